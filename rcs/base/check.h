@@ -1,0 +1,17 @@
+#pragma once
+// RCS_CHECK(condition): our own bugs stop the process, loudly, with the place. Never for input.
+
+#include <cstdio>
+#include <cstdlib>
+
+namespace rcs {
+
+[[noreturn]] inline void check_failed(const char* condition, const char* file, int line) {
+  std::fprintf(stderr, "%s:%d: bug: the check failed: %s\n", file, line, condition);
+  std::abort();
+}
+
+}  // namespace rcs
+
+#define RCS_CHECK(condition) \
+  ((condition) ? static_cast<void>(0) : ::rcs::check_failed(#condition, __FILE__, __LINE__))

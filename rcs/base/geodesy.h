@@ -1,0 +1,59 @@
+#pragma once
+// WGS84 <-> a local east-north-up tangent frame. The only door to GeographicLib.
+
+#include "rcs/base/linear.h"
+
+namespace rcs {
+
+/// Height above the WGS84 ellipsoid [m]: what the local frame is built on.
+struct EllipsoidalHeight {
+  double m = 0.0;
+};
+
+/// Height above the geoid ("mean sea level") [m]. A receiver's and a survey's heights differ by the
+/// undulation (-107 to +86 m): the kinds are types, so that they cannot be mixed silently.
+struct OrthometricHeight {
+  double m = 0.0;
+};
+
+/// Height of the geoid above the ellipsoid at a place [m].
+struct Undulation {
+  double m = 0.0;
+};
+
+inline EllipsoidalHeight to_ellipsoidal(OrthometricHeight h, Undulation n) { return {h.m + n.m}; }
+inline OrthometricHeight to_orthometric(EllipsoidalHeight h, Undulation n) { return {h.m - n.m}; }
+
+struct Geodetic {
+  double lat_rad = 0.0;
+  double lon_rad = 0.0;
+  EllipsoidalHeight height;
+};
+
+/// True for a latitude in [-90, 90] deg, a longitude in [-180, 360] deg and a height in
+/// [-1, 20] km; false for NaN.
+[[nodiscard]] bool plausible(const Geodetic& g);
+
+/// East-north-up frame tangent to the ellipsoid at its datum; frame `world` of this project.
+class LocalFrame {
+ public:
+  /// @param datum  where the frame's origin is; must be plausible()
+  explicit LocalFrame(const Geodetic& datum);
+
+  [[nodiscard]] const Geodetic& datum() const { return datum_; }
+  [[nodiscard]] Vec3 to_world(const Geodetic& g) const;      ///< [m], east, north, up
+  [[nodiscard]] Geodetic to_geodetic(const Vec3& p_world) const;
+
+ private:
+  Geodetic datum_;
+  Vec3 origin_ecef_;
+  Mat3 R_world_ecef_;
+};
+
+/// Normal gravity [m/s^2] at a latitude and height (WGS84, Somigliana with the free-air term).
+[[nodiscard]] double normal_gravity(double lat_rad, EllipsoidalHeight height);
+
+/// The earth's rotation seen in the east-north-up frame at a latitude [rad/s].
+[[nodiscard]] Vec3 earth_rate_world(double lat_rad);
+
+}  // namespace rcs

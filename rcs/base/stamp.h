@@ -1,0 +1,36 @@
+#pragma once
+// Moments and spans of time. One type for the whole system, so that a wall clock, a log's arrival
+// time and a sensor's time cannot be mixed up by accident.
+
+#include <chrono>
+#include <cstdint>
+
+namespace rcs {
+
+/// The time base of one vehicle (or log, or simulation). It has no now(): only a Timeline knows
+/// what time it is, which is why a node cannot tell whether it runs live or in a replay.
+struct VehicleClock {
+  using duration = std::chrono::microseconds;
+  using rep = duration::rep;
+  using period = duration::period;
+  using time_point = std::chrono::time_point<VehicleClock, duration>;
+  static constexpr bool is_steady = false;
+};
+
+using Duration = VehicleClock::duration;
+using Stamp = VehicleClock::time_point;
+
+/// LCM's `utime`: int64 microseconds.
+constexpr Stamp from_utime(std::int64_t utime) { return Stamp(Duration(utime)); }
+constexpr std::int64_t to_utime(Stamp stamp) { return stamp.time_since_epoch().count(); }
+
+constexpr double seconds(Duration d) { return static_cast<double>(d.count()) * 1e-6; }
+constexpr double milliseconds(Duration d) { return static_cast<double>(d.count()) * 1e-3; }
+
+/// Rounds to the nearest microsecond (half away from zero).
+constexpr Duration from_seconds(double s) {
+  return Duration(static_cast<std::int64_t>(s * 1e6 + (s < 0.0 ? -0.5 : 0.5)));
+}
+constexpr Duration from_milliseconds(double ms) { return from_seconds(ms * 1e-3); }
+
+}  // namespace rcs

@@ -1,0 +1,66 @@
+#pragma once
+// Work units, grants, and the one stopwatch. Algorithms are given a grant of work units and never
+// look at a clock; shells mark the stages of a cycle for the account.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "rcs/base/stamp.h"
+#include "rcs/node/node.h"
+
+namespace rcs {
+
+/// One work unit is one point in one iteration.
+using WorkUnits = std::int64_t;
+
+struct GrantParams {
+  WorkUnits cap = 1'000'000;       ///< never more than this, > 0
+  double nominal_unit_ns = 100.0;  ///< cost of a unit on the vehicle's computer, > 0
+  double reserve = 0.3;            ///< share of the slack that is kept back, [0, 1)
+};
+
+/// grant = min(cap, (1 - reserve) * (deadline - now) / nominal cost), at least 0.
+[[nodiscard]] WorkUnits grant(const Cycle& cycle, const GrantParams& params);
+
+/// Accumulates wall time by stage; reads CLOCK_MONOTONIC and CLOCK_THREAD_CPUTIME_ID in
+/// budget.cpp and nowhere else. A unit of work may span several cycles (SP converts facets as they
+/// arrive): the account is closed by close_account(), and the executor reports it then.
+class StageClock {
+ public:
+  static constexpr std::size_t kMaxStages = 12;
+  struct Stage {
+    std::string_view name;  ///< a literal
+    Duration wall{};
+  };
+
+  void start_cycle();
+  /// Time since the last mark (or the start) goes to stage `name`.
+  void mark(std::string_view name);
+  void end_cycle();
+  /// The unit of work is complete with this cycle: report it. Periodic nodes call it every cycle.
+  void close_account() { closed_ = true; }
+
+  [[nodiscard]] bool closed() const { return closed_; }
+  [[nodiscard]] std::size_t stages() const { return count_; }
+  [[nodiscard]] const Stage& stage(std::size_t i) const { return stages_[i]; }
+  [[nodiscard]] Duration used_wall() const { return used_wall_; }
+  [[nodiscard]] Duration used_cpu() const { return used_cpu_; }
+  void reset_account();
+
+ private:
+  std::array<Stage, kMaxStages> stages_{};
+  std::size_t count_ = 0;
+  bool closed_ = false;
+  std::int64_t cycle_start_ns_ = 0;
+  std::int64_t cpu_start_ns_ = 0;
+  std::int64_t last_mark_ns_ = 0;
+  std::int64_t stage_ns_[kMaxStages] = {};
+  std::int64_t used_wall_ns_ = 0;
+  std::int64_t used_cpu_ns_ = 0;
+  Duration used_wall_{};
+  Duration used_cpu_{};
+};
+
+}  // namespace rcs

@@ -1,0 +1,34 @@
+#pragma once
+// Transport of encoded messages between nodes. Two kinds: LcmBus (live) and LocalBus (one process,
+// deterministic: replay, simulation, tests).
+
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "rcs/base/stamp.h"
+
+namespace rcs {
+
+/// Takes the bytes of one channel. Called from within Timeline::advance, on the node's thread.
+class Receiver {
+ public:
+  virtual void receive(const std::uint8_t* data, std::size_t size, Stamp arrival) noexcept = 0;
+
+ protected:
+  ~Receiver() = default;
+};
+
+class Bus {
+ public:
+  Bus() = default;
+  Bus(const Bus&) = delete;
+  Bus& operator=(const Bus&) = delete;
+  virtual ~Bus() = default;
+
+  /// `receiver` must outlive the last advance(). Several receivers may share a channel.
+  virtual void subscribe(std::string_view channel, Receiver* receiver) = 0;
+  virtual void publish(std::string_view channel, const std::uint8_t* data, std::size_t size) = 0;
+};
+
+}  // namespace rcs
