@@ -1,0 +1,367 @@
+// The rules of ARCHITECTURE.md that keep the system simple, checked on the text of every source
+// file: who may include whom, who may use which library, where a clock may be read.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <regex>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// ---- the rules -----------------------------------------------------------------------------
+
+/// A place in the tree (a pattern of paths) and what of this project its files may include.
+/// The first room that matches counts.
+struct Room {
+  const char* paths;
+  const char* may_include;
+};
+const Room kRooms[] = {
+    {"rcs/base/.*", "rcs/base/.*"},
+    {"rcs/terrain/.*", "rcs/(base|terrain)/.*"},
+    {"lcmtypes/.*", "(rcs/base|lcmtypes)/.*"},
+    {"rcs/node/.*", "(rcs/(base|terrain|node)|lcmtypes)/.*"},
+    // Shells, then cores. The message is the contract between modules; bg alone may call vj.
+    {"modules/sp/(.*_node|.*_main|.*_config)\\..*", "(rcs|lcmtypes|modules/sp)/.*"},
+    {"modules/wm/(.*_node|.*_main|.*_config)\\..*", "(rcs|lcmtypes|modules/wm)/.*"},
+    {"modules/bg/(.*_node|.*_main|.*_config)\\..*", "(rcs|lcmtypes|modules/bg|modules/vj)/.*"},
+    {"modules/gateway/.*", "(rcs|lcmtypes|modules/gateway)/.*"},
+    {"modules/sp/.*", "(rcs/base|rcs/terrain|modules/sp)/.*"},
+    {"modules/wm/.*", "(rcs/base|rcs/terrain|modules/wm)/.*"},
+    {"modules/vj/.*", "(rcs/base|rcs/terrain|modules/vj)/.*"},
+    {"modules/bg/.*", "(rcs/base|rcs/terrain|modules/bg|modules/vj)/.*"},
+    {"sim/.*", "(rcs|lcmtypes|sim)/.*"},
+    {"tools/.*", "(rcs|lcmtypes|modules|sim|tools)/.*"},
+    {"tests/.*", "(rcs|lcmtypes|modules|sim|tools|tests)/.*"},
+};
+constexpr char kProject[] = "(rcs|lcmtypes|modules|sim|tools|tests)/.*";
+constexpr char kShell[] = "modules/.*_(node|main|config)\\..*";
+
+/// Text that only some files may contain. `what` is searched in the included name or in the code.
+struct Rule {
+  const char* what;
+  const char* only_in;
+  const char* why;
+};
+const Rule kIncludeRules[] = {
+    {"lcm/lcm.*", "rcs/node/lcm_bus\\..*", "LCM itself belongs to rcs/node/lcm_bus"},
+    {"lcm/.*", "rcs/node/.*", "LCM itself belongs to rcs/node"},
+    {"toml.*", "rcs/node/params\\.cpp", "toml++ belongs to rcs/node/params.cpp"},
+    {"GeographicLib/.*", "rcs/base/geodesy\\.cpp", "GeographicLib belongs to geodesy.cpp"},
+    {"nanoflann.*", "modules/sp/kd_tree\\.h", "nanoflann belongs to modules/sp/kd_tree.h"},
+    {"dds/.*", "modules/gateway/.*", "Cyclone DDS belongs to the gateway"},
+    {"(gdal|ogr|cpl)_?.*\\.h", "tools/rcs/.*", "GDAL belongs to off-vehicle tools"},
+    {"CLI/.*", "(tools/.*|.*_main\\.cpp)", "command lines belong to tools and mains"},
+    {"fmt/.*", "(rcs/node|modules/.*_(node|main|config)\\.|sim|tools|tests).*",
+     "text belongs to shells and tools; a core returns facts"},
+    {"nlohmann/.*", "(tools|tests)/.*", "JSON is a format of tools"},
+    {"(gtest|gmock|benchmark)/.*", "tests/.*", "test libraries belong to tests"},
+    {"(thread|mutex|shared_mutex|condition_variable|future|pthread\\.h)",
+     "(rcs/node/async_file\\..*|tools/.*|tests/.*)", "one thread a process"},
+};
+/// What a module's core may include that is not the project's: std (without files, streams and
+/// threads), Eigen, and what a rule above gives it.
+constexpr char kCoreLibraries[] = "(Eigen/.*|nanoflann\\.hpp|[a-z_0-9]+)";
+constexpr char kNotInCores[] = "(cstdio|iostream|fstream|iomanip|filesystem|ctime|csignal|atomic)";
+
+const Rule kCodeRules[] = {
+    {"::now\\s*\\(\\s*\\)(?!\\s*(const|override))", "rcs/node/(live_timeline|budget)\\.cpp",
+     "only a Timeline knows the time"},
+    {"\\b(steady|system|high_resolution|file|utc|tai)_clock\\b|\\b(clock_gettime|gettimeofday|"
+     "timespec_get|ftime|__rdtscp?)\\b|\\bstd::(time|clock)\\s*\\(",
+     "rcs/node/(live_timeline|budget)\\.cpp", "a clock is read in live_timeline and budget only"},
+    {"\\b(u|nano)?sleep\\s*\\(|\\bclock_nanosleep\\b|\\bsleep_(for|until)\\b", "tests/.*",
+     "a node never sleeps; a Timeline waits"},
+    {"\\bstd::(thread|jthread|async|mutex|condition_variable)\\b|\\bpthread_create\\b|#pragma omp",
+     "(rcs/node/async_file\\..*|tools/.*|tests/.*)", "one thread a process"},
+    {"\\brand\\s*\\(\\s*\\)|\\brandom_device\\b|\\bsetRandom\\b|::Random\\s*\\(", "nowhere",
+     "random numbers come from a seeded std::mt19937"},
+    {"\\busing\\s+namespace\\b", "nowhere", "names are written out"},
+};
+
+const char* const kTopLevel[] = {".ci", "config", "lcmtypes", "modules",
+                                 "rcs", "sim",    "tests",    "tools"};
+/// Not part of the tree: what version control, builds and runs leave behind.
+constexpr char kNotSource[] = "\\.git|build|build-.*|out";
+
+// ---- the checker ---------------------------------------------------------------------------
+
+/// Compiled once: construction of a regex costs more than its use.
+bool matches(std::string_view text, const char* pattern) {
+  static std::vector<std::pair<const char*, std::regex>> compiled;
+  auto it = std::find_if(compiled.begin(), compiled.end(),
+                         [&](const auto& entry) { return entry.first == pattern; });
+  if (it == compiled.end()) {
+    it = compiled.emplace(compiled.end(), pattern, std::regex(pattern));
+  }
+  return std::regex_match(text.begin(), text.end(), it->second);
+}
+
+/// The code of a C++ file with comments and the contents of literals blanked (lines are kept), so
+/// that neither this file's samples nor a sentence about a clock count. The name of an #include
+/// stays.
+std::string code_of(std::string_view text) {
+  std::string code;
+  code.reserve(text.size());
+  const auto skip_to = [&](std::size_t from, std::string_view end, std::size_t keep) {
+    const std::size_t at = text.find(end, from);
+    const std::size_t stop = at == std::string_view::npos ? text.size() : at + keep;
+    for (std::size_t i = from; i < stop; ++i) {
+      if (text[i] == '\n') code += '\n';
+    }
+    return stop;
+  };
+  const auto starts = [&](std::size_t at, std::string_view what) {
+    return text.substr(at, what.size()) == what;
+  };
+  std::size_t i = 0;
+  bool line_is_include = false;
+  while (i < text.size()) {
+    const char c = text[i];
+    const bool in_word = !code.empty() && (std::isalnum(static_cast<unsigned char>(code.back())));
+    if (code.empty() || code.back() == '\n') line_is_include = starts(i, "#include");
+    if (starts(i, "//")) {
+      i = skip_to(i, "\n", 0);
+    } else if (starts(i, "/*")) {
+      i = skip_to(i + 2, "*/", 2);
+    } else if (!in_word && starts(i, "R\"")) {
+      const std::size_t open = text.find('(', i);
+      if (open == std::string_view::npos) return code;
+      const std::string end = ")" + std::string(text.substr(i + 2, open - i - 2)) + "\"";
+      i = skip_to(open, end, end.size());
+    } else if (!line_is_include && (c == '"' || (c == '\'' && !in_word))) {
+      for (++i; i < text.size() && text[i] != c && text[i] != '\n'; ++i) {
+        if (text[i] == '\\') ++i;
+      }
+      if (i < text.size() && text[i] == c) ++i;
+      code += ' ';
+    } else {
+      code += c;
+      ++i;
+    }
+  }
+  return code;
+}
+
+struct Violation {
+  std::string path;
+  std::size_t line = 0;
+  std::string what;
+};
+
+std::ostream& operator<<(std::ostream& out, const Violation& v) {
+  return out << v.path << ":" << v.line << ": " << v.what;
+}
+
+/// Why the file at `path` must not include `name`; empty when it may.
+std::string include_violation(const std::string& path, const std::string& name) {
+  for (const Rule& rule : kIncludeRules) {
+    if (matches(name, rule.what) && !matches(path, rule.only_in)) return rule.why;
+  }
+  const bool is_core = matches(path, "modules/(sp|wm|vj|bg)/.*") && !matches(path, kShell);
+  if (!matches(name, kProject)) {
+    if (is_core && (!matches(name, kCoreLibraries) || matches(name, kNotInCores))) {
+      return "a core includes only std (no files, streams, threads), Eigen, rcs/base, "
+             "rcs/terrain and its own folder";
+    }
+    return "";
+  }
+  if (is_core && matches(name, kShell)) return "a core must not know its shell";
+  const auto* room = std::find_if(std::begin(kRooms), std::end(kRooms),
+                                  [&](const Room& r) { return matches(path, r.paths); });
+  if (room == std::end(kRooms)) return "a file in a folder that is no room of the architecture";
+  return matches(name, room->may_include) ? ""
+                                          : "may include only " + std::string(room->may_include);
+}
+
+/// Every breach of the rules in one file. Pure: `text` is the file's content, `path` where it lies
+/// relative to the root of the tree.
+std::vector<Violation> violations(const std::string& path, std::string_view text) {
+  std::vector<Violation> found;
+  static const std::regex include(R"re(^\s*#\s*include\s*[<"]([^>"]+)[>"])re");
+  static const std::vector<std::regex> code_rules = [] {
+    std::vector<std::regex> compiled;
+    for (const Rule& rule : kCodeRules) compiled.emplace_back(rule.what, std::regex::optimize);
+    return compiled;
+  }();
+  std::istringstream code(code_of(text));
+  std::string line;
+  for (std::size_t number = 1; std::getline(code, line); ++number) {
+    std::smatch match;
+    if (std::regex_search(line, match, include)) {
+      const std::string why = include_violation(path, match[1]);
+      if (!why.empty()) found.push_back({path, number, "includes " + match[1].str() + ": " + why});
+      continue;
+    }
+    for (std::size_t i = 0; i < code_rules.size(); ++i) {
+      const Rule& rule = kCodeRules[i];
+      if (std::regex_search(line, match, code_rules[i]) && !matches(path, rule.only_in)) {
+        found.push_back({path, number, match[0].str() + ": " + rule.why});
+      }
+    }
+  }
+  return found;
+}
+
+bool is_top_level(const std::string& directory) {
+  return matches(directory, kNotSource) ||
+         std::find(std::begin(kTopLevel), std::end(kTopLevel), directory) != std::end(kTopLevel);
+}
+
+// ---- the checker is checked ----------------------------------------------------------------
+
+TEST(ArchitectureRules, CoreIncludesOnlyBaseTerrainAndItsOwnFolder) {
+  const char core[] = "modules/sp/icp.cpp";
+  EXPECT_THAT(violations(core,
+                         "#include <Eigen/Core>\n#include <vector>\n"
+                         "#include \"rcs/base/pose.h\"\n#include \"rcs/terrain/tile.h\"\n"
+                         "#include \"modules/sp/scan.h\"\n"),
+              testing::IsEmpty());
+  for (const char* name :
+       {"\"lcm/lcm.h\"", "<lcm/lcm-cpp.hpp>", "<toml++/toml.h>", "\"rcs/node/bus.h\"",
+        "\"lcmtypes/channels.h\"", "\"lcmtypes/rcs/points_t.hpp\"", "<fmt/format.h>", "<iostream>",
+        "<thread>", "<unistd.h>", "<CLI/CLI.hpp>", "\"modules/sp/sp_node.h\""}) {
+    EXPECT_EQ(violations(core, "#include " + std::string(name) + "\n").size(), 1U) << name;
+  }
+}
+
+TEST(ArchitectureRules, ShellsMaySpeakToTheBus) {
+  for (const char* path : {"modules/sp/sp_node.cpp", "modules/sp/sp_node.h",
+                           "modules/sp/sp_main.cpp", "modules/sp/sp_config.cpp"}) {
+    EXPECT_THAT(violations(path,
+                           "#include \"rcs/node/inbox.h\"\n"
+                           "#include \"lcmtypes/rcs/points_t.hpp\"\n"),
+                testing::IsEmpty());
+    EXPECT_EQ(violations(path, "#include <lcm/lcm.h>\n").size(), 1U) << path;
+  }
+}
+
+TEST(ArchitectureRules, ModulesNeverIncludeOneAnother) {
+  const std::string sp = "#include \"modules/sp/scan.h\"\n";
+  const std::string vj = "#include \"modules/vj/value.h\"\n";
+  for (const char* path :
+       {"modules/wm/eskf.cpp", "modules/wm/wm_node.cpp", "modules/wm/wm_main.cpp",
+        "modules/bg/search.cpp", "modules/vj/value.h", "modules/gateway/gateway_node.cpp"}) {
+    EXPECT_EQ(violations(path, sp).size(), 1U) << path;
+  }
+  EXPECT_THAT(violations("modules/bg/search.cpp", vj), testing::IsEmpty());
+  EXPECT_THAT(violations("modules/wm/eskf.cpp", vj), testing::SizeIs(1));
+}
+
+TEST(ArchitectureRules, LayersOnlyLookDown) {
+  EXPECT_EQ(violations("rcs/base/pose.h", "#include \"rcs/node/node.h\"\n").size(), 1U);
+  EXPECT_EQ(violations("rcs/terrain/tile.h", "#include \"lcmtypes/convert.h\"\n").size(), 1U);
+  EXPECT_EQ(violations("lcmtypes/convert.h", "#include \"rcs/terrain/tile.h\"\n").size(), 1U);
+  EXPECT_EQ(violations("rcs/node/bus.h", "#include \"modules/sp/scan.h\"\n").size(), 1U);
+  EXPECT_EQ(violations("modules/sp/sp_node.cpp", "#include \"tools/rcs/eval.h\"\n").size(), 1U);
+  EXPECT_EQ(violations("rcs/common/text.h", "#include \"rcs/base/pose.h\"\n").size(), 1U);
+}
+
+TEST(ArchitectureRules, SimulatorKnowsNoModule) {
+  EXPECT_EQ(violations("sim/sensors.cpp", "#include \"modules/sp/ranges.h\"\n").size(), 1U);
+  EXPECT_EQ(violations("sim/sensors.cpp", "#include \"tests/support/scene.h\"\n").size(), 1U);
+  EXPECT_THAT(violations("sim/sensors.cpp",
+                         "#include \"rcs/node/outbox.h\"\n"
+                         "#include \"lcmtypes/channels.h\"\n"),
+              testing::IsEmpty());
+}
+
+TEST(ArchitectureRules, EveryLibraryHasOneDoor) {
+  EXPECT_EQ(violations("tools/rcs/log.cpp", "#include <lcm/lcm.h>\n").size(), 1U);
+  EXPECT_EQ(violations("rcs/node/log_file.cpp", "#include <lcm/lcm.h>\n").size(), 1U);
+  EXPECT_THAT(violations("rcs/node/lcm_bus.cpp", "#include <lcm/lcm.h>\n"), testing::IsEmpty());
+  EXPECT_EQ(violations("modules/sp/sp_config.cpp", "#include <toml++/toml.h>\n").size(), 1U);
+  EXPECT_THAT(violations("rcs/node/params.cpp", "#include <toml++/toml.h>\n"), testing::IsEmpty());
+  EXPECT_EQ(violations("modules/sp/icp.cpp", "#include <nanoflann.hpp>\n").size(), 1U);
+  EXPECT_THAT(violations("modules/sp/kd_tree.h", "#include <nanoflann.hpp>\n"), testing::IsEmpty());
+  EXPECT_EQ(violations("sim/world.cpp", "#include <GeographicLib/Geocentric.hpp>\n").size(), 1U);
+  EXPECT_EQ(violations("rcs/terrain/tile.cpp", "#include <gdal_priv.h>\n").size(), 1U);
+  EXPECT_EQ(violations("modules/bg/bg_node.cpp", "#include <dds/dds.h>\n").size(), 1U);
+}
+
+TEST(ArchitectureRules, AClockIsReadInItsPlaceOnly) {
+  for (const char* code :
+       {"auto t = std::chrono::steady_clock::now();", "using C = std::chrono::system_clock;",
+        "const auto t = Clock::now( );", "clock_gettime(CLOCK_MONOTONIC, &ts);",
+        "std::time(nullptr)", "gettimeofday(&tv, nullptr);"}) {
+    for (const char* path : {"modules/wm/eskf.cpp", "modules/wm/wm_node.cpp", "sim/world.cpp",
+                             "rcs/node/executor.cpp", "tools/rcs/replay.cpp"}) {
+      EXPECT_FALSE(violations(path, code).empty()) << path << ": " << code;
+    }
+    EXPECT_THAT(violations("rcs/node/budget.cpp", code), testing::IsEmpty()) << code;
+    EXPECT_THAT(violations("rcs/node/live_timeline.cpp", code), testing::IsEmpty()) << code;
+  }
+  // A timeline's own now() and the words of a comment or a literal are no reading of a clock.
+  EXPECT_THAT(violations("rcs/node/log_timeline.cpp",
+                         "Stamp LogTimeline::now() const { return now_; }\n"
+                         "// never std::chrono::steady_clock::now()\n"
+                         "/* clock_gettime\n clock_gettime */ const char* s = \"system_clock\";\n"
+                         "const int n = 1'000 + timeline.now().count();\n"),
+              testing::IsEmpty());
+}
+
+TEST(ArchitectureRules, NoThreadsSleepOrChance) {
+  EXPECT_EQ(violations("modules/sp/icp.cpp", "std::thread worker;").size(), 1U);
+  EXPECT_EQ(violations("modules/sp/sp_node.cpp", "#include <thread>\n").size(), 1U);
+  EXPECT_EQ(violations("rcs/node/executor.cpp", "usleep(1000);").size(), 1U);
+  EXPECT_EQ(violations("tests/sp/icp_test.cpp", "const int k = rand();").size(), 1U);
+  EXPECT_EQ(violations("sim/world.cpp", "Eigen::Vector3d::Random()").size(), 1U);
+  EXPECT_THAT(violations("rcs/node/async_file.cpp", "#include <thread>\nstd::thread worker_;"),
+              testing::IsEmpty());
+}
+
+TEST(ArchitectureRules, ViolationsNameTheirLine) {
+  const std::vector<Violation> found = violations(
+      "modules/sp/icp.cpp",
+      "/* two\nlines */\n#include <lcm/lcm.h>\nconst char q = '\"';\nusing namespace std;\n");
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(found[0].line, 3U);
+  EXPECT_EQ(found[1].line, 5U);
+}
+
+TEST(ArchitectureRules, TopLevelFoldersAreFixed) {
+  EXPECT_TRUE(is_top_level("modules"));
+  EXPECT_TRUE(is_top_level("build-debug"));
+  EXPECT_FALSE(is_top_level("src"));
+  EXPECT_FALSE(is_top_level("utils"));
+}
+
+// ---- the tree ------------------------------------------------------------------------------
+
+TEST(Architecture, TheTreeKeepsItsRules) {
+  const char* source_dir = std::getenv("RCS_SOURCE_DIR");
+  ASSERT_NE(source_dir, nullptr) << "RCS_SOURCE_DIR must name the root of the source tree";
+  const fs::path root(source_dir);
+  std::size_t files = 0;
+  for (const auto& top : fs::directory_iterator(root)) {
+    if (!top.is_directory()) continue;
+    const std::string name = top.path().filename().string();
+    EXPECT_TRUE(is_top_level(name)) << name << "/: not a folder of this project's layout";
+    if (matches(name, kNotSource)) continue;
+    for (const auto& entry : fs::recursive_directory_iterator(top.path())) {
+      const std::string extension = entry.path().extension().string();
+      if (extension != ".h" && extension != ".cpp") continue;
+      std::ifstream in(entry.path());
+      const std::string text((std::istreambuf_iterator<char>(in)), {});
+      ++files;
+      for (const Violation& v :
+           violations(entry.path().lexically_relative(root).generic_string(), text)) {
+        ADD_FAILURE() << v;
+      }
+    }
+  }
+  EXPECT_GT(files, 10U) << "no sources under " << root;
+}
+
+}  // namespace
