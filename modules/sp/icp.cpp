@@ -1,0 +1,192 @@
+#include "modules/sp/icp.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "modules/sp/normal_equations.h"
+#include "rcs/base/check.h"
+
+namespace rcs::sp {
+namespace {
+
+// The prediction holds so many iterations, while the gate is wide and matches are still wrong.
+constexpr int kSteered = 2;
+// A match is kept while its point has moved less than this: searches follow the motion, and the
+// last iterations solve one fixed problem, so that they converge.
+constexpr float kSearchAgain_m = 0.02F;
+
+struct Sums {
+  NormalEquations equations;
+  int pairs = 0;
+  double abs_sum = 0.0;
+  double square_sum = 0.0;
+};
+
+// Variance across a surface of one return: range noise along the beam, pointing noise across it.
+float residual_variance(const Vec3f& p_vehicle, const Vec3f& n_vehicle, const Surface& surface,
+                        const IcpParams& params) {
+  const float range = p_vehicle.norm();
+  const float along = p_vehicle.dot(n_vehicle) / std::max(range, 1e-3F);
+  const float cos2 = along * along;
+  const auto range_sigma = static_cast<float>(params.range_sigma_m);
+  const float beam = range * static_cast<float>(params.beam_sigma_rad);
+  return range_sigma * range_sigma * cos2 + beam * beam * (1.0F - cos2) + surface.variance_m2;
+}
+
+class Problem {
+ public:
+  Problem(const Points& source, RollingMap* map, const IcpParams& params, IcpWorkspace* workspace)
+      : source_(source), map_(map), params_(params), workspace_(workspace) {
+    workspace_->matches.assign(source.size(), {});
+  }
+
+  // One pass over the points at pose T: search where needed, residuals, sums.
+  // `kernel`: residual, in sigmas, at which the robust weight is 1/4.
+  Sums sum(const Pose& T, double gate_m, double kernel) {
+    Sums sums;
+    const Mat3f R = T.rotation().cast<float>();
+    const Vec3f t = T.p.cast<float>();
+    for (std::size_t i = 0; i < source_.size(); ++i) {
+      const Vec3f p = source_[i];
+      const Vec3f q = R * p + t;
+      IcpWorkspace::Match& match = workspace_->matches[i];
+      if ((q - match.asked).squaredNorm() > kSearchAgain_m * kSearchAgain_m) {
+        match.found = map_->nearest_surface(q, &match.surface);
+        match.asked = q;
+      }
+      if (!match.found) continue;
+      const Surface& s = match.surface;
+      const float r = s.normal.dot(q - s.mean);
+      if (std::abs(r) > static_cast<float>(gate_m)) continue;
+      const Vec3f n = R.transpose() * s.normal;
+      const double variance = residual_variance(p, n, s, params_) + square(params_.map_sigma_m);
+      const double u2 = double{r} * double{r} / variance;
+      if (u2 > square(params_.gate_sigma) * square(kernel) / 9.0) continue;
+      const double robust = 1.0 / square(1.0 + u2 / square(kernel));
+      sums.equations.add(p.cast<double>(), n.cast<double>(), r, robust / variance);
+      ++sums.pairs;
+      sums.abs_sum += std::abs(r);
+      sums.square_sum += double{r} * double{r};
+    }
+    sums.equations.close();
+    return sums;
+  }
+
+  // The information of the residuals under the noise model: points share their surface's error, so
+  // that many points on one voxel do not make it certain.
+  Mat6 information(const Pose& T, double kernel) {
+    std::vector<std::uint16_t>& count = workspace_->pairs_of_voxel;
+    count.resize(map_->voxel_ids());
+    for (const IcpWorkspace::Match& m : workspace_->matches) {
+      if (m.found) ++count[m.surface.voxel];
+    }
+    NormalEquations info;
+    const Mat3f R = T.rotation().cast<float>();
+    const Vec3f t = T.p.cast<float>();
+    for (std::size_t i = 0; i < source_.size(); ++i) {
+      const IcpWorkspace::Match& match = workspace_->matches[i];
+      if (!match.found) continue;
+      const Vec3f p = source_[i];
+      const Surface& s = match.surface;
+      const float r = s.normal.dot(R * p + t - s.mean);
+      const Vec3f n = R.transpose() * s.normal;
+      const double own = residual_variance(p, n, s, params_);
+      const double u2 = double{r} * double{r} / (own + square(params_.map_sigma_m));
+      if (u2 > square(params_.gate_sigma)) continue;
+      const double robust = 1.0 / square(1.0 + u2 / square(kernel));
+      const double shared = count[s.voxel] * square(params_.map_sigma_m);
+      info.add(p.cast<double>(), n.cast<double>(), 0.0, robust / (own + shared));
+    }
+    info.close();
+    for (const IcpWorkspace::Match& m : workspace_->matches) {
+      if (m.found) count[m.surface.voxel] = 0;
+    }
+    return info.H;
+  }
+
+ private:
+  static double square(double v) { return v * v; }
+
+  const Points& source_;
+  RollingMap* map_;
+  const IcpParams& params_;
+  IcpWorkspace* workspace_;
+};
+
+Vec6 steered_step(const NormalEquations& sums, const Mat6& prior, const Vec6& to_prediction) {
+  const Mat6 H = sums.H + prior;
+  return H.ldlt().solve(prior * to_prediction - sums.b);
+}
+
+}  // namespace
+
+Registration register_points(const Points& source_vehicle, RollingMap* map,
+                             const Prediction& prediction, const IcpParams& params,
+                             WorkUnits granted, IcpWorkspace* workspace) {
+  Registration out;
+  out.T_target_vehicle = prediction.T_target_vehicle;
+  out.points = static_cast<int>(source_vehicle.size());
+  out.granted = granted;
+  if (source_vehicle.empty() || map->empty()) return out;
+
+  const Mat6 prior = prediction.covariance.ldlt().solve(Mat6::Identity());
+  const auto cost = static_cast<WorkUnits>(source_vehicle.size());
+  Problem problem(source_vehicle, map, params, workspace);
+  Pose T = prediction.T_target_vehicle;
+  Sums sums;
+  Observability obs;
+  double gate_m = params.gate_m;
+  double kernel = 12.0;
+  constexpr double kKernelEnd = 3.0;
+  out.stop = Stop::kMaxIterations;
+  while (out.iterations < params.max_iterations) {
+    if (out.used + cost > granted) {
+      out.stop = Stop::kBudget;
+      break;
+    }
+    sums = problem.sum(T, gate_m, kernel);
+    out.used += cost;
+    ++out.iterations;
+    if (sums.pairs < params.min_pairs) {
+      out.stop = Stop::kTooFew;
+      break;
+    }
+    obs = observability(sums.equations, params.min_alignment);
+    const Vec6 to_prediction = log_se3(T.inverse() * prediction.T_target_vehicle);
+    const bool steered = out.iterations <= kSteered;
+    const Vec6 step = steered ? steered_step(sums.equations, prior, to_prediction)
+                              : observed_step(sums.equations, obs, to_prediction);
+    T = T * exp_se3(step);
+    const bool small =
+        step.head<3>().norm() < params.step_m && step.tail<3>().norm() < params.step_rad;
+    if (!steered && kernel == kKernelEnd && small) {
+      out.stop = Stop::kConverged;
+      break;
+    }
+    gate_m = std::max(0.1 * params.gate_m, 0.5 * gate_m);
+    kernel = std::max(kKernelEnd, 0.5 * kernel);
+  }
+
+  out.T_target_vehicle = T;
+  out.pairs = sums.pairs;
+  out.observability = obs.alignment;
+  if (sums.pairs > 0) {
+    out.mean_distance_m = sums.abs_sum / sums.pairs;
+    out.rms_m = std::sqrt(sums.square_sum / sums.pairs);
+  }
+  out.overlap = static_cast<double>(sums.pairs) / static_cast<double>(source_vehicle.size());
+  const Vec6 correction = log_se3(prediction.T_target_vehicle.inverse() * T);
+  out.correction_m = correction.head<3>().norm();
+  out.correction_rad = correction.tail<3>().norm();
+  if (!T.finite() || out.correction_m > params.max_correction_m ||
+      out.correction_rad > params.max_correction_rad) {
+    out.stop = Stop::kDiverged;
+    out.T_target_vehicle = prediction.T_target_vehicle;
+  }
+  if (!usable(out.stop) || out.iterations == 0) return out;
+  out.information = observed_part(problem.information(T, kKernelEnd), obs);
+  if (out.stop == Stop::kConverged && obs.unobserved > 0) out.stop = Stop::kDegenerate;
+  return out;
+}
+
+}  // namespace rcs::sp

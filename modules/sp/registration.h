@@ -1,0 +1,59 @@
+#pragma once
+// What every registration answers, whatever its method and its target.
+
+#include <cstdint>
+
+#include "rcs/base/pose.h"
+
+namespace rcs::sp {
+
+/// One point in one iteration: the currency of time budgets.
+using WorkUnits = std::int64_t;
+
+/// Why a registration ended. The order is that of registration_t.
+enum class Stop : std::int8_t {
+  kConverged = 0,
+  kMaxIterations = 1,
+  kBudget = 2,  ///< the grant is used up; the answer is the best so far
+  kLimitCycle = 3,
+  kTooFew = 4,      ///< fewer than min_pairs
+  kDegenerate = 5,  ///< converged, but at least one direction has no information
+  kEmpty = 6,       ///< no points, or nothing to match them to
+  kDiverged = 7,    ///< ended farther from the prediction than its gate allows
+  kSeeded = 8,      ///< no registration: this scan starts a map
+};
+
+/// True when the pose is worth reading (along its observed directions).
+[[nodiscard]] constexpr bool usable(Stop stop) {
+  return stop == Stop::kConverged || stop == Stop::kMaxIterations || stop == Stop::kBudget ||
+         stop == Stop::kDegenerate || stop == Stop::kLimitCycle;
+}
+
+/// Always filled; read `stop` first.
+struct Registration {
+  Stop stop = Stop::kEmpty;
+  Pose T_target_vehicle;            ///< at the scan's reference instant
+  Mat6 information = Mat6::Zero();  ///< of the scan's residuals alone (no prior), right
+                                    ///< perturbation (rho, phi); zero along unobserved directions
+  Vec6 observability = Vec6::Zero();  ///< ascending, in [0, 1]: mean squared alignment of the
+                                      ///< residuals with the six principal directions
+  int iterations = 0;
+  int points = 0;  ///< tried
+  int pairs = 0;   ///< matched in the last iteration
+  WorkUnits granted = 0;
+  WorkUnits used = 0;
+  double mean_distance_m = 0.0;  ///< along the normals, of the pairs
+  double rms_m = 0.0;
+  double overlap = 0.0;       ///< pairs / points
+  double correction_m = 0.0;  ///< from the prediction
+  double correction_rad = 0.0;
+};
+
+/// Where the search starts and what holds it while it iterates. The prior steers, it never
+/// testifies: no part of it is in the answer along observed directions.
+struct Prediction {
+  Pose T_target_vehicle;
+  Mat6 covariance = Mat6::Identity();  ///< right perturbation (rho, phi); positive definite
+};
+
+}  // namespace rcs::sp

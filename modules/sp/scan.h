@@ -1,0 +1,25 @@
+#pragma once
+// One LADAR scan on its way through SP.
+
+#include <cstdint>
+#include <vector>
+
+#include "rcs/base/points.h"
+#include "rcs/base/stamp.h"
+
+namespace rcs::sp {
+
+/// Points in the vehicle frame [m]. As they come from the facets each is valid at its own time,
+/// reference + dt_us; deskew() moves all to the reference instant.
+struct Scan {
+  Stamp reference;
+  Points points;
+  std::vector<std::int32_t> dt_us;  ///< one a point
+
+  void clear() {
+    points.clear();
+    dt_us.clear();
+  }
+};
+
+}  // namespace rcs::sp

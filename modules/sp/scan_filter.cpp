@@ -1,0 +1,79 @@
+#include "modules/sp/scan_filter.h"
+
+#include <algorithm>
+
+#include "modules/sp/voxel_key.h"
+#include "rcs/base/check.h"
+
+namespace rcs::sp {
+namespace {
+
+struct Knot {
+  Mat3f R;
+  Vec3f t;
+};
+
+}  // namespace
+
+void deskew(const MotionTable& motion, Scan* scan) {
+  const std::size_t n = scan->points.size();
+  RCS_CHECK(scan->dt_us.size() == n && motion.T_reference_vehicle.size() >= 2);
+  const auto last_knot = static_cast<std::int64_t>(motion.T_reference_vehicle.size()) - 2;
+  const float per_step = 1.0F / static_cast<float>(motion.step.count());
+  std::int64_t current = -1;
+  Knot a{};
+  Knot b{};
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::int64_t since = scan->dt_us[i] - motion.first.count();
+    const std::int64_t k = std::clamp(since / motion.step.count(), std::int64_t{0}, last_knot);
+    if (k != current) {  // points come nearly in order of time: seldom
+      const Pose& T0 = motion.T_reference_vehicle[static_cast<std::size_t>(k)];
+      const Pose& T1 = motion.T_reference_vehicle[static_cast<std::size_t>(k) + 1];
+      a = {T0.rotation().cast<float>(), T0.p.cast<float>()};
+      b = {T1.rotation().cast<float>(), T1.p.cast<float>()};
+      current = k;
+    }
+    const float u = static_cast<float>(since - k * motion.step.count()) * per_step;
+    const Vec3f p = scan->points[i];
+    const Vec3f p0 = a.R * p + a.t;
+    const Vec3f p1 = b.R * p + b.t;
+    const Vec3f moved = p0 + u * (p1 - p0);
+    scan->points.x[i] = moved.x();
+    scan->points.y[i] = moved.y();
+    scan->points.z[i] = moved.z();
+  }
+  std::fill(scan->dt_us.begin(), scan->dt_us.end(), 0);
+}
+
+void VoxelSampler::sample(const Points& in, double voxel_m, Points* out) {
+  RCS_CHECK(voxel_m > 0.0);
+  out->clear();
+  const std::size_t n = in.size();
+  std::size_t capacity = std::max<std::size_t>(table_.size(), 1024);
+  while (capacity < 2 * n) capacity *= 2;
+  if (capacity != table_.size()) {
+    table_.assign(capacity, {});
+    generation_ = 0;
+  }
+  if (++generation_ == 0) {  // wrapped after 4e9 scans: old marks would look new
+    std::fill(table_.begin(), table_.end(), Entry{});
+    generation_ = 1;
+  }
+  const std::size_t mask = capacity - 1;
+  const float per_m = 1.0F / static_cast<float>(voxel_m);
+  for (std::size_t i = 0; i < n; ++i) {
+    const VoxelKey key = pack_voxel(fast_floor(in.x[i] * per_m), fast_floor(in.y[i] * per_m),
+                                    fast_floor(in.z[i] * per_m));
+    for (std::size_t slot = hash_voxel(key) & mask;; slot = (slot + 1) & mask) {
+      Entry& entry = table_[slot];
+      if (entry.generation != generation_) {
+        entry = {key, generation_};
+        out->push_back(in[i]);
+        break;
+      }
+      if (entry.key == key) break;
+    }
+  }
+}
+
+}  // namespace rcs::sp

@@ -1,0 +1,31 @@
+#pragma once
+// Deskew and downsampling of a scan.
+
+#include <cstdint>
+#include <vector>
+
+#include "modules/sp/motion.h"
+#include "modules/sp/scan.h"
+
+namespace rcs::sp {
+
+/// Moves every point to the reference instant: p <- T_reference_vehicle(dt) * p, linear between
+/// the table's knots. All dt must lie inside the table.
+void deskew(const MotionTable& motion, Scan* scan);
+
+/// Keeps one point a voxel: the first in scan order. Deterministic; the table is reused, so that it
+/// allocates nothing once it has seen a scan as large.
+class VoxelSampler {
+ public:
+  void sample(const Points& in, double voxel_m, Points* out);
+
+ private:
+  struct Entry {
+    std::uint64_t key = 0;
+    std::uint32_t generation = 0;
+  };
+  std::vector<Entry> table_;
+  std::uint32_t generation_ = 0;
+};
+
+}  // namespace rcs::sp
