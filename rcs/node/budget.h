@@ -24,9 +24,10 @@ struct GrantParams {
 /// grant = min(cap, (1 - reserve) * (deadline - now) / nominal cost), at least 0.
 [[nodiscard]] WorkUnits grant(const Cycle& cycle, const GrantParams& params);
 
-/// Accumulates wall time by stage; reads CLOCK_MONOTONIC and CLOCK_THREAD_CPUTIME_ID in
-/// budget.cpp and nowhere else. A unit of work may span several cycles (SP converts facets as they
-/// arrive): the account is closed by close_account(), and the executor reports it then.
+/// Accumulates wall time by stage, and the thread's CPU time; reads CLOCK_MONOTONIC and
+/// CLOCK_THREAD_CPUTIME_ID in budget.cpp and nowhere else. A unit of work may span several cycles
+/// (SP converts facets as they arrive): the account is closed by close_account(), and the executor
+/// reports it then.
 class StageClock {
  public:
   static constexpr std::size_t kMaxStages = 12;
@@ -35,8 +36,9 @@ class StageClock {
     Duration wall{};
   };
 
+  /// Begins a cycle; a closed account makes room for a new one.
   void start_cycle();
-  /// Time since the last mark (or the start) goes to stage `name`.
+  /// Time since the last mark (or the start) goes to stage `name`. At most kMaxStages names.
   void mark(std::string_view name);
   void end_cycle();
   /// The unit of work is complete with this cycle: report it. Periodic nodes call it every cycle.
@@ -45,20 +47,19 @@ class StageClock {
   [[nodiscard]] bool closed() const { return closed_; }
   [[nodiscard]] std::size_t stages() const { return count_; }
   [[nodiscard]] const Stage& stage(std::size_t i) const { return stages_[i]; }
-  [[nodiscard]] Duration used_wall() const { return used_wall_; }
-  [[nodiscard]] Duration used_cpu() const { return used_cpu_; }
-  void reset_account();
+  [[nodiscard]] Duration used_wall() const { return used_wall_; }    ///< of the account so far
+  [[nodiscard]] Duration used_cpu() const { return used_cpu_; }      ///< of the account so far
+  [[nodiscard]] Duration cycle_wall() const { return cycle_wall_; }  ///< of the last cycle
 
  private:
   std::array<Stage, kMaxStages> stages_{};
   std::size_t count_ = 0;
   bool closed_ = false;
-  std::int64_t cycle_start_ns_ = 0;
-  std::int64_t cpu_start_ns_ = 0;
-  std::int64_t last_mark_ns_ = 0;
-  std::int64_t stage_ns_[kMaxStages] = {};
-  std::int64_t used_wall_ns_ = 0;
-  std::int64_t used_cpu_ns_ = 0;
+  // Moments are whole microseconds, rounded down: their differences add up without a bias.
+  Duration wall_start_{};
+  Duration cpu_start_{};
+  Duration last_mark_{};
+  Duration cycle_wall_{};
   Duration used_wall_{};
   Duration used_cpu_{};
 };

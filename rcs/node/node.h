@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "rcs/base/check.h"
 #include "rcs/base/stamp.h"
 
 namespace rcs {
@@ -21,8 +22,8 @@ struct Cycle {
 };
 
 struct NodeInfo {
-  std::string name;          ///< "sp": also the prefix of its channels, in capitals
-  Duration budget{};         ///< from wakeup to the end of the cycle
+  std::string name;            ///< "sp": also the prefix of its channels, in capitals
+  Duration budget{};           ///< from wakeup to the end of the cycle
   Duration nominal_compute{};  ///< a replay delays the node's output by this
 };
 
@@ -37,15 +38,51 @@ class Node {
 
   [[nodiscard]] virtual const NodeInfo& info() const = 0;
 
-  /// Periodic: last + period. Event-driven: the arrival of the oldest message that waits, and
-  /// Stamp::max() when none does.
+  /// Periodic: last + period (see PeriodicClock). Event-driven: the arrival of the oldest message
+  /// that waits, and Stamp::max() when none does. Stamp::min(): at once.
   [[nodiscard]] virtual Stamp next_wakeup() const = 0;
 
-  /// Reads inboxes, decides with pure functions, writes outboxes.
+  /// Reads inboxes, decides with pure functions, writes outboxes. It must discharge the obligation:
+  /// afterwards next_wakeup() is later, or another message waits.
   virtual void run(const Cycle& cycle) = 0;
 
-  /// For the account of inputs in cycle_t.
+  /// For the account of inputs in cycle_t; asked once, before the first cycle.
   [[nodiscard]] virtual std::vector<const InboxBase*> inboxes() const = 0;
+
+  /// Whole periods skipped so far to keep the phase (PeriodicClock::missed()).
+  [[nodiscard]] virtual std::int64_t missed_cycles() const { return 0; }
+};
+
+/// The wakeups of a periodic node: first + k * period, for ever on this grid. After an overrun it
+/// goes on at the next grid point; the points that passed meanwhile are counted, never made up for.
+class PeriodicClock {
+ public:
+  explicit PeriodicClock(Duration period) : period_(period) {
+    RCS_CHECK(period > Duration::zero());
+  }
+
+  [[nodiscard]] Duration period() const { return period_; }
+  [[nodiscard]] Stamp next() const { return next_; }  ///< Stamp::min() before the first cycle
+  [[nodiscard]] std::int64_t missed() const { return missed_; }
+  [[nodiscard]] bool due(Stamp now) const { return next_ <= now; }
+
+  /// Call it in the cycle that serves the period, i.e. when due(now). The first call sets the
+  /// phase.
+  void advance(Stamp now) {
+    RCS_CHECK(due(now));
+    if (next_ == Stamp::min()) {
+      next_ = now + period_;
+      return;
+    }
+    const std::int64_t passed = (now - next_) / period_;  // grid points after the one served
+    missed_ += passed;
+    next_ += (passed + 1) * period_;
+  }
+
+ private:
+  Duration period_;
+  Stamp next_ = Stamp::min();
+  std::int64_t missed_ = 0;
 };
 
 }  // namespace rcs

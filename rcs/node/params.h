@@ -1,6 +1,6 @@
 #pragma once
-// Strict parameters from TOML: the file mirrors the struct, an unknown or out-of-range key is an
-// error that names file, line, key, unit (in the key's suffix) and the allowed range.
+// Strict parameters from TOML: the file mirrors the struct; a wrong type, a value out of range, a
+// NaN or an unknown key is an error that names file, line, table, key and the allowed range.
 // A missing key keeps the struct's default.
 
 #include <cstdint>
@@ -16,6 +16,7 @@
 
 namespace rcs {
 
+/// Allowed values, both ends included.
 struct Range {
   double min = 0.0;
   double max = 0.0;
@@ -23,7 +24,8 @@ struct Range {
 
 class ParamFile;
 
-/// Reads one table. Errors are collected; the first is returned by ParamFile::finish().
+/// A table of a ParamFile, which must outlive it. Errors are collected; ParamFile::finish() returns
+/// the first. Reading a key makes it known; what is never read is an error, too.
 class ParamTable {
  public:
   void get(std::string_view key, double* value, Range range);
@@ -44,20 +46,29 @@ class ParamTable {
   [[nodiscard]] ParamTable table(std::string_view key);  ///< empty when missing
   /// Tables of an array of tables ([[key]]), in order.
   [[nodiscard]] std::vector<ParamTable> tables(std::string_view key);
+  /// For a rule between keys: "file.toml:12: [sp.icp] gate_m: <what>".
+  void fail(std::string_view key, std::string_view what);
 
  private:
   friend class ParamFile;
-  struct Node;
-  std::shared_ptr<Node> node_;
+  struct Entry;
+  explicit ParamTable(Entry* entry) : entry_(entry) {}
+
+  Entry* entry_;
 };
 
-/// A parsed file; tables read from it mark keys as known.
+/// A parsed file.
 class ParamFile {
  public:
   static Result<ParamFile> load(const std::string& path);
   static Result<ParamFile> parse(std::string_view text, std::string_view name);
 
+  ParamFile(ParamFile&&) noexcept;
+  ParamFile& operator=(ParamFile&&) noexcept;
+  ~ParamFile();
+
   [[nodiscard]] ParamTable root() const;
+  [[nodiscard]] const std::string& name() const;
   /// Paths inside a file are relative to the file.
   [[nodiscard]] std::string resolve(std::string_view path) const;
 
@@ -66,8 +77,11 @@ class ParamFile {
   [[nodiscard]] Outcome finish(const std::vector<std::string>& tables_of_others) const;
 
  private:
+  friend class ParamTable;
   struct State;
-  std::shared_ptr<State> state_;
+  explicit ParamFile(std::unique_ptr<State> state);
+
+  std::unique_ptr<State> state_;
 };
 
 }  // namespace rcs

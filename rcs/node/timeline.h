@@ -7,6 +7,12 @@ namespace rcs {
 
 class Timeline {
  public:
+  enum class Step {
+    kDelivered,  ///< one message, due by `until`; there may be more
+    kReached,    ///< nothing (more) is due: it is `until`
+    kEnded,      ///< log exhausted, simulation over, stop requested
+  };
+
   Timeline() = default;
   Timeline(const Timeline&) = delete;
   Timeline& operator=(const Timeline&) = delete;
@@ -14,10 +20,9 @@ class Timeline {
 
   [[nodiscard]] virtual Stamp now() const = 0;
 
-  /// Delivers at most one message due by `until` to its receivers, else moves to `until`.
-  /// `until` may be Stamp::max(): wait for the next message.
-  /// @return false at the end (log exhausted, simulation over, stop requested)
-  virtual bool advance(Stamp until) = 0;
+  /// Delivers at most one message due by `until` to its receivers, else moves to `until`, which
+  /// may lie in the past (what waits?) or be Stamp::max() (wait for the next message).
+  virtual Step advance(Stamp until) = 0;
 
   /// Around each Node::run. Lockstep timelines hold back what the node publishes for
   /// `nominal_compute`, so that a replay has the latencies that the vehicle has.
