@@ -5,6 +5,7 @@
 
 namespace rcs::channel {
 
+// clang-format off
 // name                                                    type             writer      rate
 inline constexpr char kLadarRanges[] = "LADAR_RANGES";     // ladar_ranges_t  driver/sim  16 x 10 Hz
 inline constexpr char kLadarPoints[] = "LADAR_POINTS";     // ladar_points_t  driver/sim  48 x 10 Hz
@@ -31,5 +32,6 @@ inline constexpr char kBgEvent[] = "BG_EVENT";             // event_t         bg
 inline constexpr char kBgCycle[] = "BG_CYCLE";             // cycle_t         bg  per cycle, live
 
 inline constexpr char kSimTruth[] = "SIM_TRUTH";           // truth_t         sim  100 Hz
+// clang-format on
 
 }  // namespace rcs::channel

@@ -41,7 +41,7 @@ class LocalFrame {
   explicit LocalFrame(const Geodetic& datum);
 
   [[nodiscard]] const Geodetic& datum() const { return datum_; }
-  [[nodiscard]] Vec3 to_world(const Geodetic& g) const;      ///< [m], east, north, up
+  [[nodiscard]] Vec3 to_world(const Geodetic& g) const;  ///< [m], east, north, up
   [[nodiscard]] Geodetic to_geodetic(const Vec3& p_world) const;
 
  private:

@@ -72,9 +72,8 @@ inline Mat3 right_jacobian_inverse_so3(const Vec3& phi) {
   const double t2 = phi.squaredNorm();
   const double t = std::sqrt(t2);
   const Mat3 h = hat(phi);
-  const double c = t < 1e-3
-                       ? 1.0 / 12.0 + t2 / 720.0
-                       : 1.0 / t2 - (1.0 + std::cos(t)) / (2.0 * t * std::sin(t));
+  const double c =
+      t < 1e-3 ? 1.0 / 12.0 + t2 / 720.0 : 1.0 / t2 - (1.0 + std::cos(t)) / (2.0 * t * std::sin(t));
   return Mat3::Identity() + 0.5 * h + c * h * h;
 }
 

@@ -9,9 +9,7 @@ namespace {
 
 const Geodetic kDatum{radians(40.43), radians(-76.57), {150.0}};
 
-TEST(Geodesy, DatumIsTheOrigin) {
-  EXPECT_LT(LocalFrame(kDatum).to_world(kDatum).norm(), 1e-9);
-}
+TEST(Geodesy, DatumIsTheOrigin) { EXPECT_LT(LocalFrame(kDatum).to_world(kDatum).norm(), 1e-9); }
 
 TEST(Geodesy, RoundTripIsExact) {
   const LocalFrame frame(kDatum);
@@ -46,8 +44,8 @@ TEST(Geodesy, ImplausibleIsRefused) {
 }
 
 TEST(Geodesy, GravityAndEarthRateHaveTheirPublishedValues) {
-  EXPECT_NEAR(normal_gravity(0.0, {0.0}), 9.7803253359, 1e-9);       // WGS84, equator
-  EXPECT_NEAR(normal_gravity(kPi / 2, {0.0}), 9.8321849378, 1e-9);   // WGS84, pole
+  EXPECT_NEAR(normal_gravity(0.0, {0.0}), 9.7803253359, 1e-9);      // WGS84, equator
+  EXPECT_NEAR(normal_gravity(kPi / 2, {0.0}), 9.8321849378, 1e-9);  // WGS84, pole
   EXPECT_NEAR(earth_rate_world(0.5).norm(), 7.292115e-5, 1e-12);
 }
 
