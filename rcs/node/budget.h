@@ -8,12 +8,10 @@
 #include <string_view>
 
 #include "rcs/base/stamp.h"
+#include "rcs/base/work_units.h"
 #include "rcs/node/node.h"
 
 namespace rcs {
-
-/// One work unit is one point in one iteration.
-using WorkUnits = std::int64_t;
 
 struct GrantParams {
   WorkUnits cap = 1'000'000;       ///< never more than this, > 0

@@ -35,7 +35,7 @@ void run_cycle(Slot* slot, Timeline* timeline, CycleSink* sink) {
   cycle.deadline = cycle.wakeup + info.budget;
   cycle.stages = &slot->stages;
 
-  timeline->begin_cycle(info.nominal_compute);
+  timeline->begin_cycle(slot->node->nominal_compute());
   slot->stages.start_cycle();
   slot->node->run(cycle);
   slot->stages.end_cycle();

@@ -49,6 +49,10 @@ class Node {
   /// For the account of inputs in cycle_t; asked once, before the first cycle.
   [[nodiscard]] virtual std::vector<const InboxBase*> inboxes() const = 0;
 
+  /// Of the cycle that would run now: for nodes whose cycles differ (SP converts a facet in
+  /// microseconds and registers a scan in milliseconds). Asked just before run().
+  [[nodiscard]] virtual Duration nominal_compute() const { return info().nominal_compute; }
+
   /// Whole periods skipped so far to keep the phase (PeriodicClock::missed()).
   [[nodiscard]] virtual std::int64_t missed_cycles() const { return 0; }
 };

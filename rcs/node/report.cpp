@@ -1,0 +1,63 @@
+#include "rcs/node/report.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cstdio>
+#include <exception>
+#include <iterator>
+
+namespace rcs {
+
+std::string channel_of(std::string_view node, std::string_view suffix) {
+  std::string channel(node);
+  for (char& c : channel) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  return channel.append("_").append(suffix);
+}
+
+Report::Report(Bus* bus, std::string_view node, Duration interval)
+    : outbox_(bus, channel_of(node, "EVENT")), interval_(interval) {
+  codes_.reserve(32);
+  message_.node = node;
+}
+
+void Report::send(Stamp now, std::int8_t severity, std::string_view code, fmt::string_view text,
+                  fmt::format_args args) {
+  const auto known =
+      std::find_if(codes_.begin(), codes_.end(), [&](const Code& c) { return c.name == code; });
+  if (known != codes_.end() && now - known->last < interval_) {
+    ++known->repeated;
+    return;
+  }
+  Code& entry = known != codes_.end() ? *known : codes_.emplace_back(Code{code, now, 0});
+  message_.utime = to_utime(now);
+  message_.severity = severity;
+  message_.code = code;
+  message_.text.clear();
+  fmt::vformat_to(std::back_inserter(message_.text), text, args);
+  message_.repeated = entry.repeated;
+  entry.last = now;
+  entry.repeated = 0;
+  outbox_.publish(&message_);
+}
+
+EventPrinter::EventPrinter(Bus* bus, std::string_view node) {
+  bus->subscribe(channel_of(node, "EVENT"), this);
+}
+
+void EventPrinter::receive(const std::uint8_t* data, std::size_t size, Stamp) noexcept {
+  try {
+    if (event_.decode(data, 0, static_cast<int>(size)) != static_cast<int>(size)) return;
+    const char* severity = event_.severity == event_t::SEVERITY_ERROR     ? "error"
+                           : event_.severity == event_t::SEVERITY_WARNING ? "warning"
+                                                                          : "info";
+    fmt::print(stderr, "{} {:.3f} {}: {}: {}", event_.node,
+               static_cast<double>(event_.utime) * 1e-6, severity, event_.code, event_.text);
+    if (event_.repeated > 0) fmt::print(stderr, " (and {} times before)", event_.repeated);
+    fmt::print(stderr, "\n");
+  } catch (const std::exception&) {
+    // A full disk behind stderr must not stop the vehicle; the event itself is on the bus.
+    std::clearerr(stderr);
+  }
+}
+
+}  // namespace rcs

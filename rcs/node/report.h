@@ -1,0 +1,72 @@
+#pragma once
+// Events of a node for people and programs: event_t on <NAME>_EVENT, at most one per code and
+// interval, with the number of repetitions. It prints nothing: who wants to see events on a
+// terminal subscribes (EventPrinter).
+
+#include <fmt/format.h>
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "lcmtypes/rcs/event_t.hpp"
+#include "rcs/base/stamp.h"
+#include "rcs/node/bus.h"
+#include "rcs/node/outbox.h"
+
+namespace rcs {
+
+/// "sp" and "EVENT" give "SP_EVENT".
+[[nodiscard]] std::string channel_of(std::string_view node, std::string_view suffix);
+
+class Report {
+ public:
+  /// @param interval  of the timeline, between two messages of the same code
+  Report(Bus* bus, std::string_view node, Duration interval);
+
+  /// @param now   of the timeline (Cycle::now)
+  /// @param code  a literal, stable, for programs: "map.reseeded"
+  template <class... Args>
+  void info(Stamp now, std::string_view code, fmt::format_string<Args...> text,
+            const Args&... args) {
+    send(now, event_t::SEVERITY_INFO, code, text, fmt::make_format_args(args...));
+  }
+  template <class... Args>
+  void warn(Stamp now, std::string_view code, fmt::format_string<Args...> text,
+            const Args&... args) {
+    send(now, event_t::SEVERITY_WARNING, code, text, fmt::make_format_args(args...));
+  }
+  template <class... Args>
+  void error(Stamp now, std::string_view code, fmt::format_string<Args...> text,
+             const Args&... args) {
+    send(now, event_t::SEVERITY_ERROR, code, text, fmt::make_format_args(args...));
+  }
+
+ private:
+  struct Code {
+    std::string_view name;
+    Stamp last;
+    std::int64_t repeated = 0;  // since the last message
+  };
+
+  void send(Stamp now, std::int8_t severity, std::string_view code, fmt::string_view text,
+            fmt::format_args args);
+
+  Outbox<event_t> outbox_;
+  Duration interval_;
+  std::vector<Code> codes_;
+  event_t message_{};
+};
+
+/// Prints a node's events to stderr, one line each.
+class EventPrinter final : public Receiver {
+ public:
+  EventPrinter(Bus* bus, std::string_view node);
+  void receive(const std::uint8_t* data, std::size_t size, Stamp arrival) noexcept override;
+
+ private:
+  event_t event_{};
+};
+
+}  // namespace rcs
