@@ -1,0 +1,45 @@
+#pragma once
+// What every subcommand of `rcs` has in common.
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string_view>
+#include <vector>
+
+#include "rcs/base/result.h"
+
+namespace rcs::tools {
+
+constexpr int kExitOk = 0;
+constexpr int kExitFailed = 1;  ///< it could not be done, or the answer is no
+constexpr int kExitUsage = 2;   ///< the command line makes no sense
+
+/// A subcommand; its options are its members, filled by the parser.
+class Command {
+ public:
+  explicit Command(CLI::App* app) : app_(app) {}
+  Command(const Command&) = delete;
+  Command& operator=(const Command&) = delete;
+  virtual ~Command() = default;
+
+  [[nodiscard]] bool chosen() const { return app_->parsed(); }
+  /// @return exit status
+  virtual int run() = 0;
+
+ protected:
+  [[nodiscard]] CLI::App* app() { return app_; }
+
+ private:
+  CLI::App* app_;
+};
+
+using Commands = std::vector<std::unique_ptr<Command>>;
+
+void add_log_commands(CLI::App* rcs, Commands* commands);
+void add_import_commands(CLI::App* rcs, Commands* commands);
+void add_eval_command(CLI::App* rcs, Commands* commands);
+
+/// Says why on stderr. @return kExitFailed
+int fail(std::string_view command, const Error& error);
+
+}  // namespace rcs::tools

@@ -1,0 +1,43 @@
+// rcs: one command for logs, replays, simulations and figures.
+
+#include <fmt/format.h>
+
+#include "tools/rcs/command.h"
+
+namespace rcs::tools {
+
+int fail(std::string_view command, const Error& error) {
+  fmt::print(stderr, "rcs {}: {}\n", command, error.message);
+  return kExitFailed;
+}
+
+namespace {
+
+int rcs_main(int argc, char** argv) {
+  CLI::App app(
+      "Tools of the registration and navigation system: logs, imports, replays,\n"
+      "simulations and their evaluation.",
+      "rcs");
+  app.require_subcommand(1);
+  app.footer(
+      "Exit status: 0 done; 1 failed, or the answer is no; 2 wrong usage.\n"
+      "Figures go to stdout (--json where offered), messages to stderr.\n"
+      "`rcs COMMAND --help` has examples.");
+  Commands commands;
+  add_log_commands(&app, &commands);
+  add_import_commands(&app, &commands);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? kExitOk : kExitUsage;
+  }
+  for (const std::unique_ptr<Command>& command : commands) {
+    if (command->chosen()) return command->run();
+  }
+  return kExitUsage;
+}
+
+}  // namespace
+}  // namespace rcs::tools
+
+int main(int argc, char** argv) { return rcs::tools::rcs_main(argc, argv); }

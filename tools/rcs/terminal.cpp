@@ -1,0 +1,54 @@
+#include "tools/rcs/terminal.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+
+namespace rcs::tools {
+namespace {
+
+// The only thing that a signal handler may touch.
+volatile std::sig_atomic_t interrupted = 0;
+
+extern "C" void on_interrupt(int /*signal*/) { interrupted = 1; }
+
+constexpr int kBarCells = 40;
+
+}  // namespace
+
+Progress::Progress(std::string_view label, std::int64_t total)
+    : label_(label), total_(total), visible_(total > 0 && ::isatty(STDERR_FILENO) == 1) {}
+
+Progress::~Progress() {
+  if (visible_) fmt::print(stderr, "\r\033[K");
+}
+
+void Progress::at(std::int64_t done) {
+  if (!visible_) return;
+  const int percent = static_cast<int>(100 * std::clamp<std::int64_t>(done, 0, total_) / total_);
+  if (percent == shown_percent_) return;
+  shown_percent_ = percent;
+  const int full = kBarCells * percent / 100;
+  fmt::print(stderr, "\r{} [{:=<{}}{:<{}}] {:3d} %", label_, "", full, "", kBarCells - full,
+             percent);
+  std::fflush(stderr);
+}
+
+InterruptGuard::InterruptGuard() {
+  interrupted = 0;
+  std::signal(SIGINT, on_interrupt);
+  std::signal(SIGTERM, on_interrupt);
+}
+
+InterruptGuard::~InterruptGuard() {
+  std::signal(SIGINT, SIG_DFL);
+  std::signal(SIGTERM, SIG_DFL);
+}
+
+// NOLINTNEXTLINE(readability-convert-member-functions-to-static): valid while the guard lives
+bool InterruptGuard::requested() const { return interrupted != 0; }
+
+}  // namespace rcs::tools
