@@ -113,11 +113,6 @@ class Problem {
   IcpWorkspace* workspace_;
 };
 
-Vec6 steered_step(const NormalEquations& sums, const Mat6& prior, const Vec6& to_prediction) {
-  const Mat6 H = sums.H + prior;
-  return H.ldlt().solve(prior * to_prediction - sums.b);
-}
-
 }  // namespace
 
 Registration register_points(const Points& source_vehicle, RollingMap* map,

@@ -24,8 +24,7 @@ void step(const Increment& u, MotionState* s) {
   s->v_rolling += dv;
 }
 
-void coast(double dt_s, MotionState* s) {
-  // Constant body rate and constant body velocity: what a vehicle in a turn does.
+void coast_for(double dt_s, MotionState* s) {
   const Vec3 v_vehicle = s->T_rolling_vehicle.q.conjugate() * s->v_rolling;
   Vec6 xi;
   xi << v_vehicle * dt_s, s->rate_vehicle_radps * dt_s;
@@ -65,12 +64,12 @@ MotionState propagate(const MotionState& state, const InertialBuffer& inertial, 
       if (sample.stamp <= s.stamp) continue;
       const Stamp begin = std::max(s.stamp, sample.stamp - sample.interval);
       if (begin >= stamp) break;
-      if (begin > s.stamp) coast(seconds(begin - s.stamp), &s);  // a gap in the samples
+      if (begin > s.stamp) coast_for(seconds(begin - s.stamp), &s);  // a gap in the samples
       const Stamp end = std::min(sample.stamp, stamp);
       step(part_of(sample, s, seconds(end - begin)), &s);
       s.stamp = end;
     }
-    if (s.stamp < stamp) coast(seconds(stamp - s.stamp), &s);
+    if (s.stamp < stamp) coast_for(seconds(stamp - s.stamp), &s);
   } else {
     for (std::size_t i = inertial.size(); i-- > 0 && s.stamp > stamp;) {
       const InertialSample& sample = inertial[i];
@@ -78,7 +77,7 @@ MotionState propagate(const MotionState& state, const InertialBuffer& inertial, 
       if (begin >= s.stamp) continue;
       if (sample.stamp <= stamp) break;
       if (sample.stamp < s.stamp) {
-        coast(seconds(sample.stamp - s.stamp), &s);
+        coast_for(seconds(sample.stamp - s.stamp), &s);
         s.stamp = sample.stamp;
       }
       const Stamp end = std::max(begin, stamp);
@@ -92,8 +91,15 @@ MotionState propagate(const MotionState& state, const InertialBuffer& inertial, 
       s.T_rolling_vehicle.q = q_before;
       s.stamp = end;
     }
-    if (s.stamp > stamp) coast(-seconds(s.stamp - stamp), &s);
+    if (s.stamp > stamp) coast_for(-seconds(s.stamp - stamp), &s);
   }
+  s.stamp = stamp;
+  return s;
+}
+
+MotionState coast(const MotionState& state, Stamp stamp) {
+  MotionState s = state;
+  coast_for(seconds(stamp - s.stamp), &s);
   s.stamp = stamp;
   return s;
 }

@@ -54,6 +54,9 @@ class InertialBuffer {
 [[nodiscard]] MotionState propagate(const MotionState& state, const InertialBuffer& inertial,
                                     Stamp stamp);
 
+/// Constant body velocity and rate: what a vehicle in a turn does.
+[[nodiscard]] MotionState coast(const MotionState& state, Stamp stamp);
+
 /// Poses at equal steps over a scan, relative to its reference instant.
 struct MotionTable {
   Duration first{};  ///< of the first knot, after the reference instant

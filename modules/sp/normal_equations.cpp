@@ -47,6 +47,12 @@ Vec6 observed_step(const NormalEquations& sums, const Observability& obs,
   return s.cwiseProduct(step);
 }
 
+Vec6 steered_step(const NormalEquations& sums, const Mat6& prior_information,
+                  const Vec6& to_prediction) {
+  const Mat6 H = sums.H + prior_information;
+  return H.ldlt().solve(prior_information * to_prediction - sums.b);
+}
+
 Mat6 observed_part(const Mat6& information, const Observability& obs) {
   if (obs.unobserved == 0) return information;
   if (obs.unobserved == 6) return Mat6::Zero();

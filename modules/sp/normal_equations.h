@@ -41,6 +41,12 @@ struct Observability {
 [[nodiscard]] Vec6 observed_step(const NormalEquations& sums, const Observability& obs,
                                  const Vec6& to_prediction);
 
+/// Gauss-Newton step with the prediction as a prior: for the first iterations, while matches are
+/// still wrong.
+/// @param prior_information  of the prediction, right perturbation
+[[nodiscard]] Vec6 steered_step(const NormalEquations& sums, const Mat6& prior_information,
+                                const Vec6& to_prediction);
+
 /// `information` with the unobserved directions removed.
 [[nodiscard]] Mat6 observed_part(const Mat6& information, const Observability& obs);
 

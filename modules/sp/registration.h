@@ -4,11 +4,9 @@
 #include <cstdint>
 
 #include "rcs/base/pose.h"
+#include "rcs/base/work_units.h"
 
 namespace rcs::sp {
-
-/// One point in one iteration: the currency of time budgets.
-using WorkUnits = std::int64_t;
 
 /// Why a registration ended. The order is that of registration_t.
 enum class Stop : std::int8_t {
@@ -32,9 +30,9 @@ enum class Stop : std::int8_t {
 /// Always filled; read `stop` first.
 struct Registration {
   Stop stop = Stop::kEmpty;
-  Pose T_target_vehicle;            ///< at the scan's reference instant
-  Mat6 information = Mat6::Zero();  ///< of the scan's residuals alone (no prior), right
-                                    ///< perturbation (rho, phi); zero along unobserved directions
+  Pose T_target_vehicle;              ///< at the scan's reference instant
+  Mat6 information = Mat6::Zero();    ///< of the scan's residuals alone (no prior), right
+                                      ///< perturbation (rho, phi); zero along unobserved directions
   Vec6 observability = Vec6::Zero();  ///< ascending, in [0, 1]: mean squared alignment of the
                                       ///< residuals with the six principal directions
   int iterations = 0;

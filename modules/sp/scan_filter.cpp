@@ -9,8 +9,8 @@ namespace rcs::sp {
 namespace {
 
 struct Knot {
-  Mat3f R;
-  Vec3f t;
+  Mat3f R = Mat3f::Identity();
+  Vec3f t = Vec3f::Zero();
 };
 
 }  // namespace
@@ -21,8 +21,8 @@ void deskew(const MotionTable& motion, Scan* scan) {
   const auto last_knot = static_cast<std::int64_t>(motion.T_reference_vehicle.size()) - 2;
   const float per_step = 1.0F / static_cast<float>(motion.step.count());
   std::int64_t current = -1;
-  Knot a{};
-  Knot b{};
+  Knot a;
+  Knot b;
   for (std::size_t i = 0; i < n; ++i) {
     const std::int64_t since = scan->dt_us[i] - motion.first.count();
     const std::int64_t k = std::clamp(since / motion.step.count(), std::int64_t{0}, last_knot);

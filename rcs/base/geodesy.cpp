@@ -48,6 +48,11 @@ Geodetic LocalFrame::to_geodetic(const Vec3& p_world) const {
   return {radians(lat_deg), radians(lon_deg), {height_m}};
 }
 
+Pose LocalFrame::from(const LocalFrame& other) const {
+  const Mat3 R_this_other = R_world_ecef_ * other.R_world_ecef_.transpose();
+  return {Quat(R_this_other).normalized(), R_world_ecef_ * (other.origin_ecef_ - origin_ecef_)};
+}
+
 double normal_gravity(double lat_rad, EllipsoidalHeight height) {
   double gy = 0.0;
   double gz = 0.0;

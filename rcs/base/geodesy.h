@@ -2,6 +2,7 @@
 // WGS84 <-> a local east-north-up tangent frame. The only door to GeographicLib.
 
 #include "rcs/base/linear.h"
+#include "rcs/base/pose.h"
 
 namespace rcs {
 
@@ -43,6 +44,9 @@ class LocalFrame {
   [[nodiscard]] const Geodetic& datum() const { return datum_; }
   [[nodiscard]] Vec3 to_world(const Geodetic& g) const;  ///< [m], east, north, up
   [[nodiscard]] Geodetic to_geodetic(const Vec3& p_world) const;
+
+  /// T_this_other: from another local frame to this one (both are Cartesian: exact).
+  [[nodiscard]] Pose from(const LocalFrame& other) const;
 
  private:
   Geodetic datum_;

@@ -30,6 +30,13 @@ TEST(Geodesy, AxesAreEastNorthUp) {
   EXPECT_NEAR(frame.to_world(g).z(), 7.0, 1e-9);
 }
 
+TEST(Geodesy, FramesOfTwoDatumsAgreeOnAPlace) {
+  const LocalFrame a(kDatum);
+  const LocalFrame b({kDatum.lat_rad + 0.001, kDatum.lon_rad - 0.002, {20.0}});
+  const Vec3 p_b(321.0, -45.0, 6.0);
+  EXPECT_LT((a.from(b) * p_b - a.to_world(b.to_geodetic(p_b))).norm(), 1e-6);
+}
+
 TEST(Geodesy, HeightsConvertByTheUndulation) {
   const OrthometricHeight h = to_orthometric(EllipsoidalHeight{100.0}, Undulation{-33.0});
   EXPECT_DOUBLE_EQ(h.m, 133.0);

@@ -1,0 +1,159 @@
+#include "modules/sp/prior_match.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "modules/sp/normal_equations.h"
+#include "modules/sp/voxel_key.h"
+
+namespace rcs::sp {
+namespace {
+
+// The prediction holds so many iterations.
+constexpr int kSteered = 2;
+
+// Counts points by map cell in an open-addressed table.
+class CellCounter {
+ public:
+  CellCounter(PriorMatchWorkspace* ws, std::size_t points) : ws_(ws) {
+    std::size_t size = std::max<std::size_t>(ws->counts.size(), 256);
+    while (size < 2 * points) size *= 2;
+    if (size != ws->counts.size() || ++ws->generation == 0) {
+      ws->counts.assign(size, {});
+      ws->generation = 1;
+    }
+  }
+
+  std::uint32_t add(Cell cell) {
+    const std::size_t mask = ws_->counts.size() - 1;
+    const std::uint64_t key = pack_voxel(cell.i, cell.j, 0);
+    for (std::size_t slot = hash_voxel(key) & mask;; slot = (slot + 1) & mask) {
+      PriorMatchWorkspace::Count& count = ws_->counts[slot];
+      if (count.generation != ws_->generation) {
+        count = {key, ws_->generation, 0};
+        ++cells_;
+      }
+      if (count.key == key) {
+        ++count.points;
+        return static_cast<std::uint32_t>(slot);
+      }
+    }
+  }
+  [[nodiscard]] int cells() const { return cells_; }
+
+ private:
+  PriorMatchWorkspace* ws_;
+  int cells_ = 0;
+};
+
+struct Sums {
+  NormalEquations equations;
+  int pairs = 0;
+  int cells = 0;
+  double abs_sum = 0.0;
+  double square_sum = 0.0;
+};
+
+Sums sum(const Points& source, const ElevationMap& map, const Pose& T,
+         const PriorMatchParams& params, PriorMatchWorkspace* ws) {
+  Sums sums;
+  CellCounter counter(ws, source.size());
+  ws->matches.resize(source.size());
+  for (std::size_t i = 0; i < source.size(); ++i) {
+    const Vec3 q = T * source[i].cast<double>();
+    PriorMatchWorkspace::Match& m = ws->matches[i];
+    m.found = map.sample(q.x(), q.y(), &m.ground);
+    if (m.found) m.slot = counter.add(map.cell_at(q.x(), q.y()));
+  }
+  sums.cells = counter.cells();
+  const Mat3 R_transposed = T.rotation().transpose();
+  for (std::size_t i = 0; i < source.size(); ++i) {
+    const PriorMatchWorkspace::Match& m = ws->matches[i];
+    if (!m.found) continue;
+    const Vec3 p = source[i].cast<double>();
+    const Vec3 n_world = Vec3(-m.ground.gradient.x(), -m.ground.gradient.y(), 1.0).normalized();
+    const double residual = ((T * p).z() - m.ground.z_m) * n_world.z();
+    const double sigma = std::max(m.ground.sigma_m, params.min_sigma_m) * n_world.z();
+    const double u = residual / sigma;
+    if (std::abs(u) > params.gate_sigma) continue;
+    const double k = 1.0 + (u / params.robust_sigma) * (u / params.robust_sigma);
+    const double weight = 1.0 / (k * k * sigma * sigma * ws->counts[m.slot].points);
+    sums.equations.add(p, R_transposed * n_world, residual, weight);
+    ++sums.pairs;
+    sums.abs_sum += std::abs(residual);
+    sums.square_sum += residual * residual;
+  }
+  sums.equations.close();
+  return sums;
+}
+
+}  // namespace
+
+PriorMatch match_prior_map(const Points& source_vehicle, const ElevationMap& map,
+                           const Prediction& prediction, const PriorMatchParams& params,
+                           WorkUnits granted, PriorMatchWorkspace* workspace) {
+  PriorMatch match;
+  Registration& out = match.registration;
+  out.T_target_vehicle = prediction.T_target_vehicle;
+  out.points = static_cast<int>(source_vehicle.size());
+  out.granted = granted;
+  Elevation below;
+  const Vec3& p_world = prediction.T_target_vehicle.p;
+  if (source_vehicle.empty() || !map.sample(p_world.x(), p_world.y(), &below)) return match;
+  match.tile_id = below.tile_id;
+
+  const Mat6 prior = prediction.covariance.ldlt().solve(Mat6::Identity());
+  const auto cost = static_cast<WorkUnits>(source_vehicle.size());
+  Pose T = prediction.T_target_vehicle;
+  Sums sums;
+  Observability obs;
+  out.stop = Stop::kMaxIterations;
+  while (out.iterations < params.max_iterations) {
+    if (out.used + cost > granted) {
+      out.stop = Stop::kBudget;
+      break;
+    }
+    sums = sum(source_vehicle, map, T, params, workspace);
+    out.used += cost;
+    ++out.iterations;
+    if (sums.cells < params.min_cells || sums.pairs < params.min_cells) {
+      out.stop = Stop::kTooFew;
+      break;
+    }
+    const double weakest = 1.0 / (params.max_sigma_m * params.max_sigma_m * sums.equations.weight);
+    obs = observability(sums.equations, std::max(params.min_alignment, weakest));
+    const Vec6 to_prediction = log_se3(T.inverse() * prediction.T_target_vehicle);
+    const bool steered = out.iterations <= kSteered;
+    const Vec6 step = steered ? steered_step(sums.equations, prior, to_prediction)
+                              : observed_step(sums.equations, obs, to_prediction);
+    T = T * exp_se3(step);
+    if (!steered && step.head<3>().norm() < params.step_m &&
+        step.tail<3>().norm() < params.step_rad) {
+      out.stop = Stop::kConverged;
+      break;
+    }
+  }
+
+  out.T_target_vehicle = T;
+  out.pairs = sums.pairs;
+  out.observability = obs.alignment;
+  if (sums.pairs > 0) {
+    out.mean_distance_m = sums.abs_sum / sums.pairs;
+    out.rms_m = std::sqrt(sums.square_sum / sums.pairs);
+  }
+  out.overlap = static_cast<double>(sums.pairs) / static_cast<double>(source_vehicle.size());
+  const Vec6 correction = log_se3(prediction.T_target_vehicle.inverse() * T);
+  out.correction_m = correction.head<3>().norm();
+  out.correction_rad = correction.tail<3>().norm();
+  if (!T.finite() || out.correction_m > params.max_correction_m ||
+      out.correction_rad > params.max_correction_rad) {
+    out.stop = Stop::kDiverged;
+    out.T_target_vehicle = prediction.T_target_vehicle;
+  }
+  if (!usable(out.stop) || out.iterations == 0) return match;
+  out.information = observed_part(sums.equations.H, obs);
+  if (out.stop == Stop::kConverged && obs.unobserved > 0) out.stop = Stop::kDegenerate;
+  return match;
+}
+
+}  // namespace rcs::sp

@@ -1,0 +1,59 @@
+#pragma once
+// Registration of a scan to the a priori elevation map.
+
+#include <cstdint>
+#include <vector>
+
+#include "modules/sp/registration.h"
+#include "rcs/base/points.h"
+#include "rcs/terrain/elevation_map.h"
+
+namespace rcs::sp {
+
+struct PriorMatchParams {
+  int max_iterations = 12;        ///< [1, 100]
+  int min_cells = 12;             ///< map cells with points; fewer: kTooFew, [3, 10000]
+  double robust_sigma = 2.0;      ///< residual, in sigmas, of robust weight 1/4: what stands on the
+                                  ///< ground (vegetation) is not in the map, [0.5, 20]
+  double gate_sigma = 4.0;        ///< larger residuals, in sigmas, are no match, [1, 20]
+  double min_sigma_m = 0.1;       ///< the map is not believed beyond this, [0.001, 10]
+  double min_alignment = 0.0005;  ///< observability below which a direction is unobserved, [0, 0.5]
+  double max_sigma_m = 2.0;  ///< a direction known no better than this is unobserved, [0.01, 100]
+  double max_correction_m = 15.0;   ///< farther from the prediction: kDiverged, [0.1, 1000]
+  double max_correction_rad = 0.2;  ///< likewise, [0.001, 3.2]
+  double step_m = 1e-3;             ///< converged when a step is smaller, [1e-9, 1]
+  double step_rad = 1e-5;           ///< likewise, [1e-9, 0.1]
+};
+
+class PriorMatchWorkspace {
+ public:
+  struct Count {
+    std::uint64_t key = 0;
+    std::uint32_t generation = 0;
+    std::uint32_t points = 0;
+  };
+  struct Match {
+    Elevation ground;
+    std::uint32_t slot = 0;  // of its cell in `counts`
+    bool found = false;
+  };
+  std::vector<Count> counts;
+  std::uint32_t generation = 0;
+  std::vector<Match> matches;
+};
+
+struct PriorMatch {
+  Registration registration;  ///< target: frame world
+  std::int64_t tile_id = 0;   ///< of the tile under the vehicle
+};
+
+/// Aligns `source_vehicle` to the map's ground surface: point-to-plane along the map's normals.
+/// A cell's points share the cell's error: together they weigh no more than 1 / sigma^2, and
+/// `information` is capped likewise. The survey's slow bias is not in it: WM estimates that.
+/// Deterministic. Allocates nothing once `workspace` has seen a scan as large.
+[[nodiscard]] PriorMatch match_prior_map(const Points& source_vehicle, const ElevationMap& map,
+                                         const Prediction& prediction,
+                                         const PriorMatchParams& params, WorkUnits granted,
+                                         PriorMatchWorkspace* workspace);
+
+}  // namespace rcs::sp

@@ -1,0 +1,97 @@
+#include "modules/sp/sp_config.h"
+
+namespace rcs::sp {
+namespace {
+
+void read(ParamTable table, LadarParams* p) {
+  table.get("rows", &p->rows, {1, 1024});
+  table.get("cols", &p->cols, {1, 4096});
+  table.get_deg("fov_v_deg", &p->fov_v_rad, {0.1, 120});
+  table.get_deg("fov_h_deg", &p->fov_h_rad, {0.1, 360});
+  table.get("min_range_m", &p->min_range_m, {0, 10});
+  table.get("max_range_m", &p->max_range_m, {1, 300});
+  table.get_pose("mount", &p->T_vehicle_mount, {-20, 20});
+}
+
+void read(ParamTable table, IcpParams* p) {
+  table.get("max_iterations", &p->max_iterations, {1, 200});
+  table.get("min_pairs", &p->min_pairs, {6, 100000});
+  table.get("gate_m", &p->gate_m, {0.05, 20});
+  table.get("gate_sigma", &p->gate_sigma, {1, 20});
+  table.get("range_sigma_m", &p->range_sigma_m, {0.001, 1});
+  table.get_deg("beam_sigma_deg", &p->beam_sigma_rad, {0, 5});
+  table.get("map_sigma_m", &p->map_sigma_m, {0.001, 1});
+  table.get("min_alignment", &p->min_alignment, {0, 0.5});
+  table.get("max_correction_m", &p->max_correction_m, {0.01, 100});
+  table.get_deg("max_correction_deg", &p->max_correction_rad, {0.05, 180});
+  table.get("step_m", &p->step_m, {1e-9, 0.1});
+  table.get("step_rad", &p->step_rad, {1e-9, 0.1});
+}
+
+void read(ParamTable table, RollingMapParams* p) {
+  table.get("voxel_m", &p->voxel_m, {0.05, 5});
+  table.get("capacity", &p->capacity, {1000, 4e6});
+  table.get("radius_m", &p->radius_m, {5, 500});
+  table.get("max_points", &p->max_points, {10, 10000});
+  table.get("min_points", &p->min_points, {4, 1000});
+  table.get("max_thickness", &p->max_thickness, {0.001, 1});
+  table.get("min_extent", &p->min_extent, {0, 0.5});
+}
+
+void read(ParamTable table, PriorMatchParams* p) {
+  table.get("max_iterations", &p->max_iterations, {1, 100});
+  table.get("min_cells", &p->min_cells, {3, 10000});
+  table.get("robust_sigma", &p->robust_sigma, {0.5, 20});
+  table.get("gate_sigma", &p->gate_sigma, {1, 20});
+  table.get("min_sigma_m", &p->min_sigma_m, {0.001, 10});
+  table.get("min_alignment", &p->min_alignment, {0, 0.5});
+  table.get("max_sigma_m", &p->max_sigma_m, {0.01, 100});
+  table.get("max_correction_m", &p->max_correction_m, {0.1, 1000});
+  table.get_deg("max_correction_deg", &p->max_correction_rad, {0.05, 180});
+  table.get("step_m", &p->step_m, {1e-9, 1});
+  table.get("step_rad", &p->step_rad, {1e-9, 0.1});
+}
+
+void read(ParamTable table, GrantParams* p) {
+  table.get("cap", &p->cap, {1, 1e12});
+  table.get("nominal_unit_ns", &p->nominal_unit_ns, {0.1, 1e6});
+  table.get("reserve", &p->reserve, {0, 0.99});
+}
+
+}  // namespace
+
+Result<SpConfig> load_sp_config(const ParamFile& file) {
+  SpConfig c;
+  ParamTable root = file.root();
+
+  ParamTable world = root.table("world");
+  world.get("prior_map", &c.prior_map);
+  if (!c.prior_map.empty()) c.prior_map = file.resolve(c.prior_map);
+
+  read(root.table("ladar"), &c.ladar);
+
+  ParamTable sp = root.table("sp");
+  sp.get_ms("budget_ms", &c.info.budget, {1, 10000});
+  sp.get_ms("nominal_compute_ms", &c.info.nominal_compute, {0, 10000});
+  sp.get("source_voxel_m", &c.source_voxel_m, {0.05, 10});
+  sp.get("map_voxel_m", &c.map_voxel_m, {0.02, 10});
+  sp.get("prior_voxel_m", &c.prior_voxel_m, {0.1, 50});
+  sp.get("min_facets", &c.min_facets, {0, 1});
+  sp.get_ms("facet_timeout_ms", &c.facet_timeout, {1, 1000});
+  sp.get("reseed_after", &c.reseed_after, {1, 1000});
+  sp.get("coast_sigma_m", &c.coast_sigma_m, {0.001, 100});
+  sp.get_deg("coast_sigma_deg", &c.coast_sigma_rad, {0.01, 170});
+  sp.get("prediction_sigma_scale", &c.prediction_sigma_scale, {0.1, 100});
+  read(sp.table("icp"), &c.icp);
+  read(sp.table("map"), &c.map);
+  read(sp.table("prior"), &c.prior);
+  read(sp.table("grant"), &c.grant);
+
+  if (Outcome read_all = file.finish({"vehicle", "world", "gps", "ins", "odometry", "wm", "bg"});
+      !read_all) {
+    return read_all.error();
+  }
+  return c;
+}
+
+}  // namespace rcs::sp

@@ -1,0 +1,42 @@
+#pragma once
+// SP's part of a vehicle configuration.
+
+#include <string>
+
+#include "modules/sp/icp.h"
+#include "modules/sp/prior_match.h"
+#include "modules/sp/ranges.h"
+#include "modules/sp/rolling_map.h"
+#include "rcs/base/result.h"
+#include "rcs/node/budget.h"
+#include "rcs/node/node.h"
+#include "rcs/node/params.h"
+
+namespace rcs::sp {
+
+struct SpConfig {
+  NodeInfo info{"sp", from_milliseconds(80.0), from_milliseconds(10.0)};
+  std::string prior_map;  ///< [world]: a tile file or directory; empty: none
+  LadarParams ladar;      ///< [ladar]
+
+  double source_voxel_m = 0.5;  ///< one point a voxel is registered, [0.05, 10]
+  double map_voxel_m = 0.2;     ///< and one a voxel inserted in the map, [0.02, 10]
+  double prior_voxel_m = 2.0;   ///< and one matched to the a priori map, [0.1, 50]
+  double min_facets = 0.25;     ///< share of the facets without which a scan is dropped, [0, 1]
+  Duration facet_timeout =
+      from_milliseconds(30.0);  ///< no facet for so long: take what came, [1, 1000]
+  int reseed_after = 10;       ///< scans in a row without a registration start a new map, [1, 1000]
+  double coast_sigma_m = 0.5;  ///< of a constant-velocity prediction, [0.001, 100]
+  double coast_sigma_rad = 0.05;        ///< likewise, [0.0001, 3]
+  double prediction_sigma_scale = 1.0;  ///< on WM's sigma of the prediction, [0.1, 100]
+
+  IcpParams icp;           ///< [sp.icp]
+  RollingMapParams map;    ///< [sp.map]
+  PriorMatchParams prior;  ///< [sp.prior]
+  GrantParams grant;       ///< [sp.grant]
+};
+
+/// Reads [ladar], [sp] and [world]; tables of other nodes are not looked at.
+[[nodiscard]] Result<SpConfig> load_sp_config(const ParamFile& file);
+
+}  // namespace rcs::sp

@@ -1,0 +1,6 @@
+// SP: sensory processing. LADAR facets in, registrations out.
+
+#include "modules/sp/sp_node.h"
+#include "rcs/node/node_main.h"
+
+int main(int argc, char** argv) { return rcs::node_main(argc, argv, "sp", rcs::sp::make_sp_node); }

@@ -1,0 +1,104 @@
+#pragma once
+// SP's shell: facets and beliefs in, registrations and points out.
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "lcmtypes/rcs/ins_t.hpp"
+#include "lcmtypes/rcs/ladar_points_t.hpp"
+#include "lcmtypes/rcs/ladar_ranges_t.hpp"
+#include "lcmtypes/rcs/nav_state_t.hpp"
+#include "lcmtypes/rcs/points_t.hpp"
+#include "lcmtypes/rcs/registration_t.hpp"
+#include "modules/sp/motion.h"
+#include "modules/sp/prior_match.h"
+#include "modules/sp/scan_assembler.h"
+#include "modules/sp/scan_filter.h"
+#include "modules/sp/sp_config.h"
+#include "rcs/node/inbox.h"
+#include "rcs/node/outbox.h"
+#include "rcs/node/report.h"
+
+namespace rcs::sp {
+
+class SpNode final : public Node {
+ public:
+  /// @param prior_map  loaded by the caller (a file is read before the first cycle, never in one)
+  SpNode(const SpConfig& config, std::optional<ElevationMap> prior_map, Bus* bus);
+
+  [[nodiscard]] const NodeInfo& info() const override { return config_.info; }
+  [[nodiscard]] Stamp next_wakeup() const override;
+  [[nodiscard]] Duration nominal_compute() const override;
+  void run(const Cycle& cycle) override;
+  [[nodiscard]] std::vector<const InboxBase*> inboxes() const override;
+
+ private:
+  // Where the vehicle is expected at the scan's reference instant, and how it moves meanwhile.
+  struct Expectation {
+    MotionState at_reference;
+    Mat6 covariance = Mat6::Identity();
+  };
+
+  void take_inertial();
+  void take_belief();
+  template <class Message>
+  void take_facets(Inbox<Message>* inbox, const Cycle& cycle);
+  void finish_scan(const Cycle& cycle);
+  [[nodiscard]] Expectation expect(Stamp reference) const;
+  void register_scan(const Cycle& cycle, const Expectation& expected);
+  void match_prior(const Cycle& cycle, const Pose& T_rolling_vehicle);
+  void seed(const Pose& T_rolling_vehicle);
+  void remember(const Pose& T_rolling_vehicle);
+  void fill(const Registration& registration, int target);
+  void publish_points(const Pose& T_rolling_vehicle);
+
+  SpConfig config_;
+  std::optional<ElevationMap> prior_map_;
+
+  Inbox<ladar_ranges_t> ranges_;
+  Inbox<ladar_points_t> facets_;
+  Inbox<ins_t> ins_;
+  Inbox<nav_state_t> nav_states_;
+  Outbox<registration_t> registration_out_;
+  Outbox<points_t> points_out_;
+  Report report_;
+
+  ScanAssembler assembler_;
+  Stamp last_facet_arrival_ = Stamp::min();
+  InertialBuffer inertial_;
+  MotionTable motion_;
+  VoxelSampler map_sampler_;
+  VoxelSampler source_sampler_;
+  Points dense_;         // what goes into the map
+  Points source_;        // what is registered
+  Points prior_source_;  // what is matched to the a priori map
+  RollingMap map_;
+  IcpWorkspace icp_;
+  PriorMatchWorkspace prior_match_;
+
+  std::int32_t epoch_ = 0;  // of the map; 0: none yet
+  int failures_ = 0;        // in a row
+  // The last two registered poses: the constant-velocity guess.
+  struct Fix {
+    Stamp stamp = Stamp::min();
+    Pose T_rolling_vehicle;
+  };
+  Fix last_, before_last_;
+  // WM's newest belief, when it is about the map in hand.
+  std::optional<MotionState> belief_;
+  Mat6 belief_covariance_ = Mat6::Identity();
+  std::optional<Pose> T_world_rolling_;
+  Mat6 world_covariance_ = Mat6::Identity();
+  std::optional<Pose> T_map_world_;  // to the a priori map's own datum
+  Vec3 datum_ = Vec3::Constant(1e9);
+
+  registration_t registration_message_{};
+  points_t points_message_{};
+};
+
+/// Loads the a priori map that the configuration names, and makes the node.
+[[nodiscard]] Result<std::unique_ptr<Node>> make_sp_node(const ParamFile& file, Bus* bus);
+
+}  // namespace rcs::sp
