@@ -1,0 +1,56 @@
+#pragma once
+// The scripted drive: where the vehicle is along its course, and when.
+
+#include <vector>
+
+#include "rcs/base/linear.h"
+
+namespace rcs::sim {
+
+struct CourseParams {
+  std::vector<Vec2> waypoints_world;  ///< at least two
+  double rest_s = 3.0;                ///< at rest before the start, [0, 600]
+  double speed_mps = 9.72;            ///< top speed (35 km/h), (0, 30]
+  double acceleration_mps2 = 1.5;     ///< speeding up and slowing down, (0, 5]
+  double lateral_mps2 = 3.0;          ///< in turns the speed is held below this, (0, 8]
+};
+
+/// A place on the course, seen from above.
+struct CoursePoint {
+  Vec2 p_world = Vec2::Zero();
+  double heading_rad = 0.0;  ///< counter-clockwise from east
+};
+
+/// A curve through the waypoints with continuous curvature (natural cubic spline over the chord
+/// length), driven from rest to rest.
+class Course {
+ public:
+  explicit Course(const CourseParams& params);
+
+  [[nodiscard]] double length_m() const { return arc_m_.back(); }
+  /// Of the drive, with the rest before it.
+  [[nodiscard]] double duration_s() const { return moment_s_.back(); }
+  /// Arc length at a time; clamped to the drive.
+  [[nodiscard]] double distance_at(double time_s) const;
+  [[nodiscard]] CoursePoint at_distance(double arc_m) const;
+  /// Points along the course, half a metre apart.
+  [[nodiscard]] std::vector<Vec2> points() const;
+
+ private:
+  void fit(const std::vector<Vec2>& waypoints);
+  void schedule(const CourseParams& params);
+  [[nodiscard]] double curvature(double u) const;
+  void evaluate(double u, Vec2* p, Vec2* dp, Vec2* ddp) const;
+
+  // The spline: knots by chord length, values and second derivatives.
+  std::vector<double> knot_;
+  std::vector<Vec2> value_;
+  std::vector<Vec2> second_;
+  // Fine samples: spline parameter, arc length, moment.
+  std::vector<double> parameter_;
+  std::vector<double> arc_m_;
+  std::vector<double> speed_mps_;
+  std::vector<double> moment_s_;
+};
+
+}  // namespace rcs::sim

@@ -1,0 +1,93 @@
+#include "sim/tile.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace rcs::sim {
+namespace {
+
+void add_ground_maxima(Tile* tile) {
+  for (int j = 0; j < Tile::kCells; j += 2) {
+    for (int i = 0; i < Tile::kCells; i += 2) {
+      float& highest = tile->maximum[Tile::node_index(1, i, j)];
+      for (int b = 0; b <= 2; ++b) {
+        const float* row = tile->corners(i, j + b);
+        highest = std::max({highest, row[0], row[1], row[2]});
+      }
+    }
+  }
+}
+
+void add_higher_maxima(Tile* tile) {
+  for (int level = 2; level <= Tile::kTop; ++level) {
+    const int size = 1 << level;
+    const int half = size / 2;
+    for (int j = 0; j < Tile::kCells; j += size) {
+      for (int i = 0; i < Tile::kCells; i += size) {
+        float& highest = tile->maximum[Tile::node_index(level, i, j)];
+        for (const int b : {0, half}) {
+          for (const int a : {0, half}) {
+            highest = std::max(highest, tile->maximum[Tile::node_index(level - 1, i + a, j + b)]);
+          }
+        }
+      }
+    }
+  }
+}
+
+// First and last node of one axis that [low_m, high_m] of the tile touches; none: first > last.
+std::array<int, 2> node_range(double low_m, double high_m) {
+  constexpr double kNode_m = Tile::kSize_m / Tile::kObjectSide;
+  return {std::max(0, static_cast<int>(std::floor(low_m / kNode_m))),
+          std::min(Tile::kObjectSide - 1, static_cast<int>(std::floor(high_m / kNode_m)))};
+}
+
+void add_objects(const std::vector<Spheroid>& near, const Vec2& corner_world, Tile* tile) {
+  std::array<std::vector<std::uint16_t>, Tile::kObjectSide * Tile::kObjectSide> lists;
+  for (const Spheroid& object : near) {
+    const double reach_m = object.radius_m + object.sway_m;
+    const Vec2 p = object.centre_world.head<2>() - corner_world;
+    const std::array<int, 2> x = node_range(p.x() - reach_m, p.x() + reach_m);
+    const std::array<int, 2> y = node_range(p.y() - reach_m, p.y() + reach_m);
+    if (x[0] > x[1] || y[0] > y[1]) continue;
+    // A millimetre over the rounding to float.
+    const float top = static_cast<float>(object.centre_world.z() + object.half_height_m) + 1e-3F;
+    const std::uint16_t index = static_cast<std::uint16_t>(tile->objects.size());
+    tile->objects.push_back(object);
+    for (int j = y[0]; j <= y[1]; ++j) {
+      for (int i = x[0]; i <= x[1]; ++i) {
+        const int cell_i = i << Tile::kObjectLevel;
+        const int cell_j = j << Tile::kObjectLevel;
+        lists[Tile::object_node(cell_i, cell_j)].push_back(index);
+        float& highest = tile->maximum[Tile::node_index(Tile::kObjectLevel, cell_i, cell_j)];
+        highest = std::max(highest, top);
+      }
+    }
+  }
+  for (std::size_t k = 0; k < lists.size(); ++k) {
+    tile->first_object[k] = static_cast<std::uint32_t>(tile->node_objects.size());
+    tile->node_objects.insert(tile->node_objects.end(), lists[k].begin(), lists[k].end());
+  }
+  tile->first_object[lists.size()] = static_cast<std::uint32_t>(tile->node_objects.size());
+}
+
+}  // namespace
+
+Tile make_tile(int tx, int ty, const Relief& relief, const Scatter& scatter) {
+  Tile tile;
+  relief.fill(std::int64_t{tx} * Tile::kCells, std::int64_t{ty} * Tile::kCells, Tile::kCell_m,
+              Tile::kNodes, Tile::kNodes, &tile.z);
+  tile.maximum.assign(Tile::kOffset.back(), -std::numeric_limits<float>::infinity());
+  add_ground_maxima(&tile);
+  // What stands in a neighbouring tile may reach into this one.
+  std::vector<Spheroid> near;
+  for (int b = ty - 1; b <= ty + 1; ++b) {
+    for (int a = tx - 1; a <= tx + 1; ++a) scatter.grow(a, b, Tile::kSize_m, relief, &near);
+  }
+  add_objects(near, Tile::kSize_m * Vec2(tx, ty), &tile);
+  add_higher_maxima(&tile);
+  return tile;
+}
+
+}  // namespace rcs::sim

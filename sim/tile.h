@@ -1,0 +1,53 @@
+#pragma once
+// A square of the world as a ray caster wants it: heights, maxima by level, objects by node.
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "sim/scatter.h"
+
+namespace rcs::sim {
+
+/// 2^7 x 2^7 cells of 0.1 m; the ground is bilinear between the nodes at their corners. Above the
+/// cells stands a pyramid of maxima: node (i, j) of level l covers 2^l x 2^l cells. Objects are
+/// listed by node of level kObjectLevel (1.6 m) and count in the maxima from that level up.
+struct Tile {
+  static constexpr double kCell_m = 0.1;
+  static constexpr int kTop = 7;
+  static constexpr int kCells = 1 << kTop;
+  static constexpr int kNodes = kCells + 1;
+  static constexpr double kSize_m = kCells * kCell_m;
+  static constexpr int kObjectLevel = 4;
+  static constexpr int kObjectSide = kCells >> kObjectLevel;
+
+  std::vector<float> z;        ///< kNodes x kNodes, x fastest
+  std::vector<float> maximum;  ///< levels 1 .. kTop, by node_index()
+  std::vector<Spheroid> objects;
+  /// Objects of node k: node_objects[first_object[k]] up to node_objects[first_object[k + 1]].
+  std::array<std::uint32_t, kObjectSide * kObjectSide + 1> first_object{};
+  std::vector<std::uint16_t> node_objects;
+
+  /// Index into `maximum` of the node of `level` >= 1 that holds cell (i, j).
+  static std::size_t node_index(int level, int i, int j) {
+    return kOffset[static_cast<std::size_t>(level)] +
+           (static_cast<std::size_t>(j >> level) << static_cast<unsigned>(kTop - level)) +
+           static_cast<std::size_t>(i >> level);
+  }
+  /// Index into `first_object` of the node that holds cell (i, j).
+  static std::size_t object_node(int i, int j) {
+    return static_cast<std::size_t>((j >> kObjectLevel) * kObjectSide + (i >> kObjectLevel));
+  }
+  [[nodiscard]] const float* corners(int i, int j) const {
+    return z.data() + static_cast<std::size_t>(j) * kNodes + static_cast<std::size_t>(i);
+  }
+
+  // Levels 1 .. 7 have 64^2, 32^2, ... 1 nodes.
+  static constexpr std::array<std::size_t, kTop + 2> kOffset = {0,    0,    4096, 5120, 5376,
+                                                                5440, 5456, 5460, 5461};
+};
+
+/// Tile (tx, ty) of the lattice of edge Tile::kSize_m in frame world.
+[[nodiscard]] Tile make_tile(int tx, int ty, const Relief& relief, const Scatter& scatter);
+
+}  // namespace rcs::sim

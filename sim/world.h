@@ -1,0 +1,73 @@
+#pragma once
+// The world that the vehicle drives through, and what a ray of light meets in it.
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "rcs/base/linear.h"
+#include "sim/relief.h"
+#include "sim/scatter.h"
+#include "sim/tile.h"
+
+namespace rcs::sim {
+
+struct WorldParams {
+  std::uint64_t seed = 1;
+  std::vector<Octave> octaves;  ///< empty and no DEM: the plane z = 0
+  RockParams rocks;
+  VegetationParams vegetation;
+  double clear_m = 2.5;  ///< nothing stands nearer to the course, [0, 20]
+};
+
+struct Ray {
+  Vec3 origin_world;
+  Vec3 direction_world;  ///< unit
+};
+
+struct Hit {
+  double range_m = 0.0;
+  double cos_incidence = 1.0;  ///< of the surface that was hit; foliage and grass: 1
+};
+
+/// Heights are in frame world. Tiles of the world are made when first looked at, and are the same
+/// whatever the order; not thread-safe for that reason.
+class World {
+ public:
+  /// @param course_world  points along the course, at most 1 m apart; never empty
+  /// @param reach_m  how far from the course the world extends
+  World(const WorldParams& params, Dem dem, const std::vector<Vec2>& course_world, double reach_m);
+
+  [[nodiscard]] const Relief& relief() const { return relief_; }
+  [[nodiscard]] bool contains(double x_m, double y_m) const;
+
+  /// Bare ground; the place must be contained.
+  [[nodiscard]] double height(double x_m, double y_m) const;
+  /// Upward unit normal of the bare ground; the place must be contained.
+  [[nodiscard]] Vec3 normal(double x_m, double y_m) const;
+
+  /// The first thing that a ray meets.
+  /// @param time_s  when: vegetation sways
+  /// @param shot  decides where in foliage the light is sent back
+  /// @return false: nothing within max_range_m, or the ray leaves the world
+  [[nodiscard]] bool cast(const Ray& ray, double max_range_m, double time_s, std::uint64_t shot,
+                          Hit* hit) const;
+
+  /// Frees the tiles farther than `radius_m` from a place; they come back when looked at.
+  void forget_beyond(double x_m, double y_m, double radius_m) const;
+
+ private:
+  struct Shot;
+
+  [[nodiscard]] const Tile& tile(int i, int j) const;
+  void meet_objects(const Tile& tile, std::size_t node, const Shot& shot, Hit* hit) const;
+  void meet_grass(const Shot& shot, Hit* hit) const;
+
+  Relief relief_;
+  Scatter scatter_;
+  int tx0_ = 0, ty0_ = 0;  ///< of the south-western tile
+  int tiles_x_ = 0, tiles_y_ = 0;
+  mutable std::vector<std::unique_ptr<const Tile>> tiles_;
+};
+
+}  // namespace rcs::sim
