@@ -20,7 +20,7 @@ std::size_t LocalBus::channel_index(std::string_view name) {
   for (std::size_t i = 0; i < channels_.size(); ++i) {
     if (channels_[i].name == name) return i;
   }
-  channels_.push_back({std::string(name), {}, {}, 0});
+  channels_.emplace_back().name = name;
   return channels_.size() - 1;
 }
 
@@ -35,8 +35,9 @@ void LocalBus::publish(std::string_view channel, const std::uint8_t* data, std::
   Packet* const packet = c.free.back();
   c.free.pop_back();
 
-  c.largest = std::max(c.largest, size);
-  packet->data.reserve(c.largest);
+  // By doubling: a message that grows by a byte a day must not allocate once a day.
+  while (c.packet_bytes < size) c.packet_bytes *= 2;
+  packet->data.reserve(c.packet_bytes);
   packet->data.assign(data, data + size);
   packet->due = publish_due_;
   packet->sequence = ++sequence_;

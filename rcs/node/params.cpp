@@ -354,10 +354,9 @@ Result<ParamFile> ParamFile::load(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) return Error{fmt::format("{}: cannot open: {}", path, std::strerror(errno))};
   std::ostringstream text;
-  text << file.rdbuf();
-  if (file.bad() || text.fail()) {
-    return Error{fmt::format("{}: cannot read: is it a file, and not empty?", path)};
-  }
+  // An empty file is one of defaults only; inserting it would count as a failure.
+  if (file.peek() != std::ifstream::traits_type::eof()) text << file.rdbuf();
+  if (file.bad() || text.fail()) return Error{path + ": cannot read: is it a file?"};
   return parse(text.str(), path);
 }
 

@@ -1,0 +1,251 @@
+#include "rcs/node/inbox.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <random>
+
+#include "lcmtypes/rcs/command_t.hpp"
+#include "lcmtypes/rcs/cycle_t.hpp"
+#include "lcmtypes/rcs/event_t.hpp"
+#include "lcmtypes/rcs/ladar_points_t.hpp"
+#include "lcmtypes/rcs/ladar_ranges_t.hpp"
+#include "lcmtypes/rcs/map_patch_t.hpp"
+#include "lcmtypes/rcs/nav_state_t.hpp"
+#include "lcmtypes/rcs/plan_t.hpp"
+#include "lcmtypes/rcs/points_t.hpp"
+#include "lcmtypes/rcs/registration_t.hpp"
+#include "lcmtypes/rcs/status_t.hpp"
+#include "rcs/node/local_bus.h"
+#include "tests/node/fixtures.h"
+
+namespace rcs {
+namespace {
+
+using test::at_ms;
+using test::encode;
+using test::odometry;
+
+class InboxTest : public testing::Test {
+ protected:
+  void send(std::int64_t seq, std::int64_t utime, Stamp arrival) {
+    const std::vector<std::uint8_t> bytes = encode(odometry(seq, utime));
+    inbox_.receive(bytes.data(), bytes.size(), arrival);
+  }
+
+  LocalBus bus_;
+  Inbox<odometry_t> inbox_{&bus_, "ODOMETRY", 3};
+};
+
+TEST_F(InboxTest, GivesWhatCameInOrder) {
+  for (int i = 1; i <= 3; ++i) send(i, 10 * i, at_ms(i));
+  EXPECT_EQ(inbox_.oldest_arrival(), at_ms(1));
+  for (int i = 1; i <= 3; ++i) {
+    ASSERT_NE(inbox_.front(), nullptr);
+    EXPECT_EQ(inbox_.front()->seq, i);
+    EXPECT_EQ(inbox_.front_arrival(), at_ms(i));
+    inbox_.pop();
+  }
+  EXPECT_EQ(inbox_.front(), nullptr);
+  EXPECT_EQ(inbox_.oldest_arrival(), Stamp::max());
+}
+
+TEST_F(InboxTest, KeepsTheNewestAndCountsTheDropped) {
+  for (int i = 1; i <= 10; ++i) send(i, i, at_ms(i));
+  EXPECT_EQ(inbox_.size(), 3U);
+  EXPECT_EQ(inbox_.front()->seq, 8);
+  EXPECT_EQ(inbox_.account().received, 10);
+  EXPECT_EQ(inbox_.account().dropped, 7);
+  EXPECT_EQ(inbox_.account().gaps, 0);
+  EXPECT_EQ(inbox_.latest()->seq, 10);
+  EXPECT_EQ(inbox_.account().dropped, 7) << "skipping to the latest is the reader's choice";
+}
+
+TEST_F(InboxTest, CountsGapsAndRepetitions) {
+  for (const int seq : {5, 6, 9, 9, 8, 10}) send(seq, 0, at_ms(0));
+  EXPECT_EQ(inbox_.account().gaps, 2 + 1);      // 7 and 8; then 9 after 8 stepped back
+  EXPECT_EQ(inbox_.account().repeated, 1 + 1);  // 9 again, 8 after 9
+}
+
+TEST_F(InboxTest, AWriterThatStartsAgainLeavesNoGap) {
+  for (const int seq : {5, 6, 1, 2}) send(seq, 0, at_ms(0));
+  EXPECT_EQ(inbox_.account().gaps, 0);
+  EXPECT_EQ(inbox_.account().repeated, 0);
+}
+
+TEST_F(InboxTest, WildSequenceNumbersCountOnceAndOverflowNothing) {
+  constexpr std::int64_t kMin = std::numeric_limits<std::int64_t>::min();
+  constexpr std::int64_t kMax = std::numeric_limits<std::int64_t>::max();
+  for (const std::int64_t seq : {kMin, kMax, kMin, std::int64_t{7}, kMax}) send(seq, 0, at_ms(0));
+  EXPECT_EQ(inbox_.account().gaps, 3);
+  EXPECT_EQ(inbox_.account().repeated, 1);
+}
+
+TEST_F(InboxTest, AgeIsSinceTheLastArrivalInNodeTime) {
+  EXPECT_EQ(inbox_.account().age(at_ms(7)), Duration(-1));
+  send(1, 1'700'000'000'000'000, at_ms(10));  // sensor time of another epoch
+  EXPECT_EQ(inbox_.account().age(at_ms(17)), test::ms(7));
+  EXPECT_EQ(to_utime(inbox_.account().newest), 1'700'000'000'000'000);
+}
+
+TEST_F(InboxTest, TheMalformedIsCountedAndPushesNothingOut) {
+  for (int i = 1; i <= 3; ++i) send(i, i, at_ms(i));
+  std::vector<std::uint8_t> bytes = encode(odometry(4, 4));
+  inbox_.receive(bytes.data(), 0, at_ms(4));                 // empty
+  inbox_.receive(bytes.data(), bytes.size() - 1, at_ms(4));  // truncated
+  bytes.push_back(0);
+  inbox_.receive(bytes.data(), bytes.size(), at_ms(4));  // a byte left over
+  bytes.pop_back();
+  bytes[3] ^= 1;
+  inbox_.receive(bytes.data(), bytes.size(), at_ms(4));  // another type's fingerprint
+  const std::vector<std::uint8_t> huge(InboxBase::kMaxMessageBytes + 1);
+  inbox_.receive(huge.data(), huge.size(), at_ms(4));
+  EXPECT_EQ(inbox_.account().malformed, 5);
+  EXPECT_EQ(inbox_.account().received, 3);
+  EXPECT_EQ(inbox_.account().dropped, 0);
+  EXPECT_EQ(inbox_.front()->seq, 1);
+}
+
+// Every message type with a length in it, filled so that each array and string has elements.
+template <class T>
+T sample();
+
+template <>
+ladar_ranges_t sample() {
+  ladar_ranges_t m{};
+  m.n = 4;
+  m.range_m = {1, 2, 3, 4};
+  return m;
+}
+template <>
+ladar_points_t sample() {
+  ladar_points_t m{};
+  m.n = m.n_index = m.n_time = 2;
+  m.x_m = m.y_m = m.z_m = {1, 2};
+  m.row = m.col = {1, 2};
+  m.dt_us = {1, 2};
+  return m;
+}
+template <>
+points_t sample() {
+  points_t m{};
+  m.n = 2;
+  m.x_m = m.y_m = m.z_m = {1, 2};
+  return m;
+}
+template <>
+registration_t sample() {
+  registration_t m{};
+  m.n_tiles = 2;
+  m.tile_id = {1, 2};
+  return m;
+}
+template <>
+map_patch_t sample() {
+  map_patch_t m{};
+  m.n = 2;
+  m.height_cm = m.step_cm = {1, 2};
+  m.slope_deg = m.roughness_cm = m.flags = {1, 2};
+  return m;
+}
+template <>
+command_t sample() {
+  command_t m{};
+  m.issuer = "operator";
+  m.n = 2;
+  m.waypoint.resize(2);
+  return m;
+}
+template <>
+plan_t sample() {
+  plan_t m{};
+  m.issuer = "operator";
+  m.n = 2;
+  m.point.resize(2);
+  return m;
+}
+template <>
+cycle_t sample() {
+  cycle_t m{};
+  m.node = "sp";
+  m.n_stages = 2;
+  m.stage = {{"a", 1}, {"b", 2}};
+  m.n_inputs = 1;
+  m.input.resize(1);
+  m.input[0].channel = "INS";
+  return m;
+}
+template <>
+event_t sample() {
+  event_t m{};
+  m.node = "sp";
+  m.code = "map.reseeded";
+  m.text = "text";
+  return m;
+}
+template <>
+status_t sample() {
+  status_t m{};
+  m.node = m.issuer = "bg";
+  m.state = "EXEC";
+  m.reason = "none";
+  return m;
+}
+template <>
+nav_state_t sample() {
+  return nav_state_t{};
+}
+
+template <class T>
+class HostileBytes : public testing::Test {};
+using MessageTypes =
+    testing::Types<ladar_ranges_t, ladar_points_t, points_t, registration_t, map_patch_t, command_t,
+                   plan_t, cycle_t, event_t, status_t, nav_state_t>;
+TYPED_TEST_SUITE(HostileBytes, MessageTypes);
+
+TYPED_TEST(HostileBytes, EveryLengthAtEveryPlaceIsSurvived) {
+  // GIVEN a good message; every length in it lies at some offset
+  LocalBus bus;
+  Inbox<TypeParam> inbox(&bus, "ANY", 2);
+  const std::vector<std::uint8_t> good = encode(sample<TypeParam>());
+  inbox.receive(good.data(), good.size(), Stamp());
+  ASSERT_EQ(inbox.account().received, 1);
+  // WHEN each 4 bytes in turn are overwritten by a hostile length
+  std::int64_t sent = 1;
+  for (std::size_t at = 0; at + 4 <= good.size(); ++at) {
+    for (const std::uint32_t length :
+         {0x80000000U, 0xffffffffU, 0x7fffffffU, 0x20000000U, 0x40000001U, 0x00ffffffU, 0U}) {
+      std::vector<std::uint8_t> bytes = good;
+      for (std::size_t i = 0; i < 4; ++i) {
+        bytes[at + i] = static_cast<std::uint8_t>(length >> (24 - 8 * i));
+      }
+      inbox.receive(bytes.data(), bytes.size(), Stamp());
+      ++sent;
+    }
+  }
+  // THEN it is decoded or counted, and nothing dies
+  EXPECT_EQ(inbox.account().received + inbox.account().malformed, sent);
+  EXPECT_GT(inbox.account().malformed, 0);
+}
+
+TYPED_TEST(HostileBytes, RandomDamageIsSurvived) {
+  std::mt19937 rng(11);
+  LocalBus bus;
+  Inbox<TypeParam> inbox(&bus, "ANY", 2);
+  const std::vector<std::uint8_t> good = encode(sample<TypeParam>());
+  constexpr int kRounds = 20'000;
+  for (int round = 0; round < kRounds; ++round) {
+    std::vector<std::uint8_t> bytes = good;
+    std::uniform_int_distribution<std::size_t> place(8, good.size() - 1);  // keep the fingerprint
+    std::uniform_int_distribution<int> byte(0, 255);
+    for (int k = 0; k < 1 + round % 4; ++k)
+      bytes[place(rng)] = static_cast<std::uint8_t>(byte(rng));
+    if (round % 5 == 0) bytes.resize(place(rng));
+    inbox.receive(bytes.data(), bytes.size(), Stamp());
+  }
+  EXPECT_EQ(inbox.account().received + inbox.account().malformed, kRounds);
+}
+
+}  // namespace
+}  // namespace rcs

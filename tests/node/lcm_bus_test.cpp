@@ -1,0 +1,95 @@
+// On a private bus (with_bus.sh).
+#include "rcs/node/lcm_bus.h"
+
+#include <gtest/gtest.h>
+#include <poll.h>
+
+#include <string>
+#include <thread>
+
+#include "lcmtypes/rcs/points_t.hpp"
+#include "rcs/node/inbox.h"
+#include "rcs/node/outbox.h"
+#include "tests/node/fixtures.h"
+
+namespace rcs {
+namespace {
+
+using test::at_ms;
+
+/// Delivers until `count` messages have come or none comes for 2 s.
+int deliver(LcmBus* bus, int count, Stamp now) {
+  int delivered = 0;
+  while (delivered < count) {
+    pollfd p{bus->fd(), POLLIN, 0};
+    if (poll(&p, 1, 2000) <= 0) break;
+    if (bus->deliver_one(now)) ++delivered;
+  }
+  return delivered;
+}
+
+std::unique_ptr<LcmBus> open_bus() {
+  Result<std::unique_ptr<LcmBus>> bus = LcmBus::create(kDefaultLcmUrl);
+  EXPECT_TRUE(bus.ok()) << bus.error().message;
+  return std::move(bus).value();
+}
+
+TEST(LcmBus, MessagesGoFromOneToTheOther) {
+  const auto a = open_bus();
+  const auto b = open_bus();
+  Inbox<points_t> inbox(b.get(), "SP_POINTS", 200);
+  Outbox<points_t> outbox(a.get(), "SP_POINTS");
+  points_t cloud{};
+  cloud.n = 4000;
+  cloud.x_m.resize(4000, 1.0F);
+  cloud.y_m.resize(4000, 2.0F);
+  cloud.z_m.resize(4000, 3.0F);
+  for (int i = 0; i < 50; ++i) {
+    outbox.publish(&cloud);
+    ASSERT_EQ(deliver(b.get(), 1, at_ms(i)), 1);
+  }
+  EXPECT_EQ(inbox.account().received, 50);
+  EXPECT_EQ(inbox.account().gaps, 0);
+  EXPECT_EQ(inbox.account().last_arrival, at_ms(49));
+  EXPECT_EQ(inbox.latest()->z_m.back(), 3.0F);
+}
+
+TEST(LcmBus, ABurstWaitsInTheBusUntilTheInboxDecides) {
+  // LCM's own queue of 30 would keep the oldest; the newest are what a node wants.
+  const auto bus = open_bus();
+  Inbox<odometry_t> inbox(bus.get(), "ODOMETRY", 4);
+  Outbox<odometry_t> outbox(bus.get(), "ODOMETRY");
+  odometry_t m{};
+  for (int i = 0; i < 500; ++i) outbox.publish(&m);
+  EXPECT_EQ(deliver(bus.get(), 500, at_ms(1)), 500);
+  EXPECT_EQ(inbox.account().received, 500);
+  EXPECT_EQ(inbox.account().dropped, 496);
+  EXPECT_EQ(inbox.latest()->seq, 500);
+}
+
+TEST(LcmBus, GarbageOnAChannelIsCounted) {
+  const auto bus = open_bus();
+  Inbox<odometry_t> inbox(bus.get(), "ODOMETRY", 4);
+  const std::vector<std::uint8_t> garbage(100, 0xff);
+  bus->publish("ODOMETRY", garbage.data(), garbage.size());
+  bus->publish("ODOMETRY", garbage.data(), 0);
+  EXPECT_EQ(deliver(bus.get(), 2, at_ms(1)), 2);
+  EXPECT_EQ(inbox.account().malformed, 2);
+}
+
+TEST(LcmBus, NothingWaitsOnASilentBus) {
+  const auto bus = open_bus();
+  Inbox<odometry_t> inbox(bus.get(), "ODOMETRY", 4);
+  EXPECT_FALSE(bus->deliver_one(at_ms(1)));
+  EXPECT_TRUE(bus->status().ok());
+}
+
+TEST(LcmBus, AnUrlThatIsNoneSaysWhatToDo) {
+  const auto bus = LcmBus::create("nonsense");
+  ASSERT_FALSE(bus.ok());
+  EXPECT_NE(bus.error().message.find("nonsense"), std::string::npos);
+  EXPECT_NE(bus.error().message.find("ip route add 224.0.0.0/4 dev lo"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace rcs

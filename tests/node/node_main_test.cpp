@@ -1,0 +1,127 @@
+// On a private bus (with_bus.sh). The process under test is a child of the test.
+#include "rcs/node/node_main.h"
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <fstream>
+#include <string>
+
+#include "rcs/node/lcm_bus.h"
+#include "tests/node/fixtures.h"
+
+namespace rcs {
+namespace {
+
+using test::ms;
+
+Result<std::unique_ptr<Node>> make_echo(const ParamFile& params, Bus* bus) {
+  int depth = 4;
+  params.root().table("echo").get("depth", &depth, {1, 100});
+  if (const Outcome read = params.finish({}); !read) return read.error();
+  return std::unique_ptr<Node>(std::make_unique<test::Echo>(
+      NodeInfo{"echo", ms(50), ms(1)}, bus, "ODOMETRY", "ANSWER", static_cast<std::size_t>(depth)));
+}
+
+struct Ended {
+  int code;
+  std::string output;
+};
+
+/// A node process; its stderr and stdout in a pipe.
+class Child {
+ public:
+  explicit Child(std::vector<std::string> args) {
+    std::array<int, 2> ends{};
+    EXPECT_EQ(pipe(ends.data()), 0);
+    pid_ = fork();
+    if (pid_ == 0) {
+      dup2(ends[1], STDERR_FILENO);
+      dup2(ends[1], STDOUT_FILENO);
+      std::vector<char*> argv;
+      args.insert(args.begin(), "echo");
+      for (std::string& a : args) argv.push_back(a.data());
+      argv.push_back(nullptr);
+      const int code = node_main(static_cast<int>(args.size()), argv.data(), "echo", make_echo);
+      fflush(nullptr);
+      _exit(code);
+    }
+    close(ends[1]);
+    out_ = ends[0];
+  }
+  ~Child() { close(out_); }
+
+  void read_until(const std::string& text) {
+    std::array<char, 256> buffer{};
+    while (output_.find(text) == std::string::npos) {
+      const ssize_t n = read(out_, buffer.data(), buffer.size());
+      if (n <= 0) return;
+      output_.append(buffer.data(), static_cast<std::size_t>(n));
+    }
+  }
+  void terminate() const { (void)kill(pid_, SIGTERM); }
+  Ended wait() {
+    read_until("\x01");  // to the end
+    int status = 0;
+    waitpid(pid_, &status, 0);
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status), output_};
+  }
+
+ private:
+  pid_t pid_ = -1;
+  int out_ = -1;
+  std::string output_;
+};
+
+std::string config(const std::string& text) {
+  const testing::TestInfo* info = testing::UnitTest::GetInstance()->current_test_info();
+  const std::string path = testing::TempDir() + info->name() + ".toml";
+  std::ofstream(path) << text;
+  return path;
+}
+
+TEST(NodeMain, RunsUntilASignalAndPrintsTheAccount) {
+  Child child({config("[echo]\ndepth = 3\n")});
+  child.read_until("running");
+  const Result<std::unique_ptr<LcmBus>> bus = LcmBus::create(kDefaultLcmUrl);
+  ASSERT_TRUE(bus.ok());
+  Inbox<odometry_t> answers(bus->get(), "ANSWER", 8);
+  Outbox<odometry_t> outbox(bus->get(), "ODOMETRY");
+  odometry_t m{};
+  outbox.publish(&m);
+  while (answers.empty()) (void)(*bus)->deliver_one(Stamp());
+  child.terminate();
+  const Ended ended = child.wait();
+  EXPECT_EQ(ended.code, 0) << ended.output;
+  EXPECT_NE(ended.output.find("echo: 1 cycles, 0 missed"), std::string::npos) << ended.output;
+  EXPECT_NE(ended.output.find("ODOMETRY         received        1"), std::string::npos)
+      << ended.output;
+}
+
+TEST(NodeMain, AWrongConfigurationEndsItWithTheReason) {
+  const std::string path = config("[echo]\ndpeth = 3\n");
+  const Ended ended = Child({path}).wait();
+  EXPECT_EQ(ended.code, 1);
+  EXPECT_EQ(ended.output, "echo: " + path + ":2: [echo] unknown key dpeth; did you mean depth?\n");
+  EXPECT_EQ(Child({"/nonexistent.toml"}).wait().code, 1);
+}
+
+TEST(NodeMain, AWrongCommandLineIsTwoAndHelpIsZero) {
+  EXPECT_EQ(Child({}).wait().code, 2);
+  EXPECT_EQ(Child({"--nonsense"}).wait().code, 2);
+  const Ended help = Child({"--help"}).wait();
+  EXPECT_EQ(help.code, 0);
+  EXPECT_NE(help.output.find("Example"), std::string::npos);
+}
+
+TEST(NodeMain, ABusThatCannotBeOpenedEndsItWithTheReason) {
+  const Ended ended = Child({config(""), "--lcm-url", "nonsense"}).wait();
+  EXPECT_EQ(ended.code, 1);
+  EXPECT_NE(ended.output.find("cannot open the LCM bus nonsense"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace rcs

@@ -1,0 +1,69 @@
+#include "rcs/node/report.h"
+
+#include <gtest/gtest.h>
+
+#include "rcs/node/inbox.h"
+#include "rcs/node/local_bus.h"
+#include "tests/node/fixtures.h"
+
+namespace rcs {
+namespace {
+
+using test::at_ms;
+using test::ms;
+
+class ReportTest : public testing::Test {
+ protected:
+  const event_t* next() {
+    if (started_) events_.pop();
+    started_ = true;
+    return events_.front();
+  }
+  void deliver() {
+    while (bus_.next_due() != Stamp::max()) bus_.deliver_next(Stamp());
+  }
+  LocalBus bus_;
+  Inbox<event_t> events_{&bus_, "SP_EVENT", 16};
+  Report report_{&bus_, "sp", ms(1000)};
+  bool started_ = false;
+};
+
+TEST_F(ReportTest, AnEventSaysWhoWhatAndWhen) {
+  report_.warn(at_ms(5), "icp.rejected", "nis {:.1f} > {:.1f}, pairs {}", 12.34, 5.0, 77);
+  deliver();
+  const event_t* e = next();
+  ASSERT_NE(e, nullptr);
+  EXPECT_EQ(e->node, "sp");
+  EXPECT_EQ(e->utime, 5000);
+  EXPECT_EQ(e->severity, int{event_t::SEVERITY_WARNING});
+  EXPECT_EQ(e->code, "icp.rejected");
+  EXPECT_EQ(e->text, "nis 12.3 > 5.0, pairs 77");
+  EXPECT_EQ(e->repeated, 0);
+}
+
+TEST_F(ReportTest, ACodeIsSentOnceAnIntervalAndTheRestIsCounted) {
+  for (int i = 0; i < 250; ++i) report_.info(at_ms(10 * i), "a", "number {}", i);
+  report_.error(at_ms(10), "b", "another code is not held back");
+  deliver();
+  EXPECT_EQ(next()->text, "number 0");
+  const event_t* second = next();
+  EXPECT_EQ(second->text, "number 100");
+  EXPECT_EQ(second->repeated, 99);
+  const event_t* third = next();
+  EXPECT_EQ(third->text, "number 200");
+  EXPECT_EQ(third->repeated, 99);
+  EXPECT_EQ(next()->code, "b");
+  EXPECT_EQ(next(), nullptr);
+}
+
+TEST_F(ReportTest, ThePrinterShowsAnEventInOneLine) {
+  EventPrinter printer(&bus_, "sp");
+  report_.error(at_ms(1500), "map.reseeded", "after {} failures", 5);
+  testing::internal::CaptureStderr();
+  deliver();
+  EXPECT_EQ(testing::internal::GetCapturedStderr(),
+            "sp 1.500 error: map.reseeded: after 5 failures\n");
+}
+
+}  // namespace
+}  // namespace rcs
