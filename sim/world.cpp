@@ -46,6 +46,104 @@ double first_root(double f0, double fm, double f1) {
   return high <= 1.0 ? high : -1.0;
 }
 
+// A ray's way through the nodes of the pyramid, seen from above, in cells from the world's corner.
+// Node indices are carried along as integers, so that rounding can neither skip a node nor stand
+// still; the ranges of the node's far faces are carried along by sums.
+class NodeWalk {
+ public:
+  NodeWalk(const Vec2& origin, const Vec2& direction)
+      : origin_(origin),
+        east_(direction.x() >= 0.0 ? 1 : 0),
+        north_(direction.y() >= 0.0 ? 1 : 0),
+        // A ray along an axis never reaches the faces across it.
+        cell_x_(1.0 / std::max(std::abs(direction.x()), 1e-12)),
+        cell_y_(1.0 / std::max(std::abs(direction.y()), 1e-12)),
+        i_(static_cast<int>(origin.x()) >> kStart),
+        j_(static_cast<int>(origin.y()) >> kStart) {
+    enter(kStart);
+  }
+
+  [[nodiscard]] int level() const { return level_; }
+  [[nodiscard]] double range() const { return range_; }  ///< where the node was entered
+  [[nodiscard]] double exit() const { return std::max(range_, std::min(exit_x_, exit_y_)); }
+  [[nodiscard]] int i() const { return i_; }
+  [[nodiscard]] int j() const { return j_; }
+  [[nodiscard]] int tile_i() const { return i_ >> (Tile::kTop - level_); }
+  [[nodiscard]] int tile_j() const { return j_ >> (Tile::kTop - level_); }
+  [[nodiscard]] std::size_t node_index() const {
+    return Tile::node_index(level_, local(i_) << level_, local(j_) << level_);
+  }
+  [[nodiscard]] std::size_t object_node() const {
+    return Tile::object_node(local(i_) << level_, local(j_) << level_);
+  }
+
+  /// To the child where the ray is.
+  void descend() {
+    --level_;
+    descend_axis(cell_x_, east_, &i_, &exit_x_);
+    descend_axis(cell_y_, north_, &j_, &exit_y_);
+  }
+
+  /// To the neighbour; a level up when it has another parent, and up to the level of the objects
+  /// when it belongs to another node of that.
+  void advance() {
+    const int old_i = i_;
+    const int old_j = j_;
+    if (exit_x_ < exit_y_) {
+      range_ = std::max(range_, exit_x_);
+      exit_x_ += cell_x_ * (1 << level_);
+      i_ += 2 * east_ - 1;
+    } else {
+      range_ = std::max(range_, exit_y_);
+      exit_y_ += cell_y_ * (1 << level_);
+      j_ += 2 * north_ - 1;
+    }
+    const int changed = (i_ ^ old_i) | (j_ ^ old_j);
+    if (level_ < Tile::kObjectLevel && (changed >> (Tile::kObjectLevel - level_)) != 0) {
+      i_ >>= Tile::kObjectLevel - level_;
+      j_ >>= Tile::kObjectLevel - level_;
+      enter(Tile::kObjectLevel);
+    } else if (level_ < Tile::kTop && (changed >> 1) != 0) {
+      ascend_axis(cell_x_, east_, &i_, &exit_x_);
+      ascend_axis(cell_y_, north_, &j_, &exit_y_);
+      ++level_;
+    }
+  }
+
+ private:
+  static constexpr int kStart = Tile::kObjectLevel;  // never above: its objects would be missed
+
+  [[nodiscard]] int local(int node) const { return node & ((Tile::kCells >> level_) - 1); }
+
+  // Node (i_, j_) of `level`, its far faces afresh.
+  void enter(int level) {
+    level_ = level;
+    const double x = static_cast<double>((i_ + east_) * (1 << level)) - origin_.x();
+    const double y = static_cast<double>((j_ + north_) * (1 << level)) - origin_.y();
+    exit_x_ = std::abs(x) * cell_x_;
+    exit_y_ = std::abs(y) * cell_y_;
+  }
+  void descend_axis(double cell, int forward, int* node, double* exit) const {
+    const double middle = *exit - cell * (1 << level_);
+    const bool first_half = range_ < middle;
+    if (first_half) *exit = middle;
+    *node = 2 * *node + (first_half ? 1 - forward : forward);
+  }
+  void ascend_axis(double cell, int forward, int* node, double* exit) const {
+    const bool first_half = (*node & 1) != forward;
+    if (first_half) *exit += cell * (1 << level_);
+    *node >>= 1;
+  }
+
+  Vec2 origin_;
+  int east_, north_;        // 1: towards larger indices
+  double cell_x_, cell_y_;  // range from face to face of a cell
+  int i_, j_;               // node of the level
+  int level_ = 0;
+  double range_ = 0.0;
+  double exit_x_ = 0.0, exit_y_ = 0.0;  // ranges of the node's far faces
+};
+
 }  // namespace
 
 struct World::Shot {
@@ -112,72 +210,53 @@ Vec3 World::normal(double x_m, double y_m) const {
 }
 
 // Maximum mipmaps (Tevs, Ihrke & Seidel 2008): the ray jumps over every node whose highest point it
-// stays above, and descends into the others. Positions are in cells from the world's corner; the
-// indices are carried along as integers, so that rounding cannot skip a cell or stand still.
+// stays above, and descends into the others.
 bool World::cast(const Ray& ray, double max_range_m, double time_s, std::uint64_t shot_id,
                  Hit* hit) const {
   if (!contains(ray.origin_world.x(), ray.origin_world.y())) return false;
-  constexpr double kTiny = 1e-12;  // a ray along an axis never reaches the faces across it
-  const double ox = ray.origin_world.x() / Tile::kCell_m - static_cast<double>(tx0_) * Tile::kCells;
-  const double oy = ray.origin_world.y() / Tile::kCell_m - static_cast<double>(ty0_) * Tile::kCells;
-  const double dx = ray.direction_world.x() / Tile::kCell_m;
-  const double dy = ray.direction_world.y() / Tile::kCell_m;
+  const Vec2 corner(tx0_ * Tile::kSize_m, ty0_ * Tile::kSize_m);
+  const Vec2 origin = (ray.origin_world.head<2>() - corner) / Tile::kCell_m;
+  const Vec2 direction = ray.direction_world.head<2>() / Tile::kCell_m;
   const double oz = ray.origin_world.z();
   const double dz = ray.direction_world.z();
-  const bool east = dx >= 0.0;
-  const bool north = dy >= 0.0;
-  const double inverse_dx = 1.0 / (std::abs(dx) < kTiny ? kTiny : dx);
-  const double inverse_dy = 1.0 / (std::abs(dy) < kTiny ? kTiny : dy);
-
   const Shot shot{ray, time_s, shot_id};
   hit->range_m = max_range_m;
   bool on_ground = false;
-  int i = static_cast<int>(ox);
-  int j = static_cast<int>(oy);
-  int level = Tile::kTop;
+
+  NodeWalk walk(origin, direction);
+  const Tile* t = nullptr;
   int tile_i = -1;
   int tile_j = -1;
-  const Tile* t = nullptr;
-  double r = 0.0;  // range so far
-  while (r < hit->range_m) {
-    if ((i >> Tile::kTop) != tile_i || (j >> Tile::kTop) != tile_j) {
-      tile_i = i >> Tile::kTop;
-      tile_j = j >> Tile::kTop;
+  while (walk.range() < hit->range_m) {
+    if (walk.tile_i() != tile_i || walk.tile_j() != tile_j) {
+      tile_i = walk.tile_i();
+      tile_j = walk.tile_j();
       if (tile_i < 0 || tile_j < 0 || tile_i >= tiles_x_ || tile_j >= tiles_y_) break;
       t = &tile(tile_i, tile_j);
     }
-    const int li = i & (Tile::kCells - 1);
-    const int lj = j & (Tile::kCells - 1);
-    const int low_i = (i >> level) << level;
-    const int low_j = (j >> level) << level;
-    const int size = 1 << level;
-    const double rx = ((east ? low_i + size : low_i) - ox) * inverse_dx;
-    const double ry = ((north ? low_j + size : low_j) - oy) * inverse_dy;
-    const double exit = std::max(r, std::min(rx, ry));
-
-    if (level > 0) {
-      const double lowest = oz + dz * (dz < 0.0 ? exit : r);
-      if (lowest <= t->maximum[Tile::node_index(level, li, lj)]) {
-        if (level == Tile::kObjectLevel) meet_objects(*t, Tile::object_node(li, lj), shot, hit);
-        --level;
-        // Down into the quarter where the ray is.
-        i = std::clamp(static_cast<int>(ox + dx * r), low_i, low_i + size - 1);
-        j = std::clamp(static_cast<int>(oy + dy * r), low_j, low_j + size - 1);
+    const double exit = walk.exit();
+    if (walk.level() > 0) {
+      const double lowest = oz + dz * (dz < 0.0 ? exit : walk.range());
+      if (lowest <= t->maximum[walk.node_index()]) {
+        if (walk.level() == Tile::kObjectLevel) meet_objects(*t, walk.object_node(), shot, hit);
+        walk.descend();
         continue;
       }
     } else {
-      const float* z = t->corners(li, lj);
-      const double middle = 0.5 * (r + exit);
-      const auto above = [&](double at) {
-        return oz + dz * at - patch_height(z, ox + dx * at - i, oy + dy * at - j);
+      const float* z = t->corners(walk.i() & (Tile::kCells - 1), walk.j() & (Tile::kCells - 1));
+      const Vec2 place = origin - Vec2(walk.i(), walk.j());  // relative to the cell
+      const auto above = [&](double r) {
+        return oz + dz * r -
+               patch_height(z, place.x() + direction.x() * r, place.y() + direction.y() * r);
       };
+      const double r = walk.range();
       const double f0 = above(r);
-      const double share = f0 <= 0.0 ? 0.0 : first_root(f0, above(middle), above(exit));
+      const double share = f0 <= 0.0 ? 0.0 : first_root(f0, above(0.5 * (r + exit)), above(exit));
       if (share >= 0.0) {
         const double range_m = r + share * (exit - r);
         if (range_m < hit->range_m) {
-          const Vec2 g = patch_gradient(z, ox + dx * range_m - i, oy + dy * range_m - j);
-          const Vec3 n = upward_normal(g / Tile::kCell_m);
+          const Vec2 at = place + direction * range_m;
+          const Vec3 n = upward_normal(patch_gradient(z, at.x(), at.y()) / Tile::kCell_m);
           hit->range_m = range_m;
           hit->cos_incidence = std::abs(n.dot(ray.direction_world));
           on_ground = true;
@@ -185,24 +264,7 @@ bool World::cast(const Ray& ray, double max_range_m, double time_s, std::uint64_
         break;
       }
     }
-    // On to the neighbour, and up a level when that lies under another parent; always up to the
-    // level of the objects when it lies under another node of that.
-    const int old_i = i;
-    const int old_j = j;
-    if (rx < ry) {
-      i = east ? low_i + size : low_i - 1;
-      j = std::clamp(static_cast<int>(oy + dy * exit), low_j, low_j + size - 1);
-    } else {
-      j = north ? low_j + size : low_j - 1;
-      i = std::clamp(static_cast<int>(ox + dx * exit), low_i, low_i + size - 1);
-    }
-    r = exit;
-    const int changed = (i ^ old_i) | (j ^ old_j);
-    if (level < Tile::kObjectLevel && (changed >> Tile::kObjectLevel) != 0) {
-      level = Tile::kObjectLevel;
-    } else if (level < Tile::kTop && (changed >> (level + 1)) != 0) {
-      ++level;
-    }
+    walk.advance();
   }
   if (hit->range_m >= max_range_m) return false;
   if (on_ground) meet_grass(shot, hit);
