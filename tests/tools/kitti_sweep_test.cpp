@@ -48,6 +48,15 @@ TEST(KittiSweep, RowsRestartWhereTheAzimuthWraps) {
   }
 }
 
+TEST(KittiSweep, AReturnStraightAheadRoundedToMinusZeroEndsItsRow) {
+  std::vector<std::uint8_t> bytes = organized_sweep();
+  append(&bytes, 20.0F, -0.0F, -6.3F);  // the real sweep 42 ends so
+  const Result<Sweep> sweep = parse_sweep(bytes, "memory");
+  ASSERT_TRUE(sweep.ok());
+  ASSERT_TRUE(sweep->organized());
+  EXPECT_EQ(sweep->row.back(), 0);
+}
+
 TEST(KittiSweep, ColumnsAndPhaseRunClockwiseFromTheRear) {
   std::vector<std::uint8_t> bytes;
   append(&bytes, -5.0F, 0.001F, 0.0F);   // rear left: the beginning

@@ -46,7 +46,9 @@ Result<Sweep> parse_sweep(const std::vector<std::uint8_t>& bytes, std::string_vi
       continue;
     }
     const double azimuth_rad = std::atan2(static_cast<double>(p.y()), static_cast<double>(p.x()));
-    const double ahead_rad = azimuth_rad < 0.0 ? azimuth_rad + 2.0 * kPi : azimuth_rad;
+    // By the sign bit: coordinates are rounded to millimetres, and the last return of a row may
+    // have y = -0.
+    const double ahead_rad = std::signbit(azimuth_rad) ? azimuth_rad + 2.0 * kPi : azimuth_rad;
     // Within a row it steps back by 0.01 deg at most; between rows by 300 deg and more.
     if (!sweep.points_ladar.empty() && ahead_rad < last_azimuth_rad - kPi) ++wraps;
     last_azimuth_rad = ahead_rad;

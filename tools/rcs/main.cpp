@@ -26,6 +26,7 @@ int rcs_main(int argc, char** argv) {
   Commands commands;
   add_log_commands(&app, &commands);
   add_import_commands(&app, &commands);
+  add_eval_command(&app, &commands);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

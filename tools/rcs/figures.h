@@ -1,0 +1,43 @@
+#pragma once
+// The pictures of a run.
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tools/rcs/evaluation.h"
+#include "tools/rcs/svg_plot.h"
+
+namespace rcs::tools {
+
+struct NamedTrajectory {
+  std::string name;
+  Trajectory poses;
+};
+
+/// The course from above: truth dashed, the first estimate set off where GPS was denied.
+[[nodiscard]] Plot course_plot(const Trajectory& truth,
+                               const std::vector<NamedTrajectory>& estimates,
+                               const std::vector<Interval>& outages);
+
+/// Horizontal, vertical and heading error of the world pose against three of its own sigmas.
+/// @param zero  of the time axis
+[[nodiscard]] std::vector<Plot> error_plots(const WorldFigures& figures,
+                                            const std::vector<Interval>& outages, Stamp zero);
+
+/// The horizontal errors of several runs in one picture, on a scale of decades.
+[[nodiscard]] Plot comparison_plot(
+    const std::vector<std::pair<std::string, const WorldFigures*>>& runs,
+    const std::vector<Interval>& outages, Stamp zero);
+
+/// Distance from the truth along the course, after alignment.
+[[nodiscard]] Plot aligned_error_plot(const PosePairs& pairs, const Pose& T_truth_estimate);
+
+/// SP's points from above, coloured by height, where `poses` has the scan's reference instant.
+[[nodiscard]] Result<CellMap> read_map(const std::string& log_path, const Trajectory& poses);
+[[nodiscard]] Plot map_plot(CellMap map, const Trajectory& poses);
+
+/// How often a cycle (or the chain) took how long.
+[[nodiscard]] Plot latency_plot(const std::string& title, const std::vector<double>& values_ms);
+
+}  // namespace rcs::tools

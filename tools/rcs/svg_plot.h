@@ -1,0 +1,84 @@
+#pragma once
+// Plots as SVG text: axes with ticks and units, legend, light and dark by the reader's preference.
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace rcs::tools {
+
+/// Slots of the palette; told apart by those who see colours differently (Okabe and Ito 2008).
+enum class Colour { kBlue, kOrange, kGreen, kPurple, kGrey };
+
+enum class SeriesStyle {
+  kLine,
+  kThickLine,
+  kDashed,
+  kBand,  ///< filled between y_low and y
+  kBars   ///< from 0 (or the axis' foot) to y, as wide as the distance of the x
+};
+
+struct Series {
+  std::string label;  ///< in the legend; empty: not there
+  Colour colour = Colour::kBlue;
+  SeriesStyle style = SeriesStyle::kLine;
+  std::vector<double> x;
+  std::vector<double> y;      ///< a value that is not finite interrupts the line
+  std::vector<double> y_low;  ///< of a band
+};
+
+struct Mark {
+  double x = 0.0;
+  double y = 0.0;
+  std::string label;
+};
+
+/// A part of the x axis that is set off from the rest.
+struct Shade {
+  double from = 0.0;
+  double to = 0.0;
+  std::string label;
+};
+
+/// Square cells of a picture from above, coloured by value.
+struct CellMap {
+  struct Cell {
+    int i = 0;  ///< covers [i, i+1) * cell along x
+    int j = 0;
+    double value = 0.0;
+  };
+  double cell = 1.0;
+  std::vector<Cell> cells;  ///< sorted by j, then i
+  std::string value_label;  ///< with unit
+};
+
+struct Plot {
+  std::string title;
+  std::string x_label;  ///< with unit
+  std::string y_label;
+  int width_px = 880;
+  int height_px = 300;
+  bool equal_scales = false;  ///< a picture from above: one metre is as long along x and y
+  bool log_y = false;         ///< values at or below 0 are left out
+  bool y_from_zero = false;
+  std::vector<Shade> shades;
+  std::vector<Series> series;
+  std::vector<Mark> marks;
+  std::optional<CellMap> map;
+};
+
+/// About `count` round values (1, 2, 2.5 or 5 times a power of ten) inside [low, high].
+[[nodiscard]] std::vector<double> round_ticks(double low, double high, int count);
+
+/// @param standalone  with its own style sheet and name space: a file of its own
+[[nodiscard]] std::string render(const Plot& plot, bool standalone);
+
+/// The style sheet that plots without their own need.
+[[nodiscard]] std::string_view plot_style();
+
+/// `text` with <, >, & and quotes made harmless.
+[[nodiscard]] std::string escape_xml(std::string_view text);
+
+}  // namespace rcs::tools

@@ -1,0 +1,17 @@
+#pragma once
+// A table of figures for people: on a terminal or on a page.
+
+#include <string>
+#include <vector>
+
+namespace rcs::tools {
+
+struct Table {
+  std::vector<std::string> header;
+  std::vector<std::vector<std::string>> rows;  ///< as wide as the header
+};
+
+/// Columns padded to their widest cell; the first left-aligned, the others to the right.
+[[nodiscard]] std::string to_text(const Table& table);
+
+}  // namespace rcs::tools
