@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <limits>
@@ -12,9 +13,7 @@
 namespace rcs {
 namespace {
 
-constexpr std::uint32_t kSync = 0xEDA1DA01;
-constexpr std::uint8_t kSyncFirstByte = 0xED;
-constexpr std::size_t kSyncBytes = 4;
+constexpr std::array<std::uint8_t, 4> kSync{0xED, 0xA1, 0xDA, 0x01};
 constexpr std::size_t kHeaderBytes = 28;
 constexpr std::size_t kWindowBytes = std::size_t{1} << 20;
 constexpr std::size_t kScanBytes = std::size_t{64} << 10;
@@ -116,15 +115,17 @@ const std::uint8_t* LogReader::view(std::int64_t offset, std::size_t bytes) {
   return window_.data();
 }
 
-bool LogReader::sync_at(std::int64_t offset) {
-  const std::uint8_t* p = view(offset, kSyncBytes);
-  return p != nullptr && load_big_endian<std::uint32_t>(p) == kSync;
+/// True when what the file has at `offset`, be it cut short or nothing, could begin an event.
+bool LogReader::begins_event(std::int64_t offset) {
+  const std::int64_t left = std::min(size_ - offset, static_cast<std::int64_t>(kSync.size()));
+  const std::uint8_t* p = view(offset, static_cast<std::size_t>(left));
+  return p != nullptr && std::equal(p, p + left, kSync.begin());
 }
 
 /// True when a header that could be an event's begins at `offset`.
 bool LogReader::header_at(std::int64_t offset, Header* header) {
   const std::uint8_t* p = view(offset, kHeaderBytes);
-  if (p == nullptr || load_big_endian<std::uint32_t>(p) != kSync) return false;
+  if (p == nullptr || !std::equal(kSync.begin(), kSync.end(), p)) return false;
   const auto channel_bytes = load_big_endian<std::int32_t>(p + 20);
   const auto data_bytes = load_big_endian<std::int32_t>(p + 24);
   header->number = load_big_endian<std::int64_t>(p + 4);
@@ -148,7 +149,7 @@ std::int64_t LogReader::find_event(std::int64_t from, std::int64_t to) {
         static_cast<std::size_t>(std::min(static_cast<std::int64_t>(kScanBytes), to - from));
     const std::uint8_t* p = view(from, bytes);
     if (p == nullptr) return to;
-    const void* hit = std::memchr(p, kSyncFirstByte, bytes);
+    const void* hit = std::memchr(p, kSync.front(), bytes);
     if (hit == nullptr) {
       from += static_cast<std::int64_t>(bytes);
       continue;
@@ -172,7 +173,7 @@ bool LogReader::next(LogEvent* event) {
     Header header;
     if (!header_at(position_, &header)) {
       if (size_ - position_ < static_cast<std::int64_t>(kHeaderBytes)) {
-        health_.truncated = sync_at(position_) || health_.skips == 0;
+        health_.truncated = begins_event(position_);
         skip_to(size_);
       } else {
         skip_to(find_event(position_ + 1, size_));
@@ -180,7 +181,7 @@ bool LogReader::next(LogEvent* event) {
       continue;
     }
     const std::int64_t end = position_ + header.event_bytes();
-    if (end > size_ || (end < size_ && !sync_at(end))) {
+    if (end > size_ || !begins_event(end)) {
       // Either this header's lengths are wrong, and there is an event inside what they claim; or
       // they are right, and what follows is damaged or missing.
       const std::int64_t claimed_end = std::min(end, size_);
@@ -231,7 +232,7 @@ Outcome LogWriter::write(Stamp stamp, std::string_view channel, const std::uint8
   RCS_CHECK(!channel.empty() && channel.size() <= LogReader::kMaxChannelBytes &&
             size <= static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()));
   if (!failure_.empty()) return Error{failure_};
-  append_big_endian(kSync, &buffer_);
+  buffer_.insert(buffer_.end(), kSync.begin(), kSync.end());
   append_big_endian(events_++, &buffer_);
   append_big_endian(to_utime(stamp), &buffer_);
   append_big_endian(static_cast<std::int32_t>(channel.size()), &buffer_);

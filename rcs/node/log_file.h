@@ -61,7 +61,7 @@ class LogReader {
   LogReader(FileHandle file, std::string path, std::int64_t size, std::size_t max_data_bytes);
   const std::uint8_t* view(std::int64_t offset, std::size_t bytes);
   bool header_at(std::int64_t offset, Header* header);
-  bool sync_at(std::int64_t offset);
+  bool begins_event(std::int64_t offset);
   std::int64_t find_event(std::int64_t from, std::int64_t to);
   void skip_to(std::int64_t offset);
 

@@ -74,6 +74,16 @@ TEST(LockstepTimeline, EventsThatStepBackAreDeliveredAtTheTimeReachedAndCounted)
   EXPECT_EQ(timeline.stepped_back(), 2);
 }
 
+TEST(LockstepTimeline, WhatIsDueNowIsDeliveredBeforeAnObligationOfThePast) {
+  LocalBus bus;
+  Inbox<odometry_t> inbox(&bus, "ODOMETRY", 8);
+  ListSource source(odometry_items(at_ms(100), ms(10), 3));
+  LockstepTimeline timeline(&bus, &source, ms(10));
+  EXPECT_EQ(timeline.advance(Stamp::min()), Timeline::Step::kDelivered);
+  EXPECT_EQ(timeline.advance(Stamp::min()), Timeline::Step::kReached);
+  EXPECT_EQ(timeline.now(), at_ms(100));
+}
+
 TEST(LockstepTimeline, AnEmptySourceEnds) {
   LocalBus bus;
   ListSource source({});
