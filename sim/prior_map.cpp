@@ -1,0 +1,111 @@
+#include "sim/prior_map.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "rcs/base/check.h"
+#include "rcs/terrain/elevation_map.h"
+#include "sim/random.h"
+
+namespace rcs::sim {
+namespace {
+
+constexpr int kSide = 10;  // steps of the ground's samples along a cell
+
+/// The ground under one row of cells, sampled at kSide + 1 places along each, borders included.
+class RowOfCells {
+ public:
+  RowOfCells(const Relief& relief, const ElevationTile& tile, int row)
+      : stride_(static_cast<std::size_t>(tile.width) * kSide + 1) {
+    const double step_m = tile.cell_m / kSide;
+    const std::int64_t i0 = std::llround(tile.origin_world_m.x() / step_m);
+    const std::int64_t j0 = std::llround(tile.origin_world_m.y() / step_m) + row * kSide;
+    relief.fill(i0, j0, step_m, static_cast<int>(stride_), kSide + 1, &z_);
+  }
+
+  /// Mean over a cell of f(height, a, b) at the sample (a, b) of its [0, kSide]^2, by the
+  /// trapezoidal rule.
+  template <class F>
+  [[nodiscard]] double mean(int col, const F& f) const {
+    double sum = 0.0;
+    for (int b = 0; b <= kSide; ++b) {
+      for (int a = 0; a <= kSide; ++a) {
+        const double weight = (a % kSide == 0 ? 0.5 : 1.0) * (b % kSide == 0 ? 0.5 : 1.0);
+        const float z =
+            z_[static_cast<std::size_t>(b) * stride_ + static_cast<std::size_t>(col * kSide + a)];
+        sum += weight * f(static_cast<double>(z), a, b);
+      }
+    }
+    return sum / (kSide * kSide);
+  }
+
+ private:
+  std::size_t stride_;
+  std::vector<float> z_;
+};
+
+}  // namespace
+
+ElevationTile make_prior_map(const Relief& relief, const Geodetic& datum, const Region& region,
+                             const PriorMapParams& params, std::uint64_t seed) {
+  const double cell_m = params.cell_m;
+  ElevationTile tile;
+  tile.id = 1;
+  tile.datum = datum;
+  tile.undulation_m = std::numeric_limits<double>::quiet_NaN();  // the truth is ellipsoidal
+  // On whole cells of frame world, so that two maps of one world share their lattice.
+  const Vec2 low = (region.low_world_m / cell_m).array().floor();
+  const Vec2 high = (region.high_world_m / cell_m).array().ceil();
+  tile.origin_world_m = low * cell_m;
+  tile.cell_m = cell_m;
+  tile.width = static_cast<int>(high.x() - low.x());
+  tile.height = static_cast<int>(high.y() - low.y());
+  RCS_CHECK(tile.width > 0 && tile.width <= kMaxTileSide && tile.height > 0 &&
+            tile.height <= kMaxTileSide);
+  tile.sigma_m = params.sigma_m;
+  tile.bias_sigma_m = params.bias_sigma_m;
+  tile.bias_correlation_m = params.bias_correlation_m;
+
+  for (int row = 0; row < tile.height; ++row) {
+    const RowOfCells cells(relief, tile, row);
+    for (int col = 0; col < tile.width; ++col) {
+      tile.z_world_m.push_back(
+          static_cast<float>(cells.mean(col, [](double z, int, int) { return z; })));
+    }
+  }
+
+  // What bilinear interpolation misses of the ground, cell by cell.
+  const Result<ElevationMap> exact = ElevationMap::from_tiles({tile});
+  RCS_CHECK(exact.ok());
+  const double step_m = cell_m / kSide;
+  for (int row = 0; row < tile.height; ++row) {
+    const RowOfCells cells(relief, tile, row);
+    for (int col = 0; col < tile.width; ++col) {
+      const double square = cells.mean(col, [&](double z, int a, int b) {
+        Elevation e;
+        const bool known = exact->sample(tile.origin_world_m.x() + (col * kSide + a) * step_m,
+                                         tile.origin_world_m.y() + (row * kSide + b) * step_m, &e);
+        return known ? (z - e.z_m) * (z - e.z_m) : 0.0;  // unknown: the map's outer half cells
+      });
+      tile.cell_sigma_m.push_back(
+          static_cast<float>(std::hypot(params.sigma_m, std::sqrt(square))));
+    }
+  }
+
+  Random random(seed, Stream::kMap);
+  const std::uint64_t bias_seed = random.bits();
+  std::size_t at = 0;
+  for (int row = 0; row < tile.height; ++row) {
+    for (int col = 0; col < tile.width; ++col, ++at) {
+      const Vec2 p = tile.origin_world_m + cell_m * Vec2(col + 0.5, row + 0.5);
+      const double bias =
+          params.bias_sigma_m * Relief::field(bias_seed, params.bias_correlation_m, p.x(), p.y());
+      tile.z_world_m[at] += static_cast<float>(bias + params.sigma_m * random.normal());
+    }
+  }
+  return tile;
+}
+
+}  // namespace rcs::sim

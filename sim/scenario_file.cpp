@@ -1,0 +1,251 @@
+#include "sim/scenario_file.h"
+
+#include <fstream>
+#include <sstream>
+#include <utility>
+
+#include "rcs/node/params.h"
+
+namespace rcs::sim {
+namespace {
+
+void read_world(ParamTable table, WorldParams* world, bool* seed_follows, std::string* dem,
+                Geodetic* datum) {
+  std::int64_t seed = static_cast<std::int64_t>(world->seed);
+  table.get("seed", &seed, {0, 1e15});
+  world->seed = static_cast<std::uint64_t>(seed);
+  table.get("seed_follows", seed_follows);
+  table.get("dem", dem);
+  table.get_deg("datum_lat_deg", &datum->lat_rad, {-90, 90});
+  table.get_deg("datum_lon_deg", &datum->lon_rad, {-180, 180});
+  table.get("datum_height_m", &datum->height.m, {-1000, 9000});
+  table.get("clear_m", &world->clear_m, {0, 20});
+  for (ParamTable octave : table.tables("octave")) {
+    Octave o;
+    octave.get("spacing_m", &o.spacing_m, {0.1, 5000});
+    octave.get("rms_m", &o.rms_m, {0, 500});
+    world->octaves.push_back(o);
+  }
+  ParamTable rocks = table.table("rocks");
+  rocks.get("per_m2", &world->rocks.per_m2, {0, 1});
+  rocks.get("radius_min_m", &world->rocks.radius_min_m, {0.05, 2});
+  rocks.get("radius_max_m", &world->rocks.radius_max_m, {0.05, 2});
+  VegetationParams& v = world->vegetation;
+  ParamTable vegetation = table.table("vegetation");
+  vegetation.get("patch_m", &v.patch_m, {1, 500});
+  vegetation.get("bushes_per_m2", &v.bushes_per_m2, {0, 1});
+  vegetation.get("trees_per_m2", &v.trees_per_m2, {0, 1});
+  vegetation.get("transmittance_per_m", &v.transmittance_per_m, {0.001, 0.999});
+  vegetation.get("sway_m", &v.sway_m, {0, 0.5});
+  vegetation.get("sway_hz", &v.sway_hz, {0, 5});
+  vegetation.get("grass_height_m", &v.grass_height_m, {0, 1});
+  vegetation.get("grass_transmittance_per_m", &v.grass_transmittance_per_m, {0.001, 0.999});
+}
+
+void read_course(ParamTable table, CourseParams* course) {
+  table.get("rest_s", &course->rest_s, {0, 600});
+  double speed_kmph = course->speed_mps * 3.6;
+  table.get("speed_kmph", &speed_kmph, {1, 108});
+  course->speed_mps = speed_kmph / 3.6;
+  table.get("acceleration_mps2", &course->acceleration_mps2, {0.1, 5});
+  table.get("lateral_mps2", &course->lateral_mps2, {0.1, 8});
+  for (ParamTable waypoint : table.tables("waypoint")) {
+    Vec2 p = Vec2::Zero();
+    waypoint.get("x_m", &p.x(), {-5000, 5000});
+    waypoint.get("y_m", &p.y(), {-5000, 5000});
+    course->waypoints_world.push_back(p);
+  }
+  std::size_t near = 0;
+  for (std::size_t k = 1; k < course->waypoints_world.size(); ++k) {
+    if ((course->waypoints_world[k] - course->waypoints_world[k - 1]).norm() < 1.0) near = k;
+  }
+  if (course->waypoints_world.size() < 2) table.fail("waypoint", "at least two are needed");
+  if (near > 0) {
+    table.fail("waypoint",
+               "number " + std::to_string(near + 1) + " is within 1 m of the one before");
+  }
+}
+
+void read_vehicle(ParamTable table, VehicleParams* vehicle) {
+  table.get("wheelbase_m", &vehicle->wheelbase_m, {0.5, 10});
+  table.get("track_m", &vehicle->track_m, {0.5, 5});
+  table.get("imu_height_m", &vehicle->imu_height_m, {0.1, 3});
+  table.get("contact_m", &vehicle->contact_m, {0.05, 2});
+  table.get("heave_hz", &vehicle->heave_hz, {0.5, 10});
+  table.get("tilt_hz", &vehicle->tilt_hz, {0.5, 10});
+  table.get("damping", &vehicle->damping, {0.05, 2});
+}
+
+void read_ladar(ParamTable table, Scenario* s) {
+  std::string kind = "imager";
+  table.get("kind", &kind, {"imager", "spinning", "none"});
+  s->ladar = kind == "imager"     ? LadarKind::kImager
+             : kind == "spinning" ? LadarKind::kSpinning
+                                  : LadarKind::kNone;
+  table.get("max_range_m", &s->beam.max_range_m, {1, 300});
+  table.get("sigma_m", &s->beam.sigma_m, {0, 1});
+  table.get_deg("beam_half_angle_deg", &s->beam.half_angle_rad, {0, 1});
+  table.get("incidence_share", &s->beam.incidence_share, {0, 1});
+  table.get("missing_share", &s->beam.missing_share, {0, 0.99});
+  table.get("empty_facet_share", &s->beam.empty_facet_share, {0, s->beam.missing_share});
+  table.get_pose("mount", &s->mount.T_vehicle_mount, {-10, 10});
+  table.get("mount_error_m", &s->mount.error_m, {0, 1});
+  table.get_deg("mount_error_deg", &s->mount.error_rad, {0, 10});
+  double offset_ms = s->ladar_clock_offset_s * 1e3;
+  table.get("clock_offset_ms", &offset_ms, {-100, 100});
+  s->ladar_clock_offset_s = offset_ms * 1e-3;
+
+  ParamTable imager = table.table("imager");
+  imager.get("rows", &s->imager.rows, {1, 256});
+  imager.get("cols", &s->imager.cols, {1, 2048});
+  imager.get("facets", &s->imager.facets, {1, 256});
+  imager.get_deg("fov_v_deg", &s->imager.fov_v_rad, {1, 120});
+  imager.get_deg("fov_h_deg", &s->imager.fov_h_rad, {1, 360});
+  imager.get("period_s", &s->imager.period_s, {0.02, 10});
+  imager.get_deg("tilt_deg", &s->imager.tilt_rad, {-60, 60});
+  imager.get_deg("sweep_deg", &s->imager.sweep_rad, {0, 60});
+  imager.get("sweep_hz", &s->imager.sweep_hz, {0, 5});
+  if (s->imager.rows % s->imager.facets != 0) imager.fail("facets", "rows must be a multiple");
+
+  ParamTable spinning = table.table("spinning");
+  spinning.get("beams", &s->spinning.beams, {2, 256});
+  spinning.get("cols", &s->spinning.cols, {48, 4096});
+  spinning.get("sectors", &s->spinning.sectors, {1, 256});
+  spinning.get_deg("lowest_deg", &s->spinning.lowest_rad, {-60, 60});
+  spinning.get_deg("highest_deg", &s->spinning.highest_rad, {-60, 60});
+  spinning.get("period_s", &s->spinning.period_s, {0.02, 10});
+  if (s->spinning.cols % s->spinning.sectors != 0) {
+    spinning.fail("sectors", "cols must be a multiple");
+  }
+}
+
+void read_gps(ParamTable table, GpsParams* gps) {
+  table.get("interval_s", &gps->interval_s, {0.05, 10});
+  table.get("latency_s", &gps->latency_s, {0, 1});
+  table.get("antenna_m", &gps->p_vehicle_antenna, {-10, 10});
+  table.get("sigma_m", &gps->sigma_m, {0, 100});
+  table.get("correlation_s", &gps->correlation_s, {0.1, 1e4});
+  table.get("white_m", &gps->white_m, {0, 100});
+  table.get("sigma_v_mps", &gps->sigma_v_mps, {0, 10});
+  table.get("undulation_m", &gps->undulation_m, {-110, 90});
+  for (ParamTable outage : table.tables("outage")) {
+    Outage o;
+    outage.get("begin_s", &o.begin_s, {0, 1e5});
+    outage.get("length_s", &o.length_s, {0, 1e5});
+    gps->outages.push_back(o);
+  }
+}
+
+void read_odometry(ParamTable table, OdometryParams* odometry) {
+  table.get("interval_s", &odometry->interval_s, {0.01, 1});
+  table.get("scale_error", &odometry->scale_error, {0, 0.2});
+  table.get("slip_per_grade", &odometry->slip_per_grade, {0, 1});
+  table.get("sigma_speed_mps", &odometry->sigma_speed_mps, {0, 5});
+  table.get_deg("sigma_yaw_rate_degps", &odometry->sigma_yaw_rate_radps, {0, 60});
+}
+
+void read_prior_map(ParamTable table, PriorMapParams* map) {
+  table.get("cell_m", &map->cell_m, {0.2, 100});
+  table.get("sigma_m", &map->sigma_m, {0.001, 50});
+  table.get("bias_sigma_m", &map->bias_sigma_m, {0, 50});
+  table.get("bias_correlation_m", &map->bias_correlation_m, {1, 1e5});
+  table.get("margin_m", &map->margin_m, {20, 2000});
+}
+
+// The file's units are those of data sheets.
+InertialGrade read_grade(ParamTable table) {
+  constexpr double kHour = 3600.0;
+  constexpr double kMilliG = 9.80665e-3;
+  double bias_degph = 0, instability_degph = 0, walk_degprh = 0;
+  double bias_mg = 0, instability_mg = 0, walk_mpsprh = 0;
+  InertialGrade grade;
+  table.get("gyro_bias_degph", &bias_degph, {0, 1e5});
+  table.get("gyro_instability_degph", &instability_degph, {0, 1e5});
+  table.get("gyro_walk_degprh", &walk_degprh, {0, 100});
+  table.get("accel_bias_mg", &bias_mg, {0, 1000});
+  table.get("accel_instability_mg", &instability_mg, {0, 1000});
+  table.get("accel_walk_mpsprh", &walk_mpsprh, {0, 100});
+  table.get("correlation_s", &grade.correlation_s, {1, 1e5});
+  grade.gyro_bias_radps = radians(bias_degph) / kHour;
+  grade.gyro_instability_radps = radians(instability_degph) / kHour;
+  grade.gyro_walk_radprs = radians(walk_degprh) / 60.0;  // per root of an hour
+  grade.accel_bias_mps2 = bias_mg * kMilliG;
+  grade.accel_instability_mps2 = instability_mg * kMilliG;
+  grade.accel_walk_mpsrs = walk_mpsprh / 60.0;
+  return grade;
+}
+
+Outcome read_grades(const std::string& path, const std::string& name, InertialGrade* grade) {
+  const Result<ParamFile> file = ParamFile::load(path);
+  if (!file) return file.error();
+  std::string known;
+  bool found = false;
+  for (ParamTable table : file->root().tables("grade")) {
+    std::string grade_name;
+    table.get("name", &grade_name);
+    const InertialGrade read = read_grade(table);
+    known += (known.empty() ? "" : ", ") + grade_name;
+    if (grade_name != name) continue;
+    *grade = read;
+    found = true;
+  }
+  if (const Outcome finished = file->finish({}); !finished) return finished;
+  if (!found) return Error{path + ": no INS grade " + name + "; there are: " + known};
+  return Done{};
+}
+
+Result<Dem> read_dem(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  if (!file || !(text << file.rdbuf())) return Error{path + ": cannot be read"};
+  return parse_esri_ascii(text.str(), path);
+}
+
+}  // namespace
+
+Result<Scenario> load_scenario(const std::string& path, const ScenarioOverrides& overrides) {
+  const Result<ParamFile> file = ParamFile::load(path);
+  if (!file) return file.error();
+  Scenario s;
+  ParamTable root = file->root();
+  std::int64_t seed = static_cast<std::int64_t>(s.seed);
+  root.get("seed", &seed, {0, 1e15});
+  root.get("duration_s", &s.duration_s, {0, 1e5});
+  bool world_seed_follows = false;
+  std::string dem;
+  read_world(root.table("world"), &s.world, &world_seed_follows, &dem, &s.datum);
+  read_course(root.table("course"), &s.course);
+  read_vehicle(root.table("vehicle"), &s.vehicle);
+  read_ladar(root.table("ladar"), &s);
+  ParamTable ins = root.table("ins");
+  std::string grades = "ins_grades.toml";
+  ins.get("grades", &grades);
+  ins.get("grade", &s.ins.grade_name);
+  ins.get("interval_s", &s.ins.interval_s, {0.001, 0.1});
+  double scale_ppm = s.ins.scale_error * 1e6;
+  ins.get("scale_error_ppm", &scale_ppm, {0, 1e5});
+  s.ins.scale_error = scale_ppm * 1e-6;
+  ins.get_deg("misalignment_deg", &s.ins.misalignment_rad, {0, 5});
+  read_gps(root.table("gps"), &s.gps);
+  read_odometry(root.table("odometry"), &s.odometry);
+  read_prior_map(root.table("prior_map"), &s.prior_map);
+  if (const Outcome finished = file->finish({}); !finished) return finished.error();
+
+  if (overrides.seed) seed = *overrides.seed;
+  if (seed < 0) return Error{path + ": the seed must not be negative"};
+  s.seed = static_cast<std::uint64_t>(seed);
+  if (world_seed_follows) s.world.seed = s.seed;
+  if (overrides.duration_s) s.duration_s = *overrides.duration_s;
+  if (overrides.gps_outage) s.gps.outages = {*overrides.gps_outage};
+  if (!overrides.ins_grade.empty()) s.ins.grade_name = overrides.ins_grade;
+  const Outcome graded = read_grades(file->resolve(grades), s.ins.grade_name, &s.ins.grade);
+  if (!graded) return graded.error();
+  if (!dem.empty()) {
+    Result<Dem> read = read_dem(file->resolve(dem));
+    if (!read) return read.error();
+    s.dem = std::move(*read);
+  }
+  return s;
+}
+
+}  // namespace rcs::sim

@@ -1,0 +1,26 @@
+#pragma once
+// Scenarios from TOML (config/sim/*.toml), strictly; see rcs/node/params.h.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "rcs/base/result.h"
+#include "sim/scenario.h"
+
+namespace rcs::sim {
+
+/// What a study varies without another file.
+struct ScenarioOverrides {
+  std::optional<std::int64_t> seed;
+  std::string ins_grade;             ///< empty: the file's
+  std::optional<Outage> gps_outage;  ///< replaces the file's outages
+  std::optional<double> duration_s;
+};
+
+/// Reads a scenario, with the INS grades and the DEM that it names (relative to the scenario's
+/// file).
+[[nodiscard]] Result<Scenario> load_scenario(const std::string& path,
+                                             const ScenarioOverrides& overrides);
+
+}  // namespace rcs::sim

@@ -1,0 +1,110 @@
+// sim SCENARIO: the reference simulation onto the LCM bus, at real time.
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "rcs/node/lcm_bus.h"
+#include "rcs/node/live_timeline.h"
+#include "rcs/terrain/elevation_tile.h"
+#include "sim/scenario_file.h"
+#include "sim/simulator.h"
+
+namespace {
+
+using rcs::Duration;
+using rcs::Outcome;
+using rcs::Result;
+using rcs::Stamp;
+
+struct Options {
+  std::string scenario;
+  std::string lcm_url;
+  std::string prior_map;
+  rcs::sim::ScenarioOverrides overrides;
+};
+
+int fail(const rcs::Error& error) {
+  fmt::print(stderr, "sim: {}\n", error.message);
+  return 1;
+}
+
+/// Publishes until the scenario's end. Every message has its own moment, so that no lateness adds
+/// up; it is made before it is due, while there is time.
+/// @return false when it was stopped before the end
+bool publish_at_real_time(rcs::sim::Simulator* simulator, rcs::LcmBus* bus,
+                          rcs::LiveTimeline* timeline) {
+  const Duration shift = timeline->now() - rcs::sim::Simulator::kStart;
+  const double whole_s = rcs::seconds(simulator->end() - rcs::sim::Simulator::kStart);
+  rcs::SourceEvent event;
+  Duration worst_late{};
+  int reported_s = -1;
+  for (Stamp due = simulator->peek(); due != Stamp::max(); due = simulator->peek()) {
+    simulator->take(&event);
+    while (timeline->now() < due + shift) {
+      if (timeline->advance(due + shift) == rcs::Timeline::Step::kEnded) return false;
+    }
+    worst_late = std::max(worst_late, timeline->now() - (due + shift));
+    bus->publish(event.channel, event.data.data(), event.data.size());
+    const int done_s = static_cast<int>(rcs::seconds(due - rcs::sim::Simulator::kStart));
+    if (done_s == reported_s) continue;
+    reported_s = done_s;
+    fmt::print(stderr, "\rsim: {:4d} of {:.0f} s", done_s, whole_s);
+  }
+  fmt::print(stderr, "\nsim: done; the latest message went out {:.1f} ms late\n",
+             rcs::milliseconds(worst_late));
+  return true;
+}
+
+int run(const Options& options) {
+  const Result<rcs::sim::Scenario> scenario =
+      rcs::sim::load_scenario(options.scenario, options.overrides);
+  if (!scenario) return fail(scenario.error());
+  const rcs::StopSignals stop;
+  const Result<std::unique_ptr<rcs::LcmBus>> bus = rcs::LcmBus::create(options.lcm_url);
+  if (!bus) return fail(bus.error());
+  rcs::sim::Simulator simulator(*scenario);
+  if (!options.prior_map.empty()) {
+    const Outcome written = rcs::write_tile(simulator.prior_map(), options.prior_map);
+    if (!written) return fail(written.error());
+    fmt::print(stderr, "sim: a priori map written to {}\n", options.prior_map);
+  }
+  fmt::print(stderr, "sim: {} on {}\n", options.scenario, (*bus)->url());
+  rcs::LiveTimeline timeline(bus->get(), &stop);
+  if (!publish_at_real_time(&simulator, bus->get(), &timeline)) {
+    fmt::print(stderr, "\nsim: stopped\n");
+  }
+  const Outcome status = (*bus)->status();
+  return status ? 0 : fail(status.error());
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Reference simulation: drives a scenario and publishes its sensors at real time",
+               "sim");
+  Options options;
+  std::int64_t seed = 0;
+  std::vector<double> outage_s;
+  app.add_option("SCENARIO", options.scenario, "config/sim/*.toml")->required();
+  app.add_option("--lcm-url", options.lcm_url,
+                 fmt::format("the bus; default: $LCM_DEFAULT_URL, else {}", rcs::kDefaultLcmUrl));
+  CLI::Option* const seed_option = app.add_option("--seed", seed, "of the noise");
+  app.add_option("--ins", options.overrides.ins_grade, "INS grade: tactical, industrial, consumer");
+  app.add_option("--gps-outage", outage_s, "begin and length [s], instead of the file's outages")
+      ->expected(2);
+  app.add_option("--prior-map", options.prior_map, "write the a priori map to this file first");
+  app.footer("Example:\n  sim config/sim/demo.toml --gps-outage 60 60");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? 0 : 2;
+  }
+  if (seed_option->count() > 0) options.overrides.seed = seed;
+  if (!outage_s.empty()) options.overrides.gps_outage = rcs::sim::Outage{outage_s[0], outage_s[1]};
+  return run(options);
+}

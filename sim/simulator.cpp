@@ -1,0 +1,301 @@
+#include "sim/simulator.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "lcmtypes/channels.h"
+#include "lcmtypes/convert.h"
+#include "lcmtypes/rcs/ins_t.hpp"
+#include "lcmtypes/rcs/ladar_points_t.hpp"
+#include "lcmtypes/rcs/ladar_ranges_t.hpp"
+#include "lcmtypes/rcs/odometry_t.hpp"
+#include "lcmtypes/rcs/truth_t.hpp"
+
+namespace rcs::sim {
+namespace {
+
+constexpr Duration kTransport = std::chrono::milliseconds(1);  // from a sensor to its reader
+constexpr double kTruthInterval_s = 0.01;
+constexpr double kReachBeyondRange_m = 20.0;
+
+template <class T>
+void encode(const char* channel, const T& message, SourceEvent* event) {
+  const int size = message.getEncodedSize();
+  event->channel = channel;
+  event->data.resize(static_cast<std::size_t>(size));
+  RCS_CHECK(message.encode(event->data.data(), 0, size) == size);
+}
+
+double drive_duration(const Scenario& scenario, const Course& course) {
+  return scenario.duration_s > 0.0 ? scenario.duration_s : course.duration_s() + 1.0;
+}
+
+}  // namespace
+
+Simulator::Simulator(const Scenario& scenario)
+    : scenario_(scenario),
+      course_(scenario.course),
+      world_(scenario.world, scenario.dem, course_.points(),
+             scenario.beam.max_range_m + kReachBeyondRange_m),
+      duration_s_(drive_duration(scenario, course_)),
+      vehicle_(drive(course_, world_, scenario.vehicle, duration_s_)),
+      ins_(scenario.ins, Planet::at(scenario.datum), scenario.seed),
+      odometer_(scenario.odometry, scenario.seed),
+      gps_(scenario.gps, scenario.datum, scenario.seed),
+      imager_(scenario.imager, scenario.beam, scenario.mount, scenario.seed),
+      spinning_(scenario.spinning, scenario.beam, scenario.mount, scenario.seed) {
+  schedule_periodic(kIns, scenario_.ins.interval_s, kTransport);
+  schedule_periodic(kOdometry, scenario_.odometry.interval_s, kTransport);
+  schedule_periodic(kTruth, kTruthInterval_s, Duration(0));
+  schedule_gps();
+  schedule_ladar();
+}
+
+Stamp Simulator::peek() {
+  Stamp first = Stamp::max();
+  for (const Schedule& s : schedule_) first = std::min(first, s.due);
+  return first;
+}
+
+void Simulator::take(SourceEvent* event) {
+  const Stamp due = peek();
+  RCS_CHECK(due != Stamp::max());
+  std::size_t sensor = 0;
+  while (schedule_[sensor].due != due) ++sensor;
+  ++schedule_[sensor].seq;
+  switch (sensor) {
+    case kIns:
+      return emit_ins(event);
+    case kOdometry:
+      return emit_odometry(event);
+    case kGps:
+      return emit_gps(event);
+    case kTruth:
+      return emit_truth(event);
+    default:
+      break;
+  }
+  scenario_.ladar == LadarKind::kImager ? emit_ranges(event) : emit_points(event);
+}
+
+ElevationTile Simulator::prior_map() const {
+  const std::vector<Vec2> points = course_.points();
+  Region region{points.front(), points.front()};
+  for (const Vec2& p : points) {
+    region.low_world_m = region.low_world_m.cwiseMin(p);
+    region.high_world_m = region.high_world_m.cwiseMax(p);
+  }
+  const Vec2 margin = Vec2::Constant(scenario_.prior_map.margin_m);
+  region.low_world_m -= margin;
+  region.high_world_m += margin;
+  return make_prior_map(world_.relief(), scenario_.datum, region, scenario_.prior_map,
+                        scenario_.seed);
+}
+
+// The next message measures interval `count + 1`.
+void Simulator::schedule_periodic(Sensor sensor, double interval_s, Duration delay) {
+  Schedule& s = schedule_[sensor];
+  const double end_s = static_cast<double>(s.count + 1) * interval_s;
+  s.due = end_s <= duration_s_ ? kStart + from_seconds(end_s) + delay : Stamp::max();
+}
+
+void Simulator::emit_ins(SourceEvent* event) {
+  Schedule& s = schedule_[kIns];
+  const double end_s = static_cast<double>(++s.count) * scenario_.ins.interval_s;
+  const InertialIncrement increment = ins_.measure(vehicle_, end_s);
+  ins_t m{};
+  m.utime = to_utime(kStart + from_seconds(end_s));
+  m.seq = s.seq;
+  m.interval_us = static_cast<std::int32_t>(from_seconds(scenario_.ins.interval_s).count());
+  to_message(increment.delta_angle, m.delta_angle_rad);
+  to_message(increment.delta_v, m.delta_v_mps);
+  m.valid = 1;
+  encode(channel::kIns, m, event);
+  schedule_periodic(kIns, scenario_.ins.interval_s, kTransport);
+}
+
+void Simulator::emit_odometry(SourceEvent* event) {
+  Schedule& s = schedule_[kOdometry];
+  const OdometryParams& params = scenario_.odometry;
+  const double end_s = static_cast<double>(++s.count) * params.interval_s;
+  const WheelMotion motion = odometer_.measure(vehicle_, end_s);
+  odometry_t m{};
+  m.utime = to_utime(kStart + from_seconds(end_s));
+  m.seq = s.seq;
+  m.interval_us = static_cast<std::int32_t>(from_seconds(params.interval_s).count());
+  m.speed_mps = motion.speed_mps;
+  m.sigma_speed_mps = params.sigma_speed_mps;
+  m.yaw_rate_radps = motion.yaw_rate_radps;
+  m.sigma_yaw_rate_radps = params.sigma_yaw_rate_radps;
+  encode(channel::kOdometry, m, event);
+  schedule_periodic(kOdometry, params.interval_s, kTransport);
+}
+
+// Looks ahead for the next moment with a fix.
+void Simulator::schedule_gps() {
+  Schedule& s = schedule_[kGps];
+  const GpsParams& params = scenario_.gps;
+  GpsFix fix;
+  double time_s = 0.0;
+  do {
+    time_s = static_cast<double>(++s.count) * params.interval_s;
+    if (time_s > duration_s_) {
+      s.due = Stamp::max();
+      return;
+    }
+  } while (!gps_.measure(vehicle_, time_s, &fix));
+
+  gps_fix_t m{};
+  m.utime = to_utime(kStart + from_seconds(time_s));
+  m.lat_deg = degrees(fix.antenna.lat_rad);
+  m.lon_deg = degrees(fix.antenna.lon_rad);
+  m.height_m = fix.antenna.height.m;
+  m.height_kind = gps_fix_t::HEIGHT_ELLIPSOIDAL;
+  m.undulation_m = params.undulation_m;
+  to_message(Vec3::Constant(fix.sigma_m), m.sigma_enu_m);
+  m.has_velocity = 1;
+  to_message(fix.v_world, m.v_enu_mps);
+  to_message(Vec3::Constant(fix.sigma_v_mps), m.sigma_v_enu_mps);
+  m.fix_type = gps_fix_t::FIX_FLOAT;
+  m.satellites = static_cast<std::int16_t>(fix.satellites);
+  m.hdop = fix.hdop;
+  m.vdop = fix.vdop;
+  next_fix_ = m;
+  s.due = kStart + from_seconds(time_s + params.latency_s);
+}
+
+void Simulator::emit_gps(SourceEvent* event) {
+  next_fix_.seq = schedule_[kGps].seq;
+  encode(channel::kGpsFix, next_fix_, event);
+  schedule_gps();
+}
+
+int Simulator::facets() const {
+  return scenario_.ladar == LadarKind::kImager ? scenario_.imager.facets
+                                               : scenario_.spinning.sectors;
+}
+
+// Whole microseconds, without drift. Facets of all scans are numbered through.
+Duration Simulator::facet_start(std::int64_t facet) const {
+  const double period_s = scenario_.ladar == LadarKind::kImager ? scenario_.imager.period_s
+                                                                : scenario_.spinning.period_s;
+  return Duration(facet * from_seconds(period_s).count() / facets());
+}
+
+void Simulator::schedule_ladar() {
+  Schedule& s = schedule_[kLadar];
+  if (scenario_.ladar == LadarKind::kNone) return;
+  const std::int64_t scan_end = (s.count / facets() + 1) * facets();
+  const bool whole_scan = facet_start(scan_end) <= from_seconds(duration_s_);
+  s.due = whole_scan ? kStart + facet_start(s.count + 1) + kTransport : Stamp::max();
+}
+
+void Simulator::emit_ranges(SourceEvent* event) {
+  Schedule& s = schedule_[kLadar];
+  const ImagerParams& params = scenario_.imager;
+  const std::int64_t number = s.count++;
+  const std::int64_t scan = number / facets();
+  const int facet = static_cast<int>(number % facets());
+  const Duration start = facet_start(number);
+  imager_.render(world_, vehicle_, seconds(start), facet, &facet_);
+
+  const Duration clock_offset = from_seconds(scenario_.ladar_clock_offset_s);
+  ladar_ranges_t m{};
+  m.utime = to_utime(kStart + start + clock_offset);
+  m.seq = s.seq;
+  m.scan_id = scan;
+  m.reference_utime = to_utime(kStart + facet_start((scan + 1) * facets()) + clock_offset);
+  m.facet = static_cast<std::int16_t>(facet);
+  m.facet_count = static_cast<std::int16_t>(facets());
+  m.rows = static_cast<std::int16_t>(params.rows);
+  m.cols = static_cast<std::int16_t>(params.cols);
+  m.first_row = static_cast<std::int16_t>(facet_.first_row);
+  m.facet_rows = static_cast<std::int16_t>(facet_.rows);
+  m.duration_us = static_cast<std::int32_t>((facet_start(number + 1) - start).count());
+  m.tilt_rad = facet_.head.tilt_rad;
+  m.tilt_rate_radps = facet_.head.tilt_rate_radps;
+  m.n = static_cast<std::int32_t>(facet_.range_m.size());
+  m.range_m = facet_.range_m;
+  encode(channel::kLadarRanges, m, event);
+
+  if (facet == 0) {
+    const Vec3 p_world = vehicle_.pose_at(seconds(start)).p;
+    world_.forget_beyond(p_world.x(), p_world.y(), scenario_.beam.max_range_m + 50.0);
+  }
+  schedule_ladar();
+}
+
+void Simulator::emit_points(SourceEvent* event) {
+  Schedule& s = schedule_[kLadar];
+  const SpinningParams& params = scenario_.spinning;
+  const std::int64_t number = s.count++;
+  const std::int64_t scan = number / facets();
+  const int sector = static_cast<int>(number % facets());
+  const Duration start = facet_start(number);
+  spinning_.render(world_, vehicle_, seconds(start), sector, &sector_);
+
+  const Duration clock_offset = from_seconds(scenario_.ladar_clock_offset_s);
+  ladar_points_t m{};
+  m.utime = to_utime(kStart + start + clock_offset);
+  m.seq = s.seq;
+  m.scan_id = scan;
+  m.reference_utime = to_utime(kStart + facet_start((scan + 1) * facets()) + clock_offset);
+  m.facet = static_cast<std::int16_t>(sector);
+  m.facet_count = static_cast<std::int16_t>(facets());
+  m.rows = static_cast<std::int16_t>(params.beams);
+  m.cols = static_cast<std::int16_t>(params.cols);
+  m.n = static_cast<std::int32_t>(sector_.x_m.size());
+  m.x_m = sector_.x_m;
+  m.y_m = sector_.y_m;
+  m.z_m = sector_.z_m;
+  m.n_index = m.n;
+  m.row = sector_.row;
+  m.col = sector_.col;
+  m.n_time = m.n;
+  m.dt_us = sector_.dt_us;
+  encode(channel::kLadarPoints, m, event);
+
+  if (sector == 0) {
+    const Vec3 p_world = vehicle_.pose_at(seconds(start)).p;
+    world_.forget_beyond(p_world.x(), p_world.y(), scenario_.beam.max_range_m + 50.0);
+  }
+  schedule_ladar();
+}
+
+void Simulator::emit_truth(SourceEvent* event) {
+  Schedule& s = schedule_[kTruth];
+  const double time_s = static_cast<double>(++s.count) * kTruthInterval_s;
+  const Motion motion = vehicle_.at(time_s);
+  truth_t m{};
+  m.utime = to_utime(kStart + from_seconds(time_s));
+  m.seq = s.seq;
+  to_message(motion.T_world_vehicle, m.q_world_vehicle, m.p_world_vehicle_m);
+  to_message(motion.v_world, m.v_world_mps);
+  to_message(motion.rate_vehicle, m.rate_vehicle_radps);
+  m.datum_lat_deg = degrees(scenario_.datum.lat_rad);
+  m.datum_lon_deg = degrees(scenario_.datum.lon_rad);
+  m.datum_height_m = scenario_.datum.height.m;
+  encode(channel::kSimTruth, m, event);
+  schedule_periodic(kTruth, kTruthInterval_s, Duration(0));
+}
+
+Outcome simulate_to_log(const Scenario& scenario, LogWriter* log,
+                        const std::function<void(double)>& progress) {
+  Simulator simulator(scenario);
+  const double whole_s = seconds(simulator.end() - Simulator::kStart);
+  SourceEvent event;
+  double next_report_s = 0.0;
+  for (Stamp due = simulator.peek(); due != Stamp::max(); due = simulator.peek()) {
+    simulator.take(&event);
+    const Outcome written = log->write(due, event.channel, event.data.data(), event.data.size());
+    if (!written) return written;
+    const double done_s = seconds(due - Simulator::kStart);
+    if (done_s < next_report_s) continue;
+    progress(std::min(1.0, done_s / whole_s));
+    next_report_s += 0.01 * whole_s;
+  }
+  progress(1.0);
+  return log->close();
+}
+
+}  // namespace rcs::sim

@@ -1,0 +1,77 @@
+#pragma once
+// A scenario as a source of messages: the sensors' and the truth's, in the order of arrival.
+
+#include <array>
+#include <cstdint>
+#include <functional>
+
+#include "lcmtypes/rcs/gps_fix_t.hpp"
+#include "rcs/node/lockstep_timeline.h"
+#include "rcs/node/log_file.h"
+#include "sim/scenario.h"
+
+namespace rcs::sim {
+
+/// Deterministic for a scenario: the same events to the byte. A message arrives when what it
+/// measures is over, plus its way: a LADAR facet after its last shot.
+class Simulator final : public EventSource {
+ public:
+  /// Simulation time 0 on the timeline and in stamps.
+  static constexpr Stamp kStart = Stamp(std::chrono::seconds(1000));
+
+  explicit Simulator(const Scenario& scenario);
+
+  [[nodiscard]] Stamp peek() override;
+  void take(SourceEvent* event) override;
+
+  /// Last moment of the drive.
+  [[nodiscard]] Stamp end() const { return kStart + from_seconds(duration_s_); }
+  [[nodiscard]] const World& world() const { return world_; }
+  [[nodiscard]] const Trajectory& vehicle() const { return vehicle_; }
+  [[nodiscard]] const Course& course() const { return course_; }
+  /// The a priori map of the scenario's course.
+  [[nodiscard]] ElevationTile prior_map() const;
+
+ private:
+  // Ties of arrival go in this order.
+  enum Sensor : std::size_t { kIns, kOdometry, kGps, kLadar, kTruth, kSensors };
+  struct Schedule {
+    Stamp due = Stamp::max();
+    std::int64_t count = 0;  // messages or intervals so far
+    std::int64_t seq = 0;
+  };
+
+  void emit_ins(SourceEvent* event);
+  void emit_odometry(SourceEvent* event);
+  void emit_gps(SourceEvent* event);
+  void emit_ranges(SourceEvent* event);
+  void emit_points(SourceEvent* event);
+  void emit_truth(SourceEvent* event);
+  void schedule_periodic(Sensor sensor, double interval_s, Duration delay);
+  void schedule_gps();
+  void schedule_ladar();
+  [[nodiscard]] Duration facet_start(std::int64_t facet) const;
+  [[nodiscard]] int facets() const;
+
+  Scenario scenario_;
+  Course course_;
+  World world_;
+  double duration_s_;
+  Trajectory vehicle_;
+  InertialSensor ins_;
+  WheelOdometer odometer_;
+  GpsReceiver gps_;
+  RangeImager imager_;
+  SpinningLadar spinning_;
+  std::array<Schedule, kSensors> schedule_;
+  gps_fix_t next_fix_{};
+  RangeFacet facet_;
+  PointSector sector_;
+};
+
+/// Runs a scenario into a log as fast as it goes.
+/// @param progress  called now and then with the share that is done, [0, 1]
+[[nodiscard]] Outcome simulate_to_log(const Scenario& scenario, LogWriter* log,
+                                      const std::function<void(double)>& progress);
+
+}  // namespace rcs::sim
