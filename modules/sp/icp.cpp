@@ -11,9 +11,13 @@ namespace {
 
 // The prediction holds so many iterations, while the gate is wide and matches are still wrong.
 constexpr int kSteered = 2;
-// A match is kept while its point has moved less than this: searches follow the motion, and the
-// last iterations solve one fixed problem, so that they converge.
+// A match is kept while its point has moved less than this: searches follow the motion. When the
+// answer stands nearly still, all are searched anew and kept while it converges, twice: the last
+// iterations solve one fixed problem, which hardly depends on where the search came from.
 constexpr float kSearchAgain_m = 0.02F;
+constexpr int kFinalSearches = 2;
+// Nearly still: so many times the steps that end the last iterations.
+constexpr double kNearly = 10.0;
 
 struct Sums {
   NormalEquations equations;
@@ -40,6 +44,15 @@ class Problem {
     workspace_->matches.assign(source.size(), {});
   }
 
+  // The next pass searches every match anew; after it they stay.
+  void search_all_then_keep() {
+    for (IcpWorkspace::Match& m : workspace_->matches) m.asked = Vec3f::Constant(1e9F);
+    keep_after_ = true;
+    keep_ = false;
+    ++searches_;
+  }
+  [[nodiscard]] int final_searches() const { return searches_; }
+
   // One pass over the points at pose T: search where needed, residuals, sums.
   // `kernel`: residual, in sigmas, at which the robust weight is 1/4.
   Sums sum(const Pose& T, double gate_m, double kernel) {
@@ -50,7 +63,7 @@ class Problem {
       const Vec3f p = source_[i];
       const Vec3f q = R * p + t;
       IcpWorkspace::Match& match = workspace_->matches[i];
-      if ((q - match.asked).squaredNorm() > kSearchAgain_m * kSearchAgain_m) {
+      if (!keep_ && (q - match.asked).squaredNorm() > kSearchAgain_m * kSearchAgain_m) {
         match.found = map_->nearest_surface(q, &match.surface);
         match.asked = q;
       }
@@ -69,6 +82,7 @@ class Problem {
       sums.square_sum += double{r} * double{r};
     }
     sums.equations.close();
+    keep_ = keep_after_;
     return sums;
   }
 
@@ -111,6 +125,9 @@ class Problem {
   RollingMap* map_;
   const IcpParams& params_;
   IcpWorkspace* workspace_;
+  int searches_ = 0;
+  bool keep_after_ = false;
+  bool keep_ = false;
 };
 
 }  // namespace
@@ -152,11 +169,15 @@ Registration register_points(const Points& source_vehicle, RollingMap* map,
     const Vec6 step = steered ? steered_step(sums.equations, prior, to_prediction)
                               : observed_step(sums.equations, obs, to_prediction);
     T = T * exp_se3(step);
-    const bool small =
-        step.head<3>().norm() < params.step_m && step.tail<3>().norm() < params.step_rad;
+    const double still = problem.final_searches() == 0 ? kNearly : 1.0;
+    const bool small = step.head<3>().norm() < still * params.step_m &&
+                       step.tail<3>().norm() < still * params.step_rad;
     if (!steered && kernel == kKernelEnd && small) {
-      out.stop = Stop::kConverged;
-      break;
+      if (problem.final_searches() == kFinalSearches) {
+        out.stop = Stop::kConverged;
+        break;
+      }
+      problem.search_all_then_keep();
     }
     gate_m = std::max(0.1 * params.gate_m, 0.5 * gate_m);
     kernel = std::max(kKernelEnd, 0.5 * kernel);

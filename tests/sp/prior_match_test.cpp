@@ -1,0 +1,127 @@
+#include "modules/sp/prior_match.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tests/sp/scene.h"
+
+namespace rcs::sp {
+namespace {
+
+constexpr WorkUnits kPlenty = 1'000'000'000;
+
+double hills(double x, double y) {
+  return 4.0 * std::sin(0.05 * x + 0.3) * std::cos(0.04 * y) + 1.5 * std::sin(0.11 * y);
+}
+
+ElevationMap survey(bool flat) {
+  ElevationTile tile;
+  tile.id = 42;
+  tile.datum = {0.7, -1.3, {100.0}};
+  tile.origin_world_m = Vec2(-150.0, -150.0);
+  tile.cell_m = 5.0;
+  tile.width = tile.height = 60;
+  tile.sigma_m = 0.2;
+  tile.bias_sigma_m = 0.1;
+  tile.bias_correlation_m = 200.0;
+  for (int j = 0; j < tile.height; ++j) {
+    for (int i = 0; i < tile.width; ++i) {
+      const double x = -150.0 + 5.0 * (i + 0.5);
+      const double y = -150.0 + 5.0 * (j + 0.5);
+      tile.z_world_m.push_back(static_cast<float>(flat ? 0.0 : hills(x, y)));
+    }
+  }
+  Result<ElevationMap> map = ElevationMap::from_tiles({tile});
+  EXPECT_TRUE(map.ok()) << map.error().message;
+  return std::move(map).value();
+}
+
+Points seen_from(const Pose& T_world_vehicle, bool flat, double bushes, std::mt19937* rng) {
+  std::uniform_real_distribution<double> u(-1.0, 1.0);
+  std::normal_distribution<double> noise(0.0, 0.1);
+  Points points;
+  for (int i = 0; i < 2500; ++i) {
+    const double x = T_world_vehicle.p.x() + 50.0 * u(*rng);
+    const double y = T_world_vehicle.p.y() + 50.0 * u(*rng);
+    double z = (flat ? 0.0 : hills(x, y)) + noise(*rng);
+    if (0.5 * (u(*rng) + 1.0) < bushes) z += 0.5 + 2.0 * std::abs(u(*rng));
+    points.push_back((T_world_vehicle.inverse() * Vec3(x, y, z)).cast<float>());
+  }
+  return points;
+}
+
+TEST(PriorMatch, FindsTheVehicleOnHills) {
+  const ElevationMap map = survey(false);
+  std::mt19937 rng(1);
+  const Pose T = test::pose(10.0, -20.0, hills(10, -20) + 0.9, 0.05, -0.05, 0.6);
+  const Points source = seen_from(T, false, 0.0, &rng);
+  PriorMatchWorkspace workspace;
+  const Pose start = T * test::pose(3.0, -2.0, 1.0, 0.01, 0.0, 0.02);
+  const PriorMatch match = match_prior_map(source, map, test::prediction(start, 3.0, 0.05),
+                                           PriorMatchParams{}, kPlenty, &workspace);
+  ASSERT_TRUE(usable(match.registration.stop)) << static_cast<int>(match.registration.stop);
+  EXPECT_EQ(match.tile_id, 42);
+  const Vec6 e = log_se3(T.inverse() * match.registration.T_target_vehicle);
+  EXPECT_LT(e.head<3>().norm(), 0.5);
+  EXPECT_LT(std::abs(e[2]), 0.1);
+}
+
+TEST(PriorMatch, ACellCountsOnceHoweverManyPointsFallOnIt) {
+  const ElevationMap map = survey(false);
+  std::mt19937 rng(2);
+  const Pose T = test::pose(0.0, 0.0, hills(0, 0) + 0.9, 0.0, 0.0, 0.0);
+  PriorMatchWorkspace workspace;
+  const Points few = seen_from(T, false, 0.0, &rng);
+  Points many = few;
+  for (int k = 0; k < 4; ++k) {
+    const Points more = seen_from(T, false, 0.0, &rng);
+    for (std::size_t i = 0; i < more.size(); ++i) many.push_back(more[i]);
+  }
+  const Prediction p = test::prediction(T, 1.0, 0.02);
+  const Mat6 a = match_prior_map(few, map, p, {}, kPlenty, &workspace).registration.information;
+  const Mat6 b = match_prior_map(many, map, p, {}, kPlenty, &workspace).registration.information;
+  EXPECT_LT(b(2, 2), 1.2 * a(2, 2));
+  // 20 x 20 cells at sigma 0.2 m at most.
+  EXPECT_LT(b(2, 2), 1.1 * 400 / (0.2 * 0.2));
+}
+
+TEST(PriorMatch, VegetationDoesNotLiftTheVehicle) {
+  const ElevationMap map = survey(false);
+  std::mt19937 rng(3);
+  const Pose T = test::pose(0.0, 0.0, hills(0, 0) + 0.9, 0.0, 0.0, 0.0);
+  PriorMatchWorkspace workspace;
+  const PriorMatch match = match_prior_map(seen_from(T, false, 0.3, &rng), map,
+                                           test::prediction(T, 1.0, 0.02), {}, kPlenty, &workspace);
+  ASSERT_TRUE(usable(match.registration.stop));
+  EXPECT_NEAR(match.registration.T_target_vehicle.p.z(), T.p.z(), 0.15);
+}
+
+TEST(PriorMatch, FlatGroundSaysNothingOfXYAndYaw) {
+  const ElevationMap map = survey(true);
+  std::mt19937 rng(4);
+  const Pose T = test::pose(5.0, 5.0, 0.9, 0.0, 0.0, 1.0);
+  const Pose start = T * test::pose(1.0, 2.0, 0.3, 0.0, 0.0, 0.05);
+  PriorMatchWorkspace workspace;
+  const PriorMatch match =
+      match_prior_map(seen_from(T, true, 0.0, &rng), map, test::prediction(start, 3.0, 0.05), {},
+                      kPlenty, &workspace);
+  ASSERT_EQ(match.registration.stop, Stop::kDegenerate);
+  const Vec3 moved = match.registration.T_target_vehicle.p - start.p;
+  EXPECT_LT(moved.head<2>().norm(), 0.05);
+  EXPECT_NEAR(match.registration.T_target_vehicle.p.z(), 0.9, 0.05);
+}
+
+TEST(PriorMatch, OutsideTheMapIsAnAnswer) {
+  const ElevationMap map = survey(false);
+  std::mt19937 rng(5);
+  const Pose T = test::pose(1000.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+  PriorMatchWorkspace workspace;
+  EXPECT_EQ(match_prior_map(seen_from(T, false, 0.0, &rng), map, test::prediction(T, 1.0, 0.1), {},
+                            kPlenty, &workspace)
+                .registration.stop,
+            Stop::kEmpty);
+}
+
+}  // namespace
+}  // namespace rcs::sp
