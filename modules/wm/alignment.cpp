@@ -1,0 +1,177 @@
+#include "modules/wm/alignment.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace rcs::wm {
+namespace {
+
+void set_variance(int index, int size, double sigma, Cov* P) {
+  P->diagonal().segment(index, size).setConstant(sigma * sigma);
+}
+
+/// The attitude with heading 0 in which the specific force points up.
+Quat level_attitude(const Vec3& specific_force) {
+  const Vec3 up = specific_force.normalized();
+  const double roll = std::atan2(up.y(), up.z());
+  const double pitch = std::asin(std::clamp(-up.x(), -1.0, 1.0));
+  return Quat(Eigen::AngleAxisd(pitch, Vec3::UnitY()) * Eigen::AngleAxisd(roll, Vec3::UnitX()));
+}
+
+/// A turn about the vertical and a shift, so that p_old comes to lie on p_new.
+Pose turn_and_shift(double yaw_rad, const Vec3& p_old, const Vec3& p_new) {
+  const Quat q(Eigen::AngleAxisd(yaw_rad, Vec3::UnitZ()));
+  return {q, p_new - q * p_old};
+}
+
+}  // namespace
+
+Belief initial_belief(const WmParams& params, Stamp stamp) {
+  Belief b;
+  b.x.stamp = stamp;
+  // The frame is made here, so that place and heading are exact; the rest is not.
+  set_variance(kPosition, 3, 1e-3, &b.P);
+  set_variance(kVelocity, 3, params.align.speed_sigma_mps, &b.P);
+  set_variance(kAttitude, 2, params.align.tilt_sigma_rad, &b.P);
+  set_variance(kAttitude + 2, 1, 1e-4, &b.P);
+  set_variance(kGyroBias, 3, params.ins.gyro_turn_on, &b.P);
+  set_variance(kAccelBias, 3, params.ins.accel_turn_on, &b.P);
+  set_variance(kMapOffset, 3, params.drive.map_sigma_m, &b.P);
+  set_variance(kWheelScale, 1, params.odometry.scale_sigma, &b.P);
+  set_variance(kGpsOffset, 3, 1.0, &b.P);
+  set_variance(kRate, 3, params.motion.rate_sigma, &b.P);
+  return b;
+}
+
+std::optional<Belief> Leveler::add(const ImuSample& imu, const WmParams& params) {
+  if (first_ == Stamp::max()) first_ = imu.stamp - imu.interval;
+  stillness_.add(imu, params.stillness.window_s);
+  const bool quiet = stillness_.quiet(params.stillness);
+  if (quiet != still_) {
+    sum_angle_.setZero();
+    sum_force_.setZero();
+    sum_s_ = 0.0;
+    still_ = quiet;
+  }
+  sum_angle_ += imu.delta_angle;
+  sum_force_ += imu.delta_v;
+  sum_s_ += seconds(imu.interval);
+  const bool at_rest = still_ && sum_s_ >= seconds(params.align.level_time);
+  const bool in_motion = !still_ && imu.stamp - first_ >= params.align.patience;
+  if (!at_rest && !in_motion) return std::nullopt;
+
+  const Vec3 force = sum_force_ / sum_s_;
+  Belief b = initial_belief(params, imu.stamp);
+  b.x.inertial = true;
+  b.x.T_world_vehicle.q = level_attitude(force);
+  constexpr double kNoGate = std::numeric_limits<double>::infinity();
+  const double sigma =
+      at_rest ? params.align.level_sigma_mps2 : params.align.moving_level_sigma_mps2;
+  // As a measurement, so that tilt and accelerometer bias come out correlated as they are.
+  b = update(b, level(b.x, force, force.norm(), sigma), kNoGate).belief;
+  b.x.rate_vehicle = stillness_.mean_rate;
+  set_variance(kRate, 3, 0.0, &b.P);
+  if (!at_rest) return b;
+  set_variance(kVelocity, 3, params.stillness.sigma_mps, &b.P);
+  // At rest the gyro measures its bias and the earth's rate; without a heading the latter is noise.
+  constexpr double kEarthRate = 7.3e-5;
+  const double noise = params.ins.angle_random_walk * params.ins.angle_random_walk / sum_s_ +
+                       kEarthRate * kEarthRate;
+  const double prior = params.ins.gyro_turn_on * params.ins.gyro_turn_on;
+  b.x.gyro_bias = prior / (prior + noise) * (sum_angle_ / sum_s_);
+  set_variance(kGyroBias, 3, std::sqrt(prior * noise / (prior + noise)), &b.P);
+  return b;
+}
+
+std::optional<Anchor> HeadingFinder::add(Stamp stamp, const GpsFix& fix, const FilterState& state,
+                                         const WmParams& params) {
+  const NavState& x = state.belief.x;
+  const Vec3 p_old = x.T_world_vehicle * params.gps.lever_m + x.v_world * seconds(stamp - x.stamp);
+  // Fixes without a baseline to the one before would only fill the table.
+  const double spacing = params.align.baseline_m / 8.0;
+  if (count_ > 0 && (fix.p_world - pairs_[count_ - 1].p_new).norm() < spacing) {
+    return by_course(fix, state, params);
+  }
+  if (count_ == pairs_.size()) {
+    std::move(pairs_.begin() + 1, pairs_.end(), pairs_.begin());
+    --count_;
+  }
+  pairs_[count_++] = {stamp, p_old, fix.p_world, fix.sigma_m.head<2>().maxCoeff()};
+  if (const std::optional<Anchor> course = by_course(fix, state, params)) return course;
+  return by_path(params.align);
+}
+
+std::optional<Anchor> HeadingFinder::by_path(const AlignParams& params) const {
+  Vec3 mean_old = Vec3::Zero();
+  Vec3 mean_new = Vec3::Zero();
+  for (std::size_t i = 0; i < count_; ++i) {
+    mean_old += pairs_[i].p_old / static_cast<double>(count_);
+    mean_new += pairs_[i].p_new / static_cast<double>(count_);
+  }
+  double cross = 0.0, dot = 0.0, spread2 = 0.0, sigma = 0.0;
+  for (std::size_t i = 0; i < count_; ++i) {
+    const Vec3 a = pairs_[i].p_old - mean_old;
+    const Vec3 b = pairs_[i].p_new - mean_new;
+    cross += a.x() * b.y() - a.y() * b.x();
+    dot += a.x() * b.x() + a.y() * b.y();
+    spread2 += b.head<2>().squaredNorm();
+    sigma = std::max(sigma, pairs_[i].sigma_m);
+  }
+  const Vec2 baseline = (pairs_[count_ - 1].p_new - pairs_[0].p_new).head<2>();
+  if (count_ < 3 || baseline.norm() < params.baseline_m) return std::nullopt;
+  const double yaw = std::atan2(cross, dot);
+  const Pose T_new_old = turn_and_shift(yaw, mean_old, mean_new);
+  double misfit2 = 0.0;
+  for (std::size_t i = 0; i < count_; ++i) {
+    misfit2 += (T_new_old * pairs_[i].p_old - pairs_[i].p_new).head<2>().squaredNorm() /
+               static_cast<double>(count_);
+  }
+  // Errors of GPS that change slowly cancel in differences; that is not counted on.
+  const double error = std::sqrt(2.0 * sigma * sigma + misfit2);
+  const double sigma_yaw = error / std::sqrt(spread2);
+  if (sigma_yaw > params.heading_sigma_rad) return std::nullopt;
+  return Anchor{T_new_old, sigma_yaw, 3.0 * error, std::nullopt};
+}
+
+std::optional<Anchor> HeadingFinder::by_course(const GpsFix& fix, const FilterState& state,
+                                               const WmParams& params) const {
+  const NavState& x = state.belief.x;
+  const double speed = fix.v_world.head<2>().norm();
+  if (!fix.has_velocity || count_ == 0 || !(speed > params.align.course_speed_mps)) {
+    return std::nullopt;
+  }
+  const double sigma_gps = fix.sigma_v_mps.head<2>().norm() / speed;
+  const double sigma_own = std::sqrt(state.belief.P.diagonal().segment<2>(kVelocity).sum()) / speed;
+  if (sigma_gps > params.align.heading_sigma_rad) return std::nullopt;
+  const double course = std::atan2(fix.v_world.y(), fix.v_world.x());
+  const Vec3 p_old = x.T_world_vehicle * params.gps.lever_m;
+  const double sigma_m = 3.0 * fix.sigma_m.maxCoeff();
+  if (sigma_own < params.align.heading_sigma_rad) {
+    const double own_course = std::atan2(x.v_world.y(), x.v_world.x());
+    const double yaw = wrap_angle(course - own_course);
+    return Anchor{turn_and_shift(yaw, p_old, fix.p_world), std::hypot(sigma_gps, sigma_own),
+                  sigma_m, std::nullopt};
+  }
+  // Nothing of its own has told it the velocity: a car drives forward, give or take its side slip.
+  constexpr double kSideSlip = 0.1;
+  const double yaw = wrap_angle(course - yaw_of(x.T_world_vehicle.q));
+  return Anchor{turn_and_shift(yaw, p_old, fix.p_world), std::hypot(sigma_gps, kSideSlip), sigma_m,
+                fix.v_world};
+}
+
+void anchor(const Anchor& a, FilterState* s) {
+  const Pose before = s->belief.x.T_world_vehicle;
+  s->belief = change_world(s->belief, a.T_new_old);
+  if (a.v_world) s->belief.x.v_world = *a.v_world;
+  s->belief = loosen_world(s->belief, Vec3::Constant(a.sigma_m), a.sigma_yaw_rad);
+  Memory& m = s->memory;
+  m.anchored = true;
+  ++m.world_resets;
+  const Pose step = before.inverse() * s->belief.x.T_world_vehicle;
+  m.last_reset_m = step.p.norm();
+  m.last_reset_rad = log_so3(step.q).norm();
+  m.last_reset = s->belief.x.stamp;
+}
+
+}  // namespace rcs::wm

@@ -1,0 +1,271 @@
+#include "modules/wm/eskf.h"
+
+#include <cmath>
+
+namespace rcs::wm {
+namespace {
+
+using Mat9 = Mat<9>;
+
+void symmetrize(Cov* P) { *P = (0.5 * (*P + P->transpose())).eval(); }
+
+void scale_block(int index, int size, double factor, Cov* P) {
+  P->middleRows(index, size) *= factor;
+  P->middleCols(index, size) *= factor;
+}
+
+void add_variance(int index, int size, double variance, Cov* P) {
+  P->diagonal().segment(index, size).array() += variance;
+}
+
+/// What both process models share: states that change with time and with the distance driven.
+void drive_on(double dt, double distance_m, double turned_rad, const ProcessNoise& ins,
+              const DriveNoise& drive, Belief* b) {
+  NavState& x = b->x;
+  Cov& P = b->P;
+
+  add_variance(kGyroBias, 3, ins.gyro_instability * ins.gyro_instability * dt / ins.bias_time_s,
+               &P);
+  add_variance(kAccelBias, 3, ins.accel_instability * ins.accel_instability * dt / ins.bias_time_s,
+               &P);
+  add_variance(kWheelScale, 1, drive.wheel_scale * drive.wheel_scale * distance_m, &P);
+
+  // Gauss-Markov: the stationary variance is kept, the correlation with the past is lost.
+  const double keep_map = std::exp(-distance_m / drive.map_length_m);
+  x.map_offset *= keep_map;
+  scale_block(kMapOffset, 3, keep_map, &P);
+  add_variance(kMapOffset, 3, drive.map_sigma_m * drive.map_sigma_m * (1.0 - keep_map * keep_map),
+               &P);
+
+  const double keep_gps = std::exp(-dt / drive.gps_tau_s);
+  x.gps_offset *= keep_gps;
+  scale_block(kGpsOffset, 3, keep_gps, &P);
+  add_variance(kGpsOffset, 3, 1.0 - keep_gps * keep_gps, &P);
+
+  if (x.map_epoch < 0) return;
+  // SP's map drifts where it is being written: at the vehicle. Noise at the map's origin would turn
+  // the vehicle about a point that may be kilometres away.
+  Vec6 variance;
+  variance.head<3>().setConstant(drive.rolling_position * drive.rolling_position * distance_m);
+  variance.tail<3>().setConstant(drive.rolling_angle * drive.rolling_angle * distance_m +
+                                 drive.rolling_angle_turned * drive.rolling_angle_turned *
+                                     turned_rad);
+  const Mat6 A = adjoint(T_rolling_vehicle(x));
+  P.block<6, 6>(kRolling, kRolling) += A * variance.asDiagonal() * A.transpose();
+}
+
+/// Moves the covariance of (position, velocity, attitude) by A = [d9/d9 | d9/d(second block)] and
+/// adds Q; all other states stay as they are.
+template <int kSecond>
+void propagate(const Mat9& A, const Mat<9, kSecond>& B, int second, const Mat9& Q, Cov* P) {
+  Mat<9, kSize> M;
+  M.noalias() = A * P->topRows<9>();
+  M.noalias() += B * P->middleRows<kSecond>(second);
+  Mat9 corner;
+  corner.noalias() = M.leftCols<9>() * A.transpose();
+  corner.noalias() += M.middleCols<kSecond>(second) * B.transpose();
+  P->topRows<9>() = M;
+  P->leftCols<9>() = M.transpose();
+  P->topLeftCorner<9, 9>() = 0.5 * (corner + corner.transpose()) + Q;
+}
+
+}  // namespace
+
+Mat<6, kSize> world_pose_jacobian(const NavState& x) {
+  Mat<6, kSize> J = Mat<6, kSize>::Zero();
+  J.block<3, 3>(0, kPosition) = x.T_world_vehicle.rotation().transpose();
+  J.block<3, 3>(3, kAttitude).setIdentity();
+  return J;
+}
+
+Mat<6, kSize> rolling_pose_jacobian(const NavState& x) {
+  // (T_wr exp(d_r))^-1 T_wv exp(d_v) = T_rv exp(-Ad(T_rv^-1) d_r) exp(d_v)
+  Mat<6, kSize> J = world_pose_jacobian(x);
+  J.block<6, 6>(0, kRolling) = -adjoint(T_rolling_vehicle(x).inverse());
+  return J;
+}
+
+Mat6 world_pose_covariance(const Belief& b) {
+  const Mat<6, kSize> J = world_pose_jacobian(b.x);
+  return J * b.P * J.transpose();
+}
+
+Mat6 rolling_pose_covariance(const Belief& b) {
+  if (b.x.map_epoch < 0) return Mat6::Zero();
+  const Mat<6, kSize> J = rolling_pose_jacobian(b.x);
+  return J * b.P * J.transpose();
+}
+
+Earth earth_at(const Geodetic& datum) {
+  return {normal_gravity(datum.lat_rad, datum.height), earth_rate_world(datum.lat_rad)};
+}
+
+Belief predict(const Belief& b, const ImuSample& imu, const Earth& earth, const ProcessNoise& noise,
+               const DriveNoise& drive) {
+  const double dt = seconds(imu.stamp - b.x.stamp);
+  const Mat3 R = b.x.T_world_vehicle.rotation();
+  const Vec3 earth_vehicle = R.transpose() * earth.rate_world;
+  const Vec3 dtheta = imu.delta_angle - (b.x.gyro_bias + earth_vehicle) * dt;
+  const Vec3 dv = imu.delta_v - b.x.accel_bias * dt;
+  const Mat3 half_turn = Mat3::Identity() + 0.5 * hat(dtheta);
+  const Vec3 dv_world = R * (half_turn * dv);
+  const Vec3 gravity(0.0, 0.0, -earth.gravity);
+
+  Belief next = b;
+  NavState& x = next.x;
+  x.stamp = imu.stamp;
+  x.v_world += dv_world + (gravity - 2.0 * earth.rate_world.cross(b.x.v_world)) * dt;
+  x.T_world_vehicle.p += 0.5 * dt * (b.x.v_world + x.v_world);
+  x.T_world_vehicle.q = (b.x.T_world_vehicle.q * exp_so3(dtheta)).normalized();
+  x.rate_vehicle = dtheta / dt;
+  if (!b.x.inertial) {  // the gyro's bias carries the rate's error from now on
+    x.inertial = true;
+    next.P.middleRows<3>(kRate).setZero();
+    next.P.middleCols<3>(kRate).setZero();
+  }
+
+  const Mat3 Jr = right_jacobian_so3(dtheta);
+  const Mat3 dtheta_by_attitude = -dt * hat(earth_vehicle);
+  const Mat3 R_hat_dv_half = 0.5 * (R * hat(dv));
+  Mat9 A = Mat9::Identity();
+  A.block<3, 3>(kAttitude, kAttitude) =
+      exp_so3(dtheta).toRotationMatrix().transpose() + Jr * dtheta_by_attitude;
+  A.block<3, 3>(kVelocity, kVelocity) -= 2.0 * dt * hat(earth.rate_world);
+  A.block<3, 3>(kVelocity, kAttitude) =
+      -R * hat(half_turn * dv) - R_hat_dv_half * dtheta_by_attitude;
+  A.block<3, 3>(kPosition, kVelocity) =
+      0.5 * dt * (Mat3::Identity() + A.block<3, 3>(kVelocity, kVelocity));
+  A.block<3, 3>(kPosition, kAttitude) = 0.5 * dt * A.block<3, 3>(kVelocity, kAttitude);
+  Mat<9, 6> B = Mat<9, 6>::Zero();  // by gyro and accelerometer bias
+  B.block<3, 3>(kAttitude, 0) = -dt * Jr;
+  B.block<3, 3>(kVelocity, 0) = dt * R_hat_dv_half;
+  B.block<3, 3>(kVelocity, 3) = -dt * (R * half_turn);
+  B.block<3, 6>(kPosition, 0) = 0.5 * dt * B.block<3, 6>(kVelocity, 0);
+
+  // An error of an increment enters just as bias * dt does, so B / dt is also the noise's Jacobian.
+  const double k2 =
+      noise.scale_and_misalignment * noise.scale_and_misalignment * noise.motion_time_s;
+  const Vec3 acceleration = (x.v_world - b.x.v_world) / dt;
+  const double angle_density =
+      noise.angle_random_walk * noise.angle_random_walk + k2 * x.rate_vehicle.squaredNorm();
+  const double velocity_density =
+      noise.velocity_random_walk * noise.velocity_random_walk + k2 * acceleration.squaredNorm();
+  Mat9 Q;
+  Q.noalias() = (angle_density / dt) * (B.leftCols<3>() * B.leftCols<3>().transpose());
+  Q.noalias() += (velocity_density / dt) * (B.rightCols<3>() * B.rightCols<3>().transpose());
+  propagate<6>(A, B, kGyroBias, Q, &next.P);
+  drive_on(dt, (x.T_world_vehicle.p - b.x.T_world_vehicle.p).norm(), dtheta.norm(), noise, drive,
+           &next);
+  return next;
+}
+
+Belief predict(const Belief& b, Stamp to, const MotionNoise& noise, const ProcessNoise& biases,
+               const DriveNoise& drive) {
+  const double dt = seconds(to - b.x.stamp);
+  const Mat3 R = b.x.T_world_vehicle.rotation();
+  const Vec3 v_vehicle = R.transpose() * b.x.v_world;
+  const Vec3 dtheta = b.x.rate_vehicle * dt;
+  const Quat turn = exp_so3(dtheta);
+  const Mat3 E = turn.toRotationMatrix();
+
+  Belief next = b;
+  NavState& x = next.x;
+  x.stamp = to;
+  x.v_world = R * (E * v_vehicle);
+  x.T_world_vehicle.p += 0.5 * dt * (b.x.v_world + x.v_world);
+  x.T_world_vehicle.q = (b.x.T_world_vehicle.q * turn).normalized();
+  if (b.x.inertial) {
+    x.inertial = false;
+    add_variance(kRate, 3, noise.rate_sigma * noise.rate_sigma, &next.P);
+  }
+
+  const Mat3 Jr = right_jacobian_so3(dtheta);
+  Mat9 A = Mat9::Identity();
+  A.block<3, 3>(kAttitude, kAttitude) = E.transpose();
+  A.block<3, 3>(kVelocity, kVelocity) = R * E * R.transpose();
+  A.block<3, 3>(kVelocity, kAttitude) = R * (E * hat(v_vehicle) - hat(E * v_vehicle));
+  A.block<3, 3>(kPosition, kVelocity) =
+      0.5 * dt * (Mat3::Identity() + A.block<3, 3>(kVelocity, kVelocity));
+  A.block<3, 3>(kPosition, kAttitude) = 0.5 * dt * A.block<3, 3>(kVelocity, kAttitude);
+  Mat<9, 3> B;
+  B.middleRows<3>(kAttitude) = dt * Jr;
+  B.middleRows<3>(kVelocity) = -dt * (R * E * hat(v_vehicle) * Jr);
+  B.middleRows<3>(kPosition) = 0.5 * dt * B.middleRows<3>(kVelocity);
+
+  // White acceleration through one and two integrators.
+  const double qa = noise.acceleration * noise.acceleration;
+  const double qw = noise.angular_acceleration * noise.angular_acceleration;
+  Mat9 Q = Mat9::Zero();
+  Q.block<3, 3>(kPosition, kPosition).diagonal().setConstant(qa * dt * dt * dt / 3.0);
+  Q.block<3, 3>(kPosition, kVelocity).diagonal().setConstant(qa * dt * dt / 2.0);
+  Q.block<3, 3>(kVelocity, kPosition).diagonal().setConstant(qa * dt * dt / 2.0);
+  Q.block<3, 3>(kVelocity, kVelocity).diagonal().setConstant(qa * dt);
+  Q.block<3, 3>(kAttitude, kAttitude).diagonal().setConstant(qw * dt * dt * dt / 3.0);
+  propagate<3>(A, B, kRate, Q, &next.P);
+  for (int i = 0; i < 3; ++i) {
+    next.P(kAttitude + i, kRate + i) += qw * dt * dt / 2.0;
+    next.P(kRate + i, kAttitude + i) += qw * dt * dt / 2.0;
+    next.P(kRate + i, kRate + i) += qw * dt;
+  }
+  drive_on(dt, (x.T_world_vehicle.p - b.x.T_world_vehicle.p).norm(), dtheta.norm(), biases, drive,
+           &next);
+  return next;
+}
+
+Belief start_epoch(const Belief& b, const Pose& T_rolling_vehicle, int map_epoch) {
+  Belief next = b;
+  next.x.map_epoch = map_epoch;
+  next.x.T_world_rolling = b.x.T_world_vehicle * T_rolling_vehicle.inverse();
+  // T_wv exp(d_v) T_rv^-1 = T_wr exp(Ad(T_rv) d_v): the map errs as the vehicle does.
+  const Mat<6, kSize> J = adjoint(T_rolling_vehicle) * world_pose_jacobian(b.x);
+  const Mat<6, kSize> cross = J * b.P;
+  next.P.middleRows<6>(kRolling) = cross;
+  next.P.middleCols<6>(kRolling) = cross.transpose();
+  next.P.block<6, 6>(kRolling, kRolling) = cross * J.transpose();
+  symmetrize(&next.P);
+  return next;
+}
+
+Belief start_epoch(const Belief& b, const Pose& T_rolling_vehicle, int map_epoch,
+                   const Mat6& covariance) {
+  Belief next = start_epoch(b, T_rolling_vehicle, map_epoch);
+  const Mat6 A = adjoint(T_rolling_vehicle);
+  next.P.block<6, 6>(kRolling, kRolling) += A * covariance * A.transpose();
+  return next;
+}
+
+Belief loosen_world(const Belief& b, const Vec3& sigma_world_m, double sigma_yaw_rad) {
+  const Mat3 R_vehicle_world = b.x.T_world_vehicle.rotation().transpose();
+  Mat<kSize, 4> G = Mat<kSize, 4>::Zero();  // by (shift, turn about the vertical at the vehicle)
+  G.block<3, 3>(kPosition, 0).setIdentity();
+  G.block<3, 1>(kVelocity, 3) = Vec3::UnitZ().cross(b.x.v_world);
+  G.block<3, 1>(kAttitude, 3) = R_vehicle_world.col(2);
+  if (b.x.map_epoch >= 0) {
+    const Mat6 A = adjoint(T_rolling_vehicle(b.x));
+    G.block<6, 3>(kRolling, 0) = A.leftCols<3>() * R_vehicle_world;
+    G.block<6, 1>(kRolling, 3) = A.rightCols<3>() * R_vehicle_world.col(2);
+  }
+  Vec<4> variance;
+  variance << sigma_world_m.cwiseAbs2(), sigma_yaw_rad * sigma_yaw_rad;
+  Belief next = b;
+  next.P += G * variance.asDiagonal() * G.transpose();
+  symmetrize(&next.P);
+  return next;
+}
+
+Belief change_world(const Belief& b, const Pose& T_new_old) {
+  Belief next = b;
+  next.x.T_world_vehicle = T_new_old * b.x.T_world_vehicle;
+  next.x.v_world = T_new_old.q * b.x.v_world;
+  next.x.T_world_rolling = T_new_old * b.x.T_world_rolling;
+  // Only the blocks in world axes turn; right perturbations do not see the world.
+  const Mat3 R = T_new_old.rotation();
+  for (const int block : {kPosition, kVelocity}) {
+    next.P.middleRows<3>(block) = (R * next.P.middleRows<3>(block)).eval();
+    next.P.middleCols<3>(block) = (next.P.middleCols<3>(block) * R.transpose()).eval();
+  }
+  symmetrize(&next.P);
+  return next;
+}
+
+}  // namespace rcs::wm

@@ -1,0 +1,58 @@
+#pragma once
+// The error-state Kalman filter: prediction and the epoch's clone. Pure functions of values;
+// nothing allocates.
+
+#include "modules/wm/nav_state.h"
+#include "modules/wm/params.h"
+#include "rcs/base/geodesy.h"
+
+namespace rcs::wm {
+
+/// Inertial increments over (stamp - interval, stamp], vehicle axes.
+struct ImuSample {
+  Stamp stamp{};  ///< end of the interval
+  Duration interval{};
+  Vec3 delta_angle = Vec3::Zero();  ///< [rad]
+  Vec3 delta_v = Vec3::Zero();      ///< [m/s], of the specific force
+};
+
+/// What the earth does to inertial sensors at a place.
+struct Earth {
+  double gravity = 9.80665;        ///< [m/s^2], along -z of world
+  Vec3 rate_world = Vec3::Zero();  ///< [rad/s]
+};
+
+/// At the datum: normal gravity and the earth's rate.
+[[nodiscard]] Earth earth_at(const Geodetic& datum);
+
+/// Strapdown integration from b.x.stamp to imu.stamp; the increments must be those of just that
+/// interval. Attitude by the rotation vector, velocity with the first-order rotation term of a
+/// constant rate and force (Savage 1998); with one sample at a time the coning and sculling terms
+/// of second order are left out: at 100 Hz and more they are far below the random walk.
+[[nodiscard]] Belief predict(const Belief& b, const ImuSample& imu, const Earth& earth,
+                             const ProcessNoise& noise, const DriveNoise& drive);
+
+/// Prediction without INS: the velocity and the rate of the body are constant but for white
+/// accelerations. The rate is part of the state, estimated like the velocity from whatever is
+/// fused; the INS' biases wait.
+[[nodiscard]] Belief predict(const Belief& b, Stamp to, const MotionNoise& noise,
+                             const ProcessNoise& biases, const DriveNoise& drive);
+
+/// Starts a map epoch: T_world_rolling becomes T_world_vehicle * T_rolling_vehicle^-1, a stochastic
+/// clone that keeps its correlation with everything the vehicle's pose is correlated with.
+/// @param T_rolling_vehicle  at b.x.stamp; exact, because it defines the frame
+[[nodiscard]] Belief start_epoch(const Belief& b, const Pose& T_rolling_vehicle, int map_epoch);
+
+/// The same for an epoch that SP has run for a while.
+/// @param covariance  of T_rolling_vehicle's right perturbation
+[[nodiscard]] Belief start_epoch(const Belief& b, const Pose& T_rolling_vehicle, int map_epoch,
+                                 const Mat6& covariance);
+
+/// The world slips under vehicle and map alike: adds a common shift and a common turn about the
+/// vehicle's vertical to the uncertainty. What they are to each other stays as sure as it was.
+[[nodiscard]] Belief loosen_world(const Belief& b, const Vec3& sigma_world_m, double sigma_yaw_rad);
+
+/// Re-expresses the belief in another level world frame (a turn about the vertical and a shift).
+[[nodiscard]] Belief change_world(const Belief& b, const Pose& T_new_old);
+
+}  // namespace rcs::wm

@@ -1,0 +1,133 @@
+#include "modules/wm/estimator.h"
+
+#include <algorithm>
+
+namespace rcs::wm {
+namespace {
+
+constexpr std::size_t kMaxWaiting = 64;
+
+}  // namespace
+
+Estimator::Estimator(const WmParams& params, const std::optional<Geodetic>& datum)
+    : params_(params), history_(Model(params)) {
+  if (datum) datum_.emplace(*datum);
+  waiting_.reserve(kMaxWaiting);
+  innovations_.reserve(4 * static_cast<std::size_t>(params.history.capacity));
+}
+
+void Estimator::start(const Belief& belief, double gravity) {
+  FilterState state;
+  state.belief = belief;
+  if (belief.x.inertial) {
+    state.memory.ins_stamp = belief.x.stamp;
+    state.memory.stillness = leveler_.stillness();
+  }
+  history_.restart(state);
+  const Earth earth = datum_ ? earth_at(datum_->datum()) : Earth{gravity, Vec3::Zero()};
+  history_.amend(earth, [](FilterState*) {});
+  started_ = true;
+}
+
+Reason Estimator::add(const ImuSample& imu) {
+  if (started_) {
+    newest_imu_ = std::max(newest_imu_, imu.stamp);
+    return add(Measurement{imu.stamp, imu});
+  }
+  if (imu.stamp <= newest_imu_) return Reason::kRepeated;
+  newest_imu_ = imu.stamp;
+  if (const std::optional<Belief> belief = leveler_.add(imu, params_)) {
+    start(*belief, leveler_.gravity());
+  }
+  return Reason::kAccepted;
+}
+
+Reason Estimator::add(Stamp stamp, const OdometrySample& odometry) {
+  // Odometry is relative: it is no place to start from.
+  return started_ ? add(Measurement{stamp, odometry}) : Reason::kNoDatum;
+}
+
+Reason Estimator::add(Stamp stamp, const GeodeticFix& geodetic) {
+  if (!datum_) datum_.emplace(geodetic.antenna);
+  GpsFix fix = geodetic.fix;
+  fix.p_world = datum_->to_world(geodetic.antenna);
+  const Reason reason = add(Measurement{stamp, fix});
+  if (reason == Reason::kAccepted && started_ && !history_.head().memory.anchored &&
+      waiting_.size() < kMaxWaiting) {
+    waiting_.push_back({stamp, fix});
+  }
+  return reason;
+}
+
+Reason Estimator::add(const Measurement& m) {
+  if (!started_) {
+    // With an INS at work the start waits for it to be level; without one, this is the start.
+    if (newest_imu_ != Stamp::min() && m.stamp - newest_imu_ < params_.history.jump) {
+      return Reason::kNoDatum;
+    }
+    start(initial_belief(params_, m.stamp), Earth{}.gravity);
+  }
+  const Reason reason = history_.insert(m);
+  if (reason == Reason::kAccepted || reason == Reason::kRepeated) {
+    out_of_range_ = 0;
+    return reason;
+  }
+  if (++out_of_range_ < params_.history.clock_step_count) return reason;
+  step_clock(m.stamp);
+  return history_.insert(m);
+}
+
+/// Not one source was in range for long: time itself has stepped, or nothing came for long. The
+/// belief goes on there; what happened in between is as unknown as a second without any sensor.
+void Estimator::step_clock(Stamp to) {
+  constexpr Duration kUnknown = from_milliseconds(1000.0);
+  fuse();
+  FilterState state = history_.head();
+  Memory& m = state.memory;
+  const Duration step = to - kUnknown - state.belief.x.stamp;
+  state.belief.x.stamp += step;
+  for (SourceRecord& record : m.sources) {
+    if (record.accepted != Stamp::min()) record.accepted += step;
+  }
+  if (m.last_reset != Stamp::min()) m.last_reset += step;
+  m.ins_stamp = Stamp::min();
+  Innovations none;
+  advance(history_.model(), to, nullptr, &state, &none);
+  history_.restart(state);
+  waiting_.clear();
+  heading_.clear();
+  newest_imu_ = Stamp::min();
+  out_of_range_ = 0;
+  ++clock_steps_;
+}
+
+void Estimator::fuse() {
+  if (!started_) return;
+  history_.fuse(&innovations_);
+  if (!history_.head().memory.anchored) find_heading();
+}
+
+/// The fixes of the newest second wait in the history; once the heading is known the oldest state
+/// is anchored and they are fused like any others.
+void Estimator::find_heading() {
+  std::size_t used = 0;
+  for (; used < waiting_.size(); ++used) {
+    const WaitingFix& w = waiting_[used];
+    if (w.stamp > history_.head().belief.x.stamp) break;
+    const std::optional<Anchor> found = heading_.add(w.stamp, w.fix, history_.at(w.stamp), params_);
+    if (!found) continue;
+    history_.amend(earth_at(datum_->datum()),
+                   [&found](FilterState* oldest) { anchor(*found, oldest); });
+    history_.fuse(&innovations_);
+    waiting_.clear();
+    heading_.clear();
+    return;
+  }
+  waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(used));
+}
+
+Mode Estimator::mode() const {
+  return started_ ? wm::mode(history_.head(), params_) : Mode::kAlign;
+}
+
+}  // namespace rcs::wm

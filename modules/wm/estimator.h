@@ -1,0 +1,72 @@
+#pragma once
+// The whole of WM's estimation without its message shell: start-up, history, recovery.
+
+#include <optional>
+#include <vector>
+
+#include "modules/wm/alignment.h"
+#include "modules/wm/history.h"
+#include "modules/wm/sources.h"
+
+namespace rcs::wm {
+
+/// A fix as the receiver gives it.
+struct GeodeticFix {
+  Geodetic antenna;
+  GpsFix fix;  ///< p_world is computed from `antenna`
+};
+
+/// Runs from whatever exists. Without a datum or before the heading is known, the world is a frame
+/// of the filter's own: level, its origin and heading those of the vehicle at the start.
+class Estimator {
+ public:
+  explicit Estimator(const WmParams& params, const std::optional<Geodetic>& datum);
+
+  // Inputs, in any order of sources and (within the history's lag) of stamps.
+  Reason add(const ImuSample& imu);
+  Reason add(Stamp stamp, const GeodeticFix& fix);
+  Reason add(Stamp stamp, const RollingMatch& match) { return add(Measurement{stamp, match}); }
+  Reason add(Stamp stamp, const PriorMatch& match) { return add(Measurement{stamp, match}); }
+  Reason add(Stamp stamp, const OdometrySample& odometry);
+
+  /// Takes in all inputs that were added.
+  void fuse();
+
+  /// False while it aligns: there is no state yet.
+  [[nodiscard]] bool started() const { return started_; }
+  /// The newest; read it when started().
+  [[nodiscard]] const FilterState& state() const { return history_.head(); }
+  [[nodiscard]] Mode mode() const;
+  /// Origin of the world once the belief is anchored to it.
+  [[nodiscard]] const std::optional<LocalFrame>& datum() const { return datum_; }
+  /// Times that all clocks were found to have stepped.
+  [[nodiscard]] int clock_steps() const { return clock_steps_; }
+
+  /// Records since the last call to clear_innovations().
+  [[nodiscard]] const std::vector<Innovation>& innovations() const { return innovations_; }
+  void clear_innovations() { innovations_.clear(); }
+
+ private:
+  struct WaitingFix {
+    Stamp stamp{};
+    GpsFix fix;
+  };
+  Reason add(const Measurement& m);
+  void start(const Belief& belief, double gravity);
+  void find_heading();
+  void step_clock(Stamp to);
+
+  WmParams params_;
+  std::optional<LocalFrame> datum_;
+  History history_;
+  Leveler leveler_;
+  HeadingFinder heading_;
+  std::vector<WaitingFix> waiting_;  ///< for the heading, of which the state is not fused yet
+  std::vector<Innovation> innovations_;
+  bool started_ = false;
+  Stamp newest_imu_ = Stamp::min();
+  int out_of_range_ = 0;  ///< inputs refused for their stamps since one was taken
+  int clock_steps_ = 0;
+};
+
+}  // namespace rcs::wm

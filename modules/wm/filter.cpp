@@ -1,0 +1,162 @@
+#include "modules/wm/filter.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace rcs::wm {
+namespace {
+
+/// Takes from `owed` what may be paid now, at most `limit`.
+Vec3 pay(double limit, Eigen::Ref<Vec3> owed) {
+  const double n = owed.norm();
+  const Vec3 paid = n > limit ? Vec3(owed * (limit / n)) : Vec3(owed);
+  owed -= paid;
+  return paid;
+}
+
+/// The local pose follows the belief's own motion, and pays off LADAR corrections at a bounded
+/// rate.
+void move_local(const LocalFrameParams& params, const Pose& before, const Pose& after, double dt,
+                Memory* m) {
+  const Pose step = before.inverse() * after;
+  m->T_local_vehicle = m->T_local_vehicle * step;
+  if (m->slew.isZero(0.0)) return;
+  m->slew = adjoint(step.inverse()) * m->slew;
+  Vec6 paid;
+  paid.head<3>() = pay(params.slew_mps * dt, m->slew.head<3>());
+  paid.tail<3>() = pay(params.slew_radps * dt, m->slew.tail<3>());
+  m->T_local_vehicle = m->T_local_vehicle * exp_se3(paid);
+}
+
+void after_prediction(const Model& model, const NavState& before, FilterState* s) {
+  const NavState& x = s->belief.x;
+  Memory& m = s->memory;
+  const double dt = seconds(x.stamp - before.stamp);
+  move_local(model.params.local, before.T_world_vehicle, x.T_world_vehicle, dt, &m);
+  // The noise of a standing vehicle's position is not a distance.
+  if (x.v_world.norm() > model.params.stillness.speed_mps) {
+    m.distance_m += (x.T_world_vehicle.p - before.T_world_vehicle.p).norm();
+  }
+  m.accel_vehicle = x.T_world_vehicle.q.conjugate() * ((x.v_world - before.v_world) / dt);
+}
+
+/// Second process model, in steps short against a turn.
+void coast(const Model& model, Stamp to, FilterState* s) {
+  constexpr Duration kStep = from_milliseconds(100.0);
+  while (s->belief.x.stamp < to) {
+    const NavState before = s->belief.x;
+    s->belief = predict(s->belief, std::min(to, before.stamp + kStep), model.params.motion,
+                        model.params.ins, model.params.drive);
+    after_prediction(model, before, s);
+  }
+}
+
+bool stands(const Model& model, const FilterState& s) {
+  const StillnessParams& p = model.params.stillness;
+  const Memory& m = s.memory;
+  if (!m.stillness.quiet(p)) return false;
+  const Stamp odometry = m.of(Source::kOdometry).accepted;
+  const bool fresh =
+      odometry != Stamp::min() && s.belief.x.stamp - odometry < from_seconds(p.window_s);
+  const double speed = fresh ? std::abs(m.odometry_mps) : s.belief.x.v_world.norm();
+  return speed < p.speed_mps;
+}
+
+}  // namespace
+
+void Stillness::add(const ImuSample& imu, double window_s) {
+  const double dt = seconds(imu.interval);
+  const Vec3 rate = imu.delta_angle / dt;
+  const Vec3 force = imu.delta_v / dt;
+  if (seen_s == 0.0) {
+    mean_rate = rate;
+    mean_force = force;
+  }
+  seen_s += dt;
+  const double a = std::min(1.0, dt / window_s);
+  variance_rate += a * ((rate - mean_rate).squaredNorm() - variance_rate);
+  variance_force += a * ((force - mean_force).squaredNorm() - variance_force);
+  mean_rate += a * (rate - mean_rate);
+  mean_force += a * (force - mean_force);
+}
+
+bool Stillness::quiet(const StillnessParams& p) const {
+  return seen_s > 2.0 * p.window_s && variance_rate < p.rate_radps * p.rate_radps &&
+         variance_force < p.accel_mps2 * p.accel_mps2;
+}
+
+Model::Model(const WmParams& p) : params(p) {
+  for (std::size_t dof = 1; dof < gates.size(); ++dof) {
+    gates[dof] = chi_square_gate(static_cast<int>(dof), p.false_alarm);
+  }
+}
+
+void advance(const Model& model, Stamp to, const ImuSample* next_imu, FilterState* s,
+             Innovations* records) {
+  if (to < s->belief.x.stamp) return;
+  if (next_imu == nullptr) {
+    coast(model, to, s);
+    return;
+  }
+  const ImuSample& imu = *next_imu;
+  Memory& m = s->memory;
+  Stamp begin = imu.stamp - imu.interval;
+  double share_of_interval = 1.0;
+  Duration held{};
+  if (m.ins_stamp != Stamp::min() && begin - m.ins_stamp <= model.params.history.bridge) {
+    // Jittering stamps: the increments are right, the stamps are not. A lost sample: the next one
+    // stands for it.
+    const Duration gap = begin - m.ins_stamp;
+    begin = m.ins_stamp;
+    if (std::abs(gap.count()) * 2 > imu.interval.count()) {
+      share_of_interval = seconds(imu.stamp - begin) / seconds(imu.interval);
+      held = std::max(gap, Duration::zero());
+    }
+  }
+  if (s->belief.x.stamp < begin) coast(model, std::min(to, begin), s);
+  if (to > s->belief.x.stamp) {
+    const NavState before = s->belief.x;
+    const double share =
+        share_of_interval * seconds(to - before.stamp) / seconds(imu.stamp - begin);
+    const ImuSample part{to, to - before.stamp, share * imu.delta_angle, share * imu.delta_v};
+    s->belief = predict(s->belief, part, model.earth, model.params.ins, model.params.drive);
+    after_prediction(model, before, s);
+  }
+  if (to != imu.stamp) return;
+
+  m.ins_stamp = imu.stamp;
+  if (held > Duration::zero()) {  // what the second process model would have lost
+    const double t = seconds(held);
+    const double qa = model.params.motion.acceleration;
+    const double qw = model.params.motion.angular_acceleration;
+    s->belief.P.diagonal().segment<3>(kVelocity).array() += qa * qa * t;
+    s->belief.P.diagonal().segment<3>(kAttitude).array() += qw * qw * t * t * t / 3.0;
+  }
+  m.stillness.add(imu, model.params.stillness.window_s);
+  SourceRecord& record = m.of(Source::kZeroVelocity);
+  const bool due = record.accepted == Stamp::min() ||
+                   imu.stamp - record.accepted >= model.params.stillness.period;
+  if (!due || !stands(model, *s)) return;
+  const Residual<3> z = zero_velocity(s->belief.x, model.params.stillness);
+  const Fusion<3> f = update(s->belief, z, model.gates[3]);
+  Innovation i{imu.stamp, Source::kZeroVelocity, f.reason, 3, f.nis, model.gates[3]};
+  i.r.head<3>() = z.r;
+  i.sigma.head<3>() = f.sigma;
+  records->add(i);
+  if (f.reason != Reason::kAccepted) return;
+  s->belief = f.belief;
+  record = {imu.stamp, m.distance_m, 0, Vec3::Zero()};
+}
+
+void count_reset(const ModeParams& params, const Pose& before, FilterState* s) {
+  const Pose step = before.inverse() * s->belief.x.T_world_vehicle;
+  const double angle = log_so3(step.q).norm();
+  if (step.p.norm() <= params.reset_m && angle <= params.reset_rad) return;
+  Memory& m = s->memory;
+  ++m.world_resets;
+  m.last_reset_m = step.p.norm();
+  m.last_reset_rad = angle;
+  m.last_reset = s->belief.x.stamp;
+}
+
+}  // namespace rcs::wm

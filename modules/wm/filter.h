@@ -1,0 +1,122 @@
+#pragma once
+// One filter from event to event: what it carries along, how it moves to an instant, how it takes a
+// measurement. The result depends on the events and their order in sensor time alone.
+
+#include <array>
+#include <variant>
+
+#include "modules/wm/eskf.h"
+#include "modules/wm/measurements.h"
+#include "modules/wm/update.h"
+
+namespace rcs::wm {
+
+/// The values are innovation_t's.
+enum class Source : int {
+  kGpsPosition = 0,
+  kGpsVelocity = 1,
+  kOdometry = 2,
+  kNonHolonomic = 3,
+  kRolling = 4,
+  kPriorMap = 5,
+  kZeroVelocity = 6
+};
+constexpr std::size_t kSources = 7;
+
+/// An input at its instant. The order of the alternatives is the order at equal stamps.
+struct Measurement {
+  Stamp stamp{};
+  std::variant<ImuSample, RollingMatch, PriorMatch, GpsFix, OdometrySample> value;
+
+  [[nodiscard]] const ImuSample* imu() const { return std::get_if<ImuSample>(&value); }
+};
+
+/// One record for every measurement that was considered.
+struct Innovation {
+  Stamp stamp{};
+  Source source = Source::kGpsPosition;
+  Reason reason = Reason::kInvalid;
+  int dof = 0;
+  double nis = 0.0;
+  double gate = 0.0;
+  Vec6 r = Vec6::Zero();
+  Vec6 sigma = Vec6::Zero();
+};
+
+/// Stands when the INS is as quiet as at rest: running mean and variance over a window.
+struct Stillness {
+  Vec3 mean_rate = Vec3::Zero();   ///< [rad/s]
+  Vec3 mean_force = Vec3::Zero();  ///< [m/s^2]
+  double variance_rate = 0.0;
+  double variance_force = 0.0;
+  double seen_s = 0.0;
+
+  void add(const ImuSample& imu, double window_s);
+  [[nodiscard]] bool quiet(const StillnessParams& params) const;
+};
+
+/// What a source did so far.
+struct SourceRecord {
+  Stamp accepted = Stamp::min();  ///< newest accepted
+  double distance_m = 0.0;        ///< driven until then
+  int refused = 0;                ///< in a row since
+  Vec3 refused_r = Vec3::Zero();  ///< residual of the newest refused
+};
+
+/// What the filter carries along beside its belief.
+struct Memory {
+  std::array<SourceRecord, kSources> sources;
+  Stamp ins_stamp = Stamp::min();  ///< end of the newest INS interval that was integrated
+  Stillness stillness;
+  Vec3 accel_vehicle = Vec3::Zero();  ///< without gravity [m/s^2]
+  double odometry_mps = 0.0;          ///< newest accepted
+  double distance_m = 0.0;            ///< driven
+  bool anchored = false;              ///< the world is the datum's: absolute measurements count
+  Pose T_local_vehicle;
+  Vec6 slew = Vec6::Zero();  ///< LADAR correction that the local pose still owes, vehicle axes
+  int world_resets = 0;
+  double last_reset_m = 0.0;
+  double last_reset_rad = 0.0;
+  Stamp last_reset = Stamp::min();
+
+  SourceRecord& of(Source s) { return sources[static_cast<std::size_t>(s)]; }
+  [[nodiscard]] const SourceRecord& of(Source s) const {
+    return sources[static_cast<std::size_t>(s)];
+  }
+};
+
+struct FilterState {
+  Belief belief;
+  Memory memory;
+};
+
+/// Constants of the filter.
+struct Model {
+  explicit Model(const WmParams& p);
+  WmParams params;
+  Earth earth;
+  std::array<double, 7> gates{};  ///< by degrees of freedom
+};
+
+/// Up to three per measurement: a fix has position and velocity, odometry its constraint.
+struct Innovations {
+  std::array<Innovation, 3> records;
+  int count = 0;
+  void add(const Innovation& i) { records[static_cast<std::size_t>(count++)] = i; }
+};
+
+/// Moves the state to `to`.
+/// @param next_imu  the INS sample that covers `to`, i.e. the first with stamp >= to; null: silent,
+///                  the second process model is used
+/// A zero-velocity record is added when the vehicle is found to stand.
+void advance(const Model& model, Stamp to, const ImuSample* next_imu, FilterState* state,
+             Innovations* records);
+
+/// Fuses a measurement at state->belief.x.stamp; `records` says how it went.
+void apply(const Model& model, const Measurement& measurement, FilterState* state,
+           Innovations* records);
+
+/// Counts a reset when the world pose has moved from `before` by more than a step's bounds.
+void count_reset(const ModeParams& params, const Pose& before, FilterState* state);
+
+}  // namespace rcs::wm

@@ -1,0 +1,66 @@
+#pragma once
+// The newest second of inputs, with the belief after each: late data is put where it belongs and
+// everything after it is fused again, so that the order of arrival does not matter.
+
+#include <vector>
+
+#include "modules/wm/filter.h"
+
+namespace rcs::wm {
+
+class History {
+ public:
+  explicit History(const Model& model);
+
+  /// Forgets all inputs and goes on from `state`.
+  void restart(const FilterState& state);
+
+  /// Puts an input in its place; fuse() takes it in.
+  /// @return kAccepted: stored. kLate: before the oldest that is kept. kRepeated: this kind of
+  /// input
+  ///         was here for this stamp. kInvalid: so far ahead that its clock is doubted.
+  Reason insert(const Measurement& measurement);
+
+  /// Brings the belief up to date. A measurement ahead of the INS waits until the INS gets there,
+  /// or has been silent for its timeout.
+  /// @param out  one record for each measurement that was fused for the first time
+  void fuse(std::vector<Innovation>* out);
+
+  [[nodiscard]] const FilterState& head() const;
+  /// The newest stored state at or before `stamp`; the oldest kept when there is none.
+  [[nodiscard]] const FilterState& at(Stamp stamp) const;
+
+  /// Changes the oldest state that is kept; fuse() then repeats all since with the changed model.
+  template <class F>
+  void amend(const Earth& earth, F&& change) {
+    model_.earth = earth;
+    change(&base_);
+    fused_ = 0;
+  }
+
+  [[nodiscard]] const Model& model() const { return model_; }
+
+ private:
+  struct Entry {
+    Measurement measurement;
+    bool reported = false;
+  };
+  [[nodiscard]] std::size_t slot(std::size_t i) const { return (first_ + i) % entries_.size(); }
+  [[nodiscard]] Entry& entry(std::size_t i) { return entries_[slot(i)]; }
+  [[nodiscard]] const Entry& entry(std::size_t i) const { return entries_[slot(i)]; }
+  [[nodiscard]] const FilterState& before(std::size_t i) const {
+    return i == 0 ? base_ : states_[slot(i - 1)];
+  }
+  [[nodiscard]] const ImuSample* next_imu(std::size_t i) const;
+  void drop_oldest();
+
+  Model model_;
+  FilterState base_;  ///< before the oldest entry
+  std::vector<Entry> entries_;
+  std::vector<FilterState> states_;  ///< after each entry
+  std::size_t first_ = 0;
+  std::size_t count_ = 0;
+  std::size_t fused_ = 0;  ///< entries whose states are valid
+};
+
+}  // namespace rcs::wm

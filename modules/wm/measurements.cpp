@@ -1,0 +1,213 @@
+#include "modules/wm/measurements.h"
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+
+namespace rcs::wm {
+namespace {
+
+/// Derivative of the body rate's error: the gyro's bias with an INS, the rate state without.
+struct RateError {
+  int index;
+  double sign;
+};
+RateError rate_error(const NavState& x) {
+  return x.inertial ? RateError{kGyroBias, -1.0} : RateError{kRate, 1.0};
+}
+
+/// Inverse of the left Jacobian of SE(3); the series' next term is of fourth order.
+Mat6 left_jacobian_inverse_se3(const Vec6& xi) {
+  Mat6 ad = Mat6::Zero();
+  ad.topLeftCorner<3, 3>() = ad.bottomRightCorner<3, 3>() = hat(xi.tail<3>());
+  ad.topRightCorner<3, 3>() = hat(xi.head<3>());
+  return Mat6::Identity() - 0.5 * ad + (1.0 / 12.0) * ad * ad;
+}
+
+/// What the sums over residuals do not know: floors, clock, mount.
+Mat6 systematic_covariance(const NavState& x, const RegistrationParams& params) {
+  const Vec3 v_vehicle = x.T_world_vehicle.q.conjugate() * x.v_world;
+  const double t2 = params.sigma_time_s * params.sigma_time_s;
+  Mat6 C = Mat6::Zero();
+  C.topLeftCorner<3, 3>() = t2 * v_vehicle * v_vehicle.transpose();
+  C.bottomRightCorner<3, 3>() = t2 * x.rate_vehicle * x.rate_vehicle.transpose();
+  C.diagonal().head<3>().array() += params.sigma_floor_m * params.sigma_floor_m;
+  C.diagonal().tail<3>().array() += params.sigma_floor_rad * params.sigma_floor_rad;
+  return C;
+}
+
+/// Eigenvectors of the information, angles weighed as metres at arm's length: u_i^T W e has the
+/// variance 1 / lambda_i, independently of the others.
+struct Directions {
+  Mat6 A;       ///< rows: u_i^T W
+  Vec6 lambda;  ///< information [1/m^2], ascending
+};
+Directions directions(const Mat6& information, double arm_m) {
+  Vec6 w;
+  w << 1.0, 1.0, 1.0, arm_m, arm_m, arm_m;
+  const Vec6 w_inverse = w.cwiseInverse();
+  const Mat6 symmetric = 0.5 * (information + information.transpose());
+  const Eigen::SelfAdjointEigenSolver<Mat6> eigen(w_inverse.asDiagonal() * symmetric *
+                                                  w_inverse.asDiagonal());
+  return {eigen.eigenvectors().transpose() * w.asDiagonal(), eigen.eigenvalues()};
+}
+
+/// @param r  full residual; @param J  its Jacobian; rows along unobserved directions stay zero
+Residual<6> project(const Vec6& r, const Mat<6, kSize>& J, const Mat6& information,
+                    const Mat6& systematic, const RegistrationParams& params, double weight) {
+  const Directions d = directions(information, params.arm_m);
+  const double lambda_min = 1.0 / (params.observed_sigma_m * params.observed_sigma_m);
+  const Mat6 R_systematic = d.A * systematic * d.A.transpose();
+  Residual<6> z;
+  z.dof = 0;
+  int row[6];
+  for (int i = 0; i < 6; ++i) {
+    if (d.lambda[i] > lambda_min) row[z.dof++] = i;
+  }
+  for (int a = 0; a < z.dof; ++a) {
+    const int i = row[a];
+    z.r[i] = d.A.row(i) * r;
+    z.H.row(i) = d.A.row(i) * J;
+    for (int b = 0; b < z.dof; ++b) z.R(i, row[b]) = R_systematic(i, row[b]) / weight;
+    z.R(i, i) += params.inflation / (d.lambda[i] * weight);
+  }
+  return z;
+}
+
+}  // namespace
+
+Residual<3> gps_position(const NavState& x, const GpsFix& z, const GpsParams& params) {
+  const Mat3 R = x.T_world_vehicle.rotation();
+  const Vec3 sigma = z.sigma_m.cwiseMax(params.sigma_floor_m);
+  const Vec3 scale = params.correlated * sigma;
+  Residual<3> out;
+  out.r = z.p_world - (x.T_world_vehicle * params.lever_m + scale.cwiseProduct(x.gps_offset));
+  out.H.block<3, 3>(0, kPosition).setIdentity();
+  out.H.block<3, 3>(0, kAttitude) = -R * hat(params.lever_m);
+  out.H.block<3, 3>(0, kGpsOffset) = scale.asDiagonal();
+  const double white = 1.0 - params.correlated * params.correlated;
+  out.R = (white * sigma.cwiseAbs2()).asDiagonal();
+  out.R += params.sigma_time_s * params.sigma_time_s * x.v_world * x.v_world.transpose();
+  return out;
+}
+
+Residual<3> gps_velocity(const NavState& x, const GpsFix& z, const GpsParams& params) {
+  const Mat3 R = x.T_world_vehicle.rotation();
+  const Vec3 lever_rate = x.rate_vehicle.cross(params.lever_m);
+  const RateError rate = rate_error(x);
+  Residual<3> out;
+  out.r = z.v_world - (x.v_world + R * lever_rate);
+  out.H.block<3, 3>(0, kVelocity).setIdentity();
+  out.H.block<3, 3>(0, kAttitude) = -R * hat(lever_rate);
+  out.H.block<3, 3>(0, rate.index) = -rate.sign * R * hat(params.lever_m);
+  out.R = z.sigma_v_mps.cwiseAbs2().asDiagonal();
+  return out;
+}
+
+Residual<6> rolling_match(const NavState& x, const RollingMatch& z,
+                          const RegistrationParams& params) {
+  const Vec6 r = log_se3(T_rolling_vehicle(x).inverse() * z.T_rolling_vehicle);
+  return project(r, left_jacobian_inverse_se3(r) * rolling_pose_jacobian(x), z.information,
+                 systematic_covariance(x, params), params, 1.0);
+}
+
+Residual<6> prior_match(const NavState& x, const PriorMatch& z, const PriorMapParams& params,
+                        double weight) {
+  Pose predicted = x.T_world_vehicle;
+  predicted.p += x.map_offset;
+  const Vec6 r = log_se3(predicted.inverse() * z.T_world_vehicle);
+  Mat<6, kSize> J = world_pose_jacobian(x);
+  J.block<3, 3>(0, kMapOffset) = J.block<3, 3>(0, kPosition);
+  // Against a map that the LADAR did not make itself, an askew mount tilts and shifts the answer.
+  Mat6 systematic = systematic_covariance(x, params.match);
+  systematic.diagonal().head<3>().array() += params.mount_sigma_m * params.mount_sigma_m;
+  systematic.diagonal().tail<3>().array() += params.mount_sigma_rad * params.mount_sigma_rad;
+  return project(r, left_jacobian_inverse_se3(r) * J, z.information, systematic, params.match,
+                 weight);
+}
+
+Mat6 registration_covariance(const NavState& x, const Mat6& information,
+                             const RegistrationParams& params, int* unobserved) {
+  const Directions d = directions(information, params.arm_m);
+  constexpr double kUnknown_m = 1000.0;
+  const double lambda_min = 1.0 / (params.observed_sigma_m * params.observed_sigma_m);
+  Vec6 variance;
+  *unobserved = 0;
+  for (int i = 0; i < 6; ++i) {
+    const bool observed = d.lambda[i] > lambda_min;
+    if (!observed) ++*unobserved;
+    variance[i] = observed ? params.inflation / d.lambda[i] : kUnknown_m * kUnknown_m;
+  }
+  // A = U^T W with U orthogonal, so A^-1 = W^-1 U = W^-2 A^T.
+  Vec6 w_inverse2;
+  w_inverse2.head<3>().setOnes();
+  w_inverse2.tail<3>().setConstant(1.0 / (params.arm_m * params.arm_m));
+  const Mat6 A_inverse = w_inverse2.asDiagonal() * d.A.transpose();
+  return A_inverse * variance.asDiagonal() * A_inverse.transpose() +
+         systematic_covariance(x, params);
+}
+
+Residual<2> wheel_speed(const NavState& x, const OdometrySample& z, const OdometryParams& params,
+                        double weight) {
+  const Mat3 R_vehicle_world = x.T_world_vehicle.rotation().transpose();
+  const Vec3 v_vehicle = R_vehicle_world * x.v_world;
+  const double slip = params.slip * v_vehicle.x();
+  const double sigma = std::max(z.sigma_speed_mps, params.sigma_floor_mps);
+  Residual<2> out;
+  out.dof = 1;
+  out.r[0] = z.speed_mps - x.wheel_scale * v_vehicle.x();
+  out.H.block<1, 3>(0, kVelocity) = x.wheel_scale * R_vehicle_world.row(0);
+  out.H.block<1, 3>(0, kAttitude) = x.wheel_scale * hat(v_vehicle).row(0);
+  out.H(0, kWheelScale) = v_vehicle.x();
+  out.R(0, 0) = (sigma * sigma + slip * slip) / weight;
+  if (!x.inertial && std::isfinite(z.yaw_rate_radps)) {
+    out.dof = 2;
+    out.r[1] = z.yaw_rate_radps - x.rate_vehicle.z();
+    out.H(1, kRate + 2) = 1.0;
+    out.R(1, 1) = z.sigma_yaw_rate_radps * z.sigma_yaw_rate_radps / weight;
+  }
+  return out;
+}
+
+Residual<2> non_holonomic(const NavState& x, const OdometryParams& params, double weight) {
+  const Mat3 R_vehicle_world = x.T_world_vehicle.rotation().transpose();
+  const Vec3 v_vehicle = R_vehicle_world * x.v_world;
+  const double side_slip = params.side_slip * v_vehicle.x();
+  Residual<2> out;
+  out.r = -v_vehicle.tail<2>();
+  out.H.block<2, 3>(0, kVelocity) = R_vehicle_world.bottomRows<2>();
+  out.H.block<2, 3>(0, kAttitude) = hat(v_vehicle).bottomRows<2>();
+  out.R(0, 0) = (params.lateral_mps * params.lateral_mps + side_slip * side_slip) / weight;
+  out.R(1, 1) = (params.vertical_mps * params.vertical_mps + side_slip * side_slip) / weight;
+  return out;
+}
+
+Residual<3> level(const NavState& x, const Vec3& specific_force, double gravity,
+                  double sigma_mps2) {
+  const Vec3 up_vehicle = x.T_world_vehicle.q.conjugate() * Vec3(0.0, 0.0, gravity);
+  Residual<3> out;
+  out.r = specific_force - (up_vehicle + x.accel_bias);
+  out.H.block<3, 3>(0, kAttitude) = hat(up_vehicle);
+  out.H.block<3, 3>(0, kAccelBias).setIdentity();
+  out.R = sigma_mps2 * sigma_mps2 * Mat3::Identity();
+  return out;
+}
+
+Residual<3> zero_velocity(const NavState& x, const StillnessParams& params) {
+  Residual<3> out;
+  out.r = -x.v_world;
+  out.H.block<3, 3>(0, kVelocity).setIdentity();
+  out.R = params.sigma_mps * params.sigma_mps * Mat3::Identity();
+  return out;
+}
+
+double chi_square_gate(int dof, double false_alarm) {
+  // The normal quantile by Abramowitz and Stegun 26.2.23, |error| < 4.5e-4.
+  const double t = std::sqrt(-2.0 * std::log(false_alarm));
+  const double u = t - (2.515517 + t * (0.802853 + t * 0.010328)) /
+                           (1.0 + t * (1.432788 + t * (0.189269 + t * 0.001308)));
+  const double k = 2.0 / (9.0 * dof);
+  const double cube_root = 1.0 - k + u * std::sqrt(k);
+  return dof * cube_root * cube_root * cube_root;
+}
+
+}  // namespace rcs::wm

@@ -1,0 +1,78 @@
+#pragma once
+// What each source says about the state: residuals with their Jacobians and noise.
+
+#include "modules/wm/nav_state.h"
+#include "modules/wm/params.h"
+#include "modules/wm/update.h"
+
+namespace rcs::wm {
+
+/// A fix of the antenna in frame world.
+struct GpsFix {
+  Vec3 p_world = Vec3::Zero();
+  Vec3 sigma_m = Vec3::Ones();  ///< as reported
+  bool has_velocity = false;
+  Vec3 v_world = Vec3::Zero();  ///< of the antenna [m/s]
+  Vec3 sigma_v_mps = Vec3::Ones();
+};
+
+/// A scan matched to SP's rolling map.
+struct RollingMatch {
+  Pose T_rolling_vehicle;
+  Mat6 information = Mat6::Zero();  ///< right perturbation (rho, phi); zero where unobserved
+  int map_epoch = 0;
+  bool seeded = false;  ///< the pose defines the frame of a new epoch
+};
+
+/// A scan matched to the a priori map.
+struct PriorMatch {
+  Pose T_world_vehicle;
+  Mat6 information = Mat6::Zero();
+};
+
+/// Wheel speed; the yaw rate is NaN when the source has none.
+struct OdometrySample {
+  double speed_mps = 0.0;
+  double sigma_speed_mps = 1.0;
+  double yaw_rate_radps = 0.0;
+  double sigma_yaw_rate_radps = 1.0;
+};
+
+/// Position of the antenna. A part of the error is white, the rest is gps_offset.
+[[nodiscard]] Residual<3> gps_position(const NavState& x, const GpsFix& z, const GpsParams& params);
+
+/// Velocity of the antenna. Needs z.has_velocity.
+[[nodiscard]] Residual<3> gps_velocity(const NavState& x, const GpsFix& z, const GpsParams& params);
+
+/// Pose in the rolling map, along the observed directions only: r = log(predicted^-1 * measured).
+[[nodiscard]] Residual<6> rolling_match(const NavState& x, const RollingMatch& z,
+                                        const RegistrationParams& params);
+
+/// Pose in the a priori map, which lies map_offset off.
+/// @param weight  share of the information that is new since the last match, (0, 1]
+[[nodiscard]] Residual<6> prior_match(const NavState& x, const PriorMatch& z,
+                                      const PriorMapParams& params, double weight);
+
+/// Covariance of a registration's right perturbation; a large sigma along unobserved directions.
+/// `unobserved` tells how many there are.
+[[nodiscard]] Mat6 registration_covariance(const NavState& x, const Mat6& information,
+                                           const RegistrationParams& params, int* unobserved);
+
+/// Speed along vehicle x by the wheels, and the yaw rate where no INS gives it.
+/// @param weight  share of the information that is new since the last sample, (0, 1]
+[[nodiscard]] Residual<2> wheel_speed(const NavState& x, const OdometrySample& z,
+                                      const OdometryParams& params, double weight);
+
+/// Wheels neither jump nor skid much: velocity along vehicle y and z is near 0.
+[[nodiscard]] Residual<2> non_holonomic(const NavState& x, const OdometryParams& params,
+                                        double weight);
+
+/// Mean specific force [m/s^2, vehicle axes] while the vehicle does not accelerate: which way is
+/// up, together with the accelerometers' bias.
+[[nodiscard]] Residual<3> level(const NavState& x, const Vec3& specific_force, double gravity,
+                                double sigma_mps2);
+
+/// The vehicle stands.
+[[nodiscard]] Residual<3> zero_velocity(const NavState& x, const StillnessParams& params);
+
+}  // namespace rcs::wm

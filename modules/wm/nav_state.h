@@ -1,0 +1,99 @@
+#pragma once
+// What WM believes: the nominal state on the manifold, and the covariance of its error.
+
+#include "rcs/base/pose.h"
+#include "rcs/base/stamp.h"
+
+namespace rcs::wm {
+
+/// First index of each block of the error state. Attitude and poses are perturbed on the right,
+/// everything else is additive.
+enum Index : int {
+  kPosition = 0,     ///< of p_world_vehicle [m], world axes
+  kVelocity = 3,     ///< of v_world [m/s]
+  kAttitude = 6,     ///< R_world_vehicle * exp(phi) [rad], vehicle axes
+  kGyroBias = 9,     ///< [rad/s], vehicle axes
+  kAccelBias = 12,   ///< [m/s^2], vehicle axes
+  kRolling = 15,     ///< T_world_rolling * exp(rho, phi) [m, rad], rolling axes
+  kMapOffset = 21,   ///< [m], world axes
+  kWheelScale = 24,  ///< [1]
+  kGpsOffset = 25,   ///< [sigmas that the receiver reports], world axes
+  kRate = 28,        ///< of rate_vehicle [rad/s]; used only while no INS is there
+  kSize = 31
+};
+
+using ErrorState = Vec<kSize>;
+using Cov = Mat<kSize>;
+
+struct NavState {
+  Stamp stamp{};  ///< sensor time
+  Pose T_world_vehicle;
+  Vec3 v_world = Vec3::Zero();     ///< [m/s]
+  Vec3 gyro_bias = Vec3::Zero();   ///< [rad/s]
+  Vec3 accel_bias = Vec3::Zero();  ///< [m/s^2]
+  Pose T_world_rolling;            ///< meaningful when map_epoch >= 0
+  Vec3 map_offset = Vec3::Zero();  ///< a priori map minus truth [m], world axes
+  double wheel_scale = 1.0;        ///< measured over true speed
+  /// Slowly changing part of the GPS error, in units of the sigma that the receiver reports. GPS
+  /// errors (orbits, troposphere, multipath, float ambiguities) last for a minute: taken as white,
+  /// a hundred fixes would make the filter ten times surer than it is. In sigmas, because one
+  /// receiver gives fixes from 2 cm to 5 m.
+  Vec3 gps_offset = Vec3::Zero();
+  Vec3 rate_vehicle = Vec3::Zero();  ///< [rad/s]; by the gyro while `inertial`, else estimated
+  int map_epoch = -1;                ///< of T_world_rolling; -1: none yet
+  bool inertial = false;             ///< the last interval was integrated from the INS
+};
+
+struct Belief {
+  NavState x;
+  Cov P = Cov::Zero();
+};
+
+/// The state moved by an error.
+inline NavState boxplus(const NavState& x, const ErrorState& d) {
+  NavState y = x;
+  y.T_world_vehicle.p += d.segment<3>(kPosition);
+  y.T_world_vehicle.q = (x.T_world_vehicle.q * exp_so3(d.segment<3>(kAttitude))).normalized();
+  y.v_world += d.segment<3>(kVelocity);
+  y.gyro_bias += d.segment<3>(kGyroBias);
+  y.accel_bias += d.segment<3>(kAccelBias);
+  y.T_world_rolling = x.T_world_rolling * exp_se3(d.segment<6>(kRolling));
+  y.map_offset += d.segment<3>(kMapOffset);
+  y.wheel_scale += d[kWheelScale];
+  y.gps_offset += d.segment<3>(kGpsOffset);
+  y.rate_vehicle += d.segment<3>(kRate);
+  return y;
+}
+
+/// The error that moves x to y: boxplus(x, boxminus(y, x)) == y.
+inline ErrorState boxminus(const NavState& y, const NavState& x) {
+  ErrorState d;
+  d.segment<3>(kPosition) = y.T_world_vehicle.p - x.T_world_vehicle.p;
+  d.segment<3>(kVelocity) = y.v_world - x.v_world;
+  d.segment<3>(kAttitude) = log_so3(x.T_world_vehicle.q.conjugate() * y.T_world_vehicle.q);
+  d.segment<3>(kGyroBias) = y.gyro_bias - x.gyro_bias;
+  d.segment<3>(kAccelBias) = y.accel_bias - x.accel_bias;
+  d.segment<6>(kRolling) = log_se3(x.T_world_rolling.inverse() * y.T_world_rolling);
+  d.segment<3>(kMapOffset) = y.map_offset - x.map_offset;
+  d[kWheelScale] = y.wheel_scale - x.wheel_scale;
+  d.segment<3>(kGpsOffset) = y.gps_offset - x.gps_offset;
+  d.segment<3>(kRate) = y.rate_vehicle - x.rate_vehicle;
+  return d;
+}
+
+/// Pose of the vehicle in SP's map.
+inline Pose T_rolling_vehicle(const NavState& x) {
+  return x.T_world_rolling.inverse() * x.T_world_vehicle;
+}
+
+/// Derivative of the right perturbation (rho, phi) of T_world_vehicle by the error state.
+[[nodiscard]] Mat<6, kSize> world_pose_jacobian(const NavState& x);
+
+/// The same of T_rolling_vehicle.
+[[nodiscard]] Mat<6, kSize> rolling_pose_jacobian(const NavState& x);
+
+/// Covariances of the right perturbations (rho [m, vehicle axes], phi [rad]).
+[[nodiscard]] Mat6 world_pose_covariance(const Belief& b);
+[[nodiscard]] Mat6 rolling_pose_covariance(const Belief& b);
+
+}  // namespace rcs::wm

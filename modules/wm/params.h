@@ -1,0 +1,144 @@
+#pragma once
+// Every number that WM's core is tuned by: default, unit, meaning, range.
+
+#include "rcs/base/linear.h"
+#include "rcs/base/stamp.h"
+
+namespace rcs::wm {
+
+/// Errors of the INS. Defaults: a tactical-grade unit.
+struct ProcessNoise {
+  double angle_random_walk = 2.9e-5;   ///< [rad/sqrt(s)] (0.1 deg/sqrt(h)), (0, 0.1]
+  double velocity_random_walk = 5e-4;  ///< [m/s/sqrt(s)] (0.03 m/s/sqrt(h)), (0, 1]
+  double gyro_instability = 4.8e-6;    ///< [rad/s] wandered in bias_time_s (1 deg/h), (0, 0.1]
+  double accel_instability = 2.9e-3;   ///< [m/s^2] wandered in bias_time_s (0.3 mg), (0, 1]
+  double bias_time_s = 300.0;          ///< [1, 1e5]
+  double gyro_turn_on = 2.4e-5;        ///< bias at start [rad/s] (5 deg/h), (0, 0.1]
+  double accel_turn_on = 5.9e-3;       ///< bias at start [m/s^2] (0.6 mg), (0, 1]
+  /// Scale (300 ppm) and misalignment (0.1 deg) are not estimated: what they do to a motion, over
+  /// the time that a motion lasts, is added as noise.
+  double scale_and_misalignment = 1.8e-3;  ///< [1], [0, 0.1]
+  double motion_time_s = 1.0;              ///< how long a turn or a braking lasts, [0.1, 60]
+};
+
+/// The vehicle without INS: constant body velocity and body rate, driven by white accelerations.
+struct MotionNoise {
+  double acceleration = 1.5;          ///< [m/s^2/sqrt(Hz)], (0, 100]
+  double angular_acceleration = 0.7;  ///< [rad/s^2/sqrt(Hz)], (0, 100]
+  double rate_sigma = 0.05;  ///< of the body rate when the INS falls silent [rad/s], (0, 10]
+};
+
+/// What changes with the distance driven, whichever model predicts the motion.
+struct DriveNoise {
+  double rolling_position = 0.01;  ///< drift of SP's map [m/sqrt(m)], [0, 1]
+  double rolling_angle = 3e-4;     ///< the same [rad/sqrt(m)], [0, 0.1]
+  /// A LADAR mounted slightly askew (0.2 deg) turns about a slightly wrong axis: the map's tilt
+  /// changes with the angle turned.
+  double rolling_angle_turned = 2e-3;  ///< [rad/sqrt(rad)], [0, 0.1]
+  double map_sigma_m = 1.0;            ///< a priori map's offset, stationary, (0, 100]
+  double map_length_m = 200.0;         ///< its correlation length, [1, 1e5]
+  double wheel_scale = 5e-4;           ///< wander of the wheel's scale [1/sqrt(m)], [0, 0.1]
+  double gps_tau_s = 60.0;             ///< correlation time of the GPS error, [0.1, 1e5]
+};
+
+struct GpsParams {
+  Vec3 lever_m = Vec3::Zero();   ///< p_vehicle_antenna [m], [-20, 20]
+  double correlated = 0.9;       ///< share of the reported sigma that is Gauss-Markov, [0, 1)
+  double sigma_floor_m = 0.01;   ///< no fix is believed better than this, (0, 10]
+  double sigma_time_s = 0.005;   ///< clock of the receiver against ours, [0, 0.5]
+  int refused_until_reset = 20;  ///< consistent refusals before the fixes are right, [3, 1000]
+};
+
+struct RegistrationParams {
+  /// Neighbouring residuals of a scan err together (same surface, same map): the information that
+  /// SP sums over them is too good. The factor and the floor say by how much; NEES over simulated
+  /// runs is how they are tuned.
+  double inflation = 4.0;         ///< of the covariance, [1, 1000]
+  double sigma_floor_m = 0.01;    ///< added, each axis, [0, 1]
+  double sigma_floor_rad = 5e-4;  ///< added, each axis, [0, 0.1]
+  double sigma_time_s = 0.005;    ///< clock of the LADAR against ours, [0, 0.5]
+  double arm_m = 10.0;            ///< weighs angles against metres, [0.1, 100]
+  double observed_sigma_m = 0.5;  ///< a direction known worse than this is unobserved, (0, 100]
+};
+
+struct RollingParams {
+  RegistrationParams match;
+  int refused_until_reset = 8;  ///< refusals in a row before a new clone, [2, 1000]
+};
+
+struct PriorMapParams {
+  RegistrationParams match;
+  double mount_sigma_rad = 3.5e-3;  ///< LADAR's mount (0.2 deg): tilts what it sees, [0, 0.1]
+  double mount_sigma_m = 0.01;      ///< of the mount's place, [0, 1]
+  double correlation_m = 10.0;  ///< scans closer than this see the same errors of the map, (0, 1e4]
+};
+
+struct OdometryParams {
+  double sigma_floor_mps = 0.05;  ///< (0, 10]
+  double slip = 0.03;             ///< sigma of slip as a share of the speed, [0, 1]
+  double lateral_mps = 0.1;       ///< sigma of the side velocity at rest, (0, 10]
+  double vertical_mps = 0.2;      ///< sigma of the velocity along the vehicle's z, (0, 10]
+  double side_slip = 0.05;        ///< more of both, as a share of the speed, [0, 1]
+  double correlation_s = 0.5;     ///< slip lasts: measurements within this err together, (0, 60]
+  double scale_sigma = 0.02;      ///< of the wheel's scale at start, (0, 0.5]
+};
+
+struct StillnessParams {
+  double window_s = 0.5;                       ///< time constant of the statistics, [0.05, 10]
+  double rate_radps = 0.01;                    ///< standard deviation below which it stands, (0, 1]
+  double accel_mps2 = 0.15;                    ///< the same of the specific force, (0, 10]
+  double speed_mps = 0.1;                      ///< of odometry, else of the belief, (0, 10]
+  double sigma_mps = 0.02;                     ///< of the zero-velocity measurement, (0, 1]
+  Duration period = from_milliseconds(200.0);  ///< between two, [10, 10000] ms
+};
+
+struct AlignParams {
+  Duration level_time = from_milliseconds(2000.0);  ///< stillness to level by, [100, 60000] ms
+  Duration patience = from_milliseconds(10000.0);   ///< then it levels in motion, [100, 600000] ms
+  double level_sigma_mps2 = 0.02;                   ///< of the mean specific force at rest, (0, 5]
+  double moving_level_sigma_mps2 = 1.0;             ///< the same in motion, (0, 5]
+  double tilt_sigma_rad = 0.1;      ///< roll and pitch at start without INS, (0, 0.8]
+  double speed_sigma_mps = 15.0;    ///< velocity at start unless it stands, (0, 100]
+  double baseline_m = 5.0;          ///< of fixes for the heading, at least, [0.5, 1000]
+  double heading_sigma_rad = 0.09;  ///< accept the heading below this (5 deg), (0, 0.5]
+  double course_speed_mps = 3.0;    ///< a faster GPS velocity is the heading, [0.5, 100]
+};
+
+struct HistoryParams {
+  int capacity = 768;                         ///< inputs kept, [64, 100000]
+  Duration lag = from_milliseconds(1000.0);   ///< late data is fused within, [10, 10000] ms
+  Duration jump = from_milliseconds(5000.0);  ///< a stamp further ahead is doubted, >= lag
+  Duration bridge = from_milliseconds(50.0);  ///< gap of the INS that is held over, [1, 1000] ms
+  Duration ins_timeout = from_milliseconds(100.0);  ///< then it counts as silent, [10, 10000] ms
+  int clock_step_count = 20;  ///< stamps out of range in a row: the clock stepped, [2, 10000]
+};
+
+struct LocalFrameParams {
+  double slew_mps = 0.3;     ///< LADAR corrections enter the local pose no faster, (0, 10]
+  double slew_radps = 0.05;  ///< the same, (0, 10]
+};
+
+struct ModeParams {
+  Duration gps_timeout = from_milliseconds(3000.0);      ///< [100, 60000] ms
+  Duration rolling_timeout = from_milliseconds(1000.0);  ///< [100, 60000] ms
+  double reset_m = 0.5;      ///< a larger step of the world pose is a reset, (0, 100]
+  double reset_rad = 0.035;  ///< the same, (0, 3]
+};
+
+struct WmParams {
+  ProcessNoise ins;
+  MotionNoise motion;
+  DriveNoise drive;
+  GpsParams gps;
+  RollingParams rolling;
+  PriorMapParams prior;
+  OdometryParams odometry;
+  StillnessParams stillness;
+  AlignParams align;
+  HistoryParams history;
+  LocalFrameParams local;
+  ModeParams modes;
+  double false_alarm = 1e-4;  ///< share of good measurements that a gate refuses, [1e-9, 0.1]
+};
+
+}  // namespace rcs::wm

@@ -1,0 +1,213 @@
+// apply(): every source's gate, and the way back for one that was refused but right.
+#include "modules/wm/sources.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "modules/wm/filter.h"
+
+namespace rcs::wm {
+namespace {
+
+constexpr double kNoGate = std::numeric_limits<double>::infinity();
+
+/// One measurement on its way into the state.
+class Fuser {
+ public:
+  Fuser(const Model& model, FilterState* state, Innovations* records)
+      : model_(model), s_(*state), records_(*records) {}
+
+  void operator()(const ImuSample&) {}
+  void operator()(const RollingMatch& z);
+  void operator()(const PriorMatch& z);
+  void operator()(const GpsFix& z);
+  void operator()(const OdometrySample& z);
+
+ private:
+  template <int M>
+  Reason fuse(Source source, const Residual<M>& z, double gate);
+  template <int M>
+  Reason fuse(Source source, const Residual<M>& z) {
+    return fuse(source, z, model_.gates[static_cast<std::size_t>(z.dof)]);
+  }
+  void refuse(Source source, Reason reason) { note({stamp(), source, reason}); }
+  void note(const Innovation& i);
+  bool clone(const RollingMatch& z);
+  [[nodiscard]] Stamp stamp() const { return s_.belief.x.stamp; }
+
+  const Model& model_;
+  FilterState& s_;
+  Innovations& records_;
+};
+
+void Fuser::note(const Innovation& i) {
+  SourceRecord& record = s_.memory.of(i.source);
+  if (i.reason == Reason::kAccepted) {
+    record = {stamp(), s_.memory.distance_m, 0, Vec3::Zero()};
+  } else if (i.reason == Reason::kGate || i.reason == Reason::kEpoch) {
+    ++record.refused;
+    record.refused_r = i.r.head<3>();
+  }
+  records_.add(i);
+}
+
+template <int M>
+Reason Fuser::fuse(Source source, const Residual<M>& z, double gate) {
+  const Fusion<M> f = update(s_.belief, z, gate);
+  Innovation i{stamp(), source, f.reason, z.dof, f.nis, gate};
+  i.r.template head<M>() = z.r;
+  i.sigma.template head<M>() = f.sigma;
+  if (!std::isfinite(gate)) i.gate = 0.0;
+  if (f.reason == Reason::kAccepted) {
+    const Pose before = s_.belief.x.T_world_vehicle;
+    s_.belief = f.belief;
+    if (source == Source::kRolling) {
+      s_.memory.slew += log_se3(before.inverse() * s_.belief.x.T_world_vehicle);
+    }
+    count_reset(model_.params.modes, before, &s_);
+  }
+  note(i);
+  return f.reason;
+}
+
+/// Makes the map's frame anew at the vehicle. False when the scan does not fix all of the pose.
+bool Fuser::clone(const RollingMatch& z) {
+  int unobserved = 0;
+  const Mat6 covariance =
+      registration_covariance(s_.belief.x, z.information, model_.params.rolling.match, &unobserved);
+  if (unobserved > 0) return false;
+  s_.belief = start_epoch(s_.belief, z.T_rolling_vehicle, z.map_epoch, covariance);
+  note({stamp(), Source::kRolling, Reason::kAccepted});
+  return true;
+}
+
+void Fuser::operator()(const RollingMatch& z) {
+  if (z.seeded) {
+    s_.belief = start_epoch(s_.belief, z.T_rolling_vehicle, z.map_epoch);
+    note({stamp(), Source::kRolling, Reason::kAccepted});
+    return;
+  }
+  // Refused for long: SP follows its map steadily, so the belief of where that map lies is wrong.
+  const bool refused_long =
+      s_.memory.of(Source::kRolling).refused + 1 >= model_.params.rolling.refused_until_reset;
+  if (z.map_epoch != s_.belief.x.map_epoch) {
+    // A newer epoch whose first message was lost, or SP has run before us; an older one is late
+    // data, unless it persists: then SP was restarted.
+    const bool newer = z.map_epoch > s_.belief.x.map_epoch;
+    if ((newer || refused_long) && clone(z)) return;
+    refuse(Source::kRolling, Reason::kEpoch);
+    return;
+  }
+  const Residual<6> r = rolling_match(s_.belief.x, z, model_.params.rolling.match);
+  const double gate = model_.gates[static_cast<std::size_t>(r.dof)];
+  if (refused_long && update(s_.belief, r, gate).reason == Reason::kGate && clone(z)) return;
+  fuse(Source::kRolling, r);
+}
+
+void Fuser::operator()(const PriorMatch& z) {
+  const Memory& m = s_.memory;
+  if (!m.anchored) {
+    refuse(Source::kPriorMap, Reason::kNoDatum);
+    return;
+  }
+  // Scans taken close together are matched to the same cells and share the map's errors: only the
+  // distance driven since the last one brings new information, and standing still brings none.
+  constexpr double kLeast = 0.02;
+  const SourceRecord& last = m.of(Source::kPriorMap);
+  const double weight =
+      last.accepted == Stamp::min()
+          ? 1.0
+          : std::min(1.0, (m.distance_m - last.distance_m) / model_.params.prior.correlation_m);
+  if (weight < kLeast) {
+    refuse(Source::kPriorMap, Reason::kRepeated);
+    return;
+  }
+  fuse(Source::kPriorMap, prior_match(s_.belief.x, z, model_.params.prior, weight));
+}
+
+void Fuser::operator()(const GpsFix& z) {
+  if (!s_.memory.anchored) {
+    refuse(Source::kGpsPosition, Reason::kNoDatum);
+    return;
+  }
+  const GpsParams& params = model_.params.gps;
+  const SourceRecord last = s_.memory.of(Source::kGpsPosition);
+  const Residual<3> position = gps_position(s_.belief.x, z, params);
+  if (fuse(Source::kGpsPosition, position) == Reason::kGate) {
+    // Refused fixes that agree with one another along the motion since: it is the belief that is
+    // off (an outage longer than its covariance knows), and it must not refuse them for ever.
+    SourceRecord& record = s_.memory.of(Source::kGpsPosition);
+    const double sigma = z.sigma_m.maxCoeff();
+    const bool agrees = (position.r - last.refused_r).norm() < 4.5 * sigma + 0.1;
+    if (last.refused > 0 && !agrees) record.refused = 1;
+    if (record.refused >= params.refused_until_reset) {
+      const double off = position.r.norm();
+      const double driven = std::max(10.0, s_.memory.distance_m - last.distance_m);
+      s_.belief =
+          loosen_world(s_.belief, position.r.cwiseAbs() + z.sigma_m, std::min(0.3, off / driven));
+      --records_.count;  // one record a measurement: the refusal is taken back
+      fuse(Source::kGpsPosition, gps_position(s_.belief.x, z, params), kNoGate);
+    }
+  }
+  if (!z.has_velocity) return;
+  const Residual<3> velocity = gps_velocity(s_.belief.x, z, params);
+  if (fuse(Source::kGpsVelocity, velocity) == Reason::kGate &&
+      s_.memory.of(Source::kGpsVelocity).refused >= params.refused_until_reset) {
+    s_.belief.P.diagonal().segment<3>(kVelocity) += velocity.r.cwiseAbs2();
+    --records_.count;
+    fuse(Source::kGpsVelocity, velocity, kNoGate);
+  }
+}
+
+void Fuser::operator()(const OdometrySample& z) {
+  const OdometryParams& params = model_.params.odometry;
+  const SourceRecord& last = s_.memory.of(Source::kOdometry);
+  // Slip lasts: of samples that follow one another closely, each tells little that is new.
+  const double weight =
+      last.accepted == Stamp::min()
+          ? 1.0
+          : std::clamp(seconds(stamp() - last.accepted) / params.correlation_s, 0.01, 1.0);
+  if (fuse(Source::kOdometry, wheel_speed(s_.belief.x, z, params, weight)) == Reason::kAccepted) {
+    s_.memory.odometry_mps = z.speed_mps;
+  }
+  fuse(Source::kNonHolonomic, non_holonomic(s_.belief.x, params, weight));
+}
+
+Duration age(Stamp now, Stamp accepted) {
+  return accepted == Stamp::min() ? Duration(-1) : now - accepted;
+}
+
+bool fresh(Duration a, Duration timeout) { return a.count() >= 0 && a <= timeout; }
+
+}  // namespace
+
+void apply(const Model& model, const Measurement& measurement, FilterState* state,
+           Innovations* records) {
+  std::visit(Fuser(model, state, records), measurement.value);
+}
+
+Ages ages(const FilterState& s) {
+  const Stamp now = s.belief.x.stamp;
+  const Memory& m = s.memory;
+  return {age(now, m.ins_stamp), age(now, m.of(Source::kGpsPosition).accepted),
+          age(now, m.of(Source::kOdometry).accepted), age(now, m.of(Source::kRolling).accepted),
+          age(now, m.of(Source::kPriorMap).accepted)};
+}
+
+double distance_since_gps_m(const FilterState& s) {
+  return s.memory.distance_m - s.memory.of(Source::kGpsPosition).distance_m;
+}
+
+Mode mode(const FilterState& s, const WmParams& params) {
+  const Ages a = ages(s);
+  const bool ins = fresh(a.ins, params.history.ins_timeout);
+  const bool gps = s.memory.anchored && fresh(a.gps, params.modes.gps_timeout);
+  const bool ladar = fresh(a.rolling, params.modes.rolling_timeout);
+  if (ins && gps) return ladar ? Mode::kGpsInsLadar : Mode::kGpsIns;
+  if (ins) return ladar ? Mode::kInsLadar : Mode::kInsDeadReckoning;
+  if (gps) return Mode::kGpsLadar;
+  return ladar ? Mode::kLadar : Mode::kLost;
+}
+
+}  // namespace rcs::wm

@@ -1,0 +1,96 @@
+#pragma once
+// The measurement update, for every source alike.
+
+#include <Eigen/Cholesky>
+
+#include "modules/wm/nav_state.h"
+
+namespace rcs::wm {
+
+/// Why a measurement was or was not fused; the values are innovation_t's.
+enum class Reason : int {
+  kAccepted = 0,
+  kGate = 1,        ///< too unlikely
+  kInvalid = 2,     ///< not finite, implausible, or a stamp far in the future
+  kLate = 3,        ///< older than the history
+  kRepeated = 4,    ///< the same stamp again, or the same piece of map
+  kNoDatum = 5,     ///< absolute, but the world is not anchored yet
+  kEpoch = 6,       ///< of a map epoch that is not the current one
+  kUnobserved = 7,  ///< no direction was observed
+  kQuarantine = 8
+};
+
+/// One linearized measurement: r = measured - predicted ~ H * error + noise(R). Rows that are not
+/// observed have r = 0, H = 0 and a unit diagonal in R, so that they do nothing; `dof` counts the
+/// others.
+template <int M>
+struct Residual {
+  Vec<M> r = Vec<M>::Zero();
+  Mat<M, kSize> H = Mat<M, kSize>::Zero();
+  Mat<M, M> R = Mat<M, M>::Identity();
+  int dof = M;
+};
+
+template <int M>
+struct Fusion {
+  Belief belief;     ///< updated, or the given one when refused
+  double nis = 0.0;  ///< normalized innovation squared; chi-square with `dof` when all is well
+  Vec<M> sigma = Vec<M>::Zero();  ///< of the innovation, predicted
+  Reason reason = Reason::kInvalid;
+};
+
+/// Moves the state by `d` and the covariance into the tangent space of where it arrives
+/// (Sola 2017, section 6.3: the error is reset).
+inline void inject(const ErrorState& d, Belief* b) {
+  b->x = boxplus(b->x, d);
+  const Mat3 J = right_jacobian_so3(d.segment<3>(kAttitude));
+  b->P.middleRows<3>(kAttitude) = (J * b->P.middleRows<3>(kAttitude)).eval();
+  b->P.middleCols<3>(kAttitude) = (b->P.middleCols<3>(kAttitude) * J.transpose()).eval();
+  Mat6 ad = Mat6::Zero();
+  ad.topLeftCorner<3, 3>() = ad.bottomRightCorner<3, 3>() = hat(d.segment<3>(kRolling + 3));
+  ad.topRightCorner<3, 3>() = hat(d.segment<3>(kRolling));
+  const Mat6 K = Mat6::Identity() - 0.5 * ad + (1.0 / 6.0) * ad * ad;  // right Jacobian of SE(3)
+  b->P.middleRows<6>(kRolling) = (K * b->P.middleRows<6>(kRolling)).eval();
+  b->P.middleCols<6>(kRolling) = (b->P.middleCols<6>(kRolling) * K.transpose()).eval();
+}
+
+/// Kalman update in Joseph's form.
+/// @param gate  on the NIS; measurements beyond it are refused (kGate) and change nothing
+template <int M>
+[[nodiscard]] Fusion<M> update(const Belief& b, const Residual<M>& z, double gate) {
+  Fusion<M> out{b, 0.0, Vec<M>::Zero(), Reason::kInvalid};
+  if (z.dof == 0) {
+    out.reason = Reason::kUnobserved;
+    return out;
+  }
+  Mat<kSize, M> PHt;
+  PHt.noalias() = b.P * z.H.transpose();
+  Mat<M, M> S = z.R;
+  S.noalias() += z.H * PHt;
+  out.sigma = S.diagonal().cwiseMax(0.0).cwiseSqrt();
+  const Eigen::LLT<Mat<M, M>> llt(S);
+  if (llt.info() != Eigen::Success || !z.r.allFinite()) return out;
+  out.nis = z.r.dot(llt.solve(z.r));
+  if (!(out.nis <= gate)) {
+    out.reason = Reason::kGate;
+    return out;
+  }
+  const Mat<kSize, M> K = llt.solve(PHt.transpose()).transpose();
+  // (I - K H) P (I - K H)^T + K R K^T, as products of rank M.
+  Cov AP = b.P;
+  AP.noalias() -= K * PHt.transpose();
+  Mat<kSize, M> AP_Ht_minus_KR;
+  AP_Ht_minus_KR.noalias() = AP * z.H.transpose();
+  AP_Ht_minus_KR.noalias() -= K * z.R;
+  AP.noalias() -= AP_Ht_minus_KR * K.transpose();
+  out.belief.P = 0.5 * (AP + AP.transpose());
+  inject(K * z.r, &out.belief);
+  out.reason = Reason::kAccepted;
+  return out;
+}
+
+/// Chi-square quantile by Wilson and Hilferty's cube root: within 1 % for dof >= 2.
+/// @param false_alarm  upper tail, (0, 0.5)
+[[nodiscard]] double chi_square_gate(int dof, double false_alarm);
+
+}  // namespace rcs::wm
