@@ -141,7 +141,9 @@ void read_odometry(ParamTable table, OdometryParams* odometry) {
   table.get("scale_error", &odometry->scale_error, {0, 0.2});
   table.get("slip_per_grade", &odometry->slip_per_grade, {0, 1});
   table.get("sigma_speed_mps", &odometry->sigma_speed_mps, {0, 5});
-  table.get_deg("sigma_yaw_rate_degps", &odometry->sigma_yaw_rate_radps, {0, 60});
+  double yaw_rate_degps = degrees(odometry->sigma_yaw_rate_radps);
+  table.get("sigma_yaw_rate_degps", &yaw_rate_degps, {0, 60});
+  odometry->sigma_yaw_rate_radps = radians(yaw_rate_degps);
 }
 
 void read_prior_map(ParamTable table, PriorMapParams* map) {

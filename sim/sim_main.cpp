@@ -11,15 +11,14 @@
 #include "rcs/node/lcm_bus.h"
 #include "rcs/node/live_timeline.h"
 #include "rcs/terrain/elevation_tile.h"
+#include "sim/real_time.h"
 #include "sim/scenario_file.h"
 #include "sim/simulator.h"
 
 namespace {
 
-using rcs::Duration;
 using rcs::Outcome;
 using rcs::Result;
-using rcs::Stamp;
 
 struct Options {
   std::string scenario;
@@ -31,33 +30,6 @@ struct Options {
 int fail(const rcs::Error& error) {
   fmt::print(stderr, "sim: {}\n", error.message);
   return 1;
-}
-
-/// Publishes until the scenario's end. Every message has its own moment, so that no lateness adds
-/// up; it is made before it is due, while there is time.
-/// @return false when it was stopped before the end
-bool publish_at_real_time(rcs::sim::Simulator* simulator, rcs::LcmBus* bus,
-                          rcs::LiveTimeline* timeline) {
-  const Duration shift = timeline->now() - rcs::sim::Simulator::kStart;
-  const double whole_s = rcs::seconds(simulator->end() - rcs::sim::Simulator::kStart);
-  rcs::SourceEvent event;
-  Duration worst_late{};
-  int reported_s = -1;
-  for (Stamp due = simulator->peek(); due != Stamp::max(); due = simulator->peek()) {
-    simulator->take(&event);
-    while (timeline->now() < due + shift) {
-      if (timeline->advance(due + shift) == rcs::Timeline::Step::kEnded) return false;
-    }
-    worst_late = std::max(worst_late, timeline->now() - (due + shift));
-    bus->publish(event.channel, event.data.data(), event.data.size());
-    const int done_s = static_cast<int>(rcs::seconds(due - rcs::sim::Simulator::kStart));
-    if (done_s == reported_s) continue;
-    reported_s = done_s;
-    fmt::print(stderr, "\rsim: {:4d} of {:.0f} s", done_s, whole_s);
-  }
-  fmt::print(stderr, "\nsim: done; the latest message went out {:.1f} ms late\n",
-             rcs::milliseconds(worst_late));
-  return true;
 }
 
 int run(const Options& options) {
@@ -75,9 +47,13 @@ int run(const Options& options) {
   }
   fmt::print(stderr, "sim: {} on {}\n", options.scenario, (*bus)->url());
   rcs::LiveTimeline timeline(bus->get(), &stop);
-  if (!publish_at_real_time(&simulator, bus->get(), &timeline)) {
-    fmt::print(stderr, "\nsim: stopped\n");
-  }
+  const double whole_s = rcs::seconds(simulator.end() - rcs::sim::Simulator::kStart);
+  const rcs::sim::RealTimeReport report =
+      rcs::sim::publish_at_real_time(&simulator, bus->get(), &timeline, [whole_s](double share) {
+        fmt::print(stderr, "\rsim: {:4.0f} of {:.0f} s", share * whole_s, whole_s);
+      });
+  fmt::print(stderr, "\nsim: {}; the latest message went out {:.1f} ms late\n",
+             report.stopped ? "stopped" : "done", rcs::milliseconds(report.worst_late));
   const Outcome status = (*bus)->status();
   return status ? 0 : fail(status.error());
 }

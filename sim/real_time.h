@@ -1,0 +1,23 @@
+#pragma once
+// A simulation as a vehicle's sensors: onto the bus, at real time.
+
+#include <functional>
+
+#include "rcs/node/lcm_bus.h"
+#include "rcs/node/live_timeline.h"
+#include "sim/simulator.h"
+
+namespace rcs::sim {
+
+struct RealTimeReport {
+  bool stopped = false;   ///< before the end
+  Duration worst_late{};  ///< of a message
+};
+
+/// Publishes until the scenario's end. Every message has its own moment, so that no lateness adds
+/// up; it is made before it is due, while there is time.
+/// @param progress  called once a simulated second with the share that is done, [0, 1]
+RealTimeReport publish_at_real_time(Simulator* simulator, LcmBus* bus, LiveTimeline* timeline,
+                                    const std::function<void(double)>& progress);
+
+}  // namespace rcs::sim
