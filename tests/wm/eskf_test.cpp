@@ -1,0 +1,171 @@
+// Laws of the filter's pieces.
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <limits>
+#include <random>
+
+#include "modules/wm/alignment.h"
+#include "modules/wm/eskf.h"
+#include "modules/wm/measurements.h"
+#include "tests/wm/synthetic.h"
+
+namespace rcs::wm {
+namespace {
+
+constexpr double kNoGate = std::numeric_limits<double>::infinity();
+
+double smallest_eigenvalue(const Cov& P) {
+  return Eigen::SelfAdjointEigenSolver<Cov>(P, Eigen::EigenvaluesOnly).eigenvalues()[0];
+}
+
+/// A belief with a full covariance, somewhere in the world.
+Belief some_belief(unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> n(0.0, 0.1);
+  Belief b;
+  b.x.T_world_vehicle = {exp_so3(Vec3(0.1, -0.2, 0.9)), Vec3(100.0, -50.0, 3.0)};
+  b.x.v_world = Vec3(3.0, 2.0, 0.1);
+  b.x.inertial = true;
+  Cov A;
+  for (int i = 0; i < kSize; ++i) {
+    for (int j = 0; j < kSize; ++j) A(i, j) = n(random);
+  }
+  b.P = A * A.transpose();
+  return b;
+}
+
+TEST(StartEpoch, TheSameScanAgainSaysNothingAboutTheWorld) {
+  // GIVEN an epoch just started WHEN the scan that started it is measured again
+  const Belief b = some_belief(1);
+  const Pose T_rv = {exp_so3(Vec3(0.0, 0.1, 1.0)), Vec3(20.0, 5.0, 0.0)};
+  const Belief cloned = start_epoch(b, T_rv, 3);
+  EXPECT_LT(rolling_pose_covariance(cloned).norm(), 1e-9 * b.P.norm());
+  const RollingMatch match{T_rv, 1e6 * Mat6::Identity(), 3, false};
+  const Fusion<6> f = update(cloned, rolling_match(cloned.x, match, RegistrationParams{}), kNoGate);
+  // THEN neither the state nor its uncertainty changes.
+  EXPECT_LT(boxminus(f.belief.x, cloned.x).norm(), 1e-9);
+  EXPECT_LT((f.belief.P - cloned.P).norm(), 1e-9 * cloned.P.norm());
+}
+
+TEST(StartEpoch, KeepsTheRestOfTheBelief) {
+  const Belief b = some_belief(2);
+  const Belief cloned = start_epoch(b, Pose{}, 1);
+  EXPECT_EQ(cloned.P.topLeftCorner(kRolling, kRolling), b.P.topLeftCorner(kRolling, kRolling));
+  EXPECT_GT(smallest_eigenvalue(cloned.P), -1e-9);
+}
+
+TEST(LoosenWorld, LeavesTheVehicleInItsMapAsSureAsItWas) {
+  const Belief b =
+      start_epoch(some_belief(3), {exp_so3(Vec3(0.1, 0.2, 0.3)), Vec3(9.0, 8.0, 7.0)}, 1);
+  const Belief loose = loosen_world(b, Vec3(5.0, 5.0, 5.0), 0.2);
+  EXPECT_LT((rolling_pose_covariance(loose) - rolling_pose_covariance(b)).norm(), 1e-9);
+  EXPECT_GT(loose.P(0, 0), b.P(0, 0) + 24.0);
+}
+
+TEST(ChangeWorld, BodyQuantitiesDoNotSeeIt) {
+  const Belief b = start_epoch(some_belief(4), Pose{}, 1);
+  const Pose T = {exp_so3(Vec3(0.0, 0.0, 2.0)), Vec3(1000.0, -2000.0, 5.0)};
+  const Belief moved = change_world(b, T);
+  EXPECT_LT((world_pose_covariance(moved) - world_pose_covariance(b)).norm(), 1e-9);
+  const Pose d = T_rolling_vehicle(moved.x).inverse() * T_rolling_vehicle(b.x);
+  EXPECT_LT(log_se3(d).norm(), 1e-9);
+}
+
+TEST(Update, UnobservedDirectionsAreNotTouched) {
+  // GIVEN a belief whose rolling pose is uncertain in all directions, a corridor along vehicle x
+  Belief b = start_epoch(some_belief(5), Pose{}, 1);
+  b.P.setZero();
+  for (int i = 0; i < 9; ++i) b.P(i, i) = 1.0;
+  Mat6 information = 1e4 * Mat6::Identity();
+  information.row(0).setZero();
+  information.col(0).setZero();
+  // WHEN a match that is off in every direction is fused
+  Vec6 off;
+  off << 0.5, 0.02, -0.01, 0.001, 0.002, -0.001;
+  const RollingMatch match{T_rolling_vehicle(b.x) * exp_se3(off), information, 1, false};
+  const Residual<6> z = rolling_match(b.x, match, RegistrationParams{});
+  EXPECT_EQ(z.dof, 5);
+  const Fusion<6> f = update(b, z, kNoGate);
+  // THEN the vehicle did not move along x, and is not surer of x.
+  const Vec6 moved = log_se3(b.x.T_world_vehicle.inverse() * f.belief.x.T_world_vehicle);
+  EXPECT_LT(std::abs(moved[0]), 1e-3);  // second order of the turn
+  EXPECT_NEAR(moved[1], 0.02, 1e-3);
+  EXPECT_NEAR(world_pose_covariance(f.belief)(0, 0), 1.0, 1e-3);
+  EXPECT_LT(world_pose_covariance(f.belief)(1, 1), 1e-2);
+}
+
+TEST(Update, NothingObservedIsAReason) {
+  const Belief b = start_epoch(some_belief(6), Pose{}, 1);
+  const RollingMatch match{Pose{}, Mat6::Zero(), 1, false};
+  EXPECT_EQ(update(b, rolling_match(b.x, match, RegistrationParams{}), kNoGate).reason,
+            Reason::kUnobserved);
+}
+
+TEST(Update, RefusedChangesNothing) {
+  const Belief b = some_belief(7);
+  GpsFix fix;
+  fix.p_world = Vec3(1e4, 0.0, 0.0);
+  const Fusion<3> f = update(b, gps_position(b.x, fix, GpsParams{}), 20.0);
+  EXPECT_EQ(f.reason, Reason::kGate);
+  EXPECT_EQ(f.belief.P, b.P);
+}
+
+TEST(Update, ChiSquareGatesMatchTheTables) {
+  // Quantiles of chi-square at 0.9999 (scipy.stats.chi2.ppf). The cube root errs on the wide side.
+  const double expected[] = {15.137, 18.421, 21.108, 23.513, 25.745, 27.856};
+  for (int dof = 1; dof <= 6; ++dof) {
+    const double gate = chi_square_gate(dof, 1e-4);
+    EXPECT_GE(gate, expected[dof - 1]);
+    EXPECT_LT(gate, 1.08 * expected[dof - 1]);
+  }
+}
+
+TEST(Registration, CovarianceIsTheInverseOfTheInformation) {
+  RegistrationParams params;
+  params.inflation = 1.0;
+  params.sigma_floor_m = params.sigma_floor_rad = params.sigma_time_s = 0.0;
+  std::mt19937 random(8);
+  std::normal_distribution<double> n(0.0, 30.0);
+  Mat6 A;
+  for (int i = 0; i < 36; ++i) A(i / 6, i % 6) = n(random);
+  const Mat6 information = A * A.transpose() + 100.0 * Mat6::Identity();
+  int unobserved = -1;
+  const Mat6 C = registration_covariance(NavState{}, information, params, &unobserved);
+  EXPECT_EQ(unobserved, 0);
+  EXPECT_LT((C * information - Mat6::Identity()).norm(), 1e-9);
+}
+
+/// Minutes of driving with everything on.
+void expect_covariance_stays_sound(double length_s, std::size_t check_every) {
+  WmParams params;
+  DriveScript script;
+  script.length_s = length_s;
+  const std::vector<Truth> truth = make_drive(script);
+  Sensors sensors(truth, params, {});
+  Estimator estimator(params, test_datum());
+  for (std::size_t i = 1; i < truth.size(); ++i) {
+    estimator.add(sensors.imu(i));
+    if (i % 100 == 0) estimator.add(truth[i].stamp, sensors.gps(i));
+    if (i % 10 == 0) estimator.add(truth[i].stamp, sensors.scan(i));
+    if (i % 10 == 5) estimator.add(truth[i].stamp, sensors.odometry(i));
+    if (i % 10 == 0) estimator.fuse();
+    estimator.clear_innovations();
+    if (i % check_every != 0 || !estimator.started()) continue;
+    const Cov& P = estimator.state().belief.P;
+    ASSERT_TRUE(P.allFinite());
+    ASSERT_LT((P - P.transpose()).cwiseAbs().maxCoeff(), 1e-9);
+    ASSERT_GT(smallest_eigenvalue(P), -1e-9 * P.diagonal().maxCoeff());
+  }
+  const Pose& T = estimator.state().belief.x.T_world_vehicle;
+  EXPECT_LT((T.p - truth.back().T_world_vehicle.p).norm(), 2.0);
+}
+
+TEST(Covariance, StaysSymmetricAndPositiveForMinutes) { expect_covariance_stays_sound(180.0, 50); }
+
+TEST(SlowCovariance, StaysSymmetricAndPositiveForHours) {
+  expect_covariance_stays_sound(2.0 * 3600.0, 1000);
+}
+
+}  // namespace
+}  // namespace rcs::wm

@@ -1,0 +1,162 @@
+// Late, repeated, reordered and jumping inputs.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "modules/wm/history.h"
+#include "tests/wm/synthetic.h"
+
+namespace rcs::wm {
+namespace {
+
+/// Two seconds of everything, from a state that is already anchored and moving.
+class HistoryTest : public ::testing::Test {
+ protected:
+  HistoryTest() : truth_(make_drive(script())) {
+    params_.history.lag = from_milliseconds(3000.0);
+    Sensors sensors(truth_, params_, {});
+    start_.belief = initial_belief(params_, truth_[kFirst].stamp);
+    start_.belief.x.T_world_vehicle = truth_[kFirst].T_world_vehicle;
+    start_.belief.x.v_world = truth_[kFirst].v_world;
+    start_.belief.x.inertial = true;
+    start_.memory.ins_stamp = truth_[kFirst].stamp;
+    start_.memory.anchored = true;
+    const LocalFrame frame(test_datum());
+    for (std::size_t i = kFirst + 1; i <= kFirst + 200; ++i) {
+      inputs_.push_back({truth_[i].stamp, sensors.imu(i)});
+      const Stamp between = truth_[i].stamp - Duration(3'000);
+      if (i % 20 == 0) {
+        GeodeticFix fix = sensors.gps(i);
+        fix.fix.p_world = frame.to_world(fix.antenna);
+        inputs_.push_back({between, fix.fix});
+      }
+      if (i % 10 == 0) inputs_.push_back({between, sensors.scan(i)});
+      if (i % 10 == 5) inputs_.push_back({between, sensors.odometry(i)});
+    }
+  }
+  static DriveScript script() {
+    DriveScript s;
+    s.length_s = 16.0;
+    return s;
+  }
+  History make() const {
+    History h{Model(params_)};
+    h.restart(start_);
+    return h;
+  }
+
+  static constexpr std::size_t kFirst = 1000;
+  WmParams params_;
+  std::vector<Truth> truth_;
+  FilterState start_;
+  std::vector<Measurement> inputs_;
+};
+
+TEST_F(HistoryTest, OrderOfArrivalDoesNotMatter) {
+  std::vector<Innovation> records;
+  records.reserve(10000);
+  History in_order = make();
+  for (const Measurement& m : inputs_) ASSERT_EQ(in_order.insert(m), Reason::kAccepted);
+  in_order.fuse(&records);
+
+  std::mt19937 random(1);
+  for (int trial = 0; trial < 3; ++trial) {
+    std::vector<Measurement> shuffled = inputs_;
+    // Each input is up to half a second late, and all that came is fused each time.
+    std::uniform_int_distribution<int> late_us(0, 500'000);
+    std::vector<std::pair<Stamp, std::size_t>> arrival;
+    for (std::size_t i = 0; i < inputs_.size(); ++i) {
+      arrival.emplace_back(inputs_[i].stamp + Duration(late_us(random)), i);
+    }
+    std::sort(arrival.begin(), arrival.end());
+    History reordered = make();
+    for (std::size_t k = 0; k < arrival.size(); ++k) {
+      ASSERT_EQ(reordered.insert(inputs_[arrival[k].second]), Reason::kAccepted);
+      if (k % 7 == 0) reordered.fuse(&records);
+    }
+    reordered.fuse(&records);
+    EXPECT_EQ(reordered.head().belief.P, in_order.head().belief.P);
+    EXPECT_EQ(reordered.head().belief.x.T_world_vehicle.p,
+              in_order.head().belief.x.T_world_vehicle.p);
+    EXPECT_EQ(reordered.head().memory.T_local_vehicle.p, in_order.head().memory.T_local_vehicle.p);
+    EXPECT_EQ(reordered.head().belief.x.stamp, in_order.head().belief.x.stamp);
+  }
+}
+
+TEST_F(HistoryTest, EachMeasurementIsReportedOnce) {
+  std::vector<Innovation> records;
+  records.reserve(10000);
+  History h = make();
+  for (auto it = inputs_.rbegin(); it != inputs_.rend(); ++it) {
+    h.insert(*it);
+    h.fuse(&records);
+  }
+  const auto gps = std::count_if(records.begin(), records.end(), [](const Innovation& i) {
+    return i.source == Source::kGpsPosition;
+  });
+  EXPECT_EQ(gps, 10);
+}
+
+TEST_F(HistoryTest, MeasurementsAheadOfTheInsWaitForItUntilItIsSilent) {
+  std::vector<Innovation> records;
+  records.reserve(100);
+  History h = make();
+  ASSERT_EQ(h.insert(inputs_[0]), Reason::kAccepted);
+  RollingMatch scan;
+  scan.seeded = true;
+  const Stamp ahead = inputs_[0].stamp + Duration(50'000);
+  ASSERT_EQ(h.insert({ahead, scan}), Reason::kAccepted);
+  h.fuse(&records);
+  EXPECT_EQ(h.head().belief.x.stamp, inputs_[0].stamp);
+  const Stamp silent = inputs_[0].stamp + Duration(300'000);
+  ASSERT_EQ(h.insert({silent, scan}), Reason::kAccepted);
+  h.fuse(&records);
+  EXPECT_EQ(h.head().belief.x.stamp, inputs_[0].stamp) << "the first still waits for the INS";
+}
+
+TEST_F(HistoryTest, OddStampsHaveReasons) {
+  std::vector<Innovation> records;
+  records.reserve(10000);
+  params_.history.lag = from_milliseconds(500.0);
+  History h = make();
+  for (const Measurement& m : inputs_) {
+    h.insert(m);
+    h.fuse(&records);
+  }
+  EXPECT_EQ(h.insert(inputs_.back()), Reason::kRepeated);
+  EXPECT_EQ(h.insert(inputs_.front()), Reason::kLate);
+  Measurement far = inputs_.back();
+  far.stamp += std::chrono::seconds(60);
+  EXPECT_EQ(h.insert(far), Reason::kInvalid);
+}
+
+TEST_F(HistoryTest, AFullRingForgetsTheOldest) {
+  params_.history.capacity = 64;
+  std::vector<Innovation> records;
+  records.reserve(10000);
+  History h = make();
+  for (const Measurement& m : inputs_) {
+    EXPECT_EQ(h.insert(m), Reason::kAccepted);
+    h.fuse(&records);
+  }
+  EXPECT_EQ(h.head().belief.x.stamp, truth_[kFirst + 200].stamp);
+  EXPECT_EQ(h.insert(inputs_.front()), Reason::kLate);
+}
+
+TEST_F(HistoryTest, ALostInsSampleIsBridged) {
+  std::vector<Innovation> records;
+  records.reserve(10000);
+  History whole = make(), holed = make();
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    whole.insert(inputs_[i]);
+    if (i % 40 != 20) holed.insert(inputs_[i]);
+  }
+  whole.fuse(&records);
+  holed.fuse(&records);
+  const Vec3 d = whole.head().belief.x.T_world_vehicle.p - holed.head().belief.x.T_world_vehicle.p;
+  EXPECT_LT(d.norm(), 0.1);
+  EXPECT_TRUE(holed.head().belief.x.inertial);
+}
+
+}  // namespace
+}  // namespace rcs::wm
