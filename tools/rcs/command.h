@@ -38,6 +38,8 @@ using Commands = std::vector<std::unique_ptr<Command>>;
 void add_log_commands(CLI::App* rcs, Commands* commands);
 void add_import_commands(CLI::App* rcs, Commands* commands);
 void add_eval_command(CLI::App* rcs, Commands* commands);
+void add_sim_command(CLI::App* rcs, Commands* commands);
+void add_replay_command(CLI::App* rcs, Commands* commands);
 
 /// Says why on stderr. @return kExitFailed
 int fail(std::string_view command, const Error& error);

@@ -218,10 +218,10 @@ class Eval final : public Command {
       if (world)
         fmt::print("NEES of the world pose, per degree of freedom: {:.2f}\n", world->nees_per_dof);
     }
-    return write_pictures(log, scans, run, pairs, world, outages, tables);
+    return write_pictures(log, scans, frame, run, pairs, world, outages, tables);
   }
 
-  int write_pictures(const RunLog& log, const ScanPoses& scans, const RunFigures& run,
+  int write_pictures(const RunLog& log, const ScanPoses& scans, Frame frame, const RunFigures& run,
                      const std::optional<PosePairs>& pairs,
                      const std::optional<WorldFigures>& world, const std::vector<Interval>& outages,
                      const std::vector<Table>& tables) const {
@@ -242,7 +242,8 @@ class Eval final : public Command {
       }
       for (StampedPose& s : estimate) s.T = T_truth_frame * s.T;
     }
-    const Plot course = course_plot(truth, {{"estimate", estimate}}, outages);
+    const Plot course = course_plot(truth, {{"estimate", estimate}}, outages,
+                                    world ? Frame::kWorld : Frame::kLocal);
     if (!svg_.empty()) {
       const Outcome written = write_text(svg_, render(course, true));
       if (!written) return fail(kName, written.error());
@@ -266,7 +267,7 @@ class Eval final : public Command {
     Result<CellMap> map = read_map(run_, scans.poses);
     if (map) {
       page.heading("Map");
-      page.plot(map_plot(std::move(map).value(), scans.poses));
+      page.plot(map_plot(std::move(map).value(), scans.poses, frame));
     }
     page.heading("Latencies");
     if (run.chain_ms) {

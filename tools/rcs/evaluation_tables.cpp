@@ -127,7 +127,7 @@ Table absolute_table(const TrajectoryFigures& f) {
   t.rows.push_back(row("position, aligned over SE(3) [m]", f.rigid.translation_m, 1.0, 3));
   t.rows.push_back(row("position, aligned over position and yaw [m]", f.yaw.translation_m, 1.0, 3));
   t.rows.push_back(
-      row("rotation, aligned over SE(3) [deg]", f.rigid.rotation_rad, degrees(1.0), 3));
+      row("rotation, aligned over position and yaw [deg]", f.yaw.rotation_rad, degrees(1.0), 3));
   t.rows.push_back(row("position, not aligned [m]", f.unaligned.translation_m, 1.0, 3));
   return t;
 }

@@ -84,11 +84,11 @@ std::vector<HeightSum> coarsened(std::vector<HeightSum> cells) {
 }  // namespace
 
 Plot course_plot(const Trajectory& truth, const std::vector<NamedTrajectory>& estimates,
-                 const std::vector<Interval>& outages) {
+                 const std::vector<Interval>& outages, Frame frame) {
   Plot plot;
   plot.title = "Course from above";
-  plot.x_label = "east [m]";
-  plot.y_label = "north [m]";
+  plot.x_label = frame == Frame::kWorld ? "east [m]" : "x [m]";
+  plot.y_label = frame == Frame::kWorld ? "north [m]" : "y [m]";
   plot.height_px = 560;
   plot.equal_scales = true;
   for (std::size_t k = 0; k < estimates.size(); ++k) {
@@ -163,7 +163,7 @@ Plot comparison_plot(const std::vector<std::pair<std::string, const WorldFigures
   Plot plot;
   plot.title = "Horizontal error of the runs";
   plot.x_label = "time [s]";
-  plot.y_label = "[m], decades";
+  plot.y_label = "[m] (log scale)";
   plot.log_y = true;
   plot.shades = shades(outages, zero);
   for (std::size_t k = 0; k < runs.size(); ++k) {
@@ -241,11 +241,11 @@ Result<CellMap> read_map(const std::string& log_path, const Trajectory& poses) {
   return map;
 }
 
-Plot map_plot(CellMap map, const Trajectory& poses) {
+Plot map_plot(CellMap map, const Trajectory& poses, Frame frame) {
   Plot plot;
   plot.title = fmt::format("Map: SP's points from above, mean height of {:g} m cells", map.cell);
-  plot.x_label = "east [m]";
-  plot.y_label = "north [m]";
+  plot.x_label = frame == Frame::kWorld ? "east [m]" : "x [m]";
+  plot.y_label = frame == Frame::kWorld ? "north [m]" : "y [m]";
   plot.height_px = 560;
   plot.equal_scales = true;
   plot.map = std::move(map);
@@ -258,7 +258,7 @@ Plot latency_plot(const std::string& title, const std::vector<double>& values_ms
   Plot plot;
   plot.title = title;
   plot.x_label = "[ms]";
-  plot.y_label = "cycles, decades";
+  plot.y_label = "cycles (log scale)";
   plot.height_px = 210;
   plot.log_y = true;
   const Summary summary = summarize(values_ms);

@@ -16,9 +16,10 @@ struct NamedTrajectory {
 };
 
 /// The course from above: truth dashed, the first estimate set off where GPS was denied.
+/// @param frame  of the poses: world has its axes east and north
 [[nodiscard]] Plot course_plot(const Trajectory& truth,
                                const std::vector<NamedTrajectory>& estimates,
-                               const std::vector<Interval>& outages);
+                               const std::vector<Interval>& outages, Frame frame);
 
 /// Horizontal, vertical and heading error of the world pose against three of its own sigmas.
 /// @param zero  of the time axis
@@ -35,7 +36,7 @@ struct NamedTrajectory {
 
 /// SP's points from above, coloured by height, where `poses` has the scan's reference instant.
 [[nodiscard]] Result<CellMap> read_map(const std::string& log_path, const Trajectory& poses);
-[[nodiscard]] Plot map_plot(CellMap map, const Trajectory& poses);
+[[nodiscard]] Plot map_plot(CellMap map, const Trajectory& poses, Frame frame);
 
 /// How often a cycle (or the chain) took how long.
 [[nodiscard]] Plot latency_plot(const std::string& title, const std::vector<double>& values_ms);

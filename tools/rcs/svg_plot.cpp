@@ -67,6 +67,9 @@ std::string_view style_class(SeriesStyle style) {
   return "line";
 }
 
+/// About: fonts differ.
+double text_width_px(std::string_view text) { return 6.7 * static_cast<double>(text.size()); }
+
 class Canvas {
  public:
   explicit Canvas(const Plot& plot) : plot_(plot) {
@@ -130,7 +133,8 @@ class Canvas {
       for (const double v : s.x) x_.add(v);
       for (const double v : s.y) add_y(v);
       for (const double v : s.y_low) add_y(v);
-      if (s.style == SeriesStyle::kBars && !plot_.log_y) y_.add(0.0);
+      // One count is half a decade tall, not invisible.
+      if (s.style == SeriesStyle::kBars) y_.add(plot_.log_y ? -0.3 : 0.0);
     }
     for (const Mark& m : plot_.marks) {
       x_.add(m.x);
@@ -149,11 +153,10 @@ class Canvas {
     widen(&x_);
     widen(&y_);
     widen(&value_);
-    const bool edge_to_edge = !plot_.equal_scales;
     const double y_margin = plot_.log_y ? 0.0 : 0.05 * y_.span();
     if (!(plot_.y_from_zero && y_.low == 0.0)) y_.low -= y_margin;
     y_.high += y_margin;
-    if (!edge_to_edge) {
+    if (plot_.equal_scales) {
       const double x_margin = 0.05 * x_.span();
       x_.low -= x_margin;
       x_.high += x_margin;
@@ -200,6 +203,7 @@ class Canvas {
       if (to <= from) continue;
       emit("<rect class=\"shade\" x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\"/>\n",
            from, top_, to - from, bottom_ - top_);
+      if (to - from < 10.0 + text_width_px(s.label)) continue;
       emit("<text class=\"tick\" x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n", from + 5.0, top_ + 13.0,
            escape_xml(s.label));
     }
@@ -365,7 +369,7 @@ class Canvas {
       }
       emit("<text class=\"label\" x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n", x + 26.0, y + 4.0,
            escape_xml(s.label));
-      x += 26.0 + 6.7 * static_cast<double>(s.label.size()) + 22.0;
+      x += 26.0 + text_width_px(s.label) + 22.0;
     }
   }
 
