@@ -135,8 +135,8 @@ bool LogReader::header_at(std::int64_t offset, Header* header) {
   }
   header->channel_bytes = static_cast<std::size_t>(channel_bytes);
   header->data_bytes = static_cast<std::size_t>(data_bytes);
-  if (header->channel_bytes > kMaxChannelBytes || header->data_bytes > max_data_bytes_)
-    return false;
+  if (header->channel_bytes > kMaxChannelBytes) return false;
+  if (header->data_bytes > max_data_bytes_) return false;
   const std::uint8_t* channel =
       view(offset + static_cast<std::int64_t>(kHeaderBytes), header->channel_bytes);
   return channel == nullptr || printable(channel, header->channel_bytes);

@@ -39,7 +39,7 @@ class InboxTest : public testing::Test {
 };
 
 TEST_F(InboxTest, GivesWhatCameInOrder) {
-  for (int i = 1; i <= 3; ++i) send(i, 10 * i, at_ms(i));
+  for (std::int64_t i = 1; i <= 3; ++i) send(i, 10 * i, at_ms(i));
   EXPECT_EQ(inbox_.oldest_arrival(), at_ms(1));
   for (int i = 1; i <= 3; ++i) {
     ASSERT_NE(inbox_.front(), nullptr);
@@ -202,7 +202,8 @@ class HostileBytes : public testing::Test {};
 using MessageTypes =
     testing::Types<ladar_ranges_t, ladar_points_t, points_t, registration_t, map_patch_t, command_t,
                    plan_t, cycle_t, event_t, status_t, nav_state_t>;
-TYPED_TEST_SUITE(HostileBytes, MessageTypes);
+// The comma: an empty variadic argument is not ISO C++17.
+TYPED_TEST_SUITE(HostileBytes, MessageTypes, );
 
 TYPED_TEST(HostileBytes, EveryLengthAtEveryPlaceIsSurvived) {
   // GIVEN a good message; every length in it lies at some offset
@@ -239,8 +240,9 @@ TYPED_TEST(HostileBytes, RandomDamageIsSurvived) {
     std::vector<std::uint8_t> bytes = good;
     std::uniform_int_distribution<std::size_t> place(8, good.size() - 1);  // keep the fingerprint
     std::uniform_int_distribution<int> byte(0, 255);
-    for (int k = 0; k < 1 + round % 4; ++k)
+    for (int k = 0; k < 1 + round % 4; ++k) {
       bytes[place(rng)] = static_cast<std::uint8_t>(byte(rng));
+    }
     if (round % 5 == 0) bytes.resize(place(rng));
     inbox.receive(bytes.data(), bytes.size(), Stamp());
   }

@@ -36,13 +36,14 @@ Bytes payload(int i) { return Bytes(static_cast<std::size_t>(10 + i % 50), std::
 
 /// Events 0 .. n-1 on channel CH<i % 3>, at 1000 * i us.
 std::string good_log(int n) {
-  const std::string path = temp_path("good.lcm");
+  std::string path = temp_path("good.lcm");
   auto writer = LogWriter::create(path);
   for (int i = 0; i < n; ++i) {
     const Bytes data = payload(i);
-    EXPECT_TRUE(
-        writer->write(from_utime(1000 * i), "CH" + std::to_string(i % 3), data.data(), data.size())
-            .ok());
+    EXPECT_TRUE(writer
+                    ->write(from_utime(std::int64_t{1000} * i), "CH" + std::to_string(i % 3),
+                            data.data(), data.size())
+                    .ok());
   }
   EXPECT_TRUE(writer->close().ok());
   return path;

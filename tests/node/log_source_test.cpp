@@ -32,7 +32,7 @@ struct Written {
 };
 
 std::string log_of(const std::vector<Written>& events) {
-  const std::string path = temp_path("in.lcm");
+  std::string path = temp_path("in.lcm");
   auto writer = LogWriter::create(path);
   std::int64_t seq = 0;
   for (const Written& e : events) {
@@ -95,7 +95,10 @@ std::string replay(const std::string& log, const std::string& out) {
 
 TEST(LogSource, TheSameLogGivesTheSameBytes) {
   std::vector<Written> events;
-  for (int i = 0; i < 200; ++i) events.push_back({7 * i, i % 5 == 0 ? "SIM_TRUTH" : "ODOMETRY"});
+  events.reserve(200);
+  for (std::int64_t i = 0; i < 200; ++i) {
+    events.push_back({7 * i, i % 5 == 0 ? "SIM_TRUTH" : "ODOMETRY"});
+  }
   const std::string log = log_of(events);
   const std::string once = replay(log, temp_path("a.lcm"));
   EXPECT_EQ(once, replay(log, temp_path("b.lcm")));

@@ -42,6 +42,7 @@ class Child {
       dup2(ends[1], STDERR_FILENO);
       dup2(ends[1], STDOUT_FILENO);
       std::vector<char*> argv;
+      argv.reserve(args.size() + 2);
       args.insert(args.begin(), "echo");
       for (std::string& a : args) argv.push_back(a.data());
       argv.push_back(nullptr);
@@ -78,7 +79,7 @@ class Child {
 
 std::string config(const std::string& text) {
   const testing::TestInfo* info = testing::UnitTest::GetInstance()->current_test_info();
-  const std::string path = testing::TempDir() + info->name() + ".toml";
+  std::string path = testing::TempDir() + info->name() + ".toml";
   std::ofstream(path) << text;
   return path;
 }

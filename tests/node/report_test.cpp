@@ -42,7 +42,7 @@ TEST_F(ReportTest, AnEventSaysWhoWhatAndWhen) {
 }
 
 TEST_F(ReportTest, ACodeIsSentOnceAnIntervalAndTheRestIsCounted) {
-  for (int i = 0; i < 250; ++i) report_.info(at_ms(10 * i), "a", "number {}", i);
+  for (std::int64_t i = 0; i < 250; ++i) report_.info(at_ms(10 * i), "a", "number {}", i);
   report_.error(at_ms(10), "b", "another code is not held back");
   deliver();
   EXPECT_EQ(next()->text, "number 0");

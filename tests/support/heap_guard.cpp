@@ -26,10 +26,12 @@ thread_local std::int64_t t_allocations = 0;
 
 extern "C" {
 
+// NOLINTBEGIN(bugprone-reserved-identifier): glibc's names for what is replaced here
 void* __libc_malloc(std::size_t size);
 void* __libc_calloc(std::size_t count, std::size_t size);
 void* __libc_realloc(void* old, std::size_t size);
 void* __libc_memalign(std::size_t alignment, std::size_t size);
+// NOLINTEND(bugprone-reserved-identifier)
 
 void* malloc(std::size_t size) {
   if (t_counting) ++t_allocations;
