@@ -21,7 +21,7 @@ class LogSource final : public EventSource {
   static constexpr Duration kMaxBack = std::chrono::seconds(1);
   static constexpr Duration kMaxAhead = std::chrono::minutes(10);
 
-  /// @param reader  outlives the source
+  /// @param reader  outlives the source; its health() tells afterwards what could not be read
   LogSource(LogReader* reader, std::vector<std::string> channels);
 
   [[nodiscard]] Stamp peek() override { return due_; }

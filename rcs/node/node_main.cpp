@@ -30,7 +30,7 @@ int run_live(std::string_view name, const std::string& config, const std::string
   const Result<std::unique_ptr<LcmBus>> opened = LcmBus::create(url);
   if (!opened) return fail(name, opened.error());
   LcmBus* const bus = opened->get();
-  const EventPrinter printer(bus, name);  // before the node, which may report while it starts
+  EventPrinter printer(bus, name);  // before the node, which may report while it starts
   const Result<std::unique_ptr<Node>> node = factory(*params, bus);
   if (!node) return fail(name, node.error());
   if (const Outcome status = bus->status(); !status) return fail(name, status.error());
