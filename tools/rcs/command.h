@@ -39,6 +39,7 @@ void add_log_commands(CLI::App* rcs, Commands* commands);
 void add_import_commands(CLI::App* rcs, Commands* commands);
 void add_eval_command(CLI::App* rcs, Commands* commands);
 void add_sim_command(CLI::App* rcs, Commands* commands);
+void add_report_command(CLI::App* rcs, Commands* commands);
 void add_replay_command(CLI::App* rcs, Commands* commands);
 
 /// Says why on stderr. @return kExitFailed

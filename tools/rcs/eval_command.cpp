@@ -273,11 +273,7 @@ class Eval final : public Command {
     if (run.chain_ms) {
       page.plot(latency_plot("From a scan's last facet to nav_state", run.chain_samples_ms));
     }
-    for (const auto& [name, node] : log.nodes) {
-      std::vector<double> wall_ms;
-      for (const CycleRecord& c : node.cycles) wall_ms.push_back(c.wall_ms);
-      page.plot(latency_plot(name + ": wall time of a unit of work", wall_ms));
-    }
+    for (const Plot& p : node_plots(log)) page.plot(p);
     const Outcome written = write_text(report_, page.finish());
     return written ? kExitOk : fail(kName, written.error());
   }

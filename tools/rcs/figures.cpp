@@ -276,4 +276,14 @@ Plot latency_plot(const std::string& title, const std::vector<double>& values_ms
   return plot;
 }
 
+std::vector<Plot> node_plots(const RunLog& run) {
+  std::vector<Plot> plots;
+  for (const auto& [name, node] : run.nodes) {
+    std::vector<double> wall_ms;
+    for (const CycleRecord& c : node.cycles) wall_ms.push_back(c.wall_ms);
+    plots.push_back(latency_plot(name + ": wall time of a unit of work", wall_ms));
+  }
+  return plots;
+}
+
 }  // namespace rcs::tools

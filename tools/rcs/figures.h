@@ -38,7 +38,9 @@ struct NamedTrajectory {
 [[nodiscard]] Result<CellMap> read_map(const std::string& log_path, const Trajectory& poses);
 [[nodiscard]] Plot map_plot(CellMap map, const Trajectory& poses, Frame frame);
 
-/// How often a cycle (or the chain) took how long.
+/// How often something took how long.
 [[nodiscard]] Plot latency_plot(const std::string& title, const std::vector<double>& values_ms);
+/// One for every node of the run.
+[[nodiscard]] std::vector<Plot> node_plots(const RunLog& run);
 
 }  // namespace rcs::tools

@@ -28,6 +28,7 @@ int rcs_main(int argc, char** argv) {
   add_import_commands(&app, &commands);
   add_eval_command(&app, &commands);
   add_sim_command(&app, &commands);
+  add_report_command(&app, &commands);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
