@@ -1,0 +1,29 @@
+#pragma once
+// WM's part of a vehicle configuration.
+
+#include <optional>
+#include <string_view>
+
+#include "modules/wm/params.h"
+#include "rcs/base/geodesy.h"
+#include "rcs/base/result.h"
+#include "rcs/node/node.h"
+#include "rcs/node/params.h"
+
+namespace rcs::wm {
+
+struct WmConfig {
+  NodeInfo info{"wm", from_milliseconds(15.0), from_milliseconds(1.0)};
+  Duration period = from_milliseconds(20.0);  ///< of nav_state, [5, 1000] ms
+  std::optional<Geodetic> datum;  ///< [world]: origin of frame world; none: the first fix
+  WmParams params;                ///< [gps] [ins] [odometry] [wm.*]
+};
+
+/// Errors of an INS by its grade: "tactical", "industrial" or "consumer". Typical figures of data
+/// sheets (fibre-optic gyro and quartz; good MEMS; automotive MEMS).
+[[nodiscard]] ProcessNoise ins_grade(std::string_view grade);
+
+/// Reads [world], [gps], [ins], [odometry] and [wm]; tables of other nodes are not looked at.
+[[nodiscard]] Result<WmConfig> load_wm_config(const ParamFile& file);
+
+}  // namespace rcs::wm

@@ -1,0 +1,316 @@
+#include "modules/wm/wm_node.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <string_view>
+
+#include "lcmtypes/channels.h"
+#include "lcmtypes/convert.h"
+#include "rcs/node/budget.h"
+
+namespace rcs::wm {
+namespace {
+
+// ---- the door: what is not finite, plausible and meant to be used does not get in
+// ----------------
+
+bool plausible_stamp(std::int64_t utime) {
+  constexpr std::int64_t kCenturies = 10'000'000'000'000'000;  // sums of stamps cannot overflow
+  return std::abs(utime) < kCenturies;
+}
+
+bool within(const Vec3& v, double limit) {
+  return v.allFinite() && v.cwiseAbs().maxCoeff() <= limit;
+}
+
+bool is_sigma(double s, double limit) { return std::isfinite(s) && s > 0.0 && s <= limit; }
+
+bool is_sigma(const Vec3& s, double limit) {
+  return s.allFinite() && s.minCoeff() > 0.0 && s.maxCoeff() <= limit;
+}
+
+std::optional<ImuSample> admit(const ins_t& m) {
+  const ImuSample s{from_utime(m.utime), Duration(m.interval_us), from_message(m.delta_angle_rad),
+                    from_message(m.delta_v_mps)};
+  const double dt = seconds(s.interval);
+  const bool good = m.valid == 1 && plausible_stamp(m.utime) && dt > 0.0 && dt <= 0.5 &&
+                    within(s.delta_angle, 35.0 * dt) && within(s.delta_v, 400.0 * dt);
+  if (!good) return std::nullopt;
+  return s;
+}
+
+std::optional<GeodeticFix> admit(const gps_fix_t& m) {
+  GeodeticFix z;
+  z.antenna = {radians(m.lat_deg), radians(m.lon_deg), {m.height_m}};
+  if (m.height_kind == gps_fix_t::HEIGHT_ORTHOMETRIC) {
+    z.antenna.height = to_ellipsoidal(OrthometricHeight{m.height_m}, Undulation{m.undulation_m});
+  } else if (m.height_kind != gps_fix_t::HEIGHT_ELLIPSOIDAL) {
+    return std::nullopt;
+  }
+  z.fix.sigma_m = from_message(m.sigma_enu_m);
+  const bool null_island = m.lat_deg == 0.0 && m.lon_deg == 0.0;  // a receiver that knows nothing
+  const bool good = plausible_stamp(m.utime) && plausible(z.antenna) && !null_island &&
+                    m.fix_type > gps_fix_t::FIX_NONE && m.fix_type <= gps_fix_t::FIX_FIXED &&
+                    is_sigma(z.fix.sigma_m, 200.0);
+  if (!good) return std::nullopt;
+  z.fix.v_world = from_message(m.v_enu_mps);
+  z.fix.sigma_v_mps = from_message(m.sigma_v_enu_mps);
+  z.fix.has_velocity =
+      m.has_velocity == 1 && within(z.fix.v_world, 200.0) && is_sigma(z.fix.sigma_v_mps, 50.0);
+  return z;
+}
+
+std::optional<OdometrySample> admit(const odometry_t& m) {
+  const OdometrySample z{m.speed_mps, m.sigma_speed_mps, m.yaw_rate_radps, m.sigma_yaw_rate_radps};
+  const bool yaw_good = std::isnan(z.yaw_rate_radps) || (std::abs(z.yaw_rate_radps) <= 10.0 &&
+                                                         is_sigma(z.sigma_yaw_rate_radps, 10.0));
+  const bool good = plausible_stamp(m.utime) && m.interval_us >= 0 && m.interval_us <= 1'000'000 &&
+                    std::abs(z.speed_mps) <= 100.0 && is_sigma(z.sigma_speed_mps, 50.0) && yaw_good;
+  if (!good) return std::nullopt;
+  return z;
+}
+
+struct Registration {
+  Pose T_target_vehicle;
+  Mat6 information;
+};
+
+std::optional<Registration> admit(const registration_t& m) {
+  Registration z;
+  z.information = from_message(m.information);
+  const bool good = plausible_stamp(m.utime) &&
+                    from_message(m.q_target_vehicle, m.p_target_vehicle_m, &z.T_target_vehicle) &&
+                    within(z.T_target_vehicle.p, 1e7) && z.information.allFinite() &&
+                    z.information.cwiseAbs().maxCoeff() < 1e15 &&
+                    z.information.diagonal().minCoeff() >= 0.0;
+  if (!good) return std::nullopt;
+  return z;
+}
+
+/// Ends of a registration whose pose and information mean something.
+bool usable(int stop) {
+  switch (stop) {
+    case registration_t::STOP_CONVERGED:
+    case registration_t::STOP_MAX_ITERATIONS:
+    case registration_t::STOP_BUDGET:
+    case registration_t::STOP_LIMIT_CYCLE:
+    case registration_t::STOP_DEGENERATE:
+    case registration_t::STOP_SEEDED:
+      return true;
+    default:
+      return false;
+  }
+}
+
+std::string_view text(Reason reason) {
+  constexpr std::string_view kTexts[] = {"accepted", "gate",  "invalid",    "late",      "repeated",
+                                         "no datum", "epoch", "unobserved", "quarantine"};
+  return kTexts[static_cast<std::size_t>(reason)];
+}
+
+constexpr std::string_view kModes[] = {"align",    "gps+ins",         "gps+ins+ladar", "ins+ladar",
+                                       "ins only", "gps without ins", "ladar only",    "lost"};
+
+constexpr Duration kReportInterval = from_seconds(5.0);
+
+}  // namespace
+
+WmNode::WmNode(const WmConfig& config, Bus* bus)
+    : config_(config),
+      clock_(config.period),
+      ins_(bus, channel::kIns, 64),
+      fixes_(bus, channel::kGpsFix, 16),
+      odometry_(bus, channel::kOdometry, 64),
+      registrations_(bus, channel::kSpRegistration, 8),
+      nav_state_out_(bus, channel::kWmNavState),
+      innovation_out_(bus, channel::kWmInnovation),
+      report_(bus, config.info.name, kReportInterval),
+      estimator_(config.params, config.datum) {}
+
+std::vector<const InboxBase*> WmNode::inboxes() const {
+  return {&ins_, &fixes_, &odometry_, &registrations_};
+}
+
+Stamp WmNode::next_wakeup() const {
+  return std::min(registrations_.oldest_arrival(), clock_.next());
+}
+
+void WmNode::run(const Cycle& cycle) {
+  take_all(&ins_, cycle.now);
+  take_all(&odometry_, cycle.now);
+  take_all(&fixes_, cycle.now);
+  take_all(&registrations_, cycle.now);
+  cycle.stages->mark("take");
+
+  estimator_.fuse();
+  cycle.stages->mark("fuse");
+
+  publish_innovations();
+  publish_nav_state(cycle.now);
+  report_events(cycle.now);
+  cycle.stages->mark("publish");
+  if (clock_.due(cycle.now)) clock_.advance(cycle.now);
+  cycle.stages->close_account();
+}
+
+template <class Message>
+void WmNode::take_all(Inbox<Message>* inbox, Stamp now) {
+  for (; !inbox->empty(); inbox->pop()) take(*inbox->front(), now);
+}
+
+void WmNode::take(const ins_t& m, Stamp now) {
+  const std::optional<ImuSample> sample = admit(m);
+  note(ins_, sample ? estimator_.add(*sample) : Reason::kInvalid, now);
+}
+
+void WmNode::take(const gps_fix_t& m, Stamp now) {
+  const std::optional<GeodeticFix> fix = admit(m);
+  note(fixes_, fix ? estimator_.add(from_utime(m.utime), *fix) : Reason::kInvalid, now);
+}
+
+void WmNode::take(const odometry_t& m, Stamp now) {
+  const std::optional<OdometrySample> sample = admit(m);
+  // The mean of an interval is the value at its middle.
+  const Stamp middle = from_utime(m.utime) - Duration(m.interval_us / 2);
+  note(odometry_, sample ? estimator_.add(middle, *sample) : Reason::kInvalid, now);
+}
+
+void WmNode::take(const registration_t& m, Stamp now) {
+  if (!usable(m.stop)) return;  // SP has nothing to say, and has said why
+  const std::optional<Registration> z = admit(m);
+  if (!z) {
+    note(registrations_, Reason::kInvalid, now);
+    return;
+  }
+  const Stamp stamp = from_utime(m.utime);
+  const bool seeded = m.stop == registration_t::STOP_SEEDED;
+  Reason reason = Reason::kInvalid;
+  if (m.target == registration_t::TARGET_ROLLING && m.map_epoch >= 0) {
+    reason = estimator_.add(stamp,
+                            RollingMatch{z->T_target_vehicle, z->information, m.map_epoch, seeded});
+  } else if (m.target == registration_t::TARGET_PRIOR_MAP && !seeded) {
+    reason = estimator_.add(stamp, PriorMatch{z->T_target_vehicle, z->information});
+  }
+  note(registrations_, reason, now);
+  if (reason == Reason::kAccepted && stamp >= cause_) {
+    cause_ = stamp;
+    cause_arrival_utime_ = m.arrival_utime;
+  }
+}
+
+void WmNode::note(const InboxBase& inbox, Reason reason, Stamp now) {
+  if (reason == Reason::kAccepted || reason == Reason::kNoDatum) return;
+  report_.warn(now, "input.refused", "{}: {}, newest utime {}", inbox.channel(), text(reason),
+               to_utime(inbox.account().newest));
+}
+
+void WmNode::publish_innovations() {
+  for (const Innovation& i : estimator_.innovations()) {
+    innovation_.utime = to_utime(i.stamp);
+    innovation_.source = static_cast<std::int8_t>(i.source);
+    innovation_.accepted = i.reason == Reason::kAccepted ? 1 : 0;
+    innovation_.reason = static_cast<std::int8_t>(i.reason);
+    innovation_.dof = static_cast<std::int16_t>(i.dof);
+    innovation_.nis = i.nis;
+    innovation_.gate = i.gate;
+    for (int k = 0; k < 6; ++k) {
+      innovation_.innovation[k] = i.r[k];
+      innovation_.sigma[k] = i.sigma[k];
+    }
+    innovation_out_.publish(&innovation_);
+  }
+  estimator_.clear_innovations();
+}
+
+void WmNode::publish_nav_state(Stamp now) {
+  if (!estimator_.started()) return;  // nothing is believed yet
+  fill_belief(estimator_.state());
+  const FilterState& s = estimator_.state();
+  nav_state_.mode = static_cast<std::int8_t>(estimator_.mode());
+  nav_state_.cause_arrival_utime = cause_ <= s.belief.x.stamp ? cause_arrival_utime_ : 0;
+  nav_state_.publish_utime = to_utime(now);
+  nav_state_out_.publish(&nav_state_);
+}
+
+void WmNode::fill_belief(const FilterState& s) {
+  const NavState& x = s.belief.x;
+  const Memory& memory = s.memory;
+  nav_state_t& m = nav_state_;
+  m.utime = to_utime(x.stamp);
+
+  // Without an anchor nothing absolute leaves: the world is the local frame.
+  const Pose& T_out_vehicle = memory.anchored ? x.T_world_vehicle : memory.T_local_vehicle;
+  const Mat3 R_out_world = (T_out_vehicle.q * x.T_world_vehicle.q.conjugate()).toRotationMatrix();
+  m.world_valid = memory.anchored ? 1 : 0;
+  to_message(T_out_vehicle, m.q_world_vehicle, m.p_world_vehicle_m);
+  to_message(memory.T_local_vehicle, m.q_local_vehicle, m.p_local_vehicle_m);
+  to_message(Vec3(R_out_world * x.v_world), m.v_world_mps);
+  const Mat3 cov_v = s.belief.P.block<3, 3>(kVelocity, kVelocity);
+  to_message<3>(R_out_world * cov_v * R_out_world.transpose(), m.cov_v_world);
+  to_message(world_pose_covariance(s.belief), m.cov_world_pose);
+
+  m.rolling_valid = x.map_epoch >= 0 ? 1 : 0;
+  m.map_epoch = x.map_epoch;
+  to_message(x.map_epoch >= 0 ? T_rolling_vehicle(x) : Pose{}, m.q_rolling_vehicle,
+             m.p_rolling_vehicle_m);
+  to_message(rolling_pose_covariance(s.belief), m.cov_rolling_pose);
+
+  to_message(x.rate_vehicle, m.rate_vehicle_radps);
+  to_message(memory.accel_vehicle, m.accel_vehicle_mps2);
+  to_message(x.gyro_bias, m.gyro_bias_radps);
+  to_message(x.accel_bias, m.accel_bias_mps2);
+  to_message(x.map_offset, m.map_offset_m);
+  m.wheel_scale = x.wheel_scale;
+
+  m.world_resets = memory.world_resets;
+  m.last_reset_m = memory.last_reset_m;
+  m.last_reset_rad = memory.last_reset_rad;
+  m.last_reset_utime = memory.world_resets > 0 ? to_utime(memory.last_reset) : 0;
+  const Ages a = ages(s);
+  m.age_ins_us = a.ins.count();
+  m.age_gps_us = a.gps.count();
+  m.age_odometry_us = a.odometry.count();
+  m.age_rolling_us = a.rolling.count();
+  m.age_prior_map_us = a.prior_map.count();
+  m.distance_since_gps_m = distance_since_gps_m(s);
+  if (const std::optional<LocalFrame>& frame = estimator_.datum()) {
+    m.datum_lat_deg = degrees(frame->datum().lat_rad);
+    m.datum_lon_deg = degrees(frame->datum().lon_rad);
+    m.datum_height_m = frame->datum().height.m;
+  }
+}
+
+void WmNode::report_events(Stamp now) {
+  if (!estimator_.started()) return;
+  const FilterState& s = estimator_.state();
+  const Mode mode = estimator_.mode();
+  if (mode != reported_mode_) {
+    report_.info(now, "mode", "{} -> {}", kModes[static_cast<std::size_t>(reported_mode_)],
+                 kModes[static_cast<std::size_t>(mode)]);
+    reported_mode_ = mode;
+  }
+  if (s.memory.world_resets != reported_resets_) {
+    report_.warn(now, "world.reset", "the world pose stepped by {:.2f} m, {:.2f} deg",
+                 s.memory.last_reset_m, degrees(s.memory.last_reset_rad));
+    reported_resets_ = s.memory.world_resets;
+  }
+  if (estimator_.clock_steps() != reported_clock_steps_) {
+    report_.warn(now, "clock.step", "all sensors' stamps stepped; the belief goes on at {}",
+                 to_utime(s.belief.x.stamp));
+    reported_clock_steps_ = estimator_.clock_steps();
+  }
+  if (s.belief.x.map_epoch != reported_epoch_) {
+    report_.info(now, "map.epoch", "map epoch {}", s.belief.x.map_epoch);
+    reported_epoch_ = s.belief.x.map_epoch;
+  }
+}
+
+Result<std::unique_ptr<Node>> make_wm_node(const ParamFile& file, Bus* bus) {
+  Result<WmConfig> config = load_wm_config(file);
+  if (!config) return config.error();
+  return std::unique_ptr<Node>(std::make_unique<WmNode>(*config, bus));
+}
+
+}  // namespace rcs::wm

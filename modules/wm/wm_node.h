@@ -1,0 +1,73 @@
+#pragma once
+// WM's shell: sensors and registrations in, the belief out.
+
+#include <cstdint>
+#include <memory>
+
+#include "lcmtypes/rcs/gps_fix_t.hpp"
+#include "lcmtypes/rcs/innovation_t.hpp"
+#include "lcmtypes/rcs/ins_t.hpp"
+#include "lcmtypes/rcs/nav_state_t.hpp"
+#include "lcmtypes/rcs/odometry_t.hpp"
+#include "lcmtypes/rcs/registration_t.hpp"
+#include "modules/wm/estimator.h"
+#include "modules/wm/wm_config.h"
+#include "rcs/node/inbox.h"
+#include "rcs/node/outbox.h"
+#include "rcs/node/report.h"
+
+namespace rcs::wm {
+
+class WmNode final : public Node {
+ public:
+  WmNode(const WmConfig& config, Bus* bus);
+
+  [[nodiscard]] const NodeInfo& info() const override { return config_.info; }
+  [[nodiscard]] Stamp next_wakeup() const override;
+  void run(const Cycle& cycle) override;
+  [[nodiscard]] std::vector<const InboxBase*> inboxes() const override;
+  [[nodiscard]] std::int64_t missed_cycles() const override { return clock_.missed(); }
+
+ private:
+  void take(const ins_t& m, Stamp now);
+  void take(const gps_fix_t& m, Stamp now);
+  void take(const odometry_t& m, Stamp now);
+  void take(const registration_t& m, Stamp now);
+  template <class Message>
+  void take_all(Inbox<Message>* inbox, Stamp now);
+  void note(const InboxBase& inbox, Reason reason, Stamp now);
+
+  void publish_innovations();
+  void publish_nav_state(Stamp now);
+  void fill_belief(const FilterState& state);
+  void report_events(Stamp now);
+
+  WmConfig config_;
+  PeriodicClock clock_;
+
+  Inbox<ins_t> ins_;
+  Inbox<gps_fix_t> fixes_;
+  Inbox<odometry_t> odometry_;
+  Inbox<registration_t> registrations_;
+  Outbox<nav_state_t> nav_state_out_;
+  Outbox<innovation_t> innovation_out_;
+  Report report_;
+
+  Estimator estimator_;
+
+  // The newest registration, for the age of what the belief rests on.
+  Stamp cause_ = Stamp::min();
+  std::int64_t cause_arrival_utime_ = 0;
+  // What was reported last.
+  Mode reported_mode_ = Mode::kAlign;
+  int reported_resets_ = 0;
+  int reported_clock_steps_ = 0;
+  int reported_epoch_ = -1;
+
+  nav_state_t nav_state_{};
+  innovation_t innovation_{};
+};
+
+[[nodiscard]] Result<std::unique_ptr<Node>> make_wm_node(const ParamFile& file, Bus* bus);
+
+}  // namespace rcs::wm
