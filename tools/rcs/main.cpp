@@ -26,6 +26,7 @@ int rcs_main(int argc, char** argv) {
   Commands commands;
   add_log_commands(&app, &commands);
   add_import_commands(&app, &commands);
+  add_replay_command(&app, &commands);
   add_eval_command(&app, &commands);
   add_sim_command(&app, &commands);
   add_report_command(&app, &commands);

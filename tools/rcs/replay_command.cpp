@@ -1,0 +1,182 @@
+// rcs replay
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "lcmtypes/channels.h"
+#include "modules/sp/sp_node.h"
+#include "modules/wm/wm_node.h"
+#include "rcs/node/cycle_sinks.h"
+#include "rcs/node/executor.h"
+#include "rcs/node/log_source.h"
+#include "tools/rcs/command.h"
+#include "tools/rcs/evaluation_tables.h"
+#include "tools/rcs/files.h"
+#include "tools/rcs/terminal.h"
+
+namespace rcs::tools {
+namespace {
+
+constexpr std::string_view kName = "replay";
+/// After the last event: so that the work under way is finished.
+constexpr Duration kTail = std::chrono::seconds(1);
+
+/// A part of a log, until somebody wants it to stop.
+class PartOfLog final : public EventSource {
+ public:
+  /// @param from, to  after the source's first event
+  PartOfLog(EventSource* source, Duration from, Duration to, const LogReader* reader)
+      : source_(source), reader_(reader), progress_(kName, reader->size_bytes()) {
+    const Stamp first = source_->peek();
+    if (first == Stamp::max()) return;
+    to_ = to < Stamp::max() - first ? first + to : Stamp::max();
+    SourceEvent passed_over;
+    while (source_->peek() < first + from) source_->take(&passed_over);
+  }
+
+  [[nodiscard]] Stamp peek() override {
+    const Stamp due = source_->peek();
+    return due < to_ && !interrupt_.requested() ? due : Stamp::max();
+  }
+  void take(SourceEvent* event) override {
+    source_->take(event);
+    progress_.at(reader_->position_bytes());
+  }
+
+  [[nodiscard]] bool interrupted() const { return interrupt_.requested(); }
+
+ private:
+  EventSource* source_;
+  const LogReader* reader_;
+  Stamp to_ = Stamp::max();
+  InterruptGuard interrupt_;
+  Progress progress_;
+};
+
+class Replay final : public Command {
+ public:
+  explicit Replay(CLI::App* rcs)
+      : Command(
+            rcs->add_subcommand("replay", "A log's sensor data through SP and WM, in lockstep")) {
+    app()
+        ->add_option("CONFIG", config_, "the vehicle's configuration (TOML)")
+        ->required()
+        ->check(CLI::ExistingFile);
+    app()
+        ->add_option("LOG", log_, "with sensor channels; its SP_* and WM_* are passed over")
+        ->required()
+        ->check(CLI::ExistingFile);
+    app()->add_option("-o,--out", out_, "log of what SP and WM say, and of SIM_TRUTH")->required();
+    app()
+        ->add_option("--without", without_, "sensor channels to be withheld; separated by commas")
+        ->delimiter(',')
+        ->check(CLI::IsMember(std::vector<std::string>(kSensors.begin(), kSensors.end())));
+    app()
+        ->add_option("--from", from_s_, "seconds after the log's first sensor event")
+        ->check(CLI::NonNegativeNumber);
+    app()->add_option("--to", to_s_, "likewise; not included")->check(CLI::NonNegativeNumber);
+    app()->add_flag("--json", json_, "figures as JSON");
+    app()->footer(
+        "One thread, driven by the log: the same input gives the same bytes in OUT (compare by\n"
+        "sha256sum). Stopwatch values go to OUT.timing, which differs from run to run.\n"
+        "Examples:\n"
+        "  rcs replay config/kitti.toml kitti.log -o out/kitti.log && sha256sum out/kitti.log\n"
+        "  rcs replay config/demo3.toml run.log -o ins.log --without LADAR_RANGES,ODOMETRY");
+  }
+
+  int run() override {
+    OutputFile out(out_);
+    OutputFile timing(out_ + ".timing");
+    Outcome done = replay(out.temporary_path(), timing.temporary_path());
+    if (done) done = timing.commit();
+    if (done) done = out.commit();
+    if (!done) return fail(kName, done.error());
+    return summarize_run();
+  }
+
+ private:
+  static constexpr std::array<const char*, 5> kSensors = {channel::kLadarRanges,
+                                                          channel::kLadarPoints, channel::kIns,
+                                                          channel::kGpsFix, channel::kOdometry};
+
+  [[nodiscard]] Outcome replay(const std::string& out_path, const std::string& timing_path) const {
+    const Result<ParamFile> params = ParamFile::load(config_);
+    if (!params) return params.error();
+    Result<LogReader> reader = LogReader::open(log_);
+    if (!reader) return reader.error();
+    Result<LogWriter> writer = LogWriter::create(out_path);
+    if (!writer) return writer.error();
+    const Result<std::unique_ptr<TimingFile>> timing = TimingFile::create(timing_path);
+    if (!timing) return timing.error();
+
+    LocalBus bus;
+    LogRecorder recorder(&writer.value(), {kSensors.begin(), kSensors.end()});
+    bus.set_tap(&recorder);
+    const Result<std::unique_ptr<Node>> sp = sp::make_sp_node(*params, &bus);
+    if (!sp) return sp.error();
+    const Result<std::unique_ptr<Node>> wm = wm::make_wm_node(*params, &bus);
+    if (!wm) return wm.error();
+
+    LogSource whole(&reader.value(), fed_channels());
+    RunReport report;
+    {
+      PartOfLog source(&whole, from_seconds(from_s_), to(), &reader.value());
+      LockstepTimeline timeline(&bus, &source, kTail);
+      report = rcs::run({sp->get(), wm->get()}, timeline, timing->get());
+      if (source.interrupted()) return Error{"interrupted"};
+    }
+    if (!reader->health().good()) {
+      fmt::print(stderr, "rcs replay: {}: {}\n", log_, reader->health().summary());
+    }
+    if (whole.clock_jumps() > 0) {
+      fmt::print(stderr, "rcs replay: {}: the log's clock jumps {} times\n", log_,
+                 whole.clock_jumps());
+    }
+    if (whole.fed() == 0) return Error{log_ + ": no sensor data in what was asked for"};
+    fmt::print(stderr, "{}", report.text());
+    if (const Outcome closed = (*timing)->close(); !closed) return closed;
+    return writer->close();
+  }
+
+  [[nodiscard]] Duration to() const { return to_s_ < 1e12 ? from_seconds(to_s_) : Duration::max(); }
+
+  [[nodiscard]] std::vector<std::string> fed_channels() const {
+    std::vector<std::string> fed = {channel::kSimTruth};
+    for (const char* sensor : kSensors) {
+      if (std::find(without_.begin(), without_.end(), sensor) == without_.end()) {
+        fed.emplace_back(sensor);
+      }
+    }
+    return fed;
+  }
+
+  [[nodiscard]] int summarize_run() const {
+    const Result<RunLog> run = read_run(out_);
+    if (!run) return fail(kName, run.error());
+    const RunFigures figures = run_figures(*run);
+    if (json_) {
+      fmt::print("{}\n", to_json(figures).dump(2));
+    } else {
+      fmt::print(stderr, "\n{}\n{}", to_text(scan_table(figures)), to_text(latency_table(figures)));
+    }
+    return kExitOk;
+  }
+
+  std::string config_;
+  std::string log_;
+  std::string out_;
+  std::vector<std::string> without_;
+  double from_s_ = 0.0;
+  double to_s_ = std::numeric_limits<double>::infinity();
+  bool json_ = false;
+};
+
+}  // namespace
+
+void add_replay_command(CLI::App* rcs, Commands* commands) {
+  commands->push_back(std::make_unique<Replay>(rcs));
+}
+
+}  // namespace rcs::tools
