@@ -7,6 +7,12 @@ namespace {
 
 constexpr std::size_t kMaxWaiting = 64;
 
+/// Takes from `owed` what may be paid now, at most `limit`.
+Vec3 pay(double limit, const Vec3& owed) {
+  const double n = owed.norm();
+  return n > limit ? Vec3(owed * (limit / n)) : owed;
+}
+
 }  // namespace
 
 Estimator::Estimator(const WmParams& params, const std::optional<Geodetic>& datum)
@@ -27,6 +33,7 @@ void Estimator::start(const Belief& belief, double gravity) {
   const Earth earth = datum_ ? earth_at(datum_->datum()) : Earth{gravity, Vec3::Zero()};
   history_.amend(earth, [](FilterState*) {});
   started_ = true;
+  local_stamp_ = belief.x.stamp;
 }
 
 Reason Estimator::add(const ImuSample& imu) {
@@ -72,19 +79,25 @@ Reason Estimator::add(const Measurement& m) {
     out_of_range_ = 0;
     return reason;
   }
+  if (out_of_range_ == 0) first_out_of_range_ = m.stamp;
   if (++out_of_range_ < params_.history.clock_step_count) return reason;
   step_clock(m.stamp);
   return history_.insert(m);
 }
 
-/// Not one source was in range for long: time itself has stepped, or nothing came for long. The
-/// belief goes on there; what happened in between is as unknown as a second without any sensor.
+/// Not one source was in range for long: time itself has stepped, or nothing came for long; stamps
+/// alone cannot tell. Forward, the time is taken for real, so that the covariance is honest either
+/// way; backward, only what the refused inputs' own stamps say has passed.
 void Estimator::step_clock(Stamp to) {
-  constexpr Duration kUnknown = from_milliseconds(1000.0);
+  constexpr Duration kLongest = std::chrono::seconds(60);
+  const Duration refused = to - first_out_of_range_;
   fuse();
   FilterState state = history_.head();
   Memory& m = state.memory;
-  const Duration step = to - kUnknown - state.belief.x.stamp;
+  const Duration forward = to - state.belief.x.stamp;
+  const Duration passed =
+      std::clamp(forward > Duration::zero() ? forward : refused, Duration::zero(), kLongest);
+  const Duration step = forward - passed;
   state.belief.x.stamp += step;
   for (SourceRecord& record : m.sources) {
     if (record.accepted != Stamp::min()) record.accepted += step;
@@ -94,6 +107,7 @@ void Estimator::step_clock(Stamp to) {
   Innovations none;
   advance(history_.model(), to, nullptr, &state, &none);
   history_.restart(state);
+  local_stamp_ = to;
   waiting_.clear();
   heading_.clear();
   newest_imu_ = Stamp::min();
@@ -105,6 +119,22 @@ void Estimator::fuse() {
   if (!started_) return;
   history_.fuse(&innovations_);
   if (!history_.head().memory.anchored) find_heading();
+  move_local();
+}
+
+void Estimator::move_local() {
+  const FilterState& head = history_.head();
+  const Duration dt = head.belief.x.stamp - local_stamp_;
+  if (dt <= Duration::zero()) return;
+  const Memory& then = history_.at(local_stamp_).memory;
+  local_stamp_ = head.belief.x.stamp;
+  T_local_vehicle_ =
+      T_local_vehicle_ * (then.T_path_vehicle.inverse() * head.memory.T_path_vehicle);
+  const Vec6 owed = log_se3(T_local_vehicle_.inverse() * head.memory.T_local_vehicle);
+  Vec6 paid;
+  paid.head<3>() = pay(params_.local.slew_mps * seconds(dt), owed.head<3>());
+  paid.tail<3>() = pay(params_.local.slew_radps * seconds(dt), owed.tail<3>());
+  T_local_vehicle_ = T_local_vehicle_ * exp_se3(paid);
 }
 
 /// The fixes of the newest second wait in the history; once the heading is known the oldest state

@@ -37,6 +37,10 @@ class Estimator {
   /// The newest; read it when started().
   [[nodiscard]] const FilterState& state() const { return history_.head(); }
   [[nodiscard]] Mode mode() const;
+  /// The smooth pose: the belief's own motion from call to call, which late data cannot change any
+  /// more, pulled towards Memory::T_local_vehicle at a bounded rate. GPS and the a priori map do
+  /// not move it.
+  [[nodiscard]] const Pose& T_local_vehicle() const { return T_local_vehicle_; }
   /// Origin of the world once the belief is anchored to it.
   [[nodiscard]] const std::optional<LocalFrame>& datum() const { return datum_; }
   /// Times that all clocks were found to have stepped.
@@ -55,6 +59,7 @@ class Estimator {
   void start(const Belief& belief, double gravity);
   void find_heading();
   void step_clock(Stamp to);
+  void move_local();
 
   WmParams params_;
   std::optional<LocalFrame> datum_;
@@ -64,8 +69,11 @@ class Estimator {
   std::vector<WaitingFix> waiting_;  ///< for the heading, of which the state is not fused yet
   std::vector<Innovation> innovations_;
   bool started_ = false;
+  Pose T_local_vehicle_;
+  Stamp local_stamp_ = Stamp::min();
   Stamp newest_imu_ = Stamp::min();
   int out_of_range_ = 0;  ///< inputs refused for their stamps since one was taken
+  Stamp first_out_of_range_ = Stamp::min();
   int clock_steps_ = 0;
 };
 

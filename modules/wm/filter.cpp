@@ -6,36 +6,16 @@
 namespace rcs::wm {
 namespace {
 
-/// Takes from `owed` what may be paid now, at most `limit`.
-Vec3 pay(double limit, Eigen::Ref<Vec3> owed) {
-  const double n = owed.norm();
-  const Vec3 paid = n > limit ? Vec3(owed * (limit / n)) : Vec3(owed);
-  owed -= paid;
-  return paid;
-}
-
-/// The local pose follows the belief's own motion, and pays off LADAR corrections at a bounded
-/// rate.
-void move_local(const LocalFrameParams& params, const Pose& before, const Pose& after, double dt,
-                Memory* m) {
-  const Pose step = before.inverse() * after;
-  m->T_local_vehicle = m->T_local_vehicle * step;
-  if (m->slew.isZero(0.0)) return;
-  m->slew = adjoint(step.inverse()) * m->slew;
-  Vec6 paid;
-  paid.head<3>() = pay(params.slew_mps * dt, m->slew.head<3>());
-  paid.tail<3>() = pay(params.slew_radps * dt, m->slew.tail<3>());
-  m->T_local_vehicle = m->T_local_vehicle * exp_se3(paid);
-}
-
 void after_prediction(const Model& model, const NavState& before, FilterState* s) {
   const NavState& x = s->belief.x;
   Memory& m = s->memory;
   const double dt = seconds(x.stamp - before.stamp);
-  move_local(model.params.local, before.T_world_vehicle, x.T_world_vehicle, dt, &m);
+  const Pose step = before.T_world_vehicle.inverse() * x.T_world_vehicle;
+  m.T_path_vehicle = m.T_path_vehicle * step;
+  m.T_local_vehicle = m.T_local_vehicle * step;
   // The noise of a standing vehicle's position is not a distance.
   if (x.v_world.norm() > model.params.stillness.speed_mps) {
-    m.distance_m += (x.T_world_vehicle.p - before.T_world_vehicle.p).norm();
+    m.distance_m += step.p.norm();
   }
   m.accel_vehicle = x.T_world_vehicle.q.conjugate() * ((x.v_world - before.v_world) / dt);
 }
@@ -145,7 +125,7 @@ void advance(const Model& model, Stamp to, const ImuSample* next_imu, FilterStat
   records->add(i);
   if (f.reason != Reason::kAccepted) return;
   s->belief = f.belief;
-  record = {imu.stamp, m.distance_m, 0, Vec3::Zero()};
+  record = {imu.stamp, m.distance_m};
 }
 
 void count_reset(const ModeParams& params, const Pose& before, FilterState* s) {

@@ -60,6 +60,7 @@ struct SourceRecord {
   Stamp accepted = Stamp::min();  ///< newest accepted
   double distance_m = 0.0;        ///< driven until then
   int refused = 0;                ///< in a row since
+  int agreeing = 0;               ///< of these, in a row with residuals that agree
   Vec3 refused_r = Vec3::Zero();  ///< residual of the newest refused
 };
 
@@ -72,8 +73,8 @@ struct Memory {
   double odometry_mps = 0.0;          ///< newest accepted
   double distance_m = 0.0;            ///< driven
   bool anchored = false;              ///< the world is the datum's: absolute measurements count
-  Pose T_local_vehicle;
-  Vec6 slew = Vec6::Zero();  ///< LADAR correction that the local pose still owes, vehicle axes
+  Pose T_path_vehicle;                ///< composition of the predicted body increments alone
+  Pose T_local_vehicle;  ///< the same with the LADAR's corrections; steps at each of them
   int world_resets = 0;
   double last_reset_m = 0.0;
   double last_reset_rad = 0.0;

@@ -44,7 +44,7 @@ class Fuser {
 void Fuser::note(const Innovation& i) {
   SourceRecord& record = s_.memory.of(i.source);
   if (i.reason == Reason::kAccepted) {
-    record = {stamp(), s_.memory.distance_m, 0, Vec3::Zero()};
+    record = {stamp(), s_.memory.distance_m};
   } else if (i.reason == Reason::kGate || i.reason == Reason::kEpoch) {
     ++record.refused;
     record.refused_r = i.r.head<3>();
@@ -63,7 +63,8 @@ Reason Fuser::fuse(Source source, const Residual<M>& z, double gate) {
     const Pose before = s_.belief.x.T_world_vehicle;
     s_.belief = f.belief;
     if (source == Source::kRolling) {
-      s_.memory.slew += log_se3(before.inverse() * s_.belief.x.T_world_vehicle);
+      s_.memory.T_local_vehicle =
+          s_.memory.T_local_vehicle * (before.inverse() * s_.belief.x.T_world_vehicle);
     }
     count_reset(model_.params.modes, before, &s_);
   }
@@ -136,16 +137,21 @@ void Fuser::operator()(const GpsFix& z) {
   const Residual<3> position = gps_position(s_.belief.x, z, params);
   if (fuse(Source::kGpsPosition, position) == Reason::kGate) {
     // Refused fixes that agree with one another along the motion since: it is the belief that is
-    // off (an outage longer than its covariance knows), and it must not refuse them for ever.
+    // off (an outage longer than its covariance knows), and it must not refuse them for ever. Not
+    // even when they do not agree: then its velocity is wrong as well.
+    constexpr int kWithoutAgreement = 5;
     SourceRecord& record = s_.memory.of(Source::kGpsPosition);
-    const double sigma = z.sigma_m.maxCoeff();
-    const bool agrees = (position.r - last.refused_r).norm() < 4.5 * sigma + 0.1;
-    if (last.refused > 0 && !agrees) record.refused = 1;
-    if (record.refused >= params.refused_until_reset) {
+    const bool agrees =
+        last.refused > 0 && (position.r - last.refused_r).norm() < 4.5 * z.sigma_m.maxCoeff() + 0.1;
+    record.agreeing = agrees ? last.agreeing + 1 : 1;
+    const bool lost = record.refused >= kWithoutAgreement * params.refused_until_reset;
+    if (record.agreeing >= params.refused_until_reset || lost) {
       const double off = position.r.norm();
       const double driven = std::max(10.0, s_.memory.distance_m - last.distance_m);
       s_.belief =
           loosen_world(s_.belief, position.r.cwiseAbs() + z.sigma_m, std::min(0.3, off / driven));
+      const double sigma_v = model_.params.align.speed_sigma_mps;
+      if (lost) s_.belief.P.diagonal().segment<3>(kVelocity).array() += sigma_v * sigma_v;
       --records_.count;  // one record a measurement: the refusal is taken back
       fuse(Source::kGpsPosition, gps_position(s_.belief.x, z, params), kNoGate);
     }

@@ -241,11 +241,11 @@ void WmNode::fill_belief(const FilterState& s) {
   m.utime = to_utime(x.stamp);
 
   // Without an anchor nothing absolute leaves: the world is the local frame.
-  const Pose& T_out_vehicle = memory.anchored ? x.T_world_vehicle : memory.T_local_vehicle;
+  const Pose& T_out_vehicle = memory.anchored ? x.T_world_vehicle : estimator_.T_local_vehicle();
   const Mat3 R_out_world = (T_out_vehicle.q * x.T_world_vehicle.q.conjugate()).toRotationMatrix();
   m.world_valid = memory.anchored ? 1 : 0;
   to_message(T_out_vehicle, m.q_world_vehicle, m.p_world_vehicle_m);
-  to_message(memory.T_local_vehicle, m.q_local_vehicle, m.p_local_vehicle_m);
+  to_message(estimator_.T_local_vehicle(), m.q_local_vehicle, m.p_local_vehicle_m);
   to_message(Vec3(R_out_world * x.v_world), m.v_world_mps);
   const Mat3 cov_v = s.belief.P.block<3, 3>(kVelocity, kVelocity);
   to_message<3>(R_out_world * cov_v * R_out_world.transpose(), m.cov_v_world);

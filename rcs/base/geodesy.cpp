@@ -14,10 +14,14 @@ namespace {
 Vec3 to_ecef(const Geodetic& g, Mat3* R_ecef_enu) {
   const GeographicLib::Geocentric& earth = GeographicLib::Geocentric::WGS84();
   Vec3 p;
+  if (R_ecef_enu == nullptr) {  // the form that allocates nothing
+    earth.Forward(degrees(g.lat_rad), degrees(g.lon_rad), g.height.m, p.x(), p.y(), p.z());
+    return p;
+  }
   std::vector<double> m(9);
   earth.Forward(degrees(g.lat_rad), degrees(g.lon_rad), g.height.m, p.x(), p.y(), p.z(), m);
   // GeographicLib gives the rotation enu -> ecef by rows.
-  if (R_ecef_enu != nullptr) *R_ecef_enu = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>(m.data());
+  *R_ecef_enu = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>(m.data());
   return p;
 }
 

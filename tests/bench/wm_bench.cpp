@@ -1,0 +1,90 @@
+// Cost of WM's steps. wm_bench --benchmark_repetitions=10
+#include <benchmark/benchmark.h>
+
+#include <limits>
+
+#include "tests/wm/synthetic.h"
+
+namespace rcs::wm {
+namespace {
+
+Belief some_belief() {
+  WmParams params;
+  Belief b = initial_belief(params, from_utime(1'000'000));
+  b.x.v_world = Vec3(8.0, 0.0, 0.0);
+  b.x.inertial = true;
+  return start_epoch(b, {exp_so3(Vec3(0.0, 0.0, 1.0)), Vec3(30.0, 5.0, 1.0)}, 1);
+}
+
+void predict_inertial(benchmark::State& state) {
+  const Belief b = some_belief();
+  const ImuSample imu{b.x.stamp + Duration(5'000), Duration(5'000), Vec3(0.001, 0.002, 0.003),
+                      Vec3(0.01, 0.0, 0.049)};
+  const WmParams params;
+  const Earth earth = earth_at(test_datum());
+  for (auto _ : state) benchmark::DoNotOptimize(predict(b, imu, earth, params.ins, params.drive));
+}
+BENCHMARK(predict_inertial);
+
+void predict_coasting(benchmark::State& state) {
+  const Belief b = some_belief();
+  const WmParams params;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(
+        predict(b, b.x.stamp + Duration(100'000), params.motion, params.ins, params.drive));
+  }
+}
+BENCHMARK(predict_coasting);
+
+void update_gps(benchmark::State& state) {
+  const Belief b = some_belief();
+  const GpsParams params;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(update(b, gps_position(b.x, GpsFix{}, params), 1e9));
+  }
+}
+BENCHMARK(update_gps);
+
+void update_rolling(benchmark::State& state) {
+  const Belief b = some_belief();
+  const RollingMatch z{T_rolling_vehicle(b.x), 1e5 * Mat6::Identity(), 1, false};
+  const RegistrationParams params;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(update(b, rolling_match(b.x, z, params), 1e9));
+  }
+}
+BENCHMARK(update_rolling);
+
+/// A scan that is 100 ms late at 200 Hz of INS: what is fused again for it.
+void late_scan(benchmark::State& state) {
+  WmParams params;
+  DriveScript script;
+  script.imu_hz = 200.0;
+  script.length_s = 20.0;
+  const std::vector<Truth> truth = make_drive(script);
+  Sensors sensors(truth, params, {});
+  Estimator estimator(params, test_datum());
+  for (std::size_t i = 1; i < truth.size(); ++i) {
+    estimator.add(sensors.imu(i));
+    if (i % 20 == 0) estimator.add(truth[i].stamp, sensors.scan(i));
+    if (i % 40 == 0) estimator.add(truth[i].stamp, sensors.gps(i));
+    estimator.fuse();
+    estimator.clear_innovations();
+  }
+  std::int64_t k = 0;
+  const Stamp late = truth.back().stamp - Duration(100'000);
+  const RollingMatch scan{T_rolling_vehicle(estimator.state().belief.x), 1e2 * Mat6::Identity(), 1,
+                          false};
+  // Only some hundred fit before the ring is full of them.
+  for (auto _ : state) {
+    estimator.add(late + Duration(++k), scan);
+    estimator.fuse();
+    estimator.clear_innovations();
+  }
+}
+BENCHMARK(late_scan)->Iterations(50);
+
+}  // namespace
+}  // namespace rcs::wm
+
+BENCHMARK_MAIN();

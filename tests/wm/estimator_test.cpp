@@ -1,0 +1,341 @@
+// The estimator on synthetic drives: consistency, start-up from whatever exists, outages, bad data.
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <cmath>
+
+#include "modules/wm/estimator.h"
+#include "tests/support/heap_guard.h"
+#include "tests/wm/synthetic.h"
+
+namespace rcs::wm {
+namespace {
+
+struct Experiment {
+  bool ins = true, gps = true, ladar = true, odometry = false;
+  double outage_from_s = 1e9, outage_to_s = 1e9;
+  DriveScript drive;
+  SensorScript sensors;
+  WmParams params;
+};
+
+struct Score {
+  double nees_pose = 0.0;      ///< mean per degree of freedom, position and attitude
+  double error_m = 0.0;        ///< of position, at the end
+  double worst_error_m = 0.0;  ///< once anchored
+  double heading_error_rad = 0.0;
+  double sigma_m = 0.0;  ///< horizontal, at the end
+  int refused = 0, accepted = 0;
+  int resets = 0;
+  bool anchored = false;
+  Mode mode = Mode::kAlign;
+  int samples = 0;
+};
+
+Score run(const Experiment& experiment) {
+  const std::vector<Truth> truth = make_drive(experiment.drive);
+  Sensors sensors(truth, experiment.params, experiment.sensors);
+  Estimator estimator(experiment.params, test_datum());
+  Score score;
+  for (std::size_t i = 1; i < truth.size(); ++i) {
+    const Stamp now = truth[i].stamp;
+    const double t = seconds(now - truth[0].stamp);
+    if (experiment.ins) estimator.add(sensors.imu(i));
+    const bool outage = t >= experiment.outage_from_s && t < experiment.outage_to_s;
+    if (i % 20 == 0) {
+      const GeodeticFix fix = sensors.gps(i);
+      if (experiment.gps && !outage) estimator.add(now, fix);
+    }
+    if (experiment.ladar && i % 10 == 0) estimator.add(now, sensors.scan(i));
+    if (experiment.odometry && i % 5 == 0) estimator.add(now, sensors.odometry(i));
+    if (i % 10 != 0) continue;
+    estimator.fuse();
+    for (const Innovation& k : estimator.innovations()) {
+      (k.reason == Reason::kGate ? score.refused : score.accepted) += 1;
+    }
+    estimator.clear_innovations();
+    if (!estimator.started()) continue;
+    const FilterState& s = estimator.state();
+    const Truth& at = truth[i];
+    if (s.belief.x.stamp != at.stamp) continue;
+    const Pose& T = s.belief.x.T_world_vehicle;
+    const Vec6 e = log_se3(T.inverse() * at.T_world_vehicle);
+    if (s.memory.anchored) score.worst_error_m = std::max(score.worst_error_m, e.head<3>().norm());
+    if (s.memory.anchored && i % 100 == 0) {
+      score.nees_pose += e.dot(world_pose_covariance(s.belief).llt().solve(e)) / 6.0;
+      ++score.samples;
+    }
+  }
+  score.nees_pose /= std::max(1, score.samples);
+  const FilterState& s = estimator.state();
+  const Pose& T = s.belief.x.T_world_vehicle;
+  score.error_m = (T.p - truth.back().T_world_vehicle.p).norm();
+  score.heading_error_rad =
+      std::abs(wrap_angle(yaw_of(T.q) - yaw_of(truth.back().T_world_vehicle.q)));
+  score.sigma_m = std::sqrt(s.belief.P(0, 0) + s.belief.P(1, 1));
+  score.resets = s.memory.world_resets;
+  score.anchored = s.memory.anchored;
+  score.mode = estimator.mode();
+  return score;
+}
+
+/// Mean over seeds.
+double mean_nees(Experiment experiment, unsigned seeds) {
+  double sum = 0.0;
+  for (unsigned seed = 1; seed <= seeds; ++seed) {
+    experiment.sensors.seed = seed;
+    const Score score = run(experiment);
+    EXPECT_TRUE(score.anchored);
+    sum += score.nees_pose / seeds;
+  }
+  ::testing::Test::RecordProperty("nees", std::to_string(sum));
+  std::printf("mean NEES per degree of freedom over %u seeds: %.2f\n", seeds, sum);
+  return sum;
+}
+
+TEST(Consistency, AllSources) {
+  const double nees = mean_nees({}, 12);
+  EXPECT_GT(nees, 0.5);
+  EXPECT_LT(nees, 1.5);
+}
+
+TEST(Consistency, InsAndGps) {
+  Experiment experiment;
+  experiment.ladar = false;
+  const double nees = mean_nees(experiment, 12);
+  EXPECT_GT(nees, 0.5);
+  EXPECT_LT(nees, 1.5);
+}
+
+TEST(Consistency, GpsOutage) {
+  Experiment experiment;
+  experiment.outage_from_s = 30.0;
+  experiment.drive.length_s = 90.0;
+  const double nees = mean_nees(experiment, 12);
+  EXPECT_GT(nees, 0.5);
+  EXPECT_LT(nees, 1.5);
+}
+
+TEST(Consistency, LadarAndGpsWithoutIns) {
+  Experiment experiment;
+  experiment.ins = false;
+  const double nees = mean_nees(experiment, 12);
+  EXPECT_GT(nees, 0.3);  // the second process model is wide on purpose
+  EXPECT_LT(nees, 1.5);
+}
+
+TEST(Estimator, LadarAloneGivesALocalPoseAndNothingAbsolute) {
+  Experiment experiment;
+  experiment.ins = experiment.gps = false;
+  const Score score = run(experiment);
+  EXPECT_FALSE(score.anchored);
+  EXPECT_EQ(score.mode, Mode::kLadar);
+  EXPECT_EQ(score.refused, 0);
+}
+
+TEST(Estimator, LadarAndGpsFindTheWorldOnceTheVehicleMoves) {
+  Experiment experiment;
+  experiment.ins = false;
+  experiment.drive.still_s = 0.0;
+  experiment.drive.length_s = 12.0;  // about what the KITTI drive has
+  experiment.sensors.gps_sigma_m = 0.1;
+  const Score score = run(experiment);
+  EXPECT_TRUE(score.anchored);
+  EXPECT_EQ(score.mode, Mode::kGpsLadar);
+  EXPECT_LT(score.error_m, 0.5);
+  EXPECT_LT(score.heading_error_rad, radians(2.0));
+}
+
+TEST(Estimator, ARegistrationHoldsTheVehicleThroughAnOutage) {
+  Experiment experiment;
+  experiment.outage_from_s = 40.0;
+  experiment.drive.length_s = 100.0;
+  const Score with_ladar = run(experiment);
+  experiment.ladar = false;
+  const Score alone = run(experiment);
+  EXPECT_EQ(with_ladar.mode, Mode::kInsLadar);
+  EXPECT_EQ(alone.mode, Mode::kInsDeadReckoning);
+  std::printf("60 s without GPS: %.2f m with LADAR (sigma %.2f), %.2f m without (sigma %.2f)\n",
+              with_ladar.error_m, with_ladar.sigma_m, alone.error_m, alone.sigma_m);
+  EXPECT_LT(with_ladar.error_m, 3.0);
+  EXPECT_LT(with_ladar.sigma_m, alone.sigma_m);
+  EXPECT_LT(alone.error_m, 4.0 * alone.sigma_m);
+}
+
+TEST(Estimator, OdometryBoundsDeadReckoning) {
+  Experiment experiment;
+  experiment.ladar = false;
+  experiment.outage_from_s = 40.0;
+  experiment.drive.length_s = 100.0;
+  const Score without = run(experiment);
+  experiment.odometry = true;
+  const Score with = run(experiment);
+  EXPECT_LT(with.sigma_m, without.sigma_m);
+  EXPECT_LT(with.error_m, 4.0 * with.sigma_m);
+}
+
+/// A vehicle that stands where every scan is matched to the a priori map.
+TEST(Estimator, StandingStillDoesNotMakeTheMapCertain) {
+  WmParams params;
+  DriveScript script;
+  script.still_s = 1e6;
+  script.length_s = 300.0;
+  const std::vector<Truth> truth = make_drive(script);
+  Sensors sensors(truth, params, {});
+  FilterState state;
+  state.belief = initial_belief(params, truth[0].stamp);
+  state.belief.x.T_world_vehicle = truth[0].T_world_vehicle;
+  state.belief.x.inertial = true;
+  state.belief = loosen_world(state.belief, Vec3::Constant(10.0), 0.1);
+  state.memory.anchored = true;
+  state.memory.ins_stamp = truth[0].stamp;
+  History history{Model(params)};
+  history.restart(state);
+  history.amend(earth_at(test_datum()), [](FilterState*) {});
+  std::vector<Innovation> records;
+  records.reserve(100000);
+  const Vec3 map_offset(0.7, -0.4, 0.3);
+  for (std::size_t i = 1; i < truth.size(); ++i) {
+    history.insert({truth[i].stamp, sensors.imu(i)});
+    if (i % 10 == 0) history.insert({truth[i].stamp, sensors.prior(i, map_offset)});
+    history.fuse(&records);
+  }
+  const Belief& b = history.head().belief;
+  const double sigma = std::sqrt(b.P(kPosition, kPosition));
+  EXPECT_GT(sigma, 0.9 * params.drive.map_sigma_m * 0.7);
+  const Vec3 error = b.x.T_world_vehicle.p - truth.back().T_world_vehicle.p;
+  EXPECT_LT(error.norm(), 4.0 * sigma);
+}
+
+TEST(Estimator, GoodFixesAreNotRefusedForEver) {
+  // GIVEN an outage after which the belief is off by far more than it knows
+  Experiment experiment;
+  experiment.drive.length_s = 60.0;
+  const std::vector<Truth> truth = make_drive(experiment.drive);
+  Sensors sensors(truth, experiment.params, {});
+  Estimator estimator(experiment.params, test_datum());
+  const LocalFrame frame(test_datum());
+  int refused = 0, accepted_after = 0;
+  for (std::size_t i = 1; i < truth.size(); ++i) {
+    estimator.add(sensors.imu(i));
+    const double t = seconds(truth[i].stamp - truth[0].stamp);
+    if (i % 10 == 0) estimator.add(truth[i].stamp, sensors.scan(i));
+    if (i % 20 == 0) {
+      GeodeticFix fix = sensors.gps(i);
+      // ... here: all fixes from 30 s on are 30 m to the east of those before.
+      const Vec3 p = frame.to_world(fix.antenna) + Vec3(t > 30.0 ? 30.0 : 0.0, 0.0, 0.0);
+      fix.antenna = frame.to_geodetic(p);
+      estimator.add(truth[i].stamp, fix);
+    }
+    estimator.fuse();
+    for (const Innovation& k : estimator.innovations()) {
+      if (k.source != Source::kGpsPosition || t <= 30.0) continue;
+      if (k.reason == Reason::kGate) ++refused;
+      if (k.reason == Reason::kAccepted) ++accepted_after;
+    }
+    estimator.clear_innovations();
+  }
+  // THEN they are refused for a while, then followed in one counted step.
+  EXPECT_EQ(refused, experiment.params.gps.refused_until_reset - 1);
+  EXPECT_GT(accepted_after, 100);
+  const FilterState& s = estimator.state();
+  EXPECT_NEAR(s.belief.x.T_world_vehicle.p.x() - truth.back().T_world_vehicle.p.x(), 30.0, 3.0);
+  EXPECT_GE(s.memory.world_resets, 2);  // the anchor and this one
+  EXPECT_GT(s.memory.last_reset_m, 20.0);
+}
+
+TEST(Estimator, TheLocalPoseNeverSteps) {
+  Experiment experiment;
+  const std::vector<Truth> truth = make_drive(experiment.drive);
+  Sensors sensors(truth, experiment.params, {});
+  Estimator estimator(experiment.params, test_datum());
+  const LocalFrame frame(test_datum());
+  Pose before;
+  double largest_m = 0.0;
+  for (std::size_t i = 1; i < truth.size(); ++i) {
+    estimator.add(sensors.imu(i));
+    if (i % 10 == 0) estimator.add(truth[i].stamp, sensors.scan(i));
+    if (i % 20 == 0) estimator.add(truth[i].stamp, sensors.gps(i));
+    estimator.fuse();
+    estimator.clear_innovations();
+    if (!estimator.started()) continue;
+    const Pose step = before.inverse() * estimator.T_local_vehicle();
+    const Pose moved = truth[i - 1].T_world_vehicle.inverse() * truth[i].T_world_vehicle;
+    largest_m = std::max(largest_m, (step.p - moved.p).norm());
+    before = estimator.T_local_vehicle();
+  }
+  EXPECT_LT(largest_m, 0.02);  // of a step of 8 cm in 10 ms, with a velocity error of decimetres/s
+}
+
+TEST(Estimator, AClockThatStepsForAllIsFollowed) {
+  for (const double step_s : {+40.0, -40.0}) {
+    Experiment experiment;
+    experiment.drive.length_s = 40.0;
+    const std::vector<Truth> truth = make_drive(experiment.drive);
+    Sensors sensors(truth, experiment.params, {});
+    Estimator estimator(experiment.params, test_datum());
+    for (std::size_t i = 1; i < truth.size(); ++i) {
+      const Duration shift = i > 2000 ? from_seconds(step_s) : Duration::zero();
+      ImuSample imu = sensors.imu(i);
+      imu.stamp += shift;
+      estimator.add(imu);
+      if (i % 10 == 0) estimator.add(truth[i].stamp + shift, sensors.scan(i));
+      if (i % 20 == 0) estimator.add(truth[i].stamp + shift, sensors.gps(i));
+      estimator.fuse();
+      estimator.clear_innovations();
+    }
+    EXPECT_EQ(estimator.clock_steps(), 1);
+    EXPECT_EQ(estimator.mode(), Mode::kGpsInsLadar);
+    EXPECT_EQ(estimator.state().belief.x.stamp, truth.back().stamp + from_seconds(step_s));
+    EXPECT_LT(
+        (estimator.state().belief.x.T_world_vehicle.p - truth.back().T_world_vehicle.p).norm(),
+        2.0);
+  }
+}
+
+TEST(Estimator, OneStampFromTheFutureIsRefused) {
+  Experiment experiment;
+  experiment.drive.length_s = 10.0;
+  const std::vector<Truth> truth = make_drive(experiment.drive);
+  Sensors sensors(truth, experiment.params, {});
+  Estimator estimator(experiment.params, test_datum());
+  for (std::size_t i = 1; i < truth.size(); ++i) {
+    estimator.add(sensors.imu(i));
+    if (i == 700) {
+      ImuSample odd = sensors.imu(i);
+      odd.stamp += std::chrono::seconds(3600);
+      EXPECT_EQ(estimator.add(odd), Reason::kInvalid);
+    }
+    estimator.fuse();
+  }
+  EXPECT_EQ(estimator.state().belief.x.stamp, truth.back().stamp);
+  EXPECT_EQ(estimator.clock_steps(), 0);
+}
+
+TEST(Estimator, DoesNotAllocateOnceItRuns) {
+  if (!test::HeapGuard::available()) GTEST_SKIP() << "a sanitizer owns malloc";
+  Experiment experiment;
+  const std::vector<Truth> truth = make_drive(experiment.drive);
+  Sensors sensors(truth, experiment.params, {});
+  Estimator estimator(experiment.params, test_datum());
+  std::int64_t allocations = 0;
+  for (std::size_t i = 1; i < truth.size(); ++i) {
+    const ImuSample imu = sensors.imu(i);
+    const GeodeticFix fix = sensors.gps(i);
+    const RollingMatch scan = sensors.scan(i);
+    const OdometrySample odometry = sensors.odometry(i);
+    const test::HeapGuard guard;
+    estimator.add(imu);
+    if (i % 20 == 0) estimator.add(truth[i].stamp, fix);
+    if (i % 10 == 0) estimator.add(truth[i].stamp, scan);
+    if (i % 5 == 0) estimator.add(truth[i].stamp, odometry);
+    estimator.fuse();
+    estimator.clear_innovations();
+    if (i > 100) allocations += guard.allocations();
+  }
+  EXPECT_TRUE(estimator.state().memory.anchored);
+  EXPECT_EQ(allocations, 0);
+}
+
+}  // namespace
+}  // namespace rcs::wm
