@@ -96,14 +96,25 @@ void RangeImager::render(const World& world, const Trajectory& vehicle, double s
 
   const std::size_t cols = static_cast<std::size_t>(params_.cols);
   shots_.assign(static_cast<std::size_t>(rows) * cols, {0.0, 1.0});
-  for (int col = 0; col < params_.cols; ++col) {
-    const double time_s = shot_time(start_s, col);
-    const Pose T_world_ladar = vehicle.pose_at(time_s) * T_vehicle_ladar(time_s);
-    const Mat3 R = T_world_ladar.rotation();
-    for (int row = 0; row < rows; ++row) {
-      const Ray ray{T_world_ladar.p, R * direction(out->first_row + row, col)};
-      Shot& shot = shots_[static_cast<std::size_t>(row) * cols + static_cast<std::size_t>(col)];
-      shot.range_m = beam_.cast(world, ray, time_s, &shot.cos_incidence);
+  // The pose of every column, by straight lines between poses 0.7 ms apart: off by less than
+  // 0.01 mrad and 0.01 mm for all that a vehicle's body does.
+  constexpr int kColumnsPerPose = 20;
+  Pose next = T_world_ladar(vehicle, start_s);
+  for (int first = 0; first < params_.cols; first += kColumnsPerPose) {
+    const Pose here = next;
+    next = T_world_ladar(vehicle, shot_time(start_s, first + kColumnsPerPose));
+    const Mat3 R = here.rotation();
+    const Mat3 dR = next.rotation() - R;
+    const Vec3 dp = next.p - here.p;
+    for (int col = first; col < std::min(first + kColumnsPerPose, params_.cols); ++col) {
+      const double share = static_cast<double>(col - first) / kColumnsPerPose;
+      const Mat3 R_world_ladar = R + share * dR;
+      const double time_s = shot_time(start_s, col);
+      for (int row = 0; row < rows; ++row) {
+        const Ray ray{here.p + share * dp, R_world_ladar * direction(out->first_row + row, col)};
+        Shot& shot = shots_[static_cast<std::size_t>(row) * cols + static_cast<std::size_t>(col)];
+        shot.range_m = beam_.cast(world, ray, time_s, &shot.cos_incidence);
+      }
     }
   }
   if (beam_.params().half_angle_rad > 0.0) {
@@ -130,13 +141,12 @@ void RangeImager::mix_pixels(const World& world, const Trajectory& vehicle, doub
       if (!edge_left && !is_edge(shot.range_m, right_m)) continue;
 
       const double time_s = shot_time(start_s, col);
-      const Pose T_world_ladar = vehicle.pose_at(time_s) * T_vehicle_ladar(time_s);
+      const Pose T = T_world_ladar(vehicle, time_s);
       const double turn_rad =
           edge_left ? beam_.params().half_angle_rad : -beam_.params().half_angle_rad;
       const Vec3 border = exp_so3(Vec3(0.0, 0.0, turn_rad)) * direction(first_row + row, col);
       double cos_incidence = 1.0;
-      const double border_m =
-          beam_.cast(world, {T_world_ladar.p, T_world_ladar.q * border}, time_s, &cos_incidence);
+      const double border_m = beam_.cast(world, {T.p, T.q * border}, time_s, &cos_incidence);
       if (!is_edge(shot.range_m, border_m)) continue;
       shot.range_m += beam_.random().uniform() * (border_m - shot.range_m);
     }

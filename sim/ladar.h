@@ -120,6 +120,9 @@ class RangeImager {
   [[nodiscard]] double shot_time(double start_s, int col) const {
     return start_s + facet_duration_s() * col / params_.cols;
   }
+  [[nodiscard]] Pose T_world_ladar(const Trajectory& vehicle, double time_s) const {
+    return vehicle.pose_at(time_s) * T_vehicle_ladar(time_s);
+  }
 
   ImagerParams params_;
   Beam beam_;

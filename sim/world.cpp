@@ -77,6 +77,9 @@ class NodeWalk {
     return Tile::object_node(local(i_) << level_, local(j_) << level_);
   }
 
+  /// Moves on within the node.
+  void skip_to(double range) { range_ = std::max(range_, range); }
+
   /// To the child where the ray is.
   void descend() {
     --level_;
@@ -219,6 +222,7 @@ bool World::cast(const Ray& ray, double max_range_m, double time_s, std::uint64_
   const Vec2 direction = ray.direction_world.head<2>() / Tile::kCell_m;
   const double oz = ray.origin_world.z();
   const double dz = ray.direction_world.z();
+  const double inverse_dz = dz < 0.0 ? 1.0 / dz : 0.0;
   const Shot shot{ray, time_s, shot_id};
   hit->range_m = max_range_m;
   bool on_ground = false;
@@ -236,8 +240,10 @@ bool World::cast(const Ray& ray, double max_range_m, double time_s, std::uint64_
     }
     const double exit = walk.exit();
     if (walk.level() > 0) {
-      const double lowest = oz + dz * (dz < 0.0 ? exit : walk.range());
-      if (lowest <= t->maximum[walk.node_index()]) {
+      const double highest = t->maximum[walk.node_index()];
+      if (oz + dz * (dz < 0.0 ? exit : walk.range()) <= highest) {
+        // Down to the node's highest point nothing can be met.
+        if (dz < 0.0) walk.skip_to((highest - oz) * inverse_dz);
         if (walk.level() == Tile::kObjectLevel) meet_objects(*t, walk.object_node(), shot, hit);
         walk.descend();
         continue;
