@@ -93,7 +93,7 @@ struct StillnessParams {
 };
 
 struct AlignParams {
-  Duration level_time = from_milliseconds(2000.0);  ///< stillness to level by, [100, 60000] ms
+  Duration level_time = from_milliseconds(1000.0);  ///< stillness to level by, [100, 60000] ms
   Duration patience = from_milliseconds(10000.0);   ///< then it levels in motion, [100, 600000] ms
   double level_sigma_mps2 = 0.02;                   ///< of the mean specific force at rest, (0, 5]
   double moving_level_sigma_mps2 = 1.0;             ///< the same in motion, (0, 5]

@@ -1,0 +1,312 @@
+// The shell: messages in, messages out, hostile input, configuration.
+#include "modules/wm/wm_node.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "lcmtypes/channels.h"
+#include "lcmtypes/convert.h"
+#include "rcs/node/budget.h"
+#include "rcs/node/local_bus.h"
+#include "tests/support/heap_guard.h"
+#include "tests/wm/synthetic.h"
+
+namespace rcs::wm {
+namespace {
+
+ins_t message(const ImuSample& s) {
+  ins_t m{};
+  m.utime = to_utime(s.stamp);
+  m.interval_us = static_cast<std::int32_t>(s.interval.count());
+  to_message(s.delta_angle, m.delta_angle_rad);
+  to_message(s.delta_v, m.delta_v_mps);
+  m.valid = 1;
+  return m;
+}
+
+gps_fix_t message(Stamp stamp, const GeodeticFix& z) {
+  gps_fix_t m{};
+  m.utime = to_utime(stamp);
+  m.lat_deg = degrees(z.antenna.lat_rad);
+  m.lon_deg = degrees(z.antenna.lon_rad);
+  m.height_m = z.antenna.height.m;
+  to_message(z.fix.sigma_m, m.sigma_enu_m);
+  m.fix_type = gps_fix_t::FIX_FLOAT;
+  return m;
+}
+
+registration_t message(Stamp stamp, const RollingMatch& z) {
+  registration_t m{};
+  m.utime = to_utime(stamp);
+  m.target = registration_t::TARGET_ROLLING;
+  m.map_epoch = z.map_epoch;
+  to_message(z.T_rolling_vehicle, m.q_target_vehicle, m.p_target_vehicle_m);
+  to_message(z.information, m.information);
+  m.stop = z.seeded ? registration_t::STOP_SEEDED : registration_t::STOP_CONVERGED;
+  m.arrival_utime = to_utime(stamp) + 5;
+  return m;
+}
+
+/// A WM node on a local bus, driven cycle by cycle.
+class WmNodeTest : public ::testing::Test {
+ protected:
+  explicit WmNodeTest(const WmConfig& config = {})
+      : config_(config),
+        truth_(make_drive({})),
+        sensors_(truth_, config.params, {}),
+        node_(config, &bus_),
+        nav_states_(&bus_, channel::kWmNavState, 64),
+        ins_out_(&bus_, channel::kIns),
+        gps_out_(&bus_, channel::kGpsFix),
+        odometry_out_(&bus_, channel::kOdometry),
+        registration_out_(&bus_, channel::kSpRegistration) {}
+
+  template <class Message>
+  void send(Outbox<Message>* outbox, Message m) {
+    outbox->publish(&m);
+  }
+  void cycle(Stamp now) {
+    while (bus_.next_due() < Stamp::max()) bus_.deliver_next(now);
+    stages_.start_cycle();
+    node_.run({0, now, now, now + config_.info.budget, &stages_});
+    stages_.end_cycle();
+    while (bus_.next_due() < Stamp::max()) bus_.deliver_next(now);
+  }
+  const nav_state_t& newest() {
+    const nav_state_t* m = nav_states_.latest();
+    EXPECT_NE(m, nullptr);
+    return *m;
+  }
+
+  WmConfig config_;
+  LocalBus bus_;
+  std::vector<Truth> truth_;
+  Sensors sensors_;
+  StageClock stages_;
+  WmNode node_;
+  Inbox<nav_state_t> nav_states_;
+  Outbox<ins_t> ins_out_;
+  Outbox<gps_fix_t> gps_out_;
+  Outbox<odometry_t> odometry_out_;
+  Outbox<registration_t> registration_out_;
+};
+
+TEST_F(WmNodeTest, PublishesTheBeliefOfAllSources) {
+  for (std::size_t i = 1; i < truth_.size(); ++i) {
+    const Stamp now = truth_[i].stamp;
+    send(&ins_out_, message(sensors_.imu(i)));
+    if (i % 10 == 0) send(&registration_out_, message(now, sensors_.scan(i)));
+    if (i % 20 == 0) send(&gps_out_, message(now, sensors_.gps(i)));
+    cycle(now);
+  }
+  const nav_state_t& m = newest();
+  EXPECT_EQ(m.mode, int{nav_state_t::MODE_GPS_INS_LADAR});
+  EXPECT_EQ(m.utime, to_utime(truth_.back().stamp));
+  EXPECT_EQ(m.world_valid, 1);
+  EXPECT_EQ(m.rolling_valid, 1);
+  EXPECT_EQ(m.map_epoch, 1);
+  EXPECT_EQ(m.age_ins_us, 0);
+  EXPECT_EQ(m.cause_arrival_utime, m.utime + 5);
+  // The datum is the first fix: the world is where that is.
+  const LocalFrame frame({radians(m.datum_lat_deg), radians(m.datum_lon_deg), {m.datum_height_m}});
+  const Vec3 truth =
+      frame.to_world(LocalFrame(test_datum()).to_geodetic(truth_.back().T_world_vehicle.p));
+  EXPECT_LT((from_message(m.p_world_vehicle_m) - truth).norm(), 1.5);
+}
+
+TEST_F(WmNodeTest, NothingAbsoluteBeforeTheHeadingIsKnown) {
+  for (std::size_t i = 1; i < 600; ++i) {
+    const Stamp now = truth_[i].stamp;
+    send(&ins_out_, message(sensors_.imu(i)));
+    if (i % 20 == 0 && i < 400) send(&gps_out_, message(now, sensors_.gps(i)));
+    cycle(now);
+  }
+  const nav_state_t& m = newest();
+  EXPECT_EQ(m.world_valid, 0);
+  for (int k = 0; k < 3; ++k) EXPECT_EQ(m.p_world_vehicle_m[k], m.p_local_vehicle_m[k]);
+  EXPECT_EQ(m.mode, int{nav_state_t::MODE_INS_DR});
+}
+
+TEST_F(WmNodeTest, RunsPeriodicallyAndAtOnceForARegistration) {
+  cycle(from_utime(1000));
+  EXPECT_EQ(node_.next_wakeup(), from_utime(1000) + config_.period);
+  send(&registration_out_, message(from_utime(2000), sensors_.scan(1)));
+  bus_.deliver_next(from_utime(2500));
+  EXPECT_EQ(node_.next_wakeup(), from_utime(2500));
+}
+
+TEST_F(WmNodeTest, LadarAloneNeedsNothingElse) {
+  for (std::size_t i = 10; i < truth_.size(); i += 10) {
+    send(&registration_out_, message(truth_[i].stamp, sensors_.scan(i)));
+    cycle(truth_[i].stamp);
+  }
+  const nav_state_t& m = newest();
+  EXPECT_EQ(m.mode, int{nav_state_t::MODE_LADAR});
+  EXPECT_EQ(m.utime, to_utime(truth_.back().stamp));
+  EXPECT_EQ(m.world_valid, 0);
+}
+
+TEST_F(WmNodeTest, GarbageChangesNothing) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const double inf = std::numeric_limits<double>::infinity();
+  std::mt19937 random(1);
+  std::uniform_int_distribution<int> pick(0, 11);
+  for (std::size_t i = 1; i < truth_.size(); ++i) {
+    const Stamp now = truth_[i].stamp;
+    send(&ins_out_, message(sensors_.imu(i)));
+    const GeodeticFix fix = sensors_.gps(i);
+    const RollingMatch scan = sensors_.scan(i);
+    if (i % 10 == 0) send(&registration_out_, message(now, scan));
+    if (i % 20 == 0) send(&gps_out_, message(now, fix));
+
+    ins_t ins = message(sensors_.imu(i));
+    ins.utime += 1;
+    gps_fix_t gps = message(now + Duration(1), fix);
+    registration_t registration = message(now + Duration(1), scan);
+    registration.stop = registration_t::STOP_CONVERGED;
+    odometry_t odometry{};
+    odometry.utime = to_utime(now);
+    odometry.sigma_speed_mps = 0.1;
+    switch (pick(random)) {
+      case 0:
+        ins.delta_v_mps[1] = nan;
+        break;
+      case 1:
+        ins.interval_us = 0;
+        break;
+      case 2:
+        ins.delta_angle_rad[0] = inf;
+        break;
+      case 3:
+        ins.valid = 0;
+        break;
+      case 4:
+        ins.utime = std::numeric_limits<std::int64_t>::max();
+        break;
+      case 5:
+        ins.interval_us = -10000;
+        break;
+      default:
+        ins.delta_angle_rad[2] = 1e9;
+        break;
+    }
+    switch (pick(random)) {
+      case 0:
+        gps.lat_deg = nan;
+        break;
+      case 1:
+        gps.lat_deg = gps.lon_deg = 0.0;
+        break;
+      case 2:
+        gps.sigma_enu_m[0] = 0.0;
+        break;
+      case 3:
+        gps.sigma_enu_m[2] = nan;
+        break;
+      case 4:
+        gps.fix_type = gps_fix_t::FIX_NONE;
+        break;
+      case 5:
+        gps.height_kind = 7;
+        break;
+      case 6:
+        gps.height_kind = gps_fix_t::HEIGHT_ORTHOMETRIC;
+        gps.undulation_m = nan;
+        break;
+      default:
+        gps.lat_deg = 91.0;
+        break;
+    }
+    switch (pick(random)) {
+      case 0:
+        registration.q_target_vehicle[0] = nan;
+        break;
+      case 1:
+        registration.information[2][2] = inf;
+        break;
+      case 2:
+        registration.information[3][3] = -1.0;
+        break;
+      case 3:
+        registration.p_target_vehicle_m[0] = 1e12;
+        break;
+      case 4:
+        registration.stop = registration_t::STOP_DIVERGED;
+        break;
+      case 5:
+        registration.target = 9;
+        break;
+      default:
+        for (double& q : registration.q_target_vehicle) q = 0.0;
+        break;
+    }
+    switch (pick(random)) {
+      case 0:
+        odometry.speed_mps = nan;
+        break;
+      case 1:
+        odometry.sigma_speed_mps = -1.0;
+        break;
+      case 2:
+        odometry.interval_us = -1;
+        break;
+      default:
+        odometry.speed_mps = 1e6;
+        break;
+    }
+    send(&ins_out_, ins);
+    send(&gps_out_, gps);
+    send(&registration_out_, registration);
+    send(&odometry_out_, odometry);
+    cycle(now);
+  }
+  const nav_state_t& m = newest();
+  EXPECT_EQ(m.mode, int{nav_state_t::MODE_GPS_INS_LADAR});
+  EXPECT_EQ(m.age_odometry_us, -1);
+  const LocalFrame frame({radians(m.datum_lat_deg), radians(m.datum_lon_deg), {m.datum_height_m}});
+  const Vec3 truth =
+      frame.to_world(LocalFrame(test_datum()).to_geodetic(truth_.back().T_world_vehicle.p));
+  EXPECT_LT((from_message(m.p_world_vehicle_m) - truth).norm(), 1.5);
+}
+
+TEST_F(WmNodeTest, ACycleDoesNotAllocate) {
+  if (!test::HeapGuard::available()) GTEST_SKIP() << "a sanitizer owns malloc";
+  std::int64_t allocations = 0;
+  for (std::size_t i = 1; i < truth_.size(); ++i) {
+    const Stamp now = truth_[i].stamp;
+    send(&ins_out_, message(sensors_.imu(i)));
+    if (i % 10 == 0) send(&registration_out_, message(now, sensors_.scan(i)));
+    if (i % 20 == 0) send(&gps_out_, message(now, sensors_.gps(i)));
+    while (bus_.next_due() < Stamp::max()) bus_.deliver_next(now);
+    const test::HeapGuard guard;
+    cycle(now);
+    if (i > 2000) allocations += guard.allocations();
+  }
+  EXPECT_EQ(allocations, 0);
+}
+
+TEST(WmConfig, ReadsGradesAndRefusesWhatItDoesNotKnow) {
+  const auto load = [](const std::string& text) -> Result<WmConfig> {
+    Result<ParamFile> file = ParamFile::parse(text, "test.toml");
+    if (!file) return file.error();
+    return load_wm_config(*file);
+  };
+  const Result<WmConfig> good =
+      load("[ins]\ngrade = \"industrial\"\naccel_turn_on_mg = 7.0\n[wm.history]\nlag_ms = 500.0\n");
+  ASSERT_TRUE(good) << good.error().message;
+  EXPECT_NEAR(good->params.ins.accel_turn_on, 7.0 * 9.80665e-3, 1e-12);
+  EXPECT_EQ(good->params.history.lag, from_milliseconds(500.0));
+  EXPECT_FALSE(good->datum);
+  EXPECT_FALSE(load("[ins]\ngrade = \"golden\"\n"));
+  EXPECT_FALSE(load("[wm.align]\nbaseline = 5.0\n"));
+  EXPECT_FALSE(load("[wm.history]\ncapacity = 3\n"));
+  EXPECT_FALSE(load("[wm.history]\nlag_ms = 3000.0\njump_ms = 1000.0\n"));
+  EXPECT_FALSE(load("[world]\ndatum_lat_deg = 49.0\n"));
+  EXPECT_TRUE(load("[world]\ndatum_lat_deg = 49.0\ndatum_lon_deg = 8.0\ndatum_height_m = 0.0\n"));
+}
+
+}  // namespace
+}  // namespace rcs::wm
