@@ -77,6 +77,8 @@ class Problem {
       if (u2 > square(params_.gate_sigma) * square(kernel) / 9.0) continue;
       const double robust = 1.0 / square(1.0 + u2 / square(kernel));
       sums.equations.add(p.cast<double>(), n.cast<double>(), r, robust / variance);
+      sums.equations.add_noise(p.cast<double>(), n.cast<double>(), s.angle_variance,
+                               robust / variance);
       ++sums.pairs;
       sums.abs_sum += std::abs(r);
       sums.square_sum += double{r} * double{r};
@@ -108,7 +110,7 @@ class Problem {
       const double u2 = double{r} * double{r} / (own + square(params_.map_sigma_m));
       if (u2 > square(params_.gate_sigma)) continue;
       const double robust = 1.0 / square(1.0 + u2 / square(kernel));
-      const double shared = count[s.voxel] * square(params_.map_sigma_m);
+      const double shared = count[s.voxel] * (square(params_.map_sigma_m) + s.variance_m2);
       info.add(p.cast<double>(), n.cast<double>(), 0.0, robust / (own + shared));
     }
     info.close();
@@ -163,15 +165,15 @@ Registration register_points(const Points& source_vehicle, RollingMap* map,
       out.stop = Stop::kTooFew;
       break;
     }
-    obs = observability(sums.equations, params.min_alignment);
+    obs = observability(sums.equations, params.min_alignment, params.max_sigma_m);
     const Vec6 to_prediction = log_se3(T.inverse() * prediction.T_target_vehicle);
     const bool steered = out.iterations <= kSteered;
     const Vec6 step = steered ? steered_step(sums.equations, prior, to_prediction)
                               : observed_step(sums.equations, obs, to_prediction);
     T = T * exp_se3(step);
     const double still = problem.final_searches() == 0 ? kNearly : 1.0;
-    const bool small = step.head<3>().norm() < still * params.step_m &&
-                       step.tail<3>().norm() < still * params.step_rad;
+    const double in_sigmas = std::sqrt(step.dot(sums.equations.H * step));
+    const bool small = in_sigmas < still * params.step_sigma;
     if (!steered && kernel == kKernelEnd && small) {
       if (problem.final_searches() == kFinalSearches) {
         out.stop = Stop::kConverged;

@@ -18,11 +18,11 @@ struct IcpParams {
   double range_sigma_m = 0.03;    ///< LADAR range noise, [0.001, 1]
   double beam_sigma_rad = 0.001;  ///< pointing noise across the beam, [0, 0.1]
   double map_sigma_m = 0.02;      ///< error of a surface, shared by all its points, [0.001, 1]
-  double min_alignment = 0.004;   ///< observability below which a direction is unobserved, [0, 0.5]
-  double max_correction_m = 2.0;  ///< farther from the prediction: kDiverged, [0.01, 100]
+  double min_alignment = 1e-4;    ///< observability below which a direction is unobserved, [0, 0.5]
+  double max_sigma_m = 0.5;  ///< a direction known no better than this is unobserved, [0.001, 100]
+  double max_correction_m = 2.0;    ///< farther from the prediction: kDiverged, [0.01, 100]
   double max_correction_rad = 0.2;  ///< likewise, [0.001, 3.2]
-  double step_m = 1e-4;             ///< converged when a step is smaller, [1e-9, 0.1]
-  double step_rad = 1e-5;           ///< likewise, [1e-9, 0.1]
+  double step_sigma = 0.03;         ///< converged when a step is smaller, in sigmas, [1e-6, 1]
 };
 
 /// Buffers of register_points, kept between scans.

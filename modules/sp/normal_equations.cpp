@@ -16,7 +16,7 @@ Vec6 scale_of(double length_m) {
 
 }  // namespace
 
-Observability observability(const NormalEquations& sums, double min_alignment) {
+Observability observability(const NormalEquations& sums, double min_alignment, double max_sigma_m) {
   Observability obs;
   const double translation = sums.H.topLeftCorner<3, 3>().trace();
   if (!(sums.weight > 0.0) || !(translation > 0.0)) return obs;
@@ -24,11 +24,18 @@ Observability observability(const NormalEquations& sums, double min_alignment) {
   obs.length_m = std::max(1e-3, std::sqrt(sums.H.bottomRightCorner<3, 3>().trace() / translation));
   const Vec6 s = scale_of(obs.length_m);
   const Mat6 scaled = s.asDiagonal() * sums.H * s.asDiagonal() / sums.weight;
+  const Mat6 noise = s.asDiagonal() * sums.noise * s.asDiagonal() / sums.weight;
   const Eigen::SelfAdjointEigenSolver<Mat6> eigen(scaled);
   obs.alignment = eigen.eigenvalues().cwiseMax(0.0).cwiseMin(1.0);
   obs.directions = eigen.eigenvectors();
-  obs.unobserved =
-      static_cast<int>((eigen.eigenvalues().array() < min_alignment).cast<int>().sum());
+  const double weakest = std::max(min_alignment, 1.0 / (max_sigma_m * max_sigma_m * sums.weight));
+  obs.unobserved = 0;
+  for (int k = 0; k < 6; ++k) {
+    const Vec6 direction = obs.directions.col(k);
+    const double by_noise = direction.dot(noise * direction);
+    // Ascending: all weaker directions are unobserved with it.
+    if (obs.alignment[k] < std::max(weakest, 2.0 * by_noise)) obs.unobserved = k + 1;
+  }
   return obs;
 }
 

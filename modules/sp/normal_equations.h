@@ -11,6 +11,9 @@ struct NormalEquations {
   Mat6 H = Mat6::Zero();  ///< lower triangle while summing; full after close()
   Vec6 b = Vec6::Zero();
   double weight = 0.0;  ///< sum of w
+  /// The part of H that the normals' own errors make up: a normal is known to within an angle, and
+  /// on a flat field these errors look like slopes (sum w E[dJ'dJ]; lower triangle).
+  Mat6 noise = Mat6::Zero();
 
   /// Residual along the normal at a point of the vehicle frame:
   /// r(T exp(xi)) = r + n . rho + (p x n) . phi, with p and n in the vehicle frame.
@@ -21,7 +24,22 @@ struct NormalEquations {
     b += (w * residual_m) * J;
     weight += w;
   }
-  void close() { H.triangularView<Eigen::Upper>() = H.transpose(); }
+  /// @param angle_variance  of the normal about each axis in its surface [rad^2]
+  void add_noise(const Vec3& p_vehicle, const Vec3& n_vehicle, double angle_variance, double w) {
+    // dJ = (dn, p x dn) with cov(dn) = v (I - n n').
+    Vec6 J;
+    J << n_vehicle, p_vehicle.cross(n_vehicle);
+    const double wv = w * angle_variance;
+    noise.selfadjointView<Eigen::Lower>().rankUpdate(J, -wv);
+    const Mat3 P = hat(p_vehicle);
+    noise.topLeftCorner<3, 3>().diagonal().array() += wv;
+    noise.bottomLeftCorner<3, 3>() += wv * P;
+    noise.bottomRightCorner<3, 3>() -= wv * P * P;
+  }
+  void close() {
+    H.triangularView<Eigen::Upper>() = H.transpose();
+    noise.triangularView<Eigen::Upper>() = noise.transpose();
+  }
 };
 
 /// Directions sorted by what the residuals say of them.
@@ -32,8 +50,11 @@ struct Observability {
   int unobserved = 6;                  ///< the first so many columns
 };
 
-/// @param min_alignment  below it a direction counts as unobserved
-[[nodiscard]] Observability observability(const NormalEquations& sums, double min_alignment);
+/// A direction counts as unobserved when its alignment is below `min_alignment`, when what is left
+/// of it without the normals' own errors is less than these, or when its standard deviation would
+/// exceed `max_sigma_m` (rotations: at `length_m`).
+[[nodiscard]] Observability observability(const NormalEquations& sums, double min_alignment,
+                                          double max_sigma_m);
 
 /// Gauss-Newton step along observed directions; along the others the step leads back to the
 /// prediction.

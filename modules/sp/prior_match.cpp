@@ -120,15 +120,13 @@ PriorMatch match_prior_map(const Points& source_vehicle, const ElevationMap& map
       out.stop = Stop::kTooFew;
       break;
     }
-    const double weakest = 1.0 / (params.max_sigma_m * params.max_sigma_m * sums.equations.weight);
-    obs = observability(sums.equations, std::max(params.min_alignment, weakest));
+    obs = observability(sums.equations, params.min_alignment, params.max_sigma_m);
     const Vec6 to_prediction = log_se3(T.inverse() * prediction.T_target_vehicle);
     const bool steered = out.iterations <= kSteered;
     const Vec6 step = steered ? steered_step(sums.equations, prior, to_prediction)
                               : observed_step(sums.equations, obs, to_prediction);
     T = T * exp_se3(step);
-    if (!steered && step.head<3>().norm() < params.step_m &&
-        step.tail<3>().norm() < params.step_rad) {
+    if (!steered && std::sqrt(step.dot(sums.equations.H * step)) < params.step_sigma) {
       out.stop = Stop::kConverged;
       break;
     }

@@ -21,8 +21,7 @@ struct PriorMatchParams {
   double max_sigma_m = 2.0;  ///< a direction known no better than this is unobserved, [0.01, 100]
   double max_correction_m = 15.0;   ///< farther from the prediction: kDiverged, [0.1, 1000]
   double max_correction_rad = 0.2;  ///< likewise, [0.001, 3.2]
-  double step_m = 1e-3;             ///< converged when a step is smaller, [1e-9, 1]
-  double step_rad = 1e-5;           ///< likewise, [1e-9, 0.1]
+  double step_sigma = 0.02;         ///< converged when a step is smaller, in sigmas, [1e-6, 1]
 };
 
 class PriorMatchWorkspace {

@@ -54,4 +54,8 @@ struct Prediction {
   Mat6 covariance = Mat6::Identity();  ///< right perturbation (rho, phi); positive definite
 };
 
+/// The best pose of prediction and registration together: where the scan goes into the map. A
+/// direction that the scan sees weakly must not shake the map.
+[[nodiscard]] Pose fused_pose(const Prediction& prediction, const Registration& registration);
+
 }  // namespace rcs::sp

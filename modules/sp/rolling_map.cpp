@@ -141,6 +141,8 @@ void VoxelTable::fit(Voxel* voxel) const {
   v.is_surface = true;
   v.normal = eigen.eigenvectors().col(0);
   v.variance_m2 = lambda[0];
+  // Of a plane fitted to n points of that spread.
+  v.angle_variance = lambda[0] / (v.count * lambda[1]);
 }
 
 bool VoxelTable::nearest_surface(const Vec3f& p, Surface* out) {
@@ -172,6 +174,7 @@ bool VoxelTable::nearest_surface(const Vec3f& p, Surface* out) {
   out->mean = corner(*best) + best->mean;
   out->normal = best->normal;
   out->variance_m2 = best->variance_m2;
+  out->angle_variance = best->angle_variance;
   out->count = best->count;
   out->voxel = static_cast<std::uint32_t>(best - table_.data());
   return true;

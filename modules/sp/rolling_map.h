@@ -18,19 +18,20 @@ struct RollingMapParams {
   double radius_m = 80.0;  ///< beyond this the map is forgotten, [5, 500]
   int max_points = 100;    ///< a voxel with so many is complete: it stays as it was first seen,
                            ///< so that later errors do not drag it, [10, 10000]
-  int min_points = 6;      ///< fewer give no surface, [4, 1000]
+  int min_points = 8;      ///< fewer give no surface, [4, 1000]
   double max_thickness = 0.2;  ///< of a surface: least over middle standard deviation, (0, 1]
-  double min_extent = 0.1;     ///< middle standard deviation over the voxel's edge (a scan line is
+  double min_extent = 0.2;     ///< middle standard deviation over the voxel's edge (a scan line is
                                ///< no surface), (0, 0.5]
 };
 
 /// A patch of surface: what a point can be matched to.
 struct Surface {
-  Vec3f mean;           ///< [m], rolling frame
-  Vec3f normal;         ///< unit, rolling frame
-  float variance_m2;    ///< across the surface: thickness and roughness
-  float count;          ///< points behind it
-  std::uint32_t voxel;  ///< identifies the patch until the map changes
+  Vec3f mean;            ///< [m], rolling frame
+  Vec3f normal;          ///< unit, rolling frame
+  float variance_m2;     ///< across the surface: thickness and roughness
+  float angle_variance;  ///< of the normal about each axis in the surface [rad^2]
+  float count;           ///< points behind it
+  std::uint32_t voxel;   ///< identifies the patch until the map changes
 };
 
 /// Voxels of one size in an open-addressed table: point count, mean and scatter of each.
@@ -61,6 +62,7 @@ class VoxelTable {
     std::array<float, 6> scatter{};  // sum of (p - mean)(p - mean)^T: xx xy xz yy yz zz
     Vec3f normal = Vec3f::Zero();
     float variance_m2 = 0.0F;
+    float angle_variance = 0.0F;
   };
   static constexpr VoxelKey kEmpty = ~VoxelKey{0};
 

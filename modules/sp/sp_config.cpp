@@ -22,10 +22,10 @@ void read(ParamTable table, IcpParams* p) {
   table.get_deg("beam_sigma_deg", &p->beam_sigma_rad, {0, 5});
   table.get("map_sigma_m", &p->map_sigma_m, {0.001, 1});
   table.get("min_alignment", &p->min_alignment, {0, 0.5});
+  table.get("max_sigma_m", &p->max_sigma_m, {0.001, 100});
   table.get("max_correction_m", &p->max_correction_m, {0.01, 100});
   table.get_deg("max_correction_deg", &p->max_correction_rad, {0.05, 180});
-  table.get("step_m", &p->step_m, {1e-9, 0.1});
-  table.get("step_rad", &p->step_rad, {1e-9, 0.1});
+  table.get("step_sigma", &p->step_sigma, {1e-6, 1});
 }
 
 void read(ParamTable table, RollingMapParams* p) {
@@ -48,8 +48,7 @@ void read(ParamTable table, PriorMatchParams* p) {
   table.get("max_sigma_m", &p->max_sigma_m, {0.01, 100});
   table.get("max_correction_m", &p->max_correction_m, {0.1, 1000});
   table.get_deg("max_correction_deg", &p->max_correction_rad, {0.05, 180});
-  table.get("step_m", &p->step_m, {1e-9, 1});
-  table.get("step_rad", &p->step_rad, {1e-9, 0.1});
+  table.get("step_sigma", &p->step_sigma, {1e-6, 1});
 }
 
 void read(ParamTable table, GrantParams* p) {

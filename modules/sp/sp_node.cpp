@@ -313,10 +313,11 @@ void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
     return;
   }
   failures_ = 0;
-  remember(rolling.T_target_vehicle);
-  publish_points(rolling.T_target_vehicle);
-  match_prior(cycle, rolling.T_target_vehicle);
-  map_.insert(dense_, rolling.T_target_vehicle);
+  const Pose T_rolling_vehicle = fused_pose(prediction, rolling);
+  remember(T_rolling_vehicle);
+  publish_points(T_rolling_vehicle);
+  match_prior(cycle, T_rolling_vehicle);
+  map_.insert(dense_, T_rolling_vehicle);
   cycle.stages->mark("map");
 }
 

@@ -47,7 +47,7 @@ TEST(NormalEquations, FullyObservedStepIsGaussNewtons) {
   Vec6 all;
   all.setOnes();
   const NormalEquations e = random_equations(all);
-  const Observability obs = observability(e, 1e-4);
+  const Observability obs = observability(e, 1e-4, 10.0);
   ASSERT_EQ(obs.unobserved, 0);
   const Vec6 expected = -e.H.ldlt().solve(e.b);
   EXPECT_LT((observed_step(e, obs, Vec6::Ones()) - expected).norm(), 1e-9);
@@ -58,7 +58,7 @@ TEST(NormalEquations, UnobservedDirectionsFollowThePrediction) {
   Vec6 flat;
   flat << 1e-6, 1e-6, 1.0, 0, 0, 0;  // all normals point up
   const NormalEquations e = random_equations(flat);
-  const Observability obs = observability(e, 1e-4);
+  const Observability obs = observability(e, 1e-4, 10.0);
   ASSERT_EQ(obs.unobserved, 3);
   Vec6 back;
   back << 0.5, -0.25, 0.1, 0.0, 0.0, 0.02;

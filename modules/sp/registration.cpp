@@ -1,0 +1,15 @@
+#include "modules/sp/registration.h"
+
+#include <Eigen/Cholesky>
+
+namespace rcs::sp {
+
+Pose fused_pose(const Prediction& prediction, const Registration& registration) {
+  const Pose& T = registration.T_target_vehicle;
+  const Mat6 prior = prediction.covariance.ldlt().solve(Mat6::Identity());
+  const Vec6 to_prediction = log_se3(T.inverse() * prediction.T_target_vehicle);
+  const Mat6 total = registration.information + prior;
+  return T * exp_se3(total.ldlt().solve(prior * to_prediction));
+}
+
+}  // namespace rcs::sp
