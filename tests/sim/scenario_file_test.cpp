@@ -1,0 +1,117 @@
+#include "sim/scenario_file.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+namespace rcs::sim {
+namespace {
+
+std::string shipped(const std::string& name) {
+  const char* const root = std::getenv("RCS_SOURCE_DIR");
+  return std::string(root != nullptr ? root : ".") + "/config/sim/" + name;
+}
+
+/// reference.toml with one text put for another, beside the shipped INS grades.
+class ChangedReference {
+ public:
+  ChangedReference(const std::string& from, const std::string& to) {
+    dir_ = testing::TempDir() + "rcs_scenario_file_test";
+    std::filesystem::create_directories(dir_);
+    std::filesystem::copy_file(shipped("ins_grades.toml"), dir_ + "/ins_grades.toml",
+                               std::filesystem::copy_options::overwrite_existing);
+    std::ifstream in(shipped("reference.toml"));
+    std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+    const std::size_t at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    text.replace(at, from.size(), to);
+    std::ofstream(path()) << text;
+  }
+  ~ChangedReference() { std::filesystem::remove_all(dir_); }
+  [[nodiscard]] std::string path() const { return dir_ + "/changed.toml"; }
+
+ private:
+  std::string dir_;
+};
+
+TEST(ScenarioFile, ShippedScenariosLoad) {
+  for (const char* name : {"reference.toml", "tilt_sweep.toml", "demo.toml", "spinning64.toml"}) {
+    const Result<Scenario> s = load_scenario(shipped(name), {});
+    ASSERT_TRUE(s) << s.error().message;
+    EXPECT_GE(s->course.waypoints_world.size(), 20U);
+  }
+}
+
+// What mission.md fixes.
+TEST(ScenarioFile, TheReferenceIsTheReference) {
+  const Result<Scenario> s = load_scenario(shipped("reference.toml"), {});
+  ASSERT_TRUE(s) << s.error().message;
+  EXPECT_EQ(s->imager.rows, 32);
+  EXPECT_EQ(s->imager.cols, 180);
+  EXPECT_EQ(s->imager.facets, 16);
+  EXPECT_DOUBLE_EQ(s->imager.fov_v_rad, radians(20.0));
+  EXPECT_DOUBLE_EQ(s->imager.fov_h_rad, radians(90.0));
+  EXPECT_EQ(s->imager.period_s, 0.1);
+  EXPECT_DOUBLE_EQ(s->imager.tilt_rad, radians(-10.0));
+  EXPECT_EQ(s->imager.sweep_rad, 0.0);
+  EXPECT_EQ(s->beam.max_range_m, 60.0);
+  EXPECT_EQ(s->beam.sigma_m, 0.03);
+  EXPECT_EQ(s->beam.missing_share, 0.15);
+  EXPECT_NEAR(s->mount.T_vehicle_mount.p.z() + s->vehicle.imu_height_m, 1.8, 1e-12);
+  EXPECT_EQ(s->mount.error_m, 0.01);
+  EXPECT_DOUBLE_EQ(s->mount.error_rad, radians(0.2));
+  EXPECT_DOUBLE_EQ(s->ladar_clock_offset_s, 0.005);
+  EXPECT_EQ(s->gps.sigma_m, 0.3);
+  EXPECT_EQ(s->gps.correlation_s, 60.0);
+  EXPECT_TRUE(s->gps.outages.empty());
+  EXPECT_DOUBLE_EQ(s->ins.scale_error, 300e-6);
+  EXPECT_DOUBLE_EQ(s->ins.misalignment_rad, radians(0.1));
+  EXPECT_NEAR(s->ins.grade.gyro_walk_radprs, radians(0.15) / 60.0, 1e-12);
+  EXPECT_NEAR(s->course.speed_mps, 35.0 / 3.6, 1e-12);
+  EXPECT_EQ(s->course.rest_s, 3.0);
+}
+
+TEST(ScenarioFile, OverridesWin) {
+  ScenarioOverrides overrides;
+  overrides.seed = 77;
+  overrides.ins_grade = "consumer";
+  overrides.gps_outage = Outage{20.0, 30.0};
+  overrides.duration_s = 12.0;
+  const Result<Scenario> s = load_scenario(shipped("demo.toml"), overrides);
+  ASSERT_TRUE(s) << s.error().message;
+  EXPECT_EQ(s->seed, 77U);
+  EXPECT_EQ(s->world.seed, 1U);
+  EXPECT_EQ(s->ins.grade_name, "consumer");
+  ASSERT_EQ(s->gps.outages.size(), 1U);
+  EXPECT_EQ(s->gps.outages[0].length_s, 30.0);
+  EXPECT_EQ(s->duration_s, 12.0);
+
+  const ChangedReference follows("seed_follows = false", "seed_follows = true");
+  const Result<Scenario> f = load_scenario(follows.path(), overrides);
+  ASSERT_TRUE(f) << f.error().message;
+  EXPECT_EQ(f->world.seed, 77U);
+}
+
+TEST(ScenarioFile, MistakesAreNamed) {
+  const auto complaint = [](const std::string& from, const std::string& to) {
+    const ChangedReference file(from, to);
+    const Result<Scenario> s = load_scenario(file.path(), {});
+    return s ? std::string("accepted") : s.error().message;
+  };
+  EXPECT_NE(complaint("tilt_deg = -10", "titl_deg = -10").find("titl_deg"), std::string::npos);
+  EXPECT_NE(complaint("sigma_m = 0.03", "sigma_m = -1").find("sigma_m"), std::string::npos);
+  EXPECT_NE(complaint("facets = 16", "facets = 5").find("facets"), std::string::npos);
+  EXPECT_NE(complaint("\"tactical\"", "\"marine\"").find("marine"), std::string::npos);
+  EXPECT_NE(complaint("{ x_m = 60, y_m = 0 }", "{ x_m = 0, y_m = 0 }").find("waypoint"),
+            std::string::npos);
+  EXPECT_NE(complaint("clear_m = 2.5", "clear_m = 2.5\ndem = \"nowhere.asc\"").find("nowhere.asc"),
+            std::string::npos);
+  EXPECT_FALSE(load_scenario("/nonexistent.toml", {}));
+}
+
+}  // namespace
+}  // namespace rcs::sim
