@@ -46,7 +46,7 @@ double Beam::measure(double range_m, double cos_incidence) {
   const double c = std::clamp(cos_incidence, 1e-3, 1.0);
   const double tangent = std::min(kMaxTangent, std::sqrt(1.0 - c * c) / c);
   const double slant_m = params_.incidence_share * range_m * params_.half_angle_rad * tangent;
-  const double sigma_m = std::hypot(params_.sigma_m, slant_m);
+  const double sigma_m = std::sqrt(params_.sigma_m * params_.sigma_m + slant_m * slant_m);
   const double measured = sigma_m > 0.0 ? range_m + sigma_m * random_.normal() : range_m;
   return measured > 0.0 && measured <= params_.max_range_m ? measured : 0.0;
 }
@@ -85,6 +85,29 @@ Vec3 RangeImager::direction(int row, int col) const {
                           static_cast<std::size_t>(col)];
 }
 
+// Straight lines between poses 0.7 ms apart: off by less than 0.01 mrad and 0.01 mm for all that a
+// vehicle's body does.
+void RangeImager::place_columns(const Trajectory& vehicle, double start_s) {
+  constexpr int kColumnsPerPose = 20;
+  const auto pose = [&](int col) {
+    const double time_s = shot_time(start_s, col);
+    return vehicle.pose_at(time_s) * T_vehicle_ladar(time_s);
+  };
+  columns_.resize(static_cast<std::size_t>(params_.cols));
+  Pose next = pose(0);
+  for (int first = 0; first < params_.cols; first += kColumnsPerPose) {
+    const Pose here = next;
+    next = pose(first + kColumnsPerPose);
+    const Mat3 R = here.rotation();
+    const Mat3 dR = next.rotation() - R;
+    for (int col = first; col < std::min(first + kColumnsPerPose, params_.cols); ++col) {
+      const double share = static_cast<double>(col - first) / kColumnsPerPose;
+      columns_[static_cast<std::size_t>(col)] = {R + share * dR,
+                                                 here.p + share * (next.p - here.p)};
+    }
+  }
+}
+
 void RangeImager::render(const World& world, const Trajectory& vehicle, double start_s, int facet,
                          RangeFacet* out) {
   const int rows = params_.rows / params_.facets;
@@ -94,32 +117,18 @@ void RangeImager::render(const World& world, const Trajectory& vehicle, double s
   out->range_m.clear();
   if (beam_.facet_is_empty()) return;
 
+  place_columns(vehicle, start_s);
   const std::size_t cols = static_cast<std::size_t>(params_.cols);
   shots_.assign(static_cast<std::size_t>(rows) * cols, {0.0, 1.0});
-  // The pose of every column, by straight lines between poses 0.7 ms apart: off by less than
-  // 0.01 mrad and 0.01 mm for all that a vehicle's body does.
-  constexpr int kColumnsPerPose = 20;
-  Pose next = T_world_ladar(vehicle, start_s);
-  for (int first = 0; first < params_.cols; first += kColumnsPerPose) {
-    const Pose here = next;
-    next = T_world_ladar(vehicle, shot_time(start_s, first + kColumnsPerPose));
-    const Mat3 R = here.rotation();
-    const Mat3 dR = next.rotation() - R;
-    const Vec3 dp = next.p - here.p;
-    for (int col = first; col < std::min(first + kColumnsPerPose, params_.cols); ++col) {
-      const double share = static_cast<double>(col - first) / kColumnsPerPose;
-      const Mat3 R_world_ladar = R + share * dR;
-      const double time_s = shot_time(start_s, col);
-      for (int row = 0; row < rows; ++row) {
-        const Ray ray{here.p + share * dp, R_world_ladar * direction(out->first_row + row, col)};
-        Shot& shot = shots_[static_cast<std::size_t>(row) * cols + static_cast<std::size_t>(col)];
-        shot.range_m = beam_.cast(world, ray, time_s, &shot.cos_incidence);
-      }
+  for (int col = 0; col < params_.cols; ++col) {
+    const Column& column = columns_[static_cast<std::size_t>(col)];
+    for (int row = 0; row < rows; ++row) {
+      const Ray ray{column.p_world, column.R_world_ladar * direction(out->first_row + row, col)};
+      Shot& shot = shots_[static_cast<std::size_t>(row) * cols + static_cast<std::size_t>(col)];
+      shot.range_m = beam_.cast(world, ray, shot_time(start_s, col), &shot.cos_incidence);
     }
   }
-  if (beam_.params().half_angle_rad > 0.0) {
-    mix_pixels(world, vehicle, start_s, out->first_row, &shots_);
-  }
+  if (beam_.params().half_angle_rad > 0.0) mix_pixels(world, start_s, out->first_row);
   for (const Shot& shot : shots_) {
     out->range_m.push_back(static_cast<float>(beam_.measure(shot.range_m, shot.cos_incidence)));
   }
@@ -127,11 +136,11 @@ void RangeImager::render(const World& world, const Trajectory& vehicle, double s
 
 // A beam that lies half on an edge returns from somewhere between the two surfaces. Where the range
 // jumps between neighbouring columns, the border of the beam is cast as well.
-void RangeImager::mix_pixels(const World& world, const Trajectory& vehicle, double start_s,
-                             int first_row, std::vector<Shot>* shots) {
+void RangeImager::mix_pixels(const World& world, double start_s, int first_row) {
+  const double half_angle_rad = beam_.params().half_angle_rad;
   const std::size_t cols = static_cast<std::size_t>(params_.cols);
-  for (int row = 0; row * cols < shots->size(); ++row) {
-    Shot* line = shots->data() + static_cast<std::size_t>(row) * cols;
+  for (int row = 0; static_cast<std::size_t>(row) * cols < shots_.size(); ++row) {
+    Shot* line = shots_.data() + static_cast<std::size_t>(row) * cols;
     double left_m = line[0].range_m;  // of the neighbour, before it was mixed
     for (int col = 0; col < params_.cols; ++col) {
       Shot& shot = line[col];
@@ -140,13 +149,14 @@ void RangeImager::mix_pixels(const World& world, const Trajectory& vehicle, doub
       left_m = shot.range_m;
       if (!edge_left && !is_edge(shot.range_m, right_m)) continue;
 
-      const double time_s = shot_time(start_s, col);
-      const Pose T = T_world_ladar(vehicle, time_s);
-      const double turn_rad =
-          edge_left ? beam_.params().half_angle_rad : -beam_.params().half_angle_rad;
-      const Vec3 border = exp_so3(Vec3(0.0, 0.0, turn_rad)) * direction(first_row + row, col);
+      const Vec3 turn(0.0, 0.0, edge_left ? half_angle_rad : -half_angle_rad);
+      const Vec3 border_ladar =
+          direction(first_row + row, col) + turn.cross(direction(first_row + row, col));
+      const Column& column = columns_[static_cast<std::size_t>(col)];
       double cos_incidence = 1.0;
-      const double border_m = beam_.cast(world, {T.p, T.q * border}, time_s, &cos_incidence);
+      const double border_m =
+          beam_.cast(world, {column.p_world, (column.R_world_ladar * border_ladar).normalized()},
+                     shot_time(start_s, col), &cos_incidence);
       if (!is_edge(shot.range_m, border_m)) continue;
       shot.range_m += beam_.random().uniform() * (border_m - shot.range_m);
     }

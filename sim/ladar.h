@@ -115,19 +115,22 @@ class RangeImager {
     double range_m;
     double cos_incidence;
   };
-  void mix_pixels(const World& world, const Trajectory& vehicle, double start_s, int first_row,
-                  std::vector<Shot>* shots);
+  /// Pose of the ladar in frame world.
+  struct Column {
+    Mat3 R_world_ladar;
+    Vec3 p_world;
+  };
+  void place_columns(const Trajectory& vehicle, double start_s);
+  void mix_pixels(const World& world, double start_s, int first_row);
   [[nodiscard]] double shot_time(double start_s, int col) const {
     return start_s + facet_duration_s() * col / params_.cols;
-  }
-  [[nodiscard]] Pose T_world_ladar(const Trajectory& vehicle, double time_s) const {
-    return vehicle.pose_at(time_s) * T_vehicle_ladar(time_s);
   }
 
   ImagerParams params_;
   Beam beam_;
   Pose T_vehicle_mount_;
   std::vector<Vec3> direction_ladar_;
+  std::vector<Column> columns_;  // of the facet under way
   std::vector<Shot> shots_;
 };
 

@@ -10,10 +10,9 @@ namespace {
 void add_ground_maxima(Tile* tile) {
   for (int j = 0; j < Tile::kCells; j += 2) {
     for (int i = 0; i < Tile::kCells; i += 2) {
-      float& highest = tile->maximum[Tile::node_index(1, i, j)];
+      float& highest = tile->maximum[Tile::node_index(1, i / 2, j / 2)];
       for (int b = 0; b <= 2; ++b) {
-        const float* row = tile->corners(i, j + b);
-        highest = std::max({highest, row[0], row[1], row[2]});
+        for (int a = 0; a <= 2; ++a) highest = std::max(highest, tile->node(i + a, j + b));
       }
     }
   }
@@ -21,15 +20,14 @@ void add_ground_maxima(Tile* tile) {
 
 void add_higher_maxima(Tile* tile) {
   for (int level = 2; level <= Tile::kTop; ++level) {
-    const int size = 1 << level;
-    const int half = size / 2;
-    for (int j = 0; j < Tile::kCells; j += size) {
-      for (int i = 0; i < Tile::kCells; i += size) {
+    const int side = Tile::kCells >> level;
+    for (int j = 0; j < side; ++j) {
+      for (int i = 0; i < side; ++i) {
         float& highest = tile->maximum[Tile::node_index(level, i, j)];
-        for (const int b : {0, half}) {
-          for (const int a : {0, half}) {
-            highest = std::max(highest, tile->maximum[Tile::node_index(level - 1, i + a, j + b)]);
-          }
+        for (int child = 0; child < 4; ++child) {
+          const std::size_t at =
+              Tile::node_index(level - 1, 2 * i + (child & 1), 2 * j + (child >> 1));
+          highest = std::max(highest, tile->maximum[at]);
         }
       }
     }
@@ -57,10 +55,8 @@ void add_objects(const std::vector<Spheroid>& near, const Vec2& corner_world, Ti
     tile->objects.push_back(object);
     for (int j = y[0]; j <= y[1]; ++j) {
       for (int i = x[0]; i <= x[1]; ++i) {
-        const int cell_i = i << Tile::kObjectLevel;
-        const int cell_j = j << Tile::kObjectLevel;
-        lists[Tile::object_node(cell_i, cell_j)].push_back(index);
-        float& highest = tile->maximum[Tile::node_index(Tile::kObjectLevel, cell_i, cell_j)];
+        lists[Tile::object_node(i, j)].push_back(index);
+        float& highest = tile->maximum[Tile::node_index(Tile::kObjectLevel, i, j)];
         highest = std::max(highest, top);
       }
     }
@@ -76,8 +72,14 @@ void add_objects(const std::vector<Spheroid>& near, const Vec2& corner_world, Ti
 
 Tile make_tile(int tx, int ty, const Relief& relief, const Scatter& scatter) {
   Tile tile;
+  std::vector<float> rows;
   relief.fill(std::int64_t{tx} * Tile::kCells, std::int64_t{ty} * Tile::kCells, Tile::kCell_m,
-              Tile::kNodes, Tile::kNodes, &tile.z);
+              Tile::kNodes, Tile::kNodes, &rows);
+  tile.z.assign(std::size_t{Tile::kBlocks} * Tile::kBlocks * 16, 0.0F);
+  std::size_t at = 0;
+  for (int j = 0; j < Tile::kNodes; ++j) {
+    for (int i = 0; i < Tile::kNodes; ++i, ++at) tile.z[Tile::node_at(i, j)] = rows[at];
+  }
   tile.maximum.assign(Tile::kOffset.back(), -std::numeric_limits<float>::infinity());
   add_ground_maxima(&tile);
   // What stands in a neighbouring tile may reach into this one.

@@ -5,40 +5,41 @@
 
 #include "rcs/base/check.h"
 #include "sim/hash.h"
+#include "sim/node_walk.h"
 
 namespace rcs::sim {
 namespace {
 
-// Slope of a bilinear patch along its axes, per cell.
-Vec2 patch_gradient(const float* z, double s, double t) {
-  const double z00 = z[0];
-  const double z10 = z[1];
-  const double z01 = z[Tile::kNodes];
-  const double z11 = z[Tile::kNodes + 1];
-  const double twist = z11 - z01 - z10 + z00;
-  return {z10 - z00 + t * twist, z01 - z00 + s * twist};
-}
+/// The bilinear ground of one cell: z = z0 + zx * s + zy * t + zxy * s * t for s, t in [0, 1].
+struct Patch {
+  double z0, zx, zy, zxy;
 
-double patch_height(const float* z, double s, double t) {
-  const double south = z[0] + s * (static_cast<double>(z[1]) - z[0]);
-  const double north =
-      z[Tile::kNodes] + s * (static_cast<double>(z[Tile::kNodes + 1]) - z[Tile::kNodes]);
-  return south + t * (north - south);
-}
+  Patch(const Tile& tile, int i, int j)
+      : z0(tile.node(i, j)),
+        zx(tile.node(i + 1, j) - z0),
+        zy(tile.node(i, j + 1) - z0),
+        zxy(tile.node(i + 1, j + 1) - z0 - zx - zy) {}
+
+  [[nodiscard]] double height(double s, double t) const { return z0 + zx * s + t * (zy + zxy * s); }
+  /// Per metre.
+  [[nodiscard]] Vec2 gradient(double s, double t) const {
+    return Vec2(zx + t * zxy, zy + s * zxy) / Tile::kCell_m;
+  }
+};
 
 Vec3 upward_normal(const Vec2& gradient) {
   return Vec3(-gradient.x(), -gradient.y(), 1.0).normalized();
 }
 
-// Smallest root in [0, 1] of the parabola through (0, f0 > 0), (1/2, fm), (1, f1); < 0: none.
-double first_root(double f0, double fm, double f1) {
-  const double a = 2.0 * (f0 + f1) - 4.0 * fm;
-  const double b = f1 - f0 - a;
-  const double d = b * b - 4.0 * a * f0;
+// Smallest root in [0, 1] of a * u^2 + b * u + c, which is positive at 0; < 0: none.
+double first_root(double a, double b, double c) {
+  // The parabola stays within |a| / 4 of its chord: most patches are passed well above.
+  if (std::min(c, a + b + c) > 0.25 * std::abs(a)) return -1.0;
+  const double d = b * b - 4.0 * a * c;
   if (d < 0.0) return -1.0;
-  // q has no cancellation; the roots are q / a and f0 / q.
+  // q has no cancellation; the roots are q / a and c / q.
   const double q = -0.5 * (b + std::copysign(std::sqrt(d), b));
-  const double r1 = q != 0.0 ? f0 / q : -1.0;
+  const double r1 = q != 0.0 ? c / q : -1.0;
   const double r2 = a != 0.0 ? q / a : -1.0;
   const double low = std::min(r1, r2);
   const double high = std::max(r1, r2);
@@ -46,106 +47,53 @@ double first_root(double f0, double fm, double f1) {
   return high <= 1.0 ? high : -1.0;
 }
 
-// A ray's way through the nodes of the pyramid, seen from above, in cells from the world's corner.
-// Node indices are carried along as integers, so that rounding can neither skip a node nor stand
-// still; the ranges of the node's far faces are carried along by sums.
-class NodeWalk {
- public:
-  NodeWalk(const Vec2& origin, const Vec2& direction)
-      : origin_(origin),
-        east_(direction.x() >= 0.0 ? 1 : 0),
-        north_(direction.y() >= 0.0 ? 1 : 0),
-        // A ray along an axis never reaches the faces across it.
-        cell_x_(1.0 / std::max(std::abs(direction.x()), 1e-12)),
-        cell_y_(1.0 / std::max(std::abs(direction.y()), 1e-12)),
-        i_(static_cast<int>(origin.x()) >> kStart),
-        j_(static_cast<int>(origin.y()) >> kStart) {
-    enter(kStart);
-  }
+// Where the ray meets the ground of the cell that it is in; < 0: nowhere.
+double meet_patch(const Patch& patch, const CellRay& ray, const NodeWalk& walk) {
+  const double way = walk.exit() - walk.range();
+  const Vec2 entry = walk.place_in_cell(ray);
+  // Height above the patch on the way through it: a parabola.
+  const double above = ray.height_at(walk.range()) - patch.height(entry.x(), entry.y());
+  if (above <= 0.0) return walk.range();
+  const double slope = ray.dz - ray.direction.x() * (patch.zx + patch.zxy * entry.y()) -
+                       ray.direction.y() * (patch.zy + patch.zxy * entry.x());
+  const double bend = -patch.zxy * ray.direction.x() * ray.direction.y();
+  const double share = first_root(bend * way * way, slope * way, above);
+  return share < 0.0 ? -1.0 : walk.range() + share * way;
+}
 
-  [[nodiscard]] int level() const { return level_; }
-  [[nodiscard]] double range() const { return range_; }  ///< where the node was entered
-  [[nodiscard]] double exit() const { return std::max(range_, std::min(exit_x_, exit_y_)); }
-  [[nodiscard]] int i() const { return i_; }
-  [[nodiscard]] int j() const { return j_; }
-  [[nodiscard]] int tile_i() const { return i_ >> (Tile::kTop - level_); }
-  [[nodiscard]] int tile_j() const { return j_ >> (Tile::kTop - level_); }
-  [[nodiscard]] std::size_t node_index() const {
-    return Tile::node_index(level_, local(i_) << level_, local(j_) << level_);
-  }
-  [[nodiscard]] std::size_t object_node() const {
-    return Tile::object_node(local(i_) << level_, local(j_) << level_);
-  }
-
-  /// Moves on within the node.
-  void skip_to(double range) { range_ = std::max(range_, range); }
-
-  /// To the child where the ray is.
-  void descend() {
-    --level_;
-    descend_axis(cell_x_, east_, &i_, &exit_x_);
-    descend_axis(cell_y_, north_, &j_, &exit_y_);
-  }
-
-  /// To the neighbour; a level up when it has another parent, and up to the level of the objects
-  /// when it belongs to another node of that.
-  void advance() {
-    const int old_i = i_;
-    const int old_j = j_;
-    if (exit_x_ < exit_y_) {
-      range_ = std::max(range_, exit_x_);
-      exit_x_ += cell_x_ * (1 << level_);
-      i_ += 2 * east_ - 1;
-    } else {
-      range_ = std::max(range_, exit_y_);
-      exit_y_ += cell_y_ * (1 << level_);
-      j_ += 2 * north_ - 1;
-    }
-    const int changed = (i_ ^ old_i) | (j_ ^ old_j);
-    if (level_ < Tile::kObjectLevel && (changed >> (Tile::kObjectLevel - level_)) != 0) {
-      i_ >>= Tile::kObjectLevel - level_;
-      j_ >>= Tile::kObjectLevel - level_;
-      enter(Tile::kObjectLevel);
-    } else if (level_ < Tile::kTop && (changed >> 1) != 0) {
-      ascend_axis(cell_x_, east_, &i_, &exit_x_);
-      ascend_axis(cell_y_, north_, &j_, &exit_y_);
-      ++level_;
-    }
-  }
-
- private:
-  static constexpr int kStart = Tile::kObjectLevel;  // never above: its objects would be missed
-
-  [[nodiscard]] int local(int node) const { return node & ((Tile::kCells >> level_) - 1); }
-
-  // Node (i_, j_) of `level`, its far faces afresh.
-  void enter(int level) {
-    level_ = level;
-    const double x = static_cast<double>((i_ + east_) * (1 << level)) - origin_.x();
-    const double y = static_cast<double>((j_ + north_) * (1 << level)) - origin_.y();
-    exit_x_ = std::abs(x) * cell_x_;
-    exit_y_ = std::abs(y) * cell_y_;
-  }
-  void descend_axis(double cell, int forward, int* node, double* exit) const {
-    const double middle = *exit - cell * (1 << level_);
-    const bool first_half = range_ < middle;
-    if (first_half) *exit = middle;
-    *node = 2 * *node + (first_half ? 1 - forward : forward);
-  }
-  void ascend_axis(double cell, int forward, int* node, double* exit) const {
-    const bool first_half = (*node & 1) != forward;
-    if (first_half) *exit += cell * (1 << level_);
-    *node >>= 1;
-  }
-
-  Vec2 origin_;
-  int east_, north_;        // 1: towards larger indices
-  double cell_x_, cell_y_;  // range from face to face of a cell
-  int i_, j_;               // node of the level
-  int level_ = 0;
-  double range_ = 0.0;
-  double exit_x_ = 0.0, exit_y_ = 0.0;  // ranges of the node's far faces
+/// Where a ray met the ground.
+struct GroundHit {
+  double range_m;
+  Vec2 gradient;
 };
+
+// The ground below one node of the objects' level; `walk` is a copy that stays inside it.
+bool meet_ground(const Tile& tile, const CellRay& ray, NodeWalk walk, GroundHit* hit) {
+  walk.descend();
+  while (true) {
+    if (walk.level() > 0) {
+      const double highest = tile.maximum[Tile::node_index(walk.level(), walk.i(), walk.j())];
+      if (ray.lowest(walk.range(), walk.exit()) <= highest) {
+        walk.skip_to(ray.range_down_to(highest));
+        walk.descend();
+        continue;
+      }
+    } else {
+      const Patch patch(tile, walk.i(), walk.j());
+      const double range_m = meet_patch(patch, ray, walk);
+      if (range_m >= 0.0) {
+        walk.skip_to(range_m);
+        const Vec2 at = walk.place_in_cell(ray);
+        *hit = {range_m, patch.gradient(at.x(), at.y())};
+        return true;
+      }
+    }
+    const int level = walk.level();
+    const int changed = walk.advance();
+    if ((changed >> (Tile::kObjectLevel - level)) != 0) return false;
+    if ((changed >> 1) != 0) walk.ascend();
+  }
+}
 
 }  // namespace
 
@@ -191,90 +139,69 @@ const Tile& World::tile(int i, int j) const {
   return *slot;
 }
 
-double World::height(double x_m, double y_m) const {
+World::Ground World::ground(double x_m, double y_m) const {
   RCS_CHECK(contains(x_m, y_m));
   const double u = x_m / Tile::kCell_m - static_cast<double>(tx0_) * Tile::kCells;
   const double v = y_m / Tile::kCell_m - static_cast<double>(ty0_) * Tile::kCells;
   const int i = static_cast<int>(u);
   const int j = static_cast<int>(v);
-  const Tile& t = tile(i / Tile::kCells, j / Tile::kCells);
-  return patch_height(t.corners(i % Tile::kCells, j % Tile::kCells), u - i, v - j);
+  const Patch patch(tile(i / Tile::kCells, j / Tile::kCells), i % Tile::kCells, j % Tile::kCells);
+  return {patch.height(u - i, v - j), patch.gradient(u - i, v - j)};
 }
 
+double World::height(double x_m, double y_m) const { return ground(x_m, y_m).height_m; }
+
 Vec3 World::normal(double x_m, double y_m) const {
-  RCS_CHECK(contains(x_m, y_m));
-  const double u = x_m / Tile::kCell_m - static_cast<double>(tx0_) * Tile::kCells;
-  const double v = y_m / Tile::kCell_m - static_cast<double>(ty0_) * Tile::kCells;
-  const int i = static_cast<int>(u);
-  const int j = static_cast<int>(v);
-  const Tile& t = tile(i / Tile::kCells, j / Tile::kCells);
-  const float* corners = t.corners(i % Tile::kCells, j % Tile::kCells);
-  return upward_normal(patch_gradient(corners, u - i, v - j) / Tile::kCell_m);
+  return upward_normal(ground(x_m, y_m).gradient);
 }
 
 // Maximum mipmaps (Tevs, Ihrke & Seidel 2008): the ray jumps over every node whose highest point it
-// stays above, and descends into the others.
+// stays above, and descends into the others. Here from the objects' level up, in meet_ground()
+// below.
 bool World::cast(const Ray& ray, double max_range_m, double time_s, std::uint64_t shot_id,
                  Hit* hit) const {
   if (!contains(ray.origin_world.x(), ray.origin_world.y())) return false;
   const Vec2 corner(tx0_ * Tile::kSize_m, ty0_ * Tile::kSize_m);
-  const Vec2 origin = (ray.origin_world.head<2>() - corner) / Tile::kCell_m;
-  const Vec2 direction = ray.direction_world.head<2>() / Tile::kCell_m;
-  const double oz = ray.origin_world.z();
-  const double dz = ray.direction_world.z();
-  const double inverse_dz = dz < 0.0 ? 1.0 / dz : 0.0;
+  const CellRay cell_ray((ray.origin_world.head<2>() - corner) / Tile::kCell_m,
+                         ray.direction_world.head<2>() / Tile::kCell_m, ray.origin_world.z(),
+                         ray.direction_world.z());
   const Shot shot{ray, time_s, shot_id};
   hit->range_m = max_range_m;
-  bool on_ground = false;
 
-  NodeWalk walk(origin, direction);
-  const Tile* t = nullptr;
-  int tile_i = -1;
-  int tile_j = -1;
+  NodeWalk walk(cell_ray, Tile::kObjectLevel);
+  const Tile* t = &tile(walk.tile_i(), walk.tile_j());
   while (walk.range() < hit->range_m) {
-    if (walk.tile_i() != tile_i || walk.tile_j() != tile_j) {
-      tile_i = walk.tile_i();
-      tile_j = walk.tile_j();
-      if (tile_i < 0 || tile_j < 0 || tile_i >= tiles_x_ || tile_j >= tiles_y_) break;
-      t = &tile(tile_i, tile_j);
-    }
-    const double exit = walk.exit();
-    if (walk.level() > 0) {
-      const double highest = t->maximum[walk.node_index()];
-      if (oz + dz * (dz < 0.0 ? exit : walk.range()) <= highest) {
-        // Down to the node's highest point nothing can be met.
-        if (dz < 0.0) walk.skip_to((highest - oz) * inverse_dz);
-        if (walk.level() == Tile::kObjectLevel) meet_objects(*t, walk.object_node(), shot, hit);
+    const int level = walk.level();
+    const double highest = t->maximum[Tile::node_index(level, walk.i(), walk.j())];
+    if (cell_ray.lowest(walk.range(), walk.exit()) <= highest) {
+      // Down to the node's highest point nothing can be met.
+      walk.skip_to(cell_ray.range_down_to(highest));
+      if (level > Tile::kObjectLevel) {
         walk.descend();
         continue;
       }
-    } else {
-      const float* z = t->corners(walk.i() & (Tile::kCells - 1), walk.j() & (Tile::kCells - 1));
-      const Vec2 place = origin - Vec2(walk.i(), walk.j());  // relative to the cell
-      const auto above = [&](double r) {
-        return oz + dz * r -
-               patch_height(z, place.x() + direction.x() * r, place.y() + direction.y() * r);
-      };
-      const double r = walk.range();
-      const double f0 = above(r);
-      const double share = f0 <= 0.0 ? 0.0 : first_root(f0, above(0.5 * (r + exit)), above(exit));
-      if (share >= 0.0) {
-        const double range_m = r + share * (exit - r);
-        if (range_m < hit->range_m) {
-          const Vec2 at = place + direction * range_m;
-          const Vec3 n = upward_normal(patch_gradient(z, at.x(), at.y()) / Tile::kCell_m);
-          hit->range_m = range_m;
-          hit->cos_incidence = std::abs(n.dot(ray.direction_world));
-          on_ground = true;
+      meet_objects(*t, Tile::object_node(walk.i(), walk.j()), shot, hit);
+      GroundHit ground_hit;
+      if (meet_ground(*t, cell_ray, walk, &ground_hit)) {
+        if (ground_hit.range_m < hit->range_m) {
+          hit->range_m = ground_hit.range_m;
+          hit->cos_incidence =
+              std::abs(upward_normal(ground_hit.gradient).dot(ray.direction_world));
+          meet_grass(shot, hit);
         }
         break;
       }
     }
-    walk.advance();
+    const int changed = walk.advance();
+    if ((changed >> (Tile::kTop - level)) != 0) {
+      const int i = walk.tile_i();
+      const int j = walk.tile_j();
+      if (i < 0 || j < 0 || i >= tiles_x_ || j >= tiles_y_) break;
+      t = &tile(i, j);
+    }
+    if (level < Tile::kTop && (changed >> 1) != 0) walk.ascend();
   }
-  if (hit->range_m >= max_range_m) return false;
-  if (on_ground) meet_grass(shot, hit);
-  return true;
+  return hit->range_m < max_range_m;
 }
 
 void World::meet_objects(const Tile& t, std::size_t node, const Shot& shot, Hit* hit) const {
@@ -282,6 +209,10 @@ void World::meet_objects(const Tile& t, std::size_t node, const Shot& shot, Hit*
     const Spheroid& o = t.objects[t.node_objects[k]];
     // Scaled along z the spheroid is a sphere; the ray's parameter stays the range.
     const double stretch = o.radius_m / o.half_height_m;
+    // Most are passed by far: no need to know where the wind has them.
+    const Vec3 to_centre = o.centre_world - shot.ray.origin_world;
+    const double reach_m = std::max(o.radius_m, o.half_height_m) + 1.5 * o.sway_m;
+    if (to_centre.cross(shot.ray.direction_world).squaredNorm() > reach_m * reach_m) continue;
     const Vec3 to_origin =
         shot.ray.origin_world - o.centre_at(shot.time_s, scatter_.vegetation().sway_hz);
     const Vec3 p(to_origin.x(), to_origin.y(), to_origin.z() * stretch);
@@ -315,14 +246,14 @@ void World::meet_objects(const Tile& t, std::size_t node, const Shot& shot, Hit*
 void World::meet_grass(const Shot& shot, Hit* hit) const {
   const VegetationParams& veg = scatter_.vegetation();
   if (veg.grass_height_m <= 0.0) return;
-  const Vec3 p = shot.ray.origin_world + hit->range_m * shot.ray.direction_world;
-  if (!scatter_.meadow(p.x(), p.y())) return;
   // The layer is as thick as the grass is high; rays that graze have a long way in it.
   const double way_m =
       std::min(hit->range_m, veg.grass_height_m / std::max(hit->cos_incidence, 0.02));
   const double free_m =
-      -std::log(1.0 - to_unit(mix(shot.id + 77))) / -std::log(veg.grass_transmittance_per_m);
+      std::log(1.0 - to_unit(mix(shot.id + 77))) / std::log(veg.grass_transmittance_per_m);
   if (free_m >= way_m) return;
+  const Vec3 p = shot.ray.origin_world + hit->range_m * shot.ray.direction_world;
+  if (!scatter_.meadow(p.x(), p.y())) return;
   hit->range_m += free_m - way_m;
   hit->cos_incidence = 1.0;
 }

@@ -58,7 +58,12 @@ class World {
 
  private:
   struct Shot;
+  struct Ground {
+    double height_m;
+    Vec2 gradient;
+  };
 
+  [[nodiscard]] Ground ground(double x_m, double y_m) const;
   [[nodiscard]] const Tile& tile(int i, int j) const;
   void meet_objects(const Tile& tile, std::size_t node, const Shot& shot, Hit* hit) const;
   void meet_grass(const Shot& shot, Hit* hit) const;
