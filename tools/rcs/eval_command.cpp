@@ -90,7 +90,8 @@ class Eval final : public Command {
     app()
         ->add_option("--frame", frame_,
                      "of the poses that are scored or exported: world (absolute, may step), local\n"
-                     "(WM's smooth frame), rolling (SP's map)")
+                     "(WM's smooth frame as published: it follows SP's corrections with a delay),\n"
+                     "rolling (SP's registrations themselves)")
         ->capture_default_str()
         ->check(CLI::IsMember({"world", "local", "rolling"}));
     app()

@@ -35,6 +35,7 @@ bool denied(const std::vector<Interval>& outages, Stamp stamp) {
 
 std::vector<Shade> shades(const std::vector<Interval>& outages, Stamp zero) {
   std::vector<Shade> out;
+  out.reserve(outages.size());
   for (const Interval& i : outages) {
     out.push_back({seconds(i.from - zero), seconds(i.to - zero), "no GPS"});
   }

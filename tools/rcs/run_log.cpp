@@ -90,8 +90,6 @@ class Reader {
     r.map_epoch = m.map_epoch;
     r.stop = m.stop;
     r.iterations = m.iterations;
-    r.mean_distance_m = m.mean_distance_m;
-    r.overlap = m.overlap;
     Pose T;
     if (from_message(m.q_target_vehicle, m.p_target_vehicle_m, &T)) r.T_rolling_vehicle = T;
     run_->scans.push_back(r);
@@ -101,7 +99,6 @@ class Reader {
   bool add(const nav_state_t& m) {
     NavRecord r;
     r.stamp = from_utime(m.utime);
-    r.mode = m.mode;
     r.world_valid = m.world_valid != 0;
     if (!from_message(m.q_local_vehicle, m.p_local_vehicle_m, &r.T_local_vehicle)) return false;
     if (!from_message(m.q_world_vehicle, m.p_world_vehicle_m, &r.T_world_vehicle)) return false;
@@ -222,12 +219,12 @@ Result<RunLog> read_run(const std::string& path) {
   return run;
 }
 
-std::string_view stop_name(int stop) {
+std::string_view stop_name(std::int8_t stop) {
   static constexpr std::array<std::string_view, 9> kNames = {
       "converged",  "max iterations", "budget",   "limit cycle", "too few",
       "degenerate", "empty",          "diverged", "seeded"};
-  return stop >= 0 && static_cast<std::size_t>(stop) < kNames.size()
-             ? kNames[static_cast<std::size_t>(stop)]
+  return stop >= 0 && static_cast<std::uint8_t>(stop) < kNames.size()
+             ? kNames[static_cast<std::uint8_t>(stop)]
              : "unknown";
 }
 

@@ -22,16 +22,13 @@ struct ScanRecord {
   Stamp reference;
   std::int64_t scan_id = 0;
   std::int32_t map_epoch = 0;
-  int stop = 0;                           ///< registration_t::STOP_*
+  std::int8_t stop = 0;                   ///< registration_t::STOP_*
   std::optional<Pose> T_rolling_vehicle;  ///< none: not a pose
   int iterations = 0;
-  double mean_distance_m = 0.0;
-  double overlap = 0.0;
 };
 
 struct NavRecord {
   Stamp stamp;
-  int mode = 0;
   bool world_valid = false;
   Pose T_world_vehicle;
   Pose T_local_vehicle;
@@ -74,7 +71,7 @@ struct RunLog {
 [[nodiscard]] Result<RunLog> read_run(const std::string& path);
 
 /// The name of a registration_t::STOP_*.
-[[nodiscard]] std::string_view stop_name(int stop);
+[[nodiscard]] std::string_view stop_name(std::int8_t stop);
 
 enum class Frame { kWorld, kLocal, kRolling };
 

@@ -1,8 +1,27 @@
-// How the plots look, in light and in dark.
+// How the plots look: ticks, and colours in light and in dark.
 
 #include "tools/rcs/svg_plot.h"
 
+#include <cmath>
+
 namespace rcs::tools {
+
+std::vector<double> round_ticks(double low, double high, int count) {
+  const double rough = (high - low) / count;
+  const double power = std::pow(10.0, std::floor(std::log10(rough)));
+  double step = 10.0 * power;
+  for (const double factor : {1.0, 2.0, 2.5, 5.0}) {
+    if (factor * power >= rough * (1.0 - 1e-9)) {
+      step = factor * power;
+      break;
+    }
+  }
+  std::vector<double> ticks;
+  for (double k = std::ceil(low / step); k * step <= high + 1e-9 * step; k += 1.0) {
+    ticks.push_back(k * step);
+  }
+  return ticks;
+}
 
 std::string_view plot_style() {
   return R"(

@@ -28,8 +28,7 @@ Outcome for_each_row(std::string_view text, std::string_view name, std::size_t c
                                columns,
                                values ? std::to_string(values->size()) : "something else")};
     }
-    const Outcome outcome = row(*values, line_number);
-    if (!outcome) return outcome;
+    if (Outcome outcome = row(*values, line_number); !outcome) return outcome;
   }
   return Done{};
 }

@@ -26,20 +26,17 @@ struct SegmentSums {
     mean.driven_m += driven_m;
     mean.translation_m += error.p.norm();
     mean.rotation_rad += angle(error.q);
-    if (driven_m > 0.0) {
-      mean.translation_percent += 100.0 * error.p.norm() / driven_m;
-      mean.rotation_rad_per_m += angle(error.q) / driven_m;
-    }
   }
 
   [[nodiscard]] RelativeError result() const {
     RelativeError r = mean;
     if (r.segments == 0) return r;
-    const double n = static_cast<double>(r.segments);
-    for (double* sum : {&r.driven_m, &r.translation_m, &r.translation_percent, &r.rotation_rad,
-                        &r.rotation_rad_per_m}) {
-      *sum /= n;
+    if (r.driven_m > 0.0) {
+      r.translation_percent = 100.0 * r.translation_m / r.driven_m;
+      r.rotation_rad_per_m = r.rotation_rad / r.driven_m;
     }
+    const double n = static_cast<double>(r.segments);
+    for (double* sum : {&r.driven_m, &r.translation_m, &r.rotation_rad}) *sum /= n;
     return r;
   }
 };

@@ -48,9 +48,9 @@ struct RelativeError {
   std::size_t segments = 0;
   double driven_m = 0.0;             ///< mean length of the segments, by the truth
   double translation_m = 0.0;        ///< mean
-  double translation_percent = 0.0;  ///< mean of error / length driven
+  double translation_percent = 0.0;  ///< all errors of all driven: at rest nothing is divided by 0
   double rotation_rad = 0.0;         ///< mean
-  double rotation_rad_per_m = 0.0;   ///< mean
+  double rotation_rad_per_m = 0.0;   ///< likewise
 };
 /// Every pair begins a segment that ends at the first pair at least `length_m` farther on.
 [[nodiscard]] RelativeError relative_error_over_length(const PosePairs& pairs, double length_m);
