@@ -92,6 +92,7 @@ class RollingMap {
 
   /// @param points_vehicle  a deskewed scan
   void insert(const Points& points_vehicle, const Pose& T_rolling_vehicle);
+  void reserve(std::size_t points) { points_rolling_.reserve(points); }
   void clear();
 
   /// The fine surface at `p_rolling` if there is one, else the coarse one.

@@ -20,6 +20,10 @@ struct Scan {
     points.clear();
     dt_us.clear();
   }
+  void reserve(std::size_t n) {
+    points.reserve(n);
+    dt_us.reserve(n);
+  }
 };
 
 }  // namespace rcs::sp

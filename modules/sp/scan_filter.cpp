@@ -45,21 +45,24 @@ void deskew(const MotionTable& motion, Scan* scan) {
   std::fill(scan->dt_us.begin(), scan->dt_us.end(), 0);
 }
 
+void VoxelSampler::reserve(std::size_t points) {
+  std::size_t capacity = std::max<std::size_t>(table_.size(), 1024);
+  while (capacity < 2 * points) capacity *= 2;
+  if (capacity == table_.size()) return;
+  table_.assign(capacity, {});
+  generation_ = 0;
+}
+
 void VoxelSampler::sample(const Points& in, double voxel_m, Points* out) {
   RCS_CHECK(voxel_m > 0.0);
   out->clear();
   const std::size_t n = in.size();
-  std::size_t capacity = std::max<std::size_t>(table_.size(), 1024);
-  while (capacity < 2 * n) capacity *= 2;
-  if (capacity != table_.size()) {
-    table_.assign(capacity, {});
-    generation_ = 0;
-  }
+  reserve(n);
   if (++generation_ == 0) {  // wrapped after 4e9 scans: old marks would look new
     std::fill(table_.begin(), table_.end(), Entry{});
     generation_ = 1;
   }
-  const std::size_t mask = capacity - 1;
+  const std::size_t mask = table_.size() - 1;
   const float per_m = 1.0F / static_cast<float>(voxel_m);
   for (std::size_t i = 0; i < n; ++i) {
     const VoxelKey key = pack_voxel(fast_floor(in.x[i] * per_m), fast_floor(in.y[i] * per_m),

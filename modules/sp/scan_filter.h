@@ -19,6 +19,9 @@ class VoxelSampler {
  public:
   void sample(const Points& in, double voxel_m, Points* out);
 
+  /// Makes room for scans of so many points beforehand.
+  void reserve(std::size_t points);
+
  private:
   struct Entry {
     std::uint64_t key = 0;

@@ -96,7 +96,29 @@ SpNode::SpNode(const SpConfig& config, std::optional<ElevationMap> prior_map, Bu
       report_(bus, config.info.name, from_seconds(1.0)),
       assembler_(config.ladar),
       inertial_(256),
-      map_(config.map) {}
+      map_(config.map) {
+  reserve();
+}
+
+// A range image has a size: no cycle needs to allocate for it. Scans of Cartesian points grow the
+// buffers until the largest has been seen.
+void SpNode::reserve() {
+  const auto n =
+      static_cast<std::size_t>(config_.ladar.rows) * static_cast<std::size_t>(config_.ladar.cols);
+  assembler_.scan()->reserve(n);
+  for (Points* points : {&dense_, &source_, &prior_source_}) points->reserve(n);
+  map_sampler_.reserve(n);
+  source_sampler_.reserve(n);
+  map_.reserve(n);
+  icp_.matches.reserve(n);
+  icp_.pairs_of_voxel.resize(map_.voxel_ids());
+  prior_match_.matches.reserve(n);
+  prior_match_.counts.reserve(4 * n);
+  points_message_.x_m.reserve(kPointsPerMessage);
+  points_message_.y_m.reserve(kPointsPerMessage);
+  points_message_.z_m.reserve(kPointsPerMessage);
+  points_out_.reserve(12 * kPointsPerMessage + 256);
+}
 
 std::vector<const InboxBase*> SpNode::inboxes() const {
   return {&ranges_, &facets_, &ins_, &nav_states_};

@@ -41,6 +41,7 @@ class SpNode final : public Node {
     Mat6 covariance = Mat6::Identity();
   };
 
+  void reserve();
   void take_inertial();
   void take_belief();
   template <class Message>

@@ -1,6 +1,7 @@
 #pragma once
 // Encodes messages of one type onto one channel; owns the sequence number.
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -15,6 +16,9 @@ template <class T>
 class Outbox {
  public:
   Outbox(Bus* bus, std::string_view channel) : bus_(bus), channel_(channel) {}
+
+  /// Makes room for messages of so many bytes beforehand.
+  void reserve(std::size_t bytes) { buffer_.resize(std::max(buffer_.size(), bytes)); }
 
   /// Sets message->seq (1, 2, ...) and publishes. No allocation once the buffer has seen the size.
   void publish(T* message) {
