@@ -42,8 +42,9 @@ std::vector<Shade> shades(const std::vector<Interval>& outages, Stamp zero) {
   return out;
 }
 
-Colour colour_at(std::size_t i) {
-  constexpr Colour kOrder[] = {Colour::kBlue, Colour::kOrange, Colour::kGreen, Colour::kPurple};
+/// Of run i, in every picture; orange is kept for the course without GPS.
+Colour colour_of_run(std::size_t i) {
+  constexpr Colour kOrder[] = {Colour::kBlue, Colour::kGreen, Colour::kPurple};
   return kOrder[i % std::size(kOrder)];
 }
 
@@ -94,7 +95,7 @@ Plot course_plot(const Trajectory& truth, const std::vector<NamedTrajectory>& es
   plot.equal_scales = true;
   for (std::size_t k = 0; k < estimates.size(); ++k) {
     const NamedTrajectory& estimate = estimates[k];
-    plot.series.push_back(course_of(estimate.poses, estimate.name, colour_at(k == 0 ? 0 : k + 1),
+    plot.series.push_back(course_of(estimate.poses, estimate.name, colour_of_run(k),
                                     k == 0 ? SeriesStyle::kThickLine : SeriesStyle::kLine));
     if (k > 0 || outages.empty()) continue;
     Series without = course_of(estimate.poses, estimate.name + ", GPS denied", Colour::kOrange,
@@ -168,7 +169,7 @@ Plot comparison_plot(const std::vector<std::pair<std::string, const WorldFigures
   plot.log_y = true;
   plot.shades = shades(outages, zero);
   for (std::size_t k = 0; k < runs.size(); ++k) {
-    Series s{runs[k].first, colour_at(k), SeriesStyle::kLine, {}, {}, {}};
+    Series s{runs[k].first, colour_of_run(k), SeriesStyle::kLine, {}, {}, {}};
     for (const WorldError& e : runs[k].second->errors) {
       s.x.push_back(seconds(e.stamp - zero));
       s.y.push_back(std::max(1e-3, e.horizontal_m()));
