@@ -7,12 +7,6 @@ namespace {
 
 constexpr std::size_t kMaxWaiting = 64;
 
-/// Takes from `owed` what may be paid now, at most `limit`.
-Vec3 pay(double limit, const Vec3& owed) {
-  const double n = owed.norm();
-  return n > limit ? Vec3(owed * (limit / n)) : owed;
-}
-
 }  // namespace
 
 Estimator::Estimator(const WmParams& params, const std::optional<Geodetic>& datum)
@@ -124,17 +118,22 @@ void Estimator::fuse() {
 
 void Estimator::move_local() {
   const FilterState& head = history_.head();
-  const Duration dt = head.belief.x.stamp - local_stamp_;
-  if (dt <= Duration::zero()) return;
-  const Memory& then = history_.at(local_stamp_).memory;
-  local_stamp_ = head.belief.x.stamp;
-  T_local_vehicle_ =
-      T_local_vehicle_ * (then.T_path_vehicle.inverse() * head.memory.T_path_vehicle);
+  // Without an INS a scan arrives when a fix of its instant has moved the belief there already:
+  // what the rate allowed for that interval is kept for it.
+  if (const Duration dt = head.belief.x.stamp - local_stamp_; dt > Duration::zero()) {
+    const Memory& then = history_.at(local_stamp_).memory;
+    T_local_vehicle_ =
+        T_local_vehicle_ * (then.T_path_vehicle.inverse() * head.memory.T_path_vehicle);
+    local_stamp_ = head.belief.x.stamp;
+    slew_s_ = seconds(dt);
+  }
   const Vec6 owed = log_se3(T_local_vehicle_.inverse() * head.memory.T_local_vehicle);
-  Vec6 paid;
-  paid.head<3>() = pay(params_.local.slew_mps * seconds(dt), owed.head<3>());
-  paid.tail<3>() = pay(params_.local.slew_radps * seconds(dt), owed.tail<3>());
-  T_local_vehicle_ = T_local_vehicle_ * exp_se3(paid);
+  const double needed_s = std::max(owed.head<3>().norm() / params_.local.slew_mps,
+                                   owed.tail<3>().norm() / params_.local.slew_radps);
+  if (needed_s <= 0.0) return;
+  const double share = std::min(1.0, slew_s_ / needed_s);
+  T_local_vehicle_ = T_local_vehicle_ * exp_se3(share * owed);
+  slew_s_ -= share * needed_s;
 }
 
 /// The fixes of the newest second wait in the history; once the heading is known the oldest state

@@ -71,6 +71,7 @@ class Estimator {
   bool started_ = false;
   Pose T_local_vehicle_;
   Stamp local_stamp_ = Stamp::min();
+  double slew_s_ = 0.0;  ///< of slewing that is allowed now
   Stamp newest_imu_ = Stamp::min();
   int out_of_range_ = 0;  ///< inputs refused for their stamps since one was taken
   Stamp first_out_of_range_ = Stamp::min();

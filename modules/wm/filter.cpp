@@ -13,6 +13,7 @@ void after_prediction(const Model& model, const NavState& before, FilterState* s
   const Pose step = before.T_world_vehicle.inverse() * x.T_world_vehicle;
   m.T_path_vehicle = m.T_path_vehicle * step;
   m.T_local_vehicle = m.T_local_vehicle * step;
+  m.unmatched = step.inverse() * m.unmatched * step;
   // The noise of a standing vehicle's position is not a distance.
   if (x.v_world.norm() > model.params.stillness.speed_mps) {
     m.distance_m += step.p.norm();

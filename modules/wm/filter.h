@@ -75,6 +75,10 @@ struct Memory {
   bool anchored = false;              ///< the world is the datum's: absolute measurements count
   Pose T_path_vehicle;                ///< composition of the predicted body increments alone
   Pose T_local_vehicle;  ///< the same with the LADAR's corrections; steps at each of them
+  /// What other sources did to the vehicle's pose in the map since the last match, vehicle axes.
+  /// The next match takes it back, and the local pose, which never had it, must not have that
+  /// either.
+  Pose unmatched;
   int world_resets = 0;
   double last_reset_m = 0.0;
   double last_reset_rad = 0.0;

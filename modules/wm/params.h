@@ -114,8 +114,8 @@ struct HistoryParams {
 };
 
 struct LocalFrameParams {
-  double slew_mps = 0.3;     ///< LADAR corrections enter the local pose no faster, (0, 10]
-  double slew_radps = 0.05;  ///< the same, (0, 10]
+  double slew_mps = 1.0;    ///< LADAR corrections enter the local pose no faster, (0, 10]
+  double slew_radps = 0.2;  ///< the same, (0, 10]
 };
 
 struct ModeParams {

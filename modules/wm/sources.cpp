@@ -34,6 +34,7 @@ class Fuser {
   void refuse(Source source, Reason reason) { note({stamp(), source, reason}); }
   void note(const Innovation& i);
   bool clone(const RollingMatch& z);
+  void correct_local(Source source, const NavState& before);
   [[nodiscard]] Stamp stamp() const { return s_.belief.x.stamp; }
 
   const Model& model_;
@@ -60,16 +61,25 @@ Reason Fuser::fuse(Source source, const Residual<M>& z, double gate) {
   i.sigma.template head<M>() = f.sigma;
   if (!std::isfinite(gate)) i.gate = 0.0;
   if (f.reason == Reason::kAccepted) {
-    const Pose before = s_.belief.x.T_world_vehicle;
+    const NavState before = s_.belief.x;
     s_.belief = f.belief;
-    if (source == Source::kRolling) {
-      s_.memory.T_local_vehicle =
-          s_.memory.T_local_vehicle * (before.inverse() * s_.belief.x.T_world_vehicle);
-    }
-    count_reset(model_.params.modes, before, &s_);
+    correct_local(source, before);
+    count_reset(model_.params.modes, before.T_world_vehicle, &s_);
   }
   note(i);
   return f.reason;
+}
+
+/// A match moves the local pose as it moves the vehicle in its map. What moves vehicle and map
+/// together (GPS, the a priori map) does not.
+void Fuser::correct_local(Source source, const NavState& before) {
+  if (before.map_epoch < 0) return;
+  Memory& m = s_.memory;
+  const Pose moved = T_rolling_vehicle(before).inverse() * T_rolling_vehicle(s_.belief.x);
+  m.unmatched = m.unmatched * moved;
+  if (source != Source::kRolling) return;
+  m.T_local_vehicle = m.T_local_vehicle * m.unmatched;
+  m.unmatched = Pose{};
 }
 
 /// Makes the map's frame anew at the vehicle. False when the scan does not fix all of the pose.
@@ -79,6 +89,7 @@ bool Fuser::clone(const RollingMatch& z) {
       registration_covariance(s_.belief.x, z.information, model_.params.rolling.match, &unobserved);
   if (unobserved > 0) return false;
   s_.belief = start_epoch(s_.belief, z.T_rolling_vehicle, z.map_epoch, covariance);
+  s_.memory.unmatched = Pose{};
   note({stamp(), Source::kRolling, Reason::kAccepted});
   return true;
 }
@@ -86,6 +97,7 @@ bool Fuser::clone(const RollingMatch& z) {
 void Fuser::operator()(const RollingMatch& z) {
   if (z.seeded) {
     s_.belief = start_epoch(s_.belief, z.T_rolling_vehicle, z.map_epoch);
+    s_.memory.unmatched = Pose{};
     note({stamp(), Source::kRolling, Reason::kAccepted});
     return;
   }

@@ -264,7 +264,8 @@ TEST(Estimator, TheLocalPoseNeverSteps) {
     largest_m = std::max(largest_m, (step.p - moved.p).norm());
     before = estimator.T_local_vehicle();
   }
-  EXPECT_LT(largest_m, 0.02);  // of a step of 8 cm in 10 ms, with a velocity error of decimetres/s
+  // A centimetre by slewing for 10 ms, and a velocity that is off by decimetres a second.
+  EXPECT_LT(largest_m, 0.02);
 }
 
 TEST(Estimator, AClockThatStepsForAllIsFollowed) {
