@@ -39,9 +39,6 @@ double Beam::cast(const World& world, const Ray& ray, double time_s, double* cos
 
 double Beam::measure(double range_m, double cos_incidence) {
   if (range_m <= 0.0) return 0.0;
-  // Empty facets take their part of the missing share.
-  const double missing = 1.0 - (1.0 - params_.missing_share) / (1.0 - params_.empty_facet_share);
-  if (missing > 0.0 && random_.uniform() < missing) return 0.0;
   constexpr double kMaxTangent = 10.0;  // beyond 84 deg the footprint is cut off by the relief
   const double c = std::clamp(cos_incidence, 1e-3, 1.0);
   const double tangent = std::min(kMaxTangent, std::sqrt(1.0 - c * c) / c);
@@ -53,6 +50,12 @@ double Beam::measure(double range_m, double cos_incidence) {
 
 bool Beam::facet_is_empty() {
   return params_.empty_facet_share > 0.0 && random_.uniform() < params_.empty_facet_share;
+}
+
+bool Beam::shot_is_missing() {
+  // Empty facets have taken their part of the missing share.
+  const double missing = 1.0 - (1.0 - params_.missing_share) / (1.0 - params_.empty_facet_share);
+  return missing > 0.0 && random_.uniform() < missing;
 }
 
 RangeImager::RangeImager(const ImagerParams& params, const BeamParams& beam,
@@ -123,6 +126,7 @@ void RangeImager::render(const World& world, const Trajectory& vehicle, double s
   for (int col = 0; col < params_.cols; ++col) {
     const Column& column = columns_[static_cast<std::size_t>(col)];
     for (int row = 0; row < rows; ++row) {
+      if (beam_.shot_is_missing()) continue;
       const Ray ray{column.p_world, column.R_world_ladar * direction(out->first_row + row, col)};
       Shot& shot = shots_[static_cast<std::size_t>(row) * cols + static_cast<std::size_t>(col)];
       shot.range_m = beam_.cast(world, ray, shot_time(start_s, col), &shot.cos_incidence);
@@ -182,6 +186,7 @@ void SpinningLadar::render(const World& world, const Trajectory& vehicle, double
     const Mat3 R = T_world_ladar.rotation();
     const double azimuth_rad = kPi - 2.0 * kPi * (col + 0.5) / params_.cols;
     for (int row = 0; row < params_.beams; ++row) {
+      if (beam_.shot_is_missing()) continue;
       const double elevation_rad = params_.lowest_rad + (params_.highest_rad - params_.lowest_rad) *
                                                             row / (params_.beams - 1);
       const Vec3 direction = spherical(azimuth_rad, elevation_rad);

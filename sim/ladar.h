@@ -82,10 +82,11 @@ class Beam {
   /// The range without noise; 0: no return.
   [[nodiscard]] double cast(const World& world, const Ray& ray, double time_s,
                             double* cos_incidence);
-  /// Adds noise to a range; 0 when the return is missing or out of range.
+  /// Adds noise to a range; 0: no return, or out of range.
   [[nodiscard]] double measure(double range_m, double cos_incidence);
-  /// Drawn once a facet.
+  /// Drawn once a facet, and once a shot: its return will be missing, so it need not be cast.
   [[nodiscard]] bool facet_is_empty();
+  [[nodiscard]] bool shot_is_missing();
   [[nodiscard]] Random& random() { return random_; }
 
  private:

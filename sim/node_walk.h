@@ -75,14 +75,7 @@ class NodeWalk {
 
   /// To the neighbour on the same level.
   /// @return the bits of the node's index that changed: bit 0 alone if it has the same parent
-  int advance() {
-    Axis& axis = x_.exit < y_.exit ? x_ : y_;
-    range_ = std::max(range_, axis.exit);
-    axis.exit += axis.size;
-    const int old = axis.node;
-    axis.node += 2 * axis.forward - 1;
-    return axis.node ^ old;
-  }
+  int advance() { return x_.exit < y_.exit ? x_.advance(&range_) : y_.advance(&range_); }
 
  private:
   struct Axis {
@@ -92,11 +85,12 @@ class NodeWalk {
     int forward;  // 1: towards larger indices
 
     Axis(double origin, double direction, int level)
-        // A ray along the other axis never reaches the faces.
-        : size((1 << level) / std::max(std::abs(direction), 1e-12)),
-          node(static_cast<int>(origin) >> level),
-          forward(direction >= 0.0 ? 1 : 0) {
-      exit = std::abs(node + forward - origin / (1 << level)) * size;
+        : node(static_cast<int>(origin) >> level), forward(direction >= 0.0 ? 1 : 0) {
+      const int cells = 1 << level;
+      // A ray along the other axis never reaches the faces.
+      const double cell = 1.0 / std::max(std::abs(direction), 1e-12);
+      size = cells * cell;
+      exit = std::abs((node + forward) * cells - origin) * cell;
     }
     void descend(double range) {
       size *= 0.5;
@@ -107,6 +101,13 @@ class NodeWalk {
       } else {
         node = 2 * node + forward;
       }
+    }
+    int advance(double* range) {
+      *range = std::max(*range, exit);
+      exit += size;
+      const int old = node;
+      node += 2 * forward - 1;
+      return node ^ old;
     }
     void ascend() {
       if ((node & 1) != forward) exit += size;

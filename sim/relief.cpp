@@ -53,12 +53,14 @@ double catmull_rom(double p0, double p1, double p2, double p3, double u) {
                    u * ((2.0 * p0 - 5.0 * p1 + 4.0 * p2 - p3) + u * (3.0 * (p1 - p2) + p3 - p0)));
 }
 
-// One octave along a line of lattice points, prepared once for all rows.
+// One octave along a line of samples, prepared once for all rows. Samples between the same two
+// lattice points make a run: they share the four values that the spline weighs.
 struct AxisWeights {
-  std::vector<int> first;  // index of the first of the four lattice columns
-  std::vector<std::array<float, 4>> w;
-  int low = 0;    // lattice coordinate of column 0
-  int count = 0;  // columns
+  std::array<std::vector<float>, 4> w;  // of each sample
+  std::vector<int> run_end;             // one past the last sample of run k
+  std::vector<int> first;               // index of the first of the four lattice columns, by run
+  int low = 0;                          // lattice coordinate of column 0
+  int count = 0;                        // columns
 
   AxisWeights(std::int64_t i0, double step_m, int n, double spacing_m) {
     low = static_cast<int>(std::floor(static_cast<double>(i0) * step_m / spacing_m)) - 1;
@@ -66,13 +68,35 @@ struct AxisWeights {
       const double u = static_cast<double>(i0 + i) * step_m / spacing_m;
       const double fu = std::floor(u);
       const std::array<double, 4> weights = spline_weights(u - fu);
-      first.push_back(static_cast<int>(fu) - 1 - low);
-      w.push_back({static_cast<float>(weights[0]), static_cast<float>(weights[1]),
-                   static_cast<float>(weights[2]), static_cast<float>(weights[3])});
+      for (std::size_t k = 0; k < 4; ++k) w[k].push_back(static_cast<float>(weights[k]));
+      const int column = static_cast<int>(fu) - 1 - low;
+      if (first.empty() || first.back() != column) {
+        first.push_back(column);
+        run_end.push_back(i);
+      }
+      run_end.back() = i + 1;
     }
     count = first.back() + 4;
   }
+  [[nodiscard]] int size() const { return run_end.back(); }
 };
+
+void add_row(const AxisWeights& x, const std::vector<float>& row, float* z) {
+  std::size_t i = 0;
+  for (std::size_t run = 0; run < x.first.size(); ++run) {
+    const float* four = row.data() + x.first[run];
+    const float a = four[0];
+    const float b = four[1];
+    const float c = four[2];
+    const float d = four[3];
+    const std::size_t end = static_cast<std::size_t>(x.run_end[run]);
+    const float* w0 = x.w[0].data();
+    const float* w1 = x.w[1].data();
+    const float* w2 = x.w[2].data();
+    const float* w3 = x.w[3].data();
+    for (; i < end; ++i) z[i] += w0[i] * a + w1[i] * b + w2[i] * c + w3[i] * d;
+  }
+}
 
 void add_octave(std::uint64_t seed, float amplitude, const AxisWeights& x, const AxisWeights& y,
                 float* z) {
@@ -85,17 +109,16 @@ void add_octave(std::uint64_t seed, float amplitude, const AxisWeights& x, const
     }
   }
   std::vector<float> row(columns);
-  for (std::size_t j = 0; j < y.first.size(); ++j) {
-    const float* south = lattice.data() + static_cast<std::size_t>(y.first[j]) * columns;
-    const std::array<float, 4>& wy = y.w[j];
-    for (std::size_t k = 0; k < columns; ++k) {
-      row[k] = wy[0] * south[k] + wy[1] * south[k + columns] + wy[2] * south[k + 2 * columns] +
-               wy[3] * south[k + 3 * columns];
-    }
-    for (std::size_t i = 0; i < x.first.size(); ++i) {
-      const float* four = row.data() + x.first[i];
-      const std::array<float, 4>& wx = x.w[i];
-      *z++ += wx[0] * four[0] + wx[1] * four[1] + wx[2] * four[2] + wx[3] * four[3];
+  int j = 0;
+  for (std::size_t run_y = 0; run_y < y.first.size(); ++run_y) {
+    const float* south = lattice.data() + static_cast<std::size_t>(y.first[run_y]) * columns;
+    for (; j < y.run_end[run_y]; ++j, z += x.size()) {
+      const std::size_t at = static_cast<std::size_t>(j);
+      for (std::size_t k = 0; k < columns; ++k) {
+        row[k] = y.w[0][at] * south[k] + y.w[1][at] * south[k + columns] +
+                 y.w[2][at] * south[k + 2 * columns] + y.w[3][at] * south[k + 3 * columns];
+      }
+      add_row(x, row, z);
     }
   }
 }
