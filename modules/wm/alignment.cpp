@@ -98,7 +98,7 @@ std::optional<Anchor> HeadingFinder::add(Stamp stamp, const GpsFix& fix, const F
     --count_;
   }
   pairs_[count_++] = {stamp, p_old, fix.p_world, fix.sigma_m.head<2>().maxCoeff()};
-  if (const std::optional<Anchor> course = by_course(fix, state, params)) return course;
+  if (std::optional<Anchor> course = by_course(fix, state, params)) return course;
   return by_path(params.align);
 }
 

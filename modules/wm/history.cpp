@@ -69,8 +69,8 @@ void History::fuse(std::vector<Innovation>* out) {
     advance(model_, e.measurement.stamp, imu, &state, &records);
     apply(model_, e.measurement, &state, &records);
     for (int k = 0; k < records.count && !e.reported; ++k) {
-      if (out->size() < out->capacity())
-        out->push_back(records.records[static_cast<std::size_t>(k)]);
+      const Innovation& record = records.records[static_cast<std::size_t>(k)];
+      if (out->size() < out->capacity()) out->push_back(record);
     }
     e.reported = true;
   }
