@@ -31,26 +31,24 @@ bool to_number(std::string_view word, double* value) {
 }
 
 struct Header {
-  double ncols = 0, nrows = 0, xll = 0, yll = 0, cellsize = 0, nodata = -9999.0;
-};
+  double ncols = 0.0;
+  double nrows = 0.0;
+  double xll = 0.0;
+  double yll = 0.0;
+  double cellsize = 0.0;
+  double nodata = -9999.0;
 
-bool assign(Header* header, const std::string& key, double value) {
-  if (key == "ncols")
-    header->ncols = value;
-  else if (key == "nrows")
-    header->nrows = value;
-  else if (key == "xllcorner" || key == "xllcenter")
-    header->xll = value;
-  else if (key == "yllcorner" || key == "yllcenter")
-    header->yll = value;
-  else if (key == "cellsize")
-    header->cellsize = value;
-  else if (key == "nodata_value")
-    header->nodata = value;
-  else
-    return false;
-  return true;
-}
+  /// The field of a header key, in lower case; null: unknown.
+  double* field(std::string_view key) {
+    if (key == "ncols") return &ncols;
+    if (key == "nrows") return &nrows;
+    if (key == "xllcorner" || key == "xllcenter") return &xll;
+    if (key == "yllcorner" || key == "yllcenter") return &yll;
+    if (key == "cellsize") return &cellsize;
+    if (key == "nodata_value") return &nodata;
+    return nullptr;
+  }
+};
 
 }  // namespace
 
@@ -62,9 +60,13 @@ Result<Dem> parse_esri_ascii(std::string_view text, const std::string& name) {
     if (key.empty() || std::isalpha(static_cast<unsigned char>(key[0])) == 0) break;
     std::transform(key.begin(), key.end(), key.begin(),
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    double value = 0.0;
-    if (!to_number(next_word(&rest), &value)) return Error{name + ": " + key + " has no number"};
-    if (!assign(&header, key, value)) return Error{name + ": unknown header key " + key};
+    double* const field = header.field(key);
+    if (field == nullptr) {
+      return Error{std::string(name).append(": unknown header key ").append(key)};
+    }
+    if (!to_number(next_word(&rest), field)) {
+      return Error{std::string(name).append(": no number for ").append(key)};
+    }
     text = rest;
   }
   if (!(header.ncols >= 4 && header.ncols <= kMaxSide && header.nrows >= 4 &&

@@ -21,7 +21,8 @@ class RowOfCells {
       : stride_(static_cast<std::size_t>(tile.width) * kSide + 1) {
     const double step_m = tile.cell_m / kSide;
     const std::int64_t i0 = std::llround(tile.origin_world_m.x() / step_m);
-    const std::int64_t j0 = std::llround(tile.origin_world_m.y() / step_m) + row * kSide;
+    const std::int64_t j0 =
+        std::llround(tile.origin_world_m.y() / step_m) + std::int64_t{row} * kSide;
     relief.fill(i0, j0, step_m, static_cast<int>(stride_), kSide + 1, &z_);
   }
 

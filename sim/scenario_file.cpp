@@ -191,7 +191,7 @@ Outcome read_grades(const std::string& path, const std::string& name, InertialGr
     *grade = read;
     found = true;
   }
-  if (const Outcome finished = file->finish({}); !finished) return finished;
+  if (Outcome finished = file->finish({}); !finished) return finished;
   if (!found) return Error{path + ": no INS grade " + name + "; there are: " + known};
   return Done{};
 }

@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <exception>
 #include <memory>
 #include <string>
 #include <vector>
@@ -58,9 +59,7 @@ int run(const Options& options) {
   return status ? 0 : fail(status.error());
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int sim_main(int argc, char** argv) {
   CLI::App app("Reference simulation: drives a scenario and publishes its sensors at real time",
                "sim");
   Options options;
@@ -83,4 +82,17 @@ int main(int argc, char** argv) {
   if (seed_option->count() > 0) options.overrides.seed = seed;
   if (!outage_s.empty()) options.overrides.gps_outage = rcs::sim::Outage{outage_s[0], outage_s[1]};
   return run(options);
+}
+
+}  // namespace
+
+// Nothing of ours throws; what a library may throw while it starts ends the process with its
+// reason.
+int main(int argc, char** argv) {
+  try {
+    return sim_main(argc, argv);
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "sim: %s\n", e.what());
+    return 1;
+  }
 }

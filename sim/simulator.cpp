@@ -287,7 +287,7 @@ Outcome simulate_to_log(const Scenario& scenario, LogWriter* log,
   double next_report_s = 0.0;
   for (Stamp due = simulator.peek(); due != Stamp::max(); due = simulator.peek()) {
     simulator.take(&event);
-    const Outcome written = log->write(due, event.channel, event.data.data(), event.data.size());
+    Outcome written = log->write(due, event.channel, event.data.data(), event.data.size());
     if (!written) return written;
     const double done_s = seconds(due - Simulator::kStart);
     if (done_s < next_report_s) continue;

@@ -42,7 +42,7 @@ std::array<int, 2> node_range(double low_m, double high_m) {
 }
 
 void add_objects(const std::vector<Spheroid>& near, const Vec2& corner_world, Tile* tile) {
-  std::array<std::vector<std::uint16_t>, Tile::kObjectSide * Tile::kObjectSide> lists;
+  std::array<std::vector<std::uint16_t>, Tile::kObjectNodes> lists;
   for (const Spheroid& object : near) {
     const double reach_m = object.radius_m + object.sway_m;
     const Vec2 p = object.centre_world.head<2>() - corner_world;

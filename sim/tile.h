@@ -17,25 +17,28 @@ struct Tile {
   static constexpr int kTop = 7;
   static constexpr int kCells = 1 << kTop;
   static constexpr int kNodes = kCells + 1;
+  static constexpr int kBlocks = (kNodes + 3) / 4;
   static constexpr double kSize_m = kCells * kCell_m;
   static constexpr int kObjectLevel = 4;
   static constexpr int kObjectSide = kCells >> kObjectLevel;
+  static constexpr std::size_t kObjectNodes = std::size_t{kObjectSide} * kObjectSide;
 
   std::vector<float> z;        ///< of the kNodes x kNodes nodes, see node_at()
   std::vector<float> maximum;  ///< levels 1 .. kTop, by node_index()
   std::vector<Spheroid> objects;
   /// Objects of node k: node_objects[first_object[k]] up to node_objects[first_object[k + 1]].
-  std::array<std::uint32_t, kObjectSide * kObjectSide + 1> first_object{};
+  std::array<std::uint32_t, kObjectNodes + 1> first_object{};
   std::vector<std::uint16_t> node_objects;
 
   /// Index into `maximum` of node (i, j) of `level` >= 1.
   static std::size_t node_index(int level, int i, int j) {
-    return kOffset[static_cast<std::size_t>(level)] +
-           static_cast<std::size_t>((j << (kTop - level)) + i);
+    const int in_level = (j << (kTop - level)) + i;
+    return kOffset[static_cast<std::size_t>(level)] + static_cast<std::size_t>(in_level);
   }
   /// Index into `first_object` of node (i, j) of level kObjectLevel.
   static std::size_t object_node(int i, int j) {
-    return static_cast<std::size_t>(j * kObjectSide + i);
+    const int node = j * kObjectSide + i;
+    return static_cast<std::size_t>(node);
   }
   /// Height of node (i, j), i and j in [0, kCells].
   [[nodiscard]] float node(int i, int j) const { return z[node_at(i, j)]; }
@@ -43,10 +46,9 @@ struct Tile {
   /// Nodes are stored in blocks of 4 x 4, a cache line each: neighbouring rays share them whichever
   /// way they look.
   static std::size_t node_at(int i, int j) {
-    return static_cast<std::size_t>((j >> 2) * (kBlocks * 16) + (i >> 2) * 16 + (j & 3) * 4 +
-                                    (i & 3));
+    const int at = (j >> 2) * (kBlocks * 16) + (i >> 2) * 16 + (j & 3) * 4 + (i & 3);
+    return static_cast<std::size_t>(at);
   }
-  static constexpr int kBlocks = (kNodes + 3) / 4;
 
   // Levels 1 .. 7 have 64^2, 32^2, ... 1 nodes.
   static constexpr std::array<std::size_t, kTop + 2> kOffset = {0,    0,    4096, 5120, 5376,
