@@ -23,6 +23,10 @@ void Estimator::start(const Belief& belief, double gravity) {
     state.memory.ins_stamp = belief.x.stamp;
     state.memory.stillness = leveler_.stillness();
   }
+  // The local frame starts where the vehicle is, upright: z is up as soon as gravity is known.
+  state.memory.T_path_vehicle = belief.x.T_world_vehicle;
+  state.memory.T_local_vehicle = belief.x.T_world_vehicle;
+  T_local_vehicle_ = belief.x.T_world_vehicle;
   history_.restart(state);
   const Earth earth = datum_ ? earth_at(datum_->datum()) : Earth{gravity, Vec3::Zero()};
   history_.amend(earth, [](FilterState*) {});

@@ -244,6 +244,22 @@ TEST(Estimator, GoodFixesAreNotRefusedForEver) {
   EXPECT_GT(s.memory.last_reset_m, 20.0);
 }
 
+TEST(Estimator, TheLocalFrameIsUprightOnASlope) {
+  // GIVEN a vehicle that stands still, nose down and leaning
+  const Quat q_world_vehicle = exp_so3(Vec3(0.0, 0.12, 0.0)) * exp_so3(Vec3(-0.08, 0.0, 0.0));
+  Estimator estimator(WmParams{}, test_datum());
+  const Vec3 force = q_world_vehicle.conjugate() * Vec3(0.0, 0.0, 9.80665);
+  for (int i = 1; i <= 1000; ++i) {
+    const Duration interval = from_milliseconds(10.0);
+    estimator.add(ImuSample{Stamp() + i * interval, interval, Vec3::Zero(), 0.01 * force});
+    estimator.fuse();
+  }
+  // THEN its local pose has the slope's roll and pitch
+  ASSERT_TRUE(estimator.started());
+  const Vec3 up = estimator.T_local_vehicle().q * (q_world_vehicle.conjugate() * Vec3::UnitZ());
+  EXPECT_LT((up - Vec3::UnitZ()).norm(), 2e-3);
+}
+
 TEST(Estimator, TheLocalPoseNeverSteps) {
   Experiment experiment;
   const std::vector<Truth> truth = make_drive(experiment.drive);
