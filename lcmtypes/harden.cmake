@@ -13,6 +13,13 @@ string(REGEX REPLACE
   "if (\\1 < 1 || \\1 > maxlen - pos) return -1;"
   text "${text}")
 
+# A string ends at its only NUL: encoding stops at the first, so another would make a message that
+# cannot be passed on.
+string(REGEX REPLACE
+  "([ \t]*)this->([][a-z0-9_]+)\\.assign\\(\\(\\(const char\\*\\)buf\\) \\+ offset \\+ pos, (__[a-z0-9_]+_len__) - 1\\);"
+  "\\1if (memchr((const char*)buf + offset + pos, 0, (size_t)\\3) != (const char*)buf + offset + pos + \\3 - 1) return -1;\n\\1this->\\2.assign(((const char*)buf) + offset + pos, \\3 - 1);"
+  text "${text}")
+
 # A new form of the generator's output must not slip through unhardened.
 string(REGEX MATCHALL "\\.resize\\(" resizes "${text}")
 string(REGEX MATCHALL "\\.resize\\(static_cast<std::size_t>" hardened "${text}")
@@ -20,9 +27,12 @@ list(LENGTH resizes n_resizes)
 list(LENGTH hardened n_hardened)
 string(REGEX MATCHALL "\\.assign\\(" strings "${text}")
 string(REGEX MATCHALL "_len__ < 1 \\|\\| " string_guards "${text}")
+string(REGEX MATCHALL "memchr\\(" string_ends "${text}")
 list(LENGTH strings n_strings)
 list(LENGTH string_guards n_string_guards)
-if(NOT n_resizes EQUAL n_hardened OR NOT n_strings EQUAL n_string_guards)
+list(LENGTH string_ends n_string_ends)
+if(NOT n_resizes EQUAL n_hardened OR NOT n_strings EQUAL n_string_guards OR
+   NOT n_strings EQUAL n_string_ends)
   message(FATAL_ERROR "${IN}: lcm-gen's output has a form that harden.cmake does not know")
 endif()
 
