@@ -11,7 +11,7 @@
 namespace rcs::sp {
 
 struct PriorMatchParams {
-  int max_iterations = 12;        ///< [1, 100]
+  int max_iterations = 20;        ///< [1, 100]
   int min_cells = 12;             ///< map cells with points; fewer: kTooFew, [3, 10000]
   double robust_sigma = 2.0;      ///< residual, in sigmas, of robust weight 1/4: what stands on the
                                   ///< ground (vegetation) is not in the map, [0.5, 20]
@@ -21,7 +21,7 @@ struct PriorMatchParams {
   double max_sigma_m = 2.0;  ///< a direction known no better than this is unobserved, [0.01, 100]
   double max_correction_m = 15.0;   ///< farther from the prediction: kDiverged, [0.1, 1000]
   double max_correction_rad = 0.2;  ///< likewise, [0.001, 3.2]
-  double step_sigma = 0.02;         ///< converged when a step is smaller, in sigmas, [1e-6, 1]
+  double step_sigma = 0.05;         ///< converged when a step is smaller, in sigmas, [1e-6, 1]
 };
 
 class PriorMatchWorkspace {
