@@ -20,7 +20,9 @@ std::string shipped(const std::string& name) {
 class ChangedReference {
  public:
   ChangedReference(const std::string& from, const std::string& to) {
-    dir_ = testing::TempDir() + "rcs_scenario_file_test";
+    // One a test: tests run in parallel.
+    dir_ = testing::TempDir() + "rcs_scenario_file_test_" +
+           testing::UnitTest::GetInstance()->current_test_info()->name();
     std::filesystem::create_directories(dir_);
     std::filesystem::copy_file(shipped("ins_grades.toml"), dir_ + "/ins_grades.toml",
                                std::filesystem::copy_options::overwrite_existing);
