@@ -16,6 +16,9 @@ Pose true_mount(const MountParams& mount, std::uint64_t seed) {
          Pose{exp_so3(mount.error_rad * axis), mount.error_m * random.direction()};
 }
 
+// Narrow enough that its rays stay together over the mean range of a scan.
+constexpr int kColumnsPerFan = 12;
+
 Vec3 spherical(double azimuth_rad, double elevation_rad) {
   return {std::cos(elevation_rad) * std::cos(azimuth_rad),
           std::cos(elevation_rad) * std::sin(azimuth_rad), std::sin(elevation_rad)};
@@ -28,11 +31,12 @@ bool is_edge(double a_m, double b_m) {
 
 }  // namespace
 
-double Beam::cast(const World& world, const Ray& ray, double time_s, double* cos_incidence) {
+double Beam::cast(const World& world, const Ray& ray, double time_s, double* cos_incidence,
+                  double clear_m) {
   Hit hit;
   // A little beyond the range, so that noise does not cut it off one-sidedly.
   const double reach_m = params_.max_range_m + 5.0 * params_.sigma_m;
-  if (!world.cast(ray, reach_m, time_s, random_.bits(), &hit)) return 0.0;
+  if (!world.cast(ray, reach_m, time_s, random_.bits(), &hit, clear_m)) return 0.0;
   *cos_incidence = hit.cos_incidence;
   return hit.range_m;
 }
@@ -123,18 +127,35 @@ void RangeImager::render(const World& world, const Trajectory& vehicle, double s
   place_columns(vehicle, start_s);
   const std::size_t cols = static_cast<std::size_t>(params_.cols);
   shots_.assign(static_cast<std::size_t>(rows) * cols, {0.0, 1.0});
-  for (int col = 0; col < params_.cols; ++col) {
-    const Column& column = columns_[static_cast<std::size_t>(col)];
-    for (int row = 0; row < rows; ++row) {
-      if (beam_.shot_is_missing()) continue;
-      const Ray ray{column.p_world, column.R_world_ladar * direction(out->first_row + row, col)};
-      Shot& shot = shots_[static_cast<std::size_t>(row) * cols + static_cast<std::size_t>(col)];
-      shot.range_m = beam_.cast(world, ray, shot_time(start_s, col), &shot.cos_incidence);
-    }
+  for (int first = 0; first < params_.cols; first += kColumnsPerFan) {
+    cast_columns(world, start_s, out->first_row, rows, first,
+                 std::min(first + kColumnsPerFan, params_.cols));
   }
   if (beam_.params().half_angle_rad > 0.0) mix_pixels(world, start_s, out->first_row);
   for (const Shot& shot : shots_) {
     out->range_m.push_back(static_cast<float>(beam_.measure(shot.range_m, shot.cos_incidence)));
+  }
+}
+
+void RangeImager::cast_columns(const World& world, double start_s, int first_row, int rows,
+                               int first_col, int end_col) {
+  rays_.clear();
+  for (int col = first_col; col < end_col; ++col) {
+    const Column& column = columns_[static_cast<std::size_t>(col)];
+    for (int row = 0; row < rows; ++row) {
+      rays_.push_back({column.p_world, column.R_world_ladar * direction(first_row + row, col)});
+    }
+  }
+  const double clear_m = world.clear_distance(Fan(rays_), beam_.params().max_range_m);
+  for (std::size_t k = 0; k < rays_.size(); ++k) {
+    if (beam_.shot_is_missing()) continue;
+    const int col = first_col + static_cast<int>(k) / rows;
+    const std::size_t row = k % static_cast<std::size_t>(rows);
+    Shot& shot =
+        shots_[row * static_cast<std::size_t>(params_.cols) + static_cast<std::size_t>(col)];
+    // Along a slanted ray a distance takes longer: stopping at it is on the safe side.
+    shot.range_m =
+        beam_.cast(world, rays_[k], shot_time(start_s, col), &shot.cos_incidence, clear_m);
   }
 }
 

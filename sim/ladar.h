@@ -80,8 +80,9 @@ class Beam {
 
   [[nodiscard]] const BeamParams& params() const { return params_; }
   /// The range without noise; 0: no return.
+  /// @param clear_m  nothing is met before this range
   [[nodiscard]] double cast(const World& world, const Ray& ray, double time_s,
-                            double* cos_incidence);
+                            double* cos_incidence, double clear_m = 0.0);
   /// Adds noise to a range; 0: no return, or out of range.
   [[nodiscard]] double measure(double range_m, double cos_incidence);
   /// Drawn once a facet, and once a shot: its return will be missing, so it need not be cast.
@@ -122,6 +123,8 @@ class RangeImager {
     Vec3 p_world;
   };
   void place_columns(const Trajectory& vehicle, double start_s);
+  void cast_columns(const World& world, double start_s, int first_row, int rows, int first_col,
+                    int end_col);
   void mix_pixels(const World& world, double start_s, int first_row);
   [[nodiscard]] double shot_time(double start_s, int col) const {
     return start_s + facet_duration_s() * col / params_.cols;
@@ -132,6 +135,7 @@ class RangeImager {
   Pose T_vehicle_mount_;
   std::vector<Vec3> direction_ladar_;
   std::vector<Column> columns_;  // of the facet under way
+  std::vector<Ray> rays_;        // of the fan under way, column by column
   std::vector<Shot> shots_;
 };
 

@@ -10,115 +10,106 @@
 namespace rcs::sim {
 
 /// A ray in cells from the world's corner across, and metres up.
-struct CellRay {
-  CellRay(const Vec2& origin_cells, const Vec2& cells_per_metre, double z_m, double rise)
-      : origin(origin_cells),
-        direction(cells_per_metre),
-        z(z_m),
-        dz(rise),
-        inverse_dz(rise < 0.0 ? 1.0 / rise : 0.0) {}
+class CellRay {
+ public:
+  CellRay(double x_cells, double y_cells, const Vec2& cells_per_metre, double z_m, double rise)
+      : x_(x_cells, cells_per_metre.x()),
+        y_(y_cells, cells_per_metre.y()),
+        z_(z_m),
+        dz_(rise),
+        inverse_dz_(rise < 0.0 ? 1.0 / rise : 0.0) {}
 
-  [[nodiscard]] double height_at(double range) const { return z + dz * range; }
+  struct Axis {
+    Axis(double at, double per_metre)
+        : origin(at),
+          direction(per_metre),
+          // A ray along the other axis never reaches the faces.
+          inverse(1.0 / std::copysign(std::max(std::abs(per_metre), 1e-12), per_metre)),
+          forward(std::signbit(per_metre) ? 0 : 1) {}
+    double origin;
+    double direction;
+    double inverse;
+    int forward;  ///< 1: towards larger indices
+  };
+  [[nodiscard]] const Axis& x() const { return x_; }
+  [[nodiscard]] const Axis& y() const { return y_; }
+
+  [[nodiscard]] Vec2 place(double range) const {
+    return {x_.origin + x_.direction * range, y_.origin + y_.direction * range};
+  }
+  [[nodiscard]] double rise() const { return dz_; }
+  [[nodiscard]] double height_at(double range) const { return z_ + dz_ * range; }
   [[nodiscard]] double lowest(double from, double to) const {
-    return z + dz * (dz < 0 ? to : from);
+    return z_ + dz_ * (dz_ < 0.0 ? to : from);
   }
   /// Where a falling ray has come down to a height; 0 for one that does not fall.
-  [[nodiscard]] double range_down_to(double height_m) const { return (height_m - z) * inverse_dz; }
-
-  Vec2 origin;
-  Vec2 direction;
-  double z;
-  double dz;
-  double inverse_dz;
-};
-
-/// The node that the ray is in. Node indices are carried along as integers, so that rounding can
-/// neither skip a node nor stand still; the ranges of the node's far faces are carried along by
-/// sums.
-class NodeWalk {
- public:
-  /// In the node of `level` where the ray starts.
-  NodeWalk(const CellRay& ray, int level)
-      : x_(ray.origin.x(), ray.direction.x(), level),
-        y_(ray.origin.y(), ray.direction.y(), level),
-        level_(level) {}
-
-  [[nodiscard]] int level() const { return level_; }
-  [[nodiscard]] double range() const { return range_; }  ///< so far
-  [[nodiscard]] double exit() const { return std::max(range_, std::min(x_.exit, y_.exit)); }
-  [[nodiscard]] int tile_i() const { return x_.node >> (Tile::kTop - level_); }
-  [[nodiscard]] int tile_j() const { return y_.node >> (Tile::kTop - level_); }
-  /// The node within its tile.
-  [[nodiscard]] int i() const { return x_.node & ((Tile::kCells >> level_) - 1); }
-  [[nodiscard]] int j() const { return y_.node & ((Tile::kCells >> level_) - 1); }
-  /// Where the ray is in a cell (level 0), in [0, 1]^2.
-  [[nodiscard]] Vec2 place_in_cell(const CellRay& ray) const {
-    return ray.origin + ray.direction * range_ - Vec2(x_.node, y_.node);
+  [[nodiscard]] double range_down_to(double height_m) const {
+    return (height_m - z_) * inverse_dz_;
   }
-
-  /// Moves on within the node.
-  void skip_to(double range) { range_ = std::max(range_, range); }
-
-  /// To the child where the ray is.
-  void descend() {
-    --level_;
-    x_.descend(range_);
-    y_.descend(range_);
-  }
-
-  /// To the parent.
-  void ascend() {
-    ++level_;
-    x_.ascend();
-    y_.ascend();
-  }
-
-  /// To the neighbour on the same level.
-  /// @return the bits of the node's index that changed: bit 0 alone if it has the same parent
-  int advance() { return x_.exit < y_.exit ? x_.advance(&range_) : y_.advance(&range_); }
 
  private:
-  struct Axis {
-    double size;  // range from face to face of a node
-    double exit;  // range of the node's far face
-    int node;
-    int forward;  // 1: towards larger indices
+  Axis x_, y_;
+  double z_;
+  double dz_;
+  double inverse_dz_;
+};
 
-    Axis(double origin, double direction, int level)
-        : node(static_cast<int>(origin) >> level), forward(direction >= 0.0 ? 1 : 0) {
-      const int cells = 1 << level;
-      // A ray along the other axis never reaches the faces.
-      const double cell = 1.0 / std::max(std::abs(direction), 1e-12);
-      size = cells * cell;
-      exit = std::abs((node + forward) * cells - origin) * cell;
+/// A ray's way from node to node of one level, within a node `kUp` levels above. Node indices are
+/// carried along as integers, so that rounding can neither skip a node nor stand still.
+template <int kLevel, int kUp>
+class NodeWalk {
+ public:
+  /// @param range  where the ray enters
+  /// @param i, j  of the node above, counted from the world's corner
+  NodeWalk(const CellRay& ray, double range, int i, int j)
+      : x_(ray.x(), range, i), y_(ray.y(), range, j), range_(range), i_above_(i), j_above_(j) {}
+
+  [[nodiscard]] bool inside() const {
+    return ((x_.node >> kUp) == i_above_) & ((y_.node >> kUp) == j_above_);
+  }
+  [[nodiscard]] double range() const { return range_; }  ///< so far
+  [[nodiscard]] double exit() const { return std::max(range_, std::min(x_.exit, y_.exit)); }
+  /// Counted from the world's corner.
+  [[nodiscard]] int i() const { return x_.node; }
+  [[nodiscard]] int j() const { return y_.node; }
+  /// Within the tile.
+  [[nodiscard]] int tile_i() const { return x_.node & kInTile; }
+  [[nodiscard]] int tile_j() const { return y_.node & kInTile; }
+
+  /// To the next node. Free of branches: which face comes first is anybody's guess.
+  void advance() {
+    range_ = exit();
+    const bool x_first = x_.exit < y_.exit;
+    x_.step(x_first);
+    y_.step(!x_first);
+  }
+
+ private:
+  static constexpr int kInTile = (Tile::kCells >> kLevel) - 1;
+
+  struct Axis {
+    double exit;  // range of the node's far face
+    double size;  // range from face to face of a node
+    int node;
+    int stride;
+
+    Axis(const CellRay::Axis& axis, double range, int above) {
+      const int at = static_cast<int>(axis.origin + axis.direction * range) >> kLevel;
+      node = std::clamp(at, above << kUp, (above << kUp) + (1 << kUp) - 1);
+      constexpr int kWidth = 1 << kLevel;
+      exit = ((node + axis.forward) * kWidth - axis.origin) * axis.inverse;
+      size = kWidth * std::abs(axis.inverse);
+      stride = 2 * axis.forward - 1;
     }
-    void descend(double range) {
-      size *= 0.5;
-      const double middle = exit - size;
-      if (range < middle) {
-        exit = middle;
-        node = 2 * node + 1 - forward;
-      } else {
-        node = 2 * node + forward;
-      }
-    }
-    int advance(double* range) {
-      *range = std::max(*range, exit);
-      exit += size;
-      const int old = node;
-      node += 2 * forward - 1;
-      return node ^ old;
-    }
-    void ascend() {
-      if ((node & 1) != forward) exit += size;
-      size *= 2.0;
-      node >>= 1;
+    void step(bool yes) {
+      exit += yes ? size : 0.0;
+      node += yes ? stride : 0;
     }
   };
 
   Axis x_, y_;
-  int level_;
-  double range_ = 0.0;
+  double range_;
+  int i_above_, j_above_;
 };
 
 }  // namespace rcs::sim

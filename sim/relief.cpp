@@ -167,6 +167,14 @@ double Relief::field(std::uint64_t seed, double spacing_m, double x_m, double y_
   return spline_noise(seed, x_m / spacing_m, y_m / spacing_m);
 }
 
+void Relief::fill_field(std::uint64_t seed, double spacing_m, std::int64_t i0, std::int64_t j0,
+                        double step_m, int side, std::vector<float>* values) {
+  values->assign(static_cast<std::size_t>(side) * static_cast<std::size_t>(side), 0.0F);
+  add_octave(seed, static_cast<float>(1.0 / kSplineVariance),
+             AxisWeights(i0, step_m, side, spacing_m), AxisWeights(j0, step_m, side, spacing_m),
+             values->data());
+}
+
 double Relief::dem_height(double x_m, double y_m) const {
   if (dem_.width == 0) return 0.0;
   const double u = x_m / dem_.cell_x_m + 0.5 * (dem_.width - 1);

@@ -30,6 +30,9 @@ class Relief {
 
   /// A smooth unit-variance field, about Gaussian, for things that grow in patches.
   [[nodiscard]] static double field(std::uint64_t seed, double spacing_m, double x_m, double y_m);
+  /// The same on a lattice, as fill() has it; of the same sign, not to the bit.
+  static void fill_field(std::uint64_t seed, double spacing_m, std::int64_t i0, std::int64_t j0,
+                         double step_m, int side, std::vector<float>* values);
 
  private:
   [[nodiscard]] double dem_height(double x_m, double y_m) const;

@@ -61,7 +61,12 @@ bool Scatter::meadow(double x_m, double y_m) const {
   return Relief::field(mix(seed_ + 11), vegetation_.patch_m, x_m, y_m) > 0.0;
 }
 
-void Scatter::grow(int i, int j, double size_m, const Relief& relief,
+void Scatter::fill_meadow(std::int64_t i0, std::int64_t j0, double step_m, int side,
+                          std::vector<float>* values) const {
+  Relief::fill_field(mix(seed_ + 11), vegetation_.patch_m, i0, j0, step_m, side, values);
+}
+
+void Scatter::grow(int i, int j, int into_i, int into_j, double size_m, const Relief& relief,
                    std::vector<Spheroid>* out) const {
   const VegetationParams& veg = vegetation_;
   PlaceRandom random(hash_cell(mix(seed_ + 23), i, j));
@@ -69,6 +74,11 @@ void Scatter::grow(int i, int j, double size_m, const Relief& relief,
   const auto place = [&] {
     const double x = (i + random.next()) * size_m;
     return Vec3(x, (j + random.next()) * size_m, 0.0);
+  };
+  // What a place costs is the fields' noise at it: asked last, and not for what is too far away.
+  const auto reaches = [&](const Vec3& p, double radius_m) {
+    const Vec2 middle = size_m * Vec2(into_i + 0.5, into_j + 0.5);
+    return (p.head<2>() - middle).cwiseAbs().maxCoeff() <= 0.5 * size_m + radius_m + veg.sway_m;
   };
   const auto stand = [&relief](Vec3* p) { p->z() = relief.height(p->x(), p->y()); };
 
@@ -78,7 +88,7 @@ void Scatter::grow(int i, int j, double size_m, const Relief& relief,
         1.0 / random.uniform(1.0 / rocks_.radius_max_m, 1.0 / rocks_.radius_min_m);
     const double half_height_m = radius_m * random.uniform(0.5, 1.0);
     Vec3 p = place();
-    if (!clear_of_course(p.x(), p.y(), radius_m)) continue;
+    if (!reaches(p, radius_m) || !clear_of_course(p.x(), p.y(), radius_m)) continue;
     stand(&p);
     out->push_back({p, radius_m, half_height_m, 0.0, 0.0, 0.0});
   }
@@ -89,7 +99,9 @@ void Scatter::grow(int i, int j, double size_m, const Relief& relief,
     const double half_height_m = radius_m * random.uniform(0.7, 1.2);
     const double phase_rad = random.uniform(0.0, 2.0 * kPi);
     Vec3 p = place();
-    if (!clear_of_course(p.x(), p.y(), radius_m) || meadow(p.x(), p.y())) continue;
+    if (!reaches(p, radius_m) || !clear_of_course(p.x(), p.y(), radius_m) || meadow(p.x(), p.y())) {
+      continue;
+    }
     stand(&p);
     p.z() += 0.7 * half_height_m;
     out->push_back({p, radius_m, half_height_m, extinction_1pm, 0.3 * veg.sway_m, phase_rad});
@@ -100,7 +112,9 @@ void Scatter::grow(int i, int j, double size_m, const Relief& relief,
     const double trunk_m = 0.02 * height_m + 0.05;
     const double phase_rad = random.uniform(0.0, 2.0 * kPi);
     Vec3 p = place();
-    if (!clear_of_course(p.x(), p.y(), crown_m) || meadow(p.x(), p.y())) continue;
+    if (!reaches(p, crown_m) || !clear_of_course(p.x(), p.y(), crown_m) || meadow(p.x(), p.y())) {
+      continue;
+    }
     stand(&p);
     out->push_back({p, trunk_m, 0.9 * height_m, 0.0, 0.0, 0.0});
     p.z() += 0.65 * height_m;

@@ -50,11 +50,17 @@ class Scatter {
 
   [[nodiscard]] const VegetationParams& vegetation() const { return vegetation_; }
 
-  /// Adds all that stands in square (i, j) of a lattice of edge `size_m`.
-  void grow(int i, int j, double size_m, const Relief& relief, std::vector<Spheroid>* out) const;
+  /// Adds what stands in square (i, j) of a lattice of edge `size_m` and may reach into the square
+  /// (into_i, into_j).
+  void grow(int i, int j, int into_i, int into_j, double size_m, const Relief& relief,
+            std::vector<Spheroid>* out) const;
 
   /// True in a meadow, where grass is; bushes and trees grow elsewhere.
   [[nodiscard]] bool meadow(double x_m, double y_m) const;
+  /// The same at the points ((i0 + i) * step_m, (j0 + j) * step_m) of a square, positive in
+  /// meadows.
+  void fill_meadow(std::int64_t i0, std::int64_t j0, double step_m, int side,
+                   std::vector<float>* values) const;
 
  private:
   [[nodiscard]] bool clear_of_course(double x_m, double y_m, double radius_m) const;

@@ -18,8 +18,8 @@ void add_ground_maxima(Tile* tile) {
   }
 }
 
-void add_higher_maxima(Tile* tile) {
-  for (int level = 2; level <= Tile::kTop; ++level) {
+void add_higher_maxima(int first_level, int last_level, Tile* tile) {
+  for (int level = first_level; level <= last_level; ++level) {
     const int side = Tile::kCells >> level;
     for (int j = 0; j < side; ++j) {
       for (int i = 0; i < side; ++i) {
@@ -82,13 +82,19 @@ Tile make_tile(int tx, int ty, const Relief& relief, const Scatter& scatter) {
   }
   tile.maximum.assign(Tile::kOffset.back(), -std::numeric_limits<float>::infinity());
   add_ground_maxima(&tile);
+  add_higher_maxima(2, Tile::kObjectLevel, &tile);
+  std::copy_n(tile.maximum.begin() +
+                  static_cast<std::ptrdiff_t>(Tile::node_index(Tile::kObjectLevel, 0, 0)),
+              Tile::kObjectNodes, tile.ground_maximum.begin());
+  scatter.fill_meadow(std::int64_t{tx} * Tile::kMeadowSide, std::int64_t{ty} * Tile::kMeadowSide,
+                      Tile::kSize_m / Tile::kMeadowSide, Tile::kMeadowSide, &tile.meadow);
   // What stands in a neighbouring tile may reach into this one.
   std::vector<Spheroid> near;
   for (int b = ty - 1; b <= ty + 1; ++b) {
-    for (int a = tx - 1; a <= tx + 1; ++a) scatter.grow(a, b, Tile::kSize_m, relief, &near);
+    for (int a = tx - 1; a <= tx + 1; ++a) scatter.grow(a, b, tx, ty, Tile::kSize_m, relief, &near);
   }
   add_objects(near, Tile::kSize_m * Vec2(tx, ty), &tile);
-  add_higher_maxima(&tile);
+  add_higher_maxima(Tile::kObjectLevel + 1, Tile::kTop, &tile);
   return tile;
 }
 

@@ -14,6 +14,7 @@ namespace rcs::sim {
 /// listed by node of level kObjectLevel (1.6 m) and count in the maxima from that level up.
 struct Tile {
   static constexpr double kCell_m = 0.1;
+  static constexpr double kCellsPerMetre = 10.0;
   static constexpr int kTop = 7;
   static constexpr int kCells = 1 << kTop;
   static constexpr int kNodes = kCells + 1;
@@ -21,10 +22,14 @@ struct Tile {
   static constexpr double kSize_m = kCells * kCell_m;
   static constexpr int kObjectLevel = 4;
   static constexpr int kObjectSide = kCells >> kObjectLevel;
+  static constexpr int kMeadowLevel = 2;
+  static constexpr int kMeadowSide = kCells >> kMeadowLevel;
   static constexpr std::size_t kObjectNodes = std::size_t{kObjectSide} * kObjectSide;
 
-  std::vector<float> z;        ///< of the kNodes x kNodes nodes, see node_at()
-  std::vector<float> maximum;  ///< levels 1 .. kTop, by node_index()
+  std::vector<float> z;                            ///< of the kNodes x kNodes nodes, see node_at()
+  std::vector<float> maximum;                      ///< levels 1 .. kTop, by node_index()
+  std::array<float, kObjectNodes> ground_maximum;  ///< of the ground alone, level kObjectLevel
+  std::vector<float> meadow;  ///< of the nodes of level kMeadowLevel, row by row; > 0: grass
   std::vector<Spheroid> objects;
   /// Objects of node k: node_objects[first_object[k]] up to node_objects[first_object[k + 1]].
   std::array<std::uint32_t, kObjectNodes + 1> first_object{};

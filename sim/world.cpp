@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "rcs/base/check.h"
 #include "sim/hash.h"
@@ -23,7 +24,7 @@ struct Patch {
   [[nodiscard]] double height(double s, double t) const { return z0 + zx * s + t * (zy + zxy * s); }
   /// Per metre.
   [[nodiscard]] Vec2 gradient(double s, double t) const {
-    return Vec2(zx + t * zxy, zy + s * zxy) / Tile::kCell_m;
+    return Vec2(zx + t * zxy, zy + s * zxy) * Tile::kCellsPerMetre;
   }
 };
 
@@ -48,60 +49,62 @@ double first_root(double a, double b, double c) {
 }
 
 // Where the ray meets the ground of the cell that it is in; < 0: nowhere.
-double meet_patch(const Patch& patch, const CellRay& ray, const NodeWalk& walk) {
-  const double way = walk.exit() - walk.range();
-  const Vec2 entry = walk.place_in_cell(ray);
+double meet_patch(const Patch& patch, const CellRay& ray, double range_m, double exit_m,
+                  const Vec2& entry) {
+  const double way = exit_m - range_m;
   // Height above the patch on the way through it: a parabola.
-  const double above = ray.height_at(walk.range()) - patch.height(entry.x(), entry.y());
-  if (above <= 0.0) return walk.range();
-  const double slope = ray.dz - ray.direction.x() * (patch.zx + patch.zxy * entry.y()) -
-                       ray.direction.y() * (patch.zy + patch.zxy * entry.x());
-  const double bend = -patch.zxy * ray.direction.x() * ray.direction.y();
+  const double above = ray.height_at(range_m) - patch.height(entry.x(), entry.y());
+  if (above <= 0.0) return range_m;
+  const double slope = ray.rise() - ray.x().direction * (patch.zx + patch.zxy * entry.y()) -
+                       ray.y().direction * (patch.zy + patch.zxy * entry.x());
+  const double bend = -patch.zxy * ray.x().direction * ray.y().direction;
   const double share = first_root(bend * way * way, slope * way, above);
-  return share < 0.0 ? -1.0 : walk.range() + share * way;
-}
-
-// A ray that was hardly above its node will not be above the neighbour's parent, which is twice as
-// wide and higher: ascending would be in vain. A matter of speed alone.
-bool worth_ascending(double margin_m, int level) {
-  constexpr double kRelief = 0.2;  // of the ground, per metre
-  return margin_m > kRelief * Tile::kCell_m * (1 << level);
+  return share < 0.0 ? -1.0 : range_m + share * way;
 }
 
 /// Where a ray met the ground.
 struct GroundHit {
   double range_m;
   Vec2 gradient;
+  bool meadow;
 };
 
-// The ground below one node of the objects' level; `walk` is a copy that stays inside it.
-bool meet_ground(const Tile& tile, const CellRay& ray, NodeWalk walk, GroundHit* hit) {
-  walk.descend();
-  while (true) {
-    double margin_m = 0.0;
-    if (walk.level() > 0) {
-      const double highest = tile.maximum[Tile::node_index(walk.level(), walk.i(), walk.j())];
-      margin_m = ray.lowest(walk.range(), walk.exit()) - highest;
-      if (margin_m <= 0.0) {
-        walk.skip_to(ray.range_down_to(highest));
-        walk.descend();
-        continue;
-      }
-    } else {
-      const Patch patch(tile, walk.i(), walk.j());
-      const double range_m = meet_patch(patch, ray, walk);
-      if (range_m >= 0.0) {
-        walk.skip_to(range_m);
-        const Vec2 at = walk.place_in_cell(ray);
-        *hit = {range_m, patch.gradient(at.x(), at.y())};
-        return true;
-      }
-    }
-    const int level = walk.level();
-    const int changed = walk.advance();
-    if ((changed >> (Tile::kObjectLevel - level)) != 0) return false;
-    if ((changed >> 1) != 0 && worth_ascending(margin_m, level)) walk.ascend();
+// The ground of one node of level 2.
+bool meet_cells(const Tile& tile, const CellRay& ray, double range_m, int i, int j,
+                GroundHit* hit) {
+  for (NodeWalk<0, 2> walk(ray, range_m, i, j); walk.inside(); walk.advance()) {
+    const auto place = [&](double range) {
+      return Vec2(ray.place(range) - Vec2(walk.i(), walk.j()));
+    };
+    const int ci = walk.tile_i();
+    const int cj = walk.tile_j();
+    const float highest = std::max(std::max(tile.node(ci, cj), tile.node(ci + 1, cj)),
+                                   std::max(tile.node(ci, cj + 1), tile.node(ci + 1, cj + 1)));
+    if (ray.lowest(walk.range(), walk.exit()) > highest) continue;
+    const Patch patch(tile, ci, cj);
+    const double met_m = meet_patch(patch, ray, walk.range(), walk.exit(), place(walk.range()));
+    if (met_m < 0.0) continue;
+    const Vec2 at = place(met_m);
+    hit->range_m = met_m;
+    hit->gradient = patch.gradient(at.x(), at.y());
+    return true;
   }
+  return false;
+}
+
+// The ground of one node of the objects' level.
+bool meet_ground(const Tile& tile, const CellRay& ray, double range_m, int i, int j,
+                 GroundHit* hit) {
+  for (NodeWalk<2, 2> walk(ray, range_m, i, j); walk.inside(); walk.advance()) {
+    const double highest = tile.maximum[Tile::node_index(2, walk.tile_i(), walk.tile_j())];
+    if (ray.lowest(walk.range(), walk.exit()) > highest) continue;
+    const double from_m = std::max(walk.range(), ray.range_down_to(highest));
+    if (!meet_cells(tile, ray, from_m, walk.i(), walk.j(), hit)) continue;
+    const int meadow = walk.tile_j() * Tile::kMeadowSide + walk.tile_i();
+    hit->meadow = tile.meadow[static_cast<std::size_t>(meadow)] > 0.0F;
+    return true;
+  }
+  return false;
 }
 
 }  // namespace
@@ -111,6 +114,29 @@ struct World::Shot {
   double time_s;
   std::uint64_t id;
 };
+
+Fan::Fan(const std::vector<Ray>& rays) {
+  const Ray& middle = rays[rays.size() / 2];
+  origin_world = middle.origin_world.head<2>();
+  axis_world = middle.direction_world.head<2>().normalized();
+  lowest_m = middle.origin_world.z();
+  lowest_rise = std::numeric_limits<double>::infinity();
+  for (const Ray& ray : rays) {
+    const Vec2 across = ray.direction_world.head<2>();
+    const double length = across.norm();
+    if (length < 0.1) {
+      axis_world = Vec2::Zero();
+      return;
+    }
+    const double inverse = 1.0 / length;
+    spread_m = std::max(spread_m, (ray.origin_world.head<2>() - origin_world).squaredNorm());
+    spread_per_m = std::max(spread_per_m, (inverse * across - axis_world).squaredNorm());
+    lowest_m = std::min(lowest_m, ray.origin_world.z());
+    lowest_rise = std::min(lowest_rise, inverse * ray.direction_world.z());
+  }
+  spread_m = std::sqrt(spread_m);
+  spread_per_m = std::sqrt(spread_per_m);
+}
 
 World::World(const WorldParams& params, Dem dem, const std::vector<Vec2>& course_world,
              double reach_m)
@@ -138,13 +164,9 @@ bool World::contains(double x_m, double y_m) const {
   return u >= 0.0 && v >= 0.0 && u < tiles_x_ && v < tiles_y_;
 }
 
-const Tile& World::tile(int i, int j) const {
-  std::unique_ptr<const Tile>& slot =
-      tiles_[static_cast<std::size_t>(j) * static_cast<std::size_t>(tiles_x_) +
-             static_cast<std::size_t>(i)];
-  if (slot == nullptr) {
-    slot = std::make_unique<const Tile>(make_tile(tx0_ + i, ty0_ + j, relief_, scatter_));
-  }
+const Tile& World::new_tile(int i, int j) const {
+  std::unique_ptr<const Tile>& slot = tiles_[static_cast<std::size_t>(j * tiles_x_ + i)];
+  slot = std::make_unique<const Tile>(make_tile(tx0_ + i, ty0_ + j, relief_, scatter_));
   return *slot;
 }
 
@@ -165,55 +187,103 @@ Vec3 World::normal(double x_m, double y_m) const {
 }
 
 // Maximum mipmaps (Tevs, Ihrke & Seidel 2008): the ray jumps over every node whose highest point it
-// stays above, and descends into the others. Here from the objects' level up, in meet_ground()
-// below.
-bool World::cast(const Ray& ray, double max_range_m, double time_s, std::uint64_t shot_id,
-                 Hit* hit) const {
-  if (!contains(ray.origin_world.x(), ray.origin_world.y())) return false;
-  const Vec2 corner(tx0_ * Tile::kSize_m, ty0_ * Tile::kSize_m);
-  const CellRay cell_ray((ray.origin_world.head<2>() - corner) / Tile::kCell_m,
-                         ray.direction_world.head<2>() / Tile::kCell_m, ray.origin_world.z(),
+// stays above, and descends into the others, two levels at a time; here to the objects' level.
+bool World::cast(const Ray& ray, double max_range_m, double time_s, std::uint64_t shot_id, Hit* hit,
+                 double clear_m) const {
+  const CellRay cell_ray(Tile::kCellsPerMetre * ray.origin_world.x() - tx0_ * Tile::kCells,
+                         Tile::kCellsPerMetre * ray.origin_world.y() - ty0_ * Tile::kCells,
+                         Tile::kCellsPerMetre * ray.direction_world.head<2>(), ray.origin_world.z(),
                          ray.direction_world.z());
+  const Vec2 start = cell_ray.place(clear_m);
+  if (!(start.x() >= 0.0 && start.y() >= 0.0 && start.x() < tiles_x_ * Tile::kCells &&
+        start.y() < tiles_y_ * Tile::kCells)) {
+    return false;
+  }
   const Shot shot{ray, time_s, shot_id};
   hit->range_m = max_range_m;
 
-  NodeWalk walk(cell_ray, Tile::kObjectLevel);
-  const Tile* t = &tile(walk.tile_i(), walk.tile_j());
-  while (walk.range() < hit->range_m) {
-    const int level = walk.level();
-    const double highest = t->maximum[Tile::node_index(level, walk.i(), walk.j())];
-    const double margin_m = cell_ray.lowest(walk.range(), walk.exit()) - highest;
-    if (margin_m <= 0.0) {
-      // Down to the node's highest point nothing can be met.
-      walk.skip_to(cell_ray.range_down_to(highest));
-      if (level > Tile::kObjectLevel) {
-        walk.descend();
-        continue;
-      }
-      meet_objects(*t, Tile::object_node(walk.i(), walk.j()), shot, hit);
-      GroundHit ground_hit;
-      if (meet_ground(*t, cell_ray, walk, &ground_hit)) {
-        if (ground_hit.range_m < hit->range_m) {
-          hit->range_m = ground_hit.range_m;
-          hit->cos_incidence =
-              std::abs(upward_normal(ground_hit.gradient).dot(ray.direction_world));
-          meet_grass(shot, hit);
-        }
-        break;
-      }
-    }
-    const int changed = walk.advance();
-    if ((changed >> (Tile::kTop - level)) != 0) {
-      const int i = walk.tile_i();
-      const int j = walk.tile_j();
-      if (i < 0 || j < 0 || i >= tiles_x_ || j >= tiles_y_) break;
-      t = &tile(i, j);
-    }
-    if (level < Tile::kTop && (changed >> 1) != 0 && worth_ascending(margin_m, level)) {
-      walk.ascend();
-    }
+  constexpr int kLevel = Tile::kObjectLevel + 2;
+  constexpr int kWorld = 20;  // levels up: all of it
+  for (NodeWalk<kLevel, kWorld> walk(cell_ray, clear_m, 0, 0); walk.range() < hit->range_m;
+       walk.advance()) {
+    const int i = walk.i() >> (Tile::kTop - kLevel);
+    const int j = walk.j() >> (Tile::kTop - kLevel);
+    if (i < 0 || j < 0 || i >= tiles_x_ || j >= tiles_y_) break;
+    const Tile& t = tile(i, j);
+    const double highest = t.maximum[Tile::node_index(kLevel, walk.tile_i(), walk.tile_j())];
+    if (cell_ray.lowest(walk.range(), walk.exit()) > highest) continue;
+    // Down to the node's highest point nothing can be met.
+    const double from_m = std::max(walk.range(), cell_ray.range_down_to(highest));
+    if (meet_block(t, cell_ray, from_m, walk.i(), walk.j(), shot, hit)) break;
   }
   return hit->range_m < max_range_m;
+}
+
+// One node two levels above the objects'. Returns whether the ray ends in the ground there.
+bool World::meet_block(const Tile& t, const CellRay& cell_ray, double range_m, int i, int j,
+                       const Shot& shot, Hit* hit) const {
+  for (NodeWalk<Tile::kObjectLevel, 2> walk(cell_ray, range_m, i, j);
+       walk.inside() && walk.range() < hit->range_m; walk.advance()) {
+    const double highest =
+        t.maximum[Tile::node_index(Tile::kObjectLevel, walk.tile_i(), walk.tile_j())];
+    const double lowest = cell_ray.lowest(walk.range(), walk.exit());
+    if (lowest > highest) continue;
+    const std::size_t node = Tile::object_node(walk.tile_i(), walk.tile_j());
+    meet_objects(t, node, shot, hit);
+    if (lowest > t.ground_maximum[node]) continue;
+    const double from_m = std::max(walk.range(), cell_ray.range_down_to(t.ground_maximum[node]));
+    GroundHit ground_hit;
+    if (!meet_ground(t, cell_ray, from_m, walk.i(), walk.j(), &ground_hit)) continue;
+    if (ground_hit.range_m < hit->range_m) {
+      hit->range_m = ground_hit.range_m;
+      hit->cos_incidence =
+          std::abs(upward_normal(ground_hit.gradient).dot(shot.ray.direction_world));
+      if (ground_hit.meadow) meet_grass(shot, hit);
+    }
+    return true;
+  }
+  return false;
+}
+
+// Marches along the axis from node to node of the objects' level. A sample answers for the rays'
+// points that are within half a step of it along the way: as long as the fan is narrow they are all
+// in the 3 x 3 nodes around.
+double World::clear_distance(const Fan& fan, double max_m) const {
+  constexpr double kStep_m = Tile::kCell_m * (1 << Tile::kObjectLevel);
+  constexpr double kWidest_m = 0.8 * kStep_m;  // with half a step along: within one step, 0.94
+  double clear_m = 0.0;
+  for (int k = 0; clear_m < max_m && fan.axis_world != Vec2::Zero(); ++k) {
+    const double next_m = (k + 0.5) * kStep_m;
+    if (fan.spread_m + fan.spread_per_m * next_m > kWidest_m) break;
+    const double way_m = fan.lowest_rise < 0.0 ? next_m : clear_m;
+    if (fan.lowest_m + fan.lowest_rise * way_m <=
+        highest_around(fan.origin_world + k * kStep_m * fan.axis_world)) {
+      break;
+    }
+    clear_m = next_m;
+  }
+  return std::min(clear_m, max_m);
+}
+
+// Of the 3 x 3 nodes of the objects' level around a place; beyond the world there is no telling.
+double World::highest_around(const Vec2& place_world) const {
+  constexpr double kNode_m = Tile::kCell_m * (1 << Tile::kObjectLevel);
+  const int i = static_cast<int>(std::floor(place_world.x() / kNode_m)) - tx0_ * Tile::kObjectSide;
+  const int j = static_cast<int>(std::floor(place_world.y() / kNode_m)) - ty0_ * Tile::kObjectSide;
+  if (i < 1 || j < 1 || i + 1 >= tiles_x_ * Tile::kObjectSide ||
+      j + 1 >= tiles_y_ * Tile::kObjectSide) {
+    return std::numeric_limits<double>::infinity();
+  }
+  float highest = -std::numeric_limits<float>::infinity();
+  for (int b = j - 1; b <= j + 1; ++b) {
+    for (int a = i - 1; a <= i + 1; ++a) {
+      const Tile& t = tile(a / Tile::kObjectSide, b / Tile::kObjectSide);
+      highest =
+          std::max(highest, t.maximum[Tile::node_index(Tile::kObjectLevel, a % Tile::kObjectSide,
+                                                       b % Tile::kObjectSide)]);
+    }
+  }
+  return highest;
 }
 
 void World::meet_objects(const Tile& t, std::size_t node, const Shot& shot, Hit* hit) const {
@@ -264,8 +334,6 @@ void World::meet_grass(const Shot& shot, Hit* hit) const {
   const double free_m =
       std::log(1.0 - to_unit(mix(shot.id + 77))) / std::log(veg.grass_transmittance_per_m);
   if (free_m >= way_m) return;
-  const Vec3 p = shot.ray.origin_world + hit->range_m * shot.ray.direction_world;
-  if (!scatter_.meadow(p.x(), p.y())) return;
   hit->range_m += free_m - way_m;
   hit->cos_incidence = 1.0;
 }

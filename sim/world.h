@@ -12,6 +12,8 @@
 
 namespace rcs::sim {
 
+class CellRay;
+
 struct WorldParams {
   std::uint64_t seed = 1;
   std::vector<Octave> octaves;  ///< empty and no DEM: the plane z = 0
@@ -23,6 +25,19 @@ struct WorldParams {
 struct Ray {
   Vec3 origin_world;
   Vec3 direction_world;  ///< unit
+};
+
+/// Rays side by side from about the same place: what bounds them all.
+struct Fan {
+  /// @param rays  at least one
+  explicit Fan(const std::vector<Ray>& rays);
+
+  Vec2 origin_world;        ///< of the middle ray, seen from above
+  Vec2 axis_world;          ///< unit; zero where a ray is so steep that there is no such thing
+  double spread_m = 0.0;    ///< no origin is farther from the middle's
+  double spread_per_m = 0;  ///< and no ray leaves the axis by more, per metre of horizontal way
+  double lowest_m;          ///< lowest origin
+  double lowest_rise;       ///< of a ray, per metre of horizontal way
 };
 
 struct Hit {
@@ -49,9 +64,14 @@ class World {
   /// The first thing that a ray meets.
   /// @param time_s  when: vegetation sways
   /// @param shot  decides where in foliage the light is sent back
+  /// @param clear_m  nothing is met before this range, as clear_distance() says of many rays at
+  /// once
   /// @return false: nothing within max_range_m, or the ray leaves the world
   [[nodiscard]] bool cast(const Ray& ray, double max_range_m, double time_s, std::uint64_t shot,
-                          Hit* hit) const;
+                          Hit* hit, double clear_m = 0.0) const;
+
+  /// A horizontal distance within which no ray of the fan meets anything.
+  [[nodiscard]] double clear_distance(const Fan& fan, double max_m) const;
 
   /// Frees the tiles farther than `radius_m` from a place; they come back when looked at.
   void forget_beyond(double x_m, double y_m, double radius_m) const;
@@ -64,7 +84,14 @@ class World {
   };
 
   [[nodiscard]] Ground ground(double x_m, double y_m) const;
-  [[nodiscard]] const Tile& tile(int i, int j) const;
+  [[nodiscard]] const Tile& tile(int i, int j) const {
+    const std::size_t at = static_cast<std::size_t>(j * tiles_x_ + i);
+    return tiles_[at] != nullptr ? *tiles_[at] : new_tile(i, j);
+  }
+  const Tile& new_tile(int i, int j) const;
+  [[nodiscard]] double highest_around(const Vec2& place_world) const;
+  bool meet_block(const Tile& tile, const CellRay& ray, double range_m, int i, int j,
+                  const Shot& shot, Hit* hit) const;
   void meet_objects(const Tile& tile, std::size_t node, const Shot& shot, Hit* hit) const;
   void meet_grass(const Shot& shot, Hit* hit) const;
 

@@ -75,6 +75,40 @@ TEST(World, RaysMeetTheGroundWhereSmallStepsMeetIt) {
   EXPECT_GT(hits, 200);
 }
 
+// What a fan's clear distance spares the ray caster must have been empty: every ray of it meets
+// what it meets without it, and no earlier.
+TEST(World, NothingIsMetWithinAFansClearDistance) {
+  const Course course(s_course());
+  WorldParams params = wild();
+  params.vegetation.transmittance_per_m = 1e-6;  // light ends where foliage begins
+  params.vegetation.grass_height_m = 0.0;        // it begins before what the ray met
+  params.rocks.per_m2 = 0.3;
+  const World world(params, {}, course.points(), 80.0);
+  double clear_sum_m = 0.0;
+  for (const Ray& middle : random_rays(world, 1500)) {
+    std::vector<Ray> rays;
+    for (int k = -10; k <= 10; ++k) {
+      const Quat turn = exp_so3(Vec3(0.0, 0.002 * (k % 3), radians(1.5) * k));
+      rays.push_back(
+          {middle.origin_world + Vec3(0.004 * k, 0.002 * k, 0.0), turn * middle.direction_world});
+    }
+    const double clear_m = world.clear_distance(Fan(rays), 60.0);
+    clear_sum_m += clear_m;
+    for (const Ray& ray : rays) {
+      Hit plain, spared;
+      const bool met = world.cast(ray, 60.0, 1.0, 5, &plain);
+      if (met && ray.direction_world.head<2>().norm() > 0.1) {
+        ASSERT_GE(plain.range_m, clear_m);
+      }
+      ASSERT_EQ(world.cast(ray, 60.0, 1.0, 5, &spared, clear_m), met);
+      if (met) {
+        ASSERT_NEAR(spared.range_m, plain.range_m, 1e-9);
+      }
+    }
+  }
+  EXPECT_GT(clear_sum_m / 1500, 1.5);  // else it spares nothing
+}
+
 TEST(World, IsTheSameWhateverIsLookedAtFirst) {
   const Course course(s_course());
   const World a(wild(), {}, course.points(), 80.0);
@@ -158,6 +192,7 @@ TEST(World, VegetationMovesAndRocksDoNot) {
   params.vegetation.bushes_per_m2 = 0.2;
   const World bushes(params, {}, course.points(), 80.0);
   params = flat_world();
+  params.vegetation.grass_height_m = 0.0;  // it begins before what the ray met
   params.rocks.per_m2 = 0.3;
   const World rocks(params, {}, course.points(), 80.0);
   int moved = 0;
