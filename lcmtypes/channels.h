@@ -17,12 +17,14 @@ inline constexpr char kSpRegistration[] = "SP_REGISTRATION";  // registration_t 
 inline constexpr char kSpPoints[] = "SP_POINTS";              // points_t       sp  1-4 per scan
 inline constexpr char kSpEvent[] = "SP_EVENT";                // event_t        sp  on events
 inline constexpr char kSpCycle[] = "SP_CYCLE";                // cycle_t        sp  per cycle, live
+inline constexpr char kSpProcess[] = "SP_PROCESS";            // process_t       sp  1 Hz, live
 
 inline constexpr char kWmNavState[] = "WM_NAV_STATE";      // nav_state_t     wm  50 Hz + per scan
 inline constexpr char kWmInnovation[] = "WM_INNOVATION";   // innovation_t    wm  per measurement
 inline constexpr char kWmMapPatch[] = "WM_MAP_PATCH";      // map_patch_t     wm  5 Hz
 inline constexpr char kWmEvent[] = "WM_EVENT";             // event_t         wm  on events
 inline constexpr char kWmCycle[] = "WM_CYCLE";             // cycle_t         wm  per cycle, live
+inline constexpr char kWmProcess[] = "WM_PROCESS";         // process_t       wm  1 Hz, live
 
 inline constexpr char kBgCommand[] = "BG_COMMAND";         // command_t       operator, gateway  1 Hz
 inline constexpr char kBgStatus[] = "BG_STATUS";           // status_t        bg  10 Hz
@@ -30,6 +32,7 @@ inline constexpr char kBgPlan[] = "BG_PLAN";               // plan_t          bg
 inline constexpr char kBgDrive[] = "BG_DRIVE";             // drive_t         bg  20 Hz
 inline constexpr char kBgEvent[] = "BG_EVENT";             // event_t         bg  on events
 inline constexpr char kBgCycle[] = "BG_CYCLE";             // cycle_t         bg  per cycle, live
+inline constexpr char kBgProcess[] = "BG_PROCESS";         // process_t       bg  1 Hz, live
 
 inline constexpr char kSimTruth[] = "SIM_TRUTH";           // truth_t         sim  100 Hz
 // clang-format on
