@@ -1,5 +1,7 @@
 #include "modules/sp/sp_config.h"
 
+#include "rcs/node/vehicle_tables.h"
+
 namespace rcs::sp {
 namespace {
 
@@ -86,8 +88,7 @@ Result<SpConfig> load_sp_config(const ParamFile& file) {
   read(sp.table("prior"), &c.prior);
   read(sp.table("grant"), &c.grant);
 
-  if (Outcome read_all = file.finish({"vehicle", "world", "gps", "ins", "odometry", "wm", "bg"});
-      !read_all) {
+  if (Outcome read_all = file.finish(tables_but({"ladar", "sp"})); !read_all) {
     return read_all.error();
   }
   return c;

@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include "rcs/node/vehicle_tables.h"
+
 namespace rcs::wm {
 namespace {
 
@@ -194,7 +196,8 @@ Result<WmConfig> load_wm_config(const ParamFile& file) {
   read_local(wm.table("local"), &p.local);
   read_modes(wm.table("modes"), &p.modes);
 
-  if (Outcome read_all = file.finish({"vehicle", "world", "ladar", "sp", "bg"}); !read_all) {
+  if (Outcome read_all = file.finish(tables_but({"world", "gps", "ins", "odometry", "wm"}));
+      !read_all) {
     return read_all.error();
   }
   return c;
