@@ -1,0 +1,171 @@
+#include "rcs/node/command.h"
+
+#include <algorithm>
+
+namespace rcs {
+namespace {
+
+// Sums with it cannot overflow, whatever a message says.
+constexpr std::int64_t kLongest_us = 1'000'000'000'000'000;
+
+bool plausible(std::int64_t utime) { return utime > -kLongest_us && utime < kLongest_us; }
+
+}  // namespace
+
+CommandPort::CommandPort(Bus* bus, std::string_view command_channel,
+                         std::string_view status_channel, std::string_view issuer,
+                         const CommandPortParams& params)
+    : params_(params), commands_(bus, command_channel), statuses_(bus, status_channel, 8) {
+  command_.issuer = issuer;
+}
+
+std::int64_t CommandPort::send(const Order& order, Stamp now) {
+  command_.utime = to_utime(now);
+  command_.serial = std::max(command_.serial + 1, to_utime(now));
+  command_.kind = order.kind;
+  command_.frame = order.frame;
+  command_.valid_until_utime = to_utime(now + order.valid_for);
+  command_.waypoint = order.waypoints;
+  command_.n = static_cast<std::int32_t>(order.waypoints.size());
+  commands_.publish(&command_);
+  first_sent_ = now;
+  last_sent_ = now;
+  sends_ = 1;
+  echoed_ = false;
+  done_ = false;
+  return command_.serial;
+}
+
+void CommandPort::step(Stamp now) {
+  for (; !statuses_.empty(); statuses_.pop()) {
+    const status_t& m = *statuses_.front();
+    // One that was delayed or repeated on its way says what was, not what is.
+    if (!plausible(m.utime) || (heard_ && m.utime <= status_.utime) || from_utime(m.utime) > now) {
+      continue;
+    }
+    status_ = m;
+    heard_ = true;
+    heard_at_ = now;
+    if (!echoes_mine()) continue;
+    echoed_ = true;
+    done_ = done_ || m.status == status_t::STATUS_DONE;
+  }
+  const bool send_again = sends_ > 0 && !echoed_ && sends_ < params_.max_sends &&
+                          now - last_sent_ >= params_.resend &&
+                          now < from_utime(command_.valid_until_utime);
+  if (!send_again) return;
+  commands_.publish(&command_);
+  last_sent_ = now;
+  ++sends_;
+}
+
+bool CommandPort::echoes_mine() const {
+  return sends_ > 0 && status_.echo_serial == command_.serial && status_.issuer == command_.issuer;
+}
+
+Standing CommandPort::standing(Stamp now) const {
+  using State = Standing::State;
+  if (sends_ == 0) return {State::kIdle, ""};
+  if (done_) return {State::kDone, ""};
+  const bool silent = now - std::max(heard_at_, first_sent_) > params_.silence;
+  if (silent) return {State::kError, "the subordinate is silent"};
+  if (!echoed_) {
+    const bool given_up = now - last_sent_ > params_.resend && sends_ >= params_.max_sends;
+    const bool over = now >= from_utime(command_.valid_until_utime);
+    if (given_up || over) return {State::kError, "the subordinate does not take the command"};
+    return {State::kSent, ""};
+  }
+  if (!echoes_mine()) {
+    return {State::kError, status_.echo_serial == 0 ? "the subordinate has started anew"
+                                                    : "another command has replaced it"};
+  }
+  if (status_.status == status_t::STATUS_EXEC) return {State::kExecuting, ""};
+  return {State::kError, status_.reason};
+}
+
+Subordinate::Subordinate(Bus* bus, std::string_view node, std::string_view command_channel,
+                         std::string_view status_channel, const SubordinateParams& params)
+    : params_(params), commands_(bus, command_channel, 16), statuses_(bus, status_channel) {
+  status_.node = node;
+}
+
+void Subordinate::take(Stamp now) {
+  if (!start_) start_ = now;
+  is_new_ = false;
+  for (; !commands_.empty(); commands_.pop()) {
+    const command_t& m = *commands_.front();
+    if (!admit(m, now)) continue;
+    command_ = m;
+    in_force_ = true;
+    is_new_ = true;
+    ++account_.taken;
+    if (m.kind == command_t::KIND_EMERGENCY_STOP) {
+      // It must get its cycle, whatever came behind it.
+      commands_.pop();
+      return;
+    }
+  }
+}
+
+// Every rule errs on the side of not acting: a superior that is not echoed notices and asks anew.
+bool Subordinate::admit(const command_t& m, Stamp now) {
+  const bool sane = plausible(m.utime) && plausible(m.valid_until_utime) && m.serial > 0 &&
+                    from_utime(m.utime) <= now &&
+                    from_utime(m.valid_until_utime) - from_utime(m.utime) <= params_.longest;
+  if (!sane) {
+    ++account_.implausible;
+    return false;
+  }
+  if (from_utime(m.utime) < *start_) {
+    ++account_.before_start;
+    return false;
+  }
+  if (in_force_ && m.issuer == command_.issuer && m.serial == command_.serial) {
+    ++account_.repeated;
+    return false;
+  }
+  Issuer* const from = issuer(m);
+  if (from == nullptr || m.serial <= from->serial) {
+    ++account_.stale;
+    return false;
+  }
+  from->serial = m.serial;
+  from->issued = std::max(from->issued, from_utime(m.utime));
+  if (now >= from_utime(m.valid_until_utime)) {
+    ++account_.expired;
+    return false;
+  }
+  return true;
+}
+
+// Null: an issuer without a record, and the command may be one that it had before it was forgotten.
+Subordinate::Issuer* Subordinate::issuer(const command_t& m) {
+  for (Issuer& i : issuers_) {
+    if (i.serial > 0 && i.name == m.issuer) return &i;
+  }
+  if (from_utime(m.utime) <= forgotten_) return nullptr;
+  Issuer* const oldest =
+      &*std::min_element(issuers_.begin(), issuers_.end(),
+                         [](const Issuer& a, const Issuer& b) { return a.issued < b.issued; });
+  forgotten_ = std::max(forgotten_, oldest->issued);
+  oldest->name = m.issuer;
+  oldest->serial = 0;
+  oldest->issued = Stamp::min();
+  return oldest;
+}
+
+void Subordinate::report(Stamp now, std::int8_t status, std::string_view state, int line,
+                         std::string_view reason, int degrade_level) {
+  status_.utime = to_utime(now);
+  status_.issuer = in_force_ ? std::string_view(command_.issuer) : std::string_view();
+  status_.echo_serial = in_force_ ? command_.serial : 0;
+  status_.new_command = is_new_ ? 1 : 0;
+  status_.status = status;
+  status_.degrade_level = static_cast<std::int8_t>(degrade_level);
+  status_.state = state;
+  status_.source_line = line;
+  status_.reason = reason;
+  statuses_.publish(&status_);
+}
+
+}  // namespace rcs

@@ -1,0 +1,142 @@
+#pragma once
+// RCS's command and status protocol between a superior and its subordinate. Serials are per issuer
+// and only grow; the subordinate echoes the one that it acts on. The superior works out how its
+// command stands from (sent, echoed, age), so that a DONE of an older command is never taken for
+// the new one's, and silence is an error. All stamps are of one computer's timeline.
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "lcmtypes/rcs/command_t.hpp"
+#include "lcmtypes/rcs/status_t.hpp"
+#include "rcs/base/stamp.h"
+#include "rcs/node/inbox.h"
+#include "rcs/node/outbox.h"
+
+namespace rcs {
+
+/// What a superior asks for.
+struct Order {
+  std::int8_t kind = command_t::KIND_HALT;
+  std::int8_t frame = command_t::FRAME_WORLD;
+  std::vector<waypoint_t> waypoints;
+  Duration valid_for = from_seconds(2.5);  ///< the subordinate stops when this is over
+};
+
+/// How the newest command of a port stands.
+struct Standing {
+  enum class State { kIdle, kSent, kExecuting, kDone, kError };
+  State state = State::kIdle;
+  std::string_view reason;  ///< of an error; valid until the port's next step() or send()
+};
+
+struct CommandPortParams {
+  Duration resend = from_milliseconds(200.0);   ///< until it is echoed
+  int max_sends = 8;                            ///< of one command, the first included
+  Duration silence = from_milliseconds(500.0);  ///< a subordinate silent for longer has failed
+};
+
+/// The superior's end.
+class CommandPort {
+ public:
+  /// @param issuer  one per port in the whole system
+  CommandPort(Bus* bus, std::string_view command_channel, std::string_view status_channel,
+              std::string_view issuer, const CommandPortParams& params);
+
+  /// Replaces whatever was sent before.
+  /// @return its serial: larger than any that this issuer has used, even before a restart, as it is
+  ///         counted from the time line's microseconds
+  std::int64_t send(const Order& order, Stamp now);
+
+  /// Once a cycle: reads what the subordinate says and sends again what is not echoed yet.
+  void step(Stamp now);
+
+  [[nodiscard]] Standing standing(Stamp now) const;
+  /// The newest status, whoever's command it echoes; null before the first.
+  [[nodiscard]] const status_t* status() const { return heard_ ? &status_ : nullptr; }
+  [[nodiscard]] const InboxBase& inbox() const { return statuses_; }
+
+ private:
+  [[nodiscard]] bool echoes_mine() const;
+
+  CommandPortParams params_;
+  Outbox<command_t> commands_;
+  Inbox<status_t> statuses_;
+  command_t command_{};
+  status_t status_{};
+  bool heard_ = false;
+  Stamp heard_at_ = Stamp::min();
+  Stamp first_sent_ = Stamp::min();
+  Stamp last_sent_ = Stamp::min();
+  int sends_ = 0;
+  bool echoed_ = false;  // the newest command has been echoed once
+  bool done_ = false;    // and its DONE was seen
+};
+
+struct SubordinateParams {
+  Duration longest = from_seconds(60.0);  ///< a command valid for longer is refused
+};
+
+/// The subordinate's end.
+class Subordinate {
+ public:
+  Subordinate(Bus* bus, std::string_view node, std::string_view command_channel,
+              std::string_view status_channel, const SubordinateParams& params);
+
+  /// What became of the commands so far.
+  struct Account {
+    std::int64_t taken = 0;
+    std::int64_t repeated = 0;      ///< of the serial in force: sent again before the echo came
+    std::int64_t stale = 0;         ///< an older serial than one already taken
+    std::int64_t expired = 0;       ///< valid_until had passed when it came
+    std::int64_t before_start = 0;  ///< issued before this subordinate ran: it may have been done
+    std::int64_t implausible = 0;   ///< issued in the future, or valid for too long
+  };
+
+  /// Once a cycle, first: takes what has come. The first call is the subordinate's start.
+  void take(Stamp now);
+
+  /// Taken in this very cycle.
+  [[nodiscard]] bool is_new() const { return is_new_; }
+  /// The newest command taken, whether still valid or not; null before the first.
+  [[nodiscard]] const command_t* command() const { return in_force_ ? &command_ : nullptr; }
+  /// A command is in force and valid: what to do otherwise is to stop.
+  [[nodiscard]] bool valid(Stamp now) const {
+    return in_force_ && now < from_utime(command_.valid_until_utime);
+  }
+
+  /// Publishes the status of this cycle. `line` is the source line of the state that was decided.
+  /// @param status  status_t::STATUS_*
+  void report(Stamp now, std::int8_t status, std::string_view state, int line,
+              std::string_view reason, int degrade_level);
+
+  [[nodiscard]] const Account& account() const { return account_; }
+  [[nodiscard]] const InboxBase& inbox() const { return commands_; }
+
+ private:
+  struct Issuer {
+    std::string name;
+    std::int64_t serial = 0;  // newest taken
+    Stamp issued = Stamp::min();
+  };
+  [[nodiscard]] bool admit(const command_t& m, Stamp now);
+  Issuer* issuer(const command_t& m);
+
+  SubordinateParams params_;
+  Inbox<command_t> commands_;
+  Outbox<status_t> statuses_;
+  std::optional<Stamp> start_;
+  std::array<Issuer, 8> issuers_;
+  Stamp forgotten_ = Stamp::min();  // newest command of any issuer that made room for another
+  command_t command_{};
+  bool in_force_ = false;
+  bool is_new_ = false;
+  Account account_;
+  status_t status_{};
+};
+
+}  // namespace rcs
