@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
@@ -13,6 +12,8 @@
 #include <limits>
 #include <sstream>
 #include <type_traits>
+
+#include "rcs/node/param_text.h"
 
 #define TOML_EXCEPTIONS 0
 #include <toml++/toml.h>
@@ -43,6 +44,7 @@ struct ParamTable::Entry {
   template <class T>
   bool read_number(const toml::node& node, std::string_view key, T* value, Range range);
   bool read_vec3(std::string_view key, Vec3* value, Range range);
+  const toml::array* find_list(std::string_view key);
 };
 
 namespace {
@@ -57,33 +59,6 @@ bool ends_with(std::string_view text, std::string_view end) {
   return text.size() >= end.size() && text.substr(text.size() - end.size()) == end;
 }
 
-/// " (m/s)" for speed_mps; empty where the key has no unit.
-std::string unit_of(std::string_view key) {
-  constexpr std::array<std::array<std::string_view, 2>, 17> kUnits{{
-      {"_radps", "rad/s"},
-      {"_degps", "deg/s"},
-      {"_mps2", "m/s^2"},
-      {"_mps", "m/s"},
-      {"_1pm", "1/m"},
-      {"_ppm", "ppm"},
-      {"_kmph", "km/h"},
-      {"_deg", "deg"},
-      {"_rad", "rad"},
-      {"_hz", "Hz"},
-      {"_ms", "ms"},
-      {"_us", "us"},
-      {"_ns", "ns"},
-      {"_cm", "cm"},
-      {"_km", "km"},
-      {"_m", "m"},
-      {"_s", "s"},
-  }};
-  for (const auto& [suffix, unit] : kUnits) {
-    if (ends_with(key, suffix)) return fmt::format(" ({})", unit);
-  }
-  return "";
-}
-
 std::string where(std::string_view file, const toml::node* node, std::string_view path) {
   std::string text(file);
   if (node != nullptr) text += fmt::format(":{}", node->source().begin.line);
@@ -94,35 +69,6 @@ std::string where(std::string_view file, const toml::node* node, std::string_vie
 
 std::string joined(std::string_view path, std::string_view key) {
   return path.empty() ? std::string(key) : fmt::format("{}.{}", path, key);
-}
-
-/// Levenshtein's distance.
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t replace = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-      diagonal = row[j];
-      row[j] = std::min({row[j] + 1, row[j - 1] + 1, replace});
-    }
-  }
-  return row[b.size()];
-}
-
-std::string suggestion(std::string_view key, const std::vector<std::string>& known) {
-  const std::string* best = nullptr;
-  std::size_t best_distance = std::max<std::size_t>(2, key.size() / 3) + 1;
-  for (const std::string& k : known) {
-    const std::size_t distance = edit_distance(key, k);
-    if (distance < best_distance) {
-      best = &k;
-      best_distance = distance;
-    }
-  }
-  return best == nullptr ? "" : fmt::format("; did you mean {}?", *best);
 }
 
 }  // namespace
@@ -180,6 +126,13 @@ bool ParamTable::Entry::read_vec3(std::string_view key, Vec3* value, Range range
   return true;
 }
 
+const toml::array* ParamTable::Entry::find_list(std::string_view key) {
+  const toml::node* node = find(key);
+  const toml::array* list = node == nullptr ? nullptr : node->as_array();
+  if (node != nullptr && list == nullptr) fail(node, key, "not a list: write [a, b]");
+  return list;
+}
+
 void ParamTable::get(std::string_view key, double* value, Range range) {
   double v = 0.0;
   const toml::node* node = entry_->find(key);
@@ -230,6 +183,28 @@ void ParamTable::get(std::string_view key, Vec3* value, Range range) {
   entry_->read_vec3(key, value, range);
 }
 
+void ParamTable::get(std::string_view key, std::vector<int>* value, Range range) {
+  const toml::array* list = entry_->find_list(key);
+  if (list == nullptr) return;
+  std::vector<int> v(list->size());
+  for (std::size_t i = 0; i < v.size(); ++i) {
+    if (!entry_->read_number(*list->get(i), key, &v[i], range)) return;
+  }
+  *value = std::move(v);
+}
+
+void ParamTable::get(std::string_view key, std::vector<std::string>* value) {
+  const toml::array* list = entry_->find_list(key);
+  if (list == nullptr) return;
+  std::vector<std::string> v;
+  for (std::size_t i = 0; i < list->size(); ++i) {
+    const auto* text = list->get(i)->as_string();
+    if (text == nullptr) return entry_->fail(list->get(i), key, "not a string");
+    v.push_back(text->get());
+  }
+  *value = std::move(v);
+}
+
 void ParamTable::get_ms(std::string_view key, Duration* value, Range range_ms) {
   RCS_CHECK(ends_with(key, "_ms"));
   double ms = 0.0;
@@ -260,6 +235,13 @@ void ParamTable::get_pose(std::string_view prefix, Pose* value, Range range_m) {
 
 bool ParamTable::has(std::string_view key) const {
   return entry_->table != nullptr && entry_->table->contains(key);
+}
+
+std::vector<std::string> ParamTable::keys() const {
+  std::vector<std::string> names;
+  if (entry_->table == nullptr) return names;
+  for (const auto& [key, node] : *entry_->table) names.emplace_back(key.str());
+  return names;
 }
 
 ParamTable ParamTable::table(std::string_view key) {

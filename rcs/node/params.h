@@ -34,7 +34,9 @@ class ParamTable {
   void get(std::string_view key, bool* value);
   void get(std::string_view key, std::string* value);
   void get(std::string_view key, std::string* value, const std::vector<std::string>& allowed);
-  void get(std::string_view key, Vec3* value, Range range);  ///< array of three
+  void get(std::string_view key, Vec3* value, Range range);              ///< array of three
+  void get(std::string_view key, std::vector<int>* value, Range range);  ///< range: of each
+  void get(std::string_view key, std::vector<std::string>* value);
   /// Key ends in _ms: milliseconds in the file.
   void get_ms(std::string_view key, Duration* value, Range range_ms);
   /// Key ends in _deg: degrees in the file, radians in the struct.
@@ -43,6 +45,8 @@ class ParamTable {
   void get_pose(std::string_view prefix, Pose* value, Range range_m);
 
   [[nodiscard]] bool has(std::string_view key) const;
+  /// Where the names are the user's, such as [process.NAME]. Does not make them known.
+  [[nodiscard]] std::vector<std::string> keys() const;
   [[nodiscard]] ParamTable table(std::string_view key);  ///< empty when missing
   /// Tables of an array of tables ([[key]]), in order.
   [[nodiscard]] std::vector<ParamTable> tables(std::string_view key);

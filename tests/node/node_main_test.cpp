@@ -10,6 +10,7 @@
 #include <fstream>
 #include <string>
 
+#include "lcmtypes/rcs/process_t.hpp"
 #include "rcs/node/lcm_bus.h"
 #include "tests/node/fixtures.h"
 
@@ -21,7 +22,7 @@ using test::ms;
 Result<std::unique_ptr<Node>> make_echo(const ParamFile& params, Bus* bus) {
   int depth = 4;
   params.root().table("echo").get("depth", &depth, {1, 100});
-  if (const Outcome read = params.finish({}); !read) return read.error();
+  if (const Outcome read = params.finish({"process"}); !read) return read.error();
   return std::unique_ptr<Node>(std::make_unique<test::Echo>(
       NodeInfo{"echo", ms(50), ms(1)}, bus, "ODOMETRY", "ANSWER", static_cast<std::size_t>(depth)));
 }
@@ -63,6 +64,7 @@ class Child {
       output_.append(buffer.data(), static_cast<std::size_t>(n));
     }
   }
+  [[nodiscard]] pid_t pid() const { return pid_; }
   void terminate() const { (void)kill(pid_, SIGTERM); }
   Ended wait() {
     read_until("\x01");  // to the end
@@ -100,6 +102,38 @@ TEST(NodeMain, RunsUntilASignalAndPrintsTheAccount) {
   EXPECT_NE(ended.output.find("echo: 1 cycles, 0 missed"), std::string::npos) << ended.output;
   EXPECT_NE(ended.output.find("ODOMETRY         received        1"), std::string::npos)
       << ended.output;
+}
+
+TEST(NodeMain, TellsHowItsProcessIsAndWhatWasNotGranted) {
+  const std::string path = config("[echo]\n[process.echo]\ncpus = [1023]\n");
+  const Result<std::unique_ptr<LcmBus>> bus = LcmBus::create(kDefaultLcmUrl);
+  ASSERT_TRUE(bus.ok());
+  Inbox<process_t> inbox(bus->get(), "ECHO_PROCESS", 8);
+  Child child({path});
+  while (inbox.empty()) (void)(*bus)->deliver_one(Stamp());
+  const process_t& m = *inbox.front();
+  EXPECT_EQ(m.node, "echo");
+  EXPECT_EQ(m.pid, child.pid());
+  EXPECT_EQ(m.config, path);
+  EXPECT_GT(m.rss_kb, 1000);
+  EXPECT_GT(m.descriptors, 5);
+  EXPECT_EQ(m.note, "processors 1023 not granted: there are none such");
+  child.terminate();
+  const Ended ended = child.wait();
+  EXPECT_EQ(ended.code, 0);
+  EXPECT_NE(ended.output.find("echo: processors 1023 not granted"), std::string::npos)
+      << ended.output;
+  EXPECT_EQ(ended.output.find("echo_process"), std::string::npos) << ended.output;
+}
+
+TEST(NodeMain, ChecksAConfigurationWithoutABus) {
+  EXPECT_EQ(Child({config("[echo]\ndepth = 3\n"), "--check", "--lcm-url", "nonsense"}).wait().code,
+            0);
+  const std::string path = config("[echo]\n[process.other]\ncpu = [1]\n");
+  const Ended ended = Child({path, "--check"}).wait();
+  EXPECT_EQ(ended.code, 1);
+  EXPECT_EQ(ended.output,
+            "echo: " + path + ":3: [process.other] unknown key cpu; did you mean cpus?\n");
 }
 
 TEST(NodeMain, AWrongConfigurationEndsItWithTheReason) {

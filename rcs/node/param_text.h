@@ -1,0 +1,16 @@
+#pragma once
+// The words of parameters' error messages.
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace rcs {
+
+/// " (m/s)" for speed_mps; empty where the key has no unit.
+[[nodiscard]] std::string unit_of(std::string_view key);
+
+/// "; did you mean gate_m?" where a known key is close to what was written; else empty.
+[[nodiscard]] std::string suggestion(std::string_view key, const std::vector<std::string>& known);
+
+}  // namespace rcs

@@ -1,0 +1,182 @@
+#include "rcs/node/process.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <optional>
+
+#include "rcs/node/local_bus.h"
+#include "tests/node/fixtures.h"
+#include "tests/support/heap_guard.h"
+
+namespace rcs {
+namespace {
+
+using test::at_ms;
+using test::HeapGuard;
+using test::ms;
+
+std::string error_of(const std::string& text) {
+  const Result<ParamFile> file = ParamFile::parse(text, "file.toml");
+  if (!file) return file.error().message;
+  const Result<ProcessTables> tables = read_process_tables(*file);
+  return tables ? "" : tables.error().message;
+}
+
+TEST(ProcessTables, ReadsWhatEachNodeAsksFor) {
+  const Result<ParamFile> file = ParamFile::parse(R"(
+[sp]
+of_sp = 1
+[process]
+bus_firewalled = true
+[process.sp]
+realtime_priority = 60
+lock_memory = true
+cpus = [2, 3]
+[up]
+nodes = ["wm", "sp", "bg"]
+)",
+                                                  "file.toml");
+  ASSERT_TRUE(file.ok());
+  const Result<ProcessTables> tables = read_process_tables(*file);
+  ASSERT_TRUE(tables.ok()) << tables.error().message;
+  EXPECT_TRUE(tables->bus_firewalled);
+  const RealtimeParams sp = tables->realtime_of("sp");
+  EXPECT_EQ(sp.realtime_priority, 60);
+  EXPECT_TRUE(sp.lock_memory);
+  EXPECT_EQ(sp.cpus, (std::vector<int>{2, 3}));
+  EXPECT_EQ(tables->realtime_of("wm").realtime_priority, 0);
+  EXPECT_EQ(tables->nodes, (std::vector<std::string>{"wm", "sp", "bg"}));
+}
+
+TEST(ProcessTables, AnEmptyFileAsksForNothing) {
+  const Result<ParamFile> file = ParamFile::parse("", "file.toml");
+  const Result<ProcessTables> tables = read_process_tables(*file);
+  ASSERT_TRUE(tables.ok());
+  EXPECT_FALSE(tables->bus_firewalled);
+  EXPECT_TRUE(tables->realtime.empty());
+  EXPECT_EQ(tables->nodes, (std::vector<std::string>{"sp", "wm"}));
+}
+
+TEST(ProcessTables, EveryMistakeIsNamedWithItsPlace) {
+  EXPECT_EQ(error_of("[process.sp]\nrealtime_priority = 99\n"),
+            "file.toml:2: [process.sp] realtime_priority = 99: not in [0, 98]");
+  EXPECT_EQ(error_of("[process.wm]\nrealtime_prioritu = 5\n"),
+            "file.toml:2: [process.wm] unknown key realtime_prioritu; did you mean "
+            "realtime_priority?");
+  EXPECT_EQ(error_of("[process]\nsp = 5\n"), "file.toml:2: [process] sp = 5: not a table");
+  EXPECT_EQ(error_of("[process.sp]\ncpus = [1, -1]\n"),
+            "file.toml:2: [process.sp] cpus = -1: not in [0, 1023]");
+  EXPECT_EQ(error_of("[process.sp]\ncpus = 1\n"),
+            "file.toml:2: [process.sp] cpus = 1: not a list: write [a, b]");
+  EXPECT_NE(error_of("[up]\nnodes = []\n").find("empty"), std::string::npos);
+  EXPECT_NE(error_of("[up]\nnodes = [\"sp\", \"sp\"]\n").find("sp stands there twice"),
+            std::string::npos);
+  EXPECT_NE(error_of("[up]\nnodes = [\"../sp\"]\n").find("../sp is not a node's name"),
+            std::string::npos);
+  EXPECT_NE(error_of("[up]\nnodes = [1]\n").find("not a string"), std::string::npos);
+  EXPECT_EQ(error_of("[up]\nnode = [\"sp\"]\n"),
+            "file.toml:2: [up] unknown key node; did you mean nodes?");
+}
+
+TEST(CycleCounter, PassesAccountsOnAndKeepsTheNewest) {
+  struct Last final : CycleSink {
+    void on_account(const NodeInfo& /*node*/, const CycleAccount& /*account*/) override { ++count; }
+    int count = 0;
+  };
+  Last last;
+  CycleCounter counter(&last);
+  Cycle cycle;
+  cycle.index = 6;
+  CycleAccount account;
+  account.cycle = &cycle;
+  account.missed = 2;
+  account.overruns = 3;
+  counter.on_account({}, account);
+  EXPECT_EQ(last.count, 1);
+  EXPECT_EQ(counter.counts().cycles, 7);
+  EXPECT_EQ(counter.counts().missed, 2);
+  EXPECT_EQ(counter.counts().overruns, 3);
+}
+
+TEST(ProcessUsage, SeesWhatTheProcessUses) {
+  ProcessUsage usage;
+  process_t before{};
+  usage.read(&before);
+  EXPECT_GT(before.rss_kb, 500);
+  EXPECT_GT(before.descriptors, 3);
+  const int fd = open("/dev/null", O_RDONLY | O_CLOEXEC);
+  process_t after{};
+  usage.read(&after);
+  EXPECT_EQ(after.descriptors, before.descriptors + 1);
+  EXPECT_GE(after.cpu_us, before.cpu_us);
+  close(fd);
+  usage.read(&after);
+  EXPECT_EQ(after.descriptors, before.descriptors);
+}
+
+/// 30 s of a process whose node is idle.
+class ProcessNodeTest : public testing::Test {
+ protected:
+  ProcessNodeTest() {
+    ProcessFacts facts{"sp", "vehicle.toml", at_ms(500), {}, "bus reachable from eth0"};
+    facts.grant.memory_locked = true;
+    facts.grant.refusals = {"SCHED_FIFO 60 not granted: Operation not permitted"};
+    node_.emplace(&bus_, facts, &counter_);
+  }
+
+  LocalBus bus_;
+  CycleCounter counter_{nullptr};
+  Inbox<process_t> inbox_{&bus_, "SP_PROCESS", 100};
+  std::optional<ProcessNode> node_;
+};
+
+TEST_F(ProcessNodeTest, SpeaksOnceASecondAndSaysWhatWasNotGranted) {
+  test::ListSource source(test::odometry_items(at_ms(0), ms(100), 301));
+  LockstepTimeline timeline(&bus_, &source, Duration::zero());
+  run({&*node_}, timeline, nullptr);
+  EXPECT_NEAR(static_cast<double>(inbox_.account().received), 31.0, 1.0);
+  const process_t& m = *inbox_.front();
+  EXPECT_EQ(m.node, "sp");
+  EXPECT_EQ(m.pid, getpid());
+  EXPECT_EQ(m.start_utime, 500'000);
+  EXPECT_EQ(m.config, "vehicle.toml");
+  EXPECT_EQ(m.realtime_priority, 0);
+  EXPECT_EQ(m.memory_locked, 1);
+  EXPECT_EQ(m.note, "SCHED_FIFO 60 not granted: Operation not permitted; bus reachable from eth0");
+}
+
+TEST_F(ProcessNodeTest, AllocatesNothingOnceWarm) {
+  if (!HeapGuard::available()) GTEST_SKIP() << "NOT TESTED: a sanitizer owns malloc";
+  StageClock stages;
+  for (int i = 0; i < 20; ++i) {
+    const Stamp now = Stamp(i * ProcessNode::kPeriod);
+    const Cycle cycle{static_cast<std::uint64_t>(i), now, now, now, &stages};
+    std::optional<HeapGuard> guard;
+    if (i > 3) guard.emplace();
+    node_->run(cycle);
+    const std::int64_t allocations = guard ? guard->allocations() : 0;
+    guard.reset();
+    EXPECT_EQ(allocations, 0) << i;
+    bus_.deliver_next(now);
+  }
+}
+
+TEST(Realtime, NothingAskedForNothingRefused) {
+  const RealtimeGrant grant = request_realtime({});
+  EXPECT_EQ(grant.realtime_priority, 0);
+  EXPECT_FALSE(grant.memory_locked);
+  EXPECT_TRUE(grant.refusals.empty());
+}
+
+TEST(Realtime, AProcessorThatIsNotThereIsRefusedAndSaid) {
+  RealtimeParams params;
+  params.cpus = {1023};
+  const RealtimeGrant grant = request_realtime(params);
+  ASSERT_EQ(grant.refusals.size(), 1U);
+  EXPECT_EQ(grant.refusals[0], "processors 1023 not granted: there are none such");
+}
+
+}  // namespace
+}  // namespace rcs
