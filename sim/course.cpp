@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "rcs/base/check.h"
+#include "sim/random.h"
 
 namespace rcs::sim {
 namespace {
@@ -23,6 +24,20 @@ std::size_t interval(const std::vector<double>& x, double value, double* share) 
 double lerp(double a, double b, double share) { return a + share * (b - a); }
 
 }  // namespace
+
+std::vector<Vec2> random_waypoints(const RandomCourseParams& params, std::uint64_t seed) {
+  Random random(seed, Stream::kCourse);
+  std::vector<Vec2> waypoints = {Vec2::Zero()};
+  double heading_rad = 2.0 * kPi * random.uniform();
+  for (int k = 0; k < params.count; ++k) {
+    const double turn = 2.0 * random.uniform() - 1.0;
+    if (k > 0) heading_rad += params.turn_rad * turn;
+    const double leg_m = lerp(params.leg_min_m, params.leg_max_m, random.uniform());
+    waypoints.push_back(waypoints.back() +
+                        leg_m * Vec2(std::cos(heading_rad), std::sin(heading_rad)));
+  }
+  return waypoints;
+}
 
 Course::Course(const CourseParams& params) {
   RCS_CHECK(params.waypoints_world.size() >= 2 && params.speed_mps > 0.0);

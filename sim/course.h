@@ -1,6 +1,7 @@
 #pragma once
 // The scripted drive: where the vehicle is along its course, and when.
 
+#include <cstdint>
 #include <vector>
 
 #include "rcs/base/linear.h"
@@ -14,6 +15,18 @@ struct CourseParams {
   double acceleration_mps2 = 1.5;     ///< speeding up and slowing down, (0, 5]
   double lateral_mps2 = 3.0;          ///< in turns the speed is held below this, (0, 8]
 };
+
+/// Waypoints by chance: legs whose headings change by a uniform turn to either side.
+struct RandomCourseParams {
+  int count = 5;                    ///< of waypoints after the start, [1, 100]
+  double leg_min_m = 35.0;          ///< [5, 500]
+  double leg_max_m = 55.0;          ///< [leg_min_m, 500]
+  double turn_rad = radians(60.0);  ///< most, to either side, [0, 180] deg
+};
+
+/// The start (0, 0), then `count` waypoints; the first leg goes anywhere.
+[[nodiscard]] std::vector<Vec2> random_waypoints(const RandomCourseParams& params,
+                                                 std::uint64_t seed);
 
 /// A place on the course, seen from above.
 struct CoursePoint {

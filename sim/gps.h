@@ -12,6 +12,10 @@ namespace rcs::sim {
 struct Outage {
   double begin_s = 0.0;
   double length_s = 0.0;
+
+  [[nodiscard]] bool holds(double time_s) const {
+    return time_s >= begin_s && time_s < begin_s + length_s;
+  }
 };
 
 struct GpsParams {
@@ -24,6 +28,7 @@ struct GpsParams {
   double sigma_v_mps = 0.05;    ///< white, every axis, [0, 10]
   double undulation_m = -33.0;  ///< of the geoid, reported, [-110, 90]
   std::vector<Outage> outages;  ///< no message while one lasts
+  double lost_after_m = 0.0;    ///< of the driven way: no message any more; 0: never, [0, 1e5]
 };
 
 struct GpsFix {
@@ -41,6 +46,8 @@ class GpsReceiver {
   GpsReceiver(const GpsParams& params, const Geodetic& datum, std::uint64_t seed);
 
   [[nodiscard]] const GpsParams& params() const { return params_; }
+  /// Within an outage.
+  [[nodiscard]] bool silent_at(double time_s) const;
   /// The fix for `time_s`; to be called at every interval, in order of time.
   /// @return false during an outage
   [[nodiscard]] bool measure(const Trajectory& vehicle, double time_s, GpsFix* fix);

@@ -103,12 +103,13 @@ void RangeImager::place_columns(const Trajectory& vehicle, double start_s) {
   columns_.resize(static_cast<std::size_t>(params_.cols));
   Pose next = pose(0);
   for (int first = 0; first < params_.cols; first += kColumnsPerPose) {
+    const int end = std::min(first + kColumnsPerPose, params_.cols);
     const Pose here = next;
-    next = pose(first + kColumnsPerPose);
+    next = pose(end);
     const Mat3 R = here.rotation();
     const Mat3 dR = next.rotation() - R;
-    for (int col = first; col < std::min(first + kColumnsPerPose, params_.cols); ++col) {
-      const double share = static_cast<double>(col - first) / kColumnsPerPose;
+    for (int col = first; col < end; ++col) {
+      const double share = static_cast<double>(col - first) / (end - first);
       columns_[static_cast<std::size_t>(col)] = {R + share * dR,
                                                  here.p + share * (next.p - here.p)};
     }

@@ -11,7 +11,14 @@
 namespace rcs::sim {
 
 /// Streams of one scenario's seed.
-enum class Stream : std::uint64_t { kLadar = 1, kInertial = 2, kGps = 3, kOdometry = 4, kMap = 5 };
+enum class Stream : std::uint64_t {
+  kLadar = 1,
+  kInertial = 2,
+  kGps = 3,
+  kOdometry = 4,
+  kMap = 5,
+  kCourse = 6
+};
 
 class Random {
  public:

@@ -1,5 +1,7 @@
 #include "sim/real_time.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 namespace rcs::sim {
@@ -9,15 +11,17 @@ RealTimeReport publish_at_real_time(Simulator* simulator, LcmBus* bus, LiveTimel
   RealTimeReport report;
   const Duration shift = timeline->now() - Simulator::kStart;
   const double whole_s = seconds(simulator->end() - Simulator::kStart);
+  if (simulator->commanded()) simulator->listen(bus, shift);
   SourceEvent event;
   double next_progress_s = 0.0;
   for (Stamp due = simulator->peek(); due != Stamp::max(); due = simulator->peek()) {
     simulator->take(&event);
-    while (timeline->now() < due + shift) {
-      if (timeline->advance(due + shift) == Timeline::Step::kEnded) {
-        report.stopped = true;
-        return report;
-      }
+    // Late or not, what has come is heard.
+    Timeline::Step step = Timeline::Step::kDelivered;
+    while (step == Timeline::Step::kDelivered) step = timeline->advance(due + shift);
+    if (step == Timeline::Step::kEnded) {
+      report.stopped = true;
+      return report;
     }
     report.worst_late = std::max(report.worst_late, timeline->now() - (due + shift));
     bus->publish(event.channel, event.data.data(), event.data.size());
@@ -27,6 +31,17 @@ RealTimeReport publish_at_real_time(Simulator* simulator, LcmBus* bus, LiveTimel
     next_progress_s = done_s + 1.0;
   }
   return report;
+}
+
+std::string drive_summary(const Simulator& simulator) {
+  if (!simulator.commanded()) return "";
+  const CommandedVehicle& vehicle = *simulator.commanded_vehicle();
+  const DriveAccount& a = vehicle.model().account();
+  return fmt::format(
+      "drove {:.0f} m; drive commands: {} taken, {} implausible, {} stale, {} expired; braked {} "
+      "times for want of one{}",
+      simulator.driven_m(), a.taken, a.implausible, a.stale, a.expired, a.silences,
+      vehicle.fenced() ? "; came to the border of the world" : "");
 }
 
 }  // namespace rcs::sim

@@ -2,6 +2,7 @@
 // A simulation as a vehicle's sensors: onto the bus, at real time.
 
 #include <functional>
+#include <string>
 
 #include "rcs/node/lcm_bus.h"
 #include "rcs/node/live_timeline.h"
@@ -14,10 +15,14 @@ struct RealTimeReport {
   Duration worst_late{};  ///< of a message
 };
 
-/// Publishes until the scenario's end. Every message has its own moment, so that no lateness adds
-/// up; it is made before it is due, while there is time.
+/// Publishes until the scenario's end; a commanded vehicle hears BG_DRIVE meanwhile. Every message
+/// has its own moment, so that no lateness adds up; it is made before it is due, while there is
+/// time.
 /// @param progress  called once a simulated second with the share that is done, [0, 1]
 RealTimeReport publish_at_real_time(Simulator* simulator, LcmBus* bus, LiveTimeline* timeline,
                                     const std::function<void(double)>& progress);
+
+/// What a commanded vehicle did, for people; empty for another.
+[[nodiscard]] std::string drive_summary(const Simulator& simulator);
 
 }  // namespace rcs::sim

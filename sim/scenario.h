@@ -1,15 +1,16 @@
 #pragma once
 // Everything that a simulated drive depends on.
 
-#include <string>
+#include <vector>
 
 #include "sim/course.h"
+#include "sim/drive_model.h"
 #include "sim/gps.h"
 #include "sim/inertial.h"
 #include "sim/ladar.h"
 #include "sim/odometry.h"
 #include "sim/prior_map.h"
-#include "sim/vehicle.h"
+#include "sim/suspension.h"
 #include "sim/world.h"
 
 namespace rcs::sim {
@@ -25,6 +26,8 @@ struct Scenario {
   Dem dem;
   CourseParams course;
   VehicleParams vehicle;
+  bool commanded = false;  ///< drive commands move the vehicle; else it follows the course
+  DriveParams drive;       ///< when commanded
 
   LadarKind ladar = LadarKind::kImager;
   BeamParams beam;
@@ -32,6 +35,7 @@ struct Scenario {
   ImagerParams imager;
   SpinningParams spinning;
   double ladar_clock_offset_s = 0.005;  ///< its stamps minus the truth, [-0.1, 0.1]
+  std::vector<Outage> ladar_outages;    ///< no facet while one lasts, not even an empty one
 
   InertialParams ins;
   GpsParams gps;

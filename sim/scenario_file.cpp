@@ -42,13 +42,40 @@ void read_world(ParamTable table, WorldParams* world, bool* seed_follows, std::s
   vegetation.get("grass_transmittance_per_m", &v.grass_transmittance_per_m, {0.001, 0.999});
 }
 
-void read_course(ParamTable table, CourseParams* course) {
+std::vector<Outage> read_outages(ParamTable table) {
+  std::vector<Outage> outages;
+  for (ParamTable outage : table.tables("outage")) {
+    Outage o;
+    outage.get("begin_s", &o.begin_s, {0, 1e5});
+    outage.get("length_s", &o.length_s, {0, 1e5});
+    outages.push_back(o);
+  }
+  return outages;
+}
+
+RandomCourseParams read_random_course(ParamTable table) {
+  RandomCourseParams random;
+  table.get("count", &random.count, {1, 100});
+  table.get("leg_min_m", &random.leg_min_m, {5, 500});
+  table.get("leg_max_m", &random.leg_max_m, {random.leg_min_m, 500});
+  table.get_deg("turn_deg", &random.turn_rad, {0, 180});
+  return random;
+}
+
+/// @param random  set when the waypoints are to be drawn
+void read_course(ParamTable table, CourseParams* course,
+                 std::optional<RandomCourseParams>* random) {
   table.get("rest_s", &course->rest_s, {0, 600});
   double speed_kmph = course->speed_mps * 3.6;
   table.get("speed_kmph", &speed_kmph, {1, 108});
   course->speed_mps = speed_kmph / 3.6;
   table.get("acceleration_mps2", &course->acceleration_mps2, {0.1, 5});
   table.get("lateral_mps2", &course->lateral_mps2, {0.1, 8});
+  if (table.has("random")) {
+    if (table.has("waypoint")) table.fail("random", "there are waypoints, too");
+    *random = read_random_course(table.table("random"));
+    return;
+  }
   for (ParamTable waypoint : table.tables("waypoint")) {
     Vec2 p = Vec2::Zero();
     waypoint.get("x_m", &p.x(), {-5000, 5000});
@@ -76,6 +103,24 @@ void read_vehicle(ParamTable table, VehicleParams* vehicle) {
   table.get("damping", &vehicle->damping, {0.05, 2});
 }
 
+void read_drive(ParamTable table, Scenario* s) {
+  std::string mode = "scripted";
+  table.get("mode", &mode, {"scripted", "commanded"});
+  s->commanded = mode == "commanded";
+  DriveParams& drive = s->drive;
+  table.get("speed_max_mps", &drive.speed_max_mps, {0.1, 30});
+  table.get("reverse_max_mps", &drive.reverse_max_mps, {0, 10});
+  table.get("acceleration_mps2", &drive.acceleration_mps2, {0.1, 10});
+  table.get("braking_mps2", &drive.braking_mps2, {0.1, 10});
+  table.get("hard_braking_mps2", &drive.hard_braking_mps2, {0.1, 10});
+  table.get("curvature_max_1pm", &drive.curvature_max_1pm, {0.01, 1});
+  table.get("curvature_rate", &drive.curvature_rate, {0.01, 10});
+  double delay_ms = drive.delay_s * 1e3;
+  table.get("delay_ms", &delay_ms, {50, 1000});
+  drive.delay_s = delay_ms * 1e-3;
+  table.get("rear_steer", &drive.rear_steer, {0, 1});
+}
+
 void read_ladar(ParamTable table, Scenario* s) {
   std::string kind = "imager";
   table.get("kind", &kind, {"imager", "spinning", "none"});
@@ -94,6 +139,7 @@ void read_ladar(ParamTable table, Scenario* s) {
   double offset_ms = s->ladar_clock_offset_s * 1e3;
   table.get("clock_offset_ms", &offset_ms, {-100, 100});
   s->ladar_clock_offset_s = offset_ms * 1e-3;
+  s->ladar_outages = read_outages(table);
 
   ParamTable imager = table.table("imager");
   imager.get("rows", &s->imager.rows, {1, 256});
@@ -128,12 +174,8 @@ void read_gps(ParamTable table, GpsParams* gps) {
   table.get("white_m", &gps->white_m, {0, 100});
   table.get("sigma_v_mps", &gps->sigma_v_mps, {0, 10});
   table.get("undulation_m", &gps->undulation_m, {-110, 90});
-  for (ParamTable outage : table.tables("outage")) {
-    Outage o;
-    outage.get("begin_s", &o.begin_s, {0, 1e5});
-    outage.get("length_s", &o.length_s, {0, 1e5});
-    gps->outages.push_back(o);
-  }
+  gps->outages = read_outages(table);
+  table.get("lost_after_m", &gps->lost_after_m, {0, 1e5});
 }
 
 void read_odometry(ParamTable table, OdometryParams* odometry) {
@@ -216,8 +258,10 @@ Result<Scenario> load_scenario(const std::string& path, const ScenarioOverrides&
   bool world_seed_follows = false;
   std::string dem;
   read_world(root.table("world"), &s.world, &world_seed_follows, &dem, &s.datum);
-  read_course(root.table("course"), &s.course);
+  std::optional<RandomCourseParams> random_course;
+  read_course(root.table("course"), &s.course, &random_course);
   read_vehicle(root.table("vehicle"), &s.vehicle);
+  read_drive(root.table("drive"), &s);
   read_ladar(root.table("ladar"), &s);
   ParamTable ins = root.table("ins");
   std::string grades = "ins_grades.toml";
@@ -237,8 +281,14 @@ Result<Scenario> load_scenario(const std::string& path, const ScenarioOverrides&
   if (seed < 0) return Error{path + ": the seed must not be negative"};
   s.seed = static_cast<std::uint64_t>(seed);
   if (world_seed_follows) s.world.seed = s.seed;
+  if (random_course) s.course.waypoints_world = random_waypoints(*random_course, s.seed);
   if (overrides.duration_s) s.duration_s = *overrides.duration_s;
+  if (s.commanded && s.duration_s <= 0.0) {
+    return Error{path + ": duration_s is missing: a commanded drive has no end of its own"};
+  }
   if (overrides.gps_outage) s.gps.outages = {*overrides.gps_outage};
+  if (overrides.ladar_outage) s.ladar_outages = {*overrides.ladar_outage};
+  if (overrides.gps_lost_after_m) s.gps.lost_after_m = *overrides.gps_lost_after_m;
   if (!overrides.ins_grade.empty()) s.ins.grade_name = overrides.ins_grade;
   const Outcome graded = read_grades(file->resolve(grades), s.ins.grade_name, &s.ins.grade);
   if (!graded) return graded.error();

@@ -13,8 +13,10 @@ namespace rcs::sim {
 /// What a study varies without another file.
 struct ScenarioOverrides {
   std::optional<std::int64_t> seed;
-  std::string ins_grade;             ///< empty: the file's
-  std::optional<Outage> gps_outage;  ///< replaces the file's outages
+  std::string ins_grade;               ///< empty: the file's
+  std::optional<Outage> gps_outage;    ///< replaces the file's outages
+  std::optional<Outage> ladar_outage;  ///< likewise
+  std::optional<double> gps_lost_after_m;
   std::optional<double> duration_s;
 };
 

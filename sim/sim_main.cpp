@@ -1,8 +1,10 @@
 // sim SCENARIO: the reference simulation onto the LCM bus, at real time.
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdio>
 #include <exception>
 #include <memory>
@@ -33,6 +35,29 @@ int fail(const rcs::Error& error) {
   return 1;
 }
 
+/// One line that is written over on a terminal; elsewhere a line every tenth of the way.
+class Progress {
+ public:
+  explicit Progress(double whole_s) : whole_s_(whole_s), terminal_(::isatty(STDERR_FILENO) == 1) {}
+
+  void at(double share) {
+    if (terminal_) {
+      fmt::print(stderr, "\rsim: {:4.0f} of {:.0f} s", share * whole_s_, whole_s_);
+    } else if (share >= next_share_) {
+      fmt::print(stderr, "sim: {:4.0f} of {:.0f} s\n", share * whole_s_, whole_s_);
+      next_share_ = 0.1 * (std::floor(10.0 * share) + 1.0);
+    }
+  }
+  void end() const {
+    if (terminal_) fmt::print(stderr, "\n");
+  }
+
+ private:
+  double whole_s_;
+  bool terminal_;
+  double next_share_ = 0.0;
+};
+
 int run(const Options& options) {
   const Result<rcs::sim::Scenario> scenario =
       rcs::sim::load_scenario(options.scenario, options.overrides);
@@ -48,29 +73,39 @@ int run(const Options& options) {
   }
   fmt::print(stderr, "sim: {} on {}\n", options.scenario, (*bus)->url());
   rcs::LiveTimeline timeline(bus->get(), &stop);
-  const double whole_s = rcs::seconds(simulator.end() - rcs::sim::Simulator::kStart);
-  const rcs::sim::RealTimeReport report =
-      rcs::sim::publish_at_real_time(&simulator, bus->get(), &timeline, [whole_s](double share) {
-        fmt::print(stderr, "\rsim: {:4.0f} of {:.0f} s", share * whole_s, whole_s);
-      });
-  fmt::print(stderr, "\nsim: {}; the latest message went out {:.1f} ms late\n",
+  Progress progress(rcs::seconds(simulator.end() - rcs::sim::Simulator::kStart));
+  const rcs::sim::RealTimeReport report = rcs::sim::publish_at_real_time(
+      &simulator, bus->get(), &timeline, [&progress](double share) { progress.at(share); });
+  progress.end();
+  fmt::print(stderr, "sim: {}; the latest message went out {:.1f} ms late\n",
              report.stopped ? "stopped" : "done", rcs::milliseconds(report.worst_late));
+  if (simulator.commanded()) {
+    fmt::print(stderr, "sim: {}\n", rcs::sim::drive_summary(simulator));
+  }
   const Outcome status = (*bus)->status();
   return status ? 0 : fail(status.error());
 }
 
 int sim_main(int argc, char** argv) {
-  CLI::App app("Reference simulation: drives a scenario and publishes its sensors at real time",
-               "sim");
+  CLI::App app(
+      "Reference simulation: drives a scenario and publishes its sensors at real time. A scenario\n"
+      "with [drive] mode = \"commanded\" hears BG_DRIVE, and stops when there is none.",
+      "sim");
   Options options;
   std::int64_t seed = 0;
   std::vector<double> outage_s;
+  std::vector<double> ladar_outage_s;
   app.add_option("SCENARIO", options.scenario, "config/sim/*.toml")->required();
   app.add_option("--lcm-url", options.lcm_url,
                  fmt::format("the bus; default: $LCM_DEFAULT_URL, else {}", rcs::kDefaultLcmUrl));
   CLI::Option* const seed_option = app.add_option("--seed", seed, "of the noise");
   app.add_option("--ins", options.overrides.ins_grade, "INS grade: tactical, industrial, consumer");
   app.add_option("--gps-outage", outage_s, "begin and length [s], instead of the file's outages")
+      ->expected(2);
+  app.add_option("--gps-lost-after", options.overrides.gps_lost_after_m,
+                 "GPS is lost for good after so many metres, instead of the file's");
+  app.add_option("--ladar-outage", ladar_outage_s,
+                 "begin and length [s], instead of the file's outages")
       ->expected(2);
   app.add_option("--prior-map", options.prior_map, "write the a priori map to this file first");
   app.footer("Example:\n  sim config/sim/demo.toml --gps-outage 60 60");
@@ -81,6 +116,9 @@ int sim_main(int argc, char** argv) {
   }
   if (seed_option->count() > 0) options.overrides.seed = seed;
   if (!outage_s.empty()) options.overrides.gps_outage = rcs::sim::Outage{outage_s[0], outage_s[1]};
+  if (!ladar_outage_s.empty()) {
+    options.overrides.ladar_outage = rcs::sim::Outage{ladar_outage_s[0], ladar_outage_s[1]};
+  }
   return run(options);
 }
 

@@ -5,18 +5,23 @@
 
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
+#include "lcmtypes/rcs/gps_fix_t.hpp"
 #include "lcmtypes/rcs/ins_t.hpp"
 #include "lcmtypes/rcs/ladar_points_t.hpp"
 #include "lcmtypes/rcs/ladar_ranges_t.hpp"
 #include "lcmtypes/rcs/odometry_t.hpp"
 #include "lcmtypes/rcs/truth_t.hpp"
+#include "sim/vehicle.h"
 
 namespace rcs::sim {
 namespace {
 
 constexpr Duration kTransport = std::chrono::milliseconds(1);  // from a sensor to its reader
 constexpr double kTruthInterval_s = 0.01;
-constexpr double kReachBeyondRange_m = 20.0;
+constexpr std::size_t kCommandsWaiting = 64;
+// How far the world goes beyond the LADAR's range.
+constexpr double kReachScripted_m = 20.0;
+constexpr double kReachCommanded_m = 40.0;
 
 template <class T>
 void encode(const char* channel, const T& message, SourceEvent* event) {
@@ -24,6 +29,20 @@ void encode(const char* channel, const T& message, SourceEvent* event) {
   event->channel = channel;
   event->data.resize(static_cast<std::size_t>(size));
   RCS_CHECK(message.encode(event->data.data(), 0, size) == size);
+}
+
+// Nothing stands on a scripted course; who is commanded must find his own way.
+World make_world(const Scenario& scenario, const Course& course) {
+  const double reach_m = scenario.commanded ? kReachCommanded_m : kReachScripted_m;
+  return {scenario.world, scenario.dem,
+          scenario.commanded ? scenario.course.waypoints_world : course.points(),
+          scenario.beam.max_range_m + reach_m};
+}
+
+CoursePoint start_of(const Scenario& scenario) {
+  const std::vector<Vec2>& waypoints = scenario.course.waypoints_world;
+  const Vec2 leg = waypoints[1] - waypoints[0];
+  return {waypoints[0], std::atan2(leg.y(), leg.x())};
 }
 
 double drive_duration(const Scenario& scenario, const Course& course) {
@@ -35,15 +54,19 @@ double drive_duration(const Scenario& scenario, const Course& course) {
 Simulator::Simulator(const Scenario& scenario)
     : scenario_(scenario),
       course_(scenario.course),
-      world_(scenario.world, scenario.dem, course_.points(),
-             scenario.beam.max_range_m + kReachBeyondRange_m),
+      world_(make_world(scenario, course_)),
       duration_s_(drive_duration(scenario, course_)),
-      vehicle_(drive(course_, world_, scenario.vehicle, duration_s_)),
       ins_(scenario.ins, Planet::at(scenario.datum), scenario.seed),
       odometer_(scenario.odometry, scenario.seed),
       gps_(scenario.gps, scenario.datum, scenario.seed),
       imager_(scenario.imager, scenario.beam, scenario.mount, scenario.seed),
-      spinning_(scenario.spinning, scenario.beam, scenario.mount, scenario.seed) {
+      spinning_(scenario.spinning, scenario.beam, scenario.mount, scenario.seed),
+      last_place_world_(scenario.course.waypoints_world.front()) {
+  if (scenario_.commanded) {
+    commanded_.emplace(scenario_.drive, scenario_.vehicle, &world_, start_of(scenario_));
+  } else {
+    scripted_ = drive(course_, world_, scenario_.vehicle, duration_s_);
+  }
   schedule_periodic(kIns, scenario_.ins.interval_s, kTransport);
   schedule_periodic(kOdometry, scenario_.odometry.interval_s, kTransport);
   schedule_periodic(kTruth, kTruthInterval_s, Duration(0));
@@ -60,6 +83,10 @@ Stamp Simulator::peek() {
 void Simulator::take(SourceEvent* event) {
   const Stamp due = peek();
   RCS_CHECK(due != Stamp::max());
+  if (commanded_) {
+    hear_commands();
+    commanded_->go_on_to(seconds(due - kStart));
+  }
   std::size_t sensor = 0;
   while (schedule_[sensor].due != due) ++sensor;
   ++schedule_[sensor].seq;
@@ -76,6 +103,40 @@ void Simulator::take(SourceEvent* event) {
       break;
   }
   scenario_.ladar == LadarKind::kImager ? emit_ranges(event) : emit_points(event);
+}
+
+void Simulator::listen(Bus* bus, Duration shift) {
+  RCS_CHECK(commanded_);
+  commands_.emplace(bus, channel::kBgDrive, kCommandsWaiting);
+  bus_shift_ = shift;
+}
+
+void Simulator::hear_commands() {
+  if (!commands_) return;
+  for (; !commands_->empty(); commands_->pop()) {
+    command(*commands_->front(), commands_->front_arrival() - bus_shift_, bus_shift_);
+  }
+}
+
+void Simulator::command(const drive_t& message, Stamp arrival) {
+  RCS_CHECK(commanded_);
+  command(message, arrival, Duration(0));
+}
+
+// In numbers with a point: whatever a message says, its stamps cannot overflow them.
+void Simulator::command(const drive_t& m, Stamp arrival, Duration shift) {
+  const auto time_s = [](std::int64_t utime, Duration origin) {
+    return 1e-6 * (static_cast<double>(utime) - static_cast<double>(origin.count()));
+  };
+  const Duration start = kStart.time_since_epoch();
+  DriveCommand c;
+  c.issued_s = time_s(m.utime, start + shift);
+  c.valid_until_s = time_s(m.valid_until_utime, start + shift);
+  c.speed_mps = m.speed_mps;
+  c.curvature_1pm = m.curvature_1pm;
+  c.accel_limit_mps2 = m.accel_limit_mps2;
+  c.brake = m.brake != 0;
+  commanded_->command(c, time_s(to_utime(arrival), start));
 }
 
 ElevationTile Simulator::prior_map() const {
@@ -102,7 +163,7 @@ void Simulator::schedule_periodic(Sensor sensor, double interval_s, Duration del
 void Simulator::emit_ins(SourceEvent* event) {
   Schedule& s = schedule_[kIns];
   const double end_s = static_cast<double>(++s.count) * scenario_.ins.interval_s;
-  const InertialIncrement increment = ins_.measure(vehicle_, end_s);
+  const InertialIncrement increment = ins_.measure(vehicle(), end_s);
   ins_t m{};
   m.utime = to_utime(kStart + from_seconds(end_s));
   m.seq = s.seq;
@@ -118,7 +179,7 @@ void Simulator::emit_odometry(SourceEvent* event) {
   Schedule& s = schedule_[kOdometry];
   const OdometryParams& params = scenario_.odometry;
   const double end_s = static_cast<double>(++s.count) * params.interval_s;
-  const WheelMotion motion = odometer_.measure(vehicle_, end_s);
+  const WheelMotion motion = odometer_.measure(vehicle(), end_s);
   odometry_t m{};
   m.utime = to_utime(kStart + from_seconds(end_s));
   m.seq = s.seq;
@@ -131,22 +192,32 @@ void Simulator::emit_odometry(SourceEvent* event) {
   schedule_periodic(kOdometry, params.interval_s, kTransport);
 }
 
-// Looks ahead for the next moment with a fix.
+// The next moment with a fix.
 void Simulator::schedule_gps() {
   Schedule& s = schedule_[kGps];
   const GpsParams& params = scenario_.gps;
-  GpsFix fix;
   double time_s = 0.0;
   do {
     time_s = static_cast<double>(++s.count) * params.interval_s;
-    if (time_s > duration_s_) {
-      s.due = Stamp::max();
-      return;
-    }
-  } while (!gps_.measure(vehicle_, time_s, &fix));
+  } while (time_s <= duration_s_ && gps_.silent_at(time_s));
+  const bool lost = params.lost_after_m > 0.0 && driven_m_ >= params.lost_after_m;
+  s.due = time_s <= duration_s_ && !lost ? kStart + from_seconds(time_s + params.latency_s)
+                                         : Stamp::max();
+}
 
+void Simulator::emit_gps(SourceEvent* event) {
+  const Schedule& s = schedule_[kGps];
+  const GpsParams& params = scenario_.gps;
+  // The noise of the moments without a fix is drawn, too.
+  GpsFix fix;
+  double time_s = 0.0;
+  while (fixes_ < s.count) {
+    time_s = static_cast<double>(++fixes_) * params.interval_s;
+    (void)gps_.measure(vehicle(), time_s, &fix);
+  }
   gps_fix_t m{};
   m.utime = to_utime(kStart + from_seconds(time_s));
+  m.seq = s.seq;
   m.lat_deg = degrees(fix.antenna.lat_rad);
   m.lon_deg = degrees(fix.antenna.lon_rad);
   m.height_m = fix.antenna.height.m;
@@ -160,13 +231,7 @@ void Simulator::schedule_gps() {
   m.satellites = static_cast<std::int16_t>(fix.satellites);
   m.hdop = fix.hdop;
   m.vdop = fix.vdop;
-  next_fix_ = m;
-  s.due = kStart + from_seconds(time_s + params.latency_s);
-}
-
-void Simulator::emit_gps(SourceEvent* event) {
-  next_fix_.seq = schedule_[kGps].seq;
-  encode(channel::kGpsFix, next_fix_, event);
+  encode(channel::kGpsFix, m, event);
   schedule_gps();
 }
 
@@ -185,6 +250,13 @@ Duration Simulator::facet_start(std::int64_t facet) const {
 void Simulator::schedule_ladar() {
   Schedule& s = schedule_[kLadar];
   if (scenario_.ladar == LadarKind::kNone) return;
+  const auto silent = [this](Duration start) {
+    return std::any_of(scenario_.ladar_outages.begin(), scenario_.ladar_outages.end(),
+                       [&](const Outage& outage) { return outage.holds(seconds(start)); });
+  };
+  while (facet_start(s.count) < from_seconds(duration_s_) && silent(facet_start(s.count))) {
+    ++s.count;
+  }
   const std::int64_t scan_end = (s.count / facets() + 1) * facets();
   const bool whole_scan = facet_start(scan_end) <= from_seconds(duration_s_);
   s.due = whole_scan ? kStart + facet_start(s.count + 1) + kTransport : Stamp::max();
@@ -197,7 +269,7 @@ void Simulator::emit_ranges(SourceEvent* event) {
   const std::int64_t scan = number / facets();
   const int facet = static_cast<int>(number % facets());
   const Duration start = facet_start(number);
-  imager_.render(world_, vehicle_, seconds(start), facet, &facet_);
+  imager_.render(world_, vehicle(), seconds(start), facet, &facet_);
 
   const Duration clock_offset = from_seconds(scenario_.ladar_clock_offset_s);
   ladar_ranges_t m{};
@@ -217,11 +289,6 @@ void Simulator::emit_ranges(SourceEvent* event) {
   m.n = static_cast<std::int32_t>(facet_.range_m.size());
   m.range_m = facet_.range_m;
   encode(channel::kLadarRanges, m, event);
-
-  if (facet == 0) {
-    const Vec3 p_world = vehicle_.pose_at(seconds(start)).p;
-    world_.forget_beyond(p_world.x(), p_world.y(), scenario_.beam.max_range_m + 50.0);
-  }
   schedule_ladar();
 }
 
@@ -232,7 +299,7 @@ void Simulator::emit_points(SourceEvent* event) {
   const std::int64_t scan = number / facets();
   const int sector = static_cast<int>(number % facets());
   const Duration start = facet_start(number);
-  spinning_.render(world_, vehicle_, seconds(start), sector, &sector_);
+  spinning_.render(world_, vehicle(), seconds(start), sector, &sector_);
 
   const Duration clock_offset = from_seconds(scenario_.ladar_clock_offset_s);
   ladar_points_t m{};
@@ -254,18 +321,13 @@ void Simulator::emit_points(SourceEvent* event) {
   m.n_time = m.n;
   m.dt_us = sector_.dt_us;
   encode(channel::kLadarPoints, m, event);
-
-  if (sector == 0) {
-    const Vec3 p_world = vehicle_.pose_at(seconds(start)).p;
-    world_.forget_beyond(p_world.x(), p_world.y(), scenario_.beam.max_range_m + 50.0);
-  }
   schedule_ladar();
 }
 
 void Simulator::emit_truth(SourceEvent* event) {
   Schedule& s = schedule_[kTruth];
   const double time_s = static_cast<double>(++s.count) * kTruthInterval_s;
-  const Motion motion = vehicle_.at(time_s);
+  const Motion motion = vehicle().at(time_s);
   truth_t m{};
   m.utime = to_utime(kStart + from_seconds(time_s));
   m.seq = s.seq;
@@ -276,6 +338,14 @@ void Simulator::emit_truth(SourceEvent* event) {
   m.datum_lon_deg = degrees(scenario_.datum.lon_rad);
   m.datum_height_m = scenario_.datum.height.m;
   encode(channel::kSimTruth, m, event);
+
+  const Vec2 place_world = motion.T_world_vehicle.p.head<2>();
+  driven_m_ += (place_world - last_place_world_).norm();
+  last_place_world_ = place_world;
+  constexpr int kForgetEvery = 10;  // a tenth of a second
+  if (s.count % kForgetEvery == 0) {
+    world_.forget_beyond(place_world.x(), place_world.y(), scenario_.beam.max_range_m + 50.0);
+  }
   schedule_periodic(kTruth, kTruthInterval_s, Duration(0));
 }
 

@@ -4,16 +4,20 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
 
-#include "lcmtypes/rcs/gps_fix_t.hpp"
+#include "lcmtypes/rcs/drive_t.hpp"
+#include "rcs/node/inbox.h"
 #include "rcs/node/lockstep_timeline.h"
 #include "rcs/node/log_file.h"
+#include "sim/commanded_vehicle.h"
 #include "sim/scenario.h"
 
 namespace rcs::sim {
 
-/// Deterministic for a scenario: the same events to the byte. A message arrives when what it
-/// measures is over, plus its way: a LADAR facet after its last shot.
+/// Deterministic for a scenario, and for what a commanded vehicle hears when: the same events to
+/// the byte. A message arrives when what it measures is over, plus its way: a LADAR facet after its
+/// last shot.
 class Simulator final : public EventSource {
  public:
   /// Simulation time 0 on the timeline and in stamps.
@@ -24,10 +28,27 @@ class Simulator final : public EventSource {
   [[nodiscard]] Stamp peek() override;
   void take(SourceEvent* event) override;
 
+  /// Whether drive commands move the vehicle. It stands until one comes, and brakes when they end.
+  [[nodiscard]] bool commanded() const { return commanded_.has_value(); }
+  /// Takes drive commands from a bus that outlives it; commanded() only.
+  /// @param shift  time of the bus minus the simulation's: live, the two begin differently
+  void listen(Bus* bus, Duration shift);
+  /// A drive command that arrives now; both in the simulation's time. commanded() only.
+  void command(const drive_t& message, Stamp arrival);
+  /// Null when not commanded().
+  [[nodiscard]] const CommandedVehicle* commanded_vehicle() const {
+    return commanded_ ? &*commanded_ : nullptr;
+  }
+
   /// Last moment of the drive.
   [[nodiscard]] Stamp end() const { return kStart + from_seconds(duration_s_); }
   [[nodiscard]] const World& world() const { return world_; }
-  [[nodiscard]] const Trajectory& vehicle() const { return vehicle_; }
+  /// How the vehicle moves; a commanded one: moved, up to the last event and a little beyond.
+  [[nodiscard]] const Trajectory& vehicle() const {
+    return commanded_ ? commanded_->motion() : *scripted_;
+  }
+  /// So far, seen from above.
+  [[nodiscard]] double driven_m() const { return driven_m_; }
   [[nodiscard]] const Course& course() const { return course_; }
   /// The a priori map of the scenario's course.
   [[nodiscard]] ElevationTile prior_map() const;
@@ -41,6 +62,8 @@ class Simulator final : public EventSource {
     std::int64_t seq = 0;
   };
 
+  void hear_commands();
+  void command(const drive_t& m, Stamp arrival, Duration shift);
   void emit_ins(SourceEvent* event);
   void emit_odometry(SourceEvent* event);
   void emit_gps(SourceEvent* event);
@@ -57,14 +80,19 @@ class Simulator final : public EventSource {
   Course course_;
   World world_;
   double duration_s_;
-  Trajectory vehicle_;
+  std::optional<Trajectory> scripted_;  // one of the two
+  std::optional<CommandedVehicle> commanded_;
+  std::optional<Inbox<drive_t>> commands_;
+  Duration bus_shift_{};
   InertialSensor ins_;
   WheelOdometer odometer_;
   GpsReceiver gps_;
   RangeImager imager_;
   SpinningLadar spinning_;
   std::array<Schedule, kSensors> schedule_;
-  gps_fix_t next_fix_{};
+  std::int64_t fixes_ = 0;  // moments of fixes whose noise has been drawn
+  double driven_m_ = 0.0;
+  Vec2 last_place_world_;
   RangeFacet facet_;
   PointSector sector_;
 };

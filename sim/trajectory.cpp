@@ -33,10 +33,28 @@ Trajectory::Trajectory(std::vector<Pose> knots, double interval_s)
   }
 }
 
+void Trajectory::append(const Pose& knot) {
+  turns_.push_back(log_so3(knots_.back().q.conjugate() * knot.q));
+  knots_.push_back(knot);
+  duration_s_ = static_cast<double>(forgotten_ + knots_.size() - 3) * interval_s_;
+}
+
+void Trajectory::forget_before(double time_s) {
+  const std::size_t needed = static_cast<std::size_t>(std::max(0.0, time_s) / interval_s_);
+  if (needed <= forgotten_) return;
+  const std::size_t old = std::min(needed - forgotten_, knots_.size() - 4);
+  // Many at once: those that stay are moved.
+  if (2 * old < knots_.size()) return;
+  knots_.erase(knots_.begin(), knots_.begin() + static_cast<std::ptrdiff_t>(old));
+  turns_.erase(turns_.begin(), turns_.begin() + static_cast<std::ptrdiff_t>(old));
+  forgotten_ += old;
+}
+
 Trajectory::Segment Trajectory::segment(double time_s) const {
   const double at = std::clamp(time_s, 0.0, duration_s_) / interval_s_;
-  const std::size_t first = std::min(static_cast<std::size_t>(at), knots_.size() - 4);
-  return {first, at - static_cast<double>(first)};
+  const std::size_t first = std::min(static_cast<std::size_t>(at), forgotten_ + knots_.size() - 4);
+  RCS_CHECK(first >= forgotten_);
+  return {first - forgotten_, at - static_cast<double>(first)};
 }
 
 // Sommer, Usenko, Schubert, Demmel & Cremers 2020: the angular rate of a cumulative spline follows

@@ -23,6 +23,12 @@ class Trajectory {
   ///               but goes through none of them. It is defined from knot 1 to the last but one.
   Trajectory(std::vector<Pose> knots, double interval_s);
 
+  /// Goes on by one interval. What was defined before stays as it is.
+  void append(const Pose& knot);
+  /// Frees the knots that only earlier moments need; those must not be asked for any more.
+  void forget_before(double time_s);
+
+  [[nodiscard]] std::size_t knots_kept() const { return knots_.size(); }
   [[nodiscard]] double duration_s() const { return duration_s_; }
   /// @param time_s  clamped to [0, duration_s()]; 0 is knot 1
   [[nodiscard]] Motion at(double time_s) const;
@@ -31,13 +37,14 @@ class Trajectory {
  private:
   /// The four knots' poses as first pose and three steps, and the place between them.
   struct Segment {
-    std::size_t first;
+    std::size_t first;  // index into knots_
     double u;
   };
   [[nodiscard]] Segment segment(double time_s) const;
 
   std::vector<Pose> knots_;
-  std::vector<Vec3> turns_;  ///< log of the rotation from knot k to knot k + 1
+  std::vector<Vec3> turns_;    ///< log of the rotation from knot k to knot k + 1
+  std::size_t forgotten_ = 0;  // knots before the first that is kept
   double interval_s_;
   double duration_s_;
 };

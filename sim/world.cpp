@@ -338,6 +338,31 @@ void World::meet_grass(const Shot& shot, Hit* hit) const {
   hit->cos_incidence = 1.0;
 }
 
+void World::objects_near(const Vec2& place_world, double radius_m,
+                         std::vector<Spheroid>* out) const {
+  out->clear();
+  const auto first = [](double x_m, int origin) {
+    return std::max(0, static_cast<int>(std::floor(x_m / Tile::kSize_m)) - origin);
+  };
+  const auto last = [](double x_m, int origin, int count) {
+    return std::min(count - 1, static_cast<int>(std::floor(x_m / Tile::kSize_m)) - origin);
+  };
+  for (int j = first(place_world.y() - radius_m, ty0_);
+       j <= last(place_world.y() + radius_m, ty0_, tiles_y_); ++j) {
+    for (int i = first(place_world.x() - radius_m, tx0_);
+         i <= last(place_world.x() + radius_m, tx0_, tiles_x_); ++i) {
+      const Vec2 corner = Tile::kSize_m * Vec2(tx0_ + i, ty0_ + j);
+      for (const Spheroid& o : tile(i, j).objects) {
+        // A tile lists what reaches into it, too; that stands in another, which tells it.
+        const Vec2 in_tile = o.centre_world.head<2>() - corner;
+        const bool stands_here = in_tile.minCoeff() >= 0.0 && in_tile.maxCoeff() < Tile::kSize_m;
+        const double distance2 = (o.centre_world.head<2>() - place_world).squaredNorm();
+        if (stands_here && distance2 <= radius_m * radius_m) out->push_back(o);
+      }
+    }
+  }
+}
+
 void World::forget_beyond(double x_m, double y_m, double radius_m) const {
   const Vec2 place(x_m, y_m);
   std::size_t at = 0;

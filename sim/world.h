@@ -73,6 +73,10 @@ class World {
   /// A horizontal distance within which no ray of the fan meets anything.
   [[nodiscard]] double clear_distance(const Fan& fan, double max_m) const;
 
+  /// Everything that stands, with its centre within `radius_m` of a place as seen from above, in
+  /// an order that depends on the place alone. Beyond the world nothing stands.
+  void objects_near(const Vec2& place_world, double radius_m, std::vector<Spheroid>* out) const;
+
   /// Frees the tiles farther than `radius_m` from a place; they come back when looked at.
   void forget_beyond(double x_m, double y_m, double radius_m) const;
 

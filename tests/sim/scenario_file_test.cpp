@@ -112,7 +112,38 @@ TEST(ScenarioFile, MistakesAreNamed) {
             std::string::npos);
   EXPECT_NE(complaint("clear_m = 2.5", "clear_m = 2.5\ndem = \"nowhere.asc\"").find("nowhere.asc"),
             std::string::npos);
+  EXPECT_NE(complaint("[vehicle]", "[drive]\nmode = \"commanded\"\n[vehicle]").find("duration_s"),
+            std::string::npos);
+  EXPECT_NE(complaint("rest_s = 3.0", "rest_s = 3.0\nrandom = { count = 3 }").find("waypoints"),
+            std::string::npos);
   EXPECT_FALSE(load_scenario("/nonexistent.toml", {}));
+}
+
+TEST(ScenarioFile, WaypointsByChanceAreTheSeeds) {
+  const auto waypoints = [](std::int64_t seed) {
+    ScenarioOverrides overrides;
+    overrides.seed = seed;
+    const Result<Scenario> s = load_scenario(shipped("closed_loop.toml"), overrides);
+    EXPECT_TRUE(s) << s.error().message;
+    EXPECT_TRUE(s->commanded);
+    EXPECT_EQ(s->world.seed, static_cast<std::uint64_t>(seed));
+    EXPECT_NEAR(s->course.speed_mps, 6.0, 1e-9);
+    return s->course.waypoints_world;
+  };
+  const std::vector<Vec2> w = waypoints(5);
+  EXPECT_EQ(w, waypoints(5));
+  EXPECT_NE(w, waypoints(6));
+  ASSERT_EQ(w.size(), 6U);
+  EXPECT_EQ(w[0], Vec2(0.0, 0.0));
+  for (std::size_t k = 1; k < w.size(); ++k) {
+    const Vec2 leg = w[k] - w[k - 1];
+    EXPECT_GE(leg.norm(), 35.0);
+    EXPECT_LE(leg.norm(), 55.0);
+    if (k == 1) continue;
+    const Vec2 before = w[k - 1] - w[k - 2];
+    const double turn = std::atan2(before.x() * leg.y() - before.y() * leg.x(), before.dot(leg));
+    EXPECT_LE(std::abs(turn), radians(60.0) + 1e-9);
+  }
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <map>
 
 #include "lcmtypes/channels.h"
@@ -10,6 +11,8 @@
 #include "lcmtypes/rcs/ladar_points_t.hpp"
 #include "lcmtypes/rcs/ladar_ranges_t.hpp"
 #include "lcmtypes/rcs/truth_t.hpp"
+#include "rcs/node/local_bus.h"
+#include "rcs/node/outbox.h"
 #include "tests/sim/worlds.h"
 
 namespace rcs::sim {
@@ -138,6 +141,149 @@ TEST(Simulator, SpinningLadarGivesPointsInSectors) {
     for (const std::int32_t dt : m.dt_us) EXPECT_TRUE(dt >= 0 && dt < 2100);
   }
   EXPECT_EQ(sectors, 3 * 48);
+}
+
+TEST(Simulator, NothingIsSentWhileTheLadarIsOut) {
+  Scenario s = short_drive();
+  s.ladar_outages = {{2.0, 1.5}};
+  int scans = 0;
+  for (const Recorded& r : run(s)) {
+    if (r.event.channel != channel::kLadarRanges) continue;
+    const double t = seconds(r.due - Simulator::kStart);
+    EXPECT_TRUE(t < 2.01 || t > 3.5) << t;
+    const ladar_ranges_t m = decoded<ladar_ranges_t>(r.event);
+    scans += m.facet == 15 ? 1 : 0;
+    EXPECT_EQ(m.scan_id, static_cast<std::int64_t>((t - 0.002) / 0.1));
+  }
+  EXPECT_EQ(scans, 45);
+}
+
+TEST(Simulator, GpsIsLostForGoodAfterAWay) {
+  Scenario s = short_drive();
+  s.gps.outages.clear();
+  const std::vector<Recorded> whole = run(s);
+  s.gps.lost_after_m = 5.0;
+  double last_s = 0.0;
+  std::size_t same_fixes = 0;
+  for (const Recorded& r : run(s)) {
+    if (r.event.channel != channel::kGpsFix) continue;
+    last_s = seconds(r.due - Simulator::kStart);
+    ++same_fixes;
+  }
+  const Simulator simulator(s);
+  const double way_m = simulator.course().distance_at(last_s);
+  EXPECT_GT(way_m, 3.0);
+  EXPECT_LT(way_m, 7.0);
+  // Until then the fixes are those that there would be.
+  const std::vector<Recorded> part = run(s);
+  std::vector<SourceEvent> a, b;
+  for (const Recorded& r : part) {
+    if (r.event.channel == channel::kGpsFix) a.push_back(r.event);
+  }
+  for (const Recorded& r : whole) {
+    if (r.event.channel == channel::kGpsFix) b.push_back(r.event);
+  }
+  ASSERT_LT(a.size(), b.size());
+  ASSERT_EQ(a.size(), same_fixes);
+  for (std::size_t k = 0; k < a.size(); ++k) EXPECT_EQ(a[k].data, b[k].data);
+}
+
+Scenario commanded_drive() {
+  Scenario s = short_drive();
+  s.commanded = true;
+  s.duration_s = 20.0;
+  s.ladar = LadarKind::kNone;
+  return s;
+}
+
+/// Drives straight on at 4 m/s from the 1st to the 10th second, then says nothing any more.
+class StraightOn {
+ public:
+  explicit StraightOn(Simulator* simulator) : simulator_(simulator) {}
+  void at(Stamp now) {
+    const double t = seconds(now - Simulator::kStart);
+    if (t < 1.0 || t > 10.0 || now < next_) return;
+    drive_t m{};
+    m.utime = to_utime(now);
+    m.seq = ++seq_;
+    m.valid_until_utime = to_utime(now + from_seconds(0.3));
+    m.speed_mps = 4.0;
+    simulator_->command(m, now);
+    next_ = now + from_seconds(0.05);
+  }
+
+ private:
+  Simulator* simulator_;
+  std::int64_t seq_ = 0;
+  Stamp next_ = Stamp::min();
+};
+
+TEST(Simulator, ACommandedVehicleDrivesWhileItIsToldTo) {
+  Simulator simulator(commanded_drive());
+  StraightOn driver(&simulator);
+  SourceEvent event;
+  double fastest_mps = 0.0;
+  truth_t truth{};
+  while (simulator.peek() != Stamp::max()) {
+    driver.at(simulator.peek());
+    simulator.take(&event);
+    if (event.channel == channel::kSimTruth) {
+      truth = decoded<truth_t>(event);
+      const double speed = from_message(truth.v_world_mps).head<2>().norm();
+      fastest_mps = std::max(fastest_mps, speed);
+    }
+  }
+  EXPECT_NEAR(fastest_mps, 4.0, 0.05);
+  EXPECT_LT(from_message(truth.v_world_mps).norm(), 0.01);
+  EXPECT_NEAR(simulator.driven_m(), 4.0 * (9.0 + 0.3) - 4.0 + 16.0 / 6.0, 0.5);
+  const Vec2 heading = (simulator.course().points()[1] - simulator.course().points()[0]);
+  EXPECT_GT(from_message(truth.p_world_vehicle_m).head<2>().dot(heading.normalized()), 30.0);
+  EXPECT_EQ(simulator.commanded_vehicle()->model().account().silences, 1);
+}
+
+TEST(Simulator, ACommandedDriveIsTheSameToTheByteEachTime) {
+  const auto bytes = [] {
+    Scenario s = commanded_drive();
+    s.ladar = LadarKind::kImager;
+    s.duration_s = 4.0;
+    Simulator simulator(s);
+    StraightOn driver(&simulator);
+    std::vector<Recorded> all;
+    while (simulator.peek() != Stamp::max()) {
+      driver.at(simulator.peek());
+      Recorded r;
+      r.due = simulator.peek();
+      simulator.take(&r.event);
+      all.push_back(r);
+    }
+    return all;
+  };
+  EXPECT_TRUE(same(bytes(), bytes()));
+}
+
+TEST(Simulator, HearsDriveCommandsOnABusWhoseTimeIsAnother) {
+  Simulator simulator(commanded_drive());
+  LocalBus bus;
+  const Duration shift = from_seconds(12345.678);
+  simulator.listen(&bus, shift);
+  Outbox<drive_t> drive(&bus, channel::kBgDrive);
+  SourceEvent event;
+  for (int k = 0; simulator.peek() < Simulator::kStart + from_seconds(3.0); ++k) {
+    const Stamp now = simulator.peek() + shift;
+    drive_t m{};
+    m.utime = to_utime(now);
+    m.valid_until_utime = to_utime(now + from_seconds(0.2));
+    m.speed_mps = 2.0;
+    if (k == 50) m.utime = std::numeric_limits<std::int64_t>::max();
+    if (k == 51) m.utime = std::numeric_limits<std::int64_t>::min();
+    drive.publish(&m);
+    bus.deliver_next(now);
+    simulator.take(&event);
+  }
+  const DriveAccount& account = simulator.commanded_vehicle()->model().account();
+  EXPECT_EQ(account.implausible, 2);
+  EXPECT_GT(account.taken, 500);
+  EXPECT_NEAR(simulator.commanded_vehicle()->model().speed_mps(), 2.0, 1e-9);
 }
 
 TEST(Simulator, WritesALogThatIsItsEvents) {

@@ -38,6 +38,29 @@ TEST(Trajectory, DerivativesAreThoseOfThePose) {
   }
 }
 
+TEST(Trajectory, GrowsKnotByKnotIntoWhatItIsAsAWhole) {
+  std::vector<Pose> knots(1);
+  for (int k = 0; k < 300; ++k) {
+    knots.push_back(knots.back() *
+                    exp_se3((Vec6() << 0.2, 0.01, 0, 0, 0, 0.01 * (k % 7)).finished()));
+  }
+  const Trajectory whole(knots, 0.02);
+  Trajectory grown({knots.begin(), knots.begin() + 4}, 0.02);
+  for (std::size_t k = 4; k < knots.size(); ++k) {
+    const double s = grown.duration_s();
+    EXPECT_LT(log_se3(grown.pose_at(s).inverse() * whole.pose_at(s)).norm(), 1e-12);
+    grown.append(knots[k]);
+    grown.forget_before(s - 0.5);
+    const Motion a = grown.at(s - 0.3);
+    const Motion b = whole.at(s - 0.3);
+    EXPECT_EQ(a.T_world_vehicle.p, b.T_world_vehicle.p);
+    EXPECT_EQ(a.v_world, b.v_world);
+    EXPECT_EQ(a.rate_vehicle, b.rate_vehicle);
+  }
+  EXPECT_EQ(grown.duration_s(), whole.duration_s());
+  EXPECT_LT(grown.knots_kept(), 70U);
+}
+
 TEST(Trajectory, PoseAtIsThePoseOfAt) {
   const Trajectory t = wild_motion();
   for (double s = -0.1; s < t.duration_s() + 0.1; s += 0.013) {

@@ -36,13 +36,20 @@ class Sim final : public Command {
         ->add_option("--gps-outage", gps_outage_s_,
                      "begin and length [s], instead of the file's outages")
         ->expected(2);
+    app()->add_option("--gps-lost-after", overrides_.gps_lost_after_m,
+                      "GPS is lost for good after so many metres, instead of the file's");
+    app()
+        ->add_option("--ladar-outage", ladar_outage_s_,
+                     "begin and length [s], instead of the file's outages")
+        ->expected(2);
     app()->add_option("--prior-map", prior_map_, "write the course's a priori map to this file");
     app()
         ->add_option("--lcm-url", lcm_url_,
                      fmt::format("the bus; default: $LCM_DEFAULT_URL, else {}", kDefaultLcmUrl))
         ->excludes(out);
     app()->footer(
-        "The same scenario and seed give the same bytes.\n"
+        "The same scenario and seed give the same bytes. A scenario with [drive] mode =\n"
+        "\"commanded\" hears BG_DRIVE on the bus; in a log its vehicle stands where it is.\n"
         "Examples:\n"
         "  rcs sim config/sim/reference.toml -o out/sim.log --seed 7\n"
         "  rcs sim config/sim/demo.toml --gps-outage 60 60");
@@ -51,6 +58,9 @@ class Sim final : public Command {
   int run() override {
     if (!gps_outage_s_.empty()) {
       overrides_.gps_outage = sim::Outage{gps_outage_s_[0], gps_outage_s_[1]};
+    }
+    if (!ladar_outage_s_.empty()) {
+      overrides_.ladar_outage = sim::Outage{ladar_outage_s_[0], ladar_outage_s_[1]};
     }
     const Result<sim::Scenario> scenario = sim::load_scenario(scenario_, overrides_);
     if (!scenario) return fail(kName, scenario.error());
@@ -83,6 +93,7 @@ class Sim final : public Command {
     }
     fmt::print(stderr, "rcs sim: {}; the latest message went out {:.1f} ms late\n",
                report.stopped ? "stopped" : "done", milliseconds(report.worst_late));
+    if (simulator.commanded()) fmt::print(stderr, "rcs sim: {}\n", sim::drive_summary(simulator));
     return (*bus)->status();
   }
 
@@ -112,6 +123,7 @@ class Sim final : public Command {
   std::string prior_map_;
   std::string lcm_url_;
   std::vector<double> gps_outage_s_;
+  std::vector<double> ladar_outage_s_;
   sim::ScenarioOverrides overrides_;
 };
 
