@@ -35,6 +35,7 @@ Clearance clearance(const World& world, const Pose& T_world_vehicle, const Footp
   const Vec2 ahead = (T_world_vehicle.q * Vec3::UnitX()).head<2>().normalized();
   const double half_diagonal_m = 0.5 * std::hypot(footprint.length_m, footprint.width_m);
   std::vector<Spheroid> near;
+  near.reserve(256);
   world.objects_near(place, kReach_m + half_diagonal_m + kLargest_m, &near);
 
   Clearance nearest;

@@ -11,6 +11,7 @@
 #include "lcmtypes/rcs/ladar_ranges_t.hpp"
 #include "lcmtypes/rcs/odometry_t.hpp"
 #include "lcmtypes/rcs/truth_t.hpp"
+#include "sim/clearance.h"
 #include "sim/vehicle.h"
 
 namespace rcs::sim {
@@ -337,6 +338,9 @@ void Simulator::emit_truth(SourceEvent* event) {
   m.datum_lat_deg = degrees(scenario_.datum.lat_rad);
   m.datum_lon_deg = degrees(scenario_.datum.lon_rad);
   m.datum_height_m = scenario_.datum.height.m;
+  const Clearance safety = clearance(world_, motion.T_world_vehicle, Footprint());
+  m.clearance_m = safety.hard_m;
+  m.foliage_contact = safety.foliage ? 1 : 0;
   encode(channel::kSimTruth, m, event);
 
   const Vec2 place_world = motion.T_world_vehicle.p.head<2>();

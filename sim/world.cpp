@@ -354,10 +354,13 @@ void World::objects_near(const Vec2& place_world, double radius_m,
       const Vec2 corner = Tile::kSize_m * Vec2(tx0_ + i, ty0_ + j);
       for (const Spheroid& o : tile(i, j).objects) {
         // A tile lists what reaches into it, too; that stands in another, which tells it.
-        const Vec2 in_tile = o.centre_world.head<2>() - corner;
-        const bool stands_here = in_tile.minCoeff() >= 0.0 && in_tile.maxCoeff() < Tile::kSize_m;
-        const double distance2 = (o.centre_world.head<2>() - place_world).squaredNorm();
-        if (stands_here && distance2 <= radius_m * radius_m) out->push_back(o);
+        const double x_m = o.centre_world.x();
+        const double y_m = o.centre_world.y();
+        const bool stands_here = x_m >= corner.x() && x_m < corner.x() + Tile::kSize_m &&
+                                 y_m >= corner.y() && y_m < corner.y() + Tile::kSize_m;
+        const double dx = x_m - place_world.x();
+        const double dy = y_m - place_world.y();
+        if (stands_here && dx * dx + dy * dy <= radius_m * radius_m) out->push_back(o);
       }
     }
   }

@@ -13,6 +13,7 @@
 #include "lcmtypes/rcs/truth_t.hpp"
 #include "rcs/node/local_bus.h"
 #include "rcs/node/outbox.h"
+#include "sim/clearance.h"
 #include "tests/sim/worlds.h"
 
 namespace rcs::sim {
@@ -121,6 +122,9 @@ TEST(Simulator, TruthIsTheTrajectory) {
     ASSERT_TRUE(from_message(m.q_world_vehicle, m.p_world_vehicle_m, &T));
     const double t = seconds(from_utime(m.utime) - Simulator::kStart);
     EXPECT_LT(log_se3(simulator.vehicle().pose_at(t).inverse() * T).norm(), 1e-9);
+    const Clearance truth = clearance(simulator.world(), T, Footprint());
+    EXPECT_NEAR(m.clearance_m, truth.hard_m, 1e-9);
+    EXPECT_EQ(m.foliage_contact, truth.foliage ? 1 : 0);
   }
 }
 
