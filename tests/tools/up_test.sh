@@ -1,0 +1,82 @@
+#!/bin/sh
+# up_test.sh BIN_DIR CONFIG: `rcs up` with the true nodes, on a private bus: it refuses what is wrong,
+# starts a node again that dies or hangs, stops all, and takes the nodes with it when it dies.
+set -u
+bin=$1
+config=$2
+dir=$(mktemp -d)
+up=
+trap 'kill -9 $up 2>/dev/null; rm -rf "$dir"' EXIT
+
+fail() {
+  echo "FAILED: $*"
+  cat "$dir"/*.txt
+  exit 1
+}
+# until FILE PATTERN [COUNT]: the file gets so many lines with the pattern
+until_line() {
+  i=0
+  while [ "$(grep -c "$2" "$1")" -lt "${3:-1}" ]; do
+    i=$((i + 1))
+    [ $i -lt 300 ] || fail "no '$2' in $1"
+    sleep 0.1
+  done
+}
+# the newest process of a node, as `rcs up` tells
+pid_of() { sed -n "s/^rcs up: $1 started: process //p" "$dir/up.txt" | tail -n 1; }
+gone() {
+  i=0
+  while kill -0 "$1" 2>/dev/null; do
+    i=$((i + 1))
+    [ $i -lt 100 ] || fail "process $1 lives on"
+    sleep 0.1
+  done
+}
+start() {
+  "$bin/rcs" up "$config" "$@" 2>"$dir/up.txt" &
+  up=$!
+  until_line "$dir/up.txt" '^\[sp\] sp: running'
+  until_line "$dir/up.txt" '^\[wm\] wm: running'
+}
+
+"$bin/rcs" up --check "$config" >"$dir/check.txt" 2>&1 || fail "--check of $config"
+{ cat "$config"; printf '[process.wm]\nrealtime_priority = 100\n'; } >"$dir/bad.toml"
+"$bin/rcs" up "$dir/bad.toml" 2>"$dir/bad.txt" && fail "a bad configuration was started"
+grep -q 'bad.toml:[0-9]*: \[process.wm\] realtime_priority = 100: not in \[0, 98\]' \
+  "$dir/bad.txt" || fail "the reason"
+{ sed 's/^budget_ms.*/budget_ms = -1/' "$config"; } >"$dir/worse.toml"
+"$bin/rcs" up "$dir/worse.toml" 2>"$dir/worse.txt" && fail "a node's bad configuration was started"
+grep -q 'budget_ms = -1: not in' "$dir/worse.txt" || fail "the node's reason"
+printf '[up]\nnodes = ["no_such_node"]\n' >"$dir/none.toml"
+"$bin/rcs" up "$dir/none.toml" 2>"$dir/none.txt" && fail "a node without a program was started"
+grep -q 'no program no_such_node' "$dir/none.txt" || fail "which program"
+"$bin/rcs" up --nonsense 2>"$dir/usage.txt"
+[ $? -eq 2 ] || fail "status of a wrong command line"
+
+start
+"$bin/rcs" up "$config" 2>"$dir/second.txt"
+[ $? -eq 1 ] || fail "a second one was started"
+grep -q 'is alive on .* already' "$dir/second.txt" || fail "why not a second one"
+
+kill -9 "$(pid_of sp)"
+until_line "$dir/up.txt" 'sp was killed by signal 9.*; again in 0.2 s'
+until_line "$dir/up.txt" '^\[sp\] sp: running' 2
+kill -STOP "$(pid_of wm)"
+until_line "$dir/up.txt" 'wm hangs: nothing on WM_PROCESS for 5 s; killed'
+until_line "$dir/up.txt" '^\[wm\] wm: running' 2
+
+sp=$(pid_of sp)
+wm=$(pid_of wm)
+kill -TERM $up
+wait $up || fail "status after SIGTERM"
+grep -q '^rcs up: all stopped' "$dir/up.txt" || fail "the end"
+gone "$sp"
+gone "$wm"
+
+start --force
+sp=$(pid_of sp)
+wm=$(pid_of wm)
+kill -9 $up
+gone "$sp"
+gone "$wm"
+echo "up_test: passed"
