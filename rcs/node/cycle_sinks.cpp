@@ -36,6 +36,7 @@ void CyclePublisher::on_account(const NodeInfo& node, const CycleAccount& accoun
   m.slack_us = account.slack.count();
   m.missed = account.missed;
   m.overruns = account.overruns;
+  m.degrade_level = static_cast<std::int8_t>(account.degrade_level);
   m.n_stages = static_cast<std::int32_t>(stages.stages());
   for (std::size_t i = 0; i < stages.stages(); ++i) {
     m.stage[i].name = stages.stage(i).name;

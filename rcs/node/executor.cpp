@@ -48,8 +48,8 @@ void run_cycle(Slot* slot, Timeline* timeline, CycleSink* sink) {
   report.worst_late = std::max(report.worst_late, late);
   report.worst_wall = std::max(report.worst_wall, slot->stages.cycle_wall());
   if (slot->stages.closed() && sink != nullptr) {
-    sink->on_account(
-        info, {&cycle, late, cycle.deadline - end, report.missed, report.overruns, &slot->inputs});
+    sink->on_account(info, {&cycle, late, cycle.deadline - end, report.missed, report.overruns,
+                            &slot->inputs, slot->node->degrade_level()});
   }
 }
 

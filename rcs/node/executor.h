@@ -22,6 +22,7 @@ struct CycleAccount {
   std::int64_t missed = 0;       ///< periods skipped so far to keep the phase
   std::int64_t overruns = 0;     ///< cycles so far that ended after their deadline
   const std::vector<const InboxBase*>* inputs = nullptr;
+  int degrade_level = 0;  ///< Node::degrade_level() after the cycle
 };
 
 /// Where accounts go: live to <NAME>_CYCLE, in a replay to a timing file. Stopwatch values must

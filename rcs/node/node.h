@@ -55,6 +55,10 @@ class Node {
 
   /// Whole periods skipped so far to keep the phase (PeriodicClock::missed()).
   [[nodiscard]] virtual std::int64_t missed_cycles() const { return 0; }
+
+  /// How much of its work the node left out in its newest unit of work, to keep its deadline; 0:
+  /// nothing.
+  [[nodiscard]] virtual int degrade_level() const { return 0; }
 };
 
 /// The wakeups of a periodic node: first + k * period, for ever on this grid. After an overrun it

@@ -25,7 +25,7 @@ class CycleSinksTest : public testing::Test {
     stages_.close_account();
     stages_.end_cycle();
     cycle_ = {7, at_ms(95), at_ms(100), at_ms(120), &stages_};
-    account_ = {&cycle_, ms(5), ms(17), 2, 1, &inputs_};
+    account_ = {&cycle_, ms(5), ms(17), 2, 1, &inputs_, 3};
   }
 
   LocalBus bus_;
@@ -53,6 +53,7 @@ TEST_F(CycleSinksTest, ThePublisherTellsTheWholeAccountOnTheNodesChannel) {
   EXPECT_EQ(m->slack_us, 17'000);
   EXPECT_EQ(m->missed, 2);
   EXPECT_EQ(m->overruns, 1);
+  EXPECT_EQ(m->degrade_level, 3);
   ASSERT_EQ(m->n_stages, 2);
   EXPECT_EQ(m->stage[0].name, "read");
   EXPECT_EQ(m->stage[1].name, "write");
