@@ -19,6 +19,7 @@ enum class Stop : std::int8_t {
   kEmpty = 6,       ///< no points, or nothing to match them to
   kDiverged = 7,    ///< ended farther from the prediction than its gate allows
   kSeeded = 8,      ///< no registration: this scan starts a map
+  kHeld = 9,        ///< no registration: its deadline could not be kept
 };
 
 /// True when the pose is worth reading (along its observed directions).

@@ -59,6 +59,23 @@ void read(ParamTable table, GrantParams* p) {
   table.get("reserve", &p->reserve, {0, 0.99});
 }
 
+void read(ParamTable table, DegradeParams* p) {
+  table.get("on", &p->on);
+  table.get("coarser", &p->coarser, {1, 10});
+  table.get("late_share", &p->late_share, {0.01, 10});
+  table.get("behind", &p->behind, {0.01, 10});
+  table.get("hold_behind", &p->hold_behind, {0.01, 10});
+  table.get("hold_left", &p->hold_left, {0, 0.99});
+  table.get("grant_full", &p->grant_full, {0, 100});
+  table.get("grant_prior", &p->grant_prior, {0, 100});
+  table.get("grant_hold", &p->grant_hold, {0, 100});
+  table.get("recover_margin", &p->recover_margin, {1, 100});
+  table.get("recover_after", &p->recover_after, {1, 10000});
+  if (p->grant_hold > p->grant_prior || p->grant_prior > p->grant_full) {
+    table.fail("grant_hold", "grant_hold, grant_prior and grant_full must ascend");
+  }
+}
+
 }  // namespace
 
 Result<SpConfig> load_sp_config(const ParamFile& file) {
@@ -87,6 +104,7 @@ Result<SpConfig> load_sp_config(const ParamFile& file) {
   read(sp.table("map"), &c.map);
   read(sp.table("prior"), &c.prior);
   read(sp.table("grant"), &c.grant);
+  read(sp.table("degrade"), &c.degrade);
 
   if (Outcome read_all = file.finish(tables_but({"ladar", "sp"})); !read_all) {
     return read_all.error();

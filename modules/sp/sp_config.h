@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "modules/sp/degrade.h"
 #include "modules/sp/icp.h"
 #include "modules/sp/prior_match.h"
 #include "modules/sp/ranges.h"
@@ -34,6 +35,7 @@ struct SpConfig {
   RollingMapParams map;    ///< [sp.map]
   PriorMatchParams prior;  ///< [sp.prior]
   GrantParams grant;       ///< [sp.grant]
+  DegradeParams degrade;   ///< [sp.degrade]
 };
 
 /// Reads [ladar], [sp] and [world]; tables of other nodes are not looked at.

@@ -5,71 +5,17 @@
 
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
+#include "modules/sp/sp_messages_node.h"
 #include "rcs/base/geodesy.h"
 
 namespace rcs::sp {
 namespace {
 
 constexpr double kGravity_mps2 = 9.80665;
-constexpr std::size_t kPointsPerMessage = 4000;  // 48 kB: one datagram
 // An inertial sample so much older than the reference instant does not carry the prediction.
 constexpr Duration kInertialGap = from_milliseconds(60.0);
-constexpr Duration kLongestScan = from_seconds(5.0);
-
-bool finite(double v) { return std::isfinite(v); }
-
-std::optional<FacetId> facet_id(std::int64_t scan_id, std::int64_t reference_utime, int facet,
-                                int facet_count, std::int64_t utime) {
-  const bool sound = scan_id >= 0 && facet_count >= 1 && facet_count <= ScanAssembler::kMaxFacets &&
-                     facet >= 0 && facet < facet_count && reference_utime >= 0 && utime >= 0 &&
-                     std::abs(utime - reference_utime) <= kLongestScan.count();
-  if (!sound) return std::nullopt;
-  return FacetId{scan_id, from_utime(reference_utime), facet, facet_count};
-}
-
-std::optional<FacetId> identify(const ladar_ranges_t& m, const LadarParams& ladar) {
-  const bool shape = m.rows == ladar.rows && m.cols == ladar.cols && m.first_row >= 0 &&
-                     m.facet_rows >= 0 && m.first_row + m.facet_rows <= m.rows &&
-                     (m.n == 0 || m.n == m.facet_rows * m.cols) && m.duration_us >= 0 &&
-                     m.duration_us <= kLongestScan.count();
-  const bool angles = finite(m.pan_rad) && finite(m.tilt_rad) && finite(m.pan_rate_radps) &&
-                      finite(m.tilt_rate_radps);
-  if (!shape || !angles) return std::nullopt;
-  return facet_id(m.scan_id, m.reference_utime, m.facet, m.facet_count, m.utime);
-}
-
-std::optional<FacetId> identify(const ladar_points_t& m, const LadarParams& /*ladar*/) {
-  if (m.n_time != 0 && m.n_time != m.n) return std::nullopt;
-  for (const std::int32_t dt : m.dt_us) {
-    if (std::abs(static_cast<std::int64_t>(dt)) > kLongestScan.count()) return std::nullopt;
-  }
-  return facet_id(m.scan_id, m.reference_utime, m.facet, m.facet_count, m.utime);
-}
-
-RangeFacet view(const ladar_ranges_t& m) {
-  RangeFacet f;
-  f.range_m = m.range_m.data();
-  f.first_row = m.first_row;
-  f.facet_rows = m.n == 0 ? 0 : m.facet_rows;
-  f.start = Duration(m.utime - m.reference_utime);
-  f.duration = Duration(m.duration_us);
-  f.pan_rad = m.pan_rad;
-  f.tilt_rad = m.tilt_rad;
-  f.pan_rate_radps = m.pan_rate_radps;
-  f.tilt_rate_radps = m.tilt_rate_radps;
-  return f;
-}
-
-PointFacet view(const ladar_points_t& m) {
-  PointFacet f;
-  f.x_m = m.x_m.data();
-  f.y_m = m.y_m.data();
-  f.z_m = m.z_m.data();
-  f.n = static_cast<std::size_t>(m.n);
-  f.dt_us = m.n_time == m.n && m.n > 0 ? m.dt_us.data() : nullptr;
-  f.start = Duration(m.utime - m.reference_utime);
-  return f;
-}
+// A larger step of the scans' numbers is a driver that counts anew, not a loss.
+constexpr std::int64_t kMostDropped = 1000;
 
 // A covariance that can be inverted whatever the message says.
 bool usable_covariance(const Mat6& c) {
@@ -133,15 +79,19 @@ Stamp SpNode::next_wakeup() const {
 Duration SpNode::nominal_compute() const {
   // Only the cycle that ends a scan costs: the others convert one facet.
   const auto waiting = static_cast<int>(ranges_.size() + facets_.size());
-  const bool ends_scan = assembler_.in_hand() && assembler_.facets_missing() <= waiting;
-  return ends_scan ? config_.info.nominal_compute : Duration::zero();
+  int missing = assembler_.facets_missing();
+  if (!assembler_.in_hand()) {
+    if (waiting == 0) return Duration::zero();
+    missing = ranges_.empty() ? facets_.front()->facet_count : ranges_.front()->facet_count;
+  }
+  return missing <= waiting ? config_.info.nominal_compute : Duration::zero();
 }
 
 void SpNode::run(const Cycle& cycle) {
+  late_ = std::max(late_, cycle.now - cycle.wakeup);
   take_inertial();
   take_belief();
-  take_facets(&ranges_, cycle);
-  take_facets(&facets_, cycle);
+  if (take_facets(&ranges_, cycle) || take_facets(&facets_, cycle)) return;
   cycle.stages->mark("convert");
   const bool timed_out = assembler_.in_hand() && ranges_.empty() && facets_.empty() &&
                          cycle.now >= last_facet_arrival_ + config_.facet_timeout;
@@ -203,10 +153,11 @@ void SpNode::take_belief() {
 }
 
 template <class Message>
-void SpNode::take_facets(Inbox<Message>* inbox, const Cycle& cycle) {
+bool SpNode::take_facets(Inbox<Message>* inbox, const Cycle& cycle) {
   for (const Message* m = inbox->front(); m != nullptr; m = inbox->front()) {
     const std::optional<FacetId> id = identify(*m, config_.ladar);
     if (!id) {
+      ++account_.facets_refused;
       report_.warn(cycle.now, "facet.refused",
                    "a facet of {} does not fit the configured LADAR or its own counts: scan {}, "
                    "facet {} of {}",
@@ -214,36 +165,129 @@ void SpNode::take_facets(Inbox<Message>* inbox, const Cycle& cycle) {
       inbox->pop();
       continue;
     }
+    const bool begins = !assembler_.in_hand();
     const FacetVerdict verdict = assembler_.add(*id, view(*m));
     if (verdict == FacetVerdict::kNewScan) {
-      finish_scan(cycle);  // with facets missing; then this one starts the next scan
-      continue;
+      finish_scan(cycle);  // with facets missing; this one starts the next scan in the next cycle
+      return true;
     }
     if (verdict == FacetVerdict::kAdded) {
       last_facet_arrival_ = inbox->front_arrival();
+      if (begins) begin_scan(*id);
     } else {
+      ++account_.facets_refused;
       report_.warn(cycle.now, "facet.stale", "facet {} of scan {} came {}", m->facet, m->scan_id,
                    verdict == FacetVerdict::kOld ? "after its scan was done" : "twice");
     }
     inbox->pop();
-    if (assembler_.complete()) finish_scan(cycle);
+    if (assembler_.complete()) {
+      finish_scan(cycle);
+      return true;
+    }
   }
+  return false;
+}
+
+void SpNode::begin_scan(const FacetId& id) {
+  first_facet_arrival_ = last_facet_arrival_;
+  facet_count_ = id.facet_count;
+  const std::int64_t dropped = id.scan - last_scan_ - 1;
+  if (last_scan_ >= 0 && dropped > 0 && dropped <= kMostDropped) account_.dropped += dropped;
+  last_scan_ = id.scan;
 }
 
 void SpNode::finish_scan(const Cycle& cycle) {
   cycle.stages->mark("convert");
-  Scan* scan = assembler_.scan();
+  choose_level(cycle);
+  begin_answer(cycle);
+  const Expectation expected = expect(assembler_.scan()->reference);
   const int facets_lost = assembler_.facets_missing();
-  registration_message_.scan_id = assembler_.scan_id();
-  registration_message_.utime = to_utime(scan->reference);
-  registration_message_.facets_lost = static_cast<std::int16_t>(facets_lost);
-  registration_message_.arrival_utime = to_utime(last_facet_arrival_);
   if (facets_lost > 0) {
     report_.warn(cycle.now, "scan.incomplete", "scan {}: {} facets did not come",
                  assembler_.scan_id(), facets_lost);
   }
+  if (ladder_.level == Degrade::kHold) {
+    answer_without_registering(Stop::kHeld, expected);
+  } else if (facet_count_ - facets_lost < config_.min_facets * facet_count_) {
+    ++account_.failed;
+    answer_without_registering(Stop::kTooFew, expected);
+  } else {
+    prepare_points(cycle, expected);
+    if (epoch_ == 0 && !source_.empty()) {
+      seed(expected.at_reference.T_rolling_vehicle);
+    } else {
+      register_scan(cycle, expected);
+    }
+  }
+  assembler_.release();
+  cycle.stages->mark("publish");
+  cycle.stages->close_account();
+}
 
-  const Expectation expected = expect(scan->reference);
+// From what the timeline says, before any of the work: a stopwatch would know more, and would make
+// a replay answer by chance.
+void SpNode::choose_level(const Cycle& cycle) {
+  // The facets before the last may have waited long; the scan's own time begins with its last.
+  const Stamp deadline = std::max(cycle.deadline, last_facet_arrival_ + config_.info.budget);
+  Cycle scan = cycle;
+  scan.deadline = deadline;
+  granted_ = grant(scan, config_.grant);
+
+  ScanFacts facts;
+  facts.budget = config_.info.budget;
+  facts.late = late_;
+  facts.left = deadline - cycle.now;
+  facts.behind = static_cast<double>(ranges_.size() + facets_.size()) / facet_count_;
+  if (full_need_ > 0) {
+    facts.grant_share = static_cast<double>(granted_) / static_cast<double>(full_need_);
+  }
+  late_ = Duration::zero();
+  const Degrade before = ladder_.level;
+  ladder_ = step(ladder_, facts, config_.degrade);
+  if (ladder_.level == before) return;
+  report_.info(cycle.now, "degrade",
+               "level {} -> {}: cycles up to {:.1f} ms late, {:.1f} ms left, {:.2f} scans behind, "
+               "{:.2f} of the need granted",
+               static_cast<int>(before), static_cast<int>(ladder_.level), milliseconds(facts.late),
+               milliseconds(facts.left), facts.behind, facts.grant_share);
+}
+
+void SpNode::begin_answer(const Cycle& cycle) {
+  ++account_.answered;
+  account_.facets_lost += assembler_.facets_missing();
+  if (ladder_.level == Degrade::kHold) {
+    ++account_.held;
+  } else if (ladder_.level != Degrade::kFull) {
+    ++account_.degraded;
+  }
+  registration_t& m = registration_message_;
+  m.utime = to_utime(assembler_.scan()->reference);
+  m.scan_id = assembler_.scan_id();
+  m.facets_lost = static_cast<std::int16_t>(assembler_.facets_missing());
+  m.degrade_level = static_cast<std::int8_t>(ladder_.level);
+  m.ledger = {};
+  m.ledger.measured_utime = m.utime;
+  m.ledger.first_facet_utime = to_utime(first_facet_arrival_);
+  m.ledger.last_facet_utime = to_utime(last_facet_arrival_);
+  m.ledger.sp_start_utime = to_utime(cycle.now);
+}
+
+void SpNode::answer(const Registration& registration, int target) {
+  fill(registration, target, &registration_message_);
+  registration_message_.map_epoch = epoch_;
+  registration_message_.account = account_;
+}
+
+void SpNode::answer_without_registering(Stop stop, const Expectation& expected) {
+  Registration none;
+  none.stop = stop;
+  none.T_target_vehicle = expected.at_reference.T_rolling_vehicle;
+  answer(none, registration_t::TARGET_ROLLING);
+  registration_out_.publish(&registration_message_);
+}
+
+void SpNode::prepare_points(const Cycle& cycle, const Expectation& expected) {
+  Scan* scan = assembler_.scan();
   if (!scan->dt_us.empty()) {
     const auto [first, last] = std::minmax_element(scan->dt_us.begin(), scan->dt_us.end());
     if (*first != 0 || *last != 0) {
@@ -253,18 +297,14 @@ void SpNode::finish_scan(const Cycle& cycle) {
     }
   }
   cycle.stages->mark("deskew");
+  const bool full = ladder_.level == Degrade::kFull;
+  const double source_voxel_m = config_.source_voxel_m * (full ? 1.0 : config_.degrade.coarser);
   map_sampler_.sample(scan->points, config_.map_voxel_m, &dense_);
-  source_sampler_.sample(dense_, config_.source_voxel_m, &source_);
-  cycle.stages->mark("sample");
-
-  if (epoch_ == 0 && !source_.empty()) {
-    seed(expected.at_reference.T_rolling_vehicle);
-  } else {
-    register_scan(cycle, expected);
+  source_sampler_.sample(dense_, source_voxel_m, &source_);
+  if (full) {
+    full_need_ = static_cast<WorkUnits>(source_.size()) * config_.icp.max_iterations;
   }
-  assembler_.release();
-  cycle.stages->mark("publish");
-  cycle.stages->close_account();
+  cycle.stages->mark("sample");
 }
 
 SpNode::Expectation SpNode::expect(Stamp reference) const {
@@ -308,18 +348,19 @@ void SpNode::seed(const Pose& T_rolling_vehicle) {
   seeded.stop = Stop::kSeeded;
   seeded.T_target_vehicle = T_rolling_vehicle;
   seeded.points = static_cast<int>(source_.size());
-  fill(seeded, registration_t::TARGET_ROLLING);
+  answer(seeded, registration_t::TARGET_ROLLING);
   registration_out_.publish(&registration_message_);
   publish_points(T_rolling_vehicle);
 }
 
 void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
   const Prediction prediction{expected.at_reference.T_rolling_vehicle, expected.covariance};
-  const WorkUnits granted = grant(cycle, config_.grant);
   const Registration rolling =
-      register_points(source_, &map_, prediction, config_.icp, granted, &icp_);
+      register_points(source_, &map_, prediction, config_.icp, granted_, &icp_);
+  granted_ -= rolling.used;
   cycle.stages->mark("register");
-  fill(rolling, registration_t::TARGET_ROLLING);
+  if (!usable(rolling.stop)) ++account_.failed;
+  answer(rolling, registration_t::TARGET_ROLLING);
   registration_out_.publish(&registration_message_);
 
   if (!usable(rolling.stop)) {
@@ -338,7 +379,7 @@ void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
   const Pose T_rolling_vehicle = fused_pose(prediction, rolling);
   remember(T_rolling_vehicle);
   publish_points(T_rolling_vehicle);
-  match_prior(cycle, T_rolling_vehicle);
+  if (ladder_.level < Degrade::kNoPrior) match_prior(cycle, T_rolling_vehicle);
   map_.insert(dense_, T_rolling_vehicle);
   cycle.stages->mark("map");
 }
@@ -349,10 +390,10 @@ void SpNode::match_prior(const Cycle& cycle, const Pose& T_rolling_vehicle) {
   const Prediction prediction{*T_map_world_ * *T_world_rolling_ * T_rolling_vehicle,
                               world_covariance_ + isotropic(0.01, 0.001)};
   PriorMatch match = match_prior_map(prior_source_, *prior_map_, prediction, config_.prior,
-                                     grant(cycle, config_.grant), &prior_match_);
+                                     granted_, &prior_match_);
   match.registration.T_target_vehicle =
       T_map_world_->inverse() * match.registration.T_target_vehicle;
-  fill(match.registration, registration_t::TARGET_PRIOR_MAP);
+  answer(match.registration, registration_t::TARGET_PRIOR_MAP);
   registration_message_.n_tiles = 1;
   registration_message_.tile_id.assign(1, match.tile_id);
   registration_out_.publish(&registration_message_);
@@ -366,28 +407,6 @@ void SpNode::remember(const Pose& T_rolling_vehicle) {
   last_ = {stamp, T_rolling_vehicle};
 }
 
-void SpNode::fill(const Registration& r, int target) {
-  registration_t& m = registration_message_;
-  m.target = static_cast<std::int8_t>(target);
-  m.map_epoch = epoch_;
-  m.n_tiles = 0;
-  m.tile_id.clear();
-  to_message(r.T_target_vehicle, m.q_target_vehicle, m.p_target_vehicle_m);
-  to_message<6>(r.information, m.information);
-  for (int i = 0; i < 6; ++i) m.observability[i] = r.observability[i];
-  m.stop = static_cast<std::int8_t>(r.stop);
-  m.iterations = r.iterations;
-  m.points = r.points;
-  m.pairs = r.pairs;
-  m.granted_units = r.granted;
-  m.used_units = r.used;
-  m.mean_distance_m = r.mean_distance_m;
-  m.rms_m = r.rms_m;
-  m.overlap = r.overlap;
-  m.correction_m = r.correction_m;
-  m.correction_rad = r.correction_rad;
-}
-
 void SpNode::publish_points(const Pose& T_rolling_vehicle) {
   points_t& m = points_message_;
   m.utime = registration_message_.utime;
@@ -399,13 +418,8 @@ void SpNode::publish_points(const Pose& T_rolling_vehicle) {
   for (std::size_t part = 0; part < parts; ++part) {
     const std::size_t begin = part * kPointsPerMessage;
     const std::size_t end = std::min(begin + kPointsPerMessage, source_.size());
-    const auto from = static_cast<std::ptrdiff_t>(begin);
-    const auto to = static_cast<std::ptrdiff_t>(end);
     m.part = static_cast<std::int16_t>(part);
-    m.n = static_cast<std::int32_t>(end - begin);
-    m.x_m.assign(source_.x.begin() + from, source_.x.begin() + to);
-    m.y_m.assign(source_.y.begin() + from, source_.y.begin() + to);
-    m.z_m.assign(source_.z.begin() + from, source_.z.begin() + to);
+    fill(source_, begin, end, &m);
     points_out_.publish(&m);
   }
 }

@@ -12,6 +12,8 @@
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/points_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
+#include "lcmtypes/rcs/scan_account_t.hpp"
+#include "modules/sp/degrade.h"
 #include "modules/sp/motion.h"
 #include "modules/sp/prior_match.h"
 #include "modules/sp/scan_assembler.h"
@@ -33,6 +35,7 @@ class SpNode final : public Node {
   [[nodiscard]] Duration nominal_compute() const override;
   void run(const Cycle& cycle) override;
   [[nodiscard]] std::vector<const InboxBase*> inboxes() const override;
+  [[nodiscard]] int degrade_level() const override { return static_cast<int>(ladder_.level); }
 
  private:
   // Where the vehicle is expected at the scan's reference instant, and how it moves meanwhile.
@@ -44,15 +47,21 @@ class SpNode final : public Node {
   void reserve();
   void take_inertial();
   void take_belief();
+  /// @return true when a scan was finished: one a cycle, as a cycle has one start and one deadline
   template <class Message>
-  void take_facets(Inbox<Message>* inbox, const Cycle& cycle);
+  bool take_facets(Inbox<Message>* inbox, const Cycle& cycle);
+  void begin_scan(const FacetId& id);
   void finish_scan(const Cycle& cycle);
+  void choose_level(const Cycle& cycle);
+  void begin_answer(const Cycle& cycle);
+  void answer(const Registration& registration, int target);
+  void answer_without_registering(Stop stop, const Expectation& expected);
+  void prepare_points(const Cycle& cycle, const Expectation& expected);
   [[nodiscard]] Expectation expect(Stamp reference) const;
   void register_scan(const Cycle& cycle, const Expectation& expected);
   void match_prior(const Cycle& cycle, const Pose& T_rolling_vehicle);
   void seed(const Pose& T_rolling_vehicle);
   void remember(const Pose& T_rolling_vehicle);
-  void fill(const Registration& registration, int target);
   void publish_points(const Pose& T_rolling_vehicle);
 
   SpConfig config_;
@@ -67,7 +76,15 @@ class SpNode final : public Node {
   Report report_;
 
   ScanAssembler assembler_;
+  Stamp first_facet_arrival_ = Stamp::min();  // of the scan in hand
   Stamp last_facet_arrival_ = Stamp::min();
+  int facet_count_ = 1;
+  std::int64_t last_scan_ = -1;  // begun; -1: none yet
+  Duration late_{};              // worst start of a cycle since the last scan
+  DegradeLadder ladder_;
+  WorkUnits granted_ = 0;    // to the scan in hand, and not used yet
+  WorkUnits full_need_ = 0;  // nominally, of the newest scan that was not degraded; 0: none yet
+  scan_account_t account_{};
   InertialBuffer inertial_;
   MotionTable motion_;
   VoxelSampler map_sampler_;

@@ -196,7 +196,8 @@ void WmNode::take(const registration_t& m, Stamp now) {
   note(registrations_, reason, now);
   if (reason == Reason::kAccepted && stamp >= cause_) {
     cause_ = stamp;
-    cause_arrival_utime_ = m.arrival_utime;
+    ledger_ = m.ledger;
+    ledger_.wm_arrival_utime = to_utime(registrations_.front_arrival());
   }
 }
 
@@ -229,7 +230,9 @@ void WmNode::publish_nav_state(Stamp now) {
   fill_belief(estimator_.state());
   const FilterState& s = estimator_.state();
   nav_state_.mode = static_cast<std::int8_t>(estimator_.mode());
-  nav_state_.cause_arrival_utime = cause_ <= s.belief.x.stamp ? cause_arrival_utime_ : 0;
+  const bool rests_on_scan = cause_ > Stamp::min() && cause_ <= s.belief.x.stamp;
+  if (rests_on_scan && ledger_.wm_start_utime == 0) ledger_.wm_start_utime = to_utime(now);
+  nav_state_.ledger = rests_on_scan ? ledger_ : ledger_t{};
   nav_state_.publish_utime = to_utime(now);
   nav_state_out_.publish(&nav_state_);
 }

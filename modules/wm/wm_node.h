@@ -55,9 +55,9 @@ class WmNode final : public Node {
 
   Estimator estimator_;
 
-  // The newest registration, for the age of what the belief rests on.
+  // The newest registration, for the way that the belief came.
   Stamp cause_ = Stamp::min();
-  std::int64_t cause_arrival_utime_ = 0;
+  ledger_t ledger_{};
   // What was reported last.
   Mode reported_mode_ = Mode::kAlign;
   int reported_resets_ = 0;

@@ -46,7 +46,7 @@ registration_t message(Stamp stamp, const RollingMatch& z) {
   to_message(z.T_rolling_vehicle, m.q_target_vehicle, m.p_target_vehicle_m);
   to_message(z.information, m.information);
   m.stop = z.seeded ? registration_t::STOP_SEEDED : registration_t::STOP_CONVERGED;
-  m.arrival_utime = to_utime(stamp) + 5;
+  m.ledger.last_facet_utime = to_utime(stamp) + 5;
   return m;
 }
 
@@ -109,7 +109,7 @@ TEST_F(WmNodeTest, PublishesTheBeliefOfAllSources) {
   EXPECT_EQ(m.rolling_valid, 1);
   EXPECT_EQ(m.map_epoch, 1);
   EXPECT_EQ(m.age_ins_us, 0);
-  EXPECT_EQ(m.cause_arrival_utime, m.utime + 5);
+  EXPECT_EQ(m.ledger.last_facet_utime, m.utime + 5);
   // The datum is the first fix: the world is where that is.
   const LocalFrame frame({radians(m.datum_lat_deg), radians(m.datum_lon_deg), {m.datum_height_m}});
   const Vec3 truth =
@@ -136,6 +136,26 @@ TEST_F(WmNodeTest, RunsPeriodicallyAndAtOnceForARegistration) {
   send(&registration_out_, message(from_utime(2000), sensors_.scan(1)));
   bus_.deliver_next(from_utime(2500));
   EXPECT_EQ(node_.next_wakeup(), from_utime(2500));
+}
+
+TEST_F(WmNodeTest, TheLedgerTellsWhenTheScanCameAndWhenItWasFirstBelieved) {
+  registration_t scan = message(truth_[10].stamp, sensors_.scan(10));
+  scan.ledger.measured_utime = scan.utime;
+  send(&registration_out_, scan);
+  bus_.deliver_next(truth_[11].stamp);
+  cycle(truth_[12].stamp);
+  const ledger_t first = newest().ledger;
+  EXPECT_EQ(first.measured_utime, scan.utime);
+  EXPECT_EQ(first.last_facet_utime, scan.ledger.last_facet_utime);
+  EXPECT_EQ(first.wm_arrival_utime, to_utime(truth_[11].stamp));
+  EXPECT_EQ(first.wm_start_utime, to_utime(truth_[12].stamp));
+  // Later beliefs remember it, and what is no answer leaves no trace.
+  registration_t held = message(truth_[20].stamp, sensors_.scan(20));
+  held.stop = registration_t::STOP_HELD;
+  send(&registration_out_, held);
+  cycle(truth_[21].stamp);
+  EXPECT_EQ(newest().ledger.measured_utime, scan.utime);
+  EXPECT_EQ(newest().ledger.wm_start_utime, to_utime(truth_[12].stamp));
 }
 
 TEST_F(WmNodeTest, LadarAloneNeedsNothingElse) {

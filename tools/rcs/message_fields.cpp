@@ -16,12 +16,14 @@
 #include "lcmtypes/rcs/ins_t.hpp"
 #include "lcmtypes/rcs/ladar_points_t.hpp"
 #include "lcmtypes/rcs/ladar_ranges_t.hpp"
+#include "lcmtypes/rcs/ledger_t.hpp"
 #include "lcmtypes/rcs/map_patch_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/odometry_t.hpp"
 #include "lcmtypes/rcs/plan_t.hpp"
 #include "lcmtypes/rcs/points_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
+#include "lcmtypes/rcs/scan_account_t.hpp"
 #include "lcmtypes/rcs/status_t.hpp"
 #include "lcmtypes/rcs/truth_t.hpp"
 
@@ -49,6 +51,8 @@ class FieldWriter {
     for (std::size_t i = 0; i < N; ++i) (*this)(fmt::format("{}_{}", name, i), values[i]);
     return *this;
   }
+  FieldWriter& operator()(std::string_view name, const ledger_t& m);
+  FieldWriter& operator()(std::string_view name, const scan_account_t& m);
   [[nodiscard]] Fields take() { return std::move(fields_); }
 
  private:
@@ -56,6 +60,18 @@ class FieldWriter {
 };
 
 // A column is called what its field is called.
+#define G(field) fmt::format("{}_{}", name, #field), m.field
+FieldWriter& FieldWriter::operator()(std::string_view name, const ledger_t& m) {
+  return (*this)(G(measured_utime))(G(first_facet_utime))(G(last_facet_utime))(G(sp_start_utime))(
+      G(wm_arrival_utime))(G(wm_start_utime))(G(bg_arrival_utime))(G(bg_start_utime));
+}
+
+FieldWriter& FieldWriter::operator()(std::string_view name, const scan_account_t& m) {
+  return (*this)(G(answered))(G(degraded))(G(held))(G(failed))(G(dropped))(G(facets_lost))(
+      G(facets_refused));
+}
+#undef G
+
 #define F(name) #name, m.name
 void write(const ladar_ranges_t& m, FieldWriter& w) {
   w(F(utime))(F(seq))(F(scan_id))(F(reference_utime))(F(facet))(F(facet_count))(F(rows))(F(cols))(
@@ -87,7 +103,7 @@ void write(const registration_t& m, FieldWriter& w) {
   w(F(utime))(F(seq))(F(scan_id))(F(target))(F(map_epoch))(F(n_tiles))(F(q_target_vehicle))(
       F(p_target_vehicle_m))(F(information))(F(observability))(F(stop))(F(iterations))(F(points))(
       F(pairs))(F(granted_units))(F(used_units))(F(mean_distance_m))(F(rms_m))(F(overlap))(
-      F(correction_m))(F(correction_rad))(F(facets_lost))(F(arrival_utime));
+      F(correction_m))(F(correction_rad))(F(facets_lost))(F(degrade_level))(F(ledger))(F(account));
 }
 
 void write(const points_t& m, FieldWriter& w) {
@@ -98,12 +114,12 @@ void write(const points_t& m, FieldWriter& w) {
 void write(const nav_state_t& m, FieldWriter& w) {
   w(F(utime))(F(seq))(F(mode))(F(world_valid))(F(rolling_valid))(F(q_world_vehicle))(
       F(p_world_vehicle_m))(F(q_local_vehicle))(F(p_local_vehicle_m))(F(map_epoch))(
-      F(q_rolling_vehicle))(F(p_rolling_vehicle_m))(F(v_world_mps))(F(rate_vehicle_radps))(F(
-      accel_vehicle_mps2))(F(gyro_bias_radps))(F(accel_bias_mps2))(F(map_offset_m))(F(wheel_scale))(
-      F(cov_world_pose))(F(cov_v_world))(F(cov_rolling_pose))(F(world_resets))(F(last_reset_m))(
-      F(last_reset_rad))(F(last_reset_utime))(F(age_ins_us))(F(age_gps_us))(F(age_odometry_us))(
-      F(age_rolling_us))(F(age_prior_map_us))(F(distance_since_gps_m))(F(datum_lat_deg))(
-      F(datum_lon_deg))(F(datum_height_m))(F(cause_arrival_utime))(F(publish_utime));
+      F(q_rolling_vehicle))(F(p_rolling_vehicle_m))(F(v_world_mps))(F(rate_vehicle_radps))(
+      F(accel_vehicle_mps2))(F(gyro_bias_radps))(F(accel_bias_mps2))(F(map_offset_m))(
+      F(wheel_scale))(F(cov_world_pose))(F(cov_v_world))(F(cov_rolling_pose))(F(world_resets))(
+      F(last_reset_m))(F(last_reset_rad))(F(last_reset_utime))(F(age_ins_us))(F(age_gps_us))(
+      F(age_odometry_us))(F(age_rolling_us))(F(age_prior_map_us))(F(distance_since_gps_m))(
+      F(datum_lat_deg))(F(datum_lon_deg))(F(datum_height_m))(F(ledger))(F(publish_utime));
 }
 
 void write(const innovation_t& m, FieldWriter& w) {
@@ -141,7 +157,7 @@ void write(const plan_t& m, FieldWriter& w) {
 
 void write(const drive_t& m, FieldWriter& w) {
   w(F(utime))(F(seq))(F(valid_until_utime))(F(speed_mps))(F(curvature_1pm))(F(accel_limit_mps2))(
-      F(brake));
+      F(brake))(F(ledger));
 }
 
 void write(const truth_t& m, FieldWriter& w) {

@@ -109,7 +109,7 @@ class Reader {
     if (!from_message(m.q_world_vehicle, m.p_world_vehicle_m, &r.T_world_vehicle)) return false;
     r.cov_world_pose = from_message(m.cov_world_pose);
     r.age_gps = Duration(m.age_gps_us);
-    r.cause_arrival = from_utime(m.cause_arrival_utime);
+    r.cause_arrival = from_utime(m.ledger.last_facet_utime);
     r.published = from_utime(m.publish_utime);
     if (r.world_valid) {
       run_->world_datum = geodetic(m.datum_lat_deg, m.datum_lon_deg, m.datum_height_m);
@@ -225,9 +225,9 @@ Result<RunLog> read_run(const std::string& path) {
 }
 
 std::string_view stop_name(std::int8_t stop) {
-  static constexpr std::array<std::string_view, 9> kNames = {
+  static constexpr std::array<std::string_view, 10> kNames = {
       "converged",  "max iterations", "budget",   "limit cycle", "too few",
-      "degenerate", "empty",          "diverged", "seeded"};
+      "degenerate", "empty",          "diverged", "seeded",      "held"};
   return stop >= 0 && static_cast<std::uint8_t>(stop) < kNames.size()
              ? kNames[static_cast<std::uint8_t>(stop)]
              : "unknown";

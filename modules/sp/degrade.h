@@ -1,0 +1,53 @@
+#pragma once
+// How much of the work on a scan is left out so that its deadline is kept: decided before the work
+// begins, from facts of the timeline only, so that a replay decides alike.
+
+#include "rcs/base/stamp.h"
+
+namespace rcs::sp {
+
+/// What is left out. Each level leaves out what the one before it does, and more.
+/// The order is that of registration_t::degrade_level.
+enum class Degrade : int {
+  kFull = 0,
+  kFewerPoints = 1,  ///< coarser sampling of what is registered
+  kNoPrior = 2,      ///< and no match to the a priori map
+  kHold = 3,         ///< this scan is answered without a registration
+};
+
+/// Spans are in shares of the budget, from a scan's last facet to the end of the work on it.
+struct DegradeParams {
+  bool on = true;            ///< false: always in full
+  double coarser = 1.5;      ///< source voxels of a degraded scan, in those of a full one, [1, 10]
+  double late_share = 0.6;   ///< a later start of a cycle degrades by one level, (0, 10]
+  double behind = 0.1;       ///< so does so much of the next scan that waits already, (0, 10]
+  double hold_behind = 0.5;  ///< and with so much of it waiting the scan is held, (0, 10]
+  double hold_left = 0.25;   ///< held when less of the budget is left, [0, 1)
+  double grant_full = 1.0;   ///< less of the nominal need granted: fewer points, [0, 100]
+  double grant_prior = 0.6;  ///< likewise: no a priori match, [0, 100]
+  double grant_hold = 0.2;   ///< likewise: held, but never twice in a row, [0, 100]
+  double recover_margin = 2.0;  ///< a scan is calm when facts so much worse would do, [1, 100]
+  int recover_after = 20;       ///< calm scans in a row that lead one level back, [1, 10000]
+};
+
+/// What the timeline says when a scan is about to be worked on.
+struct ScanFacts {
+  Duration budget{};         ///< > 0
+  Duration late{};           ///< worst start of a cycle after its wakeup, since the last scan
+  Duration left{};           ///< to the scan's deadline; negative: it has passed
+  double behind = 0.0;       ///< facets that wait behind this scan, in scans
+  double grant_share = 1e9;  ///< work units granted, in those that a full scan needs nominally
+};
+
+struct DegradeLadder {
+  Degrade level = Degrade::kFull;  ///< of the scan in hand
+  int calm = 0;                    ///< scans in a row for which the level below would have done
+};
+
+/// The ladder for the next scan. It goes up at once, and down by one level after recover_after calm
+/// scans. A hold is for one scan: the next is tried without the a priori match, unless its own
+/// facts forbid. Pure.
+[[nodiscard]] DegradeLadder step(const DegradeLadder& ladder, const ScanFacts& facts,
+                                 const DegradeParams& params);
+
+}  // namespace rcs::sp

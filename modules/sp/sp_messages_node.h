@@ -1,0 +1,34 @@
+#pragma once
+// SP's messages: what a facet must be to be let in, and how an answer is written down.
+
+#include <cstddef>
+#include <optional>
+
+#include "lcmtypes/rcs/ladar_points_t.hpp"
+#include "lcmtypes/rcs/ladar_ranges_t.hpp"
+#include "lcmtypes/rcs/points_t.hpp"
+#include "lcmtypes/rcs/registration_t.hpp"
+#include "modules/sp/ranges.h"
+#include "modules/sp/registration.h"
+#include "modules/sp/scan_assembler.h"
+
+namespace rcs::sp {
+
+/// Points in one points_t: 48 kB, one datagram.
+constexpr std::size_t kPointsPerMessage = 4000;
+
+/// Which scan a facet belongs to; none when it does not fit the LADAR or its own counts.
+[[nodiscard]] std::optional<FacetId> identify(const ladar_ranges_t& m, const LadarParams& ladar);
+[[nodiscard]] std::optional<FacetId> identify(const ladar_points_t& m, const LadarParams& ladar);
+
+/// Of a facet that was identified; valid as long as the message.
+[[nodiscard]] RangeFacet view(const ladar_ranges_t& m);
+[[nodiscard]] PointFacet view(const ladar_points_t& m);
+
+/// What a registration found, without tiles: the rest of the message is the scan's.
+void fill(const Registration& registration, int target, registration_t* m);
+
+/// Points [begin, end) of a scan.
+void fill(const Points& points, std::size_t begin, std::size_t end, points_t* m);
+
+}  // namespace rcs::sp
