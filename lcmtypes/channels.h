@@ -34,6 +34,10 @@ inline constexpr char kBgEvent[] = "BG_EVENT";             // event_t         bg
 inline constexpr char kBgCycle[] = "BG_CYCLE";             // cycle_t         bg  per cycle, live
 inline constexpr char kBgProcess[] = "BG_PROCESS";         // process_t       bg  1 Hz, live
 
+inline constexpr char kGatewayEvent[] = "GATEWAY_EVENT";   // event_t       gateway  on events
+inline constexpr char kGatewayCycle[] = "GATEWAY_CYCLE";   // cycle_t       gateway  per cycle, live
+inline constexpr char kGatewayProcess[] = "GATEWAY_PROCESS";  // process_t  gateway  1 Hz, live
+
 inline constexpr char kSimTruth[] = "SIM_TRUTH";           // truth_t         sim  100 Hz
 // clang-format on
 

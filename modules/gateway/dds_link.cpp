@@ -1,0 +1,219 @@
+#include "modules/gateway/dds_link.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "modules/gateway/orders.h"
+
+namespace rcs::gateway {
+namespace {
+
+struct DeleteQos {
+  void operator()(dds_qos_t* qos) const { dds_delete_qos(qos); }
+};
+using Qos = std::unique_ptr<dds_qos_t, DeleteQos>;
+
+Qos make_qos() { return Qos(dds_create_qos()); }
+
+/// Cyclone's configuration, given whole: what the environment says must not reach a vehicle.
+std::string domain_xml(const DdsParams& params) {
+  std::string peers;
+  for (const std::string& host : params.peers) {
+    peers += fmt::format("<Peer Address=\"{}\"/>", host);
+  }
+  return fmt::format(
+      "<CycloneDDS><Domain id=\"{}\">"
+      "<General>"
+      "<Interfaces><NetworkInterface name=\"{}\" multicast=\"{}\"/></Interfaces>"
+      "<AllowMulticast>{}</AllowMulticast>"
+      "</General>"
+      "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
+      "<MaxAutoParticipantIndex>20</MaxAutoParticipantIndex>"
+      "<Peers>{}</Peers></Discovery>"
+      // Ours are below 12 kB: whatever is larger is not meant for us and is not put together.
+      "<Internal><MaxSampleSize>64 kB</MaxSampleSize></Internal>"
+      "</Domain></CycloneDDS>",
+      params.domain, params.interface, params.multicast, params.multicast ? "spdp" : "false",
+      peers);
+}
+
+struct Plugin {
+  const char* service;  // as in dds.sec.<service>.library.path
+  const char* file;
+  const char* function;
+};
+constexpr Plugin kPlugins[] = {
+    {"auth", "libdds_security_auth.so", "authentication"},
+    {"access", "libdds_security_ac.so", "access_control"},
+    {"crypto", "libdds_security_crypto.so", "crypto"},
+};
+
+struct KeyFile {
+  const char* property;
+  const char* file;
+};
+constexpr KeyFile kKeyFiles[] = {
+    {"dds.sec.auth.identity_ca", "identity_ca.pem"},
+    {"dds.sec.auth.identity_certificate", "identity.pem"},
+    {"dds.sec.auth.private_key", "key.pem"},
+    {"dds.sec.access.permissions_ca", "permissions_ca.pem"},
+    {"dds.sec.access.governance", "governance.p7s"},
+    {"dds.sec.access.permissions", "permissions.p7s"},
+};
+
+Outcome set_security(dds_qos_t* qos, const std::string& keys) {
+  for (const Plugin& p : kPlugins) {
+    const std::string library = fmt::format("dds.sec.{}.library.", p.service);
+    dds_qset_prop(qos, (library + "path").c_str(),
+                  fmt::format("{}/{}", RCS_DDS_PLUGINS, p.file).c_str());
+    dds_qset_prop(qos, (library + "init").c_str(), fmt::format("init_{}", p.function).c_str());
+    dds_qset_prop(qos, (library + "finalize").c_str(),
+                  fmt::format("finalize_{}", p.function).c_str());
+  }
+  for (const KeyFile& k : kKeyFiles) {
+    const std::filesystem::path path = std::filesystem::path(keys) / k.file;
+    std::error_code failed;
+    if (!std::filesystem::is_regular_file(path, failed)) {
+      return Error{fmt::format(
+          "{}: not there or not readable; the keys' folder is one identity's, as `rcs keys` makes "
+          "it",
+          path.string())};
+    }
+    dds_qset_prop(qos, k.property, ("file:" + path.string()).c_str());
+  }
+  return Done{};
+}
+
+Error failure(std::string_view what, dds_return_t code) {
+  return {fmt::format("DDS: cannot make the {}: {}", what, dds_strretcode(-code))};
+}
+
+// A late state is worth less than the next one: nothing is sent again, and a slow reader is passed
+// by.
+Qos state_qos(const std::string& vehicle) {
+  Qos q = make_qos();
+  dds_qset_reliability(q.get(), DDS_RELIABILITY_BEST_EFFORT, 0);
+  dds_qset_durability(q.get(), DDS_DURABILITY_VOLATILE);
+  dds_qset_history(q.get(), DDS_HISTORY_KEEP_LAST, 1);
+  dds_qset_partition1(q.get(), vehicle.c_str());
+  return q;
+}
+
+// Who joins late must see at once how the nodes are, and a change must arrive. A reader that does
+// not keep up costs its samples and no waiting (max_blocking_time 0).
+Qos status_qos(const std::string& vehicle) {
+  Qos q = make_qos();
+  dds_qset_reliability(q.get(), DDS_RELIABILITY_RELIABLE, 0);
+  dds_qset_durability(q.get(), DDS_DURABILITY_TRANSIENT_LOCAL);
+  dds_qset_durability_service(q.get(), 0, DDS_HISTORY_KEEP_LAST, 1, DDS_LENGTH_UNLIMITED,
+                              DDS_LENGTH_UNLIMITED, DDS_LENGTH_UNLIMITED);
+  dds_qset_history(q.get(), DDS_HISTORY_KEEP_LAST, 1);
+  dds_qset_partition1(q.get(), vehicle.c_str());
+  return q;
+}
+
+// The newest word of each operator counts. Best effort, although operators write reliably: they
+// repeat themselves anyway, and a reliable reader at its limit makes Cyclone's receiving thread
+// wait for room, which would hold back the emergency stops behind it.
+Qos command_qos() {
+  Qos q = make_qos();
+  dds_qset_reliability(q.get(), DDS_RELIABILITY_BEST_EFFORT, 0);
+  dds_qset_durability(q.get(), DDS_DURABILITY_VOLATILE);
+  dds_qset_history(q.get(), DDS_HISTORY_KEEP_LAST, 1);
+  dds_qset_resource_limits(q.get(), 64, 64, 1);
+  dds_qset_partition1(q.get(), "*");
+  return q;
+}
+
+// A stop must arrive, and one that was engaged before this process started counts too. Eight deep,
+// so that a stop and its release within one cycle are both seen. The number of instances is not
+// limited: at a limit one operator's flood would keep another's stop out, for ever; without one it
+// ends this process at worst, and then the vehicle stops.
+Qos stop_qos() {
+  Qos q = make_qos();
+  dds_qset_reliability(q.get(), DDS_RELIABILITY_RELIABLE, 0);
+  dds_qset_durability(q.get(), DDS_DURABILITY_TRANSIENT_LOCAL);
+  dds_qset_history(q.get(), DDS_HISTORY_KEEP_LAST, 8);
+  dds_qset_partition1(q.get(), "*");
+  return q;
+}
+
+std::string partition_of_writer(dds_entity_t reader, dds_instance_handle_t writer) {
+  std::string name;
+  dds_builtintopic_endpoint_t* const endpoint = dds_get_matched_publication_data(reader, writer);
+  if (endpoint == nullptr) return name;
+  std::uint32_t n = 0;
+  char** partitions = nullptr;
+  if (dds_qget_partition(endpoint->qos, &n, &partitions)) {
+    if (n == 1 && is_name(partitions[0])) name = partitions[0];
+    for (std::uint32_t i = 0; i < n; ++i) dds_free(partitions[i]);
+    dds_free(partitions);
+  }
+  dds_builtintopic_free_endpoint(endpoint);
+  return name;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<DdsLink>> DdsLink::open(const DdsParams& params,
+                                               const std::string& vehicle) {
+  std::unique_ptr<DdsLink> link(new DdsLink());
+  const auto domain = static_cast<dds_domainid_t>(params.domain);
+  link->domain_ = DdsEntity(dds_create_domain(domain, domain_xml(params).c_str()));
+  if (!link->domain_.valid()) return failure("domain", link->domain_.get());
+
+  const Qos participant_qos = make_qos();
+  dds_qset_entity_name(participant_qos.get(), vehicle.c_str());
+  if (!params.keys.empty()) {
+    if (Outcome set = set_security(participant_qos.get(), params.keys); !set) return set.error();
+  }
+  link->participant_ = DdsEntity(dds_create_participant(domain, participant_qos.get(), nullptr));
+  const dds_entity_t participant = link->participant_.get();
+  if (!link->participant_.valid()) return failure("participant", participant);
+
+  const auto topic = [&](const dds_topic_descriptor_t& type, const char* name) {
+    return dds_create_topic(participant, &type, name, nullptr, nullptr);  // goes with participant_
+  };
+  const dds_entity_t state = topic(rcs_VehicleState_desc, "VehicleState");
+  const dds_entity_t status = topic(rcs_NodeStatus_desc, "NodeStatus");
+  const dds_entity_t command = topic(rcs_WaypointCommand_desc, "WaypointCommand");
+  const dds_entity_t stop = topic(rcs_EmergencyStop_desc, "EmergencyStop");
+  for (const dds_entity_t t : {state, status, command, stop}) {
+    if (t < 0) return failure("topics", t);
+  }
+  link->state_writer_ =
+      DdsEntity(dds_create_writer(participant, state, state_qos(vehicle).get(), nullptr));
+  link->status_writer_ =
+      DdsEntity(dds_create_writer(participant, status, status_qos(vehicle).get(), nullptr));
+  link->command_reader_ =
+      DdsEntity(dds_create_reader(participant, command, command_qos().get(), nullptr));
+  link->stop_reader_ = DdsEntity(dds_create_reader(participant, stop, stop_qos().get(), nullptr));
+  for (const DdsEntity* e :
+       {&link->state_writer_, &link->status_writer_, &link->command_reader_, &link->stop_reader_}) {
+    if (!e->valid()) return failure("readers and writers", e->get());
+  }
+  return link;
+}
+
+bool DdsLink::write(const rcs_VehicleState& sample) {
+  const bool good = dds_write(state_writer_.get(), &sample) == DDS_RETCODE_OK;
+  if (!good) ++write_failures_;
+  return good;
+}
+
+bool DdsLink::write(const rcs_NodeStatus& sample) {
+  const bool good = dds_write(status_writer_.get(), &sample) == DDS_RETCODE_OK;
+  if (!good) ++write_failures_;
+  return good;
+}
+
+std::string DdsLink::partition_of(const Commands& samples, std::size_t i) const {
+  return partition_of_writer(command_reader_.get(), samples.writer(i));
+}
+
+std::string DdsLink::partition_of(const Stops& samples, std::size_t i) const {
+  return partition_of_writer(stop_reader_.get(), samples.writer(i));
+}
+
+}  // namespace rcs::gateway

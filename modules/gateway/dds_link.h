@@ -1,0 +1,61 @@
+#pragma once
+// The gateway's side of DDS: one participant, two topics out, two in. No call of a running link
+// blocks: writers drop rather than wait, and takes are bounded.
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "modules/gateway/dds_entity.h"
+#include "rcs/base/result.h"
+#include "vehicle.h"
+
+namespace rcs::gateway {
+
+struct DdsParams {
+  int domain = 0;                ///< DDS domain, [0, 230]
+  std::string interface = "lo";  ///< the one network interface that DDS may use
+  bool multicast = false;        ///< discovery by multicast there; false: the peers below
+  std::vector<std::string> peers = {"localhost"};  ///< hosts that are asked for participants
+  std::string keys;  ///< folder of an identity made by `rcs keys`; empty: plain
+};
+
+class DdsLink {
+ public:
+  static constexpr std::size_t kMaxTake = 16;  ///< samples of a topic in one cycle
+
+  /// @param vehicle  its name; the partition of what it writes
+  static Result<std::unique_ptr<DdsLink>> open(const DdsParams& params, const std::string& vehicle);
+
+  /// False: refused by DDS, e.g. because a reader does not keep up. Counted.
+  bool write(const rcs_VehicleState& sample);
+  bool write(const rcs_NodeStatus& sample);
+
+  using Commands = TakenSamples<rcs_WaypointCommand, kMaxTake>;
+  using Stops = TakenSamples<rcs_EmergencyStop, kMaxTake>;
+  [[nodiscard]] Commands take_commands() { return Commands(command_reader_.get()); }
+  [[nodiscard]] Stops take_stops() { return Stops(stop_reader_.get()); }
+
+  /// The one partition in which the writer of a sample writes, i.e. whom its permissions let it
+  /// speak for; empty: none, several, a pattern, or the writer is gone.
+  [[nodiscard]] std::string partition_of(const Commands& samples, std::size_t i) const;
+  [[nodiscard]] std::string partition_of(const Stops& samples, std::size_t i) const;
+
+  [[nodiscard]] std::int64_t write_failures() const { return write_failures_; }
+
+ private:
+  DdsLink() = default;
+
+  // In the order of their making; given back in the reverse order.
+  DdsEntity domain_;
+  DdsEntity participant_;
+  DdsEntity state_writer_;
+  DdsEntity status_writer_;
+  DdsEntity command_reader_;
+  DdsEntity stop_reader_;
+  std::int64_t write_failures_ = 0;
+};
+
+}  // namespace rcs::gateway

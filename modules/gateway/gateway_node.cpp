@@ -1,0 +1,275 @@
+#include "modules/gateway/gateway_node.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+#include <utility>
+
+#include "lcmtypes/channels.h"
+#include "modules/gateway/messages.h"
+#include "rcs/node/budget.h"
+
+namespace rcs::gateway {
+namespace {
+
+constexpr Duration kReportInterval = from_seconds(5.0);
+constexpr char kSelf[] = "gateway";
+constexpr char kBg[] = "bg";
+
+std::vector<std::string> board_names(const GatewayConfig& config) {
+  std::vector<std::string> names = config.nodes;
+  names.emplace_back(kSelf);
+  return names;
+}
+
+std::string_view text(CommandDesk::Phase phase) {
+  constexpr std::string_view kTexts[] = {"idle",    "goto",   "done",           "failed",
+                                         "silence", "halted", "emergency stop", "releasing"};
+  return kTexts[static_cast<std::size_t>(phase)];
+}
+
+/// The newest that waits; null: none does. Valid until the next advance().
+template <class T>
+const T* take_newest(Inbox<T>* inbox) {
+  const T* const newest = inbox->latest();
+  if (newest != nullptr) inbox->pop();
+  return newest;
+}
+
+}  // namespace
+
+GatewayNode::NodeInbox::NodeInbox(Bus* bus, std::string_view node)
+    : cycles(bus, channel_of(node, "CYCLE"), 16), processes(bus, channel_of(node, "PROCESS"), 2) {}
+
+GatewayNode::GatewayNode(const GatewayConfig& config, std::unique_ptr<DdsLink> dds, Bus* bus)
+    : config_(config),
+      clock_(config.period),
+      state_clock_(config.state_period),
+      dds_(std::move(dds)),
+      nav_states_(bus, channel::kWmNavState, 16),
+      port_(bus, channel::kBgCommand, channel::kBgStatus, kSelf, CommandPortParams{}),
+      report_(bus, config.info.name, kReportInterval),
+      board_(board_names(config), config.board),
+      desk_(config.desk) {
+  for (std::size_t i = 0; i < board_.size(); ++i) {
+    node_inboxes_.emplace_back(bus, board_.name(i));
+  }
+  to_sample(config.vehicle, state_.vehicle);
+  to_sample(config.vehicle, status_.vehicle);
+}
+
+std::vector<const InboxBase*> GatewayNode::inboxes() const {
+  std::vector<const InboxBase*> all = {&nav_states_, &port_.inbox()};
+  for (const NodeInbox& i : node_inboxes_) {
+    all.push_back(&i.cycles);
+    all.push_back(&i.processes);
+  }
+  return all;
+}
+
+void GatewayNode::run(const Cycle& cycle) {
+  const Stamp now = cycle.now;
+  if (!started_) report_start(now);
+  take_nodes(now);
+  cycle.stages->mark("take");
+
+  take_stops(now);  // first: a stop in this cycle refuses the commands of this cycle
+  take_commands(now);
+  tell_vehicle(now);
+  report_phase(now);
+  cycle.stages->mark("command");
+
+  // On the grid of the cycles, so that a cycle's lateness does not cost a whole one.
+  if (state_clock_.due(cycle.wakeup)) {
+    state_clock_.advance(cycle.wakeup);
+    send_state(now);
+  }
+  describe_self(now);
+  send_status(now);
+  cycle.stages->mark("send");
+  if (clock_.due(now)) clock_.advance(now);
+  cycle.stages->close_account();
+}
+
+void GatewayNode::report_start(Stamp now) {
+  started_ = true;
+  if (config_.plain) {
+    report_.warn(now, "dds.plain", "no keys: everyone on {} can command {}", config_.dds.interface,
+                 config_.vehicle);
+  } else {
+    report_.info(now, "dds.secured", "{} speaks on {} with the keys in {}", config_.vehicle,
+                 config_.dds.interface, config_.dds.keys);
+  }
+}
+
+// ---- the vehicle's nodes -------------------------------------------------------------------
+
+void GatewayNode::take_nodes(Stamp now) {
+  const Stamp arrival = nav_states_.account().last_arrival;
+  if (const nav_state_t* m = take_newest(&nav_states_)) {
+    nav_state_ = *m;
+    nav_arrival_ = arrival;
+  }
+  for (std::size_t i = 0; i < board_.size(); ++i) take_node(i, now);
+}
+
+void GatewayNode::take_node(std::size_t i, Stamp now) {
+  NodeFacts& facts = board_.facts(i);
+  NodeInbox& inbox = node_inboxes_[i];
+  if (const cycle_t* m = take_newest(&inbox.cycles)) {
+    board_.hear(i, now);
+    facts.degrade_level = m->degrade_level;
+    facts.missed = m->missed;
+    facts.overruns = m->overruns;
+  }
+  if (const process_t* m = take_newest(&inbox.processes)) {
+    board_.hear(i, now);
+    facts.cycles = m->cycles;
+    facts.missed = m->missed;
+    facts.overruns = m->overruns;
+    facts.degrade_level = m->degrade_level;
+    facts.reason = m->note;
+  }
+  if (board_.name(i) == kSelf) return;
+  facts.state = board_.alive(i, now) ? "running" : "silent";
+  const status_t* const bg = board_.name(i) == kBg ? port_.status() : nullptr;
+  if (bg == nullptr) return;
+  if (port_.inbox().account().received != bg_heard_) board_.hear(i, now);
+  bg_heard_ = port_.inbox().account().received;
+  if (!board_.alive(i, now)) return;
+  facts.state = bg->state;
+  facts.reason = bg->reason;
+  facts.degrade_level = bg->degrade_level;
+}
+
+// ---- operators -----------------------------------------------------------------------------
+
+void GatewayNode::take_stops(Stamp now) {
+  const DdsLink::Stops samples = dds_->take_stops();
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const rcs_EmergencyStop* const sample = samples.data(i);
+    if (sample == nullptr || sample->vehicle != config_.vehicle) continue;
+    const StopOrder order = from_sample(*sample, dds_->partition_of(samples, i));
+    refuse(desk_.take(order, now), "EmergencyStop", order.operator_id, order.command_id, now);
+  }
+}
+
+void GatewayNode::take_commands(Stamp now) {
+  const DdsLink::Commands samples = dds_->take_commands();
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const rcs_WaypointCommand* const sample = samples.data(i);
+    if (sample == nullptr || sample->vehicle != config_.vehicle) continue;
+    const WaypointOrder order = from_sample(*sample, dds_->partition_of(samples, i));
+    refuse(desk_.take(order, now), "WaypointCommand", order.operator_id, order.command_id, now);
+  }
+}
+
+void GatewayNode::refuse(Refusal refusal, std::string_view topic, std::string_view operator_id,
+                         std::int64_t command_id, Stamp now) {
+  if (refusal == Refusal::kNone) return;
+  ++refused_;
+  last_refusal_ = fmt::format("{} {} of {}: {}", topic, command_id,
+                              operator_id.empty() ? "nobody" : operator_id, text(refusal));
+  report_.warn(now, "command.refused", "{}; {} refused so far", last_refusal_, refused_);
+}
+
+void GatewayNode::tell_vehicle(Stamp now) {
+  port_.step(now);
+  const Standing standing = port_.standing(now);
+  Progress progress = Progress::kUnderway;
+  if (standing.state == Standing::State::kDone) progress = Progress::kDone;
+  if (standing.state == Standing::State::kError) {
+    progress = Progress::kError;
+    failure_ = standing.reason;
+  }
+  const std::optional<Action> action = desk_.decide(now, progress);
+  if (action) (void)port_.send(to_order(*action), now);
+}
+
+void GatewayNode::report_phase(Stamp now) {
+  using Phase = CommandDesk::Phase;
+  const Phase phase = desk_.phase();
+  if (phase == reported_phase_ && desk_.command_id() == reported_id_) return;
+  reported_phase_ = phase;
+  reported_id_ = desk_.command_id();
+  const std::string_view who = desk_.operator_id().empty() ? "nobody known" : desk_.operator_id();
+  const std::int64_t which = desk_.command_id();
+  switch (phase) {
+    case Phase::kIdle:
+      report_.info(now, "command.idle", "the vehicle has taken the release");
+      break;
+    case Phase::kGoto:
+      report_.info(now, "command.goto", "command {} of {}", which, who);
+      break;
+    case Phase::kDone:
+      report_.info(now, "command.done", "command {} of {} is done", which, who);
+      break;
+    case Phase::kFailed:
+      report_.warn(now, "command.failed", "command {} of {}: {}", which, who, failure_);
+      break;
+    case Phase::kSilent:
+      report_.warn(now, "operator.silent", "{} has fallen silent; command {} is over", who, which);
+      break;
+    case Phase::kHalted:
+      report_.info(now, "command.halt", "command {} of {}", which, who);
+      break;
+    case Phase::kStopped:
+      report_.warn(now, "stop.engaged", "emergency stop {} of {}", which, who);
+      break;
+    case Phase::kReleasing:
+      report_.info(now, "stop.released", "emergency stop released by {}, command {}", who, which);
+      break;
+  }
+}
+
+// ---- what goes out -------------------------------------------------------------------------
+
+void GatewayNode::send_state(Stamp now) {
+  const bool known = nav_arrival_ != Stamp::min() && now - nav_arrival_ <= config_.state_max_age;
+  if (!known) return;  // silence says it better than an old pose that someone takes for a new one
+  if (!to_sample(nav_state_, now - nav_arrival_, &state_)) {
+    report_.warn(now, "state.refused", "{}: mode {} or a number that is not finite",
+                 channel::kWmNavState, nav_state_.mode);
+    return;
+  }
+  ++state_.seq;
+  (void)dds_->write(state_);
+}
+
+void GatewayNode::describe_self(Stamp now) {
+  const std::size_t self = board_.size() - 1;
+  NodeFacts& facts = board_.facts(self);
+  board_.hear(self, now);
+  facts.state = fmt::format("{}; {}", config_.plain ? "plain" : "secured", text(desk_.phase()));
+  if (!desk_.operator_id().empty()) {
+    facts.state += fmt::format(" {} {}", desk_.operator_id(), desk_.command_id());
+  }
+  facts.reason = desk_.phase() == CommandDesk::Phase::kFailed ? failure_ : "";
+  if (refused_ == 0) return;
+  if (!facts.reason.empty()) facts.reason += "; ";
+  facts.reason += fmt::format("{} refused, last: {}", refused_, last_refusal_);
+}
+
+void GatewayNode::send_status(Stamp now) {
+  for (std::size_t i = 0; i < board_.size(); ++i) {
+    if (!board_.take_due(i, now)) continue;
+    to_sample(board_, i, now, &status_);
+    ++status_.seq;
+    (void)dds_->write(status_);
+  }
+  if (dds_->write_failures() != reported_failures_) {
+    reported_failures_ = dds_->write_failures();
+    report_.warn(now, "dds.write", "{} samples could not be sent so far", reported_failures_);
+  }
+}
+
+Result<std::unique_ptr<Node>> make_gateway_node(const ParamFile& file, Bus* bus) {
+  Result<GatewayConfig> config = load_gateway_config(file);
+  if (!config) return config.error();
+  Result<std::unique_ptr<DdsLink>> dds = DdsLink::open(config->dds, config->vehicle);
+  if (!dds) return dds.error();
+  return std::unique_ptr<Node>(std::make_unique<GatewayNode>(*config, std::move(dds).value(), bus));
+}
+
+}  // namespace rcs::gateway

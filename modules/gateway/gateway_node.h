@@ -1,0 +1,79 @@
+#pragma once
+// The gateway's shell: what the vehicle knows goes out, what operators ask for comes in.
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "lcmtypes/rcs/cycle_t.hpp"
+#include "lcmtypes/rcs/nav_state_t.hpp"
+#include "lcmtypes/rcs/process_t.hpp"
+#include "modules/gateway/gateway_config.h"
+#include "rcs/node/command.h"
+#include "rcs/node/inbox.h"
+#include "rcs/node/report.h"
+
+namespace rcs::gateway {
+
+class GatewayNode final : public Node {
+ public:
+  GatewayNode(const GatewayConfig& config, std::unique_ptr<DdsLink> dds, Bus* bus);
+
+  [[nodiscard]] const NodeInfo& info() const override { return config_.info; }
+  [[nodiscard]] Stamp next_wakeup() const override { return clock_.next(); }
+  void run(const Cycle& cycle) override;
+  [[nodiscard]] std::vector<const InboxBase*> inboxes() const override;
+  [[nodiscard]] std::int64_t missed_cycles() const override { return clock_.missed(); }
+
+ private:
+  struct NodeInbox {
+    NodeInbox(Bus* bus, std::string_view node);
+    Inbox<cycle_t> cycles;
+    Inbox<process_t> processes;
+  };
+
+  void report_start(Stamp now);
+  void take_nodes(Stamp now);
+  void take_node(std::size_t i, Stamp now);
+  void take_stops(Stamp now);
+  void take_commands(Stamp now);
+  void refuse(Refusal refusal, std::string_view topic, std::string_view operator_id,
+              std::int64_t command_id, Stamp now);
+  void tell_vehicle(Stamp now);
+  void report_phase(Stamp now);
+  void send_state(Stamp now);
+  void describe_self(Stamp now);
+  void send_status(Stamp now);
+
+  GatewayConfig config_;
+  PeriodicClock clock_;
+  PeriodicClock state_clock_;
+  std::unique_ptr<DdsLink> dds_;
+
+  Inbox<nav_state_t> nav_states_;
+  std::deque<NodeInbox> node_inboxes_;  // by the board's order
+  CommandPort port_;
+  Report report_;
+
+  NodeBoard board_;  // the last line is the gateway's own
+  CommandDesk desk_;
+  std::int64_t refused_ = 0;  // so far
+  std::string last_refusal_;
+  std::string failure_;        // the vehicle's reason
+  std::int64_t bg_heard_ = 0;  // messages so far
+  bool started_ = false;       // and has said so
+  CommandDesk::Phase reported_phase_ = CommandDesk::Phase::kIdle;
+  std::int64_t reported_id_ = 0;
+  std::int64_t reported_failures_ = 0;
+
+  nav_state_t nav_state_{};
+  Stamp nav_arrival_ = Stamp::min();
+  rcs_VehicleState state_{};
+  rcs_NodeStatus status_{};
+};
+
+[[nodiscard]] Result<std::unique_ptr<Node>> make_gateway_node(const ParamFile& file, Bus* bus);
+
+}  // namespace rcs::gateway

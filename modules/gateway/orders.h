@@ -1,0 +1,78 @@
+#pragma once
+// What operators ask for, as it comes in: nothing in it is believed yet.
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "rcs/base/linear.h"
+#include "rcs/base/stamp.h"
+
+namespace rcs::gateway {
+
+struct Waypoint {
+  Vec3 p_m = Vec3::Zero();
+  double radius_m = 0.0;
+  double speed_mps = 0.0;
+};
+
+constexpr int kKindHalt = 0;
+constexpr int kKindGoto = 1;
+constexpr int kFrameWorld = 0;
+constexpr int kFrameLocal = 1;
+
+struct WaypointOrder {
+  std::string operator_id;  ///< for whom its writer may speak; empty: for nobody
+  std::int64_t command_id = 0;
+  int kind = kKindHalt;
+  int frame = kFrameWorld;
+  Duration valid_for{};
+  std::vector<Waypoint> waypoints;
+};
+
+struct StopOrder {
+  std::string operator_id;  ///< as above
+  std::int64_t command_id = 0;
+  bool engage = true;
+};
+
+struct Limits {
+  int max_waypoints = 64;                      ///< of one command, [1, 256]
+  Duration min_valid_for = from_seconds(0.5);  ///< a shorter one could not be kept fresh, > 0
+  Duration max_valid_for = from_seconds(5.0);  ///< a silent operator's last word, >= min
+  double max_speed_mps = 15.0;                 ///< (0, 50]
+  double min_radius_m = 0.1;                   ///< of a waypoint, > 0
+  double max_radius_m = 100.0;                 ///< >= min
+  double max_position_m = 100'000.0;           ///< of a waypoint from its frame's origin, > 0
+};
+
+enum class Refusal {
+  kNone,
+  kOperator,
+  kCommandId,
+  kStale,
+  kChanged,
+  kKind,
+  kFrame,
+  kValidFor,
+  kCount,
+  kNotFinite,
+  kPosition,
+  kRadius,
+  kSpeed,
+  kStopped,
+  kHeld,
+};
+constexpr std::size_t kRefusals = 15;
+
+[[nodiscard]] std::string_view text(Refusal refusal);
+
+/// 1 to 32 letters, digits, '_' or '-'.
+[[nodiscard]] bool is_name(std::string_view name);
+
+/// What can be said about a command without knowing any other. A halt is judged by who sends it
+/// alone: nothing may keep a vehicle from stopping.
+[[nodiscard]] Refusal check(const WaypointOrder& order, const Limits& limits);
+
+}  // namespace rcs::gateway
