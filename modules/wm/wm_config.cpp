@@ -134,6 +134,21 @@ void read_modes(ParamTable table, ModeParams* p) {
   table.get("reset_rad", &p->reset_rad, {1e-4, 3});
 }
 
+void read_terrain(ParamTable table, WmConfig* c) {
+  TerrainParams& p = c->terrain;
+  table.get("cell_m", &p.cell_m, {0.1, 2});
+  table.get("size", &p.size, {64, 1024});
+  table.get("patch", &p.patch, {32, 512});
+  table.get("ahead_m", &p.ahead_m, {0, 100});
+  table.get("overhang_m", &p.overhang_m, {0.5, 10});
+  table.get("obstacle_m", &p.obstacle_m, {0.05, 2});
+  table.get("evidence", &p.evidence, {0.5, 10});
+  table.get("max_range_m", &p.max_range_m, {5, 300});
+  table.get_ms("period_ms", &c->map_period, {50, 10000});
+  if ((p.size & (p.size - 1)) != 0) table.fail("size", "must be a power of two");
+  if (2 * p.patch > p.size) table.fail("patch", "must not be more than half of size");
+}
+
 std::optional<Geodetic> read_datum(ParamTable world) {
   const bool given =
       world.has("datum_lat_deg") || world.has("datum_lon_deg") || world.has("datum_height_m");
@@ -195,6 +210,7 @@ Result<WmConfig> load_wm_config(const ParamFile& file) {
   read_history(wm.table("history"), &p.history);
   read_local(wm.table("local"), &p.local);
   read_modes(wm.table("modes"), &p.modes);
+  read_terrain(wm.table("terrain"), &c);
 
   if (Outcome read_all = file.finish(tables_but({"world", "gps", "ins", "odometry", "wm"}));
       !read_all) {

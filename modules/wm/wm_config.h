@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "modules/wm/params.h"
+#include "modules/wm/terrain_grid.h"
 #include "rcs/base/geodesy.h"
 #include "rcs/base/result.h"
 #include "rcs/node/node.h"
@@ -16,7 +17,9 @@ struct WmConfig {
   NodeInfo info{"wm", from_milliseconds(15.0), from_milliseconds(1.0)};
   Duration period = from_milliseconds(20.0);  ///< of nav_state, [5, 1000] ms
   std::optional<Geodetic> datum;  ///< [world]: origin of frame world; none: the first fix
-  WmParams params;                ///< [gps] [ins] [odometry] [wm.*]
+  TerrainParams terrain;          ///< [wm.terrain]
+  Duration map_period = from_milliseconds(200.0);  ///< of map_patch, [50, 10000] ms
+  WmParams params;                                 ///< [gps] [ins] [odometry] [wm.*]
 };
 
 /// Errors of an INS by its grade: "tactical", "industrial" or "consumer". Typical figures of data

@@ -113,6 +113,9 @@ std::string_view text(Reason reason) {
 constexpr std::string_view kModes[] = {"align",    "gps+ins",         "gps+ins+ladar", "ins+ladar",
                                        "ins only", "gps without ins", "ladar only",    "lost"};
 
+constexpr std::size_t kMostPoints = 20'000;  // of one message of SP; it sends far fewer
+constexpr std::int16_t kUnknownHeight = -32768;
+
 constexpr Duration kReportInterval = from_seconds(5.0);
 
 }  // namespace
@@ -124,13 +127,23 @@ WmNode::WmNode(const WmConfig& config, Bus* bus)
       fixes_(bus, channel::kGpsFix, 16),
       odometry_(bus, channel::kOdometry, 64),
       registrations_(bus, channel::kSpRegistration, 8),
+      points_(bus, channel::kSpPoints, 8),
       nav_state_out_(bus, channel::kWmNavState),
       innovation_out_(bus, channel::kWmInnovation),
+      map_patch_out_(bus, channel::kWmMapPatch),
       report_(bus, config.info.name, kReportInterval),
-      estimator_(config.params, config.datum) {}
+      estimator_(config.params, config.datum),
+      terrain_(config.terrain),
+      map_clock_(config.map_period) {
+  const std::size_t cells = static_cast<std::size_t>(config.terrain.patch) *
+                            static_cast<std::size_t>(config.terrain.patch);
+  answers_.reserve(cells);
+  p_vehicle_.reserve(kMostPoints);
+  map_patch_out_.reserve(8 * cells + 200);
+}
 
 std::vector<const InboxBase*> WmNode::inboxes() const {
-  return {&ins_, &fixes_, &odometry_, &registrations_};
+  return {&ins_, &fixes_, &odometry_, &registrations_, &points_};
 }
 
 Stamp WmNode::next_wakeup() const {
@@ -138,6 +151,7 @@ Stamp WmNode::next_wakeup() const {
 }
 
 void WmNode::run(const Cycle& cycle) {
+  if (local_began_ == Stamp::min()) local_began_ = cycle.now;
   take_all(&ins_, cycle.now);
   take_all(&odometry_, cycle.now);
   take_all(&fixes_, cycle.now);
@@ -151,6 +165,13 @@ void WmNode::run(const Cycle& cycle) {
   publish_nav_state(cycle.now);
   report_events(cycle.now);
   cycle.stages->mark("publish");
+
+  take_all(&points_, cycle.now);
+  if (map_clock_.due(cycle.now)) {
+    publish_map_patch();
+    map_clock_.advance(cycle.now);
+  }
+  cycle.stages->mark("terrain");
   if (clock_.due(cycle.now)) clock_.advance(cycle.now);
   cycle.stages->close_account();
 }
@@ -201,6 +222,31 @@ void WmNode::take(const registration_t& m, Stamp now) {
   }
 }
 
+// The points lie where SP registered them in its map; what frame local makes of that map is asked
+// now, as the local pose may still be slewing towards it.
+void WmNode::take(const points_t& m, Stamp now) {
+  Pose T_rolling_points;
+  const bool good = plausible_stamp(m.utime) &&
+                    from_message(m.q_rolling_vehicle, m.p_rolling_vehicle_m, &T_rolling_points) &&
+                    within(T_rolling_points.p, 1e7);
+  if (!good) {
+    note(points_, Reason::kInvalid, now);
+    return;
+  }
+  if (!estimator_.started()) return;
+  const NavState& x = estimator_.state().belief.x;
+  if (x.map_epoch != m.map_epoch) return;  // of a map that WM has left or does not know yet
+  p_vehicle_.clear();
+  const std::size_t n = std::min(static_cast<std::size_t>(m.n), kMostPoints);
+  for (std::size_t k = 0; k < n; ++k) {
+    const Vec3f p(m.x_m[k], m.y_m[k], m.z_m[k]);
+    if (p.allFinite()) p_vehicle_.push_back(p);
+  }
+  const Pose T_local_rolling = estimator_.T_local_vehicle() * T_rolling_vehicle(x).inverse();
+  terrain_.insert(p_vehicle_, T_local_rolling * T_rolling_points);
+  newest_points_ = std::max(newest_points_, from_utime(m.utime));
+}
+
 void WmNode::note(const InboxBase& inbox, Reason reason, Stamp now) {
   if (reason == Reason::kAccepted || reason == Reason::kNoDatum) return;
   report_.warn(now, "input.refused", "{}: {}, newest utime {}", inbox.channel(), text(reason),
@@ -248,6 +294,7 @@ void WmNode::fill_belief(const FilterState& s) {
   const Mat3 R_out_world = (T_out_vehicle.q * x.T_world_vehicle.q.conjugate()).toRotationMatrix();
   m.world_valid = memory.anchored ? 1 : 0;
   to_message(T_out_vehicle, m.q_world_vehicle, m.p_world_vehicle_m);
+  m.local_utime = to_utime(local_began_);
   to_message(estimator_.T_local_vehicle(), m.q_local_vehicle, m.p_local_vehicle_m);
   to_message(Vec3(R_out_world * x.v_world), m.v_world_mps);
   const Mat3 cov_v = s.belief.P.block<3, 3>(kVelocity, kVelocity);
@@ -283,6 +330,42 @@ void WmNode::fill_belief(const FilterState& s) {
     m.datum_lon_deg = degrees(frame->datum().lon_rad);
     m.datum_height_m = frame->datum().height.m;
   }
+}
+
+void WmNode::publish_map_patch() {
+  if (terrain_.empty()) return;
+  const Pose& T_local_vehicle = estimator_.T_local_vehicle();
+  const Cell first = terrain_.patch(T_local_vehicle, &answers_);
+  map_patch_t& m = map_patch_;
+  m.utime = to_utime(newest_points_);
+  m.local_utime = to_utime(local_began_);
+  m.cell_m = config_.terrain.cell_m;
+  m.first_i = first.i;
+  m.first_j = first.j;
+  m.width = config_.terrain.patch;
+  m.height = config_.terrain.patch;
+  m.base_m = std::round(T_local_vehicle.p.z());
+  m.n = static_cast<std::int32_t>(answers_.size());
+  m.height_cm.resize(answers_.size());
+  m.step_cm.resize(answers_.size());
+  m.slope_deg.resize(answers_.size());
+  m.roughness_cm.resize(answers_.size());
+  m.flags.resize(answers_.size());
+  const auto whole = [](double value, double most) {
+    return static_cast<int>(std::lround(std::clamp(value, -most, most)));
+  };
+  for (std::size_t k = 0; k < answers_.size(); ++k) {
+    const TerrainAnswer& a = answers_[k];
+    m.height_cm[k] =
+        a.known ? static_cast<std::int16_t>(whole(100.0 * (a.height_m - m.base_m), 32000.0))
+                : kUnknownHeight;
+    m.step_cm[k] = static_cast<std::int16_t>(whole(100.0 * a.step_m, 32000.0));
+    m.slope_deg[k] = static_cast<std::uint8_t>(whole(degrees(a.slope_rad), 90.0));
+    m.roughness_cm[k] = static_cast<std::uint8_t>(whole(100.0 * a.roughness_m, 255.0));
+    m.flags[k] = static_cast<std::uint8_t>((a.known ? 0 : map_patch_t::FLAG_UNKNOWN) |
+                                           (a.obstacle ? map_patch_t::FLAG_OBSTACLE : 0));
+  }
+  map_patch_out_.publish(&map_patch_);
 }
 
 void WmNode::report_events(Stamp now) {

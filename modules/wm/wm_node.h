@@ -7,10 +7,13 @@
 #include "lcmtypes/rcs/gps_fix_t.hpp"
 #include "lcmtypes/rcs/innovation_t.hpp"
 #include "lcmtypes/rcs/ins_t.hpp"
+#include "lcmtypes/rcs/map_patch_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/odometry_t.hpp"
+#include "lcmtypes/rcs/points_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
 #include "modules/wm/estimator.h"
+#include "modules/wm/terrain_grid.h"
 #include "modules/wm/wm_config.h"
 #include "rcs/node/inbox.h"
 #include "rcs/node/outbox.h"
@@ -33,12 +36,14 @@ class WmNode final : public Node {
   void take(const gps_fix_t& m, Stamp now);
   void take(const odometry_t& m, Stamp now);
   void take(const registration_t& m, Stamp now);
+  void take(const points_t& m, Stamp now);
   template <class Message>
   void take_all(Inbox<Message>* inbox, Stamp now);
   void note(const InboxBase& inbox, Reason reason, Stamp now);
 
   void publish_innovations();
   void publish_nav_state(Stamp now);
+  void publish_map_patch();
   void fill_belief(const FilterState& state);
   void report_events(Stamp now);
 
@@ -49,11 +54,17 @@ class WmNode final : public Node {
   Inbox<gps_fix_t> fixes_;
   Inbox<odometry_t> odometry_;
   Inbox<registration_t> registrations_;
+  Inbox<points_t> points_;
   Outbox<nav_state_t> nav_state_out_;
   Outbox<innovation_t> innovation_out_;
+  Outbox<map_patch_t> map_patch_out_;
   Report report_;
 
   Estimator estimator_;
+  TerrainGrid terrain_;
+  PeriodicClock map_clock_;
+  Stamp newest_points_ = Stamp::min();  // reference instant of the newest scan in terrain_
+  Stamp local_began_ = Stamp::min();    // of this node's first cycle: identifies frame local
 
   // The newest registration, for the way that the belief came.
   Stamp cause_ = Stamp::min();
@@ -66,6 +77,9 @@ class WmNode final : public Node {
 
   nav_state_t nav_state_{};
   innovation_t innovation_{};
+  map_patch_t map_patch_{};
+  Points p_vehicle_;
+  std::vector<TerrainAnswer> answers_;
 };
 
 [[nodiscard]] Result<std::unique_ptr<Node>> make_wm_node(const ParamFile& file, Bus* bus);

@@ -1,0 +1,106 @@
+#pragma once
+// BG's shell: commands, the belief and the terrain in; what the vehicle does next, out.
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "lcmtypes/rcs/drive_t.hpp"
+#include "lcmtypes/rcs/map_patch_t.hpp"
+#include "lcmtypes/rcs/nav_state_t.hpp"
+#include "lcmtypes/rcs/plan_t.hpp"
+#include "modules/bg/bg_config.h"
+#include "rcs/node/command.h"
+#include "rcs/node/inbox.h"
+#include "rcs/node/outbox.h"
+#include "rcs/node/report.h"
+
+namespace rcs::bg {
+
+class BgNode final : public Node {
+ public:
+  BgNode(const BgConfig& config, Bus* bus);
+
+  [[nodiscard]] const NodeInfo& info() const override { return config_.info; }
+  [[nodiscard]] Stamp next_wakeup() const override { return clock_.next(); }
+  void run(const Cycle& cycle) override;
+  [[nodiscard]] std::vector<const InboxBase*> inboxes() const override;
+  [[nodiscard]] Duration nominal_compute() const override;
+  [[nodiscard]] std::int64_t missed_cycles() const override { return clock_.missed(); }
+
+ private:
+  /// The belief, as BG needs it.
+  struct Nav {
+    Stamp stamp;
+    Stamp arrival = Stamp::min();  ///< min: none yet
+    std::int64_t local_utime = 0;
+    Pose T_local_vehicle;
+    Pose T_world_vehicle;
+    bool world_valid = false;
+    bool aligned = false;
+    double speed_mps = 0.0;
+    double sigma_world_m = 0.0;
+    Duration ladar_age = Duration::max();
+    Duration gps_age = Duration::max();
+  };
+
+  void take_command();
+  void take_nav(const Cycle& cycle);
+  void take_map(const Cycle& cycle);
+  [[nodiscard]] bool map_is_of_now() const;
+  [[nodiscard]] Place place() const;
+  [[nodiscard]] Goal goal();
+  /// The route's frame is known to WM.
+  [[nodiscard]] bool knows_north() const {
+    return route_frame_ != command_t::FRAME_WORLD || nav_.world_valid;
+  }
+  void pass_waypoints();
+  [[nodiscard]] Facts facts(Stamp now) const;
+  void plan(const Cycle& cycle, const Facts& facts);
+  void cut_at_obstacles();
+  void drive(const Cycle& cycle, const Decision& decision);
+  void publish_plan(Stamp now);
+  void publish_status(const Decision& decision, Stamp now);
+
+  BgConfig config_;
+  PeriodicClock clock_;
+  PeriodicClock plan_clock_;
+  Subordinate subordinate_;
+  Inbox<nav_state_t> nav_states_;
+  Inbox<map_patch_t> map_patches_;
+  Outbox<drive_t> drive_out_;
+  Outbox<plan_t> plan_out_;
+  Report report_;
+
+  Nav nav_;
+  vj::Terrain terrain_;  // frame local
+  Stamp terrain_stamp_ = Stamp::min();
+  std::int64_t terrain_local_utime_ = 0;
+  ObstacleDistance obstacles_;
+  CostField field_;
+  PathSearch search_;
+
+  // The route of the newest GOTO.
+  std::vector<waypoint_t> route_;
+  std::int8_t route_frame_ = 0;
+  std::size_t next_waypoint_ = 0;
+  std::optional<Goal> ahead_;  // frame local: where to drive while north is not known
+  std::string_view cannot_;
+  bool emergency_ = false;
+
+  Path path_;  // frame local of path_local_utime_
+  Path candidate_;
+  std::size_t at_ = 0;
+  std::int64_t path_local_utime_ = 0;
+  SearchResult found_;
+  Stamp way_since_ = Stamp::min();  // when there last was a way, or the route began
+  Steering steering_;
+  std::string_view reported_state_;
+
+  drive_t drive_{};
+  plan_t plan_{};
+};
+
+[[nodiscard]] Result<std::unique_ptr<Node>> make_bg_node(const ParamFile& file, Bus* bus);
+
+}  // namespace rcs::bg

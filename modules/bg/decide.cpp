@@ -1,0 +1,95 @@
+#include "modules/bg/decide.h"
+
+#include <cmath>
+
+namespace rcs::bg {
+
+// The first row whose condition holds decides. The order is the order of danger.
+Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
+  const bool at_rest = std::abs(f.speed_mps) < p.rest_mps;
+  if (f.order == Order::kEmergencyStop) emergency = true;
+  if (f.order == Order::kRelease && f.order_is_valid && at_rest) emergency = false;
+
+  const auto row = [&](int line, Action action, Status status, std::string_view state,
+                       std::string_view reason) {
+    return Decision{action, status, state, reason, line, emergency};
+  };
+  const Status when_at_rest = at_rest ? Status::kDone : Status::kExecuting;
+
+  // -- the emergency stop holds until it is released, whoever commands what -----------------------
+  if (emergency && f.order == Order::kEmergencyStop) {
+    return row(__LINE__, Action::kBrake, when_at_rest, "EMERGENCY_STOP", "");
+  }
+  if (emergency) {
+    return row(__LINE__, Action::kBrake, Status::kError, "EMERGENCY_STOP",
+               "cannot do because an emergency stop is latched: release it at rest first");
+  }
+
+  // -- nobody commands ---------------------------------------------------------------------------
+  if (f.order == Order::kNone) {
+    return row(__LINE__, Action::kStop, Status::kUninitialized, "IDLE", "");
+  }
+  if (f.order == Order::kHalt) {
+    return row(__LINE__, Action::kStop, when_at_rest, "HALT", "");
+  }
+  if (f.order == Order::kRelease) {
+    return row(__LINE__, Action::kStop, Status::kDone, "RELEASED", "");
+  }
+  if (f.order == Order::kUnknown || !f.cannot.empty()) {
+    return row(__LINE__, Action::kStop, Status::kError, "REFUSED",
+               f.cannot.empty() ? "cannot do because this kind of command is unknown" : f.cannot);
+  }
+  if (f.arrived) {
+    return row(__LINE__, Action::kStop, when_at_rest, "ARRIVED", "");
+  }
+  if (!f.order_is_valid) {
+    return row(__LINE__, Action::kStop, Status::kError, "OVERDUE",
+               "stopped because the command's time is over and no new one came");
+  }
+
+  // -- the contingencies: what is lost, and the least risk that is left
+  // -----------------------------
+  const bool no_ladar = f.ladar_age > p.ladar_loss;
+  const bool no_gps = f.gps_age > p.gps_loss;
+  if (f.nav_age > p.nav_silence) {
+    return row(__LINE__, Action::kBrake, Status::kExecuting, "WM_SILENT",
+               "waiting because the world model is silent");
+  }
+  if (!f.aligned) {
+    return row(__LINE__, Action::kBrake, Status::kExecuting, "NOT_LOCALIZED",
+               "waiting because the world model does not know where the vehicle is");
+  }
+  if (no_ladar && no_gps) {
+    return row(__LINE__, Action::kBrake, Status::kExecuting, "LADAR_AND_GPS_LOST",
+               "waiting because neither LADAR nor GPS is there");
+  }
+  if (no_ladar) {
+    return row(__LINE__, Action::kStop, Status::kExecuting, "LADAR_LOST",
+               "waiting because no LADAR scan was registered of late");
+  }
+  if (f.map_age > p.map_loss) {
+    return row(__LINE__, Action::kStop, Status::kExecuting, "MAP_OLD",
+               "waiting because the terrain ahead was not seen of late");
+  }
+  if (f.speed_share <= 0.0) {
+    return row(__LINE__, Action::kStop, Status::kExecuting, "POSE_UNSURE",
+               "waiting because the pose is too unsure to drive by");
+  }
+
+  // -- the way -----------------------------------------------------------------------------------
+  if (!f.has_way && f.without_way > p.patience) {
+    return row(__LINE__, Action::kStop, Status::kError, "NO_WAY",
+               "cannot do because no way to the waypoint was found");
+  }
+  if (!f.has_way) {
+    return row(__LINE__, Action::kStop, Status::kExecuting, "SEEKING", "looking for a way");
+  }
+  if (!f.north_known) {
+    return row(__LINE__, Action::kDrive, Status::kExecuting, "FINDING_NORTH",
+               "driving slowly ahead so that the world model finds north");
+  }
+  return row(__LINE__, Action::kDrive, Status::kExecuting, no_gps ? "DRIVING_NO_GPS" : "DRIVING",
+             "");
+}
+
+}  // namespace rcs::bg

@@ -1,0 +1,61 @@
+#pragma once
+// The state table of BG: from the command, the health of what it rests on and the way ahead to what
+// is done. Pure: the same facts give the same decision. Whatever is lost, there is a row that ends
+// in standing still.
+
+#include <string_view>
+
+#include "rcs/base/stamp.h"
+
+namespace rcs::bg {
+
+enum class Order { kNone, kHalt, kGoto, kEmergencyStop, kRelease, kUnknown };
+
+/// What BG knows in one cycle.
+struct Facts {
+  Order order = Order::kNone;            ///< newest command
+  bool order_is_valid = false;           ///< its time is not over
+  std::string_view cannot;               ///< why its content cannot be done; empty: it can
+  double speed_mps = 0.0;                ///< of the vehicle, as far as is known
+  Duration nav_age = Duration::max();    ///< since WM's last word
+  bool aligned = false;                  ///< WM has an attitude and has not lost itself
+  Duration ladar_age = Duration::max();  ///< since a registration was last fused
+  Duration gps_age = Duration::max();
+  Duration map_age = Duration::max();  ///< since the newest scan in the terrain
+  bool north_known = true;             ///< and so the frame of the command is
+  double speed_share = 0.0;            ///< vj::speed_share() of the pose in the command's frame
+  bool arrived = false;                ///< within the last waypoint
+  bool has_way = false;                ///< a path that is still right
+  Duration without_way{};              ///< for how long there has been none
+};
+
+struct DecideParams {
+  Duration nav_silence = from_milliseconds(200.0);  ///< WM is silent, [50, 5000] ms
+  Duration ladar_loss = from_milliseconds(500.0);   ///< nothing registered, [100, 10000] ms
+  Duration gps_loss = from_milliseconds(1500.0);    ///< [100, 60000] ms
+  Duration map_loss = from_milliseconds(1500.0);    ///< the terrain is old, [100, 10000] ms
+  Duration patience = from_milliseconds(15000.0);   ///< without a way, [1000, 600000] ms
+  double rest_mps = 0.15;                           ///< slower is at rest, [0.01, 1]
+};
+
+enum class Action {
+  kDrive,  ///< along the path
+  kStop,   ///< along the path, gently: what lies there has been seen
+  kBrake,  ///< as fast as is safe, wheels as they are
+};
+
+enum class Status { kUninitialized, kExecuting, kDone, kError };
+
+struct Decision {
+  Action action = Action::kBrake;
+  Status status = Status::kUninitialized;
+  std::string_view state;   ///< for the superior, stable
+  std::string_view reason;  ///< why it does not drive on; literals, or Facts::cannot
+  int line = 0;             ///< of the row in decide.cpp
+  bool emergency = false;   ///< stays until it is released: the memory of the next cycle
+};
+
+/// @param emergency  Decision::emergency of the last cycle
+[[nodiscard]] Decision decide(const Facts& facts, bool emergency, const DecideParams& params);
+
+}  // namespace rcs::bg

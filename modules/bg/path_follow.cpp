@@ -1,0 +1,110 @@
+#include "modules/bg/path_follow.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace rcs::bg {
+namespace {
+
+double distance(const Place& a, const Place& b) { return std::hypot(a.x_m - b.x_m, a.y_m - b.y_m); }
+
+// One past the last point that is driven in the direction of point `at`.
+std::size_t end_of_leg(const Path& path, std::size_t at) {
+  // The first point has no direction of its own.
+  const int direction = path[std::max<std::size_t>(at, 1)].direction;
+  std::size_t end = std::max<std::size_t>(at, 1);
+  while (end < path.size() && path[end].direction == direction) ++end;
+  return end;
+}
+
+}  // namespace
+
+void plan_speeds(const vj::Terrain& terrain, const vj::Weights& weights,
+                 const vj::SpeedParams& speeds, const FollowParams& params, const Shape& shape,
+                 double most_mps, double share, Path* path) {
+  for (PathPoint& p : *path) {
+    double limit = std::min(most_mps, vj::speed_in_turn(p.place.curvature_1pm, speeds));
+    for (const double ahead_m : {-0.4 * shape.length_m, 0.0, 0.4 * shape.length_m}) {
+      const Cell cell = terrain.cell_at(p.place.x_m + ahead_m * std::cos(p.place.heading_rad),
+                                        p.place.y_m + ahead_m * std::sin(p.place.heading_rad));
+      limit = std::min(limit, vj::speed_on(terrain.at(cell), p.clearance_m, weights, speeds));
+    }
+    if (p.direction < 0) limit = std::min(limit, speeds.near_mps);
+    p.limit_mps = share * limit;
+  }
+  double braked = 0.0;
+  for (std::size_t k = path->size(); k-- > 0;) {
+    PathPoint& p = (*path)[k];
+    if (k + 1 < path->size()) {
+      const PathPoint& next = (*path)[k + 1];
+      const bool turns_back = k > 0 && next.direction != p.direction;
+      const double way_m = next.s_m - p.s_m;
+      braked = turns_back ? 0.0 : std::sqrt(braked * braked + 2.0 * params.braking_mps2 * way_m);
+    }
+    braked = std::min(braked, p.limit_mps);
+    p.speed_mps = braked;
+  }
+}
+
+Steering follow(const Path& path, const Place& vehicle, double speed_mps,
+                const FollowParams& params, const Shape& shape, std::size_t* at) {
+  Steering out;
+  if (path.size() < 2) {
+    out.at_end = true;
+    return out;
+  }
+  // The nearest point of this leg, from where the vehicle was on.
+  std::size_t end = end_of_leg(path, *at);
+  double nearest = distance(path[*at].place, vehicle);
+  for (std::size_t k = *at + 1; k < end; ++k) {
+    const double d = distance(path[k].place, vehicle);
+    if (d > nearest + 2.0) break;
+    if (d <= nearest) {
+      nearest = d;
+      *at = k;
+    }
+  }
+  // At its end, and slow enough: on to the next.
+  const double left_m = path[end - 1].s_m - path[*at].s_m;
+  if (end < path.size() && left_m < 0.3 && std::abs(speed_mps) < 0.2) {
+    *at = end;
+    end = end_of_leg(path, *at);
+  }
+  const int direction = path[std::max<std::size_t>(*at, 1)].direction;
+  const double c = std::cos(path[*at].place.heading_rad);
+  const double s = std::sin(path[*at].place.heading_rad);
+  out.off_m = c * (vehicle.y_m - path[*at].place.y_m) - s * (vehicle.x_m - path[*at].place.x_m);
+  out.at_end = end == path.size() && path[end - 1].s_m - path[*at].s_m < 0.3;
+
+  const double ahead_m = std::max(params.lookahead_min_m, params.lookahead_s * std::abs(speed_mps));
+  std::size_t target = *at;
+  while (target + 1 < end && path[target].s_m - path[*at].s_m < ahead_m) ++target;
+  Place aim = path[target].place;
+  // Past the leg's end it goes straight on, so that the wheels do not flutter where it ends.
+  const double missing_m = ahead_m - (path[target].s_m - path[*at].s_m);
+  if (missing_m > 0.0) {
+    aim.curvature_1pm = 0.0;
+    aim = along_arc(aim, direction * missing_m);
+  }
+  const double hc = std::cos(vehicle.heading_rad);
+  const double hs = std::sin(vehicle.heading_rad);
+  const double dx = aim.x_m - vehicle.x_m;
+  const double dy = aim.y_m - vehicle.y_m;
+  const double left = hc * dy - hs * dx;
+  const double d2 = std::max(0.01, dx * dx + dy * dy);
+  out.curvature_1pm =
+      std::clamp(2.0 * left / d2, -shape.max_curvature_1pm, shape.max_curvature_1pm);
+
+  // What holds now and until the wheels obey.
+  const double until_m = path[*at].s_m + params.latency_s * std::abs(speed_mps);
+  double planned = path[*at].speed_mps;
+  // A path that starts at rest must not forbid the first metre.
+  if (*at + 1 < end) planned = std::max(planned, 0.3);
+  for (std::size_t k = *at; k < end && path[k].s_m <= until_m; ++k) {
+    if (k > *at) planned = std::min(planned, std::max(path[k].speed_mps, 0.0));
+  }
+  out.speed_mps = out.at_end ? 0.0 : direction * planned;
+  return out;
+}
+
+}  // namespace rcs::bg

@@ -1,0 +1,39 @@
+#pragma once
+// From a path to what the vehicle is told now: how fast each point of it may be driven, and how to
+// steer along it.
+
+#include "modules/bg/path.h"
+#include "modules/vj/value.h"
+
+namespace rcs::bg {
+
+struct FollowParams {
+  double braking_mps2 = 1.5;     ///< that the planned speeds count on, [0.2, 5]
+  double lookahead_s = 0.8;      ///< of driving, to the point that is steered at, [0.1, 5]
+  double lookahead_min_m = 2.0;  ///< [0.5, 20]
+  double latency_s = 0.25;       ///< until the wheels obey, [0, 2]
+  double astray_m = 1.0;         ///< off the path by more: a new one is needed, [0.1, 10]
+};
+
+/// Fills in limit_mps and speed_mps: what ground, turns and obstacles allow (vj), and what can be
+/// braked from, to a stop at the end of the path and wherever it changes direction.
+/// @param terrain  in the path's frame
+/// @param most_mps  whatever the ground allows
+/// @param share  of the speed, (0, 1]: how sure the pose is
+void plan_speeds(const vj::Terrain& terrain, const vj::Weights& weights,
+                 const vj::SpeedParams& speeds, const FollowParams& params, const Shape& shape,
+                 double most_mps, double share, Path* path);
+
+struct Steering {
+  double speed_mps = 0.0;  ///< negative: backwards
+  double curvature_1pm = 0.0;
+  double off_m = 0.0;   ///< from the path, sideways
+  bool at_end = false;  ///< of the path
+};
+
+/// Pure pursuit (Coulter 1992).
+/// @param at  index of the point that the vehicle has passed last; moves on, never back
+[[nodiscard]] Steering follow(const Path& path, const Place& vehicle, double speed_mps,
+                              const FollowParams& params, const Shape& shape, std::size_t* at);
+
+}  // namespace rcs::bg

@@ -1,0 +1,201 @@
+#include "modules/bg/path_search.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace rcs::bg {
+namespace {
+
+constexpr int kCurvatures = 5;  // -1, -1/2, 0, 1/2, 1 of the largest
+constexpr int kStraight = 2;
+constexpr double kSample_m = 0.4;
+constexpr double kEscape_m = 5.0;    // of driving out of a place that the cells forbid
+constexpr double kTrapped_m = 30.0;  // what is left to do from there, at least
+
+double share(int curvature) { return 0.5 * (curvature - kStraight); }
+
+int nearest_curvature(double curvature_1pm, const Shape& shape) {
+  const double steps = std::round(2.0 * curvature_1pm / shape.max_curvature_1pm);
+  return std::clamp(static_cast<int>(steps) + kStraight, 0, kCurvatures - 1);
+}
+
+bool worse(double a, double b) { return a > b; }
+
+}  // namespace
+
+PathSearch::PathSearch(const SearchParams& params, const Shape& shape, const vj::Weights& weights)
+    : params_(params),
+      shape_(shape),
+      weights_(weights),
+      disc_m_(std::hypot(0.5 * shape.width_m, shape.length_m / 6.0)),
+      spacing_m_(shape.length_m / 3.0) {
+  // A search stays within its horizon, and a little more while it backs up.
+  bins_ = 2 * static_cast<int>(std::ceil(1.2 * params.horizon_m / params.bin_m)) + 1;
+  const std::size_t states = static_cast<std::size_t>(bins_) * static_cast<std::size_t>(bins_) *
+                             static_cast<std::size_t>(params.headings) * 2;
+  seen_.assign(states, 0);
+  best_g_.assign(states, 0.0F);
+  const std::size_t most = static_cast<std::size_t>(params.max_expansions) * 8 + 1;
+  nodes_.reserve(most);
+  open_.reserve(most);
+  chain_.reserve(1000);
+}
+
+// Three discs in a row cover a rectangle that is at most three times as long as wide.
+double PathSearch::clearance(const ObstacleDistance& obstacles, const Place& place) const {
+  const double dx = spacing_m_ * std::cos(place.heading_rad);
+  const double dy = spacing_m_ * std::sin(place.heading_rad);
+  return std::min({obstacles.at(place.x_m, place.y_m), obstacles.at(place.x_m + dx, place.y_m + dy),
+                   obstacles.at(place.x_m - dx, place.y_m - dy)}) -
+         disc_m_;
+}
+
+std::size_t PathSearch::state(const Node& node) const {
+  const auto bin = [&](double x_m, double origin_m) {
+    const int k = static_cast<int>(std::floor((x_m - origin_m) / params_.bin_m)) + bins_ / 2;
+    return static_cast<std::size_t>(std::clamp(k, 0, bins_ - 1));
+  };
+  const double turn = node.place.heading_rad / (2.0 * kPi);
+  const int heading = static_cast<int>((turn - std::floor(turn)) * params_.headings);
+  const std::size_t h = static_cast<std::size_t>(std::min(heading, params_.headings - 1));
+  const std::size_t at = bin(node.place.y_m, origin_.y_m) * static_cast<std::size_t>(bins_) +
+                         bin(node.place.x_m, origin_.x_m);
+  return (at * static_cast<std::size_t>(params_.headings) + h) * 2 + (node.direction > 0 ? 1 : 0);
+}
+
+SearchResult PathSearch::search(const vj::Terrain& terrain, const ObstacleDistance& obstacles,
+                                const CostField& field, const Place& start, int direction,
+                                const Goal& goal, int granted, Path* path) {
+  path->clear();
+  nodes_.clear();
+  open_.clear();
+  ++generation_;
+  origin_ = start;
+  required_m_ = std::min(shape_.margin_m, clearance(obstacles, start) - 1e-6);
+
+  SearchResult result;
+  const std::int8_t curvature =
+      static_cast<std::int8_t>(nearest_curvature(start.curvature_1pm, shape_));
+  offer({start, 0.0, 0.0, -1, curvature, static_cast<std::int8_t>(direction)},
+        field.at(start.x_m, start.y_m));
+  int best = -1;  // the node from which least is left
+  double least = CostField::kNoWay;
+  while (!open_.empty()) {
+    std::pop_heap(open_.begin(), open_.end(),
+                  [](const Open& a, const Open& b) { return worse(a.f, b.f); });
+    const Open next = open_.back();
+    open_.pop_back();
+    const Node node = nodes_[static_cast<std::size_t>(next.node)];
+    const std::size_t at = state(node);
+    if (static_cast<float>(node.g) > best_g_[at]) continue;  // a better way came later
+
+    const double rest = next.f - node.g;
+    if (rest < least) {
+      least = rest;
+      best = next.node;
+    }
+    const bool in_goal =
+        std::hypot(node.place.x_m - goal.x_m, node.place.y_m - goal.y_m) < goal.radius_m;
+    const bool at_end = node.s_m >= params_.horizon_m;
+    if (in_goal || at_end) {
+      result.stop = in_goal ? SearchStop::kGoal : SearchStop::kHorizon;
+      result.cost = next.f;
+      trace(next.node, obstacles, path);
+      return result;
+    }
+    if (result.expansions >= std::min(granted, params_.max_expansions)) {
+      result.stop = SearchStop::kBudget;
+      break;
+    }
+    ++result.expansions;
+    expand(next.node, terrain, obstacles, field);
+  }
+  // No way to the end: as near as it gets, if that is anywhere.
+  if (best >= 0 && nodes_[static_cast<std::size_t>(best)].parent >= 0) {
+    result.stop = SearchStop::kBudget;
+    result.cost = least + nodes_[static_cast<std::size_t>(best)].g;
+    trace(best, obstacles, path);
+  } else {
+    result.stop = SearchStop::kNoWay;
+  }
+  return result;
+}
+
+void PathSearch::offer(const Node& node, double rest) {
+  if (std::isinf(rest)) {
+    // The cells know no way: the vehicle may stand where they do not let it, and first has to get
+    // out of there. Such places are worth no more than the way to better ones.
+    if (node.s_m > kEscape_m) return;
+    rest = kTrapped_m;
+  }
+  const std::size_t at = state(node);
+  const float g = static_cast<float>(node.g);
+  if (seen_[at] == generation_ && best_g_[at] <= g) return;
+  seen_[at] = generation_;
+  best_g_[at] = g;
+  open_.push_back({node.g + rest, static_cast<int>(nodes_.size())});
+  nodes_.push_back(node);
+  std::push_heap(open_.begin(), open_.end(),
+                 [](const Open& a, const Open& b) { return worse(a.f, b.f); });
+}
+
+void PathSearch::expand(int index, const vj::Terrain& terrain, const ObstacleDistance& obstacles,
+                        const CostField& field) {
+  const Node from = nodes_[static_cast<std::size_t>(index)];
+  for (const int direction : {1, -1}) {
+    const bool turns_back = from.direction != 0 && from.direction != direction;
+    for (int curvature = 0; curvature < kCurvatures; ++curvature) {
+      // The wheels turn by a step an arc; at rest as far as they like.
+      const bool at_rest = turns_back || from.direction == 0;
+      if (!at_rest && std::abs(curvature - from.curvature) > 1) continue;
+      if (direction < 0 && curvature % 2 != 0) continue;  // three are enough to back out
+      Node to = from;
+      to.parent = index;
+      to.direction = static_cast<std::int8_t>(direction);
+      to.curvature = static_cast<std::int8_t>(curvature);
+      to.place.curvature_1pm = share(curvature) * shape_.max_curvature_1pm;
+      if (turns_back) to.g += weights_.turn_back;
+      const int samples = static_cast<int>(std::ceil(params_.arc_m / kSample_m));
+      const double step_m = params_.arc_m / samples;
+      // Slight: a straight way is preferred to a winding one of the same cost.
+      const double bend = 0.1 * std::abs(share(curvature)) +
+                          0.1 * std::abs(share(curvature) - share(from.curvature));
+      bool free = true;
+      for (int k = 0; k < samples && free; ++k) {
+        to.place = along_arc(to.place, direction * step_m);
+        const double clearance_m = clearance(obstacles, to.place);
+        free = clearance_m >= required_m_;
+        const Cell cell = terrain.cell_at(to.place.x_m, to.place.y_m);
+        const double per_m = vj::cost_per_m(terrain.at(cell), clearance_m, weights_) + bend;
+        to.g += step_m * per_m * (direction < 0 ? weights_.reverse : 1.0);
+      }
+      if (!free) continue;
+      to.s_m += params_.arc_m;
+      offer(to, field.at(to.place.x_m, to.place.y_m));
+    }
+  }
+}
+
+void PathSearch::trace(int index, const ObstacleDistance& obstacles, Path* path) {
+  std::vector<int>& chain = chain_;
+  chain.clear();
+  for (int k = index; k >= 0; k = nodes_[static_cast<std::size_t>(k)].parent) chain.push_back(k);
+  const Node& start = nodes_[static_cast<std::size_t>(chain.back())];
+  const int first_direction =
+      chain.size() > 1 ? nodes_[static_cast<std::size_t>(chain[chain.size() - 2])].direction : 1;
+  path->push_back({start.place, first_direction, 0.0, clearance(obstacles, start.place), 0.0, 0.0});
+  for (std::size_t n = chain.size() - 1; n-- > 0;) {
+    const Node& node = nodes_[static_cast<std::size_t>(chain[n])];
+    Place place = nodes_[static_cast<std::size_t>(chain[n + 1])].place;
+    place.curvature_1pm = node.place.curvature_1pm;
+    const int samples = static_cast<int>(std::ceil(params_.arc_m / kSample_m));
+    const double step_m = params_.arc_m / samples;
+    for (int k = 0; k < samples; ++k) {
+      place = along_arc(place, node.direction * step_m);
+      path->push_back({place, node.direction, path->back().s_m + step_m,
+                       clearance(obstacles, place), 0.0, 0.0});
+    }
+  }
+}
+
+}  // namespace rcs::bg

@@ -1,0 +1,87 @@
+#pragma once
+// The search for a way that the vehicle can drive: hybrid A* (Dolgov, Thrun, Montemerlo & Diebel
+// 2010) over arcs whose curvature changes by steps, ahead and backwards.
+
+#include <cstdint>
+#include <vector>
+
+#include "modules/bg/cost_field.h"
+#include "modules/bg/obstacle_distance.h"
+#include "modules/bg/path.h"
+
+namespace rcs::bg {
+
+struct SearchParams {
+  double horizon_m = 30.0;    ///< way to the search's end, [5, 200]
+  double arc_m = 1.2;         ///< of one expansion, [0.4, 5]
+  double bin_m = 0.6;         ///< places nearer than this count as one, [0.1, 2]
+  int headings = 32;          ///< bins of a turn, [8, 128]
+  int max_expansions = 6000;  ///< the grant: each is at most 8 arcs, [100, 1000000]
+};
+
+enum class SearchStop {
+  kGoal,     ///< the way ends in the goal
+  kHorizon,  ///< the way goes on beyond its end
+  kBudget,   ///< the best way found within the grant
+  kNoWay,    ///< there is none, or the goal lies in what must not be driven
+};
+
+struct SearchResult {
+  SearchStop stop = SearchStop::kNoWay;
+  double cost = 0.0;  ///< of the way and what is left behind it [m of easy ground]
+  int expansions = 0;
+};
+
+/// Allocates nothing once it has seen a search as large.
+class PathSearch {
+ public:
+  PathSearch(const SearchParams& params, const Shape& shape, const vj::Weights& weights);
+
+  /// @param start  where the vehicle is. Where it stands nearer to an obstacle than the margin
+  ///               allows, the way may start so, too, but must not come nearer still.
+  /// @param direction  that it drives in now: 1, -1; 0: it stands, and may do either at no cost
+  /// @param granted  expansions; params.max_expansions is the most that there is room for
+  /// @param path  every 0.4 m or less, from `start`; empty when there is no way
+  SearchResult search(const vj::Terrain& terrain, const ObstacleDistance& obstacles,
+                      const CostField& field, const Place& start, int direction, const Goal& goal,
+                      int granted, Path* path);
+
+  /// From the vehicle's body to the nearest obstacle when it stands there; <= 0: they touch.
+  [[nodiscard]] double clearance(const ObstacleDistance& obstacles, const Place& place) const;
+
+ private:
+  struct Node {
+    Place place;
+    double g;
+    double s_m;
+    int parent;
+    std::int8_t curvature;  // index
+    std::int8_t direction;
+  };
+  struct Open {
+    double f;
+    int node;
+  };
+  [[nodiscard]] std::size_t state(const Node& node) const;
+  void expand(int index, const vj::Terrain& terrain, const ObstacleDistance& obstacles,
+              const CostField& field);
+  void offer(const Node& node, double rest);
+  void trace(int index, const ObstacleDistance& obstacles, Path* path);
+
+  SearchParams params_;
+  Shape shape_;
+  vj::Weights weights_;
+  double disc_m_;     // radius of the three discs that cover the outline
+  double spacing_m_;  // between their middles
+  Place origin_;      // of the bins
+  int bins_ = 0;      // along each side
+  double required_m_ = 0.0;
+  std::uint32_t generation_ = 0;
+  std::vector<std::uint32_t> seen_;  // generation in which the state was reached
+  std::vector<float> best_g_;
+  std::vector<Node> nodes_;
+  std::vector<Open> open_;
+  std::vector<int> chain_;
+};
+
+}  // namespace rcs::bg

@@ -1,0 +1,88 @@
+#pragma once
+// Value judgment: what ground, ways and beliefs are worth. Pure functions that BG asks when it
+// plans; none of them decides anything.
+
+#include <cmath>
+#include <vector>
+
+#include "rcs/base/grid.h"
+
+namespace rcs::vj {
+
+/// What WM says of one cell of ground; heights in the frame of the terrain.
+struct Ground {
+  bool known = false;
+  bool obstacle = false;
+  float height_m = 0.0F;
+  float step_m = 0.0F;  ///< of an object or a ledge above the plane of the neighbourhood
+  float slope_rad = 0.0F;
+  float roughness_m = 0.0F;  ///< rms about that plane
+};
+
+/// A rectangle of ground, row by row, x fastest.
+struct Terrain {
+  double cell_m = 0.4;
+  Cell first;
+  int width = 0;
+  int height = 0;
+  std::vector<Ground> ground;
+
+  [[nodiscard]] bool contains(Cell c) const {
+    return c.i >= first.i && c.j >= first.j && c.i < first.i + width && c.j < first.j + height;
+  }
+  [[nodiscard]] std::size_t index(Cell c) const {
+    return static_cast<std::size_t>(c.j - first.j) * static_cast<std::size_t>(width) +
+           static_cast<std::size_t>(c.i - first.i);
+  }
+  [[nodiscard]] Cell cell_at(double x_m, double y_m) const {
+    return {static_cast<int>(std::floor(x_m / cell_m)), static_cast<int>(std::floor(y_m / cell_m))};
+  }
+  /// Ground outside is unknown.
+  [[nodiscard]] Ground at(Cell c) const { return contains(c) ? ground[index(c)] : Ground{}; }
+};
+
+struct Weights {
+  double slope = 2.0;            ///< added to a metre's cost at the steepest slope, [0, 100]
+  double roughness = 2.0;        ///< the same at the roughest ground, [0, 100]
+  double step = 3.0;             ///< the same at a step that is just no obstacle, [0, 100]
+  double unknown = 1.5;          ///< added to a metre of unknown ground, [0, 100]
+  double nearness = 3.0;         ///< the same when touching an obstacle, [0, 100]
+  double near_m = 1.5;           ///< from where on an obstacle is far enough, [0.1, 20]
+  double max_slope_rad = 0.52;   ///< steeper ground is not driven, [0.05, 1.2]
+  double max_roughness_m = 0.2;  ///< [0.01, 1]
+  double max_step_m = 0.3;       ///< [0.05, 1]
+  double reverse = 2.5;          ///< cost of a metre backwards, in metres ahead, [1, 100]
+  double turn_back = 5.0;        ///< cost of changing direction [m], [0, 100]
+};
+
+/// May be driven over at all.
+[[nodiscard]] bool passable(const Ground& ground, const Weights& weights);
+
+/// Cost of a metre over this ground, at least 1, in metres of easy ground; it must be passable.
+/// @param clearance_m  from the vehicle's body to the nearest obstacle
+[[nodiscard]] double cost_per_m(const Ground& ground, double clearance_m, const Weights& weights);
+
+struct SpeedParams {
+  double smooth_mps = 10.0;   ///< on level, smooth ground, (0, 30]
+  double rough_mps = 2.0;     ///< on the roughest or steepest ground that may be driven, (0, 30]
+  double unknown_mps = 1.5;   ///< where the ground was not seen, (0, 30]
+  double near_mps = 1.5;      ///< when touching an obstacle, (0, 30]
+  double lateral_mps2 = 2.0;  ///< in turns, (0, 10]
+  double sure_sigma_m = 0.5;  ///< horizontal sigma of the pose that costs no speed, [0.01, 100]
+  double unsure_sigma_m =
+      5.0;                    ///< and the one beyond which the vehicle does not drive, [0.1, 1000]
+  double unsure_share = 0.3;  ///< of the speed that is left just before that, (0, 1]
+};
+
+/// Speed that this ground allows [m/s]: falls with slope and roughness, and beside obstacles.
+[[nodiscard]] double speed_on(const Ground& ground, double clearance_m, const Weights& weights,
+                              const SpeedParams& params);
+
+/// Speed that a turn allows [m/s].
+[[nodiscard]] double speed_in_turn(double curvature_1pm, const SpeedParams& params);
+
+/// Share of the speed that is right with a pose that is so sure; 0: too unsure to drive.
+/// @param sigma_m  the larger horizontal sigma of the pose in the frame of the command
+[[nodiscard]] double speed_share(double sigma_m, const SpeedParams& params);
+
+}  // namespace rcs::vj

@@ -1,0 +1,200 @@
+#include "modules/wm/terrain_grid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace rcs::wm {
+namespace {
+
+constexpr float kNone = -std::numeric_limits<float>::infinity();
+constexpr int kReach = 2;      // the neighbourhood is 5 x 5 cells
+constexpr int kFewest = 6;     // known cells that make a plane
+constexpr int kSupported = 9;  // known cells that speak for one of which nothing was seen
+
+// Least squares z = a + b x + c y over the known cells of a neighbourhood, x and y in cells from
+// its middle.
+class PlaneFit {
+ public:
+  void add(int x, int y, double z) {
+    ++n_;
+    sx_ += x;
+    sy_ += y;
+    sxx_ += x * x;
+    sxy_ += x * y;
+    syy_ += y * y;
+    sz_ += z;
+    sxz_ += x * z;
+    syz_ += y * z;
+    szz_ += z * z;
+  }
+  [[nodiscard]] int n() const { return n_; }
+
+  /// False: the known cells lie on a line, or are too few.
+  bool solve(double* a, double* b, double* c, double* rms) const {
+    if (n_ < kFewest) return false;
+    const double n = n_;
+    const double cxx = sxx_ - sx_ * sx_ / n;
+    const double cxy = sxy_ - sx_ * sy_ / n;
+    const double cyy = syy_ - sy_ * sy_ / n;
+    const double cxz = sxz_ - sx_ * sz_ / n;
+    const double cyz = syz_ - sy_ * sz_ / n;
+    const double det = cxx * cyy - cxy * cxy;
+    if (det < 0.5 * n) return false;
+    *b = (cyy * cxz - cxy * cyz) / det;
+    *c = (cxx * cyz - cxy * cxz) / det;
+    *a = (sz_ - *b * sx_ - *c * sy_) / n;
+    const double czz = szz_ - sz_ * sz_ / n;
+    *rms = std::sqrt(std::max(0.0, czz - *b * cxz - *c * cyz) / n);
+    return true;
+  }
+
+ private:
+  int n_ = 0;
+  double sx_ = 0.0, sy_ = 0.0, sxx_ = 0.0, sxy_ = 0.0, syy_ = 0.0;
+  double sz_ = 0.0, sxz_ = 0.0, syz_ = 0.0, szz_ = 0.0;
+};
+
+}  // namespace
+
+TerrainGrid::TerrainGrid(const TerrainParams& params)
+    : params_(params), cells_(params.size, params.cell_m), index_(params.size, params.cell_m) {
+  RCS_CHECK(params.patch > 0 && 2 * params.patch <= params.size);
+  seen_.reserve(static_cast<std::size_t>(params.size) * static_cast<std::size_t>(params.size));
+}
+
+void TerrainGrid::clear() {
+  cells_.clear();
+  scans_ = 0;
+}
+
+void TerrainGrid::insert(const Points& p_vehicle, const Pose& T_local_vehicle) {
+  const Cell centre = cells_.cell_at(T_local_vehicle.p.x(), T_local_vehicle.p.y());
+  cells_.centre_on(centre);
+  index_.centre_on(centre);
+  const Mat3f R = T_local_vehicle.rotation().cast<float>();
+  const float max_range2 = static_cast<float>(params_.max_range_m * params_.max_range_m);
+  seen_.clear();
+  for (std::size_t k = 0; k < p_vehicle.size(); ++k) {
+    const Vec3f p = p_vehicle[k];
+    if (p.squaredNorm() > max_range2) continue;
+    const Vec3f turned = R * p;
+    const Cell cell =
+        cells_.cell_at(turned.x() + T_local_vehicle.p.x(), turned.y() + T_local_vehicle.p.y());
+    if (!cells_.contains(cell)) continue;
+    const float z = static_cast<float>(turned.z() + T_local_vehicle.p.z());
+    // What hangs over known ground is neither ground nor in the way.
+    const TerrainCell& known = cells_.at(cell);
+    if (known.scans > 0 && z > known.low_m + static_cast<float>(params_.overhang_m)) continue;
+    int& index = index_.at(cell);
+    if (index == 0) {
+      seen_.push_back({cell, z, z, kNone});
+      index = static_cast<int>(seen_.size());
+      continue;
+    }
+    Seen& seen = seen_[static_cast<std::size_t>(index - 1)];
+    seen.low_m = std::min(seen.low_m, z);
+    seen.second_m = std::max(seen.second_m, std::min(seen.high_m, z));
+    seen.high_m = std::max(seen.high_m, z);
+  }
+  for (const Seen& seen : seen_) {
+    index_.at(seen.cell) = 0;
+    update(seen);
+  }
+  ++scans_;
+}
+
+void TerrainGrid::update(const Seen& seen) {
+  constexpr float kGround = 0.15F;  // nearer to the lowest point seen: the ground itself
+  constexpr float kFollow = 0.3F;   // of a new height into the ground's
+  constexpr float kRaise = 0.6F;    // of the top towards a higher one that was seen
+  constexpr float kSettle = 0.1F;   // of the top towards a lower one that was seen
+  constexpr float kDoubt = 0.6F;    // evidence that a scan takes that saw ground alone
+  constexpr float kAlone = 0.3F;    // evidence of a single tall point
+  constexpr float kMost = 8.0F;
+  TerrainCell& cell = cells_.at(seen.cell);
+  if (cell.scans == 0) {
+    cell.low_m = seen.low_m;
+    cell.high_m = seen.high_m;
+  } else {
+    if (seen.low_m < cell.low_m - kGround) {
+      cell.low_m = seen.low_m;  // it was an object that stood for the ground
+    } else if (seen.low_m < cell.low_m + kGround) {
+      cell.low_m += kFollow * (seen.low_m - cell.low_m);
+    }
+    // Blades of grass come and go; a rock's top is seen again and again.
+    const float share = seen.high_m > cell.high_m ? kRaise : kSettle;
+    cell.high_m += share * (seen.high_m - cell.high_m);
+    // An overhang that was taken before the ground below it was known.
+    if (cell.high_m > cell.low_m + static_cast<float>(params_.overhang_m)) {
+      cell.high_m = seen.low_m;
+    }
+  }
+  // On a slope the far side of a cell is higher than its lowest point.
+  const float tall_m = cell.low_m + cell.rise_m + static_cast<float>(params_.obstacle_m);
+  if (seen.second_m > tall_m) {
+    cell.evidence = std::min(kMost, cell.evidence + 1.0F);
+  } else if (seen.high_m > tall_m) {
+    // Alone it may be a mixed pixel: light from an edge and from what lies behind it.
+    cell.evidence = std::min(kMost, cell.evidence + kAlone);
+  } else {
+    cell.evidence = std::max(0.0F, cell.evidence - kDoubt);
+  }
+  if (cell.scans < std::numeric_limits<std::uint16_t>::max()) ++cell.scans;
+}
+
+Cell TerrainGrid::patch(const Pose& T_local_vehicle, std::vector<TerrainAnswer>* out) {
+  const Vec3 ahead = T_local_vehicle.q * Vec3::UnitX();
+  const double level = std::max(1e-6, ahead.head<2>().norm());
+  const Vec2 middle = T_local_vehicle.p.head<2>() + params_.ahead_m / level * ahead.head<2>();
+  const Cell centre = cells_.cell_at(middle.x(), middle.y());
+  const Cell first{centre.i - params_.patch / 2, centre.j - params_.patch / 2};
+  out->clear();
+  for (int j = first.j; j < first.j + params_.patch; ++j) {
+    for (int i = first.i; i < first.i + params_.patch; ++i) out->push_back(answer({i, j}));
+  }
+  return first;
+}
+
+TerrainAnswer TerrainGrid::answer(Cell cell) {
+  PlaneFit fit;
+  for (int y = -kReach; y <= kReach; ++y) {
+    for (int x = -kReach; x <= kReach; ++x) {
+      const TerrainCell* const c = cells_.find({cell.i + x, cell.j + y});
+      if (c != nullptr && c->scans > 0) fit.add(x, y, c->low_m);
+    }
+  }
+  TerrainAnswer out;
+  double a = 0.0;
+  double b = 0.0;
+  double c = 0.0;
+  double rms = 0.0;
+  TerrainCell* const self = cells_.find(cell);
+  const bool seen = self != nullptr && self->scans > 0;
+  const bool planar = fit.solve(&a, &b, &c, &rms);
+  if (!seen && (!planar || fit.n() < kSupported)) return out;
+  out.known = true;
+  const double rise = std::hypot(b, c);  // per cell
+  out.height_m = static_cast<float>(planar ? a : self->low_m);
+  out.slope_rad = static_cast<float>(std::atan(rise / params_.cell_m));
+  out.roughness_m = static_cast<float>(rms);
+  if (!seen) return out;
+  self->rise_m = static_cast<float>(std::min(rise, params_.cell_m));
+
+  // A ledge: higher or lower than a neighbour by more than the plane says.
+  double ledge = 0.0;
+  for (const Cell side : {Cell{1, 0}, Cell{-1, 0}, Cell{0, 1}, Cell{0, -1}}) {
+    const TerrainCell* const n = cells_.find({cell.i + side.i, cell.j + side.j});
+    if (n == nullptr || n->scans == 0) continue;
+    const double planned = b * side.i + c * side.j;
+    ledge = std::max(ledge, std::abs(n->low_m - self->low_m - planned));
+  }
+  const double object = self->high_m - std::max(out.height_m, self->low_m) - 0.5 * rise;
+  out.step_m = static_cast<float>(std::max({0.0, ledge, object}));
+  const bool ledge_confirmed = ledge > params_.obstacle_m && self->scans >= params_.evidence;
+  const bool object_confirmed = object > params_.obstacle_m && self->evidence >= params_.evidence;
+  out.obstacle = ledge_confirmed || object_confirmed;
+  return out;
+}
+
+}  // namespace rcs::wm

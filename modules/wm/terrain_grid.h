@@ -1,0 +1,83 @@
+#pragma once
+// The ground around the vehicle as BG needs it: height, steps, slope, roughness and obstacles by
+// cell, accumulated from registered scans in frame local.
+
+#include <cstdint>
+#include <vector>
+
+#include "rcs/base/grid.h"
+#include "rcs/base/points.h"
+#include "rcs/base/pose.h"
+
+namespace rcs::wm {
+
+struct TerrainParams {
+  double cell_m = 0.4;        ///< [0.1, 2]
+  int size = 256;             ///< cells along each side of the grid, a power of two, [64, 1024]
+  int patch = 128;            ///< cells along each side of what is published, [32, size / 2]
+  double ahead_m = 12.0;      ///< middle of the patch, ahead of the vehicle, [0, 100]
+  double overhang_m = 2.2;    ///< what is higher above the ground is driven under, [0.5, 10]
+  double obstacle_m = 0.35;   ///< a step that counts as evidence of an obstacle, [0.05, 2]
+  double evidence = 3.5;      ///< scans that must have seen it, net, [0.5, 10]
+  double max_range_m = 35.0;  ///< farther points are not used: pitch errors lift them, [5, 300]
+};
+
+/// What is known of one cell; heights in frame local.
+struct TerrainCell {
+  float low_m = 0.0F;   ///< of the ground, as far as it was seen
+  float high_m = 0.0F;  ///< of what stands on it, below the overhang
+  float evidence = 0.0F;
+  float rise_m = 0.0F;      ///< across the cell, of the plane that patch() last put through it
+  std::uint16_t scans = 0;  ///< that saw it, saturating; 0: unknown
+};
+
+/// One cell of the patch.
+struct TerrainAnswer {
+  bool known = false;
+  bool obstacle = false;
+  float height_m = 0.0F;     ///< of the plane through the neighbourhood
+  float step_m = 0.0F;       ///< of an object or a ledge, above that plane
+  float slope_rad = 0.0F;    ///< of the plane
+  float roughness_m = 0.0F;  ///< rms of the ground about the plane
+};
+
+/// Allocates nothing after construction. Moving the window costs one write a cell that enters.
+class TerrainGrid {
+ public:
+  explicit TerrainGrid(const TerrainParams& params);
+
+  /// Nothing is known any more.
+  void clear();
+
+  /// Takes the points of one scan, or of a part of one.
+  /// @param p_vehicle  points in the vehicle frame [m], finite
+  /// @param T_local_vehicle  where the scan was registered
+  void insert(const Points& p_vehicle, const Pose& T_local_vehicle);
+
+  /// The square of cells around a point ahead of the vehicle, row by row, x fastest.
+  /// @param out  params.patch^2 answers
+  /// @return its lowest cell
+  Cell patch(const Pose& T_local_vehicle, std::vector<TerrainAnswer>* out);
+
+  [[nodiscard]] const TerrainParams& params() const { return params_; }
+  [[nodiscard]] bool empty() const { return scans_ == 0; }
+
+ private:
+  /// What one scan saw in a cell.
+  struct Seen {
+    Cell cell;
+    float low_m;
+    float high_m;
+    float second_m;  // highest but one
+  };
+  void update(const Seen& seen);
+  [[nodiscard]] TerrainAnswer answer(Cell cell);
+
+  TerrainParams params_;
+  Grid<TerrainCell> cells_;
+  Grid<int> index_;  // of the cell in seen_ + 1; 0 outside of insert()
+  std::vector<Seen> seen_;
+  std::int64_t scans_ = 0;
+};
+
+}  // namespace rcs::wm

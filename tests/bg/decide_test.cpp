@@ -1,0 +1,119 @@
+#include "modules/bg/decide.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace rcs::bg {
+namespace {
+
+Facts all_is_well() {
+  Facts f;
+  f.order = Order::kGoto;
+  f.order_is_valid = true;
+  f.speed_mps = 5.0;
+  f.nav_age = from_milliseconds(20.0);
+  f.aligned = true;
+  f.ladar_age = from_milliseconds(100.0);
+  f.gps_age = from_milliseconds(200.0);
+  f.map_age = from_milliseconds(200.0);
+  f.speed_share = 1.0;
+  f.has_way = true;
+  return f;
+}
+
+TEST(Decide, DrivesWhenAllIsWell) {
+  const Decision d = decide(all_is_well(), false, {});
+  EXPECT_EQ(d.action, Action::kDrive);
+  EXPECT_EQ(d.status, Status::kExecuting);
+  EXPECT_EQ(d.state, "DRIVING");
+}
+
+// The contingency table: what is lost, and what is done.
+TEST(Decide, EveryLossHasItsRow) {
+  Facts f = all_is_well();
+  f.gps_age = from_seconds(60.0);
+  EXPECT_EQ(decide(f, false, {}).action, Action::kDrive);
+  f.ladar_age = from_seconds(1.0);
+  EXPECT_EQ(decide(f, false, {}).action, Action::kBrake);
+  f = all_is_well();
+  f.ladar_age = from_seconds(1.0);
+  EXPECT_EQ(decide(f, false, {}).action, Action::kStop);
+  f = all_is_well();
+  f.nav_age = from_seconds(1.0);
+  EXPECT_EQ(decide(f, false, {}).action, Action::kBrake);
+  f = all_is_well();
+  f.order_is_valid = false;
+  EXPECT_EQ(decide(f, false, {}).action, Action::kStop);
+  EXPECT_EQ(decide(f, false, {}).status, Status::kError);
+  f = all_is_well();
+  f.map_age = from_seconds(10.0);
+  EXPECT_EQ(decide(f, false, {}).action, Action::kStop);
+  f = all_is_well();
+  f.speed_share = 0.0;
+  EXPECT_EQ(decide(f, false, {}).action, Action::kStop);
+  f = all_is_well();
+  f.has_way = false;
+  f.without_way = from_seconds(60.0);
+  EXPECT_EQ(decide(f, false, {}).status, Status::kError);
+}
+
+TEST(Decide, AnEmergencyStopHoldsUntilItIsReleasedAtRest) {
+  Facts f = all_is_well();
+  f.order = Order::kEmergencyStop;
+  Decision d = decide(f, false, {});
+  EXPECT_EQ(d.action, Action::kBrake);
+  EXPECT_TRUE(d.emergency);
+  f.order = Order::kGoto;  // from whomever
+  d = decide(f, d.emergency, {});
+  EXPECT_EQ(d.action, Action::kBrake);
+  EXPECT_EQ(d.status, Status::kError);
+  f.order = Order::kRelease;
+  f.speed_mps = 3.0;  // not at rest
+  d = decide(f, d.emergency, {});
+  EXPECT_TRUE(d.emergency);
+  f.speed_mps = 0.0;
+  f.order_is_valid = false;  // too late
+  d = decide(f, d.emergency, {});
+  EXPECT_TRUE(d.emergency);
+  f.order_is_valid = true;
+  d = decide(f, d.emergency, {});
+  EXPECT_FALSE(d.emergency);
+  EXPECT_EQ(d.status, Status::kDone);
+  f.order = Order::kGoto;
+  EXPECT_EQ(decide(f, d.emergency, {}).action, Action::kDrive);
+}
+
+// Whatever the facts: it drives only when everything that driving rests on is there.
+TEST(Decide, DrivesOnNothingLess) {
+  std::mt19937 rng(5);
+  const auto chance = [&] { return rng() % 2 == 0; };
+  const DecideParams p;
+  int driven = 0;
+  for (int k = 0; k < 100'000; ++k) {
+    Facts f = all_is_well();
+    f.order = static_cast<Order>(rng() % 6);
+    f.order_is_valid = chance();
+    f.cannot = rng() % 8 == 0 ? "cannot" : "";
+    f.nav_age = from_milliseconds(static_cast<double>(rng() % 400));
+    f.aligned = chance();
+    f.ladar_age = from_milliseconds(static_cast<double>(rng() % 1000));
+    f.gps_age = from_milliseconds(static_cast<double>(rng() % 3000));
+    f.map_age = from_milliseconds(static_cast<double>(rng() % 3000));
+    f.speed_share = chance() ? 1.0 : 0.0;
+    f.arrived = chance();
+    f.has_way = chance();
+    const bool emergency = rng() % 8 == 0;
+    const Decision d = decide(f, emergency, p);
+    if (d.action != Action::kDrive) continue;
+    ++driven;
+    ASSERT_TRUE(f.order == Order::kGoto && f.order_is_valid && f.cannot.empty() && !emergency &&
+                f.nav_age <= p.nav_silence && f.aligned && f.ladar_age <= p.ladar_loss &&
+                f.map_age <= p.map_loss && f.speed_share > 0.0 && !f.arrived && f.has_way);
+    ASSERT_EQ(d.status, Status::kExecuting);
+  }
+  EXPECT_GT(driven, 10);
+}
+
+}  // namespace
+}  // namespace rcs::bg

@@ -1,0 +1,194 @@
+#include "modules/bg/path_search.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "modules/bg/path_follow.h"
+#include "tests/bg/fields.h"
+
+namespace rcs::bg {
+namespace {
+
+using test::level_field;
+
+struct Planner {
+  SearchParams params;
+  Shape shape;
+  vj::Weights weights;
+  ObstacleDistance obstacles;
+  CostField field;
+  PathSearch search{params, shape, weights};
+
+  SearchResult plan(const vj::Terrain& terrain, const Place& start, const Goal& goal, Path* path,
+                    int granted = 6000) {
+    obstacles.compute(terrain, weights);
+    field.compute(terrain, obstacles, goal, weights, shape);
+    return search.search(terrain, obstacles, field, start, 0, goal, granted, path);
+  }
+};
+
+TEST(ObstacleDistance, IsThatOfTheNearestObstacle) {
+  std::mt19937 rng(1);
+  std::uniform_real_distribution<> unit(0.0, 1.0);
+  const vj::Terrain terrain =
+      level_field(64, [&](double /*x*/, double /*y*/) { return unit(rng) < 0.01; });
+  ObstacleDistance obstacles;
+  obstacles.compute(terrain, {});
+  int exact = 0;
+  int cells = 0;
+  for (int j = 0; j < 64; ++j) {
+    for (int i = 0; i < 64; ++i) {
+      double nearest = ObstacleDistance::kFar_m;
+      for (int b = 0; b < 64; ++b) {
+        for (int a = 0; a < 64; ++a) {
+          if (!terrain.ground[static_cast<std::size_t>(b * 64 + a)].obstacle) continue;
+          nearest = std::min(nearest, (std::hypot(a - i, b - j) - 0.5) * 0.4);
+        }
+      }
+      const double got = obstacles.in_cell(static_cast<std::size_t>(j * 64 + i));
+      EXPECT_NEAR(got, std::max(0.0, nearest), 0.05);
+      exact += std::abs(got - std::max(0.0, nearest)) < 1e-9 ? 1 : 0;
+      ++cells;
+    }
+  }
+  EXPECT_GT(exact, cells * 98 / 100);
+}
+
+TEST(PathSearch, GoesStraightWhereNothingIsInTheWay) {
+  Planner planner;
+  Path path;
+  const vj::Terrain terrain = level_field(128, [](double, double) { return false; });
+  const SearchResult result = planner.plan(terrain, {}, {20.0, 0.0, 1.0}, &path);
+  EXPECT_EQ(result.stop, SearchStop::kGoal);
+  EXPECT_NEAR(path.back().s_m, 19.2, 1.3);
+  for (const PathPoint& p : path) EXPECT_NEAR(p.place.y_m, 0.0, 0.3);
+}
+
+// A wall with a gap to one side: the way goes through the gap, and the body never comes nearer than
+// the margin, measured with the true rectangle and the cells' true squares.
+TEST(PathSearch, GoesAroundAndKeepsItsDistance) {
+  Planner planner;
+  Path path;
+  const auto wall = [](double x, double y) { return x > 9.0 && x < 10.0 && y > -12.0 && y < 6.0; };
+  const vj::Terrain terrain = level_field(128, wall);
+  const SearchResult result = planner.plan(terrain, {}, {20.0, 0.0, 1.5}, &path);
+  ASSERT_EQ(result.stop, SearchStop::kGoal);
+  for (const PathPoint& p : path) {
+    const double c = std::cos(p.place.heading_rad);
+    const double s = std::sin(p.place.heading_rad);
+    for (double u = -1.6; u <= 1.6; u += 0.1) {
+      for (double v = -1.0; v <= 1.0; v += 0.1) {
+        const Cell cell = terrain.cell_at(p.place.x_m + c * u - s * v, p.place.y_m + s * u + c * v);
+        ASSERT_FALSE(terrain.at(cell).obstacle) << "at " << p.s_m << " m";
+      }
+    }
+    EXPECT_GE(p.clearance_m, planner.shape.margin_m - 1e-6);
+  }
+  for (std::size_t k = 1; k < path.size(); ++k) {
+    EXPECT_LE(std::abs(path[k].place.curvature_1pm), planner.shape.max_curvature_1pm + 1e-9);
+    EXPECT_LT(std::hypot(path[k].place.x_m - path[k - 1].place.x_m,
+                         path[k].place.y_m - path[k - 1].place.y_m),
+              0.41);
+  }
+}
+
+TEST(PathSearch, BacksOutOfADeadEnd) {
+  Planner planner;
+  Path path;
+  // A narrow lane, open behind the vehicle only.
+  const auto walls = [](double x, double y) {
+    const bool sides = std::abs(y) > 2.0 && std::abs(y) < 3.0 && x > -6.0 && x < 5.0;
+    return sides || (x > 4.0 && x < 5.0 && std::abs(y) < 3.0);
+  };
+  const vj::Terrain terrain = level_field(128, walls);
+  const SearchResult result = planner.plan(terrain, {}, {15.0, 0.0, 1.5}, &path, 6000);
+  ASSERT_NE(result.stop, SearchStop::kNoWay);
+  EXPECT_EQ(path[1].direction, -1);
+}
+
+TEST(PathSearch, SaysWhenThereIsNoWay) {
+  Planner planner;
+  Path path;
+  const auto ring = [](double x, double y) {
+    const double r = std::hypot(x, y);
+    return r > 5.0 && r < 6.0;
+  };
+  const vj::Terrain terrain = level_field(128, ring);
+  const SearchResult result = planner.plan(terrain, {}, {15.0, 0.0, 1.5}, &path);
+  EXPECT_EQ(result.stop, SearchStop::kNoWay);
+  EXPECT_TRUE(path.empty());
+}
+
+TEST(PathSearch, StopsAtItsGrant) {
+  Planner planner;
+  Path path;
+  const auto wall = [](double x, double y) { return x > 9.0 && x < 10.0 && std::abs(y) < 15.0; };
+  const SearchResult result = planner.plan(level_field(128, wall), {}, {20.0, 0.0, 1.5}, &path, 40);
+  EXPECT_EQ(result.stop, SearchStop::kBudget);
+  EXPECT_LE(result.expansions, 40);
+  EXPECT_FALSE(path.empty());
+}
+
+TEST(PathSearch, LeavesAnObstacleThatItTouches) {
+  Planner planner;
+  Path path;
+  const auto beside = [](double x, double y) { return x > -1.0 && x < 1.0 && y > 0.9 && y < 1.5; };
+  const SearchResult result = planner.plan(level_field(128, beside), {}, {15.0, 0.0, 1.5}, &path);
+  EXPECT_EQ(result.stop, SearchStop::kGoal);
+  EXPECT_LT(path.front().clearance_m, 0.0);
+  EXPECT_GT(path.back().clearance_m, 0.5);
+}
+
+TEST(PathFollow, SpeedsCanBeBrakedFromAndEndAtRest) {
+  Planner planner;
+  Path path;
+  const vj::Terrain terrain = level_field(128, [](double, double) { return false; });
+  planner.plan(terrain, {}, {20.0, 3.0, 1.0}, &path);
+  const FollowParams params;
+  const vj::SpeedParams speeds;
+  plan_speeds(terrain, planner.weights, speeds, params, planner.shape, 6.0, 1.0, &path);
+  EXPECT_EQ(path.back().speed_mps, 0.0);
+  for (std::size_t k = 1; k < path.size(); ++k) {
+    const double v0 = path[k - 1].speed_mps;
+    const double v1 = path[k].speed_mps;
+    EXPECT_LE(v0, 6.0);
+    EXPECT_LE(v0 * v0 - v1 * v1,
+              2.0 * params.braking_mps2 * (path[k].s_m - path[k - 1].s_m) + 1e-9);
+  }
+}
+
+// A kinematic vehicle that obeys late follows the way to its end.
+TEST(PathFollow, AVehicleStaysOnItsPath) {
+  Planner planner;
+  Path path;
+  const auto wall = [](double x, double y) { return x > 9.0 && x < 10.0 && y > -12.0 && y < 6.0; };
+  const vj::Terrain terrain = level_field(128, wall);
+  planner.plan(terrain, {}, {20.0, 0.0, 1.5}, &path);
+  const FollowParams params;
+  plan_speeds(terrain, planner.weights, {}, params, planner.shape, 5.0, 1.0, &path);
+  Place vehicle;
+  double speed = 0.0;
+  std::size_t at = 0;
+  double worst = 0.0;
+  bool arrived = false;
+  Steering asked;
+  Steering delayed[3];
+  for (int step = 0; step < 2000 && !arrived; ++step) {
+    asked = follow(path, vehicle, speed, params, planner.shape, &at);
+    worst = std::max(worst, std::abs(asked.off_m));
+    arrived = asked.at_end && speed < 0.1;
+    delayed[2] = delayed[1];
+    delayed[1] = delayed[0];
+    delayed[0] = asked;
+    speed += std::clamp(delayed[2].speed_mps - speed, -0.1, 0.1);
+    vehicle.curvature_1pm +=
+        std::clamp(delayed[2].curvature_1pm - vehicle.curvature_1pm, -0.0125, 0.0125);
+    vehicle = along_arc(vehicle, speed * 0.05);
+  }
+  EXPECT_TRUE(arrived);
+  EXPECT_LT(worst, 0.6);
+}
+
+}  // namespace
+}  // namespace rcs::bg

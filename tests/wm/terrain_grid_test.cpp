@@ -1,0 +1,122 @@
+#include "modules/wm/terrain_grid.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "tests/support/heap_guard.h"
+
+namespace rcs::wm {
+namespace {
+
+/// Scans of a plane that rises along x, with a box on it, as a vehicle sees them that drives by.
+class TerrainGridTest : public testing::Test {
+ protected:
+  static constexpr double kRise = 0.2;  // per metre
+  static constexpr double kBoxHeight_m = 0.6;
+
+  static double ground(double x) { return kRise * x; }
+  static bool in_box(double x, double y) { return std::abs(x - 10.0) < 0.5 && std::abs(y) < 0.5; }
+
+  void scan(const Pose& T_local_vehicle, bool box, int n = 3000) {
+    points_.clear();
+    for (int k = 0; k < n; ++k) {
+      const double x = T_local_vehicle.p.x() + 25.0 * unit_(rng_);
+      const double y = 15.0 * (unit_(rng_) - 0.5);
+      double z = ground(x);
+      if (box && in_box(x, y)) z += kBoxHeight_m * unit_(rng_);
+      const Vec3 p(x, y, z + 0.02 * normal_(rng_));
+      points_.push_back((T_local_vehicle.inverse() * p).cast<float>());
+    }
+    grid_.insert(points_, T_local_vehicle);
+  }
+  [[nodiscard]] TerrainAnswer at(const Pose& T, double x, double y) {
+    const Cell first = grid_.patch(T, &answers_);
+    const double cell_m = grid_.params().cell_m;
+    const int i = static_cast<int>(std::floor(x / cell_m)) - first.i;
+    const int j = static_cast<int>(std::floor(y / cell_m)) - first.j;
+    return answers_[static_cast<std::size_t>(j * grid_.params().patch + i)];
+  }
+
+  std::mt19937 rng_{4};
+  std::uniform_real_distribution<> unit_{0.0, 1.0};
+  std::normal_distribution<> normal_{0.0, 1.0};
+  TerrainGrid grid_{TerrainParams{}};
+  Points points_;
+  std::vector<TerrainAnswer> answers_;
+  // The vehicle is tilted, as the ground is.
+  Pose T_{exp_so3(Vec3(0.03, -std::atan(kRise), 0.0)), Vec3(0.0, 0.0, 0.9)};
+};
+
+TEST_F(TerrainGridTest, KnowsThePlaneAndWhatStandsOnIt) {
+  for (int k = 0; k < 10; ++k) scan(T_, true);
+  const TerrainAnswer plain = at(T_, 6.0, 3.0);
+  EXPECT_TRUE(plain.known);
+  EXPECT_FALSE(plain.obstacle);
+  EXPECT_NEAR(plain.height_m, ground(6.0), 0.08);
+  EXPECT_NEAR(plain.slope_rad, std::atan(kRise), 0.03);
+  EXPECT_LT(plain.roughness_m, 0.05);
+  EXPECT_LT(plain.step_m, 0.15);
+  const TerrainAnswer box = at(T_, 10.0, 0.0);
+  EXPECT_TRUE(box.obstacle);
+  EXPECT_NEAR(box.step_m, kBoxHeight_m, 0.2);
+  EXPECT_FALSE(at(T_, -8.0, 0.0).known);
+  int false_alarms = 0;
+  const Cell first = grid_.patch(T_, &answers_);
+  for (std::size_t k = 0; k < answers_.size(); ++k) {
+    const int side = grid_.params().patch;
+    const double x = (first.i + static_cast<int>(k) % side + 0.5) * 0.4;
+    const double y = (first.j + static_cast<int>(k) / side + 0.5) * 0.4;
+    const bool near_box = std::abs(x - 10.0) < 1.3 && std::abs(y) < 1.3;
+    false_alarms += answers_[k].obstacle && !near_box ? 1 : 0;
+  }
+  EXPECT_EQ(false_alarms, 0);
+}
+
+TEST_F(TerrainGridTest, WhatWasSeenOnceIsNoObstacleYet) {
+  constexpr int kDense = 20'000;  // every cell of the box is seen up to its top
+  for (int k = 0; k < 5; ++k) scan(T_, false);
+  scan(T_, true, kDense);
+  EXPECT_FALSE(at(T_, 10.0, 0.0).obstacle);
+  scan(T_, true, kDense);
+  EXPECT_TRUE(at(T_, 10.0, 0.0).obstacle);
+}
+
+TEST_F(TerrainGridTest, WhatHasGoneIsForgotten) {
+  for (int k = 0; k < 5; ++k) scan(T_, true);
+  ASSERT_TRUE(at(T_, 10.0, 0.0).obstacle);
+  for (int k = 0; k < 40; ++k) scan(T_, false);
+  EXPECT_FALSE(at(T_, 10.0, 0.0).obstacle);
+}
+
+TEST_F(TerrainGridTest, OverhangsAreDrivenUnder) {
+  for (int k = 0; k < 5; ++k) scan(T_, false);
+  points_.clear();
+  for (int k = 0; k < 200; ++k) {
+    const Vec3 p(8.0 + unit_(rng_), unit_(rng_), ground(8.5) + 3.0 + unit_(rng_));
+    points_.push_back((T_.inverse() * p).cast<float>());
+  }
+  for (int k = 0; k < 5; ++k) grid_.insert(points_, T_);
+  EXPECT_FALSE(at(T_, 8.5, 0.5).obstacle);
+}
+
+TEST_F(TerrainGridTest, TheWindowMovesAndCyclesAllocateNothing) {
+  scan(T_, true);
+  (void)grid_.patch(T_, &answers_);
+  Pose T = T_;
+  for (int k = 0; k < 30; ++k) {
+    T.p.x() += 5.0;
+    T.p.z() = ground(T.p.x()) + 0.9;
+    scan(T, false, 2000);
+    const test::HeapGuard guard;
+    grid_.insert(points_, T);
+    (void)grid_.patch(T, &answers_);
+    EXPECT_EQ(guard.allocations(), 0);
+  }
+  EXPECT_TRUE(at(T, T.p.x() + 6.0, 2.0).known);
+  EXPECT_NEAR(at(T, T.p.x() + 6.0, 2.0).height_m, ground(T.p.x() + 6.0), 0.1);
+}
+
+}  // namespace
+}  // namespace rcs::wm
