@@ -41,6 +41,7 @@ void add_eval_command(CLI::App* rcs, Commands* commands);
 void add_sim_command(CLI::App* rcs, Commands* commands);
 void add_report_command(CLI::App* rcs, Commands* commands);
 void add_replay_command(CLI::App* rcs, Commands* commands);
+void add_keys_command(CLI::App* rcs, Commands* commands);
 void add_up_command(CLI::App* rcs, Commands* commands);
 
 /// Says why on stderr. @return kExitFailed
