@@ -1,0 +1,224 @@
+// A program off-board: it knows vehicle.idl and nothing else of this project. What it needs of
+// networks and keys, DDS reads from $CYCLONEDDS_URI (see config/dds).
+//
+//   dds_client [OPTION...] watch SECONDS         VehicleState and NodeStatus as they come
+//   dds_client [OPTION...] goto ID SECONDS X Y [X Y...]   repeats the command for so long
+//   dds_client [OPTION...] halt|stop|release ID SECONDS
+// -d DOMAIN  -v VEHICLE  -o OPERATOR  -p PARTITION (default: the operator)
+// -s SPEED [m/s]  -f VALID_FOR [ms]  -n COUNT (of waypoints: the last one again and again)
+// Exit status: 0 done; 2 wrong usage; 3 DDS refused to make something.
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "dds/dds.h"
+#include "vehicle.h"
+
+#define MAX_WAYPOINTS 256
+
+struct options {
+  dds_domainid_t domain;
+  const char* vehicle;
+  const char* operator_id;
+  const char* partition;
+  double speed_mps;
+  int valid_for_ms;
+  int count;
+};
+
+static dds_entity_t made(dds_entity_t e, const char* what) {
+  if (e < 0) {
+    printf("refused: no %s: %s\n", what, dds_strretcode(-e));
+    exit(3);
+  }
+  return e;
+}
+
+static dds_qos_t* reliable(const char* partition, bool transient_local) {
+  dds_qos_t* q = dds_create_qos();
+  dds_qset_reliability(q, DDS_RELIABILITY_RELIABLE, DDS_MSECS(100));
+  dds_qset_history(q, DDS_HISTORY_KEEP_LAST, 1);
+  if (transient_local) dds_qset_durability(q, DDS_DURABILITY_TRANSIENT_LOCAL);
+  dds_qset_partition1(q, partition);
+  return q;
+}
+
+static dds_entity_t reader(dds_entity_t participant, const dds_topic_descriptor_t* type,
+                           const char* name, dds_qos_t* qos) {
+  const dds_entity_t topic = made(dds_create_topic(participant, type, name, NULL, NULL), "topic");
+  const dds_entity_t r = made(dds_create_reader(participant, topic, qos, NULL), "reader");
+  dds_delete_qos(qos);
+  return r;
+}
+
+static dds_entity_t writer(dds_entity_t participant, const dds_topic_descriptor_t* type,
+                           const char* name, dds_qos_t* qos) {
+  const dds_entity_t topic = made(dds_create_topic(participant, type, name, NULL, NULL), "topic");
+  const dds_entity_t w = made(dds_create_writer(participant, topic, qos, NULL), "writer");
+  dds_delete_qos(qos);
+  return w;
+}
+
+// ---- watch ---------------------------------------------------------------------------------
+
+struct seen {
+  int states;
+  dds_time_t first, last;
+};
+
+static void take_states(dds_entity_t r, struct seen* seen) {
+  void* samples[16] = {NULL};
+  dds_sample_info_t infos[16];
+  const int n = dds_take(r, samples, infos, 16, 16);
+  for (int i = 0; i < n; ++i) {
+    if (!infos[i].valid_data) continue;
+    const rcs_VehicleState* s = samples[i];
+    seen->last = dds_time();
+    if (seen->states++ == 0) seen->first = seen->last;
+    printf("state %s seq %llu mode %d p %.3f %.3f %.3f sigma_x %.3f age %lld us datum %.6f %.6f\n",
+           s->vehicle, (unsigned long long)s->seq, (int)s->mode, s->p_world_vehicle_m[0],
+           s->p_world_vehicle_m[1], s->p_world_vehicle_m[2], s->cov_world_pose[0],
+           (long long)s->age_us, s->datum_lat_deg, s->datum_lon_deg);
+  }
+  if (samples[0] != NULL) dds_return_loan(r, samples, n);
+}
+
+static void take_statuses(dds_entity_t r) {
+  void* samples[16] = {NULL};
+  dds_sample_info_t infos[16];
+  const int n = dds_take(r, samples, infos, 16, 16);
+  for (int i = 0; i < n; ++i) {
+    if (!infos[i].valid_data) continue;
+    const rcs_NodeStatus* s = samples[i];
+    printf("node %s %s alive %d overruns %lld state \"%s\" reason \"%s\"\n", s->vehicle, s->node,
+           s->alive, (long long)s->overruns, s->state, s->reason);
+  }
+  if (samples[0] != NULL) dds_return_loan(r, samples, n);
+}
+
+static int watch(dds_entity_t participant, double seconds) {
+  dds_qos_t* q = dds_create_qos();
+  dds_qset_partition1(q, "*");
+  dds_qset_history(q, DDS_HISTORY_KEEP_LAST, 16);
+  const dds_entity_t states = reader(participant, &rcs_VehicleState_desc, "VehicleState", q);
+  const dds_entity_t statuses =
+      reader(participant, &rcs_NodeStatus_desc, "NodeStatus", reliable("*", true));
+  const dds_entity_t waitset = made(dds_create_waitset(participant), "waitset");
+  dds_set_status_mask(states, DDS_DATA_AVAILABLE_STATUS);
+  dds_set_status_mask(statuses, DDS_DATA_AVAILABLE_STATUS);
+  dds_waitset_attach(waitset, states, 0);
+  dds_waitset_attach(waitset, statuses, 0);
+  struct seen seen = {0, 0, 0};
+  const dds_time_t end = dds_time() + (dds_duration_t)(seconds * 1e9);
+  while (dds_waitset_wait_until(waitset, NULL, 0, end) > 0) {
+    take_states(states, &seen);
+    take_statuses(statuses);
+    fflush(stdout);
+  }
+  const double span = (double)(seen.last - seen.first) * 1e-9;
+  printf("states %d rate %.2f Hz\n", seen.states, span > 0 ? (seen.states - 1) / span : 0.0);
+  return 0;
+}
+
+// ---- write ---------------------------------------------------------------------------------
+
+static void repeat(dds_entity_t w, const void* sample, double seconds) {
+  const dds_time_t end = dds_time() + (dds_duration_t)(seconds * 1e9);
+  do {
+    const dds_return_t rc = dds_write(w, sample);
+    dds_publication_matched_status_t matched;
+    dds_get_publication_matched_status(w, &matched);
+    printf("written: %s, readers %u\n", dds_strretcode(-rc), matched.current_count);
+    fflush(stdout);
+    dds_sleepfor(DDS_MSECS(200));
+  } while (dds_time() < end);
+}
+
+static int command(dds_entity_t participant, const struct options* o, bool go, char** args,
+                   int n_args) {
+  rcs_WaypointCommand c;
+  rcs_Waypoint waypoints[MAX_WAYPOINTS];
+  memset(&c, 0, sizeof c);
+  memset(waypoints, 0, sizeof waypoints);
+  snprintf(c.vehicle, sizeof c.vehicle, "%s", o->vehicle);
+  snprintf(c.operator_id, sizeof c.operator_id, "%s", o->operator_id);
+  c.command_id = strtoll(args[0], NULL, 10);
+  c.kind = go ? rcs_COMMAND_GOTO : rcs_COMMAND_HALT;
+  c.frame = rcs_FRAME_WORLD;
+  c.valid_for_ms = o->valid_for_ms;
+  int n = (n_args - 2) / 2;
+  for (int i = 0; i < n || i < o->count; ++i) {
+    const int k = i < n ? i : n - 1;
+    waypoints[i].p_m[0] = strtod(args[2 + 2 * k], NULL);
+    waypoints[i].p_m[1] = strtod(args[3 + 2 * k], NULL);
+    waypoints[i].radius_m = 2.0;
+    waypoints[i].speed_mps = o->speed_mps;
+  }
+  if (o->count > n) n = o->count;
+  c.waypoints._buffer = waypoints;
+  c.waypoints._length = c.waypoints._maximum = (uint32_t)n;
+  repeat(writer(participant, &rcs_WaypointCommand_desc, "WaypointCommand",
+                reliable(o->partition, false)),
+         &c, strtod(args[1], NULL));
+  return 0;
+}
+
+static int stop(dds_entity_t participant, const struct options* o, bool engage, char** args) {
+  rcs_EmergencyStop s;
+  memset(&s, 0, sizeof s);
+  snprintf(s.vehicle, sizeof s.vehicle, "%s", o->vehicle);
+  snprintf(s.operator_id, sizeof s.operator_id, "%s", o->operator_id);
+  s.command_id = strtoll(args[0], NULL, 10);
+  s.engage = engage;
+  repeat(writer(participant, &rcs_EmergencyStop_desc, "EmergencyStop", reliable(o->partition, true)),
+         &s, strtod(args[1], NULL));
+  return 0;
+}
+
+int main(int argc, char** argv) {
+  struct options o = {0, "vehicle", "alice", NULL, 3.0, 2000, 0};
+  int c;
+  while ((c = getopt(argc, argv, "+d:v:o:p:s:f:n:")) != -1) {
+    switch (c) {
+      case 'd':
+        o.domain = (dds_domainid_t)strtoul(optarg, NULL, 10);
+        break;
+      case 'v':
+        o.vehicle = optarg;
+        break;
+      case 'o':
+        o.operator_id = optarg;
+        break;
+      case 'p':
+        o.partition = optarg;
+        break;
+      case 's':
+        o.speed_mps = strtod(optarg, NULL);
+        break;
+      case 'f':
+        o.valid_for_ms = atoi(optarg);
+        break;
+      case 'n':
+        o.count = atoi(optarg);
+        break;
+      default:
+        return 2;
+    }
+  }
+  if (o.partition == NULL) o.partition = o.operator_id;
+  char** args = argv + optind + 1;
+  const int n = argc - optind - 1;
+  if (n < 1 || o.count > MAX_WAYPOINTS || n > 2 * MAX_WAYPOINTS) return 2;
+  const char* what = argv[optind];
+  const dds_entity_t participant =
+      made(dds_create_participant(o.domain, NULL, NULL), "participant");
+  int status = 2;
+  if (strcmp(what, "watch") == 0) status = watch(participant, strtod(args[0], NULL));
+  if (strcmp(what, "goto") == 0 && n >= 4) status = command(participant, &o, true, args, n);
+  if (strcmp(what, "halt") == 0 && n >= 2) status = command(participant, &o, false, args, n);
+  if (strcmp(what, "stop") == 0 && n >= 2) status = stop(participant, &o, true, args);
+  if (strcmp(what, "release") == 0 && n >= 2) status = stop(participant, &o, false, args);
+  dds_delete(participant);
+  return status;
+}

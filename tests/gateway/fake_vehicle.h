@@ -1,0 +1,53 @@
+#pragma once
+// What the gateway hears on a vehicle's bus: a WM that believes something, and a BG that obeys.
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "lcmtypes/rcs/command_t.hpp"
+#include "lcmtypes/rcs/cycle_t.hpp"
+#include "lcmtypes/rcs/nav_state_t.hpp"
+#include "rcs/node/command.h"
+#include "rcs/node/lcm_bus.h"
+#include "rcs/node/live_timeline.h"
+#include "rcs/node/node.h"
+#include "rcs/node/outbox.h"
+
+namespace rcs::gateway::test {
+
+class FakeVehicle {
+ public:
+  static constexpr Duration kPeriod = std::chrono::milliseconds(20);
+
+  FakeVehicle();
+
+  /// Runs the vehicle until `done`, asked every cycle, or for at most `limit`.
+  /// @return whether it was done
+  bool run_until(const std::function<bool()>& done, Duration limit);
+  void run_for(Duration span) {
+    (void)run_until([] { return false; }, span);
+  }
+
+  /// Every command that BG has taken, once.
+  [[nodiscard]] const std::vector<command_t>& commands() const { return commands_; }
+  [[nodiscard]] bool has_taken(std::int8_t kind) const;
+  /// BG has a command that is still valid.
+  [[nodiscard]] bool commanded() const;
+
+ private:
+  void cycle(Stamp now);
+
+  StopSignals stop_;
+  std::unique_ptr<LcmBus> bus_;
+  LiveTimeline timeline_;
+  Outbox<nav_state_t> nav_states_;
+  Outbox<cycle_t> wm_cycles_;
+  Subordinate bg_;
+  PeriodicClock clock_{kPeriod};
+  nav_state_t nav_state_{};
+  cycle_t wm_cycle_{};
+  std::vector<command_t> commands_;
+};
+
+}  // namespace rcs::gateway::test

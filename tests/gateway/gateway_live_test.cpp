@@ -1,0 +1,268 @@
+// On a private bus (with_bus.sh): the gateway as a process, a vehicle around it, and programs that
+// speak DDS to it by loopback.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <memory>
+#include <string>
+
+#include "modules/gateway/orders.h"
+#include "tests/gateway/fake_vehicle.h"
+#include "tests/gateway/fresh_folder.h"
+#include "tests/gateway/program.h"
+#include "tools/rcs/key_folder.h"
+
+namespace rcs::gateway {
+namespace {
+
+namespace fs = std::filesystem;
+using rcs::test::fresh_folder;
+using rcs::test::Program;
+using rcs::test::program_path;
+using test::FakeVehicle;
+using tools::KeyFolder;
+using tools::KeyRole;
+
+constexpr Duration kPatience = from_seconds(30.0);  // for what must come; a loaded computer is slow
+constexpr Duration kWatch = from_seconds(3.0);      // for what must not
+
+/// A vehicle with its gateway.
+class GatewayLive : public testing::Test {
+ protected:
+  GatewayLive() : folder_(fresh_folder()) {}
+
+  void start_gateway(const std::string& gateway_table) {
+    const std::string config = (folder_ / "vehicle.toml").string();
+    std::ofstream(config) << "[vehicle]\nname = \"demo3\"\n" << gateway_table;
+    gateway_ = std::make_unique<Program>(std::vector<std::string>{program_path("gateway"), config},
+                                         std::vector<std::string>{});
+    ASSERT_TRUE(vehicle_.run_until([&] { return gateway_->has_said("running on"); }, kPatience))
+        << gateway_->output();
+  }
+
+  /// A program off-board. @param keys  folder of its identity; empty: none
+  static std::unique_ptr<Program> client(std::vector<std::string> args, const fs::path& keys) {
+    const std::string profiles =
+        std::string("file://") + std::getenv("RCS_SOURCE_DIR") + "/config/dds/";
+    std::vector<std::string> environment = {"CYCLONEDDS_URI=" + profiles + "loopback.xml"};
+    if (!keys.empty()) {
+      environment[0] += "," + profiles + "security.xml";
+      environment.push_back("RCS_KEYS=" + keys.string());
+    }
+    args.insert(args.begin(), {program_path("dds_client"), "-v", "demo3"});
+    return std::make_unique<Program>(args, environment);
+  }
+  static std::unique_ptr<Program> client(std::vector<std::string> args) {
+    return client(std::move(args), {});
+  }
+
+  bool takes(std::int8_t kind) {
+    return vehicle_.run_until([&] { return vehicle_.has_taken(kind); }, kPatience);
+  }
+  bool says(Program* program, const std::string& text) {
+    return vehicle_.run_until([&] { return program->has_said(text); }, kPatience);
+  }
+  bool ends(Program* program) {
+    return vehicle_.run_until([&] { return program->status() >= 0; }, kPatience);
+  }
+
+  fs::path folder_;
+  FakeVehicle vehicle_;
+  std::unique_ptr<Program> gateway_;
+};
+
+constexpr char kPlain[] = "[gateway]\nplain = true\n";
+
+TEST_F(GatewayLive, TheStateGoesOutAtItsRateAndTheNodesStatusWithIt) {
+  start_gateway(kPlain);
+  const auto watch = client({"watch", "4"});
+  ASSERT_TRUE(ends(watch.get()));
+  const std::string& seen = watch->output();
+  EXPECT_NE(seen.find("datum 39.125000 -77.250000"), std::string::npos) << seen;
+  EXPECT_NE(seen.find("node demo3 wm alive 1 overruns 3 state \"running\""), std::string::npos)
+      << seen;
+  EXPECT_NE(seen.find("node demo3 bg alive 1 overruns 0 state \"at rest\""), std::string::npos);
+  EXPECT_NE(seen.find("node demo3 sp alive 0"), std::string::npos);
+  EXPECT_NE(seen.find("node demo3 gateway alive 1 overruns 0 state \"plain; idle\""),
+            std::string::npos);
+  const std::size_t at = seen.find(" rate ");
+  ASSERT_NE(at, std::string::npos) << seen;
+  const double rate_hz = std::stod(seen.substr(at + 6));
+  std::printf("[  RATE    ] VehicleState %.2f Hz of 10\n", rate_hz);
+  // Half and double: a loaded computer may be late, a wrong period is a factor.
+  EXPECT_GT(rate_hz, 5.0);
+  EXPECT_LT(rate_hz, 20.0);
+  EXPECT_TRUE(gateway_->has_said("dds.plain")) << gateway_->output();
+}
+
+TEST_F(GatewayLive, AWaypointCommandArrivesIsRefreshedAndEndsWithItsOperator) {
+  start_gateway(kPlain);
+  auto alice = client({"-s", "4", "goto", "7", "60", "10", "0", "20", "5"});
+  ASSERT_TRUE(takes(command_t::KIND_GOTO)) << gateway_->output();
+  const command_t first = vehicle_.commands().front();
+  EXPECT_EQ(first.issuer, "gateway");
+  EXPECT_EQ(first.frame, +command_t::FRAME_WORLD);
+  ASSERT_EQ(first.n, 2);
+  EXPECT_EQ(first.waypoint[1].p_m[0], 20.0);
+  EXPECT_EQ(first.waypoint[1].p_m[1], 5.0);
+  EXPECT_EQ(first.waypoint[0].speed_mps, 4.0);
+
+  ASSERT_TRUE(vehicle_.run_until([&] { return vehicle_.commands().size() >= 4; }, kPatience));
+  std::int64_t last_serial = 0;
+  for (const command_t& c : vehicle_.commands()) {
+    EXPECT_GT(c.serial, last_serial);
+    EXPECT_LE(c.valid_until_utime - c.utime, 2'500'000);
+    EXPECT_EQ(c.waypoint.size(), 2U);
+    last_serial = c.serial;
+  }
+
+  alice->signal(SIGKILL);
+  ASSERT_TRUE(vehicle_.run_until([&] { return !vehicle_.commanded(); }, kPatience));
+  const std::size_t taken = vehicle_.commands().size();
+  vehicle_.run_for(kWatch);
+  EXPECT_EQ(vehicle_.commands().size(), taken) << "nothing is refreshed for a silent operator";
+  EXPECT_TRUE(gateway_->has_said("operator.silent")) << gateway_->output();
+}
+
+TEST_F(GatewayLive, AnEmergencyStopIsLatchedUntilItsReleaseAndOutlivesItsProgram) {
+  start_gateway(kPlain);
+  const auto bobs = client({"-o", "bob", "goto", "1", "60", "10", "0"});
+  ASSERT_TRUE(takes(command_t::KIND_GOTO));
+  const auto stop = client({"stop", "1", "0.5"});
+  ASSERT_TRUE(takes(command_t::KIND_EMERGENCY_STOP)) << gateway_->output();
+  ASSERT_TRUE(ends(stop.get()));
+  EXPECT_EQ(stop->status(), 0) << stop->output();
+
+  const auto other = client({"-o", "carol", "release", "9", "1"});
+  const auto more = client({"-o", "bob", "goto", "2", "2", "10", "0"});
+  ASSERT_TRUE(ends(other.get()) && ends(more.get()));
+  EXPECT_FALSE(vehicle_.has_taken(command_t::KIND_RELEASE)) << "carol has not stopped it";
+  EXPECT_EQ(vehicle_.commands().back().kind, +command_t::KIND_EMERGENCY_STOP);
+
+  const auto release = client({"release", "2", "1"});
+  ASSERT_TRUE(takes(command_t::KIND_RELEASE)) << gateway_->output();
+  ASSERT_TRUE(ends(release.get()));
+  vehicle_.run_for(from_seconds(1.0));
+  EXPECT_EQ(vehicle_.commands().back().kind, +command_t::KIND_RELEASE)
+      << "bob's old command, still repeated, must not drive on by itself";
+  const auto anew = client({"-o", "bob", "goto", "3", "60", "10", "0"});
+  EXPECT_TRUE(vehicle_.run_until(
+      [&] { return vehicle_.commands().back().kind == command_t::KIND_GOTO; }, kPatience));
+}
+
+TEST_F(GatewayLive, AStopEngagedWhileTheGatewayWasDownCounts) {
+  const auto stop = client({"stop", "1", "60"});
+  start_gateway(kPlain);
+  EXPECT_TRUE(takes(command_t::KIND_EMERGENCY_STOP)) << gateway_->output();
+}
+
+TEST_F(GatewayLive, HostileCommandsAreRefusedAndCounted) {
+  start_gateway(kPlain);
+  const auto watch = client({"watch", "120"});
+  struct Case {
+    std::vector<std::string> args;
+    Refusal refusal;
+  };
+  const Case cases[] = {
+      {{"goto", "1", "1", "nan", "0"}, Refusal::kNotFinite},
+      {{"goto", "2", "1", "1e300", "0"}, Refusal::kPosition},
+      {{"-n", "250", "goto", "3", "1", "10", "0"}, Refusal::kCount},
+      {{"-f", "-2000", "goto", "4", "1", "10", "0"}, Refusal::kValidFor},
+      {{"-f", "2000000000", "goto", "5", "1", "10", "0"}, Refusal::kValidFor},
+      {{"-s", "400", "goto", "6", "1", "10", "0"}, Refusal::kSpeed},
+      {{"goto", "-7", "1", "10", "0"}, Refusal::kCommandId},
+      {{"-p", "mallory", "goto", "8", "1", "10", "0"}, Refusal::kOperator},
+      {{"-p", "*", "goto", "9", "1", "10", "0"}, Refusal::kOperator},
+      {{"-p", "mallory", "release", "10", "1"}, Refusal::kOperator},
+  };
+  for (const Case& c : cases) {
+    const auto hostile = client(c.args);
+    EXPECT_TRUE(says(watch.get(), std::string(text(c.refusal)))) << watch->output();
+    ASSERT_TRUE(ends(hostile.get()));
+    EXPECT_EQ(hostile->status(), 0) << hostile->output();
+  }
+  EXPECT_TRUE(vehicle_.commands().empty());
+  EXPECT_TRUE(gateway_->has_said("command.refused")) << gateway_->output();
+  EXPECT_LT(gateway_->status(), 0) << "it still runs";
+}
+
+TEST_F(GatewayLive, WithKeysEachGetsItsRightsAndNoMore) {
+  const fs::path keys = folder_ / "keys";
+  const fs::path foreign = folder_ / "foreign";
+  for (const fs::path& authority : {keys, foreign}) {
+    const Result<KeyFolder> made = KeyFolder::open(authority.string());
+    ASSERT_TRUE(made.ok()) << made.error().message;
+    ASSERT_TRUE(made->add("demo3", KeyRole::kVehicle).ok());
+    ASSERT_TRUE(made->add("alice", KeyRole::kOperator).ok());
+    ASSERT_TRUE(made->add("bob", KeyRole::kOperator).ok());
+    ASSERT_TRUE(made->add("museum", KeyRole::kObserver).ok());
+  }
+  fs::copy(keys / "museum", folder_ / "tampered", fs::copy_options::recursive);
+  fs::remove(folder_ / "tampered/permissions.p7s");
+  {
+    std::ifstream in(keys / "museum/permissions.p7s");
+    std::string rights((std::istreambuf_iterator<char>(in)), {});
+    rights.replace(rights.find("<subscribe>"), 11, "<publish>  ");
+    std::ofstream(folder_ / "tampered/permissions.p7s") << rights;
+  }
+  start_gateway("[gateway.security]\ndirectory = \"keys/demo3\"\n");
+
+  // Those who must get and do nothing, beside one who may, so that a silent network is no excuse.
+  const auto plain_watch = client({"watch", "6"});
+  const auto plain_goto = client({"goto", "1", "6", "111", "0"});
+  const auto plain_stop = client({"stop", "1", "6"});
+  const auto foreign_watch = client({"watch", "6"}, foreign / "alice");
+  const auto foreign_goto = client({"goto", "1", "6", "112", "0"}, foreign / "alice");
+  const auto observer_watch = client({"watch", "6"}, keys / "museum");
+  const auto observer_goto = client({"goto", "1", "6", "113", "0"}, keys / "museum");
+  const auto bob_as_alice = client({"-o", "alice", "goto", "9", "6", "114", "0"}, keys / "bob");
+  const auto tampered = client({"watch", "1"}, folder_ / "tampered");
+  const auto alice_watch = client({"watch", "6"}, keys / "alice");
+  for (Program* const p :
+       {plain_watch.get(), plain_goto.get(), plain_stop.get(), foreign_watch.get(),
+        foreign_goto.get(), observer_watch.get(), observer_goto.get(), bob_as_alice.get(),
+        tampered.get(), alice_watch.get()}) {
+    ASSERT_TRUE(ends(p)) << p->output();
+  }
+  EXPECT_TRUE(vehicle_.commands().empty());
+  EXPECT_TRUE(plain_watch->has_said("states 0 ")) << plain_watch->output();
+  EXPECT_FALSE(plain_watch->has_said("node "));
+  EXPECT_TRUE(plain_goto->has_said("readers 0")) << plain_goto->output();
+  EXPECT_FALSE(plain_goto->has_said("readers 1"));
+  EXPECT_FALSE(plain_stop->has_said("readers 1"));
+  EXPECT_TRUE(foreign_watch->has_said("states 0 ")) << foreign_watch->output();
+  EXPECT_FALSE(foreign_watch->has_said("node "));
+  EXPECT_FALSE(foreign_goto->has_said("readers 1")) << foreign_goto->output();
+  EXPECT_TRUE(observer_watch->has_said("state demo3")) << observer_watch->output();
+  EXPECT_TRUE(observer_goto->has_said("Not Allowed By Security")) << observer_goto->output();
+  EXPECT_TRUE(bob_as_alice->has_said("Not Allowed By Security")) << bob_as_alice->output();
+  EXPECT_TRUE(tampered->has_said("refused: no participant")) << tampered->output();
+  EXPECT_TRUE(alice_watch->has_said("state demo3")) << alice_watch->output();
+  EXPECT_TRUE(alice_watch->has_said("secured; idle")) << alice_watch->output();
+
+  const auto alice = client({"goto", "1", "60", "10", "0"}, keys / "alice");
+  EXPECT_TRUE(takes(command_t::KIND_GOTO)) << gateway_->output();
+  const auto bob = client({"-o", "bob", "stop", "1", "60"}, keys / "bob");
+  EXPECT_TRUE(takes(command_t::KIND_EMERGENCY_STOP)) << gateway_->output();
+}
+
+TEST_F(GatewayLive, WithoutKeysAndNotPlainItDoesNotStart) {
+  const std::string config = (folder_ / "vehicle.toml").string();
+  std::ofstream(config) << "[vehicle]\nname = \"demo3\"\n[gateway]\n";
+  Program gateway({program_path("gateway"), config}, {});
+  ASSERT_TRUE(ends(&gateway));
+  EXPECT_EQ(gateway.status(), 1);
+  EXPECT_TRUE(gateway.has_said("plain = true")) << gateway.output();
+
+  std::ofstream(config) << "[vehicle]\nname = \"demo3\"\n"
+                           "[gateway.security]\ndirectory = \"nowhere\"\n";
+  Program keyless({program_path("gateway"), config}, {});
+  ASSERT_TRUE(ends(&keyless));
+  EXPECT_EQ(keyless.status(), 1);
+  EXPECT_TRUE(keyless.has_said("identity_ca.pem: not there")) << keyless.output();
+}
+
+}  // namespace
+}  // namespace rcs::gateway

@@ -1,0 +1,77 @@
+#include "tools/rcs/key_folder.h"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <filesystem>
+#include <string>
+
+#include "tests/gateway/fresh_folder.h"
+#include "tools/rcs/files.h"
+
+namespace rcs::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Every regular file below a folder and what it holds.
+std::string contents(const fs::path& folder) {
+  std::string all;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file()) all += *read_text(entry.path().string());
+  }
+  return all;
+}
+
+TEST(KeyFolder, MakesAuthoritiesAndIdentitiesForTheirOwnersAlone) {
+  const fs::path folder = test::fresh_folder();
+  const Result<KeyFolder> keys = KeyFolder::open(folder.string());
+  ASSERT_TRUE(keys.ok()) << keys.error().message;
+  EXPECT_TRUE(keys->authorities_made());
+  const Result<bool> made = keys->add("alice", KeyRole::kOperator);
+  ASSERT_TRUE(made.ok()) << made.error().message;
+  EXPECT_TRUE(*made);
+  for (const char* const file : {"identity.pem", "key.pem", "permissions.p7s", "identity_ca.pem",
+                                 "permissions_ca.pem", "governance.p7s"}) {
+    EXPECT_TRUE(fs::exists(folder / "alice" / file)) << file;
+  }
+  EXPECT_EQ(
+      contents(folder / "alice").find(*read_text((folder / "ca/identity_ca.key.pem").string())),
+      std::string::npos)
+      << "an authority's private key stays at home";
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    struct stat s {};
+    ASSERT_EQ(stat(entry.path().c_str(), &s), 0);
+    EXPECT_EQ(s.st_mode & 0777U, entry.is_directory() ? 0700U : 0600U) << entry.path();
+  }
+}
+
+TEST(KeyFolder, WhatIsThereIsKept) {
+  const fs::path folder = test::fresh_folder();
+  ASSERT_TRUE(KeyFolder::open(folder.string())->add("demo3", KeyRole::kVehicle).ok());
+  const std::string before = contents(folder);
+
+  const Result<KeyFolder> again = KeyFolder::open(folder.string());
+  ASSERT_TRUE(again.ok());
+  EXPECT_FALSE(again->authorities_made());
+  const Result<bool> kept = again->add("demo3", KeyRole::kVehicle);
+  ASSERT_TRUE(kept.ok());
+  EXPECT_FALSE(*kept);
+  EXPECT_FALSE(again->add("demo3", KeyRole::kObserver).ok()) << "another role";
+  EXPECT_EQ(contents(folder), before);
+  EXPECT_TRUE(*again->add("alice", KeyRole::kOperator)) << "further identities are added";
+}
+
+TEST(KeyFolder, ABadNameOrAForeignFolderIsRefused) {
+  const fs::path folder = test::fresh_folder();
+  const Result<KeyFolder> keys = KeyFolder::open(folder.string());
+  ASSERT_TRUE(keys.ok());
+  for (const char* const bad : {"", "ca", "../alice", "a/b", "a b", "*", "<x>"}) {
+    EXPECT_FALSE(keys->add(bad, KeyRole::kOperator).ok()) << bad;
+  }
+  fs::create_directories(folder / "full/of_something");
+  EXPECT_FALSE(KeyFolder::open((folder / "full").string()).ok());
+}
+
+}  // namespace
+}  // namespace rcs::tools
