@@ -1,0 +1,311 @@
+#include "tests/replay/closed_loop.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <optional>
+
+#include "lcmtypes/channels.h"
+#include "lcmtypes/convert.h"
+#include "lcmtypes/rcs/gps_fix_t.hpp"
+#include "lcmtypes/rcs/nav_state_t.hpp"
+#include "lcmtypes/rcs/plan_t.hpp"
+#include "lcmtypes/rcs/truth_t.hpp"
+#include "modules/sp/sp_node.h"
+#include "modules/wm/wm_node.h"
+#include "rcs/base/geodesy.h"
+#include "rcs/node/command.h"
+#include "rcs/node/executor.h"
+#include "rcs/node/local_bus.h"
+#include "rcs/node/lockstep_timeline.h"
+#include "rcs/terrain/elevation_tile.h"
+
+namespace rcs::test {
+namespace {
+
+template <class T>
+class Tap final : public Receiver {
+ public:
+  Tap(Bus* bus, std::string_view channel, std::function<void(const T&)> take)
+      : take_(std::move(take)) {
+    bus->subscribe(channel, this);
+  }
+  void receive(const std::uint8_t* data, std::size_t size, Stamp /*arrival*/) noexcept override {
+    RCS_CHECK(message_.decode(data, 0, static_cast<int>(size)) == static_cast<int>(size));
+    take_(message_);
+  }
+
+ private:
+  std::function<void(const T&)> take_;
+  T message_{};
+};
+
+/// Asks for the course's waypoints, and again every second, until they are done.
+class Operator final : public Node {
+ public:
+  Operator(Bus* bus, Stamp begin)
+      : port_(bus, channel::kBgCommand, channel::kBgStatus, "operator", {}), begin_(begin) {}
+
+  /// Not before there is something to ask for.
+  void ask(const Order& order) { order_ = order; }
+
+  [[nodiscard]] const NodeInfo& info() const override { return info_; }
+  [[nodiscard]] Stamp next_wakeup() const override { return clock_.next(); }
+  [[nodiscard]] std::vector<const InboxBase*> inboxes() const override { return {&port_.inbox()}; }
+
+  void run(const Cycle& cycle) override {
+    clock_.advance(cycle.now);
+    port_.step(cycle.now);
+    if (cycle.now < begin_ || !order_) return;
+    if (first_sent == Stamp::min()) first_sent = cycle.now;
+    if (done_at == Stamp::max() && cycle.now >= next_send_) {
+      port_.send(*order_, cycle.now);
+      next_send_ = cycle.now + from_seconds(1.0);
+    }
+    const Standing standing = port_.standing(cycle.now);
+    reason = standing.reason;
+    if (standing.state == Standing::State::kDone) done_at = std::min(done_at, cycle.now);
+    if (port_.status() != nullptr) state = port_.status()->state;
+  }
+
+  Stamp first_sent = Stamp::min();
+  Stamp done_at = Stamp::max();
+  std::string reason;
+  std::string state;
+
+ private:
+  NodeInfo info_{"operator", from_milliseconds(50.0), from_milliseconds(0.1)};
+  PeriodicClock clock_{from_milliseconds(200.0)};
+  CommandPort port_;
+  Stamp begin_;
+  Stamp next_send_ = Stamp::min();
+  std::optional<Order> order_;
+};
+
+/// The simulator, until the operator has what he asked for.
+class UntilDone final : public EventSource {
+ public:
+  UntilDone(EventSource* source, const Operator* op, Duration after)
+      : source_(source), operator_(op), after_(after) {}
+  Stamp peek() override {
+    const Stamp due = source_->peek();
+    const bool over = operator_->done_at != Stamp::max() && due > operator_->done_at + after_;
+    return over ? Stamp::max() : due;
+  }
+  void take(SourceEvent* event) override { source_->take(event); }
+
+ private:
+  EventSource* source_;
+  const Operator* operator_;
+  Duration after_;
+};
+
+std::string read_text(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+/// The vehicle's configuration with the scenario's datum, so that waypoints mean the same to both.
+std::string config_text(const sim::Scenario& scenario, const ClosedLoopOptions& options) {
+  std::string text = read_text(options.vehicle_config);
+  fmt::format_to(std::back_inserter(text),
+                 "\n[world]\ndatum_lat_deg = {:.12f}\ndatum_lon_deg = {:.12f}\n"
+                 "datum_height_m = {:.6f}\n",
+                 degrees(scenario.datum.lat_rad), degrees(scenario.datum.lon_rad),
+                 scenario.datum.height.m);
+  if (!options.prior_map.empty()) text += "prior_map = \"" + options.prior_map + "\"\n";
+  return text + options.more_config;
+}
+
+Order goto_order(const sim::Scenario& scenario, const ClosedLoopOptions& options,
+                 const Pose& T_frame_world) {
+  Order order;
+  order.kind = command_t::KIND_GOTO;
+  order.frame = options.frame;
+  const std::vector<Vec2>& places = scenario.course.waypoints_world;
+  for (std::size_t k = 1; k < places.size(); ++k) {
+    waypoint_t w{};
+    to_message(T_frame_world * Vec3(places[k].x(), places[k].y(), 0.0), w.p_m);
+    w.radius_m = options.radius_m;
+    w.speed_mps = scenario.course.speed_mps;
+    order.waypoints.push_back(w);
+  }
+  return order;
+}
+
+/// Everything that is noted of a run.
+class Notes {
+ public:
+  Notes(Bus* bus, const sim::Scenario& scenario, const ClosedLoopOptions& options, Operator* op,
+        ClosedLoopRun* run)
+      : scenario_(scenario),
+        options_(options),
+        operator_(op),
+        run_(*run),
+        world_(scenario.datum),
+        truth_(bus, channel::kSimTruth, [this](const truth_t& m) { take(m); }),
+        fixes_(bus, channel::kGpsFix, [this](const gps_fix_t& m) { fix_ = from_utime(m.utime); }),
+        nav_(bus, channel::kWmNavState, [this](const nav_state_t& m) { take(m); }),
+        plans_(bus, channel::kBgPlan, [this](const plan_t& m) { take(m); }) {
+    if (options.frame == command_t::FRAME_WORLD) op->ask(goto_order(scenario, options, Pose()));
+  }
+
+  [[nodiscard]] Stamp last() const { return sample_.stamp; }
+
+ private:
+  void take(const truth_t& m) {
+    Pose T;
+    RCS_CHECK(from_message(m.q_world_vehicle, m.p_world_vehicle_m, &T));
+    const Vec2 v = from_message(m.v_world_mps).head<2>();
+    if (heard_) run_.distance_m += (T.p - sample_.T_world_vehicle.p).head<2>().norm();
+    heard_ = true;
+    sample_.stamp = from_utime(m.utime);
+    sample_.T_world_vehicle = T;
+    sample_.speed_mps = v.norm();
+    sample_.clearance_m = m.clearance_m;
+    sample_.gps = sample_.stamp - fix_ <= from_seconds(1.0);
+
+    run_.collisions += m.clearance_m <= 0.0 && !collides_ ? 1 : 0;
+    collides_ = m.clearance_m <= 0.0;
+    run_.foliage_contacts += m.foliage_contact != 0 && !touches_ ? 1 : 0;
+    touches_ = m.foliage_contact != 0;
+    run_.least_clearance_m = std::min(run_.least_clearance_m, m.clearance_m);
+    run_.fastest_mps = std::max(run_.fastest_mps, sample_.speed_mps);
+    run_.worst_lateral_mps2 =
+        std::max(run_.worst_lateral_mps2, std::abs(sample_.speed_mps * m.rate_vehicle_radps[2]));
+    for (std::size_t k = 0; k < run_.nearest_m.size(); ++k) {
+      run_.nearest_m[k] =
+          std::min(run_.nearest_m[k], (T.p.head<2>() - run_.waypoints_world[k]).norm());
+    }
+    if (sample_.speed_mps > 0.5 && sample_.believed) {
+      const double error_m = (sample_.T_world_believed.p - T.p).head<2>().norm();
+      run_.worst_error_m = std::max(run_.worst_error_m, error_m);
+    }
+    if (m.seq % 10 == 0) run_.trace.push_back(sample_);
+  }
+
+  void take(const nav_state_t& m) {
+    Pose T_local_vehicle, T_world_vehicle;
+    RCS_CHECK(from_message(m.q_local_vehicle, m.p_local_vehicle_m, &T_local_vehicle));
+    RCS_CHECK(from_message(m.q_world_vehicle, m.p_world_vehicle_m, &T_world_vehicle));
+    T_local_vehicle_ = T_local_vehicle;
+    if (!heard_) return;
+    if (!sample_.believed) {
+      T_world_local_ = sample_.T_world_vehicle * T_local_vehicle.inverse();
+      if (options_.frame == command_t::FRAME_LOCAL) {
+        operator_->ask(goto_order(scenario_, options_, T_world_local_.inverse()));
+      }
+    }
+    sample_.believed = true;
+    sample_.T_world_believed = T_world_local_ * T_local_vehicle;
+    if (m.world_valid == 0) return;
+    sample_.T_world_believed =
+        world_.from(
+            LocalFrame({radians(m.datum_lat_deg), radians(m.datum_lon_deg), {m.datum_height_m}})) *
+        T_world_vehicle;
+  }
+
+  void take(const plan_t& m) {
+    const bool often =
+        !run_.plans.empty() && from_utime(m.utime) - run_.plans.back().stamp < from_seconds(1.0);
+    if (!heard_ || m.n == 0 || often) return;
+    const Pose T_world_local = sample_.T_world_vehicle * T_local_vehicle_.inverse();
+    ClosedLoopPlan plan{from_utime(m.utime), {}};
+    for (const plan_point_t& p : m.point) {
+      plan.points_world.emplace_back((T_world_local * from_message(p.p_m)).head<2>());
+    }
+    run_.plans.push_back(std::move(plan));
+  }
+
+  const sim::Scenario& scenario_;
+  const ClosedLoopOptions& options_;
+  Operator* operator_;
+  ClosedLoopRun& run_;
+  LocalFrame world_;
+  ClosedLoopSample sample_;
+  Stamp fix_ = Stamp(std::chrono::seconds(-10));
+  Pose T_local_vehicle_;
+  Pose T_world_local_;
+  bool heard_ = false;
+  bool collides_ = false;
+  bool touches_ = false;
+  Tap<truth_t> truth_;
+  Tap<gps_fix_t> fixes_;
+  Tap<nav_state_t> nav_;
+  Tap<plan_t> plans_;
+};
+
+void conclude(const Operator& op, Stamp last, double radius_m, ClosedLoopRun* run) {
+  run->done = op.done_at != Stamp::max();
+  run->reason = run->done ? "" : op.reason;
+  run->state = op.state;
+  for (const double nearest_m : run->nearest_m) run->reached += nearest_m <= radius_m ? 1 : 0;
+  if (op.first_sent == Stamp::min()) return;
+  run->time_s = seconds((run->done ? op.done_at : last) - op.first_sent);
+  run->mean_mps = run->distance_m / std::max(run->time_s, 1e-3);
+}
+
+}  // namespace
+
+ClosedLoopRun run_closed_loop(const sim::Scenario& scenario, const ClosedLoopOptions& options,
+                              const DriverFactory& make_driver) {
+  RCS_CHECK(scenario.commanded);
+  ClosedLoopRun run;
+  const std::vector<Vec2>& places = scenario.course.waypoints_world;
+  run.waypoints_world.assign(places.begin() + 1, places.end());
+  run.nearest_m.assign(run.waypoints_world.size(), 1e9);
+
+  sim::Simulator simulator(scenario);
+  if (!options.prior_map.empty()) {
+    RCS_CHECK(write_tile(simulator.prior_map(), options.prior_map).ok());
+  }
+  const Result<ParamFile> file =
+      ParamFile::parse(config_text(scenario, options), options.vehicle_config);
+  if (!file) {
+    run.config_error = file.error().message;
+    return run;
+  }
+  LocalBus bus;
+  simulator.listen(&bus, Duration(0));
+  const Result<std::unique_ptr<Node>> sp = sp::make_sp_node(*file, &bus);
+  const Result<std::unique_ptr<Node>> wm = wm::make_wm_node(*file, &bus);
+  if (!sp || !wm) {
+    run.config_error = sp ? wm.error().message : sp.error().message;
+    return run;
+  }
+  const std::unique_ptr<Node> driver = make_driver(*file, &bus, simulator);
+  Operator op(&bus, sim::Simulator::kStart + from_seconds(scenario.course.rest_s));
+  const Notes notes(&bus, scenario, options, &op, &run);
+
+  UntilDone source(&simulator, &op, from_seconds(options.after_done_s));
+  LockstepTimeline timeline(&bus, &source, from_seconds(0.2));
+  rcs::run({sp->get(), wm->get(), driver.get(), &op}, timeline, nullptr);
+
+  conclude(op, notes.last(), options.radius_m, &run);
+  run.drive = simulator.commanded_vehicle()->model().account();
+  run.fenced = simulator.commanded_vehicle()->fenced();
+  return run;
+}
+
+std::string describe(const ClosedLoopRun& run) {
+  if (!run.config_error.empty()) return run.config_error + "\n";
+  std::string text = fmt::format(
+      "{}: {} of {} waypoints, {:.0f} m in {:.1f} s ({:.1f} m/s, at most {:.1f}), lateral at most "
+      "{:.1f} m/s2\n"
+      "collisions {}, least clearance {:.2f} m, foliage contacts {}, believed place off by at most "
+      "{:.2f} m\n"
+      "drive commands: {} taken, {} implausible, {} stale, {} expired; {} silences{}\n",
+      run.done ? "done" : "not done (" + run.state + ": " + run.reason + ")", run.reached,
+      run.waypoints_world.size(), run.distance_m, run.time_s, run.mean_mps, run.fastest_mps,
+      run.worst_lateral_mps2, run.collisions, run.least_clearance_m, run.foliage_contacts,
+      run.worst_error_m, run.drive.taken, run.drive.implausible, run.drive.stale, run.drive.expired,
+      run.drive.silences, run.fenced ? "; came to the border" : "");
+  text += "nearest to the waypoints:";
+  for (const double m : run.nearest_m) text += fmt::format(" {:.1f}", m);
+  return text + " m\n";
+}
+
+}  // namespace rcs::test
