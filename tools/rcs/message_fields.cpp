@@ -113,7 +113,7 @@ void write(const points_t& m, FieldWriter& w) {
 
 void write(const nav_state_t& m, FieldWriter& w) {
   w(F(utime))(F(seq))(F(mode))(F(world_valid))(F(rolling_valid))(F(q_world_vehicle))(
-      F(p_world_vehicle_m))(F(q_local_vehicle))(F(p_local_vehicle_m))(F(map_epoch))(
+      F(p_world_vehicle_m))(F(q_local_vehicle))(F(p_local_vehicle_m))(F(local_utime))(F(map_epoch))(
       F(q_rolling_vehicle))(F(p_rolling_vehicle_m))(F(v_world_mps))(F(rate_vehicle_radps))(
       F(accel_vehicle_mps2))(F(gyro_bias_radps))(F(accel_bias_mps2))(F(map_offset_m))(
       F(wheel_scale))(F(cov_world_pose))(F(cov_v_world))(F(cov_rolling_pose))(F(world_resets))(
@@ -128,7 +128,7 @@ void write(const innovation_t& m, FieldWriter& w) {
 }
 
 void write(const map_patch_t& m, FieldWriter& w) {
-  w(F(utime))(F(seq))(F(map_epoch))(F(cell_m))(F(first_i))(F(first_j))(F(width))(F(height))(
+  w(F(utime))(F(seq))(F(local_utime))(F(cell_m))(F(first_i))(F(first_j))(F(width))(F(height))(
       F(base_m))(F(n));
 }
 
@@ -162,7 +162,8 @@ void write(const drive_t& m, FieldWriter& w) {
 
 void write(const truth_t& m, FieldWriter& w) {
   w(F(utime))(F(seq))(F(q_world_vehicle))(F(p_world_vehicle_m))(F(v_world_mps))(
-      F(rate_vehicle_radps))(F(datum_lat_deg))(F(datum_lon_deg))(F(datum_height_m));
+      F(rate_vehicle_radps))(F(datum_lat_deg))(F(datum_lon_deg))(F(datum_height_m))(F(clearance_m))(
+      F(foliage_contact));
 }
 #undef F
 
