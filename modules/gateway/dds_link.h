@@ -24,7 +24,8 @@ struct DdsParams {
 
 class DdsLink {
  public:
-  static constexpr std::size_t kMaxTake = 16;  ///< samples of a topic in one cycle
+  static constexpr std::size_t kMaxCommands = 16;  ///< samples taken in one cycle
+  static constexpr std::size_t kMaxStops = 256;    ///< so many that a flood delays none for long
 
   /// @param vehicle  its name; the partition of what it writes
   static Result<std::unique_ptr<DdsLink>> open(const DdsParams& params, const std::string& vehicle);
@@ -33,8 +34,8 @@ class DdsLink {
   bool write(const rcs_VehicleState& sample);
   bool write(const rcs_NodeStatus& sample);
 
-  using Commands = TakenSamples<rcs_WaypointCommand, kMaxTake>;
-  using Stops = TakenSamples<rcs_EmergencyStop, kMaxTake>;
+  using Commands = TakenSamples<rcs_WaypointCommand, kMaxCommands>;
+  using Stops = TakenSamples<rcs_EmergencyStop, kMaxStops>;
   [[nodiscard]] Commands take_commands() { return Commands(command_reader_.get()); }
   [[nodiscard]] Stops take_stops() { return Stops(stop_reader_.get()); }
 

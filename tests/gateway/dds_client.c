@@ -4,6 +4,7 @@
 //   dds_client [OPTION...] watch SECONDS         VehicleState and NodeStatus as they come
 //   dds_client [OPTION...] goto ID SECONDS X Y [X Y...]   repeats the command for so long
 //   dds_client [OPTION...] halt|stop|release ID SECONDS
+//   dds_client [OPTION...] flood SECONDS         commands and releases of 300 operators, no pause
 // -d DOMAIN  -v VEHICLE  -o OPERATOR  -p PARTITION (default: the operator)
 // -s SPEED [m/s]  -f VALID_FOR [ms]  -n COUNT (of waypoints: the last one again and again)
 // Exit status: 0 done; 2 wrong usage; 3 DDS refused to make something.
@@ -176,6 +177,34 @@ static int stop(dds_entity_t participant, const struct options* o, bool engage, 
   return 0;
 }
 
+static int flood(dds_entity_t participant, const struct options* o, double seconds) {
+  rcs_WaypointCommand c;
+  rcs_EmergencyStop s;
+  memset(&c, 0, sizeof c);
+  memset(&s, 0, sizeof s);
+  snprintf(c.vehicle, sizeof c.vehicle, "%s", o->vehicle);
+  snprintf(s.vehicle, sizeof s.vehicle, "%s", o->vehicle);
+  const dds_entity_t commands = writer(participant, &rcs_WaypointCommand_desc, "WaypointCommand",
+                                       reliable(o->partition, false));
+  const dds_entity_t stops =
+      writer(participant, &rcs_EmergencyStop_desc, "EmergencyStop", reliable(o->partition, true));
+  const dds_time_t end = dds_time() + (dds_duration_t)(seconds * 1e9);
+  long long n = 0;
+  for (; dds_time() < end; ++n) {
+    c.command_id = s.command_id = n;
+    snprintf(c.operator_id, sizeof c.operator_id, "flood%d", (int)(n % 300));
+    snprintf(s.operator_id, sizeof s.operator_id, "flood%d", (int)(n % 300));
+    (void)dds_write(commands, &c);
+    (void)dds_write(stops, &s);
+    if (n % 1000 == 0) {
+      printf("flooded %lld\n", n);
+      fflush(stdout);
+    }
+  }
+  printf("flooded %lld in all\n", n);
+  return 0;
+}
+
 int main(int argc, char** argv) {
   struct options o = {0, "vehicle", "alice", NULL, 3.0, 2000, 0};
   int c;
@@ -219,6 +248,7 @@ int main(int argc, char** argv) {
   if (strcmp(what, "halt") == 0 && n >= 2) status = command(participant, &o, false, args, n);
   if (strcmp(what, "stop") == 0 && n >= 2) status = stop(participant, &o, true, args);
   if (strcmp(what, "release") == 0 && n >= 2) status = stop(participant, &o, false, args);
+  if (strcmp(what, "flood") == 0) status = flood(participant, &o, strtod(args[0], NULL));
   dds_delete(participant);
   return status;
 }

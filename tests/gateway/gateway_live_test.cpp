@@ -188,6 +188,21 @@ TEST_F(GatewayLive, HostileCommandsAreRefusedAndCounted) {
   EXPECT_LT(gateway_->status(), 0) << "it still runs";
 }
 
+TEST_F(GatewayLive, AFloodKeepsNoStopOut) {
+  // More operators than the commands' reader keeps: reliable, it would hold up the stops behind.
+  start_gateway(kPlain);
+  const auto flood = client({"-o", "mallory", "flood", "60"});
+  ASSERT_TRUE(says(gateway_.get(), "command.refused")) << "the flood has come";
+  vehicle_.run_for(from_seconds(1.0));
+  const auto stop = client({"stop", "1", "60"});
+  EXPECT_TRUE(takes(command_t::KIND_EMERGENCY_STOP)) << gateway_->output();
+  gateway_->signal(SIGTERM);
+  ASSERT_TRUE(ends(gateway_.get()));
+  const std::string& account = gateway_->output();
+  std::printf("[  FLOOD   ] %s\n",
+              account.substr(account.find("gateway: ", account.find("command.refused"))).c_str());
+}
+
 TEST_F(GatewayLive, WithKeysEachGetsItsRightsAndNoMore) {
   const fs::path keys = folder_ / "keys";
   const fs::path foreign = folder_ / "foreign";
