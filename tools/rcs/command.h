@@ -43,6 +43,7 @@ void add_report_command(CLI::App* rcs, Commands* commands);
 void add_replay_command(CLI::App* rcs, Commands* commands);
 void add_keys_command(CLI::App* rcs, Commands* commands);
 void add_up_command(CLI::App* rcs, Commands* commands);
+void add_top_command(CLI::App* rcs, Commands* commands);
 
 /// Says why on stderr. @return kExitFailed
 int fail(std::string_view command, const Error& error);

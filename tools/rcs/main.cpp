@@ -25,6 +25,7 @@ int rcs_main(int argc, char** argv) {
       "`rcs COMMAND --help` has examples.");
   Commands commands;
   add_up_command(&app, &commands);
+  add_top_command(&app, &commands);
   add_log_commands(&app, &commands);
   add_import_commands(&app, &commands);
   add_replay_command(&app, &commands);

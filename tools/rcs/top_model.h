@@ -1,0 +1,166 @@
+#pragma once
+// What `rcs top` knows: the newest of what every node says about itself, and a window of its
+// cycles.
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "lcmtypes/rcs/cycle_t.hpp"
+#include "lcmtypes/rcs/event_t.hpp"
+#include "lcmtypes/rcs/nav_state_t.hpp"
+#include "lcmtypes/rcs/process_t.hpp"
+#include "lcmtypes/rcs/status_t.hpp"
+#include "rcs/base/stamp.h"
+
+namespace rcs::tools {
+
+/// A count that grows, watched over a window of time.
+class RateWindow {
+ public:
+  void add(Stamp arrival, std::int64_t counted);
+  void forget_before(Stamp oldest);
+  /// [1/s] over the window; none with fewer than two looks at it.
+  [[nodiscard]] std::optional<double> rate() const;
+
+ private:
+  struct Look {
+    Stamp arrival;
+    std::int64_t count;
+  };
+  std::deque<Look> looks_;
+};
+
+/// The figures of a screen; ages and rates are as of when they were asked for.
+struct TopView {
+  struct Input {
+    std::string channel;
+    std::optional<double> rate_hz;
+    std::optional<Duration> age;  ///< none: nothing has come yet
+    std::int64_t dropped = 0;
+    std::int64_t gaps = 0;
+    std::int64_t malformed = 0;
+  };
+  struct Node {
+    std::string name;
+    std::optional<Duration> heard;  ///< since its last process_t; none: there was none
+    bool alive = false;
+    std::int64_t pid = 0;
+    Duration up{};
+    std::optional<double> cpu_percent;
+    std::int64_t rss_kb = 0;
+    std::int8_t realtime_priority = 0;
+    bool memory_locked = false;
+    std::int64_t descriptors = 0;
+    std::string note;
+    std::optional<double> account_hz;  ///< units of work
+    std::optional<Duration> used_p50;  ///< wall time, over the window
+    std::optional<Duration> used_max;
+    std::optional<Duration> budget;
+    std::optional<Duration> least_slack;
+    std::int64_t overruns = 0;
+    std::int64_t missed = 0;
+    std::int8_t degrade_level = 0;
+    std::vector<Input> inputs;
+  };
+  struct Nav {
+    Duration heard{};
+    std::string mode;
+    bool world_valid = false;
+    double sigma_m[3] = {0.0, 0.0, 0.0};  ///< of the world pose, along vehicle x, y, z
+    double sigma_yaw_rad = 0.0;
+    double speed_mps = 0.0;
+    double distance_since_gps_m = 0.0;
+    std::int64_t world_resets = 0;
+    int map_epoch = 0;
+    struct Age {
+      std::string source;
+      std::optional<Duration> age;  ///< since the last accepted; none: never
+    };
+    std::vector<Age> ages;
+  };
+  struct Status {
+    Duration heard{};
+    std::string status;
+    std::string state;
+    std::string reason;
+    std::int64_t echo_serial = 0;
+    std::string issuer;
+  };
+  struct Event {
+    Duration age{};
+    std::string node;
+    int severity = 0;
+    std::string code;
+    std::string text;
+    std::int64_t repeated = 0;
+  };
+  std::vector<Node> nodes;  ///< by name
+  std::optional<Nav> nav;
+  std::optional<Status> status;
+  std::vector<Event> events;                      ///< the newest first
+  std::map<std::string, std::int64_t> malformed;  ///< messages by channel, as subscribed
+};
+
+/// Never trusts a message: text is made printable and short, the number of nodes, inputs and events
+/// is bounded.
+class TopModel {
+ public:
+  static constexpr Duration kWindow = std::chrono::seconds(5);
+  static constexpr Duration kSilent = std::chrono::seconds(3);
+  static constexpr std::size_t kMaxNodes = 16;
+  static constexpr std::size_t kMaxInputs = 16;
+  static constexpr std::size_t kMaxEvents = 50;
+
+  void on_process(const process_t& m, Stamp arrival);
+  void on_cycle(const cycle_t& m, Stamp arrival);
+  void on_event(const event_t& m, Stamp arrival);
+  void on_nav(const nav_state_t& m, Stamp arrival);
+  void on_status(const status_t& m, Stamp arrival);
+  void on_malformed(std::string_view channel) { ++malformed_[std::string(channel)]; }
+
+  [[nodiscard]] TopView view(Stamp now);
+
+ private:
+  struct Work {
+    Stamp arrival;
+    Duration used{};
+    Duration slack{};
+  };
+  struct InputState {
+    RateWindow received;
+    Stamp last;  // message, by the age that the node told
+    bool any = false;
+    TopView::Input figures;
+  };
+  struct NodeState {
+    TopView::Node figures;
+    std::optional<Stamp> process_arrival;
+    Stamp start;
+    RateWindow cpu_us;
+    RateWindow accounts;
+    std::int64_t account_count = 0;
+    std::deque<Work> work;
+    std::map<std::string, InputState> inputs;
+  };
+  template <class T>
+  struct Heard {
+    Stamp arrival;
+    T message;
+  };
+
+  NodeState* node(std::string_view name);
+  void view_work(NodeState* n) const;
+
+  std::map<std::string, NodeState> nodes_;
+  std::deque<Heard<event_t>> events_;  // the newest first
+  std::optional<Heard<nav_state_t>> nav_;
+  std::optional<Heard<status_t>> status_;
+  std::map<std::string, std::int64_t> malformed_;
+};
+
+}  // namespace rcs::tools
