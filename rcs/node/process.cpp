@@ -102,6 +102,7 @@ void CycleCounter::on_account(const NodeInfo& node, const CycleAccount& account)
   counts_.cycles = static_cast<std::int64_t>(account.cycle->index) + 1;
   counts_.missed = account.missed;
   counts_.overruns = account.overruns;
+  counts_.degrade_level = static_cast<std::int8_t>(account.degrade_level);
   if (next_ != nullptr) next_->on_account(node, account);
 }
 

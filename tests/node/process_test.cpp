@@ -93,11 +93,13 @@ TEST(CycleCounter, PassesAccountsOnAndKeepsTheNewest) {
   account.cycle = &cycle;
   account.missed = 2;
   account.overruns = 3;
+  account.degrade_level = 4;
   counter.on_account({}, account);
   EXPECT_EQ(last.count, 1);
   EXPECT_EQ(counter.counts().cycles, 7);
   EXPECT_EQ(counter.counts().missed, 2);
   EXPECT_EQ(counter.counts().overruns, 3);
+  EXPECT_EQ(counter.counts().degrade_level, 4);
 }
 
 TEST(ProcessUsage, SeesWhatTheProcessUses) {
