@@ -72,17 +72,15 @@ void append(const Table& table, const std::vector<Style>& styles, std::vector<To
 
 void append_nodes(const TopView& view, std::vector<TopLine>* lines) {
   Table table;
-  table.header = {"node",     "state",  "up",     "Hz",       "p50 ms",
-                  "max ms",   "budget", "slack",  "overruns", "missed",
-                  "degraded", "cpu %",  "rss MB", "fds",      "real time"};
+  table.header = {"node",  "state", "up",     "Hz",    "p50 ms", "max ms", "budget",
+                  "slack", "over",  "missed", "level", "cpu %",  "rss MB", "real time"};
   std::vector<Style> styles;
   for (const TopView::Node& n : view.nodes) {
-    table.rows.push_back({n.name, state_of(n), n.heard ? span(n.up) : "-", number(n.account_hz),
-                          ms(n.used_p50), ms(n.used_max), ms(n.budget), ms(n.least_slack),
-                          std::to_string(n.overruns), std::to_string(n.missed),
-                          std::to_string(n.degrade_level), number(n.cpu_percent),
-                          fmt::format("{:.1f}", static_cast<double>(n.rss_kb) / 1024.0),
-                          std::to_string(n.descriptors), scheduling_of(n)});
+    table.rows.push_back(
+        {n.name, state_of(n), n.heard ? span(n.up) : "-", number(n.account_hz), ms(n.used_p50),
+         ms(n.used_max), ms(n.budget), ms(n.least_slack), std::to_string(n.overruns),
+         std::to_string(n.missed), std::to_string(n.degrade_level), number(n.cpu_percent),
+         fmt::format("{:.1f}", static_cast<double>(n.rss_kb) / 1024.0), scheduling_of(n)});
     styles.push_back(style_of(n));
   }
   append(table, styles, lines);
@@ -212,9 +210,9 @@ std::vector<TopLine> top_lines(const TopView& view) {
   std::vector<TopLine> lines;
   if (view.nodes.empty()) lines.push_back({"no node is heard on this bus", Style::kAlarm});
   if (!view.nodes.empty()) append_nodes(view, &lines);
-  append_inputs(view, &lines);
   if (view.nav) append_nav(*view.nav, &lines);
   if (view.status) append_status(*view.status, &lines);
+  append_inputs(view, &lines);
   for (const auto& [channel, count] : view.malformed) {
     lines.push_back(
         {fmt::format("{}: {} messages could not be read: of another version of the type?", channel,
