@@ -1,0 +1,36 @@
+#!/bin/sh
+# install_test.sh CMAKE BUILD_DIR BIN_DIR DATA_DIR UNIT_DIR: what `cmake --install` lays out works
+# where it lies: the programs find one another, the configurations are read, the units are whole.
+set -u
+cmake=$1
+build=$2
+dir=$(mktemp -d)
+trap 'rm -rf "$dir"' EXIT
+fail() {
+  echo "FAILED: $*"
+  cat "$dir/said.txt" 2>/dev/null
+  exit 1
+}
+# A program that was not built is not installed, and that is the mistake to see here.
+DESTDIR="$dir/root" "$cmake" --install "$build" >"$dir/said.txt" 2>&1 || fail "cmake --install"
+bin=$dir/root$3
+data=$dir/root$4
+units=$dir/root$5/systemd/system
+
+"$bin/rcs" --help >"$dir/said.txt" 2>&1 || fail "rcs --help"
+"$bin/rcs" up --help >"$dir/said.txt" 2>&1 || fail "rcs up --help"
+grep -q Examples "$dir/said.txt" || fail "rcs up --help has no example"
+for vehicle in "$data"/rcs/config/*.toml; do
+  # From elsewhere, and without the build's own programs.
+  (cd / && PATH=/usr/bin:/bin "$bin/rcs" up --check "$vehicle") >"$dir/said.txt" 2>&1 ||
+    fail "--check $vehicle"
+done
+[ -s "$data/rcs/config/sim/demo.toml" ] || fail "no scenarios"
+[ -s "$data/rcs/rcs-bus.nft" ] || fail "no firewall rules"
+[ -s "$dir/root$5/sysctl.d/60-rcs.conf" ] || fail "no sysctl file"
+for unit in rcs.service rcs-bus.service; do
+  [ -s "$units/$unit" ] || fail "no $unit"
+  grep -n '@' "$units/$unit" >"$dir/said.txt" && fail "$unit is not filled in"
+done
+grep -q "^ExecStart=$3/rcs up " "$units/rcs.service" || fail "rcs.service runs another rcs"
+echo "install_test: passed"
