@@ -36,6 +36,7 @@ class Command {
 using Commands = std::vector<std::unique_ptr<Command>>;
 
 void add_log_commands(CLI::App* rcs, Commands* commands);
+void add_go_command(CLI::App* rcs, Commands* commands);
 void add_import_commands(CLI::App* rcs, Commands* commands);
 void add_eval_command(CLI::App* rcs, Commands* commands);
 void add_sim_command(CLI::App* rcs, Commands* commands);

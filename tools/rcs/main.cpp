@@ -27,6 +27,7 @@ int rcs_main(int argc, char** argv) {
   add_up_command(&app, &commands);
   add_top_command(&app, &commands);
   add_log_commands(&app, &commands);
+  add_go_command(&app, &commands);
   add_import_commands(&app, &commands);
   add_replay_command(&app, &commands);
   add_eval_command(&app, &commands);
