@@ -52,10 +52,11 @@ void read_limits(ParamTable table, Limits* p) {
   }
 }
 
-void read_commands(ParamTable table, DeskParams* p) {
+void read_commands(ParamTable table, DeskParams* p, CommandPortParams* port) {
   table.get_ms("refresh_ms", &p->refresh, {100, 10000});
   table.get_ms("valid_for_ms", &p->valid_for, {200, 30000});
   table.get_ms("release_patience_ms", &p->release_patience, {1000, 60000});
+  table.get_ms("bg_silence_ms", &port->silence, {100, 60000});
   if (p->valid_for <= p->refresh) {
     table.fail("valid_for_ms", "must be more than refresh_ms: else the vehicle stops in between");
   }
@@ -98,7 +99,7 @@ Result<GatewayConfig> load_gateway_config(const ParamFile& file) {
   read_nodes(&gateway, &c);
   read_dds(&gateway, &c.dds);
   read_limits(gateway.table("limits"), &c.desk.limits);
-  read_commands(gateway.table("commands"), &c.desk);
+  read_commands(gateway.table("commands"), &c.desk, &c.port);
   read_security(file, &gateway, &c);
 
   if (Outcome read_all = file.finish(tables_but({"gateway"})); !read_all) return read_all.error();

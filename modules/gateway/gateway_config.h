@@ -8,6 +8,7 @@
 #include "modules/gateway/dds_link.h"
 #include "modules/gateway/node_board.h"
 #include "rcs/base/result.h"
+#include "rcs/node/command.h"
 #include "rcs/node/node.h"
 #include "rcs/node/params.h"
 
@@ -24,6 +25,7 @@ struct GatewayConfig {
   DdsParams dds;
   BoardParams board;
   DeskParams desk;
+  CommandPortParams port;
 };
 
 /// Reads [gateway] and the vehicle's name; tables of other nodes are not looked at.

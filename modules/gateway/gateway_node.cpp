@@ -48,7 +48,7 @@ GatewayNode::GatewayNode(const GatewayConfig& config, std::unique_ptr<DdsLink> d
       state_clock_(config.state_period),
       dds_(std::move(dds)),
       nav_states_(bus, channel::kWmNavState, 16),
-      port_(bus, channel::kBgCommand, channel::kBgStatus, kSelf, CommandPortParams{}),
+      port_(bus, channel::kBgCommand, channel::kBgStatus, kSelf, config.port),
       report_(bus, config.info.name, kReportInterval),
       board_(board_names(config), config.board),
       desk_(config.desk) {

@@ -35,7 +35,9 @@ class GatewayLive : public testing::Test {
 
   void start_gateway(const std::string& gateway_table) {
     const std::string config = (folder_ / "vehicle.toml").string();
-    std::ofstream(config) << "[vehicle]\nname = \"demo3\"\n" << gateway_table;
+    // A BG that is starved on a loaded computer is not what is tested here.
+    std::ofstream(config) << "[vehicle]\nname = \"demo3\"\n"
+                          << gateway_table << "[gateway.commands]\nbg_silence_ms = 20000\n";
     gateway_ = std::make_unique<Program>(std::vector<std::string>{program_path("gateway"), config},
                                          std::vector<std::string>{});
     ASSERT_TRUE(vehicle_.run_until([&] { return gateway_->has_said("running on"); }, kPatience))
@@ -91,9 +93,14 @@ TEST_F(GatewayLive, TheStateGoesOutAtItsRateAndTheNodesStatusWithIt) {
   ASSERT_NE(at, std::string::npos) << seen;
   const double rate_hz = std::stod(seen.substr(at + 6));
   std::printf("[  RATE    ] VehicleState %.2f Hz of 10\n", rate_hz);
-  // Half and double: a loaded computer may be late, a wrong period is a factor.
-  EXPECT_GT(rate_hz, 5.0);
-  EXPECT_LT(rate_hz, 20.0);
+  EXPECT_LT(rate_hz, 15.0);
+  // A loaded computer costs cycles, but no more states than cycles: every second one sends.
+  gateway_->signal(SIGTERM);
+  ASSERT_TRUE(ends(gateway_.get()));
+  const std::string& account = gateway_->output();
+  const double cycles = std::stod(account.substr(account.rfind("gateway: ") + 9));
+  const double states = std::stod(seen.substr(seen.rfind(" seq ") + 5));
+  EXPECT_GT(states, 0.3 * cycles) << account;
   EXPECT_TRUE(gateway_->has_said("dds.plain")) << gateway_->output();
 }
 
@@ -230,15 +237,16 @@ TEST_F(GatewayLive, WithKeysEachGetsItsRightsAndNoMore) {
   const auto plain_stop = client({"stop", "1", "6"});
   const auto foreign_watch = client({"watch", "6"}, foreign / "alice");
   const auto foreign_goto = client({"goto", "1", "6", "112", "0"}, foreign / "alice");
-  const auto observer_watch = client({"watch", "6"}, keys / "museum");
+  const auto observer_watch = client({"watch", "60"}, keys / "museum");
   const auto observer_goto = client({"goto", "1", "6", "113", "0"}, keys / "museum");
   const auto bob_as_alice = client({"-o", "alice", "goto", "9", "6", "114", "0"}, keys / "bob");
   const auto tampered = client({"watch", "1"}, folder_ / "tampered");
-  const auto alice_watch = client({"watch", "6"}, keys / "alice");
+  const auto alice_watch = client({"watch", "60"}, keys / "alice");
+  EXPECT_TRUE(says(alice_watch.get(), "state demo3")) << alice_watch->output();
+  EXPECT_TRUE(says(observer_watch.get(), "state demo3")) << observer_watch->output();
   for (Program* const p :
        {plain_watch.get(), plain_goto.get(), plain_stop.get(), foreign_watch.get(),
-        foreign_goto.get(), observer_watch.get(), observer_goto.get(), bob_as_alice.get(),
-        tampered.get(), alice_watch.get()}) {
+        foreign_goto.get(), observer_goto.get(), bob_as_alice.get(), tampered.get()}) {
     ASSERT_TRUE(ends(p)) << p->output();
   }
   EXPECT_TRUE(vehicle_.commands().empty());
@@ -250,11 +258,9 @@ TEST_F(GatewayLive, WithKeysEachGetsItsRightsAndNoMore) {
   EXPECT_TRUE(foreign_watch->has_said("states 0 ")) << foreign_watch->output();
   EXPECT_FALSE(foreign_watch->has_said("node "));
   EXPECT_FALSE(foreign_goto->has_said("readers 1")) << foreign_goto->output();
-  EXPECT_TRUE(observer_watch->has_said("state demo3")) << observer_watch->output();
   EXPECT_TRUE(observer_goto->has_said("Not Allowed By Security")) << observer_goto->output();
   EXPECT_TRUE(bob_as_alice->has_said("Not Allowed By Security")) << bob_as_alice->output();
   EXPECT_TRUE(tampered->has_said("refused: no participant")) << tampered->output();
-  EXPECT_TRUE(alice_watch->has_said("state demo3")) << alice_watch->output();
   EXPECT_TRUE(alice_watch->has_said("secured; idle")) << alice_watch->output();
 
   const auto alice = client({"goto", "1", "60", "10", "0"}, keys / "alice");
