@@ -20,7 +20,7 @@ struct DegradeParams {
   bool on = true;            ///< false: always in full
   double coarser = 1.5;      ///< source voxels of a degraded scan, in those of a full one, [1, 10]
   double late_share = 0.6;   ///< a later start of a cycle degrades by one level, (0, 10]
-  double behind = 0.1;       ///< so does so much of the next scan that waits already, (0, 10]
+  double behind = 0.25;      ///< so does so much of the next scan that waits already, (0, 10]
   double hold_behind = 0.5;  ///< and with so much of it waiting the scan is held, (0, 10]
   double hold_left = 0.25;   ///< held when less of the budget is left, [0, 1)
   double grant_full = 1.0;   ///< less of the nominal need granted: fewer points, [0, 100]

@@ -93,6 +93,7 @@ Result<SpConfig> load_sp_config(const ParamFile& file) {
   sp.get_ms("nominal_compute_ms", &c.info.nominal_compute, {0, 10000});
   sp.get("source_voxel_m", &c.source_voxel_m, {0.05, 10});
   sp.get("map_voxel_m", &c.map_voxel_m, {0.02, 10});
+  sp.get("publish_voxel_m", &c.publish_voxel_m, {0.02, 10});
   sp.get("prior_voxel_m", &c.prior_voxel_m, {0.1, 50});
   sp.get("min_facets", &c.min_facets, {0, 1});
   sp.get_ms("facet_timeout_ms", &c.facet_timeout, {1, 1000});

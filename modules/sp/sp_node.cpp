@@ -413,13 +413,14 @@ void SpNode::publish_points(const Pose& T_rolling_vehicle) {
   m.scan_id = registration_message_.scan_id;
   m.map_epoch = epoch_;
   to_message(T_rolling_vehicle, m.q_rolling_vehicle, m.p_rolling_vehicle_m);
-  const std::size_t parts = (source_.size() + kPointsPerMessage - 1) / kPointsPerMessage;
+  source_sampler_.sample(dense_, config_.publish_voxel_m, &published_);
+  const std::size_t parts = (published_.size() + kPointsPerMessage - 1) / kPointsPerMessage;
   m.part_count = static_cast<std::int16_t>(parts);
   for (std::size_t part = 0; part < parts; ++part) {
     const std::size_t begin = part * kPointsPerMessage;
-    const std::size_t end = std::min(begin + kPointsPerMessage, source_.size());
+    const std::size_t end = std::min(begin + kPointsPerMessage, published_.size());
     m.part = static_cast<std::int16_t>(part);
-    fill(source_, begin, end, &m);
+    fill(published_, begin, end, &m);
     points_out_.publish(&m);
   }
 }

@@ -91,6 +91,7 @@ class SpNode final : public Node {
   VoxelSampler source_sampler_;
   Points dense_;         // what goes into the map
   Points source_;        // what is registered
+  Points published_;     // what WM's terrain is made of
   Points prior_source_;  // what is matched to the a priori map
   RollingMap map_;
   IcpWorkspace icp_;

@@ -8,8 +8,9 @@ namespace rcs::wm {
 namespace {
 
 constexpr float kNone = -std::numeric_limits<float>::infinity();
-constexpr int kReach = 2;      // the neighbourhood is 5 x 5 cells
-constexpr int kFewest = 6;     // known cells that make a plane
+constexpr std::size_t kMostSeen = 50'000;  // quarters that one message touches
+constexpr int kSeenEnough = 3;             // scans
+constexpr int kFewest = 6;                 // known cells that make a plane
 constexpr int kSupported = 9;  // known cells that speak for one of which nothing was seen
 
 // Least squares z = a + b x + c y over the known cells of a neighbourhood, x and y in cells from
@@ -58,9 +59,13 @@ class PlaneFit {
 }  // namespace
 
 TerrainGrid::TerrainGrid(const TerrainParams& params)
-    : params_(params), cells_(params.size, params.cell_m), index_(params.size, params.cell_m) {
+    : params_(params),
+      cells_(2 * params.size, 0.5 * params.cell_m),
+      index_(2 * params.size, 0.5 * params.cell_m) {
   RCS_CHECK(params.patch > 0 && 2 * params.patch <= params.size);
-  seen_.reserve(static_cast<std::size_t>(params.size) * static_cast<std::size_t>(params.size));
+  seen_.reserve(kMostSeen);
+  const std::size_t side = static_cast<std::size_t>(params.patch + 2 * kReach);
+  lows_.reserve(side * side);
 }
 
 void TerrainGrid::clear() {
@@ -88,6 +93,7 @@ void TerrainGrid::insert(const Points& p_vehicle, const Pose& T_local_vehicle) {
     if (known.scans > 0 && z > known.low_m + static_cast<float>(params_.overhang_m)) continue;
     int& index = index_.at(cell);
     if (index == 0) {
+      if (seen_.size() == kMostSeen) continue;
       seen_.push_back({cell, z, z, kNone});
       index = static_cast<int>(seen_.size());
       continue;
@@ -104,34 +110,44 @@ void TerrainGrid::insert(const Points& p_vehicle, const Pose& T_local_vehicle) {
   ++scans_;
 }
 
+// Where no ground was seen yet, the ground around tells what hangs over it.
+bool TerrainGrid::overhangs(const Seen& seen) const {
+  constexpr int kAround = 3;  // quarters
+  for (int y = -kAround; y <= kAround; ++y) {
+    for (int x = -kAround; x <= kAround; ++x) {
+      const TerrainCell* const q = cells_.find({seen.cell.i + x, seen.cell.j + y});
+      if (q != nullptr && q->scans > 0 &&
+          seen.low_m > q->low_m + static_cast<float>(params_.overhang_m)) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
 void TerrainGrid::update(const Seen& seen) {
-  constexpr float kGround = 0.15F;  // nearer to the lowest point seen: the ground itself
-  constexpr float kFollow = 0.3F;   // of a new height into the ground's
-  constexpr float kRaise = 0.6F;    // of the top towards a higher one that was seen
-  constexpr float kSettle = 0.1F;   // of the top towards a lower one that was seen
-  constexpr float kDoubt = 0.6F;    // evidence that a scan takes that saw ground alone
-  constexpr float kAlone = 0.3F;    // evidence of a single tall point
+  constexpr float kSink = 0.5F;  // of the ground towards a lower point, so that one outlier is none
+  constexpr float kRise = 0.03F;  // and towards a higher one: it may have been too low
+  constexpr float kUp = 0.6F;     // of the top towards a higher one that was seen
+  constexpr float kDown = 0.1F;   // and towards a lower one
+  constexpr float kDoubt = 0.6F;  // evidence that a scan takes that saw ground alone
+  constexpr float kAlone = 0.3F;  // evidence of a single tall point
   constexpr float kMost = 8.0F;
   TerrainCell& cell = cells_.at(seen.cell);
   if (cell.scans == 0) {
+    if (overhangs(seen)) return;
     cell.low_m = seen.low_m;
     cell.high_m = seen.high_m;
   } else {
-    if (seen.low_m < cell.low_m - kGround) {
-      cell.low_m = seen.low_m;  // it was an object that stood for the ground
-    } else if (seen.low_m < cell.low_m + kGround) {
-      cell.low_m += kFollow * (seen.low_m - cell.low_m);
-    }
+    cell.low_m += (seen.low_m < cell.low_m ? kSink : kRise) * (seen.low_m - cell.low_m);
     // Blades of grass come and go; a rock's top is seen again and again.
-    const float share = seen.high_m > cell.high_m ? kRaise : kSettle;
-    cell.high_m += share * (seen.high_m - cell.high_m);
+    cell.high_m += (seen.high_m > cell.high_m ? kUp : kDown) * (seen.high_m - cell.high_m);
     // An overhang that was taken before the ground below it was known.
     if (cell.high_m > cell.low_m + static_cast<float>(params_.overhang_m)) {
       cell.high_m = seen.low_m;
     }
   }
-  // On a slope the far side of a cell is higher than its lowest point.
-  const float tall_m = cell.low_m + cell.rise_m + static_cast<float>(params_.obstacle_m);
+  const float tall_m = cell.low_m + static_cast<float>(params_.obstacle_m);
   if (seen.second_m > tall_m) {
     cell.evidence = std::min(kMost, cell.evidence + 1.0F);
   } else if (seen.high_m > tall_m) {
@@ -147,21 +163,40 @@ Cell TerrainGrid::patch(const Pose& T_local_vehicle, std::vector<TerrainAnswer>*
   const Vec3 ahead = T_local_vehicle.q * Vec3::UnitX();
   const double level = std::max(1e-6, ahead.head<2>().norm());
   const Vec2 middle = T_local_vehicle.p.head<2>() + params_.ahead_m / level * ahead.head<2>();
-  const Cell centre = cells_.cell_at(middle.x(), middle.y());
-  const Cell first{centre.i - params_.patch / 2, centre.j - params_.patch / 2};
+  const int side = params_.patch;
+  const Cell first{static_cast<int>(std::floor(middle.x() / params_.cell_m)) - side / 2,
+                   static_cast<int>(std::floor(middle.y() / params_.cell_m)) - side / 2};
+  lows_.clear();
+  for (int j = -kReach; j < side + kReach; ++j) {
+    for (int i = -kReach; i < side + kReach; ++i) {
+      Low low{false, 0.0F};
+      for (int quarter = 0; quarter < 4; ++quarter) {
+        const TerrainCell* const q =
+            cells_.find({2 * (first.i + i) + (quarter & 1), 2 * (first.j + j) + (quarter >> 1)});
+        if (q == nullptr || q->scans == 0) continue;
+        low.m = low.known ? std::min(low.m, q->low_m) : q->low_m;
+        low.known = true;
+      }
+      lows_.push_back(low);
+    }
+  }
   out->clear();
-  for (int j = first.j; j < first.j + params_.patch; ++j) {
-    for (int i = first.i; i < first.i + params_.patch; ++i) out->push_back(answer({i, j}));
+  for (int j = 0; j < side; ++j) {
+    for (int i = 0; i < side; ++i) out->push_back(answer(i, j, {first.i + i, first.j + j}));
   }
   return first;
 }
 
-TerrainAnswer TerrainGrid::answer(Cell cell) {
+// Of the cell (i, j) of the patch.
+TerrainAnswer TerrainGrid::answer(int i, int j, Cell cell) const {
+  const auto low = [&](int x, int y) -> const Low& {
+    const int at = (j + y + kReach) * (params_.patch + 2 * kReach) + i + x + kReach;
+    return lows_[static_cast<std::size_t>(at)];
+  };
   PlaneFit fit;
   for (int y = -kReach; y <= kReach; ++y) {
     for (int x = -kReach; x <= kReach; ++x) {
-      const TerrainCell* const c = cells_.find({cell.i + x, cell.j + y});
-      if (c != nullptr && c->scans > 0) fit.add(x, y, c->low_m);
+      if (low(x, y).known) fit.add(x, y, low(x, y).m);
     }
   }
   TerrainAnswer out;
@@ -169,31 +204,40 @@ TerrainAnswer TerrainGrid::answer(Cell cell) {
   double b = 0.0;
   double c = 0.0;
   double rms = 0.0;
-  TerrainCell* const self = cells_.find(cell);
-  const bool seen = self != nullptr && self->scans > 0;
+  const Low& self = low(0, 0);
   const bool planar = fit.solve(&a, &b, &c, &rms);
-  if (!seen && (!planar || fit.n() < kSupported)) return out;
+  if (!self.known && (!planar || fit.n() < kSupported)) return out;
   out.known = true;
   const double rise = std::hypot(b, c);  // per cell
-  out.height_m = static_cast<float>(planar ? a : self->low_m);
+  out.height_m = static_cast<float>(planar ? a : self.m);
   out.slope_rad = static_cast<float>(std::atan(rise / params_.cell_m));
   out.roughness_m = static_cast<float>(rms);
-  if (!seen) return out;
-  self->rise_m = static_cast<float>(std::min(rise, params_.cell_m));
+  if (!self.known) return out;
 
   // A ledge: higher or lower than a neighbour by more than the plane says.
   double ledge = 0.0;
   for (const Cell side : {Cell{1, 0}, Cell{-1, 0}, Cell{0, 1}, Cell{0, -1}}) {
-    const TerrainCell* const n = cells_.find({cell.i + side.i, cell.j + side.j});
-    if (n == nullptr || n->scans == 0) continue;
+    if (!low(side.i, side.j).known) continue;
     const double planned = b * side.i + c * side.j;
-    ledge = std::max(ledge, std::abs(n->low_m - self->low_m - planned));
+    ledge = std::max(ledge, std::abs(low(side.i, side.j).m - self.m - planned));
   }
-  const double object = self->high_m - std::max(out.height_m, self->low_m) - 0.5 * rise;
-  out.step_m = static_cast<float>(std::max({0.0, ledge, object}));
-  const bool ledge_confirmed = ledge > params_.obstacle_m && self->scans >= params_.evidence;
-  const bool object_confirmed = object > params_.obstacle_m && self->evidence >= params_.evidence;
-  out.obstacle = ledge_confirmed || object_confirmed;
+  double solid = 0.0;
+  double object = 0.0;
+  bool seen_enough = false;
+  for (int quarter = 0; quarter < 4; ++quarter) {
+    const int x = quarter & 1;
+    const int y = quarter >> 1;
+    const TerrainCell* const q = cells_.find({2 * cell.i + x, 2 * cell.j + y});
+    if (q == nullptr || q->scans < kSeenEnough) continue;
+    seen_enough = true;
+    const double plane = out.height_m + b * (0.5 * x - 0.25) + c * (0.5 * y - 0.25);
+    solid = std::max(solid, q->low_m - plane);
+    object = std::max(object, q->high_m - plane);
+    out.obstacle |= q->low_m - plane > params_.solid_m;
+    out.obstacle |= q->evidence > params_.evidence && q->high_m - plane > params_.obstacle_m;
+  }
+  out.obstacle |= seen_enough && ledge > params_.obstacle_m;
+  out.step_m = static_cast<float>(std::max({0.0, ledge, solid, 0.5 * object}));
   return out;
 }
 

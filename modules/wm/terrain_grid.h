@@ -17,17 +17,19 @@ struct TerrainParams {
   int patch = 128;            ///< cells along each side of what is published, [32, size / 2]
   double ahead_m = 12.0;      ///< middle of the patch, ahead of the vehicle, [0, 100]
   double overhang_m = 2.2;    ///< what is higher above the ground is driven under, [0.5, 10]
-  double obstacle_m = 0.35;   ///< a step that counts as evidence of an obstacle, [0.05, 2]
-  double evidence = 3.5;      ///< scans that must have seen it, net, [0.5, 10]
+  double solid_m = 0.22;      ///< ground that stands out so far is a rock, [0.05, 2]
+  double obstacle_m = 0.4;    ///< and points so far above it are something in the way: more than
+                              ///< grass is high, [0.05, 2]
+  double evidence = 3.5;      ///< scans that must have seen such points, net, [0.5, 10]
   double max_range_m = 35.0;  ///< farther points are not used: pitch errors lift them, [5, 300]
 };
 
-/// What is known of one cell; heights in frame local.
+/// What is known of a quarter of a cell; heights in frame local.
 struct TerrainCell {
-  float low_m = 0.0F;   ///< of the ground, as far as it was seen
+  float low_m =
+      0.0F;  ///< lowest that scans see in it again and again: grass lets some light through
   float high_m = 0.0F;  ///< of what stands on it, below the overhang
   float evidence = 0.0F;
-  float rise_m = 0.0F;      ///< across the cell, of the plane that patch() last put through it
   std::uint16_t scans = 0;  ///< that saw it, saturating; 0: unknown
 };
 
@@ -63,7 +65,8 @@ class TerrainGrid {
   [[nodiscard]] bool empty() const { return scans_ == 0; }
 
  private:
-  /// What one scan saw in a cell.
+  static constexpr int kReach = 2;  ///< the neighbourhood of a cell is 5 x 5
+  /// What one scan saw in a quarter.
   struct Seen {
     Cell cell;
     float low_m;
@@ -71,12 +74,20 @@ class TerrainGrid {
     float second_m;  // highest but one
   };
   void update(const Seen& seen);
-  [[nodiscard]] TerrainAnswer answer(Cell cell);
+  [[nodiscard]] bool overhangs(const Seen& seen) const;
+  [[nodiscard]] TerrainAnswer answer(int i, int j, Cell cell) const;
+
+  /// Lowest of a cell's quarters, while a patch is made.
+  struct Low {
+    bool known;
+    float m;
+  };
 
   TerrainParams params_;
-  Grid<TerrainCell> cells_;
-  Grid<int> index_;  // of the cell in seen_ + 1; 0 outside of insert()
+  Grid<TerrainCell> cells_;  // quarters
+  Grid<int> index_;          // of the cell in seen_ + 1; 0 outside of insert()
   std::vector<Seen> seen_;
+  std::vector<Low> lows_;  // of the patch and kReach cells around it
   std::int64_t scans_ = 0;
 };
 

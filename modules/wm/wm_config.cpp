@@ -141,6 +141,7 @@ void read_terrain(ParamTable table, WmConfig* c) {
   table.get("patch", &p.patch, {32, 512});
   table.get("ahead_m", &p.ahead_m, {0, 100});
   table.get("overhang_m", &p.overhang_m, {0.5, 10});
+  table.get("solid_m", &p.solid_m, {0.05, 2});
   table.get("obstacle_m", &p.obstacle_m, {0.05, 2});
   table.get("evidence", &p.evidence, {0.5, 10});
   table.get("max_range_m", &p.max_range_m, {5, 300});

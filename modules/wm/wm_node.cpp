@@ -127,7 +127,7 @@ WmNode::WmNode(const WmConfig& config, Bus* bus)
       fixes_(bus, channel::kGpsFix, 16),
       odometry_(bus, channel::kOdometry, 64),
       registrations_(bus, channel::kSpRegistration, 8),
-      points_(bus, channel::kSpPoints, 8),
+      points_(bus, channel::kSpPoints, 32),
       nav_state_out_(bus, channel::kWmNavState),
       innovation_out_(bus, channel::kWmInnovation),
       map_patch_out_(bus, channel::kWmMapPatch),
@@ -217,8 +217,11 @@ void WmNode::take(const registration_t& m, Stamp now) {
   note(registrations_, reason, now);
   if (reason == Reason::kAccepted && stamp >= cause_) {
     cause_ = stamp;
-    ledger_ = m.ledger;
-    ledger_.wm_arrival_utime = to_utime(registrations_.front_arrival());
+    // A scan has up to two registrations: its way ends with the first.
+    if (m.ledger.measured_utime != ledger_.measured_utime) {
+      ledger_ = m.ledger;
+      ledger_.wm_arrival_utime = to_utime(registrations_.front_arrival());
+    }
   }
 }
 

@@ -46,6 +46,7 @@ registration_t message(Stamp stamp, const RollingMatch& z) {
   to_message(z.T_rolling_vehicle, m.q_target_vehicle, m.p_target_vehicle_m);
   to_message(z.information, m.information);
   m.stop = z.seeded ? registration_t::STOP_SEEDED : registration_t::STOP_CONVERGED;
+  m.ledger.measured_utime = m.utime;
   m.ledger.last_facet_utime = to_utime(stamp) + 5;
   return m;
 }
@@ -139,8 +140,7 @@ TEST_F(WmNodeTest, RunsPeriodicallyAndAtOnceForARegistration) {
 }
 
 TEST_F(WmNodeTest, TheLedgerTellsWhenTheScanCameAndWhenItWasFirstBelieved) {
-  registration_t scan = message(truth_[10].stamp, sensors_.scan(10));
-  scan.ledger.measured_utime = scan.utime;
+  const registration_t scan = message(truth_[10].stamp, sensors_.scan(10));
   send(&registration_out_, scan);
   bus_.deliver_next(truth_[11].stamp);
   cycle(truth_[12].stamp);
