@@ -22,6 +22,7 @@
 #include "rcs/node/local_bus.h"
 #include "rcs/node/lockstep_timeline.h"
 #include "rcs/terrain/elevation_tile.h"
+#include "tools/rcs/course_picture.h"
 
 namespace rcs::test {
 namespace {
@@ -288,6 +289,31 @@ ClosedLoopRun run_closed_loop(const sim::Scenario& scenario, const ClosedLoopOpt
   run.drive = simulator.commanded_vehicle()->model().account();
   run.fenced = simulator.commanded_vehicle()->fenced();
   return run;
+}
+
+std::string draw(const ClosedLoopRun& run, const sim::Scenario& scenario,
+                 const std::string& title) {
+  const sim::Simulator simulator(scenario);
+  tools::CoursePicture picture;
+  picture.world = &simulator.world();
+  picture.title = title;
+  picture.facts = {fmt::format(
+      "{} of {} waypoints, {:.0f} m in {:.0f} s; nearest to a rock or trunk {:.1f} m", run.reached,
+      run.waypoints_world.size(), run.distance_m, run.time_s, run.least_clearance_m)};
+  picture.waypoints_world = run.waypoints_world;
+  for (const ClosedLoopSample& s : run.trace) {
+    const Vec3 ahead = s.T_world_vehicle.q * Vec3::UnitX();
+    tools::CourseSample sample;
+    sample.place_world = s.T_world_vehicle.p.head<2>();
+    sample.heading_rad = std::atan2(ahead.y(), ahead.x());
+    sample.speed_mps = s.speed_mps;
+    sample.gps = s.gps;
+    sample.hit = s.clearance_m <= 0.0;
+    if (s.believed) sample.believed_world = Vec2(s.T_world_believed.p.head<2>());
+    picture.samples.push_back(sample);
+  }
+  for (const ClosedLoopPlan& plan : run.plans) picture.plans_world.push_back(plan.points_world);
+  return tools::render(picture);
 }
 
 std::string describe(const ClosedLoopRun& run) {

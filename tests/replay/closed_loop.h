@@ -82,6 +82,10 @@ struct ClosedLoopRun {
                                             const ClosedLoopOptions& options,
                                             const DriverFactory& make_driver);
 
+/// A picture of the run from above, a self-contained SVG.
+[[nodiscard]] std::string draw(const ClosedLoopRun& run, const sim::Scenario& scenario,
+                               const std::string& title);
+
 /// Figures for people, several lines.
 [[nodiscard]] std::string describe(const ClosedLoopRun& run);
 

@@ -107,6 +107,12 @@ TEST(ClosedLoop, ADriverWhoKnowsTheTruthReachesEveryWaypointEachTimeTheSame) {
   ASSERT_GT(a.trace.size(), 300U);
   EXPECT_TRUE(a.trace.back().gps);
 
+  const std::string picture = draw(a, s, "a <test>");
+  EXPECT_EQ(picture.rfind("<svg", 0), 0U);
+  EXPECT_NE(picture.find("a &lt;test&gt;"), std::string::npos);
+  EXPECT_EQ(picture.find("nan"), std::string::npos);
+  EXPECT_LT(picture.size(), 500'000U);
+
   const ClosedLoopRun b = cheat(s);
   ASSERT_EQ(a.trace.size(), b.trace.size());
   EXPECT_EQ(a.trace.back().T_world_vehicle.p, b.trace.back().T_world_vehicle.p);
