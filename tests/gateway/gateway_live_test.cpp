@@ -97,6 +97,7 @@ TEST_F(GatewayLive, TheStateGoesOutAtItsRateAndTheNodesStatusWithIt) {
   // A loaded computer costs cycles, but no more states than cycles: every second one sends.
   gateway_->signal(SIGTERM);
   ASSERT_TRUE(ends(gateway_.get()));
+  EXPECT_EQ(gateway_->status(), 0) << gateway_->output();
   const std::string& account = gateway_->output();
   const double cycles = std::stod(account.substr(account.rfind("gateway: ") + 9));
   const double states = std::stod(seen.substr(seen.rfind(" seq ") + 5));
@@ -205,6 +206,7 @@ TEST_F(GatewayLive, AFloodKeepsNoStopOut) {
   EXPECT_TRUE(takes(command_t::KIND_EMERGENCY_STOP)) << gateway_->output();
   gateway_->signal(SIGTERM);
   ASSERT_TRUE(ends(gateway_.get()));
+  EXPECT_EQ(gateway_->status(), 0) << gateway_->output();
   const std::string& account = gateway_->output();
   std::printf("[  FLOOD   ] %s\n",
               account.substr(account.find("gateway: ", account.find("command.refused"))).c_str());
