@@ -1,0 +1,114 @@
+#pragma once
+// What became of every scan that was sent, and where its time went: put together from the messages
+// of the nodes. Pure.
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "lcmtypes/rcs/cycle_t.hpp"
+#include "lcmtypes/rcs/drive_t.hpp"
+#include "lcmtypes/rcs/nav_state_t.hpp"
+#include "lcmtypes/rcs/registration_t.hpp"
+#include "rcs/base/stamp.h"
+
+namespace rcs::tools {
+
+/// Every scan is one of full, degraded, held, failed, dropped and unaccounted.
+struct ScanCounts {
+  std::int64_t sent = 0;
+  std::int64_t full = 0;         ///< registered, with all of the work
+  std::int64_t degraded = 0;     ///< registered, with some of the work left out
+  std::int64_t held = 0;         ///< answered without a registration
+  std::int64_t failed = 0;       ///< without a usable answer
+  std::int64_t dropped = 0;      ///< sp says that none of its facets came
+  std::int64_t unaccounted = 0;  ///< nobody says what became of it
+  std::int64_t not_heard =
+      0;  ///< of the full: answered, says sp, but the answer was not heard here
+  std::int64_t facets_sent = 0;
+  std::int64_t facets_lost = 0;
+  std::int64_t facets_refused = 0;
+
+  void add(const ScanCounts& other);
+};
+
+struct NodeCounts {
+  std::int64_t accounts = 0;  ///< units of work: of sp a scan, of the others a cycle
+  std::int64_t overruns = 0;  ///< cycles that ended after their deadline
+  std::int64_t missed = 0;    ///< periods skipped
+
+  /// Per unit of work.
+  [[nodiscard]] double overrun_share() const {
+    return accounts == 0 ? 0.0 : static_cast<double>(overruns) / static_cast<double>(accounts);
+  }
+};
+
+/// Milliseconds by name, in the order in which they pass.
+using Samples = std::vector<std::pair<std::string, std::vector<double>>>;
+
+/// The values of `name`, which are none when nothing was added.
+[[nodiscard]] const std::vector<double>& values_of(const Samples& samples, const std::string& name);
+
+inline constexpr char kToNavState[] = "last facet sent -> nav_state";
+inline constexpr char kToDrive[] = "last facet sent -> drive";
+inline constexpr char kSpWork[] = "sp: start -> answer";
+
+/// Pooled over laps.
+struct BudgetRecord {
+  ScanCounts scans;
+  std::map<std::string, NodeCounts> nodes;
+  Samples hops;    ///< of the way of a scan, and of the whole way
+  Samples stages;  ///< wall time of each stage of each node, and how late it starts
+  int laps = 0;
+
+  void add(const BudgetRecord& other);
+};
+
+/// The books of one lap: of one life of the nodes.
+class ScanLedger {
+ public:
+  /// The player sent a facet; several of a scan in order of time.
+  void sent(std::int64_t reference_utime, Stamp at);
+  void take(const registration_t& m);
+  void take(const nav_state_t& m);
+  void take(const drive_t& m);
+  void take(const cycle_t& m);
+
+  /// When all has been taken that there is.
+  [[nodiscard]] BudgetRecord close() const;
+
+ private:
+  struct Answer {
+    std::int8_t stop = 0;
+    std::int8_t degrade_level = 0;
+    std::int16_t facets_lost = 0;
+    ledger_t ledger{};
+  };
+  struct Scan {
+    Stamp last_sent;
+    std::optional<Answer> answer;       ///< the first, to the rolling map
+    std::optional<ledger_t> believed;   ///< of the first belief that rests on it
+    std::optional<ledger_t> driven_by;  ///< of the first drive command
+  };
+  struct Cycles {
+    std::map<std::int64_t, cycle_t> by_start;
+    cycle_t newest{};
+  };
+
+  [[nodiscard]] ScanCounts count() const;
+  void trace(const Scan& scan, Samples* hops) const;
+  /// Wall time of a node's cycle; none when its account was not heard.
+  [[nodiscard]] std::optional<Duration> wall_of(const std::string& node, std::int64_t start) const;
+  /// Of sp until its answer to the rolling map is out; the a priori match comes after.
+  [[nodiscard]] std::optional<Duration> answering(std::int64_t start) const;
+
+  std::map<std::int64_t, Scan> scans_;  // by reference instant, which every ledger carries
+  std::map<std::string, Cycles> cycles_;
+  std::int64_t facets_sent_ = 0;
+  scan_account_t account_{};  // the newest
+};
+
+}  // namespace rcs::tools
