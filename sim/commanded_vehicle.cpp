@@ -10,7 +10,7 @@ CommandedVehicle::CommandedVehicle(const DriveParams& drive, const VehicleParams
       model_(drive, params.wheelbase_m, start),
       body_(world, params, start),
       // Four knots at rest; the second is at time 0.
-      steps_(2 * kStepsPerKnot),
+      steps_(std::int64_t{2} * kStepsPerKnot),
       motion_(std::vector<Pose>(4, body_.pose(start)), kKnotInterval_s) {
   model_.step_to(static_cast<double>(steps_) * Suspension::kStep_s);
 }

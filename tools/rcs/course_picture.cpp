@@ -40,7 +40,7 @@ View view_of(const CoursePicture& picture) {
   high += Vec2::Constant(kMargin_m);
   // A narrow course gets some land to its sides: the legend needs the width.
   const Vec2 size = high - low;
-  const double more_m = std::max(0.0, 1.2 * size.y() - size.x());
+  const double more_m = std::max(0.0, kMapWidth_px / kMapHeight_px * size.y() - size.x());
   low.x() -= 0.5 * more_m;
   high.x() += 0.5 * more_m;
   const double more_north_m = std::max(0.0, 0.45 * (high - low).x() - size.y());
@@ -246,7 +246,7 @@ void add_legend(const CoursePicture& picture, const View& view, bool hits, SvgOu
 std::string render(const CoursePicture& picture) {
   RCS_CHECK(picture.world != nullptr && picture.samples.size() >= 2);
   const View view = view_of(picture);
-  const double width = std::max(view.width_px(), 780.0) + 2.0 * kBorder_px;
+  const double width = view.width_px() + 2.0 * kBorder_px;
   const double height = view.top_px + view.height_px() + kLegendHeight_px;
   std::string svg;
   const SvgOut out(svg);

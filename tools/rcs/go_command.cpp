@@ -110,8 +110,9 @@ class Desk {
       if (standing.state == Standing::State::kExecuting) error_since.reset();
       if (standing.state == Standing::State::kError) {
         if (!error_since) error_since = now();
-        if (now() - *error_since >= kPatience)
+        if (now() - *error_since >= kPatience) {
           return {false, "error", std::string(standing.reason)};
+        }
       }
       if (now() - begin >= most) return {false, "timeout", "the time is over"};
     }
