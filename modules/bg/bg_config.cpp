@@ -31,6 +31,8 @@ void read(ParamTable table, FollowParams* p) {
   table.get("lookahead_s", &p->lookahead_s, {0.1, 5});
   table.get("lookahead_min_m", &p->lookahead_min_m, {0.5, 20});
   table.get("latency_s", &p->latency_s, {0, 2});
+  table.get("keep_cost", &p->keep_cost, {1, 10});
+  table.get("keep_m", &p->keep_m, {1, 100});
   table.get("astray_m", &p->astray_m, {0.1, 10});
 }
 

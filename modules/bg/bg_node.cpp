@@ -255,7 +255,9 @@ Goal BgNode::goal() {
   if (route_frame_ == command_t::FRAME_WORLD) {
     p = nav_.T_local_vehicle * (nav_.T_world_vehicle.inverse() * p);
   }
-  return {p.x(), p.y(), w.radius_m};
+  // Truly within the circle, not only by a belief that is off by some sigmas.
+  const double sigma_m = route_frame_ == command_t::FRAME_WORLD ? nav_.sigma_world_m : 0.0;
+  return {p.x(), p.y(), std::max(0.5 * w.radius_m, w.radius_m - 2.0 * sigma_m)};
 }
 
 void BgNode::pass_waypoints() {
@@ -312,7 +314,17 @@ void BgNode::plan(const Cycle& cycle, const Facts& now) {
       search_.search(terrain_, obstacles_, field_, place(), direction, to, granted, &candidate_);
   const double most_mps = std::min({config_.max_speed_mps, route_[next_waypoint_].speed_mps,
                                     knows_north() ? config_.max_speed_mps : config_.north_mps});
-  if (candidate_.size() > 1) {
+  // Two ways around an obstacle cost about the same, and which is cheaper changes with every scan:
+  // the one under way is kept while it is free, long enough and not clearly worse.
+  const double rest_m = path_.empty() ? 0.0 : path_.back().s_m - path_[at_].s_m;
+  const bool under_way =
+      now.has_way && rest_m > config_.follow.keep_m && path_local_utime_ == nav_.local_utime;
+  const bool keep = under_way && candidate_.size() > 1 &&
+                    search_.cost_of_rest(path_, at_, terrain_, obstacles_, field_) <
+                        config_.follow.keep_cost * found_.cost;
+  if (keep) {
+    way_since_ = cycle.now;
+  } else if (candidate_.size() > 1) {
     std::swap(path_, candidate_);
     at_ = 0;
     steering_ = {};

@@ -176,6 +176,22 @@ void PathSearch::expand(int index, const vj::Terrain& terrain, const ObstacleDis
   }
 }
 
+double PathSearch::cost_of_rest(const Path& path, std::size_t from, const vj::Terrain& terrain,
+                                const ObstacleDistance& obstacles, const CostField& field) const {
+  double cost = 0.0;
+  for (std::size_t k = from + 1; k < path.size(); ++k) {
+    const PathPoint& p = path[k];
+    const double clearance_m = clearance(obstacles, p.place);
+    if (clearance_m < shape_.margin_m) return CostField::kNoWay;
+    const Cell cell = terrain.cell_at(p.place.x_m, p.place.y_m);
+    const double per_m = vj::cost_per_m(terrain.at(cell), clearance_m, weights_);
+    cost += (p.s_m - path[k - 1].s_m) * per_m * (p.direction < 0 ? weights_.reverse : 1.0);
+    if (p.direction != path[k - 1].direction && k > 1) cost += weights_.turn_back;
+  }
+  return path.empty() ? CostField::kNoWay
+                      : cost + field.at(path.back().place.x_m, path.back().place.y_m);
+}
+
 void PathSearch::trace(int index, const ObstacleDistance& obstacles, Path* path) {
   std::vector<int>& chain = chain_;
   chain.clear();

@@ -46,6 +46,12 @@ class PathSearch {
                       const CostField& field, const Place& start, int direction, const Goal& goal,
                       int granted, Path* path);
 
+  /// What the rest of a way costs by the terrain of now, like SearchResult::cost; infinite: it
+  /// comes nearer to an obstacle than the margin allows.
+  [[nodiscard]] double cost_of_rest(const Path& path, std::size_t from, const vj::Terrain& terrain,
+                                    const ObstacleDistance& obstacles,
+                                    const CostField& field) const;
+
   /// From the vehicle's body to the nearest obstacle when it stands there; <= 0: they touch.
   [[nodiscard]] double clearance(const ObstacleDistance& obstacles, const Place& place) const;
 

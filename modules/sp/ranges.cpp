@@ -31,6 +31,27 @@ Pose Calibration::vehicle_from_ladar(const RangeFacet& facet, double t_s) const 
   return params_.T_vehicle_mount * Pose{q_mount_ladar, Vec3::Zero()};
 }
 
+// Neighbours in the same facet; a missing one says nothing.
+bool Calibration::is_lone(const RangeFacet& facet, int row, int col) const {
+  if (params_.lone_m == 0.0) return false;
+  const auto range = [&](int r, int c) {
+    const int at = r * params_.cols + c;
+    return facet.range_m[static_cast<std::size_t>(at)];
+  };
+  const float own = range(row, col);
+  const float apart = static_cast<float>(params_.lone_m) + 0.05F * own;
+  bool alone = false;
+  const int beside[4][2] = {{row, col - 1}, {row, col + 1}, {row - 1, col}, {row + 1, col}};
+  for (const auto& [r, c] : beside) {
+    if (r < 0 || c < 0 || r >= facet.facet_rows || c >= params_.cols) continue;
+    const float other = range(r, c);
+    if (!(other > 0.0F)) continue;
+    if (std::abs(other - own) <= apart) return false;
+    alone = true;
+  }
+  return alone;
+}
+
 ConversionCount Calibration::append(const RangeFacet& facet, Scan* scan) const {
   ConversionCount count;
   if (facet.facet_rows == 0) return count;
@@ -63,6 +84,10 @@ ConversionCount Calibration::append(const RangeFacet& facet, Scan* scan) const {
       }
       if (!(range >= min_range && range <= max_range)) {  // also NaN
         ++count.rejected;
+        continue;
+      }
+      if (is_lone(facet, row, col)) {
+        ++count.lone;
         continue;
       }
       const std::size_t cell = static_cast<std::size_t>(facet.first_row + row) * cols + c;

@@ -17,7 +17,10 @@ struct LadarParams {
   double fov_h_rad = radians(90.0);  ///< columns likewise, (0, 360] deg
   double min_range_m = 1.0;          ///< nearer returns are the vehicle's own, [0, 10]
   double max_range_m = 60.0;         ///< [1, 300]
-  Pose T_vehicle_mount;              ///< of the pan/tilt head at pan = tilt = 0
+  /// A return that is farther than this and 5 % of its range from all its neighbours is a mixed
+  /// pixel: light of an edge and of what lies behind it. 0: all are kept, [0, 10]
+  double lone_m = 0.3;
+  Pose T_vehicle_mount;  ///< of the pan/tilt head at pan = tilt = 0
 };
 
 /// One facet of a range image; a view onto a message.
@@ -46,6 +49,7 @@ struct PointFacet {
 struct ConversionCount {
   std::int64_t returns = 0;
   std::int64_t missing = 0;   ///< no return (range 0)
+  std::int64_t lone = 0;      ///< mixed pixels
   std::int64_t rejected = 0;  ///< not finite, or outside [min_range_m, max_range_m]
 };
 
@@ -62,6 +66,7 @@ class Calibration {
   [[nodiscard]] const LadarParams& params() const { return params_; }
 
  private:
+  [[nodiscard]] bool is_lone(const RangeFacet& facet, int row, int col) const;
   [[nodiscard]] Pose vehicle_from_ladar(const RangeFacet& facet, double t_s) const;
 
   LadarParams params_;

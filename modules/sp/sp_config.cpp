@@ -12,6 +12,7 @@ void read(ParamTable table, LadarParams* p) {
   table.get_deg("fov_h_deg", &p->fov_h_rad, {0.1, 360});
   table.get("min_range_m", &p->min_range_m, {0, 10});
   table.get("max_range_m", &p->max_range_m, {1, 300});
+  table.get("lone_m", &p->lone_m, {0, 10});
   table.get_pose("mount", &p->T_vehicle_mount, {-20, 20});
 }
 

@@ -72,6 +72,22 @@ TEST(Ranges, WhatIsNoRangeIsCountedNotUsed) {
   EXPECT_EQ(scan.dt_us.size(), 354U);
 }
 
+// Between an object and what lies behind it; what is only thin stays, as it is seen in two rows.
+TEST(Ranges, MixedPixelsAreLeftOut) {
+  const Calibration calibration(demo3());
+  std::vector<float> ranges(360, 20.0F);
+  for (std::size_t row = 0; row < 2; ++row) {
+    for (std::size_t col = 40; col < 60; ++col) ranges[row * 180 + col] = 5.0F;
+    ranges[row * 180 + 100] = 6.0F;  // a trunk, one column wide
+  }
+  ranges[60] = 12.0F;        // mixed, in row 0 alone
+  ranges[180 + 39] = 15.0F;  // the other side, row 1
+  Scan scan;
+  const ConversionCount count = calibration.append(facet_of(ranges), &scan);
+  EXPECT_EQ(count.lone, 2);
+  EXPECT_EQ(count.returns, 358);
+}
+
 TEST(Ranges, AFacetWithoutReturnsIsNoError) {
   const Calibration calibration(demo3());
   Scan scan;
