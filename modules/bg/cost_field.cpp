@@ -76,12 +76,22 @@ void CostField::compute(const vj::Terrain& terrain, const ObstacleDistance& obst
   }
 }
 
-double CostField::at(double x_m, double y_m) const {
+std::optional<std::size_t> CostField::cell_at(double x_m, double y_m) const {
   const int i = static_cast<int>(std::floor(x_m / cell_m_)) - first_.i;
   const int j = static_cast<int>(std::floor(y_m / cell_m_)) - first_.j;
-  if (i < 0 || j < 0 || i >= width_ || j >= height_) return kNoWay;
-  return cost_[static_cast<std::size_t>(j) * static_cast<std::size_t>(width_) +
-               static_cast<std::size_t>(i)];
+  if (i < 0 || j < 0 || i >= width_ || j >= height_) return std::nullopt;
+  return static_cast<std::size_t>(j) * static_cast<std::size_t>(width_) +
+         static_cast<std::size_t>(i);
+}
+
+double CostField::at(double x_m, double y_m) const {
+  const std::optional<std::size_t> cell = cell_at(x_m, y_m);
+  return cell ? cost_[*cell] : kNoWay;
+}
+
+bool CostField::blocked(double x_m, double y_m) const {
+  const std::optional<std::size_t> cell = cell_at(x_m, y_m);
+  return cell && std::isinf(per_m_[*cell]);
 }
 
 }  // namespace rcs::bg

@@ -3,6 +3,7 @@
 // search's heuristic, and what lies beyond its horizon.
 
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "modules/bg/obstacle_distance.h"
@@ -26,6 +27,8 @@ class CostField {
 
   /// [m of easy ground]; infinite: no way, or outside of the terrain.
   [[nodiscard]] double at(double x_m, double y_m) const;
+  /// The vehicle cannot stand there whichever way it points.
+  [[nodiscard]] bool blocked(double x_m, double y_m) const;
   /// Of the goal or the border, whichever the field was seeded with.
   [[nodiscard]] bool goal_is_inside() const { return goal_is_inside_; }
 
@@ -37,6 +40,8 @@ class CostField {
     int cell;
   };
   void push(int cell, double cost);
+  /// Index of the cell at a place; none outside.
+  [[nodiscard]] std::optional<std::size_t> cell_at(double x_m, double y_m) const;
 
   double cell_m_ = 1.0;
   Cell first_;

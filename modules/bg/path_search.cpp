@@ -73,6 +73,8 @@ SearchResult PathSearch::search(const vj::Terrain& terrain, const ObstacleDistan
   origin_ = start;
   required_m_ = std::min(shape_.margin_m, clearance(obstacles, start) - 1e-6);
 
+  trapped_ = field.blocked(start.x_m, start.y_m);
+
   SearchResult result;
   const std::int8_t curvature =
       static_cast<std::int8_t>(nearest_curvature(start.curvature_1pm, shape_));
@@ -123,9 +125,9 @@ SearchResult PathSearch::search(const vj::Terrain& terrain, const ObstacleDistan
 
 void PathSearch::offer(const Node& node, double rest) {
   if (std::isinf(rest)) {
-    // The cells know no way: the vehicle may stand where they do not let it, and first has to get
-    // out of there. Such places are worth no more than the way to better ones.
-    if (node.s_m > kEscape_m) return;
+    // Where the vehicle stands in what the cells forbid, it first has to get out of there. Such
+    // places are worth no more than the way to better ones.
+    if (!trapped_ || node.s_m > kEscape_m) return;
     rest = kTrapped_m;
   }
   const std::size_t at = state(node);

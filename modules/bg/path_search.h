@@ -82,6 +82,7 @@ class PathSearch {
   Place origin_;      // of the bins
   int bins_ = 0;      // along each side
   double required_m_ = 0.0;
+  bool trapped_ = false;  // the start lies in what the cells forbid
   std::uint32_t generation_ = 0;
   std::vector<std::uint32_t> seen_;  // generation in which the state was reached
   std::vector<float> best_g_;

@@ -52,7 +52,7 @@ void SpNode::reserve() {
   const auto n =
       static_cast<std::size_t>(config_.ladar.rows) * static_cast<std::size_t>(config_.ladar.cols);
   assembler_.scan()->reserve(n);
-  for (Points* points : {&dense_, &source_, &prior_source_}) points->reserve(n);
+  for (Points* points : {&dense_, &source_, &published_, &prior_source_}) points->reserve(n);
   map_sampler_.reserve(n);
   source_sampler_.reserve(n);
   map_.reserve(n);

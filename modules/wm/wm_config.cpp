@@ -193,6 +193,8 @@ Result<WmConfig> load_wm_config(const ParamFile& file) {
   WmParams& p = c.params;
   ParamTable root = file.root();
   c.datum = read_datum(root.table("world"));
+  std::string prior_map;  // sp's: known here, so that a mistake in the table is found
+  root.table("world").get("prior_map", &prior_map);
   read_gps(root.table("gps"), &p.gps, &p.drive);
   read_ins(root.table("ins"), &p.ins);
   read_odometry(root.table("odometry"), &p.odometry);
