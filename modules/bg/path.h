@@ -46,7 +46,7 @@ struct Shape {
   double length_m = 3.2;            ///< [0.5, 20]
   double width_m = 2.0;             ///< [0.3, 5]
   double max_curvature_1pm = 0.18;  ///< [0.01, 1]
-  double margin_m = 0.15;           ///< obstacles are kept farther off than this, [0, 2]
+  double margin_m = 0.25;           ///< obstacles are kept farther off than this, [0, 2]
 };
 
 }  // namespace rcs::bg
