@@ -64,10 +64,12 @@ TEST_F(TerrainGridTest, KnowsThePlaneAndWhatStandsOnIt) {
   EXPECT_FALSE(at(T_, -8.0, 0.0).known);
   int false_alarms = 0;
   const Cell first = grid_.patch(T_, &answers_);
+  const int side = grid_.params().patch;
   for (std::size_t k = 0; k < answers_.size(); ++k) {
-    const int side = grid_.params().patch;
-    const double x = (first.i + static_cast<int>(k) % side + 0.5) * 0.4;
-    const double y = (first.j + static_cast<int>(k) / side + 0.5) * 0.4;
+    const int i = first.i + static_cast<int>(k) % side;
+    const int j = first.j + static_cast<int>(k) / side;
+    const double x = (i + 0.5) * 0.4;
+    const double y = (j + 0.5) * 0.4;
     const bool near_box = std::abs(x - 10.0) < 1.3 && std::abs(y) < 1.3;
     false_alarms += answers_[k].obstacle && !near_box ? 1 : 0;
   }
