@@ -125,11 +125,11 @@ Laps::Laps(const BudgetPlan& plan, LcmBus* bus, LiveTimeline* timeline,
 }
 
 Outcome Laps::run() {
-  if (const Outcome started = start_load(); !started) return started;
+  if (Outcome started = start_load(); !started) return started;
   while (result_.played < plan_.length && !result_.interrupted) {
     books_ = {};
-    if (const Outcome started = start_nodes(); !started) return started;
-    const Outcome played = play();
+    if (Outcome started = start_nodes(); !started) return started;
+    Outcome played = play();
     stop(&nodes_);
     if (!played) return played;
     result_.record.add(books_.close());
@@ -168,7 +168,7 @@ Outcome Laps::start_nodes() {
   const auto all_alive = [this] {
     return std::all_of(nodes_.begin(), nodes_.end(), [](const Running& r) { return r.alive; });
   };
-  if (const Outcome waited = wait_until(timeline_->now() + kStartWithin, all_alive); !waited) {
+  if (Outcome waited = wait_until(timeline_->now() + kStartWithin, all_alive); !waited) {
     return waited;
   }
   if (result_.interrupted || all_alive()) return Done{};
@@ -196,7 +196,7 @@ Outcome Laps::play() {
     const Duration over = due - first - left;
     if (over > kLongestScan || (over > Duration::zero() && begins_scan)) break;
     const Stamp moment = begin + (due - first);
-    if (const Outcome waited = wait_until(moment, {}); !waited) return waited;
+    if (Outcome waited = wait_until(moment, {}); !waited) return waited;
     if (result_.interrupted) break;
     lap_ = due - first;
     result_.worst_send = std::max(result_.worst_send, timeline_->now() - moment);
@@ -237,12 +237,12 @@ Outcome Laps::wait_until(Stamp until, const std::function<bool()>& enough) {
   for (;;) {
     if (timeline_->now() >= next_look_) {
       next_look_ = timeline_->now() + kLook;
-      if (const Outcome looked = look(); !looked) return looked;
+      if (Outcome looked = look(); !looked) return looked;
     }
     if (enough && enough()) return Done{};
     const Timeline::Step step = timeline_->advance(std::min(until, next_look_));
     if (step == Timeline::Step::kEnded) {
-      if (const Outcome status = bus_->status(); !status) return status;
+      if (Outcome status = bus_->status(); !status) return status;
       result_.interrupted = true;
       return Done{};
     }

@@ -50,4 +50,13 @@ int rcs_main(int argc, char** argv) {
 }  // namespace
 }  // namespace rcs::tools
 
-int main(int argc, char** argv) { return rcs::tools::rcs_main(argc, argv); }
+// Nothing of ours throws; what a library may throw while it starts ends the process with its
+// reason.
+int main(int argc, char** argv) {
+  try {
+    return rcs::tools::rcs_main(argc, argv);
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "rcs: %s\n", e.what());
+    return 1;
+  }
+}
