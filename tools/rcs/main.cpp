@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <cstdio>
+#include <exception>
+
 #include "tools/rcs/command.h"
 
 namespace rcs::tools {
