@@ -24,7 +24,7 @@ void read_dds(ParamTable* table, DdsParams* p) {
     table->fail("interface", "must be the name of a network interface, e.g. \"lo\"");
   }
   if (!std::all_of(p->peers.begin(), p->peers.end(), is_host_text)) {
-    table->fail("peers", "must be hosts, e.g. [\"localhost\", \"10.0.0.2\"]");
+    table->fail("peers", "must be hosts, e.g. [\"127.0.0.1\", \"10.0.0.2\"]");
   }
 }
 
