@@ -3,6 +3,7 @@
 #include <dirent.h>
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <malloc.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -116,6 +117,9 @@ void ProcessUsage::read(process_t* out) {
     out->cpu_us = microseconds(usage.ru_utime) + microseconds(usage.ru_stime);
   }
   out->rss_kb = resident_pages(statm_.get()) * sysconf(_SC_PAGESIZE) / 1024;
+  // hblkhd: the blocks too large for an arena, which have mappings of their own.
+  const struct mallinfo2 heap = mallinfo2();
+  out->heap_kb = static_cast<std::int64_t>((heap.uordblks + heap.hblkhd) / 1024);
   out->descriptors = count_descriptors(descriptors_.get());
 }
 

@@ -50,7 +50,7 @@ class CycleCounter final : public CycleSink {
 class ProcessUsage {
  public:
   ProcessUsage();
-  /// Fills cpu_us, rss_kb and descriptors.
+  /// Fills cpu_us, rss_kb, heap_kb and descriptors.
   void read(process_t* out);
 
  private:

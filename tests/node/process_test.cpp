@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <optional>
+#include <vector>
 
 #include "rcs/node/local_bus.h"
 #include "tests/node/fixtures.h"
@@ -116,6 +117,23 @@ TEST(ProcessUsage, SeesWhatTheProcessUses) {
   close(fd);
   usage.read(&after);
   EXPECT_EQ(after.descriptors, before.descriptors);
+}
+
+TEST(ProcessUsage, SeesTheHeapInUse) {
+  if (!HeapGuard::available()) GTEST_SKIP() << "NOT TESTED: a sanitizer owns malloc";
+  ProcessUsage usage;
+  process_t empty{};
+  usage.read(&empty);
+  // The large one has a mapping of its own, the small ones lie in an arena.
+  std::vector<std::vector<char>> blocks(200, std::vector<char>(10'240));
+  blocks.emplace_back(20'480'000);
+  process_t full{};
+  usage.read(&full);
+  EXPECT_NEAR(static_cast<double>(full.heap_kb - empty.heap_kb), 22'000.0, 200.0);
+  blocks.clear();
+  blocks.shrink_to_fit();
+  usage.read(&full);
+  EXPECT_NEAR(static_cast<double>(full.heap_kb - empty.heap_kb), 0.0, 100.0);
 }
 
 /// 30 s of a process whose node is idle.

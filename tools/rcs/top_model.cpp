@@ -126,6 +126,7 @@ void TopModel::on_process(const process_t& m, Stamp arrival) {
   n->cpu_us.add(arrival, m.cpu_us);
   f.pid = m.pid;
   f.rss_kb = m.rss_kb;
+  f.heap_kb = m.heap_kb;
   f.descriptors = m.descriptors;
   f.realtime_priority = m.realtime_priority;
   f.memory_locked = m.memory_locked != 0;

@@ -53,6 +53,7 @@ struct TopView {
     Duration up{};
     std::optional<double> cpu_percent;
     std::int64_t rss_kb = 0;
+    std::int64_t heap_kb = 0;
     std::int8_t realtime_priority = 0;
     bool memory_locked = false;
     std::int64_t descriptors = 0;

@@ -182,6 +182,7 @@ nlohmann::ordered_json json_node(const TopView::Node& n) {
           {"degrade_level", n.degrade_level},
           {"cpu_percent", json_number(n.cpu_percent)},
           {"rss_kb", n.rss_kb},
+          {"heap_kb", n.heap_kb},
           {"descriptors", n.descriptors},
           {"realtime_priority", n.realtime_priority},
           {"memory_locked", n.memory_locked},
