@@ -20,6 +20,7 @@ void read_world(ParamTable table, WorldParams* world, bool* seed_follows, std::s
   table.get_deg("datum_lon_deg", &datum->lon_rad, {-180, 180});
   table.get("datum_height_m", &datum->height.m, {-1000, 9000});
   table.get("clear_m", &world->clear_m, {0, 20});
+  if (table.has("octave")) world->octaves.clear();
   for (ParamTable octave : table.tables("octave")) {
     Octave o;
     octave.get("spacing_m", &o.spacing_m, {0.1, 5000});
@@ -42,15 +43,14 @@ void read_world(ParamTable table, WorldParams* world, bool* seed_follows, std::s
   vegetation.get("grass_transmittance_per_m", &v.grass_transmittance_per_m, {0.001, 0.999});
 }
 
-std::vector<Outage> read_outages(ParamTable table) {
-  std::vector<Outage> outages;
-  for (ParamTable outage : table.tables("outage")) {
+void read_outages(ParamTable* table, std::vector<Outage>* outages) {
+  if (table->has("outage")) outages->clear();
+  for (ParamTable outage : table->tables("outage")) {
     Outage o;
     outage.get("begin_s", &o.begin_s, {0, 1e5});
     outage.get("length_s", &o.length_s, {0, 1e5});
-    outages.push_back(o);
+    outages->push_back(o);
   }
-  return outages;
 }
 
 RandomCourseParams read_random_course(ParamTable table) {
@@ -76,6 +76,10 @@ void read_course(ParamTable table, CourseParams* course,
     *random = read_random_course(table.table("random"));
     return;
   }
+  if (table.has("waypoint")) {
+    random->reset();
+    course->waypoints_world.clear();
+  }
   for (ParamTable waypoint : table.tables("waypoint")) {
     Vec2 p = Vec2::Zero();
     waypoint.get("x_m", &p.x(), {-5000, 5000});
@@ -86,7 +90,9 @@ void read_course(ParamTable table, CourseParams* course,
   for (std::size_t k = 1; k < course->waypoints_world.size(); ++k) {
     if ((course->waypoints_world[k] - course->waypoints_world[k - 1]).norm() < 1.0) near = k;
   }
-  if (course->waypoints_world.size() < 2) table.fail("waypoint", "at least two are needed");
+  if (!*random && course->waypoints_world.size() < 2) {
+    table.fail("waypoint", "at least two are needed");
+  }
   if (near > 0) {
     table.fail("waypoint",
                "number " + std::to_string(near + 1) + " is within 1 m of the one before");
@@ -104,7 +110,7 @@ void read_vehicle(ParamTable table, VehicleParams* vehicle) {
 }
 
 void read_drive(ParamTable table, Scenario* s) {
-  std::string mode = "scripted";
+  std::string mode = s->commanded ? "commanded" : "scripted";
   table.get("mode", &mode, {"scripted", "commanded"});
   s->commanded = mode == "commanded";
   DriveParams& drive = s->drive;
@@ -122,7 +128,9 @@ void read_drive(ParamTable table, Scenario* s) {
 }
 
 void read_ladar(ParamTable table, Scenario* s) {
-  std::string kind = "imager";
+  std::string kind = s->ladar == LadarKind::kImager     ? "imager"
+                     : s->ladar == LadarKind::kSpinning ? "spinning"
+                                                        : "none";
   table.get("kind", &kind, {"imager", "spinning", "none"});
   s->ladar = kind == "imager"     ? LadarKind::kImager
              : kind == "spinning" ? LadarKind::kSpinning
@@ -139,7 +147,7 @@ void read_ladar(ParamTable table, Scenario* s) {
   double offset_ms = s->ladar_clock_offset_s * 1e3;
   table.get("clock_offset_ms", &offset_ms, {-100, 100});
   s->ladar_clock_offset_s = offset_ms * 1e-3;
-  s->ladar_outages = read_outages(table);
+  read_outages(&table, &s->ladar_outages);
 
   ParamTable imager = table.table("imager");
   imager.get("rows", &s->imager.rows, {1, 256});
@@ -174,7 +182,7 @@ void read_gps(ParamTable table, GpsParams* gps) {
   table.get("white_m", &gps->white_m, {0, 100});
   table.get("sigma_v_mps", &gps->sigma_v_mps, {0, 10});
   table.get("undulation_m", &gps->undulation_m, {-110, 90});
-  gps->outages = read_outages(table);
+  read_outages(&table, &gps->outages);
   table.get("lost_after_m", &gps->lost_after_m, {0, 1e5});
 }
 
@@ -245,43 +253,73 @@ Result<Dem> read_dem(const std::string& path) {
   return parse_esri_ascii(text.str(), path);
 }
 
-}  // namespace
+/// What files say, the base's first.
+struct Reading {
+  Scenario scenario;
+  std::int64_t seed = 1;
+  bool world_seed_follows = false;
+  std::optional<RandomCourseParams> random_course;
+  std::string dem;  // paths
+  std::string grades;
+};
 
-Result<Scenario> load_scenario(const std::string& path, const ScenarioOverrides& overrides) {
+void read_ins(const ParamFile& file, Reading* out) {
+  ParamTable ins = file.root().table("ins");
+  InertialParams& params = out->scenario.ins;
+  std::string grades = "ins_grades.toml";
+  const bool named = ins.has("grades");
+  ins.get("grades", &grades);
+  if (named || out->grades.empty()) out->grades = file.resolve(grades);
+  ins.get("grade", &params.grade_name);
+  ins.get("interval_s", &params.interval_s, {0.001, 0.1});
+  double scale_ppm = params.scale_error * 1e6;
+  ins.get("scale_error_ppm", &scale_ppm, {0, 1e5});
+  params.scale_error = scale_ppm * 1e-6;
+  ins.get_deg("misalignment_deg", &params.misalignment_rad, {0, 5});
+}
+
+/// A file that is based on another one says only what differs; a list replaces the other's.
+Outcome read_file(const std::string& path, int depth, Reading* out) {
   const Result<ParamFile> file = ParamFile::load(path);
   if (!file) return file.error();
-  Scenario s;
   ParamTable root = file->root();
-  std::int64_t seed = static_cast<std::int64_t>(s.seed);
-  root.get("seed", &seed, {0, 1e15});
+  std::string base;
+  root.get("based_on", &base);
+  if (!base.empty()) {
+    if (depth == 0) return Error{path + ": based_on goes in a circle, or on without an end"};
+    if (Outcome read = read_file(file->resolve(base), depth - 1, out); !read) return read;
+  }
+  Scenario& s = out->scenario;
+  root.get("seed", &out->seed, {0, 1e15});
   root.get("duration_s", &s.duration_s, {0, 1e5});
-  bool world_seed_follows = false;
   std::string dem;
-  read_world(root.table("world"), &s.world, &world_seed_follows, &dem, &s.datum);
-  std::optional<RandomCourseParams> random_course;
-  read_course(root.table("course"), &s.course, &random_course);
+  read_world(root.table("world"), &s.world, &out->world_seed_follows, &dem, &s.datum);
+  if (!dem.empty()) out->dem = file->resolve(dem);
+  read_course(root.table("course"), &s.course, &out->random_course);
   read_vehicle(root.table("vehicle"), &s.vehicle);
   read_drive(root.table("drive"), &s);
   read_ladar(root.table("ladar"), &s);
-  ParamTable ins = root.table("ins");
-  std::string grades = "ins_grades.toml";
-  ins.get("grades", &grades);
-  ins.get("grade", &s.ins.grade_name);
-  ins.get("interval_s", &s.ins.interval_s, {0.001, 0.1});
-  double scale_ppm = s.ins.scale_error * 1e6;
-  ins.get("scale_error_ppm", &scale_ppm, {0, 1e5});
-  s.ins.scale_error = scale_ppm * 1e-6;
-  ins.get_deg("misalignment_deg", &s.ins.misalignment_rad, {0, 5});
+  read_ins(*file, out);
   read_gps(root.table("gps"), &s.gps);
   read_odometry(root.table("odometry"), &s.odometry);
   read_prior_map(root.table("prior_map"), &s.prior_map);
-  if (const Outcome finished = file->finish({}); !finished) return finished.error();
+  return file->finish({});
+}
 
-  if (overrides.seed) seed = *overrides.seed;
+}  // namespace
+
+Result<Scenario> load_scenario(const std::string& path, const ScenarioOverrides& overrides) {
+  constexpr int kBases = 4;
+  Reading reading;
+  if (const Outcome read = read_file(path, kBases, &reading); !read) return read.error();
+  Scenario& s = reading.scenario;
+  const std::int64_t seed = overrides.seed.value_or(reading.seed);
   if (seed < 0) return Error{path + ": the seed must not be negative"};
   s.seed = static_cast<std::uint64_t>(seed);
-  if (world_seed_follows) s.world.seed = s.seed;
-  if (random_course) s.course.waypoints_world = random_waypoints(*random_course, s.seed);
+  if (reading.world_seed_follows) s.world.seed = s.seed;
+  if (reading.random_course) {
+    s.course.waypoints_world = random_waypoints(*reading.random_course, s.seed);
+  }
   if (overrides.duration_s) s.duration_s = *overrides.duration_s;
   if (s.commanded && s.duration_s <= 0.0) {
     return Error{path + ": duration_s is missing: a commanded drive has no end of its own"};
@@ -290,14 +328,14 @@ Result<Scenario> load_scenario(const std::string& path, const ScenarioOverrides&
   if (overrides.ladar_outage) s.ladar_outages = {*overrides.ladar_outage};
   if (overrides.gps_lost_after_m) s.gps.lost_after_m = *overrides.gps_lost_after_m;
   if (!overrides.ins_grade.empty()) s.ins.grade_name = overrides.ins_grade;
-  const Outcome graded = read_grades(file->resolve(grades), s.ins.grade_name, &s.ins.grade);
+  const Outcome graded = read_grades(reading.grades, s.ins.grade_name, &s.ins.grade);
   if (!graded) return graded.error();
-  if (!dem.empty()) {
-    Result<Dem> read = read_dem(file->resolve(dem));
+  if (!reading.dem.empty()) {
+    Result<Dem> read = read_dem(reading.dem);
     if (!read) return read.error();
     s.dem = std::move(*read);
   }
-  return s;
+  return std::move(s);
 }
 
 }  // namespace rcs::sim

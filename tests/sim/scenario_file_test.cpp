@@ -98,6 +98,46 @@ TEST(ScenarioFile, OverridesWin) {
   EXPECT_EQ(f->world.seed, 77U);
 }
 
+TEST(ScenarioFile, AFileBasedOnAnotherSaysOnlyWhatDiffers) {
+  const ChangedReference reference("seed = ", "seed = ");
+  const auto derived = [&](const std::string& name, const std::string& text) {
+    const std::string path = reference.path().substr(0, reference.path().rfind('/')) + "/" + name;
+    std::ofstream(path) << text;
+    return path;
+  };
+  const std::string path =
+      derived("one.toml",
+              "based_on = \"changed.toml\"\n"
+              "[course]\nwaypoint = [{ x_m = 1, y_m = 2 }, { x_m = 9, y_m = 2 }]\n"
+              "[ladar]\nkind = \"spinning\"\n"
+              "[gps]\noutage = [{ begin_s = 5.0, length_s = 6.0 }]\n");
+  const std::string second =
+      derived("two.toml", "based_on = \"one.toml\"\nseed = 9\n[gps]\noutage = []\n");
+  const Result<Scenario> base = load_scenario(reference.path(), {});
+  const Result<Scenario> s = load_scenario(path, {});
+  const Result<Scenario> t = load_scenario(second, {});
+  ASSERT_TRUE(base && s && t) << (s ? t ? "" : t.error().message : s.error().message);
+  EXPECT_EQ(s->ladar, LadarKind::kSpinning);
+  EXPECT_EQ(s->course.waypoints_world, (std::vector<Vec2>{{1.0, 2.0}, {9.0, 2.0}}));
+  EXPECT_EQ(s->gps.outages.size(), 1U);
+  EXPECT_EQ(s->beam.sigma_m, base->beam.sigma_m);
+  EXPECT_EQ(s->ins.grade.gyro_walk_radprs, base->ins.grade.gyro_walk_radprs);
+  EXPECT_EQ(s->world.octaves.size(), base->world.octaves.size());
+  EXPECT_EQ(t->seed, 9U);
+  EXPECT_TRUE(t->gps.outages.empty());
+  EXPECT_EQ(t->ladar, LadarKind::kSpinning);
+  EXPECT_EQ(t->course.waypoints_world.size(), 2U);
+
+  const Result<Scenario> circle =
+      load_scenario(derived("circle.toml", "based_on = \"circle.toml\"\n"), {});
+  ASSERT_FALSE(circle);
+  EXPECT_NE(circle.error().message.find("circle.toml: based_on"), std::string::npos);
+  const Result<Scenario> orphan =
+      load_scenario(derived("orphan.toml", "based_on = \"gone.toml\"\n"), {});
+  ASSERT_FALSE(orphan);
+  EXPECT_NE(orphan.error().message.find("gone.toml"), std::string::npos);
+}
+
 TEST(ScenarioFile, MistakesAreNamed) {
   const auto complaint = [](const std::string& from, const std::string& to) {
     const ChangedReference file(from, to);
