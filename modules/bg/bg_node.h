@@ -10,6 +10,7 @@
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/plan_t.hpp"
 #include "modules/bg/bg_config.h"
+#include "modules/bg/bg_messages_node.h"
 #include "rcs/node/command.h"
 #include "rcs/node/inbox.h"
 #include "rcs/node/outbox.h"
@@ -29,21 +30,6 @@ class BgNode final : public Node {
   [[nodiscard]] std::int64_t missed_cycles() const override { return clock_.missed(); }
 
  private:
-  /// The belief, as BG needs it.
-  struct Nav {
-    Stamp stamp;
-    Stamp arrival = Stamp::min();  ///< min: none yet
-    std::int64_t local_utime = 0;
-    Pose T_local_vehicle;
-    Pose T_world_vehicle;
-    bool world_valid = false;
-    bool aligned = false;
-    double speed_mps = 0.0;
-    double sigma_world_m = 0.0;
-    Duration ladar_age = Duration::max();
-    Duration gps_age = Duration::max();
-  };
-
   void take_command();
   void take_nav(const Cycle& cycle);
   void take_map(const Cycle& cycle);
@@ -51,9 +37,7 @@ class BgNode final : public Node {
   [[nodiscard]] Place place() const;
   [[nodiscard]] Goal goal();
   /// The route's frame is known to WM.
-  [[nodiscard]] bool knows_north() const {
-    return route_frame_ != command_t::FRAME_WORLD || nav_.world_valid;
-  }
+  [[nodiscard]] bool knows_north() const { return !route_.in_world() || nav_.world_valid; }
   void pass_waypoints();
   [[nodiscard]] Facts facts(Stamp now) const;
   void plan(const Cycle& cycle, const Facts& facts);
@@ -80,10 +64,7 @@ class BgNode final : public Node {
   CostField field_;
   PathSearch search_;
 
-  // The route of the newest GOTO.
-  std::vector<waypoint_t> route_;
-  std::int8_t route_frame_ = 0;
-  std::size_t next_waypoint_ = 0;
+  Route route_;
   std::optional<Goal> ahead_;  // frame local: where to drive while north is not known
   std::string_view cannot_;
   bool emergency_ = false;

@@ -39,7 +39,7 @@ void CostField::compute(const vj::Terrain& terrain, const ObstacleDistance& obst
 
   heap_.clear();
   heap_.reserve(8 * count);  // each edge enters at most once
-  goal_is_inside_ = terrain.contains(terrain.cell_at(goal.x_m, goal.y_m));
+  const bool goal_is_inside = terrain.contains(terrain.cell_at(goal.x_m, goal.y_m));
   for (int j = 0; j < height_; ++j) {
     for (int i = 0; i < width_; ++i) {
       const int cell = j * width_ + i;
@@ -47,8 +47,8 @@ void CostField::compute(const vj::Terrain& terrain, const ObstacleDistance& obst
       const double away_m = std::hypot((first_.i + i + 0.5) * cell_m_ - goal.x_m,
                                        (first_.j + j + 0.5) * cell_m_ - goal.y_m);
       const bool border = i == 0 || j == 0 || i == width_ - 1 || j == height_ - 1;
-      if (goal_is_inside_ && away_m < goal.radius_m) push(cell, 0.0);
-      if (!goal_is_inside_ && border) push(cell, kBeyond * away_m);
+      if (goal_is_inside && away_m < goal.radius_m) push(cell, 0.0);
+      if (!goal_is_inside && border) push(cell, kBeyond * away_m);
     }
   }
 

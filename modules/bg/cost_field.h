@@ -29,8 +29,6 @@ class CostField {
   [[nodiscard]] double at(double x_m, double y_m) const;
   /// The vehicle cannot stand there whichever way it points.
   [[nodiscard]] bool blocked(double x_m, double y_m) const;
-  /// Of the goal or the border, whichever the field was seeded with.
-  [[nodiscard]] bool goal_is_inside() const { return goal_is_inside_; }
 
   static constexpr double kNoWay = std::numeric_limits<double>::infinity();
 
@@ -47,7 +45,6 @@ class CostField {
   Cell first_;
   int width_ = 0;
   int height_ = 0;
-  bool goal_is_inside_ = false;
   std::vector<double> cost_;
   std::vector<double> per_m_;
   std::vector<Entry> heap_;

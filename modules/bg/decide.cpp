@@ -47,8 +47,7 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
                "stopped because the command's time is over and no new one came");
   }
 
-  // -- the contingencies: what is lost, and the least risk that is left
-  // -----------------------------
+  // -- the contingencies: what is lost, and the least risk that is left ---------------------------
   const bool no_ladar = f.ladar_age > p.ladar_loss;
   const bool no_gps = f.gps_age > p.gps_loss;
   if (f.nav_age > p.nav_silence) {

@@ -97,6 +97,8 @@ Order to_order(const Action& action) {
   out.valid_for = action.valid_for;
   if (action.order == nullptr) return out;
   out.frame = static_cast<std::int8_t>(action.order->frame);
+  // A gateway that has started anew goes on with what its operators still ask for.
+  out.task = action.order->command_id;
   for (const Waypoint& w : action.order->waypoints) {
     waypoint_t m{};
     for (int i = 0; i < 3; ++i) m.p_m[i] = w.p_m[i];

@@ -22,6 +22,8 @@ CommandPort::CommandPort(Bus* bus, std::string_view command_channel,
 std::int64_t CommandPort::send(const Order& order, Stamp now) {
   command_.utime = to_utime(now);
   command_.serial = std::max(command_.serial + 1, to_utime(now));
+  if (order.task == 0 || order.task != command_.task) command_.waypoints_done = 0;
+  command_.task = order.task;
   command_.kind = order.kind;
   command_.frame = order.frame;
   command_.valid_until_utime = to_utime(now + order.valid_for);
@@ -49,6 +51,7 @@ void CommandPort::step(Stamp now) {
     if (!echoes_mine()) continue;
     echoed_ = true;
     done_ = done_ || m.status == status_t::STATUS_DONE;
+    command_.waypoints_done = std::clamp(m.waypoints_done, command_.waypoints_done, command_.n);
   }
   const bool send_again = sends_ > 0 && !echoed_ && sends_ < params_.max_sends &&
                           now - last_sent_ >= params_.resend &&
@@ -154,17 +157,17 @@ Subordinate::Issuer* Subordinate::issuer(const command_t& m) {
   return oldest;
 }
 
-void Subordinate::report(Stamp now, std::int8_t status, std::string_view state, int line,
-                         std::string_view reason, int degrade_level) {
+void Subordinate::report(Stamp now, const StatusReport& report) {
   status_.utime = to_utime(now);
   status_.issuer = in_force_ ? std::string_view(command_.issuer) : std::string_view();
   status_.echo_serial = in_force_ ? command_.serial : 0;
   status_.new_command = is_new_ ? 1 : 0;
-  status_.status = status;
-  status_.degrade_level = static_cast<std::int8_t>(degrade_level);
-  status_.state = state;
-  status_.source_line = line;
-  status_.reason = reason;
+  status_.status = report.status;
+  status_.degrade_level = static_cast<std::int8_t>(report.degrade_level);
+  status_.waypoints_done = report.waypoints_done;
+  status_.state = report.state;
+  status_.source_line = report.line;
+  status_.reason = report.reason;
   statuses_.publish(&status_);
 }
 

@@ -24,6 +24,10 @@ struct Order {
   std::int8_t kind = command_t::KIND_HALT;
   std::int8_t frame = command_t::FRAME_WORLD;
   std::vector<waypoint_t> waypoints;
+  /// Asking for the same again, with the same number, goes on with it, also in a subordinate that
+  /// has started anew: waypoints that were reached are not driven to again. 0: it does not continue
+  /// any other.
+  std::int64_t task = 0;
   Duration valid_for = from_seconds(2.5);  ///< the subordinate stops when this is over
 };
 
@@ -81,6 +85,16 @@ struct SubordinateParams {
   Duration longest = from_seconds(60.0);  ///< a command valid for longer is refused
 };
 
+/// What a subordinate says of itself.
+struct StatusReport {
+  std::int8_t status = status_t::STATUS_UNINITIALIZED;
+  std::string_view state;
+  int line = 0;  ///< in the source, of the state that was decided
+  std::string_view reason;
+  int degrade_level = 0;
+  int waypoints_done = 0;
+};
+
 /// The subordinate's end.
 class Subordinate {
  public:
@@ -109,10 +123,8 @@ class Subordinate {
     return in_force_ && now < from_utime(command_.valid_until_utime);
   }
 
-  /// Publishes the status of this cycle. `line` is the source line of the state that was decided.
-  /// @param status  status_t::STATUS_*
-  void report(Stamp now, std::int8_t status, std::string_view state, int line,
-              std::string_view reason, int degrade_level);
+  /// Publishes the status of this cycle.
+  void report(Stamp now, const StatusReport& report);
 
   [[nodiscard]] const Account& account() const { return account_; }
   [[nodiscard]] const InboxBase& inbox() const { return commands_; }

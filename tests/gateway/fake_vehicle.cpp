@@ -61,11 +61,11 @@ void FakeVehicle::cycle(Stamp now) {
   const bool lasting = c != nullptr && (c->kind == command_t::KIND_GOTO ||
                                         c->kind == command_t::KIND_EMERGENCY_STOP);
   if (!lasting) {
-    bg_.report(now, status_t::STATUS_DONE, "at rest", __LINE__, "", 0);
+    bg_.report(now, {status_t::STATUS_DONE, "at rest", __LINE__, "", 0, 0});
   } else if (bg_.valid(now)) {
-    bg_.report(now, status_t::STATUS_EXEC, "obeying", __LINE__, "", 0);
+    bg_.report(now, {status_t::STATUS_EXEC, "obeying", __LINE__, "", 0, 0});
   } else {
-    bg_.report(now, status_t::STATUS_ERROR, "at rest", __LINE__, "the command is over", 0);
+    bg_.report(now, {status_t::STATUS_ERROR, "at rest", __LINE__, "the command is over", 0, 0});
   }
 }
 

@@ -90,6 +90,7 @@ TEST(GatewayMessages, ACommandKeepsItsNumbersOnTheWayToTheVehicle) {
   const Order out = to_order({Action::Kind::kGoto, from_seconds(1.5), &order});
   EXPECT_EQ(out.kind, +command_t::KIND_GOTO);
   EXPECT_EQ(out.frame, +command_t::FRAME_LOCAL);
+  EXPECT_EQ(out.task, 9);
   EXPECT_EQ(out.valid_for, from_seconds(1.5));
   ASSERT_EQ(out.waypoints.size(), 1U);
   EXPECT_EQ(out.waypoints[0].p_m[2], 3.0);

@@ -135,7 +135,7 @@ struct Worker {
         status = status_t::STATUS_ERROR;
       }
     }
-    subordinate.report(now, status, "WORK", __LINE__, "", 0);
+    subordinate.report(now, {status, "WORK", __LINE__, "", 0, 0});
   }
 
   Door door;

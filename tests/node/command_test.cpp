@@ -95,6 +95,49 @@ TEST_F(CommandPair, ASubordinateThatStartsAnewHasForgottenTheCommand) {
   EXPECT_EQ(worker->subordinate.command(), nullptr);
 }
 
+TEST_F(CommandPair, ATaskGoesOnBehindTheWaypointsThatAreDone) {
+  step();
+  Order go;
+  go.kind = command_t::KIND_GOTO;
+  go.waypoints.resize(3);
+  go.task = 7;
+  const auto done_as_told = [&] { return worker->subordinate.command()->waypoints_done; };
+  const auto say = [&](int waypoints_done) {
+    StatusReport report;
+    report.status = status_t::STATUS_EXEC;
+    report.waypoints_done = waypoints_done;
+    now += kStep;
+    worker->subordinate.report(now, report);
+    step();
+  };
+  superior.port.send(go, now);
+  step();
+  EXPECT_EQ(done_as_told(), 0);
+  say(2);
+  worker = std::make_unique<Worker>(&network, &now);
+  step();
+  superior.port.send(go, now);
+  step();
+  ASSERT_NE(worker->subordinate.command(), nullptr);
+  EXPECT_EQ(done_as_told(), 2);
+  EXPECT_EQ(worker->subordinate.command()->task, 7);
+  say(-5);  // a subordinate that runs backward, or beyond the end, is not believed
+  say(100);
+  superior.port.send(go, now);
+  step();
+  EXPECT_EQ(done_as_told(), 3);
+  // The same asked for anew, or something else.
+  go.task = 8;
+  superior.port.send(go, now);
+  step();
+  EXPECT_EQ(done_as_told(), 0);
+  say(1);
+  go.task = 0;
+  superior.port.send(go, now);
+  step();
+  EXPECT_EQ(done_as_told(), 0);
+}
+
 TEST_F(CommandPair, AnEmergencyStopGetsItsCycleWhateverComesBehindIt) {
   step();
   Superior gateway(&network, &now, "gateway");

@@ -16,27 +16,10 @@
 #include "rcs/node/local_bus.h"
 #include "rcs/node/lockstep_timeline.h"
 #include "sim/simulator.h"
+#include "tests/replay/tap.h"
 
 namespace rcs::test {
 namespace {
-
-/// Decodes every message of a channel and hands it on.
-template <class T>
-class Tap final : public Receiver {
- public:
-  Tap(Bus* bus, std::string_view channel, std::function<void(const T&)> take)
-      : take_(std::move(take)) {
-    bus->subscribe(channel, this);
-  }
-  void receive(const std::uint8_t* data, std::size_t size, Stamp /*arrival*/) noexcept override {
-    RCS_CHECK(message_.decode(data, 0, static_cast<int>(size)) == static_cast<int>(size));
-    take_(message_);
-  }
-
- private:
-  std::function<void(const T&)> take_;
-  T message_{};
-};
 
 /// The simulator without some of its sensors.
 class Muted final : public EventSource {

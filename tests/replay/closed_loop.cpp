@@ -22,27 +22,11 @@
 #include "rcs/node/local_bus.h"
 #include "rcs/node/lockstep_timeline.h"
 #include "rcs/terrain/elevation_tile.h"
+#include "tests/replay/tap.h"
 #include "tools/rcs/course_picture.h"
 
 namespace rcs::test {
 namespace {
-
-template <class T>
-class Tap final : public Receiver {
- public:
-  Tap(Bus* bus, std::string_view channel, std::function<void(const T&)> take)
-      : take_(std::move(take)) {
-    bus->subscribe(channel, this);
-  }
-  void receive(const std::uint8_t* data, std::size_t size, Stamp /*arrival*/) noexcept override {
-    RCS_CHECK(message_.decode(data, 0, static_cast<int>(size)) == static_cast<int>(size));
-    take_(message_);
-  }
-
- private:
-  std::function<void(const T&)> take_;
-  T message_{};
-};
 
 /// Asks for the course's waypoints, and again every second, until they are done.
 class Operator final : public Node {
@@ -63,6 +47,7 @@ class Operator final : public Node {
     if (cycle.now < begin_ || !order_) return;
     if (first_sent == Stamp::min()) first_sent = cycle.now;
     if (done_at == Stamp::max() && cycle.now >= next_send_) {
+      order_->task = 1;
       port_.send(*order_, cycle.now);
       next_send_ = cycle.now + from_seconds(1.0);
     }

@@ -59,11 +59,13 @@ class Cheat final : public Node {
     }
     drive_.publish(&m);
     const bool done = wanted && next_ == c->waypoint.size();
-    subordinate_.report(cycle.now,
-                        done     ? status_t::STATUS_DONE
-                        : wanted ? status_t::STATUS_EXEC
-                                 : status_t::STATUS_UNINITIALIZED,
-                        done ? "ARRIVED" : "DRIVING", __LINE__, "", 0);
+    StatusReport report;
+    report.status = done     ? status_t::STATUS_DONE
+                    : wanted ? status_t::STATUS_EXEC
+                             : status_t::STATUS_UNINITIALIZED;
+    report.state = done ? "ARRIVED" : "DRIVING";
+    report.waypoints_done = static_cast<int>(next_);
+    subordinate_.report(cycle.now, report);
   }
 
  private:

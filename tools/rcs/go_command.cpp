@@ -28,8 +28,6 @@ constexpr std::string_view kName = "go";
 constexpr Duration kTick = from_milliseconds(100.0);
 /// A GOTO is asked for again so often: BG stops when its superior falls silent.
 constexpr Duration kRefresh = from_seconds(1.0);
-/// An error that lasts so long is believed: a subordinate that starts anew is given a chance.
-constexpr Duration kPatience = from_seconds(1.0);
 constexpr Duration kEchoPatience = from_seconds(2.5);
 
 std::string_view name_of(Standing::State state) {
@@ -93,9 +91,11 @@ class Desk {
   }
 
   /// Sends it, and again as long as it is not done.
-  /// @param most  of time; not done by then is a failure
-  Ending pursue(const Order& order, Duration most) {
+  /// @param most      of time; not done by then is a failure
+  /// @param patience  an error that lasts so long is believed: BG may be starting anew
+  Ending pursue(Order order, Duration most, Duration patience) {
     const Stamp begin = now();
+    order.task = to_utime(begin);
     Stamp next_send = begin;
     std::optional<Stamp> error_since;
     for (;;) {
@@ -110,7 +110,7 @@ class Desk {
       if (standing.state == Standing::State::kExecuting) error_since.reset();
       if (standing.state == Standing::State::kError) {
         if (!error_since) error_since = now();
-        if (now() - *error_since >= kPatience) {
+        if (now() - *error_since >= patience) {
           return {false, "error", std::string(standing.reason)};
         }
       }
@@ -193,6 +193,11 @@ class Go final : public Command {
     app()
         ->add_option("--timeout", timeout_s_, "[s]; not arrived by then: stop, status 1")
         ->check(CLI::Range(0.0, 1e6));
+    app()
+        ->add_option("--patience", patience_s_,
+                     "BG silent, or unable, for so long: give up, status 1 [s]")
+        ->check(CLI::Range(1.0, 1e6))
+        ->capture_default_str();
     app()->add_flag("--halt", halt_, "stop, and stay");
     app()->add_flag("--emergency-stop", emergency_stop_, "brake; holds until --release");
     app()->add_flag("--release", release_, "end an emergency stop, at rest");
@@ -201,8 +206,9 @@ class Go final : public Command {
     app()->add_flag("--json", json_, "how it ended, as JSON");
     app()->footer(
         "It asks again every second and BG stops 2.5 s after it was last asked, so this program\n"
-        "must stay. Ctrl-C halts the vehicle first. Status 0: arrived, or echoed (--halt,\n"
-        "--emergency-stop, --release); 1: not, and BG's reason is told.\n"
+        "must stay. A BG that starts anew goes on behind the waypoints that were reached. Ctrl-C\n"
+        "halts the vehicle first. Status 0: arrived, or echoed (--halt, --emergency-stop,\n"
+        "--release); 1: not, and BG's reason is told.\n"
         "Examples:\n"
         "  rcs go --waypoint 40,0 --waypoint 60,30 --speed 4\n"
         "  rcs go --scenario config/sim/closed_loop.toml --seed 3 --timeout 170\n"
@@ -308,7 +314,7 @@ class Go final : public Command {
   [[nodiscard]] Ending drive(Desk* desk, Order order) const {
     if (datum_) into_world_of(desk, &order);
     const Duration most = timeout_s_ ? from_seconds(*timeout_s_) : Duration::max();
-    Ending ending = desk->pursue(order, most);
+    Ending ending = desk->pursue(order, most, from_seconds(patience_s_));
     if (ending.standing != "interrupted" && ending.standing != "timeout") return ending;
     desk->end_line();
     const Ending halted = desk->tell(command_t::KIND_HALT);
@@ -339,6 +345,7 @@ class Go final : public Command {
   double radius_m_ = 3.0;
   std::string frame_ = "world";
   std::optional<double> timeout_s_;
+  double patience_s_ = 10.0;
   bool halt_ = false;
   bool emergency_stop_ = false;
   bool release_ = false;

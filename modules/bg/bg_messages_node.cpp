@@ -1,0 +1,144 @@
+#include "modules/bg/bg_messages_node.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "lcmtypes/convert.h"
+
+namespace rcs::bg {
+namespace {
+
+constexpr double kFarthest_m = 1e6;
+constexpr int kMostCells = 1024 * 1024;
+
+/// Why a GOTO's content cannot be done; empty: it can.
+std::string_view objection(const command_t& m) {
+  if (m.frame != command_t::FRAME_WORLD && m.frame != command_t::FRAME_LOCAL) {
+    return "cannot do because the waypoints' frame is unknown";
+  }
+  if (m.n < 1 || m.n > Route::kMostWaypoints) {
+    return "cannot do because there must be 1 to 64 waypoints";
+  }
+  if (m.waypoints_done < 0 || m.waypoints_done > m.n) {
+    return "cannot do because more waypoints are done than there are";
+  }
+  for (const waypoint_t& w : m.waypoint) {
+    const Vec3 p = from_message(w.p_m);
+    if (!p.allFinite() || p.cwiseAbs().maxCoeff() > kFarthest_m) {
+      return "cannot do because a waypoint is not finite or farther than 1000 km";
+    }
+    if (!(w.radius_m >= 0.5 && w.radius_m <= 50.0)) {
+      return "cannot do because a waypoint's radius is not 0.5 to 50 m";
+    }
+    if (!(w.speed_mps > 0.0 && w.speed_mps <= 30.0)) {
+      return "cannot do because a waypoint's speed is not above 0 and up to 30 m/s";
+    }
+  }
+  return "";
+}
+
+bool same(const waypoint_t& a, const waypoint_t& b) {
+  return std::equal(std::begin(a.p_m), std::end(a.p_m), std::begin(b.p_m)) &&
+         a.radius_m == b.radius_m && a.speed_mps == b.speed_mps;
+}
+
+Duration sum(std::int64_t age_us, Duration more) {
+  constexpr std::int64_t kCentury_us = 3'000'000'000'000'000;
+  if (age_us < 0 || age_us > kCentury_us || more == Duration::max()) return Duration::max();
+  return Duration(age_us) + more;
+}
+
+}  // namespace
+
+Order order_of(const command_t& m) {
+  switch (m.kind) {
+    case command_t::KIND_HALT:
+    case command_t::KIND_ABORT:
+      return Order::kHalt;
+    case command_t::KIND_GOTO:
+      return Order::kGoto;
+    case command_t::KIND_EMERGENCY_STOP:
+      return Order::kEmergencyStop;
+    case command_t::KIND_RELEASE:
+      return Order::kRelease;
+    default:
+      return Order::kUnknown;
+  }
+}
+
+bool Route::continued_by(const command_t& m) const {
+  return m.task != 0 && m.task == task_ && m.issuer == issuer_ && m.frame == frame_ &&
+         std::equal(m.waypoint.begin(), m.waypoint.end(), waypoints_.begin(), waypoints_.end(),
+                    same);
+}
+
+std::string_view Route::take(const command_t& m) {
+  if (const std::string_view cannot = objection(m); !cannot.empty()) {
+    clear();
+    return cannot;
+  }
+  const auto done = static_cast<std::size_t>(m.waypoints_done);
+  if (continued_by(m)) {
+    next_ = std::max(next_, done);
+    return "";
+  }
+  waypoints_ = m.waypoint;
+  next_ = done;
+  frame_ = m.frame;
+  issuer_ = m.issuer;
+  task_ = m.task;
+  ++number_;
+  return "";
+}
+
+void Route::clear() {
+  waypoints_.clear();
+  next_ = 0;
+  task_ = 0;
+  ++number_;
+}
+
+bool read_nav(const nav_state_t& m, Stamp arrival, Nav* nav) {
+  Nav n;
+  const bool good = from_message(m.q_local_vehicle, m.p_local_vehicle_m, &n.T_local_vehicle) &&
+                    from_message(m.q_world_vehicle, m.p_world_vehicle_m, &n.T_world_vehicle) &&
+                    from_message(m.v_world_mps).allFinite();
+  if (!good) return false;
+  n.stamp = from_utime(m.utime);
+  n.arrival = arrival;
+  n.local_utime = m.local_utime;
+  n.world_valid = m.world_valid != 0;
+  n.aligned = m.mode != nav_state_t::MODE_ALIGN && m.mode != nav_state_t::MODE_LOST;
+  n.speed_mps = (n.T_world_vehicle.q.conjugate() * from_message(m.v_world_mps)).x();
+  n.sigma_world_m = std::sqrt(std::max({0.0, m.cov_world_pose[0][0], m.cov_world_pose[1][1]}));
+  n.ladar_age = sum(m.age_rolling_us, Duration(0));
+  n.gps_age = sum(m.age_gps_us, Duration(0));
+  *nav = n;
+  return true;
+}
+
+bool read_terrain(const map_patch_t& m, vj::Terrain* terrain) {
+  const bool good = m.cell_m >= 0.05 && m.cell_m <= 10.0 && m.width > 0 && m.height > 0 &&
+                    m.width <= 1024 && m.height <= 1024 && m.n <= kMostCells &&
+                    m.width * m.height == m.n && std::abs(m.first_i) < 100'000'000 &&
+                    std::abs(m.first_j) < 100'000'000 && std::abs(m.base_m) < kFarthest_m;
+  if (!good) return false;
+  terrain->cell_m = m.cell_m;
+  terrain->first = {m.first_i, m.first_j};
+  terrain->width = m.width;
+  terrain->height = m.height;
+  terrain->ground.resize(static_cast<std::size_t>(m.n));
+  for (std::size_t k = 0; k < terrain->ground.size(); ++k) {
+    vj::Ground& g = terrain->ground[k];
+    const std::uint8_t flags = m.flags[k];
+    g.known = (flags & map_patch_t::FLAG_UNKNOWN) == 0;
+    g.obstacle = (flags & map_patch_t::FLAG_OBSTACLE) != 0;
+    g.height_m = static_cast<float>(m.base_m) + 0.01F * m.height_cm[k];
+    g.step_m = 0.01F * m.step_cm[k];
+    g.slope_rad = static_cast<float>(radians(m.slope_deg[k]));
+    g.roughness_m = 0.01F * m.roughness_cm[k];
+  }
+  return true;
+}
+
+}  // namespace rcs::bg

@@ -1,0 +1,76 @@
+#pragma once
+// What BG hears, in its own terms: the messages are checked here, and nothing behind it doubts
+// them.
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "lcmtypes/rcs/command_t.hpp"
+#include "lcmtypes/rcs/map_patch_t.hpp"
+#include "lcmtypes/rcs/nav_state_t.hpp"
+#include "modules/bg/decide.h"
+#include "modules/vj/value.h"
+#include "rcs/base/pose.h"
+#include "rcs/base/stamp.h"
+
+namespace rcs::bg {
+
+[[nodiscard]] Order order_of(const command_t& m);
+
+/// The waypoints of the newest GOTO and how far it was followed.
+class Route {
+ public:
+  static constexpr int kMostWaypoints = 64;
+  Route() { waypoints_.reserve(kMostWaypoints); }
+
+  /// A command that asks for the same task again changes nothing on the way; a new one begins
+  /// behind the waypoints that its superior knows to be done.
+  /// @return why its content cannot be done, and then the route is empty; or nothing
+  std::string_view take(const command_t& goto_command);
+  void clear();
+  /// The next waypoint is done.
+  void pass() { ++next_; }
+
+  [[nodiscard]] bool arrived() const { return next_ >= waypoints_.size(); }
+  [[nodiscard]] int done() const { return static_cast<int>(next_); }
+  [[nodiscard]] int size() const { return static_cast<int>(waypoints_.size()); }
+  [[nodiscard]] const waypoint_t& next() const { return waypoints_[next_]; }  ///< !arrived()
+  [[nodiscard]] bool in_world() const { return frame_ == command_t::FRAME_WORLD; }
+  /// Changes with each new task.
+  [[nodiscard]] int number() const { return number_; }
+
+ private:
+  [[nodiscard]] bool continued_by(const command_t& m) const;
+
+  std::vector<waypoint_t> waypoints_;
+  std::size_t next_ = 0;
+  std::int8_t frame_ = command_t::FRAME_WORLD;
+  std::string issuer_;
+  std::int64_t task_ = 0;
+  int number_ = 0;
+};
+
+/// The belief, as BG needs it.
+struct Nav {
+  Stamp stamp;
+  Stamp arrival = Stamp::min();  ///< min: none yet
+  std::int64_t local_utime = 0;
+  Pose T_local_vehicle;
+  Pose T_world_vehicle;
+  bool world_valid = false;
+  bool aligned = false;
+  double speed_mps = 0.0;
+  double sigma_world_m = 0.0;
+  Duration ladar_age = Duration::max();
+  Duration gps_age = Duration::max();
+};
+
+/// False, and `nav` untouched, when its pose or velocity is none.
+[[nodiscard]] bool read_nav(const nav_state_t& m, Stamp arrival, Nav* nav);
+
+/// False, and `terrain` untouched, when it is no terrain. Frame local.
+[[nodiscard]] bool read_terrain(const map_patch_t& m, vj::Terrain* terrain);
+
+}  // namespace rcs::bg
