@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "lcmtypes/rcs/registration_t.hpp"
 #include "rcs/base/pose.h"
 
 namespace rcs {
@@ -46,6 +47,21 @@ Mat<N, N> from_message(const double (&m)[N][N]) {
   if (!p.allFinite() || !std::isfinite(n) || std::abs(n - 1.0) > 1e-3) return false;
   *T = {q.normalized(), p};
   return true;
+}
+
+/// Ends of a registration (registration_t::STOP_*) whose pose and information mean something.
+[[nodiscard]] inline bool is_answer(int stop) {
+  switch (stop) {
+    case registration_t::STOP_CONVERGED:
+    case registration_t::STOP_MAX_ITERATIONS:
+    case registration_t::STOP_BUDGET:
+    case registration_t::STOP_LIMIT_CYCLE:
+    case registration_t::STOP_DEGENERATE:
+    case registration_t::STOP_SEEDED:
+      return true;
+    default:
+      return false;
+  }
 }
 
 }  // namespace rcs

@@ -17,9 +17,9 @@ double towards(double target, double value, double most) {
 }  // namespace
 
 // Both axles of a bicycle steer, the rear one by -s times the front one's tangent: the origin in
-// the middle then goes at the angle b to the body with sin b = curvature * wheelbase (1 - s) / (2
-// (1
-// + s)). For s = 0 this is the bicycle with front steering (Rajamani 2012, ch. 2).
+// the middle then goes at the angle b to the body with
+//   sin b = curvature * wheelbase (1 - s) / (2 (1 + s)).
+// For s = 0 this is the bicycle with front steering (Rajamani 2012, ch. 2).
 DriveModel::DriveModel(const DriveParams& params, double wheelbase_m, const CoursePoint& start)
     : params_(params),
       slip_m_(0.5 * wheelbase_m * (1.0 - params.rear_steer) / (1.0 + params.rear_steer)),

@@ -89,21 +89,6 @@ std::optional<Registration> admit(const registration_t& m) {
   return z;
 }
 
-/// Ends of a registration whose pose and information mean something.
-bool usable(int stop) {
-  switch (stop) {
-    case registration_t::STOP_CONVERGED:
-    case registration_t::STOP_MAX_ITERATIONS:
-    case registration_t::STOP_BUDGET:
-    case registration_t::STOP_LIMIT_CYCLE:
-    case registration_t::STOP_DEGENERATE:
-    case registration_t::STOP_SEEDED:
-      return true;
-    default:
-      return false;
-  }
-}
-
 std::string_view text(Reason reason) {
   constexpr std::string_view kTexts[] = {"accepted", "gate",  "invalid",    "late",      "repeated",
                                          "no datum", "epoch", "unobserved", "quarantine"};
@@ -199,7 +184,7 @@ void WmNode::take(const odometry_t& m, Stamp now) {
 }
 
 void WmNode::take(const registration_t& m, Stamp now) {
-  if (!usable(m.stop)) return;  // SP has nothing to say, and has said why
+  if (!is_answer(m.stop)) return;  // SP has nothing to say, and has said why
   const std::optional<Registration> z = admit(m);
   if (!z) {
     note(registrations_, Reason::kInvalid, now);

@@ -10,6 +10,7 @@
 #include "rcs/base/check.h"
 #include "tools/rcs/picture_ground.h"
 #include "tools/rcs/svg_plot.h"
+#include "tools/rcs/viridis.h"
 
 namespace rcs::tools {
 namespace {
@@ -20,9 +21,6 @@ constexpr double kMargin_m = 12.0;
 constexpr double kBorder_px = 16.0;
 constexpr double kLegendHeight_px = 92.0;
 
-/// Slow to fast, of even steps to the eye and in grey (viridis, van der Walt & Smith 2015).
-constexpr std::array<const char*, 6> kSpeedColours = {"#440154", "#414487", "#2a788e",
-                                                      "#22a884", "#7ad151", "#fde725"};
 constexpr char kLost[] = "#d62728";
 constexpr char kBelief[] = "#d0118a";
 constexpr char kPlan[] = "#1f5fbf";
@@ -105,7 +103,7 @@ void add_paths(const CoursePicture& picture, const View& view, SvgOut out) {
   for (const CourseSample& s : picture.samples) whole.push_back(s.place_world);
   add_line(whole, view, "stroke=\"#fff\" stroke-width=\"6.5\"", out);
   const double top_mps = top_speed(picture);
-  const int colours = static_cast<int>(kSpeedColours.size());
+  const int colours = static_cast<int>(kViridis.size());
   for_runs(
       picture.samples,
       [&](const CourseSample& s) {
@@ -114,7 +112,7 @@ void add_paths(const CoursePicture& picture, const View& view, SvgOut out) {
       [&](const std::vector<Vec2>& run, int colour) {
         add_line(run, view,
                  fmt::format("stroke=\"{}\" stroke-width=\"4\"",
-                             kSpeedColours[static_cast<std::size_t>(colour)]),
+                             kViridis[static_cast<std::size_t>(colour)]),
                  out);
       });
   std::vector<Vec2> believed;
@@ -205,9 +203,9 @@ void add_legend(const CoursePicture& picture, const View& view, bool hits, SvgOu
     fmt::format_to(out, "<path class=\"line\" d=\"M{:.1f} {:.1f}h34\" {}/>", x, top, style);
   };
   const double top_mps = top_speed(picture);
-  for (std::size_t k = 0; k < kSpeedColours.size(); ++k) {
+  for (std::size_t k = 0; k < kViridis.size(); ++k) {
     fmt::format_to(out, "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"18\" height=\"7\" fill=\"{}\"/>",
-                   x + 18.0 * static_cast<double>(k), top - 3.5, kSpeedColours[k]);
+                   x + 18.0 * static_cast<double>(k), top - 3.5, kViridis[k]);
   }
   label(115.0, top, fmt::format("true path, 0 to {:.0f} m/s", top_mps), 175.0);
   line(fmt::format("stroke=\"{}\" stroke-width=\"1.6\" stroke-dasharray=\"5 4\"", kBelief));

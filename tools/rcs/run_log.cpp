@@ -81,12 +81,7 @@ class Reader {
 
   bool add(const registration_t& m) {
     if (m.target == registration_t::TARGET_PRIOR_MAP) {
-      // What WM can fuse: an answer, if only along some directions.
-      const bool answer = m.stop == registration_t::STOP_CONVERGED ||
-                          m.stop == registration_t::STOP_MAX_ITERATIONS ||
-                          m.stop == registration_t::STOP_BUDGET ||
-                          m.stop == registration_t::STOP_DEGENERATE;
-      if (answer) ++run_->prior_matches;
+      if (is_answer(m.stop)) ++run_->prior_matches;
       return true;
     }
     ScanRecord r;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "lcmtypes/convert.h"
+
 namespace rcs::tools {
 namespace {
 
@@ -37,20 +39,6 @@ void note(Samples* hops, const char* name, Duration d) {
 
 Duration between(std::int64_t from_utime, std::int64_t to_utime) {
   return Duration(to_utime - from_utime);
-}
-
-bool usable(std::int8_t stop) {
-  switch (stop) {
-    case registration_t::STOP_CONVERGED:
-    case registration_t::STOP_MAX_ITERATIONS:
-    case registration_t::STOP_BUDGET:
-    case registration_t::STOP_LIMIT_CYCLE:
-    case registration_t::STOP_DEGENERATE:
-    case registration_t::STOP_SEEDED:
-      return true;
-    default:
-      return false;
-  }
 }
 
 }  // namespace
@@ -158,7 +146,7 @@ ScanCounts ScanLedger::count() const {
       ++silent;
     } else if (scan.answer->stop == registration_t::STOP_HELD) {
       ++counts.held;
-    } else if (!usable(scan.answer->stop)) {
+    } else if (!is_answer(scan.answer->stop)) {
       ++counts.failed;
     } else if (scan.answer->degrade_level > 0) {
       ++counts.degraded;

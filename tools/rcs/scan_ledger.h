@@ -26,8 +26,8 @@ struct ScanCounts {
   std::int64_t failed = 0;       ///< without a usable answer
   std::int64_t dropped = 0;      ///< sp says that none of its facets came
   std::int64_t unaccounted = 0;  ///< nobody says what became of it
-  std::int64_t not_heard =
-      0;  ///< of the full: answered, says sp, but the answer was not heard here
+  /// Of the full ones: answered, says sp, but the answer was not heard here.
+  std::int64_t not_heard = 0;
   std::int64_t facets_sent = 0;
   std::int64_t facets_lost = 0;
   std::int64_t facets_refused = 0;

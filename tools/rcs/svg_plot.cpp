@@ -8,6 +8,8 @@
 #include <iterator>
 #include <limits>
 
+#include "tools/rcs/viridis.h"
+
 namespace rcs::tools {
 namespace {
 
@@ -18,10 +20,6 @@ constexpr double kTitle_px = 26.0;
 constexpr double kLegend_px = 22.0;
 constexpr double kBarOfColours_px = 74.0;
 constexpr std::size_t kMaxPointsOfALine = 4000;
-
-// Viridis (van der Walt and Smith 2015) at eight equal steps.
-constexpr std::array<std::string_view, 8> kRamp = {"#440154", "#46327e", "#365c8d", "#277f8e",
-                                                   "#1fa187", "#4ac16d", "#a0da39", "#fde725"};
 
 struct Range {
   double low = std::numeric_limits<double>::infinity();
@@ -301,13 +299,13 @@ class Canvas {
 
   [[nodiscard]] std::size_t step_of(double value) const {
     const double share = (value - value_.low) / value_.span();
-    const double step = share * static_cast<double>(kRamp.size());
-    return std::min(kRamp.size() - 1, static_cast<std::size_t>(std::max(0.0, step)));
+    const double step = share * static_cast<double>(kViridis.size());
+    return std::min(kViridis.size() - 1, static_cast<std::size_t>(std::max(0.0, step)));
   }
 
   /// One path a colour, in units of cells; neighbours along x of one colour are one rectangle.
   void draw_cells() {
-    std::array<std::string, kRamp.size()> paths;
+    std::array<std::string, kViridis.size()> paths;
     const std::vector<CellMap::Cell>& cells = plot_.map->cells;
     for (std::size_t a = 0; a < cells.size();) {
       const std::size_t step = step_of(cells[a].value);
@@ -323,25 +321,26 @@ class Canvas {
     const double scale = plot_.map->cell / x_.span() * (right_ - left_);
     emit("<g transform=\"translate({:.3f} {:.3f}) scale({:.6f} {:.6f})\">\n", px(0.0),
          py_linear(0.0), scale, -scale);
-    for (std::size_t k = 0; k < kRamp.size(); ++k) {
-      if (!paths[k].empty()) emit("<path fill=\"{}\" d=\"{}\"/>\n", kRamp[k], paths[k]);
+    for (std::size_t k = 0; k < kViridis.size(); ++k) {
+      if (!paths[k].empty()) emit("<path fill=\"{}\" d=\"{}\"/>\n", kViridis[k], paths[k]);
     }
     emit("</g>\n");
   }
 
   void draw_bar_of_colours() {
     const double x = right_ + 18.0;
-    const double step = std::min(22.0, (bottom_ - top_ - 20.0) / static_cast<double>(kRamp.size()));
-    const double foot = top_ + 24.0 + step * static_cast<double>(kRamp.size());
+    const double step =
+        std::min(22.0, (bottom_ - top_ - 20.0) / static_cast<double>(kViridis.size()));
+    const double foot = top_ + 24.0 + step * static_cast<double>(kViridis.size());
     emit("<text class=\"tick\" x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n", x, top_ + 10.0,
          escape_xml(plot_.map->value_label));
-    for (std::size_t k = 0; k < kRamp.size(); ++k) {
+    for (std::size_t k = 0; k < kViridis.size(); ++k) {
       emit("<rect fill=\"{}\" x=\"{:.1f}\" y=\"{:.1f}\" width=\"14\" height=\"{:.1f}\"/>\n",
-           kRamp[k], x, foot - step * static_cast<double>(k + 1), step);
+           kViridis[k], x, foot - step * static_cast<double>(k + 1), step);
     }
     for (const double share : {0.0, 0.5, 1.0}) {
       emit("<text class=\"tick\" x=\"{:.1f}\" y=\"{:.1f}\">{:.1f}</text>\n", x + 19.0,
-           foot - share * step * static_cast<double>(kRamp.size()) + 4.0,
+           foot - share * step * static_cast<double>(kViridis.size()) + 4.0,
            value_.low + share * value_.span());
     }
   }
