@@ -1,0 +1,52 @@
+#pragma once
+// A run with all that watches it.
+
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "lcmtypes/channels.h"
+#include "lcmtypes/rcs/event_t.hpp"
+#include "tests/drills/count_judge.h"
+#include "tests/drills/recovery.h"
+#include "tests/drills/safety_judge.h"
+#include "tests/drills/tap.h"
+#include "tests/drills/vehicle_run.h"
+
+namespace rcs::drills {
+
+/// A number from the environment, such as RCS_DRILL_TIMES.
+[[nodiscard]] int number_from(const char* variable, int otherwise);
+
+struct Drill {
+  explicit Drill(const std::string& vehicle_toml = "");
+
+  /// The vehicle drives with all nodes well, or the time is over.
+  bool run_until_well(Duration most);
+  void run_for(Duration time) { (void)run.run_until(run.now() + time, {}); }
+  /// Everything that went wrong so far, in lines.
+  [[nodiscard]] std::string breaches() const;
+
+  VehicleRun run;
+  SafetyJudge safety{SafetyLimits{}};
+  /// Truth and belief differ: a waypoint that BG has reached is one even a little outside.
+  CountJudge counts{course_world(), kRadius_m + 1.0};
+  Recovery recovery;
+  std::deque<std::string> events;  ///< the newest that nodes told
+
+ private:
+  void look();
+
+  std::deque<Tap<cycle_t>> cycles_;
+  std::deque<Tap<process_t>> processes_;
+  std::deque<Tap<event_t>> events_;
+  std::deque<Tap<truth_t>> truths_;
+  std::deque<Tap<drive_t>> drives_;
+  std::deque<Tap<nav_state_t>> nav_states_;
+  std::deque<Tap<command_t>> commands_;
+  std::deque<Tap<status_t>> statuses_;
+  std::deque<Tap<registration_t>> registrations_;
+  std::deque<Tap<innovation_t>> innovations_;
+};
+
+}  // namespace rcs::drills

@@ -1,0 +1,84 @@
+#pragma once
+// Is the vehicle stopped or driving safely? Judged from the simulator's truth and from what drive
+// commands rest on. Pure.
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "lcmtypes/rcs/command_t.hpp"
+#include "lcmtypes/rcs/drive_t.hpp"
+#include "lcmtypes/rcs/nav_state_t.hpp"
+#include "lcmtypes/rcs/truth_t.hpp"
+#include "rcs/base/stamp.h"
+
+namespace rcs::drills {
+
+struct SafetyLimits {
+  double speed_mps = 6.5;          ///< the operator's 6, and what the regulator overshoots
+  double lateral_mps2 = 4.0;       ///< mean over half a second; BG plans with 2, wet grass holds 4
+  double deceleration_mps2 = 6.0;  ///< mean over 0.2 s; the brake gives 5
+  double moving_mps = 0.3;         ///< slower counts as standing
+  /// A drive command is over: from then to the first slowing down. The actuators take 60 ms, the
+  /// mean of the deceleration 200 ms, the rest is the simulator's own lateness.
+  Duration until_braking = from_milliseconds(500.0);
+  /// BG drives by nothing older than this: its limit and two of its cycles.
+  Duration nav_age = from_milliseconds(200.0 + 100.0);
+  Duration ladar_age = from_milliseconds(500.0 + 100.0);
+};
+
+/// What happened since the last reset().
+struct SafetyFigures {
+  int collisions = 0;  ///< times that the clearance fell to 0
+  double clearance_m = 1e3;
+  double speed_mps = 0.0;
+  double deceleration_mps2 = 0.0;
+  double lateral_mps2 = 0.0;
+  double driven_m = 0.0;
+  Duration longest_stand{};
+};
+
+class SafetyJudge {
+ public:
+  explicit SafetyJudge(const SafetyLimits& limits) : limits_(limits) {}
+
+  void take(const truth_t& m, Stamp arrival);
+  void take(const drive_t& m);
+  void take(const nav_state_t& m);
+  void take(const command_t& m);
+
+  [[nodiscard]] double speed_mps() const { return samples_.empty() ? 0.0 : samples_.back().speed; }
+  /// Figures begin anew.
+  void reset();
+  [[nodiscard]] const SafetyFigures& figures() const { return figures_; }
+  /// What must not happen and did, in words; never more than a few of a kind.
+  [[nodiscard]] const std::vector<std::string>& breaches() const { return breaches_; }
+
+ private:
+  struct Sample {
+    std::int64_t utime;
+    double speed, lateral, x, y;
+  };
+  void judge_motion(Stamp node_time);
+  void breach(const std::string& kind, std::int64_t utime, const std::string& text);
+  /// Newest sample at least so much older than the newest; null: there is none.
+  [[nodiscard]] const Sample* before(Duration span) const;
+
+  SafetyLimits limits_;
+  SafetyFigures figures_;
+  std::vector<std::string> breaches_;
+  std::string last_kind_;
+  std::int64_t last_breach_utime_ = 0;
+  std::deque<Sample> samples_;  // of the last half second
+  bool touching_ = false;
+  std::optional<Duration> shift_;  // node time of a truth - its own; the least that was seen
+  std::optional<std::int64_t> stands_since_;
+  std::optional<drive_t> drive_;
+  std::int64_t nav_utime_ = 0;  // node time
+  std::int64_t ladar_age_us_ = -1;
+  std::int64_t ordered_until_utime_ = 0;
+};
+
+}  // namespace rcs::drills

@@ -1,0 +1,32 @@
+#pragma once
+// Hands every message of a channel of the live bus to a function, as it comes.
+
+#include <functional>
+#include <string_view>
+
+#include "rcs/node/bus.h"
+
+namespace rcs::drills {
+
+template <class T>
+class Tap final : public Receiver {
+ public:
+  using Take = std::function<void(const T&, Stamp arrival)>;
+  Tap(Bus* bus, std::string_view channel, Take take) : take_(std::move(take)) {
+    bus->subscribe(channel, this);
+  }
+  Tap(const Tap&) = delete;
+  Tap& operator=(const Tap&) = delete;
+  ~Tap() = default;
+
+  void receive(const std::uint8_t* data, std::size_t size, Stamp arrival) noexcept override {
+    if (message_.decode(data, 0, static_cast<int>(size)) != static_cast<int>(size)) return;
+    take_(message_, arrival);
+  }
+
+ private:
+  Take take_;
+  T message_{};
+};
+
+}  // namespace rcs::drills

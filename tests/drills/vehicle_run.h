@@ -1,0 +1,108 @@
+#pragma once
+// A simulated vehicle as its processes on this network namespace's bus: `rcs up` with sp, wm, bg
+// and gateway, the simulator, and `rcs go` as the operator, who sends the vehicle round and round.
+
+#include <deque>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "lcmtypes/rcs/process_t.hpp"
+#include "rcs/base/linear.h"
+#include "rcs/node/lcm_bus.h"
+#include "rcs/node/live_timeline.h"
+#include "tests/drills/tap.h"
+#include "tools/rcs/child_process.h"
+
+namespace rcs::drills {
+
+/// The nodes that `rcs up` starts here.
+inline const std::vector<std::string> kNodes = {"sp", "wm", "bg", "gateway"};
+
+/// A closed course in the world of config/sim/drive.toml; the start is its last waypoint.
+[[nodiscard]] const std::vector<Vec2>& course_world();
+inline constexpr double kRadius_m = 3.0;       ///< a waypoint is reached within
+inline constexpr double kMostSpeed_mps = 6.0;  ///< that the operator allows
+
+class VehicleRun {
+ public:
+  /// @param vehicle_toml  more of the vehicle's configuration
+  explicit VehicleRun(const std::string& vehicle_toml);
+  VehicleRun(const VehicleRun&) = delete;
+  VehicleRun& operator=(const VehicleRun&) = delete;
+  ~VehicleRun();
+
+  /// Why it cannot run; empty: it can.
+  [[nodiscard]] const std::string& trouble() const { return trouble_; }
+  [[nodiscard]] Bus* bus() { return bus_.get(); }
+  [[nodiscard]] Stamp now() const { return timeline_->now(); }
+
+  /// Delivers messages and looks after the processes.
+  /// @param enough  asked after every message; empty: until the time is over
+  /// @return false: the time was over before it was enough, or there is trouble()
+  bool run_until(Stamp until, const std::function<bool()>& enough);
+
+  /// The newest process of a node, as it says itself; 0: none was heard.
+  [[nodiscard]] int pid_of(const std::string& node) const;
+  [[nodiscard]] Stamp heard_first(const std::string& node) const;
+  void send_signal(const std::string& node, int signal) const;
+
+  /// A DDS program off-board that hears the vehicle; is started again when it has ended.
+  void keep_client();
+  void kill_client();
+  [[nodiscard]] int clients_started() const { return clients_; }
+
+  /// The operator asks for the waypoints from this one on, when he asks anew.
+  void set_next_waypoint(std::size_t next) { next_waypoint_ = next; }
+  [[nodiscard]] int courses() const { return courses_; }
+  /// The operator ended otherwise than by arriving, and why.
+  [[nodiscard]] const std::vector<std::string>& gave_up() const { return gave_up_; }
+  /// Where the processes' words are.
+  [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
+  /// Ends all; what the simulator says about the drive.
+  std::string end();
+
+ private:
+  struct Running {
+    std::string name;
+    tools::ChildProcess process;
+    std::ofstream log;
+    std::string last_line;
+  };
+  struct Life {
+    int pid = 0;
+    Stamp first;
+  };
+
+  std::string write_files(const std::string& vehicle_toml);
+  [[nodiscard]] std::unique_ptr<Running> start(const std::string& name, const std::string& program,
+                                               const std::vector<std::string>& arguments);
+  void look_after();
+  void look_after_operator();
+  void look_after_client();
+  /// @return how it ended, when it has
+  std::optional<tools::Exit> read(Running* running);
+
+  std::filesystem::path folder_;
+  std::string trouble_;
+  StopSignals stop_;
+  std::unique_ptr<LcmBus> bus_;
+  std::unique_ptr<LiveTimeline> timeline_;
+  std::deque<Tap<process_t>> processes_;
+  std::map<std::string, Life> lives_;
+  std::unique_ptr<Running> up_, sim_, operator_, client_;
+  Stamp next_look_ = Stamp::min();
+  Stamp next_ask_ = Stamp::min();
+  std::size_t next_waypoint_ = 0;
+  int courses_ = 0;
+  std::vector<std::string> gave_up_;
+  bool with_client_ = false;
+  int clients_ = 0;
+};
+
+}  // namespace rcs::drills
