@@ -1,5 +1,6 @@
 #include "rcs/node/lcm_bus.h"
 
+#include <algorithm>
 #include <cstdlib>
 
 #include "rcs/base/check.h"
@@ -10,6 +11,8 @@ namespace {
 /// Messages that wait in LCM for one subscription. A full LCM queue drops the newest silently; so
 /// ours never fills, and the inboxes, which count, decide.
 constexpr int kQueueMessages = 10'000;
+
+constexpr Duration kLongestWait = from_seconds(1.0);  // of the very first message
 
 constexpr char kRouteHint[] =
     "UDP multicast needs a route. On this computer only, as root:\n"
@@ -42,8 +45,9 @@ void LcmBus::publish(std::string_view channel, const std::uint8_t* data, std::si
   if (sent != 0) ++publish_failures_;
 }
 
-bool LcmBus::deliver_one(Stamp now) {
-  arrival_ = now;
+bool LcmBus::deliver_one(Stamp now, std::int64_t wall_utime) {
+  now_ = now;
+  wall_utime_ = wall_utime;
   const int handled = lcm_handle_timeout(lcm_.get(), 0);
   if (handled < 0) failure_ = "LCM stopped receiving on " + url_;
   return handled > 0;
@@ -55,12 +59,21 @@ Outcome LcmBus::status() const {
   return failure_.empty() ? Outcome(Done{}) : Outcome(Error{failure_});
 }
 
+Stamp LcmBus::arrival(std::int64_t received_utime) {
+  const std::int64_t waited = wall_utime_ > 0 ? wall_utime_ - received_utime : 0;
+  const std::int64_t most =
+      last_arrival_ == Stamp::min() ? kLongestWait.count() : (now_ - last_arrival_).count();
+  last_arrival_ =
+      now_ - Duration(std::clamp<std::int64_t>(waited, 0, std::max<std::int64_t>(0, most)));
+  return last_arrival_;
+}
+
 // An exception that crossed LCM's C frames would leave its object unusable: noexcept.
 void LcmBus::on_message(const lcm_recv_buf_t* packet, const char* /*channel*/,
                         void* subscription) noexcept {
   const Subscription& s = *static_cast<const Subscription*>(subscription);
   s.receiver->receive(static_cast<const std::uint8_t*>(packet->data), packet->data_size,
-                      s.bus->arrival_);
+                      s.bus->arrival(packet->recv_utime));
 }
 
 }  // namespace rcs

@@ -27,9 +27,13 @@ class LcmBus final : public Bus {
   void subscribe(std::string_view channel, Receiver* receiver) override;
   void publish(std::string_view channel, const std::uint8_t* data, std::size_t size) override;
 
-  /// Hands over one message that waits, as arriving at `now`, to its receivers.
+  /// Hands over one message that waits to its receivers. It has arrived when this computer received
+  /// it, not when its node found the time to take it: else nobody could see that a node is behind.
+  /// @param wall_utime  the wall clock at `now`, by which LCM stamps what it receives; a clock that
+  ///                    is set moves no arrival beyond `now` or before an earlier one. 0: unknown,
+  ///                    all arrives now
   /// @return false when none waits
-  bool deliver_one(Stamp now);
+  bool deliver_one(Stamp now, std::int64_t wall_utime = 0);
 
   [[nodiscard]] int fd() const;  ///< readable when a message waits
   [[nodiscard]] const std::string& url() const { return url_; }
@@ -47,6 +51,7 @@ class LcmBus final : public Bus {
   };
 
   LcmBus(lcm_t* lcm, std::string url) : url_(std::move(url)), lcm_(lcm) {}
+  Stamp arrival(std::int64_t received_utime);
   static void on_message(const lcm_recv_buf_t* packet, const char* channel,
                          void* subscription) noexcept;
 
@@ -54,7 +59,9 @@ class LcmBus final : public Bus {
   std::deque<Subscription> subscriptions_;  // LCM holds their addresses
   std::unique_ptr<lcm_t, Destroy> lcm_;
   std::string channel_;  // reused: LCM wants a terminated string
-  Stamp arrival_;
+  Stamp now_;
+  std::int64_t wall_utime_ = 0;
+  Stamp last_arrival_ = Stamp::min();
   std::string failure_;
   std::int64_t publish_failures_ = 0;
 };

@@ -24,6 +24,12 @@ void watch(int epoll, int fd) {
 
 }  // namespace
 
+std::int64_t wall_utime() {
+  timespec t{};
+  RCS_CHECK(clock_gettime(CLOCK_REALTIME, &t) == 0);
+  return std::int64_t{t.tv_sec} * 1'000'000 + t.tv_nsec / 1000;
+}
+
 StopSignals::StopSignals() {
   sigset_t set;
   sigemptyset(&set);
@@ -85,7 +91,7 @@ Timeline::Step LiveTimeline::advance(Stamp until) {
       if (fd == stop_->fd()) return Step::kEnded;
       if (fd == bus_->fd()) message = true;
     }
-    if (message && bus_->deliver_one(now())) {
+    if (message && bus_->deliver_one(now(), wall_utime())) {
       ++burst_;
       return Step::kDelivered;
     }

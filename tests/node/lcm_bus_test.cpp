@@ -9,6 +9,7 @@
 
 #include "lcmtypes/rcs/points_t.hpp"
 #include "rcs/node/inbox.h"
+#include "rcs/node/live_timeline.h"
 #include "rcs/node/outbox.h"
 #include "tests/node/fixtures.h"
 
@@ -82,6 +83,26 @@ TEST(LcmBus, NothingWaitsOnASilentBus) {
   Inbox<odometry_t> inbox(bus.get(), "ODOMETRY", 4);
   EXPECT_FALSE(bus->deliver_one(at_ms(1)));
   EXPECT_TRUE(bus->status().ok());
+}
+
+TEST(LcmBus, AMessageArrivesWhenItIsReceivedNotWhenItIsTaken) {
+  const auto bus = open_bus();
+  Inbox<odometry_t> inbox(bus.get(), "ODOMETRY", 4);
+  Outbox<odometry_t> outbox(bus.get(), "ODOMETRY");
+  odometry_t m{};
+  /// When it arrives that is sent now and taken 50 ms later, by a clock that was set meanwhile.
+  const auto arrival = [&](Stamp taken, Duration clock_was_set) {
+    outbox.publish(&m);
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    EXPECT_TRUE(bus->deliver_one(taken, wall_utime() + clock_was_set.count()));
+    return inbox.account().last_arrival;
+  };
+  const Stamp first = arrival(at_ms(5000), Duration(0));
+  EXPECT_LE(first, at_ms(4950));
+  EXPECT_GT(first, at_ms(4500)) << "a slow machine, but not that slow";
+  EXPECT_EQ(arrival(at_ms(5100), from_seconds(-3600.0)), at_ms(5100));
+  EXPECT_EQ(arrival(at_ms(5200), from_seconds(3600.0)), at_ms(5100)) << "not before an earlier one";
+  EXPECT_LE(arrival(at_ms(5400), Duration(0)), at_ms(5350));
 }
 
 TEST(LcmBus, AnUrlThatIsNoneSaysWhatToDo) {
