@@ -66,13 +66,13 @@ class Budget final : public Command {
     app()->add_option("--lcm-url", plan_.lcm_url,
                       "an existing bus instead of a private one; whoever else is on it disturbs");
     app()->footer(
-        "Starts the nodes of [up] (default sp, wm) with CONFIG on a bus of its own, plays LOG at "
-        "the\n"
-        "speed of its stamps, and accounts for every scan. Times are those of the messages' "
-        "ledgers\n"
-        "and, for the work inside a cycle, of the nodes' own accounts; a chain begins when the "
-        "last\n"
-        "facet is sent. Status 1 when a limit of [budget] is broken:\n"
+        "Starts the nodes of [up] (default sp, wm) with CONFIG on a bus of its own, plays LOG's\n"
+        "sensors at the speed of its stamps, and accounts for every scan; bg is asked for places\n"
+        "ahead, so that it plans. Times are those of the messages' ledgers and, for the work "
+        "inside\n"
+        "a cycle, of the nodes' own accounts; a chain begins when the last facet is sent. Status "
+        "1\n"
+        "when a limit of [budget] is broken:\n"
         "  facet_to_nav_state_{p50,p99,p999,max}_ms, facet_to_drive_{p50,p99,p999,max}_ms,\n"
         "  unaccounted_scans (0 unless stated), {degraded,held,failed,dropped}_share of the "
         "scans,\n"

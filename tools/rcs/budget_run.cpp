@@ -10,9 +10,11 @@
 #include <thread>
 
 #include "lcmtypes/channels.h"
+#include "lcmtypes/convert.h"
 #include "lcmtypes/rcs/ladar_points_t.hpp"
 #include "lcmtypes/rcs/ladar_ranges_t.hpp"
 #include "lcmtypes/rcs/process_t.hpp"
+#include "rcs/node/command.h"
 #include "rcs/node/inbox.h"
 #include "rcs/node/lcm_bus.h"
 #include "rcs/node/live_timeline.h"
@@ -29,6 +31,8 @@ constexpr Duration kTail = from_seconds(1.0);          // for the last scan's an
 constexpr Duration kStopWithin = from_seconds(5.0);
 constexpr Duration kLongestScan = from_seconds(1.0);
 constexpr Duration kLook = from_seconds(0.1);  // at the children
+constexpr Duration kRefresh = from_seconds(1.0);
+constexpr double kAhead_m = 30.0;
 
 /// Hands every message of a channel to the books of the lap, and counts what it missed.
 template <class T>
@@ -59,6 +63,43 @@ struct Running {
   ChildProcess process;
   bool alive = false;
   std::optional<Exit> exit;
+};
+
+/// Keeps BG planning, as it does on the way: it is asked for a place ahead, and when that is near
+/// for the next one. The log's vehicle goes where it went; BG believes that it is driving.
+class Operator {
+ public:
+  explicit Operator(Bus* bus) : port_(bus, channel::kBgCommand, channel::kBgStatus, "budget", {}) {}
+
+  void take(const nav_state_t& m) {
+    (void)from_message(m.q_local_vehicle, m.p_local_vehicle_m, &T_);
+  }
+
+  void step(Stamp now) {
+    port_.step(now);
+    if (now < next_send_) return;
+    const bool near = (T_.p - goal_).head<2>().norm() < 0.5 * kAhead_m;
+    if (near || order_.waypoints.empty()) {
+      goal_ = T_ * Vec3(kAhead_m, 0.0, 0.0);
+      waypoint_t w{};
+      to_message(goal_, w.p_m);
+      w.radius_m = 3.0;
+      w.speed_mps = 8.0;
+      order_.kind = command_t::KIND_GOTO;
+      order_.frame = command_t::FRAME_LOCAL;
+      order_.waypoints = {w};
+      ++order_.task;
+    }
+    port_.send(order_, now);
+    next_send_ = now + kRefresh;
+  }
+
+ private:
+  CommandPort port_;
+  Pose T_;  // local, vehicle
+  Vec3 goal_ = Vec3::Zero();
+  rcs::Order order_;
+  Stamp next_send_ = Stamp::min();
 };
 
 class Laps {
@@ -98,6 +139,7 @@ class Laps {
   std::int64_t scan_ = -1;        // reference instant of the one under way
   std::int64_t facet_scan_ = -1;  // and of the one that the event at hand belongs to
 
+  std::optional<Operator> operator_;  // where there is a BG
   Tap<registration_t> registrations_;
   Tap<nav_state_t> nav_states_;
   Tap<drive_t> drives_;
@@ -113,8 +155,14 @@ Laps::Laps(const BudgetPlan& plan, LcmBus* bus, LiveTimeline* timeline,
       progress_(std::move(progress)),
       registrations_(bus, channel::kSpRegistration,
                      [this](const registration_t& m) { books_.take(m); }),
-      nav_states_(bus, channel::kWmNavState, [this](const nav_state_t& m) { books_.take(m); }),
+      nav_states_(bus, channel::kWmNavState,
+                  [this](const nav_state_t& m) {
+                    books_.take(m);
+                    if (operator_) operator_->take(m);
+                  }),
       drives_(bus, channel::kBgDrive, [this](const drive_t& m) { books_.take(m); }) {
+  const auto is_bg = [](const std::string& node) { return node == "bg"; };
+  if (std::any_of(plan_.nodes.begin(), plan_.nodes.end(), is_bg)) operator_.emplace(bus);
   for (const std::string& node : plan_.nodes) {
     cycles_.emplace_back(bus, channel_of(node, "CYCLE"),
                          [this](const cycle_t& m) { books_.take(m); });
@@ -181,7 +229,7 @@ Outcome Laps::play() {
   Result<LogReader> reader = LogReader::open(plan_.log);
   if (!reader) return reader.error();
   LogSource source(&reader.value(), {channel::kLadarRanges, channel::kLadarPoints, channel::kIns,
-                                     channel::kGpsFix, channel::kOdometry, channel::kBgCommand});
+                                     channel::kGpsFix, channel::kOdometry});
   const Stamp first = source.peek();
   if (first == Stamp::max()) return Error{plan_.log + ": no sensor data"};
   const Stamp begin = timeline_->now() + kLook;
@@ -253,6 +301,7 @@ Outcome Laps::wait_until(Stamp until, const std::function<bool()>& enough) {
 /// A node that has ended by itself ends the measurement; what all say is read, or they would stand
 /// still at a full pipe.
 Outcome Laps::look() {
+  if (operator_) operator_->step(timeline_->now());
   progress_(std::min(1.0, seconds(result_.played + lap_) / seconds(plan_.length)));
   for (std::vector<Running>* processes : {&nodes_, &load_}) {
     for (Running& r : *processes) {
