@@ -76,7 +76,18 @@ void CountJudge::take(const process_t& m) {
   watch(m.node + ": process", m.seq, {m.cycles, m.missed, m.overruns, m.cpu_us});
 }
 
+void CountJudge::take(const command_t& m) { tasks_[{m.issuer, m.serial}] = m.task; }
+
 void CountJudge::take(const status_t& m) {
+  const auto task = tasks_.find({m.issuer, m.echo_serial});
+  if (task != tasks_.end() && task->second != 0) {
+    int& done = done_[{m.issuer, task->second}];
+    if (m.waypoints_done < done) {
+      breach(fmt::format("bg: {} waypoints of task {} were done, now {}", done, task->second,
+                         m.waypoints_done));
+    }
+    done = m.waypoints_done;
+  }
   if (m.new_command == 0) return;
   if (taken_.emplace(m.issuer, m.echo_serial).second) return;
   breach(fmt::format("bg: command {} of {} is acted on twice", m.echo_serial, m.issuer));

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "lcmtypes/rcs/command_t.hpp"
 #include "lcmtypes/rcs/cycle_t.hpp"
 #include "lcmtypes/rcs/innovation_t.hpp"
 #include "lcmtypes/rcs/process_t.hpp"
@@ -28,6 +29,7 @@ class CountJudge {
   void take(const innovation_t& m);
   void take(const cycle_t& m);
   void take(const process_t& m);
+  void take(const command_t& m);
   void take(const status_t& m);
   void take(const truth_t& m);
 
@@ -58,7 +60,9 @@ class CountJudge {
   std::set<std::pair<int, std::int64_t>> fused_;  // source and utime of what WM has accepted
   std::map<std::string, Life> lives_;
   std::map<std::string, std::set<int>> pids_;
-  std::set<std::pair<std::string, std::int64_t>> taken_;  // issuer and serial
+  std::set<std::pair<std::string, std::int64_t>> taken_;                // issuer and serial
+  std::map<std::pair<std::string, std::int64_t>, std::int64_t> tasks_;  // by issuer and serial
+  std::map<std::pair<std::string, std::int64_t>, int> done_;            // by issuer and task
   std::vector<std::string> breaches_;
 };
 

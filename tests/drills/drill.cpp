@@ -45,8 +45,10 @@ Drill::Drill(const std::string& vehicle_toml) : run(vehicle_toml) {
     safety.take(m);
     recovery.take(m, arrival);
   });
-  commands_.emplace_back(bus, channel::kBgCommand,
-                         [this](const command_t& m, Stamp) { safety.take(m); });
+  commands_.emplace_back(bus, channel::kBgCommand, [this](const command_t& m, Stamp) {
+    safety.take(m);
+    counts.take(m);
+  });
   statuses_.emplace_back(bus, channel::kBgStatus, [this](const status_t& m, Stamp arrival) {
     counts.take(m);
     recovery.take(m, arrival);

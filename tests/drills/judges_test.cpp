@@ -164,9 +164,20 @@ TEST_F(CountJudgeTest, ACommandIsActedOnOnceAndAWaypointIsDrivenToOnce) {
   EXPECT_TRUE(judge_.breaches().empty());
   judge_.take(m);
   EXPECT_EQ(judge_.breaches().size(), 1U);
+  m.new_command = 0;
+  command_t asked{};
+  asked.issuer = m.issuer;
+  asked.task = 9;
+  for (const int done : {2, 2, 0}) {
+    asked.serial = ++m.echo_serial;
+    judge_.take(asked);
+    m.waypoints_done = done;
+    judge_.take(m);
+  }
+  EXPECT_EQ(judge_.breaches().size(), 2U);
   t.p_world_vehicle_m[0] = 10.0;
   judge_.take(t);
-  EXPECT_EQ(judge_.breaches().size(), 2U);
+  EXPECT_EQ(judge_.breaches().size(), 3U);
 }
 
 }  // namespace
