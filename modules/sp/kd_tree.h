@@ -1,0 +1,62 @@
+#pragma once
+// Exact closest points (paper, section 4: O(N_D log N_M)).
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <nanoflann.hpp>
+
+#include "rcs/base/points.h"
+
+namespace rcs::sp {
+
+/// A kd-tree over points that stay where they are while it lives.
+class KdTree {
+ public:
+  struct Closest {
+    std::uint32_t index = 0;
+    float distance2_m2 = 0.0F;  ///< squared
+  };
+
+  /// @param points  at least one, all finite
+  explicit KdTree(const Points& points)
+      : cloud_{points}, tree_(3, cloud_, nanoflann::KDTreeSingleIndexAdaptorParams(kLeaf)) {}
+
+  [[nodiscard]] Closest closest(const Vec3f& p) const { return closest<1>(p); }
+  /// The closest but one: of a point that is itself in the tree, its neighbour.
+  [[nodiscard]] Closest closest_other(const Vec3f& p) const { return closest<2>(p); }
+
+ private:
+  static constexpr std::size_t kLeaf = 10;
+  // What nanoflann asks a point set for, by its names.
+  struct Cloud {
+    const Points& points;
+    // NOLINTBEGIN(readability-identifier-naming)
+    [[nodiscard]] std::size_t kdtree_get_point_count() const { return points.size(); }
+    [[nodiscard]] float kdtree_get_pt(std::uint32_t i, std::size_t axis) const {
+      return axis == 0 ? points.x[i] : axis == 1 ? points.y[i] : points.z[i];
+    }
+    template <class Box>
+    bool kdtree_get_bbox(Box& /*box*/) const {
+      return false;
+    }
+    // NOLINTEND(readability-identifier-naming)
+  };
+  using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, Cloud>,
+                                                   Cloud, 3, std::uint32_t>;
+
+  template <std::size_t kWhich>
+  [[nodiscard]] Closest closest(const Vec3f& p) const {
+    std::array<std::uint32_t, kWhich> index{};
+    std::array<float, kWhich> distance2{};
+    nanoflann::KNNResultSet<float, std::uint32_t, std::size_t> found(kWhich);
+    found.init(index.data(), distance2.data());
+    tree_.findNeighbors(found, p.data(), nanoflann::SearchParams());
+    return {index[kWhich - 1], distance2[kWhich - 1]};
+  }
+
+  Cloud cloud_;
+  Tree tree_;
+};
+
+}  // namespace rcs::sp
