@@ -1,7 +1,9 @@
 #include "tests/drills/drill.h"
 
 #include <fmt/format.h>
+#include <gtest/gtest.h>
 
+#include <cstdio>
 #include <cstdlib>
 
 #include "rcs/node/report.h"
@@ -57,6 +59,11 @@ Drill::Drill(const std::string& vehicle_toml) : run(vehicle_toml) {
                               [this](const registration_t& m, Stamp) { counts.take(m); });
   innovations_.emplace_back(bus, channel::kWmInnovation,
                             [this](const innovation_t& m, Stamp) { counts.take(m); });
+}
+
+Drill::~Drill() {
+  if (!testing::Test::HasFailure()) return;
+  std::printf("what the processes said: %s\n", run.keep_files().c_str());
 }
 
 void Drill::look() {

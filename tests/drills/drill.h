@@ -20,6 +20,10 @@ namespace rcs::drills {
 
 struct Drill {
   explicit Drill(const std::string& vehicle_toml = "");
+  Drill(const Drill&) = delete;
+  Drill& operator=(const Drill&) = delete;
+  /// After a failure what the processes said stays.
+  ~Drill();
 
   /// The vehicle drives with all nodes well, or the time is over.
   bool run_until_well(Duration most);

@@ -128,7 +128,6 @@ class KillDrill : public testing::Test {
     for (const std::string& reason : drill_.run.gave_up()) std::printf("  %s\n", reason.c_str());
     EXPECT_EQ(drill_.run.trouble(), "");
     EXPECT_EQ(drill_.breaches(), "");
-    if (HasFailure()) std::printf("what the processes said: %s\n", drill_.run.folder().c_str());
   }
 
   std::string why() {

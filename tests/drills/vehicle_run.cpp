@@ -1,12 +1,15 @@
 #include "tests/drills/vehicle_run.h"
 
 #include <fmt/format.h>
+#include <poll.h>
 #include <signal.h>
 #include <unistd.h>
 
+#include <array>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
+#include <system_error>
 
 #include "rcs/node/report.h"
 
@@ -72,7 +75,16 @@ VehicleRun::VehicleRun(const std::string& vehicle_toml) {
   next_ask_ = now() + kBeforeFirst;
 }
 
-VehicleRun::~VehicleRun() { (void)end(); }
+VehicleRun::~VehicleRun() {
+  (void)end();
+  std::error_code error;  // a folder that stays is no reason to fail
+  if (!keep_files_) std::filesystem::remove_all(folder_, error);
+}
+
+const std::filesystem::path& VehicleRun::keep_files() {
+  keep_files_ = true;
+  return folder_;
+}
 
 std::string VehicleRun::write_files(const std::string& vehicle_toml) {
   const std::string root = variable("RCS_SOURCE_DIR");
@@ -219,7 +231,10 @@ std::string VehicleRun::end() {
     running->process.send_signal(SIGTERM);
     while (!read(running)) {
       if (now() >= until) running->process.send_signal(SIGKILL);
-      (void)timeline_->advance(now() + kLook);
+      // Not by the timeline: whoever heard the bus may be gone by now.
+      std::array<pollfd, 2> polled = {
+          {{running->process.exit_fd(), POLLIN, 0}, {running->process.output_fd(), POLLIN, 0}}};
+      (void)poll(polled.data(), polled.size(), static_cast<int>(milliseconds(kLook)));
     }
     if (slot == &sim_) summary = running->last_line;
   }

@@ -62,8 +62,8 @@ class VehicleRun {
   [[nodiscard]] int courses() const { return courses_; }
   /// The operator ended otherwise than by arriving, and why.
   [[nodiscard]] const std::vector<std::string>& gave_up() const { return gave_up_; }
-  /// Where the processes' words are.
-  [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
+  /// What the processes said stays, in the folder that is returned.
+  const std::filesystem::path& keep_files();
   /// Ends all; what the simulator says about the drive.
   std::string end();
 
@@ -89,6 +89,7 @@ class VehicleRun {
   std::optional<tools::Exit> read(Running* running);
 
   std::filesystem::path folder_;
+  bool keep_files_ = false;
   std::string trouble_;
   StopSignals stop_;
   std::unique_ptr<LcmBus> bus_;
