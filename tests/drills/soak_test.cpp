@@ -17,6 +17,9 @@ namespace {
 
 constexpr Duration kPatience = from_seconds(60.0);
 constexpr Duration kWarm = from_seconds(60.0);
+/// Buffers are reserved at the start and their pages touched when they are first needed (0.25 MB of
+/// bg after the first minute), and what waits in LCM comes and goes (0.2 MB of wm). A leak of one
+/// small message a second would be more in half an hour.
 constexpr double kMostGrowth_kb = 1024.0;
 
 /// One figure of a process, once a second.

@@ -39,8 +39,10 @@ void replace(std::string* text, const std::string& what, const std::string& with
 
 }  // namespace
 
+// Around a waypoint nothing stands: the first one takes away a rock at (66.6, 4.6) that is 1 cm
+// higher than what counts as a collision, and that no driver here tells from the grass around it.
 const std::vector<Vec2>& course_world() {
-  static const std::vector<Vec2> course = {{60, 0},    {120, 30}, {190, 20}, {250, 70}, {230, 150},
+  static const std::vector<Vec2> course = {{63, 2},    {120, 30}, {190, 20}, {250, 70}, {230, 150},
                                            {150, 170}, {60, 140}, {10, 70},  {0, 0}};
   return course;
 }
