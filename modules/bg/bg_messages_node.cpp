@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "lcmtypes/convert.h"
+#include "lcmtypes/plausible.h"
 
 namespace rcs::bg {
 namespace {
@@ -100,9 +101,12 @@ void Route::clear() {
 
 bool read_nav(const nav_state_t& m, Stamp arrival, Nav* nav) {
   Nav n;
-  const bool good = from_message(m.q_local_vehicle, m.p_local_vehicle_m, &n.T_local_vehicle) &&
-                    from_message(m.q_world_vehicle, m.p_world_vehicle_m, &n.T_world_vehicle) &&
-                    from_message(m.v_world_mps).allFinite();
+  // A variance that is no number must not pass for a sure pose.
+  const double variance_x = m.cov_world_pose[0][0];
+  const double variance_y = m.cov_world_pose[1][1];
+  const bool good = plausible_motion(m) && variance_x >= 0.0 && variance_y >= 0.0 &&
+                    from_message(m.q_local_vehicle, m.p_local_vehicle_m, &n.T_local_vehicle) &&
+                    from_message(m.q_world_vehicle, m.p_world_vehicle_m, &n.T_world_vehicle);
   if (!good) return false;
   n.stamp = from_utime(m.utime);
   n.arrival = arrival;
@@ -110,7 +114,7 @@ bool read_nav(const nav_state_t& m, Stamp arrival, Nav* nav) {
   n.world_valid = m.world_valid != 0;
   n.aligned = m.mode != nav_state_t::MODE_ALIGN && m.mode != nav_state_t::MODE_LOST;
   n.speed_mps = (n.T_world_vehicle.q.conjugate() * from_message(m.v_world_mps)).x();
-  n.sigma_world_m = std::sqrt(std::max({0.0, m.cov_world_pose[0][0], m.cov_world_pose[1][1]}));
+  n.sigma_world_m = std::sqrt(std::max(variance_x, variance_y));
   n.ladar_age = sum(m.age_rolling_us, Duration(0));
   n.gps_age = sum(m.age_gps_us, Duration(0));
   *nav = n;
@@ -118,10 +122,12 @@ bool read_nav(const nav_state_t& m, Stamp arrival, Nav* nav) {
 }
 
 bool read_terrain(const map_patch_t& m, vj::Terrain* terrain) {
-  const bool good = m.cell_m >= 0.05 && m.cell_m <= 10.0 && m.width > 0 && m.height > 0 &&
-                    m.width <= 1024 && m.height <= 1024 && m.n <= kMostCells &&
-                    m.width * m.height == m.n && std::abs(m.first_i) < 100'000'000 &&
-                    std::abs(m.first_j) < 100'000'000 && std::abs(m.base_m) < kFarthest_m;
+  constexpr std::int32_t kFarthestCell = 100'000'000;
+  const bool good = plausible_stamp(m.utime) && m.cell_m >= 0.05 && m.cell_m <= 10.0 &&
+                    m.width > 0 && m.height > 0 && m.width <= 1024 && m.height <= 1024 &&
+                    m.n <= kMostCells && m.width * m.height == m.n && m.first_i > -kFarthestCell &&
+                    m.first_i < kFarthestCell && m.first_j > -kFarthestCell &&
+                    m.first_j < kFarthestCell && std::abs(m.base_m) < kFarthest_m;
   if (!good) return false;
   terrain->cell_m = m.cell_m;
   terrain->first = {m.first_i, m.first_j};

@@ -46,7 +46,11 @@ InertialBuffer::InertialBuffer(std::size_t capacity) : samples_(capacity) {
 }
 
 bool InertialBuffer::add(const InertialSample& sample) {
-  if (count_ > 0 && sample.stamp <= (*this)[count_ - 1].stamp) return false;
+  if (count_ > 0 && sample.stamp <= (*this)[count_ - 1].stamp) {
+    if (++refused_ < kClockStepped) return false;
+    clear();
+  }
+  refused_ = 0;
   if (count_ == samples_.size()) {
     head_ = (head_ + 1) % samples_.size();
     --count_;

@@ -34,7 +34,11 @@ class InertialBuffer {
  public:
   explicit InertialBuffer(std::size_t capacity);
 
-  /// @return false for a sample that is not later than the newest (counted by the caller)
+  /// So many samples in a row that are not later than the newest: it was the one with the wrong
+  /// stamp, or the clock has stepped. The memory begins anew.
+  static constexpr int kClockStepped = 20;
+
+  /// @return false for a sample that is not later than the newest
   bool add(const InertialSample& sample);
   void clear() { count_ = 0; }
 
@@ -47,6 +51,7 @@ class InertialBuffer {
   std::vector<InertialSample> samples_;
   std::size_t head_ = 0;
   std::size_t count_ = 0;
+  int refused_ = 0;  // in a row
 };
 
 /// The state moved to `stamp` (either direction): strapdown integration where inertial samples

@@ -84,6 +84,7 @@ ConversionCount Calibration::append(const RangeFacet& facet, Scan* scan) const {
       }
       if (!(range >= min_range && range <= max_range)) {  // also NaN
         ++count.rejected;
+        if (!std::isfinite(range)) ++count.not_finite;
         continue;
       }
       if (is_lone(facet, row, col)) {
@@ -112,6 +113,7 @@ ConversionCount Calibration::append(const PointFacet& facet, Scan* scan) const {
     const float range2 = p_ladar.squaredNorm();
     if (!(range2 >= min2 && range2 <= max2)) {  // also NaN and infinity
       ++count.rejected;
+      if (!p_ladar.allFinite()) ++count.not_finite;
       continue;
     }
     scan->points.push_back(R * p_ladar + t);

@@ -48,9 +48,10 @@ struct PointFacet {
 
 struct ConversionCount {
   std::int64_t returns = 0;
-  std::int64_t missing = 0;   ///< no return (range 0)
-  std::int64_t lone = 0;      ///< mixed pixels
-  std::int64_t rejected = 0;  ///< not finite, or outside [min_range_m, max_range_m]
+  std::int64_t missing = 0;     ///< no return (range 0)
+  std::int64_t lone = 0;        ///< mixed pixels
+  std::int64_t rejected = 0;    ///< not finite, or outside [min_range_m, max_range_m]
+  std::int64_t not_finite = 0;  ///< of those rejected
 };
 
 /// Turns facets into points of the vehicle frame, each at its own time.

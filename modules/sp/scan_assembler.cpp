@@ -34,7 +34,9 @@ FacetVerdict ScanAssembler::admit(const FacetId& id) {
 void ScanAssembler::accumulate(const ConversionCount& count) {
   count_.returns += count.returns;
   count_.missing += count.missing;
+  count_.lone += count.lone;
   count_.rejected += count.rejected;
+  count_.not_finite += count.not_finite;
 }
 
 void ScanAssembler::release() { received_ = 0; }

@@ -4,18 +4,22 @@
 #include <cstdlib>
 
 #include "lcmtypes/convert.h"
+#include "lcmtypes/plausible.h"
 
 namespace rcs::sp {
 namespace {
 
 constexpr Duration kLongestScan = from_seconds(5.0);
 
-bool finite(double v) { return std::isfinite(v); }
+// Of a pan/tilt head; false for what is not a number.
+bool is_angle(double rad) { return std::abs(rad) <= 2.0 * kPi; }
+bool is_rate(double radps) { return std::abs(radps) <= kFastest_radps; }
 
 std::optional<FacetId> facet_id(std::int64_t scan_id, std::int64_t reference_utime, int facet,
                                 int facet_count, std::int64_t utime) {
   const bool sound = scan_id >= 0 && facet_count >= 1 && facet_count <= ScanAssembler::kMaxFacets &&
                      facet >= 0 && facet < facet_count && reference_utime >= 0 && utime >= 0 &&
+                     plausible_stamp(reference_utime) && plausible_stamp(utime) &&
                      std::abs(utime - reference_utime) <= kLongestScan.count();
   if (!sound) return std::nullopt;
   return FacetId{scan_id, from_utime(reference_utime), facet, facet_count};
@@ -28,8 +32,8 @@ std::optional<FacetId> identify(const ladar_ranges_t& m, const LadarParams& lada
                      m.facet_rows >= 0 && m.first_row + m.facet_rows <= m.rows &&
                      (m.n == 0 || m.n == m.facet_rows * m.cols) && m.duration_us >= 0 &&
                      m.duration_us <= kLongestScan.count();
-  const bool angles = finite(m.pan_rad) && finite(m.tilt_rad) && finite(m.pan_rate_radps) &&
-                      finite(m.tilt_rate_radps);
+  const bool angles = is_angle(m.pan_rad) && is_angle(m.tilt_rad) && is_rate(m.pan_rate_radps) &&
+                      is_rate(m.tilt_rate_radps);
   if (!shape || !angles) return std::nullopt;
   return facet_id(m.scan_id, m.reference_utime, m.facet, m.facet_count, m.utime);
 }

@@ -1,10 +1,12 @@
 #include "modules/sp/sp_node.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
+#include "lcmtypes/plausible.h"
 #include "modules/sp/sp_messages_node.h"
 #include "rcs/base/geodesy.h"
 
@@ -14,18 +16,21 @@ namespace {
 constexpr double kGravity_mps2 = 9.80665;
 // An inertial sample so much older than the reference instant does not carry the prediction.
 constexpr Duration kInertialGap = from_milliseconds(60.0);
+// A motion says nothing about a moment that is farther away: one of the stamps is wrong.
+constexpr Duration kMotionLasts = from_seconds(2.0);
 // A larger step of the scans' numbers is a driver that counts anew, not a loss.
 constexpr std::int64_t kMostDropped = 1000;
-
-// A covariance that can be inverted whatever the message says.
-bool usable_covariance(const Mat6& c) {
-  return c.allFinite() && c.diagonal().minCoeff() >= 0.0 && c.diagonal().maxCoeff() < 1e8;
-}
 
 Mat6 isotropic(double sigma_m, double sigma_rad) {
   Vec6 d;
   d << Vec3::Constant(sigma_m * sigma_m), Vec3::Constant(sigma_rad * sigma_rad);
   return d.asDiagonal();
+}
+
+// A covariance that can be inverted, once something is added to it, whatever the message says.
+bool usable_covariance(const Mat6& c) {
+  return c.allFinite() && c.diagonal().minCoeff() >= 0.0 && c.diagonal().maxCoeff() < 1e8 &&
+         Mat6(c + isotropic(0.01, 0.001)).llt().info() == Eigen::Success;
 }
 
 }  // namespace
@@ -90,7 +95,7 @@ Duration SpNode::nominal_compute() const {
 void SpNode::run(const Cycle& cycle) {
   late_ = std::max(late_, cycle.now - cycle.wakeup);
   take_inertial();
-  take_belief();
+  take_belief(cycle.now);
   if (take_facets(&ranges_, cycle) || take_facets(&facets_, cycle)) return;
   cycle.stages->mark("convert");
   const bool timed_out = assembler_.in_hand() && ranges_.empty() && facets_.empty() &&
@@ -100,15 +105,14 @@ void SpNode::run(const Cycle& cycle) {
 
 void SpNode::take_inertial() {
   for (const ins_t* m = ins_.front(); m != nullptr; ins_.pop(), m = ins_.front()) {
-    InertialSample s{from_utime(m->utime), Duration(m->interval_us),
-                     from_message(m->delta_angle_rad), from_message(m->delta_v_mps)};
-    const bool sound = m->valid != 0 && m->interval_us > 0 && m->interval_us <= 1'000'000 &&
-                       s.delta_angle_rad.allFinite() && s.delta_v_mps.allFinite();
-    if (sound) static_cast<void>(inertial_.add(s));  // WM reports what repeats or steps back
+    if (!plausible(*m)) continue;  // WM reports it, as it does what repeats or steps back
+    static_cast<void>(
+        inertial_.add({from_utime(m->utime), Duration(m->interval_us),
+                       from_message(m->delta_angle_rad), from_message(m->delta_v_mps)}));
   }
 }
 
-void SpNode::take_belief() {
+void SpNode::take_belief(Stamp now) {
   const nav_state_t* m = nav_states_.latest();
   if (m == nullptr) return;
   belief_.reset();
@@ -118,11 +122,15 @@ void SpNode::take_belief() {
   const Mat6 rolling_covariance = from_message<6>(m->cov_rolling_pose);
   const Mat6 world_covariance = from_message<6>(m->cov_world_pose);
   const bool sound =
-      m->rolling_valid != 0 && m->map_epoch == epoch_ &&
+      plausible_motion(*m) &&
       from_message(m->q_world_vehicle, m->p_world_vehicle_m, &T_world_vehicle) &&
       from_message(m->q_rolling_vehicle, m->p_rolling_vehicle_m, &T_rolling_vehicle) &&
       usable_covariance(rolling_covariance) && usable_covariance(world_covariance);
-  if (sound) {
+  if (!sound) {
+    report_.warn(now, "input.refused", "{}: a pose, motion or covariance that is none",
+                 channel::kWmNavState);
+  }
+  if (sound && m->rolling_valid != 0 && m->map_epoch == epoch_) {
     MotionState s;
     const Quat q_rolling_world = T_rolling_vehicle.q * T_world_vehicle.q.conjugate();
     s.stamp = from_utime(m->utime);
@@ -132,12 +140,8 @@ void SpNode::take_belief() {
     s.gyro_bias_radps = from_message(m->gyro_bias_radps);
     s.accel_bias_mps2 = from_message(m->accel_bias_mps2);
     s.rate_vehicle_radps = from_message(m->rate_vehicle_radps);
-    const bool finite_motion = s.v_rolling.allFinite() && s.gyro_bias_radps.allFinite() &&
-                               s.accel_bias_mps2.allFinite() && s.rate_vehicle_radps.allFinite();
-    if (finite_motion) {
-      belief_ = s;
-      belief_covariance_ = rolling_covariance;
-    }
+    belief_ = s;
+    belief_covariance_ = rolling_covariance;
     const Vec3 datum(m->datum_lat_deg, m->datum_lon_deg, m->datum_height_m);
     const Geodetic place{radians(datum.x()), radians(datum.y()), {datum.z()}};
     if (m->world_valid != 0 && prior_map_ && plausible(place)) {
@@ -205,6 +209,11 @@ void SpNode::finish_scan(const Cycle& cycle) {
   if (facets_lost > 0) {
     report_.warn(cycle.now, "scan.incomplete", "scan {}: {} facets did not come",
                  assembler_.scan_id(), facets_lost);
+  }
+  if (assembler_.count().not_finite > 0) {
+    report_.warn(cycle.now, "points.not_finite",
+                 "scan {}: {} of its ranges or points are no numbers", assembler_.scan_id(),
+                 assembler_.count().not_finite);
   }
   if (ladder_.level == Degrade::kHold) {
     answer_without_registering(Stop::kHeld, expected);
@@ -311,7 +320,10 @@ SpNode::Expectation SpNode::expect(Stamp reference) const {
   Expectation e;
   const bool inertial_covers =
       inertial_.size() > 0 && inertial_[inertial_.size() - 1].stamp >= reference - kInertialGap;
-  if (belief_ && inertial_covers) {
+  const auto lasts = [reference](Stamp stamp) {
+    return reference - stamp <= kMotionLasts && stamp - reference <= kMotionLasts;
+  };
+  if (belief_ && inertial_covers && lasts(belief_->stamp)) {
     e.at_reference = propagate(*belief_, inertial_, reference);
     const double dt = std::abs(seconds(reference - belief_->stamp));
     e.covariance = config_.prediction_sigma_scale * config_.prediction_sigma_scale *
@@ -320,15 +332,16 @@ SpNode::Expectation SpNode::expect(Stamp reference) const {
   }
   // Constant velocity: the last motion goes on.
   e.covariance = isotropic(config_.coast_sigma_m, config_.coast_sigma_rad);
-  e.at_reference.stamp = last_.stamp == Stamp::min() ? reference : last_.stamp;
+  e.at_reference.stamp = reference;
   e.at_reference.T_rolling_vehicle = last_.T_rolling_vehicle;
-  if (before_last_.stamp != Stamp::min()) {
-    const double dt = seconds(last_.stamp - before_last_.stamp);
-    const Pose moved = before_last_.T_rolling_vehicle.inverse() * last_.T_rolling_vehicle;
-    const Vec6 twist = log_se3(moved) / dt;
-    e.at_reference.v_rolling = last_.T_rolling_vehicle.q * twist.head<3>();
-    e.at_reference.rate_vehicle_radps = twist.tail<3>();
-  }
+  if (before_last_.stamp == Stamp::min() || !lasts(last_.stamp)) return e;
+  const double dt = seconds(last_.stamp - before_last_.stamp);
+  const Pose moved = before_last_.T_rolling_vehicle.inverse() * last_.T_rolling_vehicle;
+  const Vec6 twist = log_se3(moved) / dt;
+  if (!within(twist.head<3>(), kFastest_mps) || !within(twist.tail<3>(), kFastest_radps)) return e;
+  e.at_reference.stamp = last_.stamp;
+  e.at_reference.v_rolling = last_.T_rolling_vehicle.q * twist.head<3>();
+  e.at_reference.rate_vehicle_radps = twist.tail<3>();
   e.at_reference = coast(e.at_reference, reference);
   return e;
 }
@@ -402,8 +415,7 @@ void SpNode::match_prior(const Cycle& cycle, const Pose& T_rolling_vehicle) {
 
 void SpNode::remember(const Pose& T_rolling_vehicle) {
   const Stamp stamp = from_utime(registration_message_.utime);
-  if (stamp <= last_.stamp) return;  // a clock that stepped back gives no velocity
-  before_last_ = last_;
+  before_last_ = stamp > last_.stamp ? last_ : Fix{};  // a clock that steps back gives no velocity
   last_ = {stamp, T_rolling_vehicle};
 }
 

@@ -46,7 +46,7 @@ class SpNode final : public Node {
 
   void reserve();
   void take_inertial();
-  void take_belief();
+  void take_belief(Stamp now);
   /// @return true when a scan was finished: one a cycle, as a cycle has one start and one deadline
   template <class Message>
   bool take_facets(Inbox<Message>* inbox, const Cycle& cycle);

@@ -39,7 +39,12 @@ Reason Estimator::add(const ImuSample& imu) {
     newest_imu_ = std::max(newest_imu_, imu.stamp);
     return add(Measurement{imu.stamp, imu});
   }
-  if (imu.stamp <= newest_imu_) return Reason::kRepeated;
+  if (imu.stamp <= newest_imu_) {
+    // A single stamp from the future must not keep it from ever starting.
+    if (++out_of_range_ < params_.history.clock_step_count) return Reason::kRepeated;
+    leveler_ = {};
+  }
+  out_of_range_ = 0;
   newest_imu_ = imu.stamp;
   if (const std::optional<Belief> belief = leveler_.add(imu, params_)) {
     start(*belief, leveler_.gravity());
@@ -67,7 +72,9 @@ Reason Estimator::add(Stamp stamp, const GeodeticFix& geodetic) {
 Reason Estimator::add(const Measurement& m) {
   if (!started_) {
     // With an INS at work the start waits for it to be level; without one, this is the start.
-    if (newest_imu_ != Stamp::min() && m.stamp - newest_imu_ < params_.history.jump) {
+    const Duration jump = params_.history.jump;
+    if (newest_imu_ != Stamp::min() && m.stamp - newest_imu_ < jump &&
+        newest_imu_ - m.stamp < jump) {
       return Reason::kNoDatum;
     }
     start(initial_belief(params_, m.stamp), Earth{}.gravity);

@@ -8,6 +8,7 @@
 
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
+#include "lcmtypes/plausible.h"
 #include "rcs/node/budget.h"
 
 namespace rcs::wm {
@@ -15,15 +16,6 @@ namespace {
 
 // ---- the door: what is not finite, plausible and meant to be used does not get in
 // ----------------
-
-bool plausible_stamp(std::int64_t utime) {
-  constexpr std::int64_t kCenturies = 10'000'000'000'000'000;  // sums of stamps cannot overflow
-  return std::abs(utime) < kCenturies;
-}
-
-bool within(const Vec3& v, double limit) {
-  return v.allFinite() && v.cwiseAbs().maxCoeff() <= limit;
-}
 
 bool is_sigma(double s, double limit) { return std::isfinite(s) && s > 0.0 && s <= limit; }
 
@@ -34,10 +26,7 @@ bool is_sigma(const Vec3& s, double limit) {
 std::optional<ImuSample> admit(const ins_t& m) {
   const ImuSample s{from_utime(m.utime), Duration(m.interval_us), from_message(m.delta_angle_rad),
                     from_message(m.delta_v_mps)};
-  const double dt = seconds(s.interval);
-  const bool good = m.valid == 1 && plausible_stamp(m.utime) && dt > 0.0 && dt <= 0.5 &&
-                    within(s.delta_angle, 35.0 * dt) && within(s.delta_v, 400.0 * dt);
-  if (!good) return std::nullopt;
+  if (!plausible(m)) return std::nullopt;
   return s;
 }
 
@@ -57,8 +46,8 @@ std::optional<GeodeticFix> admit(const gps_fix_t& m) {
   if (!good) return std::nullopt;
   z.fix.v_world = from_message(m.v_enu_mps);
   z.fix.sigma_v_mps = from_message(m.sigma_v_enu_mps);
-  z.fix.has_velocity =
-      m.has_velocity == 1 && within(z.fix.v_world, 200.0) && is_sigma(z.fix.sigma_v_mps, 50.0);
+  z.fix.has_velocity = m.has_velocity == 1 && within(z.fix.v_world, kFastest_mps) &&
+                       is_sigma(z.fix.sigma_v_mps, 50.0);
   return z;
 }
 
@@ -82,7 +71,7 @@ std::optional<Registration> admit(const registration_t& m) {
   z.information = from_message(m.information);
   const bool good = plausible_stamp(m.utime) &&
                     from_message(m.q_target_vehicle, m.p_target_vehicle_m, &z.T_target_vehicle) &&
-                    within(z.T_target_vehicle.p, 1e7) && z.information.allFinite() &&
+                    within(z.T_target_vehicle.p, kFarthest_m) && z.information.allFinite() &&
                     z.information.cwiseAbs().maxCoeff() < 1e15 &&
                     z.information.diagonal().minCoeff() >= 0.0;
   if (!good) return std::nullopt;
@@ -216,7 +205,7 @@ void WmNode::take(const points_t& m, Stamp now) {
   Pose T_rolling_points;
   const bool good = plausible_stamp(m.utime) &&
                     from_message(m.q_rolling_vehicle, m.p_rolling_vehicle_m, &T_rolling_points) &&
-                    within(T_rolling_points.p, 1e7);
+                    within(T_rolling_points.p, kFarthest_m);
   if (!good) {
     note(points_, Reason::kInvalid, now);
     return;
@@ -261,8 +250,14 @@ void WmNode::publish_innovations() {
 
 void WmNode::publish_nav_state(Stamp now) {
   if (!estimator_.started()) return;  // nothing is believed yet
-  fill_belief(estimator_.state());
   const FilterState& s = estimator_.state();
+  // A measurement ahead of the INS takes the belief with it, until the INS comes so near that it is
+  // waited for. Meanwhile time does not run backward.
+  const bool same_clock = estimator_.clock_steps() == published_clock_steps_;
+  if (same_clock && s.belief.x.stamp < published_) return;
+  published_ = s.belief.x.stamp;
+  published_clock_steps_ = estimator_.clock_steps();
+  fill_belief(s);
   nav_state_.mode = static_cast<std::int8_t>(estimator_.mode());
   const bool rests_on_scan = cause_ > Stamp::min() && cause_ <= s.belief.x.stamp;
   if (rests_on_scan && ledger_.wm_start_utime == 0) ledger_.wm_start_utime = to_utime(now);

@@ -69,6 +69,8 @@ class WmNode final : public Node {
   // The newest registration, for the way that the belief came.
   Stamp cause_ = Stamp::min();
   ledger_t ledger_{};
+  Stamp published_ = Stamp::min();  // of the newest belief that was published
+  int published_clock_steps_ = 0;
   // What was reported last.
   Mode reported_mode_ = Mode::kAlign;
   int reported_resets_ = 0;

@@ -80,6 +80,18 @@ TEST(Motion, SamplesThatStepBackAreRefusedAndTheOldestForgotten) {
   EXPECT_EQ(buffer[0].stamp, Stamp() + 3 * kStep);
 }
 
+TEST(Motion, OneSampleFromTheFutureDoesNotRefuseAllOthersForEver) {
+  InertialBuffer buffer(100);
+  EXPECT_TRUE(buffer.add({Stamp() + from_seconds(1e6), kStep, Vec3::Zero(), Vec3::Zero()}));
+  for (int i = 1; i < InertialBuffer::kClockStepped; ++i) {
+    EXPECT_FALSE(buffer.add({Stamp() + i * kStep, kStep, Vec3::Zero(), Vec3::Zero()}));
+  }
+  const Stamp now = Stamp() + InertialBuffer::kClockStepped * kStep;
+  EXPECT_TRUE(buffer.add({now, kStep, Vec3::Zero(), Vec3::Zero()}));
+  ASSERT_EQ(buffer.size(), 1U);
+  EXPECT_EQ(buffer[0].stamp, now);
+}
+
 TEST(Motion, TableIsIdentityAtTheReference) {
   const InertialBuffer inertial = shaky(30);
   MotionTable table;

@@ -329,6 +329,36 @@ TEST(Estimator, OneStampFromTheFutureIsRefused) {
   EXPECT_EQ(estimator.clock_steps(), 0);
 }
 
+TEST(Estimator, OneStampFromTheFutureBeforeTheStartDelaysItByLittle) {
+  Experiment experiment;
+  experiment.drive.length_s = 10.0;
+  const std::vector<Truth> truth = make_drive(experiment.drive);
+  Sensors sensors(truth, experiment.params, {});
+  Estimator estimator(experiment.params, test_datum());
+  ImuSample odd = sensors.imu(1);
+  odd.stamp += std::chrono::hours(1000);
+  estimator.add(odd);
+  for (std::size_t i = 2; i < truth.size(); ++i) {
+    estimator.add(sensors.imu(i));
+    estimator.fuse();
+  }
+  ASSERT_TRUE(estimator.started());
+  EXPECT_EQ(estimator.state().belief.x.stamp, truth.back().stamp);
+  EXPECT_TRUE(estimator.state().belief.x.inertial);
+}
+
+TEST(Estimator, WithoutAnInsOneOfItsStampsFromTheFutureDoesNotKeepTheLadarWaiting) {
+  const Experiment experiment;
+  const std::vector<Truth> truth = make_drive(experiment.drive);
+  Sensors sensors(truth, experiment.params, {});
+  Estimator estimator(experiment.params, test_datum());
+  ImuSample odd = sensors.imu(1);
+  odd.stamp += std::chrono::hours(1000);
+  estimator.add(odd);
+  EXPECT_EQ(estimator.add(truth[10].stamp, sensors.scan(10)), Reason::kAccepted);
+  EXPECT_TRUE(estimator.started());
+}
+
 TEST(Estimator, DoesNotAllocateOnceItRuns) {
   if (!test::HeapGuard::available()) GTEST_SKIP() << "a sanitizer owns malloc";
   Experiment experiment;
