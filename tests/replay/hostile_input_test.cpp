@@ -1,0 +1,402 @@
+// Hostile input, as a list: each kind comes to each node that reads it while the vehicle drives. It
+// is counted in what the node publishes or told in an event, nothing dies (hostile_drive() sees to
+// that and to what the nodes say meanwhile), and the good messages behind it are used.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <random>
+
+#include "lcmtypes/channels.h"
+#include "lcmtypes/rcs/command_t.hpp"
+#include "lcmtypes/rcs/cycle_t.hpp"
+#include "lcmtypes/rcs/event_t.hpp"
+#include "lcmtypes/rcs/gps_fix_t.hpp"
+#include "lcmtypes/rcs/ins_t.hpp"
+#include "lcmtypes/rcs/ladar_points_t.hpp"
+#include "lcmtypes/rcs/ladar_ranges_t.hpp"
+#include "lcmtypes/rcs/map_patch_t.hpp"
+#include "lcmtypes/rcs/nav_state_t.hpp"
+#include "lcmtypes/rcs/odometry_t.hpp"
+#include "lcmtypes/rcs/points_t.hpp"
+#include "lcmtypes/rcs/registration_t.hpp"
+#include "lcmtypes/rcs/status_t.hpp"
+#include "tests/replay/hostile_drive.h"
+
+namespace rcs::test {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInf = std::numeric_limits<double>::infinity();
+
+template <class T>
+T decoded(const Bytes& bytes) {
+  T m{};
+  EXPECT_EQ(m.decode(bytes.data(), 0, static_cast<int>(bytes.size())),
+            static_cast<int>(bytes.size()));
+  return m;
+}
+
+/// All good messages of a drive, by channel.
+class Ears final : public BusTap {
+ public:
+  void on_deliver(Stamp /*due*/, std::string_view channel, const std::uint8_t* data,
+                  std::size_t size) override {
+    heard_[std::string(channel)].push_back({data, data + size});
+  }
+
+  template <class T>
+  [[nodiscard]] std::vector<T> all(const std::string& channel) const {
+    std::vector<T> out;
+    const auto found = heard_.find(channel);
+    if (found == heard_.end()) return out;
+    for (const Bytes& bytes : found->second) out.push_back(decoded<T>(bytes));
+    return out;
+  }
+  template <class T>
+  [[nodiscard]] T last(const std::string& channel) const {
+    const std::vector<T> messages = all<T>(channel);
+    EXPECT_FALSE(messages.empty()) << channel;
+    return messages.empty() ? T{} : messages.back();
+  }
+
+  /// A node's account of an input, as it publishes it.
+  [[nodiscard]] input_account_t account(const std::string& node, const std::string& input) const {
+    const cycle_t cycle = last<cycle_t>(node + "_CYCLE");
+    for (const input_account_t& a : cycle.input) {
+      if (a.channel == input) return a;
+    }
+    ADD_FAILURE() << node << " does not read " << input;
+    return {};
+  }
+  /// The texts of a node's events of a code.
+  [[nodiscard]] std::vector<std::string> events(const std::string& node,
+                                                const std::string& code) const {
+    std::vector<std::string> texts;
+    for (const event_t& e : all<event_t>(node + "_EVENT")) {
+      if (e.code == code) texts.push_back(e.text);
+    }
+    return texts;
+  }
+
+ private:
+  std::map<std::string, std::vector<Bytes>> heard_;
+};
+
+Ears drive_with(const std::string& channel, const std::vector<Bytes>& packets) {
+  Ears ears;
+  hostile_drive(channel, packets, &ears);
+  return ears;
+}
+
+const Ears& clean_drive() {
+  static const Ears ears = drive_with("NOBODY", {});
+  return ears;
+}
+
+/// The middle one of a channel.
+template <class T>
+T good(const char* channel) {
+  const std::vector<T> all = clean_drive().all<T>(channel);
+  EXPECT_FALSE(all.empty()) << channel;
+  return all[all.size() / 2];
+}
+
+/// Who reads what.
+struct Reader {
+  const char* node;
+  const char* channel;
+};
+constexpr Reader kReaders[] = {
+    {"SP", channel::kLadarRanges}, {"SP", channel::kLadarPoints},
+    {"SP", channel::kIns},         {"SP", channel::kWmNavState},
+    {"WM", channel::kIns},         {"WM", channel::kGpsFix},
+    {"WM", channel::kOdometry},    {"WM", channel::kSpRegistration},
+    {"WM", channel::kSpPoints},    {"BG", channel::kBgCommand},
+    {"BG", channel::kWmNavState},  {"BG", channel::kWmMapPatch},
+};
+
+Bytes sample(const std::string& name) {
+  if (name == channel::kLadarRanges) return encode(good<ladar_ranges_t>(channel::kLadarRanges));
+  if (name == channel::kLadarPoints) return encode(good<ladar_points_t>(channel::kLadarPoints));
+  if (name == channel::kIns) return encode(good<ins_t>(channel::kIns));
+  if (name == channel::kGpsFix) return encode(good<gps_fix_t>(channel::kGpsFix));
+  if (name == channel::kOdometry) return encode(good<odometry_t>(channel::kOdometry));
+  if (name == channel::kSpPoints) return encode(good<points_t>(channel::kSpPoints));
+  if (name == channel::kBgCommand) return encode(good<command_t>(channel::kBgCommand));
+  if (name == channel::kWmMapPatch) return encode(good<map_patch_t>(channel::kWmMapPatch));
+  if (name == channel::kWmNavState) return encode(good<nav_state_t>(channel::kWmNavState));
+  return encode(good<registration_t>(channel::kSpRegistration));
+}
+
+/// They are counted as malformed by each reader of the channel, and cost no good message.
+void expect_malformed(const std::string& channel, const std::vector<Bytes>& packets) {
+  const Ears ears = drive_with(channel, packets);
+  for (const Reader& reader : kReaders) {
+    if (channel != reader.channel) continue;
+    SCOPED_TRACE(std::string(reader.node) + " reads " + channel);
+    const input_account_t account = ears.account(reader.node, channel);
+    EXPECT_EQ(account.malformed, static_cast<std::int64_t>(packets.size()));
+    EXPECT_EQ(account.received, clean_drive().account(reader.node, channel).received);
+    EXPECT_EQ(account.dropped, 0);
+  }
+}
+
+Bytes with_int32(Bytes bytes, std::size_t at, std::uint32_t value) {
+  for (std::size_t i = 0; i < 4; ++i) {
+    bytes.at(at + i) = static_cast<std::uint8_t>(value >> (24 - 8 * i));
+  }
+  return bytes;
+}
+
+/// With each length that it cannot have at `at`.
+std::vector<Bytes> with_hostile_lengths(const Bytes& bytes, std::size_t at) {
+  std::vector<Bytes> out;
+  for (const std::uint32_t length : {0x7fffffffU, 0xffffffffU, 0x80000000U, 0x20000000U}) {
+    out.push_back(with_int32(bytes, at, length));
+  }
+  return out;
+}
+
+bool names(const std::vector<std::string>& texts, const std::string& what) {
+  return std::any_of(texts.begin(), texts.end(),
+                     [&](const std::string& text) { return text.find(what) != std::string::npos; });
+}
+
+TEST(HostileInput, WithoutItNobodyComplains) {
+  for (const Reader& reader : kReaders) {
+    EXPECT_EQ(clean_drive().account(reader.node, reader.channel).malformed, 0);
+    for (const event_t& e : clean_drive().all<event_t>(std::string(reader.node) + "_EVENT")) {
+      EXPECT_TRUE(e.severity == event_t::SEVERITY_INFO || e.code == "world.reset" ||
+                  e.code == "way.none")
+          << e.node << ": " << e.code << ": " << e.text;
+    }
+  }
+}
+
+TEST(HostileInput, GarbageAndWrongFingerprintsAreCounted) {
+  std::mt19937 random(3);
+  std::uniform_int_distribution<int> byte(0, 255);
+  Bytes garbage(300);
+  for (std::uint8_t& b : garbage) b = static_cast<std::uint8_t>(byte(random));
+  for (const char* channel :
+       {channel::kLadarRanges, channel::kLadarPoints, channel::kIns, channel::kGpsFix,
+        channel::kOdometry, channel::kSpRegistration, channel::kSpPoints, channel::kBgCommand,
+        channel::kWmNavState, channel::kWmMapPatch}) {
+    const Bytes message = sample(channel);
+    Bytes another_type = message;
+    another_type[3] ^= 1;
+    Bytes longer = message;
+    longer.push_back(0);
+    const Bytes shorter(message.begin(), message.end() - 1);
+    expect_malformed(channel, {{}, garbage, another_type, longer, shorter});
+  }
+}
+
+TEST(HostileInput, LengthsThatCannotBeAreCounted) {
+  constexpr std::size_t kInt32 = 4;
+  // Where nothing follows the arrays, their length ends the message that has none.
+  expect_malformed(channel::kLadarRanges,
+                   with_hostile_lengths(sample(channel::kLadarRanges),
+                                        encode(ladar_ranges_t{}).size() - kInt32));
+  expect_malformed(channel::kSpPoints, with_hostile_lengths(sample(channel::kSpPoints),
+                                                            encode(points_t{}).size() - kInt32));
+  expect_malformed(
+      channel::kWmMapPatch,
+      with_hostile_lengths(sample(channel::kWmMapPatch), encode(map_patch_t{}).size() - kInt32));
+  // Three lengths, two of them behind arrays.
+  expect_malformed(channel::kLadarPoints,
+                   with_hostile_lengths(sample(channel::kLadarPoints),
+                                        encode(ladar_points_t{}).size() - 3 * kInt32));
+  // Behind the fingerprint, utime, seq, scan_id, target and map_epoch.
+  constexpr std::size_t kTiles = 8 + 3 * 8 + 1 + 4;
+  expect_malformed(channel::kSpRegistration,
+                   with_hostile_lengths(sample(channel::kSpRegistration), kTiles));
+  // Behind the fingerprint, utime and seq: a string's.
+  constexpr std::size_t kIssuer = 8 + 2 * 8;
+  expect_malformed(channel::kBgCommand, with_hostile_lengths(sample(channel::kBgCommand), kIssuer));
+}
+
+TEST(HostileInput, RangesAndPointsThatAreNoNumbersAreLeftOutAndTold) {
+  auto ranges = good<ladar_ranges_t>(channel::kLadarRanges);
+  ranges.utime = ranges.reference_utime = 1'000'600'000;
+  ranges.scan_id = 100;
+  ranges.facet = 0;
+  ranges.facet_count = 1;
+  ranges.range_m[0] = std::numeric_limits<float>::quiet_NaN();
+  ranges.range_m[1] = std::numeric_limits<float>::infinity();
+  auto points = good<ladar_points_t>(channel::kLadarPoints);
+  points.utime = points.reference_utime = 1'000'600'000;
+  points.scan_id = 100;
+  points.facet = 0;
+  points.facet_count = 1;
+  points.x_m[0] = std::numeric_limits<float>::quiet_NaN();
+  points.z_m[1] = -std::numeric_limits<float>::infinity();
+  for (const Ears& ears : {drive_with(channel::kLadarRanges, {encode(ranges)}),
+                           drive_with(channel::kLadarPoints, {encode(points)})}) {
+    EXPECT_TRUE(names(ears.events("SP", "points.not_finite"), "scan 100: 2 of its"));
+    const auto last = ears.last<registration_t>(channel::kSpRegistration);
+    EXPECT_EQ(last.account.failed, 0);
+    EXPECT_EQ(last.account.answered,
+              clean_drive().last<registration_t>(channel::kSpRegistration).account.answered + 1);
+  }
+}
+
+TEST(HostileInput, AnEmptyScanIsAnsweredAndCountedAsFailed) {
+  auto empty = good<ladar_ranges_t>(channel::kLadarRanges);
+  empty.utime = empty.reference_utime = 1'000'600'000;
+  empty.scan_id = 100;
+  empty.facet = 0;
+  empty.facet_count = 1;
+  empty.n = 0;
+  empty.range_m.clear();
+  const Ears ears = drive_with(channel::kLadarRanges, {encode(empty)});
+  for (const auto& m : ears.all<registration_t>(channel::kSpRegistration)) {
+    EXPECT_EQ(m.stop == registration_t::STOP_EMPTY, m.scan_id == 100) << m.scan_id;
+  }
+  EXPECT_EQ(ears.last<registration_t>(channel::kSpRegistration).account.failed, 1);
+  EXPECT_FALSE(ears.events("SP", "registration.failed").empty());
+}
+
+TEST(HostileInput, EmptyPointsTerrainAndRoutesHarmNobody) {
+  auto points = good<points_t>(channel::kSpPoints);
+  points.n = 0;
+  points.x_m = points.y_m = points.z_m = {};
+  EXPECT_EQ(
+      drive_with(channel::kSpPoints, {encode(points)}).account("WM", channel::kSpPoints).malformed,
+      0);
+
+  map_patch_t patch{};
+  patch.cell_m = 0.4;
+  const Ears terrain = drive_with(channel::kWmMapPatch, {encode(patch)});
+  EXPECT_TRUE(names(terrain.events("BG", "input.refused"), channel::kWmMapPatch));
+
+  auto command = good<command_t>(channel::kBgCommand);
+  command.utime = 1'000'600'000;
+  command.serial = command.utime;
+  command.task = 0;
+  command.n = 0;
+  command.waypoint.clear();
+  const Ears route = drive_with(channel::kBgCommand, {encode(command)});
+  const std::vector<status_t> statuses = route.all<status_t>(channel::kBgStatus);
+  EXPECT_TRUE(std::any_of(statuses.begin(), statuses.end(), [](const status_t& s) {
+    return s.status == status_t::STATUS_ERROR && s.echo_serial == 1'000'600'000;
+  }));
+  EXPECT_NE(statuses.back().echo_serial, 1'000'600'000);
+  EXPECT_EQ(statuses.back().status, int{status_t::STATUS_EXEC});
+}
+
+// A number that is none, and one that no vehicle has, in each of a message's figures in turn.
+template <class Message, std::size_t N>
+std::vector<Bytes> spoilt(const Message& message, double* (&places)[N], Message* scratch) {
+  std::vector<Bytes> packets;
+  for (double* place : places) {
+    for (const double value : {kNan, kInf, 1e300}) {
+      *scratch = message;
+      *place = value;
+      packets.push_back(encode(*scratch));
+    }
+  }
+  return packets;
+}
+
+TEST(HostileInput, NumbersThatAreNoneAreRefusedAndTold) {
+  ins_t ins{};
+  double* ins_places[] = {&ins.delta_angle_rad[0], &ins.delta_v_mps[2]};
+  gps_fix_t gps{};
+  double* gps_places[] = {&gps.lat_deg, &gps.lon_deg, &gps.height_m, &gps.sigma_enu_m[1]};
+  odometry_t odometry{};
+  double* odometry_places[] = {&odometry.speed_mps, &odometry.sigma_speed_mps};
+  registration_t match{};
+  double* match_places[] = {&match.q_target_vehicle[1], &match.p_target_vehicle_m[0],
+                            &match.information[2][2]};
+  points_t points{};
+  double* points_places[] = {&points.q_rolling_vehicle[0], &points.p_rolling_vehicle_m[2]};
+  nav_state_t nav{};
+  double* nav_places[] = {&nav.q_local_vehicle[0], &nav.p_local_vehicle_m[1], &nav.v_world_mps[0],
+                          &nav.p_world_vehicle_m[2]};
+  const auto expect_refused = [](const char* node, const char* channel,
+                                 const std::vector<Bytes>& packets) {
+    SCOPED_TRACE(channel);
+    const Ears ears = drive_with(channel, packets);
+    EXPECT_TRUE(names(ears.events(node, "input.refused"), channel));
+    EXPECT_EQ(ears.account(node, channel).received, clean_drive().account(node, channel).received +
+                                                        static_cast<std::int64_t>(packets.size()));
+  };
+  expect_refused("WM", channel::kIns, spoilt(good<ins_t>(channel::kIns), ins_places, &ins));
+  expect_refused("WM", channel::kGpsFix,
+                 spoilt(good<gps_fix_t>(channel::kGpsFix), gps_places, &gps));
+  expect_refused("WM", channel::kOdometry,
+                 spoilt(good<odometry_t>(channel::kOdometry), odometry_places, &odometry));
+  expect_refused("WM", channel::kSpRegistration,
+                 spoilt(good<registration_t>(channel::kSpRegistration), match_places, &match));
+  expect_refused("WM", channel::kSpPoints,
+                 spoilt(good<points_t>(channel::kSpPoints), points_places, &points));
+  const std::vector<Bytes> navs = spoilt(good<nav_state_t>(channel::kWmNavState), nav_places, &nav);
+  expect_refused("BG", channel::kWmNavState, navs);
+  expect_refused("SP", channel::kWmNavState, navs);
+}
+
+TEST(HostileInput, RepeatedAndBackwardStampsAreRefusedAndTold) {
+  const auto expect_refused = [](auto message, const char* channel) {
+    SCOPED_TRACE(channel);
+    const Bytes repeated = encode(message);
+    message.utime -= 3'000'000;
+    const Bytes backward = encode(message);
+    message.utime += 3'600'000'000;
+    const Bytes future = encode(message);
+    for (const Bytes& packet : {repeated, backward, future}) {
+      const Ears ears = drive_with(channel, {packet, packet});
+      EXPECT_TRUE(names(ears.events("WM", "input.refused"), channel));
+      EXPECT_EQ(ears.last<nav_state_t>(channel::kWmNavState).mode,
+                int{nav_state_t::MODE_GPS_INS_LADAR});
+    }
+  };
+  expect_refused(good<ins_t>(channel::kIns), channel::kIns);
+  expect_refused(good<gps_fix_t>(channel::kGpsFix), channel::kGpsFix);
+  expect_refused(good<odometry_t>(channel::kOdometry), channel::kOdometry);
+  expect_refused(good<registration_t>(channel::kSpRegistration), channel::kSpRegistration);
+}
+
+TEST(HostileInput, RepeatedAndOldFacetsAreRefusedAndCounted) {
+  auto facet = clean_drive().all<ladar_ranges_t>(channel::kLadarRanges).front();
+  const Bytes old = encode(facet);
+  facet.facet_count = 0;
+  const Bytes unsound = encode(facet);
+  const Ears ears = drive_with(channel::kLadarRanges, {old, old, unsound});
+  EXPECT_EQ(ears.last<registration_t>(channel::kSpRegistration).account.facets_refused, 3);
+  EXPECT_FALSE(ears.events("SP", "facet.stale").empty());
+  EXPECT_FALSE(ears.events("SP", "facet.refused").empty());
+}
+
+TEST(HostileInput, AFacetFromTheFutureCostsOneScan) {
+  auto facet = good<ladar_ranges_t>(channel::kLadarRanges);
+  facet.utime = facet.reference_utime = 5'000'000'000'000'000;
+  facet.scan_id = std::numeric_limits<std::int64_t>::max();
+  facet.facet = 0;
+  facet.facet_count = 1;
+  const Ears ears = drive_with(channel::kLadarRanges, {encode(facet)});
+  EXPECT_EQ(ears.last<registration_t>(channel::kSpRegistration).stop,
+            int{registration_t::STOP_CONVERGED});
+}
+
+TEST(HostileInput, CommandsThatRepeatOrComeFromAnotherTimeAreNotActedOn) {
+  auto command = clean_drive().all<command_t>(channel::kBgCommand).front();
+  const Bytes repeated = encode(command);
+  command.serial += 1;
+  command.utime += 3'600'000'000;
+  const Bytes future = encode(command);
+  command.utime = std::numeric_limits<std::int64_t>::min();
+  const Bytes past = encode(command);
+  const Ears ears = drive_with(channel::kBgCommand, {repeated, future, past});
+  for (const auto& s : ears.all<status_t>(channel::kBgStatus)) {
+    EXPECT_NE(s.echo_serial, command.serial);
+  }
+  EXPECT_EQ(ears.last<status_t>(channel::kBgStatus).echo_serial,
+            clean_drive().last<status_t>(channel::kBgStatus).echo_serial);
+}
+
+}  // namespace
+}  // namespace rcs::test
