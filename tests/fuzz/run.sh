@@ -1,0 +1,11 @@
+#!/usr/bin/env bash
+# run.sh TARGET CORPUS: RCS_FUZZ_SECONDS (60) of fuzzing, from fresh seeds (CORPUS.seeds) and what
+# earlier runs have found (CORPUS). An input that broke something is CORPUS.crash-* or .timeout-*.
+set -euo pipefail
+target=$1
+corpus=$2
+mkdir -p "$corpus"
+"$target" -seeds="$corpus.seeds"
+exec "$target" -max_total_time="${RCS_FUZZ_SECONDS:-60}" -timeout=20 -rss_limit_mb=2048 \
+  -max_len=8192 -entropic=0 -dict="$(dirname "${BASH_SOURCE[0]}")/values.dict" \
+  -artifact_prefix="$corpus." -print_final_stats=1 "$corpus" "$corpus.seeds"
