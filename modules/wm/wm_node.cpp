@@ -167,9 +167,13 @@ void WmNode::take(const gps_fix_t& m, Stamp now) {
 
 void WmNode::take(const odometry_t& m, Stamp now) {
   const std::optional<OdometrySample> sample = admit(m);
+  if (!sample) {
+    note(odometry_, Reason::kInvalid, now);
+    return;
+  }
   // The mean of an interval is the value at its middle.
   const Stamp middle = from_utime(m.utime) - Duration(m.interval_us / 2);
-  note(odometry_, sample ? estimator_.add(middle, *sample) : Reason::kInvalid, now);
+  note(odometry_, estimator_.add(middle, *sample), now);
 }
 
 void WmNode::take(const registration_t& m, Stamp now) {

@@ -181,17 +181,14 @@ TEST(HostileInput, GarbageAndWrongFingerprintsAreCounted) {
   std::uniform_int_distribution<int> byte(0, 255);
   Bytes garbage(300);
   for (std::uint8_t& b : garbage) b = static_cast<std::uint8_t>(byte(random));
-  for (const char* channel :
-       {channel::kLadarRanges, channel::kLadarPoints, channel::kIns, channel::kGpsFix,
-        channel::kOdometry, channel::kSpRegistration, channel::kSpPoints, channel::kBgCommand,
-        channel::kWmNavState, channel::kWmMapPatch}) {
-    const Bytes message = sample(channel);
+  for (const Reader& reader : kReaders) {
+    const Bytes message = sample(reader.channel);
     Bytes another_type = message;
     another_type[3] ^= 1;
     Bytes longer = message;
     longer.push_back(0);
     const Bytes shorter(message.begin(), message.end() - 1);
-    expect_malformed(channel, {{}, garbage, another_type, longer, shorter});
+    expect_malformed(reader.channel, {{}, garbage, another_type, longer, shorter});
   }
 }
 
@@ -343,11 +340,13 @@ TEST(HostileInput, RepeatedAndBackwardStampsAreRefusedAndTold) {
   const auto expect_refused = [](auto message, const char* channel) {
     SCOPED_TRACE(channel);
     const Bytes repeated = encode(message);
+    auto wild = message;
+    wild.utime = std::numeric_limits<std::int64_t>::min() + 1;
     message.utime -= 3'000'000;
     const Bytes backward = encode(message);
     message.utime += 3'600'000'000;
     const Bytes future = encode(message);
-    for (const Bytes& packet : {repeated, backward, future}) {
+    for (const Bytes& packet : {repeated, backward, future, encode(wild)}) {
       const Ears ears = drive_with(channel, {packet, packet});
       EXPECT_TRUE(names(ears.events("WM", "input.refused"), channel));
       EXPECT_EQ(ears.last<nav_state_t>(channel::kWmNavState).mode,
