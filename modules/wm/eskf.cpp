@@ -93,7 +93,10 @@ Mat6 world_pose_covariance(const Belief& b) {
 Mat6 rolling_pose_covariance(const Belief& b) {
   if (b.x.map_epoch < 0) return Mat6::Zero();
   const Mat<6, kSize> J = rolling_pose_jacobian(b.x);
-  return J * b.P * J.transpose();
+  Mat6 covariance = J * b.P * J.transpose();
+  // Of a new map it is the difference of two large and equal ones: rounding may end below zero.
+  covariance.diagonal() = covariance.diagonal().cwiseMax(0.0);
+  return covariance;
 }
 
 Earth earth_at(const Geodetic& datum) {
