@@ -9,6 +9,7 @@ void read(ParamTable table, Shape* p) {
   table.get("length_m", &p->length_m, {0.5, 20});
   table.get("width_m", &p->width_m, {0.3, 5});
   table.get("max_curvature_1pm", &p->max_curvature_1pm, {0.01, 1});
+  table.get("curvature_rate", &p->curvature_rate, {0.01, 10});
   table.get("margin_m", &p->margin_m, {0, 2});
   if (p->length_m > 3.0 * p->width_m) {
     table.fail("length_m", "must not be more than three times width_m");
@@ -87,6 +88,7 @@ Result<BgConfig> load_bg_config(const ParamFile& file) {
   bg.get("max_speed_mps", &c.max_speed_mps, {0.1, 30});
   bg.get("north_mps", &c.north_mps, {0.1, 30});
   bg.get("north_m", &c.north_m, {5, 500});
+  bg.get("near_goal_m", &c.near_goal_m, {0, 100});
   bg.get("accel_mps2", &c.accel_mps2, {0.1, 10});
   read(bg.table("shape"), &c.shape);
   read(bg.table("search"), &c.search, &c.grant);

@@ -112,6 +112,7 @@ bool read_nav(const nav_state_t& m, Stamp arrival, Nav* nav) {
   n.arrival = arrival;
   n.local_utime = m.local_utime;
   n.world_valid = m.world_valid != 0;
+  n.datum = {m.datum_lat_deg, m.datum_lon_deg, m.datum_height_m};
   n.aligned = m.mode != nav_state_t::MODE_ALIGN && m.mode != nav_state_t::MODE_LOST;
   n.speed_mps = (n.T_world_vehicle.q.conjugate() * from_message(m.v_world_mps)).x();
   n.sigma_world_m = std::sqrt(std::max(variance_x, variance_y));

@@ -60,6 +60,7 @@ struct Nav {
   Pose T_local_vehicle;
   Pose T_world_vehicle;
   bool world_valid = false;
+  Vec3 datum = Vec3::Zero();  ///< of the world: latitude, longitude [deg], height [m]
   bool aligned = false;
   double speed_mps = 0.0;
   double sigma_world_m = 0.0;

@@ -93,6 +93,8 @@ void BgNode::take_command() {
     route_.clear();
   }
   if (route_.number() == before) return;
+  datum_.reset();
+  other_world_ = false;
   ahead_.reset();
   path_.clear();
   way_since_ = Stamp::min();
@@ -106,6 +108,8 @@ void BgNode::take_nav(const Cycle& cycle) {
                    channel::kWmNavState);
       continue;
     }
+    leave_trail();
+    note_datum();
     if (m.ledger.measured_utime != drive_.ledger.measured_utime) {
       drive_.ledger = m.ledger;
       drive_.ledger.bg_arrival_utime = to_utime(nav_.arrival);
@@ -118,6 +122,7 @@ void BgNode::take_map(const Cycle& cycle) {
   const map_patch_t* const m = map_patches_.latest();
   if (m == nullptr) return;
   if (read_terrain(*m, &terrain_)) {
+    if (trail_local_utime_ == m->local_utime) trail_.mark(config_.shape, &terrain_);
     terrain_stamp_ = from_utime(m->utime);
     terrain_local_utime_ = m->local_utime;
   } else {
@@ -127,13 +132,27 @@ void BgNode::take_map(const Cycle& cycle) {
   map_patches_.pop();
 }
 
+void BgNode::leave_trail() {
+  if (trail_local_utime_ != nav_.local_utime) trail_.move_to_frame_of(place());
+  trail_local_utime_ = nav_.local_utime;
+  trail_.add(place());
+}
+
+// A WM without a configured datum begins another world when it starts anew: the same numbers are
+// other places.
+void BgNode::note_datum() {
+  if (!nav_.world_valid || !route_.in_world()) return;
+  if (!datum_) datum_ = nav_.datum;
+  other_world_ = other_world_ || *datum_ != nav_.datum;
+}
+
 bool BgNode::map_is_of_now() const {
   return terrain_.width > 0 && terrain_local_utime_ == nav_.local_utime;
 }
 
 Place BgNode::place() const {
   return {nav_.T_local_vehicle.p.x(), nav_.T_local_vehicle.p.y(), heading(nav_.T_local_vehicle),
-          drive_.curvature_1pm};
+          curvature_1pm_};
 }
 
 // The next waypoint in frame local. A waypoint in frame world moves there as WM learns better where
@@ -158,8 +177,7 @@ Goal BgNode::goal() {
 }
 
 void BgNode::pass_waypoints() {
-  if (nav_.arrival == Stamp::min()) return;
-  if (!knows_north()) return;
+  if (nav_.arrival == Stamp::min() || !knows_north() || other_world_) return;
   while (!route_.arrived()) {
     const Goal g = goal();
     const Place here = place();
@@ -174,7 +192,8 @@ Facts BgNode::facts(Stamp now) const {
   if (command != nullptr) {
     f.order = order_of(*command);
     f.order_is_valid = subordinate_.valid(now);
-    f.cannot = cannot_;
+    f.cannot =
+        other_world_ ? "cannot do because WM has begun another world, with another datum" : cannot_;
   }
   if (nav_.arrival == Stamp::min()) return f;
   f.nav_age = now - nav_.arrival;
@@ -202,13 +221,13 @@ void BgNode::plan(const Cycle& cycle, const Facts& now) {
   if (way_since_ == Stamp::min()) way_since_ = cycle.now;  // from now on one is looked for
   const Goal to = goal();
   obstacles_.compute(terrain_, config_.weights);
-  field_.compute(terrain_, obstacles_, to, config_.weights, config_.shape);
-  const int direction = now.speed_mps > config_.decide.rest_mps    ? 1
-                        : now.speed_mps < -config_.decide.rest_mps ? -1
-                                                                   : 0;
   const int granted = static_cast<int>(grant(cycle, config_.grant));
-  found_ =
-      search_.search(terrain_, obstacles_, field_, place(), direction, to, granted, &candidate_);
+  find_way(to, now.speed_mps, granted);
+  if (candidate_.size() < 2) {
+    // Something stands, or seems to stand, in the goal: nearer to it more can be seen.
+    find_way({to.x_m, to.y_m, to.radius_m + config_.near_goal_m}, now.speed_mps,
+             granted - found_.expansions);
+  }
   const double most_mps = std::min({config_.max_speed_mps, route_.next().speed_mps,
                                     knows_north() ? config_.max_speed_mps : config_.north_mps});
   // Two ways around an obstacle cost about the same, and which is cheaper changes with every scan:
@@ -241,6 +260,15 @@ void BgNode::plan(const Cycle& cycle, const Facts& now) {
   publish_plan(cycle.now);
 }
 
+void BgNode::find_way(const Goal& to, double speed_mps, int granted) {
+  const int direction = speed_mps > config_.decide.rest_mps    ? 1
+                        : speed_mps < -config_.decide.rest_mps ? -1
+                                                               : 0;
+  field_.compute(terrain_, obstacles_, to, config_.weights, config_.shape);
+  found_ =
+      search_.search(terrain_, obstacles_, field_, place(), direction, to, granted, &candidate_);
+}
+
 void BgNode::cut_at_obstacles() {
   if (path_local_utime_ != nav_.local_utime) path_.clear();
   for (std::size_t k = at_; k < path_.size(); ++k) {
@@ -262,9 +290,23 @@ void BgNode::drive(const Cycle& cycle, const Decision& decision) {
   if (decision.action != Action::kBrake && knows_path) {
     steering_ = follow(path_, place(), nav_.speed_mps, config_.follow, config_.shape, &at_);
     drive_.curvature_1pm = steering_.curvature_1pm;
-    if (decision.action == Action::kDrive) drive_.speed_mps = steering_.speed_mps;
+    if (decision.action == Action::kDrive) drive_.speed_mps = within_free_way(steering_);
   }
+  const double turn = config_.shape.curvature_rate * seconds(config_.period);
+  curvature_1pm_ += std::clamp(drive_.curvature_1pm - curvature_1pm_, -turn, turn);
   drive_out_.publish(&drive_);
+}
+
+double BgNode::within_free_way(const Steering& steering) const {
+  if (steering.speed_mps == 0.0) return 0.0;
+  const double most_mps = std::max(std::abs(steering.speed_mps), std::abs(nav_.speed_mps));
+  const double stop_m =
+      most_mps * (config_.follow.latency_s + 0.5 * most_mps / config_.follow.braking_mps2);
+  const int direction = steering.speed_mps > 0.0 ? 1 : -1;
+  const double free_m = free_way(search_, obstacles_, place(), nav_.speed_mps,
+                                 steering.curvature_1pm, direction, config_.shape, stop_m + 0.5);
+  const double speed_mps = speed_within(free_m, nav_.speed_mps, config_.follow);
+  return direction * std::min(std::abs(steering.speed_mps), speed_mps);
 }
 
 void BgNode::publish_plan(Stamp now) {

@@ -11,6 +11,7 @@
 #include "lcmtypes/rcs/plan_t.hpp"
 #include "modules/bg/bg_config.h"
 #include "modules/bg/bg_messages_node.h"
+#include "modules/bg/trail.h"
 #include "rcs/node/command.h"
 #include "rcs/node/inbox.h"
 #include "rcs/node/outbox.h"
@@ -33,6 +34,8 @@ class BgNode final : public Node {
   void take_command();
   void take_nav(const Cycle& cycle);
   void take_map(const Cycle& cycle);
+  void leave_trail();
+  void note_datum();
   [[nodiscard]] bool map_is_of_now() const;
   [[nodiscard]] Place place() const;
   [[nodiscard]] Goal goal();
@@ -41,7 +44,10 @@ class BgNode final : public Node {
   void pass_waypoints();
   [[nodiscard]] Facts facts(Stamp now) const;
   void plan(const Cycle& cycle, const Facts& facts);
+  void find_way(const Goal& to, double speed_mps, int granted);
   void cut_at_obstacles();
+  /// What of a speed is left, so that the vehicle stops before what is in its way.
+  [[nodiscard]] double within_free_way(const Steering& steering) const;
   void drive(const Cycle& cycle, const Decision& decision);
   void publish_plan(Stamp now);
   void publish_status(const Decision& decision, Stamp now);
@@ -60,11 +66,15 @@ class BgNode final : public Node {
   vj::Terrain terrain_;  // frame local
   Stamp terrain_stamp_ = Stamp::min();
   std::int64_t terrain_local_utime_ = 0;
+  Trail trail_;  // frame local
+  std::int64_t trail_local_utime_ = 0;
   ObstacleDistance obstacles_;
   CostField field_;
   PathSearch search_;
 
   Route route_;
+  std::optional<Vec3> datum_;  // of the world that the route's places are in
+  bool other_world_ = false;   // WM has begun another one meanwhile
   std::optional<Goal> ahead_;  // frame local: where to drive while north is not known
   std::string_view cannot_;
   bool emergency_ = false;
@@ -76,6 +86,7 @@ class BgNode final : public Node {
   SearchResult found_;
   Stamp way_since_ = Stamp::min();  // when there last was a way, or the route began
   Steering steering_;
+  double curvature_1pm_ = 0.0;  // of the wheels, by what they were told and how fast they turn
   std::string_view reported_state_;
 
   drive_t drive_{};

@@ -46,6 +46,7 @@ struct Shape {
   double length_m = 3.2;            ///< [0.5, 20]
   double width_m = 2.0;             ///< [0.3, 5]
   double max_curvature_1pm = 0.18;  ///< [0.01, 1]
+  double curvature_rate = 0.2;      ///< how fast the wheels turn [1/(m s)], [0.01, 10]
   double margin_m = 0.25;           ///< obstacles are kept farther off than this, [0, 2]
 };
 

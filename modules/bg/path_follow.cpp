@@ -17,7 +17,50 @@ std::size_t end_of_leg(const Path& path, std::size_t at) {
   return end;
 }
 
+// Over so much of the way a change of curvature is looked at: a step of the search's arcs alone is
+// soon made up for, one after the other is not.
+constexpr double kWindow_m = 2.4;
+
+// What the wheels can follow.
+void limit_turning(const Shape& shape, Path* path) {
+  std::size_t from = 0;
+  for (std::size_t k = 1; k < path->size(); ++k) {
+    while ((*path)[k].s_m - (*path)[from].s_m > kWindow_m) ++from;
+    const double change =
+        std::abs((*path)[k].place.curvature_1pm - (*path)[from].place.curvature_1pm);
+    if (change * 1e3 < shape.curvature_rate) continue;
+    const double limit_mps = shape.curvature_rate * kWindow_m / change;
+    for (std::size_t n = from; n <= k; ++n) {
+      (*path)[n].limit_mps = std::min((*path)[n].limit_mps, limit_mps);
+    }
+  }
+}
+
 }  // namespace
+
+double free_way(const PathSearch& body, const ObstacleDistance& obstacles, const Place& vehicle,
+                double speed_mps, double curvature_1pm, int direction, const Shape& shape,
+                double most_m) {
+  constexpr double kStep_m = 0.2;
+  constexpr double kTouch_m = 0.1;      // the cells' size is behind it, too
+  constexpr double kSlowest_mps = 0.3;  // the wheels of a vehicle that starts turn first
+  const double turn = shape.curvature_rate * kStep_m / std::max(kSlowest_mps, std::abs(speed_mps));
+  // Where it stands too near already, it may drive, but not nearer.
+  const double required_m =
+      std::min(kTouch_m, body.clearance(obstacles, vehicle) - PathSearch::kSlack_m);
+  Place p = vehicle;
+  for (double way_m = 0.0; way_m < most_m; way_m += kStep_m) {
+    p.curvature_1pm += std::clamp(curvature_1pm - p.curvature_1pm, -turn, turn);
+    p = along_arc(p, direction * kStep_m);
+    if (body.clearance(obstacles, p) < required_m) return way_m;
+  }
+  return most_m;
+}
+
+double speed_within(double free_m, double speed_mps, const FollowParams& params) {
+  const double way_m = free_m - params.latency_s * std::abs(speed_mps);
+  return std::sqrt(2.0 * params.braking_mps2 * std::max(0.0, way_m));
+}
 
 void plan_speeds(const vj::Terrain& terrain, const vj::Weights& weights,
                  const vj::SpeedParams& speeds, const FollowParams& params, const Shape& shape,
@@ -32,6 +75,7 @@ void plan_speeds(const vj::Terrain& terrain, const vj::Weights& weights,
     if (p.direction < 0) limit = std::min(limit, speeds.near_mps);
     p.limit_mps = share * limit;
   }
+  limit_turning(shape, path);
   double braked = 0.0;
   for (std::size_t k = path->size(); k-- > 0;) {
     PathPoint& p = (*path)[k];

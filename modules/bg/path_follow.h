@@ -2,7 +2,9 @@
 // From a path to what the vehicle is told now: how fast each point of it may be driven, and how to
 // steer along it.
 
+#include "modules/bg/obstacle_distance.h"
 #include "modules/bg/path.h"
+#include "modules/bg/path_search.h"
 #include "modules/vj/value.h"
 
 namespace rcs::bg {
@@ -26,6 +28,19 @@ struct FollowParams {
 void plan_speeds(const vj::Terrain& terrain, const vj::Weights& weights,
                  const vj::SpeedParams& speeds, const FollowParams& params, const Shape& shape,
                  double most_mps, double share, Path* path);
+
+/// How far the vehicle comes, steered as it is about to be, before it would touch what is known to
+/// be in its way; at most `most_m`. Whatever the path says: the wheels turn only so fast, and a
+/// vehicle is not always where its path is.
+/// @param vehicle    with the curvature that its wheels have now
+/// @param curvature_1pm  that they are told
+/// @param direction  1 ahead, -1 backwards
+[[nodiscard]] double free_way(const PathSearch& body, const ObstacleDistance& obstacles,
+                              const Place& vehicle, double speed_mps, double curvature_1pm,
+                              int direction, const Shape& shape, double most_m);
+
+/// The fastest that still stops within `free_m`.
+[[nodiscard]] double speed_within(double free_m, double speed_mps, const FollowParams& params);
 
 struct Steering {
   double speed_mps = 0.0;  ///< negative: backwards

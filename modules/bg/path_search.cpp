@@ -71,7 +71,7 @@ SearchResult PathSearch::search(const vj::Terrain& terrain, const ObstacleDistan
   open_.clear();
   ++generation_;
   origin_ = start;
-  required_m_ = std::min(shape_.margin_m, clearance(obstacles, start) - 1e-6);
+  required_m_ = std::min(shape_.margin_m, clearance(obstacles, start) - kSlack_m);
 
   trapped_ = field.blocked(start.x_m, start.y_m);
 
@@ -141,6 +141,21 @@ void PathSearch::offer(const Node& node, double rest) {
                  [](const Open& a, const Open& b) { return worse(a.f, b.f); });
 }
 
+// The LADAR looks ahead: what it has never seen, and the vehicle has not driven over, may be a
+// trunk.
+bool PathSearch::known_behind(const vj::Terrain& terrain, const Place& place) const {
+  const double c = std::cos(place.heading_rad);
+  const double s = std::sin(place.heading_rad);
+  const double back_m = -0.5 * shape_.length_m;
+  for (const double share : {-0.5, 0.0, 0.5}) {
+    const double aside_m = share * shape_.width_m;
+    const Cell cell =
+        terrain.cell_at(place.x_m + c * back_m - s * aside_m, place.y_m + s * back_m + c * aside_m);
+    if (!terrain.at(cell).known) return false;
+  }
+  return true;
+}
+
 void PathSearch::expand(int index, const vj::Terrain& terrain, const ObstacleDistance& obstacles,
                         const CostField& field) {
   const Node from = nodes_[static_cast<std::size_t>(index)];
@@ -166,7 +181,7 @@ void PathSearch::expand(int index, const vj::Terrain& terrain, const ObstacleDis
       for (int k = 0; k < samples && free; ++k) {
         to.place = along_arc(to.place, direction * step_m);
         const double clearance_m = clearance(obstacles, to.place);
-        free = clearance_m >= required_m_;
+        free = clearance_m >= required_m_ && (direction > 0 || known_behind(terrain, to.place));
         const Cell cell = terrain.cell_at(to.place.x_m, to.place.y_m);
         const double per_m = vj::cost_per_m(terrain.at(cell), clearance_m, weights_) + bend;
         to.g += step_m * per_m * (direction < 0 ? weights_.reverse : 1.0);

@@ -1,6 +1,6 @@
 #pragma once
 // The search for a way that the vehicle can drive: hybrid A* (Dolgov, Thrun, Montemerlo & Diebel
-// 2010) over arcs whose curvature changes by steps, ahead and backwards.
+// 2010) over arcs whose curvature changes by steps, ahead, and backwards over known ground.
 
 #include <cstdint>
 #include <vector>
@@ -35,10 +35,13 @@ struct SearchResult {
 /// Allocates nothing once it has seen a search as large.
 class PathSearch {
  public:
+  /// An obstacle abeam is nearer or farther by the rounding of cells.
+  static constexpr double kSlack_m = 0.15;
+
   PathSearch(const SearchParams& params, const Shape& shape, const vj::Weights& weights);
 
   /// @param start  where the vehicle is. Where it stands nearer to an obstacle than the margin
-  ///               allows, the way may start so, too, but must not come nearer still.
+  ///               allows, the way may start so, too, but must not come clearly nearer still.
   /// @param direction  that it drives in now: 1, -1; 0: it stands, and may do either at no cost
   /// @param granted  expansions; params.max_expansions is the most that there is room for
   /// @param path  every 0.4 m or less, from `start`; empty when there is no way
@@ -69,6 +72,8 @@ class PathSearch {
     int node;
   };
   [[nodiscard]] std::size_t state(const Node& node) const;
+  /// The ground under the rear edge of the vehicle when it stands there is known.
+  [[nodiscard]] bool known_behind(const vj::Terrain& terrain, const Place& place) const;
   void expand(int index, const vj::Terrain& terrain, const ObstacleDistance& obstacles,
               const CostField& field);
   void offer(const Node& node, double rest);

@@ -1,0 +1,137 @@
+// What keeps the vehicle off what is known to be in its way, whatever its path says.
+
+#include <gtest/gtest.h>
+
+#include "modules/bg/path_follow.h"
+#include "modules/bg/trail.h"
+#include "tests/bg/fields.h"
+
+namespace rcs::bg {
+namespace {
+
+using test::level_field;
+
+struct Body {
+  explicit Body(const vj::Terrain& terrain) { obstacles.compute(terrain, weights); }
+  [[nodiscard]] double free_m(const Place& here, double speed_mps, double curvature_1pm,
+                              int direction) const {
+    return free_way(search, obstacles, here, speed_mps, curvature_1pm, direction, shape, 20.0);
+  }
+  Shape shape;
+  vj::Weights weights;
+  PathSearch search{SearchParams{}, shape, weights};
+  ObstacleDistance obstacles;
+};
+
+vj::Terrain wall_at(double x_m) {
+  return level_field(128, [x_m](double x, double /*y*/) { return x > x_m && x < x_m + 1.0; });
+}
+
+TEST(FreeWay, EndsBeforeAWall) {
+  const Body body(wall_at(10.0));
+  // From the middle of the vehicle; the discs that stand for its outline reach a little farther.
+  EXPECT_NEAR(body.free_m({0.0, 0.0, 0.0, 0.0}, 3.0, 0.0, 1), 10.0 - 1.6, 0.8);
+  EXPECT_EQ(body.free_m({0.0, 0.0, 0.0, 0.0}, 3.0, 0.0, -1), 20.0);
+  EXPECT_NEAR(body.free_m({0.0, 0.0, kPi, 0.0}, 3.0, 0.0, -1), 10.0 - 1.6, 0.8);
+  EXPECT_EQ(body.free_m({0.0, 0.0, 0.5 * kPi, 0.0}, 3.0, 0.0, 1), 20.0);
+}
+
+TEST(FreeWay, KnowsThatTheWheelsTurnOnlySoFast) {
+  const Body body(wall_at(8.0));
+  const Place here{0.0, 0.0, 0.0, 0.0};
+  const double slow_m = body.free_m(here, 0.5, 0.18, 1);
+  const double fast_m = body.free_m(here, 6.0, 0.18, 1);
+  EXPECT_EQ(slow_m, 20.0) << "it turns before the wall";
+  EXPECT_LT(fast_m, 8.0) << "and at 6 m/s it does not";
+}
+
+TEST(FreeWay, WhoStandsTooNearMayDriveAwayButNotNearer) {
+  const Body body(wall_at(1.9));
+  EXPECT_LT(body.free_m({0.0, 0.0, 0.0, 0.0}, 0.0, 0.0, 1), 0.3);
+  EXPECT_EQ(body.free_m({0.0, 0.0, 0.0, 0.0}, 0.0, 0.0, -1), 20.0);
+}
+
+TEST(FreeWay, TheSpeedStopsWithinIt) {
+  FollowParams params;
+  EXPECT_EQ(speed_within(0.0, 2.0, params), 0.0);
+  const double v = speed_within(4.0, 2.0, params);
+  EXPECT_NEAR(params.latency_s * 2.0 + 0.5 * v * v / params.braking_mps2, 4.0, 1e-9);
+}
+
+TEST(PlanSpeeds, TheWheelsMustBeAbleToFollow) {
+  const vj::Terrain terrain = level_field(128, [](double, double) { return false; });
+  Shape shape;
+  Path path;
+  for (int k = 0; k < 40; ++k) {
+    PathPoint p;
+    p.s_m = 0.4 * k;
+    p.place.x_m = p.s_m;
+    p.place.curvature_1pm = k < 20 ? 0.05 : k < 23 ? 0.0 : -0.05;
+    p.clearance_m = 50.0;
+    path.push_back(p);
+  }
+  plan_speeds(terrain, {}, {}, {}, shape, 20.0, 1.0, &path);
+  const double s_curve_mps = path[22].limit_mps;
+  EXPECT_LE(s_curve_mps, shape.curvature_rate * 2.4 / 0.1 + 1e-9);
+  EXPECT_GT(path[5].limit_mps, s_curve_mps);
+}
+
+TEST(Trail, IsKnownGroundAlsoInANewFrame) {
+  const Shape shape;
+  const auto unknown = [] {
+    vj::Terrain t = level_field(128, [](double, double) { return false; });
+    for (vj::Ground& g : t.ground) g.known = false;
+    return t;
+  };
+  Trail trail;
+  vj::Terrain terrain = unknown();
+  trail.mark(shape, &terrain);
+  EXPECT_FALSE(terrain.at(terrain.cell_at(0.0, 0.0)).known);
+  for (int k = 0; k <= 100; ++k) trail.add({0.1 * k, 0.0, 0.0, 0.0});
+  trail.mark(shape, &terrain);
+  EXPECT_TRUE(terrain.at(terrain.cell_at(0.0, 0.0)).known);
+  EXPECT_TRUE(terrain.at(terrain.cell_at(9.0, 0.9)).known);
+  EXPECT_FALSE(terrain.at(terrain.cell_at(9.0, 1.5)).known);
+  EXPECT_FALSE(terrain.at(terrain.cell_at(14.0, 0.0)).known);
+
+  // The same vehicle, now at the origin and looking along y: it came from below.
+  trail.move_to_frame_of({0.0, 0.0, 0.5 * kPi, 0.0});
+  vj::Terrain next = unknown();
+  trail.mark(shape, &next);
+  EXPECT_TRUE(next.at(next.cell_at(0.0, -9.0)).known);
+  EXPECT_FALSE(next.at(next.cell_at(9.0, 0.0)).known);
+}
+
+TEST(PathSearch, BacksUpOverKnownGroundOnly) {
+  const vj::Weights weights;
+  const Shape shape;
+  PathSearch search{SearchParams{}, shape, weights};
+  // A wall ahead, too near to turn; the goal is beyond it.
+  const auto plan = [&](bool known_behind) {
+    vj::Terrain terrain = level_field(
+        128, [](double x, double y) { return x > 3.5 && x < 4.5 && std::abs(y) < 6.0; });
+    for (int j = 0; j < 128; ++j) {
+      for (int i = 0; i < 128; ++i) {
+        const double x = (terrain.first.i + i + 0.5) * terrain.cell_m;
+        if (!known_behind && x < -1.0) {
+          terrain.ground[static_cast<std::size_t>(128 * j + i)].known = false;
+        }
+      }
+    }
+    ObstacleDistance obstacles;
+    CostField field;
+    const Goal goal{15.0, 0.0, 2.0};
+    obstacles.compute(terrain, weights);
+    field.compute(terrain, obstacles, goal, weights, shape);
+    Path path;
+    (void)search.search(terrain, obstacles, field, {0.0, 0.0, 0.0, 0.0}, 0, goal, 6000, &path);
+    double back_m = 0.0;
+    for (const PathPoint& p : path) back_m = std::min(back_m, p.place.x_m);
+    return back_m;
+  };
+  EXPECT_LT(plan(true), -1.0);
+  EXPECT_GT(plan(false), -0.7);
+}
+
+}  // namespace
+}  // namespace rcs::bg
