@@ -30,6 +30,17 @@ class PlaneFit {
     szz_ += z * z;
   }
   [[nodiscard]] int n() const { return n_; }
+  /// How much of the plane's height in the middle is what was seen in the middle, [0, 1].
+  [[nodiscard]] double leverage() const {
+    const double n = n_;
+    const double cxx = sxx_ - sx_ * sx_ / n;
+    const double cxy = sxy_ - sx_ * sy_ / n;
+    const double cyy = syy_ - sy_ * sy_ / n;
+    const double det = cxx * cyy - cxy * cxy;
+    const double mx = sx_ / n;
+    const double my = sy_ / n;
+    return 1.0 / n + (cyy * mx * mx - 2.0 * cxy * mx * my + cxx * my * my) / det;
+  }
 
   /// False: the known cells lie on a line, or are too few.
   bool solve(double* a, double* b, double* c, double* rms) const {
@@ -94,7 +105,8 @@ void TerrainGrid::insert(const Points& p_vehicle, const Pose& T_local_vehicle) {
     int& index = index_.at(cell);
     if (index == 0) {
       if (seen_.size() == kMostSeen) continue;
-      seen_.push_back({cell, z, z, kNone});
+      const float away = turned.head<2>().norm();
+      seen_.push_back({cell, z, z, kNone, away > static_cast<float>(params_.near_m)});
       index = static_cast<int>(seen_.size());
       continue;
     }
@@ -134,6 +146,7 @@ void TerrainGrid::update(const Seen& seen) {
   constexpr float kAlone = 0.3F;  // evidence of a single tall point
   constexpr float kMost = 8.0F;
   TerrainCell& cell = cells_.at(seen.cell);
+  cell.ground_seen = cell.ground_seen || seen.ground;
   if (cell.scans == 0) {
     if (overhangs(seen)) return;
     cell.low_m = seen.low_m;
@@ -169,13 +182,14 @@ Cell TerrainGrid::patch(const Pose& T_local_vehicle, std::vector<TerrainAnswer>*
   lows_.clear();
   for (int j = -kReach; j < side + kReach; ++j) {
     for (int i = -kReach; i < side + kReach; ++i) {
-      Low low{false, 0.0F};
+      Low low{false, false, 0.0F};
       for (int quarter = 0; quarter < 4; ++quarter) {
         const TerrainCell* const q =
             cells_.find({2 * (first.i + i) + (quarter & 1), 2 * (first.j + j) + (quarter >> 1)});
         if (q == nullptr || q->scans == 0) continue;
         low.m = low.known ? std::min(low.m, q->low_m) : q->low_m;
         low.known = true;
+        low.ground = low.ground || q->ground_seen;
       }
       lows_.push_back(low);
     }
@@ -196,7 +210,7 @@ TerrainAnswer TerrainGrid::answer(int i, int j, Cell cell) const {
   PlaneFit fit;
   for (int y = -kReach; y <= kReach; ++y) {
     for (int x = -kReach; x <= kReach; ++x) {
-      if (low(x, y).known) fit.add(x, y, low(x, y).m);
+      if (low(x, y).ground) fit.add(x, y, low(x, y).m);
     }
   }
   TerrainAnswer out;
@@ -208,6 +222,7 @@ TerrainAnswer TerrainGrid::answer(int i, int j, Cell cell) const {
   const bool planar = fit.solve(&a, &b, &c, &rms);
   if (!self.known && (!planar || fit.n() < kSupported)) return out;
   out.known = true;
+  if (!planar) a = b = c = rms = 0.0;
   const double rise = std::hypot(b, c);  // per cell
   out.height_m = static_cast<float>(planar ? a : self.m);
   out.slope_rad = static_cast<float>(std::atan(rise / params_.cell_m));
@@ -217,10 +232,15 @@ TerrainAnswer TerrainGrid::answer(int i, int j, Cell cell) const {
   // A ledge: higher or lower than a neighbour by more than the plane says.
   double ledge = 0.0;
   for (const Cell side : {Cell{1, 0}, Cell{-1, 0}, Cell{0, 1}, Cell{0, -1}}) {
-    if (!low(side.i, side.j).known) continue;
+    if (!self.ground || !low(side.i, side.j).ground) continue;
     const double planned = b * side.i + c * side.j;
     ledge = std::max(ledge, std::abs(low(side.i, side.j).m - self.m - planned));
   }
+  // A rock with nothing known behind it tilts the plane towards itself: it is held against the
+  // plane through the others.
+  const double h = planar && self.ground ? std::min(0.9, fit.leverage()) : 0.0;
+  const double others_m =
+      self.ground ? out.height_m - h / (1.0 - h) * std::max(0.0F, self.m - out.height_m) : self.m;
   double solid = 0.0;
   double object = 0.0;
   bool seen_enough = false;
@@ -230,10 +250,10 @@ TerrainAnswer TerrainGrid::answer(int i, int j, Cell cell) const {
     const TerrainCell* const q = cells_.find({2 * cell.i + x, 2 * cell.j + y});
     if (q == nullptr || q->scans < kSeenEnough) continue;
     seen_enough = true;
-    const double plane = out.height_m + b * (0.5 * x - 0.25) + c * (0.5 * y - 0.25);
-    solid = std::max(solid, q->low_m - plane);
+    const double plane = others_m + b * (0.5 * x - 0.25) + c * (0.5 * y - 0.25);
+    if (self.ground) solid = std::max(solid, q->low_m - plane);
     object = std::max(object, q->high_m - plane);
-    out.obstacle |= q->low_m - plane > params_.solid_m;
+    out.obstacle |= self.ground && q->low_m - plane > params_.solid_m;
     out.obstacle |= q->evidence > params_.evidence && q->high_m - plane > params_.obstacle_m;
   }
   out.obstacle |= seen_enough && ledge > params_.obstacle_m;

@@ -12,15 +12,17 @@
 namespace rcs::wm {
 
 struct TerrainParams {
-  double cell_m = 0.4;        ///< [0.1, 2]
-  int size = 256;             ///< cells along each side of the grid, a power of two, [64, 1024]
-  int patch = 128;            ///< cells along each side of what is published, [32, size / 2]
-  double ahead_m = 12.0;      ///< middle of the patch, ahead of the vehicle, [0, 100]
-  double overhang_m = 2.2;    ///< what is higher above the ground is driven under, [0.5, 10]
-  double solid_m = 0.22;      ///< ground that stands out so far is a rock, [0.05, 2]
-  double obstacle_m = 0.4;    ///< and points so far above it are something in the way: more than
-                              ///< grass is high, [0.05, 2]
-  double evidence = 3.5;      ///< scans that must have seen such points, net, [0.5, 10]
+  double cell_m = 0.4;      ///< [0.1, 2]
+  int size = 256;           ///< cells along each side of the grid, a power of two, [64, 1024]
+  int patch = 128;          ///< cells along each side of what is published, [32, size / 2]
+  double ahead_m = 12.0;    ///< middle of the patch, ahead of the vehicle, [0, 100]
+  double overhang_m = 2.2;  ///< what is higher above the ground is driven under, [0.5, 10]
+  double solid_m = 0.22;    ///< ground that stands out so far is a rock, [0.05, 2]
+  double obstacle_m = 0.4;  ///< and points so far above it are something in the way: more than
+                            ///< grass is high, [0.05, 2]
+  double evidence = 3.5;    ///< scans that must have seen such points, net, [0.5, 10]
+  double near_m = 5.0;  ///< nearer, the LADAR's lowest rays are above level ground: what they meet
+                        ///< there is grass or an object, not the slope of the ground, [0, 20]
   double max_range_m = 35.0;  ///< farther points are not used: pitch errors lift them, [5, 300]
 };
 
@@ -30,7 +32,8 @@ struct TerrainCell {
       0.0F;  ///< lowest that scans see in it again and again: grass lets some light through
   float high_m = 0.0F;  ///< of what stands on it, below the overhang
   float evidence = 0.0F;
-  std::uint16_t scans = 0;  ///< that saw it, saturating; 0: unknown
+  std::uint16_t scans = 0;   ///< that saw it, saturating; 0: unknown
+  bool ground_seen = false;  ///< from farther than near_m: its low may be the ground
 };
 
 /// One cell of the patch.
@@ -72,6 +75,7 @@ class TerrainGrid {
     float low_m;
     float high_m;
     float second_m;  // highest but one
+    bool ground;     // from where rays reach down to level ground
   };
   void update(const Seen& seen);
   [[nodiscard]] bool overhangs(const Seen& seen) const;
@@ -80,6 +84,7 @@ class TerrainGrid {
   /// Lowest of a cell's quarters, while a patch is made.
   struct Low {
     bool known;
+    bool ground;  // it may be the ground
     float m;
   };
 

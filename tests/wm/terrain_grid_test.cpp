@@ -143,5 +143,49 @@ TEST_F(TerrainGridTest, TheWindowMovesAndCyclesAllocateNothing) {
   EXPECT_NEAR(at(T, T.p.x() + 6.0, 2.0).height_m, ground(T.p.x() + 6.0), 0.1);
 }
 
+// Where its view of the ground begins, the lowest rays graze the grass: what they meet there lies
+// the higher the nearer it is.
+TEST_F(TerrainGridTest, GrassAtTheNearEdgeIsNoSlopeAndNoLedge) {
+  const Pose T(Pose{Quat::Identity(), Vec3(0.0, 0.0, 0.9)});
+  for (int k = 0; k < 10; ++k) {
+    points_.clear();
+    for (int n = 0; n < 6000; ++n) {
+      const double x = 3.2 + 15.0 * unit_(rng_);
+      const double y = 20.0 * (unit_(rng_) - 0.5);
+      const double lowest_ray = 1.8 - x * std::tan(radians(20.0));
+      const double blade = 0.5 * unit_(rng_);
+      points_.push_back(Vec3(x, y, std::max({0.0, lowest_ray, blade * blade}) - 0.9).cast<float>());
+    }
+    grid_.insert(points_, T);
+  }
+  for (double x = 3.4; x < 12.0; x += 0.4) {
+    const TerrainAnswer a = at(T, x, 0.2);
+    EXPECT_TRUE(a.known) << x;
+    EXPECT_FALSE(a.obstacle) << x;
+    EXPECT_LT(a.slope_rad, radians(25.0)) << x;
+  }
+}
+
+// Nothing is seen of the ground behind a rock, and still it is one.
+TEST_F(TerrainGridTest, ARockIsSeenWithNothingKnownBehindIt) {
+  const Pose T(Pose{Quat::Identity(), Vec3(0.0, 0.0, 0.9)});
+  for (int k = 0; k < 10; ++k) {
+    points_.clear();
+    for (int n = 0; n < 6000; ++n) {
+      const double x = 4.0 + 6.0 * unit_(rng_);
+      const double y = 20.0 * (unit_(rng_) - 0.5);
+      points_.push_back(Vec3(x, y, 0.02 * normal_(rng_) - 0.9).cast<float>());
+    }
+    for (int n = 0; n < 60; ++n) {  // its face and its top
+      points_.push_back(Vec3(10.0 + 0.3 * unit_(rng_), 0.2 + 0.4 * (unit_(rng_) - 0.5),
+                             0.35 - 0.9 + 0.02 * normal_(rng_))
+                            .cast<float>());
+    }
+    grid_.insert(points_, T);
+  }
+  EXPECT_TRUE(at(T, 10.2, 0.2).obstacle);
+  EXPECT_FALSE(at(T, 8.0, 0.2).obstacle);
+}
+
 }  // namespace
 }  // namespace rcs::wm
