@@ -53,6 +53,21 @@ const ImuSample* History::next_imu(std::size_t i) const {
   return nullptr;
 }
 
+// One clock that runs ahead must not take the belief along: another source must say, too, that it is
+// later than the INS says.
+bool History::ins_is_silent(Stamp ins) const {
+  std::size_t kinds = 0;
+  std::size_t first_kind = 0;
+  for (std::size_t i = count_; i > fused_; --i) {
+    const Measurement& m = entry(i - 1).measurement;
+    if (m.stamp - ins <= model_.params.history.ins_timeout) break;
+    if (kinds == 0) first_kind = m.value.index();
+    if (kinds == 0 || m.value.index() != first_kind) ++kinds;
+    if (kinds == 2) return true;
+  }
+  return false;
+}
+
 void History::fuse(std::vector<Innovation>* out) {
   for (; fused_ < count_; ++fused_) {
     Entry& e = entry(fused_);
@@ -60,7 +75,7 @@ void History::fuse(std::vector<Innovation>* out) {
     const ImuSample* imu = next_imu(fused_);
     const Stamp ins = from.memory.ins_stamp;
     if (imu == nullptr && ins != Stamp::min() && e.measurement.stamp > from.belief.x.stamp &&
-        e.measurement.stamp - ins <= model_.params.history.ins_timeout) {
+        !ins_is_silent(ins)) {
       break;
     }
     FilterState& state = states_[slot(fused_)];

@@ -22,7 +22,7 @@ class History {
   Reason insert(const Measurement& measurement);
 
   /// Brings the belief up to date. A measurement ahead of the INS waits until the INS gets there,
-  /// or has been silent for its timeout.
+  /// or has been silent for its timeout by the stamps of two other sources.
   /// @param out  one record for each measurement that was fused for the first time
   void fuse(std::vector<Innovation>* out);
 
@@ -52,6 +52,7 @@ class History {
     return i == 0 ? base_ : states_[slot(i - 1)];
   }
   [[nodiscard]] const ImuSample* next_imu(std::size_t i) const;
+  [[nodiscard]] bool ins_is_silent(Stamp ins) const;
   void drop_oldest();
 
   Model model_;

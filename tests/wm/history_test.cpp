@@ -158,5 +158,36 @@ TEST_F(HistoryTest, ALostInsSampleIsBridged) {
   EXPECT_TRUE(holed.head().belief.x.inertial);
 }
 
+// INS and odometry are as they should be, but for one of the odometry's stamps.
+TEST_F(HistoryTest, AClockThatRunsAheadDoesNotTakeTheBeliefAlong) {
+  std::vector<Innovation> records;
+  records.reserve(10000);
+  History history = make();
+  Stamp newest = Stamp::min();
+  for (const Measurement& m : inputs_) {
+    newest = std::max(newest, m.stamp);
+    ASSERT_EQ(history.insert(m), Reason::kAccepted);
+    Measurement ahead = m;
+    ahead.stamp += from_seconds(2.0);
+    if (std::holds_alternative<OdometrySample>(m.value)) (void)history.insert(ahead);
+    history.fuse(&records);
+    EXPECT_LE(history.head().belief.x.stamp, newest);
+  }
+}
+
+// Where INS is silent in truth, others say so, too.
+TEST_F(HistoryTest, ASilentInsIsBelievedToBeSilentByTwoOthers) {
+  std::vector<Innovation> records;
+  records.reserve(10000);
+  History history = make();
+  const Stamp last_ins = inputs_[inputs_.size() / 2].stamp;
+  for (const Measurement& m : inputs_) {
+    if (m.imu() != nullptr && m.stamp > last_ins) continue;
+    ASSERT_EQ(history.insert(m), Reason::kAccepted);
+    history.fuse(&records);
+  }
+  EXPECT_GT(history.head().belief.x.stamp, last_ins + from_seconds(0.7));
+}
+
 }  // namespace
 }  // namespace rcs::wm
