@@ -203,9 +203,10 @@ void add_legend(const CoursePicture& picture, const View& view, bool hits, SvgOu
     fmt::format_to(out, "<path class=\"line\" d=\"M{:.1f} {:.1f}h34\" {}/>", x, top, style);
   };
   const double top_mps = top_speed(picture);
+  constexpr double kStep_px = 108.0 / kViridis.size();
   for (std::size_t k = 0; k < kViridis.size(); ++k) {
-    fmt::format_to(out, "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"18\" height=\"7\" fill=\"{}\"/>",
-                   x + 18.0 * static_cast<double>(k), top - 3.5, kViridis[k]);
+    fmt::format_to(out, "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{}\" height=\"7\" fill=\"{}\"/>",
+                   x + kStep_px * static_cast<double>(k), top - 3.5, kStep_px, kViridis[k]);
   }
   label(115.0, top, fmt::format("true path, 0 to {:.0f} m/s", top_mps), 175.0);
   line(fmt::format("stroke=\"{}\" stroke-width=\"1.6\" stroke-dasharray=\"5 4\"", kBelief));
