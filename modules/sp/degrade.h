@@ -19,23 +19,24 @@ enum class Degrade : int {
 struct DegradeParams {
   bool on = true;            ///< false: always in full
   double coarser = 1.5;      ///< source voxels of a degraded scan, in those of a full one, [1, 10]
-  double late_share = 0.6;   ///< a later start of a cycle degrades by one level, (0, 10]
+  double late_share = 0.8;   ///< a later start of a cycle degrades by one level, (0, 10]
   double behind = 0.25;      ///< so does so much of the next scan that waits already, (0, 10]
   double hold_behind = 0.5;  ///< and with so much of it waiting the scan is held, (0, 10]
   double hold_left = 0.25;   ///< held when less of the budget is left, [0, 1)
   double grant_full = 1.0;   ///< less of the nominal need granted: fewer points, [0, 100]
   double grant_prior = 0.6;  ///< likewise: no a priori match, [0, 100]
   double grant_hold = 0.2;   ///< likewise: held, but never twice in a row, [0, 100]
-  double recover_margin = 2.0;  ///< a scan is calm when facts so much worse would do, [1, 100]
+  double recover_margin = 1.5;  ///< a scan is calm when facts so much worse would do, [1, 100]
   int recover_after = 20;       ///< calm scans in a row that lead one level back, [1, 10000]
 };
 
 /// What the timeline says when a scan is about to be worked on.
 struct ScanFacts {
-  Duration budget{};         ///< > 0
-  Duration late{};           ///< worst start of a cycle after its wakeup, since the last scan
-  Duration left{};           ///< to the scan's deadline; negative: it has passed
-  double behind = 0.0;       ///< facets that wait behind this scan, in scans
+  Duration budget{};    ///< > 0
+  Duration late{};      ///< worst start of a cycle after its wakeup, since the last scan: a facet
+                        ///< that comes while a scan is registered waits as long as that takes
+  Duration left{};      ///< to the scan's deadline; negative: it has passed
+  double behind = 0.0;  ///< facets that wait behind this scan, in scans
   double grant_share = 1e9;  ///< work units granted, in those that a full scan needs nominally
 };
 

@@ -185,7 +185,7 @@ TEST(Degrade, InANormalReplayNothingIsLeftOutAndTheLedgerTellsTheWholeWay) {
 TEST(Degrade, SlowWorkIsShortenedBeforeADeadlineIsMissedAndComesBack) {
   const Cost cost = [](Stamp t, int level) {
     if (!within(t, 4.0, 7.0)) return ms(8.0);
-    return level == 0 ? ms(60.0) : ms(35.0);
+    return level == 0 ? ms(76.0) : ms(35.0);
   };
   const Outcomes out = drive(cost, 100.0);
   EXPECT_GE(out.highest_level(), 1);

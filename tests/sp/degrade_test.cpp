@@ -44,7 +44,7 @@ TEST(DegradeLadder, TheLessIsGrantedTheMoreIsLeftOut) {
 
 TEST(DegradeLadder, LateCyclesDegradeStepByStepAndNeverHold) {
   ScanFacts f = calm_facts();
-  f.late = from_milliseconds(50.0);
+  f.late = from_milliseconds(70.0);
   DegradeLadder ladder;
   std::vector<Degrade> levels;
   for (int i = 0; i < 4; ++i) {
@@ -91,7 +91,7 @@ TEST(DegradeLadder, ComesBackLevelByLevelAfterCalmScansInARow) {
   }
   // One scan that is not calm begins the count anew, though it asks for no more.
   ScanFacts tight = calm_facts();
-  tight.late = from_milliseconds(30.0);
+  tight.late = from_milliseconds(50.0);
   ladder = step(ladder, tight, params);
   EXPECT_EQ(ladder.level, Degrade::kNoPrior);
   int scans = 0;

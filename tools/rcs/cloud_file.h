@@ -1,0 +1,36 @@
+#pragma once
+// Point clouds in files of others: PCD (0.7: ascii, binary), PLY (ascii, binary_little_endian),
+// KITTI's .bin (x, y, z, intensity as float32) and .xyz (a line a point).
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "rcs/base/points.h"
+#include "rcs/base/result.h"
+
+namespace rcs::tools {
+
+struct Cloud {
+  Points points;               ///< [m]; finite, none at the origin
+  std::int64_t no_return = 0;  ///< left out: not finite, or at the origin
+  /// Of an organized PCD, row 0 first; 0 x 0: not organized.
+  int rows = 0;
+  int cols = 0;
+  std::vector<std::int32_t> cell;  ///< row * cols + col of each point; empty: not organized
+};
+
+/// The rows and columns of a range image, if its records are given row by row.
+struct CloudShape {
+  int rows = 0;  ///< 0: as the file says, which only a PCD does
+  int cols = 0;
+};
+
+/// @param name  ends in .pcd, .ply, .bin or .xyz; errors begin with it
+[[nodiscard]] Result<Cloud> parse_cloud(const std::vector<std::uint8_t>& bytes,
+                                        const std::string& name, const CloudShape& shape);
+
+[[nodiscard]] Result<Cloud> read_cloud(const std::string& path, const CloudShape& shape);
+
+}  // namespace rcs::tools
