@@ -53,8 +53,8 @@ const ImuSample* History::next_imu(std::size_t i) const {
   return nullptr;
 }
 
-// One clock that runs ahead must not take the belief along: another source must say, too, that it is
-// later than the INS says.
+// One clock that runs ahead must not take the belief along: another source must say, too, that it
+// is later than the INS says.
 bool History::ins_is_silent(Stamp ins) const {
   std::size_t kinds = 0;
   std::size_t first_kind = 0;

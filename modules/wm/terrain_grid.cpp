@@ -222,9 +222,11 @@ TerrainAnswer TerrainGrid::answer(int i, int j, Cell cell) const {
   const bool planar = fit.solve(&a, &b, &c, &rms);
   if (!self.known && (!planar || fit.n() < kSupported)) return out;
   out.known = true;
-  if (!planar) a = b = c = rms = 0.0;
+  // What stands in a cell whose ground was never seen is held against its own lowest point.
+  const bool near_only = self.known && !self.ground;
+  if (!planar || near_only) a = b = c = rms = 0.0;
   const double rise = std::hypot(b, c);  // per cell
-  out.height_m = static_cast<float>(planar ? a : self.m);
+  out.height_m = static_cast<float>(planar && !near_only ? a : self.m);
   out.slope_rad = static_cast<float>(std::atan(rise / params_.cell_m));
   out.roughness_m = static_cast<float>(rms);
   if (!self.known) return out;
@@ -241,6 +243,8 @@ TerrainAnswer TerrainGrid::answer(int i, int j, Cell cell) const {
   const double h = planar && self.ground ? std::min(0.9, fit.leverage()) : 0.0;
   const double others_m =
       self.ground ? out.height_m - h / (1.0 - h) * std::max(0.0F, self.m - out.height_m) : self.m;
+  // Grass that is met from above at every scan again is no bush yet.
+  const double tall_m = near_only ? 2.0 * params_.obstacle_m : params_.obstacle_m;
   double solid = 0.0;
   double object = 0.0;
   bool seen_enough = false;
@@ -251,10 +255,10 @@ TerrainAnswer TerrainGrid::answer(int i, int j, Cell cell) const {
     if (q == nullptr || q->scans < kSeenEnough) continue;
     seen_enough = true;
     const double plane = others_m + b * (0.5 * x - 0.25) + c * (0.5 * y - 0.25);
-    if (self.ground) solid = std::max(solid, q->low_m - plane);
-    object = std::max(object, q->high_m - plane);
-    out.obstacle |= self.ground && q->low_m - plane > params_.solid_m;
-    out.obstacle |= q->evidence > params_.evidence && q->high_m - plane > params_.obstacle_m;
+    if (q->ground_seen) solid = std::max(solid, q->low_m - plane);
+    if (q->ground_seen) object = std::max(object, q->high_m - plane);
+    out.obstacle |= q->ground_seen && q->low_m - plane > params_.solid_m;
+    out.obstacle |= q->evidence > params_.evidence && q->high_m - plane > tall_m;
   }
   out.obstacle |= seen_enough && ledge > params_.obstacle_m;
   out.step_m = static_cast<float>(std::max({0.0, ledge, solid, 0.5 * object}));
