@@ -182,7 +182,7 @@ Cell TerrainGrid::patch(const Pose& T_local_vehicle, std::vector<TerrainAnswer>*
   lows_.clear();
   for (int j = -kReach; j < side + kReach; ++j) {
     for (int i = -kReach; i < side + kReach; ++i) {
-      Low low{false, false, 0.0F};
+      Low low{false, false, false, 0.0F};
       for (int quarter = 0; quarter < 4; ++quarter) {
         const TerrainCell* const q =
             cells_.find({2 * (first.i + i) + (quarter & 1), 2 * (first.j + j) + (quarter >> 1)});
@@ -190,6 +190,7 @@ Cell TerrainGrid::patch(const Pose& T_local_vehicle, std::vector<TerrainAnswer>*
         low.m = low.known ? std::min(low.m, q->low_m) : q->low_m;
         low.known = true;
         low.ground = low.ground || q->ground_seen;
+        low.sure = low.sure || q->scans >= kSeenEnough;
       }
       lows_.push_back(low);
     }
@@ -234,7 +235,8 @@ TerrainAnswer TerrainGrid::answer(int i, int j, Cell cell) const {
   // A ledge: higher or lower than a neighbour by more than the plane says.
   double ledge = 0.0;
   for (const Cell side : {Cell{1, 0}, Cell{-1, 0}, Cell{0, 1}, Cell{0, -1}}) {
-    if (!self.ground || !low(side.i, side.j).ground) continue;
+    // Grass whose ground was not seen yet makes none.
+    if (!self.ground || !low(side.i, side.j).ground || !low(side.i, side.j).sure) continue;
     const double planned = b * side.i + c * side.j;
     ledge = std::max(ledge, std::abs(low(side.i, side.j).m - self.m - planned));
   }

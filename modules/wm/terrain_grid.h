@@ -85,6 +85,7 @@ class TerrainGrid {
   struct Low {
     bool known;
     bool ground;  // it may be the ground
+    bool sure;    // seen often enough
     float m;
   };
 
