@@ -10,6 +10,8 @@ namespace rcs::bg {
 namespace {
 
 constexpr Duration kReportInterval = from_seconds(5.0);
+constexpr Duration kHeld = from_seconds(1.0);     // longer than the wheels need to turn
+constexpr double kFreed_m = 0.5;                  // of driving, after being held
 constexpr Duration kWayKept = from_seconds(1.5);  // a path that was not found anew is used so long
 
 double heading(const Pose& T) {
@@ -292,9 +294,29 @@ void BgNode::drive(const Cycle& cycle, const Decision& decision) {
     drive_.curvature_1pm = steering_.curvature_1pm;
     if (decision.action == Action::kDrive) drive_.speed_mps = within_free_way(steering_);
   }
+  leave_way_if_held(cycle.now, decision.action == Action::kDrive && drive_.speed_mps == 0.0 &&
+                                   std::abs(nav_.speed_mps) < config_.decide.rest_mps);
   const double turn = config_.shape.curvature_rate * seconds(config_.period);
   curvature_1pm_ += std::clamp(drive_.curvature_1pm - curvature_1pm_, -turn, turn);
   drive_out_.publish(&drive_);
+}
+
+void BgNode::leave_way_if_held(Stamp now, bool held) {
+  if (std::hypot(place().x_m - held_at_.x_m, place().y_m - held_at_.y_m) > kFreed_m) {
+    search_.release();
+  }
+  if (!held) {
+    held_since_ = Stamp::max();
+  } else if (held_since_ == Stamp::max()) {
+    held_since_ = now;
+  } else if (now - held_since_ > kHeld && !path_.empty()) {
+    report_.warn(now, "way.held", "left a way of {:.1f} m: what is beside it holds the vehicle",
+                 path_.back().s_m);
+    search_.bar(path_);
+    path_.clear();
+    held_at_ = place();
+    held_since_ = Stamp::max();
+  }
 }
 
 double BgNode::within_free_way(const Steering& steering) const {

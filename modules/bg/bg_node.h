@@ -49,6 +49,8 @@ class BgNode final : public Node {
   /// What of a speed is left, so that the vehicle stops before what is in its way.
   [[nodiscard]] double within_free_way(const Steering& steering) const;
   void drive(const Cycle& cycle, const Decision& decision);
+  /// Whoever is held by what is in its way takes another one.
+  void leave_way_if_held(Stamp now, bool held);
   void publish_plan(Stamp now);
   void publish_status(const Decision& decision, Stamp now);
 
@@ -86,7 +88,9 @@ class BgNode final : public Node {
   SearchResult found_;
   Stamp way_since_ = Stamp::min();  // when there last was a way, or the route began
   Steering steering_;
-  double curvature_1pm_ = 0.0;  // of the wheels, by what they were told and how fast they turn
+  Stamp held_since_ = Stamp::max();  // at rest, though the path goes on
+  Place held_at_;                    // where a way was left for that reason
+  double curvature_1pm_ = 0.0;       // of the wheels, by what they were told and how fast they turn
   std::string_view reported_state_;
 
   drive_t drive_{};

@@ -14,14 +14,19 @@ class ObstacleDistance {
  public:
   void compute(const vj::Terrain& terrain, const vj::Weights& weights);
 
-  /// [m]; at most kFar_m. Outside of the terrain: kFar_m, as nothing is known there.
+  /// [m]; at most kFar_m. Between the middles of cells it is interpolated, so that it changes as
+  /// the vehicle moves and not by jumps. Outside of the terrain: kFar_m, as nothing is known there.
   [[nodiscard]] double at(double x_m, double y_m) const {
-    const Cell c{static_cast<int>(std::floor(x_m / cell_m_)),
-                 static_cast<int>(std::floor(y_m / cell_m_))};
-    if (c.i < first_.i || c.j < first_.j || c.i >= first_.i + width_ || c.j >= first_.j + height_) {
-      return kFar_m;
-    }
-    return distance_m_[index(c.i - first_.i, c.j - first_.j)];
+    const double x = x_m / cell_m_ - 0.5 - first_.i;
+    const double y = y_m / cell_m_ - 0.5 - first_.j;
+    const double left = std::floor(x);
+    const double below = std::floor(y);
+    if (!(left >= 0.0 && below >= 0.0 && left < width_ - 1 && below < height_ - 1)) return kFar_m;
+    const double* const row = &distance_m_[index(static_cast<int>(left), static_cast<int>(below))];
+    const double a = row[0] + (x - left) * (row[1] - row[0]);
+    const double* const next = row + width_;
+    const double b = next[0] + (x - left) * (next[1] - next[0]);
+    return a + (y - below) * (b - a);
   }
   [[nodiscard]] double in_cell(std::size_t index) const { return distance_m_[index]; }
 

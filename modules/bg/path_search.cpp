@@ -19,6 +19,10 @@ int nearest_curvature(double curvature_1pm, const Shape& shape) {
   return std::clamp(static_cast<int>(steps) + kStraight, 0, kCurvatures - 1);
 }
 
+std::size_t first_arc(int curvature, int direction) {
+  return static_cast<std::size_t>(2 * curvature + (direction > 0 ? 1 : 0));
+}
+
 bool worse(double a, double b) { return a > b; }
 
 }  // namespace
@@ -166,6 +170,7 @@ void PathSearch::expand(int index, const vj::Terrain& terrain, const ObstacleDis
       const bool at_rest = turns_back || from.direction == 0;
       if (!at_rest && std::abs(curvature - from.curvature) > 1) continue;
       if (direction < 0 && curvature % 2 != 0) continue;  // three are enough to back out
+      if (from.parent < 0 && barred_[first_arc(curvature, direction)]) continue;
       Node to = from;
       to.parent = index;
       to.direction = static_cast<std::int8_t>(direction);
@@ -191,6 +196,12 @@ void PathSearch::expand(int index, const vj::Terrain& terrain, const ObstacleDis
       offer(to, field.at(to.place.x_m, to.place.y_m));
     }
   }
+}
+
+void PathSearch::bar(const Path& path) {
+  if (path.size() < 2) return;
+  const int curvature = nearest_curvature(path[1].place.curvature_1pm, shape_);
+  barred_[first_arc(curvature, path[1].direction)] = true;
 }
 
 double PathSearch::cost_of_rest(const Path& path, std::size_t from, const vj::Terrain& terrain,

@@ -2,6 +2,7 @@
 // The search for a way that the vehicle can drive: hybrid A* (Dolgov, Thrun, Montemerlo & Diebel
 // 2010) over arcs whose curvature changes by steps, ahead, and backwards over known ground.
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -49,6 +50,10 @@ class PathSearch {
                       const CostField& field, const Place& start, int direction, const Goal& goal,
                       int granted, Path* path);
 
+  /// No way begins like this one until release(): what follows it could not take it.
+  void bar(const Path& path);
+  void release() { barred_.fill(false); }
+
   /// What the rest of a way costs by the terrain of now, like SearchResult::cost; infinite: it
   /// comes nearer to an obstacle than the margin allows.
   [[nodiscard]] double cost_of_rest(const Path& path, std::size_t from, const vj::Terrain& terrain,
@@ -87,7 +92,8 @@ class PathSearch {
   Place origin_;      // of the bins
   int bins_ = 0;      // along each side
   double required_m_ = 0.0;
-  bool trapped_ = false;  // the start lies in what the cells forbid
+  std::array<bool, 10> barred_{};  // first arcs, by curvature and direction
+  bool trapped_ = false;           // the start lies in what the cells forbid
   std::uint32_t generation_ = 0;
   std::vector<std::uint32_t> seen_;  // generation in which the state was reached
   std::vector<float> best_g_;
