@@ -79,8 +79,9 @@ struct Outcomes {
 
   [[nodiscard]] int highest_level() const {
     int level = 0;
-    for (const registration_t& m : said.registrations)
+    for (const registration_t& m : said.registrations) {
       level = std::max<int>(level, m.degrade_level);
+    }
     return level;
   }
 };
@@ -242,8 +243,9 @@ TEST(Degrade, WithAQuarterOfTheGrantFewerPointsAreRegisteredWithinIt) {
   EXPECT_EQ(account.failed, 0);
   EXPECT_EQ(account.held, 0);
   expect_every_scan_accounted_for(quarter.said.registrations);
-  for (const registration_t& m : quarter.said.registrations)
+  for (const registration_t& m : quarter.said.registrations) {
     EXPECT_LE(m.used_units, m.granted_units);
+  }
 }
 
 }  // namespace
