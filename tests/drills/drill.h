@@ -10,8 +10,8 @@
 #include "tests/drills/count_judge.h"
 #include "tests/drills/recovery.h"
 #include "tests/drills/safety_judge.h"
-#include "tests/drills/tap.h"
 #include "tests/drills/vehicle_run.h"
+#include "tests/support/tap.h"
 
 namespace rcs::drills {
 
@@ -41,16 +41,16 @@ struct Drill {
  private:
   void look();
 
-  std::deque<Tap<cycle_t>> cycles_;
-  std::deque<Tap<process_t>> processes_;
-  std::deque<Tap<event_t>> events_;
-  std::deque<Tap<truth_t>> truths_;
-  std::deque<Tap<drive_t>> drives_;
-  std::deque<Tap<nav_state_t>> nav_states_;
-  std::deque<Tap<command_t>> commands_;
-  std::deque<Tap<status_t>> statuses_;
-  std::deque<Tap<registration_t>> registrations_;
-  std::deque<Tap<innovation_t>> innovations_;
+  std::deque<test::Tap<cycle_t>> cycles_;
+  std::deque<test::Tap<process_t>> processes_;
+  std::deque<test::Tap<event_t>> events_;
+  std::deque<test::Tap<truth_t>> truths_;
+  std::deque<test::Tap<drive_t>> drives_;
+  std::deque<test::Tap<nav_state_t>> nav_states_;
+  std::deque<test::Tap<command_t>> commands_;
+  std::deque<test::Tap<status_t>> statuses_;
+  std::deque<test::Tap<registration_t>> registrations_;
+  std::deque<test::Tap<innovation_t>> innovations_;
 };
 
 }  // namespace rcs::drills

@@ -16,7 +16,7 @@
 #include "rcs/base/linear.h"
 #include "rcs/node/lcm_bus.h"
 #include "rcs/node/live_timeline.h"
-#include "tests/drills/tap.h"
+#include "tests/support/tap.h"
 #include "tools/rcs/child_process.h"
 
 namespace rcs::drills {
@@ -94,7 +94,7 @@ class VehicleRun {
   StopSignals stop_;
   std::unique_ptr<LcmBus> bus_;
   std::unique_ptr<LiveTimeline> timeline_;
-  std::deque<Tap<process_t>> processes_;
+  std::deque<test::Tap<process_t>> processes_;
   std::map<std::string, Life> lives_;
   std::unique_ptr<Running> up_, sim_, operator_, client_;
   Stamp next_look_ = Stamp::min();

@@ -16,7 +16,7 @@
 #include "rcs/node/local_bus.h"
 #include "rcs/node/lockstep_timeline.h"
 #include "sim/simulator.h"
-#include "tests/replay/tap.h"
+#include "tests/support/tap.h"
 
 namespace rcs::test {
 namespace {
@@ -84,12 +84,12 @@ ChainRun run_chain(const sim::Scenario& scenario, const std::string& vehicle_con
   wm::WmNode wm_node(*wm_config, &bus);
   ChainRun out;
   const LocalFrame world(scenario.datum);
-  const Tap<truth_t> truth(&bus, channel::kSimTruth, [&](const truth_t& m) {
+  const Tap<truth_t> truth(&bus, channel::kSimTruth, [&](const truth_t& m, Stamp) {
     TruthSample s{from_utime(m.utime), {}, from_message(m.v_world_mps)};
     RCS_CHECK(from_message(m.q_world_vehicle, m.p_world_vehicle_m, &s.T_world_vehicle));
     out.truth.push_back(s);
   });
-  const Tap<nav_state_t> nav(&bus, channel::kWmNavState, [&](const nav_state_t& m) {
+  const Tap<nav_state_t> nav(&bus, channel::kWmNavState, [&](const nav_state_t& m, Stamp) {
     BeliefSample s;
     s.stamp = from_utime(m.utime);
     RCS_CHECK(from_message(m.q_world_vehicle, m.p_world_vehicle_m, &s.T_world_vehicle));
@@ -106,13 +106,14 @@ ChainRun run_chain(const sim::Scenario& scenario, const std::string& vehicle_con
     s.world_valid = m.world_valid != 0;
     out.beliefs.push_back(s);
   });
-  const Tap<registration_t> matches(&bus, channel::kSpRegistration, [&](const registration_t& m) {
-    const bool rolling = m.target == int{registration_t::TARGET_ROLLING};
-    out.prior_matches += rolling ? 0 : 1;
-    out.scans += rolling ? 1 : 0;
-    const auto stop = static_cast<sp::Stop>(m.stop);
-    out.failed += rolling && !sp::usable(stop) && stop != sp::Stop::kSeeded ? 1 : 0;
-  });
+  const Tap<registration_t> matches(
+      &bus, channel::kSpRegistration, [&](const registration_t& m, Stamp) {
+        const bool rolling = m.target == int{registration_t::TARGET_ROLLING};
+        out.prior_matches += rolling ? 0 : 1;
+        out.scans += rolling ? 1 : 0;
+        const auto stop = static_cast<sp::Stop>(m.stop);
+        out.failed += rolling && !sp::usable(stop) && stop != sp::Stop::kSeeded ? 1 : 0;
+      });
 
   Muted source(&simulator, options);
   LockstepTimeline timeline(&bus, &source, from_seconds(0.5));

@@ -22,7 +22,7 @@
 #include "rcs/node/local_bus.h"
 #include "rcs/node/lockstep_timeline.h"
 #include "rcs/terrain/elevation_tile.h"
-#include "tests/replay/tap.h"
+#include "tests/support/tap.h"
 #include "tools/rcs/course_picture.h"
 
 namespace rcs::test {
@@ -132,10 +132,11 @@ class Notes {
         operator_(op),
         run_(*run),
         world_(scenario.datum),
-        truth_(bus, channel::kSimTruth, [this](const truth_t& m) { take(m); }),
-        fixes_(bus, channel::kGpsFix, [this](const gps_fix_t& m) { fix_ = from_utime(m.utime); }),
-        nav_(bus, channel::kWmNavState, [this](const nav_state_t& m) { take(m); }),
-        plans_(bus, channel::kBgPlan, [this](const plan_t& m) { take(m); }) {
+        truth_(bus, channel::kSimTruth, [this](const truth_t& m, Stamp) { take(m); }),
+        fixes_(bus, channel::kGpsFix,
+               [this](const gps_fix_t& m, Stamp) { fix_ = from_utime(m.utime); }),
+        nav_(bus, channel::kWmNavState, [this](const nav_state_t& m, Stamp) { take(m); }),
+        plans_(bus, channel::kBgPlan, [this](const plan_t& m, Stamp) { take(m); }) {
     if (options.frame == command_t::FRAME_WORLD) op->ask(goto_order(scenario, options, Pose()));
   }
 

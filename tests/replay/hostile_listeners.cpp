@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <iterator>
 #include <optional>
 
@@ -17,6 +16,7 @@
 #include "modules/gateway/messages.h"
 #include "rcs/node/command.h"
 #include "sim/simulator.h"
+#include "tests/support/tap.h"
 #include "tools/rcs/top_screen.h"
 
 namespace rcs::test {
@@ -54,23 +54,6 @@ template <class T>
 bool decode(const std::uint8_t* data, std::size_t size, T* m) {
   return m->decode(data, 0, static_cast<int>(size)) == static_cast<int>(size);
 }
-
-/// Hands each message of a channel that can be decoded on.
-template <class T>
-class Tap final : public Receiver {
- public:
-  Tap(Bus* bus, std::string_view channel, std::function<void(const T&, Stamp)> take)
-      : take_(std::move(take)) {
-    bus->subscribe(channel, this);
-  }
-  void receive(const std::uint8_t* data, std::size_t size, Stamp arrival) noexcept override {
-    T message{};
-    if (decode(data, size, &message)) take_(message, arrival);
-  }
-
- private:
-  std::function<void(const T&, Stamp)> take_;
-};
 
 /// On a plane, without a LADAR: what it is for here is its drive commands.
 sim::Scenario plane() {

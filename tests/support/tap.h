@@ -1,13 +1,17 @@
 #pragma once
-// Hands every message of a channel of the live bus to a function, as it comes.
 
+#include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <string_view>
+#include <utility>
 
+#include "rcs/base/stamp.h"
 #include "rcs/node/bus.h"
 
-namespace rcs::drills {
+namespace rcs::test {
 
+/// Hands on every message of a channel that can be decoded, with its arrival.
 template <class T>
 class Tap final : public Receiver {
  public:
@@ -29,4 +33,4 @@ class Tap final : public Receiver {
   T message_{};
 };
 
-}  // namespace rcs::drills
+}  // namespace rcs::test
