@@ -255,8 +255,9 @@ void WmNode::publish_innovations() {
 void WmNode::publish_nav_state(Stamp now) {
   if (!estimator_.started()) return;  // nothing is believed yet
   const FilterState& s = estimator_.state();
-  // A measurement ahead of the INS takes the belief with it, until the INS comes so near that it is
-  // waited for. Meanwhile time does not run backward.
+  // Two kinds of measurement that agree that the INS is silent take the belief ahead of it. When it
+  // speaks again after all, the belief waits for it, at its older stamp, and what was published
+  // stands: time does not run backward.
   const bool same_clock = estimator_.clock_steps() == published_clock_steps_;
   if (same_clock && s.belief.x.stamp < published_) return;
   published_ = s.belief.x.stamp;
