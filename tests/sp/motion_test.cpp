@@ -51,8 +51,9 @@ TEST(Motion, FreeFallIsAParabola) {
   MotionState s;
   s.v_rolling = Vec3(3.0, 0.0, 0.0);
   InertialBuffer inertial(256);
-  for (int i = 1; i <= 100; ++i)
+  for (int i = 1; i <= 100; ++i) {
     inertial.add({Stamp() + i * kStep, kStep, Vec3::Zero(), Vec3::Zero()});
+  }
   const MotionState end = propagate(s, inertial, Stamp() + 100 * kStep);
   EXPECT_NEAR(end.T_rolling_vehicle.p.x(), 3.0, 1e-9);
   EXPECT_NEAR(end.T_rolling_vehicle.p.z(), -0.5 * 9.80665, 1e-9);

@@ -216,8 +216,9 @@ class Eval final : public Command {
       fmt::print("{}\n", json.dump(2));
     } else {
       for (const Table& t : tables) fmt::print("{}\n", to_text(t));
-      if (world)
+      if (world) {
         fmt::print("NEES of the world pose, per degree of freedom: {:.2f}\n", world->nees_per_dof);
+      }
     }
     return write_pictures(log, scans, frame, run, pairs, world, outages, tables);
   }

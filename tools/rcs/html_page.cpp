@@ -40,8 +40,9 @@ void HtmlPage::paragraph(std::string_view text) {
 
 void HtmlPage::table(const Table& table) {
   body_ += "<div class=\"scroll\"><table><thead><tr>";
-  for (const std::string& cell : table.header)
+  for (const std::string& cell : table.header) {
     body_ += fmt::format("<th>{}</th>", escape_xml(cell));
+  }
   body_ += "</tr></thead><tbody>\n";
   for (const std::vector<std::string>& row : table.rows) {
     body_ += "<tr>";
