@@ -104,6 +104,17 @@ T good(const char* channel) {
   return all[all.size() / 2];
 }
 
+/// The middle facet of a channel as a scan of its own, newer than all of the drive.
+template <class Facet>
+Facet one_facet_scan(const char* channel) {
+  Facet facet = good<Facet>(channel);
+  facet.utime = facet.reference_utime = 1'000'600'000;
+  facet.scan_id = 100;
+  facet.facet = 0;
+  facet.facet_count = 1;
+  return facet;
+}
+
 /// Who reads what.
 struct Reader {
   const char* node;
@@ -151,13 +162,13 @@ Bytes with_int32(Bytes bytes, std::size_t at, std::uint32_t value) {
   return bytes;
 }
 
-/// With each length that it cannot have at `at`.
-std::vector<Bytes> with_hostile_lengths(const Bytes& bytes, std::size_t at) {
-  std::vector<Bytes> out;
+/// Malformed with each length that it cannot have at `at`.
+void expect_length_guarded(const std::string& channel, std::size_t at) {
+  std::vector<Bytes> packets;
   for (const std::uint32_t length : {0x7fffffffU, 0xffffffffU, 0x80000000U, 0x20000000U}) {
-    out.push_back(with_int32(bytes, at, length));
+    packets.push_back(with_int32(sample(channel), at, length));
   }
-  return out;
+  expect_malformed(channel, packets);
 }
 
 bool names(const std::vector<std::string>& texts, const std::string& what) {
@@ -195,40 +206,22 @@ TEST(HostileInput, GarbageAndWrongFingerprintsAreCounted) {
 TEST(HostileInput, LengthsThatCannotBeAreCounted) {
   constexpr std::size_t kInt32 = 4;
   // Where nothing follows the arrays, their length ends the message that has none.
-  expect_malformed(channel::kLadarRanges,
-                   with_hostile_lengths(sample(channel::kLadarRanges),
-                                        encode(ladar_ranges_t{}).size() - kInt32));
-  expect_malformed(channel::kSpPoints, with_hostile_lengths(sample(channel::kSpPoints),
-                                                            encode(points_t{}).size() - kInt32));
-  expect_malformed(
-      channel::kWmMapPatch,
-      with_hostile_lengths(sample(channel::kWmMapPatch), encode(map_patch_t{}).size() - kInt32));
+  expect_length_guarded(channel::kLadarRanges, encode(ladar_ranges_t{}).size() - kInt32);
+  expect_length_guarded(channel::kSpPoints, encode(points_t{}).size() - kInt32);
+  expect_length_guarded(channel::kWmMapPatch, encode(map_patch_t{}).size() - kInt32);
   // Three lengths, two of them behind arrays.
-  expect_malformed(channel::kLadarPoints,
-                   with_hostile_lengths(sample(channel::kLadarPoints),
-                                        encode(ladar_points_t{}).size() - 3 * kInt32));
+  expect_length_guarded(channel::kLadarPoints, encode(ladar_points_t{}).size() - 3 * kInt32);
   // Behind the fingerprint, utime, seq, scan_id, target and map_epoch.
-  constexpr std::size_t kTiles = 8 + 3 * 8 + 1 + 4;
-  expect_malformed(channel::kSpRegistration,
-                   with_hostile_lengths(sample(channel::kSpRegistration), kTiles));
+  expect_length_guarded(channel::kSpRegistration, 8 + 3 * 8 + 1 + 4);
   // Behind the fingerprint, utime and seq: a string's.
-  constexpr std::size_t kIssuer = 8 + 2 * 8;
-  expect_malformed(channel::kBgCommand, with_hostile_lengths(sample(channel::kBgCommand), kIssuer));
+  expect_length_guarded(channel::kBgCommand, 8 + 2 * 8);
 }
 
 TEST(HostileInput, RangesAndPointsThatAreNoNumbersAreLeftOutAndTold) {
-  auto ranges = good<ladar_ranges_t>(channel::kLadarRanges);
-  ranges.utime = ranges.reference_utime = 1'000'600'000;
-  ranges.scan_id = 100;
-  ranges.facet = 0;
-  ranges.facet_count = 1;
+  auto ranges = one_facet_scan<ladar_ranges_t>(channel::kLadarRanges);
   ranges.range_m[0] = std::numeric_limits<float>::quiet_NaN();
   ranges.range_m[1] = std::numeric_limits<float>::infinity();
-  auto points = good<ladar_points_t>(channel::kLadarPoints);
-  points.utime = points.reference_utime = 1'000'600'000;
-  points.scan_id = 100;
-  points.facet = 0;
-  points.facet_count = 1;
+  auto points = one_facet_scan<ladar_points_t>(channel::kLadarPoints);
   points.x_m[0] = std::numeric_limits<float>::quiet_NaN();
   points.z_m[1] = -std::numeric_limits<float>::infinity();
   for (const Ears& ears : {drive_with(channel::kLadarRanges, {encode(ranges)}),
@@ -242,11 +235,7 @@ TEST(HostileInput, RangesAndPointsThatAreNoNumbersAreLeftOutAndTold) {
 }
 
 TEST(HostileInput, AnEmptyScanIsAnsweredAndCountedAsFailed) {
-  auto empty = good<ladar_ranges_t>(channel::kLadarRanges);
-  empty.utime = empty.reference_utime = 1'000'600'000;
-  empty.scan_id = 100;
-  empty.facet = 0;
-  empty.facet_count = 1;
+  auto empty = one_facet_scan<ladar_ranges_t>(channel::kLadarRanges);
   empty.n = 0;
   empty.range_m.clear();
   const Ears ears = drive_with(channel::kLadarRanges, {encode(empty)});
@@ -285,9 +274,13 @@ TEST(HostileInput, EmptyPointsTerrainAndRoutesHarmNobody) {
   EXPECT_EQ(statuses.back().status, int{status_t::STATUS_EXEC});
 }
 
-// A number that is none, and one that no vehicle has, in each of a message's figures in turn.
+/// A number that is none, and one that no vehicle has, in each of a message's figures in turn: the
+/// node refuses them and says so.
+/// @param places  the figures, in `scratch`
 template <class Message, std::size_t N>
-std::vector<Bytes> spoilt(const Message& message, double* (&places)[N], Message* scratch) {
+void expect_refused(const char* node, const char* channel, double* (&places)[N], Message* scratch) {
+  SCOPED_TRACE(std::string(node) + " reads " + channel);
+  const auto message = good<Message>(channel);
   std::vector<Bytes> packets;
   for (double* place : places) {
     for (const double value : {kNan, kInf, 1e300}) {
@@ -296,44 +289,34 @@ std::vector<Bytes> spoilt(const Message& message, double* (&places)[N], Message*
       packets.push_back(encode(*scratch));
     }
   }
-  return packets;
+  const Ears ears = drive_with(channel, packets);
+  EXPECT_TRUE(names(ears.events(node, "input.refused"), channel));
+  EXPECT_EQ(ears.account(node, channel).received, clean_drive().account(node, channel).received +
+                                                      static_cast<std::int64_t>(packets.size()));
 }
 
 TEST(HostileInput, NumbersThatAreNoneAreRefusedAndTold) {
   ins_t ins{};
   double* ins_places[] = {&ins.delta_angle_rad[0], &ins.delta_v_mps[2]};
+  expect_refused("WM", channel::kIns, ins_places, &ins);
   gps_fix_t gps{};
   double* gps_places[] = {&gps.lat_deg, &gps.lon_deg, &gps.height_m, &gps.sigma_enu_m[1]};
+  expect_refused("WM", channel::kGpsFix, gps_places, &gps);
   odometry_t odometry{};
   double* odometry_places[] = {&odometry.speed_mps, &odometry.sigma_speed_mps};
+  expect_refused("WM", channel::kOdometry, odometry_places, &odometry);
   registration_t match{};
   double* match_places[] = {&match.q_target_vehicle[1], &match.p_target_vehicle_m[0],
                             &match.information[2][2]};
+  expect_refused("WM", channel::kSpRegistration, match_places, &match);
   points_t points{};
   double* points_places[] = {&points.q_rolling_vehicle[0], &points.p_rolling_vehicle_m[2]};
+  expect_refused("WM", channel::kSpPoints, points_places, &points);
   nav_state_t nav{};
   double* nav_places[] = {&nav.q_local_vehicle[0], &nav.p_local_vehicle_m[1], &nav.v_world_mps[0],
                           &nav.p_world_vehicle_m[2]};
-  const auto expect_refused = [](const char* node, const char* channel,
-                                 const std::vector<Bytes>& packets) {
-    SCOPED_TRACE(channel);
-    const Ears ears = drive_with(channel, packets);
-    EXPECT_TRUE(names(ears.events(node, "input.refused"), channel));
-    EXPECT_EQ(ears.account(node, channel).received, clean_drive().account(node, channel).received +
-                                                        static_cast<std::int64_t>(packets.size()));
-  };
-  expect_refused("WM", channel::kIns, spoilt(good<ins_t>(channel::kIns), ins_places, &ins));
-  expect_refused("WM", channel::kGpsFix,
-                 spoilt(good<gps_fix_t>(channel::kGpsFix), gps_places, &gps));
-  expect_refused("WM", channel::kOdometry,
-                 spoilt(good<odometry_t>(channel::kOdometry), odometry_places, &odometry));
-  expect_refused("WM", channel::kSpRegistration,
-                 spoilt(good<registration_t>(channel::kSpRegistration), match_places, &match));
-  expect_refused("WM", channel::kSpPoints,
-                 spoilt(good<points_t>(channel::kSpPoints), points_places, &points));
-  const std::vector<Bytes> navs = spoilt(good<nav_state_t>(channel::kWmNavState), nav_places, &nav);
-  expect_refused("BG", channel::kWmNavState, navs);
-  expect_refused("SP", channel::kWmNavState, navs);
+  expect_refused("BG", channel::kWmNavState, nav_places, &nav);
+  expect_refused("SP", channel::kWmNavState, nav_places, &nav);
 }
 
 TEST(HostileInput, RepeatedAndBackwardStampsAreRefusedAndTold) {
@@ -371,11 +354,9 @@ TEST(HostileInput, RepeatedAndOldFacetsAreRefusedAndCounted) {
 }
 
 TEST(HostileInput, AFacetFromTheFutureCostsOneScan) {
-  auto facet = good<ladar_ranges_t>(channel::kLadarRanges);
+  auto facet = one_facet_scan<ladar_ranges_t>(channel::kLadarRanges);
   facet.utime = facet.reference_utime = 5'000'000'000'000'000;
   facet.scan_id = std::numeric_limits<std::int64_t>::max();
-  facet.facet = 0;
-  facet.facet_count = 1;
   const Ears ears = drive_with(channel::kLadarRanges, {encode(facet)});
   EXPECT_EQ(ears.last<registration_t>(channel::kSpRegistration).stop,
             int{registration_t::STOP_CONVERGED});
