@@ -32,10 +32,29 @@ struct Score {
   int samples = 0;
 };
 
+/// A drive, what it is sensed with, and who estimates it.
+struct Rig {
+  explicit Rig(const Experiment& experiment = {})
+      : truth(make_drive(experiment.drive)),
+        sensors(truth, experiment.params, experiment.sensors),
+        estimator(experiment.params, test_datum()) {}
+  Rig(const Rig&) = delete;  // the sensors look at its truth
+  Rig& operator=(const Rig&) = delete;
+  ~Rig() = default;
+
+  const std::vector<Truth> truth;
+  Sensors sensors;
+  Estimator estimator;
+};
+
+ImuSample later(ImuSample imu, Duration by) {
+  imu.stamp += by;
+  return imu;
+}
+
 Score run(const Experiment& experiment) {
-  const std::vector<Truth> truth = make_drive(experiment.drive);
-  Sensors sensors(truth, experiment.params, experiment.sensors);
-  Estimator estimator(experiment.params, test_datum());
+  Rig rig(experiment);
+  auto& [truth, sensors, estimator] = rig;
   Score score;
   for (std::size_t i = 1; i < truth.size(); ++i) {
     const Stamp now = truth[i].stamp;
@@ -211,9 +230,8 @@ TEST(Estimator, GoodFixesAreNotRefusedForEver) {
   // GIVEN an outage after which the belief is off by far more than it knows
   Experiment experiment;
   experiment.drive.length_s = 60.0;
-  const std::vector<Truth> truth = make_drive(experiment.drive);
-  Sensors sensors(truth, experiment.params, {});
-  Estimator estimator(experiment.params, test_datum());
+  Rig rig(experiment);
+  auto& [truth, sensors, estimator] = rig;
   const LocalFrame frame(test_datum());
   int refused = 0, accepted_after = 0;
   for (std::size_t i = 1; i < truth.size(); ++i) {
@@ -261,11 +279,8 @@ TEST(Estimator, TheLocalFrameIsUprightOnASlope) {
 }
 
 TEST(Estimator, TheLocalPoseNeverSteps) {
-  Experiment experiment;
-  const std::vector<Truth> truth = make_drive(experiment.drive);
-  Sensors sensors(truth, experiment.params, {});
-  Estimator estimator(experiment.params, test_datum());
-  const LocalFrame frame(test_datum());
+  Rig rig;
+  auto& [truth, sensors, estimator] = rig;
   Pose before;
   double largest_m = 0.0;
   for (std::size_t i = 1; i < truth.size(); ++i) {
@@ -288,14 +303,11 @@ TEST(Estimator, AClockThatStepsForAllIsFollowed) {
   for (const double step_s : {+40.0, -40.0}) {
     Experiment experiment;
     experiment.drive.length_s = 40.0;
-    const std::vector<Truth> truth = make_drive(experiment.drive);
-    Sensors sensors(truth, experiment.params, {});
-    Estimator estimator(experiment.params, test_datum());
+    Rig rig(experiment);
+    auto& [truth, sensors, estimator] = rig;
     for (std::size_t i = 1; i < truth.size(); ++i) {
       const Duration shift = i > 2000 ? from_seconds(step_s) : Duration::zero();
-      ImuSample imu = sensors.imu(i);
-      imu.stamp += shift;
-      estimator.add(imu);
+      estimator.add(later(sensors.imu(i), shift));
       if (i % 10 == 0) estimator.add(truth[i].stamp + shift, sensors.scan(i));
       if (i % 20 == 0) estimator.add(truth[i].stamp + shift, sensors.gps(i));
       estimator.fuse();
@@ -313,15 +325,12 @@ TEST(Estimator, AClockThatStepsForAllIsFollowed) {
 TEST(Estimator, OneStampFromTheFutureIsRefused) {
   Experiment experiment;
   experiment.drive.length_s = 10.0;
-  const std::vector<Truth> truth = make_drive(experiment.drive);
-  Sensors sensors(truth, experiment.params, {});
-  Estimator estimator(experiment.params, test_datum());
+  Rig rig(experiment);
+  auto& [truth, sensors, estimator] = rig;
   for (std::size_t i = 1; i < truth.size(); ++i) {
     estimator.add(sensors.imu(i));
     if (i == 700) {
-      ImuSample odd = sensors.imu(i);
-      odd.stamp += std::chrono::seconds(3600);
-      EXPECT_EQ(estimator.add(odd), Reason::kInvalid);
+      EXPECT_EQ(estimator.add(later(sensors.imu(i), std::chrono::hours(1))), Reason::kInvalid);
     }
     estimator.fuse();
   }
@@ -330,13 +339,9 @@ TEST(Estimator, OneStampFromTheFutureIsRefused) {
 }
 
 TEST(Estimator, OneStampFromTheFutureBeforeTheStartDelaysItByLittle) {
-  const Experiment experiment;
-  const std::vector<Truth> truth = make_drive(experiment.drive);
-  Sensors sensors(truth, experiment.params, {});
-  Estimator estimator(experiment.params, test_datum());
-  ImuSample odd = sensors.imu(1);
-  odd.stamp += std::chrono::hours(1000);
-  estimator.add(odd);
+  Rig rig;
+  auto& [truth, sensors, estimator] = rig;
+  estimator.add(later(sensors.imu(1), std::chrono::hours(1000)));
   for (std::size_t i = 2; i < truth.size(); ++i) {
     estimator.add(sensors.imu(i));
     estimator.fuse();
@@ -346,21 +351,15 @@ TEST(Estimator, OneStampFromTheFutureBeforeTheStartDelaysItByLittle) {
 }
 
 TEST(Estimator, WithoutAnInsOneOfItsStampsFromTheFutureDoesNotKeepTheLadarWaiting) {
-  const Experiment experiment;
-  const std::vector<Truth> truth = make_drive(experiment.drive);
-  Sensors sensors(truth, experiment.params, {});
-  Estimator estimator(experiment.params, test_datum());
-  ImuSample odd = sensors.imu(1);
-  odd.stamp += std::chrono::hours(1000);
-  estimator.add(odd);
+  Rig rig;
+  auto& [truth, sensors, estimator] = rig;
+  estimator.add(later(sensors.imu(1), std::chrono::hours(1000)));
   EXPECT_EQ(estimator.add(truth[10].stamp, sensors.scan(10)), Reason::kAccepted);
 }
 
 TEST(Estimator, InANewMapNoVarianceIsBelowZero) {
-  const Experiment experiment;
-  const std::vector<Truth> truth = make_drive(experiment.drive);
-  Sensors sensors(truth, experiment.params, {});
-  Estimator estimator(experiment.params, test_datum());
+  Rig rig;
+  auto& [truth, sensors, estimator] = rig;
   for (std::size_t i = 10; i < 2000; i += 130) {
     RollingMatch scan = sensors.scan(i);
     scan.map_epoch = static_cast<std::int32_t>(i);
@@ -373,10 +372,8 @@ TEST(Estimator, InANewMapNoVarianceIsBelowZero) {
 
 TEST(Estimator, DoesNotAllocateOnceItRuns) {
   if (!test::HeapGuard::available()) GTEST_SKIP() << "a sanitizer owns malloc";
-  Experiment experiment;
-  const std::vector<Truth> truth = make_drive(experiment.drive);
-  Sensors sensors(truth, experiment.params, {});
-  Estimator estimator(experiment.params, test_datum());
+  Rig rig;
+  auto& [truth, sensors, estimator] = rig;
   std::int64_t allocations = 0;
   for (std::size_t i = 1; i < truth.size(); ++i) {
     const ImuSample imu = sensors.imu(i);
