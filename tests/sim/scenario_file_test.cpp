@@ -101,7 +101,7 @@ TEST(ScenarioFile, OverridesWin) {
 TEST(ScenarioFile, AFileBasedOnAnotherSaysOnlyWhatDiffers) {
   const ChangedReference reference("seed = ", "seed = ");
   const auto derived = [&](const std::string& name, const std::string& text) {
-    const std::string path = reference.path().substr(0, reference.path().rfind('/')) + "/" + name;
+    std::string path = reference.path().substr(0, reference.path().rfind('/')) + "/" + name;
     std::ofstream(path) << text;
     return path;
   };
