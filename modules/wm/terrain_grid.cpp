@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace rcs::wm {
 namespace {
@@ -13,8 +14,16 @@ constexpr int kSeenEnough = 3;             // scans
 constexpr int kFewest = 6;                 // known cells that make a plane
 constexpr int kSupported = 9;  // known cells that speak for one of which nothing was seen
 
-// Least squares z = a + b x + c y over the known cells of a neighbourhood, x and y in cells from
-// its middle.
+// z = a + b x + c y, x and y in cells from the middle of one.
+struct Plane {
+  double a = 0.0, b = 0.0, c = 0.0;
+  double rms = 0.0;       // of the heights that it goes through
+  double leverage = 0.0;  // how much of a is what was seen in the middle, [0, 1]
+
+  [[nodiscard]] double at(double x, double y) const { return a + b * x + c * y; }
+};
+
+// Least squares over the known cells of a neighbourhood.
 class PlaneFit {
  public:
   void add(int x, int y, double z) {
@@ -30,21 +39,9 @@ class PlaneFit {
     szz_ += z * z;
   }
   [[nodiscard]] int n() const { return n_; }
-  /// How much of the plane's height in the middle is what was seen in the middle, [0, 1].
-  [[nodiscard]] double leverage() const {
-    const double n = n_;
-    const double cxx = sxx_ - sx_ * sx_ / n;
-    const double cxy = sxy_ - sx_ * sy_ / n;
-    const double cyy = syy_ - sy_ * sy_ / n;
-    const double det = cxx * cyy - cxy * cxy;
-    const double mx = sx_ / n;
-    const double my = sy_ / n;
-    return 1.0 / n + (cyy * mx * mx - 2.0 * cxy * mx * my + cxx * my * my) / det;
-  }
-
-  /// False: the known cells lie on a line, or are too few.
-  bool solve(double* a, double* b, double* c, double* rms) const {
-    if (n_ < kFewest) return false;
+  /// Nothing: the known cells lie on a line, or are too few.
+  [[nodiscard]] std::optional<Plane> solve() const {
+    if (n_ < kFewest) return std::nullopt;
     const double n = n_;
     const double cxx = sxx_ - sx_ * sx_ / n;
     const double cxy = sxy_ - sx_ * sy_ / n;
@@ -52,13 +49,17 @@ class PlaneFit {
     const double cxz = sxz_ - sx_ * sz_ / n;
     const double cyz = syz_ - sy_ * sz_ / n;
     const double det = cxx * cyy - cxy * cxy;
-    if (det < 0.5 * n) return false;
-    *b = (cyy * cxz - cxy * cyz) / det;
-    *c = (cxx * cyz - cxy * cxz) / det;
-    *a = (sz_ - *b * sx_ - *c * sy_) / n;
+    if (det < 0.5 * n) return std::nullopt;
+    Plane plane;
+    plane.b = (cyy * cxz - cxy * cyz) / det;
+    plane.c = (cxx * cyz - cxy * cxz) / det;
+    plane.a = (sz_ - plane.b * sx_ - plane.c * sy_) / n;
     const double czz = szz_ - sz_ * sz_ / n;
-    *rms = std::sqrt(std::max(0.0, czz - *b * cxz - *c * cyz) / n);
-    return true;
+    plane.rms = std::sqrt(std::max(0.0, czz - plane.b * cxz - plane.c * cyz) / n);
+    const double mx = sx_ / n;
+    const double my = sy_ / n;
+    plane.leverage = 1.0 / n + (cyy * mx * mx - 2.0 * cxy * mx * my + cxx * my * my) / det;
+    return plane;
   }
 
  private:
@@ -214,41 +215,36 @@ TerrainAnswer TerrainGrid::answer(int i, int j, Cell cell) const {
       if (low(x, y).ground) fit.add(x, y, low(x, y).m);
     }
   }
-  TerrainAnswer out;
-  double a = 0.0;
-  double b = 0.0;
-  double c = 0.0;
-  double rms = 0.0;
   const Low& self = low(0, 0);
-  const bool planar = fit.solve(&a, &b, &c, &rms);
-  if (!self.known && (!planar || fit.n() < kSupported)) return out;
-  out.known = true;
+  const std::optional<Plane> ground = fit.solve();
+  TerrainAnswer out;
+  if (!self.known && (!ground || fit.n() < kSupported)) return out;
   // What stands in a cell whose ground was never seen is held against its own lowest point.
   const bool near_only = self.known && !self.ground;
-  if (!planar || near_only) a = b = c = rms = 0.0;
-  const double rise = std::hypot(b, c);  // per cell
-  out.height_m = static_cast<float>(planar && !near_only ? a : self.m);
-  out.slope_rad = static_cast<float>(std::atan(rise / params_.cell_m));
-  out.roughness_m = static_cast<float>(rms);
+  const Plane plane = ground && !near_only ? *ground : Plane{self.m};
+  out.known = true;
+  out.height_m = static_cast<float>(plane.a);
+  out.slope_rad = static_cast<float>(std::atan(std::hypot(plane.b, plane.c) / params_.cell_m));
+  out.roughness_m = static_cast<float>(plane.rms);
   if (!self.known) return out;
 
-  // A ledge: higher or lower than a neighbour by more than the plane says.
+  // A ledge: higher or lower than a neighbour by more than the plane says. Grass whose ground was
+  // not seen yet makes none.
   double ledge = 0.0;
   for (const Cell side : {Cell{1, 0}, Cell{-1, 0}, Cell{0, 1}, Cell{0, -1}}) {
-    // Grass whose ground was not seen yet makes none.
-    if (!self.ground || !low(side.i, side.j).ground || !low(side.i, side.j).sure) continue;
-    const double planned = b * side.i + c * side.j;
-    ledge = std::max(ledge, std::abs(low(side.i, side.j).m - self.m - planned));
+    const Low& other = low(side.i, side.j);
+    if (!self.ground || !other.ground || !other.sure) continue;
+    const double planned = plane.b * side.i + plane.c * side.j;
+    ledge = std::max(ledge, std::abs(other.m - self.m - planned));
   }
   // A rock with nothing known behind it tilts the plane towards itself: it is held against the
   // plane through the others.
-  const double h = planar && self.ground ? std::min(0.9, fit.leverage()) : 0.0;
-  const double others_m =
-      self.ground ? out.height_m - h / (1.0 - h) * std::max(0.0F, self.m - out.height_m) : self.m;
+  Plane others = plane;
+  const double h = std::min(0.9, plane.leverage);
+  others.a = out.height_m - h / (1.0 - h) * std::max(0.0F, self.m - out.height_m);
   // Grass that is met from above at every scan again is no bush yet.
   const double tall_m = near_only ? 2.0 * params_.obstacle_m : params_.obstacle_m;
-  double solid = 0.0;
-  double object = 0.0;
+  double stands_m = 0.0;  // above the plane, an object by half
   bool seen_enough = false;
   for (int quarter = 0; quarter < 4; ++quarter) {
     const int x = quarter & 1;
@@ -256,14 +252,15 @@ TerrainAnswer TerrainGrid::answer(int i, int j, Cell cell) const {
     const TerrainCell* const q = cells_.find({2 * cell.i + x, 2 * cell.j + y});
     if (q == nullptr || q->scans < kSeenEnough) continue;
     seen_enough = true;
-    const double plane = others_m + b * (0.5 * x - 0.25) + c * (0.5 * y - 0.25);
-    if (q->ground_seen) solid = std::max(solid, q->low_m - plane);
-    if (q->ground_seen) object = std::max(object, q->high_m - plane);
-    out.obstacle |= q->ground_seen && q->low_m - plane > params_.solid_m;
-    out.obstacle |= q->evidence > params_.evidence && q->high_m - plane > tall_m;
+    const double below_m = others.at(0.5 * x - 0.25, 0.5 * y - 0.25);
+    const double low_m = q->low_m - below_m;
+    const double high_m = q->high_m - below_m;
+    if (q->ground_seen) stands_m = std::max({stands_m, low_m, 0.5 * high_m});
+    out.obstacle |= q->ground_seen && low_m > params_.solid_m;
+    out.obstacle |= q->evidence > params_.evidence && high_m > tall_m;
   }
   out.obstacle |= seen_enough && ledge > params_.obstacle_m;
-  out.step_m = static_cast<float>(std::max({0.0, ledge, solid, 0.5 * object}));
+  out.step_m = static_cast<float>(std::max(ledge, stands_m));
   return out;
 }
 
