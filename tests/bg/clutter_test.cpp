@@ -60,7 +60,7 @@ class World final : public Node {
         nav_out_(bus, channel::kWmNavState),
         patch_out_(bus, channel::kWmMapPatch),
         command_(bus, channel::kBgCommand, channel::kBgStatus, "clutter", {}) {
-    known_.assign(kSide * kSide, false);
+    known_.assign(std::size_t{kSide} * kSide, false);
   }
 
   [[nodiscard]] const NodeInfo& info() const override { return info_; }
@@ -146,8 +146,10 @@ class World final : public Node {
     patch_.roughness_cm.assign(known_.size(), 0);
     patch_.flags.assign(known_.size(), 0);
     for (std::size_t k = 0; k < known_.size(); ++k) {
-      const double x_m = (static_cast<int>(k) % kSide - kSide / 2 + 0.5) * kCell_m;
-      const double y_m = (static_cast<int>(k) / kSide - kSide / 2 + 0.5) * kCell_m;
+      const int i = patch_.first_i + static_cast<int>(k) % kSide;
+      const int j = patch_.first_j + static_cast<int>(k) / kSide;
+      const double x_m = (i + 0.5) * kCell_m;
+      const double y_m = (j + 0.5) * kCell_m;
       const double away_m = std::hypot(x_m - place_.x_m, y_m - place_.y_m);
       const double off = std::atan2(y_m - place_.y_m, x_m - place_.x_m) - place_.heading_rad;
       const bool ahead = std::cos(off) > 0.5;
