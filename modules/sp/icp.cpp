@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "modules/sp/normal_equations.h"
+#include "modules/sp/pair_sums.h"
 #include "rcs/base/check.h"
 
 namespace rcs::sp {
@@ -16,11 +17,15 @@ constexpr int kSteered = 2;
 // iterations solve one fixed problem, which hardly depends on where the search came from.
 constexpr float kSearchAgain_m = 0.02F;
 constexpr int kFinalSearches = 2;
+// Until then one point in so many says where it goes, if that leaves enough of them.
+constexpr std::size_t kThinned = 4;
+constexpr std::size_t kThinnedFrom = 400;
 // Nearly still: so many times the steps that end the last iterations.
 constexpr double kNearly = 10.0;
 
 struct Sums {
   NormalEquations equations;
+  int points = 0;  // looked at
   int pairs = 0;
   double abs_sum = 0.0;
   double square_sum = 0.0;
@@ -29,12 +34,13 @@ struct Sums {
 // Variance across a surface of one return: range noise along the beam, pointing noise across it.
 float residual_variance(const Vec3f& p_vehicle, const Vec3f& n_vehicle, const Surface& surface,
                         const IcpParams& params) {
-  const float range = p_vehicle.norm();
-  const float along = p_vehicle.dot(n_vehicle) / std::max(range, 1e-3F);
-  const float cos2 = along * along;
+  const float range2 = std::max(p_vehicle.squaredNorm(), 1e-6F);
+  const float along = p_vehicle.dot(n_vehicle);
+  const float cos2 = along * along / range2;
   const auto range_sigma = static_cast<float>(params.range_sigma_m);
-  const float beam = range * static_cast<float>(params.beam_sigma_rad);
-  return range_sigma * range_sigma * cos2 + beam * beam * (1.0F - cos2) + surface.variance_m2;
+  const auto beam_sigma = static_cast<float>(params.beam_sigma_rad);
+  return range_sigma * range_sigma * cos2 + range2 * beam_sigma * beam_sigma * (1.0F - cos2) +
+         surface.variance_m2;
 }
 
 class Problem {
@@ -54,12 +60,17 @@ class Problem {
   [[nodiscard]] int final_searches() const { return searches_; }
 
   // One pass over the points at pose T: search where needed, residuals, sums.
-  // `kernel`: residual, in sigmas, at which the robust weight is 1/4.
-  Sums sum(const Pose& T, double gate_m, double kernel) {
+  // `kernel`: residual, in sigmas, at which the robust weight is 1/4. `stride`: every so manieth.
+  Sums sum(const Pose& T, double gate_m, double kernel, std::size_t stride) {
     Sums sums;
+    PairSums pairs;
+    const auto kernel2 = static_cast<float>(square(kernel));
+    const auto most_u2 = static_cast<float>(square(params_.gate_sigma) * square(kernel) / 9.0);
+    const auto map_variance = static_cast<float>(square(params_.map_sigma_m));
     const Mat3f R = T.rotation().cast<float>();
     const Vec3f t = T.p.cast<float>();
-    for (std::size_t i = 0; i < source_.size(); ++i) {
+    for (std::size_t i = 0; i < source_.size(); i += stride) {
+      ++sums.points;
       const Vec3f p = source_[i];
       const Vec3f q = R * p + t;
       IcpWorkspace::Match& match = workspace_->matches[i];
@@ -72,18 +83,17 @@ class Problem {
       const float r = s.normal.dot(q - s.mean);
       if (std::abs(r) > static_cast<float>(gate_m)) continue;
       const Vec3f n = R.transpose() * s.normal;
-      const double variance = residual_variance(p, n, s, params_) + square(params_.map_sigma_m);
-      const double u2 = double{r} * double{r} / variance;
-      if (u2 > square(params_.gate_sigma) * square(kernel) / 9.0) continue;
-      const double robust = 1.0 / square(1.0 + u2 / square(kernel));
-      sums.equations.add(p.cast<double>(), n.cast<double>(), r, robust / variance);
-      sums.equations.add_noise(p.cast<double>(), n.cast<double>(), s.angle_variance,
-                               robust / variance);
+      const float variance = residual_variance(p, n, s, params_) + map_variance;
+      const float u2 = r * r / variance;
+      if (u2 > most_u2) continue;
+      const float k = 1.0F / (1.0F + u2 / kernel2);
+      const float w = k * k / variance;
+      pairs.add(p, n, r, w, w * s.angle_variance);
       ++sums.pairs;
       sums.abs_sum += std::abs(r);
       sums.square_sum += double{r} * double{r};
     }
-    sums.equations.close();
+    sums.equations = pairs.finish();
     keep_ = keep_after_;
     return sums;
   }
@@ -96,7 +106,7 @@ class Problem {
     for (const IcpWorkspace::Match& m : workspace_->matches) {
       if (m.found) ++count[m.surface.voxel];
     }
-    NormalEquations info;
+    PairSums info;
     const Mat3f R = T.rotation().cast<float>();
     const Vec3f t = T.p.cast<float>();
     for (std::size_t i = 0; i < source_.size(); ++i) {
@@ -111,13 +121,12 @@ class Problem {
       if (u2 > square(params_.gate_sigma)) continue;
       const double robust = 1.0 / square(1.0 + u2 / square(kernel));
       const double shared = count[s.voxel] * (square(params_.map_sigma_m) + s.variance_m2);
-      info.add(p.cast<double>(), n.cast<double>(), 0.0, robust / (own + shared));
+      info.add(p, n, 0.0F, static_cast<float>(robust / (own + shared)), 0.0F);
     }
-    info.close();
     for (const IcpWorkspace::Match& m : workspace_->matches) {
       if (m.found) count[m.surface.voxel] = 0;
     }
-    return info.H;
+    return info.finish().H;
   }
 
  private:
@@ -144,7 +153,7 @@ Registration register_points(const Points& source_vehicle, RollingMap* map,
   if (source_vehicle.empty() || map->empty()) return out;
 
   const Mat6 prior = prediction.covariance.ldlt().solve(Mat6::Identity());
-  const auto cost = static_cast<WorkUnits>(source_vehicle.size());
+  std::size_t stride = source_vehicle.size() >= kThinned * kThinnedFrom ? kThinned : 1;
   Problem problem(source_vehicle, map, params, workspace);
   Pose T = prediction.T_target_vehicle;
   Sums sums;
@@ -154,14 +163,15 @@ Registration register_points(const Points& source_vehicle, RollingMap* map,
   constexpr double kKernelEnd = 3.0;
   out.stop = Stop::kMaxIterations;
   while (out.iterations < params.max_iterations) {
+    const auto cost = static_cast<WorkUnits>((source_vehicle.size() + stride - 1) / stride);
     if (out.used + cost > granted) {
       out.stop = Stop::kBudget;
       break;
     }
-    sums = problem.sum(T, gate_m, kernel);
+    sums = problem.sum(T, gate_m, kernel, stride);
     out.used += cost;
     ++out.iterations;
-    if (sums.pairs < params.min_pairs) {
+    if (sums.pairs * static_cast<int>(stride) < params.min_pairs) {
       out.stop = Stop::kTooFew;
       break;
     }
@@ -175,6 +185,10 @@ Registration register_points(const Points& source_vehicle, RollingMap* map,
     const double in_sigmas = std::sqrt(step.dot(sums.equations.H * step));
     const bool small = in_sigmas < still * params.step_sigma;
     if (!steered && kernel == kKernelEnd && small) {
+      if (stride > 1) {
+        stride = 1;
+        continue;
+      }
       if (problem.final_searches() == kFinalSearches) {
         out.stop = Stop::kConverged;
         break;
@@ -192,7 +206,7 @@ Registration register_points(const Points& source_vehicle, RollingMap* map,
     out.mean_distance_m = sums.abs_sum / sums.pairs;
     out.rms_m = std::sqrt(sums.square_sum / sums.pairs);
   }
-  out.overlap = static_cast<double>(sums.pairs) / static_cast<double>(source_vehicle.size());
+  out.overlap = sums.points > 0 ? static_cast<double>(sums.pairs) / sums.points : 0.0;
   const Vec6 correction = log_se3(prediction.T_target_vehicle.inverse() * T);
   out.correction_m = correction.head<3>().norm();
   out.correction_rad = correction.tail<3>().norm();

@@ -12,7 +12,7 @@ struct NormalEquations {
   Vec6 b = Vec6::Zero();
   double weight = 0.0;  ///< sum of w
   /// The part of H that the normals' own errors make up: a normal is known to within an angle, and
-  /// on a flat field these errors look like slopes (sum w E[dJ'dJ]; lower triangle).
+  /// on a flat field these errors look like slopes (sum w E[dJ'dJ]). Zero where add() is used.
   Mat6 noise = Mat6::Zero();
 
   /// Residual along the normal at a point of the vehicle frame:
@@ -23,18 +23,6 @@ struct NormalEquations {
     H.selfadjointView<Eigen::Lower>().rankUpdate(J, w);
     b += (w * residual_m) * J;
     weight += w;
-  }
-  /// @param angle_variance  of the normal about each axis in its surface [rad^2]
-  void add_noise(const Vec3& p_vehicle, const Vec3& n_vehicle, double angle_variance, double w) {
-    // dJ = (dn, p x dn) with cov(dn) = v (I - n n').
-    Vec6 J;
-    J << n_vehicle, p_vehicle.cross(n_vehicle);
-    const double wv = w * angle_variance;
-    noise.selfadjointView<Eigen::Lower>().rankUpdate(J, -wv);
-    const Mat3 P = hat(p_vehicle);
-    noise.topLeftCorner<3, 3>().diagonal().array() += wv;
-    noise.bottomLeftCorner<3, 3>() += wv * P;
-    noise.bottomRightCorner<3, 3>() -= wv * P * P;
   }
   void close() {
     H.triangularView<Eigen::Upper>() = H.transpose();

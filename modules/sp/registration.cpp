@@ -1,8 +1,17 @@
 #include "modules/sp/registration.h"
 
 #include <Eigen/Cholesky>
+#include <array>
 
 namespace rcs::sp {
+
+std::string_view name_of(Stop stop) {
+  constexpr std::array<std::string_view, 10> kNames = {
+      "converged",  "max iterations", "budget",   "limit cycle", "too few",
+      "degenerate", "empty",          "diverged", "seeded",      "held"};
+  const auto at = static_cast<std::size_t>(stop);
+  return at < kNames.size() ? kNames[at] : "unknown";
+}
 
 Pose fused_pose(const Prediction& prediction, const Registration& registration) {
   const Pose& T = registration.T_target_vehicle;

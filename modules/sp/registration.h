@@ -2,6 +2,7 @@
 // What every registration answers, whatever its method and its target.
 
 #include <cstdint>
+#include <string_view>
 
 #include "rcs/base/pose.h"
 #include "rcs/base/work_units.h"
@@ -21,6 +22,8 @@ enum class Stop : std::int8_t {
   kSeeded = 8,      ///< no registration: this scan starts a map
   kHeld = 9,        ///< no registration: its deadline could not be kept
 };
+
+[[nodiscard]] std::string_view name_of(Stop stop);
 
 /// True when the pose is worth reading (along its observed directions).
 [[nodiscard]] constexpr bool usable(Stop stop) {

@@ -2,19 +2,14 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 
 #include "rcs/base/check.h"
 
 namespace rcs::sp {
 namespace {
 
-std::size_t table_size(int capacity) {
-  std::size_t size = 1024;
-  while (size < 2 * static_cast<std::size_t>(capacity)) size *= 2;  // load at most one half
-  return size;
-}
-
-constexpr double kCoarseRatio = 3.0;
+constexpr double kCoarseRatio = 3.0;  // whole: a coarse voxel is made of whole fine ones
 
 }  // namespace
 
@@ -22,55 +17,41 @@ VoxelTable::VoxelTable(double voxel_m, const RollingMapParams& params)
     : voxel_m_(static_cast<float>(voxel_m)),
       per_m_(1.0F / static_cast<float>(voxel_m)),
       params_(params),
-      table_(table_size(params.capacity)),
-      mask_(table_.size() - 1),
-      keep_radius_m_(static_cast<float>(params.radius_m)) {}
+      index_(static_cast<std::size_t>(params.capacity)),
+      keep_radius_m_(static_cast<float>(params.radius_m)) {
+  const auto capacity = static_cast<std::size_t>(params.capacity);
+  voxels_.reserve(capacity);
+  fits_.reserve(capacity);
+  free_.reserve(capacity);
+}
 
 void VoxelTable::clear() {
-  std::fill(table_.begin(), table_.end(), Voxel{});
+  index_.clear();
+  voxels_.clear();
+  fits_.clear();
+  free_.clear();
   used_ = 0;
   sweep_ = 0;
 }
 
-VoxelTable::Voxel* VoxelTable::find(VoxelKey key) {
-  for (std::size_t slot = hash_voxel(key) & mask_;; slot = (slot + 1) & mask_) {
-    Voxel& v = table_[slot];
-    if (v.key == key) return &v;
-    if (v.key == kEmpty) return nullptr;
+std::uint32_t VoxelTable::find_or_add(int i, int j, int k) {
+  const bool has_room = used_ < static_cast<std::size_t>(params_.capacity);
+  const bool reuses = !free_.empty();
+  const std::uint32_t fresh = !has_room ? VoxelIndex::kNone
+                              : reuses  ? free_.back()
+                                        : static_cast<std::uint32_t>(voxels_.size());
+  const std::uint32_t number = index_.find_or_add(pack_voxel(i, j, k), fresh);
+  if (number != fresh || !has_room) return number;
+  if (reuses) {
+    free_.pop_back();
+  } else {
+    voxels_.emplace_back();
+    fits_.emplace_back();
   }
-}
-
-VoxelTable::Voxel* VoxelTable::find_or_add(int i, int j, int k) {
-  const VoxelKey key = pack_voxel(i, j, k);
-  for (std::size_t slot = hash_voxel(key) & mask_;; slot = (slot + 1) & mask_) {
-    Voxel& v = table_[slot];
-    if (v.key == key) return &v;
-    if (v.key == kEmpty) {
-      if (used_ >= static_cast<std::size_t>(params_.capacity)) return nullptr;
-      v = Voxel{};
-      v.key = key;
-      v.i = i;
-      v.j = j;
-      v.k = k;
-      ++used_;
-      return &v;
-    }
-  }
-}
-
-// Backward-shift deletion: no tombstones, so that the table does not age.
-void VoxelTable::erase(std::size_t slot) {
-  --used_;
-  std::size_t hole = slot;
-  for (std::size_t next = (slot + 1) & mask_; table_[next].key != kEmpty;
-       next = (next + 1) & mask_) {
-    const std::size_t home = hash_voxel(table_[next].key) & mask_;
-    if (((next - home) & mask_) >= ((next - hole) & mask_)) {
-      table_[hole] = table_[next];
-      hole = next;
-    }
-  }
-  table_[hole].key = kEmpty;
+  voxels_[number] = Voxel{i, j, k, {}, 0.0F};
+  fits_[number].is_surface = false;
+  ++used_;
+  return number;
 }
 
 void VoxelTable::forget_far(const Vec3f& centre) {
@@ -83,13 +64,16 @@ void VoxelTable::forget_far(const Vec3f& centre) {
   }
   constexpr std::size_t kCallsPerSweep = 16;
   const float limit2 = keep_radius_m_ * keep_radius_m_;
-  for (std::size_t n = table_.size() / kCallsPerSweep; n > 0; --n) {
-    const Voxel& v = table_[sweep_];
-    if (v.key != kEmpty && (corner(v) - centre).squaredNorm() > limit2) {
-      erase(sweep_);  // another may have moved into this slot: look again
-    } else {
-      sweep_ = (sweep_ + 1) & mask_;
+  for (std::size_t n = voxels_.size() / kCallsPerSweep + 1; n > 0 && !voxels_.empty(); --n) {
+    if (sweep_ >= voxels_.size()) sweep_ = 0;
+    Voxel& v = voxels_[sweep_];
+    if (v.moments.count > 0.0F && (corner(v) - centre).squaredNorm() > limit2) {
+      index_.erase(pack_voxel(v.i, v.j, v.k));
+      v.moments.count = 0.0F;
+      free_.push_back(static_cast<std::uint32_t>(sweep_));
+      --used_;
     }
+    ++sweep_;
   }
 }
 
@@ -103,46 +87,41 @@ void VoxelTable::insert(const Points& points) {
     const int k = fast_floor(p.z() * per_m_);
     // Neighbours in the scan are mostly neighbours in space.
     if (voxel == nullptr || voxel->i != i || voxel->j != j || voxel->k != k) {
-      voxel = find_or_add(i, j, k);
+      const std::uint32_t number = find_or_add(i, j, k);
+      voxel = number == VoxelIndex::kNone ? nullptr : &voxels_[number];
     }
-    if (voxel == nullptr || voxel->count >= max_points) continue;
-    Voxel& v = *voxel;
-    // Welford: one pass, no cancellation.
-    const Vec3f q = p - corner(v);
-    v.count += 1.0F;
-    const Vec3f d = q - v.mean;
-    v.mean += d / v.count;
-    const Vec3f e = q - v.mean;
-    v.scatter[0] += d.x() * e.x();
-    v.scatter[1] += d.x() * e.y();
-    v.scatter[2] += d.x() * e.z();
-    v.scatter[3] += d.y() * e.y();
-    v.scatter[4] += d.y() * e.z();
-    v.scatter[5] += d.z() * e.z();
+    if (voxel == nullptr || voxel->moments.count >= max_points) continue;
+    voxel->moments.add(p - corner(*voxel));
   }
 }
 
-void VoxelTable::fit(Voxel* voxel) const {
-  Voxel& v = *voxel;
-  v.count_at_fit = v.count;
-  v.is_surface = false;
-  if (v.count < static_cast<float>(params_.min_points)) return;
-  Mat3f c;
-  c << v.scatter[0], v.scatter[1], v.scatter[2],  //
-      v.scatter[1], v.scatter[3], v.scatter[4],   //
-      v.scatter[2], v.scatter[4], v.scatter[5];
-  c /= v.count - 1.0F;
+void VoxelTable::insert(const VoxelTable& finer) {
+  finer.for_each([this](const Moments& moments, const Vec3f& origin) {
+    const Vec3f p = (moments.mean + origin) * per_m_;
+    const std::uint32_t number =
+        find_or_add(fast_floor(p.x()), fast_floor(p.y()), fast_floor(p.z()));
+    if (number == VoxelIndex::kNone) return;
+    voxels_[number].moments.add(moments, origin - corner(voxels_[number]));
+  });
+}
+
+void VoxelTable::fit(std::uint32_t number) {
+  Voxel& v = voxels_[number];
+  Fit& f = fits_[number];
+  v.count_at_fit = v.moments.count;
+  f.is_surface = false;
+  if (v.moments.count < static_cast<float>(params_.min_points)) return;
   Eigen::SelfAdjointEigenSolver<Mat3f> eigen;
-  eigen.computeDirect(c);
+  eigen.computeDirect(v.moments.covariance());
   const Vec3f lambda = eigen.eigenvalues().cwiseMax(0.0F);
   const auto thickness = static_cast<float>(params_.max_thickness);
   const float extent = static_cast<float>(params_.min_extent) * voxel_m_;
   if (lambda[1] < extent * extent || lambda[0] > thickness * thickness * lambda[1]) return;
-  v.is_surface = true;
-  v.normal = eigen.eigenvectors().col(0);
-  v.variance_m2 = lambda[0];
+  f.is_surface = true;
+  f.normal = eigen.eigenvectors().col(0);
+  f.variance_m2 = lambda[0];
   // Of a plane fitted to n points of that spread.
-  v.angle_variance = lambda[0] / (v.count * lambda[1]);
+  f.angle_variance = lambda[0] / (v.moments.count * lambda[1]);
 }
 
 bool VoxelTable::nearest_surface(const Vec3f& p, Surface* out) {
@@ -156,36 +135,37 @@ bool VoxelTable::nearest_surface(const Vec3f& p, Surface* out) {
   const std::array<std::array<int, 3>, 4> candidates = {
       {{i, j, k}, {i + di, j, k}, {i, j + dj, k}, {i, j, k + dk}}};
 
-  const Voxel* best = nullptr;
+  std::uint32_t best = VoxelIndex::kNone;
   float best2 = 0.0F;
   for (const auto& c : candidates) {
-    Voxel* v = find(pack_voxel(c[0], c[1], c[2]));
-    if (v == nullptr) continue;
+    const std::uint32_t number = index_.find(pack_voxel(c[0], c[1], c[2]));
+    if (number == VoxelIndex::kNone) continue;
+    const Voxel& v = voxels_[number];
     // Refitting at each new point would cost more than it brings: at a tenth more points.
-    if (v->count > 1.1F * v->count_at_fit) fit(v);
-    if (!v->is_surface) continue;
-    const float d2 = (corner(*v) + v->mean - p).squaredNorm();
-    if (best == nullptr || d2 < best2) {
-      best = v;
+    if (v.moments.count > 1.1F * v.count_at_fit) fit(number);
+    if (!fits_[number].is_surface) continue;
+    const float d2 = (corner(v) + v.moments.mean - p).squaredNorm();
+    if (best == VoxelIndex::kNone || d2 < best2) {
+      best = number;
       best2 = d2;
     }
   }
-  if (best == nullptr) return false;
-  out->mean = corner(*best) + best->mean;
-  out->normal = best->normal;
-  out->variance_m2 = best->variance_m2;
-  out->angle_variance = best->angle_variance;
-  out->count = best->count;
-  out->voxel = static_cast<std::uint32_t>(best - table_.data());
+  if (best == VoxelIndex::kNone) return false;
+  const Voxel& v = voxels_[best];
+  const Fit& f = fits_[best];
+  out->mean = corner(v) + v.moments.mean;
+  out->normal = f.normal;
+  out->variance_m2 = f.variance_m2;
+  out->angle_variance = f.angle_variance;
+  out->count = v.moments.count;
+  out->voxel = best;
   return true;
 }
 
 RollingMap::RollingMap(const RollingMapParams& params)
     : fine_(params.voxel_m, params),
       coarse_(kCoarseRatio * params.voxel_m, params),
-      coarse_id0_(static_cast<std::uint32_t>(table_size(params.capacity))) {}
-
-std::size_t RollingMap::voxel_ids() const { return 2 * static_cast<std::size_t>(coarse_id0_); }
+      coarse_id0_(static_cast<std::uint32_t>(params.capacity)) {}
 
 void RollingMap::clear() {
   fine_.clear();
@@ -204,8 +184,13 @@ void RollingMap::insert(const Points& points_vehicle, const Pose& T_rolling_vehi
   }
   fine_.forget_far(t);
   coarse_.forget_far(t);
+  const bool first = fine_.size() == 0;
   fine_.insert(points_rolling_);
-  coarse_.insert(points_rolling_);
+  if (first) {
+    coarse_.insert(fine_);
+  } else {
+    coarse_.insert(points_rolling_);
+  }
 }
 
 bool RollingMap::nearest_surface(const Vec3f& p_rolling, Surface* out) {

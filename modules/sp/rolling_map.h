@@ -2,11 +2,11 @@
 // The map that scans are registered against: surface statistics by voxel, of fixed memory,
 // travelling with the vehicle.
 
-#include <array>
 #include <cstdint>
 #include <vector>
 
-#include "modules/sp/voxel_key.h"
+#include "modules/sp/moments.h"
+#include "modules/sp/voxel_index.h"
 #include "rcs/base/points.h"
 #include "rcs/base/pose.h"
 
@@ -34,12 +34,14 @@ struct Surface {
   std::uint32_t voxel;   ///< identifies the patch until the map changes
 };
 
-/// Voxels of one size in an open-addressed table: point count, mean and scatter of each.
+/// Voxels of one size: the points' moments of each, and the surface that they make.
 class VoxelTable {
  public:
   VoxelTable(double voxel_m, const RollingMapParams& params);
 
   void insert(const Points& points_rolling);
+  /// As if its points came one by one. A voxel of `finer` must not lie in two of this table's.
+  void insert(const VoxelTable& finer);
   /// Forgets what is farther than the radius from `centre`; a part of the table a call, so that the
   /// cost of a cycle is bounded.
   void forget_far(const Vec3f& centre);
@@ -50,26 +52,30 @@ class VoxelTable {
 
   [[nodiscard]] std::size_t size() const { return used_; }
   [[nodiscard]] float voxel_m() const { return voxel_m_; }
+  /// Hands (moments, their frame's origin) of every voxel to `visit`.
+  template <class Visit>
+  void for_each(const Visit& visit) const {
+    for (const Voxel& v : voxels_) {
+      if (v.moments.count > 0.0F) visit(v.moments, corner(v));
+    }
+  }
 
  private:
   struct Voxel {
-    VoxelKey key = kEmpty;
     std::int32_t i = 0, j = 0, k = 0;
-    float count = 0.0F;
+    Moments moments;  // from the voxel's lowest corner: exact far from the origin too; empty: free
     float count_at_fit = 0.0F;
+  };
+  struct Fit {
     bool is_surface = false;
-    Vec3f mean = Vec3f::Zero();  // from the voxel's lowest corner: exact far from the origin too
-    std::array<float, 6> scatter{};  // sum of (p - mean)(p - mean)^T: xx xy xz yy yz zz
-    Vec3f normal = Vec3f::Zero();
+    Vec3f normal;
     float variance_m2 = 0.0F;
     float angle_variance = 0.0F;
   };
-  static constexpr VoxelKey kEmpty = ~VoxelKey{0};
 
-  [[nodiscard]] Voxel* find(VoxelKey key);
-  Voxel* find_or_add(int i, int j, int k);
-  void erase(std::size_t slot);
-  void fit(Voxel* voxel) const;
+  /// Number of the voxel; VoxelIndex::kNone: the table is full.
+  std::uint32_t find_or_add(int i, int j, int k);
+  void fit(std::uint32_t number);
   [[nodiscard]] Vec3f corner(const Voxel& v) const {
     return voxel_m_ *
            Vec3f(static_cast<float>(v.i), static_cast<float>(v.j), static_cast<float>(v.k));
@@ -78,8 +84,10 @@ class VoxelTable {
   float voxel_m_;
   float per_m_;
   RollingMapParams params_;
-  std::vector<Voxel> table_;
-  std::size_t mask_;
+  VoxelIndex index_;
+  std::vector<Voxel> voxels_;
+  std::vector<Fit> fits_;
+  std::vector<std::uint32_t> free_;
   std::size_t used_ = 0;
   std::size_t sweep_ = 0;
   float keep_radius_m_;
@@ -101,7 +109,8 @@ class RollingMap {
   [[nodiscard]] std::size_t size() const { return fine_.size() + coarse_.size(); }
   [[nodiscard]] bool empty() const { return size() == 0; }
   /// One more than the largest Surface::voxel.
-  [[nodiscard]] std::size_t voxel_ids() const;
+  [[nodiscard]] std::size_t voxel_ids() const { return 2 * static_cast<std::size_t>(coarse_id0_); }
+  [[nodiscard]] const VoxelTable& coarse() const { return coarse_; }
 
  private:
   VoxelTable fine_;

@@ -119,12 +119,13 @@ TEST(Icp, CorridorLeavesItsLengthToThePrediction) {
 
 TEST(Icp, StopsAtItsGrantAndSaysSo) {
   Fixture f(Ground::kRolling, true);
-  const auto n = static_cast<WorkUnits>(f.source.size());
+  // The first iterations look at a quarter of the points.
+  const auto n = static_cast<WorkUnits>(f.source.size() / 4);
   const Registration r = f.run(test::prediction(f.T_true, 0.5, 0.05), 3 * n + n / 2);
   EXPECT_EQ(r.stop, Stop::kBudget);
   EXPECT_EQ(r.iterations, 3);
   EXPECT_EQ(r.used, 3 * n);
-  EXPECT_LT(error(r, f.T_true).head<3>().norm(), 0.05);
+  EXPECT_LT(error(r, f.T_true).head<3>().norm(), 0.1);
   const Registration nothing = f.run(test::prediction(f.T_true, 0.5, 0.05), n - 1);
   EXPECT_EQ(nothing.stop, Stop::kBudget);
   EXPECT_EQ(nothing.information, Mat6(Mat6::Zero()));

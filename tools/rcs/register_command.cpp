@@ -5,7 +5,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "modules/sp/cloud_registration.h"
 #include "modules/sp/icp_paper.h"
+#include "modules/sp/kd_tree.h"
 #include "rcs/node/budget.h"
 #include "tools/rcs/cloud_file.h"
 #include "tools/rcs/command.h"
@@ -32,12 +34,6 @@ Result<Pose> parse_pose(const std::string& text) {
   return Pose{Quat(R).normalized(), Vec3(at(0, 3), at(1, 3), at(2, 3))};
 }
 
-double mean(const std::vector<float>& values) {
-  double sum = 0.0;
-  for (const float v : values) sum += v;
-  return values.empty() ? 0.0 : sum / static_cast<double>(values.size());
-}
-
 /// The thread's CPU time since it was made.
 class CpuWatch {
  public:
@@ -51,11 +47,93 @@ class CpuWatch {
   StageClock clock_;
 };
 
+/// What every method answers.
+struct Answer {
+  std::string stop;
+  bool good = false;
+  Pose T_model_data;
+  std::size_t iterations = 0;
+  int pairs = 0;
+  double overlap = 0.0;
+  std::vector<std::pair<std::string, double>> cpu_ms;  ///< by stage
+  nlohmann::json more = nlohmann::json::object();      ///< of this method only
+};
+
+Answer by_paper(const Cloud& model, const Cloud& data, const Pose& guess,
+                const sp::PaperParams& params) {
+  CpuWatch watch;
+  const sp::PaperResult r = sp::register_as_in_paper(model.points, data.points, guess, params);
+  Answer a;
+  a.cpu_ms = {{"register", watch.stop_ms()}};
+  a.stop = name_of(r.stop);
+  a.good = r.stop == sp::PaperStop::kRelativeChange || r.stop == sp::PaperStop::kMeanDistance ||
+           r.stop == sp::PaperStop::kLimitCycle;
+  a.T_model_data = r.T_model_data;
+  a.iterations = r.history.size();
+  a.pairs = r.pairs;
+  a.overlap = r.distance_after_m.empty()
+                  ? 0.0
+                  : static_cast<double>(r.pairs) / static_cast<double>(r.distance_after_m.size());
+  nlohmann::json history = nlohmann::json::array();
+  for (const sp::PaperIteration& it : r.history) {
+    history.push_back({{"branch", name_of(it.branch)},
+                       {"mu_m", it.mu_m},
+                       {"sigma_m", it.sigma_m},
+                       {"d_max_m", it.d_max_m},
+                       {"pairs", it.pairs},
+                       {"mean_distance_m", it.mean_distance_m},
+                       {"moved_m", it.moved_m},
+                       {"turned_rad", it.turned_rad}});
+  }
+  a.more = {{"spacing_m", r.spacing_m},
+            {"mean_distance_of_pairs_m", r.mean_distance_m},
+            {"history", history}};
+  return a;
+}
+
+Answer by_planes(const Cloud& model, const Cloud& data, const Pose& guess) {
+  Answer a;
+  CpuWatch prepare;
+  sp::CloudMatcher matcher(model.points, sp::CloudParams{});
+  a.cpu_ms.emplace_back("prepare", prepare.stop_ms());
+  CpuWatch search;
+  const sp::WideAnswer wide = matcher.search(data.points, guess);
+  a.cpu_ms.emplace_back("search", search.stop_ms());
+  CpuWatch refine;
+  const sp::Registration r = matcher.refine(data.points, wide.T_target_vehicle);
+  a.cpu_ms.emplace_back("refine", refine.stop_ms());
+  a.stop = name_of(r.stop);
+  a.good = usable(r.stop);
+  a.T_model_data = r.T_target_vehicle;
+  a.iterations = static_cast<std::size_t>(wide.iterations + r.iterations);
+  a.pairs = r.pairs;
+  a.overlap = r.overlap;
+  nlohmann::json information = nlohmann::json::array();
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j < 6; ++j) information.push_back(r.information(i, j));
+  }
+  a.more = {
+      {"information", information},
+      {"observability", std::vector<double>(r.observability.data(), r.observability.data() + 6)},
+      {"mean_distance_to_planes_m", r.mean_distance_m},
+      {"search_score", wide.score}};
+  return a;
+}
+
+/// Mean distance of DATA's points to the closest of MODEL's.
+double mean_closest_m(const sp::KdTree& model, const Points& data, const Pose& T_model_data) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < data.size(); ++i) {
+    const Vec3f p = (T_model_data * data[i].cast<double>()).cast<float>();
+    sum += std::sqrt(double{model.closest(p).distance2_m2});
+  }
+  return sum / static_cast<double>(data.size());
+}
+
 class Register final : public Command {
  public:
   explicit Register(CLI::App* rcs)
-      : Command(rcs->add_subcommand(
-            "register", "Finds how one point cloud lies in another, by the paper's method")) {
+      : Command(rcs->add_subcommand("register", "Finds how one point cloud lies in another")) {
     app()
         ->add_option("MODEL", model_, "point cloud: .pcd, .ply, .bin (KITTI) or .xyz [m]")
         ->required()
@@ -64,22 +142,30 @@ class Register final : public Command {
         ->add_option("DATA", data_, "point cloud that is moved onto MODEL")
         ->required()
         ->check(CLI::ExistingFile);
+    app()
+        ->add_option("--method", method_,
+                     "plane: voxels' distributions from afar, then point to plane; paper: Madhavan "
+                     "and Messina's iterative registration")
+        ->check(CLI::IsMember({"plane", "paper"}))
+        ->capture_default_str();
     app()->add_option("--guess", guess_,
                       "\"16 numbers\", row-major: where DATA lies in MODEL, about; default: the "
                       "same place");
     app()
         ->add_option("--spacing", params_.spacing_m,
-                     "the paper's D, the distance of neighbouring points [m]; default: measured")
+                     "paper: its D, the distance of neighbouring points [m]; default: measured")
         ->check(CLI::Range(0.001, 100.0));
     app()
-        ->add_option("--max-iterations", params_.max_iterations)
+        ->add_option("--max-iterations", params_.max_iterations, "paper")
         ->check(CLI::Range(1, 100000))
         ->capture_default_str();
-    app()->add_flag("--as-printed", as_printed_, "with the paper's slips (see the footer)");
-    app()->add_flag("--quaternion", quaternion_, "the motion by quaternions instead of by SVD");
-    app()->add_flag("--json", json_, "the answer with every iteration, as JSON");
+    app()->add_flag("--as-printed", as_printed_, "paper: with its slips (see the footer)");
+    app()->add_flag("--quaternion", quaternion_, "paper: motion by quaternions instead of by SVD");
+    app()->add_flag("--json", json_, "the answer as JSON; paper: with every iteration");
     app()->footer(
-        "Madhavan & Messina, \"Iterative Registration of 3D LADAR Data for Autonomous "
+        "plane finds its way from some metres and tens of degrees off, and says by how much it can "
+        "be\ntrusted (information: 6 x 6, of x, y, z, roll, pitch, yaw of DATA).\n"
+        "paper is Madhavan & Messina, \"Iterative Registration of 3D LADAR Data for Autonomous "
         "Navigation\".\n"
         "As printed, the motion found from MODEL to DATA is applied to DATA, R may be a "
         "reflection,\n"
@@ -88,7 +174,7 @@ class Register final : public Command {
         "sensor. Status 0: it converged; 1: it did not, and why is told.\n"
         "Examples:\n"
         "  rcs register first.pcd second.pcd\n"
-        "  rcs register 0000000000.bin 0000000001.bin --json\n"
+        "  rcs register 0000000000.bin 0000000001.bin --method paper --json\n"
         "  rcs register a.ply b.ply --guess \"1 0 0 2.5  0 1 0 0  0 0 1 0  0 0 0 1\"");
   }
 
@@ -106,77 +192,70 @@ class Register final : public Command {
     if (!model) return fail(kName, model.error());
     const Result<Cloud> data = read_cloud(data_, {});
     if (!data) return fail(kName, data.error());
+    if (model->points.empty() || data->points.empty()) {
+      return fail(kName,
+                  Error{fmt::format("{}: no points", model->points.empty() ? model_ : data_)});
+    }
 
     sp::PaperParams params = as_printed_ ? sp::PaperParams::literal() : sp::PaperParams{};
     params.spacing_m = params_.spacing_m;
     params.max_iterations = params_.max_iterations;
     if (quaternion_) params.solver = sp::MotionSolver::kQuaternion;
-    CpuWatch watch;
-    const sp::PaperResult result =
-        sp::register_as_in_paper(model->points, data->points, guess, params);
-    const double cpu_ms = watch.stop_ms();
+    const Answer answer = method_ == "paper" ? by_paper(*model, *data, guess, params)
+                                             : by_planes(*model, *data, guess);
+    const sp::KdTree tree(model->points);
+    const double before_m = mean_closest_m(tree, data->points, guess);
+    const double after_m = mean_closest_m(tree, data->points, answer.T_model_data);
     if (json_) {
-      fmt::print("{}\n", to_json(*model, *data, result, cpu_ms).dump(2));
+      fmt::print("{}\n", to_json(*model, *data, answer, before_m, after_m).dump(2));
     } else {
-      tell(*model, *data, result, cpu_ms);
+      tell(*model, *data, answer, before_m, after_m);
     }
-    const bool converged = result.stop == sp::PaperStop::kRelativeChange ||
-                           result.stop == sp::PaperStop::kMeanDistance ||
-                           result.stop == sp::PaperStop::kLimitCycle;
-    return converged ? kExitOk
-                     : fail(kName, Error{fmt::format("not converged: {}", name_of(result.stop))});
+    return answer.good ? kExitOk
+                       : fail(kName, Error{fmt::format("not converged: {}", answer.stop)});
   }
 
  private:
-  static double overlap(const sp::PaperResult& r) {
-    const std::size_t n = r.distance_after_m.size();
-    return n == 0 ? 0.0 : static_cast<double>(r.pairs) / static_cast<double>(n);
-  }
-
-  static nlohmann::json to_json(const Cloud& model, const Cloud& data, const sp::PaperResult& r,
-                                double cpu_ms) {
+  [[nodiscard]] nlohmann::json to_json(const Cloud& model, const Cloud& data, const Answer& a,
+                                       double before_m, double after_m) const {
     nlohmann::json T = nlohmann::json::array();
-    const Eigen::Matrix4d m = r.T_model_data.matrix();
+    const Eigen::Matrix4d m = a.T_model_data.matrix();
     for (int i = 0; i < 4; ++i) {
       for (int j = 0; j < 4; ++j) T.push_back(m(i, j));
     }
-    nlohmann::json history = nlohmann::json::array();
-    for (const sp::PaperIteration& it : r.history) {
-      history.push_back({{"branch", name_of(it.branch)},
-                         {"mu_m", it.mu_m},
-                         {"sigma_m", it.sigma_m},
-                         {"d_max_m", it.d_max_m},
-                         {"pairs", it.pairs},
-                         {"mean_distance_m", it.mean_distance_m},
-                         {"moved_m", it.moved_m},
-                         {"turned_rad", it.turned_rad}});
+    nlohmann::json cpu = nlohmann::json::object();
+    double total_ms = 0.0;
+    for (const auto& [stage, ms] : a.cpu_ms) {
+      cpu[stage] = ms;
+      total_ms += ms;
     }
-    return {{"method", "paper"},
-            {"T_model_data", T},
-            {"stop", name_of(r.stop)},
-            {"iterations", r.history.size()},
-            {"model_points", model.points.size()},
-            {"data_points", data.points.size()},
-            {"left_out", {{"model", model.no_return}, {"data", data.no_return}}},
-            {"spacing_m", r.spacing_m},
-            {"pairs", r.pairs},
-            {"overlap", overlap(r)},
-            {"mean_distance_before_m", mean(r.distance_before_m)},
-            {"mean_distance_after_m", r.mean_distance_m},
-            {"mean_distance_after_all_m", mean(r.distance_after_m)},
-            {"cpu_ms", cpu_ms},
-            {"history", history}};
+    cpu["total"] = total_ms;
+    nlohmann::json out = {{"method", method_},
+                          {"T_model_data", T},
+                          {"stop", a.stop},
+                          {"iterations", a.iterations},
+                          {"model_points", model.points.size()},
+                          {"data_points", data.points.size()},
+                          {"left_out", {{"model", model.no_return}, {"data", data.no_return}}},
+                          {"pairs", a.pairs},
+                          {"overlap", a.overlap},
+                          {"mean_distance_before_m", before_m},
+                          {"mean_distance_after_m", after_m},
+                          {"cpu_ms", cpu}};
+    out.update(a.more);
+    return out;
   }
 
-  static void tell(const Cloud& model, const Cloud& data, const sp::PaperResult& r, double cpu_ms) {
-    fmt::print("model {} points, data {} points; D {:.3f} m\n", model.points.size(),
-               data.points.size(), r.spacing_m);
-    fmt::print("stopped by {} after {} iterations, {:.1f} ms of CPU\n", name_of(r.stop),
-               r.history.size(), cpu_ms);
-    fmt::print("pairs {}, overlap {:.0f} %, mean distance before {:.1f} cm, after {:.1f} cm\n",
-               r.pairs, 100.0 * overlap(r), 100.0 * mean(r.distance_before_m),
-               100.0 * r.mean_distance_m);
-    const Eigen::Matrix4d m = r.T_model_data.matrix();
+  static void tell(const Cloud& model, const Cloud& data, const Answer& a, double before_m,
+                   double after_m) {
+    fmt::print("model {} points, data {} points\n", model.points.size(), data.points.size());
+    fmt::print("{} after {} iterations; CPU", a.stop, a.iterations);
+    for (const auto& [stage, ms] : a.cpu_ms) fmt::print(" {} {:.1f} ms", stage, ms);
+    fmt::print(
+        "\npairs {}, overlap {:.0f} %, mean distance to the closest point before {:.1f} cm, "
+        "after {:.1f} cm\n",
+        a.pairs, 100.0 * a.overlap, 100.0 * before_m, 100.0 * after_m);
+    const Eigen::Matrix4d m = a.T_model_data.matrix();
     fmt::print("T_model_data:\n");
     for (int i = 0; i < 4; ++i) {
       fmt::print("{:12.6f} {:12.6f} {:12.6f} {:12.6f}\n", m(i, 0), m(i, 1), m(i, 2), m(i, 3));
@@ -185,6 +264,7 @@ class Register final : public Command {
 
   std::string model_;
   std::string data_;
+  std::string method_ = "plane";
   std::string guess_;
   sp::PaperParams params_;
   bool as_printed_ = false;
