@@ -234,8 +234,9 @@ TEST(DriveModel, IsAFunctionOfTheCommandsAndTheirArrivals) {
   }
   for (int k = 0; k < 500; ++k) {
     if (k % 25 == 0) {
-      DriveCommand c = go(0.1 * (k / 25), 0.01 * (k / 25));
-      c.issued_s = 0.05 * (k / 25);
+      const int n = k / 25;
+      DriveCommand c = go(0.1 * n, 0.01 * n);
+      c.issued_s = 0.05 * n;
       c.valid_until_s = c.issued_s + 0.2;
       at_once.command(c, c.issued_s);
     }

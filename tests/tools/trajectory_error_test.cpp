@@ -16,7 +16,7 @@ PosePairs perfect_pairs(std::size_t n) {
     Vec6 step;
     step << 1.0, 0.0, 0.0, 0.0, 0.01 * std::sin(0.05 * static_cast<double>(i)), 0.02;
     T = T * exp_se3(step);
-    pairs.stamps.push_back(from_utime(100'000 * static_cast<int>(i)));
+    pairs.stamps.push_back(from_utime(100'000 * static_cast<std::int64_t>(i)));
     pairs.truth.push_back(T);
     pairs.estimate.push_back(T);
   }

@@ -17,7 +17,8 @@ Trajectory wavy_trajectory(std::size_t n) {
     step << 1.0, 0.1 * normal(random), 0.05 * normal(random), 0.02 * normal(random),
         0.02 * normal(random), 0.05 * normal(random);
     T = T * exp_se3(step);
-    trajectory.push_back({from_utime(1'317'042'272'000'123 + 103'600 * static_cast<int>(i)), T});
+    trajectory.push_back(
+        {from_utime(1'317'042'272'000'123 + 103'600 * static_cast<std::int64_t>(i)), T});
   }
   return trajectory;
 }

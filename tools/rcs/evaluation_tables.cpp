@@ -116,7 +116,7 @@ Table latency_table(const RunFigures& f) {
   };
   for (const auto& [name, node] : f.nodes) {
     add(name, node.wall_ms, std::to_string(node.overruns));
-    for (const auto& [stage, ms] : node.stages_ms) add(name + ": " + stage, ms, "");
+    for (const auto& [stage, ms] : node.stages_ms) add(fmt::format("{}: {}", name, stage), ms, "");
   }
   if (f.chain_ms) add("last facet to nav_state", *f.chain_ms, "");
   return t;

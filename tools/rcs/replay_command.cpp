@@ -136,7 +136,7 @@ class Replay final : public Command {
     }
     if (whole.fed() == 0) return Error{log_ + ": no sensor data in what was asked for"};
     fmt::print(stderr, "{}", report.text());
-    if (const Outcome closed = (*timing)->close(); !closed) return closed;
+    if (Outcome closed = (*timing)->close(); !closed) return closed;
     return writer->close();
   }
 

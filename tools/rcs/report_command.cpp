@@ -75,7 +75,7 @@ class ReportCommand final : public Command {
       }
       if (truth_.empty()) return Error{path + ": no SIM_TRUTH; --truth-log names a log with it"};
       if (compared_.empty()) {
-        if (const Outcome outages = find_outages(*log); !outages) return outages;
+        if (Outcome outages = find_outages(*log); !outages) return outages;
       }
       std::optional<WorldFigures> world = world_figures(*log, truth_, truth_datum_);
       if (!world) return Error{path + ": no world pose of WM at a time of the truth"};
@@ -183,9 +183,7 @@ class ReportCommand final : public Command {
   [[nodiscard]] Outcome write_page() const {
     const ComparedRun& main = compared_.front();
     if (!svg_.empty()) {
-      if (const Outcome written = write_text(svg_, render(course(), true)); !written) {
-        return written;
-      }
+      if (Outcome written = write_text(svg_, render(course(), true)); !written) return written;
     }
     HtmlPage page("Drive without GPS");
     page.paragraph(outage_text());

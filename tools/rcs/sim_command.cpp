@@ -81,7 +81,7 @@ class Sim final : public Command {
     const Result<std::unique_ptr<LcmBus>> bus = LcmBus::create(lcm_url_);
     if (!bus) return bus.error();
     sim::Simulator simulator(scenario);
-    if (const Outcome map = write_prior_map(simulator); !map) return map;
+    if (Outcome map = write_prior_map(simulator); !map) return map;
     fmt::print(stderr, "rcs sim: on {}\n", (*bus)->url());
     LiveTimeline timeline(bus->get(), &stop);
     sim::RealTimeReport report;
@@ -102,7 +102,7 @@ class Sim final : public Command {
     Result<LogWriter> writer = LogWriter::create(out.temporary_path());
     if (!writer) return writer.error();
     sim::Simulator simulator(scenario);
-    if (const Outcome map = write_prior_map(simulator); !map) return map;
+    if (Outcome map = write_prior_map(simulator); !map) return map;
 
     const InterruptGuard interrupt;
     Progress progress(kName, (simulator.end() - sim::Simulator::kStart).count());
@@ -114,7 +114,7 @@ class Sim final : public Command {
       (void)writer->write(due, event.channel, event.data.data(), event.data.size());
       progress.at((due - sim::Simulator::kStart).count());
     }
-    if (const Outcome closed = writer->close(); !closed) return closed;
+    if (Outcome closed = writer->close(); !closed) return closed;
     return out.commit();
   }
 
