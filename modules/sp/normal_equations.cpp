@@ -26,7 +26,7 @@ Observability observability(const NormalEquations& sums, double min_alignment, d
   const Mat6 scaled = s.asDiagonal() * sums.H * s.asDiagonal() / sums.weight;
   const Mat6 noise = s.asDiagonal() * sums.noise * s.asDiagonal() / sums.weight;
   const Eigen::SelfAdjointEigenSolver<Mat6> eigen(scaled);
-  obs.alignment = eigen.eigenvalues().cwiseMax(0.0).cwiseMin(1.0);
+  obs.alignment = eigen.eigenvalues().cwiseMax(0.0);
   obs.directions = eigen.eigenvectors();
   const double weakest = std::max(min_alignment, 1.0 / (max_sigma_m * max_sigma_m * sums.weight));
   obs.unobserved = 0;

@@ -32,7 +32,8 @@ struct NormalEquations {
 
 /// Directions sorted by what the residuals say of them.
 struct Observability {
-  Vec6 alignment = Vec6::Zero();       ///< ascending, [0, 1]
+  /// Ascending. Mean squared; above 1 where a rotation and a translation pull together.
+  Vec6 alignment = Vec6::Zero();
   Mat6 directions = Mat6::Identity();  ///< columns, in coordinates (rho, length * phi)
   double length_m = 1.0;               ///< makes rotations comparable to translations
   int unobserved = 6;                  ///< the first so many columns

@@ -3,7 +3,7 @@
 namespace rcs::sp {
 
 void PairSums::flush() {
-  const Lane& r = in_[6];
+  const Lane& wr = in_[6];
   const Lane& w = in_[7];
   const Lane& wv = in_[8];
   const std::array<Lane, 6> J = {in_[3],
@@ -12,7 +12,6 @@ void PairSums::flush() {
                                  in_[1] * in_[5] - in_[2] * in_[4],
                                  in_[2] * in_[3] - in_[0] * in_[5],
                                  in_[0] * in_[4] - in_[1] * in_[3]};
-  const Lane wr = w * r;
   std::size_t k = 0;
   for (std::size_t i = 0; i < 6; ++i) {
     const Lane wJ = w * J[i];

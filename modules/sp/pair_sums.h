@@ -17,14 +17,15 @@ class PairSums {
   }
 
   /// See NormalEquations::add().
-  /// @param w   weight
+  /// @param wr  weighted residual
+  /// @param w   weight, or what stands for it in H
   /// @param wv  weight times the variance of the normal about each axis in its surface [rad^2]
-  void add(const Vec3f& p_vehicle, const Vec3f& n_vehicle, float residual_m, float w, float wv) {
+  void add(const Vec3f& p_vehicle, const Vec3f& n_vehicle, float wr, float w, float wv) {
     for (int axis = 0; axis < 3; ++axis) {
       in_[axis][filled_] = p_vehicle[axis];
       in_[3 + axis][filled_] = n_vehicle[axis];
     }
-    in_[6][filled_] = residual_m;
+    in_[6][filled_] = wr;
     in_[7][filled_] = w;
     in_[8][filled_] = wv;
     if (++filled_ == kLanes) flush();
@@ -37,7 +38,7 @@ class PairSums {
   static constexpr int kLanes = 8;
   static constexpr int kFlushes = 32;  // in float
   using Lane = Eigen::Array<float, kLanes, 1>;
-  // Sums: w J'J, lower triangle by rows; wv J'J likewise; w r J; wv p; wv p p' (xx xy xz yy yz zz);
+  // Sums: w J'J, lower triangle by rows; wv J'J likewise; wr J; wv p; wv p p' (xx xy xz yy yz zz);
   // wv; w.
   static constexpr std::size_t kH = 0;
   static constexpr std::size_t kHv = 21;
@@ -51,7 +52,7 @@ class PairSums {
   void flush();
   void fold();
 
-  std::array<Lane, 9> in_;  // of the pairs that wait: p, n, r, w, wv
+  std::array<Lane, 9> in_;  // of the pairs that wait: p, n, wr, w, wv
   int filled_ = 0;
   int flushes_ = 0;
   std::array<Lane, kSums> lanes_;

@@ -134,7 +134,7 @@ PriorMatch match_prior_map(const Points& source_vehicle, const ElevationMap& map
 
   out.T_target_vehicle = T;
   out.pairs = sums.pairs;
-  out.observability = obs.alignment;
+  out.observability = obs.alignment.cwiseMin(1.0);
   if (sums.pairs > 0) {
     out.mean_distance_m = sums.abs_sum / sums.pairs;
     out.rms_m = std::sqrt(sums.square_sum / sums.pairs);

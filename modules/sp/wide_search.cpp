@@ -243,7 +243,8 @@ const WideMap::Gaussian* WideMap::nearest(std::size_t level, const Vec3f& p) con
 }
 
 Points thinned(const Points& in, int wanted) {
-  const std::size_t stride = std::max<std::size_t>(1, in.size() / static_cast<std::size_t>(wanted));
+  // Odd, so that it does not fall in step with the rows of a sensor.
+  const std::size_t stride = (in.size() / static_cast<std::size_t>(wanted)) | 1U;
   Points out;
   out.reserve(in.size() / stride + 1);
   for (std::size_t i = 0; i < in.size(); i += stride) out.push_back(in[i]);

@@ -119,8 +119,8 @@ TEST(Icp, CorridorLeavesItsLengthToThePrediction) {
 
 TEST(Icp, StopsAtItsGrantAndSaysSo) {
   Fixture f(Ground::kRolling, true);
-  // The first iterations look at a quarter of the points.
-  const auto n = static_cast<WorkUnits>(f.source.size() / 4);
+  // The first iterations look at a fifth of the points.
+  const auto n = static_cast<WorkUnits>(f.source.size() / 5);
   const Registration r = f.run(test::prediction(f.T_true, 0.5, 0.05), 3 * n + n / 2);
   EXPECT_EQ(r.stop, Stop::kBudget);
   EXPECT_EQ(r.iterations, 3);
