@@ -25,7 +25,7 @@ CloudParams::CloudParams() {
 }
 
 CloudMatcher::CloudMatcher(const Points& model, const CloudParams& params)
-    : params_(params), map_(map_of(model, params.map)), wide_(map_, params.wide) {}
+    : params_(params), map_(map_of(model, params.map)), wide_(map_, params.wide_map) {}
 
 WideAnswer CloudMatcher::search(const Points& data, const Pose& guess) const {
   return search_wide(data, wide_, guess, params_.wide);

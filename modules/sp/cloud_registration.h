@@ -14,6 +14,7 @@ namespace rcs::sp {
 
 struct CloudParams {
   CloudParams();
+  WideMapParams wide_map;
   WideParams wide;
   RollingMapParams map;
   IcpParams icp;

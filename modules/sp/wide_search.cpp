@@ -1,27 +1,20 @@
 #include "modules/sp/wide_search.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
 
 namespace rcs::sp {
 namespace {
 
-constexpr float kFewest = 4.0F;     // points of a distribution
-constexpr float kThinnest = 0.01F;  // middle standard deviation over the voxel's edge
-constexpr float kNoPair = 0.01F;    // of a robust weight: less pulls at nothing
+constexpr float kNoPair = 0.01F;  // of a robust weight: less pulls at nothing
 constexpr int kFewestPairs = 20;
 constexpr double kStep = 0.005;     // converged: moved by less of a voxel's edge,
 constexpr double kStepTurn = 0.05;  // and turned by less of that, per metre
 constexpr int kIterations = 12;     // of the finest size, which begins near its answer
-
 // A match is kept while its point has moved less than this share of the voxel's edge.
 constexpr float kSearchAgain = 0.04F;
-
-struct Match {
-  Vec3f asked = Vec3f::Constant(1e9F);
-  const WideMap::Gaussian* gaussian = nullptr;
-};
 
 /// Sums at one pose over points to the means of their distributions, eight pairs at a time.
 class GaussianSums {
@@ -112,135 +105,7 @@ class GaussianSums {
   double ghosts_ = 0.0;
 };
 
-struct Sums {
-  Mat6 H;
-  Vec6 b;
-  double weight = 0.0;
-  int pairs = 0;
-};
-
-Sums sum(const Points& source, const WideMap& map, std::size_t level, const Pose& T, double robust,
-         std::vector<Match>* matches) {
-  GaussianSums sums(robust);
-  const Mat3f R = T.rotation().cast<float>();
-  const Vec3f t = T.p.cast<float>();
-  const float again_m = kSearchAgain * static_cast<float>(WideMap::kVoxel_m[level]);
-  for (std::size_t i = 0; i < source.size(); ++i) {
-    const Vec3f d = R * source[i];
-    const Vec3f q = d + t;
-    Match& match = (*matches)[i];
-    if ((q - match.asked).squaredNorm() > again_m * again_m) {
-      match = {q, map.nearest(level, q)};
-    }
-    if (match.gaussian == nullptr) continue;
-    sums.add(d, q - match.gaussian->mean, match.gaussian->information);
-  }
-  Sums out;
-  sums.finish(&out.H, &out.b, &out.weight);
-  out.pairs = sums.pairs();
-  return out;
-}
-
-void descend(const Points& source, const WideMap& map, std::size_t level, int most,
-             const WideParams& params, std::vector<Match>* matches, WideAnswer* at) {
-  matches->assign(source.size(), Match{});
-  const double small_m = kStep * WideMap::kVoxel_m[level];
-  for (int k = 0; k < most; ++k) {
-    Sums s = sum(source, map, level, at->T_target_vehicle, params.robust, matches);
-    ++at->iterations;
-    at->used += static_cast<WorkUnits>(source.size());
-    if (s.pairs < kFewestPairs) return;
-    s.H.diagonal().array() += 1e-6 * s.H.diagonal().maxCoeff();
-    const Vec6 step = -s.H.ldlt().solve(s.b);
-    if (!step.allFinite()) return;
-    Pose& T = at->T_target_vehicle;
-    T = {(exp_so3(step.tail<3>()) * T.q).normalized(), T.p + step.head<3>()};
-    if (step.head<3>().norm() < small_m && step.tail<3>().norm() < kStepTurn * small_m) return;
-  }
-}
-
 }  // namespace
-
-WideMap::Level::Level(double voxel, std::size_t capacity)
-    : voxel_m(static_cast<float>(voxel)),
-      per_m(1.0F / static_cast<float>(voxel)),
-      index(capacity) {}
-
-template <class Visit>
-void WideMap::Level::add(const Visit& visit_all) {
-  visit_all([this](const Moments& m, const Vec3f& origin) {
-    const Vec3f p = (m.mean + origin) * per_m;
-    const auto fresh = static_cast<std::uint32_t>(moments.size());
-    const VoxelKey key = pack_voxel(fast_floor(p.x()), fast_floor(p.y()), fast_floor(p.z()));
-    const std::uint32_t number = index.find_or_add(key, fresh);
-    if (number == fresh) {
-      moments.emplace_back();
-      keys.push_back(key);
-    }
-    moments[number].add(m, origin);
-  });
-}
-
-void WideMap::Level::fit(const WideParams& params) {
-  index = VoxelIndex(moments.size());
-  const auto noise = static_cast<float>(params.range_sigma_m * params.range_sigma_m);
-  for (std::size_t k = 0; k < moments.size(); ++k) {
-    const Moments& m = moments[k];
-    if (m.count < kFewest) continue;
-    Eigen::SelfAdjointEigenSolver<Mat3f> eigen;
-    eigen.computeDirect(m.covariance());
-    Vec3f lambda = eigen.eigenvalues().cwiseMax(0.0F);
-    if (lambda[1] < kThinnest * kThinnest * voxel_m * voxel_m) continue;
-    lambda = lambda.cwiseMax(static_cast<float>(params.flatness) * lambda[2]);
-    lambda.array() += noise;
-    const Mat3f V = eigen.eigenvectors();
-    const Mat3f L = V * lambda.cwiseInverse().asDiagonal() * V.transpose();
-    index.find_or_add(keys[k], static_cast<std::uint32_t>(gaussians.size()));
-    gaussians.push_back({m.mean, {L(0, 0), L(0, 1), L(0, 2), L(1, 1), L(1, 2), L(2, 2)}});
-  }
-}
-
-WideMap::WideMap(const RollingMap& map, const WideParams& params) {
-  std::size_t finer = map.coarse().size();
-  for (std::size_t n = kVoxel_m.size(); n-- > 0;) {
-    Level level(kVoxel_m[n], finer);
-    if (levels_.empty()) {
-      level.add([&map](const auto& visit) { map.coarse().for_each(visit); });
-    } else {
-      const Level& last = levels_.front();
-      level.add([&last](const auto& visit) {
-        for (const Moments& m : last.moments) visit(m, Vec3f::Zero());
-      });
-    }
-    level.fit(params);
-    finer = level.moments.size();
-    levels_.insert(levels_.begin(), std::move(level));
-  }
-}
-
-const WideMap::Gaussian* WideMap::nearest(std::size_t level, const Vec3f& p) const {
-  const Level& l = levels_[level];
-  const Vec3f s = p * l.per_m;
-  const int i = fast_floor(s.x());
-  const int j = fast_floor(s.y());
-  const int k = fast_floor(s.z());
-  const int di = s.x() - static_cast<float>(i) < 0.5F ? -1 : 1;
-  const int dj = s.y() - static_cast<float>(j) < 0.5F ? -1 : 1;
-  const int dk = s.z() - static_cast<float>(k) < 0.5F ? -1 : 1;
-  const Gaussian* best = nullptr;
-  float best2 = 0.0F;
-  for (int n = 0; n < 8; ++n) {
-    const std::uint32_t number = l.index.find(pack_voxel(
-        i + ((n & 1) != 0 ? di : 0), j + ((n & 2) != 0 ? dj : 0), k + ((n & 4) != 0 ? dk : 0)));
-    if (number == VoxelIndex::kNone) continue;
-    const float d2 = (l.gaussians[number].mean - p).squaredNorm();
-    if (best == nullptr || d2 < best2) {
-      best = &l.gaussians[number];
-      best2 = d2;
-    }
-  }
-  return best;
-}
 
 Points thinned(const Points& in, int wanted) {
   // Odd, so that it does not fall in step with the rows of a sensor.
@@ -251,32 +116,74 @@ Points thinned(const Points& in, int wanted) {
   return out;
 }
 
+Descent::Descent(Points source_vehicle, const WideMap* map, double robust)
+    : source_(std::move(source_vehicle)), map_(map), robust_(robust) {
+  forget_matches();
+}
+
+void Descent::forget_matches() {
+  matches_.assign(source_.size(), Match{Vec3f::Constant(1e9F), nullptr});
+}
+
+Descent::Sums Descent::sum(std::size_t level, const Pose& T) {
+  if (level != level_) forget_matches();
+  level_ = level;
+  used_ += static_cast<WorkUnits>(source_.size());
+  GaussianSums sums(robust_);
+  const Mat3f R = T.rotation().cast<float>();
+  const Vec3f t = T.p.cast<float>();
+  const float again_m = kSearchAgain * static_cast<float>(WideMap::kVoxel_m[level]);
+  for (std::size_t i = 0; i < source_.size(); ++i) {
+    const Vec3f d = R * source_[i];
+    const Vec3f q = d + t;
+    Match& match = matches_[i];
+    if ((q - match.asked).squaredNorm() > again_m * again_m) match = {q, map_->nearest(level, q)};
+    if (match.gaussian == nullptr) continue;
+    sums.add(d, q - match.gaussian->mean, match.gaussian->information);
+  }
+  Sums out;
+  sums.finish(&out.H, &out.b, &out.weight);
+  out.pairs = sums.pairs();
+  return out;
+}
+
+void Descent::descend(std::size_t level, int most, Pose* T) {
+  const double small_m = kStep * WideMap::kVoxel_m[level];
+  for (int k = 0; k < most; ++k) {
+    Sums s = sum(level, *T);
+    ++iterations_;
+    if (s.pairs < kFewestPairs) return;
+    s.H.diagonal().array() += 1e-6 * s.H.diagonal().maxCoeff();
+    const Vec6 step = -s.H.ldlt().solve(s.b);
+    if (!step.allFinite()) return;
+    *T = {(exp_so3(step.tail<3>()) * T->q).normalized(), T->p + step.head<3>()};
+    if (step.head<3>().norm() < small_m && step.tail<3>().norm() < kStepTurn * small_m) return;
+  }
+}
+
+double Descent::score(std::size_t level, const Pose& T) {
+  return source_.empty() ? 0.0 : sum(level, T).weight / static_cast<double>(source_.size());
+}
+
 WideAnswer search_wide(const Points& source_vehicle, const WideMap& map, const Pose& guess,
                        const WideParams& params) {
-  const Points source = thinned(source_vehicle, params.points);
+  Descent descent(thinned(source_vehicle, params.points), &map, params.robust);
   constexpr std::size_t kFinest = WideMap::kVoxel_m.size() - 1;
   WideAnswer best;
-  best.T_target_vehicle = guess;
-  if (source.empty()) return best;
   best.score = -1.0;
-  std::vector<Match> matches;
-  int iterations = 0;
-  WorkUnits used = 0;
   for (const std::size_t from : {std::size_t{0}, kFinest}) {
-    WideAnswer a;
-    a.T_target_vehicle = guess;
+    Pose T = guess;
     for (std::size_t level = from; level <= kFinest; ++level) {
-      descend(source, map, level, level == kFinest ? kIterations : params.max_iterations, params,
-              &matches, &a);
+      descent.descend(level, level == kFinest ? kIterations : params.max_iterations, &T);
     }
-    const Sums s = sum(source, map, kFinest, a.T_target_vehicle, params.robust, &matches);
-    a.score = s.weight / static_cast<double>(source.size());
-    used += a.used + static_cast<WorkUnits>(source.size());
-    iterations += a.iterations;
-    if (a.score > best.score) best = a;
+    const double score = descent.score(kFinest, T);
+    if (score > best.score) {
+      best.score = score;
+      best.T_target_vehicle = T;
+    }
   }
-  best.iterations = iterations;
-  best.used = used;
+  best.iterations = descent.iterations();
+  best.used = descent.used();
   return best;
 }
 
