@@ -22,8 +22,9 @@ class PairSums {
   /// @param wv  weight times the variance of the normal about each axis in its surface [rad^2]
   void add(const Vec3f& p_vehicle, const Vec3f& n_vehicle, float wr, float w, float wv) {
     for (int axis = 0; axis < 3; ++axis) {
-      in_[axis][filled_] = p_vehicle[axis];
-      in_[3 + axis][filled_] = n_vehicle[axis];
+      const auto k = static_cast<std::size_t>(axis);
+      in_[k][filled_] = p_vehicle[axis];
+      in_[3 + k][filled_] = n_vehicle[axis];
     }
     in_[6][filled_] = wr;
     in_[7][filled_] = w;

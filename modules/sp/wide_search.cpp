@@ -28,8 +28,9 @@ class GaussianSums {
   /// @param r  the point from the mean
   void add(const Vec3f& d, const Vec3f& r, const std::array<float, 6>& information) {
     for (int axis = 0; axis < 3; ++axis) {
-      in_[axis][filled_] = d[axis];
-      in_[3 + axis][filled_] = r[axis];
+      const auto k = static_cast<std::size_t>(axis);
+      in_[k][filled_] = d[axis];
+      in_[3 + k][filled_] = r[axis];
     }
     for (std::size_t k = 0; k < information.size(); ++k) in_[6 + k][filled_] = information[k];
     ++pairs_;
