@@ -31,6 +31,30 @@ WideAnswer CloudMatcher::search(const Points& data, const Pose& guess) const {
   return search_wide(data, wide_, guess, params_.wide);
 }
 
+GlobalRegistration CloudMatcher::search_globally(const Points& data, const Pose& guess) {
+  GlobalSearch search(data, &wide_, guess, params_.global, params_.wide);
+  while (!search.go_on(std::numeric_limits<WorkUnits>::max())) {
+  }
+  GlobalRegistration out;
+  Descent judge(thinned(data, params_.wide.points), &wide_, params_.wide.robust);
+  double best_score = -1.0;
+  for (const Hypothesis& h : search.ranked()) {
+    const Registration r = refine(data, h.T_target_vehicle);
+    if (!usable(r.stop)) continue;
+    const double score = judge.score(WideMap::kVoxel_m.size() - 1, r.T_target_vehicle);
+    out.ranked.push_back({r.T_target_vehicle, score});
+    if (score <= best_score) continue;
+    best_score = score;
+    out.best = r;
+  }
+  keep_distinct(params_.global, out.ranked.size(), &out.ranked);
+  if (out.ranked.empty()) return out;
+  if (out.ranked.size() > 1) out.ambiguity = out.ranked[1].score / out.ranked[0].score;
+  out.accepted =
+      out.ranked[0].score >= params_.accept_score && out.ambiguity < params_.accept_ratio;
+  return out;
+}
+
 Registration CloudMatcher::refine(const Points& data, const Pose& guess) {
   Prediction prediction;
   prediction.T_target_vehicle = guess;

@@ -5,7 +5,10 @@
 //   const Registration r = register_clouds(model, data, Pose{}, CloudParams{});
 //   if (usable(r.stop)) use(r.T_target_vehicle);  // maps data into the model's frame
 
+#include <vector>
+
 #include "modules/sp/icp.h"
+#include "modules/sp/multistart.h"
 #include "modules/sp/registration.h"
 #include "modules/sp/rolling_map.h"
 #include "modules/sp/wide_search.h"
@@ -16,9 +19,21 @@ struct CloudParams {
   CloudParams();
   WideMapParams wide_map;
   WideParams wide;
+  GlobalParams global;
   RollingMapParams map;
   IcpParams icp;
+  /// A global answer is given when it explains so much of the data, and the next best place is
+  /// worth less than this share of it. Chosen on frames 5, 15, 25, ... of the KITTI drive.
+  double accept_score = 0.7;
+  double accept_ratio = 0.97;
   int points = 2500;  ///< of the data in the fine stage, about, [100, 1000000]
+};
+
+struct GlobalRegistration {
+  Registration best;  ///< T_model_data
+  bool accepted = false;
+  double ambiguity = 0.0;          ///< score of the second best place over the best's, [0, 1]
+  std::vector<Hypothesis> ranked;  ///< refined, the best first
 };
 
 /// A model that data is registered to. Allocates; not for a cycle.
@@ -29,6 +44,8 @@ class CloudMatcher {
 
   /// From a guess that is metres and tens of degrees off.
   [[nodiscard]] WideAnswer search(const Points& data, const Pose& guess) const;
+  /// From next to none: within GlobalParams::radius_m, of any heading.
+  [[nodiscard]] GlobalRegistration search_globally(const Points& data, const Pose& guess);
   /// From one that is decimetres off.
   /// @return with T_target_vehicle = T_model_data
   [[nodiscard]] Registration refine(const Points& data, const Pose& guess);
