@@ -2,14 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
-#include "modules/sp/cloud_registration.h"
-#include "modules/sp/icp_paper.h"
-#include "modules/sp/kd_tree.h"
-#include "rcs/node/budget.h"
 #include "tools/rcs/cloud_file.h"
+#include "tools/rcs/cloud_match.h"
 #include "tools/rcs/command.h"
 #include "tools/rcs/trajectory.h"
 
@@ -34,46 +31,16 @@ Result<Pose> parse_pose(const std::string& text) {
   return Pose{Quat(R).normalized(), Vec3(at(0, 3), at(1, 3), at(2, 3))};
 }
 
-/// The thread's CPU time since it was made.
-class CpuWatch {
- public:
-  CpuWatch() { clock_.start_cycle(); }
-  [[nodiscard]] double stop_ms() {
-    clock_.end_cycle();
-    return 1e3 * seconds(clock_.used_cpu());
+nlohmann::json row_major(const Eigen::MatrixXd& m) {
+  nlohmann::json numbers = nlohmann::json::array();
+  for (int i = 0; i < m.rows(); ++i) {
+    for (int j = 0; j < m.cols(); ++j) numbers.push_back(m(i, j));
   }
+  return numbers;
+}
 
- private:
-  StageClock clock_;
-};
-
-/// What every method answers.
-struct Answer {
-  std::string stop;
-  bool good = false;
-  Pose T_model_data;
-  std::size_t iterations = 0;
-  int pairs = 0;
-  double overlap = 0.0;
-  std::vector<std::pair<std::string, double>> cpu_ms;  ///< by stage
-  nlohmann::json more = nlohmann::json::object();      ///< of this method only
-};
-
-Answer by_paper(const Cloud& model, const Cloud& data, const Pose& guess,
-                const sp::PaperParams& params) {
-  CpuWatch watch;
-  const sp::PaperResult r = sp::register_as_in_paper(model.points, data.points, guess, params);
-  Answer a;
-  a.cpu_ms = {{"register", watch.stop_ms()}};
-  a.stop = name_of(r.stop);
-  a.good = r.stop == sp::PaperStop::kRelativeChange || r.stop == sp::PaperStop::kMeanDistance ||
-           r.stop == sp::PaperStop::kLimitCycle;
-  a.T_model_data = r.T_model_data;
-  a.iterations = r.history.size();
-  a.pairs = r.pairs;
-  a.overlap = r.distance_after_m.empty()
-                  ? 0.0
-                  : static_cast<double>(r.pairs) / static_cast<double>(r.distance_after_m.size());
+/// What only one method has to tell.
+nlohmann::json more_of(const sp::PaperResult& r) {
   nlohmann::json history = nlohmann::json::array();
   for (const sp::PaperIteration& it : r.history) {
     history.push_back({{"branch", name_of(it.branch)},
@@ -85,49 +52,21 @@ Answer by_paper(const Cloud& model, const Cloud& data, const Pose& guess,
                        {"moved_m", it.moved_m},
                        {"turned_rad", it.turned_rad}});
   }
-  a.more = {{"spacing_m", r.spacing_m},
-            {"mean_distance_of_pairs_m", r.mean_distance_m},
-            {"history", history}};
-  return a;
+  return {{"spacing_m", r.spacing_m},
+          {"mean_distance_of_pairs_m", r.mean_distance_m},
+          {"history", history}};
 }
 
-Answer by_planes(const Cloud& model, const Cloud& data, const Pose& guess) {
-  Answer a;
-  CpuWatch prepare;
-  sp::CloudMatcher matcher(model.points, sp::CloudParams{});
-  a.cpu_ms.emplace_back("prepare", prepare.stop_ms());
-  CpuWatch search;
-  const sp::WideAnswer wide = matcher.search(data.points, guess);
-  a.cpu_ms.emplace_back("search", search.stop_ms());
-  CpuWatch refine;
-  const sp::Registration r = matcher.refine(data.points, wide.T_target_vehicle);
-  a.cpu_ms.emplace_back("refine", refine.stop_ms());
-  a.stop = name_of(r.stop);
-  a.good = usable(r.stop);
-  a.T_model_data = r.T_target_vehicle;
-  a.iterations = static_cast<std::size_t>(wide.iterations + r.iterations);
-  a.pairs = r.pairs;
-  a.overlap = r.overlap;
-  nlohmann::json information = nlohmann::json::array();
-  for (int i = 0; i < 6; ++i) {
-    for (int j = 0; j < 6; ++j) information.push_back(r.information(i, j));
-  }
-  a.more = {
-      {"information", information},
+nlohmann::json more_of(const sp::Registration& r, const sp::WideAnswer& wide) {
+  return {
+      {"information", row_major(r.information)},
       {"observability", std::vector<double>(r.observability.data(), r.observability.data() + 6)},
       {"mean_distance_to_planes_m", r.mean_distance_m},
       {"search_score", wide.score}};
-  return a;
 }
 
-/// Mean distance of DATA's points to the closest of MODEL's.
-double mean_closest_m(const sp::KdTree& model, const Points& data, const Pose& T_model_data) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < data.size(); ++i) {
-    const Vec3f p = (T_model_data * data[i].cast<double>()).cast<float>();
-    sum += std::sqrt(double{model.closest(p).distance2_m2});
-  }
-  return sum / static_cast<double>(data.size());
+double mean(const std::vector<float>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
 class Register final : public Command {
@@ -201,11 +140,12 @@ class Register final : public Command {
     params.spacing_m = params_.spacing_m;
     params.max_iterations = params_.max_iterations;
     if (quaternion_) params.solver = sp::MotionSolver::kQuaternion;
-    const Answer answer = method_ == "paper" ? by_paper(*model, *data, guess, params)
-                                             : by_planes(*model, *data, guess);
+    const CloudMatch answer =
+        method_ == "paper" ? match_as_in_paper(model->points, data->points, guess, params)
+                           : match_planes(model->points, data->points, guess, sp::CloudParams{});
     const sp::KdTree tree(model->points);
-    const double before_m = mean_closest_m(tree, data->points, guess);
-    const double after_m = mean_closest_m(tree, data->points, answer.T_model_data);
+    const double before_m = mean(closest_distances(tree, data->points, guess));
+    const double after_m = mean(closest_distances(tree, data->points, answer.T_model_data));
     if (json_) {
       fmt::print("{}\n", to_json(*model, *data, answer, before_m, after_m).dump(2));
     } else {
@@ -216,22 +156,13 @@ class Register final : public Command {
   }
 
  private:
-  [[nodiscard]] nlohmann::json to_json(const Cloud& model, const Cloud& data, const Answer& a,
+  [[nodiscard]] nlohmann::json to_json(const Cloud& model, const Cloud& data, const CloudMatch& a,
                                        double before_m, double after_m) const {
-    nlohmann::json T = nlohmann::json::array();
-    const Eigen::Matrix4d m = a.T_model_data.matrix();
-    for (int i = 0; i < 4; ++i) {
-      for (int j = 0; j < 4; ++j) T.push_back(m(i, j));
-    }
     nlohmann::json cpu = nlohmann::json::object();
-    double total_ms = 0.0;
-    for (const auto& [stage, ms] : a.cpu_ms) {
-      cpu[stage] = ms;
-      total_ms += ms;
-    }
-    cpu["total"] = total_ms;
+    for (const auto& [stage, ms] : a.cpu_ms) cpu[stage] = ms;
+    cpu["total"] = a.total_ms();
     nlohmann::json out = {{"method", method_},
-                          {"T_model_data", T},
+                          {"T_model_data", row_major(a.T_model_data.matrix())},
                           {"stop", a.stop},
                           {"iterations", a.iterations},
                           {"model_points", model.points.size()},
@@ -242,11 +173,12 @@ class Register final : public Command {
                           {"mean_distance_before_m", before_m},
                           {"mean_distance_after_m", after_m},
                           {"cpu_ms", cpu}};
-    out.update(a.more);
+    if (a.paper) out.update(more_of(*a.paper));
+    if (a.planes) out.update(more_of(*a.planes, *a.wide));
     return out;
   }
 
-  static void tell(const Cloud& model, const Cloud& data, const Answer& a, double before_m,
+  static void tell(const Cloud& model, const Cloud& data, const CloudMatch& a, double before_m,
                    double after_m) {
     fmt::print("model {} points, data {} points\n", model.points.size(), data.points.size());
     fmt::print("{} after {} iterations; CPU", a.stop, a.iterations);

@@ -1,0 +1,63 @@
+#pragma once
+// Pairs of scans whose motion is known, and what is tried on them: the data sets of the paper's
+// Table 1 (Madhavan and Messina), and guesses that are off by a stated amount.
+
+#include <map>
+#include <random>
+#include <vector>
+
+#include "rcs/base/points.h"
+#include "rcs/base/pose.h"
+
+namespace rcs::tools {
+
+struct ScanPair {
+  int model = 0;  ///< numbers of the scans
+  int data = 0;
+  Pose T_model_data;  ///< true, or the reference
+};
+
+/// Consecutive pairs, and pairs of scans that are 20 apart.
+struct ScanSet {
+  std::map<int, Points> scans;  ///< by number, each in the frame of its LADAR
+  std::vector<ScanPair> pairs;
+};
+
+struct Trial {
+  ScanPair pair;
+  Pose guess;  ///< T_model_data to begin with
+};
+
+/// Rows of Table 1. #2 and #3 begin where navigation would put them: 0.3 m and 1 deg off.
+enum class DataSet {
+  kConsecutive = 1,  ///< from the same place
+  kTwentyApart = 2,
+  kMovedBy1m = 3,  ///< #2, and 1 m more along each axis
+  kTurnedAndMovedBy3m =
+      4  ///< #1, and 10 deg of yaw to either side and 3 m along each axis either way
+};
+constexpr int kApart = 20;
+
+/// How far a guess is from the truth.
+struct Offset {
+  double m = 0.0;
+  double rad = 0.0;
+};
+
+/// Uniform direction and axis, exact magnitude.
+[[nodiscard]] Pose random_offset(const Offset& offset, std::mt19937* rng);
+
+/// @param seeds  trials of each pair; in #1 it is one, and in #4 at most the 16 that there are
+[[nodiscard]] std::vector<Trial> trials_of(DataSet set, const std::vector<ScanPair>& pairs,
+                                           int seeds);
+
+/// The basin of convergence: consecutive pairs, guesses off by `offset` from the truth.
+[[nodiscard]] std::vector<Trial> basin_trials(const std::vector<ScanPair>& pairs,
+                                              const Offset& offset, int seeds);
+
+[[nodiscard]] Offset error_of(const Pose& truth, const Pose& answer);
+
+/// Below 0.1 m and 0.5 deg.
+[[nodiscard]] bool is_success(const Offset& error);
+
+}  // namespace rcs::tools
