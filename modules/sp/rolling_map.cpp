@@ -48,8 +48,8 @@ std::uint32_t VoxelTable::find_or_add(int i, int j, int k) {
     voxels_.emplace_back();
     fits_.emplace_back();
   }
-  voxels_[number] = Voxel{i, j, k, {}, 0.0F};
-  fits_[number].is_surface = false;
+  voxels_[number] = Voxel{i, j, k, {}, static_cast<float>(params_.min_points)};
+  fits_[number] = Fit{false, false, {}};
   ++used_;
   return number;
 }
@@ -92,6 +92,14 @@ void VoxelTable::insert(const Points& points) {
     }
     if (voxel == nullptr || voxel->moments.count >= max_points) continue;
     voxel->moments.add(p - corner(*voxel));
+    note_points(*voxel);
+  }
+}
+
+// Refitting at each new point would cost more than it brings.
+void VoxelTable::note_points(const Voxel& voxel) {
+  if (voxel.moments.count >= voxel.fit_again_at) {
+    fits_[static_cast<std::size_t>(&voxel - voxels_.data())].is_old = true;
   }
 }
 
@@ -102,15 +110,17 @@ void VoxelTable::insert(const VoxelTable& finer) {
         find_or_add(fast_floor(p.x()), fast_floor(p.y()), fast_floor(p.z()));
     if (number == VoxelIndex::kNone) return;
     voxels_[number].moments.add(moments, origin - corner(voxels_[number]));
+    note_points(voxels_[number]);
   });
 }
 
 void VoxelTable::fit(std::uint32_t number) {
+  constexpr float kMorePoints = 1.1F;
   Voxel& v = voxels_[number];
   Fit& f = fits_[number];
-  v.count_at_fit = v.moments.count;
+  v.fit_again_at = kMorePoints * v.moments.count;
+  f.is_old = false;
   f.is_surface = false;
-  if (v.moments.count < static_cast<float>(params_.min_points)) return;
   Eigen::SelfAdjointEigenSolver<Mat3f> eigen;
   eigen.computeDirect(v.moments.covariance());
   const Vec3f lambda = eigen.eigenvalues().cwiseMax(0.0F);
@@ -118,10 +128,13 @@ void VoxelTable::fit(std::uint32_t number) {
   const float extent = static_cast<float>(params_.min_extent) * voxel_m_;
   if (lambda[1] < extent * extent || lambda[0] > thickness * thickness * lambda[1]) return;
   f.is_surface = true;
-  f.normal = eigen.eigenvectors().col(0);
-  f.variance_m2 = lambda[0];
+  f.surface.mean = corner(v) + v.moments.mean;
+  f.surface.normal = eigen.eigenvectors().col(0);
+  f.surface.variance_m2 = lambda[0];
   // Of a plane fitted to n points of that spread.
-  f.angle_variance = lambda[0] / (v.moments.count * lambda[1]);
+  f.surface.angle_variance = lambda[0] / (v.moments.count * lambda[1]);
+  f.surface.count = v.moments.count;
+  f.surface.voxel = number;
 }
 
 bool VoxelTable::nearest_surface(const Vec3f& p, Surface* out) {
@@ -135,30 +148,22 @@ bool VoxelTable::nearest_surface(const Vec3f& p, Surface* out) {
   const std::array<std::array<int, 3>, 4> candidates = {
       {{i, j, k}, {i + di, j, k}, {i, j + dj, k}, {i, j, k + dk}}};
 
-  std::uint32_t best = VoxelIndex::kNone;
+  const Surface* best = nullptr;
   float best2 = 0.0F;
   for (const auto& c : candidates) {
     const std::uint32_t number = index_.find(pack_voxel(c[0], c[1], c[2]));
     if (number == VoxelIndex::kNone) continue;
-    const Voxel& v = voxels_[number];
-    // Refitting at each new point would cost more than it brings: at a tenth more points.
-    if (v.moments.count > 1.1F * v.count_at_fit) fit(number);
-    if (!fits_[number].is_surface) continue;
-    const float d2 = (corner(v) + v.moments.mean - p).squaredNorm();
-    if (best == VoxelIndex::kNone || d2 < best2) {
-      best = number;
+    Fit& f = fits_[number];
+    if (f.is_old) fit(number);
+    if (!f.is_surface) continue;
+    const float d2 = (f.surface.mean - p).squaredNorm();
+    if (best == nullptr || d2 < best2) {
+      best = &f.surface;
       best2 = d2;
     }
   }
-  if (best == VoxelIndex::kNone) return false;
-  const Voxel& v = voxels_[best];
-  const Fit& f = fits_[best];
-  out->mean = corner(v) + v.moments.mean;
-  out->normal = f.normal;
-  out->variance_m2 = f.variance_m2;
-  out->angle_variance = f.angle_variance;
-  out->count = v.moments.count;
-  out->voxel = best;
+  if (best == nullptr) return false;
+  *out = *best;
   return true;
 }
 

@@ -64,17 +64,18 @@ class VoxelTable {
   struct Voxel {
     std::int32_t i = 0, j = 0, k = 0;
     Moments moments;  // from the voxel's lowest corner: exact far from the origin too; empty: free
-    float count_at_fit = 0.0F;
+    float fit_again_at = 0.0F;  // points
   };
-  struct Fit {
+  // All that a search reads of a voxel, in one line of the cache.
+  struct alignas(64) Fit {
+    bool is_old = true;  // to be fitted before it is believed
     bool is_surface = false;
-    Vec3f normal;
-    float variance_m2 = 0.0F;
-    float angle_variance = 0.0F;
+    Surface surface{};
   };
 
   /// Number of the voxel; VoxelIndex::kNone: the table is full.
   std::uint32_t find_or_add(int i, int j, int k);
+  void note_points(const Voxel& voxel);
   void fit(std::uint32_t number);
   [[nodiscard]] Vec3f corner(const Voxel& v) const {
     return voxel_m_ *

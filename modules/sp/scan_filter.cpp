@@ -64,9 +64,12 @@ void VoxelSampler::sample(const Points& in, double voxel_m, Points* out) {
   }
   const std::size_t mask = table_.size() - 1;
   const float per_m = 1.0F / static_cast<float>(voxel_m);
+  VoxelKey last = ~VoxelKey{0};
   for (std::size_t i = 0; i < n; ++i) {
     const VoxelKey key = pack_voxel(fast_floor(in.x[i] * per_m), fast_floor(in.y[i] * per_m),
                                     fast_floor(in.z[i] * per_m));
+    if (key == last) continue;  // neighbours in the scan are mostly neighbours in space
+    last = key;
     for (std::size_t slot = hash_voxel(key) & mask;; slot = (slot + 1) & mask) {
       Entry& entry = table_[slot];
       if (entry.generation != generation_) {

@@ -23,11 +23,17 @@ inline int fast_floor(float v) {
   return i - static_cast<int>(v < static_cast<float>(i));
 }
 
-/// Fibonacci hashing after mixing: neighbouring voxels must not share a probe sequence.
+/// Blocks of 4 x 4 x 4 voxels are spread (Fibonacci hashing after mixing); within one, neighbours
+/// stay neighbours, so that what is asked for next is in the cache.
 inline std::uint64_t hash_voxel(VoxelKey key) {
-  key ^= key >> 29U;
-  key *= 0x9E3779B97F4A7C15ULL;
-  return key ^ (key >> 32U);
+  constexpr std::uint64_t kLow = 3U;
+  const std::uint64_t inside =
+      (key & kLow) | ((key >> 19U) & (kLow << 2U)) | ((key >> 38U) & (kLow << 4U));
+  std::uint64_t block = key & ~(kLow | (kLow << 21U) | (kLow << 42U));
+  block ^= block >> 29U;
+  block *= 0x9E3779B97F4A7C15ULL;
+  block ^= block >> 32U;
+  return (block << 6U) | inside;
 }
 
 }  // namespace rcs::sp
