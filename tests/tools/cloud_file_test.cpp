@@ -123,6 +123,8 @@ TEST(CloudFile, MistakesAreNamed) {
       complaint("ply\nformat ascii 1.0\nelement vertex 1\nproperty list uchar int i\n", "a.ply"),
       HasSubstr("a.ply:4"));
   EXPECT_THAT(complaint("ply\n", "a.ply"), HasSubstr("end_header"));
+  EXPECT_THAT(complaint("450000 5400000 120\n450001 5400000 120\n", "map.xyz"),
+              HasSubstr("subtract a near origin"));
 }
 
 }  // namespace

@@ -255,7 +255,9 @@ class Collector {
   void add(double x, double y, double z) {
     const std::int64_t record = records_++;
     const Vec3f p(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z));
-    if (!p.allFinite() || p.isZero()) {
+    const bool is_far = p.allFinite() && p.cwiseAbs().maxCoeff() > kFarthest_m;
+    far_ += is_far ? 1 : 0;
+    if (!p.allFinite() || p.isZero() || is_far) {
       ++cloud_.no_return;
       return;
     }
@@ -264,6 +266,12 @@ class Collector {
   }
 
   Result<Cloud> finish(const CloudShape& shape, const std::string& name) {
+    if (far_ > 0 && cloud_.points.empty()) {
+      return Error{
+          fmt::format("{}: all points are more than {:.0f} km from the origin; subtract a "
+                      "near origin from map coordinates first",
+                      name, 1e-3 * kFarthest_m)};
+    }
     if (shape.rows == 0) {
       cloud_.cell.clear();
       return std::move(cloud_);
@@ -278,8 +286,10 @@ class Collector {
   }
 
  private:
+  static constexpr float kFarthest_m = 10'000.0F;  // a float is 1 mm there
   Cloud cloud_;
   std::int64_t records_ = 0;
+  std::int64_t far_ = 0;
 };
 
 bool is_number(std::string_view word, double* out) {

@@ -13,8 +13,8 @@
 namespace rcs::tools {
 
 struct Cloud {
-  Points points;               ///< [m]; finite, none at the origin
-  std::int64_t no_return = 0;  ///< left out: not finite, or at the origin
+  Points points;               ///< [m]; finite, none at the origin, none beyond 10 km
+  std::int64_t no_return = 0;  ///< left out: not finite, at the origin, or beyond 10 km
   /// Of an organized PCD, row 0 first; 0 x 0: not organized.
   int rows = 0;
   int cols = 0;
