@@ -7,10 +7,17 @@ namespace rcs::sp {
 namespace {
 
 RollingMap map_of(const Points& model, RollingMapParams params) {
-  params.capacity = std::max(1000, static_cast<int>(model.size()));
+  const auto most = std::max(1000, static_cast<int>(model.size()));
+  // Dense scans have many points a voxel, and tables that are too large cost time.
+  constexpr int kDense = 20'000;
+  params.capacity = most > kDense ? most / 4 : most;
   RollingMap map(params);
   map.insert(model, Pose{});
-  return map;
+  if (!map.full() || params.capacity == most) return map;
+  params.capacity = most;
+  RollingMap larger(params);
+  larger.insert(model, Pose{});
+  return larger;
 }
 
 }  // namespace

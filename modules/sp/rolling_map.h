@@ -51,6 +51,7 @@ class VoxelTable {
   [[nodiscard]] bool nearest_surface(const Vec3f& p, Surface* out);
 
   [[nodiscard]] std::size_t size() const { return used_; }
+  [[nodiscard]] bool full() const { return used_ >= static_cast<std::size_t>(params_.capacity); }
   [[nodiscard]] float voxel_m() const { return voxel_m_; }
   /// Hands (moments, their frame's origin) of every voxel to `visit`.
   template <class Visit>
@@ -109,6 +110,8 @@ class RollingMap {
 
   [[nodiscard]] std::size_t size() const { return fine_.size() + coarse_.size(); }
   [[nodiscard]] bool empty() const { return size() == 0; }
+  /// Points may have been left out for want of room.
+  [[nodiscard]] bool full() const { return fine_.full() || coarse_.full(); }
   /// One more than the largest Surface::voxel.
   [[nodiscard]] std::size_t voxel_ids() const { return 2 * static_cast<std::size_t>(coarse_id0_); }
   [[nodiscard]] const VoxelTable& coarse() const { return coarse_; }
