@@ -9,6 +9,7 @@ namespace {
 
 constexpr std::size_t kMostBreaches = 50;
 constexpr double kAway = 3.0;  // times the radius
+constexpr double kNowhere_m = 1e9;
 
 }  // namespace
 
@@ -95,17 +96,22 @@ void CountJudge::take(const status_t& m) {
 
 void CountJudge::take(const truth_t& m) {
   const Vec2 here(m.p_world_vehicle_m[0], m.p_world_vehicle_m[1]);
+  nearest_to_next_m_ = std::min(nearest_to_next_m_, (course_[next_] - here).norm());
   for (std::size_t k = 0; k < course_.size(); ++k) {
     const double distance_m = (course_[k] - here).norm();
     if (distance_m > kAway * radius_m_) far_[k] = true;
     if (distance_m > radius_m_ || !far_[k]) continue;
     far_[k] = false;
-    if (k == next_) {
-      ++waypoints_;
-      next_ = (next_ + 1) % course_.size();
-    } else if (waypoints_ > 0) {
-      breach(fmt::format("waypoint {} is driven to; the next one is {}", k + 1, next_ + 1));
+    if (k != next_ && waypoints_ == 0) continue;
+    if (k != next_) {
+      breach(
+          fmt::format("waypoint {} is driven to; the next one is {}, and {:.1f} m is as near as "
+                      "it was driven to",
+                      k + 1, next_ + 1, nearest_to_next_m_));
     }
+    ++waypoints_;
+    next_ = (k + 1) % course_.size();
+    nearest_to_next_m_ = kNowhere_m;
   }
 }
 

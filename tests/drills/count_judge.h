@@ -54,6 +54,7 @@ class CountJudge {
   double radius_m_;
   std::vector<bool> far_;  // of each waypoint: the vehicle has been away from it since it was near
   std::size_t next_ = 0;
+  double nearest_to_next_m_ = 1e9;
   std::int64_t waypoints_ = 0;
   std::int64_t scans_ = 0;
   std::int64_t newest_scan_ = -1;
