@@ -1,0 +1,192 @@
+// What a registration says about itself, held against the truth: five terrains, three noises of the
+// LADAR, 40 scans each, none of them tuned on. `ctest -L slow -R RegistrationHonesty -V` prints the
+// table.
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <array>
+#include <cstdio>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "modules/sp/icp.h"
+#include "modules/sp/ranges.h"
+#include "modules/sp/scan_filter.h"
+#include "modules/sp/sp_config.h"
+#include "sim/ladar.h"
+#include "sim/random.h"
+#include "sim/scenario_file.h"
+#include "tests/replay/chain.h"
+
+namespace rcs::test {
+namespace {
+
+constexpr int kScansInMap = 12;
+constexpr double kApart_m = 1.0;
+constexpr double kVehicleHeight_m = 0.9;
+constexpr int kRuns = 40;
+// 95 % quantiles of chi squared, by degrees of freedom.
+constexpr std::array<double, 7> kChi2 = {0.0, 3.841, 5.991, 7.815, 9.488, 11.070, 12.592};
+
+struct Place {
+  std::string name;
+  sim::WorldParams world;
+};
+
+std::vector<Place> places(const sim::Scenario& reference) {
+  std::vector<Place> all(5, {"", reference.world});
+  all[0].name = "wooded hills";
+  all[1].name = "bare hills";
+  all[1].world.vegetation.bushes_per_m2 = all[1].world.vegetation.trees_per_m2 = 0.0;
+  all[1].world.vegetation.grass_height_m = 0.0;
+  all[2].name = "meadows";
+  all[2].world.vegetation.trees_per_m2 = 0.0;
+  all[2].world.vegetation.patch_m = 60.0;
+  all[3].name = "rocks";
+  all[3].world.vegetation = all[1].world.vegetation;
+  all[3].world.rocks.per_m2 = 0.1;
+  all[4].name = "rugged, wooded";
+  for (sim::Octave& o : all[4].world.octaves) o.rms_m *= o.spacing_m < 20.0 ? 2.0 : 1.0;
+  for (std::size_t k = 0; k < all.size(); ++k) all[k].world.seed = 7001 + k;
+  return all;
+}
+
+struct Tally {
+  double nees = 0.0;  ///< sum over runs and directions
+  int directions = 0;
+  int inside = 0;
+  int usable = 0;
+  int unobserved = 0;
+  double error2_m2 = 0.0;
+};
+
+/// Scans from places of which the truth is known.
+class Scanner {
+ public:
+  Scanner(const sim::Scenario& scenario, const sp::SpConfig& config, const sim::World& world,
+          std::uint64_t seed)
+      : world_(world),
+        imager_(scenario.imager, scenario.beam, scenario.mount, seed),
+        calibration_(config.ladar) {}
+
+  Pose pose_at(double x_m, double y_m, double heading_rad) const {
+    const Vec3 up = world_.normal(x_m, y_m);
+    const Quat level = Quat::FromTwoVectors(Vec3::UnitZ(), up);
+    return {level * exp_so3(Vec3(0.0, 0.0, heading_rad)),
+            Vec3(x_m, y_m, world_.height(x_m, y_m)) + kVehicleHeight_m * up};
+  }
+
+  Points scan(const Pose& T_world_vehicle) {
+    const sim::Trajectory still(std::vector<Pose>(5, T_world_vehicle), 1.0);
+    sp::Scan scan;
+    for (int facet = 0; facet < imager_.params().facets; ++facet) {
+      imager_.render(world_, still, 0.0, facet, &facet_);
+      sp::RangeFacet view;
+      view.range_m = facet_.range_m.data();
+      view.first_row = facet_.first_row;
+      view.facet_rows = facet_.range_m.empty() ? 0 : facet_.rows;
+      view.tilt_rad = facet_.head.tilt_rad;
+      calibration_.append(view, &scan);
+    }
+    return scan.points;
+  }
+
+ private:
+  const sim::World& world_;
+  sim::RangeImager imager_;
+  sp::Calibration calibration_;
+  sim::RangeFacet facet_;
+};
+
+Tally run(const Place& place, sim::Scenario scenario, sp::SpConfig config, double sigma_m,
+          double granted_share) {
+  scenario.beam.sigma_m = sigma_m;
+  config.icp.range_sigma_m = sigma_m;
+  sim::World world(place.world, scenario.dem, {Vec2(0.0, 0.0), Vec2(1.0, 0.0)}, 400.0);
+  Tally tally;
+  for (int k = 0; k < kRuns; ++k) {
+    sim::Random random(static_cast<std::uint64_t>(100 * k) + place.world.seed, sim::Stream::kLadar);
+    Scanner scanner(scenario, config, world, static_cast<std::uint64_t>(k) + 1);
+    const double heading = 2.0 * kPi * random.uniform();
+    const Vec2 here(500.0 * random.uniform() - 250.0, 500.0 * random.uniform() - 250.0);
+    const Vec2 ahead(std::cos(heading), std::sin(heading));
+
+    sp::RollingMap map(config.map);
+    sp::VoxelSampler sampler;
+    Points dense;
+    for (int n = 0; n < kScansInMap; ++n) {
+      const Vec2 at = here - kApart_m * (kScansInMap - n) * ahead;
+      const Pose T = scanner.pose_at(at.x(), at.y(), heading);
+      sampler.sample(scanner.scan(T), config.map_voxel_m, &dense);
+      map.insert(dense, T);
+    }
+    const Pose T_true = scanner.pose_at(here.x(), here.y(), heading);
+    Points source;
+    sampler.sample(scanner.scan(T_true), config.map_voxel_m, &dense);
+    sampler.sample(dense, config.source_voxel_m, &source);
+
+    sp::Prediction prediction;
+    Vec6 off;
+    for (int i = 0; i < 6; ++i) off[i] = (i < 3 ? 0.1 : 0.01) * random.normal();
+    prediction.T_target_vehicle = T_true * exp_se3(off);
+    prediction.covariance.diagonal() << Vec3::Constant(0.01), Vec3::Constant(0.0001);
+    sp::IcpWorkspace workspace;
+    const auto all = std::numeric_limits<WorkUnits>::max();
+    WorkUnits granted = all;
+    if (granted_share < 1.0) {
+      const sp::Registration whole =
+          sp::register_points(source, &map, prediction, config.icp, all, &workspace);
+      granted = static_cast<WorkUnits>(granted_share * static_cast<double>(whole.used));
+    }
+    const sp::Registration r =
+        sp::register_points(source, &map, prediction, config.icp, granted, &workspace);
+    if (!usable(r.stop)) continue;
+    ++tally.usable;
+    const Vec6 error = log_se3(r.T_target_vehicle.inverse() * T_true);
+    const Eigen::SelfAdjointEigenSolver<Mat6> eigen(r.information);
+    const double largest = eigen.eigenvalues()[5];
+    const int rank = static_cast<int>((eigen.eigenvalues().array() > 1e-9 * largest).count());
+    const double nees = error.dot(r.information * error);
+    tally.nees += nees;
+    tally.directions += rank;
+    tally.unobserved += 6 - rank;
+    tally.inside += nees < kChi2[static_cast<std::size_t>(rank)] ? 1 : 0;
+    tally.error2_m2 += error.head<3>().squaredNorm();
+  }
+  return tally;
+}
+
+TEST(RegistrationHonesty, TheTruthLiesWithinWhatItClaims) {
+  const Result<sim::Scenario> reference =
+      sim::load_scenario(source_path("config/sim/reference.toml"), {});
+  ASSERT_TRUE(reference.ok());
+  const Result<ParamFile> file = ParamFile::load(source_path("config/demo3.toml"));
+  ASSERT_TRUE(file.ok());
+  const Result<sp::SpConfig> config = sp::load_sp_config(*file);
+  ASSERT_TRUE(config.ok());
+  std::printf("%-16s %9s %9s %7s %9s %12s %11s\n", "terrain", "sigma [m]", "work", "usable",
+              "NEES/dof", "inside 95 %", "rms [m]");
+  for (const Place& place : places(*reference)) {
+    for (const double sigma_m : {0.01, 0.03, 0.06}) {
+      for (const double share : {1.0, 0.25, 0.5, 0.75}) {
+        if (share < 1.0 && sigma_m != 0.03) continue;
+        const Tally t = run(place, *reference, *config, sigma_m, share);
+        std::printf("%-16s %9.2f %8.0f%% %7d %9.2f %10.0f %% %11.3f  unobserved %d\n",
+                    place.name.c_str(), sigma_m, 100.0 * share, t.usable,
+                    t.nees / std::max(1, t.directions), 100.0 * t.inside / std::max(1, t.usable),
+                    std::sqrt(t.error2_m2 / std::max(1, t.usable)), t.unobserved);
+        std::fflush(stdout);
+        EXPECT_GE(t.usable, kRuns * 8 / 10);
+        EXPECT_GT(t.nees, 0.5 * t.directions);
+        EXPECT_LT(t.nees, 1.5 * t.directions);
+        // The mark is 88 %; of 40 scans a true 88 % gives 78 % or less once in thirty.
+        EXPECT_GE(t.inside, t.usable * 78 / 100);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace rcs::test
