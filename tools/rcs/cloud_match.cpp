@@ -1,10 +1,26 @@
 #include "tools/rcs/cloud_match.h"
 
 #include <cmath>
+#include <numeric>
 
 #include "tools/rcs/cpu_watch.h"
 
 namespace rcs::tools {
+
+namespace {
+
+void take(const sp::Registration& r, CloudMatch* m) {
+  m->planes = r;
+  m->stop = name_of(r.stop);
+  m->good = usable(r.stop);
+  m->T_model_data = r.T_target_vehicle;
+  m->iterations += r.iterations;
+  m->pairs = r.pairs;
+  m->overlap = r.overlap;
+  m->mean_distance_of_pairs_m = r.mean_distance_m;
+}
+
+}  // namespace
 
 double CloudMatch::total_ms() const {
   double total = 0.0;
@@ -40,29 +56,46 @@ CloudMatch match_planes(const Points& model, const Points& data, const Pose& gue
   m.wide = matcher.search(data, guess);
   m.cpu_ms.emplace_back("search", search.stop_ms());
   CpuWatch refine;
-  m.planes = matcher.refine(data, m.wide->T_target_vehicle);
+  const sp::Registration r = matcher.refine(data, m.wide->T_target_vehicle);
   m.cpu_ms.emplace_back("refine", refine.stop_ms());
-  const sp::Registration& r = *m.planes;
-  m.stop = name_of(r.stop);
-  m.good = usable(r.stop);
-  m.T_model_data = r.T_target_vehicle;
-  m.iterations = m.wide->iterations + r.iterations;
-  m.pairs = r.pairs;
-  m.overlap = r.overlap;
-  m.mean_distance_of_pairs_m = r.mean_distance_m;
+  m.iterations = m.wide->iterations;
+  take(r, &m);
   return m;
 }
 
-std::vector<float> closest_distances(const sp::KdTree& model, const Points& data,
-                                     const Pose& T_model_data) {
-  std::vector<float> distances_m;
-  distances_m.reserve(data.size());
+CloudMatch match_globally(const Points& model, const Points& data, const Pose& guess,
+                          const sp::CloudParams& params) {
+  CloudMatch m;
+  CpuWatch prepare;
+  sp::CloudMatcher matcher(model, params);
+  m.cpu_ms.emplace_back("prepare", prepare.stop_ms());
+  CpuWatch search;
+  m.global = matcher.search_globally(data, guess);
+  m.cpu_ms.emplace_back("search", search.stop_ms());
+  take(m.global->best, &m);
+  if (m.global->ranked.empty()) m.T_model_data = guess;
+  m.good = m.global->accepted;
+  return m;
+}
+
+ClosestPoints closest_points(const sp::KdTree& model, const Points& data,
+                             const Pose& T_model_data) {
+  ClosestPoints out;
+  out.index.reserve(data.size());
+  out.distance_m.reserve(data.size());
   const Mat3 R = T_model_data.rotation();
   for (std::size_t i = 0; i < data.size(); ++i) {
     const Vec3f p = (R * data[i].cast<double>() + T_model_data.p).cast<float>();
-    distances_m.push_back(std::sqrt(model.closest(p).distance2_m2));
+    const sp::KdTree::Closest c = model.closest(p);
+    out.index.push_back(c.index);
+    out.distance_m.push_back(std::sqrt(c.distance2_m2));
   }
-  return distances_m;
+  return out;
+}
+
+double ClosestPoints::mean_m() const {
+  const double sum = std::accumulate(distance_m.begin(), distance_m.end(), 0.0);
+  return sum / static_cast<double>(distance_m.size());
 }
 
 }  // namespace rcs::tools

@@ -1,6 +1,7 @@
 #pragma once
 // Two point clouds registered by one of the methods, with the CPU time of its stages.
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
@@ -25,8 +26,9 @@ struct CloudMatch {
   double mean_distance_of_pairs_m = 0.0;
   std::vector<std::pair<std::string, double>> cpu_ms;  ///< by stage
   std::optional<sp::PaperResult> paper;                ///< of this method only
-  std::optional<sp::WideAnswer> wide;                  ///< planes only, as the next
-  std::optional<sp::Registration> planes;
+  std::optional<sp::Registration> planes;              ///< of production
+  std::optional<sp::WideAnswer> wide;                  ///< of it, from a guess
+  std::optional<sp::GlobalRegistration> global;        ///< of it, globally
 
   [[nodiscard]] double total_ms() const;
 };
@@ -40,8 +42,18 @@ struct CloudMatch {
 [[nodiscard]] CloudMatch match_planes(const Points& model, const Points& data, const Pose& guess,
                                       const sp::CloudParams& params);
 
-/// From each of DATA's points to the closest of MODEL's [m].
-[[nodiscard]] std::vector<float> closest_distances(const sp::KdTree& model, const Points& data,
-                                                   const Pose& T_model_data);
+/// Production without a guess to speak of; good: it was accepted.
+[[nodiscard]] CloudMatch match_globally(const Points& model, const Points& data, const Pose& guess,
+                                        const sp::CloudParams& params);
+
+/// Of each of DATA's points in MODEL.
+struct ClosestPoints {
+  std::vector<std::uint32_t> index;
+  std::vector<float> distance_m;
+
+  [[nodiscard]] double mean_m() const;
+};
+[[nodiscard]] ClosestPoints closest_points(const sp::KdTree& model, const Points& data,
+                                           const Pose& T_model_data);
 
 }  // namespace rcs::tools

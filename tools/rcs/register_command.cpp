@@ -2,12 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <charconv>
 #include <nlohmann/json.hpp>
-#include <numeric>
+#include <optional>
 
 #include "tools/rcs/cloud_file.h"
 #include "tools/rcs/cloud_match.h"
 #include "tools/rcs/command.h"
+#include "tools/rcs/files.h"
+#include "tools/rcs/match_picture.h"
 #include "tools/rcs/trajectory.h"
 
 namespace rcs::tools {
@@ -57,16 +60,33 @@ nlohmann::json more_of(const sp::PaperResult& r) {
           {"history", history}};
 }
 
-nlohmann::json more_of(const sp::Registration& r, const sp::WideAnswer& wide) {
+nlohmann::json more_of(const sp::Registration& r) {
   return {
       {"information", row_major(r.information)},
       {"observability", std::vector<double>(r.observability.data(), r.observability.data() + 6)},
-      {"mean_distance_to_planes_m", r.mean_distance_m},
-      {"search_score", wide.score}};
+      {"mean_distance_to_planes_m", r.mean_distance_m}};
 }
 
-double mean(const std::vector<float>& values) {
-  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+nlohmann::json more_of(const sp::GlobalRegistration& g) {
+  nlohmann::json ranked = nlohmann::json::array();
+  for (const sp::Hypothesis& h : g.ranked) {
+    ranked.push_back(
+        {{"T_model_data", row_major(h.T_target_vehicle.matrix())}, {"score", h.score}});
+  }
+  return {{"accepted", g.accepted}, {"ambiguity", g.ambiguity}, {"hypotheses", ranked}};
+}
+
+/// "32x180"; none: it is something else.
+std::optional<CloudShape> parse_shape(const std::string& text) {
+  CloudShape shape;
+  const char* const end = text.data() + text.size();
+  const std::from_chars_result rows = std::from_chars(text.data(), end, shape.rows);
+  if (rows.ec != std::errc() || rows.ptr == end || *rows.ptr != 'x') return std::nullopt;
+  const std::from_chars_result cols = std::from_chars(rows.ptr + 1, end, shape.cols);
+  if (cols.ec != std::errc() || cols.ptr != end || shape.rows < 1 || shape.cols < 1) {
+    return std::nullopt;
+  }
+  return shape;
 }
 
 class Register final : public Command {
@@ -90,6 +110,13 @@ class Register final : public Command {
     app()->add_option("--guess", guess_,
                       "\"16 numbers\", row-major: where DATA lies in MODEL, about; default: the "
                       "same place");
+    app()->add_flag("--global", global_,
+                    fmt::format("plane: DATA lies within {:.0f} m of the guess, turned by any "
+                                "heading; refused when no place is good enough or two look alike",
+                                sp::GlobalParams{}.radius_m));
+    app()->add_option("--organized", organized_,
+                      "ROWSxCOLS: the records of both files are range images, row by row");
+    app()->add_option("--plot", plot_, "folder for before.svg, after.svg and histogram.svg");
     app()
         ->add_option("--spacing", params_.spacing_m,
                      "paper: its D, the distance of neighbouring points [m]; default: measured")
@@ -110,10 +137,11 @@ class Register final : public Command {
         "reflection,\n"
         "H sums over pairs that were not accepted, and mean and deviation are of all pairs.\n"
         "A small mean distance is no accuracy: look at the overlap, and hold it against another\n"
-        "sensor. Status 0: it converged; 1: it did not, and why is told.\n"
+        "sensor. Status 0: it converged (--global: and is accepted); 1: not, and why is told.\n"
         "Examples:\n"
         "  rcs register first.pcd second.pcd\n"
         "  rcs register 0000000000.bin 0000000001.bin --method paper --json\n"
+        "  rcs register first.pcd second.pcd --global --plot pictures\n"
         "  rcs register a.ply b.ply --guess \"1 0 0 2.5  0 1 0 0  0 0 1 0  0 0 0 1\"");
   }
 
@@ -121,41 +149,85 @@ class Register final : public Command {
     Pose guess;
     if (!guess_.empty()) {
       const Result<Pose> parsed = parse_pose(guess_);
-      if (!parsed) {
-        fmt::print(stderr, "rcs register: {}\n", parsed.error().message);
-        return kExitUsage;
-      }
+      if (!parsed) return wrong_usage(parsed.error().message);
       guess = *parsed;
     }
-    const Result<Cloud> model = read_cloud(model_, {});
+    CloudShape shape;
+    if (!organized_.empty()) {
+      const std::optional<CloudShape> parsed = parse_shape(organized_);
+      if (!parsed) return wrong_usage("--organized: ROWSxCOLS is wanted, such as 32x180");
+      shape = *parsed;
+    }
+    if (global_ && method_ == "paper") return wrong_usage("--global is not of the paper's method");
+
+    const Result<Cloud> model = read_cloud(model_, shape);
     if (!model) return fail(kName, model.error());
-    const Result<Cloud> data = read_cloud(data_, {});
+    const Result<Cloud> data = read_cloud(data_, shape);
     if (!data) return fail(kName, data.error());
     if (model->points.empty() || data->points.empty()) {
       return fail(kName,
                   Error{fmt::format("{}: no points", model->points.empty() ? model_ : data_)});
     }
 
-    sp::PaperParams params = as_printed_ ? sp::PaperParams::literal() : sp::PaperParams{};
-    params.spacing_m = params_.spacing_m;
-    params.max_iterations = params_.max_iterations;
-    if (quaternion_) params.solver = sp::MotionSolver::kQuaternion;
-    const CloudMatch answer =
-        method_ == "paper" ? match_as_in_paper(model->points, data->points, guess, params)
-                           : match_planes(model->points, data->points, guess, sp::CloudParams{});
+    const CloudMatch answer = match(model->points, data->points, guess);
     const sp::KdTree tree(model->points);
-    const double before_m = mean(closest_distances(tree, data->points, guess));
-    const double after_m = mean(closest_distances(tree, data->points, answer.T_model_data));
+    const ClosestPoints before = closest_points(tree, data->points, guess);
+    const ClosestPoints after = closest_points(tree, data->points, answer.T_model_data);
     if (json_) {
-      fmt::print("{}\n", to_json(*model, *data, answer, before_m, after_m).dump(2));
+      fmt::print("{}\n", to_json(*model, *data, answer, before.mean_m(), after.mean_m()).dump(2));
     } else {
-      tell(*model, *data, answer, before_m, after_m);
+      tell(*model, *data, answer, before.mean_m(), after.mean_m());
     }
-    return answer.good ? kExitOk
-                       : fail(kName, Error{fmt::format("not converged: {}", answer.stop)});
+    if (!plot_.empty()) {
+      const Outcome drawn = draw(model->points, data->points, guess, answer, before, after);
+      if (!drawn) return fail(kName, drawn.error());
+    }
+    if (answer.good) return kExitOk;
+    return fail(kName, Error{answer.global ? refusal(*answer.global)
+                                           : fmt::format("not converged: {}", answer.stop)});
   }
 
  private:
+  static int wrong_usage(const std::string& why) {
+    fmt::print(stderr, "rcs register: {}\n", why);
+    return kExitUsage;
+  }
+
+  static std::string refusal(const sp::GlobalRegistration& g) {
+    if (g.ranked.empty()) return "refused: no place was found";
+    return fmt::format(
+        "refused: the best place explains {:.0f} % of the data, the second best {:.2f} of that",
+        100.0 * g.ranked[0].score, g.ambiguity);
+  }
+
+  [[nodiscard]] CloudMatch match(const Points& model, const Points& data, const Pose& guess) const {
+    if (method_ == "paper") {
+      sp::PaperParams params = as_printed_ ? sp::PaperParams::literal() : sp::PaperParams{};
+      params.spacing_m = params_.spacing_m;
+      params.max_iterations = params_.max_iterations;
+      if (quaternion_) params.solver = sp::MotionSolver::kQuaternion;
+      return match_as_in_paper(model, data, guess, params);
+    }
+    return global_ ? match_globally(model, data, guess, sp::CloudParams{})
+                   : match_planes(model, data, guess, sp::CloudParams{});
+  }
+
+  [[nodiscard]] Outcome draw(const Points& model, const Points& data, const Pose& guess,
+                             const CloudMatch& answer, const ClosestPoints& before,
+                             const ClosestPoints& after) const {
+    const MatchView view = view_of(model, data, guess, answer.T_model_data);
+    Outcome drawn = write_text(plot_ + "/before.svg",
+                               match_picture("Before", model, data, guess, before.index, view));
+    if (drawn) {
+      drawn =
+          write_text(plot_ + "/after.svg",
+                     match_picture("After", model, data, answer.T_model_data, after.index, view));
+    }
+    if (!drawn) return drawn;
+    return write_text(plot_ + "/histogram.svg",
+                      render(distance_histogram(before.distance_m, after.distance_m), true));
+  }
+
   [[nodiscard]] nlohmann::json to_json(const Cloud& model, const Cloud& data, const CloudMatch& a,
                                        double before_m, double after_m) const {
     nlohmann::json cpu = nlohmann::json::object();
@@ -174,7 +246,9 @@ class Register final : public Command {
                           {"mean_distance_after_m", after_m},
                           {"cpu_ms", cpu}};
     if (a.paper) out.update(more_of(*a.paper));
-    if (a.planes) out.update(more_of(*a.planes, *a.wide));
+    if (a.planes) out.update(more_of(*a.planes));
+    if (a.wide) out["search_score"] = a.wide->score;
+    if (a.global) out.update(more_of(*a.global));
     return out;
   }
 
@@ -198,9 +272,12 @@ class Register final : public Command {
   std::string data_;
   std::string method_ = "plane";
   std::string guess_;
+  std::string organized_;
+  std::string plot_;
   sp::PaperParams params_;
   bool as_printed_ = false;
   bool quaternion_ = false;
+  bool global_ = false;
   bool json_ = false;
 };
 

@@ -61,6 +61,10 @@ std::string_view style_class(SeriesStyle style) {
       return "band";
     case SeriesStyle::kBars:
       return "bars";
+    case SeriesStyle::kHair:
+      return "hair";
+    case SeriesStyle::kDots:
+      return "dots";
   }
   return "line";
 }
@@ -127,6 +131,11 @@ class Canvas {
   }
 
   void fit_ranges() {
+    if (plot_.window) {
+      x_ = {plot_.window->x_low, plot_.window->x_high};
+      y_ = {plot_.window->y_low, plot_.window->y_high};
+      return;
+    }
     for (const Series& s : plot_.series) {
       for (const double v : s.x) x_.add(v);
       for (const double v : s.y) add_y(v);
@@ -247,6 +256,8 @@ class Canvas {
       path = band_path(s);
     } else if (s.style == SeriesStyle::kBars) {
       path = bars_path(s);
+    } else if (s.style == SeriesStyle::kDots) {
+      path = dots_path(s);
     } else {
       path = line_path(s);
     }
@@ -256,7 +267,8 @@ class Canvas {
   [[nodiscard]] std::string line_path(const Series& s) const {
     std::string path;
     bool pen_down = false;
-    const std::size_t stride = 1 + s.x.size() / kMaxPointsOfALine;
+    const bool all = s.style == SeriesStyle::kHair;
+    const std::size_t stride = all ? 1 : 1 + s.x.size() / kMaxPointsOfALine;
     for (std::size_t i = 0; i < s.x.size(); i += stride) {
       const double x = px(s.x[i]);
       const double y = py(s.y[i]);
@@ -282,6 +294,17 @@ class Canvas {
                      py(s.y_low[k - 1]));
     }
     return path.empty() ? path : path + "Z";
+  }
+
+  [[nodiscard]] std::string dots_path(const Series& s) const {
+    std::string path;
+    for (std::size_t i = 0; i < s.x.size(); ++i) {
+      const double x = px(s.x[i]);
+      const double y = py(s.y[i]);
+      if (!(x > left_ && x < right_ && y > top_ && y < bottom_)) continue;
+      fmt::format_to(std::back_inserter(path), "M{:.1f} {:.1f}h0", x, y);
+    }
+    return path;
   }
 
   [[nodiscard]] std::string bars_path(const Series& s) const {
@@ -363,8 +386,11 @@ class Canvas {
         emit("<rect class=\"{} {}\" x=\"{:.1f}\" y=\"{:.1f}\" width=\"20\" height=\"9\"/>",
              style_class(s.style), colour_class(s.colour), x, y - 4.5);
       } else {
-        emit("<path class=\"{} {}\" d=\"M{:.1f} {:.1f}h20\"/>", style_class(s.style),
-             colour_class(s.colour), x, y);
+        // A hair and a dot would hardly be seen alone.
+        const bool dots = s.style == SeriesStyle::kDots;
+        const SeriesStyle style = s.style == SeriesStyle::kHair ? SeriesStyle::kLine : s.style;
+        emit("<path class=\"{} {}\" d=\"M{:.1f} {:.1f}{}\"/>", style_class(style),
+             colour_class(s.colour), x, y, dots ? "h0m4 3h0m4-5h0m4 4h0m4-3h0m3 2h0" : "h20");
       }
       emit("<text class=\"label\" x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n", x + 26.0, y + 4.0,
            escape_xml(s.label));
@@ -386,5 +412,22 @@ class Canvas {
 }  // namespace
 
 std::string render(const Plot& plot, bool standalone) { return Canvas(plot).draw(standalone); }
+
+std::string render_stacked(const std::vector<Plot>& plots) {
+  std::string inner;
+  int width_px = 0;
+  int height_px = 0;
+  for (const Plot& plot : plots) {
+    inner += fmt::format("<svg y=\"{}\" width=\"{}\" height=\"{}\">\n{}</svg>\n", height_px,
+                         plot.width_px, plot.height_px, render(plot, false));
+    width_px = std::max(width_px, plot.width_px);
+    height_px += plot.height_px;
+  }
+  return fmt::format(
+      "<svg class=\"plot\" viewBox=\"0 0 {0} {1}\" xmlns=\"http://www.w3.org/2000/svg\" "
+      "width=\"{0}\" height=\"{1}\">\n<style>{2}</style>\n"
+      "<rect class=\"paper\" width=\"100%\" height=\"100%\"/>\n{3}</svg>\n",
+      width_px, height_px, plot_style(), inner);
+}
 
 }  // namespace rcs::tools

@@ -17,7 +17,9 @@ enum class SeriesStyle {
   kThickLine,
   kDashed,
   kBand,  ///< filled between y_low and y
-  kBars   ///< from 0 (or the axis' foot) to y, as wide as the distance of the x
+  kBars,  ///< from 0 (or the axis' foot) to y, as wide as the distance of the x
+  kHair,  ///< a thin line, with all of its points
+  kDots   ///< each point for itself
 };
 
 struct Series {
@@ -54,6 +56,14 @@ struct CellMap {
   std::string value_label;  ///< with unit
 };
 
+/// What part of the plane is shown.
+struct Window {
+  double x_low = 0.0;
+  double x_high = 1.0;
+  double y_low = 0.0;
+  double y_high = 1.0;
+};
+
 struct Plot {
   std::string title;
   std::string x_label;  ///< with unit
@@ -63,6 +73,7 @@ struct Plot {
   bool equal_scales = false;  ///< a picture from above: one metre is as long along x and y
   bool log_y = false;         ///< values at or below 0 are left out
   bool y_from_zero = false;
+  std::optional<Window> window;  ///< none: all that is there
   std::vector<Shade> shades;
   std::vector<Series> series;
   std::vector<Mark> marks;
@@ -74,6 +85,10 @@ struct Plot {
 
 /// @param standalone  with its own style sheet and name space: a file of its own
 [[nodiscard]] std::string render(const Plot& plot, bool standalone);
+
+/// Plots of one width, one below the other, in a file of their own.
+/// @param plots  titles or y labels differ
+[[nodiscard]] std::string render_stacked(const std::vector<Plot>& plots);
 
 /// The style sheet that plots without their own need.
 [[nodiscard]] std::string_view plot_style();

@@ -48,6 +48,8 @@ std::string_view plot_style() {
  stroke-linejoin:round;stroke-linecap:round}
 .plot .thick{stroke-width:3.4}
 .plot .dashed{stroke-dasharray:5 4}
+.plot .hair{fill:none;stroke:var(--c);stroke-width:.6;opacity:.5}
+.plot .dots{fill:none;stroke:var(--c);stroke-width:1.8;stroke-linecap:round}
 .plot .band{fill:var(--c);stroke:none;opacity:.2}
 .plot .bars{fill:var(--c);stroke:none;opacity:.85}
 )";

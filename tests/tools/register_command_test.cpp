@@ -1,0 +1,151 @@
+// `rcs register` as a user calls it.
+
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "rcs/base/pose.h"
+#include "tests/sp/scene.h"
+#include "tests/tools/rcs_command.h"
+
+namespace rcs::test {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+class RegisterCommand : public RcsCommand {
+ protected:
+  RegisterCommand() {
+    std::mt19937 rng(7);
+    const Points model =
+        sp::test::scene(sp::test::Ground::kRolling, true, 4000, 0.01, Vec3::Zero(), &rng);
+    // Other points of the same surfaces, seen from elsewhere.
+    const Points data =
+        sp::test::scene(sp::test::Ground::kRolling, true, 4000, 0.01, Vec3(1.0, -1.0, 0.0), &rng);
+    write(model_, model);
+    write(data_, sp::test::moved(T_true_.inverse(), data));
+  }
+
+  static void write(const std::string& path, const Points& points) {
+    std::ofstream out(path);
+    for (std::size_t i = 0; i < points.size(); ++i) out << points[i].transpose() << '\n';
+  }
+  std::string write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ + "/" + name) << text;
+    return folder_ + "/" + name;
+  }
+  int run(const std::string& options) { return rcs("register " + model_ + " " + data_ + options); }
+
+  void expect_truth(const json& j, double m, double deg) const {
+    ASSERT_EQ(j["T_model_data"].size(), 16U);
+    const auto at = [&j](int k) { return j["T_model_data"][static_cast<std::size_t>(k)]; };
+    Mat3 R;
+    Vec3 p;
+    for (int i = 0; i < 3; ++i) {
+      for (int k = 0; k < 3; ++k) R(i, k) = at(4 * i + k).get<double>();
+      p[i] = at(4 * i + 3).get<double>();
+    }
+    EXPECT_EQ(at(15).get<double>(), 1.0);
+    EXPECT_LT((p - T_true_.p).norm(), m);
+    EXPECT_LT(degrees(log_so3(T_true_.q.conjugate() * Quat(R)).norm()), deg);
+  }
+
+  std::string model_ = folder_ + "/model.xyz";
+  std::string data_ = folder_ + "/data.xyz";
+  Pose T_true_ = sp::test::pose(1.5, 0.8, 0.2, 0.02, -0.01, 0.1);
+};
+
+TEST_F(RegisterCommand, TellsMotionInformationAndTimeAndDraws) {
+  EXPECT_EQ(run(" --json --plot " + folder_ + "/new/pictures"), 0) << messages();
+  const json j = json::parse(out());
+  expect_truth(j, 0.03, 0.1);
+  EXPECT_EQ(j["method"], "plane");
+  EXPECT_EQ(j["stop"], "converged");
+  EXPECT_EQ(j["model_points"], 4000);
+  EXPECT_EQ(j["information"].size(), 36U);
+  EXPECT_EQ(j["observability"].size(), 6U);
+  EXPECT_GT(j["information"][0].get<double>(), 0.0);
+  EXPECT_GT(j["pairs"].get<int>(), 1000);
+  EXPECT_GT(j["overlap"].get<double>(), 0.5);
+  EXPECT_GT(j["iterations"].get<int>(), 1);
+  EXPECT_LT(j["mean_distance_after_m"].get<double>(), j["mean_distance_before_m"].get<double>());
+  for (const char* stage : {"prepare", "search", "refine", "total"}) {
+    EXPECT_GE(j["cpu_ms"][stage].get<double>(), 0.0) << stage;
+  }
+  for (const char* name : {"before", "after", "histogram"}) {
+    const std::string svg = text_of(folder_ + "/new/pictures/" + name + ".svg");
+    EXPECT_THAT(svg, HasSubstr("</svg>")) << name;
+    EXPECT_THAT(svg, testing::Not(HasSubstr("nan"))) << name;
+  }
+}
+
+TEST_F(RegisterCommand, TellsEveryIterationOfThePapersMethod) {
+  EXPECT_EQ(run(" --method paper --json --guess '1 0 0 1.4 0 1 0 0.7 0 0 1 0.2 0 0 0 1'"), 0)
+      << messages();
+  const json j = json::parse(out());
+  expect_truth(j, 0.1, 0.5);
+  ASSERT_EQ(j["history"].size(), j["iterations"].get<std::size_t>());
+  for (const char* key : {"branch", "mu_m", "sigma_m", "d_max_m", "pairs", "mean_distance_m"}) {
+    EXPECT_TRUE(j["history"][0].contains(key)) << key;
+  }
+  EXPECT_EQ(run(" --method paper --as-printed --max-iterations 5"), 1);
+  EXPECT_THAT(messages(), HasSubstr("not converged"));
+}
+
+TEST_F(RegisterCommand, FindsAnyHeadingOrRefuses) {
+  // Half a turn away.
+  EXPECT_EQ(run(" --global --json --guess '-1 0 0 5 0 -1 0 -4 0 0 1 0 0 0 0 1'"), 0) << messages();
+  const json j = json::parse(out());
+  expect_truth(j, 0.03, 0.1);
+  EXPECT_TRUE(j["accepted"].get<bool>());
+  EXPECT_LT(j["ambiguity"].get<double>(), 1.0);
+  EXPECT_GE(j["hypotheses"].size(), 1U);
+  // One place of a plain is as good as another.
+  std::mt19937 rng(8);
+  write(model_, sp::test::scene(sp::test::Ground::kFlat, false, 4000, 0.01, Vec3::Zero(), &rng));
+  write(data_, sp::test::scene(sp::test::Ground::kFlat, false, 4000, 0.01, Vec3::Zero(), &rng));
+  EXPECT_EQ(run(" --global"), 1);
+  EXPECT_THAT(messages(), HasSubstr("refused"));
+}
+
+TEST_F(RegisterCommand, AWrongCommandLineIsTwo) {
+  EXPECT_EQ(rcs("register"), 2);
+  EXPECT_EQ(rcs("register " + model_), 2);
+  EXPECT_EQ(rcs("register " + model_ + " nothing.xyz"), 2);
+  EXPECT_EQ(run(" --method magic"), 2);
+  EXPECT_EQ(run(" --guess '1 2 3'"), 2);
+  EXPECT_THAT(messages(), HasSubstr("16 numbers"));
+  EXPECT_EQ(run(" --guess '2 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1'"), 2);
+  EXPECT_THAT(messages(), HasSubstr("no rigid motion"));
+  for (const char* shape : {"32", "32x", "x180", "0x180", "32x180x2", "-1x5"}) {
+    EXPECT_EQ(run(std::string(" --organized ") + shape), 2) << shape;
+    EXPECT_THAT(messages(), HasSubstr("ROWSxCOLS")) << shape;
+  }
+  EXPECT_EQ(run(" --method paper --global"), 2);
+}
+
+TEST_F(RegisterCommand, WhatCannotBeRegisteredIsOneAndIsNamed) {
+  const auto complaint = [this](const std::string& arguments) {
+    EXPECT_EQ(rcs("register " + arguments), 1) << arguments;
+    return messages();
+  };
+  EXPECT_THAT(complaint(model_ + " " + write("bad.xyz", "1 2\n")), HasSubstr("bad.xyz:1"));
+  EXPECT_THAT(complaint(write("bad.ply", "plx\n") + " " + data_), HasSubstr("not a PLY"));
+  EXPECT_THAT(complaint(write("cut.bin", "12345") + " " + data_), HasSubstr("multiple of 16"));
+  EXPECT_THAT(complaint(model_ + " " + write("empty.xyz", "# nothing\n")), HasSubstr("no points"));
+  EXPECT_THAT(complaint(model_ + " " + data_ + " --organized 32x180"),
+              HasSubstr("4000 records are not 32 x 180 cells"));
+  EXPECT_THAT(complaint(model_ + " " + write("few.xyz", "1 2 3\n3 4 5\n")),
+              HasSubstr("not converged: too"));
+  EXPECT_THAT(complaint(model_ + " " + data_ + " --plot " + model_), HasSubstr("model.xyz"));
+}
+
+TEST_F(RegisterCommand, ARangeImageIsReadByItsShape) {
+  EXPECT_EQ(run(" --organized 40x100"), 0) << messages();
+  EXPECT_THAT(out(), HasSubstr("model 4000 points"));
+}
+
+}  // namespace
+}  // namespace rcs::test
