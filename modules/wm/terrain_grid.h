@@ -22,8 +22,8 @@ struct TerrainParams {
                             ///< grass is high, [0.05, 2]
   double evidence = 3.5;    ///< scans that must have seen such points, net, [0.5, 10]
   /// Nearer, the LADAR's lowest rays are above level ground: what they meet there is grass or an
-  /// object, not the ground, [0, 20]. 1.8 m above it, the lowest ray of Demo III's (-20 deg) reaches
-  /// it 5.9 m from the vehicle's middle.
+  /// object, not the ground, [0, 20]. 1.8 m above it, the lowest ray of Demo III's (-20 deg)
+  /// reaches it 5.9 m from the vehicle's middle.
   double near_m = 6.5;
   double max_range_m = 35.0;  ///< farther points are not used: pitch errors lift them, [5, 300]
 };
