@@ -10,9 +10,10 @@ namespace {
 
 constexpr float kNone = -std::numeric_limits<float>::infinity();
 constexpr std::size_t kMostSeen = 50'000;  // quarters that one message touches
-constexpr int kSeenEnough = 3;             // scans
-constexpr int kFewest = 6;                 // known cells that make a plane
-constexpr int kSupported = 9;  // known cells that speak for one of which nothing was seen
+constexpr double kStart_m = 8.0;
+constexpr int kSeenEnough = 3;  // scans
+constexpr int kFewest = 6;      // known cells that make a plane
+constexpr int kSupported = 9;   // known cells that speak for one of which nothing was seen
 
 // z = a + b x + c y, x and y in cells from the middle of one.
 struct Plane {
@@ -92,6 +93,10 @@ void TerrainGrid::insert(const Points& p_vehicle, const Pose& T_local_vehicle) {
   const Mat3f R = T_local_vehicle.rotation().cast<float>();
   const float max_range2 = static_cast<float>(params_.max_range_m * params_.max_range_m);
   seen_.clear();
+  const Vec2 here = T_local_vehicle.p.head<2>();
+  if (scans_ == 0) start_ = here;
+  const bool at_start = (here - start_).norm() < kStart_m;
+  const auto near_m = static_cast<float>(at_start ? params_.near_start_m : params_.near_m);
   for (std::size_t k = 0; k < p_vehicle.size(); ++k) {
     const Vec3f p = p_vehicle[k];
     if (p.squaredNorm() > max_range2) continue;
@@ -107,7 +112,7 @@ void TerrainGrid::insert(const Points& p_vehicle, const Pose& T_local_vehicle) {
     if (index == 0) {
       if (seen_.size() == kMostSeen) continue;
       const float away = turned.head<2>().norm();
-      seen_.push_back({cell, z, z, kNone, away > static_cast<float>(params_.near_m)});
+      seen_.push_back({cell, z, z, kNone, away > near_m});
       index = static_cast<int>(seen_.size());
       continue;
     }

@@ -22,9 +22,12 @@ struct TerrainParams {
                             ///< grass is high, [0.05, 2]
   double evidence = 3.5;    ///< scans that must have seen such points, net, [0.5, 10]
   /// Nearer, the LADAR's lowest rays are above level ground: what they meet there is grass or an
-  /// object, not the ground, [0, 20]. 1.8 m above it, the lowest ray of Demo III's (-20 deg)
-  /// reaches it 5.9 m from the vehicle's middle.
-  double near_m = 6.5;
+  /// object, not the ground, [0, 20].
+  double near_m = 5.0;
+  /// The same while the vehicle is where it started: what lies before it then was never seen from
+  /// farther, and a rock that was not is hardly there. 1.8 m above the ground, the lowest ray of
+  /// Demo III's LADAR (-20 deg) reaches it 5.9 m from the vehicle's middle, [0, 20].
+  double near_start_m = 6.5;
   double max_range_m = 35.0;  ///< farther points are not used: pitch errors lift them, [5, 300]
 };
 
@@ -97,6 +100,7 @@ class TerrainGrid {
   std::vector<Seen> seen_;
   std::vector<Low> lows_;  // of the patch and kReach cells around it
   std::int64_t scans_ = 0;
+  Vec2 start_ = Vec2::Zero();  // frame local, of the first scan
 };
 
 }  // namespace rcs::wm

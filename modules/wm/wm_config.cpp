@@ -145,6 +145,7 @@ void read_terrain(ParamTable table, WmConfig* c) {
   table.get("obstacle_m", &p.obstacle_m, {0.05, 2});
   table.get("evidence", &p.evidence, {0.5, 10});
   table.get("near_m", &p.near_m, {0, 20});
+  table.get("near_start_m", &p.near_start_m, {0, 20});
   table.get("max_range_m", &p.max_range_m, {5, 300});
   table.get_ms("period_ms", &c->map_period, {50, 10000});
   if ((p.size & (p.size - 1)) != 0) table.fail("size", "must be a power of two");
