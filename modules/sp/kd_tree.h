@@ -1,10 +1,12 @@
 #pragma once
 // Exact closest points (paper, section 4: O(N_D log N_M)).
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <nanoflann.hpp>
+#include <vector>
 
 #include "rcs/base/points.h"
 
@@ -17,6 +19,10 @@ class KdTree {
     std::uint32_t index = 0;
     float distance2_m2 = 0.0F;  ///< squared
   };
+  struct Neighbours {
+    std::vector<std::uint32_t> index;
+    std::vector<float> distance2_m2;
+  };
 
   /// @param points  at least one, all finite
   explicit KdTree(const Points& points)
@@ -25,6 +31,15 @@ class KdTree {
   [[nodiscard]] Closest closest(const Vec3f& p) const { return closest<1>(p); }
   /// The closest but one: of a point that is itself in the tree, its neighbour.
   [[nodiscard]] Closest closest_other(const Vec3f& p) const { return closest<2>(p); }
+  /// The `most` closest, or all points if there are fewer; the nearest first.
+  void nearest(const Vec3f& p, std::size_t most, Neighbours* out) const {
+    const std::size_t n = std::min(most, cloud_.points.size());
+    out->index.resize(n);
+    out->distance2_m2.resize(n);
+    nanoflann::KNNResultSet<float, std::uint32_t, std::size_t> found(n);
+    found.init(out->index.data(), out->distance2_m2.data());
+    tree_.findNeighbors(found, p.data(), nanoflann::SearchParams());
+  }
 
  private:
   static constexpr std::size_t kLeaf = 10;
