@@ -137,7 +137,7 @@ class Canvas {
       return;
     }
     for (const Series& s : plot_.series) {
-      for (const double v : s.x) x_.add(v);
+      for (const double v : s.x) add_x(v);
       for (const double v : s.y) add_y(v);
       for (const double v : s.y_low) add_y(v);
       // One count is half a decade tall, not invisible.
@@ -169,6 +169,10 @@ class Canvas {
       x_.high += x_margin;
     }
   }
+  void add_x(double v) {
+    if (!plot_.log_x) x_.add(v);
+    if (plot_.log_x && v > 0.0) x_.add(std::log10(v));
+  }
   void add_y(double v) {
     if (!plot_.log_y) y_.add(v);
     if (plot_.log_y && v > 0.0) y_.add(std::log10(v));
@@ -191,8 +195,13 @@ class Canvas {
     y_ = {y_.low - 0.5 * more_y, y_.high + 0.5 * more_y};
   }
 
-  [[nodiscard]] double px(double x) const {
+  [[nodiscard]] double px_linear(double x) const {
     return left_ + (x - x_.low) / x_.span() * (right_ - left_);
+  }
+  /// Not finite where it cannot be drawn.
+  [[nodiscard]] double px(double x) const {
+    if (!plot_.log_x) return px_linear(x);
+    return x > 0.0 ? px_linear(std::log10(x)) : std::numeric_limits<double>::quiet_NaN();
   }
   [[nodiscard]] double py_linear(double y) const {
     return bottom_ - (y - y_.low) / y_.span() * (bottom_ - top_);
@@ -219,11 +228,12 @@ class Canvas {
   void draw_axes() {
     const int x_count = std::max(2, static_cast<int>((right_ - left_) / 90.0));
     const int y_count = std::max(2, static_cast<int>((bottom_ - top_) / 45.0));
-    for (const double x : round_ticks(x_.low, x_.high, x_count)) {
-      emit(
-          "<path class=\"grid\" d=\"M{:.1f} {:.1f}V{:.1f}\"/>"
-          "<text class=\"tick mid\" x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n",
-          px(x), top_, bottom_, px(x), bottom_ + 16.0, number(x));
+    if (plot_.log_x) {
+      for (int e = static_cast<int>(std::ceil(x_.low)); e <= x_.high; ++e) {
+        draw_x_tick(e, std::pow(10.0, e));
+      }
+    } else {
+      for (const double x : round_ticks(x_.low, x_.high, x_count)) draw_x_tick(x, x);
     }
     if (plot_.log_y) {
       for (int e = static_cast<int>(std::ceil(y_.low)); e <= y_.high; ++e) {
@@ -239,6 +249,12 @@ class Canvas {
          bottom_ + 36.0, escape_xml(plot_.x_label));
     emit("<text class=\"label mid\" transform=\"translate(16 {:.1f}) rotate(-90)\">{}</text>\n",
          0.5 * (top_ + bottom_), escape_xml(plot_.y_label));
+  }
+  void draw_x_tick(double at, double value) {
+    emit(
+        "<path class=\"grid\" d=\"M{:.1f} {:.1f}V{:.1f}\"/>"
+        "<text class=\"tick mid\" x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n",
+        px_linear(at), top_, bottom_, px_linear(at), bottom_ + 16.0, number(value));
   }
   void draw_y_tick(double at, double value) {
     emit(

@@ -71,6 +71,7 @@ struct Plot {
   int width_px = 880;
   int height_px = 300;
   bool equal_scales = false;  ///< a picture from above: one metre is as long along x and y
+  bool log_x = false;         ///< of lines and dots only; values at or below 0 are left out
   bool log_y = false;         ///< values at or below 0 are left out
   bool y_from_zero = false;
   std::optional<Window> window;  ///< none: all that is there
