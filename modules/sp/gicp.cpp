@@ -18,8 +18,8 @@ constexpr double kLine = 0.01;
 // M is nowhere less than this, and no more than this along two discs that lie alike. There the
 // closest point follows the data, so that it is no evidence.
 constexpr double kAlong = 0.5;
-// Residual, in sigmas of M, at which the robust weight is 1/4: at the start, and in the end.
-constexpr double kKernel = 16.0;
+// Residual, in sigmas of M, at which the robust weight is 1/4 in the end. At the start it is as
+// wide as the gate: a narrow one holds what is metres off where it is.
 constexpr double kKernelEnd = 2.0;
 constexpr double kShrink = 0.7;             // of gate and kernel, an iteration
 constexpr std::size_t kThinned = 4;         // one of so many says where it goes while they shrink,
@@ -125,7 +125,7 @@ Registration register_gicp(const GicpCloud& model, const GicpCloud& data, const 
   Sums sums;
   Observability obs;
   double gate_m = std::max(params.gate_m, params.least_gate_m);
-  double kernel = kKernel;
+  double kernel = std::max(kKernelEnd, gate_m / std::sqrt(2.0 * kAcross_m2));
   out.stop = Stop::kMaxIterations;
   while (out.iterations < params.max_iterations) {
     sums = sum_pairs(model, data, T, gate_m, kernel, stride);

@@ -17,7 +17,9 @@ namespace rcs::sp {
 struct GicpParams {
   double voxel_m = 0.15;  ///< of each cloud one point a voxel is used, [0.01, 10]
   int neighbours = 20;    ///< of a point's surface, itself among them, [4, 1000]
-  double gate_m = 2.0;    ///< closest points farther apart are no pair, at the start, [0.1, 100]
+  /// Closest points farther apart are no pair, at the start, [0.1, 100]. From 3 m and 20 deg off
+  /// 16 % arrive with 2 m, 80 % with 10, 92 % with 20 (frames 5, 15, ... of the KITTI drive).
+  double gate_m = 20.0;
   double least_gate_m = 0.5;     ///< and in the end, [0.01, 100]
   int max_iterations = 60;       ///< [1, 1000]
   int min_pairs = 50;            ///< fewer: kTooFew, [6, 100000]
@@ -67,7 +69,8 @@ struct GicpTerm {
 
 /// Aligns `data` to `model`: Gauss-Newton on Geman-McClure weighted d' M d (M is held in a step),
 /// with a gate and a kernel that shrink. Along unobserved directions the guess is kept.
-/// @param guess  T_model_data, off by less than the gate, or it may stop in a local minimum
+/// @param guess  T_model_data, off by no more than about 2 m and 10 deg, or it may stop in a local
+///   minimum
 /// @return with T_target_vehicle = T_model_data, the guess where it is not usable. information is
 ///   scaled by what the residuals are, and leaves out what M claims along surfaces, where the
 ///   closest point follows the data. Pairs count as independent: right for independent noise, far
