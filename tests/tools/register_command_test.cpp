@@ -94,6 +94,36 @@ TEST_F(RegisterCommand, TellsEveryIterationOfThePapersMethod) {
   EXPECT_THAT(messages(), HasSubstr("not converged"));
 }
 
+TEST_F(RegisterCommand, TellsWhatGeneralizedIcpFinds) {
+  EXPECT_EQ(run(" --method gicp --json --plot " + folder_ +
+                " --guess '1 0 0 1.2 0 1 0 0.5 0 0 1 0.2 0 0 0 1'"),
+            0)
+      << messages();
+  json j = json::parse(out());
+  expect_truth(j, 0.03, 0.1);
+  EXPECT_EQ(j["method"], "gicp");
+  EXPECT_EQ(j["stop"], "converged");
+  EXPECT_EQ(j["information"].size(), 36U);
+  EXPECT_GT(j["information"][0].get<double>(), 0.0);
+  for (const char* stage : {"surfaces", "refine", "total"}) {
+    EXPECT_GE(j["cpu_ms"][stage].get<double>(), 0.0) << stage;
+  }
+  EXPECT_THAT(text_of(folder_ + "/after.svg"), HasSubstr("</svg>"));
+  // Half a turn away.
+  const std::string turned = " --global --guess '-1 0 0 5 0 -1 0 -4 0 0 1 0 0 0 0 1'";
+  EXPECT_EQ(run(" --method gicp --json" + turned), 0) << messages();
+  j = json::parse(out());
+  expect_truth(j, 0.03, 0.1);
+  EXPECT_TRUE(j["accepted"].get<bool>());
+  for (const char* stage : {"prepare", "search", "surfaces", "refine"}) {
+    EXPECT_TRUE(j["cpu_ms"].contains(stage)) << stage;
+  }
+  EXPECT_EQ(run(" --method gicp --organized 40x100"), 0) << messages();
+  // Nothing is near.
+  EXPECT_EQ(run(" --method gicp --guess '1 0 0 200 0 1 0 0 0 0 1 0 0 0 0 1'"), 1);
+  EXPECT_THAT(messages(), HasSubstr("not converged: too"));
+}
+
 TEST_F(RegisterCommand, FindsAnyHeadingOrRefuses) {
   // Half a turn away.
   EXPECT_EQ(run(" --global --json --guess '-1 0 0 5 0 -1 0 -4 0 0 1 0 0 0 0 1'"), 0) << messages();
@@ -106,8 +136,10 @@ TEST_F(RegisterCommand, FindsAnyHeadingOrRefuses) {
   std::mt19937 rng(8);
   write(model_, sp::test::scene(sp::test::Ground::kFlat, false, 4000, 0.01, Vec3::Zero(), &rng));
   write(data_, sp::test::scene(sp::test::Ground::kFlat, false, 4000, 0.01, Vec3::Zero(), &rng));
-  EXPECT_EQ(run(" --global"), 1);
-  EXPECT_THAT(messages(), HasSubstr("refused"));
+  for (const char* method : {"plane", "gicp"}) {
+    EXPECT_EQ(run(std::string(" --global --method ") + method), 1);
+    EXPECT_THAT(messages(), HasSubstr("refused")) << method;
+  }
 }
 
 TEST_F(RegisterCommand, AWrongCommandLineIsTwo) {

@@ -78,6 +78,31 @@ CloudMatch match_globally(const Points& model, const Points& data, const Pose& g
   return m;
 }
 
+CloudMatch match_gicp(const Points& model, const Points& data, const Pose& guess,
+                      const sp::GicpParams& params) {
+  CloudMatch m;
+  CpuWatch surfaces;
+  const sp::GicpCloud model_cloud(model, params);
+  const sp::GicpCloud data_cloud(data, params);
+  m.cpu_ms.emplace_back("surfaces", surfaces.stop_ms());
+  CpuWatch refine;
+  const sp::Registration r = sp::register_gicp(model_cloud, data_cloud, guess, params);
+  m.cpu_ms.emplace_back("refine", refine.stop_ms());
+  take(r, &m);
+  return m;
+}
+
+CloudMatch match_gicp_globally(const Points& model, const Points& data, const Pose& guess,
+                               const sp::CloudParams& search, const sp::GicpParams& params) {
+  CloudMatch found = match_globally(model, data, guess, search);
+  if (!found.good) return found;
+  CloudMatch m = match_gicp(model, data, found.T_model_data, params);
+  m.cpu_ms.insert(m.cpu_ms.begin(), found.cpu_ms.begin(), found.cpu_ms.end());
+  m.iterations += found.iterations;
+  m.global = std::move(found.global);
+  return m;
+}
+
 ClosestPoints closest_points(const sp::KdTree& model, const Points& data,
                              const Pose& T_model_data) {
   ClosestPoints out;

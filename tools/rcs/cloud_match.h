@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "modules/sp/cloud_registration.h"
+#include "modules/sp/gicp.h"
 #include "modules/sp/icp_paper.h"
 #include "modules/sp/kd_tree.h"
 #include "rcs/base/points.h"
@@ -26,9 +27,9 @@ struct CloudMatch {
   double mean_distance_of_pairs_m = 0.0;
   std::vector<std::pair<std::string, double>> cpu_ms;  ///< by stage
   std::optional<sp::PaperResult> paper;                ///< of this method only
-  std::optional<sp::Registration> planes;              ///< of production
-  std::optional<sp::WideAnswer> wide;                  ///< of it, from a guess
-  std::optional<sp::GlobalRegistration> global;        ///< of it, globally
+  std::optional<sp::Registration> planes;              ///< of production, or of gicp
+  std::optional<sp::WideAnswer> wide;                  ///< of production, from a guess
+  std::optional<sp::GlobalRegistration> global;        ///< of the search that went before
 
   [[nodiscard]] double total_ms() const;
 };
@@ -45,6 +46,15 @@ struct CloudMatch {
 /// Production without a guess to speak of; good: it was accepted.
 [[nodiscard]] CloudMatch match_globally(const Points& model, const Points& data, const Pose& guess,
                                         const sp::CloudParams& params);
+
+/// Generalized ICP.
+[[nodiscard]] CloudMatch match_gicp(const Points& model, const Points& data, const Pose& guess,
+                                    const sp::GicpParams& params);
+
+/// From where match_globally() leads, if it is accepted; else what that answers.
+[[nodiscard]] CloudMatch match_gicp_globally(const Points& model, const Points& data,
+                                             const Pose& guess, const sp::CloudParams& search,
+                                             const sp::GicpParams& params);
 
 /// Of each of DATA's points in MODEL.
 struct ClosestPoints {

@@ -104,16 +104,17 @@ class Register final : public Command {
     app()
         ->add_option("--method", method_,
                      "plane: voxels' distributions from afar, then point to plane; paper: Madhavan "
-                     "and Messina's iterative registration")
-        ->check(CLI::IsMember({"plane", "paper"}))
+                     "and Messina's iterative registration; gicp: generalized ICP")
+        ->check(CLI::IsMember({"plane", "paper", "gicp"}))
         ->capture_default_str();
     app()->add_option("--guess", guess_,
                       "\"16 numbers\", row-major: where DATA lies in MODEL, about; default: the "
                       "same place");
-    app()->add_flag("--global", global_,
-                    fmt::format("plane: DATA lies within {:.0f} m of the guess, turned by any "
-                                "heading; refused when no place is good enough or two look alike",
-                                sp::GlobalParams{}.radius_m));
+    app()->add_flag(
+        "--global", global_,
+        fmt::format("plane, gicp: DATA lies within {:.0f} m of the guess, turned by any "
+                    "heading; refused when no place is good enough or two look alike",
+                    sp::GlobalParams{}.radius_m));
     app()->add_option("--organized", organized_,
                       "ROWSxCOLS: the records of both files are range images, row by row");
     app()->add_option("--plot", plot_, "folder for before.svg, after.svg and histogram.svg");
@@ -136,11 +137,17 @@ class Register final : public Command {
         "As printed, the motion found from MODEL to DATA is applied to DATA, R may be a "
         "reflection,\n"
         "H sums over pairs that were not accepted, and mean and deviation are of all pairs.\n"
+        "gicp is Segal, Haehnel & Thrun, \"Generalized-ICP\", slower than plane: to hold the "
+        "others "
+        "against.\nIt starts at the guess (--global: where plane ends), off by no more than about "
+        "2 m and 10 deg,\nand its information is of independent errors, more than real scans "
+        "have.\n"
         "A small mean distance is no accuracy: look at the overlap, and hold it against another\n"
         "sensor. Status 0: it converged (--global: and is accepted); 1: not, and why is told.\n"
         "Examples:\n"
         "  rcs register first.pcd second.pcd\n"
         "  rcs register 0000000000.bin 0000000001.bin --method paper --json\n"
+        "  rcs register first.pcd second.pcd --method gicp\n"
         "  rcs register first.pcd second.pcd --global --plot pictures\n"
         "  rcs register a.ply b.ply --guess \"1 0 0 2.5  0 1 0 0  0 0 1 0  0 0 0 1\"");
   }
@@ -183,8 +190,9 @@ class Register final : public Command {
       if (!drawn) return fail(kName, drawn.error());
     }
     if (answer.good) return kExitOk;
-    return fail(kName, Error{answer.global ? refusal(*answer.global)
-                                           : fmt::format("not converged: {}", answer.stop)});
+    const bool refused = answer.global && !answer.global->accepted;
+    return fail(kName, Error{refused ? refusal(*answer.global)
+                                     : fmt::format("not converged: {}", answer.stop)});
   }
 
  private:
@@ -207,6 +215,10 @@ class Register final : public Command {
       params.max_iterations = params_.max_iterations;
       if (quaternion_) params.solver = sp::MotionSolver::kQuaternion;
       return match_as_in_paper(model, data, guess, params);
+    }
+    if (method_ == "gicp") {
+      return global_ ? match_gicp_globally(model, data, guess, sp::CloudParams{}, sp::GicpParams{})
+                     : match_gicp(model, data, guess, sp::GicpParams{});
     }
     return global_ ? match_globally(model, data, guess, sp::CloudParams{})
                    : match_planes(model, data, guess, sp::CloudParams{});
