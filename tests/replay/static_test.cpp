@@ -123,7 +123,7 @@ class Poses final : public Receiver {
   Extent extent;
 };
 
-TEST(Static, ARobotThatStandsStillStaysWithin2cm) {
+TEST(Static, ARobotThatStandsStillStaysWithin1cm) {
   const std::string folder = unpacked("norlab_static_lidar/scans_xyz_bin.tar.xz");
   if (folder.empty()) GTEST_SKIP() << kNoData;
   Scans scans(folder);
@@ -131,7 +131,7 @@ TEST(Static, ARobotThatStandsStillStaysWithin2cm) {
   const Result<ParamFile> file = ParamFile::parse(R"([ladar]
 max_range_m = 80.0
 [sp]
-source_voxel_m = 0.5
+source_voxel_m = 0.3
 map_voxel_m = 0.1
 )",
                                                   "static");
@@ -153,8 +153,8 @@ map_voxel_m = 0.1
   std::printf("peak to peak: sp %.2f %.2f %.2f cm, wm (local) %.2f %.2f %.2f cm\n", sp_cm.x(),
               sp_cm.y(), sp_cm.z(), wm_cm.x(), wm_cm.y(), wm_cm.z());
   EXPECT_EQ(registrations.extent.n(), 14);
-  EXPECT_LT(sp_cm.maxCoeff(), 2.0);
-  EXPECT_LT(wm_cm.maxCoeff(), 2.0);
+  EXPECT_LT(sp_cm.maxCoeff(), 1.0);
+  EXPECT_LT(wm_cm.maxCoeff(), 1.0);
 }
 
 }  // namespace
