@@ -1,5 +1,7 @@
 #include "modules/bg/bg_config.h"
 
+#include <algorithm>
+
 #include "rcs/node/vehicle_tables.h"
 
 namespace rcs::bg {
@@ -11,6 +13,8 @@ void read(ParamTable table, Shape* p) {
   table.get("max_curvature_1pm", &p->max_curvature_1pm, {0.01, 1});
   table.get("curvature_rate", &p->curvature_rate, {0.01, 10});
   table.get("margin_m", &p->margin_m, {0, 2});
+  p->least_margin_m = std::min(p->least_margin_m, p->margin_m);
+  table.get("least_margin_m", &p->least_margin_m, {0, p->margin_m});
   if (p->length_m > 3.0 * p->width_m) {
     table.fail("length_m", "must not be more than three times width_m");
   }

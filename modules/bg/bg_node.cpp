@@ -224,11 +224,16 @@ void BgNode::plan(const Cycle& cycle, const Facts& now) {
   const Goal to = goal();
   obstacles_.compute(terrain_, config_.weights);
   const int granted = static_cast<int>(grant(cycle, config_.grant));
-  find_way(to, now.speed_mps, granted);
-  if (candidate_.size() < 2) {
+  int left = granted;
+  for (const double margin_m : {config_.shape.margin_m, config_.shape.least_margin_m}) {
+    search_.keep_off(margin_m);
     // Something stands, or seems to stand, in the goal: nearer to it more can be seen.
-    find_way({to.x_m, to.y_m, to.radius_m + config_.near_goal_m}, now.speed_mps,
-             granted - found_.expansions);
+    for (const double more_m : {0.0, config_.near_goal_m}) {
+      find_way({to.x_m, to.y_m, to.radius_m + more_m}, now.speed_mps, left);
+      left -= found_.expansions;
+      if (candidate_.size() > 1) break;
+    }
+    if (candidate_.size() > 1) break;
   }
   const double most_mps = std::min({config_.max_speed_mps, route_.next().speed_mps,
                                     knows_north() ? config_.max_speed_mps : config_.north_mps});
@@ -266,9 +271,10 @@ void BgNode::find_way(const Goal& to, double speed_mps, int granted) {
   const int direction = speed_mps > config_.decide.rest_mps    ? 1
                         : speed_mps < -config_.decide.rest_mps ? -1
                                                                : 0;
-  field_.compute(terrain_, obstacles_, to, config_.weights, config_.shape);
-  found_ =
-      search_.search(terrain_, obstacles_, field_, place(), direction, to, granted, &candidate_);
+  field_.compute(terrain_, obstacles_, to, config_.weights, search_.body_m(),
+                 search_.required_m(obstacles_, place()));
+  found_ = search_.search(terrain_, obstacles_, field_, {place(), direction, stopping_m(speed_mps)},
+                          to, granted, &candidate_);
 }
 
 void BgNode::cut_at_obstacles() {
@@ -319,14 +325,18 @@ void BgNode::leave_way_if_held(Stamp now, bool held) {
   }
 }
 
+double BgNode::stopping_m(double speed_mps) const {
+  const double v = std::abs(speed_mps);
+  return v * (config_.follow.latency_s + 0.5 * v / config_.follow.braking_mps2);
+}
+
 double BgNode::within_free_way(const Steering& steering) const {
   if (steering.speed_mps == 0.0) return 0.0;
   const double most_mps = std::max(std::abs(steering.speed_mps), std::abs(nav_.speed_mps));
-  const double stop_m =
-      most_mps * (config_.follow.latency_s + 0.5 * most_mps / config_.follow.braking_mps2);
   const int direction = steering.speed_mps > 0.0 ? 1 : -1;
-  const double free_m = free_way(search_, obstacles_, place(), nav_.speed_mps,
-                                 steering.curvature_1pm, direction, config_.shape, stop_m + 0.5);
+  const double free_m =
+      free_way(search_, obstacles_, place(), nav_.speed_mps, steering.curvature_1pm, direction,
+               config_.shape, stopping_m(most_mps) + 0.5);
   const double speed_mps = speed_within(free_m, nav_.speed_mps, config_.follow);
   return direction * std::min(std::abs(steering.speed_mps), speed_mps);
 }

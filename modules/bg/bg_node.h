@@ -47,6 +47,8 @@ class BgNode final : public Node {
   void find_way(const Goal& to, double speed_mps, int granted);
   void cut_at_obstacles();
   /// What of a speed is left, so that the vehicle stops before what is in its way.
+  /// Way that it takes to stop.
+  [[nodiscard]] double stopping_m(double speed_mps) const;
   [[nodiscard]] double within_free_way(const Steering& steering) const;
   void drive(const Cycle& cycle, const Decision& decision);
   /// Whoever is held by what is in its way takes another one.

@@ -23,7 +23,8 @@ void CostField::push(int cell, double cost) {
 }
 
 void CostField::compute(const vj::Terrain& terrain, const ObstacleDistance& obstacles,
-                        const Goal& goal, const vj::Weights& weights, const Shape& shape) {
+                        const Goal& goal, const vj::Weights& weights, double body_m,
+                        double required_m) {
   cell_m_ = terrain.cell_m;
   first_ = terrain.first;
   width_ = terrain.width;
@@ -32,9 +33,9 @@ void CostField::compute(const vj::Terrain& terrain, const ObstacleDistance& obst
   cost_.assign(count, kNoWay);
   per_m_.resize(count);
   for (std::size_t k = 0; k < count; ++k) {
-    const double clearance_m = obstacles.in_cell(k) - 0.5 * shape.width_m;
+    const double clearance_m = obstacles.in_cell(k) - body_m;
     per_m_[k] =
-        clearance_m < 0.0 ? kNoWay : vj::cost_per_m(terrain.ground[k], clearance_m, weights);
+        clearance_m < required_m ? kNoWay : vj::cost_per_m(terrain.ground[k], clearance_m, weights);
   }
 
   heap_.clear();

@@ -22,8 +22,10 @@ struct Goal {
 /// the straight way from them. Allocates nothing once it has seen a terrain as large.
 class CostField {
  public:
+  /// @param body_m      radius of what must be free around the vehicle's middle
+  /// @param required_m  to be kept off obstacles, beyond it
   void compute(const vj::Terrain& terrain, const ObstacleDistance& obstacles, const Goal& goal,
-               const vj::Weights& weights, const Shape& shape);
+               const vj::Weights& weights, double body_m, double required_m);
 
   /// [m of easy ground]; infinite: no way, or outside of the terrain.
   [[nodiscard]] double at(double x_m, double y_m) const;

@@ -47,7 +47,8 @@ struct Shape {
   double width_m = 2.0;             ///< [0.3, 5]
   double max_curvature_1pm = 0.18;  ///< [0.01, 1]
   double curvature_rate = 0.2;      ///< how fast the wheels turn [1/(m s)], [0.01, 10]
-  double margin_m = 0.25;           ///< obstacles are kept farther off than this, [0, 2]
+  double margin_m = 0.4;            ///< obstacles are kept farther off than this, [0, 2]
+  double least_margin_m = 0.2;      ///< and than this where there is no other way, [0, margin_m]
 };
 
 }  // namespace rcs::bg

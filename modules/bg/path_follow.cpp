@@ -46,8 +46,7 @@ double free_way(const PathSearch& body, const ObstacleDistance& obstacles, const
   constexpr double kSlowest_mps = 0.3;  // the wheels of a vehicle that starts turn first
   const double turn = shape.curvature_rate * kStep_m / std::max(kSlowest_mps, std::abs(speed_mps));
   // Where it stands too near already, it may drive, but not nearer.
-  const double required_m =
-      std::min(kTouch_m, body.clearance(obstacles, vehicle) - PathSearch::kSlack_m);
+  const double required_m = PathSearch::required_m(kTouch_m, body.clearance(obstacles, vehicle));
   Place p = vehicle;
   for (double way_m = 0.0; way_m < most_m; way_m += kStep_m) {
     p.curvature_1pm += std::clamp(curvature_1pm - p.curvature_1pm, -turn, turn);

@@ -31,6 +31,7 @@ PathSearch::PathSearch(const SearchParams& params, const Shape& shape, const vj:
     : params_(params),
       shape_(shape),
       weights_(weights),
+      margin_m_(shape.margin_m),
       disc_m_(std::hypot(0.5 * shape.width_m, shape.length_m / 6.0)),
       spacing_m_(shape.length_m / 3.0) {
   // A search stays within its horizon, and a little more while it backs up.
@@ -68,21 +69,23 @@ std::size_t PathSearch::state(const Node& node) const {
 }
 
 SearchResult PathSearch::search(const vj::Terrain& terrain, const ObstacleDistance& obstacles,
-                                const CostField& field, const Place& start, int direction,
-                                const Goal& goal, int granted, Path* path) {
+                                const CostField& field, const Start& from, const Goal& goal,
+                                int granted, Path* path) {
+  const Place& start = from.place;
   path->clear();
   nodes_.clear();
   open_.clear();
   ++generation_;
   origin_ = start;
-  required_m_ = std::min(shape_.margin_m, clearance(obstacles, start) - kSlack_m);
+  stop_m_ = from.stop_m;
+  required_m_ = required_m(obstacles, start);
 
   trapped_ = field.blocked(start.x_m, start.y_m);
 
   SearchResult result;
   const std::int8_t curvature =
       static_cast<std::int8_t>(nearest_curvature(start.curvature_1pm, shape_));
-  offer({start, 0.0, 0.0, -1, curvature, static_cast<std::int8_t>(direction)},
+  offer({start, 0.0, 0.0, -1, curvature, static_cast<std::int8_t>(from.direction)},
         field.at(start.x_m, start.y_m));
   int best = -1;  // the node from which least is left
   double least = CostField::kNoWay;
@@ -165,6 +168,7 @@ void PathSearch::expand(int index, const vj::Terrain& terrain, const ObstacleDis
   const Node from = nodes_[static_cast<std::size_t>(index)];
   for (const int direction : {1, -1}) {
     const bool turns_back = from.direction != 0 && from.direction != direction;
+    if (turns_back && from.s_m < stop_m_) continue;
     for (int curvature = 0; curvature < kCurvatures; ++curvature) {
       // The wheels turn by a step an arc; at rest as far as they like.
       const bool at_rest = turns_back || from.direction == 0;
@@ -210,7 +214,7 @@ double PathSearch::cost_of_rest(const Path& path, std::size_t from, const vj::Te
   for (std::size_t k = from + 1; k < path.size(); ++k) {
     const PathPoint& p = path[k];
     const double clearance_m = clearance(obstacles, p.place);
-    if (clearance_m < shape_.margin_m) return CostField::kNoWay;
+    if (clearance_m < margin_m_) return CostField::kNoWay;
     const Cell cell = terrain.cell_at(p.place.x_m, p.place.y_m);
     const double per_m = vj::cost_per_m(terrain.at(cell), clearance_m, weights_);
     cost += (p.s_m - path[k - 1].s_m) * per_m * (p.direction < 0 ? weights_.reverse : 1.0);

@@ -2,6 +2,7 @@
 // The search for a way that the vehicle can drive: hybrid A* (Dolgov, Thrun, Montemerlo & Diebel
 // 2010) over arcs whose curvature changes by steps, ahead, and backwards over known ground.
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -33,22 +34,42 @@ struct SearchResult {
   int expansions = 0;
 };
 
+/// Where a search begins.
+struct Start {
+  Place place;
+  int direction = 0;    ///< that the vehicle drives in: 1, -1; 0: it stands, and may do either
+  double stop_m = 0.0;  ///< way that it needs to stop: no way turns back before that
+};
+
 /// Allocates nothing once it has seen a search as large.
 class PathSearch {
  public:
-  /// An obstacle abeam is nearer or farther by the rounding of cells.
-  static constexpr double kSlack_m = 0.15;
+  /// How near to obstacles a way may come that begins so near to one: an obstacle abeam is nearer
+  /// or farther by the rounding of cells. When it is very near there is hardly any such slack, or
+  /// the vehicle would creep nearer with every new way. What it stands on already is none, or hit:
+  /// it may leave.
+  [[nodiscard]] static double required_m(double margin_m, double clearance_m) {
+    constexpr double kSlack_m = 0.15;
+    constexpr double kHardly_m = 0.03;
+    constexpr double kVeryNear_m = -0.1;
+    constexpr double kOnIt_m = -0.35;
+    const double slack_m = clearance_m - kSlack_m;
+    if (clearance_m < kOnIt_m) return slack_m;
+    return std::min(margin_m, std::max(slack_m, std::min(clearance_m - kHardly_m, kVeryNear_m)));
+  }
 
   PathSearch(const SearchParams& params, const Shape& shape, const vj::Weights& weights);
 
+  /// From now on ways keep so far off obstacles; Shape::margin_m until then.
+  void keep_off(double margin_m) { margin_m_ = margin_m; }
+
   /// @param start  where the vehicle is. Where it stands nearer to an obstacle than the margin
   ///               allows, the way may start so, too, but must not come clearly nearer still.
-  /// @param direction  that it drives in now: 1, -1; 0: it stands, and may do either at no cost
   /// @param granted  expansions; params.max_expansions is the most that there is room for
   /// @param path  every 0.4 m or less, from `start`; empty when there is no way
   SearchResult search(const vj::Terrain& terrain, const ObstacleDistance& obstacles,
-                      const CostField& field, const Place& start, int direction, const Goal& goal,
-                      int granted, Path* path);
+                      const CostField& field, const Start& start, const Goal& goal, int granted,
+                      Path* path);
 
   /// No way begins like this one until release(): what follows it could not take it.
   void bar(const Path& path);
@@ -62,6 +83,12 @@ class PathSearch {
 
   /// From the vehicle's body to the nearest obstacle when it stands there; <= 0: they touch.
   [[nodiscard]] double clearance(const ObstacleDistance& obstacles, const Place& place) const;
+
+  /// What the way is allowed that begins there; and, for the CostField, the body that keeps it.
+  [[nodiscard]] double required_m(const ObstacleDistance& obstacles, const Place& start) const {
+    return required_m(margin_m_, clearance(obstacles, start));
+  }
+  [[nodiscard]] double body_m() const { return disc_m_; }
 
  private:
   struct Node {
@@ -87,10 +114,12 @@ class PathSearch {
   SearchParams params_;
   Shape shape_;
   vj::Weights weights_;
+  double margin_m_;
   double disc_m_;     // radius of the three discs that cover the outline
   double spacing_m_;  // between their middles
   Place origin_;      // of the bins
   int bins_ = 0;      // along each side
+  double stop_m_ = 0.0;
   double required_m_ = 0.0;
   std::array<bool, 10> barred_{};  // first arcs, by curvature and direction
   bool trapped_ = false;           // the start lies in what the cells forbid

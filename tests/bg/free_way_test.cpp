@@ -122,9 +122,10 @@ TEST(PathSearch, BacksUpOverKnownGroundOnly) {
     CostField field;
     const Goal goal{15.0, 0.0, 2.0};
     obstacles.compute(terrain, weights);
-    field.compute(terrain, obstacles, goal, weights, shape);
+    field.compute(terrain, obstacles, goal, weights, search.body_m(),
+                  search.required_m(obstacles, {0.0, 0.0, 0.0, 0.0}));
     Path path;
-    (void)search.search(terrain, obstacles, field, {0.0, 0.0, 0.0, 0.0}, 0, goal, 6000, &path);
+    (void)search.search(terrain, obstacles, field, {}, goal, 6000, &path);
     double back_m = 0.0;
     for (const PathPoint& p : path) back_m = std::min(back_m, p.place.x_m);
     return back_m;

@@ -20,11 +20,12 @@ struct Planner {
   CostField field;
   PathSearch search{params, shape, weights};
 
-  SearchResult plan(const vj::Terrain& terrain, const Place& start, const Goal& goal, Path* path,
+  SearchResult plan(const vj::Terrain& terrain, const Start& start, const Goal& goal, Path* path,
                     int granted = 6000) {
     obstacles.compute(terrain, weights);
-    field.compute(terrain, obstacles, goal, weights, shape);
-    return search.search(terrain, obstacles, field, start, 0, goal, granted, path);
+    field.compute(terrain, obstacles, goal, weights, search.body_m(),
+                  search.required_m(obstacles, start.place));
+    return search.search(terrain, obstacles, field, start, goal, granted, path);
   }
 };
 
@@ -105,6 +106,40 @@ TEST(PathSearch, BacksOutOfADeadEnd) {
   const SearchResult result = planner.plan(terrain, {}, {15.0, 0.0, 1.5}, &path, 6000);
   ASSERT_NE(result.stop, SearchStop::kNoWay);
   EXPECT_EQ(path[1].direction, -1);
+}
+
+// A way that turned back at once would take it over what it has just seen.
+TEST(PathSearch, AMovingVehicleTurnsBackNoSoonerThanItCanStop) {
+  Planner planner;
+  Path path;
+  const vj::Terrain open = level_field(128, [](double, double) { return false; });
+  const Goal behind{-8.0, 0.0, 1.5};
+  ASSERT_NE(planner.plan(open, {{}, 1, 0.0}, behind, &path).stop, SearchStop::kNoWay);
+  EXPECT_EQ(path[1].direction, -1);
+  ASSERT_NE(planner.plan(open, {{}, 1, 5.0}, behind, &path).stop, SearchStop::kNoWay);
+  for (const PathPoint& p : path) {
+    EXPECT_TRUE(p.s_m > 5.0 || p.direction == 1) << "at " << p.s_m << " m";
+  }
+  // Where it cannot stop there is no way.
+  const vj::Terrain wall = level_field(128, [](double x, double) { return x > 5.0 && x < 6.0; });
+  EXPECT_NE(planner.plan(wall, {{}, 1, 2.0}, behind, &path).stop, SearchStop::kNoWay);
+  EXPECT_EQ(planner.plan(wall, {{}, 1, 6.0}, behind, &path).stop, SearchStop::kNoWay);
+}
+
+// What the search's heuristic takes for a way, the search can drive: else it stands before a gap
+// that is too narrow for it, and looks for no other.
+TEST(CostField, AGapThatIsTooNarrowIsNoWay) {
+  Planner planner;
+  Path path;
+  const auto wall = [](double x, double y) {
+    return x > 9.0 && x < 10.0 && y < 8.0 && (y < -1.6 || y > 1.6);
+  };
+  const vj::Terrain terrain = level_field(128, wall);
+  ASSERT_NE(planner.plan(terrain, {}, {20.0, 0.0, 1.5}, &path).stop, SearchStop::kNoWay);
+  EXPECT_TRUE(planner.field.blocked(9.5, 0.0));
+  double most_y_m = 0.0;
+  for (const PathPoint& p : path) most_y_m = std::max(most_y_m, p.place.y_m);
+  EXPECT_GT(most_y_m, 8.0);
 }
 
 TEST(PathSearch, SaysWhenThereIsNoWay) {
