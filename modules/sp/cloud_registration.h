@@ -49,6 +49,8 @@ class CloudMatcher {
   /// From one that is decimetres off.
   /// @return with T_target_vehicle = T_model_data
   [[nodiscard]] Registration refine(const Points& data, const Pose& guess);
+  /// From two of them: the first answer, unless the other pairs clearly more of the data.
+  [[nodiscard]] Registration refine_better(const Points& data, const Pose& one, const Pose& other);
 
  private:
   CloudParams params_;
@@ -57,7 +59,8 @@ class CloudMatcher {
   IcpWorkspace workspace_;
 };
 
-/// search() and refine().
+/// From where search() leads, and from the guess itself, if that is better: what only one of the
+/// clouds has seen misleads a search from afar.
 /// @param data  [m], finite, from one place: its origin is where the LADAR stood
 /// @param guess  T_model_data, about
 /// @return with T_target_vehicle = T_model_data

@@ -37,10 +37,11 @@ struct Sums {
 // Variance across a surface of one return: range noise along the beam, pointing noise across it.
 float residual_variance(const Vec3f& p_vehicle, const Vec3f& n_vehicle, const Surface& surface,
                         const IcpParams& params) {
+  const auto range_sigma = static_cast<float>(params.range_sigma_m);
+  if (!params.weighted) return range_sigma * range_sigma;
   const float range2 = std::max(p_vehicle.squaredNorm(), 1e-6F);
   const float along = p_vehicle.dot(n_vehicle);
   const float cos2 = along * along / range2;
-  const auto range_sigma = static_cast<float>(params.range_sigma_m);
   const auto beam_sigma = static_cast<float>(params.beam_sigma_rad);
   return range_sigma * range_sigma * cos2 + range2 * beam_sigma * beam_sigma * (1.0F - cos2) +
          surface.variance_m2;
@@ -96,7 +97,7 @@ class Problem {
       // weights alone (IRLS) each step is too short.
       const float curvature =
           keep_after_ ? w * std::max(kLeastCurvature, k * (1.0F - 3.0F * s2)) : w;
-      pairs.add(p, n, w * r, curvature, curvature * s.angle_variance);
+      pairs.add(p, n, w * r, curvature, params_.weighted ? curvature * s.angle_variance : 0.0F);
       ++sums.pairs;
       sums.abs_sum += std::abs(r);
       sums.square_sum += double{r} * double{r};
@@ -128,7 +129,8 @@ class Problem {
       const double u2 = double{r} * double{r} / (own + square(params_.map_sigma_m));
       if (u2 > square(params_.gate_sigma)) continue;
       const double robust = 1.0 / square(1.0 + u2 / square(kernel));
-      const double shared = count[s.voxel] * (square(params_.map_sigma_m) + s.variance_m2);
+      const double surface = params_.weighted ? s.variance_m2 : 0.0;
+      const double shared = count[s.voxel] * (square(params_.map_sigma_m) + surface);
       info.add(p, n, 0.0F, static_cast<float>(robust / (own + shared)), 0.0F);
     }
     for (const IcpWorkspace::Match& m : workspace_->matches) {

@@ -18,7 +18,10 @@ struct IcpParams {
   double range_sigma_m = 0.03;    ///< LADAR range noise, [0.001, 1]
   double beam_sigma_rad = 0.001;  ///< pointing noise across the beam, [0, 0.1]
   double map_sigma_m = 0.02;      ///< error of a surface, shared by all its points, [0.001, 1]
-  double min_alignment = 1e-4;    ///< observability below which a direction is unobserved, [0, 0.5]
+  /// Each residual by its own variance, from the range, the angle of incidence and the surface. If
+  /// not, all are worth the same: to see what the model of the LADAR's noise buys.
+  bool weighted = true;
+  double min_alignment = 1e-4;  ///< observability below which a direction is unobserved, [0, 0.5]
   double max_sigma_m = 0.5;  ///< a direction known no better than this is unobserved, [0.001, 100]
   double max_correction_m = 2.0;    ///< farther from the prediction: kDiverged, [0.01, 100]
   double max_correction_rad = 0.2;  ///< likewise, [0.001, 3.2]

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <random>
 
+#include "rcs/base/check.h"
+
 namespace rcs::sp {
 namespace {
 
@@ -65,30 +67,66 @@ void keep_distinct(const GlobalParams& params, std::size_t most, std::vector<Hyp
 GlobalSearch::GlobalSearch(const Points& source_vehicle, const WideMap* map, const Pose& guess,
                            const GlobalParams& params, const WideParams& wide)
     : params_(params),
-      coarse_(thinned(source_vehicle, params.points), map, wide.robust),
-      fine_(thinned(source_vehicle, wide.points), map, wide.robust),
-      starts_(starts_around(guess, params)) {
-  hypotheses_.reserve(starts_.size());
+      coarse_(static_cast<std::size_t>(params.threads),
+              Descent(thinned(source_vehicle, params.points), map, wide.robust)),
+      fine_(static_cast<std::size_t>(params.threads),
+            Descent(thinned(source_vehicle, wide.points), map, wide.robust)),
+      starts_(starts_around(guess, params)),
+      hypotheses_(starts_.size()) {
+  RCS_CHECK(params.threads == 1 || params.for_all);
+}
+
+WorkUnits GlobalSearch::used() const {
+  WorkUnits sum = 0;
+  for (const Descent& d : coarse_) sum += d.used();
+  for (const Descent& d : fine_) sum += d.used();
+  return sum;
+}
+
+// A descent forgets all of the one before when it goes to another size of voxels: what a thread did
+// before makes no difference.
+void GlobalSearch::start(Descent* coarse, std::size_t k) {
+  Pose T = starts_[k];
+  coarse->descend(kWidest, kStartWidest, &T);
+  coarse->descend(kMiddle, kStartMiddle, &T);
+  hypotheses_[k] = {T, coarse->score(kFinest, T)};
+}
+
+void GlobalSearch::follow(Descent* fine, std::size_t k) {
+  Hypothesis& h = hypotheses_[k];
+  fine->descend(kMiddle, kFollowMiddle, &h.T_target_vehicle);
+  fine->descend(kFinest, kFollowFinest, &h.T_target_vehicle);
+  h.score = fine->score(kFinest, h.T_target_vehicle);
+}
+
+std::size_t GlobalSearch::beside_each_other(std::size_t left,
+                                            const std::function<void(std::size_t)>& work) {
+  const std::size_t count = std::min(coarse_.size(), left);
+  if (count > 1) {
+    params_.for_all(count, work);
+  } else {
+    work(0);
+  }
+  return count;
 }
 
 bool GlobalSearch::go_on(WorkUnits granted) {
   const WorkUnits begin = used();
-  for (; started_ < starts_.size(); ++started_) {
-    if (used() - begin >= granted) return false;
-    Pose T = starts_[started_];
-    coarse_.descend(kWidest, kStartWidest, &T);
-    coarse_.descend(kMiddle, kStartMiddle, &T);
-    hypotheses_.push_back({T, coarse_.score(kFinest, T)});
-    if (started_ + 1 == starts_.size()) {
+  const auto enough = [&] { return used() - begin >= granted; };
+  while (started_ < starts_.size()) {
+    if (enough()) return false;
+    started_ += beside_each_other(starts_.size() - started_, [this](std::size_t thread) {
+      start(&coarse_[thread], started_ + thread);
+    });
+    if (started_ == starts_.size()) {
       keep_distinct(params_, static_cast<std::size_t>(params_.followed), &hypotheses_);
     }
   }
-  for (; followed_ < hypotheses_.size() && !is_done_; ++followed_) {
-    if (used() - begin >= granted) return false;
-    Hypothesis& h = hypotheses_[followed_];
-    fine_.descend(kMiddle, kFollowMiddle, &h.T_target_vehicle);
-    fine_.descend(kFinest, kFollowFinest, &h.T_target_vehicle);
-    h.score = fine_.score(kFinest, h.T_target_vehicle);
+  while (followed_ < hypotheses_.size() && !is_done_) {
+    if (enough()) return false;
+    followed_ += beside_each_other(hypotheses_.size() - followed_, [this](std::size_t thread) {
+      follow(&fine_[thread], followed_ + thread);
+    });
   }
   if (!is_done_) keep_distinct(params_, static_cast<std::size_t>(params_.ranked), &hypotheses_);
   is_done_ = true;

@@ -3,21 +3,30 @@
 // ones are followed further. Beside it, for comparison, simulated annealing around an iterative
 // registration, which Madhavan and Messina propose as further work.
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "modules/sp/wide_search.h"
 
 namespace rcs::sp {
 
+/// Calls work(k) for all k < count, in any order, or at once.
+using ForAll = std::function<void(std::size_t count, const std::function<void(std::size_t)>& work)>;
+
 struct GlobalParams {
-  double radius_m = 10.0;    ///< the guess is off by so much at most, level; [0, 100]
-  double tilt_rad = 0.61;    ///< and may be rolled and pitched by about so much; 0: not; [0, 1.5]
-  int headings = 12;         ///< starts of a turn, [1, 72]
-  int around = 6;            ///< places around the guess, [0, 36]
-  int points = 200;          ///< of the scan while there are many hypotheses, [50, 100000]
-  int followed = 12;         ///< best of the starts that are looked at with all points, [1, 100]
-  int ranked = 4;            ///< best of these that are answered, [1, 100]
+  double radius_m = 10.0;  ///< the guess is off by so much at most, level; [0, 100]
+  double tilt_rad = 0.61;  ///< and may be rolled and pitched by about so much; 0: not; [0, 1.5]
+  int headings = 12;       ///< starts of a turn, [1, 72]
+  int around = 6;          ///< places around the guess, [0, 36]
+  int points = 200;        ///< of the scan while there are many hypotheses, [50, 100000]
+  int followed = 12;       ///< best of the starts that are looked at with all points, [1, 100]
+  int ranked = 4;          ///< best of these that are answered, [1, 100]
+  /// Descents beside each other, [1, 64]; the answer is the same to the bit. For more than one a
+  /// caller gives the threads, by `for_all`.
+  int threads = 1;
+  ForAll for_all;
   double apart_m = 1.0;      ///< hypotheses nearer than this,
   double apart_rad = 0.087;  ///< and turned by less, are one
 };
@@ -34,19 +43,25 @@ class GlobalSearch {
   GlobalSearch(const Points& source_vehicle, const WideMap* map, const Pose& guess,
                const GlobalParams& params, const WideParams& wide);
 
-  /// Goes on until the grant is used up (by one start more, at most) or everything is done.
+  /// Goes on until the grant is used up (by one start of each thread more, at most) or everything
+  /// is done.
   /// @return true when done
   bool go_on(WorkUnits granted);
 
   /// Distinct ones, the best first; once it is done.
   [[nodiscard]] const std::vector<Hypothesis>& ranked() const { return hypotheses_; }
   [[nodiscard]] std::size_t starts() const { return starts_.size(); }
-  [[nodiscard]] WorkUnits used() const { return coarse_.used() + fine_.used(); }
+  [[nodiscard]] WorkUnits used() const;
 
  private:
+  void start(Descent* coarse, std::size_t k);
+  void follow(Descent* fine, std::size_t k);
+  /// As many calls of work() as there are threads, and work still to be done.
+  std::size_t beside_each_other(std::size_t left, const std::function<void(std::size_t)>& work);
+
   GlobalParams params_;
-  Descent coarse_;
-  Descent fine_;
+  std::vector<Descent> coarse_;  // of each thread
+  std::vector<Descent> fine_;
   std::vector<Pose> starts_;
   std::vector<Hypothesis> hypotheses_;
   std::size_t started_ = 0;   // starts that have become hypotheses

@@ -60,6 +60,10 @@ struct Tally {
   int usable = 0;
   int unobserved = 0;
   double error2_m2 = 0.0;
+
+  [[nodiscard]] double nees_per_dof() const { return nees / std::max(1, directions); }
+  [[nodiscard]] double inside_pct() const { return 100.0 * inside / std::max(1, usable); }
+  [[nodiscard]] double rms_m() const { return std::sqrt(error2_m2 / std::max(1, usable)); }
 };
 
 /// Scans from places of which the truth is known.
@@ -174,9 +178,8 @@ TEST(RegistrationHonesty, TheTruthLiesWithinWhatItClaims) {
         if (share < 1.0 && sigma_m != 0.03) continue;
         const Tally t = run(place, *reference, *config, sigma_m, share);
         std::printf("%-16s %9.2f %8.0f%% %7d %9.2f %10.0f %% %11.3f  unobserved %d\n",
-                    place.name.c_str(), sigma_m, 100.0 * share, t.usable,
-                    t.nees / std::max(1, t.directions), 100.0 * t.inside / std::max(1, t.usable),
-                    std::sqrt(t.error2_m2 / std::max(1, t.usable)), t.unobserved);
+                    place.name.c_str(), sigma_m, 100.0 * share, t.usable, t.nees_per_dof(),
+                    t.inside_pct(), t.rms_m(), t.unobserved);
         std::fflush(stdout);
         EXPECT_GE(t.usable, kRuns * 8 / 10);
         EXPECT_GT(t.nees, 0.5 * t.directions);
@@ -186,6 +189,37 @@ TEST(RegistrationHonesty, TheTruthLiesWithinWhatItClaims) {
       }
     }
   }
+}
+
+// The paper's last question: what knowing the LADAR's uncertainty is worth. With it each residual
+// is weighed by its own variance, without it all are worth the same.
+TEST(RegistrationHonesty, WhatTheModelOfTheLadarsNoiseBuys) {
+  const Result<sim::Scenario> reference =
+      sim::load_scenario(source_path("config/sim/reference.toml"), {});
+  ASSERT_TRUE(reference.ok());
+  const Result<ParamFile> file = ParamFile::load(source_path("config/demo3.toml"));
+  ASSERT_TRUE(file.ok());
+  const Result<sp::SpConfig> config = sp::load_sp_config(*file);
+  ASSERT_TRUE(config.ok());
+  sp::SpConfig plain = *config;
+  plain.icp.weighted = false;
+  std::printf("%-16s %9s | %11s %9s %12s | %11s %9s %12s\n", "terrain", "sigma [m]", "rms [m]",
+              "NEES/dof", "inside 95 %", "without [m]", "NEES/dof", "inside 95 %");
+  double error2_with = 0.0;
+  double error2_without = 0.0;
+  for (const Place& place : places(*reference)) {
+    for (const double sigma_m : {0.01, 0.03, 0.06}) {
+      const Tally with = run(place, *reference, *config, sigma_m, 1.0);
+      const Tally without = run(place, *reference, plain, sigma_m, 1.0);
+      std::printf("%-16s %9.2f | %11.3f %9.2f %10.0f %% | %11.3f %9.2f %10.0f %%\n",
+                  place.name.c_str(), sigma_m, with.rms_m(), with.nees_per_dof(), with.inside_pct(),
+                  without.rms_m(), without.nees_per_dof(), without.inside_pct());
+      std::fflush(stdout);
+      error2_with += with.error2_m2;
+      error2_without += without.error2_m2;
+    }
+  }
+  EXPECT_LT(error2_with, error2_without);
 }
 
 }  // namespace

@@ -7,8 +7,10 @@
 
 #include <array>
 #include <random>
+#include <vector>
 
 #include "tests/sp/scene.h"
+#include "tools/rcs/threads.h"
 
 namespace rcs::sp {
 namespace {
@@ -138,6 +140,30 @@ TEST(CloudRegistration, InPiecesIsTheSameAsAtOnce) {
     const Pose& b = in_pieces.ranked()[k].T_target_vehicle;
     EXPECT_EQ(a.p, b.p);
     EXPECT_EQ(a.q.coeffs(), b.q.coeffs());
+  }
+}
+
+TEST(CloudRegistration, AnyNumberOfThreadsGivesTheSameBits) {
+  const Clouds c;
+  RollingMap map{RollingMapParams{}};
+  map.insert(c.model, Pose{});
+  const WideMap wide(map, {});
+  std::vector<std::vector<Hypothesis>> answers;
+  for (const int threads : {1, 2, 5}) {
+    GlobalParams params;
+    params.threads = threads;
+    params.for_all = tools::in_threads;
+    GlobalSearch search(c.data, &wide, c.T, params, {});
+    ASSERT_TRUE(search.go_on(1'000'000'000));
+    answers.push_back(search.ranked());
+  }
+  for (const std::vector<Hypothesis>& other : answers) {
+    ASSERT_EQ(other.size(), answers[0].size());
+    for (std::size_t k = 0; k < other.size(); ++k) {
+      EXPECT_EQ(other[k].score, answers[0][k].score);
+      EXPECT_EQ(other[k].T_target_vehicle.p, answers[0][k].T_target_vehicle.p);
+      EXPECT_EQ(other[k].T_target_vehicle.q.coeffs(), answers[0][k].T_target_vehicle.q.coeffs());
+    }
   }
 }
 

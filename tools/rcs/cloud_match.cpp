@@ -56,7 +56,7 @@ CloudMatch match_planes(const Points& model, const Points& data, const Pose& gue
   m.wide = matcher.search(data, guess);
   m.cpu_ms.emplace_back("search", search.stop_ms());
   CpuWatch refine;
-  const sp::Registration r = matcher.refine(data, m.wide->T_target_vehicle);
+  const sp::Registration r = matcher.refine_better(data, m.wide->T_target_vehicle, guess);
   m.cpu_ms.emplace_back("refine", refine.stop_ms());
   m.iterations = m.wide->iterations;
   take(r, &m);

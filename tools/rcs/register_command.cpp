@@ -11,6 +11,7 @@
 #include "tools/rcs/command.h"
 #include "tools/rcs/files.h"
 #include "tools/rcs/match_picture.h"
+#include "tools/rcs/threads.h"
 #include "tools/rcs/trajectory.h"
 
 namespace rcs::tools {
@@ -115,6 +116,10 @@ class Register final : public Command {
         fmt::format("plane, gicp: DATA lies within {:.0f} m of the guess, turned by any "
                     "heading; refused when no place is good enough or two look alike",
                     sp::GlobalParams{}.radius_m));
+    app()
+        ->add_option("--threads", threads_, "--global: searches beside each other; the same answer")
+        ->check(CLI::Range(1, 64))
+        ->capture_default_str();
     app()->add_option("--organized", organized_,
                       "ROWSxCOLS: the records of both files are range images, row by row");
     app()->add_option("--plot", plot_, "folder for before.svg, after.svg and histogram.svg");
@@ -208,6 +213,13 @@ class Register final : public Command {
         100.0 * g.ranked[0].score, g.ambiguity);
   }
 
+  [[nodiscard]] sp::CloudParams search_params() const {
+    sp::CloudParams params;
+    params.global.threads = threads_;
+    params.global.for_all = in_threads;
+    return params;
+  }
+
   [[nodiscard]] CloudMatch match(const Points& model, const Points& data, const Pose& guess) const {
     if (method_ == "paper") {
       sp::PaperParams params = as_printed_ ? sp::PaperParams::literal() : sp::PaperParams{};
@@ -217,10 +229,10 @@ class Register final : public Command {
       return match_as_in_paper(model, data, guess, params);
     }
     if (method_ == "gicp") {
-      return global_ ? match_gicp_globally(model, data, guess, sp::CloudParams{}, sp::GicpParams{})
+      return global_ ? match_gicp_globally(model, data, guess, search_params(), sp::GicpParams{})
                      : match_gicp(model, data, guess, sp::GicpParams{});
     }
-    return global_ ? match_globally(model, data, guess, sp::CloudParams{})
+    return global_ ? match_globally(model, data, guess, search_params())
                    : match_planes(model, data, guess, sp::CloudParams{});
   }
 
@@ -290,6 +302,7 @@ class Register final : public Command {
   bool as_printed_ = false;
   bool quaternion_ = false;
   bool global_ = false;
+  int threads_ = 1;
   bool json_ = false;
 };
 
