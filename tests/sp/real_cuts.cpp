@@ -68,12 +68,13 @@ Registrations register_whole_sweeps(const tools::KittiDrive& drive,
 }
 
 std::vector<TrialRun> run_production(const tools::ScanSet& set,
-                                     const std::vector<tools::Trial>& trials) {
+                                     const std::vector<tools::Trial>& trials, Search search) {
+  const auto method = search == Search::kGlobal ? tools::match_globally : tools::match_planes;
   std::vector<TrialRun> runs;
   runs.reserve(trials.size());
   for (const tools::Trial& t : trials) {
-    runs.push_back({t, tools::match_planes(set.scans.at(t.pair.model), set.scans.at(t.pair.data),
-                                           t.guess, sp::CloudParams{})});
+    runs.push_back({t, method(set.scans.at(t.pair.model), set.scans.at(t.pair.data), t.guess,
+                              sp::CloudParams{})});
   }
   return runs;
 }
@@ -91,7 +92,9 @@ Figures figures_of(const std::vector<TrialRun>& runs, const Motions& truth) {
       ++f.successes;
     } else {
       ++f.failures[pair.model];
+      f.falsely_accepted += run.match.good ? 1 : 0;
     }
+    f.refused += run.match.good ? 0 : 1;
     errors_m.push_back(error.m);
     errors_deg.push_back(degrees(error.rad));
   }

@@ -36,8 +36,11 @@ struct TrialRun {
   tools::CloudMatch match;
 };
 
+enum class Search { kFromGuess, kGlobal };
+
 [[nodiscard]] std::vector<TrialRun> run_production(const tools::ScanSet& set,
-                                                   const std::vector<tools::Trial>& trials);
+                                                   const std::vector<tools::Trial>& trials,
+                                                   Search search);
 
 struct Figures {
   int trials = 0;
@@ -45,6 +48,8 @@ struct Figures {
   double median_m = 0.0;
   double median_deg = 0.0;
   std::map<int, int> failures;  ///< by model scan
+  int refused = 0;              ///< the method itself says that its answer is not good
+  int falsely_accepted = 0;     ///< no success, and not refused
 
   [[nodiscard]] double share() const { return static_cast<double>(successes) / trials; }
 };

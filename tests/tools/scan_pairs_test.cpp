@@ -70,5 +70,25 @@ TEST(ScanPairs, TheBasinTakesConsecutiveScansAndItsSeedsAreItsOwn) {
   EXPECT_GT((trials[0].guess.p - trials[1].guess.p).norm(), 0.1);
 }
 
+TEST(ScanPairs, GlobalGuessesFillTheDiscAndAllHeadings) {
+  const std::vector<Trial> trials = global_trials(some_pairs(), 10.0, 0.05, 200);
+  ASSERT_EQ(trials.size(), 400U);
+  double farthest_m = 0.0;
+  double most_turned_rad = 0.0;
+  int within_half = 0;
+  for (const Trial& t : trials) {
+    const Pose off = t.pair.T_model_data.inverse() * t.guess;
+    EXPECT_EQ(off.p.z(), 0.0);
+    farthest_m = std::max(farthest_m, off.p.norm());
+    within_half += off.p.norm() < 5.0 ? 1 : 0;
+    most_turned_rad = std::max(most_turned_rad, log_so3(off.q).norm());
+    EXPECT_GT((off.q * Vec3::UnitZ()).z(), std::cos(0.05 * std::sqrt(2.0)) - 1e-6);
+  }
+  EXPECT_LE(farthest_m, 10.0);
+  EXPECT_GT(farthest_m, 9.8);
+  EXPECT_GT(most_turned_rad, 3.0);
+  EXPECT_NEAR(within_half, 100, 45);  // a quarter of the disc; five sigmas
+}
+
 }  // namespace
 }  // namespace rcs::tools

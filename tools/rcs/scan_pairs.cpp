@@ -1,6 +1,7 @@
 #include "tools/rcs/scan_pairs.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace rcs::tools {
 namespace {
@@ -24,6 +25,20 @@ Vec3 random_direction(std::mt19937* rng) {
 std::mt19937 generator(const ScanPair& pair, int seed) {
   return std::mt19937(kSeedStride * static_cast<unsigned>(seed) +
                       static_cast<unsigned>(pair.model));
+}
+
+/// Consecutive pairs, with guesses off by what `offset` draws.
+template <class Draw>
+std::vector<Trial> near_truth(const std::vector<ScanPair>& pairs, int seeds, const Draw& offset) {
+  std::vector<Trial> trials;
+  for (const ScanPair& pair : pairs) {
+    if (!belongs(DataSet::kConsecutive, pair)) continue;
+    for (int seed = 0; seed < seeds; ++seed) {
+      std::mt19937 rng = generator(pair, seed);
+      trials.push_back({pair, pair.T_model_data * offset(&rng)});
+    }
+  }
+  return trials;
 }
 
 Pose guess_of(DataSet set, const ScanPair& pair, int seed) {
@@ -59,15 +74,23 @@ std::vector<Trial> trials_of(DataSet set, const std::vector<ScanPair>& pairs, in
 
 std::vector<Trial> basin_trials(const std::vector<ScanPair>& pairs, const Offset& offset,
                                 int seeds) {
-  std::vector<Trial> trials;
-  for (const ScanPair& pair : pairs) {
-    if (!belongs(DataSet::kConsecutive, pair)) continue;
-    for (int seed = 0; seed < seeds; ++seed) {
-      std::mt19937 rng = generator(pair, seed);
-      trials.push_back({pair, pair.T_model_data * random_offset(offset, &rng)});
-    }
-  }
-  return trials;
+  return near_truth(pairs, seeds,
+                    [&offset](std::mt19937* rng) { return random_offset(offset, rng); });
+}
+
+std::vector<Trial> global_trials(const std::vector<ScanPair>& pairs, double radius_m,
+                                 double tilt_rad, int seeds) {
+  return near_truth(pairs, seeds, [&](std::mt19937* rng) {
+    std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+    const double heading = kPi * uniform(*rng);
+    const double roll = tilt_rad * uniform(*rng);
+    const double pitch = tilt_rad * uniform(*rng);
+    const double bearing = kPi * uniform(*rng);
+    const double distance_m = radius_m * std::sqrt(0.5 + 0.5 * uniform(*rng));
+    return Pose{exp_so3(Vec3(0.0, 0.0, heading)) * exp_so3(Vec3(0.0, pitch, 0.0)) *
+                    exp_so3(Vec3(roll, 0.0, 0.0)),
+                distance_m * Vec3(std::cos(bearing), std::sin(bearing), 0.0)};
+  });
 }
 
 Offset error_of(const Pose& truth, const Pose& answer) {

@@ -55,6 +55,11 @@ struct Offset {
 [[nodiscard]] std::vector<Trial> basin_trials(const std::vector<ScanPair>& pairs,
                                               const Offset& offset, int seeds);
 
+/// Guesses for a global search: consecutive pairs, any heading, uniform in a level disc around the
+/// truth, rolled and pitched by up to `tilt_rad` each.
+[[nodiscard]] std::vector<Trial> global_trials(const std::vector<ScanPair>& pairs, double radius_m,
+                                               double tilt_rad, int seeds);
+
 [[nodiscard]] Offset error_of(const Pose& truth, const Pose& answer);
 
 /// Below 0.1 m and 0.5 deg.
