@@ -271,10 +271,13 @@ void BgNode::find_way(const Goal& to, double speed_mps, int granted) {
   const int direction = speed_mps > config_.decide.rest_mps    ? 1
                         : speed_mps < -config_.decide.rest_mps ? -1
                                                                : 0;
+  // Backwards it is slow, over ground that it knows; and were every way that begins backwards to
+  // go on so for a while, new ways would lead it back for ever.
+  const double stop_m = direction > 0 ? stopping_m(speed_mps) : 0.0;
   field_.compute(terrain_, obstacles_, to, config_.weights, search_.body_m(),
                  search_.required_m(obstacles_, place()));
-  found_ = search_.search(terrain_, obstacles_, field_, {place(), direction, stopping_m(speed_mps)},
-                          to, granted, &candidate_);
+  found_ = search_.search(terrain_, obstacles_, field_, {place(), direction, stop_m}, to, granted,
+                          &candidate_);
 }
 
 void BgNode::cut_at_obstacles() {

@@ -1,11 +1,12 @@
 // Twenty drives over rugged, wooded ground, with GPS and without: `ctest -L slow -R Drive -V`
-// prints the table. Neither BG nor the terrain was tuned on these seeds (closed_loop.toml, 1 to 5,
-// was used).
+// prints the table. Nothing was tuned on these seeds (1 to 5 and 301 to 340 were used), nor were
+// their drives looked at. RCS_FIRST_SEED: others (201: what went wrong there was looked into).
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <vector>
 
 #include "modules/bg/bg_node.h"
@@ -30,6 +31,11 @@ ClosedLoopRun drive(const sim::ScenarioOverrides& overrides) {
                          });
 }
 
+int first_seed() {
+  const char* const text = std::getenv("RCS_FIRST_SEED");
+  return text == nullptr ? 401 : std::atoi(text);
+}
+
 struct Tally {
   int done = 0;
   int waypoints = 0;
@@ -42,7 +48,7 @@ Tally drive_seeds(double gps_lost_after_m) {
   Tally tally;
   std::printf(
       "seed  done  waypoints  collisions  clearance [m]  foliage  time [s]  way [m]  error [m]\n");
-  for (int seed = 201; seed <= 220; ++seed) {
+  for (int seed = first_seed(); seed < first_seed() + 20; ++seed) {
     sim::ScenarioOverrides overrides;
     overrides.seed = seed;
     if (gps_lost_after_m > 0.0) overrides.gps_lost_after_m = gps_lost_after_m;
