@@ -78,9 +78,9 @@ Registration CloudMatcher::refine_better(const Points& data, const Pose& one, co
   // wrong answers pair 50 to 70 % of the data, right ones more.
   constexpr double kEnough = 0.7;
   constexpr double kClearly = 1.03;  // two answers that are about one differ by less
-  const Registration a = refine(data, one);
+  Registration a = refine(data, one);
   if (a.stop == Stop::kConverged && a.overlap > kEnough) return a;
-  const Registration b = refine(data, other);
+  Registration b = refine(data, other);
   const auto worth = [](const Registration& r) { return usable(r.stop) ? r.overlap : 0.0; };
   return worth(b) > kClearly * worth(a) ? b : a;
 }
