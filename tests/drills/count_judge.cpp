@@ -103,6 +103,11 @@ void CountJudge::take(const truth_t& m) {
     if (distance_m > radius_m_ || !far_[k]) continue;
     far_[k] = false;
     if (k != next_ && waypoints_ == 0) continue;
+    // BG was dead or elsewhere by its own belief as it came by, and drives to it still.
+    if ((k + 1) % course_.size() == next_) {
+      ++returns_;
+      continue;
+    }
     if (k != next_) {
       breach(
           fmt::format("waypoint {} is driven to; the next one is {}, and {:.1f} m is as near as "

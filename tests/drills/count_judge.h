@@ -36,6 +36,8 @@ class CountJudge {
   /// The one that is to be reached next, by the truth.
   [[nodiscard]] std::size_t next_waypoint() const { return next_; }
   [[nodiscard]] std::int64_t waypoints() const { return waypoints_; }
+  /// Times that the vehicle came back to the one before the next.
+  [[nodiscard]] std::int64_t returns() const { return returns_; }
   [[nodiscard]] std::int64_t scans() const { return scans_; }
   [[nodiscard]] std::int64_t commands() const { return static_cast<std::int64_t>(taken_.size()); }
   [[nodiscard]] const std::vector<std::string>& breaches() const { return breaches_; }
@@ -56,6 +58,7 @@ class CountJudge {
   std::size_t next_ = 0;
   double nearest_to_next_m_ = 1e9;
   std::int64_t waypoints_ = 0;
+  std::int64_t returns_ = 0;
   std::int64_t scans_ = 0;
   std::int64_t newest_scan_ = -1;
   std::set<std::pair<int, std::int64_t>> fused_;  // source and utime of what WM has accepted

@@ -116,7 +116,7 @@ class CountJudgeTest : public testing::Test {
     judge_.take(m);
   }
 
-  CountJudge judge_{{{10.0, 0.0}, {50.0, 0.0}}, 3.0};
+  CountJudge judge_{{{10.0, 0.0}, {50.0, 0.0}, {50.0, 50.0}}, 3.0};
 };
 
 TEST_F(CountJudgeTest, AccountsBeginAnewWithANewProcessOnly) {
@@ -162,6 +162,11 @@ TEST_F(CountJudgeTest, ACommandIsActedOnOnceAndAWaypointIsDrivenToOnce) {
   }
   EXPECT_EQ(judge_.next_waypoint(), 1U);
   EXPECT_TRUE(judge_.breaches().empty());
+  t.p_world_vehicle_m[0] = 10.0;  // back to it: nothing is passed over
+  judge_.take(t);
+  EXPECT_EQ(judge_.next_waypoint(), 1U);
+  EXPECT_EQ(judge_.returns(), 1);
+  EXPECT_TRUE(judge_.breaches().empty());
   judge_.take(m);
   EXPECT_EQ(judge_.breaches().size(), 1U);
   m.new_command = 0;
@@ -175,7 +180,7 @@ TEST_F(CountJudgeTest, ACommandIsActedOnOnceAndAWaypointIsDrivenToOnce) {
     judge_.take(m);
   }
   EXPECT_EQ(judge_.breaches().size(), 2U);
-  t.p_world_vehicle_m[0] = 10.0;
+  t.p_world_vehicle_m[0] = t.p_world_vehicle_m[1] = 50.0;  // one is passed over
   judge_.take(t);
   EXPECT_EQ(judge_.breaches().size(), 3U);
 }

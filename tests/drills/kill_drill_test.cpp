@@ -119,11 +119,12 @@ class KillDrill : public testing::Test {
     }
     const std::string sim = drill_.run.end();
     std::printf(
-        "%s%lld scans, %lld commands, %lld waypoints, %d courses begun; the operator gave "
-        "up %zu times\n%s\n",
+        "%s%lld scans, %lld commands, %lld waypoints (%lld times back to one), %d courses begun; "
+        "the operator gave up %zu times\n%s\n",
         tools::to_text(table).c_str(), static_cast<long long>(drill_.counts.scans()),
         static_cast<long long>(drill_.counts.commands()),
-        static_cast<long long>(drill_.counts.waypoints()), drill_.run.courses(),
+        static_cast<long long>(drill_.counts.waypoints()),
+        static_cast<long long>(drill_.counts.returns()), drill_.run.courses(),
         drill_.run.gave_up().size(), sim.c_str());
     for (const std::string& reason : drill_.run.gave_up()) std::printf("  %s\n", reason.c_str());
     EXPECT_EQ(drill_.run.trouble(), "");
