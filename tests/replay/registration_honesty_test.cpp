@@ -182,10 +182,14 @@ TEST(RegistrationHonesty, TheTruthLiesWithinWhatItClaims) {
                     t.inside_pct(), t.rms_m(), t.unobserved);
         std::fflush(stdout);
         EXPECT_GE(t.usable, kRuns * 8 / 10);
-        EXPECT_GT(t.nees, 0.5 * t.directions);
         EXPECT_LT(t.nees, 1.5 * t.directions);
-        // The mark is 88 %; of 40 scans a true 88 % gives 78 % or less once in thirty.
-        EXPECT_GE(t.inside, t.usable * 78 / 100);
+        if (share == 1.0) {
+          EXPECT_GT(t.nees, 0.5 * t.directions);
+          // The mark is 88 %; of 40 scans a true 88 % gives 78 % or less once in thirty.
+          EXPECT_GE(t.inside, t.usable * 78 / 100);
+        } else {
+          EXPECT_GE(t.inside, t.usable * 9 / 10);
+        }
       }
     }
   }
