@@ -173,8 +173,9 @@ static int stop(dds_entity_t participant, const struct options* o, bool engage, 
   snprintf(s.operator_id, sizeof s.operator_id, "%s", o->operator_id);
   s.command_id = strtoll(args[0], NULL, 10);
   s.engage = engage;
-  repeat(writer(participant, &rcs_EmergencyStop_desc, "EmergencyStop", reliable(o->partition, true)),
-         &s, strtod(args[1], NULL));
+  repeat(
+      writer(participant, &rcs_EmergencyStop_desc, "EmergencyStop", reliable(o->partition, true)),
+      &s, strtod(args[1], NULL));
   return 0;
 }
 
