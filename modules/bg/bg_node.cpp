@@ -223,18 +223,7 @@ void BgNode::plan(const Cycle& cycle, const Facts& now) {
   if (way_since_ == Stamp::min()) way_since_ = cycle.now;  // from now on one is looked for
   const Goal to = goal();
   obstacles_.compute(terrain_, config_.weights);
-  const int granted = static_cast<int>(grant(cycle, config_.grant));
-  int left = granted;
-  for (const double margin_m : {config_.shape.margin_m, config_.shape.least_margin_m}) {
-    search_.keep_off(margin_m);
-    // Something stands, or seems to stand, in the goal: nearer to it more can be seen.
-    for (const double more_m : {0.0, config_.near_goal_m}) {
-      find_way({to.x_m, to.y_m, to.radius_m + more_m}, now.speed_mps, left);
-      left -= found_.expansions;
-      if (candidate_.size() > 1) break;
-    }
-    if (candidate_.size() > 1) break;
-  }
+  look_for_way(to, now.speed_mps, static_cast<int>(grant(cycle, config_.grant)));
   const double most_mps = std::min({config_.max_speed_mps, route_.next().speed_mps,
                                     knows_north() ? config_.max_speed_mps : config_.north_mps});
   // Two ways around an obstacle cost about the same, and which is cheaper changes with every scan:
@@ -265,6 +254,18 @@ void BgNode::plan(const Cycle& cycle, const Facts& now) {
   plan_speeds(terrain_, config_.weights, config_.speeds, config_.follow, config_.shape, most_mps,
               now.speed_share, &path_);
   publish_plan(cycle.now);
+}
+
+void BgNode::look_for_way(const Goal& to, double speed_mps, int granted) {
+  for (const double margin_m : {config_.shape.margin_m, config_.shape.least_margin_m}) {
+    search_.keep_off(margin_m);
+    // Something stands, or seems to stand, in the goal: nearer to it more can be seen.
+    for (const double more_m : {0.0, config_.near_goal_m}) {
+      find_way({to.x_m, to.y_m, to.radius_m + more_m}, speed_mps, granted);
+      if (candidate_.size() > 1) return;
+      granted -= found_.expansions;
+    }
+  }
 }
 
 void BgNode::find_way(const Goal& to, double speed_mps, int granted) {

@@ -44,11 +44,13 @@ class BgNode final : public Node {
   void pass_waypoints();
   [[nodiscard]] Facts facts(Stamp now) const;
   void plan(const Cycle& cycle, const Facts& facts);
+  /// Looks for a way, with what it takes to find one at all; candidate_ is it, or empty.
+  void look_for_way(const Goal& to, double speed_mps, int granted);
   void find_way(const Goal& to, double speed_mps, int granted);
   void cut_at_obstacles();
-  /// What of a speed is left, so that the vehicle stops before what is in its way.
   /// Way that it takes to stop.
   [[nodiscard]] double stopping_m(double speed_mps) const;
+  /// What of a speed is left, so that the vehicle stops before what is in its way.
   [[nodiscard]] double within_free_way(const Steering& steering) const;
   void drive(const Cycle& cycle, const Decision& decision);
   /// Whoever is held by what is in its way takes another one.

@@ -10,10 +10,10 @@ namespace {
 
 constexpr float kNone = -std::numeric_limits<float>::infinity();
 constexpr std::size_t kMostSeen = 50'000;  // quarters that one message touches
-constexpr double kStart_m = 8.0;
-constexpr int kSeenEnough = 3;  // scans
-constexpr int kFewest = 6;      // known cells that make a plane
-constexpr int kSupported = 9;   // known cells that speak for one of which nothing was seen
+constexpr double kStart_m = 8.0;           // from its start the vehicle is there
+constexpr int kSeenEnough = 3;             // scans
+constexpr int kFewest = 6;                 // known cells that make a plane
+constexpr int kSupported = 9;  // known cells that speak for one of which nothing was seen
 
 // z = a + b x + c y, x and y in cells from the middle of one.
 struct Plane {

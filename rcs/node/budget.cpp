@@ -26,6 +26,8 @@ WorkUnits grant(const Cycle& cycle, const GrantParams& params) {
   return units <= 0.0 ? 0 : static_cast<WorkUnits>(units);
 }
 
+Duration process_cpu() { return read_clock(CLOCK_PROCESS_CPUTIME_ID); }
+
 void StageClock::start_cycle() {
   if (closed_) {
     count_ = 0;

@@ -22,6 +22,9 @@ struct GrantParams {
 /// grant = min(cap, (1 - reserve) * (deadline - now) / nominal cost), at least 0.
 [[nodiscard]] WorkUnits grant(const Cycle& cycle, const GrantParams& params);
 
+/// What the process has used of the processor, in all its threads.
+[[nodiscard]] Duration process_cpu();
+
 /// Accumulates wall time by stage, and the thread's CPU time; reads CLOCK_MONOTONIC and
 /// CLOCK_THREAD_CPUTIME_ID in budget.cpp and nowhere else. A unit of work may span several cycles
 /// (SP converts facets as they arrive): the account is closed by close_account(), and the executor

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "modules/sp/kd_tree.h"
 #include "rcs/base/points.h"
 
 namespace rcs::bench {
@@ -15,10 +16,7 @@ namespace rcs::bench {
 /// are bounded by the bisectors to Delaunay neighbours alone.
 class DelaunaySearch {
  public:
-  struct Closest {
-    std::uint32_t index = 0;
-    float distance2_m2 = 0.0F;  ///< squared
-  };
+  using Closest = sp::KdTree::Closest;
   /// Where a walk begins, and what it costs: of a query near the last one next to nothing.
   struct Walk {
     std::uint32_t vertex = 0;

@@ -126,6 +126,20 @@ TEST(PathSearch, AMovingVehicleTurnsBackNoSoonerThanItCanStop) {
   EXPECT_EQ(planner.plan(wall, {{}, 1, 6.0}, behind, &path).stop, SearchStop::kNoWay);
 }
 
+TEST(PathSearch, KeepsTheMarginThatItIsTold) {
+  Planner planner;
+  Path path;
+  // Wide enough for the covering discs and 0.2 m on each side, not for 0.4 m.
+  const double half_m = planner.search.body_m() + 0.35;
+  const vj::Terrain lane = level_field(
+      128, [&](double x, double y) { return x > 4.0 && std::abs(y - 0.2) > half_m + 0.1; });
+  EXPECT_EQ(planner.plan(lane, {{0.0, 0.2, 0.0, 0.0}}, {20.0, 0.2, 1.5}, &path).stop,
+            SearchStop::kNoWay);
+  planner.search.keep_off(planner.shape.least_margin_m);
+  EXPECT_EQ(planner.plan(lane, {{0.0, 0.2, 0.0, 0.0}}, {20.0, 0.2, 1.5}, &path).stop,
+            SearchStop::kGoal);
+}
+
 // What the search's heuristic takes for a way, the search can drive: else it stands before a gap
 // that is too narrow for it, and looks for no other.
 TEST(CostField, AGapThatIsTooNarrowIsNoWay) {

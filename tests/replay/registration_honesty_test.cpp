@@ -12,20 +12,18 @@
 #include <vector>
 
 #include "modules/sp/icp.h"
-#include "modules/sp/ranges.h"
 #include "modules/sp/scan_filter.h"
 #include "modules/sp/sp_config.h"
-#include "sim/ladar.h"
 #include "sim/random.h"
 #include "sim/scenario_file.h"
 #include "tests/replay/chain.h"
+#include "tests/support/still_scan.h"
 
 namespace rcs::test {
 namespace {
 
 constexpr int kScansInMap = 12;
 constexpr double kApart_m = 1.0;
-constexpr double kVehicleHeight_m = 0.9;
 constexpr int kRuns = 40;
 // 95 % quantiles of chi squared, by degrees of freedom.
 constexpr std::array<double, 7> kChi2 = {0.0, 3.841, 5.991, 7.815, 9.488, 11.070, 12.592};
@@ -66,44 +64,6 @@ struct Tally {
   [[nodiscard]] double rms_m() const { return std::sqrt(error2_m2 / std::max(1, usable)); }
 };
 
-/// Scans from places of which the truth is known.
-class Scanner {
- public:
-  Scanner(const sim::Scenario& scenario, const sp::SpConfig& config, const sim::World& world,
-          std::uint64_t seed)
-      : world_(world),
-        imager_(scenario.imager, scenario.beam, scenario.mount, seed),
-        calibration_(config.ladar) {}
-
-  Pose pose_at(double x_m, double y_m, double heading_rad) const {
-    const Vec3 up = world_.normal(x_m, y_m);
-    const Quat level = Quat::FromTwoVectors(Vec3::UnitZ(), up);
-    return {level * exp_so3(Vec3(0.0, 0.0, heading_rad)),
-            Vec3(x_m, y_m, world_.height(x_m, y_m)) + kVehicleHeight_m * up};
-  }
-
-  Points scan(const Pose& T_world_vehicle) {
-    const sim::Trajectory still(std::vector<Pose>(5, T_world_vehicle), 1.0);
-    sp::Scan scan;
-    for (int facet = 0; facet < imager_.params().facets; ++facet) {
-      imager_.render(world_, still, 0.0, facet, &facet_);
-      sp::RangeFacet view;
-      view.range_m = facet_.range_m.data();
-      view.first_row = facet_.first_row;
-      view.facet_rows = facet_.range_m.empty() ? 0 : facet_.rows;
-      view.tilt_rad = facet_.head.tilt_rad;
-      calibration_.append(view, &scan);
-    }
-    return scan.points;
-  }
-
- private:
-  const sim::World& world_;
-  sim::RangeImager imager_;
-  sp::Calibration calibration_;
-  sim::RangeFacet facet_;
-};
-
 Tally run(const Place& place, sim::Scenario scenario, sp::SpConfig config, double sigma_m,
           double granted_share) {
   scenario.beam.sigma_m = sigma_m;
@@ -112,7 +72,10 @@ Tally run(const Place& place, sim::Scenario scenario, sp::SpConfig config, doubl
   Tally tally;
   for (int k = 0; k < kRuns; ++k) {
     sim::Random random(static_cast<std::uint64_t>(100 * k) + place.world.seed, sim::Stream::kLadar);
-    Scanner scanner(scenario, config, world, static_cast<std::uint64_t>(k) + 1);
+    sim::RangeImager imager(scenario.imager, scenario.beam, scenario.mount,
+                            static_cast<std::uint64_t>(k) + 1);
+    const sp::Calibration calibration(config.ladar);
+    const auto scan = [&](const Pose& T) { return image_at_rest(world, T, calibration, &imager); };
     const double heading = 2.0 * kPi * random.uniform();
     const Vec2 here(500.0 * random.uniform() - 250.0, 500.0 * random.uniform() - 250.0);
     const Vec2 ahead(std::cos(heading), std::sin(heading));
@@ -122,13 +85,13 @@ Tally run(const Place& place, sim::Scenario scenario, sp::SpConfig config, doubl
     Points dense;
     for (int n = 0; n < kScansInMap; ++n) {
       const Vec2 at = here - kApart_m * (kScansInMap - n) * ahead;
-      const Pose T = scanner.pose_at(at.x(), at.y(), heading);
-      sampler.sample(scanner.scan(T), config.map_voxel_m, &dense);
+      const Pose T = T_world_standing(world, at, heading);
+      sampler.sample(scan(T), config.map_voxel_m, &dense);
       map.insert(dense, T);
     }
-    const Pose T_true = scanner.pose_at(here.x(), here.y(), heading);
+    const Pose T_true = T_world_standing(world, here, heading);
     Points source;
-    sampler.sample(scanner.scan(T_true), config.map_voxel_m, &dense);
+    sampler.sample(scan(T_true), config.map_voxel_m, &dense);
     sampler.sample(dense, config.source_voxel_m, &source);
 
     sp::Prediction prediction;
@@ -162,21 +125,32 @@ Tally run(const Place& place, sim::Scenario scenario, sp::SpConfig config, doubl
   return tally;
 }
 
-TEST(RegistrationHonesty, TheTruthLiesWithinWhatItClaims) {
-  const Result<sim::Scenario> reference =
-      sim::load_scenario(source_path("config/sim/reference.toml"), {});
-  ASSERT_TRUE(reference.ok());
-  const Result<ParamFile> file = ParamFile::load(source_path("config/demo3.toml"));
-  ASSERT_TRUE(file.ok());
-  const Result<sp::SpConfig> config = sp::load_sp_config(*file);
-  ASSERT_TRUE(config.ok());
+class RegistrationHonesty : public testing::Test {
+ protected:
+  void SetUp() override {
+    const Result<sim::Scenario> reference =
+        sim::load_scenario(source_path("config/sim/reference.toml"), {});
+    ASSERT_TRUE(reference.ok());
+    const Result<ParamFile> file = ParamFile::load(source_path("config/demo3.toml"));
+    ASSERT_TRUE(file.ok());
+    const Result<sp::SpConfig> config = sp::load_sp_config(*file);
+    ASSERT_TRUE(config.ok());
+    reference_ = *reference;
+    config_ = *config;
+  }
+
+  sim::Scenario reference_;
+  sp::SpConfig config_;
+};
+
+TEST_F(RegistrationHonesty, TheTruthLiesWithinWhatItClaims) {
   std::printf("%-16s %9s %9s %7s %9s %12s %11s\n", "terrain", "sigma [m]", "work", "usable",
               "NEES/dof", "inside 95 %", "rms [m]");
-  for (const Place& place : places(*reference)) {
+  for (const Place& place : places(reference_)) {
     for (const double sigma_m : {0.01, 0.03, 0.06}) {
       for (const double share : {1.0, 0.25, 0.5, 0.75}) {
         if (share < 1.0 && sigma_m != 0.03) continue;
-        const Tally t = run(place, *reference, *config, sigma_m, share);
+        const Tally t = run(place, reference_, config_, sigma_m, share);
         std::printf("%-16s %9.2f %8.0f%% %7d %9.2f %10.0f %% %11.3f  unobserved %d\n",
                     place.name.c_str(), sigma_m, 100.0 * share, t.usable, t.nees_per_dof(),
                     t.inside_pct(), t.rms_m(), t.unobserved);
@@ -197,24 +171,17 @@ TEST(RegistrationHonesty, TheTruthLiesWithinWhatItClaims) {
 
 // The paper's last question: what knowing the LADAR's uncertainty is worth. With it each residual
 // is weighed by its own variance, without it all are worth the same.
-TEST(RegistrationHonesty, WhatTheModelOfTheLadarsNoiseBuys) {
-  const Result<sim::Scenario> reference =
-      sim::load_scenario(source_path("config/sim/reference.toml"), {});
-  ASSERT_TRUE(reference.ok());
-  const Result<ParamFile> file = ParamFile::load(source_path("config/demo3.toml"));
-  ASSERT_TRUE(file.ok());
-  const Result<sp::SpConfig> config = sp::load_sp_config(*file);
-  ASSERT_TRUE(config.ok());
-  sp::SpConfig plain = *config;
+TEST_F(RegistrationHonesty, WhatTheModelOfTheLadarsNoiseBuys) {
+  sp::SpConfig plain = config_;
   plain.icp.weighted = false;
   std::printf("%-16s %9s | %11s %9s %12s | %11s %9s %12s\n", "terrain", "sigma [m]", "rms [m]",
               "NEES/dof", "inside 95 %", "without [m]", "NEES/dof", "inside 95 %");
   double error2_with = 0.0;
   double error2_without = 0.0;
-  for (const Place& place : places(*reference)) {
+  for (const Place& place : places(reference_)) {
     for (const double sigma_m : {0.01, 0.03, 0.06}) {
-      const Tally with = run(place, *reference, *config, sigma_m, 1.0);
-      const Tally without = run(place, *reference, plain, sigma_m, 1.0);
+      const Tally with = run(place, reference_, config_, sigma_m, 1.0);
+      const Tally without = run(place, reference_, plain, sigma_m, 1.0);
       std::printf("%-16s %9.2f | %11.3f %9.2f %10.0f %% | %11.3f %9.2f %10.0f %%\n",
                   place.name.c_str(), sigma_m, with.rms_m(), with.nees_per_dof(), with.inside_pct(),
                   without.rms_m(), without.nees_per_dof(), without.inside_pct());

@@ -183,22 +183,13 @@ TEST(CloudRegistration, AnnealingFindsANearPlaceAndIsRepeatable) {
 
 TEST(CloudRegistration, PoorCloudsAreAnswered) {
   const Clouds c;
-  Points one;
-  one.push_back(Vec3f(1.0F, 2.0F, 3.0F));
-  Points line;
-  Points same;
-  for (int i = 0; i < 3000; ++i) {
-    line.push_back(Vec3f(0.01F * static_cast<float>(i), 0.0F, 0.0F));
-    same.push_back(Vec3f(1.0F, 2.0F, 3.0F));
-  }
-  const Points none;
-  for (const Points* const poor : std::array<const Points*, 4>{&none, &one, &line, &same}) {
-    EXPECT_FALSE(usable(register_clouds(*poor, c.data, Pose{}, CloudParams{}).stop));
-    EXPECT_FALSE(usable(register_clouds(*poor, *poor, Pose{}, CloudParams{}).stop));
-    const Registration r = register_clouds(c.model, *poor, Pose{}, CloudParams{});
+  for (const Points& poor : test::poor_clouds()) {
+    EXPECT_FALSE(usable(register_clouds(poor, c.data, Pose{}, CloudParams{}).stop));
+    EXPECT_FALSE(usable(register_clouds(poor, poor, Pose{}, CloudParams{}).stop));
+    const Registration r = register_clouds(c.model, poor, Pose{}, CloudParams{});
     EXPECT_TRUE(r.T_target_vehicle.finite());
-    if (poor->empty()) continue;
-    CloudMatcher matcher(*poor, CloudParams{});
+    if (poor.empty()) continue;
+    CloudMatcher matcher(poor, CloudParams{});
     EXPECT_FALSE(matcher.search_globally(c.data, Pose{}).accepted);
   }
 }

@@ -14,6 +14,7 @@
 
 #include "modules/sp/cloud_registration.h"
 #include "tests/replay/real_data.h"
+#include "tests/sp/scene.h"
 
 namespace rcs::sp {
 namespace {
@@ -22,7 +23,7 @@ namespace fs = std::filesystem;
 
 std::vector<fs::path> forest_clouds() {
   std::vector<fs::path> clouds;
-  const std::string folder = test::data_path("monoforce_offroad_samples");
+  const std::string folder = rcs::test::data_path("monoforce_offroad_samples");
   if (folder.empty()) return clouds;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
@@ -50,7 +51,7 @@ std::vector<Points> halves_of(const fs::path& path) {
 
 TEST(Forest, HalfAScanIsLaidOntoTheOtherHalf) {
   const std::vector<fs::path> clouds = forest_clouds();
-  if (clouds.empty()) GTEST_SKIP() << test::kNoData;
+  if (clouds.empty()) GTEST_SKIP() << rcs::test::kNoData;
   for (const fs::path& path : clouds) {
     const std::vector<Points> halves = halves_of(path);
     ASSERT_GT(halves[1].size(), 10'000U);
@@ -62,11 +63,7 @@ TEST(Forest, HalfAScanIsLaidOntoTheOtherHalf) {
       Vec6 motion;
       for (int i = 0; i < 6; ++i) motion[i] = (i < 3 ? 0.5 : 0.05) * normal(rng);
       const Pose T_model_data = exp_se3(motion);
-      const Pose T_data_model = T_model_data.inverse();
-      Points data;
-      for (std::size_t i = 0; i < halves[1].size(); ++i) {
-        data.push_back((T_data_model * halves[1][i].cast<double>()).cast<float>());
-      }
+      const Points data = test::moved(T_model_data.inverse(), halves[1]);
       const Registration r = register_clouds(halves[0], data, Pose{}, CloudParams{});
       EXPECT_TRUE(usable(r.stop)) << name_of(r.stop);
       const Pose off = T_model_data.inverse() * r.T_target_vehicle;

@@ -17,10 +17,7 @@ namespace {
 TEST(GicpReal, RegistersConsecutiveCuts) {
   const std::vector<tools::KittiDrive> drive = open_drive();
   if (drive.empty()) GTEST_SKIP() << kNoData;
-  std::vector<tools::ScanPair> pairs;
-  for (const tools::ScanPair& pair : drive[0].references()) {
-    if (pair.data == pair.model + 1) pairs.push_back(pair);
-  }
+  const std::vector<tools::ScanPair> pairs = consecutive(drive[0].references());
   const Result<tools::ScanSet> set = drive[0].real_cuts(pairs);
   ASSERT_TRUE(set) << set.error().message;
   const auto judged = [&](const char* name, const std::vector<tools::Trial>& trials) {

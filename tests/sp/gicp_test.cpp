@@ -125,21 +125,12 @@ TEST(Gicp, TheMetricIsThatOfBothDiscs) {
 
 TEST(Gicp, PoorCloudsAreAnswered) {
   const Clouds c;
-  Points one;
-  one.push_back(Vec3f(1.0F, 2.0F, 3.0F));
-  Points line;
-  Points same;
-  for (int i = 0; i < 3000; ++i) {
-    line.push_back(Vec3f(0.01F * static_cast<float>(i), 0.0F, 0.0F));
-    same.push_back(Vec3f(1.0F, 2.0F, 3.0F));
-  }
-  const Points none;
   const Pose guess = test::pose(0.1, 0.2, 0.3, 0.0, 0.0, 0.1);
-  for (const Points* const poor : std::array<const Points*, 4>{&none, &one, &line, &same}) {
-    const Stop expected = poor->empty() ? Stop::kEmpty : Stop::kTooFew;
-    for (const Registration& r : {register_gicp(*poor, c.data, guess, GicpParams{}),
-                                  register_gicp(c.model, *poor, guess, GicpParams{}),
-                                  register_gicp(*poor, *poor, guess, GicpParams{})}) {
+  for (const Points& poor : test::poor_clouds()) {
+    const Stop expected = poor.empty() ? Stop::kEmpty : Stop::kTooFew;
+    for (const Registration& r : {register_gicp(poor, c.data, guess, GicpParams{}),
+                                  register_gicp(c.model, poor, guess, GicpParams{}),
+                                  register_gicp(poor, poor, guess, GicpParams{})}) {
       EXPECT_EQ(r.stop, expected);
       EXPECT_EQ(r.T_target_vehicle.p, guess.p) << "the guess is kept";
       EXPECT_TRUE(r.information.isZero(0.0));

@@ -126,6 +126,8 @@ TEST(Icp, StopsAtItsGrantAndSaysSo) {
   EXPECT_EQ(r.iterations, 3);
   EXPECT_EQ(r.used, 3 * n);
   EXPECT_LT(error(r, f.T_true).head<3>().norm(), 0.1);
+  const Registration whole = f.run(test::prediction(f.T_true, 0.5, 0.05), kPlenty);
+  EXPECT_LT(r.information.trace(), 0.8 * whole.information.trace()) << "it claims less";
   const Registration nothing = f.run(test::prediction(f.T_true, 0.5, 0.05), n - 1);
   EXPECT_EQ(nothing.stop, Stop::kBudget);
   EXPECT_EQ(nothing.information, Mat6(Mat6::Zero()));

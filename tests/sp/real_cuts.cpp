@@ -31,6 +31,14 @@ std::vector<tools::KittiDrive> open_drive() {
   return drives;
 }
 
+std::vector<tools::ScanPair> consecutive(const std::vector<tools::ScanPair>& pairs) {
+  std::vector<tools::ScanPair> out;
+  for (const tools::ScanPair& pair : pairs) {
+    if (pair.data == pair.model + 1) out.push_back(pair);
+  }
+  return out;
+}
+
 Motions motions_of(const std::vector<tools::ScanPair>& pairs) {
   Motions motions;
   for (const tools::ScanPair& p : pairs) motions[{p.model, p.data}] = p.T_model_data;

@@ -15,6 +15,9 @@ namespace rcs::test {
 /// The drive below RCS_DATA_DIR; empty without it.
 [[nodiscard]] std::vector<tools::KittiDrive> open_drive();
 
+/// Those of a scan and the next one.
+[[nodiscard]] std::vector<tools::ScanPair> consecutive(const std::vector<tools::ScanPair>& pairs);
+
 /// T_model_data of pairs of scans.
 using Motions = std::map<std::pair<int, int>, Pose>;
 

@@ -52,8 +52,7 @@ struct Row {
 /// Consecutive ones.
 tools::ScanSet whole_sweeps(const tools::KittiDrive& drive, const std::vector<ScanPair>& pairs) {
   tools::ScanSet set;
-  for (const ScanPair& pair : pairs) {
-    if (pair.data != pair.model + 1) continue;
+  for (const ScanPair& pair : consecutive(pairs)) {
     for (const int number : {pair.model, pair.data}) {
       const Result<tools::Sweep> sweep = drive.sweep(number);
       RCS_CHECK(sweep.ok());

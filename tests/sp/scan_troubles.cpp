@@ -5,14 +5,12 @@
 #include <cstddef>
 #include <numeric>
 
-#include "modules/sp/ranges.h"
-#include "sim/ladar.h"
-#include "sim/world.h"
+#include "tests/support/still_scan.h"
+#include "tools/rcs/simulated_scans.h"
 
 namespace rcs::test {
 namespace {
 
-constexpr double kVehicleHeight_m = 0.9;
 constexpr double kReach_m = 400.0;  // of the world around its origin
 constexpr double kRoom_m = 3.0;     // without trees and rocks around the vehicle
 constexpr double kLookout_m = 250.0;
@@ -23,11 +21,11 @@ class Lookout {
  public:
   Lookout(const ScanPlace& place, const sim::Scenario& reference, std::uint64_t seed)
       : spinning_(place.scanner == Scanner::kSpinning),
-        reference_(reference),
+        mount_(tools::without_error(reference.mount)),
         world_(place.world, reference.dem, {Vec2(0.0, 0.0), Vec2(1.0, 0.0)}, kReach_m),
-        imager_(reference.imager, reference.beam, mount(), seed),
-        turning_(spinning_params(), reference.beam, mount(), seed),
-        calibration_(ladar_params()) {}
+        imager_(reference.imager, reference.beam, mount_, seed),
+        turning_(spinning_params(), reference.beam, mount_, seed),
+        calibration_(tools::ladar_in_mount(reference)) {}
 
   [[nodiscard]] bool has_room(const Vec2& place_world) {
     world_.objects_near(place_world, kRoom_m, &objects_);
@@ -35,59 +33,20 @@ class Lookout {
   }
 
   [[nodiscard]] Pose T_world_ladar(const Vec2& place_world, double heading_rad) const {
-    return T_world_vehicle(place_world, heading_rad) * mount().T_vehicle_mount;
+    return T_world_standing(world_, place_world, heading_rad) * mount_.T_vehicle_mount;
   }
 
   Points scan(const Vec2& place_world, double heading_rad) {
-    const sim::Trajectory still(std::vector<Pose>(5, T_world_vehicle(place_world, heading_rad)),
-                                1.0);
-    return spinning_ ? turn(still) : image(still);
+    const Pose T = T_world_standing(world_, place_world, heading_rad);
+    return spinning_ ? turn(at_rest(T)) : image_at_rest(world_, T, calibration_, &imager_);
   }
 
  private:
-  [[nodiscard]] Pose T_world_vehicle(const Vec2& at, double heading_rad) const {
-    const Vec3 up = world_.normal(at.x(), at.y());
-    const Quat level = Quat::FromTwoVectors(Vec3::UnitZ(), up);
-    return {level * exp_so3(Vec3(0.0, 0.0, heading_rad)),
-            Vec3(at.x(), at.y(), world_.height(at.x(), at.y())) + kVehicleHeight_m * up};
-  }
-
-  // Of no error: it would be the same in both scans.
-  [[nodiscard]] sim::MountParams mount() const {
-    sim::MountParams mount = reference_.mount;
-    mount.error_m = mount.error_rad = 0.0;
-    return mount;
-  }
   [[nodiscard]] static sim::SpinningParams spinning_params() {
     sim::SpinningParams p;
     p.cols = 192;
     return p;
   }
-  [[nodiscard]] sp::LadarParams ladar_params() const {
-    sp::LadarParams p;
-    p.rows = reference_.imager.rows;
-    p.cols = reference_.imager.cols;
-    p.fov_v_rad = reference_.imager.fov_v_rad;
-    p.fov_h_rad = reference_.imager.fov_h_rad;
-    p.max_range_m = reference_.beam.max_range_m;
-    return p;
-  }
-
-  Points image(const sim::Trajectory& still) {
-    sp::Scan scan;
-    sim::RangeFacet facet;
-    for (int f = 0; f < imager_.params().facets; ++f) {
-      imager_.render(world_, still, 0.0, f, &facet);
-      sp::RangeFacet view;
-      view.range_m = facet.range_m.data();
-      view.first_row = facet.first_row;
-      view.facet_rows = facet.range_m.empty() ? 0 : facet.rows;
-      view.tilt_rad = facet.head.tilt_rad;
-      calibration_.append(view, &scan);
-    }
-    return scan.points;
-  }
-
   Points turn(const sim::Trajectory& still) {
     Points points;
     sim::PointSector sector;
@@ -101,7 +60,7 @@ class Lookout {
   }
 
   bool spinning_;
-  const sim::Scenario& reference_;
+  sim::MountParams mount_;
   sim::World world_;
   sim::RangeImager imager_;
   sim::SpinningLadar turning_;

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <random>
+#include <vector>
 
 #include "modules/sp/registration.h"
 #include "rcs/base/points.h"
@@ -40,6 +41,17 @@ inline Points moved(const Pose& T, const Points& points) {
     out.push_back((T * points[i].cast<double>()).cast<float>());
   }
   return out;
+}
+
+/// Of which no cloud says where it lies: none, one point, a line, one place again and again.
+inline std::vector<Points> poor_clouds() {
+  std::vector<Points> clouds(4);
+  clouds[1].push_back(Vec3f(1.0F, 2.0F, 3.0F));
+  for (int i = 0; i < 3000; ++i) {
+    clouds[2].push_back(Vec3f(0.01F * static_cast<float>(i), 0.0F, 0.0F));
+    clouds[3].push_back(Vec3f(1.0F, 2.0F, 3.0F));
+  }
+  return clouds;
 }
 
 inline Pose pose(double x, double y, double z, double roll, double pitch, double yaw) {

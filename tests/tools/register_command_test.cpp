@@ -156,6 +156,7 @@ TEST_F(RegisterCommand, AWrongCommandLineIsTwo) {
     EXPECT_THAT(messages(), HasSubstr("ROWSxCOLS")) << shape;
   }
   EXPECT_EQ(run(" --method paper --global"), 2);
+  EXPECT_EQ(run(" --threads 2"), 2);
 }
 
 TEST_F(RegisterCommand, WhatCannotBeRegisteredIsOneAndIsNamed) {

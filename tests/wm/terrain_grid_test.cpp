@@ -166,6 +166,27 @@ TEST_F(TerrainGridTest, GrassAtTheNearEdgeIsNoSlopeAndNoLedge) {
   }
 }
 
+// What lies before the vehicle as it starts was never seen from farther: there even what is met 6 m
+// away is no ground, and grass no rock. Later it is.
+TEST_F(TerrainGridTest, AtItsStartItTrustsNoNearGround) {
+  const auto is_rock = [&](double x_m) {
+    const Pose T(Pose{Quat::Identity(), Vec3(x_m, 0.0, 0.9)});
+    for (int k = 0; k < 10; ++k) {
+      points_.clear();
+      for (int n = 0; n < 3000; ++n) {
+        const double x = 5.2 + 5.0 * unit_(rng_);
+        const double y = 8.0 * (unit_(rng_) - 0.5);
+        const double tuft = std::abs(x - 5.8) < 0.4 && std::abs(y) < 0.5 ? 0.35 : 0.0;
+        points_.push_back(Vec3(x, y, tuft + 0.01 * normal_(rng_) - 0.9).cast<float>());
+      }
+      grid_.insert(points_, T);
+    }
+    return at(T, x_m + 5.8, 0.1).obstacle;
+  };
+  EXPECT_FALSE(is_rock(0.0));
+  EXPECT_TRUE(is_rock(20.0));
+}
+
 // Nothing is seen of the ground behind a rock, and still it is one.
 TEST_F(TerrainGridTest, ARockIsSeenWithNothingKnownBehindIt) {
   const Pose T(Pose{Quat::Identity(), Vec3(0.0, 0.0, 0.9)});

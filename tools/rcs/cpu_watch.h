@@ -5,18 +5,13 @@
 
 namespace rcs::tools {
 
-/// The thread's CPU time since it was made, in whole microseconds.
+/// The process's CPU time since it was made, of all its threads.
 class CpuWatch {
  public:
-  CpuWatch() { clock_.start_cycle(); }
-  /// Once.
-  [[nodiscard]] double stop_ms() {
-    clock_.end_cycle();
-    return 1e3 * seconds(clock_.used_cpu());
-  }
+  [[nodiscard]] double stop_ms() const { return 1e3 * seconds(process_cpu() - start_); }
 
  private:
-  StageClock clock_;
+  Duration start_ = process_cpu();
 };
 
 }  // namespace rcs::tools

@@ -170,6 +170,7 @@ class Register final : public Command {
       if (!parsed) return wrong_usage("--organized: ROWSxCOLS is wanted, such as 32x180");
       shape = *parsed;
     }
+    if (threads_ > 1 && !global_) return wrong_usage("--threads goes with --global");
     if (global_ && method_ == "paper") return wrong_usage("--global is not of the paper's method");
 
     const Result<Cloud> model = read_cloud(model_, shape);

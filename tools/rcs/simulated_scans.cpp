@@ -1,6 +1,5 @@
 #include "tools/rcs/simulated_scans.h"
 
-#include "modules/sp/ranges.h"
 #include "rcs/base/check.h"
 #include "sim/vehicle.h"
 
@@ -9,22 +8,6 @@ namespace {
 
 constexpr double kReach_m = 20.0;  // of the world beyond the LADAR's range
 constexpr double kMoving_s = 3.0;  // from the start to the first scan, and from the last to the end
-
-sim::MountParams without_error(sim::MountParams mount) {
-  mount.error_m = mount.error_rad = 0.0;
-  return mount;
-}
-
-/// Of the mount's frame.
-sp::LadarParams ladar_params(const sim::Scenario& scenario) {
-  sp::LadarParams p;
-  p.rows = scenario.imager.rows;
-  p.cols = scenario.imager.cols;
-  p.fov_v_rad = scenario.imager.fov_v_rad;
-  p.fov_h_rad = scenario.imager.fov_h_rad;
-  p.max_range_m = scenario.beam.max_range_m;
-  return p;
-}
 
 class Imaging {
  public:
@@ -35,7 +18,7 @@ class Imaging {
                scenario.beam.max_range_m + kReach_m),
         vehicle_(drive(course_, world_, scenario.vehicle, course_.duration_s())),
         imager_(scenario.imager, scenario.beam, without_error(scenario.mount), scenario.seed),
-        calibration_(ladar_params(scenario)) {}
+        calibration_(ladar_in_mount(scenario)) {}
 
   [[nodiscard]] double period_s() const { return scenario_.imager.period_s; }
   [[nodiscard]] double duration_s() const { return course_.duration_s(); }
@@ -83,6 +66,21 @@ class Imaging {
 };
 
 }  // namespace
+
+sp::LadarParams ladar_in_mount(const sim::Scenario& scenario) {
+  sp::LadarParams p;
+  p.rows = scenario.imager.rows;
+  p.cols = scenario.imager.cols;
+  p.fov_v_rad = scenario.imager.fov_v_rad;
+  p.fov_h_rad = scenario.imager.fov_h_rad;
+  p.max_range_m = scenario.beam.max_range_m;
+  return p;
+}
+
+sim::MountParams without_error(sim::MountParams mount) {
+  mount.error_m = mount.error_rad = 0.0;
+  return mount;
+}
 
 ScanSet simulate_scans(const sim::Scenario& scenario, int models) {
   Imaging imaging(scenario);
