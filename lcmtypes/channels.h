@@ -21,6 +21,8 @@ inline constexpr char kSpProcess[] = "SP_PROCESS";            // process_t      
 
 inline constexpr char kWmNavState[] = "WM_NAV_STATE";      // nav_state_t     wm  50 Hz + per scan
 inline constexpr char kWmInnovation[] = "WM_INNOVATION";   // innovation_t    wm  per measurement
+inline constexpr char kWmIntegrity[] = "WM_INTEGRITY";     // integrity_t     wm  10 Hz
+inline constexpr char kWmShadow[] = "WM_SHADOW";           // shadow_t        wm  3 x 2 Hz
 inline constexpr char kWmMapPatch[] = "WM_MAP_PATCH";      // map_patch_t     wm  5 Hz
 inline constexpr char kWmEvent[] = "WM_EVENT";             // event_t         wm  on events
 inline constexpr char kWmCycle[] = "WM_CYCLE";             // cycle_t         wm  per cycle, live

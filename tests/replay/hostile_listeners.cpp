@@ -82,6 +82,8 @@ void Statements::judge(Stamp due, std::string_view channel, const std::uint8_t* 
   if (channel == channel::kSpPoints) take(points_t{});
   if (channel == channel::kWmNavState) take(nav_state_t{});
   if (channel == channel::kWmInnovation) take(innovation_t{});
+  if (channel == channel::kWmIntegrity) take(integrity_t{});
+  if (channel == channel::kWmShadow) take(shadow_t{});
   if (channel == channel::kWmMapPatch) take(map_patch_t{});
   if (channel == channel::kBgDrive) take(drive_t{});
   if (channel == channel::kBgPlan) take(plan_t{});
@@ -125,6 +127,17 @@ void Statements::judge(const nav_state_t& m, int count) {
 
 void Statements::judge(const innovation_t& m, int /*count*/) {
   RCS_CHECK(finite(m.nis) && finite(m.gate) && finite(m.innovation) && finite(m.sigma));
+}
+
+void Statements::judge(const integrity_t& m, int /*count*/) {
+  RCS_CHECK(finite(m.protection_horizontal_m) && finite(m.protection_vertical_m));
+  RCS_CHECK(finite(m.gps_doubt) && finite(m.ladar_doubt) && finite(m.sigma_in_60s_m));
+  RCS_CHECK(finite(m.alert_in_s));
+}
+
+void Statements::judge(const shadow_t& m, int /*count*/) {
+  RCS_CHECK(pose(m.q_world_vehicle, m.p_world_vehicle_m) && covariance(m.cov_world_pose));
+  RCS_CHECK(m.branch_utime <= m.utime);
 }
 
 void Statements::judge(const map_patch_t& m, int /*count*/) {

@@ -7,10 +7,12 @@
 
 #include "lcmtypes/rcs/drive_t.hpp"
 #include "lcmtypes/rcs/innovation_t.hpp"
+#include "lcmtypes/rcs/integrity_t.hpp"
 #include "lcmtypes/rcs/map_patch_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/plan_t.hpp"
 #include "lcmtypes/rcs/points_t.hpp"
+#include "lcmtypes/rcs/shadow_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
 #include "rcs/base/stamp.h"
 #include "rcs/node/local_bus.h"
@@ -33,6 +35,8 @@ class Statements {
   void judge(const points_t& m, int count);
   void judge(const nav_state_t& m, int count);
   void judge(const innovation_t& m, int count);
+  void judge(const integrity_t& m, int count);
+  void judge(const shadow_t& m, int count);
   void judge(const map_patch_t& m, int count);
   void judge(const drive_t& m, int count);
   void judge(const plan_t& m, int count);

@@ -14,6 +14,7 @@
 #include "lcmtypes/rcs/gps_fix_t.hpp"
 #include "lcmtypes/rcs/innovation_t.hpp"
 #include "lcmtypes/rcs/ins_t.hpp"
+#include "lcmtypes/rcs/integrity_t.hpp"
 #include "lcmtypes/rcs/ladar_points_t.hpp"
 #include "lcmtypes/rcs/ladar_ranges_t.hpp"
 #include "lcmtypes/rcs/ledger_t.hpp"
@@ -24,6 +25,7 @@
 #include "lcmtypes/rcs/points_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
 #include "lcmtypes/rcs/scan_account_t.hpp"
+#include "lcmtypes/rcs/shadow_t.hpp"
 #include "lcmtypes/rcs/status_t.hpp"
 #include "lcmtypes/rcs/truth_t.hpp"
 
@@ -127,6 +129,17 @@ void write(const innovation_t& m, FieldWriter& w) {
       F(sigma));
 }
 
+void write(const integrity_t& m, FieldWriter& w) {
+  w(F(utime))(F(seq))(F(protection_horizontal_m))(F(protection_vertical_m))(F(limit_horizontal_m))(
+      F(limit_vertical_m))(F(alerts))(F(gps))(F(ladar))(F(gps_since_utime))(F(ladar_since_utime))(
+      F(gps_doubt))(F(ladar_doubt))(F(sigma_in_60s_m))(F(alert_in_s));
+}
+
+void write(const shadow_t& m, FieldWriter& w) {
+  w(F(utime))(F(seq))(F(kind))(F(branch_utime))(F(q_world_vehicle))(F(p_world_vehicle_m))(
+      F(cov_world_pose));
+}
+
 void write(const map_patch_t& m, FieldWriter& w) {
   w(F(utime))(F(seq))(F(local_utime))(F(cell_m))(F(first_i))(F(first_j))(F(width))(F(height))(
       F(base_m))(F(n));
@@ -202,6 +215,8 @@ const Type* find_type(std::string_view channel) {
       type_of<cycle_t>(channel::kSpCycle),
       type_of<nav_state_t>(channel::kWmNavState),
       type_of<innovation_t>(channel::kWmInnovation),
+      type_of<integrity_t>(channel::kWmIntegrity),
+      type_of<shadow_t>(channel::kWmShadow),
       type_of<map_patch_t>(channel::kWmMapPatch),
       type_of<event_t>(channel::kWmEvent),
       type_of<cycle_t>(channel::kWmCycle),
