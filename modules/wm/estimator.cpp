@@ -6,11 +6,26 @@ namespace rcs::wm {
 namespace {
 
 constexpr std::size_t kMaxWaiting = 64;
+constexpr Duration kBlind = std::chrono::seconds(2);
 
 }  // namespace
 
+/// After so long with nothing to go by, a turn may have ended anywhere: no Gaussian describes it.
+/// The world is found anew, as at the start; biases are kept.
+void Estimator::forget_place(FilterState* state) const {
+  Belief& b = state->belief;
+  const Mat6 biases = b.P.block<6, 6>(kGyroBias, kGyroBias);
+  b.P = initial_belief(params_, b.x.stamp).P;
+  b.P.block<6, 6>(kGyroBias, kGyroBias) = biases;
+  b.x.map_epoch = -1;
+  Memory& m = state->memory;
+  m.anchored = m.withheld.gps = m.gps_accused = false;
+  m.fix_heard = Stamp::min();
+  m.unmatched = Pose{};
+}
+
 Estimator::Estimator(const WmParams& params, const std::optional<Geodetic>& datum)
-    : params_(params), history_(Model(params)) {
+    : params_(params), history_(Model(params)), trust_(params.trust) {
   if (datum) datum_.emplace(*datum);
   waiting_.reserve(kMaxWaiting);
   innovations_.reserve(4 * static_cast<std::size_t>(params.history.capacity));
@@ -108,10 +123,13 @@ void Estimator::step_clock(Stamp to) {
     if (record.accepted != Stamp::min()) record.accepted += step;
   }
   if (m.last_reset != Stamp::min()) m.last_reset += step;
+  if (m.fix_heard != Stamp::min()) m.fix_heard += step;
   m.ins_stamp = Stamp::min();
   Innovations none;
   advance(history_.model(), to, nullptr, &state, &none);
+  if (passed > kBlind) forget_place(&state);
   history_.restart(state);
+  trust_.clear();
   local_stamp_ = to;
   waiting_.clear();
   heading_.clear();
@@ -124,7 +142,16 @@ void Estimator::fuse() {
   if (!started_) return;
   history_.fuse(&innovations_);
   if (!history_.head().memory.anchored) find_heading();
+  finish();
   move_local();
+}
+
+void Estimator::finish() {
+  const auto judge = [this](const Measurement& m, const ImuSample* next_imu,
+                            const FilterState& belief) {
+    return trust_.add(history_.model(), m, next_imu, belief);
+  };
+  while (history_.finish(judge)) history_.fuse(&innovations_);
 }
 
 void Estimator::move_local() {
@@ -158,6 +185,7 @@ void Estimator::find_heading() {
     if (!found) continue;
     history_.amend(earth_at(datum_->datum()),
                    [&found](FilterState* oldest) { anchor(*found, oldest); });
+    trust_.clear();
     history_.fuse(&innovations_);
     waiting_.clear();
     heading_.clear();

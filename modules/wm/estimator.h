@@ -7,6 +7,7 @@
 #include "modules/wm/alignment.h"
 #include "modules/wm/history.h"
 #include "modules/wm/sources.h"
+#include "modules/wm/trust.h"
 
 namespace rcs::wm {
 
@@ -43,6 +44,8 @@ class Estimator {
   [[nodiscard]] const Pose& T_local_vehicle() const { return T_local_vehicle_; }
   /// Origin of the world once the belief is anchored to it.
   [[nodiscard]] const std::optional<LocalFrame>& datum() const { return datum_; }
+  /// What is believed of the sources, a history's lag late.
+  [[nodiscard]] const Trust& trust() const { return trust_; }
   /// Times that all clocks were found to have stepped.
   [[nodiscard]] int clock_steps() const { return clock_steps_; }
 
@@ -57,13 +60,16 @@ class Estimator {
   };
   Reason add(const Measurement& m);
   void start(const Belief& belief, double gravity);
+  void finish();
   void find_heading();
   void step_clock(Stamp to);
+  void forget_place(FilterState* state) const;
   void move_local();
 
   WmParams params_;
   std::optional<LocalFrame> datum_;
   History history_;
+  Trust trust_;
   Leveler leveler_;
   HeadingFinder heading_;
   std::vector<WaitingFix> waiting_;  ///< for the heading, of which the state is not fused yet

@@ -60,8 +60,13 @@ struct SourceRecord {
   Stamp accepted = Stamp::min();  ///< newest accepted
   double distance_m = 0.0;        ///< driven until then
   int refused = 0;                ///< in a row since
-  int agreeing = 0;               ///< of these, in a row with residuals that agree
-  Vec3 refused_r = Vec3::Zero();  ///< residual of the newest refused
+};
+
+/// What a filter goes without: a shadow for good, the belief while it does not trust a source.
+struct Withheld {
+  bool gps = false;
+  bool ladar = false;
+  bool odometry = false;
 };
 
 /// What the filter carries along beside its belief.
@@ -72,9 +77,13 @@ struct Memory {
   Vec3 accel_vehicle = Vec3::Zero();  ///< without gravity [m/s^2]
   double odometry_mps = 0.0;          ///< newest accepted
   double distance_m = 0.0;            ///< driven
-  bool anchored = false;              ///< the world is the datum's: absolute measurements count
-  Pose T_path_vehicle;                ///< composition of the predicted body increments alone
-  Pose T_local_vehicle;  ///< the same with the LADAR's corrections; steps at each of them
+  Withheld withheld;
+  Stamp fix_heard = Stamp::min();  ///< newest fix, believed or not
+  bool gps_accused = false;        ///< withheld for what it said, not for its silence
+  int heights_refused = 0;         ///< in a row, of fixes whose place was accepted
+  bool anchored = false;           ///< the world is the datum's: absolute measurements count
+  Pose T_path_vehicle;             ///< composition of the predicted body increments alone
+  Pose T_local_vehicle;            ///< the same with the LADAR's corrections; steps at each of them
   /// What other sources did to the vehicle's pose in the map since the last match, vehicle axes.
   /// The next match takes it back, and the local pose, which never had it, must not have that
   /// either.

@@ -89,8 +89,6 @@ void History::fuse(std::vector<Innovation>* out) {
     }
     e.reported = true;
   }
-  const Stamp keep = head().belief.x.stamp - model_.params.history.lag;
-  while (fused_ > 1 && entry(0).measurement.stamp < keep) drop_oldest();
 }
 
 void History::drop_oldest() {

@@ -2,6 +2,7 @@
 // The newest second of inputs, with the belief after each: late data is put where it belongs and
 // everything after it is fused again, so that the order of arrival does not matter.
 
+#include <optional>
 #include <vector>
 
 #include "modules/wm/filter.h"
@@ -25,6 +26,25 @@ class History {
   /// or has been silent for its timeout by the stamps of two other sources.
   /// @param out  one record for each measurement that was fused for the first time
   void fuse(std::vector<Innovation>* out);
+
+  /// Parts with what is older than the lag: nothing can come before it any more. Calls
+  /// judge(measurement, next_imu, state after it) once for each input, in order of their stamps; if
+  /// it answers with a state, that one is gone on from, and fuse() repeats all since.
+  /// @return true when it did so: call fuse(), then this again
+  template <class F>
+  bool finish(F&& judge) {
+    const Stamp keep = head().belief.x.stamp - model_.params.history.lag;
+    while (fused_ > 1 && entry(0).measurement.stamp < keep) {
+      const std::optional<FilterState> instead =
+          judge(entry(0).measurement, next_imu(0), states_[slot(0)]);
+      drop_oldest();
+      if (!instead) continue;
+      base_ = *instead;
+      fused_ = 0;
+      return true;
+    }
+    return false;
+  }
 
   [[nodiscard]] const FilterState& head() const;
   /// The newest stored state at or before `stamp`; the oldest kept when there is none.

@@ -90,6 +90,31 @@ Residual<3> gps_position(const NavState& x, const GpsFix& z, const GpsParams& pa
   return out;
 }
 
+Residual<3> without_height(const Residual<3>& z) {
+  Residual<3> out = z;
+  out.dof = 2;
+  out.r[2] = 0.0;
+  out.H.row(2).setZero();
+  out.R.row(2).setZero();
+  out.R.col(2).setZero();
+  out.R(2, 2) = 1.0;
+  return out;
+}
+
+std::optional<Vec3> worth(const Vec3& claimed_sigma_m, const GpsQuality& quality) {
+  // What a satellite's range is good to in each kind of solution, at its best [m]; typical of
+  // receivers' data sheets.
+  constexpr double kRange_m[] = {0.5, 0.25, 0.05, 0.005};
+  constexpr int kFewest = 4;
+  constexpr double kUsualHdop = 1.0;
+  constexpr double kUsualVdop = 1.6;
+  if (quality.satellites != 0 && quality.satellites < kFewest) return std::nullopt;
+  const double range_m = kRange_m[static_cast<std::size_t>(quality.fix)];
+  const double h = range_m * (quality.hdop > 0.0 ? quality.hdop : kUsualHdop);
+  const double v = range_m * (quality.vdop > 0.0 ? quality.vdop : kUsualVdop);
+  return claimed_sigma_m.cwiseMax(Vec3(h, h, v));
+}
+
 Residual<3> gps_velocity(const NavState& x, const GpsFix& z, const GpsParams& params) {
   const Mat3 R = x.T_world_vehicle.rotation();
   const Vec3 lever_rate = x.rate_vehicle.cross(params.lever_m);

@@ -1,6 +1,8 @@
 #pragma once
 // What each source says about the state: residuals with their Jacobians and noise.
 
+#include <optional>
+
 #include "modules/wm/nav_state.h"
 #include "modules/wm/params.h"
 #include "modules/wm/update.h"
@@ -15,6 +17,20 @@ struct GpsFix {
   Vec3 v_world = Vec3::Zero();  ///< of the antenna [m/s]
   Vec3 sigma_v_mps = Vec3::Ones();
 };
+
+/// What else a receiver says of its fix.
+struct GpsQuality {
+  enum class Fix { kSingle, kDifferential, kFloat, kFixed };
+  Fix fix = Fix::kSingle;
+  int satellites = 0;  ///< 0: it does not say
+  double hdop = 0.0;   ///< 0: it does not say
+  double vdop = 0.0;
+};
+
+/// What a fix is worth: never better than its kind of solution and the geometry of its satellites
+/// allow, whatever the receiver claims.
+/// @return sigma_m; nothing when the fix is worth nothing (fewer than four satellites)
+[[nodiscard]] std::optional<Vec3> worth(const Vec3& claimed_sigma_m, const GpsQuality& quality);
 
 /// A scan matched to SP's rolling map.
 struct RollingMatch {
@@ -40,6 +56,9 @@ struct OdometrySample {
 
 /// Position of the antenna. A part of the error is white, the rest is gps_offset.
 [[nodiscard]] Residual<3> gps_position(const NavState& x, const GpsFix& z, const GpsParams& params);
+
+/// The same without its height.
+[[nodiscard]] Residual<3> without_height(const Residual<3>& z);
 
 /// Velocity of the antenna. Needs z.has_velocity.
 [[nodiscard]] Residual<3> gps_velocity(const NavState& x, const GpsFix& z, const GpsParams& params);

@@ -42,11 +42,10 @@ struct DriveNoise {
 };
 
 struct GpsParams {
-  Vec3 lever_m = Vec3::Zero();   ///< p_vehicle_antenna [m], [-20, 20]
-  double correlated = 0.9;       ///< share of the reported sigma that is Gauss-Markov, [0, 1)
-  double sigma_floor_m = 0.01;   ///< no fix is believed better than this, (0, 10]
-  double sigma_time_s = 0.005;   ///< clock of the receiver against ours, [0, 0.5]
-  int refused_until_reset = 20;  ///< consistent refusals before the fixes are right, [3, 1000]
+  Vec3 lever_m = Vec3::Zero();  ///< p_vehicle_antenna [m], [-20, 20]
+  double correlated = 0.9;      ///< share of the reported sigma that is Gauss-Markov, [0, 1)
+  double sigma_floor_m = 0.01;  ///< no fix is believed better than this, (0, 10]
+  double sigma_time_s = 0.005;  ///< clock of the receiver against ours, [0, 0.5]
 };
 
 struct RegistrationParams {
@@ -125,6 +124,30 @@ struct ModeParams {
   double reset_rad = 0.035;  ///< the same, (0, 3]
 };
 
+/// When a source is believed, when no longer, and when again.
+struct TrustParams {
+  Duration silence = from_seconds(10.0);  ///< fixes after a longer one are looked at first, >= 1 s
+  int refused = 5;   ///< in a row: nothing more of the source is believed, [2, 1000]
+  int agreeing = 5;  ///< of the newest six fixes, so many must agree before it is, [2, 6]
+  Duration agreeing_for = from_seconds(1.0);   ///< and over this time, [0, 60] s
+  Duration persistent = from_seconds(40.0);    ///< fixes that contradict the belief, but one
+  double persistent_m = 100.0;                 ///< another never, for so long and so far driven,
+                                               ///< are right, [10, 600] s, [10, 10000]
+  Duration probation = from_seconds(5.0);      ///< then it can still be undone, [1, 60] s
+  Duration branch = from_seconds(10.0);        ///< age at which a shadow is renewed, [2, 60] s
+  int doubted = 3;                             ///< fixes in a row that a shadow refutes, [1, 100]
+  Duration ladar_doubted = from_seconds(1.0);  ///< the same of matches, [0.1, 60] s
+  int matches = 20;                            ///< that agree bring the LADAR back, [2, 1000]
+  double false_alarm = 1e-7;                   ///< of a shadow's test, [1e-12, 1e-3]
+  double floor_m = 0.3;                        ///< two filters may differ by this, [0.01, 10]
+};
+
+/// What the mission needs to know of its place.
+struct IntegrityParams {
+  double limit_horizontal_m = 5.0;  ///< alert limits, [0.1, 1000]
+  double limit_vertical_m = 3.0;    ///< [0.1, 1000]
+};
+
 struct WmParams {
   ProcessNoise ins;
   MotionNoise motion;
@@ -138,6 +161,8 @@ struct WmParams {
   HistoryParams history;
   LocalFrameParams local;
   ModeParams modes;
+  TrustParams trust;
+  IntegrityParams integrity;
   double false_alarm = 1e-4;  ///< share of good measurements that a gate refuses, [1e-9, 0.1]
 };
 

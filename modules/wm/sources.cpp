@@ -31,6 +31,8 @@ class Fuser {
   Reason fuse(Source source, const Residual<M>& z) {
     return fuse(source, z, model_.gates[static_cast<std::size_t>(z.dof)]);
   }
+  Reason fuse_place(const Residual<3>& z);
+  void look_at(Source source, const Residual<3>& z);
   void refuse(Source source, Reason reason) { note({stamp(), source, reason}); }
   void note(const Innovation& i);
   bool clone(const RollingMatch& z);
@@ -48,7 +50,6 @@ void Fuser::note(const Innovation& i) {
     record = {stamp(), s_.memory.distance_m};
   } else if (i.reason == Reason::kGate || i.reason == Reason::kEpoch) {
     ++record.refused;
-    record.refused_r = i.r.head<3>();
   }
   records_.add(i);
 }
@@ -68,6 +69,15 @@ Reason Fuser::fuse(Source source, const Residual<M>& z, double gate) {
   }
   note(i);
   return f.reason;
+}
+
+/// Records what a measurement that is not believed now would have said.
+void Fuser::look_at(Source source, const Residual<3>& z) {
+  const Fusion<3> f = update(s_.belief, z, kNoGate);
+  Innovation i{stamp(), source, Reason::kQuarantine, z.dof, f.nis, model_.gates[3]};
+  i.r.head<3>() = z.r;
+  i.sigma.head<3>() = f.sigma;
+  note(i);
 }
 
 /// A match moves the local pose as it moves the vehicle in its map. What moves vehicle and map
@@ -95,6 +105,10 @@ bool Fuser::clone(const RollingMatch& z) {
 }
 
 void Fuser::operator()(const RollingMatch& z) {
+  if (s_.memory.withheld.ladar) {
+    refuse(Source::kRolling, Reason::kQuarantine);
+    return;
+  }
   if (z.seeded) {
     s_.belief = start_epoch(s_.belief, z.T_rolling_vehicle, z.map_epoch);
     s_.memory.unmatched = Pose{};
@@ -124,6 +138,10 @@ void Fuser::operator()(const PriorMatch& z) {
     refuse(Source::kPriorMap, Reason::kNoDatum);
     return;
   }
+  if (m.withheld.ladar) {
+    refuse(Source::kPriorMap, Reason::kQuarantine);
+    return;
+  }
   // Scans taken close together are matched to the same cells and share the map's errors: only the
   // distance driven since the last one brings new information, and standing still brings none.
   constexpr double kLeast = 0.02;
@@ -140,45 +158,42 @@ void Fuser::operator()(const PriorMatch& z) {
 }
 
 void Fuser::operator()(const GpsFix& z) {
-  if (!s_.memory.anchored) {
+  Memory& m = s_.memory;
+  if (!m.anchored) {
     refuse(Source::kGpsPosition, Reason::kNoDatum);
     return;
   }
+  const TrustParams& trust = model_.params.trust;
+  // After a long silence neither the fixes nor the belief can be taken at their own word.
+  if (m.fix_heard != Stamp::min() && stamp() - m.fix_heard > trust.silence) m.withheld.gps = true;
+  m.fix_heard = stamp();
   const GpsParams& params = model_.params.gps;
-  const SourceRecord last = s_.memory.of(Source::kGpsPosition);
   const Residual<3> position = gps_position(s_.belief.x, z, params);
-  if (fuse(Source::kGpsPosition, position) == Reason::kGate) {
-    // Refused fixes that agree with one another along the motion since: it is the belief that is
-    // off (an outage longer than its covariance knows), and it must not refuse them for ever. Not
-    // even when they do not agree: then its velocity is wrong as well.
-    constexpr int kWithoutAgreement = 5;
-    SourceRecord& record = s_.memory.of(Source::kGpsPosition);
-    const bool agrees =
-        last.refused > 0 && (position.r - last.refused_r).norm() < 4.5 * z.sigma_m.maxCoeff() + 0.1;
-    record.agreeing = agrees ? last.agreeing + 1 : 1;
-    const bool lost = record.refused >= kWithoutAgreement * params.refused_until_reset;
-    if (record.agreeing >= params.refused_until_reset || lost) {
-      const double off = position.r.norm();
-      const double driven = std::max(10.0, s_.memory.distance_m - last.distance_m);
-      s_.belief =
-          loosen_world(s_.belief, position.r.cwiseAbs() + z.sigma_m, std::min(0.3, off / driven));
-      const double sigma_v = model_.params.align.speed_sigma_mps;
-      if (lost) s_.belief.P.diagonal().segment<3>(kVelocity).array() += sigma_v * sigma_v;
-      --records_.count;  // one record a measurement: the refusal is taken back
-      fuse(Source::kGpsPosition, gps_position(s_.belief.x, z, params), kNoGate);
-    }
+  if (m.withheld.gps) {
+    look_at(Source::kGpsPosition, position);
+    return;
   }
-  if (!z.has_velocity) return;
-  const Residual<3> velocity = gps_velocity(s_.belief.x, z, params);
-  if (fuse(Source::kGpsVelocity, velocity) == Reason::kGate &&
-      s_.memory.of(Source::kGpsVelocity).refused >= params.refused_until_reset) {
-    s_.belief.P.diagonal().segment<3>(kVelocity) += velocity.r.cwiseAbs2();
-    --records_.count;
-    fuse(Source::kGpsVelocity, velocity, kNoGate);
+  if (fuse_place(position) == Reason::kGate &&
+      m.of(Source::kGpsPosition).refused >= trust.refused) {
+    m.withheld.gps = m.gps_accused = true;
+    return;
   }
+  if (z.has_velocity) fuse(Source::kGpsVelocity, gps_velocity(s_.belief.x, z, params));
+}
+
+/// The height may be wrong alone (another geoid, another datum): the place is then fused without.
+Reason Fuser::fuse_place(const Residual<3>& z) {
+  if (update(s_.belief, z, model_.gates[3]).reason != Reason::kGate) {
+    s_.memory.heights_refused = 0;
+    return fuse(Source::kGpsPosition, z);
+  }
+  const Reason reason = fuse(Source::kGpsPosition, without_height(z));
+  if (reason == Reason::kAccepted) ++s_.memory.heights_refused;
+  return reason;
 }
 
 void Fuser::operator()(const OdometrySample& z) {
+  if (s_.memory.withheld.odometry) return;
   const OdometryParams& params = model_.params.odometry;
   const SourceRecord& last = s_.memory.of(Source::kOdometry);
   // Slip lasts: of samples that follow one another closely, each tells little that is new.

@@ -41,7 +41,6 @@ void read_gps(ParamTable table, GpsParams* p, DriveNoise* drive) {
   table.get("correlated", &p->correlated, {0, 0.999});
   table.get("sigma_floor_m", &p->sigma_floor_m, {1e-3, 10});
   table.get("sigma_time_s", &p->sigma_time_s, {0, 0.5});
-  table.get("refused_until_reset", &p->refused_until_reset, {3, 1000});
   table.get("tau_s", &drive->gps_tau_s, {0.1, 1e5});
 }
 
@@ -152,6 +151,27 @@ void read_terrain(ParamTable table, WmConfig* c) {
   if (2 * p.patch > p.size) table.fail("patch", "must not be more than half of size");
 }
 
+void read_trust(ParamTable table, TrustParams* p) {
+  table.get_ms("silence_ms", &p->silence, {1000, 600000});
+  table.get("refused", &p->refused, {2, 1000});
+  table.get("agreeing", &p->agreeing, {2, 6});
+  table.get_ms("agreeing_for_ms", &p->agreeing_for, {0, 60000});
+  table.get_ms("persistent_ms", &p->persistent, {10000, 600000});
+  table.get("persistent_m", &p->persistent_m, {10, 10000});
+  table.get_ms("probation_ms", &p->probation, {1000, 60000});
+  table.get_ms("branch_ms", &p->branch, {2000, 60000});
+  table.get("doubted", &p->doubted, {1, 100});
+  table.get_ms("ladar_doubted_ms", &p->ladar_doubted, {100, 60000});
+  table.get("matches", &p->matches, {2, 1000});
+  table.get("false_alarm", &p->false_alarm, {1e-12, 1e-3});
+  table.get("floor_m", &p->floor_m, {0.01, 10});
+}
+
+void read_integrity(ParamTable table, IntegrityParams* p) {
+  table.get("limit_horizontal_m", &p->limit_horizontal_m, {0.1, 1000});
+  table.get("limit_vertical_m", &p->limit_vertical_m, {0.1, 1000});
+}
+
 std::optional<Geodetic> read_datum(ParamTable world) {
   const bool given =
       world.has("datum_lat_deg") || world.has("datum_lon_deg") || world.has("datum_height_m");
@@ -215,6 +235,8 @@ Result<WmConfig> load_wm_config(const ParamFile& file) {
   read_history(wm.table("history"), &p.history);
   read_local(wm.table("local"), &p.local);
   read_modes(wm.table("modes"), &p.modes);
+  read_trust(wm.table("trust"), &p.trust);
+  read_integrity(wm.table("integrity"), &p.integrity);
   read_terrain(wm.table("terrain"), &c);
 
   if (Outcome read_all = file.finish(tables_but({"world", "gps", "ins", "odometry", "wm"}));

@@ -44,6 +44,12 @@ std::optional<GeodeticFix> admit(const gps_fix_t& m) {
                     m.fix_type > gps_fix_t::FIX_NONE && m.fix_type <= gps_fix_t::FIX_FIXED &&
                     is_sigma(z.fix.sigma_m, 200.0);
   if (!good) return std::nullopt;
+  const auto geometry = [](double dop) { return dop > 0.0 && dop < 100.0 ? dop : 0.0; };
+  const auto kind = static_cast<GpsQuality::Fix>(m.fix_type - gps_fix_t::FIX_SINGLE);
+  const std::optional<Vec3> sigma_m =
+      worth(z.fix.sigma_m, {kind, m.satellites, geometry(m.hdop), geometry(m.vdop)});
+  if (!sigma_m) return std::nullopt;
+  z.fix.sigma_m = *sigma_m;
   z.fix.v_world = from_message(m.v_enu_mps);
   z.fix.sigma_v_mps = from_message(m.sigma_v_enu_mps);
   z.fix.has_velocity = m.has_velocity == 1 && within(z.fix.v_world, kFastest_mps) &&
@@ -91,6 +97,17 @@ constexpr std::size_t kMostPoints = 20'000;  // of one message of SP; it sends f
 constexpr std::int16_t kUnknownHeight = -32768;
 
 constexpr Duration kReportInterval = from_seconds(5.0);
+constexpr Duration kIntegrityPeriod = from_milliseconds(100.0);
+constexpr Duration kShadowPeriod = from_milliseconds(500.0);
+
+constexpr std::string_view kFindings[] = {
+    "nothing",
+    "GPS led the belief away: back to what it was without",
+    "GPS agrees with the belief and the motion: believed again",
+    "GPS contradicts the belief for long, but never itself: the belief follows it",
+    "GPS led the belief away while on probation: back to what it was without",
+    "LADAR led the belief away: back to what it was without",
+    "LADAR agrees with the motion: believed again"};
 
 }  // namespace
 
@@ -104,11 +121,15 @@ WmNode::WmNode(const WmConfig& config, Bus* bus)
       points_(bus, channel::kSpPoints, 32),
       nav_state_out_(bus, channel::kWmNavState),
       innovation_out_(bus, channel::kWmInnovation),
+      integrity_out_(bus, channel::kWmIntegrity),
+      shadow_out_(bus, channel::kWmShadow),
       map_patch_out_(bus, channel::kWmMapPatch),
       report_(bus, config.info.name, kReportInterval),
       estimator_(config.params, config.datum),
       terrain_(config.terrain),
-      map_clock_(config.map_period) {
+      map_clock_(config.map_period),
+      integrity_clock_(kIntegrityPeriod),
+      shadow_clock_(kShadowPeriod) {
   const std::size_t cells = static_cast<std::size_t>(config.terrain.patch) *
                             static_cast<std::size_t>(config.terrain.patch);
   answers_.reserve(cells);
@@ -137,6 +158,14 @@ void WmNode::run(const Cycle& cycle) {
 
   publish_innovations();
   publish_nav_state(cycle.now);
+  if (integrity_clock_.due(cycle.now)) {
+    publish_integrity(cycle.now);
+    integrity_clock_.advance(cycle.now);
+  }
+  if (shadow_clock_.due(cycle.now)) {
+    publish_shadows();
+    shadow_clock_.advance(cycle.now);
+  }
   report_events(cycle.now);
   cycle.stages->mark("publish");
 
@@ -320,6 +349,50 @@ void WmNode::fill_belief(const FilterState& s) {
   }
 }
 
+void WmNode::publish_integrity(Stamp now) {
+  if (!estimator_.started()) return;
+  const FilterState& s = estimator_.state();
+  const Trust& trust = estimator_.trust();
+  const WmParams& params = config_.params;
+  const Integrity found = integrity(s, trust, params);
+  integrity_t& m = integrity_;
+  const std::int64_t utime = to_utime(s.belief.x.stamp);
+  const auto gps = static_cast<std::int8_t>(trust.gps(s, params.modes));
+  const auto ladar = static_cast<std::int8_t>(trust.ladar(s, params.modes));
+  if (m.utime == 0 || gps != m.gps) m.gps_since_utime = utime;
+  if (m.utime == 0 || ladar != m.ladar) m.ladar_since_utime = utime;
+  m.utime = utime;
+  m.protection_horizontal_m = found.protection_horizontal_m;
+  m.protection_vertical_m = found.protection_vertical_m;
+  m.limit_horizontal_m = params.integrity.limit_horizontal_m;
+  m.limit_vertical_m = params.integrity.limit_vertical_m;
+  m.alerts = static_cast<std::int8_t>(found.alerts);
+  m.gps = gps;
+  m.ladar = ladar;
+  m.gps_doubt = trust.gps_doubt();
+  m.ladar_doubt = trust.ladar_doubt();
+  m.sigma_in_60s_m = found.sigma_in_60s_m;
+  m.alert_in_s = found.alert_in_s;
+  integrity_out_.publish(&m);
+  report_trust(now);
+}
+
+void WmNode::publish_shadows() {
+  const Trust& trust = estimator_.trust();
+  if (!estimator_.started() || !estimator_.state().memory.anchored) return;
+  for (const Without what : {Without::kAll, Without::kLadar, Without::kGps}) {
+    const Shadow& shadow = trust.shadow(what);
+    if (!shadow.alive()) continue;
+    const Belief& belief = shadow.state.belief;
+    shadow_.utime = to_utime(belief.x.stamp);
+    shadow_.kind = static_cast<std::int8_t>(what);
+    shadow_.branch_utime = to_utime(shadow.branch);
+    to_message(belief.x.T_world_vehicle, shadow_.q_world_vehicle, shadow_.p_world_vehicle_m);
+    to_message(world_pose_covariance(belief), shadow_.cov_world_pose);
+    shadow_out_.publish(&shadow_);
+  }
+}
+
 void WmNode::publish_map_patch() {
   if (terrain_.empty()) return;
   const Pose& T_local_vehicle = estimator_.T_local_vehicle();
@@ -378,6 +451,24 @@ void WmNode::report_events(Stamp now) {
   if (s.belief.x.map_epoch != reported_epoch_) {
     report_.info(now, "map.epoch", "map epoch {}", s.belief.x.map_epoch);
     reported_epoch_ = s.belief.x.map_epoch;
+  }
+}
+
+void WmNode::report_trust(Stamp now) {
+  const Trust& trust = estimator_.trust();
+  if (trust.findings() != reported_findings_) {
+    report_.warn(now, "trust", "{}", kFindings[static_cast<std::size_t>(trust.newest_finding())]);
+    reported_findings_ = trust.findings();
+  }
+  if (integrity_.alerts != reported_alerts_) {
+    report_.warn(now, "alert", "{}{}{}{}{}: protection {:.1f} m, {:.1f} m up",
+                 integrity_.alerts == 0 ? "none" : "",
+                 (integrity_.alerts & kAlertHorizontal) != 0 ? "horizontal " : "",
+                 (integrity_.alerts & kAlertVertical) != 0 ? "vertical " : "",
+                 (integrity_.alerts & kAlertGps) != 0 ? "gps " : "",
+                 (integrity_.alerts & kAlertLadar) != 0 ? "ladar" : "",
+                 integrity_.protection_horizontal_m, integrity_.protection_vertical_m);
+    reported_alerts_ = integrity_.alerts;
   }
 }
 

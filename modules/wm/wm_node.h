@@ -7,12 +7,15 @@
 #include "lcmtypes/rcs/gps_fix_t.hpp"
 #include "lcmtypes/rcs/innovation_t.hpp"
 #include "lcmtypes/rcs/ins_t.hpp"
+#include "lcmtypes/rcs/integrity_t.hpp"
 #include "lcmtypes/rcs/map_patch_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/odometry_t.hpp"
 #include "lcmtypes/rcs/points_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
+#include "lcmtypes/rcs/shadow_t.hpp"
 #include "modules/wm/estimator.h"
+#include "modules/wm/integrity.h"
 #include "modules/wm/terrain_grid.h"
 #include "modules/wm/wm_config.h"
 #include "rcs/node/inbox.h"
@@ -43,9 +46,12 @@ class WmNode final : public Node {
 
   void publish_innovations();
   void publish_nav_state(Stamp now);
+  void publish_integrity(Stamp now);
+  void publish_shadows();
   void publish_map_patch();
   void fill_belief(const FilterState& state);
   void report_events(Stamp now);
+  void report_trust(Stamp now);
 
   WmConfig config_;
   PeriodicClock clock_;
@@ -57,12 +63,16 @@ class WmNode final : public Node {
   Inbox<points_t> points_;
   Outbox<nav_state_t> nav_state_out_;
   Outbox<innovation_t> innovation_out_;
+  Outbox<integrity_t> integrity_out_;
+  Outbox<shadow_t> shadow_out_;
   Outbox<map_patch_t> map_patch_out_;
   Report report_;
 
   Estimator estimator_;
   TerrainGrid terrain_;
   PeriodicClock map_clock_;
+  PeriodicClock integrity_clock_;
+  PeriodicClock shadow_clock_;
   Stamp newest_points_ = Stamp::min();  // reference instant of the newest scan in terrain_
   Stamp local_began_ = Stamp::min();    // of this node's first cycle: identifies frame local
 
@@ -76,9 +86,13 @@ class WmNode final : public Node {
   int reported_resets_ = 0;
   int reported_clock_steps_ = 0;
   int reported_epoch_ = -1;
+  int reported_findings_ = 0;
+  int reported_alerts_ = 0;
 
   nav_state_t nav_state_{};
   innovation_t innovation_{};
+  integrity_t integrity_{};
+  shadow_t shadow_{};
   map_patch_t map_patch_{};
   Points p_vehicle_;
   std::vector<TerrainAnswer> answers_;

@@ -10,6 +10,11 @@ namespace rcs::wm {
 namespace {
 
 /// Two seconds of everything, from a state that is already anchored and moving.
+/// Nothing is found amiss.
+constexpr auto kContent = [](const Measurement&, const ImuSample*, const FilterState&) {
+  return std::optional<FilterState>();
+};
+
 class HistoryTest : public ::testing::Test {
  protected:
   HistoryTest() : truth_(make_drive(script())) {
@@ -122,6 +127,7 @@ TEST_F(HistoryTest, OddStampsHaveReasons) {
   for (const Measurement& m : inputs_) {
     h.insert(m);
     h.fuse(&records);
+    h.finish(kContent);
   }
   EXPECT_EQ(h.insert(inputs_.back()), Reason::kRepeated);
   EXPECT_EQ(h.insert(inputs_.front()), Reason::kLate);

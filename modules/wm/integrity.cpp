@@ -1,0 +1,100 @@
+#include "modules/wm/integrity.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "modules/wm/sources.h"
+
+namespace rcs::wm {
+namespace {
+
+// Quantiles of 99.9 %: of the length of a two-dimensional Gaussian vector, and of one coordinate.
+constexpr double kHorizontal = 3.717;
+constexpr double kVertical = 3.291;
+constexpr double kFarthest_s = 600.0;
+
+double square(double v) { return v * v; }
+
+/// Growth of the horizontal variance while no fix comes.
+class Growth {
+ public:
+  Growth(const FilterState& s, const WmParams& params, bool ladar)
+      : ins_(params.ins), drive_(params.drive), ladar_(ladar), inertial_(s.belief.x.inertial) {
+    const Cov& P = s.belief.P;
+    speed_mps_ = s.belief.x.v_world.norm();
+    variance_ = Eigen::SelfAdjointEigenSolver<Mat<2, 2>>(P.block<2, 2>(kPosition, kPosition))
+                    .eigenvalues()[1];
+    velocity_ = std::max(P(kVelocity, kVelocity), P(kVelocity + 1, kVelocity + 1));
+    heading_ = P(kAttitude + 2, kAttitude + 2);
+    gyro_ = P(kGyroBias + 2, kGyroBias + 2);
+    accel_ = P.diagonal().segment<2>(kAccelBias).maxCoeff() +
+             square(9.81) * P.diagonal().segment<2>(kAttitude).maxCoeff();
+  }
+
+  [[nodiscard]] double sigma_m(double t_s) const {
+    const double way_m = speed_mps_ * t_s;
+    double grown = variance_ + heading_ * square(way_m);
+    if (ladar_) {
+      grown += square(drive_.rolling_position) * way_m +
+               square(drive_.rolling_angle) * way_m * square(way_m) / 3.0;
+    } else if (inertial_) {
+      grown += velocity_ * square(t_s) + 0.25 * accel_ * square(square(t_s)) +
+               0.25 * gyro_ * square(way_m * t_s) +
+               square(ins_.velocity_random_walk) * t_s * square(t_s) / 3.0;
+    } else {
+      grown += square(speed_mps_ + 1.0) * square(t_s);
+    }
+    return std::sqrt(grown);
+  }
+
+ private:
+  ProcessNoise ins_;
+  DriveNoise drive_;
+  bool ladar_, inertial_;
+  double speed_mps_, variance_, velocity_, heading_, gyro_, accel_;
+};
+
+}  // namespace
+
+Integrity integrity(const FilterState& state, const Trust& trust, const WmParams& params) {
+  Integrity out;
+  const IntegrityParams& limits = params.integrity;
+  const Trusted gps = trust.gps(state, params.modes);
+  const Trusted ladar = trust.ladar(state, params.modes);
+  const bool by_ladar = ladar == Trusted::kFully || ladar == Trusted::kProbation;
+  const Growth growth(state, params, by_ladar);
+  const double sigma_h = growth.sigma_m(0.0);
+  const double sigma_v = std::sqrt(state.belief.P(kPosition + 2, kPosition + 2));
+  const bool by_gps = gps == Trusted::kFully || gps == Trusted::kProbation;
+  // Until the watch has settled (no heading yet, say) a receiver that lies from the start is
+  // believed: the bound is what the mission can bear.
+  const double unseen_m =
+      by_gps ? std::min(trust.detectable_m(), 0.5 * limits.limit_horizontal_m) : 0.0;
+  const double rival_m = gps == Trusted::kQuarantine ? trust.rival_m() : 0.0;
+  out.protection_horizontal_m =
+      std::max(kHorizontal * sigma_h, std::max(unseen_m, rival_m) + 2.0 * sigma_h);
+  out.protection_vertical_m = kVertical * sigma_v;
+
+  if (out.protection_horizontal_m > limits.limit_horizontal_m) out.alerts |= kAlertHorizontal;
+  if (out.protection_vertical_m > limits.limit_vertical_m) out.alerts |= kAlertVertical;
+  constexpr int kSeveral = 3;
+  const Memory& m = state.memory;
+  const bool refuted = m.of(Source::kGpsPosition).refused >= kSeveral ||
+                       m.heights_refused >= kSeveral || m.gps_accused || trust.gps_doubt() > 1.0;
+  if (gps != Trusted::kNone && refuted) out.alerts |= kAlertGps;
+  const bool refused = m.of(Source::kRolling).refused >= kSeveral;
+  if (ladar == Trusted::kQuarantine || refused || trust.ladar_doubt() > 1.0) {
+    out.alerts |= kAlertLadar;
+  }
+
+  out.sigma_in_60s_m = growth.sigma_m(60.0);
+  for (double t_s = 0.0; t_s <= kFarthest_s; t_s += 1.0) {
+    if (kHorizontal * growth.sigma_m(t_s) <= limits.limit_horizontal_m) continue;
+    out.alert_in_s = t_s;
+    break;
+  }
+  return out;
+}
+
+}  // namespace rcs::wm

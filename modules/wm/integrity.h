@@ -1,0 +1,25 @@
+#pragma once
+// How far the position may be off, and for how long it will do.
+
+#include "modules/wm/trust.h"
+
+namespace rcs::wm {
+
+/// Bits; the values are integrity_t's.
+enum Alert : int { kAlertHorizontal = 1, kAlertVertical = 2, kAlertGps = 4, kAlertLadar = 8 };
+
+struct Integrity {
+  /// The error is smaller but for one moment in a thousand: what the covariance says, and beyond it
+  /// how far fixes could have led the belief unseen, and what refused fixes would have it be.
+  double protection_horizontal_m = 0.0;
+  double protection_vertical_m = 0.0;
+  int alerts = 0;
+  double sigma_in_60s_m = 0.0;  ///< horizontal, if no fix comes
+  double alert_in_s = -1.0;     ///< until a limit is passed, if no fix comes; -1: not in 10 minutes
+};
+
+/// @param state  the newest; @param trust  what is believed of its sources
+[[nodiscard]] Integrity integrity(const FilterState& state, const Trust& trust,
+                                  const WmParams& params);
+
+}  // namespace rcs::wm

@@ -1,0 +1,341 @@
+#include "modules/wm/trust.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "modules/wm/sources.h"
+
+namespace rcs::wm {
+namespace {
+
+constexpr int kRefusedInRow = 3;  // of a hypothesis' measurements: it is none
+constexpr Duration kFresh = from_seconds(2.0);
+constexpr double kHeading_rad = 0.03;           // worse known, no path can be held against another
+constexpr double kCalm = 0.3;                   // doubt below which a belief is worth a branch
+constexpr Duration kYoung = from_seconds(1.0);  // a shadow tells nothing yet
+
+Mat<2, 2> horizontal(const FilterState& s) { return s.belief.P.block<2, 2>(kPosition, kPosition); }
+
+/// Squared difference of two filters in units of its variance (Hausman 1978: what the one knows
+/// more than the other is the variance of their difference).
+double difference(const FilterState& less, const FilterState& more, double floor_m) {
+  const Vec2 d = (less.belief.x.T_world_vehicle.p - more.belief.x.T_world_vehicle.p).head<2>();
+  const Eigen::SelfAdjointEigenSolver<Mat<2, 2>> eigen(horizontal(less) - horizontal(more));
+  const Vec2 variance = eigen.eigenvalues().cwiseMax(0.0).array() + floor_m * floor_m;
+  const Vec2 along = eigen.eigenvectors().transpose() * d;
+  return along.cwiseAbs2().cwiseQuotient(variance).sum();
+}
+
+struct Nis {
+  double horizontal = 0.0;
+  double vertical = 0.0;
+  double sigma_m = 0.0;  ///< horizontal, the larger axis of the innovation
+};
+
+Nis nis(const FilterState& s, const GpsFix& z, const GpsParams& params) {
+  const Residual<3> r = gps_position(s.belief.x, z, params);
+  const Mat3 S = r.H * s.belief.P * r.H.transpose() + r.R;
+  const Mat<2, 2> S_h = S.topLeftCorner<2, 2>();
+  const Vec2 r_h = r.r.head<2>();
+  Nis out;
+  out.horizontal = r_h.dot(S_h.llt().solve(r_h));
+  out.vertical = r.r[2] * r.r[2] / S(2, 2);
+  out.sigma_m = std::sqrt(Eigen::SelfAdjointEigenSolver<Mat<2, 2>>(S_h).eigenvalues()[1]);
+  return out;
+}
+
+void step(const Model& model, const Measurement& m, const ImuSample* next_imu, FilterState* s,
+          Innovations* records) {
+  advance(model, m.stamp, next_imu, s, records);
+  apply(model, m, s, records);
+}
+
+}  // namespace
+
+Trust::Trust(const TrustParams& params)
+    : params_(params),
+      limit_1_(chi_square_gate(1, params.false_alarm)),
+      limit_2_(chi_square_gate(2, params.false_alarm)) {}
+
+void Trust::clear() {
+  const TrustParams params = params_;
+  const int findings = findings_;
+  *this = Trust(params);
+  findings_ = findings;
+}
+
+void Trust::Hypothesis::count(bool accepted) {
+  if (accepted) {
+    ++agreed;
+    refused_in_row = 0;
+  } else {
+    ++refused;
+    if (++refused_in_row >= kRefusedInRow) began = Stamp::min();
+  }
+}
+
+void Trust::move(const Model& model, const Measurement& m, const ImuSample* next_imu) {
+  for (Shadow* shadow :
+       {&inertial_, &without_ladar_, &without_gps_young_, &without_gps_, &before_}) {
+    if (!shadow->alive()) continue;
+    Innovations unread;
+    step(model, m, next_imu, &shadow->state, &unread);
+  }
+  const bool fix = std::holds_alternative<GpsFix>(m.value);
+  const bool match = std::holds_alternative<RollingMatch>(m.value);
+  for (Hypothesis* hypothesis : {&gps_right_, &ladar_right_}) {
+    if (!hypothesis->alive()) continue;
+    Innovations records;
+    step(model, m, next_imu, &hypothesis->state, &records);
+    const bool concerns = hypothesis == &gps_right_ ? fix : match;
+    const Source source = fix ? Source::kGpsPosition : Source::kRolling;
+    for (int k = 0; concerns && k < records.count; ++k) {
+      const Innovation& record = records.records[static_cast<std::size_t>(k)];
+      if (record.source == source) {
+        hypothesis->count(record.reason == Reason::kAccepted);
+      }
+    }
+  }
+}
+
+bool Trust::well(const FilterState& belief) const {
+  const Memory& m = belief.memory;
+  if (m.withheld.gps || m.withheld.ladar) return false;
+  // A little doubt keeps the shadow that raised it, but not for ever.
+  const bool old =
+      without_gps_.alive() && belief.belief.x.stamp - without_gps_.branch > 4 * params_.branch;
+  if (std::max(gps_doubt_, ladar_doubt_) > (old ? 1.0 : kCalm)) return false;
+  if (m.anchored && belief.belief.P(kAttitude + 2, kAttitude + 2) > kHeading_rad * kHeading_rad) {
+    return false;
+  }
+  const Stamp fix = m.of(Source::kGpsPosition).accepted;
+  const bool without = !m.anchored;  // there is no GPS to go without
+  return without || belief.belief.x.stamp - fix < kFresh;
+}
+
+void Trust::branch_all(const FilterState& belief) {
+  const Stamp now = belief.belief.x.stamp;
+  inertial_ = {belief, now};
+  inertial_.state.memory.withheld = {true, true, true};
+  without_ladar_ = {belief, now};
+  without_ladar_.state.memory.withheld.ladar = true;
+  without_gps_young_ = {belief, now};
+  without_gps_young_.state.memory.withheld.gps = true;
+}
+
+void Trust::renew(const FilterState& belief) {
+  const Stamp now = belief.belief.x.stamp;
+  if (inertial_.alive() && now - inertial_.branch < params_.branch) return;
+  if (!well(belief)) return;
+  without_gps_ = without_gps_young_;
+  branch_all(belief);
+  if (!without_gps_.alive()) without_gps_ = without_gps_young_;
+}
+
+std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
+                                      const ImuSample* next_imu, const FilterState& belief) {
+  without_ladar_.state.memory.withheld.gps = belief.memory.withheld.gps;
+  move(model, m, next_imu);
+  std::optional<FilterState> change;
+  if (const auto* fix = std::get_if<GpsFix>(&m.value); fix != nullptr && belief.memory.anchored) {
+    change = belief.memory.withheld.gps ? judge_quarantined_fix(model, *fix, belief)
+                                        : judge_fix(model, *fix, belief);
+  } else if (std::holds_alternative<RollingMatch>(m.value)) {
+    change = belief.memory.withheld.ladar ? judge_quarantined_match(belief) : judge_match(belief);
+  }
+  if (!change) renew(belief);
+  return change;
+}
+
+/// The fix against where the vehicle would be without any since the branch: the belief's
+/// correlation with the receiver's slow error makes it a test of the fixes' shape, not of the
+/// place.
+std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
+                                            const FilterState& belief) {
+  const Stamp now = belief.belief.x.stamp;
+  const SourceRecord& record = belief.memory.of(Source::kGpsPosition);
+  rival_m_ = 0.0;
+  gps_right_ = {};
+  if (before_.alive() && now >= gps_probation_) before_ = {};
+  agreeing_.fill(false);
+  agreeing_since_ = Stamp::min();
+  if (!without_gps_.alive() || now - without_gps_.branch < kYoung) return std::nullopt;
+  const Nis n = nis(without_gps_.state, z, model.params.gps);
+  gps_doubt_ = n.horizontal / limit_2_;
+  if (belief.memory.heights_refused == 0) gps_doubt_ = std::max(gps_doubt_, n.vertical / limit_1_);
+  detectable_m_ = std::sqrt(limit_2_) * n.sigma_m;
+  // What the belief refused by itself has done no harm.
+  const bool harmful = gps_doubt_ > 1.0 && record.accepted == now;
+  doubted_ = harmful ? doubted_ + 1 : 0;
+  ladar_blamed_ = harmful && ladar_is_to_blame(model, z);
+  if (doubted_ < params_.doubted || ladar_blamed_) return std::nullopt;
+  const bool on_probation = gps_probation_ != Stamp::min() && now < gps_probation_;
+  FilterState next = without_gps_.state;
+  next.memory.withheld.gps = next.memory.gps_accused = true;
+  return found(on_probation ? Finding::kGpsBackRevoked : Finding::kGpsGuilty, next, belief,
+               model.params.modes);
+}
+
+/// Of GPS and LADAR, who contradicts the inertial motion?
+bool Trust::ladar_is_to_blame(const Model& model, const GpsFix& z) const {
+  const double ladar = difference(inertial_.state, without_gps_.state, params_.floor_m) / limit_2_;
+  const double gps = nis(inertial_.state, z, model.params.gps).horizontal / limit_2_;
+  return ladar > 1.0 && gps < 1.0;
+}
+
+/// Another belief begins, in which the fix is right and the place was wrong. Not the heading: fixes
+/// that drift away look like another one.
+void Trust::suppose_gps_right(const Model& model, const GpsFix& z, const FilterState& belief) {
+  const NavState& x = belief.belief.x;
+  const Vec3 off = gps_position(x, z, model.params.gps).r;
+  gps_right_ = {belief, x.stamp, belief.memory.distance_m};
+  FilterState& s = gps_right_.state;
+  s.belief = loosen_world(belief.belief, off.cwiseAbs() + z.sigma_m, 0.0);
+  s.memory.withheld.gps = s.memory.gps_accused = false;
+  s.memory.of(Source::kGpsPosition).refused = 0;
+  Innovations unread;
+  apply(model, {x.stamp, z}, &s, &unread);
+}
+
+/// Fixes that go astray slowly contradict neither the last one nor a belief that follows them, but
+/// the motion: they move away from the belief by more than it can have drifted.
+bool Trust::keeps_its_shape(const Model& model, const GpsFix& z, const FilterState& belief) {
+  const Vec2 off = gps_position(belief.belief.x, z, model.params.gps).r.head<2>();
+  const double variance =
+      Eigen::SelfAdjointEigenSolver<Mat<2, 2>>(horizontal(belief)).eigenvalues()[1];
+  if (gps_right_.variance_m2 == 0.0) {
+    gps_right_.off = off;
+    gps_right_.variance_m2 = variance;
+  }
+  const double drifted = std::max(0.0, variance - gps_right_.variance_m2);
+  const double fixes = 2.0 * z.sigma_m.head<2>().cwiseAbs2().maxCoeff();
+  constexpr double kLimit = 9.21;  // of chi squared, 99 %: better late than wrong
+  return (off - gps_right_.off).squaredNorm() <= kLimit * (drifted + fixes);
+}
+
+std::optional<FilterState> Trust::judge_quarantined_fix(const Model& model, const GpsFix& z,
+                                                        const FilterState& belief) {
+  const NavState& x = belief.belief.x;
+  const Memory& m = belief.memory;
+  if (before_.alive()) {  // it had been believed against the belief, and has contradicted itself
+    return found(Finding::kGpsBackRevoked, before_.state, belief, model.params.modes);
+  }
+  const Nis n = nis(belief, z, model.params.gps);
+  gps_doubt_ = n.horizontal / model.gates[2];
+  if (gps_right_.alive() && !keeps_its_shape(model, z, belief)) gps_right_ = {};
+  if (!gps_right_.alive()) suppose_gps_right(model, z, belief);
+  const bool consistent = gps_right_.alive() && gps_right_.refused_in_row == 0;
+  const bool agrees = consistent && n.horizontal <= model.gates[2];
+  agreeing_[fixes_++ % agreeing_.size()] = agrees;
+  if (!agrees) agreeing_since_ = Stamp::min();
+  if (agrees && agreeing_since_ == Stamp::min()) agreeing_since_ = x.stamp;
+  const bool settled = gps_right_.agreed >= params_.agreeing;
+  const Vec3 apart = gps_right_.state.belief.x.T_world_vehicle.p - x.T_world_vehicle.p;
+  rival_m_ = settled && !agrees ? apart.head<2>().norm() : 0.0;
+  const auto agreeing = std::count(agreeing_.begin(), agreeing_.end(), true);
+  if (agreeing >= params_.agreeing && agrees && x.stamp - agreeing_since_ >= params_.agreeing_for) {
+    FilterState next = belief;
+    next.memory.withheld.gps = next.memory.gps_accused = false;
+    next.memory.of(Source::kGpsPosition).refused = 0;
+    return found(Finding::kGpsBack, next, belief, model.params.modes);
+  }
+  const bool persistent = consistent && x.stamp - gps_right_.began >= params_.persistent &&
+                          m.distance_m - gps_right_.began_m >= params_.persistent_m &&
+                          gps_right_.agreed >= 9 * gps_right_.refused;
+  if (!persistent) return std::nullopt;
+  return found(Finding::kGpsRight, gps_right_.state, belief, model.params.modes);
+}
+
+std::optional<FilterState> Trust::judge_match(const FilterState& belief) {
+  const Stamp now = belief.belief.x.stamp;
+  ladar_right_ = {};
+  if (!without_ladar_.alive() || now - without_ladar_.branch < kYoung) return std::nullopt;
+  ladar_doubt_ = difference(without_ladar_.state, belief, params_.floor_m) / limit_2_;
+  // With GPS the two also differ when it is GPS that goes astray: judge_fix tells.
+  const Memory& m = belief.memory;
+  const bool by_fixes = !m.withheld.gps && now - m.of(Source::kGpsPosition).accepted < kFresh;
+  const bool astray = ladar_doubt_ > 1.0 && (!by_fixes || gps_doubt_ < kCalm || ladar_blamed_);
+  if (!astray) {
+    ladar_doubted_since_ = Stamp::min();
+    return std::nullopt;
+  }
+  if (ladar_doubted_since_ == Stamp::min()) ladar_doubted_since_ = now;
+  if (now - ladar_doubted_since_ < params_.ladar_doubted) return std::nullopt;
+  FilterState next = without_ladar_.state;
+  next.memory.withheld = {belief.memory.withheld.gps, true, false};
+  return found(Finding::kLadarGuilty, next, belief, ModeParams{});
+}
+
+std::optional<FilterState> Trust::judge_quarantined_match(const FilterState& belief) {
+  if (!ladar_right_.alive()) {
+    // It begins a map of its own at the next match.
+    ladar_right_ = {belief, belief.belief.x.stamp, belief.memory.distance_m};
+    ladar_right_.state.memory.withheld.ladar = false;
+    ladar_right_.state.memory.of(Source::kRolling).refused = 0;
+    ladar_right_.state.belief.x.map_epoch = -1;
+    return std::nullopt;
+  }
+  if (ladar_right_.agreed < params_.matches) return std::nullopt;
+  ladar_doubt_ = difference(belief, ladar_right_.state, params_.floor_m) / limit_2_;
+  if (ladar_doubt_ > kCalm) return std::nullopt;
+  return found(Finding::kLadarBack, ladar_right_.state, belief, ModeParams{});
+}
+
+/// Goes on from `next` in place of `belief`.
+FilterState Trust::found(Finding finding, const FilterState& next, const FilterState& belief,
+                         const ModeParams& modes) {
+  finding_ = finding;
+  ++findings_;
+  const Stamp now = belief.belief.x.stamp;
+  FilterState state = next;
+  state.memory.world_resets = belief.memory.world_resets;
+  state.memory.last_reset_m = belief.memory.last_reset_m;
+  state.memory.last_reset_rad = belief.memory.last_reset_rad;
+  state.memory.last_reset = belief.memory.last_reset;
+  state.memory.fix_heard = belief.memory.fix_heard;
+  count_reset(modes, belief.belief.x.T_world_vehicle, &state);
+  const bool of_ladar = finding == Finding::kLadarGuilty || finding == Finding::kLadarBack;
+  if (finding == Finding::kGpsBack || finding == Finding::kGpsRight) {
+    gps_probation_ = now + params_.probation;
+  }
+  if (finding == Finding::kLadarBack) ladar_probation_ = now + params_.probation;
+  gps_right_ = ladar_right_ = {};
+  agreeing_.fill(false);
+  agreeing_since_ = ladar_doubted_since_ = Stamp::min();
+  doubted_ = 0;
+  gps_doubt_ = ladar_doubt_ = detectable_m_ = rival_m_ = 0.0;
+  before_ = finding == Finding::kGpsRight ? Shadow{belief, now} : Shadow{};
+  // Shadows that a guilty source has led along are no good.
+  const Shadow inertial = inertial_;
+  branch_all(state);
+  without_gps_ = without_gps_young_;
+  if (of_ladar) inertial_ = inertial;
+  return state;
+}
+
+const Shadow& Trust::shadow(Without what) const {
+  if (what == Without::kAll) return inertial_;
+  return what == Without::kLadar ? without_ladar_ : without_gps_;
+}
+
+Trusted Trust::gps(const FilterState& belief, const ModeParams& modes) const {
+  const Memory& m = belief.memory;
+  const Stamp now = belief.belief.x.stamp;
+  if (m.fix_heard == Stamp::min() || now - m.fix_heard > modes.gps_timeout) return Trusted::kNone;
+  if (m.withheld.gps) return Trusted::kQuarantine;
+  const bool watched = gps_probation_ != Stamp::min() && now < gps_probation_;
+  return watched ? Trusted::kProbation : Trusted::kFully;
+}
+
+Trusted Trust::ladar(const FilterState& belief, const ModeParams& modes) const {
+  const Memory& m = belief.memory;
+  const Stamp now = belief.belief.x.stamp;
+  if (m.withheld.ladar) return Trusted::kQuarantine;
+  const Stamp match = m.of(Source::kRolling).accepted;
+  if (match == Stamp::min() || now - match > modes.rolling_timeout) return Trusted::kNone;
+  const bool watched = ladar_probation_ != Stamp::min() && now < ladar_probation_;
+  return watched ? Trusted::kProbation : Trusted::kFully;
+}
+
+}  // namespace rcs::wm
