@@ -57,6 +57,31 @@ TEST(Evaluation, AnOutageIsFoundAndScored) {
   EXPECT_NEAR(f.drift_percent, 1.0, 1e-6);
 }
 
+TEST(Evaluation, ARunWithoutScansHasItsPosesWhereWmBelieves) {
+  RunLog run = drive_with_an_outage();
+  run.nav[3].world_valid = false;
+  const Result<ScanPoses> world = poses_at_scans(run, Frame::kWorld);
+  ASSERT_TRUE(world) << world.error().message;
+  EXPECT_EQ(world->poses.size(), 200U);
+  EXPECT_EQ(world->scan_ids.back(), 199);
+  EXPECT_EQ(poses_at_scans(run, Frame::kLocal)->poses.size(), 201U);
+  EXPECT_FALSE(poses_at_scans(run, Frame::kRolling));
+  run.nav.clear();
+  EXPECT_FALSE(poses_at_scans(run, Frame::kLocal));
+}
+
+TEST(Evaluation, APartIsCutOutByTimeAfterTheEarliest) {
+  RunLog run = drive_with_an_outage();
+  run.nav.erase(run.nav.begin(), run.nav.begin() + 30);  // the truth begins earlier
+  cut(from_seconds(5.0), from_seconds(7.0), &run);
+  ASSERT_EQ(run.nav.size(), 20U);
+  EXPECT_EQ(run.nav.front().stamp, at_s(5.0));
+  EXPECT_EQ(run.truth.front().stamp, at_s(5.0));
+  EXPECT_EQ(run.truth.back().stamp, at_s(6.9));
+  cut(Duration::zero(), from_seconds(1e9), &run);
+  EXPECT_EQ(run.nav.size(), 20U);
+}
+
 TEST(Evaluation, WorldErrorsAreTakenInTheTruthsOwnWorld) {
   // GIVEN a WM whose datum lies elsewhere, and poses that say the same in its own frame
   RunLog run = drive_with_an_outage();

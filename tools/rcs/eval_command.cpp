@@ -98,19 +98,27 @@ class Eval final : public Command {
         ->add_option("--export", export_, "tum|kitti FILE: the vehicle at every scan's instant")
         ->expected(2)
         ->type_name("FORMAT FILE");
+    app()
+        ->add_option("--from", from_s_,
+                     "score only from so many seconds after the earliest truth, belief or scan")
+        ->check(CLI::Range(0.0, 1e9));
+    app()->add_option("--to", to_s_, "likewise; not included")->check(CLI::Range(0.0, 1e9));
     app()->add_option("--report", report_, "self-contained HTML page");
     app()->add_option("--svg", svg_, "the picture of the course alone");
     app()->add_flag("--json", json_, "figures as JSON");
     app()->footer(
         "The pose of a scan is that of the vehicle at the scan's reference instant, by WM's "
         "belief\n"
-        "(between its stamps: on the screw motion); without WM, by SP's rolling map.\n"
+        "(between its stamps: on the screw motion); without WM, by SP's rolling map. A run "
+        "without\n"
+        "a LADAR is scored at WM's own stamps.\n"
         "ATE is after alignment over SE(3); RPE over KITTI's 100-800 m as far as they fit, else\n"
         "over 5-50 m. With SIM_TRUTH: also the error of the world pose against its own sigmas.\n"
         "Examples:\n"
         "  rcs eval run.log --truth poses.txt --format kitti --json\n"
         "  rcs eval run.log --export tum run.tum --frame world\n"
-        "  rcs eval simulated.log --report out/report.html");
+        "  rcs eval simulated.log --report out/report.html\n"
+        "  rcs eval comma_result.log --from 20 --json");
   }
 
   int run() override {
@@ -128,6 +136,7 @@ class Eval final : public Command {
     if (const Outcome truth = take_truth_log(&log.value()); !truth) {
       return fail(kName, truth.error());
     }
+    cut(from_seconds(from_s_), from_seconds(to_s_), &log.value());
 
     Frame frame =
         frame_ == "world" ? Frame::kWorld : (frame_ == "local" ? Frame::kLocal : Frame::kRolling);
@@ -287,6 +296,8 @@ class Eval final : public Command {
   std::string truth_log_;
   std::string frame_ = "local";
   std::vector<std::string> export_;
+  double from_s_ = 0.0;
+  double to_s_ = 1e9;
   std::string report_;
   std::string svg_;
   bool json_ = false;

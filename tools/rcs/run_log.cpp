@@ -200,6 +200,20 @@ std::optional<Pose> nav_pose_at(const RunLog& run, Frame frame, Stamp stamp) {
                  stamp, kMaxNavGap);
 }
 
+/// Of a run without scans.
+Result<ScanPoses> poses_at_beliefs(const RunLog& run, Frame frame) {
+  ScanPoses out;
+  for (const NavRecord& nav : run.nav) {
+    if (frame == Frame::kRolling || (frame == Frame::kWorld && !nav.world_valid)) continue;
+    out.scan_ids.push_back(static_cast<std::int64_t>(out.scan_ids.size()));
+    out.poses.push_back(
+        {nav.stamp, frame == Frame::kWorld ? nav.T_world_vehicle : nav.T_local_vehicle});
+  }
+  if (!out.poses.empty()) return out;
+  return Error{run.path + ": no registration of any scan (SP_REGISTRATION)" +
+               (frame == Frame::kRolling ? "" : ", and no belief in that frame (WM_NAV_STATE)")};
+}
+
 }  // namespace
 
 Result<RunLog> read_run(const std::string& path) {
@@ -219,6 +233,24 @@ Result<RunLog> read_run(const std::string& path) {
   return run;
 }
 
+void cut(Duration from, Duration to, RunLog* run) {
+  Stamp zero = Stamp::max();
+  if (!run->nav.empty()) zero = std::min(zero, run->nav.front().stamp);
+  if (!run->scans.empty()) zero = std::min(zero, run->scans.front().reference);
+  if (!run->truth.empty()) zero = std::min(zero, run->truth.front().stamp);
+  const auto keep = [&](auto* records, auto stamp_of) {
+    records->erase(std::remove_if(records->begin(), records->end(),
+                                  [&](const auto& r) {
+                                    const Duration t = stamp_of(r) - zero;
+                                    return t < from || t >= to;
+                                  }),
+                   records->end());
+  };
+  keep(&run->nav, [](const NavRecord& r) { return r.stamp; });
+  keep(&run->scans, [](const ScanRecord& r) { return r.reference; });
+  keep(&run->truth, [](const StampedPose& r) { return r.stamp; });
+}
+
 std::string_view stop_name(std::int8_t stop) {
   static constexpr std::array<std::string_view, 10> kNames = {
       "converged",  "max iterations", "budget",   "limit cycle", "too few",
@@ -229,7 +261,7 @@ std::string_view stop_name(std::int8_t stop) {
 }
 
 Result<ScanPoses> poses_at_scans(const RunLog& run, Frame frame) {
-  if (run.scans.empty()) return Error{run.path + ": no registration of any scan (SP_REGISTRATION)"};
+  if (run.scans.empty()) return poses_at_beliefs(run, frame);
   std::vector<std::optional<Pose>> poses;
   for (const ScanRecord& scan : run.scans) {
     if (frame != Frame::kRolling) {

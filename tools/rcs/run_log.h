@@ -70,6 +70,9 @@ struct RunLog {
 /// Reads a run's log, and LOG.timing beside it when that exists and the log has no accounts.
 [[nodiscard]] Result<RunLog> read_run(const std::string& path);
 
+/// Leaves of scans, beliefs and truth those from `from` until before `to`, after the earliest.
+void cut(Duration from, Duration to, RunLog* run);
+
 /// The name of a registration_t::STOP_*.
 [[nodiscard]] std::string_view stop_name(std::int8_t stop);
 
@@ -83,7 +86,8 @@ struct ScanPoses {
 
 /// The vehicle at the reference instant of every scan. World and local: WM's belief, between its
 /// stamps on the screw motion; a scan that it does not cover (before its first belief) is carried
-/// along SP's rolling map from the nearest that is.
+/// along SP's rolling map from the nearest that is. A run without a single scan (no LADAR) has its
+/// poses at WM's own stamps, numbered from 0.
 /// @return an error when the frame was never there, or the rolling poses are of several maps
 [[nodiscard]] Result<ScanPoses> poses_at_scans(const RunLog& run, Frame frame);
 
