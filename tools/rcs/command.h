@@ -39,6 +39,8 @@ void add_drill_command(CLI::App* rcs, Commands* commands);
 void add_log_commands(CLI::App* rcs, Commands* commands);
 void add_go_command(CLI::App* rcs, Commands* commands);
 void add_import_commands(CLI::App* rcs, Commands* commands);
+/// @param import  the command `rcs import`
+void add_recording_imports(CLI::App* import, Commands* commands);
 void add_eval_command(CLI::App* rcs, Commands* commands);
 void add_sim_command(CLI::App* rcs, Commands* commands);
 void add_report_command(CLI::App* rcs, Commands* commands);

@@ -1,4 +1,4 @@
-// rcs import kitti
+// rcs import, and rcs import kitti
 
 #include <fmt/format.h>
 
@@ -13,6 +13,7 @@
 #include "tools/rcs/command.h"
 #include "tools/rcs/files.h"
 #include "tools/rcs/kitti_sweep.h"
+#include "tools/rcs/log_bus.h"
 #include "tools/rcs/terminal.h"
 #include "tools/rcs/trajectory.h"
 
@@ -59,21 +60,6 @@ Result<OdomOrigin> parse_origin(const std::string& text) {
   if (!plausible(origin.place)) return Error{"--origin: not a place on the earth"};
   return origin;
 }
-
-/// Publishes straight into a log, at the time set last.
-class LogBus final : public Bus {
- public:
-  explicit LogBus(LogWriter* writer) : writer_(writer) {}
-  void at(Stamp stamp) { stamp_ = stamp; }
-  void subscribe(std::string_view /*channel*/, Receiver* /*receiver*/) override {}
-  void publish(std::string_view channel, const std::uint8_t* data, std::size_t size) override {
-    (void)writer_->write(stamp_, channel, data, size);  // the first failure stays: see close()
-  }
-
- private:
-  LogWriter* writer_;
-  Stamp stamp_;
-};
 
 class ImportKitti final : public Command {
  public:
@@ -260,6 +246,7 @@ void add_import_commands(CLI::App* rcs, Commands* commands) {
   CLI::App* import = rcs->add_subcommand("import", "Recordings of others as logs of this system");
   import->require_subcommand(1);
   commands->push_back(std::make_unique<ImportKitti>(import));
+  add_recording_imports(import, commands);
 }
 
 }  // namespace rcs::tools
