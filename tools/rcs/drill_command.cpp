@@ -9,6 +9,7 @@
 #include "tools/rcs/command.h"
 #include "tools/rcs/drill_campaign.h"
 #include "tools/rcs/drill_output.h"
+#include "tools/rcs/drill_page.h"
 #include "tools/rcs/files.h"
 #include "tools/rcs/terminal.h"
 
@@ -164,6 +165,8 @@ class DrillCommand final : public Command {
     if (out_.empty()) return Done{};
     Outcome written = write_text(out_ + "/results.json", to_json(results_).dump(2) + "\n");
     if (written) written = write_text(out_ + "/junit.xml", to_junit(results_));
+    const std::string& drive = log_.empty() ? scenario_ : log_;
+    if (written) written = write_text(out_ + "/report.html", drill_page(results_, drive));
     return written;
   }
 

@@ -22,22 +22,41 @@ std::string figure_text(double v) {
   return fmt::format("{:.{}f}", v, a >= 100.0 ? 0 : a >= 10.0 ? 1 : a >= 1.0 ? 2 : 3);
 }
 
-std::string with_unit(const std::string& figure, std::string_view unit) {
-  return unit.empty() ? figure : fmt::format("{} {}", figure, unit);
+std::string_view unit_of(const MarkKind& kind) {
+  return kind.key == "within_protection" ? "%" : kind.unit;
+}
+
+/// Without its unit.
+std::string number_text(const MarkKind& kind, double v) {
+  // A share of the time near 1 needs its digits.
+  return kind.key == "within_protection" ? fmt::format("{:.2f}", 100.0 * v) : figure_text(v);
+}
+
+std::string with_unit(const MarkKind& kind, double v) {
+  const std::string_view unit = unit_of(kind);
+  return number_text(kind, v) + (unit.empty() ? "" : " ") + std::string(unit);
 }
 
 std::string value_text(const MarkResult& m) {
-  if (!m.value) return m.note;
-  // A share of the time near 1 needs its digits.
-  if (m.kind->key == "within_protection") return fmt::format("{:.2f} %", 100.0 * *m.value);
-  return with_unit(figure_text(*m.value), m.kind->unit);
+  return m.value ? with_unit(*m.kind, *m.value) : m.note;
 }
 
-std::string limit_text(const MarkResult& m) {
-  const std::string_view relation = m.kind->at_least ? ">=" : "<=";
-  if (m.kind->key == "within_protection")
-    return fmt::format("{} {:.2f} %", relation, 100.0 * m.limit);
-  return fmt::format("{} {}", relation, with_unit(figure_text(m.limit), m.kind->unit));
+std::string limit_text(const MarkKind& kind, const std::string& limit) {
+  return (kind.at_least ? ">= " : "<= ") + limit;
+}
+
+/// The title of a column of figures, with the limit where that is the same for all.
+std::string column_title(const MarkKind& kind, const std::vector<DrillResult>& results) {
+  std::string title(kind.title);
+  if (!unit_of(kind).empty()) title += fmt::format(" [{}]", unit_of(kind));
+  std::optional<double> limit;
+  for (const DrillResult& r : results) {
+    const auto mark = r.drill.marks.find(kind.key);
+    if (mark == r.drill.marks.end()) continue;
+    if (limit && *limit != mark->second) return title;
+    limit = mark->second;
+  }
+  return limit ? title + " " + limit_text(kind, number_text(kind, *limit)) : title;
 }
 
 Json baselines_json(const Baselines& sums) {
@@ -140,7 +159,8 @@ std::string junit_suite(const DrillResult& r) {
   if (!r.skipped.empty()) add("run", Verdict::kOpen, r.skipped);
   for (const MarkResult& m : r.marks) {
     add(m.kind->key, m.verdict,
-        fmt::format("{} (mark {}){}{}", value_text(m), limit_text(m),
+        fmt::format("{} (mark {}){}{}", value_text(m),
+                    limit_text(*m.kind, with_unit(*m.kind, m.limit)),
                     m.value && !m.note.empty() ? ": " : "", m.value ? m.note : ""));
   }
   return fmt::format(
@@ -197,7 +217,7 @@ std::string to_junit(const std::vector<DrillResult>& results) {
 }
 
 Table drill_table(const std::vector<DrillResult>& results) {
-  Table t{{"drill", "", "seeds"}, {}};
+  Table t{{"drill", "result", "seeds"}, {}};
   std::vector<const MarkKind*> columns;
   for (const MarkKind& kind : kMarks) {
     const bool used = std::any_of(results.begin(), results.end(), [&](const DrillResult& r) {
@@ -205,7 +225,7 @@ Table drill_table(const std::vector<DrillResult>& results) {
     });
     if (!used) continue;
     columns.push_back(&kind);
-    t.header.emplace_back(kind.title);
+    t.header.push_back(column_title(kind, results));
   }
   for (const DrillResult& r : results) {
     std::vector<std::string> row = {r.drill.name, verdict_text(r), std::to_string(r.runs.size())};
@@ -216,8 +236,9 @@ Table drill_table(const std::vector<DrillResult>& results) {
         row.emplace_back("");
         continue;
       }
-      const std::string_view sign = mark->verdict == Verdict::kFail ? " ✗" : "";
-      row.push_back(value_text(*mark) + std::string(sign));
+      const std::string_view sign = mark->verdict == Verdict::kFail ? " !" : "";
+      row.push_back((mark->value ? number_text(*kind, *mark->value) : mark->note) +
+                    std::string(sign));
     }
     t.rows.push_back(std::move(row));
   }
@@ -225,11 +246,11 @@ Table drill_table(const std::vector<DrillResult>& results) {
 }
 
 Table mark_table(const DrillResult& result) {
-  Table t{{"mark", "", "figure", "limit", ""}, {}};
+  Table t{{"mark", "result", "figure", "limit", ""}, {}};
   for (const MarkResult& m : result.marks) {
     t.rows.push_back({fmt::format("{}: {}", m.kind->title, m.kind->about),
-                      std::string(verdict_text(m.verdict)), value_text(m), limit_text(m),
-                      m.value ? m.note : ""});
+                      std::string(verdict_text(m.verdict)), value_text(m),
+                      limit_text(*m.kind, with_unit(*m.kind, m.limit)), m.value ? m.note : ""});
   }
   return t;
 }

@@ -126,8 +126,15 @@ std::vector<FalseAcceptance> false_acceptances(const DrillRecord& record,
       const Mat3 R = b->T_world_vehicle.rotation();
       total += R * b->cov_world_pose.topLeftCorner<3, 3>() * R.transpose();
     }
-    const double sigmas = sigmas_of(*e, total);
-    if (sigmas > kFalseSigmas) found.push_back({t_s, e->norm(), sigmas});
+    Vec3 taken = *e;
+    if (i.dof == 2) {  // the height was left out
+      taken.z() = 0.0;
+      total.row(2).setZero();
+      total.col(2).setZero();
+      total(2, 2) = 1.0;
+    }
+    const double sigmas = sigmas_of(taken, total);
+    if (sigmas > kFalseSigmas) found.push_back({t_s, taken.norm(), sigmas});
   }
   return found;
 }

@@ -237,11 +237,17 @@ class Canvas {
     }
     if (plot_.log_y) {
       for (int e = static_cast<int>(std::ceil(y_.low)); e <= y_.high; ++e) {
-        draw_y_tick(e, std::pow(10.0, e));
+        draw_y_tick(e, number(std::pow(10.0, e)));
       }
-      if (std::floor(y_.high) < std::ceil(y_.low)) draw_y_tick(y_.high, std::pow(10.0, y_.high));
+      if (std::floor(y_.high) < std::ceil(y_.low)) {
+        draw_y_tick(y_.high, number(std::pow(10.0, y_.high)));
+      }
+    } else if (!plot_.y_names.empty()) {
+      for (std::size_t k = 0; k < plot_.y_names.size(); ++k) {
+        draw_y_tick(static_cast<double>(k), plot_.y_names[k]);
+      }
     } else {
-      for (const double y : round_ticks(y_.low, y_.high, y_count)) draw_y_tick(y, y);
+      for (const double y : round_ticks(y_.low, y_.high, y_count)) draw_y_tick(y, number(y));
     }
     emit("<path class=\"axis\" d=\"M{:.1f} {:.1f}V{:.1f}H{:.1f}\"/>\n", left_, top_, bottom_,
          right_);
@@ -256,11 +262,11 @@ class Canvas {
         "<text class=\"tick mid\" x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n",
         px_linear(at), top_, bottom_, px_linear(at), bottom_ + 16.0, number(value));
   }
-  void draw_y_tick(double at, double value) {
+  void draw_y_tick(double at, const std::string& text) {
     emit(
         "<path class=\"grid\" d=\"M{:.1f} {:.1f}H{:.1f}\"/>"
         "<text class=\"tick end\" x=\"{:.1f}\" y=\"{:.1f}\">{}</text>\n",
-        left_, py_linear(at), right_, left_ - 6.0, py_linear(at) + 4.0, number(value));
+        left_, py_linear(at), right_, left_ - 6.0, py_linear(at) + 4.0, escape_xml(text));
   }
   static std::string number(double v) {
     return fmt::format("{:.6g}", std::abs(v) < 1e-9 ? 0.0 : v);  // no -0, no 1e-17

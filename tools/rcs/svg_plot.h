@@ -74,7 +74,8 @@ struct Plot {
   bool log_x = false;         ///< of lines and dots only; values at or below 0 are left out
   bool log_y = false;         ///< values at or below 0 are left out
   bool y_from_zero = false;
-  std::optional<Window> window;  ///< none: all that is there
+  std::vector<std::string> y_names;  ///< lanes: of y = 0, 1, 2 ... instead of numbers
+  std::optional<Window> window;      ///< none: all that is there
   std::vector<Shade> shades;
   std::vector<Series> series;
   std::vector<Mark> marks;

@@ -16,38 +16,6 @@ std::int64_t bounded(std::int64_t value) {
   return std::clamp(value, -kFar, kFar);
 }
 
-/// What a message says may hold anything; a terminal obeys control characters.
-std::string printable(std::string_view text) {
-  std::string out(text.substr(0, kMaxText));
-  for (char& c : out) {
-    if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) >= 0x7f) c = '?';
-  }
-  return out;
-}
-
-const char* mode_name(int mode) {
-  switch (mode) {
-    case nav_state_t::MODE_ALIGN:
-      return "ALIGN";
-    case nav_state_t::MODE_GPS_INS:
-      return "GPS_INS";
-    case nav_state_t::MODE_GPS_INS_LADAR:
-      return "GPS_INS_LADAR";
-    case nav_state_t::MODE_INS_LADAR:
-      return "INS_LADAR";
-    case nav_state_t::MODE_INS_DR:
-      return "INS_DR";
-    case nav_state_t::MODE_GPS_LADAR:
-      return "GPS_LADAR";
-    case nav_state_t::MODE_LADAR:
-      return "LADAR";
-    case nav_state_t::MODE_LOST:
-      return "LOST";
-    default:
-      return "?";
-  }
-}
-
 const char* status_name(int status) {
   switch (status) {
     case status_t::STATUS_UNINITIALIZED:
@@ -69,7 +37,7 @@ std::optional<Duration> age_of(std::int64_t age_us) {
 
 TopView::Nav view_nav(const nav_state_t& m) {
   TopView::Nav nav;
-  nav.mode = mode_name(m.mode);
+  nav.mode = nav_mode_name(m.mode);
   nav.world_valid = m.world_valid != 0;
   for (std::size_t i = 0; i < 3; ++i) nav.sigma_m[i] = std::sqrt(m.cov_world_pose[i][i]);
   nav.sigma_yaw_rad = std::sqrt(m.cov_world_pose[5][5]);
@@ -86,6 +54,37 @@ TopView::Nav view_nav(const nav_state_t& m) {
 }
 
 }  // namespace
+
+std::string printable(std::string_view text) {
+  std::string out(text.substr(0, kMaxText));
+  for (char& c : out) {
+    if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) >= 0x7f) c = '?';
+  }
+  return out;
+}
+
+std::string_view nav_mode_name(int mode) {
+  switch (mode) {
+    case nav_state_t::MODE_ALIGN:
+      return "ALIGN";
+    case nav_state_t::MODE_GPS_INS:
+      return "GPS_INS";
+    case nav_state_t::MODE_GPS_INS_LADAR:
+      return "GPS_INS_LADAR";
+    case nav_state_t::MODE_INS_LADAR:
+      return "INS_LADAR";
+    case nav_state_t::MODE_INS_DR:
+      return "INS_DR";
+    case nav_state_t::MODE_GPS_LADAR:
+      return "GPS_LADAR";
+    case nav_state_t::MODE_LADAR:
+      return "LADAR";
+    case nav_state_t::MODE_LOST:
+      return "LOST";
+    default:
+      return "?";
+  }
+}
 
 void RateWindow::add(Stamp arrival, std::int64_t counted) {
   const std::int64_t count = bounded(counted);

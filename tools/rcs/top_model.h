@@ -19,6 +19,13 @@
 
 namespace rcs::tools {
 
+/// What a message says may hold anything, and a terminal obeys control characters: short, and
+/// ASCII.
+[[nodiscard]] std::string printable(std::string_view text);
+
+/// The name of a nav_state_t::MODE_*.
+[[nodiscard]] std::string_view nav_mode_name(int mode);
+
 /// A count that grows, watched over a window of time.
 class RateWindow {
  public:
