@@ -41,6 +41,7 @@ Belief initial_belief(const WmParams& params, Stamp stamp) {
   set_variance(kWheelScale, 1, params.odometry.scale_sigma, &b.P);
   set_variance(kGpsOffset, 3, 1.0, &b.P);
   set_variance(kRate, 3, params.motion.rate_sigma, &b.P);
+  set_variance(kMount, 3, params.mount.sigma_rad, &b.P);
   return b;
 }
 

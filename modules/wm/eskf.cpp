@@ -29,6 +29,7 @@ void drive_on(double dt, double distance_m, double turned_rad, const ProcessNois
   add_variance(kAccelBias, 3, ins.accel_instability * ins.accel_instability * dt / ins.bias_time_s,
                &P);
   add_variance(kWheelScale, 1, drive.wheel_scale * drive.wheel_scale * distance_m, &P);
+  add_variance(kMount, 3, drive.mount_angle * drive.mount_angle * distance_m, &P);
 
   // Gauss-Markov: the stationary variance is kept, the correlation with the past is lost.
   const double keep_map = std::exp(-distance_m / drive.map_length_m);
@@ -78,9 +79,18 @@ Mat<6, kSize> world_pose_jacobian(const NavState& x) {
   return J;
 }
 
-Mat<6, kSize> rolling_pose_jacobian(const NavState& x) {
-  // (T_wr exp(d_r))^-1 T_wv exp(d_v) = T_rv exp(-Ad(T_rv^-1) d_r) exp(d_v)
+Mat<6, kSize> seen_pose_jacobian(const NavState& x) {
+  const Mat3 E = exp_so3(x.mount).toRotationMatrix();
   Mat<6, kSize> J = world_pose_jacobian(x);
+  J.block<3, 3>(0, kPosition) = E.transpose() * J.block<3, 3>(0, kPosition);
+  J.block<3, 3>(3, kAttitude) = E.transpose();
+  J.block<3, 3>(3, kMount) = right_jacobian_so3(x.mount);
+  return J;
+}
+
+Mat<6, kSize> rolling_pose_jacobian(const NavState& x) {
+  // (T_wr exp(d_r))^-1 T_ws exp(d_s) = T_rs exp(-Ad(T_rs^-1) d_r) exp(d_s)
+  Mat<6, kSize> J = seen_pose_jacobian(x);
   J.block<6, 6>(0, kRolling) = -adjoint(T_rolling_vehicle(x).inverse());
   return J;
 }
@@ -218,9 +228,9 @@ Belief predict(const Belief& b, Stamp to, const MotionNoise& noise, const Proces
 Belief start_epoch(const Belief& b, const Pose& T_rolling_vehicle, int map_epoch) {
   Belief next = b;
   next.x.map_epoch = map_epoch;
-  next.x.T_world_rolling = b.x.T_world_vehicle * T_rolling_vehicle.inverse();
-  // T_wv exp(d_v) T_rv^-1 = T_wr exp(Ad(T_rv) d_v): the map errs as the vehicle does.
-  const Mat<6, kSize> J = adjoint(T_rolling_vehicle) * world_pose_jacobian(b.x);
+  next.x.T_world_rolling = T_world_seen(b.x) * T_rolling_vehicle.inverse();
+  // T_ws exp(d_s) T_rs^-1 = T_wr exp(Ad(T_rs) d_s): the map errs as what is seen of the vehicle.
+  const Mat<6, kSize> J = adjoint(T_rolling_vehicle) * seen_pose_jacobian(b.x);
   const Mat<6, kSize> cross = J * b.P;
   next.P.middleRows<6>(kRolling) = cross;
   next.P.middleCols<6>(kRolling) = cross.transpose();
@@ -245,8 +255,9 @@ Belief loosen_world(const Belief& b, const Vec3& sigma_world_m, double sigma_yaw
   G.block<3, 1>(kAttitude, 3) = R_vehicle_world.col(2);
   if (b.x.map_epoch >= 0) {
     const Mat6 A = adjoint(T_rolling_vehicle(b.x));
-    G.block<6, 3>(kRolling, 0) = A.leftCols<3>() * R_vehicle_world;
-    G.block<6, 1>(kRolling, 3) = A.rightCols<3>() * R_vehicle_world.col(2);
+    const Mat3 R_seen_world = exp_so3(b.x.mount).toRotationMatrix().transpose() * R_vehicle_world;
+    G.block<6, 3>(kRolling, 0) = A.leftCols<3>() * R_seen_world;
+    G.block<6, 1>(kRolling, 3) = A.rightCols<3>() * R_seen_world.col(2);
   }
   Vec<4> variance;
   variance << sigma_world_m.cwiseAbs2(), sigma_yaw_rad * sigma_yaw_rad;

@@ -15,8 +15,10 @@ constexpr Duration kBlind = std::chrono::seconds(2);
 void Estimator::forget_place(FilterState* state) const {
   Belief& b = state->belief;
   const Mat6 biases = b.P.block<6, 6>(kGyroBias, kGyroBias);
+  const Mat3 mount = b.P.block<3, 3>(kMount, kMount);
   b.P = initial_belief(params_, b.x.stamp).P;
   b.P.block<6, 6>(kGyroBias, kGyroBias) = biases;
+  b.P.block<3, 3>(kMount, kMount) = mount;
   b.x.map_epoch = -1;
   Memory& m = state->memory;
   m.anchored = m.withheld.gps = m.gps_accused = false;

@@ -137,15 +137,13 @@ Residual<6> rolling_match(const NavState& x, const RollingMatch& z,
 
 Residual<6> prior_match(const NavState& x, const PriorMatch& z, const PriorMapParams& params,
                         double weight) {
-  Pose predicted = x.T_world_vehicle;
+  Pose predicted = T_world_seen(x);
   predicted.p += x.map_offset;
   const Vec6 r = log_se3(predicted.inverse() * z.T_world_vehicle);
-  Mat<6, kSize> J = world_pose_jacobian(x);
+  Mat<6, kSize> J = seen_pose_jacobian(x);
   J.block<3, 3>(0, kMapOffset) = J.block<3, 3>(0, kPosition);
-  // Against a map that the LADAR did not make itself, an askew mount tilts and shifts the answer.
   Mat6 systematic = systematic_covariance(x, params.match);
   systematic.diagonal().head<3>().array() += params.mount_sigma_m * params.mount_sigma_m;
-  systematic.diagonal().tail<3>().array() += params.mount_sigma_rad * params.mount_sigma_rad;
   return project(r, left_jacobian_inverse_se3(r) * J, z.information, systematic, params.match,
                  weight);
 }

@@ -19,7 +19,8 @@ enum Index : int {
   kWheelScale = 24,  ///< [1]
   kGpsOffset = 25,   ///< [sigmas that the receiver reports], world axes
   kRate = 28,        ///< of rate_vehicle [rad/s]; used only while no INS is there
-  kSize = 31
+  kMount = 31,       ///< of the LADAR's mount [rad], vehicle axes
+  kSize = 34
 };
 
 using ErrorState = Vec<kSize>;
@@ -39,6 +40,9 @@ struct NavState {
   /// a hundred fixes would make the filter ten times surer than it is. In sigmas, because one
   /// receiver gives fixes from 2 cm to 5 m.
   Vec3 gps_offset = Vec3::Zero();
+  /// How the LADAR is turned from how it was said to be mounted. What it sees of a straight drive
+  /// goes up, down or to a side by so much: 3.5 mm a metre for 0.2 deg.
+  Vec3 mount = Vec3::Zero();
   Vec3 rate_vehicle = Vec3::Zero();  ///< [rad/s]; by the gyro while `inertial`, else estimated
   int map_epoch = -1;                ///< of T_world_rolling; -1: none yet
   bool inertial = false;             ///< the last interval was integrated from the INS
@@ -62,6 +66,7 @@ inline NavState boxplus(const NavState& x, const ErrorState& d) {
   y.wheel_scale += d[kWheelScale];
   y.gps_offset += d.segment<3>(kGpsOffset);
   y.rate_vehicle += d.segment<3>(kRate);
+  y.mount += d.segment<3>(kMount);
   return y;
 }
 
@@ -78,16 +83,26 @@ inline ErrorState boxminus(const NavState& y, const NavState& x) {
   d[kWheelScale] = y.wheel_scale - x.wheel_scale;
   d.segment<3>(kGpsOffset) = y.gps_offset - x.gps_offset;
   d.segment<3>(kRate) = y.rate_vehicle - x.rate_vehicle;
+  d.segment<3>(kMount) = y.mount - x.mount;
   return d;
 }
 
-/// Pose of the vehicle in SP's map.
+/// The vehicle as the LADAR sees it, which takes its mount for what was said of it. That the mount
+/// is turned about the vehicle's origin, not its own, is a matter of millimetres.
+inline Pose T_world_seen(const NavState& x) {
+  return x.T_world_vehicle * Pose{exp_so3(x.mount), Vec3::Zero()};
+}
+
+/// The same in SP's map.
 inline Pose T_rolling_vehicle(const NavState& x) {
-  return x.T_world_rolling.inverse() * x.T_world_vehicle;
+  return x.T_world_rolling.inverse() * T_world_seen(x);
 }
 
 /// Derivative of the right perturbation (rho, phi) of T_world_vehicle by the error state.
 [[nodiscard]] Mat<6, kSize> world_pose_jacobian(const NavState& x);
+
+/// The same of T_world_seen.
+[[nodiscard]] Mat<6, kSize> seen_pose_jacobian(const NavState& x);
 
 /// The same of T_rolling_vehicle.
 [[nodiscard]] Mat<6, kSize> rolling_pose_jacobian(const NavState& x);

@@ -30,15 +30,14 @@ struct MotionNoise {
 
 /// What changes with the distance driven, whichever model predicts the motion.
 struct DriveNoise {
-  double rolling_position = 0.01;  ///< drift of SP's map [m/sqrt(m)], [0, 1]
-  double rolling_angle = 3e-4;     ///< the same [rad/sqrt(m)], [0, 0.1]
-  /// A LADAR mounted slightly askew (0.2 deg) turns about a slightly wrong axis: the map's tilt
-  /// changes with the angle turned.
-  double rolling_angle_turned = 2e-3;  ///< [rad/sqrt(rad)], [0, 0.1]
-  double map_sigma_m = 1.0;            ///< a priori map's offset, stationary, (0, 100]
-  double map_length_m = 200.0;         ///< its correlation length, [1, 1e5]
-  double wheel_scale = 5e-4;           ///< wander of the wheel's scale [1/sqrt(m)], [0, 0.1]
-  double gps_tau_s = 60.0;             ///< correlation time of the GPS error, [0.1, 1e5]
+  double rolling_position = 0.01;     ///< drift of SP's map [m/sqrt(m)], [0, 1]
+  double rolling_angle = 3e-4;        ///< the same [rad/sqrt(m)], [0, 0.1]
+  double rolling_angle_turned = 0.0;  ///< the same with the angle turned [rad/sqrt(rad)], [0, 0.1]
+  double mount_angle = 1e-6;          ///< wander of the LADAR's mount [rad/sqrt(m)], [0, 0.01]
+  double map_sigma_m = 1.0;           ///< a priori map's offset, stationary, (0, 100]
+  double map_length_m = 200.0;        ///< its correlation length, [1, 1e5]
+  double wheel_scale = 5e-4;          ///< wander of the wheel's scale [1/sqrt(m)], [0, 0.1]
+  double gps_tau_s = 60.0;            ///< correlation time of the GPS error, [0.1, 1e5]
 };
 
 struct GpsParams {
@@ -60,6 +59,10 @@ struct RegistrationParams {
   double observed_sigma_m = 0.5;  ///< a direction known worse than this is unobserved, (0, 100]
 };
 
+struct MountParams {
+  double sigma_rad = 3.5e-3;  ///< of the LADAR's mount about each axis (0.2 deg), [1e-4, 10] deg
+};
+
 struct RollingParams {
   RegistrationParams match;
   int refused_until_reset = 8;  ///< refusals in a row before a new clone, [2, 1000]
@@ -67,8 +70,7 @@ struct RollingParams {
 
 struct PriorMapParams {
   RegistrationParams match;
-  double mount_sigma_rad = 3.5e-3;  ///< LADAR's mount (0.2 deg): tilts what it sees, [0, 0.1]
-  double mount_sigma_m = 0.01;      ///< of the mount's place, [0, 1]
+  double mount_sigma_m = 0.01;  ///< of the place of the LADAR's mount, [0, 1]
   double correlation_m = 10.0;  ///< scans closer than this see the same errors of the map, (0, 1e4]
 };
 
@@ -153,6 +155,7 @@ struct WmParams {
   MotionNoise motion;
   DriveNoise drive;
   GpsParams gps;
+  MountParams mount;
   RollingParams rolling;
   PriorMapParams prior;
   OdometryParams odometry;

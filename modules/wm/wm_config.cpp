@@ -64,6 +64,7 @@ void read_drive(ParamTable table, DriveNoise* p) {
   table.get("rolling_position", &p->rolling_position, {0, 1});
   table.get("rolling_angle", &p->rolling_angle, {0, 0.1});
   table.get("rolling_angle_turned", &p->rolling_angle_turned, {0, 0.1});
+  table.get("mount_angle", &p->mount_angle, {0, 0.01});
   table.get("map_sigma_m", &p->map_sigma_m, {1e-3, 100});
   table.get("map_length_m", &p->map_length_m, {1, 1e5});
   table.get("wheel_scale", &p->wheel_scale, {0, 0.1});
@@ -85,7 +86,6 @@ void read_rolling(ParamTable table, RollingParams* p) {
 
 void read_prior(ParamTable table, PriorMapParams* p) {
   read_match(&table, &p->match);
-  table.get("mount_sigma_rad", &p->mount_sigma_rad, {0, 0.1});
   table.get("mount_sigma_m", &p->mount_sigma_m, {0, 1});
   table.get("correlation_m", &p->correlation_m, {0.01, 1e4});
 }
@@ -228,6 +228,7 @@ Result<WmConfig> load_wm_config(const ParamFile& file) {
   wm.get("false_alarm", &p.false_alarm, {1e-9, 0.1});
   read_motion(wm.table("motion"), &p.motion);
   read_drive(wm.table("drive"), &p.drive);
+  wm.table("mount").get_deg("sigma_deg", &p.mount.sigma_rad, {1e-4, 10});
   read_rolling(wm.table("rolling"), &p.rolling);
   read_prior(wm.table("prior"), &p.prior);
   read_stillness(wm.table("stillness"), &p.stillness);

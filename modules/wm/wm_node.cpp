@@ -252,7 +252,9 @@ void WmNode::take(const points_t& m, Stamp now) {
     const Vec3f p(m.x_m[k], m.y_m[k], m.z_m[k]);
     if (p.allFinite()) p_vehicle_.push_back(p);
   }
-  const Pose T_local_rolling = estimator_.T_local_vehicle() * T_rolling_vehicle(x).inverse();
+  const Pose T_vehicle_seen{exp_so3(x.mount), Vec3::Zero()};
+  const Pose T_local_rolling =
+      estimator_.T_local_vehicle() * T_vehicle_seen * T_rolling_vehicle(x).inverse();
   terrain_.insert(p_vehicle_, T_local_rolling * T_rolling_points);
   newest_points_ = std::max(newest_points_, from_utime(m.utime));
 }

@@ -26,6 +26,7 @@ NavState some_state(unsigned seed, bool inertial) {
   x.gyro_bias = random6(&random, 0.01).head<3>();
   x.accel_bias = random6(&random, 0.1).head<3>();
   x.rate_vehicle = random6(&random, 0.4).head<3>();
+  x.mount = random6(&random, 0.02).head<3>();
   x.wheel_scale = 1.02;
   x.map_epoch = 1;
   x.inertial = inertial;
