@@ -36,7 +36,7 @@ bool stands(const Model& model, const FilterState& s) {
   const StillnessParams& p = model.params.stillness;
   const Memory& m = s.memory;
   if (!m.stillness.quiet(p)) return false;
-  const Stamp odometry = m.of(Source::kOdometry).accepted;
+  const Stamp odometry = m.odometry_heard;
   const bool fresh =
       odometry != Stamp::min() && s.belief.x.stamp - odometry < from_seconds(p.window_s);
   const double speed = fresh ? std::abs(m.odometry_mps) : s.belief.x.v_world.norm();

@@ -75,8 +75,9 @@ struct Memory {
   Stamp ins_stamp = Stamp::min();  ///< end of the newest INS interval that was integrated
   Stillness stillness;
   Vec3 accel_vehicle = Vec3::Zero();  ///< without gravity [m/s^2]
-  double odometry_mps = 0.0;          ///< newest accepted
-  double distance_m = 0.0;            ///< driven
+  double odometry_mps = 0.0;          ///< newest
+  Stamp odometry_heard = Stamp::min();
+  double distance_m = 0.0;  ///< driven
   Withheld withheld;
   Stamp fix_heard = Stamp::min();  ///< newest fix, believed or not
   bool gps_accused = false;        ///< withheld for what it said, not for its silence

@@ -193,17 +193,20 @@ Reason Fuser::fuse_place(const Residual<3>& z) {
 }
 
 void Fuser::operator()(const OdometrySample& z) {
-  if (s_.memory.withheld.odometry) return;
+  Memory& m = s_.memory;
+  if (m.withheld.odometry) return;
   const OdometryParams& params = model_.params.odometry;
-  const SourceRecord& last = s_.memory.of(Source::kOdometry);
-  // Slip lasts: of samples that follow one another closely, each tells little that is new.
-  const double weight =
-      last.accepted == Stamp::min()
-          ? 1.0
-          : std::clamp(seconds(stamp() - last.accepted) / params.correlation_s, 0.01, 1.0);
-  if (fuse(Source::kOdometry, wheel_speed(s_.belief.x, z, params, weight)) == Reason::kAccepted) {
-    s_.memory.odometry_mps = z.speed_mps;
-  }
+  m.odometry_mps = z.speed_mps;
+  m.odometry_heard = stamp();
+  const SourceRecord& last = m.of(Source::kOdometry);
+  const double since_s =
+      last.accepted == Stamp::min() ? params.correlation_s : seconds(stamp() - last.accepted);
+  // Slip lasts: of samples that follow one another closely, each tells little that is new. Beside
+  // an INS one in so long is enough.
+  constexpr double kHardly_s = 1e-3;
+  if (s_.belief.x.inertial && since_s < params.correlation_s - kHardly_s) return;
+  const double weight = std::clamp(since_s / params.correlation_s, 0.01, 1.0);
+  fuse(Source::kOdometry, wheel_speed(s_.belief.x, z, params, weight));
   fuse(Source::kNonHolonomic, non_holonomic(s_.belief.x, params, weight));
 }
 
