@@ -10,7 +10,6 @@
 #include "tests/tools/drill_fixture.h"
 #include "tools/rcs/drill_output.h"
 #include "tools/rcs/drill_result.h"
-#include "tools/rcs/drill_run.h"
 
 namespace rcs::tools::test {
 namespace {
@@ -341,33 +340,6 @@ TEST(DrillOutput, JsonAndJUnitSayTheSame) {
   EXPECT_THAT(xml, testing::HasSubstr("tests=\"3\" failures=\"1\" skipped=\"1\""));
   EXPECT_THAT(xml, testing::HasSubstr("not published"));
   EXPECT_THAT(to_text(drill_table({r})), testing::HasSubstr("FAIL"));
-}
-
-// ---- the wrong map -------------------------------------------------------------------------
-
-TEST(DrillWrongMap, IsTurnedAboutTheOriginAndShifted) {
-  ElevationTile tile;
-  tile.datum = datum();
-  tile.cell_m = 5.0;
-  tile.width = tile.height = 40;
-  tile.origin_world_m = Vec2(-100.0, -100.0);
-  tile.sigma_m = 0.3;
-  tile.bias_sigma_m = 0.3;
-  tile.bias_correlation_m = 500.0;
-  // A slope to the east.
-  for (int k = 0; k < 1600; ++k) {
-    tile.z_world_m.push_back(static_cast<float>(0.1 * (-97.5 + 5.0 * (k % 40))));
-  }
-  const ElevationTile shifted = wrong_map(tile, Vec3(2.0, 0.0, 1.0), 0.0);
-  EXPECT_EQ(shifted.origin_world_m.x(), -98.0);
-  EXPECT_NEAR(shifted.z_world_m[0], tile.z_world_m[0] + 1.0F, 1e-5);
-  // By a quarter it rises to the north.
-  const ElevationTile turned = wrong_map(tile, Vec3::Zero(), radians(90.0));
-  const Result<ElevationMap> map = ElevationMap::from_tiles({turned});
-  ASSERT_TRUE(map.ok());
-  Elevation there;
-  ASSERT_TRUE(map->sample(10.0, 40.0, &there));
-  EXPECT_NEAR(there.z_m, 4.0, 0.05);
 }
 
 }  // namespace

@@ -223,7 +223,7 @@ Table drill_table(const std::vector<DrillResult>& results) {
     const bool used = std::any_of(results.begin(), results.end(), [&](const DrillResult& r) {
       return r.drill.marks.count(kind.key) > 0;
     });
-    if (!used) continue;
+    if (!used || !kind.overview) continue;
     columns.push_back(&kind);
     t.header.push_back(column_title(kind, results));
   }
@@ -236,7 +236,9 @@ Table drill_table(const std::vector<DrillResult>& results) {
         row.emplace_back("");
         continue;
       }
-      const std::string_view sign = mark->verdict == Verdict::kFail ? " !" : "";
+      const std::string_view sign = mark->verdict == Verdict::kFail   ? " !"
+                                    : mark->verdict == Verdict::kOpen ? " ?"
+                                                                      : "";
       row.push_back((mark->value ? number_text(*kind, *mark->value) : mark->note) +
                     std::string(sign));
     }
@@ -257,7 +259,7 @@ Table mark_table(const DrillResult& result) {
 
 Table run_table(const DrillResult& result) {
   Table t{{"seed", "CEP50 [m]", "CEP95 [m]", "vertical 95 % [m]", "largest [m]", "along [m]",
-           "across [m]", "drift [%]", "[m/min]", "heading [deg]", "NEES/dof", "step [m]", "hash"},
+           "across [m]", "drift [%]", "[m/min]", "heading [deg]", "NEES/dof", "step [m]"},
           {}};
   for (const DrillRunFigures& r : result.runs) {
     const OutageDrift* last = r.outages.empty() ? nullptr : &r.outages.back();
@@ -270,8 +272,7 @@ Table run_table(const DrillResult& result) {
                       figure_text(r.accuracy.across_rms_m), of_outage(&OutageDrift::drift_pct, 1.0),
                       of_outage(&OutageDrift::m_per_min, 1.0),
                       of_outage(&OutageDrift::heading_start_rad, degrees(1.0)),
-                      figure_text(r.accuracy.nees_per_dof), figure_text(r.smooth.m),
-                      fmt::format("{:08x}", r.hash >> 32U)});
+                      figure_text(r.accuracy.nees_per_dof), figure_text(r.smooth.m)});
   }
   return t;
 }

@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
 
 #include "tools/rcs/drill_output.h"
 #include "tools/rcs/drill_pictures.h"
@@ -39,23 +42,26 @@ std::string stimuli_text(const Drill& drill) {
   return text.empty() ? "The messages are not changed." : text + ".";
 }
 
+/// What a node says again and again is shown once.
 Table event_table(const DrillRecord& record, const Drill& drill) {
   Table t{{"event", "time [s]", "node", "code"}, {}};
+  std::map<std::string, std::string> last_code;
   for (const DrillEvent& e : record.events) {
     const double t_s = seconds(e.time - record.begin.value_or(Stamp()));
     if (t_s < drill.begin_s() - 1.0 || t.rows.size() >= kEventsShown) continue;
-    t.rows.push_back({e.text, fmt::format("{:.1f}", t_s), e.node, e.code});
+    const bool again = std::exchange(last_code[e.node], e.code) == e.code;
+    if (!again) t.rows.push_back({e.text, fmt::format("{:.1f}", t_s), e.node, e.code});
   }
   return t;
 }
 
 Table baseline_table(const DrillResult& r) {
-  Table t{{"RMS of the horizontal error [m]", "WM", "the other", "ratio"}, {}};
+  Table t{{"baseline: WM's filter", "WM, RMS [m]", "baseline, RMS [m]", "ratio"}, {}};
   const Baselines sums = pooled_baselines(r.runs);
   for (std::size_t k = 0; k < sums.size(); ++k) {
     if (sums[k].samples == 0) continue;
     const double n = static_cast<double>(sums[k].samples);
-    t.rows.push_back({fmt::format("against {}", shadow_name(static_cast<int>(k))),
+    t.rows.push_back({std::string(shadow_name(static_cast<int>(k))),
                       fmt::format("{:.2f}", std::sqrt(sums[k].fused_m2 / n)),
                       fmt::format("{:.2f}", std::sqrt(sums[k].baseline_m2 / n)),
                       fmt::format("{:.2f}", sums[k].ratio())});
@@ -90,15 +96,15 @@ std::string drill_page(const std::vector<DrillResult>& results, const std::strin
   page.paragraph(summary(results) + " On " + drive + ".");
   page.paragraph(
       "Each drill changes what the sensors say on a drive and holds SP's and WM's answers against "
-      "the truth. A figure with ! misses its mark; \"open\": too few seeds to tell.");
+      "the truth. A figure with ! misses its mark; with ? there were too few seeds to tell "
+      "(open).");
   page.table(drill_table(results));
   page.paragraph(
       "Protection level: the error is said to be smaller, but for one moment in a thousand. "
       "Shadows: WM's own filters that go without some source since the last healthy moment. False "
-      "acceptance: a fix more than 6 total sigma off that was taken. Smooth step: of the local "
-      "pose "
-      "that controllers see, beyond the motion predicted from the cycle before. Pictures are of "
-      "the first seed; shaded: what is done to the messages.");
+      "fix: more than 6 total sigma off. Smooth step: of the local pose that controllers see, "
+      "beyond the motion predicted from the cycle before. Pictures are of the first seed; shaded: "
+      "what is done to the messages.");
   for (const DrillResult& r : results) add_drill(r, &page);
   return page.finish();
 }

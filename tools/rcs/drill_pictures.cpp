@@ -205,7 +205,7 @@ std::vector<Plot> drill_error_plots(const Drill& drill, const DrillRecord& recor
     plot.height_px = 260;
     plot.log_y = true;
     plot.shades = stimulus_shades(drill, last_s(record, errors));
-    Series wm = series("WM", Colour::kBlue, SeriesStyle::kLine);
+    Series wm = series("WM", Colour::kBlue, SeriesStyle::kThickLine);
     for (const DrillError& e : sampled) {
       if (e.t_s < from_s) continue;
       add(e.t_s, std::max(kLeastError_m, kind.magnitude(e.position_m)), &wm);
@@ -214,19 +214,25 @@ std::vector<Plot> drill_error_plots(const Drill& drill, const DrillRecord& recor
     for (const DrillIntegrity& i : record.integrity) {
       if (errors.time_s(i.stamp) >= from_s) add(errors.time_s(i.stamp), i.*kind.protection, &level);
     }
-    plot.series = {std::move(wm)};
-    if (!level.x.empty()) plot.series.push_back(std::move(level));
     for (int k = 0; k < kShadowKinds; ++k) {
       Series s = shadow_errors(record, errors, k, from_s, kind.magnitude);
       if (!s.x.empty()) plot.series.push_back(std::move(s));
     }
+    plot.series.push_back(std::move(wm));
+    if (!level.x.empty()) plot.series.push_back(std::move(level));
     plots.push_back(std::move(plot));
   }
   return plots;
 }
 
 Plot drill_time_line(const Drill& drill, const DrillRecord& record) {
-  enum Row { kEvents, kAlerts, kLadar, kGps, kFixes, kMode, kRows };
+  // Lanes from the foot, as y_names has them.
+  constexpr double kEvents = 0.0;
+  constexpr double kAlerts = 1.0;
+  constexpr double kLadar = 2.0;
+  constexpr double kGps = 3.0;
+  constexpr double kFixes = 4.0;
+  constexpr double kMode = 5.0;
   const DrillErrors errors(record);
   const double from_s = first_s(drill);
   const double to_s = last_s(record, errors);
@@ -235,7 +241,7 @@ Plot drill_time_line(const Drill& drill, const DrillRecord& record) {
   plot.x_label = "time [s]";
   plot.height_px = 270;
   plot.y_names = {"events", "alerts", "LADAR", "GPS", "fixes", "mode"};
-  plot.window = Window{from_s, to_s, -0.6, kRows - 0.4};
+  plot.window = Window{from_s, to_s, -0.6, kMode + 0.6};
   plot.shades = stimulus_shades(drill, to_s);
   std::map<Colour, Series> lines;
   for (const auto& [colour, label] : std::initializer_list<std::pair<Colour, const char*>>{

@@ -159,14 +159,10 @@ void DrillRecorder::take(const integrity_t& m, Stamp due) {
 }
 
 void DrillRecorder::take(const shadow_t& m, Stamp due) {
-  DrillShadow s;
-  s.stamp = undisturbed(channel::kWmShadow, m.utime, due);
-  s.branch = from_utime(m.branch_utime);
-  s.kind = m.kind;
   Pose T_world;
   if (!T_truth_world_ || !from_message(m.q_world_vehicle, m.p_world_vehicle_m, &T_world)) return;
-  s.T_world_vehicle = *T_truth_world_ * T_world;
-  record_.shadows.push_back(s);
+  record_.shadows.push_back({undisturbed(channel::kWmShadow, m.utime, due),
+                             from_utime(m.branch_utime), m.kind, *T_truth_world_ * T_world});
 }
 
 }  // namespace rcs::tools

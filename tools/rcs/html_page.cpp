@@ -21,9 +21,9 @@ figure svg{display:block;width:100%;height:auto}
 .scroll{overflow-x:auto;background:var(--sheet);border:1px solid var(--rule);border-radius:8px;
  margin:12px 0}
 table{border-collapse:collapse;width:100%;font-size:14px;font-variant-numeric:tabular-nums}
-th,td{padding:7px 10px;text-align:right;white-space:nowrap;border-top:1px solid var(--rule)}
+th,td{padding:7px 8px;text-align:right;white-space:nowrap;border-top:1px solid var(--rule)}
 thead th{border-top:0;color:var(--soft);font-weight:600;white-space:normal;vertical-align:bottom}
-th:first-child,td:first-child{text-align:left;white-space:normal;min-width:12em}
+th:first-child,td:first-child{text-align:left;white-space:normal;min-width:8em}
 )";
 
 }  // namespace
