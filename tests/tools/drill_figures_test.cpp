@@ -240,7 +240,7 @@ TEST(DrillFigures, BaselinesAreComparedAtTheSameInstantsWithAFloor) {
   for (int k = 0; k < 120; ++k) {
     DrillShadow s;
     s.stamp = kBegin + from_seconds(0.5 * k);
-    s.kind = k % 2 == 0 ? shadow_t::KIND_WITHOUT_GPS : shadow_t::KIND_INERTIAL;
+    s.kind = k % 2 == 0 ? int{shadow_t::KIND_WITHOUT_GPS} : int{shadow_t::KIND_INERTIAL};
     s.T_world_vehicle.p = Vec3(5.0 * k, k % 2 == 0 ? 0.3 : 0.01, 0.0);
     r.shadows.push_back(s);
   }

@@ -126,9 +126,10 @@ inline std::vector<Arrived> drain(EventSource* source) {
 }
 
 /// What arrives of the quiet drive under these stimuli.
-inline std::vector<Arrived> stimulated(std::vector<Stimulus> stimuli, std::uint64_t seed = 1) {
+inline std::vector<Arrived> stimulated(const std::vector<Stimulus>& stimuli,
+                                       std::uint64_t seed = 1) {
   Script script(quiet_drive());
-  StimulatedSource source(&script, std::move(stimuli), seed);
+  StimulatedSource source(&script, stimuli, seed);
   return drain(&source);
 }
 

@@ -161,12 +161,12 @@ void change_fix(const Stimulus& s, double since_s, gps_fix_t* fix) {
   }
 }
 
-StimulatedSource::StimulatedSource(EventSource* source, std::vector<Stimulus> stimuli,
+StimulatedSource::StimulatedSource(EventSource* source, const std::vector<Stimulus>& stimuli,
                                    std::uint64_t seed)
     : source_(source) {
   for (std::size_t k = 0; k < stimuli.size(); ++k) {
     std::seed_seq sequence{seed, static_cast<std::uint64_t>(k)};
-    active_.push_back({std::move(stimuli[k]), std::mt19937_64(sequence), 0, {}, {}});
+    active_.push_back({stimuli[k], std::mt19937_64(sequence), 0, {}, {}});
   }
 }
 

@@ -20,7 +20,7 @@ class StimulatedSource final : public EventSource {
  public:
   /// @param source  outlives this
   /// @param seed  of what is drawn: which facets, which cells
-  StimulatedSource(EventSource* source, std::vector<Stimulus> stimuli, std::uint64_t seed);
+  StimulatedSource(EventSource* source, const std::vector<Stimulus>& stimuli, std::uint64_t seed);
 
   [[nodiscard]] Stamp peek() override;
   void take(SourceEvent* event) override;
