@@ -147,9 +147,12 @@ std::optional<Anchor> HeadingFinder::by_course(const GpsFix& fix, const FilterSt
   if (sigma_gps > params.align.heading_sigma_rad) return std::nullopt;
   const double course = std::atan2(fix.v_world.y(), fix.v_world.x());
   const Vec3 p_old = x.T_world_vehicle * params.gps.lever_m;
+  // On rough ground the antenna swings about the vehicle as fast as the vehicle drives.
+  const Vec3 swing = x.T_world_vehicle.q * x.rate_vehicle.cross(params.gps.lever_m);
   const double sigma_m = 3.0 * fix.sigma_m.maxCoeff();
   if (sigma_own < params.align.heading_sigma_rad) {
-    const double own_course = std::atan2(x.v_world.y(), x.v_world.x());
+    const Vec3 own = x.v_world + swing;
+    const double own_course = std::atan2(own.y(), own.x());
     const double yaw = wrap_angle(course - own_course);
     return Anchor{turn_and_shift(yaw, p_old, fix.p_world), std::hypot(sigma_gps, sigma_own),
                   sigma_m, std::nullopt};
@@ -157,7 +160,8 @@ std::optional<Anchor> HeadingFinder::by_course(const GpsFix& fix, const FilterSt
   // Nothing of its own has told it the velocity: a car drives forward, give or take its side slip.
   constexpr double kSideSlip = 0.1;
   const double yaw = wrap_angle(course - yaw_of(x.T_world_vehicle.q));
-  return Anchor{turn_and_shift(yaw, p_old, fix.p_world), std::hypot(sigma_gps, kSideSlip), sigma_m,
+  const double slip = std::hypot(kSideSlip, swing.head<2>().norm() / speed);
+  return Anchor{turn_and_shift(yaw, p_old, fix.p_world), std::hypot(sigma_gps, slip), sigma_m,
                 fix.v_world};
 }
 

@@ -11,7 +11,7 @@ constexpr Duration kBlind = std::chrono::seconds(2);
 }  // namespace
 
 /// After so long with nothing to go by, a turn may have ended anywhere: no Gaussian describes it.
-/// The world is found anew, as at the start; biases are kept.
+/// The world is found anew, as at the start, from the attitude of before; biases are kept.
 void Estimator::forget_place(FilterState* state) const {
   Belief& b = state->belief;
   const Mat6 biases = b.P.block<6, 6>(kGyroBias, kGyroBias);
@@ -128,8 +128,12 @@ void Estimator::step_clock(Stamp to) {
   if (m.fix_heard != Stamp::min()) m.fix_heard += step;
   m.ins_stamp = Stamp::min();
   Innovations none;
-  advance(history_.model(), to, nullptr, &state, &none);
-  if (passed > kBlind) forget_place(&state);
+  if (passed > kBlind) {
+    forget_place(&state);
+    state.belief.x.stamp = to;
+  } else {
+    advance(history_.model(), to, nullptr, &state, &none);
+  }
   history_.restart(state);
   trust_.clear();
   local_stamp_ = to;

@@ -67,6 +67,7 @@ struct Withheld {
   bool gps = false;
   bool ladar = false;
   bool odometry = false;
+  bool prior_map = false;  ///< ladar withholds it, too
 };
 
 /// What the filter carries along beside its belief.
@@ -104,6 +105,11 @@ struct FilterState {
   Belief belief;
   Memory memory;
 };
+
+/// Without gravity [m/s^2].
+inline Vec3 accel_world(const FilterState& s) {
+  return s.belief.x.T_world_vehicle.q * s.memory.accel_vehicle;
+}
 
 /// Constants of the filter.
 struct Model {

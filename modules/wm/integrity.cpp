@@ -70,7 +70,7 @@ Integrity integrity(const FilterState& state, const Trust& trust, const WmParams
   // Until the watch has settled (no heading yet, say) a receiver that lies from the start is
   // believed: the bound is what the mission can bear.
   const double unseen_m =
-      by_gps ? std::min(trust.detectable_m(), 0.5 * limits.limit_horizontal_m) : 0.0;
+      by_gps ? std::min(trust.detectable_m(), 0.8 * limits.limit_horizontal_m) : 0.0;
   const double rival_m = gps == Trusted::kQuarantine ? trust.rival_m() : 0.0;
   out.protection_horizontal_m =
       std::max(kHorizontal * sigma_h, std::max(unseen_m, rival_m) + 2.0 * sigma_h);

@@ -115,7 +115,8 @@ std::optional<Vec3> worth(const Vec3& claimed_sigma_m, const GpsQuality& quality
   return claimed_sigma_m.cwiseMax(Vec3(h, h, v));
 }
 
-Residual<3> gps_velocity(const NavState& x, const GpsFix& z, const GpsParams& params) {
+Residual<3> gps_velocity(const NavState& x, const GpsFix& z, const GpsParams& params,
+                         const Vec3& accel_world) {
   const Mat3 R = x.T_world_vehicle.rotation();
   const Vec3 lever_rate = x.rate_vehicle.cross(params.lever_m);
   const RateError rate = rate_error(x);
@@ -125,6 +126,7 @@ Residual<3> gps_velocity(const NavState& x, const GpsFix& z, const GpsParams& pa
   out.H.block<3, 3>(0, kAttitude) = -R * hat(lever_rate);
   out.H.block<3, 3>(0, rate.index) = -rate.sign * R * hat(params.lever_m);
   out.R = z.sigma_v_mps.cwiseAbs2().asDiagonal();
+  out.R += params.sigma_time_s * params.sigma_time_s * accel_world * accel_world.transpose();
   return out;
 }
 

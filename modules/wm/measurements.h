@@ -61,7 +61,9 @@ struct OdometrySample {
 [[nodiscard]] Residual<3> without_height(const Residual<3>& z);
 
 /// Velocity of the antenna. Needs z.has_velocity.
-[[nodiscard]] Residual<3> gps_velocity(const NavState& x, const GpsFix& z, const GpsParams& params);
+/// @param accel_world  [m/s^2], for what the receiver's clock makes of it
+[[nodiscard]] Residual<3> gps_velocity(const NavState& x, const GpsFix& z, const GpsParams& params,
+                                       const Vec3& accel_world);
 
 /// Pose in the rolling map, along the observed directions only: r = log(predicted^-1 * measured).
 [[nodiscard]] Residual<6> rolling_match(const NavState& x, const RollingMatch& z,

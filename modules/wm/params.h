@@ -70,7 +70,8 @@ struct RollingParams {
 
 struct PriorMapParams {
   RegistrationParams match;
-  double mount_sigma_m = 0.01;  ///< of the place of the LADAR's mount, [0, 1]
+  double mount_sigma_m = 0.01;      ///< of the place of the LADAR's mount, [0, 1]
+  double heading_sigma_rad = 0.01;  ///< before the first match, at most, (0, 3.2]
   double correlation_m = 10.0;  ///< scans closer than this see the same errors of the map, (0, 1e4]
 };
 
@@ -137,11 +138,15 @@ struct TrustParams {
                                                ///< are right, [10, 600] s, [10, 10000]
   Duration probation = from_seconds(5.0);      ///< then it can still be undone, [1, 60] s
   Duration branch = from_seconds(10.0);        ///< age at which a shadow is renewed, [2, 60] s
-  int doubted = 3;                             ///< fixes in a row that a shadow refutes, [1, 100]
+  int doubted = 5;                             ///< fixes in a row that a shadow refutes, [1, 100]
   Duration ladar_doubted = from_seconds(1.0);  ///< the same of matches, [0.1, 60] s
   int matches = 20;                            ///< that agree bring the LADAR back, [2, 1000]
-  double false_alarm = 1e-7;                   ///< of a shadow's test, [1e-12, 1e-3]
+  double false_alarm = 1e-6;                   ///< of a shadow's test, [1e-12, 1e-3]
   double floor_m = 0.3;                        ///< two filters may differ by this, [0.01, 10]
+  double floor_share = 0.003;       ///< sigma of the way that a shadow does not know of, [0, 0.1]
+  double floor_mps = 0.03;          ///< the same of its speed, [0, 1]
+  double heading_sigma_rad = 0.01;  ///< of a belief that is worth a shadow, [1e-3, 1]
+  double cusum = 12.0;  ///< of velocities' excess, in sigmas, that refutes fixes, [3, 1000]
 };
 
 /// What the mission needs to know of its place.

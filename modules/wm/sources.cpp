@@ -138,7 +138,14 @@ void Fuser::operator()(const PriorMatch& z) {
     refuse(Source::kPriorMap, Reason::kNoDatum);
     return;
   }
-  if (m.withheld.ladar) {
+  if (m.withheld.ladar || m.withheld.prior_map) {
+    refuse(Source::kPriorMap, Reason::kQuarantine);
+    return;
+  }
+  // A map that is turned would be believed by a belief that hardly knows north.
+  const double heading = s_.belief.P(kAttitude + 2, kAttitude + 2);
+  const double most = model_.params.prior.heading_sigma_rad;
+  if (m.of(Source::kPriorMap).accepted == Stamp::min() && heading > most * most) {
     refuse(Source::kPriorMap, Reason::kQuarantine);
     return;
   }
@@ -178,7 +185,8 @@ void Fuser::operator()(const GpsFix& z) {
     m.withheld.gps = m.gps_accused = true;
     return;
   }
-  if (z.has_velocity) fuse(Source::kGpsVelocity, gps_velocity(s_.belief.x, z, params));
+  if (z.has_velocity)
+    fuse(Source::kGpsVelocity, gps_velocity(s_.belief.x, z, params, accel_world(s_)));
 }
 
 /// The height may be wrong alone (another geoid, another datum): the place is then fused without.

@@ -11,8 +11,8 @@ namespace {
 
 constexpr int kRefusedInRow = 3;  // of a hypothesis' measurements: it is none
 constexpr Duration kFresh = from_seconds(2.0);
-constexpr double kHeading_rad = 0.03;           // worse known, no path can be held against another
 constexpr double kCalm = 0.3;                   // doubt below which a belief is worth a branch
+constexpr double kMostExcess = 5.0;             // that one fix adds: a single bad one is none
 constexpr Duration kYoung = from_seconds(1.0);  // a shadow tells nothing yet
 
 Mat<2, 2> horizontal(const FilterState& s) { return s.belief.P.block<2, 2>(kPosition, kPosition); }
@@ -33,9 +33,11 @@ struct Nis {
   double sigma_m = 0.0;  ///< horizontal, the larger axis of the innovation
 };
 
-Nis nis(const FilterState& s, const GpsFix& z, const GpsParams& params) {
+/// @param floor_m  sigma of what the model does not know
+Nis nis(const FilterState& s, const GpsFix& z, const GpsParams& params, double floor_m) {
   const Residual<3> r = gps_position(s.belief.x, z, params);
-  const Mat3 S = r.H * s.belief.P * r.H.transpose() + r.R;
+  Mat3 S = r.H * s.belief.P * r.H.transpose() + r.R;
+  S.diagonal().array() += floor_m * floor_m;
   const Mat<2, 2> S_h = S.topLeftCorner<2, 2>();
   const Vec2 r_h = r.r.head<2>();
   Nis out;
@@ -106,9 +108,9 @@ bool Trust::well(const FilterState& belief) const {
   const bool old =
       without_gps_.alive() && belief.belief.x.stamp - without_gps_.branch > 4 * params_.branch;
   if (std::max(gps_doubt_, ladar_doubt_) > (old ? 1.0 : kCalm)) return false;
-  if (m.anchored && belief.belief.P(kAttitude + 2, kAttitude + 2) > kHeading_rad * kHeading_rad) {
-    return false;
-  }
+  // While north is hardly known no path can be held against another.
+  const double heading = belief.belief.P(kAttitude + 2, kAttitude + 2);
+  if (m.anchored && heading > params_.heading_sigma_rad * params_.heading_sigma_rad) return false;
   const Stamp fix = m.of(Source::kGpsPosition).accepted;
   const bool without = !m.anchored;  // there is no GPS to go without
   return without || belief.belief.x.stamp - fix < kFresh;
@@ -122,15 +124,21 @@ void Trust::branch_all(const FilterState& belief) {
   without_ladar_.state.memory.withheld.ladar = true;
   without_gps_young_ = {belief, now};
   without_gps_young_.state.memory.withheld.gps = true;
+  young_began_m_ = belief.memory.distance_m;
+  cusum_.setZero();
 }
 
 void Trust::renew(const FilterState& belief) {
   const Stamp now = belief.belief.x.stamp;
   if (inertial_.alive() && now - inertial_.branch < params_.branch) return;
   if (!well(belief)) return;
+  const bool first = !without_gps_young_.alive();
   without_gps_ = without_gps_young_;
+  without_gps_began_m_ = young_began_m_;
   branch_all(belief);
-  if (!without_gps_.alive()) without_gps_ = without_gps_young_;
+  if (!first) return;
+  without_gps_ = without_gps_young_;
+  without_gps_began_m_ = young_began_m_;
 }
 
 std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
@@ -148,6 +156,26 @@ std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
   return change;
 }
 
+/// Cumulative sums (Page 1954) of what the fixes' velocity has too much, both ways along both axes:
+/// fixes that go astray slowly do so for long. What the shadow's own velocity may be off, its
+/// heading's error above all, is the same in all fixes: no sum makes that certain, so three
+/// standard deviations of it are let pass.
+void Trust::sum_velocity(const Model& model, const GpsFix& z) {
+  if (!z.has_velocity) return;
+  constexpr double kLetPass = 3.0;
+  const FilterState& s = without_gps_.state;
+  const Residual<3> r = gps_velocity(s.belief.x, z, model.params.gps, accel_world(s));
+  const Mat3 shared = r.H * s.belief.P * r.H.transpose();
+  for (int axis = 0; axis < 2; ++axis) {
+    const double white = std::sqrt(r.R(axis, axis));
+    const double passed = kLetPass * std::hypot(std::sqrt(shared(axis, axis)), params_.floor_mps);
+    double& up = cusum_[2 * axis];
+    double& down = cusum_[2 * axis + 1];
+    up = std::max(0.0, up + std::min((r.r[axis] - passed) / white, kMostExcess));
+    down = std::max(0.0, down + std::min((-r.r[axis] - passed) / white, kMostExcess));
+  }
+}
+
 /// The fix against where the vehicle would be without any since the branch: the belief's
 /// correlation with the receiver's slow error makes it a test of the fixes' shape, not of the
 /// place.
@@ -161,15 +189,28 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
   agreeing_.fill(false);
   agreeing_since_ = Stamp::min();
   if (!without_gps_.alive() || now - without_gps_.branch < kYoung) return std::nullopt;
-  const Nis n = nis(without_gps_.state, z, model.params.gps);
-  gps_doubt_ = n.horizontal / limit_2_;
-  if (belief.memory.heights_refused == 0) gps_doubt_ = std::max(gps_doubt_, n.vertical / limit_1_);
+  const double way_m = belief.memory.distance_m - without_gps_began_m_;
+  const Nis n = nis(without_gps_.state, z, model.params.gps, params_.floor_share * way_m);
   detectable_m_ = std::sqrt(limit_2_) * n.sigma_m;
+  double astray = n.horizontal / limit_2_;
+  if (belief.memory.heights_refused == 0) astray = std::max(astray, n.vertical / limit_1_);
+  sum_velocity(model, z);
+  const double drifting = cusum_.maxCoeff() / params_.cusum;
+  gps_doubt_ = std::max(astray, drifting);
   // What the belief refused by itself has done no harm.
-  const bool harmful = gps_doubt_ > 1.0 && record.accepted == now;
-  doubted_ = harmful ? doubted_ + 1 : 0;
-  ladar_blamed_ = harmful && ladar_is_to_blame(model, z);
-  if (doubted_ < params_.doubted || ladar_blamed_) return std::nullopt;
+  const bool harmful = record.accepted == now;
+  doubted_ = harmful && astray > 1.0 ? doubted_ + 1 : 0;
+  if (doubted_ < params_.doubted && !(harmful && drifting > 1.0)) return std::nullopt;
+  if (ladar_is_to_blame(model, z)) {
+    const bool map = belief.memory.of(Source::kPriorMap).accepted != Stamp::min() &&
+                     !belief.memory.withheld.prior_map;
+    FilterState next = without_ladar_.state;
+    next.memory.withheld = belief.memory.withheld;
+    (map ? next.memory.withheld.prior_map : next.memory.withheld.ladar) = true;
+    next.belief.x.map_epoch = -1;  // its place is not known without what is withheld
+    return found(map ? Finding::kMapGuilty : Finding::kLadarGuilty, next, belief,
+                 model.params.modes);
+  }
   const bool on_probation = gps_probation_ != Stamp::min() && now < gps_probation_;
   FilterState next = without_gps_.state;
   next.memory.withheld.gps = next.memory.gps_accused = true;
@@ -177,11 +218,12 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
                model.params.modes);
 }
 
-/// Of GPS and LADAR, who contradicts the inertial motion?
+/// Of GPS and LADAR, who contradicts the inertial motion more?
 bool Trust::ladar_is_to_blame(const Model& model, const GpsFix& z) const {
+  constexpr double kSome = 0.3;
   const double ladar = difference(inertial_.state, without_gps_.state, params_.floor_m) / limit_2_;
-  const double gps = nis(inertial_.state, z, model.params.gps).horizontal / limit_2_;
-  return ladar > 1.0 && gps < 1.0;
+  const double gps = nis(inertial_.state, z, model.params.gps, 0.0).horizontal / limit_2_;
+  return ladar > kSome && ladar > gps;
 }
 
 /// Another belief begins, in which the fix is right and the place was wrong. Not the heading: fixes
@@ -221,7 +263,7 @@ std::optional<FilterState> Trust::judge_quarantined_fix(const Model& model, cons
   if (before_.alive()) {  // it had been believed against the belief, and has contradicted itself
     return found(Finding::kGpsBackRevoked, before_.state, belief, model.params.modes);
   }
-  const Nis n = nis(belief, z, model.params.gps);
+  const Nis n = nis(belief, z, model.params.gps, 0.0);
   gps_doubt_ = n.horizontal / model.gates[2];
   if (gps_right_.alive() && !keeps_its_shape(model, z, belief)) gps_right_ = {};
   if (!gps_right_.alive()) suppose_gps_right(model, z, belief);
@@ -255,7 +297,7 @@ std::optional<FilterState> Trust::judge_match(const FilterState& belief) {
   // With GPS the two also differ when it is GPS that goes astray: judge_fix tells.
   const Memory& m = belief.memory;
   const bool by_fixes = !m.withheld.gps && now - m.of(Source::kGpsPosition).accepted < kFresh;
-  const bool astray = ladar_doubt_ > 1.0 && (!by_fixes || gps_doubt_ < kCalm || ladar_blamed_);
+  const bool astray = ladar_doubt_ > 1.0 && (!by_fixes || gps_doubt_ < kCalm);
   if (!astray) {
     ladar_doubted_since_ = Stamp::min();
     return std::nullopt;
@@ -263,7 +305,8 @@ std::optional<FilterState> Trust::judge_match(const FilterState& belief) {
   if (ladar_doubted_since_ == Stamp::min()) ladar_doubted_since_ = now;
   if (now - ladar_doubted_since_ < params_.ladar_doubted) return std::nullopt;
   FilterState next = without_ladar_.state;
-  next.memory.withheld = {belief.memory.withheld.gps, true, false};
+  next.memory.withheld = belief.memory.withheld;
+  next.memory.withheld.ladar = true;
   return found(Finding::kLadarGuilty, next, belief, ModeParams{});
 }
 
@@ -295,7 +338,8 @@ FilterState Trust::found(Finding finding, const FilterState& next, const FilterS
   state.memory.last_reset = belief.memory.last_reset;
   state.memory.fix_heard = belief.memory.fix_heard;
   count_reset(modes, belief.belief.x.T_world_vehicle, &state);
-  const bool of_ladar = finding == Finding::kLadarGuilty || finding == Finding::kLadarBack;
+  const bool of_ladar = finding == Finding::kLadarGuilty || finding == Finding::kLadarBack ||
+                        finding == Finding::kMapGuilty;
   if (finding == Finding::kGpsBack || finding == Finding::kGpsRight) {
     gps_probation_ = now + params_.probation;
   }
@@ -310,6 +354,7 @@ FilterState Trust::found(Finding finding, const FilterState& next, const FilterS
   const Shadow inertial = inertial_;
   branch_all(state);
   without_gps_ = without_gps_young_;
+  without_gps_began_m_ = young_began_m_;
   if (of_ladar) inertial_ = inertial;
   return state;
 }

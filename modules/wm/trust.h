@@ -32,7 +32,8 @@ enum class Finding : int {
   kGpsRight,        ///< they contradict the belief, but never one another: the belief was wrong
   kGpsBackRevoked,  ///< within its probation it was found guilty
   kLadarGuilty,
-  kLadarBack
+  kLadarBack,
+  kMapGuilty  ///< the a priori map; it is not believed any more
 };
 
 class Trust {
@@ -91,6 +92,7 @@ class Trust {
                                                    const FilterState& belief);
   std::optional<FilterState> judge_match(const FilterState& belief);
   std::optional<FilterState> judge_quarantined_match(const FilterState& belief);
+  void sum_velocity(const Model& model, const GpsFix& z);
   [[nodiscard]] bool ladar_is_to_blame(const Model& model, const GpsFix& z) const;
   FilterState found(Finding finding, const FilterState& next, const FilterState& belief,
                     const ModeParams& modes);
@@ -98,14 +100,15 @@ class Trust {
   TrustParams params_;
   double limit_1_, limit_2_;  // chi square's, by degrees of freedom
   Shadow inertial_, without_ladar_;
-  Shadow without_gps_young_, without_gps_;  // the older one watches
+  Shadow without_gps_young_, without_gps_;                  // the older one watches
+  double young_began_m_ = 0.0, without_gps_began_m_ = 0.0;  // driven at their branches
   Shadow before_;  ///< the belief that fixes contradicted until they were believed
   Hypothesis gps_right_, ladar_right_;
   std::array<bool, 6> agreeing_{};  // the newest fixes
   std::size_t fixes_ = 0;
   Stamp agreeing_since_ = Stamp::min();
   int doubted_ = 0;
-  bool ladar_blamed_ = false;  ///< it contradicts the inertial motion, GPS does not
+  Vec<4> cusum_ = Vec<4>::Zero();  ///< of the fixes' velocity: east, west, north, south
   Stamp ladar_doubted_since_ = Stamp::min();
   Stamp gps_probation_ = Stamp::min(), ladar_probation_ = Stamp::min();
   double gps_doubt_ = 0.0, ladar_doubt_ = 0.0, detectable_m_ = 0.0, rival_m_ = 0.0;

@@ -87,6 +87,7 @@ void read_rolling(ParamTable table, RollingParams* p) {
 void read_prior(ParamTable table, PriorMapParams* p) {
   read_match(&table, &p->match);
   table.get("mount_sigma_m", &p->mount_sigma_m, {0, 1});
+  table.get("heading_sigma_rad", &p->heading_sigma_rad, {1e-4, 3.2});
   table.get("correlation_m", &p->correlation_m, {0.01, 1e4});
 }
 
@@ -165,6 +166,10 @@ void read_trust(ParamTable table, TrustParams* p) {
   table.get("matches", &p->matches, {2, 1000});
   table.get("false_alarm", &p->false_alarm, {1e-12, 1e-3});
   table.get("floor_m", &p->floor_m, {0.01, 10});
+  table.get("floor_share", &p->floor_share, {0, 0.1});
+  table.get("floor_mps", &p->floor_mps, {0, 1});
+  table.get("heading_sigma_rad", &p->heading_sigma_rad, {1e-3, 1});
+  table.get("cusum", &p->cusum, {3, 1000});
 }
 
 void read_integrity(ParamTable table, IntegrityParams* p) {

@@ -107,7 +107,8 @@ constexpr std::string_view kFindings[] = {
     "GPS contradicts the belief for long, but never itself: the belief follows it",
     "GPS led the belief away while on probation: back to what it was without",
     "LADAR led the belief away: back to what it was without",
-    "LADAR agrees with the motion: believed again"};
+    "LADAR agrees with the motion: believed again",
+    "the a priori map led the belief away: not believed any more"};
 
 }  // namespace
 

@@ -138,7 +138,7 @@ TEST(Measurements, JacobiansAreTheDerivatives) {
       NavState moved = y;  // with an INS the rate is the gyro's less its bias
       if (inertial) moved.rate_vehicle -= y.gyro_bias - x.gyro_bias;
       if (inertial) moved.rate_vehicle -= y.rate_vehicle - x.rate_vehicle;
-      return gps_velocity(moved, fix, gps);
+      return gps_velocity(moved, fix, gps, Vec3(0.5, -1.0, 0.2));
     });
     expect_jacobian(x, 1e-6, [&](const NavState& y) {
       return wheel_speed(y, {5.0, 0.1, 0.2, 0.01}, OdometryParams{}, 1.0);
