@@ -11,8 +11,9 @@ namespace {
 
 constexpr int kRefusedInRow = 3;  // of a hypothesis' measurements: it is none
 constexpr Duration kFresh = from_seconds(2.0);
-constexpr double kCalm = 0.3;                   // doubt below which a belief is worth a branch
-constexpr double kMostExcess = 5.0;             // that one fix adds: a single bad one is none
+constexpr double kCalm = 0.3;        // doubt below which a belief is worth a branch
+constexpr double kMostExcess = 5.0;  // that one fix adds: a single bad one is none
+constexpr double kLimit = 9.21;      // of chi squared, 99 %, two dof: better late than wrong
 constexpr Duration kYoung = from_seconds(1.0);  // a shadow tells nothing yet
 
 Mat<2, 2> horizontal(const FilterState& s) { return s.belief.P.block<2, 2>(kPosition, kPosition); }
@@ -78,8 +79,8 @@ void Trust::Hypothesis::count(bool accepted) {
 }
 
 void Trust::move(const Model& model, const Measurement& m, const ImuSample* next_imu) {
-  for (Shadow* shadow :
-       {&inertial_, &without_ladar_, &without_gps_young_, &without_gps_, &before_}) {
+  for (Shadow* shadow : {&inertial_young_, &inertial_, &without_ladar_, &without_gps_young_,
+                         &without_gps_, &before_}) {
     if (!shadow->alive()) continue;
     Innovations unread;
     step(model, m, next_imu, &shadow->state, &unread);
@@ -118,8 +119,8 @@ bool Trust::well(const FilterState& belief) const {
 
 void Trust::branch_all(const FilterState& belief) {
   const Stamp now = belief.belief.x.stamp;
-  inertial_ = {belief, now};
-  inertial_.state.memory.withheld = {true, true, true};
+  inertial_young_ = {belief, now};
+  inertial_young_.state.memory.withheld = {true, true, true};
   without_ladar_ = {belief, now};
   without_ladar_.state.memory.withheld.ladar = true;
   without_gps_young_ = {belief, now};
@@ -130,13 +131,16 @@ void Trust::branch_all(const FilterState& belief) {
 
 void Trust::renew(const FilterState& belief) {
   const Stamp now = belief.belief.x.stamp;
-  if (inertial_.alive() && now - inertial_.branch < params_.branch) return;
+  if (inertial_young_.alive() && now - inertial_young_.branch < params_.branch) return;
   if (!well(belief)) return;
-  const bool first = !without_gps_young_.alive();
-  without_gps_ = without_gps_young_;
-  without_gps_began_m_ = young_began_m_;
+  const bool first = !inertial_young_.alive();
+  if (!first) grow_up();
   branch_all(belief);
-  if (!first) return;
+  if (first) grow_up();
+}
+
+void Trust::grow_up() {
+  inertial_ = inertial_young_;
   without_gps_ = without_gps_young_;
   without_gps_began_m_ = young_began_m_;
 }
@@ -145,8 +149,16 @@ std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
                                       const ImuSample* next_imu, const FilterState& belief) {
   without_ladar_.state.memory.withheld.gps = belief.memory.withheld.gps;
   move(model, m, next_imu);
+  const bool accused = belief.memory.gps_accused && !accused_;
+  accused_ = belief.memory.gps_accused;
+  // What the fixes that are refused now did before: nobody knows when they began to go astray.
+  const auto* const fix = std::get_if<GpsFix>(&m.value);
+  if (accused && fix != nullptr && without_gps_.alive() &&
+      belief.belief.x.stamp - without_gps_.branch > kYoung) {
+    return convict(model, *fix, belief, false);
+  }
   std::optional<FilterState> change;
-  if (const auto* fix = std::get_if<GpsFix>(&m.value); fix != nullptr && belief.memory.anchored) {
+  if (fix != nullptr && belief.memory.anchored) {
     change = belief.memory.withheld.gps ? judge_quarantined_fix(model, *fix, belief)
                                         : judge_fix(model, *fix, belief);
   } else if (std::holds_alternative<RollingMatch>(m.value)) {
@@ -201,16 +213,25 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
   const bool harmful = record.accepted == now;
   doubted_ = harmful && astray > 1.0 ? doubted_ + 1 : 0;
   if (doubted_ < params_.doubted && !(harmful && drifting > 1.0)) return std::nullopt;
-  if (ladar_is_to_blame(model, z)) {
+  return convict(model, z, belief, astray <= 1.0);
+}
+
+/// Fixes and the belief without them contradict one another: somebody is guilty.
+FilterState Trust::convict(const Model& model, const GpsFix& z, const FilterState& belief,
+                           bool by_velocity) {
+  if (ladar_is_to_blame(model, z, by_velocity)) {
     const bool map = belief.memory.of(Source::kPriorMap).accepted != Stamp::min() &&
                      !belief.memory.withheld.prior_map;
     FilterState next = without_ladar_.state;
     next.memory.withheld = belief.memory.withheld;
+    next.memory.withheld.gps = next.memory.gps_accused = false;
+    next.memory.of(Source::kGpsPosition).refused = 0;
     (map ? next.memory.withheld.prior_map : next.memory.withheld.ladar) = true;
     next.belief.x.map_epoch = -1;  // its place is not known without what is withheld
     return found(map ? Finding::kMapGuilty : Finding::kLadarGuilty, next, belief,
                  model.params.modes);
   }
+  const Stamp now = belief.belief.x.stamp;
   const bool on_probation = gps_probation_ != Stamp::min() && now < gps_probation_;
   FilterState next = without_gps_.state;
   next.memory.withheld.gps = next.memory.gps_accused = true;
@@ -218,12 +239,22 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
                model.params.modes);
 }
 
-/// Of GPS and LADAR, who contradicts the inertial motion more?
-bool Trust::ladar_is_to_blame(const Model& model, const GpsFix& z) const {
-  constexpr double kSome = 0.3;
-  const double ladar = difference(inertial_.state, without_gps_.state, params_.floor_m) / limit_2_;
-  const double gps = nis(inertial_.state, z, model.params.gps, 0.0).horizontal / limit_2_;
-  return ladar > kSome && ladar > gps;
+/// Of GPS and LADAR, who contradicts the inertial motion? By velocity or by place, whatever it was
+/// that differed; who cannot be told from the inertial motion's own error is GPS.
+bool Trust::ladar_is_to_blame(const Model& model, const GpsFix& z, bool by_velocity) const {
+  const FilterState& s = without_gps_.state;
+  const NavState& x = s.belief.x;
+  const NavState& inertial = inertial_.state.belief.x;
+  const int block = by_velocity ? kVelocity : kPosition;
+  const Vec2 fix = (by_velocity ? gps_velocity(x, z, model.params.gps, accel_world(s)).r
+                                : gps_position(x, z, model.params.gps).r)
+                       .head<2>();
+  const Vec2 motion = (by_velocity ? Vec3(inertial.v_world - x.v_world)
+                                   : Vec3(inertial.T_world_vehicle.p - x.T_world_vehicle.p))
+                          .head<2>();
+  const Cov& P = inertial_.state.belief.P;
+  const double sigma = std::sqrt(std::max(P(block, block), P(block + 1, block + 1)));
+  return sigma < 0.5 * fix.norm() && motion.dot(fix) > 0.5 * fix.squaredNorm();
 }
 
 /// Another belief begins, in which the fix is right and the place was wrong. Not the heading: fixes
@@ -252,8 +283,17 @@ bool Trust::keeps_its_shape(const Model& model, const GpsFix& z, const FilterSta
   }
   const double drifted = std::max(0.0, variance - gps_right_.variance_m2);
   const double fixes = 2.0 * z.sigma_m.head<2>().cwiseAbs2().maxCoeff();
-  constexpr double kLimit = 9.21;  // of chi squared, 99 %: better late than wrong
   return (off - gps_right_.off).squaredNorm() <= kLimit * (drifted + fixes);
+}
+
+/// The fix's velocity is the belief's.
+bool Trust::moves_along(const Model& model, const GpsFix& z, const FilterState& belief) const {
+  if (!z.has_velocity) return true;
+  const Residual<3> r = gps_velocity(belief.belief.x, z, model.params.gps, accel_world(belief));
+  Mat<2, 2> S = (r.H * belief.belief.P * r.H.transpose() + r.R).topLeftCorner<2, 2>();
+  S.diagonal().array() += params_.floor_mps * params_.floor_mps;
+  const Vec2 off = r.r.head<2>();
+  return off.dot(S.llt().solve(off)) <= kLimit;
 }
 
 std::optional<FilterState> Trust::judge_quarantined_fix(const Model& model, const GpsFix& z,
@@ -268,7 +308,7 @@ std::optional<FilterState> Trust::judge_quarantined_fix(const Model& model, cons
   if (gps_right_.alive() && !keeps_its_shape(model, z, belief)) gps_right_ = {};
   if (!gps_right_.alive()) suppose_gps_right(model, z, belief);
   const bool consistent = gps_right_.alive() && gps_right_.refused_in_row == 0;
-  const bool agrees = consistent && n.horizontal <= model.gates[2];
+  const bool agrees = consistent && n.horizontal <= model.gates[2] && moves_along(model, z, belief);
   agreeing_[fixes_++ % agreeing_.size()] = agrees;
   if (!agrees) agreeing_since_ = Stamp::min();
   if (agrees && agreeing_since_ == Stamp::min()) agreeing_since_ = x.stamp;
@@ -295,9 +335,10 @@ std::optional<FilterState> Trust::judge_match(const FilterState& belief) {
   if (!without_ladar_.alive() || now - without_ladar_.branch < kYoung) return std::nullopt;
   ladar_doubt_ = difference(without_ladar_.state, belief, params_.floor_m) / limit_2_;
   // With GPS the two also differ when it is GPS that goes astray: judge_fix tells.
-  const Memory& m = belief.memory;
-  const bool by_fixes = !m.withheld.gps && now - m.of(Source::kGpsPosition).accepted < kFresh;
-  const bool astray = ladar_doubt_ > 1.0 && (!by_fixes || gps_doubt_ < kCalm);
+  const Stamp fix = without_ladar_.state.memory.of(Source::kGpsPosition).accepted;
+  const bool by_fixes = fix != Stamp::min() && now - fix < kFresh;
+  const int refused = belief.memory.of(Source::kGpsPosition).refused;
+  const bool astray = ladar_doubt_ > 1.0 && (!by_fixes || (gps_doubt_ < kCalm && refused == 0));
   if (!astray) {
     ladar_doubted_since_ = Stamp::min();
     return std::nullopt;
@@ -348,13 +389,13 @@ FilterState Trust::found(Finding finding, const FilterState& next, const FilterS
   agreeing_.fill(false);
   agreeing_since_ = ladar_doubted_since_ = Stamp::min();
   doubted_ = 0;
-  gps_doubt_ = ladar_doubt_ = detectable_m_ = rival_m_ = 0.0;
+  gps_doubt_ = ladar_doubt_ = rival_m_ = 0.0;
+  detectable_m_ = kAnything_m;
   before_ = finding == Finding::kGpsRight ? Shadow{belief, now} : Shadow{};
   // Shadows that a guilty source has led along are no good.
   const Shadow inertial = inertial_;
   branch_all(state);
-  without_gps_ = without_gps_young_;
-  without_gps_began_m_ = young_began_m_;
+  grow_up();
   if (of_ladar) inertial_ = inertial;
   return state;
 }

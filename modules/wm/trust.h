@@ -82,6 +82,7 @@ class Trust {
 
   void move(const Model& model, const Measurement& m, const ImuSample* next_imu);
   void renew(const FilterState& belief);
+  void grow_up();
   void branch_all(const FilterState& belief);
   [[nodiscard]] bool well(const FilterState& belief) const;
   std::optional<FilterState> judge_fix(const Model& model, const GpsFix& z,
@@ -92,15 +93,22 @@ class Trust {
                                                    const FilterState& belief);
   std::optional<FilterState> judge_match(const FilterState& belief);
   std::optional<FilterState> judge_quarantined_match(const FilterState& belief);
+  FilterState convict(const Model& model, const GpsFix& z, const FilterState& belief,
+                      bool by_velocity);
+  [[nodiscard]] bool moves_along(const Model& model, const GpsFix& z,
+                                 const FilterState& belief) const;
   void sum_velocity(const Model& model, const GpsFix& z);
-  [[nodiscard]] bool ladar_is_to_blame(const Model& model, const GpsFix& z) const;
+  [[nodiscard]] bool ladar_is_to_blame(const Model& model, const GpsFix& z, bool by_velocity) const;
   FilterState found(Finding finding, const FilterState& next, const FilterState& belief,
                     const ModeParams& modes);
 
   TrustParams params_;
   double limit_1_, limit_2_;  // chi square's, by degrees of freedom
-  Shadow inertial_, without_ladar_;
-  Shadow without_gps_young_, without_gps_;                  // the older one watches
+  // Of two generations: the older ones watch, for what leads the belief away leads along whatever
+  // branches from it after that.
+  Shadow inertial_young_, inertial_;
+  Shadow without_gps_young_, without_gps_;
+  Shadow without_ladar_;
   double young_began_m_ = 0.0, without_gps_began_m_ = 0.0;  // driven at their branches
   Shadow before_;  ///< the belief that fixes contradicted until they were believed
   Hypothesis gps_right_, ladar_right_;
@@ -108,10 +116,13 @@ class Trust {
   std::size_t fixes_ = 0;
   Stamp agreeing_since_ = Stamp::min();
   int doubted_ = 0;
+  bool accused_ = false;           ///< GPS, by the belief, before the newest input
   Vec<4> cusum_ = Vec<4>::Zero();  ///< of the fixes' velocity: east, west, north, south
   Stamp ladar_doubted_since_ = Stamp::min();
   Stamp gps_probation_ = Stamp::min(), ladar_probation_ = Stamp::min();
-  double gps_doubt_ = 0.0, ladar_doubt_ = 0.0, detectable_m_ = 0.0, rival_m_ = 0.0;
+  double gps_doubt_ = 0.0, ladar_doubt_ = 0.0, rival_m_ = 0.0;
+  static constexpr double kAnything_m = 1e3;  ///< before the watch has begun
+  double detectable_m_ = kAnything_m;
   Finding finding_ = Finding::kNothing;
   int findings_ = 0;
 };
