@@ -9,80 +9,11 @@
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
 #include "lcmtypes/plausible.h"
+#include "modules/wm/wm_messages_node.h"
 #include "rcs/node/budget.h"
 
 namespace rcs::wm {
 namespace {
-
-// ---- the door: what is not finite, plausible and meant to be used does not get in
-// ----------------
-
-bool is_sigma(double s, double limit) { return std::isfinite(s) && s > 0.0 && s <= limit; }
-
-bool is_sigma(const Vec3& s, double limit) {
-  return s.allFinite() && s.minCoeff() > 0.0 && s.maxCoeff() <= limit;
-}
-
-std::optional<ImuSample> admit(const ins_t& m) {
-  const ImuSample s{from_utime(m.utime), Duration(m.interval_us), from_message(m.delta_angle_rad),
-                    from_message(m.delta_v_mps)};
-  if (!plausible(m)) return std::nullopt;
-  return s;
-}
-
-std::optional<GeodeticFix> admit(const gps_fix_t& m) {
-  GeodeticFix z;
-  z.antenna = {radians(m.lat_deg), radians(m.lon_deg), {m.height_m}};
-  if (m.height_kind == gps_fix_t::HEIGHT_ORTHOMETRIC) {
-    z.antenna.height = to_ellipsoidal(OrthometricHeight{m.height_m}, Undulation{m.undulation_m});
-  } else if (m.height_kind != gps_fix_t::HEIGHT_ELLIPSOIDAL) {
-    return std::nullopt;
-  }
-  z.fix.sigma_m = from_message(m.sigma_enu_m);
-  const bool null_island = m.lat_deg == 0.0 && m.lon_deg == 0.0;  // a receiver that knows nothing
-  const bool good = plausible_stamp(m.utime) && plausible(z.antenna) && !null_island &&
-                    m.fix_type > gps_fix_t::FIX_NONE && m.fix_type <= gps_fix_t::FIX_FIXED &&
-                    is_sigma(z.fix.sigma_m, 200.0);
-  if (!good) return std::nullopt;
-  const auto geometry = [](double dop) { return dop > 0.0 && dop < 100.0 ? dop : 0.0; };
-  const auto kind = static_cast<GpsQuality::Fix>(m.fix_type - gps_fix_t::FIX_SINGLE);
-  const std::optional<Vec3> sigma_m =
-      worth(z.fix.sigma_m, {kind, m.satellites, geometry(m.hdop), geometry(m.vdop)});
-  if (!sigma_m) return std::nullopt;
-  z.fix.sigma_m = *sigma_m;
-  z.fix.v_world = from_message(m.v_enu_mps);
-  z.fix.sigma_v_mps = from_message(m.sigma_v_enu_mps);
-  z.fix.has_velocity = m.has_velocity == 1 && within(z.fix.v_world, kFastest_mps) &&
-                       is_sigma(z.fix.sigma_v_mps, 50.0);
-  return z;
-}
-
-std::optional<OdometrySample> admit(const odometry_t& m) {
-  const OdometrySample z{m.speed_mps, m.sigma_speed_mps, m.yaw_rate_radps, m.sigma_yaw_rate_radps};
-  const bool yaw_good = std::isnan(z.yaw_rate_radps) || (std::abs(z.yaw_rate_radps) <= 10.0 &&
-                                                         is_sigma(z.sigma_yaw_rate_radps, 10.0));
-  const bool good = plausible_stamp(m.utime) && m.interval_us >= 0 && m.interval_us <= 1'000'000 &&
-                    std::abs(z.speed_mps) <= 100.0 && is_sigma(z.sigma_speed_mps, 50.0) && yaw_good;
-  if (!good) return std::nullopt;
-  return z;
-}
-
-struct Registration {
-  Pose T_target_vehicle;
-  Mat6 information;
-};
-
-std::optional<Registration> admit(const registration_t& m) {
-  Registration z;
-  z.information = from_message(m.information);
-  const bool good = plausible_stamp(m.utime) &&
-                    from_message(m.q_target_vehicle, m.p_target_vehicle_m, &z.T_target_vehicle) &&
-                    within(z.T_target_vehicle.p, kFarthest_m) && z.information.allFinite() &&
-                    z.information.cwiseAbs().maxCoeff() < 1e15 &&
-                    z.information.diagonal().minCoeff() >= 0.0;
-  if (!good) return std::nullopt;
-  return z;
-}
 
 std::string_view text(Reason reason) {
   constexpr std::string_view kTexts[] = {"accepted", "gate",  "invalid",    "late",      "repeated",
