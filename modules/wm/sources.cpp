@@ -185,8 +185,8 @@ void Fuser::operator()(const GpsFix& z) {
     m.withheld.gps = m.gps_accused = true;
     return;
   }
-  if (z.has_velocity)
-    fuse(Source::kGpsVelocity, gps_velocity(s_.belief.x, z, params, accel_world(s_)));
+  if (!z.has_velocity) return;
+  fuse(Source::kGpsVelocity, gps_velocity(s_.belief.x, z, params, accel_world(s_)));
 }
 
 /// The height may be wrong alone (another geoid, another datum): the place is then fused without.

@@ -178,7 +178,7 @@ void Trust::sum_velocity(const Model& model, const GpsFix& z) {
   const FilterState& s = without_gps_.state;
   const Residual<3> r = gps_velocity(s.belief.x, z, model.params.gps, accel_world(s));
   const Mat3 shared = r.H * s.belief.P * r.H.transpose();
-  for (int axis = 0; axis < 2; ++axis) {
+  for (Eigen::Index axis = 0; axis < 2; ++axis) {
     const double white = std::sqrt(r.R(axis, axis));
     const double passed = kLetPass * std::hypot(std::sqrt(shared(axis, axis)), params_.floor_mps);
     double& up = cusum_[2 * axis];

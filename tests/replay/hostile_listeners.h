@@ -12,8 +12,8 @@
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/plan_t.hpp"
 #include "lcmtypes/rcs/points_t.hpp"
-#include "lcmtypes/rcs/shadow_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
+#include "lcmtypes/rcs/shadow_t.hpp"
 #include "rcs/base/stamp.h"
 #include "rcs/node/local_bus.h"
 
