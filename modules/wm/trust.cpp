@@ -155,7 +155,7 @@ std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
   const auto* const fix = std::get_if<GpsFix>(&m.value);
   if (accused && fix != nullptr && without_gps_.alive() &&
       belief.belief.x.stamp - without_gps_.branch > kYoung) {
-    return convict(model, *fix, belief, false);
+    return convict(model, *fix, belief);
   }
   std::optional<FilterState> change;
   if (fix != nullptr && belief.memory.anchored) {
@@ -213,13 +213,12 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
   const bool harmful = record.accepted == now;
   doubted_ = harmful && astray > 1.0 ? doubted_ + 1 : 0;
   if (doubted_ < params_.doubted && !(harmful && drifting > 1.0)) return std::nullopt;
-  return convict(model, z, belief, astray <= 1.0);
+  return convict(model, z, belief);
 }
 
 /// Fixes and the belief without them contradict one another: somebody is guilty.
-FilterState Trust::convict(const Model& model, const GpsFix& z, const FilterState& belief,
-                           bool by_velocity) {
-  if (ladar_is_to_blame(model, z, by_velocity)) {
+FilterState Trust::convict(const Model& model, const GpsFix& z, const FilterState& belief) {
+  if (ladar_is_to_blame(model, z)) {
     const bool map = belief.memory.of(Source::kPriorMap).accepted != Stamp::min() &&
                      !belief.memory.withheld.prior_map;
     FilterState next = without_ladar_.state;
@@ -239,22 +238,24 @@ FilterState Trust::convict(const Model& model, const GpsFix& z, const FilterStat
                model.params.modes);
 }
 
-/// Of GPS and LADAR, who contradicts the inertial motion? By velocity or by place, whatever it was
-/// that differed; who cannot be told from the inertial motion's own error is GPS.
-bool Trust::ladar_is_to_blame(const Model& model, const GpsFix& z, bool by_velocity) const {
+/// Of GPS and LADAR, who contradicts the inertial motion, in place or in velocity? Whom that
+/// motion's own error leaves open is GPS.
+bool Trust::ladar_is_to_blame(const Model& model, const GpsFix& z) const {
   const FilterState& s = without_gps_.state;
   const NavState& x = s.belief.x;
   const NavState& inertial = inertial_.state.belief.x;
-  const int block = by_velocity ? kVelocity : kPosition;
-  const Vec2 fix = (by_velocity ? gps_velocity(x, z, model.params.gps, accel_world(s)).r
-                                : gps_position(x, z, model.params.gps).r)
-                       .head<2>();
-  const Vec2 motion = (by_velocity ? Vec3(inertial.v_world - x.v_world)
-                                   : Vec3(inertial.T_world_vehicle.p - x.T_world_vehicle.p))
-                          .head<2>();
-  const Cov& P = inertial_.state.belief.P;
-  const double sigma = std::sqrt(std::max(P(block, block), P(block + 1, block + 1)));
-  return sigma < 0.5 * fix.norm() && motion.dot(fix) > 0.5 * fix.squaredNorm();
+  // From the filter with the LADAR, the inertial motion goes half the way to the fix and farther.
+  const auto sides_with = [this](const Vec3& fix, const Vec3& motion, int block) {
+    const Cov& P = inertial_.state.belief.P;
+    const double sigma = std::sqrt(std::max(P(block, block), P(block + 1, block + 1)));
+    const Vec2 d = fix.head<2>();
+    return sigma < 0.5 * d.norm() && motion.head<2>().dot(d) > 0.5 * d.squaredNorm();
+  };
+  const bool by_place = sides_with(gps_position(x, z, model.params.gps).r,
+                                   inertial.T_world_vehicle.p - x.T_world_vehicle.p, kPosition);
+  return by_place ||
+         (z.has_velocity && sides_with(gps_velocity(x, z, model.params.gps, accel_world(s)).r,
+                                       inertial.v_world - x.v_world, kVelocity));
 }
 
 /// Another belief begins, in which the fix is right and the place was wrong. Not the heading: fixes

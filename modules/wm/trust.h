@@ -93,12 +93,11 @@ class Trust {
                                                    const FilterState& belief);
   std::optional<FilterState> judge_match(const FilterState& belief);
   std::optional<FilterState> judge_quarantined_match(const FilterState& belief);
-  FilterState convict(const Model& model, const GpsFix& z, const FilterState& belief,
-                      bool by_velocity);
+  FilterState convict(const Model& model, const GpsFix& z, const FilterState& belief);
   [[nodiscard]] bool moves_along(const Model& model, const GpsFix& z,
                                  const FilterState& belief) const;
   void sum_velocity(const Model& model, const GpsFix& z);
-  [[nodiscard]] bool ladar_is_to_blame(const Model& model, const GpsFix& z, bool by_velocity) const;
+  [[nodiscard]] bool ladar_is_to_blame(const Model& model, const GpsFix& z) const;
   FilterState found(Finding finding, const FilterState& next, const FilterState& belief,
                     const ModeParams& modes);
 
