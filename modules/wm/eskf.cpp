@@ -19,8 +19,8 @@ void add_variance(int index, int size, double variance, Cov* P) {
 }
 
 /// What both process models share: states that change with time and with the distance driven.
-void drive_on(double dt, double distance_m, double turned_rad, const ProcessNoise& ins,
-              const DriveNoise& drive, Belief* b) {
+void drive_on(double dt, double distance_m, const ProcessNoise& ins, const DriveNoise& drive,
+              Belief* b) {
   NavState& x = b->x;
   Cov& P = b->P;
 
@@ -48,9 +48,7 @@ void drive_on(double dt, double distance_m, double turned_rad, const ProcessNois
   // the vehicle about a point that may be kilometres away.
   Vec6 variance;
   variance.head<3>().setConstant(drive.rolling_position * drive.rolling_position * distance_m);
-  variance.tail<3>().setConstant(drive.rolling_angle * drive.rolling_angle * distance_m +
-                                 drive.rolling_angle_turned * drive.rolling_angle_turned *
-                                     turned_rad);
+  variance.tail<3>().setConstant(drive.rolling_angle * drive.rolling_angle * distance_m);
   const Mat6 A = adjoint(T_rolling_vehicle(x));
   P.block<6, 6>(kRolling, kRolling) += A * variance.asDiagonal() * A.transpose();
 }
@@ -167,8 +165,7 @@ Belief predict(const Belief& b, const ImuSample& imu, const Earth& earth, const 
   Q.noalias() = (angle_density / dt) * (B.leftCols<3>() * B.leftCols<3>().transpose());
   Q.noalias() += (velocity_density / dt) * (B.rightCols<3>() * B.rightCols<3>().transpose());
   propagate<6>(A, B, kGyroBias, Q, &next.P);
-  drive_on(dt, (x.T_world_vehicle.p - b.x.T_world_vehicle.p).norm(), dtheta.norm(), noise, drive,
-           &next);
+  drive_on(dt, (x.T_world_vehicle.p - b.x.T_world_vehicle.p).norm(), noise, drive, &next);
   return next;
 }
 
@@ -220,8 +217,7 @@ Belief predict(const Belief& b, Stamp to, const MotionNoise& noise, const Proces
     next.P(kRate + i, kAttitude + i) += qw * dt * dt / 2.0;
     next.P(kRate + i, kRate + i) += qw * dt;
   }
-  drive_on(dt, (x.T_world_vehicle.p - b.x.T_world_vehicle.p).norm(), dtheta.norm(), biases, drive,
-           &next);
+  drive_on(dt, (x.T_world_vehicle.p - b.x.T_world_vehicle.p).norm(), biases, drive, &next);
   return next;
 }
 

@@ -162,7 +162,8 @@ std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
     change = belief.memory.withheld.gps ? judge_quarantined_fix(model, *fix, belief)
                                         : judge_fix(model, *fix, belief);
   } else if (std::holds_alternative<RollingMatch>(m.value)) {
-    change = belief.memory.withheld.ladar ? judge_quarantined_match(belief) : judge_match(belief);
+    change = belief.memory.withheld.ladar ? judge_quarantined_match(belief, model.params.modes)
+                                          : judge_match(belief, model.params.modes);
   }
   if (!change) renew(belief);
   return change;
@@ -330,7 +331,7 @@ std::optional<FilterState> Trust::judge_quarantined_fix(const Model& model, cons
   return found(Finding::kGpsRight, gps_right_.state, belief, model.params.modes);
 }
 
-std::optional<FilterState> Trust::judge_match(const FilterState& belief) {
+std::optional<FilterState> Trust::judge_match(const FilterState& belief, const ModeParams& modes) {
   const Stamp now = belief.belief.x.stamp;
   ladar_right_ = {};
   if (!without_ladar_.alive() || now - without_ladar_.branch < kYoung) return std::nullopt;
@@ -349,10 +350,11 @@ std::optional<FilterState> Trust::judge_match(const FilterState& belief) {
   FilterState next = without_ladar_.state;
   next.memory.withheld = belief.memory.withheld;
   next.memory.withheld.ladar = true;
-  return found(Finding::kLadarGuilty, next, belief, ModeParams{});
+  return found(Finding::kLadarGuilty, next, belief, modes);
 }
 
-std::optional<FilterState> Trust::judge_quarantined_match(const FilterState& belief) {
+std::optional<FilterState> Trust::judge_quarantined_match(const FilterState& belief,
+                                                          const ModeParams& modes) {
   if (!ladar_right_.alive()) {
     // It begins a map of its own at the next match.
     ladar_right_ = {belief, belief.belief.x.stamp, belief.memory.distance_m};
@@ -364,7 +366,7 @@ std::optional<FilterState> Trust::judge_quarantined_match(const FilterState& bel
   if (ladar_right_.agreed < params_.matches) return std::nullopt;
   ladar_doubt_ = difference(belief, ladar_right_.state, params_.floor_m) / limit_2_;
   if (ladar_doubt_ > kCalm) return std::nullopt;
-  return found(Finding::kLadarBack, ladar_right_.state, belief, ModeParams{});
+  return found(Finding::kLadarBack, ladar_right_.state, belief, modes);
 }
 
 /// Goes on from `next` in place of `belief`.

@@ -91,8 +91,9 @@ class Trust {
   bool keeps_its_shape(const Model& model, const GpsFix& z, const FilterState& belief);
   std::optional<FilterState> judge_quarantined_fix(const Model& model, const GpsFix& z,
                                                    const FilterState& belief);
-  std::optional<FilterState> judge_match(const FilterState& belief);
-  std::optional<FilterState> judge_quarantined_match(const FilterState& belief);
+  std::optional<FilterState> judge_match(const FilterState& belief, const ModeParams& modes);
+  std::optional<FilterState> judge_quarantined_match(const FilterState& belief,
+                                                     const ModeParams& modes);
   FilterState convict(const Model& model, const GpsFix& z, const FilterState& belief);
   [[nodiscard]] bool moves_along(const Model& model, const GpsFix& z,
                                  const FilterState& belief) const;

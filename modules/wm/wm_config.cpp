@@ -63,7 +63,6 @@ void read_motion(ParamTable table, MotionNoise* p) {
 void read_drive(ParamTable table, DriveNoise* p) {
   table.get("rolling_position", &p->rolling_position, {0, 1});
   table.get("rolling_angle", &p->rolling_angle, {0, 0.1});
-  table.get("rolling_angle_turned", &p->rolling_angle_turned, {0, 0.1});
   table.get("mount_angle", &p->mount_angle, {0, 0.01});
   table.get("map_sigma_m", &p->map_sigma_m, {1e-3, 100});
   table.get("map_length_m", &p->map_length_m, {1, 1e5});

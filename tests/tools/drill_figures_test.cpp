@@ -258,10 +258,18 @@ TEST(DrillFigures, BaselinesAreComparedAtTheSameInstantsWithAFloor) {
 TEST(DrillFigures, InnovationsBySource) {
   DrillRecord r = right_record();
   add_fixes(0, 0, Vec3::Zero(), &r, [](double t_s) { return t_s < 29.99; });
+  // What the gate refused counts, or the gate would make any filter honest; what was not believed
+  // whatever it said does not.
+  for (std::size_t k = 150; k < 300; ++k) {
+    const bool by_gate = k < 200;
+    r.innovations[k].nis = by_gate ? 18.0 : 1e6;
+    r.innovations[k].reason = by_gate ? innovation_t::REASON_GATE : innovation_t::REASON_QUARANTINE;
+  }
   const std::map<std::string, NisFigure> nis = nis_figures(r);
   EXPECT_EQ(nis.at("gps position").considered, 300U);
   EXPECT_EQ(nis.at("gps position").accepted, 150U);
-  EXPECT_NEAR(nis.at("gps position").per_dof, 2.0, 1e-9);
+  EXPECT_EQ(nis.at("gps position").gated, 200U);
+  EXPECT_NEAR(nis.at("gps position").per_dof, (150 * 2.0 + 50 * 6.0) / 200, 1e-9);
 }
 
 // ---- marks ---------------------------------------------------------------------------------

@@ -121,19 +121,15 @@ RollingMatch Sensors::scan(std::size_t i) {
     out.seeded = true;
     return out;
   }
-  double distance = 0.0, turned = 0.0;
+  double distance = 0.0;
   for (std::size_t k = last_scan_; k < i; ++k) {
     distance += (truth_[k + 1].T_world_vehicle.p - truth_[k].T_world_vehicle.p).norm();
-    turned +=
-        log_so3(truth_[k].T_world_vehicle.q.conjugate() * truth_[k + 1].T_world_vehicle.q).norm();
   }
   last_scan_ = i;
   const DriveNoise& drive = params_.drive;
   Vec6 drift;
   drift.head<3>() = noise(drive.rolling_position * std::sqrt(distance));
-  drift.tail<3>() =
-      noise(std::sqrt(drive.rolling_angle * drive.rolling_angle * distance +
-                      drive.rolling_angle_turned * drive.rolling_angle_turned * turned));
+  drift.tail<3>() = noise(drive.rolling_angle * std::sqrt(distance));
   const Pose T_rolling_vehicle = T_world_rolling_.inverse() * T;
   T_world_rolling_ = T * exp_se3(drift) * T_rolling_vehicle.inverse();
   out.T_rolling_vehicle = T_world_rolling_.inverse() * T * exp_se3(scan_noise());

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "lcmtypes/rcs/innovation_t.hpp"
 #include "tools/rcs/statistics.h"
 #include "tools/rcs/trajectory_error.h"
 
@@ -185,12 +186,14 @@ std::map<std::string, NisFigure> nis_figures(const DrillRecord& record) {
   for (const DrillInnovation& i : record.innovations) {
     NisFigure& f = figures[std::string(innovation_source_name(i.source))];
     ++f.considered;
-    if (!i.accepted || i.dof <= 0) continue;
-    ++f.accepted;
+    if (i.accepted) ++f.accepted;
+    const bool gated = i.accepted || i.reason == innovation_t::REASON_GATE;
+    if (!gated || i.dof <= 0) continue;
+    ++f.gated;
     f.per_dof += i.nis / i.dof;
   }
   for (auto& [name, f] : figures) {
-    if (f.accepted > 0) f.per_dof /= static_cast<double>(f.accepted);
+    if (f.gated > 0) f.per_dof /= static_cast<double>(f.gated);
   }
   return figures;
 }

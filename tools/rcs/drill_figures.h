@@ -74,8 +74,9 @@ struct SmoothStep {
 
 struct NisFigure {
   std::size_t considered = 0;
+  std::size_t gated = 0;  ///< of these, with a NIS: accepted or refused by the gate
   std::size_t accepted = 0;
-  double per_dof = 0.0;  ///< mean of the accepted ones; 1 when WM knows its errors
+  double per_dof = 0.0;  ///< mean of the gated ones; 1 when WM knows its errors
 };
 
 struct AccuracyFigures {
