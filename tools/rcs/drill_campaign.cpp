@@ -136,6 +136,7 @@ class Campaign {
     if (drill.marks.count("ratio") > 0 && !figures.shadows_published) {
       if (Outcome done = run_baselines(job, options, run->record, &figures); !done) return done;
     }
+    if (campaign_.look) campaign_.look(job.drill, job.run, run->record);
     if (job.run == 0) result.shown = std::move(run->record);
     return Done{};
   }

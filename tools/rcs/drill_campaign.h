@@ -22,6 +22,9 @@ struct DrillCampaign {
   std::size_t jobs = 1;     ///< threads
   std::string logs_folder;  ///< for a log of each drill's first seed; empty: none
   std::function<bool()> stop;
+  /// Shown the record of every run, by the places of its drill and of its seed; from any thread.
+  /// Empty: nobody looks.
+  std::function<void(std::size_t drill, std::size_t run, const DrillRecord& record)> look;
   /// From the calling thread, with the share that is done.
   std::function<void(double)> progress;
 };

@@ -24,6 +24,8 @@ struct DrillBelief {
   Vec3 v_local = Vec3::Zero();      ///< [m/s]
   Vec3 accel_local = Vec3::Zero();  ///< [m/s^2]
   Mat6 cov_world_pose = Mat6::Zero();
+  Vec3 v_world = Vec3::Zero();  ///< in the truth's world [m/s]
+  Mat3 cov_v_world = Mat3::Zero();
   std::int8_t mode = 0;
   std::int32_t resets = 0;
 };
@@ -45,6 +47,7 @@ struct DrillInnovation {
   std::int8_t reason = 0;
   int dof = 0;
   double nis = 0.0;
+  Vec6 normalized = Vec6::Zero();  ///< each component over its sigma; 0 beyond dof
 };
 
 struct DrillIntegrity {
@@ -77,6 +80,7 @@ struct DrillRecord {
   std::optional<Stamp> begin;  ///< arrival of the first sensor message
   Stamp end;                   ///< of the last one
   Trajectory truth;  ///< T_world_vehicle; of a log without SIM_TRUTH: another run's belief
+  std::vector<Vec3> v_truth_world;   ///< of each of `truth` [m/s]; empty: not known
   std::vector<DrillBelief> beliefs;  ///< with a valid world, in the order of publication
   std::vector<DrillFix> fixes;
   std::vector<DrillInnovation> innovations;

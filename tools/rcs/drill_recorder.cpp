@@ -106,6 +106,7 @@ void DrillRecorder::take(const truth_t& m) {
   if (!ascends) return;
   if (!datum_) datum_ = geodetic(m.datum_lat_deg, m.datum_lon_deg, m.datum_height_m);
   record_.truth.push_back(truth);
+  record_.v_truth_world.push_back(from_message(m.v_world_mps));
 }
 
 void DrillRecorder::take(const nav_state_t& m, Stamp due) {
@@ -128,6 +129,9 @@ void DrillRecorder::take(const nav_state_t& m, Stamp due) {
   b.v_local = b.T_local_vehicle.q * (T_world.q.conjugate() * from_message(m.v_world_mps));
   b.accel_local = b.T_local_vehicle.q * from_message(m.accel_vehicle_mps2);
   b.cov_world_pose = from_message(m.cov_world_pose);
+  const Mat3 R_truth_world = T_truth_world_->rotation();
+  b.v_world = R_truth_world * from_message(m.v_world_mps);
+  b.cov_v_world = R_truth_world * from_message(m.cov_v_world) * R_truth_world.transpose();
   b.mode = m.mode;
   b.resets = m.world_resets;
   record_.beliefs.push_back(b);
@@ -148,8 +152,18 @@ void DrillRecorder::take(const gps_fix_t& m, Stamp due) {
 }
 
 void DrillRecorder::take(const innovation_t& m, Stamp due) {
-  record_.innovations.push_back({undisturbed(channel::kWmInnovation, m.utime, due), due, m.utime,
-                                 m.source, m.accepted != 0, m.reason, m.dof, m.nis});
+  DrillInnovation i{undisturbed(channel::kWmInnovation, m.utime, due),
+                    due,
+                    m.utime,
+                    m.source,
+                    m.accepted != 0,
+                    m.reason,
+                    m.dof,
+                    m.nis};
+  for (int k = 0; k < std::min<int>(m.dof, 6); ++k) {
+    if (m.sigma[k] > 0.0) i.normalized[k] = m.innovation[k] / m.sigma[k];
+  }
+  record_.innovations.push_back(i);
 }
 
 void DrillRecorder::take(const integrity_t& m, Stamp due) {

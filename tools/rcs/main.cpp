@@ -38,6 +38,7 @@ int rcs_main(int argc, char** argv) {
   add_budget_command(&app, &commands);
   add_load_command(&app, &commands);
   add_drill_command(&app, &commands);
+  add_consistency_command(&app, &commands);
   add_why_command(&app, &commands);
   add_eval_command(&app, &commands);
   add_sim_command(&app, &commands);

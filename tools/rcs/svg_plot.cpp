@@ -77,6 +77,9 @@ class Canvas {
   explicit Canvas(const Plot& plot) : plot_(plot) {
     fit_ranges();
     left_ = kLeft_px;
+    for (const std::string& name : plot.y_names) {
+      left_ = std::max(left_, text_width_px(name) + 10.0);
+    }
     right_ = plot.width_px - kRight_px - (plot.map ? kBarOfColours_px : 0.0);
     top_ = (plot.title.empty() ? 8.0 : kTitle_px) + (has_legend() ? kLegend_px : 4.0);
     bottom_ = plot.height_px - kBottom_px;
