@@ -157,7 +157,7 @@ inline DrillRecord right_record() {
     b.stamp = r.truth.back().stamp;
     b.T_world_vehicle = r.truth.back().T;
     b.T_local_vehicle = b.T_world_vehicle;
-    b.v_local = Vec3(10.0, 0.0, 0.0);
+    b.v_world = b.v_local = Vec3(10.0, 0.0, 0.0);
     b.cov_world_pose.diagonal() << 0.01, 0.01, 0.01, 1e-4, 1e-4, 1e-4;
     r.beliefs.push_back(b);
   }

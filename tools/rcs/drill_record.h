@@ -23,6 +23,9 @@ struct DrillBelief {
   Pose T_local_vehicle;
   Vec3 v_local = Vec3::Zero();      ///< [m/s]
   Vec3 accel_local = Vec3::Zero();  ///< [m/s^2]
+  Vec3 gyro_bias_radps = Vec3::Zero();
+  Vec3 accel_bias_mps2 = Vec3::Zero();
+  double wheel_scale = 1.0;  ///< of what the wheels say to what is driven
   Mat6 cov_world_pose = Mat6::Zero();
   Vec3 v_world = Vec3::Zero();  ///< in the truth's world [m/s]
   Mat3 cov_v_world = Mat3::Zero();
@@ -61,6 +64,13 @@ struct DrillIntegrity {
   int ladar = 0;
 };
 
+/// SP's answer for a scan against its rolling map.
+struct DrillMatch {
+  Stamp stamp;  ///< the scan's reference instant
+  std::int32_t epoch = 0;
+  Pose T_rolling_vehicle;
+};
+
 struct DrillShadow {
   Stamp stamp;
   Stamp branch;
@@ -87,6 +97,7 @@ struct DrillRecord {
   std::vector<DrillIntegrity> integrity;
   std::vector<DrillShadow> shadows;
   std::vector<DrillEvent> events;
+  std::vector<DrillMatch> matches;   ///< that mean something, in the order of publication
   std::map<std::string, int> stops;  ///< of SP's registrations to the rolling map
   std::int64_t overruns = 0;
   std::int64_t missed = 0;

@@ -68,11 +68,7 @@ void DrillRecorder::on_deliver(Stamp due, std::string_view channel, const std::u
   } else if (channel == channel::kWmShadow) {
     with(data, size, &shadow_, [&](const shadow_t& m) { take(m, due); });
   } else if (channel == channel::kSpRegistration) {
-    with(data, size, &registration_, [this](const registration_t& m) {
-      if (m.target == registration_t::TARGET_ROLLING) {
-        ++record_.stops[std::string(stop_name(m.stop))];
-      }
-    });
+    with(data, size, &registration_, [&](const registration_t& m) { take(m, due); });
   } else if (is_event(channel)) {
     with(data, size, &event_, [&](const event_t& m) {
       record_.events.push_back({due, m.node, m.severity, m.code, m.text});
@@ -128,6 +124,9 @@ void DrillRecorder::take(const nav_state_t& m, Stamp due) {
   b.T_world_vehicle = *T_truth_world_ * T_world;
   b.v_local = b.T_local_vehicle.q * (T_world.q.conjugate() * from_message(m.v_world_mps));
   b.accel_local = b.T_local_vehicle.q * from_message(m.accel_vehicle_mps2);
+  b.gyro_bias_radps = from_message(m.gyro_bias_radps);
+  b.accel_bias_mps2 = from_message(m.accel_bias_mps2);
+  b.wheel_scale = m.wheel_scale;
   b.cov_world_pose = from_message(m.cov_world_pose);
   const Mat3 R_truth_world = T_truth_world_->rotation();
   b.v_world = R_truth_world * from_message(m.v_world_mps);
@@ -177,6 +176,19 @@ void DrillRecorder::take(const shadow_t& m, Stamp due) {
   if (!T_truth_world_ || !from_message(m.q_world_vehicle, m.p_world_vehicle_m, &T_world)) return;
   record_.shadows.push_back({undisturbed(channel::kWmShadow, m.utime, due),
                              from_utime(m.branch_utime), m.kind, *T_truth_world_ * T_world});
+}
+
+void DrillRecorder::take(const registration_t& m, Stamp due) {
+  if (m.target != registration_t::TARGET_ROLLING) return;
+  ++record_.stops[std::string(stop_name(m.stop))];
+  DrillMatch match;
+  match.stamp = undisturbed(channel::kSpRegistration, m.utime, due);
+  match.epoch = m.map_epoch;
+  if (!is_answer(m.stop) ||
+      !from_message(m.q_target_vehicle, m.p_target_vehicle_m, &match.T_rolling_vehicle)) {
+    return;
+  }
+  record_.matches.push_back(match);
 }
 
 }  // namespace rcs::tools

@@ -53,6 +53,7 @@ class DrillRecorder final : public BusTap {
   void take(const innovation_t& m, Stamp due);
   void take(const integrity_t& m, Stamp due);
   void take(const shadow_t& m, Stamp due);
+  void take(const registration_t& m, Stamp due);
 
   std::vector<Duration> jumps_;  // of all clocks at once
   std::map<std::string, Duration, std::less<>> first_age_;
