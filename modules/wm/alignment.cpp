@@ -19,6 +19,16 @@ Quat level_attitude(const Vec3& specific_force) {
   return Quat(Eigen::AngleAxisd(pitch, Vec3::UnitY()) * Eigen::AngleAxisd(roll, Vec3::UnitX()));
 }
 
+/// The length of the specific force at rest is gravity and a bias; each takes its share. All of it
+/// taken for gravity is a bias found out by climbing, once the datum says what gravity is.
+double gravity_in(double specific_force, const ProcessNoise& ins) {
+  constexpr double kSpread = 0.015;  // of normal gravity over the latitudes [m/s^2]
+  const double standard = Earth{}.gravity;
+  const double share =
+      kSpread * kSpread / (kSpread * kSpread + ins.accel_turn_on * ins.accel_turn_on);
+  return standard + share * (specific_force - standard);
+}
+
 /// A turn about the vertical and a shift, so that p_old comes to lie on p_new.
 Pose turn_and_shift(double yaw_rad, const Vec3& p_old, const Vec3& p_new) {
   const Quat q(Eigen::AngleAxisd(yaw_rad, Vec3::UnitZ()));
@@ -63,6 +73,7 @@ std::optional<Belief> Leveler::add(const ImuSample& imu, const WmParams& params)
   if (!at_rest && !in_motion) return std::nullopt;
 
   const Vec3 force = sum_force_ / sum_s_;
+  gravity_ = gravity_in(force.norm(), params.ins);
   Belief b = initial_belief(params, imu.stamp);
   b.x.inertial = true;
   b.x.T_world_vehicle.q = level_attitude(force);
@@ -70,7 +81,7 @@ std::optional<Belief> Leveler::add(const ImuSample& imu, const WmParams& params)
   const double sigma =
       at_rest ? params.align.level_sigma_mps2 : params.align.moving_level_sigma_mps2;
   // As a measurement, so that tilt and accelerometer bias come out correlated as they are.
-  b = update(b, level(b.x, force, force.norm(), sigma), kNoGate).belief;
+  b = update(b, level(b.x, force, gravity_, sigma), kNoGate).belief;
   b.x.rate_vehicle = stillness_.mean_rate;
   set_variance(kRate, 3, 0.0, &b.P);
   if (!at_rest) return b;

@@ -17,8 +17,8 @@ class Leveler {
   /// @return the belief at imu.stamp once it is good; the heading is 0 in a frame of its own
   [[nodiscard]] std::optional<Belief> add(const ImuSample& imu, const WmParams& params);
 
-  /// Gravity as measured: used until a datum says what it is.
-  [[nodiscard]] double gravity() const { return sum_force_.norm() / sum_s_; }
+  /// What of the specific force is gravity [m/s^2]: used until a datum says what it is.
+  [[nodiscard]] double gravity() const { return gravity_; }
   [[nodiscard]] const Stillness& stillness() const { return stillness_; }
 
  private:
@@ -27,6 +27,7 @@ class Leveler {
   Vec3 sum_angle_ = Vec3::Zero();  ///< since it stands, or since the start
   Vec3 sum_force_ = Vec3::Zero();
   double sum_s_ = 0.0;
+  double gravity_ = Earth{}.gravity;
   bool still_ = false;
 };
 
