@@ -1,66 +1,25 @@
 #pragma once
-// The whole chain in one thread: the reference simulation drives SP and WM in lockstep, and what WM
-// says is kept beside the truth.
+// The whole chain in one thread: the reference simulation drives SP and WM in lockstep.
 
 #include <functional>
 #include <string>
-#include <vector>
 
-#include "rcs/base/pose.h"
-#include "rcs/base/stamp.h"
 #include "rcs/node/node.h"
 #include "sim/scenario.h"
 
 namespace rcs::test {
 
-struct TruthSample {
-  Stamp stamp;
-  Pose T_world_vehicle;
-  Vec3 v_world;
-};
-
-struct BeliefSample {
-  Stamp stamp;
-  Pose T_world_vehicle;
-  Vec3 v_world;
-  Mat6 covariance;  ///< of T_world_vehicle, right perturbation
-  Mat3 v_covariance;
-  bool world_valid = false;
-};
-
 struct ChainRun {
-  std::vector<TruthSample> truth;
-  std::vector<BeliefSample> beliefs;
-  int scans = 0;
-  int failed = 0;  ///< registrations to the rolling map without a usable answer
+  int scans = 0;  ///< answers against the rolling map
   int prior_matches = 0;
-
-  /// The last belief published for a moment not later than `stamp`, with the truth of its own
-  /// moment; false before there is one.
-  [[nodiscard]] bool at(Stamp stamp, BeliefSample* belief, TruthSample* truth) const;
 };
 
-struct ChainOptions {
-  bool ladar = true;
-  bool odometry = true;
-  bool prior_map = true;
-  /// Called around every cycle with the node that runs, before (true) and after (false); may be
-  /// empty.
-  std::function<void(const Node&, bool)> around_cycle;
-};
+/// Called around every cycle with the node that runs, before (true) and after (false).
+using AroundCycle = std::function<void(const Node&, bool)>;
 
-/// @param vehicle_config  path of a vehicle's configuration
+/// @param vehicle_config  path of a vehicle's configuration; SP gets the scenario's a priori map
 [[nodiscard]] ChainRun run_chain(const sim::Scenario& scenario, const std::string& vehicle_config,
-                                 const ChainOptions& options);
-
-/// Normalized estimation error squared per degree of freedom.
-struct Nees {
-  double position = 0.0;
-  double attitude = 0.0;
-  double velocity = 0.0;
-  double pose = 0.0;  ///< position and attitude, with their correlation
-};
-[[nodiscard]] Nees nees(const BeliefSample& belief, const TruthSample& truth);
+                                 const AroundCycle& around_cycle);
 
 /// Root of RCS_SOURCE_DIR, which the tests' CMake sets.
 [[nodiscard]] std::string source_path(const std::string& relative);

@@ -30,8 +30,7 @@ TEST(Chain, CyclesOfSpAndWmAllocateNothingAfterWarmUp) {
   };
   std::map<std::string, Count> counts = {{"sp", {}}, {"wm", {}}};
   std::optional<HeapGuard> guard;
-  ChainOptions options;
-  options.around_cycle = [&](const Node& node, bool before) {
+  const auto around_cycle = [&](const Node& node, bool before) {
     if (before) {
       guard.emplace();
       return;
@@ -47,7 +46,7 @@ TEST(Chain, CyclesOfSpAndWmAllocateNothingAfterWarmUp) {
     count.allocations += allocations;
     if (allocations > 0) count.last_cycle = count.cycles;
   };
-  const ChainRun run = run_chain(*scenario, source_path("config/demo3.toml"), options);
+  const ChainRun run = run_chain(*scenario, source_path("config/demo3.toml"), around_cycle);
   EXPECT_GT(run.scans, 350);
   EXPECT_GT(run.prior_matches, 300);
   for (const auto& [name, count] : counts) {
