@@ -112,8 +112,8 @@ class ConsistencyCommand final : public Command {
     if (json_) {
       fmt::print("{}", json);
     } else {
-      fmt::print("{}\n{}\n{}\n{}\n", to_text(nees_table(report_)), to_text(nis_table(report_)),
-                 to_text(error_table(report_)), marks_text());
+      fmt::print("{}\n{}\n{}\n{}\n{}\n", to_text(nees_table(report_)), to_text(nis_table(report_)),
+                 to_text(error_table(report_)), to_text(protection_table(report_)), marks_text());
     }
     for (const ConsistencyBlock& block : report_.blocks) {
       if (block.error.empty()) continue;

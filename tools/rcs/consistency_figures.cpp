@@ -179,6 +179,7 @@ ConsistencyRun consistency_run(const ConsistencyPlan& plan, std::int64_t seed,
     run.curve.push_back(errors_at(record, errors, t_s));
   }
   run.innovations = innovation_sums(record.innovations);
+  run.integrity = integrity_figures(plan.drill("", ""), record, errors);
   return run;
 }
 
@@ -214,6 +215,25 @@ Innovations pooled_innovations(const ConsistencyBlock& block) {
     for (const auto& [source, sums] : run.innovations) pooled[source].add(sums);
   }
   return pooled;
+}
+
+ProtectionFigure protection(const ConsistencyBlock& block) {
+  ProtectionFigure f;
+  for (const ConsistencyRun& run : block.runs) {
+    if (!run.integrity) continue;
+    const double n = static_cast<double>(run.integrity->samples);
+    f.samples += run.integrity->samples;
+    f.within_horizontal += n * run.integrity->within_horizontal;
+    f.within_vertical += n * run.integrity->within_vertical;
+    f.missed_alerts += run.integrity->missed_alerts;
+    f.false_alerts_per_h += n * run.integrity->false_alerts_per_h;
+  }
+  if (f.samples == 0) return f;
+  const double n = static_cast<double>(f.samples);
+  f.within_horizontal /= n;
+  f.within_vertical /= n;
+  f.false_alerts_per_h /= n;
+  return f;
 }
 
 Verdict nees_verdict(const PartFigure& f) {

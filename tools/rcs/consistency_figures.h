@@ -72,6 +72,7 @@ struct ConsistencyRun {
   std::vector<PartErrors> at;     ///< at the plan's times
   std::vector<PartErrors> curve;  ///< at 0, 1, 2 ... s, up to the last of the plan's times
   Innovations innovations;
+  std::optional<IntegrityFigures> integrity;  ///< of the outage; none: not published
 };
 [[nodiscard]] ConsistencyRun consistency_run(const ConsistencyPlan& plan, std::int64_t seed,
                                              const DrillRecord& record);
@@ -114,6 +115,16 @@ struct PartFigure {
 /// Over all of the plan's times.
 [[nodiscard]] PartFigure figure_of_all(const ConsistencyBlock& block, StatePart part);
 [[nodiscard]] Innovations pooled_innovations(const ConsistencyBlock& block);
+
+/// Over the runs' outages.
+struct ProtectionFigure {
+  std::size_t samples = 0;
+  double within_horizontal = 0.0;  ///< share of the time with the error within the level
+  double within_vertical = 0.0;
+  int missed_alerts = 0;
+  double false_alerts_per_h = 0.0;  ///< while GPS is there
+};
+[[nodiscard]] ProtectionFigure protection(const ConsistencyBlock& block);
 
 /// Outside of its mark a figure fails; with fewer than 20 runs (measurements, of a NIS: 100), only
 /// when chance does not take an honest filter's so far, and is open else.

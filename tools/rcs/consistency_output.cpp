@@ -88,6 +88,12 @@ Json block_json(const ConsistencyPlan& plan, const ConsistencyBlock& block) {
                         {"lag1", lag1 ? Json(*lag1) : Json(nullptr)},
                         {"verdict", verdict_text(nis_verdict(sums))}};
   }
+  const ProtectionFigure p = protection(block);
+  j["protection"] = {{"samples", p.samples},
+                     {"within_horizontal", p.within_horizontal},
+                     {"within_vertical", p.within_vertical},
+                     {"missed_alerts", p.missed_alerts},
+                     {"false_alerts_per_h", p.false_alerts_per_h}};
   return j;
 }
 
@@ -168,6 +174,22 @@ Table error_table(const ConsistencyReport& report) {
       }
       t.rows.push_back(std::move(row));
     }
+  }
+  return t;
+}
+
+Table protection_table(const ConsistencyReport& report) {
+  Table t{{"without GPS", "INS", "within horizontal level [%]", "vertical [%]", "missed alerts",
+           "false alerts with GPS [1/h]"},
+          {}};
+  for (const ConsistencyBlock& block : report.blocks) {
+    if (!was_run(block)) continue;
+    const ProtectionFigure p = protection(block);
+    t.rows.push_back({scenario_name(block.scenario), block.ins,
+                      fmt::format("{:.2f}", 100.0 * p.within_horizontal),
+                      fmt::format("{:.2f}", 100.0 * p.within_vertical),
+                      std::to_string(p.missed_alerts),
+                      fmt::format("{:.1f}", p.false_alerts_per_h)});
   }
   return t;
 }

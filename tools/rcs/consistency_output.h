@@ -28,6 +28,9 @@ struct ConsistencyReport {
 /// Mean NIS per degree of freedom by block and source, with the lag-1 correlation.
 [[nodiscard]] Table nis_table(const ConsistencyReport& report);
 
+/// The protection level against the error while GPS is gone: told, not judged (`rcs drill` does).
+[[nodiscard]] Table protection_table(const ConsistencyReport& report);
+
 /// The marks in words.
 [[nodiscard]] std::string marks_text();
 /// "meadow": a scenario by its file's name.

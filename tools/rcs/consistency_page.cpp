@@ -153,6 +153,7 @@ std::string consistency_page(const ConsistencyReport& report, const std::string&
   page.table(nees_table(report));
   page.table(nis_table(report));
   page.table(error_table(report));
+  page.table(protection_table(report));
   std::vector<std::pair<std::string, Blocks>> by_scenario;
   for (const ConsistencyBlock& block : report.blocks) {
     if (!block.error.empty() || block.runs.empty()) {
