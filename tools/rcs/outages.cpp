@@ -242,28 +242,35 @@ OutageFinding judge(const Evidence& e, const OutagePlan& plan, const DrillResult
   return f;
 }
 
+/// The vehicle before it knows anything, at the log's begin: a way's length needs no heading.
+DrillBelief nothing_known(const RecordedMotion& motion) {
+  DrillBelief b;
+  b.stamp = motion.begin.value_or(Stamp());
+  return b;
+}
+
 ClosureFinding closure(const Evidence& e, std::size_t variant, const DrillRecord& cut) {
   ClosureFinding c;
   c.variant = variant;
-  const DrillRecord* uncut = e.record(OutagePlan::Kind::kUncut, variant);
-  const auto length = [](const Pose& a, const Pose& b) { return (b.p - a.p).head<2>().norm(); };
-  const auto of = [&](const DrillRecord* record) -> std::optional<double> {
-    if (record == nullptr || record->beliefs.empty()) return std::nullopt;
-    return length(record->beliefs.front().T_world_vehicle, last_of(*record)->T_world_vehicle);
-  };
-  c.m[static_cast<std::size_t>(Teller::kWm)] = of(&cut);
-  c.m[static_cast<std::size_t>(Teller::kUncut)] = of(uncut);
-  if (cut.beliefs.empty()) return c;
-  const DrillBelief& first = cut.beliefs.front();
-  for (const Teller t : kCarriedOn) {
-    const std::optional<Pose> T = carried_on(e, t, variant, first, last_of(cut)->stamp);
-    if (T) c.m[static_cast<std::size_t>(t)] = length(first.T_world_vehicle, *T);
-  }
   const auto good = [](const DrillFix& f) { return f.p_world.allFinite(); };
   const auto first_fix = std::find_if(cut.fixes.begin(), cut.fixes.end(), good);
   const auto last_fix = std::find_if(cut.fixes.rbegin(), cut.fixes.rend(), good);
-  if (first_fix != cut.fixes.end()) {
-    c.fixes_m = (last_fix->p_world - first_fix->p_world).head<2>().norm();
+  if (first_fix == cut.fixes.end()) return c;
+  const auto from_first_fix = [&](const Vec3& p_world) {
+    return (p_world - first_fix->p_world).head<2>().norm();
+  };
+  c.fixes_m = from_first_fix(last_fix->p_world);
+  const auto of = [&](const DrillRecord* record) -> std::optional<double> {
+    if (record == nullptr || record->beliefs.empty()) return std::nullopt;
+    return from_first_fix(last_of(*record)->T_world_vehicle * record->p_vehicle_antenna);
+  };
+  c.m[static_cast<std::size_t>(Teller::kWm)] = of(&cut);
+  c.m[static_cast<std::size_t>(Teller::kUncut)] = of(e.record(OutagePlan::Kind::kUncut, variant));
+  // The others would need a speed, or a map, to begin with.
+  for (const Teller t : {Teller::kGyroAndWheels, Teller::kWheels}) {
+    const std::optional<Pose> T =
+        carried_on(e, t, variant, nothing_known(e.motion), last_fix->stamp);
+    if (T) c.m[static_cast<std::size_t>(t)] = T->p.head<2>().norm();
   }
   return c;
 }

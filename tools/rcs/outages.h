@@ -78,8 +78,9 @@ struct OutageFinding {
   std::optional<OutageError> at_log_end;
 };
 
-/// How far the last pose is from the first that WM has of the world, horizontally [m]: of a drive
-/// that ends where it began, its error.
+/// How far the drive's end is from its begin, horizontally [m]: of a drive that ends where it
+/// began, the error. WM: from the first fix to its last belief. Those that carry on: all the way,
+/// without WM.
 struct ClosureFinding {
   std::size_t variant = 0;
   std::array<std::optional<double>, kTellers> m{};
