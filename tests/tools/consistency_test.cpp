@@ -137,6 +137,7 @@ TEST(Consistency, ARunThatSaysNothingFails) {
   block.runs[4].at[1] = {};
   EXPECT_EQ(figure_at(block, 1, StatePart::kVelocity).missing, 1U);
   EXPECT_EQ(verdict_of(kPlan, block), Verdict::kFail);
+  EXPECT_THAT(to_text(nees_table({kPlan, {block}})), testing::HasSubstr("(1 missing) !"));
   std::mt19937 random(1);
   DrillRecord r = honest_record(1.0, &random);
   r.beliefs[10].cov_v_world(1, 1) = -1.0;

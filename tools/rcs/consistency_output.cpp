@@ -21,6 +21,11 @@ std::string_view sign(Verdict v) {
 
 std::string marked(const std::string& figure, Verdict v) { return figure + std::string(sign(v)); }
 
+std::string nees_text(const PartFigure& f) {
+  const std::string figure = f.count == 0 ? "-" : fmt::format("{:.2f}", f.nees_per_dof);
+  return f.missing == 0 ? figure : fmt::format("{} ({} missing)", figure, f.missing);
+}
+
 /// A block's place in a table: shown where it begins.
 std::vector<std::string> row_head(const ConsistencyBlock& block, StatePart part) {
   const bool first = part == kParts[0];
@@ -107,9 +112,8 @@ bool ConsistencyReport::passed() const {
 
 std::string marks_text() {
   return fmt::format(
-      "Marks: mean NEES per degree of freedom {:g} to {:g}; truths inside the 95 % ellipsoid "
-      "{:.0f} "
-      "to {:.0f} %; mean NIS per degree of freedom before gating {:g} to {:g}.",
+      "Marks: mean NEES per degree of freedom {:g} to {:g}; truths inside the 95 % ellipsoid\n"
+      "{:.0f} to {:.0f} %; mean NIS per degree of freedom before gating {:g} to {:g}.",
       kNeesMark.low, kNeesMark.high, 100.0 * kInsideMark.low, 100.0 * kInsideMark.high,
       kNisMark.low, kNisMark.high);
 }
@@ -147,7 +151,7 @@ Table nees_table(const ConsistencyReport& report) {
       std::vector<std::string> row = row_head(block, part);
       for (std::size_t k = 0; k < report.plan.times_s.size(); ++k) {
         const PartFigure f = figure_at(block, k, part);
-        row.push_back(marked(fmt::format("{:.2f}", f.nees_per_dof), nees_verdict(f)));
+        row.push_back(marked(nees_text(f), nees_verdict(f)));
       }
       const PartFigure all = figure_of_all(block, part);
       row.push_back(marked(fmt::format("{:.0f}", 100.0 * all.inside),
