@@ -35,12 +35,14 @@ class Growth {
   [[nodiscard]] double sigma_m(double t_s) const {
     const double way_m = speed_mps_ * t_s;
     double grown = variance_ + heading_ * square(way_m);
+    const double by_gyro =
+        0.25 * gyro_ * square(way_m * t_s) + square(ins_.angle_random_walk * way_m) * t_s / 3.0;
     if (ladar_) {
+      const double by_map = square(drive_.rolling_angle * way_m) * way_m / 3.0;
       grown += square(drive_.rolling_position) * way_m +
-               square(drive_.rolling_angle) * way_m * square(way_m) / 3.0;
+               (inertial_ ? std::min(by_map, by_gyro) : by_map);
     } else if (inertial_) {
-      grown += velocity_ * square(t_s) + 0.25 * accel_ * square(square(t_s)) +
-               0.25 * gyro_ * square(way_m * t_s) +
+      grown += velocity_ * square(t_s) + 0.25 * accel_ * square(square(t_s)) + by_gyro +
                square(ins_.velocity_random_walk) * t_s * square(t_s) / 3.0;
     } else {
       grown += square(speed_mps_ + 1.0) * square(t_s);
@@ -71,7 +73,8 @@ Integrity integrity(const FilterState& state, const Trust& trust, const WmParams
   // believed: the bound is what the mission can bear.
   const double unseen_m =
       by_gps ? std::min(trust.detectable_m(), 0.8 * limits.limit_horizontal_m) : 0.0;
-  const double rival_m = gps == Trusted::kQuarantine ? trust.rival_m() : 0.0;
+  const double rival_m =
+      std::max(gps == Trusted::kQuarantine ? trust.rival_m() : 0.0, trust.map_rival_m());
   out.protection_horizontal_m =
       std::max(kHorizontal * sigma_h, std::max(unseen_m, rival_m) + 2.0 * sigma_h);
   out.protection_vertical_m = kVertical * sigma_v;

@@ -14,6 +14,9 @@ constexpr Duration kFresh = from_seconds(2.0);
 constexpr double kCalm = 0.3;        // doubt below which a belief is worth a branch
 constexpr double kMostExcess = 5.0;  // that one fix adds: a single bad one is none
 constexpr double kLimit = 9.21;      // of chi squared, 99 %, two dof: better late than wrong
+// The same, 99.9 %, two and one: nobody forges a map, and going on without one is no harm.
+constexpr double kMapLimit2 = 13.82;
+constexpr double kMapLimit1 = 10.83;
 constexpr Duration kYoung = from_seconds(1.0);  // a shadow tells nothing yet
 
 Mat<2, 2> horizontal(const FilterState& s) { return s.belief.P.block<2, 2>(kPosition, kPosition); }
@@ -26,6 +29,16 @@ double difference(const FilterState& less, const FilterState& more, double floor
   const Vec2 variance = eigen.eigenvalues().cwiseMax(0.0).array() + floor_m * floor_m;
   const Vec2 along = eigen.eigenvectors().transpose() * d;
   return along.cwiseAbs2().cwiseQuotient(variance).sum();
+}
+
+/// The same of the heading, which a turned map takes along long before the place.
+double heading_difference(const FilterState& less, const FilterState& more) {
+  constexpr double kFloor = 2e-3;  // [rad], of what the models do not know
+  const double d =
+      wrap_angle(yaw_of(less.belief.x.T_world_vehicle.q) - yaw_of(more.belief.x.T_world_vehicle.q));
+  constexpr int kYaw = kAttitude + 2;
+  const double known = less.belief.P(kYaw, kYaw) - more.belief.P(kYaw, kYaw);
+  return d * d / (std::max(known, 0.0) + kFloor * kFloor);
 }
 
 struct Nis {
@@ -108,7 +121,7 @@ bool Trust::well(const FilterState& belief) const {
   // A little doubt keeps the shadow that raised it, but not for ever.
   const bool old =
       without_gps_.alive() && belief.belief.x.stamp - without_gps_.branch > 4 * params_.branch;
-  if (std::max(gps_doubt_, ladar_doubt_) > (old ? 1.0 : kCalm)) return false;
+  if (std::max({gps_doubt_, ladar_doubt_, map_doubt_}) > (old ? 1.0 : kCalm)) return false;
   // While north is hardly known no path can be held against another.
   const double heading = belief.belief.P(kAttitude + 2, kAttitude + 2);
   if (m.anchored && heading > params_.heading_sigma_rad * params_.heading_sigma_rad) return false;
@@ -125,6 +138,7 @@ void Trust::branch_all(const FilterState& belief) {
   without_ladar_.state.memory.withheld.ladar = true;
   without_gps_young_ = {belief, now};
   without_gps_young_.state.memory.withheld.gps = true;
+  without_gps_young_.state.memory.withheld.prior_map = true;
   young_began_m_ = belief.memory.distance_m;
   cusum_.setZero();
 }
@@ -161,6 +175,8 @@ std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
   if (fix != nullptr && belief.memory.anchored) {
     change = belief.memory.withheld.gps ? judge_quarantined_fix(model, *fix, belief)
                                         : judge_fix(model, *fix, belief);
+  } else if (std::holds_alternative<PriorMatch>(m.value)) {
+    change = judge_prior_match(belief, model.params.modes);
   } else if (std::holds_alternative<RollingMatch>(m.value)) {
     change = belief.memory.withheld.ladar ? judge_quarantined_match(belief, model.params.modes)
                                           : judge_match(belief, model.params.modes);
@@ -220,20 +236,18 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
 /// Fixes and the belief without them contradict one another: somebody is guilty.
 FilterState Trust::convict(const Model& model, const GpsFix& z, const FilterState& belief) {
   if (ladar_is_to_blame(model, z)) {
-    const bool map = belief.memory.of(Source::kPriorMap).accepted != Stamp::min() &&
-                     !belief.memory.withheld.prior_map;
     FilterState next = without_ladar_.state;
     next.memory.withheld = belief.memory.withheld;
     next.memory.withheld.gps = next.memory.gps_accused = false;
     next.memory.of(Source::kGpsPosition).refused = 0;
-    (map ? next.memory.withheld.prior_map : next.memory.withheld.ladar) = true;
+    next.memory.withheld.ladar = true;
     next.belief.x.map_epoch = -1;  // its place is not known without what is withheld
-    return found(map ? Finding::kMapGuilty : Finding::kLadarGuilty, next, belief,
-                 model.params.modes);
+    return found(Finding::kLadarGuilty, next, belief, model.params.modes);
   }
   const Stamp now = belief.belief.x.stamp;
   const bool on_probation = gps_probation_ != Stamp::min() && now < gps_probation_;
   FilterState next = without_gps_.state;
+  next.memory.withheld.prior_map = belief.memory.withheld.prior_map;
   next.memory.withheld.gps = next.memory.gps_accused = true;
   return found(on_probation ? Finding::kGpsBackRevoked : Finding::kGpsGuilty, next, belief,
                model.params.modes);
@@ -298,6 +312,27 @@ bool Trust::moves_along(const Model& model, const GpsFix& z, const FilterState& 
   return off.dot(S.llt().solve(off)) <= kLimit;
 }
 
+/// Fixes come back where the motion has led, and not where the a priori map has.
+std::optional<FilterState> Trust::map_is_to_blame(const Model& model, const GpsFix& z,
+                                                  const FilterState& belief) {
+  const Shadow& motion = without_gps_;
+  const Memory& m = belief.memory;
+  const bool used =
+      motion.alive() && !m.withheld.prior_map && m.of(Source::kPriorMap).accepted > motion.branch;
+  const bool by_motion = used && gps_doubt_ > 1.0 &&
+                         nis(motion.state, z, model.params.gps, 0.0).horizontal <= model.gates[2];
+  map_contradicted_ = by_motion ? map_contradicted_ + 1 : 0;
+  if (map_contradicted_ < params_.doubted) return std::nullopt;
+  return without_map(belief, model.params.modes);
+}
+
+FilterState Trust::without_map(const FilterState& belief, const ModeParams& modes) {
+  FilterState next = without_gps_.state;
+  next.memory.withheld = belief.memory.withheld;
+  next.memory.withheld.prior_map = true;
+  return found(Finding::kMapGuilty, next, belief, modes);
+}
+
 std::optional<FilterState> Trust::judge_quarantined_fix(const Model& model, const GpsFix& z,
                                                         const FilterState& belief) {
   const NavState& x = belief.belief.x;
@@ -307,6 +342,7 @@ std::optional<FilterState> Trust::judge_quarantined_fix(const Model& model, cons
   }
   const Nis n = nis(belief, z, model.params.gps, 0.0);
   gps_doubt_ = n.horizontal / model.gates[2];
+  if (std::optional<FilterState> change = map_is_to_blame(model, z, belief)) return change;
   if (gps_right_.alive() && !keeps_its_shape(model, z, belief)) gps_right_ = {};
   if (!gps_right_.alive()) suppose_gps_right(model, z, belief);
   const bool consistent = gps_right_.alive() && gps_right_.refused_in_row == 0;
@@ -329,6 +365,29 @@ std::optional<FilterState> Trust::judge_quarantined_fix(const Model& model, cons
                           gps_right_.agreed >= 9 * gps_right_.refused;
   if (!persistent) return std::nullopt;
   return found(Finding::kGpsRight, gps_right_.state, belief, model.params.modes);
+}
+
+/// The belief with the a priori map against the motion without it. A survey that is turned or bent
+/// leads away so slowly that no single match of it says so.
+std::optional<FilterState> Trust::judge_prior_match(const FilterState& belief,
+                                                    const ModeParams& modes) {
+  const Stamp now = belief.belief.x.stamp;
+  const bool used = belief.memory.of(Source::kPriorMap).accepted == now;
+  if (!used || !without_gps_.alive() || now - without_gps_.branch < kYoung) return std::nullopt;
+  map_doubt_ = std::max(difference(without_gps_.state, belief, params_.floor_m) / kMapLimit2,
+                        heading_difference(without_gps_.state, belief) / kMapLimit1);
+  const Vec3 apart =
+      without_gps_.state.belief.x.T_world_vehicle.p - belief.belief.x.T_world_vehicle.p;
+  map_rival_m_ = map_doubt_ > kCalm ? apart.head<2>().norm() : 0.0;
+  // With GPS the two also differ when it is GPS that goes astray: judge_fix tells.
+  const bool by_fixes = now - belief.memory.of(Source::kGpsPosition).accepted < kFresh;
+  if (map_doubt_ <= 1.0 || (by_fixes && gps_doubt_ > kCalm)) {
+    map_doubted_since_ = Stamp::min();
+    return std::nullopt;
+  }
+  if (map_doubted_since_ == Stamp::min()) map_doubted_since_ = now;
+  if (now - map_doubted_since_ < params_.ladar_doubted) return std::nullopt;
+  return without_map(belief, modes);
 }
 
 std::optional<FilterState> Trust::judge_match(const FilterState& belief, const ModeParams& modes) {
@@ -382,17 +441,16 @@ FilterState Trust::found(Finding finding, const FilterState& next, const FilterS
   state.memory.last_reset = belief.memory.last_reset;
   state.memory.fix_heard = belief.memory.fix_heard;
   count_reset(modes, belief.belief.x.T_world_vehicle, &state);
-  const bool of_ladar = finding == Finding::kLadarGuilty || finding == Finding::kLadarBack ||
-                        finding == Finding::kMapGuilty;
+  const bool of_ladar = finding == Finding::kLadarGuilty || finding == Finding::kLadarBack;
   if (finding == Finding::kGpsBack || finding == Finding::kGpsRight) {
     gps_probation_ = now + params_.probation;
   }
   if (finding == Finding::kLadarBack) ladar_probation_ = now + params_.probation;
   gps_right_ = ladar_right_ = {};
   agreeing_.fill(false);
-  agreeing_since_ = ladar_doubted_since_ = Stamp::min();
-  doubted_ = 0;
-  gps_doubt_ = ladar_doubt_ = rival_m_ = 0.0;
+  agreeing_since_ = ladar_doubted_since_ = map_doubted_since_ = Stamp::min();
+  doubted_ = map_contradicted_ = 0;
+  gps_doubt_ = ladar_doubt_ = map_doubt_ = rival_m_ = map_rival_m_ = 0.0;
   detectable_m_ = kAnything_m;
   before_ = finding == Finding::kGpsRight ? Shadow{belief, now} : Shadow{};
   // Shadows that a guilty source has led along are no good.

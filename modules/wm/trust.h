@@ -10,7 +10,7 @@
 
 namespace rcs::wm {
 
-/// The values are shadow_t's.
+/// The values are shadow_t's. Without GPS: without the a priori map, too, by motion alone.
 enum class Without : int { kAll = 0, kLadar = 1, kGps = 2 };
 constexpr std::size_t kShadows = 3;
 
@@ -61,6 +61,8 @@ class Trust {
   [[nodiscard]] double detectable_m() const { return detectable_m_; }
   /// How far from the belief the vehicle is if refused fixes that agree with one another are right.
   [[nodiscard]] double rival_m() const { return rival_m_; }
+  /// How far from the belief the motion alone has led, once that puts the a priori map in doubt.
+  [[nodiscard]] double map_rival_m() const { return map_rival_m_; }
   [[nodiscard]] Finding newest_finding() const { return finding_; }
   [[nodiscard]] int findings() const { return findings_; }
 
@@ -91,6 +93,10 @@ class Trust {
   bool keeps_its_shape(const Model& model, const GpsFix& z, const FilterState& belief);
   std::optional<FilterState> judge_quarantined_fix(const Model& model, const GpsFix& z,
                                                    const FilterState& belief);
+  std::optional<FilterState> map_is_to_blame(const Model& model, const GpsFix& z,
+                                             const FilterState& belief);
+  FilterState without_map(const FilterState& belief, const ModeParams& modes);
+  std::optional<FilterState> judge_prior_match(const FilterState& belief, const ModeParams& modes);
   std::optional<FilterState> judge_match(const FilterState& belief, const ModeParams& modes);
   std::optional<FilterState> judge_quarantined_match(const FilterState& belief,
                                                      const ModeParams& modes);
@@ -115,12 +121,14 @@ class Trust {
   std::array<bool, 6> agreeing_{};  // the newest fixes
   std::size_t fixes_ = 0;
   Stamp agreeing_since_ = Stamp::min();
-  int doubted_ = 0;
+  int doubted_ = 0;                ///< fixes in a row
+  int map_contradicted_ = 0;       ///< by fixes in a row
   bool accused_ = false;           ///< GPS, by the belief, before the newest input
   Vec<4> cusum_ = Vec<4>::Zero();  ///< of the fixes' velocity: east, west, north, south
-  Stamp ladar_doubted_since_ = Stamp::min();
+  Stamp ladar_doubted_since_ = Stamp::min(), map_doubted_since_ = Stamp::min();
   Stamp gps_probation_ = Stamp::min(), ladar_probation_ = Stamp::min();
-  double gps_doubt_ = 0.0, ladar_doubt_ = 0.0, rival_m_ = 0.0;
+  double gps_doubt_ = 0.0, ladar_doubt_ = 0.0, map_doubt_ = 0.0;
+  double rival_m_ = 0.0, map_rival_m_ = 0.0;
   static constexpr double kAnything_m = 1e3;  ///< before the watch has begun
   double detectable_m_ = kAnything_m;
   Finding finding_ = Finding::kNothing;

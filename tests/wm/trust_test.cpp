@@ -16,6 +16,7 @@ struct Disturbance {
   std::function<Vec3(double t_s)> velocity_off = [](double) { return Vec3(Vec3::Zero()); };
   std::function<bool(double t_s)> has_fix = [](double) { return true; };
   std::function<Vec3(double t_s)> match_off = [](double) { return Vec3(Vec3::Zero()); };
+  std::function<Vec3(double t_s)> map_off;  ///< empty: there is no a priori map
 };
 
 struct Seen {
@@ -65,6 +66,7 @@ Seen drive(double length_s, const Disturbance& d, unsigned seed = 1) {
       match.T_rolling_vehicle.p += d.match_off(t);
       estimator.add(now, match);
     }
+    if (d.map_off && i % 10 == 0) estimator.add(now, sensors.prior(i, d.map_off(t)));
     if (i % 5 == 0) estimator.add(now, sensors.odometry(i));
     estimator.fuse();
     estimator.clear_innovations();
@@ -172,6 +174,29 @@ TEST(Trust, ALadarThatSlidesAwayDuringAnOutageIsLetGo) {
   const Seen seen = drive(75.0, d);
   EXPECT_GT(seen.first_ladar_alert_s, 35.0);
   EXPECT_LT(seen.worst_m, 8.0);
+}
+
+TEST(Trust, AMapThatLeadsAwayDuringAnOutageIsLetGoAndGpsIsNot) {
+  Disturbance d;
+  d.has_fix = [](double t) { return t < 35.0 || t > 75.0; };
+  d.map_off = [](double t) { return Vec3(0.8 * std::max(0.0, t - 35.0), 0.0, 0.0); };
+  const Seen seen = drive(85.0, d);
+  EXPECT_TRUE(seen.found(Finding::kMapGuilty));
+  EXPECT_FALSE(seen.found(Finding::kGpsGuilty));
+  EXPECT_FALSE(seen.found(Finding::kLadarGuilty));
+  EXPECT_EQ(seen.gps, Trusted::kFully);
+  EXPECT_LT(seen.end_m, 1.0);
+}
+
+TEST(Trust, ARightMapIsKept) {
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    Disturbance d;
+    d.has_fix = [](double t) { return t < 35.0 || t > 75.0; };
+    d.map_off = [](double) { return Vec3(0.5, -0.5, 0.3); };
+    const Seen seen = drive(85.0, d, seed);
+    EXPECT_FALSE(seen.found(Finding::kMapGuilty)) << "seed " << seed;
+    EXPECT_LT(seen.worst_m, 1.5) << "seed " << seed;
+  }
 }
 
 TEST(Worth, AFixIsWorthWhatItsSatellitesAllow) {
