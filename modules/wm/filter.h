@@ -78,7 +78,8 @@ struct Memory {
   Vec3 accel_vehicle = Vec3::Zero();  ///< without gravity [m/s^2]
   double odometry_mps = 0.0;          ///< newest
   Stamp odometry_heard = Stamp::min();
-  double distance_m = 0.0;  ///< driven
+  Stamp constrained = Stamp::min();  ///< when the non-holonomic constraint was last held up
+  double distance_m = 0.0;           ///< driven
   Withheld withheld;
   Stamp fix_heard = Stamp::min();  ///< newest fix, believed or not
   bool gps_accused = false;        ///< withheld for what it said, not for its silence

@@ -82,6 +82,7 @@ struct OdometryParams {
   double side_slip = 0.05;        ///< more of both, as a share of the speed, [0, 1]
   double correlation_s = 0.5;     ///< slip lasts: measurements within this err together, (0, 60]
   double scale_sigma = 0.02;      ///< of the wheel's scale at start, (0, 0.5]
+  bool constrained = true;        ///< it moves along itself, also where no odometry comes
 };
 
 struct StillnessParams {

@@ -18,7 +18,7 @@ class Fuser {
   Fuser(const Model& model, FilterState* state, Innovations* records)
       : model_(model), s_(*state), records_(*records) {}
 
-  void operator()(const ImuSample&) {}
+  void operator()(const ImuSample&);
   void operator()(const RollingMatch& z);
   void operator()(const PriorMatch& z);
   void operator()(const GpsFix& z);
@@ -33,6 +33,7 @@ class Fuser {
   }
   Reason fuse_place(const Residual<3>& z);
   void look_at(Source source, const Residual<3>& z);
+  void constrain(double weight);
   void refuse(Source source, Reason reason) { note({stamp(), source, reason}); }
   void note(const Innovation& i);
   bool clone(const RollingMatch& z);
@@ -215,7 +216,24 @@ void Fuser::operator()(const OdometrySample& z) {
   if (s_.belief.x.inertial && since_s < params.correlation_s - kHardly_s) return;
   const double weight = std::clamp(since_s / params.correlation_s, 0.01, 1.0);
   fuse(Source::kOdometry, wheel_speed(s_.belief.x, z, params, weight));
-  fuse(Source::kNonHolonomic, non_holonomic(s_.belief.x, params, weight));
+  constrain(weight);
+}
+
+/// A vehicle on wheels or tracks moves along itself, whether or not its wheels are counted.
+void Fuser::operator()(const ImuSample&) {
+  const Memory& m = s_.memory;
+  const OdometryParams& params = model_.params.odometry;
+  const Duration every = from_seconds(params.correlation_s);
+  const auto within = [this](Stamp t, Duration d) { return t != Stamp::min() && stamp() - t < d; };
+  if (!params.constrained || m.withheld.odometry) return;
+  if (within(m.odometry_heard, 2 * every)) return;  // its samples bring the constraint along
+  if (within(m.constrained, every)) return;
+  constrain(1.0);
+}
+
+void Fuser::constrain(double weight) {
+  s_.memory.constrained = stamp();
+  fuse(Source::kNonHolonomic, non_holonomic(s_.belief.x, model_.params.odometry, weight));
 }
 
 Duration age(Stamp now, Stamp accepted) {

@@ -122,12 +122,16 @@ bool Trust::well(const FilterState& belief) const {
   const bool old =
       without_gps_.alive() && belief.belief.x.stamp - without_gps_.branch > 4 * params_.branch;
   if (std::max({gps_doubt_, ladar_doubt_, map_doubt_}) > (old ? 1.0 : kCalm)) return false;
-  // While north is hardly known no path can be held against another.
-  const double heading = belief.belief.P(kAttitude + 2, kAttitude + 2);
-  if (m.anchored && heading > params_.heading_sigma_rad * params_.heading_sigma_rad) return false;
   const Stamp fix = m.of(Source::kGpsPosition).accepted;
   const bool without = !m.anchored;  // there is no GPS to go without
   return without || belief.belief.x.stamp - fix < kFresh;
+}
+
+/// Where north is hardly known no path can be held against another.
+bool Trust::knows_north(const FilterState& belief) const {
+  const double heading = belief.belief.P(kAttitude + 2, kAttitude + 2);
+  return !belief.memory.anchored ||
+         heading <= params_.heading_sigma_rad * params_.heading_sigma_rad;
 }
 
 void Trust::branch_all(const FilterState& belief) {
@@ -147,6 +151,12 @@ void Trust::renew(const FilterState& belief) {
   const Stamp now = belief.belief.x.stamp;
   if (inertial_young_.alive() && now - inertial_young_.branch < params_.branch) return;
   if (!well(belief)) return;
+  if (!knows_north(belief)) {
+    // Nor against one from long ago: the watch begins anew.
+    inertial_young_ = inertial_ = without_ladar_ = without_gps_young_ = without_gps_ = Shadow{};
+    detectable_m_ = kAnything_m;
+    return;
+  }
   const bool first = !inertial_young_.alive();
   if (!first) grow_up();
   branch_all(belief);

@@ -52,6 +52,7 @@ void read_odometry(ParamTable table, OdometryParams* p) {
   table.get("side_slip", &p->side_slip, {0, 1});
   table.get("correlation_s", &p->correlation_s, {1e-3, 60});
   table.get("scale_sigma", &p->scale_sigma, {1e-5, 0.5});
+  table.get("constrained", &p->constrained);
 }
 
 void read_motion(ParamTable table, MotionNoise* p) {
