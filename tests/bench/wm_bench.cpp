@@ -2,6 +2,8 @@
 #include <benchmark/benchmark.h>
 
 #include <limits>
+#include <optional>
+#include <vector>
 
 #include "tests/wm/synthetic.h"
 
@@ -83,6 +85,44 @@ void late_scan(benchmark::State& state) {
   }
 }
 BENCHMARK(late_scan)->Iterations(50);
+
+/// The filter with all its shadows as it runs: INS at 200 Hz, scans at 10, odometry at 20, fixes at
+/// 5 (none in the last third). `core` is the share of one core that it takes in real time.
+void estimator_with_shadows(benchmark::State& state) {
+  WmParams params;
+  DriveScript script;
+  script.imu_hz = 200.0;
+  script.length_s = 90.0;
+  const std::vector<Truth> truth = make_drive(script);
+  Sensors sensors(truth, params, {});
+  std::vector<ImuSample> imu(truth.size());
+  std::vector<std::optional<RollingMatch>> scans(truth.size());
+  std::vector<std::optional<GeodeticFix>> fixes(truth.size());
+  std::vector<std::optional<OdometrySample>> wheels(truth.size());
+  for (std::size_t i = 1; i < truth.size(); ++i) {
+    imu[i] = sensors.imu(i);
+    if (i % 20 == 0) scans[i] = sensors.scan(i);
+    if (i % 40 == 0 && 3 * i < 2 * truth.size()) fixes[i] = sensors.gps(i);
+    if (i % 10 == 0) wheels[i] = sensors.odometry(i);
+  }
+  for (auto _ : state) {
+    Estimator estimator(params, test_datum());
+    for (std::size_t i = 1; i < truth.size(); ++i) {
+      const Stamp now = truth[i].stamp;
+      estimator.add(imu[i]);
+      if (fixes[i]) estimator.add(now, *fixes[i]);
+      if (scans[i]) estimator.add(now, *scans[i]);
+      if (wheels[i]) estimator.add(now, *wheels[i]);
+      estimator.fuse();
+      estimator.clear_innovations();
+    }
+    benchmark::DoNotOptimize(estimator.state().belief.x.T_world_vehicle.p.x());
+  }
+  state.counters["core"] =
+      benchmark::Counter(script.length_s * static_cast<double>(state.iterations()),
+                         benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+}
+BENCHMARK(estimator_with_shadows)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace rcs::wm
