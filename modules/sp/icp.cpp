@@ -107,15 +107,36 @@ class Problem {
     return sums;
   }
 
-  // The information of the residuals under the noise model: points share their surface's error, so
-  // that many points on one voxel do not make it certain.
+  // The information of the residuals: points share their surface's error, so that many points on
+  // one voxel do not make it certain. How large that error is the residuals say themselves: what
+  // they have more than each point's own noise. Grass as it is neared has much, rock next to none.
   Mat6 information(const Pose& T, double kernel) {
     std::vector<std::uint16_t>& count = workspace_->pairs_of_voxel;
     count.resize(map_->voxel_ids());
     for (const IcpWorkspace::Match& m : workspace_->matches) {
       if (m.found) ++count[m.surface.voxel];
     }
+    const double shared_variance = shared_error(T);
     PairSums info;
+    for_each_inlier(T, [&](const Vec3f& p, const Vec3f& n, const Surface& s, float r, double own) {
+      const double u2 = double{r} * double{r} / (own + square(params_.map_sigma_m));
+      const double robust = 1.0 / square(1.0 + u2 / square(kernel));
+      const double surface = params_.weighted ? s.variance_m2 : 0.0;
+      const double shared = count[s.voxel] * (shared_variance + surface);
+      info.add(p, n, 0.0F, static_cast<float>(robust / (own + shared)), 0.0F);
+    });
+    for (const IcpWorkspace::Match& m : workspace_->matches) {
+      if (m.found) count[m.surface.voxel] = 0;
+    }
+    return info.finish().H;
+  }
+
+ private:
+  static double square(double v) { return v * v; }
+
+  /// visit(p_vehicle, n_vehicle, surface, residual, own variance)
+  template <class Visit>
+  void for_each_inlier(const Pose& T, Visit visit) const {
     const Mat3f R = T.rotation().cast<float>();
     const Vec3f t = T.p.cast<float>();
     for (std::size_t i = 0; i < source_.size(); ++i) {
@@ -126,21 +147,21 @@ class Problem {
       const float r = s.normal.dot(R * p + t - s.mean);
       const Vec3f n = R.transpose() * s.normal;
       const double own = residual_variance(p, n, s, params_);
-      const double u2 = double{r} * double{r} / (own + square(params_.map_sigma_m));
-      if (u2 > square(params_.gate_sigma)) continue;
-      const double robust = 1.0 / square(1.0 + u2 / square(kernel));
-      const double surface = params_.weighted ? s.variance_m2 : 0.0;
-      const double shared = count[s.voxel] * (square(params_.map_sigma_m) + surface);
-      info.add(p, n, 0.0F, static_cast<float>(robust / (own + shared)), 0.0F);
+      const double variance = own + square(params_.map_sigma_m);
+      if (double{r} * double{r} <= square(params_.gate_sigma) * variance) visit(p, n, s, r, own);
     }
-    for (const IcpWorkspace::Match& m : workspace_->matches) {
-      if (m.found) count[m.surface.voxel] = 0;
-    }
-    return info.finish().H;
   }
 
- private:
-  static double square(double v) { return v * v; }
+  /// Variance of the surfaces that is not their points' own [m^2].
+  [[nodiscard]] double shared_error(const Pose& T) const {
+    double excess = 0.0;
+    int n = 0;
+    for_each_inlier(T, [&](const Vec3f&, const Vec3f&, const Surface&, float r, double own) {
+      excess += double{r} * double{r} - own;
+      ++n;
+    });
+    return std::max(square(params_.least_map_sigma_m), excess / std::max(1, n));
+  }
 
   const Points& source_;
   RollingMap* map_;

@@ -11,13 +11,14 @@
 namespace rcs::sp {
 
 struct IcpParams {
-  int max_iterations = 20;        ///< [1, 200]
-  int min_pairs = 50;             ///< fewer: kTooFew, [6, 100000]
-  double gate_m = 1.0;            ///< largest distance along the normal at the start, [0.05, 20]
-  double gate_sigma = 4.0;        ///< and at the end, in sigmas of the residual, [1, 20]
-  double range_sigma_m = 0.03;    ///< LADAR range noise, [0.001, 1]
-  double beam_sigma_rad = 0.001;  ///< pointing noise across the beam, [0, 0.1]
-  double map_sigma_m = 0.02;      ///< error of a surface, shared by all its points, [0.001, 1]
+  int max_iterations = 20;          ///< [1, 200]
+  int min_pairs = 50;               ///< fewer: kTooFew, [6, 100000]
+  double gate_m = 1.0;              ///< largest distance along the normal at the start, [0.05, 20]
+  double gate_sigma = 4.0;          ///< and at the end, in sigmas of the residual, [1, 20]
+  double range_sigma_m = 0.03;      ///< LADAR range noise, [0.001, 1]
+  double beam_sigma_rad = 0.001;    ///< pointing noise across the beam, [0, 0.1]
+  double map_sigma_m = 0.02;        ///< a surface's error, to tell outliers by, [0.001, 1]
+  double least_map_sigma_m = 0.02;  ///< the same, shared by its points, at least, [0.001, 1]
   /// Each residual by its own variance, from the range, the angle of incidence and the surface. If
   /// not, all are worth the same: to see what the model of the LADAR's noise buys.
   bool weighted = true;

@@ -24,6 +24,7 @@ void read(ParamTable table, IcpParams* p) {
   table.get("range_sigma_m", &p->range_sigma_m, {0.001, 1});
   table.get_deg("beam_sigma_deg", &p->beam_sigma_rad, {0, 5});
   table.get("map_sigma_m", &p->map_sigma_m, {0.001, 1});
+  table.get("least_map_sigma_m", &p->least_map_sigma_m, {0.001, 1});
   table.get("min_alignment", &p->min_alignment, {0, 0.5});
   table.get("max_sigma_m", &p->max_sigma_m, {0.001, 100});
   table.get("max_correction_m", &p->max_correction_m, {0.01, 100});

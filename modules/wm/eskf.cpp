@@ -243,6 +243,13 @@ Belief start_epoch(const Belief& b, const Pose& T_rolling_vehicle, int map_epoch
   return next;
 }
 
+Belief move_map(const Belief& b, const Mat6& covariance) {
+  Belief next = b;
+  const Mat6 A = adjoint(T_rolling_vehicle(b.x));
+  next.P.block<6, 6>(kRolling, kRolling) += A * covariance * A.transpose();
+  return next;
+}
+
 Belief loosen_world(const Belief& b, const Vec3& sigma_world_m, double sigma_yaw_rad) {
   const Mat3 R_vehicle_world = b.x.T_world_vehicle.rotation().transpose();
   Mat<kSize, 4> G = Mat<kSize, 4>::Zero();  // by (shift, turn about the vertical at the vehicle)

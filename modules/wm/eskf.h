@@ -48,6 +48,10 @@ struct Earth {
 [[nodiscard]] Belief start_epoch(const Belief& b, const Pose& T_rolling_vehicle, int map_epoch,
                                  const Mat6& covariance);
 
+/// The map has moved by what was put into it at the vehicle.
+/// @param covariance  of that, right perturbation of T_rolling_vehicle
+[[nodiscard]] Belief move_map(const Belief& b, const Mat6& covariance);
+
 /// The world slips under vehicle and map alike: adds a common shift and a common turn about the
 /// vehicle's vertical to the uncertainty. What they are to each other stays as sure as it was.
 [[nodiscard]] Belief loosen_world(const Belief& b, const Vec3& sigma_world_m, double sigma_yaw_rad);

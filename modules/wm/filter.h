@@ -80,6 +80,8 @@ struct Memory {
   Stamp odometry_heard = Stamp::min();
   Stamp constrained = Stamp::min();  ///< when the non-holonomic constraint was last held up
   double distance_m = 0.0;           ///< driven
+  /// Variance for each metre that SP\'s map inherits of its scans now, [m^2, rad^2].
+  double inherited_m2 = 0.0, inherited_rad2 = 0.0;
   Withheld withheld;
   Stamp fix_heard = Stamp::min();  ///< newest fix, believed or not
   bool gps_accused = false;        ///< withheld for what it said, not for its silence

@@ -22,6 +22,8 @@ class Growth {
   Growth(const FilterState& s, const WmParams& params, bool ladar)
       : ins_(params.ins), drive_(params.drive), ladar_(ladar), inertial_(s.belief.x.inertial) {
     const Cov& P = s.belief.P;
+    map_m2_ = square(drive_.rolling_position) + s.memory.inherited_m2;
+    map_rad2_ = square(drive_.rolling_angle) + s.memory.inherited_rad2;
     speed_mps_ = s.belief.x.v_world.norm();
     variance_ = Eigen::SelfAdjointEigenSolver<Mat<2, 2>>(P.block<2, 2>(kPosition, kPosition))
                     .eigenvalues()[1];
@@ -38,9 +40,8 @@ class Growth {
     const double by_gyro =
         0.25 * gyro_ * square(way_m * t_s) + square(ins_.angle_random_walk * way_m) * t_s / 3.0;
     if (ladar_) {
-      const double by_map = square(drive_.rolling_angle * way_m) * way_m / 3.0;
-      grown += square(drive_.rolling_position) * way_m +
-               (inertial_ ? std::min(by_map, by_gyro) : by_map);
+      const double by_map = map_rad2_ * square(way_m) * way_m / 3.0;
+      grown += map_m2_ * way_m + (inertial_ ? std::min(by_map, by_gyro) : by_map);
     } else if (inertial_) {
       grown += velocity_ * square(t_s) + 0.25 * accel_ * square(square(t_s)) + by_gyro +
                square(ins_.velocity_random_walk) * t_s * square(t_s) / 3.0;
@@ -54,6 +55,7 @@ class Growth {
   ProcessNoise ins_;
   DriveNoise drive_;
   bool ladar_, inertial_;
+  double map_m2_, map_rad2_;  // for each metre
   double speed_mps_, variance_, velocity_, heading_, gyro_, accel_;
 };
 

@@ -150,6 +150,17 @@ Residual<6> prior_match(const NavState& x, const PriorMatch& z, const PriorMapPa
                  weight);
 }
 
+Mat6 observed_covariance(const Mat6& information, const RegistrationParams& params) {
+  const Directions d = directions(information, params.arm_m);
+  const double lambda_min = 1.0 / (params.observed_sigma_m * params.observed_sigma_m);
+  const Vec6 variance = (d.lambda.array() > lambda_min).select(d.lambda.cwiseInverse(), 0.0);
+  Vec6 w_inverse2;
+  w_inverse2.head<3>().setOnes();
+  w_inverse2.tail<3>().setConstant(1.0 / (params.arm_m * params.arm_m));
+  const Mat6 A_inverse = w_inverse2.asDiagonal() * d.A.transpose();
+  return A_inverse * variance.asDiagonal() * A_inverse.transpose();
+}
+
 Mat6 registration_covariance(const NavState& x, const Mat6& information,
                              const RegistrationParams& params, int* unobserved) {
   const Directions d = directions(information, params.arm_m);

@@ -74,6 +74,9 @@ struct OdometrySample {
 [[nodiscard]] Residual<6> prior_match(const NavState& x, const PriorMatch& z,
                                       const PriorMapParams& params, double weight);
 
+/// Covariance of the scan's own error (right perturbation), along the directions that it observes.
+[[nodiscard]] Mat6 observed_covariance(const Mat6& information, const RegistrationParams& params);
+
 /// Covariance of a registration's right perturbation; a large sigma along unobserved directions.
 /// `unobserved` tells how many there are.
 [[nodiscard]] Mat6 registration_covariance(const NavState& x, const Mat6& information,

@@ -30,13 +30,13 @@ struct MotionNoise {
 
 /// What changes with the distance driven, whichever model predicts the motion.
 struct DriveNoise {
-  double rolling_position = 0.01;  ///< drift of SP's map [m/sqrt(m)], [0, 1]
-  double rolling_angle = 3e-4;     ///< the same [rad/sqrt(m)], [0, 0.1]
-  double mount_angle = 1e-6;       ///< wander of the LADAR's mount [rad/sqrt(m)], [0, 0.01]
-  double map_sigma_m = 1.0;        ///< a priori map's offset, stationary, (0, 100]
-  double map_length_m = 200.0;     ///< its correlation length, [1, 1e5]
-  double wheel_scale = 5e-4;       ///< wander of the wheel's scale [1/sqrt(m)], [0, 0.1]
-  double gps_tau_s = 60.0;         ///< correlation time of the GPS error, [0.1, 1e5]
+  double rolling_position = 0.008;  ///< drift of SP's map [m/sqrt(m)], [0, 1]
+  double rolling_angle = 2e-4;      ///< the same [rad/sqrt(m)], [0, 0.1]
+  double mount_angle = 1e-6;        ///< wander of the LADAR's mount [rad/sqrt(m)], [0, 0.01]
+  double map_sigma_m = 1.0;         ///< a priori map's offset, stationary, (0, 100]
+  double map_length_m = 200.0;      ///< its correlation length, [1, 1e5]
+  double wheel_scale = 5e-4;        ///< wander of the wheel's scale [1/sqrt(m)], [0, 0.1]
+  double gps_tau_s = 60.0;          ///< correlation time of the GPS error, [0.1, 1e5]
 };
 
 struct GpsParams {
@@ -65,6 +65,8 @@ struct MountParams {
 struct RollingParams {
   RegistrationParams match;
   int refused_until_reset = 8;  ///< refusals in a row before a new clone, [2, 1000]
+  /// Share of a scan's covariance that its map inherits for each metre driven, [0, 1] 1/m.
+  double inherited = 0.2;
 };
 
 struct PriorMapParams {

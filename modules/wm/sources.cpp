@@ -130,7 +130,14 @@ void Fuser::operator()(const RollingMatch& z) {
   const Residual<6> r = rolling_match(s_.belief.x, z, model_.params.rolling.match);
   const double gate = model_.gates[static_cast<std::size_t>(r.dof)];
   if (refused_long && update(s_.belief, r, gate).reason == Reason::kGate && clone(z)) return;
-  fuse(Source::kRolling, r);
+  const double way_m = s_.memory.distance_m - s_.memory.of(Source::kRolling).distance_m;
+  if (fuse(Source::kRolling, r) != Reason::kAccepted) return;
+  // The scan is in the map now, error and all, and what comes is matched to it.
+  const RollingParams& rolling = model_.params.rolling;
+  const Mat6 inherited = rolling.inherited * observed_covariance(z.information, rolling.match);
+  s_.memory.inherited_m2 = inherited.diagonal().head<2>().maxCoeff();
+  s_.memory.inherited_rad2 = inherited(5, 5);
+  s_.belief = move_map(s_.belief, std::clamp(way_m, 0.0, 1.0) * inherited);
 }
 
 void Fuser::operator()(const PriorMatch& z) {

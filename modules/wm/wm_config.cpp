@@ -82,6 +82,7 @@ void read_match(ParamTable* table, RegistrationParams* p) {
 void read_rolling(ParamTable table, RollingParams* p) {
   read_match(&table, &p->match);
   table.get("refused_until_reset", &p->refused_until_reset, {2, 1000});
+  table.get("inherited", &p->inherited, {0, 1});
 }
 
 void read_prior(ParamTable table, PriorMapParams* p) {
