@@ -240,7 +240,13 @@ void Fuser::operator()(const ImuSample&) {
 
 void Fuser::constrain(double weight) {
   s_.memory.constrained = stamp();
-  fuse(Source::kNonHolonomic, non_holonomic(s_.belief.x, model_.params.odometry, weight));
+  const Residual<2> z = non_holonomic(s_.belief.x, model_.params.odometry, weight);
+  // A slide ends; what goes on sideways for so many times is the belief.
+  constexpr int kNoSlide = 4;
+  if (s_.memory.of(Source::kNonHolonomic).refused >= kNoSlide) {
+    s_.belief.P.diagonal().segment<3>(kVelocity).array() += z.r.squaredNorm();
+  }
+  fuse(Source::kNonHolonomic, z);
 }
 
 Duration age(Stamp now, Stamp accepted) {

@@ -4,7 +4,9 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
+#include "modules/wm/alignment.h"
 #include "modules/wm/estimator.h"
+#include "modules/wm/sources.h"
 #include "tests/support/heap_guard.h"
 #include "tests/wm/synthetic.h"
 
@@ -191,6 +193,38 @@ TEST(Estimator, OdometryBoundsDeadReckoning) {
   const Score with = run(experiment);
   EXPECT_LT(with.sigma_m, without.sigma_m);
   EXPECT_LT(with.error_m, 4.0 * with.sigma_m);
+}
+
+TEST(Estimator, AVehicleThatMovesAlongItselfNeedsNoWheelsToBeHeld) {
+  Experiment experiment;
+  experiment.ladar = false;
+  experiment.outage_from_s = 40.0;
+  experiment.drive.length_s = 100.0;
+  const Score held = run(experiment);
+  experiment.params.odometry.constrained = false;
+  const Score free = run(experiment);
+  EXPECT_LT(held.sigma_m, 0.7 * free.sigma_m);
+  EXPECT_LT(held.error_m, 4.0 * held.sigma_m);
+}
+
+TEST(Estimator, AShortSlideIsRefusedABeliefThatGoesOnSidewaysIsNot) {
+  const Model model{WmParams{}};
+  FilterState s{initial_belief(model.params, from_utime(1'000'000)), {}};
+  s.belief.x.inertial = true;
+  s.belief.x.v_world = Vec3(0.0, 5.0, 0.0);  // it faces east
+  s.belief.P.diagonal().segment<6>(kVelocity).setConstant(1e-4);
+  const auto hold = [&] {
+    Innovations records;
+    s.belief.x.stamp += from_seconds(model.params.odometry.correlation_s);
+    apply(model,
+          {s.belief.x.stamp,
+           ImuSample{s.belief.x.stamp, Duration(10'000), Vec3::Zero(), Vec3::Zero()}},
+          &s, &records);
+  };
+  for (int k = 0; k < 3; ++k) hold();
+  EXPECT_NEAR(s.belief.x.v_world.y(), 5.0, 1e-9);
+  for (int k = 0; k < 5; ++k) hold();
+  EXPECT_LT(std::abs(s.belief.x.v_world.y()), 0.5);
 }
 
 /// A vehicle that stands where every scan is matched to the a priori map.
