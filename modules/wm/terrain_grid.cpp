@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 namespace rcs::wm {
 namespace {
@@ -15,59 +14,70 @@ constexpr int kSeenEnough = 3;             // scans
 constexpr int kFewest = 6;                 // known cells that make a plane
 constexpr int kSupported = 9;  // known cells that speak for one of which nothing was seen
 
-// z = a + b x + c y, x and y in cells from the middle of one.
-struct Plane {
-  double a = 0.0, b = 0.0, c = 0.0;
-  double rms = 0.0;       // of the heights that it goes through
-  double leverage = 0.0;  // how much of a is what was seen in the middle, [0, 1]
+constexpr int kLanes = 4;  // neighbours in a row whose planes are fitted at once
+using Lanes = Eigen::Array<double, kLanes, 1>;
 
-  [[nodiscard]] double at(double x, double y) const { return a + b * x + c * y; }
+// Moments of five values `stride` apart about the place of the middle one, for kLanes of them.
+struct Moments {
+  Lanes zeroth, first, second;
 };
 
-// Least squares over the known cells of a neighbourhood.
-class PlaneFit {
- public:
-  void add(int x, int y, double z) {
-    ++n_;
-    sx_ += x;
-    sy_ += y;
-    sxx_ += x * x;
-    sxy_ += x * y;
-    syy_ += y * y;
-    sz_ += z;
-    sxz_ += x * z;
-    syz_ += y * z;
-    szz_ += z * z;
-  }
-  [[nodiscard]] int n() const { return n_; }
-  /// Nothing: the known cells lie on a line, or are too few.
-  [[nodiscard]] std::optional<Plane> solve() const {
-    if (n_ < kFewest) return std::nullopt;
-    const double n = n_;
-    const double cxx = sxx_ - sx_ * sx_ / n;
-    const double cxy = sxy_ - sx_ * sy_ / n;
-    const double cyy = syy_ - sy_ * sy_ / n;
-    const double cxz = sxz_ - sx_ * sz_ / n;
-    const double cyz = syz_ - sy_ * sz_ / n;
-    const double det = cxx * cyy - cxy * cxy;
-    if (det < 0.5 * n) return std::nullopt;
-    Plane plane;
-    plane.b = (cyy * cxz - cxy * cyz) / det;
-    plane.c = (cxx * cyz - cxy * cxz) / det;
-    plane.a = (sz_ - plane.b * sx_ - plane.c * sy_) / n;
-    const double czz = szz_ - sz_ * sz_ / n;
-    plane.rms = std::sqrt(std::max(0.0, czz - plane.b * cxz - plane.c * cyz) / n);
-    const double mx = sx_ / n;
-    const double my = sy_ / n;
-    plane.leverage = 1.0 / n + (cyy * mx * mx - 2.0 * cxy * mx * my + cxx * my * my) / det;
-    return plane;
-  }
+inline Moments moments(const double* middle, std::ptrdiff_t stride) {
+  const auto at = [&](int k) -> Lanes { return Eigen::Map<const Lanes>(middle + k * stride); };
+  const Lanes inner = at(1) + at(-1);
+  const Lanes outer = at(2) + at(-2);
+  return {at(0) + inner + outer, at(1) - at(-1) + 2.0 * (at(2) - at(-2)), inner + 4.0 * outer};
+}
 
- private:
-  int n_ = 0;
-  double sx_ = 0.0, sy_ = 0.0, sxx_ = 0.0, sxy_ = 0.0, syy_ = 0.0;
-  double sz_ = 0.0, sxz_ = 0.0, syz_ = 0.0, szz_ = 0.0;
+// The moments along y of each column of five cells, side by side, to be added along x.
+enum Column { kN, kY, kYy, kZ, kYz, kZz, kColumns };
+
+// Least squares over the known cells of kLanes neighbourhoods.
+struct PlaneFits {
+  Lanes n;  // known cells
+  /// 0: they lie on a line, or are too few, and what follows means nothing.
+  Lanes found = Lanes::Zero();
+  Lanes a, b, c, rise, rms, leverage;
+
+  [[nodiscard]] GroundPlane plane(int k) const {
+    return {a[k], b[k], c[k], rise[k], rms[k], leverage[k]};
+  }
 };
+
+// @param middle  of the neighbourhoods, in the columns' moments
+// @param stride  from one of a column's moments to the next
+PlaneFits fit_planes(const double* middle, std::ptrdiff_t stride) {
+  const Moments of_n = moments(middle + kN * stride, 1);
+  PlaneFits fits;
+  fits.n = of_n.zeroth;
+  if ((fits.n < kFewest).all()) return fits;
+  const Moments of_y = moments(middle + kY * stride, 1);
+  const Moments of_z = moments(middle + kZ * stride, 1);
+  const Lanes syy = moments(middle + kYy * stride, 1).zeroth;
+  const Lanes syz = moments(middle + kYz * stride, 1).zeroth;
+  const Lanes szz = moments(middle + kZz * stride, 1).zeroth;
+  const Lanes& sx = of_n.first;
+  const Lanes& sy = of_y.zeroth;
+  const Lanes& sz = of_z.zeroth;
+  const Lanes n = of_n.zeroth.max(1.0);
+  const Lanes cxx = of_n.second - sx * sx / n;
+  const Lanes cxy = of_y.first - sx * sy / n;
+  const Lanes cyy = syy - sy * sy / n;
+  const Lanes cxz = of_z.first - sx * sz / n;
+  const Lanes cyz = syz - sy * sz / n;
+  const Lanes czz = szz - sz * sz / n;
+  const Lanes det = cxx * cyy - cxy * cxy;
+  fits.found = (n >= kFewest && det >= 0.5 * n).cast<double>();
+  fits.b = (cyy * cxz - cxy * cyz) / det;
+  fits.c = (cxx * cyz - cxy * cxz) / det;
+  fits.rise = (fits.b * fits.b + fits.c * fits.c).sqrt();
+  fits.a = (sz - fits.b * sx - fits.c * sy) / n;
+  fits.rms = ((czz - fits.b * cxz - fits.c * cyz).max(0.0) / n).sqrt();
+  const Lanes mx = sx / n;
+  const Lanes my = sy / n;
+  fits.leverage = 1.0 / n + (cyy * mx * mx - 2.0 * cxy * mx * my + cxx * my * my) / det;
+  return fits;
+}
 
 }  // namespace
 
@@ -77,8 +87,12 @@ TerrainGrid::TerrainGrid(const TerrainParams& params)
       index_(2 * params.size, 0.5 * params.cell_m) {
   RCS_CHECK(params.patch > 0 && 2 * params.patch <= params.size);
   seen_.reserve(kMostSeen);
-  const std::size_t side = static_cast<std::size_t>(params.patch + 2 * kReach);
-  lows_.reserve(side * side);
+  // Whole lanes: the cells past the patch's last are unknown, and not published.
+  stride_ = (params.patch + kLanes - 1) / kLanes * kLanes + 2 * kReach;
+  const auto stride = static_cast<std::size_t>(stride_);
+  lows_.resize(stride * static_cast<std::size_t>(params.patch + 2 * kReach));
+  for (std::vector<double>* plane : {&n_, &z_, &zz_}) plane->resize(lows_.size());
+  columns_.resize(kColumns * stride);
 }
 
 void TerrainGrid::clear() {
@@ -87,7 +101,8 @@ void TerrainGrid::clear() {
 }
 
 void TerrainGrid::insert(const Points& p_vehicle, const Pose& T_local_vehicle) {
-  const Cell centre = cells_.cell_at(T_local_vehicle.p.x(), T_local_vehicle.p.y());
+  Cell centre = cells_.cell_at(T_local_vehicle.p.x(), T_local_vehicle.p.y());
+  centre = {centre.i & ~1, centre.j & ~1};  // a cell's quarters come and go together
   cells_.centre_on(centre);
   index_.centre_on(centre);
   const Mat3f R = T_local_vehicle.rotation().cast<float>();
@@ -131,16 +146,18 @@ void TerrainGrid::insert(const Points& p_vehicle, const Pose& T_local_vehicle) {
 // Where no ground was seen yet, the ground around tells what hangs over it.
 bool TerrainGrid::overhangs(const Seen& seen) const {
   constexpr int kAround = 3;  // quarters
-  for (int y = -kAround; y <= kAround; ++y) {
-    for (int x = -kAround; x <= kAround; ++x) {
-      const TerrainCell* const q = cells_.find({seen.cell.i + x, seen.cell.j + y});
-      if (q != nullptr && q->scans > 0 &&
-          seen.low_m > q->low_m + static_cast<float>(params_.overhang_m)) {
-        return true;
-      }
+  const Cell first = cells_.origin();
+  const int last = cells_.size() - 1;
+  const auto overhang_m = static_cast<float>(params_.overhang_m);
+  const int right = std::min(seen.cell.i + kAround, first.i + last);
+  const int top = std::min(seen.cell.j + kAround, first.j + last);
+  bool over = false;  // no early end: the loop is cheaper without branches
+  for (int j = std::max(seen.cell.j - kAround, first.j); j <= top; ++j) {
+    for (int i = std::max(seen.cell.i - kAround, first.i); i <= right; ++i) {
+      over |= seen.low_m > cells_.at({i, j}).low_m + overhang_m;
     }
   }
-  return false;
+  return over;
 }
 
 void TerrainGrid::update(const Seen& seen) {
@@ -185,51 +202,89 @@ Cell TerrainGrid::patch(const Pose& T_local_vehicle, std::vector<TerrainAnswer>*
   const int side = params_.patch;
   const Cell first{static_cast<int>(std::floor(middle.x() / params_.cell_m)) - side / 2,
                    static_cast<int>(std::floor(middle.y() / params_.cell_m)) - side / 2};
-  lows_.clear();
-  for (int j = -kReach; j < side + kReach; ++j) {
-    for (int i = -kReach; i < side + kReach; ++i) {
-      Low low{false, false, false, 0.0F};
-      for (int quarter = 0; quarter < 4; ++quarter) {
-        const TerrainCell* const q =
-            cells_.find({2 * (first.i + i) + (quarter & 1), 2 * (first.j + j) + (quarter >> 1)});
-        if (q == nullptr || q->scans == 0) continue;
-        low.m = low.known ? std::min(low.m, q->low_m) : q->low_m;
-        low.known = true;
-        low.ground = low.ground || q->ground_seen;
-        low.sure = low.sure || q->scans >= kSeenEnough;
-      }
-      lows_.push_back(low);
-    }
-  }
-  out->clear();
+  collect_lows({first.i - kReach, first.j - kReach});
+  out->assign(static_cast<std::size_t>(side) * static_cast<std::size_t>(side), {});
   for (int j = 0; j < side; ++j) {
-    for (int i = 0; i < side; ++i) out->push_back(answer(i, j, {first.i + i, first.j + j}));
+    const std::ptrdiff_t row = (j + kReach) * stride_;
+    add_columns(row);
+    for (int begin = 0; begin < side; begin += kLanes) {
+      const PlaneFits fits = fit_planes(columns_.data() + kReach + begin, stride_);
+      for (int k = 0; k < std::min(kLanes, side - begin); ++k) {
+        const int i = begin + k;
+        const Low* const low = lows_.data() + row + kReach + i;
+        const bool found = fits.found[k] > 0.0;
+        if (!low->known && (!found || fits.n[k] < kSupported)) continue;
+        const GroundPlane ground = found ? fits.plane(k) : GroundPlane{low->m};
+        (*out)[static_cast<std::size_t>(j * side + i)] =
+            answer(low, {first.i + i, first.j + j}, ground);
+      }
+    }
   }
   return first;
 }
 
-// Of the cell (i, j) of the patch.
-TerrainAnswer TerrainGrid::answer(int i, int j, Cell cell) const {
-  const auto low = [&](int x, int y) -> const Low& {
-    const int at = (j + y + kReach) * (params_.patch + 2 * kReach) + i + x + kReach;
-    return lows_[static_cast<std::size_t>(at)];
-  };
-  PlaneFit fit;
-  for (int y = -kReach; y <= kReach; ++y) {
-    for (int x = -kReach; x <= kReach; ++x) {
-      if (low(x, y).ground) fit.add(x, y, low(x, y).m);
+// The lows, and what the planes' sums are made of.
+// @param first  lowest of the patch and the cells around it
+void TerrainGrid::collect_lows(Cell first) {
+  const int side = params_.patch + 2 * kReach;
+  const int window = cells_.size() / 2;
+  const Cell begin{cells_.origin().i / 2 - first.i, cells_.origin().j / 2 - first.j};
+  const int left = std::clamp(begin.i, 0, side);
+  const int right = std::clamp(begin.i + window, 0, side);
+  std::fill(lows_.begin(), lows_.end(), Low{});
+  for (int j = std::max(0, begin.j); j < std::min(side, begin.j + window); ++j) {
+    Low* const row = lows_.data() + j * stride_;
+    for (int i = left; i < right; ++i) {
+      // Without branches, as what is known is scattered; the ring's end parts no cell's quarters.
+      const TerrainCell* const lower = &cells_.at({2 * (first.i + i), 2 * (first.j + j)});
+      const TerrainCell* const upper = &cells_.at({2 * (first.i + i), 2 * (first.j + j) + 1});
+      Low low;
+      for (const TerrainCell* q : {lower, lower + 1, upper, upper + 1}) {
+        low.m = std::min(low.m, q->low_m);
+        low.ground |= q->ground_seen & (q->scans > 0);
+        low.sure |= q->scans >= kSeenEnough;
+      }
+      low.known = low.m < kUnknown_m;
+      row[i] = low;
     }
   }
-  const Low& self = low(0, 0);
-  const std::optional<Plane> ground = fit.solve();
+  for (std::size_t k = 0; k < lows_.size(); ++k) {
+    const double z = lows_[k].ground ? lows_[k].m : 0.0F;
+    n_[k] = lows_[k].ground ? 1.0 : 0.0;
+    z_[k] = z;
+    zz_[k] = z * z;
+  }
+}
+
+// @param row  of n_, z_ and zz_, where it begins
+void TerrainGrid::add_columns(std::ptrdiff_t row) {
+  const auto store = [&](const Lanes& lanes, int column, std::ptrdiff_t at) {
+    Eigen::Map<Lanes>(columns_.data() + column * stride_ + at) = lanes;
+  };
+  for (std::ptrdiff_t at = 0; at < stride_; at += kLanes) {
+    const Moments n = moments(n_.data() + row + at, stride_);
+    const Moments z = moments(z_.data() + row + at, stride_);
+    const Moments zz = moments(zz_.data() + row + at, stride_);
+    store(n.zeroth, kN, at);
+    store(n.first, kY, at);
+    store(n.second, kYy, at);
+    store(z.zeroth, kZ, at);
+    store(z.first, kYz, at);
+    store(zz.zeroth, kZz, at);
+  }
+}
+
+// @param low  the cell's, with those of its neighbours around it
+// @param ground  level at the cell's lowest point if too little is known around it
+TerrainAnswer TerrainGrid::answer(const Low* low, Cell cell, const GroundPlane& ground) const {
+  const Low& self = *low;
   TerrainAnswer out;
-  if (!self.known && (!ground || fit.n() < kSupported)) return out;
   // What stands in a cell whose ground was never seen is held against its own lowest point.
   const bool near_only = self.known && !self.ground;
-  const Plane plane = ground && !near_only ? *ground : Plane{self.m};
+  const GroundPlane plane = near_only ? GroundPlane{self.m} : ground;
   out.known = true;
   out.height_m = static_cast<float>(plane.a);
-  out.slope_rad = static_cast<float>(std::atan(std::hypot(plane.b, plane.c) / params_.cell_m));
+  out.slope_rad = static_cast<float>(std::atan(plane.rise / params_.cell_m));
   out.roughness_m = static_cast<float>(plane.rms);
   if (!self.known) return out;
 
@@ -237,14 +292,14 @@ TerrainAnswer TerrainGrid::answer(int i, int j, Cell cell) const {
   // not seen yet makes none.
   double ledge = 0.0;
   for (const Cell side : {Cell{1, 0}, Cell{-1, 0}, Cell{0, 1}, Cell{0, -1}}) {
-    const Low& other = low(side.i, side.j);
+    const Low& other = low[side.j * stride_ + side.i];
     if (!self.ground || !other.ground || !other.sure) continue;
     const double planned = plane.b * side.i + plane.c * side.j;
     ledge = std::max(ledge, std::abs(other.m - self.m - planned));
   }
   // A rock with nothing known behind it tilts the plane towards itself: it is held against the
   // plane through the others.
-  Plane others = plane;
+  GroundPlane others = plane;
   const double h = std::min(0.9, plane.leverage);
   others.a = out.height_m - h / (1.0 - h) * std::max(0.0F, self.m - out.height_m);
   // Grass that is met from above at every scan again is no bush yet.
@@ -254,15 +309,15 @@ TerrainAnswer TerrainGrid::answer(int i, int j, Cell cell) const {
   for (int quarter = 0; quarter < 4; ++quarter) {
     const int x = quarter & 1;
     const int y = quarter >> 1;
-    const TerrainCell* const q = cells_.find({2 * cell.i + x, 2 * cell.j + y});
-    if (q == nullptr || q->scans < kSeenEnough) continue;
+    const TerrainCell& q = cells_.at({2 * cell.i + x, 2 * cell.j + y});
+    if (q.scans < kSeenEnough) continue;
     seen_enough = true;
     const double below_m = others.at(0.5 * x - 0.25, 0.5 * y - 0.25);
-    const double low_m = q->low_m - below_m;
-    const double high_m = q->high_m - below_m;
-    if (q->ground_seen) stands_m = std::max({stands_m, low_m, 0.5 * high_m});
-    out.obstacle |= q->ground_seen && low_m > params_.solid_m;
-    out.obstacle |= q->evidence > params_.evidence && high_m > tall_m;
+    const double low_m = q.low_m - below_m;
+    const double high_m = q.high_m - below_m;
+    if (q.ground_seen) stands_m = std::max({stands_m, low_m, 0.5 * high_m});
+    out.obstacle |= q.ground_seen && low_m > params_.solid_m;
+    out.obstacle |= q.evidence > params_.evidence && high_m > tall_m;
   }
   out.obstacle |= seen_enough && ledge > params_.obstacle_m;
   out.step_m = static_cast<float>(std::max(ledge, stands_m));

@@ -2,7 +2,9 @@
 // The ground around the vehicle as BG needs it: height, steps, slope, roughness and obstacles by
 // cell, accumulated from registered scans in frame local.
 
+#include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "rcs/base/grid.h"
@@ -31,10 +33,13 @@ struct TerrainParams {
   double max_range_m = 35.0;  ///< farther points are not used: pitch errors lift them, [5, 300]
 };
 
+constexpr float kUnknown_m = std::numeric_limits<float>::infinity();
+
 /// What is known of a quarter of a cell; heights in frame local.
 struct TerrainCell {
-  float low_m =
-      0.0F;  ///< lowest that scans see in it again and again: grass lets some light through
+  /// Lowest that scans see in it again and again: grass lets some light through. Unknown: infinite,
+  /// so that it is not below anything.
+  float low_m = kUnknown_m;
   float high_m = 0.0F;  ///< of what stands on it, below the overhang
   float evidence = 0.0F;
   std::uint16_t scans = 0;   ///< that saw it, saturating; 0: unknown
@@ -49,6 +54,16 @@ struct TerrainAnswer {
   float step_m = 0.0F;       ///< of an object or a ledge, above that plane
   float slope_rad = 0.0F;    ///< of the plane
   float roughness_m = 0.0F;  ///< rms of the ground about the plane
+};
+
+/// The ground around a cell, z = a + b x + c y, with x and y in cells from its middle.
+struct GroundPlane {
+  double a = 0.0, b = 0.0, c = 0.0;
+  double rise = 0.0;      ///< where it is steepest, a cell
+  double rms = 0.0;       ///< of the heights that it goes through
+  double leverage = 0.0;  ///< how much of a is what was seen in the middle, [0, 1]
+
+  [[nodiscard]] double at(double x, double y) const { return a + b * x + c * y; }
 };
 
 /// Allocates nothing after construction. Moving the window costs one write a cell that enters.
@@ -82,23 +97,29 @@ class TerrainGrid {
     float second_m;  // highest but one
     bool ground;     // from where rays reach down to level ground
   };
-  void update(const Seen& seen);
-  [[nodiscard]] bool overhangs(const Seen& seen) const;
-  [[nodiscard]] TerrainAnswer answer(int i, int j, Cell cell) const;
-
   /// Lowest of a cell's quarters, while a patch is made.
   struct Low {
-    bool known;
-    bool ground;  // it may be the ground
-    bool sure;    // seen often enough
-    float m;
+    bool known = false;
+    bool ground = false;  // it may be the ground
+    bool sure = false;    // seen often enough
+    float m = kUnknown_m;
   };
+  void update(const Seen& seen);
+  [[nodiscard]] bool overhangs(const Seen& seen) const;
+  void collect_lows(Cell first);
+  void add_columns(std::ptrdiff_t row);
+  [[nodiscard]] TerrainAnswer answer(const Low* low, Cell cell, const GroundPlane& ground) const;
 
   TerrainParams params_;
   Grid<TerrainCell> cells_;  // quarters
   Grid<int> index_;          // of the cell in seen_ + 1; 0 outside of insert()
   std::vector<Seen> seen_;
-  std::vector<Low> lows_;  // of the patch and kReach cells around it
+  // Of the patch and kReach cells around it, row by row. Sums are double: heights far from zero
+  // must not drown the roughness.
+  std::ptrdiff_t stride_ = 0;  // from row to row
+  std::vector<Low> lows_;
+  std::vector<double> n_, z_, zz_;  // 1, height and its square of what may be the ground, else 0
+  std::vector<double> columns_;     // sums of five rows of them
   std::int64_t scans_ = 0;
   Vec2 start_ = Vec2::Zero();  // frame local, of the first scan
 };

@@ -351,14 +351,16 @@ void WmNode::publish_map_patch() {
   };
   for (std::size_t k = 0; k < answers_.size(); ++k) {
     const TerrainAnswer& a = answers_[k];
-    m.height_cm[k] =
-        a.known ? static_cast<std::int16_t>(whole(100.0 * (a.height_m - m.base_m), 32000.0))
-                : kUnknownHeight;
+    m.height_cm[k] = kUnknownHeight;
+    m.step_cm[k] = 0;
+    m.slope_deg[k] = m.roughness_cm[k] = 0;
+    m.flags[k] = map_patch_t::FLAG_UNKNOWN;
+    if (!a.known) continue;
+    m.height_cm[k] = static_cast<std::int16_t>(whole(100.0 * (a.height_m - m.base_m), 32000.0));
     m.step_cm[k] = static_cast<std::int16_t>(whole(100.0 * a.step_m, 32000.0));
     m.slope_deg[k] = static_cast<std::uint8_t>(whole(degrees(a.slope_rad), 90.0));
     m.roughness_cm[k] = static_cast<std::uint8_t>(whole(100.0 * a.roughness_m, 255.0));
-    m.flags[k] = static_cast<std::uint8_t>((a.known ? 0 : map_patch_t::FLAG_UNKNOWN) |
-                                           (a.obstacle ? map_patch_t::FLAG_OBSTACLE : 0));
+    m.flags[k] = a.obstacle ? map_patch_t::FLAG_OBSTACLE : 0;
   }
   map_patch_out_.publish(&map_patch_);
 }

@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Dense>
 #include <cmath>
 #include <random>
+#include <vector>
 
 #include "tests/support/heap_guard.h"
 
@@ -206,6 +208,70 @@ TEST_F(TerrainGridTest, ARockIsSeenWithNothingKnownBehindIt) {
   }
   EXPECT_TRUE(at(T, 10.2, 0.2).obstacle);
   EXPECT_FALSE(at(T, 8.0, 0.2).obstacle);
+}
+
+// Against least squares by QR, cell by cell. The patch is no whole number of lanes.
+TEST(TerrainPatch, IsThePlaneThroughTheKnownCellsAround) {
+  TerrainParams params;
+  params.patch = 70;
+  params.near_m = params.near_start_m = 0.0;
+  TerrainGrid grid(params);
+  // Every cell that is known has one height, far from zero; on the left few are.
+  const Pose T(Pose{Quat::Identity(), Vec3(-7.3, 4.1, 300.0)});
+  const int side = params.patch + 4;
+  std::vector<TerrainAnswer> answers;
+  const Cell first = grid.patch(T, &answers);
+  std::mt19937 rng(7);
+  std::uniform_real_distribution<> unit(0.0, 1.0);
+  Eigen::MatrixXf low_m = Eigen::MatrixXf::Constant(side, side, kUnknown_m);
+  Points p_vehicle;
+  for (int j = 0; j < side; ++j) {
+    for (int i = 0; i < side; ++i) {
+      if (unit(rng) > (2 * i < side ? 0.3 : 0.85)) continue;
+      const double rock = unit(rng) < 0.02 ? 0.9 : 0.0;
+      const Vec3 p((first.i - 2 + i + 0.25) * params.cell_m,
+                   (first.j - 2 + j + 0.25) * params.cell_m,
+                   300.0 + 0.05 * i - 0.03 * j + 0.1 * unit(rng) + rock);
+      const Vec3f p_seen = (p - T.p).cast<float>();
+      if (p_seen.norm() > params.max_range_m) continue;
+      p_vehicle.push_back(p_seen);
+      low_m(i, j) = static_cast<float>(p_seen.z() + T.p.z());
+    }
+  }
+  for (int k = 0; k < 3; ++k) grid.insert(p_vehicle, T);
+  ASSERT_TRUE(grid.patch(T, &answers) == first);
+  int planes = 0;
+  int unknown = 0;
+  for (int j = 0; j < params.patch; ++j) {
+    for (int i = 0; i < params.patch; ++i) {
+      const TerrainAnswer& a = answers[static_cast<std::size_t>(j * params.patch + i)];
+      const Eigen::Matrix<float, 5, 5> around = low_m.block<5, 5>(i, j);
+      Eigen::MatrixXd A(0, 3);
+      Eigen::VectorXd z(0);
+      for (int y = 0; y < 5; ++y) {
+        for (int x = 0; x < 5; ++x) {
+          if (around(x, y) == kUnknown_m) continue;
+          A.conservativeResize(A.rows() + 1, 3);
+          z.conservativeResize(z.rows() + 1);
+          A.row(A.rows() - 1) << 1.0, x - 2.0, y - 2.0;
+          z[z.rows() - 1] = around(x, y);
+        }
+      }
+      const bool self_known = around(2, 2) < kUnknown_m;
+      const bool few = A.rows() < (self_known ? 6 : 9);
+      EXPECT_EQ(a.known, self_known || !few) << i << ' ' << j;
+      unknown += a.known ? 0 : 1;
+      if (few) continue;
+      ++planes;
+      const Vec3 plane = A.colPivHouseholderQr().solve(z);
+      const double rms = (A * plane - z).norm() / std::sqrt(static_cast<double>(z.rows()));
+      EXPECT_NEAR(a.height_m, plane[0], 5e-5);  // a float at 300 m
+      EXPECT_NEAR(a.slope_rad, std::atan(plane.tail<2>().norm() / params.cell_m), 1e-6);
+      EXPECT_NEAR(a.roughness_m, rms, 1e-6);
+    }
+  }
+  EXPECT_GT(planes, 2000);
+  EXPECT_GT(unknown, 500);
 }
 
 }  // namespace
