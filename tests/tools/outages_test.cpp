@@ -36,15 +36,15 @@ RecordedMotion circle() {
   const Vec3 earth = earth_rate_world(datum().lat_rad);
   const double gravity = normal_gravity(datum().lat_rad, datum().height);
   for (int k = 1; k <= 6000; ++k) {
-    InertialSample s;
+    wm::ImuSample s;
     s.stamp = kBegin + from_seconds(0.01 * k);
     s.interval = from_seconds(0.01);
     const double yaw = kTurn_radps * 0.01 * (k - 0.5);
     const Quat q_vehicle_world = exp_so3(Vec3(0.0, 0.0, -yaw));
     const Vec3 v_world = kSpeed_mps * Vec3(std::cos(yaw), std::sin(yaw), 0.0);
     const Vec3 coriolis = 2.0 * (q_vehicle_world * earth.cross(v_world));
-    s.delta_angle_rad = 0.01 * (Vec3(0.0, 0.0, kTurn_radps) + q_vehicle_world * earth);
-    s.delta_v_mps = 0.01 * (Vec3(0.0, kTurn_radps * kSpeed_mps, gravity) + coriolis);
+    s.delta_angle = 0.01 * (Vec3(0.0, 0.0, kTurn_radps) + q_vehicle_world * earth);
+    s.delta_v = 0.01 * (Vec3(0.0, kTurn_radps * kSpeed_mps, gravity) + coriolis);
     m.inertial.push_back(s);
   }
   for (int k = 1; k <= 600; ++k) {
@@ -87,9 +87,9 @@ TEST(DeadReckoning, WhatWasLearntOfTheSensorsIsTakenOut) {
   start.gyro_bias_radps = Vec3(0.01, -0.02, 0.03);
   start.accel_bias_mps2 = Vec3(0.1, 0.2, -0.3);
   start.wheel_scale = 1.1;
-  for (InertialSample& s : motion.inertial) {
-    s.delta_angle_rad += 0.01 * start.gyro_bias_radps;
-    s.delta_v_mps += 0.01 * start.accel_bias_mps2;
+  for (wm::ImuSample& s : motion.inertial) {
+    s.delta_angle += 0.01 * start.gyro_bias_radps;
+    s.delta_v += 0.01 * start.accel_bias_mps2;
   }
   for (WheelSample& s : motion.wheels) s.speed_mps *= start.wheel_scale;
   for (const ReckonedBy by : kAll) {

@@ -2,16 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <filesystem>
-#include <thread>
-
+#include "tools/rcs/campaign_terminal.h"
 #include "tools/rcs/command.h"
 #include "tools/rcs/consistency_output.h"
 #include "tools/rcs/consistency_page.h"
-#include "tools/rcs/drill_campaign.h"
 #include "tools/rcs/files.h"
-#include "tools/rcs/terminal.h"
 
 namespace rcs::tools {
 namespace {
@@ -73,17 +68,10 @@ class ConsistencyCommand final : public Command {
   Outcome run_all() {
     Result<DrillVehicle> vehicle = load_drill_vehicle(config_);
     if (!vehicle) return vehicle.error();
-    if (!out_.empty()) {
-      std::error_code error;
-      std::filesystem::create_directories(out_, error);
-      if (error) return Error{out_ + ": " + error.message()};
-    }
     DrillCampaign campaign;
     campaign.vehicle = std::move(vehicle).value();
     campaign.seeds = seeds_;
     campaign.first_seed = first_seed_;
-    campaign.jobs = jobs_ > 0 ? static_cast<std::size_t>(jobs_)
-                              : std::max<std::size_t>(1, std::thread::hardware_concurrency());
     for (const std::string& scenario : scenarios_) {
       for (const std::string& ins : grades_) {
         campaign.drills.push_back(report_.plan.drill(scenario, ins));
@@ -95,13 +83,8 @@ class ConsistencyCommand final : public Command {
       const std::int64_t seed = first_seed_ + static_cast<std::int64_t>(run);
       report_.blocks[drill].runs[run] = consistency_run(report_.plan, seed, record);
     };
-    const InterruptGuard interrupt;
-    Progress progress(kName, 1000);
-    campaign.stop = [&interrupt] { return interrupt.requested(); };
-    campaign.progress = [&progress](double share) {
-      progress.at(static_cast<std::int64_t>(1000.0 * share));
-    };
-    const Result<std::vector<DrillResult>> results = run_campaign(campaign);
+    const Result<std::vector<DrillResult>> results =
+        run_campaign_at_terminal(kName, out_, jobs_, std::move(campaign));
     if (!results) return results.error();
     for (std::size_t k = 0; k < results->size(); ++k) report_.blocks[k].error = (*results)[k].error;
     return tell();

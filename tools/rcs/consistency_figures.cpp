@@ -5,14 +5,12 @@
 #include <cmath>
 #include <filesystem>
 
-#include "lcmtypes/rcs/innovation_t.hpp"
 #include "tools/rcs/drill_figures.h"
 #include "tools/rcs/trajectory_error.h"
 
 namespace rcs::tools {
 namespace {
 
-constexpr double kDof = 3.0;
 /// Of the chi-square distribution with 3 degrees of freedom.
 constexpr double k95Percent = 7.8147;
 constexpr Duration kLongestPair = std::chrono::seconds(2);
@@ -58,7 +56,7 @@ class FigureSums {
       return;
     }
     ++f_.count;
-    f_.nees_per_dof += e->nees / kDof;
+    f_.nees_per_dof += e->nees / kPartDof;
     f_.inside += e->nees <= k95Percent ? 1.0 : 0.0;
     f_.rms_error += e->error * e->error;
     f_.rms_claimed += e->claimed * e->claimed;
@@ -89,8 +87,8 @@ Verdict judge(double value, const Interval& mark, const Interval& chance, bool e
 }  // namespace
 
 std::string_view part_name(StatePart part) {
-  static constexpr std::array<std::string_view, kStateParts> kNames = {"position", "velocity",
-                                                                       "attitude"};
+  static constexpr std::array<std::string_view, kStateParts.size()> kNames = {
+      "position", "velocity", "attitude"};
   return kNames[index(part)];
 }
 
@@ -102,12 +100,8 @@ Drill ConsistencyPlan::drill(const std::string& scenario, const std::string& ins
   drill.run.scenario = scenario;
   drill.run.ins = ins;
   drill.run.length_s = times_s.back() + 1.0;
-  Stimulus cut;
-  cut.kind = StimulusKind::kDropout;
-  cut.source = DrillSource::kGps;
-  cut.begin_s = outage_begin_s;
-  cut.length_s = std::max(1.0, drill.run.length_s - outage_begin_s);
-  drill.stimuli = {cut};
+  const double length_s = std::max(1.0, drill.run.length_s - outage_begin_s);
+  drill.stimuli = {dropout(DrillSource::kGps, outage_begin_s, length_s)};
   return drill;
 }
 
@@ -150,8 +144,7 @@ Innovations innovation_sums(const std::vector<DrillInnovation>& innovations) {
   Innovations by_source;
   std::map<std::string, const DrillInnovation*> last;
   for (const DrillInnovation& i : innovations) {
-    const bool gated = i.accepted || i.reason == innovation_t::REASON_GATE;
-    if (!gated || i.dof <= 0) continue;
+    if (!has_nis(i)) continue;
     const std::string source(innovation_source_name(i.source));
     InnovationSums& sums = by_source[source];
     ++sums.count;
@@ -238,7 +231,7 @@ ProtectionFigure protection(const ConsistencyBlock& block) {
 
 Verdict nees_verdict(const PartFigure& f) {
   if (f.missing > 0 || f.count == 0) return Verdict::kFail;
-  const Interval chance = chance_of_mean(kDof * static_cast<double>(f.count), kChance_sigma);
+  const Interval chance = chance_of_mean(kPartDof * static_cast<double>(f.count), kChance_sigma);
   return judge(f.nees_per_dof, kNeesMark,
                {kNeesMark.low * chance.low, kNeesMark.high * chance.high}, f.count >= kRunsToTell);
 }
@@ -258,14 +251,14 @@ Verdict nis_verdict(const InnovationSums& sums) {
 }
 
 Verdict verdict_of(const ConsistencyPlan& plan, const ConsistencyBlock& block) {
-  if (!block.error.empty() || block.runs.empty()) return Verdict::kFail;
+  if (!block.was_run()) return Verdict::kFail;
   bool open = false;
   bool fails = false;
   const auto count = [&](Verdict v) {
     fails = fails || v == Verdict::kFail;
     open = open || v == Verdict::kOpen;
   };
-  for (const StatePart part : {StatePart::kPosition, StatePart::kVelocity, StatePart::kAttitude}) {
+  for (const StatePart part : kStateParts) {
     for (std::size_t k = 0; k < plan.times_s.size(); ++k) {
       count(nees_verdict(figure_at(block, k, part)));
     }

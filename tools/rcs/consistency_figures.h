@@ -16,9 +16,11 @@
 
 namespace rcs::tools {
 
-/// Parts of the state that are judged by themselves, 3 degrees of freedom each.
+/// Parts of the state that are judged by themselves.
 enum class StatePart { kPosition, kVelocity, kAttitude };
-constexpr std::size_t kStateParts = 3;
+constexpr std::array<StatePart, 3> kStateParts = {StatePart::kPosition, StatePart::kVelocity,
+                                                  StatePart::kAttitude};
+constexpr double kPartDof = 3.0;  ///< degrees of freedom of each
 [[nodiscard]] std::string_view part_name(StatePart part);
 
 /// The drive, and when it is looked at: seconds since the first sensor message.
@@ -39,13 +41,13 @@ struct PartError {
   double nees = 0.0;     ///< expected 3
 };
 /// None: no belief, no truth, or a covariance that is none.
-using PartErrors = std::array<std::optional<PartError>, kStateParts>;
+using PartErrors = std::array<std::optional<PartError>, kStateParts.size()>;
 
 /// @param v_truth_world  [m/s]; none: velocity is not known
 [[nodiscard]] PartErrors part_errors(const DrillBelief& belief, const Pose& T_world_vehicle_truth,
                                      const std::optional<Vec3>& v_truth_world);
 
-/// Of one source's measurements with a NIS: taken, or refused by the gate.
+/// Of one source's measurements with a NIS (has_nis()).
 struct InnovationSums {
   std::size_t count = 0;
   std::size_t refused = 0;  ///< of these, by the gate
@@ -83,6 +85,8 @@ struct ConsistencyBlock {
   std::string ins;       ///< grade
   std::vector<ConsistencyRun> runs;
   std::string error;  ///< it could not be run; empty: it was
+
+  [[nodiscard]] bool was_run() const { return error.empty() && !runs.empty(); }
 };
 
 struct Interval {

@@ -13,14 +13,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr StatePart kParts[] = {StatePart::kPosition, StatePart::kVelocity, StatePart::kAttitude};
-
-std::string_view sign(Verdict v) {
-  return v == Verdict::kFail ? " !" : v == Verdict::kOpen ? " ?" : "";
-}
-
-std::string marked(const std::string& figure, Verdict v) { return figure + std::string(sign(v)); }
-
 std::string nees_text(const PartFigure& f) {
   const std::string figure = f.count == 0 ? "-" : fmt::format("{:.2f}", f.nees_per_dof);
   return f.missing == 0 ? figure : fmt::format("{} ({} missing)", figure, f.missing);
@@ -28,12 +20,10 @@ std::string nees_text(const PartFigure& f) {
 
 /// A block's place in a table: shown where it begins.
 std::vector<std::string> row_head(const ConsistencyBlock& block, StatePart part) {
-  const bool first = part == kParts[0];
+  const bool first = part == kStateParts.front();
   return {first ? scenario_name(block.scenario) : "", first ? block.ins : "",
           std::string(part_name(part))};
 }
-
-bool was_run(const ConsistencyBlock& block) { return block.error.empty() && !block.runs.empty(); }
 
 std::set<std::string> sources_of(const ConsistencyReport& report) {
   std::set<std::string> sources;
@@ -75,22 +65,21 @@ Json block_json(const ConsistencyPlan& plan, const ConsistencyBlock& block) {
   Json j = {{"scenario", scenario_name(block.scenario)},
             {"ins", block.ins},
             {"verdict", verdict_text(verdict_of(plan, block))}};
-  if (!was_run(block)) {
+  if (!block.was_run()) {
     j["error"] = block.error;
     return j;
   }
   j["seeds"] = Json::array();
   for (const ConsistencyRun& run : block.runs) j["seeds"].push_back(run.seed);
-  for (const StatePart part : kParts) {
+  for (const StatePart part : kStateParts) {
     j[std::string(part_name(part))] = part_json(plan, block, part);
   }
   j["nis"] = Json::object();
   for (const auto& [source, sums] : pooled_innovations(block)) {
-    const std::optional<double> lag1 = sums.lag1();
     j["nis"][source] = {{"measurements", sums.count},
                         {"refused_by_gate", sums.refused},
                         {"per_dof", sums.mean_nis_per_dof()},
-                        {"lag1", lag1 ? Json(*lag1) : Json(nullptr)},
+                        {"lag1", number_or_null(sums.lag1())},
                         {"verdict", verdict_text(nis_verdict(sums))}};
   }
   const ProtectionFigure p = protection(block);
@@ -146,8 +135,8 @@ Table nees_table(const ConsistencyReport& report) {
   for (const double t_s : report.plan.times_s) t.header.push_back(moment_text(report.plan, t_s));
   t.header.emplace_back("inside 95 % [%]");
   for (const ConsistencyBlock& block : report.blocks) {
-    if (!was_run(block)) continue;
-    for (const StatePart part : kParts) {
+    if (!block.was_run()) continue;
+    for (const StatePart part : kStateParts) {
       std::vector<std::string> row = row_head(block, part);
       for (std::size_t k = 0; k < report.plan.times_s.size(); ++k) {
         const PartFigure f = figure_at(block, k, part);
@@ -166,8 +155,8 @@ Table error_table(const ConsistencyReport& report) {
   Table t{{"RMS error / claimed", "INS", ""}, {}};
   for (const double t_s : report.plan.times_s) t.header.push_back(moment_text(report.plan, t_s));
   for (const ConsistencyBlock& block : report.blocks) {
-    if (!was_run(block)) continue;
-    for (const StatePart part : kParts) {
+    if (!block.was_run()) continue;
+    for (const StatePart part : kStateParts) {
       const bool angle = part == StatePart::kAttitude;
       const double scale = angle ? degrees(1.0) : 1.0;
       std::vector<std::string> row = row_head(block, part);
@@ -187,7 +176,7 @@ Table protection_table(const ConsistencyReport& report) {
            "false alerts with GPS [1/h]"},
           {}};
   for (const ConsistencyBlock& block : report.blocks) {
-    if (!was_run(block)) continue;
+    if (!block.was_run()) continue;
     const ProtectionFigure p = protection(block);
     t.rows.push_back({scenario_name(block.scenario), block.ins,
                       fmt::format("{:.2f}", 100.0 * p.within_horizontal),
@@ -203,7 +192,7 @@ Table nis_table(const ConsistencyReport& report) {
   const std::set<std::string> sources = sources_of(report);
   for (const std::string& source : sources) t.header.push_back(source);
   for (const ConsistencyBlock& block : report.blocks) {
-    if (!was_run(block)) continue;
+    if (!block.was_run()) continue;
     const Innovations pooled = pooled_innovations(block);
     std::vector<std::string> row = {scenario_name(block.scenario), block.ins};
     for (const std::string& source : sources) {

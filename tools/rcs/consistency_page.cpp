@@ -8,13 +8,11 @@
 #include <set>
 #include <utility>
 
-#include "tools/rcs/drill_output.h"
 #include "tools/rcs/html_page.h"
 
 namespace rcs::tools {
 namespace {
 
-constexpr StatePart kParts[] = {StatePart::kPosition, StatePart::kVelocity, StatePart::kAttitude};
 constexpr Colour kColours[] = {Colour::kBlue, Colour::kGreen, Colour::kOrange, Colour::kPurple,
                                Colour::kGrey};
 /// What chance leaves of an honest filter in 19 of 20 cases.
@@ -49,7 +47,7 @@ Plot nees_plot(const ConsistencyPlan& plan, const Blocks& blocks, StatePart part
   plot.log_y = true;
   const double end_s = plan.times_s.back();
   plot.shades = {{plan.outage_begin_s, end_s, "without GPS"}};
-  const double dof = 3.0 * static_cast<double>(blocks.front()->runs.size());
+  const double dof = kPartDof * static_cast<double>(blocks.front()->runs.size());
   const Interval chance = chance_of_mean(dof, kBand_sigma);
   plot.series.push_back({"an honest filter, 95 %",
                          Colour::kGrey,
@@ -81,11 +79,11 @@ Plot inside_plot(const Blocks& blocks) {
   plot.height_px = 190;
   plot.shades = {{100.0 * kInsideMark.low, 100.0 * kInsideMark.high, ""}};
   constexpr double kFoot = 0.0;
-  plot.window = Window{kFoot, 100.0, -0.5, kStateParts - 0.5};
-  for (const StatePart part : kParts) plot.y_names.emplace_back(part_name(part));
+  plot.window = Window{kFoot, 100.0, -0.5, static_cast<double>(kStateParts.size()) - 0.5};
+  for (const StatePart part : kStateParts) plot.y_names.emplace_back(part_name(part));
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     Series s{blocks[b]->ins, colour_of(b), SeriesStyle::kThickLine, {}, {}, {}};
-    for (const StatePart part : kParts) {
+    for (const StatePart part : kStateParts) {
       add_bar(static_cast<double>(part), b, blocks.size(), kFoot,
               100.0 * figure_of_all(*blocks[b], part).inside, &s);
     }
@@ -156,7 +154,7 @@ std::string consistency_page(const ConsistencyReport& report, const std::string&
   page.table(protection_table(report));
   std::vector<std::pair<std::string, Blocks>> by_scenario;
   for (const ConsistencyBlock& block : report.blocks) {
-    if (!block.error.empty() || block.runs.empty()) {
+    if (!block.was_run()) {
       page.paragraph(block.scenario + ", " + block.ins + ": " + block.error);
       continue;
     }
@@ -170,7 +168,7 @@ std::string consistency_page(const ConsistencyReport& report, const std::string&
   }
   for (const auto& [scenario, blocks] : by_scenario) {
     page.heading(scenario_name(scenario));
-    for (const StatePart part : kParts) page.plot(nees_plot(report.plan, blocks, part));
+    for (const StatePart part : kStateParts) page.plot(nees_plot(report.plan, blocks, part));
     page.plot(inside_plot(blocks));
     page.plot(nis_plot(blocks));
   }

@@ -103,8 +103,8 @@ std::vector<Increment> increments(const ReckoningStart& start, const RecordedMot
     if (dt_s <= 0.0) continue;
     const double share = dt_s / seconds(s->interval);
     all.push_back({s->stamp - s->interval / 2, dt_s,
-                   share * s->delta_angle_rad - dt_s * start.gyro_bias_radps,
-                   share * s->delta_v_mps - dt_s * start.accel_bias_mps2});
+                   share * s->delta_angle - dt_s * start.gyro_bias_radps,
+                   share * s->delta_v - dt_s * start.accel_bias_mps2});
   }
   return all;
 }
@@ -163,9 +163,7 @@ double by_ins(const ReckoningStart& start, const RecordedMotion& motion, Stamp t
 Result<RecordedMotion> read_motion(const std::string& log) {
   Result<LogReader> reader = LogReader::open(log);
   if (!reader) return reader.error();
-  LogSource source(&reader.value(),
-                   {channel::kSimTruth, channel::kLadarRanges, channel::kLadarPoints, channel::kIns,
-                    channel::kGpsFix, channel::kOdometry});
+  LogSource source(&reader.value(), drive_channels());
   RecordedMotion motion;
   SourceEvent event;
   ins_t ins{};

@@ -4,14 +4,12 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <thread>
 
+#include "tools/rcs/campaign_terminal.h"
 #include "tools/rcs/command.h"
-#include "tools/rcs/drill_campaign.h"
 #include "tools/rcs/drill_output.h"
 #include "tools/rcs/drill_page.h"
 #include "tools/rcs/files.h"
-#include "tools/rcs/terminal.h"
 
 namespace rcs::tools {
 namespace {
@@ -90,15 +88,15 @@ class DrillCommand final : public Command {
       fmt::print(stderr, "rcs drill: which? Name drills, or --all, --full or --list\n");
       return kExitUsage;
     }
-    DrillCampaign campaign;
+    std::vector<Drill> drills;
     for (const std::string& path : paths_) {
       Result<Drill> drill = load_drill(path);
       if (!drill) return fail(kName, drill.error());
       const bool wanted = list_ || full_ || !all_ || !drill->full;
-      if (wanted) campaign.drills.push_back(std::move(drill).value());
+      if (wanted) drills.push_back(std::move(drill).value());
     }
-    if (list_) return list(campaign.drills);
-    const Outcome done = run_all(&campaign);
+    if (list_) return list(drills);
+    const Outcome done = run_all(std::move(drills));
     if (!done) return fail(kName, done.error());
     const bool passed = std::all_of(results_.begin(), results_.end(), [](const DrillResult& r) {
       return r.verdict() != Verdict::kFail;
@@ -120,33 +118,21 @@ class DrillCommand final : public Command {
     return kExitOk;
   }
 
-  Outcome run_all(DrillCampaign* campaign) {
+  Outcome run_all(std::vector<Drill> drills) {
     Result<DrillVehicle> vehicle = load_drill_vehicle(config_);
     if (!vehicle) return vehicle.error();
-    if (!out_.empty()) {
-      std::error_code error;
-      std::filesystem::create_directories(out_, error);
-      if (error) return Error{out_ + ": " + error.message()};
-    } else if (logs_) {
-      return Error{"--logs needs a folder: -o"};
-    }
-    campaign->vehicle = std::move(vehicle).value();
-    campaign->log = log_;
-    campaign->scenario = scenario_;
-    campaign->seeds = seeds_;
-    campaign->full = full_;
-    campaign->first_seed = first_seed_;
-    campaign->jobs = jobs_ > 0 ? static_cast<std::size_t>(jobs_)
-                               : std::max<std::size_t>(1, std::thread::hardware_concurrency());
-    if (logs_) campaign->logs_folder = out_;
-
-    const InterruptGuard interrupt;
-    Progress progress(kName, 1000);
-    campaign->stop = [&interrupt] { return interrupt.requested(); };
-    campaign->progress = [&progress](double share) {
-      progress.at(static_cast<std::int64_t>(1000.0 * share));
-    };
-    Result<std::vector<DrillResult>> results = run_campaign(*campaign);
+    if (logs_ && out_.empty()) return Error{"--logs needs a folder: -o"};
+    DrillCampaign campaign;
+    campaign.drills = std::move(drills);
+    campaign.vehicle = std::move(vehicle).value();
+    campaign.log = log_;
+    campaign.scenario = scenario_;
+    campaign.seeds = seeds_;
+    campaign.full = full_;
+    campaign.first_seed = first_seed_;
+    if (logs_) campaign.logs_folder = out_;
+    Result<std::vector<DrillResult>> results =
+        run_campaign_at_terminal(kName, out_, jobs_, std::move(campaign));
     if (!results) return results.error();
     results_ = std::move(results).value();
     return tell();

@@ -128,7 +128,7 @@ std::vector<OutageDrift> outage_drifts(const Drill& drill, const DrillRecord& re
     if (start) d.heading_start_rad = std::abs(start->heading_rad);
     d.end_m = end->horizontal_m();
     if (d.driven_m >= kAtRest_m) d.drift_pct = 100.0 * d.end_m / d.driven_m;
-    d.m_per_min = d.end_m * 60.0 / (window.end_s - window.begin_s);
+    d.m_per_min = d.end_m * 60.0 / window.length_s();
     drifts.push_back(d);
   }
   return drifts;
@@ -187,8 +187,7 @@ std::map<std::string, NisFigure> nis_figures(const DrillRecord& record) {
     NisFigure& f = figures[std::string(innovation_source_name(i.source))];
     ++f.considered;
     if (i.accepted) ++f.accepted;
-    const bool gated = i.accepted || i.reason == innovation_t::REASON_GATE;
-    if (!gated || i.dof <= 0) continue;
+    if (!has_nis(i)) continue;
     ++f.gated;
     f.per_dof += i.nis / i.dof;
   }
@@ -196,6 +195,10 @@ std::map<std::string, NisFigure> nis_figures(const DrillRecord& record) {
     if (f.gated > 0) f.per_dof /= static_cast<double>(f.gated);
   }
   return figures;
+}
+
+bool has_nis(const DrillInnovation& i) {
+  return (i.accepted || i.reason == innovation_t::REASON_GATE) && i.dof > 0;
 }
 
 std::string_view innovation_source_name(int source) {

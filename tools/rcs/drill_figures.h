@@ -5,20 +5,13 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tools/rcs/drill_record.h"
 #include "tools/rcs/drill_spec.h"
 
 namespace rcs::tools {
-
-/// Seconds since the first sensor message.
-struct DrillWindow {
-  double begin_s = 0.0;
-  double end_s = 0.0;
-
-  [[nodiscard]] bool contains(double t_s) const { return t_s >= begin_s && t_s < end_s; }
-};
 
 /// A belief against the truth.
 struct DrillError {
@@ -74,7 +67,7 @@ struct SmoothStep {
 
 struct NisFigure {
   std::size_t considered = 0;
-  std::size_t gated = 0;  ///< of these, with a NIS: accepted or refused by the gate
+  std::size_t gated = 0;  ///< of these, with a NIS
   std::size_t accepted = 0;
   double per_dof = 0.0;  ///< mean of the gated ones; 1 when WM knows its errors
 };
@@ -99,6 +92,9 @@ struct AccuracyFigures {
 [[nodiscard]] SmoothStep largest_smooth_step(const Drill& drill, const DrillRecord& record);
 /// By source, as innovation_t names it in words.
 [[nodiscard]] std::map<std::string, NisFigure> nis_figures(const DrillRecord& record);
+
+/// Taken, or refused by the gate: its NIS means something.
+[[nodiscard]] bool has_nis(const DrillInnovation& innovation);
 
 [[nodiscard]] std::string_view innovation_source_name(int source);
 [[nodiscard]] std::string_view innovation_reason_name(int reason);

@@ -12,8 +12,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json number(std::optional<double> value) { return value ? Json(*value) : Json(nullptr); }
-
 /// Three significant digits, and no more than three behind the point.
 std::string figure_text(double v) {
   if (!std::isfinite(v)) return "-";
@@ -63,11 +61,10 @@ Json baselines_json(const Baselines& sums) {
   Json j = Json::object();
   for (std::size_t k = 0; k < sums.size(); ++k) {
     if (sums[k].samples == 0) continue;
-    const double n = static_cast<double>(sums[k].samples);
     j[std::string(shadow_name(static_cast<int>(k)))] = {
         {"samples", sums[k].samples},
-        {"fused_rms_m", std::sqrt(sums[k].fused_m2 / n)},
-        {"baseline_rms_m", std::sqrt(sums[k].baseline_m2 / n)},
+        {"fused_rms_m", sums[k].fused_rms_m()},
+        {"baseline_rms_m", sums[k].baseline_rms_m()},
         {"ratio", sums[k].ratio()}};
   }
   return j;
@@ -80,7 +77,7 @@ Json integrity_json(const std::optional<IntegrityFigures>& f) {
           {"within_protection_vertical", f->within_vertical},
           {"missed_alerts", f->missed_alerts},
           {"false_alerts_per_h", f->false_alerts_per_h},
-          {"time_to_alert_s", number(f->time_to_alert_s)}};
+          {"time_to_alert_s", number_or_null(f->time_to_alert_s)}};
 }
 
 Json run_json(const DrillRunFigures& r) {
@@ -119,7 +116,7 @@ Json run_json(const DrillRunFigures& r) {
   }
   for (const GpsReturn& g : r.returns) {
     j["returns"].push_back(
-        {{"clean_s", g.clean_s}, {"accepted_after_s", number(g.accepted_after_s)}});
+        {{"clean_s", g.clean_s}, {"accepted_after_s", number_or_null(g.accepted_after_s)}});
   }
   for (const FalseAcceptance& f : r.false_acceptances) {
     j["false_acceptances"].push_back(
@@ -180,6 +177,14 @@ std::string verdict_text(const DrillResult& r) {
   return std::string(verdict_text(r.verdict()));
 }
 
+std::string marked(const std::string& figure, Verdict verdict) {
+  return figure + (verdict == Verdict::kFail ? " !" : verdict == Verdict::kOpen ? " ?" : "");
+}
+
+Json number_or_null(const std::optional<double>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
+
 Json to_json(const std::vector<DrillResult>& results) {
   Json j = {{"drills", Json::array()}};
   for (const DrillResult& r : results) {
@@ -197,7 +202,7 @@ Json to_json(const std::vector<DrillResult>& results) {
     for (const MarkResult& m : r.marks) {
       drill["marks"].push_back({{"key", m.kind->key},
                                 {"limit", m.limit},
-                                {"value", number(m.value)},
+                                {"value", number_or_null(m.value)},
                                 {"verdict", verdict_text(m.verdict)},
                                 {"note", m.note}});
     }
@@ -236,11 +241,8 @@ Table drill_table(const std::vector<DrillResult>& results) {
         row.emplace_back("");
         continue;
       }
-      const std::string_view sign = mark->verdict == Verdict::kFail   ? " !"
-                                    : mark->verdict == Verdict::kOpen ? " ?"
-                                                                      : "";
-      row.push_back((mark->value ? number_text(*kind, *mark->value) : mark->note) +
-                    std::string(sign));
+      row.push_back(
+          marked(mark->value ? number_text(*kind, *mark->value) : mark->note, mark->verdict));
     }
     t.rows.push_back(std::move(row));
   }

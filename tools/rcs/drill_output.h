@@ -2,7 +2,9 @@
 // The results of drills for programs (JSON, JUnit XML) and as tables for people.
 
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tools/rcs/drill_result.h"
@@ -23,5 +25,8 @@ namespace rcs::tools {
 /// "pass", "FAIL", "open", "error" or "not run".
 [[nodiscard]] std::string verdict_text(const DrillResult& result);
 [[nodiscard]] std::string_view verdict_text(Verdict verdict);
+/// "1.2 !" for a figure that misses its mark, "1.2 ?" for one that too few runs are behind.
+[[nodiscard]] std::string marked(const std::string& figure, Verdict verdict);
+[[nodiscard]] nlohmann::ordered_json number_or_null(const std::optional<double>& value);
 
 }  // namespace rcs::tools

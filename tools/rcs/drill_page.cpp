@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
 #include <map>
 #include <utility>
 
@@ -60,10 +58,9 @@ Table baseline_table(const DrillResult& r) {
   const Baselines sums = pooled_baselines(r.runs);
   for (std::size_t k = 0; k < sums.size(); ++k) {
     if (sums[k].samples == 0) continue;
-    const double n = static_cast<double>(sums[k].samples);
     t.rows.push_back({std::string(shadow_name(static_cast<int>(k))),
-                      fmt::format("{:.2f}", std::sqrt(sums[k].fused_m2 / n)),
-                      fmt::format("{:.2f}", std::sqrt(sums[k].baseline_m2 / n)),
+                      fmt::format("{:.2f}", sums[k].fused_rms_m()),
+                      fmt::format("{:.2f}", sums[k].baseline_rms_m()),
                       fmt::format("{:.2f}", sums[k].ratio())});
   }
   return t;

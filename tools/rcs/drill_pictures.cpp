@@ -14,7 +14,8 @@
 #include "lcmtypes/rcs/innovation_t.hpp"
 #include "lcmtypes/rcs/integrity_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
-#include "tools/rcs/drill_trust.h"
+#include "tools/rcs/drill_baselines.h"
+#include "tools/rcs/drill_figures.h"
 
 namespace rcs::tools {
 namespace {

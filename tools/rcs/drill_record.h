@@ -30,7 +30,6 @@ struct DrillBelief {
   Vec3 v_world = Vec3::Zero();  ///< in the truth's world [m/s]
   Mat3 cov_v_world = Mat3::Zero();
   std::int8_t mode = 0;
-  std::int32_t resets = 0;
 };
 
 struct DrillFix {

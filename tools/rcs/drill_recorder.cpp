@@ -132,7 +132,6 @@ void DrillRecorder::take(const nav_state_t& m, Stamp due) {
   b.v_world = R_truth_world * from_message(m.v_world_mps);
   b.cov_v_world = R_truth_world * from_message(m.cov_v_world) * R_truth_world.transpose();
   b.mode = m.mode;
-  b.resets = m.world_resets;
   record_.beliefs.push_back(b);
 }
 

@@ -27,10 +27,10 @@ MarkResult with(double value) {
 MarkResult drift(const Runs& runs, double share) {
   std::vector<double> pct;
   for (const DrillRunFigures& run : runs) {
-    const auto longest = std::max_element(
-        run.outages.begin(), run.outages.end(), [](const OutageDrift& a, const OutageDrift& b) {
-          return a.window.end_s - a.window.begin_s < b.window.end_s - b.window.begin_s;
-        });
+    const auto longest = std::max_element(run.outages.begin(), run.outages.end(),
+                                          [](const OutageDrift& a, const OutageDrift& b) {
+                                            return a.window.length_s() < b.window.length_s();
+                                          });
     if (longest != run.outages.end()) pct.push_back(longest->drift_pct);
   }
   if (pct.empty()) return without("no outage");

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "tools/rcs/drill_baselines.h"
+#include "tools/rcs/drill_figures.h"
 #include "tools/rcs/drill_marks.h"
 #include "tools/rcs/drill_trust.h"
 

@@ -15,27 +15,17 @@ namespace {
 /// After the last message: so that the work under way is finished.
 constexpr Duration kTail = std::chrono::milliseconds(500);
 
-Stimulus dropout(DrillSource source, double begin_s) {
-  Stimulus s;
-  s.kind = StimulusKind::kDropout;
-  s.source = source;
-  s.begin_s = begin_s;
-  s.length_s = 1e5;
-  return s;
-}
-
 std::vector<Stimulus> stimuli_of(const Drill& drill, const DrillRunOptions& options) {
   if (options.undisturbed) return {};
   std::vector<Stimulus> stimuli = drill.stimuli;
   const double begin_s = drill.begin_s();
+  const auto withhold = [&](DrillSource source) {
+    stimuli.push_back(dropout(source, begin_s, kForGood_s));
+  };
   const bool inertial = options.withheld == Withheld::kLadarOdometryAndGps;
-  if (inertial) stimuli.push_back(dropout(DrillSource::kOdometry, begin_s));
-  if (inertial || options.withheld == Withheld::kLadar) {
-    stimuli.push_back(dropout(DrillSource::kLadar, begin_s));
-  }
-  if (inertial || options.withheld == Withheld::kGps) {
-    stimuli.push_back(dropout(DrillSource::kGps, begin_s));
-  }
+  if (inertial) withhold(DrillSource::kOdometry);
+  if (inertial || options.withheld == Withheld::kLadar) withhold(DrillSource::kLadar);
+  if (inertial || options.withheld == Withheld::kGps) withhold(DrillSource::kGps);
   return stimuli;
 }
 

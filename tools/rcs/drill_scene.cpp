@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <utility>
 
-#include "lcmtypes/channels.h"
 #include "rcs/node/log_source.h"
 #include "sim/scenario_file.h"
 #include "sim/simulator.h"
+#include "tools/rcs/drill_stimulus.h"
 
 namespace rcs::tools {
 namespace {
@@ -29,9 +29,7 @@ class RecordedSource final : public EventSource {
 class LoggedSource final : public EventSource {
  public:
   explicit LoggedSource(LogReader reader)
-      : reader_(std::move(reader)),
-        source_(&reader_, {channel::kSimTruth, channel::kLadarRanges, channel::kLadarPoints,
-                           channel::kIns, channel::kGpsFix, channel::kOdometry}) {}
+      : reader_(std::move(reader)), source_(&reader_, drive_channels()) {}
 
   [[nodiscard]] Stamp peek() override { return source_.peek(); }
   void take(SourceEvent* event) override { source_.take(event); }

@@ -121,8 +121,8 @@ Stimulus read_stimulus(ParamTable table) {
   }
   table.get("begin_s", &s.begin_s, {0, 1e5});
   if (s.kind != StimulusKind::kFlapping) {
-    s.length_s = 1e5;  // for good
-    table.get("length_s", &s.length_s, {0.01, 1e5});
+    s.length_s = kForGood_s;
+    table.get("length_s", &s.length_s, {0.01, kForGood_s});
   }
   read_strength(&table, &s);
   return s;
@@ -143,7 +143,6 @@ void read_run(ParamTable table, const ParamFile& file, DrillRun* run) {
 
 Result<Drill> read(const ParamFile& file) {
   Drill d;
-  d.path = file.name();
   d.id = std::filesystem::path(file.name()).stem().string();
   ParamTable root = file.root();
   d.name = d.id;
@@ -172,6 +171,15 @@ Result<Drill> read(const ParamFile& file) {
 
 }  // namespace
 
+Stimulus dropout(DrillSource source, double begin_s, double length_s) {
+  Stimulus s;
+  s.kind = StimulusKind::kDropout;
+  s.source = source;
+  s.begin_s = begin_s;
+  s.length_s = length_s;
+  return s;
+}
+
 double Drill::begin_s() const {
   constexpr double kWithout_s = 20.0;
   double first_s = stimuli.empty() ? kWithout_s : stimuli.front().begin_s;
@@ -180,7 +188,6 @@ double Drill::begin_s() const {
 }
 
 double Drill::end_s() const {
-  constexpr double kForGood_s = 1e5;
   double last_s = stimuli.empty() ? kForGood_s : begin_s();
   for (const Stimulus& s : stimuli) last_s = std::max(last_s, s.end_s());
   return std::min(last_s, kForGood_s);

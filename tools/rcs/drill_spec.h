@@ -17,6 +17,9 @@ namespace rcs::tools {
 /// Whose messages are changed.
 enum class DrillSource { kGps, kLadar, kIns, kOdometry, kAll };
 
+/// A stimulus as long as this lasts to the end of every drive.
+constexpr double kForGood_s = 1e5;
+
 enum class StimulusKind {
   kDropout,      ///< nothing arrives
   kFlapping,     ///< on_s with, off_s without, again and again
@@ -34,6 +37,15 @@ enum class StimulusKind {
   kDelay,        ///< arrives later by delay_ms
   kReorder,      ///< every second message arrives after its successor
   kRepeat        ///< every message arrives once more after delay_ms
+};
+
+/// A stretch of a drive. Times count from the first sensor message.
+struct DrillWindow {
+  double begin_s = 0.0;
+  double end_s = 0.0;
+
+  [[nodiscard]] bool contains(double t_s) const { return t_s >= begin_s && t_s < end_s; }
+  [[nodiscard]] double length_s() const { return end_s - begin_s; }
 };
 
 /// A window of time and what happens in it. Times count from the first sensor message.
@@ -67,6 +79,8 @@ struct Stimulus {
   }
 };
 
+[[nodiscard]] Stimulus dropout(DrillSource source, double begin_s, double length_s);
+
 /// What the run differs in from any other.
 struct DrillRun {
   double length_s = 0.0;            ///< of the drive, (0, 1e5]; 0: all of it
@@ -84,7 +98,6 @@ struct DrillRun {
 using DrillMarks = std::map<std::string, double, std::less<>>;
 
 struct Drill {
-  std::string path;
   std::string id;     ///< the file's name without .toml
   std::string name;   ///< for people
   std::string about;  ///< what happens, and why it matters
@@ -98,7 +111,7 @@ struct Drill {
 
   /// Where the judging begins: the first stimulus, or 20 s where there is none.
   [[nodiscard]] double begin_s() const;
-  /// Where the last stimulus ends; 1e5 where one lasts for good, or there is none.
+  /// Where the last stimulus ends; kForGood_s where one lasts for good, or there is none.
   [[nodiscard]] double end_s() const;
 };
 

@@ -108,6 +108,11 @@ double offset_at(const Stimulus& s, double since_s) {
 
 }  // namespace
 
+std::vector<std::string> drive_channels() {
+  return {channel::kSimTruth, channel::kLadarRanges, channel::kLadarPoints,
+          channel::kIns,      channel::kGpsFix,      channel::kOdometry};
+}
+
 bool speaks_on(DrillSource source, std::string_view channel) {
   const bool ladar = channel == channel::kLadarRanges || channel == channel::kLadarPoints;
   switch (source) {

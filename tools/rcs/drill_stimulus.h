@@ -6,6 +6,8 @@
 #include <map>
 #include <optional>
 #include <random>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "lcmtypes/rcs/gps_fix_t.hpp"
@@ -25,9 +27,6 @@ class StimulatedSource final : public EventSource {
   [[nodiscard]] Stamp peek() override;
   void take(SourceEvent* event) override;
 
-  /// Arrival of the first sensor message: time zero of the stimuli. None before it was read.
-  [[nodiscard]] const std::optional<Stamp>& begin() const { return begin_; }
-
  private:
   struct Active {
     Stimulus stimulus;
@@ -43,9 +42,12 @@ class StimulatedSource final : public EventSource {
 
   EventSource* source_;
   std::vector<Active> active_;
-  std::optional<Stamp> begin_;
+  std::optional<Stamp> begin_;  // arrival of the first sensor message: time zero of the stimuli
   std::multimap<Stamp, SourceEvent> ready_;  // of equal due in the order of their coming
 };
+
+/// The channels of a drive: the sensors' and SIM_TRUTH.
+[[nodiscard]] std::vector<std::string> drive_channels();
 
 /// @return whether `source` speaks on `channel`
 [[nodiscard]] bool speaks_on(DrillSource source, std::string_view channel);

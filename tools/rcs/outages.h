@@ -1,6 +1,6 @@
 #pragma once
-// How far off would the vehicle be if GPS died? A log is driven again with GPS cut at many places:
-// drills without marks. Pure functions: what is to be run, and what its records say.
+// How far off would the vehicle be if GPS died? A log is driven again with GPS cut at many places
+// (outage_plan.h), and this is what the runs' records say. Pure functions.
 
 #include <array>
 #include <optional>
@@ -10,41 +10,9 @@
 
 #include "tools/rcs/dead_reckoning.h"
 #include "tools/rcs/drill_result.h"
+#include "tools/rcs/outage_plan.h"
 
 namespace rcs::tools {
-
-/// What is asked. Times count from the first sensor message.
-struct OutageQuestion {
-  std::vector<double> lengths_s = {10.0, 20.0, 30.0};
-  int places = 10;       ///< of each length, as far from one another as they can be
-  double from_s = 20.0;  ///< no outage begins before
-  /// One outage instead; the drive goes on to the log's end.
-  std::optional<DrillWindow> cut;
-  /// Every outage is tried once more without these, from the log's begin on.
-  std::vector<std::vector<DrillSource>> without;
-};
-
-/// "odometry+ladar"; gps has no business here.
-[[nodiscard]] Result<std::vector<DrillSource>> parse_without(const std::string& text);
-
-/// One run that answers the question.
-struct OutagePlan {
-  enum class Kind {
-    kUncut,   ///< GPS all along
-    kOutage,  ///< GPS withheld in `window`
-    kNoGps    ///< never any GPS: what the LADAR finds alone
-  };
-  Kind kind = Kind::kOutage;
-  std::size_t variant = 0;  ///< 0: all sources; k: OutageQuestion::without[k - 1]
-  DrillWindow window;
-  Drill drill;
-};
-
-/// @param drive_s  of the log, by its sensor messages
-/// @param ladar  the log has a LADAR
-/// @return an error when an outage does not fit into the drive
-[[nodiscard]] Result<std::vector<OutagePlan>> plan_outages(const OutageQuestion& question,
-                                                           double drive_s, bool ladar);
 
 /// Who says where the vehicle is when the outage ends. All but WM carry on from WM's belief at its
 /// beginning, by what was learnt of the sensors until then.
@@ -60,7 +28,7 @@ struct OutageError {
 };
 
 struct OutageFinding {
-  std::size_t variant = 0;
+  std::size_t variant = 0;  ///< as OutagePlan::variant
   DrillWindow window;
   std::string failed;  ///< why there are no errors; empty: there are
   double driven_m = 0.0;

@@ -2,15 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <filesystem>
-#include <thread>
-
+#include "tools/rcs/campaign_terminal.h"
 #include "tools/rcs/command.h"
-#include "tools/rcs/drill_campaign.h"
 #include "tools/rcs/outages.h"
 #include "tools/rcs/outages_output.h"
-#include "tools/rcs/terminal.h"
 
 namespace rcs::tools {
 namespace {
@@ -110,26 +105,13 @@ class OutagesCommand final : public Command {
     const Result<std::vector<OutagePlan>> plans =
         plan_outages(question_, drive_s, motion->has_ladar);
     if (!plans) return Error{log_ + ": " + plans.error().message};
-    if (!logs_.empty()) {
-      std::error_code error;
-      std::filesystem::create_directories(logs_, error);
-      if (error) return Error{logs_ + ": " + error.message()};
-    }
-
     DrillCampaign campaign;
     for (const OutagePlan& plan : *plans) campaign.drills.push_back(plan.drill);
     campaign.vehicle = std::move(vehicle).value();
     campaign.log = log_;
     campaign.logs_folder = logs_;
-    campaign.jobs = jobs_ > 0 ? static_cast<std::size_t>(jobs_)
-                              : std::max<std::size_t>(1, std::thread::hardware_concurrency());
-    const InterruptGuard interrupt;
-    Progress progress(kName, 1000);
-    campaign.stop = [&interrupt] { return interrupt.requested(); };
-    campaign.progress = [&progress](double share) {
-      progress.at(static_cast<std::int64_t>(1000.0 * share));
-    };
-    const Result<std::vector<DrillResult>> results = run_campaign(campaign);
+    const Result<std::vector<DrillResult>> results =
+        run_campaign_at_terminal(kName, logs_, jobs_, std::move(campaign));
     if (!results) return results.error();
     return judge_outages(question_, *plans, *results, *motion);
   }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tools/rcs/drill_output.h"
 #include "tools/rcs/statistics.h"
 
 namespace rcs::tools {
@@ -39,13 +40,12 @@ std::vector<double> values_of(const Group& group, Value value) {
   return values;
 }
 
-double length_s(const OutageFinding& f) { return f.window.end_s - f.window.begin_s; }
-
 std::vector<Group> grouped(const OutageReport& report) {
   std::vector<Group> groups;
   for (const OutageFinding& f : report.findings) {
     const auto same = std::find_if(groups.begin(), groups.end(), [&](const Group& g) {
-      return g.front()->variant == f.variant && std::abs(length_s(*g.front()) - length_s(f)) < 1e-6;
+      return g.front()->variant == f.variant &&
+             std::abs(g.front()->window.length_s() - f.window.length_s()) < 1e-6;
     });
     if (same == groups.end()) {
       groups.push_back({&f});
@@ -82,8 +82,6 @@ std::string back_text(const Group& group) {
   return never == 0 ? text : fmt::format("{}, {} not", text, never);
 }
 
-Json number(const std::optional<double>& v) { return v ? Json(*v) : Json(nullptr); }
-
 Json error_json(const std::optional<OutageError>& e) {
   if (!e) return nullptr;
   return {{"horizontal_m", e->horizontal_m},
@@ -100,7 +98,7 @@ Json summary_json(const std::vector<double>& values) {
 Json finding_json(const OutageReport& report, const OutageFinding& f) {
   Json j = {{"sources", report.variants[f.variant]},
             {"begin_s", f.window.begin_s},
-            {"length_s", length_s(f)}};
+            {"length_s", f.window.length_s()}};
   if (!f.failed.empty()) {
     j["failed"] = f.failed;
     return j;
@@ -111,9 +109,9 @@ Json finding_json(const OutageReport& report, const OutageFinding& f) {
     if (f.at_end[t]) j["at_end"][name_of(t)] = error_json(f.at_end[t]);
   }
   j["claimed_sigma_m"] = f.sigma_m;
-  j["to_next_fix_m"] = number(f.to_fix_m);
-  j["next_fix_sigma_m"] = number(f.fix_sigma_m);
-  j["gps_back_after_s"] = number(f.back_after_s);
+  j["to_next_fix_m"] = number_or_null(f.to_fix_m);
+  j["next_fix_sigma_m"] = number_or_null(f.fix_sigma_m);
+  j["gps_back_after_s"] = number_or_null(f.back_after_s);
   if (f.at_log_end) j["at_log_end"] = error_json(f.at_log_end);
   return j;
 }
@@ -128,7 +126,7 @@ Table outage_table(const OutageReport& report) {
     t.header.emplace_back(title);
   }
   for (const Group& g : grouped(report)) {
-    std::string name = fmt::format("{:g} s", length_s(*g.front()));
+    std::string name = fmt::format("{:g} s", g.front()->window.length_s());
     if (g.front()->variant > 0) name += ", " + report.variants[g.front()->variant];
     const std::vector<double> driven_m = values_of(g, [](const OutageFinding& f) {
       return f.failed.empty() ? std::optional<double>(f.driven_m) : std::nullopt;
@@ -189,7 +187,7 @@ Json to_json(const OutageReport& report) {
             {"outages", Json::array()}};
   for (const Group& g : grouped(report)) {
     Json group = {{"sources", report.variants[g.front()->variant]},
-                  {"length_s", length_s(*g.front())},
+                  {"length_s", g.front()->window.length_s()},
                   {"places", g.size()},
                   {"judged", judged(g)}};
     for (std::size_t k = 0; k < kTellers; ++k) {
@@ -205,7 +203,8 @@ Json to_json(const OutageReport& report) {
   }
   for (const OutageFinding& f : report.findings) j["outages"].push_back(finding_json(report, f));
   for (const ClosureFinding& c : report.closures) {
-    Json closure = {{"sources", report.variants[c.variant]}, {"fixes_m", number(c.fixes_m)}};
+    Json closure = {{"sources", report.variants[c.variant]},
+                    {"fixes_m", number_or_null(c.fixes_m)}};
     for (std::size_t k = 0; k < kTellers; ++k) {
       if (c.m[k]) closure["start_to_end_m"][name_of(k)] = *c.m[k];
     }
