@@ -47,10 +47,15 @@ Belief initial_belief(const WmParams& params, Stamp stamp) {
   set_variance(kAttitude + 2, 1, 1e-4, &b.P);
   set_variance(kGyroBias, 3, params.ins.gyro_turn_on, &b.P);
   set_variance(kAccelBias, 3, params.ins.accel_turn_on, &b.P);
+  // Gravity is always there: what misalignment makes of it across is as good as a bias.
+  const double tilted = params.ins.scale_and_misalignment * Earth{}.gravity;
+  b.P.diagonal().segment<2>(kAccelBias).array() += tilted * tilted;
   set_variance(kMapOffset, 3, params.drive.map_sigma_m, &b.P);
   set_variance(kWheelScale, 1, params.odometry.scale_sigma, &b.P);
   set_variance(kGpsOffset, 3, 1.0, &b.P);
   set_variance(kRate, 3, params.motion.rate_sigma, &b.P);
+  set_variance(kSlip, 3, 1.0, &b.P);
+  set_variance(kClimbSlip, 1, params.odometry.climb_slip, &b.P);
   set_variance(kMount, 3, params.mount.sigma_rad, &b.P);
   return b;
 }

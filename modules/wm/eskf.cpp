@@ -43,6 +43,11 @@ void drive_on(double dt, double distance_m, const ProcessNoise& ins, const Drive
   scale_block(kGpsOffset, 3, keep_gps, &P);
   add_variance(kGpsOffset, 3, 1.0 - keep_gps * keep_gps, &P);
 
+  const double keep_slip = std::exp(-dt / drive.slip_tau_s);
+  x.slip *= keep_slip;
+  scale_block(kSlip, 3, keep_slip, &P);
+  add_variance(kSlip, 3, 1.0 - keep_slip * keep_slip, &P);
+
   if (x.map_epoch < 0) return;
   // SP's map drifts where it is being written: at the vehicle. Noise at the map's origin would turn
   // the vehicle about a point that may be kilometres away.
@@ -111,8 +116,15 @@ Earth earth_at(const Geodetic& datum) {
   return {normal_gravity(datum.lat_rad, datum.height), earth_rate_world(datum.lat_rad)};
 }
 
+void Lasting::add(const ImuSample& imu, double gravity, double window_s) {
+  const double dt = seconds(imu.interval);
+  const double a = std::min(1.0, dt / window_s);
+  rate += a * (imu.delta_angle / dt - rate);
+  force += a * (imu.delta_v / dt - Vec3(0.0, 0.0, gravity) - force);
+}
+
 Belief predict(const Belief& b, const ImuSample& imu, const Earth& earth, const ProcessNoise& noise,
-               const DriveNoise& drive) {
+               const DriveNoise& drive, const Lasting& lasting) {
   const double dt = seconds(imu.stamp - b.x.stamp);
   const Mat3 R = b.x.T_world_vehicle.rotation();
   const Vec3 earth_vehicle = R.transpose() * earth.rate_world;
@@ -155,12 +167,11 @@ Belief predict(const Belief& b, const ImuSample& imu, const Earth& earth, const 
 
   // An error of an increment enters just as bias * dt does, so B / dt is also the noise's Jacobian.
   const double k2 =
-      noise.scale_and_misalignment * noise.scale_and_misalignment * noise.motion_time_s;
-  const Vec3 acceleration = (x.v_world - b.x.v_world) / dt;
+      2.0 * noise.scale_and_misalignment * noise.scale_and_misalignment * noise.motion_time_s;
   const double angle_density =
-      noise.angle_random_walk * noise.angle_random_walk + k2 * x.rate_vehicle.squaredNorm();
+      noise.angle_random_walk * noise.angle_random_walk + k2 * lasting.rate.squaredNorm();
   const double velocity_density =
-      noise.velocity_random_walk * noise.velocity_random_walk + k2 * acceleration.squaredNorm();
+      noise.velocity_random_walk * noise.velocity_random_walk + k2 * lasting.force.squaredNorm();
   Mat9 Q;
   Q.noalias() = (angle_density / dt) * (B.leftCols<3>() * B.leftCols<3>().transpose());
   Q.noalias() += (velocity_density / dt) * (B.rightCols<3>() * B.rightCols<3>().transpose());

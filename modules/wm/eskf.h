@@ -25,12 +25,22 @@ struct Earth {
 /// At the datum: normal gravity and the earth's rate.
 [[nodiscard]] Earth earth_at(const Geodetic& datum);
 
+/// Motion without what comes and goes within seconds: an error of scale or misalignment that a bump
+/// causes is taken back by the next one, that of a turn stays.
+struct Lasting {
+  Vec3 rate = Vec3::Zero();   ///< [rad/s], vehicle axes
+  Vec3 force = Vec3::Zero();  ///< specific force less that at rest on level ground [m/s^2]
+
+  void add(const ImuSample& imu, double gravity, double window_s);
+};
+
 /// Strapdown integration from b.x.stamp to imu.stamp; the increments must be those of just that
 /// interval. Attitude by the rotation vector, velocity with the first-order rotation term of a
 /// constant rate and force (Savage 1998); with one sample at a time the coning and sculling terms
 /// of second order are left out: at 100 Hz and more they are far below the random walk.
 [[nodiscard]] Belief predict(const Belief& b, const ImuSample& imu, const Earth& earth,
-                             const ProcessNoise& noise, const DriveNoise& drive);
+                             const ProcessNoise& noise, const DriveNoise& drive,
+                             const Lasting& lasting);
 
 /// Prediction without INS: the velocity and the rate of the body are constant but for white
 /// accelerations. The rate is part of the state, estimated like the velocity from whatever is

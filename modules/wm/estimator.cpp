@@ -126,7 +126,7 @@ void Estimator::step_clock(Stamp to) {
   }
   if (m.last_reset != Stamp::min()) m.last_reset += step;
   if (m.fix_heard != Stamp::min()) m.fix_heard += step;
-  m.ins_stamp = Stamp::min();
+  m.ins_stamp = m.odometry_heard = m.constrained = Stamp::min();
   Innovations none;
   if (passed > kBlind) {
     forget_place(&state);

@@ -100,7 +100,8 @@ void advance(const Model& model, Stamp to, const ImuSample* next_imu, FilterStat
     const double share =
         share_of_interval * seconds(to - before.stamp) / seconds(imu.stamp - begin);
     const ImuSample part{to, to - before.stamp, share * imu.delta_angle, share * imu.delta_v};
-    s->belief = predict(s->belief, part, model.earth, model.params.ins, model.params.drive);
+    s->belief =
+        predict(s->belief, part, model.earth, model.params.ins, model.params.drive, m.lasting);
     after_prediction(model, before, s);
   }
   if (to != imu.stamp) return;
@@ -114,6 +115,7 @@ void advance(const Model& model, Stamp to, const ImuSample* next_imu, FilterStat
     s->belief.P.diagonal().segment<3>(kAttitude).array() += qw * qw * t * t * t / 3.0;
   }
   m.stillness.add(imu, model.params.stillness.window_s);
+  m.lasting.add(imu, model.earth.gravity, model.params.ins.motion_time_s);
   SourceRecord& record = m.of(Source::kZeroVelocity);
   const bool due = record.accepted == Stamp::min() ||
                    imu.stamp - record.accepted >= model.params.stillness.period;

@@ -75,12 +75,13 @@ struct Memory {
   std::array<SourceRecord, kSources> sources;
   Stamp ins_stamp = Stamp::min();  ///< end of the newest INS interval that was integrated
   Stillness stillness;
+  Lasting lasting;
   Vec3 accel_vehicle = Vec3::Zero();  ///< without gravity [m/s^2]
   double odometry_mps = 0.0;          ///< newest
   Stamp odometry_heard = Stamp::min();
   Stamp constrained = Stamp::min();  ///< when the non-holonomic constraint was last held up
   double distance_m = 0.0;           ///< driven
-  /// Variance for each metre that SP\'s map inherits of its scans now, [m^2, rad^2].
+  /// Variance for each metre that SP's map inherits of its scans now, [m^2, rad^2].
   double inherited_m2 = 0.0, inherited_rad2 = 0.0;
   Withheld withheld;
   Stamp fix_heard = Stamp::min();  ///< newest fix, believed or not

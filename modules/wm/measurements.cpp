@@ -182,38 +182,47 @@ Mat6 registration_covariance(const NavState& x, const Mat6& information,
          systematic_covariance(x, params);
 }
 
-Residual<2> wheel_speed(const NavState& x, const OdometrySample& z, const OdometryParams& params,
-                        double weight) {
+Residual<2> wheel_speed(const NavState& x, const OdometrySample& z, const OdometryParams& params) {
   const Mat3 R_vehicle_world = x.T_world_vehicle.rotation().transpose();
   const Vec3 v_vehicle = R_vehicle_world * x.v_world;
-  const double slip = params.slip * v_vehicle.x();
+  const double climb = R_vehicle_world(0, 2);
+  const double ratio = x.wheel_scale + params.slip * x.slip.x() + x.slip_per_climb * climb;
   const double sigma = std::max(z.sigma_speed_mps, params.sigma_floor_mps);
   Residual<2> out;
   out.dof = 1;
-  out.r[0] = z.speed_mps - x.wheel_scale * v_vehicle.x();
-  out.H.block<1, 3>(0, kVelocity) = x.wheel_scale * R_vehicle_world.row(0);
-  out.H.block<1, 3>(0, kAttitude) = x.wheel_scale * hat(v_vehicle).row(0);
+  out.r[0] = z.speed_mps - ratio * v_vehicle.x();
+  out.H.block<1, 3>(0, kVelocity) = ratio * R_vehicle_world.row(0);
+  const Vec3 climb_by_attitude = hat(R_vehicle_world.col(2)).row(0);
+  out.H.block<1, 3>(0, kAttitude) =
+      ratio * hat(v_vehicle).row(0) +
+      x.slip_per_climb * v_vehicle.x() * climb_by_attitude.transpose();
   out.H(0, kWheelScale) = v_vehicle.x();
-  out.R(0, 0) = (sigma * sigma + slip * slip) / weight;
+  out.H(0, kSlip) = params.slip * v_vehicle.x();
+  out.H(0, kClimbSlip) = climb * v_vehicle.x();
+  out.R(0, 0) = sigma * sigma;
   if (!x.inertial && std::isfinite(z.yaw_rate_radps)) {
     out.dof = 2;
     out.r[1] = z.yaw_rate_radps - x.rate_vehicle.z();
     out.H(1, kRate + 2) = 1.0;
-    out.R(1, 1) = z.sigma_yaw_rate_radps * z.sigma_yaw_rate_radps / weight;
+    out.R(1, 1) = z.sigma_yaw_rate_radps * z.sigma_yaw_rate_radps;
   }
   return out;
 }
 
-Residual<2> non_holonomic(const NavState& x, const OdometryParams& params, double weight) {
+Residual<2> non_holonomic(const NavState& x, const OdometryParams& params, double shaking_mps2) {
   const Mat3 R_vehicle_world = x.T_world_vehicle.rotation().transpose();
   const Vec3 v_vehicle = R_vehicle_world * x.v_world;
-  const double side_slip = params.side_slip * v_vehicle.x();
+  Mat<2, 3> across;  // what of the velocity is neither along the vehicle nor slip
+  across << -params.side_slip * x.slip.y(), 1.0, 0.0,  //
+      -params.side_slip * x.slip.z(), 0.0, 1.0;
   Residual<2> out;
-  out.r = -v_vehicle.tail<2>();
-  out.H.block<2, 3>(0, kVelocity) = R_vehicle_world.bottomRows<2>();
-  out.H.block<2, 3>(0, kAttitude) = hat(v_vehicle).bottomRows<2>();
-  out.R(0, 0) = (params.lateral_mps * params.lateral_mps + side_slip * side_slip) / weight;
-  out.R(1, 1) = (params.vertical_mps * params.vertical_mps + side_slip * side_slip) / weight;
+  out.r = -across * v_vehicle;
+  out.H.block<2, 3>(0, kVelocity) = across * R_vehicle_world;
+  out.H.block<2, 3>(0, kAttitude) = across * hat(v_vehicle);
+  out.H(0, kSlip + 1) = out.H(1, kSlip + 2) = -params.side_slip * v_vehicle.x();
+  const double heave_mps = shaking_mps2 / (2.0 * kPi * params.heave_hz);
+  out.R =
+      Vec2(params.lateral_mps, std::hypot(params.vertical_mps, heave_mps)).cwiseAbs2().asDiagonal();
   return out;
 }
 

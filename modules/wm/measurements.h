@@ -83,13 +83,13 @@ struct OdometrySample {
                                            const RegistrationParams& params, int* unobserved);
 
 /// Speed along vehicle x by the wheels, and the yaw rate where no INS gives it.
-/// @param weight  share of the information that is new since the last sample, (0, 1]
 [[nodiscard]] Residual<2> wheel_speed(const NavState& x, const OdometrySample& z,
-                                      const OdometryParams& params, double weight);
+                                      const OdometryParams& params);
 
 /// Wheels neither jump nor skid much: velocity along vehicle y and z is near 0.
+/// @param shaking_mps2  standard deviation of the specific force: how much the ground makes it sway
 [[nodiscard]] Residual<2> non_holonomic(const NavState& x, const OdometryParams& params,
-                                        double weight);
+                                        double shaking_mps2);
 
 /// Mean specific force [m/s^2, vehicle axes] while the vehicle does not accelerate: which way is
 /// up, together with the accelerometers' bias.

@@ -20,7 +20,9 @@ enum Index : int {
   kGpsOffset = 25,   ///< [sigmas that the receiver reports], world axes
   kRate = 28,        ///< of rate_vehicle [rad/s]; used only while no INS is there
   kMount = 31,       ///< of the LADAR's mount [rad], vehicle axes
-  kSize = 34
+  kSlip = 34,        ///< [sigmas], vehicle axes
+  kClimbSlip = 37,   ///< [1]
+  kSize = 38
 };
 
 using ErrorState = Vec<kSize>;
@@ -43,6 +45,13 @@ struct NavState {
   /// How the LADAR is turned from how it was said to be mounted. What it sees of a straight drive
   /// goes up, down or to a side by so much: 3.5 mm a metre for 0.2 deg.
   Vec3 mount = Vec3::Zero();
+  /// How the wheels slip along, sideways and off the ground, in units of its sigma
+  /// (OdometryParams): slip lasts, and taken as white twenty samples a second would make the filter
+  /// too sure.
+  Vec3 slip = Vec3::Zero();
+  /// More that they slip along, as a share of the speed, times the sine of the climb. It does not
+  /// average out: too fast uphill and too slow downhill both look like a vehicle that rises.
+  double slip_per_climb = 0.0;
   Vec3 rate_vehicle = Vec3::Zero();  ///< [rad/s]; by the gyro while `inertial`, else estimated
   int map_epoch = -1;                ///< of T_world_rolling; -1: none yet
   bool inertial = false;             ///< the last interval was integrated from the INS
@@ -67,6 +76,8 @@ inline NavState boxplus(const NavState& x, const ErrorState& d) {
   y.gps_offset += d.segment<3>(kGpsOffset);
   y.rate_vehicle += d.segment<3>(kRate);
   y.mount += d.segment<3>(kMount);
+  y.slip += d.segment<3>(kSlip);
+  y.slip_per_climb += d[kClimbSlip];
   return y;
 }
 
@@ -84,6 +95,8 @@ inline ErrorState boxminus(const NavState& y, const NavState& x) {
   d.segment<3>(kGpsOffset) = y.gps_offset - x.gps_offset;
   d.segment<3>(kRate) = y.rate_vehicle - x.rate_vehicle;
   d.segment<3>(kMount) = y.mount - x.mount;
+  d.segment<3>(kSlip) = y.slip - x.slip;
+  d[kClimbSlip] = y.slip_per_climb - x.slip_per_climb;
   return d;
 }
 

@@ -8,13 +8,13 @@ namespace rcs::wm {
 
 /// Errors of the INS. Defaults: a tactical-grade unit.
 struct ProcessNoise {
-  double angle_random_walk = 2.9e-5;   ///< [rad/sqrt(s)] (0.1 deg/sqrt(h)), (0, 0.1]
-  double velocity_random_walk = 5e-4;  ///< [m/s/sqrt(s)] (0.03 m/s/sqrt(h)), (0, 1]
-  double gyro_instability = 4.8e-6;    ///< [rad/s] wandered in bias_time_s (1 deg/h), (0, 0.1]
-  double accel_instability = 2.9e-3;   ///< [m/s^2] wandered in bias_time_s (0.3 mg), (0, 1]
-  double bias_time_s = 300.0;          ///< [1, 1e5]
-  double gyro_turn_on = 2.4e-5;        ///< bias at start [rad/s] (5 deg/h), (0, 0.1]
-  double accel_turn_on = 5.9e-3;       ///< bias at start [m/s^2] (0.6 mg), (0, 1]
+  double angle_random_walk = 4.4e-5;     ///< [rad/sqrt(s)] (0.15 deg/sqrt(h)), (0, 0.1]
+  double velocity_random_walk = 1.2e-3;  ///< [m/s/sqrt(s)] (0.07 m/s/sqrt(h)), (0, 1]
+  double gyro_instability = 3.4e-6;      ///< [rad/s] wandered in bias_time_s (0.7 deg/h), (0, 0.1]
+  double accel_instability = 6.9e-4;     ///< [m/s^2] wandered in bias_time_s (0.07 mg), (0, 1]
+  double bias_time_s = 300.0;            ///< [1, 1e5]
+  double gyro_turn_on = 2.4e-5;          ///< bias at start [rad/s] (5 deg/h), (0, 0.1]
+  double accel_turn_on = 9.8e-3;         ///< bias at start [m/s^2] (1 mg), (0, 1]
   /// Scale (300 ppm) and misalignment (0.1 deg) are not estimated: what they do to a motion, over
   /// the time that a motion lasts, is added as noise.
   double scale_and_misalignment = 1.8e-3;  ///< [1], [0, 0.1]
@@ -35,8 +35,9 @@ struct DriveNoise {
   double mount_angle = 1e-6;        ///< wander of the LADAR's mount [rad/sqrt(m)], [0, 0.01]
   double map_sigma_m = 1.0;         ///< a priori map's offset, stationary, (0, 100]
   double map_length_m = 200.0;      ///< its correlation length, [1, 1e5]
-  double wheel_scale = 5e-4;        ///< wander of the wheel's scale [1/sqrt(m)], [0, 0.1]
+  double wheel_scale = 1e-4;        ///< wander of the wheel's scale [1/sqrt(m)], [0, 0.1]
   double gps_tau_s = 60.0;          ///< correlation time of the GPS error, [0.1, 1e5]
+  double slip_tau_s = 0.5;          ///< the same of the wheels' slip, [0.01, 1e5]
 };
 
 struct GpsParams {
@@ -65,7 +66,8 @@ struct MountParams {
 struct RollingParams {
   RegistrationParams match;
   int refused_until_reset = 8;  ///< refusals in a row before a new clone, [2, 1000]
-  /// Share of a scan's covariance that its map inherits for each metre driven, [0, 1] 1/m.
+  /// Share of a scan's covariance that its map inherits for each metre driven, at most once a scan,
+  /// [0, 1] 1/m.
   double inherited = 0.2;
 };
 
@@ -80,10 +82,11 @@ struct OdometryParams {
   double sigma_floor_mps = 0.05;  ///< (0, 10]
   double slip = 0.03;             ///< sigma of slip as a share of the speed, [0, 1]
   double lateral_mps = 0.1;       ///< sigma of the side velocity at rest, (0, 10]
-  double vertical_mps = 0.2;      ///< sigma of the velocity along the vehicle's z, (0, 10]
+  double vertical_mps = 0.2;      ///< the same up and down, on smooth ground, (0, 10]
+  double heave_hz = 1.5;          ///< at which the body sways on its springs, [0.1, 100]
   double side_slip = 0.05;        ///< more of both, as a share of the speed, [0, 1]
-  double correlation_s = 0.5;     ///< slip lasts: measurements within this err together, (0, 60]
   double scale_sigma = 0.02;      ///< of the wheel's scale at start, (0, 0.5]
+  double climb_slip = 0.1;        ///< of slip by the sine of the climb, at start, [0, 1]
   bool constrained = true;        ///< it moves along itself, also where no odometry comes
 };
 

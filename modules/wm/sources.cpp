@@ -33,7 +33,7 @@ class Fuser {
   }
   Reason fuse_place(const Residual<3>& z);
   void look_at(Source source, const Residual<3>& z);
-  void constrain(double weight);
+  void constrain();
   void refuse(Source source, Reason reason) { note({stamp(), source, reason}); }
   void note(const Innovation& i);
   bool clone(const RollingMatch& z);
@@ -211,39 +211,28 @@ Reason Fuser::fuse_place(const Residual<3>& z) {
 void Fuser::operator()(const OdometrySample& z) {
   Memory& m = s_.memory;
   if (m.withheld.odometry) return;
-  const OdometryParams& params = model_.params.odometry;
   m.odometry_mps = z.speed_mps;
   m.odometry_heard = stamp();
-  const SourceRecord& last = m.of(Source::kOdometry);
-  const double since_s =
-      last.accepted == Stamp::min() ? params.correlation_s : seconds(stamp() - last.accepted);
-  // Slip lasts: of samples that follow one another closely, each tells little that is new. Beside
-  // an INS one in so long is enough.
-  constexpr double kHardly_s = 1e-3;
-  if (s_.belief.x.inertial && since_s < params.correlation_s - kHardly_s) return;
-  const double weight = std::clamp(since_s / params.correlation_s, 0.01, 1.0);
-  fuse(Source::kOdometry, wheel_speed(s_.belief.x, z, params, weight));
-  constrain(weight);
+  fuse(Source::kOdometry, wheel_speed(s_.belief.x, z, model_.params.odometry));
+  constrain();
 }
 
-/// A vehicle on wheels or tracks moves along itself, whether or not its wheels are counted.
-void Fuser::operator()(const ImuSample&) {
-  const Memory& m = s_.memory;
+void Fuser::operator()(const ImuSample&) { constrain(); }
+
+/// A vehicle on wheels or tracks moves along itself, whether or not its wheels are counted. On its
+/// springs it sways: samples that follow one another closely err together.
+void Fuser::constrain() {
+  constexpr Duration kEvery = from_milliseconds(500.0);
+  Memory& m = s_.memory;
   const OdometryParams& params = model_.params.odometry;
-  const Duration every = from_seconds(params.correlation_s);
-  const auto within = [this](Stamp t, Duration d) { return t != Stamp::min() && stamp() - t < d; };
   if (!params.constrained || m.withheld.odometry) return;
-  if (within(m.odometry_heard, 2 * every)) return;  // its samples bring the constraint along
-  if (within(m.constrained, every)) return;
-  constrain(1.0);
-}
-
-void Fuser::constrain(double weight) {
-  s_.memory.constrained = stamp();
-  const Residual<2> z = non_holonomic(s_.belief.x, model_.params.odometry, weight);
+  if (m.constrained != Stamp::min() && stamp() - m.constrained < kEvery) return;
+  m.constrained = stamp();
+  const double shaking_mps2 = std::sqrt(m.stillness.variance_force);
+  const Residual<2> z = non_holonomic(s_.belief.x, params, shaking_mps2);
   // A slide ends; what goes on sideways for so many times is the belief.
   constexpr int kNoSlide = 4;
-  if (s_.memory.of(Source::kNonHolonomic).refused >= kNoSlide) {
+  if (m.of(Source::kNonHolonomic).refused >= kNoSlide) {
     s_.belief.P.diagonal().segment<3>(kVelocity).array() += z.r.squaredNorm();
   }
   fuse(Source::kNonHolonomic, z);

@@ -224,6 +224,9 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
   const SourceRecord& record = belief.memory.of(Source::kGpsPosition);
   rival_m_ = 0.0;
   gps_right_ = {};
+  // No matches come any more that could take the map's doubt back, and fixes say where it is.
+  const Stamp mapped = belief.memory.of(Source::kPriorMap).accepted;
+  if (record.accepted == now && mapped < now - kFresh) map_doubt_ = map_rival_m_ = 0.0;
   if (before_.alive() && now >= gps_probation_) before_ = {};
   agreeing_.fill(false);
   agreeing_since_ = Stamp::min();

@@ -44,14 +44,16 @@ void read_gps(ParamTable table, GpsParams* p, DriveNoise* drive) {
   table.get("tau_s", &drive->gps_tau_s, {0.1, 1e5});
 }
 
-void read_odometry(ParamTable table, OdometryParams* p) {
+void read_odometry(ParamTable table, OdometryParams* p, DriveNoise* drive) {
   table.get("sigma_floor_mps", &p->sigma_floor_mps, {1e-3, 10});
   table.get("slip", &p->slip, {0, 1});
   table.get("lateral_mps", &p->lateral_mps, {1e-3, 10});
   table.get("vertical_mps", &p->vertical_mps, {1e-3, 10});
+  table.get("heave_hz", &p->heave_hz, {0.1, 100});
   table.get("side_slip", &p->side_slip, {0, 1});
-  table.get("correlation_s", &p->correlation_s, {1e-3, 60});
   table.get("scale_sigma", &p->scale_sigma, {1e-5, 0.5});
+  table.get("climb_slip", &p->climb_slip, {0, 1});
+  table.get("correlation_s", &drive->slip_tau_s, {0.01, 1e5});
   table.get("constrained", &p->constrained);
 }
 
@@ -198,20 +200,20 @@ ProcessNoise ins_grade(std::string_view grade) {
   ProcessNoise p;
   if (grade == "industrial") {
     p.angle_random_walk = 0.3 * kDegPerSqrtHour;
-    p.velocity_random_walk = 0.1 * kPerSqrtHour;
-    p.gyro_instability = 10.0 * kDegPerHour;
-    p.accel_instability = 0.5 * kMilliG;
-    p.gyro_turn_on = 200.0 * kDegPerHour;
-    p.accel_turn_on = 5.0 * kMilliG;
-    p.scale_and_misalignment = 3e-3;
+    p.velocity_random_walk = 0.05 * kPerSqrtHour;
+    p.gyro_instability = 8.5 * kDegPerHour;
+    p.accel_instability = 0.14 * kMilliG;
+    p.bias_time_s = 200.0;
+    p.gyro_turn_on = 100.0 * kDegPerHour;
+    p.accel_turn_on = 3.0 * kMilliG;
   } else if (grade == "consumer") {
     p.angle_random_walk = 0.6 * kDegPerSqrtHour;
-    p.velocity_random_walk = 0.3 * kPerSqrtHour;
-    p.gyro_instability = 60.0 * kDegPerHour;
-    p.accel_instability = 2.0 * kMilliG;
-    p.gyro_turn_on = 1800.0 * kDegPerHour;
-    p.accel_turn_on = 30.0 * kMilliG;
-    p.scale_and_misalignment = 1e-2;
+    p.velocity_random_walk = 0.18 * kPerSqrtHour;
+    p.gyro_instability = 42.0 * kDegPerHour;
+    p.accel_instability = 0.42 * kMilliG;
+    p.bias_time_s = 100.0;
+    p.gyro_turn_on = 1000.0 * kDegPerHour;
+    p.accel_turn_on = 20.0 * kMilliG;
   }
   return p;
 }
@@ -225,7 +227,7 @@ Result<WmConfig> load_wm_config(const ParamFile& file) {
   root.table("world").get("prior_map", &prior_map);
   read_gps(root.table("gps"), &p.gps, &p.drive);
   read_ins(root.table("ins"), &p.ins);
-  read_odometry(root.table("odometry"), &p.odometry);
+  read_odometry(root.table("odometry"), &p.odometry, &p.drive);
 
   ParamTable wm = root.table("wm");
   wm.get_ms("budget_ms", &c.info.budget, {1, 1000});

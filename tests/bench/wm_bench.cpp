@@ -1,10 +1,13 @@
 // Cost of WM's steps. wm_bench --benchmark_repetitions=10
 #include <benchmark/benchmark.h>
 
+#include <cmath>
 #include <limits>
 #include <optional>
+#include <random>
 #include <vector>
 
+#include "modules/wm/terrain_grid.h"
 #include "tests/wm/synthetic.h"
 
 namespace rcs::wm {
@@ -24,7 +27,9 @@ void predict_inertial(benchmark::State& state) {
                       Vec3(0.01, 0.0, 0.049)};
   const WmParams params;
   const Earth earth = earth_at(test_datum());
-  for (auto _ : state) benchmark::DoNotOptimize(predict(b, imu, earth, params.ins, params.drive));
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(predict(b, imu, earth, params.ins, params.drive, {}));
+  }
 }
 BENCHMARK(predict_inertial);
 
@@ -123,6 +128,36 @@ void estimator_with_shadows(benchmark::State& state) {
                          benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 BENCHMARK(estimator_with_shadows)->Unit(benchmark::kMillisecond);
+
+/// A scan of rolling ground all around, denser where it is nearer.
+Points scan_of_ground(unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<float> unit(0.0F, 1.0F);
+  Points points;
+  for (int k = 0; k < 5000; ++k) {
+    const float range_m = 5.0F + 30.0F * unit(random) * unit(random);
+    const float side_rad = 6.28F * unit(random);
+    const float x = range_m * std::cos(side_rad);
+    const float y = range_m * std::sin(side_rad);
+    points.push_back({x, y, 0.5F * std::sin(0.3F * x) + 0.05F * unit(random)});
+  }
+  return points;
+}
+
+void terrain_insert(benchmark::State& state) {
+  TerrainGrid grid{TerrainParams{}};
+  const Points points = scan_of_ground(1);
+  for (auto _ : state) grid.insert(points, Pose{});
+}
+BENCHMARK(terrain_insert);
+
+void terrain_patch(benchmark::State& state) {
+  TerrainGrid grid{TerrainParams{}};
+  for (unsigned seed = 1; seed <= 20; ++seed) grid.insert(scan_of_ground(seed), Pose{});
+  std::vector<TerrainAnswer> answers;
+  for (auto _ : state) benchmark::DoNotOptimize(grid.patch(Pose{}, &answers));
+}
+BENCHMARK(terrain_patch);
 
 }  // namespace
 }  // namespace rcs::wm

@@ -27,6 +27,8 @@ NavState some_state(unsigned seed, bool inertial) {
   x.accel_bias = random6(&random, 0.1).head<3>();
   x.rate_vehicle = random6(&random, 0.4).head<3>();
   x.mount = random6(&random, 0.02).head<3>();
+  x.slip = random6(&random, 1.0).head<3>();
+  x.slip_per_climb = 0.1;
   x.wheel_scale = 1.02;
   x.map_epoch = 1;
   x.inertial = inertial;
@@ -68,7 +70,7 @@ TEST(Predict, InertialTransitionIsTheDerivative) {
   expect_transition(x, [&](Belief b) {
     b.P.middleRows<3>(kRate).setZero();
     b.P.middleCols<3>(kRate).setZero();
-    Belief next = predict(b, imu, earth, ProcessNoise{}, DriveNoise{});
+    Belief next = predict(b, imu, earth, ProcessNoise{}, DriveNoise{}, Lasting{});
     next.x.rate_vehicle.setZero();
     return next;
   });
@@ -92,15 +94,17 @@ TEST(Predict, InertialNoiseEntersAsTheIncrementsDo) {
   ProcessNoise noise;
   noise.scale_and_misalignment = 0.0;
   noise.gyro_instability = noise.accel_instability = 0.0;
-  const Cov Q = predict(Belief{x, Cov::Zero()}, imu, earth, noise, DriveNoise{}).P;
+  const Cov Q = predict(Belief{x, Cov::Zero()}, imu, earth, noise, DriveNoise{}, Lasting{}).P;
   Mat<9> expected = Mat<9>::Zero();
   for (int k = 0; k < 6; ++k) {
     ImuSample plus = imu, minus = imu;
     constexpr double kStep = 1e-7;
     (k < 3 ? plus.delta_angle[k] : plus.delta_v[k - 3]) += kStep;
     (k < 3 ? minus.delta_angle[k] : minus.delta_v[k - 3]) -= kStep;
-    const NavState a = predict(Belief{x, Cov::Zero()}, plus, earth, noise, DriveNoise{}).x;
-    const NavState b = predict(Belief{x, Cov::Zero()}, minus, earth, noise, DriveNoise{}).x;
+    const NavState a =
+        predict(Belief{x, Cov::Zero()}, plus, earth, noise, DriveNoise{}, Lasting{}).x;
+    const NavState b =
+        predict(Belief{x, Cov::Zero()}, minus, earth, noise, DriveNoise{}, Lasting{}).x;
     const Vec<9> g = boxminus(a, b).head<9>() / (2.0 * kStep);
     const double sigma = k < 3 ? noise.angle_random_walk : noise.velocity_random_walk;
     expected += sigma * sigma * dt * g * g.transpose();
@@ -141,7 +145,7 @@ TEST(Measurements, JacobiansAreTheDerivatives) {
       return gps_velocity(moved, fix, gps, Vec3(0.5, -1.0, 0.2));
     });
     expect_jacobian(x, 1e-6, [&](const NavState& y) {
-      return wheel_speed(y, {5.0, 0.1, 0.2, 0.01}, OdometryParams{}, 1.0);
+      return wheel_speed(y, {5.0, 0.1, 0.2, 0.01}, OdometryParams{});
     });
     expect_jacobian(x, 1e-6,
                     [&](const NavState& y) { return non_holonomic(y, OdometryParams{}, 1.0); });
