@@ -51,17 +51,31 @@ Directions directions(const Mat6& information, double arm_m) {
   return {eigen.eigenvectors().transpose() * w.asDiagonal(), eigen.eigenvalues()};
 }
 
+Eigen::Array<bool, 6, 1> observed(const Directions& d, const RegistrationParams& params) {
+  return d.lambda.array() > 1.0 / (params.observed_sigma_m * params.observed_sigma_m);
+}
+
+/// Of the perturbation whose components along the directions have these variances.
+Mat6 covariance(const Directions& d, const Vec6& variance, double arm_m) {
+  // A = U^T W with U orthogonal, so A^-1 = W^-1 U = W^-2 A^T.
+  Vec6 w_inverse2;
+  w_inverse2.head<3>().setOnes();
+  w_inverse2.tail<3>().setConstant(1.0 / (arm_m * arm_m));
+  const Mat6 A_inverse = w_inverse2.asDiagonal() * d.A.transpose();
+  return A_inverse * variance.asDiagonal() * A_inverse.transpose();
+}
+
 /// @param r  full residual; @param J  its Jacobian; rows along unobserved directions stay zero
 Residual<6> project(const Vec6& r, const Mat<6, kSize>& J, const Mat6& information,
                     const Mat6& systematic, const RegistrationParams& params, double weight) {
   const Directions d = directions(information, params.arm_m);
-  const double lambda_min = 1.0 / (params.observed_sigma_m * params.observed_sigma_m);
+  const auto is_observed = observed(d, params);
   const Mat6 R_systematic = d.A * systematic * d.A.transpose();
   Residual<6> z;
   z.dof = 0;
   int row[6];
   for (int i = 0; i < 6; ++i) {
-    if (d.lambda[i] > lambda_min) row[z.dof++] = i;
+    if (is_observed[i]) row[z.dof++] = i;
   }
   for (int a = 0; a < z.dof; ++a) {
     const int i = row[a];
@@ -152,34 +166,18 @@ Residual<6> prior_match(const NavState& x, const PriorMatch& z, const PriorMapPa
 
 Mat6 observed_covariance(const Mat6& information, const RegistrationParams& params) {
   const Directions d = directions(information, params.arm_m);
-  const double lambda_min = 1.0 / (params.observed_sigma_m * params.observed_sigma_m);
-  const Vec6 variance = (d.lambda.array() > lambda_min).select(d.lambda.cwiseInverse(), 0.0);
-  Vec6 w_inverse2;
-  w_inverse2.head<3>().setOnes();
-  w_inverse2.tail<3>().setConstant(1.0 / (params.arm_m * params.arm_m));
-  const Mat6 A_inverse = w_inverse2.asDiagonal() * d.A.transpose();
-  return A_inverse * variance.asDiagonal() * A_inverse.transpose();
+  return covariance(d, observed(d, params).select(d.lambda.cwiseInverse(), 0.0), params.arm_m);
 }
 
 Mat6 registration_covariance(const NavState& x, const Mat6& information,
                              const RegistrationParams& params, int* unobserved) {
-  const Directions d = directions(information, params.arm_m);
   constexpr double kUnknown_m = 1000.0;
-  const double lambda_min = 1.0 / (params.observed_sigma_m * params.observed_sigma_m);
-  Vec6 variance;
-  *unobserved = 0;
-  for (int i = 0; i < 6; ++i) {
-    const bool observed = d.lambda[i] > lambda_min;
-    if (!observed) ++*unobserved;
-    variance[i] = observed ? params.inflation / d.lambda[i] : kUnknown_m * kUnknown_m;
-  }
-  // A = U^T W with U orthogonal, so A^-1 = W^-1 U = W^-2 A^T.
-  Vec6 w_inverse2;
-  w_inverse2.head<3>().setOnes();
-  w_inverse2.tail<3>().setConstant(1.0 / (params.arm_m * params.arm_m));
-  const Mat6 A_inverse = w_inverse2.asDiagonal() * d.A.transpose();
-  return A_inverse * variance.asDiagonal() * A_inverse.transpose() +
-         systematic_covariance(x, params);
+  const Directions d = directions(information, params.arm_m);
+  const auto is_observed = observed(d, params);
+  *unobserved = 6 - static_cast<int>(is_observed.count());
+  const Vec6 variance =
+      is_observed.select(params.inflation * d.lambda.cwiseInverse(), kUnknown_m * kUnknown_m);
+  return covariance(d, variance, params.arm_m) + systematic_covariance(x, params);
 }
 
 Residual<2> wheel_speed(const NavState& x, const OdometrySample& z, const OdometryParams& params) {

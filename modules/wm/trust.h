@@ -109,6 +109,10 @@ class Trust {
   FilterState found(Finding finding, const FilterState& next, const FilterState& belief,
                     const ModeParams& modes);
 
+  static constexpr Duration kFresh = from_seconds(2.0);
+  static constexpr Duration kYoung = from_seconds(1.0);  // a shadow tells nothing yet
+  static constexpr double kCalm = 0.3;  // doubt below which a belief is worth a branch
+
   TrustParams params_;
   double limit_1_, limit_2_;  // chi square's, by degrees of freedom
   // Of two generations: the older ones watch, for what leads the belief away leads along whatever

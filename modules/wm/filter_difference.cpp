@@ -1,0 +1,39 @@
+#include "modules/wm/filter_difference.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace rcs::wm {
+
+double difference(const FilterState& less, const FilterState& more, double floor_m) {
+  const Vec2 d = (less.belief.x.T_world_vehicle.p - more.belief.x.T_world_vehicle.p).head<2>();
+  const Eigen::SelfAdjointEigenSolver<Mat<2, 2>> eigen(horizontal(less) - horizontal(more));
+  const Vec2 variance = eigen.eigenvalues().cwiseMax(0.0).array() + floor_m * floor_m;
+  const Vec2 along = eigen.eigenvectors().transpose() * d;
+  return along.cwiseAbs2().cwiseQuotient(variance).sum();
+}
+
+double heading_difference(const FilterState& less, const FilterState& more) {
+  constexpr double kFloor = 2e-3;  // [rad], of what the models do not know
+  const double d =
+      wrap_angle(yaw_of(less.belief.x.T_world_vehicle.q) - yaw_of(more.belief.x.T_world_vehicle.q));
+  constexpr int kYaw = kAttitude + 2;
+  const double known = less.belief.P(kYaw, kYaw) - more.belief.P(kYaw, kYaw);
+  return d * d / (std::max(known, 0.0) + kFloor * kFloor);
+}
+
+Nis nis(const FilterState& s, const GpsFix& z, const GpsParams& params, double floor_m) {
+  const Residual<3> r = gps_position(s.belief.x, z, params);
+  Mat3 S = r.H * s.belief.P * r.H.transpose() + r.R;
+  S.diagonal().array() += floor_m * floor_m;
+  const Mat<2, 2> S_h = S.topLeftCorner<2, 2>();
+  const Vec2 r_h = r.r.head<2>();
+  Nis out;
+  out.horizontal = r_h.dot(S_h.llt().solve(r_h));
+  out.vertical = r.r[2] * r.r[2] / S(2, 2);
+  out.sigma_m = std::sqrt(Eigen::SelfAdjointEigenSolver<Mat<2, 2>>(S_h).eigenvalues()[1]);
+  return out;
+}
+
+}  // namespace rcs::wm
