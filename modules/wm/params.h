@@ -148,9 +148,9 @@ struct TrustParams {
   int matches = 20;                            ///< that agree bring the LADAR back, [2, 1000]
   double false_alarm = 1e-6;                   ///< of a shadow's test, [1e-12, 1e-3]
   double floor_m = 0.3;                        ///< two filters may differ by this, [0.01, 10]
-  double floor_share = 0.003;       ///< sigma of the way that a shadow does not know of, [0, 0.1]
-  double floor_mps = 0.03;          ///< the same of its speed, [0, 1]
-  double heading_sigma_rad = 0.01;  ///< of a belief that is worth a shadow, [1e-3, 1]
+  double floor_share = 0.003;        ///< sigma of the way that a shadow does not know of, [0, 0.1]
+  double floor_mps = 0.03;           ///< the same of its speed, [0, 1]
+  double attitude_sigma_rad = 0.01;  ///< of a belief that is worth a shadow, [1e-3, 1]
   double cusum = 12.0;  ///< of velocities' excess, in sigmas, that refutes fixes, [3, 1000]
 };
 

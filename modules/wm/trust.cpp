@@ -76,11 +76,13 @@ bool Trust::well(const FilterState& belief) const {
   return without || belief.belief.x.stamp - fix < kFresh;
 }
 
-/// Where north is hardly known no path can be held against another.
-bool Trust::knows_north(const FilterState& belief) const {
-  const double heading = belief.belief.P(kAttitude + 2, kAttitude + 2);
-  return !belief.memory.anchored ||
-         heading <= params_.heading_sigma_rad * params_.heading_sigma_rad;
+/// Where north is hardly known no path can be held against another. Nor, by an INS, where up is: a
+/// tilt of a degree lets gravity lead it away by metres before it is told from a bias.
+bool Trust::knows_attitude(const FilterState& belief) const {
+  if (!belief.memory.anchored) return true;
+  const Vec3 variance = belief.belief.P.diagonal().segment<3>(kAttitude);
+  const double limit = params_.attitude_sigma_rad * params_.attitude_sigma_rad;
+  return (belief.belief.x.inertial ? variance.maxCoeff() : variance.z()) <= limit;
 }
 
 void Trust::branch_all(const FilterState& belief) {
@@ -100,7 +102,7 @@ void Trust::renew(const FilterState& belief) {
   const Stamp now = belief.belief.x.stamp;
   if (inertial_young_.alive() && now - inertial_young_.branch < params_.branch) return;
   if (!well(belief)) return;
-  if (!knows_north(belief)) {
+  if (!knows_attitude(belief)) {
     // Nor against one from long ago: the watch begins anew.
     inertial_young_ = inertial_ = without_ladar_ = without_gps_young_ = without_gps_ = Shadow{};
     detectable_m_ = kAnything_m;

@@ -171,7 +171,7 @@ void read_trust(ParamTable table, TrustParams* p) {
   table.get("floor_m", &p->floor_m, {0.01, 10});
   table.get("floor_share", &p->floor_share, {0, 0.1});
   table.get("floor_mps", &p->floor_mps, {0, 1});
-  table.get("heading_sigma_rad", &p->heading_sigma_rad, {1e-3, 1});
+  table.get("attitude_sigma_rad", &p->attitude_sigma_rad, {1e-3, 1});
   table.get("cusum", &p->cusum, {3, 1000});
 }
 
