@@ -37,8 +37,7 @@ bool stands(const Model& model, const FilterState& s) {
   const Memory& m = s.memory;
   if (!m.stillness.quiet(p)) return false;
   const Stamp odometry = m.odometry_heard;
-  const bool fresh =
-      odometry != Stamp::min() && s.belief.x.stamp - odometry < from_seconds(p.window_s);
+  const bool fresh = odometry > s.belief.x.stamp - from_seconds(p.window_s);
   const double speed = fresh ? std::abs(m.odometry_mps) : s.belief.x.v_world.norm();
   return speed < p.speed_mps;
 }

@@ -15,10 +15,10 @@ struct ProcessNoise {
   double bias_time_s = 300.0;            ///< [1, 1e5]
   double gyro_turn_on = 2.4e-5;          ///< bias at start [rad/s] (5 deg/h), (0, 0.1]
   double accel_turn_on = 9.8e-3;         ///< bias at start [m/s^2] (1 mg), (0, 1]
-  /// Scale (300 ppm) and misalignment (0.1 deg) are not estimated: what they do to a motion, over
-  /// the time that a motion lasts, is added as noise.
+  /// Scale (300 ppm) and misalignment (0.1 deg) are not estimated: what they do to motions that
+  /// last (Lasting) is added as noise.
   double scale_and_misalignment = 1.8e-3;  ///< [1], [0, 0.1]
-  double motion_time_s = 1.0;              ///< how long a turn or a braking lasts, [0.1, 60]
+  double motion_time_s = 1.0;              ///< what comes and goes faster leaves nothing, [0.1, 60]
 };
 
 /// The vehicle without INS: constant body velocity and body rate, driven by white accelerations.

@@ -226,7 +226,7 @@ void Fuser::constrain() {
   Memory& m = s_.memory;
   const OdometryParams& params = model_.params.odometry;
   if (!params.constrained || m.withheld.odometry) return;
-  if (m.constrained != Stamp::min() && stamp() - m.constrained < kEvery) return;
+  if (m.constrained > stamp() - kEvery) return;
   m.constrained = stamp();
   const double shaking_mps2 = std::sqrt(m.stillness.variance_force);
   const Residual<2> z = non_holonomic(s_.belief.x, params, shaking_mps2);

@@ -73,7 +73,7 @@ bool Trust::well(const FilterState& belief) const {
   if (std::max({gps_doubt_, ladar_doubt_, map_doubt_}) > (old ? 1.0 : kCalm)) return false;
   const Stamp fix = m.of(Source::kGpsPosition).accepted;
   const bool without = !m.anchored;  // there is no GPS to go without
-  return without || belief.belief.x.stamp - fix < kFresh;
+  return without || fix > belief.belief.x.stamp - kFresh;
 }
 
 /// Where north is hardly known no path can be held against another. Nor, by an INS, where up is: a

@@ -87,6 +87,7 @@ class Trust {
   void grow_up();
   void branch_all(const FilterState& belief);
   [[nodiscard]] bool well(const FilterState& belief) const;
+  [[nodiscard]] bool lasts(bool astray, Stamp now, Stamp* since) const;
   [[nodiscard]] bool knows_attitude(const FilterState& belief) const;
   std::optional<FilterState> judge_fix(const Model& model, const GpsFix& z,
                                        const FilterState& belief);

@@ -14,6 +14,13 @@ constexpr double kMapLimit1 = 10.83;
 
 }  // namespace
 
+/// Of the LADAR and its map: for so long that it is no accident.
+bool Trust::lasts(bool astray, Stamp now, Stamp* since) const {
+  if (!astray) *since = Stamp::min();
+  if (astray && *since == Stamp::min()) *since = now;
+  return astray && now - *since >= params_.ladar_doubted;
+}
+
 /// Fixes come back where the motion has led, and not where the a priori map has.
 std::optional<FilterState> Trust::map_is_to_blame(const Model& model, const GpsFix& z,
                                                   const FilterState& belief) {
@@ -48,13 +55,9 @@ std::optional<FilterState> Trust::judge_prior_match(const FilterState& belief,
       without_gps_.state.belief.x.T_world_vehicle.p - belief.belief.x.T_world_vehicle.p;
   map_rival_m_ = map_doubt_ > kCalm ? apart.head<2>().norm() : 0.0;
   // With GPS the two also differ when it is GPS that goes astray: judge_fix tells.
-  const bool by_fixes = now - belief.memory.of(Source::kGpsPosition).accepted < kFresh;
-  if (map_doubt_ <= 1.0 || (by_fixes && gps_doubt_ > kCalm)) {
-    map_doubted_since_ = Stamp::min();
-    return std::nullopt;
-  }
-  if (map_doubted_since_ == Stamp::min()) map_doubted_since_ = now;
-  if (now - map_doubted_since_ < params_.ladar_doubted) return std::nullopt;
+  const bool by_fixes = belief.memory.of(Source::kGpsPosition).accepted > now - kFresh;
+  const bool astray = map_doubt_ > 1.0 && (!by_fixes || gps_doubt_ <= kCalm);
+  if (!lasts(astray, now, &map_doubted_since_)) return std::nullopt;
   return without_map(belief, modes);
 }
 
@@ -65,15 +68,10 @@ std::optional<FilterState> Trust::judge_match(const FilterState& belief, const M
   ladar_doubt_ = difference(without_ladar_.state, belief, params_.floor_m) / limit_2_;
   // With GPS the two also differ when it is GPS that goes astray: judge_fix tells.
   const Stamp fix = without_ladar_.state.memory.of(Source::kGpsPosition).accepted;
-  const bool by_fixes = fix != Stamp::min() && now - fix < kFresh;
+  const bool by_fixes = fix > now - kFresh;
   const int refused = belief.memory.of(Source::kGpsPosition).refused;
   const bool astray = ladar_doubt_ > 1.0 && (!by_fixes || (gps_doubt_ < kCalm && refused == 0));
-  if (!astray) {
-    ladar_doubted_since_ = Stamp::min();
-    return std::nullopt;
-  }
-  if (ladar_doubted_since_ == Stamp::min()) ladar_doubted_since_ = now;
-  if (now - ladar_doubted_since_ < params_.ladar_doubted) return std::nullopt;
+  if (!lasts(astray, now, &ladar_doubted_since_)) return std::nullopt;
   FilterState next = without_ladar_.state;
   next.memory.withheld = belief.memory.withheld;
   next.memory.withheld.ladar = true;

@@ -197,25 +197,23 @@ std::optional<Geodetic> read_datum(ParamTable world) {
 }  // namespace
 
 ProcessNoise ins_grade(std::string_view grade) {
-  ProcessNoise p;
-  if (grade == "industrial") {
-    p.angle_random_walk = 0.3 * kDegPerSqrtHour;
-    p.velocity_random_walk = 0.05 * kPerSqrtHour;
-    p.gyro_instability = 8.5 * kDegPerHour;
-    p.accel_instability = 0.14 * kMilliG;
-    p.bias_time_s = 200.0;
-    p.gyro_turn_on = 100.0 * kDegPerHour;
-    p.accel_turn_on = 3.0 * kMilliG;
-  } else if (grade == "consumer") {
-    p.angle_random_walk = 0.6 * kDegPerSqrtHour;
-    p.velocity_random_walk = 0.18 * kPerSqrtHour;
-    p.gyro_instability = 42.0 * kDegPerHour;
-    p.accel_instability = 0.42 * kMilliG;
-    p.bias_time_s = 100.0;
-    p.gyro_turn_on = 1000.0 * kDegPerHour;
-    p.accel_turn_on = 20.0 * kMilliG;
-  }
-  return p;
+  // As data sheets have them: deg/sqrt(h), m/s/sqrt(h), deg/h, mg, s, deg/h, mg.
+  const auto figures = [](double angle_walk, double velocity_walk, double gyro_instability,
+                          double accel_instability, double bias_time_s, double gyro_turn_on,
+                          double accel_turn_on) {
+    ProcessNoise p;
+    p.angle_random_walk = angle_walk * kDegPerSqrtHour;
+    p.velocity_random_walk = velocity_walk * kPerSqrtHour;
+    p.gyro_instability = gyro_instability * kDegPerHour;
+    p.accel_instability = accel_instability * kMilliG;
+    p.bias_time_s = bias_time_s;
+    p.gyro_turn_on = gyro_turn_on * kDegPerHour;
+    p.accel_turn_on = accel_turn_on * kMilliG;
+    return p;
+  };
+  if (grade == "industrial") return figures(0.3, 0.05, 8.5, 0.14, 200.0, 100.0, 3.0);
+  if (grade == "consumer") return figures(0.6, 0.18, 42.0, 0.42, 100.0, 1000.0, 20.0);
+  return {};
 }
 
 Result<WmConfig> load_wm_config(const ParamFile& file) {

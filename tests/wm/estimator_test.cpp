@@ -22,9 +22,10 @@ struct Experiment {
 };
 
 struct Score {
-  double nees_pose = 0.0;      ///< mean per degree of freedom, position and attitude
-  double error_m = 0.0;        ///< of position, at the end
-  double worst_error_m = 0.0;  ///< once anchored
+  double nees_pose = 0.0;       ///< mean per degree of freedom, position and attitude
+  double error_m = 0.0;         ///< of position, at the end
+  double worst_error_m = 0.0;   ///< once anchored
+  double height_error_m = 0.0;  ///< at the end
   double heading_error_rad = 0.0;
   double sigma_m = 0.0;  ///< horizontal, at the end
   int refused = 0, accepted = 0;
@@ -91,6 +92,7 @@ Score run(const Experiment& experiment) {
   const FilterState& s = estimator.state();
   const Pose& T = s.belief.x.T_world_vehicle;
   score.error_m = (T.p - truth.back().T_world_vehicle.p).norm();
+  score.height_error_m = std::abs(T.p.z() - truth.back().T_world_vehicle.p.z());
   score.heading_error_rad =
       std::abs(wrap_angle(yaw_of(T.q) - yaw_of(truth.back().T_world_vehicle.q)));
   score.sigma_m = std::sqrt(s.belief.P(0, 0) + s.belief.P(1, 1));
@@ -183,11 +185,17 @@ TEST(Estimator, ARegistrationHoldsTheVehicleThroughAnOutage) {
   EXPECT_LT(alone.error_m, 4.0 * alone.sigma_m);
 }
 
-TEST(Estimator, OdometryBoundsDeadReckoning) {
+/// 40 s with GPS, a minute without, no LADAR.
+Experiment dead_reckoning() {
   Experiment experiment;
   experiment.ladar = false;
   experiment.outage_from_s = 40.0;
   experiment.drive.length_s = 100.0;
+  return experiment;
+}
+
+TEST(Estimator, OdometryBoundsDeadReckoning) {
+  Experiment experiment = dead_reckoning();
   const Score without = run(experiment);
   experiment.odometry = true;
   const Score with = run(experiment);
@@ -196,15 +204,33 @@ TEST(Estimator, OdometryBoundsDeadReckoning) {
 }
 
 TEST(Estimator, AVehicleThatMovesAlongItselfNeedsNoWheelsToBeHeld) {
-  Experiment experiment;
-  experiment.ladar = false;
-  experiment.outage_from_s = 40.0;
-  experiment.drive.length_s = 100.0;
+  Experiment experiment = dead_reckoning();
   const Score held = run(experiment);
   experiment.params.odometry.constrained = false;
   const Score free = run(experiment);
   EXPECT_LT(held.sigma_m, 0.7 * free.sigma_m);
   EXPECT_LT(held.error_m, 4.0 * held.sigma_m);
+}
+
+// Too fast uphill and too slow downhill: taken for noise, both look like a vehicle that rises.
+TEST(Estimator, WheelsThatSlipUphillDoNotLiftTheVehicle) {
+  Experiment experiment = dead_reckoning();
+  experiment.odometry = true;
+  experiment.sensors.climb_slip = 0.2;
+  experiment.params.odometry.slip = 0.005;
+  experiment.params.odometry.climb_slip = 0.2;
+  double estimated_m2 = 0.0;
+  double ignored_m2 = 0.0;
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    experiment.sensors.seed = seed;
+    estimated_m2 += std::pow(run(experiment).height_error_m, 2);
+    Experiment ignorant = experiment;
+    ignorant.params.odometry.climb_slip = 0.0;
+    ignored_m2 += std::pow(run(ignorant).height_error_m, 2);
+  }
+  std::printf("height after 60 s: %.2f m off, %.2f with slip for noise (RMS)\n",
+              std::sqrt(estimated_m2 / 5.0), std::sqrt(ignored_m2 / 5.0));
+  EXPECT_LT(estimated_m2, 0.25 * ignored_m2);
 }
 
 TEST(Estimator, AShortSlideIsRefusedABeliefThatGoesOnSidewaysIsNot) {

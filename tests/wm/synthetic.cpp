@@ -149,7 +149,9 @@ OdometrySample Sensors::odometry(std::size_t i) {
   const Truth& t = truth_[i];
   const Vec3 v = t.T_world_vehicle.q.conjugate() * t.v_world;
   const double sigma = 0.05;
-  return {v.x() + noise(sigma).x(), sigma, t.rate_vehicle.z() + noise(0.01).x(), 0.01};
+  const double climb = (t.T_world_vehicle.q * Vec3::UnitX()).z();
+  const double speed = (1.0 + script_.climb_slip * climb) * v.x();
+  return {speed + noise(sigma).x(), sigma, t.rate_vehicle.z() + noise(0.01).x(), 0.01};
 }
 
 }  // namespace rcs::wm

@@ -38,6 +38,7 @@ struct SensorScript {
   double gps_correlated = 0.9;
   double scan_sigma_m = 0.02;
   double scan_sigma_rad = 1e-3;
+  double climb_slip = 0.0;  ///< of the wheels, by the sine of the climb
 };
 
 /// Sensors over a drive; each call gives the measurement of truth[i].

@@ -4,6 +4,7 @@
 
 #include <functional>
 
+#include "modules/wm/alignment.h"
 #include "modules/wm/estimator.h"
 #include "modules/wm/integrity.h"
 #include "tests/wm/synthetic.h"
@@ -108,6 +109,30 @@ TEST(Trust, NothingIsFoundWhereAllIsWell) {
     EXPECT_LT(seen.first_ladar_alert_s, 0.0) << "seed " << seed;
     EXPECT_EQ(seen.beyond_protection, 0) << "seed " << seed;
     EXPECT_EQ(seen.gps, Trusted::kFully);
+  }
+}
+
+TEST(Trust, NoShadowBeforeNorthAndUpAreKnown) {
+  const Model model{WmParams{}};
+  const Stamp now = from_utime(1'000'000'000);
+  const auto watched = [&](bool inertial, int badly_known) {
+    FilterState s{initial_belief(model.params, now), {}};
+    s.belief.x.inertial = inertial;
+    s.belief.P.diagonal().segment<3>(kAttitude).setConstant(1e-6);
+    s.belief.P(kAttitude + badly_known, kAttitude + badly_known) = 4e-4;
+    s.memory.anchored = true;
+    s.memory.of(Source::kGpsPosition).accepted = now;
+    Trust trust(model.params.trust);
+    EXPECT_FALSE(trust.add(model, {now, OdometrySample{}}, nullptr, s).has_value());
+    return trust.shadow(Without::kGps).alive();
+  };
+  const double limit = model.params.trust.attitude_sigma_rad;
+  ASSERT_GT(4e-4, limit * limit);
+  for (const bool inertial : {true, false}) EXPECT_FALSE(watched(inertial, 2));
+  // A tilt lets gravity lead the INS away; a path by the LADAR alone it only turns.
+  for (const int tilt : {0, 1}) {
+    EXPECT_FALSE(watched(true, tilt));
+    EXPECT_TRUE(watched(false, tilt));
   }
 }
 
