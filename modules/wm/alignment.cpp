@@ -48,7 +48,7 @@ Belief initial_belief(const WmParams& params, Stamp stamp) {
   set_variance(kGyroBias, 3, params.ins.gyro_turn_on, &b.P);
   set_variance(kAccelBias, 3, params.ins.accel_turn_on, &b.P);
   // Gravity is always there: what misalignment makes of it across is as good as a bias.
-  const double tilted = params.ins.scale_and_misalignment * Earth{}.gravity;
+  const double tilted = params.ins.mount_sigma_rad * Earth{}.gravity;
   b.P.diagonal().segment<2>(kAccelBias).array() += tilted * tilted;
   set_variance(kMapOffset, 3, params.drive.map_sigma_m, &b.P);
   set_variance(kWheelScale, 1, params.odometry.scale_sigma, &b.P);

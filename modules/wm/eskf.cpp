@@ -98,9 +98,11 @@ Mat<6, kSize> rolling_pose_jacobian(const NavState& x) {
   return J;
 }
 
-Mat6 world_pose_covariance(const Belief& b) {
+Mat6 world_pose_covariance(const Belief& b, double ins_mount_rad) {
   const Mat<6, kSize> J = world_pose_jacobian(b.x);
-  return J * b.P * J.transpose();
+  Mat6 covariance = J * b.P * J.transpose();
+  covariance.diagonal().tail<3>().array() += ins_mount_rad * ins_mount_rad;
+  return covariance;
 }
 
 Mat6 rolling_pose_covariance(const Belief& b) {
@@ -119,7 +121,7 @@ Earth earth_at(const Geodetic& datum) {
 void Lasting::add(const ImuSample& imu, double gravity, double window_s) {
   const double dt = seconds(imu.interval);
   const double a = std::min(1.0, dt / window_s);
-  rate += a * (imu.delta_angle / dt - rate);
+  yaw_rate += a * (imu.delta_angle.z() / dt - yaw_rate);
   force += a * (imu.delta_v / dt - Vec3(0.0, 0.0, gravity) - force);
 }
 
@@ -168,13 +170,14 @@ Belief predict(const Belief& b, const ImuSample& imu, const Earth& earth, const 
   // An error of an increment enters just as bias * dt does, so B / dt is also the noise's Jacobian.
   const double k2 =
       2.0 * noise.scale_and_misalignment * noise.scale_and_misalignment * noise.motion_time_s;
-  const double angle_density =
-      noise.angle_random_walk * noise.angle_random_walk + k2 * lasting.rate.squaredNorm();
+  const double angle_density = noise.angle_random_walk * noise.angle_random_walk;
   const double velocity_density =
       noise.velocity_random_walk * noise.velocity_random_walk + k2 * lasting.force.squaredNorm();
+  const double yaw_density = k2 * lasting.yaw_rate * lasting.yaw_rate;
   Mat9 Q;
   Q.noalias() = (angle_density / dt) * (B.leftCols<3>() * B.leftCols<3>().transpose());
   Q.noalias() += (velocity_density / dt) * (B.rightCols<3>() * B.rightCols<3>().transpose());
+  Q.noalias() += (yaw_density / dt) * (B.col(2) * B.col(2).transpose());
   propagate<6>(A, B, kGyroBias, Q, &next.P);
   drive_on(dt, (x.T_world_vehicle.p - b.x.T_world_vehicle.p).norm(), noise, drive, &next);
   return next;

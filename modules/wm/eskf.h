@@ -26,9 +26,10 @@ struct Earth {
 [[nodiscard]] Earth earth_at(const Geodetic& datum);
 
 /// Motion without what comes and goes within seconds: an error of scale or misalignment that a bump
-/// causes is taken back by the next one, that of a turn stays.
+/// causes is taken back by the next one, that of a turn stays. Of the rates only that about the
+/// vertical matters: roll and pitch come back to where they were, and gravity tells them.
 struct Lasting {
-  Vec3 rate = Vec3::Zero();   ///< [rad/s], vehicle axes
+  double yaw_rate = 0.0;      ///< [rad/s]
   Vec3 force = Vec3::Zero();  ///< specific force less that at rest on level ground [m/s^2]
 
   void add(const ImuSample& imu, double gravity, double window_s);

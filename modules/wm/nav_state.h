@@ -121,7 +121,9 @@ inline Pose T_rolling_vehicle(const NavState& x) {
 [[nodiscard]] Mat<6, kSize> rolling_pose_jacobian(const NavState& x);
 
 /// Covariances of the right perturbations (rho [m, vehicle axes], phi [rad]).
-[[nodiscard]] Mat6 world_pose_covariance(const Belief& b);
+/// @param ins_mount_rad  sigma of how the INS is turned in the vehicle, which its attitude can't
+/// show
+[[nodiscard]] Mat6 world_pose_covariance(const Belief& b, double ins_mount_rad);
 [[nodiscard]] Mat6 rolling_pose_covariance(const Belief& b);
 
 }  // namespace rcs::wm

@@ -15,10 +15,12 @@ struct ProcessNoise {
   double bias_time_s = 300.0;            ///< [1, 1e5]
   double gyro_turn_on = 2.4e-5;          ///< bias at start [rad/s] (5 deg/h), (0, 0.1]
   double accel_turn_on = 9.8e-3;         ///< bias at start [m/s^2] (1 mg), (0, 1]
-  /// Scale (300 ppm) and misalignment (0.1 deg) are not estimated: what they do to motions that
+  /// Scale (300 ppm) and crooked axes (0.06 deg) are not estimated: what they do to motions that
   /// last (Lasting) is added as noise.
-  double scale_and_misalignment = 1.8e-3;  ///< [1], [0, 0.1]
-  double motion_time_s = 1.0;              ///< what comes and goes faster leaves nothing, [0.1, 60]
+  double scale_and_misalignment = 1e-3;  ///< [1], [0, 0.1]
+  double motion_time_s = 1.0;            ///< what comes and goes faster leaves nothing, [0.1, 60]
+  /// Of the INS' axes in the vehicle, about each (0.07 deg); for ever the same, [0, 10] deg.
+  double mount_sigma_rad = 1.2e-3;
 };
 
 /// The vehicle without INS: constant body velocity and body rate, driven by white accelerations.

@@ -33,6 +33,7 @@ void read_ins(ParamTable table, ProcessNoise* p) {
   get_scaled(&table, "accel_turn_on_mg", kMilliG, &p->accel_turn_on, {1e-4, 100});
   table.get("bias_time_s", &p->bias_time_s, {1, 1e5});
   table.get("scale_and_misalignment", &p->scale_and_misalignment, {0, 0.1});
+  table.get_deg("mount_sigma_deg", &p->mount_sigma_rad, {0, 10});
   table.get("motion_time_s", &p->motion_time_s, {0.1, 60});
 }
 

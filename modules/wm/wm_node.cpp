@@ -250,7 +250,7 @@ void WmNode::fill_belief(const FilterState& s) {
   to_message(Vec3(R_out_world * x.v_world), m.v_world_mps);
   const Mat3 cov_v = s.belief.P.block<3, 3>(kVelocity, kVelocity);
   to_message<3>(R_out_world * cov_v * R_out_world.transpose(), m.cov_v_world);
-  to_message(world_pose_covariance(s.belief), m.cov_world_pose);
+  to_message(world_pose_covariance(s.belief, config_.params.ins.mount_sigma_rad), m.cov_world_pose);
 
   m.rolling_valid = x.map_epoch >= 0 ? 1 : 0;
   m.map_epoch = x.map_epoch;
@@ -322,7 +322,8 @@ void WmNode::publish_shadows() {
     shadow_.kind = static_cast<std::int8_t>(what);
     shadow_.branch_utime = to_utime(shadow.branch);
     to_message(belief.x.T_world_vehicle, shadow_.q_world_vehicle, shadow_.p_world_vehicle_m);
-    to_message(world_pose_covariance(belief), shadow_.cov_world_pose);
+    to_message(world_pose_covariance(belief, config_.params.ins.mount_sigma_rad),
+               shadow_.cov_world_pose);
     shadow_out_.publish(&shadow_);
   }
 }

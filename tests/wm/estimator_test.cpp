@@ -84,7 +84,7 @@ Score run(const Experiment& experiment) {
     const Vec6 e = log_se3(T.inverse() * at.T_world_vehicle);
     if (s.memory.anchored) score.worst_error_m = std::max(score.worst_error_m, e.head<3>().norm());
     if (s.memory.anchored && i % 100 == 0) {
-      score.nees_pose += e.dot(world_pose_covariance(s.belief).llt().solve(e)) / 6.0;
+      score.nees_pose += e.dot(world_pose_covariance(s.belief, 0.0).llt().solve(e)) / 6.0;
       ++score.samples;
     }
   }
