@@ -19,8 +19,8 @@ struct ProcessNoise {
   /// last (Lasting) is added as noise.
   double scale_and_misalignment = 1e-3;  ///< [1], [0, 0.1]
   double motion_time_s = 1.0;            ///< what comes and goes faster leaves nothing, [0.1, 60]
-  /// Of the INS' axes in the vehicle, about each (0.07 deg); for ever the same, [0, 10] deg.
-  double mount_sigma_rad = 1.2e-3;
+  /// Of the INS' axes in the vehicle, about each (0.1 deg in all); for ever the same, [0, 10] deg.
+  double mount_sigma_rad = 1e-3;
 };
 
 /// The vehicle without INS: constant body velocity and body rate, driven by white accelerations.

@@ -68,6 +68,46 @@ TEST(ChangeWorld, BodyQuantitiesDoNotSeeIt) {
   EXPECT_LT(log_se3(d).norm(), 1e-9);
 }
 
+TEST(WorldPoseCovariance, KnowsThatTheInsMayBeTurnedInTheVehicle) {
+  const Belief b = some_belief(4);
+  const Mat6 more = world_pose_covariance(b, 0.01) - world_pose_covariance(b, 0.0);
+  Mat6 expected = Mat6::Zero();
+  expected.diagonal().tail<3>().setConstant(1e-4);
+  EXPECT_LT((more - expected).norm(), 1e-12);
+}
+
+/// Variance of (roll, pitch, heading) after a minute of such rates, by nothing but crooked axes.
+template <class Rate>
+Vec3 attitude_variance(const ProcessNoise& noise, const Rate& rate) {
+  constexpr double kStep_s = 0.01;
+  Belief b;
+  b.x.stamp = from_utime(1'000'000);
+  b.x.inertial = true;
+  Lasting lasting;
+  for (int i = 1; i <= 6000; ++i) {
+    const Duration interval = from_seconds(kStep_s);
+    const ImuSample imu{b.x.stamp + interval, interval, kStep_s * rate(kStep_s * i),
+                        Vec3(0.0, 0.0, kStep_s * Earth{}.gravity)};
+    lasting.add(imu, Earth{}.gravity, noise.motion_time_s);
+    b = predict(b, imu, Earth{}, noise, DriveNoise{}, lasting);
+  }
+  return b.P.diagonal().segment<3>(kAttitude);
+}
+
+TEST(Lasting, ABendCostsHeadingABumpDoesNot) {
+  ProcessNoise noise;
+  noise.angle_random_walk = noise.gyro_instability = 0.0;
+  constexpr double kRate = 0.3;
+  const Vec3 bumps = attitude_variance(noise, [&](double t_s) {
+    return Vec3(0.0, kRate * std::cos(2.0 * kPi * t_s), kRate * std::cos(4.0 * kPi * t_s));
+  });
+  const Vec3 bend = attitude_variance(noise, [&](double) { return Vec3(0.0, 0.0, kRate); });
+  const double k = noise.scale_and_misalignment * kRate;
+  EXPECT_NEAR(bend.z(), 2.0 * k * k * noise.motion_time_s * 60.0, 0.05 * bend.z());
+  EXPECT_LT(bumps.z(), 0.02 * bend.z());
+  EXPECT_LT(bumps.y(), 0.02 * bend.z());
+}
+
 TEST(Update, UnobservedDirectionsAreNotTouched) {
   // GIVEN a belief whose rolling pose is uncertain in all directions, a corridor along vehicle x
   Belief b = start_epoch(some_belief(5), Pose{}, 1);
