@@ -29,7 +29,7 @@ struct Earth {
 /// causes is taken back by the next one, that of a turn stays. Of the rates only that about the
 /// vertical matters: roll and pitch come back to where they were, and gravity tells them.
 struct Lasting {
-  double yaw_rate = 0.0;      ///< [rad/s]
+  double yaw_rate = 0.0;      ///< about the INS' z axis [rad/s]
   Vec3 force = Vec3::Zero();  ///< specific force less that at rest on level ground [m/s^2]
 
   void add(const ImuSample& imu, double gravity, double window_s);

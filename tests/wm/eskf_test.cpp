@@ -1,6 +1,7 @@
 // Laws of the filter's pieces.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 #include <random>
 
