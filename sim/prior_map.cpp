@@ -17,12 +17,11 @@ constexpr int kSide = 10;  // steps of the ground's samples along a cell
 /// The ground under one row of cells, sampled at kSide + 1 places along each, borders included.
 class RowOfCells {
  public:
-  RowOfCells(const Relief& relief, const ElevationTile& tile, int row)
-      : stride_(static_cast<std::size_t>(tile.width) * kSide + 1) {
-    const double step_m = tile.cell_m / kSide;
-    const std::int64_t i0 = std::llround(tile.origin_world_m.x() / step_m);
-    const std::int64_t j0 =
-        std::llround(tile.origin_world_m.y() / step_m) + std::int64_t{row} * kSide;
+  RowOfCells(const Relief& relief, const Raster& raster, int row)
+      : stride_(static_cast<std::size_t>(raster.width) * kSide + 1) {
+    const double step_m = raster.level.cell_m / kSide;
+    const std::int64_t i0 = std::int64_t{raster.first.i} * kSide;
+    const std::int64_t j0 = (std::int64_t{raster.first.j} + row) * kSide;
     relief.fill(i0, j0, step_m, static_cast<int>(stride_), kSide + 1, &z_);
   }
 
@@ -49,64 +48,64 @@ class RowOfCells {
 
 }  // namespace
 
-ElevationTile make_prior_map(const Relief& relief, const Geodetic& datum, const Region& region,
-                             const PriorMapParams& params, std::uint64_t seed) {
+PriorMap make_prior_map(const Relief& relief, const Geodetic& datum, const Region& region,
+                        const PriorMapParams& params, std::uint64_t seed) {
   const double cell_m = params.cell_m;
-  ElevationTile tile;
-  tile.id = 1;
-  tile.datum = datum;
-  tile.undulation_m = std::numeric_limits<double>::quiet_NaN();  // the truth is ellipsoidal
+  PriorMap map;
+  map.frame.datum = datum;
+  map.frame.source_crs = "simulation";
+  Raster& raster = map.raster;
   // On whole cells of frame world, so that two maps of one world share their lattice.
   const Vec2 low = (region.low_world_m / cell_m).array().floor();
   const Vec2 high = (region.high_world_m / cell_m).array().ceil();
-  tile.origin_world_m = low * cell_m;
-  tile.cell_m = cell_m;
-  tile.width = static_cast<int>(high.x() - low.x());
-  tile.height = static_cast<int>(high.y() - low.y());
-  RCS_CHECK(tile.width > 0 && tile.width <= kMaxTileSide && tile.height > 0 &&
-            tile.height <= kMaxTileSide);
-  tile.sigma_m = params.sigma_m;
-  tile.bias_sigma_m = params.bias_sigma_m;
-  tile.bias_correlation_m = params.bias_correlation_m;
+  constexpr double kMostCells = 1e9;
+  RCS_CHECK((high - low).minCoeff() > 0.0 && (high - low).prod() <= kMostCells);
+  raster.level = {cell_m, Vec2::Zero(), params.bias_sigma_m, params.bias_correlation_m};
+  raster.first = {static_cast<int>(low.x()), static_cast<int>(low.y())};
+  raster.width = static_cast<int>(high.x() - low.x());
+  raster.height = static_cast<int>(high.y() - low.y());
+  raster.source = {CellSource::kAerial};
+  raster.sigma_m.clear();
 
-  for (int row = 0; row < tile.height; ++row) {
-    const RowOfCells cells(relief, tile, row);
-    for (int col = 0; col < tile.width; ++col) {
-      tile.z_world_m.push_back(
+  for (int row = 0; row < raster.height; ++row) {
+    const RowOfCells cells(relief, raster, row);
+    for (int col = 0; col < raster.width; ++col) {
+      raster.z_m.push_back(
           static_cast<float>(cells.mean(col, [](double z, int, int) { return z; })));
     }
   }
 
   // What bilinear interpolation misses of the ground, cell by cell.
-  const Result<ElevationMap> exact = ElevationMap::from_tiles({tile});
+  Raster bare = raster;
+  bare.sigma_m = {1.0F};
+  const Result<ElevationMap> exact = ElevationMap::from_rasters(map.frame, {bare});
   RCS_CHECK(exact.ok());
   const double step_m = cell_m / kSide;
-  for (int row = 0; row < tile.height; ++row) {
-    const RowOfCells cells(relief, tile, row);
-    for (int col = 0; col < tile.width; ++col) {
+  for (int row = 0; row < raster.height; ++row) {
+    const RowOfCells cells(relief, raster, row);
+    for (int col = 0; col < raster.width; ++col) {
       const double square = cells.mean(col, [&](double z, int a, int b) {
         Elevation e;
-        const bool known = exact->sample(tile.origin_world_m.x() + (col * kSide + a) * step_m,
-                                         tile.origin_world_m.y() + (row * kSide + b) * step_m, &e);
+        const bool known = exact->sample((low.x() + col) * cell_m + a * step_m,
+                                         (low.y() + row) * cell_m + b * step_m, &e);
         return known ? (z - e.z_m) * (z - e.z_m) : 0.0;  // unknown: the map's outer half cells
       });
-      tile.cell_sigma_m.push_back(
-          static_cast<float>(std::hypot(params.sigma_m, std::sqrt(square))));
+      raster.sigma_m.push_back(static_cast<float>(std::hypot(params.sigma_m, std::sqrt(square))));
     }
   }
 
   Random random(seed, Stream::kMap);
   const std::uint64_t bias_seed = random.bits();
   std::size_t at = 0;
-  for (int row = 0; row < tile.height; ++row) {
-    for (int col = 0; col < tile.width; ++col, ++at) {
-      const Vec2 p = tile.origin_world_m + cell_m * Vec2(col + 0.5, row + 0.5);
+  for (int row = 0; row < raster.height; ++row) {
+    for (int col = 0; col < raster.width; ++col, ++at) {
+      const Vec2 p = raster.level.centre({raster.first.i + col, raster.first.j + row});
       const double bias =
           params.bias_sigma_m * Relief::field(bias_seed, params.bias_correlation_m, p.x(), p.y());
-      tile.z_world_m[at] += static_cast<float>(bias + params.sigma_m * random.normal());
+      raster.z_m[at] += static_cast<float>(bias + params.sigma_m * random.normal());
     }
   }
-  return tile;
+  return map;
 }
 
 }  // namespace rcs::sim

@@ -2,7 +2,8 @@
 // An a priori map as a survey would have made it: of the bare ground, coarse, and a little wrong.
 
 #include "rcs/base/geodesy.h"
-#include "rcs/terrain/elevation_tile.h"
+#include "rcs/terrain/map_index.h"
+#include "rcs/terrain/raster.h"
 #include "sim/relief.h"
 
 namespace rcs::sim {
@@ -20,12 +21,16 @@ struct Region {
   Vec2 high_world_m;
 };
 
+struct PriorMap {
+  MapFrame frame;
+  Raster raster;
+};
+
 /// Block means of the bare ground at `cell_m`, plus white noise, plus a slow bias (the sum over a
 /// smooth Gaussian field). Never vegetation or rocks. A cell's sigma is the root of the squares of
-/// the survey's sigma and of what the ground does between the cells' centres; the tile's sigma is
-/// the survey's alone.
-[[nodiscard]] ElevationTile make_prior_map(const Relief& relief, const Geodetic& datum,
-                                           const Region& region, const PriorMapParams& params,
-                                           std::uint64_t seed);
+/// the survey's sigma and of what the ground does between the cells' centres.
+[[nodiscard]] PriorMap make_prior_map(const Relief& relief, const Geodetic& datum,
+                                      const Region& region, const PriorMapParams& params,
+                                      std::uint64_t seed);
 
 }  // namespace rcs::sim

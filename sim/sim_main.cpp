@@ -13,7 +13,7 @@
 
 #include "rcs/node/lcm_bus.h"
 #include "rcs/node/live_timeline.h"
-#include "rcs/terrain/elevation_tile.h"
+#include "rcs/terrain/map_folder.h"
 #include "sim/real_time.h"
 #include "sim/scenario_file.h"
 #include "sim/simulator.h"
@@ -67,7 +67,8 @@ int run(const Options& options) {
   if (!bus) return fail(bus.error());
   rcs::sim::Simulator simulator(*scenario);
   if (!options.prior_map.empty()) {
-    const Outcome written = rcs::write_tile(simulator.prior_map(), options.prior_map);
+    const rcs::sim::PriorMap map = simulator.prior_map();
+    const Outcome written = rcs::write_map(options.prior_map, map.frame, map.raster);
     if (!written) return fail(written.error());
     fmt::print(stderr, "sim: a priori map written to {}\n", options.prior_map);
   }
@@ -107,7 +108,7 @@ int sim_main(int argc, char** argv) {
   app.add_option("--ladar-outage", ladar_outage_s,
                  "begin and length [s], instead of the file's outages")
       ->expected(2);
-  app.add_option("--prior-map", options.prior_map, "write the a priori map to this file first");
+  app.add_option("--prior-map", options.prior_map, "write the a priori map into this folder first");
   app.footer("Example:\n  sim config/sim/demo.toml --gps-outage 60 60");
   try {
     app.parse(argc, argv);

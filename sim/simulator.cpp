@@ -140,7 +140,7 @@ void Simulator::command(const drive_t& m, Stamp arrival, Duration shift) {
   commanded_->command(c, time_s(to_utime(arrival), start));
 }
 
-ElevationTile Simulator::prior_map() const {
+PriorMap Simulator::prior_map() const {
   const std::vector<Vec2> points = course_.points();
   Region region{points.front(), points.front()};
   for (const Vec2& p : points) {

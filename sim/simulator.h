@@ -51,7 +51,7 @@ class Simulator final : public EventSource {
   [[nodiscard]] double driven_m() const { return driven_m_; }
   [[nodiscard]] const Course& course() const { return course_; }
   /// The a priori map of the scenario's course.
-  [[nodiscard]] ElevationTile prior_map() const;
+  [[nodiscard]] PriorMap prior_map() const;
 
  private:
   // Ties of arrival go in this order.

@@ -72,7 +72,7 @@ const Rule kIncludeRules[] = {
     {"nlohmann/.*", "(tools|tests)/.*", "JSON is a format of tools"},
     {"(gtest|gmock|benchmark)/.*", "tests/.*", "test libraries belong to tests"},
     {"(thread|mutex|shared_mutex|condition_variable|future|pthread\\.h)",
-     "(rcs/node/async_file\\..*|tools/.*|tests/.*)", "one thread a process"},
+     "(rcs/node/async_tile_loader\\..*|tools/.*|tests/.*)", "one thread a process"},
 };
 /// What a module's core may include that is not the project's: std (without files, streams and
 /// threads), Eigen, and what a rule above gives it.
@@ -88,7 +88,7 @@ const Rule kCodeRules[] = {
     {"\\b(u|nano)?sleep\\s*\\(|\\bclock_nanosleep\\b|\\bsleep_(for|until)\\b", "tests/.*",
      "a node never sleeps; a Timeline waits"},
     {"\\bstd::(thread|jthread|async|mutex|condition_variable)\\b|\\bpthread_create\\b|#pragma omp",
-     "(rcs/node/async_file\\..*|tools/.*|tests/.*)", "one thread a process"},
+     "(rcs/node/async_tile_loader\\..*|tools/.*|tests/.*)", "one thread a process"},
     {"\\brand\\s*\\(\\s*\\)|\\brandom_device\\b|\\bsetRandom\\b|::Random\\s*\\(", "nowhere",
      "random numbers come from a seeded std::mt19937"},
     {"\\busing\\s+namespace\\b", "nowhere", "names are written out"},
@@ -322,7 +322,7 @@ TEST(ArchitectureRules, NoThreadsSleepOrChance) {
   EXPECT_EQ(violations("rcs/node/executor.cpp", "usleep(1000);").size(), 1U);
   EXPECT_EQ(violations("tests/sp/icp_test.cpp", "const int k = rand();").size(), 1U);
   EXPECT_EQ(violations("sim/world.cpp", "Eigen::Vector3d::Random()").size(), 1U);
-  EXPECT_THAT(violations("rcs/node/async_file.cpp", "#include <thread>\nstd::thread worker_;"),
+  EXPECT_THAT(violations("rcs/node/async_tile_loader.cpp", "#include <thread>\nstd::thread worker_;"),
               testing::IsEmpty());
 }
 

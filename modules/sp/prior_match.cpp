@@ -24,9 +24,9 @@ class CellCounter {
     }
   }
 
-  std::uint32_t add(Cell cell) {
+  std::uint32_t add(const Elevation& ground) {
     const std::size_t mask = ws_->counts.size() - 1;
-    const std::uint64_t key = pack_voxel(cell.i, cell.j, 0);
+    const std::uint64_t key = pack_voxel(ground.cell.i, ground.cell.j, ground.level);
     for (std::size_t slot = hash_voxel(key) & mask;; slot = (slot + 1) & mask) {
       PriorMatchWorkspace::Count& count = ws_->counts[slot];
       if (count.generation != ws_->generation) {
@@ -63,7 +63,7 @@ Sums sum(const Points& source, const ElevationMap& map, const Pose& T,
     const Vec3 q = T * source[i].cast<double>();
     PriorMatchWorkspace::Match& m = ws->matches[i];
     m.found = map.sample(q.x(), q.y(), &m.ground);
-    if (m.found) m.slot = counter.add(map.cell_at(q.x(), q.y()));
+    if (m.found) m.slot = counter.add(m.ground);
   }
   sums.cells = counter.cells();
   const Mat3 R_transposed = T.rotation().transpose();

@@ -78,6 +78,8 @@ void read(ParamTable table, DegradeParams* p) {
   }
 }
 
+constexpr double kMegabyte = 1048576.0;
+
 }  // namespace
 
 Result<SpConfig> load_sp_config(const ParamFile& file) {
@@ -86,6 +88,11 @@ Result<SpConfig> load_sp_config(const ParamFile& file) {
 
   ParamTable world = root.table("world");
   world.get("prior_map", &c.prior_map);
+  world.get("prior_map_radius_m", &c.map_window.radius_m, {10, 1e5});
+  double memory_mb = c.map_window.memory_bytes / kMegabyte;
+  world.get("prior_map_memory_mb", &memory_mb, {1, 1e5});
+  c.map_window.memory_bytes = memory_mb * kMegabyte;
+  world.get("reference_frame", &c.reference_frame);
   if (!c.prior_map.empty()) c.prior_map = file.resolve(c.prior_map);
 
   read(root.table("ladar"), &c.ladar);

@@ -12,13 +12,16 @@
 #include "rcs/node/budget.h"
 #include "rcs/node/node.h"
 #include "rcs/node/params.h"
+#include "rcs/terrain/elevation_map.h"
 
 namespace rcs::sp {
 
 struct SpConfig {
   NodeInfo info{"sp", from_milliseconds(80.0), from_milliseconds(10.0)};
-  std::string prior_map;  ///< [world]: a tile file or directory; empty: none
-  LadarParams ladar;      ///< [ladar]
+  std::string prior_map;                  ///< [world]: a map's folder; empty: none
+  MapWindow map_window;                   ///< [world]: prior_map_radius_m, prior_map_memory_mb
+  std::string reference_frame = "WGS84";  ///< [world]: of the GPS' fixes, and so of the map
+  LadarParams ladar;                      ///< [ladar]
 
   double source_voxel_m = 0.5;    ///< one point a voxel is registered, [0.05, 10]
   double map_voxel_m = 0.2;       ///< and one a voxel inserted in the map, [0.02, 10]

@@ -3,4 +3,6 @@
 #include "modules/sp/sp_node.h"
 #include "rcs/node/node_main.h"
 
-int main(int argc, char** argv) { return rcs::node_main(argc, argv, "sp", rcs::sp::make_sp_node); }
+int main(int argc, char** argv) {
+  return rcs::node_main(argc, argv, "sp", rcs::sp::make_live_sp_node);
+}

@@ -8,7 +8,6 @@
 #include "lcmtypes/convert.h"
 #include "lcmtypes/plausible.h"
 #include "modules/sp/sp_messages_node.h"
-#include "rcs/base/geodesy.h"
 
 namespace rcs::sp {
 namespace {
@@ -35,9 +34,9 @@ bool usable_covariance(const Mat6& c) {
 
 }  // namespace
 
-SpNode::SpNode(const SpConfig& config, std::optional<ElevationMap> prior_map, Bus* bus)
+SpNode::SpNode(const SpConfig& config, PriorTerrain prior, Bus* bus)
     : config_(config),
-      prior_map_(std::move(prior_map)),
+      prior_(std::move(prior)),
       ranges_(bus, channel::kLadarRanges, 48),
       facets_(bus, channel::kLadarPoints, 144),
       ins_(bus, channel::kIns, 256),
@@ -142,15 +141,11 @@ void SpNode::take_belief(Stamp now) {
     s.rate_vehicle_radps = from_message(m->rate_vehicle_radps);
     belief_ = s;
     belief_covariance_ = rolling_covariance;
-    const Vec3 datum(m->datum_lat_deg, m->datum_lon_deg, m->datum_height_m);
-    const Geodetic place{radians(datum.x()), radians(datum.y()), {datum.z()}};
-    if (m->world_valid != 0 && prior_map_ && plausible(place)) {
+    const Geodetic datum{radians(m->datum_lat_deg), radians(m->datum_lon_deg), {m->datum_height_m}};
+    if (m->world_valid != 0 && prior_.there() && plausible(datum)) {
       T_world_rolling_ = T_world_vehicle * T_rolling_vehicle.inverse();
       world_covariance_ = world_covariance;
-      if (!T_map_world_ || datum != datum_) {
-        T_map_world_ = LocalFrame(prior_map_->datum()).from(LocalFrame(place));
-        datum_ = datum;
-      }
+      prior_.set_datum(datum);
     }
   }
   nav_states_.pop();
@@ -394,18 +389,21 @@ void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
   publish_points(T_rolling_vehicle);
   if (ladder_.level < Degrade::kNoPrior) match_prior(cycle, T_rolling_vehicle);
   map_.insert(dense_, T_rolling_vehicle);
+  if (T_world_rolling_) {
+    prior_.follow((*T_world_rolling_ * T_rolling_vehicle).p, cycle.now, &report_);
+  }
   cycle.stages->mark("map");
 }
 
 void SpNode::match_prior(const Cycle& cycle, const Pose& T_rolling_vehicle) {
-  if (!prior_map_ || !T_world_rolling_ || !T_map_world_) return;
+  if (!T_world_rolling_ || !prior_.T_map_world()) return;
+  const Pose& T_map_world = *prior_.T_map_world();
   source_sampler_.sample(source_, config_.prior_voxel_m, &prior_source_);
-  const Prediction prediction{*T_map_world_ * *T_world_rolling_ * T_rolling_vehicle,
+  const Prediction prediction{T_map_world * *T_world_rolling_ * T_rolling_vehicle,
                               world_covariance_ + isotropic(0.01, 0.001)};
-  PriorMatch match = match_prior_map(prior_source_, *prior_map_, prediction, config_.prior,
+  PriorMatch match = match_prior_map(prior_source_, prior_.map(), prediction, config_.prior,
                                      granted_, &prior_match_);
-  match.registration.T_target_vehicle =
-      T_map_world_->inverse() * match.registration.T_target_vehicle;
+  match.registration.T_target_vehicle = T_map_world.inverse() * match.registration.T_target_vehicle;
   answer(match.registration, registration_t::TARGET_PRIOR_MAP);
   registration_message_.n_tiles = 1;
   registration_message_.tile_id.assign(1, match.tile_id);
@@ -437,16 +435,24 @@ void SpNode::publish_points(const Pose& T_rolling_vehicle) {
   }
 }
 
-Result<std::unique_ptr<Node>> make_sp_node(const ParamFile& file, Bus* bus) {
-  Result<SpConfig> config = load_sp_config(file);
+namespace {
+
+Result<std::unique_ptr<Node>> make_node(const ParamFile& file, Bus* bus, bool live) {
+  const Result<SpConfig> config = load_sp_config(file);
   if (!config) return config.error();
-  std::optional<ElevationMap> prior_map;
-  if (!config->prior_map.empty()) {
-    Result<ElevationMap> map = ElevationMap::load(config->prior_map);
-    if (!map) return map.error();
-    prior_map = std::move(map).value();
-  }
-  return std::unique_ptr<Node>(std::make_unique<SpNode>(*config, std::move(prior_map), bus));
+  Result<PriorTerrain> prior = open_prior_terrain(*config, live);
+  if (!prior) return prior.error();
+  return std::unique_ptr<Node>(std::make_unique<SpNode>(*config, std::move(prior).value(), bus));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Node>> make_sp_node(const ParamFile& file, Bus* bus) {
+  return make_node(file, bus, false);
+}
+
+Result<std::unique_ptr<Node>> make_live_sp_node(const ParamFile& file, Bus* bus) {
+  return make_node(file, bus, true);
 }
 
 }  // namespace rcs::sp

@@ -16,6 +16,7 @@
 #include "modules/sp/degrade.h"
 #include "modules/sp/motion.h"
 #include "modules/sp/prior_match.h"
+#include "modules/sp/prior_terrain_node.h"
 #include "modules/sp/scan_assembler.h"
 #include "modules/sp/scan_filter.h"
 #include "modules/sp/sp_config.h"
@@ -27,8 +28,7 @@ namespace rcs::sp {
 
 class SpNode final : public Node {
  public:
-  /// @param prior_map  loaded by the caller (a file is read before the first cycle, never in one)
-  SpNode(const SpConfig& config, std::optional<ElevationMap> prior_map, Bus* bus);
+  SpNode(const SpConfig& config, PriorTerrain prior, Bus* bus);
 
   [[nodiscard]] const NodeInfo& info() const override { return config_.info; }
   [[nodiscard]] Stamp next_wakeup() const override;
@@ -65,7 +65,7 @@ class SpNode final : public Node {
   void publish_points(const Pose& T_rolling_vehicle);
 
   SpConfig config_;
-  std::optional<ElevationMap> prior_map_;
+  PriorTerrain prior_;
 
   Inbox<ladar_ranges_t> ranges_;
   Inbox<ladar_points_t> facets_;
@@ -110,14 +110,14 @@ class SpNode final : public Node {
   Mat6 belief_covariance_ = Mat6::Identity();
   std::optional<Pose> T_world_rolling_;
   Mat6 world_covariance_ = Mat6::Identity();
-  std::optional<Pose> T_map_world_;  // to the a priori map's own datum
-  Vec3 datum_ = Vec3::Constant(1e9);
 
   registration_t registration_message_{};
   points_t points_message_{};
 };
 
-/// Loads the a priori map that the configuration names, and makes the node.
+/// Opens the a priori map that the configuration names, and makes the node.
 [[nodiscard]] Result<std::unique_ptr<Node>> make_sp_node(const ParamFile& file, Bus* bus);
+/// The same, reading the map by a thread of its own, as a vehicle must.
+[[nodiscard]] Result<std::unique_ptr<Node>> make_live_sp_node(const ParamFile& file, Bus* bus);
 
 }  // namespace rcs::sp

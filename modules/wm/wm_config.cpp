@@ -222,8 +222,13 @@ Result<WmConfig> load_wm_config(const ParamFile& file) {
   WmParams& p = c.params;
   ParamTable root = file.root();
   c.datum = read_datum(root.table("world"));
-  std::string prior_map;  // sp's: known here, so that a mistake in the table is found
-  root.table("world").get("prior_map", &prior_map);
+  // sp's: known here, so that a mistake in the table is found
+  std::string text;
+  double number = 0.0;
+  for (const char* key : {"prior_map", "reference_frame"}) root.table("world").get(key, &text);
+  for (const char* key : {"prior_map_radius_m", "prior_map_memory_mb"}) {
+    root.table("world").get(key, &number, {1, 1e5});
+  }
   read_gps(root.table("gps"), &p.gps, &p.drive);
   read_ins(root.table("ins"), &p.ins);
   read_odometry(root.table("odometry"), &p.odometry, &p.drive);

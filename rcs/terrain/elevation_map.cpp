@@ -2,154 +2,302 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <limits>
-#include <system_error>
+
+#include "rcs/base/check.h"
+#include "rcs/terrain/map_folder.h"
+#include "rcs/terrain/map_tile.h"
 
 namespace rcs {
 namespace {
 
-constexpr std::int64_t kMaxNodes = std::int64_t{1} << 27;  // 1.5 GB of nodes
+constexpr double kSlotBytes = kTileCells * sizeof(TileNode);
+constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
+constexpr double kMegabyte = 1048576.0;
 
-// Offset of a tile in whole cells from `origin`, or false when it is not on the lattice.
-bool lattice_offset(double tile_origin_m, double origin_m, double cell_m, std::int64_t* cells) {
-  const double exact = (tile_origin_m - origin_m) / cell_m;
-  const double whole = std::round(exact);
-  *cells = static_cast<std::int64_t>(whole);
-  return std::abs(exact - whole) < 1e-3;
+int wrap(int i, int n) {
+  const int r = i % n;
+  return r < 0 ? r + n : r;
 }
 
-bool same_survey(const ElevationTile& a, const ElevationTile& b) {
-  return a.datum.lat_rad == b.datum.lat_rad && a.datum.lon_rad == b.datum.lon_rad &&
-         a.datum.height.m == b.datum.height.m && a.cell_m == b.cell_m &&
-         a.bias_sigma_m == b.bias_sigma_m && a.bias_correlation_m == b.bias_correlation_m;
+/// A cell's place in its tile.
+std::size_t node_of(Cell cell) {
+  constexpr int kMask = kTileSide - 1;
+  return static_cast<std::size_t>(cell.j & kMask) * kTileSide +
+         static_cast<std::size_t>(cell.i & kMask);
+}
+
+struct Span {
+  Cell low, high;  // both within
+  [[nodiscard]] int wide() const { return high.i - low.i + 1; }
+  [[nodiscard]] int high_side() const { return high.j - low.j + 1; }
+  void take(Cell c) {
+    low = {std::min(low.i, c.i), std::min(low.j, c.j)};
+    high = {std::max(high.i, c.i), std::max(high.j, c.j)};
+  }
+};
+
+Span span_of(const std::vector<MapTileEntry>& tiles) {
+  Span s{tiles.front().tile, tiles.front().tile};
+  for (const MapTileEntry& e : tiles) s.take(e.tile);
+  return s;
 }
 
 }  // namespace
 
-Result<ElevationMap> ElevationMap::load(const std::string& path) {
-  std::error_code error;
-  std::vector<std::string> files;
-  if (std::filesystem::is_directory(path, error)) {
-    for (std::filesystem::directory_iterator it(path, error), end; !error && it != end;
-         it.increment(error)) {
-      if (it->path().extension() == ".tile") files.push_back(it->path().string());
-    }
-    if (error) return Error{path + ": " + error.message()};
-    std::sort(files.begin(), files.end());
-    if (files.empty()) return Error{path + ": no *.tile in this directory"};
-  } else {
-    files.push_back(path);
-  }
-  std::vector<ElevationTile> tiles;
-  for (const std::string& file : files) {
-    Result<std::vector<ElevationTile>> read = read_tiles(file);
-    if (!read) return read.error();
-    for (ElevationTile& tile : *read) tiles.push_back(std::move(tile));
-  }
-  Result<ElevationMap> map = from_tiles(tiles);
-  if (!map) return Error{path + ": " + map.error().message};
-  return map;
+ElevationMap::Slot& ElevationMap::Level::slot(Cell tile) {
+  return slots[static_cast<std::size_t>(wrap(tile.j, high)) * static_cast<std::size_t>(wide) +
+               static_cast<std::size_t>(wrap(tile.i, wide))];
 }
 
-Result<ElevationMap> ElevationMap::from_tiles(const std::vector<ElevationTile>& tiles) {
-  if (tiles.empty()) return Error{"a map needs at least one tile"};
-  const ElevationTile& first = tiles.front();
+const TileNode* ElevationMap::Level::node(Cell cell) const {
+  const Cell tile = tile_of(cell);
+  const Slot& s =
+      slots[static_cast<std::size_t>(wrap(tile.j, high)) * static_cast<std::size_t>(wide) +
+            static_cast<std::size_t>(wrap(tile.i, wide))];
+  if (s.state != Slot::State::kReady || !(s.tile == tile)) return nullptr;
+  return &s.nodes[node_of(cell)];
+}
+
+void ElevationMap::make_slots(Level* level, int wide, int high) {
+  level->wide = wide;
+  level->high = high;
+  level->slots.resize(static_cast<std::size_t>(wide) * static_cast<std::size_t>(high));
+  for (Slot& s : level->slots) s.nodes.resize(kTileCells);
+}
+
+Result<ElevationMap> ElevationMap::open(const std::string& path, const MapWindow& window) {
+  const Result<MapFolder> folder = MapFolder::open(path);
+  if (!folder) return folder.error();
   ElevationMap map;
-  map.datum_ = first.datum;
-  map.bias_sigma_m_ = first.bias_sigma_m;
-  map.bias_correlation_m_ = first.bias_correlation_m;
-  map.cell_m_ = first.cell_m;
-
-  Vec2 low = first.origin_world_m;
-  Vec2 high = low;
-  for (const ElevationTile& tile : tiles) {
-    const Outcome checked = check_tile(tile);
-    if (!checked) return Error{"tile " + std::to_string(tile.id) + ": " + checked.error().message};
-    if (!same_survey(tile, first)) {
-      return Error{"tile " + std::to_string(tile.id) + ": datum, cell or bias differ from tile " +
-                   std::to_string(first.id)};
-    }
-    low = low.cwiseMin(tile.origin_world_m);
-    high = high.cwiseMax(tile.origin_world_m + first.cell_m * Vec2(tile.width, tile.height));
+  map.frame_ = folder->index().frame;
+  map.path_ = path;
+  map.radius_m_ = window.radius_m;
+  double bytes = 0.0;
+  std::vector<std::pair<int, int>> sides;
+  for (const MapLevelIndex& index : folder->index().levels) {
+    if (index.tiles.empty()) continue;
+    Level level;
+    level.index = index;
+    level.lattice = lattice_id(map.frame_, index.level);
+    const Span span = span_of(index.tiles);
+    // As many as a disc's bounding square can touch.
+    const double touched = 2.0 * window.radius_m / (index.level.cell_m * kTileSide);
+    const int most = static_cast<int>(std::min(touched, 1e6)) + 2;
+    sides.emplace_back(std::min(most, span.wide()), std::min(most, span.high_side()));
+    bytes += kSlotBytes * sides.back().first * sides.back().second;
+    map.levels_.push_back(std::move(level));
   }
-  const Vec2 size = (high - low) / first.cell_m;
-  const std::int64_t width = std::llround(size.x());
-  const std::int64_t height = std::llround(size.y());
-  if (width > kMaxNodes || height > kMaxNodes || width * height > kMaxNodes) {
-    return Error{"the tiles span " + std::to_string(width) + " x " + std::to_string(height) +
-                 " cells, at most " + std::to_string(kMaxNodes) + " in all are allowed"};
+  if (map.levels_.empty()) return Error{path + ": a map without tiles"};
+  if (bytes > window.memory_bytes) {
+    return Error{path + ": " + std::to_string(std::lround(bytes / kMegabyte)) +
+                 " MB are needed around the vehicle, " +
+                 std::to_string(std::lround(window.memory_bytes / kMegabyte)) + " allowed"};
   }
-  map.origin_world_m_ = low;
-  map.width_ = static_cast<int>(width);
-  map.height_ = static_cast<int>(height);
-  map.nodes_.assign(static_cast<std::size_t>(width * height),
-                    {std::numeric_limits<float>::quiet_NaN(), 0.0F, 0});
-  for (const ElevationTile& tile : tiles) {
-    const Outcome pasted = map.paste(tile, static_cast<int>(map.tile_ids_.size()));
-    if (!pasted) return pasted.error();
-    map.tile_ids_.push_back(tile.id);
+  for (std::size_t k = 0; k < sides.size(); ++k) {
+    map.make_slots(&map.levels_[k], sides[k].first, sides[k].second);
   }
   return map;
 }
 
-Outcome ElevationMap::paste(const ElevationTile& tile, int index) {
-  std::int64_t di = 0;
-  std::int64_t dj = 0;
-  if (!lattice_offset(tile.origin_world_m.x(), origin_world_m_.x(), cell_m_, &di) ||
-      !lattice_offset(tile.origin_world_m.y(), origin_world_m_.y(), cell_m_, &dj)) {
-    return Error{"tile " + std::to_string(tile.id) + " is not on the lattice of the others"};
-  }
-  std::size_t from = 0;
-  for (int j = 0; j < tile.height; ++j) {
-    std::size_t to = static_cast<std::size_t>((dj + j) * width_ + di);
-    for (int i = 0; i < tile.width; ++i, ++from, ++to) {
-      const float z = tile.z_world_m[from];
-      if (std::isnan(z)) continue;
-      const float sigma =
-          tile.cell_sigma_m.empty() ? static_cast<float>(tile.sigma_m) : tile.cell_sigma_m[from];
-      nodes_[to] = {z, sigma, index};
+Result<ElevationMap> ElevationMap::load(const std::string& path, double memory_bytes) {
+  MapWindow all;
+  all.radius_m = 1e9;
+  all.memory_bytes = memory_bytes;
+  Result<ElevationMap> map = open(path, all);
+  if (!map) return map;
+  DirectTileLoader loader(path);
+  for (std::size_t k = 0; k < map->levels_.size(); ++k) {
+    for (const MapTileEntry& entry : map->levels_[k].index.tiles) {
+      RCS_CHECK(map->start(k, entry, &loader));
+      if (map->loading_.failed > 0) return Error{map->loading_.failure};
     }
   }
-  return Done{};
+  return map;
+}
+
+Result<ElevationMap> ElevationMap::from_rasters(const MapFrame& frame,
+                                                const std::vector<Raster>& rasters) {
+  constexpr double kMostBytes = 4e9;
+  if (rasters.empty()) return Error{"a map needs at least one raster"};
+  ElevationMap map;
+  map.frame_ = frame;
+  std::vector<Span> spans;
+  for (const Raster& r : rasters) {
+    if (Outcome checked = check_raster(r); !checked) return checked.error();
+    const Cell low = tile_of(r.first);
+    const Cell high = tile_of({r.first.i + r.width - 1, r.first.j + r.height - 1});
+    std::size_t k = 0;
+    while (k < map.levels_.size() && !(map.levels_[k].index.level == r.level)) ++k;
+    if (k == map.levels_.size()) {
+      Level level;
+      level.index.level = r.level;
+      map.levels_.push_back(std::move(level));
+      spans.push_back({low, high});
+    }
+    spans[k].take(low);
+    spans[k].take(high);
+  }
+  double bytes = 0.0;
+  for (const Span& s : spans) bytes += kSlotBytes * s.wide() * s.high_side();
+  if (bytes > kMostBytes) return Error{"the rasters are too far apart for one map in memory"};
+  for (std::size_t k = 0; k < spans.size(); ++k) {
+    Level& level = map.levels_[k];
+    map.make_slots(&level, spans[k].wide(), spans[k].high_side());
+    for (int j = spans[k].low.j; j <= spans[k].high.j; ++j) {
+      for (int i = spans[k].low.i; i <= spans[k].high.i; ++i) {
+        Slot& slot = level.slot({i, j});
+        slot.tile = {i, j};
+        slot.state = Slot::State::kReady;
+        std::fill(slot.nodes.begin(), slot.nodes.end(), TileNode{kUnknown, 1.0F});
+      }
+    }
+    for (const Raster& r : rasters) {
+      if (!(r.level == level.index.level)) continue;
+      for (int j = r.first.j; j < r.first.j + r.height; ++j) {
+        for (int i = r.first.i; i < r.first.i + r.width; ++i) {
+          const std::size_t from = r.at({i, j});
+          if (std::isnan(r.z_m[from])) continue;
+          level.slot(tile_of({i, j})).nodes[node_of({i, j})] = {r.z_m[from],
+                                                                layer_at(r.sigma_m, from)};
+        }
+      }
+    }
+  }
+  std::sort(map.levels_.begin(), map.levels_.end(), [](const Level& a, const Level& b) {
+    return a.index.level.cell_m < b.index.level.cell_m;
+  });
+  return map;
+}
+
+std::size_t ElevationMap::memory_bytes() const {
+  std::size_t slots = 0;
+  for (const Level& level : levels_) slots += level.slots.size();
+  return slots * static_cast<std::size_t>(kSlotBytes);
 }
 
 bool ElevationMap::sample(double x_m, double y_m, Elevation* out) const {
-  const double u = (x_m - origin_world_m_.x()) / cell_m_ - 0.5;
-  const double v = (y_m - origin_world_m_.y()) / cell_m_ - 0.5;
-  // Also false for NaN. The last node belongs to the map: a one-cell map is still outside.
-  if (!(u >= 0.0 && v >= 0.0 && u <= width_ - 1 && v <= height_ - 1)) return false;
-  if (width_ < 2 || height_ < 2) return false;
-  const int i = std::min(static_cast<int>(u), width_ - 2);
-  const int j = std::min(static_cast<int>(v), height_ - 2);
-  const double s = u - i;
-  const double t = v - j;
-  const std::size_t at =
-      static_cast<std::size_t>(j) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(i);
-  const Node* south = &nodes_[at];
-  const Node* north = south + width_;
-  const double z00 = south[0].z_m;
-  const double z10 = south[1].z_m;
-  const double z01 = north[0].z_m;
-  const double z11 = north[1].z_m;
+  for (std::size_t k = 0; k < levels_.size(); ++k) {
+    if (sample(levels_[k], static_cast<int>(k), x_m, y_m, out)) return true;
+  }
+  return false;
+}
+
+bool ElevationMap::sample(const Level& level, int number, double x_m, double y_m,
+                          Elevation* out) const {
+  const double cell_m = level.index.level.cell_m;
+  const double u = (x_m - level.index.level.origin_m.x()) / cell_m - 0.5;
+  const double v = (y_m - level.index.level.origin_m.y()) / cell_m - 0.5;
+  constexpr double kFarthest = 1e9;
+  if (!(std::abs(u) < kFarthest && std::abs(v) < kFarthest)) return false;  // NaN, too
+  const Cell c{static_cast<int>(std::floor(u)), static_cast<int>(std::floor(v))};
+  const TileNode* n00 = level.node(c);
+  if (n00 == nullptr) return false;
+  constexpr int kMask = kTileSide - 1;
+  const bool inside = (c.i & kMask) != kMask && (c.j & kMask) != kMask;
+  const TileNode* n10 = inside ? n00 + 1 : level.node({c.i + 1, c.j});
+  const TileNode* n01 = inside ? n00 + kTileSide : level.node({c.i, c.j + 1});
+  const TileNode* n11 = inside ? n01 + 1 : level.node({c.i + 1, c.j + 1});
+  if (n10 == nullptr || n01 == nullptr || n11 == nullptr) return false;
+  const double s = u - c.i;
+  const double t = v - c.j;
+  const double z00 = n00->z_m;
+  const double z10 = n10->z_m;
+  const double z01 = n01->z_m;
+  const double z11 = n11->z_m;
   const double z_south = z00 + s * (z10 - z00);
   const double z_north = z01 + s * (z11 - z01);
   const double z = z_south + t * (z_north - z_south);
   if (std::isnan(z)) return false;  // one unknown node makes the sum NaN, whatever its weight
   out->z_m = z;
-  out->gradient = Vec2((z10 - z00) + t * ((z11 - z01) - (z10 - z00)), z_north - z_south) / cell_m_;
+  out->gradient = Vec2((z10 - z00) + t * ((z11 - z01) - (z10 - z00)), z_north - z_south) / cell_m;
   // The mean, not the root of squares: neighbouring cells of a survey err together.
-  const double sigma_south = south[0].sigma_m + s * (south[1].sigma_m - south[0].sigma_m);
-  const double sigma_north = north[0].sigma_m + s * (north[1].sigma_m - north[0].sigma_m);
+  const double sigma_south = n00->sigma_m + s * (n10->sigma_m - n00->sigma_m);
+  const double sigma_north = n01->sigma_m + s * (n11->sigma_m - n01->sigma_m);
   out->sigma_m = sigma_south + t * (sigma_north - sigma_south);
-  const Node& nearest = (t < 0.5 ? south : north)[s < 0.5 ? 0 : 1];
-  out->tile_id = tile_ids_[static_cast<std::size_t>(nearest.tile)];
+  out->level = number;
+  out->cell = {c.i + (s < 0.5 ? 0 : 1), c.j + (t < 0.5 ? 0 : 1)};
+  out->tile_id = tile_id(number, tile_of(out->cell));
   return true;
 }
 
-Cell ElevationMap::cell_at(double x_m, double y_m) const {
-  return {static_cast<int>(std::floor((x_m - origin_world_m_.x()) / cell_m_)),
-          static_cast<int>(std::floor((y_m - origin_world_m_.y()) / cell_m_))};
+void ElevationMap::follow(const Vec2& place_m, TileLoader* loader) {
+  TileJob job;
+  while (loader->finished(&job)) take(job);
+  wanted_ = 0;
+  // Coarse first: few tiles, and they stand in for what is still under way.
+  for (std::size_t k = levels_.size(); k-- > 0;) want(k, place_m, loader);
+}
+
+void ElevationMap::want(std::size_t number, const Vec2& place_m, TileLoader* loader) {
+  Level& level = levels_[number];
+  if (level.index.tiles.empty() || !place_m.allFinite()) return;
+  const double side_m = level.index.level.cell_m * kTileSide;
+  const Vec2 here = (place_m - level.index.level.origin_m) / side_m;
+  const double radius = radius_m_ / side_m;
+  const Cell low{static_cast<int>(std::floor(here.x() - radius)),
+                 static_cast<int>(std::floor(here.y() - radius))};
+  // A window has few tiles: the nearest missing one is looked for again and again.
+  while (true) {
+    const MapTileEntry* nearest = nullptr;
+    double nearest_at = radius;
+    int missing = 0;
+    for (int j = low.j; j <= here.y() + radius; ++j) {
+      for (int i = low.i; i <= here.x() + radius; ++i) {
+        const Vec2 corner(i, j);
+        const double at = (here - here.cwiseMax(corner).cwiseMin(corner + Vec2::Ones())).norm();
+        const MapTileEntry* entry = level.index.find({i, j});
+        if (entry == nullptr || at > radius) continue;
+        const Slot& slot = level.slot(entry->tile);
+        const bool loading = slot.state == Slot::State::kLoading;
+        if (slot.tile == entry->tile && slot.state != Slot::State::kEmpty) {
+          missing += loading ? 1 : 0;
+          continue;
+        }
+        ++missing;
+        if (loading) continue;  // what has left is still being read into it
+        if (nearest == nullptr || at < nearest_at) {
+          nearest = entry;
+          nearest_at = at;
+        }
+      }
+    }
+    if (nearest == nullptr || !start(number, *nearest, loader)) {
+      wanted_ += missing;
+      return;
+    }
+  }
+}
+
+bool ElevationMap::start(std::size_t number, const MapTileEntry& entry, TileLoader* loader) {
+  Level& level = levels_[number];
+  Slot& slot = level.slot(entry.tile);
+  TileJob job;
+  job.level = static_cast<int>(number);
+  job.tile = entry.tile;
+  job.lattice = level.lattice;
+  job.checksum = entry.checksum;
+  job.cell_m = level.index.level.cell_m;
+  job.nodes = slot.nodes.data();
+  if (!loader->start(job)) return false;
+  slot.tile = entry.tile;
+  slot.state = Slot::State::kLoading;
+  while (loader->finished(&job)) take(job);
+  return true;
+}
+
+void ElevationMap::take(const TileJob& job) {
+  Slot& slot = levels_[static_cast<std::size_t>(job.level)].slot(job.tile);
+  RCS_CHECK(slot.state == Slot::State::kLoading && slot.tile == job.tile);
+  if (!job.failure.empty()) {
+    slot.state = Slot::State::kFailed;
+    ++loading_.failed;
+    loading_.failure = job.failure;
+    return;
+  }
+  slot.state = Slot::State::kReady;
+  ++loading_.loaded;
+  if (job.replaced) ++loading_.replaced;
 }
 
 }  // namespace rcs

@@ -1,5 +1,5 @@
 #pragma once
-// The a priori map: elevation tiles as one surface with its uncertainty.
+// The a priori map as one surface with its uncertainty, around the vehicle or as a whole.
 
 #include <cstdint>
 #include <string>
@@ -9,60 +9,107 @@
 #include "rcs/base/grid.h"
 #include "rcs/base/linear.h"
 #include "rcs/base/result.h"
-#include "rcs/terrain/elevation_tile.h"
+#include "rcs/terrain/map_index.h"
+#include "rcs/terrain/raster.h"
+#include "rcs/terrain/tile_loader.h"
 
 namespace rcs {
 
 /// The ground at one place.
 struct Elevation {
-  double z_m = 0.0;              ///< above the datum's tangent plane: z in frame world
+  double z_m = 0.0;              ///< above the datum's tangent plane: z in the map's frame
   Vec2 gradient = Vec2::Zero();  ///< (dz/dx, dz/dy)
-  double sigma_m = 0.0;          ///< of z_m, without the slow bias (see bias_sigma_m())
+  double sigma_m = 0.0;          ///< of z_m, without the slow bias
   std::int64_t tile_id = 0;      ///< of the tile that holds the nearest cell
+  int level = 0;                 ///< whose cells it is from; 0: the finest
+  Cell cell;                     ///< of that level, which holds the place
 };
 
-/// Bilinear interpolation on the lattice of cell centres, across the borders of tiles. Loading is
-/// for preparation time; sampling allocates nothing and may be called from anywhere.
+/// How much of a map is in memory.
+struct MapWindow {
+  double radius_m = 200.0;                ///< of what is kept around the vehicle, [10, 1e5]
+  double memory_bytes = 256.0 * 1048576;  ///< at most, for tiles, [1e6, 1e11]
+};
+
+/// What read-ahead has done so far.
+struct MapLoading {
+  std::int64_t loaded = 0;    ///< tiles
+  std::int64_t replaced = 0;  ///< of them sound, and not those which the index knows
+  std::int64_t failed = 0;    ///< tiles that could not be read; they count as unknown ground
+  std::string failure;        ///< the newest: which file, and why
+};
+
+/// Bilinear interpolation on the lattice of cell centres, across the borders of tiles, from the
+/// finest level that knows the place. Sampling allocates nothing.
+///
+/// Each level has a window of slots for tiles which moves with the vehicle. A tile's slot follows
+/// from its number, so that what enters takes the place of what leaves, and memory is bounded by
+/// the window.
 class ElevationMap {
  public:
-  /// A tile file, or a directory of files *.tile (taken in the order of their names).
-  [[nodiscard]] static Result<ElevationMap> load(const std::string& path);
+  /// A map on disk, of which follow() brings what is around the vehicle. Reads the index alone.
+  [[nodiscard]] static Result<ElevationMap> open(const std::string& path, const MapWindow& window);
 
-  /// All tiles must share datum, cell_m and bias figures and lie on one lattice; where they
-  /// overlap, the later tile's known cells win.
-  [[nodiscard]] static Result<ElevationMap> from_tiles(const std::vector<ElevationTile>& tiles);
+  /// All of a map on disk, for tools.
+  [[nodiscard]] static Result<ElevationMap> load(const std::string& path, double memory_bytes);
 
-  [[nodiscard]] const Geodetic& datum() const { return datum_; }
-  [[nodiscard]] double bias_sigma_m() const { return bias_sigma_m_; }
-  [[nodiscard]] double bias_correlation_m() const { return bias_correlation_m_; }
-  [[nodiscard]] double cell_m() const { return cell_m_; }
+  /// @param rasters  of one level or several; where those of a level overlap, the later one's known
+  ///   cells win
+  [[nodiscard]] static Result<ElevationMap> from_rasters(const MapFrame& frame,
+                                                         const std::vector<Raster>& rasters);
 
-  /// @param x_m, y_m  frame world
-  /// @return false, and `out` untouched, outside or where one of the four cells is unknown
+  [[nodiscard]] const MapFrame& frame() const { return frame_; }
+  [[nodiscard]] const Geodetic& datum() const { return frame_.datum; }
+  [[nodiscard]] int levels() const { return static_cast<int>(levels_.size()); }
+  [[nodiscard]] const MapLevel& level(int k) const {
+    return levels_[static_cast<std::size_t>(k)].index.level;
+  }
+  [[nodiscard]] std::size_t memory_bytes() const;  ///< of the slots
+
+  /// @param x_m, y_m  the map's frame
+  /// @return false, and `out` untouched, outside, where one of the four cells is unknown on every
+  ///   level, and where no tile has been brought yet
   [[nodiscard]] bool sample(double x_m, double y_m, Elevation* out) const;
 
-  /// Index of the cell that holds a place; defined everywhere, also outside the map.
-  [[nodiscard]] Cell cell_at(double x_m, double y_m) const;
+  /// Takes in what the loader has finished, and asks it for tiles around a place that are not here,
+  /// the nearest first. Allocates nothing, but for the text of a failure.
+  void follow(const Vec2& place_m, TileLoader* loader);
+  /// True when nothing is missing around the place that follow() was last called with.
+  [[nodiscard]] bool complete() const { return wanted_ == 0; }
+  [[nodiscard]] const MapLoading& loading() const { return loading_; }
 
  private:
-  struct Node {
-    float z_m;      ///< NaN: unknown
-    float sigma_m;  ///< > 0 where known
-    int tile;       ///< index into tile_ids_
+  struct Slot {
+    enum class State { kEmpty, kLoading, kReady, kFailed };
+    State state = State::kEmpty;
+    Cell tile;
+    std::vector<TileNode> nodes;  ///< kTileCells
+  };
+  struct Level {
+    MapLevelIndex index;  ///< its tiles: on disk
+    std::uint64_t lattice = 0;
+    int wide = 1;  ///< slots along x
+    int high = 1;  ///< slots along y
+    std::vector<Slot> slots;
+
+    [[nodiscard]] Slot& slot(Cell tile);
+    [[nodiscard]] const TileNode* node(Cell cell) const;
   };
 
   ElevationMap() = default;
-  [[nodiscard]] Outcome paste(const ElevationTile& tile, int index);
+  void make_slots(Level* level, int wide, int high);
+  [[nodiscard]] bool sample(const Level& level, int number, double x_m, double y_m,
+                            Elevation* out) const;
+  void take(const TileJob& job);
+  void want(std::size_t level, const Vec2& place_m, TileLoader* loader);
+  [[nodiscard]] bool start(std::size_t level, const MapTileEntry& entry, TileLoader* loader);
 
-  Geodetic datum_;
-  double bias_sigma_m_ = 0.0;
-  double bias_correlation_m_ = 0.0;
-  double cell_m_ = 1.0;
-  Vec2 origin_world_m_ = Vec2::Zero();  ///< the south-western corner of node (0, 0)'s cell
-  int width_ = 0;
-  int height_ = 0;
-  std::vector<Node> nodes_;  ///< x fastest
-  std::vector<std::int64_t> tile_ids_;
+  MapFrame frame_;
+  std::string path_;
+  double radius_m_ = 0.0;
+  std::vector<Level> levels_;
+  int wanted_ = 0;
+  MapLoading loading_;
 };
 
 }  // namespace rcs

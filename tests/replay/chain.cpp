@@ -47,11 +47,12 @@ ChainRun run_chain(const sim::Scenario& scenario, const std::string& vehicle_con
   RCS_CHECK(sp_config.ok() && wm_config.ok());
 
   sim::Simulator simulator(scenario);
-  Result<ElevationMap> prior_map = ElevationMap::from_tiles({simulator.prior_map()});
+  const sim::PriorMap survey = simulator.prior_map();
+  Result<ElevationMap> prior_map = ElevationMap::from_rasters(survey.frame, {survey.raster});
   RCS_CHECK(prior_map.ok());
 
   LocalBus bus;
-  sp::SpNode sp_node(*sp_config, std::move(prior_map).value(), &bus);
+  sp::SpNode sp_node(*sp_config, sp::PriorTerrain(std::move(prior_map).value(), nullptr), &bus);
   wm::WmNode wm_node(*wm_config, &bus);
   ChainRun out;
   const Tap<registration_t> matches(

@@ -21,7 +21,7 @@
 #include "rcs/node/executor.h"
 #include "rcs/node/local_bus.h"
 #include "rcs/node/lockstep_timeline.h"
-#include "rcs/terrain/elevation_tile.h"
+#include "rcs/terrain/map_folder.h"
 #include "tests/support/tap.h"
 #include "tools/rcs/course_picture.h"
 
@@ -247,7 +247,8 @@ ClosedLoopRun run_closed_loop(const sim::Scenario& scenario, const ClosedLoopOpt
 
   sim::Simulator simulator(scenario);
   if (!options.prior_map.empty()) {
-    RCS_CHECK(write_tile(simulator.prior_map(), options.prior_map).ok());
+    const sim::PriorMap survey = simulator.prior_map();
+    RCS_CHECK(write_map(options.prior_map, survey.frame, survey.raster).ok());
   }
   const Result<ParamFile> file =
       ParamFile::parse(config_text(scenario, options), options.vehicle_config);

@@ -105,12 +105,13 @@ Outcomes drive(const Cost& cost, double nominal_unit_ns) {
   sp_config->grant.nominal_unit_ns = nominal_unit_ns;
 
   sim::Simulator simulator(*scenario);
-  Result<ElevationMap> map = ElevationMap::from_tiles({simulator.prior_map()});
+  const sim::PriorMap survey = simulator.prior_map();
+  Result<ElevationMap> map = ElevationMap::from_rasters(survey.frame, {survey.raster});
   RCS_CHECK(map.ok());
   LocalBus bus;
   Outcomes out;
   bus.set_tap(&out.said);
-  sp::SpNode sp_node(*sp_config, std::move(map).value(), &bus);
+  sp::SpNode sp_node(*sp_config, sp::PriorTerrain(std::move(map).value(), nullptr), &bus);
   wm::WmNode wm_node(*wm_config, &bus);
   Slowed slowed(&sp_node, cost);
   LockstepTimeline timeline(&bus, &simulator, from_seconds(0.5));

@@ -23,26 +23,27 @@ PriorMapParams exact() {
 
 TEST(PriorMap, IsTheBlockMeanOfTheGround) {
   const Relief relief = hills();
-  const ElevationTile tile = make_prior_map(relief, kDatum, kRegion, exact(), 1);
-  EXPECT_EQ(tile.origin_world_m, Vec2(-210.0, -100.0));  // on whole cells
+  const Raster map = make_prior_map(relief, kDatum, kRegion, exact(), 1).raster;
+  EXPECT_EQ(map.first, (Cell{-21, -10}));  // on whole cells
+  EXPECT_EQ(map.level.origin_m, Vec2(0.0, 0.0));
   for (const int cell : {0, 777, 1500}) {
-    const int i = cell % tile.width;
-    const int j = cell / tile.width;
+    const int i = cell % map.width;
+    const int j = cell / map.width;
     double sum = 0.0;
     const int side = 100;
     for (int b = 0; b < side; ++b) {
       for (int a = 0; a < side; ++a) {
-        sum += relief.height(tile.origin_world_m.x() + 10.0 * (i + (a + 0.5) / side),
-                             tile.origin_world_m.y() + 10.0 * (j + (b + 0.5) / side));
+        sum += relief.height(10.0 * (map.first.i + i + (a + 0.5) / side),
+                             10.0 * (map.first.j + j + (b + 0.5) / side));
       }
     }
-    EXPECT_NEAR(tile.z_world_m[static_cast<std::size_t>(cell)], sum / (side * side), 0.02);
+    EXPECT_NEAR(map.z_m[static_cast<std::size_t>(cell)], sum / (side * side), 0.02);
   }
 }
 
 TEST(PriorMap, ErrorsHaveTheStatedSizes) {
   const Relief relief = hills();
-  const ElevationTile truth = make_prior_map(relief, kDatum, kRegion, exact(), 1);
+  const Raster truth = make_prior_map(relief, kDatum, kRegion, exact(), 1).raster;
   PriorMapParams params;
   params.sigma_m = 0.3;
   params.bias_sigma_m = 0.5;
@@ -51,10 +52,10 @@ TEST(PriorMap, ErrorsHaveTheStatedSizes) {
   double white = 0.0;
   int n = 0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-    const ElevationTile map = make_prior_map(relief, kDatum, kRegion, params, seed);
-    for (std::size_t k = 0; k + 1 < map.z_world_m.size(); ++k, ++n) {
-      const double e = map.z_world_m[k] - truth.z_world_m[k];
-      const double next = map.z_world_m[k + 1] - truth.z_world_m[k + 1];
+    const Raster map = make_prior_map(relief, kDatum, kRegion, params, seed).raster;
+    for (std::size_t k = 0; k + 1 < map.z_m.size(); ++k, ++n) {
+      const double e = map.z_m[k] - truth.z_m[k];
+      const double next = map.z_m[k + 1] - truth.z_m[k + 1];
       squares += e * e;
       white += 0.5 * (e - next) * (e - next);
     }
@@ -67,8 +68,8 @@ TEST(PriorMap, SigmaCoversTheGround) {
   const Relief relief = hills();
   PriorMapParams params;
   params.bias_sigma_m = 0.0;
-  const ElevationTile tile = make_prior_map(relief, kDatum, kRegion, params, 4);
-  const Result<ElevationMap> map = ElevationMap::from_tiles({tile});
+  const PriorMap survey = make_prior_map(relief, kDatum, kRegion, params, 4);
+  const Result<ElevationMap> map = ElevationMap::from_rasters(survey.frame, {survey.raster});
   ASSERT_TRUE(map);
   double squares = 0.0;
   int n = 0;

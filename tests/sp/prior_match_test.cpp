@@ -16,23 +16,21 @@ double hills(double x, double y) {
 }
 
 ElevationMap survey(bool flat) {
-  ElevationTile tile;
-  tile.id = 42;
-  tile.datum = {0.7, -1.3, {100.0}};
-  tile.origin_world_m = Vec2(-150.0, -150.0);
-  tile.cell_m = 5.0;
+  MapFrame frame;
+  frame.datum = {0.7, -1.3, {100.0}};
+  Raster tile;
+  tile.level.cell_m = 5.0;
+  tile.first = {-30, -30};
   tile.width = tile.height = 60;
-  tile.sigma_m = 0.2;
-  tile.bias_sigma_m = 0.1;
-  tile.bias_correlation_m = 200.0;
+  tile.sigma_m = {0.2F};
   for (int j = 0; j < tile.height; ++j) {
     for (int i = 0; i < tile.width; ++i) {
       const double x = -150.0 + 5.0 * (i + 0.5);
       const double y = -150.0 + 5.0 * (j + 0.5);
-      tile.z_world_m.push_back(static_cast<float>(flat ? 0.0 : hills(x, y)));
+      tile.z_m.push_back(static_cast<float>(flat ? 0.0 : hills(x, y)));
     }
   }
-  Result<ElevationMap> map = ElevationMap::from_tiles({tile});
+  Result<ElevationMap> map = ElevationMap::from_rasters(frame, {tile});
   EXPECT_TRUE(map.ok()) << map.error().message;
   return std::move(map).value();
 }
@@ -61,7 +59,7 @@ TEST(PriorMatch, FindsTheVehicleOnHills) {
   const PriorMatch match = match_prior_map(source, map, test::prediction(start, 3.0, 0.05),
                                            PriorMatchParams{}, kPlenty, &workspace);
   ASSERT_TRUE(usable(match.registration.stop)) << static_cast<int>(match.registration.stop);
-  EXPECT_EQ(match.tile_id, 42);
+  EXPECT_EQ(match.tile_id, tile_id(0, {0, -1}));
   const Vec6 e = log_se3(T.inverse() * match.registration.T_target_vehicle);
   EXPECT_LT(e.head<3>().norm(), 0.5);
   EXPECT_LT(std::abs(e[2]), 0.1);

@@ -2,148 +2,248 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <cstdio>
+#include <deque>
 #include <filesystem>
-#include <limits>
 #include <random>
+
+#include "rcs/terrain/map_folder.h"
+#include "rcs/terrain/map_tile.h"
+#include "tests/terrain/map_scene.h"
 
 namespace rcs {
 namespace {
 
-ElevationTile random_tile(std::int64_t id, double x_m, double y_m, int width, int height) {
-  ElevationTile t;
-  t.id = id;
-  t.datum = {radians(40.43), radians(-76.57), {150.0}};
-  t.origin_world_m = {x_m, y_m};
-  t.cell_m = 2.5;
-  t.width = width;
-  t.height = height;
-  std::mt19937 rng(static_cast<unsigned>(id));
-  std::normal_distribution<float> normal(10.0F, 3.0F);
-  for (int i = 0; i < width * height; ++i) t.z_world_m.push_back(normal(rng));
-  t.sigma_m = 0.3;
-  t.bias_sigma_m = 0.5;
-  t.bias_correlation_m = 500.0;
-  return t;
-}
+namespace fs = std::filesystem;
 
-ElevationMap map_of(const std::vector<ElevationTile>& tiles) {
-  Result<ElevationMap> map = ElevationMap::from_tiles(tiles);
+ElevationMap map_of(const std::vector<Raster>& rasters) {
+  Result<ElevationMap> map = ElevationMap::from_rasters(test::frame(), rasters);
   EXPECT_TRUE(map) << map.error().message;
   return std::move(*map);
 }
 
 TEST(ElevationMap, InterpolatesItsNodes) {
-  const ElevationTile t = random_tile(1, -30.0, 20.0, 9, 7);
-  const ElevationMap map = map_of({t});
-  for (int j = 0; j < t.height; ++j) {
-    for (int i = 0; i < t.width; ++i) {
+  const Raster r = test::random_raster(1, {-260, 250}, 12, 12);
+  const ElevationMap map = map_of({r});
+  for (int j = 0; j < 11; ++j) {
+    for (int i = 0; i < 11; ++i) {
+      const Cell c{-260 + i, 250 + j};
+      const Vec2 p = r.level.centre(c);
       Elevation e;
-      ASSERT_TRUE(map.sample(-30.0 + 2.5 * (i + 0.5), 20.0 + 2.5 * (j + 0.5), &e));
-      EXPECT_NEAR(e.z_m, t.z_world_m[static_cast<std::size_t>(j * t.width + i)], 1e-12);
+      ASSERT_TRUE(map.sample(p.x() + 1e-9, p.y() + 1e-9, &e));
+      EXPECT_NEAR(e.z_m, r.z_m[r.at(c)], 1e-7);
       EXPECT_NEAR(e.sigma_m, 0.3, 1e-7);  // stored as float
-      EXPECT_EQ(e.tile_id, 1);
+      EXPECT_EQ(e.cell, c);
+      EXPECT_EQ(e.tile_id, tile_id(0, tile_of(c)));
     }
   }
 }
 
 TEST(ElevationMap, GradientIsTheSlopeOfTheSurface) {
-  const ElevationMap map = map_of({random_tile(2, 0.0, 0.0, 12, 12)});
+  const Raster r = test::random_raster(2, {250, -6}, 12, 12);  // across tiles
+  const ElevationMap map = map_of({r});
+  const Vec2 low = r.level.centre(r.first);
   std::mt19937 rng(1);
-  std::uniform_real_distribution<double> uniform(3.0, 27.0);
+  std::uniform_real_distribution<double> uniform(1.0, 26.0);
   const double h = 1e-6;
   for (int k = 0; k < 200; ++k) {
-    const double x = uniform(rng);
-    const double y = uniform(rng);
+    const double x = low.x() + uniform(rng);
+    const double y = low.y() + uniform(rng);
     Elevation e, east, west, north, south;
     ASSERT_TRUE(map.sample(x, y, &e) && map.sample(x + h, y, &east) &&
                 map.sample(x - h, y, &west) && map.sample(x, y + h, &north) &&
                 map.sample(x, y - h, &south));
-    // 2e-8: rounding of a height over the step.
-    EXPECT_NEAR(e.gradient.x(), (east.z_m - west.z_m) / (2 * h), 2e-8);
-    EXPECT_NEAR(e.gradient.y(), (north.z_m - south.z_m) / (2 * h), 2e-8);
-  }
-}
-
-TEST(ElevationMap, TilesSplitAnywhereAreTheSameSurface) {
-  const ElevationTile whole = random_tile(3, 5.0, 5.0, 10, 4);
-  ElevationTile west = whole;
-  ElevationTile east = whole;
-  west.id = 31;
-  east.id = 32;
-  west.width = 6;
-  east.width = 4;
-  east.origin_world_m.x() += 6 * whole.cell_m;
-  west.z_world_m.clear();
-  east.z_world_m.clear();
-  for (std::size_t j = 0; j < 4; ++j) {
-    for (std::size_t i = 0; i < 10; ++i) {
-      (i < 6 ? west : east).z_world_m.push_back(whole.z_world_m[j * 10 + i]);
-    }
-  }
-  const ElevationMap one = map_of({whole});
-  const ElevationMap two = map_of({east, west});
-  std::mt19937 rng(2);
-  std::uniform_real_distribution<double> x_m(6.25, 28.75);
-  std::uniform_real_distribution<double> y_m(6.25, 13.75);
-  for (int k = 0; k < 500; ++k) {
-    const double x = x_m(rng);
-    const double y = y_m(rng);
-    Elevation a, b;
-    ASSERT_TRUE(one.sample(x, y, &a) && two.sample(x, y, &b));
-    EXPECT_EQ(a.z_m, b.z_m);
-    EXPECT_EQ(b.tile_id, x < 20.0 ? 31 : 32);
+    // 2e-8: rounding of a height over the step, with coordinates of some hundred metres.
+    EXPECT_NEAR(e.gradient.x(), (east.z_m - west.z_m) / (2 * h), 2e-7);
+    EXPECT_NEAR(e.gradient.y(), (north.z_m - south.z_m) / (2 * h), 2e-7);
   }
 }
 
 TEST(ElevationMap, OutsideAndUnknownAreSaid) {
-  ElevationTile t = random_tile(4, 0.0, 0.0, 5, 5);
-  t.z_world_m[12] = std::numeric_limits<float>::quiet_NaN();  // the middle cell, at (6.25, 6.25)
-  const ElevationMap map = map_of({t});
+  Raster r = test::random_raster(4, {0, 0}, 5, 5);
+  r.level = MapLevel{2.5, Vec2::Zero(), 0.0, 1.0};
+  r.z_m[12] = std::numeric_limits<float>::quiet_NaN();  // the middle cell, at (6.25, 6.25)
+  const ElevationMap map = map_of({r});
   Elevation e;
   e.z_m = -77.0;
   EXPECT_FALSE(map.sample(5.0, 5.0, &e));
   EXPECT_FALSE(map.sample(-1.0, 5.0, &e));
   EXPECT_FALSE(map.sample(1.2, 5.0, &e));  // between the border and the first centre
-  EXPECT_FALSE(map.sample(5.0, 1e9, &e));
+  EXPECT_FALSE(map.sample(5.0, 1e12, &e));
   EXPECT_FALSE(map.sample(std::numeric_limits<double>::quiet_NaN(), 2.0, &e));
   EXPECT_EQ(e.z_m, -77.0);
-  EXPECT_TRUE(map.sample(1.25, 1.25, &e));
-  EXPECT_TRUE(map.sample(11.25, 11.25, &e));
+  EXPECT_TRUE(map.sample(1.26, 1.26, &e));
+  EXPECT_TRUE(map.sample(11.24, 11.24, &e));
 }
 
-TEST(ElevationMap, CellsAreWhereTheTileSays) {
-  const ElevationMap map = map_of({random_tile(5, -30.0, 20.0, 4, 4)});
-  EXPECT_EQ(map.cell_at(-30.0, 20.0), (Cell{0, 0}));
-  EXPECT_EQ(map.cell_at(-25.1, 24.9), (Cell{1, 1}));
-  EXPECT_EQ(map.cell_at(-30.1, 20.0), (Cell{-1, 0}));
-}
-
-TEST(ElevationMap, TilesThatDoNotBelongTogetherAreRefused) {
-  const ElevationTile a = random_tile(6, 0.0, 0.0, 4, 4);
-  ElevationTile off_lattice = random_tile(7, 11.0, 0.0, 4, 4);
-  EXPECT_FALSE(ElevationMap::from_tiles({a, off_lattice}));
-  ElevationTile other_datum = random_tile(8, 10.0, 0.0, 4, 4);
-  other_datum.datum.height.m += 34.0;
-  EXPECT_FALSE(ElevationMap::from_tiles({a, other_datum}));
-  EXPECT_FALSE(ElevationMap::from_tiles({a, random_tile(9, 1e6, 1e6, 4, 4)}));
-  EXPECT_FALSE(ElevationMap::from_tiles({}));
-}
-
-TEST(ElevationMap, LoadsDirectories) {
-  const std::string dir = testing::TempDir() + "rcs_elevation_map_test";
-  std::filesystem::create_directories(dir);
-  EXPECT_FALSE(ElevationMap::load(dir));  // nothing in it
-  ASSERT_TRUE(write_tile(random_tile(10, 0.0, 0.0, 4, 4), dir + "/a.tile"));
-  ASSERT_TRUE(write_tile(random_tile(11, 10.0, 0.0, 4, 4), dir + "/b.tile"));
-  const Result<ElevationMap> map = ElevationMap::load(dir);
-  ASSERT_TRUE(map) << map.error().message;
+TEST(ElevationMap, TheFinestLevelThatKnowsThePlaceAnswers) {
+  Raster coarse = test::hills({10.0, Vec2::Zero(), 0.0, 1.0}, {-20, -20}, 40, 40);
+  Raster fine = test::hills({0.5, Vec2::Zero(), 0.0, 1.0}, {0, 0}, 60, 60);
+  const ElevationMap map = map_of({coarse, fine});
   Elevation e;
-  EXPECT_TRUE(map->sample(10.0, 5.0, &e));
-  EXPECT_EQ(map->bias_sigma_m(), 0.5);
-  std::filesystem::remove_all(dir);
-  EXPECT_FALSE(ElevationMap::load(dir));
+  ASSERT_TRUE(map.sample(10.0, 10.0, &e));
+  EXPECT_EQ(e.level, 0);
+  ASSERT_TRUE(map.sample(50.0, 10.0, &e));
+  EXPECT_EQ(e.level, 1);
+  EXPECT_EQ(map.level(1).cell_m, 10.0);
+}
+
+TEST(ElevationMap, RastersOfOneLevelAreOneSurface) {
+  const Raster whole = test::random_raster(3, {2, 2}, 10, 4);
+  const ElevationMap one = map_of({whole});
+  const ElevationMap two = map_of({cut(whole, {8, 2}, 4, 4), cut(whole, {2, 2}, 6, 4)});
+  std::mt19937 rng(2);
+  const Vec2 low = whole.level.centre({2, 2});
+  std::uniform_real_distribution<double> x_m(0.1, 22.0);
+  std::uniform_real_distribution<double> y_m(0.1, 7.0);
+  for (int k = 0; k < 500; ++k) {
+    const Vec2 p = low + Vec2(x_m(rng), y_m(rng));
+    Elevation a, b;
+    ASSERT_TRUE(one.sample(p.x(), p.y(), &a) && two.sample(p.x(), p.y(), &b));
+    EXPECT_EQ(a.z_m, b.z_m);
+  }
+  Raster far = whole;
+  far.first = {1 << 28, 0};
+  EXPECT_FALSE(ElevationMap::from_rasters(test::frame(), {whole, far}));
+  EXPECT_FALSE(ElevationMap::from_rasters(test::frame(), {}));
+}
+
+/// Reads as if by another thread: a job is finished when the test says so.
+class SlowLoader final : public TileLoader {
+ public:
+  SlowLoader(std::string map, std::size_t most) : map_(std::move(map)), most_(most) {}
+  bool start(const TileJob& job) override {
+    if (under_way_.size() + done_.size() >= most_) return false;
+    under_way_.push_back(job);
+    return true;
+  }
+  bool finished(TileJob* job) override {
+    if (done_.empty()) return false;
+    *job = done_.front();
+    done_.pop_front();
+    return true;
+  }
+  void work() {
+    if (under_way_.empty()) return;
+    load_tile(map_, &buffer_, &under_way_.front());
+    done_.push_back(under_way_.front());
+    under_way_.pop_front();
+  }
+  [[nodiscard]] std::size_t under_way() const { return under_way_.size(); }
+
+ private:
+  std::string map_;
+  std::size_t most_;
+  std::vector<std::uint8_t> buffer_;
+  std::deque<TileJob> under_way_, done_;
+};
+
+class MapOnDisk : public testing::Test {
+ protected:
+  MapOnDisk()
+      : path_(testing::TempDir() + "rcs_elevation_map_" +
+              testing::UnitTest::GetInstance()->current_test_info()->name()),
+        raster_(test::hills({0.5, Vec2::Zero(), 0.0, 1.0}, {-256, -256}, 3072, 512)) {
+    fs::remove_all(path_);
+    EXPECT_TRUE(write_map(path_, test::frame(), raster_));
+  }
+  ~MapOnDisk() override { fs::remove_all(path_); }
+
+  ElevationMap opened(double radius_m) {
+    Result<ElevationMap> map = ElevationMap::open(path_, {radius_m, 64e6});
+    EXPECT_TRUE(map) << map.error().message;
+    return std::move(*map);
+  }
+  std::string path_;
+  Raster raster_;
+};
+
+TEST_F(MapOnDisk, FollowingItIsTheSameSurfaceAsHavingItAll) {
+  Result<ElevationMap> whole = ElevationMap::load(path_, 1e9);
+  ASSERT_TRUE(whole) << whole.error().message;
+  ElevationMap map = opened(60.0);
+  EXPECT_LT(map.memory_bytes(), whole->memory_bytes());
+  const std::size_t before = map.memory_bytes();
+  DirectTileLoader loader(path_);
+  for (double x = -100.0; x < 1300.0; x += 7.0) {
+    map.follow({x, 3.0}, &loader);
+    EXPECT_TRUE(map.complete());
+    for (const double dx : {-59.0, 0.3, 59.0}) {
+      Elevation a, b;
+      const bool known = whole->sample(x + dx, 3.0, &a);
+      ASSERT_EQ(known, map.sample(x + dx, 3.0, &b)) << x;
+      if (known) {
+        EXPECT_EQ(a.z_m, b.z_m);
+      }
+    }
+  }
+  EXPECT_EQ(map.memory_bytes(), before);
+  EXPECT_EQ(map.loading().failed, 0);
+}
+
+TEST_F(MapOnDisk, WhatIsUnderWayIsUnknownGroundAndNothingElseIs) {
+  ElevationMap map = opened(60.0);
+  SlowLoader loader(path_, 3);
+  Elevation e;
+  map.follow({0.0, 0.0}, &loader);
+  EXPECT_FALSE(map.complete());
+  EXPECT_EQ(loader.under_way(), 3U);
+  EXPECT_FALSE(map.sample(0.0, 0.0, &e));
+  int cycles = 0;
+  while (!map.complete() && ++cycles < 100) {
+    loader.work();
+    map.follow({0.0, 0.0}, &loader);
+    if (!map.sample(0.0, 0.0, &e)) continue;
+    EXPECT_NEAR(e.z_m, 0.0, 0.7);  // by a coarser level first
+  }
+  EXPECT_TRUE(map.complete());
+  ASSERT_TRUE(map.sample(0.0, 0.0, &e));
+  EXPECT_EQ(e.level, 0);
+  // Off it goes, faster than the disk: nothing of what is left behind is taken for what is ahead.
+  for (double x = 0.0; x < 1200.0; x += 40.0) {
+    map.follow({x, 0.0}, &loader);
+    loader.work();
+    for (const double dx : {-50.0, 0.0, 50.0}) {
+      if (!map.sample(x + dx, 10.0, &e)) continue;
+      EXPECT_NEAR(e.z_m, 8.0 * std::sin(0.01 * (x + dx)) * std::cos(0.13), 0.7);
+    }
+  }
+}
+
+TEST_F(MapOnDisk, AFileThatIsCutShortOrReplacedIsSaidAndNothingDies) {
+  const Result<MapFolder> folder = MapFolder::open(path_);
+  ASSERT_TRUE(folder);
+  ElevationMap map = opened(60.0);
+  fs::resize_file(folder->file_of(0, {0, 0}), 5000);
+  Raster other = cut(raster_, first_cell({-1, 0}), kTileSide, kTileSide);
+  for (float& z : other.z_m) z += 100.0F;
+  const std::string other_path = path_ + "_other";
+  fs::remove_all(other_path);
+  ASSERT_TRUE(write_map(other_path, test::frame(), other));
+  fs::copy_file(MapFolder::open(other_path)->file_of(0, {-1, 0}), folder->file_of(0, {-1, 0}),
+                fs::copy_options::overwrite_existing);
+  fs::remove_all(other_path);
+
+  DirectTileLoader loader(path_);
+  map.follow({0.0, 0.0}, &loader);
+  EXPECT_TRUE(map.complete());
+  EXPECT_EQ(map.loading().failed, 1);
+  EXPECT_EQ(map.loading().replaced, 1);
+  EXPECT_NE(map.loading().failure.find("0_0.tile: truncated"), std::string::npos)
+      << map.loading().failure;
+  Elevation e;
+  ASSERT_TRUE(map.sample(30.0, 30.0, &e));  // the coarser level stands in
+  EXPECT_EQ(e.level, 1);
+  ASSERT_TRUE(map.sample(-30.0, 30.0, &e));
+  EXPECT_GT(e.z_m, 90.0);
+  map.follow({5.0, 0.0}, &loader);
+  EXPECT_EQ(map.loading().failed, 1) << "read again and again";
+}
+
+TEST_F(MapOnDisk, MoreThanMemoryAllowsIsRefusedBeforeTheDrive) {
+  const Result<ElevationMap> map = ElevationMap::open(path_, {500.0, 2e6});
+  ASSERT_FALSE(map);
+  EXPECT_NE(map.error().message.find("2 allowed"), std::string::npos) << map.error().message;
+  EXPECT_FALSE(ElevationMap::open(path_ + "/nowhere", {100.0, 64e6}));
 }
 
 }  // namespace

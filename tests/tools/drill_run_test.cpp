@@ -68,24 +68,21 @@ TEST_F(DrillRunTest, ABaselineGoesWithoutItsSourceFromTheDrillsBeginOn) {
 }
 
 TEST(DrillWrongMap, IsTurnedAboutTheOriginAndShifted) {
-  ElevationTile tile;
-  tile.datum = datum();
-  tile.cell_m = 5.0;
-  tile.width = tile.height = 40;
-  tile.origin_world_m = Vec2(-100.0, -100.0);
-  tile.sigma_m = 0.3;
-  tile.bias_sigma_m = 0.3;
-  tile.bias_correlation_m = 500.0;
+  sim::PriorMap right;
+  right.frame.datum = datum();
+  right.raster.level.cell_m = 5.0;
+  right.raster.width = right.raster.height = 40;
+  right.raster.first = {-20, -20};
   // A slope to the east.
   for (int k = 0; k < 1600; ++k) {
-    tile.z_world_m.push_back(static_cast<float>(0.1 * (-97.5 + 5.0 * (k % 40))));
+    right.raster.z_m.push_back(static_cast<float>(0.1 * (-97.5 + 5.0 * (k % 40))));
   }
-  const ElevationTile shifted = wrong_map(tile, Vec3(2.0, 0.0, 1.0), 0.0);
-  EXPECT_EQ(shifted.origin_world_m.x(), -98.0);
-  EXPECT_NEAR(shifted.z_world_m[0], tile.z_world_m[0] + 1.0F, 1e-5);
+  const sim::PriorMap shifted = wrong_map(right, Vec3(2.0, 0.0, 1.0), 0.0);
+  EXPECT_EQ(shifted.raster.level.origin_m.x(), 2.0);
+  EXPECT_NEAR(shifted.raster.z_m[0], right.raster.z_m[0] + 1.0F, 1e-5);
   // By a quarter it rises to the north.
-  const ElevationTile turned = wrong_map(tile, Vec3::Zero(), radians(90.0));
-  const Result<ElevationMap> map = ElevationMap::from_tiles({turned});
+  const sim::PriorMap turned = wrong_map(right, Vec3::Zero(), radians(90.0));
+  const Result<ElevationMap> map = ElevationMap::from_rasters(turned.frame, {turned.raster});
   ASSERT_TRUE(map.ok());
   Elevation there;
   ASSERT_TRUE(map->sample(10.0, 40.0, &there));

@@ -29,14 +29,14 @@ std::vector<Stimulus> stimuli_of(const Drill& drill, const DrillRunOptions& opti
   return stimuli;
 }
 
-Result<std::optional<ElevationMap>> prior_map_of(const Drill& drill, const DrillVehicle& vehicle,
-                                                 const Scene& scene) {
-  if (!drill.run.prior_map) return vehicle.prior_map;
-  const ElevationTile tile =
+Result<sp::PriorTerrain> prior_terrain_of(const Drill& drill, const DrillVehicle& vehicle,
+                                          const Scene& scene) {
+  if (!drill.run.prior_map) return sp::open_prior_terrain(vehicle.sp, false);
+  const sim::PriorMap wrong =
       wrong_map(scene.prior_map(), drill.run.map_shift_m, drill.run.map_turn_rad);
-  Result<ElevationMap> map = ElevationMap::from_tiles({tile});
+  Result<ElevationMap> map = ElevationMap::from_rasters(wrong.frame, {wrong.raster});
   if (!map) return map.error();
-  return std::optional<ElevationMap>(std::move(map).value());
+  return sp::PriorTerrain(std::move(map).value(), nullptr);
 }
 
 }  // namespace
@@ -48,20 +48,18 @@ Result<DrillVehicle> load_drill_vehicle(const std::string& path) {
   if (!sp) return sp.error();
   const Result<wm::WmConfig> wm = wm::load_wm_config(*file);
   if (!wm) return wm.error();
-  DrillVehicle vehicle{*sp, *wm, {}};
-  if (sp->prior_map.empty()) return vehicle;
-  Result<ElevationMap> map = ElevationMap::load(sp->prior_map);
-  if (!map) return map.error();
-  vehicle.prior_map = std::move(map).value();
-  return vehicle;
+  // Each run opens the map for itself; what is wrong with it is said now.
+  const Result<sp::PriorTerrain> prior = sp::open_prior_terrain(*sp, false);
+  if (!prior) return prior.error();
+  return DrillVehicle{*sp, *wm};
 }
 
 Result<DrillRunResult> run_drill(const Drill& drill, const DrillVehicle& vehicle, Scene* scene,
                                  const DrillRunOptions& options) {
   Result<std::unique_ptr<EventSource>> opened = scene->open(drill.run.length_s, options.stop);
   if (!opened) return opened.error();
-  Result<std::optional<ElevationMap>> prior_map = prior_map_of(drill, vehicle, *scene);
-  if (!prior_map) return prior_map.error();
+  Result<sp::PriorTerrain> prior = prior_terrain_of(drill, vehicle, *scene);
+  if (!prior) return prior.error();
   std::optional<LogWriter> log;
   if (!options.log.empty()) {
     Result<LogWriter> writer = LogWriter::create(options.log);
@@ -79,7 +77,7 @@ Result<DrillRunResult> run_drill(const Drill& drill, const DrillVehicle& vehicle
   LocalBus bus;
   DrillRecorder recorder(drill.stimuli, options.reference, log ? &*log : nullptr);
   bus.set_tap(&recorder);
-  sp::SpNode sp_node(sp_config, std::move(prior_map).value(), &bus);
+  sp::SpNode sp_node(sp_config, std::move(prior).value(), &bus);
   wm::WmNode wm_node(wm_config, &bus);
   StimulatedSource source(opened->get(), stimuli_of(drill, options),
                           static_cast<std::uint64_t>(scene->key().seed));
@@ -100,24 +98,23 @@ Result<DrillRunResult> run_drill(const Drill& drill, const DrillVehicle& vehicle
   return result;
 }
 
-ElevationTile wrong_map(const ElevationTile& tile, const Vec3& shift_m, double turn_rad) {
-  ElevationTile wrong = tile;
-  wrong.origin_world_m += shift_m.head<2>();
-  for (float& z_m : wrong.z_world_m) z_m += static_cast<float>(shift_m.z());
+sim::PriorMap wrong_map(const sim::PriorMap& right, const Vec3& shift_m, double turn_rad) {
+  sim::PriorMap wrong = right;
+  wrong.raster.level.origin_m += shift_m.head<2>();
+  for (float& z_m : wrong.raster.z_m) z_m += static_cast<float>(shift_m.z());
   if (turn_rad == 0.0) return wrong;
-  const Result<ElevationMap> map = ElevationMap::from_tiles({tile});
+  const Result<ElevationMap> map = ElevationMap::from_rasters(right.frame, {right.raster});
   RCS_CHECK(map.ok());
   const double c = std::cos(turn_rad);
   const double s = std::sin(turn_rad);
-  for (int j = 0; j < tile.height; ++j) {
-    for (int i = 0; i < tile.width; ++i) {
-      const double x = tile.origin_world_m.x() + (i + 0.5) * tile.cell_m;
-      const double y = tile.origin_world_m.y() + (j + 0.5) * tile.cell_m;
+  for (int j = 0; j < right.raster.height; ++j) {
+    for (int i = 0; i < right.raster.width; ++i) {
+      const Cell cell{right.raster.first.i + i, right.raster.first.j + j};
+      const Vec2 p = right.raster.level.centre(cell);
       Elevation there;
-      const bool known = map->sample(c * x + s * y, -s * x + c * y, &there);
-      const auto cell = static_cast<std::size_t>(j * tile.width + i);
-      wrong.z_world_m[cell] = known ? static_cast<float>(there.z_m + shift_m.z())
-                                    : std::numeric_limits<float>::quiet_NaN();
+      const bool known = map->sample(c * p.x() + s * p.y(), -s * p.x() + c * p.y(), &there);
+      wrong.raster.z_m[right.raster.at(cell)] = known ? static_cast<float>(there.z_m + shift_m.z())
+                                                      : std::numeric_limits<float>::quiet_NaN();
     }
   }
   return wrong;

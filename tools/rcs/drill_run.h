@@ -20,7 +20,6 @@ namespace rcs::tools {
 struct DrillVehicle {
   sp::SpConfig sp;
   wm::WmConfig wm;
-  std::optional<ElevationMap> prior_map;  ///< that the configuration names
 };
 [[nodiscard]] Result<DrillVehicle> load_drill_vehicle(const std::string& path);
 
@@ -46,7 +45,7 @@ struct DrillRunResult {
                                                Scene* scene, const DrillRunOptions& options);
 
 /// The a priori map with an error of its own: turned about the origin of frame world, then shifted.
-[[nodiscard]] ElevationTile wrong_map(const ElevationTile& tile, const Vec3& shift_m,
+[[nodiscard]] sim::PriorMap wrong_map(const sim::PriorMap& right, const Vec3& shift_m,
                                       double turn_rad);
 
 }  // namespace rcs::tools

@@ -12,7 +12,6 @@
 
 #include "rcs/base/result.h"
 #include "rcs/node/lockstep_timeline.h"
-#include "rcs/terrain/elevation_tile.h"
 #include "sim/scenario.h"
 
 namespace rcs::tools {
@@ -69,7 +68,7 @@ class Scene {
   [[nodiscard]] Result<std::unique_ptr<EventSource>> open(double length_s,
                                                           const std::function<bool()>& stop);
   /// Of a rendered scene: the course's a priori map.
-  [[nodiscard]] const ElevationTile& prior_map() const { return prior_map_; }
+  [[nodiscard]] const sim::PriorMap& prior_map() const { return prior_map_; }
 
  private:
   [[nodiscard]] Outcome render(const std::function<bool()>& stop);
@@ -77,7 +76,7 @@ class Scene {
   SceneKey key_;
   std::mutex rendering_;
   std::unique_ptr<const Recording> recording_;
-  ElevationTile prior_map_;
+  sim::PriorMap prior_map_;
   std::atomic<int> users_{0};
   double longest_s_ = 0.0;
   bool whole_ = false;

@@ -5,7 +5,7 @@
 #include "rcs/node/lcm_bus.h"
 #include "rcs/node/live_timeline.h"
 #include "rcs/node/log_file.h"
-#include "rcs/terrain/elevation_tile.h"
+#include "rcs/terrain/map_folder.h"
 #include "sim/real_time.h"
 #include "sim/scenario_file.h"
 #include "sim/simulator.h"
@@ -42,7 +42,8 @@ class Sim final : public Command {
         ->add_option("--ladar-outage", ladar_outage_s_,
                      "begin and length [s], instead of the file's outages")
         ->expected(2);
-    app()->add_option("--prior-map", prior_map_, "write the course's a priori map to this file");
+    app()->add_option("--prior-map", prior_map_,
+                      "write the course's a priori map into this folder");
     app()
         ->add_option("--lcm-url", lcm_url_,
                      fmt::format("the bus; default: $LCM_DEFAULT_URL, else {}", kDefaultLcmUrl))
@@ -71,9 +72,8 @@ class Sim final : public Command {
  private:
   [[nodiscard]] Outcome write_prior_map(const sim::Simulator& simulator) const {
     if (prior_map_.empty()) return Done{};
-    OutputFile out(prior_map_);
-    const Outcome written = write_tile(simulator.prior_map(), out.temporary_path());
-    return written ? out.commit() : written;
+    const sim::PriorMap map = simulator.prior_map();
+    return write_map(prior_map_, map.frame, map.raster);
   }
 
   [[nodiscard]] Outcome onto_bus(const sim::Scenario& scenario) const {

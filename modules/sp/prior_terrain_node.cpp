@@ -1,0 +1,53 @@
+#include "modules/sp/prior_terrain_node.h"
+
+#include <utility>
+
+#include "rcs/node/async_tile_loader.h"
+
+namespace rcs::sp {
+
+PriorTerrain::PriorTerrain(ElevationMap map, std::unique_ptr<TileLoader> loader)
+    : map_(std::move(map)), loader_(std::move(loader)) {}
+
+void PriorTerrain::set_datum(const Geodetic& datum) {
+  const bool same = T_map_world_ && datum.lat_rad == datum_.lat_rad &&
+                    datum.lon_rad == datum_.lon_rad && datum.height.m == datum_.height.m;
+  if (same || !map_) return;
+  T_map_world_ = LocalFrame(map_->datum()).from(LocalFrame(datum));
+  datum_ = datum;
+}
+
+void PriorTerrain::follow(const Vec3& p_world, Stamp now, Report* report) {
+  if (!map_ || !loader_ || !T_map_world_) return;
+  const Vec3 p_map = *T_map_world_ * p_world;
+  map_->follow(p_map.head<2>(), loader_.get());
+  const MapLoading& l = map_->loading();
+  if (l.failed > told_.failed) {
+    report->warn(now, "map.tile_failed", "{}; the ground there is unknown ({} tiles so far)",
+                 l.failure, l.failed);
+  }
+  if (l.replaced > told_.replaced) {
+    report->warn(now, "map.tile_replaced",
+                 "{} tiles are not those that the map's index names: replaced while running?",
+                 l.replaced);
+  }
+  if (l.failed > told_.failed || l.replaced > told_.replaced) told_ = l;
+}
+
+Result<PriorTerrain> open_prior_terrain(const SpConfig& config, bool live) {
+  if (config.prior_map.empty()) return PriorTerrain();
+  Result<ElevationMap> map = ElevationMap::open(config.prior_map, config.map_window);
+  if (!map) return map.error();
+  if (Outcome fits = check_frame(map->frame(), config.reference_frame); !fits) {
+    return Error{config.prior_map + ": " + fits.error().message};
+  }
+  std::unique_ptr<TileLoader> loader;
+  if (live) {
+    loader = std::make_unique<AsyncTileLoader>(config.prior_map);
+  } else {
+    loader = std::make_unique<DirectTileLoader>(config.prior_map);
+  }
+  return PriorTerrain(std::move(map).value(), std::move(loader));
+}
+
+}  // namespace rcs::sp

@@ -1,0 +1,17 @@
+#pragma once
+// The same ground on a coarser lattice.
+
+#include "rcs/terrain/raster.h"
+
+namespace rcs {
+
+constexpr int kCoarser = 4;  ///< cells of the finer lattice along one of the coarser
+
+/// Puts the means of 4 x 4 cells of `fine` into the cells of `coarse` that they make up. A cell of
+/// which less than half is known stays unknown. A mean's sigma is that of the ground beside the
+/// interpolated surface: the fine cells' own, and what they deviate from a plane by.
+/// @param fine  its first cell's numbers are multiples of 4
+/// @param coarse  on the same origin; holds the cells; its layers but the heights are spread
+void paste_coarser(const Raster& fine, Raster* coarse);
+
+}  // namespace rcs

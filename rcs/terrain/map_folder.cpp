@@ -1,0 +1,276 @@
+#include "rcs/terrain/map_folder.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <set>
+#include <system_error>
+
+#include "rcs/terrain/coarser.h"
+#include "rcs/terrain/map_tile.h"
+#include "rcs/terrain/wire.h"
+
+namespace rcs {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kIndexName[] = "map.index";
+constexpr std::size_t kMaxIndexBytes = std::size_t{1} << 28;
+
+Outcome write_file(const std::string& path, const std::vector<std::uint8_t>& bytes) {
+  std::ofstream file(path, std::ios::binary | std::ios::trunc);
+  if (!file) return Error{path + ": cannot be opened for writing"};
+  file.write(reinterpret_cast<const char*>(bytes.data()),
+             static_cast<std::streamsize>(bytes.size()));
+  file.flush();
+  if (!file) return Error{path + ": write failed (is the disk full?)"};
+  return Done{};
+}
+
+MapTileEntry entry_of(const Raster& tile, const std::vector<std::uint8_t>& bytes) {
+  MapTileEntry e;
+  e.tile = tile_of(tile.first);
+  e.checksum = crc32(bytes.data(), bytes.size());
+  e.low_m = std::numeric_limits<float>::max();
+  e.high_m = std::numeric_limits<float>::lowest();
+  for (const float z : tile.z_m) {
+    if (std::isnan(z)) continue;
+    ++e.known;
+    e.low_m = std::min(e.low_m, z);
+    e.high_m = std::max(e.high_m, z);
+  }
+  return e;
+}
+
+void enter(const MapTileEntry& entry, MapLevelIndex* level) {
+  const auto at =
+      std::lower_bound(level->tiles.begin(), level->tiles.end(), entry,
+                       [](const MapTileEntry& a, const MapTileEntry& b) {
+                         return a.tile.j != b.tile.j ? a.tile.j < b.tile.j : a.tile.i < b.tile.i;
+                       });
+  if (at != level->tiles.end() && at->tile == entry.tile) {
+    *at = entry;
+  } else {
+    level->tiles.insert(at, entry);
+  }
+}
+
+/// One value for a layer that has no other.
+template <class T>
+void fold(std::vector<T>* layer) {
+  const T& first = layer->front();
+  if (std::all_of(layer->begin(), layer->end(), [&](const T& v) { return v == first; })) {
+    layer->resize(1);
+  }
+}
+
+template <class T>
+void spread(std::size_t n, std::vector<T>* layer) {
+  if (layer->size() != n) layer->assign(n, layer->front());
+}
+
+/// A layer's values where `over` knows the ground.
+template <class T>
+void lay(const std::vector<T>& over, const std::vector<float>& z, std::vector<T>* under) {
+  if (over.size() == 1 && under->size() == 1 && over.front() == under->front()) return;
+  spread(z.size(), under);
+  for (std::size_t k = 0; k < z.size(); ++k) {
+    if (!std::isnan(z[k])) (*under)[k] = layer_at(over, k);
+  }
+}
+
+}  // namespace
+
+std::string tile_file(const std::string& map, double cell_m, Cell tile) {
+  std::array<char, 80> name{};
+  std::snprintf(name.data(), name.size(), "/%gm/%d_%d.tile", cell_m, tile.i, tile.j);
+  return map + name.data();
+}
+
+Outcome read_file(const std::string& path, std::size_t most, std::vector<std::uint8_t>* bytes) {
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  const std::streamoff size = file ? static_cast<std::streamoff>(file.tellg()) : -1;
+  if (size < 0) return Error{path + ": cannot be opened"};
+  if (static_cast<std::size_t>(size) > most) {
+    return Error{path + ": larger than " + std::to_string(most) + " bytes"};
+  }
+  bytes->resize(static_cast<std::size_t>(size));
+  file.seekg(0);
+  file.read(reinterpret_cast<char*>(bytes->data()), size);
+  if (!file) return Error{path + ": read failed"};
+  return Done{};
+}
+
+MapFolder::MapFolder(std::string path, MapIndex index)
+    : path_(std::move(path)), index_(std::move(index)) {
+  for (const MapLevelIndex& level : index_.levels) {
+    lattices_.push_back(lattice_id(index_.frame, level.level));
+  }
+}
+
+Result<MapFolder> MapFolder::open(const std::string& path) {
+  const std::string file = path + "/" + kIndexName;
+  std::error_code error;
+  if (!fs::exists(file, error)) {
+    return Error{path + ": not a map: a folder with " + kIndexName + " is due"};
+  }
+  std::vector<std::uint8_t> bytes;
+  if (Outcome read = read_file(file, kMaxIndexBytes, &bytes); !read) return read.error();
+  Result<MapIndex> index = decode_index(bytes);
+  if (!index) return Error{file + ": " + index.error().message};
+  return MapFolder(path, std::move(index).value());
+}
+
+std::string MapFolder::file_of(int level, Cell tile) const {
+  return tile_file(path_, index_.levels[static_cast<std::size_t>(level)].level.cell_m, tile);
+}
+
+Result<Raster> MapFolder::read(int level, Cell tile, std::vector<std::uint8_t>* buffer) const {
+  const std::string file = file_of(level, tile);
+  if (Outcome bytes = read_file(file, kMaxTileBytes, buffer); !bytes) return bytes.error();
+  Result<Raster> raster =
+      decode_tile(buffer->data(), buffer->size(), lattices_[static_cast<std::size_t>(level)]);
+  if (!raster) return Error{file + ": " + raster.error().message};
+  if (!(tile_of(raster->first) == tile)) {
+    return Error{file + ": is tile " + std::to_string(tile_of(raster->first).i) + ", " +
+                 std::to_string(tile_of(raster->first).j)};
+  }
+  return raster;
+}
+
+MapWriter::MapWriter(MapFolder part, std::string path)
+    : part_(std::move(part)), path_(std::move(path)) {}
+
+Result<MapWriter> MapWriter::create(const std::string& path, const MapFrame& frame,
+                                    const std::vector<MapLevel>& levels) {
+  std::string name = path;
+  while (name.size() > 1 && name.back() == '/') name.pop_back();
+  std::error_code error;
+  if (fs::exists(name, error) && !fs::exists(name + "/" + kIndexName, error)) {
+    return Error{name + ": exists and is not a map: not written over"};
+  }
+  MapIndex index;
+  index.frame = frame;
+  for (const MapLevel& level : levels) index.levels.push_back({level, {}});
+  if (Outcome checked = check_index(index); !checked) {
+    return Error{name + ": " + checked.error().message};
+  }
+  const std::string part = name + ".part";
+  fs::remove_all(part, error);
+  fs::create_directories(part, error);
+  if (error) return Error{part + ": " + error.message()};
+  return MapWriter(MapFolder(part, std::move(index)), name);
+}
+
+Outcome MapWriter::put(int level, const Raster& raster) {
+  if (Outcome checked = check_raster(raster); !checked) return checked;
+  const MapLevelIndex& index = part_.index_.levels[static_cast<std::size_t>(level)];
+  if (!(raster.level == index.level)) return Error{"a raster of another level"};
+  const Cell low = tile_of(raster.first);
+  const Cell high =
+      tile_of({raster.first.i + raster.width - 1, raster.first.j + raster.height - 1});
+  for (int j = low.j; j <= high.j; ++j) {
+    for (int i = low.i; i <= high.i; ++i) {
+      Raster tile = cut(raster, first_cell({i, j}), kTileSide, kTileSide);
+      if (index.find({i, j}) != nullptr) {
+        Result<Raster> before = part_.read(level, {i, j}, &buffer_);
+        if (!before) return before.error();
+        lay(tile.sigma_m, tile.z_m, &before->sigma_m);
+        lay(tile.count, tile.z_m, &before->count);
+        lay(tile.date, tile.z_m, &before->date);
+        lay(tile.source, tile.z_m, &before->source);
+        lay(tile.z_m, tile.z_m, &before->z_m);
+        tile = std::move(before).value();
+      }
+      if (Outcome put = put_tile(level, std::move(tile)); !put) return put;
+    }
+  }
+  return Done{};
+}
+
+Outcome MapWriter::put_tile(int level, Raster tile) {
+  const auto at = static_cast<std::size_t>(level);
+  fold(&tile.sigma_m);
+  fold(&tile.count);
+  fold(&tile.date);
+  fold(&tile.source);
+  const std::vector<std::uint8_t> bytes = encode_tile(tile, part_.lattices_[at]);
+  const MapTileEntry entry = entry_of(tile, bytes);
+  if (entry.known == 0) return Done{};
+  const std::string file = part_.file_of(level, entry.tile);
+  std::error_code error;
+  fs::create_directories(fs::path(file).parent_path(), error);
+  if (error) return Error{file + ": " + error.message()};
+  if (Outcome written = write_file(file, bytes); !written) return written;
+  enter(entry, &part_.index_.levels[at]);
+  return Done{};
+}
+
+Outcome MapWriter::add_coarser_levels() {
+  bool fewer = true;
+  while (fewer) {
+    if (Outcome added = add_coarser_level(&fewer); !added) return added;
+  }
+  return Done{};
+}
+
+Outcome MapWriter::add_coarser_level(bool* fewer) {
+  const auto fine_level = static_cast<int>(part_.index_.levels.size()) - 1;
+  const MapLevelIndex fine = part_.index_.levels.back();
+  std::set<std::pair<int, int>> wanted;  // j, i
+  for (const MapTileEntry& e : fine.tiles) wanted.insert({e.tile.j >> 2, e.tile.i >> 2});
+  *fewer = wanted.size() < fine.tiles.size();
+  if (!*fewer) return Done{};
+  MapLevel level = fine.level;
+  level.cell_m *= kCoarser;
+  part_.index_.levels.push_back({level, {}});
+  part_.lattices_.push_back(lattice_id(part_.index_.frame, level));
+  for (const auto& [tile_j, tile_i] : wanted) {
+    Raster coarse;
+    coarse.level = level;
+    coarse.first = first_cell({tile_i, tile_j});
+    coarse.width = coarse.height = kTileSide;
+    coarse.z_m.assign(kTileCells, std::numeric_limits<float>::quiet_NaN());
+    for (int k = 0; k < kCoarser * kCoarser; ++k) {
+      const Cell tile{kCoarser * tile_i + k % kCoarser, kCoarser * tile_j + k / kCoarser};
+      if (fine.find(tile) == nullptr) continue;
+      const Result<Raster> raster = part_.read(fine_level, tile, &buffer_);
+      if (!raster) return raster.error();
+      paste_coarser(*raster, &coarse);
+    }
+    if (Outcome put = put_tile(fine_level + 1, std::move(coarse)); !put) return put;
+  }
+  return Done{};
+}
+
+Outcome MapWriter::finish() {
+  if (Outcome checked = check_index(part_.index_); !checked) return checked;
+  if (Outcome written = write_file(part_.path_ + "/" + kIndexName, encode_index(part_.index_));
+      !written) {
+    return written;
+  }
+  const std::string old = path_ + ".old";
+  std::error_code error;
+  fs::remove_all(old, error);
+  if (fs::exists(path_, error)) fs::rename(path_, old, error);
+  if (!error) fs::rename(part_.path_, path_, error);
+  if (error) return Error{path_ + ": " + error.message()};
+  fs::remove_all(old, error);
+  return Done{};
+}
+
+Outcome write_map(const std::string& path, const MapFrame& frame, const Raster& raster) {
+  Result<MapWriter> writer = MapWriter::create(path, frame, {raster.level});
+  if (!writer) return writer.error();
+  Outcome done = writer->put(0, raster);
+  if (done) done = writer->add_coarser_levels();
+  if (done) done = writer->finish();
+  return done;
+}
+
+}  // namespace rcs

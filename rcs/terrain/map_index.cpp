@@ -1,0 +1,172 @@
+#include "rcs/terrain/map_index.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "rcs/base/check.h"
+#include "rcs/terrain/wire.h"
+
+namespace rcs {
+namespace {
+
+constexpr char kMagic[] = "RCSMAPS\n";
+constexpr std::size_t kMagicSize = 8;
+constexpr std::uint32_t kVersion = 1;
+constexpr std::size_t kHeaderSize = 16;  // magic, version, checksum of the rest
+constexpr std::size_t kEntrySize = 24;
+constexpr std::size_t kMaxLevels = 16;
+constexpr std::size_t kMaxText = 1024;
+
+bool before(Cell a, Cell b) { return a.j != b.j ? a.j < b.j : a.i < b.i; }
+
+void put(const MapLevel& level, wire::Writer* w) {
+  w->put(level.cell_m);
+  w->put(level.origin_m.x());
+  w->put(level.origin_m.y());
+  w->put(level.bias_sigma_m);
+  w->put(level.bias_correlation_m);
+}
+
+}  // namespace
+
+Outcome check_frame(const MapFrame& map, const std::string& reference) {
+  if (map.reference != reference) {
+    return Error{"the map is in " + map.reference + ", the vehicle's GPS in " + reference};
+  }
+  if (map.heights != "ellipsoid") {
+    return Error{"the map's heights are above " + map.heights +
+                 ", the vehicle's above the ellipsoid of " + reference +
+                 ": import it again with the undulation"};
+  }
+  return Done{};
+}
+
+std::uint64_t lattice_id(const MapFrame& frame, const MapLevel& level) {
+  wire::Writer w;
+  w.put(frame.datum.lat_rad);
+  w.put(frame.datum.lon_rad);
+  w.put(frame.datum.height.m);
+  w.put(frame.reference);
+  w.put(frame.heights);
+  w.put(level.cell_m);
+  w.put(level.origin_m.x());
+  w.put(level.origin_m.y());
+  std::uint64_t hash = 14695981039346656037ULL;  // FNV-1a
+  for (const std::uint8_t byte : w.bytes) hash = (hash ^ byte) * 1099511628211ULL;
+  return hash;
+}
+
+const MapTileEntry* MapLevelIndex::find(Cell tile) const {
+  const auto it =
+      std::lower_bound(tiles.begin(), tiles.end(), tile,
+                       [](const MapTileEntry& e, Cell wanted) { return before(e.tile, wanted); });
+  return it != tiles.end() && it->tile == tile ? &*it : nullptr;
+}
+
+Outcome check_index(const MapIndex& index) {
+  const MapFrame& f = index.frame;
+  if (!plausible(f.datum)) return Error{"the datum is not a place on the earth"};
+  if (std::isinf(f.undulation_m) || std::abs(f.undulation_m) > 120.0) {
+    return Error{"undulation must be within 120 m"};
+  }
+  for (const std::string* text : {&f.reference, &f.heights, &f.source_crs}) {
+    if (text->size() > kMaxText) return Error{"a name is longer than 1024 characters"};
+  }
+  if (f.reference.empty() || f.heights.empty()) return Error{"reference frame or heights unnamed"};
+  if (index.levels.empty() || index.levels.size() > kMaxLevels) {
+    return Error{"a map has 1 to 16 levels"};
+  }
+  double finer_m = 0.0;
+  for (const MapLevelIndex& level : index.levels) {
+    if (Outcome checked = check_level(level.level); !checked) return checked;
+    if (!(level.level.cell_m > finer_m)) return Error{"levels must go from fine to coarse"};
+    finer_m = level.level.cell_m;
+    for (std::size_t k = 1; k < level.tiles.size(); ++k) {
+      if (!before(level.tiles[k - 1].tile, level.tiles[k].tile)) {
+        return Error{"tiles out of order, or twice"};
+      }
+    }
+  }
+  return Done{};
+}
+
+std::vector<std::uint8_t> encode_index(const MapIndex& index) {
+  RCS_CHECK(check_index(index).ok());
+  wire::Writer w;
+  w.bytes.assign(kHeaderSize, 0);
+  std::memcpy(w.bytes.data(), kMagic, kMagicSize);
+  wire::put(kVersion, w.bytes.data() + kMagicSize);
+  const MapFrame& f = index.frame;
+  w.put(f.datum.lat_rad);
+  w.put(f.datum.lon_rad);
+  w.put(f.datum.height.m);
+  w.put(f.undulation_m);
+  w.put(f.reference);
+  w.put(f.heights);
+  w.put(f.source_crs);
+  w.put(static_cast<std::uint32_t>(index.levels.size()));
+  for (const MapLevelIndex& level : index.levels) {
+    put(level.level, &w);
+    w.put(static_cast<std::uint32_t>(level.tiles.size()));
+    for (const MapTileEntry& e : level.tiles) {
+      w.put(static_cast<std::int32_t>(e.tile.i));
+      w.put(static_cast<std::int32_t>(e.tile.j));
+      w.put(e.checksum);
+      w.put(e.known);
+      w.put(e.low_m);
+      w.put(e.high_m);
+    }
+  }
+  wire::put(crc32(w.bytes.data() + kHeaderSize, w.bytes.size() - kHeaderSize), w.bytes.data() + 12);
+  return std::move(w.bytes);
+}
+
+Result<MapIndex> decode_index(const std::vector<std::uint8_t>& bytes) {
+  const std::uint8_t* in = bytes.data();
+  if (bytes.size() < kHeaderSize) return Error{"truncated"};
+  if (std::memcmp(in, kMagic, kMagicSize) != 0) return Error{"not a map's index (magic)"};
+  const auto version = wire::take<std::uint32_t>(in + kMagicSize);
+  if (version != kVersion) return Error{"version " + std::to_string(version) + ", known is 1"};
+  if (crc32(in + kHeaderSize, bytes.size() - kHeaderSize) != wire::take<std::uint32_t>(in + 12)) {
+    return Error{"truncated or corrupt: the checksum differs"};
+  }
+  wire::Reader r(in + kHeaderSize, bytes.size() - kHeaderSize);
+  MapIndex index;
+  MapFrame& f = index.frame;
+  f.datum.lat_rad = r.take<double>();
+  f.datum.lon_rad = r.take<double>();
+  f.datum.height.m = r.take<double>();
+  f.undulation_m = r.take<double>();
+  f.reference = r.take_text();
+  f.heights = r.take_text();
+  f.source_crs = r.take_text();
+  const auto levels = r.take<std::uint32_t>();
+  for (std::uint32_t k = 0; k < levels && r.ok() && k < kMaxLevels; ++k) {
+    MapLevelIndex level;
+    level.level.cell_m = r.take<double>();
+    level.level.origin_m.x() = r.take<double>();
+    level.level.origin_m.y() = r.take<double>();
+    level.level.bias_sigma_m = r.take<double>();
+    level.level.bias_correlation_m = r.take<double>();
+    const std::size_t tiles = r.take<std::uint32_t>();
+    if (tiles > r.left() / kEntrySize) return Error{"more tiles than bytes"};
+    level.tiles.resize(tiles);
+    for (MapTileEntry& e : level.tiles) {
+      e.tile.i = r.take<std::int32_t>();
+      e.tile.j = r.take<std::int32_t>();
+      e.checksum = r.take<std::uint32_t>();
+      e.known = r.take<std::uint32_t>();
+      e.low_m = r.take<float>();
+      e.high_m = r.take<float>();
+    }
+    index.levels.push_back(std::move(level));
+  }
+  if (!r.ok() || r.left() != 0 || index.levels.size() != levels) {
+    return Error{"its counts do not fit its bytes"};
+  }
+  if (Outcome checked = check_index(index); !checked) return checked.error();
+  return index;
+}
+
+}  // namespace rcs

@@ -1,0 +1,128 @@
+#include "rcs/terrain/map_tile.h"
+
+#include <cstring>
+
+#include "rcs/base/check.h"
+#include "rcs/terrain/wire.h"
+
+namespace rcs {
+namespace {
+
+constexpr char kMagic[] = "RCSTILE\n";
+constexpr std::size_t kMagicSize = 8;
+constexpr std::uint32_t kVersion = 1;
+constexpr std::size_t kCrcOffset = 12;
+constexpr std::size_t kChecked = 16;  // the checksum covers the record from here on
+constexpr std::size_t kHeaderSize = 88;
+constexpr std::uint32_t kSigma = 1;
+constexpr std::uint32_t kCount = 2;
+constexpr std::uint32_t kDate = 4;
+constexpr std::uint32_t kSource = 8;
+
+std::size_t size_of(std::uint32_t flags) {
+  const std::size_t cell = 4 + ((flags & kSigma) != 0 ? 4 : 0) + ((flags & kCount) != 0 ? 2 : 0) +
+                           ((flags & kDate) != 0 ? 2 : 0) + ((flags & kSource) != 0 ? 1 : 0);
+  return kHeaderSize + kTileCells * cell;
+}
+
+template <class T>
+std::uint8_t* put_layer(const std::vector<T>& layer, std::uint8_t* out) {
+  for (const T& value : layer) {
+    wire::put(value, out);
+    out += sizeof(T);
+  }
+  return out;
+}
+
+template <class T>
+const std::uint8_t* take_layer(const std::uint8_t* in, std::vector<T>* layer) {
+  layer->resize(kTileCells);
+  for (T& value : *layer) {
+    value = wire::take<T>(in);
+    in += sizeof(T);
+  }
+  return in;
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> encode_tile(const Raster& t, std::uint64_t lattice) {
+  RCS_CHECK(t.width == kTileSide && t.height == kTileSide);
+  const Cell tile = tile_of(t.first);
+  RCS_CHECK(first_cell(tile) == t.first);
+  const std::uint32_t flags = (t.sigma_m.size() > 1 ? kSigma : 0) |
+                              (t.count.size() > 1 ? kCount : 0) | (t.date.size() > 1 ? kDate : 0) |
+                              (t.source.size() > 1 ? kSource : 0);
+  std::vector<std::uint8_t> out(size_of(flags));
+  std::uint8_t* p = out.data();
+  std::memcpy(p, kMagic, kMagicSize);
+  wire::put(kVersion, p + kMagicSize);
+  wire::put(lattice, p + 16);
+  wire::put(static_cast<std::int32_t>(tile.i), p + 24);
+  wire::put(static_cast<std::int32_t>(tile.j), p + 28);
+  const double numbers[] = {t.level.cell_m, t.level.origin_m.x(), t.level.origin_m.y(),
+                            t.level.bias_sigma_m, t.level.bias_correlation_m};
+  for (std::size_t i = 0; i < std::size(numbers); ++i) wire::put(numbers[i], p + 32 + 8 * i);
+  wire::put(flags, p + 72);
+  wire::put(t.sigma_m.front(), p + 76);
+  wire::put(t.count.front(), p + 80);
+  wire::put(t.date.front(), p + 82);
+  wire::put(t.source.front(), p + 84);
+  std::uint8_t* layer = put_layer(t.z_m, p + kHeaderSize);
+  if ((flags & kSigma) != 0) layer = put_layer(t.sigma_m, layer);
+  if ((flags & kCount) != 0) layer = put_layer(t.count, layer);
+  if ((flags & kDate) != 0) layer = put_layer(t.date, layer);
+  if ((flags & kSource) != 0) put_layer(t.source, layer);
+  wire::put(crc32(p + kChecked, out.size() - kChecked), p + kCrcOffset);
+  return out;
+}
+
+Result<Raster> decode_tile(const std::uint8_t* in, std::size_t size, std::uint64_t lattice) {
+  if (size < kHeaderSize) {
+    return Error{"truncated: a tile's header takes " + std::to_string(kHeaderSize) + " bytes, " +
+                 std::to_string(size) + " are there"};
+  }
+  if (std::memcmp(in, kMagic, kMagicSize) != 0) return Error{"not a map's tile (magic)"};
+  const auto version = wire::take<std::uint32_t>(in + kMagicSize);
+  if (version != kVersion) return Error{"version " + std::to_string(version) + ", known is 1"};
+  const auto flags = wire::take<std::uint32_t>(in + 72);
+  if (flags > (kSigma | kCount | kDate | kSource)) return Error{"unknown flags"};
+  if (size != size_of(flags)) {
+    return Error{(size < size_of(flags) ? "truncated: " : "too long: ") +
+                 std::to_string(size_of(flags)) + " bytes are due, " + std::to_string(size) +
+                 " are there"};
+  }
+  if (crc32(in + kChecked, size - kChecked) != wire::take<std::uint32_t>(in + kCrcOffset)) {
+    return Error{"corrupt: the checksum differs"};
+  }
+  if (wire::take<std::uint64_t>(in + 16) != lattice) {
+    return Error{"a tile of another map: its datum, heights or lattice are not this one's"};
+  }
+  Raster t;
+  t.level.cell_m = wire::take<double>(in + 32);
+  t.level.origin_m = {wire::take<double>(in + 40), wire::take<double>(in + 48)};
+  t.level.bias_sigma_m = wire::take<double>(in + 56);
+  t.level.bias_correlation_m = wire::take<double>(in + 64);
+  const Cell tile{wire::take<std::int32_t>(in + 24), wire::take<std::int32_t>(in + 28)};
+  constexpr int kFarthestTile = 1 << 22;
+  if (tile.i < -kFarthestTile || tile.i >= kFarthestTile || tile.j < -kFarthestTile ||
+      tile.j >= kFarthestTile) {
+    return Error{"a tile's number is beyond 2^22"};
+  }
+  t.first = first_cell(tile);
+  t.width = t.height = kTileSide;
+  t.sigma_m = {wire::take<float>(in + 76)};
+  t.count = {wire::take<std::uint16_t>(in + 80)};
+  t.date = {wire::take<std::uint16_t>(in + 82)};
+  t.source = {wire::take<CellSource>(in + 84)};
+  const std::uint8_t* layer = take_layer(in + kHeaderSize, &t.z_m);
+  if ((flags & kSigma) != 0) layer = take_layer(layer, &t.sigma_m);
+  if ((flags & kCount) != 0) layer = take_layer(layer, &t.count);
+  if ((flags & kDate) != 0) layer = take_layer(layer, &t.date);
+  if ((flags & kSource) != 0) take_layer(layer, &t.source);
+  const Outcome checked = check_raster(t);
+  if (!checked) return checked.error();
+  return t;
+}
+
+}  // namespace rcs

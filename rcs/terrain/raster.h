@@ -1,0 +1,87 @@
+#pragma once
+// Ground heights on a lattice of cells: what maps are made of, imported from and merged as.
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "rcs/base/grid.h"
+#include "rcs/base/linear.h"
+#include "rcs/base/result.h"
+
+namespace rcs {
+
+/// Who said where the ground is in a cell.
+enum class CellSource : std::uint8_t {
+  kUnknown,
+  kSurvey,  ///< on the ground
+  kAerial,  ///< from aircraft or space
+  kSensed,  ///< by a vehicle's own LADAR
+  kMixed    ///< several of them
+};
+constexpr int kCellSources = 5;
+
+/// A lattice of cells in a map's frame; cell (i, j) covers origin + [i, i+1) x [j, j+1) * cell_m.
+struct MapLevel {
+  double cell_m = 1.0;              ///< [0.01, 10000]
+  Vec2 origin_m = Vec2::Zero();     ///< within 1000 km of the map's datum
+  double bias_sigma_m = 0.0;        ///< the survey's slow error, [0, 1000]
+  double bias_correlation_m = 1e3;  ///< of it: first-order Gauss-Markov in distance, (0, 1e7]
+
+  [[nodiscard]] Cell cell_at(double x_m, double y_m) const {
+    return {static_cast<int>(std::floor((x_m - origin_m.x()) / cell_m)),
+            static_cast<int>(std::floor((y_m - origin_m.y()) / cell_m))};
+  }
+  [[nodiscard]] Vec2 centre(Cell c) const { return origin_m + cell_m * Vec2(c.i + 0.5, c.j + 0.5); }
+  friend bool operator==(const MapLevel& a, const MapLevel& b) {
+    return a.cell_m == b.cell_m && a.origin_m == b.origin_m && a.bias_sigma_m == b.bias_sigma_m &&
+           a.bias_correlation_m == b.bias_correlation_m;
+  }
+};
+
+/// A rectangle of a level's cells. A layer other than the heights has a value for every cell, or
+/// one that holds for all.
+struct Raster {
+  MapLevel level;
+  Cell first;      ///< the south-western cell
+  int width = 0;   ///< cells along x
+  int height = 0;  ///< cells along y
+  /// Of the ground at the cell's centre, above the tangent plane at the map's datum, x fastest;
+  /// NaN: unknown.
+  std::vector<float> z_m;
+  /// Standard deviation of (ground - interpolated height) at a point, without the slow bias.
+  std::vector<float> sigma_m = {1.0F};
+  std::vector<std::uint16_t> count = {0};  ///< of what the height is the mean of; 65535: or more
+  std::vector<std::uint16_t> date = {0};   ///< of the newest, days since 2000-01-01; 0: unknown
+  std::vector<CellSource> source = {CellSource::kUnknown};
+
+  [[nodiscard]] std::size_t cells() const {
+    return static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  }
+  /// Index of a cell of the lattice that lies in the rectangle.
+  [[nodiscard]] std::size_t at(Cell c) const {
+    return static_cast<std::size_t>(c.j - first.j) * static_cast<std::size_t>(width) +
+           static_cast<std::size_t>(c.i - first.i);
+  }
+  [[nodiscard]] bool contains(Cell c) const {
+    return c.i >= first.i && c.j >= first.j && c.i - first.i < width && c.j - first.j < height;
+  }
+};
+
+/// A layer's value at a cell.
+template <class T>
+[[nodiscard]] const T& layer_at(const std::vector<T>& layer, std::size_t cell) {
+  return layer[layer.size() == 1 ? 0 : cell];
+}
+
+/// Why a level can't be (units, non-finite numbers).
+[[nodiscard]] Outcome check_level(const MapLevel& level);
+
+/// Why a raster can't be used; Done when it can.
+[[nodiscard]] Outcome check_raster(const Raster& raster);
+
+/// The cells of `raster` that lie in a rectangle; what it does not cover is unknown.
+[[nodiscard]] Raster cut(const Raster& raster, Cell first, int width, int height);
+
+}  // namespace rcs

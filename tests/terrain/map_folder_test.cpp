@@ -1,0 +1,213 @@
+#include "rcs/terrain/map_folder.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "rcs/terrain/coarser.h"
+#include "rcs/terrain/map_tile.h"
+#include "tests/terrain/map_scene.h"
+
+namespace rcs {
+namespace {
+
+namespace fs = std::filesystem;
+
+class MapFolderTest : public testing::Test {
+ protected:
+  MapFolderTest()
+      : path_(testing::TempDir() + "rcs_map_" +
+              testing::UnitTest::GetInstance()->current_test_info()->name()) {
+    fs::remove_all(path_);
+  }
+  ~MapFolderTest() override {
+    fs::remove_all(path_);
+    fs::remove_all(path_ + ".part");
+  }
+  MapFolder opened() {
+    Result<MapFolder> folder = MapFolder::open(path_);
+    EXPECT_TRUE(folder) << folder.error().message;
+    return std::move(folder).value();
+  }
+  std::string path_;
+  std::vector<std::uint8_t> buffer_;
+};
+
+TEST_F(MapFolderTest, WhatIsWrittenIsRead) {
+  const Raster raster = test::random_raster(2, {-300, 10}, 700, 300);
+  ASSERT_TRUE(write_map(path_, test::frame(), raster));
+  const MapFolder folder = opened();
+  EXPECT_EQ(folder.index().frame.source_crs, "EPSG:32618");
+  EXPECT_EQ(folder.index().frame.datum.lat_rad, test::frame().datum.lat_rad);
+  const MapLevelIndex& level = folder.index().levels.front();
+  EXPECT_EQ(level.tiles.size(), 8U);
+  for (const MapTileEntry& e : level.tiles) {
+    const Result<Raster> tile = folder.read(0, e.tile, &buffer_);
+    ASSERT_TRUE(tile) << tile.error().message;
+    EXPECT_TRUE(test::same(*tile, cut(raster, tile->first, kTileSide, kTileSide)));
+  }
+}
+
+TEST_F(MapFolderTest, CoarserLevelsAreTheSameGround) {
+  const MapLevel level{1.0, Vec2::Zero(), 0.0, 1.0};
+  const Raster raster = test::hills(level, {0, 0}, 5 * kTileSide, kTileSide);
+  ASSERT_TRUE(write_map(path_, test::frame(), raster));
+  const MapFolder folder = opened();
+  ASSERT_EQ(folder.index().levels.size(), 3U);
+  EXPECT_EQ(folder.index().levels[1].level.cell_m, 4.0);
+  EXPECT_EQ(folder.index().levels[2].level.cell_m, 16.0);
+  for (int k = 1; k <= 2; ++k) {
+    const MapLevelIndex& coarse = folder.index().levels[static_cast<std::size_t>(k)];
+    const Result<Raster> tile = folder.read(k, coarse.tiles.front().tile, &buffer_);
+    ASSERT_TRUE(tile) << tile.error().message;
+    for (std::size_t at = 0; at < kTileCells; at += 37) {
+      if (std::isnan(tile->z_m[at])) continue;
+      const Vec2 p = coarse.level.centre({tile->first.i + static_cast<int>(at) % kTileSide,
+                                          tile->first.j + static_cast<int>(at) / kTileSide});
+      const double z = 8.0 * std::sin(0.01 * p.x()) * std::cos(0.013 * p.y());
+      // The mean over a cell of a surface that bends.
+      const double bend = 8.0 * 0.013 * 0.013 * coarse.level.cell_m * coarse.level.cell_m;
+      EXPECT_NEAR(tile->z_m[at], z, 0.1 * bend + 1e-4);
+      const double sigma = layer_at(tile->sigma_m, at);
+      EXPECT_GT(sigma, 0.09);
+      EXPECT_LT(sigma, 0.16 + bend);
+    }
+  }
+}
+
+TEST_F(MapFolderTest, LaterCellsWinAndUnknownOnesDoNot) {
+  Raster first = test::random_raster(3, {0, 0}, 100, 100);
+  Raster second = test::random_raster(4, {50, 50}, 100, 100);
+  second.source = {CellSource::kSensed};
+  second.z_m[0] = std::numeric_limits<float>::quiet_NaN();
+  Result<MapWriter> writer = MapWriter::create(path_, test::frame(), {first.level});
+  ASSERT_TRUE(writer);
+  ASSERT_TRUE(writer->put(0, first));
+  ASSERT_TRUE(writer->put(0, second));
+  ASSERT_TRUE(writer->finish());
+  const Result<Raster> tile = opened().read(0, {0, 0}, &buffer_);
+  ASSERT_TRUE(tile);
+  EXPECT_EQ(tile->z_m[tile->at({49, 49})], first.z_m[first.at({49, 49})]);
+  EXPECT_EQ(tile->z_m[tile->at({50, 50})], first.z_m[first.at({50, 50})]);
+  EXPECT_EQ(tile->z_m[tile->at({51, 50})], second.z_m[second.at({51, 50})]);
+  EXPECT_EQ(layer_at(tile->source, tile->at({50, 50})), CellSource::kAerial);
+  EXPECT_EQ(layer_at(tile->source, tile->at({51, 50})), CellSource::kSensed);
+}
+
+TEST_F(MapFolderTest, AMapIsThereWhenItIsComplete) {
+  const Raster raster = test::random_raster(5, {0, 0}, 10, 10);
+  {
+    Result<MapWriter> writer = MapWriter::create(path_, test::frame(), {raster.level});
+    ASSERT_TRUE(writer);
+    ASSERT_TRUE(writer->put(0, raster));
+  }
+  EXPECT_FALSE(MapFolder::open(path_));
+  ASSERT_TRUE(write_map(path_, test::frame(), raster));  // over what was left behind
+  EXPECT_FALSE(fs::exists(path_ + ".part"));
+  const Raster wider = test::random_raster(5, {0, 0}, 300, 10);
+  ASSERT_TRUE(write_map(path_, test::frame(), wider));  // replaced as a whole
+  EXPECT_EQ(opened().index().levels.front().tiles.size(), 2U);
+  EXPECT_FALSE(fs::exists(path_ + ".old"));
+  fs::remove(path_ + "/map.index");
+  const Outcome over = write_map(path_, test::frame(), raster);
+  ASSERT_FALSE(over);
+  EXPECT_NE(over.error().message.find("not a map"), std::string::npos);
+}
+
+TEST_F(MapFolderTest, WhatIsBrokenOnDiskIsNamed) {
+  ASSERT_TRUE(write_map(path_, test::frame(), test::random_raster(6, {0, 0}, 300, 10)));
+  const MapFolder folder = opened();
+  const std::string file = folder.file_of(0, {1, 0});
+  fs::resize_file(file, 1000);
+  const Result<Raster> tile = folder.read(0, {1, 0}, &buffer_);
+  ASSERT_FALSE(tile);
+  EXPECT_NE(tile.error().message.find(file), std::string::npos);
+  EXPECT_NE(tile.error().message.find("truncated"), std::string::npos);
+  fs::copy_file(folder.file_of(0, {0, 0}), file, fs::copy_options::overwrite_existing);
+  EXPECT_NE(folder.read(0, {1, 0}, &buffer_).error().message.find("is tile 0, 0"),
+            std::string::npos);
+  fs::resize_file(path_ + "/map.index", 60);
+  const Result<MapFolder> cut_short = MapFolder::open(path_);
+  ASSERT_FALSE(cut_short);
+  EXPECT_NE(cut_short.error().message.find("map.index"), std::string::npos);
+}
+
+TEST(MapIndex, ChangedBytesAndForgedCountsAreRefused) {
+  MapIndex index;
+  index.frame = test::frame();
+  index.levels.push_back({MapLevel{}, {{{-1, 2}, 7, 8, 1.0F, 2.0F}, {{3, 2}, 7, 8, 1.0F, 2.0F}}});
+  const std::vector<std::uint8_t> bytes = encode_index(index);
+  const Result<MapIndex> back = decode_index(bytes);
+  ASSERT_TRUE(back) << back.error().message;
+  EXPECT_EQ(encode_index(*back), bytes);
+  ASSERT_NE(back->levels.front().find({3, 2}), nullptr);
+  EXPECT_EQ(back->levels.front().find({2, 2}), nullptr);
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    std::vector<std::uint8_t> bad = bytes;
+    bad[i] = static_cast<std::uint8_t>(bad[i] ^ 0x41U);
+    EXPECT_FALSE(decode_index(bad)) << i;
+    EXPECT_FALSE(decode_index({bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(i)}));
+  }
+}
+
+TEST(MapIndex, AnotherDatumOrHeightKindIsRefusedWithBothNamed) {
+  MapFrame map = test::frame();
+  EXPECT_TRUE(check_frame(map, "WGS84"));
+  const std::string frames = check_frame(map, "NAD83(2011)").error().message;
+  EXPECT_NE(frames.find("WGS84"), std::string::npos);
+  EXPECT_NE(frames.find("NAD83(2011)"), std::string::npos);
+  map.heights = "EGM96";
+  const std::string heights = check_frame(map, "WGS84").error().message;
+  EXPECT_NE(heights.find("EGM96"), std::string::npos);
+  EXPECT_NE(heights.find("ellipsoid"), std::string::npos);
+}
+
+TEST(MapIndex, ALatticeIsNamedByWhatItLiesOn) {
+  const MapFrame f = test::frame();
+  const MapLevel level;
+  MapFrame higher = f;
+  higher.datum.height.m += 34.0;
+  MapLevel finer = level;
+  finer.cell_m *= 0.5;
+  EXPECT_NE(lattice_id(f, level), lattice_id(higher, level));
+  EXPECT_NE(lattice_id(f, level), lattice_id(f, finer));
+  MapFrame renamed = f;
+  renamed.source_crs = "EPSG:4326";
+  EXPECT_EQ(lattice_id(f, level), lattice_id(renamed, level));
+}
+
+TEST(Coarser, AMeanOfAPlaneIsThePlaneAndHolesAreUnknown) {
+  Raster fine;
+  fine.level.cell_m = 1.0;
+  fine.width = fine.height = 8;
+  for (int j = 0; j < 8; ++j) {
+    for (int i = 0; i < 8; ++i) fine.z_m.push_back(static_cast<float>(100 + 2 * i - j));
+  }
+  fine.sigma_m = {0.5F};
+  fine.count = {2};
+  fine.source.assign(64, CellSource::kAerial);
+  fine.source[0] = CellSource::kSensed;
+  for (const std::size_t k : {4U, 5U, 12U}) fine.z_m[k] = std::numeric_limits<float>::quiet_NaN();
+  for (int j = 4; j < 8; ++j) {
+    for (int i = 4; i < 7; ++i) {
+      fine.z_m[static_cast<std::size_t>(8 * j + i)] = std::numeric_limits<float>::quiet_NaN();
+    }
+  }
+  Raster coarse;
+  coarse.level.cell_m = 4.0;
+  coarse.width = coarse.height = 2;
+  coarse.z_m.assign(4, std::numeric_limits<float>::quiet_NaN());
+  paste_coarser(fine, &coarse);
+  EXPECT_NEAR(coarse.z_m[0], 100 + 2 * 1.5 - 1.5, 1e-4);
+  EXPECT_NEAR(coarse.z_m[1], 100 + 2 * 5.5 - 1.5, 1e-4);  // three cells less do not tilt it
+  EXPECT_NEAR(coarse.sigma_m[0], 0.5, 1e-3);
+  EXPECT_TRUE(std::isnan(coarse.z_m[3]));
+  EXPECT_EQ(coarse.count[0], 32);
+  EXPECT_EQ(coarse.count[1], 26);
+  EXPECT_EQ(coarse.source[0], CellSource::kMixed);
+  EXPECT_EQ(coarse.source[1], CellSource::kAerial);
+}
+
+}  // namespace
+}  // namespace rcs

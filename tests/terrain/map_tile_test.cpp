@@ -1,0 +1,112 @@
+#include "rcs/terrain/map_tile.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "rcs/terrain/wire.h"
+#include "tests/terrain/map_scene.h"
+
+namespace rcs {
+namespace {
+
+constexpr std::uint64_t kLattice = 0x1234567890ABCDEF;
+
+Raster example() {
+  Raster t = test::random_raster(1, first_cell({-3, 12}), kTileSide, kTileSide);
+  t.z_m[5] = std::numeric_limits<float>::quiet_NaN();
+  return t;
+}
+
+Raster layered() {
+  Raster t = example();
+  t.sigma_m.assign(kTileCells, 0.4F);
+  t.sigma_m[7] = 0.2F;
+  t.count.assign(kTileCells, 3);
+  t.date.assign(kTileCells, 9000);
+  t.source.assign(kTileCells, CellSource::kSensed);
+  return t;
+}
+
+std::string why_not(const std::vector<std::uint8_t>& bytes) {
+  const Result<Raster> r = decode_tile(bytes.data(), bytes.size(), kLattice);
+  return r ? "" : r.error().message;
+}
+
+/// Bytes with a header field changed and a checksum that fits.
+template <class T>
+std::vector<std::uint8_t> forged(std::size_t at, T value) {
+  std::vector<std::uint8_t> bytes = encode_tile(example(), kLattice);
+  wire::put(value, bytes.data() + at);
+  wire::put(crc32(bytes.data() + 16, bytes.size() - 16), bytes.data() + 12);
+  return bytes;
+}
+
+TEST(Wire, ChecksumIsThatOfIeee) {
+  const std::string text = "123456789 and 123456789";
+  const auto* bytes = reinterpret_cast<const std::uint8_t*>(text.data());
+  EXPECT_EQ(crc32(bytes, 9), 0xCBF43926U);  // the check value that the standard gives
+  std::uint32_t c = 0xFFFFFFFFU;            // bit by bit, for what goes by eight bytes
+  for (const char byte : text) {
+    c ^= static_cast<std::uint8_t>(byte);
+    for (int k = 0; k < 8; ++k) c = (c & 1U) != 0 ? 0xEDB88320U ^ (c >> 1U) : c >> 1U;
+  }
+  EXPECT_EQ(crc32(bytes, text.size()), ~c);
+}
+
+TEST(MapTile, RoundTripIsByteExact) {
+  for (const Raster& t : {example(), layered()}) {
+    const std::vector<std::uint8_t> bytes = encode_tile(t, kLattice);
+    const Result<Raster> back = decode_tile(bytes.data(), bytes.size(), kLattice);
+    ASSERT_TRUE(back) << back.error().message;
+    EXPECT_TRUE(test::same(*back, t));
+    EXPECT_EQ(encode_tile(*back, kLattice), bytes);
+  }
+}
+
+TEST(MapTile, LayoutIsTheDocumentedOne) {
+  const std::vector<std::uint8_t> bytes = encode_tile(example(), kLattice);
+  EXPECT_EQ(bytes.size(), 88U + kTileCells * 4);
+  EXPECT_EQ(encode_tile(layered(), kLattice).size(), kMaxTileBytes);
+  EXPECT_EQ(std::string(bytes.begin(), bytes.begin() + 8), "RCSTILE\n");
+  EXPECT_EQ(bytes[8], 1);      // version, low byte first
+  EXPECT_EQ(bytes[16], 0xEF);  // lattice
+  EXPECT_EQ(bytes[24], 0xFD);  // i = -3
+  EXPECT_EQ(bytes[28], 12);    // j
+  EXPECT_EQ(bytes[84], 2);     // aerial
+}
+
+TEST(MapTile, TruncatedAndChangedBytesAreRefused) {
+  const std::vector<std::uint8_t> bytes = encode_tile(example(), kLattice);
+  for (const std::size_t n : {std::size_t{0}, std::size_t{7}, std::size_t{87}, std::size_t{88},
+                              bytes.size() / 2, bytes.size() - 1}) {
+    EXPECT_NE(
+        why_not({bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(n)}).find("truncated"),
+        std::string::npos)
+        << n;
+  }
+  std::vector<std::uint8_t> longer = bytes;
+  longer.push_back(0);
+  EXPECT_NE(why_not(longer).find("too long"), std::string::npos);
+  for (std::size_t i = 0; i < bytes.size(); i = i < 100 ? i + 1 : i + 9973) {
+    std::vector<std::uint8_t> bad = bytes;
+    bad[i] = static_cast<std::uint8_t>(bad[i] ^ 0x41U);
+    EXPECT_NE(why_not(bad), "") << i;
+  }
+}
+
+TEST(MapTile, HostileHeadersAreNamed) {
+  EXPECT_NE(why_not(forged(0, std::uint8_t{'X'})).find("magic"), std::string::npos);
+  EXPECT_NE(why_not(forged(8, std::uint32_t{9})).find("version 9"), std::string::npos);
+  EXPECT_NE(why_not(forged(16, std::uint64_t{1})).find("another map"), std::string::npos);
+  EXPECT_NE(why_not(forged(24, std::int32_t{2000000000})).find("number"), std::string::npos);
+  EXPECT_NE(why_not(forged(32, -1.0)).find("cell"), std::string::npos);
+  EXPECT_NE(why_not(forged(72, std::uint32_t{1})).find("truncated"), std::string::npos);
+  EXPECT_NE(why_not(forged(72, std::uint32_t{16})).find("flags"), std::string::npos);
+  EXPECT_NE(why_not(forged(76, -1.0F)).find("sigma"), std::string::npos);
+  EXPECT_NE(why_not(forged(84, std::uint8_t{99})).find("source"), std::string::npos);
+  EXPECT_NE(why_not(forged(88, 1e6F)).find("20 km"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace rcs
