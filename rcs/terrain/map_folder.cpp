@@ -146,6 +146,18 @@ Result<Raster> MapFolder::read(int level, Cell tile, std::vector<std::uint8_t>* 
 MapWriter::MapWriter(MapFolder part, std::string path)
     : part_(std::move(part)), path_(std::move(path)) {}
 
+MapWriter::MapWriter(MapWriter&& other) noexcept
+    : part_(std::move(other.part_)),
+      path_(std::move(other.path_)),
+      buffer_(std::move(other.buffer_)) {
+  other.path_.clear();
+}
+
+MapWriter::~MapWriter() {
+  std::error_code error;
+  if (!path_.empty()) fs::remove_all(part_.path_, error);
+}
+
 Result<MapWriter> MapWriter::create(const std::string& path, const MapFrame& frame,
                                     const std::vector<MapLevel>& levels) {
   std::string name = path;
@@ -261,6 +273,7 @@ Outcome MapWriter::finish() {
   if (!error) fs::rename(part_.path_, path_, error);
   if (error) return Error{path_ + ": " + error.message()};
   fs::remove_all(old, error);
+  path_.clear();
   return Done{};
 }
 

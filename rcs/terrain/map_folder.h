@@ -43,6 +43,10 @@ class MapFolder {
 /// order.
 class MapWriter {
  public:
+  MapWriter(MapWriter&& other) noexcept;
+  MapWriter& operator=(MapWriter&&) = delete;
+  ~MapWriter();  ///< what was not finished is removed
+
   /// @param levels  finest first
   /// @param path  a map that is there is replaced as a whole; anything else is an error
   [[nodiscard]] static Result<MapWriter> create(const std::string& path, const MapFrame& frame,

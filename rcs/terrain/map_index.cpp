@@ -34,7 +34,8 @@ Outcome check_frame(const MapFrame& map, const std::string& reference) {
   if (map.reference != reference) {
     return Error{"the map is in " + map.reference + ", the vehicle's GPS in " + reference};
   }
-  if (map.heights != "ellipsoid") {
+  // A frame of its own, such as a city's or a site's, may have its own heights.
+  if (map.heights != "ellipsoid" && map.heights != map.reference) {
     return Error{"the map's heights are above " + map.heights +
                  ", the vehicle's above the ellipsoid of " + reference +
                  ": import it again with the undulation"};

@@ -101,7 +101,9 @@ TEST_F(MapFolderTest, AMapIsThereWhenItIsComplete) {
     Result<MapWriter> writer = MapWriter::create(path_, test::frame(), {raster.level});
     ASSERT_TRUE(writer);
     ASSERT_TRUE(writer->put(0, raster));
+    EXPECT_TRUE(fs::exists(path_ + ".part"));
   }
+  EXPECT_FALSE(fs::exists(path_ + ".part"));
   EXPECT_FALSE(MapFolder::open(path_));
   ASSERT_TRUE(write_map(path_, test::frame(), raster));  // over what was left behind
   EXPECT_FALSE(fs::exists(path_ + ".part"));

@@ -32,6 +32,7 @@ int rcs_main(int argc, char** argv) {
   add_log_commands(&app, &commands);
   add_go_command(&app, &commands);
   add_import_commands(&app, &commands);
+  add_map_commands(&app, &commands);
   add_register_command(&app, &commands);
   add_table1_command(&app, &commands);
   add_replay_command(&app, &commands);

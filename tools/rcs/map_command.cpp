@@ -1,0 +1,424 @@
+// rcs map: info, import, export
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "rcs/terrain/map_folder.h"
+#include "rcs/terrain/map_tile.h"
+#include "rcs/terrain/wire.h"
+#include "tools/rcs/command.h"
+#include "tools/rcs/files.h"
+#include "tools/rcs/map_export.h"
+#include "tools/rcs/npy_raster.h"
+#include "tools/rcs/raster_import.h"
+#include "tools/rcs/table.h"
+#include "tools/rcs/terminal.h"
+
+namespace rcs::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kSourceNames[] = {"unknown", "survey", "aerial", "sensed", "mixed"};
+const std::map<std::string, CellSource> kSources = {{"survey", CellSource::kSurvey},
+                                                    {"aerial", CellSource::kAerial},
+                                                    {"sensed", CellSource::kSensed}};
+
+/// Days from 1970-01-01 to a day of the Gregorian calendar, by counting March as the first month.
+int days_of(int year, int month, int day) {
+  const int y = month > 2 ? year : year - 1;
+  const int m = month > 2 ? month - 3 : month + 9;
+  return 365 * y + y / 4 - y / 100 + y / 400 + (153 * m + 2) / 5 + day - 1 - 719468;
+}
+
+const int kDays2000 = days_of(2000, 1, 1);
+
+/// "2019-06-30" in days since 2000-01-01; 0: no date that can be told.
+int parse_date(const std::string& text) {
+  int year = 0;
+  int month = 0;
+  int day = 0;
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%4d-%2d-%2d%c", &year, &month, &day, &rest) != 3) return 0;
+  if (year < 2000 || year > 2178 || month < 1 || month > 12 || day < 1 || day > 31) return 0;
+  return std::max(1, days_of(year, month, day) - kDays2000);
+}
+
+std::string date_text(int days) {
+  if (days == 0) return "unknown";
+  int year = 2000;
+  while (days_of(year + 1, 1, 1) - kDays2000 <= days) ++year;
+  int month = 1;
+  while (month < 12 && days_of(year, month + 1, 1) - kDays2000 <= days) ++month;
+  return fmt::format("{:04}-{:02}-{:02}", year, month,
+                     days - (days_of(year, month, 1) - kDays2000) + 1);
+}
+
+/// What is the same for each kind of import.
+class SurveyOptions {
+ public:
+  explicit SurveyOptions(CLI::App* app) {
+    app->add_option("-o,--out", out_, "the map's folder; a map that is there is replaced")
+        ->required();
+    app->add_option("--sigma", quality_.sigma_m,
+                    "of the survey's heights [m], without its slow error: from its data sheet")
+        ->required()
+        ->check(CLI::Range(0.001, 1000.0));
+    app->add_option("--bias-sigma", quality_.bias_sigma_m, "of the slow error [m]")
+        ->check(CLI::Range(0.0, 1000.0));
+    app->add_option("--bias-length", quality_.bias_correlation_m, "over which it changes [m]")
+        ->check(CLI::Range(1.0, 1e7))
+        ->capture_default_str();
+    app->add_option("--date", date_, "of the survey: YYYY-MM-DD, from 2000 on");
+    app->add_option("--source", source_, "survey: from the ground; aerial: from above")
+        ->check(CLI::IsMember({"survey", "aerial"}))
+        ->capture_default_str();
+  }
+  [[nodiscard]] Result<SurveyQuality> quality() const {
+    SurveyQuality q = quality_;
+    if (!date_.empty()) {
+      q.date = parse_date(date_);
+      if (q.date == 0) return Error{"--date: " + date_ + ": YYYY-MM-DD from 2000 on is due"};
+    }
+    return q;
+  }
+  [[nodiscard]] const std::string& out() const { return out_; }
+  [[nodiscard]] CellSource source() const { return kSources.at(source_); }
+
+ private:
+  std::string out_;
+  SurveyQuality quality_;
+  std::string date_;
+  std::string source_ = "aerial";
+};
+
+void say_written(const std::string& map, const MapFrame& frame, double cell_m, std::int64_t known) {
+  fmt::print(
+      stderr, "rcs map: {}: {} cells of {} m, in {}, heights above {}{}\n", map, known, cell_m,
+      frame.reference, frame.heights,
+      std::isnan(frame.undulation_m)
+          ? ""
+          : fmt::format(" (the geoid is {:.2f} m above it at the datum)", frame.undulation_m));
+}
+
+class MapImportRaster final : public Command {
+ public:
+  explicit MapImportRaster(CLI::App* import)
+      : Command(import->add_subcommand("raster", "An elevation raster that GDAL reads")),
+        survey_(app()) {
+    app()
+        ->add_option("FILE", wanted_.path, "GeoTIFF, ESRI ASCII grid, ... [heights in metres]")
+        ->required()
+        ->check(CLI::ExistingFile);
+    app()->add_option("--band", wanted_.band, "of the file")->capture_default_str();
+    app()->add_option("--crs", wanted_.crs,
+                      "EPSG code or PROJ text of its coordinates, if it does not say, or wrongly");
+    app()->add_option("--heights", wanted_.heights,
+                      "what they are above: ellipsoid, EGM96, EGM2008, EPSG:5703, ...; default: as "
+                      "its coordinate reference system says");
+    app()
+        ->add_option("--undulation", undulation_m_,
+                     "geoid above the ellipsoid [m], where PROJ has no grid for --heights")
+        ->check(CLI::Range(-120.0, 120.0));
+    app()->add_option("--nodata", nodata_, "a height that means: none; default: as it says");
+    app()
+        ->add_option("--height-unit", wanted_.height_unit_m,
+                     "metres in the unit of its heights; default: as it says, else 1")
+        ->check(CLI::Range(1e-4, 1000.0));
+    app()
+        ->add_option("--cell", wanted_.cell_m, "of the map [m]; default: the raster's spacing")
+        ->check(CLI::Range(0.01, 10000.0));
+    app()->footer(
+        "Heights become heights above the ellipsoid, in the file's own geodetic reference frame\n"
+        "(WGS84, NAD83, ...): the vehicle's configuration must name the same one\n"
+        "([world] reference_frame). A cell's sigma grows by what interpolation misses between the\n"
+        "raster's nodes.\n"
+        "Examples:\n"
+        "  rcs map import raster srtm.tif --heights EGM96 --sigma 5 --bias-sigma 3 -o maps/valley\n"
+        "  rcs map import raster dem.asc --crs EPSG:32613 --heights EGM96 --sigma 0.3 -o "
+        "maps/hill");
+  }
+
+  int run() override {
+    constexpr std::string_view kName = "map import raster";
+    const Result<SurveyQuality> quality = survey_.quality();
+    if (!quality) return fail(kName, quality.error());
+    wanted_.quality = *quality;
+    wanted_.source = survey_.source();
+    if (!std::isnan(undulation_m_)) wanted_.undulation_m = undulation_m_;
+    if (!std::isnan(nodata_)) wanted_.nodata = nodata_;
+    const InterruptGuard interrupt;
+    constexpr std::int64_t kSteps = 1000;
+    Progress progress(kName, kSteps);
+    const Result<RasterImported> done = import_raster(wanted_, survey_.out(), [&](double share) {
+      progress.at(static_cast<std::int64_t>(share * kSteps));
+      return !interrupt.requested();
+    });
+    if (!done) return fail(kName, done.error());
+    say_written(survey_.out(), done->frame, done->cell_m, done->known);
+    return kExitOk;
+  }
+
+ private:
+  SurveyOptions survey_;
+  RasterImport wanted_;
+  double undulation_m_ = std::numeric_limits<double>::quiet_NaN();
+  double nodata_ = std::numeric_limits<double>::quiet_NaN();
+};
+
+class MapImportAv2 final : public Command {
+ public:
+  explicit MapImportAv2(CLI::App* import)
+      : Command(import->add_subcommand("av2", "The ground heights of an Argoverse 2 log")),
+        survey_(app()) {
+    app()
+        ->add_option("FOLDER", folder_, "of the log, or its folder `map`")
+        ->required()
+        ->check(CLI::ExistingDirectory);
+    app()->footer(
+        "The map is in the city's frame (reference AV2-PIT, ...), not in a global one.\n"
+        "Example:\n"
+        "  rcs map import av2 7fab2350-7eaf-3b7e-a39d-6937a4c1bede --sigma 0.05 -o maps/street");
+  }
+
+  int run() override {
+    constexpr std::string_view kName = "map import av2";
+    const Result<SurveyQuality> quality = survey_.quality();
+    if (!quality) return fail(kName, quality.error());
+    Result<ImportedRaster> read = import_av2(folder_, *quality);
+    if (!read) return fail(kName, read.error());
+    read->raster.source = {survey_.source()};
+    if (Outcome written = write_map(survey_.out(), read->frame, read->raster); !written) {
+      return fail(kName, written.error());
+    }
+    const auto known = std::count_if(read->raster.z_m.begin(), read->raster.z_m.end(),
+                                     [](float z) { return !std::isnan(z); });
+    say_written(survey_.out(), read->frame, read->raster.level.cell_m, known);
+    return kExitOk;
+  }
+
+ private:
+  SurveyOptions survey_;
+  std::string folder_;
+};
+
+class MapInfo final : public Command {
+ public:
+  explicit MapInfo(CLI::App* map)
+      : Command(map->add_subcommand("info", "What a map is, where, how fine and how sure")) {
+    app()->add_option("MAP", path_, "its folder")->required();
+    app()->add_flag("--check", check_,
+                    "reads every tile: also sigma, sources and dates; exit status 1 when one is "
+                    "broken");
+    app()->add_flag("--json", json_, "on stdout");
+    app()->footer("Example:\n  rcs map info maps/valley --check");
+  }
+
+  int run() override {
+    const Result<MapFolder> map = MapFolder::open(path_);
+    if (!map) return fail("map info", map.error());
+    const MapFrame& f = map->index().frame;
+    Json json = {{"datum",
+                  {{"lat_deg", degrees(f.datum.lat_rad)},
+                   {"lon_deg", degrees(f.datum.lon_rad)},
+                   {"height_m", f.datum.height.m}}},
+                 {"reference", f.reference},
+                 {"heights_above", f.heights},
+                 {"undulation_m", std::isnan(f.undulation_m) ? Json() : Json(f.undulation_m)},
+                 {"source_crs", f.source_crs},
+                 {"levels", Json::array()}};
+    Table table{{"level", "cell [m]", "tiles", "km2 known", "east [m]", "north [m]", "z [m]"}, {}};
+    if (check_) {
+      for (const char* name : {"sigma, median [m]", "sources", "dates"}) {
+        table.header.emplace_back(name);
+      }
+    }
+    std::int64_t broken = 0;
+    for (std::size_t k = 0; k < map->index().levels.size(); ++k) {
+      Json level = level_json(*map, static_cast<int>(k), &broken);
+      table.rows.push_back(row_of(level, static_cast<int>(k)));
+      json["levels"].push_back(std::move(level));
+    }
+    if (check_) json["broken"] = broken;
+    if (json_) {
+      fmt::print("{}\n", json.dump(2));
+    } else {
+      fmt::print("datum: {:.7f} deg N, {:.7f} deg E, {:.2f} m; reference frame {}\n",
+                 degrees(f.datum.lat_rad), degrees(f.datum.lon_rad), f.datum.height.m, f.reference);
+      fmt::print("heights: above {}{}; from: {}\n", f.heights,
+                 std::isnan(f.undulation_m)
+                     ? ""
+                     : fmt::format(", the geoid being {:.2f} m above it", f.undulation_m),
+                 f.source_crs);
+      fmt::print("{}", to_text(table));
+      if (check_) fmt::print("broken tiles: {}\n", broken);
+    }
+    return broken == 0 ? kExitOk : kExitFailed;
+  }
+
+ private:
+  Json level_json(const MapFolder& map, int number, std::int64_t* broken) const {
+    const MapLevelIndex& level = map.index().levels[static_cast<std::size_t>(number)];
+    std::int64_t known = 0;
+    float low_m = std::numeric_limits<float>::max();
+    float high_m = std::numeric_limits<float>::lowest();
+    Vec2 south_west = Vec2::Constant(1e12);
+    Vec2 north_east = -south_west;
+    const double side_m = level.level.cell_m * kTileSide;
+    for (const MapTileEntry& e : level.tiles) {
+      known += e.known;
+      low_m = std::min(low_m, e.low_m);
+      high_m = std::max(high_m, e.high_m);
+      const Vec2 corner = level.level.origin_m + side_m * Vec2(e.tile.i, e.tile.j);
+      south_west = south_west.cwiseMin(corner);
+      north_east = north_east.cwiseMax(corner + Vec2::Constant(side_m));
+    }
+    Json json = {
+        {"cell_m", level.level.cell_m},
+        {"bias_sigma_m", level.level.bias_sigma_m},
+        {"bias_correlation_m", level.level.bias_correlation_m},
+        {"tiles", level.tiles.size()},
+        {"known_cells", known},
+        {"known_km2", 1e-6 * static_cast<double>(known) * level.level.cell_m * level.level.cell_m},
+        {"east_m", {south_west.x(), north_east.x()}},
+        {"north_m", {south_west.y(), north_east.y()}},
+        {"z_m", {low_m, high_m}}};
+    if (!check_) return json;
+    std::vector<float> sigmas;
+    std::map<std::string, std::int64_t> sources;
+    int oldest = 65535;
+    int newest = 0;
+    std::vector<std::uint8_t> buffer;
+    for (const MapTileEntry& e : level.tiles) {
+      const Result<Raster> tile = map.read(number, e.tile, &buffer);
+      std::string why = tile ? "" : tile.error().message;
+      if (why.empty() && crc32(buffer.data(), buffer.size()) != e.checksum) {
+        why = map.file_of(number, e.tile) + ": not the file that the index names";
+      }
+      if (!why.empty()) {
+        fmt::print(stderr, "rcs map info: {}\n", why);
+        ++*broken;
+        continue;
+      }
+      for (std::size_t k = 0; k < kTileCells; ++k) {
+        if (std::isnan(tile->z_m[k])) continue;
+        sigmas.push_back(layer_at(tile->sigma_m, k));
+        ++sources[kSourceNames[static_cast<int>(layer_at(tile->source, k))]];
+        const int date = layer_at(tile->date, k);
+        if (date == 0) continue;
+        oldest = std::min(oldest, date);
+        newest = std::max(newest, date);
+      }
+    }
+    if (!sigmas.empty()) {
+      const auto middle = sigmas.begin() + static_cast<std::ptrdiff_t>(sigmas.size() / 2);
+      std::nth_element(sigmas.begin(), middle, sigmas.end());
+      json["sigma_median_m"] = *middle;
+    }
+    json["sources"] = sources;
+    json["dates"] = newest == 0 ? Json::array() : Json{date_text(oldest), date_text(newest)};
+    return json;
+  }
+
+  [[nodiscard]] std::vector<std::string> row_of(const Json& level, int number) const {
+    const auto span = [&level](const char* key) {
+      return fmt::format("{:.0f} to {:.0f}", level[key][0].get<double>(),
+                         level[key][1].get<double>());
+    };
+    std::vector<std::string> row = {std::to_string(number),
+                                    fmt::format("{:.4g}", level["cell_m"].get<double>()),
+                                    std::to_string(level["tiles"].get<std::int64_t>()),
+                                    fmt::format("{:.3f}", level["known_km2"].get<double>()),
+                                    span("east_m"),
+                                    span("north_m"),
+                                    span("z_m")};
+    if (!check_) return row;
+    row.push_back(level.contains("sigma_median_m")
+                      ? fmt::format("{:.2f}", level["sigma_median_m"].get<double>())
+                      : "-");
+    std::string sources;
+    for (const auto& [name, cells] : level["sources"].items()) {
+      sources += (sources.empty() ? "" : ", ") + name;
+    }
+    row.push_back(sources);
+    row.push_back(level["dates"].empty() ? "unknown"
+                                         : level["dates"][0].get<std::string>() + " to " +
+                                               level["dates"][1].get<std::string>());
+    return row;
+  }
+
+  std::string path_;
+  bool check_ = false;
+  bool json_ = false;
+};
+
+class MapExport final : public Command {
+ public:
+  explicit MapExport(CLI::App* map)
+      : Command(map->add_subcommand("export", "A map as GeoTIFF, or as a picture of its relief")) {
+    app()->add_option("MAP", path_, "its folder")->required();
+    app()->add_option("--geotiff", geotiff_, "this file: height, sigma, count, date, source");
+    app()->add_option("--hillshade", hillshade_, "this PNG");
+    app()->add_option("--level", level_,
+                      "0: the finest; default: the finest of at most 4 million "
+                      "cells for the picture, 0 for the GeoTIFF");
+    app()->footer(
+        "Example:\n  rcs map export maps/valley --hillshade valley.png --geotiff valley.tif");
+  }
+
+  int run() override {
+    constexpr std::string_view kName = "map export";
+    constexpr std::int64_t kPicture = 4'000'000;
+    if (geotiff_.empty() && hillshade_.empty()) {
+      fmt::print(stderr, "rcs {}: what? Name --geotiff or --hillshade\n", kName);
+      return kExitUsage;
+    }
+    const Result<MapFolder> map = MapFolder::open(path_);
+    if (!map) return fail(kName, map.error());
+    const auto levels = static_cast<int>(map->index().levels.size());
+    if (level_ >= levels) {
+      return fail(kName, Error{fmt::format("--level {}: the map has 0 to {}", level_, levels - 1)});
+    }
+    const auto level_or = [this](int standard) { return level_ < 0 ? standard : level_; };
+    if (!geotiff_.empty()) {
+      const Result<Raster> raster = whole_level(*map, level_or(0));
+      if (!raster) return fail(kName, raster.error());
+      const Outcome done = write_geotiff(map->index().frame, *raster, geotiff_);
+      if (!done) return fail(kName, done.error());
+    }
+    if (!hillshade_.empty()) {
+      const Result<Raster> raster = whole_level(*map, level_or(level_of_at_most(*map, kPicture)));
+      if (!raster) return fail(kName, raster.error());
+      const Outcome done = write_hillshade(*raster, hillshade_);
+      if (!done) return fail(kName, done.error());
+    }
+    return kExitOk;
+  }
+
+ private:
+  std::string path_;
+  std::string geotiff_;
+  std::string hillshade_;
+  int level_ = -1;
+};
+
+}  // namespace
+
+void add_map_commands(CLI::App* rcs, Commands* commands) {
+  CLI::App* map = rcs->add_subcommand("map", "A priori terrain maps: import, look at, export");
+  map->require_subcommand(1);
+  CLI::App* import = map->add_subcommand("import", "Makes a map of a survey");
+  import->require_subcommand(1);
+  commands->push_back(std::make_unique<MapImportRaster>(import));
+  commands->push_back(std::make_unique<MapImportAv2>(import));
+  commands->push_back(std::make_unique<MapInfo>(map));
+  commands->push_back(std::make_unique<MapExport>(map));
+}
+
+}  // namespace rcs::tools

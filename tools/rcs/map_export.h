@@ -1,0 +1,28 @@
+#pragma once
+// Maps for other programs and for the eye.
+
+#include <string>
+
+#include "rcs/base/result.h"
+#include "rcs/terrain/map_folder.h"
+#include "rcs/terrain/raster.h"
+
+namespace rcs::tools {
+
+/// All of a level's tiles as one raster.
+/// @return an error when that takes more than 2^28 cells
+[[nodiscard]] Result<Raster> whole_level(const MapFolder& map, int level);
+
+/// The finest level of at most so many cells in its bounding rectangle; the coarsest if none is.
+[[nodiscard]] int level_of_at_most(const MapFolder& map, std::int64_t cells);
+
+/// Heights above the ellipsoid, sigma, count, date and source as five bands, in the orthographic
+/// projection about the map's datum: places are right to x * h / 6.4e6 for ground that is h above
+/// the datum. A map in a frame of its own (heights that are not above the ellipsoid) keeps its z.
+[[nodiscard]] Outcome write_geotiff(const MapFrame& frame, const Raster& raster,
+                                    const std::string& path);
+
+/// Lit from the north-west, PNG.
+[[nodiscard]] Outcome write_hillshade(const Raster& raster, const std::string& path);
+
+}  // namespace rcs::tools

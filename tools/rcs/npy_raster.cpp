@@ -1,0 +1,170 @@
+#include "tools/rcs/npy_raster.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <regex>
+
+#include "rcs/terrain/wire.h"
+#include "tools/rcs/files.h"
+
+namespace rcs::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::int64_t kMostCells = std::int64_t{1} << 28;
+
+/// IEEE 754 binary16.
+float from_half(std::uint16_t h) {
+  const int exponent = (h >> 10) & 0x1F;
+  const int fraction = h & 0x3FF;
+  float value = 0.0F;
+  if (exponent == 0x1F) {
+    value = fraction == 0 ? std::numeric_limits<float>::infinity()
+                          : std::numeric_limits<float>::quiet_NaN();
+  } else if (exponent == 0) {
+    value = std::ldexp(static_cast<float>(fraction), -24);
+  } else {
+    value = std::ldexp(static_cast<float>(1024 + fraction), exponent - 25);
+  }
+  return (h & 0x8000) != 0 ? -value : value;
+}
+
+/// The one file of a folder whose name ends so; none: there is none, or several.
+std::optional<std::string> only_file(const std::string& folder, const std::regex& name) {
+  std::vector<std::string> found;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error)) {
+    if (std::regex_match(entry.path().filename().string(), name)) {
+      found.push_back(entry.path().string());
+    }
+  }
+  return found.size() == 1 ? std::optional<std::string>(found.front()) : std::nullopt;
+}
+
+/// The city that a log's raster is named after, and its frame's origin (the AV2 API's figures).
+struct City {
+  const char* name;
+  double lat_deg, lon_deg;
+};
+constexpr City kCities[] = {
+    {"ATX", 30.27464237939507, -97.7404457407424},  {"DTW", 42.29993066912924, -83.17555750783717},
+    {"MIA", 25.77452579915163, -80.19656914449405}, {"PAO", 37.416065, -122.13571963362166},
+    {"PIT", 40.44177902989321, -80.01294377242584}, {"WDC", 38.889377, -77.0355047439081},
+};
+
+}  // namespace
+
+Result<NpyArray> parse_npy(const std::vector<std::uint8_t>& bytes, const std::string& name) {
+  constexpr char kMagic[] = "\x93NUMPY";
+  const auto bad = [&name](const std::string& why) { return Error{name + ": " + why}; };
+  if (bytes.size() < 12 || std::memcmp(bytes.data(), kMagic, 6) != 0) {
+    return bad("not a .npy array (magic)");
+  }
+  const int version = bytes[6];
+  if (version < 1 || version > 3) return bad(fmt::format("version {}, known are 1 to 3", version));
+  const std::size_t at = version == 1 ? 10 : 12;
+  const std::size_t length = version == 1 ? wire::take<std::uint16_t>(bytes.data() + 8)
+                                          : wire::take<std::uint32_t>(bytes.data() + 8);
+  if (length > bytes.size() - at) return bad("truncated in its header");
+  const std::string header(bytes.begin() + static_cast<std::ptrdiff_t>(at),
+                           bytes.begin() + static_cast<std::ptrdiff_t>(at + length));
+  std::smatch type;
+  std::smatch shape;
+  if (!std::regex_search(header, type, std::regex("'descr':\\s*'<f([248])'"))) {
+    return bad("its values are not float16, float32 or float64, little-endian");
+  }
+  if (header.find("'fortran_order': False") == std::string::npos) return bad("not in C order");
+  if (!std::regex_search(header, shape,
+                         std::regex("'shape':\\s*\\((\\d{1,9}),\\s*(\\d{1,9})\\s*,?\\)"))) {
+    return bad("not of two dimensions");
+  }
+  NpyArray array;
+  array.rows = std::stoi(shape[1]);
+  array.cols = std::stoi(shape[2]);
+  const auto size = static_cast<std::size_t>(std::stoi(type[1]));
+  const std::int64_t n = std::int64_t{array.rows} * array.cols;
+  if (n < 1 || n > kMostCells) return bad(fmt::format("{} values, allowed 1 to 2^28", n));
+  if (static_cast<std::size_t>(n) * size != bytes.size() - at - length) {
+    return bad(fmt::format("{} x {} values of {} bytes are due, {} bytes are there", array.rows,
+                           array.cols, size, bytes.size() - at - length));
+  }
+  array.values.reserve(static_cast<std::size_t>(n));
+  const std::uint8_t* in = bytes.data() + at + length;
+  for (std::int64_t k = 0; k < n; ++k, in += size) {
+    array.values.push_back(size == 2   ? from_half(wire::take<std::uint16_t>(in))
+                           : size == 4 ? wire::take<float>(in)
+                                       : static_cast<float>(wire::take<double>(in)));
+  }
+  return array;
+}
+
+Result<ImportedRaster> import_av2(const std::string& folder, const SurveyQuality& quality) {
+  const std::string map = fs::exists(folder + "/map") ? folder + "/map" : folder;
+  const std::regex raster_name(".*ground_height_surface____([A-Z]{3})\\.npy");
+  const std::optional<std::string> npy = only_file(map, raster_name);
+  const std::optional<std::string> json = only_file(map, std::regex(".*img_Sim2_city\\.json"));
+  if (!npy || !json) {
+    return Error{map +
+                 ": one *ground_height_surface____CITY.npy and one *img_Sim2_city.json "
+                 "are due"};
+  }
+  const Result<std::vector<std::uint8_t>> bytes = read_bytes(*npy);
+  if (!bytes) return bytes.error();
+  const Result<NpyArray> array = parse_npy(*bytes, *npy);
+  if (!array) return array.error();
+  const Result<std::string> text = read_text(*json);
+  if (!text) return text.error();
+  const nlohmann::json sim2 = nlohmann::json::parse(*text, nullptr, false);
+  double scale = 0.0;
+  std::vector<double> t;
+  std::vector<double> R;
+  try {
+    sim2.at("s").get_to(scale);
+    sim2.at("t").get_to(t);
+    sim2.at("R").get_to(R);
+  } catch (const nlohmann::json::exception&) {
+    return Error{*json + ": numbers s, t and R are due"};
+  }
+  if (!(scale > 1e-4 && scale < 100.0) || t.size() != 2 ||
+      R != std::vector<double>{1.0, 0.0, 0.0, 1.0}) {
+    return Error{*json + ": s in (1e-4, 100), t of two and R of no rotation are due"};
+  }
+
+  std::smatch city_name;
+  std::regex_match(*npy, city_name, raster_name);
+  const std::string name = city_name[1];
+  const auto* const city = std::find_if(std::begin(kCities), std::end(kCities),
+                                        [&](const City& c) { return name == c.name; });
+  if (city == std::end(kCities)) return Error{*npy + ": a city that is not known: " + name};
+
+  ImportedRaster out;
+  out.frame.datum = {radians(city->lat_deg), radians(city->lon_deg), {0.0}};
+  out.frame.reference = "AV2-" + name;
+  out.frame.heights = out.frame.reference;
+  out.frame.source_crs = "Argoverse 2 city frame " + name;
+  Raster& r = out.raster;
+  r.level = {1.0 / scale, Vec2(-t[0], -t[1]), quality.bias_sigma_m, quality.bias_correlation_m};
+  r.width = array->cols;
+  r.height = array->rows;
+  r.z_m = array->values;
+  for (float& z : r.z_m) {
+    if (!std::isfinite(z)) z = std::numeric_limits<float>::quiet_NaN();
+  }
+  r.sigma_m = {static_cast<float>(quality.sigma_m)};
+  r.count = {1};
+  r.date = {static_cast<std::uint16_t>(quality.date)};
+  r.source = {CellSource::kSurvey};
+  if (Outcome checked = check_raster(r); !checked) {
+    return Error{*npy + ": " + checked.error().message};
+  }
+  return out;
+}
+
+}  // namespace rcs::tools

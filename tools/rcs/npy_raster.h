@@ -1,0 +1,47 @@
+#pragma once
+// Argoverse 2's a priori map of a log: the height of the ground as a NumPy array beside the
+// similarity that puts it into the city's frame.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "rcs/base/result.h"
+#include "rcs/terrain/map_index.h"
+#include "rcs/terrain/raster.h"
+
+namespace rcs::tools {
+
+/// A two-dimensional array of .npy, row by row.
+struct NpyArray {
+  int rows = 0;
+  int cols = 0;
+  std::vector<float> values;
+};
+
+/// Versions 1 to 3; float16, float32 and float64, little-endian, in C order.
+/// @param name  for errors
+[[nodiscard]] Result<NpyArray> parse_npy(const std::vector<std::uint8_t>& bytes,
+                                         const std::string& name);
+
+struct ImportedRaster {
+  MapFrame frame;
+  Raster raster;
+};
+
+/// What the survey's heights are worth.
+struct SurveyQuality {
+  double sigma_m = 0.05;             ///< of a height, without the slow bias, (0, 1000]
+  double bias_sigma_m = 0.0;         ///< [0, 1000]
+  double bias_correlation_m = 1000;  ///< (0, 1e7]
+  int date = 0;                      ///< days since 2000-01-01; 0: unknown
+};
+
+/// @param folder  of a log, or its folder `map`: *_ground_height_surface____CITY.npy and
+///   *___img_Sim2_city.json
+/// @return in the city's frame, whose axes are those of its UTM grid and whose heights have a datum
+///   of their own: reference and heights are named for the city
+[[nodiscard]] Result<ImportedRaster> import_av2(const std::string& folder,
+                                                const SurveyQuality& quality);
+
+}  // namespace rcs::tools

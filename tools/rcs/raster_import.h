@@ -1,0 +1,48 @@
+#pragma once
+// Elevation rasters of any format that GDAL reads, made into maps: their coordinate reference
+// system and vertical datum are PROJ's to convert.
+
+#include <functional>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "rcs/base/result.h"
+#include "rcs/terrain/raster.h"
+#include "tools/rcs/npy_raster.h"
+
+namespace rcs::tools {
+
+struct RasterImport {
+  std::string path;
+  int band = 1;
+  std::string crs;  ///< "EPSG:32611", if the file has none or a wrong one; empty: the file's
+  /// What the heights are above: "ellipsoid", "EGM96", "EGM2008", "EPSG:5703", ...; empty: as the
+  /// coordinate reference system says.
+  std::string heights;
+  /// Geoid above the ellipsoid [m], instead of PROJ's grid for `heights`.
+  std::optional<double> undulation_m;
+  std::optional<double> nodata;  ///< a height that means: none; empty: as the file says
+  double height_unit_m = 0.0;  ///< of the band's heights; 0: as the file says, else 1
+  double cell_m = 0.0;         ///< of the map; 0: the raster's own spacing
+  SurveyQuality quality;
+  CellSource source = CellSource::kAerial;
+};
+
+struct RasterImported {
+  MapFrame frame;
+  double cell_m = 0.0;
+  std::int64_t known = 0;    ///< cells
+  std::int64_t unknown = 0;  ///< cells of the raster's extent, its holes among them
+};
+
+/// Writes the map. Its axes are east, north and up at the raster's middle; the reference frame is
+/// that of the raster. A cell's sigma is the survey's and, added in squares, what linear
+/// interpolation misses between the raster's nodes, told from what it misses between every other of
+/// them.
+/// @param progress  told the share that is done, asked whether to go on
+[[nodiscard]] Result<RasterImported> import_raster(const RasterImport& wanted,
+                                                   const std::string& map,
+                                                   const std::function<bool(double)>& progress);
+
+}  // namespace rcs::tools
