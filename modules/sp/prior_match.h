@@ -21,7 +21,11 @@ struct PriorMatchParams {
   double max_sigma_m = 2.0;  ///< a direction known no better than this is unobserved, [0.01, 100]
   double max_correction_m = 15.0;   ///< farther from the prediction: kDiverged, [0.1, 1000]
   double max_correction_rad = 0.2;  ///< likewise, [0.001, 3.2]
-  double step_sigma = 0.05;         ///< converged when a step is smaller, in sigmas, [1e-6, 1]
+  /// Residuals may have so much beyond the map's sigma while the pose is not sure yet, at most;
+  /// from what the prediction's covariance says it sinks to nothing, so that the match is found
+  /// from afar and its end does not depend on the start, [0, 10]
+  double max_spread_m = 0.6;
+  double step_sigma = 0.05;  ///< converged when a step is smaller, in sigmas, [1e-6, 1]
 };
 
 class PriorMatchWorkspace {
@@ -47,9 +51,10 @@ struct PriorMatch {
 };
 
 /// Aligns `source_vehicle` to the map's ground surface: point-to-plane along the map's normals.
-/// A cell's points share the cell's error: together they weigh no more than 1 / sigma^2, and
-/// `information` is capped likewise. The survey's slow bias is not in it: WM estimates that.
-/// Deterministic. Allocates nothing once `workspace` has seen a scan as large.
+/// Give it the lowest points of columns: what stands on the ground is not in the map. A cell's
+/// points share the cell's error: together they weigh no more than 1 / sigma^2, and `information`
+/// is capped likewise. The survey's slow bias is not in it: WM estimates that. Deterministic.
+/// Allocates nothing once `workspace` has seen a scan as large.
 [[nodiscard]] PriorMatch match_prior_map(const Points& source_vehicle, const ElevationMap& map,
                                          const Prediction& prediction,
                                          const PriorMatchParams& params, WorkUnits granted,

@@ -31,4 +31,25 @@ class VoxelSampler {
   std::uint32_t generation_ = 0;
 };
 
+/// Keeps the lowest point of each vertical column: what stands on the ground is not the ground.
+/// Deterministic (of equal ones the first); allocates nothing once it has seen a scan as large.
+class ColumnSampler {
+ public:
+  /// @param up_vehicle  unit vector
+  void sample(const Points& in, const Vec3& up_vehicle, double column_m, Points* out);
+
+  /// Makes room for scans of so many points beforehand.
+  void reserve(std::size_t points);
+
+ private:
+  struct Entry {
+    std::uint64_t key = 0;
+    std::uint32_t generation = 0;
+    std::uint32_t kept = 0;  // where in the output
+    float height_m = 0.0F;
+  };
+  std::vector<Entry> table_;
+  std::uint32_t generation_ = 0;
+};
+
 }  // namespace rcs::sp

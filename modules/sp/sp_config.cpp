@@ -52,6 +52,7 @@ void read(ParamTable table, PriorMatchParams* p) {
   table.get("max_sigma_m", &p->max_sigma_m, {0.01, 100});
   table.get("max_correction_m", &p->max_correction_m, {0.1, 1000});
   table.get_deg("max_correction_deg", &p->max_correction_rad, {0.05, 180});
+  table.get("max_spread_m", &p->max_spread_m, {0, 10});
   table.get("step_sigma", &p->step_sigma, {1e-6, 1});
 }
 
@@ -103,7 +104,7 @@ Result<SpConfig> load_sp_config(const ParamFile& file) {
   sp.get("source_voxel_m", &c.source_voxel_m, {0.05, 10});
   sp.get("map_voxel_m", &c.map_voxel_m, {0.02, 10});
   sp.get("publish_voxel_m", &c.publish_voxel_m, {0.02, 10});
-  sp.get("prior_voxel_m", &c.prior_voxel_m, {0.1, 50});
+  sp.get("prior_column_m", &c.prior_column_m, {0.1, 50});
   sp.get("min_facets", &c.min_facets, {0, 1});
   sp.get_ms("facet_timeout_ms", &c.facet_timeout, {1, 1000});
   sp.get("reseed_after", &c.reseed_after, {1, 1000});

@@ -26,8 +26,9 @@ struct SpConfig {
   double source_voxel_m = 0.5;    ///< one point a voxel is registered, [0.05, 10]
   double map_voxel_m = 0.2;       ///< and one a voxel inserted in the map, [0.02, 10]
   double publish_voxel_m = 0.15;  ///< and one published for WM's terrain, [0.02, 10]
-  double prior_voxel_m = 2.0;     ///< and one matched to the a priori map, [0.1, 50]
-  double min_facets = 0.25;       ///< share of the facets without which a scan is dropped, [0, 1]
+  double prior_column_m =
+      2.0;                   ///< and the lowest of a column matched to the a priori map, [0.1, 50]
+  double min_facets = 0.25;  ///< share of the facets without which a scan is dropped, [0, 1]
   Duration facet_timeout =
       from_milliseconds(30.0);  ///< no facet for so long: take what came, [1, 1000]
   int reseed_after = 10;       ///< scans in a row without a registration start a new map, [1, 1000]

@@ -59,6 +59,7 @@ void SpNode::reserve() {
   for (Points* points : {&dense_, &source_, &published_, &prior_source_}) points->reserve(n);
   map_sampler_.reserve(n);
   source_sampler_.reserve(n);
+  column_sampler_.reserve(n);
   map_.reserve(n);
   icp_.matches.reserve(n);
   icp_.pairs_of_voxel.resize(map_.voxel_ids());
@@ -398,8 +399,10 @@ void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
 void SpNode::match_prior(const Cycle& cycle, const Pose& T_rolling_vehicle) {
   if (!T_world_rolling_ || !prior_.T_map_world()) return;
   const Pose& T_map_world = *prior_.T_map_world();
-  source_sampler_.sample(source_, config_.prior_voxel_m, &prior_source_);
-  const Prediction prediction{T_map_world * *T_world_rolling_ * T_rolling_vehicle,
+  const Pose T_world_vehicle = *T_world_rolling_ * T_rolling_vehicle;
+  column_sampler_.sample(dense_, T_world_vehicle.q.conjugate() * Vec3::UnitZ(),
+                         config_.prior_column_m, &prior_source_);
+  const Prediction prediction{T_map_world * T_world_vehicle,
                               world_covariance_ + isotropic(0.01, 0.001)};
   PriorMatch match = match_prior_map(prior_source_, prior_.map(), prediction, config_.prior,
                                      granted_, &prior_match_);

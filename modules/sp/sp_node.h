@@ -89,6 +89,7 @@ class SpNode final : public Node {
   MotionTable motion_;
   VoxelSampler map_sampler_;
   VoxelSampler source_sampler_;
+  ColumnSampler column_sampler_;
   Points dense_;         // what goes into the map
   Points source_;        // what is registered
   Points published_;     // what WM's terrain is made of

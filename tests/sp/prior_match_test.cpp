@@ -15,14 +15,14 @@ double hills(double x, double y) {
   return 4.0 * std::sin(0.05 * x + 0.3) * std::cos(0.04 * y) + 1.5 * std::sin(0.11 * y);
 }
 
-ElevationMap survey(bool flat) {
+ElevationMap survey(bool flat, float sigma_m) {
   MapFrame frame;
   frame.datum = {0.7, -1.3, {100.0}};
   Raster tile;
   tile.level.cell_m = 5.0;
   tile.first = {-30, -30};
   tile.width = tile.height = 60;
-  tile.sigma_m = {0.2F};
+  tile.sigma_m = {sigma_m};
   for (int j = 0; j < tile.height; ++j) {
     for (int i = 0; i < tile.width; ++i) {
       const double x = -150.0 + 5.0 * (i + 0.5);
@@ -50,7 +50,7 @@ Points seen_from(const Pose& T_world_vehicle, bool flat, double bushes, std::mt1
 }
 
 TEST(PriorMatch, FindsTheVehicleOnHills) {
-  const ElevationMap map = survey(false);
+  const ElevationMap map = survey(false, 0.2F);
   std::mt19937 rng(1);
   const Pose T = test::pose(10.0, -20.0, hills(10, -20) + 0.9, 0.05, -0.05, 0.6);
   const Points source = seen_from(T, false, 0.0, &rng);
@@ -66,7 +66,7 @@ TEST(PriorMatch, FindsTheVehicleOnHills) {
 }
 
 TEST(PriorMatch, ACellCountsOnceHoweverManyPointsFallOnIt) {
-  const ElevationMap map = survey(false);
+  const ElevationMap map = survey(false, 0.2F);
   std::mt19937 rng(2);
   const Pose T = test::pose(0.0, 0.0, hills(0, 0) + 0.9, 0.0, 0.0, 0.0);
   PriorMatchWorkspace workspace;
@@ -85,7 +85,7 @@ TEST(PriorMatch, ACellCountsOnceHoweverManyPointsFallOnIt) {
 }
 
 TEST(PriorMatch, VegetationDoesNotLiftTheVehicle) {
-  const ElevationMap map = survey(false);
+  const ElevationMap map = survey(false, 0.2F);
   std::mt19937 rng(3);
   const Pose T = test::pose(0.0, 0.0, hills(0, 0) + 0.9, 0.0, 0.0, 0.0);
   PriorMatchWorkspace workspace;
@@ -95,8 +95,36 @@ TEST(PriorMatch, VegetationDoesNotLiftTheVehicle) {
   EXPECT_NEAR(match.registration.T_target_vehicle.p.z(), T.p.z(), 0.15);
 }
 
+TEST(PriorMatch, ItsEndDoesNotDependOnTheStart) {
+  const ElevationMap map = survey(false, 0.02F);
+  std::mt19937 rng(6);
+  const Pose T = test::pose(10.0, -20.0, hills(10, -20) + 0.9, 0.05, -0.05, 0.6);
+  const Points source = seen_from(T, false, 0.2, &rng);
+  PriorMatchParams params;
+  params.min_sigma_m = 0.02;  // what is far off is no match
+  params.max_iterations = 60;
+  PriorMatchWorkspace workspace;
+  std::uniform_real_distribution<double> u(-1.0, 1.0);
+  const auto apart = [&](double max_spread_m) {
+    params.max_spread_m = max_spread_m;
+    std::vector<Vec3> ends;
+    double most = 0.0;
+    for (int k = 0; k < 20; ++k) {
+      const Pose start =
+          T * test::pose(4.0 * u(rng), 4.0 * u(rng), u(rng), 0.01 * u(rng), 0.0, 0.08 * u(rng));
+      ends.push_back(match_prior_map(source, map, test::prediction(start, 4.0, 0.08), params,
+                                     kPlenty, &workspace)
+                         .registration.T_target_vehicle.p);
+      most = std::max(most, (ends.back() - ends.front()).norm());
+    }
+    return most;
+  };
+  EXPECT_LT(apart(0.6), 0.05);
+  EXPECT_GT(apart(0.0), 1.0) << "without the spread it does";
+}
+
 TEST(PriorMatch, FlatGroundSaysNothingOfXYAndYaw) {
-  const ElevationMap map = survey(true);
+  const ElevationMap map = survey(true, 0.2F);
   std::mt19937 rng(4);
   const Pose T = test::pose(5.0, 5.0, 0.9, 0.0, 0.0, 1.0);
   const Pose start = T * test::pose(1.0, 2.0, 0.3, 0.0, 0.0, 0.05);
@@ -111,7 +139,7 @@ TEST(PriorMatch, FlatGroundSaysNothingOfXYAndYaw) {
 }
 
 TEST(PriorMatch, OutsideTheMapIsAnAnswer) {
-  const ElevationMap map = survey(false);
+  const ElevationMap map = survey(false, 0.2F);
   std::mt19937 rng(5);
   const Pose T = test::pose(1000.0, 0.0, 0.0, 0.0, 0.0, 0.0);
   PriorMatchWorkspace workspace;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
 #include <random>
 #include <set>
 #include <tuple>
@@ -60,6 +61,44 @@ TEST(VoxelSampler, KeepsExactlyOnePointOfEachOccupiedVoxel) {
     EXPECT_EQ(kept.size(), out.size());
     EXPECT_EQ(kept, occupied);
   }
+}
+
+TEST(ColumnSampler, KeepsTheLowestPointOfEachColumnAlongThePlumbLine) {
+  std::mt19937 rng(5);
+  std::uniform_real_distribution<double> u(-10.0, 10.0);
+  const Quat q_level_vehicle = exp_so3(Vec3(0.2, -0.1, 0.7));
+  Points in;
+  std::map<std::pair<int, int>, double> lowest;
+  for (int k = 0; k < 5000; ++k) {
+    const Vec3 level(u(rng), u(rng), u(rng));
+    in.push_back((q_level_vehicle.conjugate() * level).cast<float>());
+  }
+  const Vec3 up = q_level_vehicle.conjugate() * Vec3::UnitZ();
+  // Columns may be turned about the plumb line: any frame with that vertical.
+  const Quat q = Quat::FromTwoVectors(up, Vec3::UnitZ());
+  const auto column = [&](const Vec3& p) {
+    return std::pair(static_cast<int>(std::floor(p.x())), static_cast<int>(std::floor(p.y())));
+  };
+  for (std::size_t i = 0; i < in.size(); ++i) {
+    const Vec3 p = q * in[i].cast<double>();
+    const auto [it, first] = lowest.emplace(column(p), p.z());
+    if (!first) it->second = std::min(it->second, p.z());
+  }
+  ColumnSampler sampler;
+  Points out;
+  for (int again = 0; again < 2; ++again) {
+    sampler.sample(in, up, 1.0, &out);
+    int right = 0;
+    for (std::size_t i = 0; i < out.size(); ++i) {
+      const Vec3 p = q * out[i].cast<double>();
+      right += std::abs(lowest.at(column(p)) - p.z()) < 1e-4 ? 1 : 0;
+    }
+    // Single precision may put a point on a border into the next column.
+    EXPECT_NEAR(static_cast<double>(out.size()), static_cast<double>(lowest.size()), 3.0);
+    EXPECT_GE(right, static_cast<int>(out.size()) - 3);
+  }
+  sampler.sample(Points(), up, 1.0, &out);
+  EXPECT_TRUE(out.empty());
 }
 
 }  // namespace

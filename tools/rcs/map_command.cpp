@@ -419,6 +419,7 @@ void add_map_commands(CLI::App* rcs, Commands* commands) {
   commands->push_back(std::make_unique<MapImportAv2>(import));
   commands->push_back(std::make_unique<MapInfo>(map));
   commands->push_back(std::make_unique<MapExport>(map));
+  add_map_match_command(map, commands);
 }
 
 }  // namespace rcs::tools

@@ -16,6 +16,7 @@ namespace rcs::tools {
 struct NpyArray {
   int rows = 0;
   int cols = 0;
+  bool half = false;  ///< of float16
   std::vector<float> values;
 };
 
