@@ -299,4 +299,12 @@ Belief change_world(const Belief& b, const Pose& T_new_old) {
   return next;
 }
 
+void renew_gps_offset(const Vec3& keep, Belief* b) {
+  b->x.gps_offset = keep.cwiseProduct(b->x.gps_offset);
+  for (int axis = 0; axis < 3; ++axis) {
+    scale_block(kGpsOffset + axis, 1, keep[axis], &b->P);
+    b->P(kGpsOffset + axis, kGpsOffset + axis) += 1.0 - keep[axis] * keep[axis];
+  }
+}
+
 }  // namespace rcs::wm

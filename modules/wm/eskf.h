@@ -67,6 +67,10 @@ struct Lasting {
 /// vehicle's vertical to the uncertainty. What they are to each other stays as sure as it was.
 [[nodiscard]] Belief loosen_world(const Belief& b, const Vec3& sigma_world_m, double sigma_yaw_rad);
 
+/// The receiver's slow error is another one but for a share, by axis, of what it was.
+/// @param keep  each in [0, 1]
+void renew_gps_offset(const Vec3& keep, Belief* b);
+
 /// Re-expresses the belief in another level world frame (a turn about the vertical and a shift).
 [[nodiscard]] Belief change_world(const Belief& b, const Pose& T_new_old);
 

@@ -70,6 +70,13 @@ struct Withheld {
   bool prior_map = false;  ///< ladar withholds it, too
 };
 
+/// In what gps_offset is counted, and what the receiver claims meanwhile.
+struct GpsScale {
+  Vec3 unit_m = Vec3::Zero();        ///< 0: no fix yet
+  Stamp finer_since = Stamp::max();  ///< fixes have claimed much less than that
+  Stamp renewed = Stamp::min();      ///< gps_offset became another one
+};
+
 /// What the filter carries along beside its belief.
 struct Memory {
   std::array<SourceRecord, kSources> sources;
@@ -86,10 +93,11 @@ struct Memory {
   Withheld withheld;
   Stamp fix_heard = Stamp::min();  ///< newest fix, believed or not
   bool gps_accused = false;        ///< withheld for what it said, not for its silence
-  int heights_refused = 0;         ///< in a row, of fixes whose place was accepted
-  bool anchored = false;           ///< the world is the datum's: absolute measurements count
-  Pose T_path_vehicle;             ///< composition of the predicted body increments alone
-  Pose T_local_vehicle;            ///< the same with the LADAR's corrections; steps at each of them
+  GpsScale gps_scale;
+  int heights_refused = 0;  ///< in a row, of fixes whose place was accepted
+  bool anchored = false;    ///< the world is the datum's: absolute measurements count
+  Pose T_path_vehicle;      ///< composition of the predicted body increments alone
+  Pose T_local_vehicle;     ///< the same with the LADAR's corrections; steps at each of them
   /// What other sources did to the vehicle's pose in the map since the last match, vehicle axes.
   /// The next match takes it back, and the local pose, which never had it, must not have that
   /// either.

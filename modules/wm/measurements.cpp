@@ -92,7 +92,7 @@ Residual<6> project(const Vec6& r, const Mat<6, kSize>& J, const Mat6& informati
 Residual<3> gps_position(const NavState& x, const GpsFix& z, const GpsParams& params) {
   const Mat3 R = x.T_world_vehicle.rotation();
   const Vec3 sigma = z.sigma_m.cwiseMax(params.sigma_floor_m);
-  const Vec3 scale = params.correlated * sigma;
+  const Vec3 scale = params.correlated * (z.slow_m.isZero() ? sigma : z.slow_m);
   Residual<3> out;
   out.r = z.p_world - (x.T_world_vehicle * params.lever_m + scale.cwiseProduct(x.gps_offset));
   out.H.block<3, 3>(0, kPosition).setIdentity();

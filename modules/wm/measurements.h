@@ -13,6 +13,7 @@ namespace rcs::wm {
 struct GpsFix {
   Vec3 p_world = Vec3::Zero();
   Vec3 sigma_m = Vec3::Ones();  ///< as reported
+  Vec3 slow_m = Vec3::Zero();   ///< unit of gps_offset, if not sigma_m; 0: it is
   bool has_velocity = false;
   Vec3 v_world = Vec3::Zero();  ///< of the antenna [m/s]
   Vec3 sigma_v_mps = Vec3::Ones();

@@ -32,6 +32,7 @@ class Fuser {
     return fuse(source, z, model_.gates[static_cast<std::size_t>(z.dof)]);
   }
   Reason fuse_place(const Residual<3>& z);
+  void follow_claim(const Vec3& sigma_m);
   void look_at(Source source, const Residual<3>& z);
   void constrain();
   void refuse(Source source, Reason reason) { note({stamp(), source, reason}); }
@@ -183,18 +184,58 @@ void Fuser::operator()(const GpsFix& z) {
   if (m.fix_heard != Stamp::min() && stamp() - m.fix_heard > trust.silence) m.withheld.gps = true;
   m.fix_heard = stamp();
   const GpsParams& params = model_.params.gps;
-  const Residual<3> position = gps_position(s_.belief.x, z, params);
+  const Belief before = s_.belief;
+  const GpsScale scale = m.gps_scale;
+  follow_claim(z.sigma_m.cwiseMax(params.sigma_floor_m));
+  GpsFix fix = z;
+  fix.slow_m = m.gps_scale.unit_m;
+  const Residual<3> position = gps_position(s_.belief.x, fix, params);
+  // What is not believed does not change what is thought of the receiver's error either.
+  const auto forget_claim = [&] {
+    s_.belief = before;
+    m.gps_scale = scale;
+  };
   if (m.withheld.gps) {
     look_at(Source::kGpsPosition, position);
+    forget_claim();
     return;
   }
-  if (fuse_place(position) == Reason::kGate &&
-      m.of(Source::kGpsPosition).refused >= trust.refused) {
-    m.withheld.gps = m.gps_accused = true;
-    return;
+  if (fuse_place(position) == Reason::kGate) {
+    forget_claim();
+    if (m.of(Source::kGpsPosition).refused >= trust.refused) {
+      m.withheld.gps = m.gps_accused = true;
+      return;
+    }
   }
   if (!z.has_velocity) return;
   fuse(Source::kGpsVelocity, gps_velocity(s_.belief.x, z, params, accel_world(s_)));
+}
+
+/// The receiver's slow error is a state in units of what it claims: another geometry of the
+/// satellites scales both. Not so another solution, whose claim is another by much: an error seen
+/// at two scales (a float solution that becomes fixed) would tell the place to centimetres. When
+/// the claim grows so, the error goes on in metres; when it sinks so, the error is another one, and
+/// that it is a small one is believed when the claim stays down.
+void Fuser::follow_claim(const Vec3& sigma_m) {
+  constexpr double kMuch = 3.0;
+  constexpr Duration kStays = from_seconds(5.0);
+  GpsScale& g = s_.memory.gps_scale;
+  if (g.unit_m.isZero()) g.unit_m = sigma_m;
+  const double ratio = sigma_m.norm() / g.unit_m.norm();
+  if (ratio < 1.0 / kMuch && g.finer_since == Stamp::max()) {
+    g.finer_since = stamp();
+    if (g.renewed != Stamp::min() && stamp() - g.renewed < kStays) return;  // it flaps
+    g.renewed = stamp();
+    renew_gps_offset(sigma_m.cwiseQuotient(g.unit_m).cwiseMin(1.0), &s_.belief);
+    return;
+  }
+  if (ratio < 1.0 / kMuch && stamp() - g.finer_since < kStays) return;
+  if (ratio < 1.0 / kMuch || ratio > kMuch) {
+    const Vec3 by_axis = sigma_m.cwiseQuotient(g.unit_m);
+    renew_gps_offset(by_axis.cwiseMin(by_axis.cwiseInverse()), &s_.belief);
+  }
+  g.finer_since = Stamp::max();
+  g.unit_m = sigma_m;
 }
 
 /// The height may be wrong alone (another geoid, another datum): the place is then fused without.

@@ -175,5 +175,40 @@ TEST(Registration, CovarianceIsTheInverseOfTheInformation) {
 
 TEST(Covariance, StaysSymmetricAndPositiveForMinutes) { expect_covariance_stays_sound(180.0, 50); }
 
+/// A float solution becomes a fixed one: of the same slow error, scaled down with the claim, the
+/// place would be told to centimetres.
+TEST(GpsOffset, AClaimThatSinksDoesNotTellThePlace) {
+  const Model model{WmParams{}};
+  FilterState s;
+  s.belief.P.setZero();
+  s.belief.P.diagonal().segment<3>(kPosition).setConstant(100.0);
+  s.belief.P.diagonal().segment<3>(kGpsOffset).setOnes();
+  s.belief.x.stamp = Stamp(from_seconds(100.0));
+  s.memory.anchored = true;
+  const auto fixes = [&](double sigma_m, double error_m, double length_s) {
+    for (double t_s = 0.0; t_s < length_s; t_s += 0.2) {
+      GpsFix fix;
+      fix.p_world = model.params.gps.lever_m + Vec3(error_m, 0.0, 0.0);
+      fix.sigma_m.setConstant(sigma_m);
+      Innovations unread;
+      apply(model, {s.belief.x.stamp, fix}, &s, &unread);
+      s.belief.x.stamp += from_seconds(0.2);
+    }
+    return std::sqrt(s.belief.P(kPosition, kPosition));
+  };
+  EXPECT_GT(fixes(1.5, 1.2, 10.0), 1.2);
+  EXPECT_GT(fixes(0.3, 0.2, 3.0), 0.8) << "it may be back at 1.5 m in a moment";
+  const double settled_m = fixes(0.3, 0.2, 20.0);
+  EXPECT_GT(settled_m, 0.22);  // 0.9 of 0.3 is slow
+  EXPECT_LT(settled_m, 0.35);
+  EXPECT_NEAR(s.belief.x.T_world_vehicle.p.x(), 0.2, 0.35);
+  EXPECT_GT(fixes(1.5, 0.2, 0.4), 0.22)
+      << "a claim that grows takes nothing away, and adds nothing";
+  double flapping_m = 1.0;
+  for (int k = 0; k < 40; ++k) flapping_m = fixes(k % 2 == 0 ? 0.3 : 1.5, 0.2, 0.4);
+  EXPECT_GT(flapping_m, 0.2);
+  EXPECT_GT(s.belief.P.diagonal().minCoeff(), -1e-12);
+}
+
 }  // namespace
 }  // namespace rcs::wm
