@@ -79,7 +79,7 @@ class Reader {
       ok_ = false;
       return {};
     }
-    const std::string text(at_, at_ + n);
+    std::string text(at_, at_ + n);
     at_ += n;
     left_ -= n;
     return text;

@@ -56,7 +56,7 @@ std::string gdal_says() {
 std::string reference_of(const OGRSpatialReference& crs) {
   const char* datum = crs.GetAttrValue("DATUM");
   if (datum == nullptr) return "unknown";
-  const std::string name = datum;
+  std::string name = datum;
   if (name.find("WGS_1984") != std::string::npos ||
       name.find("World Geodetic System 1984") != std::string::npos) {
     return "WGS84";
