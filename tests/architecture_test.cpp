@@ -322,8 +322,9 @@ TEST(ArchitectureRules, NoThreadsSleepOrChance) {
   EXPECT_EQ(violations("rcs/node/executor.cpp", "usleep(1000);").size(), 1U);
   EXPECT_EQ(violations("tests/sp/icp_test.cpp", "const int k = rand();").size(), 1U);
   EXPECT_EQ(violations("sim/world.cpp", "Eigen::Vector3d::Random()").size(), 1U);
-  EXPECT_THAT(violations("rcs/node/async_tile_loader.cpp", "#include <thread>\nstd::thread worker_;"),
-              testing::IsEmpty());
+  EXPECT_THAT(
+      violations("rcs/node/async_tile_loader.cpp", "#include <thread>\nstd::thread worker_;"),
+      testing::IsEmpty());
 }
 
 TEST(ArchitectureRules, ViolationsNameTheirLine) {

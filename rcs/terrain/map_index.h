@@ -18,9 +18,9 @@ struct MapFrame {
   /// The geodetic reference frame of the datum, in which a receiver's fixes must be, too: "WGS84",
   /// "ETRS89", "NAD83(2011)". Frames differ by up to two metres.
   std::string reference = "WGS84";
-  /// What heights are above: "ellipsoid"; the geoid or vertical datum ("EGM96") where the undulation
-  /// was not known and they could not be converted; the reference frame's name where that is a
-  /// site's own, heights and all.
+  /// What heights are above: "ellipsoid"; the geoid or vertical datum ("EGM96") where the
+  /// undulation was not known and they could not be converted; the reference frame's name where
+  /// that is a site's own, heights and all.
   std::string heights = "ellipsoid";
   std::string source_crs;  ///< of what the map was imported from, for people
   /// Geoid above the ellipsoid at the datum [m], by which heights were converted; NaN: they came as

@@ -357,9 +357,10 @@ Result<Survey::Pixels> Survey::read(const Vec2& low, const Vec2& high) const {
   for (float& z : p.z) {
     if ((has_nodata != 0 && z == static_cast<float>(nodata)) || !std::isfinite(z)) z = kUnknown;
     if (std::isnan(z) || (z * unit_m_ >= kLowest_m && z * unit_m_ <= kHighest_m)) continue;
-    return Error{fmt::format("{}: a height of {} is not on the earth ({} to {} m): no data? Then "
-                             "say so with --nodata",
-                             path_, z, kLowest_m, kHighest_m)};
+    return Error{
+        fmt::format("{}: a height of {} is not on the earth ({} to {} m): no data? Then "
+                    "say so with --nodata",
+                    path_, z, kLowest_m, kHighest_m)};
   }
   // What the mean of a node's neighbours on either side misses of it, root mean square over 5 x 5:
   // the error in the middle between nodes twice as far apart.

@@ -23,8 +23,8 @@ struct RasterImport {
   /// Geoid above the ellipsoid [m], instead of PROJ's grid for `heights`.
   std::optional<double> undulation_m;
   std::optional<double> nodata;  ///< a height that means: none; empty: as the file says
-  double height_unit_m = 0.0;  ///< of the band's heights; 0: as the file says, else 1
-  double cell_m = 0.0;         ///< of the map; 0: the raster's own spacing
+  double height_unit_m = 0.0;    ///< of the band's heights; 0: as the file says, else 1
+  double cell_m = 0.0;           ///< of the map; 0: the raster's own spacing
   SurveyQuality quality;
   CellSource source = CellSource::kAerial;
 };
