@@ -47,19 +47,6 @@ MapTileEntry entry_of(const Raster& tile, const std::vector<std::uint8_t>& bytes
   return e;
 }
 
-void enter(const MapTileEntry& entry, MapLevelIndex* level) {
-  const auto at =
-      std::lower_bound(level->tiles.begin(), level->tiles.end(), entry,
-                       [](const MapTileEntry& a, const MapTileEntry& b) {
-                         return a.tile.j != b.tile.j ? a.tile.j < b.tile.j : a.tile.i < b.tile.i;
-                       });
-  if (at != level->tiles.end() && at->tile == entry.tile) {
-    *at = entry;
-  } else {
-    level->tiles.insert(at, entry);
-  }
-}
-
 /// One value for a layer that has no other.
 template <class T>
 void fold(std::vector<T>* layer) {
@@ -219,7 +206,7 @@ Outcome MapWriter::put_tile(int level, Raster tile) {
   fs::create_directories(fs::path(file).parent_path(), error);
   if (error) return Error{file + ": " + error.message()};
   if (Outcome written = write_file(file, bytes); !written) return written;
-  enter(entry, &part_.index_.levels[at]);
+  part_.index_.levels[at].enter(entry);
   return Done{};
 }
 

@@ -20,12 +20,25 @@ constexpr std::size_t kMaxText = 1024;
 
 bool before(Cell a, Cell b) { return a.j != b.j ? a.j < b.j : a.i < b.i; }
 
-void put(const MapLevel& level, wire::Writer* w) {
+/// Where `tile` is among `tiles`, or belongs.
+template <class Tiles>
+auto place_of(Cell tile, Tiles* tiles) {
+  return std::lower_bound(
+      tiles->begin(), tiles->end(), tile,
+      [](const MapTileEntry& e, Cell wanted) { return before(e.tile, wanted); });
+}
+
+void put_datum(const Geodetic& datum, wire::Writer* w) {
+  w->put(datum.lat_rad);
+  w->put(datum.lon_rad);
+  w->put(datum.height.m);
+}
+
+/// Where a level's cells lie.
+void put_cells(const MapLevel& level, wire::Writer* w) {
   w->put(level.cell_m);
   w->put(level.origin_m.x());
   w->put(level.origin_m.y());
-  w->put(level.bias_sigma_m);
-  w->put(level.bias_correlation_m);
 }
 
 }  // namespace
@@ -45,24 +58,27 @@ Outcome check_frame(const MapFrame& map, const std::string& reference) {
 
 std::uint64_t lattice_id(const MapFrame& frame, const MapLevel& level) {
   wire::Writer w;
-  w.put(frame.datum.lat_rad);
-  w.put(frame.datum.lon_rad);
-  w.put(frame.datum.height.m);
+  put_datum(frame.datum, &w);
   w.put(frame.reference);
   w.put(frame.heights);
-  w.put(level.cell_m);
-  w.put(level.origin_m.x());
-  w.put(level.origin_m.y());
+  put_cells(level, &w);
   std::uint64_t hash = 14695981039346656037ULL;  // FNV-1a
   for (const std::uint8_t byte : w.bytes) hash = (hash ^ byte) * 1099511628211ULL;
   return hash;
 }
 
 const MapTileEntry* MapLevelIndex::find(Cell tile) const {
-  const auto it =
-      std::lower_bound(tiles.begin(), tiles.end(), tile,
-                       [](const MapTileEntry& e, Cell wanted) { return before(e.tile, wanted); });
-  return it != tiles.end() && it->tile == tile ? &*it : nullptr;
+  const auto at = place_of(tile, &tiles);
+  return at != tiles.end() && at->tile == tile ? &*at : nullptr;
+}
+
+void MapLevelIndex::enter(const MapTileEntry& entry) {
+  const auto at = place_of(entry.tile, &tiles);
+  if (at != tiles.end() && at->tile == entry.tile) {
+    *at = entry;
+  } else {
+    tiles.insert(at, entry);
+  }
 }
 
 Outcome check_index(const MapIndex& index) {
@@ -99,16 +115,16 @@ std::vector<std::uint8_t> encode_index(const MapIndex& index) {
   std::memcpy(w.bytes.data(), kMagic, kMagicSize);
   wire::put(kVersion, w.bytes.data() + kMagicSize);
   const MapFrame& f = index.frame;
-  w.put(f.datum.lat_rad);
-  w.put(f.datum.lon_rad);
-  w.put(f.datum.height.m);
+  put_datum(f.datum, &w);
   w.put(f.undulation_m);
   w.put(f.reference);
   w.put(f.heights);
   w.put(f.source_crs);
   w.put(static_cast<std::uint32_t>(index.levels.size()));
   for (const MapLevelIndex& level : index.levels) {
-    put(level.level, &w);
+    put_cells(level.level, &w);
+    w.put(level.level.bias_sigma_m);
+    w.put(level.level.bias_correlation_m);
     w.put(static_cast<std::uint32_t>(level.tiles.size()));
     for (const MapTileEntry& e : level.tiles) {
       w.put(static_cast<std::int32_t>(e.tile.i));

@@ -47,6 +47,7 @@ struct MapLevelIndex {
   MapLevel level;
   std::vector<MapTileEntry> tiles;  ///< by j, then i
   [[nodiscard]] const MapTileEntry* find(Cell tile) const;
+  void enter(const MapTileEntry& entry);  ///< instead of the tile's former one, if it has one
 };
 
 struct MapIndex {

@@ -49,72 +49,77 @@ Points seen_from(const Pose& T_world_vehicle, bool flat, double bushes, std::mt1
   return points;
 }
 
-TEST(PriorMatch, FindsTheVehicleOnHills) {
-  const ElevationMap map = survey(false, 0.2F);
-  std::mt19937 rng(1);
-  const Pose T = test::pose(10.0, -20.0, hills(10, -20) + 0.9, 0.05, -0.05, 0.6);
-  const Points source = seen_from(T, false, 0.0, &rng);
+Pose on_hills(double x, double y, double roll, double pitch, double yaw) {
+  return test::pose(x, y, hills(x, y) + 0.9, roll, pitch, yaw);
+}
+
+/// A survey, and what a vehicle sees of the same ground.
+struct Scene {
+  Scene(unsigned seed, const Pose& T_world_vehicle, bool flat, double bushes, float sigma_m)
+      : rng(seed),
+        T(T_world_vehicle),
+        map(survey(flat, sigma_m)),
+        source(seen_from(T, flat, bushes, &rng)) {}
+
+  PriorMatch match(const Prediction& prediction, const PriorMatchParams& params) {
+    return match_prior_map(source, map, prediction, params, kPlenty, &workspace);
+  }
+
+  std::mt19937 rng;
+  Pose T;
+  ElevationMap map;
+  Points source;
   PriorMatchWorkspace workspace;
-  const Pose start = T * test::pose(3.0, -2.0, 1.0, 0.01, 0.0, 0.02);
-  const PriorMatch match = match_prior_map(source, map, test::prediction(start, 3.0, 0.05),
-                                           PriorMatchParams{}, kPlenty, &workspace);
+};
+
+TEST(PriorMatch, FindsTheVehicleOnHills) {
+  Scene scene(1, on_hills(10.0, -20.0, 0.05, -0.05, 0.6), false, 0.0, 0.2F);
+  const Pose start = scene.T * test::pose(3.0, -2.0, 1.0, 0.01, 0.0, 0.02);
+  const PriorMatch match = scene.match(test::prediction(start, 3.0, 0.05), {});
   ASSERT_TRUE(usable(match.registration.stop)) << static_cast<int>(match.registration.stop);
   EXPECT_EQ(match.tile_id, tile_id(0, {0, -1}));
-  const Vec6 e = log_se3(T.inverse() * match.registration.T_target_vehicle);
+  const Vec6 e = log_se3(scene.T.inverse() * match.registration.T_target_vehicle);
   EXPECT_LT(e.head<3>().norm(), 0.5);
   EXPECT_LT(std::abs(e[2]), 0.1);
 }
 
 TEST(PriorMatch, ACellCountsOnceHoweverManyPointsFallOnIt) {
-  const ElevationMap map = survey(false, 0.2F);
-  std::mt19937 rng(2);
-  const Pose T = test::pose(0.0, 0.0, hills(0, 0) + 0.9, 0.0, 0.0, 0.0);
-  PriorMatchWorkspace workspace;
-  const Points few = seen_from(T, false, 0.0, &rng);
-  Points many = few;
+  Scene scene(2, on_hills(0.0, 0.0, 0.0, 0.0, 0.0), false, 0.0, 0.2F);
+  const Prediction p = test::prediction(scene.T, 1.0, 0.02);
+  const Mat6 few = scene.match(p, {}).registration.information;
   for (int k = 0; k < 4; ++k) {
-    const Points more = seen_from(T, false, 0.0, &rng);
-    for (std::size_t i = 0; i < more.size(); ++i) many.push_back(more[i]);
+    const Points more = seen_from(scene.T, false, 0.0, &scene.rng);
+    for (std::size_t i = 0; i < more.size(); ++i) scene.source.push_back(more[i]);
   }
-  const Prediction p = test::prediction(T, 1.0, 0.02);
-  const Mat6 a = match_prior_map(few, map, p, {}, kPlenty, &workspace).registration.information;
-  const Mat6 b = match_prior_map(many, map, p, {}, kPlenty, &workspace).registration.information;
-  EXPECT_LT(b(2, 2), 1.2 * a(2, 2));
+  const Mat6 many = scene.match(p, {}).registration.information;
+  EXPECT_LT(many(2, 2), 1.2 * few(2, 2));
   // 20 x 20 cells at sigma 0.2 m at most.
-  EXPECT_LT(b(2, 2), 1.1 * 400 / (0.2 * 0.2));
+  EXPECT_LT(many(2, 2), 1.1 * 400 / (0.2 * 0.2));
 }
 
 TEST(PriorMatch, VegetationDoesNotLiftTheVehicle) {
-  const ElevationMap map = survey(false, 0.2F);
-  std::mt19937 rng(3);
-  const Pose T = test::pose(0.0, 0.0, hills(0, 0) + 0.9, 0.0, 0.0, 0.0);
-  PriorMatchWorkspace workspace;
-  const PriorMatch match = match_prior_map(seen_from(T, false, 0.3, &rng), map,
-                                           test::prediction(T, 1.0, 0.02), {}, kPlenty, &workspace);
+  Scene scene(3, on_hills(0.0, 0.0, 0.0, 0.0, 0.0), false, 0.3, 0.2F);
+  const PriorMatch match = scene.match(test::prediction(scene.T, 1.0, 0.02), {});
   ASSERT_TRUE(usable(match.registration.stop));
-  EXPECT_NEAR(match.registration.T_target_vehicle.p.z(), T.p.z(), 0.15);
+  EXPECT_NEAR(match.registration.T_target_vehicle.p.z(), scene.T.p.z(), 0.15);
 }
 
 TEST(PriorMatch, ItsEndDoesNotDependOnTheStart) {
-  const ElevationMap map = survey(false, 0.02F);
-  std::mt19937 rng(6);
-  const Pose T = test::pose(10.0, -20.0, hills(10, -20) + 0.9, 0.05, -0.05, 0.6);
-  const Points source = seen_from(T, false, 0.2, &rng);
+  Scene scene(6, on_hills(10.0, -20.0, 0.05, -0.05, 0.6), false, 0.2, 0.02F);
   PriorMatchParams params;
   params.min_sigma_m = 0.02;  // what is far off is no match
   params.max_iterations = 60;
-  PriorMatchWorkspace workspace;
+  std::mt19937& rng = scene.rng;
   std::uniform_real_distribution<double> u(-1.0, 1.0);
   const auto apart = [&](double max_spread_m) {
     params.max_spread_m = max_spread_m;
     std::vector<Vec3> ends;
     double most = 0.0;
     for (int k = 0; k < 20; ++k) {
-      const Pose start =
-          T * test::pose(4.0 * u(rng), 4.0 * u(rng), u(rng), 0.01 * u(rng), 0.0, 0.08 * u(rng));
-      ends.push_back(match_prior_map(source, map, test::prediction(start, 4.0, 0.08), params,
-                                     kPlenty, &workspace)
-                         .registration.T_target_vehicle.p);
+      const Pose start = scene.T * test::pose(4.0 * u(rng), 4.0 * u(rng), u(rng), 0.01 * u(rng),
+                                              0.0, 0.08 * u(rng));
+      ends.push_back(
+          scene.match(test::prediction(start, 4.0, 0.08), params).registration.T_target_vehicle.p);
       most = std::max(most, (ends.back() - ends.front()).norm());
     }
     return most;
@@ -124,14 +129,9 @@ TEST(PriorMatch, ItsEndDoesNotDependOnTheStart) {
 }
 
 TEST(PriorMatch, FlatGroundSaysNothingOfXYAndYaw) {
-  const ElevationMap map = survey(true, 0.2F);
-  std::mt19937 rng(4);
-  const Pose T = test::pose(5.0, 5.0, 0.9, 0.0, 0.0, 1.0);
-  const Pose start = T * test::pose(1.0, 2.0, 0.3, 0.0, 0.0, 0.05);
-  PriorMatchWorkspace workspace;
-  const PriorMatch match =
-      match_prior_map(seen_from(T, true, 0.0, &rng), map, test::prediction(start, 3.0, 0.05), {},
-                      kPlenty, &workspace);
+  Scene scene(4, test::pose(5.0, 5.0, 0.9, 0.0, 0.0, 1.0), true, 0.0, 0.2F);
+  const Pose start = scene.T * test::pose(1.0, 2.0, 0.3, 0.0, 0.0, 0.05);
+  const PriorMatch match = scene.match(test::prediction(start, 3.0, 0.05), {});
   ASSERT_EQ(match.registration.stop, Stop::kDegenerate);
   const Vec3 moved = match.registration.T_target_vehicle.p - start.p;
   EXPECT_LT(moved.head<2>().norm(), 0.05);
@@ -139,14 +139,8 @@ TEST(PriorMatch, FlatGroundSaysNothingOfXYAndYaw) {
 }
 
 TEST(PriorMatch, OutsideTheMapIsAnAnswer) {
-  const ElevationMap map = survey(false, 0.2F);
-  std::mt19937 rng(5);
-  const Pose T = test::pose(1000.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-  PriorMatchWorkspace workspace;
-  EXPECT_EQ(match_prior_map(seen_from(T, false, 0.0, &rng), map, test::prediction(T, 1.0, 0.1), {},
-                            kPlenty, &workspace)
-                .registration.stop,
-            Stop::kEmpty);
+  Scene scene(5, test::pose(1000.0, 0.0, 0.0, 0.0, 0.0, 0.0), false, 0.0, 0.2F);
+  EXPECT_EQ(scene.match(test::prediction(scene.T, 1.0, 0.1), {}).registration.stop, Stop::kEmpty);
 }
 
 }  // namespace

@@ -16,6 +16,8 @@ namespace rcs::tools {
 namespace {
 
 using testing::HasSubstr;
+using testing::NanSensitiveFloatEq;
+using testing::Pointwise;
 
 /// Latitude and longitude in degrees to a height.
 using Ground = std::function<double(double, double)>;
@@ -45,6 +47,18 @@ class RasterImportTest : public testing::Test {
       }
       out << '\n';
     }
+  }
+  /// Names a coordinate reference system in the file, for which the grid's format has no place: a
+  /// virtual raster of the grid, its cells laid at `affine`.
+  void write_virtual(const std::string& crs, const std::string& affine) {
+    std::ofstream(folder_ + "/dem.vrt")
+        << R"(<VRTDataset rasterXSize="80" rasterYSize="60"><SRS>)" << crs << "</SRS><GeoTransform>"
+        << affine << "</GeoTransform>"
+        << R"(<VRTRasterBand dataType="Float32" band="1"><SimpleSource>)"
+        << R"(<SourceFilename relativeToVRT="1">dem.asc</SourceFilename></SimpleSource>)"
+        << "</VRTRasterBand></VRTDataset>";
+    wanted_.path = folder_ + "/dem.vrt";
+    wanted_.crs.clear();
   }
   Result<RasterImported> import() {
     return import_raster(wanted_, map_, [](double) { return true; });
@@ -98,6 +112,29 @@ TEST_F(RasterImportTest, HeightsAboveTheGeoidBecomeThoseAboveTheEllipsoid) {
   ASSERT_TRUE(import());
   ASSERT_TRUE(loaded().sample(0.0, 0.0, &e));
   EXPECT_NEAR(e.z_m, 97.0, 0.01);
+}
+
+TEST_F(RasterImportTest, ACompoundSystemSaysWhatItsHeightsAreAbove) {
+  write(47.0, 8.0, hill);
+  const auto z_m = [this](const std::string& heights) {
+    wanted_.heights = heights;
+    const Result<RasterImported> done = import();
+    EXPECT_TRUE(done) << done.error().message;
+    return done ? whole_level(*MapFolder::open(map_), 0)->z_m : std::vector<float>();
+  };
+  const std::string in_degrees =
+      "8, 0.0002777777777778, 0, 47.0166666666667, 0, -0.0002777777777778";
+  const std::string in_metres = "424000, 30, 0, 5207000, 0, -30";  // zone 32, thereabouts
+  for (const auto& [flat, affine] :
+       {std::pair{"EPSG:4326", in_degrees}, {"EPSG:32632", in_metres}}) {
+    write_virtual(flat, affine);
+    const std::vector<float> said = z_m("EGM96");
+    const std::string compound = std::string(flat) + "+5773";
+    write_virtual(compound, affine);
+    EXPECT_THAT(z_m(""), Pointwise(NanSensitiveFloatEq(), said)) << compound;
+    wanted_.crs = compound;
+    EXPECT_THAT(z_m(""), Pointwise(NanSensitiveFloatEq(), said)) << "--crs " << compound;
+  }
 }
 
 TEST_F(RasterImportTest, UnitsHolesAndRoughGround) {

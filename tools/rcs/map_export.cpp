@@ -1,30 +1,23 @@
 #include "tools/rcs/map_export.h"
 
 #include <fmt/format.h>
-#include <gdal.h>
-#include <gdal_priv.h>
 #include <gdal_utils.h>
 #include <ogr_spatialref.h>
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <memory>
 
 #include "rcs/base/geodesy.h"
 #include "rcs/terrain/map_tile.h"
 #include "tools/rcs/files.h"
+#include "tools/rcs/gdal_files.h"
 
 namespace rcs::tools {
 namespace {
 
 constexpr std::int64_t kMostCells = std::int64_t{1} << 28;
 constexpr float kNoHeight = -32768.0F;
-
-struct CloseDataset {
-  void operator()(GDALDataset* d) const { GDALClose(d); }
-};
-using Dataset = std::unique_ptr<GDALDataset, CloseDataset>;
 
 struct Rectangle {
   Cell first;
@@ -41,11 +34,6 @@ Rectangle rectangle_of(const MapLevelIndex& level) {
   }
   return {first_cell(low), std::int64_t{high.i - low.i + 1} * kTileSide,
           std::int64_t{high.j - low.j + 1} * kTileSide};
-}
-
-std::string gdal_says() {
-  const std::string text = CPLGetLastErrorMsg();
-  return text.empty() ? "GDAL does not say why" : text;
 }
 
 /// GDAL's rows go from north to south.

@@ -1,94 +1,37 @@
 #include "tools/rcs/raster_import.h"
 
 #include <fmt/format.h>
-#include <gdal.h>
-#include <gdal_priv.h>
-#include <ogr_spatialref.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
-#include "rcs/base/geodesy.h"
 #include "rcs/terrain/map_folder.h"
 #include "rcs/terrain/map_tile.h"
+#include "tools/rcs/gdal_files.h"
+#include "tools/rcs/survey_frame.h"
 
 namespace rcs::tools {
 namespace {
 
-constexpr int kKnot = 16;         // cells between places that are transformed exactly
-constexpr double kTall_m = 1000;  // heights at which they are
+constexpr int kKnot = 16;  // cells between places that are transformed exactly
 constexpr double kLowest_m = -1000.0;
 constexpr double kHighest_m = 10000.0;
 constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
 constexpr std::int64_t kMostPixels = std::int64_t{1} << 27;  // read for one tile
 
-struct CloseDataset {
-  void operator()(GDALDataset* d) const { GDALClose(d); }
-};
-struct DestroyTransform {
-  void operator()(OGRCoordinateTransformation* t) const {
-    OGRCoordinateTransformation::DestroyCT(t);
-  }
-};
-using Dataset = std::unique_ptr<GDALDataset, CloseDataset>;
-using Transform = std::unique_ptr<OGRCoordinateTransformation, DestroyTransform>;
-
-/// GDAL's own messages go into ours, not to stderr.
-class QuietGdal {
- public:
-  QuietGdal() { CPLPushErrorHandler(CPLQuietErrorHandler); }
-  ~QuietGdal() { CPLPopErrorHandler(); }
-  QuietGdal(const QuietGdal&) = delete;
-  QuietGdal& operator=(const QuietGdal&) = delete;
-};
-
-std::string gdal_says() {
-  std::string text = CPLGetLastErrorMsg();
-  if (text.size() > 200) text = text.substr(0, 200) + "...";
-  return text.empty() ? "GDAL does not say why" : text;
-}
-
-/// The common name of a geodetic datum.
-std::string reference_of(const OGRSpatialReference& crs) {
-  const char* datum = crs.GetAttrValue("DATUM");
-  if (datum == nullptr) return "unknown";
-  std::string name = datum;
-  if (name.find("WGS_1984") != std::string::npos ||
-      name.find("World Geodetic System 1984") != std::string::npos) {
-    return "WGS84";
-  }
-  if (name == "North_American_Datum_1983") return "NAD83";
-  if (name == "European_Terrestrial_Reference_System_1989") return "ETRS89";
-  return name;
-}
-
-std::string vertical_crs(const std::string& heights) {
-  if (heights == "EGM96") return "EPSG:5773";
-  if (heights == "EGM2008") return "EPSG:3855";
-  return heights;
-}
-
-/// What is read from the file, and how its coordinates go over into the map's.
+/// What is read from the file, laid on the map's cells.
 class Survey {
  public:
   [[nodiscard]] static Result<Survey> open(const RasterImport& wanted);
 
-  [[nodiscard]] const MapFrame& frame() const { return frame_; }
-  [[nodiscard]] double pixel_m() const { return pixel_m_; }
-  [[nodiscard]] const Vec2& low() const { return low_; }    ///< corners of the raster's extent
-  [[nodiscard]] const Vec2& high() const { return high_; }  ///< in the map's frame
+  [[nodiscard]] const SurveyFrame& frame() const { return frame_; }
   [[nodiscard]] Result<Raster> tile(const MapLevel& level, Cell number) const;
 
  private:
-  struct Knot {
-    std::array<Vec2, 2> pixel;              ///< column, row at z = 0 and z = kTall_m
-    std::array<double, 2> ellipsoidal_m{};  ///< heights there
-    double undulation_m = 0.0;
-  };
   struct Pixels {
     int col = 0, row = 0, cols = 0, rows = 0;
     std::vector<float> z;     ///< as in the file; NaN: none
@@ -96,234 +39,31 @@ class Survey {
     [[nodiscard]] bool sample(const Vec2& pixel, double* z_out, double* miss_out) const;
   };
 
-  Survey() = default;
-  [[nodiscard]] Outcome find_frame(const RasterImport& wanted);
-  [[nodiscard]] Outcome find_heights(const RasterImport& wanted);
-  [[nodiscard]] Outcome find_extent();
-  [[nodiscard]] std::optional<Knot> knot(const Vec2& place_m) const;
+  Survey(const RasterImport& wanted, Dataset file, SurveyFrame frame)
+      : wanted_(wanted),
+        file_(std::move(file)),
+        band_(file_->GetRasterBand(wanted.band)),
+        frame_(std::move(frame)) {}
   [[nodiscard]] Result<Pixels> read(const Vec2& low, const Vec2& high) const;
-  [[nodiscard]] std::optional<Vec2> pixel_of(const Geodetic& g) const;
-  [[nodiscard]] std::optional<double> undulation_at(const Geodetic& g) const;
-  [[nodiscard]] std::optional<Geodetic> geodetic_of(const Vec2& pixel) const;
 
-  std::string path_;
+  RasterImport wanted_;
   Dataset file_;
-  GDALRasterBand* band_ = nullptr;
-  std::array<double, 6> affine_{};   // pixel to projected
-  std::array<double, 6> inverse_{};  // projected to pixel
-  OGRSpatialReference crs_, geographic_;
-  Transform to_crs_, to_geographic_, to_ellipsoid_;
-  std::optional<double> undulation_m_;
-  double unit_m_ = 1.0;
-  double pixel_m_ = 0.0;
-  std::optional<double> nodata_;
-  SurveyQuality quality_;
-  CellSource source_ = CellSource::kAerial;
-  MapFrame frame_;
-  std::optional<LocalFrame> local_;
-  Vec2 low_, high_;
+  GDALRasterBand* band_;
+  SurveyFrame frame_;
 };
 
 Result<Survey> Survey::open(const RasterImport& wanted) {
   GDALAllRegister();
-  Survey s;
-  s.path_ = wanted.path;
-  s.quality_ = wanted.quality;
-  s.source_ = wanted.source;
-  s.nodata_ = wanted.nodata;
   CPLErrorReset();
-  s.file_.reset(GDALDataset::Open(wanted.path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));
-  if (!s.file_) return Error{wanted.path + ": " + gdal_says()};
-  if (wanted.band < 1 || wanted.band > s.file_->GetRasterCount()) {
+  Dataset file(GDALDataset::Open(wanted.path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));
+  if (!file) return Error{wanted.path + ": " + gdal_says()};
+  if (wanted.band < 1 || wanted.band > file->GetRasterCount()) {
     return Error{
-        fmt::format("{}: band {}, it has {}", wanted.path, wanted.band, s.file_->GetRasterCount())};
+        fmt::format("{}: band {}, it has {}", wanted.path, wanted.band, file->GetRasterCount())};
   }
-  s.band_ = s.file_->GetRasterBand(wanted.band);
-  if (s.file_->GetGeoTransform(s.affine_.data()) != CE_None ||
-      GDALInvGeoTransform(s.affine_.data(), s.inverse_.data()) == 0) {
-    return Error{wanted.path + ": does not say where its pixels lie (no geotransform)"};
-  }
-  Outcome done = s.find_frame(wanted);
-  if (done) done = s.find_heights(wanted);
-  if (done) done = s.find_extent();
-  if (!done) return Error{wanted.path + ": " + done.error().message};
-  return s;
-}
-
-Outcome Survey::find_frame(const RasterImport& wanted) {
-  if (!wanted.crs.empty()) {
-    if (crs_.SetFromUserInput(wanted.crs.c_str()) != OGRERR_NONE) {
-      return Error{"--crs: " + wanted.crs + " is no coordinate reference system"};
-    }
-  } else if (const OGRSpatialReference* own = file_->GetSpatialRef()) {
-    crs_ = *own;
-  } else {
-    return Error{"has no coordinate reference system: say it with --crs, e.g. EPSG:32611"};
-  }
-  if (crs_.IsLocal() != 0 || (crs_.IsProjected() == 0 && crs_.IsGeographic() == 0)) {
-    return Error{"its coordinate reference system does not lie on the earth"};
-  }
-  crs_.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
-  OGRSpatialReference flat = crs_;
-  flat.StripVertical();
-  flat.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
-  const std::unique_ptr<OGRSpatialReference> geographic(flat.CloneGeogCS());
-  geographic_ = *geographic;
-  geographic_.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
-  to_geographic_.reset(OGRCreateCoordinateTransformation(&flat, &geographic_));
-  to_crs_.reset(OGRCreateCoordinateTransformation(&geographic_, &flat));
-  if (!to_geographic_ || !to_crs_) return Error{"PROJ can't transform it: " + gdal_says()};
-  frame_.reference = reference_of(geographic_);
-  frame_.source_crs = crs_.GetName() == nullptr ? "unnamed" : crs_.GetName();
-  return Done{};
-}
-
-Outcome Survey::find_heights(const RasterImport& wanted) {
-  unit_m_ = wanted.height_unit_m;
-  if (unit_m_ == 0.0) {
-    const std::string unit = band_->GetUnitType();
-    constexpr double kFoot_m = 0.3048;
-    constexpr double kSurveyFoot_m = 1200.0 / 3937.0;
-    if (unit.empty() || unit == "m" || unit == "metre" || unit == "meter") {
-      unit_m_ = 1.0;
-    } else if (unit == "ft" || unit == "foot") {
-      unit_m_ = kFoot_m;
-    } else if (unit == "US survey foot" || unit == "ftUS") {
-      unit_m_ = kSurveyFoot_m;
-    } else {
-      return Error{"heights in '" + unit + "': say with --height-unit how many metres that is"};
-    }
-  }
-  if (wanted.undulation_m) {
-    undulation_m_ = wanted.undulation_m;
-    return Done{};
-  }
-  std::string heights = wanted.heights;
-  if (heights.empty() && crs_.IsVertical() != 0) {
-    OGRSpatialReference above = crs_;
-    const char* name = above.GetAttrValue("VERT_CS");
-    heights = name == nullptr ? "" : name;
-  }
-  if (heights.empty()) {
-    return Error{
-        "does not say what its heights are above: --heights ellipsoid, EGM96, EGM2008 or an EPSG "
-        "code of a vertical datum; or --undulation"};
-  }
-  if (heights == "ellipsoid") return Done{};
-  OGRSpatialReference compound;
-  OGRSpatialReference vertical;
-  const std::string code = vertical_crs(heights);
-  if (wanted.heights.empty()) {
-    compound = crs_;
-    const std::unique_ptr<OGRSpatialReference> flat(geographic_.Clone());
-    OGRSpatialReference only = crs_;
-    const OGR_SRSNode* node = only.GetAttrNode("VERT_CS");
-    if (node == nullptr) return Error{"its vertical datum can't be read; say it with --heights"};
-    char* wkt = nullptr;
-    node->exportToWkt(&wkt);
-    vertical.importFromWkt(wkt);
-    CPLFree(wkt);
-  } else if (vertical.SetFromUserInput(code.c_str()) != OGRERR_NONE || vertical.IsVertical() == 0) {
-    return Error{"--heights: " + heights + " is no vertical datum"};
-  }
-  if (compound.SetCompoundCS("compound", &geographic_, &vertical) != OGRERR_NONE) {
-    return Error{"its heights above " + heights + " do not go with its coordinates"};
-  }
-  compound.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
-  OGRSpatialReference ellipsoidal = geographic_;
-  ellipsoidal.PromoteTo3D(nullptr);
-  ellipsoidal.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
-  OGRCoordinateTransformationOptions exact;
-  exact.SetBallparkAllowed(false);
-  to_ellipsoid_.reset(OGRCreateCoordinateTransformation(&compound, &ellipsoidal, exact));
-  if (!to_ellipsoid_) {
-    return Error{"PROJ has no grid for heights above " + heights +
-                 " here (package proj-data has EGM96's): give --undulation"};
-  }
-  return Done{};
-}
-
-std::optional<double> Survey::undulation_at(const Geodetic& g) const {
-  if (undulation_m_) return undulation_m_;
-  if (!to_ellipsoid_) return 0.0;
-  double lon = degrees(g.lon_rad);
-  double lat = degrees(g.lat_rad);
-  double h = 0.0;
-  if (to_ellipsoid_->Transform(1, &lon, &lat, &h) == 0 || !std::isfinite(h)) return std::nullopt;
-  return h;
-}
-
-std::optional<Vec2> Survey::pixel_of(const Geodetic& g) const {
-  double x = degrees(g.lon_rad);
-  double y = degrees(g.lat_rad);
-  if (to_crs_->Transform(1, &x, &y) == 0) return std::nullopt;
-  return Vec2(inverse_[0] + inverse_[1] * x + inverse_[2] * y,
-              inverse_[3] + inverse_[4] * x + inverse_[5] * y);
-}
-
-std::optional<Geodetic> Survey::geodetic_of(const Vec2& pixel) const {
-  double x = affine_[0] + affine_[1] * pixel.x() + affine_[2] * pixel.y();
-  double y = affine_[3] + affine_[4] * pixel.x() + affine_[5] * pixel.y();
-  if (to_geographic_->Transform(1, &x, &y) == 0) return std::nullopt;
-  const Geodetic g{radians(y), radians(x), {0.0}};
-  return plausible(g) ? std::optional<Geodetic>(g) : std::nullopt;
-}
-
-Outcome Survey::find_extent() {
-  const double cols = band_->GetXSize();
-  const double rows = band_->GetYSize();
-  const Vec2 middle(0.5 * cols, 0.5 * rows);
-  const std::optional<Geodetic> datum = geodetic_of(middle);
-  if (!datum) return Error{"its middle is not on the earth"};
-  const std::optional<double> undulation = undulation_at(*datum);
-  if (!undulation) return Error{"PROJ's grid does not reach its middle: give --undulation"};
-  frame_.datum = *datum;
-  if (undulation_m_ || to_ellipsoid_) frame_.undulation_m = *undulation;
-  local_.emplace(*datum);
-  const auto place = [&](const Vec2& pixel) -> std::optional<Vec2> {
-    const std::optional<Geodetic> g = geodetic_of(pixel);
-    if (!g) return std::nullopt;
-    return Vec2(local_->to_world(*g).head<2>());
-  };
-  const std::optional<Vec2> east = place(middle + Vec2::UnitX());
-  const std::optional<Vec2> south = place(middle + Vec2::UnitY());
-  if (!east || !south) return Error{"its middle is not on the earth"};
-  pixel_m_ = std::sqrt(std::abs(east->x() * south->y() - east->y() * south->x()));
-  if (!(pixel_m_ >= 0.01 && pixel_m_ <= 10000.0)) {
-    return Error{fmt::format("its pixels are {} m wide, allowed 0.01 to 10000", pixel_m_)};
-  }
-  low_ = high_ = Vec2::Zero();
-  constexpr int kSteps = 20;
-  for (int k = 0; k <= kSteps; ++k) {
-    const double share = static_cast<double>(k) / kSteps;
-    for (const Vec2& pixel : {Vec2(share * cols, 0.0), Vec2(share * cols, rows),
-                              Vec2(0.0, share * rows), Vec2(cols, share * rows)}) {
-      const std::optional<Vec2> p = place(pixel);
-      if (!p) return Error{"its border is not on the earth"};
-      low_ = low_.cwiseMin(*p);
-      high_ = high_.cwiseMax(*p);
-    }
-  }
-  constexpr double kFarthest_m = 2e5;  // a tangent plane is 3 km above the ground there
-  if (std::max(-low_.minCoeff(), high_.maxCoeff()) > kFarthest_m) {
-    return Error{"spans more than 400 km: cut it first (gdal_translate -projwin)"};
-  }
-  return Done{};
-}
-
-std::optional<Survey::Knot> Survey::knot(const Vec2& place_m) const {
-  Knot k;
-  for (std::size_t a = 0; a < 2; ++a) {
-    const double z = a == 0 ? 0.0 : kTall_m;
-    const Geodetic g = local_->to_geodetic({place_m.x(), place_m.y(), z});
-    const std::optional<Vec2> pixel = pixel_of(g);
-    const std::optional<double> undulation = undulation_at(g);
-    if (!pixel || !undulation) return std::nullopt;
-    k.pixel[a] = *pixel;
-    k.ellipsoidal_m[a] = g.height.m;
-    k.undulation_m = *undulation;
-  }
-  return k;
+  Result<SurveyFrame> frame = SurveyFrame::find(wanted, file->GetRasterBand(wanted.band));
+  if (!frame) return Error{wanted.path + ": " + frame.error().message};
+  return Survey(wanted, std::move(file), std::move(frame).value());
 }
 
 Result<Survey::Pixels> Survey::read(const Vec2& low, const Vec2& high) const {
@@ -346,21 +86,22 @@ Result<Survey::Pixels> Survey::read(const Vec2& low, const Vec2& high) const {
   CPLErrorReset();
   if (band_->RasterIO(GF_Read, p.col, p.row, p.cols, p.rows, p.z.data(), p.cols, p.rows,
                       GDT_Float32, 0, 0, nullptr) != CE_None) {
-    return Error{path_ + ": " + gdal_says()};
+    return Error{wanted_.path + ": " + gdal_says()};
   }
   int has_nodata = 0;
   double nodata = band_->GetNoDataValue(&has_nodata);
-  if (nodata_) {
-    nodata = *nodata_;
+  if (wanted_.nodata) {
+    nodata = *wanted_.nodata;
     has_nodata = 1;
   }
+  const double unit_m = frame_.unit_m();
   for (float& z : p.z) {
     if ((has_nodata != 0 && z == static_cast<float>(nodata)) || !std::isfinite(z)) z = kUnknown;
-    if (std::isnan(z) || (z * unit_m_ >= kLowest_m && z * unit_m_ <= kHighest_m)) continue;
+    if (std::isnan(z) || (z * unit_m >= kLowest_m && z * unit_m <= kHighest_m)) continue;
     return Error{
         fmt::format("{}: a height of {} is not on the earth ({} to {} m): no data? Then "
                     "say so with --nodata",
-                    path_, z, kLowest_m, kHighest_m)};
+                    wanted_.path, z, kLowest_m, kHighest_m)};
   }
   // What the mean of a node's neighbours on either side misses of it, root mean square over 5 x 5:
   // the error in the middle between nodes twice as far apart.
@@ -427,10 +168,10 @@ Result<Raster> Survey::tile(const MapLevel& level, Cell number) const {
   r.first = first_cell(number);
   r.width = r.height = kTileSide;
   r.z_m.assign(kTileCells, kUnknown);
-  r.sigma_m.assign(kTileCells, static_cast<float>(quality_.sigma_m));
+  r.sigma_m.assign(kTileCells, static_cast<float>(wanted_.quality.sigma_m));
   r.count = {1};
-  r.date = {static_cast<std::uint16_t>(quality_.date)};
-  r.source = {source_};
+  r.date = {static_cast<std::uint16_t>(wanted_.quality.date)};
+  r.source = {wanted_.source};
 
   constexpr int kKnots = kTileSide / kKnot + 1;
   std::vector<Knot> knots;
@@ -439,7 +180,7 @@ Result<Raster> Survey::tile(const MapLevel& level, Cell number) const {
   for (int b = 0; b < kKnots; ++b) {
     for (int a = 0; a < kKnots; ++a) {
       const std::optional<Knot> k =
-          knot(level.centre({r.first.i + a * kKnot, r.first.j + b * kKnot}));
+          frame_.knot(level.centre({r.first.i + a * kKnot, r.first.j + b * kKnot}));
       if (!k) return r;  // the projection does not reach there: unknown
       for (const Vec2& pixel : k->pixel) {
         low = low.cwiseMin(pixel);
@@ -448,6 +189,7 @@ Result<Raster> Survey::tile(const MapLevel& level, Cell number) const {
       knots.push_back(*k);
     }
   }
+  const double unit_m = frame_.unit_m();
   const Result<Pixels> pixels = read(low, high);
   if (!pixels) return pixels.error();
   if (pixels->z.empty()) return r;
@@ -474,14 +216,14 @@ Result<Raster> Survey::tile(const MapLevel& level, Cell number) const {
       bool known = true;
       for (int round = 0; round < 2 && known; ++round) {
         double read = 0.0;
-        known = pixels->sample(pixel[0] + z / kTall_m * (pixel[1] - pixel[0]), &read, &miss);
-        const double h = read * unit_m_ + undulation_m;
-        z = kTall_m * (h - ellipsoidal_m[0]) / (ellipsoidal_m[1] - ellipsoidal_m[0]);
+        known = pixels->sample(pixel[0] + z / Knot::kTall_m * (pixel[1] - pixel[0]), &read, &miss);
+        const double h = read * unit_m + undulation_m;
+        z = Knot::kTall_m * (h - ellipsoidal_m[0]) / (ellipsoidal_m[1] - ellipsoidal_m[0]);
       }
       if (!known) continue;
       const std::size_t cell = r.at({r.first.i + i, r.first.j + j});
       r.z_m[cell] = static_cast<float>(z);
-      r.sigma_m[cell] = static_cast<float>(std::hypot(quality_.sigma_m, miss * unit_m_));
+      r.sigma_m[cell] = static_cast<float>(std::hypot(wanted_.quality.sigma_m, miss * unit_m));
     }
   }
   return r;
@@ -499,7 +241,8 @@ Result<RasterImported> import_raster(const RasterImport& wanted, const std::stri
   const QuietGdal quiet;
   const Result<Survey> survey = Survey::open(wanted);
   if (!survey) return survey.error();
-  const double own_m = survey->pixel_m();
+  const SurveyFrame& frame = survey->frame();
+  const double own_m = frame.pixel_m();
   const double cell_m = wanted.cell_m > 0.0 ? wanted.cell_m : round_to_digits(own_m, 3);
   if (cell_m > 1.5 * own_m || cell_m < 0.2 * own_m) {
     return Error{
@@ -509,11 +252,11 @@ Result<RasterImported> import_raster(const RasterImport& wanted, const std::stri
   }
   const MapLevel level{cell_m, Vec2::Zero(), wanted.quality.bias_sigma_m,
                        wanted.quality.bias_correlation_m};
-  Result<MapWriter> writer = MapWriter::create(map, survey->frame(), {level});
+  Result<MapWriter> writer = MapWriter::create(map, frame.map(), {level});
   if (!writer) return writer.error();
-  const Cell low = tile_of(level.cell_at(survey->low().x(), survey->low().y()));
-  const Cell high = tile_of(level.cell_at(survey->high().x(), survey->high().y()));
-  RasterImported out{survey->frame(), cell_m, 0, 0};
+  const Cell low = tile_of(level.cell_at(frame.low().x(), frame.low().y()));
+  const Cell high = tile_of(level.cell_at(frame.high().x(), frame.high().y()));
+  RasterImported out{frame.map(), cell_m, 0, 0};
   const int wide = high.i - low.i + 1;
   const int tiles = wide * (high.j - low.j + 1);
   for (int k = 0; k < tiles; ++k) {

@@ -1,0 +1,72 @@
+#pragma once
+// Where a raster's pixels lie: its coordinate reference system, what its heights are above, its
+// extent, and the way from the map's frame to its pixels.
+
+#include <ogr_spatialref.h>
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "rcs/base/geodesy.h"
+#include "rcs/base/linear.h"
+#include "rcs/base/result.h"
+#include "rcs/terrain/map_index.h"
+#include "tools/rcs/gdal_files.h"
+#include "tools/rcs/raster_import.h"
+
+namespace rcs::tools {
+
+/// A place of the map's frame at two heights: between such it is interpolated.
+struct Knot {
+  static constexpr double kTall_m = 1000.0;
+  std::array<Vec2, 2> pixel;              ///< column, row at z = 0 and z = kTall_m
+  std::array<double, 2> ellipsoidal_m{};  ///< heights there
+  double undulation_m = 0.0;
+};
+
+class SurveyFrame {
+ public:
+  /// @param band  where heights are read; needed no longer than this call
+  [[nodiscard]] static Result<SurveyFrame> find(const RasterImport& wanted, GDALRasterBand* band);
+
+  [[nodiscard]] const MapFrame& map() const { return map_; }
+  [[nodiscard]] double unit_m() const { return unit_m_; }    ///< of the band's heights
+  [[nodiscard]] double pixel_m() const { return pixel_m_; }  ///< side of the middle one
+  [[nodiscard]] const Vec2& low() const { return low_; }     ///< corners of the raster's extent
+  [[nodiscard]] const Vec2& high() const { return high_; }   ///< in the map's frame
+  /// Empty: the projection, or the geoid's grid, does not reach there.
+  [[nodiscard]] std::optional<Knot> knot(const Vec2& place_m) const;
+
+ private:
+  struct DestroyTransform {
+    void operator()(OGRCoordinateTransformation* t) const {
+      OGRCoordinateTransformation::DestroyCT(t);
+    }
+  };
+  using Transform = std::unique_ptr<OGRCoordinateTransformation, DestroyTransform>;
+
+  SurveyFrame() = default;
+  [[nodiscard]] Outcome find_frame(const RasterImport& wanted, const OGRSpatialReference* own);
+  [[nodiscard]] Outcome find_unit(const RasterImport& wanted, const std::string& own);
+  [[nodiscard]] Outcome find_heights(const RasterImport& wanted);
+  [[nodiscard]] Outcome find_extent(double cols, double rows);
+  [[nodiscard]] std::optional<Vec2> pixel_of(const Geodetic& g) const;
+  [[nodiscard]] std::optional<Geodetic> geodetic_of(const Vec2& pixel) const;
+  [[nodiscard]] std::optional<double> undulation_at(const Geodetic& g) const;
+
+  std::array<double, 6> affine_{};   // pixel to projected
+  std::array<double, 6> inverse_{};  // projected to pixel
+  OGRSpatialReference crs_, geographic_;
+  Transform to_crs_, to_geographic_;
+  Transform to_ellipsoid_;              // by PROJ's grid,
+  std::optional<double> undulation_m_;  // or by this; neither: heights are above the ellipsoid
+  double unit_m_ = 1.0;
+  double pixel_m_ = 0.0;
+  MapFrame map_;
+  std::optional<LocalFrame> local_;
+  Vec2 low_, high_;
+};
+
+}  // namespace rcs::tools
