@@ -11,45 +11,11 @@ namespace {
 
 // The prediction holds so many iterations.
 constexpr int kSteered = 2;
-// Per iteration. Tuned with the spread's largest value on both sweeps of av2_pittsburgh, 100 starts
-// off by up to 3 m and 5 deg: 0.6 leaves 1 to 2 of them behind, 0.9 finds nothing more.
+// Per iteration. Chosen with max_spread_m on both sweeps of av2_pittsburgh, 100 starts off by up to
+// 3 m and 5 deg (DECISIONS 41).
 constexpr double kSpreadSinks = 0.8;
-// A spread of less than this share of the map's sigma is none.
+// A spread of less than this share of the ground's sigma is none.
 constexpr double kSpreadEnds = 0.25;
-
-// Counts points by map cell in an open-addressed table.
-class CellCounter {
- public:
-  CellCounter(PriorMatchWorkspace* ws, std::size_t points) : ws_(ws) {
-    std::size_t size = std::max<std::size_t>(ws->counts.size(), 256);
-    while (size < 2 * points) size *= 2;
-    if (size != ws->counts.size() || ++ws->generation == 0) {
-      ws->counts.assign(size, {});
-      ws->generation = 1;
-    }
-  }
-
-  std::uint32_t add(const Elevation& ground) {
-    const std::size_t mask = ws_->counts.size() - 1;
-    const std::uint64_t key = pack_voxel(ground.cell.i, ground.cell.j, ground.level);
-    for (std::size_t slot = hash_voxel(key) & mask;; slot = (slot + 1) & mask) {
-      PriorMatchWorkspace::Count& count = ws_->counts[slot];
-      if (count.generation != ws_->generation) {
-        count = {key, ws_->generation, 0};
-        ++cells_;
-      }
-      if (count.key == key) {
-        ++count.points;
-        return static_cast<std::uint32_t>(slot);
-      }
-    }
-  }
-  [[nodiscard]] int cells() const { return cells_; }
-
- private:
-  PriorMatchWorkspace* ws_;
-  int cells_ = 0;
-};
 
 struct Sums {
   NormalEquations equations;
@@ -63,19 +29,23 @@ struct Sums {
 Sums sum(const Points& source, const ElevationMap& map, const Pose& T,
          const PriorMatchParams& params, double spread_m, PriorMatchWorkspace* ws) {
   Sums sums;
-  CellCounter counter(ws, source.size());
+  ws->points.begin(source.size());
   ws->matches.resize(source.size());
   for (std::size_t i = 0; i < source.size(); ++i) {
     const Vec3 q = T * source[i].cast<double>();
     PriorMatchWorkspace::Match& m = ws->matches[i];
-    m.found = map.sample(q.x(), q.y(), &m.ground);
-    if (m.found) m.slot = counter.add(m.ground);
+    m.points = nullptr;
+    if (!map.sample(q.x(), q.y(), &m.ground)) continue;
+    const auto [points, fresh] =
+        ws->points.find_or_add(pack_voxel(m.ground.cell.i, m.ground.cell.j, m.ground.level));
+    m.points = points;
+    ++*points;
+    if (fresh) ++sums.cells;
   }
-  sums.cells = counter.cells();
   const Mat3 R_transposed = T.rotation().transpose();
   for (std::size_t i = 0; i < source.size(); ++i) {
     const PriorMatchWorkspace::Match& m = ws->matches[i];
-    if (!m.found) continue;
+    if (m.points == nullptr) continue;
     const Vec3 p = source[i].cast<double>();
     const Vec3 n_world = Vec3(-m.ground.gradient.x(), -m.ground.gradient.y(), 1.0).normalized();
     const double residual = ((T * p).z() - m.ground.z_m) * n_world.z();
@@ -84,7 +54,7 @@ Sums sum(const Points& source, const ElevationMap& map, const Pose& T,
     const double u = residual / sigma;
     if (std::abs(u) > params.gate_sigma) continue;
     const double k = 1.0 + (u / params.robust_sigma) * (u / params.robust_sigma);
-    const double weight = 1.0 / (k * k * sigma * sigma * ws->counts[m.slot].points);
+    const double weight = 1.0 / (k * k * sigma * sigma * *m.points);
     sums.equations.add(p, R_transposed * n_world, residual, weight);
     ++sums.pairs;
     sums.abs_sum += std::abs(residual);
@@ -94,13 +64,17 @@ Sums sum(const Points& source, const ElevationMap& map, const Pose& T,
   return sums;
 }
 
-/// What the prediction's covariance does to the residuals, root mean square; of every eighth point.
-double predicted_spread(const Points& source, const ElevationMap& map,
-                        const Prediction& prediction) {
+/// What residuals are expected to have at the prediction; root mean squares, of every eighth point.
+struct Expected {
+  double spread_m = 0.0;  ///< by the prediction's covariance
+  double ground_m = 0.0;  ///< by the map's sigma
+};
+Expected expected_residuals(const Points& source, const ElevationMap& map,
+                            const Prediction& prediction, double min_sigma_m) {
   constexpr std::size_t kStride = 8;
   const Pose& T = prediction.T_target_vehicle;
   const Mat3 R_transposed = T.rotation().transpose();
-  double square_sum = 0.0;
+  double spread2 = 0.0, ground2 = 0.0;
   int n = 0;
   for (std::size_t i = 0; i < source.size(); i += kStride) {
     const Vec3 p = source[i].cast<double>();
@@ -111,10 +85,13 @@ double predicted_spread(const Points& source, const ElevationMap& map,
         R_transposed * Vec3(-ground.gradient.x(), -ground.gradient.y(), 1.0).normalized();
     Vec6 J;
     J << normal, p.cross(normal);
-    square_sum += J.dot(prediction.covariance * J);
+    spread2 += J.dot(prediction.covariance * J);
+    const double sigma = std::max(ground.sigma_m, min_sigma_m);
+    ground2 += sigma * sigma;
     ++n;
   }
-  return n == 0 ? 0.0 : std::sqrt(square_sum / n);
+  if (n == 0) return {0.0, min_sigma_m};
+  return {std::sqrt(spread2 / n), std::sqrt(ground2 / n)};
 }
 
 }  // namespace
@@ -131,12 +108,14 @@ PriorMatch match_prior_map(const Points& source_vehicle, const ElevationMap& map
   const Vec3& p_world = prediction.T_target_vehicle.p;
   if (source_vehicle.empty() || !map.sample(p_world.x(), p_world.y(), &below)) return match;
   match.tile_id = below.tile_id;
+  match.bias_sigma_m = map.level(below.level).bias_sigma_m;
+  match.bias_length_m = map.level(below.level).bias_correlation_m;
 
   const Mat6 prior = prediction.covariance.ldlt().solve(Mat6::Identity());
   const auto cost = static_cast<WorkUnits>(source_vehicle.size());
   Pose T = prediction.T_target_vehicle;
-  double spread_m =
-      std::min(predicted_spread(source_vehicle, map, prediction), params.max_spread_m);
+  const Expected expected = expected_residuals(source_vehicle, map, prediction, params.min_sigma_m);
+  double spread_m = std::min(expected.spread_m, params.max_spread_m);
   Sums sums;
   Observability obs;
   out.stop = Stop::kMaxIterations;
@@ -145,7 +124,7 @@ PriorMatch match_prior_map(const Points& source_vehicle, const ElevationMap& map
       out.stop = Stop::kBudget;
       break;
     }
-    if (spread_m < kSpreadEnds * params.min_sigma_m) spread_m = 0.0;
+    if (spread_m < kSpreadEnds * expected.ground_m) spread_m = 0.0;
     sums = sum(source_vehicle, map, T, params, spread_m, workspace);
     out.used += cost;
     ++out.iterations;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "modules/sp/registration.h"
+#include "modules/sp/scan_table.h"
 #include "rcs/base/points.h"
 #include "rcs/terrain/elevation_map.h"
 
@@ -28,26 +29,20 @@ struct PriorMatchParams {
   double step_sigma = 0.05;  ///< converged when a step is smaller, in sigmas, [1e-6, 1]
 };
 
-class PriorMatchWorkspace {
- public:
-  struct Count {
-    std::uint64_t key = 0;
-    std::uint32_t generation = 0;
-    std::uint32_t points = 0;
-  };
+struct PriorMatchWorkspace {
   struct Match {
     Elevation ground;
-    std::uint32_t slot = 0;  // of its cell in `counts`
-    bool found = false;
+    std::uint32_t* points = nullptr;  ///< in its cell; null: the map has nothing there
   };
-  std::vector<Count> counts;
-  std::uint32_t generation = 0;
+  ScanTable<std::uint32_t> points;  ///< by map cell
   std::vector<Match> matches;
 };
 
 struct PriorMatch {
   Registration registration;  ///< target: frame world
   std::int64_t tile_id = 0;   ///< of the tile under the vehicle
+  double bias_sigma_m = 0.0;  ///< of the survey's slow error there
+  double bias_length_m = 0.0;
 };
 
 /// Aligns `source_vehicle` to the map's ground surface: point-to-plane along the map's normals.

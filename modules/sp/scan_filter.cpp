@@ -45,24 +45,11 @@ void deskew(const MotionTable& motion, Scan* scan) {
   std::fill(scan->dt_us.begin(), scan->dt_us.end(), 0);
 }
 
-void VoxelSampler::reserve(std::size_t points) {
-  std::size_t capacity = std::max<std::size_t>(table_.size(), 1024);
-  while (capacity < 2 * points) capacity *= 2;
-  if (capacity == table_.size()) return;
-  table_.assign(capacity, {});
-  generation_ = 0;
-}
-
 void VoxelSampler::sample(const Points& in, double voxel_m, Points* out) {
   RCS_CHECK(voxel_m > 0.0);
   out->clear();
   const std::size_t n = in.size();
-  reserve(n);
-  if (++generation_ == 0) {  // wrapped after 4e9 scans: old marks would look new
-    std::fill(table_.begin(), table_.end(), Entry{});
-    generation_ = 1;
-  }
-  const std::size_t mask = table_.size() - 1;
+  table_.begin(n);
   const float per_m = 1.0F / static_cast<float>(voxel_m);
   VoxelKey last = ~VoxelKey{0};
   for (std::size_t i = 0; i < n; ++i) {
@@ -70,58 +57,31 @@ void VoxelSampler::sample(const Points& in, double voxel_m, Points* out) {
                                     fast_floor(in.z[i] * per_m));
     if (key == last) continue;  // neighbours in the scan are mostly neighbours in space
     last = key;
-    for (std::size_t slot = hash_voxel(key) & mask;; slot = (slot + 1) & mask) {
-      Entry& entry = table_[slot];
-      if (entry.generation != generation_) {
-        entry = {key, generation_};
-        out->push_back(in[i]);
-        break;
-      }
-      if (entry.key == key) break;
-    }
+    if (table_.find_or_add(key).second) out->push_back(in[i]);
   }
-}
-
-void ColumnSampler::reserve(std::size_t points) {
-  std::size_t capacity = std::max<std::size_t>(table_.size(), 1024);
-  while (capacity < 2 * points) capacity *= 2;
-  if (capacity == table_.size()) return;
-  table_.assign(capacity, {});
-  generation_ = 0;
 }
 
 void ColumnSampler::sample(const Points& in, const Vec3& up_vehicle, double column_m, Points* out) {
   RCS_CHECK(column_m > 0.0);
   out->clear();
   const std::size_t n = in.size();
-  reserve(n);
-  if (++generation_ == 0) {
-    std::fill(table_.begin(), table_.end(), Entry{});
-    generation_ = 1;
-  }
-  const std::size_t mask = table_.size() - 1;
+  table_.begin(n);
   const float per_m = 1.0F / static_cast<float>(column_m);
   const Mat3f level =
       Quat::FromTwoVectors(up_vehicle, Vec3::UnitZ()).toRotationMatrix().cast<float>();
   for (std::size_t i = 0; i < n; ++i) {
     const Vec3f p = in[i];
     const Vec3f q = level * p;
-    const VoxelKey key = pack_voxel(fast_floor(q.x() * per_m), fast_floor(q.y() * per_m), 0);
-    for (std::size_t slot = hash_voxel(key) & mask;; slot = (slot + 1) & mask) {
-      Entry& entry = table_[slot];
-      if (entry.generation != generation_) {
-        entry = {key, generation_, static_cast<std::uint32_t>(out->size()), q.z()};
-        out->push_back(p);
-        break;
-      }
-      if (entry.key != key) continue;
-      if (q.z() < entry.height_m) {
-        entry.height_m = q.z();
-        out->x[entry.kept] = p.x();
-        out->y[entry.kept] = p.y();
-        out->z[entry.kept] = p.z();
-      }
-      break;
+    const auto [lowest, fresh] =
+        table_.find_or_add(pack_voxel(fast_floor(q.x() * per_m), fast_floor(q.y() * per_m), 0));
+    if (fresh) {
+      *lowest = {static_cast<std::uint32_t>(out->size()), q.z()};
+      out->push_back(p);
+    } else if (q.z() < lowest->height_m) {
+      lowest->height_m = q.z();
+      out->x[lowest->kept] = p.x();
+      out->y[lowest->kept] = p.y();
+      out->z[lowest->kept] = p.z();
     }
   }
 }

@@ -2,10 +2,10 @@
 // Deskew and downsampling of a scan.
 
 #include <cstdint>
-#include <vector>
 
 #include "modules/sp/motion.h"
 #include "modules/sp/scan.h"
+#include "modules/sp/scan_table.h"
 
 namespace rcs::sp {
 
@@ -20,15 +20,11 @@ class VoxelSampler {
   void sample(const Points& in, double voxel_m, Points* out);
 
   /// Makes room for scans of so many points beforehand.
-  void reserve(std::size_t points);
+  void reserve(std::size_t points) { table_.reserve(points); }
 
  private:
-  struct Entry {
-    std::uint64_t key = 0;
-    std::uint32_t generation = 0;
-  };
-  std::vector<Entry> table_;
-  std::uint32_t generation_ = 0;
+  struct Taken {};
+  ScanTable<Taken> table_;
 };
 
 /// Keeps the lowest point of each vertical column: what stands on the ground is not the ground.
@@ -39,17 +35,14 @@ class ColumnSampler {
   void sample(const Points& in, const Vec3& up_vehicle, double column_m, Points* out);
 
   /// Makes room for scans of so many points beforehand.
-  void reserve(std::size_t points);
+  void reserve(std::size_t points) { table_.reserve(points); }
 
  private:
-  struct Entry {
-    std::uint64_t key = 0;
-    std::uint32_t generation = 0;
+  struct Lowest {
     std::uint32_t kept = 0;  // where in the output
     float height_m = 0.0F;
   };
-  std::vector<Entry> table_;
-  std::uint32_t generation_ = 0;
+  ScanTable<Lowest> table_;
 };
 
 }  // namespace rcs::sp

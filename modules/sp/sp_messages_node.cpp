@@ -76,6 +76,7 @@ void fill(const Registration& r, int target, registration_t* message) {
   m.target = static_cast<std::int8_t>(target);
   m.n_tiles = 0;
   m.tile_id.clear();
+  m.map_bias_sigma_m = m.map_bias_length_m = 0.0;
   to_message(r.T_target_vehicle, m.q_target_vehicle, m.p_target_vehicle_m);
   to_message<6>(r.information, m.information);
   for (int i = 0; i < 6; ++i) m.observability[i] = r.observability[i];

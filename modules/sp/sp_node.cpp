@@ -64,7 +64,7 @@ void SpNode::reserve() {
   icp_.matches.reserve(n);
   icp_.pairs_of_voxel.resize(map_.voxel_ids());
   prior_match_.matches.reserve(n);
-  prior_match_.counts.reserve(4 * n);
+  prior_match_.points.reserve(n);
   points_message_.x_m.reserve(kPointsPerMessage);
   points_message_.y_m.reserve(kPointsPerMessage);
   points_message_.z_m.reserve(kPointsPerMessage);
@@ -410,6 +410,8 @@ void SpNode::match_prior(const Cycle& cycle, const Pose& T_rolling_vehicle) {
   answer(match.registration, registration_t::TARGET_PRIOR_MAP);
   registration_message_.n_tiles = 1;
   registration_message_.tile_id.assign(1, match.tile_id);
+  registration_message_.map_bias_sigma_m = match.bias_sigma_m;
+  registration_message_.map_bias_length_m = match.bias_length_m;
   registration_out_.publish(&registration_message_);
   cycle.stages->mark("prior");
 }
