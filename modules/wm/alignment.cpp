@@ -50,6 +50,10 @@ Belief initial_belief(const WmParams& params, Stamp stamp) {
   // Gravity is always there: what misalignment makes of it across is as good as a bias.
   const double tilted = params.ins.mount_sigma_rad * Earth{}.gravity;
   b.P.diagonal().segment<2>(kAccelBias).array() += tilted * tilted;
+  // Of the accelerometers and of the gyros, whose axes are the vehicle's for the filter.
+  const double crooked = std::sqrt(2.0) * params.ins.scale_and_misalignment;
+  set_variance(kAheadGain, 3, crooked, &b.P);
+  set_variance(kSideGain, 3, crooked, &b.P);
   set_variance(kMapOffset, 3, params.drive.map_sigma_m, &b.P);
   set_variance(kWheelScale, 1, params.odometry.scale_sigma, &b.P);
   set_variance(kGpsOffset, 3, 1.0, &b.P);

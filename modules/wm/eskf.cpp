@@ -131,7 +131,9 @@ Belief predict(const Belief& b, const ImuSample& imu, const Earth& earth, const 
   const Mat3 R = b.x.T_world_vehicle.rotation();
   const Vec3 earth_vehicle = R.transpose() * earth.rate_world;
   const Vec3 dtheta = imu.delta_angle - (b.x.gyro_bias + earth_vehicle) * dt;
-  const Vec3 dv = imu.delta_v - b.x.accel_bias * dt;
+  const double ahead = imu.delta_v.x();
+  const double side = imu.delta_v.y();
+  const Vec3 dv = imu.delta_v - b.x.accel_bias * dt - b.x.ahead_gain * ahead - b.x.side_gain * side;
   const Mat3 half_turn = Mat3::Identity() + 0.5 * hat(dtheta);
   const Vec3 dv_world = R * (half_turn * dv);
   const Vec3 gravity(0.0, 0.0, -earth.gravity);
@@ -161,24 +163,26 @@ Belief predict(const Belief& b, const ImuSample& imu, const Earth& earth, const 
   A.block<3, 3>(kPosition, kVelocity) =
       0.5 * dt * (Mat3::Identity() + A.block<3, 3>(kVelocity, kVelocity));
   A.block<3, 3>(kPosition, kAttitude) = 0.5 * dt * A.block<3, 3>(kVelocity, kAttitude);
-  Mat<9, 6> B = Mat<9, 6>::Zero();  // by gyro and accelerometer bias
+  Mat<9, 12> B = Mat<9, 12>::Zero();  // by gyro and accelerometer bias, and by the gains
   B.block<3, 3>(kAttitude, 0) = -dt * Jr;
   B.block<3, 3>(kVelocity, 0) = dt * R_hat_dv_half;
   B.block<3, 3>(kVelocity, 3) = -dt * (R * half_turn);
-  B.block<3, 6>(kPosition, 0) = 0.5 * dt * B.block<3, 6>(kVelocity, 0);
+  B.block<3, 3>(kVelocity, 6) = -ahead * (R * half_turn);
+  B.block<3, 3>(kVelocity, 9) = -side * (R * half_turn);
+  B.block<3, 12>(kPosition, 0) = 0.5 * dt * B.block<3, 12>(kVelocity, 0);
 
   // An error of an increment enters just as bias * dt does, so B / dt is also the noise's Jacobian.
   const double k2 =
       2.0 * noise.scale_and_misalignment * noise.scale_and_misalignment * noise.motion_time_s;
   const double angle_density = noise.angle_random_walk * noise.angle_random_walk;
-  const double velocity_density =
-      noise.velocity_random_walk * noise.velocity_random_walk + k2 * lasting.force.squaredNorm();
+  const double velocity_density = noise.velocity_random_walk * noise.velocity_random_walk +
+                                  k2 * lasting.force.z() * lasting.force.z();
   const double yaw_density = k2 * lasting.yaw_rate * lasting.yaw_rate;
   Mat9 Q;
   Q.noalias() = (angle_density / dt) * (B.leftCols<3>() * B.leftCols<3>().transpose());
-  Q.noalias() += (velocity_density / dt) * (B.rightCols<3>() * B.rightCols<3>().transpose());
+  Q.noalias() += (velocity_density / dt) * (B.middleCols<3>(3) * B.middleCols<3>(3).transpose());
   Q.noalias() += (yaw_density / dt) * (B.col(2) * B.col(2).transpose());
-  propagate<6>(A, B, kGyroBias, Q, &next.P);
+  propagate<12>(A, B, kGyroBias, Q, &next.P);
   drive_on(dt, (x.T_world_vehicle.p - b.x.T_world_vehicle.p).norm(), noise, drive, &next);
   return next;
 }
@@ -297,6 +301,12 @@ Belief change_world(const Belief& b, const Pose& T_new_old) {
   }
   symmetrize(&next.P);
   return next;
+}
+
+void renew_map_offset(double sigma_m, Belief* b) {
+  b->x.map_offset.setZero();
+  scale_block(kMapOffset, 3, 0.0, &b->P);
+  add_variance(kMapOffset, 3, sigma_m * sigma_m, &b->P);
 }
 
 void renew_gps_offset(const Vec3& keep, Belief* b) {

@@ -71,6 +71,9 @@ struct Lasting {
 /// @param keep  each in [0, 1]
 void renew_gps_offset(const Vec3& keep, Belief* b);
 
+/// The a priori map is another one here, its slow error too.
+void renew_map_offset(double sigma_m, Belief* b);
+
 /// Re-expresses the belief in another level world frame (a turn about the vertical and a shift).
 [[nodiscard]] Belief change_world(const Belief& b, const Pose& T_new_old);
 

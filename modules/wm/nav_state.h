@@ -14,15 +14,17 @@ enum Index : int {
   kAttitude = 6,     ///< R_world_vehicle * exp(phi) [rad], vehicle axes
   kGyroBias = 9,     ///< [rad/s], vehicle axes
   kAccelBias = 12,   ///< [m/s^2], vehicle axes
-  kRolling = 15,     ///< T_world_rolling * exp(rho, phi) [m, rad], rolling axes
-  kMapOffset = 21,   ///< [m], world axes
-  kWheelScale = 24,  ///< [1]
-  kGpsOffset = 25,   ///< [sigmas that the receiver reports], world axes
-  kRate = 28,        ///< of rate_vehicle [rad/s]; used only while no INS is there
-  kMount = 31,       ///< of the LADAR's mount [rad], vehicle axes
-  kSlip = 34,        ///< [sigmas], vehicle axes
-  kClimbSlip = 37,   ///< [1]
-  kSize = 38
+  kAheadGain = 15,   ///< [1], vehicle axes
+  kSideGain = 18,    ///< [1], vehicle axes
+  kRolling = 21,     ///< T_world_rolling * exp(rho, phi) [m, rad], rolling axes
+  kMapOffset = 27,   ///< [m], world axes
+  kWheelScale = 30,  ///< [1]
+  kGpsOffset = 31,   ///< [sigmas that the receiver reports], world axes
+  kRate = 34,        ///< of rate_vehicle [rad/s]; used only while no INS is there
+  kMount = 37,       ///< of the LADAR's mount [rad], vehicle axes
+  kSlip = 40,        ///< [sigmas], vehicle axes
+  kClimbSlip = 43,   ///< [1]
+  kSize = 44
 };
 
 using ErrorState = Vec<kSize>;
@@ -34,6 +36,13 @@ struct NavState {
   Vec3 v_world = Vec3::Zero();     ///< [m/s]
   Vec3 gyro_bias = Vec3::Zero();   ///< [rad/s]
   Vec3 accel_bias = Vec3::Zero();  ///< [m/s^2]
+  /// What a force along vehicle x adds to the accelerometers, for each unit of it: their axes are
+  /// crooked, and not square with the gyros'. A long slope of 10 deg looks like a vehicle that
+  /// rises by 2.6 mm/s^2 for 1.5e-3 of it: 1 m after half a minute. What gravity does along vehicle
+  /// z is a bias.
+  Vec3 ahead_gain = Vec3::Zero();
+  /// The same of a force along vehicle y: a long bend.
+  Vec3 side_gain = Vec3::Zero();
   Pose T_world_rolling;            ///< meaningful when map_epoch >= 0
   Vec3 map_offset = Vec3::Zero();  ///< a priori map minus truth [m], world axes
   double wheel_scale = 1.0;        ///< measured over true speed
@@ -70,6 +79,8 @@ inline NavState boxplus(const NavState& x, const ErrorState& d) {
   y.v_world += d.segment<3>(kVelocity);
   y.gyro_bias += d.segment<3>(kGyroBias);
   y.accel_bias += d.segment<3>(kAccelBias);
+  y.ahead_gain += d.segment<3>(kAheadGain);
+  y.side_gain += d.segment<3>(kSideGain);
   y.T_world_rolling = x.T_world_rolling * exp_se3(d.segment<6>(kRolling));
   y.map_offset += d.segment<3>(kMapOffset);
   y.wheel_scale += d[kWheelScale];
@@ -89,6 +100,8 @@ inline ErrorState boxminus(const NavState& y, const NavState& x) {
   d.segment<3>(kAttitude) = log_so3(x.T_world_vehicle.q.conjugate() * y.T_world_vehicle.q);
   d.segment<3>(kGyroBias) = y.gyro_bias - x.gyro_bias;
   d.segment<3>(kAccelBias) = y.accel_bias - x.accel_bias;
+  d.segment<3>(kAheadGain) = y.ahead_gain - x.ahead_gain;
+  d.segment<3>(kSideGain) = y.side_gain - x.side_gain;
   d.segment<6>(kRolling) = log_se3(x.T_world_rolling.inverse() * y.T_world_rolling);
   d.segment<3>(kMapOffset) = y.map_offset - x.map_offset;
   d[kWheelScale] = y.wheel_scale - x.wheel_scale;

@@ -15,8 +15,9 @@ struct ProcessNoise {
   double bias_time_s = 300.0;            ///< [1, 1e5]
   double gyro_turn_on = 2.4e-5;          ///< bias at start [rad/s] (5 deg/h), (0, 0.1]
   double accel_turn_on = 9.8e-3;         ///< bias at start [m/s^2] (1 mg), (0, 1]
-  /// Scale (300 ppm) and crooked axes (0.06 deg) are not estimated: what they do to motions that
-  /// last (Lasting) is added as noise.
+  /// Scale (300 ppm) and crooked axes (0.06 deg). What forces ahead and to the side do to the
+  /// accelerometers is estimated (NavState::ahead_gain); the rest, as far as the motion lasts
+  /// (Lasting), is noise.
   double scale_and_misalignment = 1e-3;  ///< [1], [0, 0.1]
   double motion_time_s = 1.0;            ///< what comes and goes faster leaves nothing, [0.1, 60]
   /// Of the INS' axes in the vehicle, about each (0.1 deg in all); for ever the same, [0, 10] deg.
@@ -35,11 +36,12 @@ struct DriveNoise {
   double rolling_position = 0.008;  ///< drift of SP's map [m/sqrt(m)], [0, 1]
   double rolling_angle = 2e-4;      ///< the same [rad/sqrt(m)], [0, 0.1]
   double mount_angle = 1e-6;        ///< wander of the LADAR's mount [rad/sqrt(m)], [0, 0.01]
-  double map_sigma_m = 1.0;         ///< a priori map's offset, stationary, (0, 100]
-  double map_length_m = 200.0;      ///< its correlation length, [1, 1e5]
-  double wheel_scale = 1e-4;        ///< wander of the wheel's scale [1/sqrt(m)], [0, 0.1]
-  double gps_tau_s = 60.0;          ///< correlation time of the GPS error, [0.1, 1e5]
-  double slip_tau_s = 0.5;          ///< the same of the wheels' slip, [0.01, 1e5]
+  /// Of the a priori map's offset, stationary, where the map does not say, (0, 100].
+  double map_sigma_m = 1.0;
+  double map_length_m = 200.0;  ///< its correlation length, [1, 1e5]
+  double wheel_scale = 1e-4;    ///< wander of the wheel's scale [1/sqrt(m)], [0, 0.1]
+  double gps_tau_s = 60.0;      ///< correlation time of the GPS error, [0.1, 1e5]
+  double slip_tau_s = 0.5;      ///< the same of the wheels' slip, [0.01, 1e5]
 };
 
 struct GpsParams {
@@ -78,6 +80,9 @@ struct PriorMapParams {
   double mount_sigma_m = 0.01;      ///< of the place of the LADAR's mount, [0, 1]
   double heading_sigma_rad = 0.01;  ///< before the first match, at most, (0, 3.2]
   double correlation_m = 10.0;  ///< scans closer than this see the same errors of the map, (0, 1e4]
+  /// A survey's slow error is taken for so many times what it says, [1, 100].
+  double bias_margin = 3.0;
+  double trust_m = 50.0;  ///< of driving in which a tile's trust follows its NIS, [1, 1e4]
 };
 
 struct OdometryParams {

@@ -109,6 +109,42 @@ TEST(Lasting, ABendCostsHeadingABumpDoesNot) {
   EXPECT_LT(bumps.y(), 0.02 * bend.z());
 }
 
+/// Along a long bend, or up a long slope, crooked axes look like a vehicle that rises.
+TEST(Gains, WhatForcesDoToCrookedAxesIsFound) {
+  const WmParams params;
+  for (const int axis : {0, 1}) {
+    Belief b = initial_belief(params, from_utime(1'000'000));
+    b.P.topLeftCorner<9, 9>() *= 1e-6;
+    b.x.inertial = true;
+    constexpr double kGain = 2e-3;
+    constexpr double kForce = 1.5;
+    constexpr double kStep_s = 0.01;
+    const int first = axis == 0 ? kAheadGain : kSideGain;
+    const double at_start = std::sqrt(b.P(first + 2, first + 2));
+    Vec3 v = Vec3::Zero();
+    for (int i = 1; i <= 4000; ++i) {
+      const double sign = (i / 1000) % 2 == 0 ? 1.0 : -1.0;  // or it is as good as a bias
+      Vec3 force(0.0, 0.0, Earth{}.gravity);
+      force[axis] = sign * kForce;
+      v[axis] += sign * kForce * kStep_s;
+      force.z() += kGain * force[axis];
+      const Duration interval = from_seconds(kStep_s);
+      const ImuSample imu{b.x.stamp + interval, interval, Vec3::Zero(), kStep_s * force};
+      b = predict(b, imu, Earth{}, params.ins, params.drive, Lasting{});
+      if (i % 20 != 0) continue;
+      GpsFix fix;
+      fix.has_velocity = true;
+      fix.v_world = v;
+      fix.sigma_v_mps = Vec3::Constant(0.01);
+      b = update(b, gps_velocity(b.x, fix, params.gps, Vec3::Zero()), kNoGate).belief;
+    }
+    const Vec3 found = axis == 0 ? b.x.ahead_gain : b.x.side_gain;
+    const double sigma = std::sqrt(b.P(first + 2, first + 2));
+    EXPECT_LT(sigma, 0.2 * at_start) << axis;
+    EXPECT_NEAR(found.z(), kGain, 4.0 * sigma + 0.05 * kGain) << axis;
+  }
+}
+
 TEST(Update, UnobservedDirectionsAreNotTouched) {
   // GIVEN a belief whose rolling pose is uncertain in all directions, a corridor along vehicle x
   Belief b = start_epoch(some_belief(5), Pose{}, 1);
