@@ -6,6 +6,16 @@
 namespace rcs::wm {
 namespace {
 
+/// With what the a priori map here says of itself.
+DriveNoise drive_noise(const Model& model, const Memory& m) {
+  DriveNoise noise = model.params.drive;
+  if (m.map_bias.sigma_m > 0.0) {
+    noise.map_sigma_m = m.map_bias.sigma_m;
+    noise.map_length_m = m.map_bias.length_m;
+  }
+  return noise;
+}
+
 void after_prediction(const Model& model, const NavState& before, FilterState* s) {
   const NavState& x = s->belief.x;
   Memory& m = s->memory;
@@ -27,7 +37,7 @@ void coast(const Model& model, Stamp to, FilterState* s) {
   while (s->belief.x.stamp < to) {
     const NavState before = s->belief.x;
     s->belief = predict(s->belief, std::min(to, before.stamp + kStep), model.params.motion,
-                        model.params.ins, model.params.drive);
+                        model.params.ins, drive_noise(model, s->memory));
     after_prediction(model, before, s);
   }
 }
@@ -100,7 +110,7 @@ void advance(const Model& model, Stamp to, const ImuSample* next_imu, FilterStat
         share_of_interval * seconds(to - before.stamp) / seconds(imu.stamp - begin);
     const ImuSample part{to, to - before.stamp, share * imu.delta_angle, share * imu.delta_v};
     s->belief =
-        predict(s->belief, part, model.earth, model.params.ins, model.params.drive, m.lasting);
+        predict(s->belief, part, model.earth, model.params.ins, drive_noise(model, m), m.lasting);
     after_prediction(model, before, s);
   }
   if (to != imu.stamp) return;

@@ -70,6 +70,16 @@ struct Withheld {
   bool prior_map = false;  ///< ladar withholds it, too
 };
 
+/// How well matches to a tile of the a priori map agree with what is believed without them.
+struct TileTrust {
+  std::int64_t tile_id = 0;
+  bool known = false;
+  double excess = 1.0;      ///< NIS for each degree of freedom, low-passed by distance; 1: as good
+                            ///< as it says
+  double distance_m = 0.0;  ///< driven at its newest match
+  bool doubted = false;     ///< its matches are looked at, and not fused
+};
+
 /// In what gps_offset is counted, and what the receiver claims meanwhile.
 struct GpsScale {
   Vec3 unit_m = Vec3::Zero();        ///< 0: no fix yet
@@ -94,10 +104,13 @@ struct Memory {
   Stamp fix_heard = Stamp::min();  ///< newest fix, believed or not
   bool gps_accused = false;        ///< withheld for what it said, not for its silence
   GpsScale gps_scale;
-  int heights_refused = 0;  ///< in a row, of fixes whose place was accepted
-  bool anchored = false;    ///< the world is the datum's: absolute measurements count
-  Pose T_path_vehicle;      ///< composition of the predicted body increments alone
-  Pose T_local_vehicle;     ///< the same with the LADAR's corrections; steps at each of them
+  MapBias map_bias;  ///< of the a priori map here, as it says
+  std::array<TileTrust, 16> tiles;
+  bool tile_doubted = false;  ///< the newest match's
+  int heights_refused = 0;    ///< in a row, of fixes whose place was accepted
+  bool anchored = false;      ///< the world is the datum's: absolute measurements count
+  Pose T_path_vehicle;        ///< composition of the predicted body increments alone
+  Pose T_local_vehicle;       ///< the same with the LADAR's corrections; steps at each of them
   /// What other sources did to the vehicle's pose in the map since the last match, vehicle axes.
   /// The next match takes it back, and the local pose, which never had it, must not have that
   /// either.

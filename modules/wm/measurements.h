@@ -1,6 +1,7 @@
 #pragma once
 // What each source says about the state: residuals with their Jacobians and noise.
 
+#include <cstdint>
 #include <optional>
 
 #include "modules/wm/nav_state.h"
@@ -41,10 +42,23 @@ struct RollingMatch {
   bool seeded = false;  ///< the pose defines the frame of a new epoch
 };
 
+/// The a priori map's slow error: first-order Gauss-Markov in distance, the same in all axes.
+struct MapBias {
+  double sigma_m = 0.0;  ///< 0: the map does not say
+  double length_m = 0.0;
+
+  friend bool operator==(const MapBias& a, const MapBias& b) {
+    return a.sigma_m == b.sigma_m && a.length_m == b.length_m;
+  }
+  friend bool operator!=(const MapBias& a, const MapBias& b) { return !(a == b); }
+};
+
 /// A scan matched to the a priori map.
 struct PriorMatch {
   Pose T_world_vehicle;
   Mat6 information = Mat6::Zero();
+  std::int64_t tile_id = 0;
+  MapBias bias;
 };
 
 /// Wheel speed; the yaw rate is NaN when the source has none.

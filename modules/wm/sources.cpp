@@ -33,6 +33,8 @@ class Fuser {
   }
   Reason fuse_place(const Residual<3>& z);
   void follow_claim(const Vec3& sigma_m);
+  void follow_map(const MapBias& said);
+  const TileTrust& watch_tile(const PriorMatch& z, const Residual<6>& alone, double* nis);
   void look_at(Source source, const Residual<3>& z);
   void constrain();
   void refuse(Source source, Reason reason) { note({stamp(), source, reason}); }
@@ -141,6 +143,56 @@ void Fuser::operator()(const RollingMatch& z) {
   s_.belief = move_map(s_.belief, std::clamp(way_m, 0.0, 1.0) * inherited);
 }
 
+/// Another survey errs in another way.
+void Fuser::follow_map(const MapBias& said) {
+  const DriveNoise& drive = model_.params.drive;
+  const double margin = model_.params.prior.bias_margin;
+  const MapBias bias = said.sigma_m > 0.0
+                           ? MapBias{margin * said.sigma_m, std::max(1.0, said.length_m)}
+                           : MapBias{drive.map_sigma_m, drive.map_length_m};
+  if (bias == s_.memory.map_bias) return;
+  s_.memory.map_bias = bias;
+  renew_map_offset(bias.sigma_m, &s_.belief);
+}
+
+/// How far its tile is to be believed, by how well the matches before and this one agreed with the
+/// rest. A tile that is old or coarser than it says loses weight, one that is wrong all of it; by
+/// agreeing it has it back. A belief that hardly knows its place says nothing of a tile.
+const TileTrust& Fuser::watch_tile(const PriorMatch& z, const Residual<6>& alone, double* nis) {
+  constexpr double kMost = 25.0;  // one match that is far out is not the end of a tile
+  constexpr double kDoubted = 3.0;
+  constexpr double kBelievedAgain = 1.5;
+  Memory& m = s_.memory;
+  const auto newer = [](const TileTrust& a, const TileTrust& b) {
+    return a.known != b.known ? b.known : a.distance_m < b.distance_m;
+  };
+  const TileTrust newest = *std::max_element(m.tiles.begin(), m.tiles.end(), newer);
+  auto tile = std::find_if(m.tiles.begin(), m.tiles.end(),
+                           [&z](const TileTrust& t) { return t.known && t.tile_id == z.tile_id; });
+  if (tile == m.tiles.end()) {
+    // A survey that is wrong here is likely to be wrong next to it.
+    TileTrust fresh = newest;
+    fresh.tile_id = z.tile_id;
+    fresh.known = true;
+    tile = std::min_element(m.tiles.begin(), m.tiles.end(), newer);
+    *tile = fresh;
+  }
+  const Mat<6, 3> J = alone.H.middleCols<3>(kMapOffset);
+  const Mat6 by_map = alone.R + m.map_bias.sigma_m * m.map_bias.sigma_m * J * J.transpose();
+  const Mat6 S = alone.R + alone.H * s_.belief.P * alone.H.transpose();
+  const Eigen::LLT<Mat6> llt(S);
+  const int dof = std::max(1, alone.dof);
+  const double tells = (llt.solve(by_map).trace() - (6 - dof)) / dof;
+  *nis = alone.r.dot(llt.solve(alone.r));
+  const double way_m = newest.known ? m.distance_m - newest.distance_m : 0.0;
+  const double share = std::clamp(tells * way_m / model_.params.prior.trust_m, 0.0, 1.0);
+  if (std::isfinite(*nis)) tile->excess += share * (std::min(*nis / dof, kMost) - tile->excess);
+  tile->distance_m = m.distance_m;
+  tile->doubted = tile->excess > (tile->doubted ? kBelievedAgain : kDoubted);
+  m.tile_doubted = tile->doubted;
+  return *tile;
+}
+
 void Fuser::operator()(const PriorMatch& z) {
   const Memory& m = s_.memory;
   if (!m.anchored) {
@@ -170,7 +222,20 @@ void Fuser::operator()(const PriorMatch& z) {
     refuse(Source::kPriorMap, Reason::kRepeated);
     return;
   }
-  fuse(Source::kPriorMap, prior_match(s_.belief.x, z, model_.params.prior, weight));
+  follow_map(z.bias);
+  const PriorMapParams& params = model_.params.prior;
+  const Residual<6> alone = prior_match(s_.belief.x, z, params, 1.0);
+  double nis = 0.0;
+  const TileTrust& tile = watch_tile(z, alone, &nis);
+  if (tile.doubted) {
+    refuse(Source::kPriorMap, Reason::kQuarantine);
+    return;
+  }
+  if (nis > model_.gates[static_cast<std::size_t>(alone.dof)]) {
+    fuse(Source::kPriorMap, alone);  // notes the refusal
+    return;
+  }
+  fuse(Source::kPriorMap, prior_match(s_.belief.x, z, params, weight / std::max(1.0, tile.excess)));
 }
 
 void Fuser::operator()(const GpsFix& z) {

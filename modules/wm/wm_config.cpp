@@ -93,6 +93,8 @@ void read_prior(ParamTable table, PriorMapParams* p) {
   table.get("mount_sigma_m", &p->mount_sigma_m, {0, 1});
   table.get("heading_sigma_rad", &p->heading_sigma_rad, {1e-4, 3.2});
   table.get("correlation_m", &p->correlation_m, {0.01, 1e4});
+  table.get("bias_margin", &p->bias_margin, {1, 100});
+  table.get("trust_m", &p->trust_m, {1, 1e4});
 }
 
 void read_stillness(ParamTable table, StillnessParams* p) {

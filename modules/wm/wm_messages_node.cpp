@@ -67,8 +67,11 @@ std::optional<Registration> admit(const registration_t& m) {
                     from_message(m.q_target_vehicle, m.p_target_vehicle_m, &z.T_target_vehicle) &&
                     within(z.T_target_vehicle.p, kFarthest_m) && z.information.allFinite() &&
                     z.information.cwiseAbs().maxCoeff() < 1e15 &&
-                    z.information.diagonal().minCoeff() >= 0.0;
+                    z.information.diagonal().minCoeff() >= 0.0 && m.map_bias_sigma_m >= 0.0 &&
+                    m.map_bias_sigma_m <= 1e3 && m.map_bias_length_m >= 0.0 &&
+                    m.map_bias_length_m <= 1e7;
   if (!good) return std::nullopt;
+  if (!m.tile_id.empty()) z.tile_id = m.tile_id.front();
   return z;
 }
 

@@ -15,6 +15,7 @@ namespace rcs::wm {
 struct Registration {
   Pose T_target_vehicle;
   Mat6 information;
+  std::int64_t tile_id = 0;  ///< the first; 0: none
 };
 
 [[nodiscard]] std::optional<ImuSample> admit(const ins_t& m);

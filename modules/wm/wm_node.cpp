@@ -151,7 +151,10 @@ void WmNode::take(const registration_t& m, Stamp now) {
     reason = estimator_.add(stamp,
                             RollingMatch{z->T_target_vehicle, z->information, m.map_epoch, seeded});
   } else if (m.target == registration_t::TARGET_PRIOR_MAP && !seeded) {
-    reason = estimator_.add(stamp, PriorMatch{z->T_target_vehicle, z->information});
+    reason = estimator_.add(stamp, PriorMatch{z->T_target_vehicle,
+                                              z->information,
+                                              z->tile_id,
+                                              {m.map_bias_sigma_m, m.map_bias_length_m}});
   }
   note(registrations_, reason, now);
   if (reason == Reason::kAccepted && stamp >= cause_) {
@@ -396,6 +399,14 @@ void WmNode::report_trust(Stamp now) {
   if (trust.findings() != reported_findings_) {
     report_.warn(now, "trust", "{}", kFindings[static_cast<std::size_t>(trust.newest_finding())]);
     reported_findings_ = trust.findings();
+  }
+  const bool map_doubted = estimator_.state().memory.tile_doubted;
+  if (map_doubted != reported_map_doubted_) {
+    report_.warn(now, "map.doubt", "the a priori map {}",
+                 map_doubted
+                     ? "contradicts what is known without it: its matches are not fused here"
+                     : "agrees with what is known without it: believed again");
+    reported_map_doubted_ = map_doubted;
   }
   if (integrity_.alerts != reported_alerts_) {
     report_.warn(now, "alert", "{}{}{}{}{}: protection {:.1f} m, {:.1f} m up",

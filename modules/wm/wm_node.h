@@ -87,6 +87,7 @@ class WmNode final : public Node {
   int reported_clock_steps_ = 0;
   int reported_epoch_ = -1;
   int reported_findings_ = 0;
+  bool reported_map_doubted_ = false;
   std::int8_t reported_alerts_ = 0;
 
   nav_state_t nav_state_{};
