@@ -103,9 +103,10 @@ void write(const odometry_t& m, FieldWriter& w) {
 
 void write(const registration_t& m, FieldWriter& w) {
   w(F(utime))(F(seq))(F(scan_id))(F(target))(F(map_epoch))(F(n_tiles))(F(map_bias_sigma_m))(
-      F(map_bias_length_m))(F(q_target_vehicle))(F(p_target_vehicle_m))(F(information))(F(observability))(F(stop))(F(iterations))(F(points))(
-      F(pairs))(F(granted_units))(F(used_units))(F(mean_distance_m))(F(rms_m))(F(overlap))(
-      F(correction_m))(F(correction_rad))(F(facets_lost))(F(degrade_level))(F(ledger))(F(account));
+      F(map_bias_length_m))(F(q_target_vehicle))(F(p_target_vehicle_m))(F(information))(
+      F(observability))(F(stop))(F(iterations))(F(points))(F(pairs))(F(granted_units))(
+      F(used_units))(F(mean_distance_m))(F(rms_m))(F(overlap))(F(correction_m))(F(correction_rad))(
+      F(facets_lost))(F(degrade_level))(F(ledger))(F(account));
 }
 
 void write(const points_t& m, FieldWriter& w) {
