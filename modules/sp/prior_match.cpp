@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "modules/sp/normal_equations.h"
 #include "modules/sp/voxel_key.h"
@@ -14,6 +15,12 @@ constexpr int kSteered = 2;
 // Per iteration. Chosen with max_spread_m on both sweeps of av2_pittsburgh, 100 starts off by up to
 // 3 m and 5 deg (DECISIONS 41).
 constexpr double kSpreadSinks = 0.8;
+// The same once a step is smaller than so many sigmas: what the spread was for has been found.
+constexpr double kSettled = 0.5;
+constexpr double kSpreadSinksThen = 0.3;
+// A step that is not so much smaller than the one before is halved, and all that follow: the
+// surface has edges between its cells, and a solution may go to and fro across one for ever.
+constexpr double kShrinks = 0.7;
 // A spread of less than this share of the ground's sigma is none.
 constexpr double kSpreadEnds = 0.25;
 
@@ -116,6 +123,8 @@ PriorMatch match_prior_map(const Points& source_vehicle, const ElevationMap& map
   Pose T = prediction.T_target_vehicle;
   const Expected expected = expected_residuals(source_vehicle, map, prediction, params.min_sigma_m);
   double spread_m = std::min(expected.spread_m, params.max_spread_m);
+  double damping = 1.0;
+  double last_sigmas = std::numeric_limits<double>::infinity();
   Sums sums;
   Observability obs;
   out.stop = Stop::kMaxIterations;
@@ -137,10 +146,15 @@ PriorMatch match_prior_map(const Points& source_vehicle, const ElevationMap& map
     const bool steered = out.iterations <= kSteered;
     const Vec6 step = steered ? steered_step(sums.equations, prior, to_prediction)
                               : observed_step(sums.equations, obs, to_prediction);
-    T = T * exp_se3(step);
     const bool sure = !steered && spread_m == 0.0;
-    spread_m *= kSpreadSinks;
-    if (sure && std::sqrt(step.dot(sums.equations.H * step)) < params.step_sigma) {
+    const double step_sigmas = std::sqrt(step.dot(sums.equations.H * step));
+    if (sure) {
+      if (step_sigmas > kShrinks * last_sigmas) damping *= 0.5;
+      last_sigmas = step_sigmas;
+    }
+    T = T * exp_se3(damping * step);
+    spread_m *= !steered && step_sigmas < kSettled ? kSpreadSinksThen : kSpreadSinks;
+    if (sure && damping * step_sigmas < params.step_sigma) {
       out.stop = Stop::kConverged;
       break;
     }

@@ -83,6 +83,21 @@ TEST(PriorMatch, FindsTheVehicleOnHills) {
   EXPECT_LT(std::abs(e[2]), 0.1);
 }
 
+TEST(PriorMatch, GoingToAndFroAcrossACellsEdgeEnds) {
+  int ended = 0;
+  constexpr int kScenes = 20;
+  for (unsigned seed = 0; seed < kScenes; ++seed) {
+    Scene scene(100 + seed, on_hills(3.0 * seed, -20.0, 0.05, -0.05, 0.3 * seed), false, 0.3,
+                0.01F);
+    PriorMatchParams params;
+    params.min_sigma_m = 0.01;
+    const Pose start = scene.T * test::pose(0.4, -0.3, 0.2, 0.003, 0.003, 0.01);
+    const PriorMatch match = scene.match(test::prediction(start, 0.5, 0.01), params);
+    ended += match.registration.stop == Stop::kMaxIterations ? 0 : 1;
+  }
+  EXPECT_GE(ended, kScenes - 1);
+}
+
 TEST(PriorMatch, ACellCountsOnceHoweverManyPointsFallOnIt) {
   Scene scene(2, on_hills(0.0, 0.0, 0.0, 0.0, 0.0), false, 0.0, 0.2F);
   const Prediction p = test::prediction(scene.T, 1.0, 0.02);

@@ -1,0 +1,103 @@
+// What it costs to match a scan to the a priori map, as SP does it: the lowest points of columns of
+// what goes into the rolling map, then the match.
+// prior_match_bench --benchmark_repetitions=20
+#include <benchmark/benchmark.h>
+
+#include <cmath>
+
+#include "modules/sp/prior_match.h"
+#include "modules/sp/scan_filter.h"
+#include "tests/sp/scene.h"
+
+namespace rcs::sp {
+namespace {
+
+double hills(double x, double y) {
+  return 4.0 * std::sin(0.05 * x + 0.3) * std::cos(0.04 * y) + 1.5 * std::sin(0.11 * y);
+}
+
+ElevationMap survey(double cell_m) {
+  constexpr double kHalf_m = 160.0;
+  MapFrame frame;
+  frame.datum = {0.7, -1.3, {100.0}};
+  Raster r;
+  r.level.cell_m = cell_m;
+  const int half = static_cast<int>(kHalf_m / cell_m);
+  r.first = {-half, -half};
+  r.width = r.height = 2 * half;
+  r.sigma_m = {0.1F};
+  for (int j = 0; j < r.height; ++j) {
+    for (int i = 0; i < r.width; ++i) {
+      const Vec2 at = r.level.centre({r.first.i + i, r.first.j + j});
+      r.z_m.push_back(static_cast<float>(hills(at.x(), at.y())));
+    }
+  }
+  return std::move(ElevationMap::from_rasters(frame, {r})).value();
+}
+
+struct Ladar {
+  int rows, cols;
+  double low_deg, high_deg;  // elevation
+  double wide_deg;           // azimuth, about ahead
+  double reach_m;
+  double map_voxel_m;  // as configured
+};
+constexpr Ladar kDemo3{32, 180, -15.0, 5.0, 90.0, 60.0, 0.1};
+constexpr Ladar kHdl64{64, 1900, -24.8, 2.0, 360.0, 80.0, 0.2};
+constexpr double kColumn_m = 2.0;
+
+Points scan(const Ladar& ladar, const Pose& T) {
+  constexpr double kStep_m = 0.25;
+  const Vec3 sensor = T * Vec3(0.0, 0.0, 1.0);
+  Points points;
+  for (int row = 0; row < ladar.rows; ++row) {
+    for (int col = 0; col < ladar.cols; ++col) {
+      const double up =
+          radians(ladar.low_deg + (ladar.high_deg - ladar.low_deg) * row / (ladar.rows - 1));
+      const double left = radians(ladar.wide_deg * (static_cast<double>(col) / ladar.cols - 0.5));
+      const Vec3 ray =
+          T.q * Vec3(std::cos(up) * std::cos(left), std::cos(up) * std::sin(left), std::sin(up));
+      for (double range = 1.0; range < ladar.reach_m; range += kStep_m) {
+        const Vec3 p = sensor + range * ray;
+        if (p.z() > hills(p.x(), p.y())) continue;
+        points.push_back((T.inverse() * p).cast<float>());
+        break;
+      }
+    }
+  }
+  return points;
+}
+
+/// The prediction is off as it is while the vehicle drives without GPS.
+void match(benchmark::State& state, const Ladar& ladar, double cell_m) {
+  const ElevationMap map = survey(cell_m);
+  const Pose T = test::pose(0.0, 0.0, hills(0.0, 0.0) + 1.0, 0.02, -0.03, 0.5);
+  Points points;
+  VoxelSampler().sample(scan(ladar, T), ladar.map_voxel_m, &points);
+  const Prediction prediction =
+      test::prediction(T * test::pose(0.3, -0.2, 0.1, 0.002, 0.002, 0.005), 0.3, 0.005);
+  ColumnSampler sampler;
+  Points columns;
+  PriorMatchWorkspace workspace;
+  PriorMatch found;
+  for (auto _ : state) {
+    sampler.sample(points, Vec3::UnitZ(), kColumn_m, &columns);
+    found =
+        match_prior_map(columns, map, prediction, PriorMatchParams{}, 1'000'000'000, &workspace);
+    benchmark::DoNotOptimize(found);
+  }
+  state.counters["points"] = static_cast<double>(points.size());
+  state.counters["columns"] = static_cast<double>(columns.size());
+  state.counters["iterations"] = found.registration.iterations;
+  state.counters["stop"] = static_cast<double>(found.registration.stop);
+}
+
+BENCHMARK_CAPTURE(match, demo3_on_10_m, kDemo3, 10.0)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(match, demo3_on_1_m, kDemo3, 1.0)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(match, hdl64_on_1_m, kHdl64, 1.0)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(match, hdl64_on_0_5_m, kHdl64, 0.5)->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace rcs::sp
+
+BENCHMARK_MAIN();
