@@ -91,6 +91,7 @@ TEST(PriorMatch, GoingToAndFroAcrossACellsEdgeEnds) {
                 0.01F);
     PriorMatchParams params;
     params.min_sigma_m = 0.01;
+    params.max_iterations = 40;
     const Pose start = scene.T * test::pose(0.4, -0.3, 0.2, 0.003, 0.003, 0.01);
     const PriorMatch match = scene.match(test::prediction(start, 0.5, 0.01), params);
     ended += match.registration.stop == Stop::kMaxIterations ? 0 : 1;
