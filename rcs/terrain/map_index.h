@@ -16,7 +16,7 @@ namespace rcs {
 struct MapFrame {
   Geodetic datum;
   /// The geodetic reference frame of the datum, in which a receiver's fixes must be, too: "WGS84",
-  /// "ETRS89", "NAD83(2011)". Frames differ by up to two metres.
+  /// "ETRS89", "NAD83(2011)", as EPSG calls it. Frames differ by up to two metres.
   std::string reference = "WGS84";
   /// What heights are above: "ellipsoid"; the geoid or vertical datum ("EGM96") where the
   /// undulation was not known and they could not be converted; the reference frame's name where

@@ -1,8 +1,10 @@
 // `rcs map` as a user calls it.
 
 #include <gmock/gmock.h>
+#include <sys/resource.h>
 
 #include <cmath>
+#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -119,6 +121,46 @@ TEST_F(MapCommand, ImportAndExportOnTheCommandLine) {
       rcs("map import raster " + folder_ + "/a.tif --heights ellipsoid --sigma 0.1 -o " + folder_),
       1);
   EXPECT_THAT(messages(), HasSubstr("not a map"));
+}
+
+/// Commands can't write files of more bytes while it lives.
+class FileLimit {
+ public:
+  explicit FileLimit(std::uintmax_t bytes) {
+    getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit now{bytes, before_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &now);
+  }
+  ~FileLimit() {
+    setrlimit(RLIMIT_FSIZE, &before_);
+    (void)std::signal(SIGXFSZ, former_);
+  }
+  FileLimit(const FileLimit&) = delete;
+  FileLimit& operator=(const FileLimit&) = delete;
+
+ private:
+  rlimit before_{};
+  void (*former_)(int) = std::signal(SIGXFSZ, SIG_IGN);
+};
+
+TEST_F(MapCommand, AnExportedFileIsThereWholeOrNotAtAll) {
+  for (const std::string option : {"--geotiff", "--hillshade"}) {
+    const std::string folder = folder_ + "/" + option;
+    const std::string file = folder + "/file";
+    std::string call = "map export " + map_;
+    call.append(" ").append(option).append(" ").append(file);
+    ASSERT_EQ(rcs(call), 0) << messages();
+    EXPECT_EQ(messages(), "");
+    const std::uintmax_t bytes = std::filesystem::file_size(file);
+    for (const std::uintmax_t most : {bytes - 1, bytes - 300, bytes / 2, std::uintmax_t{1000}}) {
+      std::filesystem::remove(file);
+      const FileLimit limit(most);
+      EXPECT_EQ(rcs(call), 1) << option << ", " << most << " of " << bytes << " bytes";
+      EXPECT_EQ(messages().rfind("rcs map export: " + file, 0), 0U) << messages();
+      EXPECT_EQ(messages().find('\n'), messages().size() - 1) << messages();
+      EXPECT_TRUE(std::filesystem::is_empty(folder)) << option;
+    }
+  }
 }
 
 TEST_F(MapCommand, AStreetsScanIsFoundOnItsSurvey) {

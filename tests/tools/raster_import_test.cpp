@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -27,6 +28,7 @@ class RasterImportTest : public testing::Test {
   RasterImportTest() {
     folder_ = (std::filesystem::temp_directory_path() / "rcs_raster_XXXXXX").string();
     EXPECT_NE(mkdtemp(folder_.data()), nullptr);
+    map_ = folder_ + "/map";
     wanted_.path = folder_ + "/dem.asc";
     wanted_.crs = "EPSG:4326";
     wanted_.heights = "ellipsoid";
@@ -50,11 +52,13 @@ class RasterImportTest : public testing::Test {
   }
   /// Names a coordinate reference system in the file, for which the grid's format has no place: a
   /// virtual raster of the grid, its cells laid at `affine`.
-  void write_virtual(const std::string& crs, const std::string& affine) {
+  /// @param band  what the band says of itself, in XML
+  void write_virtual(const std::string& crs, const std::string& affine,
+                     const std::string& band = "") {
     std::ofstream(folder_ + "/dem.vrt")
         << R"(<VRTDataset rasterXSize="80" rasterYSize="60"><SRS>)" << crs << "</SRS><GeoTransform>"
         << affine << "</GeoTransform>"
-        << R"(<VRTRasterBand dataType="Float32" band="1"><SimpleSource>)"
+        << R"(<VRTRasterBand dataType="Float32" band="1">)" << band << "<SimpleSource>"
         << R"(<SourceFilename relativeToVRT="1">dem.asc</SourceFilename></SimpleSource>)"
         << "</VRTRasterBand></VRTDataset>";
     wanted_.path = folder_ + "/dem.vrt";
@@ -63,6 +67,16 @@ class RasterImportTest : public testing::Test {
   Result<RasterImported> import() {
     return import_raster(wanted_, map_, [](double) { return true; });
   }
+  std::string why_not() {
+    const Result<RasterImported> done = import();
+    EXPECT_FALSE(std::filesystem::exists(map_ + ".part"));
+    return done ? std::string() : done.error().message;
+  }
+  double z_at_datum() {
+    Elevation e;
+    EXPECT_TRUE(loaded().sample(0.0, 0.0, &e));
+    return e.z_m;
+  }
   ElevationMap loaded() {
     Result<ElevationMap> map = ElevationMap::load(map_, 1e9);
     EXPECT_TRUE(map) << map.error().message;
@@ -70,9 +84,15 @@ class RasterImportTest : public testing::Test {
   }
 
   std::string folder_;
-  std::string map_ = folder_ + "/map";
+  std::string map_;
   RasterImport wanted_;
 };
+
+/// Of a virtual raster in degrees: where write(47, 8) lays its grid.
+constexpr const char* kInDegrees =
+    "8, 0.0002777777777778, 0, 47.0166666666667, 0, -0.0002777777777778";
+
+double flat(double /*lat_deg*/, double /*lon_deg*/) { return 300.0; }
 
 double hill(double lat_deg, double lon_deg) {
   return 900.0 + 4e3 * (lat_deg - 47.0) - 2.5e3 * (lon_deg - 8.0);
@@ -122,11 +142,9 @@ TEST_F(RasterImportTest, ACompoundSystemSaysWhatItsHeightsAreAbove) {
     EXPECT_TRUE(done) << done.error().message;
     return done ? whole_level(*MapFolder::open(map_), 0)->z_m : std::vector<float>();
   };
-  const std::string in_degrees =
-      "8, 0.0002777777777778, 0, 47.0166666666667, 0, -0.0002777777777778";
   const std::string in_metres = "424000, 30, 0, 5207000, 0, -30";  // zone 32, thereabouts
   for (const auto& [flat, affine] :
-       {std::pair{"EPSG:4326", in_degrees}, {"EPSG:32632", in_metres}}) {
+       {std::pair<const char*, std::string>{"EPSG:4326", kInDegrees}, {"EPSG:32632", in_metres}}) {
     write_virtual(flat, affine);
     const std::vector<float> said = z_m("EGM96");
     const std::string compound = std::string(flat) + "+5773";
@@ -163,34 +181,131 @@ TEST_F(RasterImportTest, UnitsHolesAndRoughGround) {
 
 TEST_F(RasterImportTest, WhatAFileDoesNotSayIsAskedFor) {
   write(47.0, 8.0, hill);
-  const auto why = [this] {
-    const Result<RasterImported> done = import();
-    EXPECT_FALSE(std::filesystem::exists(map_ + ".part"));
-    return done ? std::string() : done.error().message;
-  };
   wanted_.crs.clear();
-  EXPECT_THAT(why(), HasSubstr("--crs"));
+  EXPECT_THAT(why_not(), HasSubstr("--crs"));
   wanted_.crs = "EPSG:nonsense";
-  EXPECT_THAT(why(), HasSubstr("no coordinate reference system"));
+  EXPECT_THAT(why_not(), HasSubstr("no coordinate reference system"));
   wanted_.crs = "EPSG:4326";
   wanted_.heights.clear();
-  EXPECT_THAT(why(), HasSubstr("--heights"));
+  EXPECT_THAT(why_not(), HasSubstr("--heights"));
   wanted_.heights = "EPSG:4326";
-  EXPECT_THAT(why(), HasSubstr("no vertical datum"));
+  EXPECT_THAT(why_not(), HasSubstr("no vertical datum"));
+  wanted_.heights = "EPSG:4326+5773";
+  EXPECT_THAT(why_not(), HasSubstr("no vertical datum"));
   wanted_.heights = "ellipsoid";
   wanted_.band = 2;
-  EXPECT_THAT(why(), HasSubstr("it has 1"));
+  EXPECT_THAT(why_not(), HasSubstr("it has 1"));
   wanted_.band = 1;
   wanted_.cell_m = 500.0;
-  EXPECT_THAT(why(), HasSubstr("--cell"));
+  EXPECT_THAT(why_not(), HasSubstr("--cell"));
   wanted_.cell_m = 0.0;
   wanted_.height_unit_m = 1000.0;
-  EXPECT_THAT(why(), HasSubstr("not on the earth"));
+  EXPECT_THAT(why_not(), HasSubstr("not on the earth"));
   wanted_.height_unit_m = 1.0;
   wanted_.crs = "EPSG:32632";  // metres: a corner of some centimetres at 47 m north
-  EXPECT_THAT(why(), HasSubstr("pixels are"));
+  EXPECT_THAT(why_not(), HasSubstr("pixels are"));
   std::ofstream(wanted_.path) << "not a raster";
-  EXPECT_THAT(why(), HasSubstr("dem.asc"));
+  EXPECT_THAT(why_not(), HasSubstr("dem.asc"));
+}
+
+TEST_F(RasterImportTest, TheVerticalSystemsUnitIsThatOfABandThatNamesNone) {
+  constexpr double kSurveyFoot_m = 1200.0 / 3937.0;
+  write(47.0, 8.0, flat);
+  wanted_.heights.clear();
+  wanted_.undulation_m = 0.0;  // there is no grid for NAVD88 here
+  const std::string feet = "EPSG:4269+6360";
+  write_virtual(feet, kInDegrees);
+  ASSERT_TRUE(import());
+  EXPECT_NEAR(z_at_datum(), 300.0 * kSurveyFoot_m, 1e-3);
+  write_virtual(feet, kInDegrees, "<UnitType>m</UnitType>");
+  ASSERT_TRUE(import());
+  EXPECT_NEAR(z_at_datum(), 300.0, 1e-3) << "the band's own unit goes first";
+  write_virtual(feet, kInDegrees);
+  wanted_.height_unit_m = 0.5;
+  ASSERT_TRUE(import());
+  EXPECT_NEAR(z_at_datum(), 150.0, 1e-3);
+  wanted_.height_unit_m = 0.0;
+  wanted_.heights = "EPSG:5703";  // the same datum, in metres
+  EXPECT_THAT(why_not(), HasSubstr("--height-unit"));
+  wanted_.heights = "EPSG:6360";
+  write_virtual("EPSG:4269", kInDegrees);
+  ASSERT_TRUE(import());
+  EXPECT_NEAR(z_at_datum(), 300.0 * kSurveyFoot_m, 1e-3);
+}
+
+TEST_F(RasterImportTest, TheBandsScaleAndOffsetAreApplied) {
+  write(47.0, 8.0, [](double lat, double) { return lat > 47.012 ? -9999.0 : 3000.0; });
+  write_virtual("EPSG:4326", kInDegrees,
+                "<NoDataValue>-9999</NoDataValue><Offset>-50</Offset><Scale>0.1</Scale>");
+  const Result<RasterImported> done = import();
+  ASSERT_TRUE(done) << done.error().message;
+  EXPECT_NEAR(z_at_datum(), 250.0, 1e-3);
+  Elevation e;
+  EXPECT_FALSE(loaded().sample(0.0, 700.0, &e)) << "no data is no data, unscaled";
+  write_virtual("EPSG:4326", kInDegrees, "<Scale>0</Scale>");
+  EXPECT_THAT(why_not(), HasSubstr("scale"));
+}
+
+TEST_F(RasterImportTest, HeightsOfAThreeDimensionalSystemAreEllipsoidal) {
+  write(47.0, 8.0, flat);
+  wanted_.heights.clear();
+  wanted_.crs = "EPSG:4979";
+  const Result<RasterImported> done = import();
+  ASSERT_TRUE(done) << done.error().message;
+  EXPECT_EQ(done->frame.reference, "WGS84");
+  EXPECT_EQ(done->frame.heights, "ellipsoid");
+  EXPECT_TRUE(std::isnan(done->frame.undulation_m));
+  EXPECT_NEAR(z_at_datum(), 300.0, 1e-3);
+}
+
+TEST_F(RasterImportTest, TheGeoidsGridEndsWhereItEnds) {
+  write(47.0, 8.0, flat);
+  // As GTX has it: big endian, from the south-west; it ends 650 m east of the middle.
+  std::string grid;
+  const auto put = [&grid](auto v) {
+    char bytes[sizeof v];
+    std::memcpy(bytes, &v, sizeof v);
+    grid.append(std::make_reverse_iterator(bytes + sizeof v), std::make_reverse_iterator(bytes));
+  };
+  for (const double v : {46.8, 7.82, 0.1, 0.1}) put(v);
+  put(5);
+  put(3);
+  for (int k = 0; k < 15; ++k) put(50.0F);
+  std::ofstream(folder_ + "/geoid.gtx", std::ios::binary) << grid;
+  wanted_.crs = "+proj=longlat +datum=WGS84 +geoidgrids=" + folder_ + "/geoid.gtx +type=crs";
+  wanted_.heights.clear();
+  const Result<RasterImported> done = import();
+  ASSERT_TRUE(done) << done.error().message;
+  const ElevationMap map = loaded();
+  Elevation e;
+  for (const double y : {-800.0, 0.0, 800.0}) {
+    for (const double x : {-700.0, 0.0, 300.0}) {
+      ASSERT_TRUE(map.sample(x, y, &e)) << x << ' ' << y;
+      EXPECT_NEAR(e.z_m, 350.0, 0.2);
+    }
+    EXPECT_FALSE(map.sample(800.0, y, &e));
+  }
+}
+
+TEST_F(RasterImportTest, FramesHaveTheirCommonNames) {
+  write(47.0, 8.0, hill);
+  for (const auto& [crs, name] : {std::pair{"EPSG:4326", "WGS84"},
+                                  {"EPSG:4979", "WGS84"},
+                                  {"OGC:CRS84", "WGS84"},
+                                  {"+proj=longlat +datum=WGS84", "WGS84"},
+                                  {"EPSG:4269", "NAD83"},
+                                  {"+proj=longlat +datum=NAD83", "NAD83"},
+                                  {"EPSG:4258", "ETRS89"},
+                                  {"EPSG:6318", "NAD83(2011)"},
+                                  {"EPSG:6319", "NAD83(2011)"},
+                                  {"EPSG:9000", "ITRF2014"},
+                                  {"EPSG:4152", "NAD83(HARN)"},
+                                  {"EPSG:4283", "GDA94"}}) {
+    wanted_.crs = crs;
+    const Result<RasterImported> done = import();
+    ASSERT_TRUE(done) << done.error().message;
+    EXPECT_EQ(done->frame.reference, name) << crs;
+  }
 }
 
 TEST_F(RasterImportTest, AnotherFrameIsNamed) {
@@ -235,6 +350,30 @@ TEST_F(RasterImportTest, AnExportedMapIsTheSameGroundWhenImportedAgain) {
   png.read(head.data(), 8);
   EXPECT_EQ(head, "\x89PNG\r\n\x1a\n");
   EXPECT_FALSE(std::filesystem::exists(folder_ + "/relief.png.aux.xml"));
+}
+
+TEST_F(RasterImportTest, AnExportedMapKeepsItsReference) {
+  write(47.0, 8.0, hill);
+  for (const std::string crs : {"EPSG:4326", "EPSG:4269", "EPSG:4258", "EPSG:6318", "EPSG:9000",
+                                "+proj=longlat +ellps=GRS80"}) {
+    wanted_.path = folder_ + "/dem.asc";
+    wanted_.crs = crs;
+    const Result<RasterImported> first = import();
+    ASSERT_TRUE(first) << first.error().message;
+    const Result<MapFolder> folder = MapFolder::open(map_);
+    const Result<Raster> before = whole_level(*folder, 0);
+    wanted_.path = folder_ + "/exported.tif";
+    wanted_.crs.clear();
+    testing::internal::CaptureStderr();
+    ASSERT_TRUE(write_geotiff(folder->index().frame, *before, wanted_.path));
+    const Result<RasterImported> second = import();
+    EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+    ASSERT_TRUE(second) << second.error().message;
+    EXPECT_EQ(second->frame.reference, first->frame.reference);
+    EXPECT_EQ(second->cell_m, first->cell_m);
+    // Its border's cells lie half on what is not known.
+    EXPECT_GT(second->known, 0.9 * static_cast<double>(first->known)) << crs;
+  }
 }
 
 }  // namespace

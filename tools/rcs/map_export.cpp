@@ -1,12 +1,15 @@
 #include "tools/rcs/map_export.h"
 
+#include <cpl_vsi.h>
 #include <fmt/format.h>
 #include <gdal_utils.h>
 #include <ogr_spatialref.h>
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
+#include <cstdlib>
+#include <memory>
+#include <utility>
 
 #include "rcs/base/geodesy.h"
 #include "rcs/terrain/map_tile.h"
@@ -63,6 +66,44 @@ Result<Dataset> in_memory(const Raster& r, int bands) {
   d->SetGeoTransform(affine);
   d->GetRasterBand(1)->SetNoDataValue(kNoHeight);
   return d;
+}
+
+/// Drivers write to memory: not all of them tell when a disk is full.
+constexpr const char* kInMemory = "/vsimem/rcs_map_export";
+
+/// Moves what a driver made of a map to its file.
+Outcome close_and_write(Dataset written, const std::string& path) {
+  const bool created = written != nullptr;
+  written.reset();  // the last of it is written now
+  vsi_l_offset bytes = 0;
+  const std::unique_ptr<GByte, decltype(&VSIFree)> file(VSIGetMemFileBuffer(kInMemory, &bytes, 1),
+                                                        &VSIFree);
+  VSIUnlink((std::string(kInMemory) + ".aux.xml").c_str());  // what the format can't say
+  if (!created || !file || CPLGetLastErrorType() >= CE_Failure) {
+    return Error{path + ": " + gdal_says()};
+  }
+  return write_text(path, {reinterpret_cast<const char*>(file.get()), bytes});
+}
+
+/// The reference frame that has this name in EPSG's list; else one of this name that nothing is
+/// known of.
+OGRSpatialReference geographic_of(const std::string& reference) {
+  OGRSpatialReference crs;
+  crs.SetGeogCS(reference.c_str(), reference.c_str(), "WGS 84", SRS_WGS84_SEMIMAJOR,
+                SRS_WGS84_INVFLATTENING);
+  const std::string name = reference == "WGS84" ? "WGS 84" : reference;
+  int count = 0;
+  OSRCRSInfo** list = OSRGetCRSInfoListFromDatabase("EPSG", nullptr, &count);
+  for (int k = 0; k < count; ++k) {
+    const OSRCRSInfo& one = *list[k];
+    if (one.eType != OSR_CRS_TYPE_GEOGRAPHIC_2D || one.bDeprecated != 0 || name != one.pszName) {
+      continue;
+    }
+    crs.importFromEPSG(std::atoi(one.pszCode));
+    break;
+  }
+  OSRDestroyCRSInfoList(list);
+  return crs;
 }
 
 }  // namespace
@@ -130,16 +171,18 @@ int level_of_at_most(const MapFolder& map, std::int64_t cells) {
 }
 
 Outcome write_geotiff(const MapFrame& frame, const Raster& r, const std::string& path) {
+  const QuietGdal quiet;
   CPLErrorReset();
   Result<Dataset> memory = in_memory(r, 5);
   if (!memory) return memory.error();
   const bool ellipsoidal = frame.heights == "ellipsoid";
   const LocalFrame local(frame.datum);
-  OGRSpatialReference crs;
-  const std::string text =
-      fmt::format("+proj=ortho +lat_0={:.12f} +lon_0={:.12f} +ellps=WGS84 +units=m +no_defs",
-                  degrees(frame.datum.lat_rad), degrees(frame.datum.lon_rad));
-  if (ellipsoidal && crs.importFromProj4(text.c_str()) == OGRERR_NONE) {
+  if (ellipsoidal) {
+    const OGRSpatialReference geographic = geographic_of(frame.reference);
+    OGRSpatialReference crs;
+    crs.SetProjCS(("orthographic, " + frame.reference).c_str());
+    crs.CopyGeogCSFrom(&geographic);
+    crs.SetOrthographic(degrees(frame.datum.lat_rad), degrees(frame.datum.lon_rad), 0.0, 0.0);
     (*memory)->SetSpatialRef(&crs);
   }
   const char* names[] = {"height", "sigma", "count", "days since 2000-01-01",
@@ -163,18 +206,18 @@ Outcome write_geotiff(const MapFrame& frame, const Raster& r, const std::string&
   band(5, r.source);
   if (!done) return Error{path + ": " + done.error().message};
   GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("GTiff");
-  OutputFile out(path);
-  char* options[] = {const_cast<char*>("COMPRESS=DEFLATE"), nullptr};
-  const Dataset written(driver == nullptr
-                            ? nullptr
-                            : driver->CreateCopy(out.temporary_path().c_str(), memory->get(), 0,
-                                                 options, nullptr, nullptr));
-  if (!written) return Error{path + ": " + gdal_says()};
-  written->FlushCache();
-  return out.commit();
+  // How large it becomes when it is compressed is not known before.
+  char* options[] = {const_cast<char*>("COMPRESS=DEFLATE"), const_cast<char*>("BIGTIFF=IF_SAFER"),
+                     nullptr};
+  CPLErrorReset();
+  Dataset written(driver == nullptr
+                      ? nullptr
+                      : driver->CreateCopy(kInMemory, memory->get(), 0, options, nullptr, nullptr));
+  return close_and_write(std::move(written), path);
 }
 
 Outcome write_hillshade(const Raster& r, const std::string& path) {
+  const QuietGdal quiet;
   CPLErrorReset();
   Result<Dataset> memory = in_memory(r, 1);
   if (!memory) return memory.error();
@@ -183,19 +226,15 @@ Outcome write_hillshade(const Raster& r, const std::string& path) {
     return std::isnan(z) ? kNoHeight : z;
   });
   if (!filled) return Error{path + ": " + filled.error().message};
-  OutputFile out(path);
   char* arguments[] = {const_cast<char*>("-of"), const_cast<char*>("PNG"),
                        const_cast<char*>("-compute_edges"), nullptr};
+  CPLErrorReset();
   GDALDEMProcessingOptions* options = GDALDEMProcessingOptionsNew(arguments, nullptr);
   int misused = 0;
-  const Dataset written(static_cast<GDALDataset*>(GDALDEMProcessing(
-      out.temporary_path().c_str(), memory->get(), "hillshade", nullptr, options, &misused)));
+  Dataset written(static_cast<GDALDataset*>(
+      GDALDEMProcessing(kInMemory, memory->get(), "hillshade", nullptr, options, &misused)));
   GDALDEMProcessingOptionsFree(options);
-  if (!written) return Error{path + ": " + gdal_says()};
-  written->FlushCache();
-  std::error_code error;
-  std::filesystem::remove(out.temporary_path() + ".aux.xml", error);  // what PNG can't say
-  return out.commit();
+  return close_and_write(std::move(written), path);
 }
 
 }  // namespace rcs::tools

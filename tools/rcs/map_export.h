@@ -17,8 +17,9 @@ namespace rcs::tools {
 [[nodiscard]] int level_of_at_most(const MapFolder& map, std::int64_t cells);
 
 /// Heights above the ellipsoid, sigma, count, date and source as five bands, in the orthographic
-/// projection about the map's datum: places are right to x * h / 6.4e6 for ground that is h above
-/// the datum. A map in a frame of its own (heights that are not above the ellipsoid) keeps its z.
+/// projection about the map's datum, in its reference frame: places are right to x * h / 6.4e6 for
+/// ground that is h above the datum. A map in a frame of its own (heights that are not above the
+/// ellipsoid) keeps its z.
 [[nodiscard]] Outcome write_geotiff(const MapFrame& frame, const Raster& raster,
                                     const std::string& path);
 

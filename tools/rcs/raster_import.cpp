@@ -34,7 +34,7 @@ class Survey {
  private:
   struct Pixels {
     int col = 0, row = 0, cols = 0, rows = 0;
-    std::vector<float> z;     ///< as in the file; NaN: none
+    std::vector<float> z;     ///< in the file's unit; NaN: none
     std::vector<float> miss;  ///< what interpolation misses [as z]
     [[nodiscard]] bool sample(const Vec2& pixel, double* z_out, double* miss_out) const;
   };
@@ -61,7 +61,15 @@ Result<Survey> Survey::open(const RasterImport& wanted) {
     return Error{
         fmt::format("{}: band {}, it has {}", wanted.path, wanted.band, file->GetRasterCount())};
   }
-  Result<SurveyFrame> frame = SurveyFrame::find(wanted, file->GetRasterBand(wanted.band));
+  GDALRasterBand* band = file->GetRasterBand(wanted.band);
+  const double scale = band->GetScale();
+  const double offset = band->GetOffset();
+  if (!std::isfinite(scale) || scale == 0.0 || !std::isfinite(offset)) {
+    return Error{
+        fmt::format("{}: band {}: scale {} and offset {}: they must be finite, the scale not 0",
+                    wanted.path, wanted.band, scale, offset)};
+  }
+  Result<SurveyFrame> frame = SurveyFrame::find(wanted, band);
   if (!frame) return Error{wanted.path + ": " + frame.error().message};
   return Survey(wanted, std::move(file), std::move(frame).value());
 }
@@ -95,13 +103,17 @@ Result<Survey::Pixels> Survey::read(const Vec2& low, const Vec2& high) const {
     has_nodata = 1;
   }
   const double unit_m = frame_.unit_m();
+  const double scale = band_->GetScale();
+  const double offset = band_->GetOffset();
   for (float& z : p.z) {
-    if ((has_nodata != 0 && z == static_cast<float>(nodata)) || !std::isfinite(z)) z = kUnknown;
+    const float value = z;
+    const bool none = has_nodata != 0 && value == static_cast<float>(nodata);
+    z = none || !std::isfinite(value) ? kUnknown : static_cast<float>(value * scale + offset);
     if (std::isnan(z) || (z * unit_m >= kLowest_m && z * unit_m <= kHighest_m)) continue;
     return Error{
-        fmt::format("{}: a height of {} is not on the earth ({} to {} m): no data? Then "
-                    "say so with --nodata",
-                    wanted_.path, z, kLowest_m, kHighest_m)};
+        fmt::format("{}: {} is a height of {} m, not on the earth ({} to {} m): no data? Then say "
+                    "so with --nodata",
+                    wanted_.path, value, z * unit_m, kLowest_m, kHighest_m)};
   }
   // What the mean of a node's neighbours on either side misses of it, root mean square over 5 x 5:
   // the error in the middle between nodes twice as far apart.
@@ -174,19 +186,17 @@ Result<Raster> Survey::tile(const MapLevel& level, Cell number) const {
   r.source = {wanted_.source};
 
   constexpr int kKnots = kTileSide / kKnot + 1;
-  std::vector<Knot> knots;
+  std::vector<std::optional<Knot>> knots;  // empty: the projection does not reach there
   Vec2 low = Vec2::Constant(1e18);
   Vec2 high = -low;
   for (int b = 0; b < kKnots; ++b) {
     for (int a = 0; a < kKnots; ++a) {
-      const std::optional<Knot> k =
-          frame_.knot(level.centre({r.first.i + a * kKnot, r.first.j + b * kKnot}));
-      if (!k) return r;  // the projection does not reach there: unknown
-      for (const Vec2& pixel : k->pixel) {
+      knots.push_back(frame_.knot(level.centre({r.first.i + a * kKnot, r.first.j + b * kKnot})));
+      if (!knots.back()) continue;
+      for (const Vec2& pixel : knots.back()->pixel) {
         low = low.cwiseMin(pixel);
         high = high.cwiseMax(pixel);
       }
-      knots.push_back(*k);
     }
   }
   const double unit_m = frame_.unit_m();
@@ -195,20 +205,22 @@ Result<Raster> Survey::tile(const MapLevel& level, Cell number) const {
   if (pixels->z.empty()) return r;
   for (int j = 0; j < kTileSide; ++j) {
     for (int i = 0; i < kTileSide; ++i) {
-      const Knot* k = &knots[static_cast<std::size_t>((j / kKnot) * kKnots + i / kKnot)];
+      const std::optional<Knot>* k =
+          &knots[static_cast<std::size_t>((j / kKnot) * kKnots + i / kKnot)];
+      const std::array<const std::optional<Knot>*, 4> of = {k, k + 1, k + kKnots, k + kKnots + 1};
+      if (std::any_of(of.begin(), of.end(), [](const auto* at) { return !*at; })) continue;
       const double s = static_cast<double>(i % kKnot) / kKnot;
       const double t = static_cast<double>(j % kKnot) / kKnot;
       const std::array<double, 4> w = {(1 - s) * (1 - t), s * (1 - t), (1 - s) * t, s * t};
-      const std::array<const Knot*, 4> of = {k, k + 1, k + kKnots, k + kKnots + 1};
       std::array<Vec2, 2> pixel = {Vec2::Zero(), Vec2::Zero()};
       std::array<double, 2> ellipsoidal_m{};
       double undulation_m = 0.0;
       for (std::size_t n = 0; n < 4; ++n) {
         for (std::size_t a = 0; a < 2; ++a) {
-          pixel[a] += w[n] * of[n]->pixel[a];
-          ellipsoidal_m[a] += w[n] * of[n]->ellipsoidal_m[a];
+          pixel[a] += w[n] * (*of[n])->pixel[a];
+          ellipsoidal_m[a] += w[n] * (*of[n])->ellipsoidal_m[a];
         }
-        undulation_m += w[n] * of[n]->undulation_m;
+        undulation_m += w[n] * (*of[n])->undulation_m;
       }
       // Where the ground is depends on its height, a little: twice around is enough.
       double z = 0.0;

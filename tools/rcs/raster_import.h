@@ -22,9 +22,11 @@ struct RasterImport {
   std::string heights;
   /// Geoid above the ellipsoid [m], instead of PROJ's grid for `heights`.
   std::optional<double> undulation_m;
-  std::optional<double> nodata;  ///< a height that means: none; empty: as the file says
-  double height_unit_m = 0.0;    ///< of the band's heights; 0: as the file says, else 1
-  double cell_m = 0.0;           ///< of the map; 0: the raster's own spacing
+  std::optional<double> nodata;  ///< the file's value that means: none; empty: as the file says
+  /// Of the band's heights, its scale and offset applied; 0: as the band, else its vertical system
+  /// or that of `heights`, says; else 1.
+  double height_unit_m = 0.0;
+  double cell_m = 0.0;  ///< of the map; 0: the raster's own spacing
   SurveyQuality quality;
   CellSource source = CellSource::kAerial;
 };

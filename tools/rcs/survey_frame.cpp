@@ -9,18 +9,17 @@
 namespace rcs::tools {
 namespace {
 
-/// The common name of a geodetic datum.
-std::string reference_of(const OGRSpatialReference& crs) {
-  const char* datum = crs.GetAttrValue("DATUM");
-  if (datum == nullptr) return "unknown";
-  std::string name = datum;
-  if (name.find("WGS_1984") != std::string::npos ||
-      name.find("World Geodetic System 1984") != std::string::npos) {
-    return "WGS84";
-  }
-  if (name == "North_American_Datum_1983") return "NAD83";
-  if (name == "European_Terrestrial_Reference_System_1989") return "ETRS89";
-  return name;
+/// The common name of a geodetic reference frame.
+std::string reference_of(const OGRSpatialReference& geographic) {
+  const char* text = geographic.GetAttrValue("DATUM");
+  const std::string datum = text == nullptr ? "unknown" : text;
+  if (datum == "WGS_1984") return "WGS84";
+  if (datum == "North_American_Datum_1983") return "NAD83";
+  if (datum == "European_Terrestrial_Reference_System_1989") return "ETRS89";
+  // Coordinates are called "NAD83(2011)" where their datum's name is the long one.
+  text = geographic.GetName();
+  const std::string name = text == nullptr ? "unknown" : text;
+  return name == "unknown" || name == "unnamed" ? datum : name;
 }
 
 /// What PROJ calls the vertical datum that `heights` names.
@@ -74,6 +73,7 @@ Outcome SurveyFrame::find_frame(const RasterImport& wanted, const OGRSpatialRefe
   crs_.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
   OGRSpatialReference flat = crs_;
   flat.StripVertical();
+  flat.DemoteTo2D(nullptr);
   flat.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
   const std::unique_ptr<OGRSpatialReference> geographic(flat.CloneGeogCS());
   geographic_ = *geographic;
@@ -91,7 +91,11 @@ Outcome SurveyFrame::find_unit(const RasterImport& wanted, const std::string& ow
   constexpr double kSurveyFoot_m = 1200.0 / 3937.0;
   if (wanted.height_unit_m != 0.0) {
     unit_m_ = wanted.height_unit_m;
-  } else if (own.empty() || own == "m" || own == "metre" || own == "meter") {
+  } else if (own.empty()) {
+    const Result<double> unit_m = find_system_unit(wanted.heights);
+    if (!unit_m) return unit_m.error();
+    unit_m_ = *unit_m;
+  } else if (own == "m" || own == "metre" || own == "meter") {
     unit_m_ = 1.0;
   } else if (own == "ft" || own == "foot") {
     unit_m_ = kFoot_m;
@@ -103,9 +107,31 @@ Outcome SurveyFrame::find_unit(const RasterImport& wanted, const std::string& ow
   return Done{};
 }
 
+/// By what the raster's system and the one of `heights` say of it; 1 if neither does.
+Result<double> SurveyFrame::find_system_unit(const std::string& heights) const {
+  double own_m = 0.0;
+  crs_.GetAxis(nullptr, 2, nullptr, &own_m);
+  OGRSpatialReference vertical;
+  const bool named = !heights.empty() && heights != "ellipsoid" &&
+                     vertical.SetFromUserInput(vertical_crs(heights).c_str()) == OGRERR_NONE &&
+                     vertical.IsVertical() != 0;
+  const double named_m = named ? vertical.GetTargetLinearUnits("VERT_CS") : 0.0;
+  if (own_m > 0.0 && named_m > 0.0 && std::abs(own_m - named_m) > 1e-9) {
+    return Error{fmt::format(
+        "heights in units of {} m by its coordinate reference system, of {} m by --heights {}: "
+        "say with --height-unit which",
+        own_m, named_m, heights)};
+  }
+  if (own_m > 0.0) return own_m;
+  return named_m > 0.0 ? named_m : 1.0;
+}
+
 Outcome SurveyFrame::find_heights(const RasterImport& wanted) {
   undulation_m_ = wanted.undulation_m;
-  if (undulation_m_ || wanted.heights == "ellipsoid") return Done{};
+  const bool in_space = crs_.GetAxesCount() == 3 && crs_.IsCompound() == 0;
+  if (undulation_m_ || wanted.heights == "ellipsoid" || (wanted.heights.empty() && in_space)) {
+    return Done{};
+  }
   const std::string datum =
       wanted.heights.empty() ? vertical_part(crs_) : vertical_crs(wanted.heights);
   if (datum.empty()) {
@@ -114,7 +140,8 @@ Outcome SurveyFrame::find_heights(const RasterImport& wanted) {
         "code of a vertical datum; or --undulation"};
   }
   OGRSpatialReference vertical;
-  if (vertical.SetFromUserInput(datum.c_str()) != OGRERR_NONE || vertical.IsVertical() == 0) {
+  if (vertical.SetFromUserInput(datum.c_str()) != OGRERR_NONE || vertical.IsVertical() == 0 ||
+      vertical.IsCompound() != 0) {
     return Error{"--heights: " + datum + " is no vertical datum"};
   }
   const std::string name = wanted.heights.empty() ? vertical.GetName() : wanted.heights;
@@ -150,8 +177,9 @@ std::optional<Vec2> SurveyFrame::pixel_of(const Geodetic& g) const {
   double x = degrees(g.lon_rad);
   double y = degrees(g.lat_rad);
   if (to_crs_->Transform(1, &x, &y) == 0) return std::nullopt;
-  return Vec2(inverse_[0] + inverse_[1] * x + inverse_[2] * y,
-              inverse_[3] + inverse_[4] * x + inverse_[5] * y);
+  const Vec2 pixel(inverse_[0] + inverse_[1] * x + inverse_[2] * y,
+                   inverse_[3] + inverse_[4] * x + inverse_[5] * y);
+  return pixel.allFinite() ? std::optional<Vec2>(pixel) : std::nullopt;
 }
 
 std::optional<Geodetic> SurveyFrame::geodetic_of(const Vec2& pixel) const {

@@ -50,6 +50,7 @@ class SurveyFrame {
   SurveyFrame() = default;
   [[nodiscard]] Outcome find_frame(const RasterImport& wanted, const OGRSpatialReference* own);
   [[nodiscard]] Outcome find_unit(const RasterImport& wanted, const std::string& own);
+  [[nodiscard]] Result<double> find_system_unit(const std::string& heights) const;
   [[nodiscard]] Outcome find_heights(const RasterImport& wanted);
   [[nodiscard]] Outcome find_extent(double cols, double rows);
   [[nodiscard]] std::optional<Vec2> pixel_of(const Geodetic& g) const;
