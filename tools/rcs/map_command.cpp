@@ -126,10 +126,12 @@ class MapImportRaster final : public Command {
         ->add_option("--undulation", undulation_m_,
                      "geoid above the ellipsoid [m], where PROJ has no grid for --heights")
         ->check(CLI::Range(-120.0, 120.0));
-    app()->add_option("--nodata", nodata_, "a height that means: none; default: as it says");
+    app()->add_option("--nodata", nodata_,
+                      "the file's value that means: none; default: as it says");
     app()
         ->add_option("--height-unit", wanted_.height_unit_m,
-                     "metres in the unit of its heights; default: as it says, else 1")
+                     "metres in the unit of its heights; default: as the band, else its vertical "
+                     "system or that of --heights, says; else 1")
         ->check(CLI::Range(1e-4, 1000.0));
     app()
         ->add_option("--cell", wanted_.cell_m, "of the map [m]; default: the raster's spacing")
@@ -420,6 +422,7 @@ void add_map_commands(CLI::App* rcs, Commands* commands) {
   commands->push_back(std::make_unique<MapInfo>(map));
   commands->push_back(std::make_unique<MapExport>(map));
   add_map_match_command(map, commands);
+  add_map_compare_commands(map, commands);
 }
 
 }  // namespace rcs::tools
