@@ -37,16 +37,26 @@ struct PlaneFits {
   Lanes n;  // known cells
   /// 0: they lie on a line, or are too few, and what follows means nothing.
   Lanes found = Lanes::Zero();
-  Lanes a, b, c, rise, rms, leverage;
+  Lanes a, b, c, slope_rad, rms, leverage;
 
   [[nodiscard]] GroundPlane plane(int k) const {
-    return {a[k], b[k], c[k], rise[k], rms[k], leverage[k]};
+    return {a[k], b[k], c[k], slope_rad[k], rms[k], leverage[k]};
   }
 };
 
+// Of tangents from 0 on, within 1e-5 rad (Abramowitz and Stegun, 4.4.47). libm's took a fifth of
+// the patch's time.
+Lanes arc_tangent(const Lanes& tangent) {
+  const Lanes x = tangent.min(1.0 / tangent);
+  const Lanes x2 = x * x;
+  const Lanes angle =
+      x * (0.9998660 + x2 * (-0.3302995 + x2 * (0.1801410 + x2 * (-0.0851330 + x2 * 0.0208351))));
+  return (tangent > 1.0).select(0.5 * kPi - angle, angle);
+}
+
 // @param middle  of the neighbourhoods, in the columns' moments
 // @param stride  from one of a column's moments to the next
-PlaneFits fit_planes(const double* middle, std::ptrdiff_t stride) {
+PlaneFits fit_planes(const double* middle, std::ptrdiff_t stride, double cell_m) {
   const Moments of_n = moments(middle + kN * stride, 1);
   PlaneFits fits;
   fits.n = of_n.zeroth;
@@ -60,22 +70,25 @@ PlaneFits fit_planes(const double* middle, std::ptrdiff_t stride) {
   const Lanes& sy = of_y.zeroth;
   const Lanes& sz = of_z.zeroth;
   const Lanes n = of_n.zeroth.max(1.0);
-  const Lanes cxx = of_n.second - sx * sx / n;
-  const Lanes cxy = of_y.first - sx * sy / n;
-  const Lanes cyy = syy - sy * sy / n;
-  const Lanes cxz = of_z.first - sx * sz / n;
-  const Lanes cyz = syz - sy * sz / n;
-  const Lanes czz = szz - sz * sz / n;
+  const Lanes per_n = 1.0 / n;  // divisions are what a plane costs
+  const Lanes mx = sx * per_n;
+  const Lanes my = sy * per_n;
+  const Lanes mz = sz * per_n;
+  const Lanes cxx = of_n.second - sx * mx;
+  const Lanes cxy = of_y.first - sx * my;
+  const Lanes cyy = syy - sy * my;
+  const Lanes cxz = of_z.first - sx * mz;
+  const Lanes cyz = syz - sy * mz;
+  const Lanes czz = szz - sz * mz;
   const Lanes det = cxx * cyy - cxy * cxy;
+  const Lanes per_det = 1.0 / det;
   fits.found = (n >= kFewest && det >= 0.5 * n).cast<double>();
-  fits.b = (cyy * cxz - cxy * cyz) / det;
-  fits.c = (cxx * cyz - cxy * cxz) / det;
-  fits.rise = (fits.b * fits.b + fits.c * fits.c).sqrt();
-  fits.a = (sz - fits.b * sx - fits.c * sy) / n;
-  fits.rms = ((czz - fits.b * cxz - fits.c * cyz).max(0.0) / n).sqrt();
-  const Lanes mx = sx / n;
-  const Lanes my = sy / n;
-  fits.leverage = 1.0 / n + (cyy * mx * mx - 2.0 * cxy * mx * my + cxx * my * my) / det;
+  fits.b = (cyy * cxz - cxy * cyz) * per_det;
+  fits.c = (cxx * cyz - cxy * cxz) * per_det;
+  fits.slope_rad = arc_tangent((fits.b * fits.b + fits.c * fits.c).sqrt() / cell_m);
+  fits.a = mz - fits.b * mx - fits.c * my;
+  fits.rms = ((czz - fits.b * cxz - fits.c * cyz).max(0.0) * per_n).sqrt();
+  fits.leverage = per_n + (cyy * mx * mx - 2.0 * cxy * mx * my + cxx * my * my) * per_det;
   return fits;
 }
 
@@ -208,7 +221,7 @@ Cell TerrainGrid::patch(const Pose& T_local_vehicle, std::vector<TerrainAnswer>*
     const std::ptrdiff_t row = (j + kReach) * stride_;
     add_columns(row);
     for (int begin = 0; begin < side; begin += kLanes) {
-      const PlaneFits fits = fit_planes(columns_.data() + kReach + begin, stride_);
+      const PlaneFits fits = fit_planes(columns_.data() + kReach + begin, stride_, params_.cell_m);
       for (int k = 0; k < std::min(kLanes, side - begin); ++k) {
         const int i = begin + k;
         const Low* const low = lows_.data() + row + kReach + i;
@@ -284,7 +297,7 @@ TerrainAnswer TerrainGrid::answer(const Low* low, Cell cell, const GroundPlane& 
   const GroundPlane plane = near_only ? GroundPlane{self.m} : ground;
   out.known = true;
   out.height_m = static_cast<float>(plane.a);
-  out.slope_rad = static_cast<float>(std::atan(plane.rise / params_.cell_m));
+  out.slope_rad = static_cast<float>(plane.slope_rad);
   out.roughness_m = static_cast<float>(plane.rms);
   if (!self.known) return out;
 

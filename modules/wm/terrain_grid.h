@@ -59,9 +59,9 @@ struct TerrainAnswer {
 /// The ground around a cell, z = a + b x + c y, with x and y in cells from its middle.
 struct GroundPlane {
   double a = 0.0, b = 0.0, c = 0.0;
-  double rise = 0.0;      ///< where it is steepest, a cell
-  double rms = 0.0;       ///< of the heights that it goes through
-  double leverage = 0.0;  ///< how much of a is what was seen in the middle, [0, 1]
+  double slope_rad = 0.0;  ///< where it is steepest
+  double rms = 0.0;        ///< of the heights that it goes through
+  double leverage = 0.0;   ///< how much of a is what was seen in the middle, [0, 1]
 
   [[nodiscard]] double at(double x, double y) const { return a + b * x + c * y; }
 };

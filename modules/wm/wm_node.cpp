@@ -351,7 +351,8 @@ void WmNode::publish_map_patch() {
   m.roughness_cm.resize(answers_.size());
   m.flags.resize(answers_.size());
   const auto whole = [](double value, double most) {
-    return static_cast<int>(std::lround(std::clamp(value, -most, most)));
+    value = std::clamp(value, -most, most);
+    return static_cast<int>(value + std::copysign(0.5, value));  // lround() costs a call a cell
   };
   for (std::size_t k = 0; k < answers_.size(); ++k) {
     const TerrainAnswer& a = answers_[k];
