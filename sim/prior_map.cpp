@@ -12,37 +12,41 @@
 namespace rcs::sim {
 namespace {
 
-constexpr int kSide = 10;  // steps of the ground's samples along a cell
+/// Steps of the ground's samples along a cell: nothing in the ground is finer than the least.
+int samples_along(double cell_m) {
+  constexpr double kLeast_m = 0.1;
+  return std::clamp(static_cast<int>(std::lround(cell_m / kLeast_m)), 2, 10);
+}
 
-/// The ground under one row of cells, sampled at kSide + 1 places along each, borders included.
+/// The ground under one row of cells, sampled at `side` + 1 places along each, borders included.
 class RowOfCells {
  public:
-  RowOfCells(const Relief& relief, const Raster& raster, int row)
-      : stride_(static_cast<std::size_t>(raster.width) * kSide + 1) {
-    const double step_m = raster.level.cell_m / kSide;
-    const std::int64_t i0 = std::int64_t{raster.first.i} * kSide;
-    const std::int64_t j0 = (std::int64_t{raster.first.j} + row) * kSide;
-    relief.fill(i0, j0, step_m, static_cast<int>(stride_), kSide + 1, &z_);
+  RowOfCells(const Relief& relief, const Raster& raster, int row, int side)
+      : side_(side), stride_(raster.width * side + 1) {
+    const double step_m = raster.level.cell_m / side;
+    const std::int64_t i0 = std::int64_t{raster.first.i} * side;
+    const std::int64_t j0 = (std::int64_t{raster.first.j} + row) * side;
+    relief.fill(i0, j0, step_m, stride_, side + 1, &z_);
   }
 
-  /// Mean over a cell of f(height, a, b) at the sample (a, b) of its [0, kSide]^2, by the
+  /// Mean over a cell of f(height, a, b) at the sample (a, b) of its [0, side]^2, by the
   /// trapezoidal rule.
   template <class F>
   [[nodiscard]] double mean(int col, const F& f) const {
     double sum = 0.0;
-    for (int b = 0; b <= kSide; ++b) {
-      for (int a = 0; a <= kSide; ++a) {
-        const double weight = (a % kSide == 0 ? 0.5 : 1.0) * (b % kSide == 0 ? 0.5 : 1.0);
-        const float z =
-            z_[static_cast<std::size_t>(b) * stride_ + static_cast<std::size_t>(col * kSide + a)];
+    for (int b = 0; b <= side_; ++b) {
+      for (int a = 0; a <= side_; ++a) {
+        const double weight = (a % side_ == 0 ? 0.5 : 1.0) * (b % side_ == 0 ? 0.5 : 1.0);
+        const float z = z_[static_cast<std::size_t>(b * stride_ + col * side_ + a)];
         sum += weight * f(static_cast<double>(z), a, b);
       }
     }
-    return sum / (kSide * kSide);
+    return sum / (side_ * side_);
   }
 
  private:
-  std::size_t stride_;
+  int side_;
+  int stride_;
   std::vector<float> z_;
 };
 
@@ -67,8 +71,9 @@ PriorMap make_prior_map(const Relief& relief, const Geodetic& datum, const Regio
   raster.source = {CellSource::kAerial};
   raster.sigma_m.clear();
 
+  const int side = samples_along(cell_m);
   for (int row = 0; row < raster.height; ++row) {
-    const RowOfCells cells(relief, raster, row);
+    const RowOfCells cells(relief, raster, row, side);
     for (int col = 0; col < raster.width; ++col) {
       raster.z_m.push_back(
           static_cast<float>(cells.mean(col, [](double z, int, int) { return z; })));
@@ -80,9 +85,9 @@ PriorMap make_prior_map(const Relief& relief, const Geodetic& datum, const Regio
   bare.sigma_m = {1.0F};
   const Result<ElevationMap> exact = ElevationMap::from_rasters(map.frame, {bare});
   RCS_CHECK(exact.ok());
-  const double step_m = cell_m / kSide;
+  const double step_m = cell_m / side;
   for (int row = 0; row < raster.height; ++row) {
-    const RowOfCells cells(relief, raster, row);
+    const RowOfCells cells(relief, raster, row, side);
     for (int col = 0; col < raster.width; ++col) {
       const double square = cells.mean(col, [&](double z, int a, int b) {
         Elevation e;

@@ -140,18 +140,19 @@ void Simulator::command(const drive_t& m, Stamp arrival, Duration shift) {
   commanded_->command(c, time_s(to_utime(arrival), start));
 }
 
-PriorMap Simulator::prior_map() const {
+PriorMap Simulator::prior_map(double cell_m) const {
+  PriorMapParams params = scenario_.prior_map;
+  if (cell_m > 0.0) params.cell_m = cell_m;
   const std::vector<Vec2> points = course_.points();
   Region region{points.front(), points.front()};
   for (const Vec2& p : points) {
     region.low_world_m = region.low_world_m.cwiseMin(p);
     region.high_world_m = region.high_world_m.cwiseMax(p);
   }
-  const Vec2 margin = Vec2::Constant(scenario_.prior_map.margin_m);
+  const Vec2 margin = Vec2::Constant(params.margin_m);
   region.low_world_m -= margin;
   region.high_world_m += margin;
-  return make_prior_map(world_.relief(), scenario_.datum, region, scenario_.prior_map,
-                        scenario_.seed);
+  return make_prior_map(world_.relief(), scenario_.datum, region, params, scenario_.seed);
 }
 
 // The next message measures interval `count + 1`.

@@ -51,7 +51,8 @@ class Simulator final : public EventSource {
   [[nodiscard]] double driven_m() const { return driven_m_; }
   [[nodiscard]] const Course& course() const { return course_; }
   /// The a priori map of the scenario's course.
-  [[nodiscard]] PriorMap prior_map() const;
+  /// @param cell_m  [0.2, 100] instead of the scenario's; 0: as that says
+  [[nodiscard]] PriorMap prior_map(double cell_m = 0.0) const;
 
  private:
   // Ties of arrival go in this order.

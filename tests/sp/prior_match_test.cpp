@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <functional>
 #include <random>
 
 #include "tests/sp/scene.h"
@@ -15,7 +17,8 @@ double hills(double x, double y) {
   return 4.0 * std::sin(0.05 * x + 0.3) * std::cos(0.04 * y) + 1.5 * std::sin(0.11 * y);
 }
 
-ElevationMap survey(bool flat, float sigma_m) {
+/// @param ground  z(x, y); NaN: unknown
+ElevationMap survey_of(const std::function<double(double, double)>& ground, float sigma_m) {
   MapFrame frame;
   frame.datum = {0.7, -1.3, {100.0}};
   Raster tile;
@@ -27,12 +30,16 @@ ElevationMap survey(bool flat, float sigma_m) {
     for (int i = 0; i < tile.width; ++i) {
       const double x = -150.0 + 5.0 * (i + 0.5);
       const double y = -150.0 + 5.0 * (j + 0.5);
-      tile.z_m.push_back(static_cast<float>(flat ? 0.0 : hills(x, y)));
+      tile.z_m.push_back(static_cast<float>(ground(x, y)));
     }
   }
   Result<ElevationMap> map = ElevationMap::from_rasters(frame, {tile});
   EXPECT_TRUE(map.ok()) << map.error().message;
   return std::move(map).value();
+}
+
+ElevationMap survey(bool flat, float sigma_m) {
+  return survey_of([flat](double x, double y) { return flat ? 0.0 : hills(x, y); }, sigma_m);
 }
 
 Points seen_from(const Pose& T_world_vehicle, bool flat, double bushes, std::mt19937* rng) {
@@ -152,6 +159,41 @@ TEST(PriorMatch, FlatGroundSaysNothingOfXYAndYaw) {
   const Vec3 moved = match.registration.T_target_vehicle.p - start.p;
   EXPECT_LT(moved.head<2>().norm(), 0.05);
   EXPECT_NEAR(match.registration.T_target_vehicle.p.z(), 0.9, 0.05);
+}
+
+TEST(PriorMatch, HolesInTheSurveyCostTheirCellsAndNoMore) {
+  Scene scene(7, on_hills(10.0, -20.0, 0.05, -0.05, 0.6), false, 0.0, 0.2F);
+  const auto with_holes = [](double x, double y) {
+    const bool hole = std::fmod(std::abs(x), 40.0) < 15.0 && std::fmod(std::abs(y), 40.0) < 15.0;
+    return hole ? std::nan("") : hills(x, y);
+  };
+  const Pose start = scene.T * test::pose(3.0, -2.0, 1.0, 0.01, 0.0, 0.02);
+  const Registration whole = scene.match(test::prediction(start, 3.0, 0.05), {}).registration;
+  scene.map = survey_of(with_holes, 0.2F);
+  const Registration holed = scene.match(test::prediction(start, 3.0, 0.05), {}).registration;
+  ASSERT_TRUE(usable(holed.stop)) << static_cast<int>(holed.stop);
+  EXPECT_LT((holed.T_target_vehicle.p - scene.T.p).norm(), 0.6);
+  EXPECT_LT(holed.information(2, 2), whole.information(2, 2));
+}
+
+// The survey's surface turns a cliff of 12 m into a ramp one cell wide, and the edge is elsewhere.
+TEST(PriorMatch, ACliffThatTheSurveyRoundsOffDoesNotPullTheVehicle) {
+  const auto cliff = [](double x, double y) { return hills(x, y) - (x > 17.3 ? 12.0 : 0.0); };
+  Scene scene(8, on_hills(0.0, -20.0, 0.05, -0.05, 0.6), false, 0.0, 0.2F);
+  for (std::size_t k = 0; k < scene.source.size(); ++k) {
+    Vec3 p = scene.T * scene.source[k].cast<double>();
+    p.z() -= p.x() > 17.3 ? 12.0 : 0.0;
+    const Vec3f seen = (scene.T.inverse() * p).cast<float>();
+    scene.source.x[k] = seen.x();
+    scene.source.y[k] = seen.y();
+    scene.source.z[k] = seen.z();
+  }
+  scene.map = survey_of(cliff, 0.2F);
+  const Pose start = scene.T * test::pose(1.5, -1.0, 0.5, 0.01, 0.0, 0.02);
+  const Registration match = scene.match(test::prediction(start, 2.0, 0.05), {}).registration;
+  ASSERT_TRUE(usable(match.stop)) << static_cast<int>(match.stop);
+  EXPECT_LT((match.T_target_vehicle.p - scene.T.p).norm(), 0.6);
+  EXPECT_NEAR(match.T_target_vehicle.p.z(), scene.T.p.z(), 0.15);
 }
 
 TEST(PriorMatch, OutsideTheMapIsAnAnswer) {

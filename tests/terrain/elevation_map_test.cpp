@@ -180,6 +180,27 @@ TEST_F(MapOnDisk, FollowingItIsTheSameSurfaceAsHavingItAll) {
   EXPECT_EQ(map.loading().failed, 0);
 }
 
+// A way of 13 km across a hundred tiles and more.
+TEST_F(MapOnDisk, MemoryStaysThatOfTheWindowAcrossAHundredTiles) {
+  const Raster strip = test::hills({0.5, Vec2::Zero(), 0.0, 1.0}, {0, 0}, 104 * kTileSide, 64);
+  fs::remove_all(path_);
+  ASSERT_TRUE(write_map(path_, test::frame(), strip));
+  ElevationMap map = opened(60.0);
+  const std::size_t before = map.memory_bytes();
+  SlowLoader loader(path_, 3);
+  const auto arrive = [&](double x) {
+    for (int cycle = 0; cycle < 1000; ++cycle) {
+      map.follow({x, 16.0}, &loader);
+      if (map.complete()) return;
+      loader.work();
+    }
+  };
+  for (double x = 0.0; x < 104 * kTileSide * 0.5; x += 10.0) arrive(x);
+  EXPECT_GE(map.loading().loaded, 104);
+  EXPECT_EQ(map.loading().failed, 0);
+  EXPECT_EQ(map.memory_bytes(), before);
+}
+
 TEST_F(MapOnDisk, WhatIsUnderWayIsUnknownGroundAndNothingElseIs) {
   ElevationMap map = opened(60.0);
   SlowLoader loader(path_, 3);

@@ -25,6 +25,7 @@ length_s = 90
 scenario = "../sim/drill.toml"
 ins = "consumer"
 prior_map = true
+map_cell_m = 0.5
 map_shift_m = [2.0, 0.0, 0.0]
 map_turn_deg = 5.0
 grant_share = 0.25
@@ -69,6 +70,7 @@ TEST(DrillSpec, ReadsWhatAFileSays) {
   EXPECT_TRUE(drill->needs_simulator);
   EXPECT_THAT(drill->run.scenario, HasSubstr("drills/../sim/drill.toml"));
   EXPECT_EQ(drill->run.ins, "consumer");
+  EXPECT_EQ(drill->run.map_cell_m, 0.5);
   EXPECT_NEAR(drill->run.map_turn_rad, radians(5.0), 1e-12);
   ASSERT_EQ(drill->stimuli.size(), 3U);
   EXPECT_EQ(drill->stimuli[1].kind, StimulusKind::kOffset);

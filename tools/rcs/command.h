@@ -48,6 +48,8 @@ void add_map_commands(CLI::App* rcs, Commands* commands);
 void add_map_match_command(CLI::App* map, Commands* commands);
 /// @param map  the command `rcs map`
 void add_map_compare_commands(CLI::App* map, Commands* commands);
+/// @param map  the command `rcs map`
+void add_map_worth_command(CLI::App* map, Commands* commands);
 void add_eval_command(CLI::App* rcs, Commands* commands);
 void add_sim_command(CLI::App* rcs, Commands* commands);
 void add_report_command(CLI::App* rcs, Commands* commands);

@@ -30,10 +30,10 @@ std::vector<Stimulus> stimuli_of(const Drill& drill, const DrillRunOptions& opti
 }
 
 Result<sp::PriorTerrain> prior_terrain_of(const Drill& drill, const DrillVehicle& vehicle,
-                                          const Scene& scene) {
+                                          Scene* scene) {
   if (!drill.run.prior_map) return sp::open_prior_terrain(vehicle.sp, false);
-  const sim::PriorMap wrong =
-      wrong_map(scene.prior_map(), drill.run.map_shift_m, drill.run.map_turn_rad);
+  const sim::PriorMap wrong = wrong_map(scene->prior_map(drill.run.map_cell_m),
+                                        drill.run.map_shift_m, drill.run.map_turn_rad);
   Result<ElevationMap> map = ElevationMap::from_rasters(wrong.frame, {wrong.raster});
   if (!map) return map.error();
   return sp::PriorTerrain(std::move(map).value(), nullptr);
@@ -58,7 +58,7 @@ Result<DrillRunResult> run_drill(const Drill& drill, const DrillVehicle& vehicle
                                  const DrillRunOptions& options) {
   Result<std::unique_ptr<EventSource>> opened = scene->open(drill.run.length_s, options.stop);
   if (!opened) return opened.error();
-  Result<sp::PriorTerrain> prior = prior_terrain_of(drill, vehicle, *scene);
+  Result<sp::PriorTerrain> prior = prior_terrain_of(drill, vehicle, scene);
   if (!prior) return prior.error();
   std::optional<LogWriter> log;
   if (!options.log.empty()) {

@@ -86,6 +86,18 @@ void Scene::done() {
   if (--users_ > 0) return;
   const std::lock_guard<std::mutex> lock(rendering_);
   recording_.reset();
+  prior_maps_.clear();
+  simulator_.reset();
+}
+
+const sim::PriorMap& Scene::prior_map(double cell_m) {
+  const std::lock_guard<std::mutex> lock(rendering_);
+  RCS_CHECK(simulator_ != nullptr);
+  auto found = prior_maps_.find(cell_m);
+  if (found == prior_maps_.end()) {
+    found = prior_maps_.emplace(cell_m, simulator_->prior_map(cell_m)).first;
+  }
+  return found->second;
 }
 
 Result<std::unique_ptr<EventSource>> Scene::open(double length_s,
@@ -116,16 +128,16 @@ Outcome Scene::render(const std::function<bool()>& stop) {
   if (scenario->commanded) {
     return Error{key_.scenario + ": its vehicle waits for commands; drills need a scripted course"};
   }
-  sim::Simulator simulator(*scenario);
-  prior_map_ = simulator.prior_map();
+  auto simulator = std::make_unique<sim::Simulator>(*scenario);
   auto recording = std::make_unique<Recording>();
   SourceEvent event;
-  for (Stamp due = simulator.peek(); due != Stamp::max(); due = simulator.peek()) {
-    simulator.take(&event);
+  for (Stamp due = simulator->peek(); due != Stamp::max(); due = simulator->peek()) {
+    simulator->take(&event);
     recording->add(due, event);
     if (stop()) return Error{"interrupted"};
   }
   recording_ = std::move(recording);
+  simulator_ = std::move(simulator);
   return Done{};
 }
 

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -12,7 +13,7 @@
 
 #include "rcs/base/result.h"
 #include "rcs/node/lockstep_timeline.h"
-#include "sim/scenario.h"
+#include "sim/simulator.h"
 
 namespace rcs::tools {
 
@@ -67,8 +68,10 @@ class Scene {
   /// @param stop  asked now and then
   [[nodiscard]] Result<std::unique_ptr<EventSource>> open(double length_s,
                                                           const std::function<bool()>& stop);
-  /// Of a rendered scene: the course's a priori map.
-  [[nodiscard]] const sim::PriorMap& prior_map() const { return prior_map_; }
+  /// Of a rendered scene: the course's a priori map; outlived by the scene until done(). From any
+  /// thread.
+  /// @param cell_m  instead of the scenario's; 0: as that says
+  [[nodiscard]] const sim::PriorMap& prior_map(double cell_m);
 
  private:
   [[nodiscard]] Outcome render(const std::function<bool()>& stop);
@@ -76,7 +79,8 @@ class Scene {
   SceneKey key_;
   std::mutex rendering_;
   std::unique_ptr<const Recording> recording_;
-  sim::PriorMap prior_map_;
+  std::unique_ptr<const sim::Simulator> simulator_;  ///< at the end of its drive
+  std::map<double, sim::PriorMap> prior_maps_;       ///< by cell
   std::atomic<int> users_{0};
   double longest_s_ = 0.0;
   bool whole_ = false;

@@ -134,6 +134,7 @@ void read_run(ParamTable table, const ParamFile& file, DrillRun* run) {
   if (!run->scenario.empty()) run->scenario = file.resolve(run->scenario);
   table.get("ins", &run->ins, {"", "tactical", "industrial", "consumer"});
   table.get("prior_map", &run->prior_map);
+  table.get("map_cell_m", &run->map_cell_m, {0.2, 100});
   table.get("map_shift_m", &run->map_shift_m, {-1000, 1000});
   table.get_deg("map_turn_deg", &run->map_turn_rad, {-180, 180});
   table.get("grant_share", &run->grant_share, {0.001, 1});

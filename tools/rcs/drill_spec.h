@@ -87,6 +87,7 @@ struct DrillRun {
   std::string scenario;             ///< path; empty: the command's
   std::string ins;                  ///< grade, of the simulator and of WM; empty: as configured
   bool prior_map = false;           ///< simulator: SP gets the course's a priori map
+  double map_cell_m = 0.0;          ///< of that, [0.2, 100]; 0: as the scenario says
   Vec3 map_shift_m = Vec3::Zero();  ///< it is wrong by, east north up, [-1000, 1000]
   double map_turn_rad = 0.0;        ///< and turned about the vehicle's start, [-180, 180] deg
   double grant_share = 1.0;         ///< of the work units that SP is granted, [0.001, 1]
