@@ -1,0 +1,112 @@
+#include "rcs/terrain/localizability.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "rcs/base/check.h"
+
+namespace rcs {
+namespace {
+
+constexpr int kState = 4;  // error of the place, and its growth a metre driven
+using Mat4 = Eigen::Matrix<double, kState, kState>;
+
+double worst_of(const Eigen::Matrix2d& P) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(P, Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, eigen.eigenvalues()[1]));
+}
+
+Mat4 driven(const Mat4& P, double way_m) {
+  Mat4 F = Mat4::Identity();
+  F.topRightCorner<2, 2>() = way_m * Eigen::Matrix2d::Identity();
+  return F * P * F.transpose();
+}
+
+// With a measurement of the place whose information may be singular.
+Mat4 fused(const Mat4& P, const Eigen::Matrix2d& information) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(information);
+  Mat4 out = P;
+  for (int k = 0; k < 2; ++k) {
+    const double lambda = eigen.eigenvalues()[k];
+    if (lambda <= 0.0) continue;
+    Eigen::Vector4d h = Eigen::Vector4d::Zero();
+    h.head<2>() = eigen.eigenvectors().col(k);
+    const Eigen::Vector4d Ph = out * h;
+    out -= Ph * Ph.transpose() / (h.dot(Ph) + 1.0 / lambda);
+  }
+  return 0.5 * (out + out.transpose());
+}
+
+}  // namespace
+
+Eigen::Matrix2d terrain_information(const ElevationMap& map, const Vec2& place_m,
+                                    const LocalizabilityParams& params) {
+  Mat6 H = Mat6::Zero();  // x, y, z, roll, pitch, yaw about the place
+  const int reach = static_cast<int>(params.radius_m / params.column_m);
+  Elevation here;
+  if (!map.sample(place_m.x(), place_m.y(), &here)) return Eigen::Matrix2d::Zero();
+  for (int j = -reach; j <= reach; ++j) {
+    for (int i = -reach; i <= reach; ++i) {
+      const Vec2 d(i * params.column_m, j * params.column_m);
+      if (d.norm() > params.radius_m) continue;
+      Elevation e;
+      if (!map.sample(place_m.x() + d.x(), place_m.y() + d.y(), &e)) continue;
+      const double cell_m = map.level(e.level).cell_m;
+      const double share = std::min(1.0, std::pow(params.column_m / cell_m, 2));
+      const double sigma_m = std::max(params.min_sigma_m, e.sigma_m);
+      const Vec3 p(d.x(), d.y(), e.z_m - here.z_m);
+      const Vec3 normal(-e.gradient.x(), -e.gradient.y(), 1.0);
+      Vec6 J;
+      J << normal, p.cross(normal);
+      H += share / (sigma_m * sigma_m) * J * J.transpose();
+    }
+  }
+  const double tilt = 1.0 / (params.tilt_sigma_rad * params.tilt_sigma_rad);
+  const double heading = 1.0 / (params.heading_sigma_rad * params.heading_sigma_rad);
+  H.diagonal().tail<3>() += Vec3(tilt, tilt, heading);
+  H(2, 2) += 1e-12;  // no height at all: nothing to be divided by
+  const Eigen::Matrix4d rest = H.bottomRightCorner<4, 4>();
+  const Eigen::Matrix<double, 4, 2> cross = H.bottomLeftCorner<4, 2>();
+  const Eigen::Matrix2d information =
+      H.topLeftCorner<2, 2>() - cross.transpose() * rest.llt().solve(cross);
+  return 0.5 * (information + information.transpose());
+}
+
+double worst_sigma_m(const Eigen::Matrix2d& information) {
+  constexpr double kLeast = 1e-9;  // a plane's, but for rounding
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(information, Eigen::EigenvaluesOnly);
+  const double least = eigen.eigenvalues()[0];
+  return least > kLeast ? 1.0 / std::sqrt(least) : std::numeric_limits<double>::infinity();
+}
+
+std::vector<PathSureness> sureness_along(const ElevationMap& map, const std::vector<Vec2>& path_m,
+                                         const DeadReckoning& motion,
+                                         const LocalizabilityParams& params) {
+  RCS_CHECK(path_m.size() >= 2 && params.radius_m > 0.0);
+  Mat4 dead = Mat4::Zero();
+  dead.diagonal().head<2>().setConstant(motion.start_sigma_m * motion.start_sigma_m);
+  dead.diagonal().tail<2>().setConstant(motion.drift * motion.drift);
+  Mat4 with_map = dead;
+  std::vector<PathSureness> out;
+  double way_m = 0.0;
+  double next_m = 0.0;  // where along the way the next answer is
+  for (std::size_t k = 1; k < path_m.size(); ++k) {
+    const Vec2 leg = path_m[k] - path_m[k - 1];
+    const double leg_m = leg.norm();
+    for (; next_m <= way_m + leg_m; next_m += params.radius_m) {
+      const Vec2 place = path_m[k - 1] + (leg_m > 0.0 ? (next_m - way_m) / leg_m : 0.0) * leg;
+      const double step_m = out.empty() ? 0.0 : next_m - out.back().way_m;
+      dead = driven(dead, step_m);
+      with_map = fused(driven(with_map, step_m), terrain_information(map, place, params));
+      out.push_back({next_m, place, worst_of(dead.topLeftCorner<2, 2>()),
+                     worst_of(with_map.topLeftCorner<2, 2>())});
+    }
+    way_m += leg_m;
+  }
+  return out;
+}
+
+}  // namespace rcs
