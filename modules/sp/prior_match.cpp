@@ -1,5 +1,6 @@
 #include "modules/sp/prior_match.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -21,19 +22,49 @@ constexpr double kSpreadSinksThen = 0.3;
 // A step that is not so much smaller than the one before is halved, and all that follow: the
 // surface has edges between its cells, and a solution may go to and fro across one for ever.
 constexpr double kShrinks = 0.7;
+// How much worse than it says the residuals may show the map to be (variances).
+constexpr double kMostScale = 16.0;
 // A spread of less than this share of the ground's sigma is none.
 constexpr double kSpreadEnds = 0.25;
 
+/// What the errors of the normals add to the sum of w J J': sum of w v (Jx Jx' + Jy Jy'), where Jx
+/// is the Jacobian of a normal along x of the map.
+class NormalNoise {
+ public:
+  void add(const Vec3& p_vehicle, const Mat3& R_vehicle_map, double weight) {
+    for (int axis = 0; axis < 2; ++axis) {
+      const Vec3 along = R_vehicle_map.col(axis);
+      Vec6 J;
+      J << along, p_vehicle.cross(along);
+      sum_.selfadjointView<Eigen::Lower>().rankUpdate(J, weight);
+    }
+  }
+  [[nodiscard]] Mat6 sum() const { return sum_.selfadjointView<Eigen::Lower>(); }
+
+ private:
+  Mat6 sum_ = Mat6::Zero();
+};
+
 struct Sums {
   NormalEquations equations;
+  NormalNoise noise;
+  double square_u = 0.0;  ///< of residuals in sigmas, weighed
+  double weight_u = 0.0;
   int pairs = 0;
   int cells = 0;
   double abs_sum = 0.0;
   double square_sum = 0.0;
 };
 
+/// Variance of each component of a cell's gradient, by errors of its four corners that know nothing
+/// of one another, on average over the cell.
+double gradient_variance(double sigma_m, double cell_m) {
+  return 4.0 / 3.0 * (sigma_m / cell_m) * (sigma_m / cell_m);
+}
+
+/// @param level  of the map, the finest to be used
 /// @param spread_m  what residuals may have beyond the map's sigma
-Sums sum(const Points& source, const ElevationMap& map, const Pose& T,
+Sums sum(const Points& source, const ElevationMap& map, int level, const Pose& T,
          const PriorMatchParams& params, double spread_m, PriorMatchWorkspace* ws) {
   Sums sums;
   ws->points.begin(source.size());
@@ -42,7 +73,7 @@ Sums sum(const Points& source, const ElevationMap& map, const Pose& T,
     const Vec3 q = T * source[i].cast<double>();
     PriorMatchWorkspace::Match& m = ws->matches[i];
     m.points = nullptr;
-    if (!map.sample(q.x(), q.y(), &m.ground)) continue;
+    if (!map.sample(q.x(), q.y(), &m.ground, level)) continue;
     const auto [points, fresh] =
         ws->points.find_or_add(pack_voxel(m.ground.cell.i, m.ground.cell.j, m.ground.level));
     m.points = points;
@@ -63,6 +94,11 @@ Sums sum(const Points& source, const ElevationMap& map, const Pose& T,
     const double k = 1.0 + (u / params.robust_sigma) * (u / params.robust_sigma);
     const double weight = 1.0 / (k * k * sigma * sigma * *m.points);
     sums.equations.add(p, R_transposed * n_world, residual, weight);
+    const double tilt =
+        gradient_variance(m.ground.sigma_m, map.level(m.ground.level).cell_m) * n_world.z();
+    sums.noise.add(p, R_transposed, weight * tilt * n_world.z());
+    sums.square_u += weight * sigma * sigma * u * u;
+    sums.weight_u += weight * sigma * sigma;
     ++sums.pairs;
     sums.abs_sum += std::abs(residual);
     sums.square_sum += residual * residual;
@@ -71,23 +107,54 @@ Sums sum(const Points& source, const ElevationMap& map, const Pose& T,
   return sums;
 }
 
+/// Mean of u^2 over unit normal u under the squared robust weight, by sums over [-6, 6].
+double mean_square_weighed(double robust_sigma) {
+  constexpr int kSteps = 48;
+  double square = 0.0, sum = 0.0;
+  for (int k = 0; k <= kSteps; ++k) {
+    const double u = 6.0 * k / kSteps;
+    const double robust = 1.0 + (u / robust_sigma) * (u / robust_sigma);
+    const double w = std::exp(-0.5 * u * u) / (robust * robust);
+    square += w * u * u;
+    sum += w;
+  }
+  return square / sum;
+}
+
+/// Normals with errors of their own see slopes that are not there: of H = G + V, V by noise, the
+/// estimate's covariance is G^-1 (G + V) G^-1.
+Mat6 without_noise(const Mat6& H, const Mat6& V) {
+  // In coordinates in which H is the identity G is what of each direction is not noise.
+  const Eigen::SelfAdjointEigenSolver<Mat6> of_H(H);
+  const Vec6 root = of_H.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  const Vec6 per_root = (root.array() > 1e-9 * root.maxCoeff()).select(root.cwiseInverse(), 0.0);
+  const Mat6 whiten = of_H.eigenvectors() * per_root.asDiagonal();
+  const Mat6 colour = of_H.eigenvectors() * root.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Mat6> noise(whiten.transpose() * V * whiten);
+  const Vec6 left = (1.0 - noise.eigenvalues().array()).max(0.0).square();
+  const Mat6 out = colour * noise.eigenvectors();
+  return out * left.asDiagonal() * out.transpose();
+}
+
 /// What residuals are expected to have at the prediction; root mean squares, of every eighth point.
 struct Expected {
   double spread_m = 0.0;  ///< by the prediction's covariance
   double ground_m = 0.0;  ///< by the map's sigma
+  double slope = 0.0;     ///< of the map's gradients, by that sigma
 };
-Expected expected_residuals(const Points& source, const ElevationMap& map,
+Expected expected_residuals(const Points& source, const ElevationMap& map, int level,
                             const Prediction& prediction, double min_sigma_m) {
   constexpr std::size_t kStride = 8;
   const Pose& T = prediction.T_target_vehicle;
   const Mat3 R_transposed = T.rotation().transpose();
-  double spread2 = 0.0, ground2 = 0.0;
+  double spread2 = 0.0, ground2 = 0.0, slopes = 0.0;
   int n = 0;
   for (std::size_t i = 0; i < source.size(); i += kStride) {
     const Vec3 p = source[i].cast<double>();
     const Vec3 q = T * p;
     Elevation ground;
-    if (!map.sample(q.x(), q.y(), &ground)) continue;
+    if (!map.sample(q.x(), q.y(), &ground, level)) continue;
+    slopes += gradient_variance(ground.sigma_m, map.level(ground.level).cell_m);
     const Vec3 normal =
         R_transposed * Vec3(-ground.gradient.x(), -ground.gradient.y(), 1.0).normalized();
     Vec6 J;
@@ -97,8 +164,8 @@ Expected expected_residuals(const Points& source, const ElevationMap& map,
     ground2 += sigma * sigma;
     ++n;
   }
-  if (n == 0) return {0.0, min_sigma_m};
-  return {std::sqrt(spread2 / n), std::sqrt(ground2 / n)};
+  if (n == 0) return {0.0, min_sigma_m, 0.0};
+  return {std::sqrt(spread2 / n), std::sqrt(ground2 / n), std::sqrt(slopes / n)};
 }
 
 }  // namespace
@@ -121,7 +188,12 @@ PriorMatch match_prior_map(const Points& source_vehicle, const ElevationMap& map
   const Mat6 prior = prediction.covariance.ldlt().solve(Mat6::Identity());
   const auto cost = static_cast<WorkUnits>(source_vehicle.size());
   Pose T = prediction.T_target_vehicle;
-  const Expected expected = expected_residuals(source_vehicle, map, prediction, params.min_sigma_m);
+  int level = 0;
+  Expected expected;
+  for (;; ++level) {
+    expected = expected_residuals(source_vehicle, map, level, prediction, params.min_sigma_m);
+    if (expected.slope <= params.max_slope_noise || level + 1 == map.levels()) break;
+  }
   double spread_m = std::min(expected.spread_m, params.max_spread_m);
   double damping = 1.0;
   double last_sigmas = std::numeric_limits<double>::infinity();
@@ -134,7 +206,7 @@ PriorMatch match_prior_map(const Points& source_vehicle, const ElevationMap& map
       break;
     }
     if (spread_m < kSpreadEnds * expected.ground_m) spread_m = 0.0;
-    sums = sum(source_vehicle, map, T, params, spread_m, workspace);
+    sums = sum(source_vehicle, map, level, T, params, spread_m, workspace);
     out.used += cost;
     ++out.iterations;
     if (sums.cells < params.min_cells || sums.pairs < params.min_cells) {
@@ -177,7 +249,12 @@ PriorMatch match_prior_map(const Points& source_vehicle, const ElevationMap& map
     out.T_target_vehicle = prediction.T_target_vehicle;
   }
   if (!usable(out.stop) || out.iterations == 0) return match;
-  out.information = observed_part(sums.equations.H, obs);
+  // The residuals tell whether the map is as good as it says. Better, and its normals are, too; but
+  // no cell counts for more than it claims.
+  const double scale = sums.square_u / (sums.weight_u * mean_square_weighed(params.robust_sigma));
+  const Mat6 V = std::min(1.0, scale) * sums.noise.sum();
+  const double worse = std::clamp(scale, 1.0, kMostScale);
+  out.information = observed_part(without_noise(sums.equations.H, V) / worse, obs);
   if (out.stop == Stop::kConverged && obs.unobserved > 0) out.stop = Stop::kDegenerate;
   return match;
 }

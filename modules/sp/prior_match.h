@@ -12,11 +12,14 @@
 namespace rcs::sp {
 
 struct PriorMatchParams {
-  int max_iterations = 20;        ///< [1, 100]
-  int min_cells = 12;             ///< map cells with points; fewer: kTooFew, [3, 10000]
-  double robust_sigma = 2.0;      ///< residual, in sigmas, of robust weight 1/4: what stands on the
-                                  ///< ground (vegetation) is not in the map, [0.5, 20]
-  double gate_sigma = 4.0;        ///< larger residuals, in sigmas, are no match, [1, 20]
+  int max_iterations = 20;    ///< [1, 100]
+  int min_cells = 12;         ///< map cells with points; fewer: kTooFew, [3, 10000]
+  double robust_sigma = 2.0;  ///< residual, in sigmas, of robust weight 1/4: what stands on the
+                              ///< ground (vegetation) is not in the map, [0.5, 20]
+  double gate_sigma = 4.0;    ///< larger residuals, in sigmas, are no match, [1, 20]
+  /// How steep the map's own errors may make its cells: where they do more, a coarser level of the
+  /// map is matched, [0.01, 10]
+  double max_slope_noise = 0.1;
   double min_sigma_m = 0.1;       ///< the map is not believed beyond this, [0.001, 10]
   double min_alignment = 0.0005;  ///< observability below which a direction is unobserved, [0, 0.5]
   double max_sigma_m = 2.0;  ///< a direction known no better than this is unobserved, [0.01, 100]

@@ -3,12 +3,17 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 #include "rcs/base/check.h"
+#include "rcs/terrain/map_tile.h"
 
 namespace rcs {
 namespace {
 
+constexpr double kShared =
+    1.0 / 9.0;  // of the variance of a cell's error: its neighbours have it, too
 constexpr int kLeastKnown = kCoarser * kCoarser / 2;
 
 struct Mean {
@@ -53,7 +58,12 @@ Mean mean_of(const Raster& fine, int i0, int j0) {
   // Half of the cells or more are never on one line: at least two rows and two columns have some.
   const Vec3 plane = A.ldlt().solve(g);
   m.z_m = reference + plane[0];
-  m.square = (sigma_square + std::max(0.0, zz - plane.dot(g))) / m.known;
+  // The cells' own errors are part of what deviates from the plane. They average out, but for what
+  // neighbours have in common.
+  const double n = m.known;
+  const double own = sigma_square / n;
+  const double deviates = std::max(0.0, zz - plane.dot(g)) / std::max(1.0, n - 3.0);
+  m.square = std::max(0.0, deviates - own) + own * std::max(1.0 / n, kShared);
   return m;
 }
 
@@ -80,6 +90,30 @@ void paste_coarser(const Raster& fine, Raster* coarse) {
       coarse->source[to] = m.source;
     }
   }
+}
+
+std::vector<Raster> with_coarser_levels(Raster finest) {
+  std::vector<Raster> levels;
+  levels.push_back(std::move(finest));
+  while (std::max(levels.back().width, levels.back().height) > kTileSide) {
+    const Raster& last = levels.back();
+    // Whole cells of the coarser level.
+    const Cell low{last.first.i >> 2, last.first.j >> 2};
+    const Cell high{(last.first.i + last.width + kCoarser - 1) >> 2,
+                    (last.first.j + last.height + kCoarser - 1) >> 2};
+    Raster coarse;
+    coarse.level = last.level;
+    coarse.level.cell_m *= kCoarser;
+    coarse.first = low;
+    coarse.width = high.i - low.i;
+    coarse.height = high.j - low.j;
+    coarse.z_m.assign(coarse.cells(), std::numeric_limits<float>::quiet_NaN());
+    paste_coarser(cut(last, {kCoarser * low.i, kCoarser * low.j}, kCoarser * coarse.width,
+                      kCoarser * coarse.height),
+                  &coarse);
+    levels.push_back(std::move(coarse));
+  }
+  return levels;
 }
 
 }  // namespace rcs

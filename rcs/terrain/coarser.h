@@ -1,6 +1,8 @@
 #pragma once
 // The same ground on a coarser lattice.
 
+#include <vector>
+
 #include "rcs/terrain/raster.h"
 
 namespace rcs {
@@ -13,5 +15,8 @@ constexpr int kCoarser = 4;  ///< cells of the finer lattice along one of the co
 /// @param fine  its first cell's numbers are multiples of 4
 /// @param coarse  on the same origin; holds the cells; its layers but the heights are spread
 void paste_coarser(const Raster& fine, Raster* coarse);
+
+/// A raster with its coarser levels, the finest first, until one is less than a tile wide.
+[[nodiscard]] std::vector<Raster> with_coarser_levels(Raster finest);
 
 }  // namespace rcs

@@ -176,15 +176,15 @@ std::size_t ElevationMap::memory_bytes() const {
   return slots * static_cast<std::size_t>(kSlotBytes);
 }
 
-bool ElevationMap::sample(double x_m, double y_m, Elevation* out) const {
-  for (std::size_t k = 0; k < levels_.size(); ++k) {
-    if (sample(levels_[k], static_cast<int>(k), x_m, y_m, out)) return true;
+bool ElevationMap::sample(double x_m, double y_m, Elevation* out, int finest) const {
+  for (int k = finest; k < levels(); ++k) {
+    if (sample_level(k, x_m, y_m, out)) return true;
   }
   return false;
 }
 
-bool ElevationMap::sample(const Level& level, int number, double x_m, double y_m,
-                          Elevation* out) const {
+bool ElevationMap::sample_level(int number, double x_m, double y_m, Elevation* out) const {
+  const Level& level = levels_[static_cast<std::size_t>(number)];
   const double cell_m = level.index.level.cell_m;
   const double u = (x_m - level.index.level.origin_m.x()) / cell_m - 0.5;
   const double v = (y_m - level.index.level.origin_m.y()) / cell_m - 0.5;

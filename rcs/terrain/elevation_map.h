@@ -69,7 +69,8 @@ class ElevationMap {
   /// @param x_m, y_m  the map's frame
   /// @return false, and `out` untouched, outside, where one of the four cells is unknown on every
   ///   level, and where no tile has been brought yet
-  [[nodiscard]] bool sample(double x_m, double y_m, Elevation* out) const;
+  /// @param finest  the level to begin with; finer ones are passed over
+  [[nodiscard]] bool sample(double x_m, double y_m, Elevation* out, int finest = 0) const;
 
   /// Takes in what the loader has finished, and asks it for tiles around a place that are not here,
   /// the nearest first. Allocates nothing, but for the text of a failure.
@@ -98,8 +99,7 @@ class ElevationMap {
 
   ElevationMap() = default;
   void make_slots(Level* level, int wide, int high);
-  [[nodiscard]] bool sample(const Level& level, int number, double x_m, double y_m,
-                            Elevation* out) const;
+  [[nodiscard]] bool sample_level(int number, double x_m, double y_m, Elevation* out) const;
   void take(const TileJob& job);
   void want(std::size_t level, const Vec2& place_m, TileLoader* loader);
   [[nodiscard]] bool start(std::size_t level, const MapTileEntry& entry, TileLoader* loader);

@@ -7,6 +7,7 @@
 #include "modules/sp/sp_node.h"
 #include "modules/wm/wm_node.h"
 #include "rcs/node/executor.h"
+#include "rcs/terrain/coarser.h"
 #include "tools/rcs/drill_stimulus.h"
 
 namespace rcs::tools {
@@ -34,7 +35,8 @@ Result<sp::PriorTerrain> prior_terrain_of(const Drill& drill, const DrillVehicle
   if (!drill.run.prior_map) return sp::open_prior_terrain(vehicle.sp, false);
   const sim::PriorMap wrong = wrong_map(scene->prior_map(drill.run.map_cell_m),
                                         drill.run.map_shift_m, drill.run.map_turn_rad);
-  Result<ElevationMap> map = ElevationMap::from_rasters(wrong.frame, {wrong.raster});
+  Result<ElevationMap> map =
+      ElevationMap::from_rasters(wrong.frame, with_coarser_levels(wrong.raster));
   if (!map) return map.error();
   return sp::PriorTerrain(std::move(map).value(), nullptr);
 }
