@@ -222,4 +222,55 @@ Result<Merged> merge_maps(const std::vector<std::string>& paths, const std::stri
   return merged;
 }
 
+Result<Filled> fill_map(const std::string& map, const std::string& prior, const std::string& out,
+                        const std::function<bool(double)>& progress) {
+  const Result<MapFolder> own = MapFolder::open(map);
+  if (!own) return own.error();
+  const MapLevelIndex& finest = own->index().levels.front();
+  Result<MapResampler> other = MapResampler::open(prior, *own, finest.level.cell_m);
+  if (!other) return other.error();
+  MapFrame frame = own->index().frame;
+  const std::string& from = other->map().index().frame.source_crs;
+  if (!from.empty()) frame.source_crs += " + " + from;
+  Result<MapWriter> writer = MapWriter::create(out, frame, {finest.level});
+  if (!writer) return writer.error();
+  Filled filled;
+  std::vector<std::uint8_t> buffer;
+  std::size_t done = 0;
+  for (const MapTileEntry& e : finest.tiles) {
+    const Result<Raster> tile = own->read(0, e.tile, &buffer);
+    if (!tile) return tile.error();
+    const Result<Raster> below =
+        other->read(finest.level, first_cell(e.tile), kTileSide, kTileSide);
+    if (!below) return below.error();
+    Raster r = *tile;
+    r.sigma_m.resize(kTileCells);
+    r.count.resize(kTileCells);
+    r.date.resize(kTileCells);
+    r.source.resize(kTileCells);
+    for (std::size_t k = 0; k < kTileCells; ++k) {
+      const bool ours = !std::isnan(tile->z_m[k]);
+      const Raster& s = ours ? *tile : *below;
+      const double bias = ours ? 0.0 : below->level.bias_sigma_m;
+      r.z_m[k] = s.z_m[k];
+      r.sigma_m[k] = static_cast<float>(std::hypot(double{layer_at(s.sigma_m, k)}, bias));
+      r.count[k] = layer_at(s.count, k);
+      r.date[k] = layer_at(s.date, k);
+      r.source[k] = layer_at(s.source, k);
+      if (std::isnan(r.z_m[k])) continue;
+      ++filled.cells;
+      if (!ours) ++filled.filled;
+    }
+    if (Outcome put = writer->put(0, r); !put) return put.error();
+    ++done;
+    if (!progress(static_cast<double>(done) / static_cast<double>(finest.tiles.size()))) {
+      return Error{"interrupted"};
+    }
+  }
+  Outcome written = writer->add_coarser_levels();
+  if (written) written = writer->finish();
+  if (!written) return written.error();
+  return filled;
+}
+
 }  // namespace rcs

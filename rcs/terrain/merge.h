@@ -53,4 +53,18 @@ struct Merged {
                                         const std::string& out,
                                         const std::function<bool(double)>& progress);
 
+struct Filled {
+  std::int64_t cells = 0;   ///< known, of the finest level
+  std::int64_t filled = 0;  ///< of them those that the prior map knew alone
+};
+
+/// A map whose unknown cells are another's, in those tiles that it has. What it knows stays as it
+/// is; the other's cells keep count, date and source, and their sigma takes in the other's slow
+/// error, as the level's is the map's own. `out` may be one of the maps.
+/// @param progress  as merge_maps()
+/// @return an error for maps of different reference frames or kinds of heights
+[[nodiscard]] Result<Filled> fill_map(const std::string& map, const std::string& prior,
+                                      const std::string& out,
+                                      const std::function<bool(double)>& progress);
+
 }  // namespace rcs

@@ -384,6 +384,26 @@ TEST_F(MergeMaps, WhatDoesNotBelongTogetherIsRefusedByName) {
   EXPECT_FALSE(fs::exists(at("out")));
 }
 
+TEST_F(MergeMaps, APriorMapFillsWhatAMapDoesNotKnow) {
+  Raster fine = survey({0.02, 0.01, 0.0, 1}, {0, 0}, 100, 100, 1.0);
+  for (std::size_t k = 0; k < fine.cells(); k += 2) fine.z_m[k] = kNone;
+  const std::string a = write("a", test::frame(), fine);
+  const std::string b =
+      write("b", test::frame(), survey({0.3, 0.4, 5.0}, {-100, -100}, 400, 400, 2.0));
+  const Result<Filled> filled = fill_map(a, b, at("out"), [](double) { return true; });
+  ASSERT_TRUE(filled) << filled.error().message;
+  EXPECT_EQ(filled->cells, 256 * 256) << "the whole tile, and no other";
+  EXPECT_EQ(filled->filled, 256 * 256 - 5000);
+  const Raster r = all_of(at("out"), {0, 0}, 100, 100);
+  EXPECT_EQ(r.z_m[1], fine.z_m[1]);
+  EXPECT_FLOAT_EQ(layer_at(r.sigma_m, 1), 0.02F);
+  EXPECT_NEAR(r.z_m[0], ground(0.5, 0.5) + 5.0, 0.02);
+  EXPECT_FLOAT_EQ(layer_at(r.sigma_m, 0), 0.5F) << "0.3 m, and 0.4 m of slow error";
+  EXPECT_EQ(fill_map(a, b, at("none"), [](double) { return false; }).error().message,
+            "interrupted");
+  EXPECT_FALSE(fs::exists(at("none")));
+}
+
 TEST_F(MergeMaps, AnInterruptedOneLeavesNothing) {
   const Raster r = survey({}, {0, 0}, 600, 10);
   const std::string a = write("a", test::frame(), r), b = write("b", test::frame(), r);

@@ -45,6 +45,8 @@ void add_import_commands(CLI::App* rcs, Commands* commands);
 void add_recording_imports(CLI::App* import, Commands* commands);
 void add_map_commands(CLI::App* rcs, Commands* commands);
 /// @param map  the command `rcs map`
+void add_map_build_command(CLI::App* map, Commands* commands);
+/// @param map  the command `rcs map`
 void add_map_match_command(CLI::App* map, Commands* commands);
 /// @param map  the command `rcs map`
 void add_map_compare_commands(CLI::App* map, Commands* commands);
