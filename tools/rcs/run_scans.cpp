@@ -178,6 +178,37 @@ Outcome read_all(LogReader* log, Reader* reader, const std::function<bool(double
   return Done{};
 }
 
+/// What GPS and the map make of the world moves slowly, the vehicle in frame local smoothly: the
+/// pose of a moment is asked of the beliefs around it, too, carried there along frame local.
+Trajectory smoothed(const std::vector<NavRecord>& nav) {
+  constexpr Duration kReach = std::chrono::seconds(5);
+  constexpr Duration kStep = std::chrono::milliseconds(200);
+  std::vector<const NavRecord*> knots;
+  Trajectory out;
+  for (const NavRecord& n : nav) {
+    if (n.world_valid && (knots.empty() || n.stamp - knots.back()->stamp >= kStep)) {
+      knots.push_back(&n);
+    }
+  }
+  std::size_t first = 0;
+  for (const NavRecord& n : nav) {
+    if (!n.world_valid) continue;
+    while (knots[first]->stamp < n.stamp - kReach) ++first;
+    Vec6 sum = Vec6::Zero();
+    double weights = 0.0;
+    for (std::size_t k = first; k < knots.size() && knots[k]->stamp <= n.stamp + kReach; ++k) {
+      const Pose carried =
+          knots[k]->T_world_vehicle * (knots[k]->T_local_vehicle.inverse() * n.T_local_vehicle);
+      const double u = seconds(knots[k]->stamp - n.stamp) / seconds(kReach);
+      const double w = 1.0 - 0.9 * std::abs(u);
+      sum += w * log_se3(n.T_world_vehicle.inverse() * carried);
+      weights += w;
+    }
+    out.push_back({n.stamp, n.T_world_vehicle * exp_se3(sum / weights)});
+  }
+  return out;
+}
+
 }  // namespace
 
 Result<RunPoses> poses_of(const RunLog& run, PoseSource source, const std::string& file) {
@@ -223,11 +254,11 @@ Result<RunPoses> poses_of(const RunLog& run, PoseSource source, const std::strin
       if (s.stamp < first) poses.world.push_back(s);
     }
   }
+  for (const StampedPose& p : smoothed(run.nav)) poses.world.push_back(p);
   double square = 0.0;
   double beliefs = 0.0;
   for (const NavRecord& n : run.nav) {
     if (!n.world_valid) continue;
-    poses.world.push_back({n.stamp, n.T_world_vehicle});
     const Mat3 R = n.T_world_vehicle.rotation();
     square += (R * n.cov_world_pose.topLeftCorner<3, 3>() * R.transpose())(2, 2);
     beliefs += 1.0;
