@@ -243,18 +243,20 @@ Result<RunPoses> poses_of(const RunLog& run, PoseSource source, const std::strin
     return Error{run.path + ": WM never knew where on the earth it was (no GPS datum)"};
   }
   // Scans from before WM had its bearings, carried on along SP's map.
-  Stamp first = Stamp::max();
+  const Trajectory world = smoothed(run.nav);
+  const Stamp first = world.front().stamp;
+  Pose T_smooth_world;  // at the seam
   for (const NavRecord& n : run.nav) {
-    if (n.world_valid) first = std::min(first, n.stamp);
+    if (n.stamp == first) T_smooth_world = world.front().T * n.T_world_vehicle.inverse();
     poses.smooth.push_back({n.stamp, n.T_local_vehicle});
   }
   const Result<ScanPoses> scans = poses_at_scans(run, Frame::kWorld);
   if (scans) {
     for (const StampedPose& s : scans->poses) {
-      if (s.stamp < first) poses.world.push_back(s);
+      if (s.stamp < first) poses.world.push_back({s.stamp, T_smooth_world * s.T});
     }
   }
-  for (const StampedPose& p : smoothed(run.nav)) poses.world.push_back(p);
+  poses.world.insert(poses.world.end(), world.begin(), world.end());
   double square = 0.0;
   double beliefs = 0.0;
   for (const NavRecord& n : run.nav) {
