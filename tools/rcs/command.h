@@ -61,6 +61,7 @@ void add_budget_command(CLI::App* rcs, Commands* commands);
 void add_load_command(CLI::App* rcs, Commands* commands);
 void add_table1_command(CLI::App* rcs, Commands* commands);
 void add_keys_command(CLI::App* rcs, Commands* commands);
+void add_truth_command(CLI::App* rcs, Commands* commands);
 void add_why_command(CLI::App* rcs, Commands* commands);
 void add_up_command(CLI::App* rcs, Commands* commands);
 void add_top_command(CLI::App* rcs, Commands* commands);

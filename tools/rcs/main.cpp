@@ -41,6 +41,7 @@ int rcs_main(int argc, char** argv) {
   add_drill_command(&app, &commands);
   add_consistency_command(&app, &commands);
   add_outages_command(&app, &commands);
+  add_truth_command(&app, &commands);
   add_why_command(&app, &commands);
   add_eval_command(&app, &commands);
   add_sim_command(&app, &commands);

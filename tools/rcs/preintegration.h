@@ -1,0 +1,57 @@
+#pragma once
+// What inertial samples say about the motion from one moment to another, whatever the pose and the
+// velocity at its begin (Lupton and Sukkarieh 2012; Forster et al. 2017, on SO(3)).
+
+#include <vector>
+
+#include "rcs/base/pose.h"
+#include "rcs/base/stamp.h"
+
+namespace rcs::tools {
+
+/// Increments of one interval, vehicle frame.
+struct InertialIncrement {
+  Stamp end;
+  double interval_s = 0.0;
+  Vec3 delta_angle_rad;
+  Vec3 delta_v_mps;
+};
+
+/// What is wrong with the sensors: rate = (1 - gyro_scale) * measured - gyro_bias, by axis;
+/// force = (1 - accel_gain) * measured - accel_bias.
+struct InertialErrors {
+  Vec3 gyro_bias_radps = Vec3::Zero();
+  Vec3 accel_bias_mps2 = Vec3::Zero();
+  Vec3 gyro_scale = Vec3::Zero();
+  Mat3 accel_gain = Mat3::Zero();
+};
+
+/// Columns of their derivatives: gyro bias, accelerometer bias, gyro scale, gain (row by row).
+constexpr int kInertialErrors = 18;
+[[nodiscard]] Vec<kInertialErrors> as_vector(const InertialErrors& e);
+
+/// Noise of the samples, white.
+struct InertialNoise {
+  double angle_random_walk = 4.4e-5;     ///< [rad/sqrt(s)]
+  double velocity_random_walk = 1.2e-3;  ///< [m/s/sqrt(s)]
+};
+
+/// Turn, change of velocity and of place in the vehicle frame of the begin, gravity taken for none.
+/// Errors in the order (phi [rad, on the right of the turn], v [m/s], p [m]).
+struct Preintegrated {
+  double dt_s = 0.0;
+  Quat turn = Quat::Identity();
+  Vec3 dv = Vec3::Zero();
+  Vec3 dp = Vec3::Zero();
+  Mat<9, kInertialErrors> by_errors = Mat<9, kInertialErrors>::Zero();
+  Mat<9> covariance = Mat<9>::Zero();
+  InertialErrors errors;  ///< that were taken off
+};
+
+/// @param samples  ascending; the parts of them between `from` and `to` count
+/// @return dt_s 0 when they leave a gap of more than 30 ms, or cover less than all of it
+[[nodiscard]] Preintegrated preintegrate(const std::vector<InertialIncrement>& samples, Stamp from,
+                                         Stamp to, const InertialErrors& errors,
+                                         const InertialNoise& noise);
+
+}  // namespace rcs::tools

@@ -1,0 +1,54 @@
+#pragma once
+// The truth of a recorded drive: INS, GPS, wheels and the scans among themselves, smoothed together
+// in a few rounds, each of which registers the scans anew from better poses.
+
+#include <cstddef>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "rcs/base/result.h"
+#include "tools/rcs/graph_solver.h"
+#include "tools/rcs/truth_matching.h"
+#include "tools/rcs/truth_nodes.h"
+
+namespace rcs::tools {
+
+struct TruthParams {
+  NodeParams nodes;
+  MatchingParams matching;
+  SolverParams solver;
+  int rounds = 3;                ///< of registering and solving, after one without scans
+  double residual_gate_m = 0.3;  ///< of points that count for the map's residual
+};
+
+struct TruthRound {
+  MatchCount consecutive, revisit;
+  int iterations = 0;
+  bool converged = false;
+  double moved_m = 0.0;  ///< of the nodes by this round, RMS
+};
+
+struct TruthResult {
+  TruthGraph graph;
+  SolvedGraph solved;
+  GraphCovariance covariance;
+  LadarDelay delay;
+  std::vector<TruthRound> rounds;
+  MapResidual residual_before;  ///< by WM's poses as it went
+  MapResidual residual_after;
+};
+
+/// What the smoother is at, for a bar: a share of all of its work.
+using TruthProgress = std::function<void(double)>;
+
+/// @return an error when nothing determines the poses, or `stop` said so
+[[nodiscard]] Result<TruthResult> smooth(const TruthRecording& recording,
+                                         const TruthVehicle& vehicle, const TruthParams& params,
+                                         const TruthProgress& progress,
+                                         const std::function<bool()>& stop);
+
+/// seen_pose() of each node.
+[[nodiscard]] std::vector<Pose> seen_poses(const PoseGraph& graph, const GraphState& state);
+
+}  // namespace rcs::tools
