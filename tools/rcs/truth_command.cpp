@@ -119,7 +119,7 @@ class Truth final : public Command {
                  log_, recording->refused);
     }
     if (recording->inertial.empty()) {
-      fmt::print(stderr, "rcs truth: {}: no INS: WM's motion takes its place\n", log_);
+      fmt::print(stderr, "rcs truth: {}: no INS: SP's motion takes its place\n", log_);
     }
     const Result<TruthResult> result = smooth(
         *recording, vehicle, params_,

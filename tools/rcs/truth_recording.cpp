@@ -1,5 +1,6 @@
 #include "tools/rcs/truth_recording.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -193,6 +194,31 @@ class Recorder final : public BusTap {
   truth_t truth_{};
 };
 
+/// Without an INS WM guesses what is between two scans: SP's own poses are the better motion. Frame
+/// local is then SP's map; WM knows best at the end how it lies in the world.
+void take_motion_from_scans(TruthRecording* r) {
+  if (!r->inertial.empty() || r->matches.size() < 3 || r->beliefs.empty()) return;
+  const std::vector<RecordedMatch>& all = r->matches;
+  if (all.front().map_epoch != all.back().map_epoch) return;
+  const RecordedBelief last = r->beliefs.back();
+  const Pose T_world_rolling = last.T_world_vehicle * all.back().T_rolling_vehicle.inverse();
+  std::vector<RecordedBelief> beliefs;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    const RecordedMatch& from = all[k == 0 ? 0 : k - 1];
+    const RecordedMatch& to = all[std::min(k + 1, all.size() - 1)];
+    const Vec6 twist = log_se3(from.T_rolling_vehicle.inverse() * to.T_rolling_vehicle) /
+                       seconds(to.reference - from.reference);
+    RecordedBelief b = last;
+    b.stamp = all[k].reference;
+    b.T_local_vehicle = all[k].T_rolling_vehicle;
+    b.T_world_vehicle = last.world_valid ? T_world_rolling * b.T_local_vehicle : b.T_local_vehicle;
+    b.v_vehicle = twist.head<3>();
+    b.rate_vehicle = twist.tail<3>();
+    beliefs.push_back(b);
+  }
+  r->beliefs = std::move(beliefs);
+}
+
 }  // namespace
 
 Result<TruthRecording> record_run(const std::string& log, const TruthVehicle& vehicle,
@@ -219,6 +245,7 @@ Result<TruthRecording> record_run(const std::string& log, const TruthVehicle& ve
   if (!reader->health().good()) recording.damage = reader->health().summary();
   if (recording.scans.empty()) return Error{log + ": no scans that SP made anything of"};
   if (recording.beliefs.empty()) return Error{log + ": WM never knew where it was"};
+  take_motion_from_scans(&recording);
   return recording;
 }
 

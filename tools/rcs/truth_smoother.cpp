@@ -38,7 +38,7 @@ bool learn_variances(const SolvedGraph& solved, PoseGraph* graph) {
 TruthParams fitting(const TruthParams& asked, const TruthRecording& recording) {
   TruthParams params = asked;
   if (!recording.inertial.empty()) return params;
-  params.nodes.spacing_s = 0.05;
+  params.nodes.spacing_s = 0.09;
   params.matching.map_spacing_m = 3.0;
   params.matching.map_reach_m = 4.0;
   params.matching.before_m = 4.5;

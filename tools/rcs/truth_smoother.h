@@ -18,7 +18,7 @@ struct TruthParams {
   NodeParams nodes;
   MatchingParams matching;
   SolverParams solver;
-  int rounds = 3;                ///< of registering and solving, after one without scans
+  int rounds = 2;                ///< of registering and solving, after one without scans
   double residual_gate_m = 0.3;  ///< of points that count for the map's residual
 };
 
