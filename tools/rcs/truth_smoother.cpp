@@ -17,16 +17,17 @@ double rms_between(const GraphState& a, const GraphState& b) {
   return std::sqrt(sum / static_cast<double>(a.T_world_vehicle.size()));
 }
 
-/// Matches err by what grows there and how it was seen; how much is learned from how they fit.
+/// Matches err by what grows there and how it was seen, wheels by what they roll on, the motion
+/// without an INS by what SP saw: how much is learned from how they fit.
 bool learn_variances(const SolvedGraph& solved, PoseGraph* graph) {
   bool changed = false;
-  for (const EdgeKind kind : {EdgeKind::kConsecutive, EdgeKind::kRevisit, EdgeKind::kWheels}) {
+  for (const EdgeKind kind :
+       {EdgeKind::kConsecutive, EdgeKind::kRevisit, EdgeKind::kWheels, EdgeKind::kMotion}) {
     const auto k = static_cast<std::size_t>(kind);
     if (solved.fit[k].edges < 20) continue;
+    const double expected = kind == EdgeKind::kWheels ? kMedianOfOne : kMedianPerDof;
     double& factor = graph->variance_factor[k];
-    const double now =
-        std::max(kLeastFactor, factor * solved.fit[k].median_per_dof /
-                                   (kind == EdgeKind::kWheels ? kMedianOfOne : kMedianPerDof));
+    const double now = std::max(kLeastFactor, factor * solved.fit[k].median_per_dof / expected);
     changed = changed || std::abs(now / factor - 1.0) > 0.05;
     factor = now;
   }
