@@ -26,7 +26,7 @@ class TruthCommand : public RcsCommand {
   TruthCommand() {
     const std::string config = variable("RCS_SOURCE_DIR") + "/config/";
     config_ = "--config " + config + "demo3.toml ";
-    simulate_ = "sim " + config + "sim/drill.toml --duration 9 -o " + log_;
+    simulate_ = "sim " + config + "sim/drill.toml --duration 12 -o " + log_;
   }
 
   std::string log_ = folder_ + "/drive.log";
