@@ -7,7 +7,8 @@ namespace {
 
 constexpr double kMedianPerDof = 0.891;  // of chi squared with 6 degrees of freedom
 constexpr double kMedianOfOne = 0.455;
-constexpr double kLeastFactor = 0.1;
+// Matches share surfaces: that they agree better than each claims does not make them worth more.
+constexpr double kLeastFactor = 1.0;
 
 double rms_between(const GraphState& a, const GraphState& b) {
   double sum = 0.0;
