@@ -189,7 +189,7 @@ TEST_F(MapBuild, WhatIsMissingIsSaid) {
   EXPECT_THAT(messages(), HasSubstr("SP_POINTS"));
   EXPECT_EQ(rcs("map build " + run() + " --config " + config() + to), 1);
   EXPECT_THAT(messages(), HasSubstr("LADAR_RANGES"));
-  std::ofstream(folder_ + "/empty.log");
+  std::ofstream(folder_ + "/empty.log").flush();
   EXPECT_EQ(rcs("map build " + folder_ + "/empty.log" + to), 1);
   EXPECT_THAT(messages(), HasSubstr("empty.log"));
   EXPECT_EQ(rcs("map build " + run() + " --config " + config() + " --sensors " + sensors() + " " +

@@ -3,6 +3,7 @@
 #include "tools/rcs/pose_graph.h"
 
 #include <gtest/gtest.h>
+#include <cstdint>
 
 #include <Eigen/Dense>
 #include <random>
@@ -65,7 +66,7 @@ Scene make_scene() {
 Preintegrated make_motion() {
   std::vector<InertialIncrement> samples;
   for (int k = 1; k <= 20; ++k) {
-    samples.push_back({from_utime(k * 10'000), 0.01, Vec3(0.002, -0.003, 0.006),
+    samples.push_back({from_utime(std::int64_t{k} * 10'000), 0.01, Vec3(0.002, -0.003, 0.006),
                        Vec3(0.01, 0.02 + 0.001 * k, 0.1)});
   }
   return preintegrate(samples, from_utime(0), from_utime(200'000), {}, {1e-2, 1e-1});

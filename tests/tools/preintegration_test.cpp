@@ -1,6 +1,7 @@
 #include "tools/rcs/preintegration.h"
 
 #include <gtest/gtest.h>
+#include <cstdint>
 
 #include <cmath>
 
@@ -13,8 +14,8 @@ constexpr double kInterval_s = 0.01;
 std::vector<InertialIncrement> constant(const Vec3& rate, const Vec3& force, int count) {
   std::vector<InertialIncrement> samples;
   for (int k = 1; k <= count; ++k) {
-    samples.push_back(
-        {from_utime(k * 10'000), kInterval_s, rate * kInterval_s, force * kInterval_s});
+    samples.push_back({from_utime(std::int64_t{k} * 10'000), kInterval_s, rate * kInterval_s,
+                       force * kInterval_s});
   }
   return samples;
 }
