@@ -18,9 +18,12 @@ void PriorTerrain::set_datum(const Geodetic& datum) {
 }
 
 void PriorTerrain::follow(const Vec3& p_world, Stamp now, Report* report) {
-  if (!map_ || !loader_ || !T_map_world_) return;
-  const Vec3 p_map = *T_map_world_ * p_world;
-  map_->follow(p_map.head<2>(), loader_.get());
+  if (T_map_world_) follow_in_map((*T_map_world_ * p_world).head<2>(), now, report);
+}
+
+void PriorTerrain::follow_in_map(const Vec2& p_map, Stamp now, Report* report) {
+  if (!map_ || !loader_) return;
+  map_->follow(p_map, loader_.get());
   const MapLoading& l = map_->loading();
   if (l.failed > told_.failed) {
     report->warn(now, "map.tile_failed", "{}; the ground there is unknown ({} tiles so far)",

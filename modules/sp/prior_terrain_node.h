@@ -24,6 +24,8 @@ class PriorTerrain {
   void set_datum(const Geodetic& datum);
   [[nodiscard]] const std::optional<Pose>& T_map_world() const { return T_map_world_; }
 
+  /// The same by a place in the map's frame.
+  void follow_in_map(const Vec2& p_map, Stamp now, Report* report);
   /// Reads ahead around the vehicle; what can't be read is reported.
   void follow(const Vec3& p_world, Stamp now, Report* report);
 

@@ -56,6 +56,76 @@ void read(ParamTable table, PriorMatchParams* p) {
   table.get("step_sigma", &p->step_sigma, {1e-6, 1});
 }
 
+void read(ParamTable table, RelocateParams* p) {
+  table.get("cell_m", &p->patch.cell_m, {0.2, 20});
+  table.get("reach_m", &p->patch.reach_m, {5, 200});
+  table.get("ground_sigma_m", &p->fit.ground_sigma_m, {0.01, 2});
+  table.get("least_map_sigma_m", &p->fit.least_map_sigma_m, {0.001, 10});
+  table.get("robust_sigma", &p->fit.robust_sigma, {1, 10});
+  table.get("block_m", &p->fit.block_m, {1, 100});
+  table.get_deg("tilt_sigma_deg", &p->fit.tilt_sigma_rad, {0.01, 5});
+  table.get("plane_m", &p->fit.plane_m, {5, 200});
+  table.get("least_way_m", &p->least_way_m, {1, 1000});
+  table.get("every_m", &p->every_m, {1, 1000});
+  table.get("window_m", &p->window_m, {10, 220});
+  table.get("grid_m", &p->grid_m, {0.5, 50});
+  table.get("hypotheses", &p->hypotheses, {100, 1e7});
+  table.get("rough_samples", &p->rough_samples, {20, 10000});
+  table.get("samples", &p->samples, {50, 10000});
+  table.get("followed", &p->followed, {2, 200});
+  table.get("rounds", &p->rounds, {3, 100});
+  table.get("apart_m", &p->apart_m, {0.1, 100});
+  table.get_deg("apart_deg", &p->apart_rad, {0.1, 45});
+  table.get("most_cost", &p->most_cost, {0.1, 5});
+  table.get("evidence", &p->evidence, {1, 1000});
+  table.get("evidence_again", &p->evidence_again, {0.5, 1000});
+  table.get("again_m", &p->again_m, {5, 1000});
+  table.get("again_blocks", &p->again_blocks, {1, 1000});
+  table.get("most_sigma_m", &p->most_sigma_m, {0.05, 20});
+  table.get_deg("most_sigma_deg", &p->most_sigma_rad, {0.05, 30});
+  table.get("drift", &p->drift, {0, 0.2});
+  table.get("units", &p->units, {10000, 1e9});
+}
+
+/// [start], and what it needs of [world].
+void read_start(ParamTable root, SpConfig* c) {
+  if (!root.has("start")) return;
+  ParamTable table = root.table("start");
+  StartPlace start;
+  table.get_deg("lat_deg", &start.place.lat_rad, {-90, 90});
+  table.get_deg("lon_deg", &start.place.lon_rad, {-180, 360});
+  table.get("within_m", &start.within_m, {1, 1000});
+  table.get_deg("heading_deg", &start.heading_rad, {-360, 360});
+  table.get_deg("heading_within_deg", &start.heading_within_rad, {0.5, 180});
+  for (const std::string_view key : {"lat_deg", "lon_deg", "heading_deg"}) {
+    if (!table.has(key)) table.fail(key, "is missing: a start is a place and a heading");
+  }
+  ParamTable world = root.table("world");
+  Geodetic datum;
+  world.get_deg("datum_lat_deg", &datum.lat_rad, {-90, 90});
+  world.get_deg("datum_lon_deg", &datum.lon_rad, {-180, 360});
+  world.get("datum_height_m", &datum.height.m, {-1000, 20000});
+  for (const std::string_view key :
+       {"prior_map", "datum_lat_deg", "datum_lon_deg", "datum_height_m"}) {
+    if (!world.has(key)) {
+      world.fail(key, "is missing: [start] needs a map, and a world before any fix");
+    }
+  }
+  StartRegion region;
+  region.radius_m = start.within_m;
+  region.within_rad = start.heading_within_rad;
+  if (!fits(region, c->relocate)) {
+    table.fail("within_m", "with heading_within_deg takes more than [sp.relocate] hypotheses");
+  }
+  const double needed_m = start.within_m + c->relocate.window_m + c->relocate.patch.reach_m;
+  if (c->map_window.radius_m < needed_m) {
+    world.fail("prior_map_radius_m",
+               "must be at least within_m of [start], and window_m and reach_m of [sp.relocate]");
+  }
+  c->datum = datum;
+  c->start = start;
+}
+
 void read(ParamTable table, GrantParams* p) {
   table.get("cap", &p->cap, {1, 1e12});
   table.get("nominal_unit_ns", &p->nominal_unit_ns, {0.1, 1e6});
@@ -114,10 +184,13 @@ Result<SpConfig> load_sp_config(const ParamFile& file) {
   read(sp.table("icp"), &c.icp);
   read(sp.table("map"), &c.map);
   read(sp.table("prior"), &c.prior);
+  read(sp.table("relocate"), &c.relocate);
   read(sp.table("grant"), &c.grant);
   read(sp.table("degrade"), &c.degrade);
 
-  if (Outcome read_all = file.finish(tables_but({"ladar", "sp"})); !read_all) {
+  read_start(root, &c);
+
+  if (Outcome read_all = file.finish(tables_but({"ladar", "sp", "start"})); !read_all) {
     return read_all.error();
   }
   return c;

@@ -1,13 +1,16 @@
 #pragma once
 // SP's part of a vehicle configuration.
 
+#include <optional>
 #include <string>
 
 #include "modules/sp/degrade.h"
 #include "modules/sp/icp.h"
 #include "modules/sp/prior_match.h"
 #include "modules/sp/ranges.h"
+#include "modules/sp/relocate.h"
 #include "modules/sp/rolling_map.h"
+#include "rcs/base/geodesy.h"
 #include "rcs/base/result.h"
 #include "rcs/node/budget.h"
 #include "rcs/node/node.h"
@@ -16,11 +19,21 @@
 
 namespace rcs::sp {
 
+/// Where a vehicle is that starts without GPS.
+struct StartPlace {
+  Geodetic place;                             ///< the height is of no matter
+  double within_m = 100.0;                    ///< [1, 1000]
+  double heading_rad = 0.0;                   ///< clockwise from north, [-360, 360] deg
+  double heading_within_rad = radians(20.0);  ///< to either side, [0.5, 180] deg
+};
+
 struct SpConfig {
   NodeInfo info{"sp", from_milliseconds(80.0), from_milliseconds(10.0)};
   std::string prior_map;                  ///< [world]: a map's folder; empty: none
   MapWindow map_window;                   ///< [world]: prior_map_radius_m, prior_map_memory_mb
   std::string reference_frame = "WGS84";  ///< [world]: of the GPS' fixes, and so of the map
+  std::optional<Geodetic> datum;          ///< [world]: datum_*; read where [start] needs it
+  std::optional<StartPlace> start;        ///< [start]; needs a map and a datum
   LadarParams ladar;                      ///< [ladar]
 
   double source_voxel_m = 0.5;    ///< one point a voxel is registered, [0.05, 10]
@@ -36,11 +49,12 @@ struct SpConfig {
   double coast_sigma_rad = 0.05;        ///< likewise, [0.0001, 3]
   double prediction_sigma_scale = 1.0;  ///< on WM's sigma of the prediction, [0.1, 100]
 
-  IcpParams icp;           ///< [sp.icp]
-  RollingMapParams map;    ///< [sp.map]
-  PriorMatchParams prior;  ///< [sp.prior]
-  GrantParams grant;       ///< [sp.grant]
-  DegradeParams degrade;   ///< [sp.degrade]
+  IcpParams icp;            ///< [sp.icp]
+  RollingMapParams map;     ///< [sp.map]
+  PriorMatchParams prior;   ///< [sp.prior]
+  RelocateParams relocate;  ///< [sp.relocate]
+  GrantParams grant;        ///< [sp.grant]
+  DegradeParams degrade;    ///< [sp.degrade]
 };
 
 /// Reads [ladar], [sp] and [world]; tables of other nodes are not looked at.

@@ -37,6 +37,7 @@ bool usable_covariance(const Mat6& c) {
 SpNode::SpNode(const SpConfig& config, PriorTerrain prior, Bus* bus)
     : config_(config),
       prior_(std::move(prior)),
+      start_(config, prior_),
       ranges_(bus, channel::kLadarRanges, 48),
       facets_(bus, channel::kLadarPoints, 144),
       ins_(bus, channel::kIns, 256),
@@ -48,6 +49,7 @@ SpNode::SpNode(const SpConfig& config, PriorTerrain prior, Bus* bus)
       inertial_(256),
       map_(config.map) {
   reserve();
+  if (config_.start && config_.datum) prior_.set_datum(*config_.datum);
 }
 
 // A range image has a size: no cycle needs to allocate for it. Scans of Cartesian points grow the
@@ -117,6 +119,7 @@ void SpNode::take_belief(Stamp now) {
   if (m == nullptr) return;
   belief_.reset();
   T_world_rolling_.reset();
+  T_level_rolling_.reset();
   Pose T_world_vehicle;
   Pose T_rolling_vehicle;
   const Mat6 rolling_covariance = from_message<6>(m->cov_rolling_pose);
@@ -142,11 +145,14 @@ void SpNode::take_belief(Stamp now) {
     s.rate_vehicle_radps = from_message(m->rate_vehicle_radps);
     belief_ = s;
     belief_covariance_ = rolling_covariance;
+    // Upright from WM's start on, and then LADAR and INS alone.
+    if (m->world_valid == 0) T_level_rolling_ = T_world_vehicle * T_rolling_vehicle.inverse();
     const Geodetic datum{radians(m->datum_lat_deg), radians(m->datum_lon_deg), {m->datum_height_m}};
     if (m->world_valid != 0 && prior_.there() && plausible(datum)) {
       T_world_rolling_ = T_world_vehicle * T_rolling_vehicle.inverse();
       world_covariance_ = world_covariance;
       prior_.set_datum(datum);
+      start_.stop();
     }
   }
   nav_states_.pop();
@@ -388,7 +394,10 @@ void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
   const Pose T_rolling_vehicle = fused_pose(prediction, rolling);
   remember(T_rolling_vehicle);
   publish_points(T_rolling_vehicle);
-  if (ladder_.level < Degrade::kNoPrior) match_prior(cycle, T_rolling_vehicle);
+  if (ladder_.level < Degrade::kNoPrior) {
+    match_prior(cycle, T_rolling_vehicle);
+    search_start(cycle, T_rolling_vehicle);
+  }
   map_.insert(dense_, T_rolling_vehicle);
   if (T_world_rolling_) {
     prior_.follow((*T_world_rolling_ * T_rolling_vehicle).p, cycle.now, &report_);
@@ -414,6 +423,23 @@ void SpNode::match_prior(const Cycle& cycle, const Pose& T_rolling_vehicle) {
   registration_message_.map_bias_length_m = match.bias_length_m;
   registration_out_.publish(&registration_message_);
   cycle.stages->mark("prior");
+}
+
+/// WM has no world yet: what the search finds is where WM's begins. It is said with each scan until
+/// WM has taken it.
+void SpNode::search_start(const Cycle& cycle, const Pose& T_rolling_vehicle) {
+  if (!start_.on() || !T_level_rolling_) return;
+  const std::optional<Registration> found = start_.step(
+      dense_, *T_level_rolling_ * T_rolling_vehicle, granted_, cycle.now, &prior_, &report_);
+  cycle.stages->mark("start");
+  if (!found) return;
+  const MapLevel& level = prior_.map().level(0);
+  answer(*found, registration_t::TARGET_PRIOR_MAP);
+  registration_message_.n_tiles = 0;
+  registration_message_.tile_id.clear();
+  registration_message_.map_bias_sigma_m = level.bias_sigma_m;
+  registration_message_.map_bias_length_m = level.bias_correlation_m;
+  registration_out_.publish(&registration_message_);
 }
 
 void SpNode::remember(const Pose& T_rolling_vehicle) {

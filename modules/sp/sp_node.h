@@ -20,6 +20,7 @@
 #include "modules/sp/scan_assembler.h"
 #include "modules/sp/scan_filter.h"
 #include "modules/sp/sp_config.h"
+#include "modules/sp/start_node.h"
 #include "rcs/node/inbox.h"
 #include "rcs/node/outbox.h"
 #include "rcs/node/report.h"
@@ -59,6 +60,7 @@ class SpNode final : public Node {
   void prepare_points(const Cycle& cycle, const Expectation& expected);
   [[nodiscard]] Expectation expect(Stamp reference) const;
   void register_scan(const Cycle& cycle, const Expectation& expected);
+  void search_start(const Cycle& cycle, const Pose& T_rolling_vehicle);
   void match_prior(const Cycle& cycle, const Pose& T_rolling_vehicle);
   void seed(const Pose& T_rolling_vehicle);
   void remember(const Pose& T_rolling_vehicle);
@@ -66,6 +68,8 @@ class SpNode final : public Node {
 
   SpConfig config_;
   PriorTerrain prior_;
+
+  StartSearch start_;
 
   Inbox<ladar_ranges_t> ranges_;
   Inbox<ladar_points_t> facets_;
@@ -109,6 +113,7 @@ class SpNode final : public Node {
   // WM's newest belief, when it is about the map in hand.
   std::optional<MotionState> belief_;
   Mat6 belief_covariance_ = Mat6::Identity();
+  std::optional<Pose> T_level_rolling_;  // while the world is unknown
   std::optional<Pose> T_world_rolling_;
   Mat6 world_covariance_ = Mat6::Identity();
 

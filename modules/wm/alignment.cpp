@@ -1,5 +1,6 @@
 #include "modules/wm/alignment.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -197,6 +198,44 @@ void anchor(const Anchor& a, FilterState* s) {
   m.last_reset_m = step.p.norm();
   m.last_reset_rad = log_so3(step.q).norm();
   m.last_reset = s->belief.x.stamp;
+}
+
+std::optional<Anchor> anchor_by_map(const PriorMatch& match, const NavState& x,
+                                    const AlignParams& params) {
+  const Eigen::LDLT<Mat6> information(match.information);
+  if (information.info() != Eigen::Success || !information.isPositive()) return std::nullopt;
+  const Mat6 covariance = information.solve(Mat6::Identity());
+  const Mat3 R = match.T_world_vehicle.rotation();
+  const Mat3 place = R * covariance.topLeftCorner<3, 3>() * R.transpose();
+  const Mat3 turn = R * covariance.bottomRightCorner<3, 3>() * R.transpose();
+  Anchor a;
+  a.sigma_m = std::sqrt(place.diagonal().maxCoeff());
+  a.sigma_yaw_rad = std::sqrt(turn(2, 2));
+  // Written so that NaN is refused.
+  if (!(a.sigma_m < params.baseline_m && a.sigma_yaw_rad < params.heading_sigma_rad)) {
+    return std::nullopt;
+  }
+  const Pose T_old = T_world_seen(x);
+  const double yaw = wrap_angle(yaw_of(match.T_world_vehicle.q) - yaw_of(T_old.q));
+  a.T_new_old = turn_and_shift(yaw, T_old.p, match.T_world_vehicle.p);
+  return a;
+}
+
+void anchor_on_map(const Anchor& a, const MapBias& bias, FilterState* s) {
+  anchor(a, s);
+  s->memory.map_bias = bias;
+  renew_map_offset(bias.sigma_m, &s->belief);
+  // All that was shifted into the world, the rolling map, too, is off by what the survey is.
+  const Belief shifted = loosen_world(s->belief, Vec3::Constant(bias.sigma_m), 0.0);
+  const Mat<kSize, 3> shared =
+      shifted.P.middleCols<3>(kPosition) - s->belief.P.middleCols<3>(kPosition);
+  s->belief = shifted;
+  s->belief.P.middleCols<3>(kMapOffset) -= shared;
+  s->belief.P.middleRows<3>(kMapOffset) -= shared.transpose();
+  // The next matches see much of what this one saw.
+  SourceRecord& record = s->memory.of(Source::kPriorMap);
+  record.accepted = s->belief.x.stamp;
+  record.distance_m = s->memory.distance_m;
 }
 
 }  // namespace rcs::wm

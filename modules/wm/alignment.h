@@ -64,7 +64,16 @@ class HeadingFinder {
   std::size_t count_ = 0;
 };
 
+/// By one match to the a priori map, which SP found by a search before anything absolute was known.
+/// @param x  at the match's instant, in the filter's own frame
+/// @return none where the match tells place or heading too poorly to start from
+[[nodiscard]] std::optional<Anchor> anchor_by_map(const PriorMatch& match, const NavState& x,
+                                                  const AlignParams& params);
+
 /// Applies an anchor to a state in the filter's own frame.
 void anchor(const Anchor& a, FilterState* state);
+
+/// The same by a match to the a priori map: the belief errs as the survey does there.
+void anchor_on_map(const Anchor& a, const MapBias& bias, FilterState* state);
 
 }  // namespace rcs::wm

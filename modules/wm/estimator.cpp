@@ -86,6 +86,17 @@ Reason Estimator::add(Stamp stamp, const GeodeticFix& geodetic) {
   return reason;
 }
 
+Reason Estimator::add(Stamp stamp, const PriorMatch& match) {
+  if (!started_ || history_.head().memory.anchored || !datum_) {
+    return add(Measurement{stamp, match});
+  }
+  const Duration ahead = stamp - history_.head().belief.x.stamp;
+  if (ahead > params_.history.jump) return Reason::kInvalid;
+  if (-ahead > params_.history.lag) return Reason::kLate;
+  waiting_match_ = WaitingMatch{stamp, match};
+  return Reason::kAccepted;
+}
+
 Reason Estimator::add(const Measurement& m) {
   if (!started_) {
     // With an INS at work the start waits for it to be level; without one, this is the start.
@@ -138,6 +149,7 @@ void Estimator::step_clock(Stamp to) {
   trust_.clear();
   local_stamp_ = to;
   waiting_.clear();
+  waiting_match_.reset();
   heading_.clear();
   newest_imu_ = Stamp::min();
   out_of_range_ = 0;
@@ -147,6 +159,7 @@ void Estimator::step_clock(Stamp to) {
 void Estimator::fuse() {
   if (!started_) return;
   history_.fuse(&innovations_);
+  if (!history_.head().memory.anchored) find_place();
   if (!history_.head().memory.anchored) find_heading();
   finish();
   move_local();
@@ -198,6 +211,23 @@ void Estimator::find_heading() {
     return;
   }
   waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(used));
+}
+
+/// SP's search has found the place: the oldest state is anchored by what the newest says of it.
+void Estimator::find_place() {
+  if (!waiting_match_ || waiting_match_->stamp > history_.head().belief.x.stamp) return;
+  const WaitingMatch w = *waiting_match_;
+  waiting_match_.reset();
+  const std::optional<Anchor> found =
+      anchor_by_map(w.match, history_.at(w.stamp).belief.x, params_.align);
+  if (!found) return;
+  const MapBias bias = believed_bias(w.match.bias, params_);
+  history_.amend(earth_at(datum_->datum()),
+                 [&found, &bias](FilterState* oldest) { anchor_on_map(*found, bias, oldest); });
+  trust_.clear();
+  history_.fuse(&innovations_);
+  waiting_.clear();
+  heading_.clear();
 }
 
 Mode Estimator::mode() const {

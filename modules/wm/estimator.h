@@ -27,7 +27,9 @@ class Estimator {
   Reason add(const ImuSample& imu);
   Reason add(Stamp stamp, const GeodeticFix& fix);
   Reason add(Stamp stamp, const RollingMatch& match) { return add(Measurement{stamp, match}); }
-  Reason add(Stamp stamp, const PriorMatch& match) { return add(Measurement{stamp, match}); }
+  /// A match that comes while nothing absolute is known is where the world begins, if the datum is
+  /// configured: SP has searched for it.
+  Reason add(Stamp stamp, const PriorMatch& match);
   Reason add(Stamp stamp, const OdometrySample& odometry);
 
   /// Takes in all inputs that were added.
@@ -62,6 +64,7 @@ class Estimator {
   void start(const Belief& belief, double gravity);
   void finish();
   void find_heading();
+  void find_place();
   void step_clock(Stamp to);
   void forget_place(FilterState* state) const;
   void move_local();
@@ -73,6 +76,11 @@ class Estimator {
   Leveler leveler_;
   HeadingFinder heading_;
   std::vector<WaitingFix> waiting_;  ///< for the heading, of which the state is not fused yet
+  struct WaitingMatch {
+    Stamp stamp{};
+    PriorMatch match;
+  };
+  std::optional<WaitingMatch> waiting_match_;  ///< for the state of its instant
   std::vector<Innovation> innovations_;
   bool started_ = false;
   Pose T_local_vehicle_;

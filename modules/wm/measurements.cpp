@@ -1,6 +1,7 @@
 #include "modules/wm/measurements.h"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 
 namespace rcs::wm {
@@ -149,6 +150,11 @@ Residual<6> rolling_match(const NavState& x, const RollingMatch& z,
   const Vec6 r = log_se3(T_rolling_vehicle(x).inverse() * z.T_rolling_vehicle);
   return project(r, left_jacobian_inverse_se3(r) * rolling_pose_jacobian(x), z.information,
                  systematic_covariance(x, params), params, 1.0);
+}
+
+MapBias believed_bias(const MapBias& said, const WmParams& params) {
+  if (!(said.sigma_m > 0.0)) return {params.drive.map_sigma_m, params.drive.map_length_m};
+  return {params.prior.bias_margin * said.sigma_m, std::max(1.0, said.length_m)};
 }
 
 Residual<6> prior_match(const NavState& x, const PriorMatch& z, const PriorMapParams& params,

@@ -61,6 +61,10 @@ struct PriorMatch {
   MapBias bias;
 };
 
+/// A survey's slow error as it is believed: more than it says, or the configuration's where it does
+/// not say.
+[[nodiscard]] MapBias believed_bias(const MapBias& said, const WmParams& params);
+
 /// Wheel speed; the yaw rate is NaN when the source has none.
 struct OdometrySample {
   double speed_mps = 0.0;

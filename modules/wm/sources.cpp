@@ -145,11 +145,7 @@ void Fuser::operator()(const RollingMatch& z) {
 
 /// Another survey errs in another way.
 void Fuser::follow_map(const MapBias& said) {
-  const DriveNoise& drive = model_.params.drive;
-  const double margin = model_.params.prior.bias_margin;
-  const MapBias bias = said.sigma_m > 0.0
-                           ? MapBias{margin * said.sigma_m, std::max(1.0, said.length_m)}
-                           : MapBias{drive.map_sigma_m, drive.map_length_m};
+  const MapBias bias = believed_bias(said, model_.params);
   if (bias == s_.memory.map_bias) return;
   s_.memory.map_bias = bias;
   renew_map_offset(bias.sigma_m, &s_.belief);

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "tests/sp/scene.h"
+#include "tests/support/heap_guard.h"
 
 namespace rcs::sp {
 namespace {
@@ -174,6 +175,26 @@ TEST(Relocate, NoPieceIsLargerThanWhatIsGranted) {
     EXPECT_LE(relocator.work(map, 7'000), 7'000);
   }
   EXPECT_EQ(relocator.status().state, RelocateState::kSearching);
+}
+
+TEST(Relocate, AllocatesNothingAfterTheStart) {
+  if (!rcs::test::HeapGuard::available()) GTEST_SKIP() << "a sanitizer owns malloc";
+  const Ground ground = hills(2);
+  const ElevationMap map = survey(ground, 0.1);
+  Drive way(ground);
+  Relocator relocator(quick());
+  ASSERT_TRUE(relocator.begin(region({10.0, 40.0})));
+  std::int64_t allocations = 0;
+  for (double at_m = 0.0; at_m < 100.0; at_m += 2.0) {
+    const Points points = way.scan(at_m);
+    const Pose T_level_vehicle = way.T_level_map() * way.T_map_vehicle(at_m);
+    const rcs::test::HeapGuard heap;
+    relocator.add(points, T_level_vehicle);
+    relocator.work(map, kPlenty);
+    allocations += heap.allocations();
+  }
+  EXPECT_EQ(relocator.status().state, RelocateState::kFound);
+  EXPECT_EQ(allocations, 0);
 }
 
 TEST(Relocate, AFlatFieldIsNoPlace) {
