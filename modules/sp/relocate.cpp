@@ -130,8 +130,10 @@ void Relocator::prepare() {
 /// The centre's place is the start's, in the disc, and the way from there.
 GroundPlace Relocator::on_grid(std::size_t k) const {
   const std::size_t square = static_cast<std::size_t>(side_) * static_cast<std::size_t>(side_);
-  const auto h = static_cast<double>(k / square);
-  const auto j = static_cast<double>(k % square / static_cast<std::size_t>(side_));
+  const std::size_t heading = k / square;
+  const std::size_t row = k % square / static_cast<std::size_t>(side_);
+  const auto h = static_cast<double>(heading);
+  const auto j = static_cast<double>(row);
   const auto i = static_cast<double>(k % static_cast<std::size_t>(side_));
   GroundPlace place;
   const double turn = headings_ > 1 ? 2.0 * h / (headings_ - 1) - 1.0 : 0.0;
@@ -270,9 +272,8 @@ void Relocator::conclude() {
   };
   best_ = followed_.size();
   for (std::size_t k = 0; k < followed_.size(); ++k) {
-    if (!followed_[k].lost &&
-        (best_ == followed_.size() || rank(followed_[k]) < rank(followed_[best_])))
-      best_ = k;
+    if (followed_[k].lost) continue;
+    if (best_ == followed_.size() || rank(followed_[k]) < rank(followed_[best_])) best_ = k;
   }
   if (best_ == followed_.size()) {
     give_up(followed_.empty() ? RelocateDoubt::kNothingFits : RelocateDoubt::kNoMap);
