@@ -115,8 +115,9 @@ class MapLocate final : public Command {
       T_map_truth = LocalFrame(map->datum()).from(LocalFrame(*drive->truth_datum));
     }
     if (starts_ == 0) return one(*map, *drive, T_map_truth);
-    if (!drive->truth_datum)
+    if (!drive->truth_datum) {
       return fail(kName, Error{log_ + ": no SIM_TRUTH, which --starts needs"});
+    }
     return many(*map, *drive, T_map_truth);
   }
 
