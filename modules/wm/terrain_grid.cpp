@@ -208,31 +208,41 @@ void TerrainGrid::update(const Seen& seen) {
   if (cell.scans < std::numeric_limits<std::uint16_t>::max()) ++cell.scans;
 }
 
-Cell TerrainGrid::patch(const Pose& T_local_vehicle, std::vector<TerrainAnswer>* out) {
+Cell TerrainGrid::begin_patch(const Pose& T_local_vehicle) {
   const Vec3 ahead = T_local_vehicle.q * Vec3::UnitX();
   const double level = std::max(1e-6, ahead.head<2>().norm());
   const Vec2 middle = T_local_vehicle.p.head<2>() + params_.ahead_m / level * ahead.head<2>();
+  first_ = {static_cast<int>(std::floor(middle.x() / params_.cell_m)) - params_.patch / 2,
+            static_cast<int>(std::floor(middle.y() / params_.cell_m)) - params_.patch / 2};
+  collect_lows({first_.i - kReach, first_.j - kReach});
+  return first_;
+}
+
+void TerrainGrid::answer_rows(int begin, int end, std::vector<TerrainAnswer>* out) {
   const int side = params_.patch;
-  const Cell first{static_cast<int>(std::floor(middle.x() / params_.cell_m)) - side / 2,
-                   static_cast<int>(std::floor(middle.y() / params_.cell_m)) - side / 2};
-  collect_lows({first.i - kReach, first.j - kReach});
-  out->assign(static_cast<std::size_t>(side) * static_cast<std::size_t>(side), {});
-  for (int j = 0; j < side; ++j) {
+  out->resize(static_cast<std::size_t>(side) * static_cast<std::size_t>(side));
+  for (int j = begin; j < end; ++j) {
+    TerrainAnswer* const answers = out->data() + static_cast<std::ptrdiff_t>(j) * side;
+    std::fill(answers, answers + side, TerrainAnswer{});
     const std::ptrdiff_t row = (j + kReach) * stride_;
     add_columns(row);
-    for (int begin = 0; begin < side; begin += kLanes) {
-      const PlaneFits fits = fit_planes(columns_.data() + kReach + begin, stride_, params_.cell_m);
-      for (int k = 0; k < std::min(kLanes, side - begin); ++k) {
-        const int i = begin + k;
+    for (int first = 0; first < side; first += kLanes) {
+      const PlaneFits fits = fit_planes(columns_.data() + kReach + first, stride_, params_.cell_m);
+      for (int k = 0; k < std::min(kLanes, side - first); ++k) {
+        const int i = first + k;
         const Low* const low = lows_.data() + row + kReach + i;
         const bool found = fits.found[k] > 0.0;
         if (!low->known && (!found || fits.n[k] < kSupported)) continue;
         const GroundPlane ground = found ? fits.plane(k) : GroundPlane{low->m};
-        (*out)[static_cast<std::size_t>(j * side + i)] =
-            answer(low, {first.i + i, first.j + j}, ground);
+        answers[i] = answer(low, {first_.i + i, first_.j + j}, ground);
       }
     }
   }
+}
+
+Cell TerrainGrid::patch(const Pose& T_local_vehicle, std::vector<TerrainAnswer>* out) {
+  const Cell first = begin_patch(T_local_vehicle);
+  answer_rows(0, params_.patch, out);
   return first;
 }
 

@@ -79,8 +79,17 @@ class TerrainGrid {
   /// @param T_local_vehicle  where the scan was registered
   void insert(const Points& p_vehicle, const Pose& T_local_vehicle);
 
-  /// The square of cells around a point ahead of the vehicle, row by row, x fastest.
-  /// @param out  params.patch^2 answers
+  /// The square of cells around a point ahead of the vehicle.
+  /// @return its lowest cell
+  Cell begin_patch(const Pose& T_local_vehicle);
+
+  /// Some rows of the patch that was begun, so that a patch can be spread over several cycles;
+  /// nothing is inserted in between.
+  /// @param begin, end  [0, params.patch]
+  /// @param out  params.patch^2 answers, row by row, x fastest; those of the rows are written
+  void answer_rows(int begin, int end, std::vector<TerrainAnswer>* out);
+
+  /// All of it at once.
   /// @return its lowest cell
   Cell patch(const Pose& T_local_vehicle, std::vector<TerrainAnswer>* out);
 
@@ -120,6 +129,7 @@ class TerrainGrid {
   std::vector<Low> lows_;
   std::vector<double> n_, z_, zz_;  // 1, height and its square of what may be the ground, else 0
   std::vector<double> columns_;     // sums of five rows of them
+  Cell first_;                      // lowest of the patch
   std::int64_t scans_ = 0;
   Vec2 start_ = Vec2::Zero();  // frame local, of the first scan
 };

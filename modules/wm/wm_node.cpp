@@ -101,9 +101,11 @@ void WmNode::run(const Cycle& cycle) {
   report_events(cycle.now);
   cycle.stages->mark("publish");
 
+  // Half a patch a cycle; its end before points come, so that it is of one moment.
+  if (patch_begun_) publish_map_patch();
   take_all(&points_, cycle.now);
   if (map_clock_.due(cycle.now)) {
-    publish_map_patch();
+    begin_map_patch();
     map_clock_.advance(cycle.now);
   }
   cycle.stages->mark("terrain");
@@ -331,19 +333,26 @@ void WmNode::publish_shadows() {
   }
 }
 
-void WmNode::publish_map_patch() {
+void WmNode::begin_map_patch() {
   if (terrain_.empty()) return;
   const Pose& T_local_vehicle = estimator_.T_local_vehicle();
-  const Cell first = terrain_.patch(T_local_vehicle, &answers_);
+  const Cell first = terrain_.begin_patch(T_local_vehicle);
+  terrain_.answer_rows(0, config_.terrain.patch / 2, &answers_);
+  map_patch_.utime = to_utime(newest_points_);
+  map_patch_.first_i = first.i;
+  map_patch_.first_j = first.j;
+  map_patch_.base_m = std::round(T_local_vehicle.p.z());
+  patch_begun_ = true;
+}
+
+void WmNode::publish_map_patch() {
+  terrain_.answer_rows(config_.terrain.patch / 2, config_.terrain.patch, &answers_);
+  patch_begun_ = false;
   map_patch_t& m = map_patch_;
-  m.utime = to_utime(newest_points_);
   m.local_utime = to_utime(local_began_);
   m.cell_m = config_.terrain.cell_m;
-  m.first_i = first.i;
-  m.first_j = first.j;
   m.width = config_.terrain.patch;
   m.height = config_.terrain.patch;
-  m.base_m = std::round(T_local_vehicle.p.z());
   m.n = static_cast<std::int32_t>(answers_.size());
   m.height_cm.resize(answers_.size());
   m.step_cm.resize(answers_.size());

@@ -48,6 +48,7 @@ class WmNode final : public Node {
   void publish_nav_state(Stamp now);
   void publish_integrity(Stamp now);
   void publish_shadows();
+  void begin_map_patch();
   void publish_map_patch();
   void fill_belief(const FilterState& state);
   void report_events(Stamp now);
@@ -95,6 +96,7 @@ class WmNode final : public Node {
   integrity_t integrity_{};
   shadow_t shadow_{};
   map_patch_t map_patch_{};
+  bool patch_begun_ = false;
   Points p_vehicle_;
   std::vector<TerrainAnswer> answers_;
 };
