@@ -154,7 +154,9 @@ Residual<6> rolling_match(const NavState& x, const RollingMatch& z,
 
 MapBias believed_bias(const MapBias& said, const WmParams& params) {
   if (!(said.sigma_m > 0.0)) return {params.drive.map_sigma_m, params.drive.map_length_m};
-  return {params.prior.bias_margin * said.sigma_m, std::max(1.0, said.length_m)};
+  // It may be wrong by more than it says, but what changes along the way is as it says.
+  const double margin = params.prior.bias_margin;
+  return {margin * said.sigma_m, margin * margin * std::max(1.0, said.length_m)};
 }
 
 Residual<6> prior_match(const NavState& x, const PriorMatch& z, const PriorMapParams& params,

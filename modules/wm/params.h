@@ -76,7 +76,9 @@ struct RollingParams {
 };
 
 struct PriorMapParams {
-  RegistrationParams match;
+  /// Grass that rays meet ever higher with distance tilts a scan against the bare ground: gravity
+  /// and the rolling map know better (DECISIONS 49).
+  RegistrationParams match{4.0, 0.01, 0.02};
   double mount_sigma_m = 0.01;      ///< of the place of the LADAR's mount, [0, 1]
   double heading_sigma_rad = 0.01;  ///< before the first match, at most, (0, 3.2]
   double correlation_m = 10.0;  ///< scans closer than this see the same errors of the map, (0, 1e4]

@@ -71,9 +71,10 @@ bool Trust::well(const FilterState& belief) const {
   const bool old =
       without_gps_.alive() && belief.belief.x.stamp - without_gps_.branch > 4 * params_.branch;
   if (std::max({gps_doubt_, ladar_doubt_, map_doubt_}) > (old ? 1.0 : kCalm)) return false;
-  const Stamp fix = m.of(Source::kGpsPosition).accepted;
+  const Stamp placed =
+      std::max(m.of(Source::kGpsPosition).accepted, m.of(Source::kPriorMap).accepted);
   const bool without = !m.anchored;  // there is no GPS to go without
-  return without || fix > belief.belief.x.stamp - kFresh;
+  return without || placed > belief.belief.x.stamp - kFresh;
 }
 
 /// Where north is hardly known no path can be held against another. Nor, by an INS, where up is: a

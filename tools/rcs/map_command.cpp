@@ -395,6 +395,7 @@ void add_map_commands(CLI::App* rcs, Commands* commands) {
   add_map_build_command(map, commands);
   add_map_match_command(map, commands);
   add_map_locate_command(map, commands);
+  add_map_localizability_command(map, commands);
   add_map_compare_commands(map, commands);
   add_map_worth_command(map, commands);
 }
