@@ -27,27 +27,31 @@ constexpr double kMostScale = 16.0;
 // A spread of less than this share of the ground's sigma is none.
 constexpr double kSpreadEnds = 0.25;
 
-/// What the errors of the normals add to the sum of w J J': sum of w v (Jx Jx' + Jy Jy'), where Jx
-/// is the Jacobian of a normal along x of the map.
-class NormalNoise {
- public:
-  void add(const Vec3& p_vehicle, const Mat3& R_vehicle_map, double weight) {
-    for (int axis = 0; axis < 2; ++axis) {
-      const Vec3 along = R_vehicle_map.col(axis);
-      Vec6 J;
-      J << along, p_vehicle.cross(along);
-      sum_.selfadjointView<Eigen::Lower>().rankUpdate(J, weight);
-    }
-  }
-  [[nodiscard]] Mat6 sum() const { return sum_.selfadjointView<Eigen::Lower>(); }
+/// Of the pose, and how far light goes into vegetation.
+constexpr int kUnknowns = 7;
+using Mat7 = Eigen::Matrix<double, kUnknowns, kUnknowns>;
+using Vec7 = Eigen::Matrix<double, kUnknowns, 1>;
 
- private:
-  Mat6 sum_ = Mat6::Zero();
-};
+/// Light that goes a way l into what grows before it returns is met l behind where the ray entered
+/// it, and so not at one height above the ground: farther ahead of the surface where that faces the
+/// vehicle, which pulls a match backwards. A residual has l (d . n) of it, d the ray's direction.
+/// Rays are taken as level, from the vehicle's middle: where they come down steeply they soon meet
+/// the ground.
+Vec7 jacobian(const Vec3& p_vehicle, const Vec3& along_vehicle) {
+  const double away = std::max(1e-9, p_vehicle.head<2>().norm());
+  Vec7 J;
+  J << along_vehicle, p_vehicle.cross(along_vehicle),
+      p_vehicle.head<2>().dot(along_vehicle.head<2>()) / away;
+  return J;
+}
 
 struct Sums {
-  NormalEquations equations;
-  NormalNoise noise;
+  Mat7 H = Mat7::Zero();  ///< lower triangle: of w J J'
+  Vec7 b = Vec7::Zero();
+  /// What the errors of the normals add to H: of w v (Jx Jx' + Jy Jy'), where Jx is the Jacobian of
+  /// a normal along x of the map; lower triangle.
+  Mat7 noise = Mat7::Zero();
+  double weight = 0.0;
   double square_u = 0.0;  ///< of residuals in sigmas, weighed
   double weight_u = 0.0;
   int pairs = 0;
@@ -55,6 +59,23 @@ struct Sums {
   double abs_sum = 0.0;
   double square_sum = 0.0;
 };
+
+/// The pose's part, whatever the last unknown is: the Schur complement.
+/// @param last_information  what is known of it beforehand: it is about 0
+NormalEquations of_pose(const Mat7& H, const Vec7& b, double weight, double last_information) {
+  const double last = H(6, 6) + last_information;
+  const Vec6 cross = H.row(6).head<6>();
+  NormalEquations out;
+  out.weight = weight;
+  out.H = H.topLeftCorner<6, 6>();
+  out.b = b.head<6>();
+  if (last > 0.0) {
+    out.H.triangularView<Eigen::Lower>() -= cross * cross.transpose() / last;
+    out.b -= cross * (b[6] / last);
+  }
+  out.close();
+  return out;
+}
 
 /// Variance of each component of a cell's gradient, by errors of its four corners that know nothing
 /// of one another, on average over the cell.
@@ -93,17 +114,21 @@ Sums sum(const Points& source, const ElevationMap& map, int level, const Pose& T
     if (std::abs(u) > params.gate_sigma) continue;
     const double k = 1.0 + (u / params.robust_sigma) * (u / params.robust_sigma);
     const double weight = 1.0 / (k * k * sigma * sigma * *m.points);
-    sums.equations.add(p, R_transposed * n_world, residual, weight);
-    const double tilt =
-        gradient_variance(m.ground.sigma_m, map.level(m.ground.level).cell_m) * n_world.z();
-    sums.noise.add(p, R_transposed, weight * tilt * n_world.z());
+    const Vec7 J = jacobian(p, R_transposed * n_world);
+    sums.H.selfadjointView<Eigen::Lower>().rankUpdate(J, weight);
+    sums.b += (weight * residual) * J;
+    sums.weight += weight;
+    const double tilt = gradient_variance(m.ground.sigma_m, map.level(m.ground.level).cell_m);
+    for (int axis = 0; axis < 2; ++axis) {
+      sums.noise.selfadjointView<Eigen::Lower>().rankUpdate(
+          jacobian(p, R_transposed.col(axis)), weight * tilt * n_world.z() * n_world.z());
+    }
     sums.square_u += weight * sigma * sigma * u * u;
     sums.weight_u += weight * sigma * sigma;
     ++sums.pairs;
     sums.abs_sum += std::abs(residual);
     sums.square_sum += residual * residual;
   }
-  sums.equations.close();
   return sums;
 }
 
@@ -123,16 +148,17 @@ double mean_square_weighed(double robust_sigma) {
 
 /// Normals with errors of their own see slopes that are not there: of H = G + V, V by noise, the
 /// estimate's covariance is G^-1 (G + V) G^-1.
-Mat6 without_noise(const Mat6& H, const Mat6& V) {
+Mat7 without_noise(const Mat7& H, const Mat7& V) {
   // In coordinates in which H is the identity G is what of each direction is not noise.
-  const Eigen::SelfAdjointEigenSolver<Mat6> of_H(H);
-  const Vec6 root = of_H.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-  const Vec6 per_root = (root.array() > 1e-9 * root.maxCoeff()).select(root.cwiseInverse(), 0.0);
-  const Mat6 whiten = of_H.eigenvectors() * per_root.asDiagonal();
-  const Mat6 colour = of_H.eigenvectors() * root.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Mat6> noise(whiten.transpose() * V * whiten);
-  const Vec6 left = (1.0 - noise.eigenvalues().array()).max(0.0).square();
-  const Mat6 out = colour * noise.eigenvectors();
+  const Eigen::SelfAdjointEigenSolver<Mat7> of_H(H);
+  const Vec7 root = of_H.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  const Vec7 per_root = (root.array() > 1e-9 * root.maxCoeff()).select(root.cwiseInverse(), 0.0);
+  const Mat7 whiten = of_H.eigenvectors() * per_root.asDiagonal();
+  const Mat7 colour = of_H.eigenvectors() * root.asDiagonal();
+  const Mat7 noise_part = whiten.transpose() * V.selfadjointView<Eigen::Lower>() * whiten;
+  const Eigen::SelfAdjointEigenSolver<Mat7> noise(noise_part);
+  const Vec7 left = (1.0 - noise.eigenvalues().array()).max(0.0).square();
+  const Mat7 out = colour * noise.eigenvectors();
   return out * left.asDiagonal() * out.transpose();
 }
 
@@ -197,7 +223,9 @@ PriorMatch match_prior_map(const Points& source_vehicle, const ElevationMap& map
   double spread_m = std::min(expected.spread_m, params.max_spread_m);
   double damping = 1.0;
   double last_sigmas = std::numeric_limits<double>::infinity();
+  const double foliage = 1.0 / (params.foliage_m * params.foliage_m);
   Sums sums;
+  NormalEquations equations;
   Observability obs;
   out.stop = Stop::kMaxIterations;
   while (out.iterations < params.max_iterations) {
@@ -213,13 +241,14 @@ PriorMatch match_prior_map(const Points& source_vehicle, const ElevationMap& map
       out.stop = Stop::kTooFew;
       break;
     }
-    obs = observability(sums.equations, params.min_alignment, params.max_sigma_m);
+    equations = of_pose(sums.H, sums.b, sums.weight, foliage);
+    obs = observability(equations, params.min_alignment, params.max_sigma_m);
     const Vec6 to_prediction = log_se3(T.inverse() * prediction.T_target_vehicle);
     const bool steered = out.iterations <= kSteered;
-    const Vec6 step = steered ? steered_step(sums.equations, prior, to_prediction)
-                              : observed_step(sums.equations, obs, to_prediction);
+    const Vec6 step = steered ? steered_step(equations, prior, to_prediction)
+                              : observed_step(equations, obs, to_prediction);
     const bool sure = !steered && spread_m == 0.0;
-    const double step_sigmas = std::sqrt(step.dot(sums.equations.H * step));
+    const double step_sigmas = std::sqrt(step.dot(equations.H * step));
     if (sure) {
       if (step_sigmas > kShrinks * last_sigmas) damping *= 0.5;
       last_sigmas = step_sigmas;
@@ -252,9 +281,9 @@ PriorMatch match_prior_map(const Points& source_vehicle, const ElevationMap& map
   // The residuals tell whether the map is as good as it says. Better, and its normals are, too; but
   // no cell counts for more than it claims.
   const double scale = sums.square_u / (sums.weight_u * mean_square_weighed(params.robust_sigma));
-  const Mat6 V = std::min(1.0, scale) * sums.noise.sum();
+  const Mat7 told = without_noise(sums.H, std::min(1.0, scale) * sums.noise);
   const double worse = std::clamp(scale, 1.0, kMostScale);
-  out.information = observed_part(without_noise(sums.equations.H, V) / worse, obs);
+  out.information = observed_part(of_pose(told / worse, Vec7::Zero(), sums.weight, foliage).H, obs);
   if (out.stop == Stop::kConverged && obs.unobserved > 0) out.stop = Stop::kDegenerate;
   return match;
 }

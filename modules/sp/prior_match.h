@@ -21,6 +21,9 @@ struct PriorMatchParams {
   /// map is matched, [0.01, 10]
   double max_slope_noise = 0.1;
   double min_sigma_m = 0.1;       ///< the map is not believed beyond this, [0.001, 10]
+  /// How far light goes into vegetation before it returns, sigma: a way that each match finds for
+  /// itself, so that grass on slopes that face the vehicle does not pull it back, [0.001, 10]
+  double foliage_m = 1.0;
   double min_alignment = 0.0005;  ///< observability below which a direction is unobserved, [0, 0.5]
   double max_sigma_m = 2.0;  ///< a direction known no better than this is unobserved, [0.01, 100]
   double max_correction_m = 15.0;   ///< farther from the prediction: kDiverged, [0.1, 1000]

@@ -48,6 +48,7 @@ void read(ParamTable table, PriorMatchParams* p) {
   table.get("robust_sigma", &p->robust_sigma, {0.5, 20});
   table.get("gate_sigma", &p->gate_sigma, {1, 20});
   table.get("min_sigma_m", &p->min_sigma_m, {0.001, 10});
+  table.get("foliage_m", &p->foliage_m, {0.001, 10});
   table.get("min_alignment", &p->min_alignment, {0, 0.5});
   table.get("max_sigma_m", &p->max_sigma_m, {0.01, 100});
   table.get("max_correction_m", &p->max_correction_m, {0.1, 1000});

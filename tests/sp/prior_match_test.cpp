@@ -127,6 +127,53 @@ TEST(PriorMatch, VegetationDoesNotLiftTheVehicle) {
   EXPECT_NEAR(match.registration.T_target_vehicle.p.z(), scene.T.p.z(), 0.15);
 }
 
+/// Where rays end ahead of a vehicle on hills that are under shrubs of 0.6 m: light goes 0.6 m into
+/// them.
+Points seen_in_shrubs(const Pose& T_world_vehicle, std::mt19937* rng) {
+  constexpr double kShrubs_m = 0.6;
+  constexpr double kInto_m = 0.6;
+  constexpr double kStep_m = 0.05;
+  std::uniform_real_distribution<double> azimuth(-0.8, 0.8);
+  std::uniform_real_distribution<double> elevation(-0.35, 0.05);
+  const Vec3 sensor = T_world_vehicle * Vec3(1.0, 0.0, 0.9);
+  Points points;
+  while (points.size() < 1500) {
+    const double a = azimuth(*rng);
+    const double up = elevation(*rng);
+    const Vec3 d = T_world_vehicle.q *
+                   Vec3(std::cos(up) * std::cos(a), std::cos(up) * std::sin(a), std::sin(up));
+    for (double way = 0.0; way < 60.0; way += kStep_m) {
+      const Vec3 p = sensor + way * d;
+      if (p.z() > hills(p.x(), p.y()) + kShrubs_m) continue;
+      points.push_back((T_world_vehicle.inverse() * (p + kInto_m * d)).cast<float>());
+      break;
+    }
+  }
+  return points;
+}
+
+TEST(PriorMatch, LightThatGoesIntoShrubsDoesNotPullTheVehicleBack) {
+  constexpr int kScenes = 12;
+  double ahead_m = 0.0;
+  double ahead_by_surface_m = 0.0;  // as if light did not
+  for (unsigned seed = 0; seed < kScenes; ++seed) {
+    Scene scene(200 + seed, on_hills(-40.0 + 7.0 * seed, 5.0 * seed, 0.0, 0.0, 0.5 * seed), false,
+                0.0, 0.1F);
+    scene.source = seen_in_shrubs(scene.T, &scene.rng);
+    const auto error_ahead_m = [&](double foliage_m) {
+      PriorMatchParams params;
+      params.foliage_m = foliage_m;
+      const Prediction start = test::prediction(scene.T, 0.5, 0.01);
+      return log_se3(scene.T.inverse() * scene.match(start, params).registration.T_target_vehicle)
+          .x();
+    };
+    ahead_m += error_ahead_m(PriorMatchParams{}.foliage_m) / kScenes;
+    ahead_by_surface_m += error_ahead_m(0.001) / kScenes;
+  }
+  EXPECT_LT(ahead_by_surface_m, -0.3);
+  EXPECT_LT(std::abs(ahead_m), 0.2);
+}
+
 TEST(PriorMatch, ItsEndDoesNotDependOnTheStart) {
   Scene scene(6, on_hills(10.0, -20.0, 0.05, -0.05, 0.6), false, 0.2, 0.02F);
   PriorMatchParams params;

@@ -55,6 +55,24 @@ Extent extent_of(const MapIndex& index) {
   return e;
 }
 
+/// Of what is known in it, to a part in a few hundred: tiles are hardly ever full.
+Extent known_part(const ElevationMap& map, const Extent& tiles) {
+  constexpr int kLooks = 300;  // each way
+  const Vec2 step = (tiles.high_m - tiles.low_m) / kLooks;
+  Extent e;
+  for (int j = 0; j < kLooks; ++j) {
+    for (int i = 0; i < kLooks; ++i) {
+      const Vec2 low = tiles.low_m + Vec2(i, j).cwiseProduct(step);
+      const Vec2 middle = low + 0.5 * step;
+      Elevation known;
+      if (!map.sample(middle.x(), middle.y(), &known)) continue;
+      e.low_m = e.low_m.cwiseMin(low);
+      e.high_m = e.high_m.cwiseMax(low + step);
+    }
+  }
+  return e;
+}
+
 class MapLocalizability final : public Command {
  public:
   explicit MapLocalizability(CLI::App* map)
@@ -112,7 +130,9 @@ class MapLocalizability final : public Command {
     if (!way) return way.error();
     const Result<ElevationMap> map = ElevationMap::load(map_, kMemory_bytes);
     if (!map) return map.error();
-    if (Outcome looked = look(*map, extent_of(folder->index())); !looked) return looked;
+    const Extent extent = known_part(*map, extent_of(folder->index()));
+    if (extent.low_m.x() > extent.high_m.x()) return Error{map_ + ": no ground is known"};
+    if (Outcome looked = look(*map, extent); !looked) return looked;
     if (!way->empty()) along_ = sureness_along(*map, *way, motion_, params_);
     return tell(*way);
   }
@@ -215,11 +235,12 @@ class MapLocalizability final : public Command {
 
   [[nodiscard]] Plot picture(const std::vector<Vec2>& way) const {
     Plot plot;
-    plot.title = "How well the ground alone tells where one is";
+    plot.title = "Sigma of one scan on the map, along its worst direction (10 m and worse: 1)";
     plot.x_label = "east [m]";
     plot.y_label = "north [m]";
+    plot.height_px = 760;
     plot.equal_scales = true;
-    plot.map = CellMap{step_m_, {}, "a scan's worst sigma [m], in powers of ten; 10 and worse: 1"};
+    plot.map = CellMap{step_m_, {}, "log10 m"};
     for (const Place& p : places_) {
       plot.map->cells.push_back({p.i, p.j, std::log10(std::min(p.sigma_m, kCoarsest_m))});
     }
