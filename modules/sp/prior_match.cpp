@@ -166,11 +166,29 @@ Mat7 without_noise(const Mat7& H, const Mat7& V) {
 struct Expected {
   double spread_m = 0.0;  ///< by the prediction's covariance
   double ground_m = 0.0;  ///< by the map's sigma
-  double slope = 0.0;     ///< of the map's gradients, by that sigma
+  double slope = 0.0;     ///< of the map's gradients' errors, each component
+  /// Their variance, of what the map's sigma says it is, [0, 1].
+  double slope_noise = 1.0;
 };
+
+/// What the map's own errors make of its gradients. A survey may be better than it says: then its
+/// gradients differ less from those of the next coarser level. Steps in the ground (kerbs) differ,
+/// too, but not in most places.
+/// @return of what the map's sigma says their variance is, [0, 1]
+/// @param stated2  that
+double slope_noise(double stated2, std::vector<double>* differences2) {
+  if (differences2->empty() || stated2 <= 0.0) return 1.0;
+  const auto middle = differences2->begin() + static_cast<std::ptrdiff_t>(differences2->size() / 2);
+  std::nth_element(differences2->begin(), middle, differences2->end());
+  const double of_normal = 2.0 * std::log(2.0);  // median of x^2 + y^2, of unit variance each
+  return std::min(1.0, *middle / of_normal / stated2);
+}
+
 Expected expected_residuals(const Points& source, const ElevationMap& map, int level,
-                            const Prediction& prediction, double min_sigma_m) {
+                            const Prediction& prediction, double min_sigma_m,
+                            std::vector<double>* differences2) {
   constexpr std::size_t kStride = 8;
+  differences2->clear();
   const Pose& T = prediction.T_target_vehicle;
   const Mat3 R_transposed = T.rotation().transpose();
   double spread2 = 0.0, ground2 = 0.0, slopes = 0.0;
@@ -181,6 +199,10 @@ Expected expected_residuals(const Points& source, const ElevationMap& map, int l
     Elevation ground;
     if (!map.sample(q.x(), q.y(), &ground, level)) continue;
     slopes += gradient_variance(ground.sigma_m, map.level(ground.level).cell_m);
+    Elevation coarser;
+    if (map.sample(q.x(), q.y(), &coarser, ground.level + 1)) {
+      differences2->push_back((ground.gradient - coarser.gradient).squaredNorm());
+    }
     const Vec3 normal =
         R_transposed * Vec3(-ground.gradient.x(), -ground.gradient.y(), 1.0).normalized();
     Vec6 J;
@@ -190,8 +212,9 @@ Expected expected_residuals(const Points& source, const ElevationMap& map, int l
     ground2 += sigma * sigma;
     ++n;
   }
-  if (n == 0) return {0.0, min_sigma_m, 0.0};
-  return {std::sqrt(spread2 / n), std::sqrt(ground2 / n), std::sqrt(slopes / n)};
+  if (n == 0) return {0.0, min_sigma_m};
+  const double noise = slope_noise(slopes / n, differences2);
+  return {std::sqrt(spread2 / n), std::sqrt(ground2 / n), std::sqrt(noise * slopes / n), noise};
 }
 
 }  // namespace
@@ -217,7 +240,8 @@ PriorMatch match_prior_map(const Points& source_vehicle, const ElevationMap& map
   int level = 0;
   Expected expected;
   for (;; ++level) {
-    expected = expected_residuals(source_vehicle, map, level, prediction, params.min_sigma_m);
+    expected = expected_residuals(source_vehicle, map, level, prediction, params.min_sigma_m,
+                                  &workspace->differences2);
     if (expected.slope <= params.max_slope_noise || level + 1 == map.levels()) break;
   }
   double spread_m = std::min(expected.spread_m, params.max_spread_m);
@@ -278,10 +302,10 @@ PriorMatch match_prior_map(const Points& source_vehicle, const ElevationMap& map
     out.T_target_vehicle = prediction.T_target_vehicle;
   }
   if (!usable(out.stop) || out.iterations == 0) return match;
-  // The residuals tell whether the map is as good as it says. Better, and its normals are, too; but
-  // no cell counts for more than it claims.
+  // The residuals and the map's own slopes tell whether it is as good as it says. Better, and its
+  // normals are, too; but no cell counts for more than it claims.
   const double scale = sums.square_u / (sums.weight_u * mean_square_weighed(params.robust_sigma));
-  const Mat7 told = without_noise(sums.H, std::min(1.0, scale) * sums.noise);
+  const Mat7 told = without_noise(sums.H, std::min(expected.slope_noise, scale) * sums.noise);
   const double worse = std::clamp(scale, 1.0, kMostScale);
   out.information = observed_part(of_pose(told / worse, Vec7::Zero(), sums.weight, foliage).H, obs);
   if (out.stop == Stop::kConverged && obs.unobserved > 0) out.stop = Stop::kDegenerate;

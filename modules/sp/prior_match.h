@@ -42,6 +42,7 @@ struct PriorMatchWorkspace {
   };
   ScanTable<std::uint32_t> points;  ///< by map cell
   std::vector<Match> matches;
+  std::vector<double> differences2;  ///< of the map's gradients, from level to level
 };
 
 struct PriorMatch {
