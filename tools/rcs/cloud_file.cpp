@@ -2,252 +2,17 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
-#include <charconv>
-#include <cmath>
-#include <cstring>
-#include <optional>
-#include <sstream>
 
+#include "tools/rcs/cloud_layout.h"
 #include "tools/rcs/files.h"
-#include "tools/rcs/trajectory.h"
 
 namespace rcs::tools {
 namespace {
 
-enum class Number { kI8, kU8, kI16, kU16, kI32, kU32, kF32, kF64 };
-
-std::size_t size_of(Number type) {
-  constexpr std::array<std::size_t, 8> kSizes = {1, 1, 2, 2, 4, 4, 4, 8};
-  return kSizes[static_cast<std::size_t>(type)];
-}
-
-template <class T>
-double load(const std::uint8_t* at) {
-  T v{};
-  std::memcpy(&v, at, sizeof v);
-  return static_cast<double>(v);
-}
-
-/// Little endian, as is this computer (x86, ARM).
-double load(Number type, const std::uint8_t* at) {
-  switch (type) {
-    case Number::kI8:
-      return load<std::int8_t>(at);
-    case Number::kU8:
-      return load<std::uint8_t>(at);
-    case Number::kI16:
-      return load<std::int16_t>(at);
-    case Number::kU16:
-      return load<std::uint16_t>(at);
-    case Number::kI32:
-      return load<std::int32_t>(at);
-    case Number::kU32:
-      return load<std::uint32_t>(at);
-    case Number::kF32:
-      return load<float>(at);
-    case Number::kF64:
-      break;
-  }
-  return load<double>(at);
-}
-
-/// Where a record of the file has its coordinates.
-struct Layout {
-  struct Field {
-    std::string name;
-    Number type = Number::kF32;
-  };
-  std::vector<Field> fields;
-  std::int64_t records = 0;
-  bool ascii = false;
-  std::size_t data_at = 0;  // bytes of header
-  int header_lines = 0;
-  CloudShape shape;
-
-  [[nodiscard]] std::optional<std::size_t> index(std::string_view name) const {
-    for (std::size_t i = 0; i < fields.size(); ++i) {
-      if (fields[i].name == name) return i;
-    }
-    return std::nullopt;
-  }
-  [[nodiscard]] std::size_t offset(std::size_t index) const {
-    std::size_t bytes = 0;
-    for (std::size_t i = 0; i < index; ++i) bytes += size_of(fields[i].type);
-    return bytes;
-  }
-};
-
 std::string_view view(const std::vector<std::uint8_t>& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-}
-
-std::string_view next_line(std::string_view* text) {
-  const std::size_t end = std::min(text->find('\n'), text->size());
-  std::string_view line = text->substr(0, end);
-  text->remove_prefix(std::min(end + 1, text->size()));
-  if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
-  return line;
-}
-
-std::vector<std::string> words(std::string_view line) {
-  std::istringstream in{std::string(line)};
-  std::vector<std::string> out;
-  for (std::string word; in >> word;) out.push_back(word);
-  return out;
-}
-
-std::optional<std::int64_t> whole(const std::string& word) {
-  std::int64_t v = 0;
-  const std::from_chars_result r = std::from_chars(word.data(), word.data() + word.size(), v);
-  if (r.ec != std::errc() || r.ptr != word.data() + word.size() || v < 0) return std::nullopt;
-  return v;
-}
-
-std::optional<Number> pcd_number(const std::string& type, const std::string& size) {
-  constexpr std::array<std::pair<const char*, Number>, 8> kTypes = {{{"I1", Number::kI8},
-                                                                     {"U1", Number::kU8},
-                                                                     {"I2", Number::kI16},
-                                                                     {"U2", Number::kU16},
-                                                                     {"I4", Number::kI32},
-                                                                     {"U4", Number::kU32},
-                                                                     {"F4", Number::kF32},
-                                                                     {"F8", Number::kF64}}};
-  for (const auto& [name, number] : kTypes) {
-    if (type + size == name) return number;
-  }
-  return std::nullopt;
-}
-
-std::optional<Number> ply_number(const std::string& type) {
-  constexpr std::array<std::pair<const char*, Number>, 16> kTypes = {{{"char", Number::kI8},
-                                                                      {"int8", Number::kI8},
-                                                                      {"uchar", Number::kU8},
-                                                                      {"uint8", Number::kU8},
-                                                                      {"short", Number::kI16},
-                                                                      {"int16", Number::kI16},
-                                                                      {"ushort", Number::kU16},
-                                                                      {"uint16", Number::kU16},
-                                                                      {"int", Number::kI32},
-                                                                      {"int32", Number::kI32},
-                                                                      {"uint", Number::kU32},
-                                                                      {"uint32", Number::kU32},
-                                                                      {"float", Number::kF32},
-                                                                      {"float32", Number::kF32},
-                                                                      {"double", Number::kF64},
-                                                                      {"float64", Number::kF64}}};
-  for (const auto& [name, number] : kTypes) {
-    if (type == name) return number;
-  }
-  return std::nullopt;
-}
-
-Result<Layout> parse_pcd_header(std::string_view text, const std::string& name) {
-  Layout layout;
-  const std::size_t all = text.size();
-  std::vector<std::string> fields;
-  std::vector<std::string> sizes;
-  std::vector<std::string> types;
-  std::vector<std::string> counts;
-  std::int64_t width = -1;
-  std::int64_t height = 1;
-  std::int64_t points = -1;
-  for (;;) {
-    if (text.empty()) return Error{name + ": no DATA line: not a PCD file, or cut off"};
-    const std::vector<std::string> line = words(next_line(&text));
-    ++layout.header_lines;
-    if (line.empty() || line[0][0] == '#') continue;
-    const std::vector<std::string> rest(line.begin() + 1, line.end());
-    const std::optional<std::int64_t> number = rest.empty() ? std::nullopt : whole(rest[0]);
-    const auto wrong = [&] {
-      return Error{fmt::format("{}:{}: {} is not understood", name, layout.header_lines, line[0])};
-    };
-    if (line[0] == "FIELDS") {
-      fields = rest;
-    } else if (line[0] == "SIZE") {
-      sizes = rest;
-    } else if (line[0] == "TYPE") {
-      types = rest;
-    } else if (line[0] == "COUNT") {
-      counts = rest;
-    } else if (line[0] == "WIDTH" || line[0] == "HEIGHT" || line[0] == "POINTS") {
-      if (!number) return wrong();
-      (line[0] == "WIDTH" ? width : line[0] == "HEIGHT" ? height : points) = *number;
-    } else if (line[0] == "DATA") {
-      if (rest.empty() || (rest[0] != "ascii" && rest[0] != "binary")) {
-        return Error{fmt::format("{}:{}: DATA must be ascii or binary", name, layout.header_lines)};
-      }
-      layout.ascii = rest[0] == "ascii";
-      break;
-    } else if (line[0] != "VERSION" && line[0] != "VIEWPOINT") {
-      return wrong();
-    }
-  }
-  layout.data_at = all - text.size();
-  if (counts.empty()) counts.assign(fields.size(), "1");
-  if (sizes.size() != fields.size() || types.size() != fields.size() ||
-      counts.size() != fields.size()) {
-    return Error{name + ": FIELDS, SIZE, TYPE and COUNT differ in length"};
-  }
-  for (std::size_t i = 0; i < fields.size(); ++i) {
-    const std::optional<Number> number = pcd_number(types[i], sizes[i]);
-    const std::optional<std::int64_t> count = whole(counts[i]);
-    if (!number || !count || *count < 1 || *count > 10'000) {
-      return Error{fmt::format("{}: field {}: no such number", name, fields[i])};
-    }
-    for (std::int64_t k = 0; k < *count; ++k) layout.fields.push_back({fields[i], *number});
-  }
-  layout.records = points >= 0 ? points : width * height;
-  if (height > 1 && width > 0 && width * height == layout.records) {
-    layout.shape = {static_cast<int>(height), static_cast<int>(width)};
-  }
-  return layout;
-}
-
-Result<Layout> parse_ply_header(std::string_view text, const std::string& name) {
-  Layout layout;
-  const std::size_t all = text.size();
-  bool in_vertex = false;
-  bool first = true;  // no element yet
-  bool format = false;
-  for (;;) {
-    if (text.empty()) return Error{name + ": no end_header: not a PLY file, or cut off"};
-    const std::vector<std::string> line = words(next_line(&text));
-    ++layout.header_lines;
-    const auto wrong = [&](const char* what) {
-      return Error{fmt::format("{}:{}: {}", name, layout.header_lines, what)};
-    };
-    if (layout.header_lines == 1) {
-      if (line.size() != 1 || line[0] != "ply") return wrong("not a PLY file");
-      continue;
-    }
-    if (line.empty() || line[0] == "comment" || line[0] == "obj_info") continue;
-    if (line[0] == "end_header") break;
-    if (line[0] == "format" && line.size() >= 2) {
-      format = line[1] == "ascii" || line[1] == "binary_little_endian";
-      if (!format) return wrong("only ascii and binary_little_endian are read");
-      layout.ascii = line[1] == "ascii";
-    } else if (line[0] == "element" && line.size() == 3) {
-      in_vertex = line[1] == "vertex";
-      if (first && !in_vertex) return wrong("the vertices must come first");
-      if (first) {
-        const std::optional<std::int64_t> number = whole(line[2]);
-        if (!number) return wrong("how many vertices?");
-        layout.records = *number;
-      }
-      first = false;
-    } else if (line[0] == "property" && line.size() >= 3) {
-      if (!in_vertex) continue;
-      const std::optional<Number> number = line.size() == 3 ? ply_number(line[1]) : std::nullopt;
-      if (!number) return wrong("a vertex's property must be a number");
-      layout.fields.push_back({line[2], *number});
-    } else {
-      return wrong("not understood");
-    }
-  }
-  if (!format) return Error{name + ": no format line"};
-  layout.data_at = all - text.size();
-  return layout;
 }
 
 class Collector {
@@ -292,44 +57,19 @@ class Collector {
   std::int64_t far_ = 0;
 };
 
-bool is_number(std::string_view word, double* out) {
-  // What C writes for numbers that are none is a point without a return.
-  if (word == "nan" || word == "-nan" || word == "inf" || word == "-inf" || word == "NaN") {
-    *out = std::nan("");
-    return true;
-  }
-  const char* const begin = word.data() + (!word.empty() && word[0] == '+' ? 1 : 0);
-  const char* const end = word.data() + word.size();
-  const std::from_chars_result r = std::from_chars(begin, end, *out);
-  return r.ec == std::errc() && r.ptr == end;
-}
-
 /// Lines of numbers, the coordinates in columns `at`.
 Outcome collect_text(std::string_view text, const std::string& name, int line_number,
                      std::int64_t most, const std::array<std::size_t, 3>& at, Collector* out) {
+  const std::vector<std::size_t> columns(at.begin(), at.end());
+  const std::size_t least = *std::max_element(columns.begin(), columns.end()) + 1;
+  std::vector<double> p(3);
   for (std::int64_t n = 0; n < most && !text.empty();) {
     const std::string_view line = next_line(&text);
     ++line_number;
-    std::array<double, 3> p{};
-    std::size_t column = 0;
-    int found = 0;
-    for (std::size_t i = 0; i < line.size();) {
-      i = line.find_first_not_of(" \t,;", i);
-      if (i == std::string_view::npos || line[i] == '#') break;
-      const std::size_t end = std::min(line.find_first_of(" \t,;", i), line.size());
-      for (std::size_t k = 0; k < 3; ++k) {
-        if (at[k] != column) continue;
-        if (!is_number(line.substr(i, end - i), &p[k])) {
-          return Error{fmt::format("{}:{}: \"{}\" is no number", name, line_number,
-                                   line.substr(i, end - i))};
-        }
-        ++found;
-      }
-      ++column;
-      i = end;
-    }
-    if (column == 0) continue;
-    if (found < 3) return Error{fmt::format("{}:{}: no three coordinates", name, line_number)};
+    const Result<std::size_t> found = parse_columns(line, columns, &p);
+    if (!found) return Error{fmt::format("{}:{}: {}", name, line_number, found.error().message)};
+    if (*found == 0) continue;
+    if (*found < least) return Error{fmt::format("{}:{}: no three coordinates", name, line_number)};
     out->add(p[0], p[1], p[2]);
     ++n;
   }
@@ -337,14 +77,10 @@ Outcome collect_text(std::string_view text, const std::string& name, int line_nu
 }
 
 Result<Cloud> parse_records(const std::vector<std::uint8_t>& bytes, const std::string& name,
-                            const Layout& layout, const CloudShape& shape) {
-  std::array<std::size_t, 3> at{};
-  constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::optional<std::size_t> index = layout.index(kAxes[k]);
-    if (!index) return Error{fmt::format("{}: no field {}", name, kAxes[k])};
-    at[k] = *index;
-  }
+                            const CloudLayout& layout, const CloudShape& shape) {
+  const Result<std::array<std::size_t, 3>> axes = layout.axes(name);
+  if (!axes) return axes.error();
+  const std::array<std::size_t, 3>& at = *axes;
   Collector out;
   if (layout.ascii) {
     const Outcome read = collect_text(view(bytes).substr(layout.data_at), name, layout.header_lines,
@@ -365,12 +101,12 @@ Result<Cloud> parse_records(const std::vector<std::uint8_t>& bytes, const std::s
               load(layout.fields[at[2]].type, record + offset[2]));
     }
   }
-  return out.finish(shape.rows > 0 ? shape : layout.shape, name);
+  return out.finish(shape.rows > 0 ? shape : CloudShape{layout.rows, layout.cols}, name);
 }
 
 Result<Cloud> parse_kitti_bin(const std::vector<std::uint8_t>& bytes, const std::string& name,
                               const CloudShape& shape) {
-  Layout layout;
+  CloudLayout layout;
   layout.fields = {
       {"x", Number::kF32}, {"y", Number::kF32}, {"z", Number::kF32}, {"intensity", Number::kF32}};
   if (bytes.size() % 16 != 0) return Error{name + ": the size is not a multiple of 16 bytes"};
@@ -393,7 +129,7 @@ Result<Cloud> parse_cloud(const std::vector<std::uint8_t>& bytes, const std::str
   if (kind != ".pcd" && kind != ".ply") {
     return Error{name + ": the name must end in .pcd, .ply, .bin or .xyz"};
   }
-  const Result<Layout> layout =
+  const Result<CloudLayout> layout =
       kind == ".pcd" ? parse_pcd_header(view(bytes), name) : parse_ply_header(view(bytes), name);
   if (!layout) return layout.error();
   return parse_records(bytes, name, *layout, shape);
