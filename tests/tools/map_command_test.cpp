@@ -123,6 +123,31 @@ TEST_F(MapCommand, ImportAndExportOnTheCommandLine) {
   EXPECT_THAT(messages(), HasSubstr("not a map"));
 }
 
+TEST_F(MapCommand, CloudsAreImportedOnTheCommandLine) {
+  std::ofstream file(folder_ + "/hill.xyz");
+  file.precision(12);
+  for (int k = 0; k < 40'000; ++k) {
+    const int i = k % 200;
+    const int j = k / 200;
+    file << 500000 + 0.5 * i << ' ' << 5200000 + 0.5 * j << ' ' << 300 + 0.02 * i << " 2\n";
+  }
+  file.close();
+  const std::string call = "map import cloud " + folder_ +
+                           "/hill.xyz --heights ellipsoid --sigma 0.1 --date 2024-02-29 -o " +
+                           folder_ + "/hill";
+  EXPECT_EQ(rcs(call), 1);
+  EXPECT_THAT(messages(), HasSubstr("--crs"));
+  ASSERT_EQ(rcs(call + " --crs EPSG:32632 --class-column 4 --cell 2"), 0) << messages();
+  EXPECT_THAT(messages(), HasSubstr("40000 of the ground (told by their class)"));
+  ASSERT_EQ(rcs("map info " + folder_ + "/hill --check --json"), 0);
+  const json j = json::parse(out());
+  EXPECT_EQ(j["levels"][0]["dates"][1], "2024-02-29");
+  EXPECT_NEAR(j["levels"][0]["known_km2"].get<double>(), 0.01, 0.0005);
+  EXPECT_EQ(rcs(call + " --crs EPSG:32632 --cell 0.01"), 2);
+  EXPECT_EQ(rcs(call + " --crs EPSG:32632 --ground 256"), 2);
+  EXPECT_EQ(rcs(call + " --crs EPSG:32632 --ground 2,9 --ignore-classes"), 2);
+}
+
 /// Commands can't write files of more bytes while it lives.
 class FileLimit {
  public:

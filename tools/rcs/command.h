@@ -47,6 +47,8 @@ void add_map_commands(CLI::App* rcs, Commands* commands);
 /// @param map  the command `rcs map`
 void add_map_build_command(CLI::App* map, Commands* commands);
 /// @param map  the command `rcs map`
+void add_map_import_commands(CLI::App* map, Commands* commands);
+/// @param map  the command `rcs map`
 void add_map_localizability_command(CLI::App* map, Commands* commands);
 /// @param map  the command `rcs map`
 void add_map_locate_command(CLI::App* map, Commands* commands);

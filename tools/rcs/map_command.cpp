@@ -1,4 +1,4 @@
-// rcs map: info, import, export
+// rcs map: info, export
 
 #include <fmt/format.h>
 
@@ -15,11 +15,8 @@
 #include "tools/rcs/command.h"
 #include "tools/rcs/files.h"
 #include "tools/rcs/map_export.h"
-#include "tools/rcs/npy_raster.h"
-#include "tools/rcs/raster_import.h"
 #include "tools/rcs/survey_date.h"
 #include "tools/rcs/table.h"
-#include "tools/rcs/terminal.h"
 
 namespace rcs::tools {
 namespace {
@@ -27,160 +24,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr const char* kSourceNames[] = {"unknown", "survey", "aerial", "sensed", "mixed"};
-const std::map<std::string, CellSource> kSources = {{"survey", CellSource::kSurvey},
-                                                    {"aerial", CellSource::kAerial},
-                                                    {"sensed", CellSource::kSensed}};
-
-/// What is the same for each kind of import.
-class SurveyOptions {
- public:
-  explicit SurveyOptions(CLI::App* app) {
-    app->add_option("-o,--out", out_, "the map's folder; a map that is there is replaced")
-        ->required();
-    app->add_option("--sigma", quality_.sigma_m,
-                    "of the survey's heights [m], without its slow error: from its data sheet")
-        ->required()
-        ->check(CLI::Range(0.001, 1000.0));
-    app->add_option("--bias-sigma", quality_.bias_sigma_m, "of the slow error [m]")
-        ->check(CLI::Range(0.0, 1000.0));
-    app->add_option("--bias-length", quality_.bias_correlation_m, "over which it changes [m]")
-        ->check(CLI::Range(1.0, 1e7))
-        ->capture_default_str();
-    app->add_option("--date", date_, "of the survey: YYYY-MM-DD, from 2000 on");
-    app->add_option("--source", source_, "survey: from the ground; aerial: from above")
-        ->check(CLI::IsMember({"survey", "aerial"}))
-        ->capture_default_str();
-  }
-  [[nodiscard]] Result<SurveyQuality> quality() const {
-    SurveyQuality q = quality_;
-    if (!date_.empty()) {
-      q.date = parse_date(date_);
-      if (q.date == 0) return Error{"--date: " + date_ + ": YYYY-MM-DD from 2000 on is due"};
-    }
-    return q;
-  }
-  [[nodiscard]] const std::string& out() const { return out_; }
-  [[nodiscard]] CellSource source() const { return kSources.at(source_); }
-
- private:
-  std::string out_;
-  SurveyQuality quality_;
-  std::string date_;
-  std::string source_ = "aerial";
-};
-
-void say_written(const std::string& map, const MapFrame& frame, double cell_m, std::int64_t known) {
-  fmt::print(
-      stderr, "rcs map: {}: {} cells of {} m, in {}, heights above {}{}\n", map, known, cell_m,
-      frame.reference, frame.heights,
-      std::isnan(frame.undulation_m)
-          ? ""
-          : fmt::format(" (the geoid is {:.2f} m above it at the datum)", frame.undulation_m));
-}
-
-class MapImportRaster final : public Command {
- public:
-  explicit MapImportRaster(CLI::App* import)
-      : Command(import->add_subcommand("raster", "An elevation raster that GDAL reads")),
-        survey_(app()) {
-    app()
-        ->add_option("FILE", wanted_.path, "GeoTIFF, ESRI ASCII grid, ... [heights in metres]")
-        ->required()
-        ->check(CLI::ExistingFile);
-    app()->add_option("--band", wanted_.band, "of the file")->capture_default_str();
-    app()->add_option("--crs", wanted_.crs,
-                      "EPSG code or PROJ text of its coordinates, if it does not say, or wrongly");
-    app()->add_option("--heights", wanted_.heights,
-                      "what they are above: ellipsoid, EGM96, EGM2008, EPSG:5703, ...; default: as "
-                      "its coordinate reference system says");
-    app()
-        ->add_option("--undulation", undulation_m_,
-                     "geoid above the ellipsoid [m], where PROJ has no grid for --heights")
-        ->check(CLI::Range(-120.0, 120.0));
-    app()->add_option("--nodata", nodata_,
-                      "the file's value that means: none; default: as it says");
-    app()
-        ->add_option("--height-unit", wanted_.height_unit_m,
-                     "metres in the unit of its heights; default: as the band, else its vertical "
-                     "system or that of --heights, says; else 1")
-        ->check(CLI::Range(1e-4, 1000.0));
-    app()
-        ->add_option("--cell", wanted_.cell_m, "of the map [m]; default: the raster's spacing")
-        ->check(CLI::Range(0.01, 10000.0));
-    app()->footer(
-        "Heights become heights above the ellipsoid, in the file's own geodetic reference frame\n"
-        "(WGS84, NAD83, ...): the vehicle's configuration must name the same one\n"
-        "([world] reference_frame). A cell's sigma grows by what interpolation misses between the\n"
-        "raster's nodes.\n"
-        "Examples:\n"
-        "  rcs map import raster srtm.tif --heights EGM96 --sigma 5 --bias-sigma 3 -o maps/valley\n"
-        "  rcs map import raster dem.asc --crs EPSG:32613 --heights EGM96 --sigma 0.3 -o "
-        "maps/hill");
-  }
-
-  int run() override {
-    constexpr std::string_view kName = "map import raster";
-    const Result<SurveyQuality> quality = survey_.quality();
-    if (!quality) return fail(kName, quality.error());
-    wanted_.quality = *quality;
-    wanted_.source = survey_.source();
-    if (!std::isnan(undulation_m_)) wanted_.undulation_m = undulation_m_;
-    if (!std::isnan(nodata_)) wanted_.nodata = nodata_;
-    const InterruptGuard interrupt;
-    constexpr std::int64_t kSteps = 1000;
-    Progress progress(kName, kSteps);
-    const Result<RasterImported> done = import_raster(wanted_, survey_.out(), [&](double share) {
-      progress.at(static_cast<std::int64_t>(share * kSteps));
-      return !interrupt.requested();
-    });
-    if (!done) return fail(kName, done.error());
-    say_written(survey_.out(), done->frame, done->cell_m, done->known);
-    return kExitOk;
-  }
-
- private:
-  SurveyOptions survey_;
-  RasterImport wanted_;
-  double undulation_m_ = std::numeric_limits<double>::quiet_NaN();
-  double nodata_ = std::numeric_limits<double>::quiet_NaN();
-};
-
-class MapImportAv2 final : public Command {
- public:
-  explicit MapImportAv2(CLI::App* import)
-      : Command(import->add_subcommand("av2", "The ground heights of an Argoverse 2 log")),
-        survey_(app()) {
-    app()
-        ->add_option("FOLDER", folder_, "of the log, or its folder `map`")
-        ->required()
-        ->check(CLI::ExistingDirectory);
-    app()->footer(
-        "The map is in the city's frame (reference AV2-PIT, ...), not in a global one.\n"
-        "Example:\n"
-        "  rcs map import av2 7fab2350-7eaf-3b7e-a39d-6937a4c1bede --sigma 0.05 -o maps/street");
-  }
-
-  int run() override {
-    constexpr std::string_view kName = "map import av2";
-    const Result<SurveyQuality> quality = survey_.quality();
-    if (!quality) return fail(kName, quality.error());
-    Result<ImportedRaster> read = import_av2(folder_, *quality);
-    if (!read) return fail(kName, read.error());
-    read->raster.source = {survey_.source()};
-    if (Outcome written = write_map(survey_.out(), read->frame, read->raster); !written) {
-      return fail(kName, written.error());
-    }
-    const auto known = std::count_if(read->raster.z_m.begin(), read->raster.z_m.end(),
-                                     [](float z) { return !std::isnan(z); });
-    say_written(survey_.out(), read->frame, read->raster.level.cell_m, known);
-    return kExitOk;
-  }
-
- private:
-  SurveyOptions survey_;
-  std::string folder_;
-};
-
 class MapInfo final : public Command {
  public:
   explicit MapInfo(CLI::App* map)
@@ -386,10 +229,7 @@ class MapExport final : public Command {
 void add_map_commands(CLI::App* rcs, Commands* commands) {
   CLI::App* map = rcs->add_subcommand("map", "A priori terrain maps: import, look at, export");
   map->require_subcommand(1);
-  CLI::App* import = map->add_subcommand("import", "Makes a map of a survey");
-  import->require_subcommand(1);
-  commands->push_back(std::make_unique<MapImportRaster>(import));
-  commands->push_back(std::make_unique<MapImportAv2>(import));
+  add_map_import_commands(map, commands);
   commands->push_back(std::make_unique<MapInfo>(map));
   commands->push_back(std::make_unique<MapExport>(map));
   add_map_build_command(map, commands);

@@ -10,23 +10,15 @@
 #include "rcs/base/result.h"
 #include "rcs/terrain/raster.h"
 #include "tools/rcs/npy_raster.h"
+#include "tools/rcs/survey_coordinates.h"
 
 namespace rcs::tools {
 
-struct RasterImport {
+struct RasterImport : SurveyCoordinates {
   std::string path;
   int band = 1;
-  std::string crs;  ///< "EPSG:32611", if the file has none or a wrong one; empty: the file's
-  /// What the heights are above: "ellipsoid", "EGM96", "EGM2008", "EPSG:5703", ...; empty: as the
-  /// coordinate reference system says.
-  std::string heights;
-  /// Geoid above the ellipsoid [m], instead of PROJ's grid for `heights`.
-  std::optional<double> undulation_m;
   std::optional<double> nodata;  ///< the file's value that means: none; empty: as the file says
-  /// Of the band's heights, its scale and offset applied; 0: as the band, else its vertical system
-  /// or that of `heights`, says; else 1.
-  double height_unit_m = 0.0;
-  double cell_m = 0.0;  ///< of the map; 0: the raster's own spacing
+  double cell_m = 0.0;           ///< of the map; 0: the raster's own spacing
   SurveyQuality quality;
   CellSource source = CellSource::kAerial;
 };

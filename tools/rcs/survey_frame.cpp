@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 
 namespace rcs::tools {
@@ -42,7 +43,7 @@ std::string vertical_part(const OGRSpatialReference& crs) {
 
 }  // namespace
 
-Result<SurveyFrame> SurveyFrame::find(const RasterImport& wanted, GDALRasterBand* band) {
+Result<SurveyFrame> SurveyFrame::find(const SurveyCoordinates& wanted, GDALRasterBand* band) {
   SurveyFrame f;
   GDALDataset* file = band->GetDataset();
   if (file->GetGeoTransform(f.affine_.data()) != CE_None ||
@@ -54,10 +55,32 @@ Result<SurveyFrame> SurveyFrame::find(const RasterImport& wanted, GDALRasterBand
   if (done) done = f.find_heights(wanted);
   if (done) done = f.find_extent(band->GetXSize(), band->GetYSize());
   if (!done) return done.error();
+  if (!(f.pixel_m_ >= 0.01 && f.pixel_m_ <= 10000.0)) {
+    return Error{fmt::format("its pixels are {} m wide, allowed 0.01 to 10000", f.pixel_m_)};
+  }
   return f;
 }
 
-Outcome SurveyFrame::find_frame(const RasterImport& wanted, const OGRSpatialReference* own) {
+Result<SurveyFrame> SurveyFrame::find(const SurveyCoordinates& wanted,
+                                      const OGRSpatialReference* own, const Vec2& low,
+                                      const Vec2& high) {
+  SurveyFrame f;
+  // One pixel, which is the extent.
+  constexpr double kLeast = 1e-6;  // metres or degrees
+  const Vec2 size = (high - low).cwiseMax(Vec2::Constant(kLeast));
+  f.affine_ = {low.x(), size.x(), 0.0, low.y(), 0.0, size.y()};
+  if (GDALInvGeoTransform(f.affine_.data(), f.inverse_.data()) == 0) {
+    return Error{"its points have no extent"};
+  }
+  Outcome done = f.find_frame(wanted, own);
+  if (done) done = f.find_point_unit(wanted);
+  if (done) done = f.find_heights(wanted);
+  if (done) done = f.find_extent(1.0, 1.0);
+  if (!done) return done.error();
+  return f;
+}
+
+Outcome SurveyFrame::find_frame(const SurveyCoordinates& wanted, const OGRSpatialReference* own) {
   if (!wanted.crs.empty()) {
     if (crs_.SetFromUserInput(wanted.crs.c_str()) != OGRERR_NONE) {
       return Error{"--crs: " + wanted.crs + " is no coordinate reference system"};
@@ -86,7 +109,7 @@ Outcome SurveyFrame::find_frame(const RasterImport& wanted, const OGRSpatialRefe
   return Done{};
 }
 
-Outcome SurveyFrame::find_unit(const RasterImport& wanted, const std::string& own) {
+Outcome SurveyFrame::find_unit(const SurveyCoordinates& wanted, const std::string& own) {
   constexpr double kFoot_m = 0.3048;
   constexpr double kSurveyFoot_m = 1200.0 / 3937.0;
   if (wanted.height_unit_m != 0.0) {
@@ -107,7 +130,20 @@ Outcome SurveyFrame::find_unit(const RasterImport& wanted, const std::string& ow
   return Done{};
 }
 
-/// By what the raster's system and the one of `heights` say of it; 1 if neither does.
+Outcome SurveyFrame::find_point_unit(const SurveyCoordinates& wanted) {
+  if (Outcome found = find_unit(wanted, ""); !found) return found;
+  double own_m = 0.0;
+  crs_.GetAxis(nullptr, 2, nullptr, &own_m);
+  const double across_m = crs_.IsProjected() != 0 ? crs_.GetLinearUnits() : 1.0;
+  const bool is_said = wanted.height_unit_m != 0.0 || own_m > 0.0 || unit_m_ != 1.0;
+  if (is_said || std::abs(across_m - 1.0) < 1e-9) return Done{};
+  return Error{fmt::format(
+      "its coordinates are in units of {:.9g} m, and it does not say in which its heights are: say "
+      "it with --height-unit [m], 1 or {:.9g}",
+      across_m, across_m)};
+}
+
+/// By what the survey's system and the one of `heights` say of it; 1 if neither does.
 Result<double> SurveyFrame::find_system_unit(const std::string& heights) const {
   double own_m = 0.0;
   crs_.GetAxis(nullptr, 2, nullptr, &own_m);
@@ -126,7 +162,7 @@ Result<double> SurveyFrame::find_system_unit(const std::string& heights) const {
   return named_m > 0.0 ? named_m : 1.0;
 }
 
-Outcome SurveyFrame::find_heights(const RasterImport& wanted) {
+Outcome SurveyFrame::find_heights(const SurveyCoordinates& wanted) {
   undulation_m_ = wanted.undulation_m;
   const bool in_space = crs_.GetAxesCount() == 3 && crs_.IsCompound() == 0;
   if (undulation_m_ || wanted.heights == "ellipsoid" || (wanted.heights.empty() && in_space)) {
@@ -208,9 +244,6 @@ Outcome SurveyFrame::find_extent(double cols, double rows) {
   const std::optional<Vec2> south = place(middle + Vec2::UnitY());
   if (!east || !south) return Error{"its middle is not on the earth"};
   pixel_m_ = std::sqrt(std::abs(east->x() * south->y() - east->y() * south->x()));
-  if (!(pixel_m_ >= 0.01 && pixel_m_ <= 10000.0)) {
-    return Error{fmt::format("its pixels are {} m wide, allowed 0.01 to 10000", pixel_m_)};
-  }
   low_ = high_ = Vec2::Zero();
   constexpr int kSteps = 20;
   for (int k = 0; k <= kSteps; ++k) {
@@ -243,6 +276,30 @@ std::optional<Knot> SurveyFrame::knot(const Vec2& place_m) const {
     k.undulation_m = *undulation;
   }
   return k;
+}
+
+void SurveyFrame::to_map(std::vector<double>* x, std::vector<double>* y,
+                         std::vector<double>* z) const {
+  const std::size_t n = x->size();
+  std::vector<int> reached(n);
+  const auto count = static_cast<int>(n);
+  to_geographic_->Transform(count, x->data(), y->data(), nullptr, reached.data());
+  std::vector<double> undulation(n, undulation_m_.value_or(0.0));
+  if (!undulation_m_ && to_ellipsoid_) {
+    std::vector<double> lon = *x;
+    std::vector<double> lat = *y;
+    std::vector<int> known(n);
+    to_ellipsoid_->Transform(count, lon.data(), lat.data(), undulation.data(), known.data());
+    for (std::size_t k = 0; k < n; ++k) reached[k] &= known[k];
+  }
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  for (std::size_t k = 0; k < n; ++k) {
+    const Geodetic g{radians((*y)[k]), radians((*x)[k]), {(*z)[k] * unit_m_ + undulation[k]}};
+    const Vec3 p = reached[k] != 0 && plausible(g) ? local_->to_world(g) : Vec3::Constant(kNone);
+    (*x)[k] = p.x();
+    (*y)[k] = p.y();
+    (*z)[k] = p.z();
+  }
 }
 
 }  // namespace rcs::tools

@@ -1,6 +1,6 @@
 #pragma once
-// Where a raster's pixels lie: its coordinate reference system, what its heights are above, its
-// extent, and the way from the map's frame to its pixels.
+// Where a survey's raster or points lie: its coordinate reference system, what its heights are
+// above, its extent, and the ways between the map's frame and its own.
 
 #include <ogr_spatialref.h>
 
@@ -8,13 +8,14 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "rcs/base/geodesy.h"
 #include "rcs/base/linear.h"
 #include "rcs/base/result.h"
 #include "rcs/terrain/map_index.h"
 #include "tools/rcs/gdal_files.h"
-#include "tools/rcs/raster_import.h"
+#include "tools/rcs/survey_coordinates.h"
 
 namespace rcs::tools {
 
@@ -29,7 +30,15 @@ struct Knot {
 class SurveyFrame {
  public:
   /// @param band  where heights are read; needed no longer than this call
-  [[nodiscard]] static Result<SurveyFrame> find(const RasterImport& wanted, GDALRasterBand* band);
+  [[nodiscard]] static Result<SurveyFrame> find(const SurveyCoordinates& wanted,
+                                                GDALRasterBand* band);
+  /// Of points. Heights whose unit neither their file nor the user names are in metres only where
+  /// its coordinates are in metres or degrees.
+  /// @param own  the file's system; null: it says none
+  /// @param low, high  corners of the points' extent, in the file's coordinates
+  [[nodiscard]] static Result<SurveyFrame> find(const SurveyCoordinates& wanted,
+                                                const OGRSpatialReference* own, const Vec2& low,
+                                                const Vec2& high);
 
   [[nodiscard]] const MapFrame& map() const { return map_; }
   [[nodiscard]] double unit_m() const { return unit_m_; }    ///< of the band's heights
@@ -38,6 +47,8 @@ class SurveyFrame {
   [[nodiscard]] const Vec2& high() const { return high_; }   ///< in the map's frame
   /// Empty: the projection, or the geoid's grid, does not reach there.
   [[nodiscard]] std::optional<Knot> knot(const Vec2& place_m) const;
+  /// Points of the file, fewer than 2^31, to the map's frame, in place; NaN: as with knot().
+  void to_map(std::vector<double>* x, std::vector<double>* y, std::vector<double>* z) const;
 
  private:
   struct DestroyTransform {
@@ -48,10 +59,11 @@ class SurveyFrame {
   using Transform = std::unique_ptr<OGRCoordinateTransformation, DestroyTransform>;
 
   SurveyFrame() = default;
-  [[nodiscard]] Outcome find_frame(const RasterImport& wanted, const OGRSpatialReference* own);
-  [[nodiscard]] Outcome find_unit(const RasterImport& wanted, const std::string& own);
+  [[nodiscard]] Outcome find_frame(const SurveyCoordinates& wanted, const OGRSpatialReference* own);
+  [[nodiscard]] Outcome find_unit(const SurveyCoordinates& wanted, const std::string& own);
+  [[nodiscard]] Outcome find_point_unit(const SurveyCoordinates& wanted);
   [[nodiscard]] Result<double> find_system_unit(const std::string& heights) const;
-  [[nodiscard]] Outcome find_heights(const RasterImport& wanted);
+  [[nodiscard]] Outcome find_heights(const SurveyCoordinates& wanted);
   [[nodiscard]] Outcome find_extent(double cols, double rows);
   [[nodiscard]] std::optional<Vec2> pixel_of(const Geodetic& g) const;
   [[nodiscard]] std::optional<Geodetic> geodetic_of(const Vec2& pixel) const;
