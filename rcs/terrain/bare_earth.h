@@ -9,7 +9,7 @@
 
 namespace rcs {
 
-/// The paper's names are in brackets; the values those that it found best over its samples.
+/// The paper's names are in brackets; the values are the defaults of PDAL's filter of that name.
 struct BareEarthParams {
   double slope = 0.15;        ///< that the ground seldom has from cell to cell [s], (0, 5]
   double largest_m = 18.0;    ///< half the width of what stands on the ground [w], [1, 200]

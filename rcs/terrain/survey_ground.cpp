@@ -152,6 +152,7 @@ std::vector<Cell> SurveyGround::tiles() const {
   std::set<std::pair<int, int>> known;  // j, i
   for (const Cell c : places_.blocks()) known.insert({tile_of(c).j, tile_of(c).i});
   std::vector<Cell> out;
+  out.reserve(known.size());
   for (const auto& [j, i] : known) out.push_back({i, j});
   return out;
 }

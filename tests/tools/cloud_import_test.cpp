@@ -62,8 +62,11 @@ class CloudImportTest : public testing::Test {
     std::uniform_real_distribution<double> u(0.0, 1.0);
     std::normal_distribution<double> noise(0.0, 0.05);
     std::vector<Vec3> trees;  // x, y, radius
-    for (int k = 0; k < 120; ++k)
+    constexpr int kTrees = 120;
+    trees.reserve(kTrees);
+    for (int k = 0; k < kTrees; ++k) {
       trees.emplace_back(kSide_m * u(rng), kSide_m * u(rng), 2 + 2 * u(rng));
+    }
     std::vector<LasPoint> points;
     const auto add = [&](double x, double y, double above, int klass, int number, int returns) {
       // Whole millimetres, as all formats have them.

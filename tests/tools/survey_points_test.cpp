@@ -26,7 +26,7 @@ class SurveyPointsTest : public testing::Test {
   ~SurveyPointsTest() override { std::filesystem::remove_all(folder_); }
 
   std::string put(const std::string& name, const std::string& bytes) const {
-    const std::string path = folder_ + "/" + name;
+    std::string path = folder_ + "/" + name;
     std::ofstream(path, std::ios::binary) << bytes;
     return path;
   }

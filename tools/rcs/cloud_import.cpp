@@ -127,7 +127,7 @@ class Importer {
     survey_.expect(0.0, 0.2);
     Vec2 low = Vec2::Constant(std::numeric_limits<double>::infinity());
     Vec2 high = -low;
-    const Outcome read = survey_.read([&](const SurveyPoints* block) -> Outcome {
+    Outcome read = survey_.read([&](const SurveyPoints* block) -> Outcome {
       for (std::size_t k = 0; k < block->size(); ++k) {
         ++out_.points;
         const std::int16_t klass = block->klass[k];
@@ -236,7 +236,7 @@ class Importer {
     surface_.z_m.assign(surface_.cells(), std::numeric_limits<float>::quiet_NaN());
     survey_.expect(0.2, 0.55);
     bool one = false;
-    const Outcome read = read_candidates([&](const Vec3& p) -> Outcome {
+    Outcome read = read_candidates([&](const Vec3& p) -> Outcome {
       if (p.allFinite()) lower(&surface_, p);
       one = one || p.allFinite();
       return Done{};
@@ -253,7 +253,7 @@ class Importer {
         level, &surface_,
         out_.by_classes ? SurveyGround::Above::kNoise : SurveyGround::Above::kPlants);
     survey_.expect(0.55, 0.9);
-    const Outcome read = read_candidates([&](const Vec3& p) -> Outcome {
+    Outcome read = read_candidates([&](const Vec3& p) -> Outcome {
       if (!p.allFinite()) {
         ++out_.unplaced;
         return Done{};
