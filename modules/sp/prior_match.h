@@ -20,7 +20,7 @@ struct PriorMatchParams {
   /// How steep the map's own errors may make its cells: where they do more, a coarser level of the
   /// map is matched, [0.01, 10]
   double max_slope_noise = 0.1;
-  double min_sigma_m = 0.1;       ///< the map is not believed beyond this, [0.001, 10]
+  double min_sigma_m = 0.1;  ///< the map is not believed beyond this, [0.001, 10]
   /// How far light goes into vegetation before it returns, sigma: a way that each match finds for
   /// itself, so that grass on slopes that face the vehicle does not pull it back, [0.001, 10]
   double foliage_m = 1.0;

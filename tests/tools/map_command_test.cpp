@@ -212,10 +212,10 @@ TEST_F(MapCommand, AStreetsScanIsFoundOnItsSurvey) {
     pose.precision(12);
     pose << "\"" << t[0] << ' ' << t[1] << ' ' << t[2] << ' ' << q[1] << ' ' << q[2] << ' ' << q[3]
          << ' ' << q[0] << "\"";
-    ASSERT_EQ(rcs("map match " + folder_ + "/street " + log + "/sensors/lidar/" + stamp +
-                  ".bin --pose " + pose.str() + " --starts 20 --json"),
-              0)
-        << messages();
+    std::ostringstream match;
+    match << "map match " << folder_ << "/street " << log << "/sensors/lidar/" << stamp
+          << ".bin --pose " << pose.str() << " --starts 20 --json";
+    ASSERT_EQ(rcs(match.str()), 0) << messages();
     const json j = json::parse(out());
     EXPECT_GE(j["at_one_place"].get<int>(), 19);
     const json& o = j["offset_from_given"];
