@@ -83,7 +83,7 @@ struct PriorMapParams {
   double heading_sigma_rad = 0.01;  ///< before the first match, at most, (0, 3.2]
   double correlation_m = 10.0;  ///< scans closer than this see the same errors of the map, (0, 1e4]
   /// A survey's slow error is taken for so many times what it says, [1, 100].
-  double bias_margin = 2.0;
+  double bias_margin = 3.0;
   double trust_m = 50.0;  ///< of driving in which a tile's trust follows its NIS, [1, 1e4]
 };
 
