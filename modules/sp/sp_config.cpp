@@ -119,7 +119,7 @@ void read_start(ParamTable root, SpConfig* c) {
     table.fail("within_m", "with heading_within_deg takes more than [sp.relocate] hypotheses");
   }
   const double needed_m = start.within_m + c->relocate.window_m + c->relocate.patch.reach_m;
-  if (c->map_window.radius_m < needed_m) {
+  if (c->prior_terrain.window.radius_m < needed_m) {
     world.fail("prior_map_radius_m",
                "must be at least within_m of [start], and window_m and reach_m of [sp.relocate]");
   }
@@ -150,22 +150,13 @@ void read(ParamTable table, DegradeParams* p) {
   }
 }
 
-constexpr double kMegabyte = 1048576.0;
-
 }  // namespace
 
 Result<SpConfig> load_sp_config(const ParamFile& file) {
   SpConfig c;
   ParamTable root = file.root();
 
-  ParamTable world = root.table("world");
-  world.get("prior_map", &c.prior_map);
-  world.get("prior_map_radius_m", &c.map_window.radius_m, {10, 1e5});
-  double memory_mb = c.map_window.memory_bytes / kMegabyte;
-  world.get("prior_map_memory_mb", &memory_mb, {1, 1e5});
-  c.map_window.memory_bytes = memory_mb * kMegabyte;
-  world.get("reference_frame", &c.reference_frame);
-  if (!c.prior_map.empty()) c.prior_map = file.resolve(c.prior_map);
+  c.prior_terrain = read_prior_terrain(file);
 
   read(root.table("ladar"), &c.ladar);
 

@@ -15,7 +15,7 @@
 #include "rcs/node/budget.h"
 #include "rcs/node/node.h"
 #include "rcs/node/params.h"
-#include "rcs/terrain/elevation_map.h"
+#include "rcs/node/prior_terrain.h"
 
 namespace rcs::sp {
 
@@ -29,12 +29,10 @@ struct StartPlace {
 
 struct SpConfig {
   NodeInfo info{"sp", from_milliseconds(80.0), from_milliseconds(10.0)};
-  std::string prior_map;                  ///< [world]: a map's folder; empty: none
-  MapWindow map_window;                   ///< [world]: prior_map_radius_m, prior_map_memory_mb
-  std::string reference_frame = "WGS84";  ///< [world]: of the GPS' fixes, and so of the map
-  std::optional<Geodetic> datum;          ///< [world]: datum_*; read where [start] needs it
-  std::optional<StartPlace> start;        ///< [start]; needs a map and a datum
-  LadarParams ladar;                      ///< [ladar]
+  PriorTerrainParams prior_terrain;  ///< [world]: prior_map and its like
+  std::optional<Geodetic> datum;     ///< [world]: datum_*; read where [start] needs it
+  std::optional<StartPlace> start;   ///< [start]; needs a map and a datum
+  LadarParams ladar;                 ///< [ladar]
 
   double source_voxel_m = 0.5;    ///< one point a voxel is registered, [0.05, 10]
   double map_voxel_m = 0.2;       ///< and one a voxel inserted in the map, [0.02, 10]

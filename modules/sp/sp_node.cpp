@@ -471,7 +471,7 @@ namespace {
 Result<std::unique_ptr<Node>> make_node(const ParamFile& file, Bus* bus, bool live) {
   const Result<SpConfig> config = load_sp_config(file);
   if (!config) return config.error();
-  Result<PriorTerrain> prior = open_prior_terrain(*config, live);
+  Result<PriorTerrain> prior = open_prior_terrain(config->prior_terrain, live);
   if (!prior) return prior.error();
   return std::unique_ptr<Node>(std::make_unique<SpNode>(*config, std::move(prior).value(), bus));
 }

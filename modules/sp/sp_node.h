@@ -16,13 +16,13 @@
 #include "modules/sp/degrade.h"
 #include "modules/sp/motion.h"
 #include "modules/sp/prior_match.h"
-#include "modules/sp/prior_terrain_node.h"
 #include "modules/sp/scan_assembler.h"
 #include "modules/sp/scan_filter.h"
 #include "modules/sp/sp_config.h"
 #include "modules/sp/start_node.h"
 #include "rcs/node/inbox.h"
 #include "rcs/node/outbox.h"
+#include "rcs/node/prior_terrain.h"
 #include "rcs/node/report.h"
 
 namespace rcs::sp {

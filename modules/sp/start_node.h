@@ -4,11 +4,11 @@
 
 #include <optional>
 
-#include "modules/sp/prior_terrain_node.h"
 #include "modules/sp/registration.h"
 #include "modules/sp/relocate.h"
 #include "modules/sp/scan_filter.h"
 #include "modules/sp/sp_config.h"
+#include "rcs/node/prior_terrain.h"
 #include "rcs/node/report.h"
 
 namespace rcs::sp {

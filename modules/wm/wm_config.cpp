@@ -158,6 +158,11 @@ void read_terrain(ParamTable table, WmConfig* c) {
   if (2 * p.patch > p.size) table.fail("patch", "must not be more than half of size");
 }
 
+void read_sureness(ParamTable table, SurenessParams* p) {
+  table.get("radius_m", &p->radius_m, {5, 200});
+  table.get("drift", &p->drift, {1e-6, 1});
+}
+
 void read_trust(ParamTable table, TrustParams* p) {
   table.get_ms("silence_ms", &p->silence, {1000, 600000});
   table.get("refused", &p->refused, {2, 1000});
@@ -224,13 +229,7 @@ Result<WmConfig> load_wm_config(const ParamFile& file) {
   WmParams& p = c.params;
   ParamTable root = file.root();
   c.datum = read_datum(root.table("world"));
-  // sp's: known here, so that a mistake in the table is found
-  std::string text;
-  double number = 0.0;
-  for (const char* key : {"prior_map", "reference_frame"}) root.table("world").get(key, &text);
-  for (const char* key : {"prior_map_radius_m", "prior_map_memory_mb"}) {
-    root.table("world").get(key, &number, {1, 1e5});
-  }
+  c.prior_terrain = read_prior_terrain(file);
   read_gps(root.table("gps"), &p.gps, &p.drive);
   read_ins(root.table("ins"), &p.ins);
   read_odometry(root.table("odometry"), &p.odometry, &p.drive);
@@ -253,6 +252,7 @@ Result<WmConfig> load_wm_config(const ParamFile& file) {
   read_trust(wm.table("trust"), &p.trust);
   read_integrity(wm.table("integrity"), &p.integrity);
   read_terrain(wm.table("terrain"), &c);
+  read_sureness(wm.table("sureness"), &c.sureness);
 
   if (Outcome read_all = file.finish(tables_but({"world", "gps", "ins", "odometry", "wm"}));
       !read_all) {

@@ -10,8 +10,17 @@
 #include "rcs/base/result.h"
 #include "rcs/node/node.h"
 #include "rcs/node/params.h"
+#include "rcs/node/prior_terrain.h"
 
 namespace rcs::wm {
+
+/// How sure along a path without GPS.
+struct SurenessParams {
+  double radius_m =
+      25.0;              ///< of the ground that a scan sees, and the way between matches, [5, 200]
+  double drift = 0.002;  ///< sigma of the motion's error a metre driven, besides the heading's,
+                         ///< [1e-6, 1]
+};
 
 struct WmConfig {
   NodeInfo info{"wm", from_milliseconds(15.0), from_milliseconds(1.0)};
@@ -19,6 +28,8 @@ struct WmConfig {
   std::optional<Geodetic> datum;  ///< [world]: origin of frame world; none: the first fix
   TerrainParams terrain;          ///< [wm.terrain]
   Duration map_period = from_milliseconds(200.0);  ///< of map_patch, [50, 10000] ms
+  PriorTerrainParams prior_terrain;                ///< [world]: prior_map and its like
+  SurenessParams sureness;                         ///< [wm.sureness]
   WmParams params;                                 ///< [gps] [ins] [odometry] [wm.*]
 };
 

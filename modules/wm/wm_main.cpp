@@ -3,4 +3,6 @@
 #include "modules/wm/wm_node.h"
 #include "rcs/node/node_main.h"
 
-int main(int argc, char** argv) { return rcs::node_main(argc, argv, "wm", rcs::wm::make_wm_node); }
+int main(int argc, char** argv) {
+  return rcs::node_main(argc, argv, "wm", rcs::wm::make_live_wm_node);
+}

@@ -1,12 +1,20 @@
 #include "modules/wm/wm_messages_node.h"
 
 #include <cmath>
+#include <cstddef>
+#include <string_view>
 
 #include "lcmtypes/convert.h"
 #include "lcmtypes/plausible.h"
 
 namespace rcs::wm {
 namespace {
+
+std::string_view text(Reason reason) {
+  constexpr std::string_view kTexts[] = {"accepted", "gate",  "invalid",    "late",      "repeated",
+                                         "no datum", "epoch", "unobserved", "quarantine"};
+  return kTexts[static_cast<std::size_t>(reason)];
+}
 
 bool is_sigma(double s, double limit) { return std::isfinite(s) && s > 0.0 && s <= limit; }
 
@@ -73,6 +81,12 @@ std::optional<Registration> admit(const registration_t& m) {
   if (!good) return std::nullopt;
   if (!m.tile_id.empty()) z.tile_id = m.tile_id.front();
   return z;
+}
+
+void tell_refused(const InboxBase& inbox, Reason reason, Stamp now, Report* report) {
+  if (reason == Reason::kAccepted || reason == Reason::kNoDatum) return;
+  report->warn(now, "input.refused", "{}: {}, newest utime {}", inbox.channel(), text(reason),
+               to_utime(inbox.account().newest));
 }
 
 }  // namespace rcs::wm

@@ -8,6 +8,8 @@
 #include "lcmtypes/rcs/odometry_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
 #include "modules/wm/estimator.h"
+#include "rcs/node/inbox.h"
+#include "rcs/node/report.h"
 
 namespace rcs::wm {
 
@@ -23,5 +25,8 @@ struct Registration {
 [[nodiscard]] std::optional<GeodeticFix> admit(const gps_fix_t& m);
 [[nodiscard]] std::optional<OdometrySample> admit(const odometry_t& m);
 [[nodiscard]] std::optional<Registration> admit(const registration_t& m);
+
+/// An event when it was not let in.
+void tell_refused(const InboxBase& inbox, Reason reason, Stamp now, Report* report);
 
 }  // namespace rcs::wm

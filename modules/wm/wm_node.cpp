@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <optional>
 #include <string_view>
+#include <utility>
 
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
@@ -15,17 +16,8 @@
 namespace rcs::wm {
 namespace {
 
-std::string_view text(Reason reason) {
-  constexpr std::string_view kTexts[] = {"accepted", "gate",  "invalid",    "late",      "repeated",
-                                         "no datum", "epoch", "unobserved", "quarantine"};
-  return kTexts[static_cast<std::size_t>(reason)];
-}
-
 constexpr std::string_view kModes[] = {"align",    "gps+ins",         "gps+ins+ladar", "ins+ladar",
                                        "ins only", "gps without ins", "ladar only",    "lost"};
-
-constexpr std::size_t kMostPoints = 20'000;  // of one message of SP; it sends far fewer
-constexpr std::int16_t kUnknownHeight = -32768;
 
 constexpr Duration kReportInterval = from_seconds(5.0);
 constexpr Duration kIntegrityPeriod = from_milliseconds(100.0);
@@ -43,34 +35,26 @@ constexpr std::string_view kFindings[] = {
 
 }  // namespace
 
-WmNode::WmNode(const WmConfig& config, Bus* bus)
+WmNode::WmNode(const WmConfig& config, Bus* bus, PriorTerrain prior)
     : config_(config),
       clock_(config.period),
       ins_(bus, channel::kIns, 64),
       fixes_(bus, channel::kGpsFix, 16),
       odometry_(bus, channel::kOdometry, 64),
       registrations_(bus, channel::kSpRegistration, 8),
-      points_(bus, channel::kSpPoints, 32),
       nav_state_out_(bus, channel::kWmNavState),
       innovation_out_(bus, channel::kWmInnovation),
       integrity_out_(bus, channel::kWmIntegrity),
       shadow_out_(bus, channel::kWmShadow),
-      map_patch_out_(bus, channel::kWmMapPatch),
       report_(bus, config.info.name, kReportInterval),
       estimator_(config.params, config.datum),
-      terrain_(config.terrain),
-      map_clock_(config.map_period),
+      terrain_(config, bus),
+      sureness_(config.sureness, std::move(prior), bus),
       integrity_clock_(kIntegrityPeriod),
-      shadow_clock_(kShadowPeriod) {
-  const std::size_t cells = static_cast<std::size_t>(config.terrain.patch) *
-                            static_cast<std::size_t>(config.terrain.patch);
-  answers_.reserve(cells);
-  p_vehicle_.reserve(kMostPoints);
-  map_patch_out_.reserve(8 * cells + 200);
-}
+      shadow_clock_(kShadowPeriod) {}
 
 std::vector<const InboxBase*> WmNode::inboxes() const {
-  return {&ins_, &fixes_, &odometry_, &registrations_, &points_};
+  return {&ins_, &fixes_, &odometry_, &registrations_, &terrain_.inbox(), &sureness_.inbox()};
 }
 
 Stamp WmNode::next_wakeup() const {
@@ -101,14 +85,12 @@ void WmNode::run(const Cycle& cycle) {
   report_events(cycle.now);
   cycle.stages->mark("publish");
 
-  // Half a patch a cycle; its end before points come, so that it is of one moment.
-  if (patch_begun_) publish_map_patch();
-  take_all(&points_, cycle.now);
-  if (map_clock_.due(cycle.now)) {
-    begin_map_patch();
-    map_clock_.advance(cycle.now);
-  }
+  terrain_.step(estimator_, local_began_, cycle.now, &report_);
   cycle.stages->mark("terrain");
+  const bool absolute = estimator_.started() && estimator_.state().memory.anchored;
+  sureness_.step(absolute ? &estimator_.state() : nullptr,
+                 estimator_.datum() ? &*estimator_.datum() : nullptr, cycle.now, &report_);
+  cycle.stages->mark("sureness");
   if (clock_.due(cycle.now)) clock_.advance(cycle.now);
   cycle.stages->close_account();
 }
@@ -120,30 +102,31 @@ void WmNode::take_all(Inbox<Message>* inbox, Stamp now) {
 
 void WmNode::take(const ins_t& m, Stamp now) {
   const std::optional<ImuSample> sample = admit(m);
-  note(ins_, sample ? estimator_.add(*sample) : Reason::kInvalid, now);
+  tell_refused(ins_, sample ? estimator_.add(*sample) : Reason::kInvalid, now, &report_);
 }
 
 void WmNode::take(const gps_fix_t& m, Stamp now) {
   const std::optional<GeodeticFix> fix = admit(m);
-  note(fixes_, fix ? estimator_.add(from_utime(m.utime), *fix) : Reason::kInvalid, now);
+  tell_refused(fixes_, fix ? estimator_.add(from_utime(m.utime), *fix) : Reason::kInvalid, now,
+               &report_);
 }
 
 void WmNode::take(const odometry_t& m, Stamp now) {
   const std::optional<OdometrySample> sample = admit(m);
   if (!sample) {
-    note(odometry_, Reason::kInvalid, now);
+    tell_refused(odometry_, Reason::kInvalid, now, &report_);
     return;
   }
   // The mean of an interval is the value at its middle.
   const Stamp middle = from_utime(m.utime) - Duration(m.interval_us / 2);
-  note(odometry_, estimator_.add(middle, *sample), now);
+  tell_refused(odometry_, estimator_.add(middle, *sample), now, &report_);
 }
 
 void WmNode::take(const registration_t& m, Stamp now) {
   if (!is_answer(m.stop)) return;  // SP has nothing to say, and has said why
   const std::optional<Registration> z = admit(m);
   if (!z) {
-    note(registrations_, Reason::kInvalid, now);
+    tell_refused(registrations_, Reason::kInvalid, now, &report_);
     return;
   }
   const Stamp stamp = from_utime(m.utime);
@@ -158,7 +141,7 @@ void WmNode::take(const registration_t& m, Stamp now) {
                                               z->tile_id,
                                               {m.map_bias_sigma_m, m.map_bias_length_m}});
   }
-  note(registrations_, reason, now);
+  tell_refused(registrations_, reason, now, &report_);
   if (reason == Reason::kAccepted && stamp >= cause_) {
     cause_ = stamp;
     // A scan has up to two registrations: its way ends with the first.
@@ -167,39 +150,6 @@ void WmNode::take(const registration_t& m, Stamp now) {
       ledger_.wm_arrival_utime = to_utime(registrations_.front_arrival());
     }
   }
-}
-
-// The points lie where SP registered them in its map; what frame local makes of that map is asked
-// now, as the local pose may still be slewing towards it.
-void WmNode::take(const points_t& m, Stamp now) {
-  Pose T_rolling_points;
-  const bool good = plausible_stamp(m.utime) &&
-                    from_message(m.q_rolling_vehicle, m.p_rolling_vehicle_m, &T_rolling_points) &&
-                    within(T_rolling_points.p, kFarthest_m);
-  if (!good) {
-    note(points_, Reason::kInvalid, now);
-    return;
-  }
-  if (!estimator_.started()) return;
-  const NavState& x = estimator_.state().belief.x;
-  if (x.map_epoch != m.map_epoch) return;  // of a map that WM has left or does not know yet
-  p_vehicle_.clear();
-  const std::size_t n = std::min(static_cast<std::size_t>(m.n), kMostPoints);
-  for (std::size_t k = 0; k < n; ++k) {
-    const Vec3f p(m.x_m[k], m.y_m[k], m.z_m[k]);
-    if (p.allFinite()) p_vehicle_.push_back(p);
-  }
-  const Pose T_vehicle_seen{exp_so3(x.mount), Vec3::Zero()};
-  const Pose T_local_rolling =
-      estimator_.T_local_vehicle() * T_vehicle_seen * T_rolling_vehicle(x).inverse();
-  terrain_.insert(p_vehicle_, T_local_rolling * T_rolling_points);
-  newest_points_ = std::max(newest_points_, from_utime(m.utime));
-}
-
-void WmNode::note(const InboxBase& inbox, Reason reason, Stamp now) {
-  if (reason == Reason::kAccepted || reason == Reason::kNoDatum) return;
-  report_.warn(now, "input.refused", "{}: {}, newest utime {}", inbox.channel(), text(reason),
-               to_utime(inbox.account().newest));
 }
 
 void WmNode::publish_innovations() {
@@ -333,52 +283,6 @@ void WmNode::publish_shadows() {
   }
 }
 
-void WmNode::begin_map_patch() {
-  if (terrain_.empty()) return;
-  const Pose& T_local_vehicle = estimator_.T_local_vehicle();
-  const Cell first = terrain_.begin_patch(T_local_vehicle);
-  terrain_.answer_rows(0, config_.terrain.patch / 2, &answers_);
-  map_patch_.utime = to_utime(newest_points_);
-  map_patch_.first_i = first.i;
-  map_patch_.first_j = first.j;
-  map_patch_.base_m = std::round(T_local_vehicle.p.z());
-  patch_begun_ = true;
-}
-
-void WmNode::publish_map_patch() {
-  terrain_.answer_rows(config_.terrain.patch / 2, config_.terrain.patch, &answers_);
-  patch_begun_ = false;
-  map_patch_t& m = map_patch_;
-  m.local_utime = to_utime(local_began_);
-  m.cell_m = config_.terrain.cell_m;
-  m.width = config_.terrain.patch;
-  m.height = config_.terrain.patch;
-  m.n = static_cast<std::int32_t>(answers_.size());
-  m.height_cm.resize(answers_.size());
-  m.step_cm.resize(answers_.size());
-  m.slope_deg.resize(answers_.size());
-  m.roughness_cm.resize(answers_.size());
-  m.flags.resize(answers_.size());
-  const auto whole = [](double value, double most) {
-    value = std::clamp(value, -most, most);
-    return static_cast<int>(value + std::copysign(0.5, value));  // lround() costs a call a cell
-  };
-  for (std::size_t k = 0; k < answers_.size(); ++k) {
-    const TerrainAnswer& a = answers_[k];
-    m.height_cm[k] = kUnknownHeight;
-    m.step_cm[k] = 0;
-    m.slope_deg[k] = m.roughness_cm[k] = 0;
-    m.flags[k] = map_patch_t::FLAG_UNKNOWN;
-    if (!a.known) continue;
-    m.height_cm[k] = static_cast<std::int16_t>(whole(100.0 * (a.height_m - m.base_m), 32000.0));
-    m.step_cm[k] = static_cast<std::int16_t>(whole(100.0 * a.step_m, 32000.0));
-    m.slope_deg[k] = static_cast<std::uint8_t>(whole(degrees(a.slope_rad), 90.0));
-    m.roughness_cm[k] = static_cast<std::uint8_t>(whole(100.0 * a.roughness_m, 255.0));
-    m.flags[k] = a.obstacle ? map_patch_t::FLAG_OBSTACLE : 0;
-  }
-  map_patch_out_.publish(&map_patch_);
-}
-
 void WmNode::report_events(Stamp now) {
   if (!estimator_.started()) return;
   const FilterState& s = estimator_.state();
@@ -430,10 +334,28 @@ void WmNode::report_trust(Stamp now) {
   }
 }
 
-Result<std::unique_ptr<Node>> make_wm_node(const ParamFile& file, Bus* bus) {
-  Result<WmConfig> config = load_wm_config(file);
+namespace {
+
+Result<std::unique_ptr<Node>> make_node(const ParamFile& file, Bus* bus, bool live) {
+  const Result<WmConfig> config = load_wm_config(file);
   if (!config) return config.error();
-  return std::unique_ptr<Node>(std::make_unique<WmNode>(*config, bus));
+  // A path is looked at place by place: only what a scan would see there, and the cells beside it,
+  // is in memory.
+  PriorTerrainParams around = config->prior_terrain;
+  around.window.radius_m = 2.0 * config->sureness.radius_m;
+  Result<PriorTerrain> prior = open_prior_terrain(around, live);
+  if (!prior) return prior.error();
+  return std::unique_ptr<Node>(std::make_unique<WmNode>(*config, bus, std::move(prior).value()));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Node>> make_wm_node(const ParamFile& file, Bus* bus) {
+  return make_node(file, bus, false);
+}
+
+Result<std::unique_ptr<Node>> make_live_wm_node(const ParamFile& file, Bus* bus) {
+  return make_node(file, bus, true);
 }
 
 }  // namespace rcs::wm

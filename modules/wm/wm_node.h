@@ -8,15 +8,14 @@
 #include "lcmtypes/rcs/innovation_t.hpp"
 #include "lcmtypes/rcs/ins_t.hpp"
 #include "lcmtypes/rcs/integrity_t.hpp"
-#include "lcmtypes/rcs/map_patch_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/odometry_t.hpp"
-#include "lcmtypes/rcs/points_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
 #include "lcmtypes/rcs/shadow_t.hpp"
 #include "modules/wm/estimator.h"
 #include "modules/wm/integrity.h"
-#include "modules/wm/terrain_grid.h"
+#include "modules/wm/sureness_node.h"
+#include "modules/wm/terrain_node.h"
 #include "modules/wm/wm_config.h"
 #include "rcs/node/inbox.h"
 #include "rcs/node/outbox.h"
@@ -26,7 +25,9 @@ namespace rcs::wm {
 
 class WmNode final : public Node {
  public:
-  WmNode(const WmConfig& config, Bus* bus);
+  /// @param prior  the a priori map, for what is asked about paths; without it they are answered by
+  ///   the motion alone
+  WmNode(const WmConfig& config, Bus* bus, PriorTerrain prior = {});
 
   [[nodiscard]] const NodeInfo& info() const override { return config_.info; }
   [[nodiscard]] Stamp next_wakeup() const override;
@@ -39,17 +40,13 @@ class WmNode final : public Node {
   void take(const gps_fix_t& m, Stamp now);
   void take(const odometry_t& m, Stamp now);
   void take(const registration_t& m, Stamp now);
-  void take(const points_t& m, Stamp now);
   template <class Message>
   void take_all(Inbox<Message>* inbox, Stamp now);
-  void note(const InboxBase& inbox, Reason reason, Stamp now);
 
   void publish_innovations();
   void publish_nav_state(Stamp now);
   void publish_integrity(Stamp now);
   void publish_shadows();
-  void begin_map_patch();
-  void publish_map_patch();
   void fill_belief(const FilterState& state);
   void report_events(Stamp now);
   void report_trust(Stamp now);
@@ -61,21 +58,18 @@ class WmNode final : public Node {
   Inbox<gps_fix_t> fixes_;
   Inbox<odometry_t> odometry_;
   Inbox<registration_t> registrations_;
-  Inbox<points_t> points_;
   Outbox<nav_state_t> nav_state_out_;
   Outbox<innovation_t> innovation_out_;
   Outbox<integrity_t> integrity_out_;
   Outbox<shadow_t> shadow_out_;
-  Outbox<map_patch_t> map_patch_out_;
   Report report_;
 
   Estimator estimator_;
-  TerrainGrid terrain_;
-  PeriodicClock map_clock_;
+  TerrainDesk terrain_;
+  SurenessDesk sureness_;
   PeriodicClock integrity_clock_;
   PeriodicClock shadow_clock_;
-  Stamp newest_points_ = Stamp::min();  // reference instant of the newest scan in terrain_
-  Stamp local_began_ = Stamp::min();    // of this node's first cycle: identifies frame local
+  Stamp local_began_ = Stamp::min();  // of this node's first cycle: identifies frame local
 
   // The newest registration, for the way that the belief came.
   Stamp cause_ = Stamp::min();
@@ -95,12 +89,11 @@ class WmNode final : public Node {
   innovation_t innovation_{};
   integrity_t integrity_{};
   shadow_t shadow_{};
-  map_patch_t map_patch_{};
-  bool patch_begun_ = false;
-  Points p_vehicle_;
-  std::vector<TerrainAnswer> answers_;
 };
 
+/// For a replay: tiles of the a priori map are read when they are wanted.
 [[nodiscard]] Result<std::unique_ptr<Node>> make_wm_node(const ParamFile& file, Bus* bus);
+/// For the vehicle: they are read by a thread.
+[[nodiscard]] Result<std::unique_ptr<Node>> make_live_wm_node(const ParamFile& file, Bus* bus);
 
 }  // namespace rcs::wm

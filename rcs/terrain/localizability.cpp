@@ -11,8 +11,7 @@
 namespace rcs {
 namespace {
 
-constexpr int kState = 4;  // error of the place, and its growth a metre driven
-using Mat4 = Eigen::Matrix<double, kState, kState>;
+using Mat4 = Eigen::Matrix4d;  // of the place's error, and its growth a metre driven
 
 double worst_of(const Eigen::Matrix2d& P) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(P, Eigen::EigenvaluesOnly);
@@ -82,29 +81,53 @@ double worst_sigma_m(const Eigen::Matrix2d& information) {
   return least > kLeast ? 1.0 / std::sqrt(least) : std::numeric_limits<double>::infinity();
 }
 
+void SurenessWalk::begin(const std::vector<Vec2>& path_m, double step_m,
+                         const DeadReckoning& motion) {
+  RCS_CHECK(path_m.size() >= 2 && step_m > 0.0);
+  path_m_ = path_m;
+  step_m_ = step_m;
+  leg_ = 0;
+  leg_way_m_ = way_m_ = 0.0;
+  dead_.setZero();
+  dead_.diagonal().head<2>().setConstant(motion.start_sigma_m * motion.start_sigma_m);
+  dead_.diagonal().tail<2>().setConstant(motion.drift * motion.drift);
+  with_map_ = dead_;
+  find_place();
+}
+
+// The leg that the way of the next place is on; none: the walk is over.
+void SurenessWalk::find_place() {
+  for (; !over(); ++leg_) {
+    const Vec2 leg = path_m_[leg_ + 1] - path_m_[leg_];
+    const double leg_m = leg.norm();
+    if (way_m_ <= leg_way_m_ + leg_m) {
+      place_m_ = path_m_[leg_] + (leg_m > 0.0 ? (way_m_ - leg_way_m_) / leg_m : 0.0) * leg;
+      return;
+    }
+    leg_way_m_ += leg_m;
+  }
+}
+
+PathSureness SurenessWalk::step(const Eigen::Matrix2d& information) {
+  RCS_CHECK(!over());
+  const double step_m = way_m_ > 0.0 ? step_m_ : 0.0;
+  dead_ = driven(dead_, step_m);
+  with_map_ = fused(driven(with_map_, step_m), information);
+  const PathSureness here{way_m_, place_m_, worst_of(dead_.topLeftCorner<2, 2>()),
+                          worst_of(with_map_.topLeftCorner<2, 2>())};
+  way_m_ += step_m_;
+  find_place();
+  return here;
+}
+
 std::vector<PathSureness> sureness_along(const ElevationMap& map, const std::vector<Vec2>& path_m,
                                          const DeadReckoning& motion,
                                          const LocalizabilityParams& params) {
-  RCS_CHECK(path_m.size() >= 2 && params.radius_m > 0.0);
-  Mat4 dead = Mat4::Zero();
-  dead.diagonal().head<2>().setConstant(motion.start_sigma_m * motion.start_sigma_m);
-  dead.diagonal().tail<2>().setConstant(motion.drift * motion.drift);
-  Mat4 with_map = dead;
+  SurenessWalk walk;
+  walk.begin(path_m, params.radius_m, motion);
   std::vector<PathSureness> out;
-  double way_m = 0.0;
-  double next_m = 0.0;  // where along the way the next answer is
-  for (std::size_t k = 1; k < path_m.size(); ++k) {
-    const Vec2 leg = path_m[k] - path_m[k - 1];
-    const double leg_m = leg.norm();
-    for (; next_m <= way_m + leg_m; next_m += params.radius_m) {
-      const Vec2 place = path_m[k - 1] + (leg_m > 0.0 ? (next_m - way_m) / leg_m : 0.0) * leg;
-      const double step_m = out.empty() ? 0.0 : next_m - out.back().way_m;
-      dead = driven(dead, step_m);
-      with_map = fused(driven(with_map, step_m), terrain_information(map, place, params));
-      out.push_back({next_m, place, worst_of(dead.topLeftCorner<2, 2>()),
-                     worst_of(with_map.topLeftCorner<2, 2>())});
-    }
-    way_m += leg_m;
+  while (!walk.over()) {
+    out.push_back(walk.step(terrain_information(map, walk.place(), params)));
   }
   return out;
 }

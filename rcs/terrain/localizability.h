@@ -39,9 +39,38 @@ struct DeadReckoning {
   double drift = 0.002;        ///< sigma of the error a metre driven, each axis, (0, 1]
 };
 
-/// How sure along a path, were GPS to go at its start. The motion's error grows with the way (a
-/// constant rate, not known); each `radius_m` of way a match to the map is fused, as nearer ones
-/// would see the same cells with the same errors. The survey's slow error is not in it.
+/// How sure along a path, were GPS to go at its start, a place at a time. The motion's error grows
+/// with the way (a constant rate, not known), and at each place a match to the map is fused.
+class SurenessWalk {
+ public:
+  /// Any walk before is over. Allocates when the path is longer than any before.
+  /// @param path_m  two places or more
+  /// @param step_m  of way from place to place, > 0: as far as a scan sees, or more, as nearer
+  ///   matches would see the same cells with the same errors
+  void begin(const std::vector<Vec2>& path_m, double step_m, const DeadReckoning& motion);
+
+  /// The path is at its end, or none was begun.
+  [[nodiscard]] bool over() const { return leg_ + 1 >= path_m_.size(); }
+  /// Where the next match is; of a walk that is not over.
+  [[nodiscard]] const Vec2& place() const { return place_m_; }
+  /// Fuses it and goes on to the next.
+  /// @param information  of east and north there [1/m^2], may be singular or zero
+  [[nodiscard]] PathSureness step(const Eigen::Matrix2d& information);
+
+ private:
+  void find_place();
+
+  std::vector<Vec2> path_m_;
+  double step_m_ = 0.0;
+  std::size_t leg_ = 0;     // from path_m_[leg_] to the next
+  double leg_way_m_ = 0.0;  // driven at its begin
+  double way_m_ = 0.0;      // of the next place
+  Vec2 place_m_ = Vec2::Zero();
+  Eigen::Matrix4d dead_ = Eigen::Matrix4d::Zero();  // of the place's error, and its growth a metre
+  Eigen::Matrix4d with_map_ = Eigen::Matrix4d::Zero();
+};
+
+/// All of such a walk, a match each `radius_m`. The survey's slow error is not in it.
 /// @param path_m  places in the map's frame, two or more
 [[nodiscard]] std::vector<PathSureness> sureness_along(const ElevationMap& map,
                                                        const std::vector<Vec2>& path_m,

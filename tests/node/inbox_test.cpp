@@ -13,6 +13,8 @@
 #include "lcmtypes/rcs/ladar_ranges_t.hpp"
 #include "lcmtypes/rcs/map_patch_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
+#include "lcmtypes/rcs/path_query_t.hpp"
+#include "lcmtypes/rcs/path_sureness_t.hpp"
 #include "lcmtypes/rcs/plan_t.hpp"
 #include "lcmtypes/rcs/points_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
@@ -150,6 +152,22 @@ map_patch_t sample() {
   return m;
 }
 template <>
+path_query_t sample() {
+  path_query_t m{};
+  m.issuer = "operator";
+  m.n = 2;
+  m.x_m = m.y_m = {1, 2};
+  return m;
+}
+template <>
+path_sureness_t sample() {
+  path_sureness_t m{};
+  m.issuer = "operator";
+  m.n = 2;
+  m.way_m = m.x_m = m.y_m = m.sigma_dead_m = m.sigma_with_map_m = {1, 2};
+  return m;
+}
+template <>
 command_t sample() {
   command_t m{};
   m.issuer = "operator";
@@ -201,7 +219,7 @@ template <class T>
 class HostileBytes : public testing::Test {};
 using MessageTypes =
     testing::Types<ladar_ranges_t, ladar_points_t, points_t, registration_t, map_patch_t, command_t,
-                   plan_t, cycle_t, event_t, status_t, nav_state_t>;
+                   path_query_t, path_sureness_t, plan_t, cycle_t, event_t, status_t, nav_state_t>;
 // The comma: an empty variadic argument is not ISO C++17.
 TYPED_TEST_SUITE(HostileBytes, MessageTypes, );
 

@@ -52,7 +52,7 @@ ChainRun run_chain(const sim::Scenario& scenario, const std::string& vehicle_con
   RCS_CHECK(prior_map.ok());
 
   LocalBus bus;
-  sp::SpNode sp_node(*sp_config, sp::PriorTerrain(std::move(prior_map).value(), nullptr), &bus);
+  sp::SpNode sp_node(*sp_config, PriorTerrain(std::move(prior_map).value(), nullptr), &bus);
   wm::WmNode wm_node(*wm_config, &bus);
   ChainRun out;
   const Tap<registration_t> matches(

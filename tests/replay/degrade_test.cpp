@@ -111,7 +111,7 @@ Outcomes drive(const Cost& cost, double nominal_unit_ns) {
   LocalBus bus;
   Outcomes out;
   bus.set_tap(&out.said);
-  sp::SpNode sp_node(*sp_config, sp::PriorTerrain(std::move(map).value(), nullptr), &bus);
+  sp::SpNode sp_node(*sp_config, PriorTerrain(std::move(map).value(), nullptr), &bus);
   wm::WmNode wm_node(*wm_config, &bus);
   Slowed slowed(&sp_node, cost);
   LockstepTimeline timeline(&bus, &simulator, from_seconds(0.5));

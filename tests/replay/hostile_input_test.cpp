@@ -20,6 +20,7 @@
 #include "lcmtypes/rcs/map_patch_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/odometry_t.hpp"
+#include "lcmtypes/rcs/path_query_t.hpp"
 #include "lcmtypes/rcs/points_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
 #include "lcmtypes/rcs/status_t.hpp"
@@ -128,7 +129,20 @@ constexpr Reader kReaders[] = {
     {"WM", channel::kOdometry},    {"WM", channel::kSpRegistration},
     {"WM", channel::kSpPoints},    {"BG", channel::kBgCommand},
     {"BG", channel::kWmNavState},  {"BG", channel::kWmMapPatch},
+    {"WM", channel::kWmPathQuery},
 };
+
+/// Nobody asks in the drive.
+path_query_t path_query() {
+  path_query_t m{};
+  m.utime = 1'000'000'000;
+  m.issuer = "test";
+  m.serial = 1;
+  m.n = 2;
+  m.x_m = {10.0, 50.0};
+  m.y_m = {0.0, 20.0};
+  return m;
+}
 
 Bytes sample(const std::string& name) {
   if (name == channel::kLadarRanges) return encode(good<ladar_ranges_t>(channel::kLadarRanges));
@@ -139,6 +153,7 @@ Bytes sample(const std::string& name) {
   if (name == channel::kSpPoints) return encode(good<points_t>(channel::kSpPoints));
   if (name == channel::kBgCommand) return encode(good<command_t>(channel::kBgCommand));
   if (name == channel::kWmMapPatch) return encode(good<map_patch_t>(channel::kWmMapPatch));
+  if (name == channel::kWmPathQuery) return encode(path_query());
   if (name == channel::kWmNavState) return encode(good<nav_state_t>(channel::kWmNavState));
   return encode(good<registration_t>(channel::kSpRegistration));
 }
@@ -216,6 +231,9 @@ TEST(HostileInput, LengthsThatCannotBeAreCounted) {
   expect_length_guarded(channel::kSpRegistration, 8 + 3 * 8 + 1 + 4);
   // Behind the fingerprint, utime and seq: a string's.
   expect_length_guarded(channel::kBgCommand, 8 + 2 * 8);
+  expect_length_guarded(channel::kWmPathQuery, 8 + 2 * 8);
+  // The places follow the serial behind it.
+  expect_length_guarded(channel::kWmPathQuery, encode(path_query()).size() - 4 * 8 - kInt32);
 }
 
 TEST(HostileInput, RangesAndPointsThatAreNoNumbersAreLeftOutAndTold) {

@@ -57,7 +57,7 @@ StartRun start(double off_m) {
   sp_config->start = place;
 
   LocalBus bus;
-  sp::SpNode sp_node(*sp_config, sp::PriorTerrain(std::move(map).value(), nullptr), &bus);
+  sp::SpNode sp_node(*sp_config, PriorTerrain(std::move(map).value(), nullptr), &bus);
   wm::WmNode wm_node(*wm_config, &bus);
   std::map<std::int64_t, Pose> truth;
   nav_state_t newest{};

@@ -141,7 +141,7 @@ map_voxel_m = 0.1
   ASSERT_TRUE(sp_config.ok()) << sp_config.error().message;
   ASSERT_TRUE(wm_config.ok()) << wm_config.error().message;
   LocalBus bus;
-  sp::SpNode sp_node(*sp_config, sp::PriorTerrain(), &bus);
+  sp::SpNode sp_node(*sp_config, PriorTerrain(), &bus);
   wm::WmNode wm_node(*wm_config, &bus);
   const Poses registrations(&bus, channel::kSpRegistration);
   const Poses beliefs(&bus, channel::kWmNavState);

@@ -7,6 +7,7 @@
 #include "modules/sp/sp_node.h"
 #include "modules/wm/wm_node.h"
 #include "rcs/node/executor.h"
+#include "rcs/node/prior_terrain.h"
 #include "rcs/terrain/coarser.h"
 #include "tools/rcs/drill_stimulus.h"
 
@@ -30,15 +31,15 @@ std::vector<Stimulus> stimuli_of(const Drill& drill, const DrillRunOptions& opti
   return stimuli;
 }
 
-Result<sp::PriorTerrain> prior_terrain_of(const Drill& drill, const DrillVehicle& vehicle,
-                                          Scene* scene) {
-  if (!drill.run.prior_map) return sp::open_prior_terrain(vehicle.sp, false);
+Result<PriorTerrain> prior_terrain_of(const Drill& drill, const DrillVehicle& vehicle,
+                                      Scene* scene) {
+  if (!drill.run.prior_map) return open_prior_terrain(vehicle.sp.prior_terrain, false);
   const sim::PriorMap wrong = wrong_map(scene->prior_map(drill.run.map_cell_m),
                                         drill.run.map_shift_m, drill.run.map_turn_rad);
   Result<ElevationMap> map =
       ElevationMap::from_rasters(wrong.frame, with_coarser_levels(wrong.raster));
   if (!map) return map.error();
-  return sp::PriorTerrain(std::move(map).value(), nullptr);
+  return PriorTerrain(std::move(map).value(), nullptr);
 }
 
 }  // namespace
@@ -51,7 +52,7 @@ Result<DrillVehicle> load_drill_vehicle(const std::string& path) {
   const Result<wm::WmConfig> wm = wm::load_wm_config(*file);
   if (!wm) return wm.error();
   // Each run opens the map for itself; what is wrong with it is said now.
-  const Result<sp::PriorTerrain> prior = sp::open_prior_terrain(*sp, false);
+  const Result<PriorTerrain> prior = open_prior_terrain(sp->prior_terrain, false);
   if (!prior) return prior.error();
   return DrillVehicle{*sp, *wm};
 }
@@ -60,7 +61,7 @@ Result<DrillRunResult> run_drill(const Drill& drill, const DrillVehicle& vehicle
                                  const DrillRunOptions& options) {
   Result<std::unique_ptr<EventSource>> opened = scene->open(drill.run.length_s, options.stop);
   if (!opened) return opened.error();
-  Result<sp::PriorTerrain> prior = prior_terrain_of(drill, vehicle, scene);
+  Result<PriorTerrain> prior = prior_terrain_of(drill, vehicle, scene);
   if (!prior) return prior.error();
   std::optional<LogWriter> log;
   if (!options.log.empty()) {

@@ -20,6 +20,7 @@
 #include "rcs/node/live_timeline.h"
 #include "sim/scenario_file.h"
 #include "tools/rcs/command.h"
+#include "tools/rcs/places.h"
 
 namespace rcs::tools {
 namespace {
@@ -266,17 +267,9 @@ class Go final : public Command {
     if (seed_ && scenario_.empty()) return "--seed goes with --scenario";
     if (!scenario_.empty() && frame_ != "world") return "a scenario's waypoints are in frame world";
     for (const std::string& text : waypoints_) {
-      if (!parse(text)) return "--waypoint " + text + ": X,Y in metres";
+      if (!parse_place(text)) return "--waypoint " + text + ": X,Y in metres";
     }
     return "";
-  }
-
-  static std::optional<Vec2> parse(const std::string& text) {
-    Vec2 p;
-    int length = 0;
-    const bool two = std::sscanf(text.c_str(), "%lf,%lf%n", &p.x(), &p.y(), &length) == 2;
-    if (!two || text.size() != static_cast<std::size_t>(length) || !p.allFinite()) return {};
-    return p;
   }
 
   [[nodiscard]] Result<Order> asked_for() {
@@ -291,7 +284,7 @@ class Go final : public Command {
     order.frame = frame_ == "local" ? command_t::FRAME_LOCAL : command_t::FRAME_WORLD;
     std::vector<Vec2> places;
     double speed_mps = 5.0;
-    for (const std::string& text : waypoints_) places.push_back(*parse(text));
+    for (const std::string& text : waypoints_) places.push_back(*parse_place(text));
     if (!scenario_.empty()) {
       sim::ScenarioOverrides overrides;
       overrides.seed = seed_;

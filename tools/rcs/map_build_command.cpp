@@ -175,7 +175,7 @@ class MapBuildCommand final : public Command {
     const Result<sp::SpConfig> config = sp::load_sp_config(*file);
     if (!config) return config.error();
     wanted_.ladar = config->ladar;
-    wanted_.reference = config->reference_frame;
+    wanted_.reference = config->prior_terrain.reference_frame;
     return Done{};
   }
 

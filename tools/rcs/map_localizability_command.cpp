@@ -12,8 +12,8 @@
 #include "rcs/terrain/map_folder.h"
 #include "rcs/terrain/map_tile.h"
 #include "tools/rcs/command.h"
-#include "tools/rcs/csv_table.h"
 #include "tools/rcs/files.h"
+#include "tools/rcs/places.h"
 #include "tools/rcs/svg_plot.h"
 #include "tools/rcs/table.h"
 #include "tools/rcs/terminal.h"
@@ -138,19 +138,9 @@ class MapLocalizability final : public Command {
   }
 
   [[nodiscard]] Result<std::vector<Vec2>> read_path() const {
-    std::vector<Vec2> way;
-    if (path_.empty()) return way;
-    const Result<CsvTable> table = CsvTable::load(path_);
-    if (!table) return table.error();
-    const Result<std::vector<double>> x = table->numbers("x_m");
-    if (!x) return x.error();
-    const Result<std::vector<double>> y = table->numbers("y_m");
-    if (!y) return y.error();
-    for (std::size_t k = 0; k < x->size(); ++k) {
-      way.emplace_back((*x)[k], (*y)[k]);
-      if (!way.back().allFinite()) return Error{table->place(k) + ": a place is missing"};
-    }
-    if (way.size() < 2) return Error{path_ + ": two places or more are due"};
+    if (path_.empty()) return std::vector<Vec2>();
+    Result<std::vector<Vec2>> way = load_places(path_);
+    if (way && way->size() < 2) return Error{path_ + ": two places or more are due"};
     return way;
   }
 

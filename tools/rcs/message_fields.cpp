@@ -21,6 +21,8 @@
 #include "lcmtypes/rcs/map_patch_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/odometry_t.hpp"
+#include "lcmtypes/rcs/path_query_t.hpp"
+#include "lcmtypes/rcs/path_sureness_t.hpp"
 #include "lcmtypes/rcs/plan_t.hpp"
 #include "lcmtypes/rcs/points_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
@@ -146,6 +148,14 @@ void write(const map_patch_t& m, FieldWriter& w) {
       F(base_m))(F(n));
 }
 
+void write(const path_query_t& m, FieldWriter& w) {
+  w(F(utime))(F(seq))(F(issuer))(F(serial))(F(n));
+}
+
+void write(const path_sureness_t& m, FieldWriter& w) {
+  w(F(utime))(F(seq))(F(issuer))(F(serial))(F(state))(F(has_map))(F(map_bias_sigma_m))(F(n));
+}
+
 void write(const cycle_t& m, FieldWriter& w) {
   w(F(utime))(F(seq))(F(node))(F(index))(F(wakeup_utime))(F(deadline_utime))(F(late_us))(
       F(used_wall_us))(F(used_cpu_us))(F(slack_us))(F(missed))(F(overruns))(F(degrade_level))(
@@ -219,6 +229,8 @@ const Type* find_type(std::string_view channel) {
       type_of<integrity_t>(channel::kWmIntegrity),
       type_of<shadow_t>(channel::kWmShadow),
       type_of<map_patch_t>(channel::kWmMapPatch),
+      type_of<path_query_t>(channel::kWmPathQuery),
+      type_of<path_sureness_t>(channel::kWmPathSureness),
       type_of<event_t>(channel::kWmEvent),
       type_of<cycle_t>(channel::kWmCycle),
       type_of<command_t>(channel::kBgCommand),

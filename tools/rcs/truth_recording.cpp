@@ -16,6 +16,7 @@
 #include "modules/wm/wm_node.h"
 #include "rcs/node/executor.h"
 #include "rcs/node/log_source.h"
+#include "rcs/node/prior_terrain.h"
 #include "tools/rcs/evaluation.h"
 
 namespace rcs::tools {
@@ -226,7 +227,7 @@ Result<TruthRecording> record_run(const std::string& log, const TruthVehicle& ve
                                   const std::function<bool()>& stop) {
   Result<LogReader> reader = LogReader::open(log);
   if (!reader) return reader.error();
-  Result<sp::PriorTerrain> prior = sp::open_prior_terrain(vehicle.sp, false);
+  Result<PriorTerrain> prior = open_prior_terrain(vehicle.sp.prior_terrain, false);
   if (!prior) return prior.error();
   LocalBus bus;
   Recorder recorder;

@@ -1,10 +1,24 @@
-#include "modules/sp/prior_terrain_node.h"
+#include "rcs/node/prior_terrain.h"
 
 #include <utility>
 
 #include "rcs/node/async_tile_loader.h"
 
-namespace rcs::sp {
+namespace rcs {
+
+PriorTerrainParams read_prior_terrain(const ParamFile& file) {
+  constexpr double kMegabyte = 1048576.0;
+  PriorTerrainParams p;
+  ParamTable world = file.root().table("world");
+  world.get("prior_map", &p.map);
+  world.get("prior_map_radius_m", &p.window.radius_m, {10, 1e5});
+  double memory_mb = p.window.memory_bytes / kMegabyte;
+  world.get("prior_map_memory_mb", &memory_mb, {1, 1e5});
+  p.window.memory_bytes = memory_mb * kMegabyte;
+  world.get("reference_frame", &p.reference_frame);
+  if (!p.map.empty()) p.map = file.resolve(p.map);
+  return p;
+}
 
 PriorTerrain::PriorTerrain(ElevationMap map, std::unique_ptr<TileLoader> loader)
     : map_(std::move(map)), loader_(std::move(loader)) {}
@@ -37,20 +51,20 @@ void PriorTerrain::follow_in_map(const Vec2& p_map, Stamp now, Report* report) {
   if (l.failed > told_.failed || l.replaced > told_.replaced) told_ = l;
 }
 
-Result<PriorTerrain> open_prior_terrain(const SpConfig& config, bool live) {
-  if (config.prior_map.empty()) return PriorTerrain();
-  Result<ElevationMap> map = ElevationMap::open(config.prior_map, config.map_window);
+Result<PriorTerrain> open_prior_terrain(const PriorTerrainParams& params, bool live) {
+  if (params.map.empty()) return PriorTerrain();
+  Result<ElevationMap> map = ElevationMap::open(params.map, params.window);
   if (!map) return map.error();
-  if (Outcome fits = check_frame(map->frame(), config.reference_frame); !fits) {
-    return Error{config.prior_map + ": " + fits.error().message};
+  if (Outcome fits = check_frame(map->frame(), params.reference_frame); !fits) {
+    return Error{params.map + ": " + fits.error().message};
   }
   std::unique_ptr<TileLoader> loader;
   if (live) {
-    loader = std::make_unique<AsyncTileLoader>(config.prior_map);
+    loader = std::make_unique<AsyncTileLoader>(params.map);
   } else {
-    loader = std::make_unique<DirectTileLoader>(config.prior_map);
+    loader = std::make_unique<DirectTileLoader>(params.map);
   }
   return PriorTerrain(std::move(map).value(), std::move(loader));
 }
 
-}  // namespace rcs::sp
+}  // namespace rcs

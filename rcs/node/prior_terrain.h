@@ -1,15 +1,25 @@
 #pragma once
-// The a priori map as SP has it: in memory around the vehicle, and where it lies in frame world.
+// The a priori map as a node has it: in memory around a place, and where it lies in frame world.
 
 #include <memory>
 #include <optional>
+#include <string>
 
-#include "modules/sp/sp_config.h"
 #include "rcs/base/geodesy.h"
+#include "rcs/node/params.h"
 #include "rcs/node/report.h"
 #include "rcs/terrain/elevation_map.h"
 
-namespace rcs::sp {
+namespace rcs {
+
+struct PriorTerrainParams {
+  std::string map;                        ///< its folder; empty: none
+  MapWindow window;                       ///< prior_map_radius_m, prior_map_memory_mb
+  std::string reference_frame = "WGS84";  ///< of the GPS' fixes, and so of the map
+};
+
+/// Reads the map's keys of [world].
+[[nodiscard]] PriorTerrainParams read_prior_terrain(const ParamFile& file);
 
 class PriorTerrain {
  public:
@@ -37,8 +47,8 @@ class PriorTerrain {
   MapLoading told_;
 };
 
-/// Opens the map that the configuration names; none when it names none.
+/// Opens the map; none when none is named.
 /// @param live  tiles come by a thread; else, as in a replay, when they are asked for
-[[nodiscard]] Result<PriorTerrain> open_prior_terrain(const SpConfig& config, bool live);
+[[nodiscard]] Result<PriorTerrain> open_prior_terrain(const PriorTerrainParams& params, bool live);
 
-}  // namespace rcs::sp
+}  // namespace rcs

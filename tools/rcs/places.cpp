@@ -1,0 +1,33 @@
+#include "tools/rcs/places.h"
+
+#include <cstddef>
+#include <cstdio>
+
+#include "tools/rcs/csv_table.h"
+
+namespace rcs::tools {
+
+std::optional<Vec2> parse_place(const std::string& text) {
+  Vec2 p;
+  int length = 0;
+  const bool two = std::sscanf(text.c_str(), "%lf,%lf%n", &p.x(), &p.y(), &length) == 2;
+  if (!two || text.size() != static_cast<std::size_t>(length) || !p.allFinite()) return {};
+  return p;
+}
+
+Result<std::vector<Vec2>> load_places(const std::string& path) {
+  const Result<CsvTable> table = CsvTable::load(path);
+  if (!table) return table.error();
+  const Result<std::vector<double>> x = table->numbers("x_m");
+  if (!x) return x.error();
+  const Result<std::vector<double>> y = table->numbers("y_m");
+  if (!y) return y.error();
+  std::vector<Vec2> places;
+  for (std::size_t k = 0; k < x->size(); ++k) {
+    places.emplace_back((*x)[k], (*y)[k]);
+    if (!places.back().allFinite()) return Error{table->place(k) + ": a place is missing"};
+  }
+  return places;
+}
+
+}  // namespace rcs::tools
