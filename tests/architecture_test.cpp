@@ -61,7 +61,7 @@ const Rule kIncludeRules[] = {
     {"lcm/.*", "rcs/node/.*", "LCM itself belongs to rcs/node"},
     {"toml.*", "rcs/node/params\\.cpp", "toml++ belongs to rcs/node/params.cpp"},
     {"GeographicLib/.*", "rcs/base/geodesy\\.cpp", "GeographicLib belongs to geodesy.cpp"},
-    {"nanoflann.*", "modules/sp/kd_tree\\.h", "nanoflann belongs to modules/sp/kd_tree.h"},
+    {"nanoflann.*", "rcs/base/kd_tree\\.h", "nanoflann belongs to rcs/base/kd_tree.h"},
     {"libqhull.*", "tests/bench/.*", "qhull belongs to a benchmark, and to no product"},
     {"dds/.*", "modules/gateway/.*", "Cyclone DDS belongs to the gateway"},
     {"(gdal|ogr|cpl)_?.*\\.h", "tools/rcs/.*", "GDAL belongs to off-vehicle tools"},
@@ -288,7 +288,7 @@ TEST(ArchitectureRules, EveryLibraryHasOneDoor) {
   EXPECT_EQ(violations("modules/sp/sp_config.cpp", "#include <toml++/toml.h>\n").size(), 1U);
   EXPECT_THAT(violations("rcs/node/params.cpp", "#include <toml++/toml.h>\n"), testing::IsEmpty());
   EXPECT_EQ(violations("modules/sp/icp.cpp", "#include <nanoflann.hpp>\n").size(), 1U);
-  EXPECT_THAT(violations("modules/sp/kd_tree.h", "#include <nanoflann.hpp>\n"), testing::IsEmpty());
+  EXPECT_THAT(violations("rcs/base/kd_tree.h", "#include <nanoflann.hpp>\n"), testing::IsEmpty());
   EXPECT_EQ(violations("sim/world.cpp", "#include <GeographicLib/Geocentric.hpp>\n").size(), 1U);
   EXPECT_EQ(violations("rcs/terrain/tile.cpp", "#include <gdal_priv.h>\n").size(), 1U);
   EXPECT_EQ(violations("modules/bg/bg_node.cpp", "#include <dds/dds.h>\n").size(), 1U);

@@ -6,8 +6,8 @@
 #include <optional>
 #include <vector>
 
-#include "modules/sp/kd_tree.h"
 #include "modules/sp/registration.h"
+#include "rcs/base/kd_tree.h"
 #include "rcs/base/linear.h"
 #include "rcs/base/points.h"
 #include "rcs/base/pose.h"

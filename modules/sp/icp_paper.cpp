@@ -5,8 +5,8 @@
 #include <cmath>
 #include <deque>
 
-#include "modules/sp/kd_tree.h"
 #include "modules/sp/rigid_motion.h"
+#include "rcs/base/kd_tree.h"
 
 namespace rcs::sp {
 namespace {

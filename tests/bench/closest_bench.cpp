@@ -16,8 +16,8 @@
 #include <string>
 #include <vector>
 
-#include "modules/sp/kd_tree.h"
 #include "rcs/base/check.h"
+#include "rcs/base/kd_tree.h"
 #include "sim/scenario_file.h"
 #include "tests/bench/delaunay_search.h"
 #include "tools/rcs/cpu_watch.h"
@@ -147,8 +147,8 @@ Row measure(std::size_t n, const sim::Scenario& scenario) {
                           [&c](const Vec3f& p) { return brute2(c.model, p); });
 
   row.tree_build_ms =
-      measured_ms([&c] { sink = sp::KdTree(c.model).closest(c.queries[0]).distance2_m2; });
-  const sp::KdTree tree(c.model);
+      measured_ms([&c] { sink = KdTree(c.model).closest(c.queries[0]).distance2_m2; });
+  const KdTree tree(c.model);
   const auto by_tree = [&tree](const Vec3f& p) { return tree.closest(p).distance2_m2; };
   row.tree_us = query_us(c.queries, n, by_tree);
   row.tree_shuffled_us = query_us(mixed, n, by_tree);

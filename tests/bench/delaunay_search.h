@@ -1,13 +1,13 @@
 #pragma once
 // Closest points as Madhavan and Messina search for them (section 2.1, step 1): over a Delaunay
-// triangulation of the model. To be compared with; the vehicle searches by modules/sp/kd_tree.h.
+// triangulation of the model. To be compared with; the vehicle searches by rcs/base/kd_tree.h.
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
-#include "modules/sp/kd_tree.h"
+#include "rcs/base/kd_tree.h"
 #include "rcs/base/points.h"
 
 namespace rcs::bench {
@@ -16,7 +16,7 @@ namespace rcs::bench {
 /// are bounded by the bisectors to Delaunay neighbours alone.
 class DelaunaySearch {
  public:
-  using Closest = sp::KdTree::Closest;
+  using Closest = KdTree::Closest;
   /// Where a walk begins, and what it costs: of a query near the last one next to nothing.
   struct Walk {
     std::uint32_t vertex = 0;

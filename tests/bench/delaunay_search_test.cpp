@@ -10,7 +10,7 @@
 #include <limits>
 #include <random>
 
-#include "modules/sp/kd_tree.h"
+#include "rcs/base/kd_tree.h"
 #include "tests/sp/scene.h"
 
 namespace rcs::bench {
@@ -31,7 +31,7 @@ double brute2(const Points& points, const Vec3f& p) {
 
 /// Equally near counts as the same answer: of a tie any point will do.
 void expect_the_same(const Points& model, const Points& queries) {
-  const sp::KdTree tree(model);
+  const KdTree tree(model);
   const DelaunaySearch delaunay(model);
   DelaunaySearch::Walk walk;
   int wrong_tree = 0;

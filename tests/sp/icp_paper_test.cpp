@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "modules/sp/kd_tree.h"
+#include "rcs/base/kd_tree.h"
 #include "tests/sp/scene.h"
 
 namespace rcs::sp {

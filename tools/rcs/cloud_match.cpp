@@ -103,15 +103,14 @@ CloudMatch match_gicp_globally(const Points& model, const Points& data, const Po
   return m;
 }
 
-ClosestPoints closest_points(const sp::KdTree& model, const Points& data,
-                             const Pose& T_model_data) {
+ClosestPoints closest_points(const KdTree& model, const Points& data, const Pose& T_model_data) {
   ClosestPoints out;
   out.index.reserve(data.size());
   out.distance_m.reserve(data.size());
   const Mat3 R = T_model_data.rotation();
   for (std::size_t i = 0; i < data.size(); ++i) {
     const Vec3f p = (R * data[i].cast<double>() + T_model_data.p).cast<float>();
-    const sp::KdTree::Closest c = model.closest(p);
+    const KdTree::Closest c = model.closest(p);
     out.index.push_back(c.index);
     out.distance_m.push_back(std::sqrt(c.distance2_m2));
   }

@@ -10,7 +10,7 @@
 #include "modules/sp/cloud_registration.h"
 #include "modules/sp/gicp.h"
 #include "modules/sp/icp_paper.h"
-#include "modules/sp/kd_tree.h"
+#include "rcs/base/kd_tree.h"
 #include "rcs/base/points.h"
 #include "rcs/base/pose.h"
 
@@ -63,7 +63,7 @@ struct ClosestPoints {
 
   [[nodiscard]] double mean_m() const;
 };
-[[nodiscard]] ClosestPoints closest_points(const sp::KdTree& model, const Points& data,
+[[nodiscard]] ClosestPoints closest_points(const KdTree& model, const Points& data,
                                            const Pose& T_model_data);
 
 }  // namespace rcs::tools

@@ -183,7 +183,7 @@ class Register final : public Command {
     }
 
     const CloudMatch answer = match(model->points, data->points, guess);
-    const sp::KdTree tree(model->points);
+    const KdTree tree(model->points);
     const ClosestPoints before = closest_points(tree, data->points, guess);
     const ClosestPoints after = closest_points(tree, data->points, answer.T_model_data);
     if (json_) {

@@ -116,7 +116,7 @@ struct Row {
 
 Figures figures_of(const CloudMatch& match, const Points& model, const Points& data,
                    const Trial& trial) {
-  const sp::KdTree tree(model);
+  const KdTree tree(model);
   const Offset error = error_of(trial.pair.T_model_data, match.T_model_data);
   Figures f;
   f.model_points = static_cast<double>(model.size());

@@ -10,7 +10,7 @@
 
 #include "rcs/base/points.h"
 
-namespace rcs::sp {
+namespace rcs {
 
 /// A kd-tree over points that stay where they are while it lives.
 class KdTree {
@@ -29,6 +29,15 @@ class KdTree {
       : cloud_{points}, tree_(3, cloud_, nanoflann::KDTreeSingleIndexAdaptorParams(kLeaf)) {}
 
   [[nodiscard]] Closest closest(const Vec3f& p) const { return closest<1>(p); }
+  /// The closest that is nearer than a distance.
+  /// @return false, and `out` untouched: there is none
+  [[nodiscard]] bool closest_within(const Vec3f& p, float distance_m, Closest* out) const {
+    Nearer found{{0, distance_m * distance_m}};
+    tree_.findNeighbors(found, p.data(), nanoflann::SearchParams());
+    if (!found.any) return false;
+    *out = found.closest;
+    return true;
+  }
   /// The closest but one: of a point that is itself in the tree, its neighbour.
   [[nodiscard]] Closest closest_other(const Vec3f& p) const { return closest<2>(p); }
   /// The `most` closest, or all points if there are fewer; the nearest first.
@@ -57,6 +66,22 @@ class KdTree {
     }
     // NOLINTEND(readability-identifier-naming)
   };
+  // A result set as nanoflann wants it, which begins with a bound.
+  struct Nearer {
+    Closest closest;
+    bool any = false;
+    // NOLINTBEGIN(readability-identifier-naming)
+    [[nodiscard]] bool full() const { return true; }
+    [[nodiscard]] float worstDist() const { return closest.distance2_m2; }
+    bool addPoint(float distance2_m2, std::uint32_t index) {
+      if (distance2_m2 < closest.distance2_m2) {
+        closest = {index, distance2_m2};
+        any = true;
+      }
+      return true;
+    }
+    // NOLINTEND(readability-identifier-naming)
+  };
   using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<float, Cloud>,
                                                    Cloud, 3, std::uint32_t>;
 
@@ -74,4 +99,4 @@ class KdTree {
   Tree tree_;
 };
 
-}  // namespace rcs::sp
+}  // namespace rcs
