@@ -11,7 +11,6 @@
 namespace rcs {
 namespace {
 
-constexpr double kSlotBytes = kTileCells * sizeof(TileNode);
 constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
 constexpr double kMegabyte = 1048576.0;
 
@@ -50,13 +49,20 @@ ElevationMap::Slot& ElevationMap::Level::slot(Cell tile) {
                static_cast<std::size_t>(wrap(tile.i, wide))];
 }
 
-const TileNode* ElevationMap::Level::node(Cell cell) const {
-  const Cell tile = tile_of(cell);
+double ElevationMap::Level::slot_bytes() const {
+  return static_cast<double>(kTileCells * sizeof(TileNode) + most_points * kSurfacePointInMemory);
+}
+
+const ElevationMap::Slot* ElevationMap::Level::ready(Cell tile) const {
   const Slot& s =
       slots[static_cast<std::size_t>(wrap(tile.j, high)) * static_cast<std::size_t>(wide) +
             static_cast<std::size_t>(wrap(tile.i, wide))];
-  if (s.state != Slot::State::kReady || !(s.tile == tile)) return nullptr;
-  return &s.nodes[node_of(cell)];
+  return s.state == Slot::State::kReady && s.tile == tile ? &s : nullptr;
+}
+
+const TileNode* ElevationMap::Level::node(Cell cell) const {
+  const Slot* s = ready(tile_of(cell));
+  return s == nullptr ? nullptr : &s->nodes[node_of(cell)];
 }
 
 void ElevationMap::make_slots(Level* level, int wide, int high) {
@@ -85,7 +91,10 @@ Result<ElevationMap> ElevationMap::open(const std::string& path, const MapWindow
     const double touched = 2.0 * window.radius_m / (index.level.cell_m * kTileSide);
     const int most = static_cast<int>(std::min(touched, 1e6)) + 2;
     sides.emplace_back(std::min(most, span.wide()), std::min(most, span.high_side()));
-    bytes += kSlotBytes * sides.back().first * sides.back().second;
+    for (const MapTileEntry& e : index.tiles) {
+      level.most_points = std::max<std::size_t>(level.most_points, e.points);
+    }
+    bytes += level.slot_bytes() * sides.back().first * sides.back().second;
     map.levels_.push_back(std::move(level));
   }
   if (map.levels_.empty()) return Error{path + ": a map without tiles"};
@@ -139,7 +148,9 @@ Result<ElevationMap> ElevationMap::from_rasters(const MapFrame& frame,
     spans[k].take(high);
   }
   double bytes = 0.0;
-  for (const Span& s : spans) bytes += kSlotBytes * s.wide() * s.high_side();
+  for (std::size_t k = 0; k < spans.size(); ++k) {
+    bytes += map.levels_[k].slot_bytes() * spans[k].wide() * spans[k].high_side();
+  }
   if (bytes > kMostBytes) return Error{"the rasters are too far apart for one map in memory"};
   for (std::size_t k = 0; k < spans.size(); ++k) {
     Level& level = map.levels_[k];
@@ -150,6 +161,14 @@ Result<ElevationMap> ElevationMap::from_rasters(const MapFrame& frame,
         slot.tile = {i, j};
         slot.state = Slot::State::kReady;
         std::fill(slot.nodes.begin(), slot.nodes.end(), TileNode{kUnknown, 1.0F});
+        std::vector<SurfacePoint> points;
+        for (const Raster& r : rasters) {
+          if (!(r.level == level.index.level) || r.points.empty()) continue;
+          const Raster tile = cut(r, first_cell({i, j}), kTileSide, kTileSide);
+          points.insert(points.end(), tile.points.begin(), tile.points.end());
+        }
+        slot.points.load(points);
+        level.most_points = std::max(level.most_points, points.size());
       }
     }
     for (const Raster& r : rasters) {
@@ -171,9 +190,43 @@ Result<ElevationMap> ElevationMap::from_rasters(const MapFrame& frame,
 }
 
 std::size_t ElevationMap::memory_bytes() const {
-  std::size_t slots = 0;
-  for (const Level& level : levels_) slots += level.slots.size();
-  return slots * static_cast<std::size_t>(kSlotBytes);
+  double bytes = 0.0;
+  for (const Level& level : levels_) {
+    bytes += level.slot_bytes() * static_cast<double>(level.slots.size());
+  }
+  return static_cast<std::size_t>(bytes);
+}
+
+bool ElevationMap::has_points() const {
+  return std::any_of(levels_.begin(), levels_.end(),
+                     [](const Level& level) { return level.most_points > 0; });
+}
+
+bool ElevationMap::closest_point(const Vec3& p, double distance_m, StandingHere* out) const {
+  constexpr double kFarthest_m = 1e6;
+  if (!(p.head<2>().cwiseAbs().maxCoeff() < kFarthest_m)) return false;  // NaN, too
+  bool found = false;
+  for (const Level& level : levels_) {
+    if (level.most_points == 0) continue;
+    const MapLevel& l = level.index.level;
+    const Cell low = tile_of(l.cell_at(p.x() - distance_m, p.y() - distance_m));
+    const Cell high = tile_of(l.cell_at(p.x() + distance_m, p.y() + distance_m));
+    for (int j = low.j; j <= high.j; ++j) {
+      for (int i = low.i; i <= high.i; ++i) {
+        const Slot* slot = level.ready({i, j});
+        if (slot == nullptr) continue;
+        const Vec2 corner_m = l.origin_m + l.cell_m * kTileSide * Vec2(i, j);
+        const Vec3 corner(corner_m.x(), corner_m.y(), 0.0);
+        const SurfacePoint* at =
+            slot->points.closest_within((p - corner).cast<float>(), static_cast<float>(distance_m));
+        if (at == nullptr) continue;
+        *out = {corner + at->p_m.cast<double>(), at->normal.cast<double>(), at->sigma_m};
+        distance_m = (p - out->p_m).norm();
+        found = true;
+      }
+    }
+  }
+  return found;
 }
 
 bool ElevationMap::sample(double x_m, double y_m, Elevation* out, int finest) const {
@@ -279,6 +332,8 @@ bool ElevationMap::start(std::size_t number, const MapTileEntry& entry, TileLoad
   job.checksum = entry.checksum;
   job.cell_m = level.index.level.cell_m;
   job.nodes = slot.nodes.data();
+  job.points = &slot.points;
+  job.most_points = level.most_points;
   if (!loader->start(job)) return false;
   slot.tile = entry.tile;
   slot.state = Slot::State::kLoading;

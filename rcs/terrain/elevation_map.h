@@ -25,6 +25,13 @@ struct Elevation {
   Cell cell;                     ///< of that level, which holds the place
 };
 
+/// What stands on the ground, at one place.
+struct StandingHere {
+  Vec3 p_m = Vec3::Zero();      ///< the map's frame
+  Vec3 normal = Vec3::UnitX();  ///< unit, likewise
+  double sigma_m = 0.0;         ///< along it, without the slow bias
+};
+
 /// How much of a map is in memory.
 struct MapWindow {
   double radius_m = 200.0;                ///< of what is kept around the vehicle, [10, 1e5]
@@ -72,6 +79,13 @@ class ElevationMap {
   /// @param finest  the level to begin with; finer ones are passed over
   [[nodiscard]] bool sample(double x_m, double y_m, Elevation* out, int finest = 0) const;
 
+  /// Whether the map has points of what stands on the ground, wherever.
+  [[nodiscard]] bool has_points() const;
+  /// The closest of them in memory that is nearer than a distance. Allocates nothing.
+  /// @param p_map  [m]
+  /// @return false, and `out` untouched: there is none
+  [[nodiscard]] bool closest_point(const Vec3& p_map, double distance_m, StandingHere* out) const;
+
   /// Takes in what the loader has finished, and asks it for tiles around a place that are not here,
   /// the nearest first. Allocates nothing, but for the text of a failure.
   void follow(const Vec2& place_m, TileLoader* loader);
@@ -85,16 +99,20 @@ class ElevationMap {
     State state = State::kEmpty;
     Cell tile;
     std::vector<TileNode> nodes;  ///< kTileCells
+    SurfaceIndex points;
   };
   struct Level {
     MapLevelIndex index;  ///< its tiles: on disk
     std::uint64_t lattice = 0;
-    int wide = 1;  ///< slots along x
-    int high = 1;  ///< slots along y
+    int wide = 1;                 ///< slots along x
+    int high = 1;                 ///< slots along y
+    std::size_t most_points = 0;  ///< of any tile
     std::vector<Slot> slots;
 
     [[nodiscard]] Slot& slot(Cell tile);
+    [[nodiscard]] const Slot* ready(Cell tile) const;
     [[nodiscard]] const TileNode* node(Cell cell) const;
+    [[nodiscard]] double slot_bytes() const;
   };
 
   ElevationMap() = default;

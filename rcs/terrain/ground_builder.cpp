@@ -169,6 +169,18 @@ void GroundBuilder::finish() {
   find_sigmas();
 }
 
+/// Where few looks show what stands there, it was passing.
+bool GroundBuilder::passing(const Place& p) {
+  constexpr int kLooks = 4;
+  constexpr int kFew = 4;  // one of so many
+  return p.looks_ground >= kLooks && p.looks_above * kFew <= p.looks;
+}
+
+bool GroundBuilder::passing(double x_m, double y_m) const {
+  const Place* p = places_.find(cell_at(Vec3(x_m, y_m, 0.0)));
+  return p != nullptr && passing(*p);
+}
+
 void GroundBuilder::find_heights() {
   for (const Cell first : places_.blocks()) {
     for (int k = 0; k < kPlaces; ++k) {
@@ -178,11 +190,7 @@ void GroundBuilder::find_heights() {
       const Vec2 at = centre(c);
       const std::optional<GroundHere> here = surface_->at(at.x(), at.y());
       p.known = here && p.looks_ground > 0;
-      // Where few looks show what stands there, it was passing.
-      constexpr int kLooks = 4;
-      constexpr int kFew = 4;  // one of so many
-      const bool passing = p.looks_ground >= kLooks && p.looks_above * kFew <= p.looks;
-      (passing ? figures_.moving : figures_.standing) += p.above;
+      (passing(p) ? figures_.moving : figures_.standing) += p.above;
       if (!p.known) continue;
       const double prior = 1.0 / (params_.neighbour_m * params_.neighbour_m);
       p.z_m = static_cast<float>(here->z_m + (p.wz + prior * p.pool_m) / (p.w + prior));

@@ -59,6 +59,8 @@ class GroundBuilder {
 
   [[nodiscard]] const GroundFigures& figures() const { return figures_; }
   [[nodiscard]] std::size_t bytes() const;
+  /// After finish(): what stood there at times went away.
+  [[nodiscard]] bool passing(double x_m, double y_m) const;
   /// The map's tiles that hold a height, by j, then i.
   [[nodiscard]] std::vector<Cell> tiles() const;
   /// One of them. Heights above the map's tangent plane; count: scans that saw the ground.
@@ -89,6 +91,7 @@ class GroundBuilder {
     float sigma_m = 0.0F;
     float roughness_m = 0.0F;
   };
+  [[nodiscard]] static bool passing(const Place& place);
   [[nodiscard]] Cell cell_at(const Vec3& p) const;
   [[nodiscard]] Vec2 centre(Cell c) const;
   void refuse_grown_over();

@@ -20,6 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr char kIndexName[] = "map.index";
+constexpr double kThin_m = 0.1;  // points of a tile that has too many
 constexpr std::size_t kMaxIndexBytes = std::size_t{1} << 28;
 
 Outcome write_file(const std::string& path, const std::vector<std::uint8_t>& bytes) {
@@ -35,6 +36,7 @@ Outcome write_file(const std::string& path, const std::vector<std::uint8_t>& byt
 MapTileEntry entry_of(const Raster& tile, const std::vector<std::uint8_t>& bytes) {
   MapTileEntry e;
   e.tile = tile_of(tile.first);
+  e.points = static_cast<std::uint32_t>(tile.points.size());
   e.checksum = crc32(bytes.data(), bytes.size());
   e.low_m = std::numeric_limits<float>::max();
   e.high_m = std::numeric_limits<float>::lowest();
@@ -184,6 +186,7 @@ Outcome MapWriter::put(int level, const Raster& raster) {
         lay(tile.date, tile.z_m, &before->date);
         lay(tile.source, tile.z_m, &before->source);
         lay(tile.z_m, tile.z_m, &before->z_m);
+        before->points.insert(before->points.end(), tile.points.begin(), tile.points.end());
         tile = std::move(before).value();
       }
       if (Outcome put = put_tile(level, std::move(tile)); !put) return put;
@@ -198,6 +201,9 @@ Outcome MapWriter::put_tile(int level, Raster tile) {
   fold(&tile.count);
   fold(&tile.date);
   fold(&tile.source);
+  if (tile.points.size() > kMostSurfacePoints) {
+    tile.points = thinned(tile.points, kThin_m, kMostSurfacePoints);
+  }
   const std::vector<std::uint8_t> bytes = encode_tile(tile, part_.lattices_[at]);
   const MapTileEntry entry = entry_of(tile, bytes);
   if (entry.known == 0) return Done{};

@@ -13,8 +13,10 @@ namespace {
 constexpr char kMagic[] = "RCSMAPS\n";
 constexpr std::size_t kMagicSize = 8;
 constexpr std::uint32_t kVersion = 1;
-constexpr std::size_t kHeaderSize = 16;  // magic, version, checksum of the rest
-constexpr std::size_t kEntrySize = 24;
+constexpr std::uint32_t kVersionWithPoints = 2;  // each tile says how many it has
+constexpr std::size_t kHeaderSize = 16;          // magic, version, checksum of the rest
+constexpr std::size_t kEntrySize = 24;           // of version 1
+constexpr std::size_t kCountSize = 4;
 constexpr std::size_t kMaxLevels = 16;
 constexpr std::size_t kMaxText = 1024;
 
@@ -26,6 +28,15 @@ auto place_of(Cell tile, Tiles* tiles) {
   return std::lower_bound(
       tiles->begin(), tiles->end(), tile,
       [](const MapTileEntry& e, Cell wanted) { return before(e.tile, wanted); });
+}
+
+bool with_points(const MapIndex& index) {
+  for (const MapLevelIndex& level : index.levels) {
+    for (const MapTileEntry& e : level.tiles) {
+      if (e.points > 0) return true;
+    }
+  }
+  return false;
 }
 
 void put_datum(const Geodetic& datum, wire::Writer* w) {
@@ -99,6 +110,9 @@ Outcome check_index(const MapIndex& index) {
     if (Outcome checked = check_level(level.level); !checked) return checked;
     if (!(level.level.cell_m > finer_m)) return Error{"levels must go from fine to coarse"};
     finer_m = level.level.cell_m;
+    for (const MapTileEntry& e : level.tiles) {
+      if (e.points > kMostSurfacePoints) return Error{"a tile claims too many surface points"};
+    }
     for (std::size_t k = 1; k < level.tiles.size(); ++k) {
       if (!before(level.tiles[k - 1].tile, level.tiles[k].tile)) {
         return Error{"tiles out of order, or twice"};
@@ -113,7 +127,8 @@ std::vector<std::uint8_t> encode_index(const MapIndex& index) {
   wire::Writer w;
   w.bytes.assign(kHeaderSize, 0);
   std::memcpy(w.bytes.data(), kMagic, kMagicSize);
-  wire::put(kVersion, w.bytes.data() + kMagicSize);
+  const bool points = with_points(index);
+  wire::put(points ? kVersionWithPoints : kVersion, w.bytes.data() + kMagicSize);
   const MapFrame& f = index.frame;
   put_datum(f.datum, &w);
   w.put(f.undulation_m);
@@ -133,6 +148,7 @@ std::vector<std::uint8_t> encode_index(const MapIndex& index) {
       w.put(e.known);
       w.put(e.low_m);
       w.put(e.high_m);
+      if (points) w.put(e.points);
     }
   }
   wire::put(crc32(w.bytes.data() + kHeaderSize, w.bytes.size() - kHeaderSize), w.bytes.data() + 12);
@@ -144,7 +160,10 @@ Result<MapIndex> decode_index(const std::vector<std::uint8_t>& bytes) {
   if (bytes.size() < kHeaderSize) return Error{"truncated"};
   if (std::memcmp(in, kMagic, kMagicSize) != 0) return Error{"not a map's index (magic)"};
   const auto version = wire::take<std::uint32_t>(in + kMagicSize);
-  if (version != kVersion) return Error{"version " + std::to_string(version) + ", known is 1"};
+  if (version != kVersion && version != kVersionWithPoints) {
+    return Error{"version " + std::to_string(version) + ", known are 1 and 2"};
+  }
+  const bool points = version == kVersionWithPoints;
   if (crc32(in + kHeaderSize, bytes.size() - kHeaderSize) != wire::take<std::uint32_t>(in + 12)) {
     return Error{"truncated or corrupt: the checksum differs"};
   }
@@ -167,7 +186,8 @@ Result<MapIndex> decode_index(const std::vector<std::uint8_t>& bytes) {
     level.level.bias_sigma_m = r.take<double>();
     level.level.bias_correlation_m = r.take<double>();
     const std::size_t tiles = r.take<std::uint32_t>();
-    if (tiles > r.left() / kEntrySize) return Error{"more tiles than bytes"};
+    if (tiles > r.left() / (kEntrySize + (points ? kCountSize : 0)))
+      return Error{"more tiles than bytes"};
     level.tiles.resize(tiles);
     for (MapTileEntry& e : level.tiles) {
       e.tile.i = r.take<std::int32_t>();
@@ -176,6 +196,7 @@ Result<MapIndex> decode_index(const std::vector<std::uint8_t>& bytes) {
       e.known = r.take<std::uint32_t>();
       e.low_m = r.take<float>();
       e.high_m = r.take<float>();
+      if (points) e.points = r.take<std::uint32_t>();
     }
     index.levels.push_back(std::move(level));
   }

@@ -41,6 +41,7 @@ struct MapTileEntry {
   std::uint32_t known = 0;     ///< cells with a height
   float low_m = 0.0F;          ///< the lowest of them
   float high_m = 0.0F;
+  std::uint32_t points = 0;  ///< of what stands on the ground
 };
 
 struct MapLevelIndex {

@@ -11,9 +11,11 @@ namespace {
 constexpr char kMagic[] = "RCSTILE\n";
 constexpr std::size_t kMagicSize = 8;
 constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersionWithPoints = 2;
 constexpr std::size_t kCrcOffset = 12;
 constexpr std::size_t kChecked = 16;  // the checksum covers the record from here on
 constexpr std::size_t kHeaderSize = 88;
+constexpr std::size_t kCountSize = 4;  // of the points
 constexpr std::uint32_t kSigma = 1;
 constexpr std::uint32_t kCount = 2;
 constexpr std::uint32_t kDate = 4;
@@ -44,19 +46,44 @@ const std::uint8_t* take_layer(const std::uint8_t* in, std::vector<T>* layer) {
   return in;
 }
 
+void put_points(const std::vector<SurfacePoint>& points, std::uint8_t* out) {
+  wire::put(static_cast<std::uint32_t>(points.size()), out);
+  out += kCountSize;
+  for (const SurfacePoint& p : points) {
+    for (const float v :
+         {p.p_m.x(), p.p_m.y(), p.p_m.z(), p.normal.x(), p.normal.y(), p.normal.z(), p.sigma_m}) {
+      wire::put(v, out);
+      out += sizeof(float);
+    }
+  }
+}
+
+void take_points(const std::uint8_t* in, std::size_t n, std::vector<SurfacePoint>* points) {
+  points->resize(n);
+  for (SurfacePoint& p : *points) {
+    const auto at = [in](std::size_t k) { return wire::take<float>(in + sizeof(float) * k); };
+    p = {{at(0), at(1), at(2)}, {at(3), at(4), at(5)}, at(6)};
+    in += kSurfacePointBytes;
+  }
+}
+
 }  // namespace
 
 std::vector<std::uint8_t> encode_tile(const Raster& t, std::uint64_t lattice) {
   RCS_CHECK(t.width == kTileSide && t.height == kTileSide);
+  RCS_CHECK(t.points.size() <= kMostSurfacePoints);
   const Cell tile = tile_of(t.first);
   RCS_CHECK(first_cell(tile) == t.first);
   const std::uint32_t flags = (t.sigma_m.size() > 1 ? kSigma : 0) |
                               (t.count.size() > 1 ? kCount : 0) | (t.date.size() > 1 ? kDate : 0) |
                               (t.source.size() > 1 ? kSource : 0);
-  std::vector<std::uint8_t> out(size_of(flags));
+  const std::size_t cells = size_of(flags);
+  const bool points = !t.points.empty();
+  std::vector<std::uint8_t> out(cells +
+                                (points ? kCountSize + kSurfacePointBytes * t.points.size() : 0));
   std::uint8_t* p = out.data();
   std::memcpy(p, kMagic, kMagicSize);
-  wire::put(kVersion, p + kMagicSize);
+  wire::put(points ? kVersionWithPoints : kVersion, p + kMagicSize);
   wire::put(lattice, p + 16);
   wire::put(static_cast<std::int32_t>(tile.i), p + 24);
   wire::put(static_cast<std::int32_t>(tile.j), p + 28);
@@ -73,6 +100,7 @@ std::vector<std::uint8_t> encode_tile(const Raster& t, std::uint64_t lattice) {
   if ((flags & kCount) != 0) layer = put_layer(t.count, layer);
   if ((flags & kDate) != 0) layer = put_layer(t.date, layer);
   if ((flags & kSource) != 0) put_layer(t.source, layer);
+  if (points) put_points(t.points, p + cells);
   wire::put(crc32(p + kChecked, out.size() - kChecked), p + kCrcOffset);
   return out;
 }
@@ -84,13 +112,26 @@ Result<Raster> decode_tile(const std::uint8_t* in, std::size_t size, std::uint64
   }
   if (std::memcmp(in, kMagic, kMagicSize) != 0) return Error{"not a map's tile (magic)"};
   const auto version = wire::take<std::uint32_t>(in + kMagicSize);
-  if (version != kVersion) return Error{"version " + std::to_string(version) + ", known is 1"};
+  if (version != kVersion && version != kVersionWithPoints) {
+    return Error{"version " + std::to_string(version) + ", known are 1 and 2"};
+  }
   const auto flags = wire::take<std::uint32_t>(in + 72);
   if (flags > (kSigma | kCount | kDate | kSource)) return Error{"unknown flags"};
-  if (size != size_of(flags)) {
-    return Error{(size < size_of(flags) ? "truncated: " : "too long: ") +
-                 std::to_string(size_of(flags)) + " bytes are due, " + std::to_string(size) +
-                 " are there"};
+  const std::size_t cells = size_of(flags);
+  std::size_t due = cells;
+  std::size_t points = 0;
+  if (version == kVersionWithPoints) {
+    due += kCountSize;
+    if (size >= due) points = wire::take<std::uint32_t>(in + cells);
+    if (size >= due && (points == 0 || points > kMostSurfacePoints)) {
+      return Error{"claims " + std::to_string(points) + " surface points, 1 to " +
+                   std::to_string(kMostSurfacePoints) + " are allowed"};
+    }
+    due += kSurfacePointBytes * points;
+  }
+  if (size != due) {
+    return Error{(size < due ? "truncated: " : "too long: ") + std::to_string(due) +
+                 " bytes are due, " + std::to_string(size) + " are there"};
   }
   if (crc32(in + kChecked, size - kChecked) != wire::take<std::uint32_t>(in + kCrcOffset)) {
     return Error{"corrupt: the checksum differs"};
@@ -120,6 +161,7 @@ Result<Raster> decode_tile(const std::uint8_t* in, std::size_t size, std::uint64
   if ((flags & kCount) != 0) layer = take_layer(layer, &t.count);
   if ((flags & kDate) != 0) layer = take_layer(layer, &t.date);
   if ((flags & kSource) != 0) take_layer(layer, &t.source);
+  if (points > 0) take_points(in + cells + kCountSize, points, &t.points);
   const Outcome checked = check_raster(t);
   if (!checked) return checked.error();
   return t;

@@ -3,7 +3,7 @@
 //
 // Little-endian:
 //   0  char[8]  "RCSTILE\n"
-//   8  u32      version = 1
+//   8  u32      version: 1, or 2 with points
 //  12  u32      CRC-32 (IEEE 802.3) of the rest, from offset 16
 //  16  u64      lattice: what the map's frame and the level are, hashed (lattice_id())
 //  24  i32 x 2  which tile: covers cells 256 * (i, j) to 256 * (i, j) + 255
@@ -14,6 +14,9 @@
 //  84  u8 x 4   source; 0; 0; 0   | where not flagged
 //  88  f32[]    heights [m], row by row from the south, west first; NaN: unknown
 //      f32[]    sigma; u16[] count; u16[] date; u8[] source: each if flagged
+// Version 2 goes on with what stands on the ground:
+//      u32      how many points, 1 to kMostSurfacePoints
+//      f32 x 7  each: x, y from the tile's corner, z [m]; unit normal; sigma [m]
 
 #include <cstdint>
 #include <string>
@@ -26,13 +29,16 @@ namespace rcs {
 
 constexpr int kTileSide = 256;  ///< cells
 constexpr std::size_t kTileCells = std::size_t{kTileSide} * kTileSide;
-constexpr std::size_t kMaxTileBytes = 88 + kTileCells * (4 + 4 + 2 + 2 + 1);
+constexpr std::size_t kMaxTileBytes =
+    88 + kTileCells * (4 + 4 + 2 + 2 + 1) + 4 + kMostSurfacePoints * kSurfacePointBytes;
 
 /// The tile that holds a cell, in tiles.
 [[nodiscard]] inline Cell tile_of(Cell c) { return {c.i >> 8, c.j >> 8}; }
 [[nodiscard]] inline Cell first_cell(Cell tile) { return {tile.i * kTileSide, tile.j * kTileSide}; }
 
-/// @param tile  kTileSide x kTileSide cells whose first one is a tile's; passes check_raster()
+/// @param tile  kTileSide x kTileSide cells whose first one is a tile's; passes check_raster(); at
+/// most
+///   kMostSurfacePoints
 [[nodiscard]] std::vector<std::uint8_t> encode_tile(const Raster& tile, std::uint64_t lattice);
 
 /// Nothing in the bytes is believed before it is bounded by their number, and nothing at all

@@ -70,7 +70,7 @@ Outcome check_raster(const Raster& r) {
   for (const CellSource s : r.source) {
     if (static_cast<int>(s) >= kCellSources) return Error{"a source that is none"};
   }
-  return Done{};
+  return check_surface_points(r.points, r.width * r.level.cell_m, r.height * r.level.cell_m);
 }
 
 Raster cut(const Raster& raster, Cell first, int width, int height) {
@@ -89,6 +89,17 @@ Raster cut(const Raster& raster, Cell first, int width, int height) {
   const int high_i = std::min(first.i + width, raster.first.i + raster.width);
   const int low_j = std::max(first.j, raster.first.j);
   const int high_j = std::min(first.j + height, raster.first.j + raster.height);
+  const Vec2 moved_m =
+      raster.level.cell_m * Vec2(raster.first.i - first.i, raster.first.j - first.j);
+  for (const SurfacePoint& p : raster.points) {
+    const Vec2 at = p.p_m.head<2>().cast<double>() + moved_m;
+    SurfacePoint moved = p;
+    moved.p_m.head<2>() = at.cast<float>();
+    if (at.minCoeff() >= 0.0 && moved.p_m.x() < width * raster.level.cell_m &&
+        moved.p_m.y() < height * raster.level.cell_m) {
+      out.points.push_back(moved);
+    }
+  }
   if (low_i >= high_i) return out;
   const auto row = static_cast<std::size_t>(high_i - low_i);
   for (int j = low_j; j < high_j; ++j) {

@@ -9,6 +9,7 @@
 #include "rcs/base/grid.h"
 #include "rcs/base/linear.h"
 #include "rcs/base/result.h"
+#include "rcs/terrain/surface_points.h"
 
 namespace rcs {
 
@@ -55,6 +56,7 @@ struct Raster {
   std::vector<std::uint16_t> count = {0};  ///< of what the height is the mean of; 65535: or more
   std::vector<std::uint16_t> date = {0};   ///< of the newest, days since 2000-01-01; 0: unknown
   std::vector<CellSource> source = {CellSource::kUnknown};
+  std::vector<SurfacePoint> points;  ///< of what stands on the ground, where that is known
 
   [[nodiscard]] std::size_t cells() const {
     return static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
@@ -81,7 +83,7 @@ template <class T>
 /// Why a raster can't be used; Done when it can.
 [[nodiscard]] Outcome check_raster(const Raster& raster);
 
-/// The cells of `raster` that lie in a rectangle; what it does not cover is unknown.
+/// The cells and points of `raster` that lie in a rectangle; what it does not cover is unknown.
 [[nodiscard]] Raster cut(const Raster& raster, Cell first, int width, int height);
 
 }  // namespace rcs

@@ -22,10 +22,16 @@ void load_tile(const std::string& map, std::vector<std::uint8_t>* buffer, TileJo
     job->failure = file + ": holds another tile than its name says";
     return;
   }
+  if (tile->points.size() > job->most_points) {
+    job->failure = file + ": has " + std::to_string(tile->points.size()) +
+                   " surface points, the map's index allows " + std::to_string(job->most_points);
+    return;
+  }
   job->replaced = crc32(buffer->data(), buffer->size()) != job->checksum;
   for (std::size_t k = 0; k < kTileCells; ++k) {
     job->nodes[k] = {tile->z_m[k], layer_at(tile->sigma_m, k)};
   }
+  if (job->points != nullptr) job->points->load(tile->points);
 }
 
 bool DirectTileLoader::start(const TileJob& job) {

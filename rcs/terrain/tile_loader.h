@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "rcs/base/grid.h"
+#include "rcs/terrain/surface_points.h"
 
 namespace rcs {
 
@@ -20,12 +21,14 @@ struct TileNode {
 struct TileJob {
   int level = 0;
   Cell tile;
-  std::uint64_t lattice = 0;   ///< that it must be of
-  std::uint32_t checksum = 0;  ///< of the file that the index knows
-  double cell_m = 0.0;         ///< of the level
-  TileNode* nodes = nullptr;   ///< kTileCells of them, the loader's until the job is finished
-  bool replaced = false;       ///< when finished: sound, but not the file that the index knows
-  std::string failure;         ///< when finished: empty, or which file and why not
+  std::uint64_t lattice = 0;       ///< that it must be of
+  std::uint32_t checksum = 0;      ///< of the file that the index knows
+  double cell_m = 0.0;             ///< of the level
+  TileNode* nodes = nullptr;       ///< kTileCells of them, the loader's until the job is finished
+  SurfaceIndex* points = nullptr;  ///< likewise
+  std::size_t most_points = 0;     ///< that there is room for
+  bool replaced = false;           ///< when finished: sound, but not the file that the index knows
+  std::string failure;             ///< when finished: empty, or which file and why not
 };
 
 class TileLoader {

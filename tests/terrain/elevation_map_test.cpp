@@ -4,6 +4,7 @@
 
 #include <deque>
 #include <filesystem>
+#include <optional>
 #include <random>
 
 #include "rcs/terrain/map_folder.h"
@@ -105,6 +106,43 @@ TEST(ElevationMap, RastersOfOneLevelAreOneSurface) {
   far.first = {1 << 28, 0};
   EXPECT_FALSE(ElevationMap::from_rasters(test::frame(), {whole, far}));
   EXPECT_FALSE(ElevationMap::from_rasters(test::frame(), {}));
+}
+
+/// The closest of all by looking at each.
+std::optional<double> closest_of(const Raster& r, const Vec3& p) {
+  std::optional<double> nearest_m;
+  const Vec2 corner = r.level.origin_m + r.level.cell_m * Vec2(r.first.i, r.first.j);
+  for (const SurfacePoint& s : r.points) {
+    const Vec3 at = s.p_m.cast<double>() + Vec3(corner.x(), corner.y(), 0.0);
+    nearest_m = std::min(nearest_m.value_or(1e9), (at - p).norm());
+  }
+  return nearest_m;
+}
+
+TEST(ElevationMap, TheClosestPointIsFoundAcrossTheBordersOfTiles) {
+  Raster r = test::random_raster(3, {-40, -40}, 80, 80);  // four tiles
+  r.points = test::random_points(7, r, 4000);
+  const ElevationMap map = map_of({r});
+  ASSERT_TRUE(map.has_points());
+  EXPECT_FALSE(map_of({test::random_raster(3, {0, 0}, 8, 8)}).has_points());
+  std::mt19937 rng(4);
+  std::uniform_real_distribution<double> u(-1.0, 1.0);
+  constexpr double kWithin_m = 6.0;
+  int found = 0;
+  for (int k = 0; k < 1000; ++k) {
+    // The tiles meet at the lattice's origin.
+    const Vec3 p = Vec3(10.0, -5.0, 5.0) + Vec3(20.0 * u(rng), 20.0 * u(rng), 8.0 * u(rng));
+    const double nearest_m = *closest_of(r, p);
+    StandingHere here;
+    ASSERT_EQ(map.closest_point(p, kWithin_m, &here), nearest_m < kWithin_m) << nearest_m;
+    if (nearest_m >= kWithin_m) continue;
+    ++found;
+    EXPECT_NEAR((here.p_m - p).norm(), nearest_m, 1e-4);
+  }
+  EXPECT_GT(found, 300);
+  StandingHere here;
+  EXPECT_FALSE(map.closest_point(Vec3(std::nan(""), 0.0, 0.0), 1.0, &here));
+  EXPECT_FALSE(map.closest_point(Vec3(1e12, 0.0, 0.0), 1.0, &here));
 }
 
 /// Reads as if by another thread: a job is finished when the test says so.
@@ -258,6 +296,46 @@ TEST_F(MapOnDisk, AFileThatIsCutShortOrReplacedIsSaidAndNothingDies) {
   EXPECT_GT(e.z_m, 90.0);
   map.follow({5.0, 0.0}, &loader);
   EXPECT_EQ(map.loading().failed, 1) << "read again and again";
+}
+
+TEST_F(MapOnDisk, PointsAreFollowedAndTheirMemoryIsKnownBeforehand) {
+  const std::size_t bare = opened(60.0).memory_bytes();
+  raster_.points = test::random_points(8, raster_, 20000);
+  fs::remove_all(path_);
+  ASSERT_TRUE(write_map(path_, test::frame(), raster_));
+  ElevationMap map = opened(60.0);
+  const std::size_t before = map.memory_bytes();
+  EXPECT_GT(before, bare);
+  DirectTileLoader loader(path_);
+  StandingHere here;
+  EXPECT_FALSE(map.closest_point({0.0, 0.0, 5.0}, 20.0, &here)) << "not brought yet";
+  for (double x = -100.0; x < 1300.0; x += 35.0) {
+    map.follow({x, 3.0}, &loader);
+    const Vec3 p(x, 3.0, 5.0);
+    const double nearest_m = *closest_of(raster_, p);
+    ASSERT_EQ(map.closest_point(p, 20.0, &here), nearest_m < 20.0) << x;
+    if (nearest_m < 20.0) {
+      EXPECT_NEAR((here.p_m - p).norm(), nearest_m, 1e-3);
+    }
+  }
+  EXPECT_EQ(map.memory_bytes(), before);
+  EXPECT_EQ(map.loading().failed, 0);
+
+  // A file with more than the index makes room for.
+  const Result<MapFolder> folder = MapFolder::open(path_);
+  Raster other = cut(raster_, first_cell({0, 0}), kTileSide, kTileSide);
+  other.points = test::random_points(9, other, kMostSurfacePoints);
+  const std::string other_path = path_ + "_other";
+  fs::remove_all(other_path);
+  ASSERT_TRUE(write_map(other_path, test::frame(), other));
+  fs::copy_file(MapFolder::open(other_path)->file_of(0, {0, 0}), folder->file_of(0, {0, 0}),
+                fs::copy_options::overwrite_existing);
+  fs::remove_all(other_path);
+  ElevationMap again = opened(60.0);
+  again.follow({0.0, 0.0}, &loader);
+  EXPECT_EQ(again.loading().failed, 1);
+  EXPECT_NE(again.loading().failure.find("the map's index allows"), std::string::npos)
+      << again.loading().failure;
 }
 
 TEST_F(MapOnDisk, MoreThanMemoryAllowsIsRefusedBeforeTheDrive) {

@@ -49,6 +49,37 @@ TEST_F(MapFolderTest, WhatIsWrittenIsRead) {
   }
 }
 
+TEST_F(MapFolderTest, PointsGoWithTheirTiles) {
+  Raster raster = test::random_raster(2, {-300, 10}, 700, 300);
+  raster.points = test::random_points(5, raster, 3000);
+  ASSERT_TRUE(write_map(path_, test::frame(), raster));
+  const MapFolder folder = opened();
+  std::size_t points = 0;
+  for (const MapTileEntry& e : folder.index().levels.front().tiles) {
+    const Result<Raster> tile = folder.read(0, e.tile, &buffer_);
+    ASSERT_TRUE(tile) << tile.error().message;
+    EXPECT_TRUE(test::same(*tile, cut(raster, tile->first, kTileSide, kTileSide)));
+    EXPECT_EQ(e.points, tile->points.size());
+    points += e.points;
+  }
+  EXPECT_EQ(points, 3000U);
+  std::vector<std::uint8_t> index = encode_index(folder.index());
+  EXPECT_EQ(index[8], 2) << "version";
+  MapIndex hostile = folder.index();
+  hostile.levels.front().tiles.front().points = kMostSurfacePoints + 1;
+  EXPECT_FALSE(check_index(hostile));
+}
+
+TEST_F(MapFolderTest, ATileWithTooManyPointsIsThinned) {
+  Raster raster = test::random_raster(2, {0, 0}, kTileSide, kTileSide);
+  raster.points = test::random_points(6, raster, 3 * kMostSurfacePoints);
+  ASSERT_TRUE(write_map(path_, test::frame(), raster));
+  const Result<Raster> tile = opened().read(0, {0, 0}, &buffer_);
+  ASSERT_TRUE(tile) << tile.error().message;
+  EXPECT_LE(tile->points.size(), kMostSurfacePoints);
+  EXPECT_GT(tile->points.size(), kMostSurfacePoints / 8);
+}
+
 TEST_F(MapFolderTest, CoarserLevelsAreTheSameGround) {
   const MapLevel level{1.0, Vec2::Zero(), 0.0, 1.0};
   const Raster raster = test::hills(level, {0, 0}, 5 * kTileSide, kTileSide);

@@ -52,10 +52,27 @@ inline Raster hills(const MapLevel& level, Cell first, int width, int height) {
   return r;
 }
 
+/// Points all over a raster's extent, with normals all around.
+inline std::vector<SurfacePoint> random_points(unsigned seed, const Raster& r, std::size_t n) {
+  std::mt19937 rng(seed);
+  std::uniform_real_distribution<float> u(0.0F, 0.999F);
+  const auto wide_m = static_cast<float>(r.width * r.level.cell_m);
+  const auto high_m = static_cast<float>(r.height * r.level.cell_m);
+  std::vector<SurfacePoint> points;
+  for (std::size_t k = 0; k < n; ++k) {
+    const float turn = 6.28F * u(rng);
+    points.push_back({{wide_m * u(rng), high_m * u(rng), 10.0F * u(rng)},
+                      {std::cos(turn), std::sin(turn), 0.0F},
+                      0.01F + u(rng)});
+  }
+  return points;
+}
+
 inline bool same(const Raster& a, const Raster& b) {
   if (!(a.level == b.level && a.first == b.first && a.width == b.width && a.height == b.height)) {
     return false;
   }
+  if (!(a.points == b.points)) return false;
   for (std::size_t k = 0; k < a.cells(); ++k) {
     const bool z = a.z_m[k] == b.z_m[k] || (std::isnan(a.z_m[k]) && std::isnan(b.z_m[k]));
     if (!z || layer_at(a.sigma_m, k) != layer_at(b.sigma_m, k) ||

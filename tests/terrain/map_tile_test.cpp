@@ -28,6 +28,12 @@ Raster layered() {
   return t;
 }
 
+Raster with_points() {
+  Raster t = layered();
+  t.points = test::random_points(3, t, 100);
+  return t;
+}
+
 std::string why_not(const std::vector<std::uint8_t>& bytes) {
   const Result<Raster> r = decode_tile(bytes.data(), bytes.size(), kLattice);
   return r ? "" : r.error().message;
@@ -55,7 +61,7 @@ TEST(Wire, ChecksumIsThatOfIeee) {
 }
 
 TEST(MapTile, RoundTripIsByteExact) {
-  for (const Raster& t : {example(), layered()}) {
+  for (const Raster& t : {example(), layered(), with_points()}) {
     const std::vector<std::uint8_t> bytes = encode_tile(t, kLattice);
     const Result<Raster> back = decode_tile(bytes.data(), bytes.size(), kLattice);
     ASSERT_TRUE(back) << back.error().message;
@@ -67,7 +73,10 @@ TEST(MapTile, RoundTripIsByteExact) {
 TEST(MapTile, LayoutIsTheDocumentedOne) {
   const std::vector<std::uint8_t> bytes = encode_tile(example(), kLattice);
   EXPECT_EQ(bytes.size(), 88U + kTileCells * 4);
-  EXPECT_EQ(encode_tile(layered(), kLattice).size(), kMaxTileBytes);
+  Raster most = layered();
+  EXPECT_EQ(encode_tile(most, kLattice).size(), 88U + kTileCells * 13);
+  most.points = test::random_points(4, most, kMostSurfacePoints);
+  EXPECT_EQ(encode_tile(most, kLattice).size(), kMaxTileBytes);
   EXPECT_EQ(std::string(bytes.begin(), bytes.begin() + 8), "RCSTILE\n");
   EXPECT_EQ(bytes[8], 1);      // version, low byte first
   EXPECT_EQ(bytes[16], 0xEF);  // lattice
@@ -93,6 +102,60 @@ TEST(MapTile, TruncatedAndChangedBytesAreRefused) {
     bad[i] = static_cast<std::uint8_t>(bad[i] ^ 0x41U);
     EXPECT_NE(why_not(bad), "") << i;
   }
+}
+
+// A tile without points is the one of version 1, to the byte: what was written stays readable.
+TEST(MapTile, PointsAreASectionOfVersion2) {
+  const std::vector<std::uint8_t> old = encode_tile(layered(), kLattice);
+  const Raster t = with_points();
+  const std::vector<std::uint8_t> bytes = encode_tile(t, kLattice);
+  EXPECT_EQ(old[8], 1);
+  EXPECT_EQ(bytes[8], 2);
+  ASSERT_EQ(bytes.size(), old.size() + 4 + 28 * 100);
+  EXPECT_TRUE(std::equal(old.begin() + 16, old.end(), bytes.begin() + 16));
+  EXPECT_EQ(wire::take<std::uint32_t>(bytes.data() + old.size()), 100U);
+  EXPECT_EQ(wire::take<float>(bytes.data() + old.size() + 4), t.points[0].p_m.x());
+  EXPECT_EQ(wire::take<float>(bytes.data() + old.size() + 4 + 24), t.points[0].sigma_m);
+  const Result<Raster> back = decode_tile(old.data(), old.size(), kLattice);
+  ASSERT_TRUE(back);
+  EXPECT_TRUE(back->points.empty());
+}
+
+TEST(MapTile, ATruncatedOrHostileSectionOfPointsIsNamed) {
+  const std::vector<std::uint8_t> sound = encode_tile(with_points(), kLattice);
+  const std::size_t section = 88 + kTileCells * 13;
+  for (const std::size_t n : {section, section + 3, section + 4, section + 31, sound.size() - 1}) {
+    EXPECT_NE(
+        why_not({sound.begin(), sound.begin() + static_cast<std::ptrdiff_t>(n)}).find("truncated"),
+        std::string::npos)
+        << n;
+  }
+  for (std::size_t i = section; i < sound.size(); i += 97) {
+    std::vector<std::uint8_t> bad = sound;
+    bad[i] = static_cast<std::uint8_t>(bad[i] ^ 0x41U);
+    EXPECT_NE(why_not(bad), "") << i;
+  }
+  const auto forged = [&](std::size_t at, auto value) {
+    std::vector<std::uint8_t> bytes = sound;
+    wire::put(value, bytes.data() + at);
+    wire::put(crc32(bytes.data() + 16, bytes.size() - 16), bytes.data() + 12);
+    return why_not(bytes);
+  };
+  const auto says = [](const std::string& why, const char* what) {
+    return why.find(what) != std::string::npos;
+  };
+  EXPECT_TRUE(says(forged(section, std::uint32_t{0}), "claims 0 surface points"));
+  EXPECT_TRUE(says(forged(section, std::uint32_t{0xFFFFFFFF}), "1 to 8192 are allowed"));
+  EXPECT_TRUE(says(forged(section, std::uint32_t{101}), "truncated"));
+  EXPECT_TRUE(says(forged(section, std::uint32_t{99}), "too long"));
+  EXPECT_TRUE(says(forged(8, std::uint32_t{1}), "too long"));
+  constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_TRUE(says(forged(section + 4, -1.0F), "not in its tile"));
+  EXPECT_TRUE(says(forged(section + 4, kNaN), "not in its tile"));
+  EXPECT_TRUE(says(forged(section + 12, kNaN), "height"));
+  EXPECT_TRUE(says(forged(section + 16, 7.0F), "normal"));
+  EXPECT_TRUE(says(forged(section + 16, kNaN), "normal"));
+  EXPECT_TRUE(says(forged(section + 28, 0.0F), "sigma"));
 }
 
 TEST(MapTile, HostileHeadersAreNamed) {
