@@ -26,6 +26,8 @@ constexpr double kShrinks = 0.7;
 constexpr double kMostScale = 16.0;
 // A spread of less than this share of the ground's sigma is none.
 constexpr double kSpreadEnds = 0.25;
+// What the search for the closest point of the map costs, in ground points.
+constexpr WorkUnits kPointCost = 4;
 
 /// Of the pose, and how far light goes into vegetation.
 constexpr int kUnknowns = 7;
@@ -48,9 +50,6 @@ Vec7 jacobian(const Vec3& p_vehicle, const Vec3& along_vehicle) {
 struct Sums {
   Mat7 H = Mat7::Zero();  ///< lower triangle: of w J J'
   Vec7 b = Vec7::Zero();
-  /// What the errors of the normals add to H: of w v (Jx Jx' + Jy Jy'), where Jx is the Jacobian of
-  /// a normal along x of the map; lower triangle.
-  Mat7 noise = Mat7::Zero();
   double weight = 0.0;
   double square_u = 0.0;  ///< of residuals in sigmas, weighed
   double weight_u = 0.0;
@@ -103,7 +102,8 @@ Sums sum(const Points& source, const ElevationMap& map, int level, const Pose& T
   }
   const Mat3 R_transposed = T.rotation().transpose();
   for (std::size_t i = 0; i < source.size(); ++i) {
-    const PriorMatchWorkspace::Match& m = ws->matches[i];
+    PriorMatchWorkspace::Match& m = ws->matches[i];
+    m.noise = 0.0;
     if (m.points == nullptr) continue;
     const Vec3 p = source[i].cast<double>();
     const Vec3 n_world = Vec3(-m.ground.gradient.x(), -m.ground.gradient.y(), 1.0).normalized();
@@ -119,10 +119,7 @@ Sums sum(const Points& source, const ElevationMap& map, int level, const Pose& T
     sums.b += (weight * residual) * J;
     sums.weight += weight;
     const double tilt = gradient_variance(m.ground.sigma_m, map.level(m.ground.level).cell_m);
-    for (int axis = 0; axis < 2; ++axis) {
-      sums.noise.selfadjointView<Eigen::Lower>().rankUpdate(
-          jacobian(p, R_transposed.col(axis)), weight * tilt * n_world.z() * n_world.z());
-    }
+    m.noise = weight * tilt * n_world.z() * n_world.z();
     sums.square_u += weight * sigma * sigma * u * u;
     sums.weight_u += weight * sigma * sigma;
     ++sums.pairs;
@@ -130,6 +127,21 @@ Sums sum(const Points& source, const ElevationMap& map, int level, const Pose& T
     sums.square_sum += residual * residual;
   }
   return sums;
+}
+
+/// What the errors of the normals add to H: of w v (Jx Jx' + Jy Jy'), where Jx is the Jacobian of a
+/// normal along x of the map, by the matches of the last sums; lower triangle.
+Mat7 normals_noise(const Points& source, const Mat3& R_vehicle_map, const PriorMatchWorkspace& ws) {
+  Mat7 noise = Mat7::Zero();
+  for (std::size_t i = 0; i < source.size(); ++i) {
+    const double weight = ws.matches[i].noise;
+    if (weight == 0.0) continue;
+    for (int axis = 0; axis < 2; ++axis) {
+      noise.selfadjointView<Eigen::Lower>().rankUpdate(
+          jacobian(source[i].cast<double>(), R_vehicle_map.col(axis)), weight);
+    }
+  }
+  return noise;
 }
 
 /// Mean of u^2 over unit normal u under the squared robust weight, by sums over [-6, 6].
@@ -148,17 +160,20 @@ double mean_square_weighed(double robust_sigma) {
 
 /// Normals with errors of their own see slopes that are not there: of H = G + V, V by noise, the
 /// estimate's covariance is G^-1 (G + V) G^-1.
-Mat7 without_noise(const Mat7& H, const Mat7& V) {
+template <int N>
+Mat<N, N> without_noise(const Mat<N, N>& H, const Mat<N, N>& V) {
   // In coordinates in which H is the identity G is what of each direction is not noise.
-  const Eigen::SelfAdjointEigenSolver<Mat7> of_H(H);
-  const Vec7 root = of_H.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-  const Vec7 per_root = (root.array() > 1e-9 * root.maxCoeff()).select(root.cwiseInverse(), 0.0);
-  const Mat7 whiten = of_H.eigenvectors() * per_root.asDiagonal();
-  const Mat7 colour = of_H.eigenvectors() * root.asDiagonal();
-  const Mat7 noise_part = whiten.transpose() * V.selfadjointView<Eigen::Lower>() * whiten;
-  const Eigen::SelfAdjointEigenSolver<Mat7> noise(noise_part);
-  const Vec7 left = (1.0 - noise.eigenvalues().array()).max(0.0).square();
-  const Mat7 out = colour * noise.eigenvectors();
+  const Eigen::SelfAdjointEigenSolver<Mat<N, N>> of_H(H);
+  const Mat<N, 1> root = of_H.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  const Mat<N, 1> per_root =
+      (root.array() > 1e-9 * root.maxCoeff()).select(root.cwiseInverse(), 0.0);
+  const Mat<N, N> whiten = of_H.eigenvectors() * per_root.asDiagonal();
+  const Mat<N, N> colour = of_H.eigenvectors() * root.asDiagonal();
+  const Mat<N, N> noise_part =
+      whiten.transpose() * V.template selfadjointView<Eigen::Lower>() * whiten;
+  const Eigen::SelfAdjointEigenSolver<Mat<N, N>> noise(noise_part);
+  const Mat<N, 1> left = (1.0 - noise.eigenvalues().array()).max(0.0).square();
+  const Mat<N, N> out = colour * noise.eigenvectors();
   return out * left.asDiagonal() * out.transpose();
 }
 
@@ -217,11 +232,19 @@ Expected expected_residuals(const Points& source, const ElevationMap& map, int l
   return {std::sqrt(spread2 / n), std::sqrt(ground2 / n), std::sqrt(noise * slopes / n), noise};
 }
 
+/// Of the place, the larger of both axes of the plane.
+double horizontal_sigma(const Prediction& prediction) {
+  const Mat3 R = prediction.T_target_vehicle.rotation();
+  const Mat3 place = R * prediction.covariance.topLeftCorner<3, 3>() * R.transpose();
+  return std::sqrt(std::max(place(0, 0), place(1, 1)));
+}
+
 }  // namespace
 
-PriorMatch match_prior_map(const Points& source_vehicle, const ElevationMap& map,
-                           const Prediction& prediction, const PriorMatchParams& params,
-                           WorkUnits granted, PriorMatchWorkspace* workspace) {
+PriorMatch match_prior_map(const Points& source_vehicle, const Points& standing_vehicle,
+                           const ElevationMap& map, const Prediction& prediction,
+                           const PriorMatchParams& params, WorkUnits granted,
+                           PriorMatchWorkspace* workspace) {
   PriorMatch match;
   Registration& out = match.registration;
   out.T_target_vehicle = prediction.T_target_vehicle;
@@ -235,7 +258,10 @@ PriorMatch match_prior_map(const Points& source_vehicle, const ElevationMap& map
   match.bias_length_m = map.level(below.level).bias_correlation_m;
 
   const Mat6 prior = prediction.covariance.ldlt().solve(Mat6::Identity());
-  const auto cost = static_cast<WorkUnits>(source_vehicle.size());
+  const bool with_points = params.points.most > 0 && !standing_vehicle.empty() && map.has_points();
+  auto cost = static_cast<WorkUnits>(source_vehicle.size());
+  if (with_points) cost += kPointCost * static_cast<WorkUnits>(standing_vehicle.size());
+  workspace->standing.T_searched.reset();
   Pose T = prediction.T_target_vehicle;
   int level = 0;
   Expected expected;
@@ -245,11 +271,16 @@ PriorMatch match_prior_map(const Points& source_vehicle, const ElevationMap& map
     if (expected.slope <= params.max_slope_noise || level + 1 == map.levels()) break;
   }
   double spread_m = std::min(expected.spread_m, params.max_spread_m);
+  // The ground's spread hardly knows of x and y, which a trunk is off by.
+  double point_spread_m =
+      with_points ? std::min(horizontal_sigma(prediction), params.max_spread_m) : 0.0;
   double damping = 1.0;
   double last_sigmas = std::numeric_limits<double>::infinity();
   const double foliage = 1.0 / (params.foliage_m * params.foliage_m);
   Sums sums;
+  Mat3 R_vehicle_map = Mat3::Identity();  // of the sums
   NormalEquations equations;
+  PointSums points;
   Observability obs;
   out.stop = Stop::kMaxIterations;
   while (out.iterations < params.max_iterations) {
@@ -258,27 +289,40 @@ PriorMatch match_prior_map(const Points& source_vehicle, const ElevationMap& map
       break;
     }
     if (spread_m < kSpreadEnds * expected.ground_m) spread_m = 0.0;
+    if (point_spread_m < kSpreadEnds * params.points.min_sigma_m) point_spread_m = 0.0;
     sums = sum(source_vehicle, map, level, T, params, spread_m, workspace);
+    R_vehicle_map = T.rotation().transpose();
     out.used += cost;
     ++out.iterations;
+    if (with_points) {
+      points = sum_points(standing_vehicle, map, T, params.points, params.robust_sigma,
+                          params.gate_sigma, point_spread_m, &workspace->standing);
+    }
     if (sums.cells < params.min_cells || sums.pairs < params.min_cells) {
       out.stop = Stop::kTooFew;
       break;
     }
     equations = of_pose(sums.H, sums.b, sums.weight, foliage);
+    // The way into vegetation is none of theirs: what the ground says without it is added to.
+    equations.H += points.equations.H;
+    equations.b += points.equations.b;
+    equations.weight += points.equations.weight;
+    equations.noise += points.equations.noise;
     obs = observability(equations, params.min_alignment, params.max_sigma_m);
     const Vec6 to_prediction = log_se3(T.inverse() * prediction.T_target_vehicle);
     const bool steered = out.iterations <= kSteered;
     const Vec6 step = steered ? steered_step(equations, prior, to_prediction)
                               : observed_step(equations, obs, to_prediction);
-    const bool sure = !steered && spread_m == 0.0;
+    const bool sure = !steered && spread_m == 0.0 && point_spread_m == 0.0;
     const double step_sigmas = std::sqrt(step.dot(equations.H * step));
     if (sure) {
       if (step_sigmas > kShrinks * last_sigmas) damping *= 0.5;
       last_sigmas = step_sigmas;
     }
     T = T * exp_se3(damping * step);
-    spread_m *= !steered && step_sigmas < kSettled ? kSpreadSinksThen : kSpreadSinks;
+    const double sinks = !steered && step_sigmas < kSettled ? kSpreadSinksThen : kSpreadSinks;
+    spread_m *= sinks;
+    point_spread_m *= sinks;
     if (sure && damping * step_sigmas < params.step_sigma) {
       out.stop = Stop::kConverged;
       break;
@@ -304,10 +348,18 @@ PriorMatch match_prior_map(const Points& source_vehicle, const ElevationMap& map
   if (!usable(out.stop) || out.iterations == 0) return match;
   // The residuals and the map's own slopes tell whether it is as good as it says. Better, and its
   // normals are, too; but no cell counts for more than it claims.
-  const double scale = sums.square_u / (sums.weight_u * mean_square_weighed(params.robust_sigma));
-  const Mat7 told = without_noise(sums.H, std::min(expected.slope_noise, scale) * sums.noise);
+  const double expected_square = mean_square_weighed(params.robust_sigma);
+  const double scale = sums.square_u / (sums.weight_u * expected_square);
+  const Mat7 noise = normals_noise(source_vehicle, R_vehicle_map, *workspace);
+  const Mat7 told = without_noise<kUnknowns>(sums.H, std::min(expected.slope_noise, scale) * noise);
   const double worse = std::clamp(scale, 1.0, kMostScale);
-  out.information = observed_part(of_pose(told / worse, Vec7::Zero(), sums.weight, foliage).H, obs);
+  Mat6 information = of_pose(told / worse, Vec7::Zero(), sums.weight, foliage).H;
+  if (points.weight_u > 0.0) {
+    const double by_points = points.square_u / (points.weight_u * expected_square);
+    information += without_noise<6>(points.equations.H, points.equations.noise) /
+                   std::clamp(by_points, 1.0, kMostScale);
+  }
+  out.information = observed_part(information, obs);
   if (out.stop == Stop::kConverged && obs.unobserved > 0) out.stop = Stop::kDegenerate;
   return match;
 }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "modules/sp/prior_points.h"
 #include "modules/sp/registration.h"
 #include "modules/sp/scan_table.h"
 #include "rcs/base/points.h"
@@ -33,16 +34,19 @@ struct PriorMatchParams {
   /// from afar and its end does not depend on the start, [0, 10]
   double max_spread_m = 0.6;
   double step_sigma = 0.05;  ///< converged when a step is smaller, in sigmas, [1e-6, 1]
+  PriorPointParams points;   ///< of what stands on the ground, where the map has such
 };
 
 struct PriorMatchWorkspace {
   struct Match {
     Elevation ground;
     std::uint32_t* points = nullptr;  ///< in its cell; null: the map has nothing there
+    double noise = 0.0;               ///< weight, times the variance of its gradient
   };
   ScanTable<std::uint32_t> points;  ///< by map cell
   std::vector<Match> matches;
   std::vector<double> differences2;  ///< of the map's gradients, from level to level
+  PriorPointsWorkspace standing;
 };
 
 struct PriorMatch {
@@ -53,11 +57,13 @@ struct PriorMatch {
 };
 
 /// Aligns `source_vehicle` to the map's ground surface: point-to-plane along the map's normals.
+/// Where the map has surface points, `standing_vehicle` is aligned to them in the same equations.
 /// Give it the lowest points of columns: what stands on the ground is not in the map. A cell's
 /// points share the cell's error: together they weigh no more than 1 / sigma^2, and `information`
-/// is capped likewise. The survey's slow bias is not in it: WM estimates that. Deterministic.
-/// Allocates nothing once `workspace` has seen a scan as large.
-[[nodiscard]] PriorMatch match_prior_map(const Points& source_vehicle, const ElevationMap& map,
+/// is capped likewise; so it is with voxels of points. The survey's slow bias is not in it: WM
+/// estimates that. Deterministic. Allocates nothing once `workspace` has seen a scan as large.
+[[nodiscard]] PriorMatch match_prior_map(const Points& source_vehicle,
+                                         const Points& standing_vehicle, const ElevationMap& map,
                                          const Prediction& prediction,
                                          const PriorMatchParams& params, WorkUnits granted,
                                          PriorMatchWorkspace* workspace);

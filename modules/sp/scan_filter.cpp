@@ -45,6 +45,18 @@ void deskew(const MotionTable& motion, Scan* scan) {
   std::fill(scan->dt_us.begin(), scan->dt_us.end(), 0);
 }
 
+void keep_evenly(std::size_t most, Points* points) {
+  const std::size_t n = points->size();
+  if (n <= most) return;
+  for (std::size_t k = 0; k < most; ++k) {
+    const std::size_t from = k * n / most;
+    points->x[k] = points->x[from];
+    points->y[k] = points->y[from];
+    points->z[k] = points->z[from];
+  }
+  points->resize(most);
+}
+
 void VoxelSampler::sample(const Points& in, double voxel_m, Points* out) {
   RCS_CHECK(voxel_m > 0.0);
   out->clear();
@@ -66,14 +78,13 @@ void ColumnSampler::sample(const Points& in, const Vec3& up_vehicle, double colu
   out->clear();
   const std::size_t n = in.size();
   table_.begin(n);
-  const float per_m = 1.0F / static_cast<float>(column_m);
-  const Mat3f level =
-      Quat::FromTwoVectors(up_vehicle, Vec3::UnitZ()).toRotationMatrix().cast<float>();
+  per_m_ = 1.0F / static_cast<float>(column_m);
+  level_ = Quat::FromTwoVectors(up_vehicle, Vec3::UnitZ()).toRotationMatrix().cast<float>();
   for (std::size_t i = 0; i < n; ++i) {
     const Vec3f p = in[i];
-    const Vec3f q = level * p;
+    const Vec3f q = level_ * p;
     const auto [lowest, fresh] =
-        table_.find_or_add(pack_voxel(fast_floor(q.x() * per_m), fast_floor(q.y() * per_m), 0));
+        table_.find_or_add(pack_voxel(fast_floor(q.x() * per_m_), fast_floor(q.y() * per_m_), 0));
     if (fresh) {
       *lowest = {static_cast<std::uint32_t>(out->size()), q.z()};
       out->push_back(p);
@@ -83,6 +94,23 @@ void ColumnSampler::sample(const Points& in, const Vec3& up_vehicle, double colu
       out->y[lowest->kept] = p.y();
       out->z[lowest->kept] = p.z();
     }
+  }
+}
+
+void ColumnSampler::standing(const Points& in, double above_m, Points* out) {
+  out->clear();
+  const auto above = static_cast<float>(above_m);
+  VoxelKey last = ~VoxelKey{0};
+  float least_m = 0.0F;
+  for (std::size_t i = 0; i < in.size(); ++i) {
+    const Vec3f p = in[i];
+    const Vec3f q = level_ * p;
+    const VoxelKey key = pack_voxel(fast_floor(q.x() * per_m_), fast_floor(q.y() * per_m_), 0);
+    if (key != last) {  // neighbours in the scan are mostly of one column
+      last = key;
+      least_m = table_.find_or_add(key).first->height_m + above;
+    }
+    if (q.z() > least_m) out->push_back(p);
   }
 }
 

@@ -55,6 +55,13 @@ void read(ParamTable table, PriorMatchParams* p) {
   table.get_deg("max_correction_deg", &p->max_correction_rad, {0.05, 180});
   table.get("max_spread_m", &p->max_spread_m, {0, 10});
   table.get("step_sigma", &p->step_sigma, {1e-6, 1});
+  ParamTable points = table.table("points");
+  points.get("most", &p->points.most, {0, 20000});
+  points.get("gate_m", &p->points.gate_m, {0.05, 5});
+  points.get("min_sigma_m", &p->points.min_sigma_m, {0.001, 10});
+  points.get("voxel_m", &p->points.voxel_m, {0.1, 20});
+  points.get_deg("normal_sigma_deg", &p->points.normal_sigma_rad, {0, 57});
+  points.get("min_voxels", &p->points.min_voxels, {1, 1000});
 }
 
 void read(ParamTable table, RelocateParams* p) {
@@ -167,6 +174,8 @@ Result<SpConfig> load_sp_config(const ParamFile& file) {
   sp.get("map_voxel_m", &c.map_voxel_m, {0.02, 10});
   sp.get("publish_voxel_m", &c.publish_voxel_m, {0.02, 10});
   sp.get("prior_column_m", &c.prior_column_m, {0.1, 50});
+  sp.get("prior_standing_m", &c.prior_standing_m, {0.05, 20});
+  sp.get("prior_point_voxel_m", &c.prior_point_voxel_m, {0.02, 10});
   sp.get("min_facets", &c.min_facets, {0, 1});
   sp.get_ms("facet_timeout_ms", &c.facet_timeout, {1, 1000});
   sp.get("reseed_after", &c.reseed_after, {1, 1000});

@@ -38,7 +38,10 @@ struct SpConfig {
   double map_voxel_m = 0.2;       ///< and one a voxel inserted in the map, [0.02, 10]
   double publish_voxel_m = 0.15;  ///< and one published for WM's terrain, [0.02, 10]
   double prior_column_m =
-      2.0;                   ///< and the lowest of a column matched to the a priori map, [0.1, 50]
+      2.0;  ///< and the lowest of a column matched to the a priori map, [0.1, 50]
+  double prior_standing_m = 0.5;  ///< what is so much higher than that stands on the ground, and is
+                                  ///< matched to the map's points, [0.05, 20]
+  double prior_point_voxel_m = 0.25;  ///< one point a voxel of that, [0.02, 10]
   double min_facets = 0.25;  ///< share of the facets without which a scan is dropped, [0, 1]
   Duration facet_timeout =
       from_milliseconds(30.0);  ///< no facet for so long: take what came, [1, 1000]

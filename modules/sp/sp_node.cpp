@@ -58,7 +58,9 @@ void SpNode::reserve() {
   const auto n =
       static_cast<std::size_t>(config_.ladar.rows) * static_cast<std::size_t>(config_.ladar.cols);
   assembler_.scan()->reserve(n);
-  for (Points* points : {&dense_, &source_, &published_, &prior_source_}) points->reserve(n);
+  for (Points* points :
+       {&dense_, &source_, &published_, &prior_source_, &standing_, &prior_standing_})
+    points->reserve(n);
   map_sampler_.reserve(n);
   source_sampler_.reserve(n);
   column_sampler_.reserve(n);
@@ -67,6 +69,8 @@ void SpNode::reserve() {
   icp_.pairs_of_voxel.resize(map_.voxel_ids());
   prior_match_.matches.reserve(n);
   prior_match_.points.reserve(n);
+  prior_match_.standing.matches.reserve(n);
+  prior_match_.standing.points.reserve(n);
   points_message_.x_m.reserve(kPointsPerMessage);
   points_message_.y_m.reserve(kPointsPerMessage);
   points_message_.z_m.reserve(kPointsPerMessage);
@@ -411,10 +415,16 @@ void SpNode::match_prior(const Cycle& cycle, const Pose& T_rolling_vehicle) {
   const Pose T_world_vehicle = *T_world_rolling_ * T_rolling_vehicle;
   column_sampler_.sample(dense_, T_world_vehicle.q.conjugate() * Vec3::UnitZ(),
                          config_.prior_column_m, &prior_source_);
+  prior_standing_.clear();
+  if (prior_.map().has_points() && config_.prior.points.most > 0) {
+    column_sampler_.standing(dense_, config_.prior_standing_m, &standing_);
+    source_sampler_.sample(standing_, config_.prior_point_voxel_m, &prior_standing_);
+    keep_evenly(static_cast<std::size_t>(config_.prior.points.most), &prior_standing_);
+  }
   const Prediction prediction{T_map_world * T_world_vehicle,
                               world_covariance_ + isotropic(0.01, 0.001)};
-  PriorMatch match = match_prior_map(prior_source_, prior_.map(), prediction, config_.prior,
-                                     granted_, &prior_match_);
+  PriorMatch match = match_prior_map(prior_source_, prior_standing_, prior_.map(), prediction,
+                                     config_.prior, granted_, &prior_match_);
   match.registration.T_target_vehicle = T_map_world.inverse() * match.registration.T_target_vehicle;
   answer(match.registration, registration_t::TARGET_PRIOR_MAP);
   registration_message_.n_tiles = 1;

@@ -94,10 +94,12 @@ class SpNode final : public Node {
   VoxelSampler map_sampler_;
   VoxelSampler source_sampler_;
   ColumnSampler column_sampler_;
-  Points dense_;         // what goes into the map
-  Points source_;        // what is registered
-  Points published_;     // what WM's terrain is made of
-  Points prior_source_;  // what is matched to the a priori map
+  Points dense_;           // what goes into the map
+  Points source_;          // what is registered
+  Points published_;       // what WM's terrain is made of
+  Points prior_source_;    // what is matched to the a priori map
+  Points standing_;        // on the ground
+  Points prior_standing_;  // of that what is matched to the a priori map
   RollingMap map_;
   IcpWorkspace icp_;
   PriorMatchWorkspace prior_match_;

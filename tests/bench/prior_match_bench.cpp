@@ -1,9 +1,11 @@
 // What it costs to match a scan to the a priori map, as SP does it: the lowest points of columns of
-// what goes into the rolling map, then the match.
+// what goes into the rolling map, then the match; with points, also what stands on the ground.
 // prior_match_bench --benchmark_repetitions=20
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "modules/sp/prior_match.h"
 #include "modules/sp/scan_filter.h"
@@ -16,7 +18,26 @@ double hills(double x, double y) {
   return 4.0 * std::sin(0.05 * x + 0.3) * std::cos(0.04 * y) + 1.5 * std::sin(0.11 * y);
 }
 
-ElevationMap survey(double cell_m) {
+// A wall at each of these distances east, as long as the scene is deep and as high as kTop_m.
+constexpr double kWallEast_m[] = {18.0, 35.0};
+constexpr double kWallNorth_m = 40.0;  // to each side
+constexpr double kTop_m = 3.0;
+
+/// As `rcs map build --points` would find them.
+void add_walls(Raster* r) {
+  constexpr double kStep_m = 0.4;
+  const Vec2 corner = r->level.cell_m * Vec2(r->first.i, r->first.j);
+  for (const double x : kWallEast_m) {
+    for (double y = -kWallNorth_m; y < kWallNorth_m; y += kStep_m) {
+      for (double up = 0.5; up < kTop_m; up += kStep_m) {
+        const Vec3 p(x - corner.x(), y - corner.y(), hills(x, y) + up);
+        r->points.push_back({p.cast<float>(), Vec3f(-1.0F, 0.0F, 0.0F), 0.05F});
+      }
+    }
+  }
+}
+
+ElevationMap survey(double cell_m, bool walls) {
   constexpr double kHalf_m = 160.0;
   MapFrame frame;
   frame.datum = {0.7, -1.3, {100.0}};
@@ -32,6 +53,7 @@ ElevationMap survey(double cell_m) {
       r.z_m.push_back(static_cast<float>(hills(at.x(), at.y())));
     }
   }
+  if (walls) add_walls(&r);
   return std::move(ElevationMap::from_rasters(frame, {r})).value();
 }
 
@@ -46,7 +68,7 @@ constexpr Ladar kDemo3{32, 180, -15.0, 5.0, 90.0, 60.0, 0.1};
 constexpr Ladar kHdl64{64, 1900, -24.8, 2.0, 360.0, 80.0, 0.2};
 constexpr double kColumn_m = 2.0;
 
-Points scan(const Ladar& ladar, const Pose& T) {
+Points scan(const Ladar& ladar, const Pose& T, bool walls) {
   constexpr double kStep_m = 0.25;
   const Vec3 sensor = T * Vec3(0.0, 0.0, 1.0);
   Points points;
@@ -59,7 +81,11 @@ Points scan(const Ladar& ladar, const Pose& T) {
           T.q * Vec3(std::cos(up) * std::cos(left), std::cos(up) * std::sin(left), std::sin(up));
       for (double range = 1.0; range < ladar.reach_m; range += kStep_m) {
         const Vec3 p = sensor + range * ray;
-        if (p.z() > hills(p.x(), p.y())) continue;
+        const double top_m = hills(p.x(), p.y()) + kTop_m;
+        const bool in_wall = walls && std::abs(p.y()) < kWallNorth_m && p.z() < top_m &&
+                             std::any_of(std::begin(kWallEast_m), std::end(kWallEast_m),
+                                         [&](double x) { return std::abs(p.x() - x) < 0.2; });
+        if (p.z() > hills(p.x(), p.y()) && !in_wall) continue;
         points.push_back((T.inverse() * p).cast<float>());
         break;
       }
@@ -69,33 +95,46 @@ Points scan(const Ladar& ladar, const Pose& T) {
 }
 
 /// The prediction is off as it is while the vehicle drives without GPS.
-void match(benchmark::State& state, const Ladar& ladar, double cell_m) {
-  const ElevationMap map = survey(cell_m);
+void match(benchmark::State& state, const Ladar& ladar, double cell_m, bool walls) {
+  const ElevationMap map = survey(cell_m, walls);
   const Pose T = test::pose(0.0, 0.0, hills(0.0, 0.0) + 1.0, 0.02, -0.03, 0.5);
   Points points;
-  VoxelSampler().sample(scan(ladar, T), ladar.map_voxel_m, &points);
+  VoxelSampler().sample(scan(ladar, T, walls), ladar.map_voxel_m, &points);
   const Prediction prediction =
       test::prediction(T * test::pose(0.3, -0.2, 0.1, 0.002, 0.002, 0.005), 0.3, 0.005);
   ColumnSampler sampler;
   Points columns;
+  constexpr double kStanding_m = 0.5;
+  constexpr double kPointVoxel_m = 0.25;
+  VoxelSampler thinner;
+  Points standing;
+  Points thin;
   PriorMatchWorkspace workspace;
+  const PriorMatchParams params;
   PriorMatch found;
   for (auto _ : state) {
     sampler.sample(points, Vec3::UnitZ(), kColumn_m, &columns);
-    found =
-        match_prior_map(columns, map, prediction, PriorMatchParams{}, 1'000'000'000, &workspace);
+    if (walls) {
+      sampler.standing(points, kStanding_m, &standing);
+      thinner.sample(standing, kPointVoxel_m, &thin);
+      keep_evenly(static_cast<std::size_t>(params.points.most), &thin);
+    }
+    found = match_prior_map(columns, thin, map, prediction, params, 1'000'000'000, &workspace);
     benchmark::DoNotOptimize(found);
   }
   state.counters["points"] = static_cast<double>(points.size());
   state.counters["columns"] = static_cast<double>(columns.size());
+  state.counters["standing"] = static_cast<double>(thin.size());
   state.counters["iterations"] = found.registration.iterations;
   state.counters["stop"] = static_cast<double>(found.registration.stop);
 }
 
-BENCHMARK_CAPTURE(match, demo3_on_10_m, kDemo3, 10.0)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(match, demo3_on_1_m, kDemo3, 1.0)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(match, hdl64_on_1_m, kHdl64, 1.0)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(match, hdl64_on_0_5_m, kHdl64, 0.5)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(match, demo3_on_10_m, kDemo3, 10.0, false)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(match, demo3_on_1_m, kDemo3, 1.0, false)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(match, hdl64_on_1_m, kHdl64, 1.0, false)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(match, hdl64_on_0_5_m, kHdl64, 0.5, false)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(match, demo3_on_1_m_and_walls, kDemo3, 1.0, true)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(match, hdl64_on_1_m_and_walls, kHdl64, 1.0, true)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace rcs::sp

@@ -70,13 +70,14 @@ struct Scene {
         source(seen_from(T, flat, bushes, &rng)) {}
 
   PriorMatch match(const Prediction& prediction, const PriorMatchParams& params) {
-    return match_prior_map(source, map, prediction, params, kPlenty, &workspace);
+    return match_prior_map(source, standing, map, prediction, params, kPlenty, &workspace);
   }
 
   std::mt19937 rng;
   Pose T;
   ElevationMap map;
   Points source;
+  Points standing;  // on the ground
   PriorMatchWorkspace workspace;
 };
 
@@ -211,7 +212,8 @@ TEST(PriorMatch, ASurveyThatIsBetterThanItSaysIsMatchedOnItsFineCells) {
   const Prediction start =
       test::prediction(T * test::pose(0.2, -0.2, 0.1, 0.0, 0.0, 0.002), 0.2, 0.01);
   PriorMatchWorkspace workspace;
-  const Registration r = match_prior_map(source, map, start, {}, kPlenty, &workspace).registration;
+  const Registration r =
+      match_prior_map(source, {}, map, start, {}, kPlenty, &workspace).registration;
   EXPECT_LT(log_se3(T.inverse() * r.T_target_vehicle).head<2>().norm(), 0.05);
   EXPECT_GT(r.information(0, 0), 25.0);  // 0.2 m
 }
@@ -283,6 +285,144 @@ TEST(PriorMatch, ACliffThatTheSurveyRoundsOffDoesNotPullTheVehicle) {
   ASSERT_TRUE(usable(match.stop)) << static_cast<int>(match.stop);
   EXPECT_LT((match.T_target_vehicle.p - scene.T.p).norm(), 0.6);
   EXPECT_NEAR(match.T_target_vehicle.p.z(), scene.T.p.z(), 0.15);
+}
+
+// ---- what stands on the ground -------------------------------------------------------------
+
+struct Wall {
+  Vec2 from, to;
+  double half_m() const { return 0.5 * (to - from).norm(); }
+  Vec2 normal() const {  // to the left
+    const Vec2 along = (to - from).normalized();
+    return {-along.y(), along.x()};
+  }
+};
+const std::vector<Wall> kWalls = {
+    {{25.0, -10.0}, {25.0, 15.0}}, {{-10.0, -18.0}, {20.0, -14.0}}, {{-16.0, 20.0}, {-20.0, 5.0}}};
+constexpr double kTop_m = 3.0;
+
+/// A flat field with walls as the map has them, and what a vehicle sees of them where they are.
+/// @param moved_m  of the last wall, the shortest, on the map, along its normal
+Scene walls_on_a_flat_field(unsigned seed, const Pose& T, double moved_m, double per_m2) {
+  Scene scene(seed, T, true, 0.0, 0.1F);
+  std::uniform_real_distribution<double> u(-1.0, 1.0);
+  std::normal_distribution<double> noise(0.0, 0.03);
+  Raster tile;
+  tile.level.cell_m = 5.0;
+  tile.first = {-30, -30};
+  tile.width = tile.height = 60;
+  tile.sigma_m = {0.1F};
+  tile.z_m.assign(tile.cells(), 0.0F);
+  for (std::size_t w = 0; w < kWalls.size(); ++w) {
+    const Wall& wall = kWalls[w];
+    const Vec2 middle = 0.5 * (wall.from + wall.to);
+    const Vec2 along = (wall.to - wall.from).normalized();
+    const auto at = [&](double s) { return Vec2(middle + s * wall.half_m() * along); };
+    for (double s = -1.0; s < 1.0; s += 0.2 / wall.half_m()) {
+      for (double z = 0.5; z < kTop_m; z += 0.2) {
+        const Vec2 p =
+            at(s) + (w + 1 == kWalls.size() ? moved_m : 0.0) * wall.normal() + Vec2(150.0, 150.0);
+        tile.points.push_back({Vec3(p.x(), p.y(), z).cast<float>(),
+                               Vec3(wall.normal().x(), wall.normal().y(), 0.0).cast<float>(),
+                               0.05F});
+      }
+    }
+    const int seen = static_cast<int>(per_m2 * 2.0 * wall.half_m() * kTop_m);
+    for (int k = 0; k < seen; ++k) {
+      const Vec2 p = at(u(scene.rng)) + noise(scene.rng) * wall.normal();
+      const Vec3 q(p.x(), p.y(), 0.5 + 0.5 * (kTop_m - 0.5) * (1.0 + u(scene.rng)));
+      scene.standing.push_back((T.inverse() * q).cast<float>());
+    }
+  }
+  MapFrame frame;
+  frame.datum = {0.7, -1.3, {100.0}};
+  Result<ElevationMap> map = ElevationMap::from_rasters(frame, {tile});
+  EXPECT_TRUE(map.ok()) << map.error().message;
+  scene.map = std::move(map).value();
+  return scene;
+}
+
+TEST(PriorPoints, WallsTellPlaceAndHeadingWhichFlatGroundDoesNot) {
+  double nees = 0.0;
+  constexpr int kScenes = 20;
+  for (unsigned seed = 0; seed < kScenes; ++seed) {
+    const Pose T = test::pose(2.0, 1.0, 0.9, 0.0, 0.0, 0.3 * seed);
+    Scene scene = walls_on_a_flat_field(30 + seed, T, 0.0, 2.0);
+    std::normal_distribution<double> n;
+    const Pose start =
+        T * test::pose(0.7 * n(scene.rng), 0.7 * n(scene.rng), 0.2, 0.0, 0.0, 0.02 * n(scene.rng));
+    const Prediction p = test::prediction(start, 0.7, 0.02);
+    const Registration r = scene.match(p, {}).registration;
+    ASSERT_EQ(r.stop, Stop::kConverged) << seed;
+    const Vec6 e = log_se3(T.inverse() * r.T_target_vehicle);
+    EXPECT_LT(e.head<2>().norm(), 0.06) << seed;
+    EXPECT_LT(std::abs(e[5]), radians(0.3)) << seed;
+    EXPECT_LT(std::abs(e[2]), 0.06);
+    nees += e.dot(r.information * e) / 6.0 / kScenes;
+    scene.standing.clear();
+    EXPECT_EQ(scene.match(p, {}).registration.stop, Stop::kDegenerate) << "the ground alone";
+  }
+  EXPECT_LT(nees, 2.0);
+}
+
+TEST(PriorPoints, AWallThatIsWronglyPlacedIsNotBelieved) {
+  const Pose T = test::pose(2.0, 1.0, 0.9, 0.0, 0.0, 0.4);
+  for (const double moved_m : {1.0, -0.9, 2.0}) {
+    Scene scene = walls_on_a_flat_field(60, T, moved_m, 2.0);
+    const Pose start = T * test::pose(0.3, -0.2, 0.1, 0.0, 0.0, 0.01);
+    const Registration r = scene.match(test::prediction(start, 0.4, 0.01), {}).registration;
+    ASSERT_TRUE(usable(r.stop)) << moved_m;
+    const Vec6 e = log_se3(T.inverse() * r.T_target_vehicle);
+    EXPECT_LT(e.head<2>().norm(), 0.1) << moved_m;
+    EXPECT_LT(std::abs(e[5]), radians(0.5)) << moved_m;
+  }
+}
+
+TEST(PriorPoints, AThousandPointsOfAWallClaimNoMoreThanItsError) {
+  const Pose T = test::pose(2.0, 1.0, 0.9, 0.0, 0.0, 0.0);
+  Scene few = walls_on_a_flat_field(70, T, 0.0, 2.0);
+  Scene many = walls_on_a_flat_field(71, T, 0.0, 20.0);
+  const Prediction p = test::prediction(T, 0.5, 0.02);
+  const Mat6 by_few = few.match(p, {}).registration.information;
+  const Mat6 by_many = many.match(p, {}).registration.information;
+  EXPECT_LT(by_many(0, 0), 1.3 * by_few(0, 0));
+  // 71 m of walls cross fewer than 3 cubes of 2 m for each metre, and each is worth 1 / (0.2 m)^2.
+  EXPECT_LT(by_many(0, 0) + by_many(1, 1), 3.0 * 71.0 / (0.2 * 0.2));
+}
+
+TEST(PriorPoints, ASurfaceThatIsSeenFromBehindIsAnother) {
+  const Pose T = test::pose(2.0, 1.0, 0.9, 0.0, 0.0, 0.0);
+  Scene scene = walls_on_a_flat_field(80, T, 0.0, 2.0);
+  const Pose beyond = test::pose(60.0, 60.0, 0.9, 0.0, 0.0, 0.0);
+  Points seen;
+  for (std::size_t k = 0; k < scene.standing.size(); ++k) {
+    const Vec3 q = T * scene.standing[k].cast<double>();
+    if (q.x() > 24.0) seen.push_back((beyond.inverse() * q).cast<float>());
+  }
+  PriorPointsWorkspace workspace;
+  EXPECT_EQ(sum_points(seen, scene.map, beyond, {}, 2.0, 4.0, 0.0, &workspace).voxels, 0);
+}
+
+TEST(PriorPoints, WhereTheMapHasNoneNothingChangesAndNothingIsPaid) {
+  Scene scene(9, on_hills(10.0, -20.0, 0.05, -0.05, 0.6), false, 0.2, 0.1F);
+  const Prediction p = test::prediction(scene.T * test::pose(1, 0, 0.2, 0, 0, 0.01), 1.0, 0.02);
+  const Registration before = scene.match(p, {}).registration;
+  scene.standing = scene.source;
+  const Registration after = scene.match(p, {}).registration;
+  EXPECT_EQ(after.T_target_vehicle.p, before.T_target_vehicle.p);
+  EXPECT_EQ(after.information, before.information);
+  EXPECT_EQ(after.used, before.used);
+}
+
+TEST(PriorPoints, TheSameScanIsTheSameAnswer) {
+  const Pose T = test::pose(2.0, 1.0, 0.9, 0.0, 0.0, 0.4);
+  const Prediction p = test::prediction(T * test::pose(0.5, 0.4, 0, 0, 0, 0.01), 0.7, 0.02);
+  Scene scene = walls_on_a_flat_field(90, T, 0.0, 2.0);
+  const Registration first = scene.match(p, {}).registration;
+  const Registration second = scene.match(p, {}).registration;
+  EXPECT_EQ(first.T_target_vehicle.p, second.T_target_vehicle.p);
+  EXPECT_EQ(first.information, second.information);
+  EXPECT_GT(first.used, 0);
 }
 
 TEST(PriorMatch, OutsideTheMapIsAnAnswer) {

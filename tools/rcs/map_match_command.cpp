@@ -10,6 +10,7 @@
 
 #include "modules/sp/prior_match.h"
 #include "modules/sp/scan_filter.h"
+#include "modules/sp/sp_config.h"
 #include "tools/rcs/cloud_file.h"
 #include "tools/rcs/command.h"
 #include "tools/rcs/trajectory.h"
@@ -106,8 +107,11 @@ class MapMatch final : public Command {
       if (cloud->points[i].norm() <= reach_m_) near.push_back(cloud->points[i]);
     }
     Points source;
-    sp::ColumnSampler().sample(near, given.q.conjugate() * Vec3::UnitZ(), column_m_, &source);
-    const Ends ends = match_all(source, *map, given);
+    sp::ColumnSampler columns;
+    columns.sample(near, given.q.conjugate() * Vec3::UnitZ(), column_m_, &source);
+    Points standing;
+    if (map->has_points()) standing = standing_of(near, &columns);
+    const Ends ends = match_all(source, standing, *map, given);
     if (ends.poses.empty()) {
       return fail(kName, Error{fmt::format("not one of {} starts found the map", starts_)});
     }
@@ -115,8 +119,19 @@ class MapMatch final : public Command {
   }
 
  private:
-  [[nodiscard]] Ends match_all(const Points& source, const ElevationMap& map,
-                               const Pose& given) const {
+  /// What of a scan is matched to the map's points, as SP does.
+  [[nodiscard]] static Points standing_of(const Points& scan, sp::ColumnSampler* columns) {
+    const sp::SpConfig as_sp;
+    Points standing;
+    Points out;
+    columns->standing(scan, as_sp.prior_standing_m, &standing);
+    sp::VoxelSampler().sample(standing, as_sp.prior_point_voxel_m, &out);
+    sp::keep_evenly(static_cast<std::size_t>(as_sp.prior.points.most), &out);
+    return out;
+  }
+
+  [[nodiscard]] Ends match_all(const Points& source, const Points& standing,
+                               const ElevationMap& map, const Pose& given) const {
     sp::PriorMatchParams params;
     params.max_iterations = 60;
     sp::PriorMatchWorkspace workspace;
@@ -138,7 +153,7 @@ class MapMatch final : public Command {
       prediction.T_target_vehicle = given * exp_se3(turn);
       prediction.T_target_vehicle.p += off_m * Vec3(std::cos(bearing), std::sin(bearing), 0.0);
       const sp::PriorMatch match =
-          match_prior_map(source, map, prediction, params, kUnlimited, &workspace);
+          match_prior_map(source, standing, map, prediction, params, kUnlimited, &workspace);
       const sp::Registration& r = match.registration;
       ends.iterations += static_cast<double>(r.iterations) / starts_;
       const Eigen::LDLT<Mat6> information(r.information);
