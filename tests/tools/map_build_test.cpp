@@ -133,6 +133,22 @@ TEST_F(MapBuild, APriorMapFillsWhatWasNotSeen) {
   }
 }
 
+TEST_F(MapBuild, PointsOfWhatStandsAreAnOption) {
+  ASSERT_EQ(rcs("map build " + run() + " --truth --points --json -o " + map()), 0) << messages();
+  const json j = json::parse(out());
+  const auto points = j["runs"][0]["surface_points"].get<std::int64_t>();
+  ASSERT_EQ(rcs("map info " + map() + " --check --json"), 0) << messages();
+  const json levels = json::parse(out())["levels"];
+  EXPECT_EQ(levels[0]["surface_points"], points);
+  EXPECT_EQ(levels[1]["surface_points"], 0) << "of the finest level alone";
+  const std::string index = text_of(map() + "/map.index");
+  ASSERT_EQ(rcs("map build " + run() + " --truth --points -o " + map()), 0);
+  EXPECT_THAT(out(), HasSubstr(std::to_string(points) + " surface points"));
+  EXPECT_EQ(text_of(map() + "/map.index"), index) << "the same input, the same bytes";
+  EXPECT_EQ(rcs("map build " + run() + " " + run() + " --truth --points -o " + map()), 2);
+  EXPECT_THAT(messages(), HasSubstr("of one RUN"));
+}
+
 TEST_F(MapBuild, TwoRunsAreTwoSurveys) {
   std::filesystem::copy_file(run(), folder_ + "/again.log");
   ASSERT_EQ(rcs("map build " + run() + " " + folder_ + "/again.log --truth --json -o " + map()), 0)

@@ -111,12 +111,15 @@ Error without(const MapBuild& wanted, const ScanCount& scans) {
       fmt::format("{}: of {} scans not one was made while there were poses", where, scans.no_pose)};
 }
 
-Outcome write(const MapBuilt& built, const MapLevel& level, const GroundBuilder& ground,
-              std::uint16_t date, const std::string& out) {
-  Result<MapWriter> writer = MapWriter::create(out, built.frame, {level});
+Outcome write(const MapLevel& level, const GroundBuilder& ground, const StandingBuilder& standing,
+              std::uint16_t date, const std::string& out, MapBuilt* built) {
+  Result<MapWriter> writer = MapWriter::create(out, built->frame, {level});
   if (!writer) return writer.error();
   for (const Cell tile : ground.tiles()) {
-    if (Outcome put = writer->put(0, ground.tile(level, tile, date)); !put) return put;
+    Raster raster = ground.tile(level, tile, date);
+    raster.points = standing.points(level, tile);
+    built->points += static_cast<std::int64_t>(raster.points.size());
+    if (Outcome put = writer->put(0, raster); !put) return put;
   }
   if (Outcome coarser = writer->add_coarser_levels(); !coarser) return coarser;
   return writer->finish();
@@ -159,7 +162,8 @@ Result<MapBuilt> build_map(const MapBuild& wanted, const std::optional<MapFrame>
     if (!read) return read.error();
   }
   GroundBuilder ground(wanted.ground, surface.get());
-  const auto bytes = [&] { return surface->bytes() + ground.bytes(); };
+  StandingBuilder standing(wanted.standing);
+  const auto bytes = [&] { return surface->bytes() + ground.bytes() + standing.bytes(); };
   read = passes.run(
       [&](const Return& r, const View& view) {
         ground.count(r.p, r.range_m);
@@ -169,12 +173,19 @@ Result<MapBuilt> build_map(const MapBuild& wanted, const std::optional<MapFrame>
   if (!read) return read.error();
   built.seen_through = surface->close();
   ground.settle();
-  read =
-      passes.run([&](const Return& r,
-                     const View& view) { ground.measure(r.p, r.range_m, view.stamp, view.scan); },
-                 bytes);
+  read = passes.run(
+      [&](const Return& r, const View& view) {
+        ground.measure(r.p, r.range_m, view.stamp, view.scan);
+        if (!wanted.points) return;
+        const std::optional<GroundHere> here = surface->at(r.p.x(), r.p.y());
+        if (here && r.p.z() > here->z_m + wanted.standing.above_m) {
+          standing.add(r.p, view.origin, view.scan);
+        }
+      },
+      bytes);
   if (!read) return read.error();
   ground.finish();
+  standing.finish([&](double x_m, double y_m) { return ground.passing(x_m, y_m); });
   built.scans = *read;
   built.ground = ground.figures();
   if (built.ground.cells == 0) return Error{wanted.sensors + ": not a cell of ground was seen"};
@@ -185,7 +196,7 @@ Result<MapBuilt> build_map(const MapBuild& wanted, const std::optional<MapFrame>
   level.cell_m = wanted.ground.cell_m;
   level.bias_sigma_m = built.bias_sigma_m;
   level.bias_correlation_m = wanted.pose_length_m;
-  if (Outcome written = write(built, level, ground, wanted.date, out); !written) {
+  if (Outcome written = write(level, ground, standing, wanted.date, out, &built); !written) {
     return written.error();
   }
   return built;

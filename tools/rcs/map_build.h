@@ -10,6 +10,7 @@
 #include "rcs/terrain/ground_builder.h"
 #include "rcs/terrain/map_index.h"
 #include "rcs/terrain/mount_estimate.h"
+#include "rcs/terrain/standing_builder.h"
 #include "tools/rcs/run_scans.h"
 
 namespace rcs::tools {
@@ -28,6 +29,8 @@ struct MapBuild {
   std::uint16_t date = 0;              ///< days since 2000-01-01
   std::string reference = "WGS84";
   GroundBuilderParams ground;
+  bool points = false;  ///< also of what stands on the ground
+  StandingParams standing;
 };
 
 struct MapBuilt {
@@ -37,6 +40,7 @@ struct MapBuilt {
   MountError mount;
   std::int64_t seen_through = 0;  ///< places whose ground was none
   double bias_sigma_m = 0.0;
+  std::int64_t points = 0;  ///< of what stands on the ground
 };
 
 /// @param frame  of the map; none: the run's own

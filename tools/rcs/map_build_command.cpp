@@ -134,6 +134,9 @@ class MapBuildCommand final : public Command {
         ->capture_default_str();
     app()->add_flag("--keep-mount", keep_mount_,
                     "the LADAR is mounted as configured, and its stamps are right");
+    app()->add_flag("--points", wanted_.points,
+                    "also points of what stands on the ground and stays (trunks, walls), to which "
+                    "scans are matched, too; of one RUN");
     app()->add_option("--prior", prior_,
                       "a map that fills the tiles of the new one where no ground was seen");
     app()->add_option("--date", date_, "of the runs: YYYY-MM-DD, from 2000 on");
@@ -154,6 +157,9 @@ class MapBuildCommand final : public Command {
     for (const std::string& wrong :
          {one_each(sensors_, "--sensors"), one_each(pose_files_, "--poses")}) {
       if (!wrong.empty()) return Error{wrong};
+    }
+    if (wanted_.points && runs_.size() > 1) {
+      return Error{"--points: of one RUN; surveys that are merged keep their ground alone"};
     }
     if (!date_.empty()) {
       const int date = parse_date(date_);
@@ -239,6 +245,7 @@ class MapBuildCommand final : public Command {
               {"moving", g.moving},
               {"unplaced", g.unplaced}}},
             {"cells_grown_over", g.grown_over},
+            {"surface_points", b.points},
             {"places_seen_through", b.seen_through},
             {"mount_turned_deg", {degrees(turn.x()), degrees(turn.y()), degrees(turn.z())}},
             {"stamps_early_ms", 1e3 * -b.mount.late_s}};
@@ -284,8 +291,9 @@ class MapBuildCommand final : public Command {
         fmt::print(stderr, "rcs {}: {}: {}\n", kName, run["log"].get<std::string>(), damage);
       }
     }
-    fmt::print("{}{}: {} cells of {} m{}\n", to_text(table), out_, cells, wanted_.ground.cell_m,
-               filled_ ? fmt::format(", {} of them of {}", filled_->filled, prior_) : "");
+    fmt::print("{}{}: {} cells of {} m{}{}\n", to_text(table), out_, cells, wanted_.ground.cell_m,
+               filled_ ? fmt::format(", {} of them of {}", filled_->filled, prior_) : "",
+               wanted_.points ? fmt::format(", {} surface points", built_.front().points) : "");
     return kExitOk;
   }
 

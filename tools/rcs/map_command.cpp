@@ -49,7 +49,9 @@ class MapInfo final : public Command {
                  {"undulation_m", std::isnan(f.undulation_m) ? Json() : Json(f.undulation_m)},
                  {"source_crs", f.source_crs},
                  {"levels", Json::array()}};
-    Table table{{"level", "cell [m]", "tiles", "km2 known", "east [m]", "north [m]", "z [m]"}, {}};
+    Table table{
+        {"level", "cell [m]", "tiles", "km2 known", "east [m]", "north [m]", "z [m]", "points"},
+        {}};
     if (check_) {
       for (const char* name : {"sigma, median [m]", "sources", "dates"}) {
         table.header.emplace_back(name);
@@ -82,6 +84,7 @@ class MapInfo final : public Command {
   Json level_json(const MapFolder& map, int number, std::int64_t* broken) const {
     const MapLevelIndex& level = map.index().levels[static_cast<std::size_t>(number)];
     std::int64_t known = 0;
+    std::int64_t points = 0;
     float low_m = std::numeric_limits<float>::max();
     float high_m = std::numeric_limits<float>::lowest();
     Vec2 south_west = Vec2::Constant(1e12);
@@ -89,6 +92,7 @@ class MapInfo final : public Command {
     const double side_m = level.level.cell_m * kTileSide;
     for (const MapTileEntry& e : level.tiles) {
       known += e.known;
+      points += e.points;
       low_m = std::min(low_m, e.low_m);
       high_m = std::max(high_m, e.high_m);
       const Vec2 corner = level.level.origin_m + side_m * Vec2(e.tile.i, e.tile.j);
@@ -101,6 +105,7 @@ class MapInfo final : public Command {
         {"bias_correlation_m", level.level.bias_correlation_m},
         {"tiles", level.tiles.size()},
         {"known_cells", known},
+        {"surface_points", points},
         {"known_km2", 1e-6 * static_cast<double>(known) * level.level.cell_m * level.level.cell_m},
         {"east_m", {south_west.x(), north_east.x()}},
         {"north_m", {south_west.y(), north_east.y()}},
@@ -153,7 +158,8 @@ class MapInfo final : public Command {
                                     fmt::format("{:.3f}", level["known_km2"].get<double>()),
                                     span("east_m"),
                                     span("north_m"),
-                                    span("z_m")};
+                                    span("z_m"),
+                                    std::to_string(level["surface_points"].get<std::int64_t>())};
     if (!check_) return row;
     row.push_back(level.contains("sigma_median_m")
                       ? fmt::format("{:.2f}", level["sigma_median_m"].get<double>())
