@@ -5,8 +5,10 @@
 #include <string>
 
 #include "modules/sp/degrade.h"
+#include "modules/sp/expectation.h"
 #include "modules/sp/icp.h"
 #include "modules/sp/prior_match.h"
+#include "modules/sp/prior_scan.h"
 #include "modules/sp/ranges.h"
 #include "modules/sp/relocate.h"
 #include "modules/sp/rolling_map.h"
@@ -37,25 +39,19 @@ struct SpConfig {
   double source_voxel_m = 0.5;    ///< one point a voxel is registered, [0.05, 10]
   double map_voxel_m = 0.2;       ///< and one a voxel inserted in the map, [0.02, 10]
   double publish_voxel_m = 0.15;  ///< and one published for WM's terrain, [0.02, 10]
-  double prior_column_m =
-      2.0;  ///< and the lowest of a column matched to the a priori map, [0.1, 50]
-  double prior_standing_m = 0.5;  ///< what is so much higher than that stands on the ground, and is
-                                  ///< matched to the map's points, [0.05, 20]
-  double prior_point_voxel_m = 0.25;  ///< one point a voxel of that, [0.02, 10]
-  double min_facets = 0.25;  ///< share of the facets without which a scan is dropped, [0, 1]
+  double min_facets = 0.25;       ///< share of the facets without which a scan is dropped, [0, 1]
   Duration facet_timeout =
       from_milliseconds(30.0);  ///< no facet for so long: take what came, [1, 1000]
-  int reseed_after = 10;       ///< scans in a row without a registration start a new map, [1, 1000]
-  double coast_sigma_m = 0.5;  ///< of a constant-velocity prediction, [0.001, 100]
-  double coast_sigma_rad = 0.05;        ///< likewise, [0.0001, 3]
-  double prediction_sigma_scale = 1.0;  ///< on WM's sigma of the prediction, [0.1, 100]
+  int reseed_after = 10;  ///< scans in a row without a registration start a new map, [1, 1000]
 
-  IcpParams icp;            ///< [sp.icp]
-  RollingMapParams map;     ///< [sp.map]
-  PriorMatchParams prior;   ///< [sp.prior]
-  RelocateParams relocate;  ///< [sp.relocate]
-  GrantParams grant;        ///< [sp.grant]
-  DegradeParams degrade;    ///< [sp.degrade]
+  ExpectationParams expectation;  ///< [sp]: coast_sigma_m and its like
+  PriorScanParams prior_scan;     ///< [sp]: prior_column_m and its like
+  IcpParams icp;                  ///< [sp.icp]
+  RollingMapParams map;           ///< [sp.map]
+  PriorMatchParams prior;         ///< [sp.prior]
+  RelocateParams relocate;        ///< [sp.relocate]
+  GrantParams grant;              ///< [sp.grant]
+  DegradeParams degrade;          ///< [sp.degrade]
 };
 
 /// Reads [ladar], [sp] and [world]; tables of other nodes are not looked at.

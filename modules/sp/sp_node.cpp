@@ -13,18 +13,8 @@ namespace rcs::sp {
 namespace {
 
 constexpr double kGravity_mps2 = 9.80665;
-// An inertial sample so much older than the reference instant does not carry the prediction.
-constexpr Duration kInertialGap = from_milliseconds(60.0);
-// A motion says nothing about a moment that is farther away: one of the stamps is wrong.
-constexpr Duration kMotionLasts = from_seconds(2.0);
 // A larger step of the scans' numbers is a driver that counts anew, not a loss.
 constexpr std::int64_t kMostDropped = 1000;
-
-Mat6 isotropic(double sigma_m, double sigma_rad) {
-  Vec6 d;
-  d << Vec3::Constant(sigma_m * sigma_m), Vec3::Constant(sigma_rad * sigma_rad);
-  return d.asDiagonal();
-}
 
 // A covariance that can be inverted, once something is added to it, whatever the message says.
 bool usable_covariance(const Mat6& c) {
@@ -43,7 +33,7 @@ SpNode::SpNode(const SpConfig& config, PriorTerrain prior, Bus* bus)
       ins_(bus, channel::kIns, 256),
       nav_states_(bus, channel::kWmNavState, 8),
       registration_out_(bus, channel::kSpRegistration),
-      points_out_(bus, channel::kSpPoints),
+      points_out_(bus),
       report_(bus, config.info.name, from_seconds(1.0)),
       assembler_(config.ladar),
       inertial_(256),
@@ -58,12 +48,10 @@ void SpNode::reserve() {
   const auto n =
       static_cast<std::size_t>(config_.ladar.rows) * static_cast<std::size_t>(config_.ladar.cols);
   assembler_.scan()->reserve(n);
-  for (Points* points :
-       {&dense_, &source_, &published_, &prior_source_, &standing_, &prior_standing_})
-    points->reserve(n);
+  for (Points* points : {&dense_, &source_}) points->reserve(n);
   map_sampler_.reserve(n);
   source_sampler_.reserve(n);
-  column_sampler_.reserve(n);
+  prior_scan_.reserve(n);
   map_.reserve(n);
   icp_.matches.reserve(n);
   icp_.pairs_of_voxel.resize(map_.voxel_ids());
@@ -71,10 +59,7 @@ void SpNode::reserve() {
   prior_match_.points.reserve(n);
   prior_match_.standing.matches.reserve(n);
   prior_match_.standing.points.reserve(n);
-  points_message_.x_m.reserve(kPointsPerMessage);
-  points_message_.y_m.reserve(kPointsPerMessage);
-  points_message_.z_m.reserve(kPointsPerMessage);
-  points_out_.reserve(12 * kPointsPerMessage + 256);
+  points_out_.reserve(n);
 }
 
 std::vector<const InboxBase*> SpNode::inboxes() const {
@@ -121,7 +106,7 @@ void SpNode::take_inertial() {
 void SpNode::take_belief(Stamp now) {
   const nav_state_t* m = nav_states_.latest();
   if (m == nullptr) return;
-  belief_.reset();
+  motion_guess_.believe(std::nullopt, Mat6::Identity());
   T_world_rolling_.reset();
   T_level_rolling_.reset();
   Pose T_world_vehicle;
@@ -147,8 +132,7 @@ void SpNode::take_belief(Stamp now) {
     s.gyro_bias_radps = from_message(m->gyro_bias_radps);
     s.accel_bias_mps2 = from_message(m->accel_bias_mps2);
     s.rate_vehicle_radps = from_message(m->rate_vehicle_radps);
-    belief_ = s;
-    belief_covariance_ = rolling_covariance;
+    motion_guess_.believe(s, rolling_covariance);
     // Upright from WM's start on, and then LADAR and INS alone.
     if (m->world_valid == 0) T_level_rolling_ = T_world_vehicle * T_rolling_vehicle.inverse();
     const Geodetic datum{radians(m->datum_lat_deg), radians(m->datum_lon_deg), {m->datum_height_m}};
@@ -210,7 +194,8 @@ void SpNode::finish_scan(const Cycle& cycle) {
   cycle.stages->mark("convert");
   choose_level(cycle);
   begin_answer(cycle);
-  const Expectation expected = expect(assembler_.scan()->reference);
+  const Expectation expected =
+      motion_guess_.expect(assembler_.scan()->reference, inertial_, config_.expectation);
   const int facets_lost = assembler_.facets_missing();
   if (facets_lost > 0) {
     report_.warn(cycle.now, "scan.incomplete", "scan {}: {} facets did not come",
@@ -322,36 +307,6 @@ void SpNode::prepare_points(const Cycle& cycle, const Expectation& expected) {
   cycle.stages->mark("sample");
 }
 
-SpNode::Expectation SpNode::expect(Stamp reference) const {
-  Expectation e;
-  const bool inertial_covers =
-      inertial_.size() > 0 && inertial_[inertial_.size() - 1].stamp >= reference - kInertialGap;
-  const auto lasts = [reference](Stamp stamp) {
-    return reference - stamp <= kMotionLasts && stamp - reference <= kMotionLasts;
-  };
-  if (belief_ && inertial_covers && lasts(belief_->stamp)) {
-    e.at_reference = propagate(*belief_, inertial_, reference);
-    const double dt = std::abs(seconds(reference - belief_->stamp));
-    e.covariance = config_.prediction_sigma_scale * config_.prediction_sigma_scale *
-                   (belief_covariance_ + isotropic(0.01 + 0.1 * dt, 0.001 + 0.01 * dt));
-    return e;
-  }
-  // Constant velocity: the last motion goes on.
-  e.covariance = isotropic(config_.coast_sigma_m, config_.coast_sigma_rad);
-  e.at_reference.stamp = reference;
-  e.at_reference.T_rolling_vehicle = last_.T_rolling_vehicle;
-  if (before_last_.stamp == Stamp::min() || !lasts(last_.stamp)) return e;
-  const double dt = seconds(last_.stamp - before_last_.stamp);
-  const Pose moved = before_last_.T_rolling_vehicle.inverse() * last_.T_rolling_vehicle;
-  const Vec6 twist = log_se3(moved) / dt;
-  if (!within(twist.head<3>(), kFastest_mps) || !within(twist.tail<3>(), kFastest_radps)) return e;
-  e.at_reference.stamp = last_.stamp;
-  e.at_reference.v_rolling = last_.T_rolling_vehicle.q * twist.head<3>();
-  e.at_reference.rate_vehicle_radps = twist.tail<3>();
-  e.at_reference = coast(e.at_reference, reference);
-  return e;
-}
-
 void SpNode::seed(const Pose& T_rolling_vehicle) {
   // Distinct from the epochs of an earlier run of this process, so that WM cannot mix them up.
   const auto from_time =
@@ -360,9 +315,8 @@ void SpNode::seed(const Pose& T_rolling_vehicle) {
   failures_ = 0;
   map_.clear();
   map_.insert(dense_, T_rolling_vehicle);
-  last_ = {};
-  before_last_ = {};
-  remember(T_rolling_vehicle);
+  motion_guess_.forget_poses();
+  motion_guess_.remember(from_utime(registration_message_.utime), T_rolling_vehicle);
   Registration seeded;
   seeded.stop = Stop::kSeeded;
   seeded.T_target_vehicle = T_rolling_vehicle;
@@ -396,7 +350,7 @@ void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
   }
   failures_ = 0;
   const Pose T_rolling_vehicle = fused_pose(prediction, rolling);
-  remember(T_rolling_vehicle);
+  motion_guess_.remember(from_utime(registration_message_.utime), T_rolling_vehicle);
   publish_points(T_rolling_vehicle);
   if (ladder_.level < Degrade::kNoPrior) {
     match_prior(cycle, T_rolling_vehicle);
@@ -413,18 +367,12 @@ void SpNode::match_prior(const Cycle& cycle, const Pose& T_rolling_vehicle) {
   if (!T_world_rolling_ || !prior_.T_map_world()) return;
   const Pose& T_map_world = *prior_.T_map_world();
   const Pose T_world_vehicle = *T_world_rolling_ * T_rolling_vehicle;
-  column_sampler_.sample(dense_, T_world_vehicle.q.conjugate() * Vec3::UnitZ(),
-                         config_.prior_column_m, &prior_source_);
-  prior_standing_.clear();
-  if (prior_.map().has_points() && config_.prior.points.most > 0) {
-    column_sampler_.standing(dense_, config_.prior_standing_m, &standing_);
-    source_sampler_.sample(standing_, config_.prior_point_voxel_m, &prior_standing_);
-    keep_evenly(static_cast<std::size_t>(config_.prior.points.most), &prior_standing_);
-  }
+  prior_scan_.take(dense_, T_world_vehicle.q.conjugate() * Vec3::UnitZ(),
+                   prior_.map().has_points() ? config_.prior.points.most : 0, config_.prior_scan);
   const Prediction prediction{T_map_world * T_world_vehicle,
                               world_covariance_ + isotropic(0.01, 0.001)};
-  PriorMatch match = match_prior_map(prior_source_, prior_standing_, prior_.map(), prediction,
-                                     config_.prior, granted_, &prior_match_);
+  PriorMatch match = match_prior_map(prior_scan_.ground(), prior_scan_.standing(), prior_.map(),
+                                     prediction, config_.prior, granted_, &prior_match_);
   match.registration.T_target_vehicle = T_map_world.inverse() * match.registration.T_target_vehicle;
   answer(match.registration, registration_t::TARGET_PRIOR_MAP);
   registration_message_.n_tiles = 1;
@@ -452,28 +400,9 @@ void SpNode::search_start(const Cycle& cycle, const Pose& T_rolling_vehicle) {
   registration_out_.publish(&registration_message_);
 }
 
-void SpNode::remember(const Pose& T_rolling_vehicle) {
-  const Stamp stamp = from_utime(registration_message_.utime);
-  before_last_ = stamp > last_.stamp ? last_ : Fix{};  // a clock that steps back gives no velocity
-  last_ = {stamp, T_rolling_vehicle};
-}
-
 void SpNode::publish_points(const Pose& T_rolling_vehicle) {
-  points_t& m = points_message_;
-  m.utime = registration_message_.utime;
-  m.scan_id = registration_message_.scan_id;
-  m.map_epoch = epoch_;
-  to_message(T_rolling_vehicle, m.q_rolling_vehicle, m.p_rolling_vehicle_m);
-  source_sampler_.sample(dense_, config_.publish_voxel_m, &published_);
-  const std::size_t parts = (published_.size() + kPointsPerMessage - 1) / kPointsPerMessage;
-  m.part_count = static_cast<std::int16_t>(parts);
-  for (std::size_t part = 0; part < parts; ++part) {
-    const std::size_t begin = part * kPointsPerMessage;
-    const std::size_t end = std::min(begin + kPointsPerMessage, published_.size());
-    m.part = static_cast<std::int16_t>(part);
-    fill(published_, begin, end, &m);
-    points_out_.publish(&m);
-  }
+  points_out_.publish(dense_, config_.publish_voxel_m, T_rolling_vehicle,
+                      registration_message_.utime, registration_message_.scan_id, epoch_);
 }
 
 namespace {

@@ -10,12 +10,13 @@
 #include "lcmtypes/rcs/ladar_points_t.hpp"
 #include "lcmtypes/rcs/ladar_ranges_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
-#include "lcmtypes/rcs/points_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
 #include "lcmtypes/rcs/scan_account_t.hpp"
 #include "modules/sp/degrade.h"
-#include "modules/sp/motion.h"
+#include "modules/sp/expectation.h"
+#include "modules/sp/points_node.h"
 #include "modules/sp/prior_match.h"
+#include "modules/sp/prior_scan.h"
 #include "modules/sp/scan_assembler.h"
 #include "modules/sp/scan_filter.h"
 #include "modules/sp/sp_config.h"
@@ -39,12 +40,6 @@ class SpNode final : public Node {
   [[nodiscard]] int degrade_level() const override { return static_cast<int>(ladder_.level); }
 
  private:
-  // Where the vehicle is expected at the scan's reference instant, and how it moves meanwhile.
-  struct Expectation {
-    MotionState at_reference;
-    Mat6 covariance = Mat6::Identity();
-  };
-
   void reserve();
   void take_inertial();
   void take_belief(Stamp now);
@@ -58,12 +53,10 @@ class SpNode final : public Node {
   void answer(const Registration& registration, int target);
   void answer_without_registering(Stop stop, const Expectation& expected);
   void prepare_points(const Cycle& cycle, const Expectation& expected);
-  [[nodiscard]] Expectation expect(Stamp reference) const;
   void register_scan(const Cycle& cycle, const Expectation& expected);
   void search_start(const Cycle& cycle, const Pose& T_rolling_vehicle);
   void match_prior(const Cycle& cycle, const Pose& T_rolling_vehicle);
   void seed(const Pose& T_rolling_vehicle);
-  void remember(const Pose& T_rolling_vehicle);
   void publish_points(const Pose& T_rolling_vehicle);
 
   SpConfig config_;
@@ -76,7 +69,7 @@ class SpNode final : public Node {
   Inbox<ins_t> ins_;
   Inbox<nav_state_t> nav_states_;
   Outbox<registration_t> registration_out_;
-  Outbox<points_t> points_out_;
+  PointsWriter points_out_;
   Report report_;
 
   ScanAssembler assembler_;
@@ -93,34 +86,21 @@ class SpNode final : public Node {
   MotionTable motion_;
   VoxelSampler map_sampler_;
   VoxelSampler source_sampler_;
-  ColumnSampler column_sampler_;
-  Points dense_;           // what goes into the map
-  Points source_;          // what is registered
-  Points published_;       // what WM's terrain is made of
-  Points prior_source_;    // what is matched to the a priori map
-  Points standing_;        // on the ground
-  Points prior_standing_;  // of that what is matched to the a priori map
+  PriorScan prior_scan_;
+  Points dense_;   // what goes into the map
+  Points source_;  // what is registered
   RollingMap map_;
   IcpWorkspace icp_;
   PriorMatchWorkspace prior_match_;
 
   std::int32_t epoch_ = 0;  // of the map; 0: none yet
   int failures_ = 0;        // in a row
-  // The last two registered poses: the constant-velocity guess.
-  struct Fix {
-    Stamp stamp = Stamp::min();
-    Pose T_rolling_vehicle;
-  };
-  Fix last_, before_last_;
-  // WM's newest belief, when it is about the map in hand.
-  std::optional<MotionState> belief_;
-  Mat6 belief_covariance_ = Mat6::Identity();
+  MotionGuess motion_guess_;
   std::optional<Pose> T_level_rolling_;  // while the world is unknown
   std::optional<Pose> T_world_rolling_;
   Mat6 world_covariance_ = Mat6::Identity();
 
   registration_t registration_message_{};
-  points_t points_message_{};
 };
 
 /// Opens the a priori map that the configuration names, and makes the node.

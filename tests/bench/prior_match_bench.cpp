@@ -8,6 +8,7 @@
 #include <iterator>
 
 #include "modules/sp/prior_match.h"
+#include "modules/sp/prior_scan.h"
 #include "modules/sp/scan_filter.h"
 #include "tests/sp/scene.h"
 
@@ -66,7 +67,6 @@ struct Ladar {
 };
 constexpr Ladar kDemo3{32, 180, -15.0, 5.0, 90.0, 60.0, 0.1};
 constexpr Ladar kHdl64{64, 1900, -24.8, 2.0, 360.0, 80.0, 0.2};
-constexpr double kColumn_m = 2.0;
 
 Points scan(const Ladar& ladar, const Pose& T, bool walls) {
   constexpr double kStep_m = 0.25;
@@ -102,29 +102,19 @@ void match(benchmark::State& state, const Ladar& ladar, double cell_m, bool wall
   VoxelSampler().sample(scan(ladar, T, walls), ladar.map_voxel_m, &points);
   const Prediction prediction =
       test::prediction(T * test::pose(0.3, -0.2, 0.1, 0.002, 0.002, 0.005), 0.3, 0.005);
-  ColumnSampler sampler;
-  Points columns;
-  constexpr double kStanding_m = 0.5;
-  constexpr double kPointVoxel_m = 0.25;
-  VoxelSampler thinner;
-  Points standing;
-  Points thin;
+  PriorScan matched;
   PriorMatchWorkspace workspace;
   const PriorMatchParams params;
   PriorMatch found;
   for (auto _ : state) {
-    sampler.sample(points, Vec3::UnitZ(), kColumn_m, &columns);
-    if (walls) {
-      sampler.standing(points, kStanding_m, &standing);
-      thinner.sample(standing, kPointVoxel_m, &thin);
-      keep_evenly(static_cast<std::size_t>(params.points.most), &thin);
-    }
-    found = match_prior_map(columns, thin, map, prediction, params, 1'000'000'000, &workspace);
+    matched.take(points, Vec3::UnitZ(), walls ? params.points.most : 0, {});
+    found = match_prior_map(matched.ground(), matched.standing(), map, prediction, params,
+                            1'000'000'000, &workspace);
     benchmark::DoNotOptimize(found);
   }
   state.counters["points"] = static_cast<double>(points.size());
-  state.counters["columns"] = static_cast<double>(columns.size());
-  state.counters["standing"] = static_cast<double>(thin.size());
+  state.counters["columns"] = static_cast<double>(matched.ground().size());
+  state.counters["standing"] = static_cast<double>(matched.standing().size());
   state.counters["iterations"] = found.registration.iterations;
   state.counters["stop"] = static_cast<double>(found.registration.stop);
 }

@@ -9,8 +9,7 @@
 #include <random>
 
 #include "modules/sp/prior_match.h"
-#include "modules/sp/scan_filter.h"
-#include "modules/sp/sp_config.h"
+#include "modules/sp/prior_scan.h"
 #include "tools/rcs/cloud_file.h"
 #include "tools/rcs/command.h"
 #include "tools/rcs/trajectory.h"
@@ -106,32 +105,21 @@ class MapMatch final : public Command {
     for (std::size_t i = 0; i < cloud->points.size(); ++i) {
       if (cloud->points[i].norm() <= reach_m_) near.push_back(cloud->points[i]);
     }
-    Points source;
-    sp::ColumnSampler columns;
-    columns.sample(near, given.q.conjugate() * Vec3::UnitZ(), column_m_, &source);
-    Points standing;
-    if (map->has_points()) standing = standing_of(near, &columns);
-    const Ends ends = match_all(source, standing, *map, given);
+    sp::PriorScanParams as_sp;
+    as_sp.column_m = column_m_;
+    const int most_standing = map->has_points() ? sp::PriorMatchParams().points.most : 0;
+    sp::PriorScan scan;
+    scan.take(near, given.q.conjugate() * Vec3::UnitZ(), most_standing, as_sp);
+    const Ends ends = match_all(scan, *map, given);
     if (ends.poses.empty()) {
       return fail(kName, Error{fmt::format("not one of {} starts found the map", starts_)});
     }
-    return tell(ends, given, static_cast<int>(source.size()));
+    return tell(ends, given, static_cast<int>(scan.ground().size()));
   }
 
  private:
-  /// What of a scan is matched to the map's points, as SP does.
-  [[nodiscard]] static Points standing_of(const Points& scan, sp::ColumnSampler* columns) {
-    const sp::SpConfig as_sp;
-    Points standing;
-    Points out;
-    columns->standing(scan, as_sp.prior_standing_m, &standing);
-    sp::VoxelSampler().sample(standing, as_sp.prior_point_voxel_m, &out);
-    sp::keep_evenly(static_cast<std::size_t>(as_sp.prior.points.most), &out);
-    return out;
-  }
-
-  [[nodiscard]] Ends match_all(const Points& source, const Points& standing,
-                               const ElevationMap& map, const Pose& given) const {
+  [[nodiscard]] Ends match_all(const sp::PriorScan& scan, const ElevationMap& map,
+                               const Pose& given) const {
     sp::PriorMatchParams params;
     params.max_iterations = 60;
     sp::PriorMatchWorkspace workspace;
@@ -152,8 +140,8 @@ class MapMatch final : public Command {
       turn[5] = radians(turned_deg_) * uniform(rng);
       prediction.T_target_vehicle = given * exp_se3(turn);
       prediction.T_target_vehicle.p += off_m * Vec3(std::cos(bearing), std::sin(bearing), 0.0);
-      const sp::PriorMatch match =
-          match_prior_map(source, standing, map, prediction, params, kUnlimited, &workspace);
+      const sp::PriorMatch match = match_prior_map(scan.ground(), scan.standing(), map, prediction,
+                                                   params, kUnlimited, &workspace);
       const sp::Registration& r = match.registration;
       ends.iterations += static_cast<double>(r.iterations) / starts_;
       const Eigen::LDLT<Mat6> information(r.information);
