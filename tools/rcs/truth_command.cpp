@@ -44,7 +44,9 @@ class Truth final : public Command {
         ->add_option("-o,--out", out_, "TUM file of the poses; others are named after it")
         ->required();
     app()
-        ->add_option("--rounds", params_.rounds, "of registering the scans and smoothing")
+        ->add_option("--rounds", params_.rounds,
+                     "of registering the scans and smoothing, at most; it ends when poses "
+                     "stay\nwhere they are to 5 mm")
         ->capture_default_str()
         ->check(CLI::Range(1, 20));
     app()

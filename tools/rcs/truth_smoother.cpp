@@ -99,6 +99,7 @@ Result<TruthResult> smooth(const TruthRecording& recording, const TruthVehicle& 
     out.rounds.push_back({matches.consecutive, matches.revisit, out.solved.iterations,
                           out.solved.converged, rms_between(before, out.solved.state)});
     progress(share * (round + 1));
+    if (out.rounds.back().moved_m < params.settled_m) break;
   }
   if (stop()) return Error{"interrupted"};
   if (out.solved.singular) return Error{"the measurements do not determine the poses"};

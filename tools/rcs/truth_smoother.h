@@ -18,7 +18,11 @@ struct TruthParams {
   NodeParams nodes;
   MatchingParams matching;
   SolverParams solver;
-  int rounds = 2;                ///< of registering and solving, after one without scans
+  /// Of registering and solving, after one without scans, at most. Scans are registered to maps
+  /// that were made with the poses of the round before: an error of their scale fades by half a
+  /// round.
+  int rounds = 8;
+  double settled_m = 0.005;      ///< a round that moves the nodes by less (RMS) is the last
   double residual_gate_m = 0.3;  ///< of points that count for the map's residual
 };
 
