@@ -4,9 +4,11 @@
 
 #include <cerrno>
 #include <csignal>
+#include <future>
 #include <utility>
 
 #include "rcs/base/check.h"
+#include "rcs/node/realtime.h"
 
 namespace rcs {
 
@@ -17,8 +19,14 @@ AsyncTileLoader::AsyncTileLoader(std::string map) : map_(std::move(map)) {
   sigset_t before;
   sigfillset(&all);
   pthread_sigmask(SIG_SETMASK, &all, &before);
-  thread_ = std::thread([this] { work(); });
+  std::promise<void> in_background;
+  thread_ = std::thread([this, &in_background] {
+    run_in_background();
+    in_background.set_value();
+    work();
+  });
   pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  in_background.get_future().wait();
 }
 
 AsyncTileLoader::~AsyncTileLoader() {

@@ -13,8 +13,8 @@
 
 namespace rcs {
 
-/// Files are read and decoded by a thread of ordinary priority; start() and finished() never wait
-/// for it, lock or allocate, but for the text of a failure. For one caller.
+/// Files are read and decoded by a thread in the background, which no cycle waits for; start() and
+/// finished() never wait for it, lock or allocate, but for the text of a failure. For one caller.
 class AsyncTileLoader final : public TileLoader {
  public:
   /// @param map  the map's folder

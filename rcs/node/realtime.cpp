@@ -14,18 +14,21 @@
 #include <cstring>
 #include <memory>
 
+#include "rcs/base/check.h"
+
 namespace rcs {
 namespace {
 
 /// More than the deepest call of a cycle needs; the rest of the stack is never touched.
 constexpr std::size_t kStackBytes = std::size_t{512} << 10;
 constexpr std::size_t kPageBytes = 4096;
+constexpr int kBackground = SCHED_IDLE;
 
 struct CloseDirectory {
   void operator()(DIR* d) const { (void)closedir(d); }
 };
 
-/// Of this process, but for the calling thread.
+/// Of this process, but for the calling thread and those in the background.
 std::vector<pid_t> other_threads() {
   std::vector<pid_t> threads;
   const std::unique_ptr<DIR, CloseDirectory> tasks(opendir("/proc/self/task"));
@@ -33,7 +36,8 @@ std::vector<pid_t> other_threads() {
   // NOLINTNEXTLINE(concurrency-mt-unsafe): a stream of our own
   while (const dirent* entry = readdir(tasks.get())) {
     const auto id = static_cast<pid_t>(std::strtol(entry->d_name, nullptr, 10));
-    if (id > 0 && id != gettid()) threads.push_back(id);  // "." and ".." are 0
+    if (id <= 0 || id == gettid()) continue;  // "." and ".." are 0
+    if (sched_getscheduler(id) != kBackground) threads.push_back(id);
   }
   return threads;
 }
@@ -124,6 +128,12 @@ RealtimeGrant request_realtime(const RealtimeParams& params) {
     }
   }
   return grant;
+}
+
+void run_in_background() {
+  const sched_param param{};
+  // Never refused: it asks for less than everybody has.
+  RCS_CHECK(sched_setscheduler(0, kBackground, &param) == 0);
 }
 
 }  // namespace rcs

@@ -19,12 +19,17 @@ struct RealtimeGrant {
   std::vector<std::string> refusals;  ///< what was asked for and not granted, and why
 };
 
-/// For the calling thread and all threads that the process has by now; those are LCM's receiver,
-/// so call it when the bus and the node are there, just before the first cycle.
+/// For the calling thread and all threads that the process has by now, but for those in the
+/// background; those are LCM's receiver, so call it when the bus and the node are there, just
+/// before the first cycle.
 ///
 /// The receiver gets one priority more than the node. At ordinary priority any program could keep
 /// messages from a node that itself would run at once; at the node's own, on the same processor, a
 /// long cycle would leave the socket's buffer to overflow. It takes microseconds a packet.
 [[nodiscard]] RealtimeGrant request_realtime(const RealtimeParams& params);
+
+/// For the calling thread, from now on: whatever else wants to run goes first, at once, and
+/// request_realtime() passes it over.
+void run_in_background();
 
 }  // namespace rcs

@@ -183,20 +183,5 @@ TEST_F(ProcessNodeTest, AllocatesNothingOnceWarm) {
   }
 }
 
-TEST(Realtime, NothingAskedForNothingRefused) {
-  const RealtimeGrant grant = request_realtime({});
-  EXPECT_EQ(grant.realtime_priority, 0);
-  EXPECT_FALSE(grant.memory_locked);
-  EXPECT_TRUE(grant.refusals.empty());
-}
-
-TEST(Realtime, AProcessorThatIsNotThereIsRefusedAndSaid) {
-  RealtimeParams params;
-  params.cpus = {1023};
-  const RealtimeGrant grant = request_realtime(params);
-  ASSERT_EQ(grant.refusals.size(), 1U);
-  EXPECT_EQ(grant.refusals[0], "processors 1023 not granted: there are none such");
-}
-
 }  // namespace
 }  // namespace rcs
