@@ -1,25 +1,16 @@
-// The estimator on synthetic drives: consistency, start-up from whatever exists, outages, bad data.
+// The estimator on synthetic drives: consistency, start-up from whatever exists, outages.
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
 #include <cmath>
 
 #include "modules/wm/alignment.h"
-#include "modules/wm/estimator.h"
 #include "modules/wm/sources.h"
 #include "tests/support/heap_guard.h"
-#include "tests/wm/synthetic.h"
+#include "tests/wm/estimator_rig.h"
 
 namespace rcs::wm {
 namespace {
-
-struct Experiment {
-  bool ins = true, gps = true, ladar = true, odometry = false;
-  double outage_from_s = 1e9, outage_to_s = 1e9;
-  DriveScript drive;
-  SensorScript sensors;
-  WmParams params;
-};
 
 struct Score {
   double nees_pose = 0.0;       ///< mean per degree of freedom, position and attitude
@@ -34,26 +25,6 @@ struct Score {
   Mode mode = Mode::kAlign;
   int samples = 0;
 };
-
-/// A drive, what it is sensed with, and who estimates it.
-struct Rig {
-  explicit Rig(const Experiment& experiment = {})
-      : truth(make_drive(experiment.drive)),
-        sensors(truth, experiment.params, experiment.sensors),
-        estimator(experiment.params, test_datum()) {}
-  Rig(const Rig&) = delete;  // the sensors look at its truth
-  Rig& operator=(const Rig&) = delete;
-  ~Rig() = default;
-
-  const std::vector<Truth> truth;
-  Sensors sensors;
-  Estimator estimator;
-};
-
-ImuSample later(ImuSample imu, Duration by) {
-  imu.stamp += by;
-  return imu;
-}
 
 Score run(const Experiment& experiment) {
   Rig rig(experiment);
@@ -359,64 +330,6 @@ TEST(Estimator, TheLocalPoseNeverSteps) {
   EXPECT_LT(largest_m, 0.02);
 }
 
-TEST(Estimator, AClockThatStepsForAllIsFollowed) {
-  for (const double step_s : {+40.0, -40.0}) {
-    Experiment experiment;
-    experiment.drive.length_s = 40.0;
-    Rig rig(experiment);
-    auto& [truth, sensors, estimator] = rig;
-    for (std::size_t i = 1; i < truth.size(); ++i) {
-      const Duration shift = i > 2000 ? from_seconds(step_s) : Duration::zero();
-      estimator.add(later(sensors.imu(i), shift));
-      if (i % 10 == 0) estimator.add(truth[i].stamp + shift, sensors.scan(i));
-      if (i % 20 == 0) estimator.add(truth[i].stamp + shift, sensors.gps(i));
-      estimator.fuse();
-      estimator.clear_innovations();
-    }
-    EXPECT_EQ(estimator.clock_steps(), 1);
-    EXPECT_EQ(estimator.mode(), Mode::kGpsInsLadar);
-    EXPECT_EQ(estimator.state().belief.x.stamp, truth.back().stamp + from_seconds(step_s));
-    EXPECT_LT(
-        (estimator.state().belief.x.T_world_vehicle.p - truth.back().T_world_vehicle.p).norm(),
-        2.0);
-  }
-}
-
-TEST(Estimator, OneStampFromTheFutureIsRefused) {
-  Experiment experiment;
-  experiment.drive.length_s = 10.0;
-  Rig rig(experiment);
-  auto& [truth, sensors, estimator] = rig;
-  for (std::size_t i = 1; i < truth.size(); ++i) {
-    estimator.add(sensors.imu(i));
-    if (i == 700) {
-      EXPECT_EQ(estimator.add(later(sensors.imu(i), std::chrono::hours(1))), Reason::kInvalid);
-    }
-    estimator.fuse();
-  }
-  EXPECT_EQ(estimator.state().belief.x.stamp, truth.back().stamp);
-  EXPECT_EQ(estimator.clock_steps(), 0);
-}
-
-TEST(Estimator, OneStampFromTheFutureBeforeTheStartDelaysItByLittle) {
-  Rig rig;
-  auto& [truth, sensors, estimator] = rig;
-  estimator.add(later(sensors.imu(1), std::chrono::hours(1000)));
-  for (std::size_t i = 2; i < truth.size(); ++i) {
-    estimator.add(sensors.imu(i));
-    estimator.fuse();
-  }
-  ASSERT_TRUE(estimator.started());
-  EXPECT_EQ(estimator.state().belief.x.stamp, truth.back().stamp);
-}
-
-TEST(Estimator, WithoutAnInsOneOfItsStampsFromTheFutureDoesNotKeepTheLadarWaiting) {
-  Rig rig;
-  auto& [truth, sensors, estimator] = rig;
-  estimator.add(later(sensors.imu(1), std::chrono::hours(1000)));
-  EXPECT_EQ(estimator.add(truth[10].stamp, sensors.scan(10)), Reason::kAccepted);
-}
-
 TEST(Estimator, InANewMapNoVarianceIsBelowZero) {
   Rig rig;
   auto& [truth, sensors, estimator] = rig;
@@ -451,61 +364,6 @@ TEST(Estimator, DoesNotAllocateOnceItRuns) {
   }
   EXPECT_TRUE(estimator.state().memory.anchored);
   EXPECT_EQ(allocations, 0);
-}
-
-/// Without GPS; what SP's search finds comes once, 12 s after the start.
-Rig& start_on_map(Rig* rig, const Vec3& off_m, double sigma_m, double sigma_rad) {
-  auto& [truth, sensors, estimator] = *rig;
-  for (std::size_t i = 1; i < truth.size(); ++i) {
-    estimator.add(sensors.imu(i));
-    if (i % 10 != 0) continue;
-    estimator.add(truth[i].stamp, sensors.scan(i));
-    if (i == 1200) {
-      PriorMatch found;
-      found.T_world_vehicle = truth[i].T_world_vehicle;
-      found.T_world_vehicle.p += off_m;
-      Vec6 sigma;
-      sigma << Vec3::Constant(sigma_m), Vec3::Constant(sigma_rad);
-      found.information = sigma.cwiseAbs2().cwiseInverse().asDiagonal();
-      found.bias = {0.3, 500.0};
-      EXPECT_EQ(estimator.add(truth[i].stamp, found), Reason::kAccepted);
-    }
-    estimator.fuse();
-    estimator.clear_innovations();
-  }
-  return *rig;
-}
-
-TEST(StartOnMap, AMatchIsWhereTheWorldBegins) {
-  Experiment experiment;
-  experiment.drive.length_s = 20.0;
-  Rig rig(experiment);
-  const FilterState& s = start_on_map(&rig, Vec3(0.5, -0.4, 0.2), 0.5, 0.01).estimator.state();
-  EXPECT_TRUE(s.memory.anchored);
-  EXPECT_EQ(s.memory.world_resets, 1);
-  const Truth& at = rig.truth.back();
-  const Vec3 off = s.belief.x.T_world_vehicle.p - at.T_world_vehicle.p;
-  EXPECT_LT(off.norm(), 1.5);
-  const Mat3 P = s.belief.P.topLeftCorner<3, 3>();
-  EXPECT_LT(off.dot(P.ldlt().solve(off)), 11.3);  // 99 %
-  // It errs as the survey does there, and says so: place and map offset together are known better
-  // than each.
-  const Mat3 O = s.belief.P.block<3, 3>(kMapOffset, kMapOffset);
-  const Mat3 both = P + O + s.belief.P.block<3, 3>(kPosition, kMapOffset) +
-                    s.belief.P.block<3, 3>(kMapOffset, kPosition);
-  const double survey_m = PriorMapParams{}.bias_margin * 0.3;
-  EXPECT_GT(P.trace(), 3.0 * survey_m * survey_m);
-  EXPECT_LT(both.trace(), 0.6 * P.trace());
-  EXPECT_GT(Eigen::LDLT<Cov>(Cov(s.belief.P + 1e-12 * Cov::Identity())).vectorD().minCoeff(), 0.0);
-}
-
-TEST(StartOnMap, AMatchThatDoesNotTellTheHeadingIsNoStart) {
-  Experiment experiment;
-  experiment.drive.length_s = 16.0;
-  Rig rig(experiment);
-  EXPECT_FALSE(start_on_map(&rig, Vec3::Zero(), 0.5, 0.2).estimator.state().memory.anchored);
-  Rig other(experiment);
-  EXPECT_FALSE(start_on_map(&other, Vec3::Zero(), 20.0, 0.01).estimator.state().memory.anchored);
 }
 
 }  // namespace

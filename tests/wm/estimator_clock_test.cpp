@@ -1,0 +1,75 @@
+// The estimator and clocks: of one source, of all, before the start and after it.
+#include <gtest/gtest.h>
+
+#include <chrono>
+
+#include "tests/wm/estimator_rig.h"
+
+namespace rcs::wm {
+namespace {
+
+ImuSample later(ImuSample imu, Duration by) {
+  imu.stamp += by;
+  return imu;
+}
+
+TEST(EstimatorClock, AClockThatStepsForAllIsFollowed) {
+  for (const double step_s : {+40.0, -40.0}) {
+    Experiment experiment;
+    experiment.drive.length_s = 40.0;
+    Rig rig(experiment);
+    auto& [truth, sensors, estimator] = rig;
+    for (std::size_t i = 1; i < truth.size(); ++i) {
+      const Duration shift = i > 2000 ? from_seconds(step_s) : Duration::zero();
+      estimator.add(later(sensors.imu(i), shift));
+      if (i % 10 == 0) estimator.add(truth[i].stamp + shift, sensors.scan(i));
+      if (i % 20 == 0) estimator.add(truth[i].stamp + shift, sensors.gps(i));
+      estimator.fuse();
+      estimator.clear_innovations();
+    }
+    EXPECT_EQ(estimator.clock_steps(), 1);
+    EXPECT_EQ(estimator.mode(), Mode::kGpsInsLadar);
+    EXPECT_EQ(estimator.state().belief.x.stamp, truth.back().stamp + from_seconds(step_s));
+    EXPECT_LT(
+        (estimator.state().belief.x.T_world_vehicle.p - truth.back().T_world_vehicle.p).norm(),
+        2.0);
+  }
+}
+
+TEST(EstimatorClock, OneStampFromTheFutureIsRefused) {
+  Experiment experiment;
+  experiment.drive.length_s = 10.0;
+  Rig rig(experiment);
+  auto& [truth, sensors, estimator] = rig;
+  for (std::size_t i = 1; i < truth.size(); ++i) {
+    estimator.add(sensors.imu(i));
+    if (i == 700) {
+      EXPECT_EQ(estimator.add(later(sensors.imu(i), std::chrono::hours(1))), Reason::kInvalid);
+    }
+    estimator.fuse();
+  }
+  EXPECT_EQ(estimator.state().belief.x.stamp, truth.back().stamp);
+  EXPECT_EQ(estimator.clock_steps(), 0);
+}
+
+TEST(EstimatorClock, OneStampFromTheFutureBeforeTheStartDelaysItByLittle) {
+  Rig rig;
+  auto& [truth, sensors, estimator] = rig;
+  estimator.add(later(sensors.imu(1), std::chrono::hours(1000)));
+  for (std::size_t i = 2; i < truth.size(); ++i) {
+    estimator.add(sensors.imu(i));
+    estimator.fuse();
+  }
+  ASSERT_TRUE(estimator.started());
+  EXPECT_EQ(estimator.state().belief.x.stamp, truth.back().stamp);
+}
+
+TEST(EstimatorClock, WithoutAnInsOneOfItsStampsFromTheFutureDoesNotKeepTheLadarWaiting) {
+  Rig rig;
+  auto& [truth, sensors, estimator] = rig;
+  estimator.add(later(sensors.imu(1), std::chrono::hours(1000)));
+  EXPECT_EQ(estimator.add(truth[10].stamp, sensors.scan(10)), Reason::kAccepted);
+}
+
+}  // namespace
+}  // namespace rcs::wm
