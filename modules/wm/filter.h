@@ -97,6 +97,8 @@ struct Memory {
   double odometry_mps = 0.0;          ///< newest
   Stamp odometry_heard = Stamp::min();
   Stamp constrained = Stamp::min();  ///< when the non-holonomic constraint was last held up
+  Vec2 astray_mps = Vec2::Zero();    ///< what it was refused with then; 0: it was not
+  int astray = 0;                    ///< times in a row, alike
   double distance_m = 0.0;           ///< driven
   /// Variance for each metre that SP's map inherits of its scans now, [m^2, rad^2].
   double inherited_m2 = 0.0, inherited_rad2 = 0.0;

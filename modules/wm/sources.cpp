@@ -332,12 +332,25 @@ void Fuser::constrain() {
   m.constrained = stamp();
   const double shaking_mps2 = std::sqrt(m.stillness.variance_force);
   const Residual<2> z = non_holonomic(s_.belief.x, params, shaking_mps2);
-  // A slide ends; what goes on sideways for so many times is the belief.
+  // A slide ends, and a body that pitches and rolls over steep ground comes back: what goes on
+  // alike for so many times is the belief.
   constexpr int kNoSlide = 4;
-  if (m.of(Source::kNonHolonomic).refused >= kNoSlide) {
-    s_.belief.P.diagonal().segment<3>(kVelocity).array() += z.r.squaredNorm();
+  constexpr double kAlike = 0.5;
+  const bool alike = (z.r - m.astray_mps).norm() < kAlike * m.astray_mps.norm();
+  if (!alike) m.astray = 0;
+  if (m.astray >= kNoSlide) {
+    const double off2_mps2 = z.r.squaredNorm();
+    const double lasted_s = kNoSlide * seconds(kEvery);
+    s_.belief.P.diagonal().segment<3>(kVelocity).array() += off2_mps2;
+    s_.belief.P.diagonal().segment<3>(kPosition).array() += off2_mps2 * lasted_s * lasted_s;
   }
-  fuse(Source::kNonHolonomic, z);
+  if (fuse(Source::kNonHolonomic, z) == Reason::kAccepted) {
+    m.astray = 0;
+    m.astray_mps.setZero();
+  } else {
+    ++m.astray;
+    m.astray_mps = z.r;
+  }
 }
 
 Duration age(Stamp now, Stamp accepted) {

@@ -222,6 +222,28 @@ TEST(Estimator, AShortSlideIsRefusedABeliefThatGoesOnSidewaysIsNot) {
   EXPECT_NEAR(s.belief.x.v_world.y(), 5.0, 1e-9);
   for (int k = 0; k < 5; ++k) hold();
   EXPECT_LT(std::abs(s.belief.x.v_world.y()), 0.5);
+  // For 2 s it had been led away by 5 m/s, and says so.
+  EXPECT_GT(std::sqrt(s.belief.P.diagonal().segment<3>(kPosition).maxCoeff()), 5.0);
+}
+
+// Over a gully at speed a body pitches and rolls by 40 deg to and fro, and is carried along, not
+// where it points.
+TEST(Estimator, ABodyThatPitchesToAndFroIsNotABeliefThatWentAstray) {
+  const Model model{WmParams{}};
+  FilterState s{initial_belief(model.params, from_utime(1'000'000)), {}};
+  s.belief.x.inertial = true;
+  s.belief.x.v_world = Vec3(10.0, 0.0, 0.0);
+  s.belief.P.diagonal().segment<6>(kVelocity).setConstant(1e-4);
+  for (int k = 0; k < 12; ++k) {
+    Innovations records;
+    s.belief.x.stamp += from_milliseconds(500.0);
+    s.belief.x.T_world_vehicle.q = exp_so3(Vec3(0.0, k % 2 == 0 ? 0.5 : -0.5, 0.0));
+    apply(model,
+          {s.belief.x.stamp,
+           ImuSample{s.belief.x.stamp, Duration(10'000), Vec3::Zero(), Vec3::Zero()}},
+          &s, &records);
+  }
+  EXPECT_NEAR(s.belief.x.v_world.z(), 0.0, 1e-9);
 }
 
 /// A vehicle that stands where every scan is matched to the a priori map.
