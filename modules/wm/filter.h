@@ -87,6 +87,12 @@ struct GpsScale {
   Stamp renewed = Stamp::min();      ///< gps_offset became another one
 };
 
+/// What the non-holonomic constraint was refused with on one axis.
+struct Astray {
+  double mps = 0.0;  ///< the newest time; 0: it was not
+  int times = 0;     ///< in a row, alike
+};
+
 /// What the filter carries along beside its belief.
 struct Memory {
   std::array<SourceRecord, kSources> sources;
@@ -97,8 +103,7 @@ struct Memory {
   double odometry_mps = 0.0;          ///< newest
   Stamp odometry_heard = Stamp::min();
   Stamp constrained = Stamp::min();  ///< when the non-holonomic constraint was last held up
-  Vec2 astray_mps = Vec2::Zero();    ///< what it was refused with then; 0: it was not
-  int astray = 0;                    ///< times in a row, alike
+  std::array<Astray, 2> astray;      ///< sideways, up
   double distance_m = 0.0;           ///< driven
   /// Variance for each metre that SP's map inherits of its scans now, [m^2, rad^2].
   double inherited_m2 = 0.0, inherited_rad2 = 0.0;

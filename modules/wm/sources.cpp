@@ -329,27 +329,50 @@ void Fuser::constrain() {
   const OdometryParams& params = model_.params.odometry;
   if (!params.constrained || m.withheld.odometry) return;
   if (m.constrained > stamp() - kEvery) return;
+  if (m.constrained < stamp() - 2 * kEvery) m.astray = {};  // nobody looked in between
   m.constrained = stamp();
   const double shaking_mps2 = std::sqrt(m.stillness.variance_force);
   const Residual<2> z = non_holonomic(s_.belief.x, params, shaking_mps2);
   // A slide ends, and a body that pitches and rolls over steep ground comes back: what goes on
-  // alike for so many times is the belief.
+  // alike for so many times is the belief. Sideways and up for themselves: over the same ground a
+  // belief that drives sideways is refused upwards now so, now so.
   constexpr int kNoSlide = 4;
   constexpr double kAlike = 0.5;
-  const bool alike = (z.r - m.astray_mps).norm() < kAlike * m.astray_mps.norm();
-  if (!alike) m.astray = 0;
-  if (m.astray >= kNoSlide) {
-    const double off2_mps2 = z.r.squaredNorm();
-    const double lasted_s = kNoSlide * seconds(kEvery);
-    s_.belief.P.diagonal().segment<3>(kVelocity).array() += off2_mps2;
-    s_.belief.P.diagonal().segment<3>(kPosition).array() += off2_mps2 * lasted_s * lasted_s;
+  const auto alike = [](double mps, const Astray& before) {
+    return std::abs(mps - before.mps) < kAlike * std::abs(before.mps);
+  };
+  int axis = 0;
+  for (Astray& astray : m.astray) {
+    const double off_mps = z.r[axis];
+    if (astray.times >= kNoSlide && alike(off_mps, astray)) {
+      Residual<2> one;
+      one.dof = 1;
+      one.r[0] = off_mps;
+      one.H.row(0) = z.H.row(axis);
+      one.R(0, 0) = z.R(axis, axis);
+      const Vec3 wrong_mps = off_mps * z.H.block<1, 3>(axis, kVelocity).normalized();
+      const Vec3 led_away_m = kNoSlide * seconds(kEvery) * wrong_mps;
+      s_.belief.P.block<3, 3>(kVelocity, kVelocity) += wrong_mps * wrong_mps.transpose();
+      s_.belief.P.block<3, 3>(kPosition, kPosition) += led_away_m * led_away_m.transpose();
+      fuse(Source::kNonHolonomic, one);
+      astray = {};
+      return;
+    }
+    ++axis;
   }
   if (fuse(Source::kNonHolonomic, z) == Reason::kAccepted) {
-    m.astray = 0;
-    m.astray_mps.setZero();
-  } else {
-    ++m.astray;
-    m.astray_mps = z.r;
+    m.astray = {};
+    return;
+  }
+  const Mat<2, 2> S = z.R + z.H * s_.belief.P * z.H.transpose();
+  axis = 0;
+  for (Astray& astray : m.astray) {
+    constexpr double kOff = 4.0;  // the axes are refused together: which is it?
+    const double off_mps = z.r[axis];
+    const bool off = off_mps * off_mps > kOff * S(axis, axis);
+    const int before = alike(off_mps, astray) ? astray.times : 0;
+    astray = off ? Astray{off_mps, before + 1} : Astray{};
+    ++axis;
   }
 }
 
