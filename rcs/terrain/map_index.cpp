@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "rcs/base/check.h"
+#include "rcs/terrain/map_tile.h"
 #include "rcs/terrain/wire.h"
 
 namespace rcs {
@@ -112,6 +113,7 @@ Outcome check_index(const MapIndex& index) {
     finer_m = level.level.cell_m;
     for (const MapTileEntry& e : level.tiles) {
       if (e.points > kMostSurfacePoints) return Error{"a tile claims too many surface points"};
+      if (!plausible_tile(e.tile)) return Error{"a tile's number is beyond 2^22"};
     }
     for (std::size_t k = 1; k < level.tiles.size(); ++k) {
       if (!before(level.tiles[k - 1].tile, level.tiles[k].tile)) {
@@ -186,8 +188,9 @@ Result<MapIndex> decode_index(const std::vector<std::uint8_t>& bytes) {
     level.level.bias_sigma_m = r.take<double>();
     level.level.bias_correlation_m = r.take<double>();
     const std::size_t tiles = r.take<std::uint32_t>();
-    if (tiles > r.left() / (kEntrySize + (points ? kCountSize : 0)))
+    if (tiles > r.left() / (kEntrySize + (points ? kCountSize : 0))) {
       return Error{"more tiles than bytes"};
+    }
     level.tiles.resize(tiles);
     for (MapTileEntry& e : level.tiles) {
       e.tile.i = r.take<std::int32_t>();

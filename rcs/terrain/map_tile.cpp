@@ -145,11 +145,7 @@ Result<Raster> decode_tile(const std::uint8_t* in, std::size_t size, std::uint64
   t.level.bias_sigma_m = wire::take<double>(in + 56);
   t.level.bias_correlation_m = wire::take<double>(in + 64);
   const Cell tile{wire::take<std::int32_t>(in + 24), wire::take<std::int32_t>(in + 28)};
-  constexpr int kFarthestTile = 1 << 22;
-  if (tile.i < -kFarthestTile || tile.i >= kFarthestTile || tile.j < -kFarthestTile ||
-      tile.j >= kFarthestTile) {
-    return Error{"a tile's number is beyond 2^22"};
-  }
+  if (!plausible_tile(tile)) return Error{"a tile's number is beyond 2^22"};
   t.first = first_cell(tile);
   t.width = t.height = kTileSide;
   t.sigma_m = {wire::take<float>(in + 76)};

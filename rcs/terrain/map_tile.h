@@ -34,6 +34,11 @@ constexpr std::size_t kMaxTileBytes =
 
 /// The tile that holds a cell, in tiles.
 [[nodiscard]] inline Cell tile_of(Cell c) { return {c.i >> 8, c.j >> 8}; }
+/// Its cells' numbers, and those of their neighbours, are ints.
+[[nodiscard]] inline bool plausible_tile(Cell tile) {
+  constexpr int kFarthest = 1 << 22;
+  return -kFarthest <= tile.i && tile.i < kFarthest && -kFarthest <= tile.j && tile.j < kFarthest;
+}
 [[nodiscard]] inline Cell first_cell(Cell tile) { return {tile.i * kTileSide, tile.j * kTileSide}; }
 
 /// @param tile  kTileSide x kTileSide cells whose first one is a tile's; passes check_raster(); at

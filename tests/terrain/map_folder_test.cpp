@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <limits>
 
 #include "rcs/terrain/coarser.h"
 #include "rcs/terrain/map_tile.h"
@@ -181,6 +182,18 @@ TEST(MapIndex, ChangedBytesAndForgedCountsAreRefused) {
     bad[i] = static_cast<std::uint8_t>(bad[i] ^ 0x41U);
     EXPECT_FALSE(decode_index(bad)) << i;
     EXPECT_FALSE(decode_index({bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(i)}));
+  }
+}
+
+TEST(MapIndex, TilesThatNoIntCountsAreRefused) {
+  for (const Cell far : {Cell{0, std::numeric_limits<int>::max()},
+                         Cell{std::numeric_limits<int>::min(), 0}, Cell{1 << 22, 0}}) {
+    MapIndex index;
+    index.frame = test::frame();
+    index.levels.push_back({MapLevel{}, {{far, 7, 8, 1.0F, 2.0F}}});
+    const Outcome checked = check_index(index);
+    ASSERT_FALSE(checked);
+    EXPECT_NE(checked.error().message.find("2^22"), std::string::npos);
   }
 }
 
