@@ -177,6 +177,7 @@ Result<Merged> merge_maps(const std::vector<std::string>& paths, const std::stri
   const MapLevel& lattice = first->index().levels.front().level;
   std::vector<MapResampler> maps;
   std::vector<MapLevel> levels;
+  Merged merged;
   for (const std::string& path : paths) {
     Result<MapResampler> map = MapResampler::open(path, *first, lattice.cell_m);
     if (!map) return map.error();
@@ -185,12 +186,14 @@ Result<Merged> merge_maps(const std::vector<std::string>& paths, const std::stri
       if (!std::filesystem::equivalent(path, other.map().path(), error)) continue;
       return Error{path + ": is named twice; a survey counts once"};
     }
+    for (const MapTileEntry& e : map->map().index().levels.front().tiles) {
+      merged.points_lost += e.points;
+    }
     levels.push_back(map->level());
     maps.push_back(std::move(map).value());
   }
   const Result<std::set<std::pair<int, int>>> tiles = tiles_of(maps, lattice);
   if (!tiles) return tiles.error();
-  Merged merged;
   merged.frame = first->index().frame;
   merged.frame.source_crs = sources_of(maps);
   merged.cell_m = lattice.cell_m;

@@ -41,6 +41,7 @@ struct Merged {
   std::int64_t cells = 0;  ///< known, of the finest level
   std::int64_t several = 0;
   std::int64_t changed = 0;
+  std::int64_t points_lost = 0;  ///< of what stands on the ground: it is not merged
 };
 
 /// Fuses maps in the frame and on the finest lattice of the first; of the others what covers it

@@ -384,6 +384,14 @@ TEST_F(MergeMaps, WhatDoesNotBelongTogetherIsRefusedByName) {
   EXPECT_FALSE(fs::exists(at("out")));
 }
 
+TEST_F(MergeMaps, PointsThatAreLostAreCounted) {
+  Raster r = survey({}, {0, 0}, 10, 10);
+  const std::string bare = write("bare", test::frame(), r);
+  r.points = test::random_points(1, r, 30);
+  const std::string wooded = write("wooded", test::frame(), r);
+  EXPECT_EQ(merged({bare, wooded}, at("out")).points_lost, 30);
+}
+
 TEST_F(MergeMaps, APriorMapFillsWhatAMapDoesNotKnow) {
   Raster fine = survey({0.02, 0.01, 0.0, 1}, {0, 0}, 100, 100, 1.0);
   for (std::size_t k = 0; k < fine.cells(); k += 2) fine.z_m[k] = kNone;

@@ -44,7 +44,7 @@ class MapMerge final : public Command {
         "believed\n"
         "(the surest, if dates are equal or not known). Surveys must be independent: one that is "
         "in\n"
-        "two of the maps counts twice.\n"
+        "two of the maps counts twice. Points of trunks and walls are left out.\n"
         "Example:\n  rcs map merge maps/lidar maps/srtm -o maps/valley");
   }
 
@@ -65,6 +65,10 @@ class MapMerge final : public Command {
                "of which {} contradict each other\n",
                kName, out_, done->cells, done->cell_m, done->frame.reference, done->frame.heights,
                done->several, done->changed);
+    if (done->points_lost > 0) {
+      fmt::print(stderr, "rcs {}: {} points of what stands on the ground are not in {}\n", kName,
+                 done->points_lost, out_);
+    }
     return kExitOk;
   }
 
