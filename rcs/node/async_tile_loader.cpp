@@ -21,7 +21,7 @@ AsyncTileLoader::AsyncTileLoader(std::string map) : map_(std::move(map)) {
   pthread_sigmask(SIG_SETMASK, &all, &before);
   std::promise<void> in_background;
   thread_ = std::thread([this, &in_background] {
-    run_in_background();
+    (void)run_in_background();  // refused: at its birth's priority, in nobody's way but by its load
     in_background.set_value();
     work();
   });

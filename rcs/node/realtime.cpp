@@ -14,8 +14,6 @@
 #include <cstring>
 #include <memory>
 
-#include "rcs/base/check.h"
-
 namespace rcs {
 namespace {
 
@@ -93,6 +91,11 @@ std::string lock_memory() {
 
 RealtimeGrant request_realtime(const RealtimeParams& params) {
   RealtimeGrant grant;
+  if (sched_getscheduler(0) == kBackground) {
+    grant.refusals.emplace_back(
+        "started under SCHED_IDLE, which is for what may wait: nothing granted");
+    return grant;
+  }
   const std::vector<pid_t> others = other_threads();
   if (!params.cpus.empty()) {
     int failed = run_on(0, params.cpus);
@@ -130,10 +133,9 @@ RealtimeGrant request_realtime(const RealtimeParams& params) {
   return grant;
 }
 
-void run_in_background() {
+bool run_in_background() {
   const sched_param param{};
-  // Never refused: it asks for less than everybody has.
-  RCS_CHECK(sched_setscheduler(0, kBackground, &param) == 0);
+  return sched_setscheduler(0, kBackground, &param) == 0;
 }
 
 }  // namespace rcs

@@ -30,6 +30,7 @@ struct RealtimeGrant {
 
 /// For the calling thread, from now on: whatever else wants to run goes first, at once, and
 /// request_realtime() passes it over.
-void run_in_background();
+/// @return false where the system does not let it (a container's filter): it stays as it was
+[[nodiscard]] bool run_in_background();
 
 }  // namespace rcs

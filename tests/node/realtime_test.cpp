@@ -16,7 +16,7 @@ class Waiting {
   explicit Waiting(bool background) {
     std::promise<pid_t> id;
     thread_ = std::thread([this, background, &id] {
-      if (background) run_in_background();
+      EXPECT_TRUE(!background || run_in_background());
       id.set_value(gettid());
       end_.get_future().wait();
     });
@@ -89,6 +89,19 @@ TEST_F(RealtimeTest, WhatIsInTheBackgroundStaysThere) {
   EXPECT_EQ(loader.policy(), SCHED_IDLE);
   if (grant.realtime_priority == 0) GTEST_SKIP() << grant.refusals.at(0);
   EXPECT_EQ(receiver.policy(), SCHED_FIFO);
+}
+
+// All its threads are born so: LCM's receiver could not be told from what is in the background.
+TEST(Realtime, AProcessThatIsStartedIdleIsGrantedNothing) {
+  std::thread([] {
+    ASSERT_TRUE(run_in_background());
+    RealtimeParams params;
+    params.realtime_priority = 1;
+    const RealtimeGrant grant = request_realtime(params);
+    EXPECT_EQ(grant.realtime_priority, 0);
+    ASSERT_EQ(grant.refusals.size(), 1U);
+    EXPECT_NE(grant.refusals[0].find("SCHED_IDLE"), std::string::npos);
+  }).join();
 }
 
 }  // namespace
