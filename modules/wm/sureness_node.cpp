@@ -12,7 +12,8 @@
 namespace rcs::wm {
 namespace {
 
-constexpr std::size_t kMostPlaces = 1000;  // of a path, and of an answer
+constexpr std::size_t kMostPlaces = 1000;  // of a path; of an answer with its begin
+constexpr std::size_t kMostIssuer = 64;    // characters
 constexpr std::size_t kBytesAPlace = 5 * sizeof(float);
 
 }  // namespace
@@ -23,6 +24,7 @@ SurenessDesk::SurenessDesk(const SurenessParams& params, PriorTerrain prior, Bus
       queries_(bus, channel::kWmPathQuery, 2),
       answers_(bus, channel::kWmPathSureness) {
   path_m_.reserve(kMostPlaces + 1);
+  walk_.reserve(kMostPlaces + 1);
   answers_.reserve(kBytesAPlace * kMostPlaces + 500);
   for (auto* figures : {&answer_.way_m, &answer_.x_m, &answer_.y_m, &answer_.sigma_dead_m,
                         &answer_.sigma_with_map_m}) {
@@ -32,13 +34,23 @@ SurenessDesk::SurenessDesk(const SurenessParams& params, PriorTerrain prior, Bus
 
 void SurenessDesk::step(const FilterState* state, const LocalFrame* datum, Stamp now,
                         Report* report) {
-  if (const path_query_t* const query = queries_.latest()) {
-    const bool again = asked_ && query->issuer == answer_.issuer && query->serial == answer_.serial;
-    if (!again) begin(*query, state, datum);
-    if (again && !walking_) answers_.publish(&answer_);  // the first may have been lost
-    queries_.pop();
-  }
+  for (; !queries_.empty(); queries_.pop()) take(*queries_.front(), state, datum, now, report);
   if (walking_) walk(now, report);
+}
+
+void SurenessDesk::take(const path_query_t& query, const FilterState* state,
+                        const LocalFrame* datum, Stamp now, Report* report) {
+  if (query.issuer.size() > kMostIssuer) {
+    report->warn(now, "sureness.issuer", "a question's issuer has {} characters, {} at most",
+                 query.issuer.size(), kMostIssuer);
+    return;
+  }
+  const bool same_issuer = asked_ && query.issuer == answer_.issuer;
+  const bool again = same_issuer && query.serial == answer_.serial;
+  if (again && !walking_) answers_.publish(&answer_);  // the first may have been lost
+  // Others ask again until it is their turn; were they let in, nobody would ever be answered.
+  const bool waits = walking_ && !(same_issuer && query.serial > answer_.serial);
+  if (!again && !waits) begin(query, state, datum);
 }
 
 void SurenessDesk::begin(const path_query_t& query, const FilterState* state,

@@ -24,8 +24,8 @@ class SurenessDesk {
   /// @param prior  the a priori map; its window moves along the paths
   SurenessDesk(const SurenessParams& params, PriorTerrain prior, Bus* bus);
 
-  /// Once a cycle: takes what is asked and works on the newest, a place at most. While a tile of
-  /// the map is under way it waits.
+  /// Once a cycle: takes what is asked, one question after the other, and works on it by a place at
+  /// most. While a tile of the map is under way it waits.
   /// @param state  null: nothing absolute is known
   /// @param datum  of frame world; of a state that is
   void step(const FilterState* state, const LocalFrame* datum, Stamp now, Report* report);
@@ -33,6 +33,8 @@ class SurenessDesk {
   [[nodiscard]] const InboxBase& inbox() const { return queries_; }
 
  private:
+  void take(const path_query_t& query, const FilterState* state, const LocalFrame* datum, Stamp now,
+            Report* report);
   void begin(const path_query_t& query, const FilterState* state, const LocalFrame* datum);
   [[nodiscard]] bool read_path(const path_query_t& query, const Vec2& start);
   void walk(Stamp now, Report* report);

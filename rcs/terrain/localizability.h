@@ -49,6 +49,9 @@ class SurenessWalk {
   ///   matches would see the same cells with the same errors
   void begin(const std::vector<Vec2>& path_m, double step_m, const DeadReckoning& motion);
 
+  /// Paths of so many places allocate nothing.
+  void reserve(std::size_t places) { path_m_.reserve(places); }
+
   /// The path is at its end, or none was begun.
   [[nodiscard]] bool over() const { return leg_ + 1 >= path_m_.size(); }
   /// Where the next match is; of a walk that is not over.

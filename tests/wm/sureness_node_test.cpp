@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -37,9 +38,10 @@ class SurenessDeskTest : public ::testing::Test {
     state_.belief.P.diagonal().segment<2>(kPosition).setConstant(0.25);
   }
 
-  void ask(std::int64_t serial, const std::vector<Vec2>& places) {
+  void ask(std::int64_t serial, const std::vector<Vec2>& places,
+           const std::string& issuer = "test") {
     path_query_t query{};
-    query.issuer = "test";
+    query.issuer = issuer;
     query.serial = serial;
     query.n = static_cast<std::int32_t>(places.size());
     for (const Vec2& p : places) {
@@ -177,14 +179,38 @@ TEST_F(SurenessDeskTest, SentAgainItIsNotBegunAgainAndAnsweredAgain) {
   EXPECT_EQ(answers_.latest()->sigma_with_map_m, first.sigma_with_map_m);
 }
 
-TEST_F(SurenessDeskTest, TheNewestQueryIsTheOneThatIsAnswered) {
+TEST_F(SurenessDeskTest, AnIssuersNewerQueryTakesThePlaceOfItsOlder) {
   SurenessDesk desk({}, in_memory(), &bus_);
   ask(1, {{1500.0, -20.0}});
   for (int k = 0; k < 10; ++k) step(&desk, &state_);
   ask(2, {{60.0, -20.0}});
+  ask(1, {{1500.0, -20.0}});  // late
   answer(&desk);
   EXPECT_EQ(answers_.latest()->serial, 2);
   EXPECT_EQ(answers_.latest()->n, 3);
+}
+
+// Were each to end the other's, as they ask again and again, neither would have an answer.
+TEST_F(SurenessDeskTest, TwoWhoAskAreAnsweredOneAfterTheOther) {
+  SurenessDesk desk({}, in_memory(), &bus_);
+  const std::vector<Vec2> path{{1500.0, -20.0}};
+  std::vector<std::string> answered;
+  for (int cycles = 0; cycles < 300; ++cycles) {
+    if (cycles % 25 == 0) ask(1, path, "one");
+    if (cycles % 25 == 12) ask(2, path, "two");
+    step(&desk, &state_);
+    for (; !answers_.empty(); answers_.pop()) answered.push_back(answers_.front()->issuer);
+  }
+  ASSERT_GE(answered.size(), 2U);
+  EXPECT_EQ(answered[0], "one");
+  EXPECT_GT(std::count(answered.begin(), answered.end(), "two"), 0);
+}
+
+TEST_F(SurenessDeskTest, AnIssuerWithoutEndIsNotCarriedAlong) {
+  SurenessDesk desk({}, in_memory(), &bus_);
+  ask(1, {{60.0, -20.0}}, std::string(65, 'x'));
+  for (int k = 0; k < 20; ++k) step(&desk, &state_);
+  EXPECT_TRUE(answers_.empty());
 }
 
 TEST_F(SurenessDeskTest, TilesComeAlongThePathAndLeaveAgain) {

@@ -1,6 +1,7 @@
 // rcs sureness
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -61,7 +62,7 @@ class Sureness final : public Command {
   }
 
   int run() override {
-    const Result<std::vector<Vec2>> places = read_places();
+    const Result<std::vector<Vec2>> places = checked_places();
     if (!places) {
       fmt::print(stderr, "rcs {}: {}\n", kName, places.error().message);
       return kExitUsage;
@@ -81,6 +82,7 @@ class Sureness final : public Command {
     } else {
       print_table(*answer);
     }
+    if (answer->n < 1) return fail(kName, Error{"the answer has no places"});
     const float most =
         *std::max_element(answer->sigma_with_map_m.begin(), answer->sigma_with_map_m.end());
     if (!limit_m_ || most <= *limit_m_) return kExitOk;
@@ -96,7 +98,18 @@ class Sureness final : public Command {
       if (!p) return Error{"--to " + text + ": X,Y in metres"};
       places.push_back(*p);
     }
-    if (places.empty()) return Error{"a path is needed: --to or --path"};
+    return places;
+  }
+
+  [[nodiscard]] Result<std::vector<Vec2>> checked_places() const {
+    constexpr std::size_t kMost = 1000;  // what WM takes
+    Result<std::vector<Vec2>> places = read_places();
+    if (!places) return places;
+    const std::string from = path_.empty() ? "" : path_ + ": ";
+    if (places->empty()) return Error{from + "a path is needed: --to or --path with places"};
+    if (places->size() > kMost) {
+      return Error{fmt::format("{}{} places, at most {}", from, places->size(), kMost)};
+    }
     return places;
   }
 
@@ -108,7 +121,7 @@ class Sureness final : public Command {
     const Stamp begin = timeline.now();
     path_query_t query{};
     query.utime = query.serial = to_utime(begin);
-    query.issuer = "operator";
+    query.issuer = fmt::format("rcs sureness {}", getpid());
     query.n = static_cast<std::int32_t>(places.size());
     for (const Vec2& p : places) {
       query.x_m.push_back(p.x());
