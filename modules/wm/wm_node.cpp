@@ -35,7 +35,7 @@ constexpr std::string_view kFindings[] = {
 
 }  // namespace
 
-WmNode::WmNode(const WmConfig& config, Bus* bus, PriorTerrain prior)
+WmNode::WmNode(const WmConfig& config, Bus* bus, PriorTerrain prior, std::string no_map)
     : config_(config),
       clock_(config.period),
       ins_(bus, channel::kIns, 64),
@@ -50,6 +50,7 @@ WmNode::WmNode(const WmConfig& config, Bus* bus, PriorTerrain prior)
       estimator_(config.params, config.datum),
       terrain_(config, bus),
       sureness_(config.sureness, std::move(prior), bus),
+      no_map_(std::move(no_map)),
       integrity_clock_(kIntegrityPeriod),
       shadow_clock_(kShadowPeriod) {}
 
@@ -62,7 +63,12 @@ Stamp WmNode::next_wakeup() const {
 }
 
 void WmNode::run(const Cycle& cycle) {
-  if (local_began_ == Stamp::min()) local_began_ = cycle.now;
+  if (local_began_ == Stamp::min()) {
+    local_began_ = cycle.now;
+    if (!no_map_.empty()) {
+      report_.warn(cycle.now, "map.none", "{}: paths are answered for without a map", no_map_);
+    }
+  }
   take_all(&ins_, cycle.now);
   take_all(&odometry_, cycle.now);
   take_all(&fixes_, cycle.now);
@@ -343,9 +349,11 @@ Result<std::unique_ptr<Node>> make_node(const ParamFile& file, Bus* bus, bool li
   // is in memory.
   PriorTerrainParams around = config->prior_terrain;
   around.window.radius_m = 2.0 * config->sureness.radius_m;
+  // The belief does not need it.
   Result<PriorTerrain> prior = open_prior_terrain(around, live);
-  if (!prior) return prior.error();
-  return std::unique_ptr<Node>(std::make_unique<WmNode>(*config, bus, std::move(prior).value()));
+  std::string no_map = prior ? std::string() : prior.error().message;
+  return std::unique_ptr<Node>(std::make_unique<WmNode>(
+      *config, bus, prior ? std::move(prior).value() : PriorTerrain(), std::move(no_map)));
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 
 #include "lcmtypes/rcs/gps_fix_t.hpp"
 #include "lcmtypes/rcs/innovation_t.hpp"
@@ -27,7 +28,8 @@ class WmNode final : public Node {
  public:
   /// @param prior  the a priori map, for what is asked about paths; without it they are answered by
   ///   the motion alone
-  WmNode(const WmConfig& config, Bus* bus, PriorTerrain prior = {});
+  /// @param no_map  why there is none though one is named; reported
+  WmNode(const WmConfig& config, Bus* bus, PriorTerrain prior = {}, std::string no_map = {});
 
   [[nodiscard]] const NodeInfo& info() const override { return config_.info; }
   [[nodiscard]] Stamp next_wakeup() const override;
@@ -67,6 +69,7 @@ class WmNode final : public Node {
   Estimator estimator_;
   TerrainDesk terrain_;
   SurenessDesk sureness_;
+  std::string no_map_;
   PeriodicClock integrity_clock_;
   PeriodicClock shadow_clock_;
   Stamp local_began_ = Stamp::min();  // of this node's first cycle: identifies frame local
@@ -91,7 +94,8 @@ class WmNode final : public Node {
   shadow_t shadow_{};
 };
 
-/// For a replay: tiles of the a priori map are read when they are wanted.
+/// For a replay: tiles of the a priori map are read when they are wanted. A map that can't be read
+/// is reported, and not an error: the belief does not need it.
 [[nodiscard]] Result<std::unique_ptr<Node>> make_wm_node(const ParamFile& file, Bus* bus);
 /// For the vehicle: they are read by a thread.
 [[nodiscard]] Result<std::unique_ptr<Node>> make_live_wm_node(const ParamFile& file, Bus* bus);

@@ -5,10 +5,12 @@
 
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <string>
 
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
+#include "lcmtypes/rcs/event_t.hpp"
 #include "rcs/node/budget.h"
 #include "rcs/node/local_bus.h"
 #include "tests/support/heap_guard.h"
@@ -306,6 +308,25 @@ TEST_F(WmNodeTest, ACycleDoesNotAllocate) {
     if (i > 2000) allocations += guard.allocations();
   }
   EXPECT_EQ(allocations, 0);
+}
+
+// What is asked of the map is a convenience; the belief does not need it.
+TEST(WmNode, StartsAndSaysSoWhenItsMapCannotBeRead) {
+  const Result<ParamFile> file =
+      ParamFile::parse("[world]\nprior_map = \"/nonexistent/map\"\n", "test.toml");
+  ASSERT_TRUE(file);
+  LocalBus bus;
+  Inbox<event_t> events(&bus, channel::kWmEvent, 4);
+  Result<std::unique_ptr<Node>> node = make_wm_node(*file, &bus);
+  ASSERT_TRUE(node) << node.error().message;
+  const Stamp now = from_utime(1'000'000);
+  StageClock stages;
+  stages.start_cycle();
+  (*node)->run({0, now, now, now + from_milliseconds(10.0), &stages});
+  while (bus.next_due() < Stamp::max()) bus.deliver_next(now);
+  ASSERT_NE(events.front(), nullptr);
+  EXPECT_EQ(events.front()->code, "map.none");
+  EXPECT_NE(events.front()->text.find("/nonexistent/map"), std::string::npos);
 }
 
 TEST(WmConfig, ReadsGradesAndRefusesWhatItDoesNotKnow) {
