@@ -113,8 +113,8 @@ PathSureness SurenessWalk::step(const Eigen::Matrix2d& information) {
   const double step_m = way_m_ > 0.0 ? step_m_ : 0.0;
   dead_ = driven(dead_, step_m);
   with_map_ = fused(driven(with_map_, step_m), information);
-  const PathSureness here{way_m_, place_m_, worst_of(dead_.topLeftCorner<2, 2>()),
-                          worst_of(with_map_.topLeftCorner<2, 2>())};
+  PathSureness here{way_m_, place_m_, worst_of(dead_.topLeftCorner<2, 2>()),
+                    worst_of(with_map_.topLeftCorner<2, 2>())};
   way_m_ += step_m_;
   find_place();
   return here;
