@@ -233,7 +233,8 @@ TEST(HostileInput, LengthsThatCannotBeAreCounted) {
   expect_length_guarded(channel::kBgCommand, 8 + 2 * 8);
   expect_length_guarded(channel::kWmPathQuery, 8 + 2 * 8);
   // The places follow the serial behind it.
-  expect_length_guarded(channel::kWmPathQuery, encode(path_query()).size() - 4 * 8 - kInt32);
+  expect_length_guarded(channel::kWmPathQuery,
+                        encode(path_query()).size() - 4 * sizeof(double) - kInt32);
 }
 
 TEST(HostileInput, RangesAndPointsThatAreNoNumbersAreLeftOutAndTold) {

@@ -111,7 +111,7 @@ TEST(MapTile, PointsAreASectionOfVersion2) {
   const std::vector<std::uint8_t> bytes = encode_tile(t, kLattice);
   EXPECT_EQ(old[8], 1);
   EXPECT_EQ(bytes[8], 2);
-  ASSERT_EQ(bytes.size(), old.size() + 4 + 28 * 100);
+  ASSERT_EQ(bytes.size(), old.size() + 4 + 28 * t.points.size());
   EXPECT_TRUE(std::equal(old.begin() + 16, old.end(), bytes.begin() + 16));
   EXPECT_EQ(wire::take<std::uint32_t>(bytes.data() + old.size()), 100U);
   EXPECT_EQ(wire::take<float>(bytes.data() + old.size() + 4), t.points[0].p_m.x());
