@@ -97,6 +97,7 @@ struct OdometryParams {
   double scale_sigma = 0.02;      ///< of the wheel's scale at start, (0, 0.5]
   double climb_slip = 0.1;        ///< of slip by the sine of the climb, at start, [0, 1]
   bool constrained = true;        ///< it moves along itself, also where no odometry comes
+  bool wheel_speed = true;        ///< it is fused; false: as if the vehicle had no wheel encoders
 };
 
 struct StillnessParams {
@@ -106,6 +107,7 @@ struct StillnessParams {
   double speed_mps = 0.1;                      ///< of odometry, else of the belief, (0, 10]
   double sigma_mps = 0.02;                     ///< of the zero-velocity measurement, (0, 1]
   Duration period = from_milliseconds(200.0);  ///< between two, [10, 10000] ms
+  bool zero_velocity = true;  ///< it is fused; false: a standstill serves the alignment alone
 };
 
 struct AlignParams {

@@ -56,6 +56,7 @@ void read_odometry(ParamTable table, OdometryParams* p, DriveNoise* drive) {
   table.get("climb_slip", &p->climb_slip, {0, 1});
   table.get("correlation_s", &drive->slip_tau_s, {0.01, 1e5});
   table.get("constrained", &p->constrained);
+  table.get("wheel_speed", &p->wheel_speed);
 }
 
 void read_motion(ParamTable table, MotionNoise* p) {
@@ -104,6 +105,7 @@ void read_stillness(ParamTable table, StillnessParams* p) {
   table.get("speed_mps", &p->speed_mps, {1e-3, 10});
   table.get("sigma_mps", &p->sigma_mps, {1e-4, 1});
   table.get_ms("period_ms", &p->period, {10, 10000});
+  table.get("zero_velocity", &p->zero_velocity);
 }
 
 void read_align(ParamTable table, AlignParams* p) {

@@ -59,9 +59,13 @@ bool ends_with(std::string_view text, std::string_view end) {
   return text.size() >= end.size() && text.substr(text.size() - end.size()) == end;
 }
 
+/// The file, or the override, that a part of the tables is from, with its line.
+std::string origin(const toml::source_region& source) {
+  return fmt::format("{}:{}", source.path ? *source.path : "", source.begin.line);
+}
+
 std::string where(std::string_view file, const toml::node* node, std::string_view path) {
-  std::string text(file);
-  if (node != nullptr) text += fmt::format(":{}", node->source().begin.line);
+  std::string text = node != nullptr ? origin(node->source()) : std::string(file);
   text += ": ";
   if (!path.empty()) text += fmt::format("[{}] ", path);
   return text;
@@ -69,6 +73,18 @@ std::string where(std::string_view file, const toml::node* node, std::string_vie
 
 std::string joined(std::string_view path, std::string_view key) {
   return path.empty() ? std::string(key) : fmt::format("{}.{}", path, key);
+}
+
+void merge(toml::table&& from, toml::table* into) {
+  for (auto&& [key, node] : from) {
+    toml::table* inner = node.as_table();
+    toml::table* present = into->get_as<toml::table>(key.str());
+    if (inner != nullptr && present != nullptr) {
+      merge(std::move(*inner), present);
+    } else {
+      into->insert_or_assign(key, std::move(node));
+    }
+  }
 }
 
 }  // namespace
@@ -298,7 +314,7 @@ void ParamFile::State::unknown_keys(const toml::table& table, std::string_view p
       const std::uint32_t line = key.source().begin.line;
       if (line >= *first_line) continue;
       *first_line = line;
-      *first = fmt::format("{}:{}: {}unknown {} {}{}", name, line,
+      *first = fmt::format("{}: {}unknown {} {}{}", origin(key.source()),
                            path.empty() ? "" : fmt::format("[{}] ", path),
                            node.is_table() || node.is_array_of_tables() ? "table" : "key", key_name,
                            suggestion(key_name, known));
@@ -340,6 +356,18 @@ Result<ParamFile> ParamFile::load(const std::string& path) {
   if (file.peek() != std::ifstream::traits_type::eof()) text << file.rdbuf();
   if (file.bad() || text.fail()) return Error{path + ": cannot read: is it a file?"};
   return parse(text.str(), path);
+}
+
+Result<ParamFile> ParamFile::load(const std::string& path,
+                                  const std::vector<std::string>& overrides) {
+  Result<ParamFile> file = load(path);
+  if (!file) return file;
+  for (const std::string& text : overrides) {
+    Result<ParamFile> set = parse(text, text);
+    if (!set) return set.error();
+    merge(std::move(set->state_->root), &file->state_->root);
+  }
+  return file;
 }
 
 ParamTable ParamFile::root() const { return ParamTable(state_->entry(&state_->root, "")); }

@@ -65,6 +65,10 @@ class ParamTable {
 class ParamFile {
  public:
   static Result<ParamFile> load(const std::string& path);
+  /// @param overrides  TOML of one or more keys each ("odometry.constrained = false"), which
+  /// replace
+  ///   or join those of the file; of two that set the same key the last one holds
+  static Result<ParamFile> load(const std::string& path, const std::vector<std::string>& overrides);
   static Result<ParamFile> parse(std::string_view text, std::string_view name);
 
   ParamFile(ParamFile&&) noexcept;

@@ -213,6 +213,36 @@ TEST(Params, AMissingFileSaysSo) {
   EXPECT_FALSE(ParamFile::load("/tmp").ok());
 }
 
+TEST(Params, AnOverrideReplacesOrJoinsAKeyOfTheFile) {
+  const std::string path = testing::TempDir() + "params_override_test.toml";
+  std::ofstream(path) << "[icp]\ngate_m = 0.5\nsteps = 3\n";
+  const auto error_of_load = [&](const std::vector<std::string>& overrides, double* gate_m,
+                                 int* steps, bool* on) {
+    const Result<ParamFile> file = ParamFile::load(path, overrides);
+    if (!file) return file.error().message;
+    ParamTable icp = file->root().table("icp");
+    icp.get("gate_m", gate_m, {0, 1});
+    icp.get("steps", steps, {0, 9});
+    file->root().table("other").get("on", on);
+    const Outcome finished = file->finish({});
+    return finished ? std::string() : finished.error().message;
+  };
+  double gate_m = 0.0;
+  int steps = 0;
+  bool on = false;
+  EXPECT_EQ(
+      error_of_load({"icp.gate_m = 0.7", "other.on=true", "icp.gate_m=0.9"}, &gate_m, &steps, &on),
+      "");
+  EXPECT_EQ(gate_m, 0.9) << "the last one holds";
+  EXPECT_EQ(steps, 3) << "its neighbours stay";
+  EXPECT_TRUE(on);
+  EXPECT_EQ(error_of_load({"icp.gate_m=7"}, &gate_m, &steps, &on),
+            "icp.gate_m=7:1: [icp] gate_m = 7: not in [0, 1] m");
+  EXPECT_EQ(error_of_load({"icp.gait_m=0.7"}, &gate_m, &steps, &on),
+            "icp.gait_m=0.7:1: [icp] unknown key gait_m; did you mean gate_m?");
+  EXPECT_EQ(error_of_load({"icp.gate_m=="}, &gate_m, &steps, &on).substr(0, 14), "icp.gate_m==:1");
+}
+
 TEST(Params, PathsAreRelativeToTheFile) {
   const std::string path = testing::TempDir() + "params_test.toml";
   std::ofstream(path) << "";

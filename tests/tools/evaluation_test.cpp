@@ -6,9 +6,11 @@
 
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
+#include "lcmtypes/rcs/innovation_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
 #include "rcs/node/log_file.h"
 #include "tools/rcs/message_fields.h"
+#include "tools/rcs/run_comparison.h"
 #include "tools/rcs/svg_plot.h"
 
 namespace rcs::tools {
@@ -55,6 +57,84 @@ TEST(Evaluation, AnOutageIsFoundAndScored) {
   EXPECT_NEAR(f.driven_m, 99.0, 1e-6);  // 5.0 s to 14.9 s
   EXPECT_NEAR(f.end_horizontal_m, 0.99, 1e-6);
   EXPECT_NEAR(f.drift_percent, 1.0, 1e-6);
+  EXPECT_NEAR(f.horizontal_m.max, 0.99, 1e-6);
+  EXPECT_NEAR(f.horizontal_m.rms, 0.99 / std::sqrt(3.0), 0.01) << "it grows linearly";
+}
+
+TEST(Evaluation, AnOutageEndsWithTheFixThatEndsIt) {
+  // GIVEN a belief that is published 0.5 s after the fix
+  RunLog run = drive_with_an_outage();
+  for (NavRecord& nav : run.nav) {
+    if (nav.stamp >= at_s(15.0)) nav.age_gps += from_seconds(0.5);
+  }
+  EXPECT_EQ(gps_outages(run)[0].to, at_s(14.5));
+}
+
+TEST(Evaluation, IntervalsHaveInCommonWhatIsInBoth) {
+  const std::vector<Interval> a = {{at_s(0), at_s(10)}, {at_s(20), at_s(30)}};
+  const std::vector<Interval> b = {{at_s(2), at_s(12)}, {at_s(25), at_s(40)}};
+  const std::vector<Interval> both = common_intervals(a, b);
+  ASSERT_EQ(both.size(), 2U);
+  EXPECT_EQ(both[0].from, at_s(2));
+  EXPECT_EQ(both[0].to, at_s(10));
+  EXPECT_EQ(both[1].from, at_s(25));
+  EXPECT_EQ(both[1].to, at_s(30));
+  EXPECT_TRUE(common_intervals(a, {{at_s(10), at_s(20)}}).empty());
+  EXPECT_TRUE(common_intervals({}, b).empty());
+}
+
+TEST(Evaluation, WhatWasFusedIsWhatWmAcceptedWithinTheInterval) {
+  using I = innovation_t;
+  RunLog run = drive_with_an_outage();
+  const Interval outage{at_s(5.0), at_s(15.0)};
+  for (NavRecord& nav : run.nav) nav.age_ins = Duration(-1);
+  EXPECT_TRUE(fused_sources(run, outage).empty());
+  run.fused = {{at_s(4.9), I::SOURCE_ROLLING},
+               {at_s(5.0), I::SOURCE_GPS_POSITION},
+               {at_s(7.0), I::SOURCE_NON_HOLONOMIC},
+               {at_s(8.0), I::SOURCE_ODOMETRY},
+               {at_s(15.0), I::SOURCE_GPS_POSITION}};
+  EXPECT_EQ(fused_sources(run, outage),
+            (std::vector<std::string>{"wheel encoders", "non-holonomic constraint"}));
+  run.fused.push_back({at_s(9.0), I::SOURCE_ROLLING});
+  run.fused.push_back({at_s(9.0), I::SOURCE_GPS_VELOCITY});
+  for (NavRecord& nav : run.nav) nav.age_ins = from_seconds(0.01);
+  EXPECT_EQ(fused_sources(run, outage),
+            (std::vector<std::string>{"GPS", "LADAR", "wheel encoders", "INS",
+                                      "non-holonomic constraint"}));
+}
+
+/// A run without GPS for 100 s and 300 m, off by this much.
+ComparedRun run_off_by(const std::string& name, double rms_m, std::vector<std::string> fused) {
+  OutageFigures o;
+  o.interval = {at_s(0.0), at_s(100.0)};
+  o.driven_m = 300.0;
+  o.horizontal_m.rms = rms_m;
+  ComparedRun run;
+  run.name = name;
+  run.outages = {o};
+  run.fused = {std::move(fused)};
+  return run;
+}
+
+TEST(RunComparison, TheSentenceSaysWhatTheRunsHaveShown) {
+  std::vector<ComparedRun> runs = {run_off_by("all sensors", 0.5, {"LADAR", "INS"}),
+                                   run_off_by("without", 10.0, {"INS"})};
+  EXPECT_NEAR(error_factor(runs).value_or(0.0), 20.0, 1e-9);
+  EXPECT_EQ(comparison_text(runs),
+            "Look at the rms of the first two rows: over 100 s and 300 m without GPS the "
+            "horizontal error is 0.50 m rms with LADAR and 10.00 m without, on the same sensor "
+            "data: 20.0 times as much.");
+  EXPECT_EQ(comparison_table(runs).rows[1][0], "without: INS");
+  EXPECT_EQ(comparison_table(runs).rows[1].back(), "3.33 %");
+
+  // A second run that fuses something else, too, does not show what the LADAR is worth.
+  runs[1].fused = {{"wheel encoders", "INS"}};
+  EXPECT_EQ(comparison_text(runs).find("with LADAR"), std::string::npos);
+
+  runs.pop_back();
+  EXPECT_FALSE(error_factor(runs).has_value());
+  EXPECT_EQ(comparison_text(runs), "");
 }
 
 TEST(Evaluation, ARunWithoutScansHasItsPosesWhereWmBelieves) {

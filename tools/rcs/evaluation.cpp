@@ -2,6 +2,9 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <iterator>
+
+#include "lcmtypes/rcs/innovation_t.hpp"
 
 namespace rcs::tools {
 namespace {
@@ -176,21 +179,62 @@ std::vector<Interval> gps_outages(const RunLog& run) {
   for (const NavRecord& nav : run.nav) {
     const bool out = nav.age_gps > kOutage;
     if (out && !open) outages.push_back({nav.stamp - nav.age_gps, nav.stamp});
-    if (open) outages.back().to = nav.stamp;
+    if (open) outages.back().to = out ? nav.stamp : nav.stamp - nav.age_gps;
     open = out;
   }
   return outages;
+}
+
+std::vector<Interval> common_intervals(const std::vector<Interval>& a,
+                                       const std::vector<Interval>& b) {
+  std::vector<Interval> common;
+  for (const Interval& i : a) {
+    for (const Interval& j : b) {
+      const Interval both{std::max(i.from, j.from), std::min(i.to, j.to)};
+      if (both.from < both.to) common.push_back(both);
+    }
+  }
+  return common;
+}
+
+std::vector<std::string> fused_sources(const RunLog& run, const Interval& interval) {
+  const auto within = [&](Stamp t) { return t > interval.from && t < interval.to; };
+  const auto fused = [&](std::initializer_list<std::int8_t> sources) {
+    return std::any_of(run.fused.begin(), run.fused.end(), [&](const FusedRecord& r) {
+      return within(r.stamp) &&
+             std::find(sources.begin(), sources.end(), r.source) != sources.end();
+    });
+  };
+  constexpr Duration kFresh = std::chrono::seconds(1);
+  const bool ins = std::any_of(run.nav.begin(), run.nav.end(), [&](const NavRecord& nav) {
+    return within(nav.stamp) && nav.age_ins >= Duration::zero() && nav.age_ins <= kFresh;
+  });
+  using I = innovation_t;
+  const std::pair<bool, const char*> named[] = {
+      {fused({I::SOURCE_GPS_POSITION, I::SOURCE_GPS_VELOCITY}), "GPS"},
+      {fused({I::SOURCE_ROLLING}), "LADAR"},
+      {fused({I::SOURCE_PRIOR_MAP}), "a priori map"},
+      {fused({I::SOURCE_ODOMETRY}), "wheel encoders"},
+      {ins, "INS"},
+      {fused({I::SOURCE_NON_HOLONOMIC}), "non-holonomic constraint"},
+      {fused({I::SOURCE_ZERO_VELOCITY}), "zero velocity at standstill"}};
+  std::vector<std::string> names;
+  for (const auto& [is_fused, name] : named) {
+    if (is_fused) names.emplace_back(name);
+  }
+  return names;
 }
 
 OutageFigures outage_figures(const WorldFigures& figures, const Interval& outage) {
   OutageFigures f;
   f.interval = outage;
   const WorldError* last = nullptr;
+  std::vector<double> horizontal_m;
   double nees_sum = 0.0;
   std::size_t nees_samples = 0;
   for (const WorldError& e : figures.errors) {
     if (!outage.contains(e.stamp)) continue;
-    f.max_horizontal_m = std::max(f.max_horizontal_m, e.horizontal_m());
+    horizontal_m.push_back(e.horizontal_m());
     if (last == nullptr) {
       f.start_horizontal_m = e.horizontal_m();
     } else {
@@ -205,6 +249,7 @@ OutageFigures outage_figures(const WorldFigures& figures, const Interval& outage
     }
     last = &e;
   }
+  f.horizontal_m = summarize(std::move(horizontal_m));
   if (last != nullptr) f.end_horizontal_m = last->horizontal_m();
   if (f.driven_m > 0.0) f.drift_percent = 100.0 * f.end_horizontal_m / f.driven_m;
   if (nees_samples > 0) f.nees_per_dof = nees_sum / static_cast<double>(nees_samples);

@@ -52,7 +52,7 @@ struct WorldFigures {
 struct OutageFigures {
   Interval interval;
   double driven_m = 0.0;
-  double max_horizontal_m = 0.0;
+  Summary horizontal_m;  ///< over all of it
   double end_horizontal_m = 0.0;
   double start_horizontal_m = 0.0;
   double drift_percent = 0.0;  ///< horizontal error at the end, of the distance driven in it
@@ -103,6 +103,16 @@ struct RunFigures {
 
 /// Where WM took no fix for longer than 2.5 s: from the last one to the next.
 [[nodiscard]] std::vector<Interval> gps_outages(const RunLog& run);
+
+/// The parts that two lists of intervals, each in order and disjoint, have in common.
+[[nodiscard]] std::vector<Interval> common_intervals(const std::vector<Interval>& a,
+                                                     const std::vector<Interval>& b);
+
+/// What WM fused within `interval`, its ends excluded: the INS where its data was not older than
+/// 1 s, any other source where WM accepted a measurement of it. By the fixed names and order of
+/// "GPS", "LADAR", "a priori map", "wheel encoders", "INS", "non-holonomic constraint",
+/// "zero velocity at standstill".
+[[nodiscard]] std::vector<std::string> fused_sources(const RunLog& run, const Interval& interval);
 
 [[nodiscard]] OutageFigures outage_figures(const WorldFigures& figures, const Interval& outage);
 

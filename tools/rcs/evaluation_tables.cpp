@@ -94,7 +94,7 @@ Json to_json(const OutageFigures& f, Stamp zero) {
           {"to_s", seconds(f.interval.to - zero)},
           {"driven_m", f.driven_m},
           {"start_horizontal_m", f.start_horizontal_m},
-          {"max_horizontal_m", f.max_horizontal_m},
+          {"horizontal_m", to_json(f.horizontal_m, 1.0)},
           {"end_horizontal_m", f.end_horizontal_m},
           {"drift_percent", f.drift_percent},
           {"nees_per_dof", f.nees_per_dof}};
@@ -157,14 +157,15 @@ Table world_table(const WorldFigures& f) {
 }
 
 Table outage_table(const std::vector<OutageFigures>& outages, Stamp zero) {
-  Table t{{"GPS denied", "driven [m]", "error at its start [m]", "largest [m]", "at its end [m]",
-           "drift", "NEES/dof"},
+  Table t{{"GPS denied", "driven [m]", "error at its start [m]", "rms [m]", "95 % [m]", "max [m]",
+           "at its end [m]", "drift", "NEES/dof"},
           {}};
   for (const OutageFigures& o : outages) {
     t.rows.push_back({fmt::format("{:.1f} s to {:.1f} s", seconds(o.interval.from - zero),
                                   seconds(o.interval.to - zero)),
                       fixed(o.driven_m, 1), fixed(o.start_horizontal_m, 2),
-                      fixed(o.max_horizontal_m, 2), fixed(o.end_horizontal_m, 2),
+                      fixed(o.horizontal_m.rms, 2), fixed(o.horizontal_m.p95, 2),
+                      fixed(o.horizontal_m.max, 2), fixed(o.end_horizontal_m, 2),
                       fixed(o.drift_percent, 2) + " %", fixed(o.nees_per_dof, 2)});
   }
   return t;

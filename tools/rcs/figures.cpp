@@ -44,8 +44,21 @@ std::vector<Shade> shades(const std::vector<Interval>& outages, Stamp zero) {
 
 /// Of run i, in every picture; orange is kept for the course without GPS.
 Colour colour_of_run(std::size_t i) {
-  constexpr Colour kOrder[] = {Colour::kBlue, Colour::kGreen, Colour::kPurple};
+  constexpr Colour kOrder[] = {Colour::kBlue, Colour::kGreen, Colour::kPurple, Colour::kYellow};
   return kOrder[i % std::size(kOrder)];
+}
+
+/// What a course covers, and some more to each side; an estimate may lead out of it.
+std::optional<Window> around(const Trajectory& course) {
+  if (course.empty()) return std::nullopt;
+  Vec2 low = course.front().T.p.head<2>();
+  Vec2 high = low;
+  for (const StampedPose& p : course) {
+    low = low.cwiseMin(p.T.p.head<2>());
+    high = high.cwiseMax(p.T.p.head<2>());
+  }
+  const double margin_m = 5.0 + 0.1 * (high - low).maxCoeff();
+  return Window{low.x() - margin_m, high.x() + margin_m, low.y() - margin_m, high.y() + margin_m};
 }
 
 struct HeightSum {
@@ -108,6 +121,7 @@ Plot course_plot(const Trajectory& truth, const std::vector<NamedTrajectory>& es
   if (!truth.empty()) {
     plot.series.push_back(course_of(truth, "truth", Colour::kGrey, SeriesStyle::kDashed));
   }
+  plot.window = around(truth);
   const Trajectory* shown = !truth.empty()      ? &truth
                             : estimates.empty() ? nullptr
                                                 : &estimates.front().poses;

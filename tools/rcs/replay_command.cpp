@@ -73,6 +73,8 @@ class Replay final : public Command {
         ->add_option("--without", without_, "sensor channels to be withheld; separated by commas")
         ->delimiter(',')
         ->check(CLI::IsMember(std::vector<std::string>(kSensors.begin(), kSensors.end())));
+    app()->add_option("--set", overrides_,
+                      "TABLE.KEY=VALUE (TOML) instead of the configuration's; may be repeated");
     app()
         ->add_option("--from", from_s_, "seconds after the log's first sensor event")
         ->check(CLI::NonNegativeNumber);
@@ -83,7 +85,10 @@ class Replay final : public Command {
         "sha256sum). Stopwatch values go to OUT.timing, which differs from run to run.\n"
         "Examples:\n"
         "  rcs replay config/kitti.toml kitti.log -o out/kitti.log && sha256sum out/kitti.log\n"
-        "  rcs replay config/demo3.toml run.log -o ins.log --without LADAR_RANGES,ODOMETRY");
+        "  rcs replay config/demo3.toml run.log -o ins.log --without LADAR_RANGES,ODOMETRY\n"
+        "INS alone: without the non-holonomic constraint and zero velocity at standstill, too\n"
+        "  rcs replay config/demo3.toml run.log -o ins.log --without LADAR_RANGES,ODOMETRY \\\n"
+        "      --set odometry.constrained=false --set wm.stillness.zero_velocity=false");
   }
 
   int run() override {
@@ -102,7 +107,7 @@ class Replay final : public Command {
                                                           channel::kGpsFix, channel::kOdometry};
 
   [[nodiscard]] Outcome replay(const std::string& out_path, const std::string& timing_path) const {
-    const Result<ParamFile> params = ParamFile::load(config_);
+    const Result<ParamFile> params = ParamFile::load(config_, overrides_);
     if (!params) return params.error();
     Result<LogReader> reader = LogReader::open(log_);
     if (!reader) return reader.error();
@@ -168,6 +173,7 @@ class Replay final : public Command {
   std::string log_;
   std::string out_;
   std::vector<std::string> without_;
+  std::vector<std::string> overrides_;
   double from_s_ = 0.0;
   double to_s_ = std::numeric_limits<double>::infinity();
   bool json_ = false;

@@ -7,22 +7,19 @@
 #include "tools/rcs/figures.h"
 #include "tools/rcs/files.h"
 #include "tools/rcs/html_page.h"
+#include "tools/rcs/run_comparison.h"
 
 namespace rcs::tools {
 namespace {
 
 constexpr std::string_view kName = "report";
 
-struct ComparedRun {
-  std::string name;
+/// A run and what it is worth.
+struct ReportedRun {
   RunLog log;
   RunFigures figures;
   WorldFigures world;
-  Summary with_gps_m;  ///< horizontal, outside the outages
-  std::vector<OutageFigures> outages;
 };
-
-std::string fixed(double v, int digits) { return fmt::format("{:.{}f}", v, digits); }
 
 class ReportCommand final : public Command {
  public:
@@ -35,24 +32,33 @@ class ReportCommand final : public Command {
         ->add_option("--truth-log", truth_log_,
                      "log with SIM_TRUTH; default: the first run, when it has that")
         ->check(CLI::ExistingFile);
-    app()->add_option("--gps-cut", gps_cut_,
-                      "A:B, seconds after the first truth; default: where the first run's WM took\n"
-                      "no fix for longer than 2.5 s");
+    app()->add_option(
+        "--gps-cut", gps_cut_,
+        "A:B, seconds after the first truth; default: where no run's WM accepted a fix\n"
+        "for longer than 2.5 s");
     app()->add_option("-o,--out", out_, "self-contained HTML page")->required();
-    app()->add_option("--svg", svg_, "the picture of the course alone");
+    app()->add_option("--svg", svg_, "course and errors as a picture of its own");
+    app()
+        ->add_option(
+            "--min-factor", min_factor_,
+            "exit status 1 when the second run's rms error over an outage is less than so\n"
+            "many times the first's")
+        ->check(CLI::PositiveNumber);
     app()->add_flag("--json", json_, "figures as JSON");
     app()->footer(
+        "Errors are horizontal, over the whole outage. What a run fused in it is read from its\n"
+        "WM_INNOVATION, not from its name.\n"
         "Example:\n"
-        "  rcs replay config/demo3.toml run.log -o ins.log --without LADAR_RANGES,ODOMETRY\n"
-        "  rcs report \"all sensors=run.log\" \"inertial alone=ins.log\" -o report.html");
+        "  rcs replay config/demo3.toml run.log -o without.log --without LADAR_RANGES\n"
+        "  rcs report \"all sensors=run.log\" \"without LADAR=without.log\" -o report.html");
   }
 
   int run() override {
     const Outcome read = read_runs();
     if (!read) return fail(kName, read.error());
     print_figures();
-    const Outcome written = write_page();
-    return written ? kExitOk : fail(kName, written.error());
+    if (const Outcome written = write_page(); !written) return fail(kName, written.error());
+    return judge();
   }
 
  private:
@@ -74,30 +80,27 @@ class ReportCommand final : public Command {
         truth_datum_ = log->truth_datum;
       }
       if (truth_.empty()) return Error{path + ": no SIM_TRUTH; --truth-log names a log with it"};
-      if (compared_.empty()) {
-        if (Outcome outages = find_outages(*log); !outages) return outages;
-      }
       std::optional<WorldFigures> world = world_figures(*log, truth_, truth_datum_);
       if (!world) return Error{path + ": no world pose of WM at a time of the truth"};
-      ComparedRun compared;
-      compared.name = equals == std::string::npos ? path : run.substr(0, equals);
-      compared.figures = run_figures(*log);
-      std::vector<double> with_gps_m;
-      for (const WorldError& e : world->errors) {
-        if (!in_outage(e.stamp)) with_gps_m.push_back(e.horizontal_m());
-      }
-      compared.with_gps_m = summarize(std::move(with_gps_m));
-      for (const Interval& i : outages_) compared.outages.push_back(outage_figures(*world, i));
-      compared.log = std::move(log).value();
-      compared.world = std::move(*world);
-      compared_.push_back(std::move(compared));
+      names_.push_back(equals == std::string::npos ? path : run.substr(0, equals));
+      RunFigures figures = run_figures(*log);
+      reported_.push_back({std::move(log).value(), std::move(figures), std::move(*world)});
+    }
+    if (Outcome outages = find_outages(); !outages) return outages;
+    for (std::size_t k = 0; k < reported_.size(); ++k) {
+      compared_.push_back(compare_run(names_[k], reported_[k].log, reported_[k].world, outages_));
     }
     return Done{};
   }
 
-  Outcome find_outages(const RunLog& first) {
+  /// Without --gps-cut: where all runs were without GPS. A run that is far off takes longer to
+  /// accept GPS again, and one that is not takes it first; neither is to count as denied then.
+  Outcome find_outages() {
     if (gps_cut_.empty()) {
-      outages_ = gps_outages(first);
+      outages_ = gps_outages(reported_.front().log);
+      for (const ReportedRun& run : reported_) {
+        outages_ = common_intervals(outages_, gps_outages(run.log));
+      }
       return Done{};
     }
     std::string text = gps_cut_;
@@ -110,69 +113,53 @@ class ReportCommand final : public Command {
     return Done{};
   }
 
-  [[nodiscard]] Stamp zero() const { return truth_.front().stamp; }
-  [[nodiscard]] bool in_outage(Stamp stamp) const {
-    for (const Interval& i : outages_) {
-      if (i.contains(stamp)) return true;
-    }
-    return false;
+  /// Whether the first run is as much better than the second as was asked for.
+  [[nodiscard]] int judge() const {
+    if (min_factor_ <= 0.0) return kExitOk;
+    const std::optional<double> factor = error_factor(compared_);
+    if (factor && *factor >= min_factor_) return kExitOk;
+    if (!factor) return fail(kName, Error{"--min-factor needs two runs and an outage of GPS"});
+    return fail(kName, Error{fmt::format("'{}' has {:.2f} times the rms error of '{}'; at least "
+                                         "{:g} times was required (--min-factor)",
+                                         names_[1], *factor, names_[0], min_factor_)});
   }
 
-  [[nodiscard]] Table comparison_table() const {
-    Table t{{"horizontal error [m]", "with GPS, rms", "with GPS, max", "without, max",
-             "without, at its end", "drift", "NEES/dof"},
-            {}};
-    for (const ComparedRun& c : compared_) {
-      if (c.outages.empty()) {
-        t.rows.push_back({c.name, fixed(c.with_gps_m.rms, 2), fixed(c.with_gps_m.max, 2), "-", "-",
-                          "-", fixed(c.world.nees_per_dof, 2)});
-      }
-      for (const OutageFigures& o : c.outages) {
-        t.rows.push_back({c.name, fixed(c.with_gps_m.rms, 2), fixed(c.with_gps_m.max, 2),
-                          fixed(o.max_horizontal_m, 2), fixed(o.end_horizontal_m, 2),
-                          fixed(o.drift_percent, 2) + " %", fixed(c.world.nees_per_dof, 2)});
-      }
-    }
-    return t;
-  }
+  [[nodiscard]] Stamp zero() const { return truth_.front().stamp; }
 
   [[nodiscard]] std::string outage_text() const {
     std::string text;
     for (const OutageFigures& o : compared_.front().outages) {
-      text += fmt::format("GPS denied from {:.0f} s to {:.0f} s, over {:.0f} m. ",
-                          seconds(o.interval.from - zero()), seconds(o.interval.to - zero()),
-                          o.driven_m);
+      text += fmt::format("{}GPS denied from {:.0f} s to {:.0f} s, over {:.0f} m.",
+                          text.empty() ? "" : " ", seconds(o.interval.from - zero()),
+                          seconds(o.interval.to - zero()), o.driven_m);
     }
-    return text + "Drift: error at the end of the outage in percent of the distance driven in it.";
+    return text.empty() ? "GPS was not denied for longer than 2.5 s." : text;
   }
 
   void print_figures() const {
     if (json_) {
       Json json = {{"runs", Json::array()}};
-      for (const ComparedRun& c : compared_) {
-        Json run = {{"name", c.name},
-                    {"log", c.log.path},
-                    {"with_gps_horizontal_rms_m", c.with_gps_m.rms},
-                    {"with_gps_horizontal_max_m", c.with_gps_m.max},
-                    {"world", to_json(c.world)},
-                    {"outages", Json::array()},
-                    {"figures", to_json(c.figures)}};
-        for (const OutageFigures& o : c.outages) run["outages"].push_back(to_json(o, zero()));
-        json["runs"].push_back(run);
+      for (std::size_t k = 0; k < compared_.size(); ++k) {
+        Json run = to_json(compared_[k], zero());
+        run["log"] = reported_[k].log.path;
+        run["world"] = to_json(reported_[k].world);
+        run["figures"] = to_json(reported_[k].figures);
+        json["runs"].push_back(std::move(run));
       }
+      if (const std::optional<double> factor = error_factor(compared_)) json["factor"] = *factor;
       fmt::print("{}\n", json.dump(2));
       return;
     }
-    fmt::print("{}\n{}\n\n{}\n{}", outage_text(), to_text(comparison_table()),
-               to_text(latency_table(compared_.front().figures)),
-               to_text(scan_table(compared_.front().figures)));
+    fmt::print("{}\n{}\n{}\n\n{}\n{}", outage_text(), to_text(comparison_table(compared_)),
+               comparison_text(compared_), to_text(latency_table(reported_.front().figures)),
+               to_text(scan_table(reported_.front().figures)));
   }
 
   [[nodiscard]] Plot course() const {
     std::vector<NamedTrajectory> estimates;
-    for (const ComparedRun& c : compared_) {
-      NamedTrajectory estimate{c.name, {}};
-      for (const WorldError& e : c.world.errors) {
+    for (std::size_t k = 0; k < reported_.size(); ++k) {
+      NamedTrajectory estimate{names_[k], {}};
+      for (const WorldError& e : reported_[k].world.errors) {
         estimate.poses.push_back({e.stamp, e.T_truthworld_vehicle});
       }
       estimates.push_back(std::move(estimate));
@@ -180,26 +167,32 @@ class ReportCommand final : public Command {
     return course_plot(truth_, estimates, outages_, Frame::kWorld);
   }
 
+  [[nodiscard]] Plot errors() const {
+    std::vector<std::pair<std::string, const WorldFigures*>> runs;
+    for (std::size_t k = 0; k < reported_.size(); ++k) {
+      runs.emplace_back(names_[k], &reported_[k].world);
+    }
+    return comparison_plot(runs, outages_, zero());
+  }
+
   [[nodiscard]] Outcome write_page() const {
-    const ComparedRun& main = compared_.front();
+    const ReportedRun& main = reported_.front();
     if (!svg_.empty()) {
-      if (Outcome written = write_text(svg_, render(course(), true)); !written) return written;
+      const std::string svg = render_stacked({course(), errors()});
+      if (Outcome written = write_text(svg_, svg); !written) return written;
     }
     HtmlPage page("Drive without GPS");
     page.paragraph(outage_text());
-    page.table(comparison_table());
+    page.table(comparison_table(compared_));
+    if (const std::string text = comparison_text(compared_); !text.empty()) page.paragraph(text);
     page.heading("Course");
     page.plot(course());
     page.heading("Error");
-    if (compared_.size() > 1) {
-      std::vector<std::pair<std::string, const WorldFigures*>> runs;
-      for (const ComparedRun& c : compared_) runs.emplace_back(c.name, &c.world);
-      page.plot(comparison_plot(runs, outages_, zero()));
-    }
+    if (reported_.size() > 1) page.plot(errors());
     page.paragraph(
         fmt::format("{}: what WM claims against what is true. NEES per degree of "
                     "freedom {:.2f}; 1 when the covariance tells the truth.",
-                    main.name, main.world.nees_per_dof));
+                    names_.front(), main.world.nees_per_dof));
     page.table(world_table(main.world));
     for (const Plot& p : error_plots(main.world, outages_, zero())) page.plot(p);
 
@@ -226,11 +219,14 @@ class ReportCommand final : public Command {
   std::string gps_cut_;
   std::string out_;
   std::string svg_;
+  double min_factor_ = 0.0;
   bool json_ = false;
 
   Trajectory truth_;
   std::optional<Geodetic> truth_datum_;
   std::vector<Interval> outages_;
+  std::vector<std::string> names_;
+  std::vector<ReportedRun> reported_;
   std::vector<ComparedRun> compared_;
 };
 

@@ -9,6 +9,7 @@
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
 #include "lcmtypes/rcs/cycle_t.hpp"
+#include "lcmtypes/rcs/innovation_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
 #include "lcmtypes/rcs/truth_t.hpp"
@@ -36,6 +37,8 @@ class Reader {
       with(event, &registration_, [this](const registration_t& m) { return add(m); });
     } else if (event.channel == channel::kWmNavState) {
       with(event, &nav_state_, [this](const nav_state_t& m) { return add(m); });
+    } else if (event.channel == channel::kWmInnovation) {
+      with(event, &innovation_, [this](const innovation_t& m) { return add(m); });
     } else if (event.channel == channel::kSimTruth) {
       with(event, &truth_, [this](const truth_t& m) { return add(m); });
     } else if (is_cycle_channel(event.channel)) {
@@ -104,12 +107,18 @@ class Reader {
     if (!from_message(m.q_world_vehicle, m.p_world_vehicle_m, &r.T_world_vehicle)) return false;
     r.cov_world_pose = from_message(m.cov_world_pose);
     r.age_gps = Duration(m.age_gps_us);
+    r.age_ins = Duration(m.age_ins_us);
     r.cause_arrival = from_utime(m.ledger.last_facet_utime);
     r.published = from_utime(m.publish_utime);
     if (r.world_valid) {
       run_->world_datum = geodetic(m.datum_lat_deg, m.datum_lon_deg, m.datum_height_m);
     }
     run_->nav.push_back(r);
+    return true;
+  }
+
+  bool add(const innovation_t& m) {
+    if (m.accepted != 0) run_->fused.push_back({from_utime(m.utime), m.source});
     return true;
   }
 
@@ -139,6 +148,7 @@ class Reader {
   RunLog* run_;
   registration_t registration_{};
   nav_state_t nav_state_{};
+  innovation_t innovation_{};
   truth_t truth_{};
   cycle_t cycle_{};
 };

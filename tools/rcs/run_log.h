@@ -34,8 +34,15 @@ struct NavRecord {
   Pose T_local_vehicle;
   Mat6 cov_world_pose = Mat6::Zero();  ///< right perturbation (rho, phi)
   Duration age_gps{};                  ///< negative: never accepted
+  Duration age_ins{};                  ///< the same
   Stamp cause_arrival;                 ///< node time; utime 0: none
   Stamp published;                     ///< node time
+};
+
+/// A measurement that WM accepted.
+struct FusedRecord {
+  Stamp stamp;
+  std::int8_t source = 0;  ///< innovation_t::SOURCE_*
 };
 
 /// One account of one node's cycle: stopwatch values.
@@ -57,6 +64,7 @@ struct RunLog {
   std::string path;
   std::vector<ScanRecord> scans;        ///< by reference instant
   std::vector<NavRecord> nav;           ///< by stamp, strictly; of equal stamps the last published
+  std::vector<FusedRecord> fused;       ///< in the order of the log
   std::int64_t prior_matches = 0;       ///< converged against the a priori map
   std::optional<Geodetic> world_datum;  ///< of WM's frame world
   Trajectory truth;                     ///< T_truthworld_vehicle

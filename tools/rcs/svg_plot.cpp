@@ -43,6 +43,8 @@ std::string_view colour_class(Colour colour) {
       return "c-green";
     case Colour::kPurple:
       return "c-purple";
+    case Colour::kYellow:
+      return "c-yellow";
     case Colour::kGrey:
       return "c-grey";
   }

@@ -10,7 +10,7 @@
 namespace rcs::tools {
 
 /// Slots of the palette; told apart by those who see colours differently (Okabe and Ito 2008).
-enum class Colour { kBlue, kOrange, kGreen, kPurple, kGrey };
+enum class Colour { kBlue, kOrange, kGreen, kPurple, kYellow, kGrey };
 
 enum class SeriesStyle {
   kLine,

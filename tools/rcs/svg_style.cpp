@@ -26,10 +26,10 @@ std::vector<double> round_ticks(double low, double high, int count) {
 std::string_view plot_style() {
   return R"(
 .plot{--ink:#1c2430;--soft:#5b6675;--rule:#d9dee5;--sheet:#ffffff;--veil:#e69f00;
- --blue:#0072b2;--orange:#d55e00;--green:#00835f;--purple:#a8538a;--grey:#6b7583;
+ --blue:#0072b2;--orange:#d55e00;--green:#00835f;--purple:#a8538a;--yellow:#8a7400;--grey:#6b7583;
  font-family:system-ui,-apple-system,"Segoe UI",Roboto,"DejaVu Sans",sans-serif}
 @media (prefers-color-scheme:dark){.plot{--ink:#e8ecf1;--soft:#a3adba;--rule:#343c47;--sheet:#161b22;
- --blue:#56b4e9;--orange:#ff8b4a;--green:#2fc79a;--purple:#e09cc6;--grey:#98a3b1}}
+ --blue:#56b4e9;--orange:#ff8b4a;--green:#2fc79a;--purple:#e09cc6;--yellow:#f0e442;--grey:#98a3b1}}
 .plot .paper{fill:var(--sheet)}
 .plot text{fill:var(--ink)}
 .plot .title{font-size:14px;font-weight:600}
@@ -43,7 +43,8 @@ std::string_view plot_style() {
 .plot .shade{fill:var(--veil);opacity:.14}
 .plot .mark{fill:var(--ink);stroke:var(--sheet);stroke-width:1.5}
 .plot .c-blue{--c:var(--blue)}.plot .c-orange{--c:var(--orange)}.plot .c-green{--c:var(--green)}
-.plot .c-purple{--c:var(--purple)}.plot .c-grey{--c:var(--grey)}
+.plot .c-purple{--c:var(--purple)}.plot .c-yellow{--c:var(--yellow)}
+.plot .c-grey{--c:var(--grey)}
 .plot .line,.plot .thick,.plot .dashed{fill:none;stroke:var(--c);stroke-width:1.6;
  stroke-linejoin:round;stroke-linecap:round}
 .plot .thick{stroke-width:3.4}

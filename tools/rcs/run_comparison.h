@@ -1,0 +1,42 @@
+#pragma once
+// Runs of one drive side by side: what each fused while GPS was denied, and its horizontal error
+// over the whole outage. Pure functions.
+
+#include <string>
+#include <vector>
+
+#include "tools/rcs/evaluation.h"
+#include "tools/rcs/evaluation_tables.h"
+#include "tools/rcs/table.h"
+
+namespace rcs::tools {
+
+/// One run against the truth.
+struct ComparedRun {
+  std::string name;
+  Summary with_gps_m;  ///< horizontal error outside the outages
+  double nees_per_dof = 0.0;
+  std::vector<OutageFigures> outages;           ///< the same intervals for all runs
+  std::vector<std::vector<std::string>> fused;  ///< sources by outage, as of fused_sources()
+};
+
+/// @param outages  the same for all runs that are compared
+[[nodiscard]] ComparedRun compare_run(const std::string& name, const RunLog& log,
+                                      const WorldFigures& world,
+                                      const std::vector<Interval>& outages);
+
+/// One row for each run and outage; for each run without an outage.
+[[nodiscard]] Table comparison_table(const std::vector<ComparedRun>& runs);
+
+/// The RMS error of the second run over that of the first, in the outage where it is smallest.
+/// None with less than two runs, without an outage or without an error of the first.
+[[nodiscard]] std::optional<double> error_factor(const std::vector<ComparedRun>& runs);
+
+/// A sentence for each outage: the first run against the second, and the sources that make the
+/// difference. Empty where error_factor() is none.
+[[nodiscard]] std::string comparison_text(const std::vector<ComparedRun>& runs);
+
+/// @param zero  of the outages' times
+[[nodiscard]] Json to_json(const ComparedRun& run, Stamp zero);
+
+}  // namespace rcs::tools
