@@ -45,7 +45,7 @@ void coast(const Model& model, Stamp to, FilterState* s) {
 bool stands(const Model& model, const FilterState& s) {
   const StillnessParams& p = model.params.stillness;
   const Memory& m = s.memory;
-  if (!p.zero_velocity || !m.stillness.quiet(p)) return false;
+  if (!model.params.odometry.zero_velocity || !m.stillness.quiet(p)) return false;
   const Stamp odometry = m.odometry_heard;
   const bool fresh = odometry > s.belief.x.stamp - from_seconds(p.window_s);
   const double speed = fresh ? std::abs(m.odometry_mps) : s.belief.x.v_world.norm();

@@ -98,6 +98,7 @@ struct OdometryParams {
   double climb_slip = 0.1;        ///< of slip by the sine of the climb, at start, [0, 1]
   bool constrained = true;        ///< it moves along itself, also where no odometry comes
   bool wheel_speed = true;        ///< it is fused; false: as if the vehicle had no wheel encoders
+  bool zero_velocity = true;      ///< fused at standstill; false: that serves the alignment alone
 };
 
 struct StillnessParams {
@@ -107,7 +108,6 @@ struct StillnessParams {
   double speed_mps = 0.1;                      ///< of odometry, else of the belief, (0, 10]
   double sigma_mps = 0.02;                     ///< of the zero-velocity measurement, (0, 1]
   Duration period = from_milliseconds(200.0);  ///< between two, [10, 10000] ms
-  bool zero_velocity = true;  ///< it is fused; false: a standstill serves the alignment alone
 };
 
 struct AlignParams {

@@ -57,6 +57,7 @@ void read_odometry(ParamTable table, OdometryParams* p, DriveNoise* drive) {
   table.get("correlation_s", &drive->slip_tau_s, {0.01, 1e5});
   table.get("constrained", &p->constrained);
   table.get("wheel_speed", &p->wheel_speed);
+  table.get("zero_velocity", &p->zero_velocity);
 }
 
 void read_motion(ParamTable table, MotionNoise* p) {
@@ -105,7 +106,6 @@ void read_stillness(ParamTable table, StillnessParams* p) {
   table.get("speed_mps", &p->speed_mps, {1e-3, 10});
   table.get("sigma_mps", &p->sigma_mps, {1e-4, 1});
   table.get_ms("period_ms", &p->period, {10, 10000});
-  table.get("zero_velocity", &p->zero_velocity);
 }
 
 void read_align(ParamTable table, AlignParams* p) {

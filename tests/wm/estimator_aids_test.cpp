@@ -39,7 +39,7 @@ TEST(EstimatorAids, AnAidThatIsSwitchedOffIsNotFused) {
   EXPECT_EQ(without_wheels[Source::kOdometry], 0);
   EXPECT_GT(without_wheels[Source::kNonHolonomic], 0) << "it needs no wheels";
   params.odometry.constrained = false;
-  params.stillness.zero_velocity = false;
+  params.odometry.zero_velocity = false;
   std::map<Source, int> ins_and_gps = accepted(params);
   EXPECT_EQ(ins_and_gps[Source::kNonHolonomic], 0);
   EXPECT_EQ(ins_and_gps[Source::kZeroVelocity], 0);

@@ -88,7 +88,7 @@ class Replay final : public Command {
         "  rcs replay config/demo3.toml run.log -o ins.log --without LADAR_RANGES,ODOMETRY\n"
         "INS alone: without the non-holonomic constraint and zero velocity at standstill, too\n"
         "  rcs replay config/demo3.toml run.log -o ins.log --without LADAR_RANGES,ODOMETRY \\\n"
-        "      --set odometry.constrained=false --set wm.stillness.zero_velocity=false");
+        "      --set odometry.constrained=false --set odometry.zero_velocity=false");
   }
 
   int run() override {
