@@ -97,7 +97,6 @@ struct OdometryParams {
   double scale_sigma = 0.02;      ///< of the wheel's scale at start, (0, 0.5]
   double climb_slip = 0.1;        ///< of slip by the sine of the climb, at start, [0, 1]
   bool constrained = true;        ///< it moves along itself, also where no odometry comes
-  bool wheel_speed = true;        ///< it is fused; false: as if the vehicle had no wheel encoders
   bool zero_velocity = true;      ///< fused at standstill; false: that serves the alignment alone
 };
 

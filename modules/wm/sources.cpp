@@ -312,7 +312,7 @@ Reason Fuser::fuse_place(const Residual<3>& z) {
 
 void Fuser::operator()(const OdometrySample& z) {
   Memory& m = s_.memory;
-  if (m.withheld.odometry || !model_.params.odometry.wheel_speed) return;
+  if (m.withheld.odometry) return;
   m.odometry_mps = z.speed_mps;
   m.odometry_heard = stamp();
   fuse(Source::kOdometry, wheel_speed(s_.belief.x, z, model_.params.odometry));

@@ -56,7 +56,6 @@ void read_odometry(ParamTable table, OdometryParams* p, DriveNoise* drive) {
   table.get("climb_slip", &p->climb_slip, {0, 1});
   table.get("correlation_s", &drive->slip_tau_s, {0.01, 1e5});
   table.get("constrained", &p->constrained);
-  table.get("wheel_speed", &p->wheel_speed);
   table.get("zero_velocity", &p->zero_velocity);
 }
 

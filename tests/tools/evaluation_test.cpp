@@ -95,13 +95,12 @@ TEST(Evaluation, WhatWasFusedIsWhatWmAcceptedWithinTheInterval) {
                {at_s(8.0), I::SOURCE_ODOMETRY},
                {at_s(15.0), I::SOURCE_GPS_POSITION}};
   EXPECT_EQ(fused_sources(run, outage),
-            (std::vector<std::string>{"wheel encoders", "non-holonomic constraint"}));
+            (std::vector<std::string>{"wheel encoders", "motion constraints"}));
   run.fused.push_back({at_s(9.0), I::SOURCE_ROLLING});
   run.fused.push_back({at_s(9.0), I::SOURCE_GPS_VELOCITY});
   for (NavRecord& nav : run.nav) nav.age_ins = from_seconds(0.01);
-  EXPECT_EQ(fused_sources(run, outage),
-            (std::vector<std::string>{"GPS", "LADAR", "wheel encoders", "INS",
-                                      "non-holonomic constraint"}));
+  EXPECT_EQ(fused_sources(run, outage), (std::vector<std::string>{"GPS", "LADAR", "wheel encoders",
+                                                                  "INS", "motion constraints"}));
 }
 
 /// A run without GPS for 100 s and 300 m, off by this much.
@@ -117,23 +116,24 @@ ComparedRun run_off_by(const std::string& name, double rms_m, std::vector<std::s
   return run;
 }
 
-TEST(RunComparison, TheSentenceSaysWhatTheRunsHaveShown) {
-  std::vector<ComparedRun> runs = {run_off_by("all sensors", 0.5, {"LADAR", "INS"}),
-                                   run_off_by("without", 10.0, {"INS"})};
-  EXPECT_NEAR(error_factor(runs).value_or(0.0), 20.0, 1e-9);
+TEST(RunComparison, TheSentencePairsTheRunsThatDifferByTheLadarAlone) {
+  std::vector<ComparedRun> runs = {
+      run_off_by("all sensors", 0.4, {"LADAR", "a priori map", "wheel encoders", "INS"}),
+      run_off_by("wheels", 0.5, {"wheel encoders", "INS"}),
+      run_off_by("LADAR", 0.6, {"LADAR", "INS"}), run_off_by("INS alone", 30.0, {"INS"})};
+  EXPECT_NEAR(ladar_factor(runs).value_or(0.0), 50.0, 1e-9);
   EXPECT_EQ(comparison_text(runs),
-            "Look at the rms of the first two rows: over 100 s and 300 m without GPS the "
-            "horizontal error is 0.50 m rms with LADAR and 10.00 m without, on the same sensor "
-            "data: 20.0 times as much.");
-  EXPECT_EQ(comparison_table(runs).rows[1][0], "without: INS");
-  EXPECT_EQ(comparison_table(runs).rows[1].back(), "3.33 %");
+            "Look at the rms of rows that differ by the LADAR alone: over 100 s and 300 m without "
+            "GPS, with the LADAR and without it, 0.40 m and 0.50 m beside wheel encoders, INS; "
+            "0.60 m and 30.00 m beside INS.");
+  EXPECT_EQ(comparison_table(runs).rows[3][0], "INS alone: INS");
+  EXPECT_EQ(comparison_table(runs).rows[3].back(), "10.00 %");
 
-  // A second run that fuses something else, too, does not show what the LADAR is worth.
-  runs[1].fused = {{"wheel encoders", "INS"}};
-  EXPECT_EQ(comparison_text(runs).find("with LADAR"), std::string::npos);
-
-  runs.pop_back();
-  EXPECT_FALSE(error_factor(runs).has_value());
+  // A run with GPS shows nothing of the LADAR, whatever its name is.
+  runs[3].fused = {{"GPS", "INS"}};
+  EXPECT_NEAR(ladar_factor(runs).value_or(0.0), 1.25, 1e-9);
+  runs.erase(runs.begin() + 1);
+  EXPECT_FALSE(ladar_factor(runs).has_value());
   EXPECT_EQ(comparison_text(runs), "");
 }
 

@@ -216,8 +216,7 @@ std::vector<std::string> fused_sources(const RunLog& run, const Interval& interv
       {fused({I::SOURCE_PRIOR_MAP}), "a priori map"},
       {fused({I::SOURCE_ODOMETRY}), "wheel encoders"},
       {ins, "INS"},
-      {fused({I::SOURCE_NON_HOLONOMIC}), "non-holonomic constraint"},
-      {fused({I::SOURCE_ZERO_VELOCITY}), "zero velocity at standstill"}};
+      {fused({I::SOURCE_NON_HOLONOMIC, I::SOURCE_ZERO_VELOCITY}), "motion constraints"}};
   std::vector<std::string> names;
   for (const auto& [is_fused, name] : named) {
     if (is_fused) names.emplace_back(name);

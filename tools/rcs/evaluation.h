@@ -110,8 +110,8 @@ struct RunFigures {
 
 /// What WM fused within `interval`, its ends excluded: the INS where its data was not older than
 /// 1 s, any other source where WM accepted a measurement of it. By the fixed names and order of
-/// "GPS", "LADAR", "a priori map", "wheel encoders", "INS", "non-holonomic constraint",
-/// "zero velocity at standstill".
+/// "GPS", "LADAR", "a priori map", "wheel encoders", "INS" and "motion constraints" (the
+/// non-holonomic one, and zero velocity at standstill).
 [[nodiscard]] std::vector<std::string> fused_sources(const RunLog& run, const Interval& interval);
 
 [[nodiscard]] OutageFigures outage_figures(const WorldFigures& figures, const Interval& outage);

@@ -41,8 +41,8 @@ class ReportCommand final : public Command {
     app()
         ->add_option(
             "--min-factor", min_factor_,
-            "exit status 1 when the second run's rms error over an outage is less than so\n"
-            "many times the first's")
+            "exit status 1 unless some run has, over an outage, at least so many times the\n"
+            "rms error of one that differs by the LADAR alone")
         ->check(CLI::PositiveNumber);
     app()->add_flag("--json", json_, "figures as JSON");
     app()->footer(
@@ -113,15 +113,19 @@ class ReportCommand final : public Command {
     return Done{};
   }
 
-  /// Whether the first run is as much better than the second as was asked for.
+  /// Whether the LADAR is worth as much as was asked for.
   [[nodiscard]] int judge() const {
     if (min_factor_ <= 0.0) return kExitOk;
-    const std::optional<double> factor = error_factor(compared_);
+    const std::optional<double> factor = ladar_factor(compared_);
     if (factor && *factor >= min_factor_) return kExitOk;
-    if (!factor) return fail(kName, Error{"--min-factor needs two runs and an outage of GPS"});
-    return fail(kName, Error{fmt::format("'{}' has {:.2f} times the rms error of '{}'; at least "
-                                         "{:g} times was required (--min-factor)",
-                                         names_[1], *factor, names_[0], min_factor_)});
+    if (!factor) {
+      return fail(kName, Error{"--min-factor: no two runs that differ by the LADAR alone while GPS "
+                               "is denied"});
+    }
+    return fail(kName, Error{fmt::format("without the LADAR the rms error is at most {:.2f} times "
+                                         "that with it; at least {:g} times was required "
+                                         "(--min-factor)",
+                                         *factor, min_factor_)});
   }
 
   [[nodiscard]] Stamp zero() const { return truth_.front().stamp; }
@@ -146,7 +150,8 @@ class ReportCommand final : public Command {
         run["figures"] = to_json(reported_[k].figures);
         json["runs"].push_back(std::move(run));
       }
-      if (const std::optional<double> factor = error_factor(compared_)) json["factor"] = *factor;
+      if (const std::optional<double> factor = ladar_factor(compared_))
+        json["ladar_factor"] = *factor;
       fmt::print("{}\n", json.dump(2));
       return;
     }

@@ -1,9 +1,9 @@
 #include "tools/rcs/run_comparison.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <iterator>
 
 namespace rcs::tools {
 namespace {
@@ -15,20 +15,53 @@ bool in_any(const std::vector<Interval>& intervals, Stamp stamp) {
                      [stamp](const Interval& i) { return i.contains(stamp); });
 }
 
-/// Of `a`, those that `b` does not have.
-std::vector<std::string> less(const std::vector<std::string>& a,
-                              const std::vector<std::string>& b) {
-  std::vector<std::string> rest;
-  std::copy_if(a.begin(), a.end(), std::back_inserter(rest), [&](const std::string& name) {
-    return std::find(b.begin(), b.end(), name) == b.end();
-  });
-  return rest;
+std::string joined(const std::vector<std::string>& names, std::string_view separator) {
+  std::string text;
+  for (const std::string& name : names) {
+    if (!text.empty()) text += separator;
+    text += name;
+  }
+  return text;
+}
+
+/// Without the LADAR and what it alone brings.
+std::vector<std::string> others(std::vector<std::string> fused) {
+  const auto of_ladar = [](const std::string& s) { return s == "LADAR" || s == "a priori map"; };
+  fused.erase(std::remove_if(fused.begin(), fused.end(), of_ladar), fused.end());
+  return fused;
+}
+
+/// Two runs that differ by the LADAR alone in one outage.
+struct LadarPair {
+  double with_m = 0.0;  ///< RMS
+  double without_m = 0.0;
+  std::vector<std::string> beside;  ///< what both fused
+
+  [[nodiscard]] double factor() const { return without_m / std::max(1e-6, with_m); }
+};
+
+std::vector<LadarPair> ladar_pairs(const std::vector<ComparedRun>& runs, std::size_t outage) {
+  const auto has_ladar = [outage](const ComparedRun& run) {
+    const std::vector<std::string>& fused = run.fused[outage];
+    return std::find(fused.begin(), fused.end(), "LADAR") != fused.end();
+  };
+  std::vector<LadarPair> pairs;
+  for (const ComparedRun& with : runs) {
+    for (const ComparedRun& without : runs) {
+      if (!has_ladar(with) || has_ladar(without)) continue;
+      std::vector<std::string> beside = others(with.fused[outage]);
+      if (beside != others(without.fused[outage])) continue;
+      pairs.push_back({with.outages[outage].horizontal_m.rms,
+                       without.outages[outage].horizontal_m.rms, std::move(beside)});
+    }
+  }
+  return pairs;
 }
 
 std::string labelled(const ComparedRun& run, std::size_t outage) {
   const std::vector<std::string>& fused = run.fused[outage];
   if (fused.empty()) return run.name + ": nothing";
-  return fmt::format("{}: {}", run.name, fmt::join(fused, ", "));
+  return run.name + ": " + joined(fused, ", ");
 }
 
 }  // namespace
@@ -69,39 +102,33 @@ Table comparison_table(const std::vector<ComparedRun>& runs) {
   return t;
 }
 
-std::optional<double> error_factor(const std::vector<ComparedRun>& runs) {
-  if (runs.size() < 2) return std::nullopt;
+std::optional<double> ladar_factor(const std::vector<ComparedRun>& runs) {
+  if (runs.empty()) return std::nullopt;
   std::optional<double> smallest;
-  for (std::size_t k = 0; k < runs[0].outages.size(); ++k) {
-    const double first_m = runs[0].outages[k].horizontal_m.rms;
-    if (!(first_m > 0.0)) return std::nullopt;
-    const double factor = runs[1].outages[k].horizontal_m.rms / first_m;
-    smallest = std::min(smallest.value_or(factor), factor);
+  for (std::size_t k = 0; k < runs.front().outages.size(); ++k) {
+    double largest = 0.0;
+    for (const LadarPair& pair : ladar_pairs(runs, k)) largest = std::max(largest, pair.factor());
+    if (largest <= 0.0) return std::nullopt;
+    smallest = std::min(smallest.value_or(largest), largest);
   }
   return smallest;
 }
 
 std::string comparison_text(const std::vector<ComparedRun>& runs) {
-  if (!error_factor(runs)) return {};
-  const ComparedRun& first = runs[0];
-  const ComparedRun& second = runs[1];
+  if (runs.empty()) return {};
   std::string text;
-  for (std::size_t k = 0; k < first.outages.size(); ++k) {
-    const OutageFigures& o = first.outages[k];
-    const double first_m = o.horizontal_m.rms;
-    const double second_m = second.outages[k].horizontal_m.rms;
-    const std::vector<std::string> gained = less(first.fused[k], second.fused[k]);
-    const std::vector<std::string> changed = less(second.fused[k], first.fused[k]);
-    const bool one_more = !gained.empty() && changed.empty();
-    const std::string with = one_more ? fmt::format("with {}", fmt::join(gained, " and "))
-                                      : fmt::format("in '{}'", first.name);
-    const std::string without = one_more ? "without" : fmt::format("in '{}'", second.name);
+  for (std::size_t k = 0; k < runs.front().outages.size(); ++k) {
+    const OutageFigures& o = runs.front().outages[k];
+    std::string errors;
+    for (const LadarPair& pair : ladar_pairs(runs, k)) {
+      errors += fmt::format("{}{:.2f} m and {:.2f} m beside {}", errors.empty() ? "" : "; ",
+                            pair.with_m, pair.without_m, joined(pair.beside, ", "));
+    }
+    if (errors.empty()) continue;
     text += fmt::format(
-        "{}Look at the rms of the first two rows: over {:.0f} s and {:.0f} m without GPS the "
-        "horizontal error is {:.2f} m rms {} and {:.2f} m {}, on the same sensor data: {:.1f} "
-        "times as much.",
-        text.empty() ? "" : "\n", seconds(o.interval.to - o.interval.from), o.driven_m, first_m,
-        with, second_m, without, second_m / first_m);
+        "{}Look at the rms of rows that differ by the LADAR alone: over {:.0f} s and {:.0f} m "
+        "without GPS, with the LADAR and without it, {}.",
+        text.empty() ? "" : "\n", seconds(o.interval.to - o.interval.from), o.driven_m, errors);
   }
   return text;
 }

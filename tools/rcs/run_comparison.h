@@ -2,6 +2,7 @@
 // Runs of one drive side by side: what each fused while GPS was denied, and its horizontal error
 // over the whole outage. Pure functions.
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -28,12 +29,12 @@ struct ComparedRun {
 /// One row for each run and outage; for each run without an outage.
 [[nodiscard]] Table comparison_table(const std::vector<ComparedRun>& runs);
 
-/// The RMS error of the second run over that of the first, in the outage where it is smallest.
-/// None with less than two runs, without an outage or without an error of the first.
-[[nodiscard]] std::optional<double> error_factor(const std::vector<ComparedRun>& runs);
+/// In pairs of runs that differ by the LADAR alone (and the a priori map, which needs it): the RMS
+/// error without it over that with it. The largest of the pairs, in the outage where that is
+/// smallest; none without such a pair in each outage, or without an outage.
+[[nodiscard]] std::optional<double> ladar_factor(const std::vector<ComparedRun>& runs);
 
-/// A sentence for each outage: the first run against the second, and the sources that make the
-/// difference. Empty where error_factor() is none.
+/// A sentence for each outage with such a pair: the errors with and without the LADAR.
 [[nodiscard]] std::string comparison_text(const std::vector<ComparedRun>& runs);
 
 /// @param zero  of the outages' times
