@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <numeric>
+
 #include "tools/rcs/command.h"
 #include "tools/rcs/evaluation_tables.h"
 #include "tools/rcs/figures.h"
@@ -13,6 +15,7 @@ namespace rcs::tools {
 namespace {
 
 constexpr std::string_view kName = "report";
+constexpr std::size_t kMaxDrawn = 4;
 
 /// A run and what it is worth.
 struct ReportedRun {
@@ -47,7 +50,8 @@ class ReportCommand final : public Command {
     app()->add_flag("--json", json_, "figures as JSON");
     app()->footer(
         "Errors are horizontal, over the whole outage. What a run fused in it is read from its\n"
-        "WM_INNOVATION, not from its name.\n"
+        "WM_INNOVATION, not from its name. Of more than four runs the pictures have the first\n"
+        "and the last two.\n"
         "Example:\n"
         "  rcs replay config/demo3.toml run.log -o without.log --without LADAR_RANGES\n"
         "  rcs report \"all sensors=run.log\" \"without LADAR=without.log\" -o report.html");
@@ -160,9 +164,18 @@ class ReportCommand final : public Command {
                to_text(scan_table(reported_.front().figures)));
   }
 
+  /// The runs in the pictures of all: no more than there are colours.
+  [[nodiscard]] std::vector<std::size_t> drawn() const {
+    const std::size_t n = reported_.size();
+    if (n > kMaxDrawn) return {0, n - 2, n - 1};
+    std::vector<std::size_t> all(n);
+    std::iota(all.begin(), all.end(), std::size_t{0});
+    return all;
+  }
+
   [[nodiscard]] Plot course() const {
     std::vector<NamedTrajectory> estimates;
-    for (std::size_t k = 0; k < reported_.size(); ++k) {
+    for (const std::size_t k : drawn()) {
       NamedTrajectory estimate{names_[k], {}};
       for (const WorldError& e : reported_[k].world.errors) {
         estimate.poses.push_back({e.stamp, e.T_truthworld_vehicle});
@@ -174,7 +187,7 @@ class ReportCommand final : public Command {
 
   [[nodiscard]] Plot errors() const {
     std::vector<std::pair<std::string, const WorldFigures*>> runs;
-    for (std::size_t k = 0; k < reported_.size(); ++k) {
+    for (const std::size_t k : drawn()) {
       runs.emplace_back(names_[k], &reported_[k].world);
     }
     return comparison_plot(runs, outages_, zero());
