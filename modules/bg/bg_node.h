@@ -33,7 +33,9 @@ class BgNode final : public Node {
  private:
   void take_command();
   void take_nav(const Cycle& cycle);
+  void take_integrity(const Cycle& cycle);
   void take_map(const Cycle& cycle);
+  [[nodiscard]] double speed_share() const;
   void leave_trail();
   void note_datum();
   [[nodiscard]] bool map_is_of_now() const;
@@ -63,12 +65,15 @@ class BgNode final : public Node {
   PeriodicClock plan_clock_;
   Subordinate subordinate_;
   Inbox<nav_state_t> nav_states_;
+  Inbox<integrity_t> integrities_;
   Inbox<map_patch_t> map_patches_;
   Outbox<drive_t> drive_out_;
   Outbox<plan_t> plan_out_;
   Report report_;
 
   Nav nav_;
+  Stamp nav_moved_ = Stamp::min();  // arrival of the newest message with another sensor time
+  Integrity integrity_;
   vj::Terrain terrain_;  // frame local
   Stamp terrain_stamp_ = Stamp::min();
   std::int64_t terrain_local_utime_ = 0;

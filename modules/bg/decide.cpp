@@ -54,6 +54,18 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
     return row(__LINE__, Action::kBrake, Status::kExecuting, "WM_SILENT",
                "waiting because the world model is silent");
   }
+  if (f.nav_still > p.nav_still) {
+    return row(__LINE__, Action::kBrake, Status::kExecuting, "POSE_FROZEN",
+               "waiting because the sensor time of the pose stands still");
+  }
+  if (f.integrity_age > p.integrity_silence) {
+    return row(__LINE__, Action::kBrake, Status::kExecuting, "INTEGRITY_SILENT",
+               "waiting because the world model publishes no integrity");
+  }
+  if (!f.pose_valid) {
+    return row(__LINE__, Action::kBrake, Status::kExecuting, "POSE_INVALID",
+               "waiting because the world model has no valid pose");
+  }
   if (!f.aligned) {
     return row(__LINE__, Action::kBrake, Status::kExecuting, "NOT_LOCALIZED",
                "waiting because the world model does not know where the vehicle is");
@@ -65,6 +77,10 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
   if (no_ladar) {
     return row(__LINE__, Action::kStop, Status::kExecuting, "LADAR_LOST",
                "waiting because no LADAR scan was registered of late");
+  }
+  if (f.ins_age > p.ins_loss) {
+    return row(__LINE__, Action::kStop, Status::kExecuting, "INS_LOST",
+               "waiting because the INS is lost");
   }
   if (f.map_age > p.map_loss) {
     return row(__LINE__, Action::kStop, Status::kExecuting, "MAP_OLD",

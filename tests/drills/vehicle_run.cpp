@@ -47,7 +47,8 @@ const std::vector<Vec2>& course_world() {
   return course;
 }
 
-VehicleRun::VehicleRun(const std::string& vehicle_toml) {
+VehicleRun::VehicleRun(const std::string& vehicle_toml,
+                       const std::vector<std::string>& sim_arguments) {
   folder_ = std::filesystem::temp_directory_path() / "rcs_drill_XXXXXX";
   std::string made = folder_.string();
   if (mkdtemp(made.data()) == nullptr) {
@@ -73,7 +74,9 @@ VehicleRun::VehicleRun(const std::string& vehicle_toml) {
   }
   const std::string bin = variable("RCS_BIN_DIR");
   up_ = start("up", bin + "/rcs", {"up", (folder_ / "vehicle.toml").string()});
-  sim_ = start("sim", bin + "/sim", {(folder_ / "course.toml").string()});
+  std::vector<std::string> scenario = {(folder_ / "course.toml").string()};
+  scenario.insert(scenario.end(), sim_arguments.begin(), sim_arguments.end());
+  sim_ = start("sim", bin + "/sim", scenario);
   next_ask_ = now() + kBeforeFirst;
 }
 
@@ -148,6 +151,10 @@ void VehicleRun::look_after() {
     if (running == nullptr) continue;
     const std::optional<tools::Exit> exit = read(running);
     if (!exit) continue;
+    if (running == sim_.get() && sim_may_end_) {
+      sim_.reset();
+      continue;
+    }
     trouble_ = fmt::format("{} {}: {}", running->name, tools::to_text(*exit), running->last_line);
     (running == up_.get() ? up_ : sim_).reset();
     return;
@@ -211,6 +218,11 @@ Stamp VehicleRun::heard_first(const std::string& node) const {
 
 void VehicleRun::send_signal(const std::string& node, int signal) const {
   if (const int pid = pid_of(node); pid > 0) (void)kill(pid, signal);
+}
+
+void VehicleRun::send_signal_to_sim(int signal) {
+  sim_may_end_ = true;
+  if (sim_) sim_->process.send_signal(signal);
 }
 
 void VehicleRun::keep_client() {

@@ -32,7 +32,9 @@ inline constexpr double kMostSpeed_mps = 6.0;  ///< that the operator allows
 class VehicleRun {
  public:
   /// @param vehicle_toml  more of the vehicle's configuration
-  explicit VehicleRun(const std::string& vehicle_toml);
+  /// @param sim_arguments  more of the simulator's command line
+  explicit VehicleRun(const std::string& vehicle_toml,
+                      const std::vector<std::string>& sim_arguments = {});
   VehicleRun(const VehicleRun&) = delete;
   VehicleRun& operator=(const VehicleRun&) = delete;
   ~VehicleRun();
@@ -51,6 +53,8 @@ class VehicleRun {
   [[nodiscard]] int pid_of(const std::string& node) const;
   [[nodiscard]] Stamp heard_first(const std::string& node) const;
   void send_signal(const std::string& node, int signal) const;
+  /// To the simulator, which is the vehicle's sensors; its end is no trouble() from now on.
+  void send_signal_to_sim(int signal);
 
   /// A DDS program off-board that hears the vehicle; is started again when it has ended.
   void keep_client();
@@ -99,6 +103,7 @@ class VehicleRun {
   std::unique_ptr<Running> up_, sim_, operator_, client_;
   Stamp next_look_ = Stamp::min();
   Stamp next_ask_ = Stamp::min();
+  bool sim_may_end_ = false;
   std::size_t next_waypoint_ = 0;
   int courses_ = 0;
   std::vector<std::string> gave_up_;

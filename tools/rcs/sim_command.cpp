@@ -87,7 +87,7 @@ class Sim final : public Command {
     sim::RealTimeReport report;
     {
       Progress progress(kName, 1000);
-      report = sim::publish_at_real_time(&simulator, bus->get(), &timeline, [&](double share) {
+      report = sim::publish_at_real_time(&simulator, bus->get(), &timeline, {}, [&](double share) {
         progress.at(static_cast<std::int64_t>(1000.0 * share));
       });
     }
