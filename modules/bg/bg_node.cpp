@@ -35,7 +35,7 @@ std::int8_t message_status(Status status) {
 
 }  // namespace
 
-BgNode::BgNode(const BgConfig& config, Bus* bus)
+BgNode::BgNode(const BgConfig& config, Bus* bus, StopLatch latch)
     : config_(config),
       clock_(config.period),
       plan_clock_(config.plan_period),
@@ -46,7 +46,8 @@ BgNode::BgNode(const BgConfig& config, Bus* bus)
       drive_out_(bus, channel::kBgDrive),
       plan_out_(bus, channel::kBgPlan),
       report_(bus, config.info.name, kReportInterval),
-      search_(config.search, config.shape, config.weights) {
+      search_(config.search, config.shape, config.weights),
+      emergency_stop_(std::move(latch)) {
   path_.reserve(4096);
   candidate_.reserve(4096);
 }
@@ -77,9 +78,11 @@ void BgNode::run(const Cycle& cycle) {
   }
   cycle.stages->mark("plan");
 
-  const Decision decision = decide(now, emergency_, config_.decide);
-  emergency_ = decision.emergency;
+  Decision decision = decide(now, emergency_stop_.engaged(), config_.decide);
   drive(cycle, decision);
+  if (emergency_stop_.update(subordinate_.command(), cycle.now, &report_, &decision)) {
+    subordinate_.release_stops();
+  }
   publish_status(decision, cycle.now);
   cycle.stages->mark("drive");
   if (clock_.due(cycle.now)) clock_.advance(cycle.now);
@@ -243,7 +246,7 @@ void BgNode::plan(const Cycle& cycle, const Facts& now) {
   const bool on_the_way = now.order == Order::kGoto && now.cannot.empty() && !now.arrived &&
                           now.nav_age <= config_.decide.nav_silence && now.pose_valid &&
                           now.nav_still <= config_.decide.nav_still && now.aligned &&
-                          now.speed_share > 0.0 && map_is_of_now() && !emergency_;
+                          now.speed_share > 0.0 && map_is_of_now() && !emergency_stop_.engaged();
   if (!on_the_way) return;
   if (way_since_ == Stamp::min()) way_since_ = cycle.now;  // from now on one is looked for
   const Goal to = goal();
@@ -406,7 +409,15 @@ void BgNode::publish_status(const Decision& decision, Stamp now) {
 Result<std::unique_ptr<Node>> make_bg_node(const ParamFile& file, Bus* bus) {
   const Result<BgConfig> config = load_bg_config(file);
   if (!config) return config.error();
-  return std::unique_ptr<Node>(std::make_unique<BgNode>(*config, bus));
+  return std::unique_ptr<Node>(std::make_unique<BgNode>(*config, bus, StopLatch()));
+}
+
+Result<std::unique_ptr<Node>> make_live_bg_node(const ParamFile& file, Bus* bus) {
+  const Result<BgConfig> config = load_bg_config(file);
+  if (!config) return config.error();
+  Result<StopLatch> latch = open_stop_latch(file);
+  if (!latch) return latch.error();
+  return std::unique_ptr<Node>(std::make_unique<BgNode>(*config, bus, std::move(latch).value()));
 }
 
 }  // namespace rcs::bg

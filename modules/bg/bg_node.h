@@ -11,6 +11,7 @@
 #include "lcmtypes/rcs/plan_t.hpp"
 #include "modules/bg/bg_config.h"
 #include "modules/bg/bg_messages_node.h"
+#include "modules/bg/stop_node.h"
 #include "modules/bg/trail.h"
 #include "rcs/node/command.h"
 #include "rcs/node/inbox.h"
@@ -21,7 +22,7 @@ namespace rcs::bg {
 
 class BgNode final : public Node {
  public:
-  BgNode(const BgConfig& config, Bus* bus);
+  BgNode(const BgConfig& config, Bus* bus, StopLatch latch);
 
   [[nodiscard]] const NodeInfo& info() const override { return config_.info; }
   [[nodiscard]] Stamp next_wakeup() const override { return clock_.next(); }
@@ -88,7 +89,7 @@ class BgNode final : public Node {
   bool other_world_ = false;   // WM has begun another one meanwhile
   std::optional<Goal> ahead_;  // frame local: where to drive while north is not known
   std::string_view cannot_;
-  bool emergency_ = false;
+  EmergencyStop emergency_stop_;
 
   Path path_;  // frame local of path_local_utime_
   Path candidate_;
@@ -106,6 +107,9 @@ class BgNode final : public Node {
   plan_t plan_{};
 };
 
+/// For replay and simulation: emergency stops are latched in memory.
 [[nodiscard]] Result<std::unique_ptr<Node>> make_bg_node(const ParamFile& file, Bus* bus);
+/// For a vehicle: emergency stops are latched in a file, see open_stop_latch().
+[[nodiscard]] Result<std::unique_ptr<Node>> make_live_bg_node(const ParamFile& file, Bus* bus);
 
 }  // namespace rcs::bg

@@ -7,8 +7,10 @@ namespace rcs::bg {
 // The first row whose condition holds decides. The order is the order of danger.
 Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
   const bool at_rest = std::abs(f.speed_mps) < p.rest_mps;
+  const bool releases = f.order == Order::kRelease && f.order_is_valid;
+  const bool known_at_rest = at_rest && f.nav_age <= p.nav_silence;
   if (f.order == Order::kEmergencyStop) emergency = true;
-  if (f.order == Order::kRelease && f.order_is_valid && at_rest) emergency = false;
+  if (releases && known_at_rest) emergency = false;
 
   const auto row = [&](int line, Action action, Status status, std::string_view state,
                        std::string_view reason) {
@@ -19,6 +21,11 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
   // -- the emergency stop holds until it is released, whoever commands what -----------------------
   if (emergency && f.order == Order::kEmergencyStop) {
     return row(__LINE__, Action::kBrake, when_at_rest, "EMERGENCY_STOP", "");
+  }
+  if (emergency && releases && at_rest) {
+    return row(__LINE__, Action::kBrake, Status::kError, "EMERGENCY_STOP",
+               "cannot release the emergency stop because the world model is silent, so that rest "
+               "is not known");
   }
   if (emergency) {
     return row(__LINE__, Action::kBrake, Status::kError, "EMERGENCY_STOP",

@@ -84,8 +84,10 @@ Result<ProcessTables> read_process_tables(const ParamFile& file) {
   ParamTable root = file.root();
   ParamTable process = root.table("process");
   process.get("bus_firewalled", &tables.bus_firewalled);
+  process.get("state_directory", &tables.state_directory);
   for (const std::string& name : process.keys()) {
-    if (name != "bus_firewalled") read_realtime(process.table(name), &tables.realtime[name]);
+    if (name == "bus_firewalled" || name == "state_directory") continue;
+    read_realtime(process.table(name), &tables.realtime[name]);
   }
   read_up(root.table("up"), &tables.nodes);
 

@@ -229,7 +229,7 @@ TEST(Clutter, ItArrivesOrSaysThatItCannotAndNeverStandsSayingItDrives) {
   constexpr int kFields = 20;
   for (int seed = 21; seed < 21 + kFields; ++seed) {
     LocalBus bus;
-    BgNode bg(config, &bus);
+    BgNode bg(config, &bus, StopLatch());
     World world(&bus, static_cast<unsigned>(seed), 25 + seed % 30, config.shape);
     Ticks ticks(&world, from_seconds(120.0));
     LockstepTimeline timeline(&bus, &ticks, Duration(0));

@@ -55,9 +55,17 @@ class VehicleRun {
   void send_signal(const std::string& node, int signal) const;
   /// To the simulator, which is the vehicle's sensors; its end is no trouble() from now on.
   void send_signal_to_sim(int signal);
+  /// Kills `rcs up`, and with it all nodes, and starts it again.
+  void restart_up();
+  /// Runs one of our programs while the vehicle goes on.
+  /// @return its exit status; -1: it did not end in time, or there is trouble()
+  int run_program(const std::string& program, const std::vector<std::string>& arguments,
+                  Duration most);
 
   /// A DDS program off-board that hears the vehicle; is started again when it has ended.
   void keep_client();
+  /// The environment of DDS programs on this computer.
+  static void use_loopback();
   void kill_client();
   [[nodiscard]] int clients_started() const { return clients_; }
 
@@ -86,6 +94,7 @@ class VehicleRun {
   std::string write_files(const std::string& vehicle_toml);
   [[nodiscard]] std::unique_ptr<Running> start(const std::string& name, const std::string& program,
                                                const std::vector<std::string>& arguments);
+  void start_up();
   void look_after();
   void look_after_operator();
   void look_after_client();
@@ -100,7 +109,7 @@ class VehicleRun {
   std::unique_ptr<LiveTimeline> timeline_;
   std::deque<test::Tap<process_t>> processes_;
   std::map<std::string, Life> lives_;
-  std::unique_ptr<Running> up_, sim_, operator_, client_;
+  std::unique_ptr<Running> up_, sim_, operator_, client_, program_;
   Stamp next_look_ = Stamp::min();
   Stamp next_ask_ = Stamp::min();
   bool sim_may_end_ = false;

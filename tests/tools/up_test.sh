@@ -7,6 +7,8 @@ config=$2
 dir=$(mktemp -d)
 up=
 trap 'kill -9 $up 2>/dev/null; rm -rf "$dir"' EXIT
+unset STATE_DIRECTORY
+export XDG_STATE_HOME="$dir/state" # emergency stops are latched there
 
 fail() {
   echo "FAILED: $*"
@@ -79,6 +81,32 @@ wait $up || fail "status after SIGTERM"
 grep -q '^rcs up: all stopped' "$dir/up.txt" || fail "the end"
 gone "$sp"
 gone "$wm"
+
+# An emergency stop outlives all processes, whatever is commanded.
+start --force
+grep -q 'an emergency stop is latched' "$dir/up.txt" && fail "a stop before there was one"
+until_line "$dir/up.txt" '^\[bg\] bg: running'
+timeout 20 "$bin/rcs" go --emergency-stop 2>"$dir/stop.txt" || fail "status of rcs go --emergency-stop"
+kill -9 $up
+start --force
+until_line "$dir/up.txt" "an emergency stop is latched (operator, serial [0-9]*; $dir/state/rcs/.*stop)"
+until_line "$dir/up.txt" '^\[bg\] bg: running'
+"$bin/rcs" go --waypoint 9,0 --patience 1 2>"$dir/go.txt"
+[ $? -eq 1 ] || fail "status of rcs go while a stop is latched"
+grep -q 'emergency stop is latched: release it at rest first' "$dir/go.txt" || fail "why not"
+"$bin/rcs" top --once >"$dir/top.txt" 2>&1 || fail "rcs top --once"
+grep -q EMERGENCY_STOP "$dir/top.txt" || fail "rcs top does not show the latched stop"
+# No sensor, so that rest is not known.
+"$bin/rcs" go --release 2>"$dir/release.txt"
+[ $? -eq 1 ] || fail "status of a release without a known speed"
+grep -q 'the world model is silent' "$dir/release.txt" || fail "why it is not released"
+kill -9 $up
+rm -r "$dir/state"
+
+# A vehicle whose stops could not be latched does not start.
+{ cat "$config"; printf '[process]\nstate_directory = "/proc/nowhere"\n'; } >"$dir/nowhere.toml"
+"$bin/rcs" up --check "$dir/nowhere.toml" 2>"$dir/nowhere.txt" && fail "no folder for stops"
+grep -q 'set \[process\] state_directory' "$dir/nowhere.txt" || fail "which key to set"
 
 start --force
 sp=$(pid_of sp)

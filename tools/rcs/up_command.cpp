@@ -15,6 +15,7 @@
 #include "rcs/node/params.h"
 #include "rcs/node/process.h"
 #include "rcs/node/report.h"
+#include "rcs/node/stop_latch.h"
 #include "tools/rcs/child_process.h"
 #include "tools/rcs/command.h"
 #include "tools/rcs/console.h"
@@ -76,6 +77,9 @@ class Up final : public Command {
         "is\n"
         "killed first; one that refuses to start three times in a row ends everything (status 1).\n"
         "Ctrl-C or SIGTERM stops all (status 0). The nodes do not outlive it, however it ends.\n"
+        "An emergency stop is latched in [process] state_directory (default $STATE_DIRECTORY,\n"
+        "$XDG_STATE_HOME/rcs, ~/.local/state/rcs), outlives all of them, and is reported at the\n"
+        "start; `rcs go --release` ends it, the vehicle at rest.\n"
         "Examples:\n"
         "  rcs up config/demo3.toml\n"
         "  rcs up --check config/my_vehicle.toml && systemctl restart rcs");
@@ -86,6 +90,8 @@ class Up final : public Command {
  private:
   [[nodiscard]] Outcome check(const std::string& name, const std::string& program,
                               const StopSignals& stop);
+  [[nodiscard]] Outcome report_latched_stop(const ParamFile& file,
+                                            const std::vector<std::string>& nodes);
   [[nodiscard]] Outcome refuse_if_alive(LiveTimeline* timeline);
   [[nodiscard]] Outcome watch(const StopSignals& stop, const LiveTimeline& timeline);
 
@@ -130,6 +136,9 @@ int Up::run() {
     if (const Outcome good = check(name, *program, stop); !good) return fail(kName, good.error());
     programs.push_back(*program);
   }
+  if (const Outcome known = report_latched_stop(*params, nodes); !known) {
+    return fail(kName, known.error());
+  }
   if (check_) {
     fmt::print("rcs up: {} is good for its {} nodes\n", config_, nodes.size());
     return kExitOk;
@@ -172,6 +181,20 @@ Outcome Up::check(const std::string& name, const std::string& program, const Sto
       return Error{fmt::format("{} {} --check {}:{}", name, config_, to_text(*exit), said)};
     }
   }
+}
+
+/// BG latches emergency stops in a file, and finds it at its start.
+Outcome Up::report_latched_stop(const ParamFile& file, const std::vector<std::string>& nodes) {
+  if (std::find(nodes.begin(), nodes.end(), "bg") == nodes.end()) return Done{};
+  const Result<StopLatch> latch = open_stop_latch(file);
+  if (!latch) return latch.error();
+  if (latch->engaged()) {
+    say(
+        fmt::format("an emergency stop is latched ({}; {}): the vehicle does not move until it is "
+                    "released at rest: rcs go --release",
+                    latch->cause(), latch->path()));
+  }
+  return Done{};
 }
 
 Outcome Up::refuse_if_alive(LiveTimeline* timeline) {
