@@ -44,7 +44,7 @@ RunLog drive_with_an_outage() {
 
 TEST(Evaluation, AnOutageIsFoundAndScored) {
   const RunLog run = drive_with_an_outage();
-  const std::vector<Interval> outages = gps_outages(run);
+  const std::vector<TimeInterval> outages = gps_outages(run);
   ASSERT_EQ(outages.size(), 1U);
   EXPECT_EQ(outages[0].from, at_s(5.0));
   EXPECT_EQ(outages[0].to, at_s(15.0));

@@ -170,8 +170,8 @@ std::optional<WorldFigures> world_figures(const RunLog& run, const Trajectory& t
   return f;
 }
 
-std::vector<Interval> gps_outages(const RunLog& run) {
-  std::vector<Interval> outages;
+std::vector<TimeInterval> gps_outages(const RunLog& run) {
+  std::vector<TimeInterval> outages;
   bool open = false;
   for (const NavRecord& nav : run.nav) {
     const bool out = nav.age_gps > kOutage;
@@ -182,7 +182,7 @@ std::vector<Interval> gps_outages(const RunLog& run) {
   return outages;
 }
 
-OutageFigures outage_figures(const WorldFigures& figures, const Interval& outage) {
+OutageFigures outage_figures(const WorldFigures& figures, const TimeInterval& outage) {
   OutageFigures f;
   f.interval = outage;
   const WorldError* last = nullptr;

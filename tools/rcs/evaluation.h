@@ -13,7 +13,7 @@
 namespace rcs::tools {
 
 /// From one moment of sensor time to another.
-struct Interval {
+struct TimeInterval {
   Stamp from;
   Stamp to;
 
@@ -50,7 +50,7 @@ struct WorldFigures {
 
 /// What an outage of GPS cost.
 struct OutageFigures {
-  Interval interval;
+  TimeInterval interval;
   double driven_m = 0.0;
   double max_horizontal_m = 0.0;
   double end_horizontal_m = 0.0;
@@ -102,9 +102,9 @@ struct RunFigures {
                                                         const std::optional<Geodetic>& truth_datum);
 
 /// Where WM took no fix for longer than 2.5 s: from the last one to the next.
-[[nodiscard]] std::vector<Interval> gps_outages(const RunLog& run);
+[[nodiscard]] std::vector<TimeInterval> gps_outages(const RunLog& run);
 
-[[nodiscard]] OutageFigures outage_figures(const WorldFigures& figures, const Interval& outage);
+[[nodiscard]] OutageFigures outage_figures(const WorldFigures& figures, const TimeInterval& outage);
 
 /// WM's world as the truth's world sees it: both are tangent planes, each at its own datum.
 [[nodiscard]] Pose between_worlds(const Geodetic& truth_datum, const Geodetic& world_datum);

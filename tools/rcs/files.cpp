@@ -10,6 +10,8 @@
 #include <fstream>
 #include <iterator>
 
+#include "rcs/base/regular_file.h"
+
 namespace rcs::tools {
 namespace {
 
@@ -20,7 +22,7 @@ Error file_error(std::string_view path, std::string_view what) {
 }  // namespace
 
 Result<std::string> read_text(const std::string& path) {
-  // Opening a folder succeeds; only reading it fails.
+  if (Outcome checked = check_regular_file(path); !checked) return checked.error();
   std::ifstream file(path, std::ios::binary);
   if (!file) return file_error(path, "cannot open");
   std::string text((std::istreambuf_iterator<char>(file)), {});

@@ -10,6 +10,11 @@
 
 namespace rcs::tools {
 
+/// Registers the formats of kRasterFormats and those that are written with GDAL, and no other:
+/// neither virtual rasters, which read any file that they name, nor anything that reads from a
+/// network.
+void register_formats();
+
 struct CloseDataset {
   void operator()(GDALDataset* d) const { GDALClose(d); }
 };

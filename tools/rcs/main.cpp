@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
+#include <string>
 
 #include "tools/rcs/command.h"
 
@@ -15,6 +18,21 @@ int fail(std::string_view command, const Error& error) {
 }
 
 namespace {
+
+/// CLI11 takes "nan" for a number in any range. @throws CLI::ValidationError
+void check_numbers(const CLI::App& command) {
+  for (const CLI::Option* option : command.get_options()) {
+    if (option->get_type_name().find("FLOAT") == std::string::npos) continue;
+    for (const std::string& text : option->results()) {
+      char* end = nullptr;
+      const double number = std::strtod(text.c_str(), &end);
+      if (end != text.c_str() && !std::isfinite(number)) {
+        throw CLI::ValidationError(option->get_name(), text + " is not a finite number");
+      }
+    }
+  }
+  for (const CLI::App* chosen : command.get_subcommands()) check_numbers(*chosen);
+}
 
 int rcs_main(int argc, char** argv) {
   CLI::App app(
@@ -50,6 +68,7 @@ int rcs_main(int argc, char** argv) {
   add_keys_command(&app, &commands);
   try {
     app.parse(argc, argv);
+    check_numbers(app);
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? kExitOk : kExitUsage;
   }
@@ -62,8 +81,7 @@ int rcs_main(int argc, char** argv) {
 }  // namespace
 }  // namespace rcs::tools
 
-// Nothing of ours throws; what a library may throw while it starts ends the process with its
-// reason.
+// What is thrown, as memory or descriptors are exhausted, ends the process with its reason.
 int main(int argc, char** argv) {
   try {
     return rcs::tools::rcs_main(argc, argv);

@@ -169,7 +169,7 @@ std::array<std::uint8_t, 4> difference_color(float d_m, double range_m) {
 
 Outcome write_difference(const Raster& difference, double range_m, const std::string& path) {
   const QuietGdal quiet;
-  GDALAllRegister();
+  register_formats();
   CPLErrorReset();
   constexpr int kBands = 4;
   const int width = difference.width;

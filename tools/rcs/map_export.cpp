@@ -56,7 +56,7 @@ Outcome fill_band(const Raster& r, GDALRasterBand* band, const F& value) {
 }
 
 Result<Dataset> in_memory(const Raster& r, int bands) {
-  GDALAllRegister();
+  register_formats();
   GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("MEM");
   Dataset d(driver == nullptr ? nullptr
                               : driver->Create("", r.width, r.height, bands, GDT_Float32, nullptr));

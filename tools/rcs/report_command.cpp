@@ -87,7 +87,7 @@ class ReportCommand final : public Command {
         if (!in_outage(e.stamp)) with_gps_m.push_back(e.horizontal_m());
       }
       compared.with_gps_m = summarize(std::move(with_gps_m));
-      for (const Interval& i : outages_) compared.outages.push_back(outage_figures(*world, i));
+      for (const TimeInterval& i : outages_) compared.outages.push_back(outage_figures(*world, i));
       compared.log = std::move(log).value();
       compared.world = std::move(*world);
       compared_.push_back(std::move(compared));
@@ -112,7 +112,7 @@ class ReportCommand final : public Command {
 
   [[nodiscard]] Stamp zero() const { return truth_.front().stamp; }
   [[nodiscard]] bool in_outage(Stamp stamp) const {
-    for (const Interval& i : outages_) {
+    for (const TimeInterval& i : outages_) {
       if (i.contains(stamp)) return true;
     }
     return false;
@@ -230,7 +230,7 @@ class ReportCommand final : public Command {
 
   Trajectory truth_;
   std::optional<Geodetic> truth_datum_;
-  std::vector<Interval> outages_;
+  std::vector<TimeInterval> outages_;
   std::vector<ComparedRun> compared_;
 };
 
