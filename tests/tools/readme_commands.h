@@ -8,10 +8,11 @@
 namespace rcs::test {
 
 enum class How {
-  kSlow,     ///< runs in the slow test
-  kData,     ///< runs where the real data is
-  kOptions,  ///< not run; the options that it names must be in the program's --help
-  kForeign,  ///< not run: another program, or a change of the system
+  kSlow,      ///< runs in the slow test
+  kData,      ///< runs where the real data is
+  kSlowData,  ///< runs in the slow test, where the real data is
+  kOptions,   ///< not run; the options that it names must be in the program's --help
+  kForeign,   ///< not run: another program, or a change of the system
 };
 
 struct ReadmeCommand {
@@ -56,9 +57,9 @@ constexpr std::array<ReadmeCommand, 39> kReadmeCommands = {{
     {"systemctl", How::kForeign, "changes the system"},
     {"build/release/bin/rcs budget", How::kOptions, "five minutes; budget_command_test.cpp"},
     {"build/release/bin/dds_client", How::kForeign, "needs a gateway; tests/gateway"},
-    {"$rcs import kitti", How::kData, ""},
-    {"$rcs replay config/kitti.toml", How::kData, ""},
-    {"$rcs eval result.log --truth poses.txt", How::kData, ""},
+    {"$rcs import kitti", How::kSlowData, ""},
+    {"$rcs replay config/kitti.toml", How::kSlowData, ""},
+    {"$rcs eval result.log --truth poses.txt", How::kSlowData, ""},
     {"$rcs import comma2k19", How::kData, ""},
     {"$rcs replay config/comma2k19.toml", How::kData, ""},
     {"$rcs eval comma_result.log", How::kData, ""},

@@ -92,7 +92,7 @@ class Readme : public RcsCommand {
     make_drill();
     make_clouds();
     make_tiles();
-    link_data();
+    link_data(drive_s > 100.0);
   }
 
   void make_drill() const {
@@ -131,28 +131,19 @@ class Readme : public RcsCommand {
     std::filesystem::create_directory(folder_ + "/tiles");
     las.write(folder_ + "/tiles/one.las");
   }
-  void link_data() {
+  void link_data(bool sweeps) {
     const char* root = std::getenv("RCS_DATA_DIR");
     has_data_ = root != nullptr && std::filesystem::exists(std::string(root) + "/av2_pittsburgh");
     if (!has_data_) return;
-    const std::string kitti = "$d/kitti_2011_09_26_drive_0005";
-    ASSERT_EQ(shell("d=" + std::string(root) +
-                    "\nmkdir -p velodyne_points/data"
-                    "\ntar xJf " +
-                    kitti +
-                    "/velodyne_bin_000-079.tar.xz -C velodyne_points/data"
-                    "\nfind velodyne_points/data -name '0000000[0-9][1-9]?.bin' -delete"
-                    "\nfind velodyne_points/data -name '00000000[1-9]?.bin' -delete"
-                    "\nln -s " +
-                    kitti +
-                    "/poses/oxts_imu_poses_kitti.txt poses.txt"
-                    "\nln -s " +
-                    kitti +
-                    "/calib calib"
-                    "\nln -s $d/av2_pittsburgh/7fab2350* LOG_FOLDER"
-                    "\nln -s $d/gps_imu_comma2k19 gps_imu_comma2k19"
-                    "\nln -s $d/gps_imu_husky/test1_*.csv $d/gps_imu_balzer82/2014-03*.csv ."),
-              0)
+    const std::string links =
+        "ln -s $d/av2_pittsburgh/7fab2350* LOG_FOLDER\nln -s $d/gps_imu_comma2k19 .\n"
+        "ln -s $d/gps_imu_husky/test1_*.csv $d/gps_imu_balzer82/2014-03*.csv .\n";
+    const std::string ten_sweeps =
+        "k=$d/kitti_2011_09_26_drive_0005\nmkdir -p velodyne_points/data\n"
+        "tar xJf $k/velodyne_bin_000-079.tar.xz -C velodyne_points/data\n"
+        "find velodyne_points/data -name '00000000[1-9]?.bin' -delete\n"
+        "ln -s $k/poses/oxts_imu_poses_kitti.txt poses.txt\nln -s $k/calib calib\n";
+    ASSERT_EQ(shell("d=" + std::string(root) + "\n" + links + (sweeps ? ten_sweeps : "")), 0)
         << said();
   }
 
@@ -193,6 +184,7 @@ class Readme : public RcsCommand {
         continue;
       }
       if (c != nullptr && c->how == How::kData && !has_data_) continue;
+      if (c != nullptr && c->how == How::kSlowData && !(slow && has_data_)) continue;
       if (c != nullptr && c->how == How::kSlow && !slow) {
         expect_options(command);
         continue;

@@ -20,7 +20,7 @@ class ReplayCommand : public RcsCommand {
     drive_ = (std::filesystem::temp_directory_path() / "rcs_replay_XXXXXX").string();
     RCS_CHECK(mkdtemp(drive_.data()) != nullptr);
     const std::string command = variable("RCS_BIN_DIR") + "/rcs sim " + variable("RCS_SOURCE_DIR") +
-                                "/config/sim/drill.toml" + " --duration 5 -o " + drive_ +
+                                "/config/sim/drill.toml" + " --duration 12 -o " + drive_ +
                                 "/run.log --prior-map " + drive_ + "/prior >/dev/null 2>&1";
     RCS_CHECK(std::system(command.c_str()) == 0);  // NOLINT(cert-env33-c)
   }
