@@ -93,6 +93,8 @@ const Rule kCodeRules[] = {
     {"\\brand\\s*\\(\\s*\\)|\\brandom_device\\b|\\bsetRandom\\b|::Random\\s*\\(", "nowhere",
      "random numbers come from a seeded std::mt19937"},
     {"\\busing\\s+namespace\\b", "nowhere", "names are written out"},
+    {R"(\bofstream\b|\bfopen\s*\(|\bstd::rename\s*\()", "(?!tools/rcs/).*|tools/rcs/files\\.cpp",
+     "outputs of rcs are written by OutputFile (tools/rcs/files.h)"},
 };
 
 const char* const kTopLevel[] = {".ci", "config", "lcmtypes", "modules",
@@ -277,6 +279,14 @@ TEST(ArchitectureRules, NoThreadsSleepOrChance) {
   EXPECT_THAT(
       violations("rcs/node/async_tile_loader.cpp", "#include <thread>\nstd::thread worker_;"),
       testing::IsEmpty());
+}
+
+TEST(ArchitectureRules, OutputsHaveOneWayToTheDisk) {
+  for (const char* code : {"std::ofstream out(path);", "std::FILE* f = std::fopen(p, \"w\");"}) {
+    EXPECT_EQ(violations("tools/rcs/eval_command.cpp", code).size(), 1U) << code;
+    EXPECT_THAT(violations("tools/rcs/files.cpp", code), testing::IsEmpty()) << code;
+    EXPECT_THAT(violations("tests/tools/top_test.cpp", code), testing::IsEmpty()) << code;
+  }
 }
 
 TEST(ArchitectureRules, ViolationsNameTheirLine) {
