@@ -8,7 +8,9 @@ namespace rcs::bg {
 Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
   const bool at_rest = std::abs(f.speed_mps) < p.rest_mps;
   const bool releases = f.order == Order::kRelease && f.order_is_valid;
-  const bool known_at_rest = at_rest && f.nav_age <= p.nav_silence;
+  // The speed of a pose that stands still in sensor time is of the past.
+  const bool known_at_rest =
+      at_rest && f.nav_age <= p.nav_silence && f.nav_still <= p.nav_still;
   if (f.order == Order::kEmergencyStop) emergency = true;
   if (releases && known_at_rest) emergency = false;
 
@@ -24,8 +26,8 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
   }
   if (emergency && releases && at_rest) {
     return row(__LINE__, Action::kBrake, Status::kError, "EMERGENCY_STOP",
-               "cannot release the emergency stop because the world model is silent, so that rest "
-               "is not known");
+               "cannot release the emergency stop because the world model is silent or its pose "
+               "stands still: rest is not known");
   }
   if (emergency) {
     return row(__LINE__, Action::kBrake, Status::kError, "EMERGENCY_STOP",

@@ -11,6 +11,7 @@
 
 #include "lcmtypes/channels.h"
 #include "lcmtypes/rcs/drive_t.hpp"
+#include "lcmtypes/rcs/integrity_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "rcs/base/check.h"
 #include "rcs/node/command.h"
@@ -71,8 +72,13 @@ class BgStopLive : public testing::Test {
       nav_state_t m{};
       m.utime = m.publish_utime = to_utime(now);
       m.mode = nav_state_t::MODE_GPS_INS_LADAR;
+      m.pose_valid = 1;
       m.q_world_vehicle[0] = m.q_local_vehicle[0] = 1.0;
       nav_states_.publish(&m);
+      integrity_t integrity{};
+      integrity.utime = m.utime;
+      integrity.validity = integrity_t::VALID_LOCAL;
+      integrities_.publish(&integrity);
       if (now >= next_goto_) {
         superior_.send(to_waypoint(), now);
         next_goto_ = now + kCommandAgain;
@@ -111,6 +117,7 @@ class BgStopLive : public testing::Test {
   LiveTimeline timeline_{bus_.get(), &stop_};
   PeriodicClock clock_{kCycle};
   Outbox<nav_state_t> nav_states_{bus_.get(), channel::kWmNavState};
+  Outbox<integrity_t> integrities_{bus_.get(), channel::kWmIntegrity};
   Outbox<command_t> raw_{bus_.get(), channel::kBgCommand};
   CommandPort superior_{bus_.get(), channel::kBgCommand, channel::kBgStatus, "superior", {}};
   CommandPort operator_{bus_.get(), channel::kBgCommand, channel::kBgStatus, "operator", {}};

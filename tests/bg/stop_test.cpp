@@ -106,9 +106,14 @@ class Life {
     nav_state_t m{};
     m.utime = m.publish_utime = to_utime(*now_);
     m.mode = nav_state_t::MODE_GPS_INS_LADAR;
+    m.pose_valid = 1;
     m.q_world_vehicle[0] = m.q_local_vehicle[0] = 1.0;
     m.v_world_mps[0] = speed_mps;
     nav_states_.publish(&m);
+    integrity_t integrity{};
+    integrity.utime = m.utime;
+    integrity.validity = integrity_t::VALID_LOCAL;
+    integrities_.publish(&integrity);
   }
 
   Stamp* now_;
@@ -124,6 +129,7 @@ class Life {
  private:
   Outbox<command_t> commands_{&watched.bus, channel::kBgCommand};
   Outbox<nav_state_t> nav_states_{&watched.bus, channel::kWmNavState};
+  Outbox<integrity_t> integrities_{&watched.bus, channel::kWmIntegrity};
   Tap<drive_t> drives_{&watched.bus, channel::kBgDrive,
                        [this](const drive_t& m, Stamp) { drive = m; }};
   Tap<status_t> statuses_{&watched.bus, channel::kBgStatus,

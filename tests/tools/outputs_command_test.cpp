@@ -164,12 +164,9 @@ TEST_F(Outputs, AnInterruptLeavesTheOldFile) {
   const std::string scenario = variable("RCS_SOURCE_DIR") + "/config/sim/drill_long.toml";
   std::ofstream(folder_ + "/old.log") << "old";
   for (const char* signal : {"INT", "TERM", "HUP"}) {
-    // The simulation takes minutes; it is stopped as soon as its temporary is there.
-    // Job control, or the shell lets what it runs in the background ignore SIGINT.
-    EXPECT_NE(shell("bash -mc '$0 sim " + scenario +
-                    " -o old.log & pid=$!; until ls old.log.*.partial >/dev/null 2>&1 || "
-                    "! kill -0 $pid; do :; done; kill -" +
-                    signal + " $pid; wait $pid' $rcs"),
+    // The simulation takes minutes, and its temporary is there at its start.
+    EXPECT_NE(shell(std::string("timeout --signal=") + signal + " --kill-after=20 3 $rcs sim " +
+                    scenario + " -o old.log"),
               0)
         << signal;
     EXPECT_EQ(text_of(folder_ + "/old.log"), "old") << signal;
