@@ -42,6 +42,9 @@ inline constexpr char kGatewayEvent[] = "GATEWAY_EVENT";   // event_t       gate
 inline constexpr char kGatewayCycle[] = "GATEWAY_CYCLE";   // cycle_t       gateway  per cycle, live
 inline constexpr char kGatewayProcess[] = "GATEWAY_PROCESS";  // process_t  gateway  1 Hz, live
 
+inline constexpr char kUpEvent[] = "UP_EVENT";             // event_t         up  on events
+inline constexpr char kUpProcess[] = "UP_PROCESS";         // process_t       up  1 Hz, live
+
 inline constexpr char kSimTruth[] = "SIM_TRUTH";           // truth_t         sim  100 Hz
 // clang-format on
 

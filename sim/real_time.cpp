@@ -4,9 +4,24 @@
 
 #include <algorithm>
 
+#include "lcmtypes/channels.h"
+
 namespace rcs::sim {
 
+bool Silence::holds(std::string_view channel, double time_s) const {
+  if (channel == channel::kSimTruth || time_s < begin_s || time_s >= begin_s + length_s) {
+    return false;
+  }
+  if (source == "all") return true;
+  const std::string_view of = channel == channel::kIns        ? "ins"
+                              : channel == channel::kGpsFix   ? "gps"
+                              : channel == channel::kOdometry ? "odometry"
+                                                              : "ladar";
+  return source == of;
+}
+
 RealTimeReport publish_at_real_time(Simulator* simulator, LcmBus* bus, LiveTimeline* timeline,
+                                    const std::vector<Silence>& silences,
                                     const std::function<void(double)>& progress) {
   RealTimeReport report;
   const Duration shift = timeline->now() - Simulator::kStart;
@@ -24,8 +39,11 @@ RealTimeReport publish_at_real_time(Simulator* simulator, LcmBus* bus, LiveTimel
       return report;
     }
     report.worst_late = std::max(report.worst_late, timeline->now() - (due + shift));
-    bus->publish(event.channel, event.data.data(), event.data.size());
     const double done_s = seconds(due - Simulator::kStart);
+    const bool silent = std::any_of(
+        silences.begin(), silences.end(),
+        [&](const Silence& silence) { return silence.holds(event.channel, done_s); });
+    if (!silent) bus->publish(event.channel, event.data.data(), event.data.size());
     if (done_s < next_progress_s) continue;
     progress(std::min(1.0, done_s / whole_s));
     next_progress_s = done_s + 1.0;

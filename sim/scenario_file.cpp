@@ -4,6 +4,7 @@
 #include <sstream>
 #include <utility>
 
+#include "rcs/base/regular_file.h"
 #include "rcs/node/params.h"
 
 namespace rcs::sim {
@@ -247,6 +248,7 @@ Outcome read_grades(const std::string& path, const std::string& name, InertialGr
 }
 
 Result<Dem> read_dem(const std::string& path) {
+  if (Outcome checked = check_regular_file(path); !checked) return checked.error();
   std::ifstream file(path, std::ios::binary);
   std::ostringstream text;
   if (!file || !(text << file.rdbuf())) return Error{path + ": cannot be read"};

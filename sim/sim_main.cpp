@@ -9,6 +9,7 @@
 #include <exception>
 #include <memory>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "rcs/node/lcm_bus.h"
@@ -28,6 +29,7 @@ struct Options {
   std::string lcm_url;
   std::string prior_map;
   rcs::sim::ScenarioOverrides overrides;
+  std::vector<std::tuple<std::string, double, double>> silences;  ///< source, begin, length [s]
 };
 
 int fail(const rcs::Error& error) {
@@ -74,9 +76,13 @@ int run(const Options& options) {
   }
   fmt::print(stderr, "sim: {} on {}\n", options.scenario, (*bus)->url());
   rcs::LiveTimeline timeline(bus->get(), &stop);
+  std::vector<rcs::sim::Silence> silences;
+  for (const auto& [source, begin_s, length_s] : options.silences) {
+    silences.push_back({source, begin_s, length_s});
+  }
   Progress progress(rcs::seconds(simulator.end() - rcs::sim::Simulator::kStart));
   const rcs::sim::RealTimeReport report = rcs::sim::publish_at_real_time(
-      &simulator, bus->get(), &timeline, [&progress](double share) { progress.at(share); });
+      &simulator, bus->get(), &timeline, silences, [&progress](double share) { progress.at(share); });
   progress.end();
   fmt::print(stderr, "sim: {}; the latest message went out {:.1f} ms late\n",
              report.stopped ? "stopped" : "done", rcs::milliseconds(report.worst_late));
@@ -108,6 +114,18 @@ int sim_main(int argc, char** argv) {
   app.add_option("--ladar-outage", ladar_outage_s,
                  "begin and length [s], instead of the file's outages")
       ->expected(2);
+  app.add_option("--silence", options.silences,
+                 "SOURCE BEGIN LENGTH: a driver that publishes nothing from BEGIN s on for LENGTH "
+                 "s;\nSOURCE is ins, gps, odometry, ladar or all")
+      ->check(CLI::Validator(
+          [](std::string& value) {
+            const bool number = value.find_first_not_of("0123456789.e+") == std::string::npos;
+            const bool source = value == "ins" || value == "gps" || value == "odometry" ||
+                                value == "ladar" || value == "all";
+            return number || source ? std::string()
+                                    : value + ": not ins, gps, odometry, ladar, all or seconds";
+          },
+          ""));
   app.add_option("--prior-map", options.prior_map, "write the a priori map into this folder first");
   app.footer("Example:\n  sim config/sim/demo.toml --gps-outage 60 60");
   try {

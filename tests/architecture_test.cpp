@@ -7,14 +7,15 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <regex>
 #include <sstream>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "tests/support/source_code.h"
+
+namespace rcs {
 namespace {
 
 namespace fs = std::filesystem;
@@ -92,13 +93,12 @@ const Rule kCodeRules[] = {
     {"\\brand\\s*\\(\\s*\\)|\\brandom_device\\b|\\bsetRandom\\b|::Random\\s*\\(", "nowhere",
      "random numbers come from a seeded std::mt19937"},
     {"\\busing\\s+namespace\\b", "nowhere", "names are written out"},
+    {R"(\bofstream\b|\bfopen\s*\(|\bstd::rename\s*\()", "(?!tools/rcs/).*|tools/rcs/files\\.cpp",
+     "outputs of rcs are written by OutputFile (tools/rcs/files.h)"},
 };
 
 const char* const kTopLevel[] = {".ci", "config", "lcmtypes", "modules",
                                  "rcs", "sim",    "tests",    "tools"};
-/// Not part of the tree: what version control, builds and runs leave behind.
-constexpr char kNotSource[] = "\\.git|build|build-.*|out";
-
 // ---- the checker ---------------------------------------------------------------------------
 
 /// Compiled once: construction of a regex costs more than its use.
@@ -110,52 +110,6 @@ bool matches(std::string_view text, const char* pattern) {
     it = compiled.emplace(compiled.end(), pattern, std::regex(pattern));
   }
   return std::regex_match(text.begin(), text.end(), it->second);
-}
-
-/// The code of a C++ file with comments and the contents of literals blanked (lines are kept), so
-/// that neither this file's samples nor a sentence about a clock count. The name of an #include
-/// stays.
-std::string code_of(std::string_view text) {
-  std::string code;
-  code.reserve(text.size());
-  const auto skip_to = [&](std::size_t from, std::string_view end, std::size_t keep) {
-    const std::size_t at = text.find(end, from);
-    const std::size_t stop = at == std::string_view::npos ? text.size() : at + keep;
-    for (std::size_t i = from; i < stop; ++i) {
-      if (text[i] == '\n') code += '\n';
-    }
-    return stop;
-  };
-  const auto starts = [&](std::size_t at, std::string_view what) {
-    return text.substr(at, what.size()) == what;
-  };
-  std::size_t i = 0;
-  bool line_is_include = false;
-  while (i < text.size()) {
-    const char c = text[i];
-    const bool in_word = !code.empty() && (std::isalnum(static_cast<unsigned char>(code.back())));
-    if (code.empty() || code.back() == '\n') line_is_include = starts(i, "#include");
-    if (starts(i, "//")) {
-      i = skip_to(i, "\n", 0);
-    } else if (starts(i, "/*")) {
-      i = skip_to(i + 2, "*/", 2);
-    } else if (!in_word && starts(i, "R\"")) {
-      const std::size_t open = text.find('(', i);
-      if (open == std::string_view::npos) return code;
-      const std::string end = ")" + std::string(text.substr(i + 2, open - i - 2)) + "\"";
-      i = skip_to(open, end, end.size());
-    } else if (!line_is_include && (c == '"' || (c == '\'' && !in_word))) {
-      for (++i; i < text.size() && text[i] != c && text[i] != '\n'; ++i) {
-        if (text[i] == '\\') ++i;
-      }
-      if (i < text.size() && text[i] == c) ++i;
-      code += ' ';
-    } else {
-      code += c;
-      ++i;
-    }
-  }
-  return code;
 }
 
 struct Violation {
@@ -219,7 +173,7 @@ std::vector<Violation> violations(const std::string& path, std::string_view text
 }
 
 bool is_top_level(const std::string& directory) {
-  return matches(directory, kNotSource) ||
+  return !is_source_folder(directory) ||
          std::find(std::begin(kTopLevel), std::end(kTopLevel), directory) != std::end(kTopLevel);
 }
 
@@ -327,6 +281,14 @@ TEST(ArchitectureRules, NoThreadsSleepOrChance) {
       testing::IsEmpty());
 }
 
+TEST(ArchitectureRules, OutputsHaveOneWayToTheDisk) {
+  for (const char* code : {"std::ofstream out(path);", "std::FILE* f = std::fopen(p, \"w\");"}) {
+    EXPECT_EQ(violations("tools/rcs/eval_command.cpp", code).size(), 1U) << code;
+    EXPECT_THAT(violations("tools/rcs/files.cpp", code), testing::IsEmpty()) << code;
+    EXPECT_THAT(violations("tests/tools/top_test.cpp", code), testing::IsEmpty()) << code;
+  }
+}
+
 TEST(ArchitectureRules, ViolationsNameTheirLine) {
   const std::vector<Violation> found = violations(
       "modules/sp/icp.cpp",
@@ -346,28 +308,20 @@ TEST(ArchitectureRules, TopLevelFoldersAreFixed) {
 // ---- the tree ------------------------------------------------------------------------------
 
 TEST(Architecture, TheTreeKeepsItsRules) {
-  const char* source_dir = std::getenv("RCS_SOURCE_DIR");
-  ASSERT_NE(source_dir, nullptr) << "RCS_SOURCE_DIR must name the root of the source tree";
-  const fs::path root(source_dir);
-  std::size_t files = 0;
+  const fs::path root = source_root();
   for (const auto& top : fs::directory_iterator(root)) {
-    if (!top.is_directory()) continue;
     const std::string name = top.path().filename().string();
-    EXPECT_TRUE(is_top_level(name)) << name << "/: not a folder of this project's layout";
-    if (matches(name, kNotSource)) continue;
-    for (const auto& entry : fs::recursive_directory_iterator(top.path())) {
-      const std::string extension = entry.path().extension().string();
-      if (extension != ".h" && extension != ".cpp") continue;
-      std::ifstream in(entry.path());
-      const std::string text((std::istreambuf_iterator<char>(in)), {});
-      ++files;
-      for (const Violation& v :
-           violations(entry.path().lexically_relative(root).generic_string(), text)) {
-        ADD_FAILURE() << v;
-      }
+    if (top.is_directory()) {
+      EXPECT_TRUE(is_top_level(name)) << name << "/: not a folder of this project's layout";
     }
   }
+  std::size_t files = 0;
+  for_each_source(root, [&](const std::string& path, const std::string& text) {
+    ++files;
+    for (const Violation& v : violations(path, text)) ADD_FAILURE() << v;
+  });
   EXPECT_GT(files, 10U) << "no sources under " << root;
 }
 
 }  // namespace
+}  // namespace rcs

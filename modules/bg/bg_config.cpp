@@ -43,6 +43,9 @@ void read(ParamTable table, FollowParams* p) {
 
 void read(ParamTable table, DecideParams* p) {
   table.get_ms("nav_silence_ms", &p->nav_silence, {50, 5000});
+  table.get_ms("nav_still_ms", &p->nav_still, {50, 5000});
+  table.get_ms("integrity_silence_ms", &p->integrity_silence, {200, 10000});
+  table.get_ms("ins_loss_ms", &p->ins_loss, {100, 10000});
   table.get_ms("ladar_loss_ms", &p->ladar_loss, {100, 10000});
   table.get_ms("gps_loss_ms", &p->gps_loss, {100, 60000});
   table.get_ms("map_loss_ms", &p->map_loss, {100, 10000});
@@ -73,6 +76,8 @@ void read(ParamTable table, vj::SpeedParams* p) {
   table.get("sure_sigma_m", &p->sure_sigma_m, {0.01, 100});
   table.get("unsure_sigma_m", &p->unsure_sigma_m, {0.1, 1000});
   table.get("unsure_share", &p->unsure_share, {0.01, 1});
+  table.get("alert_limit_horizontal_m", &p->alert_limit_horizontal_m, {0.5, 1000});
+  table.get("alert_limit_vertical_m", &p->alert_limit_vertical_m, {0.5, 1000});
   if (p->unsure_sigma_m <= p->sure_sigma_m) {
     table.fail("unsure_sigma_m", "must be more than sure_sigma_m");
   }

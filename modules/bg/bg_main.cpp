@@ -3,4 +3,6 @@
 #include "modules/bg/bg_node.h"
 #include "rcs/node/node_main.h"
 
-int main(int argc, char** argv) { return rcs::node_main(argc, argv, "bg", rcs::bg::make_bg_node); }
+int main(int argc, char** argv) {
+  return rcs::node_main(argc, argv, "bg", rcs::bg::make_live_bg_node);
+}

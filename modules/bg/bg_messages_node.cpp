@@ -113,12 +113,22 @@ bool read_nav(const nav_state_t& m, Stamp arrival, Nav* nav) {
   n.local_utime = m.local_utime;
   n.world_valid = m.world_valid != 0;
   n.datum = {m.datum_lat_deg, m.datum_lon_deg, m.datum_height_m};
+  n.pose_valid = m.pose_valid != 0;
   n.aligned = m.mode != nav_state_t::MODE_ALIGN && m.mode != nav_state_t::MODE_LOST;
   n.speed_mps = (n.T_world_vehicle.q.conjugate() * from_message(m.v_world_mps)).x();
   n.sigma_world_m = std::sqrt(std::max(variance_x, variance_y));
+  n.ins_age = m.age_ins_us == -1 ? Duration::zero() : sum(m.age_ins_us, Duration(0));
   n.ladar_age = sum(m.age_rolling_us, Duration(0));
   n.gps_age = sum(m.age_gps_us, Duration(0));
   *nav = n;
+  return true;
+}
+
+bool read_integrity(const integrity_t& m, Stamp arrival, Integrity* integrity) {
+  // Written so that NaN is refused.
+  if (!(m.protection_horizontal_m >= 0.0 && m.protection_vertical_m >= 0.0)) return false;
+  *integrity = {arrival, m.validity != integrity_t::VALID_NONE, m.protection_horizontal_m,
+                m.protection_vertical_m};
   return true;
 }
 

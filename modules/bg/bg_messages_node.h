@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "lcmtypes/rcs/command_t.hpp"
+#include "lcmtypes/rcs/integrity_t.hpp"
 #include "lcmtypes/rcs/map_patch_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "modules/bg/decide.h"
@@ -61,15 +62,28 @@ struct Nav {
   Pose T_world_vehicle;
   bool world_valid = false;
   Vec3 datum = Vec3::Zero();  ///< of the world: latitude, longitude [deg], height [m]
+  bool pose_valid = false;
   bool aligned = false;
   double speed_mps = 0.0;
   double sigma_world_m = 0.0;
+  Duration ins_age{};  ///< 0: there was none yet
   Duration ladar_age = Duration::max();
   Duration gps_age = Duration::max();
 };
 
+/// What WM guarantees of its pose.
+struct Integrity {
+  Stamp arrival = Stamp::min();  ///< min(): none yet
+  bool pose_valid = false;
+  double horizontal_m = 0.0;  ///< protection levels in frame world; infinite: no bound
+  double vertical_m = 0.0;
+};
+
 /// False, and `nav` untouched, when its pose or velocity is none.
 [[nodiscard]] bool read_nav(const nav_state_t& m, Stamp arrival, Nav* nav);
+
+/// False, and `integrity` untouched, when a protection level is negative or not a number.
+[[nodiscard]] bool read_integrity(const integrity_t& m, Stamp arrival, Integrity* integrity);
 
 /// False, and `terrain` untouched, when it is no terrain. Frame local.
 [[nodiscard]] bool read_terrain(const map_patch_t& m, vj::Terrain* terrain);

@@ -35,23 +35,25 @@ std::int8_t message_status(Status status) {
 
 }  // namespace
 
-BgNode::BgNode(const BgConfig& config, Bus* bus)
+BgNode::BgNode(const BgConfig& config, Bus* bus, StopLatch latch)
     : config_(config),
       clock_(config.period),
       plan_clock_(config.plan_period),
       subordinate_(bus, config.info.name, channel::kBgCommand, channel::kBgStatus, {}),
       nav_states_(bus, channel::kWmNavState, 8),
+      integrities_(bus, channel::kWmIntegrity, 4),
       map_patches_(bus, channel::kWmMapPatch, 1),
       drive_out_(bus, channel::kBgDrive),
       plan_out_(bus, channel::kBgPlan),
       report_(bus, config.info.name, kReportInterval),
-      search_(config.search, config.shape, config.weights) {
+      search_(config.search, config.shape, config.weights),
+      emergency_stop_(std::move(latch)) {
   path_.reserve(4096);
   candidate_.reserve(4096);
 }
 
 std::vector<const InboxBase*> BgNode::inboxes() const {
-  return {&subordinate_.inbox(), &nav_states_, &map_patches_};
+  return {&subordinate_.inbox(), &nav_states_, &integrities_, &map_patches_};
 }
 
 Duration BgNode::nominal_compute() const {
@@ -63,6 +65,7 @@ void BgNode::run(const Cycle& cycle) {
   subordinate_.take(cycle.now);
   take_command();
   take_nav(cycle);
+  take_integrity(cycle);
   take_map(cycle);
   pass_waypoints();
   cycle.stages->mark("take");
@@ -75,9 +78,11 @@ void BgNode::run(const Cycle& cycle) {
   }
   cycle.stages->mark("plan");
 
-  const Decision decision = decide(now, emergency_, config_.decide);
-  emergency_ = decision.emergency;
+  Decision decision = decide(now, emergency_stop_.engaged(), config_.decide);
   drive(cycle, decision);
+  if (emergency_stop_.update(subordinate_.command(), cycle.now, &report_, &decision)) {
+    subordinate_.release_stops();
+  }
   publish_status(decision, cycle.now);
   cycle.stages->mark("drive");
   if (clock_.due(cycle.now)) clock_.advance(cycle.now);
@@ -105,11 +110,14 @@ void BgNode::take_command() {
 void BgNode::take_nav(const Cycle& cycle) {
   for (; !nav_states_.empty(); nav_states_.pop()) {
     const nav_state_t& m = *nav_states_.front();
+    const Stamp before = nav_.stamp;
+    const bool first = nav_.arrival == Stamp::min();
     if (!read_nav(m, nav_states_.front_arrival(), &nav_)) {
       report_.warn(cycle.now, "input.refused", "{}: a pose or velocity that is none",
                    channel::kWmNavState);
       continue;
     }
+    if (first || nav_.stamp != before) nav_moved_ = nav_.arrival;
     leave_trail();
     note_datum();
     if (m.ledger.measured_utime != drive_.ledger.measured_utime) {
@@ -117,6 +125,15 @@ void BgNode::take_nav(const Cycle& cycle) {
       drive_.ledger.bg_arrival_utime = to_utime(nav_.arrival);
       drive_.ledger.bg_start_utime = to_utime(cycle.now);
     }
+  }
+}
+
+void BgNode::take_integrity(const Cycle& cycle) {
+  for (; !integrities_.empty(); integrities_.pop()) {
+    const integrity_t& m = *integrities_.front();
+    if (read_integrity(m, integrities_.front_arrival(), &integrity_)) continue;
+    report_.warn(cycle.now, "input.refused", "{}: protection levels {} and {} m are not valid",
+                 channel::kWmIntegrity, m.protection_horizontal_m, m.protection_vertical_m);
   }
 }
 
@@ -199,15 +216,17 @@ Facts BgNode::facts(Stamp now) const {
   }
   if (nav_.arrival == Stamp::min()) return f;
   f.nav_age = now - nav_.arrival;
+  f.nav_still = now - nav_moved_;
   f.speed_mps = nav_.speed_mps;
+  f.pose_valid = nav_.pose_valid && integrity_.pose_valid;
+  if (integrity_.arrival != Stamp::min()) f.integrity_age = now - integrity_.arrival;
+  f.ins_age = nav_.ins_age;
   f.aligned = nav_.aligned;
   f.ladar_age = nav_.ladar_age;
   f.gps_age = nav_.gps_age;
   if (map_is_of_now()) f.map_age = std::max(Duration(0), nav_.stamp - terrain_stamp_);
   f.north_known = knows_north();
-  const bool world = route_.in_world() && nav_.world_valid;
-  // Frame local is where it is: nothing to be unsure of.
-  f.speed_share = vj::speed_share(world ? nav_.sigma_world_m : 0.0, config_.speeds);
+  f.speed_share = speed_share();
   f.arrived = f.order == Order::kGoto && cannot_.empty() && route_.arrived();
   f.has_way = !path_.empty() && path_local_utime_ == nav_.local_utime &&
               now - way_since_ <= kWayKept && std::abs(steering_.off_m) <= config_.follow.astray_m;
@@ -215,10 +234,19 @@ Facts BgNode::facts(Stamp now) const {
   return f;
 }
 
+/// A command in frame local needs no place in the world: the drift since its begin is its own.
+double BgNode::speed_share() const {
+  if (!route_.in_world() || !nav_.world_valid) return 1.0;
+  return std::min(vj::speed_share(nav_.sigma_world_m, config_.speeds),
+                  vj::protected_share(integrity_.horizontal_m, integrity_.vertical_m,
+                                      config_.speeds));
+}
+
 void BgNode::plan(const Cycle& cycle, const Facts& now) {
   const bool on_the_way = now.order == Order::kGoto && now.cannot.empty() && !now.arrived &&
-                          now.nav_age <= config_.decide.nav_silence && now.aligned &&
-                          now.speed_share > 0.0 && map_is_of_now() && !emergency_;
+                          now.nav_age <= config_.decide.nav_silence && now.pose_valid &&
+                          now.nav_still <= config_.decide.nav_still && now.aligned &&
+                          now.speed_share > 0.0 && map_is_of_now() && !emergency_stop_.engaged();
   if (!on_the_way) return;
   if (way_since_ == Stamp::min()) way_since_ = cycle.now;  // from now on one is looked for
   const Goal to = goal();
@@ -381,7 +409,15 @@ void BgNode::publish_status(const Decision& decision, Stamp now) {
 Result<std::unique_ptr<Node>> make_bg_node(const ParamFile& file, Bus* bus) {
   const Result<BgConfig> config = load_bg_config(file);
   if (!config) return config.error();
-  return std::unique_ptr<Node>(std::make_unique<BgNode>(*config, bus));
+  return std::unique_ptr<Node>(std::make_unique<BgNode>(*config, bus, StopLatch()));
+}
+
+Result<std::unique_ptr<Node>> make_live_bg_node(const ParamFile& file, Bus* bus) {
+  const Result<BgConfig> config = load_bg_config(file);
+  if (!config) return config.error();
+  Result<StopLatch> latch = open_stop_latch(file);
+  if (!latch) return latch.error();
+  return std::unique_ptr<Node>(std::make_unique<BgNode>(*config, bus, std::move(latch).value()));
 }
 
 }  // namespace rcs::bg

@@ -11,6 +11,7 @@
 #include "lcmtypes/rcs/plan_t.hpp"
 #include "modules/bg/bg_config.h"
 #include "modules/bg/bg_messages_node.h"
+#include "modules/bg/stop_node.h"
 #include "modules/bg/trail.h"
 #include "rcs/node/command.h"
 #include "rcs/node/inbox.h"
@@ -21,7 +22,7 @@ namespace rcs::bg {
 
 class BgNode final : public Node {
  public:
-  BgNode(const BgConfig& config, Bus* bus);
+  BgNode(const BgConfig& config, Bus* bus, StopLatch latch);
 
   [[nodiscard]] const NodeInfo& info() const override { return config_.info; }
   [[nodiscard]] Stamp next_wakeup() const override { return clock_.next(); }
@@ -33,7 +34,9 @@ class BgNode final : public Node {
  private:
   void take_command();
   void take_nav(const Cycle& cycle);
+  void take_integrity(const Cycle& cycle);
   void take_map(const Cycle& cycle);
+  [[nodiscard]] double speed_share() const;
   void leave_trail();
   void note_datum();
   [[nodiscard]] bool map_is_of_now() const;
@@ -63,12 +66,15 @@ class BgNode final : public Node {
   PeriodicClock plan_clock_;
   Subordinate subordinate_;
   Inbox<nav_state_t> nav_states_;
+  Inbox<integrity_t> integrities_;
   Inbox<map_patch_t> map_patches_;
   Outbox<drive_t> drive_out_;
   Outbox<plan_t> plan_out_;
   Report report_;
 
   Nav nav_;
+  Stamp nav_moved_ = Stamp::min();  // arrival of the newest message with another sensor time
+  Integrity integrity_;
   vj::Terrain terrain_;  // frame local
   Stamp terrain_stamp_ = Stamp::min();
   std::int64_t terrain_local_utime_ = 0;
@@ -83,7 +89,7 @@ class BgNode final : public Node {
   bool other_world_ = false;   // WM has begun another one meanwhile
   std::optional<Goal> ahead_;  // frame local: where to drive while north is not known
   std::string_view cannot_;
-  bool emergency_ = false;
+  EmergencyStop emergency_stop_;
 
   Path path_;  // frame local of path_local_utime_
   Path candidate_;
@@ -101,6 +107,9 @@ class BgNode final : public Node {
   plan_t plan_{};
 };
 
+/// For replay and simulation: emergency stops are latched in memory.
 [[nodiscard]] Result<std::unique_ptr<Node>> make_bg_node(const ParamFile& file, Bus* bus);
+/// For a vehicle: emergency stops are latched in a file, see open_stop_latch().
+[[nodiscard]] Result<std::unique_ptr<Node>> make_live_bg_node(const ParamFile& file, Bus* bus);
 
 }  // namespace rcs::bg

@@ -7,8 +7,12 @@ namespace rcs::bg {
 // The first row whose condition holds decides. The order is the order of danger.
 Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
   const bool at_rest = std::abs(f.speed_mps) < p.rest_mps;
+  const bool releases = f.order == Order::kRelease && f.order_is_valid;
+  // The speed of a pose that stands still in sensor time is of the past.
+  const bool known_at_rest =
+      at_rest && f.nav_age <= p.nav_silence && f.nav_still <= p.nav_still;
   if (f.order == Order::kEmergencyStop) emergency = true;
-  if (f.order == Order::kRelease && f.order_is_valid && at_rest) emergency = false;
+  if (releases && known_at_rest) emergency = false;
 
   const auto row = [&](int line, Action action, Status status, std::string_view state,
                        std::string_view reason) {
@@ -19,6 +23,11 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
   // -- the emergency stop holds until it is released, whoever commands what -----------------------
   if (emergency && f.order == Order::kEmergencyStop) {
     return row(__LINE__, Action::kBrake, when_at_rest, "EMERGENCY_STOP", "");
+  }
+  if (emergency && releases && at_rest) {
+    return row(__LINE__, Action::kBrake, Status::kError, "EMERGENCY_STOP",
+               "cannot release the emergency stop because the world model is silent or its pose "
+               "stands still: rest is not known");
   }
   if (emergency) {
     return row(__LINE__, Action::kBrake, Status::kError, "EMERGENCY_STOP",
@@ -54,6 +63,18 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
     return row(__LINE__, Action::kBrake, Status::kExecuting, "WM_SILENT",
                "waiting because the world model is silent");
   }
+  if (f.nav_still > p.nav_still) {
+    return row(__LINE__, Action::kBrake, Status::kExecuting, "POSE_FROZEN",
+               "waiting because the sensor time of the pose stands still");
+  }
+  if (f.integrity_age > p.integrity_silence) {
+    return row(__LINE__, Action::kBrake, Status::kExecuting, "INTEGRITY_SILENT",
+               "waiting because the world model publishes no integrity");
+  }
+  if (!f.pose_valid) {
+    return row(__LINE__, Action::kBrake, Status::kExecuting, "POSE_INVALID",
+               "waiting because the world model has no valid pose");
+  }
   if (!f.aligned) {
     return row(__LINE__, Action::kBrake, Status::kExecuting, "NOT_LOCALIZED",
                "waiting because the world model does not know where the vehicle is");
@@ -65,6 +86,10 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
   if (no_ladar) {
     return row(__LINE__, Action::kStop, Status::kExecuting, "LADAR_LOST",
                "waiting because no LADAR scan was registered of late");
+  }
+  if (f.ins_age > p.ins_loss) {
+    return row(__LINE__, Action::kStop, Status::kExecuting, "INS_LOST",
+               "waiting because the INS is lost");
   }
   if (f.map_age > p.map_loss) {
     return row(__LINE__, Action::kStop, Status::kExecuting, "MAP_OLD",

@@ -66,7 +66,10 @@ Refusal CommandDesk::take(const StopOrder& order, Stamp now) {
     } else {
       from->heard = now;
       from->engaged = true;
-      from->last_stop = std::max(from->last_stop, order.command_id);
+      // Any id stops, but only a valid one moves the record that the release is compared with.
+      if (is_command_id(order.command_id)) {
+        from->last_stop = std::max(from->last_stop, order.command_id);
+      }
     }
     if (phase_ != Phase::kStopped) {
       enter(Phase::kStopped, from == nullptr ? "" : order.operator_id, order.command_id);
@@ -74,6 +77,7 @@ Refusal CommandDesk::take(const StopOrder& order, Stamp now) {
     return Refusal::kNone;
   }
   if (from == nullptr) return Refusal::kOperator;
+  if (!is_command_id(order.command_id)) return Refusal::kCommandId;
   if (order.command_id <= from->last_stop) {
     const bool repeated = order.command_id == from->last_stop && !from->engaged;
     return repeated ? Refusal::kNone : Refusal::kStale;

@@ -51,8 +51,9 @@ class CommandDesk {
   /// A command, or the same one again, which keeps it alive.
   Refusal take(const WaypointOrder& order, Stamp now);
 
-  /// To engage is never refused: a stop of an unknown operator counts as one without a name, which
-  /// any known operator's release ends. A release ends the stop of its own operator only.
+  /// To engage is never refused, whatever the id: a stop of an unknown operator counts as one
+  /// without a name, which any known operator's release ends. A release ends the stop of its own
+  /// operator only.
   Refusal take(const StopOrder& order, Stamp now);
 
   /// What to tell the vehicle now; once a cycle, after the orders of this cycle.

@@ -27,7 +27,7 @@ std::string_view text(Refusal refusal) {
   constexpr std::string_view kTexts[kRefusals] = {
       "none",
       "the writer's partition is not the operator's name",
-      "command_id is not positive",
+      "command_id is not in [1, 4102444800000000]",
       "an older command_id, or one that is over",
       "another content under the same command_id",
       "unknown kind",
@@ -44,13 +44,15 @@ std::string_view text(Refusal refusal) {
   return kTexts[static_cast<std::size_t>(refusal)];
 }
 
+bool is_command_id(std::int64_t id) { return id > 0 && id <= kMaxCommandId; }
+
 bool is_name(std::string_view name) {
   return !name.empty() && name.size() <= 32 && std::all_of(name.begin(), name.end(), is_name_char);
 }
 
 Refusal check(const WaypointOrder& order, const Limits& limits) {
   if (!is_name(order.operator_id)) return Refusal::kOperator;
-  if (order.command_id <= 0) return Refusal::kCommandId;
+  if (!is_command_id(order.command_id)) return Refusal::kCommandId;
   if (order.kind == kKindHalt) return Refusal::kNone;
   if (order.kind != kKindGoto) return Refusal::kKind;
   if (order.frame != kFrameWorld && order.frame != kFrameLocal) return Refusal::kFrame;

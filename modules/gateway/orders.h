@@ -2,6 +2,7 @@
 // What operators ask for, as it comes in: nothing in it is believed yet.
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -17,6 +18,9 @@ struct Waypoint {
   double speed_mps = 0.0;
 };
 
+/// Ids count microseconds since 1970, and this is the year 2100: a larger one would make all later
+/// ids of its operator stale.
+constexpr std::int64_t kMaxCommandId = 4'102'444'800'000'000;
 constexpr int kKindHalt = 0;
 constexpr int kKindGoto = 1;
 constexpr int kFrameWorld = 0;
@@ -67,6 +71,8 @@ enum class Refusal {
 constexpr std::size_t kRefusals = 15;
 
 [[nodiscard]] std::string_view text(Refusal refusal);
+
+[[nodiscard]] bool is_command_id(std::int64_t id);
 
 /// 1 to 32 letters, digits, '_' or '-'.
 [[nodiscard]] bool is_name(std::string_view name);

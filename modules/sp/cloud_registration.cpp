@@ -92,4 +92,16 @@ Registration register_clouds(const Points& model, const Points& data, const Pose
   return matcher.refine_better(data, matcher.search(data, guess).T_target_vehicle, guess);
 }
 
+Agreement clouds_at(const Points& model, const Points& data, const Pose& T_model_data,
+                    const CloudParams& params) {
+  RollingMap of_model = map_of(model, params.map);
+  RollingMap of_data = map_of(data, params.map);
+  return agreement(&of_model, &of_data, thinned(data, params.points), T_model_data,
+                   params.agreement);
+}
+
+bool agree(const Agreement& agreement, const CloudParams& params) {
+  return agreement.overlap >= params.min_overlap && agreement.least >= params.min_least;
+}
+
 }  // namespace rcs::sp

@@ -3,10 +3,14 @@
 // it. For tools, and for others' programs.
 //
 //   const Registration r = register_clouds(model, data, Pose{}, CloudParams{});
-//   if (usable(r.stop)) use(r.T_target_vehicle);  // maps data into the model's frame
+//   const bool good = usable(r.stop) &&
+//                     agree(clouds_at(model, data, r.T_target_vehicle, CloudParams{}),
+//                     CloudParams{});
+//   if (good) use(r.T_target_vehicle);  // maps data into the model's frame
 
 #include <vector>
 
+#include "modules/sp/agreement.h"
 #include "modules/sp/icp.h"
 #include "modules/sp/multistart.h"
 #include "modules/sp/registration.h"
@@ -26,6 +30,11 @@ struct CloudParams {
   /// worth less than this share of it. Chosen on frames 5, 15, 25, ... of the KITTI drive.
   double accept_score = 0.7;
   double accept_ratio = 0.97;
+  /// A pose is refused when the clouds agree less there: Agreement::overlap and ::least. Chosen on
+  /// related and unrelated scans of six sensors (DECISIONS.md).
+  AgreementParams agreement;
+  double min_overlap = 0.2;
+  double min_least = 0.2;
   int points = 2500;  ///< of the data in the fine stage, about, [100, 1000000]
 };
 
@@ -66,5 +75,11 @@ class CloudMatcher {
 /// @return with T_target_vehicle = T_model_data
 [[nodiscard]] Registration register_clouds(const Points& model, const Points& data,
                                            const Pose& guess, const CloudParams& params);
+
+/// How far the clouds agree at a pose: a search ends somewhere for unrelated clouds, too.
+/// @param model, data  [m], finite, at least one point each
+[[nodiscard]] Agreement clouds_at(const Points& model, const Points& data, const Pose& T_model_data,
+                                  const CloudParams& params);
+[[nodiscard]] bool agree(const Agreement& agreement, const CloudParams& params);
 
 }  // namespace rcs::sp

@@ -9,6 +9,8 @@ namespace {
 constexpr Duration kInertialGap = from_milliseconds(60.0);
 // A motion says nothing about a moment that is farther away: one of the stamps is wrong.
 constexpr Duration kMotionLasts = from_seconds(2.0);
+// After so long without a registered pose the motion before says nothing about the place.
+constexpr Duration kPoseLasts = from_milliseconds(500.0);
 // No vehicle moves faster: two of the stamps are too near to one another.
 constexpr double kFastest_mps = 200.0;
 constexpr double kFastest_radps = 35.0;
@@ -48,6 +50,13 @@ Expectation MotionGuess::expect(Stamp reference, const InertialBuffer& inertial,
                    (belief_covariance_ + isotropic(0.01 + 0.1 * dt, 0.001 + 0.01 * dt));
     return e;
   }
+  const bool recent = last_.stamp == Stamp::min() || reference - last_.stamp <= kPoseLasts;
+  if (!recent && belief_ && lasts(belief_->stamp)) {
+    e.at_reference = propagate(*belief_, inertial, reference);
+    e.covariance = belief_covariance_ + isotropic(params.coast_sigma_m, params.coast_sigma_rad);
+    return e;
+  }
+  e.known = recent;
   // Constant velocity: the last motion goes on.
   e.covariance = isotropic(params.coast_sigma_m, params.coast_sigma_rad);
   e.at_reference.stamp = reference;

@@ -12,6 +12,9 @@
 namespace rcs::sp {
 
 struct Expectation {
+  /// False: neither WM nor SP knows where in the rolling map the vehicle is. The pose is the last
+  /// one, and no scan can be registered from it.
+  bool known = true;
   MotionState at_reference;
   Mat6 covariance = Mat6::Identity();  ///< right perturbation (rho [m], phi [rad])
 };

@@ -86,8 +86,9 @@ class Registering {
   }
 
   /// Step 2: sums over the pairs, p to q.
-  PairSums pair_sums(const Pose& T, const std::vector<float>& distances, PaperIteration* it) const {
-    PairSums sums;
+  PointPairMoments pair_sums(const Pose& T, const std::vector<float>& distances,
+                             PaperIteration* it) const {
+    PointPairMoments sums;
     double near = 0.0;
     const Mat3 R = T.rotation();
     for (std::size_t i = 0; i < data_.size(); ++i) {
@@ -191,7 +192,7 @@ PaperResult register_as_in_paper(const Points& model, const Points& data, const 
   while (static_cast<int>(out.history.size()) < params.max_iterations) {
     PaperIteration& it = out.history.emplace_back();
     work.set_threshold(distances, D, &it);
-    const PairSums sums = work.pair_sums(T, distances, &it);
+    const PointPairMoments sums = work.pair_sums(T, distances, &it);
     if (it.pairs < 3) {
       out.stop = PaperStop::kTooFew;
       break;

@@ -13,7 +13,7 @@ constexpr double kLine = 1e-9;
 
 }  // namespace
 
-void PairSums::add(const Vec3& p, const Vec3& q, double weight) {
+void PointPairMoments::add(const Vec3& p, const Vec3& q, double weight) {
   if (pairs_++ == 0) {
     p0_ = p;
     q0_ = q;
@@ -26,7 +26,7 @@ void PairSums::add(const Vec3& p, const Vec3& q, double weight) {
   pq_ += weight * dp * dq.transpose();
 }
 
-RigidMotion motion_by_svd(const PairSums& sums, bool guard_reflection) {
+RigidMotion motion_by_svd(const PointPairMoments& sums, bool guard_reflection) {
   RCS_CHECK(sums.pairs() > 0);
   const Eigen::JacobiSVD<Mat3> svd(sums.cross_covariance(),
                                    Eigen::ComputeFullU | Eigen::ComputeFullV);
@@ -40,7 +40,7 @@ RigidMotion motion_by_svd(const PairSums& sums, bool guard_reflection) {
   return out;
 }
 
-RigidMotion motion_by_quaternion(const PairSums& sums) {
+RigidMotion motion_by_quaternion(const PointPairMoments& sums) {
   RCS_CHECK(sums.pairs() > 0);
   const Mat3 S = sums.cross_covariance();
   // Horn's 4 x 4 matrix: its eigenvector of the largest eigenvalue is the rotation (w, x, y, z).

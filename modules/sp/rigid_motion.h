@@ -7,7 +7,7 @@ namespace rcs::sp {
 
 /// Sums over pairs (p, q): centroids and cross-covariance. Coordinates are taken relative to the
 /// first pair, so that nothing cancels far from the origin.
-class PairSums {
+class PointPairMoments {
  public:
   void add(const Vec3& p, const Vec3& q, double weight = 1.0);
 
@@ -39,9 +39,9 @@ struct RigidMotion {
 /// Least squares by singular values (Arun, Huang & Blostein 1987; the paper's step 2).
 /// @param guard_reflection  Umeyama's (1991) sign: without it, planar or noisy pairs can give a
 ///   reflection
-[[nodiscard]] RigidMotion motion_by_svd(const PairSums& sums, bool guard_reflection = true);
+[[nodiscard]] RigidMotion motion_by_svd(const PointPairMoments& sums, bool guard_reflection = true);
 
 /// The same least squares by unit quaternions (Horn 1987); never a reflection.
-[[nodiscard]] RigidMotion motion_by_quaternion(const PairSums& sums);
+[[nodiscard]] RigidMotion motion_by_quaternion(const PointPairMoments& sums);
 
 }  // namespace rcs::sp

@@ -213,7 +213,13 @@ void SpNode::finish_scan(const Cycle& cycle) {
     answer_without_registering(Stop::kTooFew, expected);
   } else {
     prepare_points(cycle, expected);
-    if (epoch_ == 0 && !source_.empty()) {
+    const bool lost = epoch_ != 0 && !expected.known;
+    if (lost) {
+      report_.error(cycle.now, "map.reseeded",
+                    "scan {}: no prediction of the pose in map epoch {}: a new map starts",
+                    assembler_.scan_id(), epoch_);
+    }
+    if ((epoch_ == 0 || lost) && !source_.empty()) {
       seed(expected.at_reference.T_rolling_vehicle);
     } else {
       register_scan(cycle, expected);

@@ -46,11 +46,27 @@ double speed_in_turn(double curvature_1pm, const SpeedParams& p) {
              : std::sqrt(p.lateral_mps2 / curvature);
 }
 
+namespace {
+
+/// 1 up to `full`, falling to `least` at `limit`, then 0; NaN counts as beyond the limit.
+double falling_share(double value, double full, double limit, double least) {
+  if (!(value < limit)) return 0.0;
+  if (value <= full) return 1.0;
+  return 1.0 + (value - full) / (limit - full) * (least - 1.0);
+}
+
+}  // namespace
+
 double speed_share(double sigma_m, const SpeedParams& p) {
-  if (!(sigma_m < p.unsure_sigma_m)) return 0.0;
-  if (sigma_m <= p.sure_sigma_m) return 1.0;
-  const double way = (sigma_m - p.sure_sigma_m) / (p.unsure_sigma_m - p.sure_sigma_m);
-  return 1.0 + way * (p.unsure_share - 1.0);
+  return falling_share(sigma_m, p.sure_sigma_m, p.unsure_sigma_m, p.unsure_share);
+}
+
+double protected_share(double horizontal_m, double vertical_m, const SpeedParams& p) {
+  const auto share = [&p](double level_m, double limit_m) {
+    return falling_share(level_m, 0.5 * limit_m, limit_m, p.unsure_share);
+  };
+  return std::min(share(horizontal_m, p.alert_limit_horizontal_m),
+                  share(vertical_m, p.alert_limit_vertical_m));
 }
 
 }  // namespace rcs::vj

@@ -72,6 +72,10 @@ struct SpeedParams {
   double unsure_sigma_m =
       5.0;                    ///< and the one beyond which the vehicle does not drive, [0.1, 1000]
   double unsure_share = 0.3;  ///< of the speed that is left just before that, (0, 1]
+  /// Protection levels beyond which the vehicle does not drive to a place in frame world; from half
+  /// of them on it drives slower, [0.5, 1000].
+  double alert_limit_horizontal_m = 20.0;
+  double alert_limit_vertical_m = 20.0;
 };
 
 /// Speed that this ground allows [m/s]: falls with slope and roughness, and beside obstacles.
@@ -84,5 +88,10 @@ struct SpeedParams {
 /// Share of the speed that is right with a pose that is so sure; 0: too unsure to drive.
 /// @param sigma_m  the larger horizontal sigma of the pose in the frame of the command
 [[nodiscard]] double speed_share(double sigma_m, const SpeedParams& params);
+
+/// Share of the speed that is right with protection levels [m] so near to their alert limits; 0:
+/// beyond one of them.
+[[nodiscard]] double protected_share(double horizontal_m, double vertical_m,
+                                     const SpeedParams& params);
 
 }  // namespace rcs::vj

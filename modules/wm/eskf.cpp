@@ -1,5 +1,6 @@
 #include "modules/wm/eskf.h"
 
+#include <array>
 #include <cmath>
 
 namespace rcs::wm {
@@ -187,12 +188,45 @@ Belief predict(const Belief& b, const ImuSample& imu, const Earth& earth, const 
   return next;
 }
 
+namespace {
+
+/// A body rate over dt: first-order Gauss-Markov, exactly discretized, and its integral.
+struct RateStep {
+  double keep = 1.0;            ///< of the rate at the end
+  double angle_per_rate = 0.0;  ///< [s]
+  double angle_variance = 0.0;  ///< [rad^2]
+  double covariance = 0.0;      ///< of angle and rate [rad^2/s]
+  double rate_variance = 0.0;   ///< [rad^2/s^2]
+};
+
+/// @param density  of the white angular acceleration [rad/s^2/sqrt(Hz)]
+RateStep rate_step(double dt, double density, double time_s) {
+  const double x = dt / time_s;
+  const double keep = std::exp(-x);
+  const double q = density * density;
+  // The closed forms cancel for steps short against the correlation time.
+  if (x < 1e-2) {
+    return {keep, dt * (1.0 - 0.5 * x), q * dt * dt * dt / 3.0, q * dt * dt / 2.0, q * dt};
+  }
+  const double gone = 1.0 - keep;
+  const double both = 1.0 - keep * keep;
+  return {keep, time_s * gone,
+          q * time_s * time_s * (dt - 2.0 * time_s * gone + 0.5 * time_s * both),
+          0.5 * q * time_s * time_s * gone * gone, 0.5 * q * time_s * both};
+}
+
+}  // namespace
+
 Belief predict(const Belief& b, Stamp to, const MotionNoise& noise, const ProcessNoise& biases,
                const DriveNoise& drive) {
   const double dt = seconds(to - b.x.stamp);
+  const RateStep tilt = rate_step(dt, noise.angular_acceleration, noise.tilt_time_s);
+  const RateStep yaw = rate_step(dt, noise.yaw_acceleration, noise.yaw_time_s);
+  const std::array<RateStep, 3> rates{tilt, tilt, yaw};
+  const Vec3 angle_per_rate(tilt.angle_per_rate, tilt.angle_per_rate, yaw.angle_per_rate);
   const Mat3 R = b.x.T_world_vehicle.rotation();
   const Vec3 v_vehicle = R.transpose() * b.x.v_world;
-  const Vec3 dtheta = b.x.rate_vehicle * dt;
+  const Vec3 dtheta = b.x.rate_vehicle.cwiseProduct(angle_per_rate);
   const Quat turn = exp_so3(dtheta);
   const Mat3 E = turn.toRotationMatrix();
 
@@ -202,12 +236,10 @@ Belief predict(const Belief& b, Stamp to, const MotionNoise& noise, const Proces
   x.v_world = R * (E * v_vehicle);
   x.T_world_vehicle.p += 0.5 * dt * (b.x.v_world + x.v_world);
   x.T_world_vehicle.q = (b.x.T_world_vehicle.q * turn).normalized();
-  if (b.x.inertial) {
-    x.inertial = false;
-    add_variance(kRate, 3, noise.rate_sigma * noise.rate_sigma, &next.P);
-  }
+  x.rate_vehicle = b.x.rate_vehicle.cwiseProduct(Vec3(tilt.keep, tilt.keep, yaw.keep));
+  x.inertial = false;
 
-  const Mat3 Jr = right_jacobian_so3(dtheta);
+  const Mat3 Jr = right_jacobian_so3(dtheta) * angle_per_rate.asDiagonal();
   Mat9 A = Mat9::Identity();
   A.block<3, 3>(kAttitude, kAttitude) = E.transpose();
   A.block<3, 3>(kVelocity, kVelocity) = R * E * R.transpose();
@@ -216,26 +248,38 @@ Belief predict(const Belief& b, Stamp to, const MotionNoise& noise, const Proces
       0.5 * dt * (Mat3::Identity() + A.block<3, 3>(kVelocity, kVelocity));
   A.block<3, 3>(kPosition, kAttitude) = 0.5 * dt * A.block<3, 3>(kVelocity, kAttitude);
   Mat<9, 3> B;
-  B.middleRows<3>(kAttitude) = dt * Jr;
-  B.middleRows<3>(kVelocity) = -dt * (R * E * hat(v_vehicle) * Jr);
+  B.middleRows<3>(kAttitude) = Jr;
+  B.middleRows<3>(kVelocity) = -(R * E * hat(v_vehicle) * Jr);
   B.middleRows<3>(kPosition) = 0.5 * dt * B.middleRows<3>(kVelocity);
 
   // White acceleration through one and two integrators.
   const double qa = noise.acceleration * noise.acceleration;
-  const double qw = noise.angular_acceleration * noise.angular_acceleration;
   Mat9 Q = Mat9::Zero();
   Q.block<3, 3>(kPosition, kPosition).diagonal().setConstant(qa * dt * dt * dt / 3.0);
   Q.block<3, 3>(kPosition, kVelocity).diagonal().setConstant(qa * dt * dt / 2.0);
   Q.block<3, 3>(kVelocity, kPosition).diagonal().setConstant(qa * dt * dt / 2.0);
   Q.block<3, 3>(kVelocity, kVelocity).diagonal().setConstant(qa * dt);
-  Q.block<3, 3>(kAttitude, kAttitude).diagonal().setConstant(qw * dt * dt * dt / 3.0);
+  for (int i = 0; i < 3; ++i) {
+    Q(kAttitude + i, kAttitude + i) = rates[static_cast<std::size_t>(i)].angle_variance;
+  }
   propagate<3>(A, B, kRate, Q, &next.P);
   for (int i = 0; i < 3; ++i) {
-    next.P(kAttitude + i, kRate + i) += qw * dt * dt / 2.0;
-    next.P(kRate + i, kAttitude + i) += qw * dt * dt / 2.0;
-    next.P(kRate + i, kRate + i) += qw * dt;
+    const RateStep& rate = rates[static_cast<std::size_t>(i)];
+    scale_block(kRate + i, 1, rate.keep, &next.P);
+    next.P(kAttitude + i, kRate + i) += rate.covariance;
+    next.P(kRate + i, kAttitude + i) += rate.covariance;
+    next.P(kRate + i, kRate + i) += rate.rate_variance;
   }
   drive_on(dt, (x.T_world_vehicle.p - b.x.T_world_vehicle.p).norm(), biases, drive, &next);
+  return next;
+}
+
+Belief without_gyro(const Belief& b, double yaw_rate_radps, const Vec3& sigma_radps) {
+  Belief next = b;
+  next.x.inertial = false;
+  next.x.rate_vehicle = Vec3(0.0, 0.0, yaw_rate_radps);
+  scale_block(kRate, 3, 0.0, &next.P);
+  next.P.diagonal().segment<3>(kRate) = sigma_radps.cwiseAbs2();
   return next;
 }
 

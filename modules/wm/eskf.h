@@ -43,11 +43,15 @@ struct Lasting {
                              const ProcessNoise& noise, const DriveNoise& drive,
                              const Lasting& lasting);
 
-/// Prediction without INS: the velocity and the rate of the body are constant but for white
-/// accelerations. The rate is part of the state, estimated like the velocity from whatever is
-/// fused; the INS' biases wait.
+/// Prediction without INS (MotionNoise). The rate is part of the state, estimated like the velocity
+/// from whatever is fused; the INS' biases wait.
 [[nodiscard]] Belief predict(const Belief& b, Stamp to, const MotionNoise& noise,
                              const ProcessNoise& biases, const DriveNoise& drive);
+
+/// The INS has fallen silent: the body rate is unknown but for what of the motion lasts. The
+/// momentary rate of a rocking vehicle is no prediction.
+/// @param sigma_radps  of the rates about the vehicle's axes
+[[nodiscard]] Belief without_gyro(const Belief& b, double yaw_rate_radps, const Vec3& sigma_radps);
 
 /// Starts a map epoch: T_world_rolling becomes T_world_vehicle * T_rolling_vehicle^-1, a stochastic
 /// clone that keeps its correlation with everything the vehicle's pose is correlated with.

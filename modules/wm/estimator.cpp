@@ -6,7 +6,7 @@ namespace rcs::wm {
 namespace {
 
 constexpr std::size_t kMaxWaiting = 64;
-constexpr Duration kBlind = std::chrono::seconds(2);
+constexpr Duration kBlind = from_seconds(1.5);
 
 }  // namespace
 
@@ -51,8 +51,28 @@ void Estimator::start(const Belief& belief, double gravity) {
   local_stamp_ = belief.x.stamp;
 }
 
-Reason Estimator::add(const ImuSample& imu) {
+Reason Estimator::add(const ImuSample& imu, Stamp arrival) {
+  if (!started_ || arrival == Stamp::min()) return add_inertial(imu);
+  switch (clocks_.add(imu, arrival)) {
+    case ClockWatch::Verdict::kHeld:
+      return Reason::kAccepted;
+    case ClockWatch::Verdict::kRefused:
+      return Reason::kInvalid;
+    case ClockWatch::Verdict::kPass:
+      break;
+  }
+  add_held();
+  return add_inertial(imu);
+}
+
+Reason Estimator::add_inertial(ImuSample imu) {
   if (started_) {
+    imu.stamp += clocks_.ins_shift();
+    const Stamp begin = imu.stamp - imu.interval;
+    if (begin - newest_imu_ > kBlind && begin - newest_imu_ <= params_.history.jump) {
+      fuse();
+      if (begin - history_.head().belief.x.stamp > kBlind) begin_anew(begin);
+    }
     newest_imu_ = std::max(newest_imu_, imu.stamp);
     return add(Measurement{imu.stamp, imu});
   }
@@ -69,12 +89,31 @@ Reason Estimator::add(const ImuSample& imu) {
   return Reason::kAccepted;
 }
 
-Reason Estimator::add(Stamp stamp, const OdometrySample& odometry) {
+void Estimator::add_held() {
+  for (const ImuSample& held : clocks_.held()) static_cast<void>(add_inertial(held));
+  clocks_.clear_held();
+}
+
+void Estimator::watch_clocks(Stamp now) {
+  const std::optional<ClockStep> step = clocks_.resolve(now);
+  if (!step) return;
+  if (step->of_all) move_clock(step->step);
+  add_held();
+}
+
+Reason Estimator::add(Stamp stamp, const OdometrySample& odometry, Stamp arrival) {
+  if (!clocks_.add(Clock::kOdometry, stamp, arrival)) return Reason::kInvalid;
   // Odometry is relative: it is no place to start from.
   return started_ ? add(Measurement{stamp, odometry}) : Reason::kNoDatum;
 }
 
-Reason Estimator::add(Stamp stamp, const GeodeticFix& geodetic) {
+Reason Estimator::add(Stamp stamp, const RollingMatch& match, Stamp arrival) {
+  if (!clocks_.add(Clock::kLadar, stamp, arrival)) return Reason::kInvalid;
+  return add(Measurement{stamp, match});
+}
+
+Reason Estimator::add(Stamp stamp, const GeodeticFix& geodetic, Stamp arrival) {
+  if (!clocks_.add(Clock::kGps, stamp, arrival)) return Reason::kInvalid;
   if (!datum_) datum_.emplace(geodetic.antenna);
   GpsFix fix = geodetic.fix;
   fix.p_world = datum_->to_world(geodetic.antenna);
@@ -86,7 +125,8 @@ Reason Estimator::add(Stamp stamp, const GeodeticFix& geodetic) {
   return reason;
 }
 
-Reason Estimator::add(Stamp stamp, const PriorMatch& match) {
+Reason Estimator::add(Stamp stamp, const PriorMatch& match, Stamp arrival) {
+  static_cast<void>(arrival);  // the scan's rolling match has been watched
   if (!started_ || history_.head().memory.anchored || !datum_) {
     return add(Measurement{stamp, match});
   }
@@ -118,6 +158,25 @@ Reason Estimator::add(const Measurement& m) {
   return history_.insert(m);
 }
 
+/// All clocks have stepped and no time has passed: the state goes on at its new stamp.
+void Estimator::move_clock(Duration step) {
+  fuse();
+  FilterState state = history_.head();
+  Memory& m = state.memory;
+  const auto move = [step](Stamp* stamp) {
+    if (*stamp != Stamp::min()) *stamp += step;
+  };
+  for (SourceRecord& record : m.sources) move(&record.accepted);
+  if (m.gps_scale.finer_since != Stamp::max()) m.gps_scale.finer_since += step;
+  for (Stamp* stamp :
+       {&state.belief.x.stamp, &m.gps_scale.renewed, &m.ins_stamp, &m.ins_lost, &m.ins_gap_end,
+        &m.odometry_heard, &m.constrained, &m.fix_heard, &m.last_reset, &newest_imu_}) {
+    move(stamp);
+  }
+  restart(state);
+  ++clock_steps_;
+}
+
 /// Not one source was in range for long: time itself has stepped, or nothing came for long; stamps
 /// alone cannot tell. Forward, the time is taken for real, so that the covariance is honest either
 /// way; backward, only what the refused inputs' own stamps say has passed.
@@ -137,7 +196,7 @@ void Estimator::step_clock(Stamp to) {
   }
   if (m.last_reset != Stamp::min()) m.last_reset += step;
   if (m.fix_heard != Stamp::min()) m.fix_heard += step;
-  m.ins_stamp = m.odometry_heard = m.constrained = Stamp::min();
+  m.ins_stamp = m.ins_lost = m.ins_gap_end = m.odometry_heard = m.constrained = Stamp::min();
   Innovations none;
   if (passed > kBlind) {
     forget_place(&state);
@@ -145,15 +204,30 @@ void Estimator::step_clock(Stamp to) {
   } else {
     advance(history_.model(), to, nullptr, &state, &none);
   }
+  restart(state);
+  newest_imu_ = Stamp::min();
+  ++clock_steps_;
+}
+
+/// All inputs were silent until `to`, for longer than any motion lasts.
+void Estimator::begin_anew(Stamp to) {
+  FilterState state = history_.head();
+  forget_place(&state);
+  state.belief.x.stamp = to;
+  Memory& m = state.memory;
+  m.ins_stamp = m.ins_gap_end = to;
+  m.odometry_heard = m.constrained = Stamp::min();
+  restart(state);
+}
+
+void Estimator::restart(const FilterState& state) {
   history_.restart(state);
   trust_.clear();
-  local_stamp_ = to;
+  local_stamp_ = state.belief.x.stamp;
   waiting_.clear();
   waiting_match_.reset();
   heading_.clear();
-  newest_imu_ = Stamp::min();
   out_of_range_ = 0;
-  ++clock_steps_;
 }
 
 void Estimator::fuse() {

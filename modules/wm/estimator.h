@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "modules/wm/alignment.h"
+#include "modules/wm/clock_watch.h"
 #include "modules/wm/history.h"
 #include "modules/wm/sources.h"
 #include "modules/wm/trust.h"
@@ -24,13 +25,18 @@ class Estimator {
   explicit Estimator(const WmParams& params, const std::optional<Geodetic>& datum);
 
   // Inputs, in any order of sources and (within the history's lag) of stamps.
-  Reason add(const ImuSample& imu);
-  Reason add(Stamp stamp, const GeodeticFix& fix);
-  Reason add(Stamp stamp, const RollingMatch& match) { return add(Measurement{stamp, match}); }
+  /// @param arrival  node time at which it was received: a step of the clocks is told from a
+  ///   silence by what the arrivals have advanced by; min(): not known, no clock is watched
+  Reason add(const ImuSample& imu, Stamp arrival = Stamp::min());
+  Reason add(Stamp stamp, const GeodeticFix& fix, Stamp arrival = Stamp::min());
+  Reason add(Stamp stamp, const RollingMatch& match, Stamp arrival = Stamp::min());
   /// A match that comes while nothing absolute is known is where the world begins, if the datum is
   /// configured: SP has searched for it.
-  Reason add(Stamp stamp, const PriorMatch& match);
-  Reason add(Stamp stamp, const OdometrySample& odometry);
+  Reason add(Stamp stamp, const PriorMatch& match, Stamp arrival = Stamp::min());
+  Reason add(Stamp stamp, const OdometrySample& odometry, Stamp arrival = Stamp::min());
+
+  /// To be called each cycle before fuse(): settles what clocks are suspected of.
+  void watch_clocks(Stamp now);
 
   /// Takes in all inputs that were added.
   void fuse();
@@ -50,6 +56,8 @@ class Estimator {
   [[nodiscard]] const Trust& trust() const { return trust_; }
   /// Times that all clocks were found to have stepped.
   [[nodiscard]] int clock_steps() const { return clock_steps_; }
+  /// The newest step by which the clock of the INS alone differs from the others' now.
+  [[nodiscard]] Duration ins_clock_shift() const { return clocks_.ins_shift(); }
 
   /// Records since the last call to clear_innovations().
   [[nodiscard]] const std::vector<Innovation>& innovations() const { return innovations_; }
@@ -61,11 +69,16 @@ class Estimator {
     GpsFix fix;
   };
   Reason add(const Measurement& m);
+  Reason add_inertial(ImuSample imu);
+  void add_held();
   void start(const Belief& belief, double gravity);
   void finish();
   void find_heading();
   void find_place();
   void step_clock(Stamp to);
+  void move_clock(Duration step);
+  void begin_anew(Stamp to);
+  void restart(const FilterState& state);
   void forget_place(FilterState* state) const;
   void move_local();
 
@@ -75,6 +88,7 @@ class Estimator {
   Trust trust_;
   Leveler leveler_;
   HeadingFinder heading_;
+  ClockWatch clocks_;
   std::vector<WaitingFix> waiting_;  ///< for the heading, of which the state is not fused yet
   struct WaitingMatch {
     Stamp stamp{};

@@ -31,9 +31,21 @@ void after_prediction(const Model& model, const NavState& before, FilterState* s
   m.accel_vehicle = x.T_world_vehicle.q.conjugate() * ((x.v_world - before.v_world) / dt);
 }
 
+/// What is known of the body rate at the moment at which the INS falls silent.
+Belief lose_gyro(const Model& model, const FilterState& s) {
+  const MotionNoise& noise = model.params.motion;
+  const double rocking = std::sqrt(0.5 * s.memory.stillness.variance_rate);  // two axes'
+  return without_gyro(s.belief, s.memory.lasting.yaw_rate,
+                      {rocking, rocking, std::max(noise.rate_sigma, rocking)});
+}
+
 /// Second process model, in steps short against a turn.
 void coast(const Model& model, Stamp to, FilterState* s) {
   constexpr Duration kStep = from_milliseconds(100.0);
+  if (s->belief.x.inertial && s->belief.x.stamp < to) {
+    s->belief = lose_gyro(model, *s);
+    s->memory.ins_lost = s->belief.x.stamp;
+  }
   while (s->belief.x.stamp < to) {
     const NavState before = s->belief.x;
     s->belief = predict(s->belief, std::min(to, before.stamp + kStep), model.params.motion,
@@ -93,6 +105,8 @@ void advance(const Model& model, Stamp to, const ImuSample* next_imu, FilterStat
   Stamp begin = imu.stamp - imu.interval;
   double share_of_interval = 1.0;
   Duration held{};
+  const bool was_silent =
+      m.ins_stamp != Stamp::min() && begin - m.ins_stamp > model.params.history.bridge;
   if (m.ins_stamp != Stamp::min() && begin - m.ins_stamp <= model.params.history.bridge) {
     // Jittering stamps: the increments are right, the stamps are not. A lost sample: the next one
     // stands for it.
@@ -116,10 +130,12 @@ void advance(const Model& model, Stamp to, const ImuSample* next_imu, FilterStat
   if (to != imu.stamp) return;
 
   m.ins_stamp = imu.stamp;
+  if (was_silent) m.ins_gap_end = imu.stamp;
   if (held > Duration::zero()) {  // what the second process model would have lost
     const double t = seconds(held);
     const double qa = model.params.motion.acceleration;
-    const double qw = model.params.motion.angular_acceleration;
+    const double qw =
+        std::max(model.params.motion.angular_acceleration, model.params.motion.yaw_acceleration);
     s->belief.P.diagonal().segment<3>(kVelocity).array() += qa * qa * t;
     s->belief.P.diagonal().segment<3>(kAttitude).array() += qw * qw * t * t * t / 3.0;
   }

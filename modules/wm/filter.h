@@ -96,7 +96,9 @@ struct Astray {
 /// What the filter carries along beside its belief.
 struct Memory {
   std::array<SourceRecord, kSources> sources;
-  Stamp ins_stamp = Stamp::min();  ///< end of the newest INS interval that was integrated
+  Stamp ins_stamp = Stamp::min();    ///< end of the newest INS interval that was integrated
+  Stamp ins_lost = Stamp::min();     ///< when it last fell silent
+  Stamp ins_gap_end = Stamp::min();  ///< when it came back from a gap that was not bridged
   Stillness stillness;
   Lasting lasting;
   Vec3 accel_vehicle = Vec3::Zero();  ///< without gravity [m/s^2]

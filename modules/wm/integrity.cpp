@@ -61,8 +61,12 @@ class Growth {
 
 }  // namespace
 
-Integrity integrity(const FilterState& state, const Trust& trust, const WmParams& params) {
+Integrity integrity(const FilterState& state, const Trust& trust, Duration silent_for,
+                    const WmParams& params) {
   Integrity out;
+  const bool anchored = state.memory.anchored;
+  const bool pose_valid = silent_for <= params.modes.input_timeout;
+  out.validity = !pose_valid ? Validity::kNone : anchored ? Validity::kWorld : Validity::kLocal;
   const IntegrityParams& limits = params.integrity;
   const Trusted gps = trust.gps(state, params.modes);
   const Trusted ladar = trust.ladar(state, params.modes);
@@ -77,12 +81,21 @@ Integrity integrity(const FilterState& state, const Trust& trust, const WmParams
       by_gps ? std::min(trust.detectable_m(), 0.8 * limits.limit_horizontal_m) : 0.0;
   const double rival_m =
       std::max(gps == Trusted::kQuarantine ? trust.rival_m() : 0.0, trust.map_rival_m());
-  out.protection_horizontal_m =
-      std::max(kHorizontal * sigma_h, std::max(unseen_m, rival_m) + 2.0 * sigma_h);
-  out.protection_vertical_m = kVertical * sigma_v;
+  if (out.validity == Validity::kWorld) {
+    out.protection_horizontal_m =
+        std::max(kHorizontal * sigma_h, std::max(unseen_m, rival_m) + 2.0 * sigma_h);
+    out.protection_vertical_m = kVertical * sigma_v;
+  }
 
-  if (out.protection_horizontal_m > limits.limit_horizontal_m) out.alerts |= kAlertHorizontal;
-  if (out.protection_vertical_m > limits.limit_vertical_m) out.alerts |= kAlertVertical;
+  // Before the first datum nothing is claimed in frame world, and nothing is missing there.
+  const bool in_world = anchored || state.memory.world_resets > 0;
+  if (in_world && out.protection_horizontal_m > limits.limit_horizontal_m) {
+    out.alerts |= kAlertHorizontal;
+  }
+  if (in_world && out.protection_vertical_m > limits.limit_vertical_m) {
+    out.alerts |= kAlertVertical;
+  }
+  if (silent_for > Duration::zero()) out.alerts |= kAlertInput;
   constexpr int kSeveral = 3;
   const Memory& m = state.memory;
   const bool refuted = m.of(Source::kGpsPosition).refused >= kSeveral ||
@@ -93,6 +106,11 @@ Integrity integrity(const FilterState& state, const Trust& trust, const WmParams
     out.alerts |= kAlertLadar;
   }
 
+  if (out.validity != Validity::kWorld) {
+    out.sigma_in_60s_m = std::numeric_limits<double>::infinity();
+    out.alert_in_s = 0.0;
+    return out;
+  }
   out.sigma_in_60s_m = growth.sigma_m(60.0);
   for (double t_s = 0.0; t_s <= kFarthest_s; t_s += 1.0) {
     if (kHorizontal * growth.sigma_m(t_s) <= limits.limit_horizontal_m) continue;

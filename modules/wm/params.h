@@ -24,11 +24,16 @@ struct ProcessNoise {
   double mount_sigma_rad = 1e-3;
 };
 
-/// The vehicle without INS: constant body velocity and body rate, driven by white accelerations.
+/// The vehicle without INS: constant body velocity, driven by white acceleration, and body rates
+/// that are first-order Gauss-Markov processes. A body on its springs rolls and pitches back within
+/// tenths of a second; a turn lasts for seconds.
 struct MotionNoise {
   double acceleration = 1.5;          ///< [m/s^2/sqrt(Hz)], (0, 100]
-  double angular_acceleration = 0.7;  ///< [rad/s^2/sqrt(Hz)], (0, 100]
-  double rate_sigma = 0.05;  ///< of the body rate when the INS falls silent [rad/s], (0, 10]
+  double angular_acceleration = 0.7;  ///< roll and pitch [rad/s^2/sqrt(Hz)], (0, 100]
+  double yaw_acceleration = 0.3;      ///< the same about the vertical, (0, 100]
+  double tilt_time_s = 0.2;           ///< correlation time of the roll and pitch rates, [0.01, 100]
+  double yaw_time_s = 3.0;            ///< the same of the yaw rate, [0.01, 100]
+  double rate_sigma = 0.05;  ///< of the yaw rate when the INS falls silent [rad/s], (0, 10]
 };
 
 /// What changes with the distance driven, whichever model predicts the motion.
@@ -138,6 +143,9 @@ struct LocalFrameParams {
 struct ModeParams {
   Duration gps_timeout = from_milliseconds(3000.0);      ///< [100, 60000] ms
   Duration rolling_timeout = from_milliseconds(1000.0);  ///< [100, 60000] ms
+  /// All inputs have been silent for so long beyond their limits: the pose is invalid, [0, 60000]
+  /// ms.
+  Duration input_timeout = from_milliseconds(300.0);
   double reset_m = 0.5;      ///< a larger step of the world pose is a reset, (0, 100]
   double reset_rad = 0.035;  ///< the same, (0, 3]
 };

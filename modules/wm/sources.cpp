@@ -25,13 +25,9 @@ class Fuser {
   void operator()(const OdometrySample& z);
 
  private:
-  template <int M>
-  Reason fuse(Source source, const Residual<M>& z, double gate);
-  template <int M>
-  Reason fuse(Source source, const Residual<M>& z) {
-    return fuse(source, z, model_.gates[static_cast<std::size_t>(z.dof)]);
-  }
-  Reason fuse_place(const Residual<3>& z);
+  template <class F>
+  Reason fuse(Source source, const F& residual_at);
+  Reason fuse_place(const GpsFix& fix);
   void follow_claim(const Vec3& sigma_m);
   void follow_map(const MapBias& said);
   const TileTrust& watch_tile(const PriorMatch& z, const Residual<6>& alone, double* nis);
@@ -58,13 +54,23 @@ void Fuser::note(const Innovation& i) {
   records_.add(i);
 }
 
-template <int M>
-Reason Fuser::fuse(Source source, const Residual<M>& z, double gate) {
-  const Fusion<M> f = update(s_.belief, z, gate);
+/// Registrations measure the attitude. What the others contribute to it rests on the correlations
+/// of a linearized motion.
+double max_turn_rad(Source source) {
+  const bool measures_attitude = source == Source::kRolling || source == Source::kPriorMap;
+  return measures_attitude ? std::numeric_limits<double>::infinity() : 0.15;
+}
+
+/// @param residual_at  NavState -> Residual<M>
+template <class F>
+Reason Fuser::fuse(Source source, const F& residual_at) {
+  constexpr int M = decltype(residual_at(s_.belief.x))::kRows;
+  const Residual<M> z = residual_at(s_.belief.x);
+  const double gate = model_.gates[static_cast<std::size_t>(z.dof)];
+  const Fusion<M> f = update_iterated<M>(s_.belief, residual_at, gate, max_turn_rad(source));
   Innovation i{stamp(), source, f.reason, z.dof, f.nis, gate};
   i.r.template head<M>() = z.r;
   i.sigma.template head<M>() = f.sigma;
-  if (!std::isfinite(gate)) i.gate = 0.0;
   if (f.reason == Reason::kAccepted) {
     const NavState before = s_.belief.x;
     s_.belief = f.belief;
@@ -134,7 +140,10 @@ void Fuser::operator()(const RollingMatch& z) {
   const double gate = model_.gates[static_cast<std::size_t>(r.dof)];
   if (refused_long && update(s_.belief, r, gate).reason == Reason::kGate && clone(z)) return;
   const double way_m = s_.memory.distance_m - s_.memory.of(Source::kRolling).distance_m;
-  if (fuse(Source::kRolling, r) != Reason::kAccepted) return;
+  const auto match = [&](const NavState& x) {
+    return rolling_match(x, z, model_.params.rolling.match);
+  };
+  if (fuse(Source::kRolling, match) != Reason::kAccepted) return;
   // The scan is in the map now, error and all, and what comes is matched to it.
   const RollingParams& rolling = model_.params.rolling;
   const Mat6 inherited = rolling.inherited * observed_covariance(z.information, rolling.match);
@@ -227,11 +236,10 @@ void Fuser::operator()(const PriorMatch& z) {
     refuse(Source::kPriorMap, Reason::kQuarantine);
     return;
   }
-  if (nis > model_.gates[static_cast<std::size_t>(alone.dof)]) {
-    fuse(Source::kPriorMap, alone);  // notes the refusal
-    return;
-  }
-  fuse(Source::kPriorMap, prior_match(s_.belief.x, z, params, weight / std::max(1.0, tile.excess)));
+  // One that the gate refuses alone is not let pass for its weight.
+  const bool refused = nis > model_.gates[static_cast<std::size_t>(alone.dof)];
+  const double share = refused ? 1.0 : weight / std::max(1.0, tile.excess);
+  fuse(Source::kPriorMap, [&](const NavState& x) { return prior_match(x, z, params, share); });
 }
 
 void Fuser::operator()(const GpsFix& z) {
@@ -261,7 +269,7 @@ void Fuser::operator()(const GpsFix& z) {
     forget_claim();
     return;
   }
-  if (fuse_place(position) == Reason::kGate) {
+  if (fuse_place(fix) == Reason::kGate) {
     forget_claim();
     if (m.of(Source::kGpsPosition).refused >= trust.refused) {
       m.withheld.gps = m.gps_accused = true;
@@ -269,7 +277,8 @@ void Fuser::operator()(const GpsFix& z) {
     }
   }
   if (!z.has_velocity) return;
-  fuse(Source::kGpsVelocity, gps_velocity(s_.belief.x, z, params, accel_world(s_)));
+  const Vec3 accel = accel_world(s_);
+  fuse(Source::kGpsVelocity, [&](const NavState& x) { return gps_velocity(x, z, params, accel); });
 }
 
 /// The receiver's slow error is a state in units of what it claims: another geometry of the
@@ -300,12 +309,14 @@ void Fuser::follow_claim(const Vec3& sigma_m) {
 }
 
 /// The height may be wrong alone (another geoid, another datum): the place is then fused without.
-Reason Fuser::fuse_place(const Residual<3>& z) {
-  if (update(s_.belief, z, model_.gates[3]).reason != Reason::kGate) {
+Reason Fuser::fuse_place(const GpsFix& fix) {
+  const auto position = [&](const NavState& x) { return gps_position(x, fix, model_.params.gps); };
+  if (update(s_.belief, position(s_.belief.x), model_.gates[3]).reason != Reason::kGate) {
     s_.memory.heights_refused = 0;
-    return fuse(Source::kGpsPosition, z);
+    return fuse(Source::kGpsPosition, position);
   }
-  const Reason reason = fuse(Source::kGpsPosition, without_height(z));
+  const Reason reason =
+      fuse(Source::kGpsPosition, [&](const NavState& x) { return without_height(position(x)); });
   if (reason == Reason::kAccepted) ++s_.memory.heights_refused;
   return reason;
 }
@@ -315,7 +326,8 @@ void Fuser::operator()(const OdometrySample& z) {
   if (m.withheld.odometry) return;
   m.odometry_mps = z.speed_mps;
   m.odometry_heard = stamp();
-  fuse(Source::kOdometry, wheel_speed(s_.belief.x, z, model_.params.odometry));
+  fuse(Source::kOdometry,
+       [&](const NavState& x) { return wheel_speed(x, z, model_.params.odometry); });
   constrain();
 }
 
@@ -332,7 +344,8 @@ void Fuser::constrain() {
   if (m.constrained < stamp() - 2 * kEvery) m.astray = {};  // nobody looked in between
   m.constrained = stamp();
   const double shaking_mps2 = std::sqrt(m.stillness.variance_force);
-  const Residual<2> z = non_holonomic(s_.belief.x, params, shaking_mps2);
+  const auto constraint = [&](const NavState& x) { return non_holonomic(x, params, shaking_mps2); };
+  const Residual<2> z = constraint(s_.belief.x);
   // A slide ends, and a body that pitches and rolls over steep ground comes back: what goes on
   // alike for so many times is the belief. Sideways and up for themselves: over the same ground a
   // belief that drives sideways is refused upwards now so, now so.
@@ -345,22 +358,25 @@ void Fuser::constrain() {
   for (Astray& astray : m.astray) {
     const double off_mps = z.r[axis];
     if (astray.times >= kNoSlide && alike(off_mps, astray)) {
-      Residual<2> one;
-      one.dof = 1;
-      one.r[0] = off_mps;
-      one.H.row(0) = z.H.row(axis);
-      one.R(0, 0) = z.R(axis, axis);
       const Vec3 wrong_mps = off_mps * z.H.block<1, 3>(axis, kVelocity).normalized();
       const Vec3 led_away_m = kNoSlide * seconds(kEvery) * wrong_mps;
       s_.belief.P.block<3, 3>(kVelocity, kVelocity) += wrong_mps * wrong_mps.transpose();
       s_.belief.P.block<3, 3>(kPosition, kPosition) += led_away_m * led_away_m.transpose();
-      fuse(Source::kNonHolonomic, one);
+      fuse(Source::kNonHolonomic, [&](const NavState& x) {
+        const Residual<2> both = constraint(x);
+        Residual<2> one;
+        one.dof = 1;
+        one.r[0] = both.r[axis];
+        one.H.row(0) = both.H.row(axis);
+        one.R(0, 0) = both.R(axis, axis);
+        return one;
+      });
       astray = {};
       return;
     }
     ++axis;
   }
-  if (fuse(Source::kNonHolonomic, z) == Reason::kAccepted) {
+  if (fuse(Source::kNonHolonomic, constraint) == Reason::kAccepted) {
     m.astray = {};
     return;
   }

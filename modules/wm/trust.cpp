@@ -64,6 +64,28 @@ void Trust::move(const Model& model, const Measurement& m, const ImuSample* next
   }
 }
 
+void Trust::drop_what_passed_a_gap() {
+  bool dropped = false;
+  for (Shadow* shadow : {&inertial_young_, &inertial_, &without_ladar_, &without_gps_young_,
+                         &without_gps_, &before_}) {
+    if (!shadow->passed_gap()) continue;
+    *shadow = Shadow{};
+    dropped = true;
+  }
+  for (Hypothesis* hypothesis : {&gps_right_, &ladar_right_}) {
+    const Memory& m = hypothesis->state.memory;
+    if (hypothesis->alive() && std::max(m.ins_lost, m.ins_gap_end) >= hypothesis->began) {
+      *hypothesis = Hypothesis{};
+    }
+  }
+  if (!dropped) return;
+  gps_doubt_ = ladar_doubt_ = map_doubt_ = map_rival_m_ = 0.0;
+  doubted_ = map_contradicted_ = 0;
+  cusum_.setZero();
+  ladar_doubted_since_ = map_doubted_since_ = Stamp::min();
+  detectable_m_ = kAnything_m;
+}
+
 bool Trust::well(const FilterState& belief) const {
   const Memory& m = belief.memory;
   if (m.withheld.gps || m.withheld.ladar) return false;
@@ -103,6 +125,9 @@ void Trust::renew(const FilterState& belief) {
   const Stamp now = belief.belief.x.stamp;
   if (inertial_young_.alive() && now - inertial_young_.branch < params_.branch) return;
   if (!well(belief)) return;
+  // Until the gap of the INS is forgotten a branch would inherit what it did to the belief.
+  const Stamp gap_end = belief.memory.ins_gap_end;
+  if (gap_end != Stamp::min() && now - gap_end < kSettling) return;
   if (!knows_attitude(belief)) {
     // Nor against one from long ago: the watch begins anew.
     inertial_young_ = inertial_ = without_ladar_ = without_gps_young_ = without_gps_ = Shadow{};
@@ -125,6 +150,7 @@ std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
                                       const ImuSample* next_imu, const FilterState& belief) {
   without_ladar_.state.memory.withheld.gps = belief.memory.withheld.gps;
   move(model, m, next_imu);
+  drop_what_passed_a_gap();
   const bool accused = belief.memory.gps_accused && !accused_;
   accused_ = belief.memory.gps_accused;
   // What the fixes that are refused now did before: nobody knows when they began to go astray.

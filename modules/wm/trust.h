@@ -20,6 +20,10 @@ struct Shadow {
   Stamp branch = Stamp::min();  ///< min(): there is none
 
   [[nodiscard]] bool alive() const { return branch != Stamp::min(); }
+  /// It has passed a gap of the INS: its difference from the belief then measures the gap.
+  [[nodiscard]] bool passed_gap() const {
+    return alive() && std::max(state.memory.ins_lost, state.memory.ins_gap_end) >= branch;
+  }
 };
 
 /// The values are integrity_t's.
@@ -83,6 +87,7 @@ class Trust {
   };
 
   void move(const Model& model, const Measurement& m, const ImuSample* next_imu);
+  void drop_what_passed_a_gap();
   void renew(const FilterState& belief);
   void grow_up();
   void branch_all(const FilterState& belief);
@@ -111,7 +116,8 @@ class Trust {
                     const ModeParams& modes);
 
   static constexpr Duration kFresh = from_seconds(2.0);
-  static constexpr Duration kYoung = from_seconds(1.0);  // a shadow tells nothing yet
+  static constexpr Duration kSettling = from_seconds(5.0);  // after a gap of the INS
+  static constexpr Duration kYoung = from_seconds(1.0);     // a shadow tells nothing yet
   static constexpr double kCalm = 0.3;  // doubt below which a belief is worth a branch
 
   TrustParams params_;

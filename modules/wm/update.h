@@ -2,6 +2,7 @@
 // The measurement update, for every source alike.
 
 #include <Eigen/Cholesky>
+#include <limits>
 
 #include "modules/wm/nav_state.h"
 
@@ -25,6 +26,7 @@ enum class Reason : int {
 /// others.
 template <int M>
 struct Residual {
+  static constexpr int kRows = M;
   Vec<M> r = Vec<M>::Zero();
   Mat<M, kSize> H = Mat<M, kSize>::Zero();
   Mat<M, M> R = Mat<M, M>::Identity();
@@ -86,6 +88,56 @@ template <int M>
   out.belief.P = 0.5 * (AP + AP.transpose());
   inject(K * z.r, &out.belief);
   out.reason = Reason::kAccepted;
+  return out;
+}
+
+/// Attitude that an update has changed [rad].
+inline double turn_of(const Belief& before, const Belief& after) {
+  return log_so3(before.x.T_world_vehicle.q.conjugate() * after.x.T_world_vehicle.q).norm();
+}
+
+/// Iterated update (Bell and Cathey 1993) for an attitude known to tens of degrees, where one
+/// linearized step of any measurement may end anywhere: linearizes again where the last step
+/// arrived. A small first step is final. The gate is on the NIS of the first linearization.
+/// @param residual_at  NavState -> Residual<M>
+/// @param max_turn_rad  a measurement that turns the attitude by more has its covariance inflated
+///   until it does not: one that measures no attitude has no more to contribute at once
+template <int M, class F>
+[[nodiscard]] Fusion<M> update_iterated(const Belief& b, const F& residual_at, double gate,
+                                        double max_turn_rad) {
+  constexpr double kLinear_rad = 0.03;
+  constexpr int kMaxIterations = 6;
+  constexpr double kConverged = 1e-4;  // [rad, m, m/s]: far below any sigma
+  constexpr double kNoGate = std::numeric_limits<double>::infinity();
+  const Residual<M> first_residual = residual_at(b.x);
+  Fusion<M> first = update(b, first_residual, gate);
+  if (first.reason != Reason::kAccepted || turn_of(b, first.belief) <= kLinear_rad) return first;
+  const auto iterate = [&](double inflation) {
+    Fusion<M> f = first;
+    ErrorState d = boxminus(f.belief.x, b.x);
+    for (int i = 0; i < kMaxIterations; ++i) {
+      Residual<M> z = residual_at(f.belief.x);
+      // In the tangent space of the prior, in which the prior's covariance is.
+      z.H.template middleCols<3>(kAttitude) =
+          (z.H.template middleCols<3>(kAttitude) * right_jacobian_so3(d.segment<3>(kAttitude)))
+              .eval();
+      z.r += z.H * d;
+      z.R *= inflation;
+      f = update(b, z, kNoGate);
+      const ErrorState next = boxminus(f.belief.x, b.x);
+      const bool converged = (next - d).template lpNorm<Eigen::Infinity>() < kConverged;
+      d = next;
+      if (converged) break;
+    }
+    return f;
+  };
+  Fusion<M> out = iterate(1.0);
+  for (double inflation = 4.0; turn_of(b, out.belief) > max_turn_rad && inflation < 1e7;
+       inflation *= 4.0) {
+    out = iterate(inflation);
+  }
+  out.nis = first.nis;
+  out.sigma = first.sigma;
   return out;
 }
 

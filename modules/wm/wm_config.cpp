@@ -62,6 +62,9 @@ void read_odometry(ParamTable table, OdometryParams* p, DriveNoise* drive) {
 void read_motion(ParamTable table, MotionNoise* p) {
   table.get("acceleration", &p->acceleration, {1e-3, 100});
   table.get("angular_acceleration", &p->angular_acceleration, {1e-3, 100});
+  table.get("yaw_acceleration", &p->yaw_acceleration, {1e-3, 100});
+  table.get("tilt_time_s", &p->tilt_time_s, {0.01, 100});
+  table.get("yaw_time_s", &p->yaw_time_s, {0.01, 100});
   table.get("rate_sigma", &p->rate_sigma, {1e-4, 10});
 }
 
@@ -137,6 +140,7 @@ void read_local(ParamTable table, LocalFrameParams* p) {
 void read_modes(ParamTable table, ModeParams* p) {
   table.get_ms("gps_timeout_ms", &p->gps_timeout, {100, 60000});
   table.get_ms("rolling_timeout_ms", &p->rolling_timeout, {100, 60000});
+  table.get_ms("input_timeout_ms", &p->input_timeout, {0, 60000});
   table.get("reset_m", &p->reset_m, {0.001, 100});
   table.get("reset_rad", &p->reset_rad, {1e-4, 3});
 }

@@ -23,6 +23,9 @@ constexpr Duration kReportInterval = from_seconds(5.0);
 constexpr Duration kIntegrityPeriod = from_milliseconds(100.0);
 constexpr Duration kShadowPeriod = from_milliseconds(500.0);
 
+constexpr std::string_view kSilentCodes[] = {"input.ins", "input.gps", "input.odometry",
+                                             "input.ladar"};
+
 constexpr std::string_view kFindings[] = {
     "nothing",
     "GPS led the belief away: back to what it was without",
@@ -73,6 +76,7 @@ void WmNode::run(const Cycle& cycle) {
   take_all(&odometry_, cycle.now);
   take_all(&fixes_, cycle.now);
   take_all(&registrations_, cycle.now);
+  estimator_.watch_clocks(cycle.now);
   cycle.stages->mark("take");
 
   estimator_.fuse();
@@ -89,6 +93,7 @@ void WmNode::run(const Cycle& cycle) {
     shadow_clock_.advance(cycle.now);
   }
   report_events(cycle.now);
+  report_inputs(cycle.now);
   cycle.stages->mark("publish");
 
   terrain_.step(estimator_, local_began_, cycle.now, &report_);
@@ -106,15 +111,28 @@ void WmNode::take_all(Inbox<Message>* inbox, Stamp now) {
   for (; !inbox->empty(); inbox->pop()) take(*inbox->front(), now);
 }
 
+namespace {
+
+/// A stamp that is repeated or older is no sign of life: a driver may be stuck.
+bool is_alive(Reason reason) { return reason == Reason::kAccepted || reason == Reason::kNoDatum; }
+
+}  // namespace
+
 void WmNode::take(const ins_t& m, Stamp now) {
   const std::optional<ImuSample> sample = admit(m);
-  tell_refused(ins_, sample ? estimator_.add(*sample) : Reason::kInvalid, now, &report_);
+  const Stamp arrival = ins_.front_arrival();
+  const Reason reason = sample ? estimator_.add(*sample, arrival) : Reason::kInvalid;
+  if (is_alive(reason)) inputs_.add(Input::kIns, sample->stamp, arrival);
+  tell_refused(ins_, reason, now, &report_);
 }
 
 void WmNode::take(const gps_fix_t& m, Stamp now) {
   const std::optional<GeodeticFix> fix = admit(m);
-  tell_refused(fixes_, fix ? estimator_.add(from_utime(m.utime), *fix) : Reason::kInvalid, now,
-               &report_);
+  const Stamp stamp = from_utime(m.utime);
+  const Stamp arrival = fixes_.front_arrival();
+  const Reason reason = fix ? estimator_.add(stamp, *fix, arrival) : Reason::kInvalid;
+  if (is_alive(reason)) inputs_.add(Input::kGps, stamp, arrival);
+  tell_refused(fixes_, reason, now, &report_);
 }
 
 void WmNode::take(const odometry_t& m, Stamp now) {
@@ -125,10 +143,15 @@ void WmNode::take(const odometry_t& m, Stamp now) {
   }
   // The mean of an interval is the value at its middle.
   const Stamp middle = from_utime(m.utime) - Duration(m.interval_us / 2);
-  tell_refused(odometry_, estimator_.add(middle, *sample), now, &report_);
+  const Stamp arrival = odometry_.front_arrival();
+  const Reason reason = estimator_.add(middle, *sample, arrival);
+  if (is_alive(reason)) inputs_.add(Input::kOdometry, middle, arrival);
+  tell_refused(odometry_, reason, now, &report_);
 }
 
 void WmNode::take(const registration_t& m, Stamp now) {
+  const Stamp arrival = registrations_.front_arrival();
+  if (plausible_stamp(m.utime)) inputs_.add(Input::kLadar, from_utime(m.utime), arrival);
   if (!is_answer(m.stop)) return;  // SP has nothing to say, and has said why
   const std::optional<Registration> z = admit(m);
   if (!z) {
@@ -139,13 +162,15 @@ void WmNode::take(const registration_t& m, Stamp now) {
   const bool seeded = m.stop == registration_t::STOP_SEEDED;
   Reason reason = Reason::kInvalid;
   if (m.target == registration_t::TARGET_ROLLING && m.map_epoch >= 0) {
-    reason = estimator_.add(stamp,
-                            RollingMatch{z->T_target_vehicle, z->information, m.map_epoch, seeded});
+    reason = estimator_.add(
+        stamp, RollingMatch{z->T_target_vehicle, z->information, m.map_epoch, seeded}, arrival);
   } else if (m.target == registration_t::TARGET_PRIOR_MAP && !seeded) {
-    reason = estimator_.add(stamp, PriorMatch{z->T_target_vehicle,
-                                              z->information,
-                                              z->tile_id,
-                                              {m.map_bias_sigma_m, m.map_bias_length_m}});
+    reason = estimator_.add(stamp,
+                            PriorMatch{z->T_target_vehicle,
+                                       z->information,
+                                       z->tile_id,
+                                       {m.map_bias_sigma_m, m.map_bias_length_m}},
+                            arrival);
   }
   tell_refused(registrations_, reason, now, &report_);
   if (reason == Reason::kAccepted && stamp >= cause_) {
@@ -176,6 +201,11 @@ void WmNode::publish_innovations() {
   estimator_.clear_innovations();
 }
 
+/// What has no input is lost, whatever the belief was made of.
+Mode WmNode::mode(Stamp now) const {
+  return inputs_.all_silent_for(now) > Duration::zero() ? Mode::kLost : estimator_.mode();
+}
+
 void WmNode::publish_nav_state(Stamp now) {
   if (!estimator_.started()) return;  // nothing is believed yet
   const FilterState& s = estimator_.state();
@@ -186,8 +216,9 @@ void WmNode::publish_nav_state(Stamp now) {
   if (same_clock && s.belief.x.stamp < published_) return;
   published_ = s.belief.x.stamp;
   published_clock_steps_ = estimator_.clock_steps();
-  fill_belief(s);
-  nav_state_.mode = static_cast<std::int8_t>(estimator_.mode());
+  fill_belief(s, now);
+  nav_state_.mode = static_cast<std::int8_t>(mode(now));
+  nav_state_.pose_valid = inputs_.all_silent_for(now) <= config_.params.modes.input_timeout ? 1 : 0;
   const bool rests_on_scan = cause_ > Stamp::min() && cause_ <= s.belief.x.stamp;
   if (rests_on_scan && ledger_.wm_start_utime == 0) ledger_.wm_start_utime = to_utime(now);
   nav_state_.ledger = rests_on_scan ? ledger_ : ledger_t{};
@@ -195,7 +226,7 @@ void WmNode::publish_nav_state(Stamp now) {
   nav_state_out_.publish(&nav_state_);
 }
 
-void WmNode::fill_belief(const FilterState& s) {
+void WmNode::fill_belief(const FilterState& s, Stamp now) {
   const NavState& x = s.belief.x;
   const Memory& memory = s.memory;
   nav_state_t& m = nav_state_;
@@ -230,12 +261,7 @@ void WmNode::fill_belief(const FilterState& s) {
   m.last_reset_m = memory.last_reset_m;
   m.last_reset_rad = memory.last_reset_rad;
   m.last_reset_utime = memory.world_resets > 0 ? to_utime(memory.last_reset) : 0;
-  const Ages a = ages(s);
-  m.age_ins_us = a.ins.count();
-  m.age_gps_us = a.gps.count();
-  m.age_odometry_us = a.odometry.count();
-  m.age_rolling_us = a.rolling.count();
-  m.age_prior_map_us = a.prior_map.count();
+  fill_ages(s, now);
   m.distance_since_gps_m = distance_since_gps_m(s);
   if (const std::optional<LocalFrame>& frame = estimator_.datum()) {
     m.datum_lat_deg = degrees(frame->datum().lat_rad);
@@ -244,12 +270,25 @@ void WmNode::fill_belief(const FilterState& s) {
   }
 }
 
+void WmNode::fill_ages(const FilterState& s, Stamp now) {
+  const auto age_us = [&](Duration by_sensor, Input input) {
+    const bool grows = by_sensor >= Duration::zero() && inputs_.silent(input, now);
+    return (grows ? std::max(by_sensor, inputs_.silence(input, now)) : by_sensor).count();
+  };
+  const Ages a = ages(s);
+  nav_state_.age_ins_us = age_us(a.ins, Input::kIns);
+  nav_state_.age_gps_us = age_us(a.gps, Input::kGps);
+  nav_state_.age_odometry_us = age_us(a.odometry, Input::kOdometry);
+  nav_state_.age_rolling_us = age_us(a.rolling, Input::kLadar);
+  nav_state_.age_prior_map_us = age_us(a.prior_map, Input::kLadar);
+}
+
 void WmNode::publish_integrity(Stamp now) {
   if (!estimator_.started()) return;
   const FilterState& s = estimator_.state();
   const Trust& trust = estimator_.trust();
   const WmParams& params = config_.params;
-  const Integrity found = integrity(s, trust, params);
+  const Integrity found = integrity(s, trust, inputs_.all_silent_for(now), params);
   integrity_t& m = integrity_;
   const std::int64_t utime = to_utime(s.belief.x.stamp);
   const auto gps = static_cast<std::int8_t>(trust.gps(s, params.modes));
@@ -257,6 +296,7 @@ void WmNode::publish_integrity(Stamp now) {
   if (m.utime == 0 || gps != m.gps) m.gps_since_utime = utime;
   if (m.utime == 0 || ladar != m.ladar) m.ladar_since_utime = utime;
   m.utime = utime;
+  m.validity = static_cast<std::int8_t>(found.validity);
   m.protection_horizontal_m = found.protection_horizontal_m;
   m.protection_vertical_m = found.protection_vertical_m;
   m.limit_horizontal_m = params.integrity.limit_horizontal_m;
@@ -292,11 +332,10 @@ void WmNode::publish_shadows() {
 void WmNode::report_events(Stamp now) {
   if (!estimator_.started()) return;
   const FilterState& s = estimator_.state();
-  const Mode mode = estimator_.mode();
-  if (mode != reported_mode_) {
+  if (const Mode newest = mode(now); newest != reported_mode_) {
     report_.info(now, "mode", "{} -> {}", kModes[static_cast<std::size_t>(reported_mode_)],
-                 kModes[static_cast<std::size_t>(mode)]);
-    reported_mode_ = mode;
+                 kModes[static_cast<std::size_t>(newest)]);
+    reported_mode_ = newest;
   }
   if (s.memory.world_resets != reported_resets_) {
     report_.warn(now, "world.reset", "the world pose stepped by {:.2f} m, {:.2f} deg",
@@ -314,6 +353,39 @@ void WmNode::report_events(Stamp now) {
   }
 }
 
+void WmNode::report_inputs(Stamp now) {
+  constexpr std::string_view kNames[] = {"INS", "GPS", "odometry", "LADAR registration"};
+  for (std::size_t i = 0; i < kInputs; ++i) {
+    const auto input = static_cast<Input>(i);
+    const bool silent = inputs_.silent(input, now);
+    if (silent == reported_silent_[i]) continue;
+    reported_silent_[i] = silent;
+    if (silent) {
+      report_.warn(now, kSilentCodes[i], "{} silent for {:.2f} s > {:.2f} s: not fused", kNames[i],
+                   seconds(inputs_.silence(input, now)), seconds(inputs_.limit(input)));
+    } else {
+      report_.info(now, kSilentCodes[i], "{} received again", kNames[i]);
+    }
+  }
+  const bool no_input = inputs_.all_silent_for(now) > Duration::zero();
+  if (no_input != reported_no_input_) {
+    reported_no_input_ = no_input;
+    if (no_input) {
+      report_.error(now, "input.none", "all inputs silent: mode LOST, pose invalid after {:.2f} s",
+                    seconds(config_.params.modes.input_timeout));
+    } else {
+      report_.info(now, "input.none", "inputs received again");
+    }
+  }
+  const Duration shift = estimator_.ins_clock_shift();
+  if (shift == reported_ins_shift_) return;
+  report_.warn(now, "clock.ins",
+               "clock of the INS stepped by {:.3f} s: its stamps are shifted by "
+               "{:.3f} s",
+               seconds(reported_ins_shift_ - shift), seconds(shift));
+  reported_ins_shift_ = shift;
+}
+
 void WmNode::report_trust(Stamp now) {
   const Trust& trust = estimator_.trust();
   if (trust.findings() != reported_findings_) {
@@ -329,12 +401,13 @@ void WmNode::report_trust(Stamp now) {
     reported_map_doubted_ = map_doubted;
   }
   if (integrity_.alerts != reported_alerts_) {
-    report_.warn(now, "alert", "{}{}{}{}{}: protection {:.1f} m, {:.1f} m up",
+    report_.warn(now, "alert", "{}{}{}{}{}{}: protection {:.1f} m, {:.1f} m up",
                  integrity_.alerts == 0 ? "none" : "",
                  (integrity_.alerts & kAlertHorizontal) != 0 ? "horizontal " : "",
                  (integrity_.alerts & kAlertVertical) != 0 ? "vertical " : "",
                  (integrity_.alerts & kAlertGps) != 0 ? "gps " : "",
-                 (integrity_.alerts & kAlertLadar) != 0 ? "ladar" : "",
+                 (integrity_.alerts & kAlertLadar) != 0 ? "ladar " : "",
+                 (integrity_.alerts & kAlertInput) != 0 ? "input" : "",
                  integrity_.protection_horizontal_m, integrity_.protection_vertical_m);
     reported_alerts_ = integrity_.alerts;
   }

@@ -1,6 +1,7 @@
 #pragma once
 // WM's shell: sensors and registrations in, the belief out.
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -14,6 +15,7 @@
 #include "lcmtypes/rcs/registration_t.hpp"
 #include "lcmtypes/rcs/shadow_t.hpp"
 #include "modules/wm/estimator.h"
+#include "modules/wm/input_watch.h"
 #include "modules/wm/integrity.h"
 #include "modules/wm/sureness_node.h"
 #include "modules/wm/terrain_node.h"
@@ -45,13 +47,16 @@ class WmNode final : public Node {
   template <class Message>
   void take_all(Inbox<Message>* inbox, Stamp now);
 
+  [[nodiscard]] Mode mode(Stamp now) const;
   void publish_innovations();
   void publish_nav_state(Stamp now);
   void publish_integrity(Stamp now);
   void publish_shadows();
-  void fill_belief(const FilterState& state);
+  void fill_belief(const FilterState& state, Stamp now);
+  void fill_ages(const FilterState& state, Stamp now);
   void report_events(Stamp now);
   void report_trust(Stamp now);
+  void report_inputs(Stamp now);
 
   WmConfig config_;
   PeriodicClock clock_;
@@ -67,6 +72,7 @@ class WmNode final : public Node {
   Report report_;
 
   Estimator estimator_;
+  InputWatch inputs_;
   TerrainDesk terrain_;
   SurenessDesk sureness_;
   std::string no_map_;
@@ -87,6 +93,9 @@ class WmNode final : public Node {
   int reported_findings_ = 0;
   bool reported_map_doubted_ = false;
   std::int8_t reported_alerts_ = 0;
+  std::array<bool, kInputs> reported_silent_{};
+  bool reported_no_input_ = false;
+  Duration reported_ins_shift_{};
 
   nav_state_t nav_state_{};
   innovation_t innovation_{};

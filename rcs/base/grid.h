@@ -18,6 +18,14 @@ struct Cell {
   friend bool operator==(Cell a, Cell b) { return a.i == b.i && a.j == b.j; }
 };
 
+/// The cell of a coordinate in units of a cell. Limited to +-2^30, beyond every window and map,
+/// also for NaN: a conversion that does not fit is undefined.
+inline int cell_index(double v) {
+  constexpr double kFar = 1 << 30;
+  const double bounded = v > -kFar ? (v < kFar ? v : kFar) : -kFar;
+  return static_cast<int>(std::floor(bounded));
+}
+
 template <class T>
 class Grid {
  public:
@@ -33,8 +41,7 @@ class Grid {
   [[nodiscard]] Cell origin() const { return origin_; }  ///< the window's lowest cell
 
   [[nodiscard]] Cell cell_at(double x_m, double y_m) const {
-    return {static_cast<int>(std::floor(x_m / cell_m_)),
-            static_cast<int>(std::floor(y_m / cell_m_))};
+    return {cell_index(x_m / cell_m_), cell_index(y_m / cell_m_)};
   }
   [[nodiscard]] bool contains(Cell c) const {
     return c.i >= origin_.i && c.i < origin_.i + size_ && c.j >= origin_.j &&

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <optional>
 
 namespace rcs {
 
@@ -27,10 +28,23 @@ constexpr std::int64_t to_utime(Stamp stamp) { return stamp.time_since_epoch().c
 constexpr double seconds(Duration d) { return static_cast<double>(d.count()) * 1e-6; }
 constexpr double milliseconds(Duration d) { return static_cast<double>(d.count()) * 1e-3; }
 
-/// Rounds to the nearest microsecond (half away from zero).
+/// The longest span that a number gives: 36,000 years. Sums of a few of them cannot overflow.
+constexpr Duration kMaxDuration{std::int64_t{1} << 60};
+
+/// Rounds to the nearest microsecond (half away from zero). Limited to +-kMaxDuration; NaN gives
+/// kMaxDuration. Seconds from outside are for checked_seconds().
 constexpr Duration from_seconds(double s) {
-  return Duration(static_cast<std::int64_t>(s * 1e6 + (s < 0.0 ? -0.5 : 0.5)));
+  const double us = s * 1e6 + (s < 0.0 ? -0.5 : 0.5);
+  constexpr auto kMax_us = static_cast<double>(kMaxDuration.count());
+  if (us <= -kMax_us) return -kMaxDuration;
+  return us < kMax_us ? Duration(static_cast<std::int64_t>(us)) : kMaxDuration;
 }
 constexpr Duration from_milliseconds(double ms) { return from_seconds(ms * 1e-3); }
+
+/// Seconds from a file or a command line; none if they are NaN or beyond kMaxDuration.
+constexpr std::optional<Duration> checked_seconds(double s) {
+  const Duration d = from_seconds(s);
+  return d > -kMaxDuration && d < kMaxDuration ? std::optional(d) : std::nullopt;
+}
 
 }  // namespace rcs

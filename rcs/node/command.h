@@ -3,6 +3,8 @@
 // and only grow; the subordinate echoes the one that it acts on. The superior works out how its
 // command stands from (sent, echoed, age), so that a DONE of an older command is never taken for
 // the new one's, and silence is an error. All stamps are of one computer's timeline.
+// An emergency stop is exempt from every rule that could keep it from being acted on: it is sent
+// until it is echoed, and accepted whatever its serial, age or issuer.
 
 #include <array>
 #include <cstdint>
@@ -39,8 +41,8 @@ struct Standing {
 };
 
 struct CommandPortParams {
-  Duration resend = from_milliseconds(200.0);   ///< until it is echoed
-  int max_sends = 8;                            ///< of one command, the first included
+  Duration resend = from_milliseconds(200.0);  ///< until it is echoed
+  int max_sends = 8;  ///< of one command, the first included; an emergency stop has no limit
   Duration silence = from_milliseconds(500.0);  ///< a subordinate silent for longer has failed
 };
 
@@ -56,10 +58,14 @@ class CommandPort {
   ///         counted from the time line's microseconds
   std::int64_t send(const Order& order, Stamp now);
 
-  /// Once a cycle: reads what the subordinate says and sends again what is not echoed yet.
+  /// Once a cycle: reads the statuses and sends again what is not echoed yet. An emergency stop is
+  /// sent until its echo reports no error: then it is in force and outlives the subordinate.
   void step(Stamp now);
 
   [[nodiscard]] Standing standing(Stamp now) const;
+  /// The newest command has been echoed, even if another one has replaced it since; an emergency
+  /// stop: without an error.
+  [[nodiscard]] bool confirmed() const { return echoed_; }
   /// The newest status, whoever's command it echoes; null before the first.
   [[nodiscard]] const status_t* status() const { return heard_ ? &status_ : nullptr; }
   [[nodiscard]] const InboxBase& inbox() const { return statuses_; }
@@ -83,6 +89,9 @@ class CommandPort {
 
 struct SubordinateParams {
   Duration longest = from_seconds(60.0);  ///< a command valid for longer is refused
+  /// Serials are microseconds of the timeline: one further ahead than this is refused, as it would
+  /// make all later commands of its issuer stale.
+  Duration serial_ahead = from_seconds(1.0);
 };
 
 /// What a subordinate says of itself.
@@ -95,6 +104,50 @@ struct StatusReport {
   int waypoints_done = 0;
 };
 
+/// The emergency stops of a command channel. They have a receiver of their own, so that no number
+/// of other commands can displace one before it is read.
+class StopReceiver final : public Receiver {
+ public:
+  static constexpr std::size_t kMaxIssuer = 64;  ///< characters of an issuer's name; more are cut
+
+  StopReceiver(Bus* bus, std::string_view channel) { bus->subscribe(channel, this); }
+  StopReceiver(const StopReceiver&) = delete;
+  StopReceiver& operator=(const StopReceiver&) = delete;
+  ~StopReceiver() = default;
+
+  /// The newest stop that has not been taken; null: none.
+  [[nodiscard]] const command_t* pending() const { return pending_ ? &newest_ : nullptr; }
+  /// Ends pending().
+  /// @return false: a copy of a stop that was taken before
+  bool take();
+  /// Copies of the stops taken so far are ignored from now on.
+  void release();
+
+  /// Arrival of the newest stop that was no copy (node time); a release issued before is too old.
+  [[nodiscard]] Stamp last_arrival() const { return last_arrival_; }
+
+  void receive(const std::uint8_t* data, std::size_t size, Stamp arrival) noexcept override;
+
+ private:
+  struct Record {
+    std::string issuer;
+    std::int64_t serial = 0;
+    std::int64_t utime = 0;
+    bool released = false;
+    bool used = false;
+  };
+  [[nodiscard]] Record* find(const command_t& m);
+
+  command_t scratch_{};
+  command_t newest_{};
+  bool pending_ = false;
+  Stamp pending_arrival_ = Stamp::min();
+  Stamp last_arrival_ = Stamp::min();
+  // A copy of a stop that was displaced from here stops again: the safe side.
+  std::array<Record, 16> records_;
+  std::size_t next_record_ = 0;
+};
+
 /// The subordinate's end.
 class Subordinate {
  public:
@@ -105,14 +158,20 @@ class Subordinate {
   struct Account {
     std::int64_t taken = 0;
     std::int64_t repeated = 0;      ///< of the serial in force: sent again before the echo came
-    std::int64_t stale = 0;         ///< an older serial than one already taken
+    std::int64_t stale = 0;         ///< an older serial than one already taken, or a release issued
+                                    ///< before the newest stop arrived
     std::int64_t expired = 0;       ///< valid_until had passed when it came
     std::int64_t before_start = 0;  ///< issued before this subordinate ran: it may have been done
-    std::int64_t implausible = 0;   ///< issued in the future, or valid for too long
+    std::int64_t implausible = 0;   ///< issued in the future, valid for too long, serial or issuer
+                                    ///< that no superior has
   };
 
-  /// Once a cycle, first: takes what has come. The first call is the subordinate's start.
+  /// Once a cycle, first: accepts what has arrived. The first call is the subordinate's start. An
+  /// emergency stop is accepted in the cycle in which it arrives, before any other command, and the
+  /// others wait for the next cycle, as do those behind a release.
   void take(Stamp now);
+  /// The emergency stops accepted so far have been released: late copies of them do not stop again.
+  void release_stops() { stops_.release(); }
 
   /// Taken in this very cycle.
   [[nodiscard]] bool is_new() const { return is_new_; }
@@ -135,11 +194,13 @@ class Subordinate {
     std::int64_t serial = 0;  // newest taken
     Stamp issued = Stamp::min();
   };
+  void take_stop();
   [[nodiscard]] bool admit(const command_t& m, Stamp now);
   Issuer* issuer(const command_t& m);
 
   SubordinateParams params_;
   Inbox<command_t> commands_;
+  StopReceiver stops_;
   Outbox<status_t> statuses_;
   std::optional<Stamp> start_;
   std::array<Issuer, 8> issuers_;

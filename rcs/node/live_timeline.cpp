@@ -9,11 +9,18 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <system_error>
 
 #include "rcs/base/check.h"
 
 namespace rcs {
 namespace {
+
+/// A handle that the system refuses is no bug of ours: the process has too many, for example.
+FileHandle granted(int fd, const char* what) {
+  if (fd < 0) throw std::system_error(errno, std::generic_category(), what);
+  return FileHandle(fd);
+}
 
 void watch(int epoll, int fd) {
   epoll_event event{};
@@ -36,16 +43,15 @@ StopSignals::StopSignals() {
   sigaddset(&set, SIGINT);
   sigaddset(&set, SIGTERM);
   RCS_CHECK(pthread_sigmask(SIG_BLOCK, &set, nullptr) == 0);
-  fd_ = FileHandle(signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK));
-  RCS_CHECK(fd_.valid());
+  fd_ = granted(signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK), "cannot open a signal descriptor");
 }
 
 LiveTimeline::LiveTimeline(LcmBus* bus, const StopSignals* stop)
     : bus_(bus),
       stop_(stop),
-      epoll_(epoll_create1(EPOLL_CLOEXEC)),
-      timer_(timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC | TFD_NONBLOCK)) {
-  RCS_CHECK(epoll_.valid() && timer_.valid());
+      epoll_(granted(epoll_create1(EPOLL_CLOEXEC), "cannot open an epoll descriptor")),
+      timer_(granted(timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC | TFD_NONBLOCK),
+                     "cannot open a timer descriptor")) {
   watch(epoll_.get(), bus_->fd());
   watch(epoll_.get(), timer_.get());
   watch(epoll_.get(), stop_->fd());

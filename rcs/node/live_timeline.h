@@ -17,7 +17,7 @@ namespace rcs {
 /// Ctrl-C and SIGTERM as a descriptor. Create it first: threads started later inherit the mask.
 class StopSignals {
  public:
-  StopSignals();
+  StopSignals();  ///< @throws std::system_error: out of descriptors
   [[nodiscard]] int fd() const { return fd_.get(); }
 
  private:
@@ -31,6 +31,7 @@ class LiveTimeline final : public Timeline {
   /// that a flood of messages cannot starve the nodes.
   static constexpr int kMaxBurst = 1000;
 
+  /// @throws std::system_error: out of descriptors
   LiveTimeline(LcmBus* bus, const StopSignals* stop);
 
   [[nodiscard]] Stamp now() const override;

@@ -74,7 +74,8 @@ LogReader::LogReader(FileHandle file, std::string path, std::int64_t size,
       max_data_bytes_(max_data_bytes) {}
 
 Result<LogReader> LogReader::open(const std::string& path, std::size_t max_data_bytes) {
-  FileHandle file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  // O_NONBLOCK: opening a FIFO would wait for its writer.
+  FileHandle file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (!file.valid()) return file_error(path, "cannot open the log", errno);
   struct stat status {};
   if (fstat(file.get(), &status) != 0) return file_error(path, "cannot open the log", errno);

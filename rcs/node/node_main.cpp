@@ -4,6 +4,8 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <exception>
+#include <new>
 #include <string>
 #include <utility>
 
@@ -85,9 +87,7 @@ int run_live(std::string_view name, const Options& options, const NodeFactory& f
   return status ? 0 : fail(name, status.error());
 }
 
-}  // namespace
-
-int node_main(int argc, char** argv, std::string_view name, const NodeFactory& factory) {
+int parse_and_run(int argc, char** argv, std::string_view name, const NodeFactory& factory) {
   CLI::App app(fmt::format("RCS node {}: runs on the LCM bus until Ctrl-C or SIGTERM", name),
                std::string(name));
   Options options;
@@ -102,6 +102,18 @@ int node_main(int argc, char** argv, std::string_view name, const NodeFactory& f
     return app.exit(e) == 0 ? 0 : 2;
   }
   return options.check ? check(name, options, factory) : run_live(name, options, factory);
+}
+
+}  // namespace
+
+int node_main(int argc, char** argv, std::string_view name, const NodeFactory& factory) {
+  try {
+    return parse_and_run(argc, argv, name, factory);
+  } catch (const std::bad_alloc&) {
+    return fail(name, Error{"out of memory"});
+  } catch (const std::exception& e) {
+    return fail(name, Error{e.what()});
+  }
 }
 
 }  // namespace rcs

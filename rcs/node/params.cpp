@@ -13,9 +13,15 @@
 #include <sstream>
 #include <type_traits>
 
+#include "rcs/base/regular_file.h"
 #include "rcs/node/param_text.h"
+#include "rcs/node/toml_limits.h"
 
 #define TOML_EXCEPTIONS 0
+// toml++ 3.3 asserts what input can break ("[~x]"), and reports it as an error right behind the
+// assertion. Not by NDEBUG, which would let the compiler assume what is asserted.
+#define TOML_ASSERT(condition) static_cast<void>(0)
+#define TOML_MAX_NESTED_VALUES 32
 #include <toml++/toml.h>
 
 namespace rcs {
@@ -50,9 +56,11 @@ struct ParamTable::Entry {
 namespace {
 
 std::string shown(const toml::node& node) {
+  constexpr std::size_t kMost = 200;  // of a list or a string of any length
   std::ostringstream out;
   node.visit([&](const auto& n) { out << n; });
-  return out.str();
+  const std::string text = out.str();
+  return text.size() > kMost ? text.substr(0, kMost) + "..." : text;
 }
 
 bool ends_with(std::string_view text, std::string_view end) {
@@ -337,6 +345,7 @@ ParamFile& ParamFile::operator=(ParamFile&&) noexcept = default;
 ParamFile::~ParamFile() = default;
 
 Result<ParamFile> ParamFile::parse(std::string_view text, std::string_view name) {
+  if (Outcome checked = check_toml_limits(text, name); !checked) return checked.error();
   toml::parse_result parsed = toml::parse(text, name);
   if (!parsed) {
     const toml::parse_error& e = parsed.error();
@@ -349,13 +358,14 @@ Result<ParamFile> ParamFile::parse(std::string_view text, std::string_view name)
 }
 
 Result<ParamFile> ParamFile::load(const std::string& path) {
+  if (Outcome checked = check_regular_file(path); !checked) return checked.error();
   std::ifstream file(path, std::ios::binary);
   if (!file) return Error{fmt::format("{}: cannot open: {}", path, std::strerror(errno))};
-  std::ostringstream text;
-  // An empty file is one of defaults only; inserting it would count as a failure.
-  if (file.peek() != std::ifstream::traits_type::eof()) text << file.rdbuf();
-  if (file.bad() || text.fail()) return Error{path + ": cannot read: is it a file?"};
-  return parse(text.str(), path);
+  std::string text(kMaxTomlBytes + 1, '\0');
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (file.bad()) return Error{path + ": cannot read"};
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  return parse(text, path);
 }
 
 Result<ParamFile> ParamFile::load(const std::string& path,

@@ -58,7 +58,8 @@ void read_realtime(ParamTable table, RealtimeParams* p) {
   table.get("cpus", &p->cpus, {0, 1023});
 }
 
-void read_up(ParamTable up, std::vector<std::string>* nodes) {
+void read_up(ParamTable up, std::vector<std::string>* nodes,
+             std::vector<std::string>* non_critical) {
   up.get("nodes", nodes);
   if (nodes->empty()) up.fail("nodes", "empty: nothing to run");
   for (auto name = nodes->begin(); name != nodes->end(); ++name) {
@@ -70,6 +71,13 @@ void read_up(ParamTable up, std::vector<std::string>* nodes) {
       up.fail("nodes", fmt::format("{} stands there twice", *name));
     }
   }
+  if (!up.has("non_critical")) return;
+  up.get("non_critical", non_critical);
+  for (const std::string& name : *non_critical) {
+    if (std::find(nodes->begin(), nodes->end(), name) == nodes->end()) {
+      up.fail("non_critical", fmt::format("{} is not in nodes", name));
+    }
+  }
 }
 
 }  // namespace
@@ -79,15 +87,21 @@ RealtimeParams ProcessTables::realtime_of(const std::string& node) const {
   return found == realtime.end() ? RealtimeParams{} : found->second;
 }
 
+bool ProcessTables::is_critical(const std::string& node) const {
+  return std::find(non_critical.begin(), non_critical.end(), node) == non_critical.end();
+}
+
 Result<ProcessTables> read_process_tables(const ParamFile& file) {
   ProcessTables tables;
   ParamTable root = file.root();
   ParamTable process = root.table("process");
   process.get("bus_firewalled", &tables.bus_firewalled);
+  process.get("state_directory", &tables.state_directory);
   for (const std::string& name : process.keys()) {
-    if (name != "bus_firewalled") read_realtime(process.table(name), &tables.realtime[name]);
+    if (name == "bus_firewalled" || name == "state_directory") continue;
+    read_realtime(process.table(name), &tables.realtime[name]);
   }
-  read_up(root.table("up"), &tables.nodes);
+  read_up(root.table("up"), &tables.nodes, &tables.non_critical);
 
   // The node itself checks the rest of the file.
   std::vector<std::string> others = root.keys();

@@ -21,8 +21,13 @@ namespace rcs {
 /// Tables [process] and [up] of the vehicle's configuration: how its processes run.
 struct ProcessTables {
   bool bus_firewalled = false;  ///< the bus's port is dropped on every interface but lo
+  std::string state_directory;  ///< see open_stop_latch(); empty: the default
   std::map<std::string, RealtimeParams> realtime;  ///< [process.NAME]; missing: nothing asked for
   std::vector<std::string> nodes = {"sp", "wm"};   ///< that `rcs up` starts, in this order
+  /// Without these of them the vehicle starts, too.
+  std::vector<std::string> non_critical = {"gateway"};
+
+  [[nodiscard]] bool is_critical(const std::string& node) const;
 
   [[nodiscard]] RealtimeParams realtime_of(const std::string& node) const;
 };

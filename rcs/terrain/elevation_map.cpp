@@ -284,10 +284,12 @@ void ElevationMap::follow(const Vec2& place_m, TileLoader* loader) {
 
 void ElevationMap::want(std::size_t number, const Vec2& place_m, TileLoader* loader) {
   Level& level = levels_[number];
-  if (level.index.tiles.empty() || !place_m.allFinite()) return;
+  if (level.index.tiles.empty()) return;
   const double side_m = level.index.level.cell_m * kTileSide;
   const Vec2 here = (place_m - level.index.level.origin_m) / side_m;
   const double radius = radius_m_ / side_m;
+  constexpr double kFarthest = 1e9;  // tiles; also where the belief is not finite
+  if (!(std::abs(here.x()) < kFarthest && std::abs(here.y()) < kFarthest)) return;
   const Cell low{static_cast<int>(std::floor(here.x() - radius)),
                  static_cast<int>(std::floor(here.y() - radius))};
   // A window has few tiles: the nearest missing one is looked for again and again.

@@ -10,6 +10,7 @@
 #include <set>
 #include <system_error>
 
+#include "rcs/base/regular_file.h"
 #include "rcs/terrain/coarser.h"
 #include "rcs/terrain/map_tile.h"
 #include "rcs/terrain/wire.h"
@@ -82,6 +83,7 @@ std::string tile_file(const std::string& map, double cell_m, Cell tile) {
 }
 
 Outcome read_file(const std::string& path, std::size_t most, std::vector<std::uint8_t>* bytes) {
+  if (Outcome checked = check_regular_file(path); !checked) return checked;
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   const std::streamoff size = file ? static_cast<std::streamoff>(file.tellg()) : -1;
   if (size < 0) return Error{path + ": cannot be opened"};

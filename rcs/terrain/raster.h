@@ -31,8 +31,7 @@ struct MapLevel {
   double bias_correlation_m = 1e3;  ///< of it: first-order Gauss-Markov in distance, (0, 1e7]
 
   [[nodiscard]] Cell cell_at(double x_m, double y_m) const {
-    return {static_cast<int>(std::floor((x_m - origin_m.x()) / cell_m)),
-            static_cast<int>(std::floor((y_m - origin_m.y()) / cell_m))};
+    return {cell_index((x_m - origin_m.x()) / cell_m), cell_index((y_m - origin_m.y()) / cell_m)};
   }
   [[nodiscard]] Vec2 centre(Cell c) const { return origin_m + cell_m * Vec2(c.i + 0.5, c.j + 0.5); }
   friend bool operator==(const MapLevel& a, const MapLevel& b) {

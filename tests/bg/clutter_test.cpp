@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <random>
 #include <utility>
 #include <vector>
@@ -58,6 +59,7 @@ class World final : public Node {
         trunks_(clutter(seed, count, shape)),
         drives_(bus, channel::kBgDrive, 8),
         nav_out_(bus, channel::kWmNavState),
+        integrity_out_(bus, channel::kWmIntegrity),
         patch_out_(bus, channel::kWmMapPatch),
         command_(bus, channel::kBgCommand, channel::kBgStatus, "clutter", {}) {
     known_.assign(std::size_t{kSide} * kSide, false);
@@ -120,6 +122,7 @@ class World final : public Node {
   void say_where(Stamp now) {
     nav_.utime = to_utime(now);
     nav_.mode = nav_state_t::MODE_GPS_INS_LADAR;
+    nav_.pose_valid = 1;
     nav_.world_valid = 0;
     nav_.local_utime = to_utime(kStart);
     const Pose T = planar();
@@ -130,6 +133,12 @@ class World final : public Node {
     nav_.wheel_scale = 1.0;
     for (int k = 0; k < 6; ++k) nav_.cov_world_pose[k][k] = 1e-4;
     nav_out_.publish(&nav_);
+    integrity_t integrity{};
+    integrity.utime = nav_.utime;
+    integrity.validity = integrity_t::VALID_LOCAL;
+    integrity.protection_horizontal_m = integrity.protection_vertical_m =
+        std::numeric_limits<double>::infinity();
+    integrity_out_.publish(&integrity);
   }
 
   void say_ground(Stamp now) {
@@ -199,6 +208,7 @@ class World final : public Node {
   map_patch_t patch_{};
   Inbox<drive_t> drives_;
   Outbox<nav_state_t> nav_out_;
+  Outbox<integrity_t> integrity_out_;
   Outbox<map_patch_t> patch_out_;
   CommandPort command_;
 };
@@ -229,7 +239,7 @@ TEST(Clutter, ItArrivesOrSaysThatItCannotAndNeverStandsSayingItDrives) {
   constexpr int kFields = 20;
   for (int seed = 21; seed < 21 + kFields; ++seed) {
     LocalBus bus;
-    BgNode bg(config, &bus);
+    BgNode bg(config, &bus, StopLatch());
     World world(&bus, static_cast<unsigned>(seed), 25 + seed % 30, config.shape);
     Ticks ticks(&world, from_seconds(120.0));
     LockstepTimeline timeline(&bus, &ticks, Duration(0));

@@ -13,7 +13,11 @@ Facts all_is_well() {
   f.order_is_valid = true;
   f.speed_mps = 5.0;
   f.nav_age = from_milliseconds(20.0);
+  f.nav_still = from_milliseconds(20.0);
+  f.integrity_age = from_milliseconds(100.0);
+  f.pose_valid = true;
   f.aligned = true;
+  f.ins_age = from_milliseconds(10.0);
   f.ladar_age = from_milliseconds(100.0);
   f.gps_age = from_milliseconds(200.0);
   f.map_age = from_milliseconds(200.0);
@@ -42,6 +46,22 @@ TEST(Decide, EveryLossHasItsRow) {
   f = all_is_well();
   f.nav_age = from_seconds(1.0);
   EXPECT_EQ(decide(f, false, {}).action, Action::kBrake);
+  f = all_is_well();
+  f.nav_still = from_seconds(0.4);
+  EXPECT_EQ(decide(f, false, {}).action, Action::kBrake);
+  EXPECT_EQ(decide(f, false, {}).state, "POSE_FROZEN");
+  f = all_is_well();
+  f.integrity_age = from_seconds(1.0);
+  EXPECT_EQ(decide(f, false, {}).state, "INTEGRITY_SILENT");
+  EXPECT_EQ(decide(f, false, {}).action, Action::kBrake);
+  f = all_is_well();
+  f.pose_valid = false;
+  EXPECT_EQ(decide(f, false, {}).state, "POSE_INVALID");
+  EXPECT_EQ(decide(f, false, {}).action, Action::kBrake);
+  f = all_is_well();
+  f.ins_age = from_seconds(1.0);
+  EXPECT_EQ(decide(f, false, {}).state, "INS_LOST");
+  EXPECT_EQ(decide(f, false, {}).action, Action::kStop);
   f = all_is_well();
   f.order_is_valid = false;
   EXPECT_EQ(decide(f, false, {}).action, Action::kStop);
@@ -90,12 +110,16 @@ TEST(Decide, DrivesOnNothingLess) {
   const auto chance = [&] { return rng() % 2 == 0; };
   const DecideParams p;
   int driven = 0;
-  for (int k = 0; k < 100'000; ++k) {
+  for (int k = 0; k < 400'000; ++k) {
     Facts f = all_is_well();
     f.order = static_cast<Order>(rng() % 6);
     f.order_is_valid = chance();
     f.cannot = rng() % 8 == 0 ? "cannot" : "";
     f.nav_age = from_milliseconds(static_cast<double>(rng() % 400));
+    f.nav_still = from_milliseconds(static_cast<double>(rng() % 600));
+    f.integrity_age = from_milliseconds(static_cast<double>(rng() % 800));
+    f.pose_valid = rng() % 4 != 0;
+    f.ins_age = from_milliseconds(static_cast<double>(rng() % 700));
     f.aligned = chance();
     f.ladar_age = from_milliseconds(static_cast<double>(rng() % 1000));
     f.gps_age = from_milliseconds(static_cast<double>(rng() % 3000));
@@ -108,7 +132,9 @@ TEST(Decide, DrivesOnNothingLess) {
     if (d.action != Action::kDrive) continue;
     ++driven;
     ASSERT_TRUE(f.order == Order::kGoto && f.order_is_valid && f.cannot.empty() && !emergency &&
-                f.nav_age <= p.nav_silence && f.aligned && f.ladar_age <= p.ladar_loss &&
+                f.nav_age <= p.nav_silence && f.nav_still <= p.nav_still &&
+                f.integrity_age <= p.integrity_silence && f.pose_valid && f.aligned &&
+                f.ins_age <= p.ins_loss && f.ladar_age <= p.ladar_loss &&
                 f.map_age <= p.map_loss && f.speed_share > 0.0 && !f.arrived && f.has_way);
     ASSERT_EQ(d.status, Status::kExecuting);
   }

@@ -47,7 +47,8 @@ const std::vector<Vec2>& course_world() {
   return course;
 }
 
-VehicleRun::VehicleRun(const std::string& vehicle_toml) {
+VehicleRun::VehicleRun(const std::string& vehicle_toml,
+                       const std::vector<std::string>& sim_arguments) {
   folder_ = std::filesystem::temp_directory_path() / "rcs_drill_XXXXXX";
   std::string made = folder_.string();
   if (mkdtemp(made.data()) == nullptr) {
@@ -72,8 +73,10 @@ VehicleRun::VehicleRun(const std::string& vehicle_toml) {
                             });
   }
   const std::string bin = variable("RCS_BIN_DIR");
-  up_ = start("up", bin + "/rcs", {"up", (folder_ / "vehicle.toml").string()});
-  sim_ = start("sim", bin + "/sim", {(folder_ / "course.toml").string()});
+  start_up();
+  std::vector<std::string> scenario = {(folder_ / "course.toml").string()};
+  scenario.insert(scenario.end(), sim_arguments.begin(), sim_arguments.end());
+  sim_ = start("sim", bin + "/sim", scenario);
   next_ask_ = now() + kBeforeFirst;
 }
 
@@ -94,6 +97,8 @@ std::string VehicleRun::write_files(const std::string& vehicle_toml) {
   if (vehicle.empty()) return root + "/config/demo3.toml: cannot be read; is RCS_SOURCE_DIR set?";
   replace(&vehicle, "[up]\nnodes = [\"sp\", \"wm\", \"bg\"]",
           "[up]\nnodes = [\"sp\", \"wm\", \"bg\", \"gateway\"]");
+  // A stop that a run leaves behind is no other run's.
+  vehicle += "\n[process]\nstate_directory = \"state\"\n";
   // Without a datum a WM that starts anew would begin another world where it finds itself.
   vehicle += "\n[world]\n";
   std::istringstream reference(text_of(root + "/config/sim/reference.toml"));
@@ -112,6 +117,10 @@ std::string VehicleRun::write_files(const std::string& vehicle_toml) {
   }
   std::ofstream(folder_ / "course.toml") << course << "]\n";
   return "";
+}
+
+void VehicleRun::start_up() {
+  up_ = start("up", variable("RCS_BIN_DIR") + "/rcs", {"up", (folder_ / "vehicle.toml").string()});
 }
 
 std::unique_ptr<VehicleRun::Running> VehicleRun::start(const std::string& name,
@@ -148,6 +157,10 @@ void VehicleRun::look_after() {
     if (running == nullptr) continue;
     const std::optional<tools::Exit> exit = read(running);
     if (!exit) continue;
+    if (running == sim_.get() && sim_may_end_) {
+      sim_.reset();
+      continue;
+    }
     trouble_ = fmt::format("{} {}: {}", running->name, tools::to_text(*exit), running->last_line);
     (running == up_.get() ? up_ : sim_).reset();
     return;
@@ -213,9 +226,40 @@ void VehicleRun::send_signal(const std::string& node, int signal) const {
   if (const int pid = pid_of(node); pid > 0) (void)kill(pid, signal);
 }
 
-void VehicleRun::keep_client() {
+void VehicleRun::send_signal_to_sim(int signal) {
+  sim_may_end_ = true;
+  if (sim_) sim_->process.send_signal(signal);
+}
+
+void VehicleRun::restart_up() {
+  if (!up_) return;
+  up_->process.send_signal(SIGKILL);
+  const Stamp until = now() + kStopWithin;
+  while (!read(up_.get()) && now() < until) (void)timeline_->advance(now() + kLook);
+  start_up();
+}
+
+int VehicleRun::run_program(const std::string& program, const std::vector<std::string>& arguments,
+                            Duration most) {
+  program_ = start(program, variable("RCS_BIN_DIR") + "/" + program, arguments);
+  std::optional<tools::Exit> exit;
+  const auto ended = [&] {
+    if (program_ && !exit) exit = read(program_.get());
+    return !program_ || exit.has_value();
+  };
+  const Stamp until = now() + most;
+  while (trouble_.empty() && !ended() && now() < until) (void)run_until(now() + kLook, {});
+  program_.reset();
+  return exit && !exit->by_signal ? exit->code : -1;
+}
+
+void VehicleRun::use_loopback() {
   const std::string profile = "file://" + variable("RCS_SOURCE_DIR") + "/config/dds/loopback.xml";
   (void)setenv("CYCLONEDDS_URI", profile.c_str(), 1);  // NOLINT(concurrency-mt-unsafe): one thread
+}
+
+void VehicleRun::keep_client() {
+  use_loopback();
   with_client_ = true;
 }
 

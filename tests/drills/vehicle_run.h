@@ -32,7 +32,9 @@ inline constexpr double kMostSpeed_mps = 6.0;  ///< that the operator allows
 class VehicleRun {
  public:
   /// @param vehicle_toml  more of the vehicle's configuration
-  explicit VehicleRun(const std::string& vehicle_toml);
+  /// @param sim_arguments  more of the simulator's command line
+  explicit VehicleRun(const std::string& vehicle_toml,
+                      const std::vector<std::string>& sim_arguments = {});
   VehicleRun(const VehicleRun&) = delete;
   VehicleRun& operator=(const VehicleRun&) = delete;
   ~VehicleRun();
@@ -51,9 +53,19 @@ class VehicleRun {
   [[nodiscard]] int pid_of(const std::string& node) const;
   [[nodiscard]] Stamp heard_first(const std::string& node) const;
   void send_signal(const std::string& node, int signal) const;
+  /// To the simulator, which is the vehicle's sensors; its end is no trouble() from now on.
+  void send_signal_to_sim(int signal);
+  /// Kills `rcs up`, and with it all nodes, and starts it again.
+  void restart_up();
+  /// Runs one of our programs while the vehicle goes on.
+  /// @return its exit status; -1: it did not end in time, or there is trouble()
+  int run_program(const std::string& program, const std::vector<std::string>& arguments,
+                  Duration most);
 
   /// A DDS program off-board that hears the vehicle; is started again when it has ended.
   void keep_client();
+  /// The environment of DDS programs on this computer.
+  static void use_loopback();
   void kill_client();
   [[nodiscard]] int clients_started() const { return clients_; }
 
@@ -82,6 +94,7 @@ class VehicleRun {
   std::string write_files(const std::string& vehicle_toml);
   [[nodiscard]] std::unique_ptr<Running> start(const std::string& name, const std::string& program,
                                                const std::vector<std::string>& arguments);
+  void start_up();
   void look_after();
   void look_after_operator();
   void look_after_client();
@@ -96,9 +109,10 @@ class VehicleRun {
   std::unique_ptr<LiveTimeline> timeline_;
   std::deque<test::Tap<process_t>> processes_;
   std::map<std::string, Life> lives_;
-  std::unique_ptr<Running> up_, sim_, operator_, client_;
+  std::unique_ptr<Running> up_, sim_, operator_, client_, program_;
   Stamp next_look_ = Stamp::min();
   Stamp next_ask_ = Stamp::min();
+  bool sim_may_end_ = false;
   std::size_t next_waypoint_ = 0;
   int courses_ = 0;
   std::vector<std::string> gave_up_;

@@ -207,6 +207,20 @@ TEST(CommandDesk, AReleaseThatTheVehicleDoesNotTakeEndsAsAStop) {
   EXPECT_EQ(run.desk.phase(), Phase::kReleasing);
 }
 
+// Ids of 2^63-1 once made every later command, or the release, of their operator stale.
+TEST(CommandDesk, APoisonedIdDisablesNothing) {
+  CommandDesk desk{DeskParams{}};
+  EXPECT_EQ(desk.take(go_to("alice", INT64_MAX), at(0.0)), Refusal::kCommandId);
+  EXPECT_EQ(desk.take(StopOrder{"alice", INT64_MAX, false}, at(0.0)), Refusal::kCommandId);
+  EXPECT_EQ(desk.take(go_to("alice", 1), at(0.1)), Refusal::kNone);
+  EXPECT_EQ(desk.take(StopOrder{"alice", INT64_MAX, true}, at(0.2)), Refusal::kNone);
+  EXPECT_EQ(kind(desk.decide(at(0.2), Progress::kUnderway)), Kind::kEmergencyStop);
+  EXPECT_EQ(desk.take(StopOrder{"alice", 2, false}, at(0.3)), Refusal::kNone);
+  EXPECT_EQ(desk.phase(), Phase::kReleasing);
+  EXPECT_EQ(desk.take(StopOrder{"alice", 1, true}, at(0.4)), Refusal::kNone) << "an older id";
+  EXPECT_EQ(kind(desk.decide(at(0.4), Progress::kUnderway)), Kind::kEmergencyStop);
+}
+
 TEST(CommandDesk, ACrowdOfOperatorsCannotKeepAStopOut) {
   CommandDesk desk{DeskParams{}};
   for (int i = 0; i < 100; ++i) {

@@ -10,8 +10,8 @@
 
 #include "modules/gateway/orders.h"
 #include "tests/gateway/fake_vehicle.h"
-#include "tests/gateway/fresh_folder.h"
 #include "tests/gateway/program.h"
+#include "tests/support/fresh_folder.h"
 #include "tools/rcs/key_folder.h"
 
 namespace rcs::gateway {

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <string>
 
-#include "tests/gateway/fresh_folder.h"
+#include "tests/support/fresh_folder.h"
 #include "tools/rcs/files.h"
 
 namespace rcs::tools {

@@ -1,8 +1,10 @@
 #include "rcs/node/log_file.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <fstream>
 #include <iterator>
 #include <random>
@@ -245,6 +247,11 @@ TEST(LogFile, WhatCannotBeOpenedSaysWhy) {
   EXPECT_EQ(LogReader::open("/nonexistent/a.lcm").error().message,
             "/nonexistent/a.lcm: cannot open the log: No such file or directory");
   EXPECT_NE(LogReader::open("/tmp").error().message.find("not a regular file"), std::string::npos);
+  const std::string fifo = testing::TempDir() + "log_file_test.fifo";
+  (void)std::remove(fifo.c_str());
+  ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
+  EXPECT_NE(LogReader::open(fifo).error().message.find("not a regular file"), std::string::npos);
+  (void)std::remove(fifo.c_str());
   EXPECT_NE(LogWriter::create("/nonexistent/a.lcm").error().message.find("cannot create"),
             std::string::npos);
 }

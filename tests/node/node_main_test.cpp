@@ -3,11 +3,14 @@
 
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
+#include <cstdlib>
 #include <fstream>
+#include <functional>
 #include <string>
 
 #include "lcmtypes/rcs/process_t.hpp"
@@ -35,7 +38,8 @@ struct Ended {
 /// A node process; its stderr and stdout in a pipe.
 class Child {
  public:
-  explicit Child(std::vector<std::string> args) {
+  explicit Child(
+      std::vector<std::string> args, const std::function<void()>& before = [] {}) {
     std::array<int, 2> ends{};
     EXPECT_EQ(pipe(ends.data()), 0);
     pid_ = fork();
@@ -47,6 +51,7 @@ class Child {
       args.insert(args.begin(), "echo");
       for (std::string& a : args) argv.push_back(a.data());
       argv.push_back(nullptr);
+      before();
       const int code = node_main(static_cast<int>(args.size()), argv.data(), "echo", make_echo);
       fflush(nullptr);
       _exit(code);
@@ -102,6 +107,33 @@ TEST(NodeMain, RunsUntilASignalAndPrintsTheAccount) {
   EXPECT_NE(ended.output.find("echo: 1 cycles, 0 missed"), std::string::npos) << ended.output;
   EXPECT_NE(ended.output.find("ODOMETRY         received        1"), std::string::npos)
       << ended.output;
+}
+
+TEST(NodeMain, ExhaustedDescriptorsOrMemoryEndTheStartWithAReason) {
+  const std::string path = config("[echo]\n");
+  for (rlim_t most = 4; most < 16; ++most) {
+    Child child({path}, [most] {
+      for (int fd = STDERR_FILENO + 1; fd < 64; ++fd) (void)close(fd);
+      const rlimit limit = {most, most};
+      (void)setrlimit(RLIMIT_NOFILE, &limit);
+    });
+    child.read_until("stop with Ctrl-C");
+    child.terminate();
+    const Ended ended = child.wait();
+    EXPECT_GE(ended.code, 0) << most << " descriptors: " << ended.output;
+    EXPECT_NE(ended.output, "") << most << " descriptors";
+  }
+  const Ended ended = Child({path}, [] {
+                        const rlimit limit = {1, 1};
+                        (void)setrlimit(RLIMIT_AS, &limit);
+                        // What malloc() has in hand.
+                        for (std::size_t size = std::size_t{1} << 20; size >= 16;) {
+                          void* volatile block = std::malloc(size);
+                          if (block == nullptr) size /= 2;
+                        }
+                      }).wait();
+  EXPECT_EQ(ended.code, 1) << ended.output;
+  EXPECT_NE(ended.output.find("out of memory"), std::string::npos) << ended.output;
 }
 
 TEST(NodeMain, TellsHowItsProcessIsAndWhatWasNotGranted) {

@@ -1,7 +1,9 @@
 #include "rcs/node/params.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
+#include <cstdio>
 #include <fstream>
 #include <functional>
 
@@ -205,6 +207,65 @@ TEST(Params, BadSyntaxNamesTheLine) {
   const std::string error = error_of("a = 1\nb = = 2\n", [](ParamTable) {});
   EXPECT_EQ(error.substr(0, 12), "file.toml:2:");
   EXPECT_NE(error_of("a = 1\na = 2\n", [](ParamTable) {}), "");
+}
+
+TEST(Params, WhatTheParserAssertsIsAnErrorWithItsLine) {
+  for (const char* text :
+       {"[~x]",    "[\u00e9]",  "[[~x]]", "[ ~x]",      "[~",      "[[",     "[.a]",
+        "[a.~]",   "[a.",       "~x = 1", "\u00e9 = 1", "a.~ = 1", "a. = 1", "a = {~ = 1}",
+        "a = [~]", "a = ~",     "[\x01]", "[\xff]",     "a = {",   "a = [",  "a = \"",
+        "a = '''", "a = 1979-", "a = +",  "a = 0x"}) {
+    const std::string error = error_of(std::string("b = 1\n") + text + "\n", [](ParamTable) {});
+    EXPECT_EQ(error.substr(0, 10), "file.toml:") << text << ": " << error;
+  }
+}
+
+std::string repeated(const std::string& text, std::size_t times) {
+  std::string all;
+  for (std::size_t k = 0; k < times; ++k) all += text;
+  return all;
+}
+
+TEST(Params, NestingIsLimited) {
+  const std::string key = repeated("a.", 400'000) + "a";
+  for (const std::string& text :
+       {key + " = 1", "[" + key + "]", "[[" + key + "]]", "b = {" + key + " = 1}",
+        "b = [1, {" + key + " = 1}]", repeated("\"=\" . ", 100'000) + "a = 1"}) {
+    EXPECT_EQ(error_of("b1 = 1\n" + text, [](ParamTable) {}),
+              "file.toml:2: a key with more than 16 dots")
+        << text.substr(0, 20);
+  }
+  for (const char* open : {"[", "{a = ", "[{a = "}) {
+    EXPECT_NE(error_of("a = " + repeated(open, 100'000), [](ParamTable) {}), "") << open;
+  }
+  EXPECT_EQ(error_of(std::string(2'000'000, '#'), [](ParamTable) {}),
+            "file.toml: more than 1048576 bytes");
+  // Dots of values, strings and comments are none of a key's.
+  const std::string dots(40, '.');
+  EXPECT_EQ(error_of("# " + dots + "\na = \"" + dots + "\"\nb = \"\"\"\n" + dots + "\"\"\"\nc = '" +
+                         dots + "'\nd = [" + repeated("1.5, ", 40) + "]\n",
+                     [](ParamTable t) {
+                       std::string text;
+                       for (const char* k : {"a", "b", "c"}) t.get(k, &text);
+                     },
+                     {"d"}),
+            "");
+}
+
+TEST(Params, AValueInAnErrorIsCutOff) {
+  const std::string error = error_of("a = \"" + std::string(5000, 'x') + "\"", [](ParamTable t) {
+    int a = 0;
+    t.get("a", &a, {0, 9});
+  });
+  EXPECT_LT(error.size(), 300U);
+}
+
+TEST(Params, AFifoIsRefusedAndNotWaitedFor) {
+  const std::string path = testing::TempDir() + "params_test.fifo";
+  (void)std::remove(path.c_str());
+  ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
+  EXPECT_EQ(ParamFile::load(path).error().message, path + ": is not a regular file");
+  (void)std::remove(path.c_str());
 }
 
 TEST(Params, AMissingFileSaysSo) {

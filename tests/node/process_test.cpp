@@ -37,6 +37,7 @@ lock_memory = true
 cpus = [2, 3]
 [up]
 nodes = ["wm", "sp", "bg"]
+non_critical = ["bg"]
 )",
                                                   "file.toml");
   ASSERT_TRUE(file.ok());
@@ -49,6 +50,8 @@ nodes = ["wm", "sp", "bg"]
   EXPECT_EQ(sp.cpus, (std::vector<int>{2, 3}));
   EXPECT_EQ(tables->realtime_of("wm").realtime_priority, 0);
   EXPECT_EQ(tables->nodes, (std::vector<std::string>{"wm", "sp", "bg"}));
+  EXPECT_FALSE(tables->is_critical("bg"));
+  EXPECT_TRUE(tables->is_critical("gateway")) << "the list replaces the default";
 }
 
 TEST(ProcessTables, AnEmptyFileAsksForNothing) {
@@ -58,6 +61,8 @@ TEST(ProcessTables, AnEmptyFileAsksForNothing) {
   EXPECT_FALSE(tables->bus_firewalled);
   EXPECT_TRUE(tables->realtime.empty());
   EXPECT_EQ(tables->nodes, (std::vector<std::string>{"sp", "wm"}));
+  EXPECT_TRUE(tables->is_critical("wm"));
+  EXPECT_FALSE(tables->is_critical("gateway"));
 }
 
 TEST(ProcessTables, EveryMistakeIsNamedWithItsPlace) {
@@ -76,6 +81,8 @@ TEST(ProcessTables, EveryMistakeIsNamedWithItsPlace) {
             std::string::npos);
   EXPECT_NE(error_of("[up]\nnodes = [\"../sp\"]\n").find("../sp is not a node's name"),
             std::string::npos);
+  EXPECT_EQ(error_of("[up]\nnodes = [\"sp\"]\nnon_critical = [\"gatway\"]\n"),
+            "file.toml:3: [up] non_critical = [ 'gatway' ]: gatway is not in nodes");
   EXPECT_NE(error_of("[up]\nnodes = [1]\n").find("not a string"), std::string::npos);
   EXPECT_EQ(error_of("[up]\nnode = [\"sp\"]\n"),
             "file.toml:2: [up] unknown key node; did you mean nodes?");

@@ -130,8 +130,10 @@ void Statements::judge(const innovation_t& m, int /*count*/) {
 }
 
 void Statements::judge(const integrity_t& m, int /*count*/) {
-  RCS_CHECK(finite(m.protection_horizontal_m) && finite(m.protection_vertical_m));
-  RCS_CHECK(finite(m.gps_doubt) && finite(m.ladar_doubt) && finite(m.sigma_in_60s_m));
+  const bool bounded = m.validity == integrity_t::VALID_WORLD;
+  RCS_CHECK(finite(m.protection_horizontal_m) == bounded);
+  RCS_CHECK(finite(m.protection_vertical_m) == bounded && finite(m.sigma_in_60s_m) == bounded);
+  RCS_CHECK(finite(m.gps_doubt) && finite(m.ladar_doubt));
   RCS_CHECK(finite(m.alert_in_s));
 }
 

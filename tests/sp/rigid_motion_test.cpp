@@ -20,7 +20,7 @@ struct Pairs {
     }
   }
   std::mt19937 rng;
-  PairSums sums;
+  PointPairMoments sums;
 };
 
 const Pose kTruth = test::pose(3.0, -2.0, 1.0, 0.3, -0.2, 2.5);
@@ -66,13 +66,13 @@ TEST(RigidMotion, NoisyPlanesGiveReflectionsUnlessGuarded) {
 }
 
 TEST(RigidMotion, ALineIsDegenerateAndAPlaneIsNot) {
-  PairSums line;
+  PointPairMoments line;
   for (int i = 0; i < 10; ++i) {
     line.add(i * Vec3(1.0, 2.0, 3.0), kTruth * (i * Vec3(1.0, 2.0, 3.0)));
   }
   EXPECT_TRUE(motion_by_svd(line).degenerate);
   EXPECT_TRUE(motion_by_quaternion(line).degenerate);
-  PairSums point;
+  PointPairMoments point;
   for (int i = 0; i < 10; ++i) point.add(Vec3(1.0, 2.0, 3.0), Vec3(2.0, 2.0, 3.0));
   EXPECT_TRUE(motion_by_svd(point).degenerate);
   EXPECT_TRUE(motion_by_quaternion(point).degenerate);

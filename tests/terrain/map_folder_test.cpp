@@ -1,6 +1,7 @@
 #include "rcs/terrain/map_folder.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
@@ -48,6 +49,20 @@ TEST_F(MapFolderTest, WhatIsWrittenIsRead) {
     ASSERT_TRUE(tile) << tile.error().message;
     EXPECT_TRUE(test::same(*tile, cut(raster, tile->first, kTileSide, kTileSide)));
   }
+}
+
+TEST_F(MapFolderTest, AFifoAsIndexOrTileIsRefusedAndNotWaitedFor) {
+  ASSERT_TRUE(write_map(path_, test::frame(), test::random_raster(2, {0, 0}, 20, 20)));
+  const MapFolder folder = opened();
+  const Cell number = folder.index().levels.front().tiles.front().tile;
+  const std::string tile = folder.file_of(0, number);
+  const std::string index = path_ + "/map.index";
+  for (const std::string& file : {tile, index}) {
+    fs::remove(file);
+    ASSERT_EQ(mkfifo(file.c_str(), 0600), 0);
+  }
+  EXPECT_EQ(MapFolder::open(path_).error().message, index + ": is not a regular file");
+  EXPECT_EQ(folder.read(0, number, &buffer_).error().message, tile + ": is not a regular file");
 }
 
 TEST_F(MapFolderTest, PointsGoWithTheirTiles) {

@@ -121,9 +121,9 @@ BudgetRecord record_of(const std::vector<double>& chain_ms) {
   return record;
 }
 
-const Verdict& verdict(const std::vector<Verdict>& verdicts, const std::string& name) {
-  static const Verdict none;
-  for (const Verdict& v : verdicts) {
+const BudgetVerdict& verdict(const std::vector<BudgetVerdict>& verdicts, const std::string& name) {
+  static const BudgetVerdict none;
+  for (const BudgetVerdict& v : verdicts) {
     if (v.name == name) return v;
   }
   ADD_FAILURE() << "no verdict on " << name;
@@ -139,7 +139,7 @@ TEST(Budget, LimitsAreHeldAgainstTheirFigures) {
   limits.nav_state.max_ms = 99.9;
   limits.drive.p99_ms = 1000.0;
   limits.overrun_share = 0.02;
-  std::vector<Verdict> verdicts = judge(record, limits);
+  std::vector<BudgetVerdict> verdicts = judge(record, limits);
   EXPECT_TRUE(verdict(verdicts, "facet_to_nav_state_p99_ms").kept());
   EXPECT_FALSE(verdict(verdicts, "facet_to_nav_state_max_ms").kept());
   EXPECT_FALSE(verdict(verdicts, "facet_to_drive_p99_ms").kept()) << "nothing was measured";

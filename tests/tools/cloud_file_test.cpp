@@ -2,9 +2,13 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <cmath>
+#include <cstdio>
 #include <cstring>
+
+#include "tools/rcs/survey_points.h"
 
 namespace rcs::tools {
 namespace {
@@ -45,6 +49,40 @@ TEST(CloudFile, ReadsAsciiPcd) {
   expect_points(cloud, 2);
   EXPECT_EQ(cloud->no_return, 2);
   EXPECT_TRUE(cloud->cell.empty());
+}
+
+TEST(CloudFile, AFifoIsRefusedAndNotWaitedFor) {
+  const std::string path = testing::TempDir() + "cloud_file_test.pcd";
+  (void)std::remove(path.c_str());
+  ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
+  EXPECT_EQ(read_cloud(path, {}).error().message, path + ": is not a regular file");
+  EXPECT_EQ(open_survey_points(path, 0).error().message, path + ": is not a regular file");
+  (void)std::remove(path.c_str());
+}
+
+TEST(CloudFile, CountsOfAHeaderAreLimited) {
+  std::string fields = "FIELDS x y z";
+  std::string sizes = "\nSIZE 4 4 4";
+  std::string types = "\nTYPE F F F";
+  std::string counts = "\nCOUNT 1 1 1";
+  for (int k = 0; k < 1000; ++k) {
+    fields += " a";
+    sizes += " 8";
+    types += " F";
+    counts += " 10000";
+  }
+  EXPECT_THAT(complaint(fields + sizes + types + counts + "\nWIDTH 1\nDATA binary\n", "a.pcd"),
+              HasSubstr("more than 10000 numbers a point"));
+  const std::string xyz = "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\n";
+  EXPECT_THAT(complaint(xyz + "WIDTH 4294967296\nHEIGHT 4294967296\nDATA binary\n", "a.pcd"),
+              HasSubstr("more than 2147483647"));
+  EXPECT_THAT(complaint(xyz + "DATA binary\n", "a.pcd"), HasSubstr("neither POINTS nor WIDTH"));
+  EXPECT_THAT(complaint(xyz + "POINTS 9000000000000000000\nDATA binary\n", "a.pcd"),
+              HasSubstr("0 are there"));
+  EXPECT_THAT(complaint("ply\nformat binary_little_endian 1.0\nelement vertex 9000000000000000000\n"
+                        "property float x\nproperty float y\nproperty float z\nend_header\n",
+                        "a.ply"),
+              HasSubstr("0 are there"));
 }
 
 TEST(CloudFile, ReadsBinaryPcdWithOtherFieldsAndItsOrganization) {

@@ -308,6 +308,14 @@ TEST_F(CloudImportTest, CoordinatesAreThoseThatTheFileSays) {
   EXPECT_THAT(why_not(), HasSubstr("--crs"));
 }
 
+TEST_F(CloudImportTest, AFewPointsFarApartDoNotTakeTheMemoryOfASurvey) {
+  // 40 million cells of 1 m: 1.3 GB, and a filter over all of them.
+  las_.points = {{kEast, kNorth, 300.0}, {kEast + 6300.0, kNorth + 6300.0, 300.0}};
+  EXPECT_THAT(why_not(), HasSubstr("2 points in 6.31 x 6.31 km: fewer than one in 10000 cells"));
+  las_.points.back() = {kEast + 30.0, kNorth + 30.0, 300.0};
+  EXPECT_TRUE(import());
+}
+
 TEST_F(CloudImportTest, WhatCanNotBeIsRefusedAndLeavesNothing) {
   las_.points = {{kEast, kNorth, 100.0, 7, 1, 1, false}};
   EXPECT_THAT(why_not(), HasSubstr("no point is left of 1"));

@@ -194,7 +194,7 @@ TEST(Consistency, WhatTheGateRefusedCountsAndWhatWasNeverGatedDoesNot) {
 
 // Table of the chi-square distribution: 90 degrees, 2.5 and 97.5 %: 65.65 and 118.14.
 TEST(Consistency, ChanceIsThatOfChiSquare) {
-  const Interval chance = chance_of_mean(90.0, 1.96);
+  const ValueInterval chance = chance_of_mean(90.0, 1.96);
   EXPECT_NEAR(90.0 * chance.low, 65.65, 0.1);
   EXPECT_NEAR(90.0 * chance.high, 118.14, 0.1);
 }

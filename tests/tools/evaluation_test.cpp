@@ -46,7 +46,7 @@ RunLog drive_with_an_outage() {
 
 TEST(Evaluation, AnOutageIsFoundAndScored) {
   const RunLog run = drive_with_an_outage();
-  const std::vector<Interval> outages = gps_outages(run);
+  const std::vector<TimeInterval> outages = gps_outages(run);
   ASSERT_EQ(outages.size(), 1U);
   EXPECT_EQ(outages[0].from, at_s(5.0));
   EXPECT_EQ(outages[0].to, at_s(15.0));
@@ -71,9 +71,9 @@ TEST(Evaluation, AnOutageEndsWithTheFixThatEndsIt) {
 }
 
 TEST(Evaluation, IntervalsHaveInCommonWhatIsInBoth) {
-  const std::vector<Interval> a = {{at_s(0), at_s(10)}, {at_s(20), at_s(30)}};
-  const std::vector<Interval> b = {{at_s(2), at_s(12)}, {at_s(25), at_s(40)}};
-  const std::vector<Interval> both = common_intervals(a, b);
+  const std::vector<TimeInterval> a = {{at_s(0), at_s(10)}, {at_s(20), at_s(30)}};
+  const std::vector<TimeInterval> b = {{at_s(2), at_s(12)}, {at_s(25), at_s(40)}};
+  const std::vector<TimeInterval> both = common_intervals(a, b);
   ASSERT_EQ(both.size(), 2U);
   EXPECT_EQ(both[0].from, at_s(2));
   EXPECT_EQ(both[0].to, at_s(10));
@@ -86,7 +86,7 @@ TEST(Evaluation, IntervalsHaveInCommonWhatIsInBoth) {
 TEST(Evaluation, WhatWasFusedIsWhatWmAcceptedWithinTheInterval) {
   using I = innovation_t;
   RunLog run = drive_with_an_outage();
-  const Interval outage{at_s(5.0), at_s(15.0)};
+  const TimeInterval outage{at_s(5.0), at_s(15.0)};
   for (NavRecord& nav : run.nav) nav.age_ins = Duration(-1);
   EXPECT_TRUE(fused_sources(run, outage).empty());
   run.fused = {{at_s(4.9), I::SOURCE_ROLLING},

@@ -32,5 +32,6 @@ for unit in rcs.service rcs-bus.service; do
   [ -s "$units/$unit" ] || fail "no $unit"
   grep -n '@' "$units/$unit" >"$dir/said.txt" && fail "$unit is not filled in"
 done
+grep -q '^StateDirectory=rcs$' "$units/rcs.service" || fail "no folder for emergency stops"
 grep -q "^ExecStart=$3/rcs up " "$units/rcs.service" || fail "rcs.service runs another rcs"
 echo "install_test: passed"

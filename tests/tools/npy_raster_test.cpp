@@ -72,6 +72,33 @@ TEST(Npy, WhatIsNotWhatItSaysIsRefused) {
   }
 }
 
+TEST(Npy, AHeaderOfAnyLengthIsReadOnASmallStack) {
+  for (const char* begin : {"'descr':", "{'descr': '<f4', 'fortran_order': False, 'shape':",
+                            "{'descr': '<f4', 'fortran_order': False, 'shape': ("}) {
+    const std::string header = begin + std::string(4'000'000, ' ');
+    std::vector<std::uint8_t> bytes = {0x93, 'N', 'U', 'M', 'P', 'Y', 2, 0};
+    for (unsigned k = 0; k < 4; ++k) {
+      bytes.push_back(static_cast<std::uint8_t>(header.size() >> (8 * k)));
+    }
+    bytes.insert(bytes.end(), header.begin(), header.end());
+    EXPECT_FALSE(parse_npy(bytes, "a.npy")) << begin;
+  }
+}
+
+TEST(Npy, ShapesAreReadAsNumpyWritesThem) {
+  const std::vector<std::uint8_t> six(24, 0);
+  for (const char* shape : {"(2, 3)", "(2,3)", "( 2 , 3 , )", "(2, 3,)"}) {
+    const Result<NpyArray> a = parse_npy(npy("<f4", shape, six), "a.npy");
+    ASSERT_TRUE(a) << shape << ": " << a.error().message;
+    EXPECT_EQ(a->rows, 2);
+    EXPECT_EQ(a->cols, 3);
+  }
+  for (const char* shape : {"(2, 3", "2, 3", "(2 3)", "(-2, -3)", "(2, 3, 1)", "(6,)", "()",
+                            "(99999999999, 3)", "(2.0, 3)"}) {
+    EXPECT_FALSE(parse_npy(npy("<f4", shape, six), "a.npy")) << shape;
+  }
+}
+
 class Av2Test : public testing::Test {
  protected:
   Av2Test() {

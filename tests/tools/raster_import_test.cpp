@@ -50,18 +50,22 @@ class RasterImportTest : public testing::Test {
       out << '\n';
     }
   }
-  /// Names a coordinate reference system in the file, for which the grid's format has no place: a
-  /// virtual raster of the grid, its cells laid at `affine`.
+  /// The grid in a format with a place for a coordinate reference system (.flt), its cells laid at
+  /// `affine`.
   /// @param band  what the band says of itself, in XML
-  void write_virtual(const std::string& crs, const std::string& affine,
-                     const std::string& band = "") {
-    std::ofstream(folder_ + "/dem.vrt")
-        << R"(<VRTDataset rasterXSize="80" rasterYSize="60"><SRS>)" << crs << "</SRS><GeoTransform>"
-        << affine << "</GeoTransform>"
-        << R"(<VRTRasterBand dataType="Float32" band="1">)" << band << "<SimpleSource>"
-        << R"(<SourceFilename relativeToVRT="1">dem.asc</SourceFilename></SimpleSource>)"
-        << "</VRTRasterBand></VRTDataset>";
-    wanted_.path = folder_ + "/dem.vrt";
+  void write_with_crs(const std::string& crs, const std::string& affine,
+                      const std::string& band = "") {
+    std::ifstream grid(folder_ + "/dem.asc");
+    std::string line;
+    for (int k = 0; k < 6; ++k) std::getline(grid, line);
+    std::ofstream cells(folder_ + "/dem.flt", std::ios::binary);
+    for (float z = 0.0F; grid >> z;) cells.write(reinterpret_cast<const char*>(&z), sizeof z);
+    std::ofstream(folder_ + "/dem.hdr")
+        << "NROWS 60\nNCOLS 80\nNBANDS 1\nNBITS 32\nPIXELTYPE FLOAT\nBYTEORDER I\nLAYOUT BIL\n";
+    std::ofstream(folder_ + "/dem.flt.aux.xml")
+        << "<PAMDataset><SRS>" << crs << "</SRS><GeoTransform>" << affine << "</GeoTransform>"
+        << R"(<PAMRasterBand band="1">)" << band << "</PAMRasterBand></PAMDataset>";
+    wanted_.path = folder_ + "/dem.flt";
     wanted_.crs.clear();
   }
   Result<RasterImported> import() {
@@ -88,7 +92,7 @@ class RasterImportTest : public testing::Test {
   RasterImport wanted_;
 };
 
-/// Of a virtual raster in degrees: where write(47, 8) lays its grid.
+/// Of a grid in degrees: where write(47, 8) lays its grid.
 constexpr const char* kInDegrees =
     "8, 0.0002777777777778, 0, 47.0166666666667, 0, -0.0002777777777778";
 
@@ -145,10 +149,10 @@ TEST_F(RasterImportTest, ACompoundSystemSaysWhatItsHeightsAreAbove) {
   const std::string in_metres = "424000, 30, 0, 5207000, 0, -30";  // zone 32, thereabouts
   for (const auto& [flat, affine] :
        {std::pair<const char*, std::string>{"EPSG:4326", kInDegrees}, {"EPSG:32632", in_metres}}) {
-    write_virtual(flat, affine);
+    write_with_crs(flat, affine);
     const std::vector<float> said = z_m("EGM96");
     const std::string compound = std::string(flat) + "+5773";
-    write_virtual(compound, affine);
+    write_with_crs(compound, affine);
     EXPECT_THAT(z_m(""), Pointwise(NanSensitiveFloatEq(), said)) << compound;
     wanted_.crs = compound;
     EXPECT_THAT(z_m(""), Pointwise(NanSensitiveFloatEq(), said)) << "--crs " << compound;
@@ -214,13 +218,13 @@ TEST_F(RasterImportTest, TheVerticalSystemsUnitIsThatOfABandThatNamesNone) {
   wanted_.heights.clear();
   wanted_.undulation_m = 0.0;  // there is no grid for NAVD88 here
   const std::string feet = "EPSG:4269+6360";
-  write_virtual(feet, kInDegrees);
+  write_with_crs(feet, kInDegrees);
   ASSERT_TRUE(import());
   EXPECT_NEAR(z_at_datum(), 300.0 * kSurveyFoot_m, 1e-3);
-  write_virtual(feet, kInDegrees, "<UnitType>m</UnitType>");
+  write_with_crs(feet, kInDegrees, "<UnitType>m</UnitType>");
   ASSERT_TRUE(import());
   EXPECT_NEAR(z_at_datum(), 300.0, 1e-3) << "the band's own unit goes first";
-  write_virtual(feet, kInDegrees);
+  write_with_crs(feet, kInDegrees);
   wanted_.height_unit_m = 0.5;
   ASSERT_TRUE(import());
   EXPECT_NEAR(z_at_datum(), 150.0, 1e-3);
@@ -228,22 +232,44 @@ TEST_F(RasterImportTest, TheVerticalSystemsUnitIsThatOfABandThatNamesNone) {
   wanted_.heights = "EPSG:5703";  // the same datum, in metres
   EXPECT_THAT(why_not(), HasSubstr("--height-unit"));
   wanted_.heights = "EPSG:6360";
-  write_virtual("EPSG:4269", kInDegrees);
+  write_with_crs("EPSG:4269", kInDegrees);
   ASSERT_TRUE(import());
   EXPECT_NEAR(z_at_datum(), 300.0 * kSurveyFoot_m, 1e-3);
 }
 
 TEST_F(RasterImportTest, TheBandsScaleAndOffsetAreApplied) {
   write(47.0, 8.0, [](double lat, double) { return lat > 47.012 ? -9999.0 : 3000.0; });
-  write_virtual("EPSG:4326", kInDegrees,
-                "<NoDataValue>-9999</NoDataValue><Offset>-50</Offset><Scale>0.1</Scale>");
+  write_with_crs("EPSG:4326", kInDegrees,
+                 "<NoDataValue>-9999</NoDataValue><Offset>-50</Offset><Scale>0.1</Scale>");
   const Result<RasterImported> done = import();
   ASSERT_TRUE(done) << done.error().message;
   EXPECT_NEAR(z_at_datum(), 250.0, 1e-3);
   Elevation e;
   EXPECT_FALSE(loaded().sample(0.0, 700.0, &e)) << "no data is no data, unscaled";
-  write_virtual("EPSG:4326", kInDegrees, "<Scale>0</Scale>");
+  write_with_crs("EPSG:4326", kInDegrees, "<Scale>0</Scale>");
   EXPECT_THAT(why_not(), HasSubstr("scale"));
+}
+
+TEST_F(RasterImportTest, AFormatThatReadsOtherFilesAndAUrlAreRefused) {
+  write(47.0, 8.0, flat);
+  const std::string grid = wanted_.path;
+  wanted_.path = folder_ + "/dem.vrt";
+  std::ofstream(wanted_.path)
+      << R"(<VRTDataset rasterXSize="80" rasterYSize="60"><SRS>EPSG:4326</SRS><GeoTransform>)"
+      << kInDegrees << R"(</GeoTransform><VRTRasterBand dataType="Float32" band="1"><SimpleSource>)"
+      << R"(<SourceFilename relativeToVRT="1">dem.asc</SourceFilename></SimpleSource>)"
+      << "</VRTRasterBand></VRTDataset>";
+  EXPECT_THAT(why_not(), HasSubstr("Formats: GeoTIFF"));
+  for (const char* path : {"/vsicurl/http://127.0.0.1:1/dem.tif", "http://127.0.0.1:1/dem.tif",
+                           "GTIFF_DIR:1:dem.tif", "<VRTDataset></VRTDataset>"}) {
+    wanted_.path = path;
+    EXPECT_THAT(why_not(), HasSubstr("cannot open")) << path;
+  }
+  wanted_.path = folder_;
+  EXPECT_THAT(why_not(), HasSubstr("is not a regular file"));
+  wanted_.path = grid;
+  wanted_.crs = "http://127.0.0.1:1/crs";
+  EXPECT_THAT(why_not(), HasSubstr("no coordinate reference system"));
 }
 
 TEST_F(RasterImportTest, HeightsOfAThreeDimensionalSystemAreEllipsoidal) {

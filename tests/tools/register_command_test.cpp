@@ -6,6 +6,7 @@
 #include <random>
 
 #include "rcs/base/pose.h"
+#include "tests/replay/real_data.h"
 #include "tests/sp/scene.h"
 #include "tests/tools/rcs_command.h"
 
@@ -140,6 +141,68 @@ TEST_F(RegisterCommand, FindsAnyHeadingOrRefuses) {
     EXPECT_EQ(run(std::string(" --global --method ") + method), 1);
     EXPECT_THAT(messages(), HasSubstr("refused")) << method;
   }
+}
+
+TEST_F(RegisterCommand, PlainOutputHasMotionAndSigma) {
+  EXPECT_EQ(run(""), 0) << messages();
+  EXPECT_THAT(out(), HasSubstr("translation 1.5"));
+  EXPECT_THAT(out(), HasSubstr("roll pitch yaw"));
+  EXPECT_THAT(out(), HasSubstr("one sigma: x 0.0"));
+  EXPECT_THAT(out(), testing::Not(HasSubstr("unobserved")));
+}
+
+TEST_F(RegisterCommand, CloudsOfDifferentPlacesAreRefused) {
+  // Flat ground in both, and a wall each, at right angles to the other's.
+  std::mt19937 rng(9);
+  std::uniform_real_distribution<double> u(-25.0, 25.0);
+  Points model;
+  Points data;
+  for (int k = 0; k < 8000; ++k) {
+    const double x = u(rng);
+    const double y = u(rng);
+    const double up = 0.06 * (u(rng) + 25.0);
+    const bool wall = k % 4 == 0;
+    model.push_back(Vec3(wall ? 12.0 : x, y, wall ? up : 0.0).cast<float>());
+    data.push_back(Vec3(x, wall ? -9.0 : y, wall ? up : 0.0).cast<float>());
+  }
+  write(model_, model);
+  write(data_, data);
+  for (const char* method : {"plane", "gicp", "paper"}) {
+    EXPECT_EQ(run(std::string(" --json --method ") + method), 1) << method;
+    EXPECT_THAT(messages(), HasSubstr("re")) << method;
+    EXPECT_FALSE(json::parse(out())["accepted"].get<bool>()) << method;
+  }
+  EXPECT_EQ(run(""), 1);
+  EXPECT_THAT(messages(), HasSubstr("refused: at the pose found"));
+}
+
+TEST_F(RegisterCommand, AMethodThatStopsOnTheWayIsRefused) {
+  // As printed the paper's method moves DATA by a part of the way and calls that converged.
+  std::mt19937 rng(10);
+  const Points data =
+      sp::test::scene(sp::test::Ground::kRolling, true, 4000, 0.01, Vec3::Zero(), &rng);
+  write(data_, sp::test::moved(sp::test::pose(-0.5, -0.5, 0.0, 0, 0, 0), data));
+  const int status = run(" --method paper --max-iterations 2 --json");
+  const json j = json::parse(out());
+  EXPECT_EQ(status, 1) << j["translation_m"].dump();
+  EXPECT_FALSE(j["accepted"].get<bool>());
+}
+
+TEST_F(RegisterCommand, ScansOfDifferentStreetsAreRefused) {
+  const std::string a = unpacked("kitti_2011_09_26_drive_0005/velodyne_bin_000-079.tar.xz");
+  const std::string b = unpacked("kitti_2011_09_26_drive_0048/velodyne_bin_000-021.tar.xz");
+  const std::string koide = data_path("koide_velodyne_pair/251370668.pcd");
+  if (a.empty() || b.empty() || koide.empty()) GTEST_SKIP() << kNoData;
+  const std::string street = " " + a + "/0000000020.bin";
+  EXPECT_EQ(rcs("register" + street + " " + b + "/0000000005.bin"), 1) << out();
+  EXPECT_THAT(messages(), HasSubstr("refused"));
+  EXPECT_EQ(rcs("register" + street + " " + koide), 1) << out();
+  EXPECT_EQ(rcs("register" + street + " " + a + "/0000000021.bin"), 0) << messages();
+  EXPECT_EQ(rcs("register" + street + " " + a + "/0000000021.bin --method paper"), 0) << messages();
+  EXPECT_EQ(rcs("register " + koide + " " + data_path("koide_velodyne_pair/251371071.pcd")), 0)
+      << messages();
+  std::filesystem::remove_all(a);
+  std::filesystem::remove_all(b);
 }
 
 TEST_F(RegisterCommand, AWrongCommandLineIsTwo) {

@@ -17,6 +17,7 @@ using testing::IsEmpty;
 using Kind = Order::Kind;
 
 constexpr Stamp at_s(double s) { return Stamp(from_seconds(s)); }
+std::vector<bool> all_critical(std::size_t nodes) { return std::vector<bool>(nodes, true); }
 constexpr Exit kCrash{true, 11};
 constexpr Exit kRefusal{false, 1};
 
@@ -42,7 +43,7 @@ std::vector<std::int64_t> backoffs_of(Supervisor* s, int deaths, const Exit& exi
 }
 
 TEST(Supervisor, StartsAllInTheirOrderAndThenWaitsForSignsOfLife) {
-  Supervisor s(3, {});
+  Supervisor s(all_critical(3), {});
   EXPECT_LE(s.next(), at_s(1.0));
   EXPECT_THAT(s.due(at_s(1.0)),
               ElementsAre(Order{Kind::kStart, 0}, Order{Kind::kStart, 1}, Order{Kind::kStart, 2}));
@@ -52,14 +53,14 @@ TEST(Supervisor, StartsAllInTheirOrderAndThenWaitsForSignsOfLife) {
 }
 
 TEST(Supervisor, TheWaitBeforeARestartDoublesUpToTenSeconds) {
-  Supervisor s(1, {});
+  Supervisor s(all_critical(1), {});
   EXPECT_THAT(backoffs_of(&s, 9, kCrash),
               ElementsAre(200, 400, 800, 1600, 3200, 6400, 10'000, 10'000, 10'000));
 }
 
 TEST(Supervisor, HalfAMinuteOfHealthIsForgetting) {
   for (const double life_s : {29.0, 31.0}) {
-    Supervisor s(1, {});
+    Supervisor s(all_critical(1), {});
     (void)backoffs_of(&s, 3, kCrash);
     EXPECT_THAT(s.due(at_s(10.0)), ElementsAre(Order{Kind::kStart, 0}));
     live(&s, 10.0, 10.0 + life_s);
@@ -69,8 +70,8 @@ TEST(Supervisor, HalfAMinuteOfHealthIsForgetting) {
   }
 }
 
-TEST(Supervisor, ThreeRefusalsInARowEndEverything) {
-  Supervisor s(2, {});
+TEST(Supervisor, ACriticalNodeThatRefusesItsFirstStartsEndsEverything) {
+  Supervisor s(all_critical(2), {});
   (void)s.due(at_s(0.0));
   s.on_alive(1, at_s(0.1));
   Stamp now = at_s(0.1);
@@ -89,11 +90,43 @@ TEST(Supervisor, ThreeRefusalsInARowEndEverything) {
   EXPECT_TRUE(s.finished());
 }
 
+TEST(Supervisor, ANodeThatCannotRestartIsTriedEveryTenSecondsAndTheOthersRunOn) {
+  // A critical node that was alive before, and one that is not critical and never was.
+  for (const bool critical : {true, false}) {
+    Supervisor s({critical, true}, {});
+    (void)s.due(at_s(0.0));
+    s.on_alive(1, at_s(0.1));
+    if (critical) s.on_alive(0, at_s(0.1));
+    Stamp now = at_s(0.2);
+    std::vector<std::int64_t> waits;
+    for (int i = 0; i < 6; ++i) {
+      EXPECT_EQ(s.failing(0), i >= 3) << i;
+      s.on_alive(1, now);
+      const std::optional<Duration> wait = s.on_exit(0, kRefusal, now);
+      ASSERT_TRUE(wait) << i;
+      waits.push_back(wait->count() / 1000);
+      for (now += *wait; s.next() < now;) s.on_alive(1, s.next());
+      s.on_alive(1, now);
+      EXPECT_THAT(s.due(now), ElementsAre(Order{Kind::kStart, 0}));
+    }
+    // The end of a life is no refusal.
+    EXPECT_THAT(waits, ElementsAre(200, 400, critical ? 800 : 10'000, 10'000, 10'000, 10'000));
+    EXPECT_FALSE(s.stopping());
+    EXPECT_FALSE(s.gave_up_on());
+    EXPECT_FALSE(s.failing(1));
+
+    s.on_alive(0, now);
+    EXPECT_TRUE(s.failing(0)) << "it may die again at once";
+    s.on_alive(0, now + from_seconds(30.0));
+    EXPECT_FALSE(s.failing(0));
+  }
+}
+
 TEST(Supervisor, ACrashOrALifeBetweenThemIsNoRefusal) {
-  Supervisor s(1, {});
+  Supervisor s(all_critical(1), {});
   EXPECT_EQ(backoffs_of(&s, 8, kCrash).size(), 8U);
   EXPECT_FALSE(s.gave_up_on());
-  Supervisor t(1, {});
+  Supervisor t(all_critical(1), {});
   Stamp now = at_s(0.0);
   for (int i = 0; i < 8; ++i) {
     EXPECT_THAT(t.due(now), ElementsAre(Order{Kind::kStart, 0}));
@@ -105,7 +138,7 @@ TEST(Supervisor, ACrashOrALifeBetweenThemIsNoRefusal) {
 }
 
 TEST(Supervisor, ASilentNodeIsKilledAndStartedAgain) {
-  Supervisor s(1, {});
+  Supervisor s(all_critical(1), {});
   (void)s.due(at_s(0.0));
   live(&s, 1.0, 40.0);
   EXPECT_EQ(s.next(), at_s(45.0));
@@ -118,14 +151,14 @@ TEST(Supervisor, ASilentNodeIsKilledAndStartedAgain) {
 }
 
 TEST(Supervisor, ANodeThatNeverSpeaksIsKilledLater) {
-  Supervisor s(1, {});
+  Supervisor s(all_critical(1), {});
   (void)s.due(at_s(0.0));
   EXPECT_THAT(s.due(at_s(14.9)), IsEmpty());
   EXPECT_THAT(s.due(at_s(15.0)), ElementsAre(Order{Kind::kKillUnstarted, 0}));
 }
 
 TEST(Supervisor, StopTerminatesThenKillsAndStartsNothing) {
-  Supervisor s(3, {});
+  Supervisor s(all_critical(3), {});
   (void)s.due(at_s(0.0));
   s.on_alive(0, at_s(0.5));
   ASSERT_TRUE(s.on_exit(2, kCrash, at_s(0.5)));

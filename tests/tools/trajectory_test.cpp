@@ -23,6 +23,16 @@ Trajectory wavy_trajectory(std::size_t n) {
   return trajectory;
 }
 
+TEST(Trajectory, AStampThatIsNoTimeIsAnErrorWithItsLine) {
+  for (const char* stamp : {"1e32", "-1e32", "1e13", "1e300"}) {
+    const Result<Trajectory> t =
+        parse_tum("1.5 0 0 0 0 0 0 1\n" + std::string(stamp) + " 0 0 0 0 0 0 1\n", "a.tum");
+    ASSERT_FALSE(t) << stamp;
+    EXPECT_EQ(t.error().message.substr(0, 8), "a.tum:2:") << t.error().message;
+    EXPECT_NE(t.error().message.find("is not a time"), std::string::npos) << t.error().message;
+  }
+}
+
 TEST(Trajectory, KittiRoundTripKeepsThePoses) {
   const Trajectory out = wavy_trajectory(50);
   const Result<std::vector<Pose>> in = parse_kitti(format_kitti(out), "memory");

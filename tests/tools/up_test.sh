@@ -4,9 +4,12 @@
 set -u
 bin=$1
 config=$2
+running=$2 # what start() starts
 dir=$(mktemp -d)
 up=
 trap 'kill -9 $up 2>/dev/null; rm -rf "$dir"' EXIT
+unset STATE_DIRECTORY
+export XDG_STATE_HOME="$dir/state" # emergency stops are latched there
 
 fail() {
   echo "FAILED: $*"
@@ -33,7 +36,7 @@ gone() {
   done
 }
 start() {
-  "$bin/rcs" up "$config" "$@" 2>"$dir/up.txt" &
+  "$bin/rcs" up "$running" "$@" 2>"$dir/up.txt" &
   up=$!
   until_line "$dir/up.txt" '^\[sp\] sp: running'
   until_line "$dir/up.txt" '^\[wm\] wm: running'
@@ -80,6 +83,59 @@ grep -q '^rcs up: all stopped' "$dir/up.txt" || fail "the end"
 gone "$sp"
 gone "$wm"
 
+# An emergency stop outlives all processes, whatever is commanded.
+start --force
+grep -q 'an emergency stop is latched' "$dir/up.txt" && fail "a stop before there was one"
+until_line "$dir/up.txt" '^\[bg\] bg: running'
+timeout 20 "$bin/rcs" go --emergency-stop 2>"$dir/stop.txt" || fail "status of rcs go --emergency-stop"
+kill -9 $up
+start --force
+until_line "$dir/up.txt" "an emergency stop is latched (operator, serial [0-9]*; $dir/state/rcs/.*stop)"
+until_line "$dir/up.txt" '^\[bg\] bg: running'
+"$bin/rcs" go --waypoint 9,0 --patience 1 2>"$dir/go.txt"
+[ $? -eq 1 ] || fail "status of rcs go while a stop is latched"
+grep -q 'emergency stop is latched: release it at rest first' "$dir/go.txt" || fail "why not"
+"$bin/rcs" top --once >"$dir/top.txt" 2>&1 || fail "rcs top --once"
+grep -q EMERGENCY_STOP "$dir/top.txt" || fail "rcs top does not show the latched stop"
+# No sensor, so that rest is not known.
+"$bin/rcs" go --release 2>"$dir/release.txt"
+[ $? -eq 1 ] || fail "status of a release without a known speed"
+grep -q 'the world model is silent' "$dir/release.txt" || fail "why it is not released"
+kill -9 $up
+rm -r "$dir/state"
+
+# A vehicle whose stops could not be latched does not start.
+{ cat "$config"; printf '[process]\nstate_directory = "/proc/nowhere"\n'; } >"$dir/nowhere.toml"
+"$bin/rcs" up --check "$dir/nowhere.toml" 2>"$dir/nowhere.txt" && fail "no folder for stops"
+grep -q 'set \[process\] state_directory' "$dir/nowhere.txt" || fail "which key to set"
+
+
+# A node that cannot start takes no other with it. The gateway has neither keys nor `plain`.
+sed -e 's/^plain = true/plain = false/' -e 's/^nodes = .*/nodes = ["sp", "wm", "bg", "gateway"]/' \
+  "$config" >"$dir/lame.toml"
+"$bin/rcs" up --check "$dir/lame.toml" 2>"$dir/lame.txt"
+[ $? -eq 1 ] || fail "--check of a gateway without keys"
+grep -q 'gateway .*--check ended with status 1' "$dir/lame.txt" || fail "which node --check refuses"
+running=$dir/lame.toml
+start --force
+grep -q 'gateway is not critical: the other nodes start without it' "$dir/up.txt" || fail "the start"
+until_line "$dir/up.txt" 'ALARM: gateway does not stay up'
+until_line "$dir/up.txt" 'gateway ended with status 1; again in 10.0 s'
+# Nor does a critical one that was alive, and it is back when its configuration is.
+sp=$(pid_of sp)
+cp "$dir/lame.toml" "$dir/good.toml"
+sed -i 's/^budget_ms.*/budget_ms = -1/' "$dir/lame.toml"
+kill -9 "$(pid_of wm)"
+until_line "$dir/up.txt" 'ALARM: wm does not stay up'
+"$bin/rcs" top --once >"$dir/top.txt" || fail "rcs top"
+grep -q '^up: wm does not stay up.*; gateway does not stay up' "$dir/top.txt" || fail "top's note"
+cp "$dir/good.toml" "$dir/lame.toml"
+until_line "$dir/up.txt" '^\[wm\] wm: running' 2
+[ "$(pid_of sp)" = "$sp" ] && kill -0 "$sp" || fail "sp was restarted or is gone"
+kill -TERM $up
+wait $up || fail "status after SIGTERM"
+
+running=$config
 start --force
 sp=$(pid_of sp)
 wm=$(pid_of wm)

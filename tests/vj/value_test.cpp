@@ -11,6 +11,18 @@ Ground level() {
   return g;
 }
 
+TEST(Value, BeyondAnAlertLimitNothingIsLeftOfTheSpeed) {
+  const SpeedParams p;
+  const double limit = p.alert_limit_horizontal_m;
+  EXPECT_EQ(protected_share(0.4 * limit, 1.0, p), 1.0);
+  EXPECT_LT(protected_share(0.8 * limit, 1.0, p), 0.8);
+  EXPECT_GT(protected_share(0.99 * limit, 1.0, p), 0.2);
+  EXPECT_EQ(protected_share(1.01 * limit, 1.0, p), 0.0);
+  EXPECT_EQ(protected_share(1.0, 1.01 * p.alert_limit_vertical_m, p), 0.0);
+  EXPECT_EQ(protected_share(std::numeric_limits<double>::infinity(), 1.0, p), 0.0);
+  EXPECT_EQ(protected_share(std::numeric_limits<double>::quiet_NaN(), 1.0, p), 0.0);
+}
+
 TEST(Value, EasyGroundCostsItsLength) {
   EXPECT_DOUBLE_EQ(cost_per_m(level(), 100.0, {}), 1.0);
   EXPECT_DOUBLE_EQ(speed_on(level(), 100.0, {}, {}), SpeedParams{}.smooth_mps);

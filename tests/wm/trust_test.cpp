@@ -78,7 +78,7 @@ Seen drive(double length_s, const Disturbance& d, unsigned seed = 1) {
     }
     if (i % 10 != 0 || !estimator.started() || !estimator.state().memory.anchored) continue;
     const FilterState& s = estimator.state();
-    const Integrity told = integrity(s, estimator.trust(), params);
+    const Integrity told = integrity(s, estimator.trust(), Duration::zero(), params);
     const double error =
         (s.belief.x.T_world_vehicle.p - truth[i].T_world_vehicle.p).head<2>().norm();
     const Pose local_moved = local_before.inverse() * estimator.T_local_vehicle();

@@ -120,6 +120,56 @@ TEST_F(WmNodeTest, PublishesTheBeliefOfAllSources) {
   EXPECT_LT((from_message(m.p_world_vehicle_m) - truth).norm(), 1.5);
 }
 
+
+// Sensor time stands still when all sensors are dead: node time must tell.
+TEST_F(WmNodeTest, WithoutAnyInputThePoseIsLostAndThenInvalid) {
+  Inbox<integrity_t> integrities(&bus_, channel::kWmIntegrity, 64);
+  for (std::size_t i = 1; i < truth_.size(); ++i) {
+    const Stamp now = truth_[i].stamp;
+    send(&ins_out_, message(sensors_.imu(i)));
+    if (i % 10 == 0) send(&registration_out_, message(now, sensors_.scan(i)));
+    if (i % 20 == 0) send(&gps_out_, message(now, sensors_.gps(i)));
+    cycle(now);
+  }
+  EXPECT_EQ(newest().pose_valid, 1);
+  EXPECT_EQ(integrities.latest()->validity, int{integrity_t::VALID_WORLD});
+  EXPECT_TRUE(std::isfinite(integrities.latest()->protection_horizontal_m));
+  const Stamp end = truth_.back().stamp;
+  for (int k = 1; k <= 9; ++k) cycle(end + from_milliseconds(20.0 * k));
+  EXPECT_EQ(newest().mode, int{nav_state_t::MODE_GPS_INS_LADAR});
+  for (int k = 10; k <= 20; ++k) cycle(end + from_milliseconds(20.0 * k));
+  EXPECT_EQ(newest().mode, int{nav_state_t::MODE_LOST});
+  EXPECT_EQ(newest().pose_valid, 1);
+  EXPECT_GE(newest().age_ins_us, 380'000);
+  for (int k = 21; k <= 100; ++k) cycle(end + from_milliseconds(20.0 * k));
+  EXPECT_EQ(newest().pose_valid, 0);
+  EXPECT_GE(newest().age_ins_us, 1'900'000);
+  EXPECT_GE(newest().age_gps_us, 1'900'000);
+  EXPECT_GE(newest().age_rolling_us, 1'900'000);
+  EXPECT_EQ(newest().utime, to_utime(end));
+  const integrity_t& m = *integrities.latest();
+  EXPECT_EQ(m.validity, int{integrity_t::VALID_NONE});
+  EXPECT_TRUE(std::isinf(m.protection_horizontal_m));
+  EXPECT_NE(m.alerts & integrity_t::ALERT_INPUT, 0);
+  EXPECT_NE(m.alerts & integrity_t::ALERT_HORIZONTAL, 0);
+}
+
+// Nothing is bounded in a world that is not known.
+TEST_F(WmNodeTest, WithoutADatumNoProtectionLevelIsPublished) {
+  Inbox<integrity_t> integrities(&bus_, channel::kWmIntegrity, 64);
+  for (std::size_t i = 1; i < truth_.size(); ++i) {
+    send(&ins_out_, message(sensors_.imu(i)));
+    if (i % 10 == 0) send(&registration_out_, message(truth_[i].stamp, sensors_.scan(i)));
+    cycle(truth_[i].stamp);
+  }
+  EXPECT_EQ(newest().world_valid, 0);
+  const integrity_t& m = *integrities.latest();
+  EXPECT_EQ(m.validity, int{integrity_t::VALID_LOCAL});
+  EXPECT_TRUE(std::isinf(m.protection_horizontal_m));
+  EXPECT_TRUE(std::isinf(m.protection_vertical_m));
+  EXPECT_EQ(m.alerts, 0);
+}
+
 TEST_F(WmNodeTest, NothingAbsoluteBeforeTheHeadingIsKnown) {
   for (std::size_t i = 1; i < 600; ++i) {
     const Stamp now = truth_[i].stamp;

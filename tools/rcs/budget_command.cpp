@@ -144,7 +144,7 @@ class Budget final : public Command {
 
   [[nodiscard]] int tell(const BudgetRun& run, const BudgetLimits& limits,
                          const std::string& load_before) const {
-    const std::vector<Verdict> verdicts = judge(run.record, limits);
+    const std::vector<BudgetVerdict> verdicts = judge(run.record, limits);
     if (!svg_.empty()) {
       const std::string title =
           fmt::format("{} scans at real time, load: {}", run.record.scans.sent, loads());
@@ -175,9 +175,10 @@ class Budget final : public Command {
     return verdict(run, verdicts);
   }
 
-  [[nodiscard]] static int verdict(const BudgetRun& run, const std::vector<Verdict>& verdicts) {
+  [[nodiscard]] static int verdict(const BudgetRun& run,
+                                   const std::vector<BudgetVerdict>& verdicts) {
     int status = kExitOk;
-    for (const Verdict& v : verdicts) {
+    for (const BudgetVerdict& v : verdicts) {
       if (v.kept()) continue;
       status = kExitFailed;
       if (v.measured) {

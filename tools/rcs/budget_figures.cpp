@@ -50,7 +50,7 @@ void get(ParamTable* table, const std::string& prefix, ChainLimits* limits) {
 }
 
 void judge_chain(const std::string& prefix, const std::vector<double>& values,
-                 const ChainLimits& limits, std::vector<Verdict>* verdicts) {
+                 const ChainLimits& limits, std::vector<BudgetVerdict>* verdicts) {
   const Tail tail = tail_of(values);
   const auto add = [&](const char* suffix, double figure, const std::optional<double>& limit) {
     if (limit) verdicts->push_back({prefix + suffix, figure, *limit, tail.count > 0});
@@ -122,8 +122,8 @@ Result<BudgetLimits> read_budget_limits(const ParamFile& file) {
   return limits;
 }
 
-std::vector<Verdict> judge(const BudgetRecord& record, const BudgetLimits& limits) {
-  std::vector<Verdict> verdicts;
+std::vector<BudgetVerdict> judge(const BudgetRecord& record, const BudgetLimits& limits) {
+  std::vector<BudgetVerdict> verdicts;
   judge_chain("facet_to_nav_state", values_of(record.hops, kToNavState), limits.nav_state,
               &verdicts);
   judge_chain("facet_to_drive", values_of(record.hops, kToDrive), limits.drive, &verdicts);
@@ -182,16 +182,16 @@ Table account_table(const BudgetRecord& record) {
   return t;
 }
 
-Table verdict_table(const std::vector<Verdict>& verdicts) {
+Table verdict_table(const std::vector<BudgetVerdict>& verdicts) {
   Table t{{"budget", "figure", "limit", ""}, {}};
-  for (const Verdict& v : verdicts) {
+  for (const BudgetVerdict& v : verdicts) {
     t.rows.push_back({v.name, v.measured ? fmt::format("{:.6g}", v.figure) : "not measured",
                       fmt::format("{:g}", v.limit), v.kept() ? "kept" : "BROKEN"});
   }
   return t;
 }
 
-Json to_json(const BudgetRecord& record, const std::vector<Verdict>& verdicts) {
+Json to_json(const BudgetRecord& record, const std::vector<BudgetVerdict>& verdicts) {
   const ScanCounts& s = record.scans;
   Json out = {{"laps", record.laps},
               {"scans",
@@ -217,7 +217,7 @@ Json to_json(const BudgetRecord& record, const std::vector<Verdict>& verdicts) {
                           {"missed", node.missed}};
   }
   bool all_kept = true;
-  for (const Verdict& v : verdicts) {
+  for (const BudgetVerdict& v : verdicts) {
     Json verdict = {{"name", v.name}, {"limit", v.limit}, {"kept", v.kept()}};
     verdict["figure"] = v.measured ? Json(v.figure) : Json(nullptr);
     out["budgets"].push_back(verdict);

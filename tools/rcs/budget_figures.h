@@ -35,7 +35,7 @@ struct BudgetLimits {
 [[nodiscard]] Result<BudgetLimits> read_budget_limits(const ParamFile& file);
 
 /// One limit and what was measured.
-struct Verdict {
+struct BudgetVerdict {
   std::string name;  ///< the key in [budget], with the node where there are several
   double figure = 0.0;
   double limit = 0.0;
@@ -43,13 +43,14 @@ struct Verdict {
 
   [[nodiscard]] bool kept() const { return measured && figure <= limit; }
 };
-[[nodiscard]] std::vector<Verdict> judge(const BudgetRecord& record, const BudgetLimits& limits);
+[[nodiscard]] std::vector<BudgetVerdict> judge(const BudgetRecord& record,
+                                               const BudgetLimits& limits);
 
 [[nodiscard]] Table hop_table(const BudgetRecord& record);
 [[nodiscard]] Table stage_table(const BudgetRecord& record);
 [[nodiscard]] Table account_table(const BudgetRecord& record);
-[[nodiscard]] Table verdict_table(const std::vector<Verdict>& verdicts);
-[[nodiscard]] Json to_json(const BudgetRecord& record, const std::vector<Verdict>& verdicts);
+[[nodiscard]] Table verdict_table(const std::vector<BudgetVerdict>& verdicts);
+[[nodiscard]] Json to_json(const BudgetRecord& record, const std::vector<BudgetVerdict>& verdicts);
 
 /// How often the chains, and sp's part of them, took how long.
 [[nodiscard]] Plot budget_plot(const BudgetRecord& record, const BudgetLimits& limits,

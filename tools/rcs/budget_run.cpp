@@ -14,6 +14,7 @@
 #include "lcmtypes/rcs/ladar_points_t.hpp"
 #include "lcmtypes/rcs/ladar_ranges_t.hpp"
 #include "lcmtypes/rcs/process_t.hpp"
+#include "lcmtypes/sensors.h"
 #include "rcs/node/command.h"
 #include "rcs/node/inbox.h"
 #include "rcs/node/lcm_bus.h"
@@ -228,8 +229,7 @@ Outcome Laps::play() {
   if (result_.interrupted) return Done{};
   Result<LogReader> reader = LogReader::open(plan_.log);
   if (!reader) return reader.error();
-  LogSource source(&reader.value(), {channel::kLadarRanges, channel::kLadarPoints, channel::kIns,
-                                     channel::kGpsFix, channel::kOdometry});
+  LogSource source(&reader.value(), {channel::kSensors.begin(), channel::kSensors.end()});
   const Stamp first = source.peek();
   if (first == Stamp::max()) return Error{plan_.log + ": no sensor data"};
   const Stamp begin = timeline_->now() + kLook;

@@ -226,13 +226,27 @@ class Importer {
     const Cell low = surface_.level.cell_at(frame_->low().x(), frame_->low().y());
     const Cell high = surface_.level.cell_at(frame_->high().x(), frame_->high().y());
     constexpr int kMargin = 2;  // borders that are curved reach a little further than their corners
-    surface_.first = {low.i - kMargin, low.j - kMargin};
-    surface_.width = high.i - low.i + 1 + 2 * kMargin;
-    surface_.height = high.j - low.j + 1 + 2 * kMargin;
+    const std::int64_t width = std::int64_t{high.i} - low.i + 1 + 2 * kMargin;
+    const std::int64_t height = std::int64_t{high.j} - low.j + 1 + 2 * kMargin;
+    const double cells = static_cast<double>(width) * static_cast<double>(height);
+    // A few points far apart would take the memory and the time of a whole survey.
+    constexpr double kCellsAnyway = 1e6;
+    constexpr double kMostCellsPerPoint = 1e4;
+    const std::int64_t points = out_.points - out_.invalid - out_.noise;
+    if (cells > std::max(kCellsAnyway, kMostCellsPerPoint * static_cast<double>(points))) {
+      return Error{
+          fmt::format("{}: {} points in {:.3g} x {:.3g} km: fewer than one in {:.0f} cells of {} "
+                      "m; an outlier? "
+                      "Then class it as noise (7)",
+                      name(), points, 1e-3 * surface_.level.cell_m * static_cast<double>(width),
+                      1e-3 * surface_.level.cell_m * static_cast<double>(height),
+                      kMostCellsPerPoint, surface_.level.cell_m)};
+    }
     constexpr double kArrays = 8.0 * sizeof(float);  // that the filter works on, by cell
-    const double surface_bytes =
-        kArrays * static_cast<double>(surface_.width) * static_cast<double>(surface_.height);
-    if (surface_bytes > wanted_.memory_bytes) return too_much("its extent");
+    if (kArrays * cells > wanted_.memory_bytes) return too_much("its extent");
+    surface_.first = {low.i - kMargin, low.j - kMargin};
+    surface_.width = static_cast<int>(width);
+    surface_.height = static_cast<int>(height);
     surface_.z_m.assign(surface_.cells(), std::numeric_limits<float>::quiet_NaN());
     survey_.expect(0.2, 0.55);
     bool one = false;
@@ -301,6 +315,7 @@ class Importer {
 Result<CloudImported> import_cloud(const CloudImport& wanted, const std::string& map,
                                    const std::function<bool(double)>& progress) {
   const QuietGdal quiet;
+  register_formats();
   return Importer(wanted, progress).import(map);
 }
 

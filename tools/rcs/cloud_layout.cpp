@@ -6,10 +6,13 @@
 #include <charconv>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <sstream>
 
 namespace rcs::tools {
 namespace {
+
+constexpr std::size_t kMostNumbers = 10'000;  // of a point
 
 std::size_t size_of(Number type) {
   constexpr std::array<std::size_t, 8> kSizes = {1, 1, 2, 2, 4, 4, 4, 8};
@@ -193,11 +196,21 @@ Result<CloudLayout> parse_pcd_header(std::string_view text, const std::string& n
   for (std::size_t i = 0; i < fields.size(); ++i) {
     const std::optional<Number> number = pcd_number(types[i], sizes[i]);
     const std::optional<std::int64_t> count = whole(counts[i]);
-    if (!number || !count || *count < 1 || *count > 10'000) {
+    if (!number || !count || *count < 1) {
       return Error{fmt::format("{}: field {}: no such number", name, fields[i])};
+    }
+    if (layout.fields.size() + static_cast<std::size_t>(*count) > kMostNumbers) {
+      return Error{fmt::format("{}: more than {} numbers a point", name, kMostNumbers)};
     }
     for (std::int64_t k = 0; k < *count; ++k) layout.fields.push_back({fields[i], *number});
   }
+  // Each fits an image's index, so that their product fits, too.
+  constexpr std::int64_t kMostSide = std::numeric_limits<int>::max();
+  if (width > kMostSide || height > kMostSide) {
+    return Error{
+        fmt::format("{}: WIDTH {} and HEIGHT {}: more than {}", name, width, height, kMostSide)};
+  }
+  if (points < 0 && width < 0) return Error{name + ": neither POINTS nor WIDTH"};
   layout.records = points >= 0 ? points : width * height;
   if (height > 1 && width > 0 && width * height == layout.records) {
     layout.rows = static_cast<int>(height);

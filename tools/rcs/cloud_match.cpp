@@ -20,6 +20,17 @@ void take(const sp::Registration& r, CloudMatch* m) {
   m->mean_distance_of_pairs_m = r.mean_distance_m;
 }
 
+/// A method ends somewhere for unrelated clouds, too.
+void verify(const Points& model, const Points& data, CloudMatch* m) {
+  if (!m->good) return;
+  CpuWatch watch;
+  const sp::CloudParams params;
+  m->agreement = sp::clouds_at(model, data, m->T_model_data, params);
+  m->cpu_ms.emplace_back("verify", watch.stop_ms());
+  m->good = sp::agree(*m->agreement, params);
+  if (!m->good) m->stop = kDisagreement;
+}
+
 }  // namespace
 
 double CloudMatch::total_ms() const {
@@ -43,6 +54,7 @@ CloudMatch match_as_in_paper(const Points& model, const Points& data, const Pose
   m.pairs = r.pairs;
   m.overlap = static_cast<double>(r.pairs) / static_cast<double>(data.size());
   m.mean_distance_of_pairs_m = r.mean_distance_m;
+  verify(model, data, &m);
   return m;
 }
 
@@ -60,6 +72,7 @@ CloudMatch match_planes(const Points& model, const Points& data, const Pose& gue
   m.cpu_ms.emplace_back("refine", refine.stop_ms());
   m.iterations = m.wide->iterations;
   take(r, &m);
+  verify(model, data, &m);
   return m;
 }
 
@@ -75,6 +88,7 @@ CloudMatch match_globally(const Points& model, const Points& data, const Pose& g
   take(m.global->best, &m);
   if (m.global->ranked.empty()) m.T_model_data = guess;
   m.good = m.global->accepted;
+  verify(model, data, &m);
   return m;
 }
 
@@ -89,6 +103,7 @@ CloudMatch match_gicp(const Points& model, const Points& data, const Pose& guess
   const sp::Registration r = sp::register_gicp(model_cloud, data_cloud, guess, params);
   m.cpu_ms.emplace_back("refine", refine.stop_ms());
   take(r, &m);
+  verify(model, data, &m);
   return m;
 }
 

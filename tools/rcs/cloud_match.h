@@ -16,16 +16,20 @@
 
 namespace rcs::tools {
 
+/// CloudMatch::stop of a search that ended where the clouds do not agree.
+inline constexpr const char* kDisagreement = "disagreement";
+
 /// What every method answers.
 struct CloudMatch {
   std::string stop;
-  bool good = false;  ///< the pose is worth reading
+  bool good = false;  ///< it ended well, and the clouds agree at the pose
   Pose T_model_data;
   int iterations = 0;
   int pairs = 0;
   double overlap = 0.0;  ///< pairs over points that were tried
   double mean_distance_of_pairs_m = 0.0;
   std::vector<std::pair<std::string, double>> cpu_ms;  ///< by stage
+  std::optional<sp::Agreement> agreement;              ///< at the pose; of a search that ended well
   std::optional<sp::PaperResult> paper;                ///< of this method only
   std::optional<sp::Registration> planes;              ///< of production, or of gicp
   std::optional<sp::WideAnswer> wide;                  ///< of production, from a guess

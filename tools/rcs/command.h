@@ -62,6 +62,7 @@ void add_eval_command(CLI::App* rcs, Commands* commands);
 void add_sim_command(CLI::App* rcs, Commands* commands);
 void add_report_command(CLI::App* rcs, Commands* commands);
 void add_register_command(CLI::App* rcs, Commands* commands);
+void add_play_command(CLI::App* rcs, Commands* commands);
 void add_replay_command(CLI::App* rcs, Commands* commands);
 void add_budget_command(CLI::App* rcs, Commands* commands);
 void add_load_command(CLI::App* rcs, Commands* commands);

@@ -79,7 +79,7 @@ class FigureSums {
 std::size_t index(StatePart part) { return static_cast<std::size_t>(part); }
 
 /// @param chance  how far an honest filter's figure may lie
-Verdict judge(double value, const Interval& mark, const Interval& chance, bool enough) {
+Verdict judge(double value, const ValueInterval& mark, const ValueInterval& chance, bool enough) {
   if (mark.contains(value)) return Verdict::kPass;
   return enough || !chance.contains(value) ? Verdict::kFail : Verdict::kOpen;
 }
@@ -176,7 +176,7 @@ ConsistencyRun consistency_run(const ConsistencyPlan& plan, std::int64_t seed,
   return run;
 }
 
-Interval chance_of_mean(double dof, double z) {
+ValueInterval chance_of_mean(double dof, double z) {
   const double a = 2.0 / (9.0 * dof);
   const auto at = [a](double sigmas) { return std::pow(1.0 - a + sigmas * std::sqrt(a), 3.0); };
   return {std::max(0.0, at(-z)), at(z)};
@@ -231,7 +231,8 @@ ProtectionFigure protection(const ConsistencyBlock& block) {
 
 Verdict nees_verdict(const PartFigure& f) {
   if (f.missing > 0 || f.count == 0) return Verdict::kFail;
-  const Interval chance = chance_of_mean(kPartDof * static_cast<double>(f.count), kChance_sigma);
+  const ValueInterval chance =
+      chance_of_mean(kPartDof * static_cast<double>(f.count), kChance_sigma);
   return judge(f.nees_per_dof, kNeesMark,
                {kNeesMark.low * chance.low, kNeesMark.high * chance.high}, f.count >= kRunsToTell);
 }

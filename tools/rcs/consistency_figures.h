@@ -89,20 +89,20 @@ struct ConsistencyBlock {
   [[nodiscard]] bool was_run() const { return error.empty() && !runs.empty(); }
 };
 
-struct Interval {
+struct ValueInterval {
   double low = 0.0;
   double high = 0.0;
 
   [[nodiscard]] bool contains(double v) const { return v >= low && v <= high; }
 };
-constexpr Interval kNeesMark = {0.5, 1.5};      ///< mean NEES per degree of freedom
-constexpr Interval kInsideMark = {0.88, 0.99};  ///< share of truths inside the 95 % ellipsoid
-constexpr Interval kNisMark = {0.4, 1.3};       ///< mean NIS per degree of freedom, before gating
+constexpr ValueInterval kNeesMark = {0.5, 1.5};      ///< mean NEES per degree of freedom
+constexpr ValueInterval kInsideMark = {0.88, 0.99};  ///< share of truths inside the 95 % ellipsoid
+constexpr ValueInterval kNisMark = {0.4, 1.3};  ///< mean NIS per degree of freedom, before gating
 
 /// Mean of chi-square values of `dof` degrees in all, per degree: what `z` sigma of chance leave of
 /// an honest filter's 1 (Wilson and Hilferty 1931).
 /// @param dof  > 0
-[[nodiscard]] Interval chance_of_mean(double dof, double z);
+[[nodiscard]] ValueInterval chance_of_mean(double dof, double z);
 
 /// One part over the runs of a block.
 struct PartFigure {

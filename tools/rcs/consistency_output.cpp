@@ -33,7 +33,7 @@ std::set<std::string> sources_of(const ConsistencyReport& report) {
   return sources;
 }
 
-Json interval_json(const Interval& i) { return Json::array({i.low, i.high}); }
+Json interval_json(const ValueInterval& i) { return Json::array({i.low, i.high}); }
 
 Json part_json(const ConsistencyPlan& plan, const ConsistencyBlock& block, StatePart part) {
   Json j = {{"at", Json::array()}};

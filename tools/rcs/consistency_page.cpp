@@ -48,7 +48,7 @@ Plot nees_plot(const ConsistencyPlan& plan, const Blocks& blocks, StatePart part
   const double end_s = plan.times_s.back();
   plot.shades = {{plan.outage_begin_s, end_s, "without GPS"}};
   const double dof = kPartDof * static_cast<double>(blocks.front()->runs.size());
-  const Interval chance = chance_of_mean(dof, kBand_sigma);
+  const ValueInterval chance = chance_of_mean(dof, kBand_sigma);
   plot.series.push_back({"an honest filter, 95 %",
                          Colour::kGrey,
                          SeriesStyle::kBand,

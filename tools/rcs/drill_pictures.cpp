@@ -213,7 +213,9 @@ std::vector<Plot> drill_error_plots(const Drill& drill, const DrillRecord& recor
     }
     Series level = series("protection level", Colour::kOrange, SeriesStyle::kDashed);
     for (const DrillIntegrity& i : record.integrity) {
-      if (errors.time_s(i.stamp) >= from_s) add(errors.time_s(i.stamp), i.*kind.protection, &level);
+      const double protection_m = i.*kind.protection;
+      if (errors.time_s(i.stamp) < from_s || !std::isfinite(protection_m)) continue;
+      add(errors.time_s(i.stamp), protection_m, &level);
     }
     for (int k = 0; k < kShadowKinds; ++k) {
       Series s = shadow_errors(record, errors, k, from_s, kind.magnitude);

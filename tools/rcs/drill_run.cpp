@@ -10,6 +10,7 @@
 #include "rcs/node/prior_terrain.h"
 #include "rcs/terrain/coarser.h"
 #include "tools/rcs/drill_stimulus.h"
+#include "tools/rcs/files.h"
 
 namespace rcs::tools {
 namespace {
@@ -63,9 +64,12 @@ Result<DrillRunResult> run_drill(const Drill& drill, const DrillVehicle& vehicle
   if (!opened) return opened.error();
   Result<PriorTerrain> prior = prior_terrain_of(drill, vehicle, scene);
   if (!prior) return prior.error();
+  std::optional<OutputFile> log_file;
   std::optional<LogWriter> log;
   if (!options.log.empty()) {
-    Result<LogWriter> writer = LogWriter::create(options.log);
+    if (Outcome checked = check_output(options.log); !checked) return checked.error();
+    log_file.emplace(options.log);
+    Result<LogWriter> writer = LogWriter::create(log_file->write_path());
     if (!writer) return writer.error();
     log.emplace(std::move(writer).value());
   }
@@ -88,7 +92,9 @@ Result<DrillRunResult> run_drill(const Drill& drill, const DrillVehicle& vehicle
   const RunReport report = rcs::run({&sp_node, &wm_node}, timeline, nullptr);
   if (options.stop()) return Error{"interrupted"};
   if (log) {
-    if (Outcome closed = log->close(); !closed) return closed.error();
+    Outcome written = log->close();
+    if (written) written = log_file->commit();
+    if (!written) return written.error();
   }
 
   DrillRunResult result{recorder.take(), recorder.datum()};

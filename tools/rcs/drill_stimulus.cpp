@@ -10,6 +10,7 @@
 #include "lcmtypes/rcs/ladar_points_t.hpp"
 #include "lcmtypes/rcs/ladar_ranges_t.hpp"
 #include "lcmtypes/rcs/odometry_t.hpp"
+#include "lcmtypes/sensors.h"
 #include "rcs/base/geodesy.h"
 
 namespace rcs::tools {
@@ -109,8 +110,9 @@ double offset_at(const Stimulus& s, double since_s) {
 }  // namespace
 
 std::vector<std::string> drive_channels() {
-  return {channel::kSimTruth, channel::kLadarRanges, channel::kLadarPoints,
-          channel::kIns,      channel::kGpsFix,      channel::kOdometry};
+  std::vector<std::string> channels(channel::kSensors.begin(), channel::kSensors.end());
+  channels.emplace_back(channel::kSimTruth);
+  return channels;
 }
 
 bool speaks_on(DrillSource source, std::string_view channel) {

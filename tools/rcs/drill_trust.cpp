@@ -175,6 +175,10 @@ std::optional<IntegrityFigures> integrity_figures(const Drill& drill, const Dril
     const double t_s = errors.time_s(i.stamp);
     const std::optional<DrillError> e = errors.at(i.stamp);
     if (t_s < drill.begin_s() || !e) continue;
+    if (!std::isfinite(i.horizontal_m)) {  // it claims no bound
+      above_since_s.reset();
+      continue;
+    }
     ++f.samples;
     const bool within_horizontal = e->horizontal_m() <= i.horizontal_m;
     const bool within_vertical = e->vertical_m() <= i.vertical_m;

@@ -198,10 +198,10 @@ class Eval final : public Command {
     const RunFigures run = run_figures(log);
     const std::optional<WorldFigures> world = world_figures(log, log.truth, log.truth_datum);
     const Stamp zero = scans.poses.front().stamp;
-    const std::vector<Interval> outages = gps_outages(log);
+    const std::vector<TimeInterval> outages = gps_outages(log);
     std::vector<OutageFigures> outage;
     if (world) {
-      for (const Interval& i : outages) outage.push_back(outage_figures(*world, i));
+      for (const TimeInterval& i : outages) outage.push_back(outage_figures(*world, i));
     }
 
     Json json = {{"run", run_}, {"frame", frame_name(frame)}, {"figures", to_json(run)}};
@@ -234,7 +234,8 @@ class Eval final : public Command {
 
   int write_pictures(const RunLog& log, const ScanPoses& scans, Frame frame, const RunFigures& run,
                      const std::optional<PosePairs>& pairs,
-                     const std::optional<WorldFigures>& world, const std::vector<Interval>& outages,
+                     const std::optional<WorldFigures>& world,
+                     const std::vector<TimeInterval>& outages,
                      const std::vector<Table>& tables) const {
     if (report_.empty() && svg_.empty()) return kExitOk;
     const Stamp zero = scans.poses.front().stamp;

@@ -173,8 +173,8 @@ std::optional<WorldFigures> world_figures(const RunLog& run, const Trajectory& t
   return f;
 }
 
-std::vector<Interval> gps_outages(const RunLog& run) {
-  std::vector<Interval> outages;
+std::vector<TimeInterval> gps_outages(const RunLog& run) {
+  std::vector<TimeInterval> outages;
   bool open = false;
   for (const NavRecord& nav : run.nav) {
     const bool out = nav.age_gps > kOutage;
@@ -185,19 +185,19 @@ std::vector<Interval> gps_outages(const RunLog& run) {
   return outages;
 }
 
-std::vector<Interval> common_intervals(const std::vector<Interval>& a,
-                                       const std::vector<Interval>& b) {
-  std::vector<Interval> common;
-  for (const Interval& i : a) {
-    for (const Interval& j : b) {
-      const Interval both{std::max(i.from, j.from), std::min(i.to, j.to)};
+std::vector<TimeInterval> common_intervals(const std::vector<TimeInterval>& a,
+                                       const std::vector<TimeInterval>& b) {
+  std::vector<TimeInterval> common;
+  for (const TimeInterval& i : a) {
+    for (const TimeInterval& j : b) {
+      const TimeInterval both{std::max(i.from, j.from), std::min(i.to, j.to)};
       if (both.from < both.to) common.push_back(both);
     }
   }
   return common;
 }
 
-std::vector<std::string> fused_sources(const RunLog& run, const Interval& interval) {
+std::vector<std::string> fused_sources(const RunLog& run, const TimeInterval& interval) {
   const auto within = [&](Stamp t) { return t > interval.from && t < interval.to; };
   const auto fused = [&](std::initializer_list<std::int8_t> sources) {
     return std::any_of(run.fused.begin(), run.fused.end(), [&](const FusedRecord& r) {
@@ -224,7 +224,7 @@ std::vector<std::string> fused_sources(const RunLog& run, const Interval& interv
   return names;
 }
 
-OutageFigures outage_figures(const WorldFigures& figures, const Interval& outage) {
+OutageFigures outage_figures(const WorldFigures& figures, const TimeInterval& outage) {
   OutageFigures f;
   f.interval = outage;
   const WorldError* last = nullptr;

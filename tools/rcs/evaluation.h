@@ -13,7 +13,7 @@
 namespace rcs::tools {
 
 /// From one moment of sensor time to another.
-struct Interval {
+struct TimeInterval {
   Stamp from;
   Stamp to;
 
@@ -50,7 +50,7 @@ struct WorldFigures {
 
 /// What an outage of GPS cost.
 struct OutageFigures {
-  Interval interval;
+  TimeInterval interval;
   double driven_m = 0.0;
   Summary horizontal_m;  ///< over all of it
   double end_horizontal_m = 0.0;
@@ -102,19 +102,19 @@ struct RunFigures {
                                                         const std::optional<Geodetic>& truth_datum);
 
 /// Where WM took no fix for longer than 2.5 s: from the last one to the next.
-[[nodiscard]] std::vector<Interval> gps_outages(const RunLog& run);
+[[nodiscard]] std::vector<TimeInterval> gps_outages(const RunLog& run);
 
 /// The parts that two lists of intervals, each in order and disjoint, have in common.
-[[nodiscard]] std::vector<Interval> common_intervals(const std::vector<Interval>& a,
-                                                     const std::vector<Interval>& b);
+[[nodiscard]] std::vector<TimeInterval> common_intervals(const std::vector<TimeInterval>& a,
+                                                     const std::vector<TimeInterval>& b);
 
 /// What WM fused within `interval`, its ends excluded: the INS where its data was not older than
 /// 1 s, any other source where WM accepted a measurement of it. By the fixed names and order of
 /// "GPS", "LADAR", "a priori map", "wheel encoders", "INS" and "motion constraints" (the
 /// non-holonomic one, and zero velocity at standstill).
-[[nodiscard]] std::vector<std::string> fused_sources(const RunLog& run, const Interval& interval);
+[[nodiscard]] std::vector<std::string> fused_sources(const RunLog& run, const TimeInterval& interval);
 
-[[nodiscard]] OutageFigures outage_figures(const WorldFigures& figures, const Interval& outage);
+[[nodiscard]] OutageFigures outage_figures(const WorldFigures& figures, const TimeInterval& outage);
 
 /// WM's world as the truth's world sees it: both are tangent planes, each at its own datum.
 [[nodiscard]] Pose between_worlds(const Geodetic& truth_datum, const Geodetic& world_datum);

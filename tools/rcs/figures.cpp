@@ -28,15 +28,15 @@ Series course_of(const Trajectory& poses, const std::string& label, Colour colou
   return s;
 }
 
-bool denied(const std::vector<Interval>& outages, Stamp stamp) {
+bool denied(const std::vector<TimeInterval>& outages, Stamp stamp) {
   return std::any_of(outages.begin(), outages.end(),
-                     [stamp](const Interval& i) { return i.contains(stamp); });
+                     [stamp](const TimeInterval& i) { return i.contains(stamp); });
 }
 
-std::vector<Shade> shades(const std::vector<Interval>& outages, Stamp zero) {
+std::vector<Shade> shades(const std::vector<TimeInterval>& outages, Stamp zero) {
   std::vector<Shade> out;
   out.reserve(outages.size());
-  for (const Interval& i : outages) {
+  for (const TimeInterval& i : outages) {
     out.push_back({seconds(i.from - zero), seconds(i.to - zero), "no GPS"});
   }
   return out;
@@ -99,7 +99,7 @@ std::vector<HeightSum> coarsened(std::vector<HeightSum> cells) {
 }  // namespace
 
 Plot course_plot(const Trajectory& truth, const std::vector<NamedTrajectory>& estimates,
-                 const std::vector<Interval>& outages, Frame frame) {
+                 const std::vector<TimeInterval>& outages, Frame frame) {
   Plot plot;
   plot.title = "Course from above";
   plot.x_label = frame == Frame::kWorld ? "east [m]" : "x [m]";
@@ -132,7 +132,7 @@ Plot course_plot(const Trajectory& truth, const std::vector<NamedTrajectory>& es
   return plot;
 }
 
-std::vector<Plot> error_plots(const WorldFigures& figures, const std::vector<Interval>& outages,
+std::vector<Plot> error_plots(const WorldFigures& figures, const std::vector<TimeInterval>& outages,
                               Stamp zero) {
   struct Kind {
     const char* title;
@@ -175,7 +175,7 @@ std::vector<Plot> error_plots(const WorldFigures& figures, const std::vector<Int
 }
 
 Plot comparison_plot(const std::vector<std::pair<std::string, const WorldFigures*>>& runs,
-                     const std::vector<Interval>& outages, Stamp zero) {
+                     const std::vector<TimeInterval>& outages, Stamp zero) {
   Plot plot;
   plot.title = "Horizontal error of the runs";
   plot.x_label = "time [s]";

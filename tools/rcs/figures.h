@@ -19,17 +19,17 @@ struct NamedTrajectory {
 /// @param frame  of the poses: world has its axes east and north
 [[nodiscard]] Plot course_plot(const Trajectory& truth,
                                const std::vector<NamedTrajectory>& estimates,
-                               const std::vector<Interval>& outages, Frame frame);
+                               const std::vector<TimeInterval>& outages, Frame frame);
 
 /// Horizontal, vertical and heading error of the world pose against three of its own sigmas.
 /// @param zero  of the time axis
 [[nodiscard]] std::vector<Plot> error_plots(const WorldFigures& figures,
-                                            const std::vector<Interval>& outages, Stamp zero);
+                                            const std::vector<TimeInterval>& outages, Stamp zero);
 
 /// The horizontal errors of several runs in one picture, on a scale of decades.
 [[nodiscard]] Plot comparison_plot(
     const std::vector<std::pair<std::string, const WorldFigures*>>& runs,
-    const std::vector<Interval>& outages, Stamp zero);
+    const std::vector<TimeInterval>& outages, Stamp zero);
 
 /// Distance from the truth along the course, after alignment.
 [[nodiscard]] Plot aligned_error_plot(const PosePairs& pairs, const Pose& T_truth_estimate);

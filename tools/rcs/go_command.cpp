@@ -120,14 +120,17 @@ class Desk {
   }
 
   /// Sends it and waits until it is echoed, not until it is done.
-  Ending tell(std::int8_t kind) {
+  /// @param patience  without an echo for so long is a failure
+  Ending tell(std::int8_t kind, Duration patience) {
     Order order;
     order.kind = kind;
     const std::int64_t serial = port_.send(order, now());
-    const Stamp end = now() + kEchoPatience;
-    while (now() < end) {
+    const Stamp begin = now();
+    while (now() - begin < patience) {
       if (!wait()) return {false, "interrupted", "interrupted"};
       const Standing standing = port_.standing(now());
+      // Its echo may have been replaced by that of another superior's command.
+      if (standing.state == Standing::State::kDone) return {true, "done", ""};
       const status_t* const status = port_.status();
       const bool echoed = status != nullptr && status->echo_serial == serial;
       if (!echoed) continue;
@@ -137,6 +140,23 @@ class Desk {
       return {false, "error", std::string(standing.reason)};
     }
     return {false, "error", std::string(port_.standing(now()).reason)};
+  }
+
+  /// Sends it until BG has latched it: a BG that is down or cannot write it may be back soon.
+  Ending emergency_stop(Duration most) {
+    Order order;
+    order.kind = command_t::KIND_EMERGENCY_STOP;
+    const Stamp begin = now();
+    port_.send(order, begin);
+    for (;;) {
+      const bool goes_on = wait();
+      const Standing standing = port_.standing(now());
+      show(standing, now() - begin);
+      if (port_.confirmed()) return {true, "confirmed", ""};
+      if (goes_on && now() - begin < most) continue;
+      return {false, goes_on ? "timeout" : "interrupted",
+              "the emergency stop is not confirmed: " + std::string(standing.reason)};
+    }
   }
 
   /// Ends the line, so that others can be printed.
@@ -192,7 +212,8 @@ class Go final : public Command {
         ->check(CLI::IsMember({"world", "local"}))
         ->capture_default_str();
     app()
-        ->add_option("--timeout", timeout_s_, "[s]; not arrived by then: stop, status 1")
+        ->add_option("--timeout", timeout_s_,
+                     "[s]; not arrived, or no emergency stop confirmed, by then: stop, status 1")
         ->check(CLI::Range(0.0, 1e6));
     app()
         ->add_option("--patience", patience_s_,
@@ -200,7 +221,8 @@ class Go final : public Command {
         ->check(CLI::Range(1.0, 1e6))
         ->capture_default_str();
     app()->add_flag("--halt", halt_, "stop, and stay");
-    app()->add_flag("--emergency-stop", emergency_stop_, "brake; holds until --release");
+    app()->add_flag("--emergency-stop", emergency_stop_,
+                    "brake; latched over restarts of everything until --release");
     app()->add_flag("--release", release_, "end an emergency stop, at rest");
     app()->add_option("--lcm-url", lcm_url_,
                       fmt::format("the bus; default: $LCM_DEFAULT_URL, else {}", kDefaultLcmUrl));
@@ -208,7 +230,9 @@ class Go final : public Command {
     app()->footer(
         "It asks again every second and BG stops 2.5 s after it was last asked, so this program\n"
         "must stay. A BG that starts anew goes on behind the waypoints that were reached. Ctrl-C\n"
-        "halts the vehicle first. Status 0: arrived, or echoed (--halt, --emergency-stop,\n"
+        "halts the vehicle first. --emergency-stop is sent until BG confirms that it is latched "
+        "on\n"
+        "the disk, or until --timeout. Status 0: arrived, or echoed (--halt, --emergency-stop,\n"
         "--release); 1: not, and BG's reason is told.\n"
         "Examples:\n"
         "  rcs go --waypoint 40,0 --waypoint 60,30 --speed 4\n"
@@ -227,8 +251,7 @@ class Go final : public Command {
     if (!bus) return fail(kName, bus.error());
     Desk desk(bus->get());
     const Stamp begin = desk.now();
-    const Ending ending =
-        order->kind == command_t::KIND_GOTO ? drive(&desk, *order) : desk.tell(order->kind);
+    const Ending ending = pursue(&desk, *order);
     desk.end_line();
     if (json_) {
       const nlohmann::json j = {{"command", name_of_kind(order->kind)},
@@ -304,13 +327,22 @@ class Go final : public Command {
     return order;
   }
 
+  [[nodiscard]] Duration most() const {
+    return timeout_s_ ? from_seconds(*timeout_s_) : Duration::max();
+  }
+
+  [[nodiscard]] Ending pursue(Desk* desk, const Order& order) const {
+    if (order.kind == command_t::KIND_GOTO) return drive(desk, order);
+    if (order.kind == command_t::KIND_EMERGENCY_STOP) return desk->emergency_stop(most());
+    return desk->tell(order.kind, kEchoPatience);
+  }
+
   [[nodiscard]] Ending drive(Desk* desk, Order order) const {
     if (datum_) into_world_of(desk, &order);
-    const Duration most = timeout_s_ ? from_seconds(*timeout_s_) : Duration::max();
-    Ending ending = desk->pursue(order, most, from_seconds(patience_s_));
+    Ending ending = desk->pursue(order, most(), from_seconds(patience_s_));
     if (ending.standing != "interrupted" && ending.standing != "timeout") return ending;
     desk->end_line();
-    const Ending halted = desk->tell(command_t::KIND_HALT);
+    const Ending halted = desk->tell(command_t::KIND_HALT, kEchoPatience);
     ending.reason +=
         halted.good ? "; BG halts" : "; and BG does not say that it halts: " + halted.reason;
     return ending;

@@ -130,7 +130,7 @@ class ImportKitti final : public Command {
 
     OutputFile out(out_);
     Counts counts;
-    Outcome done = write_log(*sweeps, *poses, *origin, out.temporary_path(), &counts);
+    Outcome done = write_log(*sweeps, *poses, *origin, out.write_path(), &counts);
     if (done) done = out.commit();
     if (!done) return fail(kName, done.error());
     report(*sweeps, *T_vehicle_ladar, counts);

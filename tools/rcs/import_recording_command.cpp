@@ -60,7 +60,7 @@ void add_counts(const ImportCounts& counts, Json* json, std::string* text) {
 Outcome write_whole(const SensorLog& log, const std::string& path) {
   if (log.events().empty()) return Error{"not one row became a message: nothing is written"};
   OutputFile out(path);
-  Outcome done = log.write(out.temporary_path());
+  Outcome done = log.write(out.write_path());
   return done ? out.commit() : done;
 }
 

@@ -6,6 +6,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "lcmtypes/sensors.h"
 #include "rcs/node/log_file.h"
 #include "tools/rcs/command.h"
 #include "tools/rcs/files.h"
@@ -166,7 +167,7 @@ struct CutOptions {
 
 int log_cut(const CutOptions& options) {
   OutputFile out(options.out);
-  Result<LogWriter> writer = LogWriter::create(out.temporary_path());
+  Result<LogWriter> writer = LogWriter::create(out.write_path());
   if (!writer) return fail("log cut", writer.error());
   std::optional<Stamp> first;
   Outcome written = Done{};
@@ -270,16 +271,24 @@ class LogCut final : public Command {
     app()->add_option("--to", options_.to_s, "seconds after the log's first event; not included");
     app()
         ->add_option("--channel", options_.channels, "only these; separated by commas")
-        ->delimiter(',');
+        ->delimiter(',')
+        ->excludes(app()->add_flag("--sensors", sensors_, "only the sensors' channels"));
     app()->footer(
+        "A log of the sensors alone holds no commands (BG_COMMAND, BG_DRIVE) and may be played to\n"
+        "live nodes by any player, e.g. lcm-logplayer. Ctrl-C leaves no part of the copy behind.\n"
         "Examples:\n"
         "  rcs log cut run.log --from 60 --to 90 -o part.log\n"
-        "  rcs log cut run.log --channel INS,GPS_FIX,ODOMETRY,LADAR_RANGES -o sensors.log");
+        "  rcs log cut run.log --sensors -o sensors.log\n"
+        "  rcs log cut run.log --channel SP_REGISTRATION,WM_NAV_STATE -o answers.log");
   }
-  int run() override { return log_cut(options_); }
+  int run() override {
+    if (sensors_) options_.channels = {channel::kSensors.begin(), channel::kSensors.end()};
+    return log_cut(options_);
+  }
 
  private:
   CutOptions options_;
+  bool sensors_ = false;
 };
 
 class LogCsv final : public Command {

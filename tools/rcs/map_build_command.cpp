@@ -107,12 +107,12 @@ class MapBuildCommand final : public Command {
                          "the runs' poses in frame world instead of WM's, one file for each RUN "
                          "(TUM: t tx ty tz qx qy qz qw)")
             ->check(CLI::ExistingFile);
-    CLI::Option* sigma =
-        app()
-            ->add_option("--pose-sigma", pose_sigma_m_,
-                         "of the poses' heights [m]; default: what WM says of its own")
-            ->check(CLI::Range(0.0, 1000.0));
-    poses->needs(sigma);
+    app()
+        ->add_option(
+            "--pose-sigma", pose_sigma_m_,
+            "of the poses' heights [m]; default: what WM says of its own; of --poses, what "
+            "rcs truth wrote beside them (.sigma.csv)")
+        ->check(CLI::Range(0.0, 1000.0));
     app()
         ->add_option("--pose-length", wanted_.pose_length_m, "over which their error changes [m]")
         ->check(CLI::Range(1.0, 1e7))
@@ -157,6 +157,11 @@ class MapBuildCommand final : public Command {
     for (const std::string& wrong :
          {one_each(sensors_, "--sensors"), one_each(pose_files_, "--poses")}) {
       if (!wrong.empty()) return Error{wrong};
+    }
+    for (const std::string& file : pose_files_) {
+      if (!std::isnan(pose_sigma_m_) || std::filesystem::exists(sigma_file_of(file))) continue;
+      return Error{fmt::format("--poses: {}: no {} beside it: --pose-sigma is required", file,
+                               sigma_file_of(file))};
     }
     if (wanted_.points && runs_.size() > 1) {
       return Error{"--points: of one RUN; surveys that are merged keep their ground alone"};

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <limits>
 
 #include "rcs/base/check.h"
@@ -169,7 +168,7 @@ std::array<std::uint8_t, 4> difference_color(float d_m, double range_m) {
 
 Outcome write_difference(const Raster& difference, double range_m, const std::string& path) {
   const QuietGdal quiet;
-  GDALAllRegister();
+  register_formats();
   CPLErrorReset();
   constexpr int kBands = 4;
   const int width = difference.width;
@@ -198,16 +197,11 @@ Outcome write_difference(const Raster& difference, double range_m, const std::st
     }
   }
   driver = GetGDALDriverManager()->GetDriverByName("PNG");
-  OutputFile out(path);
-  const Dataset written(driver == nullptr
-                            ? nullptr
-                            : driver->CreateCopy(out.temporary_path().c_str(), memory.get(), 0,
-                                                 nullptr, nullptr, nullptr));
-  if (!written) return Error{path + ": " + gdal_says()};
-  written->FlushCache();
-  std::error_code error;
-  std::filesystem::remove(out.temporary_path() + ".aux.xml", error);  // what PNG can't say
-  return out.commit();
+  CPLErrorReset();
+  Dataset written(driver == nullptr
+                      ? nullptr
+                      : driver->CreateCopy(kInMemory, memory.get(), 0, nullptr, nullptr, nullptr));
+  return close_and_write(std::move(written), path);
 }
 
 }  // namespace rcs::tools

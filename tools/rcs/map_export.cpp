@@ -1,6 +1,5 @@
 #include "tools/rcs/map_export.h"
 
-#include <cpl_vsi.h>
 #include <fmt/format.h>
 #include <gdal_utils.h>
 #include <ogr_spatialref.h>
@@ -56,7 +55,7 @@ Outcome fill_band(const Raster& r, GDALRasterBand* band, const F& value) {
 }
 
 Result<Dataset> in_memory(const Raster& r, int bands) {
-  GDALAllRegister();
+  register_formats();
   GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("MEM");
   Dataset d(driver == nullptr ? nullptr
                               : driver->Create("", r.width, r.height, bands, GDT_Float32, nullptr));
@@ -66,23 +65,6 @@ Result<Dataset> in_memory(const Raster& r, int bands) {
   d->SetGeoTransform(affine);
   d->GetRasterBand(1)->SetNoDataValue(kNoHeight);
   return d;
-}
-
-/// Drivers write to memory: not all of them tell when a disk is full.
-constexpr const char* kInMemory = "/vsimem/rcs_map_export";
-
-/// Moves what a driver made of a map to its file.
-Outcome close_and_write(Dataset written, const std::string& path) {
-  const bool created = written != nullptr;
-  written.reset();  // the last of it is written now
-  vsi_l_offset bytes = 0;
-  const std::unique_ptr<GByte, decltype(&VSIFree)> file(VSIGetMemFileBuffer(kInMemory, &bytes, 1),
-                                                        &VSIFree);
-  VSIUnlink((std::string(kInMemory) + ".aux.xml").c_str());  // what the format can't say
-  if (!created || !file || CPLGetLastErrorType() >= CE_Failure) {
-    return Error{path + ": " + gdal_says()};
-  }
-  return write_text(path, {reinterpret_cast<const char*>(file.get()), bytes});
 }
 
 /// The reference frame that has this name in EPSG's list; else one of this name that nothing is

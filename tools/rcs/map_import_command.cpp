@@ -99,11 +99,11 @@ void say_written(const std::string& map, const MapFrame& frame, double cell_m, s
 class MapImportRaster final : public Command {
  public:
   explicit MapImportRaster(CLI::App* import)
-      : Command(import->add_subcommand("raster", "An elevation raster that GDAL reads")),
+      : Command(import->add_subcommand("raster", "An elevation raster")),
         survey_(app()),
         coordinates_(app(), &wanted_) {
     app()
-        ->add_option("FILE", wanted_.path, "GeoTIFF, ESRI ASCII grid, ... [heights in metres]")
+        ->add_option("FILE", wanted_.path, fmt::format("{} [heights in metres]", kRasterFormats))
         ->required()
         ->check(CLI::ExistingFile);
     app()->add_option("--band", wanted_.band, "of the file")->capture_default_str();

@@ -117,7 +117,7 @@ void write(const points_t& m, FieldWriter& w) {
 }
 
 void write(const nav_state_t& m, FieldWriter& w) {
-  w(F(utime))(F(seq))(F(mode))(F(world_valid))(F(rolling_valid))(F(q_world_vehicle))(
+  w(F(utime))(F(seq))(F(mode))(F(pose_valid))(F(world_valid))(F(rolling_valid))(F(q_world_vehicle))(
       F(p_world_vehicle_m))(F(q_local_vehicle))(F(p_local_vehicle_m))(F(local_utime))(F(map_epoch))(
       F(q_rolling_vehicle))(F(p_rolling_vehicle_m))(F(v_world_mps))(F(rate_vehicle_radps))(
       F(accel_vehicle_mps2))(F(gyro_bias_radps))(F(accel_bias_mps2))(F(map_offset_m))(
@@ -133,7 +133,7 @@ void write(const innovation_t& m, FieldWriter& w) {
 }
 
 void write(const integrity_t& m, FieldWriter& w) {
-  w(F(utime))(F(seq))(F(protection_horizontal_m))(F(protection_vertical_m))(F(limit_horizontal_m))(
+  w(F(utime))(F(seq))(F(validity))(F(protection_horizontal_m))(F(protection_vertical_m))(F(limit_horizontal_m))(
       F(limit_vertical_m))(F(alerts))(F(gps))(F(ladar))(F(gps_since_utime))(F(ladar_since_utime))(
       F(gps_doubt))(F(ladar_doubt))(F(sigma_in_60s_m))(F(alert_in_s));
 }

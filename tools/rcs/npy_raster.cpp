@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <regex>
+#include <string_view>
 
 #include "rcs/terrain/wire.h"
 #include "tools/rcs/files.h"
@@ -36,16 +38,50 @@ float from_half(std::uint16_t h) {
   return (h & 0x8000) != 0 ? -value : value;
 }
 
-/// The one file of a folder whose name ends so; none: there is none, or several.
-std::optional<std::string> only_file(const std::string& folder, const std::regex& name) {
+/// The one file of a folder that has `part` in its name and then `behind` characters to the name's
+/// end; none: there is none, or several.
+std::optional<std::string> only_file(const std::string& folder, std::string_view part,
+                                     std::size_t behind) {
   std::vector<std::string> found;
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(folder, error)) {
-    if (std::regex_match(entry.path().filename().string(), name)) {
+    const std::string name = entry.path().filename().string();
+    const std::size_t at = name.rfind(part);
+    if (at != std::string::npos && at + part.size() + behind == name.size()) {
       found.push_back(entry.path().string());
     }
   }
   return found.size() == 1 ? std::optional<std::string>(found.front()) : std::nullopt;
+}
+
+/// What follows "'key':" in the header of an array, without leading blanks; none: no such key.
+std::optional<std::string_view> value_of(std::string_view header, std::string_view key) {
+  const std::string quoted = fmt::format("'{}':", key);
+  const std::size_t at = header.find(quoted);
+  if (at == std::string_view::npos) return std::nullopt;
+  header.remove_prefix(at + quoted.size());
+  header.remove_prefix(std::min(header.find_first_not_of(' '), header.size()));
+  return header;
+}
+
+/// "(rows, cols)" at the text's begin.
+std::optional<std::array<int, 2>> shape_of(std::string_view text) {
+  std::array<int, 2> shape{};
+  const auto skip = [&text](std::string_view what) {
+    text.remove_prefix(std::min(text.find_first_not_of(' '), text.size()));
+    const bool found = text.substr(0, what.size()) == what;
+    if (found) text.remove_prefix(what.size());
+    return found;
+  };
+  const auto number = [&](int* n) {
+    (void)skip("");
+    const std::from_chars_result r = std::from_chars(text.data(), text.data() + text.size(), *n);
+    text.remove_prefix(static_cast<std::size_t>(r.ptr - text.data()));
+    return r.ec == std::errc() && *n >= 0;
+  };
+  if (!skip("(") || !number(&shape[0]) || !skip(",") || !number(&shape[1])) return std::nullopt;
+  (void)skip(",");
+  return skip(")") ? std::optional(shape) : std::nullopt;
 }
 
 /// The city that a log's raster is named after, and its frame's origin (the AV2 API's figures).
@@ -104,23 +140,21 @@ Result<NpyArray> parse_npy(const std::vector<std::uint8_t>& bytes, const std::st
   const std::size_t length = version == 1 ? wire::take<std::uint16_t>(bytes.data() + 8)
                                           : wire::take<std::uint32_t>(bytes.data() + 8);
   if (length > bytes.size() - at) return bad("truncated in its header");
-  const std::string header(bytes.begin() + static_cast<std::ptrdiff_t>(at),
-                           bytes.begin() + static_cast<std::ptrdiff_t>(at + length));
-  std::smatch type;
-  std::smatch shape;
-  if (!std::regex_search(header, type, std::regex("'descr':\\s*'<f([248])'"))) {
+  const std::string_view header(reinterpret_cast<const char*>(bytes.data()) + at, length);
+  const std::string_view type = value_of(header, "descr").value_or("").substr(0, 5);
+  if (type != "'<f2'" && type != "'<f4'" && type != "'<f8'") {
     return bad("its values are not float16, float32 or float64, little-endian");
   }
-  if (header.find("'fortran_order': False") == std::string::npos) return bad("not in C order");
-  if (!std::regex_search(header, shape,
-                         std::regex("'shape':\\s*\\((\\d{1,9}),\\s*(\\d{1,9})\\s*,?\\)"))) {
-    return bad("not of two dimensions");
+  if (value_of(header, "fortran_order").value_or("").substr(0, 5) != "False") {
+    return bad("not in C order");
   }
+  const std::optional<std::array<int, 2>> shape = shape_of(value_of(header, "shape").value_or(""));
+  if (!shape) return bad("not of two dimensions");
+  const auto size = static_cast<std::size_t>(type[3] - '0');
   NpyArray array;
-  array.half = type[1] == "2";
-  array.rows = std::stoi(shape[1]);
-  array.cols = std::stoi(shape[2]);
-  const auto size = static_cast<std::size_t>(std::stoi(type[1]));
+  array.half = size == 2;
+  array.rows = (*shape)[0];
+  array.cols = (*shape)[1];
   const std::int64_t n = std::int64_t{array.rows} * array.cols;
   if (n < 1 || n > kMostCells) return bad(fmt::format("{} values, allowed 1 to 2^28", n));
   if (static_cast<std::size_t>(n) * size != bytes.size() - at - length) {
@@ -139,9 +173,10 @@ Result<NpyArray> parse_npy(const std::vector<std::uint8_t>& bytes, const std::st
 
 Result<ImportedRaster> import_av2(const std::string& folder, const SurveyQuality& quality) {
   const std::string map = fs::exists(folder + "/map") ? folder + "/map" : folder;
-  const std::regex raster_name(".*ground_height_surface____([A-Z]{3})\\.npy");
-  const std::optional<std::string> npy = only_file(map, raster_name);
-  const std::optional<std::string> json = only_file(map, std::regex(".*img_Sim2_city\\.json"));
+  constexpr std::string_view kCityNpy = "CTY.npy";
+  const std::optional<std::string> npy =
+      only_file(map, "ground_height_surface____", kCityNpy.size());
+  const std::optional<std::string> json = only_file(map, "img_Sim2_city.json", 0);
   if (!npy || !json) {
     return Error{map +
                  ": one *ground_height_surface____CITY.npy and one *img_Sim2_city.json "
@@ -169,9 +204,7 @@ Result<ImportedRaster> import_av2(const std::string& folder, const SurveyQuality
     return Error{*json + ": s in (1e-4, 100), t of two and R of no rotation are due"};
   }
 
-  std::smatch city_name;
-  std::regex_match(*npy, city_name, raster_name);
-  const std::string name = city_name[1];
+  const std::string name = npy->substr(npy->size() - kCityNpy.size(), 3);
   const auto* const city = std::find_if(std::begin(kCities), std::end(kCities),
                                         [&](const City& c) { return name == c.name; });
   if (city == std::end(kCities)) return Error{*npy + ": a city that is not known: " + name};

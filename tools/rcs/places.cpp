@@ -6,12 +6,21 @@
 #include "tools/rcs/csv_table.h"
 
 namespace rcs::tools {
+namespace {
+
+/// In a map's frame: as far off as a message may say.
+bool plausible(const Vec2& p) {
+  constexpr double kFarthest_m = 1e6;
+  return p.allFinite() && p.cwiseAbs().maxCoeff() <= kFarthest_m;
+}
+
+}  // namespace
 
 std::optional<Vec2> parse_place(const std::string& text) {
   Vec2 p;
   int length = 0;
   const bool two = std::sscanf(text.c_str(), "%lf,%lf%n", &p.x(), &p.y(), &length) == 2;
-  if (!two || text.size() != static_cast<std::size_t>(length) || !p.allFinite()) return {};
+  if (!two || text.size() != static_cast<std::size_t>(length) || !plausible(p)) return {};
   return p;
 }
 
@@ -25,7 +34,9 @@ Result<std::vector<Vec2>> load_places(const std::string& path) {
   std::vector<Vec2> places;
   for (std::size_t k = 0; k < x->size(); ++k) {
     places.emplace_back((*x)[k], (*y)[k]);
-    if (!places.back().allFinite()) return Error{table->place(k) + ": a place is missing"};
+    if (!plausible(places.back())) {
+      return Error{table->place(k) + ": a place is missing, or more than 1000 km away"};
+    }
   }
   return places;
 }

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "rcs/base/regular_file.h"
 #include "rcs/terrain/map_folder.h"
 #include "rcs/terrain/map_tile.h"
 #include "tools/rcs/gdal_files.h"
@@ -53,10 +54,15 @@ class Survey {
 };
 
 Result<Survey> Survey::open(const RasterImport& wanted) {
-  GDALAllRegister();
+  // GDAL takes some names for commands, and opens URLs.
+  if (Outcome checked = check_regular_file(wanted.path); !checked) return checked.error();
+  register_formats();
   CPLErrorReset();
   Dataset file(GDALDataset::Open(wanted.path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY));
-  if (!file) return Error{wanted.path + ": " + gdal_says()};
+  if (!file) {
+    return Error{fmt::format("{}: {}. Formats: {}; convert others by gdal_translate", wanted.path,
+                             gdal_says(), kRasterFormats)};
+  }
   if (wanted.band < 1 || wanted.band > file->GetRasterCount()) {
     return Error{
         fmt::format("{}: band {}, it has {}", wanted.path, wanted.band, file->GetRasterCount())};
@@ -269,14 +275,24 @@ Result<RasterImported> import_raster(const RasterImport& wanted, const std::stri
   const Cell low = tile_of(level.cell_at(frame.low().x(), frame.low().y()));
   const Cell high = tile_of(level.cell_at(frame.high().x(), frame.high().y()));
   RasterImported out{frame.map(), cell_m, 0, 0};
-  const int wide = high.i - low.i + 1;
-  const int tiles = wide * (high.j - low.j + 1);
-  for (int k = 0; k < tiles; ++k) {
-    const Result<Raster> tile = survey->tile(level, {low.i + k % wide, low.j + k / wide});
+  constexpr std::int64_t kMostTiles = 1 << 20;
+  const std::int64_t wide = std::int64_t{high.i} - low.i + 1;
+  const std::int64_t tiles = wide * (std::int64_t{high.j} - low.j + 1);
+  if (tiles > kMostTiles) {
+    return Error{
+        fmt::format("{}: {} tiles of {} x {} cells, more than {}: import parts, or with a "
+                    "larger --cell",
+                    wanted.path, tiles, kTileSide, kTileSide, kMostTiles)};
+  }
+  for (std::int64_t k = 0; k < tiles; ++k) {
+    const Cell number{low.i + static_cast<int>(k % wide), low.j + static_cast<int>(k / wide)};
+    const Result<Raster> tile = survey->tile(level, number);
     if (!tile) return tile.error();
     for (const float z : tile->z_m) ++(std::isnan(z) ? out.unknown : out.known);
     if (Outcome put = writer->put(0, *tile); !put) return put.error();
-    if (!progress(static_cast<double>(k + 1) / tiles)) return Error{"interrupted"};
+    if (!progress(static_cast<double>(k + 1) / static_cast<double>(tiles))) {
+      return Error{"interrupted"};
+    }
   }
   if (out.known == 0) return Error{wanted.path + ": not one height is known"};
   Outcome done = writer->add_coarser_levels();

@@ -1,6 +1,6 @@
 #pragma once
-// Elevation rasters of any format that GDAL reads, made into maps: their coordinate reference
-// system and vertical datum are PROJ's to convert.
+// Elevation rasters, read by GDAL, made into maps: their coordinate reference system and vertical
+// datum are PROJ's to convert.
 
 #include <functional>
 #include <limits>
@@ -13,6 +13,10 @@
 #include "tools/rcs/survey_coordinates.h"
 
 namespace rcs::tools {
+
+/// What is read. Other formats of GDAL's may name files and servers, which it would read, too.
+constexpr const char* kRasterFormats =
+    "GeoTIFF, ESRI ASCII grid, ESRI .flt and .bil, ENVI, SRTM .hgt, DTED, USGS DEM, Surfer grid";
 
 struct RasterImport : SurveyCoordinates {
   std::string path;

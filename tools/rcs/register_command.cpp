@@ -2,7 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <charconv>
+#include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -77,6 +81,38 @@ nlohmann::json more_of(const sp::GlobalRegistration& g) {
   return {{"accepted", g.accepted}, {"ambiguity", g.ambiguity}, {"hypotheses", ranked}};
 }
 
+/// R = Rz(yaw) Ry(pitch) Rx(roll).
+Vec3 roll_pitch_yaw_deg(const Quat& q) {
+  const Mat3 R = q.toRotationMatrix();
+  return {degrees(std::atan2(R(2, 1), R(2, 2))),
+          degrees(std::asin(std::clamp(-R(2, 0), -1.0, 1.0))), degrees(yaw_of(q))};
+}
+
+/// One sigma of x, y, z [m], roll, pitch, yaw [rad] of DATA; infinite where the information leaves
+/// a direction unobserved that has a part in it.
+Vec6 sigmas(const Mat6& information) {
+  const Eigen::SelfAdjointEigenSolver<Mat6> eigen(information);
+  const double least = 1e-9 * std::max(eigen.eigenvalues()[5], 1e-300);
+  Vec6 variance = Vec6::Zero();
+  for (int k = 0; k < 6; ++k) {
+    const Vec6 part = eigen.eigenvectors().col(k).cwiseAbs2();
+    if (eigen.eigenvalues()[k] > least) {
+      variance += part / eigen.eigenvalues()[k];
+      continue;
+    }
+    for (int i = 0; i < 6; ++i) {
+      if (part[i] > 1e-3) variance[i] = std::numeric_limits<double>::infinity();
+    }
+  }
+  return variance.cwiseSqrt();
+}
+
+std::string sigma_text(double sigma, const char* unit) {
+  return std::isfinite(sigma) ? fmt::format("{:.3f} {}", sigma, unit) : std::string("unobserved");
+}
+
+nlohmann::json numbers_of(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+
 /// "32x180"; none: it is something else.
 std::optional<CloudShape> parse_shape(const std::string& text) {
   CloudShape shape;
@@ -147,8 +183,10 @@ class Register final : public Command {
         "against.\nIt starts at the guess (--global: where plane ends), off by no more than about "
         "2 m and 10 deg,\nand its information is of independent errors, more than real scans "
         "have.\n"
-        "A small mean distance is no accuracy: look at the overlap, and hold it against another\n"
-        "sensor. Status 0: it converged (--global: and is accepted); 1: not, and why is told.\n"
+        "The result of every method is checked: of DATA's surfaces, enough must lie on MODEL's "
+        "with like\nnormals, in every direction of translation. Unrelated clouds share their "
+        "ground and fail across it.\nStatus 0: converged and checked (--global: also unambiguous); "
+        "1: refused, with the reason.\n"
         "Examples:\n"
         "  rcs register first.pcd second.pcd\n"
         "  rcs register 0000000000.bin 0000000001.bin --method paper --json\n"
@@ -196,15 +234,25 @@ class Register final : public Command {
       if (!drawn) return fail(kName, drawn.error());
     }
     if (answer.good) return kExitOk;
-    const bool refused = answer.global && !answer.global->accepted;
-    return fail(kName, Error{refused ? refusal(*answer.global)
-                                     : fmt::format("not converged: {}", answer.stop)});
+    return fail(kName, Error{why_not(answer)});
   }
 
  private:
   static int wrong_usage(const std::string& why) {
     fmt::print(stderr, "rcs register: {}\n", why);
     return kExitUsage;
+  }
+
+  static std::string why_not(const CloudMatch& answer) {
+    if (answer.global && !answer.global->accepted) return refusal(*answer.global);
+    if (answer.stop != kDisagreement) return fmt::format("not converged: {}", answer.stop);
+    const sp::CloudParams limits;
+    return fmt::format(
+        "refused: at the pose found, {:.0f} % of DATA's surfaces lie on MODEL's (at least {:.0f} % "
+        "required), and {:.0f} % in the direction with the least agreement (at least {:.0f} %); "
+        "the clouds do not overlap, or the guess is too far off",
+        100.0 * answer.agreement->overlap, 100.0 * limits.min_overlap,
+        100.0 * answer.agreement->least, 100.0 * limits.min_least);
   }
 
   static std::string refusal(const sp::GlobalRegistration& g) {
@@ -260,6 +308,8 @@ class Register final : public Command {
     cpu["total"] = a.total_ms();
     nlohmann::json out = {{"method", method_},
                           {"T_model_data", row_major(a.T_model_data.matrix())},
+                          {"translation_m", numbers_of(a.T_model_data.p)},
+                          {"roll_pitch_yaw_deg", numbers_of(roll_pitch_yaw_deg(a.T_model_data.q))},
                           {"stop", a.stop},
                           {"iterations", a.iterations},
                           {"model_points", model.points.size()},
@@ -270,10 +320,16 @@ class Register final : public Command {
                           {"mean_distance_before_m", before_m},
                           {"mean_distance_after_m", after_m},
                           {"cpu_ms", cpu}};
+    if (a.agreement) {
+      out["agreement"] = {{"surfaces", a.agreement->surfaces},
+                          {"overlap", a.agreement->overlap},
+                          {"least_direction", a.agreement->least}};
+    }
     if (a.paper) out.update(more_of(*a.paper));
     if (a.planes) out.update(more_of(*a.planes));
     if (a.wide) out["search_score"] = a.wide->score;
     if (a.global) out.update(more_of(*a.global));
+    out["accepted"] = a.good;
     return out;
   }
 
@@ -286,6 +342,25 @@ class Register final : public Command {
         "\npairs {}, overlap {:.0f} %, mean distance to the closest point before {:.1f} cm, "
         "after {:.1f} cm\n",
         a.pairs, 100.0 * a.overlap, 100.0 * before_m, 100.0 * after_m);
+    const Vec3& p = a.T_model_data.p;
+    const Vec3 rpy = roll_pitch_yaw_deg(a.T_model_data.q);
+    fmt::print(
+        "translation {:.3f} {:.3f} {:.3f} m ({:.3f} m), roll pitch yaw {:.3f} {:.3f} {:.3f} deg\n",
+        p.x(), p.y(), p.z(), p.norm(), rpy.x(), rpy.y(), rpy.z());
+    if (a.planes) {
+      const Vec6 s = sigmas(a.planes->information);
+      fmt::print("one sigma: x {}, y {}, z {}, roll {}, pitch {}, yaw {}\n", sigma_text(s[0], "m"),
+                 sigma_text(s[1], "m"), sigma_text(s[2], "m"), sigma_text(degrees(s[3]), "deg"),
+                 sigma_text(degrees(s[4]), "deg"), sigma_text(degrees(s[5]), "deg"));
+    } else {
+      fmt::print("one sigma: not estimated by this method\n");
+    }
+    if (a.agreement) {
+      fmt::print(
+          "agreement: {:.0f} % of DATA's surfaces lie on MODEL's, {:.0f} % in the direction "
+          "with the least\n",
+          100.0 * a.agreement->overlap, 100.0 * a.agreement->least);
+    }
     const Eigen::Matrix4d m = a.T_model_data.matrix();
     fmt::print("T_model_data:\n");
     for (int i = 0; i < 4; ++i) {

@@ -6,15 +6,19 @@
 #include <limits>
 
 #include "lcmtypes/channels.h"
+#include "lcmtypes/sensors.h"
 #include "modules/sp/sp_node.h"
+#include "modules/wm/wm_config.h"
 #include "modules/wm/wm_node.h"
 #include "rcs/node/cycle_sinks.h"
 #include "rcs/node/executor.h"
 #include "rcs/node/log_source.h"
+#include "rcs/terrain/map_folder.h"
 #include "tools/rcs/command.h"
 #include "tools/rcs/evaluation_tables.h"
 #include "tools/rcs/files.h"
-#include "tools/rcs/terminal.h"
+#include "tools/rcs/part_of_log.h"
+#include "tools/rcs/replay_verdict.h"
 
 namespace rcs::tools {
 namespace {
@@ -22,38 +26,6 @@ namespace {
 constexpr std::string_view kName = "replay";
 /// After the last event: so that the work under way is finished.
 constexpr Duration kTail = std::chrono::seconds(1);
-
-/// A part of a log, until somebody wants it to stop.
-class PartOfLog final : public EventSource {
- public:
-  /// @param from, to  after the source's first event
-  PartOfLog(EventSource* source, Duration from, Duration to, const LogReader* reader)
-      : source_(source), reader_(reader), progress_(kName, reader->size_bytes()) {
-    const Stamp first = source_->peek();
-    if (first == Stamp::max()) return;
-    to_ = to < Stamp::max() - first ? first + to : Stamp::max();
-    SourceEvent passed_over;
-    while (source_->peek() < first + from) source_->take(&passed_over);
-  }
-
-  [[nodiscard]] Stamp peek() override {
-    const Stamp due = source_->peek();
-    return due < to_ && !interrupt_.requested() ? due : Stamp::max();
-  }
-  void take(SourceEvent* event) override {
-    source_->take(event);
-    progress_.at(reader_->position_bytes());
-  }
-
-  [[nodiscard]] bool interrupted() const { return interrupt_.requested(); }
-
- private:
-  EventSource* source_;
-  const LogReader* reader_;
-  Stamp to_ = Stamp::max();
-  InterruptGuard interrupt_;
-  Progress progress_;
-};
 
 class Replay final : public Command {
  public:
@@ -72,17 +44,23 @@ class Replay final : public Command {
     app()
         ->add_option("--without", without_, "sensor channels to be withheld; separated by commas")
         ->delimiter(',')
-        ->check(CLI::IsMember(std::vector<std::string>(kSensors.begin(), kSensors.end())));
+        ->check(CLI::IsMember(
+            std::vector<std::string>(channel::kSensors.begin(), channel::kSensors.end())));
     app()->add_option("--set", overrides_,
                       "TABLE.KEY=VALUE (TOML) instead of the configuration's; may be repeated");
     app()
         ->add_option("--from", from_s_, "seconds after the log's first sensor event")
-        ->check(CLI::NonNegativeNumber);
-    app()->add_option("--to", to_s_, "likewise; not included")->check(CLI::NonNegativeNumber);
+        ->check(CLI::Range(0.0, 1e9));
+    app()->add_option("--to", to_s_, "likewise; not included")->check(CLI::Range(0.0, 1e9));
     app()->add_flag("--json", json_, "figures as JSON");
     app()->footer(
         "One thread, driven by the log: the same input gives the same bytes in OUT (compare by\n"
-        "sha256sum). Stopwatch values go to OUT.timing, which differs from run to run.\n"
+        "sha256sum). Stopwatch values go to OUT.timing, which differs from run to run. Ctrl-C\n"
+        "leaves no part of OUT behind, and a file that was there before as it was.\n"
+        "Status 1, and why on stderr, although OUT is written: LADAR data and not one "
+        "registration,\n"
+        "an a priori map more than 50 m from the course, a datum more than 10 km from the first "
+        "fix.\n"
         "Examples:\n"
         "  rcs replay config/kitti.toml kitti.log -o out/kitti.log && sha256sum out/kitti.log\n"
         "  rcs replay config/demo3.toml run.log -o ins.log --without LADAR_RANGES,ODOMETRY\n"
@@ -92,21 +70,20 @@ class Replay final : public Command {
   }
 
   int run() override {
-    OutputFile out(out_);
-    OutputFile timing(out_ + ".timing");
-    Outcome done = replay(out.temporary_path(), timing.temporary_path());
+    const OutputFile out(out_);
+    const OutputFile timing(out.in_place() ? "/dev/null" : out_ + ".timing");
+    Outcome done = check_output(timing.path());
+    if (done) done = replay(out.write_path(), timing.write_path());
     if (done) done = timing.commit();
     if (done) done = out.commit();
     if (!done) return fail(kName, done.error());
-    return summarize_run();
+    const int status = out.in_place() ? kExitOk : summarize_run();
+    for (const std::string& fault : faults_) fmt::print(stderr, "rcs replay: {}\n", fault);
+    return faults_.empty() ? status : kExitFailed;
   }
 
  private:
-  static constexpr std::array<const char*, 5> kSensors = {channel::kLadarRanges,
-                                                          channel::kLadarPoints, channel::kIns,
-                                                          channel::kGpsFix, channel::kOdometry};
-
-  [[nodiscard]] Outcome replay(const std::string& out_path, const std::string& timing_path) const {
+  [[nodiscard]] Outcome replay(const std::string& out_path, const std::string& timing_path) {
     const Result<ParamFile> params = ParamFile::load(config_, overrides_);
     if (!params) return params.error();
     Result<LogReader> reader = LogReader::open(log_);
@@ -117,8 +94,9 @@ class Replay final : public Command {
     if (!timing) return timing.error();
 
     LocalBus bus;
-    LogRecorder recorder(&writer.value(), {kSensors.begin(), kSensors.end()});
-    bus.set_tap(&recorder);
+    LogRecorder recorder(&writer.value(), {channel::kSensors.begin(), channel::kSensors.end()});
+    ReplayVerdict verdict(&recorder);
+    bus.set_tap(&verdict);
     const Result<std::unique_ptr<Node>> sp = sp::make_sp_node(*params, &bus);
     if (!sp) return sp.error();
     const Result<std::unique_ptr<Node>> wm = wm::make_wm_node(*params, &bus);
@@ -127,7 +105,7 @@ class Replay final : public Command {
     LogSource whole(&reader.value(), fed_channels());
     RunReport report;
     {
-      PartOfLog source(&whole, from_seconds(from_s_), to(), &reader.value());
+      PartOfLog source(kName, &whole, from_seconds(from_s_), to(), &reader.value());
       LockstepTimeline timeline(&bus, &source, kTail);
       report = rcs::run({sp->get(), wm->get()}, timeline, timing->get());
       if (source.interrupted()) return Error{"interrupted"};
@@ -142,14 +120,30 @@ class Replay final : public Command {
     if (whole.fed() == 0) return Error{log_ + ": no sensor data in what was asked for"};
     fmt::print(stderr, "{}", report.text());
     if (Outcome closed = (*timing)->close(); !closed) return closed;
-    return writer->close();
+    if (Outcome closed = writer->close(); !closed) return closed;
+    return judge(*params, verdict);
+  }
+
+  /// What of the configuration the replay did not use goes to `faults_`.
+  [[nodiscard]] Outcome judge(const ParamFile& params, const ReplayVerdict& verdict) {
+    const Result<wm::WmConfig> config = wm::load_wm_config(params);
+    if (!config) return config.error();
+    const std::string& path = config->prior_terrain.map;
+    std::optional<MapFolder> map;
+    if (!path.empty()) {
+      Result<MapFolder> opened = MapFolder::open(path);
+      if (!opened) return opened.error();
+      map.emplace(std::move(opened).value());
+    }
+    faults_ = verdict.faults(config->datum, map ? &map->index() : nullptr);
+    return Done{};
   }
 
   [[nodiscard]] Duration to() const { return to_s_ < 1e12 ? from_seconds(to_s_) : Duration::max(); }
 
   [[nodiscard]] std::vector<std::string> fed_channels() const {
     std::vector<std::string> fed = {channel::kSimTruth};
-    for (const char* sensor : kSensors) {
+    for (const char* sensor : channel::kSensors) {
       if (std::find(without_.begin(), without_.end(), sensor) == without_.end()) {
         fed.emplace_back(sensor);
       }
@@ -174,6 +168,7 @@ class Replay final : public Command {
   std::string out_;
   std::vector<std::string> without_;
   std::vector<std::string> overrides_;
+  std::vector<std::string> faults_;
   double from_s_ = 0.0;
   double to_s_ = std::numeric_limits<double>::infinity();
   bool json_ = false;

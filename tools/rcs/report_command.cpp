@@ -242,7 +242,7 @@ class ReportCommand final : public Command {
 
   Trajectory truth_;
   std::optional<Geodetic> truth_datum_;
-  std::vector<Interval> outages_;
+  std::vector<TimeInterval> outages_;
   std::vector<std::string> names_;
   std::vector<ReportedRun> reported_;
   std::vector<ComparedRun> compared_;

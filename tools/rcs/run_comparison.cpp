@@ -10,9 +10,9 @@ namespace {
 
 std::string fixed(double v, int digits) { return fmt::format("{:.{}f}", v, digits); }
 
-bool in_any(const std::vector<Interval>& intervals, Stamp stamp) {
+bool in_any(const std::vector<TimeInterval>& intervals, Stamp stamp) {
   return std::any_of(intervals.begin(), intervals.end(),
-                     [stamp](const Interval& i) { return i.contains(stamp); });
+                     [stamp](const TimeInterval& i) { return i.contains(stamp); });
 }
 
 std::string joined(const std::vector<std::string>& names, std::string_view separator) {
@@ -67,7 +67,7 @@ std::string labelled(const ComparedRun& run, std::size_t outage) {
 }  // namespace
 
 ComparedRun compare_run(const std::string& name, const RunLog& log, const WorldFigures& world,
-                        const std::vector<Interval>& outages) {
+                        const std::vector<TimeInterval>& outages) {
   ComparedRun run;
   run.name = name;
   run.nees_per_dof = world.nees_per_dof;
@@ -76,7 +76,7 @@ ComparedRun compare_run(const std::string& name, const RunLog& log, const WorldF
     if (!in_any(outages, e.stamp)) with_gps_m.push_back(e.horizontal_m());
   }
   run.with_gps_m = summarize(std::move(with_gps_m));
-  for (const Interval& i : outages) {
+  for (const TimeInterval& i : outages) {
     run.outages.push_back(outage_figures(world, i));
     run.fused.push_back(fused_sources(log, i));
   }

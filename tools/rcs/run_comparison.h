@@ -24,7 +24,7 @@ struct ComparedRun {
 /// @param outages  the same for all runs that are compared
 [[nodiscard]] ComparedRun compare_run(const std::string& name, const RunLog& log,
                                       const WorldFigures& world,
-                                      const std::vector<Interval>& outages);
+                                      const std::vector<TimeInterval>& outages);
 
 /// One row for each run and outage; for each run without an outage.
 [[nodiscard]] Table comparison_table(const std::vector<ComparedRun>& runs);

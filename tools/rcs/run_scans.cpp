@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <sstream>
+#include <string_view>
 
 #include "lcmtypes/channels.h"
 #include "lcmtypes/plausible.h"
@@ -209,7 +212,43 @@ Trajectory smoothed(const std::vector<NavRecord>& nav) {
   return out;
 }
 
+/// Root mean square of column sigma_z_m; 0 without a file. The vehicle's z axis is up but for its
+/// roll and pitch.
+Result<double> read_sigma_up(const std::string& path) {
+  constexpr std::string_view kColumns = "t_s,sigma_x_m,sigma_y_m,sigma_z_m,";
+  if (!std::filesystem::exists(path)) return 0.0;
+  const Result<std::string> text = read_text(path);
+  if (!text) return text.error();
+  std::istringstream lines(*text);
+  std::string line;
+  std::getline(lines, line);
+  if (line.compare(0, kColumns.size(), kColumns) != 0) {
+    return Error{
+        fmt::format("{}:1: not a file of sigmas: its columns begin with {}", path, kColumns)};
+  }
+  double square = 0.0;
+  int n = 0;
+  while (std::getline(lines, line)) {
+    const std::optional<std::vector<double>> v = parse_numbers(line);
+    if (!v || v->size() < 4) return Error{fmt::format("{}:{}: not numbers", path, n + 2)};
+    square += (*v)[3] * (*v)[3];
+    ++n;
+  }
+  if (n == 0) return Error{path + ": no sigma in it"};
+  return std::sqrt(square / n);
+}
+
 }  // namespace
+
+std::string sigma_file_of(const std::string& pose_file) {
+  constexpr std::string_view kScans = ".scans";
+  std::string stem = pose_file;
+  if (stem.size() > kScans.size() &&
+      stem.compare(stem.size() - kScans.size(), kScans.size(), kScans) == 0) {
+    stem.resize(stem.size() - kScans.size());
+  }
+  return stem + ".sigma.csv";
+}
 
 Result<RunPoses> poses_of(const RunLog& run, PoseSource source, const std::string& file) {
   RunPoses poses;
@@ -231,6 +270,9 @@ Result<RunPoses> poses_of(const RunLog& run, PoseSource source, const std::strin
                    "the earth the poses of " +
                    file + " are is not known"};
     }
+    const Result<double> sigma_up_m = read_sigma_up(sigma_file_of(file));
+    if (!sigma_up_m) return sigma_up_m.error();
+    poses.sigma_up_m = *sigma_up_m;
     poses.world = poses.smooth = *std::move(read);
     poses.datum = run.world_datum ? *run.world_datum : *run.truth_datum;
     return poses;

@@ -19,12 +19,16 @@ namespace rcs::tools {
 /// Whose poses scans are placed by.
 enum class PoseSource { kWm, kTruth, kFile };
 
+/// The file of sigmas that `rcs truth` writes beside its poses: OUT.sigma.csv for OUT and
+/// OUT.scans.
+[[nodiscard]] std::string sigma_file_of(const std::string& pose_file);
+
 /// Where the vehicle was.
 struct RunPoses {
   Trajectory world;         ///< T_world_vehicle
   Trajectory smooth;        ///< T_any_vehicle, without steps: what a scan is deskewed by
   Geodetic datum;           ///< of frame world
-  double sigma_up_m = 0.0;  ///< root mean square of what the poses say of their heights' sigma
+  double sigma_up_m = 0.0;  ///< root mean square of the heights' sigmas: WM's, or the sigma file's
 };
 
 /// @param file  of PoseSource::kFile: TUM, in frame world of WM (else of the truth) in `run`

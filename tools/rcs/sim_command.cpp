@@ -49,7 +49,8 @@ class Sim final : public Command {
                      fmt::format("the bus; default: $LCM_DEFAULT_URL, else {}", kDefaultLcmUrl))
         ->excludes(out);
     app()->footer(
-        "The same scenario and seed give the same bytes. A scenario with [drive] mode =\n"
+        "The same scenario and seed give the same bytes. Ctrl-C leaves no part of the log behind,\n"
+        "and a file that was there before as it was. A scenario with [drive] mode =\n"
         "\"commanded\" hears BG_DRIVE on the bus; in a log its vehicle stands where it is.\n"
         "Examples:\n"
         "  rcs sim config/sim/reference.toml -o out/sim.log --seed 7\n"
@@ -87,7 +88,7 @@ class Sim final : public Command {
     sim::RealTimeReport report;
     {
       Progress progress(kName, 1000);
-      report = sim::publish_at_real_time(&simulator, bus->get(), &timeline, [&](double share) {
+      report = sim::publish_at_real_time(&simulator, bus->get(), &timeline, {}, [&](double share) {
         progress.at(static_cast<std::int64_t>(1000.0 * share));
       });
     }
@@ -99,7 +100,7 @@ class Sim final : public Command {
 
   [[nodiscard]] Outcome into_log(const sim::Scenario& scenario) const {
     OutputFile out(out_);
-    Result<LogWriter> writer = LogWriter::create(out.temporary_path());
+    Result<LogWriter> writer = LogWriter::create(out.write_path());
     if (!writer) return writer.error();
     sim::Simulator simulator(scenario);
     if (Outcome map = write_prior_map(simulator); !map) return map;

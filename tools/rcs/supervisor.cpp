@@ -4,12 +4,19 @@
 
 namespace rcs::tools {
 
+Supervisor::Supervisor(const std::vector<bool>& critical, const SupervisorParams& params)
+    : params_(params), nodes_(critical.size()) {
+  for (std::size_t i = 0; i < critical.size(); ++i) nodes_[i].critical = critical[i];
+}
+
 void Supervisor::on_alive(std::size_t node, Stamp now) {
   NodeState& n = nodes_[node];
   if (n.state != State::kStarting && n.state != State::kRunning) return;
   if (!n.was_alive) n.alive_since = now;
   n.was_alive = true;
+  n.was_ever_alive = true;
   n.refusals = 0;
+  forget_failures_of_healthy(&n, now);
   n.state = State::kRunning;
   n.until = now + params_.silent_for;
 }
@@ -17,25 +24,37 @@ void Supervisor::on_alive(std::size_t node, Stamp now) {
 std::optional<Duration> Supervisor::on_exit(std::size_t node, const Exit& exit, Stamp now) {
   NodeState& n = nodes_[node];
   const bool refused = !n.was_alive && !exit.by_signal && exit.code != 0;
-  if (n.was_alive && now - n.alive_since >= params_.healthy_after) n.failures = 0;
+  forget_failures_of_healthy(&n, now);
   n.was_alive = false;
   n.state = State::kEnded;
   if (stopping_) return std::nullopt;
   n.refusals = refused ? n.refusals + 1 : 0;
-  if (n.refusals >= params_.refusals) {
+  ++n.failures;
+  // Once it was alive the vehicle may be moving: the others go on. Before that nothing is lost.
+  if (n.critical && !n.was_ever_alive && n.refusals >= params_.failing_after) {
     gave_up_on_ = node;
     stopping_ = true;
     return std::nullopt;
   }
-  const Duration wait = backoff(++n.failures);
+  const Duration wait = backoff(n);
   n.state = State::kWaiting;
   n.until = now + wait;
   return wait;
 }
 
-Duration Supervisor::backoff(int failures) const {
+bool Supervisor::failing(std::size_t node) const {
+  return nodes_[node].failures >= params_.failing_after;
+}
+
+void Supervisor::forget_failures_of_healthy(NodeState* node, Stamp now) const {
+  if (node->was_alive && now - node->alive_since >= params_.healthy_after) node->failures = 0;
+}
+
+Duration Supervisor::backoff(const NodeState& node) const {
+  // A configuration that is refused does not mend itself soon.
+  if (node.refusals >= params_.failing_after) return params_.longest_backoff;
   Duration wait = params_.first_backoff;
-  for (int i = 1; i < failures && wait < params_.longest_backoff; ++i) wait *= 2;
+  for (int i = 1; i < node.failures && wait < params_.longest_backoff; ++i) wait *= 2;
   return std::min(wait, params_.longest_backoff);
 }
 

@@ -17,7 +17,8 @@ struct SupervisorParams {
   Duration start_within = from_seconds(15.0);   ///< from the start to the first sign of life
   Duration silent_for = from_seconds(5.0);      ///< without a sign of life: it hangs
   Duration stop_within = from_seconds(3.0);     ///< from SIGTERM to SIGKILL
-  int refusals = 3;  ///< to start, in a row: give up, as its configuration will not mend itself
+  /// Deaths in a row without healthy_after of life between them: the node is failing.
+  int failing_after = 3;
 };
 
 /// How a process ended.
@@ -35,7 +36,8 @@ struct Order {
 
 class Supervisor {
  public:
-  Supervisor(std::size_t nodes, const SupervisorParams& params) : params_(params), nodes_(nodes) {}
+  /// @param critical  of each node: without it nothing is to start
+  Supervisor(const std::vector<bool>& critical, const SupervisorParams& params);
 
   /// A sign of life: process_t of the process that was started last.
   void on_alive(std::size_t node, Stamp now);
@@ -52,21 +54,27 @@ class Supervisor {
   [[nodiscard]] bool stopping() const { return stopping_; }
   /// Stopped, and every process has ended.
   [[nodiscard]] bool finished() const;
-  /// The node that refused to start too often, for which all were stopped.
+  /// True while it dies again and again. The others run on: they stop the vehicle if they miss it,
+  /// and report why.
+  [[nodiscard]] bool failing(std::size_t node) const;
+  /// The critical node that was never alive and refuses to start, for which all were stopped.
   [[nodiscard]] std::optional<std::size_t> gave_up_on() const { return gave_up_on_; }
 
  private:
   enum class State { kWaiting, kStarting, kRunning, kStopping, kKilled, kEnded };
   struct NodeState {
+    bool critical = true;
     State state = State::kWaiting;
     Stamp until = Stamp::min();  ///< what the state waits for, or its deadline
     Stamp alive_since;           ///< of this life; kRunning and later
     bool was_alive = false;      ///< in this life
-    int failures = 0;            ///< in a row
-    int refusals = 0;            ///< in a row
+    bool was_ever_alive = false;
+    int failures = 0;  ///< in a row
+    int refusals = 0;  ///< in a row: ends with an error before the first sign of life
   };
 
-  [[nodiscard]] Duration backoff(int failures) const;
+  void forget_failures_of_healthy(NodeState* node, Stamp now) const;
+  [[nodiscard]] Duration backoff(const NodeState& node) const;
 
   SupervisorParams params_;
   std::vector<NodeState> nodes_;

@@ -124,7 +124,7 @@ Result<std::optional<OGRSpatialReference>> survey_crs(const SurveyCrs& file) {
     return Found(crs);
   }
   if (file.geo_keys.empty()) return Found();
-  GDALAllRegister();
+  register_formats();
   constexpr const char* kName = "/vsimem/rcs_survey_crs.tif";
   Bytes bytes = tiff_of(file);
   const MemoryFile memory(kName, &bytes);

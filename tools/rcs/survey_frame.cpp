@@ -10,6 +10,8 @@
 namespace rcs::tools {
 namespace {
 
+constexpr const char* kNoNetwork[] = {"ALLOW_NETWORK_ACCESS=NO", nullptr};
+
 /// The common name of a geodetic reference frame.
 std::string reference_of(const OGRSpatialReference& geographic) {
   const char* text = geographic.GetAttrValue("DATUM");
@@ -82,7 +84,7 @@ Result<SurveyFrame> SurveyFrame::find(const SurveyCoordinates& wanted,
 
 Outcome SurveyFrame::find_frame(const SurveyCoordinates& wanted, const OGRSpatialReference* own) {
   if (!wanted.crs.empty()) {
-    if (crs_.SetFromUserInput(wanted.crs.c_str()) != OGRERR_NONE) {
+    if (crs_.SetFromUserInput(wanted.crs.c_str(), kNoNetwork) != OGRERR_NONE) {
       return Error{"--crs: " + wanted.crs + " is no coordinate reference system"};
     }
   } else if (own != nullptr) {
@@ -148,9 +150,10 @@ Result<double> SurveyFrame::find_system_unit(const std::string& heights) const {
   double own_m = 0.0;
   crs_.GetAxis(nullptr, 2, nullptr, &own_m);
   OGRSpatialReference vertical;
-  const bool named = !heights.empty() && heights != "ellipsoid" &&
-                     vertical.SetFromUserInput(vertical_crs(heights).c_str()) == OGRERR_NONE &&
-                     vertical.IsVertical() != 0;
+  const bool named =
+      !heights.empty() && heights != "ellipsoid" &&
+      vertical.SetFromUserInput(vertical_crs(heights).c_str(), kNoNetwork) == OGRERR_NONE &&
+      vertical.IsVertical() != 0;
   const double named_m = named ? vertical.GetTargetLinearUnits("VERT_CS") : 0.0;
   if (own_m > 0.0 && named_m > 0.0 && std::abs(own_m - named_m) > 1e-9) {
     return Error{fmt::format(
@@ -176,8 +179,8 @@ Outcome SurveyFrame::find_heights(const SurveyCoordinates& wanted) {
         "code of a vertical datum; or --undulation"};
   }
   OGRSpatialReference vertical;
-  if (vertical.SetFromUserInput(datum.c_str()) != OGRERR_NONE || vertical.IsVertical() == 0 ||
-      vertical.IsCompound() != 0) {
+  if (vertical.SetFromUserInput(datum.c_str(), kNoNetwork) != OGRERR_NONE ||
+      vertical.IsVertical() == 0 || vertical.IsCompound() != 0) {
     return Error{"--heights: " + datum + " is no vertical datum"};
   }
   const std::string name = wanted.heights.empty() ? vertical.GetName() : wanted.heights;

@@ -12,6 +12,7 @@
 #include <string_view>
 #include <utility>
 
+#include "rcs/base/regular_file.h"
 #include "tools/rcs/cloud_layout.h"
 #include "tools/rcs/las_header.h"
 
@@ -302,6 +303,7 @@ Result<std::unique_ptr<SurveyPointFile>> open_survey_points(const std::string& p
   if (class_column != 0 && !is_text) {
     return Error{path + ": --class-column is for .xyz and .txt: other files name their fields"};
   }
+  if (Outcome checked = check_regular_file(path); !checked) return checked.error();
   std::error_code error;
   const auto size = static_cast<std::int64_t>(std::filesystem::file_size(path, error));
   if (error) return Error{path + ": " + error.message()};

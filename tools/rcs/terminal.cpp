@@ -15,6 +15,10 @@ volatile std::sig_atomic_t interrupted = 0;
 
 extern "C" void on_interrupt(int /*signal*/) { interrupted = 1; }
 
+// What a signal did before the guard, of which there is one at a time.
+void (*before_interrupt)(int) = SIG_DFL;
+void (*before_terminate)(int) = SIG_DFL;
+
 constexpr int kBarCells = 40;
 
 }  // namespace
@@ -39,13 +43,13 @@ void Progress::at(std::int64_t done) {
 
 InterruptGuard::InterruptGuard() {
   interrupted = 0;
-  std::signal(SIGINT, on_interrupt);
-  std::signal(SIGTERM, on_interrupt);
+  before_interrupt = std::signal(SIGINT, on_interrupt);
+  before_terminate = std::signal(SIGTERM, on_interrupt);
 }
 
 InterruptGuard::~InterruptGuard() {
-  std::signal(SIGINT, SIG_DFL);
-  std::signal(SIGTERM, SIG_DFL);
+  std::signal(SIGINT, before_interrupt);
+  std::signal(SIGTERM, before_terminate);
 }
 
 // NOLINTNEXTLINE(readability-convert-member-functions-to-static): valid while the guard lives

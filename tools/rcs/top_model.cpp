@@ -38,6 +38,7 @@ std::optional<Duration> age_of(std::int64_t age_us) {
 TopView::Nav view_nav(const nav_state_t& m) {
   TopView::Nav nav;
   nav.mode = nav_mode_name(m.mode);
+  nav.pose_valid = m.pose_valid != 0;
   nav.world_valid = m.world_valid != 0;
   for (std::size_t i = 0; i < 3; ++i) nav.sigma_m[i] = std::sqrt(m.cov_world_pose[i][i]);
   nav.sigma_yaw_rad = std::sqrt(m.cov_world_pose[5][5]);

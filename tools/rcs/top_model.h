@@ -78,6 +78,7 @@ struct TopView {
   struct Nav {
     Duration heard{};
     std::string mode;
+    bool pose_valid = false;
     bool world_valid = false;
     double sigma_m[3] = {0.0, 0.0, 0.0};  ///< of the world pose, along vehicle x, y, z
     double sigma_yaw_rad = 0.0;

@@ -111,9 +111,10 @@ void append_inputs(const TopView& view, std::vector<TopLine>* lines) {
 
 void append_nav(const TopView::Nav& nav, std::vector<TopLine>* lines) {
   const bool silent = nav.heard > TopModel::kSilent;
-  lines->push_back({fmt::format("wm {}{}{}", nav.mode, nav.world_valid ? "" : ", no datum yet",
+  lines->push_back({fmt::format("wm {}{}{}{}", nav.mode, nav.pose_valid ? "" : ", POSE INVALID",
+                                nav.world_valid ? "" : ", no datum yet",
                                 silent ? fmt::format(", SILENT {}", span(nav.heard)) : ""),
-                    silent || nav.mode == "LOST" ? Style::kAlarm : Style::kHead});
+                    silent || !nav.pose_valid || nav.mode == "LOST" ? Style::kAlarm : Style::kHead});
   lines->push_back({fmt::format(
       "  sigma {:.2f} m forward, {:.2f} m left, {:.2f} m up, {:.2f} deg yaw; {:.1f} m/s",
       nav.sigma_m[0], nav.sigma_m[1], nav.sigma_m[2], degrees(nav.sigma_yaw_rad), nav.speed_mps)});
@@ -195,6 +196,7 @@ nlohmann::ordered_json json_nav(const TopView::Nav& nav) {
   for (const TopView::Nav::Age& a : nav.ages) ages[a.source] = json_ms(a.age);
   return {{"heard_ms", milliseconds(nav.heard)},
           {"mode", nav.mode},
+          {"pose_valid", nav.pose_valid},
           {"world_valid", nav.world_valid},
           {"sigma_m", nav.sigma_m},
           {"sigma_yaw_deg", degrees(nav.sigma_yaw_rad)},

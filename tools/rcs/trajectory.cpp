@@ -90,7 +90,12 @@ Result<Trajectory> parse_tum(std::string_view text, std::string_view name) {
           return Error{
               fmt::format("{}:{}: the quaternion's norm is {:.6f}, not 1", name, line, q.norm())};
         }
-        const Stamp stamp = Stamp(from_seconds(v[0]));
+        const std::optional<Duration> since_epoch = checked_seconds(v[0]);
+        if (!since_epoch) {
+          return Error{fmt::format("{}:{}: {} s is not a time: the limit is {:.1e} s", name, line,
+                                   v[0], seconds(kMaxDuration))};
+        }
+        const Stamp stamp(*since_epoch);
         if (!trajectory.empty() && stamp <= trajectory.back().stamp) {
           return Error{fmt::format("{}:{}: the stamps do not ascend", name, line)};
         }

@@ -85,10 +85,11 @@ class Truth final : public Command {
     for (std::size_t k = 0; k < files.size(); ++k) {
       files[k] = std::make_unique<OutputFile>(out_ + kEndings[k]);
     }
+    if (files[0]->in_place()) return Error{out_ + ": a device: five files are named after OUT"};
     std::array<std::string, 5> texts;
     if (Outcome done = make(*vehicle, &texts); !done) return done;
     for (std::size_t k = 0; k < files.size(); ++k) {
-      if (Outcome done = write_text(files[k]->temporary_path(), texts[k]); !done) return done;
+      if (Outcome done = files[k]->write(texts[k]); !done) return done;
     }
     for (const std::unique_ptr<OutputFile>& file : files) {
       if (Outcome done = file->commit(); !done) return done;

@@ -12,6 +12,7 @@
 #include "lcmtypes/rcs/points_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
 #include "lcmtypes/rcs/truth_t.hpp"
+#include "lcmtypes/sensors.h"
 #include "modules/sp/sp_node.h"
 #include "modules/wm/wm_node.h"
 #include "rcs/node/executor.h"
@@ -234,9 +235,9 @@ Result<TruthRecording> record_run(const std::string& log, const TruthVehicle& ve
   bus.set_tap(&recorder);
   sp::SpNode sp_node(vehicle.sp, std::move(prior).value(), &bus);
   wm::WmNode wm_node(vehicle.wm, &bus);
-  LogSource whole(&reader.value(),
-                  {channel::kSimTruth, channel::kLadarRanges, channel::kLadarPoints, channel::kIns,
-                   channel::kGpsFix, channel::kOdometry});
+  std::vector<std::string> channels(channel::kSensors.begin(), channel::kSensors.end());
+  channels.emplace_back(channel::kSimTruth);
+  LogSource whole(&reader.value(), channels);
   StoppableLog source(&whole, &reader.value(), progress, stop);
   LockstepTimeline timeline(&bus, &source, kTail);
   (void)rcs::run({&sp_node, &wm_node}, timeline, nullptr);

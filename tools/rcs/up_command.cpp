@@ -15,10 +15,12 @@
 #include "rcs/node/params.h"
 #include "rcs/node/process.h"
 #include "rcs/node/report.h"
+#include "rcs/node/stop_latch.h"
 #include "tools/rcs/child_process.h"
 #include "tools/rcs/command.h"
 #include "tools/rcs/console.h"
 #include "tools/rcs/supervisor.h"
+#include "tools/rcs/up_report.h"
 
 namespace rcs::tools {
 namespace {
@@ -31,20 +33,17 @@ constexpr Duration kListen = from_seconds(1.6);
 /// Of messages before anything else is looked at.
 constexpr int kMaxBurst = 1000;
 
-/// One node: its program, its process while there is one, its sign of life.
+/// One node: its process while there is one, its sign of life.
 struct Watched {
-  Watched(Bus* bus, const std::string& n, std::string p)
-      : name(n),
-        program(std::move(p)),
-        prefix("[" + n + "] "),
-        alive(bus, channel_of(n, "PROCESS"), 4) {}
+  Watched(Bus* bus, const std::string& n)
+      : name(n), prefix("[" + n + "] "), alive(bus, channel_of(n, "PROCESS"), 4) {}
 
   std::string name;
-  std::string program;
   std::string prefix;
   Inbox<process_t> alive;
   std::optional<ChildProcess> process;
   std::deque<std::string> last_lines;
+  std::string last_end;     ///< "ended with status 1"
   std::set<int> pids;       ///< that were started here
   std::set<int> strangers;  ///< that speak in its name and were not
 };
@@ -74,8 +73,17 @@ class Up final : public Command {
         "Nodes: [up] nodes in CONFIG (default sp, wm); their programs lie beside rcs or in PATH.\n"
         "One that ends is started again after 0.2 s, 0.4 s, ... 10 s; one that is silent for 5 s "
         "is\n"
-        "killed first; one that refuses to start three times in a row ends everything (status 1).\n"
+        "killed first. One that ends three times in a row, without 30 s of life, is an alarm "
+        "(event\n"
+        "node.failing, note in `rcs top`); the others run on. Nothing starts (status 1) where a "
+        "critical\n"
+        "node refuses CONFIG or cannot start at all; [up] non_critical in CONFIG (default "
+        "gateway)\n"
+        "names the others.\n"
         "Ctrl-C or SIGTERM stops all (status 0). The nodes do not outlive it, however it ends.\n"
+        "An emergency stop is latched in [process] state_directory (default $STATE_DIRECTORY,\n"
+        "$XDG_STATE_HOME/rcs, ~/.local/state/rcs), outlives all of them, and is reported at the\n"
+        "start; `rcs go --release` ends it, the vehicle at rest.\n"
         "Examples:\n"
         "  rcs up config/demo3.toml\n"
         "  rcs up --check config/my_vehicle.toml && systemctl restart rcs");
@@ -84,8 +92,10 @@ class Up final : public Command {
   int run() override;
 
  private:
-  [[nodiscard]] Outcome check(const std::string& name, const std::string& program,
-                              const StopSignals& stop);
+  [[nodiscard]] Outcome check(const std::string& name, const StopSignals& stop);
+  [[nodiscard]] Outcome check_all(const ProcessTables& tables, const StopSignals& stop);
+  [[nodiscard]] Outcome report_latched_stop(const ParamFile& file,
+                                            const std::vector<std::string>& nodes);
   [[nodiscard]] Outcome refuse_if_alive(LiveTimeline* timeline);
   [[nodiscard]] Outcome watch(const StopSignals& stop, const LiveTimeline& timeline);
 
@@ -96,6 +106,8 @@ class Up final : public Command {
   void look_for_end(std::size_t i, Stamp now);
   void ended(std::size_t i, const Exit& exit, Stamp now);
   void take_output(Watched* node);
+  [[nodiscard]] std::string failure_of(std::size_t i) const;
+  void publish(Stamp now);
   void say(const std::string& text) { console_.line(kPrefix, text); }
 
   std::string config_;
@@ -108,6 +120,7 @@ class Up final : public Command {
   std::unique_ptr<LcmBus> bus_;
   std::deque<Watched> nodes_;  // addresses stay: the bus holds them
   std::optional<Supervisor> supervisor_;
+  std::optional<UpReport> report_;
 };
 
 int Up::run() {
@@ -123,12 +136,9 @@ int Up::run() {
   }
 
   const StopSignals stop;  // before the bus, as LCM's thread inherits the mask
-  std::vector<std::string> programs;
-  for (const std::string& name : nodes) {
-    const Result<std::string> program = find_program(name);
-    if (!program) return fail(kName, program.error());
-    if (const Outcome good = check(name, *program, stop); !good) return fail(kName, good.error());
-    programs.push_back(*program);
+  if (const Outcome good = check_all(*tables, stop); !good) return fail(kName, good.error());
+  if (const Outcome known = report_latched_stop(*params, nodes); !known) {
+    return fail(kName, known.error());
   }
   if (check_) {
     fmt::print("rcs up: {} is good for its {} nodes\n", config_, nodes.size());
@@ -138,25 +148,47 @@ int Up::run() {
   Result<std::unique_ptr<LcmBus>> opened = LcmBus::create(lcm_url_);
   if (!opened) return fail(kName, opened.error());
   bus_ = std::move(opened).value();
-  for (std::size_t i = 0; i < programs.size(); ++i) {
-    nodes_.emplace_back(bus_.get(), nodes[i], programs[i]);
+  std::vector<bool> critical;
+  for (const std::string& name : nodes) {
+    nodes_.emplace_back(bus_.get(), name);
+    critical.push_back(tables->is_critical(name));
   }
-  supervisor_.emplace(nodes_.size(), limits_);
+  supervisor_.emplace(critical, limits_);
   LiveTimeline timeline(bus_.get(), &stop);
   if (!force_) {
     if (const Outcome alone = refuse_if_alive(&timeline); !alone) {
       return fail(kName, alone.error());
     }
   }
+  report_.emplace(bus_.get(), config_, timeline.now());
   const Outcome done = watch(stop, timeline);
   if (!done) return fail(kName, done.error());
   say("all stopped");
   return kExitOk;
 }
 
+/// Of all nodes, so that all that is wrong is seen at once.
+/// @return an error if nothing is to be started
+Outcome Up::check_all(const ProcessTables& tables, const StopSignals& stop) {
+  std::string refused;
+  for (const std::string& name : tables.nodes) {
+    const Outcome good = check(name, stop);
+    if (good) continue;
+    if (check_ || tables.is_critical(name)) {
+      refused += (refused.empty() ? "" : "\n") + good.error().message;
+    } else {
+      say(good.error().message);
+      say(fmt::format("{} is not critical: the other nodes start without it", name));
+    }
+  }
+  return refused.empty() ? Outcome(Done{}) : Outcome(Error{refused});
+}
+
 /// Lets the node's program read the configuration: only the node knows what it needs.
-Outcome Up::check(const std::string& name, const std::string& program, const StopSignals& stop) {
-  Result<ChildProcess> started = ChildProcess::start(program, {config_, "--check"});
+Outcome Up::check(const std::string& name, const StopSignals& stop) {
+  const Result<std::string> program = find_program(name);
+  if (!program) return program.error();
+  Result<ChildProcess> started = ChildProcess::start(*program, {config_, "--check"});
   if (!started) return started.error();
   ChildProcess& process = started.value();
   std::string said;
@@ -172,6 +204,20 @@ Outcome Up::check(const std::string& name, const std::string& program, const Sto
       return Error{fmt::format("{} {} --check {}:{}", name, config_, to_text(*exit), said)};
     }
   }
+}
+
+/// BG latches emergency stops in a file, and finds it at its start.
+Outcome Up::report_latched_stop(const ParamFile& file, const std::vector<std::string>& nodes) {
+  if (std::find(nodes.begin(), nodes.end(), "bg") == nodes.end()) return Done{};
+  const Result<StopLatch> latch = open_stop_latch(file);
+  if (!latch) return latch.error();
+  if (latch->engaged()) {
+    say(
+        fmt::format("an emergency stop is latched ({}; {}): the vehicle does not move until it is "
+                    "released at rest: rcs go --release",
+                    latch->cause(), latch->path()));
+  }
+  return Done{};
 }
 
 Outcome Up::refuse_if_alive(LiveTimeline* timeline) {
@@ -201,6 +247,7 @@ Outcome Up::watch(const StopSignals& stop, const LiveTimeline& timeline) {
     deliver(timeline.now());
     const Stamp now = timeline.now();
     for (const Order& order : supervisor_->due(now)) carry_out(order, now);
+    publish(now);
 
     polled = {{bus_->fd(), POLLIN, 0}};
     if (!supervisor_->stopping()) polled.push_back({stop.fd(), POLLIN, 0});
@@ -209,7 +256,7 @@ Outcome Up::watch(const StopSignals& stop, const LiveTimeline& timeline) {
       polled.push_back({node.process->exit_fd(), POLLIN, 0});
       if (node.process->output_fd() >= 0) polled.push_back({node.process->output_fd(), POLLIN, 0});
     }
-    wait(&polled, supervisor_->next(), timeline.now());
+    wait(&polled, std::min(supervisor_->next(), report_->next()), timeline.now());
 
     if (!supervisor_->stopping() && polled[1].revents != 0) {
       say("stopping");
@@ -237,7 +284,9 @@ void Up::hear(std::size_t i, Stamp now) {
   Watched& node = nodes_[i];
   for (; const process_t* seen = node.alive.front(); node.alive.pop()) {
     if (node.process && seen->pid == node.process->pid()) {
+      const bool was_failing = supervisor_->failing(i);
       supervisor_->on_alive(i, now);
+      if (was_failing && !supervisor_->failing(i)) report_->recovered(now, node.name);
     } else if (node.pids.count(seen->pid) == 0 && node.strangers.insert(seen->pid).second) {
       say(fmt::format("another {} speaks on this bus: process {}, configuration {}", node.name,
                       seen->pid, seen->config));
@@ -269,8 +318,10 @@ void Up::carry_out(const Order& order, Stamp now) {
 
 void Up::start(std::size_t i, Stamp now) {
   Watched& node = nodes_[i];
+  const Result<std::string> program = find_program(node.name);
   Result<ChildProcess> started =
-      ChildProcess::start(node.program, {config_, "--lcm-url", bus_->url()});
+      program ? ChildProcess::start(*program, {config_, "--lcm-url", bus_->url()})
+              : Result<ChildProcess>(program.error());
   if (!started) {
     say(started.error().message);
     // As a shell has it for what cannot be executed.
@@ -293,9 +344,29 @@ void Up::look_for_end(std::size_t i, Stamp now) {
 }
 
 void Up::ended(std::size_t i, const Exit& exit, Stamp now) {
+  const bool was_failing = supervisor_->failing(i);
+  nodes_[i].last_end = to_text(exit);
   const std::optional<Duration> restart = supervisor_->on_exit(i, exit, now);
-  say(fmt::format("{} {}{}", nodes_[i].name, to_text(exit),
+  say(fmt::format("{} {}{}", nodes_[i].name, nodes_[i].last_end,
                   restart ? fmt::format("; again in {:.1f} s", seconds(*restart)) : ""));
+  if (!restart || was_failing || !supervisor_->failing(i)) return;
+  say("ALARM: " + failure_of(i) + "; the other nodes run on");
+  report_->failing(now, failure_of(i) + "; the other nodes run on");
+}
+
+std::string Up::failure_of(std::size_t i) const {
+  return fmt::format(
+      "{} does not stay up: {} times in a row or more, last it {}; tried again at least every "
+      "{:.0f} s",
+      nodes_[i].name, limits_.failing_after, nodes_[i].last_end, seconds(limits_.longest_backoff));
+}
+
+void Up::publish(Stamp now) {
+  std::string note;
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    if (supervisor_->failing(i)) note += (note.empty() ? "" : "; ") + failure_of(i);
+  }
+  report_->process(now, note);
 }
 
 void Up::take_output(Watched* node) {

@@ -66,6 +66,7 @@ std::string alert_text(int alerts) {
   add(integrity_t::ALERT_VERTICAL, "vertical");
   add(integrity_t::ALERT_GPS, "GPS");
   add(integrity_t::ALERT_LADAR, "LADAR");
+  add(integrity_t::ALERT_INPUT, "input");
   return text.empty() ? "none" : text;
 }
 

@@ -1,0 +1,70 @@
+#include "modules/bg/stop_node.h"
+
+#include <fmt/format.h>
+
+#include <iterator>
+
+namespace rcs::bg {
+namespace {
+
+constexpr Duration kTryAgain = from_seconds(1.0);  // a file that could not be written
+
+}  // namespace
+
+bool EmergencyStop::update(const command_t* command, Stamp now, Report* report,
+                           Decision* decision) {
+  if (!started_) report_start(now, report);
+  if (decision->emergency) {
+    if (!latch_.engaged() && command != nullptr) {
+      latch_.engage(*command);
+      next_try_ = now;
+    }
+    keep(now, report, decision);
+    return false;
+  }
+  if (!latch_.engaged()) return false;
+  const std::string cause = latch_.cause();
+  if (const Outcome released = latch_.release(); !released) {
+    report->error(now, "stop.release", "emergency stop stays latched: {}",
+                  released.error().message);
+    reason_ = "emergency stop stays latched: " + released.error().message;
+    *decision = {Action::kBrake, Status::kError, "EMERGENCY_STOP", reason_, decision->line, true};
+    return false;
+  }
+  report->info(now, "stop.released", "emergency stop of {} released", cause);
+  return true;
+}
+
+void EmergencyStop::report_start(Stamp now, Report* report) {
+  started_ = true;
+  if (!latch_.engaged()) return;
+  report->warn(
+      now, "stop.latched",
+      "an emergency stop is latched since before the start ({}; {}): no motion until it is "
+      "released at rest",
+      latch_.cause(), latch_.path());
+}
+
+void EmergencyStop::keep(Stamp now, Report* report, Decision* decision) {
+  if (!latch_.persisted() && now >= next_try_) {
+    next_try_ = now + kTryAgain;
+    const Outcome persisted = latch_.persist();
+    trouble_ = persisted ? "" : persisted.error().message;
+    if (!persisted) {
+      report->error(now, "stop.not_persisted",
+                    "emergency stop in force, but lost if BG restarts: {}", trouble_);
+    }
+  }
+  reason_.clear();  // and keeps its memory
+  if (!latch_.persisted()) {
+    decision->status = Status::kError;
+    fmt::format_to(std::back_inserter(reason_), "emergency stop in force, but not persisted: {}",
+                   trouble_);
+  } else if (!decision->reason.empty()) {
+    fmt::format_to(std::back_inserter(reason_), "{} (stopped by {})", decision->reason,
+                   latch_.cause());
+  }
+  decision->reason = reason_;
+}
+
+}  // namespace rcs::bg

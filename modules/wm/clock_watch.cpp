@@ -1,0 +1,116 @@
+#include "modules/wm/clock_watch.h"
+
+#include <algorithm>
+
+namespace rcs::wm {
+
+void ClockWatch::Track::add(Stamp s, Stamp a) {
+  if (count > 0) {
+    lead += (s - stamp) - (a - arrival);
+    // A stepped clock must not become the measure before it is detected.
+    const Duration most = count < kKnown ? Duration::max() : best + from_milliseconds(5.0);
+    best = std::max(best, std::min(lead, most));
+  }
+  stamp = s;
+  arrival = a;
+  ++count;
+}
+
+bool ClockWatch::Track::alive(Stamp now) const {
+  return count >= kKnown && now - arrival < from_seconds(1.0);
+}
+
+ClockWatch::Verdict ClockWatch::add(const ImuSample& imu, Stamp arrival) {
+  if (suspected_) {
+    const bool continues = imu.stamp > held_.back().stamp &&
+                           imu.stamp - held_.back().stamp <= 5 * imu.interval + kForward;
+    const bool returns = imu.stamp > ins_.stamp;
+    const bool room = held_.size() < kMaxHeld;
+    if (continues && room && (step_ > Duration::zero() || imu.stamp <= ins_.stamp)) {
+      held_.push_back(imu);
+      last_held_arrival_ = arrival;
+      return Verdict::kHeld;
+    }
+    // A single stamp from the future is refused; samples out of order have their place.
+    suspected_ = false;
+    if (step_ > Duration::zero() || !returns) held_.clear();
+  }
+  if (ins_.count == 0 || imu.stamp == ins_.stamp) {
+    if (ins_.count == 0) ins_.add(imu.stamp, arrival);
+    return Verdict::kPass;
+  }
+  const Duration passed = imu.stamp - ins_.stamp;
+  const Duration waited = arrival - ins_.arrival;
+  const bool known = ins_.count >= kKnown;
+  // After a silence the advance of a log that is played at another speed is no step.
+  const bool silence = waited > 3 * imu.interval + from_milliseconds(20.0);
+  const Duration gained = ins_.lead + passed - waited - ins_.best;
+  const bool forward = known && !silence && gained > kForward && passed > imu.interval + kForward;
+  const bool backward = known && passed * 2 <= -imu.interval;
+  if (!forward && !backward) {
+    if (passed < Duration::zero()) return Verdict::kPass;
+    ins_.add(imu.stamp, arrival);
+    if (silence) ins_.best = ins_.lead;
+    return Verdict::kPass;
+  }
+  suspected_ = true;
+  const auto intervals = std::max<Duration::rep>(1, (waited + imu.interval / 2) / imu.interval);
+  step_ = passed - std::min<Duration::rep>(intervals, 4) * imu.interval;
+  suspected_at_ = last_held_arrival_ = arrival;
+  held_.push_back(imu);
+  return Verdict::kHeld;
+}
+
+bool ClockWatch::add(Clock clock, Stamp stamp, Stamp arrival) {
+  if (arrival == Stamp::min()) return true;
+  Track& track = others_[static_cast<std::size_t>(clock)];
+  const bool silence = track.count > 0 && arrival - track.arrival > from_seconds(2.0);
+  track.add(stamp, arrival);
+  if (silence) track.best = track.lead;
+  return !suspected_ && arrival >= unsettled_until_;
+}
+
+/// None: it has not been received since, or what was received may have been measured before.
+std::optional<bool> ClockWatch::stepped(Clock clock, Stamp now) const {
+  const Track& track = others_[static_cast<std::size_t>(clock)];
+  const Duration latency = clock == Clock::kOdometry ? from_milliseconds(20.0)
+                           : clock == Clock::kGps    ? from_milliseconds(100.0)
+                                                     : from_milliseconds(200.0);
+  if (!track.alive(now) || track.arrival - suspected_at_ < latency) return std::nullopt;
+  const Duration gained = track.lead - track.best;
+  return step_ > Duration::zero() ? gained * 2 > step_ : gained * 2 < step_;
+}
+
+std::optional<ClockStep> ClockWatch::resolve(Stamp now) {
+  if (!suspected_) return std::nullopt;
+  const Duration waited = now - suspected_at_;
+  const Duration span = held_.back().stamp - held_.front().stamp;
+  const bool established =
+      step_ > Duration::zero()
+          ? held_.size() > 1
+          : span >= kBackward && (last_held_arrival_ - suspected_at_) * 2 >= span;
+  if (!established) return std::nullopt;
+  std::optional<bool> all = stepped(Clock::kOdometry, now);
+  if (!all) all = stepped(Clock::kGps, now);
+  if (!all && waited <= kPatience) return std::nullopt;
+  if (!all) all = stepped(Clock::kLadar, now);
+  const ClockStep step{step_, all.value_or(true)};
+  settle(step, now);
+  return step;
+}
+
+void ClockWatch::settle(const ClockStep& step, Stamp now) {
+  suspected_ = false;
+  ins_.stamp = held_.back().stamp;
+  ins_.arrival = last_held_arrival_;
+  ins_.best += step.step;
+  ins_.lead = ins_.best;
+  if (!step.of_all) {
+    ins_shift_ -= step.step;
+    return;
+  }
+  for (Track& track : others_) track.best += step.step;
+  unsettled_until_ = now + kSettling;
+}
+
+}  // namespace rcs::wm

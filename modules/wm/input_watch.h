@@ -1,0 +1,41 @@
+#pragma once
+// Which inputs have fallen silent, by the node time of their arrivals: the sensor time of a belief
+// stands still with its sensors, and no age in it grows.
+
+#include <array>
+
+#include "rcs/base/stamp.h"
+
+namespace rcs::wm {
+
+enum class Input : int { kIns = 0, kGps = 1, kOdometry = 2, kLadar = 3 };
+constexpr std::size_t kInputs = 4;
+
+class InputWatch {
+ public:
+  /// An input that was handled: new in sensor time, and plausible.
+  void add(Input input, Stamp stamp, Stamp arrival);
+
+  /// Since its newest arrival; negative: there was none.
+  [[nodiscard]] Duration silence(Input input, Stamp now) const;
+  /// Silence that is none of its period's: three periods, and at least 200 ms.
+  [[nodiscard]] Duration limit(Input input) const;
+  /// It has been received, and no longer is.
+  [[nodiscard]] bool silent(Input input, Stamp now) const;
+  /// By how much the silence of all inputs exceeds the limit of the fastest of them; zero or less:
+  /// some input is received.
+  [[nodiscard]] Duration all_silent_for(Stamp now) const;
+
+ private:
+  struct Arrivals {
+    Stamp stamp = Stamp::min();    ///< sensor time of the newest
+    Stamp arrival = Stamp::min();  ///< node time of the newest
+    Duration period{};             ///< low-passed, sensor time; 0: not known
+  };
+  [[nodiscard]] const Arrivals& of(Input input) const {
+    return arrivals_[static_cast<std::size_t>(input)];
+  }
+  std::array<Arrivals, kInputs> arrivals_;
+};
+
+}  // namespace rcs::wm

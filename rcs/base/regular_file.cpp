@@ -1,0 +1,19 @@
+#include "rcs/base/regular_file.h"
+
+#include <filesystem>
+#include <system_error>
+
+namespace rcs {
+
+Outcome check_regular_file(const std::string& path) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (status.type() == fs::file_type::not_found || status.type() == fs::file_type::none) {
+    return Error{path + ": cannot open: " + error.message()};
+  }
+  if (status.type() != fs::file_type::regular) return Error{path + ": is not a regular file"};
+  return Done{};
+}
+
+}  // namespace rcs

@@ -1,0 +1,52 @@
+#pragma once
+// An emergency stop that outlives the process, all processes and the computer: it is latched as
+// long as its file exists. The content of the file is for people only, so that a file which is
+// empty, cut short or damaged is a latched stop, too, and no failure while it is written can lose
+// one.
+
+#include <string>
+
+#include "lcmtypes/rcs/command_t.hpp"
+#include "rcs/base/result.h"
+#include "rcs/node/params.h"
+
+namespace rcs {
+
+class StopLatch {
+ public:
+  /// In memory only, for replay and simulation in lockstep: nothing is found and nothing written.
+  StopLatch() = default;
+
+  /// Creates the folder of `path` if needed, and checks that files can be created in it.
+  /// Latched if anything exists at `path`, whatever it is, or if that cannot be determined.
+  static Result<StopLatch> open(const std::string& path);
+
+  [[nodiscard]] bool engaged() const { return engaged_; }
+  /// No work is left for persist().
+  [[nodiscard]] bool persisted() const { return !engaged_ || path_.empty() || persisted_; }
+  [[nodiscard]] const std::string& path() const { return path_; }  ///< empty: in memory only
+  /// What is latched, for people: the issuer and serial of the stop, or why it counts as latched.
+  [[nodiscard]] const std::string& cause() const { return cause_; }
+
+  /// Latches in memory, at once. Does nothing if it is latched already.
+  void engage(const command_t& stop);
+  /// Creates the file and waits until the disk has it. Errors name the file and the cause; then the
+  /// stop is latched in memory alone, and this can be called again.
+  Outcome persist();
+  /// Removes the file and waits until the disk has that. After an error it is latched as before.
+  Outcome release();
+
+ private:
+  std::string path_;
+  std::string cause_;
+  bool engaged_ = false;
+  bool persisted_ = false;
+};
+
+/// Opens the latch of a vehicle's configuration, in [process] state_directory (relative to the
+/// configuration), else $STATE_DIRECTORY (systemd), $XDG_STATE_HOME/rcs or $HOME/.local/state/rcs.
+/// The file's name has the configuration's stem and a hash of its absolute path, so that no two
+/// configurations share a file. Errors name the folder and the key.
+[[nodiscard]] Result<StopLatch> open_stop_latch(const ParamFile& file);
+
+}  // namespace rcs

@@ -1,0 +1,71 @@
+#pragma once
+// What the README test does with each command of README.md. A command that is not in this table
+// runs; one that is in the table and no longer in README.md fails the test.
+
+#include <array>
+#include <string_view>
+
+namespace rcs::test {
+
+enum class How {
+  kSlow,      ///< runs in the slow test
+  kData,      ///< runs where the real data is
+  kSlowData,  ///< runs in the slow test, where the real data is
+  kOptions,   ///< not run; the options that it names must be in the program's --help
+  kForeign,   ///< not run: another program, or a change of the system
+};
+
+struct ReadmeCommand {
+  std::string_view command;  ///< its beginning
+  How how;
+  std::string_view why;
+};
+
+constexpr std::array<ReadmeCommand, 39> kReadmeCommands = {{
+    {"tools/demo", How::kOptions, "four minutes in real time"},
+    {"tools/test", How::kOptions, "runs this test"},
+    {"build/release/bin/rcs up", How::kOptions, "runs until Ctrl-C; up_test.sh"},
+    {"build/release/bin/rcs top", How::kOptions, "runs until q"},
+    {"lcm-logger", How::kForeign, "runs until Ctrl-C"},
+    {"build/release/bin/rcs play", How::kOptions, "needs a bus; play_command_test.cpp"},
+    {"lcm-logplayer", How::kForeign, "needs a bus"},
+    {"build/release/bin/rcs table1", How::kSlow, "a minute"},
+    {"unshare", How::kForeign, "an interactive shell"},
+    {"build/release/bin/sim config/sim/closed_loop.toml", How::kOptions, "real time"},
+    {"build/release/bin/rcs go", How::kOptions,
+     "needs a vehicle; tests/replay/closed_loop_test.cpp"},
+    {"$rcs map import av2", How::kData, ""},
+    {"$rcs map worth", How::kOptions, "minutes; map_worth_test.cpp"},
+    {"$rcs sureness", How::kOptions, "needs a running wm"},
+    {"$rcs map match", How::kOptions, "the pose is a placeholder"},
+    {"build/release/bin/rcs drill --all", How::kOptions, "minutes; drill_all_test.cpp"},
+    {"build/release/bin/rcs drill config/drills/d01", How::kOptions, "minutes; drill_all_test.cpp"},
+    {"build/release/bin/rcs drill my_drill.toml", How::kSlow, "a drive of 125 s"},
+    {"build/release/bin/rcs why", How::kSlow, "a log of 125 s"},
+    {"build/release/bin/rcs consistency -o", How::kOptions, "hours"},
+    {"build/release/bin/rcs consistency --seeds 5", How::kOptions,
+     "minutes; consistency_command_test.cpp"},
+    {"build/release/bin/rcs outages my_run.log --config config/my_vehicle.toml --length",
+     How::kSlow, "thirty drives"},
+    {"build/release/bin/rcs outages my_run.log --config config/my_vehicle.toml --without",
+     How::kSlow, "twenty drives"},
+    {"build/release/bin/rcs outages my_run.log --config config/my_vehicle.toml --cut",
+     How::kOptions, "a log of more than 257 s; outages_real_test.cpp"},
+    {"cmake --install", How::kForeign, "changes the system; install_test.sh"},
+    {"install -D", How::kForeign, "changes the system"},
+    {"apt-get", How::kForeign, "changes the system"},
+    {"systemctl", How::kForeign, "changes the system"},
+    {"build/release/bin/rcs budget", How::kOptions, "five minutes; budget_command_test.cpp"},
+    {"build/release/bin/dds_client", How::kForeign, "needs a gateway; tests/gateway"},
+    {"$rcs import kitti", How::kSlowData, ""},
+    {"$rcs replay config/kitti.toml", How::kSlowData, ""},
+    {"$rcs eval result.log --truth poses.txt", How::kSlowData, ""},
+    {"$rcs import comma2k19", How::kData, ""},
+    {"$rcs replay config/comma2k19.toml", How::kData, ""},
+    {"$rcs eval comma_result.log", How::kData, ""},
+    {"$rcs import imu-gps test1", How::kData, ""},
+    {"$rcs import imu-gps 2014", How::kData, ""},
+    {"$rcs replay config/husky.toml", How::kData, ""},
+}};
+
+}  // namespace rcs::test

@@ -1,0 +1,127 @@
+// Steps of clocks against silences, latencies, disorder and single wrong stamps.
+#include "modules/wm/clock_watch.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+namespace rcs::wm {
+namespace {
+
+constexpr Duration kPeriod = from_milliseconds(10.0);
+
+struct Seen {
+  std::vector<ClockStep> steps;
+  int samples = 0;        // that came out, held or not
+  Duration shift{};       // at the end
+  Duration longest_hold{};
+};
+
+/// INS at 100 Hz and odometry at 20 Hz for 20 s.
+/// @param ins, odometry  t [s] -> shift of the stamp [s]; none: the message is lost
+/// @param latency  t [s] -> of the INS [s]
+Seen run(const std::function<std::optional<double>(double)>& ins,
+         const std::function<std::optional<double>(double)>& odometry,
+         const std::function<double(double)>& latency = [](double) { return 0.002; }) {
+  ClockWatch watch;
+  Seen seen;
+  Stamp held_since = Stamp::min();
+  for (int i = 1; i < 2000; ++i) {
+    const double t = 0.01 * i;
+    const Stamp now = Stamp(from_seconds(500.0 + t + latency(t)));
+    if (const std::optional<double> shift = ins(t)) {
+      const ImuSample imu{Stamp(from_seconds(t + *shift)), kPeriod, Vec3::Zero(), Vec3::Zero()};
+      if (watch.add(imu, now) == ClockWatch::Verdict::kPass) {
+        seen.samples += 1 + static_cast<int>(watch.held().size());
+        watch.clear_held();
+      }
+    }
+    if (const std::optional<double> shift = odometry(t); shift && i % 5 == 0) {
+      static_cast<void>(watch.add(Clock::kOdometry, Stamp(from_seconds(t + *shift)),
+                                  Stamp(from_seconds(500.002 + t))));
+    }
+    if (!watch.suspects()) held_since = now;
+    seen.longest_hold = std::max(seen.longest_hold, now - held_since);
+    if (const std::optional<ClockStep> step = watch.resolve(now)) {
+      seen.steps.push_back(*step);
+      seen.samples += static_cast<int>(watch.held().size());
+      watch.clear_held();
+    }
+  }
+  seen.shift = watch.ins_shift();
+  return seen;
+}
+
+std::optional<double> right(double /*t*/) { return 0.0; }
+
+auto shifted(double from_s, double to_s, double by_s) {
+  return [=](double t) { return std::optional(t > from_s && t < to_s ? by_s : 0.0); };
+}
+
+TEST(ClockWatch, StepsOfAllClocksThatStayAndReturn) {
+  for (const double by_s : {0.05, 0.2, 3.0, 40.0, -0.2, -3.0}) {
+    const Seen stays = run(shifted(10.003, 1e9, by_s), shifted(10.003, 1e9, by_s));
+    ASSERT_EQ(stays.steps.size(), 1U) << by_s;
+    EXPECT_TRUE(stays.steps[0].of_all) << by_s;
+    EXPECT_NEAR(seconds(stays.steps[0].step), by_s, 1e-3);
+    EXPECT_EQ(stays.shift, Duration::zero());
+    EXPECT_EQ(stays.samples, 1999) << "none is lost";
+    EXPECT_LT(stays.longest_hold, from_milliseconds(120.0));
+    const Seen returns = run(shifted(10.003, 15.003, by_s), shifted(10.003, 15.003, by_s));
+    ASSERT_EQ(returns.steps.size(), 2U) << by_s;
+    EXPECT_TRUE(returns.steps[1].of_all) << by_s;
+    EXPECT_NEAR(seconds(returns.steps[1].step), -by_s, 1e-3);
+  }
+}
+
+TEST(ClockWatch, AStepOfTheInsAloneShiftsItsStampsBack) {
+  for (const double by_s : {0.05, 0.2, 3.0, -0.2}) {
+    const Seen stays = run(shifted(10.003, 1e9, by_s), right);
+    ASSERT_EQ(stays.steps.size(), 1U) << by_s;
+    EXPECT_FALSE(stays.steps[0].of_all) << by_s;
+    EXPECT_NEAR(seconds(stays.shift), -by_s, 1e-3);
+    const Seen returns = run(shifted(10.003, 15.003, by_s), right);
+    EXPECT_EQ(returns.shift, Duration::zero()) << by_s;
+  }
+}
+
+TEST(ClockWatch, ASilenceIsNoStep) {
+  for (const double length_s : {0.1, 0.3, 1.0, 3.0}) {
+    const auto silent = [=](double t) {
+      return t > 10.0 && t < 10.0 + length_s ? std::nullopt : std::optional(0.0);
+    };
+    EXPECT_TRUE(run(silent, silent).steps.empty()) << length_s;
+    EXPECT_TRUE(run(silent, right).steps.empty()) << length_s;
+  }
+}
+
+TEST(ClockWatch, LateAndBunchedSamplesAreNoStep) {
+  // The sender stalls for 0.3 s each 2 s, and all that waited comes at once.
+  const auto stalls = [](double t) {
+    const double into = t - 2.0 * std::floor(t / 2.0);
+    return into < 0.3 ? 0.302 - into : 0.002;
+  };
+  EXPECT_TRUE(run(right, right, stalls).steps.empty());
+}
+
+TEST(ClockWatch, OneWrongStampIsNoStep) {
+  for (const double by_s : {-5.0, -0.1, 0.3, 100.0}) {
+    EXPECT_TRUE(run(shifted(10.003, 10.013, by_s), right).steps.empty()) << by_s;
+  }
+}
+
+TEST(ClockWatch, DisorderIsNoStep) {
+  // Each second sample comes behind its successor.
+  const auto swapped = [](double t) {
+    const int i = static_cast<int>(std::lround(t / 0.01));
+    return std::optional(i % 2 == 0 ? -0.01 : 0.01);
+  };
+  const Seen seen = run(swapped, right);
+  EXPECT_TRUE(seen.steps.empty());
+  EXPECT_GT(seen.samples, 1900);
+}
+
+}  // namespace
+}  // namespace rcs::wm

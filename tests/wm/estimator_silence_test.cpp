@@ -1,0 +1,138 @@
+// Sources that fall silent and come back: nothing is extrapolated that does not last, what was
+// right is not excluded afterwards, and the clocks may step meanwhile.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+
+#include "modules/wm/integrity.h"
+#include "tests/wm/estimator_rig.h"
+
+namespace rcs::wm {
+namespace {
+
+struct Fault {
+  std::function<bool(double t_s)> ins_silent = [](double) { return false; };
+  std::function<bool(double t_s)> others_silent = [](double) { return false; };
+  std::function<double(double t_s)> clock_s = [](double) { return 0.0; };      ///< of all
+  std::function<double(double t_s)> ins_clock_s = [](double) { return 0.0; };  ///< more, of the INS
+};
+
+struct Seen {
+  double worst_m = 0.0;         ///< horizontal error
+  double worst_turn_rad = 0.0;  ///< of the attitude, from one input to the next
+  double worst_tilt_rad = 0.0;  ///< error of roll and pitch
+  double end_m = 0.0;
+  int findings = 0;
+  Trusted gps = Trusted::kNone;  ///< at the end
+  int clock_steps = 0;
+};
+
+Seen drive(const Fault& fault) {
+  Experiment experiment;
+  experiment.drive.length_s = 60.0;
+  Rig rig(experiment);
+  auto& [truth, sensors, estimator] = rig;
+  Seen seen;
+  Quat before = Quat::Identity();
+  Quat truth_before = Quat::Identity();
+  for (std::size_t i = 1; i < truth.size(); ++i) {
+    const double t = seconds(truth[i].stamp - truth[0].stamp);
+    const Stamp arrival = truth[i].stamp + from_seconds(1000.0);
+    const Duration shift = from_seconds(fault.clock_s(t));
+    ImuSample imu = sensors.imu(i);
+    imu.stamp += shift + from_seconds(fault.ins_clock_s(t));
+    const Stamp stamp = truth[i].stamp + shift;
+    const RollingMatch match = sensors.scan(i);
+    const GeodeticFix fix = sensors.gps(i);
+    const OdometrySample wheels = sensors.odometry(i);
+    if (!fault.ins_silent(t)) estimator.add(imu, arrival);
+    if (!fault.others_silent(t)) {
+      if (i % 5 == 0) estimator.add(stamp, wheels, arrival);
+      if (i % 10 == 0) estimator.add(stamp, match, arrival);
+      if (i % 20 == 0) estimator.add(stamp, fix, arrival);
+    }
+    estimator.watch_clocks(arrival);
+    estimator.fuse();
+    estimator.clear_innovations();
+    if (!estimator.started() || !estimator.state().memory.anchored) continue;
+    const NavState& x = estimator.state().belief.x;
+    if (t > 20.0 && before.coeffs() != Quat::Identity().coeffs()) {
+      const Quat turned = before.conjugate() * x.T_world_vehicle.q;
+      const Quat truly = truth_before.conjugate() * truth[i].T_world_vehicle.q;
+      seen.worst_turn_rad =
+          std::max(seen.worst_turn_rad, log_so3(truly.conjugate() * turned).norm());
+    }
+    before = x.T_world_vehicle.q;
+    truth_before = truth[i].T_world_vehicle.q;
+    // Only what is of this instant can be compared with it.
+    if (t < 20.0 || abs(x.stamp - stamp) > from_milliseconds(20.0)) continue;
+    seen.end_m = (x.T_world_vehicle.p - truth[i].T_world_vehicle.p).head<2>().norm();
+    seen.worst_m = std::max(seen.worst_m, seen.end_m);
+    const Vec3 up = x.T_world_vehicle.q.conjugate() * Vec3::UnitZ();
+    const Vec3 true_up = truth[i].T_world_vehicle.q.conjugate() * Vec3::UnitZ();
+    seen.worst_tilt_rad = std::max(seen.worst_tilt_rad, up.cross(true_up).norm());
+  }
+  seen.findings = estimator.trust().findings();
+  seen.gps = estimator.trust().gps(estimator.state(), experiment.params.modes);
+  seen.clock_steps = estimator.clock_steps();
+  return seen;
+}
+
+auto between(double from_s, double to_s) {
+  return [=](double t) { return t > from_s && t < to_s; };
+}
+
+TEST(EstimatorSilence, OfTheInsIsSurvivedOnTheOtherSources) {
+  for (const double length_s : {0.1, 0.3, 1.0, 3.0, 10.0}) {
+    Fault fault;
+    fault.ins_silent = between(30.0, 30.0 + length_s);
+    const Seen seen = drive(fault);
+    EXPECT_LT(seen.worst_m, 2.5) << length_s;
+    EXPECT_LT(seen.worst_tilt_rad, 0.2) << length_s;
+    EXPECT_EQ(seen.findings, 0) << length_s;
+    EXPECT_EQ(seen.gps, Trusted::kFully) << length_s;
+  }
+}
+
+TEST(EstimatorSilence, OfAllSourcesEndsWithTheFirstFixes) {
+  for (const double length_s : {0.1, 0.3, 1.0, 3.0}) {
+    Fault fault;
+    fault.ins_silent = fault.others_silent = between(30.0, 30.0 + length_s);
+    const Seen seen = drive(fault);
+    EXPECT_LT(seen.end_m, 1.5) << length_s;
+    EXPECT_LT(seen.worst_turn_rad, 0.35 + 0.35 * length_s) << length_s;
+    EXPECT_EQ(seen.findings, 0) << length_s;
+    EXPECT_EQ(seen.gps, Trusted::kFully) << length_s;
+  }
+}
+
+TEST(EstimatorSilence, AClockStepOfAllMovesNothing) {
+  for (const double step_s : {0.05, 0.2, 3.0, -0.2, -3.0}) {
+    for (const double until_s : {40.003, 1e9}) {
+      Fault fault;
+      fault.clock_s = [=](double t) { return t > 30.003 && t < until_s ? step_s : 0.0; };
+      const Seen seen = drive(fault);
+      EXPECT_LT(seen.worst_m, 1.5) << step_s << " until " << until_s;
+      EXPECT_LT(seen.worst_turn_rad, 0.05) << step_s << " until " << until_s;
+      EXPECT_EQ(seen.clock_steps, until_s < 60.0 ? 2 : 1) << step_s;
+      EXPECT_EQ(seen.gps, Trusted::kFully) << step_s;
+    }
+  }
+}
+
+TEST(EstimatorSilence, AClockStepOfTheInsAloneMovesNothing) {
+  for (const double step_s : {0.05, 0.2, 3.0, -0.2}) {
+    for (const double until_s : {40.003, 1e9}) {
+      Fault fault;
+      fault.ins_clock_s = [=](double t) { return t > 30.003 && t < until_s ? step_s : 0.0; };
+      const Seen seen = drive(fault);
+      EXPECT_LT(seen.worst_m, 1.5) << step_s << " until " << until_s;
+      EXPECT_LT(seen.worst_turn_rad, 0.05) << step_s << " until " << until_s;
+      EXPECT_EQ(seen.clock_steps, 0) << step_s;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace rcs::wm
