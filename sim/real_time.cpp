@@ -40,9 +40,9 @@ RealTimeReport publish_at_real_time(Simulator* simulator, LcmBus* bus, LiveTimel
     }
     report.worst_late = std::max(report.worst_late, timeline->now() - (due + shift));
     const double done_s = seconds(due - Simulator::kStart);
-    const bool silent = std::any_of(
-        silences.begin(), silences.end(),
-        [&](const Silence& silence) { return silence.holds(event.channel, done_s); });
+    const bool silent = std::any_of(silences.begin(), silences.end(), [&](const Silence& silence) {
+      return silence.holds(event.channel, done_s);
+    });
     if (!silent) bus->publish(event.channel, event.data.data(), event.data.size());
     if (done_s < next_progress_s) continue;
     progress(std::min(1.0, done_s / whole_s));

@@ -81,8 +81,9 @@ int run(const Options& options) {
     silences.push_back({source, begin_s, length_s});
   }
   Progress progress(rcs::seconds(simulator.end() - rcs::sim::Simulator::kStart));
-  const rcs::sim::RealTimeReport report = rcs::sim::publish_at_real_time(
-      &simulator, bus->get(), &timeline, silences, [&progress](double share) { progress.at(share); });
+  const rcs::sim::RealTimeReport report =
+      rcs::sim::publish_at_real_time(&simulator, bus->get(), &timeline, silences,
+                                     [&progress](double share) { progress.at(share); });
   progress.end();
   fmt::print(stderr, "sim: {}; the latest message went out {:.1f} ms late\n",
              report.stopped ? "stopped" : "done", rcs::milliseconds(report.worst_late));

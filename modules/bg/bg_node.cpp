@@ -237,9 +237,9 @@ Facts BgNode::facts(Stamp now) const {
 /// A command in frame local needs no place in the world: the drift since its begin is its own.
 double BgNode::speed_share() const {
   if (!route_.in_world() || !nav_.world_valid) return 1.0;
-  return std::min(vj::speed_share(nav_.sigma_world_m, config_.speeds),
-                  vj::protected_share(integrity_.horizontal_m, integrity_.vertical_m,
-                                      config_.speeds));
+  return std::min(
+      vj::speed_share(nav_.sigma_world_m, config_.speeds),
+      vj::protected_share(integrity_.horizontal_m, integrity_.vertical_m, config_.speeds));
 }
 
 void BgNode::plan(const Cycle& cycle, const Facts& now) {

@@ -9,8 +9,7 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
   const bool at_rest = std::abs(f.speed_mps) < p.rest_mps;
   const bool releases = f.order == Order::kRelease && f.order_is_valid;
   // The speed of a pose that stands still in sensor time is of the past.
-  const bool known_at_rest =
-      at_rest && f.nav_age <= p.nav_silence && f.nav_still <= p.nav_still;
+  const bool known_at_rest = at_rest && f.nav_age <= p.nav_silence && f.nav_still <= p.nav_still;
   if (f.order == Order::kEmergencyStop) emergency = true;
   if (releases && known_at_rest) emergency = false;
 

@@ -13,17 +13,17 @@ enum class Order { kNone, kHalt, kGoto, kEmergencyStop, kRelease, kUnknown };
 
 /// What BG knows in one cycle.
 struct Facts {
-  Order order = Order::kNone;            ///< newest command
-  bool order_is_valid = false;           ///< its time is not over
-  std::string_view cannot;               ///< why its content cannot be done; empty: it can
-  double speed_mps = 0.0;                ///< of the vehicle, as far as is known
-  Duration nav_age = Duration::max();    ///< since the newest navigation message
-  Duration nav_still = Duration::max();  ///< since its sensor time last changed
+  Order order = Order::kNone;                ///< newest command
+  bool order_is_valid = false;               ///< its time is not over
+  std::string_view cannot;                   ///< why its content cannot be done; empty: it can
+  double speed_mps = 0.0;                    ///< of the vehicle, as far as is known
+  Duration nav_age = Duration::max();        ///< since the newest navigation message
+  Duration nav_still = Duration::max();      ///< since its sensor time last changed
   Duration integrity_age = Duration::max();  ///< since the newest integrity message
-  bool pose_valid = false;               ///< both messages have a valid pose
-  bool aligned = false;                  ///< WM has an attitude and is not lost
-  Duration ins_age{};                    ///< since an INS sample was last integrated; 0: no INS
-  Duration ladar_age = Duration::max();  ///< since a registration was last fused
+  bool pose_valid = false;                   ///< both messages have a valid pose
+  bool aligned = false;                      ///< WM has an attitude and is not lost
+  Duration ins_age{};                        ///< since an INS sample was last integrated; 0: no INS
+  Duration ladar_age = Duration::max();      ///< since a registration was last fused
   Duration gps_age = Duration::max();
   Duration map_age = Duration::max();  ///< since the newest scan in the terrain
   bool north_known = true;             ///< and so the frame of the command is
@@ -35,15 +35,15 @@ struct Facts {
 };
 
 struct DecideParams {
-  Duration nav_silence = from_milliseconds(200.0);  ///< WM is silent, [50, 5000] ms
-  Duration nav_still = from_milliseconds(300.0);    ///< its sensor time stands, [50, 5000] ms
+  Duration nav_silence = from_milliseconds(200.0);        ///< WM is silent, [50, 5000] ms
+  Duration nav_still = from_milliseconds(300.0);          ///< its sensor time stands, [50, 5000] ms
   Duration integrity_silence = from_milliseconds(500.0);  ///< [200, 10000] ms
   Duration ins_loss = from_milliseconds(500.0);           ///< [100, 10000] ms
-  Duration ladar_loss = from_milliseconds(500.0);   ///< nothing registered, [100, 10000] ms
-  Duration gps_loss = from_milliseconds(1500.0);    ///< [100, 60000] ms
-  Duration map_loss = from_milliseconds(1500.0);    ///< the terrain is old, [100, 10000] ms
-  Duration patience = from_milliseconds(15000.0);   ///< without a way, [1000, 600000] ms
-  double rest_mps = 0.15;                           ///< slower is at rest, [0.01, 1]
+  Duration ladar_loss = from_milliseconds(500.0);         ///< nothing registered, [100, 10000] ms
+  Duration gps_loss = from_milliseconds(1500.0);          ///< [100, 60000] ms
+  Duration map_loss = from_milliseconds(1500.0);          ///< the terrain is old, [100, 10000] ms
+  Duration patience = from_milliseconds(15000.0);         ///< without a way, [1000, 600000] ms
+  double rest_mps = 0.15;                                 ///< slower is at rest, [0.01, 1]
 };
 
 enum class Action {

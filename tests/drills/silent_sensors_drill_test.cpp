@@ -76,9 +76,10 @@ class SilentSensors : public testing::Test {
     test::Tap<odometry_t> wheels(bus, channel::kOdometry, [&](const odometry_t&, Stamp at) {
       if (source == "odometry") hear(at);
     });
-    test::Tap<ladar_ranges_t> ladar(bus, channel::kLadarRanges, [&](const ladar_ranges_t&, Stamp at) {
-      if (source == "ladar") hear(at);
-    });
+    test::Tap<ladar_ranges_t> ladar(bus, channel::kLadarRanges,
+                                    [&](const ladar_ranges_t&, Stamp at) {
+                                      if (source == "ladar") hear(at);
+                                    });
     test::Tap<status_t> status(bus, channel::kBgStatus,
                                [&](const status_t& m, Stamp) { state = m.state; });
     test::Tap<event_t> events(bus, channel::kWmEvent, [&](const event_t& m, Stamp) {

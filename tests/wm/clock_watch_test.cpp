@@ -14,17 +14,18 @@ constexpr Duration kPeriod = from_milliseconds(10.0);
 
 struct Seen {
   std::vector<ClockStep> steps;
-  int samples = 0;        // that came out, held or not
-  Duration shift{};       // at the end
+  int samples = 0;   // that came out, held or not
+  Duration shift{};  // at the end
   Duration longest_hold{};
 };
 
 /// INS at 100 Hz and odometry at 20 Hz for 20 s.
 /// @param ins, odometry  t [s] -> shift of the stamp [s]; none: the message is lost
 /// @param latency  t [s] -> of the INS [s]
-Seen run(const std::function<std::optional<double>(double)>& ins,
-         const std::function<std::optional<double>(double)>& odometry,
-         const std::function<double(double)>& latency = [](double) { return 0.002; }) {
+Seen run(
+    const std::function<std::optional<double>(double)>& ins,
+    const std::function<std::optional<double>(double)>& odometry,
+    const std::function<double(double)>& latency = [](double) { return 0.002; }) {
   ClockWatch watch;
   Seen seen;
   Stamp held_since = Stamp::min();

@@ -120,7 +120,6 @@ TEST_F(WmNodeTest, PublishesTheBeliefOfAllSources) {
   EXPECT_LT((from_message(m.p_world_vehicle_m) - truth).norm(), 1.5);
 }
 
-
 // Sensor time stands still when all sensors are dead: node time must tell.
 TEST_F(WmNodeTest, WithoutAnyInputThePoseIsLostAndThenInvalid) {
   Inbox<integrity_t> integrities(&bus_, channel::kWmIntegrity, 64);

@@ -186,7 +186,7 @@ std::vector<TimeInterval> gps_outages(const RunLog& run) {
 }
 
 std::vector<TimeInterval> common_intervals(const std::vector<TimeInterval>& a,
-                                       const std::vector<TimeInterval>& b) {
+                                           const std::vector<TimeInterval>& b) {
   std::vector<TimeInterval> common;
   for (const TimeInterval& i : a) {
     for (const TimeInterval& j : b) {

@@ -106,13 +106,14 @@ struct RunFigures {
 
 /// The parts that two lists of intervals, each in order and disjoint, have in common.
 [[nodiscard]] std::vector<TimeInterval> common_intervals(const std::vector<TimeInterval>& a,
-                                                     const std::vector<TimeInterval>& b);
+                                                         const std::vector<TimeInterval>& b);
 
 /// What WM fused within `interval`, its ends excluded: the INS where its data was not older than
 /// 1 s, any other source where WM accepted a measurement of it. By the fixed names and order of
 /// "GPS", "LADAR", "a priori map", "wheel encoders", "INS" and "motion constraints" (the
 /// non-holonomic one, and zero velocity at standstill).
-[[nodiscard]] std::vector<std::string> fused_sources(const RunLog& run, const TimeInterval& interval);
+[[nodiscard]] std::vector<std::string> fused_sources(const RunLog& run,
+                                                     const TimeInterval& interval);
 
 [[nodiscard]] OutageFigures outage_figures(const WorldFigures& figures, const TimeInterval& outage);
 

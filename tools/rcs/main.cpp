@@ -20,7 +20,6 @@
 
 namespace rcs::tools {
 
-
 int fail(std::string_view command, const Error& error) {
   fmt::print(stderr, "rcs {}: {}\n", command, error.message);
   return kExitFailed;

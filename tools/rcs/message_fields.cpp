@@ -133,9 +133,9 @@ void write(const innovation_t& m, FieldWriter& w) {
 }
 
 void write(const integrity_t& m, FieldWriter& w) {
-  w(F(utime))(F(seq))(F(validity))(F(protection_horizontal_m))(F(protection_vertical_m))(F(limit_horizontal_m))(
-      F(limit_vertical_m))(F(alerts))(F(gps))(F(ladar))(F(gps_since_utime))(F(ladar_since_utime))(
-      F(gps_doubt))(F(ladar_doubt))(F(sigma_in_60s_m))(F(alert_in_s));
+  w(F(utime))(F(seq))(F(validity))(F(protection_horizontal_m))(F(protection_vertical_m))(
+      F(limit_horizontal_m))(F(limit_vertical_m))(F(alerts))(F(gps))(F(ladar))(F(gps_since_utime))(
+      F(ladar_since_utime))(F(gps_doubt))(F(ladar_doubt))(F(sigma_in_60s_m))(F(alert_in_s));
 }
 
 void write(const shadow_t& m, FieldWriter& w) {

@@ -111,10 +111,11 @@ void append_inputs(const TopView& view, std::vector<TopLine>* lines) {
 
 void append_nav(const TopView::Nav& nav, std::vector<TopLine>* lines) {
   const bool silent = nav.heard > TopModel::kSilent;
-  lines->push_back({fmt::format("wm {}{}{}{}", nav.mode, nav.pose_valid ? "" : ", POSE INVALID",
-                                nav.world_valid ? "" : ", no datum yet",
-                                silent ? fmt::format(", SILENT {}", span(nav.heard)) : ""),
-                    silent || !nav.pose_valid || nav.mode == "LOST" ? Style::kAlarm : Style::kHead});
+  lines->push_back(
+      {fmt::format("wm {}{}{}{}", nav.mode, nav.pose_valid ? "" : ", POSE INVALID",
+                   nav.world_valid ? "" : ", no datum yet",
+                   silent ? fmt::format(", SILENT {}", span(nav.heard)) : ""),
+       silent || !nav.pose_valid || nav.mode == "LOST" ? Style::kAlarm : Style::kHead});
   lines->push_back({fmt::format(
       "  sigma {:.2f} m forward, {:.2f} m left, {:.2f} m up, {:.2f} deg yaw; {:.1f} m/s",
       nav.sigma_m[0], nav.sigma_m[1], nav.sigma_m[2], degrees(nav.sigma_yaw_rad), nav.speed_mps)});
