@@ -42,7 +42,7 @@ TEST(InputWatch, AllAreSilentAsSoonAsTheFastestSourceWouldHaveBeenMissed) {
   // One source alone is an input, and has its own limit.
   receive(&watch, Input::kLadar, 10.4, 20.0, 0.1);
   EXPECT_TRUE(watch.silent(Input::kIns, at(20.0)));
-  EXPECT_LE(watch.all_silent_for(at(20.25)), Duration::zero());
+  EXPECT_LE(watch.all_silent_for(at(20.15)), Duration::zero());
   EXPECT_GT(watch.all_silent_for(at(20.45)), Duration::zero());
 }
 
