@@ -78,7 +78,7 @@ TEST_F(AsyncTileLoaderTest, AMapThatHasGoneIsSaidAndNothingDies) {
     std::this_thread::yield();
   } while (!map->complete());
   EXPECT_GT(map->loading().failed, 0);
-  EXPECT_NE(map->loading().failure.find("cannot be opened"), std::string::npos);
+  EXPECT_NE(map->loading().failure.find("cannot open"), std::string::npos);
 }
 
 }  // namespace

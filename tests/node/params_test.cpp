@@ -298,7 +298,7 @@ TEST(Params, AnOverrideReplacesOrJoinsAKeyOfTheFile) {
   EXPECT_EQ(steps, 3) << "its neighbours stay";
   EXPECT_TRUE(on);
   EXPECT_EQ(error_of_load({"icp.gate_m=7"}, &gate_m, &steps, &on),
-            "icp.gate_m=7:1: [icp] gate_m = 7: not in [0, 1] m");
+            "icp.gate_m=7:1: [icp] gate_m = 7: not in [0, 1] (m)");
   EXPECT_EQ(error_of_load({"icp.gait_m=0.7"}, &gate_m, &steps, &on),
             "icp.gait_m=0.7:1: [icp] unknown key gait_m; did you mean gate_m?");
   EXPECT_EQ(error_of_load({"icp.gate_m=="}, &gate_m, &steps, &on).substr(0, 14), "icp.gate_m==:1");
