@@ -26,7 +26,9 @@ ClockWatch::Verdict ClockWatch::add(const ImuSample& imu, Stamp arrival) {
                            imu.stamp - held_.back().stamp <= 5 * imu.interval + kForward;
     const bool returns = imu.stamp > ins_.stamp;
     const bool room = held_.size() < kMaxHeld;
-    if (continues && room && (step_ > Duration::zero() || imu.stamp <= ins_.stamp)) {
+    // Disorder ends before what repeats its time for long.
+    const bool repeats = step_ < Duration::zero() && imu.stamp <= ins_.stamp;
+    if (continues && room && (step_ > Duration::zero() || repeats || established())) {
       held_.push_back(imu);
       last_held_arrival_ = arrival;
       return Verdict::kHeld;
@@ -81,15 +83,17 @@ std::optional<bool> ClockWatch::stepped(Clock clock, Stamp now) const {
   return step_ > Duration::zero() ? gained * 2 > step_ : gained * 2 < step_;
 }
 
+/// More than one stamp is of another clock.
+bool ClockWatch::established() const {
+  if (step_ > Duration::zero()) return held_.size() > 1;
+  const Duration span = held_.back().stamp - held_.front().stamp;
+  return span >= kBackward && (last_held_arrival_ - suspected_at_) * 2 >= span;
+}
+
 std::optional<ClockStep> ClockWatch::resolve(Stamp now) {
   if (!suspected_) return std::nullopt;
   const Duration waited = now - suspected_at_;
-  const Duration span = held_.back().stamp - held_.front().stamp;
-  const bool established =
-      step_ > Duration::zero()
-          ? held_.size() > 1
-          : span >= kBackward && (last_held_arrival_ - suspected_at_) * 2 >= span;
-  if (!established) return std::nullopt;
+  if (!established()) return std::nullopt;
   std::optional<bool> all = stepped(Clock::kOdometry, now);
   if (!all) all = stepped(Clock::kGps, now);
   if (!all && waited <= kPatience) return std::nullopt;

@@ -66,6 +66,7 @@ class ClockWatch {
     [[nodiscard]] bool alive(Stamp now) const;
   };
   [[nodiscard]] std::optional<bool> stepped(Clock clock, Stamp now) const;
+  [[nodiscard]] bool established() const;
   void settle(const ClockStep& step, Stamp now);
 
   Track ins_;

@@ -272,8 +272,12 @@ void WmNode::fill_belief(const FilterState& s, Stamp now) {
 
 void WmNode::fill_ages(const FilterState& s, Stamp now) {
   const auto age_us = [&](Duration by_sensor, Input input) {
-    const bool grows = by_sensor >= Duration::zero() && inputs_.silent(input, now);
-    return (grows ? std::max(by_sensor, inputs_.silence(input, now)) : by_sensor).count();
+    // Node time counts where sensor time stands still; else it differs by latencies alone.
+    constexpr Duration kLatency = from_milliseconds(100.0);
+    const Duration silence = inputs_.silence(input, now);
+    const bool stands = by_sensor >= Duration::zero() && inputs_.silent(input, now) &&
+                        silence > by_sensor + kLatency;
+    return (stands ? silence : by_sensor).count();
   };
   const Ages a = ages(s);
   nav_state_.age_ins_us = age_us(a.ins, Input::kIns);
