@@ -35,7 +35,10 @@ ClockWatch::Verdict ClockWatch::add(const ImuSample& imu, Stamp arrival) {
     }
     // A single stamp from the future is refused; samples out of order have their place.
     suspected_ = false;
-    if (step_ > Duration::zero() || !returns) held_.clear();
+    if (step_ > Duration::zero() || !returns) {
+      held_.clear();
+      dropped_ = true;
+    }
   }
   if (ins_.count == 0 || imu.stamp == ins_.stamp) {
     if (ins_.count == 0) ins_.add(imu.stamp, arrival);

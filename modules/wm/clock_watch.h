@@ -5,6 +5,7 @@
 
 #include <array>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "modules/wm/eskf.h"
@@ -41,6 +42,8 @@ class ClockWatch {
   /// Samples that were held and are due, in the order of their arrival, at most kMaxHeld.
   [[nodiscard]] const std::vector<ImuSample>& held() const { return held_; }
   void clear_held() { held_.clear(); }
+  /// Held samples were dropped, as their stamps were wrong, since the last call.
+  [[nodiscard]] bool take_dropped() { return std::exchange(dropped_, false); }
   /// What to add to the stamps of the INS so that they are of the other sources' clock.
   [[nodiscard]] Duration ins_shift() const { return ins_shift_; }
   /// A step is suspected and the INS is held.
@@ -73,6 +76,7 @@ class ClockWatch {
   std::array<Track, kClocks> others_;
   std::vector<ImuSample> held_;
   bool suspected_ = false;
+  bool dropped_ = false;
   Duration step_{};       ///< suspected
   Stamp suspected_at_{};  ///< arrival
   Stamp last_held_arrival_{};

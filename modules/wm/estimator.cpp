@@ -61,8 +61,9 @@ Reason Estimator::add(const ImuSample& imu, Stamp arrival) {
     case ClockWatch::Verdict::kPass:
       break;
   }
-  add_held();
-  return add_inertial(imu);
+  const Reason held = clocks_.take_dropped() ? Reason::kInvalid : add_held();
+  const Reason own = add_inertial(imu);
+  return own == Reason::kAccepted ? held : own;
 }
 
 Reason Estimator::add_inertial(ImuSample imu) {
@@ -89,16 +90,22 @@ Reason Estimator::add_inertial(ImuSample imu) {
   return Reason::kAccepted;
 }
 
-void Estimator::add_held() {
-  for (const ImuSample& held : clocks_.held()) static_cast<void>(add_inertial(held));
+/// @return why the newest of them that was not accepted was refused
+Reason Estimator::add_held() {
+  Reason refused = Reason::kAccepted;
+  for (const ImuSample& held : clocks_.held()) {
+    const Reason reason = add_inertial(held);
+    if (reason != Reason::kAccepted) refused = reason;
+  }
   clocks_.clear_held();
+  return refused;
 }
 
 void Estimator::watch_clocks(Stamp now) {
   const std::optional<ClockStep> step = clocks_.resolve(now);
   if (!step) return;
   if (step->of_all) move_clock(step->step);
-  add_held();
+  static_cast<void>(add_held());
 }
 
 Reason Estimator::add(Stamp stamp, const OdometrySample& odometry, Stamp arrival) {

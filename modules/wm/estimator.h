@@ -70,7 +70,7 @@ class Estimator {
   };
   Reason add(const Measurement& m);
   Reason add_inertial(ImuSample imu);
-  void add_held();
+  Reason add_held();
   void start(const Belief& belief, double gravity);
   void finish();
   void find_heading();
