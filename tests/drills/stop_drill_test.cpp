@@ -30,7 +30,7 @@ enum class Kind { kKillBg, kKillAll, kRestartUp, kDds };
 struct Watch {
   bool on = false;
   bool at_rest = false;
-  Vec2 rest_world;
+  Vec2 rest_world = Vec2::Zero();
   double moved_m = 0.0;
   int drives = 0;                  ///< BG_DRIVE
   int unbraked = 0;                ///< of them
