@@ -124,7 +124,7 @@ until_line "$dir/up.txt" 'gateway ended with status 1; again in 10.0 s'
 # Nor does a critical one that was alive, and it is back when its configuration is.
 sp=$(pid_of sp)
 cp "$dir/lame.toml" "$dir/good.toml"
-sed -i 's/^budget_ms.*/budget_ms = -1/' "$dir/lame.toml"
+printf '\n[wm.modes]\nreset_m = -1\n' >>"$dir/lame.toml"
 kill -9 "$(pid_of wm)"
 until_line "$dir/up.txt" 'ALARM: wm does not stay up'
 "$bin/rcs" top --once >"$dir/top.txt" || fail "rcs top"
