@@ -1,5 +1,6 @@
 #include "modules/sp/expectation.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace rcs::sp {
@@ -7,6 +8,8 @@ namespace {
 
 // An inertial sample so much older than the reference instant does not carry the prediction.
 constexpr Duration kInertialGap = from_milliseconds(60.0);
+// A map that the vehicle is leaving is no longer kept free of distorted scans.
+constexpr Duration kInsReturns = from_seconds(5.0);
 // A motion says nothing about a moment that is farther away: one of the stamps is wrong.
 constexpr Duration kMotionLasts = from_seconds(2.0);
 // After so long without a registered pose the motion before says nothing about the place.
@@ -14,6 +17,14 @@ constexpr Duration kPoseLasts = from_milliseconds(500.0);
 // No vehicle moves faster: two of the stamps are too near to one another.
 constexpr double kFastest_mps = 200.0;
 constexpr double kFastest_radps = 35.0;
+
+/// @return false also for an INS that has never been received, or not for long
+bool lost_recently(const InertialBuffer& inertial, Stamp reference) {
+  if (inertial.size() == 0) return false;
+  const InertialSample& newest = inertial[inertial.size() - 1];
+  const Duration silence = reference - newest.stamp;
+  return silence > std::max(kInertialGap, 3 * newest.interval) && silence < kInsReturns;
+}
 
 }  // namespace
 
@@ -38,6 +49,7 @@ void MotionGuess::forget_poses() { last_ = before_last_ = {}; }
 Expectation MotionGuess::expect(Stamp reference, const InertialBuffer& inertial,
                                 const ExpectationParams& params) const {
   Expectation e;
+  e.ins_lost = lost_recently(inertial, reference);
   const bool inertial_covers =
       inertial.size() > 0 && inertial[inertial.size() - 1].stamp >= reference - kInertialGap;
   const auto lasts = [reference](Stamp stamp) {
@@ -51,7 +63,7 @@ Expectation MotionGuess::expect(Stamp reference, const InertialBuffer& inertial,
     return e;
   }
   const bool recent = last_.stamp == Stamp::min() || reference - last_.stamp <= kPoseLasts;
-  if (!recent && belief_ && lasts(belief_->stamp)) {
+  if ((!recent || e.ins_lost) && belief_ && lasts(belief_->stamp)) {
     e.at_reference = propagate(*belief_, inertial, reference);
     e.covariance = belief_covariance_ + isotropic(params.coast_sigma_m, params.coast_sigma_rad);
     return e;

@@ -13,6 +13,12 @@ std::string_view name_of(Stop stop) {
   return at < kNames.size() ? kNames[at] : "unknown";
 }
 
+Mat6 with_distortion(const Mat6& information, const Mat6& distortion) {
+  const Mat6 total = information + distortion.ldlt().solve(Mat6::Identity());
+  const Mat6 out = information - information * total.ldlt().solve(information);
+  return 0.5 * (out + out.transpose());
+}
+
 Pose fused_pose(const Prediction& prediction, const Registration& registration) {
   const Pose& T = registration.T_target_vehicle;
   const Mat6 prior = prediction.covariance.ldlt().solve(Mat6::Identity());

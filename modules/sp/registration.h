@@ -58,6 +58,11 @@ struct Prediction {
   Mat6 covariance = Mat6::Identity();  ///< right perturbation (rho, phi); positive definite
 };
 
+/// Information of a registration whose scan is distorted by an independent error of covariance
+/// `distortion` (right perturbation (rho [m], phi [rad]), positive definite): (I^-1 + D)^-1, also
+/// where I is singular.
+[[nodiscard]] Mat6 with_distortion(const Mat6& information, const Mat6& distortion);
+
 /// The best pose of prediction and registration together: where the scan goes into the map. A
 /// direction that the scan sees weakly must not shake the map.
 [[nodiscard]] Pose fused_pose(const Prediction& prediction, const Registration& registration);

@@ -13,8 +13,15 @@ namespace rcs::sp {
 namespace {
 
 constexpr double kGravity_mps2 = 9.80665;
+// Sigma of the distortion of a scan that is deskewed by an extrapolated motion; chosen by drill
+// d15_silence_ins_3_outage, seeds 1 to 8 (0.1 to 0.5 m, 0.005 to 0.05 rad).
+constexpr double kDistortion_m = 0.2;
+constexpr double kDistortion_rad = 0.01;
+constexpr double kMinOverlap = 0.5;  // of such a scan with the map
 // A larger step of the scans' numbers is a driver that counts anew, not a loss.
 constexpr std::int64_t kMostDropped = 1000;
+
+Mat6 distortion() { return isotropic(kDistortion_m, kDistortion_rad); }
 
 // A covariance that can be inverted, once something is added to it, whatever the message says.
 bool usable_covariance(const Mat6& c) {
@@ -334,9 +341,9 @@ void SpNode::seed(const Pose& T_rolling_vehicle) {
 
 void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
   const Prediction prediction{expected.at_reference.T_rolling_vehicle, expected.covariance};
-  const Registration rolling =
-      register_points(source_, &map_, prediction, config_.icp, granted_, &icp_);
+  Registration rolling = register_points(source_, &map_, prediction, config_.icp, granted_, &icp_);
   granted_ -= rolling.used;
+  if (expected.ins_lost) rolling.information = with_distortion(rolling.information, distortion());
   cycle.stages->mark("register");
   if (!usable(rolling.stop)) ++account_.failed;
   answer(rolling, registration_t::TARGET_ROLLING);
@@ -347,6 +354,7 @@ void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
                  "scan {}: stop {}, {} of {} points matched, {:.2f} m from the prediction",
                  assembler_.scan_id(), static_cast<int>(rolling.stop), rolling.pairs,
                  rolling.points, rolling.correction_m);
+    if (expected.ins_lost) return;  // the fault is the scan's, not the map's
     if (++failures_ >= config_.reseed_after && !source_.empty()) {
       report_.error(cycle.now, "map.reseeded", "{} scans in a row failed: a new map starts",
                     failures_);
@@ -359,17 +367,19 @@ void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
   motion_guess_.remember(from_utime(registration_message_.utime), T_rolling_vehicle);
   publish_points(T_rolling_vehicle);
   if (ladder_.level < Degrade::kNoPrior) {
-    match_prior(cycle, T_rolling_vehicle);
+    match_prior(cycle, T_rolling_vehicle, expected.ins_lost);
     search_start(cycle, T_rolling_vehicle);
   }
-  map_.insert(dense_, T_rolling_vehicle);
+  // A distorted scan harms the map: it is inserted only where the vehicle is about to leave the
+  // map.
+  if (!expected.ins_lost || rolling.overlap < kMinOverlap) map_.insert(dense_, T_rolling_vehicle);
   if (T_world_rolling_) {
     prior_.follow((*T_world_rolling_ * T_rolling_vehicle).p, cycle.now, &report_);
   }
   cycle.stages->mark("map");
 }
 
-void SpNode::match_prior(const Cycle& cycle, const Pose& T_rolling_vehicle) {
+void SpNode::match_prior(const Cycle& cycle, const Pose& T_rolling_vehicle, bool distorted) {
   if (!T_world_rolling_ || !prior_.T_map_world()) return;
   const Pose& T_map_world = *prior_.T_map_world();
   const Pose T_world_vehicle = *T_world_rolling_ * T_rolling_vehicle;
@@ -379,6 +389,9 @@ void SpNode::match_prior(const Cycle& cycle, const Pose& T_rolling_vehicle) {
                               world_covariance_ + isotropic(0.01, 0.001)};
   PriorMatch match = match_prior_map(prior_scan_.ground(), prior_scan_.standing(), prior_.map(),
                                      prediction, config_.prior, granted_, &prior_match_);
+  if (distorted) {
+    match.registration.information = with_distortion(match.registration.information, distortion());
+  }
   match.registration.T_target_vehicle = T_map_world.inverse() * match.registration.T_target_vehicle;
   answer(match.registration, registration_t::TARGET_PRIOR_MAP);
   registration_message_.n_tiles = 1;

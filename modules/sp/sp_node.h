@@ -55,7 +55,7 @@ class SpNode final : public Node {
   void prepare_points(const Cycle& cycle, const Expectation& expected);
   void register_scan(const Cycle& cycle, const Expectation& expected);
   void search_start(const Cycle& cycle, const Pose& T_rolling_vehicle);
-  void match_prior(const Cycle& cycle, const Pose& T_rolling_vehicle);
+  void match_prior(const Cycle& cycle, const Pose& T_rolling_vehicle, bool distorted);
   void seed(const Pose& T_rolling_vehicle);
   void publish_points(const Pose& T_rolling_vehicle);
 

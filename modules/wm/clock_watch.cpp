@@ -75,8 +75,8 @@ bool ClockWatch::add(Clock clock, Stamp stamp, Stamp arrival) {
   return !suspected_ && arrival >= unsettled_until_;
 }
 
-/// None: it has not been received since, or what was received may have been measured before.
-std::optional<bool> ClockWatch::stepped(Clock clock, Stamp now) const {
+/// @return nullopt if nothing has been received that was surely measured after the suspected step
+std::optional<bool> ClockWatch::has_stepped(Clock clock, Stamp now) const {
   const Track& track = others_[static_cast<std::size_t>(clock)];
   const Duration latency = clock == Clock::kOdometry ? from_milliseconds(20.0)
                            : clock == Clock::kGps    ? from_milliseconds(100.0)
@@ -97,10 +97,10 @@ std::optional<ClockStep> ClockWatch::resolve(Stamp now) {
   if (!suspected_) return std::nullopt;
   const Duration waited = now - suspected_at_;
   if (!established()) return std::nullopt;
-  std::optional<bool> all = stepped(Clock::kOdometry, now);
-  if (!all) all = stepped(Clock::kGps, now);
+  std::optional<bool> all = has_stepped(Clock::kOdometry, now);
+  if (!all) all = has_stepped(Clock::kGps, now);
   if (!all && waited <= kPatience) return std::nullopt;
-  if (!all) all = stepped(Clock::kLadar, now);
+  if (!all) all = has_stepped(Clock::kLadar, now);
   const ClockStep step{step_, all.value_or(true)};
   settle(step, now);
   return step;

@@ -27,8 +27,7 @@ class ClockWatch {
 
   enum class Verdict {
     kPass,
-    kHeld,    ///< waits until it is known what has stepped: see resolve()
-    kRefused  ///< a single stamp that is far off
+    kHeld  ///< waits until it is known what has stepped: see resolve()
   };
   /// @param imu  with the stamp as it was received
   Verdict add(const ImuSample& imu, Stamp arrival);
@@ -68,7 +67,7 @@ class ClockWatch {
     void add(Stamp s, Stamp a);
     [[nodiscard]] bool alive(Stamp now) const;
   };
-  [[nodiscard]] std::optional<bool> stepped(Clock clock, Stamp now) const;
+  [[nodiscard]] std::optional<bool> has_stepped(Clock clock, Stamp now) const;
   [[nodiscard]] bool established() const;
   void settle(const ClockStep& step, Stamp now);
 

@@ -53,14 +53,7 @@ void Estimator::start(const Belief& belief, double gravity) {
 
 Reason Estimator::add(const ImuSample& imu, Stamp arrival) {
   if (!started_ || arrival == Stamp::min()) return add_inertial(imu);
-  switch (clocks_.add(imu, arrival)) {
-    case ClockWatch::Verdict::kHeld:
-      return Reason::kAccepted;
-    case ClockWatch::Verdict::kRefused:
-      return Reason::kInvalid;
-    case ClockWatch::Verdict::kPass:
-      break;
-  }
+  if (clocks_.add(imu, arrival) == ClockWatch::Verdict::kHeld) return Reason::kAccepted;
   const Reason held = clocks_.take_dropped() ? Reason::kInvalid : add_held();
   const Reason own = add_inertial(imu);
   return own == Reason::kAccepted ? held : own;

@@ -1,6 +1,6 @@
 #pragma once
-// Which inputs have fallen silent, by the node time of their arrivals: the sensor time of a belief
-// stands still with its sensors, and no age in it grows.
+// Detects silent inputs by the node time of their arrivals. When all sensors are silent the sensor
+// time of the belief stands still, so that no age in sensor time grows.
 
 #include <array>
 
@@ -13,14 +13,14 @@ constexpr std::size_t kInputs = 4;
 
 class InputWatch {
  public:
-  /// An input that was handled: new in sensor time, and plausible.
+  /// An input that was accepted: new in sensor time, and plausible.
   void add(Input input, Stamp stamp, Stamp arrival);
 
-  /// Since its newest arrival; negative: there was none.
+  /// Time since its newest arrival; negative: it has never arrived.
   [[nodiscard]] Duration silence(Input input, Stamp now) const;
-  /// Silence that is none of its period's: three periods, and at least 200 ms.
+  /// Longest silence that is not reported: three periods, at least 200 ms.
   [[nodiscard]] Duration limit(Input input) const;
-  /// It has been received, and no longer is.
+  /// It has arrived before, and its silence exceeds the limit.
   [[nodiscard]] bool silent(Input input, Stamp now) const;
   /// By how much the silence of all inputs exceeds the limit of the fastest of them; zero or less:
   /// some input is received.
@@ -30,7 +30,7 @@ class InputWatch {
   struct Arrivals {
     Stamp stamp = Stamp::min();    ///< sensor time of the newest
     Stamp arrival = Stamp::min();  ///< node time of the newest
-    Duration period{};             ///< low-passed, sensor time; 0: not known
+    Duration period{};             ///< low-passed, sensor time; 0: unknown
   };
   [[nodiscard]] const Arrivals& of(Input input) const {
     return arrivals_[static_cast<std::size_t>(input)];

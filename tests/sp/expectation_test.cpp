@@ -60,6 +60,21 @@ TEST(MotionGuess, WithoutInsOrBeliefTheLastMotionGoesOn) {
   EXPECT_LT(guess.expect(at(1.2), at_rest(1.3), {}).at_reference.T_rolling_vehicle.p.x(), 20);
 }
 
+// Scans of that time are distorted and must not become part of the map.
+TEST(MotionGuess, AnInsThatFellSilentRecentlyIsReportedLost) {
+  const MotionGuess guess;
+  const InertialBuffer inertial = at_rest(1.0);  // newest at 0.99 s
+  EXPECT_FALSE(guess.expect(at(1.04), inertial, {}).ins_lost);
+  EXPECT_TRUE(guess.expect(at(1.06), inertial, {}).ins_lost);
+  EXPECT_TRUE(guess.expect(at(5.9), inertial, {}).ins_lost);
+  EXPECT_FALSE(guess.expect(at(6.1), inertial, {}).ins_lost);
+  EXPECT_FALSE(guess.expect(at(1.0), InertialBuffer(8), {}).ins_lost);
+  InertialBuffer slow(8);
+  EXPECT_TRUE(slow.add({at(1.0), from_milliseconds(100.0), Vec3::Zero(), Vec3::Zero()}));
+  EXPECT_FALSE(guess.expect(at(1.25), slow, {}).ins_lost);
+  EXPECT_TRUE(guess.expect(at(1.35), slow, {}).ins_lost);
+}
+
 TEST(MotionGuess, APoseThatCannotBeAMotionIsNone) {
   MotionGuess guess;
   guess.remember(at(1.0), along(10.0));

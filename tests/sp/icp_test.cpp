@@ -181,5 +181,18 @@ TEST(Icp, TruthLiesWithinItsClaim) {
   EXPECT_GT(nees, 0.05);
 }
 
+TEST(Registration, ADistortionAddsItsCovariance) {
+  Vec6 information;
+  information << 1e4, 400.0, 25.0, 1e6, 1e4, 0.0;
+  Vec6 distortion;
+  distortion << 0.04, 0.04, 0.04, 1e-4, 1e-4, 1e-4;
+  const Mat6 out = with_distortion(information.asDiagonal(), distortion.asDiagonal());
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_NEAR(out(i, i), 1.0 / (1.0 / information[i] + distortion[i]), 1e-6 * out(i, i)) << i;
+  }
+  EXPECT_NEAR(out(5, 5), 0.0, 1e-9);  // an unobserved direction stays unobserved
+  EXPECT_TRUE(out.isApprox(out.transpose()));
+}
+
 }  // namespace
 }  // namespace rcs::sp

@@ -84,6 +84,17 @@ class WmNodeTest : public ::testing::Test {
     return *m;
   }
 
+  /// All of the drive, with all sensors but odometry.
+  void drive() {
+    for (std::size_t i = 1; i < truth_.size(); ++i) {
+      const Stamp now = truth_[i].stamp;
+      send(&ins_out_, message(sensors_.imu(i)));
+      if (i % 10 == 0) send(&registration_out_, message(now, sensors_.scan(i)));
+      if (i % 20 == 0) send(&gps_out_, message(now, sensors_.gps(i)));
+      cycle(now);
+    }
+  }
+
   WmConfig config_;
   LocalBus bus_;
   std::vector<Truth> truth_;
@@ -98,13 +109,7 @@ class WmNodeTest : public ::testing::Test {
 };
 
 TEST_F(WmNodeTest, PublishesTheBeliefOfAllSources) {
-  for (std::size_t i = 1; i < truth_.size(); ++i) {
-    const Stamp now = truth_[i].stamp;
-    send(&ins_out_, message(sensors_.imu(i)));
-    if (i % 10 == 0) send(&registration_out_, message(now, sensors_.scan(i)));
-    if (i % 20 == 0) send(&gps_out_, message(now, sensors_.gps(i)));
-    cycle(now);
-  }
+  drive();
   const nav_state_t& m = newest();
   EXPECT_EQ(m.mode, int{nav_state_t::MODE_GPS_INS_LADAR});
   EXPECT_EQ(m.utime, to_utime(truth_.back().stamp));
@@ -123,13 +128,7 @@ TEST_F(WmNodeTest, PublishesTheBeliefOfAllSources) {
 // Sensor time stands still when all sensors are dead: node time must tell.
 TEST_F(WmNodeTest, WithoutAnyInputThePoseIsLostAndThenInvalid) {
   Inbox<integrity_t> integrities(&bus_, channel::kWmIntegrity, 64);
-  for (std::size_t i = 1; i < truth_.size(); ++i) {
-    const Stamp now = truth_[i].stamp;
-    send(&ins_out_, message(sensors_.imu(i)));
-    if (i % 10 == 0) send(&registration_out_, message(now, sensors_.scan(i)));
-    if (i % 20 == 0) send(&gps_out_, message(now, sensors_.gps(i)));
-    cycle(now);
-  }
+  drive();
   EXPECT_EQ(newest().pose_valid, 1);
   EXPECT_EQ(integrities.latest()->validity, int{integrity_t::VALID_WORLD});
   EXPECT_TRUE(std::isfinite(integrities.latest()->protection_horizontal_m));
