@@ -32,12 +32,12 @@ struct Watch {
   bool at_rest = false;
   Vec2 rest_world = Vec2::Zero();
   double moved_m = 0.0;
-  int drives = 0;                  ///< BG_DRIVE
-  int unbraked = 0;                ///< of them
-  int statuses = 0;                ///< BG_STATUS
-  int unstopped = 0;               ///< of them, in another state
-  int gotos = 0;                   ///< BG_COMMAND
-  Stamp localized = Stamp::max();  ///< WM is, since
+  int drives = 0;                 ///< BG_DRIVE
+  int unbraked = 0;               ///< of them
+  int statuses = 0;               ///< BG_STATUS
+  int unstopped = 0;              ///< of them, in another state
+  int gotos = 0;                  ///< BG_COMMAND
+  Stamp drivable = Stamp::max();  ///< since then WM's state allows driving
 };
 
 class StopDrill : public testing::Test {
@@ -60,11 +60,11 @@ class StopDrill : public testing::Test {
       if (watch_.on && m.kind == command_t::KIND_GOTO) ++watch_.gotos;
     });
     nav_states_.emplace(bus, channel::kWmNavState, [this](const nav_state_t& m, Stamp arrival) {
-      const bool localized = m.mode != nav_state_t::MODE_ALIGN &&
-                             m.mode != nav_state_t::MODE_LOST && m.world_valid != 0 &&
-                             m.rolling_valid != 0;
-      if (!localized) watch_.localized = Stamp::max();
-      if (localized) watch_.localized = std::min(watch_.localized, arrival);
+      // Without a heading, which WM finds by driving, BG drives straight ahead: it needs no world.
+      const bool drivable = m.mode != nav_state_t::MODE_ALIGN && m.mode != nav_state_t::MODE_LOST &&
+                            m.pose_valid != 0 && m.rolling_valid != 0;
+      if (!drivable) watch_.drivable = Stamp::max();
+      if (drivable) watch_.drivable = std::min(watch_.drivable, arrival);
     });
   }
 
@@ -95,8 +95,8 @@ class StopDrill : public testing::Test {
       watch_.at_rest = true;
       watch_.rest_world = here;
     }
-    if (watch_.at_rest)
-      watch_.moved_m = std::max(watch_.moved_m, (here - watch_.rest_world).norm());
+    if (!watch_.at_rest) return;
+    watch_.moved_m = std::max(watch_.moved_m, (here - watch_.rest_world).norm());
   }
 
   /// @return no motion before the release, and motion after it
@@ -120,14 +120,14 @@ class StopDrill : public testing::Test {
     if (!drill_.run.run_until(drill_.run.now() + kPatience, back)) {
       return failed("not all nodes are back: ");
     }
-    watch_.localized = Stamp::max();
+    watch_.drivable = Stamp::max();
     // Until nothing but the stop keeps the vehicle from driving, and some time more.
     const auto watched = [&] {
-      return watch_.at_rest && watch_.localized != Stamp::max() &&
-             drill_.run.now() - watch_.localized > kWatch;
+      return watch_.at_rest && watch_.drivable != Stamp::max() &&
+             drill_.run.now() - watch_.drivable > kWatch;
     };
     if (!drill_.run.run_until(drill_.run.now() + kPatience, watched)) {
-      return failed("WM is not localized: ");
+      return failed("WM has no valid pose: ");
     }
     const Watch before = watch_;
     watch_.on = false;
