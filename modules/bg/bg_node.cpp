@@ -80,7 +80,8 @@ void BgNode::run(const Cycle& cycle) {
 
   Decision decision = decide(now, emergency_stop_.engaged(), config_.decide);
   drive(cycle, decision);
-  if (emergency_stop_.update(subordinate_.command(), cycle.now, &report_, &decision)) {
+  if (emergency_stop_.update(subordinate_.command(), subordinate_.is_new(), cycle.now, &report_,
+                             &decision)) {
     subordinate_.release_stops();
   }
   publish_status(decision, cycle.now);
@@ -210,6 +211,7 @@ Facts BgNode::facts(Stamp now) const {
   const command_t* const command = subordinate_.command();
   if (command != nullptr) {
     f.order = order_of(*command);
+    f.order_is_new = subordinate_.is_new();
     f.order_is_valid = subordinate_.valid(now);
     f.cannot =
         other_world_ ? "cannot do because WM has begun another world, with another datum" : cannot_;

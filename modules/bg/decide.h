@@ -14,6 +14,7 @@ enum class Order { kNone, kHalt, kGoto, kEmergencyStop, kRelease, kUnknown };
 /// What BG knows in one cycle.
 struct Facts {
   Order order = Order::kNone;                ///< newest command
+  bool order_is_new = false;                 ///< accepted in this cycle
   bool order_is_valid = false;               ///< its time is not over
   std::string_view cannot;                   ///< why its content cannot be done; empty: it can
   double speed_mps = 0.0;                    ///< of the vehicle, as far as is known

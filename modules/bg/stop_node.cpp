@@ -11,13 +11,15 @@ constexpr Duration kTryAgain = from_seconds(1.0);  // a file that could not be w
 
 }  // namespace
 
-bool EmergencyStop::update(const command_t* command, Stamp now, Report* report,
+bool EmergencyStop::update(const command_t* command, bool is_new, Stamp now, Report* report,
                            Decision* decision) {
+  const bool new_stop =
+      is_new && command != nullptr && command->kind == command_t::KIND_EMERGENCY_STOP;
   if (!started_) report_start(now, report);
   if (decision->emergency) {
-    if (!latch_.engaged() && command != nullptr) {
+    if (new_stop || (!latch_.engaged() && command != nullptr)) {
       latch_.engage(*command);
-      next_try_ = now;
+      if (!latch_.persisted()) next_try_ = now;
     }
     keep(now, report, decision);
     return false;

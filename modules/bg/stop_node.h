@@ -19,9 +19,10 @@ class EmergencyStop {
   /// Once a cycle, after the drive command has been published, as a disk takes its time, and before
   /// the status: an echo without an error reports a stop that outlives BG.
   /// @param command   that is in force; null: none
+  /// @param is_new    it was accepted in this cycle
   /// @param decision  its status and reason report what failed; a release that failed is undone
   /// @return released in this cycle
-  bool update(const command_t* command, Stamp now, Report* report, Decision* decision);
+  bool update(const command_t* command, bool is_new, Stamp now, Report* report, Decision* decision);
 
  private:
   void report_start(Stamp now, Report* report);

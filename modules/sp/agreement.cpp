@@ -40,6 +40,7 @@ Agreement agreement(RollingMap* model, RollingMap* data, const Points& points,
   for (int k = 2; k >= 0 && axes.eigenvalues()[k] > params.min_variety; --k, ++judged) {
     whitening.col(judged) = axes.eigenvectors().col(k) / std::sqrt(axes.eigenvalues()[k]);
   }
+  if (judged < 3) out.undetermined = axes.eigenvectors().col(0);
   if (judged == 0) return out;
   const Mat3 shares = whitening.transpose() * (fit / out.surfaces) * whitening;
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> share(shares.topLeftCorner(judged, judged));

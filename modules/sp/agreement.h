@@ -10,7 +10,10 @@ namespace rcs::sp {
 struct AgreementParams {
   double tolerance_m = 0.15;   ///< largest distance to a surface of the model, along its normal
   double tolerance_rad = 0.5;  ///< largest angle between the two surfaces' normals
-  double min_variety = 2e-3;   ///< mean squared cosine below which a direction is not judged
+  /// Mean squared cosine below which a direction is not judged. Normals of noisy points vary, too:
+  /// those of a plane with 2 cm noise by up to 6 deg, sin^2 = 1e-2, where a voxel has few points.
+  /// Scans of streets have at least 0.1 in every direction.
+  double min_variety = 1.5e-2;
 };
 
 /// Two scans of different places share their flat ground and little else: the ground makes their
@@ -21,6 +24,9 @@ struct Agreement {
   /// The same share, weighted by the squared cosine between normal and direction, in that direction
   /// of translation in which it is least, [0, 1]; directions without surfaces are not judged.
   double least = 0.0;
+  /// Unit vector, frame of the data: translation along it is not determined, as the data have next
+  /// to no surfaces across it (of several directions the one with the fewest). Zero: there is none.
+  Vec3 undetermined = Vec3::Zero();
 };
 
 /// @param model  a map of the model

@@ -105,7 +105,7 @@ void SpNode::take_inertial() {
   for (const ins_t* m = ins_.front(); m != nullptr; ins_.pop(), m = ins_.front()) {
     if (!plausible(*m)) continue;  // WM reports it, as it does what repeats or steps back
     static_cast<void>(
-        inertial_.add({from_utime(m->utime), Duration(m->interval_us),
+        inertial_.add({from_utime(m->utime) + ins_shift_, Duration(m->interval_us),
                        from_message(m->delta_angle_rad), from_message(m->delta_v_mps)}));
   }
 }
@@ -113,6 +113,12 @@ void SpNode::take_inertial() {
 void SpNode::take_belief(Stamp now) {
   const nav_state_t* m = nav_states_.latest();
   if (m == nullptr) return;
+  constexpr std::int64_t kLongest_us = 1'000'000'000'000;
+  const Duration shift{std::clamp(m->ins_shift_us, -kLongest_us, kLongest_us)};
+  if (shift != ins_shift_) {
+    ins_shift_ = shift;
+    inertial_.clear();  // its newest samples have stamps of the stepped clock
+  }
   motion_guess_.believe(std::nullopt, Mat6::Identity());
   T_world_rolling_.reset();
   T_level_rolling_.reset();

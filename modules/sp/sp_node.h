@@ -83,6 +83,7 @@ class SpNode final : public Node {
   WorkUnits full_need_ = 0;  // nominally, of the newest scan that was not degraded; 0: none yet
   scan_account_t account_{};
   InertialBuffer inertial_;
+  Duration ins_shift_{};  // of the stamps of INS, from WM
   MotionTable motion_;
   VoxelSampler map_sampler_;
   VoxelSampler source_sampler_;

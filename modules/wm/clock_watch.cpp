@@ -36,6 +36,7 @@ ClockWatch::Verdict ClockWatch::add(const ImuSample& imu, Stamp arrival) {
     // A single stamp from the future is refused; samples out of order have their place.
     suspected_ = false;
     if (step_ > Duration::zero() || !returns) {
+      if (repeats) disorder_ = std::max(disorder_, held_.back().stamp);
       held_.clear();
       dropped_ = true;
     }
@@ -51,7 +52,8 @@ ClockWatch::Verdict ClockWatch::add(const ImuSample& imu, Stamp arrival) {
   const bool silence = waited > 3 * imu.interval + from_milliseconds(20.0);
   const Duration gained = ins_.lead + passed - waited - ins_.best;
   const bool forward = known && !silence && gained > kForward && passed > imu.interval + kForward;
-  const bool backward = known && passed * 2 <= -imu.interval;
+  // A driver that is stuck on an old sample repeats it for ever: it must not hold the others.
+  const bool backward = known && passed * 2 <= -imu.interval && imu.stamp > disorder_;
   if (!forward && !backward) {
     if (passed < Duration::zero()) return Verdict::kPass;
     ins_.add(imu.stamp, arrival);
@@ -112,6 +114,7 @@ void ClockWatch::settle(const ClockStep& step, Stamp now) {
   ins_.arrival = last_held_arrival_;
   ins_.best += step.step;
   ins_.lead = ins_.best;
+  disorder_ = Stamp::min();
   if (!step.of_all) {
     ins_shift_ -= step.step;
     return;

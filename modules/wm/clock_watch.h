@@ -76,6 +76,7 @@ class ClockWatch {
   std::vector<ImuSample> held_;
   bool suspected_ = false;
   bool dropped_ = false;
+  Stamp disorder_ = Stamp::min();  ///< newest of the stamps that turned out to be no step backward
   Duration step_{};       ///< suspected
   Stamp suspected_at_{};  ///< arrival
   Stamp last_held_arrival_{};

@@ -23,6 +23,14 @@ void InputWatch::add(Input input, Stamp stamp, Stamp arrival) {
   a.arrival = std::max(a.arrival, arrival);
 }
 
+void InputWatch::add_newer(Input input, Stamp stamp, Stamp arrival) {
+  constexpr Duration kStepped = from_seconds(2.0);
+  const Stamp newest = of(input).stamp;
+  if (newest == Stamp::min() || stamp > newest || newest - stamp > kStepped) {
+    add(input, stamp, arrival);
+  }
+}
+
 Duration InputWatch::silence(Input input, Stamp now) const {
   const Stamp arrival = of(input).arrival;
   return arrival == Stamp::min() ? Duration(-1) : std::max(now - arrival, Duration::zero());

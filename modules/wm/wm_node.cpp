@@ -151,7 +151,7 @@ void WmNode::take(const odometry_t& m, Stamp now) {
 
 void WmNode::take(const registration_t& m, Stamp now) {
   const Stamp arrival = registrations_.front_arrival();
-  if (plausible_stamp(m.utime)) inputs_.add(Input::kLadar, from_utime(m.utime), arrival);
+  if (plausible_stamp(m.utime)) inputs_.add_newer(Input::kLadar, from_utime(m.utime), arrival);
   if (!is_answer(m.stop)) return;  // SP has nothing to say, and has said why
   const std::optional<Registration> z = admit(m);
   if (!z) {
@@ -280,6 +280,7 @@ void WmNode::fill_ages(const FilterState& s, Stamp now) {
     return (stands ? silence : by_sensor).count();
   };
   const Ages a = ages(s);
+  nav_state_.ins_shift_us = estimator_.ins_clock_shift().count();
   nav_state_.age_ins_us = age_us(a.ins, Input::kIns);
   nav_state_.age_gps_us = age_us(a.gps, Input::kGps);
   nav_state_.age_odometry_us = age_us(a.odometry, Input::kOdometry);

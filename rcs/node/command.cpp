@@ -35,7 +35,7 @@ std::int64_t CommandPort::send(const Order& order, Stamp now) {
   first_sent_ = now;
   last_sent_ = now;
   sends_ = 1;
-  echoed_ = false;
+  echoed_ = seen_ = replaced_ = false;
   done_ = false;
   return command_.serial;
 }
@@ -50,7 +50,12 @@ void CommandPort::step(Stamp now) {
     status_ = m;
     heard_ = true;
     heard_at_ = now;
-    if (!echoes_mine()) continue;
+    if (!echoes_mine()) {
+      // Copies of a stop that another superior has released would be ignored.
+      replaced_ = replaced_ || (is_stop(command_) && seen_ && !echoed_);
+      continue;
+    }
+    seen_ = true;
     // A stop in force that would not outlive the subordinate has to reach its successor, too.
     echoed_ = echoed_ || !is_stop(command_) || m.status != status_t::STATUS_ERROR;
     done_ = done_ || m.status == status_t::STATUS_DONE;
@@ -60,6 +65,11 @@ void CommandPort::step(Stamp now) {
   const bool send_again = sends_ > 0 && !echoed_ && now - last_sent_ >= params_.resend &&
                           (in_time || is_stop(command_));
   if (!send_again) return;
+  if (replaced_) {
+    command_.utime = to_utime(now);
+    command_.serial = std::max(command_.serial + 1, command_.utime);
+    seen_ = replaced_ = false;
+  }
   commands_.publish(&command_);
   last_sent_ = now;
   sends_ = std::min(sends_ + 1, params_.max_sends);

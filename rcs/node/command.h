@@ -59,7 +59,8 @@ class CommandPort {
   std::int64_t send(const Order& order, Stamp now);
 
   /// Once a cycle: reads the statuses and sends again what is not echoed yet. An emergency stop is
-  /// sent until its echo reports no error: then it is in force and outlives the subordinate.
+  /// sent until its echo reports no error: then it is in force and outlives the subordinate. It is
+  /// sent with a new serial if another command has replaced it before.
   void step(Stamp now);
 
   [[nodiscard]] Standing standing(Stamp now) const;
@@ -83,8 +84,10 @@ class CommandPort {
   Stamp first_sent_ = Stamp::min();
   Stamp last_sent_ = Stamp::min();
   int sends_ = 0;
-  bool echoed_ = false;  // the newest command has been echoed once
-  bool done_ = false;    // and its DONE was seen
+  bool echoed_ = false;    // the newest command has been echoed once
+  bool done_ = false;      // and its DONE was seen
+  bool seen_ = false;      // it has been echoed once, perhaps with an error
+  bool replaced_ = false;  // a stop that was echoed with errors only, before another command was
 };
 
 struct SubordinateParams {

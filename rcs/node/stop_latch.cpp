@@ -47,6 +47,13 @@ Outcome sync_folder(const std::string& folder) {
   return Done{};
 }
 
+/// @return the disk has what exists at `path`; what cannot be opened was not created by a latch
+bool sync_existing(const std::string& path) {
+  const FileHandle file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
+  if (file.valid() && fsync(file.get()) != 0 && errno != EINVAL) return false;
+  return sync_folder(folder_of(path)).ok();
+}
+
 /// Names come over the bus and end on terminals.
 std::string printable(std::string text) {
   std::replace_if(
@@ -87,12 +94,22 @@ std::string variable(const char* name) {
   return value == nullptr ? "" : value;
 }
 
+/// A relative one would be another folder after a start elsewhere: as if it were not set.
+std::string folder_variable(const char* name) {
+  std::string value = variable(name);
+  return fs::path(value).is_absolute() ? value : "";
+}
+
 std::string default_folder() {
-  if (const std::string given = variable("STATE_DIRECTORY"); !given.empty()) {
+  if (const std::string given = folder_variable("STATE_DIRECTORY"); !given.empty()) {
     return given.substr(0, given.find(':'));  // systemd separates several by colons
   }
-  if (const std::string given = variable("XDG_STATE_HOME"); !given.empty()) return given + "/rcs";
-  if (const std::string home = variable("HOME"); !home.empty()) return home + "/.local/state/rcs";
+  if (const std::string given = folder_variable("XDG_STATE_HOME"); !given.empty()) {
+    return given + "/rcs";
+  }
+  if (const std::string home = folder_variable("HOME"); !home.empty()) {
+    return home + "/.local/state/rcs";
+  }
   return "";
 }
 
@@ -107,12 +124,18 @@ Result<StopLatch> StopLatch::open(const std::string& path) {
   StopLatch latch;
   latch.path_ = path;
   latch.cause_ = cause_at(path);
-  latch.engaged_ = latch.persisted_ = !latch.cause_.empty();
+  latch.engaged_ = !latch.cause_.empty();
+  // The process before may have been killed before the disk had the file.
+  if (latch.engaged_) latch.persisted_ = sync_existing(path);
   return latch;
 }
 
 void StopLatch::engage(const command_t& stop) {
-  if (engaged_) return;
+  if (engaged_) {
+    struct stat status {};
+    if (!path_.empty() && lstat(path_.c_str(), &status) != 0) persisted_ = false;
+    return;
+  }
   engaged_ = true;
   persisted_ = false;
   cause_ = fmt::format("{}, serial {}", printable(stop.issuer), stop.serial);

@@ -28,7 +28,8 @@ class StopLatch {
   /// What is latched, for people: the issuer and serial of the stop, or why it counts as latched.
   [[nodiscard]] const std::string& cause() const { return cause_; }
 
-  /// Latches in memory, at once. Does nothing if it is latched already.
+  /// Latches in memory, at once. If it is latched already, it is only checked that its file still
+  /// exists: else persist() has to create it again.
   void engage(const command_t& stop);
   /// Creates the file and waits until the disk has it. Errors name the file and the cause; then the
   /// stop is latched in memory alone, and this can be called again.

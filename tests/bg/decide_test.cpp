@@ -89,6 +89,7 @@ TEST(Decide, AnEmergencyStopHoldsUntilItIsReleasedAtRest) {
   EXPECT_EQ(d.action, Action::kBrake);
   EXPECT_EQ(d.status, Status::kError);
   f.order = Order::kRelease;
+  f.order_is_new = true;
   f.speed_mps = 3.0;  // not at rest
   d = decide(f, d.emergency, {});
   EXPECT_TRUE(d.emergency);
@@ -97,6 +98,15 @@ TEST(Decide, AnEmergencyStopHoldsUntilItIsReleasedAtRest) {
   d = decide(f, d.emergency, {});
   EXPECT_TRUE(d.emergency);
   f.order_is_valid = true;
+  f.order_is_new = false;  // it was refused in the cycle in which it came
+  d = decide(f, d.emergency, {});
+  EXPECT_TRUE(d.emergency);
+  f.order_is_new = true;
+  f.pose_valid = false;
+  d = decide(f, d.emergency, {});
+  EXPECT_TRUE(d.emergency);
+  EXPECT_NE(d.reason.find("no valid pose"), std::string_view::npos);
+  f.pose_valid = true;
   d = decide(f, d.emergency, {});
   EXPECT_FALSE(d.emergency);
   EXPECT_EQ(d.status, Status::kDone);

@@ -154,6 +154,25 @@ TEST_F(CommandPair, AnEmergencyStopGetsItsCycleWhateverComesBehindIt) {
   EXPECT_EQ(worker->subordinate.command()->kind, int{command_t::KIND_GOTO});
 }
 
+TEST_F(CommandPair, AStopThatWasNeverConfirmedStopsAgainAfterTheReleaseOfAnother) {
+  step();
+  Order stop;
+  stop.kind = command_t::KIND_EMERGENCY_STOP;
+  const std::int64_t serial = superior.port.send(stop, now);
+  worker->failed = true;  // cannot be persisted
+  for (int k = 0; k < 3; ++k) step();
+  ASSERT_EQ(worker->subordinate.command()->kind, int{command_t::KIND_EMERGENCY_STOP});
+  EXPECT_FALSE(superior.port.confirmed());
+  worker->subordinate.release_stops();
+  Superior gateway(&network, &now, "gateway");
+  Order go;
+  go.kind = command_t::KIND_GOTO;
+  gateway.port.send(go, now);
+  for (int k = 0; k < 12; ++k) step();
+  EXPECT_EQ(worker->subordinate.command()->kind, int{command_t::KIND_EMERGENCY_STOP});
+  EXPECT_GT(worker->subordinate.command()->serial, serial);
+}
+
 TEST_F(CommandPair, ImplausibleCommandsAreNotTaken) {
   step();
   Outbox<command_t> hostile(&superior.door, kCommand);

@@ -72,6 +72,18 @@ TEST_F(StopLatchFile, OutlivesTheProcessUntilItIsReleased) {
   EXPECT_FALSE(open().engaged());
 }
 
+TEST_F(StopLatchFile, AStopThatIsRepeatedCreatesALostFileAgain) {
+  StopLatch latch = open();
+  latch.engage(stop());
+  ASSERT_TRUE(latch.persist().ok());
+  fs::remove(path_);  // by a cleaner, or a person
+  EXPECT_TRUE(latch.persisted());
+  latch.engage(stop());
+  EXPECT_FALSE(latch.persisted());
+  ASSERT_TRUE(latch.persist().ok());
+  EXPECT_TRUE(open().engaged());
+}
+
 // Every state of the disk that a crash or damage can leave is either no file or a latched stop.
 TEST_F(StopLatchFile, AnyContentIsALatchedStop) {
   StopLatch latch = open();
@@ -205,7 +217,7 @@ TEST_F(StopLatchFile, WithoutTheKeyTheEnvironmentNamesTheFolder) {
   set("XDG_STATE_HOME", (folder_ / "xdg").string());
   set("HOME", (folder_ / "home").string());
   EXPECT_EQ(folder(), folder_ / "systemd");
-  set("STATE_DIRECTORY", "");
+  set("STATE_DIRECTORY", "relative");  // would be another folder after a start elsewhere
   EXPECT_EQ(folder(), folder_ / "xdg" / "rcs");
   set("XDG_STATE_HOME", "");
   EXPECT_EQ(folder(), folder_ / "home" / ".local" / "state" / "rcs");

@@ -77,6 +77,18 @@ TEST(ClockWatch, StepsOfAllClocksThatStayAndReturn) {
   }
 }
 
+TEST(ClockWatch, AnInsThatRepeatsAnOldSampleIsNoStepAndHoldsNothing) {
+  for (const double behind_s : {0.01, 0.05, 1.0}) {
+    const auto stuck = [behind_s](double t) {
+      return std::optional(t > 10.003 ? 10.0 - behind_s - t : 0.0);
+    };
+    const Seen seen = run(stuck, right);
+    EXPECT_EQ(seen.steps.size(), 0U) << behind_s;
+    EXPECT_EQ(seen.shift, Duration::zero()) << behind_s;
+    EXPECT_LT(seen.longest_hold, from_milliseconds(30.0)) << behind_s;
+  }
+}
+
 TEST(ClockWatch, AStepOfTheInsAloneShiftsItsStampsBack) {
   for (const double by_s : {0.05, 0.2, 3.0, -0.2}) {
     const Seen stays = run(shifted(10.003, 1e9, by_s), right);
