@@ -10,6 +10,8 @@ namespace {
 constexpr Duration kInertialGap = from_milliseconds(60.0);
 // A map that the vehicle is leaving is no longer kept free of distorted scans.
 constexpr Duration kInsReturns = from_seconds(5.0);
+// So long after a gap of the INS the motion is not known as well as before.
+constexpr Duration kGapLasts = from_milliseconds(500.0);
 // A motion says nothing about a moment that is farther away: one of the stamps is wrong.
 constexpr Duration kMotionLasts = from_seconds(2.0);
 // After so long without a registered pose the motion before says nothing about the place.
@@ -22,8 +24,15 @@ constexpr double kFastest_radps = 35.0;
 bool lost_recently(const InertialBuffer& inertial, Stamp reference) {
   if (inertial.size() == 0) return false;
   const InertialSample& newest = inertial[inertial.size() - 1];
+  const Duration limit = std::max(kInertialGap, 3 * newest.interval);
   const Duration silence = reference - newest.stamp;
-  return silence > std::max(kInertialGap, 3 * newest.interval) && silence < kInsReturns;
+  if (silence > limit) return silence < kInsReturns;
+  for (std::size_t i = inertial.size() - 1; i > 0; --i) {
+    const InertialSample& later = inertial[i];
+    if (later.stamp < reference - kGapLasts) return false;
+    if (later.stamp - later.interval - inertial[i - 1].stamp > limit) return true;
+  }
+  return false;
 }
 
 }  // namespace

@@ -15,8 +15,8 @@ struct Expectation {
   /// False: neither WM nor SP knows where in the rolling map the vehicle is. The pose is the last
   /// one, and no scan can be registered from it.
   bool known = true;
-  /// The INS has fallen silent recently: the motion during the scan is extrapolated, and a deskewed
-  /// scan of a rocking vehicle is distorted.
+  /// The INS is, or has just been, silent: the motion during the scan is extrapolated, and a
+  /// deskewed scan of a rocking vehicle is distorted.
   bool ins_lost = false;
   MotionState at_reference;
   Mat6 covariance = Mat6::Identity();  ///< right perturbation (rho [m], phi [rad])

@@ -7,6 +7,13 @@
 namespace rcs {
 namespace {
 
+/// Behind the three quotes at `at` that end a string: up to two more belong to its text.
+std::size_t end_of_quotes(std::string_view text, std::size_t at) {
+  std::size_t end = at + 3;
+  while (end < std::min(at + 5, text.size()) && text[end] == text[at]) ++end;
+  return end;
+}
+
 /// Behind the string that begins at `at`; one of a single line ends at the line's end at the
 /// latest.
 std::size_t end_of_string(std::string_view text, std::size_t at) {
@@ -17,7 +24,7 @@ std::size_t end_of_string(std::string_view text, std::size_t at) {
     if (text[i] == '\\' && quote == '"') {
       ++i;
     } else if (is_multi_line) {
-      if (text.substr(i, 3) == triple) return i + 3;
+      if (text.substr(i, 3) == triple) return end_of_quotes(text, i);
     } else if (text[i] == quote) {
       return i + 1;
     } else if (text[i] == '\n') {

@@ -1,9 +1,12 @@
 #include "rcs/terrain/map_folder.h"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <limits>
@@ -48,6 +51,80 @@ MapTileEntry entry_of(const Raster& tile, const std::vector<std::uint8_t>& bytes
     e.high_m = std::max(e.high_m, z);
   }
   return e;
+}
+
+/// Whether a name is one that tile_file() makes.
+bool is_level_name(const std::string& name) {
+  std::array<char, 40> made{};
+  std::snprintf(made.data(), made.size(), "%gm", std::strtod(name.c_str(), nullptr));
+  return name == made.data();
+}
+
+bool is_tile_name(const std::string& name) {
+  char* end = nullptr;
+  const auto i = std::strtol(name.c_str(), &end, 10);
+  if (*end != '_') return false;
+  const auto j = std::strtol(end + 1, nullptr, 10);
+  return name == std::to_string(i) + "_" + std::to_string(j) + ".tile";
+}
+
+/// @param depth  below the map's folder
+bool is_part_of_map(const fs::directory_entry& entry, int depth) {
+  std::error_code error;
+  const fs::file_status status = entry.symlink_status(error);
+  const std::string name = entry.path().filename().string();
+  if (depth > 0) return fs::is_regular_file(status) && is_tile_name(name);
+  if (fs::is_directory(status)) return is_level_name(name);
+  return fs::is_regular_file(status) && name == kIndexName;
+}
+
+/// An error if something is at `path` that is no map, or a map with what is not its own: that would
+/// be removed with it.
+Outcome check_replaceable(const std::string& path) {
+  std::error_code error;
+  if (!fs::exists(path, error)) return Done{};
+  if (!fs::exists(path + "/" + kIndexName, error)) {
+    return Error{path + ": exists and is not a map: not written over"};
+  }
+  fs::recursive_directory_iterator entry(path, error);
+  for (; !error && entry != fs::recursive_directory_iterator(); entry.increment(error)) {
+    if (is_part_of_map(*entry, entry.depth())) continue;
+    return Error{path + ": holds " + entry->path().string() +
+                 ", which is no part of a map: not written over; move it elsewhere, or name "
+                 "another folder for the map"};
+  }
+  return error ? Outcome(Error{path + ": " + error.message()}) : Done{};
+}
+
+/// Makes a folder beside `path` that was not there. Nothing is removed that this process has not
+/// made: what a killed one has left bears its number, and stays.
+Result<std::string> new_folder(const std::string& path, const std::string& ending) {
+  constexpr int kMost = 1000;
+  const std::string stem = path + "." + std::to_string(::getpid()) + ".";
+  for (int k = 0; k < kMost; ++k) {
+    std::string folder = stem + std::to_string(k) + ending;
+    std::error_code error;
+    if (fs::create_directory(folder, error)) return folder;
+    std::error_code ignored;
+    const bool taken = fs::exists(fs::symlink_status(folder, ignored));
+    if (!taken) return Error{folder + ": " + error.message()};
+  }
+  return Error{stem + "*" + ending + ": too many are there"};
+}
+
+/// Moves the map at `path` to a folder of its own.
+/// @return that folder; empty: there was no map
+Result<std::string> set_aside(const std::string& path) {
+  if (Outcome checked = check_replaceable(path); !checked) return checked.error();
+  std::error_code error;
+  if (!fs::exists(path, error)) return std::string();
+  Result<std::string> aside = new_folder(path, ".old");
+  if (!aside) return aside;
+  fs::rename(path, *aside, error);  // in place of the empty folder
+  if (!error) return aside;
+  std::error_code ignored;
+  fs::remove(*aside, ignored);
+  return Error{path + ": " + error.message()};
 }
 
 /// One value for a layer that has no other.
@@ -153,21 +230,25 @@ Result<MapWriter> MapWriter::create(const std::string& path, const MapFrame& fra
                                     const std::vector<MapLevel>& levels) {
   std::string name = path;
   while (name.size() > 1 && name.back() == '/') name.pop_back();
-  std::error_code error;
-  if (fs::exists(name, error) && !fs::exists(name + "/" + kIndexName, error)) {
-    return Error{name + ": exists and is not a map: not written over"};
+  std::error_code ignored;
+  // A link stays one: the map that it leads to is replaced.
+  if (fs::is_symlink(name, ignored) && fs::exists(name, ignored)) {
+    name = fs::canonical(name, ignored).string();
   }
+  if (Outcome checked = check_replaceable(name); !checked) return checked.error();
   MapIndex index;
   index.frame = frame;
   for (const MapLevel& level : levels) index.levels.push_back({level, {}});
   if (Outcome checked = check_index(index); !checked) {
     return Error{name + ": " + checked.error().message};
   }
-  const std::string part = name + ".part";
-  fs::remove_all(part, error);
-  fs::create_directories(part, error);
-  if (error) return Error{part + ": " + error.message()};
-  return MapWriter(MapFolder(part, std::move(index)), name);
+  const fs::path parent = fs::path(name).parent_path();
+  std::error_code error;
+  if (!parent.empty()) fs::create_directories(parent, error);
+  if (error) return Error{name + ": " + error.message()};
+  Result<std::string> part = new_folder(name, ".part");
+  if (!part) return part.error();
+  return MapWriter(MapFolder(std::move(part).value(), std::move(index)), name);
 }
 
 Outcome MapWriter::put(int level, const Raster& raster) {
@@ -261,13 +342,16 @@ Outcome MapWriter::finish() {
       !written) {
     return written;
   }
-  const std::string old = path_ + ".old";
+  const Result<std::string> old = set_aside(path_);
+  if (!old) return old.error();
   std::error_code error;
-  fs::remove_all(old, error);
-  if (fs::exists(path_, error)) fs::rename(path_, old, error);
-  if (!error) fs::rename(part_.path_, path_, error);
-  if (error) return Error{path_ + ": " + error.message()};
-  fs::remove_all(old, error);
+  std::error_code ignored;
+  fs::rename(part_.path_, path_, error);
+  if (error) {
+    if (!old->empty()) fs::rename(*old, path_, ignored);
+    return Error{path_ + ": " + error.message()};
+  }
+  if (!old->empty()) fs::remove_all(*old, ignored);
   path_.clear();
   return Done{};
 }

@@ -48,7 +48,8 @@ class MapWriter {
   ~MapWriter();  ///< what was not finished is removed
 
   /// @param levels  finest first
-  /// @param path  a map that is there is replaced as a whole; anything else is an error
+  /// @param path  a map that is there is replaced as a whole; anything else, and a map's folder
+  ///     with other files in it, is an error
   [[nodiscard]] static Result<MapWriter> create(const std::string& path, const MapFrame& frame,
                                                 const std::vector<MapLevel>& levels);
 

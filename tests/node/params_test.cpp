@@ -230,7 +230,10 @@ TEST(Params, NestingIsLimited) {
   const std::string key = repeated("a.", 400'000) + "a";
   for (const std::string& text :
        {key + " = 1", "[" + key + "]", "[[" + key + "]]", "b = {" + key + " = 1}",
-        "b = [1, {" + key + " = 1}]", repeated("\"=\" . ", 100'000) + "a = 1"}) {
+        "b = [1, {" + key + " = 1}]",
+        // A string of several lines may end with quotes of its own.
+        "b = [\"\"\"x\"\"\"\", {" + key + " = 1}]", "b = ['''x''''', {" + key + " = 1}, '']",
+        repeated("\"=\" . ", 100'000) + "a = 1"}) {
     EXPECT_EQ(error_of("b1 = 1\n" + text, [](ParamTable) {}),
               "file.toml:2: a key with more than 16 dots")
         << text.substr(0, 20);
@@ -243,10 +246,11 @@ TEST(Params, NestingIsLimited) {
   // Dots of values, strings and comments are none of a key's.
   const std::string dots(40, '.');
   EXPECT_EQ(error_of("# " + dots + "\na = \"" + dots + "\"\nb = \"\"\"\n" + dots + "\"\"\"\nc = '" +
-                         dots + "'\nd = [" + repeated("1.5, ", 40) + "]\n",
+                         dots + "'\nd = [" + repeated("1.5, ", 40) + "]\ne = \"\"\"\"\"" + dots +
+                         "\"\"\"\"\"\n",
                      [](ParamTable t) {
                        std::string text;
-                       for (const char* k : {"a", "b", "c"}) t.get(k, &text);
+                       for (const char* k : {"a", "b", "c", "e"}) t.get(k, &text);
                      },
                      {"d"}),
             "");

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -9,6 +10,7 @@
 
 #include "rcs/terrain/coarser.h"
 #include "rcs/terrain/map_tile.h"
+#include "tests/support/beside.h"
 #include "tests/terrain/map_scene.h"
 
 namespace rcs {
@@ -21,11 +23,12 @@ class MapFolderTest : public testing::Test {
   MapFolderTest()
       : path_(testing::TempDir() + "rcs_map_" +
               testing::UnitTest::GetInstance()->current_test_info()->name()) {
-    fs::remove_all(path_);
+    clear();
   }
-  ~MapFolderTest() override {
+  ~MapFolderTest() override { clear(); }
+  void clear() const {
     fs::remove_all(path_);
-    fs::remove_all(path_ + ".part");
+    for (const std::string& name : test::beside(path_)) fs::remove_all(testing::TempDir() + name);
   }
   MapFolder opened() {
     Result<MapFolder> folder = MapFolder::open(path_);
@@ -148,20 +151,76 @@ TEST_F(MapFolderTest, AMapIsThereWhenItIsComplete) {
     Result<MapWriter> writer = MapWriter::create(path_, test::frame(), {raster.level});
     ASSERT_TRUE(writer);
     ASSERT_TRUE(writer->put(0, raster));
-    EXPECT_TRUE(fs::exists(path_ + ".part"));
+    EXPECT_EQ(test::beside(path_).size(), 1U);
+    EXPECT_FALSE(fs::exists(path_));
   }
-  EXPECT_FALSE(fs::exists(path_ + ".part"));
+  EXPECT_TRUE(test::beside(path_).empty());
   EXPECT_FALSE(MapFolder::open(path_));
-  ASSERT_TRUE(write_map(path_, test::frame(), raster));  // over what was left behind
-  EXPECT_FALSE(fs::exists(path_ + ".part"));
+  ASSERT_TRUE(write_map(path_, test::frame(), raster));
+  EXPECT_TRUE(test::beside(path_).empty());
   const Raster wider = test::random_raster(5, {0, 0}, 300, 10);
   ASSERT_TRUE(write_map(path_, test::frame(), wider));  // replaced as a whole
   EXPECT_EQ(opened().index().levels.front().tiles.size(), 2U);
-  EXPECT_FALSE(fs::exists(path_ + ".old"));
+  EXPECT_TRUE(test::beside(path_).empty());
   fs::remove(path_ + "/map.index");
   const Outcome over = write_map(path_, test::frame(), raster);
   ASSERT_FALSE(over);
   EXPECT_NE(over.error().message.find("not a map"), std::string::npos);
+}
+
+TEST_F(MapFolderTest, FoldersBesideItAreNotTouched) {
+  const Raster raster = test::random_raster(5, {0, 0}, 10, 10);
+  const std::string own = path_ + "." + std::to_string(::getpid()) + ".0";
+  std::vector<std::string> files;
+  for (const std::string& folder : {path_ + ".old", path_ + ".part", own + ".old", own + ".part"}) {
+    fs::create_directory(folder);
+    files.push_back(folder + "/precious");
+    std::ofstream(files.back()) << "precious";
+  }
+  for (int k = 0; k < 2; ++k) ASSERT_TRUE(write_map(path_, test::frame(), raster));
+  for (const std::string& file : files) EXPECT_TRUE(fs::exists(file)) << file;
+  EXPECT_EQ(test::beside(path_).size(), files.size());
+}
+
+TEST_F(MapFolderTest, AMapWithOtherFilesInItIsNotReplaced) {
+  const Raster raster = test::random_raster(5, {0, 0}, 10, 10);
+  ASSERT_TRUE(write_map(path_, test::frame(), raster));
+  const std::string level = fs::path(opened().file_of(0, {0, 0})).parent_path().string();
+  for (const std::string& other : {path_ + "/run.log", level + "/notes.txt", path_ + "/0_0.tile",
+                                   level + "/1_2.tile.bak", path_ + "/logs"}) {
+    if (other.back() == 's') {
+      fs::create_directory(other);
+    } else {
+      std::ofstream(other) << "precious";
+    }
+    const Outcome over = write_map(path_, test::frame(), raster);
+    ASSERT_FALSE(over) << other;
+    EXPECT_NE(over.error().message.find(other), std::string::npos) << over.error().message;
+    EXPECT_NE(over.error().message.find("move it elsewhere"), std::string::npos);
+    EXPECT_TRUE(fs::exists(other));
+    fs::remove(other);
+  }
+  // Or comes while the map is written.
+  Result<MapWriter> writer = MapWriter::create(path_, test::frame(), {raster.level});
+  ASSERT_TRUE(writer);
+  ASSERT_TRUE(writer->put(0, raster));
+  std::ofstream(path_ + "/run.log") << "precious";
+  EXPECT_FALSE(writer->finish());
+  EXPECT_TRUE(fs::exists(path_ + "/run.log"));
+  fs::remove(path_ + "/run.log");
+  EXPECT_TRUE(writer->finish());
+  EXPECT_TRUE(MapFolder::open(path_));
+  EXPECT_TRUE(test::beside(path_).empty());
+}
+
+TEST_F(MapFolderTest, ALinkToAMapStaysOne) {
+  const Raster raster = test::random_raster(5, {0, 0}, 10, 10);
+  ASSERT_TRUE(write_map(path_, test::frame(), raster));
+  const std::string link = path_ + ".link";
+  fs::create_directory_symlink(path_, link);
+  ASSERT_TRUE(write_map(link, test::frame(), test::random_raster(5, {0, 0}, 300, 10)));
+  EXPECT_TRUE(fs::is_symlink(link));
+  EXPECT_EQ(opened().index().levels.front().tiles.size(), 2U);
 }
 
 TEST_F(MapFolderTest, WhatIsBrokenOnDiskIsNamed) {

@@ -138,6 +138,21 @@ TEST(CloudFile, AShapeMakesCellsOfTheRecords) {
   EXPECT_THAT(complaint("1 2 3\n", "a.xyz", {2, 2}), HasSubstr("1 records are not 2 x 2 cells"));
 }
 
+TEST(CloudFile, OfCoincidentPointsTheFirstIsKept) {
+  const std::string text = "3 1 2\n1 2 3\n3 1 2\n0 0 0\n1 2 3.001\n3 1 2\n";
+  Result<Cloud> cloud = parse_cloud({text.begin(), text.end()}, "a.xyz", CloudShape{2, 3});
+  ASSERT_TRUE(cloud);
+  EXPECT_EQ(drop_coincident(&cloud.value()), 2U);
+  ASSERT_EQ(cloud->points.size(), 3U);
+  EXPECT_EQ(cloud->points[0], Vec3f(3, 1, 2));
+  EXPECT_EQ(cloud->points[1], Vec3f(1, 2, 3));
+  EXPECT_EQ(cloud->points[2], Vec3f(1, 2, 3.001F));
+  EXPECT_EQ(cloud->cell, (std::vector<std::int32_t>{0, 1, 4}));
+  EXPECT_EQ(drop_coincident(&cloud.value()), 0U);
+  Cloud none;
+  EXPECT_EQ(drop_coincident(&none), 0U);
+}
+
 TEST(CloudFile, MistakesAreNamed) {
   EXPECT_THAT(complaint("1 2 3\n1 2 three\n", "a.xyz"), HasSubstr("a.xyz:2: \"three\""));
   EXPECT_THAT(complaint("1 2\n", "a.xyz"), HasSubstr("a.xyz:1: no three coordinates"));

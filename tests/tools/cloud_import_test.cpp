@@ -12,6 +12,7 @@
 
 #include "rcs/terrain/elevation_map.h"
 #include "rcs/terrain/map_folder.h"
+#include "tests/support/beside.h"
 #include "tests/tools/las_file.h"
 #include "tools/rcs/map_export.h"
 
@@ -103,7 +104,7 @@ class CloudImportTest : public testing::Test {
   std::string why_not() {
     const Result<CloudImported> done = import();
     EXPECT_FALSE(std::filesystem::exists(map_));
-    EXPECT_FALSE(std::filesystem::exists(map_ + ".part"));
+    EXPECT_TRUE(test::beside(map_).empty());
     return done ? std::string() : done.error().message;
   }
   [[nodiscard]] Raster raster() const { return *whole_level(*MapFolder::open(map_), 0); }
@@ -331,7 +332,7 @@ TEST_F(CloudImportTest, WhatCanNotBeIsRefusedAndLeavesNothing) {
       import_cloud(wanted_, map_, [&asked](double) { return ++asked < 5; });
   ASSERT_FALSE(stopped);
   EXPECT_EQ(stopped.error().message, "interrupted");
-  EXPECT_FALSE(std::filesystem::exists(map_ + ".part"));
+  EXPECT_TRUE(test::beside(map_).empty());
 }
 
 class RealCloudTest : public CloudImportTest {

@@ -98,6 +98,42 @@ TEST_F(Outputs, NoCommandWritesOverItsInput) {
   EXPECT_EQ(partial_files(), 0);
 }
 
+TEST_F(Outputs, NothingIsWrittenIntoAMap) {
+  const std::string index = folder_ + "/map/map.index";
+  std::ofstream(index) << "precious\n";
+  fs::create_symlink("map/new.log", folder_ + "/link.log");
+  for (const char* command : {
+           "map diff map calib --picture map/map.index",
+           "map diff map calib --picture calib/../map/1m/new.png",
+           "map merge calib calib -o map/inner",
+           "replay a.toml run.log -o map/new.log",
+           "report run.log -o map/new/page.html",
+           "log cut run.log -o map/new.log",
+           "log cut run.log -o link.log",
+       }) {
+    EXPECT_EQ(shell(std::string("$rcs ") + command), 1) << command;
+    EXPECT_THAT(messages(), HasSubstr("lies in the a priori map")) << command;
+    EXPECT_EQ(text_of(index), "precious\n") << command;
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder_ + "/map"), {}), 1) << command;
+  }
+  // The map itself is what a map's writer may replace.
+  for (const char* name : {"map", "map/"}) {
+    EXPECT_EQ(shell(std::string("$rcs map merge calib calib -o ") + name), 1) << name;
+    EXPECT_THAT(messages(), testing::Not(HasSubstr("lies in"))) << name;
+  }
+}
+
+TEST_F(Outputs, WhereALinkLeadsIsWrittenAlsoWhenNothingIsThere) {
+  fs::create_directories(folder_ + "/disk");
+  fs::create_symlink("disk/new.log", folder_ + "/second.log");
+  fs::create_symlink(folder_ + "/second.log", folder_ + "/first.log");
+  ASSERT_EQ(shell("$rcs log cut run.log -o first.log"), 0) << messages();
+  for (const char* link : {"/first.log", "/second.log"}) {
+    EXPECT_TRUE(fs::is_symlink(folder_ + link)) << link;
+  }
+  EXPECT_TRUE(fs::is_regular_file(fs::symlink_status(folder_ + "/disk/new.log")));
+}
+
 TEST_F(Outputs, AnInputIsKnownByItsInodeNotByItsName) {
   fs::create_symlink(log_, folder_ + "/soft.log");
   fs::create_hard_link(log_, folder_ + "/hard.log");

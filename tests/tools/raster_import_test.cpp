@@ -11,6 +11,7 @@
 #include "rcs/base/geodesy.h"
 #include "rcs/terrain/elevation_map.h"
 #include "rcs/terrain/map_folder.h"
+#include "tests/support/beside.h"
 #include "tools/rcs/map_export.h"
 
 namespace rcs::tools {
@@ -73,7 +74,7 @@ class RasterImportTest : public testing::Test {
   }
   std::string why_not() {
     const Result<RasterImported> done = import();
-    EXPECT_FALSE(std::filesystem::exists(map_ + ".part"));
+    EXPECT_TRUE(test::beside(map_).empty());
     return done ? std::string() : done.error().message;
   }
   double z_at_datum() {

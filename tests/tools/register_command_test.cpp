@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <random>
 
@@ -9,6 +10,7 @@
 #include "tests/replay/real_data.h"
 #include "tests/sp/scene.h"
 #include "tests/tools/rcs_command.h"
+#include "tools/rcs/cloud_match.h"
 
 namespace rcs::test {
 namespace {
@@ -174,6 +176,70 @@ TEST_F(RegisterCommand, CloudsOfDifferentPlacesAreRefused) {
   }
   EXPECT_EQ(run(""), 1);
   EXPECT_THAT(messages(), HasSubstr("refused: at the pose found"));
+}
+
+TEST_F(RegisterCommand, APlainIsRefused) {
+  for (const int n : {6000, 20'000}) {
+    std::mt19937 rng(11);
+    write(model_, sp::test::scene(sp::test::Ground::kFlat, false, n, 0.02, Vec3::Zero(), &rng));
+    write(data_, sp::test::scene(sp::test::Ground::kFlat, false, n, 0.02, Vec3::Zero(), &rng));
+    for (const char* method : {"plane", "gicp"}) {
+      EXPECT_EQ(run(std::string(" --method ") + method), 1) << method << ", " << n;
+      EXPECT_THAT(messages(), HasSubstr("refused: translation along (")) << method << ", " << n;
+      EXPECT_THAT(messages(), HasSubstr(") is undetermined")) << method << ", " << n;
+    }
+  }
+}
+
+TEST_F(RegisterCommand, TheLengthOfATunnelIsNamed) {
+  std::mt19937 rng(12);
+  std::uniform_real_distribution<double> u(-1.0, 1.0);
+  std::normal_distribution<double> noise(0.0, 0.02);
+  const auto tunnel = [&] {
+    Points points;
+    for (int k = 0; k < 8000; ++k) {
+      const double side = k % 4 == 1 ? 3.0 : -3.0;
+      const Vec3 p = k % 2 == 0 ? Vec3(30.0 * u(rng), 3.0 * u(rng), noise(rng))
+                                : Vec3(30.0 * u(rng), side + noise(rng), 1.5 + 1.5 * u(rng));
+      points.push_back(p.cast<float>());
+    }
+    return points;
+  };
+  write(model_, tunnel());
+  write(data_, tunnel());
+  EXPECT_EQ(run(" --json"), 1);
+  EXPECT_THAT(messages(), HasSubstr("is undetermined"));
+  const json j = json::parse(out());
+  EXPECT_FALSE(j["accepted"].get<bool>());
+  EXPECT_GT(j["agreement"]["least_direction"].get<double>(), 0.5) << "of the other directions";
+  EXPECT_GT(std::abs(j["agreement"]["undetermined_direction"][0].get<double>()), 0.99);
+}
+
+TEST_F(RegisterCommand, WhatItsIterationsEndIsRefused) {
+  std::mt19937 rng(13);
+  const Points model =
+      sp::test::scene(sp::test::Ground::kRolling, true, 4000, 0.01, Vec3::Zero(), &rng);
+  const Points data =
+      sp::test::scene(sp::test::Ground::kRolling, true, 4000, 0.01, Vec3::Zero(), &rng);
+  EXPECT_TRUE(tools::match_gicp(model, data, Pose{}, sp::GicpParams{}).good);
+  sp::GicpParams short_search;
+  short_search.max_iterations = 3;
+  const tools::CloudMatch match = tools::match_gicp(model, data, Pose{}, short_search);
+  EXPECT_EQ(match.stop, "max iterations");
+  EXPECT_FALSE(match.good) << "although the clouds agree at the guess";
+}
+
+TEST_F(RegisterCommand, CoincidentPointsAreLeftOut) {
+  std::ofstream data(data_, std::ios::app);
+  for (int k = 0; k < 20'000; ++k) data << "0 0 0\n5 4 3\n";
+  data.close();
+  EXPECT_EQ(run(" --json"), 0) << messages();
+  EXPECT_THAT(messages(), HasSubstr("data.xyz: 19999 points left out that coincide"));
+  EXPECT_THAT(messages(), testing::Not(HasSubstr("model.xyz")));
+  const json j = json::parse(out());
+  EXPECT_EQ(j["data_points"], 4001);
+  EXPECT_EQ(j["left_out"]["data"], 20'000) << "at the origin";
+  expect_truth(j, 0.03, 0.1);
 }
 
 TEST_F(RegisterCommand, AMethodThatStopsOnTheWayIsRefused) {

@@ -4,6 +4,8 @@
 
 #include <filesystem>
 
+#include "lcmtypes/channels.h"
+#include "rcs/node/log_file.h"
 #include "rcs/terrain/map_folder.h"
 #include "tests/tools/rcs_command.h"
 
@@ -60,6 +62,23 @@ TEST_F(ReplayCommand, NoRegistrationIsAFailureThatSaysWhy) {
   EXPECT_THAT(messages(), HasSubstr("0 registrations"));
   EXPECT_THAT(messages(), HasSubstr("facet.refused"));
   EXPECT_TRUE(std::filesystem::exists(folder_ + "/out.log")) << "to be looked into";
+}
+
+TEST_F(ReplayCommand, NotOnePoseIsAFailure) {
+  const std::string log = folder_ + "/noise.log";
+  Result<LogWriter> writer = LogWriter::create(log);
+  ASSERT_TRUE(writer);
+  const std::uint8_t noise[] = {1, 2, 3};
+  for (int k = 0; k < 300; ++k) {
+    for (const char* sensor : {channel::kIns, channel::kGpsFix, channel::kOdometry}) {
+      ASSERT_TRUE(writer->write(from_utime(1'000'000'000 + 10'000 * k), sensor, noise, 3));
+    }
+  }
+  ASSERT_TRUE(writer->close());
+  EXPECT_EQ(rcs("replay " + variable("RCS_SOURCE_DIR") + "/config/demo3.toml " + log + " -o " +
+                folder_ + "/out.log"),
+            1);
+  EXPECT_THAT(messages(), HasSubstr("no pose: WM published none"));
 }
 
 TEST_F(ReplayCommand, ADatumFarFromTheFixesIsAFailure) {

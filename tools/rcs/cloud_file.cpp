@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
+#include <tuple>
 
 #include "tools/rcs/cloud_layout.h"
 #include "tools/rcs/files.h"
@@ -133,6 +135,29 @@ Result<Cloud> parse_cloud(const std::vector<std::uint8_t>& bytes, const std::str
       kind == ".pcd" ? parse_pcd_header(view(bytes), name) : parse_ply_header(view(bytes), name);
   if (!layout) return layout.error();
   return parse_records(bytes, name, *layout, shape);
+}
+
+std::size_t drop_coincident(Cloud* cloud) {
+  Points& p = cloud->points;
+  const auto place = [&p](std::size_t i) { return std::make_tuple(p.x[i], p.y[i], p.z[i]); };
+  std::vector<std::size_t> order(p.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&place](std::size_t a, std::size_t b) { return place(a) < place(b); });
+  std::vector<bool> again(p.size(), false);
+  for (std::size_t k = 1; k < order.size(); ++k) {
+    again[order[k]] = place(order[k]) == place(order[k - 1]);
+  }
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < again.size(); ++i) {
+    if (again[i]) continue;
+    std::tie(p.x[kept], p.y[kept], p.z[kept]) = place(i);
+    if (!cloud->cell.empty()) cloud->cell[kept] = cloud->cell[i];
+    ++kept;
+  }
+  p.resize(kept);
+  if (!cloud->cell.empty()) cloud->cell.resize(kept);
+  return again.size() - kept;
 }
 
 Result<Cloud> read_cloud(const std::string& path, const CloudShape& shape) {

@@ -31,6 +31,9 @@ struct CloudShape {
 [[nodiscard]] Result<Cloud> parse_cloud(const std::vector<std::uint8_t>& bytes,
                                         const std::string& name, const CloudShape& shape);
 
+/// Of points with the same coordinates keeps the first. @return how many it drops
+std::size_t drop_coincident(Cloud* cloud);
+
 [[nodiscard]] Result<Cloud> read_cloud(const std::string& path, const CloudShape& shape);
 
 }  // namespace rcs::tools

@@ -12,7 +12,9 @@ namespace {
 void take(const sp::Registration& r, CloudMatch* m) {
   m->planes = r;
   m->stop = name_of(r.stop);
-  m->good = usable(r.stop);
+  // Where a vehicle's filter weighs it, a pose that still moved is of use; as the answer it is
+  // none.
+  m->good = usable(r.stop) && r.stop != sp::Stop::kMaxIterations;
   m->T_model_data = r.T_target_vehicle;
   m->iterations += r.iterations;
   m->pairs = r.pairs;
@@ -29,6 +31,7 @@ void verify(const Points& model, const Points& data, CloudMatch* m) {
   m->cpu_ms.emplace_back("verify", watch.stop_ms());
   m->good = sp::agree(*m->agreement, params);
   if (!m->good) m->stop = kDisagreement;
+  if (!m->agreement->undetermined.isZero()) m->good = false;
 }
 
 }  // namespace
@@ -87,7 +90,7 @@ CloudMatch match_globally(const Points& model, const Points& data, const Pose& g
   m.cpu_ms.emplace_back("search", search.stop_ms());
   take(m.global->best, &m);
   if (m.global->ranked.empty()) m.T_model_data = guess;
-  m.good = m.global->accepted;
+  m.good = m.good && m.global->accepted;
   verify(model, data, &m);
   return m;
 }

@@ -22,7 +22,9 @@ inline constexpr const char* kDisagreement = "disagreement";
 /// What every method answers.
 struct CloudMatch {
   std::string stop;
-  bool good = false;  ///< it ended well, and the clouds agree at the pose
+  /// It ended well, and the clouds agree at the pose, which they determine in every direction of
+  /// translation.
+  bool good = false;
   Pose T_model_data;
   int iterations = 0;
   int pairs = 0;

@@ -59,6 +59,28 @@ Error file_error(std::string_view path, std::string_view what) {
   return {fmt::format("{}: {}: {}", path, what, std::strerror(errno))};
 }
 
+/// Where a path leads, also when nothing is there yet.
+fs::path without_links(fs::path path) {
+  constexpr int kMostLinks = 40;  // as many as the system follows
+  std::error_code error;
+  for (int k = 0; k < kMostLinks && fs::is_symlink(path, error); ++k) {
+    path = path.parent_path() / fs::read_symlink(path, error);  // an absolute one stands alone
+  }
+  return path;
+}
+
+/// The a priori map that a file at `path` would lie in; empty: none.
+fs::path map_around(const std::string& path) {
+  std::error_code error;
+  fs::path at = fs::weakly_canonical(fs::absolute(without_links(path), error), error);
+  if (!at.has_filename()) at = at.parent_path();  // "folder/"
+  while (at.has_relative_path()) {
+    at = at.parent_path();
+    if (fs::exists(at / "map.index", error)) return at;
+  }
+  return {};
+}
+
 }  // namespace
 
 void note_input(const std::string& path) {
@@ -70,6 +92,10 @@ void note_input(const std::string& path) {
 }
 
 Outcome check_output(const std::string& path) {
+  if (const fs::path map = map_around(path); !map.empty()) {
+    return Error{fmt::format("{}: lies in the a priori map {}, which is not written to", path,
+                             map.string())};
+  }
   struct stat status {};
   if (::stat(path.c_str(), &status) != 0) return Done{};
   const std::lock_guard<std::mutex> lock(inputs().mutex);
@@ -108,7 +134,7 @@ OutputFile::OutputFile(std::string path) : path_(std::move(path)), target_(path_
     write_path_ = path_;
     return;
   }
-  if (fs::is_regular_file(there)) target_ = fs::canonical(path_, ignored).string();
+  target_ = without_links(path_).string();
   const fs::path folder = fs::path(target_).parent_path();
   if (!folder.empty()) fs::create_directories(folder, ignored);
   write_path_ = fmt::format("{}.{}.partial", target_, ::getpid());

@@ -18,7 +18,8 @@ namespace rcs::tools {
 /// remember what they read; of the command line, main() remembers all that is no output.
 void note_input(const std::string& path);
 
-/// An error if `path` is a file or folder that note_input() has seen.
+/// An error if `path` is a file or folder that note_input() has seen, or lies in the folder of an a
+/// priori map: a file there may be the map's own.
 [[nodiscard]] Outcome check_output(const std::string& path);
 
 /// SIGINT, SIGTERM and SIGHUP remove the temporaries of all OutputFiles before they end the
@@ -40,7 +41,7 @@ class OutputFile {
   /// A device or a FIFO: cannot be read back, and has no files beside it.
   [[nodiscard]] bool in_place() const { return in_place_; }
   [[nodiscard]] Outcome write(std::string_view text) const;
-  /// An error when the file is an input of this command.
+  /// An error when check_output() has one.
   [[nodiscard]] Outcome commit() const;
 
  private:

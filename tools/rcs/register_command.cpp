@@ -185,8 +185,9 @@ class Register final : public Command {
         "have.\n"
         "The result of every method is checked: of DATA's surfaces, enough must lie on MODEL's "
         "with like\nnormals, in every direction of translation. Unrelated clouds share their "
-        "ground and fail across it.\nStatus 0: converged and checked (--global: also unambiguous); "
-        "1: refused, with the reason.\n"
+        "ground and fail across it;\nalong a tunnel, and over a plain, the translation is "
+        "undetermined.\nStatus 0: converged and checked (--global: also unambiguous); 1: refused, "
+        "with the reason.\n"
         "Examples:\n"
         "  rcs register first.pcd second.pcd\n"
         "  rcs register 0000000000.bin 0000000001.bin --method paper --json\n"
@@ -211,9 +212,9 @@ class Register final : public Command {
     if (threads_ > 1 && !global_) return wrong_usage("--threads goes with --global");
     if (global_ && method_ == "paper") return wrong_usage("--global is not of the paper's method");
 
-    const Result<Cloud> model = read_cloud(model_, shape);
+    const Result<Cloud> model = read(model_, shape);
     if (!model) return fail(kName, model.error());
-    const Result<Cloud> data = read_cloud(data_, shape);
+    const Result<Cloud> data = read(data_, shape);
     if (!data) return fail(kName, data.error());
     if (model->points.empty() || data->points.empty()) {
       return fail(kName,
@@ -243,9 +244,34 @@ class Register final : public Command {
     return kExitUsage;
   }
 
+  /// Search trees take time by the square of the points that coincide.
+  static Result<Cloud> read(const std::string& path, const CloudShape& shape) {
+    Result<Cloud> cloud = read_cloud(path, shape);
+    if (!cloud) return cloud;
+    if (const std::size_t dropped = drop_coincident(&cloud.value()); dropped > 0) {
+      fmt::print(stderr, "rcs register: {}: {} points left out that coincide with another\n", path,
+                 dropped);
+    }
+    return cloud;
+  }
+
+  static std::string undetermined(const Vec3& direction) {
+    Eigen::Index largest = 0;
+    direction.cwiseAbs().maxCoeff(&largest);
+    // Of the two opposite vectors one; + 0.0: no "-0.00".
+    const Vec3 d = direction[largest] < 0.0 ? Vec3(-direction) : direction;
+    const auto shown = [&d](int k) { return std::round(100.0 * d[k]) / 100.0 + 0.0; };
+    return fmt::format(
+        "refused: translation along ({:.2f} {:.2f} {:.2f}) is undetermined: next to none of DATA's "
+        "surfaces lie across that direction",
+        shown(0), shown(1), shown(2));
+  }
+
   static std::string why_not(const CloudMatch& answer) {
     if (answer.global && !answer.global->accepted) return refusal(*answer.global);
-    if (answer.stop != kDisagreement) return fmt::format("not converged: {}", answer.stop);
+    const bool disagree = answer.stop == kDisagreement;
+    if (!disagree && answer.agreement) return undetermined(answer.agreement->undetermined);
+    if (!disagree) return fmt::format("not converged: {}", answer.stop);
     const sp::CloudParams limits;
     return fmt::format(
         "refused: at the pose found, {:.0f} % of DATA's surfaces lie on MODEL's (at least {:.0f} % "
@@ -324,6 +350,8 @@ class Register final : public Command {
       out["agreement"] = {{"surfaces", a.agreement->surfaces},
                           {"overlap", a.agreement->overlap},
                           {"least_direction", a.agreement->least}};
+      const Vec3& blind = a.agreement->undetermined;
+      if (!blind.isZero()) out["agreement"]["undetermined_direction"] = numbers_of(blind);
     }
     if (a.paper) out.update(more_of(*a.paper));
     if (a.planes) out.update(more_of(*a.planes));

@@ -11,6 +11,7 @@
 #include "lcmtypes/rcs/gps_fix_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
+#include "lcmtypes/sensors.h"
 #include "modules/sp/registration.h"
 #include "rcs/terrain/map_tile.h"
 
@@ -49,6 +50,13 @@ double distance_to_tile(const Vec2& p, const MapLevel& level, Cell tile) {
 
 void ReplayVerdict::on_deliver(Stamp due, std::string_view channel, const std::uint8_t* data,
                                std::size_t size) {
+  count(channel, data, size);
+  next_->on_deliver(due, channel, data, size);
+}
+
+void ReplayVerdict::count(std::string_view channel, const std::uint8_t* data, std::size_t size) {
+  const auto& sensors = channel::kSensors;
+  if (std::find(sensors.begin(), sensors.end(), channel) != sensors.end()) ++sensor_messages_;
   if (channel == channel::kLadarRanges || channel == channel::kLadarPoints) {
     ++ladar_messages_;
   } else if (channel == channel::kGpsFix && !first_fix_) {
@@ -66,6 +74,7 @@ void ReplayVerdict::on_deliver(Stamp due, std::string_view channel, const std::u
     const auto e = decoded<event_t>(data, size);
     if (e && e->severity != event_t::SEVERITY_INFO) ladar_event_ = e->code + ": " + e->text;
   } else if (channel == channel::kWmNavState) {
+    ++poses_;
     const auto m = decoded<nav_state_t>(data, size);
     if (m && m->world_valid != 0) {
       world_datum_ = place(m->datum_lat_deg, m->datum_lon_deg, m->datum_height_m);
@@ -75,7 +84,14 @@ void ReplayVerdict::on_deliver(Stamp due, std::string_view channel, const std::u
       }
     }
   }
-  next_->on_deliver(due, channel, data, size);
+}
+
+std::string ReplayVerdict::pose_fault() const {
+  if (sensor_messages_ == 0 || poses_ > 0 || registered_ > 0) return "";
+  return fmt::format(
+      "no pose: WM published none in spite of {} sensor messages (those that could not be read are "
+      "counted above)",
+      sensor_messages_);
 }
 
 std::string ReplayVerdict::ladar_fault() const {
@@ -118,7 +134,7 @@ std::string ReplayVerdict::map_fault(const MapIndex& map) const {
 
 std::vector<std::string> ReplayVerdict::faults(const std::optional<Geodetic>& datum,
                                                const MapIndex* map) const {
-  std::vector<std::string> all = {ladar_fault()};
+  std::vector<std::string> all = {pose_fault(), ladar_fault()};
   if (datum) all.push_back(datum_fault(*datum));
   if (map != nullptr) all.push_back(map_fault(*map));
   all.erase(std::remove(all.begin(), all.end(), std::string()), all.end());

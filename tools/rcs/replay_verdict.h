@@ -1,6 +1,6 @@
 #pragma once
-// Whether a replay did what its log and configuration offer: used the LADAR, the a priori map and
-// the configured datum.
+// Whether a replay did what its log and configuration offer: told poses, used the LADAR, the a
+// priori map and the configured datum.
 
 #include <cstdint>
 #include <optional>
@@ -28,11 +28,15 @@ class ReplayVerdict final : public BusTap {
                                                 const MapIndex* map) const;
 
  private:
+  void count(std::string_view channel, const std::uint8_t* data, std::size_t size);
+  [[nodiscard]] std::string pose_fault() const;
   [[nodiscard]] std::string ladar_fault() const;
   [[nodiscard]] std::string datum_fault(const Geodetic& datum) const;
   [[nodiscard]] std::string map_fault(const MapIndex& map) const;
 
   BusTap* next_;
+  std::int64_t sensor_messages_ = 0;
+  std::int64_t poses_ = 0;
   std::int64_t ladar_messages_ = 0;
   std::int64_t scans_ = 0;       ///< that SP published a result for
   std::int64_t registered_ = 0;  ///< to the rolling map
