@@ -20,17 +20,19 @@ constexpr Duration kPoseLasts = from_milliseconds(500.0);
 constexpr double kFastest_mps = 200.0;
 constexpr double kFastest_radps = 35.0;
 
-/// @return false also for an INS that has never been received, or not for long
-bool lost_recently(const InertialBuffer& inertial, Stamp reference) {
-  if (inertial.size() == 0) return false;
+/// @return false also where it has been silent for long: no map is kept for its return
+bool fell_silent(const InertialBuffer& inertial, Stamp reference) {
   const InertialSample& newest = inertial[inertial.size() - 1];
-  const Duration limit = std::max(kInertialGap, 3 * newest.interval);
   const Duration silence = reference - newest.stamp;
-  if (silence > limit) return silence < kInsReturns;
+  return silence > std::max(kInertialGap, 3 * newest.interval) && silence < kInsReturns;
+}
+
+bool has_gap(const InertialBuffer& inertial, Stamp reference) {
   for (std::size_t i = inertial.size() - 1; i > 0; --i) {
     const InertialSample& later = inertial[i];
     if (later.stamp < reference - kGapLasts) return false;
-    if (later.stamp - later.interval - inertial[i - 1].stamp > limit) return true;
+    const Duration gap = later.stamp - later.interval - inertial[i - 1].stamp;
+    if (gap > std::max(kInertialGap, 3 * later.interval)) return true;
   }
   return false;
 }
@@ -58,7 +60,11 @@ void MotionGuess::forget_poses() { last_ = before_last_ = {}; }
 Expectation MotionGuess::expect(Stamp reference, const InertialBuffer& inertial,
                                 const ExpectationParams& params) const {
   Expectation e;
-  e.ins_lost = lost_recently(inertial, reference);
+  if (inertial.size() > 0) {
+    const bool silent = fell_silent(inertial, reference);
+    e.ins_returned = !silent && has_gap(inertial, reference);
+    e.ins_lost = silent || e.ins_returned;
+  }
   const bool inertial_covers =
       inertial.size() > 0 && inertial[inertial.size() - 1].stamp >= reference - kInertialGap;
   const auto lasts = [reference](Stamp stamp) {

@@ -18,6 +18,7 @@ struct Expectation {
   /// The INS is, or has just been, silent: the motion during the scan is extrapolated, and a
   /// deskewed scan of a rocking vehicle is distorted.
   bool ins_lost = false;
+  bool ins_returned = false;  ///< ins_lost, and it has just been received again
   MotionState at_reference;
   Mat6 covariance = Mat6::Identity();  ///< right perturbation (rho [m], phi [rad])
 };

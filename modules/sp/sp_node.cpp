@@ -349,7 +349,13 @@ void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
   const Prediction prediction{expected.at_reference.T_rolling_vehicle, expected.covariance};
   Registration rolling = register_points(source_, &map_, prediction, config_.icp, granted_, &icp_);
   granted_ -= rolling.used;
-  if (expected.ins_lost) rolling.information = with_distortion(rolling.information, distortion());
+  if (expected.ins_lost) {
+    // A search that its iterations ended may be off by many times its sigma. While the INS is
+    // silent that is still better than nothing.
+    const bool settled = rolling.stop != Stop::kMaxIterations;
+    if (!settled && expected.ins_returned) rolling.stop = Stop::kDiverged;
+    rolling.information = with_distortion(rolling.information, distortion());
+  }
   cycle.stages->mark("register");
   if (!usable(rolling.stop)) ++account_.failed;
   answer(rolling, registration_t::TARGET_ROLLING);

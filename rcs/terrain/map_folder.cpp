@@ -102,7 +102,8 @@ Result<std::string> new_folder(const std::string& path, const std::string& endin
   constexpr int kMost = 1000;
   const std::string stem = path + "." + std::to_string(::getpid()) + ".";
   for (int k = 0; k < kMost; ++k) {
-    std::string folder = stem + std::to_string(k) + ending;
+    std::string folder = stem;
+    folder.append(std::to_string(k)).append(ending);
     std::error_code error;
     if (fs::create_directory(folder, error)) return folder;
     std::error_code ignored;

@@ -111,7 +111,9 @@ class SilentSensors : public testing::Test {
     EXPECT_TRUE(vehicle.run_until(vehicle.now() + kPatience, drives_now)) << vehicle.trouble();
     if (fault == Fault::kSilence) {
       const auto is_silent = [&] {
-        return vehicle.now() - newest > from_milliseconds(220.0) && seen.drove;
+        // More than a period of the source.
+        const Duration most = from_milliseconds(source == "gps" ? 700.0 : 220.0);
+        return vehicle.now() - newest > most && seen.drove;
       };
       EXPECT_TRUE(vehicle.run_until(vehicle.now() + kPatience, is_silent)) << vehicle.trouble();
       silent = newest;

@@ -155,20 +155,33 @@ TEST_F(CommandPair, AnEmergencyStopGetsItsCycleWhateverComesBehindIt) {
 }
 
 TEST_F(CommandPair, AStopThatWasNeverConfirmedStopsAgainAfterTheReleaseOfAnother) {
-  step();
+  Superior gateway(&network, &now, "gateway");
+  const auto exchange = [&] {
+    now += kStep;
+    const auto receive = [&](const std::string& channel, const std::vector<std::uint8_t>& data) {
+      superior.door.receive(channel, data);
+      worker->door.receive(channel, data);
+    };
+    network.deliver(now, receive);
+    worker->subordinate.take(now);
+    StatusReport report;
+    report.status = status_t::STATUS_ERROR;  // the stop cannot be persisted
+    worker->subordinate.report(now, report);
+    network.deliver(now, receive);
+    superior.port.step(now);
+  };
+  exchange();
   Order stop;
   stop.kind = command_t::KIND_EMERGENCY_STOP;
   const std::int64_t serial = superior.port.send(stop, now);
-  worker->failed = true;  // cannot be persisted
-  for (int k = 0; k < 3; ++k) step();
+  for (int k = 0; k < 3; ++k) exchange();
   ASSERT_EQ(worker->subordinate.command()->kind, int{command_t::KIND_EMERGENCY_STOP});
   EXPECT_FALSE(superior.port.confirmed());
   worker->subordinate.release_stops();
-  Superior gateway(&network, &now, "gateway");
   Order go;
   go.kind = command_t::KIND_GOTO;
   gateway.port.send(go, now);
-  for (int k = 0; k < 12; ++k) step();
+  for (int k = 0; k < 20; ++k) exchange();
   EXPECT_EQ(worker->subordinate.command()->kind, int{command_t::KIND_EMERGENCY_STOP});
   EXPECT_GT(worker->subordinate.command()->serial, serial);
 }

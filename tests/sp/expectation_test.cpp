@@ -72,7 +72,7 @@ TEST(MotionGuess, AnInsThatFellSilentRecentlyIsReportedLost) {
   InertialBuffer gap = at_rest(1.0);
   for (double t_s = 1.31; t_s < 2.5; t_s += 0.01) {
     EXPECT_TRUE(gap.add({at(t_s), from_milliseconds(10.0), Vec3::Zero(), Vec3::Zero()}));
-    EXPECT_EQ(guess.expect(at(t_s), gap, {}).ins_lost, t_s < 1.805) << t_s;
+    EXPECT_EQ(guess.expect(at(t_s), gap, {}).ins_lost, t_s < 1.815) << t_s;
   }
   InertialBuffer slow(8);
   EXPECT_TRUE(slow.add({at(1.0), from_milliseconds(100.0), Vec3::Zero(), Vec3::Zero()}));
