@@ -24,7 +24,7 @@ class Outputs : public RcsCommand {
     const std::uint8_t bytes[] = {1, 2, 3};
     for (int k = 0; k < 100; ++k) {
       const char* channel = k % 2 == 0 ? channel::kIns : channel::kBgDrive;
-      RCS_CHECK(log->write(from_utime(1000 * k), channel, bytes, sizeof bytes).ok());
+      RCS_CHECK(log->write(from_utime(1000L * k), channel, bytes, sizeof bytes).ok());
     }
     RCS_CHECK(log->close().ok());
     fs::create_directories(folder_ + "/map");
