@@ -77,8 +77,8 @@ class ClockWatch {
   bool suspected_ = false;
   bool dropped_ = false;
   Stamp disorder_ = Stamp::min();  ///< newest of the stamps that turned out to be no step backward
-  Duration step_{};       ///< suspected
-  Stamp suspected_at_{};  ///< arrival
+  Duration step_{};                ///< suspected
+  Stamp suspected_at_{};           ///< arrival
   Stamp last_held_arrival_{};
   Stamp unsettled_until_ = Stamp::min();  ///< arrival
   Duration ins_shift_{};

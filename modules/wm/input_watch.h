@@ -15,7 +15,8 @@ class InputWatch {
  public:
   /// An input that was accepted: new in sensor time, and plausible.
   void add(Input input, Stamp stamp, Stamp arrival);
-  /// Likewise, if its stamp is newer than that of the newest, or far from it: its clock has stepped.
+  /// Likewise, if its stamp is newer than that of the newest, or far from it: its clock has
+  /// stepped.
   void add_newer(Input input, Stamp stamp, Stamp arrival);
 
   /// Time since its newest arrival; negative: it has never arrived.

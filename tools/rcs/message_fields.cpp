@@ -119,10 +119,10 @@ void write(const points_t& m, FieldWriter& w) {
 void write(const nav_state_t& m, FieldWriter& w) {
   w(F(utime))(F(seq))(F(mode))(F(pose_valid))(F(world_valid))(F(rolling_valid))(F(q_world_vehicle))(
       F(p_world_vehicle_m))(F(q_local_vehicle))(F(p_local_vehicle_m))(F(local_utime))(F(map_epoch))(
-      F(q_rolling_vehicle))(F(p_rolling_vehicle_m))(F(v_world_mps))(F(rate_vehicle_radps))(
-      F(accel_vehicle_mps2))(F(gyro_bias_radps))(F(accel_bias_mps2))(F(map_offset_m))(
-      F(wheel_scale))(F(cov_world_pose))(F(cov_v_world))(F(cov_rolling_pose))(F(world_resets))(
-      F(last_reset_m))(F(last_reset_rad))(F(last_reset_utime))(F(age_ins_us))(F(ins_shift_us))(F(age_gps_us))(
+      F(q_rolling_vehicle))(F(p_rolling_vehicle_m))(F(v_world_mps))(F(rate_vehicle_radps))(F(
+      accel_vehicle_mps2))(F(gyro_bias_radps))(F(accel_bias_mps2))(F(map_offset_m))(F(wheel_scale))(
+      F(cov_world_pose))(F(cov_v_world))(F(cov_rolling_pose))(F(world_resets))(F(last_reset_m))(
+      F(last_reset_rad))(F(last_reset_utime))(F(age_ins_us))(F(ins_shift_us))(F(age_gps_us))(
       F(age_odometry_us))(F(age_rolling_us))(F(age_prior_map_us))(F(distance_since_gps_m))(
       F(datum_lat_deg))(F(datum_lon_deg))(F(datum_height_m))(F(ledger))(F(publish_utime));
 }
