@@ -350,8 +350,8 @@ void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
   Registration rolling = register_points(source_, &map_, prediction, config_.icp, granted_, &icp_);
   granted_ -= rolling.used;
   if (expected.ins_lost) {
-    // A search that its iterations ended may be off by many times its sigma. While the INS is
-    // silent that is still better than nothing.
+    // A search that ends at the iteration limit may have an error of many sigmas. While the INS is
+    // silent it is still better than none.
     const bool settled = rolling.stop != Stop::kMaxIterations;
     if (!settled && expected.ins_returned) rolling.stop = Stop::kDiverged;
     rolling.information = with_distortion(rolling.information, distortion());

@@ -76,9 +76,10 @@ class ClockWatch {
   std::vector<ImuSample> held_;
   bool suspected_ = false;
   bool dropped_ = false;
-  Stamp disorder_ = Stamp::min();  ///< newest of the stamps that turned out to be no step backward
-  Duration step_{};                ///< suspected
-  Stamp suspected_at_{};           ///< arrival
+  Stamp disorder_ =
+      Stamp::min();       ///< newest stamp that was suspected of a step backward without being one
+  Duration step_{};       ///< suspected
+  Stamp suspected_at_{};  ///< arrival
   Stamp last_held_arrival_{};
   Stamp unsettled_until_ = Stamp::min();  ///< arrival
   Duration ins_shift_{};

@@ -78,8 +78,8 @@ bool is_part_of_map(const fs::directory_entry& entry, int depth) {
   return fs::is_regular_file(status) && name == kIndexName;
 }
 
-/// An error if something is at `path` that is no map, or a map with what is not its own: that would
-/// be removed with it.
+/// An error if `path` exists and is not a map, or is a map's folder with other files in it: these
+/// would be removed with it.
 Outcome check_replaceable(const std::string& path) {
   std::error_code error;
   if (!fs::exists(path, error)) return Done{};
@@ -96,8 +96,8 @@ Outcome check_replaceable(const std::string& path) {
   return error ? Outcome(Error{path + ": " + error.message()}) : Done{};
 }
 
-/// Makes a folder beside `path` that was not there. Nothing is removed that this process has not
-/// made: what a killed one has left bears its number, and stays.
+/// Creates a new folder next to `path`. Only folders that this process has created are ever
+/// removed: those that a killed process has left have its number in their names, and stay.
 Result<std::string> new_folder(const std::string& path, const std::string& ending) {
   constexpr int kMost = 1000;
   const std::string stem = path + "." + std::to_string(::getpid()) + ".";

@@ -234,7 +234,7 @@ TEST_F(RegisterCommand, CoincidentPointsAreLeftOut) {
   for (int k = 0; k < 20'000; ++k) data << "0 0 0\n5 4 3\n";
   data.close();
   EXPECT_EQ(run(" --json"), 0) << messages();
-  EXPECT_THAT(messages(), HasSubstr("data.xyz: 19999 points left out that coincide"));
+  EXPECT_THAT(messages(), HasSubstr("data.xyz: 19999 coincident points dropped"));
   EXPECT_THAT(messages(), testing::Not(HasSubstr("model.xyz")));
   const json j = json::parse(out());
   EXPECT_EQ(j["data_points"], 4001);

@@ -12,8 +12,8 @@ namespace {
 void take(const sp::Registration& r, CloudMatch* m) {
   m->planes = r;
   m->stop = name_of(r.stop);
-  // Where a vehicle's filter weighs it, a pose that still moved is of use; as the answer it is
-  // none.
+  // A pose at the iteration limit is of use to a filter, which weights and gates it, but not as a
+  // result of its own.
   m->good = usable(r.stop) && r.stop != sp::Stop::kMaxIterations;
   m->T_model_data = r.T_target_vehicle;
   m->iterations += r.iterations;

@@ -59,17 +59,17 @@ Error file_error(std::string_view path, std::string_view what) {
   return {fmt::format("{}: {}: {}", path, what, std::strerror(errno))};
 }
 
-/// Where a path leads, also when nothing is there yet.
+/// The path behind symbolic links, also if nothing exists there yet.
 fs::path without_links(fs::path path) {
   constexpr int kMostLinks = 40;  // as many as the system follows
   std::error_code error;
   for (int k = 0; k < kMostLinks && fs::is_symlink(path, error); ++k) {
-    path = path.parent_path() / fs::read_symlink(path, error);  // an absolute one stands alone
+    path = path.parent_path() / fs::read_symlink(path, error);  // an absolute target replaces all
   }
   return path;
 }
 
-/// The a priori map that a file at `path` would lie in; empty: none.
+/// The folder of the a priori map in which a file at `path` would lie; empty: in no map.
 fs::path map_around(const std::string& path) {
   std::error_code error;
   fs::path at = fs::weakly_canonical(fs::absolute(without_links(path), error), error);

@@ -244,13 +244,12 @@ class Register final : public Command {
     return kExitUsage;
   }
 
-  /// Search trees take time by the square of the points that coincide.
+  /// The time of a search tree grows with the square of the number of coincident points.
   static Result<Cloud> read(const std::string& path, const CloudShape& shape) {
     Result<Cloud> cloud = read_cloud(path, shape);
     if (!cloud) return cloud;
     if (const std::size_t dropped = drop_coincident(&cloud.value()); dropped > 0) {
-      fmt::print(stderr, "rcs register: {}: {} points left out that coincide with another\n", path,
-                 dropped);
+      fmt::print(stderr, "rcs register: {}: {} coincident points dropped\n", path, dropped);
     }
     return cloud;
   }
