@@ -19,7 +19,6 @@
 #include "rcs/base/geodesy.h"
 #include "rcs/node/command.h"
 #include "rcs/node/executor.h"
-#include "rcs/node/local_bus.h"
 #include "rcs/node/lockstep_timeline.h"
 #include "rcs/terrain/map_folder.h"
 #include "tests/support/tap.h"
@@ -257,6 +256,7 @@ ClosedLoopRun run_closed_loop(const sim::Scenario& scenario, const ClosedLoopOpt
     return run;
   }
   LocalBus bus;
+  bus.set_tap(options.tap);
   simulator.listen(&bus, Duration(0));
   const Result<std::unique_ptr<Node>> sp = sp::make_sp_node(*file, &bus);
   const Result<std::unique_ptr<Node>> wm = wm::make_wm_node(*file, &bus);

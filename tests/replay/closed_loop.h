@@ -11,7 +11,7 @@
 #include "lcmtypes/rcs/command_t.hpp"
 #include "rcs/base/pose.h"
 #include "rcs/base/stamp.h"
-#include "rcs/node/bus.h"
+#include "rcs/node/local_bus.h"
 #include "rcs/node/node.h"
 #include "rcs/node/params.h"
 #include "sim/simulator.h"
@@ -30,6 +30,7 @@ struct ClosedLoopOptions {
   std::int8_t frame = command_t::FRAME_WORLD;
   double radius_m = 3.0;      ///< of the waypoints
   double after_done_s = 1.0;  ///< the run goes on for so long
+  BusTap* tap = nullptr;      ///< receives every message; null: none
 };
 
 struct ClosedLoopSample {
