@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "rcs/node/lcm_bus.h"
-#include "rcs/node/live_timeline.h"
+#include "rcs/node/bus/lcm_bus.h"
+#include "rcs/node/timeline/live_timeline.h"
 #include "sim/simulator.h"
 
 namespace rcs::sim {

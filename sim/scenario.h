@@ -3,15 +3,15 @@
 
 #include <vector>
 
-#include "sim/course.h"
-#include "sim/drive_model.h"
-#include "sim/gps.h"
-#include "sim/inertial.h"
-#include "sim/ladar.h"
-#include "sim/odometry.h"
-#include "sim/prior_map.h"
-#include "sim/suspension.h"
-#include "sim/world.h"
+#include "sim/sensors/gps.h"
+#include "sim/sensors/inertial.h"
+#include "sim/sensors/ladar.h"
+#include "sim/sensors/odometry.h"
+#include "sim/terrain/survey_model.h"
+#include "sim/terrain/world.h"
+#include "sim/vehicle/course.h"
+#include "sim/vehicle/drive_model.h"
+#include "sim/vehicle/suspension.h"
 
 namespace rcs::sim {
 

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "rcs/base/regular_file.h"
-#include "rcs/node/params.h"
+#include "rcs/node/params/params.h"
 
 namespace rcs::sim {
 namespace {

@@ -1,5 +1,5 @@
 #pragma once
-// Scenarios from TOML (config/sim/*.toml), strictly; see rcs/node/params.h.
+// Scenarios from TOML (config/sim/*.toml), strictly; see rcs/node/params/params.h.
 
 #include <cstdint>
 #include <optional>

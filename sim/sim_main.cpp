@@ -12,9 +12,8 @@
 #include <tuple>
 #include <vector>
 
-#include "rcs/node/lcm_bus.h"
-#include "rcs/node/live_timeline.h"
-#include "rcs/terrain/map_folder.h"
+#include "rcs/node/bus/lcm_bus.h"
+#include "rcs/node/timeline/live_timeline.h"
 #include "sim/real_time.h"
 #include "sim/scenario_file.h"
 #include "sim/simulator.h"
@@ -27,7 +26,6 @@ using rcs::Result;
 struct Options {
   std::string scenario;
   std::string lcm_url;
-  std::string prior_map;
   rcs::sim::ScenarioOverrides overrides;
   std::vector<std::tuple<std::string, double, double>> silences;  ///< source, begin, length [s]
 };
@@ -68,12 +66,6 @@ int run(const Options& options) {
   const Result<std::unique_ptr<rcs::LcmBus>> bus = rcs::LcmBus::create(options.lcm_url);
   if (!bus) return fail(bus.error());
   rcs::sim::Simulator simulator(*scenario);
-  if (!options.prior_map.empty()) {
-    const rcs::sim::PriorMap map = simulator.prior_map();
-    const Outcome written = rcs::write_map(options.prior_map, map.frame, map.raster);
-    if (!written) return fail(written.error());
-    fmt::print(stderr, "sim: a priori map written to {}\n", options.prior_map);
-  }
   fmt::print(stderr, "sim: {} on {}\n", options.scenario, (*bus)->url());
   rcs::LiveTimeline timeline(bus->get(), &stop);
   std::vector<rcs::sim::Silence> silences;
@@ -127,7 +119,6 @@ int sim_main(int argc, char** argv) {
                                     : value + ": not ins, gps, odometry, ladar, all or seconds";
           },
           ""));
-  app.add_option("--prior-map", options.prior_map, "write the a priori map into this folder first");
   app.footer("Example:\n  sim config/sim/demo.toml --gps-outage 60 60");
   try {
     app.parse(argc, argv);

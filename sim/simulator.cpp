@@ -11,8 +11,8 @@
 #include "lcmtypes/rcs/ladar_ranges_t.hpp"
 #include "lcmtypes/rcs/odometry_t.hpp"
 #include "lcmtypes/rcs/truth_t.hpp"
-#include "sim/clearance.h"
-#include "sim/vehicle.h"
+#include "sim/terrain/clearance.h"
+#include "sim/vehicle/scripted_drive.h"
 
 namespace rcs::sim {
 namespace {

@@ -7,11 +7,11 @@
 #include <optional>
 
 #include "lcmtypes/rcs/drive_t.hpp"
-#include "rcs/node/inbox.h"
-#include "rcs/node/lockstep_timeline.h"
-#include "rcs/node/log_file.h"
-#include "sim/commanded_vehicle.h"
+#include "rcs/node/bus/inbox.h"
+#include "rcs/node/log/log_file.h"
+#include "rcs/node/timeline/lockstep_timeline.h"
 #include "sim/scenario.h"
+#include "sim/vehicle/commanded_vehicle.h"
 
 namespace rcs::sim {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "rcs/node/vehicle_tables.h"
+#include "rcs/node/params/vehicle_tables.h"
 
 namespace rcs::bg {
 namespace {

@@ -5,11 +5,11 @@
 #include "modules/bg/path.h"
 #include "modules/bg/path_follow.h"
 #include "modules/bg/path_search.h"
-#include "modules/vj/value.h"
+#include "modules/vj/traversal_cost.h"
 #include "rcs/base/result.h"
 #include "rcs/node/budget.h"
 #include "rcs/node/node.h"
-#include "rcs/node/params.h"
+#include "rcs/node/params/params.h"
 
 namespace rcs::bg {
 

@@ -1,7 +1,7 @@
 // BG: behavior generation. Commands, the belief and the terrain in, drive commands out.
 
 #include "modules/bg/bg_node.h"
-#include "rcs/node/node_main.h"
+#include "rcs/node/process/node_main.h"
 
 int main(int argc, char** argv) {
   return rcs::node_main(argc, argv, "bg", rcs::bg::make_live_bg_node);

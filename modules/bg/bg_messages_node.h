@@ -12,7 +12,7 @@
 #include "lcmtypes/rcs/map_patch_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "modules/bg/decide.h"
-#include "modules/vj/value.h"
+#include "modules/vj/traversal_cost.h"
 #include "rcs/base/pose.h"
 #include "rcs/base/stamp.h"
 

@@ -13,9 +13,9 @@
 #include "modules/bg/bg_messages_node.h"
 #include "modules/bg/stop_node.h"
 #include "modules/bg/trail.h"
-#include "rcs/node/command.h"
-#include "rcs/node/inbox.h"
-#include "rcs/node/outbox.h"
+#include "rcs/node/bus/inbox.h"
+#include "rcs/node/bus/outbox.h"
+#include "rcs/node/command_port.h"
 #include "rcs/node/report.h"
 
 namespace rcs::bg {

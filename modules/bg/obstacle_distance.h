@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "modules/vj/value.h"
+#include "modules/vj/traversal_cost.h"
 
 namespace rcs::bg {
 

@@ -5,7 +5,7 @@
 #include "modules/bg/obstacle_distance.h"
 #include "modules/bg/path.h"
 #include "modules/bg/path_search.h"
-#include "modules/vj/value.h"
+#include "modules/vj/traversal_cost.h"
 
 namespace rcs::bg {
 

@@ -6,7 +6,7 @@
 #include <cstddef>
 
 #include "modules/bg/path.h"
-#include "modules/vj/value.h"
+#include "modules/vj/traversal_cost.h"
 
 namespace rcs::bg {
 

@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-#include "modules/gateway/orders.h"
+#include "modules/gateway/operator_commands.h"
 
 namespace rcs::gateway {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <string_view>
 
-#include "rcs/node/vehicle_tables.h"
+#include "rcs/node/params/vehicle_tables.h"
 
 namespace rcs::gateway {
 namespace {

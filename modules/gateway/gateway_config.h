@@ -4,13 +4,13 @@
 #include <string>
 #include <vector>
 
-#include "modules/gateway/command_desk.h"
+#include "modules/gateway/command_arbiter.h"
 #include "modules/gateway/dds_link.h"
-#include "modules/gateway/node_board.h"
+#include "modules/gateway/node_status_table.h"
 #include "rcs/base/result.h"
-#include "rcs/node/command.h"
+#include "rcs/node/command_port.h"
 #include "rcs/node/node.h"
-#include "rcs/node/params.h"
+#include "rcs/node/params/params.h"
 
 namespace rcs::gateway {
 

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "lcmtypes/channels.h"
-#include "modules/gateway/messages.h"
+#include "modules/gateway/sample_conversion.h"
 #include "rcs/node/budget.h"
 
 namespace rcs::gateway {

@@ -11,8 +11,8 @@
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/process_t.hpp"
 #include "modules/gateway/gateway_config.h"
-#include "rcs/node/command.h"
-#include "rcs/node/inbox.h"
+#include "rcs/node/bus/inbox.h"
+#include "rcs/node/command_port.h"
 #include "rcs/node/report.h"
 
 namespace rcs::gateway {

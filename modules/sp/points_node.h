@@ -5,9 +5,9 @@
 #include <cstdint>
 
 #include "lcmtypes/rcs/points_t.hpp"
-#include "modules/sp/scan_filter.h"
+#include "modules/registration/voxel_sampler.h"
 #include "rcs/base/pose.h"
-#include "rcs/node/outbox.h"
+#include "rcs/node/bus/outbox.h"
 
 namespace rcs::sp {
 

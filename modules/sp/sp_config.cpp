@@ -1,6 +1,6 @@
 #include "modules/sp/sp_config.h"
 
-#include "rcs/node/vehicle_tables.h"
+#include "rcs/node/params/vehicle_tables.h"
 
 namespace rcs::sp {
 namespace {

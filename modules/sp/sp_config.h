@@ -4,20 +4,20 @@
 #include <optional>
 #include <string>
 
+#include "modules/registration/point_to_plane_icp.h"
+#include "modules/registration/rolling_map.h"
 #include "modules/sp/degrade.h"
-#include "modules/sp/expectation.h"
-#include "modules/sp/icp.h"
-#include "modules/sp/prior_match.h"
-#include "modules/sp/prior_scan.h"
-#include "modules/sp/ranges.h"
-#include "modules/sp/relocate.h"
-#include "modules/sp/rolling_map.h"
+#include "modules/sp/motion_prediction.h"
+#include "modules/sp/prior/prior_match.h"
+#include "modules/sp/prior/prior_scan.h"
+#include "modules/sp/scan/range_image.h"
+#include "modules/sp/start/initial_localization.h"
 #include "rcs/base/geodesy.h"
 #include "rcs/base/result.h"
 #include "rcs/node/budget.h"
 #include "rcs/node/node.h"
-#include "rcs/node/params.h"
-#include "rcs/node/prior_terrain.h"
+#include "rcs/node/params/params.h"
+#include "rcs/prior/prior_terrain.h"
 
 namespace rcs::sp {
 

@@ -8,9 +8,9 @@
 #include "lcmtypes/rcs/ladar_ranges_t.hpp"
 #include "lcmtypes/rcs/points_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
-#include "modules/sp/ranges.h"
-#include "modules/sp/registration.h"
-#include "modules/sp/scan_assembler.h"
+#include "modules/registration/registration.h"
+#include "modules/sp/scan/range_image.h"
+#include "modules/sp/scan/scan_assembler.h"
 
 namespace rcs::sp {
 

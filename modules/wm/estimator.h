@@ -6,9 +6,9 @@
 
 #include "modules/wm/alignment.h"
 #include "modules/wm/clock_watch.h"
+#include "modules/wm/fault_detection.h"
 #include "modules/wm/history.h"
 #include "modules/wm/sources.h"
-#include "modules/wm/trust.h"
 
 namespace rcs::wm {
 

@@ -3,7 +3,7 @@
 
 #include <limits>
 
-#include "modules/wm/trust.h"
+#include "modules/wm/fault_detection.h"
 
 namespace rcs::wm {
 

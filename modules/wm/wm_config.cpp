@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "rcs/node/vehicle_tables.h"
+#include "rcs/node/params/vehicle_tables.h"
 
 namespace rcs::wm {
 namespace {

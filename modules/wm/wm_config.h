@@ -5,12 +5,12 @@
 #include <string_view>
 
 #include "modules/wm/params.h"
-#include "modules/wm/terrain_grid.h"
+#include "modules/wm/terrain/terrain_grid.h"
 #include "rcs/base/geodesy.h"
 #include "rcs/base/result.h"
 #include "rcs/node/node.h"
-#include "rcs/node/params.h"
-#include "rcs/node/prior_terrain.h"
+#include "rcs/node/params/params.h"
+#include "rcs/prior/prior_terrain.h"
 
 namespace rcs::wm {
 

@@ -1,7 +1,7 @@
 // WM: world modelling. Sensors and registrations in, the belief out.
 
 #include "modules/wm/wm_node.h"
-#include "rcs/node/node_main.h"
+#include "rcs/node/process/node_main.h"
 
 int main(int argc, char** argv) {
   return rcs::node_main(argc, argv, "wm", rcs::wm::make_live_wm_node);

@@ -8,7 +8,7 @@
 #include "lcmtypes/rcs/odometry_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
 #include "modules/wm/estimator.h"
-#include "rcs/node/inbox.h"
+#include "rcs/node/bus/inbox.h"
 #include "rcs/node/report.h"
 
 namespace rcs::wm {

@@ -17,11 +17,11 @@
 #include "modules/wm/estimator.h"
 #include "modules/wm/input_watch.h"
 #include "modules/wm/integrity.h"
-#include "modules/wm/sureness_node.h"
-#include "modules/wm/terrain_node.h"
+#include "modules/wm/path_uncertainty_node.h"
+#include "modules/wm/terrain/terrain_node.h"
 #include "modules/wm/wm_config.h"
-#include "rcs/node/inbox.h"
-#include "rcs/node/outbox.h"
+#include "rcs/node/bus/inbox.h"
+#include "rcs/node/bus/outbox.h"
 #include "rcs/node/report.h"
 
 namespace rcs::wm {

@@ -8,9 +8,9 @@
 
 #include "rcs/base/stamp.h"
 #include "rcs/node/budget.h"
-#include "rcs/node/inbox.h"
+#include "rcs/node/bus/inbox.h"
 #include "rcs/node/node.h"
-#include "rcs/node/timeline.h"
+#include "rcs/node/timeline/timeline.h"
 
 namespace rcs {
 

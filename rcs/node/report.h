@@ -12,8 +12,8 @@
 
 #include "lcmtypes/rcs/event_t.hpp"
 #include "rcs/base/stamp.h"
-#include "rcs/node/bus.h"
-#include "rcs/node/outbox.h"
+#include "rcs/node/bus/bus.h"
+#include "rcs/node/bus/outbox.h"
 
 namespace rcs {
 

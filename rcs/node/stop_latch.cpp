@@ -16,8 +16,8 @@
 #include <system_error>
 #include <utility>
 
-#include "rcs/node/file_handle.h"
-#include "rcs/node/process.h"
+#include "rcs/base/file_handle.h"
+#include "rcs/node/process/process.h"
 
 namespace rcs {
 namespace {

@@ -8,7 +8,7 @@
 
 #include "lcmtypes/rcs/command_t.hpp"
 #include "rcs/base/result.h"
-#include "rcs/node/params.h"
+#include "rcs/node/params/params.h"
 
 namespace rcs {
 

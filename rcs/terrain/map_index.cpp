@@ -4,9 +4,9 @@
 #include <cmath>
 #include <cstring>
 
+#include "rcs/base/byte_codec.h"
 #include "rcs/base/check.h"
 #include "rcs/terrain/map_tile.h"
-#include "rcs/terrain/wire.h"
 
 namespace rcs {
 namespace {

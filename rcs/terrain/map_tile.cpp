@@ -2,8 +2,8 @@
 
 #include <cstring>
 
+#include "rcs/base/byte_codec.h"
 #include "rcs/base/check.h"
-#include "rcs/terrain/wire.h"
 
 namespace rcs {
 namespace {

@@ -1,8 +1,8 @@
 #include "rcs/terrain/tile_loader.h"
 
+#include "rcs/base/byte_codec.h"
 #include "rcs/terrain/map_folder.h"
 #include "rcs/terrain/map_tile.h"
-#include "rcs/terrain/wire.h"
 
 namespace rcs {
 

@@ -20,11 +20,11 @@
 #include "rcs/base/kd_tree.h"
 #include "sim/scenario_file.h"
 #include "tests/bench/delaunay_search.h"
-#include "tools/rcs/cpu_watch.h"
-#include "tools/rcs/files.h"
-#include "tools/rcs/simulated_scans.h"
-#include "tools/rcs/svg_plot.h"
-#include "tools/rcs/table.h"
+#include "tools/base/files.h"
+#include "tools/report/svg_plot.h"
+#include "tools/report/table.h"
+#include "tools/studies/cpu_time.h"
+#include "tools/studies/simulated_scans.h"
 
 namespace rcs::bench {
 namespace {

@@ -11,7 +11,7 @@
 #include <random>
 
 #include "rcs/base/kd_tree.h"
-#include "tests/sp/scene.h"
+#include "tests/support/point_scenes.h"
 
 namespace rcs::bench {
 namespace {

@@ -7,10 +7,10 @@
 #include <cmath>
 #include <iterator>
 
-#include "modules/sp/prior_match.h"
-#include "modules/sp/prior_scan.h"
-#include "modules/sp/scan_filter.h"
-#include "tests/sp/scene.h"
+#include "modules/registration/voxel_sampler.h"
+#include "modules/sp/prior/prior_match.h"
+#include "modules/sp/prior/prior_scan.h"
+#include "tests/support/point_scenes.h"
 
 namespace rcs::sp {
 namespace {

@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "modules/wm/terrain_grid.h"
+#include "modules/wm/terrain/terrain_grid.h"
 #include "tests/wm/synthetic.h"
 
 namespace rcs::wm {

@@ -13,7 +13,7 @@
 #include "lcmtypes/convert.h"
 #include "modules/bg/bg_node.h"
 #include "rcs/node/executor.h"
-#include "rcs/node/lockstep_timeline.h"
+#include "rcs/node/timeline/lockstep_timeline.h"
 
 namespace rcs::bg {
 namespace {

@@ -12,7 +12,7 @@
 #include "lcmtypes/channels.h"
 #include "lcmtypes/rcs/event_t.hpp"
 #include "modules/bg/bg_node.h"
-#include "rcs/node/local_bus.h"
+#include "rcs/node/bus/local_bus.h"
 #include "tests/support/fresh_folder.h"
 #include "tests/support/tap.h"
 

@@ -8,15 +8,15 @@
 
 #include "rcs/terrain/map_index.h"
 #include "rcs/terrain/map_tile.h"
-#include "sim/dem.h"
+#include "sim/terrain/dem.h"
 #include "tests/fuzz/seeds.h"
-#include "tests/tools/las_file.h"
-#include "tools/rcs/cloud_file.h"
-#include "tools/rcs/imu_gps_import.h"
-#include "tools/rcs/kitti_sweep.h"
-#include "tools/rcs/las_header.h"
-#include "tools/rcs/npy_raster.h"
-#include "tools/rcs/trajectory.h"
+#include "tests/tools/survey/las_file.h"
+#include "tools/base/trajectory.h"
+#include "tools/clouds/cloud_file.h"
+#include "tools/clouds/las_header.h"
+#include "tools/importers/imu_gps_import.h"
+#include "tools/importers/kitti_sweep.h"
+#include "tools/survey/npy_raster.h"
 
 namespace {
 

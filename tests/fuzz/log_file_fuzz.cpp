@@ -11,8 +11,8 @@
 #include <string>
 
 #include "lcmtypes/channels.h"
-#include "rcs/node/log_file.h"
-#include "rcs/node/log_source.h"
+#include "rcs/node/log/log_file.h"
+#include "rcs/node/log/log_source.h"
 #include "tests/fuzz/seeds.h"
 
 namespace {

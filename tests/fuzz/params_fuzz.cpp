@@ -8,8 +8,8 @@
 #include <string>
 #include <string_view>
 
-#include "rcs/node/params.h"
-#include "rcs/node/process.h"
+#include "rcs/node/params/params.h"
+#include "rcs/node/process/process.h"
 #include "tests/fuzz/seeds.h"
 
 namespace {

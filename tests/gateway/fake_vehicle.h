@@ -8,11 +8,11 @@
 #include "lcmtypes/rcs/command_t.hpp"
 #include "lcmtypes/rcs/cycle_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
-#include "rcs/node/command.h"
-#include "rcs/node/lcm_bus.h"
-#include "rcs/node/live_timeline.h"
+#include "rcs/node/bus/lcm_bus.h"
+#include "rcs/node/bus/outbox.h"
+#include "rcs/node/command_port.h"
 #include "rcs/node/node.h"
-#include "rcs/node/outbox.h"
+#include "rcs/node/timeline/live_timeline.h"
 
 namespace rcs::gateway::test {
 

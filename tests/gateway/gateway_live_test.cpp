@@ -8,11 +8,11 @@
 #include <memory>
 #include <string>
 
-#include "modules/gateway/orders.h"
+#include "modules/gateway/operator_commands.h"
 #include "tests/gateway/fake_vehicle.h"
 #include "tests/gateway/program.h"
 #include "tests/support/fresh_folder.h"
-#include "tools/rcs/key_folder.h"
+#include "tools/rcs/vehicle/key_folder.h"
 
 namespace rcs::gateway {
 namespace {

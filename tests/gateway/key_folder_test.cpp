@@ -1,4 +1,4 @@
-#include "tools/rcs/key_folder.h"
+#include "tools/rcs/vehicle/key_folder.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -7,7 +7,7 @@
 #include <string>
 
 #include "tests/support/fresh_folder.h"
-#include "tools/rcs/files.h"
+#include "tools/base/files.h"
 
 namespace rcs::tools {
 namespace {

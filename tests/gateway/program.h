@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "rcs/node/file_handle.h"
+#include "rcs/base/file_handle.h"
 
 namespace rcs::test {
 

@@ -1,11 +1,11 @@
-#include "rcs/node/cycle_sinks.h"
+#include "rcs/node/process/cycle_sinks.h"
 
 #include <gtest/gtest.h>
 
 #include <fstream>
 #include <sstream>
 
-#include "rcs/node/local_bus.h"
+#include "rcs/node/bus/local_bus.h"
 #include "tests/node/fixtures.h"
 
 namespace rcs {

@@ -8,10 +8,10 @@
 
 #include "lcmtypes/rcs/odometry_t.hpp"
 #include "rcs/node/budget.h"
-#include "rcs/node/inbox.h"
-#include "rcs/node/lockstep_timeline.h"
+#include "rcs/node/bus/inbox.h"
+#include "rcs/node/bus/outbox.h"
 #include "rcs/node/node.h"
-#include "rcs/node/outbox.h"
+#include "rcs/node/timeline/lockstep_timeline.h"
 
 namespace rcs::test {
 

@@ -7,8 +7,8 @@
 #include <optional>
 
 #include "lcmtypes/rcs/points_t.hpp"
-#include "rcs/node/cycle_sinks.h"
 #include "rcs/node/executor.h"
+#include "rcs/node/process/cycle_sinks.h"
 #include "rcs/node/report.h"
 #include "tests/node/fixtures.h"
 #include "tests/support/heap_guard.h"

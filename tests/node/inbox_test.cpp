@@ -1,4 +1,4 @@
-#include "rcs/node/inbox.h"
+#include "rcs/node/bus/inbox.h"
 
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@
 #include "lcmtypes/rcs/points_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
 #include "lcmtypes/rcs/status_t.hpp"
-#include "rcs/node/local_bus.h"
+#include "rcs/node/bus/local_bus.h"
 #include "tests/node/fixtures.h"
 
 namespace rcs {

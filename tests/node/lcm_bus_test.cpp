@@ -1,5 +1,5 @@
 // On a private bus (with_bus.sh).
-#include "rcs/node/lcm_bus.h"
+#include "rcs/node/bus/lcm_bus.h"
 
 #include <gtest/gtest.h>
 #include <poll.h>
@@ -8,9 +8,9 @@
 #include <thread>
 
 #include "lcmtypes/rcs/points_t.hpp"
-#include "rcs/node/inbox.h"
-#include "rcs/node/live_timeline.h"
-#include "rcs/node/outbox.h"
+#include "rcs/node/bus/inbox.h"
+#include "rcs/node/bus/outbox.h"
+#include "rcs/node/timeline/live_timeline.h"
 #include "tests/node/fixtures.h"
 
 namespace rcs {

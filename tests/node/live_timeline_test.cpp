@@ -1,6 +1,6 @@
 // On a private bus (with_bus.sh). Real time passes here; what is asserted is order and count, and
 // times only as lower bounds.
-#include "rcs/node/live_timeline.h"
+#include "rcs/node/timeline/live_timeline.h"
 
 #include <gtest/gtest.h>
 #include <signal.h>

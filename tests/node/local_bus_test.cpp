@@ -1,4 +1,4 @@
-#include "rcs/node/local_bus.h"
+#include "rcs/node/bus/local_bus.h"
 
 #include <gtest/gtest.h>
 

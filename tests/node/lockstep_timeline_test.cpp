@@ -1,4 +1,4 @@
-#include "rcs/node/lockstep_timeline.h"
+#include "rcs/node/timeline/lockstep_timeline.h"
 
 #include <gtest/gtest.h>
 

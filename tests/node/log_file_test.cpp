@@ -1,4 +1,4 @@
-#include "rcs/node/log_file.h"
+#include "rcs/node/log/log_file.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>

@@ -1,4 +1,4 @@
-#include "rcs/node/log_source.h"
+#include "rcs/node/log/log_source.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // On a private bus (with_bus.sh). The process under test is a child of the test.
-#include "rcs/node/node_main.h"
+#include "rcs/node/process/node_main.h"
 
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -14,7 +14,7 @@
 #include <string>
 
 #include "lcmtypes/rcs/process_t.hpp"
-#include "rcs/node/lcm_bus.h"
+#include "rcs/node/bus/lcm_bus.h"
 #include "tests/node/fixtures.h"
 
 namespace rcs {

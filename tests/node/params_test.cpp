@@ -1,4 +1,4 @@
-#include "rcs/node/params.h"
+#include "rcs/node/params/params.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>

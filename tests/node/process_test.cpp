@@ -1,4 +1,4 @@
-#include "rcs/node/process.h"
+#include "rcs/node/process/process.h"
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "rcs/node/local_bus.h"
+#include "rcs/node/bus/local_bus.h"
 #include "tests/node/fixtures.h"
 #include "tests/support/heap_guard.h"
 

@@ -1,4 +1,4 @@
-#include "rcs/node/realtime.h"
+#include "rcs/node/process/realtime.h"
 
 #include <gtest/gtest.h>
 #include <sched.h>

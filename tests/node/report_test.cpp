@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "rcs/node/inbox.h"
-#include "rcs/node/local_bus.h"
+#include "rcs/node/bus/inbox.h"
+#include "rcs/node/bus/local_bus.h"
 #include "tests/node/fixtures.h"
 
 namespace rcs {

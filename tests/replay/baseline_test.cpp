@@ -20,12 +20,12 @@
 
 #include "lcmtypes/channels.h"
 #include "modules/bg/bg_node.h"
-#include "rcs/node/log_file.h"
+#include "rcs/node/log/log_file.h"
 #include "sim/scenario_file.h"
 #include "tests/replay/chain.h"
 #include "tests/replay/closed_loop.h"
 #include "tests/replay/real_data.h"
-#include "tools/rcs/message_fields.h"
+#include "tools/recording/message_fields.h"
 
 namespace rcs::test {
 namespace {

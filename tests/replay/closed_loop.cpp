@@ -17,12 +17,12 @@
 #include "modules/sp/sp_node.h"
 #include "modules/wm/wm_node.h"
 #include "rcs/base/geodesy.h"
-#include "rcs/node/command.h"
+#include "rcs/node/command_port.h"
 #include "rcs/node/executor.h"
-#include "rcs/node/lockstep_timeline.h"
-#include "rcs/terrain/map_folder.h"
+#include "rcs/node/timeline/lockstep_timeline.h"
+#include "tests/support/course_picture.h"
 #include "tests/support/tap.h"
-#include "tools/rcs/course_picture.h"
+#include "tools/mapping/map_writer.h"
 
 namespace rcs::test {
 namespace {

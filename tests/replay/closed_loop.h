@@ -11,9 +11,9 @@
 #include "lcmtypes/rcs/command_t.hpp"
 #include "rcs/base/pose.h"
 #include "rcs/base/stamp.h"
-#include "rcs/node/local_bus.h"
+#include "rcs/node/bus/local_bus.h"
 #include "rcs/node/node.h"
-#include "rcs/node/params.h"
+#include "rcs/node/params/params.h"
 #include "sim/simulator.h"
 
 namespace rcs::test {

@@ -11,7 +11,7 @@
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
 #include "lcmtypes/rcs/drive_t.hpp"
-#include "rcs/node/command.h"
+#include "rcs/node/command_port.h"
 #include "sim/scenario_file.h"
 #include "tests/replay/chain.h"
 

@@ -15,9 +15,9 @@
 #include "lcmtypes/rcs/registration_t.hpp"
 #include "modules/sp/sp_node.h"
 #include "modules/wm/wm_node.h"
+#include "rcs/node/bus/local_bus.h"
 #include "rcs/node/executor.h"
-#include "rcs/node/local_bus.h"
-#include "rcs/node/lockstep_timeline.h"
+#include "rcs/node/timeline/lockstep_timeline.h"
 #include "sim/scenario_file.h"
 #include "sim/simulator.h"
 

@@ -15,9 +15,9 @@
 #include "modules/sp/sp_node.h"
 #include "modules/wm/wm_node.h"
 #include "rcs/base/geodesy.h"
-#include "rcs/node/cycle_sinks.h"
 #include "rcs/node/executor.h"
-#include "rcs/node/lockstep_timeline.h"
+#include "rcs/node/process/cycle_sinks.h"
+#include "rcs/node/timeline/lockstep_timeline.h"
 #include "tests/replay/hostile_listeners.h"
 
 namespace rcs::test {

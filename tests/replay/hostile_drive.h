@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "rcs/base/stamp.h"
-#include "rcs/node/local_bus.h"
+#include "rcs/node/bus/local_bus.h"
 
 namespace rcs::test {
 

@@ -24,7 +24,7 @@
 #include "lcmtypes/rcs/points_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
 #include "lcmtypes/rcs/status_t.hpp"
-#include "modules/sp/registration.h"
+#include "modules/registration/registration.h"
 #include "tests/replay/hostile_drive.h"
 
 namespace rcs::test {

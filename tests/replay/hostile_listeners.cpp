@@ -13,11 +13,11 @@
 #include "lcmtypes/rcs/status_t.hpp"
 #include "lcmtypes/rcs/truth_t.hpp"
 #include "modules/bg/bg_config.h"
-#include "modules/gateway/messages.h"
-#include "rcs/node/command.h"
+#include "modules/gateway/sample_conversion.h"
+#include "rcs/node/command_port.h"
 #include "sim/simulator.h"
 #include "tests/support/tap.h"
-#include "tools/rcs/top_screen.h"
+#include "tools/rcs/vehicle/top_screen.h"
 
 namespace rcs::test {
 namespace {

@@ -15,7 +15,7 @@
 #include "lcmtypes/rcs/registration_t.hpp"
 #include "lcmtypes/rcs/shadow_t.hpp"
 #include "rcs/base/stamp.h"
-#include "rcs/node/local_bus.h"
+#include "rcs/node/bus/local_bus.h"
 
 namespace rcs::test {
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "lcmtypes/channels.h"
-#include "rcs/node/log_file.h"
+#include "rcs/node/log/log_file.h"
 #include "tests/replay/hostile_drive.h"
 
 namespace rcs::test {

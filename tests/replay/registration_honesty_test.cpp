@@ -11,10 +11,10 @@
 #include <string>
 #include <vector>
 
-#include "modules/sp/icp.h"
-#include "modules/sp/scan_filter.h"
+#include "modules/registration/point_to_plane_icp.h"
+#include "modules/registration/voxel_sampler.h"
 #include "modules/sp/sp_config.h"
-#include "sim/random.h"
+#include "sim/base/random.h"
 #include "sim/scenario_file.h"
 #include "tests/replay/chain.h"
 #include "tests/support/still_scan.h"

@@ -1,4 +1,4 @@
-#include "sim/clearance.h"
+#include "sim/terrain/clearance.h"
 
 #include <gtest/gtest.h>
 

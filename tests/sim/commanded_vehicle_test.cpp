@@ -1,10 +1,10 @@
-#include "sim/commanded_vehicle.h"
+#include "sim/vehicle/commanded_vehicle.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "sim/vehicle.h"
+#include "sim/vehicle/scripted_drive.h"
 #include "tests/sim/worlds.h"
 
 namespace rcs::sim {

@@ -1,4 +1,4 @@
-#include "sim/course.h"
+#include "sim/vehicle/course.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "sim/dem.h"
+#include "sim/terrain/dem.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "sim/relief.h"
+#include "sim/terrain/relief.h"
 
 namespace rcs::sim {
 namespace {

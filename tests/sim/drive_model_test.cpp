@@ -1,4 +1,4 @@
-#include "sim/drive_model.h"
+#include "sim/vehicle/drive_model.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "sim/gps.h"
+#include "sim/sensors/gps.h"
 
 #include <gtest/gtest.h>
 

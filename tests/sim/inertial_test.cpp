@@ -1,4 +1,4 @@
-#include "sim/inertial.h"
+#include "sim/sensors/inertial.h"
 
 #include <gtest/gtest.h>
 

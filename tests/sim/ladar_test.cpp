@@ -1,4 +1,4 @@
-#include "sim/ladar.h"
+#include "sim/sensors/ladar.h"
 
 #include <gtest/gtest.h>
 

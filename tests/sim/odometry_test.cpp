@@ -1,4 +1,4 @@
-#include "sim/odometry.h"
+#include "sim/sensors/odometry.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "sim/relief.h"
+#include "sim/terrain/relief.h"
 
 #include <gtest/gtest.h>
 

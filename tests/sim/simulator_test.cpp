@@ -11,9 +11,9 @@
 #include "lcmtypes/rcs/ladar_points_t.hpp"
 #include "lcmtypes/rcs/ladar_ranges_t.hpp"
 #include "lcmtypes/rcs/truth_t.hpp"
-#include "rcs/node/local_bus.h"
-#include "rcs/node/outbox.h"
-#include "sim/clearance.h"
+#include "rcs/node/bus/local_bus.h"
+#include "rcs/node/bus/outbox.h"
+#include "sim/terrain/clearance.h"
 #include "tests/sim/worlds.h"
 
 namespace rcs::sim {

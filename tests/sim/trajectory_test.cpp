@@ -1,4 +1,4 @@
-#include "sim/trajectory.h"
+#include "sim/vehicle/trajectory.h"
 
 #include <gtest/gtest.h>
 

@@ -3,10 +3,10 @@
 
 #include <vector>
 
-#include "sim/course.h"
-#include "sim/ladar.h"
-#include "sim/vehicle.h"
-#include "sim/world.h"
+#include "sim/sensors/ladar.h"
+#include "sim/terrain/world.h"
+#include "sim/vehicle/course.h"
+#include "sim/vehicle/scripted_drive.h"
 
 namespace rcs::sim {
 

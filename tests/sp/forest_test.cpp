@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
-#include "modules/sp/cloud_registration.h"
+#include "modules/registration/cloud_registration.h"
 #include "tests/replay/real_data.h"
-#include "tests/sp/scene.h"
+#include "tests/support/point_scenes.h"
 
 namespace rcs::sp {
 namespace {

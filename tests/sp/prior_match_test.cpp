@@ -1,4 +1,4 @@
-#include "modules/sp/prior_match.h"
+#include "modules/sp/prior/prior_match.h"
 
 #include <gtest/gtest.h>
 
@@ -6,8 +6,8 @@
 #include <functional>
 #include <random>
 
-#include "rcs/terrain/coarser.h"
-#include "tests/sp/scene.h"
+#include "tests/support/point_scenes.h"
+#include "tools/mapping/coarser.h"
 
 namespace rcs::sp {
 namespace {

@@ -1,5 +1,5 @@
 // What of a scan is matched to the a priori map.
-#include "modules/sp/prior_scan.h"
+#include "modules/sp/prior/prior_scan.h"
 
 #include <gtest/gtest.h>
 

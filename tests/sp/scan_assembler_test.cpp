@@ -1,4 +1,4 @@
-#include "modules/sp/scan_assembler.h"
+#include "modules/sp/scan/scan_assembler.h"
 
 #include <gtest/gtest.h>
 

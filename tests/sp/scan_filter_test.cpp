@@ -1,4 +1,8 @@
-#include "modules/sp/scan_filter.h"
+#include "modules/registration/voxel_sampler.h"
+#include "modules/sp/scan/column_sampler.h"
+#include "modules/sp/scan/deskew.h"
+#include "modules/sp/scan/scan.h"
+#include "modules/sp/scan/scan_motion.h"
 
 #include <gtest/gtest.h>
 

@@ -3,9 +3,9 @@
 
 #include <vector>
 
-#include "modules/sp/ranges.h"
-#include "sim/ladar.h"
-#include "sim/world.h"
+#include "modules/sp/scan/range_image.h"
+#include "sim/sensors/ladar.h"
+#include "sim/terrain/world.h"
 
 namespace rcs::test {
 

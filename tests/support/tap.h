@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "rcs/base/stamp.h"
-#include "rcs/node/bus.h"
+#include "rcs/node/bus/bus.h"
 
 namespace rcs::test {
 

@@ -10,6 +10,7 @@
 #include "rcs/terrain/map_folder.h"
 #include "rcs/terrain/map_tile.h"
 #include "tests/terrain/map_scene.h"
+#include "tools/mapping/map_writer.h"
 
 namespace rcs {
 namespace {

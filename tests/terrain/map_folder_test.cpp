@@ -1,4 +1,5 @@
 #include "rcs/terrain/map_folder.h"
+#include "tools/mapping/map_writer.h"
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -8,10 +9,10 @@
 #include <fstream>
 #include <limits>
 
-#include "rcs/terrain/coarser.h"
 #include "rcs/terrain/map_tile.h"
 #include "tests/support/beside.h"
 #include "tests/terrain/map_scene.h"
+#include "tools/mapping/coarser.h"
 
 namespace rcs {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "rcs/terrain/wire.h"
+#include "rcs/base/byte_codec.h"
 #include "tests/terrain/map_scene.h"
 
 namespace rcs {

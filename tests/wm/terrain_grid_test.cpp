@@ -1,4 +1,4 @@
-#include "modules/wm/terrain_grid.h"
+#include "modules/wm/terrain/terrain_grid.h"
 
 #include <gtest/gtest.h>
 

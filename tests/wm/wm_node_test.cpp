@@ -12,7 +12,7 @@
 #include "lcmtypes/convert.h"
 #include "lcmtypes/rcs/event_t.hpp"
 #include "rcs/node/budget.h"
-#include "rcs/node/local_bus.h"
+#include "rcs/node/bus/local_bus.h"
 #include "tests/support/heap_guard.h"
 #include "tests/wm/synthetic.h"
 

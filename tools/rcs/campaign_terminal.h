@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "tools/rcs/drill_campaign.h"
+#include "tools/drills/drill_campaign.h"
 
 namespace rcs::tools {
 

@@ -15,8 +15,8 @@
 #include <string_view>
 #include <vector>
 
+#include "tools/base/files.h"
 #include "tools/rcs/command.h"
-#include "tools/rcs/files.h"
 
 namespace rcs::tools {
 

@@ -1,0 +1,183 @@
+#include "modules/gateway/command_arbiter.h"
+
+#include <algorithm>
+
+namespace rcs::gateway {
+namespace {
+
+// Less validity than this is no use to anyone: a cycle of the gateway and one of the vehicle.
+constexpr Duration kShortest = from_milliseconds(100.0);
+
+bool same(const Waypoint& a, const Waypoint& b) {
+  return a.p_m == b.p_m && a.radius_m == b.radius_m && a.speed_mps == b.speed_mps;
+}
+
+bool same_content(const WaypointOrder& a, const WaypointOrder& b) {
+  return a.kind == b.kind && a.frame == b.frame &&
+         std::equal(a.waypoints.begin(), a.waypoints.end(), b.waypoints.begin(), b.waypoints.end(),
+                    same);
+}
+
+}  // namespace
+
+Refusal CommandDesk::take(const WaypointOrder& order, Stamp now) {
+  if (const Refusal refusal = check(order, params_.limits); refusal != Refusal::kNone) {
+    return refusal;
+  }
+  Operator* const from = find(order.operator_id, now);
+  if (from == nullptr) return Refusal::kStopped;  // a place is missing only when all are engaged
+  from->heard = now;
+
+  if (order.command_id == from->last_command) {
+    if (order.kind == kKindHalt && from->last_was_halt) return Refusal::kNone;
+    const bool stands =
+        (phase_ == Phase::kGoto || phase_ == Phase::kDone || phase_ == Phase::kFailed) &&
+        who_ == order.operator_id && which_ == order.command_id;
+    if (!stands) return Refusal::kStale;
+    if (!same_content(order, standing_)) return Refusal::kChanged;
+    standing_.valid_for = order.valid_for;
+    standing_heard_ = now;
+    return Refusal::kNone;
+  }
+  if (order.command_id < from->last_command) return Refusal::kStale;
+
+  // Used up even when it is refused: else it would come into force by itself, once a stop is
+  // released or the other operator is silent.
+  from->last_command = order.command_id;
+  from->last_was_halt = order.kind == kKindHalt;
+  const bool stopped = phase_ == Phase::kStopped || phase_ == Phase::kReleasing;
+  if (order.kind == kKindHalt) {
+    if (!stopped) enter(Phase::kHalted, order.operator_id, order.command_id);
+    return Refusal::kNone;
+  }
+  if (stopped) return Refusal::kStopped;
+  if (phase_ == Phase::kGoto && who_ != order.operator_id) return Refusal::kHeld;
+  standing_ = order;
+  standing_heard_ = now;
+  enter(Phase::kGoto, order.operator_id, order.command_id);
+  return Refusal::kNone;
+}
+
+Refusal CommandDesk::take(const StopOrder& order, Stamp now) {
+  Operator* const from = is_name(order.operator_id) ? find(order.operator_id, now) : nullptr;
+  if (order.engage) {
+    if (from == nullptr) {
+      unnamed_engaged_ = true;
+    } else {
+      from->heard = now;
+      from->engaged = true;
+      // Any id stops, but only a valid one moves the record that the release is compared with.
+      if (is_command_id(order.command_id)) {
+        from->last_stop = std::max(from->last_stop, order.command_id);
+      }
+    }
+    if (phase_ != Phase::kStopped) {
+      enter(Phase::kStopped, from == nullptr ? "" : order.operator_id, order.command_id);
+    }
+    return Refusal::kNone;
+  }
+  if (from == nullptr) return Refusal::kOperator;
+  if (!is_command_id(order.command_id)) return Refusal::kCommandId;
+  if (order.command_id <= from->last_stop) {
+    const bool repeated = order.command_id == from->last_stop && !from->engaged;
+    return repeated ? Refusal::kNone : Refusal::kStale;
+  }
+  from->heard = now;
+  from->engaged = false;
+  from->last_stop = order.command_id;
+  unnamed_engaged_ = false;
+  if (phase_ != Phase::kStopped || any_engaged()) return Refusal::kNone;
+  releasing_since_ = now;
+  enter(Phase::kReleasing, order.operator_id, order.command_id);
+  return Refusal::kNone;
+}
+
+std::optional<Action> CommandDesk::decide(Stamp now, Progress progress) {
+  // Before the progress: a vehicle that stops because its operator is silent has not failed.
+  if (phase_ == Phase::kGoto && now >= standing_heard_ + standing_.valid_for) {
+    phase_ = Phase::kSilent;
+  }
+  if (sent_) take_progress(progress, now);
+  switch (phase_) {
+    case Phase::kStopped:
+      if (sent_ && now - sent_at_ < params_.refresh) return std::nullopt;
+      return send(Action::Kind::kEmergencyStop, params_.valid_for, now);
+    case Phase::kReleasing:
+      if (sent_ && now - sent_at_ < params_.refresh) return std::nullopt;
+      return send(Action::Kind::kRelease, params_.valid_for, now);
+    case Phase::kHalted:
+      if (sent_) return std::nullopt;
+      return send(Action::Kind::kHalt, params_.valid_for, now);
+    case Phase::kGoto:
+      return keep_fresh(now);
+    case Phase::kIdle:
+    case Phase::kDone:
+    case Phase::kFailed:
+    case Phase::kSilent:
+      break;
+  }
+  return std::nullopt;
+}
+
+void CommandDesk::take_progress(Progress progress, Stamp now) {
+  if (phase_ == Phase::kGoto && progress != Progress::kUnderway) {
+    phase_ = progress == Progress::kDone ? Phase::kDone : Phase::kFailed;
+  } else if (phase_ == Phase::kReleasing && progress == Progress::kDone) {
+    enter(Phase::kIdle, "", 0);
+  } else if (phase_ == Phase::kReleasing && now - releasing_since_ > params_.release_patience) {
+    // It still stands as stopped, and so do we: whoever wants it to move asks anew.
+    unnamed_engaged_ = true;
+    enter(Phase::kStopped, "", 0);
+  }
+}
+
+// Never valid for longer than the operator's own word: silence ends it within valid_for of the last
+// sample, whatever becomes of this process.
+std::optional<Action> CommandDesk::keep_fresh(Stamp now) {
+  const Stamp until = std::min(now + params_.valid_for, standing_heard_ + standing_.valid_for);
+  if (until - now < kShortest) return std::nullopt;
+  if (sent_) {
+    const Duration gain = until - sent_until_;
+    const bool runs_out = sent_until_ - now < params_.refresh / 2;
+    if (gain < params_.refresh && !(runs_out && gain >= kShortest)) return std::nullopt;
+  }
+  return send(Action::Kind::kGoto, until - now, now);
+}
+
+Action CommandDesk::send(Action::Kind kind, Duration valid_for, Stamp now) {
+  sent_ = true;
+  sent_at_ = now;
+  sent_until_ = now + valid_for;
+  return {kind, valid_for, kind == Action::Kind::kGoto ? &standing_ : nullptr};
+}
+
+void CommandDesk::enter(Phase phase, std::string_view who, std::int64_t which) {
+  phase_ = phase;
+  who_ = who;
+  which_ = which;
+  sent_ = false;
+}
+
+bool CommandDesk::any_engaged() const {
+  return unnamed_engaged_ || std::any_of(operators_.begin(), operators_.end(),
+                                         [](const Operator& o) { return o.engaged; });
+}
+
+// The record of an operator, new when there is none; the longest silent makes room. Null: all are
+// engaged. Authentication keeps old samples from being played again, so that to forget is safe.
+CommandDesk::Operator* CommandDesk::find(std::string_view id, Stamp now) {
+  Operator* oldest = nullptr;
+  for (Operator& o : operators_) {
+    if (o.id == id) return &o;
+    const bool in_command = phase_ == Phase::kGoto && o.id == who_;
+    if (o.engaged || in_command) continue;
+    if (oldest == nullptr || o.heard < oldest->heard) oldest = &o;
+  }
+  if (oldest == nullptr) return nullptr;
+  *oldest = Operator{};
+  oldest->id = id;
+  oldest->heard = now;
+  return oldest;
+}
+
+}  // namespace rcs::gateway

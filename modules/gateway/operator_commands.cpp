@@ -1,0 +1,70 @@
+#include "modules/gateway/operator_commands.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace rcs::gateway {
+namespace {
+
+Refusal check(const Waypoint& w, const Limits& limits) {
+  if (!w.p_m.allFinite() || !std::isfinite(w.radius_m) || !std::isfinite(w.speed_mps)) {
+    return Refusal::kNotFinite;
+  }
+  if (w.p_m.cwiseAbs().maxCoeff() > limits.max_position_m) return Refusal::kPosition;
+  if (w.radius_m < limits.min_radius_m || w.radius_m > limits.max_radius_m) return Refusal::kRadius;
+  if (w.speed_mps <= 0.0 || w.speed_mps > limits.max_speed_mps) return Refusal::kSpeed;
+  return Refusal::kNone;
+}
+
+bool is_name_char(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+         c == '-';
+}
+
+}  // namespace
+
+std::string_view text(Refusal refusal) {
+  constexpr std::string_view kTexts[kRefusals] = {
+      "none",
+      "the writer's partition is not the operator's name",
+      "command_id is not in [1, 4102444800000000]",
+      "an older command_id, or one that is over",
+      "another content under the same command_id",
+      "unknown kind",
+      "unknown frame",
+      "valid_for out of range",
+      "number of waypoints out of range",
+      "a number that is not finite",
+      "a waypoint too far from the frame's origin",
+      "a waypoint's radius out of range",
+      "a waypoint's speed out of range",
+      "an emergency stop is engaged",
+      "another operator is in command",
+  };
+  return kTexts[static_cast<std::size_t>(refusal)];
+}
+
+bool is_command_id(std::int64_t id) { return id > 0 && id <= kMaxCommandId; }
+
+bool is_name(std::string_view name) {
+  return !name.empty() && name.size() <= 32 && std::all_of(name.begin(), name.end(), is_name_char);
+}
+
+Refusal check(const WaypointOrder& order, const Limits& limits) {
+  if (!is_name(order.operator_id)) return Refusal::kOperator;
+  if (!is_command_id(order.command_id)) return Refusal::kCommandId;
+  if (order.kind == kKindHalt) return Refusal::kNone;
+  if (order.kind != kKindGoto) return Refusal::kKind;
+  if (order.frame != kFrameWorld && order.frame != kFrameLocal) return Refusal::kFrame;
+  if (order.valid_for < limits.min_valid_for || order.valid_for > limits.max_valid_for) {
+    return Refusal::kValidFor;
+  }
+  const std::size_t n = order.waypoints.size();
+  if (n < 1 || n > static_cast<std::size_t>(limits.max_waypoints)) return Refusal::kCount;
+  for (const Waypoint& w : order.waypoints) {
+    if (const Refusal refusal = check(w, limits); refusal != Refusal::kNone) return refusal;
+  }
+  return Refusal::kNone;
+}
+
+}  // namespace rcs::gateway

@@ -1,0 +1,112 @@
+#include "modules/gateway/sample_conversion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+namespace rcs::gateway {
+namespace {
+
+template <std::size_t N>
+bool copy(const double (&in)[N], double (&out)[N]) {
+  std::copy(std::begin(in), std::end(in), out);
+  return std::all_of(std::begin(in), std::end(in), [](double x) { return std::isfinite(x); });
+}
+
+template <std::size_t N>
+std::string_view view(const char (&text)[N]) {
+  return {text, static_cast<std::size_t>(std::find(text, text + N, '\0') - text)};
+}
+
+std::string operator_of(std::string_view claimed, std::string_view speaks_for) {
+  return std::string(claimed == speaks_for ? claimed : std::string_view());
+}
+
+}  // namespace
+
+bool to_sample(const nav_state_t& m, Duration age, rcs_VehicleState* out) {
+  if (m.mode < nav_state_t::MODE_ALIGN || m.mode > nav_state_t::MODE_LOST) return false;
+  out->utime = m.utime;
+  out->age_us = age.count();
+  out->mode = static_cast<rcs_NavMode>(m.mode);
+  out->world_valid = m.world_valid != 0;
+  bool finite = copy(m.q_world_vehicle, out->q_world_vehicle);
+  finite = copy(m.p_world_vehicle_m, out->p_world_vehicle_m) && finite;
+  finite = copy(m.q_local_vehicle, out->q_local_vehicle) && finite;
+  finite = copy(m.p_local_vehicle_m, out->p_local_vehicle_m) && finite;
+  finite = copy(m.v_world_mps, out->v_world_mps) && finite;
+  finite = copy(m.rate_vehicle_radps, out->rate_vehicle_radps) && finite;
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j < 6; ++j) {
+      out->cov_world_pose[6 * i + j] = m.cov_world_pose[i][j];
+      finite = finite && std::isfinite(m.cov_world_pose[i][j]);
+    }
+  }
+  out->datum_lat_deg = m.datum_lat_deg;
+  out->datum_lon_deg = m.datum_lon_deg;
+  out->datum_height_m = m.datum_height_m;
+  out->world_resets = m.world_resets;
+  out->age_ins_us = m.age_ins_us;
+  out->age_gps_us = m.age_gps_us;
+  out->age_odometry_us = m.age_odometry_us;
+  out->age_rolling_us = m.age_rolling_us;
+  out->age_prior_map_us = m.age_prior_map_us;
+  out->distance_since_gps_m = m.distance_since_gps_m;
+  return finite && std::isfinite(m.datum_lat_deg) && std::isfinite(m.datum_lon_deg) &&
+         std::isfinite(m.datum_height_m) && std::isfinite(m.distance_since_gps_m);
+}
+
+void to_sample(const NodeBoard& board, std::size_t node, Stamp now, rcs_NodeStatus* out) {
+  const NodeFacts& f = board.facts(node);
+  to_sample(board.name(node), out->node);
+  out->alive = board.alive(node, now);
+  out->age_us = board.age(node, now).count();
+  to_sample(f.state, out->state);
+  to_sample(f.reason, out->reason);
+  out->degrade_level = static_cast<std::uint8_t>(std::max<std::int8_t>(f.degrade_level, 0));
+  out->cycles = f.cycles;
+  out->missed = f.missed;
+  out->overruns = f.overruns;
+}
+
+WaypointOrder from_sample(const rcs_WaypointCommand& sample, std::string_view speaks_for) {
+  WaypointOrder order;
+  order.operator_id = operator_of(view(sample.operator_id), speaks_for);
+  order.command_id = sample.command_id;
+  order.kind = static_cast<int>(sample.kind);
+  order.frame = static_cast<int>(sample.frame);
+  order.valid_for = Duration(std::int64_t{1000} * sample.valid_for_ms);
+  order.waypoints.resize(sample.waypoints._length);
+  for (std::size_t i = 0; i < order.waypoints.size(); ++i) {
+    const rcs_Waypoint& w = sample.waypoints._buffer[i];
+    order.waypoints[i] = {{w.p_m[0], w.p_m[1], w.p_m[2]}, w.radius_m, w.speed_mps};
+  }
+  return order;
+}
+
+StopOrder from_sample(const rcs_EmergencyStop& sample, std::string_view speaks_for) {
+  return {operator_of(view(sample.operator_id), speaks_for), sample.command_id, sample.engage};
+}
+
+Order to_order(const Action& action) {
+  constexpr std::int8_t kKinds[] = {command_t::KIND_HALT, command_t::KIND_GOTO,
+                                    command_t::KIND_EMERGENCY_STOP, command_t::KIND_RELEASE};
+  static_assert(kFrameWorld == command_t::FRAME_WORLD && kFrameLocal == command_t::FRAME_LOCAL);
+  Order out;
+  out.kind = kKinds[static_cast<std::size_t>(action.kind)];
+  out.valid_for = action.valid_for;
+  if (action.order == nullptr) return out;
+  out.frame = static_cast<std::int8_t>(action.order->frame);
+  // A gateway that has started anew goes on with what its operators still ask for.
+  out.task = action.order->command_id;
+  for (const Waypoint& w : action.order->waypoints) {
+    waypoint_t m{};
+    for (int i = 0; i < 3; ++i) m.p_m[i] = w.p_m[i];
+    m.radius_m = w.radius_m;
+    m.speed_mps = w.speed_mps;
+    out.waypoints.push_back(m);
+  }
+  return out;
+}
+
+}  // namespace rcs::gateway

@@ -1,0 +1,50 @@
+#pragma once
+// A map as normal distributions of wide voxels (NDT: Magnusson 2009), for registration from afar.
+
+#include <array>
+#include <vector>
+
+#include "modules/registration/point_moments.h"
+#include "modules/registration/rolling_map.h"
+#include "modules/registration/voxel_index.h"
+
+namespace rcs::sp {
+
+struct WideMapParams {
+  double range_sigma_m = 0.03;  ///< added to every distribution, [0.001, 1]
+  /// Least variance of a distribution over its largest: how far off its surface a point is still
+  /// drawn to it, [0.001, 1]. Chosen on frames 5, 15, 25, ... of the KITTI drive.
+  double flatness = 0.2;
+};
+
+/// Static once it is made.
+class WideMap {
+ public:
+  WideMap(const RollingMap& map, const WideMapParams& params);
+
+  static constexpr std::array<double, 3> kVoxel_m = {12.0, 6.0, 3.0};
+
+  struct Gaussian {
+    Vec3f mean;
+    std::array<float, 6> information;  ///< xx xy xz yy yz zz [1/m^2]
+  };
+  /// The nearest mean among the voxel of `p` and the seven that it is closest to; null: none.
+  [[nodiscard]] const Gaussian* nearest(std::size_t level, const Vec3f& p) const;
+
+ private:
+  struct Level {
+    Level(double voxel_m, std::size_t capacity);
+    template <class Visit>
+    void add(const Visit& visit_all);
+    void fit(const WideMapParams& params);
+    float voxel_m;
+    float per_m;
+    VoxelIndex index;              // while it is filled of moments, then of gaussians
+    std::vector<VoxelKey> keys;    // of moments
+    std::vector<Moments> moments;  // in the map's frame
+    std::vector<Gaussian> gaussians;
+  };
+  std::vector<Level> levels_;
+};
+
+}  // namespace rcs::sp

@@ -1,0 +1,56 @@
+#pragma once
+// Production registration: point-to-plane least squares of a scan against the rolling map.
+
+#include <cstdint>
+#include <vector>
+
+#include "modules/registration/registration.h"
+#include "modules/registration/rolling_map.h"
+#include "rcs/base/points.h"
+
+namespace rcs::sp {
+
+struct IcpParams {
+  int max_iterations = 20;          ///< [1, 200]
+  int min_pairs = 50;               ///< fewer: kTooFew, [6, 100000]
+  double gate_m = 1.0;              ///< largest distance along the normal at the start, [0.05, 20]
+  double gate_sigma = 4.0;          ///< and at the end, in sigmas of the residual, [1, 20]
+  double range_sigma_m = 0.03;      ///< LADAR range noise, [0.001, 1]
+  double beam_sigma_rad = 0.001;    ///< pointing noise across the beam, [0, 0.1]
+  double map_sigma_m = 0.02;        ///< a surface's error, to tell outliers by, [0.001, 1]
+  double least_map_sigma_m = 0.02;  ///< the same, shared by its points, at least, [0.001, 1]
+  /// Each residual by its own variance, from the range, the angle of incidence and the surface. If
+  /// not, all are worth the same: to see what the model of the LADAR's noise buys.
+  bool weighted = true;
+  double min_alignment = 1e-4;  ///< observability below which a direction is unobserved, [0, 0.5]
+  double max_sigma_m = 0.5;  ///< a direction known no better than this is unobserved, [0.001, 100]
+  double max_correction_m = 2.0;    ///< farther from the prediction: kDiverged, [0.01, 100]
+  double max_correction_rad = 0.2;  ///< likewise, [0.001, 3.2]
+  double step_sigma = 0.03;         ///< converged when a step is smaller, in sigmas, [1e-6, 1]
+};
+
+/// Buffers of register_points, kept between scans.
+class IcpWorkspace {
+ public:
+  struct Match {
+    Vec3f asked = Vec3f::Constant(1e9F);  // where the search was made, rolling frame
+    Surface surface{};
+    bool found = false;
+  };
+  std::vector<Match> matches;
+  std::vector<std::uint16_t> pairs_of_voxel;
+};
+
+/// Aligns `source_vehicle` to the map (point-to-plane, Chen & Medioni 1992, with Geman-McClure
+/// weights and a gate that shrinks to the noise).
+/// @param source_vehicle  deskewed, downsampled points [m]
+/// @param prediction  within about a voxel or two, or it may stop in a local minimum. It holds the
+///   first iterations and the unobserved directions, and is in no other way part of the answer.
+/// @param map  non-const because surfaces are fitted when they are first asked for
+/// @param granted  work units; the best answer so far is returned when they are used up
+/// Deterministic. Allocates nothing once `workspace` has seen a scan as large.
+[[nodiscard]] Registration register_points(const Points& source_vehicle, RollingMap* map,
+                                           const Prediction& prediction, const IcpParams& params,
+                                           WorkUnits granted, IcpWorkspace* workspace);
+
+}  // namespace rcs::sp

@@ -1,0 +1,208 @@
+#include "modules/registration/rolling_map.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+
+#include "rcs/base/check.h"
+
+namespace rcs::sp {
+namespace {
+
+constexpr double kCoarseRatio = 3.0;  // whole: a coarse voxel is made of whole fine ones
+
+}  // namespace
+
+VoxelTable::VoxelTable(double voxel_m, const RollingMapParams& params)
+    : voxel_m_(static_cast<float>(voxel_m)),
+      per_m_(1.0F / static_cast<float>(voxel_m)),
+      params_(params),
+      index_(static_cast<std::size_t>(params.capacity)),
+      keep_radius_m_(static_cast<float>(params.radius_m)) {
+  const auto capacity = static_cast<std::size_t>(params.capacity);
+  voxels_.reserve(capacity);
+  fits_.reserve(capacity);
+  free_.reserve(capacity);
+}
+
+void VoxelTable::clear() {
+  index_.clear();
+  voxels_.clear();
+  fits_.clear();
+  free_.clear();
+  used_ = 0;
+  sweep_ = 0;
+}
+
+std::uint32_t VoxelTable::find_or_add(int i, int j, int k) {
+  const bool has_room = used_ < static_cast<std::size_t>(params_.capacity);
+  const bool reuses = !free_.empty();
+  const std::uint32_t fresh = !has_room ? VoxelIndex::kNone
+                              : reuses  ? free_.back()
+                                        : static_cast<std::uint32_t>(voxels_.size());
+  const std::uint32_t number = index_.find_or_add(pack_voxel(i, j, k), fresh);
+  if (number != fresh || !has_room) return number;
+  if (reuses) {
+    free_.pop_back();
+  } else {
+    voxels_.emplace_back();
+    fits_.emplace_back();
+  }
+  voxels_[number] = Voxel{i, j, k, {}, static_cast<float>(params_.min_points)};
+  fits_[number] = Fit{false, false, {}};
+  ++used_;
+  return number;
+}
+
+void VoxelTable::forget_far(const Vec3f& centre) {
+  // A full table shrinks the radius: the farthest go first. It grows back when there is room.
+  const auto capacity = static_cast<float>(params_.capacity);
+  if (static_cast<float>(used_) > 0.9F * capacity) {
+    keep_radius_m_ *= 0.95F;
+  } else if (static_cast<float>(used_) < 0.7F * capacity) {
+    keep_radius_m_ = std::min(keep_radius_m_ * 1.02F, static_cast<float>(params_.radius_m));
+  }
+  constexpr std::size_t kCallsPerSweep = 16;
+  const float limit2 = keep_radius_m_ * keep_radius_m_;
+  for (std::size_t n = voxels_.size() / kCallsPerSweep + 1; n > 0 && !voxels_.empty(); --n) {
+    if (sweep_ >= voxels_.size()) sweep_ = 0;
+    Voxel& v = voxels_[sweep_];
+    if (v.moments.count > 0.0F && (corner(v) - centre).squaredNorm() > limit2) {
+      index_.erase(pack_voxel(v.i, v.j, v.k));
+      v.moments.count = 0.0F;
+      free_.push_back(static_cast<std::uint32_t>(sweep_));
+      --used_;
+    }
+    ++sweep_;
+  }
+}
+
+void VoxelTable::insert(const Points& points) {
+  const auto max_points = static_cast<float>(params_.max_points);
+  Voxel* voxel = nullptr;
+  for (std::size_t n = 0; n < points.size(); ++n) {
+    const Vec3f p = points[n];
+    const int i = fast_floor(p.x() * per_m_);
+    const int j = fast_floor(p.y() * per_m_);
+    const int k = fast_floor(p.z() * per_m_);
+    // Neighbours in the scan are mostly neighbours in space.
+    if (voxel == nullptr || voxel->i != i || voxel->j != j || voxel->k != k) {
+      const std::uint32_t number = find_or_add(i, j, k);
+      voxel = number == VoxelIndex::kNone ? nullptr : &voxels_[number];
+    }
+    if (voxel == nullptr || voxel->moments.count >= max_points) continue;
+    voxel->moments.add(p - corner(*voxel));
+    note_points(*voxel);
+  }
+}
+
+// Refitting at each new point would cost more than it brings.
+void VoxelTable::note_points(const Voxel& voxel) {
+  if (voxel.moments.count >= voxel.fit_again_at) {
+    fits_[static_cast<std::size_t>(&voxel - voxels_.data())].is_old = true;
+  }
+}
+
+void VoxelTable::insert(const VoxelTable& finer) {
+  finer.for_each([this](const Moments& moments, const Vec3f& origin) {
+    const Vec3f p = (moments.mean + origin) * per_m_;
+    const std::uint32_t number =
+        find_or_add(fast_floor(p.x()), fast_floor(p.y()), fast_floor(p.z()));
+    if (number == VoxelIndex::kNone) return;
+    voxels_[number].moments.add(moments, origin - corner(voxels_[number]));
+    note_points(voxels_[number]);
+  });
+}
+
+void VoxelTable::fit(std::uint32_t number) {
+  constexpr float kMorePoints = 1.1F;
+  Voxel& v = voxels_[number];
+  Fit& f = fits_[number];
+  v.fit_again_at = kMorePoints * v.moments.count;
+  f.is_old = false;
+  f.is_surface = false;
+  Eigen::SelfAdjointEigenSolver<Mat3f> eigen;
+  eigen.computeDirect(v.moments.covariance());
+  const Vec3f lambda = eigen.eigenvalues().cwiseMax(0.0F);
+  const auto thickness = static_cast<float>(params_.max_thickness);
+  const float extent = static_cast<float>(params_.min_extent) * voxel_m_;
+  if (lambda[1] < extent * extent || lambda[0] > thickness * thickness * lambda[1]) return;
+  f.is_surface = true;
+  f.surface.mean = corner(v) + v.moments.mean;
+  f.surface.normal = eigen.eigenvectors().col(0);
+  f.surface.variance_m2 = lambda[0];
+  // Of a plane fitted to n points of that spread.
+  f.surface.angle_variance = lambda[0] / (v.moments.count * lambda[1]);
+  f.surface.count = v.moments.count;
+  f.surface.voxel = number;
+}
+
+bool VoxelTable::nearest_surface(const Vec3f& p, Surface* out) {
+  const Vec3f s = p * per_m_;
+  const int i = fast_floor(s.x());
+  const int j = fast_floor(s.y());
+  const int k = fast_floor(s.z());
+  const int di = s.x() - static_cast<float>(i) < 0.5F ? -1 : 1;
+  const int dj = s.y() - static_cast<float>(j) < 0.5F ? -1 : 1;
+  const int dk = s.z() - static_cast<float>(k) < 0.5F ? -1 : 1;
+  const std::array<std::array<int, 3>, 4> candidates = {
+      {{i, j, k}, {i + di, j, k}, {i, j + dj, k}, {i, j, k + dk}}};
+
+  const Surface* best = nullptr;
+  float best2 = 0.0F;
+  for (const auto& c : candidates) {
+    const std::uint32_t number = index_.find(pack_voxel(c[0], c[1], c[2]));
+    if (number == VoxelIndex::kNone) continue;
+    Fit& f = fits_[number];
+    if (f.is_old) fit(number);
+    if (!f.is_surface) continue;
+    const float d2 = (f.surface.mean - p).squaredNorm();
+    if (best == nullptr || d2 < best2) {
+      best = &f.surface;
+      best2 = d2;
+    }
+  }
+  if (best == nullptr) return false;
+  *out = *best;
+  return true;
+}
+
+RollingMap::RollingMap(const RollingMapParams& params)
+    : fine_(params.voxel_m, params),
+      coarse_(kCoarseRatio * params.voxel_m, params),
+      coarse_id0_(static_cast<std::uint32_t>(params.capacity)) {}
+
+void RollingMap::clear() {
+  fine_.clear();
+  coarse_.clear();
+}
+
+void RollingMap::insert(const Points& points_vehicle, const Pose& T_rolling_vehicle) {
+  const Mat3f R = T_rolling_vehicle.rotation().cast<float>();
+  const Vec3f t = T_rolling_vehicle.p.cast<float>();
+  points_rolling_.resize(points_vehicle.size());
+  for (std::size_t i = 0; i < points_vehicle.size(); ++i) {
+    const Vec3f p = R * points_vehicle[i] + t;
+    points_rolling_.x[i] = p.x();
+    points_rolling_.y[i] = p.y();
+    points_rolling_.z[i] = p.z();
+  }
+  fine_.forget_far(t);
+  coarse_.forget_far(t);
+  const bool first = fine_.size() == 0;
+  fine_.insert(points_rolling_);
+  if (first) {
+    coarse_.insert(fine_);
+  } else {
+    coarse_.insert(points_rolling_);
+  }
+}
+
+bool RollingMap::nearest_surface(const Vec3f& p_rolling, Surface* out) {
+  if (fine_.nearest_surface(p_rolling, out)) return true;
+  if (!coarse_.nearest_surface(p_rolling, out)) return false;
+  out->voxel += coarse_id0_;
+  return true;
+}
+
+}  // namespace rcs::sp

@@ -1,0 +1,126 @@
+#pragma once
+// The map that scans are registered against: surface statistics by voxel, of fixed memory,
+// travelling with the vehicle.
+
+#include <cstdint>
+#include <vector>
+
+#include "modules/registration/point_moments.h"
+#include "modules/registration/voxel_index.h"
+#include "rcs/base/points.h"
+#include "rcs/base/pose.h"
+
+namespace rcs::sp {
+
+struct RollingMapParams {
+  double voxel_m = 0.5;    ///< edge of the fine voxels; coarse ones are 3 x as large, [0.05, 5]
+  int capacity = 200'000;  ///< voxels of each size; the farthest are forgotten first, [1000, 4e6]
+  double radius_m = 80.0;  ///< beyond this the map is forgotten, [5, 500]
+  int max_points = 100;    ///< a voxel with so many is complete: it stays as it was first seen,
+                           ///< so that later errors do not drag it, [10, 10000]
+  int min_points = 8;      ///< fewer give no surface, [4, 1000]
+  double max_thickness = 0.2;  ///< of a surface: least over middle standard deviation, (0, 1]
+  double min_extent = 0.2;     ///< middle standard deviation over the voxel's edge (a scan line is
+                               ///< no surface), (0, 0.5]
+};
+
+/// A patch of surface: what a point can be matched to.
+struct Surface {
+  Vec3f mean;            ///< [m], rolling frame
+  Vec3f normal;          ///< unit, rolling frame
+  float variance_m2;     ///< across the surface: thickness and roughness
+  float angle_variance;  ///< of the normal about each axis in the surface [rad^2]
+  float count;           ///< points behind it
+  std::uint32_t voxel;   ///< identifies the patch until the map changes
+};
+
+/// Voxels of one size: the points' moments of each, and the surface that they make.
+class VoxelTable {
+ public:
+  VoxelTable(double voxel_m, const RollingMapParams& params);
+
+  void insert(const Points& points_rolling);
+  /// As if its points came one by one. A voxel of `finer` must not lie in two of this table's.
+  void insert(const VoxelTable& finer);
+  /// Forgets what is farther than the radius from `centre`; a part of the table a call, so that the
+  /// cost of a cycle is bounded.
+  void forget_far(const Vec3f& centre);
+  void clear();
+
+  /// The nearest valid surface among the voxel of `p` and the three that it is closest to.
+  [[nodiscard]] bool nearest_surface(const Vec3f& p, Surface* out);
+
+  [[nodiscard]] std::size_t size() const { return used_; }
+  [[nodiscard]] bool full() const { return used_ >= static_cast<std::size_t>(params_.capacity); }
+  [[nodiscard]] float voxel_m() const { return voxel_m_; }
+  /// Hands (moments, their frame's origin) of every voxel to `visit`.
+  template <class Visit>
+  void for_each(const Visit& visit) const {
+    for (const Voxel& v : voxels_) {
+      if (v.moments.count > 0.0F) visit(v.moments, corner(v));
+    }
+  }
+
+ private:
+  struct Voxel {
+    std::int32_t i = 0, j = 0, k = 0;
+    Moments moments;  // from the voxel's lowest corner: exact far from the origin too; empty: free
+    float fit_again_at = 0.0F;  // points
+  };
+  // All that a search reads of a voxel, in one line of the cache.
+  struct alignas(64) Fit {
+    bool is_old = true;  // to be fitted before it is believed
+    bool is_surface = false;
+    Surface surface{};
+  };
+
+  /// Number of the voxel; VoxelIndex::kNone: the table is full.
+  std::uint32_t find_or_add(int i, int j, int k);
+  void note_points(const Voxel& voxel);
+  void fit(std::uint32_t number);
+  [[nodiscard]] Vec3f corner(const Voxel& v) const {
+    return voxel_m_ *
+           Vec3f(static_cast<float>(v.i), static_cast<float>(v.j), static_cast<float>(v.k));
+  }
+
+  float voxel_m_;
+  float per_m_;
+  RollingMapParams params_;
+  VoxelIndex index_;
+  std::vector<Voxel> voxels_;
+  std::vector<Fit> fits_;
+  std::vector<std::uint32_t> free_;
+  std::size_t used_ = 0;
+  std::size_t sweep_ = 0;
+  float keep_radius_m_;
+};
+
+/// Two voxel sizes: fine where the map is dense, coarse where scans are sparse.
+class RollingMap {
+ public:
+  explicit RollingMap(const RollingMapParams& params);
+
+  /// @param points_vehicle  a deskewed scan
+  void insert(const Points& points_vehicle, const Pose& T_rolling_vehicle);
+  void reserve(std::size_t points) { points_rolling_.reserve(points); }
+  void clear();
+
+  /// The fine surface at `p_rolling` if there is one, else the coarse one.
+  [[nodiscard]] bool nearest_surface(const Vec3f& p_rolling, Surface* out);
+
+  [[nodiscard]] std::size_t size() const { return fine_.size() + coarse_.size(); }
+  [[nodiscard]] bool empty() const { return size() == 0; }
+  /// Points may have been left out for want of room.
+  [[nodiscard]] bool full() const { return fine_.full() || coarse_.full(); }
+  /// One more than the largest Surface::voxel.
+  [[nodiscard]] std::size_t voxel_ids() const { return 2 * static_cast<std::size_t>(coarse_id0_); }
+  [[nodiscard]] const VoxelTable& coarse() const { return coarse_; }
+
+ private:
+  VoxelTable fine_;
+  VoxelTable coarse_;
+  std::uint32_t coarse_id0_;
+  Points points_rolling_;
+};
+
+}  // namespace rcs::sp

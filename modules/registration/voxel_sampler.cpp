@@ -1,0 +1,36 @@
+#include "modules/registration/voxel_sampler.h"
+
+#include "modules/registration/voxel_key.h"
+#include "rcs/base/check.h"
+
+namespace rcs::sp {
+
+void keep_evenly(std::size_t most, Points* points) {
+  const std::size_t n = points->size();
+  if (n <= most) return;
+  for (std::size_t k = 0; k < most; ++k) {
+    const std::size_t from = k * n / most;
+    points->x[k] = points->x[from];
+    points->y[k] = points->y[from];
+    points->z[k] = points->z[from];
+  }
+  points->resize(most);
+}
+
+void VoxelSampler::sample(const Points& in, double voxel_m, Points* out) {
+  RCS_CHECK(voxel_m > 0.0);
+  out->clear();
+  const std::size_t n = in.size();
+  table_.begin(n);
+  const float per_m = 1.0F / static_cast<float>(voxel_m);
+  VoxelKey last = ~VoxelKey{0};
+  for (std::size_t i = 0; i < n; ++i) {
+    const VoxelKey key = pack_voxel(fast_floor(in.x[i] * per_m), fast_floor(in.y[i] * per_m),
+                                    fast_floor(in.z[i] * per_m));
+    if (key == last) continue;  // neighbours in the scan are mostly neighbours in space
+    last = key;
+    if (table_.find_or_add(key).second) out->push_back(in[i]);
+  }
+}
+
+}  // namespace rcs::sp

@@ -1,0 +1,58 @@
+#pragma once
+// From a cell (voxel, column, map cell) to what a scan has there: a table for one scan at a time.
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "modules/registration/voxel_key.h"
+
+namespace rcs::sp {
+
+/// Open-addressed; emptied by counting a generation up. Allocates nothing once it has held as many.
+template <class Value>
+class ScanTable {
+ public:
+  /// Makes room for so many cells; what was in it is gone if that takes more.
+  void reserve(std::size_t cells) {
+    std::size_t capacity = std::max<std::size_t>(entries_.size(), 1024);
+    while (capacity < 2 * cells) capacity *= 2;
+    if (capacity == entries_.size()) return;
+    entries_.assign(capacity, {});
+    generation_ = 0;
+  }
+
+  /// Empty, with room for so many cells.
+  void begin(std::size_t cells) {
+    reserve(cells);
+    if (++generation_ != 0) return;
+    std::fill(entries_.begin(), entries_.end(), Entry{});  // wrapped: old marks would look new
+    generation_ = 1;
+  }
+
+  /// The value of a cell and whether it is a fresh one. Stays where it is until begin().
+  std::pair<Value*, bool> find_or_add(VoxelKey key) {
+    const std::size_t mask = entries_.size() - 1;
+    for (std::size_t at = hash_voxel(key) & mask;; at = (at + 1) & mask) {
+      Entry& entry = entries_[at];
+      if (entry.generation != generation_) {
+        entry = {key, generation_, {}};
+        return {&entry.value, true};
+      }
+      if (entry.key == key) return {&entry.value, false};
+    }
+  }
+
+ private:
+  struct Entry {
+    VoxelKey key = 0;
+    std::uint32_t generation = 0;
+    Value value{};
+  };
+  std::vector<Entry> entries_;
+  std::uint32_t generation_ = 0;
+};
+
+}  // namespace rcs::sp

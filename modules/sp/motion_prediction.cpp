@@ -1,0 +1,106 @@
+#include "modules/sp/motion_prediction.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace rcs::sp {
+namespace {
+
+// An inertial sample so much older than the reference instant does not carry the prediction.
+constexpr Duration kInertialGap = from_milliseconds(60.0);
+// A map that the vehicle is leaving is no longer kept free of distorted scans.
+constexpr Duration kInsReturns = from_seconds(5.0);
+// So long after a gap of the INS the motion is not known as well as before.
+constexpr Duration kGapLasts = from_milliseconds(500.0);
+// A motion says nothing about a moment that is farther away: one of the stamps is wrong.
+constexpr Duration kMotionLasts = from_seconds(2.0);
+// After so long without a registered pose the motion before says nothing about the place.
+constexpr Duration kPoseLasts = from_milliseconds(500.0);
+// No vehicle moves faster: two of the stamps are too near to one another.
+constexpr double kFastest_mps = 200.0;
+constexpr double kFastest_radps = 35.0;
+
+/// @return false also where it has been silent for long: no map is kept for its return
+bool fell_silent(const InertialBuffer& inertial, Stamp reference) {
+  const InertialSample& newest = inertial[inertial.size() - 1];
+  const Duration silence = reference - newest.stamp;
+  return silence > std::max(kInertialGap, 3 * newest.interval) && silence < kInsReturns;
+}
+
+bool has_gap(const InertialBuffer& inertial, Stamp reference) {
+  for (std::size_t i = inertial.size() - 1; i > 0; --i) {
+    const InertialSample& later = inertial[i];
+    if (later.stamp < reference - kGapLasts) return false;
+    const Duration gap = later.stamp - later.interval - inertial[i - 1].stamp;
+    if (gap > std::max(kInertialGap, 3 * later.interval)) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+Mat6 isotropic(double sigma_m, double sigma_rad) {
+  Vec6 d;
+  d << Vec3::Constant(sigma_m * sigma_m), Vec3::Constant(sigma_rad * sigma_rad);
+  return d.asDiagonal();
+}
+
+void MotionGuess::believe(const std::optional<MotionState>& belief, const Mat6& covariance) {
+  belief_ = belief;
+  belief_covariance_ = covariance;
+}
+
+void MotionGuess::remember(Stamp stamp, const Pose& T_rolling_vehicle) {
+  before_last_ = stamp > last_.stamp ? last_ : Fix{};  // a clock that steps back gives no velocity
+  last_ = {stamp, T_rolling_vehicle};
+}
+
+void MotionGuess::forget_poses() { last_ = before_last_ = {}; }
+
+Expectation MotionGuess::expect(Stamp reference, const InertialBuffer& inertial,
+                                const ExpectationParams& params) const {
+  Expectation e;
+  if (inertial.size() > 0) {
+    const bool silent = fell_silent(inertial, reference);
+    e.ins_returned = !silent && has_gap(inertial, reference);
+    e.ins_lost = silent || e.ins_returned;
+  }
+  const bool inertial_covers =
+      inertial.size() > 0 && inertial[inertial.size() - 1].stamp >= reference - kInertialGap;
+  const auto lasts = [reference](Stamp stamp) {
+    return reference - stamp <= kMotionLasts && stamp - reference <= kMotionLasts;
+  };
+  if (belief_ && inertial_covers && lasts(belief_->stamp)) {
+    e.at_reference = propagate(*belief_, inertial, reference);
+    const double dt = std::abs(seconds(reference - belief_->stamp));
+    e.covariance = params.sigma_scale * params.sigma_scale *
+                   (belief_covariance_ + isotropic(0.01 + 0.1 * dt, 0.001 + 0.01 * dt));
+    return e;
+  }
+  const bool recent = last_.stamp == Stamp::min() || reference - last_.stamp <= kPoseLasts;
+  if ((!recent || e.ins_lost) && belief_ && lasts(belief_->stamp)) {
+    e.at_reference = propagate(*belief_, inertial, reference);
+    e.covariance = belief_covariance_ + isotropic(params.coast_sigma_m, params.coast_sigma_rad);
+    return e;
+  }
+  e.known = recent;
+  // Constant velocity: the last motion goes on.
+  e.covariance = isotropic(params.coast_sigma_m, params.coast_sigma_rad);
+  e.at_reference.stamp = reference;
+  e.at_reference.T_rolling_vehicle = last_.T_rolling_vehicle;
+  if (before_last_.stamp == Stamp::min() || !lasts(last_.stamp)) return e;
+  const double dt = seconds(last_.stamp - before_last_.stamp);
+  const Pose moved = before_last_.T_rolling_vehicle.inverse() * last_.T_rolling_vehicle;
+  const Vec6 twist = log_se3(moved) / dt;
+  const bool possible = twist.allFinite() &&
+                        twist.head<3>().cwiseAbs().maxCoeff() <= kFastest_mps &&
+                        twist.tail<3>().cwiseAbs().maxCoeff() <= kFastest_radps;
+  if (!possible) return e;
+  e.at_reference.stamp = last_.stamp;
+  e.at_reference.v_rolling = last_.T_rolling_vehicle.q * twist.head<3>();
+  e.at_reference.rate_vehicle_radps = twist.tail<3>();
+  e.at_reference = coast(e.at_reference, reference);
+  return e;
+}
+
+}  // namespace rcs::sp

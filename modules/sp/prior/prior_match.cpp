@@ -1,0 +1,367 @@
+#include "modules/sp/prior/prior_match.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "modules/registration/normal_equations.h"
+#include "modules/registration/voxel_key.h"
+
+namespace rcs::sp {
+namespace {
+
+// The prediction holds so many iterations.
+constexpr int kSteered = 2;
+// Per iteration. Chosen with max_spread_m on both sweeps of av2_pittsburgh, 100 starts off by up to
+// 3 m and 5 deg (DECISIONS 41).
+constexpr double kSpreadSinks = 0.8;
+// The same once a step is smaller than so many sigmas: what the spread was for has been found.
+constexpr double kSettled = 0.5;
+constexpr double kSpreadSinksThen = 0.3;
+// A step that is not so much smaller than the one before is halved, and all that follow: the
+// surface has edges between its cells, and a solution may go to and fro across one for ever.
+constexpr double kShrinks = 0.7;
+// How much worse than it says the residuals may show the map to be (variances).
+constexpr double kMostScale = 16.0;
+// A spread of less than this share of the ground's sigma is none.
+constexpr double kSpreadEnds = 0.25;
+// What the search for the closest point of the map costs, in ground points.
+constexpr WorkUnits kPointCost = 4;
+
+/// Of the pose, and how far light goes into vegetation.
+constexpr int kUnknowns = 7;
+using Mat7 = Eigen::Matrix<double, kUnknowns, kUnknowns>;
+using Vec7 = Eigen::Matrix<double, kUnknowns, 1>;
+
+/// Light that goes a way l into what grows before it returns is met l behind where the ray entered
+/// it, and so not at one height above the ground: farther ahead of the surface where that faces the
+/// vehicle, which pulls a match backwards. A residual has l (d . n) of it, d the ray's direction.
+/// Rays are taken as level, from the vehicle's middle: where they come down steeply they soon meet
+/// the ground.
+Vec7 jacobian(const Vec3& p_vehicle, const Vec3& along_vehicle) {
+  const double away = std::max(1e-9, p_vehicle.head<2>().norm());
+  Vec7 J;
+  J << along_vehicle, p_vehicle.cross(along_vehicle),
+      p_vehicle.head<2>().dot(along_vehicle.head<2>()) / away;
+  return J;
+}
+
+struct Sums {
+  Mat7 H = Mat7::Zero();  ///< lower triangle: of w J J'
+  Vec7 b = Vec7::Zero();
+  double weight = 0.0;
+  double square_u = 0.0;  ///< of residuals in sigmas, weighed
+  double weight_u = 0.0;
+  int pairs = 0;
+  int cells = 0;
+  double abs_sum = 0.0;
+  double square_sum = 0.0;
+};
+
+/// The pose's part, whatever the last unknown is: the Schur complement.
+/// @param last_information  what is known of it beforehand: it is about 0
+NormalEquations of_pose(const Mat7& H, const Vec7& b, double weight, double last_information) {
+  const double last = H(6, 6) + last_information;
+  const Vec6 cross = H.row(6).head<6>();
+  NormalEquations out;
+  out.weight = weight;
+  out.H = H.topLeftCorner<6, 6>();
+  out.b = b.head<6>();
+  if (last > 0.0) {
+    out.H.triangularView<Eigen::Lower>() -= cross * cross.transpose() / last;
+    out.b -= cross * (b[6] / last);
+  }
+  out.close();
+  return out;
+}
+
+/// Variance of each component of a cell's gradient, by errors of its four corners that know nothing
+/// of one another, on average over the cell.
+double gradient_variance(double sigma_m, double cell_m) {
+  return 4.0 / 3.0 * (sigma_m / cell_m) * (sigma_m / cell_m);
+}
+
+/// @param level  of the map, the finest to be used
+/// @param spread_m  what residuals may have beyond the map's sigma
+Sums sum(const Points& source, const ElevationMap& map, int level, const Pose& T,
+         const PriorMatchParams& params, double spread_m, PriorMatchWorkspace* ws) {
+  Sums sums;
+  ws->points.begin(source.size());
+  ws->matches.resize(source.size());
+  for (std::size_t i = 0; i < source.size(); ++i) {
+    const Vec3 q = T * source[i].cast<double>();
+    PriorMatchWorkspace::Match& m = ws->matches[i];
+    m.points = nullptr;
+    if (!map.sample(q.x(), q.y(), &m.ground, level)) continue;
+    const auto [points, fresh] =
+        ws->points.find_or_add(pack_voxel(m.ground.cell.i, m.ground.cell.j, m.ground.level));
+    m.points = points;
+    ++*points;
+    if (fresh) ++sums.cells;
+  }
+  const Mat3 R_transposed = T.rotation().transpose();
+  for (std::size_t i = 0; i < source.size(); ++i) {
+    PriorMatchWorkspace::Match& m = ws->matches[i];
+    m.noise = 0.0;
+    if (m.points == nullptr) continue;
+    const Vec3 p = source[i].cast<double>();
+    const Vec3 n_world = Vec3(-m.ground.gradient.x(), -m.ground.gradient.y(), 1.0).normalized();
+    const double residual = ((T * p).z() - m.ground.z_m) * n_world.z();
+    const double sigma =
+        std::hypot(std::max(m.ground.sigma_m, params.min_sigma_m) * n_world.z(), spread_m);
+    const double u = residual / sigma;
+    if (std::abs(u) > params.gate_sigma) continue;
+    const double k = 1.0 + (u / params.robust_sigma) * (u / params.robust_sigma);
+    const double weight = 1.0 / (k * k * sigma * sigma * *m.points);
+    const Vec7 J = jacobian(p, R_transposed * n_world);
+    sums.H.selfadjointView<Eigen::Lower>().rankUpdate(J, weight);
+    sums.b += (weight * residual) * J;
+    sums.weight += weight;
+    const double tilt = gradient_variance(m.ground.sigma_m, map.level(m.ground.level).cell_m);
+    m.noise = weight * tilt * n_world.z() * n_world.z();
+    sums.square_u += weight * sigma * sigma * u * u;
+    sums.weight_u += weight * sigma * sigma;
+    ++sums.pairs;
+    sums.abs_sum += std::abs(residual);
+    sums.square_sum += residual * residual;
+  }
+  return sums;
+}
+
+/// What the errors of the normals add to H: of w v (Jx Jx' + Jy Jy'), where Jx is the Jacobian of a
+/// normal along x of the map, by the matches of the last sums; lower triangle.
+Mat7 normals_noise(const Points& source, const Mat3& R_vehicle_map, const PriorMatchWorkspace& ws) {
+  Mat7 noise = Mat7::Zero();
+  for (std::size_t i = 0; i < source.size(); ++i) {
+    const double weight = ws.matches[i].noise;
+    if (weight == 0.0) continue;
+    for (int axis = 0; axis < 2; ++axis) {
+      noise.selfadjointView<Eigen::Lower>().rankUpdate(
+          jacobian(source[i].cast<double>(), R_vehicle_map.col(axis)), weight);
+    }
+  }
+  return noise;
+}
+
+/// Mean of u^2 over unit normal u under the squared robust weight, by sums over [-6, 6].
+double mean_square_weighed(double robust_sigma) {
+  constexpr int kSteps = 48;
+  double square = 0.0, sum = 0.0;
+  for (int k = 0; k <= kSteps; ++k) {
+    const double u = 6.0 * k / kSteps;
+    const double robust = 1.0 + (u / robust_sigma) * (u / robust_sigma);
+    const double w = std::exp(-0.5 * u * u) / (robust * robust);
+    square += w * u * u;
+    sum += w;
+  }
+  return square / sum;
+}
+
+/// Normals with errors of their own see slopes that are not there: of H = G + V, V by noise, the
+/// estimate's covariance is G^-1 (G + V) G^-1.
+template <int N>
+Mat<N, N> without_noise(const Mat<N, N>& H, const Mat<N, N>& V) {
+  // In coordinates in which H is the identity G is what of each direction is not noise.
+  const Eigen::SelfAdjointEigenSolver<Mat<N, N>> of_H(H);
+  const Mat<N, 1> root = of_H.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+  const Mat<N, 1> per_root =
+      (root.array() > 1e-9 * root.maxCoeff()).select(root.cwiseInverse(), 0.0);
+  const Mat<N, N> whiten = of_H.eigenvectors() * per_root.asDiagonal();
+  const Mat<N, N> colour = of_H.eigenvectors() * root.asDiagonal();
+  const Mat<N, N> noise_part =
+      whiten.transpose() * V.template selfadjointView<Eigen::Lower>() * whiten;
+  const Eigen::SelfAdjointEigenSolver<Mat<N, N>> noise(noise_part);
+  const Mat<N, 1> left = (1.0 - noise.eigenvalues().array()).max(0.0).square();
+  const Mat<N, N> out = colour * noise.eigenvectors();
+  return out * left.asDiagonal() * out.transpose();
+}
+
+/// What residuals are expected to have at the prediction; root mean squares, of every eighth point.
+struct Expected {
+  double spread_m = 0.0;  ///< by the prediction's covariance
+  double ground_m = 0.0;  ///< by the map's sigma
+  double slope = 0.0;     ///< of the map's gradients' errors, each component
+  /// Their variance, of what the map's sigma says it is, [0, 1].
+  double slope_noise = 1.0;
+};
+
+/// What the map's own errors make of its gradients. A survey may be better than it says: then its
+/// gradients differ less from those of the next coarser level. Steps in the ground (kerbs) differ,
+/// too, but not in most places.
+/// @return of what the map's sigma says their variance is, [0, 1]
+/// @param stated2  that
+double slope_noise(double stated2, std::vector<double>* differences2) {
+  if (differences2->empty() || stated2 <= 0.0) return 1.0;
+  const auto middle = differences2->begin() + static_cast<std::ptrdiff_t>(differences2->size() / 2);
+  std::nth_element(differences2->begin(), middle, differences2->end());
+  const double of_normal = 2.0 * std::log(2.0);  // median of x^2 + y^2, of unit variance each
+  return std::min(1.0, *middle / of_normal / stated2);
+}
+
+Expected expected_residuals(const Points& source, const ElevationMap& map, int level,
+                            const Prediction& prediction, double min_sigma_m,
+                            std::vector<double>* differences2) {
+  constexpr std::size_t kStride = 8;
+  differences2->clear();
+  const Pose& T = prediction.T_target_vehicle;
+  const Mat3 R_transposed = T.rotation().transpose();
+  double spread2 = 0.0, ground2 = 0.0, slopes = 0.0;
+  int n = 0;
+  for (std::size_t i = 0; i < source.size(); i += kStride) {
+    const Vec3 p = source[i].cast<double>();
+    const Vec3 q = T * p;
+    Elevation ground;
+    if (!map.sample(q.x(), q.y(), &ground, level)) continue;
+    slopes += gradient_variance(ground.sigma_m, map.level(ground.level).cell_m);
+    Elevation coarser;
+    if (map.sample(q.x(), q.y(), &coarser, ground.level + 1)) {
+      differences2->push_back((ground.gradient - coarser.gradient).squaredNorm());
+    }
+    const Vec3 normal =
+        R_transposed * Vec3(-ground.gradient.x(), -ground.gradient.y(), 1.0).normalized();
+    Vec6 J;
+    J << normal, p.cross(normal);
+    spread2 += J.dot(prediction.covariance * J);
+    const double sigma = std::max(ground.sigma_m, min_sigma_m);
+    ground2 += sigma * sigma;
+    ++n;
+  }
+  if (n == 0) return {0.0, min_sigma_m};
+  const double noise = slope_noise(slopes / n, differences2);
+  return {std::sqrt(spread2 / n), std::sqrt(ground2 / n), std::sqrt(noise * slopes / n), noise};
+}
+
+/// Of the place, the larger of both axes of the plane.
+double horizontal_sigma(const Prediction& prediction) {
+  const Mat3 R = prediction.T_target_vehicle.rotation();
+  const Mat3 place = R * prediction.covariance.topLeftCorner<3, 3>() * R.transpose();
+  return std::sqrt(std::max(place(0, 0), place(1, 1)));
+}
+
+}  // namespace
+
+PriorMatch match_prior_map(const Points& source_vehicle, const Points& standing_vehicle,
+                           const ElevationMap& map, const Prediction& prediction,
+                           const PriorMatchParams& params, WorkUnits granted,
+                           PriorMatchWorkspace* workspace) {
+  PriorMatch match;
+  Registration& out = match.registration;
+  out.T_target_vehicle = prediction.T_target_vehicle;
+  out.points = static_cast<int>(source_vehicle.size());
+  out.granted = granted;
+  Elevation below;
+  const Vec3& p_world = prediction.T_target_vehicle.p;
+  if (source_vehicle.empty() || !map.sample(p_world.x(), p_world.y(), &below)) return match;
+  match.tile_id = below.tile_id;
+  match.bias_sigma_m = map.level(below.level).bias_sigma_m;
+  match.bias_length_m = map.level(below.level).bias_correlation_m;
+
+  const Mat6 prior = prediction.covariance.ldlt().solve(Mat6::Identity());
+  const bool with_points = params.points.most > 0 && !standing_vehicle.empty() && map.has_points();
+  auto cost = static_cast<WorkUnits>(source_vehicle.size());
+  if (with_points) cost += kPointCost * static_cast<WorkUnits>(standing_vehicle.size());
+  workspace->standing.T_searched.reset();
+  Pose T = prediction.T_target_vehicle;
+  int level = 0;
+  Expected expected;
+  for (;; ++level) {
+    expected = expected_residuals(source_vehicle, map, level, prediction, params.min_sigma_m,
+                                  &workspace->differences2);
+    if (expected.slope <= params.max_slope_noise || level + 1 == map.levels()) break;
+  }
+  double spread_m = std::min(expected.spread_m, params.max_spread_m);
+  // The ground's spread hardly knows of x and y, which a trunk is off by.
+  double point_spread_m =
+      with_points ? std::min(horizontal_sigma(prediction), params.max_spread_m) : 0.0;
+  double damping = 1.0;
+  double last_sigmas = std::numeric_limits<double>::infinity();
+  const double foliage = 1.0 / (params.foliage_m * params.foliage_m);
+  Sums sums;
+  Mat3 R_vehicle_map = Mat3::Identity();  // of the sums
+  NormalEquations equations;
+  PointSums points;
+  Observability obs;
+  out.stop = Stop::kMaxIterations;
+  while (out.iterations < params.max_iterations) {
+    if (out.used + cost > granted) {
+      out.stop = Stop::kBudget;
+      break;
+    }
+    if (spread_m < kSpreadEnds * expected.ground_m) spread_m = 0.0;
+    if (point_spread_m < kSpreadEnds * params.points.min_sigma_m) point_spread_m = 0.0;
+    sums = sum(source_vehicle, map, level, T, params, spread_m, workspace);
+    R_vehicle_map = T.rotation().transpose();
+    out.used += cost;
+    ++out.iterations;
+    if (with_points) {
+      points = sum_points(standing_vehicle, map, T, params.points, params.robust_sigma,
+                          params.gate_sigma, point_spread_m, &workspace->standing);
+    }
+    if (sums.cells < params.min_cells || sums.pairs < params.min_cells) {
+      out.stop = Stop::kTooFew;
+      break;
+    }
+    equations = of_pose(sums.H, sums.b, sums.weight, foliage);
+    // The way into vegetation is none of theirs: what the ground says without it is added to.
+    equations.H += points.equations.H;
+    equations.b += points.equations.b;
+    equations.weight += points.equations.weight;
+    equations.noise += points.equations.noise;
+    obs = observability(equations, params.min_alignment, params.max_sigma_m);
+    const Vec6 to_prediction = log_se3(T.inverse() * prediction.T_target_vehicle);
+    const bool steered = out.iterations <= kSteered;
+    const Vec6 step = steered ? steered_step(equations, prior, to_prediction)
+                              : observed_step(equations, obs, to_prediction);
+    const bool sure = !steered && spread_m == 0.0 && point_spread_m == 0.0;
+    const double step_sigmas = std::sqrt(step.dot(equations.H * step));
+    if (sure) {
+      if (step_sigmas > kShrinks * last_sigmas) damping *= 0.5;
+      last_sigmas = step_sigmas;
+    }
+    T = T * exp_se3(damping * step);
+    const double sinks = !steered && step_sigmas < kSettled ? kSpreadSinksThen : kSpreadSinks;
+    spread_m *= sinks;
+    point_spread_m *= sinks;
+    if (sure && damping * step_sigmas < params.step_sigma) {
+      out.stop = Stop::kConverged;
+      break;
+    }
+  }
+
+  out.T_target_vehicle = T;
+  out.pairs = sums.pairs;
+  out.observability = obs.alignment.cwiseMin(1.0);
+  if (sums.pairs > 0) {
+    out.mean_distance_m = sums.abs_sum / sums.pairs;
+    out.rms_m = std::sqrt(sums.square_sum / sums.pairs);
+  }
+  out.overlap = static_cast<double>(sums.pairs) / static_cast<double>(source_vehicle.size());
+  const Vec6 correction = log_se3(prediction.T_target_vehicle.inverse() * T);
+  out.correction_m = correction.head<3>().norm();
+  out.correction_rad = correction.tail<3>().norm();
+  if (!T.finite() || out.correction_m > params.max_correction_m ||
+      out.correction_rad > params.max_correction_rad) {
+    out.stop = Stop::kDiverged;
+    out.T_target_vehicle = prediction.T_target_vehicle;
+  }
+  if (!usable(out.stop) || out.iterations == 0) return match;
+  // The residuals and the map's own slopes tell whether it is as good as it says. Better, and its
+  // normals are, too; but no cell counts for more than it claims.
+  const double expected_square = mean_square_weighed(params.robust_sigma);
+  const double scale = sums.square_u / (sums.weight_u * expected_square);
+  const Mat7 noise = normals_noise(source_vehicle, R_vehicle_map, *workspace);
+  const Mat7 told = without_noise<kUnknowns>(sums.H, std::min(expected.slope_noise, scale) * noise);
+  const double worse = std::clamp(scale, 1.0, kMostScale);
+  Mat6 information = of_pose(told / worse, Vec7::Zero(), sums.weight, foliage).H;
+  if (points.weight_u > 0.0) {
+    const double by_points = points.square_u / (points.weight_u * expected_square);
+    information += without_noise<6>(points.equations.H, points.equations.noise) /
+                   std::clamp(by_points, 1.0, kMostScale);
+  }
+  out.information = observed_part(information, obs);
+  if (out.stop == Stop::kConverged && obs.unobserved > 0) out.stop = Stop::kDegenerate;
+  return match;
+}
+
+}  // namespace rcs::sp

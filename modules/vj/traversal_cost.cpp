@@ -1,0 +1,72 @@
+#include "modules/vj/traversal_cost.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace rcs::vj {
+namespace {
+
+// How far ground is on its way from easy (0) to what is not driven any more (1).
+double hardness(const Ground& g, const Weights& w) {
+  return std::clamp(std::max(g.slope_rad / w.max_slope_rad, g.roughness_m / w.max_roughness_m), 0.0,
+                    1.0);
+}
+
+double nearness(double clearance_m, const Weights& w) {
+  return std::clamp(1.0 - clearance_m / w.near_m, 0.0, 1.0);
+}
+
+}  // namespace
+
+bool passable(const Ground& g, const Weights& w) {
+  return !g.known || (!g.obstacle && g.slope_rad <= w.max_slope_rad);
+}
+
+double cost_per_m(const Ground& g, double clearance_m, const Weights& w) {
+  const double near = nearness(clearance_m, w);
+  const double cost = 1.0 + w.nearness * near * near;
+  if (!g.known) return cost + w.unknown;
+  const double slope = std::min(1.0, g.slope_rad / w.max_slope_rad);
+  const double rough = std::min(1.0, g.roughness_m / w.max_roughness_m);
+  const double step = std::min(1.0, g.step_m / w.max_step_m);
+  return cost + w.slope * slope * slope + w.roughness * rough * rough + w.step * step * step;
+}
+
+double speed_on(const Ground& g, double clearance_m, const Weights& w, const SpeedParams& p) {
+  const double ground =
+      g.known ? p.smooth_mps + hardness(g, w) * (p.rough_mps - p.smooth_mps) : p.unknown_mps;
+  const double beside = p.smooth_mps + nearness(clearance_m, w) * (p.near_mps - p.smooth_mps);
+  return std::min(ground, beside);
+}
+
+double speed_in_turn(double curvature_1pm, const SpeedParams& p) {
+  const double curvature = std::abs(curvature_1pm);
+  return curvature * p.smooth_mps * p.smooth_mps <= p.lateral_mps2
+             ? p.smooth_mps
+             : std::sqrt(p.lateral_mps2 / curvature);
+}
+
+namespace {
+
+/// 1 up to `full`, falling to `least` at `limit`, then 0; NaN counts as beyond the limit.
+double falling_share(double value, double full, double limit, double least) {
+  if (!(value < limit)) return 0.0;
+  if (value <= full) return 1.0;
+  return 1.0 + (value - full) / (limit - full) * (least - 1.0);
+}
+
+}  // namespace
+
+double speed_share(double sigma_m, const SpeedParams& p) {
+  return falling_share(sigma_m, p.sure_sigma_m, p.unsure_sigma_m, p.unsure_share);
+}
+
+double protected_share(double horizontal_m, double vertical_m, const SpeedParams& p) {
+  const auto share = [&p](double level_m, double limit_m) {
+    return falling_share(level_m, 0.5 * limit_m, limit_m, p.unsure_share);
+  };
+  return std::min(share(horizontal_m, p.alert_limit_horizontal_m),
+                  share(vertical_m, p.alert_limit_vertical_m));
+}
+
+}  // namespace rcs::vj

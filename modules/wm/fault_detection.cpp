@@ -1,0 +1,233 @@
+// What the watch carries along; the verdicts are in trust_gps.cpp and trust_ladar.cpp.
+#include "modules/wm/fault_detection.h"
+
+#include <algorithm>
+
+#include "modules/wm/sources.h"
+
+namespace rcs::wm {
+namespace {
+
+constexpr int kRefusedInRow = 3;  // of a hypothesis' measurements: it is none
+
+void step(const Model& model, const Measurement& m, const ImuSample* next_imu, FilterState* s,
+          Innovations* records) {
+  advance(model, m.stamp, next_imu, s, records);
+  apply(model, m, s, records);
+}
+
+}  // namespace
+
+Trust::Trust(const TrustParams& params)
+    : params_(params),
+      limit_1_(chi_square_gate(1, params.false_alarm)),
+      limit_2_(chi_square_gate(2, params.false_alarm)) {}
+
+void Trust::clear() {
+  const TrustParams params = params_;
+  const int findings = findings_;
+  *this = Trust(params);
+  findings_ = findings;
+}
+
+void Trust::Hypothesis::count(bool accepted) {
+  if (accepted) {
+    ++agreed;
+    refused_in_row = 0;
+  } else {
+    ++refused;
+    if (++refused_in_row >= kRefusedInRow) began = Stamp::min();
+  }
+}
+
+void Trust::move(const Model& model, const Measurement& m, const ImuSample* next_imu) {
+  for (Shadow* shadow : {&inertial_young_, &inertial_, &without_ladar_, &without_gps_young_,
+                         &without_gps_, &before_}) {
+    if (!shadow->alive()) continue;
+    Innovations unread;
+    step(model, m, next_imu, &shadow->state, &unread);
+  }
+  const bool fix = std::holds_alternative<GpsFix>(m.value);
+  const bool match = std::holds_alternative<RollingMatch>(m.value);
+  for (Hypothesis* hypothesis : {&gps_right_, &ladar_right_}) {
+    if (!hypothesis->alive()) continue;
+    Innovations records;
+    step(model, m, next_imu, &hypothesis->state, &records);
+    const bool concerns = hypothesis == &gps_right_ ? fix : match;
+    const Source source = fix ? Source::kGpsPosition : Source::kRolling;
+    for (int k = 0; concerns && k < records.count; ++k) {
+      const Innovation& record = records.records[static_cast<std::size_t>(k)];
+      if (record.source == source) {
+        hypothesis->count(record.reason == Reason::kAccepted);
+      }
+    }
+  }
+}
+
+void Trust::drop_what_passed_a_gap() {
+  bool dropped = false;
+  for (Shadow* shadow : {&inertial_young_, &inertial_, &without_ladar_, &without_gps_young_,
+                         &without_gps_, &before_}) {
+    if (!shadow->passed_gap()) continue;
+    *shadow = Shadow{};
+    dropped = true;
+  }
+  for (Hypothesis* hypothesis : {&gps_right_, &ladar_right_}) {
+    const Memory& m = hypothesis->state.memory;
+    if (hypothesis->alive() && std::max(m.ins_lost, m.ins_gap_end) >= hypothesis->began) {
+      *hypothesis = Hypothesis{};
+    }
+  }
+  if (!dropped) return;
+  gps_doubt_ = ladar_doubt_ = map_doubt_ = map_rival_m_ = 0.0;
+  doubted_ = map_contradicted_ = 0;
+  cusum_.setZero();
+  ladar_doubted_since_ = map_doubted_since_ = Stamp::min();
+  detectable_m_ = kAnything_m;
+}
+
+bool Trust::well(const FilterState& belief) const {
+  const Memory& m = belief.memory;
+  if (m.withheld.gps || m.withheld.ladar) return false;
+  // A little doubt keeps the shadow that raised it, but not for ever.
+  const bool old =
+      without_gps_.alive() && belief.belief.x.stamp - without_gps_.branch > 4 * params_.branch;
+  if (std::max({gps_doubt_, ladar_doubt_, map_doubt_}) > (old ? 1.0 : kCalm)) return false;
+  const Stamp placed =
+      std::max(m.of(Source::kGpsPosition).accepted, m.of(Source::kPriorMap).accepted);
+  const bool without = !m.anchored;  // there is no GPS to go without
+  return without || placed > belief.belief.x.stamp - kFresh;
+}
+
+/// Where north is hardly known no path can be held against another. Nor, by an INS, where up is: a
+/// tilt of a degree lets gravity lead it away by metres before it is told from a bias.
+bool Trust::knows_attitude(const FilterState& belief) const {
+  if (!belief.memory.anchored) return true;
+  const Vec3 variance = belief.belief.P.diagonal().segment<3>(kAttitude);
+  const double limit = params_.attitude_sigma_rad * params_.attitude_sigma_rad;
+  return (belief.belief.x.inertial ? variance.maxCoeff() : variance.z()) <= limit;
+}
+
+void Trust::branch_all(const FilterState& belief) {
+  const Stamp now = belief.belief.x.stamp;
+  inertial_young_ = {belief, now};
+  inertial_young_.state.memory.withheld = {true, true, true};
+  without_ladar_ = {belief, now};
+  without_ladar_.state.memory.withheld.ladar = true;
+  without_gps_young_ = {belief, now};
+  without_gps_young_.state.memory.withheld.gps = true;
+  without_gps_young_.state.memory.withheld.prior_map = true;
+  young_began_m_ = belief.memory.distance_m;
+  cusum_.setZero();
+}
+
+void Trust::renew(const FilterState& belief) {
+  const Stamp now = belief.belief.x.stamp;
+  if (inertial_young_.alive() && now - inertial_young_.branch < params_.branch) return;
+  if (!well(belief)) return;
+  // Until the gap of the INS is forgotten a branch would inherit what it did to the belief.
+  const Stamp gap_end = belief.memory.ins_gap_end;
+  if (gap_end != Stamp::min() && now - gap_end < kSettling) return;
+  if (!knows_attitude(belief)) {
+    // Nor against one from long ago: the watch begins anew.
+    inertial_young_ = inertial_ = without_ladar_ = without_gps_young_ = without_gps_ = Shadow{};
+    detectable_m_ = kAnything_m;
+    return;
+  }
+  const bool first = !inertial_young_.alive();
+  if (!first) grow_up();
+  branch_all(belief);
+  if (first) grow_up();
+}
+
+void Trust::grow_up() {
+  inertial_ = inertial_young_;
+  without_gps_ = without_gps_young_;
+  without_gps_began_m_ = young_began_m_;
+}
+
+std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
+                                      const ImuSample* next_imu, const FilterState& belief) {
+  without_ladar_.state.memory.withheld.gps = belief.memory.withheld.gps;
+  move(model, m, next_imu);
+  drop_what_passed_a_gap();
+  const bool accused = belief.memory.gps_accused && !accused_;
+  accused_ = belief.memory.gps_accused;
+  // What the fixes that are refused now did before: nobody knows when they began to go astray.
+  const auto* const fix = std::get_if<GpsFix>(&m.value);
+  if (accused && fix != nullptr && without_gps_.alive() &&
+      belief.belief.x.stamp - without_gps_.branch > kYoung) {
+    return convict(model, *fix, belief);
+  }
+  std::optional<FilterState> change;
+  if (fix != nullptr && belief.memory.anchored) {
+    change = belief.memory.withheld.gps ? judge_quarantined_fix(model, *fix, belief)
+                                        : judge_fix(model, *fix, belief);
+  } else if (std::holds_alternative<PriorMatch>(m.value)) {
+    change = judge_prior_match(belief, model.params.modes);
+  } else if (std::holds_alternative<RollingMatch>(m.value)) {
+    change = belief.memory.withheld.ladar ? judge_quarantined_match(belief, model.params.modes)
+                                          : judge_match(belief, model.params.modes);
+  }
+  if (!change) renew(belief);
+  return change;
+}
+
+/// Goes on from `next` in place of `belief`.
+FilterState Trust::found(Finding finding, const FilterState& next, const FilterState& belief,
+                         const ModeParams& modes) {
+  finding_ = finding;
+  ++findings_;
+  const Stamp now = belief.belief.x.stamp;
+  FilterState state = next;
+  state.memory.world_resets = belief.memory.world_resets;
+  state.memory.last_reset_m = belief.memory.last_reset_m;
+  state.memory.last_reset_rad = belief.memory.last_reset_rad;
+  state.memory.last_reset = belief.memory.last_reset;
+  state.memory.fix_heard = belief.memory.fix_heard;
+  count_reset(modes, belief.belief.x.T_world_vehicle, &state);
+  const bool of_ladar = finding == Finding::kLadarGuilty || finding == Finding::kLadarBack;
+  if (finding == Finding::kGpsBack || finding == Finding::kGpsRight) {
+    gps_probation_ = now + params_.probation;
+  }
+  if (finding == Finding::kLadarBack) ladar_probation_ = now + params_.probation;
+  gps_right_ = ladar_right_ = {};
+  agreeing_.fill(false);
+  agreeing_since_ = ladar_doubted_since_ = map_doubted_since_ = Stamp::min();
+  doubted_ = map_contradicted_ = 0;
+  gps_doubt_ = ladar_doubt_ = map_doubt_ = rival_m_ = map_rival_m_ = 0.0;
+  detectable_m_ = kAnything_m;
+  before_ = finding == Finding::kGpsRight ? Shadow{belief, now} : Shadow{};
+  // Shadows that a guilty source has led along are no good.
+  const Shadow inertial = inertial_;
+  branch_all(state);
+  grow_up();
+  if (of_ladar) inertial_ = inertial;
+  return state;
+}
+
+const Shadow& Trust::shadow(Without what) const {
+  if (what == Without::kAll) return inertial_;
+  return what == Without::kLadar ? without_ladar_ : without_gps_;
+}
+
+Trusted Trust::gps(const FilterState& belief, const ModeParams& modes) const {
+  const Memory& m = belief.memory;
+  const Stamp now = belief.belief.x.stamp;
+  if (m.fix_heard == Stamp::min() || now - m.fix_heard > modes.gps_timeout) return Trusted::kNone;
+  if (m.withheld.gps) return Trusted::kQuarantine;
+  const bool watched = gps_probation_ != Stamp::min() && now < gps_probation_;
+  return watched ? Trusted::kProbation : Trusted::kFully;
+}
+
+Trusted Trust::ladar(const FilterState& belief, const ModeParams& modes) const {
+  const Memory& m = belief.memory;
+  const Stamp now = belief.belief.x.stamp;
+  if (m.withheld.ladar) return Trusted::kQuarantine;
+  const Stamp match = m.of(Source::kRolling).accepted;
+  if (match == Stamp::min() || now - match > modes.rolling_timeout) return Trusted::kNone;
+  const bool watched = ladar_probation_ != Stamp::min() && now < ladar_probation_;
+  return watched ? Trusted::kProbation : Trusted::kFully;
+}
+
+}  // namespace rcs::wm

@@ -1,0 +1,182 @@
+// GPS against the motion: while it is believed, and while it is not.
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "modules/wm/fault_detection.h"
+#include "modules/wm/filter_difference.h"
+#include "modules/wm/sources.h"
+
+namespace rcs::wm {
+namespace {
+
+constexpr double kMostExcess = 5.0;  // that one fix adds: a single bad one is none
+constexpr double kLimit = 9.21;      // of chi squared, 99 %, two dof: better late than wrong
+
+}  // namespace
+
+/// Cumulative sums (Page 1954) of what the fixes' velocity has too much, both ways along both axes:
+/// fixes that go astray slowly do so for long. What the shadow's own velocity may be off, its
+/// heading's error above all, is the same in all fixes: no sum makes that certain, so three
+/// standard deviations of it are let pass.
+void Trust::sum_velocity(const Model& model, const GpsFix& z) {
+  if (!z.has_velocity) return;
+  constexpr double kLetPass = 3.0;
+  const FilterState& s = without_gps_.state;
+  const Residual<3> r = gps_velocity(s.belief.x, z, model.params.gps, accel_world(s));
+  const Mat3 shared = r.H * s.belief.P * r.H.transpose();
+  for (Eigen::Index axis = 0; axis < 2; ++axis) {
+    const double white = std::sqrt(r.R(axis, axis));
+    const double passed = kLetPass * std::hypot(std::sqrt(shared(axis, axis)), params_.floor_mps);
+    double& up = cusum_[2 * axis];
+    double& down = cusum_[2 * axis + 1];
+    up = std::max(0.0, up + std::min((r.r[axis] - passed) / white, kMostExcess));
+    down = std::max(0.0, down + std::min((-r.r[axis] - passed) / white, kMostExcess));
+  }
+}
+
+/// The fix against where the vehicle would be without any since the branch: the belief's
+/// correlation with the receiver's slow error makes it a test of the fixes' shape, not of the
+/// place.
+std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
+                                            const FilterState& belief) {
+  const Stamp now = belief.belief.x.stamp;
+  const SourceRecord& record = belief.memory.of(Source::kGpsPosition);
+  rival_m_ = 0.0;
+  gps_right_ = {};
+  // No matches come any more that could take the map's doubt back, and fixes say where it is.
+  const Stamp mapped = belief.memory.of(Source::kPriorMap).accepted;
+  if (record.accepted == now && mapped < now - kFresh) map_doubt_ = map_rival_m_ = 0.0;
+  if (before_.alive() && now >= gps_probation_) before_ = {};
+  agreeing_.fill(false);
+  agreeing_since_ = Stamp::min();
+  if (!without_gps_.alive() || now - without_gps_.branch < kYoung) return std::nullopt;
+  const double way_m = belief.memory.distance_m - without_gps_began_m_;
+  const Nis n = nis(without_gps_.state, z, model.params.gps, params_.floor_share * way_m);
+  detectable_m_ = std::sqrt(limit_2_) * n.sigma_m;
+  double astray = n.horizontal / limit_2_;
+  if (belief.memory.heights_refused == 0) astray = std::max(astray, n.vertical / limit_1_);
+  sum_velocity(model, z);
+  const double drifting = cusum_.maxCoeff() / params_.cusum;
+  gps_doubt_ = std::max(astray, drifting);
+  // What the belief refused by itself has done no harm.
+  const bool harmful = record.accepted == now;
+  doubted_ = harmful && astray > 1.0 ? doubted_ + 1 : 0;
+  if (doubted_ < params_.doubted && !(harmful && drifting > 1.0)) return std::nullopt;
+  return convict(model, z, belief);
+}
+
+/// Fixes and the belief without them contradict one another: somebody is guilty.
+FilterState Trust::convict(const Model& model, const GpsFix& z, const FilterState& belief) {
+  if (ladar_is_to_blame(model, z)) {
+    FilterState next = without_ladar_.state;
+    next.memory.withheld = belief.memory.withheld;
+    next.memory.withheld.gps = next.memory.gps_accused = false;
+    next.memory.of(Source::kGpsPosition).refused = 0;
+    next.memory.withheld.ladar = true;
+    next.belief.x.map_epoch = -1;  // its place is not known without what is withheld
+    return found(Finding::kLadarGuilty, next, belief, model.params.modes);
+  }
+  const Stamp now = belief.belief.x.stamp;
+  const bool on_probation = gps_probation_ != Stamp::min() && now < gps_probation_;
+  FilterState next = without_gps_.state;
+  next.memory.withheld.prior_map = belief.memory.withheld.prior_map;
+  next.memory.withheld.gps = next.memory.gps_accused = true;
+  return found(on_probation ? Finding::kGpsBackRevoked : Finding::kGpsGuilty, next, belief,
+               model.params.modes);
+}
+
+/// Of GPS and LADAR, who contradicts the inertial motion, in place or in velocity? Whom that
+/// motion's own error leaves open is GPS.
+bool Trust::ladar_is_to_blame(const Model& model, const GpsFix& z) const {
+  const FilterState& s = without_gps_.state;
+  const NavState& x = s.belief.x;
+  const NavState& inertial = inertial_.state.belief.x;
+  // From the filter with the LADAR, the inertial motion goes half the way to the fix and farther.
+  const auto sides_with = [this](const Vec3& fix, const Vec3& motion, int block) {
+    const Cov& P = inertial_.state.belief.P;
+    const double sigma = std::sqrt(std::max(P(block, block), P(block + 1, block + 1)));
+    const Vec2 d = fix.head<2>();
+    return sigma < 0.5 * d.norm() && motion.head<2>().dot(d) > 0.5 * d.squaredNorm();
+  };
+  const bool by_place = sides_with(gps_position(x, z, model.params.gps).r,
+                                   inertial.T_world_vehicle.p - x.T_world_vehicle.p, kPosition);
+  return by_place ||
+         (z.has_velocity && sides_with(gps_velocity(x, z, model.params.gps, accel_world(s)).r,
+                                       inertial.v_world - x.v_world, kVelocity));
+}
+
+/// Another belief begins, in which the fix is right and the place was wrong. Not the heading: fixes
+/// that drift away look like another one.
+void Trust::suppose_gps_right(const Model& model, const GpsFix& z, const FilterState& belief) {
+  const NavState& x = belief.belief.x;
+  const Vec3 off = gps_position(x, z, model.params.gps).r;
+  gps_right_ = {belief, x.stamp, belief.memory.distance_m};
+  FilterState& s = gps_right_.state;
+  s.belief = loosen_world(belief.belief, off.cwiseAbs() + z.sigma_m, 0.0);
+  s.memory.withheld.gps = s.memory.gps_accused = false;
+  s.memory.of(Source::kGpsPosition).refused = 0;
+  Innovations unread;
+  apply(model, {x.stamp, z}, &s, &unread);
+}
+
+/// Fixes that go astray slowly contradict neither the last one nor a belief that follows them, but
+/// the motion: they move away from the belief by more than it can have drifted.
+bool Trust::keeps_its_shape(const Model& model, const GpsFix& z, const FilterState& belief) {
+  const Vec2 off = gps_position(belief.belief.x, z, model.params.gps).r.head<2>();
+  const double variance =
+      Eigen::SelfAdjointEigenSolver<Mat<2, 2>>(horizontal(belief)).eigenvalues()[1];
+  if (gps_right_.variance_m2 == 0.0) {
+    gps_right_.off = off;
+    gps_right_.variance_m2 = variance;
+  }
+  const double drifted = std::max(0.0, variance - gps_right_.variance_m2);
+  const double fixes = 2.0 * z.sigma_m.head<2>().cwiseAbs2().maxCoeff();
+  return (off - gps_right_.off).squaredNorm() <= kLimit * (drifted + fixes);
+}
+
+/// The fix's velocity is the belief's.
+bool Trust::moves_along(const Model& model, const GpsFix& z, const FilterState& belief) const {
+  if (!z.has_velocity) return true;
+  const Residual<3> r = gps_velocity(belief.belief.x, z, model.params.gps, accel_world(belief));
+  Mat<2, 2> S = (r.H * belief.belief.P * r.H.transpose() + r.R).topLeftCorner<2, 2>();
+  S.diagonal().array() += params_.floor_mps * params_.floor_mps;
+  const Vec2 off = r.r.head<2>();
+  return off.dot(S.llt().solve(off)) <= kLimit;
+}
+
+std::optional<FilterState> Trust::judge_quarantined_fix(const Model& model, const GpsFix& z,
+                                                        const FilterState& belief) {
+  const NavState& x = belief.belief.x;
+  const Memory& m = belief.memory;
+  if (before_.alive()) {  // it had been believed against the belief, and has contradicted itself
+    return found(Finding::kGpsBackRevoked, before_.state, belief, model.params.modes);
+  }
+  const Nis n = nis(belief, z, model.params.gps, 0.0);
+  gps_doubt_ = n.horizontal / model.gates[2];
+  if (std::optional<FilterState> change = map_is_to_blame(model, z, belief)) return change;
+  if (gps_right_.alive() && !keeps_its_shape(model, z, belief)) gps_right_ = {};
+  if (!gps_right_.alive()) suppose_gps_right(model, z, belief);
+  const bool consistent = gps_right_.alive() && gps_right_.refused_in_row == 0;
+  const bool agrees = consistent && n.horizontal <= model.gates[2] && moves_along(model, z, belief);
+  agreeing_[fixes_++ % agreeing_.size()] = agrees;
+  if (!agrees) agreeing_since_ = Stamp::min();
+  if (agrees && agreeing_since_ == Stamp::min()) agreeing_since_ = x.stamp;
+  const bool settled = gps_right_.agreed >= params_.agreeing;
+  const Vec3 apart = gps_right_.state.belief.x.T_world_vehicle.p - x.T_world_vehicle.p;
+  rival_m_ = settled && !agrees ? apart.head<2>().norm() : 0.0;
+  const auto agreeing = std::count(agreeing_.begin(), agreeing_.end(), true);
+  if (agreeing >= params_.agreeing && agrees && x.stamp - agreeing_since_ >= params_.agreeing_for) {
+    FilterState next = belief;
+    next.memory.withheld.gps = next.memory.gps_accused = false;
+    next.memory.of(Source::kGpsPosition).refused = 0;
+    return found(Finding::kGpsBack, next, belief, model.params.modes);
+  }
+  const bool persistent = consistent && x.stamp - gps_right_.began >= params_.persistent &&
+                          m.distance_m - gps_right_.began_m >= params_.persistent_m &&
+                          gps_right_.agreed >= 9 * gps_right_.refused;
+  if (!persistent) return std::nullopt;
+  return found(Finding::kGpsRight, gps_right_.state, belief, model.params.modes);
+}
+
+}  // namespace rcs::wm

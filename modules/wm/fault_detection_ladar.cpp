@@ -1,0 +1,97 @@
+// The LADAR against the motion without it, and the a priori map against the motion without that.
+#include <algorithm>
+
+#include "modules/wm/fault_detection.h"
+#include "modules/wm/filter_difference.h"
+
+namespace rcs::wm {
+namespace {
+
+// Of chi squared, 99.9 %, two dof and one: nobody forges a map, and going on without one is no
+// harm.
+constexpr double kMapLimit2 = 13.82;
+constexpr double kMapLimit1 = 10.83;
+
+}  // namespace
+
+/// Of the LADAR and its map: for so long that it is no accident.
+bool Trust::lasts(bool astray, Stamp now, Stamp* since) const {
+  if (!astray) *since = Stamp::min();
+  if (astray && *since == Stamp::min()) *since = now;
+  return astray && now - *since >= params_.ladar_doubted;
+}
+
+/// Fixes come back where the motion has led, and not where the a priori map has.
+std::optional<FilterState> Trust::map_is_to_blame(const Model& model, const GpsFix& z,
+                                                  const FilterState& belief) {
+  const Shadow& motion = without_gps_;
+  const Memory& m = belief.memory;
+  const bool used =
+      motion.alive() && !m.withheld.prior_map && m.of(Source::kPriorMap).accepted > motion.branch;
+  const bool by_motion = used && gps_doubt_ > 1.0 &&
+                         nis(motion.state, z, model.params.gps, 0.0).horizontal <= model.gates[2];
+  map_contradicted_ = by_motion ? map_contradicted_ + 1 : 0;
+  if (map_contradicted_ < params_.doubted) return std::nullopt;
+  return without_map(belief, model.params.modes);
+}
+
+FilterState Trust::without_map(const FilterState& belief, const ModeParams& modes) {
+  FilterState next = without_gps_.state;
+  next.memory.withheld = belief.memory.withheld;
+  next.memory.withheld.prior_map = true;
+  return found(Finding::kMapGuilty, next, belief, modes);
+}
+
+/// The belief with the a priori map against the motion without it. A survey that is turned or bent
+/// leads away so slowly that no single match of it says so.
+std::optional<FilterState> Trust::judge_prior_match(const FilterState& belief,
+                                                    const ModeParams& modes) {
+  const Stamp now = belief.belief.x.stamp;
+  const bool used = belief.memory.of(Source::kPriorMap).accepted == now;
+  if (!used || !without_gps_.alive() || now - without_gps_.branch < kYoung) return std::nullopt;
+  map_doubt_ = std::max(difference(without_gps_.state, belief, params_.floor_m) / kMapLimit2,
+                        heading_difference(without_gps_.state, belief) / kMapLimit1);
+  const Vec3 apart =
+      without_gps_.state.belief.x.T_world_vehicle.p - belief.belief.x.T_world_vehicle.p;
+  map_rival_m_ = map_doubt_ > kCalm ? apart.head<2>().norm() : 0.0;
+  // With GPS the two also differ when it is GPS that goes astray: judge_fix tells.
+  const bool by_fixes = belief.memory.of(Source::kGpsPosition).accepted > now - kFresh;
+  const bool astray = map_doubt_ > 1.0 && (!by_fixes || gps_doubt_ <= kCalm);
+  if (!lasts(astray, now, &map_doubted_since_)) return std::nullopt;
+  return without_map(belief, modes);
+}
+
+std::optional<FilterState> Trust::judge_match(const FilterState& belief, const ModeParams& modes) {
+  const Stamp now = belief.belief.x.stamp;
+  ladar_right_ = {};
+  if (!without_ladar_.alive() || now - without_ladar_.branch < kYoung) return std::nullopt;
+  ladar_doubt_ = difference(without_ladar_.state, belief, params_.floor_m) / limit_2_;
+  // With GPS the two also differ when it is GPS that goes astray: judge_fix tells.
+  const Stamp fix = without_ladar_.state.memory.of(Source::kGpsPosition).accepted;
+  const bool by_fixes = fix > now - kFresh;
+  const int refused = belief.memory.of(Source::kGpsPosition).refused;
+  const bool astray = ladar_doubt_ > 1.0 && (!by_fixes || (gps_doubt_ < kCalm && refused == 0));
+  if (!lasts(astray, now, &ladar_doubted_since_)) return std::nullopt;
+  FilterState next = without_ladar_.state;
+  next.memory.withheld = belief.memory.withheld;
+  next.memory.withheld.ladar = true;
+  return found(Finding::kLadarGuilty, next, belief, modes);
+}
+
+std::optional<FilterState> Trust::judge_quarantined_match(const FilterState& belief,
+                                                          const ModeParams& modes) {
+  if (!ladar_right_.alive()) {
+    // It begins a map of its own at the next match.
+    ladar_right_ = {belief, belief.belief.x.stamp, belief.memory.distance_m};
+    ladar_right_.state.memory.withheld.ladar = false;
+    ladar_right_.state.memory.of(Source::kRolling).refused = 0;
+    ladar_right_.state.belief.x.map_epoch = -1;
+    return std::nullopt;
+  }
+  if (ladar_right_.agreed < params_.matches) return std::nullopt;
+  ladar_doubt_ = difference(belief, ladar_right_.state, params_.floor_m) / limit_2_;
+  if (ladar_doubt_ > kCalm) return std::nullopt;
+  return found(Finding::kLadarBack, ladar_right_.state, belief, modes);
+}
+
+}  // namespace rcs::wm

@@ -1,0 +1,54 @@
+#pragma once
+// How sure along a path, were GPS to die now: WM's answers to those who ask, a place a cycle.
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "lcmtypes/rcs/path_query_t.hpp"
+#include "lcmtypes/rcs/path_sureness_t.hpp"
+#include "modules/wm/filter.h"
+#include "modules/wm/wm_config.h"
+#include "rcs/base/geodesy.h"
+#include "rcs/node/bus/inbox.h"
+#include "rcs/node/bus/outbox.h"
+#include "rcs/node/report.h"
+#include "rcs/prior/prior_terrain.h"
+#include "rcs/terrain/localizability.h"
+
+namespace rcs::wm {
+
+class SurenessDesk {
+ public:
+  /// @param prior  the a priori map; its window moves along the paths
+  SurenessDesk(const SurenessParams& params, PriorTerrain prior, Bus* bus);
+
+  /// Once a cycle: takes what is asked, one question after the other, and works on it by a place at
+  /// most. While a tile of the map is under way it waits.
+  /// @param state  null: nothing absolute is known
+  /// @param datum  of frame world; of a state that is
+  void step(const FilterState* state, const LocalFrame* datum, Stamp now, Report* report);
+
+  [[nodiscard]] const InboxBase& inbox() const { return queries_; }
+
+ private:
+  void take(const path_query_t& query, const FilterState* state, const LocalFrame* datum, Stamp now,
+            Report* report);
+  void begin(const path_query_t& query, const FilterState* state, const LocalFrame* datum);
+  [[nodiscard]] bool read_path(const path_query_t& query, const Vec2& start);
+  void walk(Stamp now, Report* report);
+  void answer(std::int8_t state);
+
+  SurenessParams params_;
+  PriorTerrain prior_;
+  Inbox<path_query_t> queries_;
+  Outbox<path_sureness_t> answers_;
+  SurenessWalk walk_;
+  std::vector<Vec2> path_m_;  // frame world
+  path_sureness_t answer_{};
+  bool asked_ = false;  // answer_ is to somebody
+  bool walking_ = false;
+};
+
+}  // namespace rcs::wm

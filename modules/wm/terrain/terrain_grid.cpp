@@ -1,0 +1,350 @@
+#include "modules/wm/terrain/terrain_grid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace rcs::wm {
+namespace {
+
+constexpr float kNone = -std::numeric_limits<float>::infinity();
+constexpr std::size_t kMostSeen = 50'000;  // quarters that one message touches
+constexpr double kStart_m = 8.0;           // from its start the vehicle is there
+constexpr int kSeenEnough = 3;             // scans
+constexpr int kFewest = 6;                 // known cells that make a plane
+constexpr int kSupported = 9;  // known cells that speak for one of which nothing was seen
+
+constexpr int kLanes = 4;  // neighbours in a row whose planes are fitted at once
+using Lanes = Eigen::Array<double, kLanes, 1>;
+
+// Moments of five values `stride` apart about the place of the middle one, for kLanes of them.
+struct Moments {
+  Lanes zeroth, first, second;
+};
+
+inline Moments moments(const double* middle, std::ptrdiff_t stride) {
+  const auto at = [&](int k) -> Lanes { return Eigen::Map<const Lanes>(middle + k * stride); };
+  const Lanes inner = at(1) + at(-1);
+  const Lanes outer = at(2) + at(-2);
+  return {at(0) + inner + outer, at(1) - at(-1) + 2.0 * (at(2) - at(-2)), inner + 4.0 * outer};
+}
+
+// The moments along y of each column of five cells, side by side, to be added along x.
+enum Column { kN, kY, kYy, kZ, kYz, kZz, kColumns };
+
+// Least squares over the known cells of kLanes neighbourhoods.
+struct PlaneFits {
+  Lanes n;  // known cells
+  /// 0: they lie on a line, or are too few, and what follows means nothing.
+  Lanes found = Lanes::Zero();
+  Lanes a, b, c, slope_rad, rms, leverage;
+
+  [[nodiscard]] GroundPlane plane(int k) const {
+    return {a[k], b[k], c[k], slope_rad[k], rms[k], leverage[k]};
+  }
+};
+
+// Of tangents from 0 on, within 1e-5 rad (Abramowitz and Stegun, 4.4.47). libm's took a fifth of
+// the patch's time.
+Lanes arc_tangent(const Lanes& tangent) {
+  const Lanes x = tangent.min(1.0 / tangent);
+  const Lanes x2 = x * x;
+  const Lanes angle =
+      x * (0.9998660 + x2 * (-0.3302995 + x2 * (0.1801410 + x2 * (-0.0851330 + x2 * 0.0208351))));
+  return (tangent > 1.0).select(0.5 * kPi - angle, angle);
+}
+
+// @param middle  of the neighbourhoods, in the columns' moments
+// @param stride  from one of a column's moments to the next
+PlaneFits fit_planes(const double* middle, std::ptrdiff_t stride, double cell_m) {
+  const Moments of_n = moments(middle + kN * stride, 1);
+  PlaneFits fits;
+  fits.n = of_n.zeroth;
+  if ((fits.n < kFewest).all()) return fits;
+  const Moments of_y = moments(middle + kY * stride, 1);
+  const Moments of_z = moments(middle + kZ * stride, 1);
+  const Lanes syy = moments(middle + kYy * stride, 1).zeroth;
+  const Lanes syz = moments(middle + kYz * stride, 1).zeroth;
+  const Lanes szz = moments(middle + kZz * stride, 1).zeroth;
+  const Lanes& sx = of_n.first;
+  const Lanes& sy = of_y.zeroth;
+  const Lanes& sz = of_z.zeroth;
+  const Lanes n = of_n.zeroth.max(1.0);
+  const Lanes per_n = 1.0 / n;  // divisions are what a plane costs
+  const Lanes mx = sx * per_n;
+  const Lanes my = sy * per_n;
+  const Lanes mz = sz * per_n;
+  const Lanes cxx = of_n.second - sx * mx;
+  const Lanes cxy = of_y.first - sx * my;
+  const Lanes cyy = syy - sy * my;
+  const Lanes cxz = of_z.first - sx * mz;
+  const Lanes cyz = syz - sy * mz;
+  const Lanes czz = szz - sz * mz;
+  const Lanes det = cxx * cyy - cxy * cxy;
+  const Lanes per_det = 1.0 / det;
+  fits.found = (n >= kFewest && det >= 0.5 * n).cast<double>();
+  fits.b = (cyy * cxz - cxy * cyz) * per_det;
+  fits.c = (cxx * cyz - cxy * cxz) * per_det;
+  fits.slope_rad = arc_tangent((fits.b * fits.b + fits.c * fits.c).sqrt() / cell_m);
+  fits.a = mz - fits.b * mx - fits.c * my;
+  fits.rms = ((czz - fits.b * cxz - fits.c * cyz).max(0.0) * per_n).sqrt();
+  fits.leverage = per_n + (cyy * mx * mx - 2.0 * cxy * mx * my + cxx * my * my) * per_det;
+  return fits;
+}
+
+}  // namespace
+
+TerrainGrid::TerrainGrid(const TerrainParams& params)
+    : params_(params),
+      cells_(2 * params.size, 0.5 * params.cell_m),
+      index_(2 * params.size, 0.5 * params.cell_m) {
+  RCS_CHECK(params.patch > 0 && 2 * params.patch <= params.size);
+  seen_.reserve(kMostSeen);
+  // Whole lanes: the cells past the patch's last are unknown, and not published.
+  stride_ = (params.patch + kLanes - 1) / kLanes * kLanes + 2 * kReach;
+  const auto stride = static_cast<std::size_t>(stride_);
+  lows_.resize(stride * static_cast<std::size_t>(params.patch + 2 * kReach));
+  for (std::vector<double>* plane : {&n_, &z_, &zz_}) plane->resize(lows_.size());
+  columns_.resize(kColumns * stride);
+}
+
+void TerrainGrid::clear() {
+  cells_.clear();
+  scans_ = 0;
+}
+
+void TerrainGrid::insert(const Points& p_vehicle, const Pose& T_local_vehicle) {
+  Cell centre = cells_.cell_at(T_local_vehicle.p.x(), T_local_vehicle.p.y());
+  centre = {centre.i & ~1, centre.j & ~1};  // a cell's quarters come and go together
+  cells_.centre_on(centre);
+  index_.centre_on(centre);
+  const Mat3f R = T_local_vehicle.rotation().cast<float>();
+  const float max_range2 = static_cast<float>(params_.max_range_m * params_.max_range_m);
+  seen_.clear();
+  const Vec2 here = T_local_vehicle.p.head<2>();
+  if (scans_ == 0) start_ = here;
+  const bool at_start = (here - start_).norm() < kStart_m;
+  const auto near_m = static_cast<float>(at_start ? params_.near_start_m : params_.near_m);
+  for (std::size_t k = 0; k < p_vehicle.size(); ++k) {
+    const Vec3f p = p_vehicle[k];
+    if (p.squaredNorm() > max_range2) continue;
+    const Vec3f turned = R * p;
+    const Cell cell =
+        cells_.cell_at(turned.x() + T_local_vehicle.p.x(), turned.y() + T_local_vehicle.p.y());
+    if (!cells_.contains(cell)) continue;
+    const float z = static_cast<float>(turned.z() + T_local_vehicle.p.z());
+    // What hangs over known ground is neither ground nor in the way.
+    const TerrainCell& known = cells_.at(cell);
+    if (known.scans > 0 && z > known.low_m + static_cast<float>(params_.overhang_m)) continue;
+    int& index = index_.at(cell);
+    if (index == 0) {
+      if (seen_.size() == kMostSeen) continue;
+      const float away = turned.head<2>().norm();
+      seen_.push_back({cell, z, z, kNone, away > near_m});
+      index = static_cast<int>(seen_.size());
+      continue;
+    }
+    Seen& seen = seen_[static_cast<std::size_t>(index - 1)];
+    seen.low_m = std::min(seen.low_m, z);
+    seen.second_m = std::max(seen.second_m, std::min(seen.high_m, z));
+    seen.high_m = std::max(seen.high_m, z);
+  }
+  for (const Seen& seen : seen_) {
+    index_.at(seen.cell) = 0;
+    update(seen);
+  }
+  ++scans_;
+}
+
+// Where no ground was seen yet, the ground around tells what hangs over it.
+bool TerrainGrid::overhangs(const Seen& seen) const {
+  constexpr int kAround = 3;  // quarters
+  const Cell first = cells_.origin();
+  const int last = cells_.size() - 1;
+  const auto overhang_m = static_cast<float>(params_.overhang_m);
+  const int right = std::min(seen.cell.i + kAround, first.i + last);
+  const int top = std::min(seen.cell.j + kAround, first.j + last);
+  bool over = false;  // no early end: the loop is cheaper without branches
+  for (int j = std::max(seen.cell.j - kAround, first.j); j <= top; ++j) {
+    for (int i = std::max(seen.cell.i - kAround, first.i); i <= right; ++i) {
+      over |= seen.low_m > cells_.at({i, j}).low_m + overhang_m;
+    }
+  }
+  return over;
+}
+
+void TerrainGrid::update(const Seen& seen) {
+  constexpr float kSink = 0.5F;  // of the ground towards a lower point, so that one outlier is none
+  constexpr float kRise = 0.03F;  // and towards a higher one: it may have been too low
+  constexpr float kUp = 0.6F;     // of the top towards a higher one that was seen
+  constexpr float kDown = 0.1F;   // and towards a lower one
+  constexpr float kDoubt = 0.6F;  // evidence that a scan takes that saw ground alone
+  constexpr float kAlone = 0.3F;  // evidence of a single tall point
+  constexpr float kMost = 8.0F;
+  TerrainCell& cell = cells_.at(seen.cell);
+  cell.ground_seen = cell.ground_seen || seen.ground;
+  if (cell.scans == 0) {
+    if (overhangs(seen)) return;
+    cell.low_m = seen.low_m;
+    cell.high_m = seen.high_m;
+  } else {
+    cell.low_m += (seen.low_m < cell.low_m ? kSink : kRise) * (seen.low_m - cell.low_m);
+    // Blades of grass come and go; a rock's top is seen again and again.
+    cell.high_m += (seen.high_m > cell.high_m ? kUp : kDown) * (seen.high_m - cell.high_m);
+    // An overhang that was taken before the ground below it was known.
+    if (cell.high_m > cell.low_m + static_cast<float>(params_.overhang_m)) {
+      cell.high_m = seen.low_m;
+    }
+  }
+  const float tall_m = cell.low_m + static_cast<float>(params_.obstacle_m);
+  if (seen.second_m > tall_m) {
+    cell.evidence = std::min(kMost, cell.evidence + 1.0F);
+  } else if (seen.high_m > tall_m) {
+    // Alone it may be a mixed pixel: light from an edge and from what lies behind it.
+    cell.evidence = std::min(kMost, cell.evidence + kAlone);
+  } else {
+    cell.evidence = std::max(0.0F, cell.evidence - kDoubt);
+  }
+  if (cell.scans < std::numeric_limits<std::uint16_t>::max()) ++cell.scans;
+}
+
+Cell TerrainGrid::begin_patch(const Pose& T_local_vehicle) {
+  const Vec3 ahead = T_local_vehicle.q * Vec3::UnitX();
+  const double level = std::max(1e-6, ahead.head<2>().norm());
+  const Vec2 middle = T_local_vehicle.p.head<2>() + params_.ahead_m / level * ahead.head<2>();
+  first_ = {static_cast<int>(std::floor(middle.x() / params_.cell_m)) - params_.patch / 2,
+            static_cast<int>(std::floor(middle.y() / params_.cell_m)) - params_.patch / 2};
+  collect_lows({first_.i - kReach, first_.j - kReach});
+  return first_;
+}
+
+void TerrainGrid::answer_rows(int begin, int end, std::vector<TerrainAnswer>* out) {
+  const int side = params_.patch;
+  out->resize(static_cast<std::size_t>(side) * static_cast<std::size_t>(side));
+  for (int j = begin; j < end; ++j) {
+    TerrainAnswer* const answers = out->data() + static_cast<std::ptrdiff_t>(j) * side;
+    std::fill(answers, answers + side, TerrainAnswer{});
+    const std::ptrdiff_t row = (j + kReach) * stride_;
+    add_columns(row);
+    for (int first = 0; first < side; first += kLanes) {
+      const PlaneFits fits = fit_planes(columns_.data() + kReach + first, stride_, params_.cell_m);
+      for (int k = 0; k < std::min(kLanes, side - first); ++k) {
+        const int i = first + k;
+        const Low* const low = lows_.data() + row + kReach + i;
+        const bool found = fits.found[k] > 0.0;
+        if (!low->known && (!found || fits.n[k] < kSupported)) continue;
+        const GroundPlane ground = found ? fits.plane(k) : GroundPlane{low->m};
+        answers[i] = answer(low, {first_.i + i, first_.j + j}, ground);
+      }
+    }
+  }
+}
+
+Cell TerrainGrid::patch(const Pose& T_local_vehicle, std::vector<TerrainAnswer>* out) {
+  const Cell first = begin_patch(T_local_vehicle);
+  answer_rows(0, params_.patch, out);
+  return first;
+}
+
+// The lows, and what the planes' sums are made of.
+// @param first  lowest of the patch and the cells around it
+void TerrainGrid::collect_lows(Cell first) {
+  const int side = params_.patch + 2 * kReach;
+  const int window = cells_.size() / 2;
+  const Cell begin{cells_.origin().i / 2 - first.i, cells_.origin().j / 2 - first.j};
+  const int left = std::clamp(begin.i, 0, side);
+  const int right = std::clamp(begin.i + window, 0, side);
+  std::fill(lows_.begin(), lows_.end(), Low{});
+  for (int j = std::max(0, begin.j); j < std::min(side, begin.j + window); ++j) {
+    Low* const row = lows_.data() + j * stride_;
+    for (int i = left; i < right; ++i) {
+      // Without branches, as what is known is scattered; the ring's end parts no cell's quarters.
+      const TerrainCell* const lower = &cells_.at({2 * (first.i + i), 2 * (first.j + j)});
+      const TerrainCell* const upper = &cells_.at({2 * (first.i + i), 2 * (first.j + j) + 1});
+      Low low;
+      for (const TerrainCell* q : {lower, lower + 1, upper, upper + 1}) {
+        low.m = std::min(low.m, q->low_m);
+        low.ground |= q->ground_seen & (q->scans > 0);
+        low.sure |= q->scans >= kSeenEnough;
+      }
+      low.known = low.m < kUnknown_m;
+      row[i] = low;
+    }
+  }
+  for (std::size_t k = 0; k < lows_.size(); ++k) {
+    const double z = lows_[k].ground ? lows_[k].m : 0.0F;
+    n_[k] = lows_[k].ground ? 1.0 : 0.0;
+    z_[k] = z;
+    zz_[k] = z * z;
+  }
+}
+
+// @param row  of n_, z_ and zz_, where it begins
+void TerrainGrid::add_columns(std::ptrdiff_t row) {
+  const auto store = [&](const Lanes& lanes, int column, std::ptrdiff_t at) {
+    Eigen::Map<Lanes>(columns_.data() + column * stride_ + at) = lanes;
+  };
+  for (std::ptrdiff_t at = 0; at < stride_; at += kLanes) {
+    const Moments n = moments(n_.data() + row + at, stride_);
+    const Moments z = moments(z_.data() + row + at, stride_);
+    const Moments zz = moments(zz_.data() + row + at, stride_);
+    store(n.zeroth, kN, at);
+    store(n.first, kY, at);
+    store(n.second, kYy, at);
+    store(z.zeroth, kZ, at);
+    store(z.first, kYz, at);
+    store(zz.zeroth, kZz, at);
+  }
+}
+
+// @param low  the cell's, with those of its neighbours around it
+// @param ground  level at the cell's lowest point if too little is known around it
+TerrainAnswer TerrainGrid::answer(const Low* low, Cell cell, const GroundPlane& ground) const {
+  const Low& self = *low;
+  TerrainAnswer out;
+  // What stands in a cell whose ground was never seen is held against its own lowest point.
+  const bool near_only = self.known && !self.ground;
+  const GroundPlane plane = near_only ? GroundPlane{self.m} : ground;
+  out.known = true;
+  out.height_m = static_cast<float>(plane.a);
+  out.slope_rad = static_cast<float>(plane.slope_rad);
+  out.roughness_m = static_cast<float>(plane.rms);
+  if (!self.known) return out;
+
+  // A ledge: higher or lower than a neighbour by more than the plane says. Grass whose ground was
+  // not seen yet makes none.
+  double ledge = 0.0;
+  for (const Cell side : {Cell{1, 0}, Cell{-1, 0}, Cell{0, 1}, Cell{0, -1}}) {
+    const Low& other = low[side.j * stride_ + side.i];
+    if (!self.ground || !other.ground || !other.sure) continue;
+    const double planned = plane.b * side.i + plane.c * side.j;
+    ledge = std::max(ledge, std::abs(other.m - self.m - planned));
+  }
+  // A rock with nothing known behind it tilts the plane towards itself: it is held against the
+  // plane through the others.
+  GroundPlane others = plane;
+  const double h = std::min(0.9, plane.leverage);
+  others.a = out.height_m - h / (1.0 - h) * std::max(0.0F, self.m - out.height_m);
+  // Grass that is met from above at every scan again is no bush yet.
+  const double tall_m = near_only ? 2.0 * params_.obstacle_m : params_.obstacle_m;
+  double stands_m = 0.0;  // above the plane, an object by half
+  bool seen_enough = false;
+  for (int quarter = 0; quarter < 4; ++quarter) {
+    const int x = quarter & 1;
+    const int y = quarter >> 1;
+    const TerrainCell& q = cells_.at({2 * cell.i + x, 2 * cell.j + y});
+    if (q.scans < kSeenEnough) continue;
+    seen_enough = true;
+    const double below_m = others.at(0.5 * x - 0.25, 0.5 * y - 0.25);
+    const double low_m = q.low_m - below_m;
+    const double high_m = q.high_m - below_m;
+    if (q.ground_seen) stands_m = std::max({stands_m, low_m, 0.5 * high_m});
+    out.obstacle |= q.ground_seen && low_m > params_.solid_m;
+    out.obstacle |= q.evidence > params_.evidence && high_m > tall_m;
+  }
+  out.obstacle |= seen_enough && ledge > params_.obstacle_m;
+  out.step_m = static_cast<float>(std::max(ledge, stands_m));
+  return out;
+}
+
+}  // namespace rcs::wm

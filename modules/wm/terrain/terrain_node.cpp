@@ -1,0 +1,121 @@
+#include "modules/wm/terrain/terrain_node.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "lcmtypes/channels.h"
+#include "lcmtypes/convert.h"
+#include "lcmtypes/plausible.h"
+#include "modules/wm/wm_messages_node.h"
+
+namespace rcs::wm {
+namespace {
+
+constexpr std::size_t kMostPoints = 20'000;  // of one message of SP; it sends far fewer
+constexpr std::int16_t kUnknownHeight = -32768;
+constexpr int kParts = 3;  // of a patch's rows, one a cycle
+
+}  // namespace
+
+TerrainDesk::TerrainDesk(const WmConfig& config, Bus* bus)
+    : points_(bus, channel::kSpPoints, 32),
+      patches_(bus, channel::kWmMapPatch),
+      grid_(config.terrain),
+      clock_(config.map_period),
+      rows_(config.terrain.patch) {
+  const auto side = static_cast<std::size_t>(config.terrain.patch);
+  const std::size_t cells = side * side;
+  answers_.reserve(cells);
+  p_vehicle_.reserve(kMostPoints);
+  patches_.reserve(8 * cells + 200);
+}
+
+void TerrainDesk::step(const Estimator& estimator, Stamp local_began, Stamp now, Report* report) {
+  if (rows_ < grid_.params().patch) {
+    continue_patch();
+    return;
+  }
+  for (; !points_.empty(); points_.pop()) take(*points_.front(), estimator, now, report);
+  if (!clock_.due(now)) return;
+  if (!grid_.empty()) begin_patch(estimator.T_local_vehicle(), local_began);
+  clock_.advance(now);
+}
+
+// The points lie where SP registered them in its map; what frame local makes of that map is asked
+// now, as the local pose may still be slewing towards it.
+void TerrainDesk::take(const points_t& m, const Estimator& estimator, Stamp now, Report* report) {
+  Pose T_rolling_points;
+  const bool good = plausible_stamp(m.utime) &&
+                    from_message(m.q_rolling_vehicle, m.p_rolling_vehicle_m, &T_rolling_points) &&
+                    within(T_rolling_points.p, kFarthest_m);
+  if (!good) {
+    tell_refused(points_, Reason::kInvalid, now, report);
+    return;
+  }
+  if (!estimator.started()) return;
+  const NavState& x = estimator.state().belief.x;
+  if (x.map_epoch != m.map_epoch) return;  // of a map that WM has left or does not know yet
+  p_vehicle_.clear();
+  const std::size_t n = std::min(static_cast<std::size_t>(m.n), kMostPoints);
+  for (std::size_t k = 0; k < n; ++k) {
+    const Vec3f p(m.x_m[k], m.y_m[k], m.z_m[k]);
+    if (p.allFinite()) p_vehicle_.push_back(p);
+  }
+  const Pose T_vehicle_seen{exp_so3(x.mount), Vec3::Zero()};
+  const Pose T_local_rolling =
+      estimator.T_local_vehicle() * T_vehicle_seen * T_rolling_vehicle(x).inverse();
+  grid_.insert(p_vehicle_, T_local_rolling * T_rolling_points);
+  newest_points_ = std::max(newest_points_, from_utime(m.utime));
+}
+
+void TerrainDesk::begin_patch(const Pose& T_local_vehicle, Stamp local_began) {
+  const Cell first = grid_.begin_patch(T_local_vehicle);
+  rows_ = 0;
+  patch_.utime = to_utime(newest_points_);
+  patch_.local_utime = to_utime(local_began);
+  patch_.first_i = first.i;
+  patch_.first_j = first.j;
+  patch_.base_m = std::round(T_local_vehicle.p.z());
+}
+
+void TerrainDesk::continue_patch() {
+  const int side = grid_.params().patch;
+  const int end = std::min(side, rows_ + (side + kParts - 1) / kParts);
+  grid_.answer_rows(rows_, end, &answers_);
+  rows_ = end;
+  if (rows_ == side) publish_patch();
+}
+
+void TerrainDesk::publish_patch() {
+  map_patch_t& m = patch_;
+  m.cell_m = grid_.params().cell_m;
+  m.width = grid_.params().patch;
+  m.height = grid_.params().patch;
+  m.n = static_cast<std::int32_t>(answers_.size());
+  m.height_cm.resize(answers_.size());
+  m.step_cm.resize(answers_.size());
+  m.slope_deg.resize(answers_.size());
+  m.roughness_cm.resize(answers_.size());
+  m.flags.resize(answers_.size());
+  const auto whole = [](double value, double most) {
+    value = std::clamp(value, -most, most);
+    return static_cast<int>(value + std::copysign(0.5, value));  // lround() costs a call a cell
+  };
+  for (std::size_t k = 0; k < answers_.size(); ++k) {
+    const TerrainAnswer& a = answers_[k];
+    m.height_cm[k] = kUnknownHeight;
+    m.step_cm[k] = 0;
+    m.slope_deg[k] = m.roughness_cm[k] = 0;
+    m.flags[k] = map_patch_t::FLAG_UNKNOWN;
+    if (!a.known) continue;
+    m.height_cm[k] = static_cast<std::int16_t>(whole(100.0 * (a.height_m - m.base_m), 32000.0));
+    m.step_cm[k] = static_cast<std::int16_t>(whole(100.0 * a.step_m, 32000.0));
+    m.slope_deg[k] = static_cast<std::uint8_t>(whole(degrees(a.slope_rad), 90.0));
+    m.roughness_cm[k] = static_cast<std::uint8_t>(whole(100.0 * a.roughness_m, 255.0));
+    m.flags[k] = a.obstacle ? map_patch_t::FLAG_OBSTACLE : 0;
+  }
+  patches_.publish(&m);
+}
+
+}  // namespace rcs::wm

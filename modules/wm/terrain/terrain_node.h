@@ -1,0 +1,45 @@
+#pragma once
+// WM's terrain, as its shell keeps it: SP's points in, the patch ahead of the vehicle out.
+
+#include <vector>
+
+#include "lcmtypes/rcs/map_patch_t.hpp"
+#include "lcmtypes/rcs/points_t.hpp"
+#include "modules/wm/estimator.h"
+#include "modules/wm/terrain/terrain_grid.h"
+#include "modules/wm/wm_config.h"
+#include "rcs/node/bus/inbox.h"
+#include "rcs/node/bus/outbox.h"
+#include "rcs/node/report.h"
+
+namespace rcs::wm {
+
+class TerrainDesk {
+ public:
+  TerrainDesk(const WmConfig& config, Bus* bus);
+
+  /// Once a cycle: a part of a patch, or the points that have come. Those wait for a patch's end,
+  /// so that all of it is of one moment.
+  /// @param local_began  identifies frame local
+  void step(const Estimator& estimator, Stamp local_began, Stamp now, Report* report);
+
+  [[nodiscard]] const InboxBase& inbox() const { return points_; }
+
+ private:
+  void take(const points_t& m, const Estimator& estimator, Stamp now, Report* report);
+  void begin_patch(const Pose& T_local_vehicle, Stamp local_began);
+  void continue_patch();
+  void publish_patch();
+
+  Inbox<points_t> points_;
+  Outbox<map_patch_t> patches_;
+  TerrainGrid grid_;
+  PeriodicClock clock_;
+  Stamp newest_points_ = Stamp::min();  // reference instant of the newest scan in grid_
+  int rows_;  // answered so far, of the patch that was begun; all of them: none is
+  map_patch_t patch_{};
+  Points p_vehicle_;
+  std::vector<TerrainAnswer> answers_;
+};
+
+}  // namespace rcs::wm

@@ -1,0 +1,148 @@
+#pragma once
+// The newest messages of one channel, decoded into slots that are reused, with an account of what
+// was received, dropped, missing and malformed.
+
+#include <cstdint>
+#include <new>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "rcs/base/check.h"
+#include "rcs/base/stamp.h"
+#include "rcs/node/bus/bus.h"
+
+namespace rcs {
+
+/// The type-independent part.
+class InboxBase : public Receiver {
+ public:
+  struct Account {
+    std::int64_t received = 0;
+    std::int64_t dropped = 0;           ///< overwritten before they were read
+    std::int64_t gaps = 0;              ///< missing in seq
+    std::int64_t repeated = 0;          ///< seq seen before, or stepping back
+    std::int64_t malformed = 0;         ///< not decodable, or bytes left over
+    Stamp newest = Stamp::min();        ///< largest utime so far: sensor time
+    Stamp last_arrival = Stamp::min();  ///< node time
+
+    /// Since the last arrival, in node time; -1 us: none yet.
+    [[nodiscard]] Duration age(Stamp now) const {
+      return received == 0 ? Duration(-1) : now - last_arrival;
+    }
+  };
+  /// Larger messages are refused unread; everything of ours is below 200 kB.
+  static constexpr std::size_t kMaxMessageBytes = std::size_t{16} << 20;
+
+  [[nodiscard]] std::string_view channel() const { return channel_; }
+  [[nodiscard]] const Account& account() const { return account_; }
+  [[nodiscard]] std::size_t size() const { return count_; }
+  [[nodiscard]] bool empty() const { return count_ == 0; }
+
+  /// Arrival of the oldest message that waits; Stamp::max() when none does.
+  [[nodiscard]] Stamp oldest_arrival() const { return empty() ? Stamp::max() : arrivals_[head_]; }
+
+ protected:
+  InboxBase(std::string_view channel, std::size_t depth)
+      : channel_(channel), arrivals_(depth, Stamp::min()) {
+    RCS_CHECK(depth > 0);
+  }
+  ~InboxBase() = default;
+
+  /// The slot for the next message: when full, the oldest makes room (freshest first).
+  std::size_t claim() {
+    if (count_ == arrivals_.size()) {
+      head_ = (head_ + 1) % arrivals_.size();
+      --count_;
+      ++account_.dropped;
+    }
+    return (head_ + count_) % arrivals_.size();
+  }
+  void commit(std::size_t slot, Stamp arrival, std::int64_t seq, Stamp utime);
+  void drop_front() {
+    RCS_CHECK(count_ > 0);
+    head_ = (head_ + 1) % arrivals_.size();
+    --count_;
+  }
+
+  static constexpr std::uint64_t kMaxGap = 1'000'000;
+
+  std::string channel_;
+  std::vector<Stamp> arrivals_;
+  std::size_t head_ = 0;
+  std::size_t count_ = 0;
+  std::int64_t last_seq_ = 0;
+  Account account_;
+};
+
+inline void InboxBase::commit(std::size_t slot, Stamp arrival, std::int64_t seq, Stamp utime) {
+  arrivals_[slot] = arrival;
+  ++count_;
+  ++account_.received;
+  account_.last_arrival = arrival;
+  // A writer that restarts counts from 1 again: that is not a gap.
+  if (account_.received > 1 && seq != 1) {
+    if (seq <= last_seq_) {
+      ++account_.repeated;
+    } else {
+      // Unsigned, because seq is input and the difference of two int64 may not fit one. A step that
+      // no bus could lose is a wrong number, and counts once.
+      const std::uint64_t lost =
+          static_cast<std::uint64_t>(seq) - static_cast<std::uint64_t>(last_seq_) - 1;
+      account_.gaps += lost <= kMaxGap ? static_cast<std::int64_t>(lost) : 1;
+    }
+  }
+  last_seq_ = seq;
+  if (utime > account_.newest) account_.newest = utime;
+}
+
+/// FIFO of the newest `depth` messages of type T on one channel.
+template <class T>
+class Inbox final : public InboxBase {
+ public:
+  Inbox(Bus* bus, std::string_view channel, std::size_t depth)
+      : InboxBase(channel, depth), slots_(depth) {
+    bus->subscribe(channel, this);
+  }
+  Inbox(const Inbox&) = delete;
+  Inbox& operator=(const Inbox&) = delete;
+  ~Inbox() = default;
+
+  /// The oldest that waits, or null; valid until pop() or the next advance().
+  [[nodiscard]] const T* front() const { return empty() ? nullptr : &slots_[head_]; }
+  [[nodiscard]] Stamp front_arrival() const { return oldest_arrival(); }
+  void pop() { drop_front(); }
+
+  /// Drops all but the newest and returns it, or null when none waits.
+  [[nodiscard]] const T* latest() {
+    while (count_ > 1) drop_front();
+    return front();
+  }
+
+  void receive(const std::uint8_t* data, std::size_t size, Stamp arrival) noexcept override {
+    // Decoded aside first, so that a malformed packet cannot push a good message out.
+    if (!decode(data, size)) {
+      ++account_.malformed;
+      return;
+    }
+    const std::size_t slot = claim();
+    std::swap(slots_[slot], scratch_);  // both keep their buffers: no allocation once warm
+    commit(slot, arrival, slots_[slot].seq, from_utime(slots_[slot].utime));
+  }
+
+ private:
+  bool decode(const std::uint8_t* data, std::size_t size) noexcept {
+    if (size > kMaxMessageBytes) return false;
+    try {
+      return scratch_.decode(data, 0, static_cast<int>(size)) == static_cast<int>(size);
+    } catch (const std::bad_alloc&) {
+      return false;  // lengths are bounded by the packet, but memory may be short all the same
+    }
+  }
+
+  std::vector<T> slots_;
+  T scratch_{};
+};
+
+}  // namespace rcs

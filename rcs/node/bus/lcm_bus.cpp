@@ -1,0 +1,79 @@
+#include "rcs/node/bus/lcm_bus.h"
+
+#include <algorithm>
+#include <cstdlib>
+
+#include "rcs/base/check.h"
+
+namespace rcs {
+namespace {
+
+/// Messages that wait in LCM for one subscription. A full LCM queue drops the newest silently; so
+/// ours never fills, and the inboxes, which count, decide.
+constexpr int kQueueMessages = 10'000;
+
+constexpr Duration kLongestWait = from_seconds(1.0);  // of the very first message
+
+constexpr char kRouteHint[] =
+    "UDP multicast needs a route. On this computer only, as root:\n"
+    "  ip link set lo up && ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo";
+
+}  // namespace
+
+Result<std::unique_ptr<LcmBus>> LcmBus::create(const std::string& url) {
+  const char* env = std::getenv("LCM_DEFAULT_URL");  // NOLINT(concurrency-mt-unsafe)
+  std::string chosen = !url.empty() ? url : env != nullptr && *env != '\0' ? env : kDefaultLcmUrl;
+  lcm_t* lcm = lcm_create(chosen.c_str());
+  if (lcm == nullptr) return Error{"cannot open the LCM bus " + chosen + "\n" + kRouteHint};
+  return std::unique_ptr<LcmBus>(new LcmBus(lcm, std::move(chosen)));
+}
+
+void LcmBus::subscribe(std::string_view channel, Receiver* receiver) {
+  Subscription& s = subscriptions_.emplace_back(Subscription{this, receiver});
+  lcm_subscription_t* handle =
+      lcm_subscribe(lcm_.get(), std::string(channel).c_str(), &LcmBus::on_message, &s);
+  if (handle == nullptr) {
+    failure_ = "cannot subscribe to " + std::string(channel) + " on " + url_ + "\n" + kRouteHint;
+    return;
+  }
+  lcm_subscription_set_queue_capacity(handle, kQueueMessages);
+}
+
+void LcmBus::publish(std::string_view channel, const std::uint8_t* data, std::size_t size) {
+  channel_ = channel;
+  const int sent = lcm_publish(lcm_.get(), channel_.c_str(), data, static_cast<unsigned>(size));
+  if (sent != 0) ++publish_failures_;
+}
+
+bool LcmBus::deliver_one(Stamp now, std::int64_t wall_utime) {
+  now_ = now;
+  wall_utime_ = wall_utime;
+  const int handled = lcm_handle_timeout(lcm_.get(), 0);
+  if (handled < 0) failure_ = "LCM stopped receiving on " + url_;
+  return handled > 0;
+}
+
+int LcmBus::fd() const { return lcm_get_fileno(lcm_.get()); }
+
+Outcome LcmBus::status() const {
+  return failure_.empty() ? Outcome(Done{}) : Outcome(Error{failure_});
+}
+
+Stamp LcmBus::arrival(std::int64_t received_utime) {
+  const std::int64_t waited = wall_utime_ > 0 ? wall_utime_ - received_utime : 0;
+  const std::int64_t most =
+      last_arrival_ == Stamp::min() ? kLongestWait.count() : (now_ - last_arrival_).count();
+  last_arrival_ =
+      now_ - Duration(std::clamp<std::int64_t>(waited, 0, std::max<std::int64_t>(0, most)));
+  return last_arrival_;
+}
+
+// An exception that crossed LCM's C frames would leave its object unusable: noexcept.
+void LcmBus::on_message(const lcm_recv_buf_t* packet, const char* /*channel*/,
+                        void* subscription) noexcept {
+  const Subscription& s = *static_cast<const Subscription*>(subscription);
+  s.receiver->receive(static_cast<const std::uint8_t*>(packet->data), packet->data_size,
+                      s.bus->arrival(packet->recv_utime));
+}
+
+}  // namespace rcs

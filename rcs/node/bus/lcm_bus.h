@@ -1,0 +1,69 @@
+#pragma once
+// The live bus: LCM over UDP multicast on one computer, by LCM's C API.
+
+#include <lcm/lcm.h>
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "rcs/base/result.h"
+#include "rcs/node/bus/bus.h"
+
+namespace rcs {
+
+/// Buffers of 4 MB: with LCM's default ones, messages of 300 kB are lost whole. It stays on this
+/// computer (ttl 0).
+inline constexpr char kDefaultLcmUrl[] = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304";
+
+class LcmBus final : public Bus {
+ public:
+  /// @param url  empty: the environment's LCM_DEFAULT_URL, else kDefaultLcmUrl
+  /// Create it after the signals are blocked (StopSignals): LCM's thread inherits the mask.
+  static Result<std::unique_ptr<LcmBus>> create(const std::string& url);
+
+  void subscribe(std::string_view channel, Receiver* receiver) override;
+  void publish(std::string_view channel, const std::uint8_t* data, std::size_t size) override;
+
+  /// Hands over one message that waits to its receivers. It has arrived when this computer received
+  /// it, not when its node found the time to take it: else nobody could see that a node is behind.
+  /// @param wall_utime  the wall clock at `now`, by which LCM stamps what it receives; a clock that
+  ///                    is set moves no arrival beyond `now` or before an earlier one. 0: unknown,
+  ///                    all arrives now
+  /// @return false when none waits
+  bool deliver_one(Stamp now, std::int64_t wall_utime = 0);
+
+  [[nodiscard]] int fd() const;  ///< readable when a message waits
+  [[nodiscard]] const std::string& url() const { return url_; }
+  /// What went wrong so far and cannot be mended: a refused subscription, a broken receiver.
+  [[nodiscard]] Outcome status() const;
+  [[nodiscard]] std::int64_t publish_failures() const { return publish_failures_; }
+
+ private:
+  struct Subscription {
+    LcmBus* bus;
+    Receiver* receiver;
+  };
+  struct Destroy {
+    void operator()(lcm_t* lcm) const { lcm_destroy(lcm); }
+  };
+
+  LcmBus(lcm_t* lcm, std::string url) : url_(std::move(url)), lcm_(lcm) {}
+  Stamp arrival(std::int64_t received_utime);
+  static void on_message(const lcm_recv_buf_t* packet, const char* channel,
+                         void* subscription) noexcept;
+
+  std::string url_;
+  std::deque<Subscription> subscriptions_;  // LCM holds their addresses
+  std::unique_ptr<lcm_t, Destroy> lcm_;
+  std::string channel_;  // reused: LCM wants a terminated string
+  Stamp now_;
+  std::int64_t wall_utime_ = 0;
+  Stamp last_arrival_ = Stamp::min();
+  std::string failure_;
+  std::int64_t publish_failures_ = 0;
+};
+
+}  // namespace rcs

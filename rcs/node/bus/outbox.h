@@ -1,0 +1,41 @@
+#pragma once
+// Encodes messages of one type onto one channel; owns the sequence number.
+
+#include <algorithm>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "rcs/base/check.h"
+#include "rcs/node/bus/bus.h"
+
+namespace rcs {
+
+template <class T>
+class Outbox {
+ public:
+  Outbox(Bus* bus, std::string_view channel) : bus_(bus), channel_(channel) {}
+
+  /// Makes room for messages of so many bytes beforehand.
+  void reserve(std::size_t bytes) { buffer_.resize(std::max(buffer_.size(), bytes)); }
+
+  /// Sets message->seq (1, 2, ...) and publishes. No allocation once the buffer has seen the size.
+  void publish(T* message) {
+    message->seq = ++seq_;
+    const int size = message->getEncodedSize();
+    if (buffer_.size() < static_cast<std::size_t>(size)) {
+      buffer_.resize(static_cast<std::size_t>(size));
+    }
+    RCS_CHECK(message->encode(buffer_.data(), 0, size) == size);
+    bus_->publish(channel_, buffer_.data(), static_cast<std::size_t>(size));
+  }
+
+ private:
+  Bus* bus_;
+  std::string channel_;
+  std::vector<std::uint8_t> buffer_;
+  std::int64_t seq_ = 0;
+};
+
+}  // namespace rcs

@@ -1,0 +1,105 @@
+#pragma once
+// LCM event logs: an own reader that survives truncated, corrupt and hostile files, and a writer
+// that notices a full disk. Format, big-endian: sync 0xEDA1DA01, int64 event number, int64
+// timestamp [us], int32 channel length, int32 data length, channel, data.
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "rcs/base/file_handle.h"
+#include "rcs/base/result.h"
+#include "rcs/base/stamp.h"
+
+namespace rcs {
+
+struct LogEvent {
+  std::int64_t number = 0;
+  Stamp stamp;
+  std::string channel;
+  std::vector<std::uint8_t> data;
+};
+
+/// What a reader found so far.
+struct LogHealth {
+  std::int64_t events = 0;         ///< delivered
+  std::int64_t skipped_bytes = 0;  ///< that belong to no readable event
+  std::int64_t skips = 0;          ///< places where that was so
+  bool truncated = false;          ///< the file ends inside an event
+  std::string io_error;            ///< of the operating system; the rest was not read
+
+  [[nodiscard]] bool good() const { return skips == 0 && io_error.empty(); }
+  /// One line for people: "1203 events; skipped 88 bytes in 1 place; the file ends inside an
+  /// event".
+  [[nodiscard]] std::string summary() const;
+};
+
+/// Streams through a log of any size. After damage it goes on at the next plausible event.
+class LogReader {
+ public:
+  static constexpr std::size_t kMaxChannelBytes = 63;  ///< LCM's own limit
+  static constexpr std::size_t kDefaultMaxDataBytes = std::size_t{16} << 20;
+
+  /// @param max_data_bytes  a header that announces more is taken for damage
+  static Result<LogReader> open(const std::string& path,
+                                std::size_t max_data_bytes = kDefaultMaxDataBytes);
+
+  /// The next event, its buffers reused; false at the end: read health() then.
+  [[nodiscard]] bool next(LogEvent* event);
+  void rewind();
+
+  [[nodiscard]] const LogHealth& health() const { return health_; }
+  [[nodiscard]] const std::string& path() const { return path_; }
+  [[nodiscard]] std::int64_t size_bytes() const { return size_; }
+  [[nodiscard]] std::int64_t position_bytes() const { return position_; }  ///< for progress
+
+ private:
+  struct Header;
+
+  LogReader(FileHandle file, std::string path, std::int64_t size, std::size_t max_data_bytes);
+  const std::uint8_t* view(std::int64_t offset, std::size_t bytes);
+  bool header_at(std::int64_t offset, Header* header);
+  bool begins_event(std::int64_t offset);
+  std::int64_t find_event(std::int64_t from, std::int64_t to);
+  void skip_to(std::int64_t offset);
+
+  FileHandle file_;
+  std::string path_;
+  std::int64_t size_ = 0;
+  std::size_t max_data_bytes_ = 0;
+  std::int64_t position_ = 0;
+  std::vector<std::uint8_t> window_;  // of the file, from window_start_
+  std::int64_t window_start_ = 0;
+  std::size_t window_bytes_ = 0;
+  LogHealth health_;
+};
+
+/// Writes events in the order given. The same calls give the same bytes.
+class LogWriter {
+ public:
+  static Result<LogWriter> create(const std::string& path);
+  LogWriter(LogWriter&&) = default;
+  LogWriter& operator=(LogWriter&&) = default;
+  ~LogWriter();  ///< closes; call close() to learn whether the file is complete
+
+  /// The first failure (a full disk) stays: nothing more is written, and each call returns it.
+  Outcome write(Stamp stamp, std::string_view channel, const std::uint8_t* data, std::size_t size);
+  Outcome close();
+
+  [[nodiscard]] std::int64_t events() const { return events_; }
+
+ private:
+  LogWriter(FileHandle file, std::string path);
+  Outcome flush();
+  Outcome fail(const char* what);
+
+  FileHandle file_;
+  std::string path_;
+  std::vector<std::uint8_t> buffer_;
+  std::int64_t events_ = 0;
+  std::string failure_;
+};
+
+}  // namespace rcs

@@ -1,0 +1,65 @@
+#include "rcs/node/params/toml_limits.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace rcs {
+namespace {
+
+/// Behind the three quotes at `at` that end a string: up to two more belong to its text.
+std::size_t end_of_quotes(std::string_view text, std::size_t at) {
+  std::size_t end = at + 3;
+  while (end < std::min(at + 5, text.size()) && text[end] == text[at]) ++end;
+  return end;
+}
+
+/// Behind the string that begins at `at`; one of a single line ends at the line's end at the
+/// latest.
+std::size_t end_of_string(std::string_view text, std::size_t at) {
+  const char quote = text[at];
+  const std::string triple(3, quote);
+  const bool is_multi_line = text.substr(at, 3) == triple;
+  for (std::size_t i = at + (is_multi_line ? 3 : 1); i < text.size(); ++i) {
+    if (text[i] == '\\' && quote == '"') {
+      ++i;
+    } else if (is_multi_line) {
+      if (text.substr(i, 3) == triple) return end_of_quotes(text, i);
+    } else if (text[i] == quote) {
+      return i + 1;
+    } else if (text[i] == '\n') {
+      return i;
+    }
+  }
+  return text.size();
+}
+
+}  // namespace
+
+Outcome check_toml_limits(std::string_view text, std::string_view name) {
+  if (text.size() > kMaxTomlBytes) {
+    return Error{fmt::format("{}: more than {} bytes", name, kMaxTomlBytes)};
+  }
+  int dots = 0;  // since the begin of a key or value
+  for (std::size_t i = 0; i < text.size();) {
+    const char c = text[i];
+    if (c == '#') {
+      i = std::min(text.find('\n', i), text.size());
+      continue;
+    }
+    if (c == '"' || c == '\'') {
+      i = end_of_string(text, i);
+      continue;
+    }
+    if (std::string_view("=,{}[]\n").find(c) != std::string_view::npos) dots = 0;
+    if (c == '.' && ++dots > kMaxKeyDots) {
+      const auto line =
+          1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(i), '\n');
+      return Error{fmt::format("{}:{}: a key with more than {} dots", name, line, kMaxKeyDots)};
+    }
+    ++i;
+  }
+  return Done{};
+}
+
+}  // namespace rcs

@@ -1,0 +1,119 @@
+#include "rcs/node/process/node_main.h"
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <new>
+#include <string>
+#include <utility>
+
+#include "rcs/node/bus/bus_exposure.h"
+#include "rcs/node/bus/lcm_bus.h"
+#include "rcs/node/bus/local_bus.h"
+#include "rcs/node/executor.h"
+#include "rcs/node/process/cycle_sinks.h"
+#include "rcs/node/process/process.h"
+#include "rcs/node/process/realtime.h"
+#include "rcs/node/report.h"
+#include "rcs/node/timeline/live_timeline.h"
+
+namespace rcs {
+namespace {
+
+struct Options {
+  std::string config;
+  std::string url;
+  bool check = false;  // the configuration only
+};
+
+int fail(std::string_view name, const Error& error) {
+  fmt::print(stderr, "{}: {}\n", name, error.message);
+  return 1;
+}
+
+/// Builds the node on a bus that leads nowhere.
+int check(std::string_view name, const Options& options, const NodeFactory& factory) {
+  const Result<ParamFile> params = ParamFile::load(options.config);
+  if (!params) return fail(name, params.error());
+  const Result<ProcessTables> tables = read_process_tables(*params);
+  if (!tables) return fail(name, tables.error());
+  LocalBus bus;
+  const Result<std::unique_ptr<Node>> node = factory(*params, &bus);
+  if (!node) return fail(name, node.error());
+  fmt::print("{}: {} is good\n", name, options.config);
+  return 0;
+}
+
+int run_live(std::string_view name, const Options& options, const NodeFactory& factory) {
+  const Result<ParamFile> params = ParamFile::load(options.config);
+  if (!params) return fail(name, params.error());
+  const Result<ProcessTables> tables = read_process_tables(*params);
+  if (!tables) return fail(name, tables.error());
+
+  const StopSignals stop;
+  const Result<std::unique_ptr<LcmBus>> opened = LcmBus::create(options.url);
+  if (!opened) return fail(name, opened.error());
+  LcmBus* const bus = opened->get();
+  EventPrinter printer(bus, name);  // before the node, which may report while it starts
+  const Result<std::unique_ptr<Node>> node = factory(*params, bus);
+  if (!node) return fail(name, node.error());
+  if (const Outcome status = bus->status(); !status) return fail(name, status.error());
+
+  LiveTimeline timeline(bus, &stop);
+  CyclePublisher cycles(bus);
+  CycleCounter counter(&cycles);
+  // Last of all: every thread and most of the memory are there by now.
+  ProcessFacts facts{std::string(name), options.config, timeline.now(),
+                     request_realtime(tables->realtime_of(std::string(name))),
+                     reach_note(bus->url(), tables->bus_firewalled)};
+  for (const std::string& refusal : facts.grant.refusals) {
+    fmt::print(stderr, "{}: {}\n", name, refusal);
+  }
+  if (!facts.reach_note.empty()) fmt::print(stderr, "{}: {}\n", name, facts.reach_note);
+  ProcessNode process(bus, facts, &counter);
+
+  const NodeInfo& info = (*node)->info();
+  fmt::print(stderr, "{}: running on {}, configuration {}, budget {} ms; stop with Ctrl-C\n", name,
+             bus->url(), options.config, milliseconds(info.budget));
+  RunReport report = run({node->get(), &process}, timeline, &counter);
+  report.nodes.resize(1);  // the node's own
+  fmt::print(stderr, "{}", report.text());
+  if (bus->publish_failures() > 0) {
+    fmt::print(stderr, "{}: {} messages could not be sent\n", name, bus->publish_failures());
+  }
+  const Outcome status = bus->status();
+  return status ? 0 : fail(name, status.error());
+}
+
+int parse_and_run(int argc, char** argv, std::string_view name, const NodeFactory& factory) {
+  CLI::App app(fmt::format("RCS node {}: runs on the LCM bus until Ctrl-C or SIGTERM", name),
+               std::string(name));
+  Options options;
+  app.add_option("CONFIG", options.config, "the vehicle's configuration (TOML)")->required();
+  app.add_option("--lcm-url", options.url,
+                 fmt::format("the bus; default: $LCM_DEFAULT_URL, else {}", kDefaultLcmUrl));
+  app.add_flag("--check", options.check, "only read the configuration and say whether it is good");
+  app.footer(fmt::format("Example:\n  {} config/demo3.toml", name));
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) == 0 ? 0 : 2;
+  }
+  return options.check ? check(name, options, factory) : run_live(name, options, factory);
+}
+
+}  // namespace
+
+int node_main(int argc, char** argv, std::string_view name, const NodeFactory& factory) {
+  try {
+    return parse_and_run(argc, argv, name, factory);
+  } catch (const std::bad_alloc&) {
+    return fail(name, Error{"out of memory"});
+  } catch (const std::exception& e) {
+    return fail(name, Error{e.what()});
+  }
+}
+
+}  // namespace rcs

@@ -1,0 +1,64 @@
+#include "rcs/prior/async_tile_loader.h"
+
+#include <pthread.h>
+
+#include <cerrno>
+#include <csignal>
+#include <future>
+#include <utility>
+
+#include "rcs/base/check.h"
+#include "rcs/node/process/realtime.h"
+
+namespace rcs {
+
+AsyncTileLoader::AsyncTileLoader(std::string map) : map_(std::move(map)) {
+  RCS_CHECK(sem_init(&waiting_, 0, 0) == 0);
+  // A thread inherits what is blocked: signals are for the thread of the cycles.
+  sigset_t all;
+  sigset_t before;
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, &before);
+  std::promise<void> in_background;
+  thread_ = std::thread([this, &in_background] {
+    (void)run_in_background();  // refused: at its birth's priority, in nobody's way but by its load
+    in_background.set_value();
+    work();
+  });
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  in_background.get_future().wait();
+}
+
+AsyncTileLoader::~AsyncTileLoader() {
+  stop_ = true;
+  sem_post(&waiting_);
+  thread_.join();
+  sem_destroy(&waiting_);
+}
+
+bool AsyncTileLoader::start(const TileJob& job) {
+  if (asked_ - taken_ == kMost) return false;
+  jobs_[asked_ % kMost] = job;
+  ++asked_;
+  sem_post(&waiting_);  // the thread sees the job: posting is a release
+  return true;
+}
+
+bool AsyncTileLoader::finished(TileJob* job) {
+  if (taken_ == done_.load(std::memory_order_acquire)) return false;
+  *job = jobs_[taken_ % kMost];
+  ++taken_;
+  return true;
+}
+
+void AsyncTileLoader::work() {
+  std::vector<std::uint8_t> buffer;
+  for (std::size_t next = 0;; ++next) {
+    while (sem_wait(&waiting_) != 0) RCS_CHECK(errno == EINTR);
+    if (stop_) return;
+    load_tile(map_, &buffer, &jobs_[next % kMost]);
+    done_.store(next + 1, std::memory_order_release);
+  }
+}
+
+}  // namespace rcs

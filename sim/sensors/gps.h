@@ -1,0 +1,62 @@
+#pragma once
+// A GPS receiver on carrier phase with float ambiguities.
+
+#include <vector>
+
+#include "rcs/base/geodesy.h"
+#include "sim/base/random.h"
+#include "sim/vehicle/trajectory.h"
+
+namespace rcs::sim {
+
+struct Outage {
+  double begin_s = 0.0;
+  double length_s = 0.0;
+
+  [[nodiscard]] bool holds(double time_s) const {
+    return time_s >= begin_s && time_s < begin_s + length_s;
+  }
+};
+
+struct GpsParams {
+  double interval_s = 0.2;  ///< [0.05, 10]
+  double latency_s = 0.0;   ///< from validity to arrival, [0, 1]
+  Vec3 p_vehicle_antenna{-0.5, 0.0, 1.1};
+  double sigma_m = 0.3;         ///< slow part, every axis: Gauss-Markov, [0, 100]
+  double correlation_s = 60.0;  ///< of the slow part, > 0
+  double white_m = 0.02;        ///< [0, 100]
+  double sigma_v_mps = 0.05;    ///< white, every axis, [0, 10]
+  double undulation_m = -33.0;  ///< of the geoid, reported, [-110, 90]
+  std::vector<Outage> outages;  ///< no message while one lasts
+  double lost_after_m = 0.0;    ///< of the driven way: no message any more; 0: never, [0, 1e5]
+};
+
+struct GpsFix {
+  Geodetic antenna;
+  double sigma_m = 0.0;
+  Vec3 v_world = Vec3::Zero();  ///< of the antenna
+  double sigma_v_mps = 0.0;
+  int satellites = 0;
+  double hdop = 0.0;
+  double vdop = 0.0;
+};
+
+class GpsReceiver {
+ public:
+  GpsReceiver(const GpsParams& params, const Geodetic& datum, std::uint64_t seed);
+
+  [[nodiscard]] const GpsParams& params() const { return params_; }
+  /// Within an outage.
+  [[nodiscard]] bool silent_at(double time_s) const;
+  /// The fix for `time_s`; to be called at every interval, in order of time.
+  /// @return false during an outage
+  [[nodiscard]] bool measure(const Trajectory& vehicle, double time_s, GpsFix* fix);
+
+ private:
+  GpsParams params_;
+  LocalFrame frame_;
+  Random random_;
+  GaussMarkov slow_;
+};
+
+}  // namespace rcs::sim

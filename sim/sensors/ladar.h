@@ -1,0 +1,160 @@
+#pragma once
+// Two LADARs: the range imager of Demo III on its tilting head, and a spinning one with 64 beams.
+// Every shot has its own time, at which vehicle and head are where they truly are.
+
+#include <cstdint>
+#include <vector>
+
+#include "rcs/base/pose.h"
+#include "sim/base/random.h"
+#include "sim/terrain/world.h"
+#include "sim/vehicle/trajectory.h"
+
+namespace rcs::sim {
+
+/// What a beam does, whichever the scanner.
+struct BeamParams {
+  double max_range_m = 60.0;             ///< [1, 300]
+  double sigma_m = 0.03;                 ///< of a range at normal incidence, [0, 1]
+  double half_angle_rad = radians(0.1);  ///< of the beam; 0: no mixed pixels, [0, 1] deg
+  /// The range of a slanted surface varies over the footprint; this share of it is noise, [0, 1].
+  double incidence_share = 0.25;
+  double missing_share = 0.15;      ///< of the returns, in all, [0, 1)
+  double empty_facet_share = 0.03;  ///< of the facets, counts in missing_share, [0, missing_share]
+};
+
+/// Where the LADAR is, and what nobody has calibrated.
+struct MountParams {
+  Pose T_vehicle_mount{Quat::Identity(), Vec3(0.9, 0.0, 0.9)};  ///< nominal, head at rest
+  double error_m = 0.01;            ///< of the mount; direction by seed, [0, 1]
+  double error_rad = radians(0.2);  ///< axis by seed, [0, 10] deg
+};
+
+struct ImagerParams {
+  int rows = 32;    ///< [1, 256]
+  int cols = 180;   ///< [1, 2048]
+  int facets = 16;  ///< divides rows, [1, 256]
+  double fov_v_rad = radians(20.0);
+  double fov_h_rad = radians(90.0);
+  double period_s = 0.1;             ///< of a scan, [0.02, 10]
+  double tilt_rad = radians(-10.0);  ///< of the head, or the middle of its sweep, [-60, 60] deg
+  double sweep_rad = 0.0;            ///< amplitude of the tilt's sine, [0, 60] deg
+  double sweep_hz = 0.25;            ///< [0, 5]
+};
+
+struct SpinningParams {
+  int beams = 64;    ///< row 0 lowest, [1, 256]
+  int cols = 1824;   ///< a turn, clockwise from straight behind, [48, 4096]
+  int sectors = 48;  ///< divides cols, [1, 256]
+  double lowest_rad = radians(-24.8);
+  double highest_rad = radians(2.0);
+  double period_s = 0.1;  ///< of a turn, [0.02, 10]
+};
+
+/// The pan/tilt encoder at a facet's first shot.
+struct HeadAngle {
+  double tilt_rad = 0.0;  ///< positive up
+  double tilt_rate_radps = 0.0;
+};
+
+/// A part of a range image.
+struct RangeFacet {
+  HeadAngle head;
+  int first_row = 0;
+  int rows = 0;
+  std::vector<float> range_m;  ///< rows x cols; 0: no return; empty: no return in the whole facet
+};
+
+/// A part of a turn, in the ladar frame.
+struct PointSector {
+  std::vector<float> x_m, y_m, z_m;
+  std::vector<std::int16_t> row, col;
+  std::vector<std::int32_t> dt_us;  ///< after the sector's first shot
+};
+
+/// Casts shots and adds what beams do.
+class Beam {
+ public:
+  Beam(const BeamParams& params, std::uint64_t seed)
+      : params_(params), random_(seed, Stream::kLadar) {}
+
+  [[nodiscard]] const BeamParams& params() const { return params_; }
+  /// The range without noise; 0: no return.
+  /// @param clear_m  nothing is met before this range
+  [[nodiscard]] double cast(const World& world, const Ray& ray, double time_s,
+                            double* cos_incidence, double clear_m = 0.0);
+  /// Adds noise to a range; 0: no return, or out of range.
+  [[nodiscard]] double measure(double range_m, double cos_incidence);
+  /// Drawn once a facet, and once a shot: its return will be missing, so it need not be cast.
+  [[nodiscard]] bool facet_is_empty();
+  [[nodiscard]] bool shot_is_missing();
+  [[nodiscard]] Random& random() { return random_; }
+
+ private:
+  BeamParams params_;
+  Random random_;
+};
+
+class RangeImager {
+ public:
+  RangeImager(const ImagerParams& params, const BeamParams& beam, const MountParams& mount,
+              std::uint64_t seed);
+
+  [[nodiscard]] const ImagerParams& params() const { return params_; }
+  [[nodiscard]] double facet_duration_s() const { return params_.period_s / params_.facets; }
+  [[nodiscard]] HeadAngle head_at(double time_s) const;
+  /// The true mount, error included, at a time.
+  [[nodiscard]] Pose T_vehicle_ladar(double time_s) const;
+  /// Of a cell in the ladar frame; unit.
+  [[nodiscard]] Vec3 direction(int row, int col) const;
+
+  /// @param start_s  the facet's first shot; column c is shot at start + c / cols of its duration
+  void render(const World& world, const Trajectory& vehicle, double start_s, int facet,
+              RangeFacet* out);
+
+ private:
+  struct Shot {
+    double range_m;
+    double cos_incidence;
+  };
+  /// Pose of the ladar in frame world.
+  struct Column {
+    Mat3 R_world_ladar;
+    Vec3 p_world;
+  };
+  void place_columns(const Trajectory& vehicle, double start_s);
+  void cast_columns(const World& world, double start_s, int first_row, int rows, int first_col,
+                    int end_col);
+  void mix_pixels(const World& world, double start_s, int first_row);
+  [[nodiscard]] double shot_time(double start_s, int col) const {
+    return start_s + facet_duration_s() * col / params_.cols;
+  }
+
+  ImagerParams params_;
+  Beam beam_;
+  Pose T_vehicle_mount_;
+  std::vector<Vec3> direction_ladar_;
+  std::vector<Column> columns_;  // of the facet under way
+  std::vector<Ray> rays_;        // of the fan under way, column by column
+  std::vector<Shot> shots_;
+};
+
+class SpinningLadar {
+ public:
+  SpinningLadar(const SpinningParams& params, const BeamParams& beam, const MountParams& mount,
+                std::uint64_t seed);
+
+  [[nodiscard]] const SpinningParams& params() const { return params_; }
+  [[nodiscard]] const Pose& T_vehicle_ladar() const { return T_vehicle_ladar_; }
+
+  /// @param start_s  the sector's first shot
+  void render(const World& world, const Trajectory& vehicle, double start_s, int sector,
+              PointSector* out);
+
+ private:
+  SpinningParams params_;
+  Beam beam_;
+  Pose T_vehicle_ladar_;
+};
+
+}  // namespace rcs::sim

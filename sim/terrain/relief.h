@@ -1,0 +1,45 @@
+#pragma once
+// The bare ground: a DEM's surface, if there is one, plus seeded fractal relief.
+
+#include <cstdint>
+#include <vector>
+
+#include "sim/terrain/dem.h"
+
+namespace rcs::sim {
+
+/// Relief of one size: a uniform cubic B-spline through white noise on a square lattice.
+struct Octave {
+  double spacing_m = 1.0;  ///< of the lattice; hills are about three spacings apart, [0.1, 5000]
+  double rms_m = 0.0;      ///< root mean square of the height, [0, 500]
+};
+
+/// Height of the bare ground in frame world [m]; twice continuously differentiable (once where a
+/// DEM is used).
+class Relief {
+ public:
+  /// @param dem  its middle is put at x = y = 0, its mean height at z = 0; width 0: none
+  Relief(std::uint64_t seed, std::vector<Octave> octaves, Dem dem);
+
+  [[nodiscard]] double height(double x_m, double y_m) const;
+
+  /// Heights on a lattice, x fastest: z(i, j) at ((i0 + i) * step_m, (j0 + j) * step_m). Points
+  /// that two calls share come out equal to the bit.
+  void fill(std::int64_t i0, std::int64_t j0, double step_m, int width, int height,
+            std::vector<float>* z_m) const;
+
+  /// A smooth unit-variance field, about Gaussian, for things that grow in patches.
+  [[nodiscard]] static double field(std::uint64_t seed, double spacing_m, double x_m, double y_m);
+  /// The same on a lattice, as fill() has it; of the same sign, not to the bit.
+  static void fill_field(std::uint64_t seed, double spacing_m, std::int64_t i0, std::int64_t j0,
+                         double step_m, int side, std::vector<float>* values);
+
+ private:
+  [[nodiscard]] double dem_height(double x_m, double y_m) const;
+
+  std::uint64_t seed_;
+  std::vector<Octave> octaves_;
+  Dem dem_;
+};
+
+}  // namespace rcs::sim

@@ -1,0 +1,67 @@
+#pragma once
+// The vehicle's body on its springs: height, pitch and roll answer the ground under four wheels.
+
+#include "rcs/base/pose.h"
+#include "sim/terrain/world.h"
+#include "sim/vehicle/course.h"
+
+namespace rcs::sim {
+
+struct VehicleParams {
+  double wheelbase_m = 2.4;  ///< [0.5, 10]
+  double track_m = 1.7;      ///< [0.5, 5]
+  double imu_height_m =
+      0.9;                 ///< of the vehicle frame's origin above level ground at rest, [0.1, 3]
+  double contact_m = 0.5;  ///< length of ground that a wheel averages over, [0.05, 2]
+  double heave_hz = 1.5;   ///< natural frequency of the body on its springs, [0.5, 10]
+  double tilt_hz = 1.8;    ///< the same in pitch and roll, [0.5, 10]
+  double damping = 0.4;    ///< ratio of critical, (0, 2]
+};
+
+/// One degree of freedom on a spring and a damper whose foot moves (base excitation).
+class Spring {
+ public:
+  Spring(double frequency_hz, double damping, double foot)
+      : omega_(2.0 * kPi * frequency_hz), damping_(damping), foot_(foot), value_(foot) {}
+
+  void step(double foot, double dt_s);
+  [[nodiscard]] double value() const { return value_; }
+
+ private:
+  double omega_;
+  double damping_;
+  double foot_;
+  double value_;
+  double rate_ = 0.0;
+};
+
+class Suspension {
+ public:
+  static constexpr double kStep_s = 0.002;
+
+  /// @param world  must outlive it
+  /// @param at  where the body has come to rest
+  Suspension(const World* world, const VehicleParams& params, const CoursePoint& at);
+
+  /// The wheels have moved on to a place, within kStep_s.
+  void step(const CoursePoint& at);
+  /// T_world_vehicle of the body above a place, as its springs hold it now.
+  [[nodiscard]] Pose pose(const CoursePoint& at) const;
+
+ private:
+  /// The plane under the wheels.
+  struct Footing {
+    double height_m;
+    double slope_ahead;  ///< rise per metre forward
+    double slope_left;
+  };
+  [[nodiscard]] Footing footing(const CoursePoint& at) const;
+
+  const World* world_;
+  VehicleParams params_;
+  Spring heave_;
+  Spring pitch_;
+  Spring roll_;
+};
+
+}  // namespace rcs::sim

@@ -1,0 +1,250 @@
+#include "modules/gateway/command_arbiter.h"
+
+#include <gtest/gtest.h>
+
+#include <optional>
+#include <string>
+
+#include "tests/gateway/operator_command_samples.h"
+
+namespace rcs::gateway {
+namespace {
+
+using test::go_to;
+using test::halt;
+using Kind = Action::Kind;
+using Phase = CommandDesk::Phase;
+
+constexpr Stamp at(double s) { return Stamp() + from_seconds(s); }
+
+std::optional<Kind> kind(const std::optional<Action>& action) {
+  if (!action) return std::nullopt;
+  return action->kind;
+}
+
+/// A desk, asked every 50 ms.
+struct Shift {
+  CommandDesk desk{DeskParams{}};
+  Progress progress = Progress::kUnderway;
+  double t = 0.0;
+  int sent = 0;
+  Stamp valid_until = Stamp::min();  // of the newest GOTO
+
+  /// Until `end`; `each` is called before every decision.
+  template <class Each>
+  void until(double end, Each&& each) {
+    for (; t < end; t += 0.05) {
+      each();
+      const std::optional<Action> action = desk.decide(at(t), progress);
+      if (!action) continue;
+      ++sent;
+      if (action->kind == Kind::kGoto) valid_until = at(t) + action->valid_for;
+    }
+  }
+  void until(double end) {
+    until(end, [] {});
+  }
+};
+
+TEST(CommandDesk, ACommandIsSentAtOnceAndRefreshedEverySecondWhileItsOperatorSpeaks) {
+  Shift run;
+  run.until(10.0, [&] { EXPECT_EQ(run.desk.take(go_to("alice", 1), at(run.t)), Refusal::kNone); });
+  // It is extended whenever a whole second can be gained.
+  EXPECT_GE(run.sent, 9);
+  EXPECT_LE(run.sent, 11);
+  EXPECT_EQ(run.desk.phase(), Phase::kGoto);
+}
+
+TEST(CommandDesk, TheVehicleIsNeverWithoutAValidCommandWhileItsOperatorSpeaks) {
+  for (const double valid_for : {0.6, 1.0, 2.0, 5.0}) {
+    Shift run;
+    WaypointOrder order = go_to("alice", 1);
+    order.valid_for = from_seconds(valid_for);
+    double next = 0.0;
+    run.until(10.0, [&] {
+      if (run.t >= next) {
+        EXPECT_EQ(run.desk.take(order, at(run.t)), Refusal::kNone);
+        next = run.t + 0.2;
+      }
+      if (run.sent > 0) {
+        EXPECT_GT(run.valid_until, at(run.t)) << valid_for;
+      }
+    });
+    EXPECT_LE(run.sent, 60) << "refreshed more often than the operator speaks";
+  }
+}
+
+TEST(CommandDesk, SilenceEndsTheCommandWithinItsOwnValidity) {
+  Shift run;
+  (void)run.desk.take(go_to("alice", 1), at(0.0));
+  run.until(10.0);
+  EXPECT_EQ(run.desk.phase(), Phase::kSilent);
+  EXPECT_LE(run.valid_until, at(2.0)) << "valid for 2 s after the operator's last word";
+  EXPECT_EQ(run.desk.take(go_to("alice", 1), at(10.0)), Refusal::kStale)
+      << "who was silent has to ask anew";
+  EXPECT_EQ(run.desk.take(go_to("alice", 2), at(10.0)), Refusal::kNone);
+  EXPECT_EQ(kind(run.desk.decide(at(10.0), Progress::kUnderway)), Kind::kGoto);
+}
+
+TEST(CommandDesk, AVehicleThatStopsForSilenceHasNotFailed) {
+  CommandDesk desk{DeskParams{}};
+  (void)desk.take(go_to("alice", 1), at(0.0));
+  (void)desk.decide(at(0.0), Progress::kUnderway);
+  (void)desk.decide(at(2.0), Progress::kError);
+  EXPECT_EQ(desk.phase(), Phase::kSilent);
+}
+
+TEST(CommandDesk, WhatIsDoneOrHasFailedIsNotRefreshed) {
+  for (const Progress end : {Progress::kDone, Progress::kError}) {
+    Shift run;
+    const auto speak = [&] {
+      EXPECT_EQ(run.desk.take(go_to("alice", 1), at(run.t)), Refusal::kNone);
+    };
+    run.until(0.5, speak);
+    run.progress = end;
+    const int before = run.sent;
+    run.until(5.0, speak);
+    EXPECT_EQ(run.sent, before);
+    EXPECT_EQ(run.desk.phase(), end == Progress::kDone ? Phase::kDone : Phase::kFailed);
+  }
+}
+
+TEST(CommandDesk, TheProgressOfAnOlderActionSaysNothingAboutANewCommand) {
+  CommandDesk desk{DeskParams{}};
+  (void)desk.take(go_to("alice", 1), at(0.0));
+  (void)desk.decide(at(0.0), Progress::kUnderway);
+  (void)desk.decide(at(0.1), Progress::kDone);
+  ASSERT_EQ(desk.phase(), Phase::kDone);
+  (void)desk.take(go_to("alice", 2), at(0.2));
+  EXPECT_EQ(kind(desk.decide(at(0.2), Progress::kDone)), Kind::kGoto);
+  EXPECT_EQ(desk.phase(), Phase::kGoto);
+}
+
+TEST(CommandDesk, IdsGrowAndAnIdHasOneContent) {
+  CommandDesk desk{DeskParams{}};
+  EXPECT_EQ(desk.take(go_to("alice", 5), at(0.0)), Refusal::kNone);
+  EXPECT_EQ(desk.take(go_to("alice", 4), at(0.1)), Refusal::kStale);
+  WaypointOrder other = go_to("alice", 5);
+  other.waypoints[0].speed_mps = 4.0;
+  EXPECT_EQ(desk.take(other, at(0.1)), Refusal::kChanged);
+  EXPECT_EQ(desk.take(go_to("alice", 5), at(0.1)), Refusal::kNone);
+}
+
+TEST(CommandDesk, OneOperatorIsInCommandAndAnyOperatorMayHalt) {
+  CommandDesk desk{DeskParams{}};
+  (void)desk.take(go_to("alice", 5), at(0.0));
+  EXPECT_EQ(desk.take(go_to("bob", 1), at(0.1)), Refusal::kHeld);
+  EXPECT_EQ(desk.take(halt("bob", 2), at(0.2)), Refusal::kNone);
+  EXPECT_EQ(kind(desk.decide(at(0.2), Progress::kUnderway)), Kind::kHalt);
+  EXPECT_EQ(kind(desk.decide(at(0.3), Progress::kUnderway)), std::nullopt) << "once";
+  EXPECT_EQ(desk.take(halt("bob", 2), at(0.3)), Refusal::kNone) << "bob repeats himself";
+  EXPECT_EQ(desk.take(go_to("alice", 5), at(0.3)), Refusal::kStale) << "halted is halted";
+  EXPECT_EQ(desk.take(go_to("bob", 1), at(0.4)), Refusal::kStale) << "refused once, used up";
+  EXPECT_EQ(desk.take(go_to("bob", 3), at(0.4)), Refusal::kNone);
+}
+
+TEST(CommandDesk, AStopIsSentAtOnceRepeatedAndEndsTheCommand) {
+  Shift run;
+  (void)run.desk.take(go_to("alice", 1), at(0.0));
+  run.until(0.2);
+  EXPECT_EQ(run.desk.take(StopOrder{"bob", 1, true}, at(0.2)), Refusal::kNone);
+  EXPECT_EQ(kind(run.desk.decide(at(0.2), Progress::kUnderway)), Kind::kEmergencyStop);
+  run.sent = 0;
+  run.t = 0.25;
+  run.until(10.2);
+  EXPECT_NEAR(run.sent, 10, 1) << "every second, for as long as it is engaged";
+  EXPECT_EQ(run.desk.take(go_to("alice", 1), at(10.2)), Refusal::kStale);
+  EXPECT_EQ(run.desk.take(go_to("alice", 2), at(10.2)), Refusal::kStopped);
+}
+
+TEST(CommandDesk, AReleaseEndsTheStopOfItsOperatorOnly) {
+  CommandDesk desk{DeskParams{}};
+  (void)desk.take(StopOrder{"alice", 1, true}, at(0.0));
+  (void)desk.take(StopOrder{"bob", 1, true}, at(0.0));
+  (void)desk.decide(at(0.0), Progress::kUnderway);
+  EXPECT_EQ(desk.take(StopOrder{"bob", 1, false}, at(0.1)), Refusal::kStale) << "the same id";
+  EXPECT_EQ(desk.take(StopOrder{"bob", 2, false}, at(0.1)), Refusal::kNone);
+  EXPECT_EQ(desk.phase(), Phase::kStopped) << "alice's stop stands";
+  EXPECT_EQ(desk.take(StopOrder{"carol", 2, false}, at(0.2)), Refusal::kNone);
+  EXPECT_EQ(desk.phase(), Phase::kStopped) << "carol has none to release";
+  EXPECT_EQ(desk.take(StopOrder{"", 9, false}, at(0.2)), Refusal::kOperator);
+  EXPECT_EQ(desk.take(StopOrder{"alice", 2, false}, at(0.3)), Refusal::kNone);
+  EXPECT_EQ(kind(desk.decide(at(0.3), Progress::kUnderway)), Kind::kRelease);
+  EXPECT_EQ(desk.take(go_to("alice", 1), at(0.4)), Refusal::kStopped) << "not taken yet";
+  (void)desk.decide(at(0.5), Progress::kDone);
+  EXPECT_EQ(desk.phase(), Phase::kIdle);
+  EXPECT_EQ(desk.take(go_to("alice", 1), at(0.6)), Refusal::kStale)
+      << "a command from before the release must not come into force by itself";
+  EXPECT_EQ(desk.take(go_to("alice", 2), at(0.6)), Refusal::kNone);
+}
+
+TEST(CommandDesk, AStopOfAnUnknownOperatorStops) {
+  CommandDesk desk{DeskParams{}};
+  EXPECT_EQ(desk.take(StopOrder{"", -7, true}, at(0.0)), Refusal::kNone);
+  EXPECT_EQ(kind(desk.decide(at(0.0), Progress::kUnderway)), Kind::kEmergencyStop);
+  EXPECT_EQ(desk.take(StopOrder{"alice", 1, false}, at(0.1)), Refusal::kNone);
+  EXPECT_EQ(kind(desk.decide(at(0.1), Progress::kUnderway)), Kind::kRelease);
+}
+
+TEST(CommandDesk, AReleaseFromBeforeThisProcessReleasesNothing) {
+  // A transient-local release of long ago comes with every start; the vehicle may be stopped anew.
+  CommandDesk desk{DeskParams{}};
+  EXPECT_EQ(desk.take(StopOrder{"alice", 9, false}, at(0.0)), Refusal::kNone);
+  EXPECT_EQ(kind(desk.decide(at(0.0), Progress::kUnderway)), std::nullopt);
+}
+
+TEST(CommandDesk, AReleaseThatTheVehicleDoesNotTakeEndsAsAStop) {
+  Shift run;
+  (void)run.desk.take(StopOrder{"alice", 1, true}, at(0.0));
+  run.until(0.1);
+  (void)run.desk.take(StopOrder{"alice", 2, false}, at(0.1));
+  run.progress = Progress::kError;  // still moving
+  run.until(5.0);
+  EXPECT_EQ(run.desk.phase(), Phase::kReleasing);
+  run.until(11.0);
+  EXPECT_EQ(run.desk.phase(), Phase::kStopped);
+  EXPECT_EQ(run.desk.take(StopOrder{"alice", 3, false}, at(11.0)), Refusal::kNone);
+  EXPECT_EQ(run.desk.phase(), Phase::kReleasing);
+}
+
+// Ids of 2^63-1 once made every later command, or the release, of their operator stale.
+TEST(CommandDesk, APoisonedIdDisablesNothing) {
+  CommandDesk desk{DeskParams{}};
+  EXPECT_EQ(desk.take(go_to("alice", INT64_MAX), at(0.0)), Refusal::kCommandId);
+  EXPECT_EQ(desk.take(StopOrder{"alice", INT64_MAX, false}, at(0.0)), Refusal::kCommandId);
+  EXPECT_EQ(desk.take(go_to("alice", 1), at(0.1)), Refusal::kNone);
+  EXPECT_EQ(desk.take(StopOrder{"alice", INT64_MAX, true}, at(0.2)), Refusal::kNone);
+  EXPECT_EQ(kind(desk.decide(at(0.2), Progress::kUnderway)), Kind::kEmergencyStop);
+  EXPECT_EQ(desk.take(StopOrder{"alice", 2, false}, at(0.3)), Refusal::kNone);
+  EXPECT_EQ(desk.phase(), Phase::kReleasing);
+  EXPECT_EQ(desk.take(StopOrder{"alice", 1, true}, at(0.4)), Refusal::kNone) << "an older id";
+  EXPECT_EQ(kind(desk.decide(at(0.4), Progress::kUnderway)), Kind::kEmergencyStop);
+}
+
+TEST(CommandDesk, ACrowdOfOperatorsCannotKeepAStopOut) {
+  CommandDesk desk{DeskParams{}};
+  for (int i = 0; i < 100; ++i) {
+    EXPECT_EQ(desk.take(StopOrder{"crowd" + std::to_string(i), 1, true}, at(0.0)), Refusal::kNone);
+  }
+  EXPECT_EQ(desk.phase(), Phase::kStopped);
+  // Those without a place of their own count as one stop without a name.
+  for (int i = 0; i < 15; ++i) {
+    (void)desk.take(StopOrder{"crowd" + std::to_string(i), 2, false}, at(0.1));
+  }
+  EXPECT_EQ(desk.phase(), Phase::kStopped);
+  (void)desk.take(StopOrder{"crowd15", 2, false}, at(0.1));
+  EXPECT_EQ(desk.phase(), Phase::kReleasing);
+}
+
+TEST(CommandDesk, ACrowdOfOperatorsDoesNotPushOutTheOneInCommand) {
+  CommandDesk desk{DeskParams{}};
+  (void)desk.take(go_to("alice", 5), at(0.0));
+  for (int i = 0; i < 100; ++i) {
+    EXPECT_EQ(desk.take(go_to("crowd" + std::to_string(i), 1), at(0.1)), Refusal::kHeld);
+  }
+  EXPECT_EQ(desk.take(go_to("alice", 4), at(0.2)), Refusal::kStale);
+  EXPECT_EQ(desk.take(go_to("alice", 5), at(0.2)), Refusal::kNone);
+}
+
+}  // namespace
+}  // namespace rcs::gateway

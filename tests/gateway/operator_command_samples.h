@@ -1,0 +1,27 @@
+#pragma once
+// Orders that the gateway's tests share.
+
+#include <string>
+
+#include "modules/gateway/operator_commands.h"
+
+namespace rcs::gateway::test {
+
+inline WaypointOrder go_to(const std::string& operator_id, std::int64_t command_id) {
+  WaypointOrder order;
+  order.operator_id = operator_id;
+  order.command_id = command_id;
+  order.kind = kKindGoto;
+  order.valid_for = from_seconds(2.0);
+  order.waypoints = {{{10.0, 0.0, 0.0}, 2.0, 3.0}, {{20.0, 5.0, 0.0}, 2.0, 3.0}};
+  return order;
+}
+
+inline WaypointOrder halt(const std::string& operator_id, std::int64_t command_id) {
+  WaypointOrder order;
+  order.operator_id = operator_id;
+  order.command_id = command_id;
+  return order;
+}
+
+}  // namespace rcs::gateway::test

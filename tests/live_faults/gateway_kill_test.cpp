@@ -1,0 +1,146 @@
+// A DDS program and the gateway are killed again and again: inside, no cycle and no scan's way
+// takes longer for it. The figures are printed and not judged: this is no quiet computer.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <cstdio>
+#include <string>
+
+#include "lcmtypes/rcs/ladar_ranges_t.hpp"
+#include "rcs/node/report.h"
+#include "tests/live_faults/live_fault.h"
+#include "tools/base/statistics.h"
+#include "tools/evaluation/latency_trace.h"
+#include "tools/report/table.h"
+
+namespace rcs::drills {
+namespace {
+
+using tools::BudgetRecord;
+using tools::ScanLedger;
+using tools::values_of;
+
+constexpr Duration kPatience = from_seconds(60.0);
+constexpr Duration kBetweenKills = from_seconds(2.0);
+/// For the answers to the last scan, and for the scan that was half sent when the books were
+/// opened.
+constexpr Duration kTail = from_seconds(0.5);
+
+/// The books of a stretch of the drive, kept by what goes over the bus.
+class Books {
+ public:
+  explicit Books(Bus* bus)
+      : ranges_(bus, channel::kLadarRanges,
+                [this](const ladar_ranges_t& m, Stamp arrival) {
+                  // A scan that had begun before is nobody's.
+                  if (m.facet == 0 && open_) scan_ = m.scan_id;
+                  if (m.scan_id == scan_) ledger_.sent(m.reference_utime, arrival);
+                }),
+        registrations_(bus, channel::kSpRegistration,
+                       [this](const registration_t& m, Stamp) { ledger_.take(m); }),
+        nav_states_(bus, channel::kWmNavState,
+                    [this](const nav_state_t& m, Stamp) { ledger_.take(m); }),
+        drives_(bus, channel::kBgDrive, [this](const drive_t& m, Stamp) { ledger_.take(m); }) {
+    for (const char* node : {"sp", "wm", "bg"}) {
+      cycles_.emplace_back(bus, channel_of(node, "CYCLE"),
+                           [this](const cycle_t& m, Stamp) { ledger_.take(m); });
+    }
+  }
+
+  void open() {
+    ledger_ = {};
+    scan_ = -1;
+    open_ = true;
+  }
+  void no_more_scans() { open_ = false; }
+  [[nodiscard]] BudgetRecord close() const { return ledger_.close(); }
+
+ private:
+  ScanLedger ledger_;
+  std::int64_t scan_ = -1;  // under way
+  bool open_ = false;
+  test::Tap<ladar_ranges_t> ranges_;
+  test::Tap<registration_t> registrations_;
+  test::Tap<nav_state_t> nav_states_;
+  test::Tap<drive_t> drives_;
+  std::deque<test::Tap<cycle_t>> cycles_;
+};
+
+std::vector<std::string> row(const std::string& name, const std::vector<double>& before,
+                             const std::vector<double>& during) {
+  std::vector<std::string> cells = {name};
+  for (const std::vector<double>* values : {&before, &during}) {
+    const tools::Summary s = tools::summarize(*values);
+    for (const double ms : {s.p50, s.p99, s.max}) cells.push_back(fmt::format("{:.2f}", ms));
+  }
+  return cells;
+}
+
+TEST(GatewayKillDrill, InsideNoCycleTakesLongerWhenTheDoorIsKilled) {
+  const Duration window = std::chrono::seconds(number_from("RCS_DRILL_SECONDS", 60));
+  Drill drill;
+  ASSERT_EQ(drill.run.trouble(), "");
+  Books books(drill.run.bus());
+  drill.run.keep_client();
+  ASSERT_TRUE(drill.run_until_well(kPatience)) << drill.recovery.missing();
+
+  books.open();
+  drill.run_for(window);
+  books.no_more_scans();
+  drill.run_for(kTail);
+  const BudgetRecord before = books.close();
+
+  books.open();
+  int gateways = 0;
+  int clients = 0;
+  const Stamp end = drill.run.now() + window;
+  int killed = 0;  // the newest gateway: the next one may wait for its supervisor
+  for (bool client = true; drill.run.now() < end && drill.run.trouble().empty(); client = !client) {
+    drill.run_for(kBetweenKills);
+    if (client) {
+      drill.run.kill_client();
+      ++clients;
+    } else if (drill.run.pid_of("gateway") != killed) {
+      killed = drill.run.pid_of("gateway");
+      drill.run.send_signal("gateway", SIGKILL);
+      ++gateways;
+    }
+  }
+  books.no_more_scans();
+  drill.run_for(kTail);
+  const BudgetRecord during = books.close();
+
+  tools::Table table;
+  table.header = {"ms", "before p50", "p99", "max", "during p50", "p99", "max"};
+  for (const char* name :
+       {"sp", "wm", "bg", "sp: CPU", "wm: CPU", "bg: CPU", "sp: late", "wm: late", "bg: late"}) {
+    table.rows.push_back(row(name, values_of(before.stages, name), values_of(during.stages, name)));
+  }
+  for (const char* name : {tools::kToNavState, tools::kToDrive}) {
+    table.rows.push_back(row(name, values_of(before.hops, name), values_of(during.hops, name)));
+  }
+  std::printf("the gateway was killed %d times, its client %d times\n%s", gateways, clients,
+              tools::to_text(table).c_str());
+  for (const BudgetRecord* record : {&before, &during}) {
+    const tools::ScanCounts& s = record->scans;
+    std::printf(
+        "%s: %lld scans: %lld full, %lld degraded, %lld held, %lld failed, %lld dropped, "
+        "%lld unaccounted\n",
+        record == &before ? "before" : "during", static_cast<long long>(s.sent),
+        static_cast<long long>(s.full), static_cast<long long>(s.degraded),
+        static_cast<long long>(s.held), static_cast<long long>(s.failed),
+        static_cast<long long>(s.dropped), static_cast<long long>(s.unaccounted));
+    EXPECT_GE(s.sent, 9 * std::chrono::duration_cast<std::chrono::seconds>(window).count());
+    EXPECT_EQ(s.dropped + s.unaccounted, 0);
+  }
+  EXPECT_GE(gateways, 1);
+  EXPECT_GE(clients, 1);
+  (void)drill.run.end();
+  EXPECT_EQ(drill.run.trouble(), "");
+  EXPECT_EQ(drill.breaches(), "");
+}
+
+}  // namespace
+}  // namespace rcs::drills

@@ -1,0 +1,150 @@
+// kill -9, SIGSTOP for 3 s and a restart of each node, again and again, while the vehicle drives:
+// it is always stopped or driving safely, the run recovers by itself, and nothing is counted twice.
+// RCS_DRILL_TIMES: how often for each node, default 30.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <map>
+#include <random>
+
+#include "tests/live_faults/live_fault.h"
+#include "tools/base/statistics.h"
+#include "tools/report/table.h"
+
+namespace rcs::drills {
+namespace {
+
+constexpr Duration kStopped = from_seconds(3.0);
+constexpr Duration kPatience = from_seconds(60.0);
+/// `rcs up` starts a node that lived for less than half a minute after ever longer waits. That is
+/// its supervisor's business; here each death is a first one.
+constexpr Duration kHealthy = from_seconds(31.0);
+
+enum class Kind { kKill, kStop, kRestart };
+
+/// What became of one node's disturbances of one kind.
+struct Outcomes {
+  int times = 0;
+  std::vector<double> recovery_s;  ///< from the signal; of a stop: from SIGCONT
+  SafetyFigures worst;
+};
+
+class KillDrill : public testing::Test {
+ protected:
+  void run(Kind kind) {
+    const int times = number_from("RCS_DRILL_TIMES", 30);
+    ASSERT_EQ(drill_.run.trouble(), "");
+    ASSERT_TRUE(drill_.run_until_well(kPatience)) << why();
+    for (int i = 0; i < times; ++i) {
+      for (const std::string& node : kNodes) {
+        wait_until_healthy(node, kind);
+        disturb(node, kind);
+        if (!drill_.run.trouble().empty()) break;
+      }
+    }
+    judge(times);
+  }
+
+ private:
+  /// Not always at the same moment of a cycle, nor at the same place of the course.
+  void wait_until_healthy(const std::string& node, Kind kind) {
+    std::uniform_real_distribution<double> pause_s(0.5, 2.5);
+    drill_.run_for(from_seconds(pause_s(random_)));
+    if (kind == Kind::kStop) return;
+    const Stamp healthy = drill_.run.heard_first(node) + kHealthy;
+    if (healthy > drill_.run.now()) (void)drill_.run.run_until(healthy, {});
+  }
+
+  void disturb(const std::string& node, Kind kind) {
+    // The course may have ended just now; the vehicle is to be driving.
+    drill_.recovery.reset();
+    EXPECT_TRUE(drill_.run_until_well(kPatience)) << "before " << node << ": " << why();
+    if (!drill_.run.trouble().empty()) return;
+    drill_.safety.reset();
+    const int pid = drill_.run.pid_of(node);
+    Outcomes& outcomes = outcomes_[node];
+    ++outcomes.times;
+    if (kind == Kind::kStop) {
+      drill_.run.send_signal(node, SIGSTOP);
+      drill_.run_for(kStopped);
+      drill_.run.send_signal(node, SIGCONT);
+    } else {
+      drill_.run.send_signal(node, kind == Kind::kKill ? SIGKILL : SIGTERM);
+    }
+    const Stamp begin = drill_.run.now();
+    if (kind != Kind::kStop) {
+      // What the process still says while it ends is no sign of recovery.
+      const auto another = [&] { return drill_.run.pid_of(node) != pid; };
+      EXPECT_TRUE(drill_.run.run_until(begin + kPatience, another)) << node << " is not back";
+    }
+    drill_.recovery.reset();
+    if (drill_.run_until_well(kPatience)) {
+      outcomes.recovery_s.push_back(seconds(*drill_.recovery.recovered() - begin));
+    } else {
+      ADD_FAILURE() << node << ", time " << outcomes.times << ": not recovered: " << why();
+    }
+    EXPECT_EQ(drill_.run.pid_of(node) == pid, kind == Kind::kStop) << node;
+    add(drill_.safety.figures(), &outcomes.worst);
+    std::fprintf(stderr, "%-8s %2d: %.1f s, %.2f m\n", node.c_str(), outcomes.times,
+                 outcomes.recovery_s.empty() ? -1.0 : outcomes.recovery_s.back(),
+                 drill_.safety.figures().clearance_m);
+  }
+
+  static void add(const SafetyFigures& one, SafetyFigures* all) {
+    all->collisions += one.collisions;
+    all->clearance_m = std::min(all->clearance_m, one.clearance_m);
+    all->speed_mps = std::max(all->speed_mps, one.speed_mps);
+    all->deceleration_mps2 = std::max(all->deceleration_mps2, one.deceleration_mps2);
+    all->lateral_mps2 = std::max(all->lateral_mps2, one.lateral_mps2);
+  }
+
+  void judge(int times) {
+    tools::Table table;
+    table.header = {"node",       "times",       "recovered",   "median s",     "max s",
+                    "collisions", "clearance m", "brakes m/s2", "lateral m/s2", "speed m/s"};
+    for (const std::string& node : kNodes) {
+      const Outcomes& o = outcomes_[node];
+      const tools::Summary s = tools::summarize(o.recovery_s);
+      table.rows.push_back(
+          {node, std::to_string(o.times), std::to_string(o.recovery_s.size()),
+           fmt::format("{:.1f}", s.p50), fmt::format("{:.1f}", s.max),
+           std::to_string(o.worst.collisions), fmt::format("{:.2f}", o.worst.clearance_m),
+           fmt::format("{:.1f}", o.worst.deceleration_mps2),
+           fmt::format("{:.1f}", o.worst.lateral_mps2), fmt::format("{:.1f}", o.worst.speed_mps)});
+      EXPECT_EQ(o.times, times) << node;
+      EXPECT_EQ(o.recovery_s.size(), static_cast<std::size_t>(times)) << node;
+    }
+    const std::string sim = drill_.run.end();
+    std::printf(
+        "%s%lld scans, %lld commands, %lld waypoints (%lld times back to one), %d courses begun; "
+        "the operator gave up %zu times\n%s\n",
+        tools::to_text(table).c_str(), static_cast<long long>(drill_.counts.scans()),
+        static_cast<long long>(drill_.counts.commands()),
+        static_cast<long long>(drill_.counts.waypoints()),
+        static_cast<long long>(drill_.counts.returns()), drill_.run.courses(),
+        drill_.run.gave_up().size(), sim.c_str());
+    for (const std::string& reason : drill_.run.gave_up()) std::printf("  %s\n", reason.c_str());
+    EXPECT_EQ(drill_.run.trouble(), "");
+    EXPECT_EQ(drill_.breaches(), "");
+  }
+
+  std::string why() {
+    std::string text = drill_.recovery.missing() + "; " + drill_.run.trouble() + "\n";
+    for (const std::string& e : drill_.events) text += "  " + e + "\n";
+    return text;
+  }
+
+  Drill drill_;
+  std::map<std::string, Outcomes> outcomes_;
+  std::mt19937 random_{1};
+};
+
+TEST_F(KillDrill, Kill9) { run(Kind::kKill); }
+TEST_F(KillDrill, StopForThreeSeconds) { run(Kind::kStop); }
+TEST_F(KillDrill, Restart) { run(Kind::kRestart); }
+
+}  // namespace
+}  // namespace rcs::drills

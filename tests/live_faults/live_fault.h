@@ -1,0 +1,56 @@
+#pragma once
+// A run with all that watches it.
+
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "lcmtypes/channels.h"
+#include "lcmtypes/rcs/event_t.hpp"
+#include "tests/live_faults/count_judge.h"
+#include "tests/live_faults/recovery.h"
+#include "tests/live_faults/safety_judge.h"
+#include "tests/live_faults/vehicle_run.h"
+#include "tests/support/tap.h"
+
+namespace rcs::drills {
+
+/// A number from the environment, such as RCS_DRILL_TIMES.
+[[nodiscard]] int number_from(const char* variable, int otherwise);
+
+struct Drill {
+  explicit Drill(const std::string& vehicle_toml = "");
+  Drill(const Drill&) = delete;
+  Drill& operator=(const Drill&) = delete;
+  /// After a failure what the processes said stays.
+  ~Drill();
+
+  /// The vehicle drives with all nodes well, or the time is over.
+  bool run_until_well(Duration most);
+  void run_for(Duration time) { (void)run.run_until(run.now() + time, {}); }
+  /// Everything that went wrong so far, in lines.
+  [[nodiscard]] std::string breaches() const;
+
+  VehicleRun run;
+  SafetyJudge safety{SafetyLimits{}};
+  /// Truth and belief differ: a waypoint that BG has reached is one even a little outside.
+  CountJudge counts{course_world(), kRadius_m + 1.0};
+  Recovery recovery;
+  std::deque<std::string> events;  ///< the newest that nodes told
+
+ private:
+  void look();
+
+  std::deque<test::Tap<cycle_t>> cycles_;
+  std::deque<test::Tap<process_t>> processes_;
+  std::deque<test::Tap<event_t>> events_;
+  std::deque<test::Tap<truth_t>> truths_;
+  std::deque<test::Tap<drive_t>> drives_;
+  std::deque<test::Tap<nav_state_t>> nav_states_;
+  std::deque<test::Tap<command_t>> commands_;
+  std::deque<test::Tap<status_t>> statuses_;
+  std::deque<test::Tap<registration_t>> registrations_;
+  std::deque<test::Tap<innovation_t>> innovations_;
+};
+
+}  // namespace rcs::drills

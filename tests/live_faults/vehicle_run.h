@@ -1,0 +1,123 @@
+#pragma once
+// A simulated vehicle as its processes on this network namespace's bus: `rcs up` with sp, wm, bg
+// and gateway, the simulator, and `rcs go` as the operator, who sends the vehicle round and round.
+
+#include <deque>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "lcmtypes/rcs/process_t.hpp"
+#include "rcs/base/linear.h"
+#include "rcs/node/bus/lcm_bus.h"
+#include "rcs/node/timeline/live_timeline.h"
+#include "tests/support/tap.h"
+#include "tools/rcs/vehicle/child_process.h"
+
+namespace rcs::drills {
+
+/// The nodes that `rcs up` starts here.
+inline const std::vector<std::string> kNodes = {"sp", "wm", "bg", "gateway"};
+
+/// A closed course in the world of config/sim/drive.toml; the start is its last waypoint.
+[[nodiscard]] const std::vector<Vec2>& course_world();
+inline constexpr double kRadius_m = 3.0;       ///< a waypoint is reached within
+inline constexpr double kMostSpeed_mps = 6.0;  ///< that the operator allows
+
+class VehicleRun {
+ public:
+  /// @param vehicle_toml  more of the vehicle's configuration
+  /// @param sim_arguments  more of the simulator's command line
+  explicit VehicleRun(const std::string& vehicle_toml,
+                      const std::vector<std::string>& sim_arguments = {});
+  VehicleRun(const VehicleRun&) = delete;
+  VehicleRun& operator=(const VehicleRun&) = delete;
+  ~VehicleRun();
+
+  /// Why it cannot run; empty: it can.
+  [[nodiscard]] const std::string& trouble() const { return trouble_; }
+  [[nodiscard]] Bus* bus() { return bus_.get(); }
+  [[nodiscard]] Stamp now() const { return timeline_->now(); }
+
+  /// Delivers messages and looks after the processes.
+  /// @param enough  asked after every message; empty: until the time is over
+  /// @return false: the time was over before it was enough, or there is trouble()
+  bool run_until(Stamp until, const std::function<bool()>& enough);
+
+  /// The newest process of a node, as it says itself; 0: none was heard.
+  [[nodiscard]] int pid_of(const std::string& node) const;
+  [[nodiscard]] Stamp heard_first(const std::string& node) const;
+  void send_signal(const std::string& node, int signal) const;
+  /// To the simulator, which is the vehicle's sensors; its end is no trouble() from now on.
+  void send_signal_to_sim(int signal);
+  /// Kills `rcs up`, and with it all nodes, and starts it again.
+  void restart_up();
+  /// Runs one of our programs while the vehicle goes on.
+  /// @return its exit status; -1: it did not end in time, or there is trouble()
+  int run_program(const std::string& program, const std::vector<std::string>& arguments,
+                  Duration most);
+
+  /// A DDS program off-board that hears the vehicle; is started again when it has ended.
+  void keep_client();
+  /// The environment of DDS programs on this computer.
+  static void use_loopback();
+  void kill_client();
+  [[nodiscard]] int clients_started() const { return clients_; }
+
+  /// The operator asks for the waypoints from this one on, when he asks anew.
+  void set_next_waypoint(std::size_t next) { next_waypoint_ = next; }
+  [[nodiscard]] int courses() const { return courses_; }
+  /// The operator ended otherwise than by arriving, and why.
+  [[nodiscard]] const std::vector<std::string>& gave_up() const { return gave_up_; }
+  /// What the processes said stays, in the folder that is returned.
+  const std::filesystem::path& keep_files();
+  /// Ends all; what the simulator says about the drive.
+  std::string end();
+
+ private:
+  struct Running {
+    std::string name;
+    tools::ChildProcess process;
+    std::ofstream log;
+    std::string last_line;
+  };
+  struct Life {
+    int pid = 0;
+    Stamp first;
+  };
+
+  std::string write_files(const std::string& vehicle_toml);
+  [[nodiscard]] std::unique_ptr<Running> start(const std::string& name, const std::string& program,
+                                               const std::vector<std::string>& arguments);
+  void start_up();
+  void look_after();
+  void look_after_operator();
+  void look_after_client();
+  /// @return how it ended, when it has
+  std::optional<tools::Exit> read(Running* running);
+
+  std::filesystem::path folder_;
+  bool keep_files_ = false;
+  std::string trouble_;
+  StopSignals stop_;
+  std::unique_ptr<LcmBus> bus_;
+  std::unique_ptr<LiveTimeline> timeline_;
+  std::deque<test::Tap<process_t>> processes_;
+  std::map<std::string, Life> lives_;
+  std::unique_ptr<Running> up_, sim_, operator_, client_, program_;
+  Stamp next_look_ = Stamp::min();
+  Stamp next_ask_ = Stamp::min();
+  bool sim_may_end_ = false;
+  std::size_t next_waypoint_ = 0;
+  int courses_ = 0;
+  std::vector<std::string> gave_up_;
+  bool with_client_ = false;
+  int clients_ = 0;
+};
+
+}  // namespace rcs::drills

@@ -1,0 +1,18 @@
+// A million stories of the command protocol: `ctest -L slow -R Command`.
+
+#include <gtest/gtest.h>
+
+#include "tests/node/command_sequence.h"
+
+namespace rcs::test {
+namespace {
+
+TEST(CommandSlow, AMillionStoriesDoNotBreakTheProtocol) {
+  for (unsigned seed = 1'000'000; seed < 2'000'000; ++seed) {
+    tell_story(seed, 40);
+    if (HasFatalFailure()) FAIL() << "seed " << seed;
+  }
+}
+
+}  // namespace
+}  // namespace rcs::test

@@ -1,0 +1,282 @@
+// Emergency stops in the command protocol: nothing that is sent can keep one from being acted on.
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+
+#include "tests/node/command_sequence.h"
+
+namespace rcs::test {
+namespace {
+
+constexpr std::int64_t kPoison = INT64_MAX;
+
+class CommandStop : public testing::Test {
+ protected:
+  CommandStop() { cycle(); }
+
+  /// What has been sent arrives, and the subordinate runs a cycle.
+  void cycle() {
+    now += kStep;
+    network.deliver(now, [&](const std::string& channel, const std::vector<std::uint8_t>& data) {
+      operator_door.receive(channel, data);
+      worker->door.receive(channel, data);
+    });
+    worker->subordinate.take(now);
+    StatusReport report;
+    report.status = status;
+    worker->subordinate.report(now, report);
+    port.step(now);
+  }
+  /// A well-formed command, issued now.
+  [[nodiscard]] command_t command(std::int8_t kind, std::int64_t serial) const {
+    command_t m{};
+    m.issuer = "operator";
+    m.serial = serial;
+    m.kind = kind;
+    m.utime = to_utime(now);
+    m.valid_until_utime = to_utime(now + from_seconds(1.0));
+    return m;
+  }
+  void send(command_t m) { commands.publish(&m); }
+  [[nodiscard]] int kind() const {
+    return worker->subordinate.command() == nullptr ? -1 : worker->subordinate.command()->kind;
+  }
+  [[nodiscard]] bool stopped_now() const {
+    return worker->subordinate.is_new() && kind() == command_t::KIND_EMERGENCY_STOP;
+  }
+
+  Network network{1};
+  Stamp now{std::chrono::seconds(5000)};
+  std::int8_t status = status_t::STATUS_EXEC;
+  Door operator_door{&network, &now};
+  CommandPort port{&operator_door, kCommand, kStatus, "operator", {}};
+  Outbox<command_t> commands{&operator_door, kCommand};
+  std::unique_ptr<Worker> worker = std::make_unique<Worker>(&network, &now);
+};
+
+constexpr std::int8_t kStop = command_t::KIND_EMERGENCY_STOP;
+constexpr std::int8_t kGoto = command_t::KIND_GOTO;
+constexpr std::int8_t kRelease = command_t::KIND_RELEASE;
+
+TEST_F(CommandStop, ActsWhateverItsSerialAgeOrIssuer) {
+  struct Case {
+    const char* name;
+    void (*spoil)(command_t* m, Stamp now);
+  };
+  const Case cases[] = {
+      {"serial 0", [](command_t* m, Stamp) { m->serial = 0; }},
+      {"serial below 0", [](command_t* m, Stamp) { m->serial = INT64_MIN; }},
+      {"serial far ahead", [](command_t* m, Stamp) { m->serial = kPoison; }},
+      {"an older serial", [](command_t* m, Stamp) { m->serial = 2; }},
+      {"expired", [](command_t* m, Stamp) { m->valid_until_utime = 0; }},
+      {"before the start", [](command_t* m, Stamp) { m->utime = 1; }},
+      {"of the future", [](command_t* m, Stamp n) { m->utime = to_utime(n + from_seconds(99)); }},
+      {"garbage stamps",
+       [](command_t* m, Stamp) {
+         m->utime = INT64_MIN;
+         m->valid_until_utime = INT64_MAX;
+       }},
+      {"no issuer", [](command_t* m, Stamp) { m->issuer.clear(); }},
+      {"a long issuer", [](command_t* m, Stamp) { m->issuer.assign(50'000, 'x'); }},
+  };
+  for (const Case& c : cases) {
+    send(command(kGoto, to_utime(now)));
+    cycle();
+    ASSERT_EQ(kind(), +kGoto) << "before " << c.name;
+    command_t m = command(kStop, to_utime(now));
+    c.spoil(&m, now);
+    send(m);
+    cycle();
+    EXPECT_TRUE(stopped_now()) << c.name;
+    worker->subordinate.release_stops();
+  }
+}
+
+TEST_F(CommandStop, ActsWhenTheIssuersTableIsFull) {
+  for (int k = 0; k < 30; ++k) {
+    command_t m = command(kGoto, 1);
+    m.issuer = "issuer " + std::to_string(k);
+    send(m);
+    cycle();
+  }
+  command_t m = command(kStop, 1);
+  m.issuer = "issuer 0";
+  m.utime -= 1'000'000;
+  send(m);
+  cycle();
+  EXPECT_TRUE(stopped_now());
+}
+
+// One expired datagram with this serial once disabled an issuer's stops for good.
+TEST_F(CommandStop, APoisonedSerialDisablesNothing) {
+  for (const std::int8_t kind : {kGoto, kStop, kRelease}) {
+    for (const bool expired : {true, false}) {
+      command_t poison = command(kind, kPoison);
+      if (expired) poison.valid_until_utime = poison.utime;
+      send(poison);
+      cycle();
+      worker->subordinate.release_stops();
+      for (const std::int8_t next : {kGoto, kStop, kRelease}) {
+        now += Duration(1);  // after the stop's arrival
+        Order order;
+        order.kind = next;
+        port.send(order, now);
+        cycle();
+        EXPECT_TRUE(worker->subordinate.is_new() && this->kind() == next)
+            << int{next} << " after " << int{kind} << (expired ? " expired" : "");
+      }
+    }
+  }
+  EXPECT_EQ(worker->subordinate.account().implausible, 4) << "GOTO and RELEASE, twice each";
+}
+
+TEST_F(CommandStop, SerialsThatAreRefusedMoveNoRecord) {
+  const std::int64_t serial = to_utime(now + from_milliseconds(500.0));
+  command_t expired = command(kGoto, serial);
+  expired.valid_until_utime = expired.utime;
+  send(expired);
+  cycle();
+  EXPECT_EQ(worker->subordinate.account().expired, 1);
+  send(command(kGoto, serial));
+  cycle();
+  EXPECT_EQ(worker->subordinate.account().taken, 1) << "the serial was not used up";
+  // However often: no chain of commands leads the record further ahead than its bound.
+  for (int k = 1; k < 100; ++k) send(command(kGoto, serial + k * 900'000));
+  cycle();
+  for (int k = 0; k < 25; ++k) cycle();
+  send(command(kGoto, to_utime(now)));
+  cycle();
+  EXPECT_EQ(worker->subordinate.command()->serial, to_utime(now - kStep));
+}
+
+TEST_F(CommandStop, AFloodOfOtherCommandsDisplacesNone) {
+  for (const bool first : {true, false}) {
+    if (first) send(command(kStop, to_utime(now)));
+    for (int k = 0; k < 1000; ++k) send(command(kGoto, to_utime(now) + k));
+    if (!first) send(command(kStop, to_utime(now) + 5000));
+    cycle();
+    EXPECT_TRUE(stopped_now()) << (first ? "before the flood" : "after it");
+  }
+}
+
+TEST_F(CommandStop, AReleaseIssuedBeforeTheStopArrivedDoesNotEndIt) {
+  const command_t release = command(kRelease, to_utime(now));
+  cycle();
+  for (const bool release_first : {true, false}) {
+    if (release_first) send(release);
+    send(command(kStop, to_utime(now)));
+    if (!release_first) send(release);
+    cycle();
+    EXPECT_TRUE(stopped_now());
+    cycle();
+    EXPECT_EQ(kind(), +kStop) << "the release has to be asked for again";
+  }
+  EXPECT_EQ(worker->subordinate.account().stale, 2);
+  send(command(kRelease, to_utime(now)));
+  cycle();
+  EXPECT_EQ(kind(), +kRelease);
+}
+
+TEST_F(CommandStop, AReleaseGetsItsCycleWhateverComesBehindIt) {
+  send(command(kRelease, to_utime(now)));
+  send(command(kGoto, to_utime(now) + 1));
+  cycle();
+  EXPECT_EQ(kind(), +kRelease);
+  cycle();
+  EXPECT_EQ(kind(), +kGoto);
+}
+
+TEST_F(CommandStop, IsConfirmedThoughAnotherCommandReplacesItAtOnce) {
+  Order order;
+  order.kind = kStop;
+  port.send(order, now);
+  send(command(kGoto, to_utime(now) + 1));
+  cycle();
+  EXPECT_FALSE(port.confirmed());
+  cycle();
+  cycle();
+  EXPECT_EQ(kind(), +kGoto);
+  EXPECT_TRUE(port.confirmed());
+}
+
+TEST_F(CommandStop, ALateCopyOfAReleasedStopIsIgnoredAndAnyOtherStopIsNot) {
+  const command_t stop = command(kStop, to_utime(now));
+  send(stop);
+  cycle();
+  send(stop);
+  cycle();
+  EXPECT_FALSE(worker->subordinate.is_new()) << "sent again before the echo came";
+  EXPECT_EQ(worker->subordinate.account().repeated, 1);
+  worker->subordinate.release_stops();
+  send(stop);
+  cycle();
+  EXPECT_FALSE(worker->subordinate.is_new());
+  for (int k = 0; k < 3; ++k) {
+    command_t other = stop;
+    if (k == 0) other.issuer = "gateway";
+    if (k == 1) ++other.serial;
+    if (k == 2) ++other.utime;
+    send(stop);
+    send(other);
+    send(stop);  // a copy does not displace what is new
+    cycle();
+    EXPECT_TRUE(stopped_now()) << k;
+    worker->subordinate.release_stops();
+  }
+}
+
+TEST_F(CommandStop, TwoStopsOfOneCycleAreBothEchoed) {
+  Superior gateway(&network, &now, "gateway");
+  Order order;
+  order.kind = kStop;
+  port.send(order, now);
+  gateway.port.send(order, now);
+  bool first = false;
+  bool second = false;
+  for (int k = 0; k < 20; ++k) {
+    cycle();
+    gateway.port.step(now);
+    const command_t* const c = worker->subordinate.command();
+    first = first || c->issuer == "operator";
+    second = second || c->issuer == "gateway";
+  }
+  EXPECT_TRUE(first && second);
+}
+
+TEST_F(CommandStop, IsSentUntilItIsEchoed) {
+  network.flaws.loss = 1.0;
+  Order order;
+  order.kind = kStop;
+  port.send(order, now);
+  for (int k = 0; k < 2000; ++k) cycle();  // 100 s
+  EXPECT_EQ(port.standing(now).state, Standing::State::kError);
+  EXPECT_EQ(worker->subordinate.command(), nullptr);
+  network.flaws.loss = 0.0;
+  for (int k = 0; k < 6; ++k) cycle();
+  EXPECT_EQ(kind(), +kStop);
+  EXPECT_EQ(port.standing(now).state, Standing::State::kExecuting);
+}
+
+// Status ERROR: in force, but it would not outlive the subordinate.
+TEST_F(CommandStop, IsSentUntilItsEchoReportsNoError) {
+  status = status_t::STATUS_ERROR;
+  Order order;
+  order.kind = kStop;
+  port.send(order, now);
+  for (int k = 0; k < 100; ++k) cycle();
+  EXPECT_EQ(kind(), +kStop);
+  EXPECT_EQ(port.standing(now).state, Standing::State::kError);
+  worker = std::make_unique<Worker>(&network, &now);  // a restart
+  cycle();
+  for (int k = 0; k < 6; ++k) cycle();
+  EXPECT_EQ(kind(), +kStop) << "it has reached the successor";
+  status = status_t::STATUS_DONE;
+  cycle();
+  cycle();
+  EXPECT_EQ(port.standing(now).state, Standing::State::kDone);
+}
+
+}  // namespace
+}  // namespace rcs::test

@@ -1,0 +1,130 @@
+#include "tests/registration/real_cuts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "rcs/base/check.h"
+#include "tests/replay/real_data.h"
+#include "tools/base/statistics.h"
+
+namespace rcs::test {
+namespace {
+
+double median(std::vector<double> values) { return tools::summarize(std::move(values)).p50; }
+
+tools::Sweep sweep_of(const tools::KittiDrive& drive, int number) {
+  Result<tools::Sweep> sweep = drive.sweep(number);
+  RCS_CHECK(sweep.ok());
+  return std::move(sweep).value();
+}
+
+}  // namespace
+
+std::vector<tools::KittiDrive> open_drive() {
+  std::vector<tools::KittiDrive> drives;
+  const std::string folder = data_path(std::string(tools::kKittiDrive));
+  if (folder.empty()) return drives;
+  Result<tools::KittiDrive> drive = tools::KittiDrive::open(folder);
+  RCS_CHECK(drive.ok());
+  drives.push_back(std::move(drive).value());
+  return drives;
+}
+
+std::vector<tools::ScanPair> consecutive(const std::vector<tools::ScanPair>& pairs) {
+  std::vector<tools::ScanPair> out;
+  for (const tools::ScanPair& pair : pairs) {
+    if (pair.data == pair.model + 1) out.push_back(pair);
+  }
+  return out;
+}
+
+Motions motions_of(const std::vector<tools::ScanPair>& pairs) {
+  Motions motions;
+  for (const tools::ScanPair& p : pairs) motions[{p.model, p.data}] = p.T_model_data;
+  return motions;
+}
+
+Motions motions_of(const Registrations& registrations) {
+  Motions motions;
+  for (const auto& [pair, r] : registrations) motions[pair] = r.T_target_vehicle;
+  return motions;
+}
+
+Registrations register_whole_sweeps(const tools::KittiDrive& drive,
+                                    const std::vector<tools::ScanPair>& pairs, bool deskew) {
+  const Motions given = motions_of(pairs);
+  const auto to_next = [&given](int sweep) {
+    const auto own = given.find({sweep, sweep + 1});
+    return own != given.end() ? own->second : given.at({sweep - 1, sweep});
+  };
+  std::map<int, Points> clouds;
+  const auto cloud = [&](int number) -> const Points& {
+    const auto known = clouds.find(number);
+    if (known != clouds.end()) return known->second;
+    const tools::Sweep sweep = sweep_of(drive, number);
+    return clouds[number] = deskew ? tools::deskewed(sweep, to_next(number)) : sweep.points_ladar;
+  };
+  sp::CloudParams params;
+  params.points = 40000;  // a reference has time
+  Registrations registrations;
+  for (const auto& [pair, guess] : given) {
+    registrations[pair] = sp::register_clouds(cloud(pair.first), cloud(pair.second), guess, params);
+    RCS_CHECK(usable(registrations[pair].stop));
+  }
+  return registrations;
+}
+
+std::vector<TrialRun> run_production(const tools::ScanSet& set,
+                                     const std::vector<tools::Trial>& trials, Search search) {
+  const auto method = search == Search::kGlobal ? tools::match_globally : tools::match_planes;
+  std::vector<TrialRun> runs;
+  runs.reserve(trials.size());
+  for (const tools::Trial& t : trials) {
+    runs.push_back({t, method(set.scans.at(t.pair.model), set.scans.at(t.pair.data), t.guess,
+                              sp::CloudParams{})});
+  }
+  return runs;
+}
+
+Figures figures_of(const std::vector<TrialRun>& runs, const Motions& truth) {
+  Figures f;
+  std::vector<double> errors_m;
+  std::vector<double> errors_deg;
+  for (const TrialRun& run : runs) {
+    const tools::ScanPair& pair = run.trial.pair;
+    const tools::Offset error =
+        tools::error_of(truth.at({pair.model, pair.data}), run.match.T_model_data);
+    ++f.trials;
+    if (tools::is_success(error)) {
+      ++f.successes;
+    } else {
+      ++f.failures[pair.model];
+      f.falsely_accepted += run.match.good ? 1 : 0;
+    }
+    f.refused += run.match.good ? 0 : 1;
+    errors_m.push_back(error.m);
+    errors_deg.push_back(degrees(error.rad));
+  }
+  f.median_m = median(std::move(errors_m));
+  f.median_deg = median(std::move(errors_deg));
+  return f;
+}
+
+std::string cpu_text(const std::vector<TrialRun>& runs) {
+  const auto median_ms = [&runs](const auto& ms_of) {
+    std::vector<double> values(runs.size());
+    std::transform(runs.begin(), runs.end(), values.begin(), ms_of);
+    return median(std::move(values));
+  };
+  std::string text;
+  for (std::size_t stage = 0; stage < runs.front().match.cpu_ms.size(); ++stage) {
+    text += fmt::format(
+        "{}{} {:.2f}", stage == 0 ? "" : " + ", runs.front().match.cpu_ms[stage].first,
+        median_ms([stage](const TrialRun& run) { return run.match.cpu_ms[stage].second; }));
+  }
+  return text + fmt::format(" = {:.2f} ms",
+                            median_ms([](const TrialRun& run) { return run.match.total_ms(); }));
+}
+
+}  // namespace rcs::test

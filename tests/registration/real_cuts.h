@@ -1,0 +1,65 @@
+#pragma once
+// Production registration held against the motion between real sweeps, cut to the paper's size.
+
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tools/studies/cloud_match.h"
+#include "tools/studies/kitti_drive.h"
+#include "tools/studies/scan_pairs.h"
+
+namespace rcs::test {
+
+/// The drive below RCS_DATA_DIR; empty without it.
+[[nodiscard]] std::vector<tools::KittiDrive> open_drive();
+
+/// Those of a scan and the next one.
+[[nodiscard]] std::vector<tools::ScanPair> consecutive(const std::vector<tools::ScanPair>& pairs);
+
+/// T_model_data of pairs of scans.
+using Motions = std::map<std::pair<int, int>, Pose>;
+
+[[nodiscard]] Motions motions_of(const std::vector<tools::ScanPair>& pairs);
+
+using Registrations = std::map<std::pair<int, int>, sp::Registration>;
+[[nodiscard]] Motions motions_of(const Registrations& registrations);
+
+/// The motions found from the whole sweeps, with those of the pairs as the guess.
+/// @param deskew  false: a sweep is taken as rigid, as those who made the references did; true: its
+///                points are moved to its middle with the motion to the next sweep, which `pairs`
+///                must tell for each model (that of pair k, k + 1 serves k + 1, too)
+[[nodiscard]] Registrations register_whole_sweeps(const tools::KittiDrive& drive,
+                                                  const std::vector<tools::ScanPair>& pairs,
+                                                  bool deskew);
+
+struct TrialRun {
+  tools::Trial trial;
+  tools::CloudMatch match;
+};
+
+enum class Search { kFromGuess, kGlobal };
+
+[[nodiscard]] std::vector<TrialRun> run_production(const tools::ScanSet& set,
+                                                   const std::vector<tools::Trial>& trials,
+                                                   Search search);
+
+struct Figures {
+  int trials = 0;
+  int successes = 0;
+  double median_m = 0.0;
+  double median_deg = 0.0;
+  std::map<int, int> failures;  ///< by model scan
+  int refused = 0;              ///< the method itself says that its answer is not good
+  int falsely_accepted = 0;     ///< no success, and not refused
+
+  [[nodiscard]] double share() const { return static_cast<double>(successes) / trials; }
+};
+
+[[nodiscard]] Figures figures_of(const std::vector<TrialRun>& runs, const Motions& truth);
+
+/// Median CPU time by stage: "prepare 0.20 + search 0.50 + refine 1.50 = 2.20 ms".
+[[nodiscard]] std::string cpu_text(const std::vector<TrialRun>& runs);
+
+}  // namespace rcs::test

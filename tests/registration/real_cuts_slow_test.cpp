@@ -1,0 +1,237 @@
+// All of the paper's Table 1 on real sweeps, and the basin of convergence, for the method that the
+// vehicle uses, from a guess and globally, with the time that it takes. RCS_SEEDS sets the seeds of
+// each pair in the basin (default 100).
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdlib>
+
+#include "tests/registration/real_cuts.h"
+#include "tests/replay/real_data.h"
+#include "tools/base/files.h"
+#include "tools/base/trajectory.h"
+#include "tools/report/table.h"
+
+namespace rcs::test {
+namespace {
+
+using tools::DataSet;
+using tools::ScanPair;
+
+constexpr int kSeeds = 25;  // of each pair in #2 and #3
+
+int basin_seeds() {
+  const char* value = std::getenv("RCS_SEEDS");
+  return value == nullptr ? 100 : std::atoi(value);
+}
+
+std::string percent(const Figures& f) {
+  return fmt::format("{} of {} = {:.0f} %", f.successes, f.trials, 100.0 * f.share());
+}
+
+std::string failures(const Figures& f) {
+  std::string text;
+  for (const auto& [model, n] : f.failures) {
+    text += fmt::format("{}{}: {}", text.empty() ? "" : ", ", model, n);
+  }
+  return text;
+}
+
+std::string to_text(const tools::Offset& o) {
+  return fmt::format("{:.3f} m {:.2f} deg", o.m, degrees(o.rad));
+}
+
+/// Against both references.
+struct Row {
+  Figures given;
+  Figures deskewed;
+};
+
+/// Consecutive ones.
+tools::ScanSet whole_sweeps(const tools::KittiDrive& drive, const std::vector<ScanPair>& pairs) {
+  tools::ScanSet set;
+  for (const ScanPair& pair : consecutive(pairs)) {
+    for (const int number : {pair.model, pair.data}) {
+      const Result<tools::Sweep> sweep = drive.sweep(number);
+      RCS_CHECK(sweep.ok());
+      set.scans.emplace(number, sweep->points_ladar);
+    }
+  }
+  return set;
+}
+
+class CutsOfDrive {
+ public:
+  CutsOfDrive(const tools::KittiDrive& drive, const std::vector<ScanPair>& pairs)
+      : pairs_(pairs),
+        set_(drive_cuts(drive, pairs)),
+        rigid_(register_whole_sweeps(drive, pairs, false)),
+        deskewed_(register_whole_sweeps(drive, pairs, true)) {}
+
+  Row add(const std::string& name, const std::vector<tools::Trial>& trials, Search search) {
+    return add(name, run_production(set_, trials, search));
+  }
+  Row add(const std::string& name, const std::vector<TrialRun>& runs) {
+    Row row = {figures_of(runs, motions_of(pairs_)), figures_of(runs, motions_of(deskewed_))};
+    std::vector<std::string> cells = {name};
+    for (const Figures& f : {row.given, row.deskewed}) {
+      cells.push_back(percent(f));
+      cells.push_back(to_text({f.median_m, radians(f.median_deg)}));
+      cells.push_back(failures(f));
+    }
+    cells.push_back(fmt::format("{}, {}", row.given.refused, row.given.falsely_accepted));
+    cells.push_back(cpu_text(runs));
+    table_.rows.push_back(cells);
+    return row;
+  }
+
+  /// The paper's data sets.
+  std::array<Row, 4> add_data_sets() {
+    return {add("#1", trials_of(DataSet::kConsecutive, pairs_, 1), Search::kFromGuess),
+            add("#2", trials_of(DataSet::kTwentyApart, pairs_, kSeeds), Search::kFromGuess),
+            add("#3", trials_of(DataSet::kMovedBy1m, pairs_, kSeeds), Search::kFromGuess),
+            add("#4", trials_of(DataSet::kTurnedAndMovedBy3m, pairs_, 16), Search::kFromGuess)};
+  }
+  Row add_basin(const tools::Offset& offset, Search search) {
+    return add(fmt::format("{:.0f} deg + {:.0f} m{}", degrees(offset.rad), offset.m,
+                           search == Search::kGlobal ? ", global" : ""),
+               basin_trials(pairs_, offset, basin_seeds()), search);
+  }
+
+  void print() const {
+    fmt::print("Success: below 0.1 m and 0.5 deg from the reference\n{}\n", tools::to_text(table_));
+  }
+  void print_what_rigid_sweeps_cost() const;
+
+ private:
+  static tools::ScanSet drive_cuts(const tools::KittiDrive& drive,
+                                   const std::vector<ScanPair>& pairs) {
+    Result<tools::ScanSet> set = drive.real_cuts(pairs);
+    RCS_CHECK(set.ok());
+    return std::move(set).value();
+  }
+
+  std::vector<ScanPair> pairs_;
+  tools::ScanSet set_;
+  Registrations rigid_;
+  Registrations deskewed_;
+  tools::Table table_{
+      {"", "reference given", "median error", "failed from scan", "reference deskewed",
+       "median error", "failed from scan", "refused, false", "median CPU"},
+      {}};
+};
+
+// A sweep looks all around for 0.1 s, in which the vehicle drives and turns, and in the two sweeps
+// of a pair not alike. Registrations that take sweeps as rigid, as the references do, are off by
+// that; deskewed sweeps fit each other better (more pairs, nearer to their planes). A cut looks
+// ahead, for 0.02 s about the middle of its sweep, and has next to nothing of it.
+void CutsOfDrive::print_what_rigid_sweeps_cost() const {
+  tools::Table table{{"T_model_data", "rigid - given", "deskewed - given", "cuts - given",
+                      "cuts - deskewed", "rigid: pairs, distance", "deskewed: pairs, distance"},
+                     {}};
+  const auto fit = [](const sp::Registration& r) {
+    return fmt::format("{:.1f} % {:.2f} cm", 100.0 * r.overlap, 100.0 * r.mean_distance_m);
+  };
+  double better = 0.0;
+  for (const ScanPair& pair : pairs_) {
+    if (pair.data - pair.model != tools::kApart) continue;
+    const sp::Registration& rigid = rigid_.at({pair.model, pair.data});
+    const sp::Registration& deskewed = deskewed_.at({pair.model, pair.data});
+    const Pose cuts =
+        run_production(set_, {tools::Trial{pair, pair.T_model_data}}, Search::kFromGuess)[0]
+            .match.T_model_data;
+    const auto from = [](const Pose& a, const Pose& b) { return to_text(tools::error_of(a, b)); };
+    table.rows.push_back({fmt::format("{} to {}", pair.data, pair.model),
+                          from(pair.T_model_data, rigid.T_target_vehicle),
+                          from(pair.T_model_data, deskewed.T_target_vehicle),
+                          from(pair.T_model_data, cuts), from(deskewed.T_target_vehicle, cuts),
+                          fit(rigid), fit(deskewed)});
+    EXPECT_TRUE(is_success(tools::error_of(deskewed.T_target_vehicle, cuts))) << pair.model;
+    better += rigid.mean_distance_m - deskewed.mean_distance_m;
+  }
+  EXPECT_GT(better, 0.0);
+  fmt::print("Whole sweeps, taken as rigid and deskewed by azimuth\n{}\n", tools::to_text(table));
+}
+
+// One test: CTest gives each a process of its own, which would unpack the sweeps again.
+TEST(RealCutsSlow, PapersTableAndBasinOfConvergence) {
+  const std::vector<tools::KittiDrive> drive = open_drive();
+  if (drive.empty()) GTEST_SKIP() << kNoData;
+  CutsOfDrive cuts(drive[0], drive[0].references());
+  const auto [one, two, three, four] = cuts.add_data_sets();
+  const Row near = cuts.add_basin({3.0, radians(20.0)}, Search::kFromGuess);
+  const Row far = cuts.add_basin({5.0, radians(45.0)}, Search::kFromGuess);
+  const Row four_global =
+      cuts.add("#4, global", trials_of(DataSet::kTurnedAndMovedBy3m, drive[0].references(), 16),
+               Search::kGlobal);
+  const Row far_global = cuts.add_basin({5.0, radians(45.0)}, Search::kGlobal);
+  const Row anywhere = cuts.add(
+      "sweeps, any heading, 10 m, 3 deg",
+      run_production(whole_sweeps(drive[0], drive[0].references()),
+                     global_trials(drive[0].references(), 10.0, radians(3.0), basin_seeds() / 4),
+                     Search::kGlobal));
+  cuts.print();
+  cuts.print_what_rigid_sweeps_cost();
+
+  EXPECT_EQ(one.given.successes, 8);
+  EXPECT_GE(four.given.share(), 0.95);
+  EXPECT_GE(near.given.share(), 0.97);
+  EXPECT_GE(far.given.share(), 0.70);
+  EXPECT_GE(four_global.given.share(), 0.95);
+  EXPECT_GE(far_global.given.share(), 0.98);
+  EXPECT_GE(anywhere.given.share(), 0.95);
+  EXPECT_EQ(anywhere.given.falsely_accepted, 0);
+  for (const Row& row : {two, three}) {
+    EXPECT_GE(row.deskewed.share(), 0.85);
+    // Without 50 to 70: its reference is 0.18 m away from what the deskewed sweeps say.
+    const auto of_50 = row.given.failures.find(50);
+    const int failed = row.given.trials - row.given.successes -
+                       (of_50 == row.given.failures.end() ? 0 : of_50->second);
+    EXPECT_LE(failed, 0.15 * (row.given.trials - kSeeds));
+  }
+}
+
+/// Consecutive pairs and pairs 20 apart that begin at every tenth sweep from 5 on: what parameters
+/// are chosen on. From GPS/INS, made better by the whole sweeps.
+std::vector<ScanPair> tuning_pairs(const tools::KittiDrive& drive) {
+  const std::string folder = data_path(std::string(tools::kKittiDrive));
+  const Result<std::string> rows = tools::read_text(folder + "/poses/oxts_imu_poses_kitti.txt");
+  const Result<std::string> calib = tools::read_text(folder + "/calib/calib_imu_to_velo.txt");
+  RCS_CHECK(rows.ok() && calib.ok());
+  const Result<std::vector<Pose>> T_odom_imu = tools::parse_kitti(*rows, "poses");
+  const Result<Pose> T_imu_ladar = tools::parse_imu_to_velo(*calib, "calib");
+  RCS_CHECK(T_odom_imu.ok() && T_imu_ladar.ok());
+  std::vector<ScanPair> pairs;
+  constexpr int kSweeps = 80;
+  for (const int apart : {1, tools::kApart}) {
+    for (int model = 5; model + apart < kSweeps; model += 10) {
+      const auto pose = [&](int k) {
+        return (*T_odom_imu)[static_cast<std::size_t>(k)] * *T_imu_ladar;
+      };
+      pairs.push_back({model, model + apart, pose(model).inverse() * pose(model + apart)});
+    }
+  }
+  const Motions better = motions_of(register_whole_sweeps(drive, pairs, false));
+  for (ScanPair& pair : pairs) pair.T_model_data = better.at({pair.model, pair.data});
+  return pairs;
+}
+
+TEST(RealCutsSlow, TuningPairs) {
+  const std::vector<tools::KittiDrive> drive = open_drive();
+  if (drive.empty()) GTEST_SKIP() << kNoData;
+  CutsOfDrive cuts(drive[0], tuning_pairs(drive[0]));
+  const auto [one, two, three, four] = cuts.add_data_sets();
+  cuts.add_basin({3.0, radians(20.0)}, Search::kFromGuess);
+  cuts.add_basin({5.0, radians(45.0)}, Search::kFromGuess);
+  cuts.add_basin({5.0, radians(45.0)}, Search::kGlobal);
+  cuts.print();
+  EXPECT_EQ(one.deskewed.successes, 8);
+  EXPECT_GE(four.deskewed.share(), 0.95);
+  EXPECT_GE(two.deskewed.share(), 0.85);
+  EXPECT_GE(three.deskewed.share(), 0.85);
+}
+
+}  // namespace
+}  // namespace rcs::test

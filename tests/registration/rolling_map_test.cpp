@@ -1,0 +1,92 @@
+#include "modules/registration/rolling_map.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tests/support/point_scenes.h"
+
+namespace rcs::sp {
+namespace {
+
+TEST(RollingMap, SurfacesOfAPlaneHaveItsNormal) {
+  std::mt19937 rng(1);
+  std::uniform_real_distribution<double> u(-10.0, 10.0);
+  const Vec3 n = Vec3(0.2, -0.3, 1.0).normalized();
+  Points plane;
+  for (int i = 0; i < 40'000; ++i) {
+    const double x = u(rng);
+    const double y = u(rng);
+    plane.push_back(Vec3(x, y, -(n.x() * x + n.y() * y) / n.z()).cast<float>());
+  }
+  RollingMap map{RollingMapParams{}};
+  map.insert(plane, Pose{});
+  Surface s{};
+  ASSERT_TRUE(map.nearest_surface(Vec3f(0.1F, 0.2F, 0.05F), &s));
+  EXPECT_GT(std::abs(s.normal.cast<double>().dot(n)), 0.99999);
+  EXPECT_LT(std::abs(s.mean.cast<double>().dot(n)), 1e-4);
+  EXPECT_LT(s.variance_m2, 1e-6);
+}
+
+TEST(RollingMap, AScanLineIsNoSurface) {
+  Points line;
+  for (int i = 0; i < 1000; ++i) line.push_back(Vec3f(0.01F * static_cast<float>(i), 0.2F, 0.1F));
+  RollingMap map{RollingMapParams{}};
+  map.insert(line, Pose{});
+  Surface s{};
+  EXPECT_FALSE(map.nearest_surface(Vec3f(1.0F, 0.2F, 0.1F), &s));
+}
+
+TEST(RollingMap, MemoryIsBoundedAndTheFarthestGoFirst) {
+  // GIVEN a small map that travels far further than its radius
+  RollingMapParams params;
+  params.capacity = 4000;
+  params.radius_m = 40.0;
+  RollingMap map(params);
+  std::mt19937 rng(4);
+  Surface s{};
+  for (int step = 0; step < 400; ++step) {
+    const Vec3 centre(static_cast<double>(step), 0.0, 0.0);
+    const Points scan = test::scene(test::Ground::kFlat, false, 3000, 0.01, Vec3::Zero(), &rng);
+    map.insert(scan, Pose{Quat::Identity(), centre});
+    ASSERT_LE(map.size(), 2U * 4000U);
+  }
+  // THEN it knows the ground here, and nothing of where it began
+  EXPECT_TRUE(map.nearest_surface(Vec3f(399.0F, 0.0F, 0.1F), &s));
+  EXPECT_FALSE(map.nearest_surface(Vec3f(0.0F, 0.0F, 0.1F), &s));
+}
+
+TEST(RollingMap, ForgettingKeepsEveryNearVoxelFindable) {
+  // Backward-shift deletion must not break probe sequences: what is inside the radius stays.
+  RollingMapParams params;
+  params.radius_m = 30.0;
+  params.capacity = 50'000;
+  VoxelTable table(0.5, params);
+  std::mt19937 rng(8);
+  std::uniform_real_distribution<float> u(-60.0F, 60.0F);
+  Points patches;  // dense little planes at random places
+  std::vector<Vec3f> places;
+  for (int k = 0; k < 3000; ++k) {
+    const Vec3f corner(0.5F * std::floor(u(rng) * 2), 0.5F * std::floor(u(rng) * 2), 0.0F);
+    places.push_back(corner + Vec3f(0.25F, 0.25F, 0.1F));
+    for (int i = 0; i < 5; ++i) {
+      for (int j = 0; j < 5; ++j) {
+        patches.push_back(corner + Vec3f(0.05F + 0.1F * static_cast<float>(i),
+                                         0.05F + 0.1F * static_cast<float>(j), 0.1F));
+      }
+    }
+  }
+  table.insert(patches);
+  for (int call = 0; call < 17; ++call) table.forget_far(Vec3f::Zero());
+  Surface s{};
+  for (const Vec3f& p : places) {
+    if (p.norm() < 29.0F) {
+      ASSERT_TRUE(table.nearest_surface(p, &s));
+    } else if (p.norm() > 32.0F) {
+      ASSERT_FALSE(table.nearest_surface(p, &s) && (s.mean - Vec3f::Zero()).norm() > 31.0F);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace rcs::sp

@@ -1,0 +1,35 @@
+#pragma once
+// A drive through the simulated world as a picture from above: the ground, what stands on it, where
+// the vehicle was to go, where it went and where it believed to be.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/terrain/world.h"
+
+namespace rcs::tools {
+
+struct CourseSample {
+  Vec2 place_world;  ///< truth
+  double heading_rad = 0.0;
+  double speed_mps = 0.0;
+  bool gps = true;
+  bool hit = false;  ///< it touches what it must not hit
+  std::optional<Vec2> believed_world;
+};
+
+struct CoursePicture {
+  const sim::World* world = nullptr;
+  std::string title;
+  std::vector<std::string> facts;  ///< lines under the title
+  std::vector<Vec2> waypoints_world;
+  double radius_m = 3.0;              ///< of the waypoints
+  std::vector<CourseSample> samples;  ///< in order of time; at least two
+  std::vector<std::vector<Vec2>> plans_world;
+};
+
+/// A self-contained SVG file.
+[[nodiscard]] std::string render(const CoursePicture& picture);
+
+}  // namespace rcs::tools

@@ -1,0 +1,149 @@
+// Drills from TOML, strictly.
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+
+#include "tools/drills/drill_spec.h"
+
+namespace rcs::tools {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+constexpr char kGood[] = R"(
+name = "Both"
+about = "GPS lost, then elsewhere."
+needs = "simulator"
+seeds = 2
+
+[run]
+length_s = 90
+scenario = "../sim/drill.toml"
+ins = "consumer"
+prior_map = true
+map_cell_m = 0.5
+map_shift_m = [2.0, 0.0, 0.0]
+map_turn_deg = 5.0
+grant_share = 0.25
+
+[[stimulus]]
+kind = "dropout"
+begin_s = 30
+length_s = 20
+
+[[stimulus]]
+kind = "offset"
+begin_s = 50
+length_s = 10
+offset_m = 50
+bearing_deg = 90
+
+[[stimulus]]
+kind = "flapping"
+begin_s = 70
+on_s = 1
+off_s = 4
+count = 3
+
+[marks]
+accept_within_s = 5
+ratio = 1.05
+)";
+
+std::string complaint(const std::string& text) {
+  const Result<Drill> drill = parse_drill(text, "folder/bad.toml");
+  return drill ? "no complaint" : drill.error().message;
+}
+
+std::string with_stimulus(const std::string& lines) { return "[[stimulus]]\n" + lines + "\n"; }
+
+TEST(DrillSpec, ReadsWhatAFileSays) {
+  const Result<Drill> drill = parse_drill(kGood, "drills/both.toml");
+  ASSERT_TRUE(drill.ok()) << drill.error().message;
+  EXPECT_EQ(drill->id, "both");
+  EXPECT_EQ(drill->seeds, 2);
+  EXPECT_EQ(drill->seeds_full, 20);
+  EXPECT_TRUE(drill->needs_simulator);
+  EXPECT_THAT(drill->run.scenario, HasSubstr("drills/../sim/drill.toml"));
+  EXPECT_EQ(drill->run.ins, "consumer");
+  EXPECT_EQ(drill->run.map_cell_m, 0.5);
+  EXPECT_NEAR(drill->run.map_turn_rad, radians(5.0), 1e-12);
+  ASSERT_EQ(drill->stimuli.size(), 3U);
+  EXPECT_EQ(drill->stimuli[1].kind, StimulusKind::kOffset);
+  EXPECT_NEAR(drill->stimuli[1].bearing_rad, radians(90.0), 1e-12);
+  EXPECT_EQ(drill->stimuli[2].length_s, 15.0);
+  EXPECT_EQ(drill->begin_s(), 30.0);
+  EXPECT_EQ(drill->end_s(), 85.0);
+  EXPECT_EQ(drill->marks.at("ratio"), 1.05);
+  EXPECT_EQ(drill->marks.size(), 2U);
+}
+
+TEST(DrillSpec, ErrorsNameFileLineKeyAndRange) {
+  EXPECT_THAT(complaint(with_stimulus("kind = \"ramp\"\nrate_mps = 500")),
+              AllOf(HasSubstr("bad.toml:3"), HasSubstr("rate_mps"), HasSubstr("100")));
+  EXPECT_THAT(complaint(with_stimulus("kind = \"magic\"")),
+              AllOf(HasSubstr("bad.toml:2"), HasSubstr("kind"), HasSubstr("null_island")));
+  EXPECT_THAT(complaint(with_stimulus("begin_s = 3")), HasSubstr("kind"));
+  EXPECT_THAT(complaint("[marks]\nbeauty = 1\n"),
+              AllOf(HasSubstr("bad.toml:2"), HasSubstr("beauty")));
+  EXPECT_THAT(complaint("[marks]\nwithin_protection = 99.9\n"),
+              AllOf(HasSubstr("within_protection"), HasSubstr("1")));
+  EXPECT_THAT(complaint("[run]\nlength_s = -1\n"), HasSubstr("length_s"));
+  EXPECT_THAT(complaint("seeds = 0\n"), HasSubstr("seeds"));
+  EXPECT_THAT(complaint("colour = \"red\"\n"), HasSubstr("colour"));
+}
+
+TEST(DrillSpec, AKindHasItsOwnKeysOnly) {
+  EXPECT_THAT(complaint(with_stimulus("kind = \"dropout\"\noffset_m = 3")), HasSubstr("offset_m"));
+  EXPECT_THAT(complaint(with_stimulus("kind = \"offset\"\nrate_mps = 3")), HasSubstr("rate_mps"));
+  EXPECT_THAT(complaint(with_stimulus("kind = \"ramp\"\nsource = \"ladar\"")),
+              AllOf(HasSubstr("source"), HasSubstr("gps")));
+  EXPECT_THAT(complaint(with_stimulus("kind = \"dust\"\nsource = \"gps\"")), HasSubstr("source"));
+}
+
+TEST(DrillSpec, WhatOnlyTheSimulatorHasMustSaySo) {
+  EXPECT_THAT(complaint("[run]\nins = \"consumer\"\n"), HasSubstr("needs"));
+  EXPECT_THAT(complaint("[run]\nscenario = \"x.toml\"\n"), HasSubstr("needs"));
+}
+
+TEST(DrillSpec, WithoutAStimulusTheWholeRunCounts) {
+  const Result<Drill> drill = parse_drill("", "none.toml");
+  ASSERT_TRUE(drill.ok());
+  EXPECT_EQ(drill->begin_s(), 20.0);
+  EXPECT_GE(drill->end_s(), 1e5);
+  Result<Drill> for_good = parse_drill(with_stimulus("kind = \"clock\"\njump_s = 1"), "x.toml");
+  ASSERT_TRUE(for_good.ok());
+  EXPECT_GE(for_good->end_s(), 1e5);
+}
+
+TEST(DrillSpec, EveryDrillOfTheProjectIsRight) {
+  const char* root = std::getenv("RCS_SOURCE_DIR");
+  const std::filesystem::path folder =
+      std::filesystem::path(root == nullptr ? "." : root) / "config" / "drills";
+  int count = 0;
+  double seconds = 0.0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+    if (entry.is_directory()) continue;
+    const Result<Drill> drill = load_drill(entry.path().string());
+    ASSERT_TRUE(drill.ok()) << drill.error().message;
+    EXPECT_FALSE(drill->about.empty()) << entry.path();
+    EXPECT_FALSE(drill->marks.empty()) << entry.path();
+    ++count;
+    // Those in a folder of their own are of one recording, and --all leaves them out.
+    if (entry.path().parent_path() != folder) continue;
+    EXPECT_GT(drill->run.length_s, 0.0) << entry.path();
+    for (const Stimulus& s : drill->stimuli) EXPECT_LT(s.begin_s, drill->run.length_s);
+    const bool exists = drill->run.scenario.empty() || std::filesystem::exists(drill->run.scenario);
+    EXPECT_TRUE(exists) << drill->run.scenario;
+    if (!drill->full) seconds += drill->run.length_s * drill->seeds;
+  }
+  EXPECT_GE(count, 30);
+  EXPECT_LE(seconds, 4000.0) << "--all is for every day";
+}
+
+}  // namespace
+}  // namespace rcs::tools

@@ -1,0 +1,31 @@
+// All drills of every day, as `rcs drill --all` runs them. What fails is printed; how many may fail
+// is the business of whoever sets the marks.
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "tests/support/rcs_command.h"
+
+namespace rcs::test {
+namespace {
+
+class DrillAll : public RcsCommand {};
+
+TEST_F(DrillAll, EveryDrillPasses) {
+  const std::string config = variable("RCS_SOURCE_DIR") + "/config/";
+  const int status = rcs("drill --all --folder " + config + "drills --scenario " + config +
+                         "sim/drill.toml --config " + config + "demo3.toml -o " + folder_);
+  std::printf("%s\n", out().c_str());
+  EXPECT_EQ(status, 0) << messages();
+  const auto results = nlohmann::json::parse(text_of(folder_ + "/results.json"));
+  for (const auto& drill : results["drills"]) {
+    for (const auto& mark : drill["marks"]) {
+      EXPECT_NE(mark["verdict"], "FAIL") << drill["id"] << ": " << mark.dump();
+    }
+  }
+}
+
+}  // namespace
+}  // namespace rcs::test

@@ -1,0 +1,70 @@
+// `rcs outages` as a user calls it, on a simulated drive of some seconds.
+
+#include <gmock/gmock.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/support/rcs_command.h"
+
+namespace rcs::test {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+class OutagesCommand : public RcsCommand {
+ protected:
+  OutagesCommand() {
+    const std::string config = variable("RCS_SOURCE_DIR") + "/config/";
+    options_ = "outages " + log_ + " --config " + config + "demo3.toml ";
+    simulate_ = "sim " + config + "sim/drill.toml --duration 15 -o " + log_;
+  }
+
+  std::string log_ = folder_ + "/drive.log";
+  std::string options_;
+  std::string simulate_;
+};
+
+TEST_F(OutagesCommand, TellsHowFarOffItWouldBeAndASecondRunIsTheSame) {
+  ASSERT_EQ(rcs(simulate_), 0) << messages();
+  const std::string question = "--length 2 3 --places 2 --from 9 --without odometry+ladar ";
+  ASSERT_EQ(rcs(options_ + question + "--json"), 0) << messages();
+  const json j = json::parse(out());
+  EXPECT_EQ(j["reference"], "the log's SIM_TRUTH");
+  EXPECT_EQ(j["groups"].size(), 4U);
+  EXPECT_EQ(j["outages"].size(), 8U);
+  EXPECT_EQ(j["groups"][1]["sources"], "all sources");
+  EXPECT_EQ(j["groups"][3]["sources"], "without odometry and ladar");
+  EXPECT_EQ(j["groups"][1]["judged"], 2);
+  for (const char* who : {"WM", "WM with GPS", "gyro and wheels", "INS alone", "LADAR alone"}) {
+    EXPECT_LT(j["groups"][1]["horizontal_m"][who]["worst"].get<double>(), 3.0) << who;
+  }
+  EXPECT_FALSE(j["groups"][3]["horizontal_m"].contains("LADAR alone"));
+  ASSERT_EQ(rcs(options_ + question + "--json --jobs 1"), 0) << messages();
+  EXPECT_EQ(json::parse(out()), j);
+
+  ASSERT_EQ(rcs(options_ + "--from 8 --cut 9 12 --logs " + folder_ + "/runs"), 0) << messages();
+  EXPECT_THAT(out(), HasSubstr("errors against the log's SIM_TRUTH"));
+  EXPECT_THAT(out(), HasSubstr("start to end"));
+  EXPECT_EQ(rcs("why " + folder_ + "/runs/gps_cut_3s_at_9.0s.log 11"), 0) << messages();
+}
+
+TEST_F(OutagesCommand, WhatIsWrongIsSaid) {
+  EXPECT_EQ(rcs("outages --help"), 0);
+  EXPECT_THAT(out(), HasSubstr("--without"));
+  EXPECT_EQ(rcs("outages"), 2);
+  EXPECT_EQ(rcs("outages nothing.log --config x.toml"), 2);
+  std::ofstream(log_) << "";
+  EXPECT_EQ(rcs(options_ + "--cut 20 10"), 2);
+  EXPECT_EQ(rcs(options_ + "--cut 10 20 --length 5"), 2);
+  EXPECT_EQ(rcs(options_ + "--without gps"), 2);
+  EXPECT_THAT(messages(), HasSubstr("odometry, ladar, ins"));
+  EXPECT_EQ(rcs(options_), 1);
+  EXPECT_THAT(messages(), HasSubstr("no GPS_FIX"));
+  ASSERT_EQ(rcs(simulate_), 0) << messages();
+  EXPECT_EQ(rcs(options_), 1);
+  EXPECT_THAT(messages(), HasSubstr("does not fit"));
+}
+
+}  // namespace
+}  // namespace rcs::test

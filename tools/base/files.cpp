@@ -1,0 +1,175 @@
+#include "tools/base/files.h"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <mutex>
+#include <set>
+#include <utility>
+
+#include "rcs/base/regular_file.h"
+
+namespace rcs::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Device and inode.
+using FileId = std::pair<dev_t, ino_t>;
+
+struct Inputs {
+  std::mutex mutex;  // drives of a campaign run beside each other
+  std::set<FileId> ids;
+};
+Inputs& inputs() {
+  static Inputs all;
+  return all;
+}
+
+/// Temporaries that exist, in a form that a signal handler may read. More than any command has.
+std::array<std::atomic<const char*>, 64> temporaries{};
+
+void exchange_temporary(const char* from, const char* to) {
+  for (std::atomic<const char*>& place : temporaries) {
+    const char* expected = from;
+    if (place.compare_exchange_strong(expected, to)) return;
+  }
+}
+
+extern "C" void on_kill(int signal) {
+  for (const std::atomic<const char*>& place : temporaries) {
+    if (const char* path = place.load(); path != nullptr) ::unlink(path);
+  }
+  std::signal(signal, SIG_DFL);
+  std::raise(signal);
+}
+
+Error file_error(std::string_view path, std::string_view what) {
+  return {fmt::format("{}: {}: {}", path, what, std::strerror(errno))};
+}
+
+/// The path behind symbolic links, also if nothing exists there yet.
+fs::path without_links(fs::path path) {
+  constexpr int kMostLinks = 40;  // as many as the system follows
+  std::error_code error;
+  for (int k = 0; k < kMostLinks && fs::is_symlink(path, error); ++k) {
+    path = path.parent_path() / fs::read_symlink(path, error);  // an absolute target replaces all
+  }
+  return path;
+}
+
+/// The folder of the a priori map in which a file at `path` would lie; empty: in no map.
+fs::path map_around(const std::string& path) {
+  std::error_code error;
+  fs::path at = fs::weakly_canonical(fs::absolute(without_links(path), error), error);
+  if (!at.has_filename()) at = at.parent_path();  // "folder/"
+  while (at.has_relative_path()) {
+    at = at.parent_path();
+    if (fs::exists(at / "map.index", error)) return at;
+  }
+  return {};
+}
+
+}  // namespace
+
+void note_input(const std::string& path) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0) return;
+  if (!S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode)) return;
+  const std::lock_guard<std::mutex> lock(inputs().mutex);
+  inputs().ids.insert({status.st_dev, status.st_ino});
+}
+
+Outcome check_output(const std::string& path) {
+  if (const fs::path map = map_around(path); !map.empty()) {
+    return Error{fmt::format("{}: lies in the a priori map {}, which is not written to", path,
+                             map.string())};
+  }
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0) return Done{};
+  const std::lock_guard<std::mutex> lock(inputs().mutex);
+  if (inputs().ids.count({status.st_dev, status.st_ino}) == 0) return Done{};
+  return Error{path + ": is an input of this command, too: not written"};
+}
+
+void remove_temporaries_when_killed() {
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    // nohup ignores SIGHUP, and a shell SIGINT of what it runs in the background.
+    if (std::signal(signal, on_kill) == SIG_IGN) std::signal(signal, SIG_IGN);
+  }
+}
+
+Result<std::string> read_text(const std::string& path) {
+  if (Outcome checked = check_regular_file(path); !checked) return checked.error();
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return file_error(path, "cannot open");
+  note_input(path);
+  std::string text((std::istreambuf_iterator<char>(file)), {});
+  if (file.bad()) return file_error(path, "cannot read");
+  return text;
+}
+
+Result<std::vector<std::uint8_t>> read_bytes(const std::string& path) {
+  const Result<std::string> text = read_text(path);
+  if (!text) return text.error();
+  return std::vector<std::uint8_t>(text->begin(), text->end());
+}
+
+OutputFile::OutputFile(std::string path) : path_(std::move(path)), target_(path_) {
+  std::error_code ignored;  // creating the file tells what is wrong
+  const fs::file_status there = fs::status(path_, ignored);
+  in_place_ = fs::exists(there) && !fs::is_regular_file(there) && !fs::is_directory(there);
+  if (in_place_) {
+    write_path_ = path_;
+    return;
+  }
+  target_ = without_links(path_).string();
+  const fs::path folder = fs::path(target_).parent_path();
+  if (!folder.empty()) fs::create_directories(folder, ignored);
+  write_path_ = fmt::format("{}.{}.partial", target_, ::getpid());
+  exchange_temporary(nullptr, write_path_.c_str());
+}
+
+OutputFile::~OutputFile() {
+  if (in_place_) return;
+  std::remove(write_path_.c_str());
+  exchange_temporary(write_path_.c_str(), nullptr);
+}
+
+Outcome OutputFile::write(std::string_view text) const {
+  std::ofstream file(write_path_, std::ios::binary);
+  if (!file) return file_error(path_, "cannot create");
+  file.write(text.data(), static_cast<std::streamsize>(text.size()));
+  file.close();
+  return file ? Outcome(Done{}) : file_error(path_, "cannot write");
+}
+
+Outcome OutputFile::commit() const {
+  if (in_place_) return Done{};
+  if (Outcome checked = check_output(target_); !checked) return checked;
+  struct stat before {};
+  if (::stat(target_.c_str(), &before) == 0) ::chmod(write_path_.c_str(), before.st_mode & 07777U);
+  if (std::rename(write_path_.c_str(), target_.c_str()) != 0) {
+    return file_error(path_, "cannot move the finished file there");
+  }
+  return Done{};
+}
+
+Outcome write_text(const std::string& path, std::string_view text) {
+  const OutputFile out(path);
+  const Outcome written = out.write(text);
+  return written ? out.commit() : written;
+}
+
+}  // namespace rcs::tools

@@ -1,0 +1,36 @@
+#pragma once
+// WM's answer in a run of a drill against filters that go without some source: WM's own shadows, or
+// runs of their own.
+
+#include <array>
+#include <string_view>
+
+#include "tools/drills/drill_metrics.h"
+#include "tools/drills/drill_spec.h"
+
+namespace rcs::tools {
+
+/// Squares of horizontal errors at the same instants, to be added up over seeds.
+struct BaselineSums {
+  std::size_t samples = 0;
+  double fused_m2 = 0.0;
+  double baseline_m2 = 0.0;
+
+  [[nodiscard]] double fused_rms_m() const;
+  [[nodiscard]] double baseline_rms_m() const;
+  /// RMS of the fused answer over that of the baseline, neither below 0.2 m.
+  [[nodiscard]] double ratio() const;
+};
+constexpr int kShadowKinds = 3;
+using Baselines = std::array<BaselineSums, kShadowKinds>;  ///< by shadow_t::KIND_*
+
+/// While the stimuli last, against WM's own shadows.
+[[nodiscard]] Baselines shadow_baselines(const Drill& drill, const DrillRecord& record,
+                                         const DrillErrors& errors);
+/// The same against another run, twice a second.
+[[nodiscard]] BaselineSums run_baseline(const Drill& drill, const DrillErrors& fused,
+                                        const DrillRecord& baseline);
+
+[[nodiscard]] std::string_view shadow_name(int kind);
+
+}  // namespace rcs::tools

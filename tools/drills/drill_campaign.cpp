@@ -1,0 +1,177 @@
+#include "tools/drills/drill_campaign.h"
+
+#include <algorithm>
+#include <atomic>
+#include <deque>
+#include <utility>
+
+#include "lcmtypes/channels.h"
+#include "rcs/node/log/log_file.h"
+#include "tools/base/threads.h"
+
+namespace rcs::tools {
+namespace {
+
+struct Job {
+  std::size_t drill = 0;
+  std::size_t run = 0;  // of the drill
+  Scene* scene = nullptr;
+};
+
+class Campaign {
+ public:
+  explicit Campaign(const DrillCampaign& campaign) : campaign_(campaign) {
+    for (const Drill& drill : campaign.drills) results_.push_back({drill, {}, {}, {}, {}, {}});
+  }
+
+  Result<std::vector<DrillResult>> run() {
+    if (Outcome known = find_reference(); !known) return known.error();
+    plan();
+    errors_.assign(jobs_.size(), {});
+    in_threads(std::max<std::size_t>(1, std::min(campaign_.jobs, jobs_.size())),
+               [this](std::size_t worker) { work(worker); });
+    if (campaign_.stop()) return Error{"interrupted"};
+    for (std::size_t j = 0; j < jobs_.size(); ++j) {
+      DrillResult& result = results_[jobs_[j].drill];
+      if (result.error.empty()) result.error = errors_[j];
+    }
+    for (DrillResult& r : results_) {
+      if (r.error.empty() && r.skipped.empty()) r.marks = judge(r.drill, r.runs);
+      if (!r.error.empty()) r.runs.clear();
+    }
+    return std::move(results_);
+  }
+
+ private:
+  /// A log without SIM_TRUTH is held against what WM says when nobody disturbs it.
+  Outcome find_reference() {
+    if (campaign_.log.empty()) return Done{};
+    Result<LogReader> reader = LogReader::open(campaign_.log);
+    if (!reader) return reader.error();
+    LogEvent event;
+    while (reader->next(&event)) {
+      if (event.channel == channel::kSimTruth) return Done{};
+    }
+    Scene scene({campaign_.log, "", "", campaign_.first_seed});
+    DrillRunOptions options;
+    options.undisturbed = true;
+    options.stop = campaign_.stop;
+    Result<DrillRunResult> run = run_drill(Drill{}, campaign_.vehicle, &scene, options);
+    if (!run) return run.error();
+    if (!run->datum) return Error{campaign_.log + ": neither SIM_TRUTH nor ever a world pose"};
+    reference_.emplace(DrillReference{{}, *run->datum});
+    for (const DrillBelief& b : run->record.beliefs) {
+      Trajectory& poses = reference_->poses;
+      if (poses.empty() || b.stamp > poses.back().stamp) {
+        poses.push_back({b.stamp, b.T_world_vehicle});
+      }
+    }
+    return Done{};
+  }
+
+  Scene* scene_of(const Drill& drill, std::int64_t seed) {
+    SceneKey key{campaign_.log, "", "", seed};
+    if (key.log.empty()) {
+      key.scenario = drill.run.scenario.empty() ? campaign_.scenario : drill.run.scenario;
+      key.ins = drill.run.ins;
+    }
+    for (Scene& scene : scenes_) {
+      if (scene.key() == key) return &scene;
+    }
+    return &scenes_.emplace_back(key);
+  }
+
+  void plan() {
+    for (std::size_t d = 0; d < results_.size(); ++d) {
+      DrillResult& r = results_[d];
+      if (r.drill.needs_simulator && !campaign_.log.empty()) {
+        r.skipped = "needs the simulator";
+        continue;
+      }
+      const int own = campaign_.full ? std::max(r.drill.seeds, r.drill.seeds_full) : r.drill.seeds;
+      // A log is what it is: its seed draws facets and cells only.
+      const int seeds = campaign_.seeds > 0 ? campaign_.seeds : campaign_.log.empty() ? own : 1;
+      r.runs.resize(static_cast<std::size_t>(seeds));
+      for (std::size_t k = 0; k < r.runs.size(); ++k) {
+        Scene* scene = scene_of(r.drill, campaign_.first_seed + static_cast<std::int64_t>(k));
+        scene->add_user(r.drill.run.length_s);
+        jobs_.push_back({d, k, scene});
+      }
+    }
+    // Scene after scene, so that few are in memory at once.
+    const auto place = [this](const Scene* scene) {
+      return std::find_if(scenes_.begin(), scenes_.end(),
+                          [scene](const Scene& s) { return &s == scene; }) -
+             scenes_.begin();
+    };
+    std::stable_sort(jobs_.begin(), jobs_.end(),
+                     [&](const Job& a, const Job& b) { return place(a.scene) < place(b.scene); });
+  }
+
+  void work(std::size_t worker) {
+    for (std::size_t j = next_++; j < jobs_.size() && !campaign_.stop(); j = next_++) {
+      const Outcome done = work_on(jobs_[j]);
+      if (!done) errors_[j] = done.error().message;
+      jobs_[j].scene->done();
+      ++done_;
+      if (worker == 0) {
+        campaign_.progress(static_cast<double>(done_) / static_cast<double>(jobs_.size()));
+      }
+    }
+  }
+
+  Outcome work_on(const Job& job) {
+    DrillResult& result = results_[job.drill];
+    const Drill& drill = result.drill;
+    DrillRunOptions options;
+    options.stop = campaign_.stop;
+    options.reference = reference_ ? &*reference_ : nullptr;
+    if (job.run == 0 && !campaign_.logs_folder.empty()) {
+      options.log = campaign_.logs_folder + "/" + drill.id + ".log";
+    }
+    Result<DrillRunResult> run = run_drill(drill, campaign_.vehicle, job.scene, options);
+    if (!run) return run.error();
+    DrillRunFigures& figures = result.runs[job.run];
+    figures = drill_figures(drill, job.scene->key().seed, run->record);
+    if (drill.marks.count("ratio") > 0 && !figures.shadows_published) {
+      if (Outcome done = run_baselines(job, options, run->record, &figures); !done) return done;
+    }
+    if (campaign_.look) campaign_.look(job.drill, job.run, run->record);
+    if (job.run == 0) result.shown = std::move(run->record);
+    return Done{};
+  }
+
+  /// What WM's shadows would have said, had they been published.
+  Outcome run_baselines(const Job& job, DrillRunOptions options, const DrillRecord& fused,
+                        DrillRunFigures* figures) const {
+    constexpr Withheld kKinds[kShadowKinds] = {Withheld::kLadarOdometryAndGps, Withheld::kLadar,
+                                               Withheld::kGps};
+    const Drill& drill = results_[job.drill].drill;
+    const DrillErrors errors(fused);
+    options.log.clear();
+    for (std::size_t k = 0; k < kShadowKinds; ++k) {
+      options.withheld = kKinds[k];
+      const Result<DrillRunResult> run = run_drill(drill, campaign_.vehicle, job.scene, options);
+      if (!run) return run.error();
+      figures->baselines[k] = run_baseline(drill, errors, run->record);
+    }
+    return Done{};
+  }
+
+  const DrillCampaign& campaign_;
+  std::optional<DrillReference> reference_;
+  std::vector<DrillResult> results_;
+  std::deque<Scene> scenes_;  // addresses stay
+  std::vector<Job> jobs_;
+  std::vector<std::string> errors_;  // by job
+  std::atomic<std::size_t> next_{0};
+  std::atomic<std::size_t> done_{0};
+};
+
+}  // namespace
+
+Result<std::vector<DrillResult>> run_campaign(const DrillCampaign& campaign) {
+  return Campaign(campaign).run();
+}
+
+}  // namespace rcs::tools

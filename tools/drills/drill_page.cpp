@@ -1,0 +1,109 @@
+#include "tools/drills/drill_page.h"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <utility>
+
+#include "tools/drills/drill_output.h"
+#include "tools/drills/drill_pictures.h"
+#include "tools/report/html_page.h"
+
+namespace rcs::tools {
+namespace {
+
+constexpr std::size_t kEventsShown = 15;
+
+std::string summary(const std::vector<DrillResult>& results) {
+  std::size_t passed = 0;
+  std::size_t failed = 0;
+  double simulated_s = 0.0;
+  std::size_t runs = 0;
+  for (const DrillResult& r : results) {
+    passed += verdict_text(r) == "pass" ? 1 : 0;
+    failed += r.verdict() == Verdict::kFail ? 1 : 0;
+    runs += r.runs.size();
+    for (const DrillRunFigures& run : r.runs) simulated_s += run.simulated_s;
+  }
+  return fmt::format("{} of {} drills passed, {} failed: {} drives, {:.0f} s in all.", passed,
+                     results.size(), failed, runs, simulated_s);
+}
+
+std::string stimuli_text(const Drill& drill) {
+  std::string text;
+  for (const Stimulus& s : drill.stimuli) {
+    text += text.empty() ? "What is done: " : "; ";
+    text += describe(s);
+    text += s.length_s < 5e4 ? fmt::format(" from {:g} to {:g} s", s.begin_s, s.end_s())
+                             : fmt::format(" from {:g} s on", s.begin_s);
+  }
+  return text.empty() ? "The messages are not changed." : text + ".";
+}
+
+/// What a node says again and again is shown once.
+Table event_table(const DrillRecord& record, const Drill& drill) {
+  Table t{{"event", "time [s]", "node", "code"}, {}};
+  std::map<std::string, std::string> last_code;
+  for (const DrillEvent& e : record.events) {
+    const double t_s = seconds(e.time - record.begin.value_or(Stamp()));
+    if (t_s < drill.begin_s() - 1.0 || t.rows.size() >= kEventsShown) continue;
+    const bool again = std::exchange(last_code[e.node], e.code) == e.code;
+    if (!again) t.rows.push_back({e.text, fmt::format("{:.1f}", t_s), e.node, e.code});
+  }
+  return t;
+}
+
+Table baseline_table(const DrillResult& r) {
+  Table t{{"baseline: WM's filter", "WM, RMS [m]", "baseline, RMS [m]", "ratio"}, {}};
+  const Baselines sums = pooled_baselines(r.runs);
+  for (std::size_t k = 0; k < sums.size(); ++k) {
+    if (sums[k].samples == 0) continue;
+    t.rows.push_back({std::string(shadow_name(static_cast<int>(k))),
+                      fmt::format("{:.2f}", sums[k].fused_rms_m()),
+                      fmt::format("{:.2f}", sums[k].baseline_rms_m()),
+                      fmt::format("{:.2f}", sums[k].ratio())});
+  }
+  return t;
+}
+
+void add_drill(const DrillResult& r, HtmlPage* page) {
+  page->heading(fmt::format("{}: {}", r.drill.name, verdict_text(r)));
+  if (!r.drill.about.empty()) page->paragraph(r.drill.about);
+  if (!r.error.empty() || !r.skipped.empty()) {
+    page->paragraph(r.error.empty() ? r.skipped : r.error);
+    return;
+  }
+  page->paragraph(stimuli_text(r.drill));
+  page->table(mark_table(r));
+  page->table(run_table(r));
+  if (const Table baselines = baseline_table(r); !baselines.rows.empty()) page->table(baselines);
+  if (!r.shown) return;
+  for (const Plot& plot : drill_error_plots(r.drill, *r.shown)) page->plot(plot);
+  page->plot(drill_time_line(r.drill, *r.shown));
+  if (const Table events = event_table(*r.shown, r.drill); !events.rows.empty()) {
+    page->table(events);
+  }
+  page->plot(drill_course(r.drill, *r.shown));
+}
+
+}  // namespace
+
+std::string drill_page(const std::vector<DrillResult>& results, const std::string& drive) {
+  HtmlPage page("Drills: without GPS and with bad data");
+  page.paragraph(summary(results) + " On " + drive + ".");
+  page.paragraph(
+      "Each drill changes what the sensors say on a drive and holds SP's and WM's answers against "
+      "the truth. A figure with ! misses its mark; with ? there were too few seeds to tell "
+      "(open).");
+  page.table(drill_table(results));
+  page.paragraph(
+      "Protection level: the error is said to be smaller, but for one moment in a thousand. "
+      "Shadows: WM's own filters that go without some source since the last healthy moment. False "
+      "fix: more than 6 total sigma off. Smooth step: of the local pose that controllers see, "
+      "beyond the motion predicted from the cycle before. Pictures are of the first seed; shaded: "
+      "what is done to the messages.");
+  for (const DrillResult& r : results) add_drill(r, &page);
+  return page.finish();
+}
+
+}  // namespace rcs::tools

@@ -1,0 +1,107 @@
+#pragma once
+// What a run of a drill leaves behind: everything that the figures need, taken from the bus while
+// it runs.
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rcs/base/geodesy.h"
+#include "rcs/base/pose.h"
+#include "rcs/base/stamp.h"
+#include "tools/base/trajectory.h"
+
+namespace rcs::tools {
+
+/// A belief of WM. Stamps are those of the undisturbed clocks.
+struct DrillBelief {
+  Stamp stamp;
+  Pose T_world_vehicle;  ///< in the truth's world
+  Pose T_local_vehicle;
+  Vec3 v_local = Vec3::Zero();      ///< [m/s]
+  Vec3 accel_local = Vec3::Zero();  ///< [m/s^2]
+  Vec3 gyro_bias_radps = Vec3::Zero();
+  Vec3 accel_bias_mps2 = Vec3::Zero();
+  double wheel_scale = 1.0;  ///< of what the wheels say to what is driven
+  Mat6 cov_world_pose = Mat6::Zero();
+  Vec3 v_world = Vec3::Zero();  ///< in the truth's world [m/s]
+  Mat3 cov_v_world = Mat3::Zero();
+  std::int8_t mode = 0;
+};
+
+struct DrillFix {
+  Stamp stamp;
+  Stamp arrival;
+  std::int64_t utime = 0;       ///< as WM saw it
+  Vec3 p_world = Vec3::Zero();  ///< antenna, in the truth's world; not finite: no place
+  Vec3 sigma_m = Vec3::Zero();  ///< reported, east north up
+};
+
+struct DrillInnovation {
+  Stamp stamp;
+  Stamp arrival;
+  std::int64_t utime = 0;
+  std::int8_t source = 0;
+  bool accepted = false;
+  std::int8_t reason = 0;
+  int dof = 0;
+  double nis = 0.0;
+  Vec6 normalized = Vec6::Zero();  ///< each component over its sigma; 0 beyond dof
+};
+
+struct DrillIntegrity {
+  Stamp stamp;
+  double horizontal_m = 0.0;  ///< protection levels
+  double vertical_m = 0.0;
+  double limit_horizontal_m = 0.0;
+  double limit_vertical_m = 0.0;
+  int alerts = 0;
+  int gps = 0;  ///< TRUST_*
+  int ladar = 0;
+};
+
+/// SP's answer for a scan against its rolling map.
+struct DrillMatch {
+  Stamp stamp;  ///< the scan's reference instant
+  std::int32_t epoch = 0;
+  Pose T_rolling_vehicle;
+};
+
+struct DrillShadow {
+  Stamp stamp;
+  Stamp branch;
+  int kind = 0;          ///< shadow_t::KIND_*
+  Pose T_world_vehicle;  ///< in the truth's world
+};
+
+struct DrillEvent {
+  Stamp time;  ///< node time
+  std::string node;
+  int severity = 0;
+  std::string code;
+  std::string text;
+};
+
+struct DrillRecord {
+  std::optional<Stamp> begin;  ///< arrival of the first sensor message
+  Stamp end;                   ///< of the last one
+  Trajectory truth;  ///< T_world_vehicle; of a log without SIM_TRUTH: another run's belief
+  std::vector<Vec3> v_truth_world;   ///< of each of `truth` [m/s]; empty: not known
+  std::vector<DrillBelief> beliefs;  ///< with a valid world, in the order of publication
+  std::vector<DrillFix> fixes;
+  std::vector<DrillInnovation> innovations;
+  std::vector<DrillIntegrity> integrity;
+  std::vector<DrillShadow> shadows;
+  std::vector<DrillEvent> events;
+  std::vector<DrillMatch> matches;   ///< that mean something, in the order of publication
+  std::map<std::string, int> stops;  ///< of SP's registrations to the rolling map
+  std::int64_t overruns = 0;
+  std::int64_t missed = 0;
+  std::uint64_t hash = 0;  ///< FNV-1a of what the nodes said, in order
+  Vec3 p_vehicle_antenna = Vec3::Zero();
+};
+
+}  // namespace rcs::tools

@@ -1,0 +1,220 @@
+#include "tools/drills/drill_result.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "tools/base/statistics.h"
+
+namespace rcs::tools {
+namespace {
+
+using Runs = std::vector<DrillRunFigures>;
+
+MarkResult without(std::string note) {
+  MarkResult r;
+  r.note = std::move(note);
+  return r;
+}
+
+MarkResult with(double value) {
+  MarkResult r;
+  r.value = value;
+  return r;
+}
+
+/// Of each run's longest outage, over the runs.
+MarkResult drift(const Runs& runs, double share) {
+  std::vector<double> pct;
+  for (const DrillRunFigures& run : runs) {
+    const auto longest = std::max_element(run.outages.begin(), run.outages.end(),
+                                          [](const OutageDrift& a, const OutageDrift& b) {
+                                            return a.window.length_s() < b.window.length_s();
+                                          });
+    if (longest != run.outages.end()) pct.push_back(longest->drift_pct);
+  }
+  if (pct.empty()) return without("no outage");
+  std::sort(pct.begin(), pct.end());
+  return with(percentile(pct, share));
+}
+
+MarkResult time_to_alert(const Runs& runs) {
+  double worst_s = 0.0;
+  bool any = false;
+  for (const DrillRunFigures& run : runs) {
+    if (!run.integrity->alert_expected) continue;
+    if (!run.integrity->time_to_alert_s) return without("never");
+    worst_s = std::max(worst_s, *run.integrity->time_to_alert_s);
+    any = true;
+  }
+  return any ? with(worst_s) : without("no false source that lasts");
+}
+
+MarkResult accepted_after(const Runs& runs) {
+  double worst_s = 0.0;
+  bool any = false;
+  for (const DrillRunFigures& run : runs) {
+    for (const GpsReturn& r : run.returns) {
+      if (!r.accepted_after_s) return without("never");
+      worst_s = std::max(worst_s, *r.accepted_after_s);
+      any = true;
+    }
+  }
+  return any ? with(worst_s) : without("no clean fix came");
+}
+
+MarkResult ratio(const Runs& runs) {
+  double worst = 0.0;
+  std::string note;
+  const Baselines sums = pooled_baselines(runs);
+  for (std::size_t k = 0; k < sums.size(); ++k) {
+    if (sums[k].samples == 0 || sums[k].ratio() <= worst) continue;
+    worst = sums[k].ratio();
+    note = shadow_name(static_cast<int>(k));
+  }
+  if (note.empty()) return without("no baseline");
+  MarkResult r = with(worst);
+  r.note = "to " + note;
+  if (!runs.front().shadows_published) r.note += " (own run: no shadows published)";
+  return r;
+}
+
+/// @param f  of one run
+template <class F>
+MarkResult worst(const Runs& runs, F f) {
+  double value = f(runs.front());
+  for (const DrillRunFigures& run : runs) value = std::max(value, static_cast<double>(f(run)));
+  return with(value);
+}
+template <class F>
+MarkResult total(const Runs& runs, F f) {
+  double value = 0.0;
+  for (const DrillRunFigures& run : runs) value += static_cast<double>(f(run));
+  return with(value);
+}
+template <class F>
+MarkResult mean(const Runs& runs, F f) {
+  return with(*total(runs, f).value / static_cast<double>(runs.size()));
+}
+
+MarkResult figure(std::string_view key, const Runs& runs) {
+  if (key == "drift_pct_median") return drift(runs, 0.5);
+  if (key == "drift_pct_p95") return drift(runs, 0.95);
+  if (key == "false_acceptances") {
+    return total(runs, [](const DrillRunFigures& r) { return r.false_acceptances.size(); });
+  }
+  if (key == "smooth_step_m") {
+    return worst(runs, [](const DrillRunFigures& r) { return r.smooth.m; });
+  }
+  if (key == "alarm_within_s") return time_to_alert(runs);
+  if (key == "accept_within_s") return accepted_after(runs);
+  if (key == "within_protection") {
+    return mean(runs, [](const DrillRunFigures& r) {
+      return std::min(r.integrity->within_horizontal, r.integrity->within_vertical);
+    });
+  }
+  if (key == "missed_alerts") {
+    return total(runs, [](const DrillRunFigures& r) { return r.integrity->missed_alerts; });
+  }
+  if (key == "false_alerts_per_h") {
+    return mean(runs, [](const DrillRunFigures& r) { return r.integrity->false_alerts_per_h; });
+  }
+  if (key == "ratio") return ratio(runs);
+  if (key == "horizontal_m") {
+    return worst(runs, [](const DrillRunFigures& r) { return r.accuracy.horizontal_max_m; });
+  }
+  return total(runs, [](const DrillRunFigures& r) { return r.overruns + r.missed; });
+}
+
+bool needs_more_seeds(std::string_view key, std::size_t seeds) {
+  if (key == "drift_pct_median") return seeds < kSeedsForMedian;
+  return key == "ratio" && seeds < kSeedsForRatio;
+}
+
+}  // namespace
+
+DrillRunFigures drill_figures(const Drill& drill, std::int64_t seed, const DrillRecord& record) {
+  const DrillErrors errors(record);
+  DrillRunFigures f;
+  f.seed = seed;
+  f.simulated_s = record.begin ? seconds(record.end - *record.begin) : 0.0;
+  f.accuracy = accuracy(drill, errors);
+  f.outages = outage_drifts(drill, record, errors);
+  f.smooth = largest_smooth_step(drill, record);
+  f.nis = nis_figures(record);
+  f.false_acceptances = false_acceptances(record, errors);
+  f.returns = gps_returns(drill, record, errors);
+  f.integrity = integrity_figures(drill, record, errors);
+  f.baselines = shadow_baselines(drill, record, errors);
+  f.shadows_published = !record.shadows.empty();
+  f.stops = record.stops;
+  f.overruns = record.overruns;
+  f.missed = record.missed;
+  f.hash = record.hash;
+  return f;
+}
+
+MarkResult drill_figure(const MarkKind& kind, const Runs& runs) {
+  MarkResult r;
+  const bool published = std::all_of(runs.begin(), runs.end(), [](const DrillRunFigures& run) {
+    return run.integrity.has_value();
+  });
+  const bool judged = std::all_of(runs.begin(), runs.end(), [](const DrillRunFigures& run) {
+    return run.accuracy.samples > 0;
+  });
+  if (runs.empty()) {
+    r = without("no run");
+  } else if (!judged) {
+    r = without("no world pose, or no truth");
+  } else if (kind.needs_integrity && !published) {
+    r = without("not published");
+  } else {
+    r = figure(kind.key, runs);
+  }
+  r.kind = &kind;
+  return r;
+}
+
+std::vector<MarkResult> judge(const Drill& drill, const Runs& runs) {
+  std::vector<MarkResult> results;
+  for (const MarkKind& kind : kMarks) {
+    const auto mark = drill.marks.find(kind.key);
+    if (mark == drill.marks.end()) continue;
+    MarkResult r = drill_figure(kind, runs);
+    r.limit = mark->second;
+    if (r.value && needs_more_seeds(kind.key, runs.size())) {
+      r.verdict = Verdict::kOpen;
+      r.note += fmt::format("{}{} of {} seeds", r.note.empty() ? "" : "; ", runs.size(),
+                            kind.key == "ratio" ? kSeedsForRatio : kSeedsForMedian);
+    } else {
+      const bool passes = r.value && (kind.at_least ? *r.value >= r.limit : *r.value <= r.limit);
+      r.verdict = passes ? Verdict::kPass : Verdict::kFail;
+    }
+    results.push_back(std::move(r));
+  }
+  return results;
+}
+
+Baselines pooled_baselines(const Runs& runs) {
+  Baselines sums;
+  for (const DrillRunFigures& run : runs) {
+    for (std::size_t k = 0; k < sums.size(); ++k) {
+      sums[k].samples += run.baselines[k].samples;
+      sums[k].fused_m2 += run.baselines[k].fused_m2;
+      sums[k].baseline_m2 += run.baselines[k].baseline_m2;
+    }
+  }
+  return sums;
+}
+
+Verdict DrillResult::verdict() const {
+  if (!error.empty()) return Verdict::kFail;
+  bool passes = false;
+  for (const MarkResult& m : marks) {
+    if (m.verdict == Verdict::kFail) return Verdict::kFail;
+    passes = passes || m.verdict == Verdict::kPass;
+  }
+  return passes ? Verdict::kPass : Verdict::kOpen;
+}
+
+}  // namespace rcs::tools

@@ -1,0 +1,123 @@
+#pragma once
+// The figures of a run: against a truth, against its own covariances, and of its cycles.
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/base/statistics.h"
+#include "tools/evaluation/trajectory_error.h"
+#include "tools/recording/run_log.h"
+
+namespace rcs::tools {
+
+/// From one moment of sensor time to another.
+struct TimeInterval {
+  Stamp from;
+  Stamp to;
+
+  [[nodiscard]] bool contains(Stamp t) const { return t >= from && t < to; }
+};
+
+/// Errors of the world pose at one instant, and what WM claimed: all in axes of the truth's world.
+struct WorldError {
+  Stamp stamp;
+  Pose T_truthworld_vehicle;       ///< the estimate
+  Vec3 position_m = Vec3::Zero();  ///< estimate - truth
+  double heading_rad = 0.0;
+  Vec3 sigma_m = Vec3::Zero();
+  double sigma_horizontal_m = 0.0;  ///< along the worst direction
+  double sigma_heading_rad = 0.0;
+  std::optional<double> nees;  ///< 6 degrees of freedom
+
+  [[nodiscard]] double horizontal_m() const { return position_m.head<2>().norm(); }
+};
+
+/// Of the world pose, at 10 Hz, where it was valid.
+struct WorldFigures {
+  std::vector<WorldError> errors;
+  Summary horizontal_m;
+  Summary vertical_m;
+  Summary heading_rad;
+  double nees_per_dof = 0.0;  ///< mean; 1 when the covariance tells the truth
+  std::size_t nees_samples = 0;
+  std::size_t not_positive_definite = 0;
+  double horizontal_within_3_sigma = 0.0;  ///< share of the time
+  double vertical_within_3_sigma = 0.0;
+  double heading_within_3_sigma = 0.0;
+};
+
+/// What an outage of GPS cost.
+struct OutageFigures {
+  TimeInterval interval;
+  double driven_m = 0.0;
+  Summary horizontal_m;  ///< over all of it
+  double end_horizontal_m = 0.0;
+  double start_horizontal_m = 0.0;
+  double drift_percent = 0.0;  ///< horizontal error at the end, of the distance driven in it
+  double nees_per_dof = 0.0;
+};
+
+struct TrajectoryFigures {
+  std::size_t pairs = 0;
+  double driven_m = 0.0;
+  AbsoluteError rigid;  ///< after alignment over SE(3)
+  AbsoluteError yaw;    ///< over position and yaw
+  AbsoluteError unaligned;
+  double drift_percent = 0.0;
+  RelativeError per_10_frames;
+  std::vector<RelativeError> per_length;
+  RelativeError lengths_mean;  ///< over all segments of all lengths, as KITTI ranks
+};
+
+struct NodeFigures {
+  Summary wall_ms;
+  Summary late_ms;
+  std::map<std::string, Summary> stages_ms;
+  std::int64_t missed = 0;
+  std::int64_t overruns = 0;
+  std::map<std::string, std::int64_t> lost;
+};
+
+struct RunFigures {
+  std::size_t scans = 0;
+  std::size_t scans_missing = 0;  ///< in scan_id
+  std::map<std::string, std::size_t> stops;
+  Summary iterations;
+  std::int64_t prior_matches = 0;
+  std::map<std::string, NodeFigures> nodes;
+  /// From the arrival of a scan's last facet to the publication of the belief that knows it; live.
+  std::optional<Summary> chain_ms;
+  std::vector<double> chain_samples_ms;
+};
+
+[[nodiscard]] RunFigures run_figures(const RunLog& run);
+
+/// @param pairs  estimate and truth at the scans
+[[nodiscard]] TrajectoryFigures trajectory_figures(const PosePairs& pairs);
+
+/// None without a truth, a datum, or a valid world pose.
+[[nodiscard]] std::optional<WorldFigures> world_figures(const RunLog& run, const Trajectory& truth,
+                                                        const std::optional<Geodetic>& truth_datum);
+
+/// Where WM took no fix for longer than 2.5 s: from the last one to the next.
+[[nodiscard]] std::vector<TimeInterval> gps_outages(const RunLog& run);
+
+/// The parts that two lists of intervals, each in order and disjoint, have in common.
+[[nodiscard]] std::vector<TimeInterval> common_intervals(const std::vector<TimeInterval>& a,
+                                                         const std::vector<TimeInterval>& b);
+
+/// What WM fused within `interval`, its ends excluded: the INS where its data was not older than
+/// 1 s, any other source where WM accepted a measurement of it. By the fixed names and order of
+/// "GPS", "LADAR", "a priori map", "wheel encoders", "INS" and "motion constraints" (the
+/// non-holonomic one, and zero velocity at standstill).
+[[nodiscard]] std::vector<std::string> fused_sources(const RunLog& run,
+                                                     const TimeInterval& interval);
+
+[[nodiscard]] OutageFigures outage_figures(const WorldFigures& figures, const TimeInterval& outage);
+
+/// WM's world as the truth's world sees it: both are tangent planes, each at its own datum.
+[[nodiscard]] Pose between_worlds(const Geodetic& truth_datum, const Geodetic& world_datum);
+
+}  // namespace rcs::tools

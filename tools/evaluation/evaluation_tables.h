@@ -1,0 +1,26 @@
+#pragma once
+// The figures of a run as tables for people and as JSON for programs.
+
+#include <nlohmann/json.hpp>
+
+#include "tools/evaluation/evaluation.h"
+#include "tools/report/table.h"
+
+namespace rcs::tools {
+
+using Json = nlohmann::ordered_json;
+
+[[nodiscard]] Json to_json(const RunFigures& f);
+[[nodiscard]] Json to_json(const TrajectoryFigures& f);
+[[nodiscard]] Json to_json(const WorldFigures& f);
+/// @param zero  of the outage's times
+[[nodiscard]] Json to_json(const OutageFigures& f, Stamp zero);
+
+[[nodiscard]] Table scan_table(const RunFigures& f);
+[[nodiscard]] Table latency_table(const RunFigures& f);
+[[nodiscard]] Table absolute_table(const TrajectoryFigures& f);
+[[nodiscard]] Table relative_table(const TrajectoryFigures& f);
+[[nodiscard]] Table world_table(const WorldFigures& f);
+[[nodiscard]] Table outage_table(const std::vector<OutageFigures>& outages, Stamp zero);
+
+}  // namespace rcs::tools

@@ -1,0 +1,149 @@
+#include "tools/evaluation/run_comparison.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+
+namespace rcs::tools {
+namespace {
+
+std::string fixed(double v, int digits) { return fmt::format("{:.{}f}", v, digits); }
+
+bool in_any(const std::vector<TimeInterval>& intervals, Stamp stamp) {
+  return std::any_of(intervals.begin(), intervals.end(),
+                     [stamp](const TimeInterval& i) { return i.contains(stamp); });
+}
+
+std::string joined(const std::vector<std::string>& names, std::string_view separator) {
+  std::string text;
+  for (const std::string& name : names) {
+    if (!text.empty()) text += separator;
+    text += name;
+  }
+  return text;
+}
+
+/// Without the LADAR and what it alone brings.
+std::vector<std::string> others(std::vector<std::string> fused) {
+  const auto of_ladar = [](const std::string& s) { return s == "LADAR" || s == "a priori map"; };
+  fused.erase(std::remove_if(fused.begin(), fused.end(), of_ladar), fused.end());
+  return fused;
+}
+
+/// Two runs that differ by the LADAR alone in one outage.
+struct LadarPair {
+  double with_m = 0.0;  ///< RMS
+  double without_m = 0.0;
+  std::vector<std::string> beside;  ///< what both fused
+
+  [[nodiscard]] double factor() const { return without_m / std::max(1e-6, with_m); }
+};
+
+std::vector<LadarPair> ladar_pairs(const std::vector<ComparedRun>& runs, std::size_t outage) {
+  const auto has_ladar = [outage](const ComparedRun& run) {
+    const std::vector<std::string>& fused = run.fused[outage];
+    return std::find(fused.begin(), fused.end(), "LADAR") != fused.end();
+  };
+  std::vector<LadarPair> pairs;
+  for (const ComparedRun& with : runs) {
+    for (const ComparedRun& without : runs) {
+      if (!has_ladar(with) || has_ladar(without)) continue;
+      std::vector<std::string> beside = others(with.fused[outage]);
+      if (beside != others(without.fused[outage])) continue;
+      pairs.push_back({with.outages[outage].horizontal_m.rms,
+                       without.outages[outage].horizontal_m.rms, std::move(beside)});
+    }
+  }
+  return pairs;
+}
+
+std::string labelled(const ComparedRun& run, std::size_t outage) {
+  const std::vector<std::string>& fused = run.fused[outage];
+  if (fused.empty()) return run.name + ": nothing";
+  return run.name + ": " + joined(fused, ", ");
+}
+
+}  // namespace
+
+ComparedRun compare_run(const std::string& name, const RunLog& log, const WorldFigures& world,
+                        const std::vector<TimeInterval>& outages) {
+  ComparedRun run;
+  run.name = name;
+  run.nees_per_dof = world.nees_per_dof;
+  std::vector<double> with_gps_m;
+  for (const WorldError& e : world.errors) {
+    if (!in_any(outages, e.stamp)) with_gps_m.push_back(e.horizontal_m());
+  }
+  run.with_gps_m = summarize(std::move(with_gps_m));
+  for (const TimeInterval& i : outages) {
+    run.outages.push_back(outage_figures(world, i));
+    run.fused.push_back(fused_sources(log, i));
+  }
+  return run;
+}
+
+Table comparison_table(const std::vector<ComparedRun>& runs) {
+  Table t{{"run: what it fuses while GPS is denied", "with GPS, rms [m]", "denied: rms [m]",
+           "95 % [m]", "max [m]", "at the end [m]", "rms / distance"},
+          {}};
+  for (const ComparedRun& run : runs) {
+    const std::string with_gps = fixed(run.with_gps_m.rms, 2);
+    if (run.outages.empty()) t.rows.push_back({run.name, with_gps, "-", "-", "-", "-", "-"});
+    for (std::size_t k = 0; k < run.outages.size(); ++k) {
+      const OutageFigures& o = run.outages[k];
+      const std::string share =
+          o.driven_m > 0.0 ? fixed(100.0 * o.horizontal_m.rms / o.driven_m, 2) + " %" : "-";
+      t.rows.push_back({labelled(run, k), with_gps, fixed(o.horizontal_m.rms, 2),
+                        fixed(o.horizontal_m.p95, 2), fixed(o.horizontal_m.max, 2),
+                        fixed(o.end_horizontal_m, 2), share});
+    }
+  }
+  return t;
+}
+
+std::optional<double> ladar_factor(const std::vector<ComparedRun>& runs) {
+  if (runs.empty()) return std::nullopt;
+  std::optional<double> smallest;
+  for (std::size_t k = 0; k < runs.front().outages.size(); ++k) {
+    double largest = 0.0;
+    for (const LadarPair& pair : ladar_pairs(runs, k)) largest = std::max(largest, pair.factor());
+    if (largest <= 0.0) return std::nullopt;
+    smallest = std::min(smallest.value_or(largest), largest);
+  }
+  return smallest;
+}
+
+std::string comparison_text(const std::vector<ComparedRun>& runs) {
+  if (runs.empty()) return {};
+  std::string text;
+  for (std::size_t k = 0; k < runs.front().outages.size(); ++k) {
+    const OutageFigures& o = runs.front().outages[k];
+    std::string errors;
+    for (const LadarPair& pair : ladar_pairs(runs, k)) {
+      errors += fmt::format("{}{:.2f} m and {:.2f} m beside {}", errors.empty() ? "" : "; ",
+                            pair.with_m, pair.without_m, joined(pair.beside, ", "));
+    }
+    if (errors.empty()) continue;
+    text += fmt::format(
+        "{}Look at the rms of rows that differ by the LADAR alone: over {:.0f} s and {:.0f} m "
+        "without GPS, with the LADAR and without it, {}.",
+        text.empty() ? "" : "\n", seconds(o.interval.to - o.interval.from), o.driven_m, errors);
+  }
+  return text;
+}
+
+Json to_json(const ComparedRun& run, Stamp zero) {
+  Json json = {{"name", run.name},
+               {"with_gps_horizontal_rms_m", run.with_gps_m.rms},
+               {"with_gps_horizontal_max_m", run.with_gps_m.max},
+               {"outages", Json::array()}};
+  for (std::size_t k = 0; k < run.outages.size(); ++k) {
+    Json outage = to_json(run.outages[k], zero);
+    outage["fused"] = run.fused[k];
+    json["outages"].push_back(std::move(outage));
+  }
+  return json;
+}
+
+}  // namespace rcs::tools

@@ -1,0 +1,43 @@
+#pragma once
+// Runs of one drive side by side: what each fused while GPS was denied, and its horizontal error
+// over the whole outage. Pure functions.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/evaluation/evaluation.h"
+#include "tools/evaluation/evaluation_tables.h"
+#include "tools/report/table.h"
+
+namespace rcs::tools {
+
+/// One run against the truth.
+struct ComparedRun {
+  std::string name;
+  Summary with_gps_m;  ///< horizontal error outside the outages
+  double nees_per_dof = 0.0;
+  std::vector<OutageFigures> outages;           ///< the same intervals for all runs
+  std::vector<std::vector<std::string>> fused;  ///< sources by outage, as of fused_sources()
+};
+
+/// @param outages  the same for all runs that are compared
+[[nodiscard]] ComparedRun compare_run(const std::string& name, const RunLog& log,
+                                      const WorldFigures& world,
+                                      const std::vector<TimeInterval>& outages);
+
+/// One row for each run and outage; for each run without an outage.
+[[nodiscard]] Table comparison_table(const std::vector<ComparedRun>& runs);
+
+/// In pairs of runs that differ by the LADAR alone (and the a priori map, which needs it): the RMS
+/// error without it over that with it. The largest of the pairs, in the outage where that is
+/// smallest; none without such a pair in each outage, or without an outage.
+[[nodiscard]] std::optional<double> ladar_factor(const std::vector<ComparedRun>& runs);
+
+/// A sentence for each outage with such a pair: the errors with and without the LADAR.
+[[nodiscard]] std::string comparison_text(const std::vector<ComparedRun>& runs);
+
+/// @param zero  of the outages' times
+[[nodiscard]] Json to_json(const ComparedRun& run, Stamp zero);
+
+}  // namespace rcs::tools

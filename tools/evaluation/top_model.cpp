@@ -1,0 +1,233 @@
+#include "tools/evaluation/top_model.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace rcs::tools {
+namespace {
+
+constexpr std::size_t kMaxText = 400;
+/// Of a window: more than any node has cycles in it.
+constexpr std::size_t kMaxLooks = 20'000;
+
+/// Moments and counts of a message may be anything; their differences must fit.
+std::int64_t bounded(std::int64_t value) {
+  constexpr std::int64_t kFar = std::int64_t{1} << 60;
+  return std::clamp(value, -kFar, kFar);
+}
+
+const char* status_name(int status) {
+  switch (status) {
+    case status_t::STATUS_UNINITIALIZED:
+      return "UNINITIALIZED";
+    case status_t::STATUS_EXEC:
+      return "EXEC";
+    case status_t::STATUS_DONE:
+      return "DONE";
+    case status_t::STATUS_ERROR:
+      return "ERROR";
+    default:
+      return "?";
+  }
+}
+
+std::optional<Duration> age_of(std::int64_t age_us) {
+  return age_us < 0 ? std::nullopt : std::optional<Duration>(Duration(age_us));
+}
+
+TopView::Nav view_nav(const nav_state_t& m) {
+  TopView::Nav nav;
+  nav.mode = nav_mode_name(m.mode);
+  nav.pose_valid = m.pose_valid != 0;
+  nav.world_valid = m.world_valid != 0;
+  for (std::size_t i = 0; i < 3; ++i) nav.sigma_m[i] = std::sqrt(m.cov_world_pose[i][i]);
+  nav.sigma_yaw_rad = std::sqrt(m.cov_world_pose[5][5]);
+  nav.speed_mps = std::hypot(m.v_world_mps[0], m.v_world_mps[1], m.v_world_mps[2]);
+  nav.distance_since_gps_m = m.distance_since_gps_m;
+  nav.world_resets = m.world_resets;
+  nav.map_epoch = m.map_epoch;
+  nav.ages = {{"ins", age_of(m.age_ins_us)},
+              {"gps", age_of(m.age_gps_us)},
+              {"odometry", age_of(m.age_odometry_us)},
+              {"rolling", age_of(m.age_rolling_us)},
+              {"prior map", age_of(m.age_prior_map_us)}};
+  return nav;
+}
+
+}  // namespace
+
+std::string printable(std::string_view text) {
+  std::string out(text.substr(0, kMaxText));
+  for (char& c : out) {
+    if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) >= 0x7f) c = '?';
+  }
+  return out;
+}
+
+std::string_view nav_mode_name(int mode) {
+  switch (mode) {
+    case nav_state_t::MODE_ALIGN:
+      return "ALIGN";
+    case nav_state_t::MODE_GPS_INS:
+      return "GPS_INS";
+    case nav_state_t::MODE_GPS_INS_LADAR:
+      return "GPS_INS_LADAR";
+    case nav_state_t::MODE_INS_LADAR:
+      return "INS_LADAR";
+    case nav_state_t::MODE_INS_DR:
+      return "INS_DR";
+    case nav_state_t::MODE_GPS_LADAR:
+      return "GPS_LADAR";
+    case nav_state_t::MODE_LADAR:
+      return "LADAR";
+    case nav_state_t::MODE_LOST:
+      return "LOST";
+    default:
+      return "?";
+  }
+}
+
+void RateWindow::add(Stamp arrival, std::int64_t counted) {
+  const std::int64_t count = bounded(counted);
+  // It counts from anew: another process.
+  if (!looks_.empty() && count < looks_.back().count) looks_.clear();
+  looks_.push_back({arrival, count});
+  if (looks_.size() > kMaxLooks) looks_.pop_front();
+}
+
+void RateWindow::forget_before(Stamp oldest) {
+  while (!looks_.empty() && looks_.front().arrival < oldest) looks_.pop_front();
+}
+
+std::optional<double> RateWindow::rate() const {
+  if (looks_.size() < 2) return std::nullopt;
+  const double span_s = seconds(looks_.back().arrival - looks_.front().arrival);
+  if (span_s <= 0.0) return std::nullopt;
+  return static_cast<double>(looks_.back().count - looks_.front().count) / span_s;
+}
+
+TopModel::NodeState* TopModel::node(std::string_view name) {
+  std::string key = printable(name.substr(0, 16));
+  const auto known = nodes_.find(key);
+  if (known != nodes_.end()) return &known->second;
+  if (nodes_.size() >= kMaxNodes) return nullptr;
+  NodeState& n = nodes_[key];
+  n.figures.name = std::move(key);
+  return &n;
+}
+
+void TopModel::on_process(const process_t& m, Stamp arrival) {
+  NodeState* const n = node(m.node);
+  if (n == nullptr) return;
+  TopView::Node& f = n->figures;
+  if (f.pid != m.pid) n->cpu_us = {};
+  n->process_arrival = arrival;
+  n->start = from_utime(bounded(m.start_utime));
+  n->cpu_us.add(arrival, m.cpu_us);
+  f.pid = m.pid;
+  f.rss_kb = m.rss_kb;
+  f.heap_kb = m.heap_kb;
+  f.descriptors = m.descriptors;
+  f.realtime_priority = m.realtime_priority;
+  f.memory_locked = m.memory_locked != 0;
+  f.note = printable(m.note);
+  f.overruns = m.overruns;
+  f.missed = m.missed;
+  f.degrade_level = m.degrade_level;
+}
+
+void TopModel::on_cycle(const cycle_t& m, Stamp arrival) {
+  NodeState* const n = node(m.node);
+  if (n == nullptr) return;
+  n->accounts.add(arrival, ++n->account_count);
+  n->work.push_back({arrival, Duration(m.used_wall_us), Duration(m.slack_us)});
+  if (n->work.size() > kMaxLooks) n->work.pop_front();
+  TopView::Node& f = n->figures;
+  f.budget = Duration(bounded(m.deadline_utime) - bounded(m.wakeup_utime));
+  f.overruns = m.overruns;
+  f.missed = m.missed;
+  f.degrade_level = m.degrade_level;
+  for (const input_account_t& in : m.input) {
+    const std::string channel = printable(in.channel);
+    if (n->inputs.count(channel) == 0 && n->inputs.size() >= kMaxInputs) continue;
+    InputState& state = n->inputs[channel];
+    state.figures.channel = channel;
+    state.figures.dropped = in.dropped;
+    state.figures.gaps = in.gaps;
+    state.figures.malformed = in.malformed;
+    state.received.add(arrival, in.received);
+    state.any = in.age_us >= 0;
+    state.last = arrival - Duration(bounded(in.age_us));
+  }
+}
+
+void TopModel::on_event(const event_t& m, Stamp arrival) {
+  events_.push_front({arrival, m});
+  if (events_.size() > kMaxEvents) events_.pop_back();
+}
+
+void TopModel::on_nav(const nav_state_t& m, Stamp arrival) { nav_ = {arrival, m}; }
+
+void TopModel::on_status(const status_t& m, Stamp arrival) { status_ = {arrival, m}; }
+
+void TopModel::view_work(NodeState* n) const {
+  TopView::Node& f = n->figures;
+  f.used_p50 = f.used_max = f.least_slack = std::nullopt;
+  if (n->work.empty()) return;
+  std::vector<Duration> used;
+  Duration least = Duration::max();
+  for (const Work& w : n->work) {
+    used.push_back(w.used);
+    least = std::min(least, w.slack);
+  }
+  const auto middle = used.begin() + static_cast<std::ptrdiff_t>(used.size() / 2);
+  std::nth_element(used.begin(), middle, used.end());
+  f.used_p50 = *middle;
+  f.used_max = *std::max_element(used.begin(), used.end());
+  f.least_slack = least;
+}
+
+TopView TopModel::view(Stamp now) {
+  TopView view;
+  const Stamp oldest = now - kWindow;
+  for (auto& [name, n] : nodes_) {
+    while (!n.work.empty() && n.work.front().arrival < oldest) n.work.pop_front();
+    n.accounts.forget_before(oldest);
+    n.cpu_us.forget_before(oldest);
+    view_work(&n);
+    TopView::Node& f = n.figures;
+    f.heard = n.process_arrival ? std::optional<Duration>(now - *n.process_arrival) : std::nullopt;
+    f.alive = f.heard && *f.heard < kSilent;
+    f.up = now - n.start;
+    f.account_hz = n.accounts.rate();
+    const std::optional<double> cpu = n.cpu_us.rate();
+    f.cpu_percent = cpu ? std::optional<double>(*cpu * 1e-4) : std::nullopt;
+    f.inputs.clear();
+    for (auto& [channel, input] : n.inputs) {
+      input.received.forget_before(oldest);
+      input.figures.rate_hz = input.received.rate();
+      input.figures.age = input.any ? std::optional<Duration>(now - input.last) : std::nullopt;
+      f.inputs.push_back(input.figures);
+    }
+    view.nodes.push_back(f);
+  }
+  if (nav_) {
+    view.nav = view_nav(nav_->message);
+    view.nav->heard = now - nav_->arrival;
+  }
+  if (status_) {
+    const status_t& m = status_->message;
+    view.status =
+        TopView::Status{now - status_->arrival, status_name(m.status), printable(m.state),
+                        printable(m.reason),    m.echo_serial,         printable(m.issuer)};
+  }
+  for (const Heard<event_t>& e : events_) {
+    view.events.push_back({now - e.arrival, printable(e.message.node), e.message.severity,
+                           printable(e.message.code), printable(e.message.text),
+                           e.message.repeated});
+  }
+  view.malformed = malformed_;
+  return view;
+}
+
+}  // namespace rcs::tools

@@ -1,0 +1,72 @@
+#pragma once
+// How far an estimated trajectory is from the truth: absolute error after alignment (Sturm et al.
+// 2012), relative error over driven lengths (Geiger et al. 2012), and consistency (NEES).
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rcs/base/pose.h"
+#include "rcs/base/stamp.h"
+#include "tools/base/statistics.h"
+
+namespace rcs::tools {
+
+/// The same instants in both: T_frame_vehicle of each; the two frames may differ.
+struct PosePairs {
+  std::vector<Stamp> stamps;
+  std::vector<Pose> estimate;
+  std::vector<Pose> truth;
+
+  [[nodiscard]] std::size_t size() const { return stamps.size(); }
+};
+
+enum class Alignment {
+  kNone,   ///< the frames are one
+  kFirst,  ///< the first poses coincide
+  kYaw,    ///< least squares over position and yaw: what gravity and no GPS leave open
+  kRigid   ///< least squares over SE(3)
+};
+
+/// T_truth_estimate: moves the estimate's frame onto the truth's so that the squared distances
+/// between positions are least (Umeyama 1991 without scale). Identity for no pairs.
+[[nodiscard]] Pose align(const PosePairs& pairs, Alignment alignment);
+
+/// Errors of poses after `T_truth_estimate` is applied.
+struct AbsoluteError {
+  Summary translation_m;
+  Summary horizontal_m;
+  Summary vertical_m;  ///< magnitudes
+  Summary rotation_rad;
+};
+[[nodiscard]] AbsoluteError absolute_error(const PosePairs& pairs, const Pose& T_truth_estimate);
+
+/// Errors of the motions over segments of one length.
+struct RelativeError {
+  double length_m = 0.0;  ///< asked for: of distance driven; 0 when by frames
+  int frames = 0;         ///< asked for; 0 when by length
+  std::size_t segments = 0;
+  double driven_m = 0.0;             ///< mean length of the segments, by the truth
+  double translation_m = 0.0;        ///< mean
+  double translation_percent = 0.0;  ///< all errors of all driven: at rest nothing is divided by 0
+  double rotation_rad = 0.0;         ///< mean
+  double rotation_rad_per_m = 0.0;   ///< likewise
+};
+/// Every pair begins a segment that ends at the first pair at least `length_m` farther on.
+[[nodiscard]] RelativeError relative_error_over_length(const PosePairs& pairs, double length_m);
+[[nodiscard]] RelativeError relative_error_over_frames(const PosePairs& pairs, int frames);
+
+/// KITTI's 100, 200, ... 800 m as far as they fit; where not even 100 m does, 5, 10, 20, 50 m.
+[[nodiscard]] std::vector<double> lengths_that_fit(double driven_m);
+
+/// Error of the motion from the first pair to the last, in percent of the distance driven.
+[[nodiscard]] double drift_percent(const PosePairs& pairs);
+
+/// Error of `estimate` as its own covariance counts it: the right perturbation (rho, phi) with
+/// truth = estimate * exp(xi).
+[[nodiscard]] Vec6 pose_error(const Pose& estimate, const Pose& truth);
+
+/// xi^T P^-1 xi: expected 6 when P tells the truth. None when P is not positive definite.
+[[nodiscard]] std::optional<double> nees(const Vec6& xi, const Mat6& P);
+
+}  // namespace rcs::tools

@@ -1,0 +1,323 @@
+#include "tools/mapping/ground_builder.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "rcs/base/check.h"
+#include "rcs/terrain/map_tile.h"
+
+namespace rcs {
+namespace {
+
+constexpr int kWeight = 16;  // of a return whose height is exact to near_sigma_m
+constexpr double kAbove_m = 0.3;
+constexpr double kLeastGround = 0.5;  // more likely the ground than not
+
+double median(std::vector<float>* v) {
+  if (v->empty()) return 0.0;
+  const auto middle = v->begin() + static_cast<std::ptrdiff_t>(v->size() / 2);
+  std::nth_element(v->begin(), middle, v->end());
+  return static_cast<double>(*middle);
+}
+
+/// Cell number k of a block.
+constexpr int kBlockSide = CellBlocks<int>::kSide;
+constexpr int kPlaces = kBlockSide * kBlockSide;
+Cell cell_of(Cell first, int k) { return {first.i + k % kBlockSide, first.j + k / kBlockSide}; }
+
+}  // namespace
+
+Cell GroundBuilder::cell_at(const Vec3& p) const {
+  return {static_cast<int>(std::floor(p.x() / params_.cell_m)),
+          static_cast<int>(std::floor(p.y() / params_.cell_m))};
+}
+
+Vec2 GroundBuilder::centre(Cell c) const { return params_.cell_m * Vec2(c.i + 0.5, c.j + 0.5); }
+
+void GroundBuilder::count(const Vec3& p, double range_m) {
+  const std::optional<GroundHere> here = surface_->at(p.x(), p.y());
+  if (!here) return;
+  const double ratio = params_.near_sigma_m / height_sigma(params_, range_m);
+  const int weight = std::max(1, static_cast<int>(std::lround(kWeight * ratio * ratio)));
+  counts_.at(cell_at(p)).add(p.z() - here->z_m, weight);
+}
+
+void GroundBuilder::settle() {
+  constexpr double kLeast = 3.0;
+  constexpr int kLeastReturns = 3;
+  counts_.for_each([this](Cell c, const HeightCounts& own) {
+    if (own.returns == 0) return;
+    std::array<double, HeightCounts::kLayers> pool{};
+    int returns = 0;
+    for (int k = 0; k < 9; ++k) {
+      const HeightCounts* n = counts_.find({c.i + k % 3 - 1, c.j + k / 3 - 1});
+      if (n == nullptr) continue;
+      returns += n->returns;
+      for (std::size_t a = 0; a < pool.size(); ++a) pool[a] += n->weight[a];
+    }
+    if (returns < kLeastReturns) return;
+    const std::optional<GroundLayer> layer = find_ground(pool, kLeast);
+    if (!layer) return;
+    Place& place = places_.at(c);
+    place.known = true;
+    place.layer = *layer;
+    place.pool_m = layer->above_m;
+    place.pool_returns = returns;
+    // The cell's own, between its returns and those around.
+    double precision = 1.0 / (params_.neighbour_m * params_.neighbour_m);
+    double mean = 0.0;
+    for (int a = 0; a < HeightCounts::kLayers; ++a) {
+      const double z = HeightCounts::middle_m(a);
+      const double w = own.weight[static_cast<std::size_t>(a)] * layer->is_ground(z) /
+                       (kWeight * layer->sigma_m * layer->sigma_m);
+      precision += w;
+      mean += w * (z - layer->above_m);
+    }
+    place.layer.above_m += mean / precision;
+  });
+  counts_ = {};
+  refuse_grown_over();
+}
+
+/// Where no light comes through, the lowest returns are the plants' own: they spread more than
+/// those of bare ground, with the same LADAR and the same poses, do.
+void GroundBuilder::refuse_grown_over() {
+  constexpr double kBare = 0.9;
+  std::vector<float> bare;
+  std::vector<float> all;
+  places_.for_each([&](Cell, const Place& p) {
+    if (!p.known) return;
+    all.push_back(static_cast<float>(p.layer.sigma_m));
+    if (p.layer.share > kBare) bare.push_back(static_cast<float>(p.layer.sigma_m));
+  });
+  constexpr std::size_t kEnough = 100;
+  bare_sigma_m_ = median(bare.size() < kEnough ? &all : &bare);
+  constexpr double kLeast_m = 0.025;
+  const double most_m = std::max(kLeast_m, 2.0 * bare_sigma_m_);
+  for (const Cell first : places_.blocks()) {
+    for (int k = 0; k < kPlaces; ++k) {
+      Place& p = places_.at(cell_of(first, k));
+      if (!p.known || p.layer.sigma_m <= most_m) continue;
+      p.known = false;
+      ++figures_.grown_over;
+    }
+  }
+}
+
+void GroundBuilder::measure(const Vec3& p, double range_m, Stamp stamp, std::uint32_t scan) {
+  const std::optional<GroundHere> here = surface_->at(p.x(), p.y());
+  Place* place = here ? places_.find(cell_at(p)) : nullptr;
+  if (place == nullptr || !place->known) {
+    ++figures_.unplaced;
+    return;
+  }
+  const std::int64_t look = to_utime(stamp) / params_.look.count();
+  if (look != place->look) {
+    end_look(place);
+    place->look = look;
+  }
+  place->look_counts = true;
+  const double z = p.z() - here->z_m;
+  const double ground = place->layer.is_ground(z);
+  if (z > place->layer.above_m + kAbove_m) {
+    place->look_above = true;
+    ++place->above;
+  }
+  if (ground < kLeastGround) {
+    if (z <= place->layer.above_m + kAbove_m) ++figures_.standing;
+    return;
+  }
+  ++figures_.ground;
+  const double sigma_m = height_sigma(params_, range_m);
+  const double w = ground / (sigma_m * sigma_m);
+  place->look_w += static_cast<float>(w);
+  place->look_wz += static_cast<float>(w * z);
+  if (place->scans == 0 || place->scan != scan) {
+    if (place->scans < 65535) ++place->scans;
+    place->scan = scan;
+  }
+}
+
+void GroundBuilder::end_look(Place* p) const {
+  if (!p->look_counts) return;
+  constexpr int kMost = 65535;
+  if (p->looks < kMost) ++p->looks;
+  if (p->look_above && p->looks_above < kMost) ++p->looks_above;
+  if (p->look_w > 0.0F) {
+    // Many returns of one look share the error of its pose: they are worth a few, not many.
+    const double least = params_.near_sigma_m * params_.near_sigma_m;
+    const double w = 1.0 / (1.0 / p->look_w + least);
+    const double z = p->look_wz / p->look_w;
+    p->w += w;
+    p->wz += w * z;
+    p->ww += w * w;
+    p->wwz += w * w * z;
+    p->wwzz += w * w * z * z;
+    if (p->looks_ground < kMost) ++p->looks_ground;
+  }
+  p->look_w = p->look_wz = 0.0F;
+  p->look_above = p->look_counts = false;
+}
+
+void GroundBuilder::finish() {
+  for (const Cell first : places_.blocks()) {
+    for (int k = 0; k < kPlaces; ++k) end_look(&places_.at(cell_of(first, k)));
+  }
+  find_heights();
+  find_sigmas();
+}
+
+/// Where few looks show what stands there, it was passing.
+bool GroundBuilder::passing(const Place& p) {
+  constexpr int kLooks = 4;
+  constexpr int kFew = 4;  // one of so many
+  return p.looks_ground >= kLooks && p.looks_above * kFew <= p.looks;
+}
+
+bool GroundBuilder::passing(double x_m, double y_m) const {
+  const Place* p = places_.find(cell_at(Vec3(x_m, y_m, 0.0)));
+  return p != nullptr && passing(*p);
+}
+
+void GroundBuilder::find_heights() {
+  for (const Cell first : places_.blocks()) {
+    for (int k = 0; k < kPlaces; ++k) {
+      const Cell c = cell_of(first, k);
+      Place& p = places_.at(c);
+      if (!p.known) continue;
+      const Vec2 at = centre(c);
+      const std::optional<GroundHere> here = surface_->at(at.x(), at.y());
+      p.known = here && p.looks_ground > 0;
+      (passing(p) ? figures_.moving : figures_.standing) += p.above;
+      if (!p.known) continue;
+      const double prior = 1.0 / (params_.neighbour_m * params_.neighbour_m);
+      p.z_m = static_cast<float>(here->z_m + (p.wz + prior * p.pool_m) / (p.w + prior));
+    }
+  }
+}
+
+/// How far looks differ says what a look is worth; it is asked around the cell, too, as few looks
+/// say little of their own spread.
+void GroundBuilder::find_sigmas() {
+  constexpr int kReach = 2;
+  constexpr double kPriorLooks = 3.0;
+  struct Spread {
+    double square = 0.0;  // sum of w^2 (z - mean)^2, unbiased
+    double ww = 0.0;
+  };
+  const auto add = [](const Place& p, Spread* s) {
+    if (!p.known || p.looks_ground < 2) return;
+    const double mean = p.wz / p.w;
+    const double square = p.wwzz - 2.0 * mean * p.wwz + mean * mean * p.ww;
+    const double n = std::max(1.1, p.w * p.w / p.ww);  // as many looks of one weight
+    s->square += std::max(0.0, square) * n / (n - 1.0);
+    s->ww += p.ww;
+  };
+  Spread all;
+  places_.for_each([&](Cell, const Place& p) { add(p, &all); });
+  const double standard = params_.near_sigma_m * params_.near_sigma_m;
+  const double typical = all.ww > 0.0 ? all.square / all.ww : 4.0 * standard;
+  std::vector<float> sigmas;
+  std::vector<float> roughness;
+  for (const Cell first : places_.blocks()) {
+    for (int k = 0; k < kPlaces; ++k) {
+      const Cell c = cell_of(first, k);
+      Place& p = places_.at(c);
+      if (!p.known) continue;
+      Spread s;
+      Mat3 A = Vec3(0.0, 1e-3, 1e-3).asDiagonal();
+      Vec3 b = Vec3::Zero();
+      double square = 0.0;
+      int near = 0;
+      for (int j = -kReach; j <= kReach; ++j) {
+        for (int i = -kReach; i <= kReach; ++i) {
+          const Place* n = places_.find({c.i + i, c.j + j});
+          if (n == nullptr || !n->known) continue;
+          add(*n, &s);
+          if (std::abs(i) > 1 || std::abs(j) > 1) continue;
+          const Vec3 row(1.0, i, j);
+          const double z = n->z_m - p.z_m;
+          A += row * row.transpose();
+          b += row * z;
+          square += z * z;
+          ++near;
+        }
+      }
+      constexpr int kPlane = 3;
+      p.roughness_m = 0.0F;
+      if (near > kPlane) {
+        const Vec3 plane = A.ldlt().solve(b);
+        p.roughness_m =
+            static_cast<float>(std::sqrt(std::max(0.0, square - plane.dot(b)) / (near - kPlane)));
+      }
+      // Cells side by side share their looks: all of them together know no more than one.
+      const double freedom = std::max(0.0, p.w * p.w / p.ww - 1.0);
+      const double here = s.ww > 0.0 ? s.square / s.ww : typical;
+      const double look = (freedom * here + kPriorLooks * typical) / (freedom + kPriorLooks);
+      // The variance of Student's t: that of the looks is itself told by few of them.
+      const double degrees = freedom + kPriorLooks;
+      const double variance = look * p.ww / (p.w * p.w) * degrees / (degrees - 2.0);
+      const double prior = params_.neighbour_m * params_.neighbour_m;
+      const double own = variance * prior / (variance + prior);
+      // Between the cells' middles the ground is about as rough as from cell to cell.
+      constexpr double kInside = 1.5;
+      const double inside_m = kInside * p.roughness_m;
+      // What spreads the returns beyond bare ground stands on it, and lifts their mean.
+      // Few returns say little of their spread.
+      constexpr double kLifts = 0.25;  // of the variance
+      constexpr double kFew = 20.0;
+      const double layer = p.layer.sigma_m * p.layer.sigma_m * (1.0 + kFew / p.pool_returns);
+      const double grown = kLifts * std::max(0.0, layer - bare_sigma_m_ * bare_sigma_m_);
+      p.sigma_m = static_cast<float>(std::sqrt(own + inside_m * inside_m + grown));
+      sigmas.push_back(p.sigma_m);
+      roughness.push_back(p.roughness_m);
+      ++figures_.cells;
+      constexpr int kOften = 5;
+      if (p.scans >= kOften) ++figures_.seen_5;
+    }
+  }
+  figures_.sigma_median_m = median(&sigmas);
+  figures_.roughness_median_m = median(&roughness);
+}
+
+std::size_t GroundBuilder::bytes() const { return counts_.bytes() + places_.bytes(); }
+
+std::vector<Cell> GroundBuilder::tiles() const {
+  std::vector<Cell> tiles;
+  places_.for_each([&](Cell c, const Place& p) {
+    if (!p.known) return;
+    const Cell tile = tile_of(c);
+    if (tiles.empty() || !(tiles.back() == tile)) tiles.push_back(tile);
+  });
+  const auto before = [](Cell a, Cell b) { return a.j != b.j ? a.j < b.j : a.i < b.i; };
+  std::sort(tiles.begin(), tiles.end(), before);
+  tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
+  return tiles;
+}
+
+Raster GroundBuilder::tile(const MapLevel& level, Cell tile, std::uint16_t date) const {
+  RCS_CHECK(level.cell_m == params_.cell_m && level.origin_m == Vec2::Zero());
+  Raster r;
+  r.level = level;
+  r.first = first_cell(tile);
+  r.width = r.height = kTileSide;
+  r.z_m.assign(kTileCells, std::numeric_limits<float>::quiet_NaN());
+  r.sigma_m.assign(kTileCells, 1.0F);
+  r.count.assign(kTileCells, 0);
+  r.date = {date};
+  r.source = {CellSource::kSensed};
+  for (std::size_t k = 0; k < kTileCells; ++k) {
+    const Cell c{r.first.i + static_cast<int>(k) % kTileSide,
+                 r.first.j + static_cast<int>(k) / kTileSide};
+    const Place* p = places_.find(c);
+    if (p == nullptr || !p->known) continue;
+    r.z_m[k] = p->z_m;
+    r.sigma_m[k] = p->sigma_m;
+    r.count[k] = p->scans;
+  }
+  return r;
+}
+
+}  // namespace rcs

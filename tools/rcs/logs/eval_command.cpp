@@ -1,0 +1,313 @@
+// rcs eval
+
+#include <fmt/format.h>
+
+#include "tools/base/files.h"
+#include "tools/evaluation/evaluation_tables.h"
+#include "tools/evaluation/metrics.h"
+#include "tools/rcs/command.h"
+#include "tools/report/html_page.h"
+
+namespace rcs::tools {
+namespace {
+
+constexpr std::string_view kName = "eval";
+/// Truth at 10 Hz with one sample missing is still interpolated.
+constexpr Duration kMaxTruthGap = std::chrono::milliseconds(250);
+
+std::string_view frame_name(Frame frame) {
+  switch (frame) {
+    case Frame::kWorld:
+      return "world";
+    case Frame::kLocal:
+      return "local";
+    case Frame::kRolling:
+      return "rolling";
+  }
+  return "";
+}
+
+Result<PosePairs> pair_by_stamp(const ScanPoses& scans, const Trajectory& truth) {
+  PosePairs pairs;
+  for (const StampedPose& s : scans.poses) {
+    const std::optional<Pose> T = pose_at(truth, s.stamp, kMaxTruthGap);
+    if (!T) continue;
+    pairs.stamps.push_back(s.stamp);
+    pairs.estimate.push_back(s.T);
+    pairs.truth.push_back(*T);
+  }
+  if (pairs.size() == 0) return Error{"no scan has a truth of its time: are the clocks the same?"};
+  return pairs;
+}
+
+/// Row i of the truth belongs to the scan whose number is `i` after that of row `first`'s.
+Result<PosePairs> pair_by_row(const ScanPoses& scans, const std::vector<Pose>& truth,
+                              std::optional<std::size_t> first, const std::string& file) {
+  const std::int64_t first_id = scans.scan_ids.front();
+  const std::size_t rows = static_cast<std::size_t>(scans.scan_ids.back() - first_id + 1);
+  if (!first && truth.size() != rows) {
+    return Error{
+        fmt::format("{}: {} rows for {} scans; --first N says which row belongs to the "
+                    "first scan",
+                    file, truth.size(), rows)};
+  }
+  const std::size_t offset = first.value_or(0);
+  if (offset + rows > truth.size()) {
+    return Error{fmt::format("{}: {} rows, but the last scan needs row {} (counted from 0)", file,
+                             truth.size(), offset + rows - 1)};
+  }
+  PosePairs pairs;
+  for (std::size_t i = 0; i < scans.poses.size(); ++i) {
+    pairs.stamps.push_back(scans.poses[i].stamp);
+    pairs.estimate.push_back(scans.poses[i].T);
+    pairs.truth.push_back(truth[offset + static_cast<std::size_t>(scans.scan_ids[i] - first_id)]);
+  }
+  return pairs;
+}
+
+class Eval final : public Command {
+ public:
+  explicit Eval(CLI::App* rcs)
+      : Command(rcs->add_subcommand("eval", "Score a run; export its trajectory; make its page")) {
+    app()
+        ->add_option("RUN", run_, "log of a replay, or of a live run")
+        ->required()
+        ->check(CLI::ExistingFile);
+    CLI::Option* truth = app()->add_option("--truth", truth_file_, "true poses of the vehicle");
+    truth->check(CLI::ExistingFile);
+    app()
+        ->add_option("--format", format_, "of the truth: kitti (a row a scan) or tum (by stamps)")
+        ->check(CLI::IsMember({"kitti", "tum"}))
+        ->needs(truth);
+    app()
+        ->add_option("--first", first_, "row of a KITTI truth that belongs to the first scan")
+        ->needs(truth);
+    app()
+        ->add_option("--truth-log", truth_log_,
+                     "log with SIM_TRUTH; default: the run itself when it has that")
+        ->check(CLI::ExistingFile)
+        ->excludes(truth);
+    app()
+        ->add_option("--frame", frame_,
+                     "of the poses that are scored or exported: world (absolute, may step), local\n"
+                     "(WM's smooth frame as published: it follows SP's corrections with a delay),\n"
+                     "rolling (SP's registrations themselves)")
+        ->capture_default_str()
+        ->check(CLI::IsMember({"world", "local", "rolling"}));
+    app()
+        ->add_option("--export", export_, "tum|kitti FILE: the vehicle at every scan's instant")
+        ->expected(2)
+        ->type_name("FORMAT FILE");
+    app()
+        ->add_option("--from", from_s_,
+                     "score only from so many seconds after the earliest truth, belief or scan")
+        ->check(CLI::Range(0.0, 1e9));
+    app()->add_option("--to", to_s_, "likewise; not included")->check(CLI::Range(0.0, 1e9));
+    app()->add_option("--report", report_, "self-contained HTML page");
+    app()->add_option("--svg", svg_, "the picture of the course alone");
+    app()->add_flag("--json", json_, "figures as JSON");
+    app()->footer(
+        "The pose of a scan is that of the vehicle at the scan's reference instant, by WM's "
+        "belief\n"
+        "(between its stamps: on the screw motion); without WM, by SP's rolling map. A run "
+        "without\n"
+        "a LADAR is scored at WM's own stamps.\n"
+        "ATE is after alignment over SE(3); RPE over KITTI's 100-800 m as far as they fit, else\n"
+        "over 5-50 m. With SIM_TRUTH: also the error of the world pose against its own sigmas.\n"
+        "Examples:\n"
+        "  rcs eval run.log --truth poses.txt --format kitti --json\n"
+        "  rcs eval run.log --export tum run.tum --frame world\n"
+        "  rcs eval simulated.log --report out/report.html\n"
+        "  rcs eval comma_result.log --from 20 --json");
+  }
+
+  int run() override {
+    if (!export_.empty() && export_[0] != "tum" && export_[0] != "kitti") {
+      fmt::print(stderr, "rcs eval: --export {}: the formats are tum and kitti\n", export_[0]);
+      return kExitUsage;
+    }
+    if (!truth_file_.empty() && format_.empty()) {
+      fmt::print(stderr, "rcs eval: --truth needs --format kitti or tum\n");
+      return kExitUsage;
+    }
+    Result<RunLog> log = read_run(run_);
+    if (!log) return fail(kName, log.error());
+    if (!log->damage.empty()) fmt::print(stderr, "rcs eval: {}: {}\n", run_, log->damage);
+    if (const Outcome truth = take_truth_log(&log.value()); !truth) {
+      return fail(kName, truth.error());
+    }
+    cut(from_seconds(from_s_), from_seconds(to_s_), &log.value());
+
+    Frame frame =
+        frame_ == "world" ? Frame::kWorld : (frame_ == "local" ? Frame::kLocal : Frame::kRolling);
+    if (frame == Frame::kLocal && log->nav.empty()) {
+      fmt::print(stderr, "rcs eval: no WM_NAV_STATE in {}: SP's rolling poses instead\n", run_);
+      frame = Frame::kRolling;
+    }
+    const Result<ScanPoses> scans = poses_at_scans(*log, frame);
+    if (!scans) return fail(kName, scans.error());
+    if (scans->carried > 0) {
+      fmt::print(stderr, "rcs eval: {} scans without a belief of WM: carried along SP's map\n",
+                 scans->carried);
+    }
+    if (!export_.empty()) return export_poses(scans->poses);
+
+    std::optional<PosePairs> pairs;
+    if (!truth_file_.empty() || !log->truth.empty()) {
+      Result<PosePairs> paired = pair(*log, *scans);
+      if (!paired) return fail(kName, paired.error());
+      pairs = std::move(paired).value();
+    }
+    return evaluate(*log, *scans, frame, pairs);
+  }
+
+ private:
+  Outcome take_truth_log(RunLog* log) const {
+    if (truth_log_.empty()) return Done{};
+    Result<RunLog> other = read_run(truth_log_);
+    if (!other) return other.error();
+    if (other->truth.empty()) return Error{truth_log_ + ": no SIM_TRUTH"};
+    log->truth = std::move(other->truth);
+    log->truth_datum = other->truth_datum;
+    return Done{};
+  }
+
+  int export_poses(const Trajectory& poses) const {
+    const std::string text = export_[0] == "tum" ? format_tum(poses) : format_kitti(poses);
+    const Outcome written = write_text(export_[1], text);
+    if (!written) return fail(kName, written.error());
+    fmt::print(stderr, "{}: {} poses\n", export_[1], poses.size());
+    return kExitOk;
+  }
+
+  [[nodiscard]] Result<PosePairs> pair(const RunLog& log, const ScanPoses& scans) const {
+    if (truth_file_.empty()) return pair_by_stamp(scans, log.truth);
+    const Result<std::string> text = read_text(truth_file_);
+    if (!text) return text.error();
+    if (format_ == "tum") {
+      const Result<Trajectory> truth = parse_tum(*text, truth_file_);
+      return truth ? pair_by_stamp(scans, *truth) : Result<PosePairs>(truth.error());
+    }
+    const Result<std::vector<Pose>> truth = parse_kitti(*text, truth_file_);
+    return truth ? pair_by_row(scans, *truth, first_, truth_file_)
+                 : Result<PosePairs>(truth.error());
+  }
+
+  int evaluate(const RunLog& log, const ScanPoses& scans, Frame frame,
+               const std::optional<PosePairs>& pairs) const {
+    const RunFigures run = run_figures(log);
+    const std::optional<WorldFigures> world = world_figures(log, log.truth, log.truth_datum);
+    const Stamp zero = scans.poses.front().stamp;
+    const std::vector<TimeInterval> outages = gps_outages(log);
+    std::vector<OutageFigures> outage;
+    if (world) {
+      for (const TimeInterval& i : outages) outage.push_back(outage_figures(*world, i));
+    }
+
+    Json json = {{"run", run_}, {"frame", frame_name(frame)}, {"figures", to_json(run)}};
+    std::vector<Table> tables;
+    if (pairs) {
+      const TrajectoryFigures f = trajectory_figures(*pairs);
+      json["trajectory"] = to_json(f);
+      tables.push_back(absolute_table(f));
+      tables.push_back(relative_table(f));
+    }
+    if (world) {
+      json["world"] = to_json(*world);
+      tables.push_back(world_table(*world));
+      if (!outage.empty()) tables.push_back(outage_table(outage, zero));
+      for (const OutageFigures& o : outage) json["outages"].push_back(to_json(o, zero));
+    }
+    tables.push_back(scan_table(run));
+    if (!run.nodes.empty()) tables.push_back(latency_table(run));
+
+    if (json_) {
+      fmt::print("{}\n", json.dump(2));
+    } else {
+      for (const Table& t : tables) fmt::print("{}\n", to_text(t));
+      if (world) {
+        fmt::print("NEES of the world pose, per degree of freedom: {:.2f}\n", world->nees_per_dof);
+      }
+    }
+    return write_pictures(log, scans, frame, run, pairs, world, outages, tables);
+  }
+
+  int write_pictures(const RunLog& log, const ScanPoses& scans, Frame frame, const RunFigures& run,
+                     const std::optional<PosePairs>& pairs,
+                     const std::optional<WorldFigures>& world,
+                     const std::vector<TimeInterval>& outages,
+                     const std::vector<Table>& tables) const {
+    if (report_.empty() && svg_.empty()) return kExitOk;
+    const Stamp zero = scans.poses.front().stamp;
+    const Pose T_truth_frame = pairs ? align(*pairs, Alignment::kRigid) : Pose{};
+    Trajectory truth;
+    Trajectory estimate = scans.poses;
+    if (world) {
+      truth = log.truth;
+      estimate.clear();
+      for (const WorldError& e : world->errors) {
+        estimate.push_back({e.stamp, e.T_truthworld_vehicle});
+      }
+    } else if (pairs) {
+      for (std::size_t i = 0; i < pairs->size(); ++i) {
+        truth.push_back({pairs->stamps[i], pairs->truth[i]});
+      }
+      for (StampedPose& s : estimate) s.T = T_truth_frame * s.T;
+    }
+    const Plot course = course_plot(truth, {{"estimate", estimate}}, outages,
+                                    world ? Frame::kWorld : Frame::kLocal);
+    if (!svg_.empty()) {
+      const Outcome written = write_text(svg_, render(course, true));
+      if (!written) return fail(kName, written.error());
+    }
+    if (report_.empty()) return kExitOk;
+
+    HtmlPage page("Run " + run_);
+    for (const Table& t : tables) page.table(t);
+    page.heading("Course");
+    page.plot(course);
+    if (world) {
+      page.heading("Error against what WM claims");
+      page.paragraph(
+          fmt::format("NEES of the world pose, per degree of freedom: {:.2f} (1 when "
+                      "the covariance tells the truth).",
+                      world->nees_per_dof));
+      for (const Plot& p : error_plots(*world, outages, zero)) page.plot(p);
+    } else if (pairs) {
+      page.plot(aligned_error_plot(*pairs, T_truth_frame));
+    }
+    Result<CellMap> map = read_map(run_, scans.poses);
+    if (map) {
+      page.heading("Map");
+      page.plot(map_plot(std::move(map).value(), scans.poses, frame));
+    }
+    page.heading("Latencies");
+    if (run.chain_ms) {
+      page.plot(latency_plot("From a scan's last facet to nav_state", run.chain_samples_ms));
+    }
+    for (const Plot& p : node_plots(log)) page.plot(p);
+    const Outcome written = write_text(report_, page.finish());
+    return written ? kExitOk : fail(kName, written.error());
+  }
+
+  std::string run_;
+  std::string truth_file_;
+  std::string format_;
+  std::optional<std::size_t> first_;
+  std::string truth_log_;
+  std::string frame_ = "local";
+  std::vector<std::string> export_;
+  double from_s_ = 0.0;
+  double to_s_ = 1e9;
+  std::string report_;
+  std::string svg_;
+  bool json_ = false;
+};
+
+}  // namespace
+
+void add_eval_command(CLI::App* rcs, Commands* commands) {
+  commands->push_back(std::make_unique<Eval>(rcs));
+}
+
+}  // namespace rcs::tools

@@ -1,0 +1,247 @@
+// rcs import comma2k19, rcs import imu-gps
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tools/base/files.h"
+#include "tools/importers/comma2k19.h"
+#include "tools/importers/imu_gps_import.h"
+#include "tools/rcs/command.h"
+
+namespace rcs::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json to_json(const RowCounts& c) {
+  return {{"rows", c.rows},
+          {"written", c.written},
+          {"missing", c.missing},
+          {"backward", c.backward},
+          {"gaps", c.gaps},
+          {"unpaired", c.unpaired},
+          {"unchanged", c.unchanged},
+          {"no_fix", c.no_fix},
+          {"implausible", c.implausible},
+          {"without_velocity", c.without_velocity},
+          {"clock_steps", c.clock_steps}};
+}
+
+/// One line; what was not there is not told, but for missing cells and stamps.
+std::string to_text(std::string_view sensor, const RowCounts& c) {
+  std::string text = fmt::format(
+      "{}: {} of {} rows; skipped for missing cells: {}; stamps not after the newest: {}", sensor,
+      c.written, c.rows, c.missing, c.backward);
+  const auto tell = [&text](std::string_view what, std::int64_t n) {
+    if (n > 0) text += fmt::format("; {}: {}", what, n);
+  };
+  tell("gaps that were not bridged", c.gaps);
+  tell("skipped without their pair in the other file", c.unpaired);
+  tell("skipped as the same fix again", c.unchanged);
+  tell("skipped without a fix", c.no_fix);
+  tell("skipped as no place on the earth, or sigma 0", c.implausible);
+  tell("without speed or course", c.without_velocity);
+  tell("steps of the receiver's clock", c.clock_steps);
+  return text + "\n";
+}
+
+void add_counts(const ImportCounts& counts, Json* json, std::string* text) {
+  const auto add = [&](const char* sensor, const std::optional<RowCounts>& c) {
+    if (!c) return;
+    (*json)[sensor] = to_json(*c);
+    *text += to_text(sensor, *c);
+  };
+  add("INS", counts.imu);
+  add("GPS_FIX", counts.gps);
+  add("ODOMETRY", counts.wheels);
+}
+
+Outcome write_whole(const SensorLog& log, const std::string& path) {
+  if (log.events().empty()) return Error{"not one row became a message: nothing is written"};
+  OutputFile out(path);
+  Outcome done = log.write(out.write_path());
+  return done ? out.commit() : done;
+}
+
+void say(bool as_json, const Json& json, const std::string& text) {
+  if (as_json) {
+    fmt::print("{}\n", json.dump(2));
+  } else {
+    fmt::print(stderr, "{}", text);
+  }
+}
+
+class ImportComma final : public Command {
+ public:
+  explicit ImportComma(CLI::App* import)
+      : Command(import->add_subcommand("comma2k19", "A minute of comma2k19's drives, as CSV")) {
+    app()
+        ->add_option("FOLDER", folder_,
+                     "with imu_acc.csv, imu_gyro.csv, gnss_ublox.csv, can_wheel_speed.csv and\n"
+                     "truth_pose.csv")
+        ->required()
+        ->check(CLI::ExistingDirectory);
+    app()->add_option("-o,--out", out_, "the log")->required();
+    app()
+        ->add_option("--gps-latency", setup_.gps_latency_s,
+                     "from a fix's instant to the device [s]; with receiver stamps: beyond the\n"
+                     "least delay that was seen. Default: measured on the first 20 s of Example_1")
+        ->capture_default_str()
+        ->check(CLI::Range(-1.0, 5.0));
+    app()
+        ->add_option("--gps-stamps", stamps_,
+                     "receiver: by utc_ms, laid on the device's clock by the messages that came\n"
+                     "soonest; arrival: when the device had them")
+        ->capture_default_str()
+        ->check(CLI::IsMember({"receiver", "arrival"}));
+    app()
+        ->add_option("--gps-sigma", setup_.gps_sigma_m,
+                     "stated sigma of the fixes, east and north [m]; up 1.5 times that. The files\n"
+                     "have none: an M8 receiver's data sheet says 2.0 m CEP with SBAS")
+        ->capture_default_str()
+        ->check(CLI::Range(0.01, 100.0));
+    app()
+        ->add_option("--mount-rpy-deg", mount_rpy_deg_,
+                     "the device in the car: R = Rz(yaw) Ry(pitch) Rx(roll) [deg]. Default:\n"
+                     "measured on the first 20 s of Example_1 (3.68 down, 0.85 left)")
+        ->expected(3)
+        ->delimiter(',')
+        ->check(CLI::Range(-180.0, 180.0));
+    app()->add_flag("--json", json_, "figures as JSON");
+    app()->footer(
+        "INS (increments in the vehicle's axes), GPS_FIX (without a vertical velocity: 0 with a\n"
+        "sigma of a fifth of the speed), ODOMETRY (mean of the rear wheels) and SIM_TRUTH, on the\n"
+        "device's clock. The vehicle frame is at the device, with the car's axes. What the first\n"
+        "20 s say against the truth about mount and latency is printed: near 0 when the options\n"
+        "are right.\n"
+        "Examples:\n"
+        "  rcs import comma2k19 gps_imu_comma2k19 -o comma.log\n"
+        "  rcs import comma2k19 folder --gps-latency 0 --mount-rpy-deg 0,0,0 -o raw.log --json");
+  }
+
+  int run() override {
+    if (!mount_rpy_deg_.empty()) {
+      for (int i = 0; i < 3; ++i) {
+        setup_.mount_rpy_rad[i] = radians(mount_rpy_deg_[static_cast<std::size_t>(i)]);
+      }
+    }
+    setup_.receiver_stamps = stamps_ == "receiver";
+    const Result<CommaTables> tables = load_comma2k19(folder_);
+    if (!tables) return fail(kName, tables.error());
+    SensorLog log;
+    const Result<CommaCounts> counts = import_comma2k19(*tables, setup_, &log);
+    if (!counts) return fail(kName, counts.error());
+    const Outcome written = write_whole(log, out_);
+    if (!written) return fail(kName, written.error());
+
+    Json json = {{"log", out_}};
+    std::string text;
+    add_counts(counts->sensors, &json, &text);
+    json["SIM_TRUTH"] = to_json(counts->truth);
+    text += to_text("SIM_TRUTH", counts->truth);
+    add_check(check_setup(log, Duration::zero(), std::chrono::seconds(20)), &json, &text);
+    say(json_, json, text);
+    return kExitOk;
+  }
+
+ private:
+  static constexpr std::string_view kName = "import comma2k19";
+
+  static void add_check(const Result<SetupCheck>& check, Json* json, std::string* text) {
+    if (!check) {
+      *text += fmt::format("mount and latency are not checked: {}\n", check.error().message);
+      return;
+    }
+    const SetupCheck& c = *check;
+    (*json)["first_20_s"] = {
+        {"fixes", c.fixes},
+        {"mount_pitch_deg", degrees(c.mount_pitch_rad)},
+        {"mount_yaw_deg", degrees(c.mount_yaw_rad)},
+        {"gps_latency_s", c.gps_latency_s},
+        {"residual_along_m", c.residual_along_m},
+        {"fix_minus_truth_m",
+         {c.fix_minus_truth_m.x(), c.fix_minus_truth_m.y(), c.fix_minus_truth_m.z()}},
+        {"rms_m", c.raw_rms_m}};
+    *text += fmt::format(
+        "first 20 s against the truth, {} fixes: horizontal RMS {:.2f} m; beyond the options: "
+        "latency {:.3f} s ({:.2f} m along the track are left), mount pitch {:.2f} deg, yaw {:.2f} "
+        "deg; then the fixes lie {:.2f} m ahead, {:.2f} m to the left, {:.2f} m above\n",
+        c.fixes, c.raw_rms_m, c.gps_latency_s, c.residual_along_m, degrees(c.mount_pitch_rad),
+        degrees(c.mount_yaw_rad), c.fix_minus_truth_m.x(), c.fix_minus_truth_m.y(),
+        c.fix_minus_truth_m.z());
+  }
+
+  std::string folder_;
+  std::string out_;
+  CommaSetup setup_;
+  std::string stamps_ = "receiver";
+  std::vector<double> mount_rpy_deg_;
+  bool json_ = false;
+};
+
+class ImportImuGps final : public Command {
+ public:
+  explicit ImportImuGps(CLI::App* import)
+      : Command(import->add_subcommand("imu-gps", "IMU, GPS and wheels from CSV files")) {
+    app()
+        ->add_option("FILE", files_, "CSV: the first line names the columns")
+        ->required()
+        ->check(CLI::ExistingFile);
+    app()
+        ->add_option("--columns", map_, "TOML: which column is what, in which unit")
+        ->required()
+        ->check(CLI::ExistingFile);
+    app()->add_option("-o,--out", out_, "the log")->required();
+    app()->add_flag("--json", json_, "figures as JSON");
+    app()->footer(
+        "The map has a table for each sensor: [imu], [gps], [odometry]; config/import/*.toml are\n"
+        "two, with every key explained. Units are always named. A row with a missing cell (empty,\n"
+        "nan) is skipped and counted; stamps that run backward are kept, counted and told.\n"
+        "Examples:\n"
+        "  rcs import imu-gps 2014-03-26-000-Data.csv --columns config/import/balzer82.toml \\\n"
+        "      -o dresden.log\n"
+        "  rcs import imu-gps test1_imu.csv test1_fix.csv test1_odom.csv \\\n"
+        "      --columns config/import/husky.toml -o husky.log");
+  }
+
+  int run() override {
+    const Result<ParamFile> file = ParamFile::load(map_);
+    if (!file) return fail(kName, file.error());
+    const Result<ImuGpsMap> map = load_imu_gps_map(*file);
+    if (!map) return fail(kName, map.error());
+    std::vector<CsvTable> tables;
+    for (const std::string& path : files_) {
+      Result<CsvTable> table = CsvTable::load(path);
+      if (!table) return fail(kName, table.error());
+      tables.push_back(std::move(table).value());
+    }
+    SensorLog log;
+    const Result<ImportCounts> counts = import_imu_gps(*map, tables, &log);
+    if (!counts) return fail(kName, counts.error());
+    const Outcome written = write_whole(log, out_);
+    if (!written) return fail(kName, written.error());
+    Json json = {{"log", out_}};
+    std::string text;
+    add_counts(*counts, &json, &text);
+    say(json_, json, text);
+    return kExitOk;
+  }
+
+ private:
+  static constexpr std::string_view kName = "import imu-gps";
+
+  std::vector<std::string> files_;
+  std::string map_;
+  std::string out_;
+  bool json_ = false;
+};
+
+}  // namespace
+
+void add_recording_imports(CLI::App* import, Commands* commands) {
+  commands->push_back(std::make_unique<ImportComma>(import));
+  commands->push_back(std::make_unique<ImportImuGps>(import));
+}
+
+}  // namespace rcs::tools

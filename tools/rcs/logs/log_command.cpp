@@ -1,0 +1,323 @@
+// rcs log info | list | cut | csv
+
+#include <fmt/format.h>
+
+#include <limits>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "lcmtypes/sensors.h"
+#include "rcs/node/log/log_file.h"
+#include "tools/base/files.h"
+#include "tools/rcs/command.h"
+#include "tools/rcs/terminal.h"
+#include "tools/recording/message_fields.h"
+
+namespace rcs::tools {
+namespace {
+
+/// Calls `on_event` for every event until it returns false. @return exit status
+template <class OnEvent>
+int for_each_event(std::string_view command, const std::string& path, OnEvent on_event) {
+  Result<LogReader> reader = LogReader::open(path);
+  if (!reader) return fail(command, reader.error());
+  {
+    const InterruptGuard interrupt;
+    Progress progress(command, reader->size_bytes());
+    LogEvent event;
+    while (reader->next(&event)) {
+      progress.at(reader->position_bytes());
+      if (interrupt.requested()) return fail(command, {"interrupted"});
+      if (!on_event(event)) break;
+    }
+  }
+  if (!reader->health().good()) {
+    fmt::print(stderr, "rcs {}: {}: {}\n", command, path, reader->health().summary());
+  }
+  return kExitOk;
+}
+
+struct ChannelFigures {
+  std::int64_t events = 0;
+  std::int64_t bytes = 0;
+  std::size_t largest_bytes = 0;
+  Stamp first;
+  Stamp last;
+  bool known = false;
+  std::int64_t malformed = 0;  ///< of a known channel, but not of its type
+  std::int64_t last_seq = 0;
+  std::int64_t missing = 0;   ///< in seq
+  std::int64_t restarts = 0;  ///< seq begins at 1 again: another writer, or the writer anew
+  std::int64_t repeated = 0;  ///< seq seen before, or stepping back
+
+  void add(const LogEvent& event) {
+    if (events == 0) {
+      first = event.stamp;
+      known = known_channel(event.channel);
+    }
+    ++events;
+    bytes += static_cast<std::int64_t>(event.data.size());
+    largest_bytes = std::max(largest_bytes, event.data.size());
+    last = event.stamp;
+    if (!known) return;
+    const std::optional<MessageHead> head = read_head(event.channel, event.data);
+    if (!head) {
+      ++malformed;
+      return;
+    }
+    if (last_seq != 0 && head->seq > last_seq + 1) missing += head->seq - last_seq - 1;
+    if (last_seq != 0 && head->seq <= last_seq) ++(head->seq == 1 ? restarts : repeated);
+    last_seq = head->seq;
+  }
+
+  [[nodiscard]] double rate_hz() const {
+    return last > first ? static_cast<double>(events - 1) / seconds(last - first) : 0.0;
+  }
+};
+
+int log_info(const std::string& path, bool json) {
+  Result<LogReader> reader = LogReader::open(path);
+  if (!reader) return fail("log info", reader.error());
+  std::map<std::string, ChannelFigures> channels;
+  Stamp first;
+  Stamp last;
+  std::int64_t steps_back = 0;
+  {
+    const InterruptGuard interrupt;
+    Progress progress("log info", reader->size_bytes());
+    LogEvent event;
+    while (reader->next(&event)) {
+      progress.at(reader->position_bytes());
+      if (interrupt.requested()) return fail("log info", {"interrupted"});
+      if (reader->health().events == 1) first = last = event.stamp;
+      if (event.stamp < last) ++steps_back;
+      last = event.stamp;
+      channels[event.channel].add(event);
+    }
+  }
+  const LogHealth& health = reader->health();
+  if (json) {
+    nlohmann::ordered_json out = {{"log", path},
+                                  {"bytes", reader->size_bytes()},
+                                  {"events", health.events},
+                                  {"duration_s", seconds(last - first)},
+                                  {"first_utime", to_utime(first)},
+                                  {"stamps_stepping_back", steps_back},
+                                  {"skipped_bytes", health.skipped_bytes},
+                                  {"skips", health.skips},
+                                  {"truncated", health.truncated},
+                                  {"channels", nlohmann::ordered_json::array()}};
+    for (const auto& [name, c] : channels) {
+      nlohmann::ordered_json channel = {{"channel", name},
+                                        {"events", c.events},
+                                        {"rate_hz", c.rate_hz()},
+                                        {"bytes", c.bytes},
+                                        {"largest_bytes", c.largest_bytes},
+                                        {"known", c.known}};
+      if (c.known) {
+        channel["missing"] = c.missing;
+        channel["repeated"] = c.repeated;
+        channel["restarts"] = c.restarts;
+        channel["malformed"] = c.malformed;
+      }
+      out["channels"].push_back(channel);
+    }
+    fmt::print("{}\n", out.dump(2));
+  } else {
+    fmt::print("{}: {:.1f} MB, {:.3f} s, {}\n", path,
+               static_cast<double>(reader->size_bytes()) * 1e-6, seconds(last - first),
+               health.summary());
+    if (steps_back > 0) fmt::print("the stamps step back {} times\n", steps_back);
+    fmt::print("{:<18} {:>9} {:>9} {:>10} {:>9} {:>8} {:>8} {:>9}\n", "channel", "events", "Hz",
+               "kB", "max B", "missing", "repeated", "malformed");
+    for (const auto& [name, c] : channels) {
+      fmt::print("{:<18} {:>9} {:>9.2f} {:>10.1f} {:>9}", name, c.events, c.rate_hz(),
+                 static_cast<double>(c.bytes) * 1e-3, c.largest_bytes);
+      if (c.known) {
+        fmt::print(" {:>8} {:>8} {:>9}{}\n", c.missing, c.repeated, c.malformed,
+                   c.restarts > 0 ? fmt::format("  ({} restarts)", c.restarts) : "");
+      } else {
+        fmt::print("  (not a channel of this system)\n");
+      }
+    }
+  }
+  return health.good() && health.events > 0 ? kExitOk : kExitFailed;
+}
+
+int log_list(const std::string& path) {
+  fmt::print("{:>16} {:>9} {:<18} {:>7} {:>9} {:>16}\n", "stamp [s]", "event", "channel", "bytes",
+             "seq", "utime");
+  return for_each_event("log list", path, [](const LogEvent& event) {
+    const std::optional<MessageHead> head = read_head(event.channel, event.data);
+    fmt::print("{:16.6f} {:>9} {:<18} {:>7} {:>9} {:>16}\n",
+               seconds(event.stamp.time_since_epoch()), event.number, event.channel,
+               event.data.size(), head ? std::to_string(head->seq) : "-",
+               head ? std::to_string(head->utime) : "-");
+    return true;
+  });
+}
+
+struct CutOptions {
+  std::string log;
+  std::string out;
+  double from_s = 0.0;
+  double to_s = std::numeric_limits<double>::infinity();
+  std::vector<std::string> channels;  ///< empty: all
+};
+
+int log_cut(const CutOptions& options) {
+  OutputFile out(options.out);
+  Result<LogWriter> writer = LogWriter::create(out.write_path());
+  if (!writer) return fail("log cut", writer.error());
+  std::optional<Stamp> first;
+  Outcome written = Done{};
+  const int status = for_each_event("log cut", options.log, [&](const LogEvent& event) {
+    if (!first) first = event.stamp;
+    const double t_s = seconds(event.stamp - *first);
+    const bool wanted =
+        options.channels.empty() || std::find(options.channels.begin(), options.channels.end(),
+                                              event.channel) != options.channels.end();
+    if (wanted && t_s >= options.from_s && t_s < options.to_s) {
+      written = writer->write(event.stamp, event.channel, event.data.data(), event.data.size());
+    }
+    return written.ok();
+  });
+  if (status != kExitOk) return status;
+  if (written) written = writer->close();
+  if (written && writer->events() == 0) written = Error{"no event lies in what was asked for"};
+  if (written) written = out.commit();
+  if (!written) return fail("log cut", written.error());
+  fmt::print(stderr, "{}: {} events\n", options.out, writer->events());
+  return kExitOk;
+}
+
+std::string csv_cell(const std::string& text) {
+  if (text.find_first_of(",\"\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + '"';
+}
+
+int log_csv(const std::string& path, const std::string& channel) {
+  if (!known_channel(channel)) {
+    fmt::print(stderr, "rcs log csv: {} is not a channel of this system\n", channel);
+    return kExitUsage;
+  }
+  std::int64_t rows = 0;
+  std::int64_t malformed = 0;
+  const int status = for_each_event("log csv", path, [&](const LogEvent& event) {
+    if (event.channel != channel) return true;
+    const std::optional<Fields> fields = read_fields(channel, event.data);
+    if (!fields) {
+      ++malformed;
+      return true;
+    }
+    std::string line = rows == 0 ? "log_utime" : "";
+    if (rows == 0) {
+      for (const auto& [name, value] : *fields) line += "," + name;
+      line += "\n";
+    }
+    line += std::to_string(to_utime(event.stamp));
+    for (const auto& [name, value] : *fields) line += "," + csv_cell(value);
+    fmt::print("{}\n", line);
+    ++rows;
+    return true;
+  });
+  if (status != kExitOk) return status;
+  if (malformed > 0) fmt::print(stderr, "rcs log csv: {} messages not decodable\n", malformed);
+  return rows > 0 ? kExitOk : fail("log csv", {path + ": no message on " + channel});
+}
+
+void add_log_option(CLI::App* app, std::string* path) {
+  app->add_option("LOG", *path, "LCM event log")->required()->check(CLI::ExistingFile);
+}
+
+class LogInfo final : public Command {
+ public:
+  explicit LogInfo(CLI::App* log)
+      : Command(log->add_subcommand("info", "Channels, counts, rates, sizes, gaps, damage")) {
+    add_log_option(app(), &log_);
+    app()->add_flag("--json", json_, "figures as JSON");
+    app()->footer(
+        "Exit status 1 when the log is damaged or empty; what is readable is read.\n"
+        "Example:  rcs log info run.log");
+  }
+  int run() override { return log_info(log_, json_); }
+
+ private:
+  std::string log_;
+  bool json_ = false;
+};
+
+class LogList final : public Command {
+ public:
+  explicit LogList(CLI::App* log) : Command(log->add_subcommand("list", "One line an event")) {
+    add_log_option(app(), &log_);
+    app()->footer("Example:  rcs log list run.log | head");
+  }
+  int run() override { return log_list(log_); }
+
+ private:
+  std::string log_;
+};
+
+class LogCut final : public Command {
+ public:
+  explicit LogCut(CLI::App* log)
+      : Command(log->add_subcommand("cut", "Copy a part of a log into another")) {
+    add_log_option(app(), &options_.log);
+    app()->add_option("-o,--out", options_.out, "the part")->required();
+    app()->add_option("--from", options_.from_s, "seconds after the log's first event");
+    app()->add_option("--to", options_.to_s, "seconds after the log's first event; not included");
+    app()
+        ->add_option("--channel", options_.channels, "only these; separated by commas")
+        ->delimiter(',')
+        ->excludes(app()->add_flag("--sensors", sensors_, "only the sensors' channels"));
+    app()->footer(
+        "A log of the sensors alone holds no commands (BG_COMMAND, BG_DRIVE) and may be played to\n"
+        "live nodes by any player, e.g. lcm-logplayer. Ctrl-C leaves no part of the copy behind.\n"
+        "Examples:\n"
+        "  rcs log cut run.log --from 60 --to 90 -o part.log\n"
+        "  rcs log cut run.log --sensors -o sensors.log\n"
+        "  rcs log cut run.log --channel SP_REGISTRATION,WM_NAV_STATE -o answers.log");
+  }
+  int run() override {
+    if (sensors_) options_.channels = {channel::kSensors.begin(), channel::kSensors.end()};
+    return log_cut(options_);
+  }
+
+ private:
+  CutOptions options_;
+  bool sensors_ = false;
+};
+
+class LogCsv final : public Command {
+ public:
+  explicit LogCsv(CLI::App* log)
+      : Command(log->add_subcommand("csv", "The messages of a channel as a table on stdout")) {
+    add_log_option(app(), &log_);
+    app()->add_option("--channel", channel_, "e.g. WM_NAV_STATE")->required();
+    app()->footer(
+        "Arrays of fixed length become a column an entry; of points, tiles and stages only the\n"
+        "number is told.\n"
+        "Example:  rcs log csv run.log --channel SP_REGISTRATION > registrations.csv");
+  }
+  int run() override { return log_csv(log_, channel_); }
+
+ private:
+  std::string log_;
+  std::string channel_;
+};
+
+}  // namespace
+
+void add_log_commands(CLI::App* rcs, Commands* commands) {
+  CLI::App* log = rcs->add_subcommand("log", "Look into LCM event logs, cut them, export them");
+  log->require_subcommand(1);
+  commands->push_back(std::make_unique<LogInfo>(log));
+  commands->push_back(std::make_unique<LogList>(log));
+  commands->push_back(std::make_unique<LogCut>(log));
+  commands->push_back(std::make_unique<LogCsv>(log));
+}
+
+}  // namespace rcs::tools

@@ -1,0 +1,46 @@
+#pragma once
+// A part of a log as a source of events, with a progress bar and Ctrl-C.
+
+#include <string_view>
+
+#include "rcs/node/log/log_file.h"
+#include "rcs/node/log/log_source.h"
+#include "tools/rcs/terminal.h"
+
+namespace rcs::tools {
+
+/// Ends early on Ctrl-C.
+class PartOfLog final : public EventSource {
+ public:
+  /// @param command  the name beside the progress bar
+  /// @param from, to  after the source's first event
+  PartOfLog(std::string_view command, EventSource* source, Duration from, Duration to,
+            const LogReader* reader)
+      : source_(source), reader_(reader), progress_(command, reader->size_bytes()) {
+    const Stamp first = source_->peek();
+    if (first == Stamp::max()) return;
+    to_ = to < Stamp::max() - first ? first + to : Stamp::max();
+    SourceEvent passed_over;
+    while (source_->peek() < first + from) source_->take(&passed_over);
+  }
+
+  [[nodiscard]] Stamp peek() override {
+    const Stamp due = source_->peek();
+    return due < to_ && !interrupt_.requested() ? due : Stamp::max();
+  }
+  void take(SourceEvent* event) override {
+    source_->take(event);
+    progress_.at(reader_->position_bytes());
+  }
+
+  [[nodiscard]] bool interrupted() const { return interrupt_.requested(); }
+
+ private:
+  EventSource* source_;
+  const LogReader* reader_;
+  Stamp to_ = Stamp::max();
+  InterruptGuard interrupt_;
+  Progress progress_;
+};
+
+}  // namespace rcs::tools

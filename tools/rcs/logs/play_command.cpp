@@ -1,0 +1,168 @@
+// rcs play
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "lcmtypes/sensors.h"
+#include "rcs/node/bus/lcm_bus.h"
+#include "rcs/node/log/log_source.h"
+#include "rcs/node/timeline/live_timeline.h"
+#include "tools/rcs/command.h"
+#include "tools/rcs/logs/part_of_log.h"
+
+namespace rcs::tools {
+namespace {
+
+constexpr std::string_view kName = "play";
+constexpr Duration kListen = std::chrono::milliseconds(500);
+
+/// Who else publishes what a player publishes.
+class OtherPublishers {
+ public:
+  explicit OtherPublishers(Bus* bus) {
+    for (std::size_t i = 0; i < heard_.size(); ++i)
+      bus->subscribe(channel::kSensors[i], &heard_[i]);
+  }
+  /// The channels heard so far, separated by commas.
+  [[nodiscard]] std::string channels() const {
+    std::string names;
+    for (std::size_t i = 0; i < heard_.size(); ++i) {
+      if (heard_[i].any) names += (names.empty() ? "" : ", ") + std::string(channel::kSensors[i]);
+    }
+    return names;
+  }
+
+ private:
+  struct Heard final : Receiver {
+    void receive(const std::uint8_t* /*data*/, std::size_t /*size*/,
+                 Stamp /*arrival*/) noexcept override {
+      any = true;
+    }
+    bool any = false;
+  };
+  std::array<Heard, channel::kSensors.size()> heard_;
+};
+
+/// Lets messages come until `until`. @return false after Ctrl-C
+bool wait_until(Stamp until, LiveTimeline* timeline) {
+  Timeline::Step step = Timeline::Step::kDelivered;
+  while (step == Timeline::Step::kDelivered) step = timeline->advance(until);
+  return step != Timeline::Step::kEnded;
+}
+
+class Play final : public Command {
+ public:
+  explicit Play(CLI::App* rcs)
+      : Command(rcs->add_subcommand("play", "A log's sensor data onto the bus, in real time")) {
+    app()->add_option("LOG", log_, "with sensor channels")->required()->check(CLI::ExistingFile);
+    app()
+        ->add_option("--speed", speed_, "times the recorded speed")
+        ->check(CLI::Range(0.01, 100.0))
+        ->capture_default_str();
+    app()
+        ->add_option("--from", from_s_, "seconds after the log's first sensor event")
+        ->check(CLI::Range(0.0, 1e9));
+    CLI::Option* to =
+        app()->add_option("--to", to_s_, "likewise; not included")->check(CLI::Range(0.0, 1e9));
+    app()
+        ->add_option("--duration", duration_s_, "seconds of the log from --from on")
+        ->check(CLI::Range(0.0, 1e9))
+        ->excludes(to);
+    app()->add_option("--lcm-url", lcm_url_,
+                      fmt::format("the bus; default: $LCM_DEFAULT_URL, else {}", kDefaultLcmUrl));
+    std::string sensors;
+    for (const char* name : channel::kSensors) sensors += std::string(name) + " ";
+    app()->footer(
+        "Publishes " + sensors +
+        "and no other\nchannel: recorded commands do not reach the vehicle, and recorded results "
+        "do not meet new\nones. The messages keep their stamps. Refused when one of these channels "
+        "already has a\npublisher on the bus. Ctrl-C stops.\n"
+        "Examples:\n"
+        "  rcs play run.log\n"
+        "  rcs play run.log --from 60 --duration 30 --speed 0.5");
+  }
+
+  int run() override {
+    const Outcome done = play();
+    return done ? kExitOk : fail(kName, done.error());
+  }
+
+ private:
+  [[nodiscard]] Outcome play() const {
+    Result<LogReader> reader = LogReader::open(log_);
+    if (!reader) return reader.error();
+    const StopSignals stop;
+    const Result<std::unique_ptr<LcmBus>> bus = LcmBus::create(lcm_url_);
+    if (!bus) return bus.error();
+    LiveTimeline timeline(bus->get(), &stop);
+    const OtherPublishers others(bus->get());
+    if (!wait_until(timeline.now() + kListen, &timeline)) return stopped(**bus, 0);
+    if (const std::string names = others.channels(); !names.empty()) {
+      return Error{fmt::format("{}: {} already published by another process: nothing was played",
+                               (*bus)->url(), names)};
+    }
+
+    LogSource whole(&reader.value(), {channel::kSensors.begin(), channel::kSensors.end()});
+    std::int64_t published = 0;
+    Duration worst_late{};
+    {
+      PartOfLog source(kName, &whole, from_seconds(from_s_), to(), &reader.value());
+      const Stamp first = source.peek();
+      const Stamp begin = timeline.now();
+      SourceEvent event;
+      for (Stamp due = first; due != Stamp::max(); due = source.peek()) {
+        source.take(&event);
+        const Stamp moment = begin + from_seconds(seconds(due - first) / speed_);
+        if (!wait_until(moment, &timeline)) return stopped(**bus, published);
+        worst_late = std::max(worst_late, timeline.now() - moment);
+        (*bus)->publish(event.channel, event.data.data(), event.data.size());
+        ++published;
+      }
+    }
+    if (!reader->health().good()) {
+      fmt::print(stderr, "rcs play: {}: {}\n", log_, reader->health().summary());
+    }
+    if (published == 0) return Error{log_ + ": no sensor data in what was asked for"};
+    fmt::print(stderr,
+               "rcs play: {} messages published, the latest {:.1f} ms late; {} of other channels "
+               "left out\n",
+               published, milliseconds(worst_late), whole.passed_over());
+    return sound(**bus);
+  }
+
+  [[nodiscard]] Duration to() const {
+    const double to_s = duration_s_ >= 0.0 ? from_s_ + duration_s_ : to_s_;
+    return to_s < 1e10 ? from_seconds(to_s) : Duration::max();
+  }
+
+  [[nodiscard]] static Outcome stopped(const LcmBus& bus, std::int64_t published) {
+    fmt::print(stderr, "rcs play: stopped after {} messages\n", published);
+    return sound(bus);
+  }
+
+  [[nodiscard]] static Outcome sound(const LcmBus& bus) {
+    if (bus.publish_failures() > 0) {
+      return Error{
+          fmt::format("{}: {} messages could not be published", bus.url(), bus.publish_failures())};
+    }
+    return bus.status();
+  }
+
+  std::string log_;
+  std::string lcm_url_;
+  double speed_ = 1.0;
+  double from_s_ = 0.0;
+  double to_s_ = std::numeric_limits<double>::infinity();
+  double duration_s_ = -1.0;
+};
+
+}  // namespace
+
+void add_play_command(CLI::App* rcs, Commands* commands) {
+  commands->push_back(std::make_unique<Play>(rcs));
+}
+
+}  // namespace rcs::tools

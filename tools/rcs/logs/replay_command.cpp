@@ -1,0 +1,182 @@
+// rcs replay
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "lcmtypes/channels.h"
+#include "lcmtypes/sensors.h"
+#include "modules/sp/sp_node.h"
+#include "modules/wm/wm_config.h"
+#include "modules/wm/wm_node.h"
+#include "rcs/node/executor.h"
+#include "rcs/node/log/log_source.h"
+#include "rcs/node/process/cycle_sinks.h"
+#include "rcs/terrain/map_folder.h"
+#include "tools/base/files.h"
+#include "tools/evaluation/evaluation_tables.h"
+#include "tools/rcs/command.h"
+#include "tools/rcs/logs/part_of_log.h"
+#include "tools/rcs/logs/replay_verdict.h"
+
+namespace rcs::tools {
+namespace {
+
+constexpr std::string_view kName = "replay";
+/// After the last event: so that the work under way is finished.
+constexpr Duration kTail = std::chrono::seconds(1);
+
+class Replay final : public Command {
+ public:
+  explicit Replay(CLI::App* rcs)
+      : Command(
+            rcs->add_subcommand("replay", "A log's sensor data through SP and WM, in lockstep")) {
+    app()
+        ->add_option("CONFIG", config_, "the vehicle's configuration (TOML)")
+        ->required()
+        ->check(CLI::ExistingFile);
+    app()
+        ->add_option("LOG", log_, "with sensor channels; its SP_* and WM_* are passed over")
+        ->required()
+        ->check(CLI::ExistingFile);
+    app()->add_option("-o,--out", out_, "log of what SP and WM say, and of SIM_TRUTH")->required();
+    app()
+        ->add_option("--without", without_, "sensor channels to be withheld; separated by commas")
+        ->delimiter(',')
+        ->check(CLI::IsMember(
+            std::vector<std::string>(channel::kSensors.begin(), channel::kSensors.end())));
+    app()->add_option("--set", overrides_,
+                      "TABLE.KEY=VALUE (TOML) instead of the configuration's; may be repeated");
+    app()
+        ->add_option("--from", from_s_, "seconds after the log's first sensor event")
+        ->check(CLI::Range(0.0, 1e9));
+    app()->add_option("--to", to_s_, "likewise; not included")->check(CLI::Range(0.0, 1e9));
+    app()->add_flag("--json", json_, "figures as JSON");
+    app()->footer(
+        "One thread, driven by the log: the same input gives the same bytes in OUT (compare by\n"
+        "sha256sum). Stopwatch values go to OUT.timing, which differs from run to run. Ctrl-C\n"
+        "leaves no part of OUT behind, and a file that was there before as it was.\n"
+        "Status 1, and why on stderr, although OUT is written: not one pose, LADAR data and not\n"
+        "one registration, an a priori map more than 50 m from the course, a datum more than\n"
+        "10 km from the first fix.\n"
+        "Examples:\n"
+        "  rcs replay config/kitti.toml kitti.log -o out/kitti.log && sha256sum out/kitti.log\n"
+        "  rcs replay config/demo3.toml run.log -o ins.log --without LADAR_RANGES,ODOMETRY\n"
+        "INS alone: without the non-holonomic constraint and zero velocity at standstill, too\n"
+        "  rcs replay config/demo3.toml run.log -o ins.log --without LADAR_RANGES,ODOMETRY \\\n"
+        "      --set odometry.constrained=false --set odometry.zero_velocity=false");
+  }
+
+  int run() override {
+    const OutputFile out(out_);
+    const OutputFile timing(out.in_place() ? "/dev/null" : out_ + ".timing");
+    Outcome done = check_output(timing.path());
+    if (done) done = replay(out.write_path(), timing.write_path());
+    if (done) done = timing.commit();
+    if (done) done = out.commit();
+    if (!done) return fail(kName, done.error());
+    const int status = out.in_place() ? kExitOk : summarize_run();
+    for (const std::string& fault : faults_) fmt::print(stderr, "rcs replay: {}\n", fault);
+    return faults_.empty() ? status : kExitFailed;
+  }
+
+ private:
+  [[nodiscard]] Outcome replay(const std::string& out_path, const std::string& timing_path) {
+    const Result<ParamFile> params = ParamFile::load(config_, overrides_);
+    if (!params) return params.error();
+    Result<LogReader> reader = LogReader::open(log_);
+    if (!reader) return reader.error();
+    Result<LogWriter> writer = LogWriter::create(out_path);
+    if (!writer) return writer.error();
+    const Result<std::unique_ptr<TimingFile>> timing = TimingFile::create(timing_path);
+    if (!timing) return timing.error();
+
+    LocalBus bus;
+    LogRecorder recorder(&writer.value(), {channel::kSensors.begin(), channel::kSensors.end()});
+    ReplayVerdict verdict(&recorder);
+    bus.set_tap(&verdict);
+    const Result<std::unique_ptr<Node>> sp = sp::make_sp_node(*params, &bus);
+    if (!sp) return sp.error();
+    const Result<std::unique_ptr<Node>> wm = wm::make_wm_node(*params, &bus);
+    if (!wm) return wm.error();
+
+    LogSource whole(&reader.value(), fed_channels());
+    RunReport report;
+    {
+      PartOfLog source(kName, &whole, from_seconds(from_s_), to(), &reader.value());
+      LockstepTimeline timeline(&bus, &source, kTail);
+      report = rcs::run({sp->get(), wm->get()}, timeline, timing->get());
+      if (source.interrupted()) return Error{"interrupted"};
+    }
+    if (!reader->health().good()) {
+      fmt::print(stderr, "rcs replay: {}: {}\n", log_, reader->health().summary());
+    }
+    if (whole.clock_jumps() > 0) {
+      fmt::print(stderr, "rcs replay: {}: the log's clock jumps {} times\n", log_,
+                 whole.clock_jumps());
+    }
+    if (whole.fed() == 0) return Error{log_ + ": no sensor data in what was asked for"};
+    fmt::print(stderr, "{}", report.text());
+    if (Outcome closed = (*timing)->close(); !closed) return closed;
+    if (Outcome closed = writer->close(); !closed) return closed;
+    return judge(*params, verdict);
+  }
+
+  /// What of the configuration the replay did not use goes to `faults_`.
+  [[nodiscard]] Outcome judge(const ParamFile& params, const ReplayVerdict& verdict) {
+    const Result<wm::WmConfig> config = wm::load_wm_config(params);
+    if (!config) return config.error();
+    const std::string& path = config->prior_terrain.map;
+    std::optional<MapFolder> map;
+    if (!path.empty()) {
+      Result<MapFolder> opened = MapFolder::open(path);
+      if (!opened) return opened.error();
+      map.emplace(std::move(opened).value());
+    }
+    faults_ = verdict.faults(config->datum, map ? &map->index() : nullptr);
+    return Done{};
+  }
+
+  [[nodiscard]] Duration to() const { return to_s_ < 1e12 ? from_seconds(to_s_) : Duration::max(); }
+
+  [[nodiscard]] std::vector<std::string> fed_channels() const {
+    std::vector<std::string> fed = {channel::kSimTruth};
+    for (const char* sensor : channel::kSensors) {
+      if (std::find(without_.begin(), without_.end(), sensor) == without_.end()) {
+        fed.emplace_back(sensor);
+      }
+    }
+    return fed;
+  }
+
+  [[nodiscard]] int summarize_run() const {
+    const Result<RunLog> run = read_run(out_);
+    if (!run) return fail(kName, run.error());
+    const RunFigures figures = run_figures(*run);
+    if (json_) {
+      fmt::print("{}\n", to_json(figures).dump(2));
+    } else {
+      fmt::print(stderr, "\n{}\n{}", to_text(scan_table(figures)), to_text(latency_table(figures)));
+    }
+    return kExitOk;
+  }
+
+  std::string config_;
+  std::string log_;
+  std::string out_;
+  std::vector<std::string> without_;
+  std::vector<std::string> overrides_;
+  std::vector<std::string> faults_;
+  double from_s_ = 0.0;
+  double to_s_ = std::numeric_limits<double>::infinity();
+  bool json_ = false;
+};
+
+}  // namespace
+
+void add_replay_command(CLI::App* rcs, Commands* commands) {
+  commands->push_back(std::make_unique<Replay>(rcs));
+}
+
+}  // namespace rcs::tools

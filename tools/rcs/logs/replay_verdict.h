@@ -1,0 +1,49 @@
+#pragma once
+// Whether a replay did what its log and configuration offer: told poses, used the LADAR, the a
+// priori map and the configured datum.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rcs/base/geodesy.h"
+#include "rcs/node/bus/local_bus.h"
+#include "rcs/terrain/map_index.h"
+
+namespace rcs::tools {
+
+/// Counts on the bus of a replay, and hands every message on.
+class ReplayVerdict final : public BusTap {
+ public:
+  explicit ReplayVerdict(BusTap* next) : next_(next) {}
+
+  void on_deliver(Stamp due, std::string_view channel, const std::uint8_t* data,
+                  std::size_t size) override;
+
+  /// Why the replay is not what its configuration asks for, a sentence each; empty: it is.
+  /// @param datum  as configured; none: the first fix is the datum
+  /// @param map    the index of the configured a priori map; null: none
+  [[nodiscard]] std::vector<std::string> faults(const std::optional<Geodetic>& datum,
+                                                const MapIndex* map) const;
+
+ private:
+  void count(std::string_view channel, const std::uint8_t* data, std::size_t size);
+  [[nodiscard]] std::string pose_fault() const;
+  [[nodiscard]] std::string ladar_fault() const;
+  [[nodiscard]] std::string datum_fault(const Geodetic& datum) const;
+  [[nodiscard]] std::string map_fault(const MapIndex& map) const;
+
+  BusTap* next_;
+  std::int64_t sensor_messages_ = 0;
+  std::int64_t poses_ = 0;
+  std::int64_t ladar_messages_ = 0;
+  std::int64_t scans_ = 0;       ///< that SP published a result for
+  std::int64_t registered_ = 0;  ///< to the rolling map
+  std::string ladar_event_;      ///< SP's last warning about its input or a registration
+  std::optional<Geodetic> first_fix_;
+  std::optional<Geodetic> world_datum_;
+  std::vector<Vec3> course_;  ///< of the vehicle in frame world, a point about every metre
+};
+
+}  // namespace rcs::tools

@@ -1,0 +1,257 @@
+// rcs report
+
+#include <fmt/format.h>
+
+#include <numeric>
+
+#include "tools/base/files.h"
+#include "tools/evaluation/evaluation_tables.h"
+#include "tools/evaluation/metrics.h"
+#include "tools/evaluation/run_comparison.h"
+#include "tools/rcs/command.h"
+#include "tools/report/html_page.h"
+
+namespace rcs::tools {
+namespace {
+
+constexpr std::string_view kName = "report";
+constexpr std::size_t kMaxDrawn = 4;
+
+/// A run and what it is worth.
+struct ReportedRun {
+  RunLog log;
+  RunFigures figures;
+  WorldFigures world;
+};
+
+class ReportCommand final : public Command {
+ public:
+  explicit ReportCommand(CLI::App* rcs)
+      : Command(rcs->add_subcommand("report", "Compare runs of one drive whose truth is known")) {
+    app()
+        ->add_option("RUN,--run", runs_, "[NAME=]LOG; the first is the one that is shown in full")
+        ->required();
+    app()
+        ->add_option("--truth-log", truth_log_,
+                     "log with SIM_TRUTH; default: the first run, when it has that")
+        ->check(CLI::ExistingFile);
+    app()->add_option(
+        "--gps-cut", gps_cut_,
+        "A:B, seconds after the first truth; default: where no run's WM accepted a fix\n"
+        "for longer than 2.5 s");
+    app()->add_option("-o,--out", out_, "self-contained HTML page")->required();
+    app()->add_option("--svg", svg_, "course and errors as a picture of its own");
+    app()
+        ->add_option(
+            "--min-factor", min_factor_,
+            "exit status 1 unless some run has, over an outage, at least so many times the\n"
+            "rms error of one that differs by the LADAR alone")
+        ->check(CLI::PositiveNumber);
+    app()->add_flag("--json", json_, "figures as JSON");
+    app()->footer(
+        "Errors are horizontal, over the whole outage. What a run fused in it is read from its\n"
+        "WM_INNOVATION, not from its name. Of more than four runs the pictures have the first\n"
+        "and the last two.\n"
+        "Example:\n"
+        "  rcs replay config/demo3.toml run.log -o without.log --without LADAR_RANGES\n"
+        "  rcs report \"all sensors=run.log\" \"without LADAR=without.log\" -o report.html");
+  }
+
+  int run() override {
+    const Outcome read = read_runs();
+    if (!read) return fail(kName, read.error());
+    print_figures();
+    if (const Outcome written = write_page(); !written) return fail(kName, written.error());
+    return judge();
+  }
+
+ private:
+  Outcome read_runs() {
+    if (!truth_log_.empty()) {
+      Result<RunLog> truth = read_run(truth_log_);
+      if (!truth) return truth.error();
+      truth_ = std::move(truth->truth);
+      truth_datum_ = truth->truth_datum;
+    }
+    for (const std::string& run : runs_) {
+      const std::size_t equals = run.find('=');
+      const std::string path = equals == std::string::npos ? run : run.substr(equals + 1);
+      Result<RunLog> log = read_run(path);
+      if (!log) return log.error();
+      if (!log->damage.empty()) fmt::print(stderr, "rcs report: {}: {}\n", path, log->damage);
+      if (truth_.empty()) {
+        truth_ = log->truth;
+        truth_datum_ = log->truth_datum;
+      }
+      if (truth_.empty()) return Error{path + ": no SIM_TRUTH; --truth-log names a log with it"};
+      std::optional<WorldFigures> world = world_figures(*log, truth_, truth_datum_);
+      if (!world) return Error{path + ": no world pose of WM at a time of the truth"};
+      names_.push_back(equals == std::string::npos ? path : run.substr(0, equals));
+      RunFigures figures = run_figures(*log);
+      reported_.push_back({std::move(log).value(), std::move(figures), std::move(*world)});
+    }
+    if (Outcome outages = find_outages(); !outages) return outages;
+    for (std::size_t k = 0; k < reported_.size(); ++k) {
+      compared_.push_back(compare_run(names_[k], reported_[k].log, reported_[k].world, outages_));
+    }
+    return Done{};
+  }
+
+  /// Without --gps-cut: where all runs were without GPS. A run that is far off takes longer to
+  /// accept GPS again, and one that is not takes it first; neither is to count as denied then.
+  Outcome find_outages() {
+    if (gps_cut_.empty()) {
+      outages_ = gps_outages(reported_.front().log);
+      for (const ReportedRun& run : reported_) {
+        outages_ = common_intervals(outages_, gps_outages(run.log));
+      }
+      return Done{};
+    }
+    std::string text = gps_cut_;
+    if (const std::size_t colon = text.find(':'); colon != std::string::npos) text[colon] = ' ';
+    const std::optional<std::vector<double>> v = parse_numbers(text);
+    if (!v || v->size() != 2 || (*v)[1] <= (*v)[0]) {
+      return Error{"--gps-cut " + gps_cut_ + ": expected A:B, two times in seconds"};
+    }
+    outages_ = {{zero() + from_seconds((*v)[0]), zero() + from_seconds((*v)[1])}};
+    return Done{};
+  }
+
+  /// Whether the LADAR is worth as much as was asked for.
+  [[nodiscard]] int judge() const {
+    if (min_factor_ <= 0.0) return kExitOk;
+    const std::optional<double> factor = ladar_factor(compared_);
+    if (factor && *factor >= min_factor_) return kExitOk;
+    if (!factor) {
+      return fail(kName, Error{"--min-factor: no two runs that differ by the LADAR alone while GPS "
+                               "is denied"});
+    }
+    return fail(kName, Error{fmt::format("without the LADAR the rms error is at most {:.2f} times "
+                                         "that with it; at least {:g} times was required "
+                                         "(--min-factor)",
+                                         *factor, min_factor_)});
+  }
+
+  [[nodiscard]] Stamp zero() const { return truth_.front().stamp; }
+
+  [[nodiscard]] std::string outage_text() const {
+    std::string text;
+    for (const OutageFigures& o : compared_.front().outages) {
+      text += fmt::format("{}GPS denied from {:.0f} s to {:.0f} s, over {:.0f} m.",
+                          text.empty() ? "" : " ", seconds(o.interval.from - zero()),
+                          seconds(o.interval.to - zero()), o.driven_m);
+    }
+    return text.empty() ? "GPS was not denied for longer than 2.5 s." : text;
+  }
+
+  void print_figures() const {
+    if (json_) {
+      Json json = {{"runs", Json::array()}};
+      for (std::size_t k = 0; k < compared_.size(); ++k) {
+        Json run = to_json(compared_[k], zero());
+        run["log"] = reported_[k].log.path;
+        run["world"] = to_json(reported_[k].world);
+        run["figures"] = to_json(reported_[k].figures);
+        json["runs"].push_back(std::move(run));
+      }
+      if (const std::optional<double> factor = ladar_factor(compared_))
+        json["ladar_factor"] = *factor;
+      fmt::print("{}\n", json.dump(2));
+      return;
+    }
+    fmt::print("{}\n{}\n{}\n\n{}\n{}", outage_text(), to_text(comparison_table(compared_)),
+               comparison_text(compared_), to_text(latency_table(reported_.front().figures)),
+               to_text(scan_table(reported_.front().figures)));
+  }
+
+  /// The runs in the pictures of all: no more than there are colours.
+  [[nodiscard]] std::vector<std::size_t> drawn() const {
+    const std::size_t n = reported_.size();
+    if (n > kMaxDrawn) return {0, n - 2, n - 1};
+    std::vector<std::size_t> all(n);
+    std::iota(all.begin(), all.end(), std::size_t{0});
+    return all;
+  }
+
+  [[nodiscard]] Plot course() const {
+    std::vector<NamedTrajectory> estimates;
+    for (const std::size_t k : drawn()) {
+      NamedTrajectory estimate{names_[k], {}};
+      for (const WorldError& e : reported_[k].world.errors) {
+        estimate.poses.push_back({e.stamp, e.T_truthworld_vehicle});
+      }
+      estimates.push_back(std::move(estimate));
+    }
+    return course_plot(truth_, estimates, outages_, Frame::kWorld);
+  }
+
+  [[nodiscard]] Plot errors() const {
+    std::vector<std::pair<std::string, const WorldFigures*>> runs;
+    for (const std::size_t k : drawn()) {
+      runs.emplace_back(names_[k], &reported_[k].world);
+    }
+    return comparison_plot(runs, outages_, zero());
+  }
+
+  [[nodiscard]] Outcome write_page() const {
+    const ReportedRun& main = reported_.front();
+    if (!svg_.empty()) {
+      const std::string svg = render_stacked({course(), errors()});
+      if (Outcome written = write_text(svg_, svg); !written) return written;
+    }
+    HtmlPage page("Drive without GPS");
+    page.paragraph(outage_text());
+    page.table(comparison_table(compared_));
+    if (const std::string text = comparison_text(compared_); !text.empty()) page.paragraph(text);
+    page.heading("Course");
+    page.plot(course());
+    page.heading("Error");
+    if (reported_.size() > 1) page.plot(errors());
+    page.paragraph(
+        fmt::format("{}: what WM claims against what is true. NEES per degree of "
+                    "freedom {:.2f}; 1 when the covariance tells the truth.",
+                    names_.front(), main.world.nees_per_dof));
+    page.table(world_table(main.world));
+    for (const Plot& p : error_plots(main.world, outages_, zero())) page.plot(p);
+
+    if (const Result<ScanPoses> scans = poses_at_scans(main.log, Frame::kWorld)) {
+      if (Result<CellMap> map = read_map(main.log.path, scans->poses)) {
+        page.heading("Map");
+        page.plot(map_plot(std::move(map).value(), scans->poses, Frame::kWorld));
+      }
+    }
+    page.heading("Latencies");
+    page.table(latency_table(main.figures));
+    if (main.figures.chain_ms) {
+      page.plot(
+          latency_plot("From a scan's last facet to nav_state", main.figures.chain_samples_ms));
+    }
+    for (const Plot& p : node_plots(main.log)) page.plot(p);
+    page.heading("Registrations");
+    page.table(scan_table(main.figures));
+    return write_text(out_, page.finish());
+  }
+
+  std::vector<std::string> runs_;
+  std::string truth_log_;
+  std::string gps_cut_;
+  std::string out_;
+  std::string svg_;
+  double min_factor_ = 0.0;
+  bool json_ = false;
+
+  Trajectory truth_;
+  std::optional<Geodetic> truth_datum_;
+  std::vector<TimeInterval> outages_;
+  std::vector<std::string> names_;
+  std::vector<ReportedRun> reported_;
+  std::vector<ComparedRun> compared_;
+};
+
+}  // namespace
+
+void add_report_command(CLI::App* rcs, Commands* commands) {
+  commands->push_back(std::make_unique<ReportCommand>(rcs));
+}
+
+}  // namespace rcs::tools

@@ -1,0 +1,137 @@
+// rcs sim
+
+#include <fmt/format.h>
+
+#include "rcs/node/bus/lcm_bus.h"
+#include "rcs/node/log/log_file.h"
+#include "rcs/node/timeline/live_timeline.h"
+#include "sim/real_time.h"
+#include "sim/scenario_file.h"
+#include "sim/simulator.h"
+#include "tools/base/files.h"
+#include "tools/mapping/map_writer.h"
+#include "tools/rcs/command.h"
+#include "tools/rcs/terminal.h"
+
+namespace rcs::tools {
+namespace {
+
+constexpr std::string_view kName = "sim";
+
+class Sim final : public Command {
+ public:
+  explicit Sim(CLI::App* rcs)
+      : Command(
+            rcs->add_subcommand("sim", "The reference simulation, into a log or onto the bus")) {
+    app()
+        ->add_option("SCENARIO", scenario_, "config/sim/*.toml")
+        ->required()
+        ->check(CLI::ExistingFile);
+    CLI::Option* out = app()->add_option(
+        "-o,--out", out_, "the log, as fast as it goes; without: onto the bus, at real time");
+    app()->add_option("--seed", overrides_.seed, "of the noise, instead of the file's");
+    app()->add_option("--ins", overrides_.ins_grade, "INS grade, instead of the file's");
+    app()->add_option("--duration", overrides_.duration_s, "[s], instead of the file's");
+    app()
+        ->add_option("--gps-outage", gps_outage_s_,
+                     "begin and length [s], instead of the file's outages")
+        ->expected(2);
+    app()->add_option("--gps-lost-after", overrides_.gps_lost_after_m,
+                      "GPS is lost for good after so many metres, instead of the file's");
+    app()
+        ->add_option("--ladar-outage", ladar_outage_s_,
+                     "begin and length [s], instead of the file's outages")
+        ->expected(2);
+    app()->add_option("--prior-map", prior_map_,
+                      "write the course's a priori map into this folder");
+    app()
+        ->add_option("--lcm-url", lcm_url_,
+                     fmt::format("the bus; default: $LCM_DEFAULT_URL, else {}", kDefaultLcmUrl))
+        ->excludes(out);
+    app()->footer(
+        "The same scenario and seed give the same bytes. Ctrl-C leaves no part of the log behind,\n"
+        "and a file that was there before as it was. A scenario with [drive] mode =\n"
+        "\"commanded\" hears BG_DRIVE on the bus; in a log its vehicle stands where it is.\n"
+        "Examples:\n"
+        "  rcs sim config/sim/reference.toml -o out/sim.log --seed 7\n"
+        "  rcs sim config/sim/demo.toml --gps-outage 60 60");
+  }
+
+  int run() override {
+    if (!gps_outage_s_.empty()) {
+      overrides_.gps_outage = sim::Outage{gps_outage_s_[0], gps_outage_s_[1]};
+    }
+    if (!ladar_outage_s_.empty()) {
+      overrides_.ladar_outage = sim::Outage{ladar_outage_s_[0], ladar_outage_s_[1]};
+    }
+    const Result<sim::Scenario> scenario = sim::load_scenario(scenario_, overrides_);
+    if (!scenario) return fail(kName, scenario.error());
+    const Outcome done = out_.empty() ? onto_bus(*scenario) : into_log(*scenario);
+    return done ? kExitOk : fail(kName, done.error());
+  }
+
+ private:
+  [[nodiscard]] Outcome write_prior_map(const sim::Simulator& simulator) const {
+    if (prior_map_.empty()) return Done{};
+    const sim::PriorMap map = simulator.prior_map();
+    return write_map(prior_map_, map.frame, map.raster);
+  }
+
+  [[nodiscard]] Outcome onto_bus(const sim::Scenario& scenario) const {
+    const StopSignals stop;
+    const Result<std::unique_ptr<LcmBus>> bus = LcmBus::create(lcm_url_);
+    if (!bus) return bus.error();
+    sim::Simulator simulator(scenario);
+    if (Outcome map = write_prior_map(simulator); !map) return map;
+    fmt::print(stderr, "rcs sim: on {}\n", (*bus)->url());
+    LiveTimeline timeline(bus->get(), &stop);
+    sim::RealTimeReport report;
+    {
+      Progress progress(kName, 1000);
+      report = sim::publish_at_real_time(&simulator, bus->get(), &timeline, {}, [&](double share) {
+        progress.at(static_cast<std::int64_t>(1000.0 * share));
+      });
+    }
+    fmt::print(stderr, "rcs sim: {}; the latest message went out {:.1f} ms late\n",
+               report.stopped ? "stopped" : "done", milliseconds(report.worst_late));
+    if (simulator.commanded()) fmt::print(stderr, "rcs sim: {}\n", sim::drive_summary(simulator));
+    return (*bus)->status();
+  }
+
+  [[nodiscard]] Outcome into_log(const sim::Scenario& scenario) const {
+    OutputFile out(out_);
+    Result<LogWriter> writer = LogWriter::create(out.write_path());
+    if (!writer) return writer.error();
+    sim::Simulator simulator(scenario);
+    if (Outcome map = write_prior_map(simulator); !map) return map;
+
+    const InterruptGuard interrupt;
+    Progress progress(kName, (simulator.end() - sim::Simulator::kStart).count());
+    SourceEvent event;
+    for (Stamp due = simulator.peek(); due != Stamp::max(); due = simulator.peek()) {
+      if (interrupt.requested()) return Error{"interrupted"};
+      simulator.take(&event);
+      // The first failure stays: close() tells it.
+      (void)writer->write(due, event.channel, event.data.data(), event.data.size());
+      progress.at((due - sim::Simulator::kStart).count());
+    }
+    if (Outcome closed = writer->close(); !closed) return closed;
+    return out.commit();
+  }
+
+  std::string scenario_;
+  std::string out_;
+  std::string prior_map_;
+  std::string lcm_url_;
+  std::vector<double> gps_outage_s_;
+  std::vector<double> ladar_outage_s_;
+  sim::ScenarioOverrides overrides_;
+};
+
+}  // namespace
+
+void add_sim_command(CLI::App* rcs, Commands* commands) {
+  commands->push_back(std::make_unique<Sim>(rcs));
+}
+
+}  // namespace rcs::tools

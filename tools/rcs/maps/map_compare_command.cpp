@@ -1,0 +1,185 @@
+// rcs map: merge, diff
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tools/mapping/merge.h"
+#include "tools/mapping/resample.h"
+#include "tools/rcs/command.h"
+#include "tools/rcs/terminal.h"
+#include "tools/report/table.h"
+#include "tools/survey/map_difference.h"
+#include "tools/survey/map_export.h"
+
+namespace rcs::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::int64_t kSteps = 1000;
+
+class MapMerge final : public Command {
+ public:
+  explicit MapMerge(CLI::App* map)
+      : Command(map->add_subcommand("merge", "Several surveys of the same ground as one map")) {
+    constexpr int kMostMaps = 100;
+    app()
+        ->add_option("MAPS", maps_, "their folders, two or more; the first gives frame and cells")
+        ->required()
+        ->expected(2, kMostMaps)
+        ->option_text("A B [C ...] REQUIRED");
+    app()
+        ->add_option("-o,--out", out_, "the map's folder; a map that is there is replaced")
+        ->required();
+    app()->footer(
+        "A cell's height is the mean of the surveys' by the inverse of their variances (sigma and\n"
+        "slow error), its sigma that of the mean; counts add up, the newest date stands, a source\n"
+        "that differs is mixed. Where surveys differ by more than four sigma the newest is "
+        "believed\n"
+        "(the surest, if dates are equal or not known). Surveys must be independent: one that is "
+        "in\n"
+        "two of the maps counts twice. Points of trunks and walls are left out.\n"
+        "Example:\n  rcs map merge maps/lidar maps/srtm -o maps/valley");
+  }
+
+  int run() override {
+    constexpr std::string_view kName = "map merge";
+    const InterruptGuard interrupt;
+    Result<Merged> done = Error{""};
+    {
+      Progress progress(kName, kSteps);
+      done = merge_maps(maps_, out_, [&](double share) {
+        progress.at(static_cast<std::int64_t>(share * kSteps));
+        return !interrupt.requested();
+      });
+    }
+    if (!done) return fail(kName, done.error());
+    fmt::print(stderr,
+               "rcs {}: {}: {} cells of {} m, in {}, heights above {}; {} known to several maps, "
+               "of which {} contradict each other\n",
+               kName, out_, done->cells, done->cell_m, done->frame.reference, done->frame.heights,
+               done->several, done->changed);
+    if (done->points_lost > 0) {
+      fmt::print(stderr, "rcs {}: {} points of what stands on the ground are not in {}\n", kName,
+                 done->points_lost, out_);
+    }
+    return kExitOk;
+  }
+
+ private:
+  std::vector<std::string> maps_;
+  std::string out_;
+};
+
+class MapDiff final : public Command {
+ public:
+  explicit MapDiff(CLI::App* map)
+      : Command(map->add_subcommand(
+            "diff", "How two maps of the same ground differ, and whether their sigmas say so")) {
+    app()->add_option("A", a_, "a map's folder: its finest cells are compared")->required();
+    app()->add_option("B", b_, "the other's; differences are B - A")->required();
+    app()->add_option("--picture", picture_,
+                      "this PNG: white where they agree, red where B is higher, blue where lower; "
+                      "of a level of at most 4 million cells");
+    app()->add_flag("--json", json_, "on stdout");
+    app()->footer(
+        "Of normal errors 68.3 % are within one sigma and 95.4 % within two: less, and the maps "
+        "are\n"
+        "worse than they say (or the ground has changed).\n"
+        "Example:\n  rcs map diff maps/lidar maps/srtm --picture diff.png");
+  }
+
+  int run() override {
+    constexpr std::string_view kName = "map diff";
+    constexpr std::int64_t kPicture = 4'000'000;
+    const Result<MapFolder> a = MapFolder::open(a_);
+    if (!a) return fail(kName, a.error());
+    const InterruptGuard interrupt;
+    const double cell_m = a->index().levels.front().level.cell_m;
+    Result<MapResampler> b = MapResampler::open(b_, *a, cell_m);
+    if (!b) return fail(kName, b.error());
+    Result<MapDifference> d = MapDifference();
+    {
+      Progress progress(kName, kSteps);
+      d = difference_of(*a, 0, &*b, going(&progress, interrupt));
+    }
+    if (!d) return fail(kName, d.error());
+    constexpr double kLeast_m = 0.001;  // of equal maps the picture is white
+    const double range_m = std::max(kLeast_m, std::abs(d->median_m) + 3.0 * d->nmad_m);
+    if (!picture_.empty()) {
+      const int level = level_of_at_most(*a, kPicture);
+      const double coarser_m = a->index().levels[static_cast<std::size_t>(level)].level.cell_m;
+      b = MapResampler::open(b_, *a, coarser_m);
+      if (!b) return fail(kName, b.error());
+      Result<Raster> raster = Error{""};
+      {
+        Progress progress("picture", kSteps);
+        raster = difference_raster(*a, level, &*b, going(&progress, interrupt));
+      }
+      if (!raster) return fail(kName, raster.error());
+      const Outcome done = write_difference(*raster, range_m, picture_);
+      if (!done) return fail(kName, done.error());
+    }
+    tell(*d, cell_m, range_m);
+    return kExitOk;
+  }
+
+ private:
+  [[nodiscard]] static Going going(Progress* progress, const InterruptGuard& interrupt) {
+    return [progress, &interrupt](double share) {
+      progress->at(static_cast<std::int64_t>(share * kSteps));
+      return !interrupt.requested();
+    };
+  }
+
+  void tell(const MapDifference& d, double cell_m, double range_m) const {
+    if (json_) {
+      Json json = {{"cells", d.cells},
+                   {"cell_m", cell_m},
+                   {"mean_m", d.mean_m},
+                   {"median_m", d.median_m},
+                   {"rms_m", d.rms_m},
+                   {"nmad_m", d.nmad_m},
+                   {"p95_abs_m", d.p95_m},
+                   {"within_sigma", {{"one", d.by_sigma.one}, {"two", d.by_sigma.two}}},
+                   {"within_sigma_and_bias", {{"one", d.with_bias.one}, {"two", d.with_bias.two}}}};
+      if (!picture_.empty()) json["picture_range_m"] = range_m;
+      fmt::print("{}\n", json.dump(2));
+      return;
+    }
+    const auto metres = [](double v) { return fmt::format("{:.3f}", v); };
+    const auto percent = [](double v) { return fmt::format("{:.1f}", 100.0 * v); };
+    const Table differences{
+        {"B - A", "cells", "mean [m]", "median [m]", "RMS [m]", "NMAD [m]", "95 % of |d| [m]"},
+        {{fmt::format("cells of {} m", cell_m), std::to_string(d.cells), metres(d.mean_m),
+          metres(d.median_m), metres(d.rms_m), metres(d.nmad_m), metres(d.p95_m)}}};
+    const Table honesty{{"within", "1 sigma [%]", "2 sigma [%]"},
+                        {{"both maps' sigma", percent(d.by_sigma.one), percent(d.by_sigma.two)},
+                         {"and slow errors", percent(d.with_bias.one), percent(d.with_bias.two)},
+                         {"of normal errors", "68.3", "95.4"}}};
+    fmt::print("{}\n{}", to_text(differences), to_text(honesty));
+    if (picture_.empty()) return;
+    fmt::print("{}: white 0, blue -{:.3f} m and below, red {:.3f} m and above\n", picture_, range_m,
+               range_m);
+  }
+
+  std::string a_;
+  std::string b_;
+  std::string picture_;
+  bool json_ = false;
+};
+
+}  // namespace
+
+void add_map_compare_commands(CLI::App* map, Commands* commands) {
+  commands->push_back(std::make_unique<MapMerge>(map));
+  commands->push_back(std::make_unique<MapDiff>(map));
+}
+
+}  // namespace rcs::tools

@@ -1,0 +1,305 @@
+// rcs map import: raster, cloud, av2
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <map>
+
+#include "tools/mapping/map_writer.h"
+#include "tools/mapping/survey_date.h"
+#include "tools/rcs/command.h"
+#include "tools/rcs/terminal.h"
+#include "tools/survey/cloud_import.h"
+#include "tools/survey/npy_raster.h"
+#include "tools/survey/raster_import.h"
+
+namespace rcs::tools {
+namespace {
+
+const std::map<std::string, CellSource> kSources = {{"survey", CellSource::kSurvey},
+                                                    {"aerial", CellSource::kAerial},
+                                                    {"sensed", CellSource::kSensed}};
+
+/// What is the same for each kind of import.
+class SurveyOptions {
+ public:
+  explicit SurveyOptions(CLI::App* app) {
+    app->add_option("-o,--out", out_, "the map's folder; a map that is there is replaced")
+        ->required();
+    app->add_option("--sigma", quality_.sigma_m,
+                    "of the survey's heights [m], without its slow error: from its data sheet")
+        ->required()
+        ->check(CLI::Range(0.001, 1000.0));
+    app->add_option("--bias-sigma", quality_.bias_sigma_m, "of the slow error [m]")
+        ->check(CLI::Range(0.0, 1000.0));
+    app->add_option("--bias-length", quality_.bias_correlation_m, "over which it changes [m]")
+        ->check(CLI::Range(1.0, 1e7))
+        ->capture_default_str();
+    app->add_option("--date", date_, "of the survey: YYYY-MM-DD, from 2000 on");
+    app->add_option("--source", source_, "survey: from the ground; aerial: from above")
+        ->check(CLI::IsMember({"survey", "aerial"}))
+        ->capture_default_str();
+  }
+  [[nodiscard]] Result<SurveyQuality> quality() const {
+    SurveyQuality q = quality_;
+    if (!date_.empty()) {
+      q.date = parse_date(date_);
+      if (q.date == 0) return Error{"--date: " + date_ + ": YYYY-MM-DD from 2000 on is due"};
+    }
+    return q;
+  }
+  [[nodiscard]] const std::string& out() const { return out_; }
+  [[nodiscard]] CellSource source() const { return kSources.at(source_); }
+
+ private:
+  std::string out_;
+  SurveyQuality quality_;
+  std::string date_;
+  std::string source_ = "aerial";
+};
+
+/// What is the same for files that lie on the earth.
+class CoordinateOptions {
+ public:
+  CoordinateOptions(CLI::App* app, SurveyCoordinates* wanted) : wanted_(wanted) {
+    app->add_option("--crs", wanted->crs,
+                    "EPSG code or PROJ text of its coordinates, if it does not say, or wrongly");
+    app->add_option("--heights", wanted->heights,
+                    "what they are above: ellipsoid, EGM96, EGM2008, EPSG:5703, ...; default: as "
+                    "its coordinate reference system says");
+    app->add_option("--undulation", undulation_m_,
+                    "geoid above the ellipsoid [m], where PROJ has no grid for --heights")
+        ->check(CLI::Range(-120.0, 120.0));
+    app->add_option("--height-unit", wanted->height_unit_m,
+                    "metres in the unit of its heights; default: as a raster's band, else its "
+                    "vertical system or that of --heights, says; else 1")
+        ->check(CLI::Range(1e-4, 1000.0));
+  }
+  void finish() {
+    if (!std::isnan(undulation_m_)) wanted_->undulation_m = undulation_m_;
+  }
+
+ private:
+  SurveyCoordinates* wanted_;
+  double undulation_m_ = std::numeric_limits<double>::quiet_NaN();
+};
+
+void say_written(const std::string& map, const MapFrame& frame, double cell_m, std::int64_t known) {
+  fmt::print(
+      stderr, "rcs map: {}: {} cells of {} m, in {}, heights above {}{}\n", map, known, cell_m,
+      frame.reference, frame.heights,
+      std::isnan(frame.undulation_m)
+          ? ""
+          : fmt::format(" (the geoid is {:.2f} m above it at the datum)", frame.undulation_m));
+}
+
+class MapImportRaster final : public Command {
+ public:
+  explicit MapImportRaster(CLI::App* import)
+      : Command(import->add_subcommand("raster", "An elevation raster")),
+        survey_(app()),
+        coordinates_(app(), &wanted_) {
+    app()
+        ->add_option("FILE", wanted_.path, fmt::format("{} [heights in metres]", kRasterFormats))
+        ->required()
+        ->check(CLI::ExistingFile);
+    app()->add_option("--band", wanted_.band, "of the file")->capture_default_str();
+    app()->add_option("--nodata", nodata_,
+                      "the file's value that means: none; default: as it says");
+    app()
+        ->add_option("--cell", wanted_.cell_m, "of the map [m]; default: the raster's spacing")
+        ->check(CLI::Range(0.01, 10000.0));
+    app()->footer(
+        "Heights become heights above the ellipsoid, in the file's own geodetic reference frame\n"
+        "(WGS84, NAD83, ...): the vehicle's configuration must name the same one\n"
+        "([world] reference_frame). A cell's sigma grows by what interpolation misses between the\n"
+        "raster's nodes.\n"
+        "Examples:\n"
+        "  rcs map import raster srtm.tif --heights EGM96 --sigma 5 --bias-sigma 3 -o maps/valley\n"
+        "  rcs map import raster dem.asc --crs EPSG:32613 --heights EGM96 --sigma 0.3 -o "
+        "maps/hill");
+  }
+
+  int run() override {
+    constexpr std::string_view kName = "map import raster";
+    const Result<SurveyQuality> quality = survey_.quality();
+    if (!quality) return fail(kName, quality.error());
+    wanted_.quality = *quality;
+    wanted_.source = survey_.source();
+    coordinates_.finish();
+    if (!std::isnan(nodata_)) wanted_.nodata = nodata_;
+    const InterruptGuard interrupt;
+    constexpr std::int64_t kSteps = 1000;
+    Progress progress(kName, kSteps);
+    const Result<RasterImported> done = import_raster(wanted_, survey_.out(), [&](double share) {
+      progress.at(static_cast<std::int64_t>(share * kSteps));
+      return !interrupt.requested();
+    });
+    if (!done) return fail(kName, done.error());
+    say_written(survey_.out(), done->frame, done->cell_m, done->known);
+    return kExitOk;
+  }
+
+ private:
+  SurveyOptions survey_;
+  RasterImport wanted_;
+  CoordinateOptions coordinates_;
+  double nodata_ = std::numeric_limits<double>::quiet_NaN();
+};
+
+class MapImportCloud final : public Command {
+ public:
+  explicit MapImportCloud(CLI::App* import)
+      : Command(import->add_subcommand("cloud", "The ground of a survey's point cloud")),
+        survey_(app()),
+        coordinates_(app(), &wanted_) {
+    constexpr int kMostFiles = 100'000;
+    app()
+        ->add_option("FILE", wanted_.paths,
+                     "of one survey: .las (1.2 to 1.4, not compressed), .xyz or .txt (a line a "
+                     "point: x y z ...), .pcd, .ply")
+        ->required()
+        ->expected(1, kMostFiles)
+        ->check(CLI::ExistingFile);
+    app()
+        ->add_option("--cell", wanted_.cell_m, "of the map [m]")
+        ->check(CLI::Range(0.05, 100.0))
+        ->capture_default_str();
+    app()
+        ->add_option("--class-column", wanted_.class_column,
+                     "which column of .xyz and .txt has the class, counted from 1")
+        ->check(CLI::Range(4, 100));
+    CLI::Option* classes =
+        app()
+            ->add_option("--ground", wanted_.ground_classes, "classes that are ground: 2,8,9")
+            ->delimiter(',')
+            ->allow_extra_args(false)
+            ->check(CLI::Range(0, 255))
+            ->capture_default_str();
+    app()
+        ->add_flag("--ignore-classes", wanted_.ignore_classes,
+                   "the ground is found by its shape even where classes tell it")
+        ->excludes(classes);
+    app()
+        ->add_option("--slope", wanted_.bare_earth.slope,
+                     "by its shape: what is steeper over its whole width stands on the ground [1]")
+        ->check(CLI::Range(0.01, 5.0))
+        ->capture_default_str();
+    app()
+        ->add_option("--largest", wanted_.bare_earth.largest_m,
+                     "by its shape: half the width of the largest building [m]")
+        ->check(CLI::Range(1.0, 200.0))
+        ->capture_default_str();
+    app()
+        ->add_option("--memory", memory_mb_, "to be used at most [MB]")
+        ->check(CLI::Range(10.0, 1e6))
+        ->capture_default_str();
+    app()->footer(
+        "Ground are the points of class 2 (and 8, key points of it). Water (9) is none: its level\n"
+        "changes, and lakes stay holes; --ground 2,8,9 takes it in. Withheld points and noise (7,\n"
+        "18) are left out. Where no point is of such a class, the ground is found by its shape\n"
+        "(Pingel and others, 2013), which cuts sharp ridges and cliffs and keeps what stands less\n"
+        "than --slope and 0.5 m above it. A cell without a point of the ground is a hole: a "
+        "larger\n"
+        "--cell has fewer of them. Heights become heights above the ellipsoid, in the survey's "
+        "own\n"
+        "geodetic reference frame (WGS84, NAD83, ...): the vehicle's configuration must name the\n"
+        "same one ([world] reference_frame).\n"
+        "Examples:\n"
+        "  rcs map import cloud tiles/*.las --heights ellipsoid --sigma 0.1 -o maps/forest\n"
+        "  rcs map import cloud hill.xyz --class-column 7 --crs EPSG:32618 --undulation -33.2\n"
+        "    --sigma 0.1 --cell 2 --date 2019-06-30 -o maps/hill");
+  }
+
+  int run() override {
+    constexpr std::string_view kName = "map import cloud";
+    const Result<SurveyQuality> quality = survey_.quality();
+    if (!quality) return fail(kName, quality.error());
+    wanted_.quality = *quality;
+    wanted_.source = survey_.source();
+    wanted_.memory_bytes = 1e6 * memory_mb_;
+    coordinates_.finish();
+    const InterruptGuard interrupt;
+    constexpr std::int64_t kSteps = 1000;
+    Progress progress(kName, kSteps);
+    const Result<CloudImported> done = import_cloud(wanted_, survey_.out(), [&](double share) {
+      progress.at(static_cast<std::int64_t>(share * kSteps));
+      return !interrupt.requested();
+    });
+    if (!done) return fail(kName, done.error());
+    say_points(*done);
+    say_written(survey_.out(), done->frame, wanted_.cell_m, done->ground.cells);
+    return kExitOk;
+  }
+
+ private:
+  static void say_points(const CloudImported& c) {
+    fmt::print(stderr,
+               "rcs map: {} points: {} of the ground (told by {}), {} not; {} withheld or not "
+               "finite, {} noise{}\n",
+               c.points, c.ground.points, c.by_classes ? "their class" : "their shape",
+               c.not_ground, c.invalid, c.noise,
+               c.unplaced == 0 ? ""
+                               : fmt::format(", {} where the projection or the geoid's grid does "
+                                             "not reach",
+                                             c.unplaced));
+    fmt::print(stderr, "rcs map: spread within a cell {:.3f} m, sigma {:.3f} m (medians)\n",
+               c.ground.spread_median_m, c.ground.sigma_median_m);
+  }
+
+  SurveyOptions survey_;
+  CloudImport wanted_;
+  CoordinateOptions coordinates_;
+  double memory_mb_ = 4000.0;
+};
+
+class MapImportAv2 final : public Command {
+ public:
+  explicit MapImportAv2(CLI::App* import)
+      : Command(import->add_subcommand("av2", "The ground heights of an Argoverse 2 log")),
+        survey_(app()) {
+    app()
+        ->add_option("FOLDER", folder_, "of the log, or its folder `map`")
+        ->required()
+        ->check(CLI::ExistingDirectory);
+    app()->footer(
+        "The map is in the city's frame (reference AV2-PIT, ...), not in a global one.\n"
+        "Example:\n"
+        "  rcs map import av2 7fab2350-7eaf-3b7e-a39d-6937a4c1bede --sigma 0.05 -o maps/street");
+  }
+
+  int run() override {
+    constexpr std::string_view kName = "map import av2";
+    const Result<SurveyQuality> quality = survey_.quality();
+    if (!quality) return fail(kName, quality.error());
+    Result<ImportedRaster> read = import_av2(folder_, *quality);
+    if (!read) return fail(kName, read.error());
+    read->raster.source = {survey_.source()};
+    if (Outcome written = write_map(survey_.out(), read->frame, read->raster); !written) {
+      return fail(kName, written.error());
+    }
+    const auto known = std::count_if(read->raster.z_m.begin(), read->raster.z_m.end(),
+                                     [](float z) { return !std::isnan(z); });
+    say_written(survey_.out(), read->frame, read->raster.level.cell_m, known);
+    return kExitOk;
+  }
+
+ private:
+  SurveyOptions survey_;
+  std::string folder_;
+};
+
+}  // namespace
+
+void add_map_import_commands(CLI::App* map, Commands* commands) {
+  CLI::App* import = map->add_subcommand("import", "Makes a map of a survey");
+  import->require_subcommand(1);
+  commands->push_back(std::make_unique<MapImportRaster>(import));
+  commands->push_back(std::make_unique<MapImportCloud>(import));
+  commands->push_back(std::make_unique<MapImportAv2>(import));
+}
+
+}  // namespace rcs::tools

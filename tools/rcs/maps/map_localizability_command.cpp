@@ -1,0 +1,293 @@
+// rcs map localizability
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "rcs/terrain/localizability.h"
+#include "rcs/terrain/map_folder.h"
+#include "rcs/terrain/map_tile.h"
+#include "tools/base/files.h"
+#include "tools/base/random_places.h"
+#include "tools/rcs/command.h"
+#include "tools/rcs/terminal.h"
+#include "tools/report/svg_plot.h"
+#include "tools/report/table.h"
+
+namespace rcs::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::string_view kName = "map localizability";
+constexpr double kMemory_bytes = 4e9;
+constexpr double kPlaces = 120.0;     // along the longer side, where no step is asked for
+constexpr double kMostPlaces = 4e6;   // of all that --step makes
+constexpr double kCoarsest_m = 10.0;  // of the picture's scale
+constexpr std::array kLimits_m = {0.1, 0.3, 1.0, 3.0, 10.0};
+
+struct Place {
+  int i = 0;  // of the step
+  int j = 0;
+  double sigma_m = 0.0;  // infinite where the ground tells nothing of some direction
+};
+
+/// The rectangle of a map's tiles, in its frame.
+struct Extent {
+  Vec2 low_m = Vec2::Constant(std::numeric_limits<double>::infinity());
+  Vec2 high_m = -low_m;
+};
+
+Extent extent_of(const MapIndex& index) {
+  Extent e;
+  for (const MapLevelIndex& level : index.levels) {
+    for (const MapTileEntry& entry : level.tiles) {
+      const Cell first = first_cell(entry.tile);
+      const Cell last{first.i + kTileSide - 1, first.j + kTileSide - 1};
+      e.low_m = e.low_m.cwiseMin(level.level.centre(first));
+      e.high_m = e.high_m.cwiseMax(level.level.centre(last));
+    }
+  }
+  return e;
+}
+
+/// Of what is known in it, to a part in a few hundred: tiles are hardly ever full.
+Extent known_part(const ElevationMap& map, const Extent& tiles) {
+  constexpr int kLooks = 300;  // each way
+  const Vec2 step = (tiles.high_m - tiles.low_m) / kLooks;
+  Extent e;
+  for (int j = 0; j < kLooks; ++j) {
+    for (int i = 0; i < kLooks; ++i) {
+      const Vec2 low = tiles.low_m + Vec2(i, j).cwiseProduct(step);
+      const Vec2 middle = low + 0.5 * step;
+      Elevation known;
+      if (!map.sample(middle.x(), middle.y(), &known)) continue;
+      e.low_m = e.low_m.cwiseMin(low);
+      e.high_m = e.high_m.cwiseMax(low + step);
+    }
+  }
+  return e;
+}
+
+class MapLocalizability final : public Command {
+ public:
+  explicit MapLocalizability(CLI::App* map)
+      : Command(map->add_subcommand(
+            "localizability", "How sure one could be where, by the shape of the ground alone")) {
+    app()->add_option("MAP", map_, "its folder")->required();
+    app()
+        ->add_option("--step", step_m_, "between places [m]; default: 120 along the longer side")
+        ->check(CLI::Range(0.5, 1e5));
+    app()
+        ->add_option("--radius", params_.radius_m, "of the ground that a scan sees [m]")
+        ->check(CLI::Range(5.0, 200.0))
+        ->capture_default_str();
+    CLI::Option* const path =
+        app()
+            ->add_option("--path", path_,
+                         "how sure along this way, were GPS to go at its start: CSV with columns "
+                         "x_m and y_m, east and north in the map's frame")
+            ->check(CLI::ExistingFile);
+    app()
+        ->add_option("--start-sigma", motion_.start_sigma_m,
+                     "of the place at the start of the path, each axis [m]")
+        ->check(CLI::Range(0.001, 1000.0))
+        ->capture_default_str()
+        ->needs(path);
+    app()
+        ->add_option("--drift", motion_.drift,
+                     "sigma of the motion's error without GPS, of the way driven")
+        ->check(CLI::Range(1e-6, 1.0))
+        ->capture_default_str()
+        ->needs(path);
+    app()->add_option("-o,--out", out_,
+                      "folder for localizability.svg and .json, and path.svg with --path");
+    app()->add_flag("--json", json_, "the figures as JSON on stdout");
+    app()->footer(
+        "The sigma of a place is that of one scan matched to the map, along its worst direction: "
+        "a\n"
+        "plane tells nothing, a valley nothing along it. Along a path the matches are fused with "
+        "the\n"
+        "motion, one each radius of way. The survey's slow error comes on top of both.\n"
+        "Example:\n"
+        "  rcs map localizability maps/valley --path route.csv -o out/where");
+  }
+
+  int run() override {
+    const Outcome done = answer();
+    return done ? kExitOk : fail(kName, done.error());
+  }
+
+ private:
+  Outcome answer() {
+    const Result<MapFolder> folder = MapFolder::open(map_);
+    if (!folder) return folder.error();
+    Result<std::vector<Vec2>> way = read_path();
+    if (!way) return way.error();
+    const Result<ElevationMap> map = ElevationMap::load(map_, kMemory_bytes);
+    if (!map) return map.error();
+    const Extent extent = known_part(*map, extent_of(folder->index()));
+    if (extent.low_m.x() > extent.high_m.x()) return Error{map_ + ": no ground is known"};
+    if (Outcome looked = look(*map, extent); !looked) return looked;
+    if (!way->empty()) along_ = sureness_along(*map, *way, motion_, params_);
+    return tell(*way);
+  }
+
+  [[nodiscard]] Result<std::vector<Vec2>> read_path() const {
+    if (path_.empty()) return std::vector<Vec2>();
+    Result<std::vector<Vec2>> way = load_places(path_);
+    if (way && way->size() < 2) return Error{path_ + ": two places or more are due"};
+    return way;
+  }
+
+  Outcome look(const ElevationMap& map, const Extent& extent) {
+    const Vec2 wide_m = extent.high_m - extent.low_m;
+    if (step_m_ <= 0.0) step_m_ = std::max(1.0, std::ceil(wide_m.maxCoeff() / kPlaces));
+    const Vec2 low = (extent.low_m / step_m_).array().floor();
+    const Vec2 high = (extent.high_m / step_m_).array().floor();
+    const Vec2 count = high - low + Vec2::Ones();
+    if (count.prod() > kMostPlaces) {
+      return Error{fmt::format("--step {} m: {:.0f} x {:.0f} places, at most {:.0f} in all",
+                               step_m_, count.x(), count.y(), kMostPlaces)};
+    }
+    const InterruptGuard interrupt;
+    Progress progress(kName, static_cast<std::int64_t>(count.y()));
+    for (int j = static_cast<int>(low.y()); j <= static_cast<int>(high.y()); ++j) {
+      if (interrupt.requested()) return Error{"interrupted"};
+      progress.at(j - static_cast<std::int64_t>(low.y()));
+      for (int i = static_cast<int>(low.x()); i <= static_cast<int>(high.x()); ++i) {
+        const Vec2 place = step_m_ * Vec2(i + 0.5, j + 0.5);
+        Elevation known;
+        if (!map.sample(place.x(), place.y(), &known)) continue;
+        places_.push_back({i, j, worst_sigma_m(terrain_information(map, place, params_))});
+      }
+    }
+    if (places_.empty()) return Error{map_ + ": no ground is known at any of the places"};
+    return Done{};
+  }
+
+  /// Of the places that are known, how many are surer.
+  [[nodiscard]] double share_within(double limit_m) const {
+    const auto within = std::count_if(places_.begin(), places_.end(),
+                                      [&](const Place& p) { return p.sigma_m <= limit_m; });
+    return static_cast<double>(within) / static_cast<double>(places_.size());
+  }
+
+  [[nodiscard]] Json json() const {
+    Json shares = Json::array();
+    for (const double limit_m : kLimits_m) {
+      shares.push_back({{"sigma_m", limit_m}, {"share", share_within(limit_m)}});
+    }
+    Json out = {{"map", map_},
+                {"step_m", step_m_},
+                {"radius_m", params_.radius_m},
+                {"places", places_.size()},
+                {"share_within", std::move(shares)}};
+    if (along_.empty()) return out;
+    Json path = Json::array();
+    for (const PathSureness& s : along_) {
+      path.push_back({{"way_m", s.way_m},
+                      {"x_m", s.place_m.x()},
+                      {"y_m", s.place_m.y()},
+                      {"sigma_by_motion_m", s.sigma_dead_m},
+                      {"sigma_with_map_m", s.sigma_with_map_m}});
+    }
+    out["path"] = std::move(path);
+    return out;
+  }
+
+  [[nodiscard]] std::string text() const {
+    Table shares{{"a scan's worst sigma"}, {{"of the known ground [%]"}}};
+    for (const double limit_m : kLimits_m) {
+      shares.header.push_back(fmt::format("<= {} m", limit_m));
+      shares.rows[0].push_back(fmt::format("{:.1f}", 100.0 * share_within(limit_m)));
+    }
+    std::string out =
+        fmt::format("{} places, {} m apart\n{}", places_.size(), step_m_, to_text(shares));
+    if (along_.empty()) return out;
+    constexpr std::size_t kRows = 20;
+    Table path{{"way [m]", "east [m]", "north [m]", "sigma by motion [m]", "with the map [m]"}, {}};
+    const std::size_t every = (along_.size() + kRows - 1) / kRows;
+    for (std::size_t k = 0; k < along_.size(); ++k) {
+      if (k % every != 0 && k + 1 != along_.size()) continue;
+      const PathSureness& s = along_[k];
+      path.rows.push_back({fmt::format("{:.0f}", s.way_m), fmt::format("{:.0f}", s.place_m.x()),
+                           fmt::format("{:.0f}", s.place_m.y()),
+                           fmt::format("{:.2f}", s.sigma_dead_m),
+                           fmt::format("{:.2f}", s.sigma_with_map_m)});
+    }
+    return out + to_text(path);
+  }
+
+  [[nodiscard]] Plot picture(const std::vector<Vec2>& way) const {
+    Plot plot;
+    plot.title = "Sigma of one scan on the map, along its worst direction (10 m and worse: 1)";
+    plot.x_label = "east [m]";
+    plot.y_label = "north [m]";
+    plot.height_px = 760;
+    plot.equal_scales = true;
+    plot.map = CellMap{step_m_, {}, "log10 m"};
+    for (const Place& p : places_) {
+      plot.map->cells.push_back({p.i, p.j, std::log10(std::min(p.sigma_m, kCoarsest_m))});
+    }
+    Series path{"path", Colour::kOrange, SeriesStyle::kThickLine, {}, {}, {}};
+    for (const Vec2& p : way) {
+      path.x.push_back(p.x());
+      path.y.push_back(p.y());
+    }
+    if (!way.empty()) plot.series.push_back(std::move(path));
+    return plot;
+  }
+
+  [[nodiscard]] Plot path_plot() const {
+    Plot plot;
+    plot.title = "How sure along the path, were GPS to go at its start";
+    plot.x_label = "way [m]";
+    plot.y_label = "sigma, worst direction [m]";
+    plot.y_from_zero = true;
+    Series dead{"by motion alone", Colour::kGrey, SeriesStyle::kDashed, {}, {}, {}};
+    Series with_map{"with the map", Colour::kBlue, SeriesStyle::kThickLine, {}, {}, {}};
+    for (const PathSureness& s : along_) {
+      dead.x.push_back(s.way_m);
+      dead.y.push_back(s.sigma_dead_m);
+      with_map.x.push_back(s.way_m);
+      with_map.y.push_back(s.sigma_with_map_m);
+    }
+    plot.series = {std::move(dead), std::move(with_map)};
+    return plot;
+  }
+
+  [[nodiscard]] Outcome tell(const std::vector<Vec2>& way) const {
+    const std::string as_json = json().dump(2) + "\n";
+    fmt::print("{}", json_ ? as_json : text());
+    if (out_.empty()) return Done{};
+    Outcome written = write_text(out_ + "/localizability.json", as_json);
+    if (written) written = write_text(out_ + "/localizability.svg", render(picture(way), true));
+    if (written && !along_.empty()) {
+      written = write_text(out_ + "/path.svg", render(path_plot(), true));
+    }
+    return written;
+  }
+
+  std::string map_;
+  double step_m_ = 0.0;
+  LocalizabilityParams params_;
+  std::string path_;
+  DeadReckoning motion_;
+  std::string out_;
+  bool json_ = false;
+  std::vector<Place> places_;  // by j, then i
+  std::vector<PathSureness> along_;
+};
+
+}  // namespace
+
+void add_map_localizability_command(CLI::App* map, Commands* commands) {
+  commands->push_back(std::make_unique<MapLocalizability>(map));
+}
+
+}  // namespace rcs::tools

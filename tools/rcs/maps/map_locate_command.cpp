@@ -1,0 +1,317 @@
+// rcs map locate
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "tools/rcs/command.h"
+#include "tools/rcs/terminal.h"
+#include "tools/studies/locate_run.h"
+
+namespace rcs::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::string_view kName = "map locate";
+constexpr double kMemory_bytes = 4e9;
+constexpr Duration kMaxTruthGap = std::chrono::milliseconds(250);
+// A place farther from the truth than this is a false one.
+constexpr double kFalse_m = 5.0;
+constexpr double kFalse_rad = 3.0 * kPi / 180.0;
+
+constexpr std::string_view kDoubts[] = {"found",
+                                        "too little ground yet",
+                                        "the map does not know the region",
+                                        "nothing in the region looks like the ground",
+                                        "the ground has no features to tell the place by",
+                                        "several places look alike",
+                                        "further ground did not bear it out"};
+
+/// A compass' heading, clockwise from north.
+double yaw_of_heading(double heading_deg) { return wrap_angle(radians(90.0 - heading_deg)); }
+double heading_of_yaw(double yaw_rad) {
+  const double heading_deg = std::fmod(90.0 - degrees(yaw_rad) + 720.0, 360.0);
+  return heading_deg;
+}
+
+class MapLocate final : public Command {
+ public:
+  explicit MapLocate(CLI::App* map)
+      : Command(map->add_subcommand("locate",
+                                    "Where a drive without GPS began on a map, searched for in a "
+                                    "region, or that it can't be told")) {
+    app()->add_option("MAP", map_, "its folder")->required();
+    app()
+        ->add_option("LOG", log_, "with SP_POINTS and WM_NAV_STATE: of a run, or of rcs replay")
+        ->required()
+        ->check(CLI::ExistingFile);
+    CLI::Option* near = app()
+                            ->add_option("--near", near_m_,
+                                         "east and north [m] in the map's frame, about which it "
+                                         "began")
+                            ->expected(2);
+    app()
+        ->add_option("--within", within_m_, "of there [m]")
+        ->check(CLI::Range(1.0, 1000.0))
+        ->capture_default_str();
+    CLI::Option* heading = app()
+                               ->add_option("--heading", heading_deg_,
+                                            "of the vehicle then [deg], clockwise from north")
+                               ->check(CLI::Range(-360.0, 360.0));
+    app()
+        ->add_option("--heading-within", heading_within_deg_, "of that [deg]")
+        ->check(CLI::Range(0.5, 180.0))
+        ->capture_default_str();
+    app()
+        ->add_option("--from", from_s_, "begin so late in the drive [s]")
+        ->check(CLI::NonNegativeNumber);
+    app()
+        ->add_option("--for", length_s_, "search for so long [s]")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    app()
+        ->add_option("--starts", starts_,
+                     "instead of --near and --heading: so many tries, evenly over the drive, each "
+                     "in a region at random about SIM_TRUTH")
+        ->check(CLI::Range(1, 100000))
+        ->excludes(near)
+        ->excludes(heading);
+    app()->add_option("--seed", seed_, "of the regions of --starts")->capture_default_str();
+    app()
+        ->add_option("--off", off_m_,
+                     "the truth lies so far from their middles, at least and at most [m]; default: "
+                     "anywhere within")
+        ->expected(2);
+    app()
+        ->add_option("--units", units_, "of work granted a scan")
+        ->check(CLI::Range(std::int64_t{10000}, std::int64_t{1} << 40))
+        ->capture_default_str();
+    app()->add_flag("--json", json_, "on stdout");
+    app()->footer(
+        "Exit status 1 when it is not found, of --starts when any is found wrongly: more than\n"
+        "5 m or 3 deg from SIM_TRUTH.\n"
+        "Example:\n"
+        "  rcs replay config/demo3.toml drive.log -o run.log --without GPS_FIX\n"
+        "  rcs map locate maps/valley run.log --near 120 -40 --within 100 --heading 70 "
+        "--heading-within 20");
+  }
+
+  int run() override {
+    if (starts_ == 0 && (near_m_.empty() || std::isnan(heading_deg_))) {
+      fmt::print(stderr, "rcs {}: --near and --heading are due, or --starts\n", kName);
+      return kExitUsage;
+    }
+    const Result<ElevationMap> map = ElevationMap::load(map_, kMemory_bytes);
+    if (!map) return fail(kName, map.error());
+    const Result<SeenDrive> drive = read_drive(log_, kColumn_m);
+    if (!drive) return fail(kName, drive.error());
+    Pose T_map_truth;
+    if (drive->truth_datum) {
+      T_map_truth = LocalFrame(map->datum()).from(LocalFrame(*drive->truth_datum));
+    }
+    if (starts_ == 0) return one(*map, *drive, T_map_truth);
+    if (!drive->truth_datum) {
+      return fail(kName, Error{log_ + ": no SIM_TRUTH, which --starts needs"});
+    }
+    return many(*map, *drive, T_map_truth);
+  }
+
+ private:
+  static constexpr double kColumn_m = 1.0;
+
+  [[nodiscard]] std::size_t scan_after(const SeenDrive& drive, double from_s) const {
+    std::size_t first = 0;
+    while (first + 1 < drive.scans.size() &&
+           drive.scans[first].stamp - drive.scans[0].stamp < from_seconds(from_s)) {
+      ++first;
+    }
+    return first;
+  }
+
+  [[nodiscard]] Json told(const LocateResult& r, const SeenDrive& drive,
+                          const Pose& T_map_truth) const {
+    const sp::RelocateStatus& s = r.status;
+    const bool found = s.state == sp::RelocateState::kFound;
+    Json json = {{"found", found},
+                 {"why", kDoubts[static_cast<std::size_t>(s.doubt)]},
+                 {"after_s", r.after_s},
+                 {"way_m", s.way_m},
+                 {"searches", s.searches},
+                 {"refuted", s.refuted},
+                 {"hypotheses", s.hypotheses},
+                 {"spread_m", s.spread_m},
+                 {"cost", s.cost},
+                 {"evidence", s.evidence},
+                 {"margin", std::isfinite(s.margin) ? Json(s.margin) : Json(nullptr)},
+                 {"work_units", r.used}};
+    if (s.searches > 0) {
+      json["best"] = {{"east_m", r.T_map_vehicle.p.x()},
+                      {"north_m", r.T_map_vehicle.p.y()},
+                      {"up_m", r.T_map_vehicle.p.z()},
+                      {"heading_deg", heading_of_yaw(yaw_of(r.T_map_vehicle.q))},
+                      {"sigma_east_m", std::sqrt(r.covariance(0, 0))},
+                      {"sigma_north_m", std::sqrt(r.covariance(1, 1))},
+                      {"sigma_up_m", std::sqrt(r.covariance(2, 2))},
+                      {"sigma_heading_deg", degrees(std::sqrt(r.covariance(3, 3)))}};
+      if (const std::optional<Pose> truth = pose_at(drive.truth, r.stamp, kMaxTruthGap)) {
+        const Pose T = T_map_truth * *truth;
+        const Vec3 off = r.T_map_vehicle.p - T.p;
+        const double turned = wrap_angle(yaw_of(r.T_map_vehicle.q) - yaw_of(T.q));
+        json["error"] = {{"horizontal_m", off.head<2>().norm()},
+                         {"up_m", off.z()},
+                         {"heading_deg", degrees(turned)},
+                         {"nees_horizontal",
+                          off.head<2>().dot(Mat<2>(r.covariance.topLeftCorner<2, 2>()).inverse() *
+                                            off.head<2>())}};
+        json["false"] = found && (off.head<2>().norm() > kFalse_m || std::abs(turned) > kFalse_rad);
+      }
+    }
+    return json;
+  }
+
+  [[nodiscard]] int one(const ElevationMap& map, const SeenDrive& drive, const Pose& T_map_truth) {
+    sp::Relocator relocator(params_);
+    const sp::StartRegion region{{near_m_[0], near_m_[1]},
+                                 within_m_,
+                                 yaw_of_heading(heading_deg_),
+                                 radians(heading_within_deg_)};
+    const LocateResult r = locate(drive, scan_after(drive, from_s_), from_seconds(length_s_), map,
+                                  region, units_, &relocator);
+    if (r.status.state == sp::RelocateState::kOff) return refuse();
+    const Json json = told(r, drive, T_map_truth);
+    if (json_) {
+      fmt::print("{}\n", json.dump(2));
+    } else {
+      tell(json);
+    }
+    return json["found"].get<bool>() ? kExitOk : kExitFailed;
+  }
+
+  [[nodiscard]] int refuse() const {
+    return fail(kName, Error{fmt::format("--within {} m and --heading-within {} deg take more than "
+                                         "{} hypotheses",
+                                         within_m_, heading_within_deg_, params_.hypotheses)});
+  }
+
+  static void tell(const Json& json) {
+    if (json["found"].get<bool>()) {
+      fmt::print("found after {:.1f} s and {:.0f} m\n", json["after_s"].get<double>(),
+                 json["way_m"].get<double>());
+    } else {
+      fmt::print("not found in {:.1f} s and {:.0f} m: {}\n", json["after_s"].get<double>(),
+                 json["way_m"].get<double>(), json["why"].get<std::string>());
+      fmt::print("{} hypotheses left, {:.1f} m apart (RMS); {} searches, {} places refuted\n",
+                 json["hypotheses"].get<int>(), json["spread_m"].get<double>(),
+                 json["searches"].get<int>(), json["refuted"].get<int>());
+    }
+    if (!json.contains("best")) return;
+    const Json& b = json["best"];
+    fmt::print(
+        "{}: east {:.2f} m, north {:.2f} m, up {:.2f} m, heading {:.2f} deg; sigma {:.2f}, {:.2f}, "
+        "{:.2f} m, {:.2f} deg\n",
+        json["found"].get<bool>() ? "the vehicle is at" : "the best, which is no answer",
+        b["east_m"].get<double>(), b["north_m"].get<double>(), b["up_m"].get<double>(),
+        b["heading_deg"].get<double>(), b["sigma_east_m"].get<double>(),
+        b["sigma_north_m"].get<double>(), b["sigma_up_m"].get<double>(),
+        b["sigma_heading_deg"].get<double>());
+    if (!json.contains("error")) return;
+    const Json& e = json["error"];
+    fmt::print("from the truth: {:.2f} m, up {:.2f} m, heading {:.2f} deg\n",
+               e["horizontal_m"].get<double>(), e["up_m"].get<double>(),
+               e["heading_deg"].get<double>());
+  }
+
+  [[nodiscard]] int many(const ElevationMap& map, const SeenDrive& drive, const Pose& T_map_truth) {
+    std::mt19937_64 rng(seed_);
+    std::uniform_real_distribution<double> uniform(0.0, 1.0);
+    const double least_m = off_m_.empty() ? 0.0 : off_m_[0];
+    const double most_m = off_m_.empty() ? within_m_ : off_m_[1];
+    const double drive_s = seconds(drive.scans.back().stamp - drive.scans.front().stamp);
+    const double last_s = std::max(0.0, drive_s - length_s_);
+    sp::Relocator relocator(params_);
+    const InterruptGuard interrupt;
+    Progress progress(kName, starts_);
+    Json all = Json::array();
+    int found = 0;
+    int wrong = 0;
+    for (int k = 0; k < starts_; ++k) {
+      if (interrupt.requested()) return fail(kName, Error{"interrupted"});
+      const double from_s = starts_ > 1 ? last_s * k / (starts_ - 1) : from_s_;
+      const std::size_t first = scan_after(drive, from_s);
+      const std::optional<Pose> truth =
+          pose_at(drive.truth, drive.scans[first].stamp, kMaxTruthGap);
+      if (!truth) return fail(kName, Error{"SIM_TRUTH does not cover the drive"});
+      const Pose T = T_map_truth * *truth;
+      const double bearing = 2.0 * kPi * uniform(rng);
+      // Uniform over the ring.
+      const double off_m =
+          std::sqrt(least_m * least_m + uniform(rng) * (most_m * most_m - least_m * least_m));
+      const double turned = radians(heading_within_deg_) * (2.0 * uniform(rng) - 1.0);
+      const sp::StartRegion region{
+          T.p.head<2>() + off_m * Vec2(std::cos(bearing), std::sin(bearing)), within_m_,
+          wrap_angle(yaw_of(T.q) + turned), radians(heading_within_deg_)};
+      const LocateResult r =
+          locate(drive, first, from_seconds(length_s_), map, region, units_, &relocator);
+      if (r.status.state == sp::RelocateState::kOff) return refuse();
+      Json json = told(r, drive, T_map_truth);
+      json["from_s"] = from_s;
+      json["off_m"] = off_m;
+      json["turned_deg"] = degrees(turned);
+      found += json["found"].get<bool>() ? 1 : 0;
+      wrong += json.value("false", false) ? 1 : 0;
+      all.push_back(json);
+      progress.at(k + 1);
+    }
+    if (json_) {
+      const Json out = {{"starts", starts_}, {"found", found}, {"false", wrong}, {"tries", all}};
+      fmt::print("{}\n", out.dump(2));
+    } else {
+      tell_all(all);
+      fmt::print("{} of {} starts found, {} of them wrongly\n", found, starts_, wrong);
+    }
+    return wrong == 0 ? kExitOk : kExitFailed;
+  }
+
+  static void tell_all(const Json& all) {
+    for (const Json& t : all) {
+      fmt::print("from {:5.1f} s, off {:5.1f} m and {:6.1f} deg: ", t["from_s"].get<double>(),
+                 t["off_m"].get<double>(), t["turned_deg"].get<double>());
+      if (t["found"].get<bool>()) {
+        fmt::print("found after {:.1f} s, {:.2f} m and {:.2f} deg off\n",
+                   t["after_s"].get<double>(), t["error"]["horizontal_m"].get<double>(),
+                   t["error"]["heading_deg"].get<double>());
+      } else {
+        fmt::print("not found: {} ({} left)\n", t["why"].get<std::string>(),
+                   t["hypotheses"].get<int>());
+      }
+    }
+  }
+
+  std::string map_;
+  std::string log_;
+  std::vector<double> near_m_;
+  double within_m_ = 100.0;
+  double heading_deg_ = std::numeric_limits<double>::quiet_NaN();
+  double heading_within_deg_ = 20.0;
+  double from_s_ = 0.0;
+  double length_s_ = 60.0;
+  int starts_ = 0;
+  std::uint64_t seed_ = 1;
+  std::vector<double> off_m_;
+  WorkUnits units_ = sp::RelocateParams{}.units;
+  bool json_ = false;
+  sp::RelocateParams params_;
+};
+
+}  // namespace
+
+void add_map_locate_command(CLI::App* map, Commands* commands) {
+  commands->push_back(std::make_unique<MapLocate>(map));
+}
+
+}  // namespace rcs::tools

@@ -1,0 +1,241 @@
+// rcs map match
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "modules/sp/prior/prior_match.h"
+#include "modules/sp/prior/prior_scan.h"
+#include "tools/base/trajectory.h"
+#include "tools/clouds/cloud_file.h"
+#include "tools/rcs/command.h"
+
+namespace rcs::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr std::string_view kName = "map match";
+constexpr double kMemory_bytes = 4e9;
+constexpr double kOnePlace_m = 0.1;
+
+/// Where the matches from all starts end.
+struct Ends {
+  std::vector<Pose> poses;       ///< T_map_vehicle, of those that found the map
+  std::vector<Mat6> covariance;  ///< of each
+  int failed = 0;
+  double iterations = 0.0;  ///< mean
+  [[nodiscard]] Vec2 middle() const {
+    std::vector<double> x;
+    std::vector<double> y;
+    for (const Pose& T : poses) {
+      x.push_back(T.p.x());
+      y.push_back(T.p.y());
+    }
+    const auto median = [](std::vector<double>* v) {
+      const auto at = v->begin() + static_cast<std::ptrdiff_t>(v->size() / 2);
+      std::nth_element(v->begin(), at, v->end());
+      return *at;
+    };
+    return {median(&x), median(&y)};
+  }
+};
+
+class MapMatch final : public Command {
+ public:
+  explicit MapMatch(CLI::App* map)
+      : Command(map->add_subcommand("match",
+                                    "Where a scan lies on a map, and from how far off "
+                                    "that is found")) {
+    app()->add_option("MAP", map_, "its folder")->required();
+    app()
+        ->add_option("CLOUD", cloud_, "scan in the vehicle's frame: .pcd, .ply, .bin or .xyz [m]")
+        ->required()
+        ->check(CLI::ExistingFile);
+    app()
+        ->add_option("--pose", pose_,
+                     "\"tx ty tz qx qy qz qw\" of the vehicle in the map's frame, about")
+        ->required();
+    app()
+        ->add_option("--starts", starts_, "tries from places at random about the pose")
+        ->check(CLI::Range(1, 100000))
+        ->capture_default_str();
+    app()
+        ->add_option("--off", off_m_, "they lie up to so far off [m]")
+        ->check(CLI::Range(0.0, 100.0))
+        ->capture_default_str();
+    app()
+        ->add_option("--turned", turned_deg_, "and are turned by up to this [deg]")
+        ->check(CLI::Range(0.0, 45.0))
+        ->capture_default_str();
+    app()->add_option("--seed", seed_, "of the starts")->capture_default_str();
+    app()
+        ->add_option("--column", column_m_, "the lowest point of each such column is matched [m]")
+        ->check(CLI::Range(0.05, 50.0))
+        ->capture_default_str();
+    app()
+        ->add_option("--reach", reach_m_, "points farther from the vehicle are left out [m]")
+        ->check(CLI::Range(1.0, 1000.0))
+        ->capture_default_str();
+    app()->add_flag("--json", json_, "on stdout");
+    app()->footer(
+        "Exit status 1 when fewer than 95 of 100 starts end within 0.1 m of one place.\n"
+        "Example:\n"
+        "  rcs map match maps/street sweep.bin --pose \"5172.7 2419.1 66.9 0.003 -0.014 -0.241 "
+        "0.970\"");
+  }
+
+  int run() override {
+    const Result<ElevationMap> map = ElevationMap::load(map_, kMemory_bytes);
+    if (!map) return fail(kName, map.error());
+    const Result<Cloud> cloud = read_cloud(cloud_, {});
+    if (!cloud) return fail(kName, cloud.error());
+    const std::optional<std::vector<double>> v = parse_numbers(pose_);
+    if (!v || v->size() != 7) return fail(kName, Error{"--pose: 7 numbers are due"});
+    const Quat q((*v)[6], (*v)[3], (*v)[4], (*v)[5]);
+    if (std::abs(q.norm() - 1.0) > 1e-3) {
+      return fail(kName, Error{"--pose: the quaternion's norm is not 1"});
+    }
+    const Pose given{q.normalized(), Vec3((*v)[0], (*v)[1], (*v)[2])};
+    Points near;
+    for (std::size_t i = 0; i < cloud->points.size(); ++i) {
+      if (cloud->points[i].norm() <= reach_m_) near.push_back(cloud->points[i]);
+    }
+    sp::PriorScanParams as_sp;
+    as_sp.column_m = column_m_;
+    const int most_standing = map->has_points() ? sp::PriorMatchParams().points.most : 0;
+    sp::PriorScan scan;
+    scan.take(near, given.q.conjugate() * Vec3::UnitZ(), most_standing, as_sp);
+    const Ends ends = match_all(scan, *map, given);
+    if (ends.poses.empty()) {
+      return fail(kName, Error{fmt::format("not one of {} starts found the map", starts_)});
+    }
+    return tell(ends, given, static_cast<int>(scan.ground().size()));
+  }
+
+ private:
+  [[nodiscard]] Ends match_all(const sp::PriorScan& scan, const ElevationMap& map,
+                               const Pose& given) const {
+    sp::PriorMatchParams params;
+    params.max_iterations = 60;
+    sp::PriorMatchWorkspace workspace;
+    sp::Prediction prediction;
+    // Uniform in a disc of that radius, uniform in heading; up, roll and pitch as of a vehicle that
+    // knows the plumb line.
+    Vec6 sigma;
+    sigma << off_m_, off_m_, 1.0, 0.02, 0.02, radians(turned_deg_);
+    sigma = sigma.cwiseMax(1e-3);
+    prediction.covariance = sigma.cwiseAbs2().asDiagonal();
+    std::mt19937_64 rng(seed_);
+    std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+    Ends ends;
+    for (int k = 0; k < starts_; ++k) {
+      const double bearing = kPi * uniform(rng);
+      const double off_m = off_m_ * std::sqrt(std::abs(uniform(rng)));
+      Vec6 turn = Vec6::Zero();
+      turn[5] = radians(turned_deg_) * uniform(rng);
+      prediction.T_target_vehicle = given * exp_se3(turn);
+      prediction.T_target_vehicle.p += off_m * Vec3(std::cos(bearing), std::sin(bearing), 0.0);
+      const sp::PriorMatch match = match_prior_map(scan.ground(), scan.standing(), map, prediction,
+                                                   params, kUnlimited, &workspace);
+      const sp::Registration& r = match.registration;
+      ends.iterations += static_cast<double>(r.iterations) / starts_;
+      const Eigen::LDLT<Mat6> information(r.information);
+      if (!usable(r.stop) || r.stop == sp::Stop::kDegenerate) {
+        ++ends.failed;
+        continue;
+      }
+      ends.poses.push_back(r.T_target_vehicle);
+      ends.covariance.push_back(information.solve(Mat6::Identity()));
+    }
+    return ends;
+  }
+
+  [[nodiscard]] int tell(const Ends& ends, const Pose& given, int points) const {
+    const Vec2 middle = ends.middle();
+    int one_place = 0;
+    std::size_t nearest = 0;
+    for (std::size_t k = 0; k < ends.poses.size(); ++k) {
+      const auto off = [&](std::size_t at) { return (ends.poses[at].p.head<2>() - middle).norm(); };
+      if (off(k) <= kOnePlace_m) ++one_place;
+      if (off(k) < off(nearest)) nearest = k;
+    }
+    const Pose& end = ends.poses[nearest];
+    // Right perturbation: the translation is in the vehicle's axes.
+    const Mat3 R = end.rotation();
+    const Eigen::Matrix2d plane =
+        (R * ends.covariance[nearest].topLeftCorner<3, 3>() * R.transpose()).topLeftCorner<2, 2>();
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(plane);
+    const double k95 = std::sqrt(5.991);  // chi-square of 2 degrees of freedom
+    const Vec2 offset = end.p.head<2>() - given.p.head<2>();
+    const double mahalanobis_square = offset.dot(plane.inverse() * offset);
+    const Vec3 turn = log_so3(given.q.conjugate() * end.q);
+    const Vec2 along = axes.eigenvectors().col(1);
+    const Json json = {
+        {"points", points},
+        {"starts", starts_},
+        {"failed", ends.failed},
+        {"at_one_place", one_place},
+        {"iterations_mean", ends.iterations},
+        {"pose_tum", {end.p.x(), end.p.y(), end.p.z(), end.q.x(), end.q.y(), end.q.z(), end.q.w()}},
+        {"offset_from_given",
+         {{"east_m", offset.x()},
+          {"north_m", offset.y()},
+          {"up_m", end.p.z() - given.p.z()},
+          {"roll_deg", degrees(turn.x())},
+          {"pitch_deg", degrees(turn.y())},
+          {"yaw_deg", degrees(turn.z())}}},
+        {"ellipse95",
+         {{"major_m", k95 * std::sqrt(axes.eigenvalues()[1])},
+          {"minor_m", k95 * std::sqrt(axes.eigenvalues()[0])},
+          {"major_axis_deg_from_east", degrees(std::atan2(along.y(), along.x()))},
+          {"given_pose_inside", mahalanobis_square <= 5.991}}}};
+    if (json_) {
+      fmt::print("{}\n", json.dump(2));
+    } else {
+      const Json& o = json["offset_from_given"];
+      const Json& e = json["ellipse95"];
+      fmt::print("{} of {} starts end within {} m of one place ({} found no map)\n", one_place,
+                 starts_, kOnePlace_m, ends.failed);
+      fmt::print("there: tx ty tz qx qy qz qw = {:.3f} {:.3f} {:.3f} {:.6f} {:.6f} {:.6f} {:.6f}\n",
+                 end.p.x(), end.p.y(), end.p.z(), end.q.x(), end.q.y(), end.q.z(), end.q.w());
+      fmt::print(
+          "from the given pose: east {:.3f} m, north {:.3f} m, up {:.3f} m; roll {:.3f}, "
+          "pitch {:.3f}, yaw {:.3f} deg\n",
+          offset.x(), offset.y(), o["up_m"].get<double>(), o["roll_deg"].get<double>(),
+          o["pitch_deg"].get<double>(), o["yaw_deg"].get<double>());
+      fmt::print(
+          "95 % ellipse: {:.3f} x {:.3f} m, its long axis {:.0f} deg from east; the given "
+          "pose lies {} it\n",
+          e["major_m"].get<double>(), e["minor_m"].get<double>(),
+          e["major_axis_deg_from_east"].get<double>(),
+          e["given_pose_inside"].get<bool>() ? "inside" : "outside");
+    }
+    return one_place * 100 >= starts_ * 95 ? kExitOk : kExitFailed;
+  }
+
+  static constexpr WorkUnits kUnlimited = std::numeric_limits<WorkUnits>::max() / 2;
+
+  std::string map_;
+  std::string cloud_;
+  std::string pose_;
+  int starts_ = 100;
+  double off_m_ = 3.0;
+  double turned_deg_ = 5.0;
+  std::uint64_t seed_ = 1;
+  double column_m_ = 0.5;
+  double reach_m_ = 80.0;
+  bool json_ = false;
+};
+
+}  // namespace
+
+void add_map_match_command(CLI::App* map, Commands* commands) {
+  commands->push_back(std::make_unique<MapMatch>(map));
+}
+
+}  // namespace rcs::tools

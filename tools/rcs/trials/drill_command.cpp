@@ -1,0 +1,182 @@
+// rcs drill
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "tools/base/files.h"
+#include "tools/drills/drill_output.h"
+#include "tools/drills/drill_page.h"
+#include "tools/rcs/campaign_terminal.h"
+#include "tools/rcs/command.h"
+
+namespace rcs::tools {
+namespace {
+
+constexpr std::string_view kName = "drill";
+
+/// The files of a folder, in the order of their names.
+Result<std::vector<std::string>> drills_in(const std::string& folder) {
+  std::vector<std::string> paths;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+    if (entry.path().extension() == ".toml") paths.push_back(entry.path().string());
+  }
+  if (error) return Error{folder + ": " + error.message()};
+  std::sort(paths.begin(), paths.end());
+  if (paths.empty()) return Error{folder + ": no drills (*.toml)"};
+  return paths;
+}
+
+class DrillCommand final : public Command {
+ public:
+  explicit DrillCommand(CLI::App* rcs)
+      : Command(rcs->add_subcommand(
+            "drill", "Does it hold without GPS and with bad data? Pass or fail, with figures")) {
+    app()
+        ->add_option("DRILL", paths_, "what is done, and what must hold (TOML)")
+        ->check(CLI::ExistingFile);
+    app()->add_flag("--all", all_, "all drills of the folder but the long ones");
+    app()->add_flag("--full", full_, "all drills, with as many seeds as each wants (20)");
+    app()->add_flag("--list", list_, "say what drills there are");
+    app()
+        ->add_option("--folder", folder_, "where --all, --full and --list look")
+        ->capture_default_str();
+    CLI::Option* scenario =
+        app()
+            ->add_option("--scenario", scenario_, "the drive, where a drill names none")
+            ->capture_default_str();
+    app()
+        ->add_option("--log", log_,
+                     "a recorded drive instead. Without SIM_TRUTH in it, errors are against what\n"
+                     "WM says when nothing is disturbed")
+        ->check(CLI::ExistingFile)
+        ->excludes(scenario);
+    app()->add_option("--config", config_, "the vehicle's configuration")->capture_default_str();
+    app()
+        ->add_option("--seeds", seeds_, "drives of each drill, instead of its own number")
+        ->check(CLI::Range(1, 1000));
+    app()
+        ->add_option("--first-seed", first_seed_, "of the noise; default 1")
+        ->check(CLI::NonNegativeNumber);
+    app()
+        ->add_option("--jobs", jobs_, "drives at a time; default: one a core")
+        ->check(CLI::Range(1, 256));
+    app()->add_option("-o,--out", out_, "folder for results.json, junit.xml and report.html");
+    app()->add_flag("--logs", logs_, "a log of each drill's first drive there, too (rcs why)");
+    app()->add_flag("--json", json_, "the results as JSON on stdout");
+    app()->footer(
+        "A drill changes the sensors' messages of a drive (GPS cut, fixes that lie, LADAR faults,\n"
+        "clocks that jump) and plays them through SP and WM in lockstep, open loop. The same "
+        "drill\n"
+        "and seed give the same answers (\"hash\"). Exit status: 0 all passed; 1 some failed.\n"
+        "Examples:\n"
+        "  rcs drill --list\n"
+        "  rcs drill --all -o out/drills\n"
+        "  rcs drill config/drills/d01_dropout_60s.toml --seeds 20 -o out/d01\n"
+        "  rcs drill my_drill.toml --log run.log --config config/my_vehicle.toml --json");
+  }
+
+  int run() override {
+    if (all_ || full_ || list_) {
+      const Result<std::vector<std::string>> found = drills_in(folder_);
+      if (!found) return fail(kName, found.error());
+      paths_.insert(paths_.begin(), found->begin(), found->end());
+    }
+    if (paths_.empty()) {
+      fmt::print(stderr, "rcs drill: which? Name drills, or --all, --full or --list\n");
+      return kExitUsage;
+    }
+    std::vector<Drill> drills;
+    for (const std::string& path : paths_) {
+      Result<Drill> drill = load_drill(path);
+      if (!drill) return fail(kName, drill.error());
+      const bool wanted = list_ || full_ || !all_ || !drill->full;
+      if (wanted) drills.push_back(std::move(drill).value());
+    }
+    if (list_) return list(drills);
+    const Outcome done = run_all(std::move(drills));
+    if (!done) return fail(kName, done.error());
+    const bool passed = std::all_of(results_.begin(), results_.end(), [](const DrillResult& r) {
+      return r.verdict() != Verdict::kFail;
+    });
+    return passed ? kExitOk : kExitFailed;
+  }
+
+ private:
+  static int list(const std::vector<Drill>& drills) {
+    Table t{{"drill", "what", "stimuli"}, {}};
+    for (const Drill& d : drills) {
+      std::string stimuli = d.full ? "(--full) " : "";
+      for (const Stimulus& s : d.stimuli) {
+        stimuli += (&s == &d.stimuli.front() ? "" : ", ") + describe(s);
+      }
+      t.rows.push_back({d.id, d.name, stimuli});
+    }
+    fmt::print("{}", to_text(t));
+    return kExitOk;
+  }
+
+  Outcome run_all(std::vector<Drill> drills) {
+    Result<DrillVehicle> vehicle = load_drill_vehicle(config_);
+    if (!vehicle) return vehicle.error();
+    if (logs_ && out_.empty()) return Error{"--logs needs a folder: -o"};
+    DrillCampaign campaign;
+    campaign.drills = std::move(drills);
+    campaign.vehicle = std::move(vehicle).value();
+    campaign.log = log_;
+    campaign.scenario = scenario_;
+    campaign.seeds = seeds_;
+    campaign.full = full_;
+    campaign.first_seed = first_seed_;
+    if (logs_) campaign.logs_folder = out_;
+    Result<std::vector<DrillResult>> results =
+        run_campaign_at_terminal(kName, out_, jobs_, std::move(campaign));
+    if (!results) return results.error();
+    results_ = std::move(results).value();
+    return tell();
+  }
+
+  [[nodiscard]] Outcome tell() const {
+    if (json_) {
+      fmt::print("{}\n", to_json(results_).dump(2));
+    } else {
+      fmt::print("{}", to_text(drill_table(results_)));
+      for (const DrillResult& r : results_) {
+        const std::string& why = r.error.empty() ? r.skipped : r.error;
+        if (!why.empty()) fmt::print(stderr, "rcs drill: {}: {}\n", r.drill.id, why);
+      }
+    }
+    if (out_.empty()) return Done{};
+    Outcome written = write_text(out_ + "/results.json", to_json(results_).dump(2) + "\n");
+    if (written) written = write_text(out_ + "/junit.xml", to_junit(results_));
+    const std::string& drive = log_.empty() ? scenario_ : log_;
+    if (written) written = write_text(out_ + "/report.html", drill_page(results_, drive));
+    return written;
+  }
+
+  std::vector<std::string> paths_;
+  bool all_ = false;
+  bool full_ = false;
+  bool list_ = false;
+  std::string folder_ = "config/drills";
+  std::string scenario_ = "config/sim/drill.toml";
+  std::string log_;
+  std::string config_ = "config/demo3.toml";
+  int seeds_ = 0;
+  std::int64_t first_seed_ = 1;
+  int jobs_ = 0;
+  std::string out_;
+  bool logs_ = false;
+  bool json_ = false;
+  std::vector<DrillResult> results_;
+};
+
+}  // namespace
+
+void add_drill_command(CLI::App* rcs, Commands* commands) {
+  commands->push_back(std::make_unique<DrillCommand>(rcs));
+}
+
+}  // namespace rcs::tools

@@ -1,0 +1,154 @@
+// rcs outages
+
+#include <fmt/format.h>
+
+#include "tools/rcs/campaign_terminal.h"
+#include "tools/rcs/command.h"
+#include "tools/studies/outages.h"
+#include "tools/studies/outages_output.h"
+
+namespace rcs::tools {
+namespace {
+
+constexpr std::string_view kName = "outages";
+
+class OutagesCommand final : public Command {
+ public:
+  explicit OutagesCommand(CLI::App* rcs)
+      : Command(rcs->add_subcommand("outages", "How far off would I be if GPS died? On your log")) {
+    app()->add_option("LOG", log_, "a recorded drive")->required()->check(CLI::ExistingFile);
+    app()
+        ->add_option("--config", config_, "the vehicle's configuration")
+        ->required()
+        ->check(CLI::ExistingFile);
+    CLI::Option* length = app()
+                              ->add_option("--length", question_.lengths_s, "of an outage [s]")
+                              ->capture_default_str()
+                              ->expected(1, 20)
+                              ->check(CLI::Range(0.5, 1e4));
+    CLI::Option* places = app()
+                              ->add_option("--places", question_.places,
+                                           "outages of each length, spread over the log")
+                              ->capture_default_str()
+                              ->check(CLI::Range(1, 1000));
+    app()
+        ->add_option(
+            "--from", question_.from_s,
+            "none begins sooner after the first message [s]: WM must have found its place,\n"
+            "and errors before it do not count")
+        ->capture_default_str()
+        ->check(CLI::Range(0.0, 1e5));
+    app()
+        ->add_option("--cut", cut_s_, "one outage instead, FROM s TO s; then to the log's end")
+        ->expected(2)
+        ->type_name("FROM TO")
+        ->check(CLI::Range(0.0, 1e5))
+        ->excludes(length)
+        ->excludes(places);
+    app()
+        ->add_option("--without", without_,
+                     "all of it once more without odometry, ladar or ins all along; joined by +\n"
+                     "without both")
+        ->expected(1, 10);
+    app()
+        ->add_option("--jobs", jobs_, "drives at a time; default: one a core")
+        ->check(CLI::Range(1, 256));
+    app()->add_option("--logs", logs_, "folder for a log of each drive (rcs why)");
+    app()->add_flag("--json", json_, "the figures as JSON on stdout");
+    app()->footer(
+        "The log goes through SP and WM in lockstep, once with GPS and once for every outage. The\n"
+        "errors are horizontal, at the outage's end, median / worst over the places (of an even\n"
+        "number the lower median), against SIM_TRUTH; in a log without it, against what WM says\n"
+        "with GPS all along, and against the first fix behind the outage. Beside WM, from its\n"
+        "belief at the outage's begin on: gyro (less its bias) and wheel speed; gyro and the "
+        "speed\n"
+        "of the begin; the wheels alone; the INS alone; SP's registrations of a run that never\n"
+        "has GPS.\n"
+        "Examples:\n"
+        "  rcs outages run.log --config config/my_vehicle.toml\n"
+        "  rcs outages comma.log --config config/comma2k19.toml --length 10 20 30 --places 10 \\\n"
+        "      --without odometry\n"
+        "  rcs outages husky.log --config config/husky.toml --cut 137 257 --json");
+  }
+
+  int run() override {
+    if (!cut_s_.empty()) {
+      if (cut_s_[1] <= cut_s_[0]) {
+        fmt::print(stderr, "rcs outages: --cut {} {}: it must end after it began\n", cut_s_[0],
+                   cut_s_[1]);
+        return kExitUsage;
+      }
+      question_.cut = DrillWindow{cut_s_[0], cut_s_[1]};
+    }
+    for (const std::string& text : without_) {
+      Result<std::vector<DrillSource>> sources = parse_without(text);
+      if (!sources) {
+        fmt::print(stderr, "rcs outages: --without {}\n", sources.error().message);
+        return kExitUsage;
+      }
+      question_.without.push_back(std::move(sources).value());
+    }
+    const Result<OutageReport> report = answer();
+    if (!report) return fail(kName, report.error());
+    tell(*report);
+    return kExitOk;
+  }
+
+ private:
+  Result<OutageReport> answer() {
+    Result<DrillVehicle> vehicle = load_drill_vehicle(config_);
+    if (!vehicle) return vehicle.error();
+    const Result<RecordedMotion> motion = read_motion(log_);
+    if (!motion) return motion.error();
+    if (!motion->place) return Error{log_ + ": no GPS_FIX in it, nothing to be cut"};
+    const double drive_s = seconds(motion->end - *motion->begin);
+    const Result<std::vector<OutagePlan>> plans =
+        plan_outages(question_, drive_s, motion->has_ladar);
+    if (!plans) return Error{log_ + ": " + plans.error().message};
+    DrillCampaign campaign;
+    for (const OutagePlan& plan : *plans) campaign.drills.push_back(plan.drill);
+    campaign.vehicle = std::move(vehicle).value();
+    campaign.log = log_;
+    campaign.logs_folder = logs_;
+    const Result<std::vector<DrillResult>> results =
+        run_campaign_at_terminal(kName, logs_, jobs_, std::move(campaign));
+    if (!results) return results.error();
+    return judge_outages(question_, *plans, *results, *motion);
+  }
+
+  void tell(const OutageReport& report) const {
+    if (json_) {
+      nlohmann::ordered_json j = to_json(report);
+      j["log"] = log_;
+      j["config"] = config_;
+      fmt::print("{}\n", j.dump(2));
+    } else {
+      fmt::print("errors against {}\n{}", report.reference, to_text(outage_table(report)));
+      if (question_.cut) fmt::print("\n{}", to_text(cut_table(report)));
+      fmt::print("with GPS all along WM trusted it for {:.1f} % of the time from {:g} s on\n",
+                 100.0 * report.uncut.trusted_share, question_.from_s);
+    }
+    for (const OutageFinding& f : report.findings) {
+      if (f.failed.empty()) continue;
+      fmt::print(stderr, "rcs outages: {:.1f} to {:.1f} s, {}: not counted: {}\n", f.window.begin_s,
+                 f.window.end_s, report.variants[f.variant], f.failed);
+    }
+  }
+
+  std::string log_;
+  std::string config_;
+  OutageQuestion question_;
+  std::vector<double> cut_s_;
+  std::vector<std::string> without_;
+  int jobs_ = 0;
+  std::string logs_;
+  bool json_ = false;
+};
+
+}  // namespace
+
+void add_outages_command(CLI::App* rcs, Commands* commands) {
+  commands->push_back(std::make_unique<OutagesCommand>(rcs));
+}
+
+}  // namespace rcs::tools

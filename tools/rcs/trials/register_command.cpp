@@ -1,0 +1,418 @@
+// rcs register
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "tools/base/files.h"
+#include "tools/base/threads.h"
+#include "tools/base/trajectory.h"
+#include "tools/clouds/cloud_file.h"
+#include "tools/rcs/command.h"
+#include "tools/report/match_picture.h"
+#include "tools/studies/cloud_match.h"
+
+namespace rcs::tools {
+namespace {
+
+constexpr std::string_view kName = "register";
+
+/// Sixteen numbers, row by row, of a rigid motion.
+Result<Pose> parse_pose(const std::string& text) {
+  const std::optional<std::vector<double>> v = parse_numbers(text);
+  if (!v || v->size() != 16) return Error{"--guess: 16 numbers, row-major, are wanted"};
+  const auto at = [&v](int row, int col) { return (*v)[static_cast<std::size_t>(4 * row + col)]; };
+  Mat3 R;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) R(i, j) = at(i, j);
+  }
+  const bool last_row = at(3, 0) == 0.0 && at(3, 1) == 0.0 && at(3, 2) == 0.0 && at(3, 3) == 1.0;
+  if ((R.transpose() * R - Mat3::Identity()).norm() > 1e-3 || R.determinant() < 0.0 || !last_row) {
+    return Error{"--guess: no rigid motion: a rotation, a translation and 0 0 0 1 are wanted"};
+  }
+  return Pose{Quat(R).normalized(), Vec3(at(0, 3), at(1, 3), at(2, 3))};
+}
+
+nlohmann::json row_major(const Eigen::MatrixXd& m) {
+  nlohmann::json numbers = nlohmann::json::array();
+  for (int i = 0; i < m.rows(); ++i) {
+    for (int j = 0; j < m.cols(); ++j) numbers.push_back(m(i, j));
+  }
+  return numbers;
+}
+
+/// What only one method has to tell.
+nlohmann::json more_of(const sp::PaperResult& r) {
+  nlohmann::json history = nlohmann::json::array();
+  for (const sp::PaperIteration& it : r.history) {
+    history.push_back({{"branch", name_of(it.branch)},
+                       {"mu_m", it.mu_m},
+                       {"sigma_m", it.sigma_m},
+                       {"d_max_m", it.d_max_m},
+                       {"pairs", it.pairs},
+                       {"mean_distance_m", it.mean_distance_m},
+                       {"moved_m", it.moved_m},
+                       {"turned_rad", it.turned_rad}});
+  }
+  return {{"spacing_m", r.spacing_m},
+          {"mean_distance_of_pairs_m", r.mean_distance_m},
+          {"history", history}};
+}
+
+nlohmann::json more_of(const sp::Registration& r) {
+  return {
+      {"information", row_major(r.information)},
+      {"observability", std::vector<double>(r.observability.data(), r.observability.data() + 6)},
+      {"mean_distance_to_planes_m", r.mean_distance_m}};
+}
+
+nlohmann::json more_of(const sp::GlobalRegistration& g) {
+  nlohmann::json ranked = nlohmann::json::array();
+  for (const sp::Hypothesis& h : g.ranked) {
+    ranked.push_back(
+        {{"T_model_data", row_major(h.T_target_vehicle.matrix())}, {"score", h.score}});
+  }
+  return {{"accepted", g.accepted}, {"ambiguity", g.ambiguity}, {"hypotheses", ranked}};
+}
+
+/// R = Rz(yaw) Ry(pitch) Rx(roll).
+Vec3 roll_pitch_yaw_deg(const Quat& q) {
+  const Mat3 R = q.toRotationMatrix();
+  return {degrees(std::atan2(R(2, 1), R(2, 2))),
+          degrees(std::asin(std::clamp(-R(2, 0), -1.0, 1.0))), degrees(yaw_of(q))};
+}
+
+/// One sigma of x, y, z [m], roll, pitch, yaw [rad] of DATA; infinite where the information leaves
+/// a direction unobserved that has a part in it.
+Vec6 sigmas(const Mat6& information) {
+  const Eigen::SelfAdjointEigenSolver<Mat6> eigen(information);
+  const double least = 1e-9 * std::max(eigen.eigenvalues()[5], 1e-300);
+  Vec6 variance = Vec6::Zero();
+  for (int k = 0; k < 6; ++k) {
+    const Vec6 part = eigen.eigenvectors().col(k).cwiseAbs2();
+    if (eigen.eigenvalues()[k] > least) {
+      variance += part / eigen.eigenvalues()[k];
+      continue;
+    }
+    for (int i = 0; i < 6; ++i) {
+      if (part[i] > 1e-3) variance[i] = std::numeric_limits<double>::infinity();
+    }
+  }
+  return variance.cwiseSqrt();
+}
+
+std::string sigma_text(double sigma, const char* unit) {
+  return std::isfinite(sigma) ? fmt::format("{:.3f} {}", sigma, unit) : std::string("unobserved");
+}
+
+nlohmann::json numbers_of(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+
+/// "32x180"; none: it is something else.
+std::optional<CloudShape> parse_shape(const std::string& text) {
+  CloudShape shape;
+  const char* const end = text.data() + text.size();
+  const std::from_chars_result rows = std::from_chars(text.data(), end, shape.rows);
+  if (rows.ec != std::errc() || rows.ptr == end || *rows.ptr != 'x') return std::nullopt;
+  const std::from_chars_result cols = std::from_chars(rows.ptr + 1, end, shape.cols);
+  if (cols.ec != std::errc() || cols.ptr != end || shape.rows < 1 || shape.cols < 1) {
+    return std::nullopt;
+  }
+  return shape;
+}
+
+class Register final : public Command {
+ public:
+  explicit Register(CLI::App* rcs)
+      : Command(rcs->add_subcommand("register", "Finds how one point cloud lies in another")) {
+    app()
+        ->add_option("MODEL", model_, "point cloud: .pcd, .ply, .bin (KITTI) or .xyz [m]")
+        ->required()
+        ->check(CLI::ExistingFile);
+    app()
+        ->add_option("DATA", data_, "point cloud that is moved onto MODEL")
+        ->required()
+        ->check(CLI::ExistingFile);
+    app()
+        ->add_option("--method", method_,
+                     "plane: voxels' distributions from afar, then point to plane; paper: Madhavan "
+                     "and Messina's iterative registration; gicp: generalized ICP")
+        ->check(CLI::IsMember({"plane", "paper", "gicp"}))
+        ->capture_default_str();
+    app()->add_option("--guess", guess_,
+                      "\"16 numbers\", row-major: where DATA lies in MODEL, about; default: the "
+                      "same place");
+    app()->add_flag(
+        "--global", global_,
+        fmt::format("plane, gicp: DATA lies within {:.0f} m of the guess, turned by any "
+                    "heading; refused when no place is good enough or two look alike",
+                    sp::GlobalParams{}.radius_m));
+    app()
+        ->add_option("--threads", threads_, "--global: searches beside each other; the same answer")
+        ->check(CLI::Range(1, 64))
+        ->capture_default_str();
+    app()->add_option("--organized", organized_,
+                      "ROWSxCOLS: the records of both files are range images, row by row");
+    app()->add_option("--plot", plot_, "folder for before.svg, after.svg and histogram.svg");
+    app()
+        ->add_option("--spacing", params_.spacing_m,
+                     "paper: its D, the distance of neighbouring points [m]; default: measured")
+        ->check(CLI::Range(0.001, 100.0));
+    app()
+        ->add_option("--max-iterations", params_.max_iterations, "paper")
+        ->check(CLI::Range(1, 100000))
+        ->capture_default_str();
+    app()->add_flag("--as-printed", as_printed_, "paper: with its slips (see the footer)");
+    app()->add_flag("--quaternion", quaternion_, "paper: motion by quaternions instead of by SVD");
+    app()->add_flag("--json", json_, "the answer as JSON; paper: with every iteration");
+    app()->footer(
+        "plane finds its way from some metres and tens of degrees off, and says by how much it can "
+        "be\ntrusted (information: 6 x 6, of x, y, z, roll, pitch, yaw of DATA).\n"
+        "paper is Madhavan & Messina, \"Iterative Registration of 3D LADAR Data for Autonomous "
+        "Navigation\".\n"
+        "As printed, the motion found from MODEL to DATA is applied to DATA, R may be a "
+        "reflection,\n"
+        "H sums over pairs that were not accepted, and mean and deviation are of all pairs.\n"
+        "gicp is Segal, Haehnel & Thrun, \"Generalized-ICP\", slower than plane: to hold the "
+        "others "
+        "against.\nIt starts at the guess (--global: where plane ends), off by no more than about "
+        "2 m and 10 deg,\nand its information is of independent errors, more than real scans "
+        "have.\n"
+        "The result of every method is checked: of DATA's surfaces, enough must lie on MODEL's "
+        "with like\nnormals, in every direction of translation. Unrelated clouds share their "
+        "ground and fail across it;\nalong a tunnel, and over a plain, the translation is "
+        "undetermined.\nStatus 0: converged and checked (--global: also unambiguous); 1: refused, "
+        "with the reason.\n"
+        "Examples:\n"
+        "  rcs register first.pcd second.pcd\n"
+        "  rcs register 0000000000.bin 0000000001.bin --method paper --json\n"
+        "  rcs register first.pcd second.pcd --method gicp\n"
+        "  rcs register first.pcd second.pcd --global --plot pictures\n"
+        "  rcs register a.ply b.ply --guess \"1 0 0 2.5  0 1 0 0  0 0 1 0  0 0 0 1\"");
+  }
+
+  int run() override {
+    Pose guess;
+    if (!guess_.empty()) {
+      const Result<Pose> parsed = parse_pose(guess_);
+      if (!parsed) return wrong_usage(parsed.error().message);
+      guess = *parsed;
+    }
+    CloudShape shape;
+    if (!organized_.empty()) {
+      const std::optional<CloudShape> parsed = parse_shape(organized_);
+      if (!parsed) return wrong_usage("--organized: ROWSxCOLS is wanted, such as 32x180");
+      shape = *parsed;
+    }
+    if (threads_ > 1 && !global_) return wrong_usage("--threads goes with --global");
+    if (global_ && method_ == "paper") return wrong_usage("--global is not of the paper's method");
+
+    const Result<Cloud> model = read(model_, shape);
+    if (!model) return fail(kName, model.error());
+    const Result<Cloud> data = read(data_, shape);
+    if (!data) return fail(kName, data.error());
+    if (model->points.empty() || data->points.empty()) {
+      return fail(kName,
+                  Error{fmt::format("{}: no points", model->points.empty() ? model_ : data_)});
+    }
+
+    const CloudMatch answer = match(model->points, data->points, guess);
+    const KdTree tree(model->points);
+    const ClosestPoints before = closest_points(tree, data->points, guess);
+    const ClosestPoints after = closest_points(tree, data->points, answer.T_model_data);
+    if (json_) {
+      fmt::print("{}\n", to_json(*model, *data, answer, before.mean_m(), after.mean_m()).dump(2));
+    } else {
+      tell(*model, *data, answer, before.mean_m(), after.mean_m());
+    }
+    if (!plot_.empty()) {
+      const Outcome drawn = draw(model->points, data->points, guess, answer, before, after);
+      if (!drawn) return fail(kName, drawn.error());
+    }
+    if (answer.good) return kExitOk;
+    return fail(kName, Error{why_not(answer)});
+  }
+
+ private:
+  static int wrong_usage(const std::string& why) {
+    fmt::print(stderr, "rcs register: {}\n", why);
+    return kExitUsage;
+  }
+
+  /// The time of a search tree grows with the square of the number of coincident points.
+  static Result<Cloud> read(const std::string& path, const CloudShape& shape) {
+    Result<Cloud> cloud = read_cloud(path, shape);
+    if (!cloud) return cloud;
+    if (const std::size_t dropped = drop_coincident(&cloud.value()); dropped > 0) {
+      fmt::print(stderr, "rcs register: {}: {} coincident points dropped\n", path, dropped);
+    }
+    return cloud;
+  }
+
+  static std::string undetermined(const Vec3& direction) {
+    Eigen::Index largest = 0;
+    direction.cwiseAbs().maxCoeff(&largest);
+    // Of the two opposite vectors one; + 0.0: no "-0.00".
+    const Vec3 d = direction[largest] < 0.0 ? Vec3(-direction) : direction;
+    const auto shown = [&d](int k) { return std::round(100.0 * d[k]) / 100.0 + 0.0; };
+    return fmt::format(
+        "refused: translation along ({:.2f} {:.2f} {:.2f}) is undetermined: next to none of DATA's "
+        "surfaces lie across that direction",
+        shown(0), shown(1), shown(2));
+  }
+
+  static std::string why_not(const CloudMatch& answer) {
+    if (answer.global && !answer.global->accepted) return refusal(*answer.global);
+    const bool disagree = answer.stop == kDisagreement;
+    if (!disagree && answer.agreement) return undetermined(answer.agreement->undetermined);
+    if (!disagree) return fmt::format("not converged: {}", answer.stop);
+    const sp::CloudParams limits;
+    return fmt::format(
+        "refused: at the pose found, {:.0f} % of DATA's surfaces lie on MODEL's (at least {:.0f} % "
+        "required), and {:.0f} % in the direction with the least agreement (at least {:.0f} %); "
+        "the clouds do not overlap, or the guess is too far off",
+        100.0 * answer.agreement->overlap, 100.0 * limits.min_overlap,
+        100.0 * answer.agreement->least, 100.0 * limits.min_least);
+  }
+
+  static std::string refusal(const sp::GlobalRegistration& g) {
+    if (g.ranked.empty()) return "refused: no place was found";
+    return fmt::format(
+        "refused: the best place explains {:.0f} % of the data, the second best {:.2f} of that",
+        100.0 * g.ranked[0].score, g.ambiguity);
+  }
+
+  [[nodiscard]] sp::CloudParams search_params() const {
+    sp::CloudParams params;
+    params.global.threads = threads_;
+    params.global.for_all = in_threads;
+    return params;
+  }
+
+  [[nodiscard]] CloudMatch match(const Points& model, const Points& data, const Pose& guess) const {
+    if (method_ == "paper") {
+      sp::PaperParams params = as_printed_ ? sp::PaperParams::literal() : sp::PaperParams{};
+      params.spacing_m = params_.spacing_m;
+      params.max_iterations = params_.max_iterations;
+      if (quaternion_) params.solver = sp::MotionSolver::kQuaternion;
+      return match_as_in_paper(model, data, guess, params);
+    }
+    if (method_ == "gicp") {
+      return global_ ? match_gicp_globally(model, data, guess, search_params(), sp::GicpParams{})
+                     : match_gicp(model, data, guess, sp::GicpParams{});
+    }
+    return global_ ? match_globally(model, data, guess, search_params())
+                   : match_planes(model, data, guess, sp::CloudParams{});
+  }
+
+  [[nodiscard]] Outcome draw(const Points& model, const Points& data, const Pose& guess,
+                             const CloudMatch& answer, const ClosestPoints& before,
+                             const ClosestPoints& after) const {
+    const MatchView view = view_of(model, data, guess, answer.T_model_data);
+    Outcome drawn = write_text(plot_ + "/before.svg",
+                               match_picture("Before", model, data, guess, before.index, view));
+    if (drawn) {
+      drawn =
+          write_text(plot_ + "/after.svg",
+                     match_picture("After", model, data, answer.T_model_data, after.index, view));
+    }
+    if (!drawn) return drawn;
+    return write_text(plot_ + "/histogram.svg",
+                      render(distance_histogram(before.distance_m, after.distance_m), true));
+  }
+
+  [[nodiscard]] nlohmann::json to_json(const Cloud& model, const Cloud& data, const CloudMatch& a,
+                                       double before_m, double after_m) const {
+    nlohmann::json cpu = nlohmann::json::object();
+    for (const auto& [stage, ms] : a.cpu_ms) cpu[stage] = ms;
+    cpu["total"] = a.total_ms();
+    nlohmann::json out = {{"method", method_},
+                          {"T_model_data", row_major(a.T_model_data.matrix())},
+                          {"translation_m", numbers_of(a.T_model_data.p)},
+                          {"roll_pitch_yaw_deg", numbers_of(roll_pitch_yaw_deg(a.T_model_data.q))},
+                          {"stop", a.stop},
+                          {"iterations", a.iterations},
+                          {"model_points", model.points.size()},
+                          {"data_points", data.points.size()},
+                          {"left_out", {{"model", model.no_return}, {"data", data.no_return}}},
+                          {"pairs", a.pairs},
+                          {"overlap", a.overlap},
+                          {"mean_distance_before_m", before_m},
+                          {"mean_distance_after_m", after_m},
+                          {"cpu_ms", cpu}};
+    if (a.agreement) {
+      out["agreement"] = {{"surfaces", a.agreement->surfaces},
+                          {"overlap", a.agreement->overlap},
+                          {"least_direction", a.agreement->least}};
+      const Vec3& blind = a.agreement->undetermined;
+      if (!blind.isZero()) out["agreement"]["undetermined_direction"] = numbers_of(blind);
+    }
+    if (a.paper) out.update(more_of(*a.paper));
+    if (a.planes) out.update(more_of(*a.planes));
+    if (a.wide) out["search_score"] = a.wide->score;
+    if (a.global) out.update(more_of(*a.global));
+    out["accepted"] = a.good;
+    return out;
+  }
+
+  static void tell(const Cloud& model, const Cloud& data, const CloudMatch& a, double before_m,
+                   double after_m) {
+    fmt::print("model {} points, data {} points\n", model.points.size(), data.points.size());
+    fmt::print("{} after {} iterations; CPU", a.stop, a.iterations);
+    for (const auto& [stage, ms] : a.cpu_ms) fmt::print(" {} {:.1f} ms", stage, ms);
+    fmt::print(
+        "\npairs {}, overlap {:.0f} %, mean distance to the closest point before {:.1f} cm, "
+        "after {:.1f} cm\n",
+        a.pairs, 100.0 * a.overlap, 100.0 * before_m, 100.0 * after_m);
+    const Vec3& p = a.T_model_data.p;
+    const Vec3 rpy = roll_pitch_yaw_deg(a.T_model_data.q);
+    fmt::print(
+        "translation {:.3f} {:.3f} {:.3f} m ({:.3f} m), roll pitch yaw {:.3f} {:.3f} {:.3f} deg\n",
+        p.x(), p.y(), p.z(), p.norm(), rpy.x(), rpy.y(), rpy.z());
+    if (a.planes) {
+      const Vec6 s = sigmas(a.planes->information);
+      fmt::print("one sigma: x {}, y {}, z {}, roll {}, pitch {}, yaw {}\n", sigma_text(s[0], "m"),
+                 sigma_text(s[1], "m"), sigma_text(s[2], "m"), sigma_text(degrees(s[3]), "deg"),
+                 sigma_text(degrees(s[4]), "deg"), sigma_text(degrees(s[5]), "deg"));
+    } else {
+      fmt::print("one sigma: not estimated by this method\n");
+    }
+    if (a.agreement) {
+      fmt::print(
+          "agreement: {:.0f} % of DATA's surfaces lie on MODEL's, {:.0f} % in the direction "
+          "with the least\n",
+          100.0 * a.agreement->overlap, 100.0 * a.agreement->least);
+    }
+    const Eigen::Matrix4d m = a.T_model_data.matrix();
+    fmt::print("T_model_data:\n");
+    for (int i = 0; i < 4; ++i) {
+      fmt::print("{:12.6f} {:12.6f} {:12.6f} {:12.6f}\n", m(i, 0), m(i, 1), m(i, 2), m(i, 3));
+    }
+  }
+
+  std::string model_;
+  std::string data_;
+  std::string method_ = "plane";
+  std::string guess_;
+  std::string organized_;
+  std::string plot_;
+  sp::PaperParams params_;
+  bool as_printed_ = false;
+  bool quaternion_ = false;
+  bool global_ = false;
+  int threads_ = 1;
+  bool json_ = false;
+};
+
+}  // namespace
+
+void add_register_command(CLI::App* rcs, Commands* commands) {
+  commands->push_back(std::make_unique<Register>(rcs));
+}
+
+}  // namespace rcs::tools

@@ -1,0 +1,210 @@
+// rcs budget
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+
+#include "rcs/node/bus/lcm_bus.h"
+#include "rcs/node/log/log_file.h"
+#include "rcs/node/params/params.h"
+#include "rcs/node/process/process.h"
+#include "tools/base/files.h"
+#include "tools/evaluation/budget_metrics.h"
+#include "tools/rcs/command.h"
+#include "tools/rcs/terminal.h"
+#include "tools/rcs/vehicle/budget_run.h"
+#include "tools/rcs/vehicle/child_process.h"
+#include "tools/rcs/vehicle/private_bus.h"
+
+namespace rcs::tools {
+namespace {
+
+constexpr std::string_view kName = "budget";
+
+std::string joined(const std::vector<std::string>& words, const char* separator) {
+  std::string text;
+  for (const std::string& word : words) text += text.empty() ? word : separator + word;
+  return text;
+}
+
+/// What else the computer had to do: the mean number of processes that wanted to run.
+std::string load_average() {
+  std::ifstream file("/proc/loadavg");
+  std::string one;
+  std::string five;
+  file >> one >> five;
+  return one;
+}
+
+class Budget final : public Command {
+ public:
+  explicit Budget(CLI::App* rcs)
+      : Command(rcs->add_subcommand("budget",
+                                    "Plays a log through the live nodes and holds their "
+                                    "times against [budget]")) {
+    app()
+        ->add_option("CONFIG", plan_.config, "the vehicle's configuration (TOML)")
+        ->required()
+        ->check(CLI::ExistingFile);
+    app()
+        ->add_option("LOG", plan_.log, "with sensor channels; all others are passed over")
+        ->required()
+        ->check(CLI::ExistingFile);
+    app()
+        ->add_option("--load", plan_.load, "what else the computer has to do; separated by commas")
+        ->delimiter(',')
+        ->check(CLI::IsMember({"cpu", "io", "memory"}));
+    app()
+        ->add_option("--seconds", seconds_,
+                     "to play. A shorter log is played again with new processes, and the figures\n"
+                     "are pooled. Default: the log once")
+        ->check(CLI::Range(1.0, 86400.0));
+    app()->add_option("--svg", svg_, "picture of how often the way of a scan took how long");
+    app()->add_flag("--json", json_, "figures as JSON");
+    app()->add_option("--lcm-url", plan_.lcm_url,
+                      "an existing bus instead of a private one; whoever else is on it disturbs");
+    app()->footer(
+        "Starts the nodes of [up] (default sp, wm) with CONFIG on a bus of its own, plays LOG's\n"
+        "sensors at the speed of its stamps, and accounts for every scan; bg is asked for places\n"
+        "ahead, so that it plans. Times are those of the messages' ledgers and, for the work "
+        "inside\n"
+        "a cycle, of the nodes' own accounts; a chain begins when the last facet is sent. Status "
+        "1\n"
+        "when a limit of [budget] is broken:\n"
+        "  facet_to_nav_state_{p50,p99,p999,max}_ms, facet_to_drive_{p50,p99,p999,max}_ms,\n"
+        "  unaccounted_scans (0 unless stated), {degraded,held,failed,dropped}_share of the "
+        "scans,\n"
+        "  overrun_share of each node's cycles\n"
+        "Examples:\n"
+        "  rcs sim config/sim/demo.toml -o demo.log\n"
+        "  rcs budget config/demo3.toml demo.log --seconds 60 --svg idle.svg\n"
+        "  rcs budget config/demo3.toml demo.log --seconds 60 --load cpu,io --json > loaded.json");
+  }
+
+  int run() override {
+    const Result<ParamFile> params = ParamFile::load(plan_.config);
+    if (!params) return fail(kName, params.error());
+    const Result<BudgetLimits> limits = read_budget_limits(*params);
+    if (!limits) return fail(kName, limits.error());
+    const Result<ProcessTables> tables = read_process_tables(*params);
+    if (!tables) return fail(kName, tables.error());
+    plan_.nodes = tables->nodes;
+    for (const std::string& node : plan_.nodes) {
+      if (const Result<std::string> program = find_program(node); !program) {
+        return fail(kName, program.error());
+      }
+    }
+    if (plan_.lcm_url.empty()) {
+      if (const Outcome inside = enter_private_bus(); !inside) return fail(kName, inside.error());
+      plan_.lcm_url = kDefaultLcmUrl;
+    }
+    const Result<Duration> length = length_of_log();
+    if (!length) return fail(kName, length.error());
+    plan_.length = seconds_ > 0.0 ? from_seconds(seconds_) : *length;
+    say_what_is_done(*length);
+
+    const std::string load_before = load_average();
+    Result<BudgetRun> run = [&] {
+      Progress progress(kName, 1000);
+      return run_budget(
+          plan_, [&](double share) { progress.at(static_cast<std::int64_t>(1000.0 * share)); });
+    }();
+    if (!run) return fail(kName, run.error());
+    return tell(*run, *limits, load_before);
+  }
+
+ private:
+  [[nodiscard]] Result<Duration> length_of_log() const {
+    Result<LogReader> reader = LogReader::open(plan_.log);
+    if (!reader) return reader.error();
+    LogEvent event;
+    Stamp first = Stamp::max();
+    Stamp last = Stamp::min();
+    while (reader->next(&event)) {
+      first = std::min(first, event.stamp);
+      last = std::max(last, event.stamp);
+    }
+    if (last <= first) return Error{plan_.log + ": not two events at different times"};
+    return last - first + Duration(1);
+  }
+
+  [[nodiscard]] std::string loads() const {
+    return plan_.load.empty() ? "none" : joined(plan_.load, ", ");
+  }
+
+  void say_what_is_done(Duration log) const {
+    const double laps = seconds(plan_.length) / seconds(log);
+    fmt::print(stderr, "rcs budget: {} for {:.0f} s of a log of {:.1f} s{}, load: {}\n",
+               joined(plan_.nodes, ", "), seconds(plan_.length), seconds(log),
+               laps > 1.0 ? fmt::format(" ({} laps, new processes each)", std::ceil(laps)) : "",
+               loads());
+  }
+
+  [[nodiscard]] int tell(const BudgetRun& run, const BudgetLimits& limits,
+                         const std::string& load_before) const {
+    const std::vector<BudgetVerdict> verdicts = judge(run.record, limits);
+    if (!svg_.empty()) {
+      const std::string title =
+          fmt::format("{} scans at real time, load: {}", run.record.scans.sent, loads());
+      const Outcome written =
+          write_text(svg_, render(budget_plot(run.record, limits, title), true));
+      if (!written) return fail(kName, written.error());
+    }
+    if (json_) {
+      Json json = to_json(run.record, verdicts);
+      json["config"] = plan_.config;
+      json["log"] = plan_.log;
+      json["load"] = plan_.load;
+      json["played_s"] = seconds(run.played);
+      json["interrupted"] = run.interrupted;
+      json["load_average_before"] = load_before;
+      json["player_worst_late_ms"] = milliseconds(run.worst_send);
+      json["messages_not_heard"] = run.missed_here;
+      fmt::print("{}\n", json.dump(2));
+    } else {
+      fmt::print("{}\n{}\n{}\n{}", to_text(hop_table(run.record)), to_text(stage_table(run.record)),
+                 to_text(account_table(run.record)), to_text(verdict_table(verdicts)));
+    }
+    fmt::print(stderr,
+               "rcs budget: {:.0f} s played in {} laps; load average before {}; the player was at "
+               "most {:.1f} ms late, {} messages of the nodes were not heard\n",
+               seconds(run.played), run.record.laps, load_before, milliseconds(run.worst_send),
+               run.missed_here);
+    return verdict(run, verdicts);
+  }
+
+  [[nodiscard]] static int verdict(const BudgetRun& run,
+                                   const std::vector<BudgetVerdict>& verdicts) {
+    int status = kExitOk;
+    for (const BudgetVerdict& v : verdicts) {
+      if (v.kept()) continue;
+      status = kExitFailed;
+      if (v.measured) {
+        fmt::print(stderr, "rcs budget: broken: {} is {:.6g}, limit {:g}\n", v.name, v.figure,
+                   v.limit);
+      } else {
+        fmt::print(stderr, "rcs budget: broken: {} has no figure, limit {:g}\n", v.name, v.limit);
+      }
+    }
+    if (run.interrupted) {
+      fmt::print(stderr, "rcs budget: interrupted; these figures are of a part\n");
+      return kExitFailed;
+    }
+    return status;
+  }
+
+  BudgetPlan plan_;
+  double seconds_ = 0.0;
+  std::string svg_;
+  bool json_ = false;
+};
+
+}  // namespace
+
+void add_budget_command(CLI::App* rcs, Commands* commands) {
+  commands->push_back(std::make_unique<Budget>(rcs));
+}
+
+}  // namespace rcs::tools

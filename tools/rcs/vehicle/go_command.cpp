@@ -1,0 +1,388 @@
+// rcs go
+
+#include <fmt/format.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "lcmtypes/channels.h"
+#include "lcmtypes/convert.h"
+#include "lcmtypes/rcs/nav_state_t.hpp"
+#include "rcs/base/geodesy.h"
+#include "rcs/node/bus/lcm_bus.h"
+#include "rcs/node/command_port.h"
+#include "rcs/node/timeline/live_timeline.h"
+#include "sim/scenario_file.h"
+#include "tools/base/random_places.h"
+#include "tools/rcs/command.h"
+
+namespace rcs::tools {
+namespace {
+
+constexpr std::string_view kName = "go";
+constexpr Duration kTick = from_milliseconds(100.0);
+/// A GOTO is asked for again so often: BG stops when its superior falls silent.
+constexpr Duration kRefresh = from_seconds(1.0);
+constexpr Duration kEchoPatience = from_seconds(2.5);
+
+std::string_view name_of(Standing::State state) {
+  switch (state) {
+    case Standing::State::kIdle:
+      return "idle";
+    case Standing::State::kSent:
+      return "sent";
+    case Standing::State::kExecuting:
+      return "executing";
+    case Standing::State::kDone:
+      return "done";
+    case Standing::State::kError:
+      break;
+  }
+  return "error";
+}
+
+/// How a command ended.
+struct Ending {
+  bool good = false;
+  std::string standing;
+  std::string reason;
+};
+
+/// The operator's end of the bus: time, the port to BG, and a line that says how things stand.
+class Desk {
+ public:
+  explicit Desk(LcmBus* bus)
+      : timeline_(bus, &stop_),
+        port_(bus, channel::kBgCommand, channel::kBgStatus, "operator", {}),
+        nav_states_(bus, channel::kWmNavState, 1),
+        terminal_(::isatty(STDERR_FILENO) == 1) {}
+
+  [[nodiscard]] Stamp now() const { return timeline_.now(); }
+  [[nodiscard]] std::string state() const {
+    return port_.status() == nullptr ? "" : port_.status()->state;
+  }
+
+  /// A tick later; false when somebody wants it to end, or the bus is lost.
+  bool wait() {
+    const Stamp until = now() + kTick;
+    Timeline::Step step = Timeline::Step::kDelivered;
+    while (step == Timeline::Step::kDelivered) step = timeline_.advance(until);
+    port_.step(now());
+    if (step != Timeline::Step::kEnded) return true;
+    // Taken from its descriptor, so that the time line goes on.
+    signalfd_siginfo signal{};
+    (void)!::read(stop_.fd(), &signal, sizeof signal);
+    return false;
+  }
+
+  /// The belief, when WM says a valid one within a second.
+  const nav_state_t* belief() {
+    const Stamp end = now() + from_seconds(1.0);
+    while (now() < end && wait()) {
+      const nav_state_t* const m = nav_states_.latest();
+      if (m != nullptr && m->world_valid != 0) return m;
+    }
+    return nullptr;
+  }
+
+  /// Sends it, and again as long as it is not done.
+  /// @param most      of time; not done by then is a failure
+  /// @param patience  an error that lasts so long is believed: BG may be starting anew
+  Ending pursue(Order order, Duration most, Duration patience) {
+    const Stamp begin = now();
+    order.task = to_utime(begin);
+    Stamp next_send = begin;
+    std::optional<Stamp> error_since;
+    for (;;) {
+      if (now() >= next_send) {
+        port_.send(order, now());
+        next_send = now() + kRefresh;
+      }
+      if (!wait()) return {false, "interrupted", "interrupted"};
+      const Standing standing = port_.standing(now());
+      show(standing, now() - begin);
+      if (standing.state == Standing::State::kDone) return {true, "done", ""};
+      if (standing.state == Standing::State::kExecuting) error_since.reset();
+      if (standing.state == Standing::State::kError) {
+        if (!error_since) error_since = now();
+        if (now() - *error_since >= patience) {
+          return {false, "error", std::string(standing.reason)};
+        }
+      }
+      if (now() - begin >= most) return {false, "timeout", "the time is over"};
+    }
+  }
+
+  /// Sends it and waits until it is echoed, not until it is done.
+  /// @param patience  without an echo for so long is a failure
+  Ending tell(std::int8_t kind, Duration patience) {
+    Order order;
+    order.kind = kind;
+    const std::int64_t serial = port_.send(order, now());
+    const Stamp begin = now();
+    while (now() - begin < patience) {
+      if (!wait()) return {false, "interrupted", "interrupted"};
+      const Standing standing = port_.standing(now());
+      // Its echo may have been replaced by that of another superior's command.
+      if (standing.state == Standing::State::kDone) return {true, "done", ""};
+      const status_t* const status = port_.status();
+      const bool echoed = status != nullptr && status->echo_serial == serial;
+      if (!echoed) continue;
+      if (standing.state != Standing::State::kError) {
+        return {true, std::string(name_of(standing.state)), ""};
+      }
+      return {false, "error", std::string(standing.reason)};
+    }
+    return {false, "error", std::string(port_.standing(now()).reason)};
+  }
+
+  /// Sends it until BG has latched it: a BG that is down or cannot write it may be back soon.
+  Ending emergency_stop(Duration most) {
+    Order order;
+    order.kind = command_t::KIND_EMERGENCY_STOP;
+    const Stamp begin = now();
+    port_.send(order, begin);
+    for (;;) {
+      const bool goes_on = wait();
+      const Standing standing = port_.standing(now());
+      show(standing, now() - begin);
+      if (port_.confirmed()) return {true, "confirmed", ""};
+      if (goes_on && now() - begin < most) continue;
+      return {false, goes_on ? "timeout" : "interrupted",
+              "the emergency stop is not confirmed: " + std::string(standing.reason)};
+    }
+  }
+
+  /// Ends the line, so that others can be printed.
+  void end_line() {
+    if (terminal_ && !shown_.empty()) fmt::print(stderr, "\n");
+    shown_.clear();
+  }
+
+ private:
+  // On a terminal one line that is written over; elsewhere a line when it changes.
+  void show(const Standing& standing, Duration since) {
+    const std::string text =
+        fmt::format("{}{}{}{}{}", name_of(standing.state), state().empty() ? "" : ", ", state(),
+                    standing.reason.empty() ? "" : ": ", standing.reason);
+    if (terminal_) {
+      fmt::print(stderr, "\r\033[Krcs go: {:5.1f} s  {}", seconds(since), text);
+      std::fflush(stderr);
+    } else if (text != shown_ && standing.state != Standing::State::kSent) {
+      fmt::print(stderr, "rcs go: {:5.1f} s  {}\n", seconds(since), text);
+    } else {
+      return;
+    }
+    shown_ = text;
+  }
+
+  StopSignals stop_;
+  LiveTimeline timeline_;
+  CommandPort port_;
+  Inbox<nav_state_t> nav_states_;
+  bool terminal_;
+  std::string shown_;
+};
+
+class Go final : public Command {
+ public:
+  explicit Go(CLI::App* rcs)
+      : Command(rcs->add_subcommand("go", "The operator: tells BG where to drive, or to stop")) {
+    app()->add_option("--waypoint", waypoints_, "X,Y [m]; repeat it for the next ones");
+    app()
+        ->add_option("--scenario", scenario_, "the waypoints, and the speed, of this scenario")
+        ->check(CLI::ExistingFile);
+    app()->add_option("--seed", seed_, "of the scenario, instead of the file's");
+    app()
+        ->add_option("--speed", speed_mps_,
+                     "at most, on the way [m/s]; default 5, or the scenario's")
+        ->check(CLI::Range(0.1, 30.0));
+    app()
+        ->add_option("--radius", radius_m_, "a waypoint is reached within [m]")
+        ->check(CLI::Range(0.5, 50.0))
+        ->capture_default_str();
+    app()
+        ->add_option("--frame", frame_, "of the waypoints: world (east, north) or local")
+        ->check(CLI::IsMember({"world", "local"}))
+        ->capture_default_str();
+    app()
+        ->add_option("--timeout", timeout_s_,
+                     "[s]; not arrived, or no emergency stop confirmed, by then: stop, status 1")
+        ->check(CLI::Range(0.0, 1e6));
+    app()
+        ->add_option("--patience", patience_s_,
+                     "BG silent, or unable, for so long: give up, status 1 [s]")
+        ->check(CLI::Range(1.0, 1e6))
+        ->capture_default_str();
+    app()->add_flag("--halt", halt_, "stop, and stay");
+    app()->add_flag("--emergency-stop", emergency_stop_,
+                    "brake; latched over restarts of everything until --release");
+    app()->add_flag("--release", release_, "end an emergency stop, at rest");
+    app()->add_option("--lcm-url", lcm_url_,
+                      fmt::format("the bus; default: $LCM_DEFAULT_URL, else {}", kDefaultLcmUrl));
+    app()->add_flag("--json", json_, "how it ended, as JSON");
+    app()->footer(
+        "It asks again every second and BG stops 2.5 s after it was last asked, so this program\n"
+        "must stay. A BG that starts anew goes on behind the waypoints that were reached. Ctrl-C\n"
+        "halts the vehicle first. --emergency-stop is sent until BG confirms that it is latched "
+        "on\n"
+        "the disk, or until --timeout. Status 0: arrived, or echoed (--halt, --emergency-stop,\n"
+        "--release); 1: not, and BG's reason is told.\n"
+        "Examples:\n"
+        "  rcs go --waypoint 40,0 --waypoint 60,30 --speed 4\n"
+        "  rcs go --scenario config/sim/closed_loop.toml --seed 3 --timeout 170\n"
+        "  rcs go --emergency-stop");
+  }
+
+  int run() override {
+    if (const std::string wrong = wrong_usage(); !wrong.empty()) {
+      fmt::print(stderr, "rcs go: {}\n", wrong);
+      return kExitUsage;
+    }
+    const Result<Order> order = asked_for();
+    if (!order) return fail(kName, order.error());
+    const Result<std::unique_ptr<LcmBus>> bus = LcmBus::create(lcm_url_);
+    if (!bus) return fail(kName, bus.error());
+    Desk desk(bus->get());
+    const Stamp begin = desk.now();
+    const Ending ending = pursue(&desk, *order);
+    desk.end_line();
+    if (json_) {
+      const nlohmann::json j = {{"command", name_of_kind(order->kind)},
+                                {"standing", ending.standing},
+                                {"reason", ending.reason},
+                                {"state", desk.state()},
+                                {"waypoints", order->waypoints.size()},
+                                {"time_s", seconds(desk.now() - begin)}};
+      fmt::print("{}\n", j.dump(2));
+    }
+    if (const Outcome status = (*bus)->status(); !status) return fail(kName, status.error());
+    return ending.good ? kExitOk : fail(kName, Error{ending.reason});
+  }
+
+ private:
+  static std::string_view name_of_kind(std::int8_t kind) {
+    switch (kind) {
+      case command_t::KIND_GOTO:
+        return "goto";
+      case command_t::KIND_EMERGENCY_STOP:
+        return "emergency_stop";
+      case command_t::KIND_RELEASE:
+        return "release";
+      default:
+        return "halt";
+    }
+  }
+
+  [[nodiscard]] std::string wrong_usage() const {
+    const int asked = static_cast<int>(!waypoints_.empty()) + static_cast<int>(!scenario_.empty()) +
+                      static_cast<int>(halt_) + static_cast<int>(emergency_stop_) +
+                      static_cast<int>(release_);
+    if (asked != 1) {
+      return "exactly one of --waypoint, --scenario, --halt, --emergency-stop and --release";
+    }
+    if (seed_ && scenario_.empty()) return "--seed goes with --scenario";
+    if (!scenario_.empty() && frame_ != "world") return "a scenario's waypoints are in frame world";
+    for (const std::string& text : waypoints_) {
+      if (!parse_place(text)) return "--waypoint " + text + ": X,Y in metres";
+    }
+    return "";
+  }
+
+  [[nodiscard]] Result<Order> asked_for() {
+    Order order;
+    if (halt_ || emergency_stop_ || release_) {
+      order.kind = halt_             ? command_t::KIND_HALT
+                   : emergency_stop_ ? command_t::KIND_EMERGENCY_STOP
+                                     : command_t::KIND_RELEASE;
+      return order;
+    }
+    order.kind = command_t::KIND_GOTO;
+    order.frame = frame_ == "local" ? command_t::FRAME_LOCAL : command_t::FRAME_WORLD;
+    std::vector<Vec2> places;
+    double speed_mps = 5.0;
+    for (const std::string& text : waypoints_) places.push_back(*parse_place(text));
+    if (!scenario_.empty()) {
+      sim::ScenarioOverrides overrides;
+      overrides.seed = seed_;
+      const Result<sim::Scenario> s = sim::load_scenario(scenario_, overrides);
+      if (!s) return s.error();
+      places.assign(s->course.waypoints_world.begin() + 1, s->course.waypoints_world.end());
+      speed_mps = s->course.speed_mps;
+      datum_ = s->datum;
+    }
+    for (const Vec2& p : places) {
+      waypoint_t w{};
+      to_message(Vec3(p.x(), p.y(), 0.0), w.p_m);
+      w.radius_m = radius_m_;
+      w.speed_mps = speed_mps_.value_or(speed_mps);
+      order.waypoints.push_back(w);
+    }
+    return order;
+  }
+
+  [[nodiscard]] Duration most() const {
+    return timeout_s_ ? from_seconds(*timeout_s_) : Duration::max();
+  }
+
+  [[nodiscard]] Ending pursue(Desk* desk, const Order& order) const {
+    if (order.kind == command_t::KIND_GOTO) return drive(desk, order);
+    if (order.kind == command_t::KIND_EMERGENCY_STOP) return desk->emergency_stop(most());
+    return desk->tell(order.kind, kEchoPatience);
+  }
+
+  [[nodiscard]] Ending drive(Desk* desk, Order order) const {
+    if (datum_) into_world_of(desk, &order);
+    Ending ending = desk->pursue(order, most(), from_seconds(patience_s_));
+    if (ending.standing != "interrupted" && ending.standing != "timeout") return ending;
+    desk->end_line();
+    const Ending halted = desk->tell(command_t::KIND_HALT, kEchoPatience);
+    ending.reason +=
+        halted.good ? "; BG halts" : "; and BG does not say that it halts: " + halted.reason;
+    return ending;
+  }
+
+  /// WM's world may hang on a datum of its own; once it is known the scenario's places are told in
+  /// it. Before, the two differ by the error of the first fix.
+  void into_world_of(Desk* desk, Order* order) const {
+    const nav_state_t* const belief = desk->belief();
+    if (belief == nullptr) {
+      fmt::print(stderr, "rcs go: WM has no world yet: its datum is taken for the scenario's\n");
+      return;
+    }
+    const Pose T_wm_scenario = LocalFrame({radians(belief->datum_lat_deg),
+                                           radians(belief->datum_lon_deg),
+                                           {belief->datum_height_m}})
+                                   .from(LocalFrame(*datum_));
+    for (waypoint_t& w : order->waypoints) to_message(T_wm_scenario * from_message(w.p_m), w.p_m);
+  }
+
+  std::vector<std::string> waypoints_;
+  std::string scenario_;
+  std::optional<std::int64_t> seed_;
+  std::optional<double> speed_mps_;
+  double radius_m_ = 3.0;
+  std::string frame_ = "world";
+  std::optional<double> timeout_s_;
+  double patience_s_ = 10.0;
+  bool halt_ = false;
+  bool emergency_stop_ = false;
+  bool release_ = false;
+  bool json_ = false;
+  std::string lcm_url_;
+  std::optional<Geodetic> datum_;  // of the scenario's world
+};
+
+}  // namespace
+
+void add_go_command(CLI::App* rcs, Commands* commands) {
+  commands->push_back(std::make_unique<Go>(rcs));
+}
+
+}  // namespace rcs::tools

@@ -1,0 +1,70 @@
+// rcs keys
+
+#include <fmt/format.h>
+
+#include <string>
+#include <vector>
+
+#include "tools/rcs/command.h"
+#include "tools/rcs/vehicle/key_folder.h"
+
+namespace rcs::tools {
+namespace {
+
+constexpr std::string_view kName = "keys";
+
+class Keys final : public Command {
+ public:
+  explicit Keys(CLI::App* rcs)
+      : Command(rcs->add_subcommand(
+            "keys", "Keys and signed permissions for DDS between vehicles and operators")) {
+    app()
+        ->add_option("DIR", directory_, "the folder of keys; made when it is not there")
+        ->required();
+    app()->add_option("--vehicle", vehicles_, "an identity for the gateway of this vehicle");
+    app()->add_option("--operator", operators_, "an identity that may command vehicles");
+    app()->add_option("--observer", observers_, "an identity that may only watch");
+    app()->footer(
+        "A vehicle's NAME is the one in its configuration, [vehicle] name; an operator's is its\n"
+        "operator_id. Options may be repeated; what is there is kept, new identities are added.\n"
+        "DIR/NAME is what its owner gets, whole. DIR/ca makes new identities: it stays at home.\n"
+        "Example:\n"
+        "  rcs keys keys --vehicle demo3 --operator alice --observer museum");
+  }
+
+  int run() override {
+    const Result<KeyFolder> keys = KeyFolder::open(directory_);
+    if (!keys) return fail(kName, keys.error());
+    if (keys->authorities_made()) fmt::print("made  {}/ca\n", directory_);
+    const bool all = add(*keys, vehicles_, KeyRole::kVehicle) &&
+                     add(*keys, operators_, KeyRole::kOperator) &&
+                     add(*keys, observers_, KeyRole::kObserver);
+    return all ? kExitOk : kExitFailed;
+  }
+
+ private:
+  bool add(const KeyFolder& keys, const std::vector<std::string>& names, KeyRole role) const {
+    for (const std::string& name : names) {
+      const Result<bool> made = keys.add(name, role);
+      if (!made) {
+        (void)fail(kName, made.error());
+        return false;
+      }
+      fmt::print("{}  {}/{}  {}\n", *made ? "made" : "kept", directory_, name, text(role));
+    }
+    return true;
+  }
+
+  std::string directory_;
+  std::vector<std::string> vehicles_;
+  std::vector<std::string> operators_;
+  std::vector<std::string> observers_;
+};
+
+}  // namespace
+
+void add_keys_command(CLI::App* rcs, Commands* commands) {
+  commands->push_back(std::make_unique<Keys>(rcs));
+}
+
+}  // namespace rcs::tools

@@ -1,0 +1,201 @@
+// rcs sureness
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "lcmtypes/channels.h"
+#include "lcmtypes/rcs/path_query_t.hpp"
+#include "lcmtypes/rcs/path_sureness_t.hpp"
+#include "rcs/node/bus/inbox.h"
+#include "rcs/node/bus/lcm_bus.h"
+#include "rcs/node/bus/outbox.h"
+#include "rcs/node/timeline/live_timeline.h"
+#include "tools/base/random_places.h"
+#include "tools/rcs/command.h"
+#include "tools/report/table.h"
+
+namespace rcs::tools {
+namespace {
+
+constexpr std::string_view kName = "sureness";
+constexpr Duration kResend = from_seconds(1.0);
+
+class Sureness final : public Command {
+ public:
+  explicit Sureness(CLI::App* rcs)
+      : Command(rcs->add_subcommand("sureness",
+                                    "Asks WM how sure it would be along a path, if GPS died now")) {
+    CLI::Option* const to =
+        app()->add_option("--to", to_, "X,Y [m] east and north in frame world; repeat it");
+    app()
+        ->add_option("--path", path_, "the places as CSV with columns x_m and y_m")
+        ->check(CLI::ExistingFile)
+        ->excludes(to);
+    app()
+        ->add_option("--limit", limit_m_, "status 1 when the sigma with the map passes this [m]")
+        ->check(CLI::Range(0.01, 1e4));
+    app()
+        ->add_option("--rows", rows_, "of the table, at most")
+        ->check(CLI::Range(2, 1000))
+        ->capture_default_str();
+    app()
+        ->add_option("--timeout", timeout_s_, "no answer by then: status 1 [s]")
+        ->check(CLI::Range(0.1, 3600.0))
+        ->capture_default_str();
+    app()->add_option("--lcm-url", lcm_url_,
+                      fmt::format("the bus; default: $LCM_DEFAULT_URL, else {}", kDefaultLcmUrl));
+    app()->add_flag("--json", json_, "the answer as JSON, every place of it");
+    app()->footer(
+        "The path begins where the vehicle is. Sigmas are of the place along its worst horizontal\n"
+        "direction; the survey's slow error comes on top of that with the map. WM works on an\n"
+        "answer beside its cycles: about 1.2 km of path a second.\n"
+        "Examples:\n"
+        "  rcs sureness --to 400,120 --to 900,300\n"
+        "  rcs sureness --path route.csv --limit 2");
+  }
+
+  int run() override {
+    const Result<std::vector<Vec2>> places = checked_places();
+    if (!places) {
+      fmt::print(stderr, "rcs {}: {}\n", kName, places.error().message);
+      return kExitUsage;
+    }
+    const Result<std::unique_ptr<LcmBus>> bus = LcmBus::create(lcm_url_);
+    if (!bus) return fail(kName, bus.error());
+    const Result<path_sureness_t> answer = ask(bus->get(), *places);
+    if (!answer) return fail(kName, answer.error());
+    if (answer->state == path_sureness_t::STATE_NO_WORLD) {
+      return fail(kName, Error{"WM does not know where it is yet"});
+    }
+    if (answer->state != path_sureness_t::STATE_ANSWERED) {
+      return fail(kName, Error{"WM refuses the path: at most 1000 places, within 10000 km"});
+    }
+    if (json_) {
+      print_json(*answer);
+    } else {
+      print_table(*answer);
+    }
+    if (answer->n < 1) return fail(kName, Error{"the answer has no places"});
+    const float most =
+        *std::max_element(answer->sigma_with_map_m.begin(), answer->sigma_with_map_m.end());
+    if (!limit_m_ || most <= *limit_m_) return kExitOk;
+    return fail(kName, Error{fmt::format("sigma {:.2f} m, more than {:.2f} m", most, *limit_m_)});
+  }
+
+ private:
+  [[nodiscard]] Result<std::vector<Vec2>> read_places() const {
+    if (!path_.empty()) return load_places(path_);
+    std::vector<Vec2> places;
+    for (const std::string& text : to_) {
+      const std::optional<Vec2> p = parse_place(text);
+      if (!p) return Error{"--to " + text + ": X,Y in metres"};
+      places.push_back(*p);
+    }
+    return places;
+  }
+
+  [[nodiscard]] Result<std::vector<Vec2>> checked_places() const {
+    constexpr std::size_t kMost = 1000;  // what WM takes
+    Result<std::vector<Vec2>> places = read_places();
+    if (!places) return places;
+    const std::string from = path_.empty() ? "" : path_ + ": ";
+    if (places->empty()) return Error{from + "a path is needed: --to or --path with places"};
+    if (places->size() > kMost) {
+      return Error{fmt::format("{}{} places, at most {}", from, places->size(), kMost)};
+    }
+    return places;
+  }
+
+  [[nodiscard]] Result<path_sureness_t> ask(LcmBus* bus, const std::vector<Vec2>& places) const {
+    StopSignals stop;
+    LiveTimeline timeline(bus, &stop);
+    Outbox<path_query_t> queries(bus, channel::kWmPathQuery);
+    Inbox<path_sureness_t> answers(bus, channel::kWmPathSureness, 4);
+    const Stamp begin = timeline.now();
+    path_query_t query{};
+    query.utime = query.serial = to_utime(begin);
+    query.issuer = fmt::format("rcs sureness {}", getpid());
+    query.n = static_cast<std::int32_t>(places.size());
+    for (const Vec2& p : places) {
+      query.x_m.push_back(p.x());
+      query.y_m.push_back(p.y());
+    }
+    Stamp send_at = begin;
+    while (timeline.now() - begin < from_seconds(timeout_s_)) {
+      if (timeline.now() >= send_at) {
+        queries.publish(&query);
+        send_at = timeline.now() + kResend;
+      }
+      const Stamp until = std::min(send_at, begin + from_seconds(timeout_s_));
+      if (timeline.advance(until) == Timeline::Step::kEnded) {
+        if (const Outcome status = bus->status(); !status) return status.error();
+        return Error{"interrupted"};
+      }
+      for (; !answers.empty(); answers.pop()) {
+        const path_sureness_t& m = *answers.front();
+        if (m.issuer == query.issuer && m.serial == query.serial) return m;
+      }
+    }
+    return Error{fmt::format("no answer within {} s: does WM run on this bus?", timeout_s_)};
+  }
+
+  static void print_json(const path_sureness_t& m) {
+    nlohmann::ordered_json places = nlohmann::ordered_json::array();
+    for (std::size_t k = 0; k < m.way_m.size(); ++k) {
+      places.push_back({{"way_m", m.way_m[k]},
+                        {"x_m", m.x_m[k]},
+                        {"y_m", m.y_m[k]},
+                        {"sigma_dead_m", m.sigma_dead_m[k]},
+                        {"sigma_with_map_m", m.sigma_with_map_m[k]}});
+    }
+    const nlohmann::ordered_json j = {{"utime", m.utime},
+                                      {"has_map", m.has_map != 0},
+                                      {"map_bias_sigma_m", m.map_bias_sigma_m},
+                                      {"places", places}};
+    fmt::print("{}\n", j.dump(2));
+  }
+
+  // As many rows as fit, evenly, the first and the last among them.
+  void print_table(const path_sureness_t& m) const {
+    Table table{{"way [m]", "x [m]", "y [m]", "by motion [m]", "with the map [m]"}, {}};
+    const std::size_t n = m.way_m.size();
+    const std::size_t rows = std::min(n, static_cast<std::size_t>(rows_));
+    for (std::size_t row = 0; row < rows; ++row) {
+      const std::size_t k = rows == 1 ? 0 : row * (n - 1) / (rows - 1);
+      table.rows.push_back({fmt::format("{:.0f}", m.way_m[k]), fmt::format("{:.0f}", m.x_m[k]),
+                            fmt::format("{:.0f}", m.y_m[k]),
+                            fmt::format("{:.2f}", m.sigma_dead_m[k]),
+                            fmt::format("{:.2f}", m.sigma_with_map_m[k])});
+    }
+    fmt::print("{}", to_text(table));
+    if (m.has_map == 0) {
+      fmt::print("WM has no a priori map: both are by motion alone\n");
+    } else {
+      fmt::print("the survey's slow error of {:.2f} m comes on top of that with the map\n",
+                 m.map_bias_sigma_m);
+    }
+  }
+
+  std::vector<std::string> to_;
+  std::string path_;
+  std::optional<double> limit_m_;
+  int rows_ = 12;
+  double timeout_s_ = 30.0;
+  bool json_ = false;
+  std::string lcm_url_;
+};
+
+}  // namespace
+
+void add_sureness_command(CLI::App* rcs, Commands* commands) {
+  commands->push_back(std::make_unique<Sureness>(rcs));
+}
+
+}  // namespace rcs::tools

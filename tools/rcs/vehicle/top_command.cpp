@@ -1,0 +1,205 @@
+// rcs top
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/ioctl.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+
+#include "lcmtypes/channels.h"
+#include "rcs/node/bus/lcm_bus.h"
+#include "rcs/node/timeline/live_timeline.h"
+#include "tools/evaluation/top_model.h"
+#include "tools/rcs/command.h"
+#include "tools/rcs/vehicle/top_screen.h"
+
+namespace rcs::tools {
+namespace {
+
+constexpr std::string_view kName = "top";
+constexpr Duration kRedraw = from_milliseconds(500.0);
+constexpr int kMaxBurst = 1000;
+
+/// Decodes what comes on a channel and hands it to the model; what it cannot decode is counted.
+template <class T>
+class Tap final : public Receiver {
+ public:
+  using Take = void (TopModel::*)(const T&, Stamp);
+  Tap(Bus* bus, std::string_view channel, TopModel* model, Take take)
+      : channel_(channel), model_(model), take_(take) {
+    bus->subscribe(channel, this);
+  }
+  void receive(const std::uint8_t* data, std::size_t size, Stamp arrival) noexcept override {
+    try {
+      if (message_.decode(data, 0, static_cast<int>(size)) == static_cast<int>(size)) {
+        (model_->*take_)(message_, arrival);
+        return;
+      }
+    } catch (const std::bad_alloc&) {
+      // Counted below.
+    }
+    model_->on_malformed(channel_);
+  }
+
+ private:
+  std::string channel_;
+  TopModel* model_;
+  Take take_;
+  T message_{};
+};
+
+/// What every node and WM and BG say. LCM takes a channel for a regular expression: any node.
+struct Taps {
+  Taps(Bus* bus, TopModel* model)
+      : process(bus, ".*_PROCESS", model, &TopModel::on_process),
+        cycle(bus, ".*_CYCLE", model, &TopModel::on_cycle),
+        event(bus, ".*_EVENT", model, &TopModel::on_event),
+        nav(bus, channel::kWmNavState, model, &TopModel::on_nav),
+        status(bus, channel::kBgStatus, model, &TopModel::on_status) {}
+
+  Tap<process_t> process;
+  Tap<cycle_t> cycle;
+  Tap<event_t> event;
+  Tap<nav_state_t> nav;
+  Tap<status_t> status;
+};
+
+/// The terminal as a screen without echo, put back as it was at the end.
+class Screen {
+ public:
+  Screen() {
+    (void)tcgetattr(STDIN_FILENO, &before_);
+    termios raw = before_;
+    // Ctrl-C and Ctrl-Z come as characters: a stopped program would leave the terminal like this.
+    raw.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO | ISIG);
+    raw.c_cc[VMIN] = 0;
+    raw.c_cc[VTIME] = 0;
+    (void)tcsetattr(STDIN_FILENO, TCSANOW, &raw);
+    put("\033[?1049h\033[?25l\033[?7l\033[2J");  // other screen, no cursor, no wrapping
+  }
+  Screen(const Screen&) = delete;
+  Screen& operator=(const Screen&) = delete;
+  ~Screen() {
+    put("\033[?7h\033[?25h\033[?1049l");
+    (void)tcsetattr(STDIN_FILENO, TCSANOW, &before_);
+  }
+
+  void show(const std::vector<TopLine>& lines) const {
+    winsize window{};
+    ScreenSize size;
+    if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &window) == 0 && window.ws_col > 0 && window.ws_row > 0) {
+      size = {window.ws_col, window.ws_row};
+    }
+    put(screen_text(lines, size));
+  }
+
+  /// Whether somebody asked to leave by the keyboard, or took it away.
+  [[nodiscard]] bool asked_to_leave() const {
+    std::array<char, 64> keys{};
+    const ssize_t n = read(STDIN_FILENO, keys.data(), keys.size());
+    constexpr char kCtrlC = 3;
+    return n <= 0 || std::any_of(keys.begin(), keys.begin() + n, [](char key) {
+             return key == 'q' || key == 'Q' || key == kCtrlC;
+           });
+  }
+
+ private:
+  static void put(std::string_view text) {
+    while (!text.empty()) {
+      const ssize_t n = write(STDOUT_FILENO, text.data(), text.size());
+      if (n <= 0) return;
+      text.remove_prefix(static_cast<std::size_t>(n));
+    }
+  }
+
+  termios before_{};
+};
+
+class Top final : public Command {
+ public:
+  explicit Top(CLI::App* rcs)
+      : Command(
+            rcs->add_subcommand("top", "The nodes on the bus, live: time, load, inputs, state")) {
+    app()->add_option("--lcm-url", lcm_url_,
+                      fmt::format("the bus; default: $LCM_DEFAULT_URL, else {}", kDefaultLcmUrl));
+    app()->add_flag("--once", once_, "listen for a while, print once; also without a terminal");
+    app()->add_flag("--json", json_, "figures as JSON; implies --once");
+    app()
+        ->add_option("--listen", listen_s_, "[s] with --once or --json; rates are over at most 5 s")
+        ->check(CLI::Range(0.1, 3600.0))
+        ->capture_default_str();
+    app()->footer(
+        "q or Ctrl-C quits. Times are of the last 5 s; overruns, missed, dropped, gaps and "
+        "malformed\n"
+        "count since the node's start. With --once the exit status is 1 when no node is alive.\n"
+        "Examples:\n"
+        "  rcs top\n"
+        "  rcs top --json | jq '.nodes[] | {node, used_max_ms, overruns}'");
+  }
+
+  int run() override {
+    const StopSignals stop;  // before the bus, as LCM's thread inherits the mask
+    const Result<std::unique_ptr<LcmBus>> opened = LcmBus::create(lcm_url_);
+    if (!opened) return fail(kName, opened.error());
+    LcmBus* const bus = opened->get();
+    TopModel model;
+    const Taps taps(bus, &model);
+    if (const Outcome status = bus->status(); !status) return fail(kName, status.error());
+    LiveTimeline timeline(bus, &stop);
+    const bool live = !once_ && !json_ && isatty(STDOUT_FILENO) == 1 && isatty(STDIN_FILENO) == 1;
+    return live ? show_live(bus, stop, timeline, &model) : show_once(bus, &timeline, &model);
+  }
+
+ private:
+  int show_once(const LcmBus* bus, LiveTimeline* timeline, TopModel* model) const {
+    const Stamp until = timeline->now() + from_seconds(listen_s_);
+    Timeline::Step step = Timeline::Step::kDelivered;
+    while (step == Timeline::Step::kDelivered) step = timeline->advance(until);
+    if (const Outcome status = bus->status(); !status) return fail(kName, status.error());
+    const TopView view = model->view(timeline->now());
+    fmt::print("{}", json_ ? to_json(view).dump(2) + "\n" : plain_text(top_lines(view)));
+    const bool any = std::any_of(view.nodes.begin(), view.nodes.end(),
+                                 [](const TopView::Node& n) { return n.alive; });
+    return any ? kExitOk : kExitFailed;
+  }
+
+  static int show_live(LcmBus* bus, const StopSignals& stop, const LiveTimeline& timeline,
+                       TopModel* model) {
+    const Screen screen;
+    Stamp redraw = timeline.now();
+    while (bus->status()) {
+      for (int i = 0; i < kMaxBurst && bus->deliver_one(timeline.now()); ++i) {
+      }
+      const Stamp now = timeline.now();
+      if (now >= redraw) {
+        std::vector<TopLine> lines = top_lines(model->view(now));
+        lines.insert(lines.begin(), {fmt::format("rcs top  {}  q quits", bus->url())});
+        screen.show(lines);
+        redraw = now + kRedraw;
+      }
+      std::array<pollfd, 3> polled = {
+          {{bus->fd(), POLLIN, 0}, {stop.fd(), POLLIN, 0}, {STDIN_FILENO, POLLIN, 0}}};
+      (void)poll(polled.data(), polled.size(), static_cast<int>(milliseconds(redraw - now)) + 1);
+      if (polled[1].revents != 0) return kExitOk;
+      if (polled[2].revents != 0 && screen.asked_to_leave()) return kExitOk;
+    }
+    return fail(kName, bus->status().error());
+  }
+
+  std::string lcm_url_;
+  bool once_ = false;
+  bool json_ = false;
+  double listen_s_ = 3.0;
+};
+
+}  // namespace
+
+void add_top_command(CLI::App* rcs, Commands* commands) {
+  commands->push_back(std::make_unique<Top>(rcs));
+}
+
+}  // namespace rcs::tools

@@ -1,0 +1,34 @@
+#pragma once
+// The figures of `rcs top` as text, as a screen and as JSON. Pure.
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "tools/evaluation/top_model.h"
+
+namespace rcs::tools {
+
+struct TopLine {
+  enum class Style { kPlain, kHead, kWarning, kAlarm };
+  std::string text;  ///< printable ASCII, no line end
+  Style style = Style::kPlain;
+};
+
+[[nodiscard]] std::vector<TopLine> top_lines(const TopView& view);
+
+/// One under the other, for a file or a pipe.
+[[nodiscard]] std::string plain_text(const std::vector<TopLine>& lines);
+
+struct ScreenSize {
+  int columns = 80;
+  int rows = 24;
+};
+/// ANSI codes that paint the lines over the last screen, without flicker: cut at the right and at
+/// the bottom, where the last row then says how many are missing.
+[[nodiscard]] std::string screen_text(const std::vector<TopLine>& lines, const ScreenSize& size);
+
+/// null where there is no figure.
+[[nodiscard]] nlohmann::ordered_json to_json(const TopView& view);
+
+}  // namespace rcs::tools

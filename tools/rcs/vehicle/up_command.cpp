@@ -1,0 +1,386 @@
+// rcs up
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <signal.h>
+
+#include <algorithm>
+#include <deque>
+#include <set>
+
+#include "lcmtypes/rcs/process_t.hpp"
+#include "rcs/node/bus/inbox.h"
+#include "rcs/node/bus/lcm_bus.h"
+#include "rcs/node/params/params.h"
+#include "rcs/node/process/process.h"
+#include "rcs/node/report.h"
+#include "rcs/node/stop_latch.h"
+#include "rcs/node/timeline/live_timeline.h"
+#include "tools/rcs/command.h"
+#include "tools/rcs/vehicle/child_process.h"
+#include "tools/rcs/vehicle/console.h"
+#include "tools/rcs/vehicle/supervisor.h"
+#include "tools/rcs/vehicle/up_report.h"
+
+namespace rcs::tools {
+namespace {
+
+constexpr std::string_view kName = "up";
+constexpr std::string_view kPrefix = "rcs up: ";
+constexpr std::size_t kLastLines = 8;
+/// A node speaks once a second: whoever is alive is heard in this time.
+constexpr Duration kListen = from_seconds(1.6);
+/// Of messages before anything else is looked at.
+constexpr int kMaxBurst = 1000;
+
+/// One node: its process while there is one, its sign of life.
+struct Watched {
+  Watched(Bus* bus, const std::string& n)
+      : name(n), prefix("[" + n + "] "), alive(bus, channel_of(n, "PROCESS"), 4) {}
+
+  std::string name;
+  std::string prefix;
+  Inbox<process_t> alive;
+  std::optional<ChildProcess> process;
+  std::deque<std::string> last_lines;
+  std::string last_end;     ///< "ended with status 1"
+  std::set<int> pids;       ///< that were started here
+  std::set<int> strangers;  ///< that speak in its name and were not
+};
+
+/// Until something can be read, or it is `until`.
+void wait(std::vector<pollfd>* polled, Stamp until, Stamp now) {
+  int timeout_ms = -1;
+  if (until <= now) {
+    timeout_ms = 0;
+  } else if (until != Stamp::max()) {
+    // Rounded up, so that it is over when poll() returns.
+    timeout_ms = static_cast<int>(std::min(milliseconds(until - now), 1e6)) + 1;
+  }
+  (void)poll(polled->data(), polled->size(), timeout_ms);
+}
+
+class Up final : public Command {
+ public:
+  explicit Up(CLI::App* rcs)
+      : Command(rcs->add_subcommand("up", "Starts the vehicle's nodes and keeps them running")) {
+    app()->add_option("CONFIG", config_, "the vehicle's configuration (TOML)")->required();
+    app()->add_option("--lcm-url", lcm_url_,
+                      fmt::format("the bus; default: $LCM_DEFAULT_URL, else {}", kDefaultLcmUrl));
+    app()->add_flag("--check", check_, "only let each node read CONFIG, and start nothing");
+    app()->add_flag("--force", force_, "start although nodes of these names are alive on the bus");
+    app()->footer(
+        "Nodes: [up] nodes in CONFIG (default sp, wm); their programs lie beside rcs or in PATH.\n"
+        "One that ends is started again after 0.2 s, 0.4 s, ... 10 s; one that is silent for 5 s "
+        "is\n"
+        "killed first. One that ends three times in a row, without 30 s of life, is an alarm "
+        "(event\n"
+        "node.failing, note in `rcs top`); the others run on. Nothing starts (status 1) where a "
+        "critical\n"
+        "node refuses CONFIG or cannot start at all; [up] non_critical in CONFIG (default "
+        "gateway)\n"
+        "names the others.\n"
+        "Ctrl-C or SIGTERM stops all (status 0). The nodes do not outlive it, however it ends.\n"
+        "An emergency stop is latched in [process] state_directory (default $STATE_DIRECTORY,\n"
+        "$XDG_STATE_HOME/rcs, ~/.local/state/rcs), outlives all of them, and is reported at the\n"
+        "start; `rcs go --release` ends it, the vehicle at rest.\n"
+        "Examples:\n"
+        "  rcs up config/demo3.toml\n"
+        "  rcs up --check config/my_vehicle.toml && systemctl restart rcs");
+  }
+
+  int run() override;
+
+ private:
+  [[nodiscard]] Outcome check(const std::string& name, const StopSignals& stop);
+  [[nodiscard]] Outcome check_all(const ProcessTables& tables, const StopSignals& stop);
+  [[nodiscard]] Outcome report_latched_stop(const ParamFile& file,
+                                            const std::vector<std::string>& nodes);
+  [[nodiscard]] Outcome refuse_if_alive(LiveTimeline* timeline);
+  [[nodiscard]] Outcome watch(const StopSignals& stop, const LiveTimeline& timeline);
+
+  void deliver(Stamp now);
+  void hear(std::size_t i, Stamp now);
+  void carry_out(const Order& order, Stamp now);
+  void start(std::size_t i, Stamp now);
+  void look_for_end(std::size_t i, Stamp now);
+  void ended(std::size_t i, const Exit& exit, Stamp now);
+  void take_output(Watched* node);
+  [[nodiscard]] std::string failure_of(std::size_t i) const;
+  void publish(Stamp now);
+  void say(const std::string& text) { console_.line(kPrefix, text); }
+
+  std::string config_;
+  std::string lcm_url_;
+  bool check_ = false;
+  bool force_ = false;
+
+  SupervisorParams limits_;
+  Console console_;
+  std::unique_ptr<LcmBus> bus_;
+  std::deque<Watched> nodes_;  // addresses stay: the bus holds them
+  std::optional<Supervisor> supervisor_;
+  std::optional<UpReport> report_;
+};
+
+int Up::run() {
+  const Result<ParamFile> params = ParamFile::load(config_);
+  if (!params) return fail(kName, params.error());
+  const Result<ProcessTables> tables = read_process_tables(*params);
+  if (!tables) return fail(kName, tables.error());
+  const std::vector<std::string>& nodes = tables->nodes;
+  for (const auto& [name, realtime] : tables->realtime) {
+    if (std::find(nodes.begin(), nodes.end(), name) == nodes.end()) {
+      say(fmt::format("{}: [process.{}] is of no node in [up] nodes", config_, name));
+    }
+  }
+
+  const StopSignals stop;  // before the bus, as LCM's thread inherits the mask
+  if (const Outcome good = check_all(*tables, stop); !good) return fail(kName, good.error());
+  if (const Outcome known = report_latched_stop(*params, nodes); !known) {
+    return fail(kName, known.error());
+  }
+  if (check_) {
+    fmt::print("rcs up: {} is good for its {} nodes\n", config_, nodes.size());
+    return kExitOk;
+  }
+
+  Result<std::unique_ptr<LcmBus>> opened = LcmBus::create(lcm_url_);
+  if (!opened) return fail(kName, opened.error());
+  bus_ = std::move(opened).value();
+  std::vector<bool> critical;
+  for (const std::string& name : nodes) {
+    nodes_.emplace_back(bus_.get(), name);
+    critical.push_back(tables->is_critical(name));
+  }
+  supervisor_.emplace(critical, limits_);
+  LiveTimeline timeline(bus_.get(), &stop);
+  if (!force_) {
+    if (const Outcome alone = refuse_if_alive(&timeline); !alone) {
+      return fail(kName, alone.error());
+    }
+  }
+  report_.emplace(bus_.get(), config_, timeline.now());
+  const Outcome done = watch(stop, timeline);
+  if (!done) return fail(kName, done.error());
+  say("all stopped");
+  return kExitOk;
+}
+
+/// Of all nodes, so that all that is wrong is seen at once.
+/// @return an error if nothing is to be started
+Outcome Up::check_all(const ProcessTables& tables, const StopSignals& stop) {
+  std::string refused;
+  for (const std::string& name : tables.nodes) {
+    const Outcome good = check(name, stop);
+    if (good) continue;
+    if (check_ || tables.is_critical(name)) {
+      refused += (refused.empty() ? "" : "\n") + good.error().message;
+    } else {
+      say(good.error().message);
+      say(fmt::format("{} is not critical: the other nodes start without it", name));
+    }
+  }
+  return refused.empty() ? Outcome(Done{}) : Outcome(Error{refused});
+}
+
+/// Lets the node's program read the configuration: only the node knows what it needs.
+Outcome Up::check(const std::string& name, const StopSignals& stop) {
+  const Result<std::string> program = find_program(name);
+  if (!program) return program.error();
+  Result<ChildProcess> started = ChildProcess::start(*program, {config_, "--check"});
+  if (!started) return started.error();
+  ChildProcess& process = started.value();
+  std::string said;
+  for (;;) {
+    std::vector<pollfd> polled = {{process.exit_fd(), POLLIN, 0}, {stop.fd(), POLLIN, 0}};
+    if (process.output_fd() >= 0) polled.push_back({process.output_fd(), POLLIN, 0});
+    wait(&polled, Stamp::max(), Stamp());
+    if (polled[1].revents != 0) return Error{"interrupted"};  // and the process dies with us
+    process.read_output([&](std::string_view line) { said.append("\n  ").append(line); });
+    if (const std::optional<Exit> exit = process.collect()) {
+      process.read_output([&](std::string_view line) { said.append("\n  ").append(line); });
+      if (!exit->by_signal && exit->code == 0) return Done{};
+      return Error{fmt::format("{} {} --check {}:{}", name, config_, to_text(*exit), said)};
+    }
+  }
+}
+
+/// BG latches emergency stops in a file, and finds it at its start.
+Outcome Up::report_latched_stop(const ParamFile& file, const std::vector<std::string>& nodes) {
+  if (std::find(nodes.begin(), nodes.end(), "bg") == nodes.end()) return Done{};
+  const Result<StopLatch> latch = open_stop_latch(file);
+  if (!latch) return latch.error();
+  if (latch->engaged()) {
+    say(
+        fmt::format("an emergency stop is latched ({}; {}): the vehicle does not move until it is "
+                    "released at rest: rcs go --release",
+                    latch->cause(), latch->path()));
+  }
+  return Done{};
+}
+
+Outcome Up::refuse_if_alive(LiveTimeline* timeline) {
+  const Stamp until = timeline->now() + kListen;
+  for (;;) {
+    const Timeline::Step step = timeline->advance(until);
+    if (step == Timeline::Step::kEnded) {
+      const Outcome status = bus_->status();
+      return status ? Error{"interrupted"} : status;
+    }
+    for (Watched& node : nodes_) {
+      if (const process_t* seen = node.alive.latest()) {
+        return Error{fmt::format(
+            "{} is alive on {} already: process {}, configuration {}. Two of a name would both "
+            "answer. Stop that one first (or --force).",
+            node.name, bus_->url(), seen->pid, seen->config)};
+      }
+    }
+    if (step == Timeline::Step::kReached) return Done{};
+  }
+}
+
+Outcome Up::watch(const StopSignals& stop, const LiveTimeline& timeline) {
+  std::vector<pollfd> polled;
+  while (!supervisor_->finished()) {
+    // What waits is heard before anyone is judged silent: we may have been held up ourselves.
+    deliver(timeline.now());
+    const Stamp now = timeline.now();
+    for (const Order& order : supervisor_->due(now)) carry_out(order, now);
+    publish(now);
+
+    polled = {{bus_->fd(), POLLIN, 0}};
+    if (!supervisor_->stopping()) polled.push_back({stop.fd(), POLLIN, 0});
+    for (const Watched& node : nodes_) {
+      if (!node.process) continue;
+      polled.push_back({node.process->exit_fd(), POLLIN, 0});
+      if (node.process->output_fd() >= 0) polled.push_back({node.process->output_fd(), POLLIN, 0});
+    }
+    wait(&polled, std::min(supervisor_->next(), report_->next()), timeline.now());
+
+    if (!supervisor_->stopping() && polled[1].revents != 0) {
+      say("stopping");
+      supervisor_->stop();
+    }
+    if (!bus_->status()) supervisor_->stop();
+    for (std::size_t i = 0; i < nodes_.size(); ++i) look_for_end(i, timeline.now());
+  }
+  if (const std::optional<std::size_t> culprit = supervisor_->gave_up_on()) {
+    const Watched& node = nodes_[*culprit];
+    std::string text = fmt::format("{} refuses to start; its last words:", node.name);
+    for (const std::string& line : node.last_lines) text += "\n  " + line;
+    return Error{text};
+  }
+  return bus_->status();
+}
+
+void Up::deliver(Stamp now) {
+  for (int i = 0; i < kMaxBurst && bus_->deliver_one(now); ++i) {
+  }
+  for (std::size_t i = 0; i < nodes_.size(); ++i) hear(i, now);
+}
+
+void Up::hear(std::size_t i, Stamp now) {
+  Watched& node = nodes_[i];
+  for (; const process_t* seen = node.alive.front(); node.alive.pop()) {
+    if (node.process && seen->pid == node.process->pid()) {
+      const bool was_failing = supervisor_->failing(i);
+      supervisor_->on_alive(i, now);
+      if (was_failing && !supervisor_->failing(i)) report_->recovered(now, node.name);
+    } else if (node.pids.count(seen->pid) == 0 && node.strangers.insert(seen->pid).second) {
+      say(fmt::format("another {} speaks on this bus: process {}, configuration {}", node.name,
+                      seen->pid, seen->config));
+    }
+  }
+}
+
+void Up::carry_out(const Order& order, Stamp now) {
+  Watched& node = nodes_[order.node];
+  switch (order.kind) {
+    case Order::Kind::kStart:
+      return start(order.node, now);
+    case Order::Kind::kTerminate:
+      return node.process->send_signal(SIGTERM);
+    case Order::Kind::kKillSilent:
+      say(fmt::format("{} hangs: nothing on {} for {:.0f} s; killed", node.name,
+                      node.alive.channel(), seconds(limits_.silent_for)));
+      break;
+    case Order::Kind::kKillUnstarted:
+      say(fmt::format("{} is not up: nothing on {} within {:.0f} s of its start; killed", node.name,
+                      node.alive.channel(), seconds(limits_.start_within)));
+      break;
+    case Order::Kind::kKillUnstopped:
+      say(fmt::format("{} does not stop; killed", node.name));
+      break;
+  }
+  node.process->send_signal(SIGKILL);
+}
+
+void Up::start(std::size_t i, Stamp now) {
+  Watched& node = nodes_[i];
+  const Result<std::string> program = find_program(node.name);
+  Result<ChildProcess> started =
+      program ? ChildProcess::start(*program, {config_, "--lcm-url", bus_->url()})
+              : Result<ChildProcess>(program.error());
+  if (!started) {
+    say(started.error().message);
+    // As a shell has it for what cannot be executed.
+    return ended(i, {false, 127}, now);
+  }
+  node.process.emplace(std::move(started).value());
+  node.pids.insert(node.process->pid());
+  say(fmt::format("{} started: process {}", node.name, node.process->pid()));
+}
+
+void Up::look_for_end(std::size_t i, Stamp now) {
+  Watched& node = nodes_[i];
+  if (!node.process) return;
+  take_output(&node);
+  const std::optional<Exit> exit = node.process->collect();
+  if (!exit) return;
+  take_output(&node);  // what it said at the very end
+  node.process.reset();
+  ended(i, *exit, now);
+}
+
+void Up::ended(std::size_t i, const Exit& exit, Stamp now) {
+  const bool was_failing = supervisor_->failing(i);
+  nodes_[i].last_end = to_text(exit);
+  const std::optional<Duration> restart = supervisor_->on_exit(i, exit, now);
+  say(fmt::format("{} {}{}", nodes_[i].name, nodes_[i].last_end,
+                  restart ? fmt::format("; again in {:.1f} s", seconds(*restart)) : ""));
+  if (!restart || was_failing || !supervisor_->failing(i)) return;
+  say("ALARM: " + failure_of(i) + "; the other nodes run on");
+  report_->failing(now, failure_of(i) + "; the other nodes run on");
+}
+
+std::string Up::failure_of(std::size_t i) const {
+  return fmt::format(
+      "{} does not stay up: {} times in a row or more, last it {}; tried again at least every "
+      "{:.0f} s",
+      nodes_[i].name, limits_.failing_after, nodes_[i].last_end, seconds(limits_.longest_backoff));
+}
+
+void Up::publish(Stamp now) {
+  std::string note;
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    if (supervisor_->failing(i)) note += (note.empty() ? "" : "; ") + failure_of(i);
+  }
+  report_->process(now, note);
+}
+
+void Up::take_output(Watched* node) {
+  node->process->read_output([&](std::string_view line) {
+    console_.line(node->prefix, line);
+    node->last_lines.emplace_back(line);
+    if (node->last_lines.size() > kLastLines) node->last_lines.pop_front();
+  });
+}
+
+}  // namespace
+
+void add_up_command(CLI::App* rcs, Commands* commands) {
+  commands->push_back(std::make_unique<Up>(rcs));
+}
+
+}  // namespace rcs::tools

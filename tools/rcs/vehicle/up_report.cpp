@@ -1,0 +1,24 @@
+#include "tools/rcs/vehicle/up_report.h"
+
+#include <unistd.h>
+
+namespace rcs::tools {
+
+UpReport::UpReport(Bus* bus, const std::string& config, Stamp now)
+    : events_(bus, "up", Duration::zero()), outbox_(bus, channel_of("up", "PROCESS")), next_(now) {
+  message_.node = "up";
+  message_.pid = getpid();
+  message_.start_utime = to_utime(now);
+  message_.config = config;
+}
+
+void UpReport::process(Stamp now, const std::string& note) {
+  if (now < next_) return;
+  next_ = now + ProcessNode::kPeriod;
+  message_.utime = to_utime(now);
+  message_.note = note;
+  usage_.read(&message_);
+  outbox_.publish(&message_);
+}
+
+}  // namespace rcs::tools

@@ -1,0 +1,38 @@
+#pragma once
+// What `rcs up` publishes: UP_PROCESS once a second, whose note names the nodes that fail, and
+// UP_EVENT when a node begins to fail or has recovered.
+
+#include <string>
+#include <string_view>
+
+#include "lcmtypes/rcs/process_t.hpp"
+#include "rcs/base/stamp.h"
+#include "rcs/node/bus/bus.h"
+#include "rcs/node/bus/outbox.h"
+#include "rcs/node/process/process.h"
+#include "rcs/node/report.h"
+
+namespace rcs::tools {
+
+class UpReport {
+ public:
+  UpReport(Bus* bus, const std::string& config, Stamp now);
+
+  /// When process() is due; it may be called earlier.
+  [[nodiscard]] Stamp next() const { return next_; }
+  /// @param note  on the nodes that fail; empty: all is well
+  void process(Stamp now, const std::string& note);
+  void failing(Stamp now, std::string_view what) { events_.error(now, "node.failing", "{}", what); }
+  void recovered(Stamp now, std::string_view node) {
+    events_.info(now, "node.recovered", "{} runs again", node);
+  }
+
+ private:
+  Report events_;
+  Outbox<process_t> outbox_;
+  ProcessUsage usage_;
+  process_t message_{};
+  Stamp next_;
+};
+
+}  // namespace rcs::tools

@@ -1,0 +1,102 @@
+#pragma once
+// A run as its log tells it: what SP and WM answered, the truth where it is known, and the accounts
+// of the cycles.
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "rcs/base/geodesy.h"
+#include "rcs/base/pose.h"
+#include "rcs/base/result.h"
+#include "rcs/base/stamp.h"
+#include "tools/base/trajectory.h"
+
+namespace rcs::tools {
+
+/// SP's answer for one scan against its rolling map.
+struct ScanRecord {
+  Stamp reference;
+  std::int64_t scan_id = 0;
+  std::int32_t map_epoch = 0;
+  std::int8_t stop = 0;                   ///< registration_t::STOP_*
+  std::optional<Pose> T_rolling_vehicle;  ///< none: not a pose
+  int iterations = 0;
+};
+
+struct NavRecord {
+  Stamp stamp;
+  bool world_valid = false;
+  Pose T_world_vehicle;
+  Pose T_local_vehicle;
+  Mat6 cov_world_pose = Mat6::Zero();  ///< right perturbation (rho, phi)
+  Duration age_gps{};                  ///< negative: never accepted
+  Duration age_ins{};                  ///< the same
+  Stamp cause_arrival;                 ///< node time; utime 0: none
+  Stamp published;                     ///< node time
+};
+
+/// A measurement that WM accepted.
+struct FusedRecord {
+  Stamp stamp;
+  std::int8_t source = 0;  ///< innovation_t::SOURCE_*
+};
+
+/// One account of one node's cycle: stopwatch values.
+struct CycleRecord {
+  double late_ms = 0.0;
+  double wall_ms = 0.0;
+  double slack_ms = 0.0;
+  std::vector<std::pair<std::string, double>> stages_ms;
+};
+
+struct NodeRecord {
+  std::vector<CycleRecord> cycles;
+  std::int64_t missed = 0;
+  std::int64_t overruns = 0;
+  std::map<std::string, std::int64_t> lost;  ///< by input channel: dropped + missing in seq
+};
+
+struct RunLog {
+  std::string path;
+  std::vector<ScanRecord> scans;        ///< by reference instant
+  std::vector<NavRecord> nav;           ///< by stamp, strictly; of equal stamps the last published
+  std::vector<FusedRecord> fused;       ///< in the order of the log
+  std::int64_t prior_matches = 0;       ///< converged against the a priori map
+  std::optional<Geodetic> world_datum;  ///< of WM's frame world
+  Trajectory truth;                     ///< T_truthworld_vehicle
+  std::optional<Geodetic> truth_datum;
+  std::map<std::string, NodeRecord> nodes;  ///< by name; live, or from the timing file beside it
+  bool live = false;                        ///< the accounts were recorded as it ran
+  std::int64_t undecodable = 0;
+  std::string damage;  ///< of the log; empty: none
+};
+
+/// Reads a run's log, and LOG.timing beside it when that exists and the log has no accounts.
+[[nodiscard]] Result<RunLog> read_run(const std::string& path);
+
+/// Leaves of scans, beliefs and truth those from `from` until before `to`, after the earliest.
+void cut(Duration from, Duration to, RunLog* run);
+
+/// The name of a registration_t::STOP_*.
+[[nodiscard]] std::string_view stop_name(std::int8_t stop);
+
+enum class Frame { kWorld, kLocal, kRolling };
+
+struct ScanPoses {
+  std::vector<std::int64_t> scan_ids;
+  Trajectory poses;         ///< T_frame_vehicle at the reference instants of the scans
+  std::size_t carried = 0;  ///< not covered by WM: carried on along SP's rolling map
+};
+
+/// The vehicle at the reference instant of every scan. World and local: WM's belief, between its
+/// stamps on the screw motion; a scan that it does not cover (before its first belief) is carried
+/// along SP's rolling map from the nearest that is. A run without a single scan (no LADAR) has its
+/// poses at WM's own stamps, numbered from 0.
+/// @return an error when the frame was never there, or the rolling poses are of several maps
+[[nodiscard]] Result<ScanPoses> poses_at_scans(const RunLog& run, Frame frame);
+
+}  // namespace rcs::tools

@@ -1,0 +1,68 @@
+#include "tools/report/html_page.h"
+
+#include <fmt/format.h>
+
+namespace rcs::tools {
+namespace {
+
+constexpr std::string_view kPageStyle = R"(
+:root{color-scheme:light dark;--ink:#1c2430;--soft:#5b6675;--rule:#d9dee5;--paper:#f5f6f8;--sheet:#ffffff}
+@media (prefers-color-scheme:dark){:root{--ink:#e8ecf1;--soft:#a3adba;--rule:#343c47;--paper:#0e1217;--sheet:#161b22}}
+*{box-sizing:border-box}
+body{margin:0;background:var(--paper);color:var(--ink);
+ font:16px/1.55 system-ui,-apple-system,"Segoe UI",Roboto,"DejaVu Sans",sans-serif}
+main{max-width:960px;margin:0 auto;padding:36px 20px 64px}
+h1{font-size:27px;line-height:1.2;margin:0 0 6px}
+h2{font-size:19px;margin:38px 0 10px}
+p{margin:6px 0 12px;max-width:75ch;color:var(--soft)}
+figure{margin:14px 0;padding:14px 14px 8px;background:var(--sheet);border:1px solid var(--rule);
+ border-radius:8px}
+figure svg{display:block;width:100%;height:auto}
+.scroll{overflow-x:auto;background:var(--sheet);border:1px solid var(--rule);border-radius:8px;
+ margin:12px 0}
+table{border-collapse:collapse;width:100%;font-size:14px;font-variant-numeric:tabular-nums}
+th,td{padding:7px 8px;text-align:right;white-space:nowrap;border-top:1px solid var(--rule)}
+thead th{border-top:0;color:var(--soft);font-weight:600;white-space:normal;vertical-align:bottom}
+th:first-child,td:first-child{text-align:left;white-space:normal;min-width:8em}
+)";
+
+}  // namespace
+
+HtmlPage::HtmlPage(std::string_view title) : title_(escape_xml(title)) {}
+
+void HtmlPage::heading(std::string_view text) {
+  body_ += fmt::format("<h2>{}</h2>\n", escape_xml(text));
+}
+
+void HtmlPage::paragraph(std::string_view text) {
+  body_ += fmt::format("<p>{}</p>\n", escape_xml(text));
+}
+
+void HtmlPage::table(const Table& table) {
+  body_ += "<div class=\"scroll\"><table><thead><tr>";
+  for (const std::string& cell : table.header) {
+    body_ += fmt::format("<th>{}</th>", escape_xml(cell));
+  }
+  body_ += "</tr></thead><tbody>\n";
+  for (const std::vector<std::string>& row : table.rows) {
+    body_ += "<tr>";
+    for (const std::string& cell : row) body_ += fmt::format("<td>{}</td>", escape_xml(cell));
+    body_ += "</tr>\n";
+  }
+  body_ += "</tbody></table></div>\n";
+}
+
+void HtmlPage::plot(const Plot& plot) {
+  body_ += fmt::format("<figure>{}</figure>\n", render(plot, false));
+}
+
+std::string HtmlPage::finish() const {
+  return fmt::format(
+      "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+      "<title>{0}</title>\n<style>{1}{2}</style>\n</head>\n<body><main>\n<h1>{0}</h1>\n{3}"
+      "</main></body>\n</html>\n",
+      title_, kPageStyle, plot_style(), body_);
+}
+
+}  // namespace rcs::tools

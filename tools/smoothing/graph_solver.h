@@ -1,0 +1,57 @@
+#pragma once
+// Solves a pose graph: robust Gauss-Newton over a sparse Cholesky factor, and the covariances that
+// the factor holds. Pure.
+
+#include <array>
+#include <functional>
+#include <vector>
+
+#include "tools/smoothing/pose_graph.h"
+
+namespace rcs::tools {
+
+struct SolverParams {
+  int max_iterations = 12;
+  double step_m = 1e-4;  ///< converged when no pose moves farther
+  double step_rad = 1e-6;
+  /// Squared residual per degree of freedom at which a match counts a quarter, others half
+  /// (Geman-McClure, Cauchy): a false one has no say.
+  double match_scale = 4.0;
+  double other_scale = 16.0;
+};
+
+/// How the edges of one kind fit.
+struct KindFit {
+  std::size_t edges = 0;
+  double dof = 0.0;             ///< sum of their dimensions
+  double chi2 = 0.0;            ///< with their robust weights
+  double median_per_dof = 0.0;  ///< of the edges' squared residuals per dimension, not weighted
+  std::size_t doubted = 0;      ///< of a weight below a quarter
+};
+
+struct SolvedGraph {
+  GraphState state;
+  int iterations = 0;
+  bool converged = false;
+  bool singular = false;  ///< something is not determined; the state is as far as it came
+  std::array<KindFit, kEdgeKinds> fit{};
+  std::vector<double> match_weight;  ///< robust, by match
+};
+
+/// @param stop  asked before each iteration
+[[nodiscard]] SolvedGraph solve(const PoseGraph& graph, const GraphState& start,
+                                const SolverParams& params, const std::function<bool()>& stop);
+
+/// One sigma and more, of right perturbations (rho, phi).
+struct GraphCovariance {
+  std::vector<Mat6> pose;        ///< of each node, absolute
+  std::vector<Mat6> from_first;  ///< of T_first_node, by node
+  Mat3 offset = Mat3::Zero();    ///< of the mean of all positions, world axes: what an alignment
+                                 ///< by translation finds
+};
+
+/// At a solved state. Empty when singular.
+[[nodiscard]] GraphCovariance covariance(const PoseGraph& graph, const SolvedGraph& solved,
+                                         const SolverParams& params);
+
+}  // namespace rcs::tools

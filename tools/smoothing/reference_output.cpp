@@ -1,0 +1,243 @@
+#include "tools/smoothing/reference_output.h"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "tools/evaluation/trajectory_error.h"
+#include "tools/report/table.h"
+
+namespace rcs::tools {
+namespace {
+
+constexpr Duration kMaxTruthGap = std::chrono::milliseconds(200);
+
+std::size_t nearest_node(const TruthGraph& g, Stamp stamp) {
+  const auto after = std::lower_bound(g.nodes.begin(), g.nodes.end(), stamp,
+                                      [](const TruthNode& n, Stamp t) { return n.stamp < t; });
+  const auto k = static_cast<std::size_t>(after - g.nodes.begin());
+  if (k == 0) return 0;
+  if (k == g.nodes.size()) return k - 1;
+  return g.nodes[k].stamp - stamp < stamp - g.nodes[k - 1].stamp ? k : k - 1;
+}
+
+Vec6 sigmas(const Mat6& P) { return P.diagonal().cwiseMax(0.0).cwiseSqrt(); }
+
+TruthErrors errors_of(const PosePairs& pairs) {
+  TruthErrors e;
+  e.poses = pairs.size();
+  const double n = static_cast<double>(pairs.size());
+  const Pose A = align(pairs, Alignment::kRigid);
+  const AbsoluteError error = absolute_error(pairs, A);
+  e.position_m = error.translation_m.rms;
+  e.horizontal_m = error.horizontal_m.rms;
+  e.vertical_m = error.vertical_m.rms;
+  e.position_max_m = error.translation_m.max;
+  e.rotation_deg = degrees(error.rotation_rad.rms);
+  Vec3 mean = Vec3::Zero();
+  std::vector<Quat> turned;
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    turned.push_back((A.q * pairs.estimate[k].q).conjugate() * pairs.truth[k].q);
+    mean += log_so3(turned.back()) / n;
+    e.offset_m += (pairs.truth[k].p - pairs.estimate[k].p) / n;
+  }
+  double sum = 0.0;
+  for (const Quat& q : turned) sum += log_so3(q * exp_so3(-mean)).squaredNorm() / n;
+  e.mounting_deg = mean * degrees(1.0);
+  e.rotation_less_mounting_deg = degrees(std::sqrt(sum));
+  return e;
+}
+
+std::string number(double value, int digits) { return fmt::format("{:.{}f}", value, digits); }
+
+nlohmann::ordered_json to_json(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+
+nlohmann::ordered_json to_json(const TruthErrors& e) {
+  return {{"poses", e.poses},
+          {"position_rms_m", e.position_m},
+          {"horizontal_rms_m", e.horizontal_m},
+          {"vertical_rms_m", e.vertical_m},
+          {"position_max_m", e.position_max_m},
+          {"rotation_rms_deg", e.rotation_deg},
+          {"mounting_deg", to_json(e.mounting_deg)},
+          {"rotation_less_mounting_rms_deg", e.rotation_less_mounting_deg},
+          {"offset_m", to_json(e.offset_m)}};
+}
+
+nlohmann::ordered_json to_json(const MapResidual& r) {
+  return {{"rms_m", r.rms_m}, {"median_m", r.median_m}, {"share", r.share}, {"points", r.points}};
+}
+
+}  // namespace
+
+std::vector<TruthPose> truth_poses(const TruthRecording& r, const TruthResult& result) {
+  std::vector<TruthPose> poses;
+  const TruthGraph& g = result.graph;
+  const GraphState& state = result.solved.state;
+  const SharedErrors& shared = state.shared;
+  const Duration delay = from_seconds(shared.ladar_delay_s);
+  for (const RecordedScan& scan : r.scans) {
+    if (scan.reference < g.nodes.front().stamp || scan.reference > r.beliefs.back().stamp) continue;
+    const std::size_t n = nearest_node(g, scan.reference);
+    TruthPose p;
+    p.stamp = scan.reference;
+    p.T = smoothed_pose(r, g, state, scan.reference);
+    p.T_seen = smoothed_pose(r, g, state, scan.reference + delay) * shared.mount;
+    // What is not known of the LADAR's clock moves all along the way.
+    Vec6 more = Vec6::Zero();
+    more.head<3>() = (g.graph.twist[n].head<3>() * result.delay.sigma_s).cwiseAbs2();
+    p.absolute = sigmas(result.covariance.pose[n] + Mat6(more.asDiagonal()));
+    p.from_first = sigmas(result.covariance.from_first[n] + Mat6(more.asDiagonal()));
+    poses.push_back(p);
+  }
+  return poses;
+}
+
+TruthReport report_truth(const TruthRecording& r, const TruthResult& result,
+                         const std::vector<TruthPose>& poses) {
+  TruthReport report;
+  const TruthGraph& g = result.graph;
+  report.frame = g.has_world ? "world" : "local";
+  report.scans = r.scans.size();
+  report.poses = poses.size();
+  report.way_m = g.way_m.back();
+  PosePairs smoothed;
+  PosePairs before;
+  for (const TruthPose& p : poses) {
+    const std::optional<Pose> truth = pose_at(r.sim_truth, p.stamp, kMaxTruthGap);
+    if (!truth) continue;
+    smoothed.stamps.push_back(p.stamp);
+    smoothed.estimate.push_back(p.T);
+    smoothed.truth.push_back(*truth);
+  }
+  if (smoothed.size() < 3) return report;
+  for (std::size_t n = 0; n < g.nodes.size(); ++n) {
+    const std::optional<Pose> truth = pose_at(r.sim_truth, g.nodes[n].stamp, kMaxTruthGap);
+    if (!truth) continue;
+    before.stamps.push_back(g.nodes[n].stamp);
+    before.estimate.push_back(g.start.T_world_vehicle[n]);
+    before.truth.push_back(*truth);
+  }
+  TruthErrors e = errors_of(smoothed);
+  e.offset_squared = e.offset_m.dot(result.covariance.offset.ldlt().solve(e.offset_m).eval());
+  report.errors = e;
+  if (before.size() >= 3) report.errors_before = errors_of(before);
+  return report;
+}
+
+std::string format_sigmas(const std::vector<TruthPose>& poses) {
+  std::string text =
+      "t_s,sigma_x_m,sigma_y_m,sigma_z_m,sigma_roll_rad,sigma_pitch_rad,sigma_yaw_rad,"
+      "since_first_x_m,since_first_y_m,since_first_z_m,since_first_roll_rad,"
+      "since_first_pitch_rad,since_first_yaw_rad\n";
+  for (const TruthPose& p : poses) {
+    text += fmt::format("{:.6f}", 1e-6 * static_cast<double>(to_utime(p.stamp)));
+    for (const double s : p.absolute) text += fmt::format(",{:.6g}", s);
+    for (const double s : p.from_first) text += fmt::format(",{:.6g}", s);
+    text += '\n';
+  }
+  return text;
+}
+
+nlohmann::ordered_json to_json(const TruthReport& report, const TruthResult& result) {
+  nlohmann::ordered_json j;
+  const SharedErrors& shared = result.solved.state.shared;
+  j["frame"] = report.frame;
+  j["scans"] = report.scans;
+  j["poses"] = report.poses;
+  j["nodes"] = result.graph.nodes.size();
+  j["way_m"] = report.way_m;
+  j["converged"] = result.solved.converged;
+  for (std::size_t k = 0; k < kEdgeKinds; ++k) {
+    const KindFit& fit = result.solved.fit[k];
+    if (fit.edges == 0) continue;
+    j["edges"][std::string(name_of(static_cast<EdgeKind>(k)))] = {
+        {"edges", fit.edges},
+        {"chi2_per_dof", fit.chi2 / fit.dof},
+        {"median_chi2_per_dof", fit.median_per_dof},
+        {"doubted", fit.doubted},
+        {"variance_factor", result.graph.graph.variance_factor[k]}};
+  }
+  for (const TruthRound& round : result.rounds) {
+    j["rounds"].push_back({{"consecutive_tried", round.consecutive.tried},
+                           {"consecutive_matched", round.consecutive.made},
+                           {"revisits_tried", round.revisit.tried},
+                           {"revisits_matched", round.revisit.made},
+                           {"moved_rms_m", round.moved_m}});
+  }
+  j["map_residual_before"] = to_json(result.residual_before);
+  j["map_residual_after"] = to_json(result.residual_after);
+  if (report.frame == "world") {
+    j["absolute_offset_sigma_m"] = to_json(Vec3(result.covariance.offset.diagonal().cwiseSqrt()));
+  }
+  j["ladar_delay_ms"] = 1e3 * shared.ladar_delay_s;
+  j["ladar_delay_sigma_ms"] = 1e3 * result.delay.sigma_s;
+  j["ladar_mount_turned_deg"] = to_json(Vec3(log_so3(shared.mount.q) * degrees(1.0)));
+  j["wheel_scale"] = shared.wheel_scale;
+  if (report.errors_before) j["errors_before"] = to_json(*report.errors_before);
+  if (report.errors) {
+    j["errors"] = to_json(*report.errors);
+    j["errors"]["offset_squared_by_its_covariance"] = report.errors->offset_squared;
+    j["errors"]["offset_within_95_percent"] = report.errors->offset_squared < 7.815;
+  }
+  return j;
+}
+
+std::string to_text(const TruthReport& report, const TruthResult& result) {
+  std::string text = fmt::format("{} poses in frame {}, {} nodes, {:.0f} m\n", report.poses,
+                                 report.frame, result.graph.nodes.size(), report.way_m);
+  Table edges{{"measurements", "count", "chi2/dof", "median", "doubted", "variance x"}, {}};
+  for (std::size_t k = 0; k < kEdgeKinds; ++k) {
+    const KindFit& fit = result.solved.fit[k];
+    if (fit.edges == 0) continue;
+    edges.rows.push_back({std::string(name_of(static_cast<EdgeKind>(k))), std::to_string(fit.edges),
+                          number(fit.chi2 / fit.dof, 2), number(fit.median_per_dof, 2),
+                          std::to_string(fit.doubted),
+                          number(result.graph.graph.variance_factor[k], 2)});
+  }
+  text += '\n' + to_text(edges);
+  if (!result.rounds.empty()) {
+    const TruthRound& last = result.rounds.back();
+    text += fmt::format("revisits: {} tried, {} matched, {} of them doubted\n", last.revisit.tried,
+                        last.revisit.made,
+                        result.solved.fit[static_cast<std::size_t>(EdgeKind::kRevisit)].doubted);
+  }
+  text += fmt::format(
+      "scans to the map that they make: {:.1f} cm RMS, {:.0f} % of their points near it; by WM's "
+      "poses {:.1f} cm, {:.0f} %\n",
+      100.0 * result.residual_after.rms_m, 100.0 * result.residual_after.share,
+      100.0 * result.residual_before.rms_m, 100.0 * result.residual_before.share);
+  if (report.frame == "world") {
+    const Vec3 s = result.covariance.offset.diagonal().cwiseSqrt();
+    text += fmt::format("absolute offset of all: sigma {:.2f} {:.2f} {:.2f} m east, north, up\n",
+                        s.x(), s.y(), s.z());
+  } else {
+    text += "no GPS: the frame is local, it begins where WM began\n";
+  }
+  if (result.delay.sigma_s > 0.0) {
+    text += fmt::format("the LADAR's clock: scans are {:.1f} ms +- {:.1f} ms after their stamps\n",
+                        1e3 * result.delay.delay_s, 1e3 * result.delay.sigma_s);
+  }
+  if (!report.errors) return text;
+  Table errors{
+      {"against SIM_TRUTH, aligned over SE(3)", "RMS", "h", "v", "max", "turned", "less mounting"},
+      {}};
+  const auto add = [&errors](const char* what, const TruthErrors& e) {
+    errors.rows.push_back({what, number(100 * e.position_m, 1) + " cm",
+                           number(100 * e.horizontal_m, 1), number(100 * e.vertical_m, 1),
+                           number(100 * e.position_max_m, 1), number(e.rotation_deg, 3) + " deg",
+                           number(e.rotation_less_mounting_deg, 3) + " deg"});
+  };
+  if (report.errors_before) add("WM as it went", *report.errors_before);
+  add("smoothed", *report.errors);
+  const Vec3& o = report.errors->offset_m;
+  text += '\n' + to_text(errors);
+  text += fmt::format(
+      "not aligned: off by {:.2f} {:.2f} {:.2f} m in the mean, {} its 95 % ellipsoid\n", o.x(),
+      o.y(), o.z(), report.errors->offset_squared < 7.815 ? "within" : "outside of");
+  return text;
+}
+
+}  // namespace rcs::tools

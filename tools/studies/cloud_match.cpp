@@ -1,0 +1,143 @@
+#include "tools/studies/cloud_match.h"
+
+#include <cmath>
+#include <numeric>
+
+#include "tools/studies/cpu_time.h"
+
+namespace rcs::tools {
+
+namespace {
+
+void take(const sp::Registration& r, CloudMatch* m) {
+  m->planes = r;
+  m->stop = name_of(r.stop);
+  // A pose at the iteration limit is of use to a filter, which weights and gates it, but not as a
+  // result of its own.
+  m->good = usable(r.stop) && r.stop != sp::Stop::kMaxIterations;
+  m->T_model_data = r.T_target_vehicle;
+  m->iterations += r.iterations;
+  m->pairs = r.pairs;
+  m->overlap = r.overlap;
+  m->mean_distance_of_pairs_m = r.mean_distance_m;
+}
+
+/// A method ends somewhere for unrelated clouds, too.
+void verify(const Points& model, const Points& data, CloudMatch* m) {
+  if (!m->good) return;
+  CpuWatch watch;
+  const sp::CloudParams params;
+  m->agreement = sp::clouds_at(model, data, m->T_model_data, params);
+  m->cpu_ms.emplace_back("verify", watch.stop_ms());
+  m->good = sp::agree(*m->agreement, params);
+  if (!m->good) m->stop = kDisagreement;
+  if (!m->agreement->undetermined.isZero()) m->good = false;
+}
+
+}  // namespace
+
+double CloudMatch::total_ms() const {
+  double total = 0.0;
+  for (const auto& [stage, ms] : cpu_ms) total += ms;
+  return total;
+}
+
+CloudMatch match_as_in_paper(const Points& model, const Points& data, const Pose& guess,
+                             const sp::PaperParams& params) {
+  CloudMatch m;
+  CpuWatch watch;
+  m.paper = sp::register_as_in_paper(model, data, guess, params);
+  m.cpu_ms = {{"register", watch.stop_ms()}};
+  const sp::PaperResult& r = *m.paper;
+  m.stop = name_of(r.stop);
+  m.good = r.stop == sp::PaperStop::kRelativeChange || r.stop == sp::PaperStop::kMeanDistance ||
+           r.stop == sp::PaperStop::kLimitCycle;
+  m.T_model_data = r.T_model_data;
+  m.iterations = static_cast<int>(r.history.size());
+  m.pairs = r.pairs;
+  m.overlap = static_cast<double>(r.pairs) / static_cast<double>(data.size());
+  m.mean_distance_of_pairs_m = r.mean_distance_m;
+  verify(model, data, &m);
+  return m;
+}
+
+CloudMatch match_planes(const Points& model, const Points& data, const Pose& guess,
+                        const sp::CloudParams& params) {
+  CloudMatch m;
+  CpuWatch prepare;
+  sp::CloudMatcher matcher(model, params);
+  m.cpu_ms.emplace_back("prepare", prepare.stop_ms());
+  CpuWatch search;
+  m.wide = matcher.search(data, guess);
+  m.cpu_ms.emplace_back("search", search.stop_ms());
+  CpuWatch refine;
+  const sp::Registration r = matcher.refine_better(data, m.wide->T_target_vehicle, guess);
+  m.cpu_ms.emplace_back("refine", refine.stop_ms());
+  m.iterations = m.wide->iterations;
+  take(r, &m);
+  verify(model, data, &m);
+  return m;
+}
+
+CloudMatch match_globally(const Points& model, const Points& data, const Pose& guess,
+                          const sp::CloudParams& params) {
+  CloudMatch m;
+  CpuWatch prepare;
+  sp::CloudMatcher matcher(model, params);
+  m.cpu_ms.emplace_back("prepare", prepare.stop_ms());
+  CpuWatch search;
+  m.global = matcher.search_globally(data, guess);
+  m.cpu_ms.emplace_back("search", search.stop_ms());
+  take(m.global->best, &m);
+  if (m.global->ranked.empty()) m.T_model_data = guess;
+  m.good = m.good && m.global->accepted;
+  verify(model, data, &m);
+  return m;
+}
+
+CloudMatch match_gicp(const Points& model, const Points& data, const Pose& guess,
+                      const sp::GicpParams& params) {
+  CloudMatch m;
+  CpuWatch surfaces;
+  const sp::GicpCloud model_cloud(model, params);
+  const sp::GicpCloud data_cloud(data, params);
+  m.cpu_ms.emplace_back("surfaces", surfaces.stop_ms());
+  CpuWatch refine;
+  const sp::Registration r = sp::register_gicp(model_cloud, data_cloud, guess, params);
+  m.cpu_ms.emplace_back("refine", refine.stop_ms());
+  take(r, &m);
+  verify(model, data, &m);
+  return m;
+}
+
+CloudMatch match_gicp_globally(const Points& model, const Points& data, const Pose& guess,
+                               const sp::CloudParams& search, const sp::GicpParams& params) {
+  CloudMatch found = match_globally(model, data, guess, search);
+  if (!found.good) return found;
+  CloudMatch m = match_gicp(model, data, found.T_model_data, params);
+  m.cpu_ms.insert(m.cpu_ms.begin(), found.cpu_ms.begin(), found.cpu_ms.end());
+  m.iterations += found.iterations;
+  m.global = std::move(found.global);
+  return m;
+}
+
+ClosestPoints closest_points(const KdTree& model, const Points& data, const Pose& T_model_data) {
+  ClosestPoints out;
+  out.index.reserve(data.size());
+  out.distance_m.reserve(data.size());
+  const Mat3 R = T_model_data.rotation();
+  for (std::size_t i = 0; i < data.size(); ++i) {
+    const Vec3f p = (R * data[i].cast<double>() + T_model_data.p).cast<float>();
+    const KdTree::Closest c = model.closest(p);
+    out.index.push_back(c.index);
+    out.distance_m.push_back(std::sqrt(c.distance2_m2));
+  }
+  return out;
+}
+
+double ClosestPoints::mean_m() const {
+  const double sum = std::accumulate(distance_m.begin(), distance_m.end(), 0.0);
+  return sum / static_cast<double>(distance_m.size());
+}
+
+}  // namespace rcs::tools

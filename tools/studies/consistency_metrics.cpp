@@ -1,0 +1,272 @@
+#include "tools/studies/consistency_metrics.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include "tools/drills/drill_metrics.h"
+#include "tools/evaluation/trajectory_error.h"
+
+namespace rcs::tools {
+namespace {
+
+/// Of the chi-square distribution with 3 degrees of freedom.
+constexpr double k95Percent = 7.8147;
+constexpr Duration kLongestPair = std::chrono::seconds(2);
+constexpr std::size_t kRunsToTell = 20;
+constexpr std::size_t kMeasurementsToTell = 100;
+/// One in a thousand lies farther off to one side.
+constexpr double kChance_sigma = 3.09;
+
+std::optional<PartError> part_error(const Vec3& e, const Mat3& P) {
+  const Eigen::LLT<Mat3> llt(P);
+  if (llt.info() != Eigen::Success || !e.allFinite()) return std::nullopt;
+  return PartError{e.norm(), std::sqrt(P.trace()), e.dot(llt.solve(e))};
+}
+
+/// Between the samples around the moment. None outside, or where velocities are not known.
+std::optional<Vec3> truth_velocity(const DrillRecord& record, Stamp stamp) {
+  const Trajectory& truth = record.truth;
+  if (record.v_truth_world.size() != truth.size()) return std::nullopt;
+  const auto after = std::lower_bound(truth.begin(), truth.end(), stamp,
+                                      [](const StampedPose& s, Stamp t) { return s.stamp < t; });
+  if (after == truth.end()) return std::nullopt;
+  const auto j = static_cast<std::size_t>(after - truth.begin());
+  if (after->stamp == stamp) return record.v_truth_world[j];
+  if (j == 0) return std::nullopt;
+  const double u = seconds(stamp - truth[j - 1].stamp) / seconds(after->stamp - truth[j - 1].stamp);
+  return Vec3((1.0 - u) * record.v_truth_world[j - 1] + u * record.v_truth_world[j]);
+}
+
+PartErrors errors_at(const DrillRecord& record, const DrillErrors& errors, double t_s) {
+  const DrillBelief* belief = errors.belief_at(errors.stamp_at(t_s));
+  if (belief == nullptr) return {};
+  const std::optional<Pose> truth = errors.truth_at(belief->stamp);
+  if (!truth) return {};
+  return part_errors(*belief, *truth, truth_velocity(record, belief->stamp));
+}
+
+/// Sums that become a figure.
+class FigureSums {
+ public:
+  void add(const std::optional<PartError>& e) {
+    if (!e) {
+      ++f_.missing;
+      return;
+    }
+    ++f_.count;
+    f_.nees_per_dof += e->nees / kPartDof;
+    f_.inside += e->nees <= k95Percent ? 1.0 : 0.0;
+    f_.rms_error += e->error * e->error;
+    f_.rms_claimed += e->claimed * e->claimed;
+  }
+  [[nodiscard]] PartFigure figure() const {
+    PartFigure f = f_;
+    if (f.count == 0) return f;
+    const double n = static_cast<double>(f.count);
+    f.nees_per_dof /= n;
+    f.inside /= n;
+    f.rms_error = std::sqrt(f.rms_error / n);
+    f.rms_claimed = std::sqrt(f.rms_claimed / n);
+    return f;
+  }
+
+ private:
+  PartFigure f_;
+};
+
+std::size_t index(StatePart part) { return static_cast<std::size_t>(part); }
+
+/// @param chance  how far an honest filter's figure may lie
+Verdict judge(double value, const ValueInterval& mark, const ValueInterval& chance, bool enough) {
+  if (mark.contains(value)) return Verdict::kPass;
+  return enough || !chance.contains(value) ? Verdict::kFail : Verdict::kOpen;
+}
+
+}  // namespace
+
+std::string_view part_name(StatePart part) {
+  static constexpr std::array<std::string_view, kStateParts.size()> kNames = {
+      "position", "velocity", "attitude"};
+  return kNames[index(part)];
+}
+
+Drill ConsistencyPlan::drill(const std::string& scenario, const std::string& ins) const {
+  Drill drill;
+  drill.id = std::filesystem::path(scenario).stem().string() + ", " + ins;
+  drill.name = drill.id;
+  drill.needs_simulator = true;
+  drill.run.scenario = scenario;
+  drill.run.ins = ins;
+  drill.run.length_s = times_s.back() + 1.0;
+  const double length_s = std::max(1.0, drill.run.length_s - outage_begin_s);
+  drill.stimuli = {dropout(DrillSource::kGps, outage_begin_s, length_s)};
+  return drill;
+}
+
+std::optional<double> ConsistencyPlan::into_outage_s(double t_s) const {
+  return t_s < outage_begin_s ? std::nullopt : std::optional(t_s - outage_begin_s);
+}
+
+PartErrors part_errors(const DrillBelief& belief, const Pose& T_world_vehicle_truth,
+                       const std::optional<Vec3>& v_truth_world) {
+  const Vec6 xi = pose_error(belief.T_world_vehicle, T_world_vehicle_truth);
+  PartErrors e;
+  e[index(StatePart::kPosition)] =
+      part_error(xi.head<3>(), belief.cov_world_pose.topLeftCorner<3, 3>());
+  e[index(StatePart::kAttitude)] =
+      part_error(xi.tail<3>(), belief.cov_world_pose.bottomRightCorner<3, 3>());
+  if (v_truth_world) {
+    e[index(StatePart::kVelocity)] =
+        part_error(*v_truth_world - belief.v_world, belief.cov_v_world);
+  }
+  return e;
+}
+
+void InnovationSums::add(const InnovationSums& more) {
+  count += more.count;
+  refused += more.refused;
+  nis_per_dof += more.nis_per_dof;
+  lagged += more.lagged;
+  square += more.square;
+}
+
+double InnovationSums::mean_nis_per_dof() const {
+  return count == 0 ? 0.0 : nis_per_dof / static_cast<double>(count);
+}
+
+std::optional<double> InnovationSums::lag1() const {
+  return square > 0.0 ? std::optional(lagged / square) : std::nullopt;
+}
+
+Innovations innovation_sums(const std::vector<DrillInnovation>& innovations) {
+  Innovations by_source;
+  std::map<std::string, const DrillInnovation*> last;
+  for (const DrillInnovation& i : innovations) {
+    if (!has_nis(i)) continue;
+    const std::string source(innovation_source_name(i.source));
+    InnovationSums& sums = by_source[source];
+    ++sums.count;
+    sums.refused += i.accepted ? 0 : 1;
+    sums.nis_per_dof += i.nis / i.dof;
+    const DrillInnovation*& before = last[source];
+    const bool successive = before != nullptr && before->dof == i.dof && before->stamp < i.stamp &&
+                            i.stamp - before->stamp <= kLongestPair;
+    if (successive) {
+      sums.lagged += before->normalized.dot(i.normalized);
+      sums.square += 0.5 * (before->normalized.squaredNorm() + i.normalized.squaredNorm());
+    }
+    before = &i;
+  }
+  return by_source;
+}
+
+ConsistencyRun consistency_run(const ConsistencyPlan& plan, std::int64_t seed,
+                               const DrillRecord& record) {
+  const DrillErrors errors(record);
+  ConsistencyRun run;
+  run.seed = seed;
+  for (const double t_s : plan.times_s) run.at.push_back(errors_at(record, errors, t_s));
+  for (double t_s = 0.0; t_s <= plan.times_s.back(); t_s += 1.0) {
+    run.curve.push_back(errors_at(record, errors, t_s));
+  }
+  run.innovations = innovation_sums(record.innovations);
+  run.integrity = integrity_figures(plan.drill("", ""), record, errors);
+  return run;
+}
+
+ValueInterval chance_of_mean(double dof, double z) {
+  const double a = 2.0 / (9.0 * dof);
+  const auto at = [a](double sigmas) { return std::pow(1.0 - a + sigmas * std::sqrt(a), 3.0); };
+  return {std::max(0.0, at(-z)), at(z)};
+}
+
+PartFigure figure_at(const ConsistencyBlock& block, std::size_t time, StatePart part) {
+  FigureSums sums;
+  for (const ConsistencyRun& run : block.runs) sums.add(run.at[time][index(part)]);
+  return sums.figure();
+}
+
+PartFigure figure_at_second(const ConsistencyBlock& block, std::size_t second, StatePart part) {
+  FigureSums sums;
+  for (const ConsistencyRun& run : block.runs) sums.add(run.curve[second][index(part)]);
+  return sums.figure();
+}
+
+PartFigure figure_of_all(const ConsistencyBlock& block, StatePart part) {
+  FigureSums sums;
+  for (const ConsistencyRun& run : block.runs) {
+    for (const PartErrors& moment : run.at) sums.add(moment[index(part)]);
+  }
+  return sums.figure();
+}
+
+Innovations pooled_innovations(const ConsistencyBlock& block) {
+  Innovations pooled;
+  for (const ConsistencyRun& run : block.runs) {
+    for (const auto& [source, sums] : run.innovations) pooled[source].add(sums);
+  }
+  return pooled;
+}
+
+ProtectionFigure protection(const ConsistencyBlock& block) {
+  ProtectionFigure f;
+  for (const ConsistencyRun& run : block.runs) {
+    if (!run.integrity) continue;
+    const double n = static_cast<double>(run.integrity->samples);
+    f.samples += run.integrity->samples;
+    f.within_horizontal += n * run.integrity->within_horizontal;
+    f.within_vertical += n * run.integrity->within_vertical;
+    f.missed_alerts += run.integrity->missed_alerts;
+    f.false_alerts_per_h += n * run.integrity->false_alerts_per_h;
+  }
+  if (f.samples == 0) return f;
+  const double n = static_cast<double>(f.samples);
+  f.within_horizontal /= n;
+  f.within_vertical /= n;
+  f.false_alerts_per_h /= n;
+  return f;
+}
+
+Verdict nees_verdict(const PartFigure& f) {
+  if (f.missing > 0 || f.count == 0) return Verdict::kFail;
+  const ValueInterval chance =
+      chance_of_mean(kPartDof * static_cast<double>(f.count), kChance_sigma);
+  return judge(f.nees_per_dof, kNeesMark,
+               {kNeesMark.low * chance.low, kNeesMark.high * chance.high}, f.count >= kRunsToTell);
+}
+
+Verdict inside_verdict(const PartFigure& f, std::size_t runs) {
+  if (f.missing > 0 || f.count == 0) return Verdict::kFail;
+  // A run's moments are not independent: it counts once.
+  const double p = kInsideMark.low;
+  const double spread = kChance_sigma * std::sqrt(p * (1.0 - p) / static_cast<double>(runs));
+  return judge(f.inside, kInsideMark, {p - spread, 1.0}, runs >= kRunsToTell);
+}
+
+Verdict nis_verdict(const InnovationSums& sums) {
+  const bool enough = sums.count >= kMeasurementsToTell;
+  const double value = sums.mean_nis_per_dof();
+  return judge(value, kNisMark, {value, value}, enough);
+}
+
+Verdict verdict_of(const ConsistencyPlan& plan, const ConsistencyBlock& block) {
+  if (!block.was_run()) return Verdict::kFail;
+  bool open = false;
+  bool fails = false;
+  const auto count = [&](Verdict v) {
+    fails = fails || v == Verdict::kFail;
+    open = open || v == Verdict::kOpen;
+  };
+  for (const StatePart part : kStateParts) {
+    for (std::size_t k = 0; k < plan.times_s.size(); ++k) {
+      count(nees_verdict(figure_at(block, k, part)));
+    }
+    count(inside_verdict(figure_of_all(block, part), block.runs.size()));
+  }
+  for (const auto& [source, sums] : pooled_innovations(block)) count(nis_verdict(sums));
+  return fails ? Verdict::kFail : open ? Verdict::kOpen : Verdict::kPass;
+}
+
+}  // namespace rcs::tools

@@ -1,0 +1,214 @@
+#include "tools/studies/consistency_output.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <set>
+
+#include "tools/drills/drill_output.h"
+
+namespace rcs::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string nees_text(const PartFigure& f) {
+  const std::string figure = f.count == 0 ? "-" : fmt::format("{:.2f}", f.nees_per_dof);
+  return f.missing == 0 ? figure : fmt::format("{} ({} missing)", figure, f.missing);
+}
+
+/// A block's place in a table: shown where it begins.
+std::vector<std::string> row_head(const ConsistencyBlock& block, StatePart part) {
+  const bool first = part == kStateParts.front();
+  return {first ? scenario_name(block.scenario) : "", first ? block.ins : "",
+          std::string(part_name(part))};
+}
+
+std::set<std::string> sources_of(const ConsistencyReport& report) {
+  std::set<std::string> sources;
+  for (const ConsistencyBlock& block : report.blocks) {
+    for (const auto& [source, sums] : pooled_innovations(block)) sources.insert(source);
+  }
+  return sources;
+}
+
+Json interval_json(const ValueInterval& i) { return Json::array({i.low, i.high}); }
+
+Json part_json(const ConsistencyPlan& plan, const ConsistencyBlock& block, StatePart part) {
+  Json j = {{"at", Json::array()}};
+  for (std::size_t k = 0; k < plan.times_s.size(); ++k) {
+    const PartFigure f = figure_at(block, k, part);
+    Json at = {{"t_s", plan.times_s[k]},
+               {"moment", moment_text(plan, plan.times_s[k])},
+               {"runs", f.count},
+               {"missing", f.missing},
+               {"nees_per_dof", f.nees_per_dof},
+               {"inside95", f.inside},
+               {"rms_error", f.rms_error},
+               {"rms_claimed", f.rms_claimed},
+               {"verdict", verdict_text(nees_verdict(f))},
+               {"nees_by_run", Json::array()}};
+    for (const ConsistencyRun& run : block.runs) {
+      const std::optional<PartError>& e = run.at[k][static_cast<std::size_t>(part)];
+      at["nees_by_run"].push_back(e ? Json(e->nees) : Json(nullptr));
+    }
+    j["at"].push_back(std::move(at));
+  }
+  const PartFigure all = figure_of_all(block, part);
+  j["inside95"] = all.inside;
+  j["inside95_verdict"] = verdict_text(inside_verdict(all, block.runs.size()));
+  return j;
+}
+
+Json block_json(const ConsistencyPlan& plan, const ConsistencyBlock& block) {
+  Json j = {{"scenario", scenario_name(block.scenario)},
+            {"ins", block.ins},
+            {"verdict", verdict_text(verdict_of(plan, block))}};
+  if (!block.was_run()) {
+    j["error"] = block.error;
+    return j;
+  }
+  j["seeds"] = Json::array();
+  for (const ConsistencyRun& run : block.runs) j["seeds"].push_back(run.seed);
+  for (const StatePart part : kStateParts) {
+    j[std::string(part_name(part))] = part_json(plan, block, part);
+  }
+  j["nis"] = Json::object();
+  for (const auto& [source, sums] : pooled_innovations(block)) {
+    j["nis"][source] = {{"measurements", sums.count},
+                        {"refused_by_gate", sums.refused},
+                        {"per_dof", sums.mean_nis_per_dof()},
+                        {"lag1", number_or_null(sums.lag1())},
+                        {"verdict", verdict_text(nis_verdict(sums))}};
+  }
+  const ProtectionFigure p = protection(block);
+  j["protection"] = {{"samples", p.samples},
+                     {"within_horizontal", p.within_horizontal},
+                     {"within_vertical", p.within_vertical},
+                     {"missed_alerts", p.missed_alerts},
+                     {"false_alerts_per_h", p.false_alerts_per_h}};
+  return j;
+}
+
+}  // namespace
+
+bool ConsistencyReport::passed() const {
+  return std::none_of(blocks.begin(), blocks.end(), [this](const ConsistencyBlock& block) {
+    return verdict_of(plan, block) == Verdict::kFail;
+  });
+}
+
+std::string marks_text() {
+  return fmt::format(
+      "Marks: mean NEES per degree of freedom {:g} to {:g}; truths inside the 95 % ellipsoid\n"
+      "{:.0f} to {:.0f} %; mean NIS per degree of freedom before gating {:g} to {:g}.",
+      kNeesMark.low, kNeesMark.high, 100.0 * kInsideMark.low, 100.0 * kInsideMark.high,
+      kNisMark.low, kNisMark.high);
+}
+
+std::string scenario_name(const std::string& path) {
+  return std::filesystem::path(path).stem().string();
+}
+
+std::string moment_text(const ConsistencyPlan& plan, double t_s) {
+  const std::optional<double> into_s = plan.into_outage_s(t_s);
+  return into_s ? fmt::format("{:g} s without", *into_s) : fmt::format("{:g} s, GPS", t_s);
+}
+
+Json to_json(const ConsistencyReport& report) {
+  Json j = {{"passed", report.passed()},
+            {"outage_begin_s", report.plan.outage_begin_s},
+            {"marks",
+             {{"nees_per_dof", interval_json(kNeesMark)},
+              {"inside95", interval_json(kInsideMark)},
+              {"nis_per_dof", interval_json(kNisMark)}}},
+            {"blocks", Json::array()}};
+  for (const ConsistencyBlock& block : report.blocks) {
+    j["blocks"].push_back(block_json(report.plan, block));
+  }
+  return j;
+}
+
+Table nees_table(const ConsistencyReport& report) {
+  Table t{{"NEES/dof", "INS", ""}, {}};
+  for (const double t_s : report.plan.times_s) t.header.push_back(moment_text(report.plan, t_s));
+  t.header.emplace_back("inside 95 % [%]");
+  for (const ConsistencyBlock& block : report.blocks) {
+    if (!block.was_run()) continue;
+    for (const StatePart part : kStateParts) {
+      std::vector<std::string> row = row_head(block, part);
+      for (std::size_t k = 0; k < report.plan.times_s.size(); ++k) {
+        const PartFigure f = figure_at(block, k, part);
+        row.push_back(marked(nees_text(f), nees_verdict(f)));
+      }
+      const PartFigure all = figure_of_all(block, part);
+      row.push_back(marked(fmt::format("{:.0f}", 100.0 * all.inside),
+                           inside_verdict(all, block.runs.size())));
+      t.rows.push_back(std::move(row));
+    }
+  }
+  return t;
+}
+
+Table error_table(const ConsistencyReport& report) {
+  Table t{{"RMS error / claimed", "INS", ""}, {}};
+  for (const double t_s : report.plan.times_s) t.header.push_back(moment_text(report.plan, t_s));
+  for (const ConsistencyBlock& block : report.blocks) {
+    if (!block.was_run()) continue;
+    for (const StatePart part : kStateParts) {
+      const bool angle = part == StatePart::kAttitude;
+      const double scale = angle ? degrees(1.0) : 1.0;
+      std::vector<std::string> row = row_head(block, part);
+      row.back() += part == StatePart::kPosition ? " [m]" : angle ? " [deg]" : " [m/s]";
+      for (std::size_t k = 0; k < report.plan.times_s.size(); ++k) {
+        const PartFigure f = figure_at(block, k, part);
+        row.push_back(fmt::format("{:.3f} / {:.3f}", scale * f.rms_error, scale * f.rms_claimed));
+      }
+      t.rows.push_back(std::move(row));
+    }
+  }
+  return t;
+}
+
+Table protection_table(const ConsistencyReport& report) {
+  Table t{{"without GPS", "INS", "within horizontal level [%]", "vertical [%]", "missed alerts",
+           "false alerts with GPS [1/h]"},
+          {}};
+  for (const ConsistencyBlock& block : report.blocks) {
+    if (!block.was_run()) continue;
+    const ProtectionFigure p = protection(block);
+    t.rows.push_back({scenario_name(block.scenario), block.ins,
+                      fmt::format("{:.2f}", 100.0 * p.within_horizontal),
+                      fmt::format("{:.2f}", 100.0 * p.within_vertical),
+                      std::to_string(p.missed_alerts),
+                      fmt::format("{:.1f}", p.false_alerts_per_h)});
+  }
+  return t;
+}
+
+Table nis_table(const ConsistencyReport& report) {
+  Table t{{"NIS/dof, lag 1", "INS"}, {}};
+  const std::set<std::string> sources = sources_of(report);
+  for (const std::string& source : sources) t.header.push_back(source);
+  for (const ConsistencyBlock& block : report.blocks) {
+    if (!block.was_run()) continue;
+    const Innovations pooled = pooled_innovations(block);
+    std::vector<std::string> row = {scenario_name(block.scenario), block.ins};
+    for (const std::string& source : sources) {
+      const auto found = pooled.find(source);
+      if (found == pooled.end()) {
+        row.emplace_back("-");
+        continue;
+      }
+      const std::optional<double> lag1 = found->second.lag1();
+      row.push_back(marked(fmt::format("{:.2f}, {}", found->second.mean_nis_per_dof(),
+                                       lag1 ? fmt::format("{:.2f}", *lag1) : "-"),
+                           nis_verdict(found->second)));
+    }
+    t.rows.push_back(std::move(row));
+  }
+  return t;
+}
+
+}  // namespace rcs::tools

@@ -1,0 +1,282 @@
+#include "tools/studies/explanation.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "lcmtypes/channels.h"
+#include "lcmtypes/convert.h"
+#include "lcmtypes/rcs/drive_t.hpp"
+#include "lcmtypes/rcs/event_t.hpp"
+#include "lcmtypes/rcs/innovation_t.hpp"
+#include "lcmtypes/rcs/integrity_t.hpp"
+#include "lcmtypes/rcs/nav_state_t.hpp"
+#include "lcmtypes/rcs/plan_t.hpp"
+#include "lcmtypes/rcs/registration_t.hpp"
+#include "lcmtypes/rcs/status_t.hpp"
+#include "tools/drills/drill_metrics.h"
+#include "tools/evaluation/top_model.h"
+#include "tools/recording/run_log.h"
+#include "tools/report/table.h"
+
+namespace rcs::tools {
+namespace {
+
+constexpr Duration kRecent = std::chrono::seconds(1);
+constexpr Duration kEvents = std::chrono::seconds(30);
+constexpr std::size_t kRegistrations = 4;
+constexpr std::size_t kRefusals = 12;
+constexpr std::size_t kEventsShown = 12;
+
+template <class T>
+struct Heard {
+  Stamp arrival;
+  T message{};
+};
+
+std::string ago(Duration d) {
+  const double s = seconds(d);
+  return s < 1.0 ? fmt::format("{:.0f} ms ago", 1e3 * s) : fmt::format("{:.1f} s ago", s);
+}
+
+std::string trust_text(int trust) {
+  switch (trust) {
+    case integrity_t::TRUST_FULL:
+      return "trusted";
+    case integrity_t::TRUST_QUARANTINE:
+      return "in quarantine";
+    case integrity_t::TRUST_PROBATION:
+      return "on probation";
+    default:
+      return "absent";
+  }
+}
+
+std::string alert_text(int alerts) {
+  std::string text;
+  const auto add = [&](int bit, const char* name) {
+    if ((alerts & bit) != 0) text += (text.empty() ? "" : ", ") + std::string(name);
+  };
+  add(integrity_t::ALERT_HORIZONTAL, "horizontal");
+  add(integrity_t::ALERT_VERTICAL, "vertical");
+  add(integrity_t::ALERT_GPS, "GPS");
+  add(integrity_t::ALERT_LADAR, "LADAR");
+  add(integrity_t::ALERT_INPUT, "input");
+  return text.empty() ? "none" : text;
+}
+
+/// What was heard up to the moment.
+class Memory {
+ public:
+  void hear(const LogEvent& event) {
+    now_ = event.stamp;
+    Input& input = inputs_[event.channel];
+    input.recent.push_back(event.stamp);
+    while (event.stamp - input.recent.front() > kRecent) input.recent.pop_front();
+    const std::string& c = event.channel;
+    if (c == channel::kWmInnovation) with<innovation_t>(event, &innovations_, 2000);
+    if (c == channel::kSpRegistration) with<registration_t>(event, &registrations_, kRegistrations);
+    if (c == channel::kWmNavState) with<nav_state_t>(event, &nav_, 1);
+    if (c == channel::kWmIntegrity) with<integrity_t>(event, &integrity_, 1);
+    if (c == channel::kBgDrive) with<drive_t>(event, &drive_, 1);
+    if (c == channel::kBgPlan) with<plan_t>(event, &plan_, 1);
+    if (c == channel::kBgStatus) with<status_t>(event, &status_, 1);
+    const bool says = c == channel::kSpEvent || c == channel::kWmEvent || c == channel::kBgEvent;
+    if (says) with<event_t>(event, &events_, kEventsShown);
+  }
+
+  [[nodiscard]] std::string tell(Stamp moment) const {
+    return inputs_text(moment) + considered_text(moment) + registrations_text(moment) +
+           belief_text(moment) + driving_text(moment) + events_text(moment);
+  }
+  [[nodiscard]] Stamp now() const { return now_; }
+
+ private:
+  struct Input {
+    std::deque<Stamp> recent;
+  };
+
+  template <class T>
+  static void with(const LogEvent& event, std::deque<Heard<T>>* kept, std::size_t most) {
+    Heard<T> heard{event.stamp, {}};
+    const int size = static_cast<int>(event.data.size());
+    if (heard.message.decode(event.data.data(), 0, size) != size) return;
+    kept->push_back(std::move(heard));
+    if (kept->size() > most) kept->pop_front();
+  }
+
+  [[nodiscard]] std::string inputs_text(Stamp moment) const {
+    Table t{{"what had come", "last", "in the last second"}, {}};
+    for (const auto& [name, input] : inputs_) {
+      const auto recent = std::count_if(input.recent.begin(), input.recent.end(),
+                                        [&](Stamp s) { return moment - s <= kRecent; });
+      t.rows.push_back({name, ago(moment - input.recent.back()), std::to_string(recent)});
+    }
+    return to_text(t) + "\n";
+  }
+
+  [[nodiscard]] std::string considered_text(Stamp moment) const {
+    struct Sum {
+      int considered = 0;
+      int accepted = 0;
+      double worst = 0.0;
+    };
+    std::map<int, Sum> sums;
+    Table refused{{"refused", "", "why", "NIS", "gate"}, {}};
+    for (const Heard<innovation_t>& i : innovations_) {
+      if (moment - i.arrival > kRecent) continue;
+      const innovation_t& m = i.message;
+      Sum& sum = sums[m.source];
+      ++sum.considered;
+      sum.accepted += m.accepted != 0 ? 1 : 0;
+      if (m.accepted != 0 && m.gate > 0.0) sum.worst = std::max(sum.worst, m.nis / m.gate);
+      if (m.accepted != 0) continue;
+      refused.rows.push_back({std::string(innovation_source_name(m.source)),
+                              ago(moment - i.arrival),
+                              std::string(innovation_reason_name(m.reason)),
+                              fmt::format("{:.1f}", m.nis), fmt::format("{:.1f}", m.gate)});
+    }
+    Table t{{"what WM considered in the last second", "taken", "of", "largest NIS/gate taken"}, {}};
+    for (const auto& [source, sum] : sums) {
+      t.rows.push_back({std::string(innovation_source_name(source)), std::to_string(sum.accepted),
+                        std::to_string(sum.considered), fmt::format("{:.2f}", sum.worst)});
+    }
+    if (t.rows.empty()) return "WM considered no measurement in the last second.\n\n";
+    std::string text = to_text(t);
+    if (refused.rows.size() > kRefusals) {
+      refused.rows.erase(refused.rows.begin(),
+                         refused.rows.end() - static_cast<std::ptrdiff_t>(kRefusals));
+    }
+    if (!refused.rows.empty()) text += "\n" + to_text(refused);
+    return text + "\n";
+  }
+
+  [[nodiscard]] std::string registrations_text(Stamp moment) const {
+    Table t{{"SP's last answers", "", "stop", "points", "pairs", "overlap", "correction",
+             "used / granted", "degrade"},
+            {}};
+    for (const Heard<registration_t>& r : registrations_) {
+      const registration_t& m = r.message;
+      t.rows.push_back(
+          {fmt::format("scan {}, {}", m.scan_id,
+                       m.target == registration_t::TARGET_ROLLING ? "rolling map" : "a priori map"),
+           ago(moment - r.arrival), std::string(stop_name(m.stop)), std::to_string(m.points),
+           std::to_string(m.pairs), fmt::format("{:.0f} %", 100.0 * m.overlap),
+           fmt::format("{:.2f} m {:.2f} deg", m.correction_m, degrees(m.correction_rad)),
+           fmt::format("{} / {}", m.used_units, m.granted_units), std::to_string(m.degrade_level)});
+    }
+    return t.rows.empty() ? "SP has answered for no scan.\n\n" : to_text(t) + "\n";
+  }
+
+  [[nodiscard]] std::string belief_text(Stamp moment) const {
+    if (nav_.empty()) return "WM has said nothing.\n\n";
+    const nav_state_t& m = nav_.back().message;
+    const Mat6 cov = from_message(m.cov_world_pose);
+    const auto age = [](std::int64_t us) {
+      return us < 0 ? std::string("never") : ago(Duration(us));
+    };
+    std::string text = fmt::format(
+        "WM's belief ({}): {}{}; sigma {:.2f} {:.2f} {:.2f} m (vehicle x y z), yaw {:.2f} deg\n"
+        "  last taken: INS {}, GPS {}, odometry {}, rolling map {}, a priori map {}; {:.0f} m "
+        "since "
+        "GPS; {} resets\n",
+        ago(moment - nav_.back().arrival), nav_mode_name(m.mode),
+        m.world_valid != 0 ? "" : ", world not known", std::sqrt(std::max(0.0, cov(0, 0))),
+        std::sqrt(std::max(0.0, cov(1, 1))), std::sqrt(std::max(0.0, cov(2, 2))),
+        degrees(std::sqrt(std::max(0.0, cov(5, 5)))), age(m.age_ins_us), age(m.age_gps_us),
+        age(m.age_odometry_us), age(m.age_rolling_us), age(m.age_prior_map_us),
+        m.distance_since_gps_m, m.world_resets);
+    if (m.ledger.last_facet_utime != 0) {
+      text += fmt::format(
+          "  its newest scan: last facet in SP {}, SP began {:.1f} ms later, its answer in WM "
+          "{:.1f} "
+          "ms after that\n",
+          ago(moment - from_utime(m.ledger.last_facet_utime)),
+          milliseconds(Duration(m.ledger.sp_start_utime - m.ledger.last_facet_utime)),
+          milliseconds(Duration(m.ledger.wm_arrival_utime - m.ledger.sp_start_utime)));
+    }
+    if (integrity_.empty()) return text + "  no protection level was published\n\n";
+    const integrity_t& i = integrity_.back().message;
+    return text +
+           fmt::format(
+               "  protection level {:.2f} m horizontal, {:.2f} m vertical (limits {:.1f} and "
+               "{:.1f} "
+               "m); alerts: {}\n"
+               "  GPS {} for {:.1f} s (doubt {:.2f}), LADAR {} for {:.1f} s (doubt {:.2f}); from 1 "
+               "on a source is demoted\n\n",
+               i.protection_horizontal_m, i.protection_vertical_m, i.limit_horizontal_m,
+               i.limit_vertical_m, alert_text(i.alerts), trust_text(i.gps),
+               seconds(Duration(i.utime - i.gps_since_utime)), i.gps_doubt, trust_text(i.ladar),
+               seconds(Duration(i.utime - i.ladar_since_utime)), i.ladar_doubt);
+  }
+
+  [[nodiscard]] std::string driving_text(Stamp moment) const {
+    std::string text;
+    if (!status_.empty()) {
+      const status_t& m = status_.back().message;
+      text += fmt::format("BG ({}): {}{}{}\n", ago(moment - status_.back().arrival), m.state,
+                          m.reason.empty() ? "" : ": ", m.reason);
+    }
+    if (!drive_.empty()) {
+      const drive_t& m = drive_.back().message;
+      text += fmt::format("  drives ({}): {:.1f} m/s, curvature {:.3f} 1/m{}\n",
+                          ago(moment - drive_.back().arrival), m.speed_mps, m.curvature_1pm,
+                          m.brake != 0 ? ", brake" : "");
+    }
+    if (!plan_.empty()) {
+      const plan_t& m = plan_.back().message;
+      text += fmt::format("  plan ({}): {} points, cost {:.1f}, for {} {}\n",
+                          ago(moment - plan_.back().arrival), m.n, m.cost, m.issuer, m.serial);
+    }
+    return text.empty() ? text : text + "\n";
+  }
+
+  [[nodiscard]] std::string events_text(Stamp moment) const {
+    Table t{{"events of the last 30 s", "", "node", "code"}, {}};
+    for (const Heard<event_t>& e : events_) {
+      if (moment - e.arrival > kEvents) continue;
+      t.rows.push_back({printable(e.message.text), ago(moment - e.arrival),
+                        printable(e.message.node), printable(e.message.code)});
+    }
+    return t.rows.empty() ? "No events in the last 30 s.\n" : to_text(t);
+  }
+
+  Stamp now_ = Stamp::min();
+  std::map<std::string, Input> inputs_;
+  std::deque<Heard<innovation_t>> innovations_;
+  std::deque<Heard<registration_t>> registrations_;
+  std::deque<Heard<nav_state_t>> nav_;
+  std::deque<Heard<integrity_t>> integrity_;
+  std::deque<Heard<drive_t>> drive_;
+  std::deque<Heard<plan_t>> plan_;
+  std::deque<Heard<status_t>> status_;
+  std::deque<Heard<event_t>> events_;
+};
+
+}  // namespace
+
+Result<std::string> why_story(LogReader* log, Duration after) {
+  Memory memory;
+  LogEvent event;
+  std::optional<Stamp> begin;
+  while (log->next(&event)) {
+    if (!begin) begin = event.stamp;
+    const Stamp moment = *begin + after;
+    if (event.stamp > moment) {
+      return fmt::format("{}, {:.3f} s after its beginning (utime {})\n\n", log->path(),
+                         seconds(after), to_utime(moment)) +
+             memory.tell(moment);
+    }
+    memory.hear(event);
+  }
+  if (!begin) return Error{log->path() + ": nothing in it"};
+  return Error{
+      fmt::format("{}: it ends after {:.1f} s", log->path(), seconds(memory.now() - *begin))};
+}
+
+}  // namespace rcs::tools

@@ -1,0 +1,54 @@
+#pragma once
+// Sweeps of a KITTI drive as pairs of scans of the paper's size.
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "rcs/base/points.h"
+#include "rcs/base/pose.h"
+#include "rcs/base/result.h"
+#include "tools/importers/kitti_sweep.h"
+#include "tools/studies/scan_pairs.h"
+
+namespace rcs::tools {
+
+/// Folder of the drive below the folder of all real data (RCS_DATA_DIR).
+constexpr std::string_view kKittiDrive = "kitti_2011_09_26_drive_0005";
+
+/// The paper's range image cut from a sweep of 64 beams: 32 x 180 cells over 80 deg ahead and -18
+/// to +2 deg of elevation, in each the return that is nearest to its middle.
+[[nodiscard]] Points real_cut(const Points& sweep_ladar);
+
+/// The sweep's points as they would be had all been shot at its middle.
+/// @param T_sweep_next  the motion to the next sweep's middle, held to be constant
+[[nodiscard]] Points deskewed(const Sweep& sweep, const Pose& T_sweep_next);
+
+/// Rows "model,data,T00,...,T23,spread_m,spread_deg" under a header: T_model_data, and how far
+/// several methods differ about it.
+[[nodiscard]] Result<std::vector<ScanPair>> parse_reference_pairs(std::string_view text,
+                                                                  std::string_view name);
+
+/// A drive's folder: reference_pairs.csv, and sweeps %010d.bin or an archive of them,
+/// velodyne_bin_*.tar.xz, which is unpacked into a temporary folder for as long as this lives.
+class KittiDrive {
+ public:
+  [[nodiscard]] static Result<KittiDrive> open(const std::string& folder);
+  KittiDrive(KittiDrive&& other) noexcept;
+  KittiDrive& operator=(KittiDrive&&) = delete;
+  ~KittiDrive();
+
+  [[nodiscard]] const std::vector<ScanPair>& references() const { return references_; }
+  [[nodiscard]] Result<Sweep> sweep(int number) const;
+  /// Of all sweeps that the pairs need.
+  [[nodiscard]] Result<ScanSet> real_cuts(const std::vector<ScanPair>& pairs) const;
+
+ private:
+  KittiDrive() = default;
+
+  std::vector<ScanPair> references_;
+  std::string sweeps_;
+  std::string temporary_;
+};
+
+}  // namespace rcs::tools

@@ -1,0 +1,107 @@
+#include "tools/studies/outage_plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace rcs::tools {
+namespace {
+
+/// Behind an outage, so that GPS can come back.
+constexpr double kAfter_s = 10.0;
+/// Of that, what must be left of the drive: a fix or two.
+constexpr double kLeast_s = 0.5;
+
+OutagePlan plan(const OutageQuestion& question, OutagePlan::Kind kind, std::size_t variant,
+                const DrillWindow& window) {
+  OutagePlan p{kind, variant, window, {}};
+  const std::string what =
+      kind == OutagePlan::Kind::kUncut ? "uncut"
+      : kind == OutagePlan::Kind::kNoGps
+          ? "no_gps"
+          : fmt::format("gps_cut_{:g}s_at_{:.1f}s", window.length_s(), window.begin_s);
+  p.drill.id = variant == 0 ? what : fmt::format("{}_without_{}", what, variant);
+  if (kind == OutagePlan::Kind::kOutage) {
+    p.drill.stimuli.push_back(dropout(DrillSource::kGps, window.begin_s, window.length_s()));
+    if (!question.cut) p.drill.run.length_s = window.end_s + kAfter_s;
+  }
+  if (kind == OutagePlan::Kind::kNoGps) {
+    p.drill.stimuli.push_back(dropout(DrillSource::kGps, 0.0, kForGood_s));
+  }
+  if (variant > 0) {
+    for (const DrillSource source : question.without[variant - 1]) {
+      p.drill.stimuli.push_back(dropout(source, 0.0, kForGood_s));
+    }
+  }
+  return p;
+}
+
+Result<std::vector<DrillWindow>> windows_of(const OutageQuestion& question, double drive_s) {
+  if (question.cut) {
+    if (question.cut->end_s <= drive_s) return std::vector<DrillWindow>{*question.cut};
+    return Error{fmt::format("the cut ends after {:g} s, and the drive after {:.1f} s",
+                             question.cut->end_s, drive_s)};
+  }
+  std::vector<DrillWindow> windows;
+  for (const double length_s : question.lengths_s) {
+    const double last_s = drive_s - kLeast_s - length_s;
+    if (last_s < question.from_s) {
+      return Error{
+          fmt::format("the drive is {:.1f} s long: an outage of {:g} s that begins after "
+                      "{:g} s does not fit (--length, --from)",
+                      drive_s, length_s, question.from_s)};
+    }
+    for (int k = 0; k < question.places; ++k) {
+      const double share =
+          question.places == 1 ? 0.0 : static_cast<double>(k) / (question.places - 1);
+      const double begin_s = question.from_s + share * (last_s - question.from_s);
+      windows.push_back({begin_s, begin_s + length_s});
+    }
+  }
+  return windows;
+}
+
+bool has(const std::vector<DrillSource>& sources, DrillSource source) {
+  return std::find(sources.begin(), sources.end(), source) != sources.end();
+}
+
+}  // namespace
+
+bool OutageQuestion::uses(std::size_t variant, DrillSource source) const {
+  return variant == 0 || !has(without[variant - 1], source);
+}
+
+Result<std::vector<DrillSource>> parse_without(const std::string& text) {
+  std::vector<DrillSource> sources;
+  std::size_t from = 0;
+  while (from <= text.size()) {
+    const std::size_t to = std::min(text.find('+', from), text.size());
+    const std::string name = text.substr(from, to - from);
+    bool known = false;
+    for (const DrillSource s : {DrillSource::kOdometry, DrillSource::kLadar, DrillSource::kIns}) {
+      if (name != source_name(s)) continue;
+      known = true;
+      if (!has(sources, s)) sources.push_back(s);
+    }
+    if (!known) return Error{"'" + text + "': it takes odometry, ladar, ins, joined by +"};
+    from = to + 1;
+  }
+  return sources;
+}
+
+Result<std::vector<OutagePlan>> plan_outages(const OutageQuestion& question, double drive_s,
+                                             bool ladar) {
+  const Result<std::vector<DrillWindow>> windows = windows_of(question, drive_s);
+  if (!windows) return windows.error();
+  std::vector<OutagePlan> plans;
+  for (std::size_t v = 0; v <= question.without.size(); ++v) {
+    plans.push_back(plan(question, OutagePlan::Kind::kUncut, v, {}));
+    for (const DrillWindow& window : *windows) {
+      plans.push_back(plan(question, OutagePlan::Kind::kOutage, v, window));
+    }
+  }
+  if (ladar) plans.push_back(plan(question, OutagePlan::Kind::kNoGps, 0, {}));
+  return plans;
+}
+
+}  // namespace rcs::tools

@@ -1,0 +1,220 @@
+#include "tools/studies/outages_output.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "tools/base/statistics.h"
+#include "tools/drills/drill_output.h"
+
+namespace rcs::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string name_of(std::size_t teller) {
+  return std::string(teller_name(static_cast<Teller>(teller)));
+}
+
+std::string median_and_worst(const std::vector<double>& values) {
+  if (values.empty()) return "-";
+  const Summary s = summarize(values);
+  return fmt::format("{:.2f} / {:.2f}", s.p50, s.max);
+}
+
+std::optional<double> horizontal(const OutageFinding& f, std::size_t teller) {
+  const std::optional<OutageError>& e = f.at_end[teller];
+  return e ? std::optional<double>(e->horizontal_m) : std::nullopt;
+}
+
+/// Outages of one length, by one variant.
+using Group = std::vector<const OutageFinding*>;
+
+template <class Value>
+std::vector<double> values_of(const Group& group, Value value) {
+  std::vector<double> values;
+  for (const OutageFinding* f : group) {
+    if (const std::optional<double> v = value(*f)) values.push_back(*v);
+  }
+  return values;
+}
+
+std::vector<Group> grouped(const OutageReport& report) {
+  std::vector<Group> groups;
+  for (const OutageFinding& f : report.findings) {
+    const auto same = std::find_if(groups.begin(), groups.end(), [&](const Group& g) {
+      return g.front()->variant == f.variant &&
+             std::abs(g.front()->window.length_s() - f.window.length_s()) < 1e-6;
+    });
+    if (same == groups.end()) {
+      groups.push_back({&f});
+    } else {
+      same->push_back(&f);
+    }
+  }
+  return groups;
+}
+
+std::vector<std::size_t> tellers_of(const OutageReport& report) {
+  std::vector<std::size_t> tellers;
+  for (std::size_t t = 0; t < kTellers; ++t) {
+    const bool tells = std::any_of(report.findings.begin(), report.findings.end(),
+                                   [t](const OutageFinding& f) { return f.at_end[t].has_value(); });
+    if (tells) tellers.push_back(t);
+  }
+  return tellers;
+}
+
+std::size_t judged(const Group& group) {
+  return static_cast<std::size_t>(std::count_if(
+      group.begin(), group.end(), [](const OutageFinding* f) { return f->failed.empty(); }));
+}
+
+std::string back_text(const Group& group) {
+  std::size_t never = 0;
+  std::vector<double> after_s;
+  for (const OutageFinding* f : group) {
+    if (f->may_be_back && !f->back_after_s) ++never;
+    if (f->back_after_s) after_s.push_back(*f->back_after_s);
+  }
+  const std::string text = median_and_worst(after_s);
+  return never == 0 ? text : fmt::format("{}, {} not", text, never);
+}
+
+Json error_json(const std::optional<OutageError>& e) {
+  if (!e) return nullptr;
+  return {{"horizontal_m", e->horizontal_m},
+          {"vertical_m", e->vertical_m},
+          {"heading_deg", degrees(e->heading_rad)}};
+}
+
+Json summary_json(const std::vector<double>& values) {
+  if (values.empty()) return nullptr;
+  const Summary s = summarize(values);
+  return {{"count", s.count}, {"median", s.p50}, {"worst", s.max}};
+}
+
+Json finding_json(const OutageReport& report, const OutageFinding& f) {
+  Json j = {{"sources", report.variants[f.variant]},
+            {"begin_s", f.window.begin_s},
+            {"length_s", f.window.length_s()}};
+  if (!f.failed.empty()) {
+    j["failed"] = f.failed;
+    return j;
+  }
+  j["driven_m"] = f.driven_m;
+  j["at_begin"] = error_json(f.at_begin);
+  for (std::size_t t = 0; t < kTellers; ++t) {
+    if (f.at_end[t]) j["at_end"][name_of(t)] = error_json(f.at_end[t]);
+  }
+  j["claimed_sigma_m"] = f.sigma_m;
+  j["to_next_fix_m"] = number_or_null(f.to_fix_m);
+  j["next_fix_sigma_m"] = number_or_null(f.fix_sigma_m);
+  j["gps_back_after_s"] = number_or_null(f.back_after_s);
+  if (f.at_log_end) j["at_log_end"] = error_json(f.at_log_end);
+  return j;
+}
+
+}  // namespace
+
+Table outage_table(const OutageReport& report) {
+  const std::vector<std::size_t> tellers = tellers_of(report);
+  Table t{{"GPS away", "places", "driven [m]"}, {}};
+  for (const std::size_t k : tellers) t.header.push_back(name_of(k) + " [m]");
+  for (const char* title : {"WM claims [m]", "to next fix [m]", "GPS back [s]"}) {
+    t.header.emplace_back(title);
+  }
+  for (const Group& g : grouped(report)) {
+    std::string name = fmt::format("{:g} s", g.front()->window.length_s());
+    if (g.front()->variant > 0) name += ", " + report.variants[g.front()->variant];
+    const std::vector<double> driven_m = values_of(g, [](const OutageFinding& f) {
+      return f.failed.empty() ? std::optional<double>(f.driven_m) : std::nullopt;
+    });
+    std::vector<std::string> row = {
+        name,
+        judged(g) == g.size() ? fmt::format("{}", g.size())
+                              : fmt::format("{} of {}", judged(g), g.size()),
+        driven_m.empty() ? "-" : fmt::format("{:.0f}", summarize(driven_m).p50)};
+    for (const std::size_t k : tellers) {
+      row.push_back(
+          median_and_worst(values_of(g, [k](const OutageFinding& f) { return horizontal(f, k); })));
+    }
+    row.push_back(median_and_worst(values_of(g, [](const OutageFinding& f) {
+      return f.failed.empty() ? std::optional<double>(f.sigma_m) : std::nullopt;
+    })));
+    row.push_back(
+        median_and_worst(values_of(g, [](const OutageFinding& f) { return f.to_fix_m; })));
+    row.push_back(back_text(g));
+    t.rows.push_back(std::move(row));
+  }
+  return t;
+}
+
+Table cut_table(const OutageReport& report) {
+  Table t{{"who tells", "off at the end [m]", "up [m]", "heading [deg]", "at the log's end [m]",
+           "start to end [m]"},
+          {}};
+  for (std::size_t i = 0; i < report.findings.size(); ++i) {
+    const OutageFinding& f = report.findings[i];
+    for (std::size_t k = 0; k < kTellers; ++k) {
+      const std::optional<OutageError>& e = f.at_end[k];
+      const std::optional<double> closed_m =
+          i < report.closures.size() ? report.closures[i].m[k] : std::nullopt;
+      if (!e && !closed_m) continue;
+      std::string name = name_of(k);
+      if (f.variant > 0) name += ", " + report.variants[f.variant];
+      const bool at_log_end = k == 0 && f.at_log_end;
+      t.rows.push_back({name, e ? fmt::format("{:.2f}", e->horizontal_m) : "-",
+                        e ? fmt::format("{:.2f}", e->vertical_m) : "-",
+                        e ? fmt::format("{:.2f}", degrees(e->heading_rad)) : "-",
+                        at_log_end ? fmt::format("{:.2f}", f.at_log_end->horizontal_m) : "-",
+                        closed_m ? fmt::format("{:.2f}", *closed_m) : "-"});
+    }
+    const bool fixes = i < report.closures.size() && report.closures[i].fixes_m;
+    if (f.variant == 0 && fixes) {
+      t.rows.push_back(
+          {"the fixes", "-", "-", "-", "-", fmt::format("{:.2f}", *report.closures[i].fixes_m)});
+    }
+  }
+  return t;
+}
+
+Json to_json(const OutageReport& report) {
+  Json j = {{"reference", report.reference},
+            {"gps_trusted_uncut", report.uncut.trusted_share},
+            {"groups", Json::array()},
+            {"outages", Json::array()}};
+  for (const Group& g : grouped(report)) {
+    Json group = {{"sources", report.variants[g.front()->variant]},
+                  {"length_s", g.front()->window.length_s()},
+                  {"places", g.size()},
+                  {"judged", judged(g)}};
+    for (std::size_t k = 0; k < kTellers; ++k) {
+      const std::vector<double> values =
+          values_of(g, [k](const OutageFinding& f) { return horizontal(f, k); });
+      if (!values.empty()) group["horizontal_m"][name_of(k)] = summary_json(values);
+    }
+    group["to_next_fix_m"] =
+        summary_json(values_of(g, [](const OutageFinding& f) { return f.to_fix_m; }));
+    group["gps_back_after_s"] =
+        summary_json(values_of(g, [](const OutageFinding& f) { return f.back_after_s; }));
+    j["groups"].push_back(std::move(group));
+  }
+  for (const OutageFinding& f : report.findings) j["outages"].push_back(finding_json(report, f));
+  for (const ClosureFinding& c : report.closures) {
+    Json closure = {{"sources", report.variants[c.variant]},
+                    {"fixes_m", number_or_null(c.fixes_m)}};
+    for (std::size_t k = 0; k < kTellers; ++k) {
+      if (c.m[k]) closure["start_to_end_m"][name_of(k)] = *c.m[k];
+    }
+    j["closures"].push_back(std::move(closure));
+  }
+  for (const DrillEvent& event : report.uncut.complaints) {
+    j["warnings_uncut"].push_back(
+        {{"node", event.node}, {"code", event.code}, {"text", event.text}});
+  }
+  return j;
+}
+
+}  // namespace rcs::tools
