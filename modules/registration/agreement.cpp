@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace rcs::sp {
+namespace rcs::registration {
 
 Agreement agreement(RollingMap* model, RollingMap* data, const Points& points,
                     const Pose& T_model_data, const AgreementParams& params) {
@@ -48,4 +48,4 @@ Agreement agreement(RollingMap* model, RollingMap* data, const Points& points,
   return out;
 }
 
-}  // namespace rcs::sp
+}  // namespace rcs::registration

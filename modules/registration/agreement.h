@@ -5,7 +5,7 @@
 #include "rcs/base/points.h"
 #include "rcs/base/pose.h"
 
-namespace rcs::sp {
+namespace rcs::registration {
 
 struct AgreementParams {
   double tolerance_m = 0.15;   ///< largest distance to a surface of the model, along its normal
@@ -36,4 +36,4 @@ struct Agreement {
 [[nodiscard]] Agreement agreement(RollingMap* model, RollingMap* data, const Points& points,
                                   const Pose& T_model_data, const AgreementParams& params);
 
-}  // namespace rcs::sp
+}  // namespace rcs::registration

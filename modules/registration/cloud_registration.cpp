@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace rcs::sp {
+namespace rcs::registration {
 namespace {
 
 RollingMap map_of(const Points& model, RollingMapParams params) {
@@ -104,4 +104,4 @@ bool agree(const Agreement& agreement, const CloudParams& params) {
   return agreement.overlap >= params.min_overlap && agreement.least >= params.min_least;
 }
 
-}  // namespace rcs::sp
+}  // namespace rcs::registration

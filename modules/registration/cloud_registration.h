@@ -17,7 +17,7 @@
 #include "modules/registration/registration.h"
 #include "modules/registration/rolling_map.h"
 
-namespace rcs::sp {
+namespace rcs::registration {
 
 struct CloudParams {
   CloudParams();
@@ -82,4 +82,4 @@ class CloudMatcher {
                                   const CloudParams& params);
 [[nodiscard]] bool agree(const Agreement& agreement, const CloudParams& params);
 
-}  // namespace rcs::sp
+}  // namespace rcs::registration

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace rcs::sp {
+namespace rcs::registration {
 namespace {
 
 constexpr float kFewest = 4.0F;     // points of a distribution
@@ -93,4 +93,4 @@ const WideMap::Gaussian* WideMap::nearest(std::size_t level, const Vec3f& p) con
   return best;
 }
 
-}  // namespace rcs::sp
+}  // namespace rcs::registration

@@ -8,7 +8,7 @@
 #include "modules/registration/rolling_map.h"
 #include "modules/registration/voxel_index.h"
 
-namespace rcs::sp {
+namespace rcs::registration {
 
 struct WideMapParams {
   double range_sigma_m = 0.03;  ///< added to every distribution, [0.001, 1]
@@ -47,4 +47,4 @@ class WideMap {
   std::vector<Level> levels_;
 };
 
-}  // namespace rcs::sp
+}  // namespace rcs::registration

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-namespace rcs::sp {
+namespace rcs::registration {
 namespace {
 
 constexpr float kNoPair = 0.01F;  // of a robust weight: less pulls at nothing
@@ -188,4 +188,4 @@ WideAnswer search_wide(const Points& source_vehicle, const WideMap& map, const P
   return best;
 }
 
-}  // namespace rcs::sp
+}  // namespace rcs::registration

@@ -7,7 +7,7 @@
 #include "modules/registration/registration.h"
 #include "rcs/base/points.h"
 
-namespace rcs::sp {
+namespace rcs::registration {
 
 struct WideParams {
   int points = 800;  ///< of the scan that are looked at, about, [100, 100000]
@@ -73,4 +73,4 @@ struct WideAnswer {
 [[nodiscard]] WideAnswer search_wide(const Points& source_vehicle, const WideMap& map,
                                      const Pose& guess, const WideParams& params);
 
-}  // namespace rcs::sp
+}  // namespace rcs::registration

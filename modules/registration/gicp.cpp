@@ -9,7 +9,7 @@
 #include "modules/registration/point_moments.h"
 #include "modules/registration/voxel_sampler.h"
 
-namespace rcs::sp {
+namespace rcs::registration {
 namespace {
 
 constexpr double kAcross_m2 = 1e-3;  // of a disc; 1 along it (the paper's epsilon)
@@ -176,4 +176,4 @@ Registration register_gicp(const Points& model, const Points& data, const Pose& 
   return register_gicp(GicpCloud(model, params), GicpCloud(data, params), guess, params);
 }
 
-}  // namespace rcs::sp
+}  // namespace rcs::registration

@@ -12,7 +12,7 @@
 #include "rcs/base/points.h"
 #include "rcs/base/pose.h"
 
-namespace rcs::sp {
+namespace rcs::registration {
 
 struct GicpParams {
   double voxel_m = 0.15;  ///< of each cloud one point a voxel is used, [0.01, 10]
@@ -81,4 +81,4 @@ struct GicpTerm {
 [[nodiscard]] Registration register_gicp(const Points& model, const Points& data, const Pose& guess,
                                          const GicpParams& params);
 
-}  // namespace rcs::sp
+}  // namespace rcs::registration

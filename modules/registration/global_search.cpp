@@ -6,7 +6,7 @@
 
 #include "rcs/base/check.h"
 
-namespace rcs::sp {
+namespace rcs::registration {
 namespace {
 
 constexpr std::size_t kWidest = 0;
@@ -168,4 +168,4 @@ Hypothesis anneal(const Points& source_vehicle, const WideMap& map, const Pose& 
   return best;
 }
 
-}  // namespace rcs::sp
+}  // namespace rcs::registration

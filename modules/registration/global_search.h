@@ -10,7 +10,7 @@
 
 #include "modules/registration/coarse_search.h"
 
-namespace rcs::sp {
+namespace rcs::registration {
 
 /// Calls work(k) for all k < count, in any order, or at once.
 using ForAll = std::function<void(std::size_t count, const std::function<void(std::size_t)>& work)>;
@@ -88,4 +88,4 @@ struct AnnealParams {
                                 const AnnealParams& params, const GlobalParams& global,
                                 const WideParams& wide, WorkUnits* used);
 
-}  // namespace rcs::sp
+}  // namespace rcs::registration

@@ -8,7 +8,7 @@
 #include "modules/registration/rigid_motion.h"
 #include "rcs/base/kd_tree.h"
 
-namespace rcs::sp {
+namespace rcs::registration {
 namespace {
 
 constexpr double kFirstDmax = 20.0;  // in D: Zhang's
@@ -249,4 +249,4 @@ PaperResult register_as_in_paper(const Points& model, const Points& data, const 
   return out;
 }
 
-}  // namespace rcs::sp
+}  // namespace rcs::registration

@@ -10,7 +10,7 @@
 #include "rcs/base/points.h"
 #include "rcs/base/pose.h"
 
-namespace rcs::sp {
+namespace rcs::registration {
 
 enum class MotionSolver { kSvd, kQuaternion };
 
@@ -99,4 +99,4 @@ struct PaperResult {
 [[nodiscard]] double histogram_valley(const std::vector<float>& distances_m, double bin_m,
                                       double most_m);
 
-}  // namespace rcs::sp
+}  // namespace rcs::registration

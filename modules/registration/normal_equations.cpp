@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace rcs::sp {
+namespace rcs::registration {
 namespace {
 
 // Coordinates (rho, length * phi) -> (rho, phi).
@@ -82,4 +82,4 @@ Mat6 observed_part(const Mat6& information, const Observability& obs) {
   return B * joined * B.transpose();
 }
 
-}  // namespace rcs::sp
+}  // namespace rcs::registration

@@ -4,7 +4,7 @@
 #include "modules/registration/registration.h"
 #include "rcs/base/linear.h"
 
-namespace rcs::sp {
+namespace rcs::registration {
 
 /// Sums over residuals r with Jacobian J and weight w: H = sum w J'J, b = sum w J'r.
 struct NormalEquations {
@@ -60,4 +60,4 @@ struct Observability {
 /// `information` with the unobserved directions removed.
 [[nodiscard]] Mat6 observed_part(const Mat6& information, const Observability& obs);
 
-}  // namespace rcs::sp
+}  // namespace rcs::registration

@@ -1,6 +1,6 @@
 #include "modules/registration/pair_sums.h"
 
-namespace rcs::sp {
+namespace rcs::registration {
 
 void PairSums::flush() {
   const Lane& wr = in_[6];
@@ -73,4 +73,4 @@ NormalEquations PairSums::finish() {
   return out;
 }
 
-}  // namespace rcs::sp
+}  // namespace rcs::registration

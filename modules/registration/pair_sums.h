@@ -6,7 +6,7 @@
 
 #include "modules/registration/normal_equations.h"
 
-namespace rcs::sp {
+namespace rcs::registration {
 
 /// Sums in float over some hundred pairs, then in double. The same pairs in the same order give the
 /// same bits.
@@ -60,4 +60,4 @@ class PairSums {
   std::array<double, kSums> sums_{};
 };
 
-}  // namespace rcs::sp
+}  // namespace rcs::registration

@@ -5,7 +5,7 @@
 
 #include "rcs/base/linear.h"
 
-namespace rcs::sp {
+namespace rcs::registration {
 
 struct Moments {
   float count = 0.0F;
@@ -51,4 +51,4 @@ struct Moments {
   }
 };
 
-}  // namespace rcs::sp
+}  // namespace rcs::registration

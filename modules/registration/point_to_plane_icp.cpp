@@ -7,7 +7,7 @@
 #include "modules/registration/pair_sums.h"
 #include "rcs/base/check.h"
 
-namespace rcs::sp {
+namespace rcs::registration {
 namespace {
 
 // The prediction holds so many iterations, while the gate is wide and matches are still wrong.
@@ -259,4 +259,4 @@ Registration register_points(const Points& source_vehicle, RollingMap* map,
   return out;
 }
 
-}  // namespace rcs::sp
+}  // namespace rcs::registration

@@ -8,7 +8,7 @@
 #include "modules/registration/rolling_map.h"
 #include "rcs/base/points.h"
 
-namespace rcs::sp {
+namespace rcs::registration {
 
 struct IcpParams {
   int max_iterations = 20;          ///< [1, 200]
@@ -53,4 +53,4 @@ class IcpWorkspace {
                                            const Prediction& prediction, const IcpParams& params,
                                            WorkUnits granted, IcpWorkspace* workspace);
 
-}  // namespace rcs::sp
+}  // namespace rcs::registration

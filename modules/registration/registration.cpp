@@ -3,7 +3,7 @@
 #include <Eigen/Cholesky>
 #include <array>
 
-namespace rcs::sp {
+namespace rcs::registration {
 
 std::string_view name_of(Stop stop) {
   constexpr std::array<std::string_view, 10> kNames = {
@@ -27,4 +27,4 @@ Pose fused_pose(const Prediction& prediction, const Registration& registration) 
   return T * exp_se3(total.ldlt().solve(prior * to_prediction));
 }
 
-}  // namespace rcs::sp
+}  // namespace rcs::registration

@@ -7,7 +7,7 @@
 #include "rcs/base/pose.h"
 #include "rcs/base/work_units.h"
 
-namespace rcs::sp {
+namespace rcs::registration {
 
 /// Why a registration ended. The order is that of registration_t.
 enum class Stop : std::int8_t {
@@ -67,4 +67,4 @@ struct Prediction {
 /// direction that the scan sees weakly must not shake the map.
 [[nodiscard]] Pose fused_pose(const Prediction& prediction, const Registration& registration);
 
-}  // namespace rcs::sp
+}  // namespace rcs::registration

@@ -5,7 +5,7 @@
 
 #include "rcs/base/check.h"
 
-namespace rcs::sp {
+namespace rcs::registration {
 namespace {
 
 // The second singular value over the first, below which the pairs lie on a line.
@@ -60,4 +60,4 @@ RigidMotion motion_by_quaternion(const PointPairMoments& sums) {
   return out;
 }
 
-}  // namespace rcs::sp
+}  // namespace rcs::registration

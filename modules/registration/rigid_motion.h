@@ -3,7 +3,7 @@
 
 #include "rcs/base/pose.h"
 
-namespace rcs::sp {
+namespace rcs::registration {
 
 /// Sums over pairs (p, q): centroids and cross-covariance. Coordinates are taken relative to the
 /// first pair, so that nothing cancels far from the origin.
@@ -44,4 +44,4 @@ struct RigidMotion {
 /// The same least squares by unit quaternions (Horn 1987); never a reflection.
 [[nodiscard]] RigidMotion motion_by_quaternion(const PointPairMoments& sums);
 
-}  // namespace rcs::sp
+}  // namespace rcs::registration

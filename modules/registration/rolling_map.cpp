@@ -6,7 +6,7 @@
 
 #include "rcs/base/check.h"
 
-namespace rcs::sp {
+namespace rcs::registration {
 namespace {
 
 constexpr double kCoarseRatio = 3.0;  // whole: a coarse voxel is made of whole fine ones
@@ -205,4 +205,4 @@ bool RollingMap::nearest_surface(const Vec3f& p_rolling, Surface* out) {
   return true;
 }
 
-}  // namespace rcs::sp
+}  // namespace rcs::registration

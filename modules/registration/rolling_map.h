@@ -10,7 +10,7 @@
 #include "rcs/base/points.h"
 #include "rcs/base/pose.h"
 
-namespace rcs::sp {
+namespace rcs::registration {
 
 struct RollingMapParams {
   double voxel_m = 0.5;    ///< edge of the fine voxels; coarse ones are 3 x as large, [0.05, 5]
@@ -123,4 +123,4 @@ class RollingMap {
   Points points_rolling_;
 };
 
-}  // namespace rcs::sp
+}  // namespace rcs::registration

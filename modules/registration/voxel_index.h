@@ -7,7 +7,7 @@
 
 #include "modules/registration/voxel_key.h"
 
-namespace rcs::sp {
+namespace rcs::registration {
 
 class VoxelIndex {
  public:
@@ -72,4 +72,4 @@ class VoxelIndex {
   std::size_t mask_ = 0;
 };
 
-}  // namespace rcs::sp
+}  // namespace rcs::registration

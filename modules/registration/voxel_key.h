@@ -6,7 +6,7 @@
 
 #include "rcs/base/linear.h"
 
-namespace rcs::sp {
+namespace rcs::registration {
 
 /// 21 bits an axis: +-1,048,576 voxels, 524 km at 0.5 m.
 using VoxelKey = std::uint64_t;
@@ -36,4 +36,4 @@ inline std::uint64_t hash_voxel(VoxelKey key) {
   return (block << 6U) | inside;
 }
 
-}  // namespace rcs::sp
+}  // namespace rcs::registration

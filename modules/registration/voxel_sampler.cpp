@@ -3,7 +3,7 @@
 #include "modules/registration/voxel_key.h"
 #include "rcs/base/check.h"
 
-namespace rcs::sp {
+namespace rcs::registration {
 
 void keep_evenly(std::size_t most, Points* points) {
   const std::size_t n = points->size();
@@ -33,4 +33,4 @@ void VoxelSampler::sample(const Points& in, double voxel_m, Points* out) {
   }
 }
 
-}  // namespace rcs::sp
+}  // namespace rcs::registration

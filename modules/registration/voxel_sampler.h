@@ -6,7 +6,7 @@
 #include "modules/registration/voxel_table.h"
 #include "rcs/base/points.h"
 
-namespace rcs::sp {
+namespace rcs::registration {
 
 /// Leaves at most so many points, spread over all of them in their order.
 void keep_evenly(std::size_t most, Points* points);
@@ -25,4 +25,4 @@ class VoxelSampler {
   ScanTable<Taken> table_;
 };
 
-}  // namespace rcs::sp
+}  // namespace rcs::registration

@@ -9,7 +9,7 @@
 
 #include "modules/registration/voxel_key.h"
 
-namespace rcs::sp {
+namespace rcs::registration {
 
 /// Open-addressed; emptied by counting a generation up. Allocates nothing once it has held as many.
 template <class Value>
@@ -55,4 +55,4 @@ class ScanTable {
   std::uint32_t generation_ = 0;
 };
 
-}  // namespace rcs::sp
+}  // namespace rcs::registration

@@ -26,7 +26,7 @@ class PointsWriter {
 
  private:
   Outbox<points_t> out_;
-  VoxelSampler sampler_;
+  registration::VoxelSampler sampler_;
   Points thinned_;
   points_t message_{};
 };

@@ -16,7 +16,7 @@ void read(ParamTable table, LadarParams* p) {
   table.get_pose("mount", &p->T_vehicle_mount, {-20, 20});
 }
 
-void read(ParamTable table, IcpParams* p) {
+void read(ParamTable table, registration::IcpParams* p) {
   table.get("max_iterations", &p->max_iterations, {1, 200});
   table.get("min_pairs", &p->min_pairs, {6, 100000});
   table.get("gate_m", &p->gate_m, {0.05, 20});
@@ -32,7 +32,7 @@ void read(ParamTable table, IcpParams* p) {
   table.get("step_sigma", &p->step_sigma, {1e-6, 1});
 }
 
-void read(ParamTable table, RollingMapParams* p) {
+void read(ParamTable table, registration::RollingMapParams* p) {
   table.get("voxel_m", &p->voxel_m, {0.05, 5});
   table.get("capacity", &p->capacity, {1000, 4e6});
   table.get("radius_m", &p->radius_m, {5, 500});

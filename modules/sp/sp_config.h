@@ -44,14 +44,14 @@ struct SpConfig {
       from_milliseconds(30.0);  ///< no facet for so long: take what came, [1, 1000]
   int reseed_after = 10;  ///< scans in a row without a registration start a new map, [1, 1000]
 
-  ExpectationParams expectation;  ///< [sp]: coast_sigma_m and its like
-  PriorScanParams prior_scan;     ///< [sp]: prior_column_m and its like
-  IcpParams icp;                  ///< [sp.icp]
-  RollingMapParams map;           ///< [sp.map]
-  PriorMatchParams prior;         ///< [sp.prior]
-  RelocateParams relocate;        ///< [sp.relocate]
-  GrantParams grant;              ///< [sp.grant]
-  DegradeParams degrade;          ///< [sp.degrade]
+  ExpectationParams expectation;       ///< [sp]: coast_sigma_m and its like
+  PriorScanParams prior_scan;          ///< [sp]: prior_column_m and its like
+  registration::IcpParams icp;         ///< [sp.icp]
+  registration::RollingMapParams map;  ///< [sp.map]
+  PriorMatchParams prior;              ///< [sp.prior]
+  RelocateParams relocate;             ///< [sp.relocate]
+  GrantParams grant;                   ///< [sp.grant]
+  DegradeParams degrade;               ///< [sp.degrade]
 };
 
 /// Reads [ladar], [sp] and [world]; tables of other nodes are not looked at.

@@ -71,7 +71,7 @@ PointFacet view(const ladar_points_t& m) {
   return f;
 }
 
-void fill(const Registration& r, int target, registration_t* message) {
+void fill(const registration::Registration& r, int target, registration_t* message) {
   registration_t& m = *message;
   m.target = static_cast<std::int8_t>(target);
   m.n_tiles = 0;

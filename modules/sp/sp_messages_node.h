@@ -26,7 +26,7 @@ constexpr std::size_t kPointsPerMessage = 4000;
 [[nodiscard]] PointFacet view(const ladar_points_t& m);
 
 /// What a registration found, without tiles: the rest of the message is the scan's.
-void fill(const Registration& registration, int target, registration_t* m);
+void fill(const registration::Registration& registration, int target, registration_t* m);
 
 /// Points [begin, end) of a scan.
 void fill(const Points& points, std::size_t begin, std::size_t end, points_t* m);

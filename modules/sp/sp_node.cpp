@@ -220,10 +220,10 @@ void SpNode::finish_scan(const Cycle& cycle) {
                  assembler_.count().not_finite);
   }
   if (ladder_.level == Degrade::kHold) {
-    answer_without_registering(Stop::kHeld, expected);
+    answer_without_registering(registration::Stop::kHeld, expected);
   } else if (facet_count_ - facets_lost < config_.min_facets * facet_count_) {
     ++account_.failed;
-    answer_without_registering(Stop::kTooFew, expected);
+    answer_without_registering(registration::Stop::kTooFew, expected);
   } else {
     prepare_points(cycle, expected);
     const bool lost = epoch_ != 0 && !expected.known;
@@ -291,14 +291,14 @@ void SpNode::begin_answer(const Cycle& cycle) {
   m.ledger.sp_start_utime = to_utime(cycle.now);
 }
 
-void SpNode::answer(const Registration& registration, int target) {
+void SpNode::answer(const registration::Registration& registration, int target) {
   fill(registration, target, &registration_message_);
   registration_message_.map_epoch = epoch_;
   registration_message_.account = account_;
 }
 
-void SpNode::answer_without_registering(Stop stop, const Expectation& expected) {
-  Registration none;
+void SpNode::answer_without_registering(registration::Stop stop, const Expectation& expected) {
+  registration::Registration none;
   none.stop = stop;
   none.T_target_vehicle = expected.at_reference.T_rolling_vehicle;
   answer(none, registration_t::TARGET_ROLLING);
@@ -336,8 +336,8 @@ void SpNode::seed(const Pose& T_rolling_vehicle) {
   map_.insert(dense_, T_rolling_vehicle);
   motion_guess_.forget_poses();
   motion_guess_.remember(from_utime(registration_message_.utime), T_rolling_vehicle);
-  Registration seeded;
-  seeded.stop = Stop::kSeeded;
+  registration::Registration seeded;
+  seeded.stop = registration::Stop::kSeeded;
   seeded.T_target_vehicle = T_rolling_vehicle;
   seeded.points = static_cast<int>(source_.size());
   answer(seeded, registration_t::TARGET_ROLLING);
@@ -346,22 +346,24 @@ void SpNode::seed(const Pose& T_rolling_vehicle) {
 }
 
 void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
-  const Prediction prediction{expected.at_reference.T_rolling_vehicle, expected.covariance};
-  Registration rolling = register_points(source_, &map_, prediction, config_.icp, granted_, &icp_);
+  const registration::Prediction prediction{expected.at_reference.T_rolling_vehicle,
+                                            expected.covariance};
+  registration::Registration rolling =
+      registration::register_points(source_, &map_, prediction, config_.icp, granted_, &icp_);
   granted_ -= rolling.used;
   if (expected.ins_lost) {
     // A search that ends at the iteration limit may have an error of many sigmas. While the INS is
     // silent it is still better than none.
-    const bool settled = rolling.stop != Stop::kMaxIterations;
-    if (!settled && expected.ins_returned) rolling.stop = Stop::kDiverged;
-    rolling.information = with_distortion(rolling.information, distortion());
+    const bool settled = rolling.stop != registration::Stop::kMaxIterations;
+    if (!settled && expected.ins_returned) rolling.stop = registration::Stop::kDiverged;
+    rolling.information = registration::with_distortion(rolling.information, distortion());
   }
   cycle.stages->mark("register");
-  if (!usable(rolling.stop)) ++account_.failed;
+  if (!registration::usable(rolling.stop)) ++account_.failed;
   answer(rolling, registration_t::TARGET_ROLLING);
   registration_out_.publish(&registration_message_);
 
-  if (!usable(rolling.stop)) {
+  if (!registration::usable(rolling.stop)) {
     report_.warn(cycle.now, "registration.failed",
                  "scan {}: stop {}, {} of {} points matched, {:.2f} m from the prediction",
                  assembler_.scan_id(), static_cast<int>(rolling.stop), rolling.pairs,
@@ -375,7 +377,7 @@ void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
     return;
   }
   failures_ = 0;
-  const Pose T_rolling_vehicle = fused_pose(prediction, rolling);
+  const Pose T_rolling_vehicle = registration::fused_pose(prediction, rolling);
   motion_guess_.remember(from_utime(registration_message_.utime), T_rolling_vehicle);
   publish_points(T_rolling_vehicle);
   if (ladder_.level < Degrade::kNoPrior) {
@@ -397,12 +399,13 @@ void SpNode::match_prior(const Cycle& cycle, const Pose& T_rolling_vehicle, bool
   const Pose T_world_vehicle = *T_world_rolling_ * T_rolling_vehicle;
   prior_scan_.take(dense_, T_world_vehicle.q.conjugate() * Vec3::UnitZ(),
                    prior_.map().has_points() ? config_.prior.points.most : 0, config_.prior_scan);
-  const Prediction prediction{T_map_world * T_world_vehicle,
-                              world_covariance_ + isotropic(0.01, 0.001)};
+  const registration::Prediction prediction{T_map_world * T_world_vehicle,
+                                            world_covariance_ + isotropic(0.01, 0.001)};
   PriorMatch match = match_prior_map(prior_scan_.ground(), prior_scan_.standing(), prior_.map(),
                                      prediction, config_.prior, granted_, &prior_match_);
   if (distorted) {
-    match.registration.information = with_distortion(match.registration.information, distortion());
+    match.registration.information =
+        registration::with_distortion(match.registration.information, distortion());
   }
   match.registration.T_target_vehicle = T_map_world.inverse() * match.registration.T_target_vehicle;
   answer(match.registration, registration_t::TARGET_PRIOR_MAP);
@@ -418,7 +421,7 @@ void SpNode::match_prior(const Cycle& cycle, const Pose& T_rolling_vehicle, bool
 /// WM has taken it.
 void SpNode::search_start(const Cycle& cycle, const Pose& T_rolling_vehicle) {
   if (!start_.on() || !T_level_rolling_) return;
-  const std::optional<Registration> found = start_.step(
+  const std::optional<registration::Registration> found = start_.step(
       dense_, *T_level_rolling_ * T_rolling_vehicle, granted_, cycle.now, &prior_, &report_);
   cycle.stages->mark("start");
   if (!found) return;

@@ -51,8 +51,8 @@ class SpNode final : public Node {
   void finish_scan(const Cycle& cycle);
   void choose_level(const Cycle& cycle);
   void begin_answer(const Cycle& cycle);
-  void answer(const Registration& registration, int target);
-  void answer_without_registering(Stop stop, const Expectation& expected);
+  void answer(const registration::Registration& registration, int target);
+  void answer_without_registering(registration::Stop stop, const Expectation& expected);
   void prepare_points(const Cycle& cycle, const Expectation& expected);
   void register_scan(const Cycle& cycle, const Expectation& expected);
   void search_start(const Cycle& cycle, const Pose& T_rolling_vehicle);
@@ -86,13 +86,13 @@ class SpNode final : public Node {
   InertialBuffer inertial_;
   Duration ins_shift_{};  // of the stamps of INS, from WM
   MotionTable motion_;
-  VoxelSampler map_sampler_;
-  VoxelSampler source_sampler_;
+  registration::VoxelSampler map_sampler_;
+  registration::VoxelSampler source_sampler_;
   PriorScan prior_scan_;
   Points dense_;   // what goes into the map
   Points source_;  // what is registered
-  RollingMap map_;
-  IcpWorkspace icp_;
+  registration::RollingMap map_;
+  registration::IcpWorkspace icp_;
   PriorMatchWorkspace prior_match_;
 
   std::int32_t epoch_ = 0;  // of the map; 0: none yet

@@ -67,9 +67,9 @@ Clouds clouds_of(std::size_t n, sim::Scenario scenario, std::mt19937* rng) {
   scenario.imager.rows =
       facets * static_cast<int>(std::ceil(finer * scenario.imager.rows / facets));
   scenario.imager.cols = static_cast<int>(std::ceil(finer * scenario.imager.cols));
-  const tools::ScanSet set = tools::simulate_scans(scenario, 1);
-  const tools::ScanPair& pair = set.pairs.front();
-  const Pose guess = pair.T_model_data * tools::random_offset({0.3, radians(1.0)}, rng);
+  const studies::ScanSet set = studies::simulate_scans(scenario, 1);
+  const studies::ScanPair& pair = set.pairs.front();
+  const Pose guess = pair.T_model_data * studies::random_offset({0.3, radians(1.0)}, rng);
   Clouds clouds;
   clouds.model = part_of(set.scans.at(pair.model), n, rng);
   const Points data = part_of(set.scans.at(pair.data), n, rng);
@@ -88,7 +88,7 @@ double measured_ms(const Work& work) {
     int calls = 0;
     double all_ms = 0.0;
     for (; all_ms < kLeast_ms; ++calls) {
-      tools::CpuWatch watch;
+      studies::CpuWatch watch;
       work();
       all_ms += watch.stop_ms();
     }
@@ -182,31 +182,32 @@ Row measure(std::size_t n, const sim::Scenario& scenario) {
 
 struct Curve {
   const char* name;
-  tools::Colour colour;
-  tools::SeriesStyle style;
+  report::Colour colour;
+  report::SeriesStyle style;
   double (*ms)(const Row&);
 };
 
 /// As many queries as there are points: a registration's one iteration.
 double all_ms(const Row& r, double each_us) { return 1e-3 * each_us * r.n; }
 
-using tools::Colour;
-using tools::SeriesStyle;
+using report::Colour;
+using report::SeriesStyle;
 const std::vector<Curve> kQueries = {
-    {"brute force", Colour::kGrey, SeriesStyle::kLine,
+    {"brute force", report::Colour::kGrey, report::SeriesStyle::kLine,
      [](const Row& r) { return all_ms(r, r.brute_us); }},
-    {"kd-tree", Colour::kBlue, SeriesStyle::kLine,
+    {"kd-tree", report::Colour::kBlue, report::SeriesStyle::kLine,
      [](const Row& r) { return all_ms(r, r.tree_us); }},
-    {"kd-tree, shuffled", Colour::kBlue, SeriesStyle::kDashed,
+    {"kd-tree, shuffled", report::Colour::kBlue, report::SeriesStyle::kDashed,
      [](const Row& r) { return all_ms(r, r.tree_shuffled_us); }},
-    {"Delaunay", Colour::kOrange, SeriesStyle::kLine,
+    {"Delaunay", report::Colour::kOrange, report::SeriesStyle::kLine,
      [](const Row& r) { return all_ms(r, r.delaunay_us); }},
-    {"Delaunay, shuffled", Colour::kOrange, SeriesStyle::kDashed,
+    {"Delaunay, shuffled", report::Colour::kOrange, report::SeriesStyle::kDashed,
      [](const Row& r) { return all_ms(r, r.delaunay_shuffled_us); }},
 };
 const std::vector<Curve> kBuilds = {
-    {"kd-tree", Colour::kBlue, SeriesStyle::kLine, [](const Row& r) { return r.tree_build_ms; }},
-    {"Delaunay", Colour::kOrange, SeriesStyle::kLine,
+    {"kd-tree", report::Colour::kBlue, report::SeriesStyle::kLine,
+     [](const Row& r) { return r.tree_build_ms; }},
+    {"Delaunay", report::Colour::kOrange, report::SeriesStyle::kLine,
      [](const Row& r) { return r.delaunay_build_ms; }},
 };
 
@@ -228,9 +229,9 @@ double exponent(const std::vector<Row>& rows, double (*ms)(const Row&)) {
 }
 
 void print(const std::vector<Row>& rows) {
-  tools::Table table{{"N", "brute [us]", "kd-tree [us]", "shuffled", "built [ms]", "Delaunay [us]",
-                      "shuffled", "built [ms]", "steps", "shuffled", "simplices/N", "neighbours"},
-                     {}};
+  report::Table table{{"N", "brute [us]", "kd-tree [us]", "shuffled", "built [ms]", "Delaunay [us]",
+                       "shuffled", "built [ms]", "steps", "shuffled", "simplices/N", "neighbours"},
+                      {}};
   for (const Row& r : rows) {
     table.rows.push_back(
         {fmt::format("{:.0f}", r.n), fmt::format("{:.2f}", r.brute_us),
@@ -242,7 +243,7 @@ void print(const std::vector<Row>& rows) {
   }
   fmt::print("CPU time of one query, and of building, N points and N queries\n{}\n",
              to_text(table));
-  tools::Table fits{{"time ~ N^k", "k"}, {}};
+  report::Table fits{{"time ~ N^k", "k"}, {}};
   const auto n_log_n = [](const Row& r) { return r.n * std::log(r.n); };
   fits.rows.push_back({"N log N would be", fmt::format("{:.2f}", exponent(rows, n_log_n))});
   for (const Curve& c : kQueries) {
@@ -256,9 +257,9 @@ void print(const std::vector<Row>& rows) {
   fmt::print("{}", to_text(fits));
 }
 
-tools::Plot plot_of(const std::string& title, const std::vector<Row>& rows,
-                    const std::vector<Curve>& curves) {
-  tools::Plot plot;
+report::Plot plot_of(const std::string& title, const std::vector<Row>& rows,
+                     const std::vector<Curve>& curves) {
+  report::Plot plot;
   plot.title = title;
   plot.x_label = "points N";
   plot.y_label = "CPU time [ms]";
@@ -266,7 +267,7 @@ tools::Plot plot_of(const std::string& title, const std::vector<Row>& rows,
   plot.height_px = 380;
   plot.log_x = plot.log_y = true;
   for (const Curve& c : curves) {
-    tools::Series s;
+    report::Series s;
     s.label = fmt::format("{}: N^{:.2f}", c.name, exponent(rows, c.ms));
     s.colour = c.colour;
     s.style = c.style;
@@ -295,8 +296,9 @@ int run(const std::string& folder) {
   print(rows);
   const std::string path = folder + "/closest.svg";
   const Outcome written = tools::write_text(
-      path, tools::render_stacked({plot_of("N queries for the closest of N points", rows, kQueries),
-                                   plot_of("What they are searched in, built", rows, kBuilds)}));
+      path,
+      report::render_stacked({plot_of("N queries for the closest of N points", rows, kQueries),
+                              plot_of("What they are searched in, built", rows, kBuilds)}));
   if (!written) {
     fmt::print(stderr, "closest_bench: {}\n", written.error().message);
     return 1;

@@ -99,8 +99,8 @@ void match(benchmark::State& state, const Ladar& ladar, double cell_m, bool wall
   const ElevationMap map = survey(cell_m, walls);
   const Pose T = test::pose(0.0, 0.0, hills(0.0, 0.0) + 1.0, 0.02, -0.03, 0.5);
   Points points;
-  VoxelSampler().sample(scan(ladar, T, walls), ladar.map_voxel_m, &points);
-  const Prediction prediction =
+  registration::VoxelSampler().sample(scan(ladar, T, walls), ladar.map_voxel_m, &points);
+  const registration::Prediction prediction =
       test::prediction(T * test::pose(0.3, -0.2, 0.1, 0.002, 0.002, 0.005), 0.3, 0.005);
   PriorScan matched;
   PriorMatchWorkspace workspace;

@@ -95,17 +95,17 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     case kPly:
     case kXyz:
     case kBin:
-      (void)rcs::tools::parse_cloud(bytes, kNames[data[0] % kKinds], {});
-      (void)rcs::tools::parse_cloud(bytes, kNames[data[0] % kKinds], {2, 3});
-      (void)rcs::tools::parse_sweep(bytes, "a");
+      (void)rcs::clouds::parse_cloud(bytes, kNames[data[0] % kKinds], {});
+      (void)rcs::clouds::parse_cloud(bytes, kNames[data[0] % kKinds], {2, 3});
+      (void)rcs::importers::parse_sweep(bytes, "a");
       break;
     case kNpy:
-      (void)rcs::tools::parse_npy(bytes, "a");
+      (void)rcs::survey::parse_npy(bytes, "a");
       break;
     case kLas: {
       std::istringstream in(text);
-      const rcs::Result<rcs::tools::LasHeader> las =
-          rcs::tools::read_las_header(in, static_cast<std::int64_t>(size - 1), "a");
+      const rcs::Result<rcs::clouds::LasHeader> las =
+          rcs::clouds::read_las_header(in, static_cast<std::int64_t>(size - 1), "a");
       if (las)
         RCS_CHECK(las->data_at + las->points * las->record_bytes <=
                   static_cast<std::int64_t>(size - 1));
@@ -122,7 +122,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
           table) {
         for (const bool time_of_day : {false, true}) {
           for (const double unit_s : {1.0, 1e-9, 1e9}) {
-            (void)rcs::tools::stamps_of(*table, {"t", unit_s, time_of_day});
+            (void)rcs::importers::stamps_of(*table, {"t", unit_s, time_of_day});
           }
         }
         (void)table->numbers("a");
@@ -138,7 +138,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       (void)rcs::decode_tile(bytes.data(), bytes.size(), 0);
       break;
     default:
-      (void)rcs::tools::parse_imu_to_velo(text, "a");
+      (void)rcs::importers::parse_imu_to_velo(text, "a");
       break;
   }
   return 0;

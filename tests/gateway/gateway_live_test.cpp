@@ -18,12 +18,12 @@ namespace rcs::gateway {
 namespace {
 
 namespace fs = std::filesystem;
+using cli::KeyFolder;
+using cli::KeyRole;
 using rcs::test::fresh_folder;
 using rcs::test::Program;
 using rcs::test::program_path;
 using test::FakeVehicle;
-using tools::KeyFolder;
-using tools::KeyRole;
 
 constexpr Duration kPatience = from_seconds(30.0);  // for what must come; a loaded computer is slow
 constexpr Duration kWatch = from_seconds(3.0);      // for what must not
@@ -216,12 +216,12 @@ TEST_F(GatewayLive, WithKeysEachGetsItsRightsAndNoMore) {
   const fs::path keys = folder_ / "keys";
   const fs::path foreign = folder_ / "foreign";
   for (const fs::path& authority : {keys, foreign}) {
-    const Result<KeyFolder> made = KeyFolder::open(authority.string());
+    const Result<cli::KeyFolder> made = cli::KeyFolder::open(authority.string());
     ASSERT_TRUE(made.ok()) << made.error().message;
-    ASSERT_TRUE(made->add("demo3", KeyRole::kVehicle).ok());
-    ASSERT_TRUE(made->add("alice", KeyRole::kOperator).ok());
-    ASSERT_TRUE(made->add("bob", KeyRole::kOperator).ok());
-    ASSERT_TRUE(made->add("museum", KeyRole::kObserver).ok());
+    ASSERT_TRUE(made->add("demo3", cli::KeyRole::kVehicle).ok());
+    ASSERT_TRUE(made->add("alice", cli::KeyRole::kOperator).ok());
+    ASSERT_TRUE(made->add("bob", cli::KeyRole::kOperator).ok());
+    ASSERT_TRUE(made->add("museum", cli::KeyRole::kObserver).ok());
   }
   fs::copy(keys / "museum", folder_ / "tampered", fs::copy_options::recursive);
   fs::remove(folder_ / "tampered/permissions.p7s");

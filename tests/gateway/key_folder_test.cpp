@@ -18,26 +18,26 @@ namespace fs = std::filesystem;
 std::string contents(const fs::path& folder) {
   std::string all;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    if (entry.is_regular_file()) all += *read_text(entry.path().string());
+    if (entry.is_regular_file()) all += *tools::read_text(entry.path().string());
   }
   return all;
 }
 
 TEST(KeyFolder, MakesAuthoritiesAndIdentitiesForTheirOwnersAlone) {
   const fs::path folder = test::fresh_folder();
-  const Result<KeyFolder> keys = KeyFolder::open(folder.string());
+  const Result<cli::KeyFolder> keys = cli::KeyFolder::open(folder.string());
   ASSERT_TRUE(keys.ok()) << keys.error().message;
   EXPECT_TRUE(keys->authorities_made());
-  const Result<bool> made = keys->add("alice", KeyRole::kOperator);
+  const Result<bool> made = keys->add("alice", cli::KeyRole::kOperator);
   ASSERT_TRUE(made.ok()) << made.error().message;
   EXPECT_TRUE(*made);
   for (const char* const file : {"identity.pem", "key.pem", "permissions.p7s", "identity_ca.pem",
                                  "permissions_ca.pem", "governance.p7s"}) {
     EXPECT_TRUE(fs::exists(folder / "alice" / file)) << file;
   }
-  EXPECT_EQ(
-      contents(folder / "alice").find(*read_text((folder / "ca/identity_ca.key.pem").string())),
-      std::string::npos)
+  EXPECT_EQ(contents(folder / "alice")
+                .find(*tools::read_text((folder / "ca/identity_ca.key.pem").string())),
+            std::string::npos)
       << "an authority's private key stays at home";
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
     struct stat s {};
@@ -48,29 +48,29 @@ TEST(KeyFolder, MakesAuthoritiesAndIdentitiesForTheirOwnersAlone) {
 
 TEST(KeyFolder, WhatIsThereIsKept) {
   const fs::path folder = test::fresh_folder();
-  ASSERT_TRUE(KeyFolder::open(folder.string())->add("demo3", KeyRole::kVehicle).ok());
+  ASSERT_TRUE(cli::KeyFolder::open(folder.string())->add("demo3", cli::KeyRole::kVehicle).ok());
   const std::string before = contents(folder);
 
-  const Result<KeyFolder> again = KeyFolder::open(folder.string());
+  const Result<cli::KeyFolder> again = cli::KeyFolder::open(folder.string());
   ASSERT_TRUE(again.ok());
   EXPECT_FALSE(again->authorities_made());
-  const Result<bool> kept = again->add("demo3", KeyRole::kVehicle);
+  const Result<bool> kept = again->add("demo3", cli::KeyRole::kVehicle);
   ASSERT_TRUE(kept.ok());
   EXPECT_FALSE(*kept);
-  EXPECT_FALSE(again->add("demo3", KeyRole::kObserver).ok()) << "another role";
+  EXPECT_FALSE(again->add("demo3", cli::KeyRole::kObserver).ok()) << "another role";
   EXPECT_EQ(contents(folder), before);
-  EXPECT_TRUE(*again->add("alice", KeyRole::kOperator)) << "further identities are added";
+  EXPECT_TRUE(*again->add("alice", cli::KeyRole::kOperator)) << "further identities are added";
 }
 
 TEST(KeyFolder, ABadNameOrAForeignFolderIsRefused) {
   const fs::path folder = test::fresh_folder();
-  const Result<KeyFolder> keys = KeyFolder::open(folder.string());
+  const Result<cli::KeyFolder> keys = cli::KeyFolder::open(folder.string());
   ASSERT_TRUE(keys.ok());
   for (const char* const bad : {"", "ca", "../alice", "a/b", "a b", "*", "<x>"}) {
-    EXPECT_FALSE(keys->add(bad, KeyRole::kOperator).ok()) << bad;
+    EXPECT_FALSE(keys->add(bad, cli::KeyRole::kOperator).ok()) << bad;
   }
   fs::create_directories(folder / "full/of_something");
-  EXPECT_FALSE(KeyFolder::open((folder / "full").string()).ok());
+  EXPECT_FALSE(cli::KeyFolder::open((folder / "full").string()).ok());
 }
 
 }  // namespace

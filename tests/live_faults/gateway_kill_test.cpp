@@ -18,9 +18,9 @@
 namespace rcs::drills {
 namespace {
 
-using tools::BudgetRecord;
-using tools::ScanLedger;
-using tools::values_of;
+using evaluation::BudgetRecord;
+using evaluation::ScanLedger;
+using evaluation::values_of;
 
 constexpr Duration kPatience = from_seconds(60.0);
 constexpr Duration kBetweenKills = from_seconds(2.0);
@@ -55,10 +55,10 @@ class Books {
     open_ = true;
   }
   void no_more_scans() { open_ = false; }
-  [[nodiscard]] BudgetRecord close() const { return ledger_.close(); }
+  [[nodiscard]] evaluation::BudgetRecord close() const { return ledger_.close(); }
 
  private:
-  ScanLedger ledger_;
+  evaluation::ScanLedger ledger_;
   std::int64_t scan_ = -1;  // under way
   bool open_ = false;
   test::Tap<ladar_ranges_t> ranges_;
@@ -90,7 +90,7 @@ TEST(GatewayKillDrill, InsideNoCycleTakesLongerWhenTheDoorIsKilled) {
   drill.run_for(window);
   books.no_more_scans();
   drill.run_for(kTail);
-  const BudgetRecord before = books.close();
+  const evaluation::BudgetRecord before = books.close();
 
   books.open();
   int gateways = 0;
@@ -110,21 +110,23 @@ TEST(GatewayKillDrill, InsideNoCycleTakesLongerWhenTheDoorIsKilled) {
   }
   books.no_more_scans();
   drill.run_for(kTail);
-  const BudgetRecord during = books.close();
+  const evaluation::BudgetRecord during = books.close();
 
-  tools::Table table;
+  report::Table table;
   table.header = {"ms", "before p50", "p99", "max", "during p50", "p99", "max"};
   for (const char* name :
        {"sp", "wm", "bg", "sp: CPU", "wm: CPU", "bg: CPU", "sp: late", "wm: late", "bg: late"}) {
-    table.rows.push_back(row(name, values_of(before.stages, name), values_of(during.stages, name)));
+    table.rows.push_back(row(name, evaluation::values_of(before.stages, name),
+                             evaluation::values_of(during.stages, name)));
   }
-  for (const char* name : {tools::kToNavState, tools::kToDrive}) {
-    table.rows.push_back(row(name, values_of(before.hops, name), values_of(during.hops, name)));
+  for (const char* name : {evaluation::kToNavState, evaluation::kToDrive}) {
+    table.rows.push_back(row(name, evaluation::values_of(before.hops, name),
+                             evaluation::values_of(during.hops, name)));
   }
   std::printf("the gateway was killed %d times, its client %d times\n%s", gateways, clients,
               tools::to_text(table).c_str());
-  for (const BudgetRecord* record : {&before, &during}) {
-    const tools::ScanCounts& s = record->scans;
+  for (const evaluation::BudgetRecord* record : {&before, &during}) {
+    const evaluation::ScanCounts& s = record->scans;
     std::printf(
         "%s: %lld scans: %lld full, %lld degraded, %lld held, %lld failed, %lld dropped, "
         "%lld unaccounted\n",

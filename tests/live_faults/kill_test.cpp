@@ -102,7 +102,7 @@ class KillDrill : public testing::Test {
   }
 
   void judge(int times) {
-    tools::Table table;
+    report::Table table;
     table.header = {"node",       "times",       "recovered",   "median s",     "max s",
                     "collisions", "clearance m", "brakes m/s2", "lateral m/s2", "speed m/s"};
     for (const std::string& node : kNodes) {

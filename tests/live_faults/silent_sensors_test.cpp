@@ -181,7 +181,7 @@ class SilentSensors : public testing::Test {
 
  private:
   static std::string top(VehicleRun* vehicle) {
-    Result<tools::ChildProcess> started = tools::ChildProcess::start(
+    Result<cli::ChildProcess> started = cli::ChildProcess::start(
         std::string(std::getenv("RCS_BIN_DIR")) + "/rcs", {"top", "--once", "--listen", "1"});
     if (!started) return started.error().message;
     std::string text;

@@ -63,7 +63,7 @@ struct Series {
 };
 
 struct NodeSeries {
-  Series rss_kb, heap_kb, descriptors;
+  report::Series rss_kb, heap_kb, descriptors;
   std::int64_t pid = 0;
   std::int64_t first_overruns = -1;
   std::int64_t overruns = 0;
@@ -118,7 +118,7 @@ TEST(Soak, MemoryDescriptorsAndAllocationsStayAsTheyAre) {
   drill.run_for(std::chrono::minutes(minutes) - kWarm);
   const SafetyFigures driven = drill.safety.figures();
 
-  tools::Table table;
+  report::Table table;
   table.header = {"node",    "rss MB",   "kB/min",   "range kB",  "growth kB",
                   "heap kB", "kB/min",   "range kB", "growth kB", "descriptors",
                   "growth",  "overruns", "dropped"};
@@ -126,7 +126,7 @@ TEST(Soak, MemoryDescriptorsAndAllocationsStayAsTheyAre) {
     NodeSeries& s = series[node];
     ASSERT_FALSE(s.rss_kb.value.empty()) << node;
     std::vector<std::string> cells = {node, fmt::format("{:.1f}", s.rss_kb.value.back() / 1024.0)};
-    for (const Series* kb : {&s.rss_kb, &s.heap_kb}) {
+    for (const report::Series* kb : {&s.rss_kb, &s.heap_kb}) {
       if (kb == &s.heap_kb) cells.push_back(fmt::format("{:.0f}", kb->value.back()));
       cells.push_back(fmt::format("{:.2f}", kb->slope()));
       cells.push_back(fmt::format("{:.0f}", kb->range()));
@@ -141,7 +141,7 @@ TEST(Soak, MemoryDescriptorsAndAllocationsStayAsTheyAre) {
     table.rows.push_back(std::move(cells));
   }
   const std::string sim = drill.run.end();
-  std::printf("%s", tools::to_text(table).c_str());
+  std::printf("%s", to_text(table).c_str());
   std::printf("%lld scans, %lld degraded, %lld held, %lld failed, %lld dropped\n",
               static_cast<long long>(scans.answered - scans_before.answered),
               static_cast<long long>(scans.degraded - scans_before.degraded),

@@ -126,7 +126,7 @@ void VehicleRun::start_up() {
 std::unique_ptr<VehicleRun::Running> VehicleRun::start(const std::string& name,
                                                        const std::string& program,
                                                        const std::vector<std::string>& arguments) {
-  Result<tools::ChildProcess> started = tools::ChildProcess::start(program, arguments);
+  Result<cli::ChildProcess> started = cli::ChildProcess::start(program, arguments);
   if (!started) {
     trouble_ = started.error().message;
     return nullptr;
@@ -155,13 +155,13 @@ bool VehicleRun::run_until(Stamp until, const std::function<bool()>& enough) {
 void VehicleRun::look_after() {
   for (const auto& running : {up_.get(), sim_.get()}) {
     if (running == nullptr) continue;
-    const std::optional<tools::Exit> exit = read(running);
+    const std::optional<cli::Exit> exit = read(running);
     if (!exit) continue;
     if (running == sim_.get() && sim_may_end_) {
       sim_.reset();
       continue;
     }
-    trouble_ = fmt::format("{} {}: {}", running->name, tools::to_text(*exit), running->last_line);
+    trouble_ = fmt::format("{} {}: {}", running->name, to_text(*exit), running->last_line);
     (running == up_.get() ? up_ : sim_).reset();
     return;
   }
@@ -171,7 +171,7 @@ void VehicleRun::look_after() {
 
 void VehicleRun::look_after_operator() {
   if (operator_) {
-    const std::optional<tools::Exit> exit = read(operator_.get());
+    const std::optional<cli::Exit> exit = read(operator_.get());
     if (!exit) return;
     if (!exit->by_signal && exit->code == 0) {
       next_waypoint_ = 0;
@@ -202,8 +202,8 @@ void VehicleRun::look_after_client() {
   ++clients_;
 }
 
-std::optional<tools::Exit> VehicleRun::read(Running* running) {
-  const std::optional<tools::Exit> exit = running->process.collect();
+std::optional<cli::Exit> VehicleRun::read(Running* running) {
+  const std::optional<cli::Exit> exit = running->process.collect();
   running->process.read_output([&](std::string_view line) {
     // What the client hears, ten times a second, is of no interest here.
     if (running != client_.get()) running->log << line << std::endl;
@@ -242,7 +242,7 @@ void VehicleRun::restart_up() {
 int VehicleRun::run_program(const std::string& program, const std::vector<std::string>& arguments,
                             Duration most) {
   program_ = start(program, variable("RCS_BIN_DIR") + "/" + program, arguments);
-  std::optional<tools::Exit> exit;
+  std::optional<cli::Exit> exit;
   const auto ended = [&] {
     if (program_ && !exit) exit = read(program_.get());
     return !program_ || exit.has_value();

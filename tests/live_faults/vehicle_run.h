@@ -82,7 +82,7 @@ class VehicleRun {
  private:
   struct Running {
     std::string name;
-    tools::ChildProcess process;
+    cli::ChildProcess process;
     std::ofstream log;
     std::string last_line;
   };
@@ -99,7 +99,7 @@ class VehicleRun {
   void look_after_operator();
   void look_after_client();
   /// @return how it ended, when it has
-  std::optional<tools::Exit> read(Running* running);
+  std::optional<cli::Exit> read(Running* running);
 
   std::filesystem::path folder_;
   bool keep_files_ = false;

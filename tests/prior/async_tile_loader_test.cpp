@@ -29,7 +29,7 @@ class AsyncTileLoaderTest : public testing::Test {
   AsyncTileLoaderTest() : path_(testing::TempDir() + "rcs_async_map") {
     MapFrame frame;
     frame.datum = {0.7, -1.3, {100.0}};
-    EXPECT_TRUE(write_map(path_, frame, slope(40 * kTileSide)));
+    EXPECT_TRUE(mapping::write_map(path_, frame, slope(40 * kTileSide)));
   }
   ~AsyncTileLoaderTest() override { fs::remove_all(path_); }
   std::string path_;

@@ -9,7 +9,7 @@
 #include "rcs/base/kd_tree.h"
 #include "tests/support/point_scenes.h"
 
-namespace rcs::sp {
+namespace rcs::registration {
 namespace {
 
 using test::Ground;
@@ -212,4 +212,4 @@ TEST(IcpPaper, BadInputGetsAnAnswer) {
 }
 
 }  // namespace
-}  // namespace rcs::sp
+}  // namespace rcs::registration

@@ -6,7 +6,7 @@
 
 #include "tests/support/point_scenes.h"
 
-namespace rcs::sp {
+namespace rcs::registration {
 namespace {
 
 TEST(NormalEquations, JacobianIsTheDerivativeOfTheResidual) {
@@ -72,4 +72,4 @@ TEST(NormalEquations, UnobservedDirectionsFollowThePrediction) {
 }
 
 }  // namespace
-}  // namespace rcs::sp
+}  // namespace rcs::registration

@@ -33,51 +33,55 @@
 namespace rcs::test {
 namespace {
 
-using tools::Colour;
-using tools::SeriesStyle;
+using report::Colour;
+using report::SeriesStyle;
 
 constexpr int kPairs = 10;  // of scans, of each terrain
 constexpr double kApart_m = 1.0;
-constexpr tools::Offset kGuess = {0.3, radians(2.0)};
+constexpr studies::Offset kGuess = {0.3, radians(2.0)};
 
 struct Answer {
   Pose T_model_data;
   bool claimed = false;  ///< the method does not say that it failed
 };
 
-Answer as_in_paper(const KnownPair& pair, const Pose& guess, const sp::PaperParams& params) {
-  const sp::PaperResult r = sp::register_as_in_paper(pair.model, pair.data, guess, params);
-  return {r.T_model_data, r.stop == sp::PaperStop::kRelativeChange ||
-                              r.stop == sp::PaperStop::kMeanDistance ||
-                              r.stop == sp::PaperStop::kLimitCycle};
+Answer as_in_paper(const KnownPair& pair, const Pose& guess,
+                   const registration::PaperParams& params) {
+  const registration::PaperResult r =
+      registration::register_as_in_paper(pair.model, pair.data, guess, params);
+  return {r.T_model_data, r.stop == registration::PaperStop::kRelativeChange ||
+                              r.stop == registration::PaperStop::kMeanDistance ||
+                              r.stop == registration::PaperStop::kLimitCycle};
 }
 
-Answer answer_of(const sp::Registration& r) { return {r.T_target_vehicle, usable(r.stop)}; }
+Answer answer_of(const registration::Registration& r) {
+  return {r.T_target_vehicle, registration::usable(r.stop)};
+}
 
 struct Method {
   const char* name;
-  Colour colour;
-  SeriesStyle style;
+  report::Colour colour;
+  report::SeriesStyle style;
   Answer (*run)(const KnownPair& pair, const Pose& guess);
 };
 constexpr std::array<Method, 5> kMethods = {{
-    {"paper, literal", Colour::kGrey, SeriesStyle::kLine,
+    {"paper, literal", report::Colour::kGrey, report::SeriesStyle::kLine,
      [](const KnownPair& p, const Pose& guess) {
-       return as_in_paper(p, guess, sp::PaperParams::literal());
+       return as_in_paper(p, guess, registration::PaperParams::literal());
      }},
-    {"paper, corrected", Colour::kOrange, SeriesStyle::kLine,
+    {"paper, corrected", report::Colour::kOrange, report::SeriesStyle::kLine,
      [](const KnownPair& p, const Pose& guess) { return as_in_paper(p, guess, {}); }},
-    {"production", Colour::kBlue, SeriesStyle::kLine,
+    {"production", report::Colour::kBlue, report::SeriesStyle::kLine,
      [](const KnownPair& p, const Pose& guess) {
-       return answer_of(sp::register_clouds(p.model, p.data, guess, {}));
+       return answer_of(registration::register_clouds(p.model, p.data, guess, {}));
      }},
-    {"production, refine only", Colour::kBlue, SeriesStyle::kDashed,
+    {"production, refine only", report::Colour::kBlue, report::SeriesStyle::kDashed,
      [](const KnownPair& p, const Pose& guess) {
-       return answer_of(sp::CloudMatcher(p.model, {}).refine(p.data, guess));
+       return answer_of(registration::CloudMatcher(p.model, {}).refine(p.data, guess));
      }},
-    {"gicp", Colour::kGreen, SeriesStyle::kLine,
+    {"gicp", report::Colour::kGreen, report::SeriesStyle::kLine,
      [](const KnownPair& p, const Pose& guess) {
-       return answer_of(sp::register_gicp(p.model, p.data, guess, {}));
+       return answer_of(registration::register_gicp(p.model, p.data, guess, {}));
      }},
 }};
 constexpr std::size_t kProduction = 2;
@@ -113,24 +117,24 @@ Point run_point(const std::vector<KnownPair>& pairs, double share, const Spoil& 
     for (int seed = 0; seed < seeds(); ++seed) {
       // The same guess and the same outliers for all methods, the same guess for all shares.
       std::mt19937 rng(1000U * static_cast<unsigned>(k) + static_cast<unsigned>(seed));
-      const Pose guess = pairs[k].T_model_data * tools::random_offset(kGuess, &rng);
+      const Pose guess = pairs[k].T_model_data * studies::random_offset(kGuess, &rng);
       KnownPair spoilt = pairs[k];
       if (share > 0.0) spoil(share, &rng, &spoilt);
       for (std::size_t m = 0; m < kMethods.size(); ++m) {
         const Answer answer = kMethods.at(m).run(spoilt, guess);
-        const tools::Offset error = tools::error_of(spoilt.T_model_data, answer.T_model_data);
+        const studies::Offset error = studies::error_of(spoilt.T_model_data, answer.T_model_data);
         Figures& f = point.at(m);
         f.error_m.push_back(error.m);
         f.error_deg.push_back(degrees(error.rad));
-        f.successes += tools::is_success(error) ? 1 : 0;
-        f.unnoticed += !tools::is_success(error) && answer.claimed ? 1 : 0;
+        f.successes += studies::is_success(error) ? 1 : 0;
+        f.unnoticed += !studies::is_success(error) && answer.claimed ? 1 : 0;
       }
     }
   }
   return point;
 }
 
-void add_rows(const std::string& name, const Point& point, tools::Table* table) {
+void add_rows(const std::string& name, const Point& point, report::Table* table) {
   for (std::size_t m = 0; m < kMethods.size(); ++m) {
     const Figures& f = point.at(m);
     table->rows.push_back({m == 0 ? name : "", kMethods.at(m).name,
@@ -142,7 +146,7 @@ void add_rows(const std::string& name, const Point& point, tools::Table* table) 
                            fmt::format("{:.2f}", share_of(f.error_deg, 0.9))});
   }
 }
-tools::Table table_of(const std::string& what) {
+report::Table table_of(const std::string& what) {
   return {{what, "method", "success", "unnoticed", "error [m] 50 %", "90 %", "[deg] 50 %", "90 %"},
           {}};
 }
@@ -192,14 +196,15 @@ struct Sweep {
   }
 };
 
-tools::Plot plot_of(const Sweep& sweep, const std::string& title, const std::string& x_label,
-                    const std::string& y_label, double (*value)(const Figures&)) {
-  tools::Plot plot;
+report::Plot plot_of(const Sweep& sweep, const std::string& title,
+                     const std::string& x_label, const std::string& y_label,
+                     double (*value)(const Figures&)) {
+  report::Plot plot;
   plot.title = title;
   plot.x_label = x_label;
   plot.y_label = y_label;
   for (std::size_t m = 0; m < kMethods.size(); ++m) {
-    tools::Series s;
+    report::Series s;
     s.label = kMethods.at(m).name;
     s.colour = kMethods.at(m).colour;
     s.style = kMethods.at(m).style;
@@ -210,25 +215,26 @@ tools::Plot plot_of(const Sweep& sweep, const std::string& title, const std::str
   return plot;
 }
 
-std::string picture(const Sweep& sweep, const Trouble& trouble, const std::string& scanner) {
+std::string picture(const Sweep& sweep, const Trouble& trouble,
+                    const std::string& scanner) {
   const std::string title = fmt::format("{}: {}", trouble.title, scanner);
-  tools::Plot success = plot_of(sweep, title, trouble.share_label, "below 0.1 m and 0.5 deg [%]",
-                                [](const Figures& f) { return 100.0 * f.success(); });
-  success.window = tools::Window{0.0, sweep.percent.back(), -4.0, 104.0};
-  tools::Plot median = plot_of(sweep, "Error, median", trouble.share_label, "[m]",
-                               [](const Figures& f) { return share_of(f.error_m, 0.5); });
-  tools::Plot worst = plot_of(sweep, "Error, 90 % of the trials", trouble.share_label, "[m]",
-                              [](const Figures& f) { return share_of(f.error_m, 0.9); });
+  report::Plot success = plot_of(sweep, title, trouble.share_label, "below 0.1 m and 0.5 deg [%]",
+                                 [](const Figures& f) { return 100.0 * f.success(); });
+  success.window = report::Window{0.0, sweep.percent.back(), -4.0, 104.0};
+  report::Plot median = plot_of(sweep, "Error, median", trouble.share_label, "[m]",
+                                [](const Figures& f) { return share_of(f.error_m, 0.5); });
+  report::Plot worst = plot_of(sweep, "Error, 90 % of the trials", trouble.share_label, "[m]",
+                               [](const Figures& f) { return share_of(f.error_m, 0.9); });
   median.log_y = worst.log_y = true;
-  for (tools::Plot* const plot : {&median, &worst}) {
+  for (report::Plot* const plot : {&median, &worst}) {
     plot->series.push_back({"0.1 m",
-                            Colour::kPurple,
-                            SeriesStyle::kHair,
+                            report::Colour::kPurple,
+                            report::SeriesStyle::kHair,
                             {0.0, sweep.percent.back()},
                             {0.1, 0.1},
                             {}});
   }
-  return tools::render_stacked({success, median, worst});
+  return report::render_stacked({success, median, worst});
 }
 
 std::string out_folder() {
@@ -249,7 +255,7 @@ class OutlierSweep : public testing::Test {
   /// Terrains on which a scan of this scanner can be laid onto another at all, together.
   std::vector<Sweep> run(Scanner scanner, const std::string& name) {
     std::vector<KnownPair> pairs;
-    tools::Table table = table_of(name);
+    report::Table table = table_of(name);
     for (const ScanPlace& place : scan_places(reference_)) {
       if (place.scanner != scanner) continue;
       const std::vector<KnownPair> here = known_pairs(place, reference_, kApart_m, kPairs);

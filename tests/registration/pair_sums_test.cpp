@@ -4,7 +4,7 @@
 
 #include <random>
 
-namespace rcs::sp {
+namespace rcs::registration {
 namespace {
 
 TEST(PairSums, AreWhatOneByOneInDoubleGives) {
@@ -42,4 +42,4 @@ TEST(PairSums, AreWhatOneByOneInDoubleGives) {
 }
 
 }  // namespace
-}  // namespace rcs::sp
+}  // namespace rcs::registration

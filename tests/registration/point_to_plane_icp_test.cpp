@@ -9,7 +9,7 @@
 
 #include "tests/support/point_scenes.h"
 
-namespace rcs::sp {
+namespace rcs::registration {
 namespace {
 
 using test::Ground;
@@ -195,4 +195,4 @@ TEST(Registration, ADistortionAddsItsCovariance) {
 }
 
 }  // namespace
-}  // namespace rcs::sp
+}  // namespace rcs::registration

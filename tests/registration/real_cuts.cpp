@@ -13,35 +13,35 @@ namespace {
 
 double median(std::vector<double> values) { return tools::summarize(std::move(values)).p50; }
 
-tools::Sweep sweep_of(const tools::KittiDrive& drive, int number) {
-  Result<tools::Sweep> sweep = drive.sweep(number);
+importers::Sweep sweep_of(const studies::KittiDrive& drive, int number) {
+  Result<importers::Sweep> sweep = drive.sweep(number);
   RCS_CHECK(sweep.ok());
   return std::move(sweep).value();
 }
 
 }  // namespace
 
-std::vector<tools::KittiDrive> open_drive() {
-  std::vector<tools::KittiDrive> drives;
-  const std::string folder = data_path(std::string(tools::kKittiDrive));
+std::vector<studies::KittiDrive> open_drive() {
+  std::vector<studies::KittiDrive> drives;
+  const std::string folder = data_path(std::string(studies::kKittiDrive));
   if (folder.empty()) return drives;
-  Result<tools::KittiDrive> drive = tools::KittiDrive::open(folder);
+  Result<studies::KittiDrive> drive = studies::KittiDrive::open(folder);
   RCS_CHECK(drive.ok());
   drives.push_back(std::move(drive).value());
   return drives;
 }
 
-std::vector<tools::ScanPair> consecutive(const std::vector<tools::ScanPair>& pairs) {
-  std::vector<tools::ScanPair> out;
-  for (const tools::ScanPair& pair : pairs) {
+std::vector<studies::ScanPair> consecutive(const std::vector<studies::ScanPair>& pairs) {
+  std::vector<studies::ScanPair> out;
+  for (const studies::ScanPair& pair : pairs) {
     if (pair.data == pair.model + 1) out.push_back(pair);
   }
   return out;
 }
 
-Motions motions_of(const std::vector<tools::ScanPair>& pairs) {
+Motions motions_of(const std::vector<studies::ScanPair>& pairs) {
   Motions motions;
-  for (const tools::ScanPair& p : pairs) motions[{p.model, p.data}] = p.T_model_data;
+  for (const studies::ScanPair& p : pairs) motions[{p.model, p.data}] = p.T_model_data;
   return motions;
 }
 
@@ -51,8 +51,8 @@ Motions motions_of(const Registrations& registrations) {
   return motions;
 }
 
-Registrations register_whole_sweeps(const tools::KittiDrive& drive,
-                                    const std::vector<tools::ScanPair>& pairs, bool deskew) {
+Registrations register_whole_sweeps(const studies::KittiDrive& drive,
+                                    const std::vector<studies::ScanPair>& pairs, bool deskew) {
   const Motions given = motions_of(pairs);
   const auto to_next = [&given](int sweep) {
     const auto own = given.find({sweep, sweep + 1});
@@ -62,27 +62,28 @@ Registrations register_whole_sweeps(const tools::KittiDrive& drive,
   const auto cloud = [&](int number) -> const Points& {
     const auto known = clouds.find(number);
     if (known != clouds.end()) return known->second;
-    const tools::Sweep sweep = sweep_of(drive, number);
-    return clouds[number] = deskew ? tools::deskewed(sweep, to_next(number)) : sweep.points_ladar;
+    const importers::Sweep sweep = sweep_of(drive, number);
+    return clouds[number] = deskew ? studies::deskewed(sweep, to_next(number)) : sweep.points_ladar;
   };
-  sp::CloudParams params;
+  registration::CloudParams params;
   params.points = 40000;  // a reference has time
   Registrations registrations;
   for (const auto& [pair, guess] : given) {
-    registrations[pair] = sp::register_clouds(cloud(pair.first), cloud(pair.second), guess, params);
-    RCS_CHECK(usable(registrations[pair].stop));
+    registrations[pair] =
+        registration::register_clouds(cloud(pair.first), cloud(pair.second), guess, params);
+    RCS_CHECK(registration::usable(registrations[pair].stop));
   }
   return registrations;
 }
 
-std::vector<TrialRun> run_production(const tools::ScanSet& set,
-                                     const std::vector<tools::Trial>& trials, Search search) {
-  const auto method = search == Search::kGlobal ? tools::match_globally : tools::match_planes;
+std::vector<TrialRun> run_production(const studies::ScanSet& set,
+                                     const std::vector<studies::Trial>& trials, Search search) {
+  const auto method = search == Search::kGlobal ? studies::match_globally : studies::match_planes;
   std::vector<TrialRun> runs;
   runs.reserve(trials.size());
-  for (const tools::Trial& t : trials) {
+  for (const studies::Trial& t : trials) {
     runs.push_back({t, method(set.scans.at(t.pair.model), set.scans.at(t.pair.data), t.guess,
-                              sp::CloudParams{})});
+                              registration::CloudParams{})});
   }
   return runs;
 }
@@ -92,11 +93,11 @@ Figures figures_of(const std::vector<TrialRun>& runs, const Motions& truth) {
   std::vector<double> errors_m;
   std::vector<double> errors_deg;
   for (const TrialRun& run : runs) {
-    const tools::ScanPair& pair = run.trial.pair;
-    const tools::Offset error =
-        tools::error_of(truth.at({pair.model, pair.data}), run.match.T_model_data);
+    const studies::ScanPair& pair = run.trial.pair;
+    const studies::Offset error =
+        studies::error_of(truth.at({pair.model, pair.data}), run.match.T_model_data);
     ++f.trials;
-    if (tools::is_success(error)) {
+    if (studies::is_success(error)) {
       ++f.successes;
     } else {
       ++f.failures[pair.model];

@@ -13,36 +13,37 @@
 namespace rcs::test {
 
 /// The drive below RCS_DATA_DIR; empty without it.
-[[nodiscard]] std::vector<tools::KittiDrive> open_drive();
+[[nodiscard]] std::vector<studies::KittiDrive> open_drive();
 
 /// Those of a scan and the next one.
-[[nodiscard]] std::vector<tools::ScanPair> consecutive(const std::vector<tools::ScanPair>& pairs);
+[[nodiscard]] std::vector<studies::ScanPair> consecutive(
+    const std::vector<studies::ScanPair>& pairs);
 
 /// T_model_data of pairs of scans.
 using Motions = std::map<std::pair<int, int>, Pose>;
 
-[[nodiscard]] Motions motions_of(const std::vector<tools::ScanPair>& pairs);
+[[nodiscard]] Motions motions_of(const std::vector<studies::ScanPair>& pairs);
 
-using Registrations = std::map<std::pair<int, int>, sp::Registration>;
+using Registrations = std::map<std::pair<int, int>, registration::Registration>;
 [[nodiscard]] Motions motions_of(const Registrations& registrations);
 
 /// The motions found from the whole sweeps, with those of the pairs as the guess.
 /// @param deskew  false: a sweep is taken as rigid, as those who made the references did; true: its
 ///                points are moved to its middle with the motion to the next sweep, which `pairs`
 ///                must tell for each model (that of pair k, k + 1 serves k + 1, too)
-[[nodiscard]] Registrations register_whole_sweeps(const tools::KittiDrive& drive,
-                                                  const std::vector<tools::ScanPair>& pairs,
+[[nodiscard]] Registrations register_whole_sweeps(const studies::KittiDrive& drive,
+                                                  const std::vector<studies::ScanPair>& pairs,
                                                   bool deskew);
 
 struct TrialRun {
-  tools::Trial trial;
-  tools::CloudMatch match;
+  studies::Trial trial;
+  studies::CloudMatch match;
 };
 
 enum class Search { kFromGuess, kGlobal };
 
-[[nodiscard]] std::vector<TrialRun> run_production(const tools::ScanSet& set,
-                                                   const std::vector<tools::Trial>& trials,
+[[nodiscard]] std::vector<TrialRun> run_production(const studies::ScanSet& set,
+                                                   const std::vector<studies::Trial>& trials,
                                                    Search search);
 
 struct Figures {

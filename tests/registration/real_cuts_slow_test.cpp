@@ -17,8 +17,8 @@
 namespace rcs::test {
 namespace {
 
-using tools::DataSet;
-using tools::ScanPair;
+using studies::DataSet;
+using studies::ScanPair;
 
 constexpr int kSeeds = 25;  // of each pair in #2 and #3
 
@@ -39,7 +39,7 @@ std::string failures(const Figures& f) {
   return text;
 }
 
-std::string to_text(const tools::Offset& o) {
+std::string to_text(const studies::Offset& o) {
   return fmt::format("{:.3f} m {:.2f} deg", o.m, degrees(o.rad));
 }
 
@@ -50,11 +50,12 @@ struct Row {
 };
 
 /// Consecutive ones.
-tools::ScanSet whole_sweeps(const tools::KittiDrive& drive, const std::vector<ScanPair>& pairs) {
-  tools::ScanSet set;
-  for (const ScanPair& pair : consecutive(pairs)) {
+studies::ScanSet whole_sweeps(const studies::KittiDrive& drive,
+                              const std::vector<studies::ScanPair>& pairs) {
+  studies::ScanSet set;
+  for (const studies::ScanPair& pair : consecutive(pairs)) {
     for (const int number : {pair.model, pair.data}) {
-      const Result<tools::Sweep> sweep = drive.sweep(number);
+      const Result<importers::Sweep> sweep = drive.sweep(number);
       RCS_CHECK(sweep.ok());
       set.scans.emplace(number, sweep->points_ladar);
     }
@@ -64,13 +65,13 @@ tools::ScanSet whole_sweeps(const tools::KittiDrive& drive, const std::vector<Sc
 
 class CutsOfDrive {
  public:
-  CutsOfDrive(const tools::KittiDrive& drive, const std::vector<ScanPair>& pairs)
+  CutsOfDrive(const studies::KittiDrive& drive, const std::vector<studies::ScanPair>& pairs)
       : pairs_(pairs),
         set_(drive_cuts(drive, pairs)),
         rigid_(register_whole_sweeps(drive, pairs, false)),
         deskewed_(register_whole_sweeps(drive, pairs, true)) {}
 
-  Row add(const std::string& name, const std::vector<tools::Trial>& trials, Search search) {
+  Row add(const std::string& name, const std::vector<studies::Trial>& trials, Search search) {
     return add(name, run_production(set_, trials, search));
   }
   Row add(const std::string& name, const std::vector<TrialRun>& runs) {
@@ -89,15 +90,19 @@ class CutsOfDrive {
 
   /// The paper's data sets.
   std::array<Row, 4> add_data_sets() {
-    return {add("#1", trials_of(DataSet::kConsecutive, pairs_, 1), Search::kFromGuess),
-            add("#2", trials_of(DataSet::kTwentyApart, pairs_, kSeeds), Search::kFromGuess),
-            add("#3", trials_of(DataSet::kMovedBy1m, pairs_, kSeeds), Search::kFromGuess),
-            add("#4", trials_of(DataSet::kTurnedAndMovedBy3m, pairs_, 16), Search::kFromGuess)};
+    return {add("#1", studies::trials_of(studies::DataSet::kConsecutive, pairs_, 1),
+                Search::kFromGuess),
+            add("#2", studies::trials_of(studies::DataSet::kTwentyApart, pairs_, kSeeds),
+                Search::kFromGuess),
+            add("#3", studies::trials_of(studies::DataSet::kMovedBy1m, pairs_, kSeeds),
+                Search::kFromGuess),
+            add("#4", studies::trials_of(studies::DataSet::kTurnedAndMovedBy3m, pairs_, 16),
+                Search::kFromGuess)};
   }
-  Row add_basin(const tools::Offset& offset, Search search) {
+  Row add_basin(const studies::Offset& offset, Search search) {
     return add(fmt::format("{:.0f} deg + {:.0f} m{}", degrees(offset.rad), offset.m,
                            search == Search::kGlobal ? ", global" : ""),
-               basin_trials(pairs_, offset, basin_seeds()), search);
+               studies::basin_trials(pairs_, offset, basin_seeds()), search);
   }
 
   void print() const {
@@ -106,18 +111,18 @@ class CutsOfDrive {
   void print_what_rigid_sweeps_cost() const;
 
  private:
-  static tools::ScanSet drive_cuts(const tools::KittiDrive& drive,
-                                   const std::vector<ScanPair>& pairs) {
-    Result<tools::ScanSet> set = drive.real_cuts(pairs);
+  static studies::ScanSet drive_cuts(const studies::KittiDrive& drive,
+                                     const std::vector<studies::ScanPair>& pairs) {
+    Result<studies::ScanSet> set = drive.real_cuts(pairs);
     RCS_CHECK(set.ok());
     return std::move(set).value();
   }
 
-  std::vector<ScanPair> pairs_;
-  tools::ScanSet set_;
+  std::vector<studies::ScanPair> pairs_;
+  studies::ScanSet set_;
   Registrations rigid_;
   Registrations deskewed_;
-  tools::Table table_{
+  report::Table table_{
       {"", "reference given", "median error", "failed from scan", "reference deskewed",
        "median error", "failed from scan", "refused, false", "median CPU"},
       {}};
@@ -128,27 +133,28 @@ class CutsOfDrive {
 // that; deskewed sweeps fit each other better (more pairs, nearer to their planes). A cut looks
 // ahead, for 0.02 s about the middle of its sweep, and has next to nothing of it.
 void CutsOfDrive::print_what_rigid_sweeps_cost() const {
-  tools::Table table{{"T_model_data", "rigid - given", "deskewed - given", "cuts - given",
-                      "cuts - deskewed", "rigid: pairs, distance", "deskewed: pairs, distance"},
-                     {}};
-  const auto fit = [](const sp::Registration& r) {
+  report::Table table{{"T_model_data", "rigid - given", "deskewed - given", "cuts - given",
+                       "cuts - deskewed", "rigid: pairs, distance", "deskewed: pairs, distance"},
+                      {}};
+  const auto fit = [](const registration::Registration& r) {
     return fmt::format("{:.1f} % {:.2f} cm", 100.0 * r.overlap, 100.0 * r.mean_distance_m);
   };
   double better = 0.0;
-  for (const ScanPair& pair : pairs_) {
-    if (pair.data - pair.model != tools::kApart) continue;
-    const sp::Registration& rigid = rigid_.at({pair.model, pair.data});
-    const sp::Registration& deskewed = deskewed_.at({pair.model, pair.data});
+  for (const studies::ScanPair& pair : pairs_) {
+    if (pair.data - pair.model != studies::kApart) continue;
+    const registration::Registration& rigid = rigid_.at({pair.model, pair.data});
+    const registration::Registration& deskewed = deskewed_.at({pair.model, pair.data});
     const Pose cuts =
-        run_production(set_, {tools::Trial{pair, pair.T_model_data}}, Search::kFromGuess)[0]
+        run_production(set_, {studies::Trial{pair, pair.T_model_data}}, Search::kFromGuess)[0]
             .match.T_model_data;
-    const auto from = [](const Pose& a, const Pose& b) { return to_text(tools::error_of(a, b)); };
+    const auto from = [](const Pose& a, const Pose& b) { return to_text(studies::error_of(a, b)); };
     table.rows.push_back({fmt::format("{} to {}", pair.data, pair.model),
                           from(pair.T_model_data, rigid.T_target_vehicle),
                           from(pair.T_model_data, deskewed.T_target_vehicle),
                           from(pair.T_model_data, cuts), from(deskewed.T_target_vehicle, cuts),
                           fit(rigid), fit(deskewed)});
-    EXPECT_TRUE(is_success(tools::error_of(deskewed.T_target_vehicle, cuts))) << pair.model;
+    EXPECT_TRUE(studies::is_success(studies::error_of(deskewed.T_target_vehicle, cuts)))
+        << pair.model;
     better += rigid.mean_distance_m - deskewed.mean_distance_m;
   }
   EXPECT_GT(better, 0.0);
@@ -157,21 +163,23 @@ void CutsOfDrive::print_what_rigid_sweeps_cost() const {
 
 // One test: CTest gives each a process of its own, which would unpack the sweeps again.
 TEST(RealCutsSlow, PapersTableAndBasinOfConvergence) {
-  const std::vector<tools::KittiDrive> drive = open_drive();
+  const std::vector<studies::KittiDrive> drive = open_drive();
   if (drive.empty()) GTEST_SKIP() << kNoData;
   CutsOfDrive cuts(drive[0], drive[0].references());
   const auto [one, two, three, four] = cuts.add_data_sets();
   const Row near = cuts.add_basin({3.0, radians(20.0)}, Search::kFromGuess);
   const Row far = cuts.add_basin({5.0, radians(45.0)}, Search::kFromGuess);
   const Row four_global =
-      cuts.add("#4, global", trials_of(DataSet::kTurnedAndMovedBy3m, drive[0].references(), 16),
+      cuts.add("#4, global",
+               studies::trials_of(studies::DataSet::kTurnedAndMovedBy3m, drive[0].references(), 16),
                Search::kGlobal);
   const Row far_global = cuts.add_basin({5.0, radians(45.0)}, Search::kGlobal);
   const Row anywhere = cuts.add(
       "sweeps, any heading, 10 m, 3 deg",
-      run_production(whole_sweeps(drive[0], drive[0].references()),
-                     global_trials(drive[0].references(), 10.0, radians(3.0), basin_seeds() / 4),
-                     Search::kGlobal));
+      run_production(
+          whole_sweeps(drive[0], drive[0].references()),
+          studies::global_trials(drive[0].references(), 10.0, radians(3.0), basin_seeds() / 4),
+          Search::kGlobal));
   cuts.print();
   cuts.print_what_rigid_sweeps_cost();
 
@@ -195,17 +203,17 @@ TEST(RealCutsSlow, PapersTableAndBasinOfConvergence) {
 
 /// Consecutive pairs and pairs 20 apart that begin at every tenth sweep from 5 on: what parameters
 /// are chosen on. From GPS/INS, made better by the whole sweeps.
-std::vector<ScanPair> tuning_pairs(const tools::KittiDrive& drive) {
-  const std::string folder = data_path(std::string(tools::kKittiDrive));
+std::vector<studies::ScanPair> tuning_pairs(const studies::KittiDrive& drive) {
+  const std::string folder = data_path(std::string(studies::kKittiDrive));
   const Result<std::string> rows = tools::read_text(folder + "/poses/oxts_imu_poses_kitti.txt");
   const Result<std::string> calib = tools::read_text(folder + "/calib/calib_imu_to_velo.txt");
   RCS_CHECK(rows.ok() && calib.ok());
   const Result<std::vector<Pose>> T_odom_imu = tools::parse_kitti(*rows, "poses");
-  const Result<Pose> T_imu_ladar = tools::parse_imu_to_velo(*calib, "calib");
+  const Result<Pose> T_imu_ladar = importers::parse_imu_to_velo(*calib, "calib");
   RCS_CHECK(T_odom_imu.ok() && T_imu_ladar.ok());
-  std::vector<ScanPair> pairs;
+  std::vector<studies::ScanPair> pairs;
   constexpr int kSweeps = 80;
-  for (const int apart : {1, tools::kApart}) {
+  for (const int apart : {1, studies::kApart}) {
     for (int model = 5; model + apart < kSweeps; model += 10) {
       const auto pose = [&](int k) {
         return (*T_odom_imu)[static_cast<std::size_t>(k)] * *T_imu_ladar;
@@ -214,12 +222,12 @@ std::vector<ScanPair> tuning_pairs(const tools::KittiDrive& drive) {
     }
   }
   const Motions better = motions_of(register_whole_sweeps(drive, pairs, false));
-  for (ScanPair& pair : pairs) pair.T_model_data = better.at({pair.model, pair.data});
+  for (studies::ScanPair& pair : pairs) pair.T_model_data = better.at({pair.model, pair.data});
   return pairs;
 }
 
 TEST(RealCutsSlow, TuningPairs) {
-  const std::vector<tools::KittiDrive> drive = open_drive();
+  const std::vector<studies::KittiDrive> drive = open_drive();
   if (drive.empty()) GTEST_SKIP() << kNoData;
   CutsOfDrive cuts(drive[0], tuning_pairs(drive[0]));
   const auto [one, two, three, four] = cuts.add_data_sets();

@@ -10,14 +10,14 @@
 namespace rcs::test {
 namespace {
 
-using tools::DataSet;
+using studies::DataSet;
 
 // One test: CTest gives each a process of its own, which would unpack the sweeps again.
 TEST(RealCuts, RegistersConsecutiveScansFromAfar) {
-  const std::vector<tools::KittiDrive> drive = open_drive();
+  const std::vector<studies::KittiDrive> drive = open_drive();
   if (drive.empty()) GTEST_SKIP() << kNoData;
-  const std::vector<tools::ScanPair> pairs = consecutive(drive[0].references());
-  const Result<tools::ScanSet> set = drive[0].real_cuts(pairs);
+  const std::vector<studies::ScanPair> pairs = consecutive(drive[0].references());
+  const Result<studies::ScanSet> set = drive[0].real_cuts(pairs);
   ASSERT_TRUE(set) << set.error().message;
   for (const auto& [number, scan] : set->scans) {
     EXPECT_GT(scan.size(), 5000U) << number;
@@ -25,18 +25,20 @@ TEST(RealCuts, RegistersConsecutiveScansFromAfar) {
   }
 
   const Motions references = motions_of(pairs);
-  const auto judged = [&](const std::vector<tools::Trial>& trials) {
+  const auto judged = [&](const std::vector<studies::Trial>& trials) {
     const std::vector<TrialRun> runs = run_production(*set, trials, Search::kFromGuess);
     // The command's answer and the library's are one.
-    const tools::Trial& t = trials.front();
-    const sp::Registration library = sp::register_clouds(
-        set->scans.at(t.pair.model), set->scans.at(t.pair.data), t.guess, sp::CloudParams{});
+    const studies::Trial& t = trials.front();
+    const registration::Registration library =
+        registration::register_clouds(set->scans.at(t.pair.model), set->scans.at(t.pair.data),
+                                      t.guess, registration::CloudParams{});
     EXPECT_EQ(library.T_target_vehicle.p, runs.front().match.T_model_data.p);
     return figures_of(runs, references);
   };
-  EXPECT_EQ(judged(trials_of(DataSet::kConsecutive, pairs, 1)).successes, 8);
-  EXPECT_GE(judged(trials_of(DataSet::kTurnedAndMovedBy3m, pairs, 4)).share(), 0.95);
-  EXPECT_GE(judged(basin_trials(pairs, {3.0, radians(20.0)}, 8)).share(), 0.95);
+  EXPECT_EQ(judged(studies::trials_of(studies::DataSet::kConsecutive, pairs, 1)).successes, 8);
+  EXPECT_GE(judged(studies::trials_of(studies::DataSet::kTurnedAndMovedBy3m, pairs, 4)).share(),
+            0.95);
+  EXPECT_GE(judged(studies::basin_trials(pairs, {3.0, radians(20.0)}, 8)).share(), 0.95);
 }
 
 }  // namespace

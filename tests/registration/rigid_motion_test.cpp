@@ -6,7 +6,7 @@
 
 #include "tests/support/point_scenes.h"
 
-namespace rcs::sp {
+namespace rcs::registration {
 namespace {
 
 struct Pairs {
@@ -82,4 +82,4 @@ TEST(RigidMotion, ALineIsDegenerateAndAPlaneIsNot) {
 }
 
 }  // namespace
-}  // namespace rcs::sp
+}  // namespace rcs::registration

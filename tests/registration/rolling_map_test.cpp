@@ -6,7 +6,7 @@
 
 #include "tests/support/point_scenes.h"
 
-namespace rcs::sp {
+namespace rcs::registration {
 namespace {
 
 TEST(RollingMap, SurfacesOfAPlaneHaveItsNormal) {
@@ -89,4 +89,4 @@ TEST(RollingMap, ForgettingKeepsEveryNearVoxelFindable) {
 }
 
 }  // namespace
-}  // namespace rcs::sp
+}  // namespace rcs::registration

@@ -68,7 +68,7 @@ std::uint64_t fnv1a(std::uint64_t hash, std::string_view text) {
 /// Collects a channel's messages as they come.
 class TableBuilder {
  public:
-  void add(Stamp stamp, const tools::Fields& fields, std::size_t every) {
+  void add(Stamp stamp, const recording::Fields& fields, std::size_t every) {
     if (count_ == 0) {
       Row names = {"log_utime"};
       for (const auto& [name, value] : fields) names.push_back(name);
@@ -97,7 +97,7 @@ class RunTables final : public BusTap {
                   std::size_t size) override {
     for (const Thinned& c : kChannels) {
       if (channel != c.channel) continue;
-      const auto fields = tools::read_fields(channel, {data, data + size});
+      const auto fields = recording::read_fields(channel, {data, data + size});
       ASSERT_TRUE(fields.has_value()) << channel;
       builders_[c.channel].add(due, *fields, c.every);
     }

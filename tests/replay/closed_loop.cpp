@@ -106,7 +106,7 @@ std::string config_text(const sim::Scenario& scenario, const ClosedLoopOptions& 
 }
 
 Order goto_order(const sim::Scenario& scenario, const ClosedLoopOptions& options,
-                 const Pose& T_frame_world) {
+                      const Pose& T_frame_world) {
   Order order;
   order.kind = command_t::KIND_GOTO;
   order.frame = options.frame;
@@ -247,7 +247,7 @@ ClosedLoopRun run_closed_loop(const sim::Scenario& scenario, const ClosedLoopOpt
   sim::Simulator simulator(scenario);
   if (!options.prior_map.empty()) {
     const sim::PriorMap survey = simulator.prior_map();
-    RCS_CHECK(write_map(options.prior_map, survey.frame, survey.raster).ok());
+    RCS_CHECK(mapping::write_map(options.prior_map, survey.frame, survey.raster).ok());
   }
   const Result<ParamFile> file =
       ParamFile::parse(config_text(scenario, options), options.vehicle_config);
@@ -281,7 +281,7 @@ ClosedLoopRun run_closed_loop(const sim::Scenario& scenario, const ClosedLoopOpt
 std::string draw(const ClosedLoopRun& run, const sim::Scenario& scenario,
                  const std::string& title) {
   const sim::Simulator simulator(scenario);
-  tools::CoursePicture picture;
+  CoursePicture picture;
   picture.world = &simulator.world();
   picture.title = title;
   picture.facts = {fmt::format(
@@ -290,7 +290,7 @@ std::string draw(const ClosedLoopRun& run, const sim::Scenario& scenario,
   picture.waypoints_world = run.waypoints_world;
   for (const ClosedLoopSample& s : run.trace) {
     const Vec3 ahead = s.T_world_vehicle.q * Vec3::UnitX();
-    tools::CourseSample sample;
+    CourseSample sample;
     sample.place_world = s.T_world_vehicle.p.head<2>();
     sample.heading_rad = std::atan2(ahead.y(), ahead.x());
     sample.speed_mps = s.speed_mps;
@@ -300,7 +300,7 @@ std::string draw(const ClosedLoopRun& run, const sim::Scenario& scenario,
     picture.samples.push_back(sample);
   }
   for (const ClosedLoopPlan& plan : run.plans) picture.plans_world.push_back(plan.points_world);
-  return tools::render(picture);
+  return render(picture);
 }
 
 std::string describe(const ClosedLoopRun& run) {

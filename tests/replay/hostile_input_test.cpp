@@ -379,7 +379,7 @@ TEST(HostileInput, AFacetFromTheFutureCostsOneScan) {
   facet.scan_id = std::numeric_limits<std::int64_t>::max();
   const Ears ears = drive_with(channel::kLadarRanges, {encode(facet)});
   const auto stop = ears.last<registration_t>(channel::kSpRegistration).stop;
-  EXPECT_TRUE(sp::usable(static_cast<sp::Stop>(stop))) << int{stop};
+  EXPECT_TRUE(registration::usable(static_cast<registration::Stop>(stop))) << int{stop};
 }
 
 TEST(HostileInput, CommandsThatRepeatOrComeFromAnotherTimeAreNotActedOn) {

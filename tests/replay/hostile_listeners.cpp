@@ -210,7 +210,7 @@ struct OtherReaders::Readers {
     RCS_CHECK(std::abs(model.curvature_1pm()) <= limits.curvature_max_1pm);
   }
 
-  tools::TopModel top;
+  evaluation::TopModel top;
   CommandPort superior;
   std::optional<sim::Simulator> vehicle;
   Tap<process_t> processes;
@@ -229,8 +229,8 @@ OtherReaders::OtherReaders(LocalBus* bus, std::string_view channel)
 }
 
 OtherReaders::~OtherReaders() {
-  const tools::TopView view = readers_->top.view(from_utime(1'002'000'000));
-  RCS_CHECK(!tools::plain_text(tools::top_lines(view)).empty());
+  const evaluation::TopView view = readers_->top.view(from_utime(1'002'000'000));
+  RCS_CHECK(!cli::plain_text(cli::top_lines(view)).empty());
 }
 
 }  // namespace rcs::test

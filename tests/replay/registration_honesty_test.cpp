@@ -80,8 +80,8 @@ Tally run(const Place& place, sim::Scenario scenario, sp::SpConfig config, doubl
     const Vec2 here(500.0 * random.uniform() - 250.0, 500.0 * random.uniform() - 250.0);
     const Vec2 ahead(std::cos(heading), std::sin(heading));
 
-    sp::RollingMap map(config.map);
-    sp::VoxelSampler sampler;
+    registration::RollingMap map(config.map);
+    registration::VoxelSampler sampler;
     Points dense;
     for (int n = 0; n < kScansInMap; ++n) {
       const Vec2 at = here - kApart_m * (kScansInMap - n) * ahead;
@@ -94,22 +94,22 @@ Tally run(const Place& place, sim::Scenario scenario, sp::SpConfig config, doubl
     sampler.sample(scan(T_true), config.map_voxel_m, &dense);
     sampler.sample(dense, config.source_voxel_m, &source);
 
-    sp::Prediction prediction;
+    registration::Prediction prediction;
     Vec6 off;
     for (int i = 0; i < 6; ++i) off[i] = (i < 3 ? 0.1 : 0.01) * random.normal();
     prediction.T_target_vehicle = T_true * exp_se3(off);
     prediction.covariance.diagonal() << Vec3::Constant(0.01), Vec3::Constant(0.0001);
-    sp::IcpWorkspace workspace;
+    registration::IcpWorkspace workspace;
     const auto all = std::numeric_limits<WorkUnits>::max();
     WorkUnits granted = all;
     if (granted_share < 1.0) {
-      const sp::Registration whole =
-          sp::register_points(source, &map, prediction, config.icp, all, &workspace);
+      const registration::Registration whole =
+          registration::register_points(source, &map, prediction, config.icp, all, &workspace);
       granted = static_cast<WorkUnits>(granted_share * static_cast<double>(whole.used));
     }
-    const sp::Registration r =
-        sp::register_points(source, &map, prediction, config.icp, granted, &workspace);
-    if (!usable(r.stop)) continue;
+    const registration::Registration r =
+        registration::register_points(source, &map, prediction, config.icp, granted, &workspace);
+    if (!registration::usable(r.stop)) continue;
     ++tally.usable;
     const Vec6 error = log_se3(r.T_target_vehicle.inverse() * T_true);
     const Eigen::SelfAdjointEigenSolver<Mat6> eigen(r.information);

@@ -64,8 +64,9 @@ TEST(Forest, HalfAScanIsLaidOntoTheOtherHalf) {
       for (int i = 0; i < 6; ++i) motion[i] = (i < 3 ? 0.5 : 0.05) * normal(rng);
       const Pose T_model_data = exp_se3(motion);
       const Points data = test::moved(T_model_data.inverse(), halves[1]);
-      const Registration r = register_clouds(halves[0], data, Pose{}, CloudParams{});
-      EXPECT_TRUE(usable(r.stop)) << name_of(r.stop);
+      const registration::Registration r =
+          registration::register_clouds(halves[0], data, Pose{}, registration::CloudParams{});
+      EXPECT_TRUE(registration::usable(r.stop)) << name_of(r.stop);
       const Pose off = T_model_data.inverse() * r.T_target_vehicle;
       worst_m = std::max(worst_m, off.p.norm());
       worst_rad = std::max(worst_rad, log_so3(off.q).norm());

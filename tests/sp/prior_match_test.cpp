@@ -69,7 +69,7 @@ struct Scene {
         map(survey(flat, sigma_m)),
         source(seen_from(T, flat, bushes, &rng)) {}
 
-  PriorMatch match(const Prediction& prediction, const PriorMatchParams& params) {
+  PriorMatch match(const registration::Prediction& prediction, const PriorMatchParams& params) {
     return match_prior_map(source, standing, map, prediction, params, kPlenty, &workspace);
   }
 
@@ -85,7 +85,8 @@ TEST(PriorMatch, FindsTheVehicleOnHills) {
   Scene scene(1, on_hills(10.0, -20.0, 0.05, -0.05, 0.6), false, 0.0, 0.2F);
   const Pose start = scene.T * test::pose(3.0, -2.0, 1.0, 0.01, 0.0, 0.02);
   const PriorMatch match = scene.match(test::prediction(start, 3.0, 0.05), {});
-  ASSERT_TRUE(usable(match.registration.stop)) << static_cast<int>(match.registration.stop);
+  ASSERT_TRUE(registration::usable(match.registration.stop))
+      << static_cast<int>(match.registration.stop);
   EXPECT_EQ(match.tile_id, tile_id(0, {0, -1}));
   const Vec6 e = log_se3(scene.T.inverse() * match.registration.T_target_vehicle);
   EXPECT_LT(e.head<3>().norm(), 0.5);
@@ -96,21 +97,21 @@ TEST(PriorMatch, GoingToAndFroAcrossACellsEdgeEnds) {
   int ended = 0;
   constexpr int kScenes = 20;
   for (unsigned seed = 0; seed < kScenes; ++seed) {
-    Scene scene(100 + seed, on_hills(3.0 * seed, -20.0, 0.05, -0.05, 0.3 * seed), false, 0.3,
-                0.01F);
+    Scene scene(100 + seed, on_hills(3.0 * seed, -20.0, 0.05, -0.05, 0.3 * seed), false,
+                        0.3, 0.01F);
     PriorMatchParams params;
     params.min_sigma_m = 0.01;
     params.max_iterations = 40;
     const Pose start = scene.T * test::pose(0.4, -0.3, 0.2, 0.003, 0.003, 0.01);
     const PriorMatch match = scene.match(test::prediction(start, 0.5, 0.01), params);
-    ended += match.registration.stop == Stop::kMaxIterations ? 0 : 1;
+    ended += match.registration.stop == registration::Stop::kMaxIterations ? 0 : 1;
   }
   EXPECT_GE(ended, kScenes - 1);
 }
 
 TEST(PriorMatch, ACellCountsOnceHoweverManyPointsFallOnIt) {
   Scene scene(2, on_hills(0.0, 0.0, 0.0, 0.0, 0.0), false, 0.0, 0.2F);
-  const Prediction p = test::prediction(scene.T, 1.0, 0.02);
+  const registration::Prediction p = test::prediction(scene.T, 1.0, 0.02);
   const Mat6 few = scene.match(p, {}).registration.information;
   for (int k = 0; k < 4; ++k) {
     const Points more = seen_from(scene.T, false, 0.0, &scene.rng);
@@ -125,7 +126,7 @@ TEST(PriorMatch, ACellCountsOnceHoweverManyPointsFallOnIt) {
 TEST(PriorMatch, VegetationDoesNotLiftTheVehicle) {
   Scene scene(3, on_hills(0.0, 0.0, 0.0, 0.0, 0.0), false, 0.3, 0.2F);
   const PriorMatch match = scene.match(test::prediction(scene.T, 1.0, 0.02), {});
-  ASSERT_TRUE(usable(match.registration.stop));
+  ASSERT_TRUE(registration::usable(match.registration.stop));
   EXPECT_NEAR(match.registration.T_target_vehicle.p.z(), scene.T.p.z(), 0.15);
 }
 
@@ -159,13 +160,13 @@ TEST(PriorMatch, LightThatGoesIntoShrubsDoesNotPullTheVehicleBack) {
   double ahead_m = 0.0;
   double ahead_by_surface_m = 0.0;  // as if light did not
   for (unsigned seed = 0; seed < kScenes; ++seed) {
-    Scene scene(200 + seed, on_hills(-40.0 + 7.0 * seed, 5.0 * seed, 0.0, 0.0, 0.5 * seed), false,
-                0.0, 0.1F);
+    Scene scene(200 + seed, on_hills(-40.0 + 7.0 * seed, 5.0 * seed, 0.0, 0.0, 0.5 * seed),
+                        false, 0.0, 0.1F);
     scene.source = seen_in_shrubs(scene.T, &scene.rng);
     const auto error_ahead_m = [&](double foliage_m) {
       PriorMatchParams params;
       params.foliage_m = foliage_m;
-      const Prediction start = test::prediction(scene.T, 0.5, 0.01);
+      const registration::Prediction start = test::prediction(scene.T, 0.5, 0.01);
       return log_se3(scene.T.inverse() * scene.match(start, params).registration.T_target_vehicle)
           .x();
     };
@@ -192,7 +193,7 @@ ElevationMap furrows() {
       tile.z_m.push_back(static_cast<float>(furrow(0.5 * (i - 127.5), 0.5 * (j - 127.5))));
     }
   }
-  Result<ElevationMap> map = ElevationMap::from_rasters(frame, with_coarser_levels(tile));
+  Result<ElevationMap> map = ElevationMap::from_rasters(frame, mapping::with_coarser_levels(tile));
   EXPECT_TRUE(map.ok()) << map.error().message;
   return std::move(map).value();
 }
@@ -209,10 +210,10 @@ TEST(PriorMatch, ASurveyThatIsBetterThanItSaysIsMatchedOnItsFineCells) {
   }
   // It says 0.2 m, which would make slopes of 0.46.
   const ElevationMap map = furrows();
-  const Prediction start =
+  const registration::Prediction start =
       test::prediction(T * test::pose(0.2, -0.2, 0.1, 0.0, 0.0, 0.002), 0.2, 0.01);
   PriorMatchWorkspace workspace;
-  const Registration r =
+  const registration::Registration r =
       match_prior_map(source, {}, map, start, {}, kPlenty, &workspace).registration;
   EXPECT_LT(log_se3(T.inverse() * r.T_target_vehicle).head<2>().norm(), 0.05);
   EXPECT_GT(r.information(0, 0), 25.0);  // 0.2 m
@@ -246,7 +247,7 @@ TEST(PriorMatch, FlatGroundSaysNothingOfXYAndYaw) {
   Scene scene(4, test::pose(5.0, 5.0, 0.9, 0.0, 0.0, 1.0), true, 0.0, 0.2F);
   const Pose start = scene.T * test::pose(1.0, 2.0, 0.3, 0.0, 0.0, 0.05);
   const PriorMatch match = scene.match(test::prediction(start, 3.0, 0.05), {});
-  ASSERT_EQ(match.registration.stop, Stop::kDegenerate);
+  ASSERT_EQ(match.registration.stop, registration::Stop::kDegenerate);
   const Vec3 moved = match.registration.T_target_vehicle.p - start.p;
   EXPECT_LT(moved.head<2>().norm(), 0.05);
   EXPECT_NEAR(match.registration.T_target_vehicle.p.z(), 0.9, 0.05);
@@ -259,10 +260,12 @@ TEST(PriorMatch, HolesInTheSurveyCostTheirCellsAndNoMore) {
     return hole ? std::nan("") : hills(x, y);
   };
   const Pose start = scene.T * test::pose(3.0, -2.0, 1.0, 0.01, 0.0, 0.02);
-  const Registration whole = scene.match(test::prediction(start, 3.0, 0.05), {}).registration;
+  const registration::Registration whole =
+      scene.match(test::prediction(start, 3.0, 0.05), {}).registration;
   scene.map = survey_of(with_holes, 0.2F);
-  const Registration holed = scene.match(test::prediction(start, 3.0, 0.05), {}).registration;
-  ASSERT_TRUE(usable(holed.stop)) << static_cast<int>(holed.stop);
+  const registration::Registration holed =
+      scene.match(test::prediction(start, 3.0, 0.05), {}).registration;
+  ASSERT_TRUE(registration::usable(holed.stop)) << static_cast<int>(holed.stop);
   EXPECT_LT((holed.T_target_vehicle.p - scene.T.p).norm(), 0.6);
   EXPECT_LT(holed.information(2, 2), whole.information(2, 2));
 }
@@ -281,8 +284,9 @@ TEST(PriorMatch, ACliffThatTheSurveyRoundsOffDoesNotPullTheVehicle) {
   }
   scene.map = survey_of(cliff, 0.2F);
   const Pose start = scene.T * test::pose(1.5, -1.0, 0.5, 0.01, 0.0, 0.02);
-  const Registration match = scene.match(test::prediction(start, 2.0, 0.05), {}).registration;
-  ASSERT_TRUE(usable(match.stop)) << static_cast<int>(match.stop);
+  const registration::Registration match =
+      scene.match(test::prediction(start, 2.0, 0.05), {}).registration;
+  ASSERT_TRUE(registration::usable(match.stop)) << static_cast<int>(match.stop);
   EXPECT_LT((match.T_target_vehicle.p - scene.T.p).norm(), 0.6);
   EXPECT_NEAR(match.T_target_vehicle.p.z(), scene.T.p.z(), 0.15);
 }
@@ -351,16 +355,17 @@ TEST(PriorPoints, WallsTellPlaceAndHeadingWhichFlatGroundDoesNot) {
     std::normal_distribution<double> n;
     const Pose start =
         T * test::pose(0.7 * n(scene.rng), 0.7 * n(scene.rng), 0.2, 0.0, 0.0, 0.02 * n(scene.rng));
-    const Prediction p = test::prediction(start, 0.7, 0.02);
-    const Registration r = scene.match(p, {}).registration;
-    ASSERT_EQ(r.stop, Stop::kConverged) << seed;
+    const registration::Prediction p = test::prediction(start, 0.7, 0.02);
+    const registration::Registration r = scene.match(p, {}).registration;
+    ASSERT_EQ(r.stop, registration::Stop::kConverged) << seed;
     const Vec6 e = log_se3(T.inverse() * r.T_target_vehicle);
     EXPECT_LT(e.head<2>().norm(), 0.06) << seed;
     EXPECT_LT(std::abs(e[5]), radians(0.3)) << seed;
     EXPECT_LT(std::abs(e[2]), 0.06);
     nees += e.dot(r.information * e) / 6.0 / kScenes;
     scene.standing.clear();
-    EXPECT_EQ(scene.match(p, {}).registration.stop, Stop::kDegenerate) << "the ground alone";
+    EXPECT_EQ(scene.match(p, {}).registration.stop, registration::Stop::kDegenerate)
+        << "the ground alone";
   }
   EXPECT_LT(nees, 2.0);
 }
@@ -370,8 +375,9 @@ TEST(PriorPoints, AWallThatIsWronglyPlacedIsNotBelieved) {
   for (const double moved_m : {1.0, -0.9, 2.0}) {
     Scene scene = walls_on_a_flat_field(60, T, moved_m, 2.0);
     const Pose start = T * test::pose(0.3, -0.2, 0.1, 0.0, 0.0, 0.01);
-    const Registration r = scene.match(test::prediction(start, 0.4, 0.01), {}).registration;
-    ASSERT_TRUE(usable(r.stop)) << moved_m;
+    const registration::Registration r =
+        scene.match(test::prediction(start, 0.4, 0.01), {}).registration;
+    ASSERT_TRUE(registration::usable(r.stop)) << moved_m;
     const Vec6 e = log_se3(T.inverse() * r.T_target_vehicle);
     EXPECT_LT(e.head<2>().norm(), 0.1) << moved_m;
     EXPECT_LT(std::abs(e[5]), radians(0.5)) << moved_m;
@@ -382,7 +388,7 @@ TEST(PriorPoints, AThousandPointsOfAWallClaimNoMoreThanItsError) {
   const Pose T = test::pose(2.0, 1.0, 0.9, 0.0, 0.0, 0.0);
   Scene few = walls_on_a_flat_field(70, T, 0.0, 2.0);
   Scene many = walls_on_a_flat_field(71, T, 0.0, 20.0);
-  const Prediction p = test::prediction(T, 0.5, 0.02);
+  const registration::Prediction p = test::prediction(T, 0.5, 0.02);
   const Mat6 by_few = few.match(p, {}).registration.information;
   const Mat6 by_many = many.match(p, {}).registration.information;
   EXPECT_LT(by_many(0, 0), 1.3 * by_few(0, 0));
@@ -405,10 +411,11 @@ TEST(PriorPoints, ASurfaceThatIsSeenFromBehindIsAnother) {
 
 TEST(PriorPoints, WhereTheMapHasNoneNothingChangesAndNothingIsPaid) {
   Scene scene(9, on_hills(10.0, -20.0, 0.05, -0.05, 0.6), false, 0.2, 0.1F);
-  const Prediction p = test::prediction(scene.T * test::pose(1, 0, 0.2, 0, 0, 0.01), 1.0, 0.02);
-  const Registration before = scene.match(p, {}).registration;
+  const registration::Prediction p =
+      test::prediction(scene.T * test::pose(1, 0, 0.2, 0, 0, 0.01), 1.0, 0.02);
+  const registration::Registration before = scene.match(p, {}).registration;
   scene.standing = scene.source;
-  const Registration after = scene.match(p, {}).registration;
+  const registration::Registration after = scene.match(p, {}).registration;
   EXPECT_EQ(after.T_target_vehicle.p, before.T_target_vehicle.p);
   EXPECT_EQ(after.information, before.information);
   EXPECT_EQ(after.used, before.used);
@@ -416,10 +423,11 @@ TEST(PriorPoints, WhereTheMapHasNoneNothingChangesAndNothingIsPaid) {
 
 TEST(PriorPoints, TheSameScanIsTheSameAnswer) {
   const Pose T = test::pose(2.0, 1.0, 0.9, 0.0, 0.0, 0.4);
-  const Prediction p = test::prediction(T * test::pose(0.5, 0.4, 0, 0, 0, 0.01), 0.7, 0.02);
+  const registration::Prediction p =
+      test::prediction(T * test::pose(0.5, 0.4, 0, 0, 0, 0.01), 0.7, 0.02);
   Scene scene = walls_on_a_flat_field(90, T, 0.0, 2.0);
-  const Registration first = scene.match(p, {}).registration;
-  const Registration second = scene.match(p, {}).registration;
+  const registration::Registration first = scene.match(p, {}).registration;
+  const registration::Registration second = scene.match(p, {}).registration;
   EXPECT_EQ(first.T_target_vehicle.p, second.T_target_vehicle.p);
   EXPECT_EQ(first.information, second.information);
   EXPECT_GT(first.used, 0);
@@ -427,7 +435,8 @@ TEST(PriorPoints, TheSameScanIsTheSameAnswer) {
 
 TEST(PriorMatch, OutsideTheMapIsAnAnswer) {
   Scene scene(5, test::pose(1000.0, 0.0, 0.0, 0.0, 0.0, 0.0), false, 0.0, 0.2F);
-  EXPECT_EQ(scene.match(test::prediction(scene.T, 1.0, 0.1), {}).registration.stop, Stop::kEmpty);
+  EXPECT_EQ(scene.match(test::prediction(scene.T, 1.0, 0.1), {}).registration.stop,
+            registration::Stop::kEmpty);
 }
 
 }  // namespace

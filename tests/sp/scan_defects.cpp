@@ -21,11 +21,11 @@ class Lookout {
  public:
   Lookout(const ScanPlace& place, const sim::Scenario& reference, std::uint64_t seed)
       : spinning_(place.scanner == Scanner::kSpinning),
-        mount_(tools::without_error(reference.mount)),
+        mount_(studies::without_error(reference.mount)),
         world_(place.world, reference.dem, {Vec2(0.0, 0.0), Vec2(1.0, 0.0)}, kReach_m),
         imager_(reference.imager, reference.beam, mount_, seed),
         turning_(spinning_params(), reference.beam, mount_, seed),
-        calibration_(tools::ladar_in_mount(reference)) {}
+        calibration_(studies::ladar_in_mount(reference)) {}
 
   [[nodiscard]] bool has_room(const Vec2& place_world) {
     world_.objects_near(place_world, kRoom_m, &objects_);

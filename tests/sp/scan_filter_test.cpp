@@ -50,7 +50,7 @@ TEST(VoxelSampler, KeepsExactlyOnePointOfEachOccupiedVoxel) {
   std::uniform_real_distribution<float> u(-20.0F, 20.0F);
   Points in;
   for (int i = 0; i < 30'000; ++i) in.push_back(Vec3f(u(rng), u(rng), 0.1F * u(rng)));
-  VoxelSampler sampler;
+  registration::VoxelSampler sampler;
   Points out;
   for (const double voxel_m : {0.5, 2.0, 0.5}) {
     sampler.sample(in, voxel_m, &out);

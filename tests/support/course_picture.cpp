@@ -103,7 +103,7 @@ void add_paths(const CoursePicture& picture, const View& view, SvgOut out) {
   for (const CourseSample& s : picture.samples) whole.push_back(s.place_world);
   add_line(whole, view, "stroke=\"#fff\" stroke-width=\"6.5\"", out);
   const double top_mps = top_speed(picture);
-  const int colours = static_cast<int>(kViridis.size());
+  const int colours = static_cast<int>(report::kViridis.size());
   for_runs(
       picture.samples,
       [&](const CourseSample& s) {
@@ -112,7 +112,7 @@ void add_paths(const CoursePicture& picture, const View& view, SvgOut out) {
       [&](const std::vector<Vec2>& run, int colour) {
         add_line(run, view,
                  fmt::format("stroke=\"{}\" stroke-width=\"4\"",
-                             kViridis[static_cast<std::size_t>(colour)]),
+                             report::kViridis[static_cast<std::size_t>(colour)]),
                  out);
       });
   std::vector<Vec2> believed;
@@ -203,10 +203,10 @@ void add_legend(const CoursePicture& picture, const View& view, bool hits, SvgOu
     fmt::format_to(out, "<path class=\"line\" d=\"M{:.1f} {:.1f}h34\" {}/>", x, top, style);
   };
   const double top_mps = top_speed(picture);
-  constexpr double kStep_px = 108.0 / kViridis.size();
-  for (std::size_t k = 0; k < kViridis.size(); ++k) {
+  constexpr double kStep_px = 108.0 / report::kViridis.size();
+  for (std::size_t k = 0; k < report::kViridis.size(); ++k) {
     fmt::format_to(out, "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{}\" height=\"7\" fill=\"{}\"/>",
-                   x + kStep_px * static_cast<double>(k), top - 3.5, kStep_px, kViridis[k]);
+                   x + kStep_px * static_cast<double>(k), top - 3.5, kStep_px, report::kViridis[k]);
   }
   label(115.0, top, fmt::format("true path, 0 to {:.0f} m/s", top_mps), 175.0);
   line(fmt::format("stroke=\"{}\" stroke-width=\"1.6\" stroke-dasharray=\"5 4\"", kBelief));
@@ -244,7 +244,7 @@ void add_legend(const CoursePicture& picture, const View& view, bool hits, SvgOu
 
 std::string render(const CoursePicture& picture) {
   RCS_CHECK(picture.world != nullptr && picture.samples.size() >= 2);
-  const View view = view_of(picture);
+  const View view = report::view_of(picture);
   const double width = view.width_px() + 2.0 * kBorder_px;
   const double height = view.top_px + view.height_px() + kLegendHeight_px;
   std::string svg;
@@ -252,14 +252,14 @@ std::string render(const CoursePicture& picture) {
   fmt::format_to(out,
                  "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {:.0f} {:.0f}\" "
                  "width=\"{:.0f}\" height=\"{:.0f}\" role=\"img\">\n<title>{}</title>\n",
-                 width, height, width, height, escape_xml(picture.title));
+                 width, height, width, height, report::escape_xml(picture.title));
   add_style(out);
   fmt::format_to(out, "<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n");
   fmt::format_to(out, "<text class=\"title\" x=\"{:.0f}\" y=\"28\">{}</text>\n", kBorder_px,
-                 escape_xml(picture.title));
+                 report::escape_xml(picture.title));
   for (std::size_t k = 0; k < picture.facts.size(); ++k) {
     fmt::format_to(out, "<text x=\"{:.0f}\" y=\"{:.0f}\">{}</text>\n", kBorder_px,
-                   48.0 + 18.0 * static_cast<double>(k), escape_xml(picture.facts[k]));
+                   48.0 + 18.0 * static_cast<double>(k), report::escape_xml(picture.facts[k]));
   }
   fmt::format_to(out,
                  "<clipPath id=\"map\"><rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" "

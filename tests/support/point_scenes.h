@@ -59,8 +59,8 @@ inline Pose pose(double x, double y, double z, double roll, double pitch, double
           Vec3(x, y, z)};
 }
 
-inline Prediction prediction(const Pose& T, double sigma_m, double sigma_rad) {
-  Prediction p;
+inline registration::Prediction prediction(const Pose& T, double sigma_m, double sigma_rad) {
+  registration::Prediction p;
   p.T_target_vehicle = T;
   p.covariance.setZero();
   p.covariance.diagonal() << Vec3::Constant(sigma_m * sigma_m),

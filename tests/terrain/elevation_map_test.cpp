@@ -92,7 +92,8 @@ TEST(ElevationMap, TheFinestLevelThatKnowsThePlaceAnswers) {
 TEST(ElevationMap, RastersOfOneLevelAreOneSurface) {
   const Raster whole = test::random_raster(3, {2, 2}, 10, 4);
   const ElevationMap one = map_of({whole});
-  const ElevationMap two = map_of({cut(whole, {8, 2}, 4, 4), cut(whole, {2, 2}, 6, 4)});
+  const ElevationMap two =
+      map_of({cut(whole, {8, 2}, 4, 4), cut(whole, {2, 2}, 6, 4)});
   std::mt19937 rng(2);
   const Vec2 low = whole.level.centre({2, 2});
   std::uniform_real_distribution<double> x_m(0.1, 22.0);
@@ -183,7 +184,7 @@ class MapOnDisk : public testing::Test {
               testing::UnitTest::GetInstance()->current_test_info()->name()),
         raster_(test::hills({0.5, Vec2::Zero(), 0.0, 1.0}, {-256, -256}, 3072, 512)) {
     fs::remove_all(path_);
-    EXPECT_TRUE(write_map(path_, test::frame(), raster_));
+    EXPECT_TRUE(mapping::write_map(path_, test::frame(), raster_));
   }
   ~MapOnDisk() override { fs::remove_all(path_); }
 
@@ -223,7 +224,7 @@ TEST_F(MapOnDisk, FollowingItIsTheSameSurfaceAsHavingItAll) {
 TEST_F(MapOnDisk, MemoryStaysThatOfTheWindowAcrossAHundredTiles) {
   const Raster strip = test::hills({0.5, Vec2::Zero(), 0.0, 1.0}, {0, 0}, 104 * kTileSide, 64);
   fs::remove_all(path_);
-  ASSERT_TRUE(write_map(path_, test::frame(), strip));
+  ASSERT_TRUE(mapping::write_map(path_, test::frame(), strip));
   ElevationMap map = opened(60.0);
   const std::size_t before = map.memory_bytes();
   SlowLoader loader(path_, 3);
@@ -278,7 +279,7 @@ TEST_F(MapOnDisk, AFileThatIsCutShortOrReplacedIsSaidAndNothingDies) {
   for (float& z : other.z_m) z += 100.0F;
   const std::string other_path = path_ + "_other";
   fs::remove_all(other_path);
-  ASSERT_TRUE(write_map(other_path, test::frame(), other));
+  ASSERT_TRUE(mapping::write_map(other_path, test::frame(), other));
   fs::copy_file(MapFolder::open(other_path)->file_of(0, {-1, 0}), folder->file_of(0, {-1, 0}),
                 fs::copy_options::overwrite_existing);
   fs::remove_all(other_path);
@@ -303,7 +304,7 @@ TEST_F(MapOnDisk, PointsAreFollowedAndTheirMemoryIsKnownBeforehand) {
   const std::size_t bare = opened(60.0).memory_bytes();
   raster_.points = test::random_points(8, raster_, 20000);
   fs::remove_all(path_);
-  ASSERT_TRUE(write_map(path_, test::frame(), raster_));
+  ASSERT_TRUE(mapping::write_map(path_, test::frame(), raster_));
   ElevationMap map = opened(60.0);
   const std::size_t before = map.memory_bytes();
   EXPECT_GT(before, bare);
@@ -328,7 +329,7 @@ TEST_F(MapOnDisk, PointsAreFollowedAndTheirMemoryIsKnownBeforehand) {
   other.points = test::random_points(9, other, kMostSurfacePoints);
   const std::string other_path = path_ + "_other";
   fs::remove_all(other_path);
-  ASSERT_TRUE(write_map(other_path, test::frame(), other));
+  ASSERT_TRUE(mapping::write_map(other_path, test::frame(), other));
   fs::copy_file(MapFolder::open(other_path)->file_of(0, {0, 0}), folder->file_of(0, {0, 0}),
                 fs::copy_options::overwrite_existing);
   fs::remove_all(other_path);

@@ -42,7 +42,7 @@ class MapFolderTest : public testing::Test {
 
 TEST_F(MapFolderTest, WhatIsWrittenIsRead) {
   const Raster raster = test::random_raster(2, {-300, 10}, 700, 300);
-  ASSERT_TRUE(write_map(path_, test::frame(), raster));
+  ASSERT_TRUE(mapping::write_map(path_, test::frame(), raster));
   const MapFolder folder = opened();
   EXPECT_EQ(folder.index().frame.source_crs, "EPSG:32618");
   EXPECT_EQ(folder.index().frame.datum.lat_rad, test::frame().datum.lat_rad);
@@ -56,7 +56,7 @@ TEST_F(MapFolderTest, WhatIsWrittenIsRead) {
 }
 
 TEST_F(MapFolderTest, AFifoAsIndexOrTileIsRefusedAndNotWaitedFor) {
-  ASSERT_TRUE(write_map(path_, test::frame(), test::random_raster(2, {0, 0}, 20, 20)));
+  ASSERT_TRUE(mapping::write_map(path_, test::frame(), test::random_raster(2, {0, 0}, 20, 20)));
   const MapFolder folder = opened();
   const Cell number = folder.index().levels.front().tiles.front().tile;
   const std::string tile = folder.file_of(0, number);
@@ -72,7 +72,7 @@ TEST_F(MapFolderTest, AFifoAsIndexOrTileIsRefusedAndNotWaitedFor) {
 TEST_F(MapFolderTest, PointsGoWithTheirTiles) {
   Raster raster = test::random_raster(2, {-300, 10}, 700, 300);
   raster.points = test::random_points(5, raster, 3000);
-  ASSERT_TRUE(write_map(path_, test::frame(), raster));
+  ASSERT_TRUE(mapping::write_map(path_, test::frame(), raster));
   const MapFolder folder = opened();
   std::size_t points = 0;
   for (const MapTileEntry& e : folder.index().levels.front().tiles) {
@@ -93,7 +93,7 @@ TEST_F(MapFolderTest, PointsGoWithTheirTiles) {
 TEST_F(MapFolderTest, ATileWithTooManyPointsIsThinned) {
   Raster raster = test::random_raster(2, {0, 0}, kTileSide, kTileSide);
   raster.points = test::random_points(6, raster, 3 * kMostSurfacePoints);
-  ASSERT_TRUE(write_map(path_, test::frame(), raster));
+  ASSERT_TRUE(mapping::write_map(path_, test::frame(), raster));
   const Result<Raster> tile = opened().read(0, {0, 0}, &buffer_);
   ASSERT_TRUE(tile) << tile.error().message;
   EXPECT_LE(tile->points.size(), kMostSurfacePoints);
@@ -103,7 +103,7 @@ TEST_F(MapFolderTest, ATileWithTooManyPointsIsThinned) {
 TEST_F(MapFolderTest, CoarserLevelsAreTheSameGround) {
   const MapLevel level{1.0, Vec2::Zero(), 0.0, 1.0};
   const Raster raster = test::hills(level, {0, 0}, 5 * kTileSide, kTileSide);
-  ASSERT_TRUE(write_map(path_, test::frame(), raster));
+  ASSERT_TRUE(mapping::write_map(path_, test::frame(), raster));
   const MapFolder folder = opened();
   ASSERT_EQ(folder.index().levels.size(), 3U);
   EXPECT_EQ(folder.index().levels[1].level.cell_m, 4.0);
@@ -132,7 +132,8 @@ TEST_F(MapFolderTest, LaterCellsWinAndUnknownOnesDoNot) {
   Raster second = test::random_raster(4, {50, 50}, 100, 100);
   second.source = {CellSource::kSensed};
   second.z_m[0] = std::numeric_limits<float>::quiet_NaN();
-  Result<MapWriter> writer = MapWriter::create(path_, test::frame(), {first.level});
+  Result<mapping::MapWriter> writer =
+      mapping::MapWriter::create(path_, test::frame(), {first.level});
   ASSERT_TRUE(writer);
   ASSERT_TRUE(writer->put(0, first));
   ASSERT_TRUE(writer->put(0, second));
@@ -149,7 +150,8 @@ TEST_F(MapFolderTest, LaterCellsWinAndUnknownOnesDoNot) {
 TEST_F(MapFolderTest, AMapIsThereWhenItIsComplete) {
   const Raster raster = test::random_raster(5, {0, 0}, 10, 10);
   {
-    Result<MapWriter> writer = MapWriter::create(path_, test::frame(), {raster.level});
+    Result<mapping::MapWriter> writer =
+        mapping::MapWriter::create(path_, test::frame(), {raster.level});
     ASSERT_TRUE(writer);
     ASSERT_TRUE(writer->put(0, raster));
     EXPECT_EQ(test::beside(path_).size(), 1U);
@@ -157,14 +159,14 @@ TEST_F(MapFolderTest, AMapIsThereWhenItIsComplete) {
   }
   EXPECT_TRUE(test::beside(path_).empty());
   EXPECT_FALSE(MapFolder::open(path_));
-  ASSERT_TRUE(write_map(path_, test::frame(), raster));
+  ASSERT_TRUE(mapping::write_map(path_, test::frame(), raster));
   EXPECT_TRUE(test::beside(path_).empty());
   const Raster wider = test::random_raster(5, {0, 0}, 300, 10);
-  ASSERT_TRUE(write_map(path_, test::frame(), wider));  // replaced as a whole
+  ASSERT_TRUE(mapping::write_map(path_, test::frame(), wider));  // replaced as a whole
   EXPECT_EQ(opened().index().levels.front().tiles.size(), 2U);
   EXPECT_TRUE(test::beside(path_).empty());
   fs::remove(path_ + "/map.index");
-  const Outcome over = write_map(path_, test::frame(), raster);
+  const Outcome over = mapping::write_map(path_, test::frame(), raster);
   ASSERT_FALSE(over);
   EXPECT_NE(over.error().message.find("not a map"), std::string::npos);
 }
@@ -178,14 +180,14 @@ TEST_F(MapFolderTest, FoldersBesideItAreNotTouched) {
     files.push_back(folder + "/precious");
     std::ofstream(files.back()) << "precious";
   }
-  for (int k = 0; k < 2; ++k) ASSERT_TRUE(write_map(path_, test::frame(), raster));
+  for (int k = 0; k < 2; ++k) ASSERT_TRUE(mapping::write_map(path_, test::frame(), raster));
   for (const std::string& file : files) EXPECT_TRUE(fs::exists(file)) << file;
   EXPECT_EQ(test::beside(path_).size(), files.size());
 }
 
 TEST_F(MapFolderTest, AMapWithOtherFilesInItIsNotReplaced) {
   const Raster raster = test::random_raster(5, {0, 0}, 10, 10);
-  ASSERT_TRUE(write_map(path_, test::frame(), raster));
+  ASSERT_TRUE(mapping::write_map(path_, test::frame(), raster));
   const std::string level = fs::path(opened().file_of(0, {0, 0})).parent_path().string();
   for (const std::string& other : {path_ + "/run.log", level + "/notes.txt", path_ + "/0_0.tile",
                                    level + "/1_2.tile.bak", path_ + "/logs"}) {
@@ -194,7 +196,7 @@ TEST_F(MapFolderTest, AMapWithOtherFilesInItIsNotReplaced) {
     } else {
       std::ofstream(other) << "precious";
     }
-    const Outcome over = write_map(path_, test::frame(), raster);
+    const Outcome over = mapping::write_map(path_, test::frame(), raster);
     ASSERT_FALSE(over) << other;
     EXPECT_NE(over.error().message.find(other), std::string::npos) << over.error().message;
     EXPECT_NE(over.error().message.find("move it elsewhere"), std::string::npos);
@@ -202,7 +204,8 @@ TEST_F(MapFolderTest, AMapWithOtherFilesInItIsNotReplaced) {
     fs::remove(other);
   }
   // Or comes while the map is written.
-  Result<MapWriter> writer = MapWriter::create(path_, test::frame(), {raster.level});
+  Result<mapping::MapWriter> writer =
+      mapping::MapWriter::create(path_, test::frame(), {raster.level});
   ASSERT_TRUE(writer);
   ASSERT_TRUE(writer->put(0, raster));
   std::ofstream(path_ + "/run.log") << "precious";
@@ -216,16 +219,16 @@ TEST_F(MapFolderTest, AMapWithOtherFilesInItIsNotReplaced) {
 
 TEST_F(MapFolderTest, ALinkToAMapStaysOne) {
   const Raster raster = test::random_raster(5, {0, 0}, 10, 10);
-  ASSERT_TRUE(write_map(path_, test::frame(), raster));
+  ASSERT_TRUE(mapping::write_map(path_, test::frame(), raster));
   const std::string link = path_ + ".link";
   fs::create_directory_symlink(path_, link);
-  ASSERT_TRUE(write_map(link, test::frame(), test::random_raster(5, {0, 0}, 300, 10)));
+  ASSERT_TRUE(mapping::write_map(link, test::frame(), test::random_raster(5, {0, 0}, 300, 10)));
   EXPECT_TRUE(fs::is_symlink(link));
   EXPECT_EQ(opened().index().levels.front().tiles.size(), 2U);
 }
 
 TEST_F(MapFolderTest, WhatIsBrokenOnDiskIsNamed) {
-  ASSERT_TRUE(write_map(path_, test::frame(), test::random_raster(6, {0, 0}, 300, 10)));
+  ASSERT_TRUE(mapping::write_map(path_, test::frame(), test::random_raster(6, {0, 0}, 300, 10)));
   const MapFolder folder = opened();
   const std::string file = folder.file_of(0, {1, 0});
   fs::resize_file(file, 1000);
@@ -319,7 +322,7 @@ TEST(Coarser, AMeanOfAPlaneIsThePlaneAndHolesAreUnknown) {
   coarse.level.cell_m = 4.0;
   coarse.width = coarse.height = 2;
   coarse.z_m.assign(4, std::numeric_limits<float>::quiet_NaN());
-  paste_coarser(fine, &coarse);
+  mapping::paste_coarser(fine, &coarse);
   EXPECT_NEAR(coarse.z_m[0], 100 + 2 * 1.5 - 1.5, 1e-4);
   EXPECT_NEAR(coarse.z_m[1], 100 + 2 * 5.5 - 1.5, 1e-4);  // three cells less do not tilt it
   EXPECT_NEAR(coarse.sigma_m[0], 0.5 / 3.0, 1e-3);        // what neighbours share

@@ -217,7 +217,7 @@ TEST_F(SurenessDeskTest, TilesComeAlongThePathAndLeaveAgain) {
   const std::string folder =
       (std::filesystem::path(::testing::TempDir()) / "sureness_desk_map").string();
   std::filesystem::remove_all(folder);
-  ASSERT_TRUE(write_map(folder, test::frame(), ground()));
+  ASSERT_TRUE(mapping::write_map(folder, test::frame(), ground()));
   PriorTerrainParams params;
   params.map = folder;
   params.window = {50.0, 20e6};

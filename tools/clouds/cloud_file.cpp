@@ -10,7 +10,7 @@
 #include "tools/base/files.h"
 #include "tools/clouds/cloud_layout.h"
 
-namespace rcs::tools {
+namespace rcs::clouds {
 namespace {
 
 std::string_view view(const std::vector<std::uint8_t>& bytes) {
@@ -161,9 +161,9 @@ std::size_t drop_coincident(Cloud* cloud) {
 }
 
 Result<Cloud> read_cloud(const std::string& path, const CloudShape& shape) {
-  const Result<std::vector<std::uint8_t>> bytes = read_bytes(path);
+  const Result<std::vector<std::uint8_t>> bytes = tools::read_bytes(path);
   if (!bytes) return bytes.error();
   return parse_cloud(*bytes, path, shape);
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::clouds

@@ -10,7 +10,7 @@
 #include "rcs/base/points.h"
 #include "rcs/base/result.h"
 
-namespace rcs::tools {
+namespace rcs::clouds {
 
 struct Cloud {
   Points points;               ///< [m]; finite, none at the origin, none beyond 10 km
@@ -36,4 +36,4 @@ std::size_t drop_coincident(Cloud* cloud);
 
 [[nodiscard]] Result<Cloud> read_cloud(const std::string& path, const CloudShape& shape);
 
-}  // namespace rcs::tools
+}  // namespace rcs::clouds

@@ -9,7 +9,7 @@
 #include <limits>
 #include <sstream>
 
-namespace rcs::tools {
+namespace rcs::clouds {
 namespace {
 
 constexpr std::size_t kMostNumbers = 10'000;  // of a point
@@ -284,4 +284,4 @@ Result<std::size_t> parse_columns(std::string_view line, const std::vector<std::
   return column;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::clouds

@@ -11,7 +11,7 @@
 
 #include "rcs/base/result.h"
 
-namespace rcs::tools {
+namespace rcs::clouds {
 
 enum class Number { kI8, kU8, kI16, kU16, kI32, kU32, kF32, kF64 };
 
@@ -56,4 +56,4 @@ struct CloudLayout {
                                                 const std::vector<std::size_t>& columns,
                                                 std::vector<double>* out);
 
-}  // namespace rcs::tools
+}  // namespace rcs::clouds

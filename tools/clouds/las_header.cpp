@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-namespace rcs::tools {
+namespace rcs::clouds {
 namespace {
 
 constexpr std::int64_t kShortest = 227;  // header of 1.2
@@ -267,4 +267,4 @@ Result<LasHeader> read_las_header(std::istream& in, std::int64_t size, const std
   return HeaderReader(in, size, name).read();
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::clouds

@@ -10,7 +10,7 @@
 #include "rcs/base/result.h"
 #include "tools/clouds/survey_points.h"
 
-namespace rcs::tools {
+namespace rcs::clouds {
 
 struct LasHeader {
   int minor = 0;   ///< of version 1.minor: 2, 3 or 4
@@ -34,4 +34,4 @@ struct LasHeader {
 [[nodiscard]] Result<LasHeader> read_las_header(std::istream& in, std::int64_t size,
                                                 const std::string& name);
 
-}  // namespace rcs::tools
+}  // namespace rcs::clouds

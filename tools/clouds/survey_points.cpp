@@ -16,7 +16,7 @@
 #include "tools/clouds/cloud_layout.h"
 #include "tools/clouds/las_header.h"
 
-namespace rcs::tools {
+namespace rcs::clouds {
 namespace {
 
 constexpr std::size_t kBlock = 65536;
@@ -317,4 +317,4 @@ Result<std::unique_ptr<SurveyPointFile>> open_survey_points(const std::string& p
   return file;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::clouds

@@ -8,7 +8,7 @@
 
 #include "rcs/base/result.h"
 
-namespace rcs::tools {
+namespace rcs::clouds {
 
 constexpr std::int16_t kNoClass = -1;
 
@@ -50,4 +50,4 @@ class SurveyPointFile {
 [[nodiscard]] Result<std::unique_ptr<SurveyPointFile>> open_survey_points(const std::string& path,
                                                                           int class_column);
 
-}  // namespace rcs::tools
+}  // namespace rcs::clouds

@@ -5,7 +5,7 @@
 
 #include "tools/drills/drill_limits.h"
 
-namespace rcs::tools {
+namespace rcs::drills {
 namespace {
 
 double root_mean(double sum, std::size_t samples) {
@@ -62,4 +62,4 @@ std::string_view shadow_name(int kind) {
   return kind >= 0 && kind < kShadowKinds ? kNames[static_cast<std::size_t>(kind)] : "unknown";
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::drills

@@ -8,7 +8,7 @@
 #include "tools/drills/drill_metrics.h"
 #include "tools/drills/drill_spec.h"
 
-namespace rcs::tools {
+namespace rcs::drills {
 
 /// Squares of horizontal errors at the same instants, to be added up over seeds.
 struct BaselineSums {
@@ -33,4 +33,4 @@ using Baselines = std::array<BaselineSums, kShadowKinds>;  ///< by shadow_t::KIN
 
 [[nodiscard]] std::string_view shadow_name(int kind);
 
-}  // namespace rcs::tools
+}  // namespace rcs::drills

@@ -9,7 +9,7 @@
 #include "rcs/node/log/log_file.h"
 #include "tools/base/threads.h"
 
-namespace rcs::tools {
+namespace rcs::drills {
 namespace {
 
 struct Job {
@@ -28,8 +28,8 @@ class Campaign {
     if (Outcome known = find_reference(); !known) return known.error();
     plan();
     errors_.assign(jobs_.size(), {});
-    in_threads(std::max<std::size_t>(1, std::min(campaign_.jobs, jobs_.size())),
-               [this](std::size_t worker) { work(worker); });
+    tools::in_threads(std::max<std::size_t>(1, std::min(campaign_.jobs, jobs_.size())),
+                      [this](std::size_t worker) { work(worker); });
     if (campaign_.stop()) return Error{"interrupted"};
     for (std::size_t j = 0; j < jobs_.size(); ++j) {
       DrillResult& result = results_[jobs_[j].drill];
@@ -61,7 +61,7 @@ class Campaign {
     if (!run->datum) return Error{campaign_.log + ": neither SIM_TRUTH nor ever a world pose"};
     reference_.emplace(DrillReference{{}, *run->datum});
     for (const DrillBelief& b : run->record.beliefs) {
-      Trajectory& poses = reference_->poses;
+      tools::Trajectory& poses = reference_->poses;
       if (poses.empty() || b.stamp > poses.back().stamp) {
         poses.push_back({b.stamp, b.T_world_vehicle});
       }
@@ -174,4 +174,4 @@ Result<std::vector<DrillResult>> run_campaign(const DrillCampaign& campaign) {
   return Campaign(campaign).run();
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::drills

@@ -9,7 +9,7 @@
 #include "tools/drills/drill_result.h"
 #include "tools/drills/drill_run.h"
 
-namespace rcs::tools {
+namespace rcs::drills {
 
 struct DrillCampaign {
   std::vector<Drill> drills;
@@ -32,4 +32,4 @@ struct DrillCampaign {
 /// @return as the drills were given, or an error when `stop` said so
 [[nodiscard]] Result<std::vector<DrillResult>> run_campaign(const DrillCampaign& campaign);
 
-}  // namespace rcs::tools
+}  // namespace rcs::drills

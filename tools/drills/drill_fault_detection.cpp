@@ -7,7 +7,7 @@
 #include "lcmtypes/rcs/innovation_t.hpp"
 #include "lcmtypes/rcs/integrity_t.hpp"
 
-namespace rcs::tools {
+namespace rcs::drills {
 namespace {
 
 constexpr double kFalseSigmas = 6.0;
@@ -204,4 +204,4 @@ std::optional<IntegrityFigures> integrity_figures(const Drill& drill, const Dril
   return f;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::drills

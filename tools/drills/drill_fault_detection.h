@@ -8,7 +8,7 @@
 #include "tools/drills/drill_metrics.h"
 #include "tools/drills/drill_spec.h"
 
-namespace rcs::tools {
+namespace rcs::drills {
 
 /// A fix more than 6 total sigma (reported and the belief's) off that WM took.
 struct FalseAcceptance {
@@ -44,4 +44,4 @@ struct IntegrityFigures {
                                                                 const DrillRecord& record,
                                                                 const DrillErrors& errors);
 
-}  // namespace rcs::tools
+}  // namespace rcs::drills

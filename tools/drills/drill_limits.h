@@ -5,7 +5,7 @@
 
 #include "rcs/node/params/params.h"
 
-namespace rcs::tools {
+namespace rcs::drills {
 
 struct MarkKind {
   std::string_view key;    ///< in [marks]
@@ -54,4 +54,4 @@ inline constexpr MarkKind kMarks[] = {
 };
 // clang-format on
 
-}  // namespace rcs::tools
+}  // namespace rcs::drills

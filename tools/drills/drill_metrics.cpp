@@ -9,7 +9,7 @@
 #include "tools/base/statistics.h"
 #include "tools/evaluation/trajectory_error.h"
 
-namespace rcs::tools {
+namespace rcs::drills {
 namespace {
 
 constexpr Duration kMaxTruthGap = std::chrono::milliseconds(500);
@@ -41,7 +41,7 @@ Stamp DrillErrors::stamp_at(double t_s) const {
 }
 
 std::optional<Pose> DrillErrors::truth_at(Stamp stamp) const {
-  return pose_at(record_.truth, stamp, kMaxTruthGap);
+  return tools::pose_at(record_.truth, stamp, kMaxTruthGap);
 }
 
 const DrillBelief* DrillErrors::belief_at(Stamp stamp) const {
@@ -67,7 +67,7 @@ std::optional<DrillError> DrillErrors::of(const DrillBelief& b) const {
   const Mat<2> P_horizontal = P.topLeftCorner<2, 2>();
   const Eigen::SelfAdjointEigenSolver<Mat<2>> eigen(P_horizontal, Eigen::EigenvaluesOnly);
   e.sigma_horizontal_m = std::sqrt(std::max(0.0, eigen.eigenvalues()[1]));
-  e.nees = nees(pose_error(b.T_world_vehicle, *truth), b.cov_world_pose);
+  e.nees = evaluation::nees(evaluation::pose_error(b.T_world_vehicle, *truth), b.cov_world_pose);
   return e;
 }
 
@@ -153,13 +153,13 @@ AccuracyFigures accuracy(const Drill& drill, const DrillErrors& errors) {
   }
   if (with_nees > 0) f.nees_per_dof /= static_cast<double>(with_nees);
   f.samples = horizontal_m.size();
-  const Summary horizontal = summarize(std::move(horizontal_m));
+  const tools::Summary horizontal = tools::summarize(std::move(horizontal_m));
   f.cep50_m = horizontal.p50;
   f.cep95_m = horizontal.p95;
   f.horizontal_max_m = horizontal.max;
-  f.vertical95_m = summarize(std::move(vertical_m)).p95;
-  f.along_rms_m = summarize(std::move(along_m)).rms;
-  f.across_rms_m = summarize(std::move(across_m)).rms;
+  f.vertical95_m = tools::summarize(std::move(vertical_m)).p95;
+  f.along_rms_m = tools::summarize(std::move(along_m)).rms;
+  f.across_rms_m = tools::summarize(std::move(across_m)).rms;
   return f;
 }
 
@@ -215,4 +215,4 @@ std::string_view innovation_reason_name(int reason) {
   return name_of(reason, kNames.data(), kNames.size());
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::drills

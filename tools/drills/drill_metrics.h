@@ -11,7 +11,7 @@
 #include "tools/drills/drill_record.h"
 #include "tools/drills/drill_spec.h"
 
-namespace rcs::tools {
+namespace rcs::drills {
 
 /// A belief against the truth.
 struct DrillError {
@@ -99,4 +99,4 @@ struct AccuracyFigures {
 [[nodiscard]] std::string_view innovation_source_name(int source);
 [[nodiscard]] std::string_view innovation_reason_name(int reason);
 
-}  // namespace rcs::tools
+}  // namespace rcs::drills

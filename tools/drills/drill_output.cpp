@@ -7,7 +7,7 @@
 
 #include "tools/report/svg_plot.h"
 
-namespace rcs::tools {
+namespace rcs::drills {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -82,28 +82,28 @@ Json integrity_json(const std::optional<IntegrityFigures>& f) {
 
 Json run_json(const DrillRunFigures& r) {
   Json j = {{"seed", r.seed},
-            {"simulated_s", r.simulated_s},
-            {"cep50_m", r.accuracy.cep50_m},
-            {"cep95_m", r.accuracy.cep95_m},
-            {"vertical95_m", r.accuracy.vertical95_m},
-            {"horizontal_max_m", r.accuracy.horizontal_max_m},
-            {"along_rms_m", r.accuracy.along_rms_m},
-            {"across_rms_m", r.accuracy.across_rms_m},
-            {"nees_per_dof", r.accuracy.nees_per_dof},
-            {"samples", r.accuracy.samples},
-            {"smooth_step_m", r.smooth.m},
-            {"smooth_step_at_s", r.smooth.t_s},
-            {"outages", Json::array()},
-            {"returns", Json::array()},
-            {"false_acceptances", Json::array()},
-            {"nis", Json::object()},
-            {"integrity", integrity_json(r.integrity)},
-            {"shadows", r.shadows_published ? "published" : "not published"},
-            {"baselines", baselines_json(r.baselines)},
-            {"registrations", r.stops},
-            {"overruns", r.overruns},
-            {"missed_cycles", r.missed},
-            {"hash", fmt::format("{:016x}", r.hash)}};
+                        {"simulated_s", r.simulated_s},
+                        {"cep50_m", r.accuracy.cep50_m},
+                        {"cep95_m", r.accuracy.cep95_m},
+                        {"vertical95_m", r.accuracy.vertical95_m},
+                        {"horizontal_max_m", r.accuracy.horizontal_max_m},
+                        {"along_rms_m", r.accuracy.along_rms_m},
+                        {"across_rms_m", r.accuracy.across_rms_m},
+                        {"nees_per_dof", r.accuracy.nees_per_dof},
+                        {"samples", r.accuracy.samples},
+                        {"smooth_step_m", r.smooth.m},
+                        {"smooth_step_at_s", r.smooth.t_s},
+                        {"outages", Json::array()},
+                        {"returns", Json::array()},
+                        {"false_acceptances", Json::array()},
+                        {"nis", Json::object()},
+                        {"integrity", integrity_json(r.integrity)},
+                        {"shadows", r.shadows_published ? "published" : "not published"},
+                        {"baselines", baselines_json(r.baselines)},
+                        {"registrations", r.stops},
+                        {"overruns", r.overruns},
+                        {"missed_cycles", r.missed},
+                        {"hash", fmt::format("{:016x}", r.hash)}};
   for (const OutageDrift& o : r.outages) {
     j["outages"].push_back({{"begin_s", o.window.begin_s},
                             {"end_s", o.window.end_s},
@@ -131,7 +131,7 @@ Json run_json(const DrillRunFigures& r) {
 
 std::string junit_case(const DrillResult& r, std::string_view name, std::string_view inner) {
   return fmt::format("    <testcase classname=\"drill.{}\" name=\"{}\">{}</testcase>\n",
-                     escape_xml(r.drill.id), escape_xml(name), inner);
+                     report::escape_xml(r.drill.id), report::escape_xml(name), inner);
 }
 
 std::string junit_suite(const DrillResult& r) {
@@ -144,11 +144,11 @@ std::string junit_suite(const DrillResult& r) {
     std::string inner;
     if (verdict == Verdict::kFail) {
       ++failures;
-      inner = fmt::format("<failure message=\"{}\"/>", escape_xml(message));
+      inner = fmt::format("<failure message=\"{}\"/>", report::escape_xml(message));
     }
     if (verdict == Verdict::kOpen) {
       ++skipped;
-      inner = fmt::format("<skipped message=\"{}\"/>", escape_xml(message));
+      inner = fmt::format("<skipped message=\"{}\"/>", report::escape_xml(message));
     }
     cases += junit_case(r, name, inner);
   };
@@ -162,7 +162,7 @@ std::string junit_suite(const DrillResult& r) {
   }
   return fmt::format(
       "  <testsuite name=\"{}\" tests=\"{}\" failures=\"{}\" skipped=\"{}\">\n{}  </testsuite>\n",
-      escape_xml(r.drill.id), tests, failures, skipped, cases);
+      report::escape_xml(r.drill.id), tests, failures, skipped, cases);
 }
 
 }  // namespace
@@ -189,10 +189,10 @@ Json to_json(const std::vector<DrillResult>& results) {
   Json j = {{"drills", Json::array()}};
   for (const DrillResult& r : results) {
     Json drill = {{"id", r.drill.id},
-                  {"name", r.drill.name},
-                  {"verdict", verdict_text(r)},
-                  {"stimuli", Json::array()},
-                  {"marks", Json::array()}};
+                              {"name", r.drill.name},
+                              {"verdict", verdict_text(r)},
+                              {"stimuli", Json::array()},
+                              {"marks", Json::array()}};
     if (!r.error.empty()) drill["error"] = r.error;
     if (!r.skipped.empty()) drill["skipped"] = r.skipped;
     for (const Stimulus& s : r.drill.stimuli) {
@@ -221,8 +221,8 @@ std::string to_junit(const std::vector<DrillResult>& results) {
          "</testsuites>\n";
 }
 
-Table drill_table(const std::vector<DrillResult>& results) {
-  Table t{{"drill", "result", "seeds"}, {}};
+report::Table drill_table(const std::vector<DrillResult>& results) {
+  report::Table t{{"drill", "result", "seeds"}, {}};
   std::vector<const MarkKind*> columns;
   for (const MarkKind& kind : kMarks) {
     const bool used = std::any_of(results.begin(), results.end(), [&](const DrillResult& r) {
@@ -249,8 +249,8 @@ Table drill_table(const std::vector<DrillResult>& results) {
   return t;
 }
 
-Table mark_table(const DrillResult& result) {
-  Table t{{"mark", "result", "figure", "limit", ""}, {}};
+report::Table mark_table(const DrillResult& result) {
+  report::Table t{{"mark", "result", "figure", "limit", ""}, {}};
   for (const MarkResult& m : result.marks) {
     t.rows.push_back({fmt::format("{}: {}", m.kind->title, m.kind->about),
                       std::string(verdict_text(m.verdict)), value_text(m),
@@ -259,10 +259,11 @@ Table mark_table(const DrillResult& result) {
   return t;
 }
 
-Table run_table(const DrillResult& result) {
-  Table t{{"seed", "CEP50 [m]", "CEP95 [m]", "vertical 95 % [m]", "largest [m]", "along [m]",
-           "across [m]", "drift [%]", "[m/min]", "heading [deg]", "NEES/dof", "step [m]"},
-          {}};
+report::Table run_table(const DrillResult& result) {
+  report::Table t{
+      {"seed", "CEP50 [m]", "CEP95 [m]", "vertical 95 % [m]", "largest [m]", "along [m]",
+       "across [m]", "drift [%]", "[m/min]", "heading [deg]", "NEES/dof", "step [m]"},
+      {}};
   for (const DrillRunFigures& r : result.runs) {
     const OutageDrift* last = r.outages.empty() ? nullptr : &r.outages.back();
     const auto of_outage = [&](double OutageDrift::*value, double scale) {
@@ -279,4 +280,4 @@ Table run_table(const DrillResult& result) {
   return t;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::drills

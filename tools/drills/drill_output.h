@@ -10,17 +10,17 @@
 #include "tools/drills/drill_result.h"
 #include "tools/report/table.h"
 
-namespace rcs::tools {
+namespace rcs::drills {
 
 [[nodiscard]] nlohmann::ordered_json to_json(const std::vector<DrillResult>& results);
 /// A test case for every mark of every drill; one that is open counts as skipped.
 [[nodiscard]] std::string to_junit(const std::vector<DrillResult>& results);
 /// One row a drill: the figures beside their marks.
-[[nodiscard]] Table drill_table(const std::vector<DrillResult>& results);
+[[nodiscard]] report::Table drill_table(const std::vector<DrillResult>& results);
 /// Every mark of one drill.
-[[nodiscard]] Table mark_table(const DrillResult& result);
+[[nodiscard]] report::Table mark_table(const DrillResult& result);
 /// Figures of one drill that no mark is set on, by seed.
-[[nodiscard]] Table run_table(const DrillResult& result);
+[[nodiscard]] report::Table run_table(const DrillResult& result);
 
 /// "pass", "FAIL", "open", "error" or "not run".
 [[nodiscard]] std::string verdict_text(const DrillResult& result);
@@ -29,4 +29,4 @@ namespace rcs::tools {
 [[nodiscard]] std::string marked(const std::string& figure, Verdict verdict);
 [[nodiscard]] nlohmann::ordered_json number_or_null(const std::optional<double>& value);
 
-}  // namespace rcs::tools
+}  // namespace rcs::drills

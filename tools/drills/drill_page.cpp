@@ -9,7 +9,7 @@
 #include "tools/drills/drill_pictures.h"
 #include "tools/report/html_page.h"
 
-namespace rcs::tools {
+namespace rcs::drills {
 namespace {
 
 constexpr std::size_t kEventsShown = 15;
@@ -42,7 +42,7 @@ std::string stimuli_text(const Drill& drill) {
 
 /// What a node says again and again is shown once.
 Table event_table(const DrillRecord& record, const Drill& drill) {
-  Table t{{"event", "time [s]", "node", "code"}, {}};
+  report::Table t{{"event", "time [s]", "node", "code"}, {}};
   std::map<std::string, std::string> last_code;
   for (const DrillEvent& e : record.events) {
     const double t_s = seconds(e.time - record.begin.value_or(Stamp()));
@@ -53,8 +53,8 @@ Table event_table(const DrillRecord& record, const Drill& drill) {
   return t;
 }
 
-Table baseline_table(const DrillResult& r) {
-  Table t{{"baseline: WM's filter", "WM, RMS [m]", "baseline, RMS [m]", "ratio"}, {}};
+report::Table baseline_table(const DrillResult& r) {
+  report::Table t{{"baseline: WM's filter", "WM, RMS [m]", "baseline, RMS [m]", "ratio"}, {}};
   const Baselines sums = pooled_baselines(r.runs);
   for (std::size_t k = 0; k < sums.size(); ++k) {
     if (sums[k].samples == 0) continue;
@@ -66,7 +66,7 @@ Table baseline_table(const DrillResult& r) {
   return t;
 }
 
-void add_drill(const DrillResult& r, HtmlPage* page) {
+void add_drill(const DrillResult& r, report::HtmlPage* page) {
   page->heading(fmt::format("{}: {}", r.drill.name, verdict_text(r)));
   if (!r.drill.about.empty()) page->paragraph(r.drill.about);
   if (!r.error.empty() || !r.skipped.empty()) {
@@ -76,11 +76,12 @@ void add_drill(const DrillResult& r, HtmlPage* page) {
   page->paragraph(stimuli_text(r.drill));
   page->table(mark_table(r));
   page->table(run_table(r));
-  if (const Table baselines = baseline_table(r); !baselines.rows.empty()) page->table(baselines);
+  if (const report::Table baselines = baseline_table(r); !baselines.rows.empty())
+    page->table(baselines);
   if (!r.shown) return;
-  for (const Plot& plot : drill_error_plots(r.drill, *r.shown)) page->plot(plot);
+  for (const report::Plot& plot : drill_error_plots(r.drill, *r.shown)) page->plot(plot);
   page->plot(drill_time_line(r.drill, *r.shown));
-  if (const Table events = event_table(*r.shown, r.drill); !events.rows.empty()) {
+  if (const report::Table events = event_table(*r.shown, r.drill); !events.rows.empty()) {
     page->table(events);
   }
   page->plot(drill_course(r.drill, *r.shown));
@@ -89,7 +90,7 @@ void add_drill(const DrillResult& r, HtmlPage* page) {
 }  // namespace
 
 std::string drill_page(const std::vector<DrillResult>& results, const std::string& drive) {
-  HtmlPage page("Drills: without GPS and with bad data");
+  report::HtmlPage page("Drills: without GPS and with bad data");
   page.paragraph(summary(results) + " On " + drive + ".");
   page.paragraph(
       "Each drill changes what the sensors say on a drive and holds SP's and WM's answers against "
@@ -106,4 +107,4 @@ std::string drill_page(const std::vector<DrillResult>& results, const std::strin
   return page.finish();
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::drills

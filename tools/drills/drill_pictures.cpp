@@ -17,14 +17,15 @@
 #include "tools/drills/drill_baselines.h"
 #include "tools/drills/drill_metrics.h"
 
-namespace rcs::tools {
+namespace rcs::drills {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kLead_s = 10.0;
 /// Decades below this say nothing.
 constexpr double kLeastError_m = 0.01;
-constexpr Colour kShadowColours[kShadowKinds] = {Colour::kGrey, Colour::kGreen, Colour::kPurple};
+constexpr report::Colour kShadowColours[kShadowKinds] = {
+    report::Colour::kGrey, report::Colour::kGreen, report::Colour::kPurple};
 
 std::string shadow_label(int kind) {
   return kind == 0 ? "inertial alone" : std::string(shadow_name(kind));
@@ -35,19 +36,19 @@ double last_s(const DrillRecord& record, const DrillErrors& errors) {
   return errors.time_s(record.end);
 }
 
-std::vector<Shade> stimulus_shades(const Drill& drill, double end_s) {
-  std::vector<Shade> shades;
+std::vector<report::Shade> stimulus_shades(const Drill& drill, double end_s) {
+  std::vector<report::Shade> shades;
   for (const Stimulus& s : drill.stimuli) {
     shades.push_back({s.begin_s, std::min(s.end_s(), end_s), describe(s)});
   }
   return shades;
 }
 
-Series series(std::string label, Colour colour, SeriesStyle style) {
+report::Series series(std::string label, report::Colour colour, report::SeriesStyle style) {
   return {std::move(label), colour, style, {}, {}, {}};
 }
 
-void add(double x, double y, Series* s) {
+void add(double x, double y, report::Series* s) {
   s->x.push_back(x);
   s->y.push_back(y);
 }
@@ -55,7 +56,7 @@ void add(double x, double y, Series* s) {
 /// A shadow's places, the pen lifted where it branched anew.
 Series shadow_course(const DrillRecord& record, const DrillErrors& errors, int kind,
                      double from_s) {
-  Series s = series(shadow_label(kind), kShadowColours[kind], SeriesStyle::kLine);
+  report::Series s = series(shadow_label(kind), kShadowColours[kind], report::SeriesStyle::kLine);
   std::optional<Stamp> branch;
   for (const DrillShadow& shadow : record.shadows) {
     if (shadow.kind != kind || errors.time_s(shadow.stamp) < from_s) continue;
@@ -69,7 +70,7 @@ Series shadow_course(const DrillRecord& record, const DrillErrors& errors, int k
 /// Errors of the shadows over time.
 Series shadow_errors(const DrillRecord& record, const DrillErrors& errors, int kind, double from_s,
                      const std::function<double(const Vec3&)>& magnitude) {
-  Series s = series(shadow_label(kind), kShadowColours[kind], SeriesStyle::kLine);
+  report::Series s = series(shadow_label(kind), kShadowColours[kind], report::SeriesStyle::kLine);
   std::optional<Stamp> branch;
   for (const DrillShadow& shadow : record.shadows) {
     const double t_s = errors.time_s(shadow.stamp);
@@ -86,10 +87,10 @@ Series shadow_errors(const DrillRecord& record, const DrillErrors& errors, int k
 class Lane {
  public:
   /// @param series  by colour
-  Lane(double y, std::map<Colour, Series>* series) : y_(y), series_(series) {}
+  Lane(double y, std::map<report::Colour, report::Series>* series) : y_(y), series_(series) {}
 
   /// @param colour  none: nothing is drawn
-  void at(double t_s, std::optional<Colour> colour) {
+  void at(double t_s, std::optional<report::Colour> colour) {
     constexpr double kGap_s = 1.0;
     const bool gap = t_s - last_s_ > kGap_s;
     if (since_ && (colour != colour_ || gap)) close(gap ? last_s_ : t_s);
@@ -104,7 +105,7 @@ class Lane {
  private:
   void close(double to_s) {
     if (colour_) {
-      Series* s = &series_->at(*colour_);
+      report::Series* s = &series_->at(*colour_);
       add(*since_, y_, s);
       add(to_s, y_, s);
       add(to_s, kNone, s);
@@ -113,34 +114,34 @@ class Lane {
   }
 
   double y_;
-  std::map<Colour, Series>* series_;
+  std::map<report::Colour, report::Series>* series_;
   std::optional<double> since_;
-  std::optional<Colour> colour_;
+  std::optional<report::Colour> colour_;
   double last_s_ = 0.0;
 };
 
-Colour colour_of_mode(int mode) {
+report::Colour colour_of_mode(int mode) {
   switch (mode) {
     case nav_state_t::MODE_GPS_INS:
     case nav_state_t::MODE_GPS_INS_LADAR:
     case nav_state_t::MODE_GPS_LADAR:
-      return Colour::kBlue;
+      return report::Colour::kBlue;
     case nav_state_t::MODE_INS_LADAR:
     case nav_state_t::MODE_LADAR:
-      return Colour::kGreen;
+      return report::Colour::kGreen;
     default:
-      return Colour::kOrange;
+      return report::Colour::kOrange;
   }
 }
 
-std::optional<Colour> colour_of_trust(int trust) {
+std::optional<report::Colour> colour_of_trust(int trust) {
   switch (trust) {
     case integrity_t::TRUST_FULL:
-      return Colour::kBlue;
+      return report::Colour::kBlue;
     case integrity_t::TRUST_QUARANTINE:
-      return Colour::kOrange;
+      return report::Colour::kOrange;
     case integrity_t::TRUST_PROBATION:
-      return Colour::kPurple;
+      return report::Colour::kPurple;
     default:
       return std::nullopt;
   }
@@ -148,18 +149,19 @@ std::optional<Colour> colour_of_trust(int trust) {
 
 }  // namespace
 
-Plot drill_course(const Drill& drill, const DrillRecord& record) {
+report::Plot drill_course(const Drill& drill, const DrillRecord& record) {
   const DrillErrors errors(record);
   const double from_s = first_s(drill);
-  Plot plot;
+  report::Plot plot;
   plot.title = drill.id + ": from above";
   plot.x_label = "east [m]";
   plot.y_label = "north [m]";
   plot.height_px = 460;
   plot.equal_scales = true;
-  Series fused = series("WM", Colour::kBlue, SeriesStyle::kThickLine);
-  Series disturbed = series("WM, disturbed", Colour::kOrange, SeriesStyle::kThickLine);
-  Series truth = series("truth", Colour::kGrey, SeriesStyle::kDashed);
+  report::Series fused = series("WM", report::Colour::kBlue, report::SeriesStyle::kThickLine);
+  report::Series disturbed =
+      series("WM, disturbed", report::Colour::kOrange, report::SeriesStyle::kThickLine);
+  report::Series truth = series("truth", report::Colour::kGrey, report::SeriesStyle::kDashed);
   for (double t_s = from_s; t_s < last_s(record, errors); t_s += 0.25) {
     const Stamp stamp = errors.stamp_at(t_s);
     if (const std::optional<Pose> T = errors.truth_at(stamp)) add(T->p.x(), T->p.y(), &truth);
@@ -173,7 +175,7 @@ Plot drill_course(const Drill& drill, const DrillRecord& record) {
   }
   plot.series = {std::move(fused), std::move(disturbed)};
   for (int k = 0; k < kShadowKinds; ++k) {
-    Series s = shadow_course(record, errors, k, from_s);
+    report::Series s = shadow_course(record, errors, k, from_s);
     if (!s.x.empty()) plot.series.push_back(std::move(s));
   }
   if (!truth.x.empty()) {
@@ -184,7 +186,7 @@ Plot drill_course(const Drill& drill, const DrillRecord& record) {
   return plot;
 }
 
-std::vector<Plot> drill_error_plots(const Drill& drill, const DrillRecord& record) {
+std::vector<report::Plot> drill_error_plots(const Drill& drill, const DrillRecord& record) {
   struct Kind {
     const char* title;
     std::function<double(const Vec3&)> magnitude;
@@ -197,28 +199,29 @@ std::vector<Plot> drill_error_plots(const Drill& drill, const DrillRecord& recor
   const DrillErrors errors(record);
   const double from_s = first_s(drill);
   const std::vector<DrillError> sampled = errors.sampled();
-  std::vector<Plot> plots;
+  std::vector<report::Plot> plots;
   for (const Kind& kind : kinds) {
-    Plot plot;
+    report::Plot plot;
     plot.title = drill.id + ": " + kind.title;
     plot.x_label = "time [s]";
     plot.y_label = "[m] (log scale)";
     plot.height_px = 260;
     plot.log_y = true;
     plot.shades = stimulus_shades(drill, last_s(record, errors));
-    Series wm = series("WM", Colour::kBlue, SeriesStyle::kThickLine);
+    report::Series wm = series("WM", report::Colour::kBlue, report::SeriesStyle::kThickLine);
     for (const DrillError& e : sampled) {
       if (e.t_s < from_s) continue;
       add(e.t_s, std::max(kLeastError_m, kind.magnitude(e.position_m)), &wm);
     }
-    Series level = series("protection level", Colour::kOrange, SeriesStyle::kDashed);
+    report::Series level =
+        series("protection level", report::Colour::kOrange, report::SeriesStyle::kDashed);
     for (const DrillIntegrity& i : record.integrity) {
       const double protection_m = i.*kind.protection;
       if (errors.time_s(i.stamp) < from_s || !std::isfinite(protection_m)) continue;
       add(errors.time_s(i.stamp), protection_m, &level);
     }
     for (int k = 0; k < kShadowKinds; ++k) {
-      Series s = shadow_errors(record, errors, k, from_s, kind.magnitude);
+      report::Series s = shadow_errors(record, errors, k, from_s, kind.magnitude);
       if (!s.x.empty()) plot.series.push_back(std::move(s));
     }
     plot.series.push_back(std::move(wm));
@@ -228,7 +231,7 @@ std::vector<Plot> drill_error_plots(const Drill& drill, const DrillRecord& recor
   return plots;
 }
 
-Plot drill_time_line(const Drill& drill, const DrillRecord& record) {
+report::Plot drill_time_line(const Drill& drill, const DrillRecord& record) {
   // Lanes from the foot, as y_names has them.
   constexpr double kEvents = 0.0;
   constexpr double kAlerts = 1.0;
@@ -239,20 +242,20 @@ Plot drill_time_line(const Drill& drill, const DrillRecord& record) {
   const DrillErrors errors(record);
   const double from_s = first_s(drill);
   const double to_s = last_s(record, errors);
-  Plot plot;
+  report::Plot plot;
   plot.title = drill.id + ": what WM relies on";
   plot.x_label = "time [s]";
   plot.height_px = 270;
   plot.y_names = {"events", "alerts", "LADAR", "GPS", "fixes", "mode"};
-  plot.window = Window{from_s, to_s, -0.6, kMode + 0.6};
+  plot.window = report::Window{from_s, to_s, -0.6, kMode + 0.6};
   plot.shades = stimulus_shades(drill, to_s);
-  std::map<Colour, Series> lines;
-  for (const auto& [colour, label] : std::initializer_list<std::pair<Colour, const char*>>{
-           {Colour::kBlue, "trusted, taken, with GPS"},
-           {Colour::kGreen, "without GPS"},
-           {Colour::kPurple, "probation"},
-           {Colour::kOrange, "refused, quarantine, alert, dead reckoning"}}) {
-    lines.emplace(colour, series(label, colour, SeriesStyle::kThickLine));
+  std::map<report::Colour, report::Series> lines;
+  for (const auto& [colour, label] : std::initializer_list<std::pair<report::Colour, const char*>>{
+           {report::Colour::kBlue, "trusted, taken, with GPS"},
+           {report::Colour::kGreen, "without GPS"},
+           {report::Colour::kPurple, "probation"},
+           {report::Colour::kOrange, "refused, quarantine, alert, dead reckoning"}}) {
+    lines.emplace(colour, series(label, colour, report::SeriesStyle::kThickLine));
   }
 
   Lane mode(kMode, &lines);
@@ -268,20 +271,20 @@ Plot drill_time_line(const Drill& drill, const DrillRecord& record) {
     if (t_s < from_s) continue;
     gps.at(t_s, colour_of_trust(i.gps));
     ladar.at(t_s, colour_of_trust(i.ladar));
-    alerts.at(t_s, i.alerts == 0 ? std::nullopt : std::optional(Colour::kOrange));
+    alerts.at(t_s, i.alerts == 0 ? std::nullopt : std::optional(report::Colour::kOrange));
   }
   gps.end();
   ladar.end();
   alerts.end();
 
-  Series taken = series("", Colour::kBlue, SeriesStyle::kDots);
-  Series refused = series("", Colour::kOrange, SeriesStyle::kDots);
+  report::Series taken = series("", report::Colour::kBlue, report::SeriesStyle::kDots);
+  report::Series refused = series("", report::Colour::kOrange, report::SeriesStyle::kDots);
   for (const DrillInnovation& i : record.innovations) {
     const double t_s = errors.time_s(i.stamp);
     if (i.source != innovation_t::SOURCE_GPS_POSITION || t_s < from_s) continue;
     add(t_s, kFixes + (i.accepted ? 0.15 : -0.15), i.accepted ? &taken : &refused);
   }
-  Series told = series("", Colour::kGrey, SeriesStyle::kDots);
+  report::Series told = series("", report::Colour::kGrey, report::SeriesStyle::kDots);
   for (const DrillEvent& e : record.events) {
     if (errors.time_s(e.time) >= from_s) add(errors.time_s(e.time), kEvents, &told);
   }
@@ -292,4 +295,4 @@ Plot drill_time_line(const Drill& drill, const DrillRecord& record) {
   return plot;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::drills

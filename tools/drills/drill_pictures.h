@@ -7,15 +7,16 @@
 #include "tools/drills/drill_spec.h"
 #include "tools/report/svg_plot.h"
 
-namespace rcs::tools {
+namespace rcs::drills {
 
 /// From above: truth, WM's answer and its shadows, from 10 s before the drill begins.
-[[nodiscard]] Plot drill_course(const Drill& drill, const DrillRecord& record);
+[[nodiscard]] report::Plot drill_course(const Drill& drill, const DrillRecord& record);
 
 /// Horizontal and vertical error, WM's and its shadows', against the protection level, over time.
-[[nodiscard]] std::vector<Plot> drill_error_plots(const Drill& drill, const DrillRecord& record);
+[[nodiscard]] std::vector<report::Plot> drill_error_plots(const Drill& drill,
+                                                          const DrillRecord& record);
 
 /// Mode, fixes, trust, alerts and events on one time line.
-[[nodiscard]] Plot drill_time_line(const Drill& drill, const DrillRecord& record);
+[[nodiscard]] report::Plot drill_time_line(const Drill& drill, const DrillRecord& record);
 
-}  // namespace rcs::tools
+}  // namespace rcs::drills

@@ -14,7 +14,7 @@
 #include "rcs/base/stamp.h"
 #include "tools/base/trajectory.h"
 
-namespace rcs::tools {
+namespace rcs::drills {
 
 /// A belief of WM. Stamps are those of the undisturbed clocks.
 struct DrillBelief {
@@ -88,7 +88,7 @@ struct DrillEvent {
 struct DrillRecord {
   std::optional<Stamp> begin;  ///< arrival of the first sensor message
   Stamp end;                   ///< of the last one
-  Trajectory truth;  ///< T_world_vehicle; of a log without SIM_TRUTH: another run's belief
+  tools::Trajectory truth;  ///< T_world_vehicle; of a log without SIM_TRUTH: another run's belief
   std::vector<Vec3> v_truth_world;   ///< of each of `truth` [m/s]; empty: not known
   std::vector<DrillBelief> beliefs;  ///< with a valid world, in the order of publication
   std::vector<DrillFix> fixes;
@@ -104,4 +104,4 @@ struct DrillRecord {
   Vec3 p_vehicle_antenna = Vec3::Zero();
 };
 
-}  // namespace rcs::tools
+}  // namespace rcs::drills

@@ -8,7 +8,7 @@
 #include "tools/drills/drill_stimulus.h"
 #include "tools/evaluation/evaluation.h"
 
-namespace rcs::tools {
+namespace rcs::drills {
 namespace {
 
 constexpr std::uint64_t kFnvBasis = 0xcbf29ce484222325ULL;
@@ -96,7 +96,7 @@ void DrillRecorder::hash(std::string_view channel, const std::uint8_t* data, std
 }
 
 void DrillRecorder::take(const truth_t& m) {
-  StampedPose truth{from_utime(m.utime), {}};
+  tools::StampedPose truth{from_utime(m.utime), {}};
   if (has_reference_ || !from_message(m.q_world_vehicle, m.p_world_vehicle_m, &truth.T)) return;
   const bool ascends = record_.truth.empty() || truth.stamp > record_.truth.back().stamp;
   if (!ascends) return;
@@ -119,7 +119,7 @@ void DrillRecorder::take(const nav_state_t& m, Stamp due) {
     if (!plausible(g)) return;
     world_datum_deg_m_ = world_datum;
     if (!datum_) datum_ = g;
-    T_truth_world_ = between_worlds(*datum_, g);
+    T_truth_world_ = evaluation::between_worlds(*datum_, g);
   }
   b.T_world_vehicle = *T_truth_world_ * T_world;
   b.v_local = b.T_local_vehicle.q * (T_world.q.conjugate() * from_message(m.v_world_mps));
@@ -179,7 +179,7 @@ void DrillRecorder::take(const shadow_t& m, Stamp due) {
 
 void DrillRecorder::take(const registration_t& m, Stamp due) {
   if (m.target != registration_t::TARGET_ROLLING) return;
-  ++record_.stops[std::string(stop_name(m.stop))];
+  ++record_.stops[std::string(recording::stop_name(m.stop))];
   DrillMatch match;
   match.stamp = undisturbed(channel::kSpRegistration, m.utime, due);
   match.epoch = m.map_epoch;
@@ -190,4 +190,4 @@ void DrillRecorder::take(const registration_t& m, Stamp due) {
   record_.matches.push_back(match);
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::drills

@@ -17,11 +17,11 @@
 #include "tools/drills/drill_record.h"
 #include "tools/drills/drill_spec.h"
 
-namespace rcs::tools {
+namespace rcs::drills {
 
 /// What is taken for true where no SIM_TRUTH is: the belief of a run that nobody disturbed.
 struct DrillReference {
-  Trajectory poses;
+  tools::Trajectory poses;
   Geodetic datum;
 };
 
@@ -74,4 +74,4 @@ class DrillRecorder final : public BusTap {
   event_t event_{};
 };
 
-}  // namespace rcs::tools
+}  // namespace rcs::drills

@@ -6,7 +6,7 @@
 
 #include "tools/base/statistics.h"
 
-namespace rcs::tools {
+namespace rcs::drills {
 namespace {
 
 using Runs = std::vector<DrillRunFigures>;
@@ -35,7 +35,7 @@ MarkResult drift(const Runs& runs, double share) {
   }
   if (pct.empty()) return without("no outage");
   std::sort(pct.begin(), pct.end());
-  return with(percentile(pct, share));
+  return with(tools::percentile(pct, share));
 }
 
 MarkResult time_to_alert(const Runs& runs) {
@@ -217,4 +217,4 @@ Verdict DrillResult::verdict() const {
   return passes ? Verdict::kPass : Verdict::kOpen;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::drills

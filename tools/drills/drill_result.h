@@ -12,7 +12,7 @@
 #include "tools/drills/drill_limits.h"
 #include "tools/drills/drill_metrics.h"
 
-namespace rcs::tools {
+namespace rcs::drills {
 
 /// Of one seed.
 struct DrillRunFigures {
@@ -73,4 +73,4 @@ struct DrillResult {
 /// Summed over the runs.
 [[nodiscard]] Baselines pooled_baselines(const std::vector<DrillRunFigures>& runs);
 
-}  // namespace rcs::tools
+}  // namespace rcs::drills

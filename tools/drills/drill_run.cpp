@@ -12,7 +12,7 @@
 #include "tools/drills/drill_stimulus.h"
 #include "tools/mapping/coarser.h"
 
-namespace rcs::tools {
+namespace rcs::drills {
 namespace {
 
 /// After the last message: so that the work under way is finished.
@@ -38,7 +38,7 @@ Result<PriorTerrain> prior_terrain_of(const Drill& drill, const DrillVehicle& ve
   const sim::PriorMap wrong = wrong_map(scene->prior_map(drill.run.map_cell_m),
                                         drill.run.map_shift_m, drill.run.map_turn_rad);
   Result<ElevationMap> map =
-      ElevationMap::from_rasters(wrong.frame, with_coarser_levels(wrong.raster));
+      ElevationMap::from_rasters(wrong.frame, mapping::with_coarser_levels(wrong.raster));
   if (!map) return map.error();
   return PriorTerrain(std::move(map).value(), nullptr);
 }
@@ -64,10 +64,10 @@ Result<DrillRunResult> run_drill(const Drill& drill, const DrillVehicle& vehicle
   if (!opened) return opened.error();
   Result<PriorTerrain> prior = prior_terrain_of(drill, vehicle, scene);
   if (!prior) return prior.error();
-  std::optional<OutputFile> log_file;
+  std::optional<tools::OutputFile> log_file;
   std::optional<LogWriter> log;
   if (!options.log.empty()) {
-    if (Outcome checked = check_output(options.log); !checked) return checked.error();
+    if (Outcome checked = tools::check_output(options.log); !checked) return checked.error();
     log_file.emplace(options.log);
     Result<LogWriter> writer = LogWriter::create(log_file->write_path());
     if (!writer) return writer.error();
@@ -129,4 +129,4 @@ sim::PriorMap wrong_map(const sim::PriorMap& right, const Vec3& shift_m, double 
   return wrong;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::drills

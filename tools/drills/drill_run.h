@@ -14,7 +14,7 @@
 #include "tools/drills/drill_scene.h"
 #include "tools/drills/drill_spec.h"
 
-namespace rcs::tools {
+namespace rcs::drills {
 
 /// The vehicle's configuration, read once.
 struct DrillVehicle {
@@ -48,4 +48,4 @@ struct DrillRunResult {
 [[nodiscard]] sim::PriorMap wrong_map(const sim::PriorMap& right, const Vec3& shift_m,
                                       double turn_rad);
 
-}  // namespace rcs::tools
+}  // namespace rcs::drills

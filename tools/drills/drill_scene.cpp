@@ -8,7 +8,7 @@
 #include "sim/simulator.h"
 #include "tools/drills/drill_stimulus.h"
 
-namespace rcs::tools {
+namespace rcs::drills {
 namespace {
 
 class RecordedSource final : public EventSource {
@@ -141,4 +141,4 @@ Outcome Scene::render(const std::function<bool()>& stop) {
   return Done{};
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::drills

@@ -15,7 +15,7 @@
 #include "rcs/node/timeline/lockstep_timeline.h"
 #include "sim/simulator.h"
 
-namespace rcs::tools {
+namespace rcs::drills {
 
 /// A stretch of messages in memory.
 class Recording {
@@ -86,4 +86,4 @@ class Scene {
   bool whole_ = false;
 };
 
-}  // namespace rcs::tools
+}  // namespace rcs::drills

@@ -9,7 +9,7 @@
 #include "tools/base/files.h"
 #include "tools/drills/drill_limits.h"
 
-namespace rcs::tools {
+namespace rcs::drills {
 namespace {
 
 struct KindName {
@@ -251,4 +251,4 @@ std::string describe(const Stimulus& s) {
   return fmt::format("{} {}{}", source_name(s.source), kind_name(s.kind), how);
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::drills

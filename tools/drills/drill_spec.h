@@ -12,7 +12,7 @@
 #include "rcs/base/linear.h"
 #include "rcs/base/result.h"
 
-namespace rcs::tools {
+namespace rcs::drills {
 
 /// Whose messages are changed.
 enum class DrillSource { kGps, kLadar, kIns, kOdometry, kAll };
@@ -126,4 +126,4 @@ struct Drill {
 /// A stimulus in a few words: "gps dropout 35-95 s".
 [[nodiscard]] std::string describe(const Stimulus& s);
 
-}  // namespace rcs::tools
+}  // namespace rcs::drills

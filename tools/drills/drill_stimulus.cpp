@@ -13,7 +13,7 @@
 #include "lcmtypes/sensors.h"
 #include "rcs/base/geodesy.h"
 
-namespace rcs::tools {
+namespace rcs::drills {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
@@ -270,4 +270,4 @@ void StimulatedSource::pass(SourceEvent event, Stamp due) {
   for (SourceEvent& held : after) ready_.emplace(arrival, std::move(held));
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::drills

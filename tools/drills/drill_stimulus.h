@@ -14,7 +14,7 @@
 #include "rcs/node/timeline/lockstep_timeline.h"
 #include "tools/drills/drill_spec.h"
 
-namespace rcs::tools {
+namespace rcs::drills {
 
 /// Passes on the events of another source, changed where a stimulus says so. Stimuli act in their
 /// order. SIM_TRUTH is never changed.
@@ -55,4 +55,4 @@ class StimulatedSource final : public EventSource {
 /// Source and kind of a fix's fault, at `since_s` after the stimulus began.
 void change_fix(const Stimulus& s, double since_s, gps_fix_t* fix);
 
-}  // namespace rcs::tools
+}  // namespace rcs::drills

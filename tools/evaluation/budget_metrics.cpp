@@ -8,7 +8,7 @@
 #include "rcs/node/params/vehicle_tables.h"
 #include "tools/base/statistics.h"
 
-namespace rcs::tools {
+namespace rcs::evaluation {
 namespace {
 
 struct Tail {
@@ -24,9 +24,9 @@ Tail tail_of(std::vector<double> values) {
   t.count = values.size();
   if (values.empty()) return t;
   std::sort(values.begin(), values.end());
-  t.p50 = percentile(values, 0.50);
-  t.p99 = percentile(values, 0.99);
-  t.p999 = percentile(values, 0.999);
+  t.p50 = tools::percentile(values, 0.50);
+  t.p99 = tools::percentile(values, 0.99);
+  t.p999 = tools::percentile(values, 0.999);
   t.max = values.back();
   return t;
 }
@@ -61,8 +61,8 @@ void judge_chain(const std::string& prefix, const std::vector<double>& values,
   add("_max_ms", tail.max, limits.max_ms);
 }
 
-Table tail_table(const std::string& what, const Samples& samples) {
-  Table t{{what, "count", "p50", "p99", "p99.9", "max"}, {}};
+report::Table tail_table(const std::string& what, const Samples& samples) {
+  report::Table t{{what, "count", "p50", "p99", "p99.9", "max"}, {}};
   for (const auto& [name, values] : samples) {
     const Tail tail = tail_of(values);
     if (tail.count == 0) continue;
@@ -88,14 +88,14 @@ Json to_json(const Samples& samples) {
 }
 
 /// Counts per bin, as the outline of a histogram: two points a bin.
-Series outline(const std::string& label, Colour colour, SeriesStyle style,
+Series outline(const std::string& label, report::Colour colour, report::SeriesStyle style,
                const std::vector<double>& values, double bin_ms, int bins) {
   std::vector<double> counts(static_cast<std::size_t>(bins), 0.0);
   for (const double v : values) {
     const double bin = std::clamp(std::floor(v / bin_ms), 0.0, bins - 1.0);
     counts[static_cast<std::size_t>(bin)] += 1.0;
   }
-  Series s{label, colour, style, {}, {}, {}};
+  report::Series s{label, colour, style, {}, {}, {}};
   for (int k = 0; k < bins; ++k) {
     // A logarithm has no zero: an empty bin is drawn below one count.
     const double count = std::max(0.5, counts[static_cast<std::size_t>(k)]);
@@ -146,17 +146,17 @@ std::vector<BudgetVerdict> judge(const BudgetRecord& record, const BudgetLimits&
   return verdicts;
 }
 
-Table hop_table(const BudgetRecord& record) {
+report::Table hop_table(const BudgetRecord& record) {
   return tail_table("way of a scan [ms]", record.hops);
 }
 
-Table stage_table(const BudgetRecord& record) {
+report::Table stage_table(const BudgetRecord& record) {
   return tail_table("wall time of a unit of work [ms]", record.stages);
 }
 
-Table account_table(const BudgetRecord& record) {
+report::Table account_table(const BudgetRecord& record) {
   const ScanCounts& s = record.scans;
-  Table t{{"scans", "count", "share"}, {}};
+  report::Table t{{"scans", "count", "share"}, {}};
   const auto add = [&](const std::string& name, std::int64_t count) {
     t.rows.push_back(
         {name, std::to_string(count), fmt::format("{:.2f} %", 100.0 * share_of(count, s.sent))});
@@ -182,8 +182,8 @@ Table account_table(const BudgetRecord& record) {
   return t;
 }
 
-Table verdict_table(const std::vector<BudgetVerdict>& verdicts) {
-  Table t{{"budget", "figure", "limit", ""}, {}};
+report::Table verdict_table(const std::vector<BudgetVerdict>& verdicts) {
+  report::Table t{{"budget", "figure", "limit", ""}, {}};
   for (const BudgetVerdict& v : verdicts) {
     t.rows.push_back({v.name, v.measured ? fmt::format("{:.6g}", v.figure) : "not measured",
                       fmt::format("{:g}", v.limit), v.kept() ? "kept" : "BROKEN"});
@@ -227,7 +227,8 @@ Json to_json(const BudgetRecord& record, const std::vector<BudgetVerdict>& verdi
   return out;
 }
 
-Plot budget_plot(const BudgetRecord& record, const BudgetLimits& limits, const std::string& title) {
+report::Plot budget_plot(const BudgetRecord& record, const BudgetLimits& limits,
+                         const std::string& title) {
   constexpr int kBins = 120;
   const std::vector<double>& nav = values_of(record.hops, kToNavState);
   const std::vector<double>& drive = values_of(record.hops, kToDrive);
@@ -238,18 +239,19 @@ Plot budget_plot(const BudgetRecord& record, const BudgetLimits& limits, const s
   }
   const double bin_ms = 1.0001 * longest_ms / kBins;
 
-  Plot plot;
+  report::Plot plot;
   plot.title = title;
   plot.x_label = "[ms]";
   plot.y_label = "scans (log scale)";
   plot.log_y = true;
-  plot.series.push_back(
-      outline(kToNavState, Colour::kBlue, SeriesStyle::kThickLine, nav, bin_ms, kBins));
+  plot.series.push_back(outline(kToNavState, report::Colour::kBlue, report::SeriesStyle::kThickLine,
+                                nav, bin_ms, kBins));
   if (!drive.empty()) {
-    plot.series.push_back(
-        outline(kToDrive, Colour::kPurple, SeriesStyle::kThickLine, drive, bin_ms, kBins));
+    plot.series.push_back(outline(kToDrive, report::Colour::kPurple,
+                                  report::SeriesStyle::kThickLine, drive, bin_ms, kBins));
   }
-  plot.series.push_back(outline(kSpWork, Colour::kOrange, SeriesStyle::kLine, work, bin_ms, kBins));
+  plot.series.push_back(
+      outline(kSpWork, report::Colour::kOrange, report::SeriesStyle::kLine, work, bin_ms, kBins));
   const std::optional<double>& limit = limits.nav_state.p99_ms;
   if (limit && *limit < kBins * bin_ms) {
     plot.shades = {{*limit, kBins * bin_ms, "beyond the nav_state's p99 budget"}};
@@ -257,4 +259,4 @@ Plot budget_plot(const BudgetRecord& record, const BudgetLimits& limits, const s
   return plot;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::evaluation

@@ -11,7 +11,7 @@
 #include "tools/evaluation/latency_trace.h"
 #include "tools/report/svg_plot.h"
 
-namespace rcs::tools {
+namespace rcs::evaluation {
 
 /// Of a chain, from the sending of a scan's last facet; none: not limited.
 struct ChainLimits {
@@ -46,14 +46,14 @@ struct BudgetVerdict {
 [[nodiscard]] std::vector<BudgetVerdict> judge(const BudgetRecord& record,
                                                const BudgetLimits& limits);
 
-[[nodiscard]] Table hop_table(const BudgetRecord& record);
-[[nodiscard]] Table stage_table(const BudgetRecord& record);
-[[nodiscard]] Table account_table(const BudgetRecord& record);
-[[nodiscard]] Table verdict_table(const std::vector<BudgetVerdict>& verdicts);
+[[nodiscard]] report::Table hop_table(const BudgetRecord& record);
+[[nodiscard]] report::Table stage_table(const BudgetRecord& record);
+[[nodiscard]] report::Table account_table(const BudgetRecord& record);
+[[nodiscard]] report::Table verdict_table(const std::vector<BudgetVerdict>& verdicts);
 [[nodiscard]] Json to_json(const BudgetRecord& record, const std::vector<BudgetVerdict>& verdicts);
 
 /// How often the chains, and sp's part of them, took how long.
-[[nodiscard]] Plot budget_plot(const BudgetRecord& record, const BudgetLimits& limits,
-                               const std::string& title);
+[[nodiscard]] report::Plot budget_plot(const BudgetRecord& record, const BudgetLimits& limits,
+                                       const std::string& title);
 
-}  // namespace rcs::tools
+}  // namespace rcs::evaluation

@@ -6,7 +6,7 @@
 
 #include "lcmtypes/rcs/innovation_t.hpp"
 
-namespace rcs::tools {
+namespace rcs::evaluation {
 namespace {
 
 /// Between samples of the world error: a figure a tenth of a second says it all.
@@ -19,7 +19,8 @@ double share(std::size_t part, std::size_t whole) {
   return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole);
 }
 
-WorldError world_error(const NavRecord& nav, const Pose& T_truthworld_world, const Pose& truth) {
+WorldError world_error(const recording::NavRecord& nav, const Pose& T_truthworld_world,
+                       const Pose& truth) {
   WorldError e;
   e.stamp = nav.stamp;
   e.T_truthworld_vehicle = T_truthworld_world * nav.T_world_vehicle;
@@ -37,19 +38,19 @@ WorldError world_error(const NavRecord& nav, const Pose& T_truthworld_world, con
   return e;
 }
 
-NodeFigures node_figures(const NodeRecord& node) {
+NodeFigures node_figures(const recording::NodeRecord& node) {
   NodeFigures f;
   std::vector<double> wall_ms;
   std::vector<double> late_ms;
   std::map<std::string, std::vector<double>> stages_ms;
-  for (const CycleRecord& c : node.cycles) {
+  for (const recording::CycleRecord& c : node.cycles) {
     wall_ms.push_back(c.wall_ms);
     late_ms.push_back(c.late_ms);
     for (const auto& [stage, ms] : c.stages_ms) stages_ms[stage].push_back(ms);
   }
-  f.wall_ms = summarize(std::move(wall_ms));
-  f.late_ms = summarize(std::move(late_ms));
-  for (auto& [stage, ms] : stages_ms) f.stages_ms[stage] = summarize(std::move(ms));
+  f.wall_ms = tools::summarize(std::move(wall_ms));
+  f.late_ms = tools::summarize(std::move(late_ms));
+  for (auto& [stage, ms] : stages_ms) f.stages_ms[stage] = tools::summarize(std::move(ms));
   f.missed = node.missed;
   f.overruns = node.overruns;
   f.lost = node.lost;
@@ -58,16 +59,16 @@ NodeFigures node_figures(const NodeRecord& node) {
 
 }  // namespace
 
-RunFigures run_figures(const RunLog& run) {
+RunFigures run_figures(const recording::RunLog& run) {
   RunFigures f;
   f.scans = run.scans.size();
   f.prior_matches = run.prior_matches;
   std::vector<double> iterations;
-  for (const ScanRecord& scan : run.scans) {
-    ++f.stops[std::string(stop_name(scan.stop))];
+  for (const recording::ScanRecord& scan : run.scans) {
+    ++f.stops[std::string(recording::stop_name(scan.stop))];
     iterations.push_back(scan.iterations);
   }
-  f.iterations = summarize(std::move(iterations));
+  f.iterations = tools::summarize(std::move(iterations));
   if (!run.scans.empty()) {
     const std::int64_t span = run.scans.back().scan_id - run.scans.front().scan_id + 1;
     f.scans_missing = static_cast<std::size_t>(
@@ -76,13 +77,13 @@ RunFigures run_figures(const RunLog& run) {
   for (const auto& [name, node] : run.nodes) f.nodes[name] = node_figures(node);
   if (run.live) {
     Stamp last_cause = from_utime(0);
-    for (const NavRecord& nav : run.nav) {
+    for (const recording::NavRecord& nav : run.nav) {
       // Only the first belief that knows a scan: the later ones merely remember it.
       if (nav.cause_arrival <= last_cause) continue;
       last_cause = nav.cause_arrival;
       f.chain_samples_ms.push_back(milliseconds(nav.published - nav.cause_arrival));
     }
-    f.chain_ms = summarize(f.chain_samples_ms);
+    f.chain_ms = tools::summarize(f.chain_samples_ms);
   }
   return f;
 }
@@ -91,7 +92,7 @@ TrajectoryFigures trajectory_figures(const PosePairs& pairs) {
   TrajectoryFigures f;
   f.pairs = pairs.size();
   if (pairs.size() == 0) return f;
-  f.driven_m = distances(pairs.truth).back();
+  f.driven_m = tools::distances(pairs.truth).back();
   f.rigid = absolute_error(pairs, align(pairs, Alignment::kRigid));
   f.yaw = absolute_error(pairs, align(pairs, Alignment::kYaw));
   f.unaligned = absolute_error(pairs, Pose{});
@@ -124,20 +125,22 @@ Pose between_worlds(const Geodetic& truth_datum, const Geodetic& world_datum) {
   constexpr double kBase_m = 1000.0;
   const Vec3 origin = moved(Vec3::Zero());
   Mat3 R;
-  for (int i = 0; i < 3; ++i) R.col(i) = (moved(kBase_m * Vec3::Unit(i)) - origin) / kBase_m;
+  for (int i = 0; i < 3; ++i)
+    R.col(i) = (moved(kBase_m * Vec3::Unit(i)) - origin) / kBase_m;
   return {Quat(R).normalized(), origin};
 }
 
-std::optional<WorldFigures> world_figures(const RunLog& run, const Trajectory& truth,
+std::optional<WorldFigures> world_figures(const recording::RunLog& run,
+                                          const tools::Trajectory& truth,
                                           const std::optional<Geodetic>& truth_datum) {
   if (truth.empty() || !truth_datum || !run.world_datum) return std::nullopt;
   if (!plausible(*truth_datum) || !plausible(*run.world_datum)) return std::nullopt;
   const Pose T_truthworld_world = between_worlds(*truth_datum, *run.world_datum);
   WorldFigures f;
   Stamp due = Stamp::min();
-  for (const NavRecord& nav : run.nav) {
+  for (const recording::NavRecord& nav : run.nav) {
     if (nav.stamp < due || !nav.world_valid) continue;
-    const std::optional<Pose> T = pose_at(truth, nav.stamp, kMaxTruthGap);
+    const std::optional<Pose> T = tools::pose_at(truth, nav.stamp, kMaxTruthGap);
     if (!T) continue;
     f.errors.push_back(world_error(nav, T_truthworld_world, *T));
     due = nav.stamp + kErrorPeriod;
@@ -167,16 +170,16 @@ std::optional<WorldFigures> world_figures(const RunLog& run, const Trajectory& t
   f.horizontal_within_3_sigma = share(within_horizontal, f.errors.size());
   f.vertical_within_3_sigma = share(within_vertical, f.errors.size());
   f.heading_within_3_sigma = share(within_heading, f.errors.size());
-  f.horizontal_m = summarize(std::move(horizontal_m));
-  f.vertical_m = summarize(std::move(vertical_m));
-  f.heading_rad = summarize(std::move(heading_rad));
+  f.horizontal_m = tools::summarize(std::move(horizontal_m));
+  f.vertical_m = tools::summarize(std::move(vertical_m));
+  f.heading_rad = tools::summarize(std::move(heading_rad));
   return f;
 }
 
-std::vector<TimeInterval> gps_outages(const RunLog& run) {
+std::vector<TimeInterval> gps_outages(const recording::RunLog& run) {
   std::vector<TimeInterval> outages;
   bool open = false;
-  for (const NavRecord& nav : run.nav) {
+  for (const recording::NavRecord& nav : run.nav) {
     const bool out = nav.age_gps > kOutage;
     if (out && !open) outages.push_back({nav.stamp - nav.age_gps, nav.stamp});
     if (open) outages.back().to = out ? nav.stamp : nav.stamp - nav.age_gps;
@@ -197,18 +200,19 @@ std::vector<TimeInterval> common_intervals(const std::vector<TimeInterval>& a,
   return common;
 }
 
-std::vector<std::string> fused_sources(const RunLog& run, const TimeInterval& interval) {
+std::vector<std::string> fused_sources(const recording::RunLog& run, const TimeInterval& interval) {
   const auto within = [&](Stamp t) { return t > interval.from && t < interval.to; };
   const auto fused = [&](std::initializer_list<std::int8_t> sources) {
-    return std::any_of(run.fused.begin(), run.fused.end(), [&](const FusedRecord& r) {
+    return std::any_of(run.fused.begin(), run.fused.end(), [&](const recording::FusedRecord& r) {
       return within(r.stamp) &&
              std::find(sources.begin(), sources.end(), r.source) != sources.end();
     });
   };
   constexpr Duration kFresh = std::chrono::seconds(1);
-  const bool ins = std::any_of(run.nav.begin(), run.nav.end(), [&](const NavRecord& nav) {
-    return within(nav.stamp) && nav.age_ins >= Duration::zero() && nav.age_ins <= kFresh;
-  });
+  const bool ins =
+      std::any_of(run.nav.begin(), run.nav.end(), [&](const recording::NavRecord& nav) {
+        return within(nav.stamp) && nav.age_ins >= Duration::zero() && nav.age_ins <= kFresh;
+      });
   using I = innovation_t;
   const std::pair<bool, const char*> named[] = {
       {fused({I::SOURCE_GPS_POSITION, I::SOURCE_GPS_VELOCITY}), "GPS"},
@@ -248,11 +252,11 @@ OutageFigures outage_figures(const WorldFigures& figures, const TimeInterval& ou
     }
     last = &e;
   }
-  f.horizontal_m = summarize(std::move(horizontal_m));
+  f.horizontal_m = tools::summarize(std::move(horizontal_m));
   if (last != nullptr) f.end_horizontal_m = last->horizontal_m();
   if (f.driven_m > 0.0) f.drift_percent = 100.0 * f.end_horizontal_m / f.driven_m;
   if (nees_samples > 0) f.nees_per_dof = nees_sum / static_cast<double>(nees_samples);
   return f;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::evaluation

@@ -10,7 +10,7 @@
 #include "tools/evaluation/trajectory_error.h"
 #include "tools/recording/run_log.h"
 
-namespace rcs::tools {
+namespace rcs::evaluation {
 
 /// From one moment of sensor time to another.
 struct TimeInterval {
@@ -37,9 +37,9 @@ struct WorldError {
 /// Of the world pose, at 10 Hz, where it was valid.
 struct WorldFigures {
   std::vector<WorldError> errors;
-  Summary horizontal_m;
-  Summary vertical_m;
-  Summary heading_rad;
+  tools::Summary horizontal_m;
+  tools::Summary vertical_m;
+  tools::Summary heading_rad;
   double nees_per_dof = 0.0;  ///< mean; 1 when the covariance tells the truth
   std::size_t nees_samples = 0;
   std::size_t not_positive_definite = 0;
@@ -52,7 +52,7 @@ struct WorldFigures {
 struct OutageFigures {
   TimeInterval interval;
   double driven_m = 0.0;
-  Summary horizontal_m;  ///< over all of it
+  tools::Summary horizontal_m;  ///< over all of it
   double end_horizontal_m = 0.0;
   double start_horizontal_m = 0.0;
   double drift_percent = 0.0;  ///< horizontal error at the end, of the distance driven in it
@@ -72,9 +72,9 @@ struct TrajectoryFigures {
 };
 
 struct NodeFigures {
-  Summary wall_ms;
-  Summary late_ms;
-  std::map<std::string, Summary> stages_ms;
+  tools::Summary wall_ms;
+  tools::Summary late_ms;
+  std::map<std::string, tools::Summary> stages_ms;
   std::int64_t missed = 0;
   std::int64_t overruns = 0;
   std::map<std::string, std::int64_t> lost;
@@ -84,25 +84,26 @@ struct RunFigures {
   std::size_t scans = 0;
   std::size_t scans_missing = 0;  ///< in scan_id
   std::map<std::string, std::size_t> stops;
-  Summary iterations;
+  tools::Summary iterations;
   std::int64_t prior_matches = 0;
   std::map<std::string, NodeFigures> nodes;
   /// From the arrival of a scan's last facet to the publication of the belief that knows it; live.
-  std::optional<Summary> chain_ms;
+  std::optional<tools::Summary> chain_ms;
   std::vector<double> chain_samples_ms;
 };
 
-[[nodiscard]] RunFigures run_figures(const RunLog& run);
+[[nodiscard]] RunFigures run_figures(const recording::RunLog& run);
 
 /// @param pairs  estimate and truth at the scans
 [[nodiscard]] TrajectoryFigures trajectory_figures(const PosePairs& pairs);
 
 /// None without a truth, a datum, or a valid world pose.
-[[nodiscard]] std::optional<WorldFigures> world_figures(const RunLog& run, const Trajectory& truth,
+[[nodiscard]] std::optional<WorldFigures> world_figures(const recording::RunLog& run,
+                                                        const tools::Trajectory& truth,
                                                         const std::optional<Geodetic>& truth_datum);
 
 /// Where WM took no fix for longer than 2.5 s: from the last one to the next.
-[[nodiscard]] std::vector<TimeInterval> gps_outages(const RunLog& run);
+[[nodiscard]] std::vector<TimeInterval> gps_outages(const recording::RunLog& run);
 
 /// The parts that two lists of intervals, each in order and disjoint, have in common.
 [[nodiscard]] std::vector<TimeInterval> common_intervals(const std::vector<TimeInterval>& a,
@@ -112,7 +113,7 @@ struct RunFigures {
 /// 1 s, any other source where WM accepted a measurement of it. By the fixed names and order of
 /// "GPS", "LADAR", "a priori map", "wheel encoders", "INS" and "motion constraints" (the
 /// non-holonomic one, and zero velocity at standstill).
-[[nodiscard]] std::vector<std::string> fused_sources(const RunLog& run,
+[[nodiscard]] std::vector<std::string> fused_sources(const recording::RunLog& run,
                                                      const TimeInterval& interval);
 
 [[nodiscard]] OutageFigures outage_figures(const WorldFigures& figures, const TimeInterval& outage);
@@ -120,4 +121,4 @@ struct RunFigures {
 /// WM's world as the truth's world sees it: both are tangent planes, each at its own datum.
 [[nodiscard]] Pose between_worlds(const Geodetic& truth_datum, const Geodetic& world_datum);
 
-}  // namespace rcs::tools
+}  // namespace rcs::evaluation

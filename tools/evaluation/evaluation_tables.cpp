@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-namespace rcs::tools {
+namespace rcs::evaluation {
 namespace {
 
-Json to_json(const Summary& s, double scale) {
+Json to_json(const tools::Summary& s, double scale) {
   return {{"mean", s.mean * scale}, {"rms", s.rms * scale}, {"p50", s.p50 * scale},
           {"p95", s.p95 * scale},   {"p99", s.p99 * scale}, {"max", s.max * scale}};
 }
@@ -32,7 +32,8 @@ Json to_json(const RelativeError& e) {
 
 std::string fixed(double v, int digits) { return fmt::format("{:.{}f}", v, digits); }
 
-std::vector<std::string> row(const std::string& name, const Summary& s, double scale, int digits) {
+std::vector<std::string> row(const std::string& name, const tools::Summary& s, double scale,
+                             int digits) {
   return {name, fixed(s.rms * scale, digits), fixed(s.p50 * scale, digits),
           fixed(s.p95 * scale, digits), fixed(s.max * scale, digits)};
 }
@@ -100,17 +101,18 @@ Json to_json(const OutageFigures& f, Stamp zero) {
           {"nees_per_dof", f.nees_per_dof}};
 }
 
-Table scan_table(const RunFigures& f) {
-  Table t{{"registrations to the rolling map", "scans"}, {}};
+report::Table scan_table(const RunFigures& f) {
+  report::Table t{{"registrations to the rolling map", "scans"}, {}};
   for (const auto& [stop, count] : f.stops) t.rows.push_back({stop, std::to_string(count)});
   t.rows.push_back({"scans missing by number", std::to_string(f.scans_missing)});
   t.rows.push_back({"matches to the a priori map", std::to_string(f.prior_matches)});
   return t;
 }
 
-Table latency_table(const RunFigures& f) {
-  Table t{{"wall time [ms]", "cycles", "p50", "p99", "max", "overruns"}, {}};
-  const auto add = [&t](const std::string& name, const Summary& s, const std::string& overruns) {
+report::Table latency_table(const RunFigures& f) {
+  report::Table t{{"wall time [ms]", "cycles", "p50", "p99", "max", "overruns"}, {}};
+  const auto add = [&t](const std::string& name, const tools::Summary& s,
+                        const std::string& overruns) {
     t.rows.push_back({name, std::to_string(s.count), fixed(s.p50, 2), fixed(s.p99, 2),
                       fixed(s.max, 2), overruns});
   };
@@ -122,8 +124,8 @@ Table latency_table(const RunFigures& f) {
   return t;
 }
 
-Table absolute_table(const TrajectoryFigures& f) {
-  Table t{{"absolute error", "rms", "p50", "p95", "max"}, {}};
+report::Table absolute_table(const TrajectoryFigures& f) {
+  report::Table t{{"absolute error", "rms", "p50", "p95", "max"}, {}};
   t.rows.push_back(row("position, aligned over SE(3) [m]", f.rigid.translation_m, 1.0, 3));
   t.rows.push_back(row("position, aligned over position and yaw [m]", f.yaw.translation_m, 1.0, 3));
   t.rows.push_back(
@@ -132,8 +134,8 @@ Table absolute_table(const TrajectoryFigures& f) {
   return t;
 }
 
-Table relative_table(const TrajectoryFigures& f) {
-  Table t{{"relative error over", "segments", "m", "% of distance", "deg", "deg/m"}, {}};
+report::Table relative_table(const TrajectoryFigures& f) {
+  report::Table t{{"relative error over", "segments", "m", "% of distance", "deg", "deg/m"}, {}};
   const auto add = [&t](const std::string& name, const RelativeError& e) {
     t.rows.push_back({name, std::to_string(e.segments), fixed(e.translation_m, 3),
                       fixed(e.translation_percent, 2), fixed(degrees(e.rotation_rad), 3),
@@ -144,8 +146,8 @@ Table relative_table(const TrajectoryFigures& f) {
   return t;
 }
 
-Table world_table(const WorldFigures& f) {
-  Table t{{"error of the world pose", "rms", "p50", "p95", "max", "within 3 sigma"}, {}};
+report::Table world_table(const WorldFigures& f) {
+  report::Table t{{"error of the world pose", "rms", "p50", "p95", "max", "within 3 sigma"}, {}};
   const auto add = [&t](std::vector<std::string> cells, double within) {
     cells.push_back(percent(within));
     t.rows.push_back(std::move(cells));
@@ -156,10 +158,10 @@ Table world_table(const WorldFigures& f) {
   return t;
 }
 
-Table outage_table(const std::vector<OutageFigures>& outages, Stamp zero) {
-  Table t{{"GPS denied", "driven [m]", "error at its start [m]", "rms [m]", "95 % [m]", "max [m]",
-           "at its end [m]", "drift", "NEES/dof"},
-          {}};
+report::Table outage_table(const std::vector<OutageFigures>& outages, Stamp zero) {
+  report::Table t{{"GPS denied", "driven [m]", "error at its start [m]", "rms [m]", "95 % [m]",
+                   "max [m]", "at its end [m]", "drift", "NEES/dof"},
+                  {}};
   for (const OutageFigures& o : outages) {
     t.rows.push_back({fmt::format("{:.1f} s to {:.1f} s", seconds(o.interval.from - zero),
                                   seconds(o.interval.to - zero)),
@@ -171,4 +173,4 @@ Table outage_table(const std::vector<OutageFigures>& outages, Stamp zero) {
   return t;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::evaluation

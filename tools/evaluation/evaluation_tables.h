@@ -6,7 +6,7 @@
 #include "tools/evaluation/evaluation.h"
 #include "tools/report/table.h"
 
-namespace rcs::tools {
+namespace rcs::evaluation {
 
 using Json = nlohmann::ordered_json;
 
@@ -16,11 +16,11 @@ using Json = nlohmann::ordered_json;
 /// @param zero  of the outage's times
 [[nodiscard]] Json to_json(const OutageFigures& f, Stamp zero);
 
-[[nodiscard]] Table scan_table(const RunFigures& f);
-[[nodiscard]] Table latency_table(const RunFigures& f);
-[[nodiscard]] Table absolute_table(const TrajectoryFigures& f);
-[[nodiscard]] Table relative_table(const TrajectoryFigures& f);
-[[nodiscard]] Table world_table(const WorldFigures& f);
-[[nodiscard]] Table outage_table(const std::vector<OutageFigures>& outages, Stamp zero);
+[[nodiscard]] report::Table scan_table(const RunFigures& f);
+[[nodiscard]] report::Table latency_table(const RunFigures& f);
+[[nodiscard]] report::Table absolute_table(const TrajectoryFigures& f);
+[[nodiscard]] report::Table relative_table(const TrajectoryFigures& f);
+[[nodiscard]] report::Table world_table(const WorldFigures& f);
+[[nodiscard]] report::Table outage_table(const std::vector<OutageFigures>& outages, Stamp zero);
 
-}  // namespace rcs::tools
+}  // namespace rcs::evaluation

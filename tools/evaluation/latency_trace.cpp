@@ -4,7 +4,7 @@
 
 #include "lcmtypes/convert.h"
 
-namespace rcs::tools {
+namespace rcs::evaluation {
 namespace {
 
 std::vector<double>* values_for(Samples* samples, const std::string& name) {
@@ -226,4 +226,4 @@ std::optional<Duration> ScanLedger::answering(std::int64_t start) const {
   return sum;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::evaluation

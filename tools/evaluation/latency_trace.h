@@ -15,7 +15,7 @@
 #include "lcmtypes/rcs/registration_t.hpp"
 #include "rcs/base/stamp.h"
 
-namespace rcs::tools {
+namespace rcs::evaluation {
 
 /// Every scan is one of full, degraded, held, failed, dropped and unaccounted.
 struct ScanCounts {
@@ -111,4 +111,4 @@ class ScanLedger {
   scan_account_t account_{};  // the newest
 };
 
-}  // namespace rcs::tools
+}  // namespace rcs::evaluation

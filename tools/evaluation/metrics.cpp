@@ -11,17 +11,17 @@
 #include "lcmtypes/rcs/points_t.hpp"
 #include "rcs/node/log/log_file.h"
 
-namespace rcs::tools {
+namespace rcs::evaluation {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kFineCell_m = 0.25;
 constexpr std::size_t kMaxCells = 40'000;  // about 0.6 MB of SVG
 
-Series course_of(const Trajectory& poses, const std::string& label, Colour colour,
-                 SeriesStyle style) {
-  Series s{label, colour, style, {}, {}, {}};
-  for (const StampedPose& p : poses) {
+report::Series course_of(const tools::Trajectory& poses, const std::string& label,
+                         report::Colour colour, report::SeriesStyle style) {
+  report::Series s{label, colour, style, {}, {}, {}};
+  for (const tools::StampedPose& p : poses) {
     s.x.push_back(p.T.p.x());
     s.y.push_back(p.T.p.y());
   }
@@ -33,8 +33,8 @@ bool denied(const std::vector<TimeInterval>& outages, Stamp stamp) {
                      [stamp](const TimeInterval& i) { return i.contains(stamp); });
 }
 
-std::vector<Shade> shades(const std::vector<TimeInterval>& outages, Stamp zero) {
-  std::vector<Shade> out;
+std::vector<report::Shade> shades(const std::vector<TimeInterval>& outages, Stamp zero) {
+  std::vector<report::Shade> out;
   out.reserve(outages.size());
   for (const TimeInterval& i : outages) {
     out.push_back({seconds(i.from - zero), seconds(i.to - zero), "no GPS"});
@@ -44,21 +44,23 @@ std::vector<Shade> shades(const std::vector<TimeInterval>& outages, Stamp zero) 
 
 /// Of run i, in every picture; orange is kept for the course without GPS.
 Colour colour_of_run(std::size_t i) {
-  constexpr Colour kOrder[] = {Colour::kBlue, Colour::kGreen, Colour::kPurple, Colour::kYellow};
+  constexpr report::Colour kOrder[] = {report::Colour::kBlue, report::Colour::kGreen,
+                                       report::Colour::kPurple, report::Colour::kYellow};
   return kOrder[i % std::size(kOrder)];
 }
 
 /// What a course covers, and some more to each side; an estimate may lead out of it.
-std::optional<Window> around(const Trajectory& course) {
+std::optional<report::Window> around(const tools::Trajectory& course) {
   if (course.empty()) return std::nullopt;
   Vec2 low = course.front().T.p.head<2>();
   Vec2 high = low;
-  for (const StampedPose& p : course) {
+  for (const tools::StampedPose& p : course) {
     low = low.cwiseMin(p.T.p.head<2>());
     high = high.cwiseMax(p.T.p.head<2>());
   }
   const double margin_m = 5.0 + 0.1 * (high - low).maxCoeff();
-  return Window{low.x() - margin_m, high.x() + margin_m, low.y() - margin_m, high.y() + margin_m};
+  return report::Window{low.x() - margin_m, high.x() + margin_m, low.y() - margin_m,
+                        high.y() + margin_m};
 }
 
 struct HeightSum {
@@ -98,33 +100,36 @@ std::vector<HeightSum> coarsened(std::vector<HeightSum> cells) {
 
 }  // namespace
 
-Plot course_plot(const Trajectory& truth, const std::vector<NamedTrajectory>& estimates,
-                 const std::vector<TimeInterval>& outages, Frame frame) {
-  Plot plot;
+report::Plot course_plot(const tools::Trajectory& truth,
+                         const std::vector<NamedTrajectory>& estimates,
+                         const std::vector<TimeInterval>& outages, recording::Frame frame) {
+  report::Plot plot;
   plot.title = "Course from above";
-  plot.x_label = frame == Frame::kWorld ? "east [m]" : "x [m]";
-  plot.y_label = frame == Frame::kWorld ? "north [m]" : "y [m]";
+  plot.x_label = frame == recording::Frame::kWorld ? "east [m]" : "x [m]";
+  plot.y_label = frame == recording::Frame::kWorld ? "north [m]" : "y [m]";
   plot.height_px = 560;
   plot.equal_scales = true;
   for (std::size_t k = 0; k < estimates.size(); ++k) {
     const NamedTrajectory& estimate = estimates[k];
-    plot.series.push_back(course_of(estimate.poses, estimate.name, colour_of_run(k),
-                                    k == 0 ? SeriesStyle::kThickLine : SeriesStyle::kLine));
+    plot.series.push_back(
+        course_of(estimate.poses, estimate.name, colour_of_run(k),
+                  k == 0 ? report::SeriesStyle::kThickLine : report::SeriesStyle::kLine));
     if (k > 0 || outages.empty()) continue;
-    Series without = course_of(estimate.poses, estimate.name + ", GPS denied", Colour::kOrange,
-                               SeriesStyle::kThickLine);
+    report::Series without = course_of(estimate.poses, estimate.name + ", GPS denied",
+                                       report::Colour::kOrange, report::SeriesStyle::kThickLine);
     for (std::size_t i = 0; i < estimate.poses.size(); ++i) {
       if (!denied(outages, estimate.poses[i].stamp)) without.y[i] = kNone;
     }
     plot.series.push_back(std::move(without));
   }
   if (!truth.empty()) {
-    plot.series.push_back(course_of(truth, "truth", Colour::kGrey, SeriesStyle::kDashed));
+    plot.series.push_back(
+        course_of(truth, "truth", report::Colour::kGrey, report::SeriesStyle::kDashed));
   }
   plot.window = around(truth);
-  const Trajectory* shown = !truth.empty()      ? &truth
-                            : estimates.empty() ? nullptr
-                                                : &estimates.front().poses;
+  const tools::Trajectory* shown = !truth.empty()      ? &truth
+                                   : estimates.empty() ? nullptr
+                                                       : &estimates.front().poses;
   if (shown != nullptr && !shown->empty()) {
     plot.marks = {{shown->front().T.p.x(), shown->front().T.p.y(), "start"},
                   {shown->back().T.p.x(), shown->back().T.p.y(), "end"}};
@@ -132,8 +137,8 @@ Plot course_plot(const Trajectory& truth, const std::vector<NamedTrajectory>& es
   return plot;
 }
 
-std::vector<Plot> error_plots(const WorldFigures& figures, const std::vector<TimeInterval>& outages,
-                              Stamp zero) {
+std::vector<report::Plot> error_plots(const WorldFigures& figures,
+                                      const std::vector<TimeInterval>& outages, Stamp zero) {
   struct Kind {
     const char* title;
     const char* y_label;
@@ -148,17 +153,18 @@ std::vector<Plot> error_plots(const WorldFigures& figures, const std::vector<Tim
        [](const WorldError& e) { return e.sigma_m.z(); }, false},
       {"Heading error", "[deg]", [](const WorldError& e) { return degrees(e.heading_rad); },
        [](const WorldError& e) { return degrees(e.sigma_heading_rad); }, false}};
-  std::vector<Plot> plots;
+  std::vector<report::Plot> plots;
   for (const Kind& kind : kinds) {
-    Plot plot;
+    report::Plot plot;
     plot.title = kind.title;
     plot.x_label = "time [s]";
     plot.y_label = kind.y_label;
     plot.height_px = 250;
     plot.y_from_zero = kind.magnitude;
     plot.shades = shades(outages, zero);
-    Series band{"3 sigma, as WM claims", Colour::kBlue, SeriesStyle::kBand, {}, {}, {}};
-    Series error{"error", Colour::kBlue, SeriesStyle::kLine, {}, {}, {}};
+    report::Series band{
+        "3 sigma, as WM claims", report::Colour::kBlue, report::SeriesStyle::kBand, {}, {}, {}};
+    report::Series error{"error", report::Colour::kBlue, report::SeriesStyle::kLine, {}, {}, {}};
     for (const WorldError& e : figures.errors) {
       const double t_s = seconds(e.stamp - zero);
       const double bound = 3.0 * kind.sigma(e);
@@ -174,16 +180,16 @@ std::vector<Plot> error_plots(const WorldFigures& figures, const std::vector<Tim
   return plots;
 }
 
-Plot comparison_plot(const std::vector<std::pair<std::string, const WorldFigures*>>& runs,
-                     const std::vector<TimeInterval>& outages, Stamp zero) {
-  Plot plot;
+report::Plot comparison_plot(const std::vector<std::pair<std::string, const WorldFigures*>>& runs,
+                             const std::vector<TimeInterval>& outages, Stamp zero) {
+  report::Plot plot;
   plot.title = "Horizontal error of the runs";
   plot.x_label = "time [s]";
   plot.y_label = "[m] (log scale)";
   plot.log_y = true;
   plot.shades = shades(outages, zero);
   for (std::size_t k = 0; k < runs.size(); ++k) {
-    Series s{runs[k].first, colour_of_run(k), SeriesStyle::kLine, {}, {}, {}};
+    report::Series s{runs[k].first, colour_of_run(k), report::SeriesStyle::kLine, {}, {}, {}};
     for (const WorldError& e : runs[k].second->errors) {
       s.x.push_back(seconds(e.stamp - zero));
       s.y.push_back(std::max(1e-3, e.horizontal_m()));
@@ -193,14 +199,15 @@ Plot comparison_plot(const std::vector<std::pair<std::string, const WorldFigures
   return plot;
 }
 
-Plot aligned_error_plot(const PosePairs& pairs, const Pose& T_truth_estimate) {
-  Plot plot;
+report::Plot aligned_error_plot(const PosePairs& pairs, const Pose& T_truth_estimate) {
+  report::Plot plot;
   plot.title = "Distance from the truth along the course, after alignment";
   plot.x_label = "distance driven [m]";
   plot.y_label = "[m]";
   plot.height_px = 250;
   plot.y_from_zero = true;
-  Series s{"", Colour::kBlue, SeriesStyle::kLine, distances(pairs.truth), {}, {}};
+  report::Series s{
+      "", report::Colour::kBlue, report::SeriesStyle::kLine, tools::distances(pairs.truth), {}, {}};
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     s.y.push_back((T_truth_estimate * pairs.estimate[i].p - pairs.truth[i].p).norm());
   }
@@ -208,7 +215,7 @@ Plot aligned_error_plot(const PosePairs& pairs, const Pose& T_truth_estimate) {
   return plot;
 }
 
-Result<CellMap> read_map(const std::string& log_path, const Trajectory& poses) {
+Result<report::CellMap> read_map(const std::string& log_path, const tools::Trajectory& poses) {
   Result<LogReader> reader = LogReader::open(log_path);
   if (!reader) return reader.error();
   std::vector<HeightSum> sums;
@@ -220,7 +227,7 @@ Result<CellMap> read_map(const std::string& log_path, const Trajectory& poses) {
     if (event.channel != channel::kSpPoints || m.decode(event.data.data(), 0, size) != size) {
       continue;
     }
-    const std::optional<Pose> T = pose_at(poses, from_utime(m.utime), Duration::zero());
+    const std::optional<Pose> T = tools::pose_at(poses, from_utime(m.utime), Duration::zero());
     if (!T) continue;
     const Mat3 R = T->rotation();
     for (std::size_t k = 0; k < m.x_m.size(); ++k) {
@@ -235,7 +242,7 @@ Result<CellMap> read_map(const std::string& log_path, const Trajectory& poses) {
     }
   }
   sums = merged(std::move(sums));
-  CellMap map;
+  report::CellMap map;
   map.cell = kFineCell_m;
   map.value_label = "height [m]";
   while (sums.size() > kMaxCells) {
@@ -251,35 +258,35 @@ Result<CellMap> read_map(const std::string& log_path, const Trajectory& poses) {
   if (map.cells.empty()) return Error{log_path + ": no points of SP (SP_POINTS)"};
   // A few tree tops must not use up the colours.
   std::sort(heights_m.begin(), heights_m.end());
-  const double low_m = percentile(heights_m, 0.01);
-  const double high_m = percentile(heights_m, 0.99);
-  for (CellMap::Cell& cell : map.cells) cell.value = std::clamp(cell.value, low_m, high_m);
+  const double low_m = tools::percentile(heights_m, 0.01);
+  const double high_m = tools::percentile(heights_m, 0.99);
+  for (report::CellMap::Cell& cell : map.cells) cell.value = std::clamp(cell.value, low_m, high_m);
   return map;
 }
 
-Plot map_plot(CellMap map, const Trajectory& poses, Frame frame) {
-  Plot plot;
+report::Plot map_plot(report::CellMap map, const tools::Trajectory& poses, recording::Frame frame) {
+  report::Plot plot;
   plot.title = fmt::format("Map: SP's points from above, mean height of {:g} m cells", map.cell);
-  plot.x_label = frame == Frame::kWorld ? "east [m]" : "x [m]";
-  plot.y_label = frame == Frame::kWorld ? "north [m]" : "y [m]";
+  plot.x_label = frame == recording::Frame::kWorld ? "east [m]" : "x [m]";
+  plot.y_label = frame == recording::Frame::kWorld ? "north [m]" : "y [m]";
   plot.height_px = 560;
   plot.equal_scales = true;
   plot.map = std::move(map);
-  plot.series = {course_of(poses, "course", Colour::kOrange, SeriesStyle::kLine)};
+  plot.series = {course_of(poses, "course", report::Colour::kOrange, report::SeriesStyle::kLine)};
   return plot;
 }
 
-Plot latency_plot(const std::string& title, const std::vector<double>& values_ms) {
+report::Plot latency_plot(const std::string& title, const std::vector<double>& values_ms) {
   constexpr int kBins = 60;
-  Plot plot;
+  report::Plot plot;
   plot.title = title;
   plot.x_label = "[ms]";
   plot.y_label = "cycles (log scale)";
   plot.height_px = 210;
   plot.log_y = true;
-  const Summary summary = summarize(values_ms);
+  const tools::Summary summary = tools::summarize(values_ms);
   const double width_ms = std::max(1e-3, summary.max * 1.0001 / kBins);
-  Series bars{"", Colour::kBlue, SeriesStyle::kBars, {}, {}, {}};
+  report::Series bars{"", report::Colour::kBlue, report::SeriesStyle::kBars, {}, {}, {}};
   for (int k = 0; k <= kBins; ++k) {
     bars.x.push_back(k * width_ms);
     bars.y.push_back(0.0);
@@ -292,14 +299,14 @@ Plot latency_plot(const std::string& title, const std::vector<double>& values_ms
   return plot;
 }
 
-std::vector<Plot> node_plots(const RunLog& run) {
-  std::vector<Plot> plots;
+std::vector<report::Plot> node_plots(const recording::RunLog& run) {
+  std::vector<report::Plot> plots;
   for (const auto& [name, node] : run.nodes) {
     std::vector<double> wall_ms;
-    for (const CycleRecord& c : node.cycles) wall_ms.push_back(c.wall_ms);
+    for (const recording::CycleRecord& c : node.cycles) wall_ms.push_back(c.wall_ms);
     plots.push_back(latency_plot(name + ": wall time of a unit of work", wall_ms));
   }
   return plots;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::evaluation

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <iterator>
 
-namespace rcs::tools {
+namespace rcs::evaluation {
 namespace {
 
 std::string fixed(double v, int digits) { return fmt::format("{:.{}f}", v, digits); }
@@ -66,8 +66,8 @@ std::string labelled(const ComparedRun& run, std::size_t outage) {
 
 }  // namespace
 
-ComparedRun compare_run(const std::string& name, const RunLog& log, const WorldFigures& world,
-                        const std::vector<TimeInterval>& outages) {
+ComparedRun compare_run(const std::string& name, const recording::RunLog& log,
+                        const WorldFigures& world, const std::vector<TimeInterval>& outages) {
   ComparedRun run;
   run.name = name;
   run.nees_per_dof = world.nees_per_dof;
@@ -75,7 +75,7 @@ ComparedRun compare_run(const std::string& name, const RunLog& log, const WorldF
   for (const WorldError& e : world.errors) {
     if (!in_any(outages, e.stamp)) with_gps_m.push_back(e.horizontal_m());
   }
-  run.with_gps_m = summarize(std::move(with_gps_m));
+  run.with_gps_m = tools::summarize(std::move(with_gps_m));
   for (const TimeInterval& i : outages) {
     run.outages.push_back(outage_figures(world, i));
     run.fused.push_back(fused_sources(log, i));
@@ -83,10 +83,10 @@ ComparedRun compare_run(const std::string& name, const RunLog& log, const WorldF
   return run;
 }
 
-Table comparison_table(const std::vector<ComparedRun>& runs) {
-  Table t{{"run: what it fuses while GPS is denied", "with GPS, rms [m]", "denied: rms [m]",
-           "95 % [m]", "max [m]", "at the end [m]", "rms / distance"},
-          {}};
+report::Table comparison_table(const std::vector<ComparedRun>& runs) {
+  report::Table t{{"run: what it fuses while GPS is denied", "with GPS, rms [m]", "denied: rms [m]",
+                   "95 % [m]", "max [m]", "at the end [m]", "rms / distance"},
+                  {}};
   for (const ComparedRun& run : runs) {
     const std::string with_gps = fixed(run.with_gps_m.rms, 2);
     if (run.outages.empty()) t.rows.push_back({run.name, with_gps, "-", "-", "-", "-", "-"});
@@ -146,4 +146,4 @@ Json to_json(const ComparedRun& run, Stamp zero) {
   return json;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::evaluation

@@ -10,24 +10,24 @@
 #include "tools/evaluation/evaluation_tables.h"
 #include "tools/report/table.h"
 
-namespace rcs::tools {
+namespace rcs::evaluation {
 
 /// One run against the truth.
 struct ComparedRun {
   std::string name;
-  Summary with_gps_m;  ///< horizontal error outside the outages
+  tools::Summary with_gps_m;  ///< horizontal error outside the outages
   double nees_per_dof = 0.0;
   std::vector<OutageFigures> outages;           ///< the same intervals for all runs
   std::vector<std::vector<std::string>> fused;  ///< sources by outage, as of fused_sources()
 };
 
 /// @param outages  the same for all runs that are compared
-[[nodiscard]] ComparedRun compare_run(const std::string& name, const RunLog& log,
+[[nodiscard]] ComparedRun compare_run(const std::string& name, const recording::RunLog& log,
                                       const WorldFigures& world,
                                       const std::vector<TimeInterval>& outages);
 
 /// One row for each run and outage; for each run without an outage.
-[[nodiscard]] Table comparison_table(const std::vector<ComparedRun>& runs);
+[[nodiscard]] report::Table comparison_table(const std::vector<ComparedRun>& runs);
 
 /// In pairs of runs that differ by the LADAR alone (and the a priori map, which needs it): the RMS
 /// error without it over that with it. The largest of the pairs, in the outage where that is
@@ -40,4 +40,4 @@ struct ComparedRun {
 /// @param zero  of the outages' times
 [[nodiscard]] Json to_json(const ComparedRun& run, Stamp zero);
 
-}  // namespace rcs::tools
+}  // namespace rcs::evaluation

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace rcs::tools {
+namespace rcs::evaluation {
 namespace {
 
 constexpr std::size_t kMaxText = 400;
@@ -230,4 +230,4 @@ TopView TopModel::view(Stamp now) {
   return view;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::evaluation

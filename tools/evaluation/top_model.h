@@ -17,7 +17,7 @@
 #include "lcmtypes/rcs/status_t.hpp"
 #include "rcs/base/stamp.h"
 
-namespace rcs::tools {
+namespace rcs::evaluation {
 
 /// What a message says may hold anything, and a terminal obeys control characters: short, and
 /// ASCII.
@@ -172,4 +172,4 @@ class TopModel {
   std::map<std::string, std::int64_t> malformed_;
 };
 
-}  // namespace rcs::tools
+}  // namespace rcs::evaluation

@@ -5,7 +5,7 @@
 
 #include "tools/base/trajectory.h"
 
-namespace rcs::tools {
+namespace rcs::evaluation {
 namespace {
 
 double angle(const Quat& q) { return log_so3(q).norm(); }
@@ -87,12 +87,12 @@ AbsoluteError absolute_error(const PosePairs& pairs, const Pose& T_truth_estimat
     vertical_m.push_back(std::abs(d.z()));
     rotation_rad.push_back(angle(pairs.truth[i].q.conjugate() * moved.q));
   }
-  return {summarize(std::move(translation_m)), summarize(std::move(horizontal_m)),
-          summarize(std::move(vertical_m)), summarize(std::move(rotation_rad))};
+  return {tools::summarize(std::move(translation_m)), tools::summarize(std::move(horizontal_m)),
+          tools::summarize(std::move(vertical_m)), tools::summarize(std::move(rotation_rad))};
 }
 
 RelativeError relative_error_over_length(const PosePairs& pairs, double length_m) {
-  const std::vector<double> driven_m = distances(pairs.truth);
+  const std::vector<double> driven_m = tools::distances(pairs.truth);
   SegmentSums sums;
   sums.mean.length_m = length_m;
   std::size_t end = 0;
@@ -105,7 +105,7 @@ RelativeError relative_error_over_length(const PosePairs& pairs, double length_m
 }
 
 RelativeError relative_error_over_frames(const PosePairs& pairs, int frames) {
-  const std::vector<double> driven_m = distances(pairs.truth);
+  const std::vector<double> driven_m = tools::distances(pairs.truth);
   SegmentSums sums;
   sums.mean.frames = frames;
   const std::size_t step = static_cast<std::size_t>(frames);
@@ -127,7 +127,7 @@ std::vector<double> lengths_that_fit(double driven_m) {
 
 double drift_percent(const PosePairs& pairs) {
   if (pairs.size() < 2) return 0.0;
-  const double driven_m = distances(pairs.truth).back();
+  const double driven_m = tools::distances(pairs.truth).back();
   if (driven_m <= 0.0) return 0.0;
   return 100.0 * motion_error(pairs, 0, pairs.size() - 1).p.norm() / driven_m;
 }
@@ -142,4 +142,4 @@ std::optional<double> nees(const Vec6& xi, const Mat6& P) {
   return xi.dot(llt.solve(xi));
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::evaluation

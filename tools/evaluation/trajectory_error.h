@@ -10,7 +10,7 @@
 #include "rcs/base/stamp.h"
 #include "tools/base/statistics.h"
 
-namespace rcs::tools {
+namespace rcs::evaluation {
 
 /// The same instants in both: T_frame_vehicle of each; the two frames may differ.
 struct PosePairs {
@@ -34,10 +34,10 @@ enum class Alignment {
 
 /// Errors of poses after `T_truth_estimate` is applied.
 struct AbsoluteError {
-  Summary translation_m;
-  Summary horizontal_m;
-  Summary vertical_m;  ///< magnitudes
-  Summary rotation_rad;
+  tools::Summary translation_m;
+  tools::Summary horizontal_m;
+  tools::Summary vertical_m;  ///< magnitudes
+  tools::Summary rotation_rad;
 };
 [[nodiscard]] AbsoluteError absolute_error(const PosePairs& pairs, const Pose& T_truth_estimate);
 
@@ -69,4 +69,4 @@ struct RelativeError {
 /// xi^T P^-1 xi: expected 6 when P tells the truth. None when P is not positive definite.
 [[nodiscard]] std::optional<double> nees(const Vec6& xi, const Mat6& P);
 
-}  // namespace rcs::tools
+}  // namespace rcs::evaluation

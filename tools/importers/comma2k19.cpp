@@ -7,7 +7,7 @@
 
 #include "lcmtypes/convert.h"
 
-namespace rcs::tools {
+namespace rcs::importers {
 namespace {
 
 constexpr const char* kAcc = "imu_acc.csv";
@@ -73,7 +73,7 @@ struct TruthRow {
   Vec3 v_ecef;
 };
 
-Result<std::vector<TruthRow>> truth_rows(const CsvTable& table, const CommaSetup& setup,
+Result<std::vector<TruthRow>> truth_rows(const tools::CsvTable& table, const CommaSetup& setup,
                                          RowCounts* counts) {
   constexpr std::array<const char*, 10> kNames = {
       "ecef_x", "ecef_y", "ecef_z", "vx_ecef", "vy_ecef", "vz_ecef", "qw", "qx", "qy", "qz"};
@@ -107,7 +107,7 @@ Result<std::vector<TruthRow>> truth_rows(const CsvTable& table, const CommaSetup
   return rows;
 }
 
-Outcome add_truth(const CsvTable& table, const CommaSetup& setup, SensorLog* log,
+Outcome add_truth(const tools::CsvTable& table, const CommaSetup& setup, recording::SensorLog* log,
                   RowCounts* counts) {
   const Result<std::vector<TruthRow>> rows = truth_rows(table, setup, counts);
   if (!rows) return rows.error();
@@ -142,14 +142,14 @@ Outcome add_truth(const CsvTable& table, const CommaSetup& setup, SensorLog* log
 }
 
 struct TruthTrack {
-  Trajectory poses;
-  Trajectory velocities;  // as places, to be interpolated likewise
+  tools::Trajectory poses;
+  tools::Trajectory velocities;  // as places, to be interpolated likewise
   std::optional<LocalFrame> world;
 };
 
-TruthTrack track_of(const SensorLog& log) {
+TruthTrack track_of(const recording::SensorLog& log) {
   TruthTrack track;
-  for (const SensorLog::Event& e : log.events()) {
+  for (const recording::SensorLog::Event& e : log.events()) {
     const auto* m = std::get_if<truth_t>(&e.message);
     Pose T;
     if (m == nullptr || !from_message(m->q_world_vehicle, m->p_world_vehicle_m, &T)) continue;
@@ -168,19 +168,19 @@ TruthTrack track_of(const SensorLog& log) {
 }  // namespace
 
 Result<CommaTables> load_comma2k19(const std::string& folder) {
-  std::vector<CsvTable> tables;
+  std::vector<tools::CsvTable> tables;
   for (const char* file : {kAcc, kGyro, kUblox, kWheels, kTruth}) {
-    Result<CsvTable> table = CsvTable::load(folder + "/" + file);
+    Result<tools::CsvTable> table = tools::CsvTable::load(folder + "/" + file);
     if (!table) return table.error();
     tables.push_back(std::move(table).value());
   }
-  CsvTable truth = std::move(tables.back());
+  tools::CsvTable truth = std::move(tables.back());
   tables.pop_back();
   return CommaTables{std::move(tables), std::move(truth)};
 }
 
 Result<CommaCounts> import_comma2k19(const CommaTables& tables, const CommaSetup& setup,
-                                     SensorLog* log) {
+                                     recording::SensorLog* log) {
   CommaCounts counts;
   if (const Outcome truth = add_truth(tables.truth, setup, log, &counts.truth); !truth) {
     return truth.error();
@@ -191,7 +191,7 @@ Result<CommaCounts> import_comma2k19(const CommaTables& tables, const CommaSetup
   return counts;
 }
 
-Result<SetupCheck> check_setup(const SensorLog& log, Duration begin, Duration length) {
+Result<SetupCheck> check_setup(const recording::SensorLog& log, Duration begin, Duration length) {
   constexpr std::size_t kFewest = 10;
   constexpr double kSlow_mps = 2.0;
   constexpr Duration kMaxGap = std::chrono::milliseconds(250);
@@ -216,11 +216,11 @@ Result<SetupCheck> check_setup(const SensorLog& log, Duration begin, Duration le
   };
   std::vector<Sample> samples;
   double sum_vv = 0.0, sum_ve = 0.0;
-  for (const SensorLog::Event& e : log.events()) {
+  for (const recording::SensorLog::Event& e : log.events()) {
     const auto* m = std::get_if<gps_fix_t>(&e.message);
     if (m == nullptr || !inside(e.arrival)) continue;
-    const std::optional<Pose> T = pose_at(track.poses, from_utime(m->utime), kMaxGap);
-    const std::optional<Pose> v = pose_at(track.velocities, from_utime(m->utime), kMaxGap);
+    const std::optional<Pose> T = tools::pose_at(track.poses, from_utime(m->utime), kMaxGap);
+    const std::optional<Pose> v = tools::pose_at(track.velocities, from_utime(m->utime), kMaxGap);
     if (!T || !v || v->p.head<2>().norm() < kSlow_mps) continue;
     const Vec3 p_fix = track.world->to_world(
         {radians(m->lat_deg), radians(m->lon_deg), EllipsoidalHeight{m->height_m}});
@@ -249,4 +249,4 @@ Result<SetupCheck> check_setup(const SensorLog& log, Duration begin, Duration le
   return check;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::importers

@@ -11,12 +11,12 @@
 #include "tools/base/trajectory.h"
 #include "tools/importers/imu_gps_import.h"
 
-namespace rcs::tools {
+namespace rcs::importers {
 
 /// Files of a folder, as they are to be given.
 struct CommaTables {
-  std::vector<CsvTable> sensors;  ///< imu_acc, imu_gyro, gnss_ublox, can_wheel_speed
-  CsvTable truth;                 ///< truth_pose
+  std::vector<tools::CsvTable> sensors;  ///< imu_acc, imu_gyro, gnss_ublox, can_wheel_speed
+  tools::CsvTable truth;                 ///< truth_pose
 };
 [[nodiscard]] Result<CommaTables> load_comma2k19(const std::string& folder);
 
@@ -44,7 +44,8 @@ struct CommaCounts {
 /// Adds INS, GPS_FIX, ODOMETRY and SIM_TRUTH to `log`. The vehicle frame is at the device, with
 /// the car's axes.
 [[nodiscard]] Result<CommaCounts> import_comma2k19(const CommaTables& tables,
-                                                   const CommaSetup& setup, SensorLog* log);
+                                                   const CommaSetup& setup,
+                                                   recording::SensorLog* log);
 
 /// What a stretch of the log says about the setup, held against its truth.
 struct SetupCheck {
@@ -61,6 +62,7 @@ struct SetupCheck {
 };
 /// @param begin, length  of the stretch, after the first truth
 /// @return an error when fewer than 10 fixes at more than 2 m/s are in it
-[[nodiscard]] Result<SetupCheck> check_setup(const SensorLog& log, Duration begin, Duration length);
+[[nodiscard]] Result<SetupCheck> check_setup(const recording::SensorLog& log, Duration begin,
+                                             Duration length);
 
-}  // namespace rcs::tools
+}  // namespace rcs::importers

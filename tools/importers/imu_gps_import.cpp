@@ -9,7 +9,7 @@
 #include "lcmtypes/convert.h"
 #include "rcs/base/geodesy.h"
 
-namespace rcs::tools {
+namespace rcs::importers {
 namespace {
 
 using Column = std::vector<double>;
@@ -24,9 +24,10 @@ bool ends_with(const std::string& text, const std::string& end) {
 /// Finds tables by their names' ends, and knows which were never asked for.
 class Tables {
  public:
-  explicit Tables(const std::vector<CsvTable>& tables) : tables_(tables), used_(tables.size()) {}
+  explicit Tables(const std::vector<tools::CsvTable>& tables)
+      : tables_(tables), used_(tables.size()) {}
 
-  [[nodiscard]] Result<const CsvTable*> find(const std::string& file) {
+  [[nodiscard]] Result<const tools::CsvTable*> find(const std::string& file) {
     std::optional<std::size_t> found;
     for (std::size_t i = 0; i < tables_.size(); ++i) {
       if (!ends_with(tables_[i].name(), file)) continue;
@@ -49,14 +50,14 @@ class Tables {
   }
 
  private:
-  const std::vector<CsvTable>& tables_;
+  const std::vector<tools::CsvTable>& tables_;
   std::vector<bool> used_;
 };
 
 /// Columns of one table, read on demand; the first error stays.
 class Columns {
  public:
-  explicit Columns(const CsvTable* table) : table_(table) {}
+  explicit Columns(const tools::CsvTable* table) : table_(table) {}
 
   [[nodiscard]] Column numbers(const std::string& name, double absent = kUnknown) {
     if (name.empty()) return Column(table_->rows(), absent);
@@ -88,7 +89,7 @@ class Columns {
   [[nodiscard]] const std::optional<Error>& error() const { return error_; }
 
  private:
-  const CsvTable* table_;
+  const tools::CsvTable* table_;
   std::optional<Error> error_;
 };
 
@@ -111,11 +112,12 @@ class Arrival {
   std::optional<Stamp> newest_;
 };
 
-Outcome add_imu(const ImuMap& map, Tables* tables, SensorLog* log, RowCounts* counts) {
-  const Result<const CsvTable*> force_table = tables->find(map.stream.file);
+Outcome add_imu(const ImuMap& map, Tables* tables, recording::SensorLog* log, RowCounts* counts) {
+  const Result<const tools::CsvTable*> force_table = tables->find(map.stream.file);
   if (!force_table) return force_table.error();
   const bool two_files = !map.rate_file.empty();
-  const Result<const CsvTable*> rate_table = two_files ? tables->find(map.rate_file) : force_table;
+  const Result<const tools::CsvTable*> rate_table =
+      two_files ? tables->find(map.rate_file) : force_table;
   if (!rate_table) return rate_table.error();
   Columns columns(*force_table);
   Columns rate_columns(*rate_table);
@@ -204,8 +206,8 @@ bool any_zero(const std::vector<Column>& columns, std::size_t row) {
                      [row](const Column& c) { return c[row] == 0.0; });
 }
 
-Outcome add_gps(const GpsMap& map, Tables* tables, SensorLog* log, RowCounts* counts) {
-  const Result<const CsvTable*> table = tables->find(map.stream.file);
+Outcome add_gps(const GpsMap& map, Tables* tables, recording::SensorLog* log, RowCounts* counts) {
+  const Result<const tools::CsvTable*> table = tables->find(map.stream.file);
   if (!table) return table.error();
   Columns columns(*table);
   const Stamps stamps = columns.stamps(map.stream.stamp);
@@ -271,8 +273,9 @@ Outcome add_gps(const GpsMap& map, Tables* tables, SensorLog* log, RowCounts* co
   return Done{};
 }
 
-Outcome add_wheels(const WheelMap& map, Tables* tables, SensorLog* log, RowCounts* counts) {
-  const Result<const CsvTable*> table = tables->find(map.stream.file);
+Outcome add_wheels(const WheelMap& map, Tables* tables, recording::SensorLog* log,
+                   RowCounts* counts) {
+  const Result<const tools::CsvTable*> table = tables->find(map.stream.file);
   if (!table) return table.error();
   Columns columns(*table);
   const Stamps stamps = columns.stamps(map.stream.stamp);
@@ -349,7 +352,7 @@ InsIntegrator::Step InsIntegrator::add(Stamp stamp, const Vec3& rate, const Vec3
   return forward ? Step::kForward : Step::kBackward;
 }
 
-Result<std::vector<std::optional<Stamp>>> stamps_of(const CsvTable& table,
+Result<std::vector<std::optional<Stamp>>> stamps_of(const tools::CsvTable& table,
                                                     const StampColumn& column) {
   constexpr double kFarthest_s = 9e9;  // of any epoch: beyond what a message may say
   const Result<Column> numbers = table.numbers(column.column);
@@ -368,8 +371,9 @@ Result<std::vector<std::optional<Stamp>>> stamps_of(const CsvTable& table,
   return stamps;
 }
 
-Result<ImportCounts> import_imu_gps(const ImuGpsMap& map, const std::vector<CsvTable>& tables,
-                                    SensorLog* log) {
+Result<ImportCounts> import_imu_gps(const ImuGpsMap& map,
+                                    const std::vector<tools::CsvTable>& tables,
+                                    recording::SensorLog* log) {
   Tables files(tables);
   ImportCounts counts;
   Outcome done = Done{};
@@ -381,4 +385,4 @@ Result<ImportCounts> import_imu_gps(const ImuGpsMap& map, const std::vector<CsvT
   return counts;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::importers

@@ -11,7 +11,7 @@
 #include "tools/importers/imu_gps_map.h"
 #include "tools/recording/sensor_log.h"
 
-namespace rcs::tools {
+namespace rcs::importers {
 
 /// What became of a sensor's rows.
 struct RowCounts {
@@ -72,11 +72,11 @@ class InsIntegrator {
 /// them arrives no earlier.
 /// @return an error that names file, line and column; or the file that is missing or not used
 [[nodiscard]] Result<ImportCounts> import_imu_gps(const ImuGpsMap& map,
-                                                  const std::vector<CsvTable>& tables,
-                                                  SensorLog* log);
+                                                  const std::vector<tools::CsvTable>& tables,
+                                                  recording::SensorLog* log);
 
 /// A column of stamps as times; where it is missing, none.
-[[nodiscard]] Result<std::vector<std::optional<Stamp>>> stamps_of(const CsvTable& table,
+[[nodiscard]] Result<std::vector<std::optional<Stamp>>> stamps_of(const tools::CsvTable& table,
                                                                   const StampColumn& column);
 
-}  // namespace rcs::tools
+}  // namespace rcs::importers

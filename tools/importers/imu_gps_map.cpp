@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace rcs::tools {
+namespace rcs::importers {
 namespace {
 
 struct Unit {
@@ -217,4 +217,4 @@ Result<ImuGpsMap> load_imu_gps_map(const ParamFile& file) {
   return map;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::importers

@@ -12,7 +12,7 @@
 #include "rcs/base/stamp.h"
 #include "rcs/node/params/params.h"
 
-namespace rcs::tools {
+namespace rcs::importers {
 
 /// A column with its sign: "-ax" is ax, turned round.
 struct SignedColumn {
@@ -87,4 +87,4 @@ struct ImuGpsMap {
 /// @return an error that names file, line, key and what is allowed
 [[nodiscard]] Result<ImuGpsMap> load_imu_gps_map(const ParamFile& file);
 
-}  // namespace rcs::tools
+}  // namespace rcs::importers

@@ -10,7 +10,7 @@
 
 #include "tools/base/trajectory.h"
 
-namespace rcs::tools {
+namespace rcs::importers {
 namespace {
 
 constexpr std::size_t kBytesPerPoint = 4 * sizeof(float);
@@ -140,8 +140,8 @@ Result<Pose> parse_imu_to_velo(std::string_view text, std::string_view name) {
     if (line.substr(0, 2) == "R:") rotation = line.substr(2);
     if (line.substr(0, 2) == "T:") translation = line.substr(2);
   }
-  const std::optional<std::vector<double>> R_values = parse_numbers(rotation);
-  const std::optional<std::vector<double>> t_values = parse_numbers(translation);
+  const std::optional<std::vector<double>> R_values = tools::parse_numbers(rotation);
+  const std::optional<std::vector<double>> t_values = tools::parse_numbers(translation);
   if (!R_values || R_values->size() != 9 || !t_values || t_values->size() != 3) {
     return Error{
         fmt::format("{}: expected a line \"R:\" with 9 numbers and a line \"T:\" with 3", name)};
@@ -155,4 +155,4 @@ Result<Pose> parse_imu_to_velo(std::string_view text, std::string_view name) {
   return Pose{Quat(R_ladar_vehicle).normalized(), t_ladar_vehicle}.inverse();
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::importers

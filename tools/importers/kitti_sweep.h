@@ -14,7 +14,7 @@
 #include "rcs/base/result.h"
 #include "rcs/base/stamp.h"
 
-namespace rcs::tools {
+namespace rcs::importers {
 
 constexpr int kSweepRows = 64;
 /// The azimuth encoder of the HDL-64E counts 0.09 deg; a return comes at every second count, so at
@@ -75,4 +75,4 @@ struct OdomOrigin {
 /// @return T_vehicle_ladar
 [[nodiscard]] Result<Pose> parse_imu_to_velo(std::string_view text, std::string_view name);
 
-}  // namespace rcs::tools
+}  // namespace rcs::importers

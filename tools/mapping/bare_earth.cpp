@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-namespace rcs {
+namespace rcs::mapping {
 namespace {
 
 constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
@@ -218,4 +218,4 @@ SurfaceHere surface_at(const Raster& surface, double x_m, double y_m) {
   return here;
 }
 
-}  // namespace rcs
+}  // namespace rcs::mapping

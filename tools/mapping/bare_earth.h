@@ -7,7 +7,7 @@
 #include "rcs/base/linear.h"
 #include "rcs/terrain/raster.h"
 
-namespace rcs {
+namespace rcs::mapping {
 
 /// The paper's names are in brackets; the values are the defaults of PDAL's filter of that name.
 struct BareEarthParams {
@@ -48,4 +48,4 @@ struct SurfaceHere {
   return params.above_m + params.above_slope * at.gradient.norm();
 }
 
-}  // namespace rcs
+}  // namespace rcs::mapping

@@ -11,7 +11,7 @@
 
 #include "rcs/base/grid.h"
 
-namespace rcs {
+namespace rcs::mapping {
 
 /// A lattice without bounds, of which the blocks of 32 x 32 cells exist that were written to.
 template <class T>
@@ -86,4 +86,4 @@ class CellBlocks {
   Block* newest_ = nullptr;
 };
 
-}  // namespace rcs
+}  // namespace rcs::mapping

@@ -5,7 +5,7 @@
 
 #include "rcs/terrain/raster.h"
 
-namespace rcs {
+namespace rcs::mapping {
 
 constexpr int kCoarser = 4;  ///< cells of the finer lattice along one of the coarser
 
@@ -19,4 +19,4 @@ void paste_coarser(const Raster& fine, Raster* coarse);
 /// A raster with its coarser levels, the finest first, until one is less than a tile wide.
 [[nodiscard]] std::vector<Raster> with_coarser_levels(Raster finest);
 
-}  // namespace rcs
+}  // namespace rcs::mapping

@@ -8,7 +8,7 @@
 #include "rcs/base/check.h"
 #include "rcs/terrain/map_tile.h"
 
-namespace rcs {
+namespace rcs::mapping {
 namespace {
 
 constexpr int kWeight = 16;  // of a return whose height is exact to near_sigma_m
@@ -320,4 +320,4 @@ Raster GroundBuilder::tile(const MapLevel& level, Cell tile, std::uint16_t date)
   return r;
 }
 
-}  // namespace rcs
+}  // namespace rcs::mapping

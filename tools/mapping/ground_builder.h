@@ -11,7 +11,7 @@
 #include "tools/mapping/ground_layer.h"
 #include "tools/mapping/ground_surface.h"
 
-namespace rcs {
+namespace rcs::mapping {
 
 struct GroundBuilderParams {
   double cell_m = 0.2;          ///< of the map, [0.05, 5]
@@ -107,4 +107,4 @@ class GroundBuilder {
   GroundFigures figures_;
 };
 
-}  // namespace rcs
+}  // namespace rcs::mapping

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace rcs {
+namespace rcs::mapping {
 namespace {
 
 constexpr int kLayers = HeightCounts::kLayers;
@@ -99,4 +99,4 @@ std::optional<GroundLayer> find_ground(const std::array<double, kLayers>& weight
   return g;
 }
 
-}  // namespace rcs
+}  // namespace rcs::mapping

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <optional>
 
-namespace rcs {
+namespace rcs::mapping {
 
 /// Heights of returns above a surface, by weight, in layers of 2 cm from -0.5 m to 0.78 m.
 struct HeightCounts {
@@ -41,4 +41,4 @@ struct GroundLayer {
 [[nodiscard]] std::optional<GroundLayer> find_ground(
     const std::array<double, HeightCounts::kLayers>& weight, double least);
 
-}  // namespace rcs
+}  // namespace rcs::mapping

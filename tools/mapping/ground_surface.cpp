@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace rcs {
+namespace rcs::mapping {
 namespace {
 
 constexpr double kAbove_m = 0.05;      // higher above a plane: of what stands on the ground
@@ -184,4 +184,4 @@ std::size_t GroundSurface::bytes() const {
   return columns_.bytes() + nodes_.bytes() + layers_ * 2 * sizeof(Layer);
 }
 
-}  // namespace rcs
+}  // namespace rcs::mapping

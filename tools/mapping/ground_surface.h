@@ -8,7 +8,7 @@
 #include "rcs/base/linear.h"
 #include "tools/mapping/cell_blocks.h"
 
-namespace rcs {
+namespace rcs::mapping {
 
 struct GroundSurfaceParams {
   double cell_m = 0.5;     ///< edge of its cells, [0.2, 5]
@@ -82,4 +82,4 @@ class GroundSurface {
   std::size_t layers_ = 0;
 };
 
-}  // namespace rcs
+}  // namespace rcs::mapping

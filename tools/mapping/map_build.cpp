@@ -7,14 +7,14 @@
 
 #include "tools/mapping/map_writer.h"
 
-namespace rcs::tools {
+namespace rcs::mapping {
 namespace {
 
 /// Reads a run again and again, and tells how far all of that is.
 class Passes {
  public:
-  Passes(const MapBuild& wanted, const RunPoses& poses, const Pose& T_map_world, int passes,
-         const std::function<bool(double)>& progress)
+  Passes(const MapBuild& wanted, const recording::RunPoses& poses, const Pose& T_map_world,
+         int passes, const std::function<bool(double)>& progress)
       : wanted_(wanted),
         poses_(poses),
         T_map_world_(T_map_world),
@@ -40,12 +40,12 @@ class Passes {
   /// @param use  use(return, view)
   /// @param bytes  what is held by now
   template <class Use, class Bytes>
-  Result<ScanCount> run(const Use& use, const Bytes& bytes) {
+  Result<recording::ScanCount> run(const Use& use, const Bytes& bytes) {
     const Vec3 origin_vehicle = wanted_.ladar ? wanted_.ladar->T_vehicle_mount.p : Vec3::Zero();
     std::size_t held = 0;
-    Result<ScanCount> done = for_each_scan(
+    Result<recording::ScanCount> done = recording::for_each_scan(
         wanted_.sensors, poses_, wanted_.ladar,
-        [&](const PlacedScan& scan) {
+        [&](const recording::PlacedScan& scan) {
           View view;
           view.twist_vehicle = scan.twist_vehicle;
           view.T_map_vehicle =
@@ -79,7 +79,7 @@ class Passes {
 
  private:
   const MapBuild& wanted_;
-  const RunPoses& poses_;
+  const recording::RunPoses& poses_;
   Pose T_map_world_;
   int passes_;
   const std::function<bool(double)>& progress_;
@@ -89,16 +89,16 @@ class Passes {
 using Return = Passes::Return;
 using View = Passes::View;
 
-Result<ScanCount> make_surface(Passes* passes, std::unique_ptr<GroundSurface>* surface) {
+Result<recording::ScanCount> make_surface(Passes* passes, std::unique_ptr<GroundSurface>* surface) {
   *surface = std::make_unique<GroundSurface>(GroundSurfaceParams());
   GroundSurface* s = surface->get();
-  Result<ScanCount> read =
+  Result<recording::ScanCount> read =
       passes->run([s](const Return& r, const View&) { s->add(r.p); }, [s] { return s->bytes(); });
   s->finish();
   return read;
 }
 
-Error without(const MapBuild& wanted, const ScanCount& scans) {
+Error without(const MapBuild& wanted, const recording::ScanCount& scans) {
   const std::string where =
       scans.damage.empty() ? wanted.sensors : wanted.sensors + " (" + scans.damage + ")";
   if (scans.scans + scans.no_pose == 0) {
@@ -129,9 +129,10 @@ Outcome write(const MapLevel& level, const GroundBuilder& ground, const Standing
 
 Result<MapBuilt> build_map(const MapBuild& wanted, const std::optional<MapFrame>& frame,
                            const std::string& out, const std::function<bool(double)>& progress) {
-  const Result<RunLog> run = read_run(wanted.log);
+  const Result<recording::RunLog> run = recording::read_run(wanted.log);
   if (!run) return run.error();
-  const Result<RunPoses> poses = poses_of(*run, wanted.source, wanted.pose_file);
+  const Result<recording::RunPoses> poses =
+      recording::poses_of(*run, wanted.source, wanted.pose_file);
   if (!poses) return poses.error();
   MapBuilt built;
   built.frame.datum = poses->datum;
@@ -142,7 +143,7 @@ Result<MapBuilt> build_map(const MapBuild& wanted, const std::optional<MapFrame>
 
   Passes passes(wanted, *poses, T_map_world, wanted.estimate_mount ? 5 : 3, progress);
   std::unique_ptr<GroundSurface> surface;
-  Result<ScanCount> read = make_surface(&passes, &surface);
+  Result<recording::ScanCount> read = make_surface(&passes, &surface);
   if (!read) return read.error();
   if (read->scans == 0) return without(wanted, *read);
   if (wanted.estimate_mount) {
@@ -202,4 +203,4 @@ Result<MapBuilt> build_map(const MapBuild& wanted, const std::optional<MapFrame>
   return built;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::mapping

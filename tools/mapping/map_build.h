@@ -13,13 +13,13 @@
 #include "tools/mapping/standing_builder.h"
 #include "tools/recording/run_scans.h"
 
-namespace rcs::tools {
+namespace rcs::mapping {
 
 struct MapBuild {
   std::string log;        ///< with poses
   std::string sensors;    ///< with the LADAR's data; may be the same
   std::string pose_file;  ///< of PoseSource::kFile
-  PoseSource source = PoseSource::kWm;
+  recording::PoseSource source = recording::PoseSource::kWm;
   std::optional<sp::LadarParams> ladar;  ///< none: SP_POINTS
   double max_range_m = 30.0;             ///< farther returns are not used
   bool estimate_mount = true;
@@ -36,7 +36,7 @@ struct MapBuild {
 struct MapBuilt {
   MapFrame frame;
   GroundFigures ground;
-  ScanCount scans;
+  recording::ScanCount scans;
   MountError mount;
   std::int64_t seen_through = 0;  ///< places whose ground was none
   double bias_sigma_m = 0.0;
@@ -51,4 +51,4 @@ struct MapBuilt {
                                          const std::string& out,
                                          const std::function<bool(double)>& progress);
 
-}  // namespace rcs::tools
+}  // namespace rcs::mapping

@@ -18,7 +18,7 @@
 #include "rcs/terrain/map_tile.h"
 #include "tools/mapping/coarser.h"
 
-namespace rcs {
+namespace rcs::mapping {
 namespace {
 
 namespace fs = std::filesystem;
@@ -318,4 +318,4 @@ Outcome write_map(const std::string& path, const MapFrame& frame, const Raster& 
   return done;
 }
 
-}  // namespace rcs
+}  // namespace rcs::mapping

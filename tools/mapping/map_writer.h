@@ -9,7 +9,7 @@
 #include "rcs/terrain/map_index.h"
 #include "rcs/terrain/raster.h"
 
-namespace rcs {
+namespace rcs::mapping {
 
 /// Writes a map: appears under its name when it is complete, and not before. Tiles may come in any
 /// order.
@@ -51,4 +51,4 @@ class MapWriter {
 [[nodiscard]] Outcome write_map(const std::string& path, const MapFrame& frame,
                                 const Raster& raster);
 
-}  // namespace rcs
+}  // namespace rcs::mapping

@@ -13,7 +13,7 @@
 #include "tools/mapping/map_writer.h"
 #include "tools/mapping/resample.h"
 
-namespace rcs {
+namespace rcs::mapping {
 namespace {
 
 constexpr std::int64_t kMostTiles = 4'000'000;
@@ -277,4 +277,4 @@ Result<Filled> fill_map(const std::string& map, const std::string& prior, const 
   return filled;
 }
 
-}  // namespace rcs
+}  // namespace rcs::mapping

@@ -10,7 +10,7 @@
 #include "rcs/terrain/map_index.h"
 #include "rcs/terrain/raster.h"
 
-namespace rcs {
+namespace rcs::mapping {
 
 /// Heights that differ by more than so many of their standard deviations are not of one ground.
 constexpr double kChangedSigmas = 4.0;
@@ -68,4 +68,4 @@ struct Filled {
                                       const std::string& out,
                                       const std::function<bool(double)>& progress);
 
-}  // namespace rcs
+}  // namespace rcs::mapping

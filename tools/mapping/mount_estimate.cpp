@@ -3,7 +3,7 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
-namespace rcs {
+namespace rcs::mapping {
 
 void MountEstimator::add(const Vec3& p_vehicle, const Pose& T_map_vehicle,
                          const Vec6& twist_vehicle, const Vec2& gradient, double above_m,
@@ -43,4 +43,4 @@ MountError MountEstimator::solve() const {
   return {x.head<3>(), x[3]};
 }
 
-}  // namespace rcs
+}  // namespace rcs::mapping

@@ -6,7 +6,7 @@
 #include "rcs/base/pose.h"
 #include "tools/mapping/cell_blocks.h"
 
-namespace rcs {
+namespace rcs::mapping {
 
 /// What the configured mount and the stamps are off by.
 struct MountError {
@@ -57,4 +57,4 @@ class MountEstimator {
          Pose{exp_so3(error.turn_vehicle), Vec3::Zero()};
 }
 
-}  // namespace rcs
+}  // namespace rcs::mapping

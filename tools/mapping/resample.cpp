@@ -8,7 +8,7 @@
 #include "rcs/base/geodesy.h"
 #include "rcs/terrain/map_tile.h"
 
-namespace rcs {
+namespace rcs::mapping {
 namespace {
 
 constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
@@ -311,4 +311,4 @@ Outcome MapResampler::bring(Cell low_tile, Cell high_tile) {
   return Done{};
 }
 
-}  // namespace rcs
+}  // namespace rcs::mapping

@@ -12,7 +12,7 @@
 #include "rcs/terrain/map_folder.h"
 #include "rcs/terrain/raster.h"
 
-namespace rcs {
+namespace rcs::mapping {
 
 /// The ground of a raster at the centres of other cells, above another frame's tangent plane, by
 /// bilinear interpolation. Its vertical is tilted against the raster's: where a centre's plumb line
@@ -60,4 +60,4 @@ class MapResampler {
   std::vector<std::uint8_t> buffer_;
 };
 
-}  // namespace rcs
+}  // namespace rcs::mapping

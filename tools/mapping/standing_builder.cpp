@@ -7,7 +7,7 @@
 #include "rcs/base/check.h"
 #include "rcs/terrain/map_tile.h"
 
-namespace rcs {
+namespace rcs::mapping {
 namespace {
 
 // 21 bits an axis: 100 km of cubes of 0.1 m to each side.
@@ -142,4 +142,4 @@ std::vector<SurfacePoint> StandingBuilder::points(const MapLevel& level, Cell ti
   return thinned(points, params_.thin_m, kMostSurfacePoints);
 }
 
-}  // namespace rcs
+}  // namespace rcs::mapping

@@ -11,7 +11,7 @@
 #include "rcs/terrain/raster.h"
 #include "rcs/terrain/surface_points.h"
 
-namespace rcs {
+namespace rcs::mapping {
 
 struct StandingParams {
   double above_m = 0.5;        ///< of the ground; what is lower is the ground's, or grass
@@ -70,4 +70,4 @@ class StandingBuilder {
   std::vector<Found> found_;  // in the order of their places
 };
 
-}  // namespace rcs
+}  // namespace rcs::mapping

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstdio>
 
-namespace rcs::tools {
+namespace rcs::mapping {
 namespace {
 
 /// Days from 1970-01-01 to a day of the Gregorian calendar, by counting March as the first month.
@@ -39,4 +39,4 @@ std::string date_text(int days) {
                      days - (days_of(year, month, 1) - kDays2000) + 1);
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::mapping

@@ -3,7 +3,7 @@
 
 #include <string>
 
-namespace rcs::tools {
+namespace rcs::mapping {
 
 /// "2019-06-30" in days since 2000-01-01; 0: no date that can be told.
 [[nodiscard]] int parse_date(const std::string& text);
@@ -11,4 +11,4 @@ namespace rcs::tools {
 /// "unknown" for 0.
 [[nodiscard]] std::string date_text(int days);
 
-}  // namespace rcs::tools
+}  // namespace rcs::mapping

@@ -9,7 +9,7 @@
 #include "rcs/terrain/map_tile.h"
 #include "tools/mapping/bare_earth.h"
 
-namespace rcs {
+namespace rcs::mapping {
 namespace {
 
 /// SplitMix64 (Steele, Lea and Flood 2014): the n-th number of a cell's own sequence.
@@ -179,4 +179,4 @@ Raster SurveyGround::tile(Cell number) const {
   return r;
 }
 
-}  // namespace rcs
+}  // namespace rcs::mapping

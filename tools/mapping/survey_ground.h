@@ -8,7 +8,7 @@
 #include "rcs/terrain/raster.h"
 #include "tools/mapping/cell_blocks.h"
 
-namespace rcs {
+namespace rcs::mapping {
 
 struct SurveyGroundFigures {
   std::int64_t points = 0;       ///< that were added
@@ -65,4 +65,4 @@ class SurveyGround {
   SurveyGroundFigures figures_;
 };
 
-}  // namespace rcs
+}  // namespace rcs::mapping

@@ -7,7 +7,7 @@
 
 #include "tools/rcs/terminal.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 /// Of the bar.
@@ -23,9 +23,10 @@ Outcome make_folder(const std::string& path) {
 
 }  // namespace
 
-Result<std::vector<DrillResult>> run_campaign_at_terminal(std::string_view command,
-                                                          const std::string& out_folder, int jobs,
-                                                          DrillCampaign campaign) {
+Result<std::vector<drills::DrillResult>> run_campaign_at_terminal(std::string_view command,
+                                                                  const std::string& out_folder,
+                                                                  int jobs,
+                                                                  drills::DrillCampaign campaign) {
   if (Outcome made = make_folder(out_folder); !made) return made.error();
   campaign.jobs = jobs > 0 ? static_cast<std::size_t>(jobs)
                            : std::max<std::size_t>(1, std::thread::hardware_concurrency());
@@ -35,7 +36,7 @@ Result<std::vector<DrillResult>> run_campaign_at_terminal(std::string_view comma
   campaign.progress = [&bar](double share) {
     bar.at(static_cast<std::int64_t>(static_cast<double>(kSteps) * share));
   };
-  return run_campaign(campaign);
+  return drills::run_campaign(campaign);
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

@@ -8,7 +8,7 @@
 
 #include "tools/drills/drill_campaign.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 
 /// run_campaign() with a bar on stderr until it is done; Ctrl-C and SIGTERM end it.
 /// @param command  the bar's label
@@ -16,7 +16,8 @@ namespace rcs::tools {
 /// @param jobs  drives at a time; 0: one a core
 /// @param campaign  but for `jobs`, `stop` and `progress`
 /// @return as run_campaign(), or an error when the folder cannot be made
-[[nodiscard]] Result<std::vector<DrillResult>> run_campaign_at_terminal(
-    std::string_view command, const std::string& out_folder, int jobs, DrillCampaign campaign);
+[[nodiscard]] Result<std::vector<drills::DrillResult>> run_campaign_at_terminal(
+    std::string_view command, const std::string& out_folder, int jobs,
+    drills::DrillCampaign campaign);
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

@@ -8,7 +8,7 @@
 
 #include "rcs/base/result.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 
 constexpr int kExitOk = 0;
 constexpr int kExitFailed = 1;  ///< it could not be done, or the answer is no
@@ -77,4 +77,4 @@ void add_top_command(CLI::App* rcs, Commands* commands);
 /// Says why on stderr. @return kExitFailed
 int fail(std::string_view command, const Error& error);
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

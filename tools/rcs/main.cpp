@@ -18,7 +18,7 @@
 #include "tools/base/files.h"
 #include "tools/rcs/command.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 
 int fail(std::string_view command, const Error& error) {
   fmt::print(stderr, "rcs {}: {}\n", command, error.message);
@@ -62,7 +62,7 @@ Outcome protect_inputs(const CLI::App& app) {
         if (names_output(*option)) {
           outputs.push_back(value);
         } else {
-          note_input(value);
+          tools::note_input(value);
         }
       }
     }
@@ -70,7 +70,7 @@ Outcome protect_inputs(const CLI::App& app) {
     parsed = below.empty() ? nullptr : below.front();
   }
   for (const std::string& path : outputs) {
-    if (Outcome checked = check_output(path); !checked) return checked;
+    if (Outcome checked = tools::check_output(path); !checked) return checked;
   }
   return Done{};
 }
@@ -124,7 +124,7 @@ int rcs_main(int argc, char** argv) {
 }
 
 }  // namespace
-}  // namespace rcs::tools
+}  // namespace rcs::cli
 
 // What is thrown, as memory or descriptors are exhausted, ends the process with its reason.
 int main(int argc, char** argv) {
@@ -135,7 +135,7 @@ int main(int argc, char** argv) {
     std::cout.flush();
     if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout) return status;
     std::fprintf(stderr, "rcs: cannot write to standard output: %s\n", std::strerror(errno));
-    return rcs::tools::kExitFailed;
+    return rcs::cli::kExitFailed;
   } catch (const std::exception& e) {
     std::fprintf(stderr, "rcs: %s\n", e.what());
     return 1;

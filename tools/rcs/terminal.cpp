@@ -7,7 +7,7 @@
 #include <csignal>
 #include <cstdio>
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 // The only thing that a signal handler may touch.
@@ -55,4 +55,4 @@ InterruptGuard::~InterruptGuard() {
 // NOLINTNEXTLINE(readability-convert-member-functions-to-static): valid while the guard lives
 bool InterruptGuard::requested() const { return interrupted != 0; }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

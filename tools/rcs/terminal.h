@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace rcs::tools {
+namespace rcs::cli {
 
 /// A bar on stderr when that is a terminal; silent otherwise. Erased at the end.
 class Progress {
@@ -35,4 +35,4 @@ class InterruptGuard {
   [[nodiscard]] bool requested() const;
 };
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

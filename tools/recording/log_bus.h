@@ -6,7 +6,7 @@
 #include "rcs/node/bus/bus.h"
 #include "rcs/node/log/log_file.h"
 
-namespace rcs::tools {
+namespace rcs::recording {
 
 /// Publishes straight into a log, at the time set last.
 class LogBus final : public Bus {
@@ -23,4 +23,4 @@ class LogBus final : public Bus {
   Stamp stamp_;
 };
 
-}  // namespace rcs::tools
+}  // namespace rcs::recording

@@ -31,7 +31,7 @@
 #include "lcmtypes/rcs/status_t.hpp"
 #include "lcmtypes/rcs/truth_t.hpp"
 
-namespace rcs::tools {
+namespace rcs::recording {
 namespace {
 
 class FieldWriter {
@@ -271,4 +271,4 @@ std::optional<Fields> read_fields(std::string_view channel, const std::vector<st
   return type == nullptr ? std::nullopt : type->fields(data);
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::recording

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-namespace rcs::tools {
+namespace rcs::recording {
 
 /// (column, value as text), in the order of the type's definition. Arrays of fixed length become a
 /// column each; those of variable length (points, tiles, stages) are told by their n only.
@@ -30,4 +30,4 @@ struct MessageHead {
 [[nodiscard]] std::optional<Fields> read_fields(std::string_view channel,
                                                 const std::vector<std::uint8_t>& data);
 
-}  // namespace rcs::tools
+}  // namespace rcs::recording

@@ -16,7 +16,7 @@
 #include "rcs/node/log/log_file.h"
 #include "tools/base/files.h"
 
-namespace rcs::tools {
+namespace rcs::recording {
 namespace {
 
 /// Longer silences of WM are not bridged by interpolation.
@@ -48,7 +48,7 @@ class Reader {
 
   void finish() {
     sort_unique(&run_->nav, [](const NavRecord& r) { return r.stamp; });
-    sort_unique(&run_->truth, [](const StampedPose& r) { return r.stamp; });
+    sort_unique(&run_->truth, [](const tools::StampedPose& r) { return r.stamp; });
     sort_unique(&run_->scans, [](const ScanRecord& r) { return r.reference; });
   }
 
@@ -171,7 +171,7 @@ void read_timing(const std::string& text, RunLog* run) {
     const std::vector<std::string> cells = split(line, ',');
     if (cells.size() < 7 || cells[0] == "node") continue;
     const std::optional<std::vector<double>> us =
-        parse_numbers(cells[3] + " " + cells[4] + " " + cells[5]);
+        tools::parse_numbers(cells[3] + " " + cells[4] + " " + cells[5]);
     if (!us || us->size() != 3) continue;
     NodeRecord& node = run->nodes[cells[0]];
     CycleRecord r;
@@ -182,7 +182,7 @@ void read_timing(const std::string& text, RunLog* run) {
       for (const std::string& stage : split(cells[7], ' ')) {
         const std::size_t colon = stage.find(':');
         const std::optional<std::vector<double>> value =
-            parse_numbers(std::string_view(stage).substr(std::min(colon + 1, stage.size())));
+            tools::parse_numbers(std::string_view(stage).substr(std::min(colon + 1, stage.size())));
         if (value && value->size() == 1) {
           r.stages_ms.emplace_back(stage.substr(0, colon), value->front() * 1e-3);
         }
@@ -206,8 +206,9 @@ std::optional<Pose> nav_pose_at(const RunLog& run, Frame frame, Stamp stamp) {
   if (after == run.nav.end() || !usable(*after)) return std::nullopt;
   if (after->stamp == stamp) return pose_of(*after);
   if (after == run.nav.begin() || !usable(*(after - 1))) return std::nullopt;
-  return pose_at({{(after - 1)->stamp, pose_of(*(after - 1))}, {after->stamp, pose_of(*after)}},
-                 stamp, kMaxNavGap);
+  return tools::pose_at(
+      {{(after - 1)->stamp, pose_of(*(after - 1))}, {after->stamp, pose_of(*after)}}, stamp,
+      kMaxNavGap);
 }
 
 /// Of a run without scans.
@@ -237,7 +238,7 @@ Result<RunLog> read_run(const std::string& path) {
   records.finish();
   if (!reader->health().good()) run.damage = reader->health().summary();
   if (run.nodes.empty() && std::filesystem::exists(path + ".timing")) {
-    const Result<std::string> timing = read_text(path + ".timing");
+    const Result<std::string> timing = tools::read_text(path + ".timing");
     if (timing) read_timing(*timing, &run);
   }
   return run;
@@ -258,7 +259,7 @@ void cut(Duration from, Duration to, RunLog* run) {
   };
   keep(&run->nav, [](const NavRecord& r) { return r.stamp; });
   keep(&run->scans, [](const ScanRecord& r) { return r.reference; });
-  keep(&run->truth, [](const StampedPose& r) { return r.stamp; });
+  keep(&run->truth, [](const tools::StampedPose& r) { return r.stamp; });
 }
 
 std::string_view stop_name(std::int8_t stop) {
@@ -314,4 +315,4 @@ Result<ScanPoses> poses_at_scans(const RunLog& run, Frame frame) {
   return out;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::recording

@@ -15,7 +15,7 @@
 #include "rcs/base/stamp.h"
 #include "tools/base/trajectory.h"
 
-namespace rcs::tools {
+namespace rcs::recording {
 
 /// SP's answer for one scan against its rolling map.
 struct ScanRecord {
@@ -67,7 +67,7 @@ struct RunLog {
   std::vector<FusedRecord> fused;       ///< in the order of the log
   std::int64_t prior_matches = 0;       ///< converged against the a priori map
   std::optional<Geodetic> world_datum;  ///< of WM's frame world
-  Trajectory truth;                     ///< T_truthworld_vehicle
+  tools::Trajectory truth;              ///< T_truthworld_vehicle
   std::optional<Geodetic> truth_datum;
   std::map<std::string, NodeRecord> nodes;  ///< by name; live, or from the timing file beside it
   bool live = false;                        ///< the accounts were recorded as it ran
@@ -88,7 +88,7 @@ enum class Frame { kWorld, kLocal, kRolling };
 
 struct ScanPoses {
   std::vector<std::int64_t> scan_ids;
-  Trajectory poses;         ///< T_frame_vehicle at the reference instants of the scans
+  tools::Trajectory poses;  ///< T_frame_vehicle at the reference instants of the scans
   std::size_t carried = 0;  ///< not covered by WM: carried on along SP's rolling map
 };
 
@@ -99,4 +99,4 @@ struct ScanPoses {
 /// @return an error when the frame was never there, or the rolling poses are of several maps
 [[nodiscard]] Result<ScanPoses> poses_at_scans(const RunLog& run, Frame frame);
 
-}  // namespace rcs::tools
+}  // namespace rcs::recording

@@ -19,7 +19,7 @@
 #include "rcs/node/log/log_file.h"
 #include "tools/base/files.h"
 
-namespace rcs::tools {
+namespace rcs::recording {
 namespace {
 
 /// Longer silences are not bridged by interpolation.
@@ -34,7 +34,7 @@ class Placer {
   /// @param scan  its points each at its own time; left deskewed
   void place(std::int64_t id, sp::Scan* scan) {
     if (scan->points.empty()) return;
-    const std::optional<Pose> T = pose_at(poses_.world, scan->reference, kMaxGap);
+    const std::optional<Pose> T = tools::pose_at(poses_.world, scan->reference, kMaxGap);
     if (id != id_ || count_.scans + count_.no_pose == 0) {
       id_ = id;
       (T ? count_.scans : count_.no_pose) += 1;
@@ -57,14 +57,15 @@ class Placer {
     const auto [first, last] = std::minmax_element(scan->dt_us.begin(), scan->dt_us.end());
     if (*first == 0 && *last == 0) return true;
     constexpr int kKnots = 32;  // as many as SP has
-    const std::optional<Pose> at_reference = pose_at(poses_.smooth, scan->reference, kMaxGap);
+    const std::optional<Pose> at_reference =
+        tools::pose_at(poses_.smooth, scan->reference, kMaxGap);
     motion_.first = Duration(*first);
     motion_.step = std::max(Duration(1), Duration((*last - *first) / (kKnots - 1) + 1));
     motion_.T_reference_vehicle.clear();
     Pose latest;
     for (int k = 0; k < kKnots; ++k) {
       const Stamp stamp = scan->reference + motion_.first + k * motion_.step;
-      const std::optional<Pose> T = pose_at(poses_.smooth, stamp, kMaxGap);
+      const std::optional<Pose> T = tools::pose_at(poses_.smooth, stamp, kMaxGap);
       if (!at_reference || !T) {
         // The last scan of a run may end after its last pose.
         if (k < kKnots / 2) return false;
@@ -80,8 +81,8 @@ class Placer {
 
   [[nodiscard]] Vec6 twist(Stamp stamp) const {
     constexpr Duration kHalf = std::chrono::milliseconds(20);
-    const std::optional<Pose> before = pose_at(poses_.smooth, stamp - kHalf, kMaxGap);
-    const std::optional<Pose> after = pose_at(poses_.smooth, stamp + kHalf, kMaxGap);
+    const std::optional<Pose> before = tools::pose_at(poses_.smooth, stamp - kHalf, kMaxGap);
+    const std::optional<Pose> after = tools::pose_at(poses_.smooth, stamp + kHalf, kMaxGap);
     if (!before || !after) return Vec6::Zero();
     return log_se3(before->inverse() * *after) / seconds(2 * kHalf);
   }
@@ -189,7 +190,7 @@ Trajectory smoothed(const std::vector<NavRecord>& nav) {
   constexpr Duration kReach = std::chrono::seconds(5);
   constexpr Duration kStep = std::chrono::milliseconds(200);
   std::vector<const NavRecord*> knots;
-  Trajectory out;
+  tools::Trajectory out;
   for (const NavRecord& n : nav) {
     if (n.world_valid && (knots.empty() || n.stamp - knots.back()->stamp >= kStep)) {
       knots.push_back(&n);
@@ -219,7 +220,7 @@ Trajectory smoothed(const std::vector<NavRecord>& nav) {
 Result<double> read_sigma_up(const std::string& path) {
   constexpr std::string_view kColumns = "t_s,sigma_x_m,sigma_y_m,sigma_z_m,";
   if (!std::filesystem::exists(path)) return 0.0;
-  const Result<std::string> text = read_text(path);
+  const Result<std::string> text = tools::read_text(path);
   if (!text) return text.error();
   std::istringstream lines(*text);
   std::string line;
@@ -231,7 +232,7 @@ Result<double> read_sigma_up(const std::string& path) {
   double square = 0.0;
   int n = 0;
   while (std::getline(lines, line)) {
-    const std::optional<std::vector<double>> v = parse_numbers(line);
+    const std::optional<std::vector<double>> v = tools::parse_numbers(line);
     if (!v || v->size() < 4) return Error{fmt::format("{}:{}: not numbers", path, n + 2)};
     square += (*v)[3] * (*v)[3];
     ++n;
@@ -261,9 +262,9 @@ Result<RunPoses> poses_of(const RunLog& run, PoseSource source, const std::strin
     return poses;
   }
   if (source == PoseSource::kFile) {
-    const Result<std::string> text = read_text(file);
+    const Result<std::string> text = tools::read_text(file);
     if (!text) return text.error();
-    Result<Trajectory> read = parse_tum(*text, file);
+    Result<tools::Trajectory> read = tools::parse_tum(*text, file);
     if (!read) return read.error();
     if (read->empty()) return Error{file + ": no pose in it"};
     if (!run.world_datum && !run.truth_datum) {
@@ -287,7 +288,7 @@ Result<RunPoses> poses_of(const RunLog& run, PoseSource source, const std::strin
     return Error{run.path + ": WM never knew where on the earth it was (no GPS datum)"};
   }
   // Scans from before WM had its bearings, carried on along SP's map.
-  const Trajectory world = smoothed(run.nav);
+  const tools::Trajectory world = smoothed(run.nav);
   const Stamp first = world.front().stamp;
   Pose T_smooth_world;  // at the seam
   for (const NavRecord& n : run.nav) {
@@ -296,7 +297,7 @@ Result<RunPoses> poses_of(const RunLog& run, PoseSource source, const std::strin
   }
   const Result<ScanPoses> scans = poses_at_scans(run, Frame::kWorld);
   if (scans) {
-    for (const StampedPose& s : scans->poses) {
+    for (const tools::StampedPose& s : scans->poses) {
       if (s.stamp < first) poses.world.push_back({s.stamp, T_smooth_world * s.T});
     }
   }
@@ -334,4 +335,4 @@ Result<ScanCount> for_each_scan(const std::string& log, const RunPoses& poses,
   return *placer.count();
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::recording

@@ -14,7 +14,7 @@
 #include "tools/base/trajectory.h"
 #include "tools/recording/run_log.h"
 
-namespace rcs::tools {
+namespace rcs::recording {
 
 /// Whose poses scans are placed by.
 enum class PoseSource { kWm, kTruth, kFile };
@@ -25,10 +25,10 @@ enum class PoseSource { kWm, kTruth, kFile };
 
 /// Where the vehicle was.
 struct RunPoses {
-  Trajectory world;         ///< T_world_vehicle
-  Trajectory smooth;        ///< T_any_vehicle, without steps: what a scan is deskewed by
-  Geodetic datum;           ///< of frame world
-  double sigma_up_m = 0.0;  ///< root mean square of the heights' sigmas: WM's, or the sigma file's
+  tools::Trajectory world;   ///< T_world_vehicle
+  tools::Trajectory smooth;  ///< T_any_vehicle, without steps: what a scan is deskewed by
+  Geodetic datum;            ///< of frame world
+  double sigma_up_m = 0.0;   ///< root mean square of the heights' sigmas: WM's, or the sigma file's
 };
 
 /// @param file  of PoseSource::kFile: TUM, in frame world of WM (else of the truth) in `run`
@@ -64,4 +64,4 @@ struct ScanCount {
                                               const std::function<void(const PlacedScan&)>& use,
                                               const std::function<bool(double)>& progress);
 
-}  // namespace rcs::tools
+}  // namespace rcs::recording

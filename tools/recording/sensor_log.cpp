@@ -6,7 +6,7 @@
 #include "rcs/node/bus/outbox.h"
 #include "tools/recording/log_bus.h"
 
-namespace rcs::tools {
+namespace rcs::recording {
 namespace {
 
 struct Outboxes {
@@ -46,4 +46,4 @@ Outcome SensorLog::write(const std::string& path) const {
   return writer->close();
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::recording

@@ -12,7 +12,7 @@
 #include "rcs/base/result.h"
 #include "rcs/base/stamp.h"
 
-namespace rcs::tools {
+namespace rcs::recording {
 
 /// Takes one sensor after the other, and writes all in the order in which they arrived; what
 /// arrived at the same time, in the order in which it was added.
@@ -33,4 +33,4 @@ class SensorLog {
   std::vector<Event> events_;
 };
 
-}  // namespace rcs::tools
+}  // namespace rcs::recording

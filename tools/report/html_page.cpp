@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-namespace rcs::tools {
+namespace rcs::report {
 namespace {
 
 constexpr std::string_view kPageStyle = R"(
@@ -65,4 +65,4 @@ std::string HtmlPage::finish() const {
       title_, kPageStyle, plot_style(), body_);
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::report

@@ -7,7 +7,7 @@
 #include "tools/report/svg_plot.h"
 #include "tools/report/table.h"
 
-namespace rcs::tools {
+namespace rcs::report {
 
 class HtmlPage {
  public:
@@ -26,4 +26,4 @@ class HtmlPage {
   std::string title_;
 };
 
-}  // namespace rcs::tools
+}  // namespace rcs::report

@@ -8,7 +8,7 @@
 
 #include "tools/base/statistics.h"
 
-namespace rcs::tools {
+namespace rcs::report {
 namespace {
 
 constexpr std::size_t kMostDots = 8000;   // of a cloud
@@ -32,8 +32,8 @@ void widen(const Points& points, const Pose& T, int axis, Range* range) {
     values.push_back((T * points[i].cast<double>())[axis]);
   }
   std::sort(values.begin(), values.end());
-  range->low = std::min(range->low, percentile(values, kStray));
-  range->high = std::max(range->high, percentile(values, 1.0 - kStray));
+  range->low = std::min(range->low, tools::percentile(values, kStray));
+  range->high = std::max(range->high, tools::percentile(values, 1.0 - kStray));
 }
 
 Series dots(const std::string& label, Colour colour, const Points& points, const Pose& T, int up) {
@@ -155,9 +155,9 @@ Plot distance_histogram(const std::vector<float>& before_m, const std::vector<fl
   std::vector<double> all(before_m.begin(), before_m.end());
   all.insert(all.end(), after_m.begin(), after_m.end());
   std::sort(all.begin(), all.end());
-  const double bin_m = std::max(0.001, percentile(all, 0.95) / static_cast<double>(kBins));
+  const double bin_m = std::max(0.001, tools::percentile(all, 0.95) / static_cast<double>(kBins));
   const auto named = [&](const char* when, Colour colour, const std::vector<float>& distances_m) {
-    const Summary s = summarize({distances_m.begin(), distances_m.end()});
+    const tools::Summary s = tools::summarize({distances_m.begin(), distances_m.end()});
     return staircase(
         fmt::format("{}: mean {:.1f} cm, median {:.1f} cm", when, 100.0 * s.mean, 100.0 * s.p50),
         colour, distances_m, bin_m, kBins);
@@ -179,4 +179,4 @@ Plot distance_histogram(const std::vector<float>& before_m, const std::vector<fl
   return plot;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::report

@@ -9,7 +9,7 @@
 #include "rcs/base/pose.h"
 #include "tools/report/svg_plot.h"
 
-namespace rcs::tools {
+namespace rcs::report {
 
 /// What is shown, the same before and after so that the two can be compared.
 struct MatchView {
@@ -33,4 +33,4 @@ struct MatchView {
 [[nodiscard]] Plot distance_histogram(const std::vector<float>& before_m,
                                       const std::vector<float>& after_m);
 
-}  // namespace rcs::tools
+}  // namespace rcs::report

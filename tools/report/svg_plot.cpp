@@ -10,7 +10,7 @@
 
 #include "tools/report/viridis.h"
 
-namespace rcs::tools {
+namespace rcs::report {
 namespace {
 
 constexpr double kLeft_px = 68.0;
@@ -457,4 +457,4 @@ std::string render_stacked(const std::vector<Plot>& plots) {
       width_px, height_px, plot_style(), inner);
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::report

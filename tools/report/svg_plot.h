@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-namespace rcs::tools {
+namespace rcs::report {
 
 /// Slots of the palette; told apart by those who see colours differently (Okabe and Ito 2008).
 enum class Colour { kBlue, kOrange, kGreen, kPurple, kYellow, kGrey };
@@ -98,4 +98,4 @@ struct Plot {
 /// `text` with <, >, & and quotes made harmless.
 [[nodiscard]] std::string escape_xml(std::string_view text);
 
-}  // namespace rcs::tools
+}  // namespace rcs::report

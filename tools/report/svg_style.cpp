@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace rcs::tools {
+namespace rcs::report {
 
 std::vector<double> round_ticks(double low, double high, int count) {
   const double rough = (high - low) / count;
@@ -79,4 +79,4 @@ std::string escape_xml(std::string_view text) {
   return out;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::report

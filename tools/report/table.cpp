@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace rcs::tools {
+namespace rcs::report {
 
 std::string to_text(const Table& table) {
   std::vector<std::size_t> widths;
@@ -27,4 +27,4 @@ std::string to_text(const Table& table) {
   return text;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::report

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace rcs::tools {
+namespace rcs::report {
 
 struct Table {
   std::vector<std::string> header;
@@ -14,4 +14,4 @@ struct Table {
 /// Columns padded to their widest cell; the first left-aligned, the others to the right.
 [[nodiscard]] std::string to_text(const Table& table);
 
-}  // namespace rcs::tools
+}  // namespace rcs::report

@@ -6,7 +6,7 @@
 
 #include "tools/smoothing/selected_inverse.h"
 
-namespace rcs::tools {
+namespace rcs::smoothing {
 namespace {
 
 using Eigen::MatrixXd;
@@ -205,4 +205,4 @@ GraphCovariance covariance(const PoseGraph& graph, const SolvedGraph& solved,
   return out;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::smoothing

@@ -8,7 +8,7 @@
 
 #include "tools/smoothing/pose_graph.h"
 
-namespace rcs::tools {
+namespace rcs::smoothing {
 
 struct SolverParams {
   int max_iterations = 12;
@@ -54,4 +54,4 @@ struct GraphCovariance {
 [[nodiscard]] GraphCovariance covariance(const PoseGraph& graph, const SolvedGraph& solved,
                                          const SolverParams& params);
 
-}  // namespace rcs::tools
+}  // namespace rcs::smoothing

@@ -4,7 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
-namespace rcs::tools {
+namespace rcs::smoothing {
 namespace {
 
 using Eigen::MatrixXd;
@@ -274,4 +274,4 @@ GraphState moved(const GraphState& s, const VectorXd& dx) {
   return out;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::smoothing

@@ -11,7 +11,7 @@
 #include "rcs/base/pose.h"
 #include "tools/smoothing/preintegration.h"
 
-namespace rcs::tools {
+namespace rcs::smoothing {
 
 /// What holds for the whole drive.
 struct SharedErrors {
@@ -178,4 +178,4 @@ struct LinearEdge {
 /// The vehicle at a node as the LADAR sees it at the time when the scan was measured.
 [[nodiscard]] Pose seen_pose(const PoseGraph& g, const GraphState& s, std::size_t node);
 
-}  // namespace rcs::tools
+}  // namespace rcs::smoothing

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace rcs::tools {
+namespace rcs::smoothing {
 namespace {
 
 constexpr double kMaxGap_s = 0.03;
@@ -73,4 +73,4 @@ Preintegrated preintegrate(const std::vector<InertialIncrement>& samples, Stamp 
   return sum;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::smoothing

@@ -7,7 +7,7 @@
 #include "rcs/base/pose.h"
 #include "rcs/base/stamp.h"
 
-namespace rcs::tools {
+namespace rcs::smoothing {
 
 /// Increments of one interval, vehicle frame.
 struct InertialIncrement {
@@ -54,4 +54,4 @@ struct Preintegrated {
                                          Stamp to, const InertialErrors& errors,
                                          const InertialNoise& noise);
 
-}  // namespace rcs::tools
+}  // namespace rcs::smoothing

@@ -9,13 +9,13 @@
 #include "modules/registration/voxel_sampler.h"
 #include "tools/base/threads.h"
 
-namespace rcs::tools {
+namespace rcs::smoothing {
 namespace {
 
 constexpr int kMapCapacity = 60'000;
 
-sp::RollingMapParams map_params(const sp::SpConfig& config) {
-  sp::RollingMapParams p = config.map;
+registration::RollingMapParams map_params(const sp::SpConfig& config) {
+  registration::RollingMapParams p = config.map;
   p.capacity = kMapCapacity;
   p.max_points = 10'000;  // all that was seen counts, however often
   p.radius_m = 500.0;
@@ -47,7 +47,7 @@ std::vector<std::size_t> scan_nodes(const std::vector<NodeCloud>& clouds,
 
 void build_map(const std::vector<NodeCloud>& clouds, const std::vector<double>& way_m,
                const std::vector<Pose>& seen, std::size_t at, const MatchingParams& p,
-               sp::RollingMap* map) {
+               registration::RollingMap* map) {
   map->clear();
   const Pose back = seen[at].inverse();
   double last_m = -1e9;
@@ -72,19 +72,20 @@ Mat6 floored(const Mat6& information, const MatchingParams& p) {
 
 std::optional<MatchEdge> match(const PlannedMatch& plan, const std::vector<NodeCloud>& clouds,
                                const std::vector<Pose>& seen, const sp::SpConfig& config,
-                               const MatchingParams& p, double prior_sigma_m, sp::RollingMap* map,
-                               sp::IcpWorkspace* workspace) {
+                               const MatchingParams& p, double prior_sigma_m,
+                               registration::RollingMap* map,
+                               registration::IcpWorkspace* workspace) {
   constexpr WorkUnits kPlenty = 1'000'000'000;
-  sp::Prediction prediction;
+  registration::Prediction prediction;
   prediction.T_target_vehicle = seen[plan.map].inverse() * seen[plan.scan];
   const double s2 = prior_sigma_m * prior_sigma_m;
   prediction.covariance.setZero();
   prediction.covariance.diagonal() << Vec3::Constant(s2), Vec3::Constant(s2 / 900.0);
-  sp::IcpParams icp = config.icp;
+  registration::IcpParams icp = config.icp;
   icp.max_iterations = 30;
-  const sp::Registration found =
-      sp::register_points(clouds[plan.scan].source, map, prediction, icp, kPlenty, workspace);
-  if (!sp::usable(found.stop)) return std::nullopt;
+  const registration::Registration found = registration::register_points(
+      clouds[plan.scan].source, map, prediction, icp, kPlenty, workspace);
+  if (!registration::usable(found.stop)) return std::nullopt;
   MatchEdge e;
   e.map = plan.map;
   e.scan = plan.scan;
@@ -102,7 +103,7 @@ std::vector<NodeCloud> node_clouds(const TruthRecording& r, const TruthGraph& g,
                                    const SharedErrors& shared, const sp::SpConfig& config,
                                    const MatchingParams& params) {
   std::vector<NodeCloud> clouds(g.nodes.size());
-  sp::VoxelSampler sampler;
+  registration::VoxelSampler sampler;
   for (std::size_t n = 0; n < g.nodes.size(); ++n) {
     const TruthNode& node = g.nodes[n];
     const Duration delay = from_seconds(shared.ladar_delay_s);
@@ -170,9 +171,9 @@ Matches match_nodes(const std::vector<NodeCloud>& clouds, const std::vector<doub
   const std::vector<PlannedMatch> plan = plan_matches(clouds, way_m, seen, params);
   std::vector<std::optional<MatchEdge>> found(plan.size());
   const std::size_t jobs = std::max<std::size_t>(params.jobs, 1);
-  in_threads(jobs, [&](std::size_t job) {
-    sp::RollingMap map(map_params(config));
-    sp::IcpWorkspace workspace;
+  tools::in_threads(jobs, [&](std::size_t job) {
+    registration::RollingMap map(map_params(config));
+    registration::IcpWorkspace workspace;
     std::optional<std::size_t> built;
     const std::size_t begin = plan.size() * job / jobs;
     const std::size_t end = plan.size() * (job + 1) / jobs;
@@ -201,7 +202,7 @@ MapResidual map_residual(const std::vector<NodeCloud>& clouds, const std::vector
   constexpr double kNear_m = 25.0;
   std::vector<double> residuals;
   std::size_t tried = 0;
-  sp::RollingMap map(map_params(config));
+  registration::RollingMap map(map_params(config));
   for (const std::size_t at : map_nodes(clouds, way_m, kStride_m)) {
     map.clear();
     const Pose back = seen[at].inverse();
@@ -216,7 +217,7 @@ MapResidual map_residual(const std::vector<NodeCloud>& clouds, const std::vector
       const Vec3f t = (back * seen[n]).p.cast<float>();
       for (std::size_t i = 0; i < clouds[n].source.size(); ++i) {
         const Vec3f p = R * clouds[n].source[i] + t;
-        sp::Surface surface;
+        registration::Surface surface;
         ++tried;
         if (!map.nearest_surface(p, &surface)) continue;
         const auto d_m = static_cast<double>(std::abs(surface.normal.dot(p - surface.mean)));
@@ -237,4 +238,4 @@ MapResidual map_residual(const std::vector<NodeCloud>& clouds, const std::vector
   return out;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::smoothing

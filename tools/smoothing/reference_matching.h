@@ -9,7 +9,7 @@
 #include "modules/sp/sp_config.h"
 #include "tools/smoothing/reference_nodes.h"
 
-namespace rcs::tools {
+namespace rcs::smoothing {
 
 struct MatchingParams {
   double map_reach_m = 10.0;    ///< of way before and after a node that make its map
@@ -81,4 +81,4 @@ struct MapResidual {
                                        const std::vector<Pose>& seen, const sp::SpConfig& sp,
                                        const MatchingParams& params, double gate_m);
 
-}  // namespace rcs::tools
+}  // namespace rcs::smoothing

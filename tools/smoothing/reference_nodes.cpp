@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace rcs::tools {
+namespace rcs::smoothing {
 namespace {
 
 constexpr double kMaxWheelSpan_s = 0.3;  // wheels farther from a node say nothing of its speed
@@ -344,4 +344,4 @@ Pose smoothed_pose(const TruthRecording& r, const TruthGraph& g, const GraphStat
   return interpolate(from(n), from(n + 1), s);
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::smoothing

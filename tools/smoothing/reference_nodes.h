@@ -8,7 +8,7 @@
 #include "tools/smoothing/pose_graph.h"
 #include "tools/smoothing/reference_recording.h"
 
-namespace rcs::tools {
+namespace rcs::smoothing {
 
 /// A moment whose pose is unknown, with the scans around it.
 struct TruthNode {
@@ -57,4 +57,4 @@ struct LadarDelay {
 [[nodiscard]] Pose smoothed_pose(const TruthRecording& recording, const TruthGraph& graph,
                                  const GraphState& state, Stamp stamp);
 
-}  // namespace rcs::tools
+}  // namespace rcs::smoothing

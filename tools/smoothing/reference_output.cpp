@@ -9,7 +9,7 @@
 #include "tools/evaluation/trajectory_error.h"
 #include "tools/report/table.h"
 
-namespace rcs::tools {
+namespace rcs::smoothing {
 namespace {
 
 constexpr Duration kMaxTruthGap = std::chrono::milliseconds(200);
@@ -25,12 +25,12 @@ std::size_t nearest_node(const TruthGraph& g, Stamp stamp) {
 
 Vec6 sigmas(const Mat6& P) { return P.diagonal().cwiseMax(0.0).cwiseSqrt(); }
 
-TruthErrors errors_of(const PosePairs& pairs) {
+TruthErrors errors_of(const evaluation::PosePairs& pairs) {
   TruthErrors e;
   e.poses = pairs.size();
   const double n = static_cast<double>(pairs.size());
-  const Pose A = align(pairs, Alignment::kRigid);
-  const AbsoluteError error = absolute_error(pairs, A);
+  const Pose A = evaluation::align(pairs, evaluation::Alignment::kRigid);
+  const evaluation::AbsoluteError error = evaluation::absolute_error(pairs, A);
   e.position_m = error.translation_m.rms;
   e.horizontal_m = error.horizontal_m.rms;
   e.vertical_m = error.vertical_m.rms;
@@ -103,10 +103,10 @@ TruthReport report_truth(const TruthRecording& r, const TruthResult& result,
   report.scans = r.scans.size();
   report.poses = poses.size();
   report.way_m = g.way_m.back();
-  PosePairs smoothed;
-  PosePairs before;
+  evaluation::PosePairs smoothed;
+  evaluation::PosePairs before;
   for (const TruthPose& p : poses) {
-    const std::optional<Pose> truth = pose_at(r.sim_truth, p.stamp, kMaxTruthGap);
+    const std::optional<Pose> truth = tools::pose_at(r.sim_truth, p.stamp, kMaxTruthGap);
     if (!truth) continue;
     smoothed.stamps.push_back(p.stamp);
     smoothed.estimate.push_back(p.T);
@@ -114,7 +114,7 @@ TruthReport report_truth(const TruthRecording& r, const TruthResult& result,
   }
   if (smoothed.size() < 3) return report;
   for (std::size_t n = 0; n < g.nodes.size(); ++n) {
-    const std::optional<Pose> truth = pose_at(r.sim_truth, g.nodes[n].stamp, kMaxTruthGap);
+    const std::optional<Pose> truth = tools::pose_at(r.sim_truth, g.nodes[n].stamp, kMaxTruthGap);
     if (!truth) continue;
     before.stamps.push_back(g.nodes[n].stamp);
     before.estimate.push_back(g.start.T_world_vehicle[n]);
@@ -188,7 +188,7 @@ nlohmann::ordered_json to_json(const TruthReport& report, const TruthResult& res
 std::string to_text(const TruthReport& report, const TruthResult& result) {
   std::string text = fmt::format("{} poses in frame {}, {} nodes, {:.0f} m\n", report.poses,
                                  report.frame, result.graph.nodes.size(), report.way_m);
-  Table edges{{"measurements", "count", "chi2/dof", "median", "doubted", "variance x"}, {}};
+  report::Table edges{{"measurements", "count", "chi2/dof", "median", "doubted", "variance x"}, {}};
   for (std::size_t k = 0; k < kEdgeKinds; ++k) {
     const KindFit& fit = result.solved.fit[k];
     if (fit.edges == 0) continue;
@@ -221,7 +221,7 @@ std::string to_text(const TruthReport& report, const TruthResult& result) {
                         1e3 * result.delay.delay_s, 1e3 * result.delay.sigma_s);
   }
   if (!report.errors) return text;
-  Table errors{
+  report::Table errors{
       {"against SIM_TRUTH, aligned over SE(3)", "RMS", "h", "v", "max", "turned", "less mounting"},
       {}};
   const auto add = [&errors](const char* what, const TruthErrors& e) {
@@ -240,4 +240,4 @@ std::string to_text(const TruthReport& report, const TruthResult& result) {
   return text;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::smoothing

@@ -9,7 +9,7 @@
 
 #include "tools/smoothing/reference_smoother.h"
 
-namespace rcs::tools {
+namespace rcs::smoothing {
 
 /// One line of what is written, for one scan.
 struct TruthPose {
@@ -53,4 +53,4 @@ struct TruthReport {
 /// "# t sigma_x_m ... " and a line a pose.
 [[nodiscard]] std::string format_sigmas(const std::vector<TruthPose>& poses);
 
-}  // namespace rcs::tools
+}  // namespace rcs::smoothing

@@ -20,7 +20,7 @@
 #include "rcs/prior/prior_terrain.h"
 #include "tools/evaluation/evaluation.h"
 
-namespace rcs::tools {
+namespace rcs::smoothing {
 namespace {
 
 constexpr Duration kTail = std::chrono::milliseconds(500);
@@ -76,7 +76,7 @@ class Recorder final : public BusTap {
     }
     if (record_.datum && truth_datum_) {
       const Pose T = LocalFrame(*record_.datum).from(LocalFrame(*truth_datum_));
-      for (StampedPose& p : record_.sim_truth) p.T = T * p.T;
+      for (tools::StampedPose& p : record_.sim_truth) p.T = T * p.T;
     }
     return std::move(record_);
   }
@@ -176,7 +176,7 @@ class Recorder final : public BusTap {
   }
 
   bool take(const truth_t& m) {
-    StampedPose p{from_utime(m.utime), {}};
+    tools::StampedPose p{from_utime(m.utime), {}};
     if (!from_message(m.q_world_vehicle, m.p_world_vehicle_m, &p.T)) return false;
     if (!record_.sim_truth.empty() && p.stamp <= record_.sim_truth.back().stamp) return false;
     truth_datum_ = Geodetic{radians(m.datum_lat_deg), radians(m.datum_lon_deg), {m.datum_height_m}};
@@ -251,4 +251,4 @@ Result<TruthRecording> record_run(const std::string& log, const TruthVehicle& ve
   return recording;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::smoothing

@@ -15,7 +15,7 @@
 #include "tools/base/trajectory.h"
 #include "tools/smoothing/preintegration.h"
 
-namespace rcs::tools {
+namespace rcs::smoothing {
 
 struct RecordedScan {
   Stamp reference;
@@ -65,7 +65,7 @@ struct TruthRecording {
   std::vector<InertialIncrement> inertial;
   std::vector<RecordedFix> fixes;
   std::vector<RecordedWheels> wheels;
-  Trajectory sim_truth;           ///< in frame world; for the report alone
+  tools::Trajectory sim_truth;    ///< in frame world; for the report alone
   std::optional<Geodetic> datum;  ///< of frame world; none: no GPS, the frame is local
   std::int64_t refused = 0;
   std::string damage;  ///< of the log; empty: none
@@ -84,4 +84,4 @@ struct TruthVehicle {
     const std::function<void(std::int64_t, std::int64_t)>& progress,
     const std::function<bool()>& stop);
 
-}  // namespace rcs::tools
+}  // namespace rcs::smoothing

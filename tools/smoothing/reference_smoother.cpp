@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace rcs::tools {
+namespace rcs::smoothing {
 namespace {
 
 constexpr double kMedianPerDof = 0.891;  // of chi squared with 6 degrees of freedom
@@ -112,4 +112,4 @@ Result<TruthResult> smooth(const TruthRecording& recording, const TruthVehicle& 
   return out;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::smoothing

@@ -12,7 +12,7 @@
 #include "tools/smoothing/reference_matching.h"
 #include "tools/smoothing/reference_nodes.h"
 
-namespace rcs::tools {
+namespace rcs::smoothing {
 
 struct TruthParams {
   NodeParams nodes;
@@ -55,4 +55,4 @@ using TruthProgress = std::function<void(double)>;
 /// seen_pose() of each node.
 [[nodiscard]] std::vector<Pose> seen_poses(const PoseGraph& graph, const GraphState& state);
 
-}  // namespace rcs::tools
+}  // namespace rcs::smoothing

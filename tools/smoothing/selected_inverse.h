@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-namespace rcs::tools {
+namespace rcs::smoothing {
 
 /// @param L  lower, its columns' rows ascending, diagonal first; of H = L L^T
 /// @return Z with L's pattern: the lower part of H^-1
@@ -53,4 +53,4 @@ namespace rcs::tools {
   return Z;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::smoothing

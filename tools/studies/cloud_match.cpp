@@ -5,16 +5,16 @@
 
 #include "tools/studies/cpu_time.h"
 
-namespace rcs::tools {
+namespace rcs::studies {
 
 namespace {
 
-void take(const sp::Registration& r, CloudMatch* m) {
+void take(const registration::Registration& r, CloudMatch* m) {
   m->planes = r;
   m->stop = name_of(r.stop);
   // A pose at the iteration limit is of use to a filter, which weights and gates it, but not as a
   // result of its own.
-  m->good = usable(r.stop) && r.stop != sp::Stop::kMaxIterations;
+  m->good = registration::usable(r.stop) && r.stop != registration::Stop::kMaxIterations;
   m->T_model_data = r.T_target_vehicle;
   m->iterations += r.iterations;
   m->pairs = r.pairs;
@@ -26,10 +26,10 @@ void take(const sp::Registration& r, CloudMatch* m) {
 void verify(const Points& model, const Points& data, CloudMatch* m) {
   if (!m->good) return;
   CpuWatch watch;
-  const sp::CloudParams params;
-  m->agreement = sp::clouds_at(model, data, m->T_model_data, params);
+  const registration::CloudParams params;
+  m->agreement = registration::clouds_at(model, data, m->T_model_data, params);
   m->cpu_ms.emplace_back("verify", watch.stop_ms());
-  m->good = sp::agree(*m->agreement, params);
+  m->good = registration::agree(*m->agreement, params);
   if (!m->good) m->stop = kDisagreement;
   if (!m->agreement->undetermined.isZero()) m->good = false;
 }
@@ -43,15 +43,16 @@ double CloudMatch::total_ms() const {
 }
 
 CloudMatch match_as_in_paper(const Points& model, const Points& data, const Pose& guess,
-                             const sp::PaperParams& params) {
+                             const registration::PaperParams& params) {
   CloudMatch m;
   CpuWatch watch;
-  m.paper = sp::register_as_in_paper(model, data, guess, params);
+  m.paper = registration::register_as_in_paper(model, data, guess, params);
   m.cpu_ms = {{"register", watch.stop_ms()}};
-  const sp::PaperResult& r = *m.paper;
+  const registration::PaperResult& r = *m.paper;
   m.stop = name_of(r.stop);
-  m.good = r.stop == sp::PaperStop::kRelativeChange || r.stop == sp::PaperStop::kMeanDistance ||
-           r.stop == sp::PaperStop::kLimitCycle;
+  m.good = r.stop == registration::PaperStop::kRelativeChange ||
+           r.stop == registration::PaperStop::kMeanDistance ||
+           r.stop == registration::PaperStop::kLimitCycle;
   m.T_model_data = r.T_model_data;
   m.iterations = static_cast<int>(r.history.size());
   m.pairs = r.pairs;
@@ -62,16 +63,16 @@ CloudMatch match_as_in_paper(const Points& model, const Points& data, const Pose
 }
 
 CloudMatch match_planes(const Points& model, const Points& data, const Pose& guess,
-                        const sp::CloudParams& params) {
+                        const registration::CloudParams& params) {
   CloudMatch m;
   CpuWatch prepare;
-  sp::CloudMatcher matcher(model, params);
+  registration::CloudMatcher matcher(model, params);
   m.cpu_ms.emplace_back("prepare", prepare.stop_ms());
   CpuWatch search;
   m.wide = matcher.search(data, guess);
   m.cpu_ms.emplace_back("search", search.stop_ms());
   CpuWatch refine;
-  const sp::Registration r = matcher.refine_better(data, m.wide->T_target_vehicle, guess);
+  const registration::Registration r = matcher.refine_better(data, m.wide->T_target_vehicle, guess);
   m.cpu_ms.emplace_back("refine", refine.stop_ms());
   m.iterations = m.wide->iterations;
   take(r, &m);
@@ -80,10 +81,10 @@ CloudMatch match_planes(const Points& model, const Points& data, const Pose& gue
 }
 
 CloudMatch match_globally(const Points& model, const Points& data, const Pose& guess,
-                          const sp::CloudParams& params) {
+                          const registration::CloudParams& params) {
   CloudMatch m;
   CpuWatch prepare;
-  sp::CloudMatcher matcher(model, params);
+  registration::CloudMatcher matcher(model, params);
   m.cpu_ms.emplace_back("prepare", prepare.stop_ms());
   CpuWatch search;
   m.global = matcher.search_globally(data, guess);
@@ -96,14 +97,15 @@ CloudMatch match_globally(const Points& model, const Points& data, const Pose& g
 }
 
 CloudMatch match_gicp(const Points& model, const Points& data, const Pose& guess,
-                      const sp::GicpParams& params) {
+                      const registration::GicpParams& params) {
   CloudMatch m;
   CpuWatch surfaces;
-  const sp::GicpCloud model_cloud(model, params);
-  const sp::GicpCloud data_cloud(data, params);
+  const registration::GicpCloud model_cloud(model, params);
+  const registration::GicpCloud data_cloud(data, params);
   m.cpu_ms.emplace_back("surfaces", surfaces.stop_ms());
   CpuWatch refine;
-  const sp::Registration r = sp::register_gicp(model_cloud, data_cloud, guess, params);
+  const registration::Registration r =
+      registration::register_gicp(model_cloud, data_cloud, guess, params);
   m.cpu_ms.emplace_back("refine", refine.stop_ms());
   take(r, &m);
   verify(model, data, &m);
@@ -111,7 +113,8 @@ CloudMatch match_gicp(const Points& model, const Points& data, const Pose& guess
 }
 
 CloudMatch match_gicp_globally(const Points& model, const Points& data, const Pose& guess,
-                               const sp::CloudParams& search, const sp::GicpParams& params) {
+                               const registration::CloudParams& search,
+                               const registration::GicpParams& params) {
   CloudMatch found = match_globally(model, data, guess, search);
   if (!found.good) return found;
   CloudMatch m = match_gicp(model, data, found.T_model_data, params);
@@ -140,4 +143,4 @@ double ClosestPoints::mean_m() const {
   return sum / static_cast<double>(distance_m.size());
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::studies

@@ -14,7 +14,7 @@
 #include "rcs/base/points.h"
 #include "rcs/base/pose.h"
 
-namespace rcs::tools {
+namespace rcs::studies {
 
 /// CloudMatch::stop of a search that ended where the clouds do not agree.
 inline constexpr const char* kDisagreement = "disagreement";
@@ -31,11 +31,11 @@ struct CloudMatch {
   double overlap = 0.0;  ///< pairs over points that were tried
   double mean_distance_of_pairs_m = 0.0;
   std::vector<std::pair<std::string, double>> cpu_ms;  ///< by stage
-  std::optional<sp::Agreement> agreement;              ///< at the pose; of a search that ended well
-  std::optional<sp::PaperResult> paper;                ///< of this method only
-  std::optional<sp::Registration> planes;              ///< of production, or of gicp
-  std::optional<sp::WideAnswer> wide;                  ///< of production, from a guess
-  std::optional<sp::GlobalRegistration> global;        ///< of the search that went before
+  std::optional<registration::Agreement> agreement;    ///< at the pose; of a search that ended well
+  std::optional<registration::PaperResult> paper;      ///< of this method only
+  std::optional<registration::Registration> planes;    ///< of production, or of gicp
+  std::optional<registration::WideAnswer> wide;        ///< of production, from a guess
+  std::optional<registration::GlobalRegistration> global;  ///< of the search that went before
 
   [[nodiscard]] double total_ms() const;
 };
@@ -43,24 +43,26 @@ struct CloudMatch {
 /// Madhavan and Messina's.
 /// @param model, data  at least one point each
 [[nodiscard]] CloudMatch match_as_in_paper(const Points& model, const Points& data,
-                                           const Pose& guess, const sp::PaperParams& params);
+                                           const Pose& guess,
+                                           const registration::PaperParams& params);
 
 /// Production: register_clouds() by stages.
 [[nodiscard]] CloudMatch match_planes(const Points& model, const Points& data, const Pose& guess,
-                                      const sp::CloudParams& params);
+                                      const registration::CloudParams& params);
 
 /// Production without a guess to speak of; good: it was accepted.
 [[nodiscard]] CloudMatch match_globally(const Points& model, const Points& data, const Pose& guess,
-                                        const sp::CloudParams& params);
+                                        const registration::CloudParams& params);
 
 /// Generalized ICP.
 [[nodiscard]] CloudMatch match_gicp(const Points& model, const Points& data, const Pose& guess,
-                                    const sp::GicpParams& params);
+                                    const registration::GicpParams& params);
 
 /// From where match_globally() leads, if it is accepted; else what that answers.
 [[nodiscard]] CloudMatch match_gicp_globally(const Points& model, const Points& data,
-                                             const Pose& guess, const sp::CloudParams& search,
-                                             const sp::GicpParams& params);
+                                             const Pose& guess,
+                                             const registration::CloudParams& search,
+                                             const registration::GicpParams& params);
 
 /// Of each of DATA's points in MODEL.
 struct ClosestPoints {
@@ -72,4 +74,4 @@ struct ClosestPoints {
 [[nodiscard]] ClosestPoints closest_points(const KdTree& model, const Points& data,
                                            const Pose& T_model_data);
 
-}  // namespace rcs::tools
+}  // namespace rcs::studies

@@ -8,7 +8,7 @@
 #include "tools/drills/drill_metrics.h"
 #include "tools/evaluation/trajectory_error.h"
 
-namespace rcs::tools {
+namespace rcs::studies {
 namespace {
 
 /// Of the chi-square distribution with 3 degrees of freedom.
@@ -26,11 +26,12 @@ std::optional<PartError> part_error(const Vec3& e, const Mat3& P) {
 }
 
 /// Between the samples around the moment. None outside, or where velocities are not known.
-std::optional<Vec3> truth_velocity(const DrillRecord& record, Stamp stamp) {
-  const Trajectory& truth = record.truth;
+std::optional<Vec3> truth_velocity(const drills::DrillRecord& record, Stamp stamp) {
+  const tools::Trajectory& truth = record.truth;
   if (record.v_truth_world.size() != truth.size()) return std::nullopt;
-  const auto after = std::lower_bound(truth.begin(), truth.end(), stamp,
-                                      [](const StampedPose& s, Stamp t) { return s.stamp < t; });
+  const auto after =
+      std::lower_bound(truth.begin(), truth.end(), stamp,
+                       [](const tools::StampedPose& s, Stamp t) { return s.stamp < t; });
   if (after == truth.end()) return std::nullopt;
   const auto j = static_cast<std::size_t>(after - truth.begin());
   if (after->stamp == stamp) return record.v_truth_world[j];
@@ -39,8 +40,9 @@ std::optional<Vec3> truth_velocity(const DrillRecord& record, Stamp stamp) {
   return Vec3((1.0 - u) * record.v_truth_world[j - 1] + u * record.v_truth_world[j]);
 }
 
-PartErrors errors_at(const DrillRecord& record, const DrillErrors& errors, double t_s) {
-  const DrillBelief* belief = errors.belief_at(errors.stamp_at(t_s));
+PartErrors errors_at(const drills::DrillRecord& record, const drills::DrillErrors& errors,
+                     double t_s) {
+  const drills::DrillBelief* belief = errors.belief_at(errors.stamp_at(t_s));
   if (belief == nullptr) return {};
   const std::optional<Pose> truth = errors.truth_at(belief->stamp);
   if (!truth) return {};
@@ -79,9 +81,10 @@ class FigureSums {
 std::size_t index(StatePart part) { return static_cast<std::size_t>(part); }
 
 /// @param chance  how far an honest filter's figure may lie
-Verdict judge(double value, const ValueInterval& mark, const ValueInterval& chance, bool enough) {
-  if (mark.contains(value)) return Verdict::kPass;
-  return enough || !chance.contains(value) ? Verdict::kFail : Verdict::kOpen;
+drills::Verdict judge(double value, const ValueInterval& mark, const ValueInterval& chance,
+                      bool enough) {
+  if (mark.contains(value)) return drills::Verdict::kPass;
+  return enough || !chance.contains(value) ? drills::Verdict::kFail : drills::Verdict::kOpen;
 }
 
 }  // namespace
@@ -92,8 +95,8 @@ std::string_view part_name(StatePart part) {
   return kNames[index(part)];
 }
 
-Drill ConsistencyPlan::drill(const std::string& scenario, const std::string& ins) const {
-  Drill drill;
+drills::Drill ConsistencyPlan::drill(const std::string& scenario, const std::string& ins) const {
+  drills::Drill drill;
   drill.id = std::filesystem::path(scenario).stem().string() + ", " + ins;
   drill.name = drill.id;
   drill.needs_simulator = true;
@@ -101,7 +104,7 @@ Drill ConsistencyPlan::drill(const std::string& scenario, const std::string& ins
   drill.run.ins = ins;
   drill.run.length_s = times_s.back() + 1.0;
   const double length_s = std::max(1.0, drill.run.length_s - outage_begin_s);
-  drill.stimuli = {dropout(DrillSource::kGps, outage_begin_s, length_s)};
+  drill.stimuli = {drills::dropout(drills::DrillSource::kGps, outage_begin_s, length_s)};
   return drill;
 }
 
@@ -109,9 +112,9 @@ std::optional<double> ConsistencyPlan::into_outage_s(double t_s) const {
   return t_s < outage_begin_s ? std::nullopt : std::optional(t_s - outage_begin_s);
 }
 
-PartErrors part_errors(const DrillBelief& belief, const Pose& T_world_vehicle_truth,
+PartErrors part_errors(const drills::DrillBelief& belief, const Pose& T_world_vehicle_truth,
                        const std::optional<Vec3>& v_truth_world) {
-  const Vec6 xi = pose_error(belief.T_world_vehicle, T_world_vehicle_truth);
+  const Vec6 xi = evaluation::pose_error(belief.T_world_vehicle, T_world_vehicle_truth);
   PartErrors e;
   e[index(StatePart::kPosition)] =
       part_error(xi.head<3>(), belief.cov_world_pose.topLeftCorner<3, 3>());
@@ -140,17 +143,17 @@ std::optional<double> InnovationSums::lag1() const {
   return square > 0.0 ? std::optional(lagged / square) : std::nullopt;
 }
 
-Innovations innovation_sums(const std::vector<DrillInnovation>& innovations) {
+Innovations innovation_sums(const std::vector<drills::DrillInnovation>& innovations) {
   Innovations by_source;
-  std::map<std::string, const DrillInnovation*> last;
-  for (const DrillInnovation& i : innovations) {
-    if (!has_nis(i)) continue;
-    const std::string source(innovation_source_name(i.source));
+  std::map<std::string, const drills::DrillInnovation*> last;
+  for (const drills::DrillInnovation& i : innovations) {
+    if (!drills::has_nis(i)) continue;
+    const std::string source(drills::innovation_source_name(i.source));
     InnovationSums& sums = by_source[source];
     ++sums.count;
     sums.refused += i.accepted ? 0 : 1;
     sums.nis_per_dof += i.nis / i.dof;
-    const DrillInnovation*& before = last[source];
+    const drills::DrillInnovation*& before = last[source];
     const bool successive = before != nullptr && before->dof == i.dof && before->stamp < i.stamp &&
                             i.stamp - before->stamp <= kLongestPair;
     if (successive) {
@@ -163,8 +166,8 @@ Innovations innovation_sums(const std::vector<DrillInnovation>& innovations) {
 }
 
 ConsistencyRun consistency_run(const ConsistencyPlan& plan, std::int64_t seed,
-                               const DrillRecord& record) {
-  const DrillErrors errors(record);
+                               const drills::DrillRecord& record) {
+  const drills::DrillErrors errors(record);
   ConsistencyRun run;
   run.seed = seed;
   for (const double t_s : plan.times_s) run.at.push_back(errors_at(record, errors, t_s));
@@ -172,7 +175,7 @@ ConsistencyRun consistency_run(const ConsistencyPlan& plan, std::int64_t seed,
     run.curve.push_back(errors_at(record, errors, t_s));
   }
   run.innovations = innovation_sums(record.innovations);
-  run.integrity = integrity_figures(plan.drill("", ""), record, errors);
+  run.integrity = drills::integrity_figures(plan.drill("", ""), record, errors);
   return run;
 }
 
@@ -229,35 +232,35 @@ ProtectionFigure protection(const ConsistencyBlock& block) {
   return f;
 }
 
-Verdict nees_verdict(const PartFigure& f) {
-  if (f.missing > 0 || f.count == 0) return Verdict::kFail;
+drills::Verdict nees_verdict(const PartFigure& f) {
+  if (f.missing > 0 || f.count == 0) return drills::Verdict::kFail;
   const ValueInterval chance =
       chance_of_mean(kPartDof * static_cast<double>(f.count), kChance_sigma);
   return judge(f.nees_per_dof, kNeesMark,
                {kNeesMark.low * chance.low, kNeesMark.high * chance.high}, f.count >= kRunsToTell);
 }
 
-Verdict inside_verdict(const PartFigure& f, std::size_t runs) {
-  if (f.missing > 0 || f.count == 0) return Verdict::kFail;
+drills::Verdict inside_verdict(const PartFigure& f, std::size_t runs) {
+  if (f.missing > 0 || f.count == 0) return drills::Verdict::kFail;
   // A run's moments are not independent: it counts once.
   const double p = kInsideMark.low;
   const double spread = kChance_sigma * std::sqrt(p * (1.0 - p) / static_cast<double>(runs));
   return judge(f.inside, kInsideMark, {p - spread, 1.0}, runs >= kRunsToTell);
 }
 
-Verdict nis_verdict(const InnovationSums& sums) {
+drills::Verdict nis_verdict(const InnovationSums& sums) {
   const bool enough = sums.count >= kMeasurementsToTell;
   const double value = sums.mean_nis_per_dof();
   return judge(value, kNisMark, {value, value}, enough);
 }
 
-Verdict verdict_of(const ConsistencyPlan& plan, const ConsistencyBlock& block) {
-  if (!block.was_run()) return Verdict::kFail;
+drills::Verdict verdict_of(const ConsistencyPlan& plan, const ConsistencyBlock& block) {
+  if (!block.was_run()) return drills::Verdict::kFail;
   bool open = false;
   bool fails = false;
-  const auto count = [&](Verdict v) {
-    fails = fails || v == Verdict::kFail;
-    open = open || v == Verdict::kOpen;
+  const auto count = [&](drills::Verdict v) {
+    fails = fails || v == drills::Verdict::kFail;
+    open = open || v == drills::Verdict::kOpen;
   };
   for (const StatePart part : kStateParts) {
     for (std::size_t k = 0; k < plan.times_s.size(); ++k) {
@@ -266,7 +269,7 @@ Verdict verdict_of(const ConsistencyPlan& plan, const ConsistencyBlock& block) {
     count(inside_verdict(figure_of_all(block, part), block.runs.size()));
   }
   for (const auto& [source, sums] : pooled_innovations(block)) count(nis_verdict(sums));
-  return fails ? Verdict::kFail : open ? Verdict::kOpen : Verdict::kPass;
+  return fails ? drills::Verdict::kFail : open ? drills::Verdict::kOpen : drills::Verdict::kPass;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::studies

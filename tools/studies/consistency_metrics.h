@@ -14,7 +14,7 @@
 #include "tools/drills/drill_record.h"
 #include "tools/drills/drill_result.h"
 
-namespace rcs::tools {
+namespace rcs::studies {
 
 /// Parts of the state that are judged by themselves.
 enum class StatePart { kPosition, kVelocity, kAttitude };
@@ -29,7 +29,7 @@ struct ConsistencyPlan {
   std::vector<double> times_s = {30, 45, 65, 95};  ///< ascending
 
   /// The drill that does this, without marks.
-  [[nodiscard]] Drill drill(const std::string& scenario, const std::string& ins) const;
+  [[nodiscard]] drills::Drill drill(const std::string& scenario, const std::string& ins) const;
   /// Into the outage; none: GPS is there.
   [[nodiscard]] std::optional<double> into_outage_s(double t_s) const;
 };
@@ -44,7 +44,8 @@ struct PartError {
 using PartErrors = std::array<std::optional<PartError>, kStateParts.size()>;
 
 /// @param v_truth_world  [m/s]; none: velocity is not known
-[[nodiscard]] PartErrors part_errors(const DrillBelief& belief, const Pose& T_world_vehicle_truth,
+[[nodiscard]] PartErrors part_errors(const drills::DrillBelief& belief,
+                                     const Pose& T_world_vehicle_truth,
                                      const std::optional<Vec3>& v_truth_world);
 
 /// Of one source's measurements with a NIS (has_nis()).
@@ -66,7 +67,7 @@ struct InnovationSums {
 using Innovations = std::map<std::string, InnovationSums>;
 
 /// Successive: of one source and size, both with a NIS, at most 2 s apart.
-[[nodiscard]] Innovations innovation_sums(const std::vector<DrillInnovation>& innovations);
+[[nodiscard]] Innovations innovation_sums(const std::vector<drills::DrillInnovation>& innovations);
 
 /// What is left of one run.
 struct ConsistencyRun {
@@ -74,10 +75,10 @@ struct ConsistencyRun {
   std::vector<PartErrors> at;     ///< at the plan's times
   std::vector<PartErrors> curve;  ///< at 0, 1, 2 ... s, up to the last of the plan's times
   Innovations innovations;
-  std::optional<IntegrityFigures> integrity;  ///< of the outage; none: not published
+  std::optional<drills::IntegrityFigures> integrity;  ///< of the outage; none: not published
 };
 [[nodiscard]] ConsistencyRun consistency_run(const ConsistencyPlan& plan, std::int64_t seed,
-                                             const DrillRecord& record);
+                                             const drills::DrillRecord& record);
 
 /// Runs of one scenario and one grade of INS.
 struct ConsistencyBlock {
@@ -132,11 +133,12 @@ struct ProtectionFigure {
 
 /// Outside of its mark a figure fails; with fewer than 20 runs (measurements, of a NIS: 100), only
 /// when chance does not take an honest filter's so far, and is open else.
-[[nodiscard]] Verdict nees_verdict(const PartFigure& f);
-[[nodiscard]] Verdict inside_verdict(const PartFigure& f, std::size_t runs);
-[[nodiscard]] Verdict nis_verdict(const InnovationSums& sums);
+[[nodiscard]] drills::Verdict nees_verdict(const PartFigure& f);
+[[nodiscard]] drills::Verdict inside_verdict(const PartFigure& f, std::size_t runs);
+[[nodiscard]] drills::Verdict nis_verdict(const InnovationSums& sums);
 
 /// kFail when anything fails, or could not be run.
-[[nodiscard]] Verdict verdict_of(const ConsistencyPlan& plan, const ConsistencyBlock& block);
+[[nodiscard]] drills::Verdict verdict_of(const ConsistencyPlan& plan,
+                                         const ConsistencyBlock& block);
 
-}  // namespace rcs::tools
+}  // namespace rcs::studies

@@ -8,7 +8,7 @@
 
 #include "tools/drills/drill_output.h"
 
-namespace rcs::tools {
+namespace rcs::studies {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -33,22 +33,25 @@ std::set<std::string> sources_of(const ConsistencyReport& report) {
   return sources;
 }
 
-Json interval_json(const ValueInterval& i) { return Json::array({i.low, i.high}); }
+Json interval_json(const ValueInterval& i) {
+  return Json::array({i.low, i.high});
+}
 
-Json part_json(const ConsistencyPlan& plan, const ConsistencyBlock& block, StatePart part) {
+Json part_json(const ConsistencyPlan& plan, const ConsistencyBlock& block,
+                           StatePart part) {
   Json j = {{"at", Json::array()}};
   for (std::size_t k = 0; k < plan.times_s.size(); ++k) {
     const PartFigure f = figure_at(block, k, part);
     Json at = {{"t_s", plan.times_s[k]},
-               {"moment", moment_text(plan, plan.times_s[k])},
-               {"runs", f.count},
-               {"missing", f.missing},
-               {"nees_per_dof", f.nees_per_dof},
-               {"inside95", f.inside},
-               {"rms_error", f.rms_error},
-               {"rms_claimed", f.rms_claimed},
-               {"verdict", verdict_text(nees_verdict(f))},
-               {"nees_by_run", Json::array()}};
+                           {"moment", moment_text(plan, plan.times_s[k])},
+                           {"runs", f.count},
+                           {"missing", f.missing},
+                           {"nees_per_dof", f.nees_per_dof},
+                           {"inside95", f.inside},
+                           {"rms_error", f.rms_error},
+                           {"rms_claimed", f.rms_claimed},
+                           {"verdict", drills::verdict_text(nees_verdict(f))},
+                           {"nees_by_run", Json::array()}};
     for (const ConsistencyRun& run : block.runs) {
       const std::optional<PartError>& e = run.at[k][static_cast<std::size_t>(part)];
       at["nees_by_run"].push_back(e ? Json(e->nees) : Json(nullptr));
@@ -57,14 +60,14 @@ Json part_json(const ConsistencyPlan& plan, const ConsistencyBlock& block, State
   }
   const PartFigure all = figure_of_all(block, part);
   j["inside95"] = all.inside;
-  j["inside95_verdict"] = verdict_text(inside_verdict(all, block.runs.size()));
+  j["inside95_verdict"] = drills::verdict_text(inside_verdict(all, block.runs.size()));
   return j;
 }
 
 Json block_json(const ConsistencyPlan& plan, const ConsistencyBlock& block) {
   Json j = {{"scenario", scenario_name(block.scenario)},
-            {"ins", block.ins},
-            {"verdict", verdict_text(verdict_of(plan, block))}};
+                        {"ins", block.ins},
+                        {"verdict", drills::verdict_text(verdict_of(plan, block))}};
   if (!block.was_run()) {
     j["error"] = block.error;
     return j;
@@ -79,8 +82,8 @@ Json block_json(const ConsistencyPlan& plan, const ConsistencyBlock& block) {
     j["nis"][source] = {{"measurements", sums.count},
                         {"refused_by_gate", sums.refused},
                         {"per_dof", sums.mean_nis_per_dof()},
-                        {"lag1", number_or_null(sums.lag1())},
-                        {"verdict", verdict_text(nis_verdict(sums))}};
+                        {"lag1", drills::number_or_null(sums.lag1())},
+                        {"verdict", drills::verdict_text(nis_verdict(sums))}};
   }
   const ProtectionFigure p = protection(block);
   j["protection"] = {{"samples", p.samples},
@@ -95,7 +98,7 @@ Json block_json(const ConsistencyPlan& plan, const ConsistencyBlock& block) {
 
 bool ConsistencyReport::passed() const {
   return std::none_of(blocks.begin(), blocks.end(), [this](const ConsistencyBlock& block) {
-    return verdict_of(plan, block) == Verdict::kFail;
+    return verdict_of(plan, block) == drills::Verdict::kFail;
   });
 }
 
@@ -118,20 +121,20 @@ std::string moment_text(const ConsistencyPlan& plan, double t_s) {
 
 Json to_json(const ConsistencyReport& report) {
   Json j = {{"passed", report.passed()},
-            {"outage_begin_s", report.plan.outage_begin_s},
-            {"marks",
-             {{"nees_per_dof", interval_json(kNeesMark)},
-              {"inside95", interval_json(kInsideMark)},
-              {"nis_per_dof", interval_json(kNisMark)}}},
-            {"blocks", Json::array()}};
+                        {"outage_begin_s", report.plan.outage_begin_s},
+                        {"marks",
+                         {{"nees_per_dof", interval_json(kNeesMark)},
+                          {"inside95", interval_json(kInsideMark)},
+                          {"nis_per_dof", interval_json(kNisMark)}}},
+                        {"blocks", Json::array()}};
   for (const ConsistencyBlock& block : report.blocks) {
     j["blocks"].push_back(block_json(report.plan, block));
   }
   return j;
 }
 
-Table nees_table(const ConsistencyReport& report) {
-  Table t{{"NEES/dof", "INS", ""}, {}};
+report::Table nees_table(const ConsistencyReport& report) {
+  report::Table t{{"NEES/dof", "INS", ""}, {}};
   for (const double t_s : report.plan.times_s) t.header.push_back(moment_text(report.plan, t_s));
   t.header.emplace_back("inside 95 % [%]");
   for (const ConsistencyBlock& block : report.blocks) {
@@ -140,19 +143,19 @@ Table nees_table(const ConsistencyReport& report) {
       std::vector<std::string> row = row_head(block, part);
       for (std::size_t k = 0; k < report.plan.times_s.size(); ++k) {
         const PartFigure f = figure_at(block, k, part);
-        row.push_back(marked(nees_text(f), nees_verdict(f)));
+        row.push_back(drills::marked(nees_text(f), nees_verdict(f)));
       }
       const PartFigure all = figure_of_all(block, part);
-      row.push_back(marked(fmt::format("{:.0f}", 100.0 * all.inside),
-                           inside_verdict(all, block.runs.size())));
+      row.push_back(drills::marked(fmt::format("{:.0f}", 100.0 * all.inside),
+                                   inside_verdict(all, block.runs.size())));
       t.rows.push_back(std::move(row));
     }
   }
   return t;
 }
 
-Table error_table(const ConsistencyReport& report) {
-  Table t{{"RMS error / claimed", "INS", ""}, {}};
+report::Table error_table(const ConsistencyReport& report) {
+  report::Table t{{"RMS error / claimed", "INS", ""}, {}};
   for (const double t_s : report.plan.times_s) t.header.push_back(moment_text(report.plan, t_s));
   for (const ConsistencyBlock& block : report.blocks) {
     if (!block.was_run()) continue;
@@ -171,10 +174,10 @@ Table error_table(const ConsistencyReport& report) {
   return t;
 }
 
-Table protection_table(const ConsistencyReport& report) {
-  Table t{{"without GPS", "INS", "within horizontal level [%]", "vertical [%]", "missed alerts",
-           "false alerts with GPS [1/h]"},
-          {}};
+report::Table protection_table(const ConsistencyReport& report) {
+  report::Table t{{"without GPS", "INS", "within horizontal level [%]", "vertical [%]",
+                   "missed alerts", "false alerts with GPS [1/h]"},
+                  {}};
   for (const ConsistencyBlock& block : report.blocks) {
     if (!block.was_run()) continue;
     const ProtectionFigure p = protection(block);
@@ -187,8 +190,8 @@ Table protection_table(const ConsistencyReport& report) {
   return t;
 }
 
-Table nis_table(const ConsistencyReport& report) {
-  Table t{{"NIS/dof, lag 1", "INS"}, {}};
+report::Table nis_table(const ConsistencyReport& report) {
+  report::Table t{{"NIS/dof, lag 1", "INS"}, {}};
   const std::set<std::string> sources = sources_of(report);
   for (const std::string& source : sources) t.header.push_back(source);
   for (const ConsistencyBlock& block : report.blocks) {
@@ -202,13 +205,13 @@ Table nis_table(const ConsistencyReport& report) {
         continue;
       }
       const std::optional<double> lag1 = found->second.lag1();
-      row.push_back(marked(fmt::format("{:.2f}, {}", found->second.mean_nis_per_dof(),
-                                       lag1 ? fmt::format("{:.2f}", *lag1) : "-"),
-                           nis_verdict(found->second)));
+      row.push_back(drills::marked(fmt::format("{:.2f}, {}", found->second.mean_nis_per_dof(),
+                                               lag1 ? fmt::format("{:.2f}", *lag1) : "-"),
+                                   nis_verdict(found->second)));
     }
     t.rows.push_back(std::move(row));
   }
   return t;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::studies

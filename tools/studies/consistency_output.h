@@ -8,7 +8,7 @@
 #include "tools/report/table.h"
 #include "tools/studies/consistency_metrics.h"
 
-namespace rcs::tools {
+namespace rcs::studies {
 
 struct ConsistencyReport {
   ConsistencyPlan plan;
@@ -22,14 +22,14 @@ struct ConsistencyReport {
 
 /// NEES per degree of freedom by block, part and time; and the share of truths inside the 95 %
 /// ellipsoid. A figure with ! misses its mark; with ? there are too few runs to tell.
-[[nodiscard]] Table nees_table(const ConsistencyReport& report);
+[[nodiscard]] report::Table nees_table(const ConsistencyReport& report);
 /// RMS error and what was claimed of it, [m], [m/s] and [deg].
-[[nodiscard]] Table error_table(const ConsistencyReport& report);
+[[nodiscard]] report::Table error_table(const ConsistencyReport& report);
 /// Mean NIS per degree of freedom by block and source, with the lag-1 correlation.
-[[nodiscard]] Table nis_table(const ConsistencyReport& report);
+[[nodiscard]] report::Table nis_table(const ConsistencyReport& report);
 
 /// The protection level against the error while GPS is gone: told, not judged (`rcs drill` does).
-[[nodiscard]] Table protection_table(const ConsistencyReport& report);
+[[nodiscard]] report::Table protection_table(const ConsistencyReport& report);
 
 /// The marks in words.
 [[nodiscard]] std::string marks_text();
@@ -38,4 +38,4 @@ struct ConsistencyReport {
 /// "30 s, GPS" or "60 s without".
 [[nodiscard]] std::string moment_text(const ConsistencyPlan& plan, double t_s);
 
-}  // namespace rcs::tools
+}  // namespace rcs::studies

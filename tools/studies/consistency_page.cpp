@@ -10,24 +10,30 @@
 
 #include "tools/report/html_page.h"
 
-namespace rcs::tools {
+namespace rcs::studies {
 namespace {
 
-constexpr Colour kColours[] = {Colour::kBlue, Colour::kGreen, Colour::kOrange, Colour::kPurple,
-                               Colour::kGrey};
+constexpr report::Colour kColours[] = {report::Colour::kBlue, report::Colour::kGreen,
+                                       report::Colour::kOrange, report::Colour::kPurple,
+                                       report::Colour::kGrey};
 /// What chance leaves of an honest filter in 19 of 20 cases.
 constexpr double kBand_sigma = 1.96;
 
 using Blocks = std::vector<const ConsistencyBlock*>;
 
-Colour colour_of(std::size_t block) { return kColours[block % std::size(kColours)]; }
+report::Colour colour_of(std::size_t block) { return kColours[block % std::size(kColours)]; }
 
-Series level(std::string label, double x_low, double x_high, double y) {
-  return {std::move(label), Colour::kGrey, SeriesStyle::kDashed, {x_low, x_high}, {y, y}, {}};
+report::Series level(std::string label, double x_low, double x_high, double y) {
+  return {std::move(label),
+          report::Colour::kGrey,
+          report::SeriesStyle::kDashed,
+          {x_low, x_high},
+          {y, y},
+          {}};
 }
 
 /// A bar along x, in the lane's `k`-th of `n` places.
-void add_bar(double lane, std::size_t k, std::size_t n, double from, double to, Series* s) {
+void add_bar(double lane, std::size_t k, std::size_t n, double from, double to, report::Series* s) {
   constexpr double kShare = 0.7;  // of the lane's height
   const double y = lane + kShare * ((static_cast<double>(k) + 0.5) / static_cast<double>(n) - 0.5);
   const double x[] = {from, to, to};
@@ -38,7 +44,7 @@ void add_bar(double lane, std::size_t k, std::size_t n, double from, double to, 
 
 /// NEES of one part over time, every grade a line.
 Plot nees_plot(const ConsistencyPlan& plan, const Blocks& blocks, StatePart part) {
-  Plot plot;
+  report::Plot plot;
   plot.title =
       fmt::format("{}: NEES of the {}", scenario_name(blocks.front()->scenario), part_name(part));
   plot.x_label = "time [s]";
@@ -50,8 +56,8 @@ Plot nees_plot(const ConsistencyPlan& plan, const Blocks& blocks, StatePart part
   const double dof = kPartDof * static_cast<double>(blocks.front()->runs.size());
   const ValueInterval chance = chance_of_mean(dof, kBand_sigma);
   plot.series.push_back({"an honest filter, 95 %",
-                         Colour::kGrey,
-                         SeriesStyle::kBand,
+                         report::Colour::kGrey,
+                         report::SeriesStyle::kBand,
                          {0.0, end_s},
                          {chance.high, chance.high},
                          {chance.low, chance.low}});
@@ -59,7 +65,7 @@ Plot nees_plot(const ConsistencyPlan& plan, const Blocks& blocks, StatePart part
   plot.series.push_back(level("", 0.0, end_s, kNeesMark.high));
   double most = 1.0;  // decades
   for (std::size_t b = 0; b < blocks.size(); ++b) {
-    Series s{blocks[b]->ins, colour_of(b), SeriesStyle::kLine, {}, {}, {}};
+    report::Series s{blocks[b]->ins, colour_of(b), report::SeriesStyle::kLine, {}, {}, {}};
     for (std::size_t second = 0; second < blocks[b]->runs.front().curve.size(); ++second) {
       const PartFigure f = figure_at_second(*blocks[b], second, part);
       s.x.push_back(static_cast<double>(second));
@@ -68,21 +74,21 @@ Plot nees_plot(const ConsistencyPlan& plan, const Blocks& blocks, StatePart part
     }
     plot.series.push_back(std::move(s));
   }
-  plot.window = Window{0.0, end_s, -1.0, most};
+  plot.window = report::Window{0.0, end_s, -1.0, most};
   return plot;
 }
 
-Plot inside_plot(const Blocks& blocks) {
-  Plot plot;
+report::Plot inside_plot(const Blocks& blocks) {
+  report::Plot plot;
   plot.title = scenario_name(blocks.front()->scenario) + ": truths inside the 95 % ellipsoid";
   plot.x_label = "share, all fixed times [%] (shaded: the mark)";
   plot.height_px = 190;
   plot.shades = {{100.0 * kInsideMark.low, 100.0 * kInsideMark.high, ""}};
   constexpr double kFoot = 0.0;
-  plot.window = Window{kFoot, 100.0, -0.5, static_cast<double>(kStateParts.size()) - 0.5};
+  plot.window = report::Window{kFoot, 100.0, -0.5, static_cast<double>(kStateParts.size()) - 0.5};
   for (const StatePart part : kStateParts) plot.y_names.emplace_back(part_name(part));
   for (std::size_t b = 0; b < blocks.size(); ++b) {
-    Series s{blocks[b]->ins, colour_of(b), SeriesStyle::kThickLine, {}, {}, {}};
+    report::Series s{blocks[b]->ins, colour_of(b), report::SeriesStyle::kThickLine, {}, {}, {}};
     for (const StatePart part : kStateParts) {
       add_bar(static_cast<double>(part), b, blocks.size(), kFoot,
               100.0 * figure_of_all(*blocks[b], part).inside, &s);
@@ -92,7 +98,7 @@ Plot inside_plot(const Blocks& blocks) {
   return plot;
 }
 
-Plot nis_plot(const Blocks& blocks) {
+report::Plot nis_plot(const Blocks& blocks) {
   std::set<std::string> sources;
   std::vector<Innovations> pooled;
   double most = kNisMark.high;
@@ -103,15 +109,15 @@ Plot nis_plot(const Blocks& blocks) {
       most = std::max(most, sums.mean_nis_per_dof());
     }
   }
-  Plot plot;
+  report::Plot plot;
   plot.title = scenario_name(blocks.front()->scenario) + ": NIS before gating";
   plot.x_label = "mean per dof (shaded: the mark)";
   plot.height_px = 110 + 32 * static_cast<int>(sources.size());
   plot.y_names.assign(sources.begin(), sources.end());
   plot.shades = {{kNisMark.low, kNisMark.high, ""}};
-  plot.window = Window{0.0, 1.05 * most, -0.5, static_cast<double>(sources.size()) - 0.5};
+  plot.window = report::Window{0.0, 1.05 * most, -0.5, static_cast<double>(sources.size()) - 0.5};
   for (std::size_t b = 0; b < blocks.size(); ++b) {
-    Series s{blocks[b]->ins, colour_of(b), SeriesStyle::kThickLine, {}, {}, {}};
+    report::Series s{blocks[b]->ins, colour_of(b), report::SeriesStyle::kThickLine, {}, {}, {}};
     double lane = 0.0;
     for (const std::string& source : sources) {
       const auto found = pooled[b].find(source);
@@ -129,7 +135,7 @@ std::string summary(const ConsistencyReport& report) {
   std::size_t passed = 0;
   std::size_t runs = 0;
   for (const ConsistencyBlock& block : report.blocks) {
-    passed += verdict_of(report.plan, block) == Verdict::kPass ? 1 : 0;
+    passed += verdict_of(report.plan, block) == drills::Verdict::kPass ? 1 : 0;
     runs += block.runs.size();
   }
   return fmt::format("{} of {} blocks (scenario and INS) keep all marks: {} drives.", passed,
@@ -139,7 +145,7 @@ std::string summary(const ConsistencyReport& report) {
 }  // namespace
 
 std::string consistency_page(const ConsistencyReport& report, const std::string& vehicle) {
-  HtmlPage page("Is what the filter says of its own error true?");
+  report::HtmlPage page("Is what the filter says of its own error true?");
   page.paragraph(summary(report) + " Vehicle: " + vehicle + ". " + marks_text());
   page.paragraph(fmt::format(
       "NEES: the squared error over the published covariance, 1 per degree of freedom when WM "
@@ -175,4 +181,4 @@ std::string consistency_page(const ConsistencyReport& report, const std::string&
   return page.finish();
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::studies

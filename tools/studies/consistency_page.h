@@ -5,10 +5,10 @@
 
 #include "tools/studies/consistency_output.h"
 
-namespace rcs::tools {
+namespace rcs::studies {
 
 /// @param vehicle  the configuration's path
 [[nodiscard]] std::string consistency_page(const ConsistencyReport& report,
                                            const std::string& vehicle);
 
-}  // namespace rcs::tools
+}  // namespace rcs::studies

@@ -3,7 +3,7 @@
 
 #include "rcs/node/budget.h"
 
-namespace rcs::tools {
+namespace rcs::studies {
 
 /// The process's CPU time since it was made, of all its threads.
 class CpuWatch {
@@ -14,4 +14,4 @@ class CpuWatch {
   Duration start_ = process_cpu();
 };
 
-}  // namespace rcs::tools
+}  // namespace rcs::studies

@@ -11,7 +11,7 @@
 #include "rcs/node/log/log_source.h"
 #include "tools/drills/drill_stimulus.h"
 
-namespace rcs::tools {
+namespace rcs::studies {
 namespace {
 
 constexpr double kUncovered_s = 0.5;
@@ -163,7 +163,7 @@ double by_ins(const ReckoningStart& start, const RecordedMotion& motion, Stamp t
 Result<RecordedMotion> read_motion(const std::string& log) {
   Result<LogReader> reader = LogReader::open(log);
   if (!reader) return reader.error();
-  LogSource source(&reader.value(), drive_channels());
+  LogSource source(&reader.value(), drills::drive_channels());
   RecordedMotion motion;
   SourceEvent event;
   ins_t ins{};
@@ -171,11 +171,12 @@ Result<RecordedMotion> read_motion(const std::string& log) {
   for (Stamp due = source.peek(); due != Stamp::max(); due = source.peek()) {
     source.take(&event);
     motion.has_truth = motion.has_truth || event.channel == channel::kSimTruth;
-    if (!speaks_on(DrillSource::kAll, event.channel)) continue;
+    if (!drills::speaks_on(drills::DrillSource::kAll, event.channel)) continue;
     if (!motion.begin) motion.begin = due;
     motion.end = due;
     if (!motion.place && event.channel == channel::kGpsFix) motion.place = place_of(event);
-    motion.has_ladar = motion.has_ladar || speaks_on(DrillSource::kLadar, event.channel);
+    motion.has_ladar =
+        motion.has_ladar || drills::speaks_on(drills::DrillSource::kLadar, event.channel);
     if (event.channel == channel::kIns && decode(event, &ins) && ins.valid != 0) {
       motion.inertial.push_back({from_utime(ins.utime), Duration(ins.interval_us),
                                  from_message(ins.delta_angle_rad), from_message(ins.delta_v_mps)});
@@ -214,4 +215,4 @@ std::optional<Pose> reckon(ReckonedBy by, const ReckoningStart& start, const Rec
   return m.T_world_vehicle;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::studies

@@ -12,7 +12,7 @@
 #include "rcs/base/result.h"
 #include "rcs/base/stamp.h"
 
-namespace rcs::tools {
+namespace rcs::studies {
 
 /// ODOMETRY over (stamp - interval, stamp]; what the log says of an instant speaks for the time
 /// since the sample before.
@@ -61,4 +61,4 @@ enum class ReckonedBy {
 [[nodiscard]] std::optional<Pose> reckon(ReckonedBy by, const ReckoningStart& start,
                                          const RecordedMotion& motion, Stamp to);
 
-}  // namespace rcs::tools
+}  // namespace rcs::studies

@@ -24,7 +24,7 @@
 #include "tools/recording/run_log.h"
 #include "tools/report/table.h"
 
-namespace rcs::tools {
+namespace rcs::studies {
 namespace {
 
 constexpr Duration kRecent = std::chrono::seconds(1);
@@ -111,7 +111,7 @@ class Memory {
   }
 
   [[nodiscard]] std::string inputs_text(Stamp moment) const {
-    Table t{{"what had come", "last", "in the last second"}, {}};
+    report::Table t{{"what had come", "last", "in the last second"}, {}};
     for (const auto& [name, input] : inputs_) {
       const auto recent = std::count_if(input.recent.begin(), input.recent.end(),
                                         [&](Stamp s) { return moment - s <= kRecent; });
@@ -127,7 +127,7 @@ class Memory {
       double worst = 0.0;
     };
     std::map<int, Sum> sums;
-    Table refused{{"refused", "", "why", "NIS", "gate"}, {}};
+    report::Table refused{{"refused", "", "why", "NIS", "gate"}, {}};
     for (const Heard<innovation_t>& i : innovations_) {
       if (moment - i.arrival > kRecent) continue;
       const innovation_t& m = i.message;
@@ -136,15 +136,17 @@ class Memory {
       sum.accepted += m.accepted != 0 ? 1 : 0;
       if (m.accepted != 0 && m.gate > 0.0) sum.worst = std::max(sum.worst, m.nis / m.gate);
       if (m.accepted != 0) continue;
-      refused.rows.push_back({std::string(innovation_source_name(m.source)),
+      refused.rows.push_back({std::string(drills::innovation_source_name(m.source)),
                               ago(moment - i.arrival),
-                              std::string(innovation_reason_name(m.reason)),
+                              std::string(drills::innovation_reason_name(m.reason)),
                               fmt::format("{:.1f}", m.nis), fmt::format("{:.1f}", m.gate)});
     }
-    Table t{{"what WM considered in the last second", "taken", "of", "largest NIS/gate taken"}, {}};
+    report::Table t{
+        {"what WM considered in the last second", "taken", "of", "largest NIS/gate taken"}, {}};
     for (const auto& [source, sum] : sums) {
-      t.rows.push_back({std::string(innovation_source_name(source)), std::to_string(sum.accepted),
-                        std::to_string(sum.considered), fmt::format("{:.2f}", sum.worst)});
+      t.rows.push_back({std::string(drills::innovation_source_name(source)),
+                        std::to_string(sum.accepted), std::to_string(sum.considered),
+                        fmt::format("{:.2f}", sum.worst)});
     }
     if (t.rows.empty()) return "WM considered no measurement in the last second.\n\n";
     std::string text = to_text(t);
@@ -157,16 +159,17 @@ class Memory {
   }
 
   [[nodiscard]] std::string registrations_text(Stamp moment) const {
-    Table t{{"SP's last answers", "", "stop", "points", "pairs", "overlap", "correction",
-             "used / granted", "degrade"},
-            {}};
+    report::Table t{{"SP's last answers", "", "stop", "points", "pairs", "overlap", "correction",
+                     "used / granted", "degrade"},
+                    {}};
     for (const Heard<registration_t>& r : registrations_) {
       const registration_t& m = r.message;
       t.rows.push_back(
           {fmt::format("scan {}, {}", m.scan_id,
                        m.target == registration_t::TARGET_ROLLING ? "rolling map" : "a priori map"),
-           ago(moment - r.arrival), std::string(stop_name(m.stop)), std::to_string(m.points),
-           std::to_string(m.pairs), fmt::format("{:.0f} %", 100.0 * m.overlap),
+           ago(moment - r.arrival), std::string(recording::stop_name(m.stop)),
+           std::to_string(m.points), std::to_string(m.pairs),
+           fmt::format("{:.0f} %", 100.0 * m.overlap),
            fmt::format("{:.2f} m {:.2f} deg", m.correction_m, degrees(m.correction_rad)),
            fmt::format("{} / {}", m.used_units, m.granted_units), std::to_string(m.degrade_level)});
     }
@@ -185,7 +188,7 @@ class Memory {
         "  last taken: INS {}, GPS {}, odometry {}, rolling map {}, a priori map {}; {:.0f} m "
         "since "
         "GPS; {} resets\n",
-        ago(moment - nav_.back().arrival), nav_mode_name(m.mode),
+        ago(moment - nav_.back().arrival), evaluation::nav_mode_name(m.mode),
         m.world_valid != 0 ? "" : ", world not known", std::sqrt(std::max(0.0, cov(0, 0))),
         std::sqrt(std::max(0.0, cov(1, 1))), std::sqrt(std::max(0.0, cov(2, 2))),
         degrees(std::sqrt(std::max(0.0, cov(5, 5)))), age(m.age_ins_us), age(m.age_gps_us),
@@ -237,11 +240,12 @@ class Memory {
   }
 
   [[nodiscard]] std::string events_text(Stamp moment) const {
-    Table t{{"events of the last 30 s", "", "node", "code"}, {}};
+    report::Table t{{"events of the last 30 s", "", "node", "code"}, {}};
     for (const Heard<event_t>& e : events_) {
       if (moment - e.arrival > kEvents) continue;
-      t.rows.push_back({printable(e.message.text), ago(moment - e.arrival),
-                        printable(e.message.node), printable(e.message.code)});
+      t.rows.push_back({evaluation::printable(e.message.text), ago(moment - e.arrival),
+                        evaluation::printable(e.message.node),
+                        evaluation::printable(e.message.code)});
     }
     return t.rows.empty() ? "No events in the last 30 s.\n" : to_text(t);
   }
@@ -279,4 +283,4 @@ Result<std::string> why_story(LogReader* log, Duration after) {
       fmt::format("{}: it ends after {:.1f} s", log->path(), seconds(memory.now() - *begin))};
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::studies

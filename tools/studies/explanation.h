@@ -8,11 +8,11 @@
 #include "rcs/base/stamp.h"
 #include "rcs/node/log/log_file.h"
 
-namespace rcs::tools {
+namespace rcs::studies {
 
 /// @param log  read from its beginning
 /// @param after  the log's first message
 /// @return text for people, or an error when the log ends before
 [[nodiscard]] Result<std::string> why_story(LogReader* log, Duration after);
 
-}  // namespace rcs::tools
+}  // namespace rcs::studies

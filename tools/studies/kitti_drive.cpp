@@ -16,7 +16,7 @@
 #include "tools/base/files.h"
 #include "tools/base/trajectory.h"
 
-namespace rcs::tools {
+namespace rcs::studies {
 namespace {
 
 namespace fs = std::filesystem;
@@ -80,7 +80,7 @@ Points real_cut(const Points& sweep_ladar) {
   return out;
 }
 
-Points deskewed(const Sweep& sweep, const Pose& T_sweep_next) {
+Points deskewed(const importers::Sweep& sweep, const Pose& T_sweep_next) {
   const Vec6 period = log_se3(T_sweep_next);
   Points out;
   out.reserve(sweep.points_ladar.size());
@@ -99,7 +99,7 @@ Result<std::vector<ScanPair>> parse_reference_pairs(std::string_view text, std::
     const std::string_view row = text.substr(0, end);
     text.remove_prefix(std::min(end + 1, text.size()));
     if (line == 1 || row.empty()) continue;
-    const std::optional<std::vector<double>> v = parse_numbers(row);
+    const std::optional<std::vector<double>> v = tools::parse_numbers(row);
     if (!v || v->size() != kColumns) {
       return Error{fmt::format("{}:{}: {} numbers are wanted", name, line, kColumns)};
     }
@@ -121,7 +121,7 @@ Result<std::vector<ScanPair>> parse_reference_pairs(std::string_view text, std::
 
 Result<KittiDrive> KittiDrive::open(const std::string& folder) {
   const std::string path = folder + "/reference_pairs.csv";
-  const Result<std::string> text = read_text(path);
+  const Result<std::string> text = tools::read_text(path);
   if (!text) return text.error();
   Result<std::vector<ScanPair>> pairs = parse_reference_pairs(*text, path);
   if (!pairs) return pairs.error();
@@ -152,11 +152,11 @@ KittiDrive::~KittiDrive() {
   if (!temporary_.empty()) fs::remove_all(temporary_, ignored);
 }
 
-Result<Sweep> KittiDrive::sweep(int number) const {
+Result<importers::Sweep> KittiDrive::sweep(int number) const {
   const std::string path = fmt::format("{}/{:010d}.bin", sweeps_, number);
-  const Result<std::vector<std::uint8_t>> bytes = read_bytes(path);
+  const Result<std::vector<std::uint8_t>> bytes = tools::read_bytes(path);
   if (!bytes) return bytes.error();
-  return parse_sweep(*bytes, path);
+  return importers::parse_sweep(*bytes, path);
 }
 
 Result<ScanSet> KittiDrive::real_cuts(const std::vector<ScanPair>& pairs) const {
@@ -165,7 +165,7 @@ Result<ScanSet> KittiDrive::real_cuts(const std::vector<ScanPair>& pairs) const 
   for (const ScanPair& pair : pairs) {
     for (const int number : {pair.model, pair.data}) {
       if (set.scans.count(number) != 0) continue;
-      const Result<Sweep> whole = sweep(number);
+      const Result<importers::Sweep> whole = sweep(number);
       if (!whole) return whole.error();
       set.scans.emplace(number, real_cut(whole->points_ladar));
     }
@@ -173,4 +173,4 @@ Result<ScanSet> KittiDrive::real_cuts(const std::vector<ScanPair>& pairs) const 
   return set;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::studies

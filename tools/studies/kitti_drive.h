@@ -11,7 +11,7 @@
 #include "tools/importers/kitti_sweep.h"
 #include "tools/studies/scan_pairs.h"
 
-namespace rcs::tools {
+namespace rcs::studies {
 
 /// Folder of the drive below the folder of all real data (RCS_DATA_DIR).
 constexpr std::string_view kKittiDrive = "kitti_2011_09_26_drive_0005";
@@ -22,7 +22,7 @@ constexpr std::string_view kKittiDrive = "kitti_2011_09_26_drive_0005";
 
 /// The sweep's points as they would be had all been shot at its middle.
 /// @param T_sweep_next  the motion to the next sweep's middle, held to be constant
-[[nodiscard]] Points deskewed(const Sweep& sweep, const Pose& T_sweep_next);
+[[nodiscard]] Points deskewed(const importers::Sweep& sweep, const Pose& T_sweep_next);
 
 /// Rows "model,data,T00,...,T23,spread_m,spread_deg" under a header: T_model_data, and how far
 /// several methods differ about it.
@@ -39,7 +39,7 @@ class KittiDrive {
   ~KittiDrive();
 
   [[nodiscard]] const std::vector<ScanPair>& references() const { return references_; }
-  [[nodiscard]] Result<Sweep> sweep(int number) const;
+  [[nodiscard]] Result<importers::Sweep> sweep(int number) const;
   /// Of all sweeps that the pairs need.
   [[nodiscard]] Result<ScanSet> real_cuts(const std::vector<ScanPair>& pairs) const;
 
@@ -51,4 +51,4 @@ class KittiDrive {
   std::string temporary_;
 };
 
-}  // namespace rcs::tools
+}  // namespace rcs::studies

@@ -10,7 +10,7 @@
 #include "modules/sp/scan/column_sampler.h"
 #include "rcs/node/log/log_file.h"
 
-namespace rcs::tools {
+namespace rcs::studies {
 namespace {
 
 class Reader {
@@ -129,4 +129,4 @@ LocateResult locate(const SeenDrive& drive, std::size_t first, Duration length,
   return result;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::studies

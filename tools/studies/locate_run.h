@@ -11,7 +11,7 @@
 #include "rcs/base/stamp.h"
 #include "tools/base/trajectory.h"
 
-namespace rcs::tools {
+namespace rcs::studies {
 
 /// What SP made of one scan.
 struct SeenScan {
@@ -22,7 +22,7 @@ struct SeenScan {
 
 struct SeenDrive {
   std::vector<SeenScan> scans;
-  Trajectory truth;  ///< T_truthworld_vehicle; empty: the log has none
+  tools::Trajectory truth;  ///< T_truthworld_vehicle; empty: the log has none
   std::optional<Geodetic> truth_datum;
 };
 
@@ -45,4 +45,4 @@ struct LocateResult {
                                   const ElevationMap& map, const sp::StartRegion& region,
                                   WorkUnits per_scan, sp::Relocator* relocator);
 
-}  // namespace rcs::tools
+}  // namespace rcs::studies

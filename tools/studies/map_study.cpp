@@ -11,7 +11,7 @@
 #include "tools/report/svg_plot.h"
 #include "tools/studies/consistency_metrics.h"
 
-namespace rcs::tools {
+namespace rcs::studies {
 namespace {
 
 /// Of the chi-square distribution with 3 degrees of freedom.
@@ -49,8 +49,8 @@ std::optional<double> ratio_of(const std::vector<MapWorthBlock>& blocks,
 
 }  // namespace
 
-Drill MapWorthPlan::drill(const std::string& scenario, std::optional<double> cell_m) const {
-  Drill drill;
+drills::Drill MapWorthPlan::drill(const std::string& scenario, std::optional<double> cell_m) const {
+  drills::Drill drill;
   drill.id = std::filesystem::path(scenario).stem().string() +
              (cell_m ? fmt::format(", map of {:g} m", *cell_m) : ", no map");
   drill.name = drill.id;
@@ -60,19 +60,19 @@ Drill MapWorthPlan::drill(const std::string& scenario, std::optional<double> cel
   drill.run.length_s = length_s;
   drill.run.prior_map = cell_m.has_value();
   drill.run.map_cell_m = cell_m.value_or(0.0);
-  drill.stimuli = {dropout(DrillSource::kGps, gps_lost_s, kForGood_s)};
+  drill.stimuli = {drills::dropout(drills::DrillSource::kGps, gps_lost_s, drills::kForGood_s)};
   return drill;
 }
 
-MapWorthRun map_worth_run(const MapWorthPlan& plan, const DrillRecord& record) {
-  const DrillErrors errors(record);
+MapWorthRun map_worth_run(const MapWorthPlan& plan, const drills::DrillRecord& record) {
+  const drills::DrillErrors errors(record);
   MapWorthRun run;
   if (!record.begin) return run;
   const Stamp first = errors.stamp_at(plan.gps_lost_s);
   run.driven_m = errors.driven_m(first, record.end);
   double slopes = 0.0;
   for (Stamp t = first + std::chrono::seconds(1); t < record.end; t += std::chrono::seconds(1)) {
-    const DrillBelief* const belief = errors.belief_at(t);
+    const drills::DrillBelief* const belief = errors.belief_at(t);
     const std::optional<Pose> truth =
         belief == nullptr ? std::nullopt : errors.truth_at(belief->stamp);
     const std::optional<PartError> error =
@@ -121,8 +121,8 @@ MapWorthFigure map_worth_figure(const MapWorthBlock& block) {
   return f;
 }
 
-Table map_worth_table(const std::vector<MapWorthBlock>& blocks) {
-  Table table;
+report::Table map_worth_table(const std::vector<MapWorthBlock>& blocks) {
+  report::Table table;
   table.header = {"drive",          "slope [deg]",   "map [m]",        "drives",
                   "km without GPS", "error median",  "95 %",           "most [m]",
                   "in plane 95 %",  "RMS to no map", "inside 95 % [%]"};
@@ -177,9 +177,10 @@ nlohmann::ordered_json map_worth_json(const std::vector<MapWorthBlock>& blocks) 
 }
 
 std::string map_worth_svg(const std::vector<MapWorthBlock>& blocks) {
-  constexpr std::array kColours = {Colour::kBlue, Colour::kOrange, Colour::kGreen, Colour::kPurple,
-                                   Colour::kGrey};
-  Plot plot;
+  constexpr std::array kColours = {report::Colour::kBlue, report::Colour::kOrange,
+                                   report::Colour::kGreen, report::Colour::kPurple,
+                                   report::Colour::kGrey};
+  report::Plot plot;
   plot.title = "Error without GPS, by the a priori map";
   plot.x_label = "the map's cell [m]";
   plot.y_label = "position error, 95 % [m]";
@@ -197,9 +198,9 @@ std::string map_worth_svg(const std::vector<MapWorthBlock>& blocks) {
     if (b.cell_m) high_m = std::max(high_m, *b.cell_m);
   }
   for (std::size_t k = 0; k < scenarios.size(); ++k) {
-    const Colour colour = kColours[k % kColours.size()];
-    Series with{"", colour, SeriesStyle::kThickLine, {}, {}, {}};
-    Series without{"", colour, SeriesStyle::kDashed, {low_m, high_m}, {}, {}};
+    const report::Colour colour = kColours[k % kColours.size()];
+    report::Series with{"", colour, report::SeriesStyle::kThickLine, {}, {}, {}};
+    report::Series without{"", colour, report::SeriesStyle::kDashed, {low_m, high_m}, {}, {}};
     for (const MapWorthBlock& b : blocks) {
       if (b.scenario != scenarios[k] || !b.error.empty()) continue;
       const MapWorthFigure f = map_worth_figure(b);
@@ -215,7 +216,7 @@ std::string map_worth_svg(const std::vector<MapWorthBlock>& blocks) {
     if (!with.x.empty()) plot.series.push_back(std::move(with));
     if (!without.y.empty()) plot.series.push_back(std::move(without));
   }
-  return render(plot, true);
+  return report::render(plot, true);
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::studies

@@ -12,7 +12,7 @@
 #include "tools/drills/drill_spec.h"
 #include "tools/report/table.h"
 
-namespace rcs::tools {
+namespace rcs::studies {
 
 struct MapWorthPlan {
   double gps_lost_s = 35.0;  ///< for good, after the first sensor message, [10, 1000]
@@ -20,7 +20,8 @@ struct MapWorthPlan {
   std::string ins;           ///< grade; empty: as configured
 
   /// @param cell_m  of the map; none: there is none
-  [[nodiscard]] Drill drill(const std::string& scenario, std::optional<double> cell_m) const;
+  [[nodiscard]] drills::Drill drill(const std::string& scenario,
+                                    std::optional<double> cell_m) const;
 };
 
 /// Of one run, once a second from the loss of GPS to the end.
@@ -32,7 +33,8 @@ struct MapWorthRun {
   double driven_m = 0.0;
   double slope_rms_rad = 0.0;  ///< of the ground under the vehicle: its relief
 };
-[[nodiscard]] MapWorthRun map_worth_run(const MapWorthPlan& plan, const DrillRecord& record);
+[[nodiscard]] MapWorthRun map_worth_run(const MapWorthPlan& plan,
+                                        const drills::DrillRecord& record);
 
 /// Runs of one scenario with one map.
 struct MapWorthBlock {
@@ -58,9 +60,9 @@ struct MapWorthFigure {
 [[nodiscard]] MapWorthFigure map_worth_figure(const MapWorthBlock& block);
 
 /// @param blocks  of a scenario, the one without a map is the first
-[[nodiscard]] Table map_worth_table(const std::vector<MapWorthBlock>& blocks);
+[[nodiscard]] report::Table map_worth_table(const std::vector<MapWorthBlock>& blocks);
 [[nodiscard]] nlohmann::ordered_json map_worth_json(const std::vector<MapWorthBlock>& blocks);
 /// 95 % of the error over the maps' cell, a line a scenario.
 [[nodiscard]] std::string map_worth_svg(const std::vector<MapWorthBlock>& blocks);
 
-}  // namespace rcs::tools
+}  // namespace rcs::studies

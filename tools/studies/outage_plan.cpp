@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace rcs::tools {
+namespace rcs::studies {
 namespace {
 
 /// Behind an outage, so that GPS can come back.
@@ -13,7 +13,7 @@ constexpr double kAfter_s = 10.0;
 constexpr double kLeast_s = 0.5;
 
 OutagePlan plan(const OutageQuestion& question, OutagePlan::Kind kind, std::size_t variant,
-                const DrillWindow& window) {
+                const drills::DrillWindow& window) {
   OutagePlan p{kind, variant, window, {}};
   const std::string what =
       kind == OutagePlan::Kind::kUncut ? "uncut"
@@ -22,27 +22,29 @@ OutagePlan plan(const OutageQuestion& question, OutagePlan::Kind kind, std::size
           : fmt::format("gps_cut_{:g}s_at_{:.1f}s", window.length_s(), window.begin_s);
   p.drill.id = variant == 0 ? what : fmt::format("{}_without_{}", what, variant);
   if (kind == OutagePlan::Kind::kOutage) {
-    p.drill.stimuli.push_back(dropout(DrillSource::kGps, window.begin_s, window.length_s()));
+    p.drill.stimuli.push_back(
+        drills::dropout(drills::DrillSource::kGps, window.begin_s, window.length_s()));
     if (!question.cut) p.drill.run.length_s = window.end_s + kAfter_s;
   }
   if (kind == OutagePlan::Kind::kNoGps) {
-    p.drill.stimuli.push_back(dropout(DrillSource::kGps, 0.0, kForGood_s));
+    p.drill.stimuli.push_back(drills::dropout(drills::DrillSource::kGps, 0.0, drills::kForGood_s));
   }
   if (variant > 0) {
-    for (const DrillSource source : question.without[variant - 1]) {
-      p.drill.stimuli.push_back(dropout(source, 0.0, kForGood_s));
+    for (const drills::DrillSource source : question.without[variant - 1]) {
+      p.drill.stimuli.push_back(drills::dropout(source, 0.0, drills::kForGood_s));
     }
   }
   return p;
 }
 
-Result<std::vector<DrillWindow>> windows_of(const OutageQuestion& question, double drive_s) {
+Result<std::vector<drills::DrillWindow>> windows_of(const OutageQuestion& question,
+                                                    double drive_s) {
   if (question.cut) {
-    if (question.cut->end_s <= drive_s) return std::vector<DrillWindow>{*question.cut};
+    if (question.cut->end_s <= drive_s) return std::vector<drills::DrillWindow>{*question.cut};
     return Error{fmt::format("the cut ends after {:g} s, and the drive after {:.1f} s",
                              question.cut->end_s, drive_s)};
   }
-  std::vector<DrillWindow> windows;
+  std::vector<drills::DrillWindow> windows;
   for (const double length_s : question.lengths_s) {
     const double last_s = drive_s - kLeast_s - length_s;
     if (last_s < question.from_s) {
@@ -61,25 +63,26 @@ Result<std::vector<DrillWindow>> windows_of(const OutageQuestion& question, doub
   return windows;
 }
 
-bool has(const std::vector<DrillSource>& sources, DrillSource source) {
+bool has(const std::vector<drills::DrillSource>& sources, drills::DrillSource source) {
   return std::find(sources.begin(), sources.end(), source) != sources.end();
 }
 
 }  // namespace
 
-bool OutageQuestion::uses(std::size_t variant, DrillSource source) const {
+bool OutageQuestion::uses(std::size_t variant, drills::DrillSource source) const {
   return variant == 0 || !has(without[variant - 1], source);
 }
 
-Result<std::vector<DrillSource>> parse_without(const std::string& text) {
-  std::vector<DrillSource> sources;
+Result<std::vector<drills::DrillSource>> parse_without(const std::string& text) {
+  std::vector<drills::DrillSource> sources;
   std::size_t from = 0;
   while (from <= text.size()) {
     const std::size_t to = std::min(text.find('+', from), text.size());
     const std::string name = text.substr(from, to - from);
     bool known = false;
-    for (const DrillSource s : {DrillSource::kOdometry, DrillSource::kLadar, DrillSource::kIns}) {
-      if (name != source_name(s)) continue;
+    for (const drills::DrillSource s :
+         {drills::DrillSource::kOdometry, drills::DrillSource::kLadar, drills::DrillSource::kIns}) {
+      if (name != drills::source_name(s)) continue;
       known = true;
       if (!has(sources, s)) sources.push_back(s);
     }
@@ -91,12 +94,12 @@ Result<std::vector<DrillSource>> parse_without(const std::string& text) {
 
 Result<std::vector<OutagePlan>> plan_outages(const OutageQuestion& question, double drive_s,
                                              bool ladar) {
-  const Result<std::vector<DrillWindow>> windows = windows_of(question, drive_s);
+  const Result<std::vector<drills::DrillWindow>> windows = windows_of(question, drive_s);
   if (!windows) return windows.error();
   std::vector<OutagePlan> plans;
   for (std::size_t v = 0; v <= question.without.size(); ++v) {
     plans.push_back(plan(question, OutagePlan::Kind::kUncut, v, {}));
-    for (const DrillWindow& window : *windows) {
+    for (const drills::DrillWindow& window : *windows) {
       plans.push_back(plan(question, OutagePlan::Kind::kOutage, v, window));
     }
   }
@@ -104,4 +107,4 @@ Result<std::vector<OutagePlan>> plan_outages(const OutageQuestion& question, dou
   return plans;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::studies

@@ -9,7 +9,7 @@
 #include "rcs/base/result.h"
 #include "tools/drills/drill_spec.h"
 
-namespace rcs::tools {
+namespace rcs::studies {
 
 /// What is asked. Times count from the first sensor message.
 struct OutageQuestion {
@@ -17,16 +17,16 @@ struct OutageQuestion {
   int places = 10;       ///< of each length, as far from one another as they can be
   double from_s = 20.0;  ///< no outage begins before
   /// One outage instead; the drive goes on to the log's end.
-  std::optional<DrillWindow> cut;
+  std::optional<drills::DrillWindow> cut;
   /// Every outage is tried once more without these, from the log's begin on.
-  std::vector<std::vector<DrillSource>> without;
+  std::vector<std::vector<drills::DrillSource>> without;
 
   /// @param variant  0: all sources; k: without[k - 1]
-  [[nodiscard]] bool uses(std::size_t variant, DrillSource source) const;
+  [[nodiscard]] bool uses(std::size_t variant, drills::DrillSource source) const;
 };
 
 /// "odometry+ladar"; gps has no business here.
-[[nodiscard]] Result<std::vector<DrillSource>> parse_without(const std::string& text);
+[[nodiscard]] Result<std::vector<drills::DrillSource>> parse_without(const std::string& text);
 
 /// One run that answers the question.
 struct OutagePlan {
@@ -37,8 +37,8 @@ struct OutagePlan {
   };
   Kind kind = Kind::kOutage;
   std::size_t variant = 0;  ///< 0: all sources; k: OutageQuestion::without[k - 1]
-  DrillWindow window;
-  Drill drill;  ///< that does it
+  drills::DrillWindow window;
+  drills::Drill drill;  ///< that does it
 };
 
 /// @param drive_s  of the log, by its sensor messages
@@ -47,4 +47,4 @@ struct OutagePlan {
 [[nodiscard]] Result<std::vector<OutagePlan>> plan_outages(const OutageQuestion& question,
                                                            double drive_s, bool ladar);
 
-}  // namespace rcs::tools
+}  // namespace rcs::studies

@@ -8,7 +8,7 @@
 #include "tools/drills/drill_metrics.h"
 #include "tools/evaluation/trajectory_error.h"
 
-namespace rcs::tools {
+namespace rcs::studies {
 namespace {
 
 /// GPS that is not back so long after its first right fix is not back.
@@ -26,31 +26,32 @@ OutageError error_of(const Pose& estimate, const Pose& reference) {
           wrap_angle(yaw_of(estimate.q) - yaw_of(reference.q))};
 }
 
-ReckoningStart start_at(const DrillBelief& b) {
+ReckoningStart start_at(const drills::DrillBelief& b) {
   return {b.stamp,           b.T_world_vehicle, b.v_world,
           b.gyro_bias_radps, b.accel_bias_mps2, b.wheel_scale};
 }
 
 /// T_from_to along SP's rolling map; none where it began anew in between.
-std::optional<Pose> along_map(const std::vector<DrillMatch>& matches, Stamp from, Stamp to) {
-  std::map<std::int32_t, Trajectory> epochs;
-  for (const DrillMatch& m : matches) {
-    Trajectory& poses = epochs[m.epoch];
+std::optional<Pose> along_map(const std::vector<drills::DrillMatch>& matches, Stamp from,
+                              Stamp to) {
+  std::map<std::int32_t, tools::Trajectory> epochs;
+  for (const drills::DrillMatch& m : matches) {
+    tools::Trajectory& poses = epochs[m.epoch];
     const bool ascends = poses.empty() || m.stamp > poses.back().stamp;
     if (ascends) poses.push_back({m.stamp, m.T_rolling_vehicle});
   }
   for (const auto& [epoch, poses] : epochs) {
-    const std::optional<Pose> a = pose_at(poses, from, kMaxMatchGap);
-    const std::optional<Pose> b = pose_at(poses, to, kMaxMatchGap);
+    const std::optional<Pose> a = tools::pose_at(poses, from, kMaxMatchGap);
+    const std::optional<Pose> b = tools::pose_at(poses, to, kMaxMatchGap);
     if (a && b) return a->inverse() * *b;
   }
   return std::nullopt;
 }
 
-const DrillBelief* last_of(const DrillRecord& record) {
+const drills::DrillBelief* last_of(const drills::DrillRecord& record) {
   const auto last = std::max_element(
       record.beliefs.begin(), record.beliefs.end(),
-      [](const DrillBelief& a, const DrillBelief& b) { return a.stamp < b.stamp; });
+      [](const drills::DrillBelief& a, const drills::DrillBelief& b) { return a.stamp < b.stamp; });
   return last == record.beliefs.end() ? nullptr : &*last;
 }
 
@@ -59,9 +60,10 @@ struct Evidence {
   const OutageQuestion& question;
   const RecordedMotion& motion;
   const std::vector<OutagePlan>& plans;
-  const std::vector<DrillResult>& results;
+  const std::vector<drills::DrillResult>& results;
 
-  [[nodiscard]] const DrillRecord* record(OutagePlan::Kind kind, std::size_t variant) const {
+  [[nodiscard]] const drills::DrillRecord* record(OutagePlan::Kind kind,
+                                                  std::size_t variant) const {
     for (std::size_t i = 0; i < plans.size(); ++i) {
       if (plans[i].kind == kind && plans[i].variant == variant && results[i].shown) {
         return &*results[i].shown;
@@ -73,9 +75,9 @@ struct Evidence {
 
 /// The tellers but WM and the uncut run: T_world_vehicle at `to`.
 std::optional<Pose> carried_on(const Evidence& e, Teller teller, std::size_t variant,
-                               const DrillBelief& start, Stamp to) {
-  const bool wheels = e.question.uses(variant, DrillSource::kOdometry);
-  const bool ins = e.question.uses(variant, DrillSource::kIns);
+                               const drills::DrillBelief& start, Stamp to) {
+  const bool wheels = e.question.uses(variant, drills::DrillSource::kOdometry);
+  const bool ins = e.question.uses(variant, drills::DrillSource::kIns);
   switch (teller) {
     case Teller::kGyroAndWheels:
       if (!wheels || !ins) return std::nullopt;
@@ -90,8 +92,9 @@ std::optional<Pose> carried_on(const Evidence& e, Teller teller, std::size_t var
       if (!ins) return std::nullopt;
       return reckon(ReckonedBy::kInertial, start_at(start), e.motion, to);
     case Teller::kLadar: {
-      const DrillRecord* record = e.record(OutagePlan::Kind::kNoGps, 0);
-      if (record == nullptr || !e.question.uses(variant, DrillSource::kLadar)) return std::nullopt;
+      const drills::DrillRecord* record = e.record(OutagePlan::Kind::kNoGps, 0);
+      if (record == nullptr || !e.question.uses(variant, drills::DrillSource::kLadar))
+        return std::nullopt;
       const std::optional<Pose> way = along_map(record->matches, start.stamp, to);
       return way ? std::optional<Pose>(start.T_world_vehicle * *way) : std::nullopt;
     }
@@ -100,13 +103,13 @@ std::optional<Pose> carried_on(const Evidence& e, Teller teller, std::size_t var
   }
 }
 
-void compare_with_fix(const DrillRecord& record, const DrillErrors& errors, Stamp end,
-                      OutageFinding* f) {
-  const auto fix = std::find_if(record.fixes.begin(), record.fixes.end(), [&](const DrillFix& x) {
-    return x.arrival >= end && x.p_world.allFinite();
-  });
+void compare_with_fix(const drills::DrillRecord& record, const drills::DrillErrors& errors,
+                      Stamp end, OutageFinding* f) {
+  const auto fix = std::find_if(
+      record.fixes.begin(), record.fixes.end(),
+      [&](const drills::DrillFix& x) { return x.arrival >= end && x.p_world.allFinite(); });
   if (fix == record.fixes.end()) return;
-  const DrillBelief* b = errors.belief_at(fix->stamp);
+  const drills::DrillBelief* b = errors.belief_at(fix->stamp);
   if (b == nullptr) return;
   // Beliefs come at 50 Hz: at 20 m/s one is up to 0.4 m behind the fix.
   const Vec3 antenna =
@@ -115,19 +118,19 @@ void compare_with_fix(const DrillRecord& record, const DrillErrors& errors, Stam
   f->fix_sigma_m = fix->sigma_m.head<2>().maxCoeff();
 }
 
-OutageFinding judge(const Evidence& e, const OutagePlan& plan, const DrillResult& result) {
+OutageFinding judge(const Evidence& e, const OutagePlan& plan, const drills::DrillResult& result) {
   OutageFinding f;
   f.variant = plan.variant;
   f.window = plan.window;
   f.failed = result.error;
   if (!result.shown) return f;
-  const DrillRecord& record = *result.shown;
-  const DrillErrors errors(record);
+  const drills::DrillRecord& record = *result.shown;
+  const drills::DrillErrors errors(record);
   const Stamp begin = errors.stamp_at(plan.window.begin_s);
   const Stamp end = errors.stamp_at(plan.window.end_s);
   f.driven_m = errors.driven_m(begin, end);
-  const DrillBelief* before = errors.belief_at(begin);
-  const DrillBelief* after = errors.belief_at(end);
+  const drills::DrillBelief* before = errors.belief_at(begin);
+  const drills::DrillBelief* after = errors.belief_at(end);
   const std::optional<Pose> truth = after == nullptr ? std::nullopt : errors.truth_at(after->stamp);
   if (before == nullptr) {
     f.failed = "WM had no pose in the world when it began";
@@ -147,9 +150,9 @@ OutageFinding judge(const Evidence& e, const OutagePlan& plan, const DrillResult
   at_end(Teller::kWm) = error_of(after->T_world_vehicle, *truth);
   f.sigma_m = errors.of(*after)->sigma_horizontal_m;
   const bool is_reference = plan.variant == 0 && !e.motion.has_truth;
-  const DrillRecord* uncut = e.record(OutagePlan::Kind::kUncut, plan.variant);
+  const drills::DrillRecord* uncut = e.record(OutagePlan::Kind::kUncut, plan.variant);
   if (uncut != nullptr && !is_reference) {
-    const std::optional<DrillError> same = DrillErrors(*uncut).at(after->stamp);
+    const std::optional<drills::DrillError> same = drills::DrillErrors(*uncut).at(after->stamp);
     if (same) {
       at_end(Teller::kUncut) =
           OutageError{same->horizontal_m(), same->vertical_m(), same->heading_rad};
@@ -161,11 +164,11 @@ OutageFinding judge(const Evidence& e, const OutagePlan& plan, const DrillResult
   }
   compare_with_fix(record, errors, end, &f);
   if (!result.runs.empty() && !result.runs.front().returns.empty()) {
-    const GpsReturn& back = result.runs.front().returns.front();
+    const drills::GpsReturn& back = result.runs.front().returns.front();
     f.back_after_s = back.accepted_after_s;
     f.may_be_back = back.accepted_after_s || errors.time_s(record.end) - back.clean_s >= kBack_s;
   }
-  const DrillBelief* last = last_of(record);
+  const drills::DrillBelief* last = last_of(record);
   if (const std::optional<Pose> there = errors.truth_at(last->stamp); e.question.cut && there) {
     f.at_log_end = error_of(last->T_world_vehicle, *there);
   }
@@ -174,15 +177,15 @@ OutageFinding judge(const Evidence& e, const OutagePlan& plan, const DrillResult
 
 /// The vehicle before it knows anything, at the log's begin: a way's length needs no heading.
 DrillBelief nothing_known(const RecordedMotion& motion) {
-  DrillBelief b;
+  drills::DrillBelief b;
   b.stamp = motion.begin.value_or(Stamp());
   return b;
 }
 
-ClosureFinding closure(const Evidence& e, std::size_t variant, const DrillRecord& cut) {
+ClosureFinding closure(const Evidence& e, std::size_t variant, const drills::DrillRecord& cut) {
   ClosureFinding c;
   c.variant = variant;
-  const auto good = [](const DrillFix& f) { return f.p_world.allFinite(); };
+  const auto good = [](const drills::DrillFix& f) { return f.p_world.allFinite(); };
   const auto first_fix = std::find_if(cut.fixes.begin(), cut.fixes.end(), good);
   const auto last_fix = std::find_if(cut.fixes.rbegin(), cut.fixes.rend(), good);
   if (first_fix == cut.fixes.end()) return c;
@@ -190,7 +193,7 @@ ClosureFinding closure(const Evidence& e, std::size_t variant, const DrillRecord
     return (p_world - first_fix->p_world).head<2>().norm();
   };
   c.fixes_m = from_first_fix(last_fix->p_world);
-  const auto of = [&](const DrillRecord* record) -> std::optional<double> {
+  const auto of = [&](const drills::DrillRecord* record) -> std::optional<double> {
     if (record == nullptr || record->beliefs.empty()) return std::nullopt;
     return from_first_fix(last_of(*record)->T_world_vehicle * record->p_vehicle_antenna);
   };
@@ -207,27 +210,27 @@ ClosureFinding closure(const Evidence& e, std::size_t variant, const DrillRecord
 
 UncutFinding judge_uncut(const Evidence& e) {
   UncutFinding u;
-  const DrillRecord* record = e.record(OutagePlan::Kind::kUncut, 0);
+  const drills::DrillRecord* record = e.record(OutagePlan::Kind::kUncut, 0);
   if (record == nullptr) return u;
-  const DrillErrors errors(*record);
+  const drills::DrillErrors errors(*record);
   std::size_t seen = 0;
   std::size_t trusted = 0;
-  for (const DrillIntegrity& i : record->integrity) {
+  for (const drills::DrillIntegrity& i : record->integrity) {
     if (errors.time_s(i.stamp) < e.question.from_s) continue;
     ++seen;
     trusted += i.gps == integrity_t::TRUST_FULL ? 1 : 0;
   }
   if (seen > 0) u.trusted_share = static_cast<double>(trusted) / static_cast<double>(seen);
-  for (const DrillEvent& event : record->events) {
+  for (const drills::DrillEvent& event : record->events) {
     if (event.severity >= event_t::SEVERITY_WARNING) u.complaints.push_back(event);
   }
   return u;
 }
 
-std::string variant_name(const std::vector<DrillSource>& without) {
+std::string variant_name(const std::vector<drills::DrillSource>& without) {
   std::string name = "without ";
-  for (const DrillSource& s : without) {
-    name += (&s == &without.front() ? "" : " and ") + std::string(source_name(s));
+  for (const drills::DrillSource& s : without) {
+    name += (&s == &without.front() ? "" : " and ") + std::string(drills::source_name(s));
   }
   return name;
 }
@@ -239,7 +242,8 @@ std::string_view teller_name(Teller teller) {
 }
 
 OutageReport judge_outages(const OutageQuestion& question, const std::vector<OutagePlan>& plans,
-                           const std::vector<DrillResult>& results, const RecordedMotion& motion) {
+                           const std::vector<drills::DrillResult>& results,
+                           const RecordedMotion& motion) {
   const Evidence evidence{question, motion, plans, results};
   OutageReport report;
   report.reference =
@@ -257,4 +261,4 @@ OutageReport judge_outages(const OutageQuestion& question, const std::vector<Out
   return report;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::studies

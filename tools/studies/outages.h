@@ -12,7 +12,7 @@
 #include "tools/studies/dead_reckoning.h"
 #include "tools/studies/outage_plan.h"
 
-namespace rcs::tools {
+namespace rcs::studies {
 
 /// Who says where the vehicle is when the outage ends. All but WM carry on from WM's belief at its
 /// beginning, by what was learnt of the sensors until then.
@@ -29,7 +29,7 @@ struct OutageError {
 
 struct OutageFinding {
   std::size_t variant = 0;  ///< as OutagePlan::variant
-  DrillWindow window;
+  drills::DrillWindow window;
   std::string failed;  ///< why there are no errors; empty: there are
   double driven_m = 0.0;
   std::optional<OutageError> at_begin;                        ///< WM's
@@ -57,8 +57,8 @@ struct ClosureFinding {
 
 /// How GPS fared without any cut.
 struct UncutFinding {
-  double trusted_share = 0.0;          ///< of the drive since `from_s`
-  std::vector<DrillEvent> complaints;  ///< warnings and worse
+  double trusted_share = 0.0;                  ///< of the drive since `from_s`
+  std::vector<drills::DrillEvent> complaints;  ///< warnings and worse
 };
 
 struct OutageReport {
@@ -72,7 +72,7 @@ struct OutageReport {
 /// @param plans, results  of the same order: what was to be run and what came of it
 [[nodiscard]] OutageReport judge_outages(const OutageQuestion& question,
                                          const std::vector<OutagePlan>& plans,
-                                         const std::vector<DrillResult>& results,
+                                         const std::vector<drills::DrillResult>& results,
                                          const RecordedMotion& motion);
 
-}  // namespace rcs::tools
+}  // namespace rcs::studies

@@ -8,7 +8,7 @@
 #include "tools/base/statistics.h"
 #include "tools/drills/drill_output.h"
 
-namespace rcs::tools {
+namespace rcs::studies {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -19,7 +19,7 @@ std::string name_of(std::size_t teller) {
 
 std::string median_and_worst(const std::vector<double>& values) {
   if (values.empty()) return "-";
-  const Summary s = summarize(values);
+  const tools::Summary s = tools::summarize(values);
   return fmt::format("{:.2f} / {:.2f}", s.p50, s.max);
 }
 
@@ -91,14 +91,14 @@ Json error_json(const std::optional<OutageError>& e) {
 
 Json summary_json(const std::vector<double>& values) {
   if (values.empty()) return nullptr;
-  const Summary s = summarize(values);
+  const tools::Summary s = tools::summarize(values);
   return {{"count", s.count}, {"median", s.p50}, {"worst", s.max}};
 }
 
 Json finding_json(const OutageReport& report, const OutageFinding& f) {
   Json j = {{"sources", report.variants[f.variant]},
-            {"begin_s", f.window.begin_s},
-            {"length_s", f.window.length_s()}};
+                        {"begin_s", f.window.begin_s},
+                        {"length_s", f.window.length_s()}};
   if (!f.failed.empty()) {
     j["failed"] = f.failed;
     return j;
@@ -109,18 +109,18 @@ Json finding_json(const OutageReport& report, const OutageFinding& f) {
     if (f.at_end[t]) j["at_end"][name_of(t)] = error_json(f.at_end[t]);
   }
   j["claimed_sigma_m"] = f.sigma_m;
-  j["to_next_fix_m"] = number_or_null(f.to_fix_m);
-  j["next_fix_sigma_m"] = number_or_null(f.fix_sigma_m);
-  j["gps_back_after_s"] = number_or_null(f.back_after_s);
+  j["to_next_fix_m"] = drills::number_or_null(f.to_fix_m);
+  j["next_fix_sigma_m"] = drills::number_or_null(f.fix_sigma_m);
+  j["gps_back_after_s"] = drills::number_or_null(f.back_after_s);
   if (f.at_log_end) j["at_log_end"] = error_json(f.at_log_end);
   return j;
 }
 
 }  // namespace
 
-Table outage_table(const OutageReport& report) {
+report::Table outage_table(const OutageReport& report) {
   const std::vector<std::size_t> tellers = tellers_of(report);
-  Table t{{"GPS away", "places", "driven [m]"}, {}};
+  report::Table t{{"GPS away", "places", "driven [m]"}, {}};
   for (const std::size_t k : tellers) t.header.push_back(name_of(k) + " [m]");
   for (const char* title : {"WM claims [m]", "to next fix [m]", "GPS back [s]"}) {
     t.header.emplace_back(title);
@@ -135,26 +135,26 @@ Table outage_table(const OutageReport& report) {
         name,
         judged(g) == g.size() ? fmt::format("{}", g.size())
                               : fmt::format("{} of {}", judged(g), g.size()),
-        driven_m.empty() ? "-" : fmt::format("{:.0f}", summarize(driven_m).p50)};
+        driven_m.empty() ? "-" : fmt::format("{:.0f}", tools::summarize(driven_m).p50)};
     for (const std::size_t k : tellers) {
-      row.push_back(
-          median_and_worst(values_of(g, [k](const OutageFinding& f) { return horizontal(f, k); })));
+      row.push_back(median_and_worst(
+          values_of(g, [k](const OutageFinding& f) { return horizontal(f, k); })));
     }
     row.push_back(median_and_worst(values_of(g, [](const OutageFinding& f) {
       return f.failed.empty() ? std::optional<double>(f.sigma_m) : std::nullopt;
     })));
-    row.push_back(
-        median_and_worst(values_of(g, [](const OutageFinding& f) { return f.to_fix_m; })));
+    row.push_back(median_and_worst(
+        values_of(g, [](const OutageFinding& f) { return f.to_fix_m; })));
     row.push_back(back_text(g));
     t.rows.push_back(std::move(row));
   }
   return t;
 }
 
-Table cut_table(const OutageReport& report) {
-  Table t{{"who tells", "off at the end [m]", "up [m]", "heading [deg]", "at the log's end [m]",
-           "start to end [m]"},
-          {}};
+report::Table cut_table(const OutageReport& report) {
+  report::Table t{{"who tells", "off at the end [m]", "up [m]", "heading [deg]",
+                   "at the log's end [m]", "start to end [m]"},
+                  {}};
   for (std::size_t i = 0; i < report.findings.size(); ++i) {
     const OutageFinding& f = report.findings[i];
     for (std::size_t k = 0; k < kTellers; ++k) {
@@ -182,14 +182,14 @@ Table cut_table(const OutageReport& report) {
 
 Json to_json(const OutageReport& report) {
   Json j = {{"reference", report.reference},
-            {"gps_trusted_uncut", report.uncut.trusted_share},
-            {"groups", Json::array()},
-            {"outages", Json::array()}};
+                        {"gps_trusted_uncut", report.uncut.trusted_share},
+                        {"groups", Json::array()},
+                        {"outages", Json::array()}};
   for (const Group& g : grouped(report)) {
     Json group = {{"sources", report.variants[g.front()->variant]},
-                  {"length_s", g.front()->window.length_s()},
-                  {"places", g.size()},
-                  {"judged", judged(g)}};
+                              {"length_s", g.front()->window.length_s()},
+                              {"places", g.size()},
+                              {"judged", judged(g)}};
     for (std::size_t k = 0; k < kTellers; ++k) {
       const std::vector<double> values =
           values_of(g, [k](const OutageFinding& f) { return horizontal(f, k); });
@@ -197,24 +197,24 @@ Json to_json(const OutageReport& report) {
     }
     group["to_next_fix_m"] =
         summary_json(values_of(g, [](const OutageFinding& f) { return f.to_fix_m; }));
-    group["gps_back_after_s"] =
-        summary_json(values_of(g, [](const OutageFinding& f) { return f.back_after_s; }));
+    group["gps_back_after_s"] = summary_json(
+        values_of(g, [](const OutageFinding& f) { return f.back_after_s; }));
     j["groups"].push_back(std::move(group));
   }
   for (const OutageFinding& f : report.findings) j["outages"].push_back(finding_json(report, f));
   for (const ClosureFinding& c : report.closures) {
     Json closure = {{"sources", report.variants[c.variant]},
-                    {"fixes_m", number_or_null(c.fixes_m)}};
+                                {"fixes_m", drills::number_or_null(c.fixes_m)}};
     for (std::size_t k = 0; k < kTellers; ++k) {
       if (c.m[k]) closure["start_to_end_m"][name_of(k)] = *c.m[k];
     }
     j["closures"].push_back(std::move(closure));
   }
-  for (const DrillEvent& event : report.uncut.complaints) {
+  for (const drills::DrillEvent& event : report.uncut.complaints) {
     j["warnings_uncut"].push_back(
         {{"node", event.node}, {"code", event.code}, {"text", event.text}});
   }
   return j;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::studies

@@ -6,12 +6,12 @@
 #include "tools/report/table.h"
 #include "tools/studies/outages.h"
 
-namespace rcs::tools {
+namespace rcs::studies {
 
 /// One row for each length and variant: median and worst.
-[[nodiscard]] Table outage_table(const OutageReport& report);
+[[nodiscard]] report::Table outage_table(const OutageReport& report);
 /// One row for each teller of a cut.
-[[nodiscard]] Table cut_table(const OutageReport& report);
+[[nodiscard]] report::Table cut_table(const OutageReport& report);
 [[nodiscard]] nlohmann::ordered_json to_json(const OutageReport& report);
 
-}  // namespace rcs::tools
+}  // namespace rcs::studies

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace rcs::tools {
+namespace rcs::studies {
 namespace {
 
 constexpr Offset kNavigation = {0.3, radians(1.0)};
@@ -100,4 +100,4 @@ Offset error_of(const Pose& truth, const Pose& answer) {
 
 bool is_success(const Offset& error) { return error.m < 0.1 && error.rad < radians(0.5); }
 
-}  // namespace rcs::tools
+}  // namespace rcs::studies

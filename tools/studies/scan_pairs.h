@@ -9,7 +9,7 @@
 #include "rcs/base/points.h"
 #include "rcs/base/pose.h"
 
-namespace rcs::tools {
+namespace rcs::studies {
 
 struct ScanPair {
   int model = 0;  ///< numbers of the scans
@@ -65,4 +65,4 @@ struct Offset {
 /// Below 0.1 m and 0.5 deg.
 [[nodiscard]] bool is_success(const Offset& error);
 
-}  // namespace rcs::tools
+}  // namespace rcs::studies

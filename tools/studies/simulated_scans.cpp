@@ -3,7 +3,7 @@
 #include "rcs/base/check.h"
 #include "sim/vehicle/scripted_drive.h"
 
-namespace rcs::tools {
+namespace rcs::studies {
 namespace {
 
 constexpr double kReach_m = 20.0;  // of the world beyond the LADAR's range
@@ -101,4 +101,4 @@ ScanSet simulate_scans(const sim::Scenario& scenario, int models) {
   return set;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::studies

@@ -5,7 +5,7 @@
 #include "sim/scenario.h"
 #include "tools/studies/scan_pairs.h"
 
-namespace rcs::tools {
+namespace rcs::studies {
 
 /// The scenario's range imager, whose points are in the frame of its mount.
 [[nodiscard]] sp::LadarParams ladar_in_mount(const sim::Scenario& scenario);
@@ -17,4 +17,4 @@ namespace rcs::tools {
 /// frame of the LADAR's mount at the middle of its time. The mount has no error.
 [[nodiscard]] ScanSet simulate_scans(const sim::Scenario& scenario, int models);
 
-}  // namespace rcs::tools
+}  // namespace rcs::studies

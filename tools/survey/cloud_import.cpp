@@ -14,7 +14,7 @@
 #include "tools/survey/survey_crs.h"
 #include "tools/survey/survey_frame.h"
 
-namespace rcs::tools {
+namespace rcs::survey {
 namespace {
 
 constexpr int kLowNoise = 7;
@@ -28,8 +28,8 @@ class Survey {
 
   Outcome open() {
     for (const std::string& path : wanted_.paths) {
-      Result<std::unique_ptr<SurveyPointFile>> file =
-          open_survey_points(path, wanted_.class_column);
+      Result<std::unique_ptr<clouds::SurveyPointFile>> file =
+          clouds::open_survey_points(path, wanted_.class_column);
       if (!file) return file.error();
       files_.push_back(std::move(file).value());
       if (Outcome read = read_crs(path); !read) return read;
@@ -47,7 +47,7 @@ class Survey {
   /// All points once, block by block. @param take  gets them to change as it likes
   template <class F>
   Outcome read(const F& take) {
-    SurveyPoints block;
+    clouds::SurveyPoints block;
     std::int64_t seen = 0;
     for (std::size_t k = 0; k < files_.size(); ++k) {
       Outcome done = files_[k]->rewind();
@@ -85,7 +85,7 @@ class Survey {
 
   const CloudImport& wanted_;
   const std::function<bool(double)>& progress_;
-  std::vector<std::unique_ptr<SurveyPointFile>> files_;
+  std::vector<std::unique_ptr<clouds::SurveyPointFile>> files_;
   std::optional<OGRSpatialReference> crs_;
   std::int64_t points_ = 0;
   double from_ = 0.0;
@@ -107,7 +107,7 @@ class Importer {
     const MapLevel level{wanted_.cell_m, Vec2::Zero(), wanted_.quality.bias_sigma_m,
                          wanted_.quality.bias_correlation_m};
     // Before the long work: it may not be written there.
-    Result<MapWriter> writer = MapWriter::create(map, frame_->map(), {level});
+    Result<mapping::MapWriter> writer = mapping::MapWriter::create(map, frame_->map(), {level});
     if (!writer) return writer.error();
     done = find_surface();
     if (done) done = measure(level);
@@ -127,7 +127,7 @@ class Importer {
     survey_.expect(0.0, 0.2);
     Vec2 low = Vec2::Constant(std::numeric_limits<double>::infinity());
     Vec2 high = -low;
-    Outcome read = survey_.read([&](const SurveyPoints* block) -> Outcome {
+    Outcome read = survey_.read([&](const clouds::SurveyPoints* block) -> Outcome {
       for (std::size_t k = 0; k < block->size(); ++k) {
         ++out_.points;
         const std::int16_t klass = block->klass[k];
@@ -136,7 +136,7 @@ class Importer {
         } else if (is_noise(klass)) {
           ++out_.noise;
         } else {
-          if (klass != kNoClass) ++out_.by_class[static_cast<std::size_t>(klass)];
+          if (klass != clouds::kNoClass) ++out_.by_class[static_cast<std::size_t>(klass)];
           const Vec2 p(block->x[k], block->y[k]);
           low = low.cwiseMin(p);
           high = high.cwiseMax(p);
@@ -171,14 +171,14 @@ class Importer {
   /// pulse's returns.
   template <class F>
   Outcome read_candidates(const F& take) {
-    return survey_.read([&](SurveyPoints* block) -> Outcome {
+    return survey_.read([&](clouds::SurveyPoints* block) -> Outcome {
       std::size_t n = 0;
       for (std::size_t k = 0; k < block->size(); ++k) {
         const std::int16_t klass = block->klass[k];
         if (block->invalid[k] != 0 || is_noise(klass)) continue;
-        const bool fits = out_.by_classes
-                              ? klass != kNoClass && ground_class_[static_cast<std::size_t>(klass)]
-                              : block->last[k] != 0;
+        const bool fits = out_.by_classes ? klass != clouds::kNoClass &&
+                                                ground_class_[static_cast<std::size_t>(klass)]
+                                          : block->last[k] != 0;
         if (!fits) continue;
         block->x[n] = block->x[k];
         block->y[n] = block->y[k];
@@ -251,21 +251,22 @@ class Importer {
     survey_.expect(0.2, 0.55);
     bool one = false;
     Outcome read = read_candidates([&](const Vec3& p) -> Outcome {
-      if (p.allFinite()) lower(&surface_, p);
+      if (p.allFinite()) mapping::lower(&surface_, p);
       one = one || p.allFinite();
       return Done{};
     });
     if (!read) return read;
     if (!one) return Error{name() + ": not one point of the ground is known"};
-    if (!out_.by_classes) surface_ = bare_earth(surface_, wanted_.bare_earth);
-    surface_ = smoothed(bridged(surface_));
+    if (!out_.by_classes) surface_ = mapping::bare_earth(surface_, wanted_.bare_earth);
+    surface_ = mapping::smoothed(mapping::bridged(surface_));
     return Done{};
   }
 
   Outcome measure(const MapLevel& level) {
-    ground_ = std::make_unique<SurveyGround>(
-        level, &surface_,
-        out_.by_classes ? SurveyGround::Above::kNoise : SurveyGround::Above::kPlants);
+    ground_ = std::make_unique<mapping::SurveyGround>(level, &surface_,
+                                                      out_.by_classes
+                                                          ? mapping::SurveyGround::Above::kNoise
+                                                          : mapping::SurveyGround::Above::kPlants);
     survey_.expect(0.55, 0.9);
     Outcome read = read_candidates([&](const Vec3& p) -> Outcome {
       if (!p.allFinite()) {
@@ -273,7 +274,7 @@ class Importer {
         return Done{};
       }
       if (!out_.by_classes) {
-        const SurfaceHere here = surface_at(surface_, p.x(), p.y());
+        const mapping::SurfaceHere here = mapping::surface_at(surface_, p.x(), p.y());
         if (std::abs(p.z() - here.z_m) > ground_reach(wanted_.bare_earth, here)) return Done{};
       }
       ground_->add(p);
@@ -288,7 +289,7 @@ class Importer {
     return Done{};
   }
 
-  Outcome write(MapWriter* writer) {
+  Outcome write(mapping::MapWriter* writer) {
     for (const Cell number : ground_->tiles()) {
       Raster tile = ground_->tile(number);
       tile.date = {static_cast<std::uint16_t>(wanted_.quality.date)};
@@ -306,7 +307,7 @@ class Importer {
   Vec2 low_, high_;  // of the points, in the files' coordinates
   std::optional<SurveyFrame> frame_;
   Raster surface_;
-  std::unique_ptr<SurveyGround> ground_;
+  std::unique_ptr<mapping::SurveyGround> ground_;
   CloudImported out_;
 };
 
@@ -319,4 +320,4 @@ Result<CloudImported> import_cloud(const CloudImport& wanted, const std::string&
   return Importer(wanted, progress).import(map);
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::survey

@@ -14,7 +14,7 @@
 #include "tools/survey/npy_raster.h"
 #include "tools/survey/survey_coordinates.h"
 
-namespace rcs::tools {
+namespace rcs::survey {
 
 struct CloudImport : SurveyCoordinates {
   std::vector<std::string> paths;  ///< of one survey, in one coordinate reference system
@@ -23,7 +23,7 @@ struct CloudImport : SurveyCoordinates {
   /// point is of one of them, the ground is found by its shape (bare_earth()).
   std::vector<int> ground_classes = {2, 8};
   bool ignore_classes = false;  ///< the ground is found by its shape anyway
-  BareEarthParams bare_earth;
+  mapping::BareEarthParams bare_earth;
   double cell_m = 1.0;        ///< of the map, [0.05, 100]
   double memory_bytes = 4e9;  ///< at most
   SurveyQuality quality;
@@ -39,7 +39,7 @@ struct CloudImported {
   std::int64_t unplaced = 0;    ///< where the projection or the geoid's grid does not reach
   std::int64_t not_ground = 0;  ///< the rest but the ground's
   std::array<std::int64_t, 256> by_class{};
-  SurveyGroundFigures ground;
+  mapping::SurveyGroundFigures ground;
 };
 
 /// Writes the map. Its axes are east, north and up at the middle of the points' extent; the
@@ -51,4 +51,4 @@ struct CloudImported {
 [[nodiscard]] Result<CloudImported> import_cloud(const CloudImport& wanted, const std::string& map,
                                                  const std::function<bool(double)>& progress);
 
-}  // namespace rcs::tools
+}  // namespace rcs::survey

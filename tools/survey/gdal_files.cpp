@@ -4,7 +4,7 @@
 #include <gdal_frmts.h>
 #include <ogr_srs_api.h>
 
-namespace rcs::tools {
+namespace rcs::survey {
 
 void register_formats() {
   // GDALAllRegister() would add formats that name other files and servers.
@@ -25,4 +25,4 @@ void register_formats() {
   OSRSetPROJEnableNetwork(0);
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::survey

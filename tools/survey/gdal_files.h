@@ -13,7 +13,7 @@
 #include "rcs/base/result.h"
 #include "tools/base/files.h"
 
-namespace rcs::tools {
+namespace rcs::survey {
 
 /// Registers the formats of kRasterFormats and those that are written with GDAL, and no other:
 /// neither virtual rasters, which read any file that they name, nor anything that reads from a
@@ -57,7 +57,7 @@ inline constexpr char kInMemory[] = "/vsimem/rcs_output";
   if (!created || !file || CPLGetLastErrorType() >= CE_Failure) {
     return Error{path + ": " + gdal_says()};
   }
-  return write_text(path, {reinterpret_cast<const char*>(file.get()), bytes});
+  return tools::write_text(path, {reinterpret_cast<const char*>(file.get()), bytes});
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::survey

@@ -11,7 +11,7 @@
 #include "tools/base/files.h"
 #include "tools/survey/gdal_files.h"
 
-namespace rcs::tools {
+namespace rcs::survey {
 namespace {
 
 /// The nearest rank to a share of the values; puts them into another order.
@@ -25,7 +25,7 @@ float rank(double share, std::vector<float>* values) {
 
 /// Calls with each tile of a level of `a`, and the same cells of `b`.
 template <class F>
-Outcome for_each_tile(const MapFolder& a, int level, MapResampler* b, const Going& going,
+Outcome for_each_tile(const MapFolder& a, int level, mapping::MapResampler* b, const Going& going,
                       const F& with) {
   const std::vector<MapTileEntry>& tiles = a.index().levels[static_cast<std::size_t>(level)].tiles;
   std::vector<std::uint8_t> buffer;
@@ -44,7 +44,7 @@ Outcome for_each_tile(const MapFolder& a, int level, MapResampler* b, const Goin
   return Done{};
 }
 
-Error nothing_common(const MapFolder& a, const MapResampler& b) {
+Error nothing_common(const MapFolder& a, const mapping::MapResampler& b) {
   return Error{fmt::format("{} and {}: no cell that both know", a.path(), b.map().path())};
 }
 
@@ -99,7 +99,7 @@ MapDifference Differences::figures() const {
   return f;
 }
 
-Result<MapDifference> difference_of(const MapFolder& a, int level, MapResampler* b,
+Result<MapDifference> difference_of(const MapFolder& a, int level, mapping::MapResampler* b,
                                     const Going& going) {
   Differences all;
   const Outcome done = for_each_tile(
@@ -110,7 +110,7 @@ Result<MapDifference> difference_of(const MapFolder& a, int level, MapResampler*
   return figures;
 }
 
-Result<Raster> difference_raster(const MapFolder& a, int level, MapResampler* b,
+Result<Raster> difference_raster(const MapFolder& a, int level, mapping::MapResampler* b,
                                  const Going& going) {
   constexpr std::int64_t kMostCells = std::int64_t{1} << 26;
   const MapLevelIndex& index = a.index().levels[static_cast<std::size_t>(level)];
@@ -204,4 +204,4 @@ Outcome write_difference(const Raster& difference, double range_m, const std::st
   return close_and_write(std::move(written), path);
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::survey

@@ -12,7 +12,7 @@
 #include "rcs/terrain/raster.h"
 #include "tools/mapping/resample.h"
 
-namespace rcs::tools {
+namespace rcs::survey {
 
 /// How many differences lie within one and two of their own standard deviations, [0, 1]. Of normal
 /// errors 0.683 and 0.954 do.
@@ -52,13 +52,13 @@ using Going = std::function<bool(double)>;
 /// @param level  of `a`: whose cells are compared
 /// @param b  opened for cells of that size
 /// @return an error when a tile can't be read, and when no cell is known to both
-[[nodiscard]] Result<MapDifference> difference_of(const MapFolder& a, int level, MapResampler* b,
-                                                  const Going& going);
+[[nodiscard]] Result<MapDifference> difference_of(const MapFolder& a, int level,
+                                                  mapping::MapResampler* b, const Going& going);
 
 /// b - a as heights of a raster, cut down to what both know.
 /// @return as above, and an error for a level of more than 2^26 cells
-[[nodiscard]] Result<Raster> difference_raster(const MapFolder& a, int level, MapResampler* b,
-                                               const Going& going);
+[[nodiscard]] Result<Raster> difference_raster(const MapFolder& a, int level,
+                                               mapping::MapResampler* b, const Going& going);
 
 /// Red, green, blue, opacity: white at 0, blue at -range_m and below, red at range_m and above;
 /// NaN is transparent.
@@ -68,4 +68,4 @@ using Going = std::function<bool(double)>;
 [[nodiscard]] Outcome write_difference(const Raster& difference, double range_m,
                                        const std::string& path);
 
-}  // namespace rcs::tools
+}  // namespace rcs::survey

@@ -15,7 +15,7 @@
 #include "tools/base/files.h"
 #include "tools/survey/gdal_files.h"
 
-namespace rcs::tools {
+namespace rcs::survey {
 namespace {
 
 constexpr std::int64_t kMostCells = std::int64_t{1} << 28;
@@ -219,4 +219,4 @@ Outcome write_hillshade(const Raster& r, const std::string& path) {
   return close_and_write(std::move(written), path);
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::survey

@@ -7,7 +7,7 @@
 #include "rcs/terrain/map_folder.h"
 #include "rcs/terrain/raster.h"
 
-namespace rcs::tools {
+namespace rcs::survey {
 
 /// All of a level's tiles as one raster.
 /// @return an error when that takes more than 2^28 cells
@@ -26,4 +26,4 @@ namespace rcs::tools {
 /// Lit from the north-west, PNG.
 [[nodiscard]] Outcome write_hillshade(const Raster& raster, const std::string& path);
 
-}  // namespace rcs::tools
+}  // namespace rcs::survey

@@ -15,7 +15,7 @@
 #include "rcs/base/byte_codec.h"
 #include "tools/base/files.h"
 
-namespace rcs::tools {
+namespace rcs::survey {
 namespace {
 
 namespace fs = std::filesystem;
@@ -182,11 +182,11 @@ Result<ImportedRaster> import_av2(const std::string& folder, const SurveyQuality
                  ": one *ground_height_surface____CITY.npy and one *img_Sim2_city.json "
                  "are due"};
   }
-  const Result<std::vector<std::uint8_t>> bytes = read_bytes(*npy);
+  const Result<std::vector<std::uint8_t>> bytes = tools::read_bytes(*npy);
   if (!bytes) return bytes.error();
   const Result<NpyArray> array = parse_npy(*bytes, *npy);
   if (!array) return array.error();
-  const Result<std::string> text = read_text(*json);
+  const Result<std::string> text = tools::read_text(*json);
   if (!text) return text.error();
   const nlohmann::json sim2 = nlohmann::json::parse(*text, nullptr, false);
   double scale = 0.0;
@@ -233,4 +233,4 @@ Result<ImportedRaster> import_av2(const std::string& folder, const SurveyQuality
   return out;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::survey

@@ -10,7 +10,7 @@
 #include "rcs/terrain/map_index.h"
 #include "rcs/terrain/raster.h"
 
-namespace rcs::tools {
+namespace rcs::survey {
 
 /// A two-dimensional array of .npy, row by row.
 struct NpyArray {
@@ -45,4 +45,4 @@ struct SurveyQuality {
 [[nodiscard]] Result<ImportedRaster> import_av2(const std::string& folder,
                                                 const SurveyQuality& quality);
 
-}  // namespace rcs::tools
+}  // namespace rcs::survey

@@ -15,7 +15,7 @@
 #include "tools/survey/gdal_files.h"
 #include "tools/survey/survey_frame.h"
 
-namespace rcs::tools {
+namespace rcs::survey {
 namespace {
 
 constexpr int kKnot = 16;  // cells between places that are transformed exactly
@@ -270,7 +270,7 @@ Result<RasterImported> import_raster(const RasterImport& wanted, const std::stri
   }
   const MapLevel level{cell_m, Vec2::Zero(), wanted.quality.bias_sigma_m,
                        wanted.quality.bias_correlation_m};
-  Result<MapWriter> writer = MapWriter::create(map, frame.map(), {level});
+  Result<mapping::MapWriter> writer = mapping::MapWriter::create(map, frame.map(), {level});
   if (!writer) return writer.error();
   const Cell low = tile_of(level.cell_at(frame.low().x(), frame.low().y()));
   const Cell high = tile_of(level.cell_at(frame.high().x(), frame.high().y()));
@@ -301,4 +301,4 @@ Result<RasterImported> import_raster(const RasterImport& wanted, const std::stri
   return out;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::survey

@@ -12,7 +12,7 @@
 #include "tools/survey/npy_raster.h"
 #include "tools/survey/survey_coordinates.h"
 
-namespace rcs::tools {
+namespace rcs::survey {
 
 /// What is read. Other formats of GDAL's may name files and servers, which it would read, too.
 constexpr const char* kRasterFormats =
@@ -43,4 +43,4 @@ struct RasterImported {
                                                    const std::string& map,
                                                    const std::function<bool(double)>& progress);
 
-}  // namespace rcs::tools
+}  // namespace rcs::survey

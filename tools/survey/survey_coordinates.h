@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-namespace rcs::tools {
+namespace rcs::survey {
 
 struct SurveyCoordinates {
   std::string crs;  ///< "EPSG:32611", if the file has none or a wrong one; empty: the file's
@@ -18,4 +18,4 @@ struct SurveyCoordinates {
   double height_unit_m = 0.0;
 };
 
-}  // namespace rcs::tools
+}  // namespace rcs::survey

@@ -9,7 +9,7 @@
 
 #include "tools/survey/gdal_files.h"
 
-namespace rcs::tools {
+namespace rcs::survey {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -76,7 +76,7 @@ class PixelTiff {
   std::vector<Entry> directory_;
 };
 
-Bytes tiff_of(const SurveyCrs& file) {
+Bytes tiff_of(const clouds::SurveyCrs& file) {
   constexpr std::uint16_t kShort = 3;
   constexpr std::uint16_t kDouble = 12;
   constexpr std::uint16_t kAscii = 2;
@@ -114,7 +114,7 @@ class MemoryFile {
 
 }  // namespace
 
-Result<std::optional<OGRSpatialReference>> survey_crs(const SurveyCrs& file) {
+Result<std::optional<OGRSpatialReference>> survey_crs(const clouds::SurveyCrs& file) {
   using Found = std::optional<OGRSpatialReference>;
   if (!file.wkt.empty()) {
     OGRSpatialReference crs;
@@ -143,4 +143,4 @@ Result<std::optional<OGRSpatialReference>> survey_crs(const SurveyCrs& file) {
   return found;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::survey

@@ -8,11 +8,11 @@
 #include "rcs/base/result.h"
 #include "tools/clouds/survey_points.h"
 
-namespace rcs::tools {
+namespace rcs::survey {
 
 /// GeoTIFF's keys are GDAL's to understand: it is shown a TIFF of one pixel that has them.
 /// @return empty: the file says none; an error, without the file's name, when what it says can't be
 ///   understood
-[[nodiscard]] Result<std::optional<OGRSpatialReference>> survey_crs(const SurveyCrs& file);
+[[nodiscard]] Result<std::optional<OGRSpatialReference>> survey_crs(const clouds::SurveyCrs& file);
 
-}  // namespace rcs::tools
+}  // namespace rcs::survey

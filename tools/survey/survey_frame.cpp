@@ -7,7 +7,7 @@
 #include <limits>
 #include <string>
 
-namespace rcs::tools {
+namespace rcs::survey {
 namespace {
 
 constexpr const char* kNoNetwork[] = {"ALLOW_NETWORK_ACCESS=NO", nullptr};
@@ -305,4 +305,4 @@ void SurveyFrame::to_map(std::vector<double>* x, std::vector<double>* y,
   }
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::survey

@@ -17,7 +17,7 @@
 #include "tools/survey/gdal_files.h"
 #include "tools/survey/survey_coordinates.h"
 
-namespace rcs::tools {
+namespace rcs::survey {
 
 /// A place of the map's frame at two heights: between such it is interpolated.
 struct Knot {
@@ -82,4 +82,4 @@ class SurveyFrame {
   Vec2 low_, high_;
 };
 
-}  // namespace rcs::tools
+}  // namespace rcs::survey

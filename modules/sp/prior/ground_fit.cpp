@@ -101,7 +101,7 @@ void find_planes(const GroundFitParams& params, GroundSubmapWorkspace* ws, Groun
   };
   for (GroundSubmap::Sample& s : submap->samples) {
     const auto [plane, fresh] =
-        ws->table.find_or_add(pack_voxel(square(s.p.x()), square(s.p.y()), 0));
+        ws->table.find_or_add(registration::pack_voxel(square(s.p.x()), square(s.p.y()), 0));
     if (fresh) {
       *plane = static_cast<std::uint32_t>(ws->planes.size());
       ws->planes.emplace_back();
@@ -148,8 +148,8 @@ void weigh_blocks(const GroundFitParams& params, GroundSubmapWorkspace* ws, Grou
   ws->member.clear();
   for (const GroundSubmap::Sample& s : submap->samples) {
     const auto [block, fresh] = ws->table.find_or_add(
-        pack_voxel(static_cast<int>(std::floor(s.p.x() / params.block_m)),
-                   static_cast<int>(std::floor(s.p.y() / params.block_m)), 0));
+        registration::pack_voxel(static_cast<int>(std::floor(s.p.x() / params.block_m)),
+                                 static_cast<int>(std::floor(s.p.y() / params.block_m)), 0));
     if (fresh) {
       *block = static_cast<std::uint32_t>(ws->counts.size());
       ws->counts.push_back(0);

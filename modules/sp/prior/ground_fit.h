@@ -43,7 +43,7 @@ struct GroundSubmapWorkspace {
     Vec3 c = Vec3::Zero();  ///< z = c0 + c1 x + c2 y, about the middle of its square
     int samples = 0;
   };
-  ScanTable<std::uint32_t> table;
+  registration::ScanTable<std::uint32_t> table;
   std::vector<int> counts;
   std::vector<std::uint32_t> member;
   std::vector<Plane> planes;

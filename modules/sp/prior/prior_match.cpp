@@ -61,10 +61,11 @@ struct Sums {
 
 /// The pose's part, whatever the last unknown is: the Schur complement.
 /// @param last_information  what is known of it beforehand: it is about 0
-NormalEquations of_pose(const Mat7& H, const Vec7& b, double weight, double last_information) {
+registration::NormalEquations of_pose(const Mat7& H, const Vec7& b, double weight,
+                                      double last_information) {
   const double last = H(6, 6) + last_information;
   const Vec6 cross = H.row(6).head<6>();
-  NormalEquations out;
+  registration::NormalEquations out;
   out.weight = weight;
   out.H = H.topLeftCorner<6, 6>();
   out.b = b.head<6>();
@@ -94,8 +95,8 @@ Sums sum(const Points& source, const ElevationMap& map, int level, const Pose& T
     PriorMatchWorkspace::Match& m = ws->matches[i];
     m.points = nullptr;
     if (!map.sample(q.x(), q.y(), &m.ground, level)) continue;
-    const auto [points, fresh] =
-        ws->points.find_or_add(pack_voxel(m.ground.cell.i, m.ground.cell.j, m.ground.level));
+    const auto [points, fresh] = ws->points.find_or_add(
+        registration::pack_voxel(m.ground.cell.i, m.ground.cell.j, m.ground.level));
     m.points = points;
     ++*points;
     if (fresh) ++sums.cells;
@@ -200,7 +201,7 @@ double slope_noise(double stated2, std::vector<double>* differences2) {
 }
 
 Expected expected_residuals(const Points& source, const ElevationMap& map, int level,
-                            const Prediction& prediction, double min_sigma_m,
+                            const registration::Prediction& prediction, double min_sigma_m,
                             std::vector<double>* differences2) {
   constexpr std::size_t kStride = 8;
   differences2->clear();
@@ -233,7 +234,7 @@ Expected expected_residuals(const Points& source, const ElevationMap& map, int l
 }
 
 /// Of the place, the larger of both axes of the plane.
-double horizontal_sigma(const Prediction& prediction) {
+double horizontal_sigma(const registration::Prediction& prediction) {
   const Mat3 R = prediction.T_target_vehicle.rotation();
   const Mat3 place = R * prediction.covariance.topLeftCorner<3, 3>() * R.transpose();
   return std::sqrt(std::max(place(0, 0), place(1, 1)));
@@ -242,11 +243,11 @@ double horizontal_sigma(const Prediction& prediction) {
 }  // namespace
 
 PriorMatch match_prior_map(const Points& source_vehicle, const Points& standing_vehicle,
-                           const ElevationMap& map, const Prediction& prediction,
+                           const ElevationMap& map, const registration::Prediction& prediction,
                            const PriorMatchParams& params, WorkUnits granted,
                            PriorMatchWorkspace* workspace) {
   PriorMatch match;
-  Registration& out = match.registration;
+  registration::Registration& out = match.registration;
   out.T_target_vehicle = prediction.T_target_vehicle;
   out.points = static_cast<int>(source_vehicle.size());
   out.granted = granted;
@@ -279,13 +280,13 @@ PriorMatch match_prior_map(const Points& source_vehicle, const Points& standing_
   const double foliage = 1.0 / (params.foliage_m * params.foliage_m);
   Sums sums;
   Mat3 R_vehicle_map = Mat3::Identity();  // of the sums
-  NormalEquations equations;
+  registration::NormalEquations equations;
   PointSums points;
-  Observability obs;
-  out.stop = Stop::kMaxIterations;
+  registration::Observability obs;
+  out.stop = registration::Stop::kMaxIterations;
   while (out.iterations < params.max_iterations) {
     if (out.used + cost > granted) {
-      out.stop = Stop::kBudget;
+      out.stop = registration::Stop::kBudget;
       break;
     }
     if (spread_m < kSpreadEnds * expected.ground_m) spread_m = 0.0;
@@ -299,7 +300,7 @@ PriorMatch match_prior_map(const Points& source_vehicle, const Points& standing_
                           params.gate_sigma, point_spread_m, &workspace->standing);
     }
     if (sums.cells < params.min_cells || sums.pairs < params.min_cells) {
-      out.stop = Stop::kTooFew;
+      out.stop = registration::Stop::kTooFew;
       break;
     }
     equations = of_pose(sums.H, sums.b, sums.weight, foliage);
@@ -308,11 +309,11 @@ PriorMatch match_prior_map(const Points& source_vehicle, const Points& standing_
     equations.b += points.equations.b;
     equations.weight += points.equations.weight;
     equations.noise += points.equations.noise;
-    obs = observability(equations, params.min_alignment, params.max_sigma_m);
+    obs = registration::observability(equations, params.min_alignment, params.max_sigma_m);
     const Vec6 to_prediction = log_se3(T.inverse() * prediction.T_target_vehicle);
     const bool steered = out.iterations <= kSteered;
-    const Vec6 step = steered ? steered_step(equations, prior, to_prediction)
-                              : observed_step(equations, obs, to_prediction);
+    const Vec6 step = steered ? registration::steered_step(equations, prior, to_prediction)
+                              : registration::observed_step(equations, obs, to_prediction);
     const bool sure = !steered && spread_m == 0.0 && point_spread_m == 0.0;
     const double step_sigmas = std::sqrt(step.dot(equations.H * step));
     if (sure) {
@@ -324,7 +325,7 @@ PriorMatch match_prior_map(const Points& source_vehicle, const Points& standing_
     spread_m *= sinks;
     point_spread_m *= sinks;
     if (sure && damping * step_sigmas < params.step_sigma) {
-      out.stop = Stop::kConverged;
+      out.stop = registration::Stop::kConverged;
       break;
     }
   }
@@ -342,10 +343,10 @@ PriorMatch match_prior_map(const Points& source_vehicle, const Points& standing_
   out.correction_rad = correction.tail<3>().norm();
   if (!T.finite() || out.correction_m > params.max_correction_m ||
       out.correction_rad > params.max_correction_rad) {
-    out.stop = Stop::kDiverged;
+    out.stop = registration::Stop::kDiverged;
     out.T_target_vehicle = prediction.T_target_vehicle;
   }
-  if (!usable(out.stop) || out.iterations == 0) return match;
+  if (!registration::usable(out.stop) || out.iterations == 0) return match;
   // The residuals and the map's own slopes tell whether it is as good as it says. Better, and its
   // normals are, too; but no cell counts for more than it claims.
   const double expected_square = mean_square_weighed(params.robust_sigma);
@@ -359,8 +360,9 @@ PriorMatch match_prior_map(const Points& source_vehicle, const Points& standing_
     information += without_noise<6>(points.equations.H, points.equations.noise) /
                    std::clamp(by_points, 1.0, kMostScale);
   }
-  out.information = observed_part(information, obs);
-  if (out.stop == Stop::kConverged && obs.unobserved > 0) out.stop = Stop::kDegenerate;
+  out.information = registration::observed_part(information, obs);
+  if (out.stop == registration::Stop::kConverged && obs.unobserved > 0)
+    out.stop = registration::Stop::kDegenerate;
   return match;
 }
 

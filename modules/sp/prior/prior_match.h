@@ -43,16 +43,16 @@ struct PriorMatchWorkspace {
     std::uint32_t* points = nullptr;  ///< in its cell; null: the map has nothing there
     double noise = 0.0;               ///< weight, times the variance of its gradient
   };
-  ScanTable<std::uint32_t> points;  ///< by map cell
+  registration::ScanTable<std::uint32_t> points;  ///< by map cell
   std::vector<Match> matches;
   std::vector<double> differences2;  ///< of the map's gradients, from level to level
   PriorPointsWorkspace standing;
 };
 
 struct PriorMatch {
-  Registration registration;  ///< target: frame world
-  std::int64_t tile_id = 0;   ///< of the tile under the vehicle
-  double bias_sigma_m = 0.0;  ///< of the survey's slow error there
+  registration::Registration registration;  ///< target: frame world
+  std::int64_t tile_id = 0;                 ///< of the tile under the vehicle
+  double bias_sigma_m = 0.0;                ///< of the survey's slow error there
   double bias_length_m = 0.0;
 };
 
@@ -64,7 +64,7 @@ struct PriorMatch {
 /// estimates that. Deterministic. Allocates nothing once `workspace` has seen a scan as large.
 [[nodiscard]] PriorMatch match_prior_map(const Points& source_vehicle,
                                          const Points& standing_vehicle, const ElevationMap& map,
-                                         const Prediction& prediction,
+                                         const registration::Prediction& prediction,
                                          const PriorMatchParams& params, WorkUnits granted,
                                          PriorMatchWorkspace* workspace);
 

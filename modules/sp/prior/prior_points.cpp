@@ -14,9 +14,10 @@ constexpr double kFacing = 0.15;
 constexpr double kSame_m = 0.04;
 constexpr double kSame_rad = kSame_m / 30.0;
 
-VoxelKey voxel_of(const Vec3& p, double voxel_m) {
+registration::VoxelKey voxel_of(const Vec3& p, double voxel_m) {
   const Vec3 at = (p / voxel_m).array().floor();
-  return pack_voxel(static_cast<int>(at.x()), static_cast<int>(at.y()), static_cast<int>(at.z()));
+  return registration::pack_voxel(static_cast<int>(at.x()), static_cast<int>(at.y()),
+                                  static_cast<int>(at.z()));
 }
 
 bool same_place(const Pose& a, const Pose& b) {

@@ -29,14 +29,14 @@ struct PriorPointsWorkspace {
     bool found = false;
     std::uint32_t* points = nullptr;  ///< in its voxel; null: no match
   };
-  std::optional<Pose> T_searched;   ///< where `here` is from; none: not searched yet
-  ScanTable<std::uint32_t> points;  ///< by voxel
+  std::optional<Pose> T_searched;                 ///< where `here` is from; none: not searched yet
+  registration::ScanTable<std::uint32_t> points;  ///< by voxel
   std::vector<Match> matches;
 };
 
 struct PointSums {
-  NormalEquations equations;  ///< with the normals' own errors
-  double square_u = 0.0;      ///< of residuals in sigmas, weighed
+  registration::NormalEquations equations;  ///< with the normals' own errors
+  double square_u = 0.0;                    ///< of residuals in sigmas, weighed
   double weight_u = 0.0;
   int voxels = 0;  ///< with matches; if too few, the sums are empty
 };

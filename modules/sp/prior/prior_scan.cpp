@@ -15,7 +15,7 @@ void PriorScan::take(const Points& scan, const Vec3& up_vehicle, int most_standi
   if (most_standing <= 0) return;
   columns_.standing(scan, params.standing_m, &all_standing_);
   voxels_.sample(all_standing_, params.voxel_m, &standing_);
-  keep_evenly(static_cast<std::size_t>(most_standing), &standing_);
+  registration::keep_evenly(static_cast<std::size_t>(most_standing), &standing_);
 }
 
 }  // namespace rcs::sp

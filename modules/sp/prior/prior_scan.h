@@ -33,7 +33,7 @@ class PriorScan {
 
  private:
   ColumnSampler columns_;
-  VoxelSampler voxels_;
+  registration::VoxelSampler voxels_;
   Points ground_;
   Points all_standing_;
   Points standing_;

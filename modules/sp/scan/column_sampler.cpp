@@ -15,8 +15,8 @@ void ColumnSampler::sample(const Points& in, const Vec3& up_vehicle, double colu
   for (std::size_t i = 0; i < n; ++i) {
     const Vec3f p = in[i];
     const Vec3f q = level_ * p;
-    const auto [lowest, fresh] =
-        table_.find_or_add(pack_voxel(fast_floor(q.x() * per_m_), fast_floor(q.y() * per_m_), 0));
+    const auto [lowest, fresh] = table_.find_or_add(registration::pack_voxel(
+        registration::fast_floor(q.x() * per_m_), registration::fast_floor(q.y() * per_m_), 0));
     if (fresh) {
       *lowest = {static_cast<std::uint32_t>(out->size()), q.z()};
       out->push_back(p);
@@ -32,12 +32,13 @@ void ColumnSampler::sample(const Points& in, const Vec3& up_vehicle, double colu
 void ColumnSampler::standing(const Points& in, double above_m, Points* out) {
   out->clear();
   const auto above = static_cast<float>(above_m);
-  VoxelKey last = ~VoxelKey{0};
+  registration::VoxelKey last = ~VoxelKey{0};
   float least_m = 0.0F;
   for (std::size_t i = 0; i < in.size(); ++i) {
     const Vec3f p = in[i];
     const Vec3f q = level_ * p;
-    const VoxelKey key = pack_voxel(fast_floor(q.x() * per_m_), fast_floor(q.y() * per_m_), 0);
+    const registration::VoxelKey key = registration::pack_voxel(
+        registration::fast_floor(q.x() * per_m_), registration::fast_floor(q.y() * per_m_), 0);
     if (key != last) {  // neighbours in the scan are mostly of one column
       last = key;
       least_m = table_.find_or_add(key).first->height_m + above;

@@ -28,7 +28,7 @@ class ColumnSampler {
     std::uint32_t kept = 0;  // where in the output
     float height_m = 0.0F;
   };
-  ScanTable<Lowest> table_;
+  registration::ScanTable<Lowest> table_;
   Mat3f level_ = Mat3f::Identity();
   float per_m_ = 1.0F;
 };

@@ -23,8 +23,8 @@ constexpr std::array<std::string_view, 7> kDoubts = {
 
 }  // namespace
 
-Registration as_registration(const Pose& T_map_vehicle, const Mat<4>& covariance,
-                             double tilt_sigma_rad) {
+registration::Registration as_registration(const Pose& T_map_vehicle, const Mat<4>& covariance,
+                                           double tilt_sigma_rad) {
   Mat6 in_map = Mat6::Zero();
   in_map.topLeftCorner<3, 3>() = covariance.topLeftCorner<3, 3>();
   in_map.block<3, 1>(0, 5) = covariance.block<3, 1>(0, 3);
@@ -35,8 +35,8 @@ Registration as_registration(const Pose& T_map_vehicle, const Mat<4>& covariance
   Mat6 turn = Mat6::Zero();
   turn.topLeftCorner<3, 3>() = R_vehicle_map;
   turn.bottomRightCorner<3, 3>() = R_vehicle_map;
-  Registration r;
-  r.stop = Stop::kConverged;
+  registration::Registration r;
+  r.stop = registration::Stop::kConverged;
   r.T_target_vehicle = T_map_vehicle;
   r.information = Mat6(turn * in_map * turn.transpose()).ldlt().solve(Mat6::Identity());
   r.information = (0.5 * (r.information + r.information.transpose())).eval();
@@ -61,9 +61,10 @@ StartSearch::StartSearch(const SpConfig& config, const PriorTerrain& prior)
   sampler_.reserve(n);
 }
 
-std::optional<Registration> StartSearch::step(const Points& points_vehicle,
-                                              const Pose& T_level_vehicle, WorkUnits granted,
-                                              Stamp now, PriorTerrain* prior, Report* report) {
+std::optional<registration::Registration> StartSearch::step(const Points& points_vehicle,
+                                                            const Pose& T_level_vehicle,
+                                                            WorkUnits granted, Stamp now,
+                                                            PriorTerrain* prior, Report* report) {
   if (!begun_) {
     begun_ = true;
     T_level_start_ = T_level_vehicle;
@@ -80,7 +81,7 @@ std::optional<Registration> StartSearch::step(const Points& points_vehicle,
     tell(now, report);
   }
   if (status().state != RelocateState::kFound) return std::nullopt;
-  Registration found =
+  registration::Registration found =
       as_registration(status().T_map_level * T_level_vehicle,
                       relocator_->covariance_at(T_level_vehicle), params_.fit.tilt_sigma_rad);
   found.T_target_vehicle = prior->T_map_world()->inverse() * found.T_target_vehicle;

@@ -28,9 +28,10 @@ class StartSearch {
   /// While it is on: takes in a scan's points and goes on with the search.
   /// @param T_level_vehicle  upright and smooth
   /// @return once it is found, with each scan: where the vehicle is, in frame world
-  [[nodiscard]] std::optional<Registration> step(const Points& points_vehicle,
-                                                 const Pose& T_level_vehicle, WorkUnits granted,
-                                                 Stamp now, PriorTerrain* prior, Report* report);
+  [[nodiscard]] std::optional<registration::Registration> step(const Points& points_vehicle,
+                                                               const Pose& T_level_vehicle,
+                                                               WorkUnits granted, Stamp now,
+                                                               PriorTerrain* prior, Report* report);
 
  private:
   void tell(Stamp now, Report* report);
@@ -48,7 +49,8 @@ class StartSearch {
 
 /// The answer as a registration to the a priori map: all directions told, none of a prediction.
 /// @param covariance  of (x, y, z [m], yaw [rad]), map axes
-[[nodiscard]] Registration as_registration(const Pose& T_map_vehicle, const Mat<4>& covariance,
-                                           double tilt_sigma_rad);
+[[nodiscard]] registration::Registration as_registration(const Pose& T_map_vehicle,
+                                                         const Mat<4>& covariance,
+                                                         double tilt_sigma_rad);
 
 }  // namespace rcs::sp

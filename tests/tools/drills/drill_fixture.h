@@ -126,10 +126,10 @@ inline std::vector<Arrived> drain(EventSource* source) {
 }
 
 /// What arrives of the quiet drive under these stimuli.
-inline std::vector<Arrived> stimulated(const std::vector<Stimulus>& stimuli,
+inline std::vector<Arrived> stimulated(const std::vector<drills::Stimulus>& stimuli,
                                        std::uint64_t seed = 1) {
   Script script(quiet_drive());
-  StimulatedSource source(&script, stimuli, seed);
+  drills::StimulatedSource source(&script, stimuli, seed);
   return drain(&source);
 }
 
@@ -145,15 +145,15 @@ inline double time_s(Stamp stamp) { return seconds(stamp - kBegin); }
 
 /// 60 s straight east at 10 m/s: the truth, and beliefs at 50 Hz that are right, with sigma 0.1 m
 /// and 0.01 rad.
-inline DrillRecord right_record() {
-  DrillRecord r;
+inline drills::DrillRecord right_record() {
+  drills::DrillRecord r;
   r.begin = kBegin;
   r.end = kBegin + std::chrono::seconds(60);
   for (int k = 0; k <= 6000; ++k) {
     const double t_s = 0.01 * k;
     r.truth.push_back({kBegin + from_seconds(t_s), {Quat::Identity(), {10.0 * t_s, 0.0, 0.0}}});
     if (k % 2 == 1) continue;
-    DrillBelief b;
+    drills::DrillBelief b;
     b.stamp = r.truth.back().stamp;
     b.T_world_vehicle = r.truth.back().T;
     b.T_local_vehicle = b.T_world_vehicle;
@@ -165,8 +165,8 @@ inline DrillRecord right_record() {
 }
 
 /// Moves the beliefs within a window; the local pose stays.
-inline void mislead(double from_s, double to_s, const Vec3& by, DrillRecord* r) {
-  for (DrillBelief& b : r->beliefs) {
+inline void mislead(double from_s, double to_s, const Vec3& by, drills::DrillRecord* r) {
+  for (drills::DrillBelief& b : r->beliefs) {
     if (time_s(b.stamp) >= from_s && time_s(b.stamp) < to_s) b.T_world_vehicle.p += by;
   }
 }

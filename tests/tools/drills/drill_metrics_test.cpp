@@ -14,26 +14,26 @@
 namespace rcs::tools::test {
 namespace {
 
-Drill gps_lost(double begin_s, double length_s) {
-  Drill drill;
+drills::Drill gps_lost(double begin_s, double length_s) {
+  drills::Drill drill;
   drill.id = "made_up";
-  Stimulus s;
+  drills::Stimulus s;
   s.begin_s = begin_s;
   s.length_s = length_s;
   drill.stimuli = {s};
   return drill;
 }
 
-Drill ramp(double begin_s, double length_s) {
-  Drill drill = gps_lost(begin_s, length_s);
-  drill.stimuli.front().kind = StimulusKind::kRamp;
+drills::Drill ramp(double begin_s, double length_s) {
+  drills::Drill drill = gps_lost(begin_s, length_s);
+  drill.stimuli.front().kind = drills::StimulusKind::kRamp;
   return drill;
 }
 
 /// Ten a second: protection levels of 2 m, limits 5 and 3 m, all trusted.
-void protect(DrillRecord* r) {
+void protect(drills::DrillRecord* r) {
   for (int k = 0; k < 600; ++k) {
-    DrillIntegrity i;
+    drills::DrillIntegrity i;
     i.stamp = kBegin + from_seconds(0.1 * k);
     i.horizontal_m = i.vertical_m = 2.0;
     i.limit_horizontal_m = 5.0;
@@ -44,25 +44,25 @@ void protect(DrillRecord* r) {
 }
 
 template <class Change>
-void integrity_within(double from_s, double to_s, DrillRecord* r, Change change) {
-  for (DrillIntegrity& i : r->integrity) {
+void integrity_within(double from_s, double to_s, drills::DrillRecord* r, Change change) {
+  for (drills::DrillIntegrity& i : r->integrity) {
     if (time_s(i.stamp) >= from_s - 0.01 && time_s(i.stamp) < to_s - 0.01) change(&i);
   }
 }
 
 /// A fix every 0.2 s, each `error` off within the window, all of them taken where `taken` says so.
 template <class Taken>
-void add_fixes(double from_s, double to_s, const Vec3& error, DrillRecord* r, Taken taken) {
+void add_fixes(double from_s, double to_s, const Vec3& error, drills::DrillRecord* r, Taken taken) {
   for (int k = 0; k < 300; ++k) {
     const double t_s = 0.2 * k;
-    DrillFix f;
+    drills::DrillFix f;
     f.stamp = f.arrival = kBegin + from_seconds(t_s);
     f.utime = to_utime(f.stamp);
     f.p_world = Vec3(10.0 * t_s, 0.0, 0.0);
     if (t_s >= from_s - 0.01 && t_s < to_s - 0.01) f.p_world += error;
     f.sigma_m = Vec3::Constant(0.3);
     r->fixes.push_back(f);
-    DrillInnovation i;
+    drills::DrillInnovation i;
     i.stamp = f.stamp;
     i.arrival = f.arrival + std::chrono::milliseconds(20);
     i.utime = f.utime;
@@ -75,8 +75,8 @@ void add_fixes(double from_s, double to_s, const Vec3& error, DrillRecord* r, Ta
 }
 
 TEST(DrillFigures, ARunThatIsRightHasNoErrors) {
-  const DrillRecord r = right_record();
-  const DrillRunFigures f = drill_figures(gps_lost(20, 20), 1, r);
+  const drills::DrillRecord r = right_record();
+  const drills::DrillRunFigures f = drills::drill_figures(gps_lost(20, 20), 1, r);
   EXPECT_LT(f.accuracy.horizontal_max_m, 1e-9);
   EXPECT_LT(f.accuracy.nees_per_dof, 1e-9);
   EXPECT_LT(f.smooth.m, 1e-9);
@@ -86,14 +86,14 @@ TEST(DrillFigures, ARunThatIsRightHasNoErrors) {
 }
 
 TEST(DrillFigures, DriftIsTheErrorAtTheEndOfTheWayDriven) {
-  DrillRecord r = right_record();
+  drills::DrillRecord r = right_record();
   // 1.2 m at the end of 20 s at 10 m/s.
-  for (DrillBelief& b : r.beliefs) {
+  for (drills::DrillBelief& b : r.beliefs) {
     const double since_s = std::clamp(time_s(b.stamp) - 20.0, 0.0, 20.0);
     b.T_world_vehicle.p.y() += 0.06 * since_s;
     b.T_world_vehicle.q = exp_so3(Vec3(0.0, 0.0, radians(0.5)));
   }
-  const DrillRunFigures f = drill_figures(gps_lost(20, 20), 1, r);
+  const drills::DrillRunFigures f = drills::drill_figures(gps_lost(20, 20), 1, r);
   ASSERT_EQ(f.outages.size(), 1U);
   EXPECT_NEAR(f.outages[0].end_m, 1.2, 0.01);
   EXPECT_NEAR(f.outages[0].drift_pct, 0.6, 0.01);
@@ -104,19 +104,19 @@ TEST(DrillFigures, DriftIsTheErrorAtTheEndOfTheWayDriven) {
 }
 
 TEST(DrillFigures, FlappingIsAsManyOutages) {
-  Drill drill = gps_lost(10, 15);
-  drill.stimuli.front().kind = StimulusKind::kFlapping;
+  drills::Drill drill = gps_lost(10, 15);
+  drill.stimuli.front().kind = drills::StimulusKind::kFlapping;
   drill.stimuli.front().count = 3;
-  const std::vector<DrillWindow> outages = gps_outages_of(drill);
+  const std::vector<drills::DrillWindow> outages = drills::gps_outages_of(drill);
   ASSERT_EQ(outages.size(), 3U);
   EXPECT_EQ(outages[1].begin_s, 16.0);
   EXPECT_EQ(outages[1].end_s, 20.0);
 }
 
 TEST(DrillFigures, PercentilesAndConsistency) {
-  DrillRecord r = right_record();
+  drills::DrillRecord r = right_record();
   mislead(20, 60.1, Vec3(0.0, 0.1, 0.2), &r);  // one sigma, and two
-  const AccuracyFigures f = accuracy(gps_lost(20, 20), DrillErrors(r));
+  const drills::AccuracyFigures f = drills::accuracy(gps_lost(20, 20), drills::DrillErrors(r));
   EXPECT_NEAR(f.cep50_m, 0.1, 1e-9);
   EXPECT_NEAR(f.cep95_m, 0.1, 1e-9);
   EXPECT_NEAR(f.vertical95_m, 0.2, 1e-9);
@@ -124,24 +124,24 @@ TEST(DrillFigures, PercentilesAndConsistency) {
 }
 
 TEST(DrillFigures, ASmoothStepIsWhatTheLastCycleDidNotPredict) {
-  DrillRecord r = right_record();
-  for (DrillBelief& b : r.beliefs) {
+  drills::DrillRecord r = right_record();
+  for (drills::DrillBelief& b : r.beliefs) {
     if (time_s(b.stamp) >= 30.0) b.T_local_vehicle.p.y() += 0.07;
   }
-  const SmoothStep step = largest_smooth_step(gps_lost(20, 20), r);
+  const drills::SmoothStep step = drills::largest_smooth_step(gps_lost(20, 20), r);
   EXPECT_NEAR(step.m, 0.07, 1e-6);
   EXPECT_NEAR(step.t_s, 30.0, 0.021);
   // The world pose may step as it likes.
   DrillRecord reset = right_record();
   mislead(30, 60, Vec3(3.0, 0.0, 0.0), &reset);
-  EXPECT_LT(largest_smooth_step(gps_lost(20, 20), reset).m, 1e-9);
+  EXPECT_LT(drills::largest_smooth_step(gps_lost(20, 20), reset).m, 1e-9);
 }
 
 TEST(DrillFigures, ThreeSecondsOutsideWithoutAnAlertAreOneMissedAlert) {
-  DrillRecord r = right_record();
+  drills::DrillRecord r = right_record();
   protect(&r);
   mislead(30, 33, Vec3(2.5, 0.0, 0.0), &r);
-  const auto f = integrity_figures(gps_lost(20, 20), r, DrillErrors(r));
+  const auto f = drills::integrity_figures(gps_lost(20, 20), r, drills::DrillErrors(r));
   ASSERT_TRUE(f.has_value());
   EXPECT_EQ(f->missed_alerts, 1);
   EXPECT_NEAR(f->within_horizontal, 1.0 - 30.0 / 400.0, 0.004);
@@ -149,114 +149,123 @@ TEST(DrillFigures, ThreeSecondsOutsideWithoutAnAlertAreOneMissedAlert) {
 }
 
 TEST(DrillFigures, AShortExcursionOrAnAlarmedOneIsNoMissedAlert) {
-  DrillRecord brief = right_record();
+  drills::DrillRecord brief = right_record();
   protect(&brief);
   mislead(30, 31.5, Vec3(0.0, 0.0, 2.5), &brief);
-  const auto f = integrity_figures(gps_lost(20, 20), brief, DrillErrors(brief));
+  const auto f = drills::integrity_figures(gps_lost(20, 20), brief, drills::DrillErrors(brief));
   EXPECT_EQ(f->missed_alerts, 0);
   EXPECT_LT(f->within_vertical, 1.0);
 
-  DrillRecord alarmed = right_record();
+  drills::DrillRecord alarmed = right_record();
   protect(&alarmed);
   mislead(30, 40, Vec3(2.5, 0.0, 0.0), &alarmed);
   integrity_within(31, 40, &alarmed,
-                   [](DrillIntegrity* i) { i->alerts = integrity_t::ALERT_HORIZONTAL; });
-  EXPECT_EQ(integrity_figures(gps_lost(20, 20), alarmed, DrillErrors(alarmed))->missed_alerts, 0);
+                   [](drills::DrillIntegrity* i) { i->alerts = integrity_t::ALERT_HORIZONTAL; });
+  EXPECT_EQ(drills::integrity_figures(gps_lost(20, 20), alarmed, drills::DrillErrors(alarmed))
+                ->missed_alerts,
+            0);
 }
 
 TEST(DrillFigures, TimeToAlertRunsFromTheBeginOfTheFalseSource) {
-  DrillRecord r = right_record();
+  drills::DrillRecord r = right_record();
   protect(&r);
-  EXPECT_FALSE(integrity_figures(ramp(20, 20), r, DrillErrors(r))->time_to_alert_s.has_value());
-  integrity_within(27.5, 50, &r, [](DrillIntegrity* i) { i->gps = integrity_t::TRUST_QUARANTINE; });
-  const auto f = integrity_figures(ramp(20, 20), r, DrillErrors(r));
+  EXPECT_FALSE(drills::integrity_figures(ramp(20, 20), r, drills::DrillErrors(r))
+                   ->time_to_alert_s.has_value());
+  integrity_within(27.5, 50, &r,
+                   [](drills::DrillIntegrity* i) { i->gps = integrity_t::TRUST_QUARANTINE; });
+  const auto f = drills::integrity_figures(ramp(20, 20), r, drills::DrillErrors(r));
   ASSERT_TRUE(f->time_to_alert_s.has_value());
   EXPECT_NEAR(*f->time_to_alert_s, 7.5, 0.11);
   // An outage is nothing that lies.
-  EXPECT_FALSE(integrity_figures(gps_lost(20, 20), r, DrillErrors(r))->alert_expected);
+  EXPECT_FALSE(
+      drills::integrity_figures(gps_lost(20, 20), r, drills::DrillErrors(r))->alert_expected);
 }
 
 TEST(DrillFigures, AnAlertIsFalseWhereNothingIsWrong) {
-  Drill drill = gps_lost(50, 2);
-  DrillRecord r = right_record();
+  drills::Drill drill = gps_lost(50, 2);
+  drills::DrillRecord r = right_record();
   protect(&r);
-  const auto alert = [](DrillIntegrity* i) { i->alerts = integrity_t::ALERT_GPS; };
+  const auto alert = [](drills::DrillIntegrity* i) { i->alerts = integrity_t::ALERT_GPS; };
   integrity_within(51, 55, &r, alert);
-  EXPECT_EQ(integrity_figures(drill, r, DrillErrors(r))->false_alerts_per_h, 0.0);
+  EXPECT_EQ(drills::integrity_figures(drill, r, drills::DrillErrors(r))->false_alerts_per_h, 0.0);
   integrity_within(30, 31, &r, alert);
   // One in the half minute between the first 20 s and the stimulus.
-  EXPECT_NEAR(integrity_figures(drill, r, DrillErrors(r))->false_alerts_per_h, 120.0, 2.0);
+  EXPECT_NEAR(drills::integrity_figures(drill, r, drills::DrillErrors(r))->false_alerts_per_h,
+              120.0, 2.0);
 }
 
 TEST(DrillFigures, AFixFarOffThatIsTakenIsAFalseAcceptance) {
   const auto all = [](double) { return true; };
-  DrillRecord r = right_record();
+  drills::DrillRecord r = right_record();
   // Total sigma: 0.316 m.
   add_fixes(30, 31, Vec3(0.0, 2.2, 0.0), &r, all);
-  EXPECT_EQ(false_acceptances(r, DrillErrors(r)).size(), 5U);
-  DrillRecord within = right_record();
+  EXPECT_EQ(drills::false_acceptances(r, drills::DrillErrors(r)).size(), 5U);
+  drills::DrillRecord within = right_record();
   add_fixes(30, 31, Vec3(0.0, 1.6, 0.0), &within, all);
-  EXPECT_TRUE(false_acceptances(within, DrillErrors(within)).empty());
-  DrillRecord refused = right_record();
+  EXPECT_TRUE(drills::false_acceptances(within, drills::DrillErrors(within)).empty());
+  drills::DrillRecord refused = right_record();
   add_fixes(30, 31, Vec3(0.0, 50.0, 0.0), &refused,
             [](double t_s) { return t_s < 29.9 || t_s > 31.1; });
-  EXPECT_TRUE(false_acceptances(refused, DrillErrors(refused)).empty());
+  EXPECT_TRUE(drills::false_acceptances(refused, drills::DrillErrors(refused)).empty());
 }
 
 TEST(DrillFigures, AFixWhoseHeightWasLeftOutCountsWithoutIt) {
-  DrillRecord r = right_record();
+  drills::DrillRecord r = right_record();
   add_fixes(30, 31, Vec3(0.0, 0.0, 33.0), &r, [](double) { return true; });
-  EXPECT_EQ(false_acceptances(r, DrillErrors(r)).size(), 5U);
-  for (DrillInnovation& i : r.innovations) i.dof = 2;
-  EXPECT_TRUE(false_acceptances(r, DrillErrors(r)).empty());
+  EXPECT_EQ(drills::false_acceptances(r, drills::DrillErrors(r)).size(), 5U);
+  for (drills::DrillInnovation& i : r.innovations) i.dof = 2;
+  EXPECT_TRUE(drills::false_acceptances(r, drills::DrillErrors(r)).empty());
 }
 
 TEST(DrillFigures, NoNumbersTakenAreAFalseAcceptance) {
-  DrillRecord r = right_record();
+  drills::DrillRecord r = right_record();
   add_fixes(30, 30.1, Vec3::Constant(std::nan("")), &r, [](double) { return true; });
-  EXPECT_EQ(false_acceptances(r, DrillErrors(r)).size(), 1U);
+  EXPECT_EQ(drills::false_acceptances(r, drills::DrillErrors(r)).size(), 1U);
 }
 
 TEST(DrillFigures, TheReturnIsCountedFromTheFirstCleanFix) {
-  DrillRecord r = right_record();
+  drills::DrillRecord r = right_record();
   // Fixes 50 m off go on for 3 s after the outage; clean ones are taken from 44 s on.
   add_fixes(40, 43, Vec3(50.0, 0.0, 0.0), &r, [](double t_s) { return t_s >= 43.99; });
-  const std::vector<GpsReturn> returns = gps_returns(gps_lost(20, 20), r, DrillErrors(r));
+  const std::vector<drills::GpsReturn> returns =
+      drills::gps_returns(gps_lost(20, 20), r, drills::DrillErrors(r));
   ASSERT_EQ(returns.size(), 1U);
   EXPECT_NEAR(returns[0].clean_s, 43.0, 0.01);
   ASSERT_TRUE(returns[0].accepted_after_s.has_value());
   EXPECT_NEAR(*returns[0].accepted_after_s, 1.0, 0.01);
 
-  DrillRecord never = right_record();
+  drills::DrillRecord never = right_record();
   add_fixes(0, 0, Vec3::Zero(), &never, [](double t_s) { return t_s < 20.0; });
-  const std::vector<GpsReturn> none = gps_returns(gps_lost(20, 20), never, DrillErrors(never));
+  const std::vector<drills::GpsReturn> none =
+      drills::gps_returns(gps_lost(20, 20), never, drills::DrillErrors(never));
   ASSERT_EQ(none.size(), 1U);
   EXPECT_FALSE(none[0].accepted_after_s.has_value());
 }
 
 TEST(DrillFigures, BaselinesAreComparedAtTheSameInstantsWithAFloor) {
-  DrillRecord r = right_record();
+  drills::DrillRecord r = right_record();
   mislead(20, 40, Vec3(0.6, 0.0, 0.0), &r);
   for (int k = 0; k < 120; ++k) {
-    DrillShadow s;
+    drills::DrillShadow s;
     s.stamp = kBegin + from_seconds(0.5 * k);
     s.kind = k % 2 == 0 ? int{shadow_t::KIND_WITHOUT_GPS} : int{shadow_t::KIND_INERTIAL};
     s.T_world_vehicle.p = Vec3(5.0 * k, k % 2 == 0 ? 0.3 : 0.01, 0.0);
     r.shadows.push_back(s);
   }
-  const Baselines b = shadow_baselines(gps_lost(20, 20), r, DrillErrors(r));
+  const drills::Baselines b = drills::shadow_baselines(gps_lost(20, 20), r, drills::DrillErrors(r));
   EXPECT_EQ(b[shadow_t::KIND_WITHOUT_LADAR].samples, 0U);
   EXPECT_EQ(b[shadow_t::KIND_WITHOUT_GPS].samples, 20U);
   EXPECT_NEAR(b[shadow_t::KIND_WITHOUT_GPS].ratio(), 2.0, 0.01);
   EXPECT_NEAR(b[shadow_t::KIND_INERTIAL].ratio(), 3.0, 0.01) << "nothing counts better than 0.2 m";
 
-  DrillRecord other = right_record();
+  drills::DrillRecord other = right_record();
   mislead(0, 60, Vec3(0.0, 1.2, 0.0), &other);
-  EXPECT_NEAR(run_baseline(gps_lost(20, 20), DrillErrors(r), other).ratio(), 0.5, 0.01);
+  EXPECT_NEAR(drills::run_baseline(gps_lost(20, 20), drills::DrillErrors(r), other).ratio(), 0.5,
+              0.01);
 }
 
 TEST(DrillFigures, InnovationsBySource) {
-  DrillRecord r = right_record();
+  drills::DrillRecord r = right_record();
   add_fixes(0, 0, Vec3::Zero(), &r, [](double t_s) { return t_s < 29.99; });
   // What the gate refused counts, or the gate would make any filter honest; what was not believed
   // whatever it said does not.
@@ -265,7 +274,7 @@ TEST(DrillFigures, InnovationsBySource) {
     r.innovations[k].nis = by_gate ? 18.0 : 1e6;
     r.innovations[k].reason = by_gate ? innovation_t::REASON_GATE : innovation_t::REASON_QUARANTINE;
   }
-  const std::map<std::string, NisFigure> nis = nis_figures(r);
+  const std::map<std::string, drills::NisFigure> nis = drills::nis_figures(r);
   EXPECT_EQ(nis.at("gps position").considered, 300U);
   EXPECT_EQ(nis.at("gps position").accepted, 150U);
   EXPECT_EQ(nis.at("gps position").gated, 200U);
@@ -274,80 +283,81 @@ TEST(DrillFigures, InnovationsBySource) {
 
 // ---- marks ---------------------------------------------------------------------------------
 
-const MarkResult& mark(const std::vector<MarkResult>& marks, std::string_view key) {
+const drills::MarkResult& mark(const std::vector<drills::MarkResult>& marks, std::string_view key) {
   return *std::find_if(marks.begin(), marks.end(),
-                       [key](const MarkResult& m) { return m.kind->key == key; });
+                       [key](const drills::MarkResult& m) { return m.kind->key == key; });
 }
 
 TEST(DrillMarks, WhatIsNotPublishedFails) {
-  Drill drill = gps_lost(20, 20);
+  drills::Drill drill = gps_lost(20, 20);
   drill.marks = {{"within_protection", 0.999}, {"missed_alerts", 0.0}, {"smooth_step_m", 0.05}};
-  DrillRecord r = right_record();
-  std::vector<MarkResult> marks = judge(drill, {drill_figures(drill, 1, r)});
-  EXPECT_EQ(mark(marks, "within_protection").verdict, Verdict::kFail);
+  drills::DrillRecord r = right_record();
+  std::vector<drills::MarkResult> marks = judge(drill, {drills::drill_figures(drill, 1, r)});
+  EXPECT_EQ(mark(marks, "within_protection").verdict, drills::Verdict::kFail);
   EXPECT_EQ(mark(marks, "within_protection").note, "not published");
-  EXPECT_EQ(mark(marks, "missed_alerts").verdict, Verdict::kFail);
-  EXPECT_EQ(mark(marks, "smooth_step_m").verdict, Verdict::kPass);
+  EXPECT_EQ(mark(marks, "missed_alerts").verdict, drills::Verdict::kFail);
+  EXPECT_EQ(mark(marks, "smooth_step_m").verdict, drills::Verdict::kPass);
   protect(&r);
-  marks = judge(drill, {drill_figures(drill, 1, r)});
-  EXPECT_EQ(mark(marks, "within_protection").verdict, Verdict::kPass);
+  marks = judge(drill, {drills::drill_figures(drill, 1, r)});
+  EXPECT_EQ(mark(marks, "within_protection").verdict, drills::Verdict::kPass);
 }
 
 TEST(DrillMarks, MedianAndRatioNeedTheirSeeds) {
-  Drill drill = gps_lost(20, 20);
+  drills::Drill drill = gps_lost(20, 20);
   drill.marks = {{"drift_pct_median", 0.5}, {"drift_pct_p95", 1.0}, {"ratio", 1.05}};
-  DrillRecord r = right_record();
+  drills::DrillRecord r = right_record();
   mislead(20, 60, Vec3(0.0, 1.2, 0.0), &r);  // 0.6 %
-  DrillRunFigures f = drill_figures(drill, 1, r);
+  drills::DrillRunFigures f = drills::drill_figures(drill, 1, r);
   f.baselines[0] = {10, 40.0, 10.0};
-  for (const auto& [seeds, drift, ratio] : {std::tuple(1, Verdict::kOpen, Verdict::kOpen),
-                                            std::tuple(5, Verdict::kFail, Verdict::kOpen),
-                                            std::tuple(20, Verdict::kFail, Verdict::kFail)}) {
-    const std::vector<DrillRunFigures> runs(static_cast<std::size_t>(seeds), f);
-    const std::vector<MarkResult> marks = judge(drill, runs);
+  for (const auto& [seeds, drift, ratio] :
+       {std::tuple(1, drills::Verdict::kOpen, drills::Verdict::kOpen),
+        std::tuple(5, drills::Verdict::kFail, drills::Verdict::kOpen),
+        std::tuple(20, drills::Verdict::kFail, drills::Verdict::kFail)}) {
+    const std::vector<drills::DrillRunFigures> runs(static_cast<std::size_t>(seeds), f);
+    const std::vector<drills::MarkResult> marks = judge(drill, runs);
     EXPECT_EQ(mark(marks, "drift_pct_median").verdict, drift) << seeds;
-    EXPECT_EQ(mark(marks, "drift_pct_p95").verdict, Verdict::kPass) << seeds;
+    EXPECT_EQ(mark(marks, "drift_pct_p95").verdict, drills::Verdict::kPass) << seeds;
     EXPECT_EQ(mark(marks, "ratio").verdict, ratio) << seeds;
     EXPECT_NEAR(*mark(marks, "ratio").value, 2.0, 1e-9);
   }
 }
 
 TEST(DrillMarks, GpsThatNeverComesBackFails) {
-  Drill drill = gps_lost(20, 20);
+  drills::Drill drill = gps_lost(20, 20);
   drill.marks = {{"accept_within_s", 5.0}};
-  DrillRecord r = right_record();
+  drills::DrillRecord r = right_record();
   add_fixes(0, 0, Vec3::Zero(), &r, [](double t_s) { return t_s < 20.0; });
-  const std::vector<MarkResult> marks = judge(drill, {drill_figures(drill, 1, r)});
-  EXPECT_EQ(marks[0].verdict, Verdict::kFail);
+  const std::vector<drills::MarkResult> marks = judge(drill, {drills::drill_figures(drill, 1, r)});
+  EXPECT_EQ(marks[0].verdict, drills::Verdict::kFail);
   EXPECT_EQ(marks[0].note, "never");
 }
 
 TEST(DrillMarks, ARunWithoutTruthPassesNothing) {
-  Drill drill = gps_lost(20, 20);
+  drills::Drill drill = gps_lost(20, 20);
   drill.marks = {{"false_acceptances", 0.0}, {"smooth_step_m", 0.05}};
-  DrillRecord r = right_record();
+  drills::DrillRecord r = right_record();
   r.truth.clear();
-  for (const MarkResult& m : judge(drill, {drill_figures(drill, 1, r)})) {
-    EXPECT_EQ(m.verdict, Verdict::kFail) << m.kind->key;
+  for (const drills::MarkResult& m : judge(drill, {drills::drill_figures(drill, 1, r)})) {
+    EXPECT_EQ(m.verdict, drills::Verdict::kFail) << m.kind->key;
   }
 }
 
 TEST(DrillOutput, JsonAndJUnitSayTheSame) {
-  DrillResult r;
+  drills::DrillResult r;
   r.drill = gps_lost(20, 20);
   r.drill.name = "A & B <made up>";
   r.drill.marks = {{"smooth_step_m", 0.05}, {"missed_alerts", 0.0}, {"ratio", 1.05}};
-  r.runs = {drill_figures(r.drill, 7, right_record())};
+  r.runs = {drills::drill_figures(r.drill, 7, right_record())};
   r.runs[0].baselines[0] = {10, 40.0, 10.0};
   r.marks = judge(r.drill, r.runs);
   const nlohmann::ordered_json j = to_json({r});
   EXPECT_EQ(j["drills"][0]["verdict"], "FAIL");
   EXPECT_EQ(j["drills"][0]["runs"][0]["seed"], 7);
   EXPECT_EQ(j["drills"][0]["runs"][0]["integrity"], "not published");
-  const std::string xml = to_junit({r});
+  const std::string xml = drills::to_junit({r});
   EXPECT_THAT(xml, testing::HasSubstr("tests=\"3\" failures=\"1\" skipped=\"1\""));
   EXPECT_THAT(xml, testing::HasSubstr("not published"));
-  EXPECT_THAT(to_text(drill_table({r})), testing::HasSubstr("FAIL"));
+  EXPECT_THAT(to_text(drills::drill_table({r})), testing::HasSubstr("FAIL"));
 }
 
 }  // namespace

@@ -17,32 +17,33 @@ class DrillRunTest : public testing::Test {
     const char* root = std::getenv("RCS_SOURCE_DIR");
     return std::string(root == nullptr ? "." : root) + "/config/" + path;
   }
-  DrillRecord run(const Drill& drill, Withheld withheld) {
-    DrillRunOptions options;
+  drills::DrillRecord run(const drills::Drill& drill, drills::Withheld withheld) {
+    drills::DrillRunOptions options;
     options.withheld = withheld;
     options.stop = [] { return false; };
-    Result<DrillRunResult> result = run_drill(drill, vehicle_.value(), &scene_, options);
+    Result<drills::DrillRunResult> result =
+        drills::run_drill(drill, vehicle_.value(), &scene_, options);
     RCS_CHECK(result.ok());
     return std::move(result->record);
   }
-  static int after(const DrillRecord& r, double t_s, int source) {
+  static int after(const drills::DrillRecord& r, double t_s, int source) {
     int count = 0;
-    for (const DrillInnovation& i : r.innovations) {
+    for (const drills::DrillInnovation& i : r.innovations) {
       const bool late = seconds(i.stamp - *r.begin) > t_s && seconds(i.stamp - *r.begin) < 11.9;
       count += late && i.source == source ? 1 : 0;
     }
     return count;
   }
 
-  Result<DrillVehicle> vehicle_ = load_drill_vehicle(config("demo3.toml"));
-  Scene scene_{SceneKey{"", config("sim/drill.toml"), "", 1}};
+  Result<drills::DrillVehicle> vehicle_ = drills::load_drill_vehicle(config("demo3.toml"));
+  drills::Scene scene_{drills::SceneKey{"", config("sim/drill.toml"), "", 1}};
 };
 
 TEST_F(DrillRunTest, ABaselineGoesWithoutItsSourceFromTheDrillsBeginOn) {
   ASSERT_TRUE(vehicle_.ok());
-  Drill drill;
-  Stimulus ramp;
-  ramp.kind = StimulusKind::kRamp;
+  drills::Drill drill;
+  drills::Stimulus ramp;
+  ramp.kind = drills::StimulusKind::kRamp;
   ramp.begin_s = 8.0;
   ramp.length_s = 2.0;
   drill.stimuli = {ramp};
@@ -51,16 +52,16 @@ TEST_F(DrillRunTest, ABaselineGoesWithoutItsSourceFromTheDrillsBeginOn) {
   constexpr int kGps = innovation_t::SOURCE_GPS_POSITION;
   constexpr int kRolling = innovation_t::SOURCE_ROLLING;
   constexpr int kOdometry = innovation_t::SOURCE_ODOMETRY;
-  const DrillRecord all = run(drill, Withheld::kNothing);
+  const drills::DrillRecord all = run(drill, drills::Withheld::kNothing);
   EXPECT_GT(after(all, 8.5, kGps), 10);
   EXPECT_GT(after(all, 8.5, kRolling), 20);
-  const DrillRecord no_gps = run(drill, Withheld::kGps);
+  const drills::DrillRecord no_gps = run(drill, drills::Withheld::kGps);
   EXPECT_EQ(after(no_gps, 8.5, kGps), 0);
   EXPECT_GT(after(no_gps, 8.5, kRolling), 20);
-  const DrillRecord no_ladar = run(drill, Withheld::kLadar);
+  const drills::DrillRecord no_ladar = run(drill, drills::Withheld::kLadar);
   EXPECT_EQ(after(no_ladar, 8.5, kRolling), 0);
   EXPECT_GT(after(no_ladar, 8.5, kGps), 10);
-  const DrillRecord inertial = run(drill, Withheld::kLadarOdometryAndGps);
+  const drills::DrillRecord inertial = run(drill, drills::Withheld::kLadarOdometryAndGps);
   EXPECT_EQ(
       after(inertial, 8.5, kGps) + after(inertial, 8.5, kRolling) + after(inertial, 8.5, kOdometry),
       0);
@@ -77,11 +78,11 @@ TEST(DrillWrongMap, IsTurnedAboutTheOriginAndShifted) {
   for (int k = 0; k < 1600; ++k) {
     right.raster.z_m.push_back(static_cast<float>(0.1 * (-97.5 + 5.0 * (k % 40))));
   }
-  const sim::PriorMap shifted = wrong_map(right, Vec3(2.0, 0.0, 1.0), 0.0);
+  const sim::PriorMap shifted = drills::wrong_map(right, Vec3(2.0, 0.0, 1.0), 0.0);
   EXPECT_EQ(shifted.raster.level.origin_m.x(), 2.0);
   EXPECT_NEAR(shifted.raster.z_m[0], right.raster.z_m[0] + 1.0F, 1e-5);
   // By a quarter it rises to the north.
-  const sim::PriorMap turned = wrong_map(right, Vec3::Zero(), radians(90.0));
+  const sim::PriorMap turned = drills::wrong_map(right, Vec3::Zero(), radians(90.0));
   const Result<ElevationMap> map = ElevationMap::from_rasters(turned.frame, {turned.raster});
   ASSERT_TRUE(map.ok());
   Elevation there;

@@ -12,15 +12,17 @@ namespace {
 using testing::ElementsAre;
 using testing::SizeIs;
 
-Stimulus from_5_to_10(StimulusKind kind, DrillSource source) {
-  Stimulus s;
+drills::Stimulus from_5_to_10(drills::StimulusKind kind, drills::DrillSource source) {
+  drills::Stimulus s;
   s.kind = kind;
   s.source = source;
   s.begin_s = 5.0;
   s.length_s = 5.0;
   return s;
 }
-Stimulus gps(StimulusKind kind) { return from_5_to_10(kind, DrillSource::kGps); }
+drills::Stimulus gps(drills::StimulusKind kind) {
+  return from_5_to_10(kind, drills::DrillSource::kGps);
+}
 
 bool inside(const Arrived& a) { return time_s(a.due) >= 5.0 && time_s(a.due) < 10.0; }
 
@@ -31,7 +33,7 @@ Vec3 place_of(const gps_fix_t& fix) {
 
 /// Fixes within the window satisfy `changed`, all others are untouched, and so is everything else.
 template <class Check>
-void expect_only_fixes_inside(const Stimulus& s, Check check) {
+void expect_only_fixes_inside(const drills::Stimulus& s, Check check) {
   const std::vector<Arrived> quiet = stimulated({});
   const std::vector<Arrived> drilled = stimulated({s});
   ASSERT_EQ(quiet.size(), drilled.size());
@@ -50,7 +52,8 @@ void expect_only_fixes_inside(const Stimulus& s, Check check) {
 TEST(DrillStimulus, NothingDoneIsNothingChanged) { EXPECT_EQ(stimulated({}), quiet_drive()); }
 
 TEST(DrillStimulus, TheSameSeedGivesTheSameMessages) {
-  Stimulus empty = from_5_to_10(StimulusKind::kEmptyFacets, DrillSource::kLadar);
+  drills::Stimulus empty =
+      from_5_to_10(drills::StimulusKind::kEmptyFacets, drills::DrillSource::kLadar);
   empty.share = 0.5;
   EXPECT_EQ(stimulated({empty}, 7), stimulated({empty}, 7));
   EXPECT_NE(stimulated({empty}, 7), stimulated({empty}, 8));
@@ -58,12 +61,13 @@ TEST(DrillStimulus, TheSameSeedGivesTheSameMessages) {
 
 TEST(DrillStimulus, ADropoutTakesItsSourceAndNoOther) {
   const std::vector<Arrived> quiet = stimulated({});
-  for (const DrillSource source :
-       {DrillSource::kGps, DrillSource::kLadar, DrillSource::kIns, DrillSource::kAll}) {
-    const std::vector<Arrived> left = stimulated({from_5_to_10(StimulusKind::kDropout, source)});
+  for (const drills::DrillSource source : {drills::DrillSource::kGps, drills::DrillSource::kLadar,
+                                           drills::DrillSource::kIns, drills::DrillSource::kAll}) {
+    const std::vector<Arrived> left =
+        stimulated({from_5_to_10(drills::StimulusKind::kDropout, source)});
     std::vector<Arrived> expected;
     for (const Arrived& a : quiet) {
-      if (!inside(a) || !speaks_on(source, a.channel)) expected.push_back(a);
+      if (!inside(a) || !drills::speaks_on(source, a.channel)) expected.push_back(a);
     }
     EXPECT_LT(left.size(), quiet.size());
     EXPECT_EQ(left, expected);
@@ -77,14 +81,15 @@ TEST(DrillStimulus, TheTruthIsNeverTouched) {
     append(kBegin + std::chrono::seconds(k), channel::kSimTruth, ins_t{}, &events);
   }
   Script script(events);
-  StimulatedSource source(&script, {from_5_to_10(StimulusKind::kDropout, DrillSource::kAll)}, 1);
+  drills::StimulatedSource source(
+      &script, {from_5_to_10(drills::StimulusKind::kDropout, drills::DrillSource::kAll)}, 1);
   const std::vector<Arrived> left = drain(&source);
   EXPECT_THAT(of_channel(left, channel::kSimTruth), SizeIs(20));
   EXPECT_THAT(of_channel(left, channel::kIns), SizeIs(15));
 }
 
 TEST(DrillStimulus, FlappingComesAndGoes) {
-  Stimulus s = gps(StimulusKind::kFlapping);
+  drills::Stimulus s = gps(drills::StimulusKind::kFlapping);
   s.on_s = 1.0;
   s.off_s = 1.5;
   s.count = 2;
@@ -96,7 +101,7 @@ TEST(DrillStimulus, FlappingComesAndGoes) {
 }
 
 TEST(DrillStimulus, AnOffsetIsSoFarInItsDirection) {
-  Stimulus s = gps(StimulusKind::kOffset);
+  drills::Stimulus s = gps(drills::StimulusKind::kOffset);
   s.offset_m = 110.0;
   s.bearing_rad = radians(90.0);  // east
   expect_only_fixes_inside(s, [](const gps_fix_t&, const gps_fix_t& fix) {
@@ -106,7 +111,7 @@ TEST(DrillStimulus, AnOffsetIsSoFarInItsDirection) {
 }
 
 TEST(DrillStimulus, AnOffsetMayBeOfOneFixAndMayDecay) {
-  Stimulus one = gps(StimulusKind::kOffset);
+  drills::Stimulus one = gps(drills::StimulusKind::kOffset);
   one.offset_m = 5.0;
   one.count = 1;
   int off = 0;
@@ -115,7 +120,7 @@ TEST(DrillStimulus, AnOffsetMayBeOfOneFixAndMayDecay) {
   }
   EXPECT_EQ(off, 1);
 
-  Stimulus settling = gps(StimulusKind::kOffset);
+  drills::Stimulus settling = gps(drills::StimulusKind::kOffset);
   settling.offset_m = 4.0;
   settling.decay_s = 4.0;
   double since_s = 0.0;
@@ -127,7 +132,7 @@ TEST(DrillStimulus, AnOffsetMayBeOfOneFixAndMayDecay) {
 
 TEST(DrillStimulus, ARampGrowsAndItsVelocityTellsOfItOrNot) {
   for (const bool with_velocity : {true, false}) {
-    Stimulus s = gps(StimulusKind::kRamp);
+    drills::Stimulus s = gps(drills::StimulusKind::kRamp);
     s.rate_mps = 2.0;
     s.bearing_rad = radians(180.0);
     s.with_velocity = with_velocity;
@@ -141,37 +146,38 @@ TEST(DrillStimulus, ARampGrowsAndItsVelocityTellsOfItOrNot) {
 }
 
 TEST(DrillStimulus, HeightSigmaNullIslandAndNoNumbers) {
-  Stimulus s = gps(StimulusKind::kHeight);
+  drills::Stimulus s = gps(drills::StimulusKind::kHeight);
   s.height_m = -33.0;
   expect_only_fixes_inside(s, [](const gps_fix_t& before, const gps_fix_t& fix) {
     EXPECT_EQ(fix.height_m, before.height_m - 33.0);
     EXPECT_EQ(fix.lat_deg, before.lat_deg);
   });
-  s = gps(StimulusKind::kSigma);
+  s = gps(drills::StimulusKind::kSigma);
   s.sigma_m = 0.02;
   expect_only_fixes_inside(s, [](const gps_fix_t& before, const gps_fix_t& fix) {
     for (const double sigma_m : fix.sigma_enu_m) EXPECT_EQ(sigma_m, 0.02);
     EXPECT_EQ(fix.lat_deg, before.lat_deg);
   });
-  expect_only_fixes_inside(gps(StimulusKind::kNullIsland),
+  expect_only_fixes_inside(gps(drills::StimulusKind::kNullIsland),
                            [](const gps_fix_t&, const gps_fix_t& fix) {
                              EXPECT_EQ(fix.lat_deg, 0.0);
                              EXPECT_EQ(fix.lon_deg, 0.0);
                            });
-  expect_only_fixes_inside(gps(StimulusKind::kNan), [](const gps_fix_t&, const gps_fix_t& fix) {
-    EXPECT_TRUE(std::isnan(fix.lat_deg) && std::isnan(fix.lon_deg) && std::isnan(fix.height_m));
-  });
+  expect_only_fixes_inside(
+      gps(drills::StimulusKind::kNan), [](const gps_fix_t&, const gps_fix_t& fix) {
+        EXPECT_TRUE(std::isnan(fix.lat_deg) && std::isnan(fix.lon_deg) && std::isnan(fix.height_m));
+      });
 }
 
 TEST(DrillStimulus, AFrozenFixHasNewStampsAndAStaleOneOldStamps) {
   // Something that changes from fix to fix.
-  Stimulus walk = gps(StimulusKind::kRamp);
+  Stimulus walk = gps(drills::StimulusKind::kRamp);
   walk.begin_s = 0.0;
   walk.length_s = 20.0;
   walk.rate_mps = 1.0;
   const std::vector<Arrived> walking = of_channel(stimulated({walk}), channel::kGpsFix);
   const std::vector<Arrived> frozen =
-      of_channel(stimulated({walk, gps(StimulusKind::kFrozen)}), channel::kGpsFix);
+      of_channel(stimulated({walk, gps(drills::StimulusKind::kFrozen)}), channel::kGpsFix);
   ASSERT_EQ(walking.size(), frozen.size());
   for (std::size_t i = 0; i < frozen.size(); ++i) {
     const auto now = walking[i].as<gps_fix_t>();
@@ -181,7 +187,7 @@ TEST(DrillStimulus, AFrozenFixHasNewStampsAndAStaleOneOldStamps) {
     EXPECT_NEAR(place_of(fix).y(), inside(frozen[i]) ? 5.0 : time_s(frozen[i].due), 0.01);
   }
 
-  Stimulus stale = gps(StimulusKind::kStale);
+  drills::Stimulus stale = gps(drills::StimulusKind::kStale);
   stale.age_s = 3.0;
   expect_only_fixes_inside(stale, [](const gps_fix_t& before, const gps_fix_t& fix) {
     EXPECT_EQ(fix.utime, before.utime - 3'000'000);
@@ -191,13 +197,14 @@ TEST(DrillStimulus, AFrozenFixHasNewStampsAndAStaleOneOldStamps) {
 
 TEST(DrillStimulus, AShareOfTheFacetsComesEmpty) {
   for (const double share : {0.0, 0.25, 1.0}) {
-    Stimulus s = from_5_to_10(StimulusKind::kEmptyFacets, DrillSource::kLadar);
+    drills::Stimulus s =
+        from_5_to_10(drills::StimulusKind::kEmptyFacets, drills::DrillSource::kLadar);
     s.length_s = 15.0;
     s.share = share;
     int empty = 0;
     int all = 0;
     for (const Arrived& a : stimulated({s})) {
-      if (!speaks_on(DrillSource::kLadar, a.channel)) continue;
+      if (!drills::speaks_on(drills::DrillSource::kLadar, a.channel)) continue;
       const bool ranges = a.channel == channel::kLadarRanges;
       const int n = ranges ? a.as<ladar_ranges_t>().n : a.as<ladar_points_t>().n;
       if (time_s(a.due) < 5.0) {
@@ -213,12 +220,12 @@ TEST(DrillStimulus, AShareOfTheFacetsComesEmpty) {
 }
 
 TEST(DrillStimulus, DustIsNearAndOnlyInFrontOfWhatIsFarther) {
-  Stimulus s = from_5_to_10(StimulusKind::kDust, DrillSource::kLadar);
+  drills::Stimulus s = from_5_to_10(drills::StimulusKind::kDust, drills::DrillSource::kLadar);
   s.share = 0.3;
   int dusty = 0;
   int all = 0;
   for (const Arrived& a : stimulated({s})) {
-    if (!inside(a) || !speaks_on(DrillSource::kLadar, a.channel)) continue;
+    if (!inside(a) || !drills::speaks_on(drills::DrillSource::kLadar, a.channel)) continue;
     std::vector<float> range_m;
     if (a.channel == channel::kLadarRanges) {
       range_m = a.as<ladar_ranges_t>().range_m;
@@ -239,7 +246,7 @@ TEST(DrillStimulus, DustIsNearAndOnlyInFrontOfWhatIsFarther) {
 }
 
 TEST(DrillStimulus, AClockJumpMovesStampsAndNotArrivals) {
-  Stimulus s = from_5_to_10(StimulusKind::kClock, DrillSource::kAll);
+  drills::Stimulus s = from_5_to_10(drills::StimulusKind::kClock, drills::DrillSource::kAll);
   s.jump_s = -10.0;
   const std::vector<Arrived> quiet = stimulated({});
   const std::vector<Arrived> drilled = stimulated({s});
@@ -260,7 +267,7 @@ TEST(DrillStimulus, AClockJumpMovesStampsAndNotArrivals) {
 }
 
 TEST(DrillStimulus, DelayedMessagesComeLaterInOrderOfArrival) {
-  Stimulus s = gps(StimulusKind::kDelay);
+  drills::Stimulus s = gps(drills::StimulusKind::kDelay);
   s.delay_ms = 230.0;
   const std::vector<Arrived> drilled = stimulated({s});
   EXPECT_THAT(drilled, SizeIs(stimulated({}).size()));
@@ -282,7 +289,7 @@ TEST(DrillStimulus, DisorderSwapsAndRepetitionDoubles) {
     }
     return out;
   };
-  Stimulus s = gps(StimulusKind::kReorder);
+  drills::Stimulus s = gps(drills::StimulusKind::kReorder);
   s.length_s = 2.0;
   std::vector<std::int64_t> expected = seqs(stimulated({}));
   std::swap(expected[10], expected[11]);
@@ -293,7 +300,7 @@ TEST(DrillStimulus, DisorderSwapsAndRepetitionDoubles) {
   s.begin_s = 19.4;
   EXPECT_THAT(stimulated({s}), SizeIs(stimulated({}).size()));
 
-  Stimulus twice = gps(StimulusKind::kRepeat);
+  drills::Stimulus twice = gps(drills::StimulusKind::kRepeat);
   twice.length_s = 1.0;
   twice.delay_ms = 100.0;
   const std::vector<std::int64_t> doubled = seqs(stimulated({twice}));

@@ -98,20 +98,20 @@ class CommaFolder : public testing::Test {
     }
   }
 
-  [[nodiscard]] SensorLog import(const CommaSetup& setup) const {
-    SensorLog log;
-    const Result<CommaTables> tables = load_comma2k19(folder_);
+  [[nodiscard]] recording::SensorLog import(const importers::CommaSetup& setup) const {
+    recording::SensorLog log;
+    const Result<importers::CommaTables> tables = importers::load_comma2k19(folder_);
     EXPECT_TRUE(tables) << (tables ? "" : tables.error().message);
     if (!tables) return log;
-    const Result<CommaCounts> counts = import_comma2k19(*tables, setup, &log);
+    const Result<importers::CommaCounts> counts = importers::import_comma2k19(*tables, setup, &log);
     EXPECT_TRUE(counts) << (counts ? "" : counts.error().message);
     return log;
   }
 
   template <class Message>
-  static std::vector<Message> all(const SensorLog& log) {
+  static std::vector<Message> all(const recording::SensorLog& log) {
     std::vector<Message> messages;
-    for (const SensorLog::Event& e : log.events()) {
+    for (const recording::SensorLog::Event& e : log.events()) {
       if (const auto* m = std::get_if<Message>(&e.message)) messages.push_back(*m);
     }
     return messages;
@@ -120,8 +120,8 @@ class CommaFolder : public testing::Test {
   std::string folder_;
 };
 
-CommaSetup true_setup() {
-  CommaSetup setup;
+importers::CommaSetup true_setup() {
+  importers::CommaSetup setup;
   setup.mount_rpy_rad = {0.0, kMountPitch_rad, kMountYaw_rad};
   setup.gps_latency_s = kLatency_s + 0.01;  // with the shortest way
   return setup;
@@ -156,7 +156,7 @@ TEST_F(CommaFolder, AtRestTheIncrementsSayOneGUpAndTurnsToTheRightAreNegative) {
 }
 
 TEST_F(CommaFolder, FixesAreStampedWhenTheyWereMeasuredThoughTheirWayVaries) {
-  const SensorLog log = import(true_setup());
+  const recording::SensorLog log = import(true_setup());
   const LocalFrame world(kStart);
   int n = 0;
   for (const gps_fix_t& m : all<gps_fix_t>(log)) {
@@ -177,11 +177,12 @@ TEST_F(CommaFolder, FixesAreStampedWhenTheyWereMeasuredThoughTheirWayVaries) {
 }
 
 TEST_F(CommaFolder, TheCheckFindsWhatTheSetupDoesNotSay) {
-  CommaSetup nothing;
+  importers::CommaSetup nothing;
   nothing.mount_rpy_rad.setZero();
   nothing.gps_latency_s = 0.0;
   const Duration span = std::chrono::seconds(20);
-  const Result<SetupCheck> found = check_setup(import(nothing), Duration::zero(), span);
+  const Result<importers::SetupCheck> found =
+      importers::check_setup(import(nothing), Duration::zero(), span);
   ASSERT_TRUE(found) << found.error().message;
   EXPECT_NEAR(found->mount_pitch_rad, kMountPitch_rad, 1e-5);
   EXPECT_NEAR(found->mount_yaw_rad, kMountYaw_rad, 1e-5);
@@ -190,13 +191,15 @@ TEST_F(CommaFolder, TheCheckFindsWhatTheSetupDoesNotSay) {
   EXPECT_LT(found->residual_along_m, 0.05);
   EXPECT_NEAR(found->raw_rms_m, std::hypot(0.11 * 12.4, 0.5), 0.1);
 
-  const Result<SetupCheck> right = check_setup(import(true_setup()), Duration::zero(), span);
+  const Result<importers::SetupCheck> right =
+      importers::check_setup(import(true_setup()), Duration::zero(), span);
   ASSERT_TRUE(right) << right.error().message;
   EXPECT_NEAR(right->mount_pitch_rad, 0.0, 1e-6);
   EXPECT_NEAR(right->mount_yaw_rad, 0.0, 1e-6);
   EXPECT_NEAR(right->gps_latency_s, 0.0, 2e-3);
 
-  const Result<SetupCheck> none = check_setup(import(nothing), span * 2, span);
+  const Result<importers::SetupCheck> none =
+      importers::check_setup(import(nothing), span * 2, span);
   ASSERT_FALSE(none);
   EXPECT_THAT(none.error().message, HasSubstr("too few"));
 }
@@ -204,10 +207,11 @@ TEST_F(CommaFolder, TheCheckFindsWhatTheSetupDoesNotSay) {
 TEST_F(CommaFolder, MistakesAreNamed) {
   const auto complaint = [this](const std::string& file, const std::string& text) {
     std::ofstream(folder_ + "/" + file) << text;
-    const Result<CommaTables> tables = load_comma2k19(folder_);
+    const Result<importers::CommaTables> tables = importers::load_comma2k19(folder_);
     if (!tables) return tables.error().message;
-    SensorLog log;
-    const Result<CommaCounts> counts = import_comma2k19(*tables, CommaSetup(), &log);
+    recording::SensorLog log;
+    const Result<importers::CommaCounts> counts =
+        importers::import_comma2k19(*tables, importers::CommaSetup(), &log);
     return counts ? std::string("accepted") : counts.error().message;
   };
   EXPECT_THAT(complaint("imu_gyro.csv", "t,wx,wy\n"), HasSubstr("imu_gyro.csv: no column 'wz'"));

@@ -24,45 +24,45 @@ constexpr const char* kGps =
     "sigma_speed_mps = 0.3\n";
 constexpr const char* kSigma = "sigma_m = [2, 3, 5]\n";
 
-Result<ImuGpsMap> map_of(const std::string& text) {
+Result<importers::ImuGpsMap> map_of(const std::string& text) {
   const Result<ParamFile> file = ParamFile::parse(text, "map.toml");
-  return file ? load_imu_gps_map(*file) : Result<ImuGpsMap>(file.error());
+  return file ? importers::load_imu_gps_map(*file) : Result<importers::ImuGpsMap>(file.error());
 }
 
-CsvTable table(const std::string& name, const std::string& text) {
-  return CsvTable::parse(text, name).value();
+tools::CsvTable table(const std::string& name, const std::string& text) {
+  return tools::CsvTable::parse(text, name).value();
 }
 
 struct Imported {
-  ImportCounts counts;
-  SensorLog log;
+  importers::ImportCounts counts;
+  recording::SensorLog log;
 
   template <class Message>
   [[nodiscard]] std::vector<Message> all() const {
     std::vector<Message> messages;
-    for (const SensorLog::Event& e : log.events()) {
+    for (const recording::SensorLog::Event& e : log.events()) {
       if (const auto* m = std::get_if<Message>(&e.message)) messages.push_back(*m);
     }
     return messages;
   }
 };
 
-Imported import(const std::string& map_text, const std::vector<CsvTable>& tables) {
+Imported import(const std::string& map_text, const std::vector<tools::CsvTable>& tables) {
   Imported out;
-  const Result<ImuGpsMap> map = map_of(map_text);
+  const Result<importers::ImuGpsMap> map = map_of(map_text);
   EXPECT_TRUE(map) << (map ? "" : map.error().message);
   if (!map) return out;
-  const Result<ImportCounts> counts = import_imu_gps(*map, tables, &out.log);
+  const Result<importers::ImportCounts> counts = importers::import_imu_gps(*map, tables, &out.log);
   EXPECT_TRUE(counts) << (counts ? "" : counts.error().message);
   if (counts) out.counts = *counts;
   return out;
 }
 
-std::string complaint(const std::string& map_text, const std::vector<CsvTable>& tables) {
-  const Result<ImuGpsMap> map = map_of(map_text);
+std::string complaint(const std::string& map_text, const std::vector<tools::CsvTable>& tables) {
+  const Result<importers::ImuGpsMap> map = map_of(map_text);
   if (!map) return map.error().message;
-  SensorLog log;
-  const Result<ImportCounts> counts = import_imu_gps(*map, tables, &log);
+  recording::SensorLog log;
+  const Result<importers::ImportCounts> counts = importers::import_imu_gps(*map, tables, &log);
   return counts ? "accepted" : counts.error().message;
 }
 
@@ -96,8 +96,8 @@ TEST(ImuGpsImport, AMountTurnsWhatTheColumnsLeaveOver) {
 }
 
 TEST(InsIntegrator, TheIncrementIsTheIntegralOfTheStraightLine) {
-  InsIntegrator integrator(from_seconds(0.2));
-  using Step = InsIntegrator::Step;
+  importers::InsIntegrator integrator(from_seconds(0.2));
+  using Step = importers::InsIntegrator::Step;
   ins_t m{};
   const auto add = [&](double t_s, double f) {
     return integrator.add(Stamp(from_seconds(t_s)), Vec3(0, 0, 1), Vec3(f, 0, 0), &m);
@@ -140,7 +140,7 @@ TEST(ImuGpsImport, MissingCellsAndBackwardStampsAreCountedAndNothingArrivesInThe
   EXPECT_EQ(ins[0].interval_us, 40'000);
   EXPECT_EQ(ins[1].utime, 500'000);
   Stamp before = Stamp::min();
-  for (const SensorLog::Event& e : in.log.events()) {
+  for (const recording::SensorLog::Event& e : in.log.events()) {
     EXPECT_GE(e.arrival, before);
     before = e.arrival;
   }
@@ -254,7 +254,7 @@ TEST(ImuGpsImport, WheelsAreTheMeanOfTheirColumns) {
 }
 
 TEST(ImuGpsImport, FilesAreFoundByTheEndsOfTheirNames) {
-  const CsvTable imu = table("imu.csv", "t,ax,ay,az,wx,wy,wz\n");
+  const tools::CsvTable imu = table("imu.csv", "t,ax,ay,az,wx,wy,wz\n");
   EXPECT_EQ(complaint(kImu, {imu}), "accepted");
   EXPECT_THAT(complaint(kImu, {table("x.csv", "t\n")}), HasSubstr("ends in 'imu.csv'"));
   EXPECT_THAT(complaint(kImu, {imu, imu}), HasSubstr("two files end in 'imu.csv'"));
@@ -302,7 +302,7 @@ TEST(ImuGpsMap, ShippedMapsLoad) {
     const Result<ParamFile> file = ParamFile::load(std::string(source == nullptr ? "." : source) +
                                                    "/config/import/" + name + ".toml");
     ASSERT_TRUE(file) << file.error().message;
-    const Result<ImuGpsMap> map = load_imu_gps_map(*file);
+    const Result<importers::ImuGpsMap> map = importers::load_imu_gps_map(*file);
     ASSERT_TRUE(map) << map.error().message;
     EXPECT_TRUE(map->imu && map->gps) << name;
   }

@@ -58,10 +58,10 @@ class PlayCommand : public RcsCommand {
            bool publish_too = false) {
     std::vector<std::string> arguments = {"play", log_};
     arguments.insert(arguments.end(), options.begin(), options.end());
-    Result<tools::ChildProcess> child =
-        tools::ChildProcess::start(variable("RCS_BIN_DIR") + "/rcs", arguments);
+    Result<cli::ChildProcess> child =
+        cli::ChildProcess::start(variable("RCS_BIN_DIR") + "/rcs", arguments);
     RCS_CHECK(child.ok());
-    std::optional<tools::Exit> exit;
+    std::optional<cli::Exit> exit;
     while (!exit) {
       static_cast<void>(timeline_->advance(timeline_->now() + from_seconds(0.02)));
       if (publish_too) bus_->publish(channel::kIns, kMine, sizeof kMine);

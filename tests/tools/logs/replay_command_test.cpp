@@ -95,7 +95,7 @@ TEST_F(ReplayCommand, AMapOfAnotherPlaceIsAFailure) {
   ASSERT_TRUE(tile);
   MapFrame elsewhere = map->index().frame;
   elsewhere.datum.lat_rad += 0.002;  // 12 km
-  ASSERT_TRUE(write_map(folder_ + "/elsewhere", elsewhere, *tile));
+  ASSERT_TRUE(mapping::write_map(folder_ + "/elsewhere", elsewhere, *tile));
   EXPECT_EQ(replay(std::string(kDatum) + "prior_map = \"" + folder_ + "/elsewhere\"\n"), 1);
   EXPECT_THAT(messages(), HasSubstr("the a priori map does not overlap the drive"));
   EXPECT_THAT(messages(), Not(HasSubstr("contradicts")));

@@ -31,7 +31,7 @@ struct Errors {
 };
 
 struct Built {
-  GroundFigures figures;
+  mapping::GroundFigures figures;
   std::vector<Raster> tiles;
   std::int64_t seen_through = 0;
 
@@ -61,11 +61,11 @@ struct Built {
 
 Built build(const GroundScene& scene) {
   const std::vector<GroundScene::Shot> shots = scene.drive();
-  GroundSurface surface{GroundSurfaceParams()};
+  mapping::GroundSurface surface{mapping::GroundSurfaceParams()};
   for (const GroundScene::Shot& s : shots) surface.add(s.p);
   surface.finish();
-  const GroundBuilderParams params;
-  GroundBuilder builder(params, &surface);
+  const mapping::GroundBuilderParams params;
+  mapping::GroundBuilder builder(params, &surface);
   for (const GroundScene::Shot& s : shots) {
     builder.count(s.p, s.range_m);
     surface.see_through(s.from, s.p, s.scan);
@@ -168,18 +168,18 @@ TEST(MountEstimator, FindsHowTheLadarIsTurned) {
   scene.things = false;
   scene.turn = Vec3(0.0, -0.004, 0.0);
   const std::vector<GroundScene::Shot> shots = scene.drive();
-  GroundSurface surface{GroundSurfaceParams()};
+  mapping::GroundSurface surface{mapping::GroundSurfaceParams()};
   for (const GroundScene::Shot& s : shots) surface.add(s.p);
   surface.finish();
-  MountEstimator estimator(0.2);
-  const GroundBuilderParams params;
+  mapping::MountEstimator estimator(0.2);
+  const mapping::GroundBuilderParams params;
   for (const GroundScene::Shot& s : shots) {
-    const std::optional<GroundHere> here = surface.at(s.p.x(), s.p.y());
+    const std::optional<mapping::GroundHere> here = surface.at(s.p.x(), s.p.y());
     if (!here || std::abs(s.p.z() - here->z_m) > 0.12) continue;
     estimator.add(s.p_vehicle, s.T_map_vehicle, Vec6::Zero(), here->gradient, s.p.z() - here->z_m,
-                  height_sigma(params, s.range_m));
+                  mapping::height_sigma(params, s.range_m));
   }
-  const MountError found = estimator.solve();
+  const mapping::MountError found = estimator.solve();
   // Pitch lifts what is far. Roll is not told on a straight way: a place is always as far to the
   // side.
   EXPECT_NEAR(found.turn_vehicle.y(), -0.004, 0.0006);
@@ -189,17 +189,19 @@ TEST(MountEstimator, FindsHowTheLadarIsTurned) {
 }
 
 TEST(GroundLayer, APeakUnderGrassIsTheGroundAndGrassAloneIsWide) {
-  std::array<double, HeightCounts::kLayers> weight{};
+  std::array<double, mapping::HeightCounts::kLayers> weight{};
   const auto layer = [](double z) {
-    return static_cast<std::size_t>((z - HeightCounts::kLowest_m) / HeightCounts::kLayer_m);
+    return static_cast<std::size_t>((z - mapping::HeightCounts::kLowest_m) /
+                                    mapping::HeightCounts::kLayer_m);
   };
-  for (double z = 0.0; z < 0.3; z += HeightCounts::kLayer_m) weight[layer(z + 1e-6)] += 10.0;
-  std::optional<GroundLayer> g = find_ground(weight, 3.0);
+  for (double z = 0.0; z < 0.3; z += mapping::HeightCounts::kLayer_m)
+    weight[layer(z + 1e-6)] += 10.0;
+  std::optional<mapping::GroundLayer> g = mapping::find_ground(weight, 3.0);
   ASSERT_TRUE(g);
   EXPECT_GT(g->sigma_m, 0.03);
   weight[layer(-0.011)] += 40.0;
   weight[layer(0.005)] += 40.0;
-  g = find_ground(weight, 3.0);
+  g = mapping::find_ground(weight, 3.0);
   ASSERT_TRUE(g);
   EXPECT_NEAR(g->above_m, 0.0, 0.01);
   EXPECT_LT(g->sigma_m, 0.025);
@@ -207,11 +209,11 @@ TEST(GroundLayer, APeakUnderGrassIsTheGroundAndGrassAloneIsWide) {
   EXPECT_LT(g->is_ground(0.06), 0.1);
   EXPECT_EQ(g->is_ground(-0.4), 0.0);
   weight.fill(0.0);
-  EXPECT_FALSE(find_ground(weight, 3.0));
+  EXPECT_FALSE(mapping::find_ground(weight, 3.0));
 }
 
 TEST(HeightCounts, FullOnesKeepTheirShares) {
-  HeightCounts counts;
+  mapping::HeightCounts counts;
   for (int k = 0; k < 9000; ++k) {
     EXPECT_TRUE(counts.add(0.011, 16));
     if (k % 4 == 0) {
@@ -222,8 +224,9 @@ TEST(HeightCounts, FullOnesKeepTheirShares) {
   EXPECT_FALSE(counts.add(std::nan(""), 16));
   double low = 0;
   double high = 0;
-  for (int k = 0; k < HeightCounts::kLayers; ++k) {
-    (HeightCounts::middle_m(k) < 0.1 ? low : high) += counts.weight[static_cast<std::size_t>(k)];
+  for (int k = 0; k < mapping::HeightCounts::kLayers; ++k) {
+    (mapping::HeightCounts::middle_m(k) < 0.1 ? low : high) +=
+        counts.weight[static_cast<std::size_t>(k)];
   }
   EXPECT_NEAR(low / high, 4.0, 0.2);
 }

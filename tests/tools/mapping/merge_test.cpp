@@ -92,7 +92,7 @@ Errors errors_of(const Raster& r) {
 TEST(Fuse, TheMeanIsBetterThanEachAndSaysHowGoodItIs) {
   const Raster a = survey({0.3, 0.0, 0.0, 1}, {0, 0}, 200, 200);
   const Raster b = survey({0.5, 0.0, 0.0, 2}, {0, 0}, 200, 200);
-  const Fused fused = fuse({a, b});
+  const mapping::Fused fused = mapping::fuse({a, b});
   EXPECT_EQ(fused.several, 40000);
   // Beyond 4 sigma: 6e-5 of normal differences, 2.5 cells; 5 standard deviations of that more.
   EXPECT_LE(fused.changed, 10);
@@ -114,7 +114,8 @@ TEST(Fuse, SlowErrorsCountAsTheyAreClaimedAndStayCovered) {
     // Which is finer has the larger slow error: weights by sigma alone would trust it.
     const Survey one{0.1, 1.0, 1.0 * normal(rng), 2 * k + 1};
     const Survey other{0.4, 0.3, 0.3 * normal(rng), 2 * k + 2};
-    const Raster fused = fuse({survey(one, {0, 0}, 10, 10), survey(other, {0, 0}, 10, 10)}).raster;
+    const Raster fused =
+        mapping::fuse({survey(one, {0, 0}, 10, 10), survey(other, {0, 0}, 10, 10)}).raster;
     EXPECT_EQ(fused.level.bias_sigma_m, 1.0);
     inside += errors_of(fused).within_two / kPairs;
     const double s1 = 0.01 + 1.0;
@@ -134,45 +135,45 @@ TEST(Fuse, ProvenanceIsThatOfAllThatCounted) {
   b.level.bias_correlation_m = 3000.0;
   b.count = {1000};
   b.source = {CellSource::kAerial};
-  Raster fused = fuse({a, b}).raster;
+  Raster fused = mapping::fuse({a, b}).raster;
   EXPECT_EQ(fused.count[0], 65535);
   EXPECT_EQ(fused.date[0], 7100);
   EXPECT_EQ(fused.source[0], CellSource::kAerial);
   EXPECT_EQ(fused.level.bias_sigma_m, 0.2);
   EXPECT_EQ(fused.level.bias_correlation_m, 3000.0);
   b.source = {CellSource::kSensed};
-  EXPECT_EQ(fuse({a, b}).raster.source[0], CellSource::kMixed);
+  EXPECT_EQ(mapping::fuse({a, b}).raster.source[0], CellSource::kMixed);
   b.z_m = {kNone};
-  const Fused alone = fuse({a, b});
+  const mapping::Fused alone = mapping::fuse({a, b});
   EXPECT_EQ(alone.several, 0);
   EXPECT_EQ(alone.raster.z_m[0], 10.0F);
   EXPECT_EQ(alone.raster.sigma_m[0], 0.5F);
   EXPECT_EQ(alone.raster.count[0], 65000);
   EXPECT_EQ(alone.raster.source[0], CellSource::kAerial);
   a.z_m = {kNone};
-  EXPECT_TRUE(std::isnan(fuse({a, b}).raster.z_m[0]));
+  EXPECT_TRUE(std::isnan(mapping::fuse({a, b}).raster.z_m[0]));
 }
 
 TEST(Fuse, WhereTheGroundHasChangedTheNewestIsBelieved) {
   const Raster old = cell(10.0F, 0.1F, 5000);
   const Raster newer = cell(15.0F, 0.5F, 7000);
-  Fused fused = fuse({old, newer});
+  mapping::Fused fused = mapping::fuse({old, newer});
   EXPECT_EQ(fused.changed, 1);
   EXPECT_EQ(fused.raster.z_m[0], 15.0F);
   EXPECT_EQ(fused.raster.sigma_m[0], 0.5F);
   EXPECT_EQ(fused.raster.date[0], 7000);
   // Dates that say nothing: the surest.
-  EXPECT_EQ(fuse({old, cell(15.0F, 0.5F, 0)}).raster.z_m[0], 10.0F);
-  EXPECT_EQ(fuse({old, cell(15.0F, 0.5F, 5000)}).raster.z_m[0], 10.0F);
-  EXPECT_EQ(fuse({cell(10.0F, 0.1F, 0, 2.0), cell(30.0F, 0.5F, 0)}).raster.z_m[0], 30.0F)
+  EXPECT_EQ(mapping::fuse({old, cell(15.0F, 0.5F, 0)}).raster.z_m[0], 10.0F);
+  EXPECT_EQ(mapping::fuse({old, cell(15.0F, 0.5F, 5000)}).raster.z_m[0], 10.0F);
+  EXPECT_EQ(mapping::fuse({cell(10.0F, 0.1F, 0, 2.0), cell(30.0F, 0.5F, 0)}).raster.z_m[0], 30.0F)
       << "a slow error counts";
   // On either side of 4 sigma.
   const float four = 4.0F * std::hypot(0.1F, 0.5F);
-  EXPECT_EQ(fuse({old, cell(10.0F + 0.99F * four, 0.5F, 7000)}).changed, 0);
-  EXPECT_EQ(fuse({old, cell(10.0F + 1.01F * four, 0.5F, 7000)}).changed, 1);
+  EXPECT_EQ(mapping::fuse({old, cell(10.0F + 0.99F * four, 0.5F, 7000)}).changed, 0);
+  EXPECT_EQ(mapping::fuse({old, cell(10.0F + 1.01F * four, 0.5F, 7000)}).changed, 1);
   // With those that agree with it.
   const Raster also = cell(15.2F, 0.5F, 6000);
-  fused = fuse({old, newer, also});
+  fused = mapping::fuse({old, newer, also});
   EXPECT_EQ(fused.changed, 1);
   EXPECT_NEAR(fused.raster.z_m[0], 15.1, 1e-5);
 }
@@ -187,10 +188,10 @@ TEST(Fuse, OrderDoesNotMatter) {
       const float sigma_m = 0.1F + 0.1F * static_cast<float>(few(rng));
       r = cell(z(rng), sigma_m, static_cast<std::uint16_t>(few(rng)), 0.1);
     }
-    const Raster one = fuse({s[0], s[1], s[2]}).raster;
+    const Raster one = mapping::fuse({s[0], s[1], s[2]}).raster;
     for (const std::vector<Raster>& other :
          {std::vector<Raster>{s[1], s[2], s[0]}, std::vector<Raster>{s[2], s[1], s[0]}}) {
-      const Raster two = fuse(other).raster;
+      const Raster two = mapping::fuse(other).raster;
       ASSERT_NEAR(one.z_m[0], two.z_m[0], 1e-5) << k;
       ASSERT_NEAR(one.sigma_m[0], two.sigma_m[0], 1e-6) << k;
       ASSERT_EQ(one.date[0], two.date[0]) << k;
@@ -200,14 +201,16 @@ TEST(Fuse, OrderDoesNotMatter) {
 
 TEST(Resample, TheSameLatticeIsTheSameToTheLastCell) {
   Raster r = test::random_raster(3, {-5, 250}, 12, 12);
-  EXPECT_TRUE(test::same(cut(resample(r, Pose(), r.level, {-7, 248}, 16, 16), r.first, 12, 12), r));
+  EXPECT_TRUE(test::same(
+      cut(mapping::resample(r, Pose(), r.level, {-7, 248}, 16, 16), r.first, 12, 12),
+      r));
   r.z_m[40] = kNone;
-  const Raster same = resample(r, Pose(), r.level, r.first, 12, 12);
+  const Raster same = mapping::resample(r, Pose(), r.level, r.first, 12, 12);
   for (std::size_t k = 0; k < r.cells(); ++k) EXPECT_EQ(std::isnan(same.z_m[k]), k == 40);
   // Whole cells off.
   MapLevel shifted = r.level;
   shifted.origin_m += Vec2(3, -2) * r.level.cell_m;
-  const Raster other = resample(r, Pose(), shifted, {-8, 252}, 12, 12);
+  const Raster other = mapping::resample(r, Pose(), shifted, {-8, 252}, 12, 12);
   EXPECT_EQ(other.z_m[0], r.z_m[0]);
   EXPECT_EQ(other.z_m[12 * 12 - 1], r.z_m[12 * 12 - 1]);
 }
@@ -216,13 +219,13 @@ TEST(Resample, ACoarserLatticeSaysWhatItMisses) {
   const Raster rough = test::random_raster(4, {0, 0}, 240, 240);  // sigma 3 m, it says 0.3 m
   MapLevel coarse = rough.level;
   coarse.cell_m *= 3.0;
-  const Raster r = resample(rough, Pose(), coarse, {1, 1}, 78, 78);
+  const Raster r = mapping::resample(rough, Pose(), coarse, {1, 1}, 78, 78);
   // A node's own 3 m, and 1.5 m / 2 of the mean of corners that are means of four nodes.
   double square = 0.0;
   for (const float s : r.sigma_m) square += s * s / static_cast<double>(r.cells());
   EXPECT_NEAR(std::sqrt(square), std::hypot(3.0, 0.75), 0.1);
   coarse.cell_m = 1.0;
-  EXPECT_NEAR(resample(rough, Pose(), coarse, {10, 10}, 1, 1).sigma_m[0], 0.3, 1e-6);
+  EXPECT_NEAR(mapping::resample(rough, Pose(), coarse, {10, 10}, 1, 1).sigma_m[0], 0.3, 1e-6);
 }
 
 class MergeMaps : public testing::Test {
@@ -237,20 +240,21 @@ class MergeMaps : public testing::Test {
 
   [[nodiscard]] std::string at(const std::string& name) const { return path_ + "/" + name; }
   std::string write(const std::string& name, const MapFrame& frame, const Raster& r) const {
-    EXPECT_TRUE(write_map(at(name), frame, r));
+    EXPECT_TRUE(mapping::write_map(at(name), frame, r));
     return at(name);
   }
-  static Merged merged(const std::vector<std::string>& maps, const std::string& out) {
-    return *merge_maps(maps, out, [](double) { return true; });
+  static mapping::Merged merged(const std::vector<std::string>& maps, const std::string& out) {
+    return *mapping::merge_maps(maps, out, [](double) { return true; });
   }
   static std::string why_not(const std::vector<std::string>& maps, const std::string& out) {
-    const Result<Merged> done = merge_maps(maps, out, [](double) { return true; });
+    const Result<mapping::Merged> done =
+        mapping::merge_maps(maps, out, [](double) { return true; });
     return done ? "" : done.error().message;
   }
   /// The finest level as one raster.
   static Raster all_of(const std::string& map, Cell first, int width, int height) {
     const Result<MapFolder> folder = MapFolder::open(map);
-    Result<MapResampler> all = MapResampler::open(map, *folder, 0.01);
+    Result<mapping::MapResampler> all = mapping::MapResampler::open(map, *folder, 0.01);
     Result<Raster> r = all->read(folder->index().levels.front().level, first, width, height);
     return std::move(*r);
   }
@@ -273,7 +277,7 @@ TEST_F(MergeMaps, TheUnionInEitherOrderAndTheSameBytesTwice) {
   b.date = {7500};
   write("a", frame, a);
   write("b", frame, b);
-  const Merged ab = merged({at("a"), at("b")}, at("ab"));
+  const mapping::Merged ab = merged({at("a"), at("b")}, at("ab"));
   merged({at("b"), at("a")}, at("ba"));
   EXPECT_EQ(ab.cells, 2 * 400 * 300 - 150 * 220);
   EXPECT_EQ(ab.several, 150 * 220 - 1);
@@ -339,7 +343,7 @@ TEST_F(MergeMaps, OtherDatumsAndCellsAreTheSameGround) {
                      static_cast<int>(origin.y() / cell_m) - 100};
     write("here", here, survey({0.2, 0.0, 0.0, 0}, {-30, -30}, 60, 60));
     write("there", there, survey_from(here, there, cell_m, first, 200));
-    const Merged m = merged({at("here"), at("there")}, at("both"));
+    const mapping::Merged m = merged({at("here"), at("there")}, at("both"));
     EXPECT_EQ(m.changed, 0);
     EXPECT_EQ(m.several, 60 * 60);
     EXPECT_GT(m.cells, 280 * 280);  // 600 m, less where the axes are turned
@@ -357,7 +361,8 @@ TEST_F(MergeMaps, MuchFinerMapsAreReadAtTheLatticesOwnFineness) {
   const MapFrame frame = test::frame();
   const std::string fine = write("fine", frame, survey({0.1, 0.0, 0.0, 1}, {0, 0}, 600, 600, 0.5));
   const std::string coarse = write("coarse", frame, survey({1.0, 0.0, 0.0, 2}, {0, 0}, 50, 50, 10));
-  const Result<MapResampler> read = MapResampler::open(fine, *MapFolder::open(coarse), 10.0);
+  const Result<mapping::MapResampler> read =
+      mapping::MapResampler::open(fine, *MapFolder::open(coarse), 10.0);
   EXPECT_EQ(read->level().cell_m, 2.0) << "the coarsest that it has";
   merged({coarse, fine}, at("out"));
   EXPECT_LT(errors_of(all_of(at("out"), {2, 2}, 20, 20)).rms_m, 0.1) << "16 fine cells a cell";
@@ -400,7 +405,8 @@ TEST_F(MergeMaps, APriorMapFillsWhatAMapDoesNotKnow) {
   const std::string a = write("a", test::frame(), fine);
   const std::string b =
       write("b", test::frame(), survey({0.3, 0.4, 5.0}, {-100, -100}, 400, 400, 2.0));
-  const Result<Filled> filled = fill_map(a, b, at("out"), [](double) { return true; });
+  const Result<mapping::Filled> filled =
+      mapping::fill_map(a, b, at("out"), [](double) { return true; });
   ASSERT_TRUE(filled) << filled.error().message;
   EXPECT_EQ(filled->cells, 256 * 256) << "the whole tile, and no other";
   EXPECT_EQ(filled->filled, 256 * 256 - 5000);
@@ -409,7 +415,7 @@ TEST_F(MergeMaps, APriorMapFillsWhatAMapDoesNotKnow) {
   EXPECT_FLOAT_EQ(layer_at(r.sigma_m, 1), 0.02F);
   EXPECT_NEAR(r.z_m[0], ground(0.5, 0.5) + 5.0, 0.02);
   EXPECT_FLOAT_EQ(layer_at(r.sigma_m, 0), 0.5F) << "0.3 m, and 0.4 m of slow error";
-  EXPECT_EQ(fill_map(a, b, at("none"), [](double) { return false; }).error().message,
+  EXPECT_EQ(mapping::fill_map(a, b, at("none"), [](double) { return false; }).error().message,
             "interrupted");
   EXPECT_FALSE(fs::exists(at("none")));
 }
@@ -417,7 +423,7 @@ TEST_F(MergeMaps, APriorMapFillsWhatAMapDoesNotKnow) {
 TEST_F(MergeMaps, AnInterruptedOneLeavesNothing) {
   const Raster r = survey({}, {0, 0}, 600, 10);
   const std::string a = write("a", test::frame(), r), b = write("b", test::frame(), r);
-  EXPECT_EQ(merge_maps({a, b}, at("out"), [](double) { return false; }).error().message,
+  EXPECT_EQ(mapping::merge_maps({a, b}, at("out"), [](double) { return false; }).error().message,
             "interrupted");
   EXPECT_FALSE(fs::exists(at("out")));
   EXPECT_TRUE(test::beside(at("out")).empty());

@@ -16,7 +16,7 @@ constexpr double kParked_m = -6.0;  // x of the side of a car that drives off
 
 /// A vehicle drives along y between a wall, a trunk, a bush and a car that is there in some scans.
 StandingBuilder driven_past(unsigned seed) {
-  StandingBuilder builder{StandingParams{}};
+  mapping::StandingBuilder builder{mapping::StandingParams{}};
   std::mt19937 rng(seed);
   std::uniform_real_distribution<double> u(-1.0, 1.0);
   std::normal_distribution<double> noise(0.0, 0.02);
@@ -45,7 +45,7 @@ StandingBuilder driven_past(unsigned seed) {
   return builder;
 }
 
-std::vector<SurfacePoint> all_of(const StandingBuilder& builder) {
+std::vector<SurfacePoint> all_of(const mapping::StandingBuilder& builder) {
   MapLevel level;
   level.cell_m = 0.2;
   std::vector<SurfacePoint> points;
@@ -92,7 +92,7 @@ TEST(StandingBuilder, TheSameReturnsAreTheSamePoints) {
 }
 
 TEST(StandingBuilder, WhatTheGroundWasSeenUnderIsLeftOut) {
-  StandingBuilder builder{StandingParams{}};
+  mapping::StandingBuilder builder{mapping::StandingParams{}};
   std::mt19937 rng(4);
   std::uniform_real_distribution<double> u(-1.0, 1.0);
   for (std::uint32_t scan = 1; scan <= 10; ++scan) {
@@ -107,7 +107,7 @@ TEST(StandingBuilder, WhatTheGroundWasSeenUnderIsLeftOut) {
 }
 
 TEST(StandingBuilder, PlacesBeyondAllBoundsAreNoPoints) {
-  StandingBuilder builder{StandingParams{}};
+  mapping::StandingBuilder builder{mapping::StandingParams{}};
   for (const double far : {1e7, -1e7, std::nan("")}) {
     builder.add(Vec3(far, 0.0, 0.0), Vec3::Zero(), 1);
     builder.add(Vec3(0.0, 0.0, far), Vec3::Zero(), 1);

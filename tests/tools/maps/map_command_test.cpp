@@ -41,7 +41,7 @@ class MapCommand : public RcsCommand {
     raster.date = {7000};
     MapFrame frame;
     frame.datum = {0.7, -1.3, {100.0}};
-    EXPECT_TRUE(write_map(map_, frame, raster));
+    EXPECT_TRUE(mapping::write_map(map_, frame, raster));
   }
 
   /// Points about a vehicle that stands at the origin 1 m above the ground, some on bushes.

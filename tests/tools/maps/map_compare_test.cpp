@@ -15,8 +15,8 @@ namespace rcs::test {
 namespace {
 
 using nlohmann::json;
+using survey::difference_color;
 using testing::HasSubstr;
-using tools::difference_color;
 
 double ground(double x, double y) { return 50.0 + 6.0 * std::sin(0.02 * x) + 0.03 * y; }
 
@@ -44,7 +44,7 @@ class MapCompare : public RcsCommand {
     MapFrame frame;
     frame.datum = {0.7, -1.3, {100.0}};
     frame.reference = reference;
-    EXPECT_TRUE(write_map(folder_ + "/" + name, frame, r));
+    EXPECT_TRUE(mapping::write_map(folder_ + "/" + name, frame, r));
     return folder_ + "/" + name;
   }
 };
@@ -138,7 +138,7 @@ TEST(MapDifference, NmadForgetsOutliersAndNothingIsNothing) {
   Raster b = a;
   for (int k = 0; k < 101; ++k) b.z_m[static_cast<std::size_t>(k)] = static_cast<float>(k - 50);
   b.z_m[0] = 5000.0F;
-  tools::Differences d;
+  survey::Differences d;
   EXPECT_EQ(d.figures().cells, 0);
   EXPECT_EQ(d.figures().nmad_m, 0.0);
   d.add(a, b);
@@ -149,15 +149,15 @@ TEST(MapDifference, NmadForgetsOutliersAndNothingIsNothing) {
 
 TEST(MapDifference, ColorsAreWhiteInTheMiddleAndTransparentOutside) {
   using Color = std::array<std::uint8_t, 4>;
-  EXPECT_EQ(difference_color(0.0F, 2.0), (Color{255, 255, 255, 255}));
-  const Color high = difference_color(2.0F, 2.0);
-  const Color low = difference_color(-2.0F, 2.0);
+  EXPECT_EQ(survey::difference_color(0.0F, 2.0), (Color{255, 255, 255, 255}));
+  const Color high = survey::difference_color(2.0F, 2.0);
+  const Color low = survey::difference_color(-2.0F, 2.0);
   EXPECT_GT(high[0], high[2] + 100) << "red";
   EXPECT_GT(low[2], low[0] + 100) << "blue";
-  EXPECT_EQ(difference_color(77.0F, 2.0), high);
-  EXPECT_EQ(difference_color(-77.0F, 2.0), low);
-  EXPECT_EQ(difference_color(std::numeric_limits<float>::quiet_NaN(), 2.0)[3], 0);
-  EXPECT_GT(difference_color(0.5F, 2.0)[1], difference_color(1.0F, 2.0)[1]);
+  EXPECT_EQ(survey::difference_color(77.0F, 2.0), high);
+  EXPECT_EQ(survey::difference_color(-77.0F, 2.0), low);
+  EXPECT_EQ(survey::difference_color(std::numeric_limits<float>::quiet_NaN(), 2.0)[3], 0);
+  EXPECT_GT(survey::difference_color(0.5F, 2.0)[1], survey::difference_color(1.0F, 2.0)[1]);
 }
 
 }  // namespace

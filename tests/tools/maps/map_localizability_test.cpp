@@ -38,7 +38,7 @@ class MapLocalizability : public RcsCommand {
     r.source = {CellSource::kAerial};
     MapFrame frame;
     frame.datum = {0.7, -1.3, {100.0}};
-    EXPECT_TRUE(write_map(folder_ + "/map", frame, r));
+    EXPECT_TRUE(mapping::write_map(folder_ + "/map", frame, r));
     return folder_ + "/map";
   }
 };

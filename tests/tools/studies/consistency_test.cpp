@@ -14,7 +14,7 @@
 namespace rcs::tools::test {
 namespace {
 
-const ConsistencyPlan kPlan = {20.0, {10, 30, 50}};
+const studies::ConsistencyPlan kPlan = {20.0, {10, 30, 50}};
 constexpr std::size_t kRuns = 30;
 
 /// A covariance that is not diagonal, of about `sigma`.
@@ -33,13 +33,13 @@ Vec3 normal3(std::mt19937* random) {
 
 /// A drive whose beliefs err as their covariances say.
 /// @param claimed  times the true covariances
-DrillRecord honest_record(double claimed, std::mt19937* random) {
+drills::DrillRecord honest_record(double claimed, std::mt19937* random) {
   const Mat3 position = root_of_covariance(0.4);
   const Mat3 velocity = root_of_covariance(0.05);
   const Mat3 attitude = root_of_covariance(0.003);
-  DrillRecord r = right_record();
+  drills::DrillRecord r = right_record();
   r.v_truth_world.assign(r.truth.size(), Vec3(10.0, 0.0, 0.0));
-  for (DrillBelief& b : r.beliefs) {
+  for (drills::DrillBelief& b : r.beliefs) {
     Vec6 xi;
     xi << position * normal3(random), attitude * normal3(random);
     b.T_world_vehicle = b.T_world_vehicle * exp_se3(xi).inverse();
@@ -52,23 +52,23 @@ DrillRecord honest_record(double claimed, std::mt19937* random) {
   return r;
 }
 
-ConsistencyBlock block_of(double claimed, std::size_t runs) {
+studies::ConsistencyBlock block_of(double claimed, std::size_t runs) {
   std::mt19937 random(7);
-  ConsistencyBlock block{"sim/made_up.toml", "tactical", {}, {}};
+  studies::ConsistencyBlock block{"sim/made_up.toml", "tactical", {}, {}};
   for (std::size_t k = 0; k < runs; ++k) {
-    block.runs.push_back(
-        consistency_run(kPlan, static_cast<std::int64_t>(k), honest_record(claimed, &random)));
+    block.runs.push_back(studies::consistency_run(kPlan, static_cast<std::int64_t>(k),
+                                                  honest_record(claimed, &random)));
   }
   return block;
 }
 
 /// z[k+1] = rho z[k] + ..., of unit variance, four a second.
-std::vector<DrillInnovation> correlated(double rho, double sigma, std::size_t n) {
+std::vector<drills::DrillInnovation> correlated(double rho, double sigma, std::size_t n) {
   std::mt19937 random(11);
-  std::vector<DrillInnovation> out;
+  std::vector<drills::DrillInnovation> out;
   Vec3 z = normal3(&random);
   for (std::size_t k = 0; k < n; ++k) {
-    DrillInnovation i;
+    drills::DrillInnovation i;
     i.stamp = kBegin + from_seconds(0.25 * static_cast<double>(k));
     i.source = innovation_t::SOURCE_GPS_VELOCITY;
     i.accepted = true;
@@ -82,33 +82,38 @@ std::vector<DrillInnovation> correlated(double rho, double sigma, std::size_t n)
 }
 
 TEST(Consistency, AnHonestFilterKeepsTheMarks) {
-  const ConsistencyBlock block = block_of(1.0, kRuns);
-  for (const StatePart part : {StatePart::kPosition, StatePart::kVelocity, StatePart::kAttitude}) {
-    const PartFigure all = figure_of_all(block, part);
+  const studies::ConsistencyBlock block = block_of(1.0, kRuns);
+  for (const studies::StatePart part :
+       {studies::StatePart::kPosition, studies::StatePart::kVelocity,
+        studies::StatePart::kAttitude}) {
+    const studies::PartFigure all = studies::figure_of_all(block, part);
     EXPECT_EQ(all.count, 90U);
     EXPECT_EQ(all.missing, 0U);
     // The mean of 90 chi-square values of 3 degrees has sigma sqrt(2 / 270) per degree: 4 sigma.
-    EXPECT_NEAR(all.nees_per_dof, 1.0, 0.35) << part_name(part);
-    EXPECT_NEAR(all.rms_error, all.rms_claimed, 0.2 * all.rms_claimed) << part_name(part);
+    EXPECT_NEAR(all.nees_per_dof, 1.0, 0.35) << studies::part_name(part);
+    EXPECT_NEAR(all.rms_error, all.rms_claimed, 0.2 * all.rms_claimed) << studies::part_name(part);
   }
-  EXPECT_EQ(verdict_of(kPlan, block), Verdict::kPass);
-  EXPECT_TRUE((ConsistencyReport{kPlan, {block}}.passed()));
+  EXPECT_EQ(studies::verdict_of(kPlan, block), drills::Verdict::kPass);
+  EXPECT_TRUE((studies::ConsistencyReport{kPlan, {block}}.passed()));
 }
 
 TEST(Consistency, ClaimsFourTimesTooLargeOrTooSmallFail) {
   for (const double claimed : {4.0, 0.25}) {
-    const ConsistencyBlock block = block_of(claimed, kRuns);
-    for (const StatePart part :
-         {StatePart::kPosition, StatePart::kVelocity, StatePart::kAttitude}) {
+    const studies::ConsistencyBlock block = block_of(claimed, kRuns);
+    for (const studies::StatePart part :
+         {studies::StatePart::kPosition, studies::StatePart::kVelocity,
+          studies::StatePart::kAttitude}) {
       for (std::size_t k = 0; k < kPlan.times_s.size(); ++k) {
-        const PartFigure f = figure_at(block, k, part);
-        EXPECT_NEAR(f.nees_per_dof * claimed, 1.0, 0.6) << part_name(part);
-        EXPECT_EQ(nees_verdict(f), Verdict::kFail) << claimed << ", " << part_name(part);
+        const studies::PartFigure f = studies::figure_at(block, k, part);
+        EXPECT_NEAR(f.nees_per_dof * claimed, 1.0, 0.6) << studies::part_name(part);
+        EXPECT_EQ(studies::nees_verdict(f), drills::Verdict::kFail)
+            << claimed << ", " << studies::part_name(part);
       }
-      const PartFigure all = figure_of_all(block, part);
-      EXPECT_EQ(inside_verdict(all, kRuns), Verdict::kFail) << claimed << ", " << part_name(part);
+      const studies::PartFigure all = studies::figure_of_all(block, part);
+      EXPECT_EQ(studies::inside_verdict(all, kRuns), drills::Verdict::kFail)
+          << claimed << ", " << studies::part_name(part);
     }
-    EXPECT_EQ(verdict_of(kPlan, block), Verdict::kFail);
+    EXPECT_EQ(studies::verdict_of(kPlan, block), drills::Verdict::kFail);
   }
 }
 
@@ -117,42 +122,42 @@ TEST(Consistency, FewRunsFailOnlyByMoreThanChance) {
   PartFigure f;
   f.count = 3;
   f.nees_per_dof = 2.5;
-  EXPECT_EQ(nees_verdict(f), Verdict::kOpen);
+  EXPECT_EQ(studies::nees_verdict(f), drills::Verdict::kOpen);
   f.nees_per_dof = 20.0;
-  EXPECT_EQ(nees_verdict(f), Verdict::kFail);
+  EXPECT_EQ(studies::nees_verdict(f), drills::Verdict::kFail);
   f.nees_per_dof = 1.2;
-  EXPECT_EQ(nees_verdict(f), Verdict::kPass);
+  EXPECT_EQ(studies::nees_verdict(f), drills::Verdict::kPass);
   f.inside = 1.0;
-  EXPECT_EQ(inside_verdict(f, 3), Verdict::kOpen);
+  EXPECT_EQ(studies::inside_verdict(f, 3), drills::Verdict::kOpen);
   f.inside = 0.2;
-  EXPECT_EQ(inside_verdict(f, 3), Verdict::kFail);
-  InnovationSums sums;
+  EXPECT_EQ(studies::inside_verdict(f, 3), drills::Verdict::kFail);
+  studies::InnovationSums sums;
   sums.count = 10;
   sums.nis_per_dof = 50.0;
-  EXPECT_EQ(nis_verdict(sums), Verdict::kOpen);
+  EXPECT_EQ(studies::nis_verdict(sums), drills::Verdict::kOpen);
 }
 
 TEST(Consistency, ARunThatSaysNothingFails) {
-  ConsistencyBlock block = block_of(1.0, kRuns);
+  studies::ConsistencyBlock block = block_of(1.0, kRuns);
   block.runs[4].at[1] = {};
-  EXPECT_EQ(figure_at(block, 1, StatePart::kVelocity).missing, 1U);
-  EXPECT_EQ(verdict_of(kPlan, block), Verdict::kFail);
-  EXPECT_THAT(to_text(nees_table({kPlan, {block}})), testing::HasSubstr("(1 missing) !"));
+  EXPECT_EQ(studies::figure_at(block, 1, studies::StatePart::kVelocity).missing, 1U);
+  EXPECT_EQ(studies::verdict_of(kPlan, block), drills::Verdict::kFail);
+  EXPECT_THAT(to_text(studies::nees_table({kPlan, {block}})), testing::HasSubstr("(1 missing) !"));
   std::mt19937 random(1);
-  DrillRecord r = honest_record(1.0, &random);
+  drills::DrillRecord r = honest_record(1.0, &random);
   r.beliefs[10].cov_v_world(1, 1) = -1.0;
-  const PartErrors e =
-      part_errors(r.beliefs[10], r.beliefs[10].T_world_vehicle, Vec3(10.0, 0.0, 0.0));
-  EXPECT_FALSE(e[static_cast<std::size_t>(StatePart::kVelocity)].has_value());
-  EXPECT_TRUE(e[static_cast<std::size_t>(StatePart::kPosition)].has_value());
+  const studies::PartErrors e =
+      studies::part_errors(r.beliefs[10], r.beliefs[10].T_world_vehicle, Vec3(10.0, 0.0, 0.0));
+  EXPECT_FALSE(e[static_cast<std::size_t>(studies::StatePart::kVelocity)].has_value());
+  EXPECT_TRUE(e[static_cast<std::size_t>(studies::StatePart::kPosition)].has_value());
 }
 
 TEST(Consistency, ErrorsAreThoseOfThePublishedMoment) {
-  DrillRecord r = right_record();
+  drills::DrillRecord r = right_record();
   mislead(25.0, 35.0, Vec3(0.1, 0.2, 0.3), &r);
-  const ConsistencyRun run = consistency_run(kPlan, 1, r);
+  const studies::ConsistencyRun run = studies::consistency_run(kPlan, 1, r);
   EXPECT_EQ(run.curve.size(), 51U);
-  const auto position = static_cast<std::size_t>(StatePart::kPosition);
+  const auto position = static_cast<std::size_t>(studies::StatePart::kPosition);
   EXPECT_NEAR(run.at[0][position]->nees, 0.0, 1e-9);
   EXPECT_NEAR(run.at[1][position]->nees, 14.0, 1e-6);  // sigma 0.1 m
   EXPECT_NEAR(run.at[1][position]->error, std::sqrt(0.14), 1e-6);
@@ -160,31 +165,32 @@ TEST(Consistency, ErrorsAreThoseOfThePublishedMoment) {
   EXPECT_NEAR(run.curve[34][position]->nees, 14.0, 1e-6);
   EXPECT_NEAR(run.curve[36][position]->nees, 0.0, 1e-9);
   // Without the truth's velocities.
-  EXPECT_FALSE(run.at[0][static_cast<std::size_t>(StatePart::kVelocity)].has_value());
+  EXPECT_FALSE(run.at[0][static_cast<std::size_t>(studies::StatePart::kVelocity)].has_value());
 }
 
 TEST(Consistency, LagOneIsTheCorrelationOfSuccessiveInnovations) {
   for (const double rho : {0.0, 0.6, -0.4}) {
-    const Innovations sums = innovation_sums(correlated(rho, 1.3, 3000));
-    const InnovationSums& gps = sums.at("gps velocity");
+    const studies::Innovations sums = studies::innovation_sums(correlated(rho, 1.3, 3000));
+    const studies::InnovationSums& gps = sums.at("gps velocity");
     EXPECT_EQ(gps.count, 3000U);
     // 9000 pairs: sigma below 0.02.
     EXPECT_NEAR(gps.lag1().value(), rho, 0.06);
     EXPECT_NEAR(gps.mean_nis_per_dof(), 1.69, 0.2);
-    EXPECT_EQ(nis_verdict(gps), Verdict::kFail);
+    EXPECT_EQ(studies::nis_verdict(gps), drills::Verdict::kFail);
   }
-  EXPECT_EQ(nis_verdict(innovation_sums(correlated(0.0, 1.0, 3000)).at("gps velocity")),
-            Verdict::kPass);
+  EXPECT_EQ(
+      studies::nis_verdict(studies::innovation_sums(correlated(0.0, 1.0, 3000)).at("gps velocity")),
+      drills::Verdict::kPass);
 }
 
 TEST(Consistency, WhatTheGateRefusedCountsAndWhatWasNeverGatedDoesNot) {
-  std::vector<DrillInnovation> all = correlated(0.0, 1.0, 4);
+  std::vector<drills::DrillInnovation> all = correlated(0.0, 1.0, 4);
   all[1].accepted = false;
   all[1].reason = innovation_t::REASON_GATE;
   all[2].accepted = false;
   all[2].reason = innovation_t::REASON_QUARANTINE;
   all[3].stamp += std::chrono::seconds(10);
-  const InnovationSums sums = innovation_sums(all).at("gps velocity");
+  const studies::InnovationSums sums = studies::innovation_sums(all).at("gps velocity");
   EXPECT_EQ(sums.count, 3U);
   EXPECT_EQ(sums.refused, 1U);
   EXPECT_NEAR(sums.nis_per_dof, (all[0].nis + all[1].nis + all[3].nis) / 3.0, 1e-12);
@@ -194,18 +200,18 @@ TEST(Consistency, WhatTheGateRefusedCountsAndWhatWasNeverGatedDoesNot) {
 
 // Table of the chi-square distribution: 90 degrees, 2.5 and 97.5 %: 65.65 and 118.14.
 TEST(Consistency, ChanceIsThatOfChiSquare) {
-  const ValueInterval chance = chance_of_mean(90.0, 1.96);
+  const studies::ValueInterval chance = studies::chance_of_mean(90.0, 1.96);
   EXPECT_NEAR(90.0 * chance.low, 65.65, 0.1);
   EXPECT_NEAR(90.0 * chance.high, 118.14, 0.1);
 }
 
 TEST(Consistency, TheReportNamesWhatFails) {
-  ConsistencyBlock good = block_of(1.0, kRuns);
-  good.runs.front().innovations = innovation_sums(correlated(0.0, 1.0, 400));
-  ConsistencyBlock bad = block_of(0.25, kRuns);
+  studies::ConsistencyBlock good = block_of(1.0, kRuns);
+  good.runs.front().innovations = studies::innovation_sums(correlated(0.0, 1.0, 400));
+  studies::ConsistencyBlock bad = block_of(0.25, kRuns);
   bad.ins = "consumer";
-  ConsistencyBlock none{"x.toml", "tactical", {}, "no such terrain"};
-  const ConsistencyReport report{kPlan, {good, bad, none}};
+  studies::ConsistencyBlock none{"x.toml", "tactical", {}, "no such terrain"};
+  const studies::ConsistencyReport report{kPlan, {good, bad, none}};
   EXPECT_FALSE(report.passed());
   const auto j = to_json(report);
   EXPECT_EQ(j["blocks"][0]["verdict"], "pass");
@@ -213,9 +219,9 @@ TEST(Consistency, TheReportNamesWhatFails) {
   EXPECT_EQ(j["blocks"][0]["position"]["at"][0]["nees_by_run"].size(), kRuns);
   EXPECT_EQ(j["blocks"][1]["velocity"]["inside95_verdict"], "FAIL");
   EXPECT_EQ(j["blocks"][2]["error"], "no such terrain");
-  EXPECT_THAT(to_text(nees_table(report)), testing::HasSubstr(" !"));
-  EXPECT_THAT(to_text(nis_table(report)), testing::HasSubstr("gps velocity"));
-  const std::string page = consistency_page(report, "config/demo3.toml");
+  EXPECT_THAT(to_text(studies::nees_table(report)), testing::HasSubstr(" !"));
+  EXPECT_THAT(to_text(studies::nis_table(report)), testing::HasSubstr("gps velocity"));
+  const std::string page = studies::consistency_page(report, "config/demo3.toml");
   EXPECT_THAT(page, testing::HasSubstr("made_up: NEES of the attitude"));
   EXPECT_THAT(page, testing::HasSubstr("no such terrain"));
   EXPECT_THAT(page, testing::Not(testing::HasSubstr("nan")));

@@ -221,10 +221,10 @@ TEST_F(RegisterCommand, WhatItsIterationsEndIsRefused) {
       sp::test::scene(sp::test::Ground::kRolling, true, 4000, 0.01, Vec3::Zero(), &rng);
   const Points data =
       sp::test::scene(sp::test::Ground::kRolling, true, 4000, 0.01, Vec3::Zero(), &rng);
-  EXPECT_TRUE(tools::match_gicp(model, data, Pose{}, sp::GicpParams{}).good);
-  sp::GicpParams short_search;
+  EXPECT_TRUE(studies::match_gicp(model, data, Pose{}, registration::GicpParams{}).good);
+  registration::GicpParams short_search;
   short_search.max_iterations = 3;
-  const tools::CloudMatch match = tools::match_gicp(model, data, Pose{}, short_search);
+  const studies::CloudMatch match = studies::match_gicp(model, data, Pose{}, short_search);
   EXPECT_EQ(match.stop, "max iterations");
   EXPECT_FALSE(match.good) << "although the clouds agree at the guess";
 }

@@ -44,7 +44,7 @@ cycle_t cycle(const std::string& node, double t_s, std::int64_t used_us) {
 
 /// A node with 10 units of work a second for `s` seconds; one of 100 takes long.
 TopModel run_for(double s) {
-  TopModel model;
+  evaluation::TopModel model;
   for (int i = 0; i <= static_cast<int>(10.0 * s); ++i) {
     const double t = 0.1 * i;
     if (i % 10 == 0) model.on_process(process("sp", t), at_s(t));
@@ -53,13 +53,15 @@ TopModel run_for(double s) {
   return model;
 }
 
-std::string text_of(TopModel* model, Stamp now) { return plain_text(top_lines(model->view(now))); }
+std::string text_of(evaluation::TopModel* model, Stamp now) {
+  return cli::plain_text(cli::top_lines(model->view(now)));
+}
 
 TEST(TopModel, RatesAndTimesAreOfTheLastSeconds) {
-  TopModel model = run_for(10.0);
-  const TopView view = model.view(at_s(10.0));
+  evaluation::TopModel model = run_for(10.0);
+  const evaluation::TopView view = model.view(at_s(10.0));
   ASSERT_EQ(view.nodes.size(), 1U);
-  const TopView::Node& n = view.nodes[0];
+  const evaluation::TopView::Node& n = view.nodes[0];
   EXPECT_TRUE(n.alive);
   EXPECT_EQ(n.up, from_seconds(10.0));
   EXPECT_NEAR(*n.account_hz, 10.0, 1e-6);
@@ -72,7 +74,7 @@ TEST(TopModel, RatesAndTimesAreOfTheLastSeconds) {
   EXPECT_NEAR(*n.inputs[0].rate_hz, 200.0, 1.0);
   EXPECT_EQ(*n.inputs[0].age, Duration(5'000));
   // Six seconds on, the window is empty, and the input's age has grown.
-  const TopView later = model.view(at_s(16.0));
+  const evaluation::TopView later = model.view(at_s(16.0));
   EXPECT_FALSE(later.nodes[0].alive);
   EXPECT_FALSE(later.nodes[0].account_hz);
   EXPECT_FALSE(later.nodes[0].used_max);
@@ -80,7 +82,7 @@ TEST(TopModel, RatesAndTimesAreOfTheLastSeconds) {
 }
 
 TEST(TopModel, ARestartIsNoNegativeLoad) {
-  TopModel model = run_for(4.0);
+  evaluation::TopModel model = run_for(4.0);
   process_t again = process("sp", 0.0);
   again.pid = 78;
   model.on_process(again, at_s(4.5));
@@ -90,7 +92,7 @@ TEST(TopModel, ARestartIsNoNegativeLoad) {
 TEST(TopModel, HostileMessagesStayBoundedAndPrintable) {
   constexpr std::int64_t kMin = std::numeric_limits<std::int64_t>::min();
   constexpr std::int64_t kMax = std::numeric_limits<std::int64_t>::max();
-  TopModel model;
+  evaluation::TopModel model;
   for (int i = 0; i < 100; ++i) {
     process_t p = process("\033[2Jnode" + std::to_string(i), 1.0);
     p.start_utime = i % 2 == 0 ? kMin : kMax;
@@ -109,17 +111,17 @@ TEST(TopModel, HostileMessagesStayBoundedAndPrintable) {
     e.text = "line\nbreak \x9b";
     model.on_event(e, at_s(1.0));
   }
-  const TopView view = model.view(at_s(1.2));
-  EXPECT_LE(view.nodes.size(), TopModel::kMaxNodes);
-  EXPECT_LE(view.events.size(), TopModel::kMaxEvents);
-  for (const TopLine& line : top_lines(view)) {
+  const evaluation::TopView view = model.view(at_s(1.2));
+  EXPECT_LE(view.nodes.size(), evaluation::TopModel::kMaxNodes);
+  EXPECT_LE(view.events.size(), evaluation::TopModel::kMaxEvents);
+  for (const cli::TopLine& line : cli::top_lines(view)) {
     for (const char c : line.text) ASSERT_TRUE(c >= 0x20 && c < 0x7f) << static_cast<int>(c);
   }
   EXPECT_NO_THROW((void)to_json(view).dump());
 }
 
 TEST(TopScreen, SaysWhoIsSilentAndWhatWasNotGranted) {
-  TopModel model = run_for(3.0);
+  evaluation::TopModel model = run_for(3.0);
   process_t wm = process("wm", 1.0);
   wm.note = "SCHED_FIFO 50 not granted";
   model.on_process(wm, at_s(1.0));
@@ -128,12 +130,12 @@ TEST(TopScreen, SaysWhoIsSilentAndWhatWasNotGranted) {
   EXPECT_THAT(text, HasSubstr("SILENT 5.00 s"));
   EXPECT_THAT(text, HasSubstr("wm: SCHED_FIFO 50 not granted"));
   EXPECT_THAT(text, HasSubstr("FIFO 60+lock"));
-  TopModel nobody;
+  evaluation::TopModel nobody;
   EXPECT_THAT(text_of(&nobody, at_s(1.0)), HasSubstr("no node is heard"));
 }
 
 TEST(TopScreen, ShowsTheBeliefTheCommandAndTheEvents) {
-  TopModel model = run_for(1.0);
+  evaluation::TopModel model = run_for(1.0);
   nav_state_t nav{};
   nav.mode = nav_state_t::MODE_INS_LADAR;
   nav.cov_world_pose[0][0] = 0.04;
@@ -167,11 +169,11 @@ TEST(TopScreen, ShowsTheBeliefTheCommandAndTheEvents) {
 }
 
 TEST(TopScreen, FitsAnyWindow) {
-  TopModel model = run_for(2.0);
-  const std::vector<TopLine> lines = top_lines(model.view(at_s(2.0)));
+  evaluation::TopModel model = run_for(2.0);
+  const std::vector<cli::TopLine> lines = cli::top_lines(model.view(at_s(2.0)));
   for (const int columns : {0, 1, 20, 300}) {
     for (const int rows : {0, 1, 2, static_cast<int>(lines.size()), 100}) {
-      const std::string screen = screen_text(lines, {columns, rows});
+      const std::string screen = cli::screen_text(lines, {columns, rows});
       const auto line_ends = std::count(screen.begin(), screen.end(), '\n');
       EXPECT_LT(line_ends, std::max(rows, 1)) << columns << " x " << rows;
       if (rows < static_cast<int>(lines.size()) && columns == 300) {
@@ -179,7 +181,7 @@ TEST(TopScreen, FitsAnyWindow) {
       }
     }
   }
-  EXPECT_THAT(screen_text(lines, {300, 100}), Not(HasSubstr("more lines")));
+  EXPECT_THAT(cli::screen_text(lines, {300, 100}), Not(HasSubstr("more lines")));
 }
 
 }  // namespace

@@ -8,29 +8,30 @@
 #include "tools/rcs/command.h"
 #include "tools/report/html_page.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 constexpr std::string_view kName = "eval";
 /// Truth at 10 Hz with one sample missing is still interpolated.
 constexpr Duration kMaxTruthGap = std::chrono::milliseconds(250);
 
-std::string_view frame_name(Frame frame) {
+std::string_view frame_name(recording::Frame frame) {
   switch (frame) {
-    case Frame::kWorld:
+    case recording::Frame::kWorld:
       return "world";
-    case Frame::kLocal:
+    case recording::Frame::kLocal:
       return "local";
-    case Frame::kRolling:
+    case recording::Frame::kRolling:
       return "rolling";
   }
   return "";
 }
 
-Result<PosePairs> pair_by_stamp(const ScanPoses& scans, const Trajectory& truth) {
-  PosePairs pairs;
-  for (const StampedPose& s : scans.poses) {
-    const std::optional<Pose> T = pose_at(truth, s.stamp, kMaxTruthGap);
+Result<evaluation::PosePairs> pair_by_stamp(const recording::ScanPoses& scans,
+                                            const tools::Trajectory& truth) {
+  evaluation::PosePairs pairs;
+  for (const tools::StampedPose& s : scans.poses) {
+    const std::optional<Pose> T = tools::pose_at(truth, s.stamp, kMaxTruthGap);
     if (!T) continue;
     pairs.stamps.push_back(s.stamp);
     pairs.estimate.push_back(s.T);
@@ -41,8 +42,10 @@ Result<PosePairs> pair_by_stamp(const ScanPoses& scans, const Trajectory& truth)
 }
 
 /// Row i of the truth belongs to the scan whose number is `i` after that of row `first`'s.
-Result<PosePairs> pair_by_row(const ScanPoses& scans, const std::vector<Pose>& truth,
-                              std::optional<std::size_t> first, const std::string& file) {
+Result<evaluation::PosePairs> pair_by_row(const recording::ScanPoses& scans,
+                                          const std::vector<Pose>& truth,
+                                          std::optional<std::size_t> first,
+                                          const std::string& file) {
   const std::int64_t first_id = scans.scan_ids.front();
   const std::size_t rows = static_cast<std::size_t>(scans.scan_ids.back() - first_id + 1);
   if (!first && truth.size() != rows) {
@@ -56,7 +59,7 @@ Result<PosePairs> pair_by_row(const ScanPoses& scans, const std::vector<Pose>& t
     return Error{fmt::format("{}: {} rows, but the last scan needs row {} (counted from 0)", file,
                              truth.size(), offset + rows - 1)};
   }
-  PosePairs pairs;
+  evaluation::PosePairs pairs;
   for (std::size_t i = 0; i < scans.poses.size(); ++i) {
     pairs.stamps.push_back(scans.poses[i].stamp);
     pairs.estimate.push_back(scans.poses[i].T);
@@ -130,21 +133,22 @@ class Eval final : public Command {
       fmt::print(stderr, "rcs eval: --truth needs --format kitti or tum\n");
       return kExitUsage;
     }
-    Result<RunLog> log = read_run(run_);
+    Result<recording::RunLog> log = recording::read_run(run_);
     if (!log) return fail(kName, log.error());
     if (!log->damage.empty()) fmt::print(stderr, "rcs eval: {}: {}\n", run_, log->damage);
     if (const Outcome truth = take_truth_log(&log.value()); !truth) {
       return fail(kName, truth.error());
     }
-    cut(from_seconds(from_s_), from_seconds(to_s_), &log.value());
+    recording::cut(from_seconds(from_s_), from_seconds(to_s_), &log.value());
 
-    Frame frame =
-        frame_ == "world" ? Frame::kWorld : (frame_ == "local" ? Frame::kLocal : Frame::kRolling);
-    if (frame == Frame::kLocal && log->nav.empty()) {
+    recording::Frame frame = frame_ == "world" ? recording::Frame::kWorld
+                                               : (frame_ == "local" ? recording::Frame::kLocal
+                                                                    : recording::Frame::kRolling);
+    if (frame == recording::Frame::kLocal && log->nav.empty()) {
       fmt::print(stderr, "rcs eval: no WM_NAV_STATE in {}: SP's rolling poses instead\n", run_);
-      frame = Frame::kRolling;
+      frame = recording::Frame::kRolling;
     }
-    const Result<ScanPoses> scans = poses_at_scans(*log, frame);
+    const Result<recording::ScanPoses> scans = recording::poses_at_scans(*log, frame);
     if (!scans) return fail(kName, scans.error());
     if (scans->carried > 0) {
       fmt::print(stderr, "rcs eval: {} scans without a belief of WM: carried along SP's map\n",
@@ -152,9 +156,9 @@ class Eval final : public Command {
     }
     if (!export_.empty()) return export_poses(scans->poses);
 
-    std::optional<PosePairs> pairs;
+    std::optional<evaluation::PosePairs> pairs;
     if (!truth_file_.empty() || !log->truth.empty()) {
-      Result<PosePairs> paired = pair(*log, *scans);
+      Result<evaluation::PosePairs> paired = pair(*log, *scans);
       if (!paired) return fail(kName, paired.error());
       pairs = std::move(paired).value();
     }
@@ -162,9 +166,9 @@ class Eval final : public Command {
   }
 
  private:
-  Outcome take_truth_log(RunLog* log) const {
+  Outcome take_truth_log(recording::RunLog* log) const {
     if (truth_log_.empty()) return Done{};
-    Result<RunLog> other = read_run(truth_log_);
+    Result<recording::RunLog> other = recording::read_run(truth_log_);
     if (!other) return other.error();
     if (other->truth.empty()) return Error{truth_log_ + ": no SIM_TRUTH"};
     log->truth = std::move(other->truth);
@@ -172,59 +176,64 @@ class Eval final : public Command {
     return Done{};
   }
 
-  int export_poses(const Trajectory& poses) const {
-    const std::string text = export_[0] == "tum" ? format_tum(poses) : format_kitti(poses);
-    const Outcome written = write_text(export_[1], text);
+  int export_poses(const tools::Trajectory& poses) const {
+    const std::string text =
+        export_[0] == "tum" ? tools::format_tum(poses) : tools::format_kitti(poses);
+    const Outcome written = tools::write_text(export_[1], text);
     if (!written) return fail(kName, written.error());
     fmt::print(stderr, "{}: {} poses\n", export_[1], poses.size());
     return kExitOk;
   }
 
-  [[nodiscard]] Result<PosePairs> pair(const RunLog& log, const ScanPoses& scans) const {
+  [[nodiscard]] Result<evaluation::PosePairs> pair(const recording::RunLog& log,
+                                                   const recording::ScanPoses& scans) const {
     if (truth_file_.empty()) return pair_by_stamp(scans, log.truth);
-    const Result<std::string> text = read_text(truth_file_);
+    const Result<std::string> text = tools::read_text(truth_file_);
     if (!text) return text.error();
     if (format_ == "tum") {
-      const Result<Trajectory> truth = parse_tum(*text, truth_file_);
-      return truth ? pair_by_stamp(scans, *truth) : Result<PosePairs>(truth.error());
+      const Result<tools::Trajectory> truth = tools::parse_tum(*text, truth_file_);
+      return truth ? pair_by_stamp(scans, *truth) : Result<evaluation::PosePairs>(truth.error());
     }
-    const Result<std::vector<Pose>> truth = parse_kitti(*text, truth_file_);
+    const Result<std::vector<Pose>> truth = tools::parse_kitti(*text, truth_file_);
     return truth ? pair_by_row(scans, *truth, first_, truth_file_)
-                 : Result<PosePairs>(truth.error());
+                 : Result<evaluation::PosePairs>(truth.error());
   }
 
-  int evaluate(const RunLog& log, const ScanPoses& scans, Frame frame,
-               const std::optional<PosePairs>& pairs) const {
-    const RunFigures run = run_figures(log);
-    const std::optional<WorldFigures> world = world_figures(log, log.truth, log.truth_datum);
+  int evaluate(const recording::RunLog& log, const recording::ScanPoses& scans,
+               recording::Frame frame, const std::optional<evaluation::PosePairs>& pairs) const {
+    const evaluation::RunFigures run = evaluation::run_figures(log);
+    const std::optional<evaluation::WorldFigures> world =
+        evaluation::world_figures(log, log.truth, log.truth_datum);
     const Stamp zero = scans.poses.front().stamp;
-    const std::vector<TimeInterval> outages = gps_outages(log);
-    std::vector<OutageFigures> outage;
+    const std::vector<evaluation::TimeInterval> outages = evaluation::gps_outages(log);
+    std::vector<evaluation::OutageFigures> outage;
     if (world) {
-      for (const TimeInterval& i : outages) outage.push_back(outage_figures(*world, i));
+      for (const evaluation::TimeInterval& i : outages)
+        outage.push_back(evaluation::outage_figures(*world, i));
     }
 
-    Json json = {{"run", run_}, {"frame", frame_name(frame)}, {"figures", to_json(run)}};
-    std::vector<Table> tables;
+    evaluation::Json json = {
+        {"run", run_}, {"frame", frame_name(frame)}, {"figures", to_json(run)}};
+    std::vector<report::Table> tables;
     if (pairs) {
-      const TrajectoryFigures f = trajectory_figures(*pairs);
+      const evaluation::TrajectoryFigures f = evaluation::trajectory_figures(*pairs);
       json["trajectory"] = to_json(f);
-      tables.push_back(absolute_table(f));
-      tables.push_back(relative_table(f));
+      tables.push_back(evaluation::absolute_table(f));
+      tables.push_back(evaluation::relative_table(f));
     }
     if (world) {
       json["world"] = to_json(*world);
-      tables.push_back(world_table(*world));
+      tables.push_back(evaluation::world_table(*world));
       if (!outage.empty()) tables.push_back(outage_table(outage, zero));
-      for (const OutageFigures& o : outage) json["outages"].push_back(to_json(o, zero));
+      for (const evaluation::OutageFigures& o : outage) json["outages"].push_back(to_json(o, zero));
     }
-    tables.push_back(scan_table(run));
-    if (!run.nodes.empty()) tables.push_back(latency_table(run));
+    tables.push_back(evaluation::scan_table(run));
+    if (!run.nodes.empty()) tables.push_back(evaluation::latency_table(run));
 
     if (json_) {
       fmt::print("{}\n", json.dump(2));
     } else {
-      for (const Table& t : tables) fmt::print("{}\n", to_text(t));
+      for (const report::Table& t : tables) fmt::print("{}\n", to_text(t));
       if (world) {
         fmt::print("NEES of the world pose, per degree of freedom: {:.2f}\n", world->nees_per_dof);
       }
@@ -232,38 +241,41 @@ class Eval final : public Command {
     return write_pictures(log, scans, frame, run, pairs, world, outages, tables);
   }
 
-  int write_pictures(const RunLog& log, const ScanPoses& scans, Frame frame, const RunFigures& run,
-                     const std::optional<PosePairs>& pairs,
-                     const std::optional<WorldFigures>& world,
-                     const std::vector<TimeInterval>& outages,
-                     const std::vector<Table>& tables) const {
+  int write_pictures(const recording::RunLog& log, const recording::ScanPoses& scans,
+                     recording::Frame frame, const evaluation::RunFigures& run,
+                     const std::optional<evaluation::PosePairs>& pairs,
+                     const std::optional<evaluation::WorldFigures>& world,
+                     const std::vector<evaluation::TimeInterval>& outages,
+                     const std::vector<report::Table>& tables) const {
     if (report_.empty() && svg_.empty()) return kExitOk;
     const Stamp zero = scans.poses.front().stamp;
-    const Pose T_truth_frame = pairs ? align(*pairs, Alignment::kRigid) : Pose{};
-    Trajectory truth;
-    Trajectory estimate = scans.poses;
+    const Pose T_truth_frame =
+        pairs ? evaluation::align(*pairs, evaluation::Alignment::kRigid) : Pose{};
+    tools::Trajectory truth;
+    tools::Trajectory estimate = scans.poses;
     if (world) {
       truth = log.truth;
       estimate.clear();
-      for (const WorldError& e : world->errors) {
+      for (const evaluation::WorldError& e : world->errors) {
         estimate.push_back({e.stamp, e.T_truthworld_vehicle});
       }
     } else if (pairs) {
       for (std::size_t i = 0; i < pairs->size(); ++i) {
         truth.push_back({pairs->stamps[i], pairs->truth[i]});
       }
-      for (StampedPose& s : estimate) s.T = T_truth_frame * s.T;
+      for (tools::StampedPose& s : estimate) s.T = T_truth_frame * s.T;
     }
-    const Plot course = course_plot(truth, {{"estimate", estimate}}, outages,
-                                    world ? Frame::kWorld : Frame::kLocal);
+    const report::Plot course =
+        evaluation::course_plot(truth, {{"estimate", estimate}}, outages,
+                                world ? recording::Frame::kWorld : recording::Frame::kLocal);
     if (!svg_.empty()) {
-      const Outcome written = write_text(svg_, render(course, true));
+      const Outcome written = tools::write_text(svg_, report::render(course, true));
       if (!written) return fail(kName, written.error());
     }
     if (report_.empty()) return kExitOk;
 
-    HtmlPage page("Run " + run_);
-    for (const Table& t : tables) page.table(t);
+    report::HtmlPage page("Run " + run_);
+    for (const report::Table& t : tables) page.table(t);
     page.heading("Course");
     page.plot(course);
     if (world) {
@@ -272,21 +284,22 @@ class Eval final : public Command {
           fmt::format("NEES of the world pose, per degree of freedom: {:.2f} (1 when "
                       "the covariance tells the truth).",
                       world->nees_per_dof));
-      for (const Plot& p : error_plots(*world, outages, zero)) page.plot(p);
+      for (const report::Plot& p : evaluation::error_plots(*world, outages, zero)) page.plot(p);
     } else if (pairs) {
-      page.plot(aligned_error_plot(*pairs, T_truth_frame));
+      page.plot(evaluation::aligned_error_plot(*pairs, T_truth_frame));
     }
-    Result<CellMap> map = read_map(run_, scans.poses);
+    Result<report::CellMap> map = evaluation::read_map(run_, scans.poses);
     if (map) {
       page.heading("Map");
-      page.plot(map_plot(std::move(map).value(), scans.poses, frame));
+      page.plot(evaluation::map_plot(std::move(map).value(), scans.poses, frame));
     }
     page.heading("Latencies");
     if (run.chain_ms) {
-      page.plot(latency_plot("From a scan's last facet to nav_state", run.chain_samples_ms));
+      page.plot(
+          evaluation::latency_plot("From a scan's last facet to nav_state", run.chain_samples_ms));
     }
-    for (const Plot& p : node_plots(log)) page.plot(p);
-    const Outcome written = write_text(report_, page.finish());
+    for (const report::Plot& p : evaluation::node_plots(log)) page.plot(p);
+    const Outcome written = tools::write_text(report_, page.finish());
     return written ? kExitOk : fail(kName, written.error());
   }
 
@@ -310,4 +323,4 @@ void add_eval_command(CLI::App* rcs, Commands* commands) {
   commands->push_back(std::make_unique<Eval>(rcs));
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

@@ -17,7 +17,7 @@
 #include "tools/rcs/terminal.h"
 #include "tools/recording/log_bus.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 /// Numbers of the sweeps in a folder of %010d.bin, ascending and without a gap.
@@ -50,12 +50,12 @@ Result<std::vector<int>> find_sweeps(const std::string& folder) {
 }
 
 /// "LAT,LON,HEIGHT,ROLL,PITCH,YAW" in an OXTS packet's units: degrees, metres, radians.
-Result<OdomOrigin> parse_origin(const std::string& text) {
-  const std::optional<std::vector<double>> v = parse_numbers(text);
+Result<importers::OdomOrigin> parse_origin(const std::string& text) {
+  const std::optional<std::vector<double>> v = tools::parse_numbers(text);
   if (!v || v->size() != 6) {
     return Error{"--origin: expected LAT,LON,HEIGHT,ROLL,PITCH,YAW [deg, deg, m, rad, rad, rad]"};
   }
-  const OdomOrigin origin = {
+  const importers::OdomOrigin origin = {
       {radians((*v)[0]), radians((*v)[1]), EllipsoidalHeight{(*v)[2]}}, (*v)[3], (*v)[4], (*v)[5]};
   if (!plausible(origin.place)) return Error{"--origin: not a place on the earth"};
   return origin;
@@ -112,23 +112,23 @@ class ImportKitti final : public Command {
   int run() override {
     const Result<std::vector<int>> sweeps = find_sweeps(scans_);
     if (!sweeps) return fail(kName, sweeps.error());
-    const Result<OdomOrigin> origin = parse_origin(origin_);
+    const Result<importers::OdomOrigin> origin = parse_origin(origin_);
     if (!origin) return fail(kName, origin.error());
-    const Result<std::string> poses_text = read_text(poses_);
+    const Result<std::string> poses_text = tools::read_text(poses_);
     if (!poses_text) return fail(kName, poses_text.error());
-    const Result<std::vector<Pose>> poses = parse_kitti(*poses_text, poses_);
+    const Result<std::vector<Pose>> poses = tools::parse_kitti(*poses_text, poses_);
     if (!poses) return fail(kName, poses.error());
     if (poses->size() <= static_cast<std::size_t>(sweeps->back())) {
       return fail(kName, {fmt::format("{}: {} rows, but the last sweep is number {}", poses_,
                                       poses->size(), sweeps->back())});
     }
     const std::string calib_file = calib_ + "/calib_imu_to_velo.txt";
-    const Result<std::string> calib_text = read_text(calib_file);
+    const Result<std::string> calib_text = tools::read_text(calib_file);
     if (!calib_text) return fail(kName, calib_text.error());
-    const Result<Pose> T_vehicle_ladar = parse_imu_to_velo(*calib_text, calib_file);
+    const Result<Pose> T_vehicle_ladar = importers::parse_imu_to_velo(*calib_text, calib_file);
     if (!T_vehicle_ladar) return fail(kName, T_vehicle_ladar.error());
 
-    OutputFile out(out_);
+    tools::OutputFile out(out_);
     Counts counts;
     Outcome done = write_log(*sweeps, *poses, *origin, out.write_path(), &counts);
     if (done) done = out.commit();
@@ -149,10 +149,11 @@ class ImportKitti final : public Command {
   };
 
   Outcome write_log(const std::vector<int>& sweeps, const std::vector<Pose>& T_odom_imu,
-                    const OdomOrigin& origin, const std::string& path, Counts* counts) const {
+                    const importers::OdomOrigin& origin, const std::string& path,
+                    Counts* counts) const {
     Result<LogWriter> writer = LogWriter::create(path);
     if (!writer) return writer.error();
-    LogBus bus(&writer.value());
+    recording::LogBus bus(&writer.value());
     Outbox<ladar_points_t> facets_out(&bus, channel::kLadarPoints);
     Outbox<gps_fix_t> fix_out(&bus, channel::kGpsFix);
 
@@ -161,27 +162,27 @@ class ImportKitti final : public Command {
     for (const int number : sweeps) {
       if (interrupt.requested()) return Error{"interrupted"};
       progress.at(number - sweeps.front());
-      SweepTiming timing;
+      importers::SweepTiming timing;
       timing.scan_id = number;
       timing.period = from_seconds(1.0 / rate_hz_);
       timing.start = Stamp() + number * timing.period;
       timing.point_times = deskew_ == "azimuth";
 
       const std::string file = fmt::format("{}/{:010d}.bin", scans_, number);
-      const Result<std::vector<std::uint8_t>> bytes = read_bytes(file);
+      const Result<std::vector<std::uint8_t>> bytes = tools::read_bytes(file);
       if (!bytes) return bytes.error();
-      const Result<Sweep> sweep = parse_sweep(*bytes, file);
+      const Result<importers::Sweep> sweep = importers::parse_sweep(*bytes, file);
       if (!sweep) return sweep.error();
-      Result<std::vector<ladar_points_t>> facets = slice_sweep(*sweep, timing);
+      Result<std::vector<ladar_points_t>> facets = importers::slice_sweep(*sweep, timing);
       if (!facets) return facets.error();
 
       const Stamp middle = timing.start + timing.period / 2;
       bool fix_due = true;
       for (ladar_points_t& facet : facets.value()) {
-        const Stamp arrival = facet_end(timing, facet.facet);
+        const Stamp arrival = importers::facet_end(timing, facet.facet);
         if (fix_due && arrival >= middle) {
-          gps_fix_t fix =
-              to_fix(T_odom_imu[static_cast<std::size_t>(number)], origin, middle, gps_sigma_m_);
+          gps_fix_t fix = importers::to_fix(T_odom_imu[static_cast<std::size_t>(number)], origin,
+                                            middle, gps_sigma_m_);
           bus.at(middle);
           fix_out.publish(&fix);
           fix_due = false;
@@ -249,4 +250,4 @@ void add_import_commands(CLI::App* rcs, Commands* commands) {
   add_recording_imports(import, commands);
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

@@ -9,12 +9,12 @@
 #include "tools/importers/imu_gps_import.h"
 #include "tools/rcs/command.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json to_json(const RowCounts& c) {
+Json to_json(const importers::RowCounts& c) {
   return {{"rows", c.rows},
           {"written", c.written},
           {"missing", c.missing},
@@ -29,7 +29,7 @@ Json to_json(const RowCounts& c) {
 }
 
 /// One line; what was not there is not told, but for missing cells and stamps.
-std::string to_text(std::string_view sensor, const RowCounts& c) {
+std::string to_text(std::string_view sensor, const importers::RowCounts& c) {
   std::string text = fmt::format(
       "{}: {} of {} rows; skipped for missing cells: {}; stamps not after the newest: {}", sensor,
       c.written, c.rows, c.missing, c.backward);
@@ -46,8 +46,8 @@ std::string to_text(std::string_view sensor, const RowCounts& c) {
   return text + "\n";
 }
 
-void add_counts(const ImportCounts& counts, Json* json, std::string* text) {
-  const auto add = [&](const char* sensor, const std::optional<RowCounts>& c) {
+void add_counts(const importers::ImportCounts& counts, Json* json, std::string* text) {
+  const auto add = [&](const char* sensor, const std::optional<importers::RowCounts>& c) {
     if (!c) return;
     (*json)[sensor] = to_json(*c);
     *text += to_text(sensor, *c);
@@ -57,9 +57,9 @@ void add_counts(const ImportCounts& counts, Json* json, std::string* text) {
   add("ODOMETRY", counts.wheels);
 }
 
-Outcome write_whole(const SensorLog& log, const std::string& path) {
+Outcome write_whole(const recording::SensorLog& log, const std::string& path) {
   if (log.events().empty()) return Error{"not one row became a message: nothing is written"};
-  OutputFile out(path);
+  tools::OutputFile out(path);
   Outcome done = log.write(out.write_path());
   return done ? out.commit() : done;
 }
@@ -127,10 +127,11 @@ class ImportComma final : public Command {
       }
     }
     setup_.receiver_stamps = stamps_ == "receiver";
-    const Result<CommaTables> tables = load_comma2k19(folder_);
+    const Result<importers::CommaTables> tables = importers::load_comma2k19(folder_);
     if (!tables) return fail(kName, tables.error());
-    SensorLog log;
-    const Result<CommaCounts> counts = import_comma2k19(*tables, setup_, &log);
+    recording::SensorLog log;
+    const Result<importers::CommaCounts> counts =
+        importers::import_comma2k19(*tables, setup_, &log);
     if (!counts) return fail(kName, counts.error());
     const Outcome written = write_whole(log, out_);
     if (!written) return fail(kName, written.error());
@@ -140,7 +141,8 @@ class ImportComma final : public Command {
     add_counts(counts->sensors, &json, &text);
     json["SIM_TRUTH"] = to_json(counts->truth);
     text += to_text("SIM_TRUTH", counts->truth);
-    add_check(check_setup(log, Duration::zero(), std::chrono::seconds(20)), &json, &text);
+    add_check(importers::check_setup(log, Duration::zero(), std::chrono::seconds(20)), &json,
+              &text);
     say(json_, json, text);
     return kExitOk;
   }
@@ -148,12 +150,13 @@ class ImportComma final : public Command {
  private:
   static constexpr std::string_view kName = "import comma2k19";
 
-  static void add_check(const Result<SetupCheck>& check, Json* json, std::string* text) {
+  static void add_check(const Result<importers::SetupCheck>& check, Json* json,
+                        std::string* text) {
     if (!check) {
       *text += fmt::format("mount and latency are not checked: {}\n", check.error().message);
       return;
     }
-    const SetupCheck& c = *check;
+    const importers::SetupCheck& c = *check;
     (*json)["first_20_s"] = {
         {"fixes", c.fixes},
         {"mount_pitch_deg", degrees(c.mount_pitch_rad)},
@@ -174,7 +177,7 @@ class ImportComma final : public Command {
 
   std::string folder_;
   std::string out_;
-  CommaSetup setup_;
+  importers::CommaSetup setup_;
   std::string stamps_ = "receiver";
   std::vector<double> mount_rpy_deg_;
   bool json_ = false;
@@ -208,16 +211,16 @@ class ImportImuGps final : public Command {
   int run() override {
     const Result<ParamFile> file = ParamFile::load(map_);
     if (!file) return fail(kName, file.error());
-    const Result<ImuGpsMap> map = load_imu_gps_map(*file);
+    const Result<importers::ImuGpsMap> map = importers::load_imu_gps_map(*file);
     if (!map) return fail(kName, map.error());
-    std::vector<CsvTable> tables;
+    std::vector<tools::CsvTable> tables;
     for (const std::string& path : files_) {
-      Result<CsvTable> table = CsvTable::load(path);
+      Result<tools::CsvTable> table = tools::CsvTable::load(path);
       if (!table) return fail(kName, table.error());
       tables.push_back(std::move(table).value());
     }
-    SensorLog log;
-    const Result<ImportCounts> counts = import_imu_gps(*map, tables, &log);
+    recording::SensorLog log;
+    const Result<importers::ImportCounts> counts = importers::import_imu_gps(*map, tables, &log);
     if (!counts) return fail(kName, counts.error());
     const Outcome written = write_whole(log, out_);
     if (!written) return fail(kName, written.error());
@@ -244,4 +247,4 @@ void add_recording_imports(CLI::App* import, Commands* commands) {
   commands->push_back(std::make_unique<ImportImuGps>(import));
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

@@ -13,7 +13,7 @@
 #include "tools/rcs/terminal.h"
 #include "tools/recording/message_fields.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 /// Calls `on_event` for every event until it returns false. @return exit status
@@ -53,14 +53,15 @@ struct ChannelFigures {
   void add(const LogEvent& event) {
     if (events == 0) {
       first = event.stamp;
-      known = known_channel(event.channel);
+      known = recording::known_channel(event.channel);
     }
     ++events;
     bytes += static_cast<std::int64_t>(event.data.size());
     largest_bytes = std::max(largest_bytes, event.data.size());
     last = event.stamp;
     if (!known) return;
-    const std::optional<MessageHead> head = read_head(event.channel, event.data);
+    const std::optional<recording::MessageHead> head =
+        recording::read_head(event.channel, event.data);
     if (!head) {
       ++malformed;
       return;
@@ -148,7 +149,8 @@ int log_list(const std::string& path) {
   fmt::print("{:>16} {:>9} {:<18} {:>7} {:>9} {:>16}\n", "stamp [s]", "event", "channel", "bytes",
              "seq", "utime");
   return for_each_event("log list", path, [](const LogEvent& event) {
-    const std::optional<MessageHead> head = read_head(event.channel, event.data);
+    const std::optional<recording::MessageHead> head =
+        recording::read_head(event.channel, event.data);
     fmt::print("{:16.6f} {:>9} {:<18} {:>7} {:>9} {:>16}\n",
                seconds(event.stamp.time_since_epoch()), event.number, event.channel,
                event.data.size(), head ? std::to_string(head->seq) : "-",
@@ -166,7 +168,7 @@ struct CutOptions {
 };
 
 int log_cut(const CutOptions& options) {
-  OutputFile out(options.out);
+  tools::OutputFile out(options.out);
   Result<LogWriter> writer = LogWriter::create(out.write_path());
   if (!writer) return fail("log cut", writer.error());
   std::optional<Stamp> first;
@@ -199,7 +201,7 @@ std::string csv_cell(const std::string& text) {
 }
 
 int log_csv(const std::string& path, const std::string& channel) {
-  if (!known_channel(channel)) {
+  if (!recording::known_channel(channel)) {
     fmt::print(stderr, "rcs log csv: {} is not a channel of this system\n", channel);
     return kExitUsage;
   }
@@ -207,7 +209,7 @@ int log_csv(const std::string& path, const std::string& channel) {
   std::int64_t malformed = 0;
   const int status = for_each_event("log csv", path, [&](const LogEvent& event) {
     if (event.channel != channel) return true;
-    const std::optional<Fields> fields = read_fields(channel, event.data);
+    const std::optional<recording::Fields> fields = recording::read_fields(channel, event.data);
     if (!fields) {
       ++malformed;
       return true;
@@ -320,4 +322,4 @@ void add_log_commands(CLI::App* rcs, Commands* commands) {
   commands->push_back(std::make_unique<LogCsv>(log));
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

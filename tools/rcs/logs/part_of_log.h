@@ -7,7 +7,7 @@
 #include "rcs/node/log/log_source.h"
 #include "tools/rcs/terminal.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 
 /// Ends early on Ctrl-C.
 class PartOfLog final : public EventSource {
@@ -43,4 +43,4 @@ class PartOfLog final : public EventSource {
   Progress progress_;
 };
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

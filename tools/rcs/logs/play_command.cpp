@@ -13,7 +13,7 @@
 #include "tools/rcs/command.h"
 #include "tools/rcs/logs/part_of_log.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 constexpr std::string_view kName = "play";
@@ -165,4 +165,4 @@ void add_play_command(CLI::App* rcs, Commands* commands) {
   commands->push_back(std::make_unique<Play>(rcs));
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

@@ -20,7 +20,7 @@
 #include "tools/rcs/logs/part_of_log.h"
 #include "tools/rcs/logs/replay_verdict.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 constexpr std::string_view kName = "replay";
@@ -69,9 +69,9 @@ class Replay final : public Command {
   }
 
   int run() override {
-    const OutputFile out(out_);
-    const OutputFile timing(out.in_place() ? "/dev/null" : out_ + ".timing");
-    Outcome done = check_output(timing.path());
+    const tools::OutputFile out(out_);
+    const tools::OutputFile timing(out.in_place() ? "/dev/null" : out_ + ".timing");
+    Outcome done = tools::check_output(timing.path());
     if (done) done = replay(out.write_path(), timing.write_path());
     if (done) done = timing.commit();
     if (done) done = out.commit();
@@ -151,13 +151,14 @@ class Replay final : public Command {
   }
 
   [[nodiscard]] int summarize_run() const {
-    const Result<RunLog> run = read_run(out_);
+    const Result<recording::RunLog> run = recording::read_run(out_);
     if (!run) return fail(kName, run.error());
-    const RunFigures figures = run_figures(*run);
+    const evaluation::RunFigures figures = evaluation::run_figures(*run);
     if (json_) {
       fmt::print("{}\n", to_json(figures).dump(2));
     } else {
-      fmt::print(stderr, "\n{}\n{}", to_text(scan_table(figures)), to_text(latency_table(figures)));
+      fmt::print(stderr, "\n{}\n{}", to_text(evaluation::scan_table(figures)),
+                 to_text(evaluation::latency_table(figures)));
     }
     return kExitOk;
   }
@@ -179,4 +180,4 @@ void add_replay_command(CLI::App* rcs, Commands* commands) {
   commands->push_back(std::make_unique<Replay>(rcs));
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

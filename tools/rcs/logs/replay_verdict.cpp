@@ -15,7 +15,7 @@
 #include "modules/registration/registration.h"
 #include "rcs/terrain/map_tile.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 /// At this distance the vertical at the fix differs from the datum's by 1.6 mrad, which WM would
@@ -68,7 +68,7 @@ void ReplayVerdict::count(std::string_view channel, const std::uint8_t* data, st
     const auto r = decoded<registration_t>(data, size);
     if (r && r->target == registration_t::TARGET_ROLLING) {
       ++scans_;
-      if (sp::usable(static_cast<sp::Stop>(r->stop))) ++registered_;
+      if (registration::usable(static_cast<registration::Stop>(r->stop))) ++registered_;
     }
   } else if (channel == channel::kSpEvent) {
     const auto e = decoded<event_t>(data, size);
@@ -140,4 +140,4 @@ std::vector<std::string> ReplayVerdict::faults(const std::optional<Geodetic>& da
   return all;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

@@ -11,7 +11,7 @@
 #include "rcs/node/bus/local_bus.h"
 #include "rcs/terrain/map_index.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 
 /// Counts on the bus of a replay, and hands every message on.
 class ReplayVerdict final : public BusTap {
@@ -46,4 +46,4 @@ class ReplayVerdict final : public BusTap {
   std::vector<Vec3> course_;  ///< of the vehicle in frame world, a point about every metre
 };
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

@@ -11,7 +11,7 @@
 #include "tools/rcs/command.h"
 #include "tools/report/html_page.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 constexpr std::string_view kName = "report";
@@ -19,9 +19,9 @@ constexpr std::size_t kMaxDrawn = 4;
 
 /// A run and what it is worth.
 struct ReportedRun {
-  RunLog log;
-  RunFigures figures;
-  WorldFigures world;
+  recording::RunLog log;
+  evaluation::RunFigures figures;
+  evaluation::WorldFigures world;
 };
 
 class ReportCommand final : public Command {
@@ -68,7 +68,7 @@ class ReportCommand final : public Command {
  private:
   Outcome read_runs() {
     if (!truth_log_.empty()) {
-      Result<RunLog> truth = read_run(truth_log_);
+      Result<recording::RunLog> truth = recording::read_run(truth_log_);
       if (!truth) return truth.error();
       truth_ = std::move(truth->truth);
       truth_datum_ = truth->truth_datum;
@@ -76,7 +76,7 @@ class ReportCommand final : public Command {
     for (const std::string& run : runs_) {
       const std::size_t equals = run.find('=');
       const std::string path = equals == std::string::npos ? run : run.substr(equals + 1);
-      Result<RunLog> log = read_run(path);
+      Result<recording::RunLog> log = recording::read_run(path);
       if (!log) return log.error();
       if (!log->damage.empty()) fmt::print(stderr, "rcs report: {}: {}\n", path, log->damage);
       if (truth_.empty()) {
@@ -84,15 +84,17 @@ class ReportCommand final : public Command {
         truth_datum_ = log->truth_datum;
       }
       if (truth_.empty()) return Error{path + ": no SIM_TRUTH; --truth-log names a log with it"};
-      std::optional<WorldFigures> world = world_figures(*log, truth_, truth_datum_);
+      std::optional<evaluation::WorldFigures> world =
+          evaluation::world_figures(*log, truth_, truth_datum_);
       if (!world) return Error{path + ": no world pose of WM at a time of the truth"};
       names_.push_back(equals == std::string::npos ? path : run.substr(0, equals));
-      RunFigures figures = run_figures(*log);
+      evaluation::RunFigures figures = evaluation::run_figures(*log);
       reported_.push_back({std::move(log).value(), std::move(figures), std::move(*world)});
     }
     if (Outcome outages = find_outages(); !outages) return outages;
     for (std::size_t k = 0; k < reported_.size(); ++k) {
-      compared_.push_back(compare_run(names_[k], reported_[k].log, reported_[k].world, outages_));
+      compared_.push_back(
+          evaluation::compare_run(names_[k], reported_[k].log, reported_[k].world, outages_));
     }
     return Done{};
   }
@@ -101,15 +103,15 @@ class ReportCommand final : public Command {
   /// accept GPS again, and one that is not takes it first; neither is to count as denied then.
   Outcome find_outages() {
     if (gps_cut_.empty()) {
-      outages_ = gps_outages(reported_.front().log);
+      outages_ = evaluation::gps_outages(reported_.front().log);
       for (const ReportedRun& run : reported_) {
-        outages_ = common_intervals(outages_, gps_outages(run.log));
+        outages_ = evaluation::common_intervals(outages_, evaluation::gps_outages(run.log));
       }
       return Done{};
     }
     std::string text = gps_cut_;
     if (const std::size_t colon = text.find(':'); colon != std::string::npos) text[colon] = ' ';
-    const std::optional<std::vector<double>> v = parse_numbers(text);
+    const std::optional<std::vector<double>> v = tools::parse_numbers(text);
     if (!v || v->size() != 2 || (*v)[1] <= (*v)[0]) {
       return Error{"--gps-cut " + gps_cut_ + ": expected A:B, two times in seconds"};
     }
@@ -120,7 +122,7 @@ class ReportCommand final : public Command {
   /// Whether the LADAR is worth as much as was asked for.
   [[nodiscard]] int judge() const {
     if (min_factor_ <= 0.0) return kExitOk;
-    const std::optional<double> factor = ladar_factor(compared_);
+    const std::optional<double> factor = evaluation::ladar_factor(compared_);
     if (factor && *factor >= min_factor_) return kExitOk;
     if (!factor) {
       return fail(kName, Error{"--min-factor: no two runs that differ by the LADAR alone while GPS "
@@ -136,7 +138,7 @@ class ReportCommand final : public Command {
 
   [[nodiscard]] std::string outage_text() const {
     std::string text;
-    for (const OutageFigures& o : compared_.front().outages) {
+    for (const evaluation::OutageFigures& o : compared_.front().outages) {
       text += fmt::format("{}GPS denied from {:.0f} s to {:.0f} s, over {:.0f} m.",
                           text.empty() ? "" : " ", seconds(o.interval.from - zero()),
                           seconds(o.interval.to - zero()), o.driven_m);
@@ -146,22 +148,24 @@ class ReportCommand final : public Command {
 
   void print_figures() const {
     if (json_) {
-      Json json = {{"runs", Json::array()}};
+      evaluation::Json json = {{"runs", evaluation::Json::array()}};
       for (std::size_t k = 0; k < compared_.size(); ++k) {
-        Json run = to_json(compared_[k], zero());
+        evaluation::Json run = to_json(compared_[k], zero());
         run["log"] = reported_[k].log.path;
         run["world"] = to_json(reported_[k].world);
         run["figures"] = to_json(reported_[k].figures);
         json["runs"].push_back(std::move(run));
       }
-      if (const std::optional<double> factor = ladar_factor(compared_))
+      if (const std::optional<double> factor = evaluation::ladar_factor(compared_))
         json["ladar_factor"] = *factor;
       fmt::print("{}\n", json.dump(2));
       return;
     }
-    fmt::print("{}\n{}\n{}\n\n{}\n{}", outage_text(), to_text(comparison_table(compared_)),
-               comparison_text(compared_), to_text(latency_table(reported_.front().figures)),
-               to_text(scan_table(reported_.front().figures)));
+    fmt::print("{}\n{}\n{}\n\n{}\n{}", outage_text(),
+               to_text(evaluation::comparison_table(compared_)),
+               evaluation::comparison_text(compared_),
+               to_text(evaluation::latency_table(reported_.front().figures)),
+               to_text(evaluation::scan_table(reported_.front().figures)));
   }
 
   /// The runs in the pictures of all: no more than there are colours.
@@ -173,36 +177,37 @@ class ReportCommand final : public Command {
     return all;
   }
 
-  [[nodiscard]] Plot course() const {
-    std::vector<NamedTrajectory> estimates;
+  [[nodiscard]] report::Plot course() const {
+    std::vector<evaluation::NamedTrajectory> estimates;
     for (const std::size_t k : drawn()) {
-      NamedTrajectory estimate{names_[k], {}};
-      for (const WorldError& e : reported_[k].world.errors) {
+      evaluation::NamedTrajectory estimate{names_[k], {}};
+      for (const evaluation::WorldError& e : reported_[k].world.errors) {
         estimate.poses.push_back({e.stamp, e.T_truthworld_vehicle});
       }
       estimates.push_back(std::move(estimate));
     }
-    return course_plot(truth_, estimates, outages_, Frame::kWorld);
+    return evaluation::course_plot(truth_, estimates, outages_, recording::Frame::kWorld);
   }
 
-  [[nodiscard]] Plot errors() const {
-    std::vector<std::pair<std::string, const WorldFigures*>> runs;
+  [[nodiscard]] report::Plot errors() const {
+    std::vector<std::pair<std::string, const evaluation::WorldFigures*>> runs;
     for (const std::size_t k : drawn()) {
       runs.emplace_back(names_[k], &reported_[k].world);
     }
-    return comparison_plot(runs, outages_, zero());
+    return evaluation::comparison_plot(runs, outages_, zero());
   }
 
   [[nodiscard]] Outcome write_page() const {
     const ReportedRun& main = reported_.front();
     if (!svg_.empty()) {
-      const std::string svg = render_stacked({course(), errors()});
-      if (Outcome written = write_text(svg_, svg); !written) return written;
+      const std::string svg = report::render_stacked({course(), errors()});
+      if (Outcome written = tools::write_text(svg_, svg); !written) return written;
     }
-    HtmlPage page("Drive without GPS");
+    report::HtmlPage page("Drive without GPS");
     page.paragraph(outage_text());
-    page.table(comparison_table(compared_));
-    if (const std::string text = comparison_text(compared_); !text.empty()) page.paragraph(text);
+    page.table(evaluation::comparison_table(compared_));
+    if (const std::string text = evaluation::comparison_text(compared_); !text.empty())
+      page.paragraph(text);
     page.heading("Course");
     page.plot(course());
     page.heading("Error");
@@ -211,25 +216,28 @@ class ReportCommand final : public Command {
         fmt::format("{}: what WM claims against what is true. NEES per degree of "
                     "freedom {:.2f}; 1 when the covariance tells the truth.",
                     names_.front(), main.world.nees_per_dof));
-    page.table(world_table(main.world));
-    for (const Plot& p : error_plots(main.world, outages_, zero())) page.plot(p);
+    page.table(evaluation::world_table(main.world));
+    for (const report::Plot& p : evaluation::error_plots(main.world, outages_, zero()))
+      page.plot(p);
 
-    if (const Result<ScanPoses> scans = poses_at_scans(main.log, Frame::kWorld)) {
-      if (Result<CellMap> map = read_map(main.log.path, scans->poses)) {
+    if (const Result<recording::ScanPoses> scans =
+            recording::poses_at_scans(main.log, recording::Frame::kWorld)) {
+      if (Result<report::CellMap> map = evaluation::read_map(main.log.path, scans->poses)) {
         page.heading("Map");
-        page.plot(map_plot(std::move(map).value(), scans->poses, Frame::kWorld));
+        page.plot(
+            evaluation::map_plot(std::move(map).value(), scans->poses, recording::Frame::kWorld));
       }
     }
     page.heading("Latencies");
-    page.table(latency_table(main.figures));
+    page.table(evaluation::latency_table(main.figures));
     if (main.figures.chain_ms) {
-      page.plot(
-          latency_plot("From a scan's last facet to nav_state", main.figures.chain_samples_ms));
+      page.plot(evaluation::latency_plot("From a scan's last facet to nav_state",
+                                         main.figures.chain_samples_ms));
     }
-    for (const Plot& p : node_plots(main.log)) page.plot(p);
+    for (const report::Plot& p : evaluation::node_plots(main.log)) page.plot(p);
     page.heading("Registrations");
-    page.table(scan_table(main.figures));
-    return write_text(out_, page.finish());
+    page.table(evaluation::scan_table(main.figures));
+    return tools::write_text(out_, page.finish());
   }
 
   std::vector<std::string> runs_;
@@ -240,12 +248,12 @@ class ReportCommand final : public Command {
   double min_factor_ = 0.0;
   bool json_ = false;
 
-  Trajectory truth_;
+  tools::Trajectory truth_;
   std::optional<Geodetic> truth_datum_;
-  std::vector<TimeInterval> outages_;
+  std::vector<evaluation::TimeInterval> outages_;
   std::vector<std::string> names_;
   std::vector<ReportedRun> reported_;
-  std::vector<ComparedRun> compared_;
+  std::vector<evaluation::ComparedRun> compared_;
 };
 
 }  // namespace
@@ -254,4 +262,4 @@ void add_report_command(CLI::App* rcs, Commands* commands) {
   commands->push_back(std::make_unique<ReportCommand>(rcs));
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

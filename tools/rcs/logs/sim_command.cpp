@@ -13,7 +13,7 @@
 #include "tools/rcs/command.h"
 #include "tools/rcs/terminal.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 constexpr std::string_view kName = "sim";
@@ -74,7 +74,7 @@ class Sim final : public Command {
   [[nodiscard]] Outcome write_prior_map(const sim::Simulator& simulator) const {
     if (prior_map_.empty()) return Done{};
     const sim::PriorMap map = simulator.prior_map();
-    return write_map(prior_map_, map.frame, map.raster);
+    return mapping::write_map(prior_map_, map.frame, map.raster);
   }
 
   [[nodiscard]] Outcome onto_bus(const sim::Scenario& scenario) const {
@@ -99,7 +99,7 @@ class Sim final : public Command {
   }
 
   [[nodiscard]] Outcome into_log(const sim::Scenario& scenario) const {
-    OutputFile out(out_);
+    tools::OutputFile out(out_);
     Result<LogWriter> writer = LogWriter::create(out.write_path());
     if (!writer) return writer.error();
     sim::Simulator simulator(scenario);
@@ -134,4 +134,4 @@ void add_sim_command(CLI::App* rcs, Commands* commands) {
   commands->push_back(std::make_unique<Sim>(rcs));
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

@@ -11,20 +11,20 @@
 #include "tools/rcs/terminal.h"
 #include "tools/smoothing/reference_output.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 constexpr std::string_view kName = "truth";
 constexpr double kRecordingShare = 0.25;  // of the time that all takes
 
-Result<TruthVehicle> load_vehicle(const std::string& path) {
+Result<smoothing::TruthVehicle> load_vehicle(const std::string& path) {
   const Result<ParamFile> file = ParamFile::load(path);
   if (!file) return file.error();
   const Result<sp::SpConfig> sp = sp::load_sp_config(*file);
   if (!sp) return sp.error();
   const Result<wm::WmConfig> wm = wm::load_wm_config(*file);
   if (!wm) return wm.error();
-  return TruthVehicle{*sp, *wm};
+  return smoothing::TruthVehicle{*sp, *wm};
 }
 
 class Truth final : public Command {
@@ -77,13 +77,13 @@ class Truth final : public Command {
 
  private:
   Outcome compute() {
-    const Result<TruthVehicle> vehicle = load_vehicle(config_);
+    const Result<smoothing::TruthVehicle> vehicle = load_vehicle(config_);
     if (!vehicle) return vehicle.error();
     // Five files, all or none.
-    std::array<std::unique_ptr<OutputFile>, 5> files;
+    std::array<std::unique_ptr<tools::OutputFile>, 5> files;
     const std::array<const char*, 5> kEndings = {"", ".kitti", ".scans", ".sigma.csv", ".json"};
     for (std::size_t k = 0; k < files.size(); ++k) {
-      files[k] = std::make_unique<OutputFile>(out_ + kEndings[k]);
+      files[k] = std::make_unique<tools::OutputFile>(out_ + kEndings[k]);
     }
     if (files[0]->in_place()) return Error{out_ + ": a device: five files are named after OUT"};
     std::array<std::string, 5> texts;
@@ -91,19 +91,19 @@ class Truth final : public Command {
     for (std::size_t k = 0; k < files.size(); ++k) {
       if (Outcome done = files[k]->write(texts[k]); !done) return done;
     }
-    for (const std::unique_ptr<OutputFile>& file : files) {
+    for (const std::unique_ptr<tools::OutputFile>& file : files) {
       if (Outcome done = file->commit(); !done) return done;
     }
     fmt::print("{}", json_ ? texts[4] : summary_);
     return Done{};
   }
 
-  Outcome make(const TruthVehicle& vehicle, std::array<std::string, 5>* texts) {
+  Outcome make(const smoothing::TruthVehicle& vehicle, std::array<std::string, 5>* texts) {
     const InterruptGuard interrupt;
     const auto stop = [&interrupt] { return interrupt.requested(); };
     constexpr std::int64_t kWhole = 1000;
     Progress progress(kName, kWhole);
-    const Result<TruthRecording> recording = record_run(
+    const Result<smoothing::TruthRecording> recording = smoothing::record_run(
         log_, vehicle,
         [&](std::int64_t done, std::int64_t all) {
           progress.at(
@@ -124,7 +124,7 @@ class Truth final : public Command {
     if (recording->inertial.empty()) {
       fmt::print(stderr, "rcs truth: {}: no INS: SP's motion takes its place\n", log_);
     }
-    const Result<TruthResult> result = smooth(
+    const Result<smoothing::TruthResult> result = smoothing::smooth(
         *recording, vehicle, params_,
         [&](double share) {
           const double all = kRecordingShare + (1.0 - kRecordingShare) * share;
@@ -135,22 +135,23 @@ class Truth final : public Command {
     if (!result->solved.converged) {
       fmt::print(stderr, "rcs truth: {}: the last smoothing has not converged\n", log_);
     }
-    const std::vector<TruthPose> poses = truth_poses(*recording, *result);
+    const std::vector<smoothing::TruthPose> poses = smoothing::truth_poses(*recording, *result);
     if (poses.size() < recording->scans.size()) {
       fmt::print(stderr,
                  "rcs truth: {}: {} scans from before WM knew the motion, or after, have no "
                  "pose\n",
                  log_, recording->scans.size() - poses.size());
     }
-    const TruthReport report = report_truth(*recording, *result, poses);
-    Trajectory vehicle_poses;
-    Trajectory seen;
-    for (const TruthPose& p : poses) {
+    const smoothing::TruthReport report = smoothing::report_truth(*recording, *result, poses);
+    tools::Trajectory vehicle_poses;
+    tools::Trajectory seen;
+    for (const smoothing::TruthPose& p : poses) {
       vehicle_poses.push_back({p.stamp, p.T});
       seen.push_back({p.stamp, p.T_seen});
     }
-    *texts = {format_tum(vehicle_poses), format_kitti(vehicle_poses), format_tum(seen),
-              format_sigmas(poses), to_json(report, *result).dump(2) + "\n"};
+    *texts = {tools::format_tum(vehicle_poses), tools::format_kitti(vehicle_poses),
+              tools::format_tum(seen), smoothing::format_sigmas(poses),
+              to_json(report, *result).dump(2) + "\n"};
     summary_ = to_text(report, *result);
     return Done{};
   }
@@ -159,7 +160,7 @@ class Truth final : public Command {
   std::string config_;
   std::string out_;
   std::string summary_;
-  TruthParams params_;
+  smoothing::TruthParams params_;
   bool json_ = false;
 };
 
@@ -169,4 +170,4 @@ void add_truth_command(CLI::App* rcs, Commands* commands) {
   commands->push_back(std::make_unique<Truth>(rcs));
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

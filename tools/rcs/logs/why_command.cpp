@@ -5,7 +5,7 @@
 #include "tools/rcs/command.h"
 #include "tools/studies/explanation.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 constexpr std::string_view kName = "why";
@@ -33,7 +33,7 @@ class Why final : public Command {
   int run() override {
     Result<LogReader> reader = LogReader::open(log_);
     if (!reader) return fail(kName, reader.error());
-    const Result<std::string> story = why_story(&reader.value(), from_seconds(time_s_));
+    const Result<std::string> story = studies::why_story(&reader.value(), from_seconds(time_s_));
     if (!story) return fail(kName, story.error());
     fmt::print("{}", *story);
     return kExitOk;
@@ -50,4 +50,4 @@ void add_why_command(CLI::App* rcs, Commands* commands) {
   commands->push_back(std::make_unique<Why>(rcs));
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

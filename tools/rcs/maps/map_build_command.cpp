@@ -15,7 +15,7 @@
 #include "tools/rcs/terminal.h"
 #include "tools/report/table.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -159,20 +159,21 @@ class MapBuildCommand final : public Command {
       if (!wrong.empty()) return Error{wrong};
     }
     for (const std::string& file : pose_files_) {
-      if (!std::isnan(pose_sigma_m_) || std::filesystem::exists(sigma_file_of(file))) continue;
+      if (!std::isnan(pose_sigma_m_) || std::filesystem::exists(recording::sigma_file_of(file)))
+        continue;
       return Error{fmt::format("--poses: {}: no {} beside it: --pose-sigma is required", file,
-                               sigma_file_of(file))};
+                               recording::sigma_file_of(file))};
     }
     if (wanted_.points && runs_.size() > 1) {
       return Error{"--points: of one RUN; surveys that are merged keep their ground alone"};
     }
     if (!date_.empty()) {
-      const int date = parse_date(date_);
+      const int date = mapping::parse_date(date_);
       if (date == 0) return Error{"--date: " + date_ + ": YYYY-MM-DD from 2000 on is due"};
       wanted_.date = static_cast<std::uint16_t>(date);
     }
-    if (truth_) wanted_.source = PoseSource::kTruth;
-    if (!pose_files_.empty()) wanted_.source = PoseSource::kFile;
+    if (truth_) wanted_.source = recording::PoseSource::kTruth;
+    if (!pose_files_.empty()) wanted_.source = recording::PoseSource::kFile;
     if (!std::isnan(pose_sigma_m_)) wanted_.pose_sigma_m = pose_sigma_m_;
     wanted_.estimate_mount = !keep_mount_;
     wanted_.memory_bytes = memory_mb_ * 1e6;
@@ -208,8 +209,8 @@ class MapBuildCommand final : public Command {
       wanted_.log = runs_[k];
       wanted_.sensors = sensors_.empty() ? runs_[k] : sensors_[k];
       if (!pose_files_.empty()) wanted_.pose_file = pose_files_[k];
-      Result<MapBuilt> built =
-          build_map(wanted_, frame, several || !prior_.empty() ? parts.next() : out_, going);
+      Result<mapping::MapBuilt> built = mapping::build_map(
+          wanted_, frame, several || !prior_.empty() ? parts.next() : out_, going);
       if (!built) return built.error();
       frame = built->frame;
       built_.push_back(std::move(built).value());
@@ -219,20 +220,20 @@ class MapBuildCommand final : public Command {
     if (several) {
       const std::vector<std::string> runs = parts.paths();
       whole = prior_.empty() ? out_ : parts.next();
-      const Result<Merged> merged = merge_maps(runs, whole, going);
+      const Result<mapping::Merged> merged = mapping::merge_maps(runs, whole, going);
       if (!merged) return merged.error();
       merged_ = *merged;
       done += 1.0;
     }
     if (prior_.empty()) return Done{};
-    const Result<Filled> filled = fill_map(whole, prior_, out_, going);
+    const Result<mapping::Filled> filled = mapping::fill_map(whole, prior_, out_, going);
     if (!filled) return filled.error();
     filled_ = *filled;
     return Done{};
   }
 
-  [[nodiscard]] static Json json_of(const MapBuilt& b) {
-    const GroundFigures& g = b.ground;
+  [[nodiscard]] static Json json_of(const mapping::MapBuilt& b) {
+    const mapping::GroundFigures& g = b.ground;
     const Vec3& turn = b.mount.turn_vehicle;
     return {{"scans", b.scans.scans},
             {"scans_without_pose", b.scans.no_pose},
@@ -275,9 +276,9 @@ class MapBuildCommand final : public Command {
       fmt::print("{}\n", json.dump(2));
       return kExitOk;
     }
-    Table table{{"run", "scans", "cells", "seen >= 5", "roughness [m]", "sigma [m]",
-                 "slow error [m]", "ground [%]", "standing [%]", "moving [%]"},
-                {}};
+    report::Table table{{"run", "scans", "cells", "seen >= 5", "roughness [m]", "sigma [m]",
+                         "slow error [m]", "ground [%]", "standing [%]", "moving [%]"},
+                        {}};
     for (const Json& run : runs) {
       const Json& returns = run["returns"];
       double all = 1e-9;
@@ -314,10 +315,10 @@ class MapBuildCommand final : public Command {
   bool truth_ = false;
   bool keep_mount_ = false;
   bool json_ = false;
-  MapBuild wanted_;
-  std::vector<MapBuilt> built_;
-  std::optional<Merged> merged_;
-  std::optional<Filled> filled_;
+  mapping::MapBuild wanted_;
+  std::vector<mapping::MapBuilt> built_;
+  std::optional<mapping::Merged> merged_;
+  std::optional<mapping::Filled> filled_;
 };
 
 }  // namespace
@@ -326,4 +327,4 @@ void add_map_build_command(CLI::App* map, Commands* commands) {
   commands->push_back(std::make_unique<MapBuildCommand>(map));
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

@@ -18,7 +18,7 @@
 #include "tools/report/table.h"
 #include "tools/survey/map_export.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -40,16 +40,18 @@ class MapInfo final : public Command {
     const Result<MapFolder> map = MapFolder::open(path_);
     if (!map) return fail("map info", map.error());
     const MapFrame& f = map->index().frame;
-    Json json = {{"datum",
-                  {{"lat_deg", degrees(f.datum.lat_rad)},
-                   {"lon_deg", degrees(f.datum.lon_rad)},
-                   {"height_m", f.datum.height.m}}},
-                 {"reference", f.reference},
-                 {"heights_above", f.heights},
-                 {"undulation_m", std::isnan(f.undulation_m) ? Json() : Json(f.undulation_m)},
-                 {"source_crs", f.source_crs},
-                 {"levels", Json::array()}};
-    Table table{
+    Json json = {
+        {"datum",
+         {{"lat_deg", degrees(f.datum.lat_rad)},
+          {"lon_deg", degrees(f.datum.lon_rad)},
+          {"height_m", f.datum.height.m}}},
+        {"reference", f.reference},
+        {"heights_above", f.heights},
+        {"undulation_m",
+         std::isnan(f.undulation_m) ? Json() : Json(f.undulation_m)},
+        {"source_crs", f.source_crs},
+        {"levels", Json::array()}};
+    report::Table table{
         {"level", "cell [m]", "tiles", "km2 known", "east [m]", "north [m]", "z [m]", "points"},
         {}};
     if (check_) {
@@ -143,7 +145,9 @@ class MapInfo final : public Command {
       json["sigma_median_m"] = *middle;
     }
     json["sources"] = sources;
-    json["dates"] = newest == 0 ? Json::array() : Json{date_text(oldest), date_text(newest)};
+    json["dates"] = newest == 0
+                        ? Json::array()
+                        : Json{mapping::date_text(oldest), mapping::date_text(newest)};
     return json;
   }
 
@@ -209,15 +213,16 @@ class MapExport final : public Command {
     }
     const auto level_or = [this](int standard) { return level_ < 0 ? standard : level_; };
     if (!geotiff_.empty()) {
-      const Result<Raster> raster = whole_level(*map, level_or(0));
+      const Result<Raster> raster = survey::whole_level(*map, level_or(0));
       if (!raster) return fail(kName, raster.error());
-      const Outcome done = write_geotiff(map->index().frame, *raster, geotiff_);
+      const Outcome done = survey::write_geotiff(map->index().frame, *raster, geotiff_);
       if (!done) return fail(kName, done.error());
     }
     if (!hillshade_.empty()) {
-      const Result<Raster> raster = whole_level(*map, level_or(level_of_at_most(*map, kPicture)));
+      const Result<Raster> raster =
+          survey::whole_level(*map, level_or(survey::level_of_at_most(*map, kPicture)));
       if (!raster) return fail(kName, raster.error());
-      const Outcome done = write_hillshade(*raster, hillshade_);
+      const Outcome done = survey::write_hillshade(*raster, hillshade_);
       if (!done) return fail(kName, done.error());
     }
     return kExitOk;
@@ -246,4 +251,4 @@ void add_map_commands(CLI::App* rcs, Commands* commands) {
   add_map_worth_command(map, commands);
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

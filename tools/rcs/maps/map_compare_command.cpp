@@ -17,7 +17,7 @@
 #include "tools/survey/map_difference.h"
 #include "tools/survey/map_export.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -51,10 +51,10 @@ class MapMerge final : public Command {
   int run() override {
     constexpr std::string_view kName = "map merge";
     const InterruptGuard interrupt;
-    Result<Merged> done = Error{""};
+    Result<mapping::Merged> done = Error{""};
     {
       Progress progress(kName, kSteps);
-      done = merge_maps(maps_, out_, [&](double share) {
+      done = mapping::merge_maps(maps_, out_, [&](double share) {
         progress.at(static_cast<std::int64_t>(share * kSteps));
         return !interrupt.requested();
       });
@@ -102,28 +102,28 @@ class MapDiff final : public Command {
     if (!a) return fail(kName, a.error());
     const InterruptGuard interrupt;
     const double cell_m = a->index().levels.front().level.cell_m;
-    Result<MapResampler> b = MapResampler::open(b_, *a, cell_m);
+    Result<mapping::MapResampler> b = mapping::MapResampler::open(b_, *a, cell_m);
     if (!b) return fail(kName, b.error());
-    Result<MapDifference> d = MapDifference();
+    Result<survey::MapDifference> d = survey::MapDifference();
     {
       Progress progress(kName, kSteps);
-      d = difference_of(*a, 0, &*b, going(&progress, interrupt));
+      d = survey::difference_of(*a, 0, &*b, going(&progress, interrupt));
     }
     if (!d) return fail(kName, d.error());
     constexpr double kLeast_m = 0.001;  // of equal maps the picture is white
     const double range_m = std::max(kLeast_m, std::abs(d->median_m) + 3.0 * d->nmad_m);
     if (!picture_.empty()) {
-      const int level = level_of_at_most(*a, kPicture);
+      const int level = survey::level_of_at_most(*a, kPicture);
       const double coarser_m = a->index().levels[static_cast<std::size_t>(level)].level.cell_m;
-      b = MapResampler::open(b_, *a, coarser_m);
+      b = mapping::MapResampler::open(b_, *a, coarser_m);
       if (!b) return fail(kName, b.error());
       Result<Raster> raster = Error{""};
       {
         Progress progress("picture", kSteps);
-        raster = difference_raster(*a, level, &*b, going(&progress, interrupt));
+        raster = survey::difference_raster(*a, level, &*b, going(&progress, interrupt));
       }
       if (!raster) return fail(kName, raster.error());
-      const Outcome done = write_difference(*raster, range_m, picture_);
+      const Outcome done = survey::write_difference(*raster, range_m, picture_);
       if (!done) return fail(kName, done.error());
     }
     tell(*d, cell_m, range_m);
@@ -131,38 +131,40 @@ class MapDiff final : public Command {
   }
 
  private:
-  [[nodiscard]] static Going going(Progress* progress, const InterruptGuard& interrupt) {
+  [[nodiscard]] static survey::Going going(Progress* progress, const InterruptGuard& interrupt) {
     return [progress, &interrupt](double share) {
       progress->at(static_cast<std::int64_t>(share * kSteps));
       return !interrupt.requested();
     };
   }
 
-  void tell(const MapDifference& d, double cell_m, double range_m) const {
+  void tell(const survey::MapDifference& d, double cell_m, double range_m) const {
     if (json_) {
-      Json json = {{"cells", d.cells},
-                   {"cell_m", cell_m},
-                   {"mean_m", d.mean_m},
-                   {"median_m", d.median_m},
-                   {"rms_m", d.rms_m},
-                   {"nmad_m", d.nmad_m},
-                   {"p95_abs_m", d.p95_m},
-                   {"within_sigma", {{"one", d.by_sigma.one}, {"two", d.by_sigma.two}}},
-                   {"within_sigma_and_bias", {{"one", d.with_bias.one}, {"two", d.with_bias.two}}}};
+      Json json = {
+          {"cells", d.cells},
+          {"cell_m", cell_m},
+          {"mean_m", d.mean_m},
+          {"median_m", d.median_m},
+          {"rms_m", d.rms_m},
+          {"nmad_m", d.nmad_m},
+          {"p95_abs_m", d.p95_m},
+          {"within_sigma", {{"one", d.by_sigma.one}, {"two", d.by_sigma.two}}},
+          {"within_sigma_and_bias", {{"one", d.with_bias.one}, {"two", d.with_bias.two}}}};
       if (!picture_.empty()) json["picture_range_m"] = range_m;
       fmt::print("{}\n", json.dump(2));
       return;
     }
     const auto metres = [](double v) { return fmt::format("{:.3f}", v); };
     const auto percent = [](double v) { return fmt::format("{:.1f}", 100.0 * v); };
-    const Table differences{
+    const report::Table differences{
         {"B - A", "cells", "mean [m]", "median [m]", "RMS [m]", "NMAD [m]", "95 % of |d| [m]"},
         {{fmt::format("cells of {} m", cell_m), std::to_string(d.cells), metres(d.mean_m),
           metres(d.median_m), metres(d.rms_m), metres(d.nmad_m), metres(d.p95_m)}}};
-    const Table honesty{{"within", "1 sigma [%]", "2 sigma [%]"},
-                        {{"both maps' sigma", percent(d.by_sigma.one), percent(d.by_sigma.two)},
-                         {"and slow errors", percent(d.with_bias.one), percent(d.with_bias.two)},
-                         {"of normal errors", "68.3", "95.4"}}};
+    const report::Table honesty{
+        {"within", "1 sigma [%]", "2 sigma [%]"},
+        {{"both maps' sigma", percent(d.by_sigma.one), percent(d.by_sigma.two)},
+         {"and slow errors", percent(d.with_bias.one), percent(d.with_bias.two)},
+         {"of normal errors", "68.3", "95.4"}}};
     fmt::print("{}\n{}", to_text(differences), to_text(honesty));
     if (picture_.empty()) return;
     fmt::print("{}: white 0, blue -{:.3f} m and below, red {:.3f} m and above\n", picture_, range_m,
@@ -182,4 +184,4 @@ void add_map_compare_commands(CLI::App* map, Commands* commands) {
   commands->push_back(std::make_unique<MapDiff>(map));
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

@@ -16,7 +16,7 @@
 #include "tools/survey/npy_raster.h"
 #include "tools/survey/raster_import.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 const std::map<std::string, CellSource> kSources = {{"survey", CellSource::kSurvey},
@@ -43,10 +43,10 @@ class SurveyOptions {
         ->check(CLI::IsMember({"survey", "aerial"}))
         ->capture_default_str();
   }
-  [[nodiscard]] Result<SurveyQuality> quality() const {
-    SurveyQuality q = quality_;
+  [[nodiscard]] Result<survey::SurveyQuality> quality() const {
+    survey::SurveyQuality q = quality_;
     if (!date_.empty()) {
-      q.date = parse_date(date_);
+      q.date = mapping::parse_date(date_);
       if (q.date == 0) return Error{"--date: " + date_ + ": YYYY-MM-DD from 2000 on is due"};
     }
     return q;
@@ -56,7 +56,7 @@ class SurveyOptions {
 
  private:
   std::string out_;
-  SurveyQuality quality_;
+  survey::SurveyQuality quality_;
   std::string date_;
   std::string source_ = "aerial";
 };
@@ -64,7 +64,7 @@ class SurveyOptions {
 /// What is the same for files that lie on the earth.
 class CoordinateOptions {
  public:
-  CoordinateOptions(CLI::App* app, SurveyCoordinates* wanted) : wanted_(wanted) {
+  CoordinateOptions(CLI::App* app, survey::SurveyCoordinates* wanted) : wanted_(wanted) {
     app->add_option("--crs", wanted->crs,
                     "EPSG code or PROJ text of its coordinates, if it does not say, or wrongly");
     app->add_option("--heights", wanted->heights,
@@ -83,7 +83,7 @@ class CoordinateOptions {
   }
 
  private:
-  SurveyCoordinates* wanted_;
+  survey::SurveyCoordinates* wanted_;
   double undulation_m_ = std::numeric_limits<double>::quiet_NaN();
 };
 
@@ -103,7 +103,8 @@ class MapImportRaster final : public Command {
         survey_(app()),
         coordinates_(app(), &wanted_) {
     app()
-        ->add_option("FILE", wanted_.path, fmt::format("{} [heights in metres]", kRasterFormats))
+        ->add_option("FILE", wanted_.path,
+                     fmt::format("{} [heights in metres]", survey::kRasterFormats))
         ->required()
         ->check(CLI::ExistingFile);
     app()->add_option("--band", wanted_.band, "of the file")->capture_default_str();
@@ -125,7 +126,7 @@ class MapImportRaster final : public Command {
 
   int run() override {
     constexpr std::string_view kName = "map import raster";
-    const Result<SurveyQuality> quality = survey_.quality();
+    const Result<survey::SurveyQuality> quality = survey_.quality();
     if (!quality) return fail(kName, quality.error());
     wanted_.quality = *quality;
     wanted_.source = survey_.source();
@@ -134,10 +135,11 @@ class MapImportRaster final : public Command {
     const InterruptGuard interrupt;
     constexpr std::int64_t kSteps = 1000;
     Progress progress(kName, kSteps);
-    const Result<RasterImported> done = import_raster(wanted_, survey_.out(), [&](double share) {
-      progress.at(static_cast<std::int64_t>(share * kSteps));
-      return !interrupt.requested();
-    });
+    const Result<survey::RasterImported> done =
+        survey::import_raster(wanted_, survey_.out(), [&](double share) {
+          progress.at(static_cast<std::int64_t>(share * kSteps));
+          return !interrupt.requested();
+        });
     if (!done) return fail(kName, done.error());
     say_written(survey_.out(), done->frame, done->cell_m, done->known);
     return kExitOk;
@@ -145,7 +147,7 @@ class MapImportRaster final : public Command {
 
  private:
   SurveyOptions survey_;
-  RasterImport wanted_;
+  survey::RasterImport wanted_;
   CoordinateOptions coordinates_;
   double nodata_ = std::numeric_limits<double>::quiet_NaN();
 };
@@ -216,7 +218,7 @@ class MapImportCloud final : public Command {
 
   int run() override {
     constexpr std::string_view kName = "map import cloud";
-    const Result<SurveyQuality> quality = survey_.quality();
+    const Result<survey::SurveyQuality> quality = survey_.quality();
     if (!quality) return fail(kName, quality.error());
     wanted_.quality = *quality;
     wanted_.source = survey_.source();
@@ -225,10 +227,11 @@ class MapImportCloud final : public Command {
     const InterruptGuard interrupt;
     constexpr std::int64_t kSteps = 1000;
     Progress progress(kName, kSteps);
-    const Result<CloudImported> done = import_cloud(wanted_, survey_.out(), [&](double share) {
-      progress.at(static_cast<std::int64_t>(share * kSteps));
-      return !interrupt.requested();
-    });
+    const Result<survey::CloudImported> done =
+        survey::import_cloud(wanted_, survey_.out(), [&](double share) {
+          progress.at(static_cast<std::int64_t>(share * kSteps));
+          return !interrupt.requested();
+        });
     if (!done) return fail(kName, done.error());
     say_points(*done);
     say_written(survey_.out(), done->frame, wanted_.cell_m, done->ground.cells);
@@ -236,7 +239,7 @@ class MapImportCloud final : public Command {
   }
 
  private:
-  static void say_points(const CloudImported& c) {
+  static void say_points(const survey::CloudImported& c) {
     fmt::print(stderr,
                "rcs map: {} points: {} of the ground (told by {}), {} not; {} withheld or not "
                "finite, {} noise{}\n",
@@ -251,7 +254,7 @@ class MapImportCloud final : public Command {
   }
 
   SurveyOptions survey_;
-  CloudImport wanted_;
+  survey::CloudImport wanted_;
   CoordinateOptions coordinates_;
   double memory_mb_ = 4000.0;
 };
@@ -273,12 +276,12 @@ class MapImportAv2 final : public Command {
 
   int run() override {
     constexpr std::string_view kName = "map import av2";
-    const Result<SurveyQuality> quality = survey_.quality();
+    const Result<survey::SurveyQuality> quality = survey_.quality();
     if (!quality) return fail(kName, quality.error());
-    Result<ImportedRaster> read = import_av2(folder_, *quality);
+    Result<survey::ImportedRaster> read = survey::import_av2(folder_, *quality);
     if (!read) return fail(kName, read.error());
     read->raster.source = {survey_.source()};
-    if (Outcome written = write_map(survey_.out(), read->frame, read->raster); !written) {
+    if (Outcome written = mapping::write_map(survey_.out(), read->frame, read->raster); !written) {
       return fail(kName, written.error());
     }
     const auto known = std::count_if(read->raster.z_m.begin(), read->raster.z_m.end(),
@@ -302,4 +305,4 @@ void add_map_import_commands(CLI::App* map, Commands* commands) {
   commands->push_back(std::make_unique<MapImportAv2>(import));
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

@@ -18,7 +18,7 @@
 #include "tools/report/svg_plot.h"
 #include "tools/report/table.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -139,7 +139,7 @@ class MapLocalizability final : public Command {
 
   [[nodiscard]] Result<std::vector<Vec2>> read_path() const {
     if (path_.empty()) return std::vector<Vec2>();
-    Result<std::vector<Vec2>> way = load_places(path_);
+    Result<std::vector<Vec2>> way = tools::load_places(path_);
     if (way && way->size() < 2) return Error{path_ + ": two places or more are due"};
     return way;
   }
@@ -183,10 +183,10 @@ class MapLocalizability final : public Command {
       shares.push_back({{"sigma_m", limit_m}, {"share", share_within(limit_m)}});
     }
     Json out = {{"map", map_},
-                {"step_m", step_m_},
-                {"radius_m", params_.radius_m},
-                {"places", places_.size()},
-                {"share_within", std::move(shares)}};
+                            {"step_m", step_m_},
+                            {"radius_m", params_.radius_m},
+                            {"places", places_.size()},
+                            {"share_within", std::move(shares)}};
     if (along_.empty()) return out;
     Json path = Json::array();
     for (const PathSureness& s : along_) {
@@ -201,7 +201,7 @@ class MapLocalizability final : public Command {
   }
 
   [[nodiscard]] std::string text() const {
-    Table shares{{"a scan's worst sigma"}, {{"of the known ground [%]"}}};
+    report::Table shares{{"a scan's worst sigma"}, {{"of the known ground [%]"}}};
     for (const double limit_m : kLimits_m) {
       shares.header.push_back(fmt::format("<= {} m", limit_m));
       shares.rows[0].push_back(fmt::format("{:.1f}", 100.0 * share_within(limit_m)));
@@ -210,7 +210,8 @@ class MapLocalizability final : public Command {
         fmt::format("{} places, {} m apart\n{}", places_.size(), step_m_, to_text(shares));
     if (along_.empty()) return out;
     constexpr std::size_t kRows = 20;
-    Table path{{"way [m]", "east [m]", "north [m]", "sigma by motion [m]", "with the map [m]"}, {}};
+    report::Table path{
+        {"way [m]", "east [m]", "north [m]", "sigma by motion [m]", "with the map [m]"}, {}};
     const std::size_t every = (along_.size() + kRows - 1) / kRows;
     for (std::size_t k = 0; k < along_.size(); ++k) {
       if (k % every != 0 && k + 1 != along_.size()) continue;
@@ -223,18 +224,19 @@ class MapLocalizability final : public Command {
     return out + to_text(path);
   }
 
-  [[nodiscard]] Plot picture(const std::vector<Vec2>& way) const {
-    Plot plot;
+  [[nodiscard]] report::Plot picture(const std::vector<Vec2>& way) const {
+    report::Plot plot;
     plot.title = "Sigma of one scan on the map, along its worst direction (10 m and worse: 1)";
     plot.x_label = "east [m]";
     plot.y_label = "north [m]";
     plot.height_px = 760;
     plot.equal_scales = true;
-    plot.map = CellMap{step_m_, {}, "log10 m"};
+    plot.map = report::CellMap{step_m_, {}, "log10 m"};
     for (const Place& p : places_) {
       plot.map->cells.push_back({p.i, p.j, std::log10(std::min(p.sigma_m, kCoarsest_m))});
     }
-    Series path{"path", Colour::kOrange, SeriesStyle::kThickLine, {}, {}, {}};
+    report::Series path{"path", report::Colour::kOrange, report::SeriesStyle::kThickLine, {}, {},
+                        {}};
     for (const Vec2& p : way) {
       path.x.push_back(p.x());
       path.y.push_back(p.y());
@@ -243,14 +245,16 @@ class MapLocalizability final : public Command {
     return plot;
   }
 
-  [[nodiscard]] Plot path_plot() const {
-    Plot plot;
+  [[nodiscard]] report::Plot path_plot() const {
+    report::Plot plot;
     plot.title = "How sure along the path, were GPS to go at its start";
     plot.x_label = "way [m]";
     plot.y_label = "sigma, worst direction [m]";
     plot.y_from_zero = true;
-    Series dead{"by motion alone", Colour::kGrey, SeriesStyle::kDashed, {}, {}, {}};
-    Series with_map{"with the map", Colour::kBlue, SeriesStyle::kThickLine, {}, {}, {}};
+    report::Series dead{
+        "by motion alone", report::Colour::kGrey, report::SeriesStyle::kDashed, {}, {}, {}};
+    report::Series with_map{
+        "with the map", report::Colour::kBlue, report::SeriesStyle::kThickLine, {}, {}, {}};
     for (const PathSureness& s : along_) {
       dead.x.push_back(s.way_m);
       dead.y.push_back(s.sigma_dead_m);
@@ -265,10 +269,11 @@ class MapLocalizability final : public Command {
     const std::string as_json = json().dump(2) + "\n";
     fmt::print("{}", json_ ? as_json : text());
     if (out_.empty()) return Done{};
-    Outcome written = write_text(out_ + "/localizability.json", as_json);
-    if (written) written = write_text(out_ + "/localizability.svg", render(picture(way), true));
+    Outcome written = tools::write_text(out_ + "/localizability.json", as_json);
+    if (written)
+      written = tools::write_text(out_ + "/localizability.svg", report::render(picture(way), true));
     if (written && !along_.empty()) {
-      written = write_text(out_ + "/path.svg", render(path_plot(), true));
+      written = tools::write_text(out_ + "/path.svg", report::render(path_plot(), true));
     }
     return written;
   }
@@ -290,4 +295,4 @@ void add_map_localizability_command(CLI::App* map, Commands* commands) {
   commands->push_back(std::make_unique<MapLocalizability>(map));
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

@@ -12,7 +12,7 @@
 #include "tools/rcs/terminal.h"
 #include "tools/studies/locate_run.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -108,7 +108,7 @@ class MapLocate final : public Command {
     }
     const Result<ElevationMap> map = ElevationMap::load(map_, kMemory_bytes);
     if (!map) return fail(kName, map.error());
-    const Result<SeenDrive> drive = read_drive(log_, kColumn_m);
+    const Result<studies::SeenDrive> drive = studies::read_drive(log_, kColumn_m);
     if (!drive) return fail(kName, drive.error());
     Pose T_map_truth;
     if (drive->truth_datum) {
@@ -124,7 +124,7 @@ class MapLocate final : public Command {
  private:
   static constexpr double kColumn_m = 1.0;
 
-  [[nodiscard]] std::size_t scan_after(const SeenDrive& drive, double from_s) const {
+  [[nodiscard]] std::size_t scan_after(const studies::SeenDrive& drive, double from_s) const {
     std::size_t first = 0;
     while (first + 1 < drive.scans.size() &&
            drive.scans[first].stamp - drive.scans[0].stamp < from_seconds(from_s)) {
@@ -133,22 +133,24 @@ class MapLocate final : public Command {
     return first;
   }
 
-  [[nodiscard]] Json told(const LocateResult& r, const SeenDrive& drive,
-                          const Pose& T_map_truth) const {
+  [[nodiscard]] Json told(const studies::LocateResult& r,
+                                      const studies::SeenDrive& drive,
+                                      const Pose& T_map_truth) const {
     const sp::RelocateStatus& s = r.status;
     const bool found = s.state == sp::RelocateState::kFound;
     Json json = {{"found", found},
-                 {"why", kDoubts[static_cast<std::size_t>(s.doubt)]},
-                 {"after_s", r.after_s},
-                 {"way_m", s.way_m},
-                 {"searches", s.searches},
-                 {"refuted", s.refuted},
-                 {"hypotheses", s.hypotheses},
-                 {"spread_m", s.spread_m},
-                 {"cost", s.cost},
-                 {"evidence", s.evidence},
-                 {"margin", std::isfinite(s.margin) ? Json(s.margin) : Json(nullptr)},
-                 {"work_units", r.used}};
+                             {"why", kDoubts[static_cast<std::size_t>(s.doubt)]},
+                             {"after_s", r.after_s},
+                             {"way_m", s.way_m},
+                             {"searches", s.searches},
+                             {"refuted", s.refuted},
+                             {"hypotheses", s.hypotheses},
+                             {"spread_m", s.spread_m},
+                             {"cost", s.cost},
+                             {"evidence", s.evidence},
+                             {"margin", std::isfinite(s.margin) ? Json(s.margin)
+                                                                : Json(nullptr)},
+                             {"work_units", r.used}};
     if (s.searches > 0) {
       json["best"] = {{"east_m", r.T_map_vehicle.p.x()},
                       {"north_m", r.T_map_vehicle.p.y()},
@@ -158,7 +160,7 @@ class MapLocate final : public Command {
                       {"sigma_north_m", std::sqrt(r.covariance(1, 1))},
                       {"sigma_up_m", std::sqrt(r.covariance(2, 2))},
                       {"sigma_heading_deg", degrees(std::sqrt(r.covariance(3, 3)))}};
-      if (const std::optional<Pose> truth = pose_at(drive.truth, r.stamp, kMaxTruthGap)) {
+      if (const std::optional<Pose> truth = tools::pose_at(drive.truth, r.stamp, kMaxTruthGap)) {
         const Pose T = T_map_truth * *truth;
         const Vec3 off = r.T_map_vehicle.p - T.p;
         const double turned = wrap_angle(yaw_of(r.T_map_vehicle.q) - yaw_of(T.q));
@@ -174,14 +176,16 @@ class MapLocate final : public Command {
     return json;
   }
 
-  [[nodiscard]] int one(const ElevationMap& map, const SeenDrive& drive, const Pose& T_map_truth) {
+  [[nodiscard]] int one(const ElevationMap& map, const studies::SeenDrive& drive,
+                        const Pose& T_map_truth) {
     sp::Relocator relocator(params_);
     const sp::StartRegion region{{near_m_[0], near_m_[1]},
                                  within_m_,
                                  yaw_of_heading(heading_deg_),
                                  radians(heading_within_deg_)};
-    const LocateResult r = locate(drive, scan_after(drive, from_s_), from_seconds(length_s_), map,
-                                  region, units_, &relocator);
+    const studies::LocateResult r =
+        studies::locate(drive, scan_after(drive, from_s_), from_seconds(length_s_), map, region,
+                        units_, &relocator);
     if (r.status.state == sp::RelocateState::kOff) return refuse();
     const Json json = told(r, drive, T_map_truth);
     if (json_) {
@@ -226,7 +230,8 @@ class MapLocate final : public Command {
                e["heading_deg"].get<double>());
   }
 
-  [[nodiscard]] int many(const ElevationMap& map, const SeenDrive& drive, const Pose& T_map_truth) {
+  [[nodiscard]] int many(const ElevationMap& map, const studies::SeenDrive& drive,
+                         const Pose& T_map_truth) {
     std::mt19937_64 rng(seed_);
     std::uniform_real_distribution<double> uniform(0.0, 1.0);
     const double least_m = off_m_.empty() ? 0.0 : off_m_[0];
@@ -244,7 +249,7 @@ class MapLocate final : public Command {
       const double from_s = starts_ > 1 ? last_s * k / (starts_ - 1) : from_s_;
       const std::size_t first = scan_after(drive, from_s);
       const std::optional<Pose> truth =
-          pose_at(drive.truth, drive.scans[first].stamp, kMaxTruthGap);
+          tools::pose_at(drive.truth, drive.scans[first].stamp, kMaxTruthGap);
       if (!truth) return fail(kName, Error{"SIM_TRUTH does not cover the drive"});
       const Pose T = T_map_truth * *truth;
       const double bearing = 2.0 * kPi * uniform(rng);
@@ -255,8 +260,8 @@ class MapLocate final : public Command {
       const sp::StartRegion region{
           T.p.head<2>() + off_m * Vec2(std::cos(bearing), std::sin(bearing)), within_m_,
           wrap_angle(yaw_of(T.q) + turned), radians(heading_within_deg_)};
-      const LocateResult r =
-          locate(drive, first, from_seconds(length_s_), map, region, units_, &relocator);
+      const studies::LocateResult r =
+          studies::locate(drive, first, from_seconds(length_s_), map, region, units_, &relocator);
       if (r.status.state == sp::RelocateState::kOff) return refuse();
       Json json = told(r, drive, T_map_truth);
       json["from_s"] = from_s;
@@ -268,7 +273,8 @@ class MapLocate final : public Command {
       progress.at(k + 1);
     }
     if (json_) {
-      const Json out = {{"starts", starts_}, {"found", found}, {"false", wrong}, {"tries", all}};
+      const Json out = {
+          {"starts", starts_}, {"found", found}, {"false", wrong}, {"tries", all}};
       fmt::print("{}\n", out.dump(2));
     } else {
       tell_all(all);
@@ -314,4 +320,4 @@ void add_map_locate_command(CLI::App* map, Commands* commands) {
   commands->push_back(std::make_unique<MapLocate>(map));
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

@@ -14,7 +14,7 @@
 #include "tools/clouds/cloud_file.h"
 #include "tools/rcs/command.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -92,9 +92,9 @@ class MapMatch final : public Command {
   int run() override {
     const Result<ElevationMap> map = ElevationMap::load(map_, kMemory_bytes);
     if (!map) return fail(kName, map.error());
-    const Result<Cloud> cloud = read_cloud(cloud_, {});
+    const Result<clouds::Cloud> cloud = clouds::read_cloud(cloud_, {});
     if (!cloud) return fail(kName, cloud.error());
-    const std::optional<std::vector<double>> v = parse_numbers(pose_);
+    const std::optional<std::vector<double>> v = tools::parse_numbers(pose_);
     if (!v || v->size() != 7) return fail(kName, Error{"--pose: 7 numbers are due"});
     const Quat q((*v)[6], (*v)[3], (*v)[4], (*v)[5]);
     if (std::abs(q.norm() - 1.0) > 1e-3) {
@@ -123,7 +123,7 @@ class MapMatch final : public Command {
     sp::PriorMatchParams params;
     params.max_iterations = 60;
     sp::PriorMatchWorkspace workspace;
-    sp::Prediction prediction;
+    registration::Prediction prediction;
     // Uniform in a disc of that radius, uniform in heading; up, roll and pitch as of a vehicle that
     // knows the plumb line.
     Vec6 sigma;
@@ -142,10 +142,10 @@ class MapMatch final : public Command {
       prediction.T_target_vehicle.p += off_m * Vec3(std::cos(bearing), std::sin(bearing), 0.0);
       const sp::PriorMatch match = match_prior_map(scan.ground(), scan.standing(), map, prediction,
                                                    params, kUnlimited, &workspace);
-      const sp::Registration& r = match.registration;
+      const registration::Registration& r = match.registration;
       ends.iterations += static_cast<double>(r.iterations) / starts_;
       const Eigen::LDLT<Mat6> information(r.information);
-      if (!usable(r.stop) || r.stop == sp::Stop::kDegenerate) {
+      if (!registration::usable(r.stop) || r.stop == registration::Stop::kDegenerate) {
         ++ends.failed;
         continue;
       }
@@ -238,4 +238,4 @@ void add_map_match_command(CLI::App* map, Commands* commands) {
   commands->push_back(std::make_unique<MapMatch>(map));
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

@@ -9,7 +9,7 @@
 #include "tools/rcs/command.h"
 #include "tools/studies/map_study.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 constexpr std::string_view kName = "map worth";
@@ -72,10 +72,10 @@ class MapWorth final : public Command {
 
  private:
   Outcome run_all() {
-    Result<DrillVehicle> vehicle = load_drill_vehicle(config_);
+    Result<drills::DrillVehicle> vehicle = drills::load_drill_vehicle(config_);
     if (!vehicle) return vehicle.error();
     std::sort(cells_m_.begin(), cells_m_.end());
-    DrillCampaign campaign;
+    drills::DrillCampaign campaign;
     campaign.vehicle = std::move(vehicle).value();
     campaign.seeds = seeds_;
     campaign.first_seed = first_seed_;
@@ -88,10 +88,10 @@ class MapWorth final : public Command {
       add(scenario, std::nullopt);
       for (const double cell_m : cells_m_) add(scenario, cell_m);
     }
-    campaign.look = [this](std::size_t drill, std::size_t run, const DrillRecord& record) {
-      blocks_[drill].runs[run] = map_worth_run(plan_, record);
+    campaign.look = [this](std::size_t drill, std::size_t run, const drills::DrillRecord& record) {
+      blocks_[drill].runs[run] = studies::map_worth_run(plan_, record);
     };
-    const Result<std::vector<DrillResult>> results =
+    const Result<std::vector<drills::DrillResult>> results =
         run_campaign_at_terminal(kName, out_, jobs_, std::move(campaign));
     if (!results) return results.error();
     for (std::size_t k = 0; k < results->size(); ++k) blocks_[k].error = (*results)[k].error;
@@ -99,14 +99,15 @@ class MapWorth final : public Command {
   }
 
   [[nodiscard]] Outcome tell() const {
-    const std::string json = map_worth_json(blocks_).dump(2) + "\n";
-    fmt::print("{}", json_ ? json : to_text(map_worth_table(blocks_)));
+    const std::string json = studies::map_worth_json(blocks_).dump(2) + "\n";
+    fmt::print("{}", json_ ? json : to_text(studies::map_worth_table(blocks_)));
     if (!out_.empty()) {
-      Outcome written = write_text(out_ + "/worth.json", json);
-      if (written) written = write_text(out_ + "/worth.svg", map_worth_svg(blocks_));
+      Outcome written = tools::write_text(out_ + "/worth.json", json);
+      if (written)
+        written = tools::write_text(out_ + "/worth.svg", studies::map_worth_svg(blocks_));
       if (!written) return written;
     }
-    for (const MapWorthBlock& block : blocks_) {
+    for (const studies::MapWorthBlock& block : blocks_) {
       if (!block.error.empty()) return Error{block.scenario + ": " + block.error};
     }
     return Done{};
@@ -115,13 +116,13 @@ class MapWorth final : public Command {
   std::vector<std::string> scenarios_;
   std::vector<double> cells_m_ = {0.5, 5.0, 30.0};
   std::string config_ = "config/demo3.toml";
-  MapWorthPlan plan_;
+  studies::MapWorthPlan plan_;
   int seeds_ = 3;
   std::int64_t first_seed_ = 1001;
   int jobs_ = 0;
   std::string out_;
   bool json_ = false;
-  std::vector<MapWorthBlock> blocks_;
+  std::vector<studies::MapWorthBlock> blocks_;
 };
 
 }  // namespace
@@ -130,4 +131,4 @@ void add_map_worth_command(CLI::App* map, Commands* commands) {
   commands->push_back(std::make_unique<MapWorth>(map));
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

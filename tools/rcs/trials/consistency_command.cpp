@@ -8,7 +8,7 @@
 #include "tools/studies/consistency_output.h"
 #include "tools/studies/consistency_page.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 constexpr std::string_view kName = "consistency";
@@ -47,7 +47,7 @@ class ConsistencyCommand final : public Command {
         "published, at 30 s (with GPS) and 10, 30 and 60 s into the outage. NEES and NIS per "
         "degree\n"
         "of freedom are 1 when the filter tells the truth; above, it claims too much.\n" +
-        marks_text() +
+        studies::marks_text() +
         "\n"
         "With fewer than 20 drives only what chance does not explain fails.\n"
         "Exit status: 0 nothing misses its mark; 1 something does.\n"
@@ -66,9 +66,9 @@ class ConsistencyCommand final : public Command {
 
  private:
   Outcome run_all() {
-    Result<DrillVehicle> vehicle = load_drill_vehicle(config_);
+    Result<drills::DrillVehicle> vehicle = drills::load_drill_vehicle(config_);
     if (!vehicle) return vehicle.error();
-    DrillCampaign campaign;
+    drills::DrillCampaign campaign;
     campaign.vehicle = std::move(vehicle).value();
     campaign.seeds = seeds_;
     campaign.first_seed = first_seed_;
@@ -79,11 +79,11 @@ class ConsistencyCommand final : public Command {
         report_.blocks.back().runs.resize(static_cast<std::size_t>(seeds_));
       }
     }
-    campaign.look = [this](std::size_t drill, std::size_t run, const DrillRecord& record) {
+    campaign.look = [this](std::size_t drill, std::size_t run, const drills::DrillRecord& record) {
       const std::int64_t seed = first_seed_ + static_cast<std::int64_t>(run);
-      report_.blocks[drill].runs[run] = consistency_run(report_.plan, seed, record);
+      report_.blocks[drill].runs[run] = studies::consistency_run(report_.plan, seed, record);
     };
-    const Result<std::vector<DrillResult>> results =
+    const Result<std::vector<drills::DrillResult>> results =
         run_campaign_at_terminal(kName, out_, jobs_, std::move(campaign));
     if (!results) return results.error();
     for (std::size_t k = 0; k < results->size(); ++k) report_.blocks[k].error = (*results)[k].error;
@@ -95,17 +95,19 @@ class ConsistencyCommand final : public Command {
     if (json_) {
       fmt::print("{}", json);
     } else {
-      fmt::print("{}\n{}\n{}\n{}\n{}\n", to_text(nees_table(report_)), to_text(nis_table(report_)),
-                 to_text(error_table(report_)), to_text(protection_table(report_)), marks_text());
+      fmt::print("{}\n{}\n{}\n{}\n{}\n", to_text(studies::nees_table(report_)),
+                 to_text(studies::nis_table(report_)), to_text(studies::error_table(report_)),
+                 to_text(studies::protection_table(report_)), studies::marks_text());
     }
-    for (const ConsistencyBlock& block : report_.blocks) {
+    for (const studies::ConsistencyBlock& block : report_.blocks) {
       if (block.error.empty()) continue;
       fmt::print(stderr, "rcs consistency: {}, {}: {}\n", block.scenario, block.ins, block.error);
     }
     if (out_.empty()) return Done{};
-    Outcome written = write_text(out_ + "/consistency.json", json);
+    Outcome written = tools::write_text(out_ + "/consistency.json", json);
     if (written) {
-      written = write_text(out_ + "/consistency.html", consistency_page(report_, config_));
+      written = tools::write_text(out_ + "/consistency.html",
+                                  studies::consistency_page(report_, config_));
     }
     return written;
   }
@@ -119,7 +121,7 @@ class ConsistencyCommand final : public Command {
   int jobs_ = 0;
   std::string out_;
   bool json_ = false;
-  ConsistencyReport report_;
+  studies::ConsistencyReport report_;
 };
 
 }  // namespace
@@ -128,4 +130,4 @@ void add_consistency_command(CLI::App* rcs, Commands* commands) {
   commands->push_back(std::make_unique<ConsistencyCommand>(rcs));
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

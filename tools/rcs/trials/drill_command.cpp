@@ -11,7 +11,7 @@
 #include "tools/rcs/campaign_terminal.h"
 #include "tools/rcs/command.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 constexpr std::string_view kName = "drill";
@@ -88,9 +88,9 @@ class DrillCommand final : public Command {
       fmt::print(stderr, "rcs drill: which? Name drills, or --all, --full or --list\n");
       return kExitUsage;
     }
-    std::vector<Drill> drills;
+    std::vector<drills::Drill> drills;
     for (const std::string& path : paths_) {
-      Result<Drill> drill = load_drill(path);
+      Result<drills::Drill> drill = drills::load_drill(path);
       if (!drill) return fail(kName, drill.error());
       const bool wanted = list_ || full_ || !all_ || !drill->full;
       if (wanted) drills.push_back(std::move(drill).value());
@@ -98,19 +98,19 @@ class DrillCommand final : public Command {
     if (list_) return list(drills);
     const Outcome done = run_all(std::move(drills));
     if (!done) return fail(kName, done.error());
-    const bool passed = std::all_of(results_.begin(), results_.end(), [](const DrillResult& r) {
-      return r.verdict() != Verdict::kFail;
-    });
+    const bool passed = std::all_of(
+        results_.begin(), results_.end(),
+        [](const drills::DrillResult& r) { return r.verdict() != drills::Verdict::kFail; });
     return passed ? kExitOk : kExitFailed;
   }
 
  private:
-  static int list(const std::vector<Drill>& drills) {
-    Table t{{"drill", "what", "stimuli"}, {}};
-    for (const Drill& d : drills) {
+  static int list(const std::vector<drills::Drill>& drills) {
+    report::Table t{{"drill", "what", "stimuli"}, {}};
+    for (const drills::Drill& d : drills) {
       std::string stimuli = d.full ? "(--full) " : "";
-      for (const Stimulus& s : d.stimuli) {
-        stimuli += (&s == &d.stimuli.front() ? "" : ", ") + describe(s);
+      for (const drills::Stimulus& s : d.stimuli) {
+        stimuli += (&s == &d.stimuli.front() ? "" : ", ") + drills::describe(s);
       }
       t.rows.push_back({d.id, d.name, stimuli});
     }
@@ -118,11 +118,11 @@ class DrillCommand final : public Command {
     return kExitOk;
   }
 
-  Outcome run_all(std::vector<Drill> drills) {
-    Result<DrillVehicle> vehicle = load_drill_vehicle(config_);
+  Outcome run_all(std::vector<drills::Drill> drills) {
+    Result<drills::DrillVehicle> vehicle = drills::load_drill_vehicle(config_);
     if (!vehicle) return vehicle.error();
     if (logs_ && out_.empty()) return Error{"--logs needs a folder: -o"};
-    DrillCampaign campaign;
+    drills::DrillCampaign campaign;
     campaign.drills = std::move(drills);
     campaign.vehicle = std::move(vehicle).value();
     campaign.log = log_;
@@ -131,7 +131,7 @@ class DrillCommand final : public Command {
     campaign.full = full_;
     campaign.first_seed = first_seed_;
     if (logs_) campaign.logs_folder = out_;
-    Result<std::vector<DrillResult>> results =
+    Result<std::vector<drills::DrillResult>> results =
         run_campaign_at_terminal(kName, out_, jobs_, std::move(campaign));
     if (!results) return results.error();
     results_ = std::move(results).value();
@@ -142,17 +142,18 @@ class DrillCommand final : public Command {
     if (json_) {
       fmt::print("{}\n", to_json(results_).dump(2));
     } else {
-      fmt::print("{}", to_text(drill_table(results_)));
-      for (const DrillResult& r : results_) {
+      fmt::print("{}", to_text(drills::drill_table(results_)));
+      for (const drills::DrillResult& r : results_) {
         const std::string& why = r.error.empty() ? r.skipped : r.error;
         if (!why.empty()) fmt::print(stderr, "rcs drill: {}: {}\n", r.drill.id, why);
       }
     }
     if (out_.empty()) return Done{};
-    Outcome written = write_text(out_ + "/results.json", to_json(results_).dump(2) + "\n");
-    if (written) written = write_text(out_ + "/junit.xml", to_junit(results_));
+    Outcome written = tools::write_text(out_ + "/results.json", to_json(results_).dump(2) + "\n");
+    if (written) written = tools::write_text(out_ + "/junit.xml", drills::to_junit(results_));
     const std::string& drive = log_.empty() ? scenario_ : log_;
-    if (written) written = write_text(out_ + "/report.html", drill_page(results_, drive));
+    if (written)
+      written = tools::write_text(out_ + "/report.html", drills::drill_page(results_, drive));
     return written;
   }
 
@@ -170,7 +171,7 @@ class DrillCommand final : public Command {
   std::string out_;
   bool logs_ = false;
   bool json_ = false;
-  std::vector<DrillResult> results_;
+  std::vector<drills::DrillResult> results_;
 };
 
 }  // namespace
@@ -179,4 +180,4 @@ void add_drill_command(CLI::App* rcs, Commands* commands) {
   commands->push_back(std::make_unique<DrillCommand>(rcs));
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

@@ -7,7 +7,7 @@
 #include "tools/studies/outages.h"
 #include "tools/studies/outages_output.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 constexpr std::string_view kName = "outages";
@@ -78,45 +78,45 @@ class OutagesCommand final : public Command {
                    cut_s_[1]);
         return kExitUsage;
       }
-      question_.cut = DrillWindow{cut_s_[0], cut_s_[1]};
+      question_.cut = drills::DrillWindow{cut_s_[0], cut_s_[1]};
     }
     for (const std::string& text : without_) {
-      Result<std::vector<DrillSource>> sources = parse_without(text);
+      Result<std::vector<drills::DrillSource>> sources = studies::parse_without(text);
       if (!sources) {
         fmt::print(stderr, "rcs outages: --without {}\n", sources.error().message);
         return kExitUsage;
       }
       question_.without.push_back(std::move(sources).value());
     }
-    const Result<OutageReport> report = answer();
+    const Result<studies::OutageReport> report = answer();
     if (!report) return fail(kName, report.error());
     tell(*report);
     return kExitOk;
   }
 
  private:
-  Result<OutageReport> answer() {
-    Result<DrillVehicle> vehicle = load_drill_vehicle(config_);
+  Result<studies::OutageReport> answer() {
+    Result<drills::DrillVehicle> vehicle = drills::load_drill_vehicle(config_);
     if (!vehicle) return vehicle.error();
-    const Result<RecordedMotion> motion = read_motion(log_);
+    const Result<studies::RecordedMotion> motion = studies::read_motion(log_);
     if (!motion) return motion.error();
     if (!motion->place) return Error{log_ + ": no GPS_FIX in it, nothing to be cut"};
     const double drive_s = seconds(motion->end - *motion->begin);
-    const Result<std::vector<OutagePlan>> plans =
-        plan_outages(question_, drive_s, motion->has_ladar);
+    const Result<std::vector<studies::OutagePlan>> plans =
+        studies::plan_outages(question_, drive_s, motion->has_ladar);
     if (!plans) return Error{log_ + ": " + plans.error().message};
-    DrillCampaign campaign;
-    for (const OutagePlan& plan : *plans) campaign.drills.push_back(plan.drill);
+    drills::DrillCampaign campaign;
+    for (const studies::OutagePlan& plan : *plans) campaign.drills.push_back(plan.drill);
     campaign.vehicle = std::move(vehicle).value();
     campaign.log = log_;
     campaign.logs_folder = logs_;
-    const Result<std::vector<DrillResult>> results =
+    const Result<std::vector<drills::DrillResult>> results =
         run_campaign_at_terminal(kName, logs_, jobs_, std::move(campaign));
     if (!results) return results.error();
-    return judge_outages(question_, *plans, *results, *motion);
+    return studies::judge_outages(question_, *plans, *results, *motion);
   }
 
-  void tell(const OutageReport& report) const {
+  void tell(const studies::OutageReport& report) const {
     if (json_) {
       nlohmann::ordered_json j = to_json(report);
       j["log"] = log_;
@@ -124,11 +124,11 @@ class OutagesCommand final : public Command {
       fmt::print("{}\n", j.dump(2));
     } else {
       fmt::print("errors against {}\n{}", report.reference, to_text(outage_table(report)));
-      if (question_.cut) fmt::print("\n{}", to_text(cut_table(report)));
+      if (question_.cut) fmt::print("\n{}", to_text(studies::cut_table(report)));
       fmt::print("with GPS all along WM trusted it for {:.1f} % of the time from {:g} s on\n",
                  100.0 * report.uncut.trusted_share, question_.from_s);
     }
-    for (const OutageFinding& f : report.findings) {
+    for (const studies::OutageFinding& f : report.findings) {
       if (f.failed.empty()) continue;
       fmt::print(stderr, "rcs outages: {:.1f} to {:.1f} s, {}: not counted: {}\n", f.window.begin_s,
                  f.window.end_s, report.variants[f.variant], f.failed);
@@ -137,7 +137,7 @@ class OutagesCommand final : public Command {
 
   std::string log_;
   std::string config_;
-  OutageQuestion question_;
+  studies::OutageQuestion question_;
   std::vector<double> cut_s_;
   std::vector<std::string> without_;
   int jobs_ = 0;
@@ -151,4 +151,4 @@ void add_outages_command(CLI::App* rcs, Commands* commands) {
   commands->push_back(std::make_unique<OutagesCommand>(rcs));
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

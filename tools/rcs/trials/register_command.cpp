@@ -18,14 +18,14 @@
 #include "tools/report/match_picture.h"
 #include "tools/studies/cloud_match.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 constexpr std::string_view kName = "register";
 
 /// Sixteen numbers, row by row, of a rigid motion.
 Result<Pose> parse_pose(const std::string& text) {
-  const std::optional<std::vector<double>> v = parse_numbers(text);
+  const std::optional<std::vector<double>> v = tools::parse_numbers(text);
   if (!v || v->size() != 16) return Error{"--guess: 16 numbers, row-major, are wanted"};
   const auto at = [&v](int row, int col) { return (*v)[static_cast<std::size_t>(4 * row + col)]; };
   Mat3 R;
@@ -48,9 +48,9 @@ nlohmann::json row_major(const Eigen::MatrixXd& m) {
 }
 
 /// What only one method has to tell.
-nlohmann::json more_of(const sp::PaperResult& r) {
+nlohmann::json more_of(const registration::PaperResult& r) {
   nlohmann::json history = nlohmann::json::array();
-  for (const sp::PaperIteration& it : r.history) {
+  for (const registration::PaperIteration& it : r.history) {
     history.push_back({{"branch", name_of(it.branch)},
                        {"mu_m", it.mu_m},
                        {"sigma_m", it.sigma_m},
@@ -65,16 +65,16 @@ nlohmann::json more_of(const sp::PaperResult& r) {
           {"history", history}};
 }
 
-nlohmann::json more_of(const sp::Registration& r) {
+nlohmann::json more_of(const registration::Registration& r) {
   return {
       {"information", row_major(r.information)},
       {"observability", std::vector<double>(r.observability.data(), r.observability.data() + 6)},
       {"mean_distance_to_planes_m", r.mean_distance_m}};
 }
 
-nlohmann::json more_of(const sp::GlobalRegistration& g) {
+nlohmann::json more_of(const registration::GlobalRegistration& g) {
   nlohmann::json ranked = nlohmann::json::array();
-  for (const sp::Hypothesis& h : g.ranked) {
+  for (const registration::Hypothesis& h : g.ranked) {
     ranked.push_back(
         {{"T_model_data", row_major(h.T_target_vehicle.matrix())}, {"score", h.score}});
   }
@@ -114,8 +114,8 @@ std::string sigma_text(double sigma, const char* unit) {
 nlohmann::json numbers_of(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
 /// "32x180"; none: it is something else.
-std::optional<CloudShape> parse_shape(const std::string& text) {
-  CloudShape shape;
+std::optional<clouds::CloudShape> parse_shape(const std::string& text) {
+  clouds::CloudShape shape;
   const char* const end = text.data() + text.size();
   const std::from_chars_result rows = std::from_chars(text.data(), end, shape.rows);
   if (rows.ec != std::errc() || rows.ptr == end || *rows.ptr != 'x') return std::nullopt;
@@ -151,7 +151,7 @@ class Register final : public Command {
         "--global", global_,
         fmt::format("plane, gicp: DATA lies within {:.0f} m of the guess, turned by any "
                     "heading; refused when no place is good enough or two look alike",
-                    sp::GlobalParams{}.radius_m));
+                    registration::GlobalParams{}.radius_m));
     app()
         ->add_option("--threads", threads_, "--global: searches beside each other; the same answer")
         ->check(CLI::Range(1, 64))
@@ -203,28 +203,29 @@ class Register final : public Command {
       if (!parsed) return wrong_usage(parsed.error().message);
       guess = *parsed;
     }
-    CloudShape shape;
+    clouds::CloudShape shape;
     if (!organized_.empty()) {
-      const std::optional<CloudShape> parsed = parse_shape(organized_);
+      const std::optional<clouds::CloudShape> parsed = parse_shape(organized_);
       if (!parsed) return wrong_usage("--organized: ROWSxCOLS is wanted, such as 32x180");
       shape = *parsed;
     }
     if (threads_ > 1 && !global_) return wrong_usage("--threads goes with --global");
     if (global_ && method_ == "paper") return wrong_usage("--global is not of the paper's method");
 
-    const Result<Cloud> model = read(model_, shape);
+    const Result<clouds::Cloud> model = read(model_, shape);
     if (!model) return fail(kName, model.error());
-    const Result<Cloud> data = read(data_, shape);
+    const Result<clouds::Cloud> data = read(data_, shape);
     if (!data) return fail(kName, data.error());
     if (model->points.empty() || data->points.empty()) {
       return fail(kName,
                   Error{fmt::format("{}: no points", model->points.empty() ? model_ : data_)});
     }
 
-    const CloudMatch answer = match(model->points, data->points, guess);
+    const studies::CloudMatch answer = match(model->points, data->points, guess);
     const KdTree tree(model->points);
-    const ClosestPoints before = closest_points(tree, data->points, guess);
-    const ClosestPoints after = closest_points(tree, data->points, answer.T_model_data);
+    const studies::ClosestPoints before = studies::closest_points(tree, data->points, guess);
+    const studies::ClosestPoints after =
+        studies::closest_points(tree, data->points, answer.T_model_data);
     if (json_) {
       fmt::print("{}\n", to_json(*model, *data, answer, before.mean_m(), after.mean_m()).dump(2));
     } else {
@@ -245,10 +246,10 @@ class Register final : public Command {
   }
 
   /// The time of a search tree grows with the square of the number of coincident points.
-  static Result<Cloud> read(const std::string& path, const CloudShape& shape) {
-    Result<Cloud> cloud = read_cloud(path, shape);
+  static Result<clouds::Cloud> read(const std::string& path, const clouds::CloudShape& shape) {
+    Result<clouds::Cloud> cloud = clouds::read_cloud(path, shape);
     if (!cloud) return cloud;
-    if (const std::size_t dropped = drop_coincident(&cloud.value()); dropped > 0) {
+    if (const std::size_t dropped = clouds::drop_coincident(&cloud.value()); dropped > 0) {
       fmt::print(stderr, "rcs register: {}: {} coincident points dropped\n", path, dropped);
     }
     return cloud;
@@ -266,12 +267,12 @@ class Register final : public Command {
         shown(0), shown(1), shown(2));
   }
 
-  static std::string why_not(const CloudMatch& answer) {
+  static std::string why_not(const studies::CloudMatch& answer) {
     if (answer.global && !answer.global->accepted) return refusal(*answer.global);
-    const bool disagree = answer.stop == kDisagreement;
+    const bool disagree = answer.stop == studies::kDisagreement;
     if (!disagree && answer.agreement) return undetermined(answer.agreement->undetermined);
     if (!disagree) return fmt::format("not converged: {}", answer.stop);
-    const sp::CloudParams limits;
+    const registration::CloudParams limits;
     return fmt::format(
         "refused: at the pose found, {:.0f} % of DATA's surfaces lie on MODEL's (at least {:.0f} % "
         "required), and {:.0f} % in the direction with the least agreement (at least {:.0f} %); "
@@ -280,54 +281,61 @@ class Register final : public Command {
         100.0 * answer.agreement->least, 100.0 * limits.min_least);
   }
 
-  static std::string refusal(const sp::GlobalRegistration& g) {
+  static std::string refusal(const registration::GlobalRegistration& g) {
     if (g.ranked.empty()) return "refused: no place was found";
     return fmt::format(
         "refused: the best place explains {:.0f} % of the data, the second best {:.2f} of that",
         100.0 * g.ranked[0].score, g.ambiguity);
   }
 
-  [[nodiscard]] sp::CloudParams search_params() const {
-    sp::CloudParams params;
+  [[nodiscard]] registration::CloudParams search_params() const {
+    registration::CloudParams params;
     params.global.threads = threads_;
     params.global.for_all = in_threads;
     return params;
   }
 
-  [[nodiscard]] CloudMatch match(const Points& model, const Points& data, const Pose& guess) const {
+  [[nodiscard]] studies::CloudMatch match(const Points& model, const Points& data,
+                                          const Pose& guess) const {
     if (method_ == "paper") {
-      sp::PaperParams params = as_printed_ ? sp::PaperParams::literal() : sp::PaperParams{};
+      registration::PaperParams params =
+          as_printed_ ? registration::PaperParams::literal() : registration::PaperParams{};
       params.spacing_m = params_.spacing_m;
       params.max_iterations = params_.max_iterations;
-      if (quaternion_) params.solver = sp::MotionSolver::kQuaternion;
-      return match_as_in_paper(model, data, guess, params);
+      if (quaternion_) params.solver = registration::MotionSolver::kQuaternion;
+      return studies::match_as_in_paper(model, data, guess, params);
     }
     if (method_ == "gicp") {
-      return global_ ? match_gicp_globally(model, data, guess, search_params(), sp::GicpParams{})
-                     : match_gicp(model, data, guess, sp::GicpParams{});
+      return global_ ? studies::match_gicp_globally(model, data, guess, search_params(),
+                                                    registration::GicpParams{})
+                     : studies::match_gicp(model, data, guess, registration::GicpParams{});
     }
-    return global_ ? match_globally(model, data, guess, search_params())
-                   : match_planes(model, data, guess, sp::CloudParams{});
+    return global_ ? studies::match_globally(model, data, guess, search_params())
+                   : studies::match_planes(model, data, guess, registration::CloudParams{});
   }
 
   [[nodiscard]] Outcome draw(const Points& model, const Points& data, const Pose& guess,
-                             const CloudMatch& answer, const ClosestPoints& before,
-                             const ClosestPoints& after) const {
-    const MatchView view = view_of(model, data, guess, answer.T_model_data);
-    Outcome drawn = write_text(plot_ + "/before.svg",
-                               match_picture("Before", model, data, guess, before.index, view));
+                             const studies::CloudMatch& answer,
+                             const studies::ClosestPoints& before,
+                             const studies::ClosestPoints& after) const {
+    const report::MatchView view = report::view_of(model, data, guess, answer.T_model_data);
+    Outcome drawn =
+        tools::write_text(plot_ + "/before.svg",
+                          report::match_picture("Before", model, data, guess, before.index, view));
     if (drawn) {
-      drawn =
-          write_text(plot_ + "/after.svg",
-                     match_picture("After", model, data, answer.T_model_data, after.index, view));
+      drawn = tools::write_text(
+          plot_ + "/after.svg",
+          report::match_picture("After", model, data, answer.T_model_data, after.index, view));
     }
     if (!drawn) return drawn;
-    return write_text(plot_ + "/histogram.svg",
-                      render(distance_histogram(before.distance_m, after.distance_m), true));
+    return tools::write_text(
+        plot_ + "/histogram.svg",
+        report::render(report::distance_histogram(before.distance_m, after.distance_m), true));
   }
 
-  [[nodiscard]] nlohmann::json to_json(const Cloud& model, const Cloud& data, const CloudMatch& a,
-                                       double before_m, double after_m) const {
+  [[nodiscard]] nlohmann::json to_json(const clouds::Cloud& model, const clouds::Cloud& data,
+                                       const studies::CloudMatch& a, double before_m,
+                                       double after_m) const {
     nlohmann::json cpu = nlohmann::json::object();
     for (const auto& [stage, ms] : a.cpu_ms) cpu[stage] = ms;
     cpu["total"] = a.total_ms();
@@ -360,8 +368,8 @@ class Register final : public Command {
     return out;
   }
 
-  static void tell(const Cloud& model, const Cloud& data, const CloudMatch& a, double before_m,
-                   double after_m) {
+  static void tell(const clouds::Cloud& model, const clouds::Cloud& data,
+                   const studies::CloudMatch& a, double before_m, double after_m) {
     fmt::print("model {} points, data {} points\n", model.points.size(), data.points.size());
     fmt::print("{} after {} iterations; CPU", a.stop, a.iterations);
     for (const auto& [stage, ms] : a.cpu_ms) fmt::print(" {} {:.1f} ms", stage, ms);
@@ -401,7 +409,7 @@ class Register final : public Command {
   std::string guess_;
   std::string organized_;
   std::string plot_;
-  sp::PaperParams params_;
+  registration::PaperParams params_;
   bool as_printed_ = false;
   bool quaternion_ = false;
   bool global_ = false;
@@ -415,4 +423,4 @@ void add_register_command(CLI::App* rcs, Commands* commands) {
   commands->push_back(std::make_unique<Register>(rcs));
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

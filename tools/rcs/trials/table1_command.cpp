@@ -21,7 +21,7 @@
 #include "tools/studies/scan_pairs.h"
 #include "tools/studies/simulated_scans.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 constexpr std::string_view kName = "table1";
@@ -29,7 +29,7 @@ constexpr std::string_view kReference = "config/sim/reference.toml";
 
 /// What the paper's Table 1 says.
 struct Printed {
-  DataSet set;
+  studies::DataSet set;
   const char* description;
   int model_points;
   int data_points;
@@ -37,10 +37,10 @@ struct Printed {
   int iterations;
 };
 constexpr std::array<Printed, 4> kPrinted = {{
-    {DataSet::kConsecutive, "#1 consecutive scans", 4852, 4848, 5.77, 6},
-    {DataSet::kTwentyApart, "#2 20 scans apart", 5349, 5352, 4.64, 3},
-    {DataSet::kMovedBy1m, "#3 R(0) T(1) of #2", 5349, 5352, 4.64, 38},
-    {DataSet::kTurnedAndMovedBy3m, "#4 R(10) T(3) of #1", 4852, 4848, 11.66, 83},
+    {studies::DataSet::kConsecutive, "#1 consecutive scans", 4852, 4848, 5.77, 6},
+    {studies::DataSet::kTwentyApart, "#2 20 scans apart", 5349, 5352, 4.64, 3},
+    {studies::DataSet::kMovedBy1m, "#3 R(0) T(1) of #2", 5349, 5352, 4.64, 38},
+    {studies::DataSet::kTurnedAndMovedBy3m, "#4 R(10) T(3) of #1", 4852, 4848, 11.66, 83},
 }};
 
 enum class Method { kLiteral, kCorrected, kProduction, kGlobal };
@@ -61,18 +61,19 @@ const char* name_of(Method method) {
   return "production, global";
 }
 
-CloudMatch run_method(Method method, const Points& model, const Points& data, const Pose& guess) {
+studies::CloudMatch run_method(Method method, const Points& model, const Points& data,
+                               const Pose& guess) {
   switch (method) {
     case Method::kLiteral:
-      return match_as_in_paper(model, data, guess, sp::PaperParams::literal());
+      return studies::match_as_in_paper(model, data, guess, registration::PaperParams::literal());
     case Method::kCorrected:
-      return match_as_in_paper(model, data, guess, sp::PaperParams{});
+      return studies::match_as_in_paper(model, data, guess, registration::PaperParams{});
     case Method::kProduction:
-      return match_planes(model, data, guess, sp::CloudParams{});
+      return studies::match_planes(model, data, guess, registration::CloudParams{});
     case Method::kGlobal:
       break;
   }
-  return match_globally(model, data, guess, sp::CloudParams{});
+  return studies::match_globally(model, data, guess, registration::CloudParams{});
 }
 
 struct Figures {
@@ -114,10 +115,10 @@ struct Row {
   Figures median;
 };
 
-Figures figures_of(const CloudMatch& match, const Points& model, const Points& data,
-                   const Trial& trial) {
+Figures figures_of(const studies::CloudMatch& match, const Points& model, const Points& data,
+                   const studies::Trial& trial) {
   const KdTree tree(model);
-  const Offset error = error_of(trial.pair.T_model_data, match.T_model_data);
+  const studies::Offset error = studies::error_of(trial.pair.T_model_data, match.T_model_data);
   Figures f;
   f.model_points = static_cast<double>(model.size());
   f.data_points = static_cast<double>(data.size());
@@ -134,7 +135,7 @@ Figures figures_of(const CloudMatch& match, const Points& model, const Points& d
 
 /// That it has converged; of production also that its information says so: two sigmas of the worst
 /// direction within the mark.
-bool claims_success(const CloudMatch& match) {
+bool claims_success(const studies::CloudMatch& match) {
   if (!match.good || !match.planes) return match.good;
   const Eigen::SelfAdjointEigenSolver<Mat6> eigen(match.planes->information);
   if (eigen.eigenvalues()[0] < 1e-9 * eigen.eigenvalues()[5]) return false;  // a blind direction
@@ -143,20 +144,21 @@ bool claims_success(const CloudMatch& match) {
     const Eigen::SelfAdjointEigenSolver<Mat3> axes(block);
     return 2.0 * std::sqrt(axes.eigenvalues()[2]);
   };
-  return is_success({two_sigmas(covariance.topLeftCorner<3, 3>()),
-                     two_sigmas(covariance.bottomRightCorner<3, 3>())});
+  return studies::is_success({two_sigmas(covariance.topLeftCorner<3, 3>()),
+                              two_sigmas(covariance.bottomRightCorner<3, 3>())});
 }
 
-Row run_row(const std::string& name, const ScanSet& scans, const std::vector<Trial>& trials,
-            Method method) {
+Row run_row(const std::string& name, const studies::ScanSet& scans,
+            const std::vector<studies::Trial>& trials, Method method) {
   Row row{name, method, trials.size(), 0, 0, {}};
   std::vector<Figures> all;
   all.reserve(trials.size());
-  for (const Trial& t : trials) {
+  for (const studies::Trial& t : trials) {
     const Points& model = scans.scans.at(t.pair.model);
     const Points& data = scans.scans.at(t.pair.data);
-    const CloudMatch match = run_method(method, model, data, t.guess);
-    const bool success = is_success(error_of(t.pair.T_model_data, match.T_model_data));
+    const studies::CloudMatch match = run_method(method, model, data, t.guess);
+    const bool success =
+        studies::is_success(studies::error_of(t.pair.T_model_data, match.T_model_data));
     row.successes += success ? 1 : 0;
     row.unnoticed += !success && claims_success(match) ? 1 : 0;
     all.push_back(figures_of(match, model, data, t));
@@ -165,7 +167,7 @@ Row run_row(const std::string& name, const ScanSet& scans, const std::vector<Tri
     std::vector<double> values;
     values.reserve(all.size());
     for (const Figures& f : all) values.push_back(f.*figure.value);
-    row.median.*figure.value = summarize(values).p50;
+    row.median.*figure.value = tools::summarize(values).p50;
   }
   return row;
 }
@@ -194,7 +196,7 @@ class Table1 final : public Command {
         ->add_option("--data", data_,
                      fmt::format("folder that holds {} (default: $RCS_DATA_DIR; without: "
                                  "simulated scans only)",
-                                 kKittiDrive))
+                                 studies::kKittiDrive))
         ->check(CLI::ExistingDirectory);
     app()
         ->add_option("--scenario", scenario_, fmt::format("simulation (default: {})", kReference))
@@ -230,11 +232,11 @@ class Table1 final : public Command {
   int run() override {
     const char* const environment = std::getenv("RCS_DATA_DIR");
     if (data_.empty() && environment != nullptr) data_ = environment;
-    std::optional<ScanSet> cuts;
+    std::optional<studies::ScanSet> cuts;
     if (data_.empty()) {
       fmt::print(stderr, "rcs table1: no real scans (--data, or RCS_DATA_DIR)\n");
     } else {
-      Result<ScanSet> read = read_cuts(data_ + "/" + std::string(kKittiDrive));
+      Result<studies::ScanSet> read = read_cuts(data_ + "/" + std::string(studies::kKittiDrive));
       if (!read) return fail(kName, read.error());
       cuts = std::move(read).value();
     }
@@ -244,15 +246,16 @@ class Table1 final : public Command {
     if (scenario->ladar != sim::LadarKind::kImager || scenario->commanded) {
       return fail(kName, Error{path + ": not the scripted drive of a range imager"});
     }
-    const ScanSet simulated = simulate_scans(*scenario, pairs_);
+    const studies::ScanSet simulated = studies::simulate_scans(*scenario, pairs_);
 
     Progress progress(kName, static_cast<std::int64_t>(kPrinted.size() * kMethods.size()) * 2);
     std::vector<std::vector<Row>> rows;
     std::int64_t done = 0;
     for (const Printed& printed : kPrinted) {
       std::vector<Row>& of_set = rows.emplace_back();
-      const auto add = [&](const char* name, const ScanSet& scans) {
-        const std::vector<Trial> trials = trials_of(printed.set, scans.pairs, seeds_);
+      const auto add = [&](const char* name, const studies::ScanSet& scans) {
+        const std::vector<studies::Trial> trials =
+            studies::trials_of(printed.set, scans.pairs, seeds_);
         for (const Method method : kMethods) {
           of_set.push_back(run_row(name, scans, trials, method));
           progress.at(++done);
@@ -266,16 +269,16 @@ class Table1 final : public Command {
   }
 
  private:
-  static Result<ScanSet> read_cuts(const std::string& folder) {
-    const Result<KittiDrive> drive = KittiDrive::open(folder);
+  static Result<studies::ScanSet> read_cuts(const std::string& folder) {
+    const Result<studies::KittiDrive> drive = studies::KittiDrive::open(folder);
     if (!drive) return drive.error();
     return drive->real_cuts(drive->references());
   }
 
   static void print_table(const std::vector<std::vector<Row>>& rows) {
-    Table table{{"", "points M / D", "ok", "unnoticed", "distance [cm] before", "after", "pairs",
-                 "iterations", "error [m]", "[deg]", "overlap", "CPU [ms]"},
-                {}};
+    report::Table table{{"", "points M / D", "ok", "unnoticed", "distance [cm] before", "after",
+                         "pairs", "iterations", "error [m]", "[deg]", "overlap", "CPU [ms]"},
+                        {}};
     for (std::size_t set = 0; set < kPrinted.size(); ++set) {
       const Printed& p = kPrinted[set];
       table.rows.push_back({p.description, fmt::format("{} / {}", p.model_points, p.data_points),
@@ -336,4 +339,4 @@ void add_table1_command(CLI::App* rcs, Commands* commands) {
   commands->push_back(std::make_unique<Table1>(rcs));
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

@@ -18,7 +18,7 @@
 #include "tools/rcs/vehicle/child_process.h"
 #include "tools/rcs/vehicle/private_bus.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 constexpr std::string_view kName = "budget";
@@ -86,7 +86,7 @@ class Budget final : public Command {
   int run() override {
     const Result<ParamFile> params = ParamFile::load(plan_.config);
     if (!params) return fail(kName, params.error());
-    const Result<BudgetLimits> limits = read_budget_limits(*params);
+    const Result<evaluation::BudgetLimits> limits = evaluation::read_budget_limits(*params);
     if (!limits) return fail(kName, limits.error());
     const Result<ProcessTables> tables = read_process_tables(*params);
     if (!tables) return fail(kName, tables.error());
@@ -142,18 +142,18 @@ class Budget final : public Command {
                loads());
   }
 
-  [[nodiscard]] int tell(const BudgetRun& run, const BudgetLimits& limits,
+  [[nodiscard]] int tell(const BudgetRun& run, const evaluation::BudgetLimits& limits,
                          const std::string& load_before) const {
-    const std::vector<BudgetVerdict> verdicts = judge(run.record, limits);
+    const std::vector<evaluation::BudgetVerdict> verdicts = judge(run.record, limits);
     if (!svg_.empty()) {
       const std::string title =
           fmt::format("{} scans at real time, load: {}", run.record.scans.sent, loads());
-      const Outcome written =
-          write_text(svg_, render(budget_plot(run.record, limits, title), true));
+      const Outcome written = tools::write_text(
+          svg_, report::render(evaluation::budget_plot(run.record, limits, title), true));
       if (!written) return fail(kName, written.error());
     }
     if (json_) {
-      Json json = to_json(run.record, verdicts);
+      evaluation::Json json = to_json(run.record, verdicts);
       json["config"] = plan_.config;
       json["log"] = plan_.log;
       json["load"] = plan_.load;
@@ -164,8 +164,10 @@ class Budget final : public Command {
       json["messages_not_heard"] = run.missed_here;
       fmt::print("{}\n", json.dump(2));
     } else {
-      fmt::print("{}\n{}\n{}\n{}", to_text(hop_table(run.record)), to_text(stage_table(run.record)),
-                 to_text(account_table(run.record)), to_text(verdict_table(verdicts)));
+      fmt::print("{}\n{}\n{}\n{}", to_text(evaluation::hop_table(run.record)),
+                 to_text(evaluation::stage_table(run.record)),
+                 to_text(evaluation::account_table(run.record)),
+                 to_text(evaluation::verdict_table(verdicts)));
     }
     fmt::print(stderr,
                "rcs budget: {:.0f} s played in {} laps; load average before {}; the player was at "
@@ -176,9 +178,9 @@ class Budget final : public Command {
   }
 
   [[nodiscard]] static int verdict(const BudgetRun& run,
-                                   const std::vector<BudgetVerdict>& verdicts) {
+                                   const std::vector<evaluation::BudgetVerdict>& verdicts) {
     int status = kExitOk;
-    for (const BudgetVerdict& v : verdicts) {
+    for (const evaluation::BudgetVerdict& v : verdicts) {
       if (v.kept()) continue;
       status = kExitFailed;
       if (v.measured) {
@@ -207,4 +209,4 @@ void add_budget_command(CLI::App* rcs, Commands* commands) {
   commands->push_back(std::make_unique<Budget>(rcs));
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

@@ -23,7 +23,7 @@
 #include "rcs/node/timeline/live_timeline.h"
 #include "tools/rcs/vehicle/child_process.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 constexpr std::size_t kLastLines = 12;
@@ -130,7 +130,7 @@ class Laps {
   std::function<void(double)> progress_;
   BudgetRun result_;
   Duration lap_{};  // of the lap under way
-  ScanLedger books_;
+  evaluation::ScanLedger books_;
   std::vector<Running> nodes_;
   std::vector<Running> load_;
   std::deque<std::string> said_;
@@ -367,4 +367,4 @@ Result<BudgetRun> run_budget(const BudgetPlan& plan, const std::function<void(do
   return laps.take_result();
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

@@ -10,7 +10,7 @@
 #include "rcs/base/stamp.h"
 #include "tools/evaluation/latency_trace.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 
 struct BudgetPlan {
   std::string config;              ///< of the vehicle
@@ -22,7 +22,7 @@ struct BudgetPlan {
 };
 
 struct BudgetRun {
-  BudgetRecord record;
+  evaluation::BudgetRecord record;
   Duration played{};
   Duration worst_send{};         ///< a message of the log that went out late by so much
   std::int64_t missed_here = 0;  ///< messages of the nodes that did not reach the books
@@ -33,4 +33,4 @@ struct BudgetRun {
 [[nodiscard]] Result<BudgetRun> run_budget(const BudgetPlan& plan,
                                            const std::function<void(double)>& progress);
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

@@ -16,7 +16,7 @@
 #include <filesystem>
 #include <system_error>
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 constexpr int kCannotExecute = 127;  // as a shell has it
@@ -146,4 +146,4 @@ std::string to_text(const Exit& exit) {
              : fmt::format("ended with status {}", exit.code);
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

@@ -12,7 +12,7 @@
 #include "rcs/base/result.h"
 #include "tools/rcs/vehicle/supervisor.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 
 /// Cuts a stream of bytes into lines.
 class LineCutter {
@@ -66,4 +66,4 @@ class ChildProcess {
 /// "ended with status 1", "was killed by signal 11 (Segmentation fault)".
 [[nodiscard]] std::string to_text(const Exit& exit);
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

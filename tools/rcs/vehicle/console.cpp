@@ -6,7 +6,7 @@
 
 #include <string>
 
-namespace rcs::tools {
+namespace rcs::cli {
 
 void Console::line(std::string_view prefix, std::string_view text) {
   pollfd stream{STDERR_FILENO, POLLOUT, 0};
@@ -21,4 +21,4 @@ void Console::line(std::string_view prefix, std::string_view text) {
   if (write(STDERR_FILENO, out.data(), out.size()) < 0) ++left_out_;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

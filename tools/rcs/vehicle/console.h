@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string_view>
 
-namespace rcs::tools {
+namespace rcs::cli {
 
 /// A line that does not fit (a terminal stopped by Ctrl-S, a reader that hangs) is left out, and
 /// the next one that fits says how many were.
@@ -16,4 +16,4 @@ class Console {
   std::int64_t left_out_ = 0;
 };
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

@@ -22,7 +22,7 @@
 #include "tools/base/random_places.h"
 #include "tools/rcs/command.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 constexpr std::string_view kName = "go";
@@ -290,7 +290,7 @@ class Go final : public Command {
     if (seed_ && scenario_.empty()) return "--seed goes with --scenario";
     if (!scenario_.empty() && frame_ != "world") return "a scenario's waypoints are in frame world";
     for (const std::string& text : waypoints_) {
-      if (!parse_place(text)) return "--waypoint " + text + ": X,Y in metres";
+      if (!tools::parse_place(text)) return "--waypoint " + text + ": X,Y in metres";
     }
     return "";
   }
@@ -307,7 +307,7 @@ class Go final : public Command {
     order.frame = frame_ == "local" ? command_t::FRAME_LOCAL : command_t::FRAME_WORLD;
     std::vector<Vec2> places;
     double speed_mps = 5.0;
-    for (const std::string& text : waypoints_) places.push_back(*parse_place(text));
+    for (const std::string& text : waypoints_) places.push_back(*tools::parse_place(text));
     if (!scenario_.empty()) {
       sim::ScenarioOverrides overrides;
       overrides.seed = seed_;
@@ -385,4 +385,4 @@ void add_go_command(CLI::App* rcs, Commands* commands) {
   commands->push_back(std::make_unique<Go>(rcs));
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

@@ -16,7 +16,7 @@
 #include "rcs/base/file_handle.h"
 #include "tools/base/files.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 namespace fs = std::filesystem;
@@ -228,7 +228,7 @@ Result<bool> KeyFolder::add(const std::string& name, KeyRole role) const {
   }
   const fs::path folder = fs::path(path_) / name;
   if (fs::exists(folder)) {
-    const Result<std::string> there = read_text((folder / "permissions.xml").string());
+    const Result<std::string> there = tools::read_text((folder / "permissions.xml").string());
     if (!there) return there.error();
     if (there->find(grant_name(name, role)) != std::string::npos) return false;
     return Error{
@@ -243,10 +243,12 @@ Result<bool> KeyFolder::add(const std::string& name, KeyRole role) const {
 
 Outcome KeyFolder::make_authorities() const {
   return make_whole(fs::path(path_) / kAuthorities, [](const fs::path& folder) -> Outcome {
-    if (Outcome w = write_text((folder / "openssl.cnf").string(), kOpensslConfig); !w) return w;
+    if (Outcome w = tools::write_text((folder / "openssl.cnf").string(), kOpensslConfig); !w)
+      return w;
     if (Outcome made = make_authority(folder, "identity"); !made) return made;
     if (Outcome made = make_authority(folder, "permissions"); !made) return made;
-    if (Outcome w = write_text((folder / "governance.xml").string(), kGovernance); !w) return w;
+    if (Outcome w = tools::write_text((folder / "governance.xml").string(), kGovernance); !w)
+      return w;
     return sign(folder, folder / "governance.xml", folder / "governance.p7s");
   });
 }
@@ -269,7 +271,7 @@ Outcome KeyFolder::make_identity(const std::string& folder, const std::string& n
                                  "-CAkey",      (authorities / "identity_ca.key.pem").string(),
                                  "-out",        (made_in / "identity.pem").string()});
     if (!certified) return certified;
-    if (Outcome w = write_text(rights.string(), permissions(name, role)); !w) return w;
+    if (Outcome w = tools::write_text(rights.string(), permissions(name, role)); !w) return w;
     if (Outcome s = sign(authorities, rights, made_in / "permissions.p7s"); !s) return s;
     for (const char* const file : {"identity_ca.pem", "permissions_ca.pem", "governance.p7s"}) {
       std::error_code failed;
@@ -280,4 +282,4 @@ Outcome KeyFolder::make_identity(const std::string& folder, const std::string& n
   });
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

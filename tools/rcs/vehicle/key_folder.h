@@ -10,7 +10,7 @@
 
 #include "rcs/base/result.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 
 /// What an identity may do. Everyone writes in the partition of their own name only.
 enum class KeyRole {
@@ -42,4 +42,4 @@ class KeyFolder {
   bool authorities_made_ = false;
 };
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

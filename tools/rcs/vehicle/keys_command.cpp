@@ -8,7 +8,7 @@
 #include "tools/rcs/command.h"
 #include "tools/rcs/vehicle/key_folder.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 constexpr std::string_view kName = "keys";
@@ -67,4 +67,4 @@ void add_keys_command(CLI::App* rcs, Commands* commands) {
   commands->push_back(std::make_unique<Keys>(rcs));
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

@@ -15,7 +15,7 @@
 #include "tools/rcs/command.h"
 #include "tools/rcs/terminal.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 constexpr std::string_view kName = "load";
@@ -92,4 +92,4 @@ void add_load_command(CLI::App* rcs, Commands* commands) {
   commands->push_back(std::make_unique<Load>(rcs));
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

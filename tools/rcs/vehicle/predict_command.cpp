@@ -21,7 +21,7 @@
 #include "tools/rcs/command.h"
 #include "tools/report/table.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 constexpr std::string_view kName = "sureness";
@@ -91,10 +91,10 @@ class Sureness final : public Command {
 
  private:
   [[nodiscard]] Result<std::vector<Vec2>> read_places() const {
-    if (!path_.empty()) return load_places(path_);
+    if (!path_.empty()) return tools::load_places(path_);
     std::vector<Vec2> places;
     for (const std::string& text : to_) {
-      const std::optional<Vec2> p = parse_place(text);
+      const std::optional<Vec2> p = tools::parse_place(text);
       if (!p) return Error{"--to " + text + ": X,Y in metres"};
       places.push_back(*p);
     }
@@ -164,7 +164,7 @@ class Sureness final : public Command {
 
   // As many rows as fit, evenly, the first and the last among them.
   void print_table(const path_sureness_t& m) const {
-    Table table{{"way [m]", "x [m]", "y [m]", "by motion [m]", "with the map [m]"}, {}};
+    report::Table table{{"way [m]", "x [m]", "y [m]", "by motion [m]", "with the map [m]"}, {}};
     const std::size_t n = m.way_m.size();
     const std::size_t rows = std::min(n, static_cast<std::size_t>(rows_));
     for (std::size_t row = 0; row < rows; ++row) {
@@ -198,4 +198,4 @@ void add_sureness_command(CLI::App* rcs, Commands* commands) {
   commands->push_back(std::make_unique<Sureness>(rcs));
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

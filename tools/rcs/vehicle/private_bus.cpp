@@ -10,7 +10,7 @@
 #include <iterator>
 #include <vector>
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 // Also set by the tests' launcher, which makes such a bus for a whole test.
@@ -66,4 +66,4 @@ Outcome enter_private_bus() {
       "missing; --lcm-url names a bus to use instead"};
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

@@ -6,11 +6,11 @@
 
 #include "rcs/base/result.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 
 /// Does not return when it succeeds: this program runs again, with the same arguments, and finds
 /// itself inside. Call it before any thread or child.
 /// @return Done when it is inside already; else why the system does not allow it
 [[nodiscard]] Outcome enter_private_bus();
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace rcs::tools {
+namespace rcs::cli {
 
 Supervisor::Supervisor(const std::vector<bool>& critical, const SupervisorParams& params)
     : params_(params), nodes_(critical.size()) {
@@ -114,4 +114,4 @@ bool Supervisor::finished() const {
                                   [](const NodeState& n) { return n.state == State::kEnded; });
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

@@ -8,7 +8,7 @@
 
 #include "rcs/base/stamp.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 
 struct SupervisorParams {
   Duration first_backoff = from_seconds(0.2);  ///< before a restart; doubles with each, > 0
@@ -82,4 +82,4 @@ class Supervisor {
   bool stopping_ = false;
 };
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

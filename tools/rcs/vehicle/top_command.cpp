@@ -17,7 +17,7 @@
 #include "tools/rcs/command.h"
 #include "tools/rcs/vehicle/top_screen.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 constexpr std::string_view kName = "top";
@@ -28,8 +28,8 @@ constexpr int kMaxBurst = 1000;
 template <class T>
 class Tap final : public Receiver {
  public:
-  using Take = void (TopModel::*)(const T&, Stamp);
-  Tap(Bus* bus, std::string_view channel, TopModel* model, Take take)
+  using Take = void (evaluation::TopModel::*)(const T&, Stamp);
+  Tap(Bus* bus, std::string_view channel, evaluation::TopModel* model, Take take)
       : channel_(channel), model_(model), take_(take) {
     bus->subscribe(channel, this);
   }
@@ -47,19 +47,19 @@ class Tap final : public Receiver {
 
  private:
   std::string channel_;
-  TopModel* model_;
+  evaluation::TopModel* model_;
   Take take_;
   T message_{};
 };
 
 /// What every node and WM and BG say. LCM takes a channel for a regular expression: any node.
 struct Taps {
-  Taps(Bus* bus, TopModel* model)
-      : process(bus, ".*_PROCESS", model, &TopModel::on_process),
-        cycle(bus, ".*_CYCLE", model, &TopModel::on_cycle),
-        event(bus, ".*_EVENT", model, &TopModel::on_event),
-        nav(bus, channel::kWmNavState, model, &TopModel::on_nav),
-        status(bus, channel::kBgStatus, model, &TopModel::on_status) {}
+  Taps(Bus* bus, evaluation::TopModel* model)
+      : process(bus, ".*_PROCESS", model, &evaluation::TopModel::on_process),
+        cycle(bus, ".*_CYCLE", model, &evaluation::TopModel::on_cycle),
+        event(bus, ".*_EVENT", model, &evaluation::TopModel::on_event),
+        nav(bus, channel::kWmNavState, model, &evaluation::TopModel::on_nav),
+        status(bus, channel::kBgStatus, model, &evaluation::TopModel::on_status) {}
 
   Tap<process_t> process;
   Tap<cycle_t> cycle;
@@ -146,7 +146,7 @@ class Top final : public Command {
     const Result<std::unique_ptr<LcmBus>> opened = LcmBus::create(lcm_url_);
     if (!opened) return fail(kName, opened.error());
     LcmBus* const bus = opened->get();
-    TopModel model;
+    evaluation::TopModel model;
     const Taps taps(bus, &model);
     if (const Outcome status = bus->status(); !status) return fail(kName, status.error());
     LiveTimeline timeline(bus, &stop);
@@ -155,20 +155,20 @@ class Top final : public Command {
   }
 
  private:
-  int show_once(const LcmBus* bus, LiveTimeline* timeline, TopModel* model) const {
+  int show_once(const LcmBus* bus, LiveTimeline* timeline, evaluation::TopModel* model) const {
     const Stamp until = timeline->now() + from_seconds(listen_s_);
     Timeline::Step step = Timeline::Step::kDelivered;
     while (step == Timeline::Step::kDelivered) step = timeline->advance(until);
     if (const Outcome status = bus->status(); !status) return fail(kName, status.error());
-    const TopView view = model->view(timeline->now());
+    const evaluation::TopView view = model->view(timeline->now());
     fmt::print("{}", json_ ? to_json(view).dump(2) + "\n" : plain_text(top_lines(view)));
     const bool any = std::any_of(view.nodes.begin(), view.nodes.end(),
-                                 [](const TopView::Node& n) { return n.alive; });
+                                 [](const evaluation::TopView::Node& n) { return n.alive; });
     return any ? kExitOk : kExitFailed;
   }
 
   static int show_live(LcmBus* bus, const StopSignals& stop, const LiveTimeline& timeline,
-                       TopModel* model) {
+                       evaluation::TopModel* model) {
     const Screen screen;
     Stamp redraw = timeline.now();
     while (bus->status()) {
@@ -202,4 +202,4 @@ void add_top_command(CLI::App* rcs, Commands* commands) {
   commands->push_back(std::make_unique<Top>(rcs));
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

@@ -9,7 +9,7 @@
 #include "rcs/base/linear.h"
 #include "tools/report/table.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 using Style = TopLine::Style;
@@ -43,24 +43,25 @@ Style style_of(int severity) {
                                                  : Style::kPlain;
 }
 
-std::string state_of(const TopView::Node& n) {
+std::string state_of(const evaluation::TopView::Node& n) {
   if (n.alive) return "alive";
   return n.heard ? fmt::format("SILENT {}", span(*n.heard)) : "no process_t";
 }
 
-std::string scheduling_of(const TopView::Node& n) {
+std::string scheduling_of(const evaluation::TopView::Node& n) {
   std::string text = n.realtime_priority > 0 ? fmt::format("FIFO {}", n.realtime_priority) : "no";
   return n.memory_locked ? text + "+lock" : text;
 }
 
-Style style_of(const TopView::Node& n) {
+Style style_of(const evaluation::TopView::Node& n) {
   if (!n.alive) return Style::kAlarm;
   const bool late = n.least_slack && *n.least_slack < Duration::zero();
   return late || n.degrade_level > 0 ? Style::kWarning : Style::kPlain;
 }
 
 /// The table's lines; its rows with their styles.
-void append(const Table& table, const std::vector<Style>& styles, std::vector<TopLine>* lines) {
+void append(const report::Table& table, const std::vector<Style>& styles,
+            std::vector<TopLine>* lines) {
   const std::string text = to_text(table);
   std::size_t row = 0;
   for (std::size_t at = 0; at < text.size(); ++row) {
@@ -70,12 +71,12 @@ void append(const Table& table, const std::vector<Style>& styles, std::vector<To
   }
 }
 
-void append_nodes(const TopView& view, std::vector<TopLine>* lines) {
-  Table table;
+void append_nodes(const evaluation::TopView& view, std::vector<TopLine>* lines) {
+  report::Table table;
   table.header = {"node",  "state", "up",     "Hz",    "p50 ms", "max ms", "budget",
                   "slack", "over",  "missed", "level", "cpu %",  "rss MB", "real time"};
   std::vector<Style> styles;
-  for (const TopView::Node& n : view.nodes) {
+  for (const evaluation::TopView::Node& n : view.nodes) {
     table.rows.push_back(
         {n.name, state_of(n), n.heard ? span(n.up) : "-", number(n.account_hz), ms(n.used_p50),
          ms(n.used_max), ms(n.budget), ms(n.least_slack), std::to_string(n.overruns),
@@ -84,7 +85,7 @@ void append_nodes(const TopView& view, std::vector<TopLine>* lines) {
     styles.push_back(style_of(n));
   }
   append(table, styles, lines);
-  for (const TopView::Node& n : view.nodes) {
+  for (const evaluation::TopView::Node& n : view.nodes) {
     if (!n.note.empty()) {
       lines->push_back({fmt::format("{}: {}", n.name, n.note), Style::kWarning});
     }
@@ -92,12 +93,12 @@ void append_nodes(const TopView& view, std::vector<TopLine>* lines) {
   lines->push_back({});
 }
 
-void append_inputs(const TopView& view, std::vector<TopLine>* lines) {
-  Table table;
+void append_inputs(const evaluation::TopView& view, std::vector<TopLine>* lines) {
+  report::Table table;
   table.header = {"input", "Hz", "age", "dropped", "gaps", "malformed"};
   std::vector<Style> styles;
-  for (const TopView::Node& n : view.nodes) {
-    for (const TopView::Input& in : n.inputs) {
+  for (const evaluation::TopView::Node& n : view.nodes) {
+    for (const evaluation::TopView::Input& in : n.inputs) {
       table.rows.push_back({fmt::format("{} {}", n.name, in.channel), number(in.rate_hz),
                             span(in.age), std::to_string(in.dropped), std::to_string(in.gaps),
                             std::to_string(in.malformed)});
@@ -109,8 +110,8 @@ void append_inputs(const TopView& view, std::vector<TopLine>* lines) {
   lines->push_back({});
 }
 
-void append_nav(const TopView::Nav& nav, std::vector<TopLine>* lines) {
-  const bool silent = nav.heard > TopModel::kSilent;
+void append_nav(const evaluation::TopView::Nav& nav, std::vector<TopLine>* lines) {
+  const bool silent = nav.heard > evaluation::TopModel::kSilent;
   lines->push_back(
       {fmt::format("wm {}{}{}{}", nav.mode, nav.pose_valid ? "" : ", POSE INVALID",
                    nav.world_valid ? "" : ", no datum yet",
@@ -122,14 +123,14 @@ void append_nav(const TopView::Nav& nav, std::vector<TopLine>* lines) {
   lines->push_back({fmt::format("  {:.0f} m since GPS, {} resets of world, map epoch {}",
                                 nav.distance_since_gps_m, nav.world_resets, nav.map_epoch)});
   std::string ages;
-  for (const TopView::Nav::Age& a : nav.ages) {
+  for (const evaluation::TopView::Nav::Age& a : nav.ages) {
     ages += fmt::format("{}{} {}", ages.empty() ? "" : ", ", a.source, span(a.age));
   }
   lines->push_back({"  since accepted: " + ages});
   lines->push_back({});
 }
 
-void append_status(const TopView::Status& s, std::vector<TopLine>* lines) {
+void append_status(const evaluation::TopView::Status& s, std::vector<TopLine>* lines) {
   lines->push_back({fmt::format("bg {} {}: command {} of {}{}{}, {} ago", s.status, s.state,
                                 s.echo_serial, s.issuer.empty() ? "nobody" : s.issuer,
                                 s.reason.empty() ? "" : ": ", s.reason, span(s.heard)),
@@ -159,9 +160,9 @@ nlohmann::ordered_json json_number(const std::optional<double>& v) {
   return v ? nlohmann::ordered_json(*v) : nlohmann::ordered_json();
 }
 
-nlohmann::ordered_json json_node(const TopView::Node& n) {
+nlohmann::ordered_json json_node(const evaluation::TopView::Node& n) {
   nlohmann::ordered_json inputs = nlohmann::ordered_json::array();
-  for (const TopView::Input& in : n.inputs) {
+  for (const evaluation::TopView::Input& in : n.inputs) {
     inputs.push_back({{"channel", in.channel},
                       {"rate_hz", json_number(in.rate_hz)},
                       {"age_ms", json_ms(in.age)},
@@ -192,9 +193,9 @@ nlohmann::ordered_json json_node(const TopView::Node& n) {
           {"inputs", inputs}};
 }
 
-nlohmann::ordered_json json_nav(const TopView::Nav& nav) {
+nlohmann::ordered_json json_nav(const evaluation::TopView::Nav& nav) {
   nlohmann::ordered_json ages;
-  for (const TopView::Nav::Age& a : nav.ages) ages[a.source] = json_ms(a.age);
+  for (const evaluation::TopView::Nav::Age& a : nav.ages) ages[a.source] = json_ms(a.age);
   return {{"heard_ms", milliseconds(nav.heard)},
           {"mode", nav.mode},
           {"pose_valid", nav.pose_valid},
@@ -210,7 +211,7 @@ nlohmann::ordered_json json_nav(const TopView::Nav& nav) {
 
 }  // namespace
 
-std::vector<TopLine> top_lines(const TopView& view) {
+std::vector<TopLine> top_lines(const evaluation::TopView& view) {
   std::vector<TopLine> lines;
   if (view.nodes.empty()) lines.push_back({"no node is heard on this bus", Style::kAlarm});
   if (!view.nodes.empty()) append_nodes(view, &lines);
@@ -224,7 +225,7 @@ std::vector<TopLine> top_lines(const TopView& view) {
          Style::kWarning});
   }
   if (!view.events.empty()) lines.push_back({"events, the newest first", Style::kHead});
-  for (const TopView::Event& e : view.events) {
+  for (const evaluation::TopView::Event& e : view.events) {
     lines.push_back({fmt::format("  {:>8} ago  {} {}: {}: {}{}", span(e.age), e.node,
                                  severity_name(e.severity), e.code, e.text,
                                  e.repeated > 0 ? fmt::format(" (and {} times before)", e.repeated)
@@ -257,13 +258,13 @@ std::string screen_text(const std::vector<TopLine>& lines, const ScreenSize& siz
   return text + "\033[J";
 }
 
-nlohmann::ordered_json to_json(const TopView& view) {
+nlohmann::ordered_json to_json(const evaluation::TopView& view) {
   nlohmann::ordered_json out = {{"nodes", nlohmann::ordered_json::array()},
                                 {"malformed", view.malformed}};
-  for (const TopView::Node& n : view.nodes) out["nodes"].push_back(json_node(n));
+  for (const evaluation::TopView::Node& n : view.nodes) out["nodes"].push_back(json_node(n));
   if (view.nav) out["nav"] = json_nav(*view.nav);
   if (view.status) {
-    const TopView::Status& s = *view.status;
+    const evaluation::TopView::Status& s = *view.status;
     out["bg"] = {{"heard_ms", milliseconds(s.heard)},
                  {"status", s.status},
                  {"state", s.state},
@@ -272,7 +273,7 @@ nlohmann::ordered_json to_json(const TopView& view) {
                  {"issuer", s.issuer}};
   }
   out["events"] = nlohmann::ordered_json::array();
-  for (const TopView::Event& e : view.events) {
+  for (const evaluation::TopView::Event& e : view.events) {
     out["events"].push_back({{"age_ms", milliseconds(e.age)},
                              {"node", e.node},
                              {"severity", severity_name(e.severity)},
@@ -283,4 +284,4 @@ nlohmann::ordered_json to_json(const TopView& view) {
   return out;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

@@ -7,7 +7,7 @@
 
 #include "tools/evaluation/top_model.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 
 struct TopLine {
   enum class Style { kPlain, kHead, kWarning, kAlarm };
@@ -15,7 +15,7 @@ struct TopLine {
   Style style = Style::kPlain;
 };
 
-[[nodiscard]] std::vector<TopLine> top_lines(const TopView& view);
+[[nodiscard]] std::vector<TopLine> top_lines(const evaluation::TopView& view);
 
 /// One under the other, for a file or a pipe.
 [[nodiscard]] std::string plain_text(const std::vector<TopLine>& lines);
@@ -29,6 +29,6 @@ struct ScreenSize {
 [[nodiscard]] std::string screen_text(const std::vector<TopLine>& lines, const ScreenSize& size);
 
 /// null where there is no figure.
-[[nodiscard]] nlohmann::ordered_json to_json(const TopView& view);
+[[nodiscard]] nlohmann::ordered_json to_json(const evaluation::TopView& view);
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

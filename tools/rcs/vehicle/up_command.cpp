@@ -22,7 +22,7 @@
 #include "tools/rcs/vehicle/supervisor.h"
 #include "tools/rcs/vehicle/up_report.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 constexpr std::string_view kName = "up";
@@ -383,4 +383,4 @@ void add_up_command(CLI::App* rcs, Commands* commands) {
   commands->push_back(std::make_unique<Up>(rcs));
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

@@ -2,7 +2,7 @@
 
 #include <unistd.h>
 
-namespace rcs::tools {
+namespace rcs::cli {
 
 UpReport::UpReport(Bus* bus, const std::string& config, Stamp now)
     : events_(bus, "up", Duration::zero()), outbox_(bus, channel_of("up", "PROCESS")), next_(now) {
@@ -21,4 +21,4 @@ void UpReport::process(Stamp now, const std::string& note) {
   outbox_.publish(&message_);
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli

@@ -12,7 +12,7 @@
 #include "rcs/node/process/process.h"
 #include "rcs/node/report.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 
 class UpReport {
  public:
@@ -35,4 +35,4 @@ class UpReport {
   Stamp next_;
 };
 
-}  // namespace rcs::tools
+}  // namespace rcs::cli
