@@ -19,6 +19,9 @@ bool EmergencyStop::update(const command_t* command, bool is_new, Stamp now, Rep
   if (decision->emergency) {
     if (new_stop || (!latch_.engaged() && command != nullptr)) {
       latch_.engage(*command);
+      report->transition(now, event_t::SEVERITY_WARNING, "stop.engaged",
+                         "emergency stop of {}: no motion until it is released at rest",
+                         latch_.cause());
       if (!latch_.persisted()) next_try_ = now;
     }
     keep(now, report, decision);
@@ -33,7 +36,7 @@ bool EmergencyStop::update(const command_t* command, bool is_new, Stamp now, Rep
     *decision = {Action::kBrake, Status::kError, "EMERGENCY_STOP", reason_, decision->line, true};
     return false;
   }
-  report->info(now, "stop.released", "emergency stop of {} released", cause);
+  report->transition(now, event_t::SEVERITY_INFO, "stop.released", "emergency stop of {} released", cause);
   return true;
 }
 

@@ -227,7 +227,8 @@ void GatewayNode::report_phase(Stamp now) {
 
 void GatewayNode::send_state(Stamp now) {
   const bool known = nav_arrival_ != Stamp::min() && now - nav_arrival_ <= config_.state_max_age;
-  if (!known) return;  // silence says it better than an old pose that someone takes for a new one
+  // No sample is published rather than an old or invalid pose that someone takes for a good one.
+  if (!known || nav_state_.pose_valid == 0) return;
   if (!to_sample(nav_state_, now - nav_arrival_, &state_)) {
     report_.warn(now, "state.refused", "{}: mode {} or a number that is not finite",
                  channel::kWmNavState, nav_state_.mode);

@@ -7,6 +7,7 @@
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
 #include "lcmtypes/plausible.h"
+#include "modules/sp/scan/deskew.h"
 #include "modules/sp/sp_messages_node.h"
 
 namespace rcs::sp {

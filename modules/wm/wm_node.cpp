@@ -338,7 +338,7 @@ void WmNode::report_events(Stamp now) {
   if (!estimator_.started()) return;
   const FilterState& s = estimator_.state();
   if (const Mode newest = mode(now); newest != reported_mode_) {
-    report_.info(now, "mode", "{} -> {}", kModes[static_cast<std::size_t>(reported_mode_)],
+    report_.transition(now, event_t::SEVERITY_INFO, "mode", "{} -> {}", kModes[static_cast<std::size_t>(reported_mode_)],
                  kModes[static_cast<std::size_t>(newest)]);
     reported_mode_ = newest;
   }
@@ -366,20 +366,20 @@ void WmNode::report_inputs(Stamp now) {
     if (silent == reported_silent_[i]) continue;
     reported_silent_[i] = silent;
     if (silent) {
-      report_.warn(now, kSilentCodes[i], "{} silent for {:.2f} s > {:.2f} s: not fused", kNames[i],
+      report_.transition(now, event_t::SEVERITY_WARNING, kSilentCodes[i], "{} silent for {:.2f} s > {:.2f} s: not fused", kNames[i],
                    seconds(inputs_.silence(input, now)), seconds(inputs_.limit(input)));
     } else {
-      report_.info(now, kSilentCodes[i], "{} received again", kNames[i]);
+      report_.transition(now, event_t::SEVERITY_INFO, kSilentCodes[i], "{} received again", kNames[i]);
     }
   }
   const bool no_input = inputs_.all_silent_for(now) > Duration::zero();
   if (no_input != reported_no_input_) {
     reported_no_input_ = no_input;
     if (no_input) {
-      report_.error(now, "input.none", "all inputs silent: mode LOST, pose invalid after {:.2f} s",
+      report_.transition(now, event_t::SEVERITY_ERROR, "input.none", "all inputs silent: mode LOST, pose invalid after {:.2f} s",
                     seconds(config_.params.modes.input_timeout));
     } else {
-      report_.info(now, "input.none", "inputs received again");
+      report_.transition(now, event_t::SEVERITY_INFO, "input.none", "inputs received again");
     }
   }
   const Duration shift = estimator_.ins_clock_shift();

@@ -20,22 +20,26 @@ Report::Report(Bus* bus, std::string_view node, Duration interval)
   message_.node = node;
 }
 
-void Report::send(Stamp now, std::int8_t severity, std::string_view code, fmt::string_view text,
-                  fmt::format_args args) {
+void Report::send(Stamp now, std::int8_t severity, std::string_view code, int max_sent,
+                  fmt::string_view text, fmt::format_args args) {
   const auto known =
       std::find_if(codes_.begin(), codes_.end(), [&](const Code& c) { return c.name == code; });
-  if (known != codes_.end() && now - known->last < interval_) {
-    ++known->repeated;
+  Code& entry = known != codes_.end() ? *known : codes_.emplace_back(Code{code, now});
+  if (now - entry.window_begin >= interval_) {
+    entry.window_begin = now;
+    entry.sent = 0;
+  }
+  if (entry.sent >= max_sent) {
+    ++entry.repeated;
     return;
   }
-  Code& entry = known != codes_.end() ? *known : codes_.emplace_back(Code{code, now, 0});
   message_.utime = to_utime(now);
   message_.severity = severity;
   message_.code = code;
   message_.text.clear();
   fmt::vformat_to(std::back_inserter(message_.text), text, args);
   message_.repeated = entry.repeated;
-  entry.last = now;
+  ++entry.sent;
   entry.repeated = 0;
   outbox_.publish(&message_);
 }

@@ -1,7 +1,8 @@
 #pragma once
 // Events of a node for people and programs: event_t on <NAME>_EVENT, at most one per code and
-// interval, with the number of repetitions. It prints nothing: who wants to see events on a
-// terminal subscribes (EventPrinter).
+// interval, with the number of repetitions; of changes of state, at most ten, so that the last one
+// is published, too. It prints nothing: who wants to see events on a terminal subscribes
+// (EventPrinter).
 
 #include <fmt/format.h>
 
@@ -30,28 +31,36 @@ class Report {
   template <class... Args>
   void info(Stamp now, std::string_view code, fmt::format_string<Args...> text,
             const Args&... args) {
-    send(now, event_t::SEVERITY_INFO, code, text, fmt::make_format_args(args...));
+    send(now, event_t::SEVERITY_INFO, code, 1, text, fmt::make_format_args(args...));
   }
   template <class... Args>
   void warn(Stamp now, std::string_view code, fmt::format_string<Args...> text,
             const Args&... args) {
-    send(now, event_t::SEVERITY_WARNING, code, text, fmt::make_format_args(args...));
+    send(now, event_t::SEVERITY_WARNING, code, 1, text, fmt::make_format_args(args...));
   }
   template <class... Args>
   void error(Stamp now, std::string_view code, fmt::format_string<Args...> text,
              const Args&... args) {
-    send(now, event_t::SEVERITY_ERROR, code, text, fmt::make_format_args(args...));
+    send(now, event_t::SEVERITY_ERROR, code, 1, text, fmt::make_format_args(args...));
+  }
+  /// A change of state: who follows the events must learn of the end as well as of the beginning.
+  template <class... Args>
+  void transition(Stamp now, std::int8_t severity, std::string_view code,
+                  fmt::format_string<Args...> text, const Args&... args) {
+    send(now, severity, code, kMaxTransitions, text, fmt::make_format_args(args...));
   }
 
  private:
+  static constexpr int kMaxTransitions = 10;  // of a code within the interval: a flapping state
   struct Code {
     std::string_view name;
-    Stamp last;
-    std::int64_t repeated = 0;  // since the last message
+    Stamp window_begin;
+    int sent = 0;               // in the window
+    std::int64_t repeated = 0;  // not sent since the last message
   };
 
-  void send(Stamp now, std::int8_t severity, std::string_view code, fmt::string_view text,
-            fmt::format_args args);
+  void send(Stamp now, std::int8_t severity, std::string_view code, int max_sent,
+            fmt::string_view text, fmt::format_args args);
 
   Outbox<event_t> outbox_;
   Duration interval_;

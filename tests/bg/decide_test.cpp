@@ -106,6 +106,10 @@ TEST(Decide, AnEmergencyStopHoldsUntilItIsReleasedAtRest) {
   d = decide(f, d.emergency, {});
   EXPECT_TRUE(d.emergency);
   EXPECT_NE(d.reason.find("no valid pose"), std::string_view::npos);
+  f.speed_mps = 3.0;  // of a pose that is no longer valid: whether it is at rest is not known
+  d = decide(f, d.emergency, {});
+  EXPECT_NE(d.reason.find("no valid pose"), std::string_view::npos);
+  f.speed_mps = 0.0;
   f.pose_valid = true;
   d = decide(f, d.emergency, {});
   EXPECT_FALSE(d.emergency);

@@ -23,6 +23,7 @@ FakeVehicle::FakeVehicle()
       wm_cycles_(bus_.get(), channel::kWmCycle),
       bg_(bus_.get(), "bg", channel::kBgCommand, channel::kBgStatus, SubordinateParams{}) {
   nav_state_.mode = nav_state_t::MODE_GPS_INS_LADAR;
+  nav_state_.pose_valid = 1;
   nav_state_.world_valid = 1;
   nav_state_.q_world_vehicle[0] = 1.0;
   nav_state_.q_local_vehicle[0] = 1.0;

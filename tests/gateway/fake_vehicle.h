@@ -25,6 +25,7 @@ class FakeVehicle {
   /// Runs the vehicle until `done`, asked every cycle, or for at most `limit`.
   /// @return whether it was done
   bool run_until(const std::function<bool()>& done, Duration limit);
+  void set_pose_valid(bool valid) { nav_state_.pose_valid = valid ? 1 : 0; }
   void run_for(Duration span) {
     (void)run_until([] { return false; }, span);
   }

@@ -105,6 +105,18 @@ TEST_F(GatewayLive, TheStateGoesOutAtItsRateAndTheNodesStatusWithIt) {
   EXPECT_TRUE(gateway_->has_said("dds.plain")) << gateway_->output();
 }
 
+TEST_F(GatewayLive, AnInvalidPoseIsNotPublished) {
+  start_gateway(kPlain);
+  const auto before = client({"watch", "2"});
+  ASSERT_TRUE(ends(before.get()));
+  EXPECT_FALSE(before->has_said("states 0 ")) << before->output();
+  vehicle_.set_pose_valid(false);
+  vehicle_.run_for(from_seconds(1.0));
+  const auto after = client({"watch", "2"});
+  ASSERT_TRUE(ends(after.get()));
+  EXPECT_TRUE(after->has_said("states 0 ")) << after->output();
+}
+
 TEST_F(GatewayLive, AWaypointCommandArrivesIsRefreshedAndEndsWithItsOperator) {
   start_gateway(kPlain);
   auto alice = client({"-s", "4", "goto", "7", "60", "10", "0", "20", "5"});

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
+
 #include "rcs/node/bus/inbox.h"
 #include "rcs/node/bus/local_bus.h"
 #include "tests/node/fixtures.h"
@@ -53,6 +55,26 @@ TEST_F(ReportTest, ACodeIsSentOnceAnIntervalAndTheRestIsCounted) {
   EXPECT_EQ(third->text, "number 200");
   EXPECT_EQ(third->repeated, 99);
   EXPECT_EQ(next()->code, "b");
+  EXPECT_EQ(next(), nullptr);
+}
+
+TEST_F(ReportTest, TheEndOfAStateIsPublishedAndAFlappingStateIsLimited) {
+  constexpr std::int8_t kWarning = event_t::SEVERITY_WARNING;
+  report_.transition(at_ms(0), kWarning, "input.ins", "INS silent");
+  report_.transition(at_ms(300), kWarning, "input.ins", "INS received again");
+  deliver();
+  EXPECT_EQ(next()->text, "INS silent");
+  EXPECT_EQ(next()->text, "INS received again");
+  EXPECT_EQ(next(), nullptr);
+
+  started_ = false;
+  for (int i = 0; i < 500; ++i) report_.transition(at_ms(2000 + i), kWarning, "b", "{}", i);
+  report_.transition(at_ms(3100), kWarning, "b", "last");
+  deliver();
+  for (int i = 0; i < 10; ++i) EXPECT_EQ(next()->text, std::to_string(i));
+  const event_t* last = next();
+  EXPECT_EQ(last->text, "last");
+  EXPECT_EQ(last->repeated, 490);
   EXPECT_EQ(next(), nullptr);
 }
 

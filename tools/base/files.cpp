@@ -155,9 +155,17 @@ Outcome OutputFile::write(std::string_view text) const {
   return file ? Outcome(Done{}) : file_error(path_, "cannot write");
 }
 
+Outcome OutputFile::check() const {
+  std::error_code ignored;
+  if (fs::is_directory(target_, ignored)) {
+    return Error{path_ + ": is a folder; the output is a file"};
+  }
+  return check_output(target_);
+}
+
 Outcome OutputFile::commit() const {
   if (in_place_) return Done{};
-  if (Outcome checked = check_output(target_); !checked) return checked;
+  if (Outcome checked = check(); !checked) return checked;
   struct stat before {};
   if (::stat(target_.c_str(), &before) == 0) ::chmod(write_path_.c_str(), before.st_mode & 07777U);
   if (std::rename(write_path_.c_str(), target_.c_str()) != 0) {

@@ -41,7 +41,9 @@ class OutputFile {
   /// A device or a FIFO: cannot be read back, and has no files beside it.
   [[nodiscard]] bool in_place() const { return in_place_; }
   [[nodiscard]] Outcome write(std::string_view text) const;
-  /// An error when check_output() has one.
+  /// Before long work: an error when the path names a folder, or when check_output() has one.
+  [[nodiscard]] Outcome check() const;
+  /// An error when check() has one.
   [[nodiscard]] Outcome commit() const;
 
  private:

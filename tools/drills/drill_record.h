@@ -78,7 +78,7 @@ struct DrillShadow {
 };
 
 struct DrillEvent {
-  Stamp time;  ///< node time
+  Stamp time;  ///< the log's, in the record's sensor time
   std::string node;
   int severity = 0;
   std::string code;
@@ -86,7 +86,7 @@ struct DrillEvent {
 };
 
 struct DrillRecord {
-  std::optional<Stamp> begin;  ///< arrival of the first sensor message
+  std::optional<Stamp> begin;  ///< stamp of the first sensor message
   Stamp end;                   ///< of the last one
   tools::Trajectory truth;  ///< T_world_vehicle; of a log without SIM_TRUTH: another run's belief
   std::vector<Vec3> v_truth_world;   ///< of each of `truth` [m/s]; empty: not known

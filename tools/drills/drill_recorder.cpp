@@ -7,6 +7,7 @@
 #include "lcmtypes/convert.h"
 #include "tools/drills/drill_stimulus.h"
 #include "tools/evaluation/evaluation.h"
+#include "tools/recording/message_fields.h"
 
 namespace rcs::drills {
 namespace {
@@ -50,8 +51,16 @@ void DrillRecorder::with(const std::uint8_t* data, std::size_t size, T* message,
 void DrillRecorder::on_deliver(Stamp due, std::string_view channel, const std::uint8_t* data,
                                std::size_t size) {
   const bool sensor = speaks_on(DrillSource::kAll, channel);
-  if (sensor && !record_.begin) record_.begin = due;
-  if (sensor) record_.end = due;
+  if (sensor && !record_.begin) {
+    // Sensor time: a live log's own stamps are of another clock (DECISIONS 1).
+    const std::optional<recording::MessageHead> head =
+        recording::read_head(channel, {data, data + size});
+    if (head) {
+      record_.begin = from_utime(head->utime);
+      to_sensor_time_ = *record_.begin - due;
+    }
+  }
+  if (sensor) record_.end = due + to_sensor_time_;
   if (!sensor && channel != channel::kSimTruth) hash(channel, data, size);
   if (log_ != nullptr && !is_bulky(channel)) (void)log_->write(due, channel, data, size);
 
@@ -71,7 +80,7 @@ void DrillRecorder::on_deliver(Stamp due, std::string_view channel, const std::u
     with(data, size, &registration_, [&](const registration_t& m) { take(m, due); });
   } else if (is_event(channel)) {
     with(data, size, &event_, [&](const event_t& m) {
-      record_.events.push_back({due, m.node, m.severity, m.code, m.text});
+      record_.events.push_back({due + to_sensor_time_, m.node, m.severity, m.code, m.text});
     });
   }
 }

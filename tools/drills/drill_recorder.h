@@ -63,6 +63,7 @@ class DrillRecorder final : public BusTap {
   std::optional<Pose> T_truth_world_;
   Vec3 world_datum_deg_m_ = Vec3::Constant(1e9);
   DrillRecord record_;
+  Duration to_sensor_time_{};  // from the time of the log
 
   truth_t truth_{};
   nav_state_t nav_{};

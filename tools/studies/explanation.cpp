@@ -199,7 +199,9 @@ class Memory {
           "  its newest scan: last facet in SP {}, SP began {:.1f} ms later, its answer in WM "
           "{:.1f} "
           "ms after that\n",
-          ago(moment - from_utime(m.ledger.last_facet_utime)),
+          // Both differences are within one clock: the log's, and the nodes'.
+          ago(moment - nav_.back().arrival +
+              Duration(m.publish_utime - m.ledger.last_facet_utime)),
           milliseconds(Duration(m.ledger.sp_start_utime - m.ledger.last_facet_utime)),
           milliseconds(Duration(m.ledger.wm_arrival_utime - m.ledger.sp_start_utime)));
     }

@@ -32,7 +32,7 @@ void ColumnSampler::sample(const Points& in, const Vec3& up_vehicle, double colu
 void ColumnSampler::standing(const Points& in, double above_m, Points* out) {
   out->clear();
   const auto above = static_cast<float>(above_m);
-  registration::VoxelKey last = ~VoxelKey{0};
+  registration::VoxelKey last = ~registration::VoxelKey{0};
   float least_m = 0.0F;
   for (std::size_t i = 0; i < in.size(); ++i) {
     const Vec3f p = in[i];

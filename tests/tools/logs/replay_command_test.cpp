@@ -82,6 +82,25 @@ TEST_F(ReplayCommand, NotOnePoseIsAFailure) {
   EXPECT_THAT(messages(), HasSubstr("no pose: WM published none"));
 }
 
+TEST_F(ReplayCommand, APartWithoutSensorDataIsAFailureAndLeavesTheOldOutput) {
+  std::ofstream(folder_ + "/out.log") << "precious";
+  for (const char* part :
+       {"--from 100", "--from 8 --to 4",
+        "--without LADAR_RANGES,LADAR_POINTS,INS,GPS_FIX,ODOMETRY"}) {
+    EXPECT_EQ(replay("", part), 1) << part;
+    EXPECT_THAT(messages(), HasSubstr("no sensor message")) << part;
+    EXPECT_EQ(text_of(folder_ + "/out.log"), "precious") << part;
+  }
+}
+
+TEST_F(ReplayCommand, AFolderAsOutputIsRefusedBeforeTheWork) {
+  std::filesystem::create_directory(folder_ + "/out.log");
+  EXPECT_EQ(replay(""), 1);
+  EXPECT_THAT(messages(), HasSubstr("is a folder"));
+  EXPECT_THAT(messages(), Not(HasSubstr("cycles"))) << "the work was not begun";
+  EXPECT_FALSE(std::filesystem::exists(folder_ + "/out.log.timing"));
+}
+
 TEST_F(ReplayCommand, ADatumFarFromTheFixesIsAFailure) {
   EXPECT_EQ(replay("datum_lat_deg = 49.0\ndatum_lon_deg = 8.4\ndatum_height_m = 110.0\n"), 1);
   EXPECT_THAT(messages(), HasSubstr("the configured datum (49.00000, 8.40000 deg) contradicts"));

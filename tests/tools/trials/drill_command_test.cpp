@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "rcs/node/log/log_file.h"
 #include "tests/support/rcs_command.h"
 
 namespace rcs::test {
@@ -87,6 +88,35 @@ TEST_F(DrillCommand, ALogWithoutTruthIsHeldAgainstItselfUndisturbed) {
   EXPECT_GT(json::parse(out())["drills"][0]["runs"][0]["samples"].get<int>(), 20);
   EXPECT_EQ(rcs("drill " + config("drills/d11_map_turned.toml") + options), 0) << messages();
   EXPECT_EQ(json::parse(out())["drills"][0]["verdict"], "not run");
+  EXPECT_EQ(rcs("drill --config " + config("demo3.toml") + " --log " + log + " " +
+                config("drills/d11_map_turned.toml")),
+            1);
+  EXPECT_THAT(messages(), HasSubstr("no drill could run"));
+}
+
+TEST_F(DrillCommand, ALiveLogHasItsOwnClock) {
+  const std::string log = folder_ + "/drive.log";
+  const std::string live = folder_ + "/live.log";
+  ASSERT_EQ(rcs("sim " + config("sim/drill.toml") + " --duration 14 -o " + log), 0) << messages();
+  Result<LogReader> reader = LogReader::open(log);
+  Result<LogWriter> writer = LogWriter::create(live);
+  ASSERT_TRUE(reader.ok() && writer.ok());
+  LogEvent event;
+  while (reader->next(&event)) {
+    const Stamp unix_time = event.stamp + std::chrono::hours(24 * 365 * 50);
+    ASSERT_TRUE(writer->write(unix_time, event.channel, event.data.data(), event.data.size()));
+  }
+  ASSERT_TRUE(writer->close());
+  json results[2];
+  for (int k = 0; k < 2; ++k) {
+    EXPECT_EQ(rcs("drill --config " + config("demo3.toml") + " --log " + (k == 0 ? log : live) +
+                  " --json " + drill_),
+              0)
+        << messages();
+    results[k] = json::parse(out())["drills"][0]["runs"][0];
+    results[k].erase("hash");  // of the outputs with their node time
+  }
+  EXPECT_EQ(results[0], results[1]);
 }
 
 TEST_F(DrillCommand, AWrongCommandLineIsTwoAndAWrongFileIsNamed) {

@@ -17,7 +17,7 @@ namespace rcs::cli {
 namespace {
 
 constexpr std::string_view kName = "play";
-constexpr Duration kListen = std::chrono::milliseconds(500);
+constexpr Duration kListen = std::chrono::milliseconds(1200);  // GPS: 1 Hz at least
 
 /// Who else publishes what a player publishes.
 class OtherPublishers {

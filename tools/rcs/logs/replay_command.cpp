@@ -71,7 +71,8 @@ class Replay final : public Command {
   int run() override {
     const tools::OutputFile out(out_);
     const tools::OutputFile timing(out.in_place() ? "/dev/null" : out_ + ".timing");
-    Outcome done = tools::check_output(timing.path());
+    Outcome done = out.check();
+    if (done) done = timing.check();
     if (done) done = replay(out.write_path(), timing.write_path());
     if (done) done = timing.commit();
     if (done) done = out.commit();
@@ -116,7 +117,9 @@ class Replay final : public Command {
       fmt::print(stderr, "rcs replay: {}: the log's clock jumps {} times\n", log_,
                  whole.clock_jumps());
     }
-    if (whole.fed() == 0) return Error{log_ + ": no sensor data in what was asked for"};
+    if (verdict.sensor_messages() == 0) {
+      return Error{log_ + ": no sensor message in the part and on the channels that were asked for"};
+    }
     fmt::print(stderr, "{}", report.text());
     if (Outcome closed = (*timing)->close(); !closed) return closed;
     if (Outcome closed = writer->close(); !closed) return closed;

@@ -21,6 +21,8 @@ class ReplayVerdict final : public BusTap {
   void on_deliver(Stamp due, std::string_view channel, const std::uint8_t* data,
                   std::size_t size) override;
 
+  [[nodiscard]] std::int64_t sensor_messages() const { return sensor_messages_; }
+
   /// Why the replay is not what its configuration asks for, a sentence each; empty: it is.
   /// @param datum  as configured; none: the first fix is the datum
   /// @param map    the index of the configured a priori map; null: none
