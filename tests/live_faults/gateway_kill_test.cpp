@@ -124,7 +124,7 @@ TEST(GatewayKillDrill, InsideNoCycleTakesLongerWhenTheDoorIsKilled) {
                              evaluation::values_of(during.hops, name)));
   }
   std::printf("the gateway was killed %d times, its client %d times\n%s", gateways, clients,
-              tools::to_text(table).c_str());
+              report::to_text(table).c_str());
   for (const evaluation::BudgetRecord* record : {&before, &during}) {
     const evaluation::ScanCounts& s = record->scans;
     std::printf(

@@ -121,7 +121,7 @@ class KillDrill : public testing::Test {
     std::printf(
         "%s%lld scans, %lld commands, %lld waypoints (%lld times back to one), %d courses begun; "
         "the operator gave up %zu times\n%s\n",
-        tools::to_text(table).c_str(), static_cast<long long>(drill_.counts.scans()),
+        report::to_text(table).c_str(), static_cast<long long>(drill_.counts.scans()),
         static_cast<long long>(drill_.counts.commands()),
         static_cast<long long>(drill_.counts.waypoints()),
         static_cast<long long>(drill_.counts.returns()), drill_.run.courses(),

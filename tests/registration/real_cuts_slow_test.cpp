@@ -106,7 +106,7 @@ class CutsOfDrive {
   }
 
   void print() const {
-    fmt::print("Success: below 0.1 m and 0.5 deg from the reference\n{}\n", tools::to_text(table_));
+    fmt::print("Success: below 0.1 m and 0.5 deg from the reference\n{}\n", report::to_text(table_));
   }
   void print_what_rigid_sweeps_cost() const;
 
@@ -158,7 +158,7 @@ void CutsOfDrive::print_what_rigid_sweeps_cost() const {
     better += rigid.mean_distance_m - deskewed.mean_distance_m;
   }
   EXPECT_GT(better, 0.0);
-  fmt::print("Whole sweeps, taken as rigid and deskewed by azimuth\n{}\n", tools::to_text(table));
+  fmt::print("Whole sweeps, taken as rigid and deskewed by azimuth\n{}\n", report::to_text(table));
 }
 
 // One test: CTest gives each a process of its own, which would unpack the sweeps again.

@@ -1,6 +1,6 @@
 #pragma once
 // What a drill is: what is done to the sensors' messages of a drive, and what must hold all the
-// same. One TOML file a drill (config/drills/*.toml).
+// same. One TOML file a drill (config/drills/*/*.toml).
 
 #include <cstdint>
 #include <map>

@@ -39,7 +39,7 @@ constexpr std::array<ReadmeCommand, 39> kReadmeCommands = {{
     {"$rcs sureness", How::kOptions, "needs a running wm"},
     {"$rcs map match", How::kOptions, "the pose is a placeholder"},
     {"build/release/bin/rcs drill --all", How::kOptions, "minutes; drill_all_test.cpp"},
-    {"build/release/bin/rcs drill config/drills/d01", How::kOptions, "minutes; drill_all_test.cpp"},
+    {"build/release/bin/rcs drill config/drills/gps/d01", How::kOptions, "minutes; drill_all_test.cpp"},
     {"build/release/bin/rcs drill my_drill.toml", How::kSlow, "a drive of 125 s"},
     {"build/release/bin/rcs why", How::kSlow, "a log of 125 s"},
     {"build/release/bin/rcs consistency -o", How::kOptions, "hours"},

@@ -86,10 +86,10 @@ TEST_F(DrillCommand, ALogWithoutTruthIsHeldAgainstItselfUndisturbed) {
       " --config " + config("demo3.toml") + " --log " + log + " --json " + drill_;
   EXPECT_EQ(rcs("drill" + options), 0) << messages();
   EXPECT_GT(json::parse(out())["drills"][0]["runs"][0]["samples"].get<int>(), 20);
-  EXPECT_EQ(rcs("drill " + config("drills/d11_map_turned.toml") + options), 0) << messages();
+  EXPECT_EQ(rcs("drill " + config("drills/map/d11_map_turned.toml") + options), 0) << messages();
   EXPECT_EQ(json::parse(out())["drills"][0]["verdict"], "not run");
   EXPECT_EQ(rcs("drill --config " + config("demo3.toml") + " --log " + log + " " +
-                config("drills/d11_map_turned.toml")),
+                config("drills/map/d11_map_turned.toml")),
             1);
   EXPECT_THAT(messages(), HasSubstr("no drill could run"));
 }

@@ -26,7 +26,7 @@ class Why final : public Command {
         "What had come in and how long ago; what WM took or refused in the last second, and why;\n"
         "SP's last answers; WM's mode, trust and alerts; what BG did; the events before.\n"
         "Examples:\n"
-        "  rcs drill config/drills/d04_ramp_0_5.toml -o out/d04 --logs\n"
+        "  rcs drill config/drills/gps/d04_ramp_0_5.toml -o out/d04 --logs\n"
         "  rcs why out/d04/d04_ramp_0_5.log 49.5");
   }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <utility>
 
 #include "tools/base/files.h"
 #include "tools/drills/drill_output.h"
@@ -17,16 +18,21 @@ namespace {
 constexpr std::string_view kName = "drill";
 
 /// The files of a folder, in the order of their names.
+/// The drills of a folder and the folders below it, by name.
 Result<std::vector<std::string>> drills_in(const std::string& folder) {
-  std::vector<std::string> paths;
+  namespace fs = std::filesystem;
+  std::vector<fs::path> paths;
   std::error_code error;
-  for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
-    if (entry.path().extension() == ".toml") paths.push_back(entry.path().string());
+  fs::recursive_directory_iterator entry(folder, error);
+  for (; !error && entry != fs::recursive_directory_iterator(); entry.increment(error)) {
+    if (entry->path().extension() == ".toml") paths.push_back(entry->path());
   }
   if (error) return Error{folder + ": " + error.message()};
-  std::sort(paths.begin(), paths.end());
+  std::sort(paths.begin(), paths.end(), [](const fs::path& a, const fs::path& b) {
+    return std::make_pair(a.filename(), a) < std::make_pair(b.filename(), b);
+  });
   if (paths.empty()) return Error{folder + ": no drills (*.toml)"};
-  return paths;
+  return std::vector<std::string>(paths.begin(), paths.end());
 }
 
 class DrillCommand final : public Command {
@@ -75,7 +81,7 @@ class DrillCommand final : public Command {
         "Examples:\n"
         "  rcs drill --list\n"
         "  rcs drill --all -o out/drills\n"
-        "  rcs drill config/drills/d01_dropout_60s.toml --seeds 20 -o out/d01\n"
+        "  rcs drill config/drills/gps/d01_dropout_60s.toml --seeds 20 -o out/d01\n"
         "  rcs drill my_drill.toml --log run.log --config config/my_vehicle.toml --json");
   }
 
