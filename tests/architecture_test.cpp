@@ -128,8 +128,8 @@ const Rule kCodeRules[] = {
      "outputs of rcs are written by OutputFile (tools/base/files.h)"},
 };
 
-const char* const kTopLevel[] = {".ci", "config", "lcmtypes", "modules",
-                                 "rcs", "sim",    "tests",    "tools"};
+const char* const kTopLevel[] = {".ci", "config", "docs",  "lcmtypes", "modules",
+                                 "rcs", "sim",    "tests", "tools"};
 // ---- the checker ---------------------------------------------------------------------------
 
 /// Compiled once: construction of a regex costs more than its use.

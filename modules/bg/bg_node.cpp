@@ -403,8 +403,8 @@ void BgNode::publish_status(const Decision& decision, Stamp now) {
   subordinate_.report(now, {message_status(decision.status), decision.state, decision.line,
                             decision.reason, 0, route_.done()});
   if (decision.state == reported_state_) return;
-  report_.transition(now, event_t::SEVERITY_INFO, "state", "{} -> {}{}{}", reported_state_, decision.state,
-               decision.reason.empty() ? "" : ": ", decision.reason);
+  report_.transition(now, event_t::SEVERITY_INFO, "state", "{} -> {}{}{}", reported_state_,
+                     decision.state, decision.reason.empty() ? "" : ": ", decision.reason);
   reported_state_ = decision.state;
 }
 

@@ -9,8 +9,8 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
   const bool at_rest = std::abs(f.speed_mps) < p.rest_mps;
   const bool releases = f.order == Order::kRelease && f.order_is_valid;
   // The speed of a pose that stands still in sensor time is of the past.
-  const bool speed_known = f.nav_age <= p.nav_silence && f.nav_still <= p.nav_still &&
-                           f.pose_valid && f.aligned;
+  const bool speed_known =
+      f.nav_age <= p.nav_silence && f.nav_still <= p.nav_still && f.pose_valid && f.aligned;
   const bool known_at_rest = at_rest && speed_known;
   if (f.order == Order::kEmergencyStop) emergency = true;
   // Only at once: a release that was refused must not take effect when the vehicle comes to rest.

@@ -36,7 +36,8 @@ bool EmergencyStop::update(const command_t* command, bool is_new, Stamp now, Rep
     *decision = {Action::kBrake, Status::kError, "EMERGENCY_STOP", reason_, decision->line, true};
     return false;
   }
-  report->transition(now, event_t::SEVERITY_INFO, "stop.released", "emergency stop of {} released", cause);
+  report->transition(now, event_t::SEVERITY_INFO, "stop.released", "emergency stop of {} released",
+                     cause);
   return true;
 }
 

@@ -8,7 +8,7 @@
 #include "modules/wm/clock_watch.h"
 #include "modules/wm/fault_detection.h"
 #include "modules/wm/history.h"
-#include "modules/wm/sources.h"
+#include "modules/wm/measurement_fusion.h"
 
 namespace rcs::wm {
 

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "modules/wm/sources.h"
+#include "modules/wm/measurement_fusion.h"
 
 namespace rcs::wm {
 namespace {

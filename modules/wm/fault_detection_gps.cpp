@@ -5,7 +5,7 @@
 
 #include "modules/wm/fault_detection.h"
 #include "modules/wm/filter_difference.h"
-#include "modules/wm/sources.h"
+#include "modules/wm/measurement_fusion.h"
 
 namespace rcs::wm {
 namespace {

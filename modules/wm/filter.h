@@ -6,8 +6,8 @@
 #include <variant>
 
 #include "modules/wm/eskf.h"
-#include "modules/wm/measurements.h"
-#include "modules/wm/update.h"
+#include "modules/wm/kalman_update.h"
+#include "modules/wm/measurement_models.h"
 
 namespace rcs::wm {
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "modules/wm/sources.h"
+#include "modules/wm/measurement_fusion.h"
 
 namespace rcs::wm {
 namespace {

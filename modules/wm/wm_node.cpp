@@ -338,8 +338,9 @@ void WmNode::report_events(Stamp now) {
   if (!estimator_.started()) return;
   const FilterState& s = estimator_.state();
   if (const Mode newest = mode(now); newest != reported_mode_) {
-    report_.transition(now, event_t::SEVERITY_INFO, "mode", "{} -> {}", kModes[static_cast<std::size_t>(reported_mode_)],
-                 kModes[static_cast<std::size_t>(newest)]);
+    report_.transition(now, event_t::SEVERITY_INFO, "mode", "{} -> {}",
+                       kModes[static_cast<std::size_t>(reported_mode_)],
+                       kModes[static_cast<std::size_t>(newest)]);
     reported_mode_ = newest;
   }
   if (s.memory.world_resets != reported_resets_) {
@@ -366,18 +367,21 @@ void WmNode::report_inputs(Stamp now) {
     if (silent == reported_silent_[i]) continue;
     reported_silent_[i] = silent;
     if (silent) {
-      report_.transition(now, event_t::SEVERITY_WARNING, kSilentCodes[i], "{} silent for {:.2f} s > {:.2f} s: not fused", kNames[i],
-                   seconds(inputs_.silence(input, now)), seconds(inputs_.limit(input)));
+      report_.transition(now, event_t::SEVERITY_WARNING, kSilentCodes[i],
+                         "{} silent for {:.2f} s > {:.2f} s: not fused", kNames[i],
+                         seconds(inputs_.silence(input, now)), seconds(inputs_.limit(input)));
     } else {
-      report_.transition(now, event_t::SEVERITY_INFO, kSilentCodes[i], "{} received again", kNames[i]);
+      report_.transition(now, event_t::SEVERITY_INFO, kSilentCodes[i], "{} received again",
+                         kNames[i]);
     }
   }
   const bool no_input = inputs_.all_silent_for(now) > Duration::zero();
   if (no_input != reported_no_input_) {
     reported_no_input_ = no_input;
     if (no_input) {
-      report_.transition(now, event_t::SEVERITY_ERROR, "input.none", "all inputs silent: mode LOST, pose invalid after {:.2f} s",
-                    seconds(config_.params.modes.input_timeout));
+      report_.transition(now, event_t::SEVERITY_ERROR, "input.none",
+                         "all inputs silent: mode LOST, pose invalid after {:.2f} s",
+                         seconds(config_.params.modes.input_timeout));
     } else {
       report_.transition(now, event_t::SEVERITY_INFO, "input.none", "inputs received again");
     }

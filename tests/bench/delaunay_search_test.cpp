@@ -16,8 +16,8 @@
 namespace rcs::bench {
 namespace {
 
-using sp::test::Ground;
-using sp::test::scene;
+using test::Ground;
+using test::scene;
 
 double distance2(const Points& points, std::uint32_t i, const Vec3f& p) {
   return (points[i].cast<double>() - p.cast<double>()).squaredNorm();

@@ -145,8 +145,8 @@ TEST(Decide, DrivesOnNothingLess) {
     const Decision d = decide(f, emergency, p);
     if (d.action != Action::kDrive) continue;
     ++driven;
-    ASSERT_TRUE(f.order == Order::kGoto && f.order_is_valid && f.cannot.empty() &&
-                !emergency && f.nav_age <= p.nav_silence && f.nav_still <= p.nav_still &&
+    ASSERT_TRUE(f.order == Order::kGoto && f.order_is_valid && f.cannot.empty() && !emergency &&
+                f.nav_age <= p.nav_silence && f.nav_still <= p.nav_still &&
                 f.integrity_age <= p.integrity_silence && f.pose_valid && f.aligned &&
                 f.ins_age <= p.ins_loss && f.ladar_age <= p.ladar_loss && f.map_age <= p.map_loss &&
                 f.speed_share > 0.0 && !f.arrived && f.has_way);

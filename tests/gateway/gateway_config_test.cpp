@@ -25,8 +25,7 @@ TEST(GatewayConfig, WithoutKeysItMustSayPlain) {
   ASSERT_TRUE(plain.ok()) << plain.error().message;
   EXPECT_TRUE(plain->dds.keys.empty());
   EXPECT_EQ(plain->dds.interface, "lo");
-  const Result<GatewayConfig> secured =
-      load("[gateway.security]\ndirectory = \"/keys/demo3\"\n");
+  const Result<GatewayConfig> secured = load("[gateway.security]\ndirectory = \"/keys/demo3\"\n");
   ASSERT_TRUE(secured.ok()) << secured.error().message;
   EXPECT_EQ(secured->dds.keys, "/keys/demo3");
   EXPECT_NE(error("[gateway]\nplain = true\n[gateway.security]\ndirectory = \"/k\"\n").find("one"),

@@ -9,7 +9,7 @@
 #include "tests/support/fresh_folder.h"
 #include "tools/base/files.h"
 
-namespace rcs::tools {
+namespace rcs::gateway {
 namespace {
 
 namespace fs = std::filesystem;
@@ -74,4 +74,4 @@ TEST(KeyFolder, ABadNameOrAForeignFolderIsRefused) {
 }
 
 }  // namespace
-}  // namespace rcs::tools
+}  // namespace rcs::gateway

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-namespace rcs::drills {
+namespace rcs::live_faults {
 namespace {
 
 constexpr std::size_t kMostBreaches = 50;
@@ -120,4 +120,4 @@ void CountJudge::take(const truth_t& m) {
   }
 }
 
-}  // namespace rcs::drills
+}  // namespace rcs::live_faults

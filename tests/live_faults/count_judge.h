@@ -17,7 +17,7 @@
 #include "lcmtypes/rcs/truth_t.hpp"
 #include "rcs/base/linear.h"
 
-namespace rcs::drills {
+namespace rcs::live_faults {
 
 class CountJudge {
  public:
@@ -70,4 +70,4 @@ class CountJudge {
   std::vector<std::string> breaches_;
 };
 
-}  // namespace rcs::drills
+}  // namespace rcs::live_faults

@@ -15,7 +15,7 @@
 #include "tools/evaluation/latency_trace.h"
 #include "tools/report/table.h"
 
-namespace rcs::drills {
+namespace rcs::live_faults {
 namespace {
 
 using evaluation::BudgetRecord;
@@ -80,7 +80,7 @@ std::vector<std::string> row(const std::string& name, const std::vector<double>&
 
 TEST(GatewayKillDrill, InsideNoCycleTakesLongerWhenTheDoorIsKilled) {
   const Duration window = std::chrono::seconds(number_from("RCS_DRILL_SECONDS", 60));
-  Drill drill;
+  LiveFault drill;
   ASSERT_EQ(drill.run.trouble(), "");
   Books books(drill.run.bus());
   drill.run.keep_client();
@@ -145,4 +145,4 @@ TEST(GatewayKillDrill, InsideNoCycleTakesLongerWhenTheDoorIsKilled) {
 }
 
 }  // namespace
-}  // namespace rcs::drills
+}  // namespace rcs::live_faults

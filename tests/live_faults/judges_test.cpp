@@ -5,7 +5,7 @@
 #include "tests/live_faults/count_judge.h"
 #include "tests/live_faults/safety_judge.h"
 
-namespace rcs::drills {
+namespace rcs::live_faults {
 namespace {
 
 constexpr std::int64_t kTick_us = 10'000;
@@ -186,4 +186,4 @@ TEST_F(CountJudgeTest, ACommandIsActedOnOnceAndAWaypointIsDrivenToOnce) {
 }
 
 }  // namespace
-}  // namespace rcs::drills
+}  // namespace rcs::live_faults

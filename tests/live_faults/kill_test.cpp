@@ -14,7 +14,7 @@
 #include "tools/base/statistics.h"
 #include "tools/report/table.h"
 
-namespace rcs::drills {
+namespace rcs::live_faults {
 namespace {
 
 constexpr Duration kStopped = from_seconds(3.0);
@@ -137,7 +137,7 @@ class KillDrill : public testing::Test {
     return text;
   }
 
-  Drill drill_;
+  LiveFault drill_;
   std::map<std::string, Outcomes> outcomes_;
   std::mt19937 random_{1};
 };
@@ -147,4 +147,4 @@ TEST_F(KillDrill, StopForThreeSeconds) { run(Kind::kStop); }
 TEST_F(KillDrill, Restart) { run(Kind::kRestart); }
 
 }  // namespace
-}  // namespace rcs::drills
+}  // namespace rcs::live_faults

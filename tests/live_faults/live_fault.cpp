@@ -8,7 +8,7 @@
 
 #include "rcs/node/report.h"
 
-namespace rcs::drills {
+namespace rcs::live_faults {
 namespace {
 
 constexpr std::size_t kMostEvents = 40;
@@ -21,7 +21,7 @@ int number_from(const char* variable, int otherwise) {
   return number > 0 ? number : otherwise;
 }
 
-Drill::Drill(const std::string& vehicle_toml) : run(vehicle_toml) {
+LiveFault::LiveFault(const std::string& vehicle_toml) : run(vehicle_toml) {
   Bus* const bus = run.bus();
   if (bus == nullptr) return;  // run.trouble() says why
   for (const std::string& node : kNodes) {
@@ -61,25 +61,25 @@ Drill::Drill(const std::string& vehicle_toml) : run(vehicle_toml) {
                             [this](const innovation_t& m, Stamp) { counts.take(m); });
 }
 
-Drill::~Drill() {
+LiveFault::~LiveFault() {
   if (!testing::Test::HasFailure()) return;
   std::printf("what the processes said: %s\n", run.keep_files().c_str());
 }
 
-void Drill::look() {
+void LiveFault::look() {
   recovery.look(run.now(), safety.speed_mps());
   run.set_next_waypoint(counts.next_waypoint());
 }
 
-bool Drill::run_until_well(Duration most) {
+bool LiveFault::run_until_well(Duration most) {
   return run.run_until(run.now() + most, [this] { return recovery.recovered().has_value(); });
 }
 
-std::string Drill::breaches() const {
+std::string LiveFault::breaches() const {
   std::string text;
   for (const std::string& b : safety.breaches()) text += "  " + b + "\n";
   for (const std::string& b : counts.breaches()) text += "  " + b + "\n";
   return text;
 }
 
-}  // namespace rcs::drills
+}  // namespace rcs::live_faults

@@ -13,17 +13,17 @@
 #include "tests/live_faults/vehicle_run.h"
 #include "tests/support/tap.h"
 
-namespace rcs::drills {
+namespace rcs::live_faults {
 
 /// A number from the environment, such as RCS_DRILL_TIMES.
 [[nodiscard]] int number_from(const char* variable, int otherwise);
 
-struct Drill {
-  explicit Drill(const std::string& vehicle_toml = "");
-  Drill(const Drill&) = delete;
-  Drill& operator=(const Drill&) = delete;
+struct LiveFault {
+  explicit LiveFault(const std::string& vehicle_toml = "");
+  LiveFault(const LiveFault&) = delete;
+  LiveFault& operator=(const LiveFault&) = delete;
   /// After a failure what the processes said stays.
-  ~Drill();
+  ~LiveFault();
 
   /// The vehicle drives with all nodes well, or the time is over.
   bool run_until_well(Duration most);
@@ -53,4 +53,4 @@ struct Drill {
   std::deque<test::Tap<innovation_t>> innovations_;
 };
 
-}  // namespace rcs::drills
+}  // namespace rcs::live_faults

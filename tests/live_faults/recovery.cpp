@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace rcs::drills {
+namespace rcs::live_faults {
 namespace {
 
 /// Units of work in a second on a quiet computer, and the longest silence that is none.
@@ -77,4 +77,4 @@ void Recovery::look(Stamp now, double speed_mps) {
   recovered_ = well_since_;
 }
 
-}  // namespace rcs::drills
+}  // namespace rcs::live_faults

@@ -12,7 +12,7 @@
 #include "lcmtypes/rcs/status_t.hpp"
 #include "rcs/base/stamp.h"
 
-namespace rcs::drills {
+namespace rcs::live_faults {
 
 class Recovery {
  public:
@@ -46,4 +46,4 @@ class Recovery {
   std::string missing_ = "everything";
 };
 
-}  // namespace rcs::drills
+}  // namespace rcs::live_faults

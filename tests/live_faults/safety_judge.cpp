@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace rcs::drills {
+namespace rcs::live_faults {
 namespace {
 
 constexpr std::int64_t kMemory_us = 500'000;
@@ -120,4 +120,4 @@ void SafetyJudge::take(const drive_t& m) {
   }
 }
 
-}  // namespace rcs::drills
+}  // namespace rcs::live_faults

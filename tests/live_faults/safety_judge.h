@@ -14,7 +14,7 @@
 #include "lcmtypes/rcs/truth_t.hpp"
 #include "rcs/base/stamp.h"
 
-namespace rcs::drills {
+namespace rcs::live_faults {
 
 struct SafetyLimits {
   double speed_mps = 6.5;          ///< the operator's 6, and what the regulator overshoots
@@ -81,4 +81,4 @@ class SafetyJudge {
   std::int64_t ordered_until_utime_ = 0;
 };
 
-}  // namespace rcs::drills
+}  // namespace rcs::live_faults

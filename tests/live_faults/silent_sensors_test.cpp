@@ -29,7 +29,7 @@
 #include "tests/support/tap.h"
 #include "tools/rcs/vehicle/child_process.h"
 
-namespace rcs::drills {
+namespace rcs::live_faults {
 namespace {
 
 constexpr Duration kPatience = from_seconds(60.0);
@@ -207,4 +207,4 @@ TEST_F(SilentSensors, Gps) { expect_named("gps", "input.gps", ""); }
 TEST_F(SilentSensors, Odometry) { expect_named("odometry", "input.odometry", ""); }
 
 }  // namespace
-}  // namespace rcs::drills
+}  // namespace rcs::live_faults

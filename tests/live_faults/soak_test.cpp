@@ -12,7 +12,7 @@
 #include "tests/live_faults/live_fault.h"
 #include "tools/report/table.h"
 
-namespace rcs::drills {
+namespace rcs::live_faults {
 namespace {
 
 constexpr Duration kPatience = from_seconds(60.0);
@@ -63,7 +63,7 @@ struct Series {
 };
 
 struct NodeSeries {
-  report::Series rss_kb, heap_kb, descriptors;
+  Series rss_kb, heap_kb, descriptors;
   std::int64_t pid = 0;
   std::int64_t first_overruns = -1;
   std::int64_t overruns = 0;
@@ -79,7 +79,7 @@ struct NodeSeries {
 
 TEST(Soak, MemoryDescriptorsAndAllocationsStayAsTheyAre) {
   const int minutes = number_from("RCS_SOAK_MINUTES", 30);
-  Drill drill;
+  LiveFault drill;
   ASSERT_EQ(drill.run.trouble(), "");
   drill.run.keep_client();
   std::map<std::string, NodeSeries> series;
@@ -126,7 +126,7 @@ TEST(Soak, MemoryDescriptorsAndAllocationsStayAsTheyAre) {
     NodeSeries& s = series[node];
     ASSERT_FALSE(s.rss_kb.value.empty()) << node;
     std::vector<std::string> cells = {node, fmt::format("{:.1f}", s.rss_kb.value.back() / 1024.0)};
-    for (const report::Series* kb : {&s.rss_kb, &s.heap_kb}) {
+    for (const Series* kb : {&s.rss_kb, &s.heap_kb}) {
       if (kb == &s.heap_kb) cells.push_back(fmt::format("{:.0f}", kb->value.back()));
       cells.push_back(fmt::format("{:.2f}", kb->slope()));
       cells.push_back(fmt::format("{:.0f}", kb->range()));
@@ -159,4 +159,4 @@ TEST(Soak, MemoryDescriptorsAndAllocationsStayAsTheyAre) {
 }
 
 }  // namespace
-}  // namespace rcs::drills
+}  // namespace rcs::live_faults

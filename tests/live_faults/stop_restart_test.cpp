@@ -16,7 +16,7 @@
 
 #include "tests/live_faults/live_fault.h"
 
-namespace rcs::drills {
+namespace rcs::live_faults {
 namespace {
 
 constexpr Duration kPatience = from_seconds(90.0);
@@ -170,7 +170,7 @@ class Trial {
     return false;
   }
 
-  Drill drill_;
+  LiveFault drill_;
   Watch watch_;
   std::string after_release_ = "not released";
   std::int64_t command_id_ = 0;
@@ -201,4 +201,4 @@ TEST(StopDrill, StopOverDds) {
 }
 
 }  // namespace
-}  // namespace rcs::drills
+}  // namespace rcs::live_faults

@@ -13,7 +13,7 @@
 
 #include "rcs/node/report.h"
 
-namespace rcs::drills {
+namespace rcs::live_faults {
 namespace {
 
 constexpr Duration kLook = from_seconds(0.02);        // at the processes
@@ -291,4 +291,4 @@ std::string VehicleRun::end() {
   return summary;
 }
 
-}  // namespace rcs::drills
+}  // namespace rcs::live_faults

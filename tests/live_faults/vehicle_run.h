@@ -19,7 +19,7 @@
 #include "tests/support/tap.h"
 #include "tools/rcs/vehicle/child_process.h"
 
-namespace rcs::drills {
+namespace rcs::live_faults {
 
 /// The nodes that `rcs up` starts here.
 inline const std::vector<std::string> kNodes = {"sp", "wm", "bg", "gateway"};
@@ -120,4 +120,4 @@ class VehicleRun {
   int clients_ = 0;
 };
 
-}  // namespace rcs::drills
+}  // namespace rcs::live_faults

@@ -176,8 +176,7 @@ TEST(Params, AnUnknownKeyNamesTheNearestKnownOne) {
   };
   EXPECT_EQ(error_of("[icp]\ngate_m = 0.5\nmax_distnace_m = 1\n", read),
             "file.toml:3: [icp] unknown key max_distnace_m; did you mean max_distance_m?");
-  EXPECT_EQ(error_of("[icp]\nsomething = 1\n", read),
-            "file.toml:2: [icp] unknown key something");
+  EXPECT_EQ(error_of("[icp]\nsomething = 1\n", read), "file.toml:2: [icp] unknown key something");
   EXPECT_EQ(error_of("[ipc]\ngate_m = 0.5\n", read),
             "file.toml:1: unknown table ipc; did you mean icp?");
   EXPECT_EQ(error_of("[icp]\n[other]\nx = 1\n", read, {"other"}), "");
@@ -194,13 +193,13 @@ TEST(Params, UnknownKeysAreFoundInEveryTableAndTheFirstInTheFileIsNamed) {
 
 TEST(Params, ARuleBetweenKeysNamesThePlace) {
   EXPECT_EQ(error_of("a = 1\nb = 2\n",
-                              [](ParamTable t) {
-                                int a = 0;
-                                int b = 0;
-                                t.get("a", &a, {0, 9});
-                                t.get("b", &b, {0, 9});
-                                if (b > a) t.fail("b", "must not exceed a");
-                              }),
+                     [](ParamTable t) {
+                       int a = 0;
+                       int b = 0;
+                       t.get("a", &a, {0, 9});
+                       t.get("b", &b, {0, 9});
+                       if (b > a) t.fail("b", "must not exceed a");
+                     }),
             "file.toml:2: b = 2: must not exceed a");
 }
 
@@ -216,8 +215,7 @@ TEST(Params, WhatTheParserAssertsIsAnErrorWithItsLine) {
         "[a.~]",   "[a.",       "~x = 1", "\u00e9 = 1", "a.~ = 1", "a. = 1", "a = {~ = 1}",
         "a = [~]", "a = ~",     "[\x01]", "[\xff]",     "a = {",   "a = [",  "a = \"",
         "a = '''", "a = 1979-", "a = +",  "a = 0x"}) {
-    const std::string error =
-        error_of(std::string("b = 1\n") + text + "\n", [](ParamTable) {});
+    const std::string error = error_of(std::string("b = 1\n") + text + "\n", [](ParamTable) {});
     EXPECT_EQ(error.substr(0, 10), "file.toml:") << text << ": " << error;
   }
 }
@@ -247,23 +245,22 @@ TEST(Params, NestingIsLimited) {
             "file.toml: more than 1048576 bytes");
   // Dots of values, strings and comments are none of a key's.
   const std::string dots(40, '.');
-  EXPECT_EQ(error_of("# " + dots + "\na = \"" + dots + "\"\nb = \"\"\"\n" + dots +
-                                  "\"\"\"\nc = '" + dots + "'\nd = [" + repeated("1.5, ", 40) +
-                                  "]\ne = \"\"\"\"\"" + dots + "\"\"\"\"\"\n",
-                              [](ParamTable t) {
-                                std::string text;
-                                for (const char* k : {"a", "b", "c", "e"}) t.get(k, &text);
-                              },
-                              {"d"}),
+  EXPECT_EQ(error_of("# " + dots + "\na = \"" + dots + "\"\nb = \"\"\"\n" + dots + "\"\"\"\nc = '" +
+                         dots + "'\nd = [" + repeated("1.5, ", 40) + "]\ne = \"\"\"\"\"" + dots +
+                         "\"\"\"\"\"\n",
+                     [](ParamTable t) {
+                       std::string text;
+                       for (const char* k : {"a", "b", "c", "e"}) t.get(k, &text);
+                     },
+                     {"d"}),
             "");
 }
 
 TEST(Params, AValueInAnErrorIsCutOff) {
-  const std::string error =
-      error_of("a = \"" + std::string(5000, 'x') + "\"", [](ParamTable t) {
-        int a = 0;
-        t.get("a", &a, {0, 9});
-      });
+  const std::string error = error_of("a = \"" + std::string(5000, 'x') + "\"", [](ParamTable t) {
+    int a = 0;
+    t.get("a", &a, {0, 9});
+  });
   EXPECT_LT(error.size(), 300U);
 }
 

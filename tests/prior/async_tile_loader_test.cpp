@@ -7,6 +7,7 @@
 
 #include "rcs/terrain/elevation_map.h"
 #include "rcs/terrain/map_tile.h"
+#include "tests/support/fresh_folder.h"
 #include "tools/mapping/map_writer.h"
 
 namespace rcs {
@@ -26,12 +27,12 @@ Raster slope(int width) {
 
 class AsyncTileLoaderTest : public testing::Test {
  protected:
-  AsyncTileLoaderTest() : path_(testing::TempDir() + "rcs_async_map") {
+  AsyncTileLoaderTest() : path_((test::fresh_folder() / "map").string()) {
     MapFrame frame;
     frame.datum = {0.7, -1.3, {100.0}};
     EXPECT_TRUE(mapping::write_map(path_, frame, slope(40 * kTileSide)));
   }
-  ~AsyncTileLoaderTest() override { fs::remove_all(path_); }
+  ~AsyncTileLoaderTest() override { fs::remove_all(fs::path(path_).parent_path()); }
   std::string path_;
 };
 

@@ -62,8 +62,7 @@ TEST(CloudRegistration, MovingTheDataMovesTheAnswer) {
   const Pose before = register_clouds(c.model, c.data, c.T, CloudParams{}).T_target_vehicle;
   const Pose M = test::pose(3.0, -2.0, 0.4, 0.1, -0.05, 0.8);
   const Pose after =
-      register_clouds(c.model, moved(M, c.data), c.T * M.inverse(), CloudParams{})
-          .T_target_vehicle;
+      register_clouds(c.model, moved(M, c.data), c.T * M.inverse(), CloudParams{}).T_target_vehicle;
   EXPECT_LT(metres(after, before * M.inverse()), 0.01);
   EXPECT_LT(turn_rad(after, before * M.inverse()), 0.001);
 }

@@ -61,8 +61,7 @@ TEST(Gicp, MovingTheDataMovesTheAnswer) {
   const Pose before = register_gicp(c.model, c.data, c.T, GicpParams{}).T_target_vehicle;
   const Pose M = test::pose(3.0, -2.0, 0.4, 0.1, -0.05, 0.8);
   const Pose after =
-      register_gicp(c.model, moved(M, c.data), c.T * M.inverse(), GicpParams{})
-          .T_target_vehicle;
+      register_gicp(c.model, moved(M, c.data), c.T * M.inverse(), GicpParams{}).T_target_vehicle;
   expect_same(after, before * M.inverse());
 }
 

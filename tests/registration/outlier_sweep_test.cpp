@@ -196,9 +196,8 @@ struct Sweep {
   }
 };
 
-report::Plot plot_of(const Sweep& sweep, const std::string& title,
-                     const std::string& x_label, const std::string& y_label,
-                     double (*value)(const Figures&)) {
+report::Plot plot_of(const Sweep& sweep, const std::string& title, const std::string& x_label,
+                     const std::string& y_label, double (*value)(const Figures&)) {
   report::Plot plot;
   plot.title = title;
   plot.x_label = x_label;
@@ -215,8 +214,7 @@ report::Plot plot_of(const Sweep& sweep, const std::string& title,
   return plot;
 }
 
-std::string picture(const Sweep& sweep, const Trouble& trouble,
-                    const std::string& scanner) {
+std::string picture(const Sweep& sweep, const Trouble& trouble, const std::string& scanner) {
   const std::string title = fmt::format("{}: {}", trouble.title, scanner);
   report::Plot success = plot_of(sweep, title, trouble.share_label, "below 0.1 m and 0.5 deg [%]",
                                  [](const Figures& f) { return 100.0 * f.success(); });

@@ -106,7 +106,8 @@ class CutsOfDrive {
   }
 
   void print() const {
-    fmt::print("Success: below 0.1 m and 0.5 deg from the reference\n{}\n", report::to_text(table_));
+    fmt::print("Success: below 0.1 m and 0.5 deg from the reference\n{}\n",
+               report::to_text(table_));
   }
   void print_what_rigid_sweeps_cost() const;
 

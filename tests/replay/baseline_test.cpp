@@ -14,7 +14,6 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -219,6 +218,15 @@ void compare_with_baseline(const std::string& name,
     }
   }
   EXPECT_EQ(files, tables.size()) << name << ": channels that have no baseline";
+}
+
+std::string rcs_command() {
+  const char* folder = std::getenv("RCS_BIN_DIR");
+  return std::string(folder == nullptr ? "." : folder) + "/rcs ";
+}
+
+void must(const std::string& command) {
+  ASSERT_EQ(std::system((command + " >/dev/null 2>&1").c_str()), 0) << command;  // NOLINT
 }
 
 class Baseline : public testing::Test {

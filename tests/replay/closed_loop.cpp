@@ -106,7 +106,7 @@ std::string config_text(const sim::Scenario& scenario, const ClosedLoopOptions& 
 }
 
 Order goto_order(const sim::Scenario& scenario, const ClosedLoopOptions& options,
-                      const Pose& T_frame_world) {
+                 const Pose& T_frame_world) {
   Order order;
   order.kind = command_t::KIND_GOTO;
   order.frame = options.frame;

@@ -85,7 +85,7 @@ TEST(HostileLog, AReplayTellsWhatItCouldNotReadAndGoesOn) {
   std::ofstream(log, std::ios::binary) << std::string(1000, '\xa1');
   const Replayed noise = replay(log);
   EXPECT_NE(noise.status, 0);
-  EXPECT_NE(noise.text.find("no sensor data"), std::string::npos) << noise.text;
+  EXPECT_NE(noise.text.find("no sensor message"), std::string::npos) << noise.text;
 }
 
 }  // namespace

@@ -73,8 +73,7 @@ TEST(Inertial, PerfectIncrementsIntegrateToTheTruth) {
 TEST(Inertial, ErrorsHaveTheGradesSize) {
   const Course course(s_course());
   const World world(flat_world(), {}, course.points(), 20.0);
-  const Trajectory vehicle =
-      drive(course, world, {}, 2.0);  // at rest: clamped after its end
+  const Trajectory vehicle = drive(course, world, {}, 2.0);  // at rest: clamped after its end
   InertialParams params = perfect();
   params.grade.gyro_bias_radps = 1e-3;
   params.grade.accel_bias_mps2 = 0.02;

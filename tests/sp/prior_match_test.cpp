@@ -97,8 +97,8 @@ TEST(PriorMatch, GoingToAndFroAcrossACellsEdgeEnds) {
   int ended = 0;
   constexpr int kScenes = 20;
   for (unsigned seed = 0; seed < kScenes; ++seed) {
-    Scene scene(100 + seed, on_hills(3.0 * seed, -20.0, 0.05, -0.05, 0.3 * seed), false,
-                        0.3, 0.01F);
+    Scene scene(100 + seed, on_hills(3.0 * seed, -20.0, 0.05, -0.05, 0.3 * seed), false, 0.3,
+                0.01F);
     PriorMatchParams params;
     params.min_sigma_m = 0.01;
     params.max_iterations = 40;
@@ -160,8 +160,8 @@ TEST(PriorMatch, LightThatGoesIntoShrubsDoesNotPullTheVehicleBack) {
   double ahead_m = 0.0;
   double ahead_by_surface_m = 0.0;  // as if light did not
   for (unsigned seed = 0; seed < kScenes; ++seed) {
-    Scene scene(200 + seed, on_hills(-40.0 + 7.0 * seed, 5.0 * seed, 0.0, 0.0, 0.5 * seed),
-                        false, 0.0, 0.1F);
+    Scene scene(200 + seed, on_hills(-40.0 + 7.0 * seed, 5.0 * seed, 0.0, 0.0, 0.5 * seed), false,
+                0.0, 0.1F);
     scene.source = seen_in_shrubs(scene.T, &scene.rng);
     const auto error_ahead_m = [&](double foliage_m) {
       PriorMatchParams params;

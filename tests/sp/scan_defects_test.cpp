@@ -15,9 +15,9 @@ namespace {
 KnownPair some_pair() {
   std::mt19937 rng(1);
   KnownPair pair;
-  pair.T_model_data = sp::test::pose(1.0, 0.5, 0.1, 0.0, 0.0, 0.1);
-  pair.model = sp::test::scene(sp::test::Ground::kRolling, true, 4000, 0.01, Vec3::Zero(), &rng);
-  pair.data = sp::test::moved(pair.T_model_data.inverse(), pair.model);
+  pair.T_model_data = test::pose(1.0, 0.5, 0.1, 0.0, 0.0, 0.1);
+  pair.model = test::scene(test::Ground::kRolling, true, 4000, 0.01, Vec3::Zero(), &rng);
+  pair.data = test::moved(pair.T_model_data.inverse(), pair.model);
   return pair;
 }
 

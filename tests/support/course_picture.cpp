@@ -12,7 +12,7 @@
 #include "tools/report/svg_plot.h"
 #include "tools/report/viridis.h"
 
-namespace rcs::tools {
+namespace rcs::test {
 namespace {
 
 constexpr double kMapWidth_px = 900.0;
@@ -244,7 +244,7 @@ void add_legend(const CoursePicture& picture, const View& view, bool hits, SvgOu
 
 std::string render(const CoursePicture& picture) {
   RCS_CHECK(picture.world != nullptr && picture.samples.size() >= 2);
-  const View view = report::view_of(picture);
+  const View view = view_of(picture);
   const double width = view.width_px() + 2.0 * kBorder_px;
   const double height = view.top_px + view.height_px() + kLegendHeight_px;
   std::string svg;
@@ -279,4 +279,4 @@ std::string render(const CoursePicture& picture) {
   return svg;
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::test

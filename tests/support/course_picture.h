@@ -8,7 +8,7 @@
 
 #include "sim/terrain/world.h"
 
-namespace rcs::tools {
+namespace rcs::test {
 
 struct CourseSample {
   Vec2 place_world;  ///< truth
@@ -32,4 +32,4 @@ struct CoursePicture {
 /// A self-contained SVG file.
 [[nodiscard]] std::string render(const CoursePicture& picture);
 
-}  // namespace rcs::tools
+}  // namespace rcs::test

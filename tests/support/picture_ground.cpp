@@ -7,7 +7,7 @@
 #include <cmath>
 #include <vector>
 
-namespace rcs::tools {
+namespace rcs::test {
 namespace {
 
 constexpr int kCellsAcross = 180;  // of the ground's shading
@@ -141,4 +141,4 @@ void add_objects(const sim::World& world, const View& view, SvgOut out) {
   }
 }
 
-}  // namespace rcs::tools
+}  // namespace rcs::test

@@ -10,7 +10,7 @@
 #include "rcs/base/points.h"
 #include "rcs/base/pose.h"
 
-namespace rcs::sp::test {
+namespace rcs::test {
 
 enum class Ground { kRolling, kFlat };
 
@@ -68,4 +68,4 @@ inline registration::Prediction prediction(const Pose& T, double sigma_m, double
   return p;
 }
 
-}  // namespace rcs::sp::test
+}  // namespace rcs::test

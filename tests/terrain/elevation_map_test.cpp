@@ -92,8 +92,7 @@ TEST(ElevationMap, TheFinestLevelThatKnowsThePlaceAnswers) {
 TEST(ElevationMap, RastersOfOneLevelAreOneSurface) {
   const Raster whole = test::random_raster(3, {2, 2}, 10, 4);
   const ElevationMap one = map_of({whole});
-  const ElevationMap two =
-      map_of({cut(whole, {8, 2}, 4, 4), cut(whole, {2, 2}, 6, 4)});
+  const ElevationMap two = map_of({cut(whole, {8, 2}, 4, 4), cut(whole, {2, 2}, 6, 4)});
   std::mt19937 rng(2);
   const Vec2 low = whole.level.centre({2, 2});
   std::uniform_real_distribution<double> x_m(0.1, 22.0);

@@ -7,7 +7,7 @@
 
 #include "modules/wm/alignment.h"
 #include "modules/wm/eskf.h"
-#include "modules/wm/measurements.h"
+#include "modules/wm/measurement_models.h"
 #include "tests/wm/long_drive.h"
 #include "tests/wm/synthetic.h"
 

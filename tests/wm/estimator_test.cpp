@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "modules/wm/alignment.h"
-#include "modules/wm/sources.h"
+#include "modules/wm/measurement_fusion.h"
 #include "tests/support/heap_guard.h"
 #include "tests/wm/estimator_rig.h"
 

@@ -4,7 +4,7 @@
 #include <random>
 
 #include "modules/wm/eskf.h"
-#include "modules/wm/measurements.h"
+#include "modules/wm/measurement_models.h"
 
 namespace rcs::wm {
 namespace {

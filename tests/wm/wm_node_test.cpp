@@ -383,8 +383,8 @@ TEST(WmConfig, ReadsGradesAndRefusesWhatItDoesNotKnow) {
     if (!file) return file.error();
     return load_wm_config(*file);
   };
-  const Result<WmConfig> good = load(
-      "[ins]\ngrade = \"industrial\"\naccel_turn_on_mg = 7.0\n[wm.history]\nlag_ms = 500.0\n");
+  const Result<WmConfig> good =
+      load("[ins]\ngrade = \"industrial\"\naccel_turn_on_mg = 7.0\n[wm.history]\nlag_ms = 500.0\n");
   ASSERT_TRUE(good) << good.error().message;
   EXPECT_NEAR(good->params.ins.accel_turn_on, 7.0 * 9.80665e-3, 1e-12);
   EXPECT_EQ(good->params.history.lag, from_milliseconds(500.0));
@@ -394,8 +394,7 @@ TEST(WmConfig, ReadsGradesAndRefusesWhatItDoesNotKnow) {
   EXPECT_FALSE(load("[wm.history]\ncapacity = 3\n"));
   EXPECT_FALSE(load("[wm.history]\nlag_ms = 3000.0\njump_ms = 1000.0\n"));
   EXPECT_FALSE(load("[world]\ndatum_lat_deg = 49.0\n"));
-  EXPECT_TRUE(
-      load("[world]\ndatum_lat_deg = 49.0\ndatum_lon_deg = 8.0\ndatum_height_m = 0.0\n"));
+  EXPECT_TRUE(load("[world]\ndatum_lat_deg = 49.0\ndatum_lon_deg = 8.0\ndatum_height_m = 0.0\n"));
 }
 
 }  // namespace

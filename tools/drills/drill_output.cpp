@@ -82,28 +82,28 @@ Json integrity_json(const std::optional<IntegrityFigures>& f) {
 
 Json run_json(const DrillRunFigures& r) {
   Json j = {{"seed", r.seed},
-                        {"simulated_s", r.simulated_s},
-                        {"cep50_m", r.accuracy.cep50_m},
-                        {"cep95_m", r.accuracy.cep95_m},
-                        {"vertical95_m", r.accuracy.vertical95_m},
-                        {"horizontal_max_m", r.accuracy.horizontal_max_m},
-                        {"along_rms_m", r.accuracy.along_rms_m},
-                        {"across_rms_m", r.accuracy.across_rms_m},
-                        {"nees_per_dof", r.accuracy.nees_per_dof},
-                        {"samples", r.accuracy.samples},
-                        {"smooth_step_m", r.smooth.m},
-                        {"smooth_step_at_s", r.smooth.t_s},
-                        {"outages", Json::array()},
-                        {"returns", Json::array()},
-                        {"false_acceptances", Json::array()},
-                        {"nis", Json::object()},
-                        {"integrity", integrity_json(r.integrity)},
-                        {"shadows", r.shadows_published ? "published" : "not published"},
-                        {"baselines", baselines_json(r.baselines)},
-                        {"registrations", r.stops},
-                        {"overruns", r.overruns},
-                        {"missed_cycles", r.missed},
-                        {"hash", fmt::format("{:016x}", r.hash)}};
+            {"simulated_s", r.simulated_s},
+            {"cep50_m", r.accuracy.cep50_m},
+            {"cep95_m", r.accuracy.cep95_m},
+            {"vertical95_m", r.accuracy.vertical95_m},
+            {"horizontal_max_m", r.accuracy.horizontal_max_m},
+            {"along_rms_m", r.accuracy.along_rms_m},
+            {"across_rms_m", r.accuracy.across_rms_m},
+            {"nees_per_dof", r.accuracy.nees_per_dof},
+            {"samples", r.accuracy.samples},
+            {"smooth_step_m", r.smooth.m},
+            {"smooth_step_at_s", r.smooth.t_s},
+            {"outages", Json::array()},
+            {"returns", Json::array()},
+            {"false_acceptances", Json::array()},
+            {"nis", Json::object()},
+            {"integrity", integrity_json(r.integrity)},
+            {"shadows", r.shadows_published ? "published" : "not published"},
+            {"baselines", baselines_json(r.baselines)},
+            {"registrations", r.stops},
+            {"overruns", r.overruns},
+            {"missed_cycles", r.missed},
+            {"hash", fmt::format("{:016x}", r.hash)}};
   for (const OutageDrift& o : r.outages) {
     j["outages"].push_back({{"begin_s", o.window.begin_s},
                             {"end_s", o.window.end_s},
@@ -189,10 +189,10 @@ Json to_json(const std::vector<DrillResult>& results) {
   Json j = {{"drills", Json::array()}};
   for (const DrillResult& r : results) {
     Json drill = {{"id", r.drill.id},
-                              {"name", r.drill.name},
-                              {"verdict", verdict_text(r)},
-                              {"stimuli", Json::array()},
-                              {"marks", Json::array()}};
+                  {"name", r.drill.name},
+                  {"verdict", verdict_text(r)},
+                  {"stimuli", Json::array()},
+                  {"marks", Json::array()}};
     if (!r.error.empty()) drill["error"] = r.error;
     if (!r.skipped.empty()) drill["skipped"] = r.skipped;
     for (const Stimulus& s : r.drill.stimuli) {

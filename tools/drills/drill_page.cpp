@@ -41,7 +41,7 @@ std::string stimuli_text(const Drill& drill) {
 }
 
 /// What a node says again and again is shown once.
-Table event_table(const DrillRecord& record, const Drill& drill) {
+report::Table event_table(const DrillRecord& record, const Drill& drill) {
   report::Table t{{"event", "time [s]", "node", "code"}, {}};
   std::map<std::string, std::string> last_code;
   for (const DrillEvent& e : record.events) {

@@ -54,8 +54,8 @@ void add(double x, double y, report::Series* s) {
 }
 
 /// A shadow's places, the pen lifted where it branched anew.
-Series shadow_course(const DrillRecord& record, const DrillErrors& errors, int kind,
-                     double from_s) {
+report::Series shadow_course(const DrillRecord& record, const DrillErrors& errors, int kind,
+                             double from_s) {
   report::Series s = series(shadow_label(kind), kShadowColours[kind], report::SeriesStyle::kLine);
   std::optional<Stamp> branch;
   for (const DrillShadow& shadow : record.shadows) {
@@ -68,8 +68,8 @@ Series shadow_course(const DrillRecord& record, const DrillErrors& errors, int k
 }
 
 /// Errors of the shadows over time.
-Series shadow_errors(const DrillRecord& record, const DrillErrors& errors, int kind, double from_s,
-                     const std::function<double(const Vec3&)>& magnitude) {
+report::Series shadow_errors(const DrillRecord& record, const DrillErrors& errors, int kind,
+                             double from_s, const std::function<double(const Vec3&)>& magnitude) {
   report::Series s = series(shadow_label(kind), kShadowColours[kind], report::SeriesStyle::kLine);
   std::optional<Stamp> branch;
   for (const DrillShadow& shadow : record.shadows) {

@@ -60,27 +60,28 @@ void DrillRecorder::on_deliver(Stamp due, std::string_view channel, const std::u
       to_sensor_time_ = *record_.begin - due;
     }
   }
-  if (sensor) record_.end = due + to_sensor_time_;
+  const Stamp at = due + to_sensor_time_;
+  if (sensor) record_.end = at;
   if (!sensor && channel != channel::kSimTruth) hash(channel, data, size);
   if (log_ != nullptr && !is_bulky(channel)) (void)log_->write(due, channel, data, size);
 
   if (channel == channel::kSimTruth) {
     with(data, size, &truth_, [this](const truth_t& m) { take(m); });
   } else if (channel == channel::kWmNavState) {
-    with(data, size, &nav_, [&](const nav_state_t& m) { take(m, due); });
+    with(data, size, &nav_, [&](const nav_state_t& m) { take(m, at); });
   } else if (channel == channel::kGpsFix) {
-    with(data, size, &fix_, [&](const gps_fix_t& m) { take(m, due); });
+    with(data, size, &fix_, [&](const gps_fix_t& m) { take(m, at); });
   } else if (channel == channel::kWmInnovation) {
-    with(data, size, &innovation_, [&](const innovation_t& m) { take(m, due); });
+    with(data, size, &innovation_, [&](const innovation_t& m) { take(m, at); });
   } else if (channel == channel::kWmIntegrity) {
-    with(data, size, &integrity_, [&](const integrity_t& m) { take(m, due); });
+    with(data, size, &integrity_, [&](const integrity_t& m) { take(m, at); });
   } else if (channel == channel::kWmShadow) {
-    with(data, size, &shadow_, [&](const shadow_t& m) { take(m, due); });
+    with(data, size, &shadow_, [&](const shadow_t& m) { take(m, at); });
   } else if (channel == channel::kSpRegistration) {
-    with(data, size, &registration_, [&](const registration_t& m) { take(m, due); });
+    with(data, size, &registration_, [&](const registration_t& m) { take(m, at); });
   } else if (is_event(channel)) {
     with(data, size, &event_, [&](const event_t& m) {
-      record_.events.push_back({due + to_sensor_time_, m.node, m.severity, m.code, m.text});
+      record_.events.push_back({at, m.node, m.severity, m.code, m.text});
     });
   }
 }

@@ -88,8 +88,8 @@ Json to_json(const Samples& samples) {
 }
 
 /// Counts per bin, as the outline of a histogram: two points a bin.
-Series outline(const std::string& label, report::Colour colour, report::SeriesStyle style,
-               const std::vector<double>& values, double bin_ms, int bins) {
+report::Series outline(const std::string& label, report::Colour colour, report::SeriesStyle style,
+                       const std::vector<double>& values, double bin_ms, int bins) {
   std::vector<double> counts(static_cast<std::size_t>(bins), 0.0);
   for (const double v : values) {
     const double bin = std::clamp(std::floor(v / bin_ms), 0.0, bins - 1.0);

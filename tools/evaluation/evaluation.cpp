@@ -125,8 +125,7 @@ Pose between_worlds(const Geodetic& truth_datum, const Geodetic& world_datum) {
   constexpr double kBase_m = 1000.0;
   const Vec3 origin = moved(Vec3::Zero());
   Mat3 R;
-  for (int i = 0; i < 3; ++i)
-    R.col(i) = (moved(kBase_m * Vec3::Unit(i)) - origin) / kBase_m;
+  for (int i = 0; i < 3; ++i) R.col(i) = (moved(kBase_m * Vec3::Unit(i)) - origin) / kBase_m;
   return {Quat(R).normalized(), origin};
 }
 

@@ -43,7 +43,7 @@ std::vector<report::Shade> shades(const std::vector<TimeInterval>& outages, Stam
 }
 
 /// Of run i, in every picture; orange is kept for the course without GPS.
-Colour colour_of_run(std::size_t i) {
+report::Colour colour_of_run(std::size_t i) {
   constexpr report::Colour kOrder[] = {report::Colour::kBlue, report::Colour::kGreen,
                                        report::Colour::kPurple, report::Colour::kYellow};
   return kOrder[i % std::size(kOrder)];

@@ -108,8 +108,8 @@ std::vector<Raster> with_coarser_levels(Raster finest) {
     coarse.width = high.i - low.i;
     coarse.height = high.j - low.j;
     coarse.z_m.assign(coarse.cells(), std::numeric_limits<float>::quiet_NaN());
-    paste_coarser(cut(last, {kCoarser * low.i, kCoarser * low.j},
-                                 kCoarser * coarse.width, kCoarser * coarse.height),
+    paste_coarser(cut(last, {kCoarser * low.i, kCoarser * low.j}, kCoarser * coarse.width,
+                      kCoarser * coarse.height),
                   &coarse);
     levels.push_back(std::move(coarse));
   }

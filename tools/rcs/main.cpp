@@ -130,7 +130,7 @@ int rcs_main(int argc, char** argv) {
 int main(int argc, char** argv) {
   try {
     rcs::tools::remove_temporaries_when_killed();
-    const int status = rcs::tools::rcs_main(argc, argv);
+    const int status = rcs::cli::rcs_main(argc, argv);
     // What is still in the buffers may not fit on a full disk.
     std::cout.flush();
     if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout) return status;

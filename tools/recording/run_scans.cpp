@@ -186,7 +186,7 @@ Outcome read_all(LogReader* log, Reader* reader, const std::function<bool(double
 
 /// What GPS and the map make of the world moves slowly, the vehicle in frame local smoothly: the
 /// pose of a moment is asked of the beliefs around it, too, carried there along frame local.
-Trajectory smoothed(const std::vector<NavRecord>& nav) {
+tools::Trajectory smoothed(const std::vector<NavRecord>& nav) {
   constexpr Duration kReach = std::chrono::seconds(5);
   constexpr Duration kStep = std::chrono::milliseconds(200);
   std::vector<const NavRecord*> knots;

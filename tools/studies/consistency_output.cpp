@@ -33,25 +33,22 @@ std::set<std::string> sources_of(const ConsistencyReport& report) {
   return sources;
 }
 
-Json interval_json(const ValueInterval& i) {
-  return Json::array({i.low, i.high});
-}
+Json interval_json(const ValueInterval& i) { return Json::array({i.low, i.high}); }
 
-Json part_json(const ConsistencyPlan& plan, const ConsistencyBlock& block,
-                           StatePart part) {
+Json part_json(const ConsistencyPlan& plan, const ConsistencyBlock& block, StatePart part) {
   Json j = {{"at", Json::array()}};
   for (std::size_t k = 0; k < plan.times_s.size(); ++k) {
     const PartFigure f = figure_at(block, k, part);
     Json at = {{"t_s", plan.times_s[k]},
-                           {"moment", moment_text(plan, plan.times_s[k])},
-                           {"runs", f.count},
-                           {"missing", f.missing},
-                           {"nees_per_dof", f.nees_per_dof},
-                           {"inside95", f.inside},
-                           {"rms_error", f.rms_error},
-                           {"rms_claimed", f.rms_claimed},
-                           {"verdict", drills::verdict_text(nees_verdict(f))},
-                           {"nees_by_run", Json::array()}};
+               {"moment", moment_text(plan, plan.times_s[k])},
+               {"runs", f.count},
+               {"missing", f.missing},
+               {"nees_per_dof", f.nees_per_dof},
+               {"inside95", f.inside},
+               {"rms_error", f.rms_error},
+               {"rms_claimed", f.rms_claimed},
+               {"verdict", drills::verdict_text(nees_verdict(f))},
+               {"nees_by_run", Json::array()}};
     for (const ConsistencyRun& run : block.runs) {
       const std::optional<PartError>& e = run.at[k][static_cast<std::size_t>(part)];
       at["nees_by_run"].push_back(e ? Json(e->nees) : Json(nullptr));
@@ -66,8 +63,8 @@ Json part_json(const ConsistencyPlan& plan, const ConsistencyBlock& block,
 
 Json block_json(const ConsistencyPlan& plan, const ConsistencyBlock& block) {
   Json j = {{"scenario", scenario_name(block.scenario)},
-                        {"ins", block.ins},
-                        {"verdict", drills::verdict_text(verdict_of(plan, block))}};
+            {"ins", block.ins},
+            {"verdict", drills::verdict_text(verdict_of(plan, block))}};
   if (!block.was_run()) {
     j["error"] = block.error;
     return j;
@@ -121,12 +118,12 @@ std::string moment_text(const ConsistencyPlan& plan, double t_s) {
 
 Json to_json(const ConsistencyReport& report) {
   Json j = {{"passed", report.passed()},
-                        {"outage_begin_s", report.plan.outage_begin_s},
-                        {"marks",
-                         {{"nees_per_dof", interval_json(kNeesMark)},
-                          {"inside95", interval_json(kInsideMark)},
-                          {"nis_per_dof", interval_json(kNisMark)}}},
-                        {"blocks", Json::array()}};
+            {"outage_begin_s", report.plan.outage_begin_s},
+            {"marks",
+             {{"nees_per_dof", interval_json(kNeesMark)},
+              {"inside95", interval_json(kInsideMark)},
+              {"nis_per_dof", interval_json(kNisMark)}}},
+            {"blocks", Json::array()}};
   for (const ConsistencyBlock& block : report.blocks) {
     j["blocks"].push_back(block_json(report.plan, block));
   }

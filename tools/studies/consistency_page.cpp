@@ -43,7 +43,7 @@ void add_bar(double lane, std::size_t k, std::size_t n, double from, double to, 
 }
 
 /// NEES of one part over time, every grade a line.
-Plot nees_plot(const ConsistencyPlan& plan, const Blocks& blocks, StatePart part) {
+report::Plot nees_plot(const ConsistencyPlan& plan, const Blocks& blocks, StatePart part) {
   report::Plot plot;
   plot.title =
       fmt::format("{}: NEES of the {}", scenario_name(blocks.front()->scenario), part_name(part));

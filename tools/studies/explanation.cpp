@@ -200,8 +200,7 @@ class Memory {
           "{:.1f} "
           "ms after that\n",
           // Both differences are within one clock: the log's, and the nodes'.
-          ago(moment - nav_.back().arrival +
-              Duration(m.publish_utime - m.ledger.last_facet_utime)),
+          ago(moment - nav_.back().arrival + Duration(m.publish_utime - m.ledger.last_facet_utime)),
           milliseconds(Duration(m.ledger.sp_start_utime - m.ledger.last_facet_utime)),
           milliseconds(Duration(m.ledger.wm_arrival_utime - m.ledger.sp_start_utime)));
     }

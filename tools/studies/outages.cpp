@@ -176,7 +176,7 @@ OutageFinding judge(const Evidence& e, const OutagePlan& plan, const drills::Dri
 }
 
 /// The vehicle before it knows anything, at the log's begin: a way's length needs no heading.
-DrillBelief nothing_known(const RecordedMotion& motion) {
+drills::DrillBelief nothing_known(const RecordedMotion& motion) {
   drills::DrillBelief b;
   b.stamp = motion.begin.value_or(Stamp());
   return b;

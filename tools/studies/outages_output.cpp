@@ -97,8 +97,8 @@ Json summary_json(const std::vector<double>& values) {
 
 Json finding_json(const OutageReport& report, const OutageFinding& f) {
   Json j = {{"sources", report.variants[f.variant]},
-                        {"begin_s", f.window.begin_s},
-                        {"length_s", f.window.length_s()}};
+            {"begin_s", f.window.begin_s},
+            {"length_s", f.window.length_s()}};
   if (!f.failed.empty()) {
     j["failed"] = f.failed;
     return j;
@@ -137,14 +137,14 @@ report::Table outage_table(const OutageReport& report) {
                               : fmt::format("{} of {}", judged(g), g.size()),
         driven_m.empty() ? "-" : fmt::format("{:.0f}", tools::summarize(driven_m).p50)};
     for (const std::size_t k : tellers) {
-      row.push_back(median_and_worst(
-          values_of(g, [k](const OutageFinding& f) { return horizontal(f, k); })));
+      row.push_back(
+          median_and_worst(values_of(g, [k](const OutageFinding& f) { return horizontal(f, k); })));
     }
     row.push_back(median_and_worst(values_of(g, [](const OutageFinding& f) {
       return f.failed.empty() ? std::optional<double>(f.sigma_m) : std::nullopt;
     })));
-    row.push_back(median_and_worst(
-        values_of(g, [](const OutageFinding& f) { return f.to_fix_m; })));
+    row.push_back(
+        median_and_worst(values_of(g, [](const OutageFinding& f) { return f.to_fix_m; })));
     row.push_back(back_text(g));
     t.rows.push_back(std::move(row));
   }
@@ -182,14 +182,14 @@ report::Table cut_table(const OutageReport& report) {
 
 Json to_json(const OutageReport& report) {
   Json j = {{"reference", report.reference},
-                        {"gps_trusted_uncut", report.uncut.trusted_share},
-                        {"groups", Json::array()},
-                        {"outages", Json::array()}};
+            {"gps_trusted_uncut", report.uncut.trusted_share},
+            {"groups", Json::array()},
+            {"outages", Json::array()}};
   for (const Group& g : grouped(report)) {
     Json group = {{"sources", report.variants[g.front()->variant]},
-                              {"length_s", g.front()->window.length_s()},
-                              {"places", g.size()},
-                              {"judged", judged(g)}};
+                  {"length_s", g.front()->window.length_s()},
+                  {"places", g.size()},
+                  {"judged", judged(g)}};
     for (std::size_t k = 0; k < kTellers; ++k) {
       const std::vector<double> values =
           values_of(g, [k](const OutageFinding& f) { return horizontal(f, k); });
@@ -197,14 +197,14 @@ Json to_json(const OutageReport& report) {
     }
     group["to_next_fix_m"] =
         summary_json(values_of(g, [](const OutageFinding& f) { return f.to_fix_m; }));
-    group["gps_back_after_s"] = summary_json(
-        values_of(g, [](const OutageFinding& f) { return f.back_after_s; }));
+    group["gps_back_after_s"] =
+        summary_json(values_of(g, [](const OutageFinding& f) { return f.back_after_s; }));
     j["groups"].push_back(std::move(group));
   }
   for (const OutageFinding& f : report.findings) j["outages"].push_back(finding_json(report, f));
   for (const ClosureFinding& c : report.closures) {
     Json closure = {{"sources", report.variants[c.variant]},
-                                {"fixes_m", drills::number_or_null(c.fixes_m)}};
+                    {"fixes_m", drills::number_or_null(c.fixes_m)}};
     for (std::size_t k = 0; k < kTellers; ++k) {
       if (c.m[k]) closure["start_to_end_m"][name_of(k)] = *c.m[k];
     }

@@ -31,8 +31,7 @@ constexpr double kFloorSigma_m = 0.1;
 constexpr double kFloorSigma_rad = 0.007;
 
 double largest_sigma(const Mat6& covariance) {
-  const double a = covariance(0, 0), b = covariance(1, 1),
-               c = covariance(0, 1);
+  const double a = covariance(0, 0), b = covariance(1, 1), c = covariance(0, 1);
   return std::sqrt(0.5 * (a + b) + std::hypot(0.5 * (a - b), c));
 }
 

@@ -13,14 +13,14 @@ using testing::HasSubstr;
 using testing::IsNan;
 
 std::string complaint(const std::string& text, const std::string& column = "t") {
-  const Result<tools::CsvTable> table = tools::CsvTable::parse(text, "a.csv");
+  const Result<CsvTable> table = CsvTable::parse(text, "a.csv");
   if (!table) return table.error().message;
   const Result<std::vector<double>> numbers = table->numbers(column);
   return numbers ? "accepted" : numbers.error().message;
 }
 
 TEST(CsvTable, ReadsColumnsByName) {
-  const Result<tools::CsvTable> table = tools::CsvTable::parse(
+  const Result<CsvTable> table = CsvTable::parse(
       "\xef\xbb\xbf t , ax\r\n# a remark\r\n1.5, -2\r\n\r\n+2.5e0,\t1e-3 \r\n", "a.csv");
   ASSERT_TRUE(table) << table.error().message;
   EXPECT_EQ(table->rows(), 2U);
@@ -31,8 +31,8 @@ TEST(CsvTable, ReadsColumnsByName) {
 }
 
 TEST(CsvTable, WhatIsNotThereIsMissing) {
-  const Result<tools::CsvTable> table =
-      tools::CsvTable::parse("t,a\n,1\nnan,1\nNaN,1\n-inf,1\nNA,1\nnull,1\n1e999,1\n7", "a.csv");
+  const Result<CsvTable> table =
+      CsvTable::parse("t,a\n,1\nnan,1\nNaN,1\n-inf,1\nNA,1\nnull,1\n1e999,1\n7", "a.csv");
   ASSERT_TRUE(table) << table.error().message;
   EXPECT_THAT(*table->numbers("t"),
               ElementsAre(IsNan(), IsNan(), IsNan(), IsNan(), IsNan(), IsNan(), IsNan(), 7.0));
@@ -53,7 +53,7 @@ TEST(CsvTable, MistakesNameFileLineAndColumn) {
 }
 
 TEST(CsvTable, AFileThatIsNotThereIsNamed) {
-  const Result<tools::CsvTable> table = tools::CsvTable::load("/nonexistent/a.csv");
+  const Result<CsvTable> table = CsvTable::load("/nonexistent/a.csv");
   ASSERT_FALSE(table);
   EXPECT_THAT(table.error().message, HasSubstr("/nonexistent/a.csv"));
 }

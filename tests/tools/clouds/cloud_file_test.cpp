@@ -10,7 +10,7 @@
 
 #include "tools/clouds/survey_points.h"
 
-namespace rcs::tools {
+namespace rcs::clouds {
 namespace {
 
 using testing::HasSubstr;
@@ -24,18 +24,16 @@ void append(T value, std::string* out) {
   out->append(raw, sizeof value);
 }
 
-Result<clouds::Cloud> parse(const std::string& text, const std::string& name,
-                            clouds::CloudShape shape = {}) {
-  return clouds::parse_cloud(bytes_of(text), name, shape);
+Result<Cloud> parse(const std::string& text, const std::string& name, CloudShape shape = {}) {
+  return parse_cloud(bytes_of(text), name, shape);
 }
 
-std::string complaint(const std::string& text, const std::string& name,
-                      clouds::CloudShape shape = {}) {
-  const Result<clouds::Cloud> cloud = parse(text, name, shape);
+std::string complaint(const std::string& text, const std::string& name, CloudShape shape = {}) {
+  const Result<Cloud> cloud = parse(text, name, shape);
   return cloud ? "accepted" : cloud.error().message;
 }
 
-void expect_points(const Result<clouds::Cloud>& cloud, std::size_t n) {
+void expect_points(const Result<Cloud>& cloud, std::size_t n) {
   ASSERT_TRUE(cloud) << cloud.error().message;
   ASSERT_EQ(cloud->points.size(), n);
   EXPECT_EQ(cloud->points[0], Vec3f(1.0F, 2.0F, 3.0F));
@@ -47,7 +45,7 @@ TEST(CloudFile, ReadsAsciiPcd) {
       "# .PCD v0.7\nVERSION 0.7\nFIELDS intensity x y z\nSIZE 4 4 4 4\nTYPE F F F F\n"
       "COUNT 1 1 1 1\nWIDTH 4\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 4\nDATA ascii\n"
       "7 1 2 3\r\n8 nan nan nan\n9 0 0 0\n9 -4.5 2.5e-1 1e2\n";
-  const Result<clouds::Cloud> cloud = parse(text, "a.pcd");
+  const Result<Cloud> cloud = parse(text, "a.pcd");
   expect_points(cloud, 2);
   EXPECT_EQ(cloud->no_return, 2);
   EXPECT_TRUE(cloud->cell.empty());
@@ -57,8 +55,8 @@ TEST(CloudFile, AFifoIsRefusedAndNotWaitedFor) {
   const std::string path = testing::TempDir() + "cloud_file_test.pcd";
   (void)std::remove(path.c_str());
   ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
-  EXPECT_EQ(clouds::read_cloud(path, {}).error().message, path + ": is not a regular file");
-  EXPECT_EQ(clouds::open_survey_points(path, 0).error().message, path + ": is not a regular file");
+  EXPECT_EQ(read_cloud(path, {}).error().message, path + ": is not a regular file");
+  EXPECT_EQ(open_survey_points(path, 0).error().message, path + ": is not a regular file");
   (void)std::remove(path.c_str());
 }
 
@@ -98,7 +96,7 @@ TEST(CloudFile, ReadsBinaryPcdWithOtherFieldsAndItsOrganization) {
     for (int i = 0; i < 3; ++i) append(0.5, &text);
     append(std::uint16_t{7}, &text);
   }
-  const Result<clouds::Cloud> cloud = parse(text, "a.pcd");
+  const Result<Cloud> cloud = parse(text, "a.pcd");
   expect_points(cloud, 3);
   EXPECT_EQ(cloud->rows, 2);
   EXPECT_EQ(cloud->cols, 3);
@@ -134,8 +132,7 @@ TEST(CloudFile, ReadsKittiAndXyz) {
 }
 
 TEST(CloudFile, AShapeMakesCellsOfTheRecords) {
-  const Result<clouds::Cloud> cloud =
-      parse("1 2 3\n0 0 0\n0 0 0\n-4.5 0.25 100\n", "a.xyz", {2, 2});
+  const Result<Cloud> cloud = parse("1 2 3\n0 0 0\n0 0 0\n-4.5 0.25 100\n", "a.xyz", {2, 2});
   expect_points(cloud, 2);
   EXPECT_EQ(cloud->cell, (std::vector<std::int32_t>{0, 3}));
   EXPECT_THAT(complaint("1 2 3\n", "a.xyz", {2, 2}), HasSubstr("1 records are not 2 x 2 cells"));
@@ -143,18 +140,17 @@ TEST(CloudFile, AShapeMakesCellsOfTheRecords) {
 
 TEST(CloudFile, OfCoincidentPointsTheFirstIsKept) {
   const std::string text = "3 1 2\n1 2 3\n3 1 2\n0 0 0\n1 2 3.001\n3 1 2\n";
-  Result<clouds::Cloud> cloud =
-      clouds::parse_cloud({text.begin(), text.end()}, "a.xyz", clouds::CloudShape{2, 3});
+  Result<Cloud> cloud = parse_cloud({text.begin(), text.end()}, "a.xyz", CloudShape{2, 3});
   ASSERT_TRUE(cloud);
-  EXPECT_EQ(clouds::drop_coincident(&cloud.value()), 2U);
+  EXPECT_EQ(drop_coincident(&cloud.value()), 2U);
   ASSERT_EQ(cloud->points.size(), 3U);
   EXPECT_EQ(cloud->points[0], Vec3f(3, 1, 2));
   EXPECT_EQ(cloud->points[1], Vec3f(1, 2, 3));
   EXPECT_EQ(cloud->points[2], Vec3f(1, 2, 3.001F));
   EXPECT_EQ(cloud->cell, (std::vector<std::int32_t>{0, 1, 4}));
-  EXPECT_EQ(clouds::drop_coincident(&cloud.value()), 0U);
-  clouds::Cloud none;
-  EXPECT_EQ(clouds::drop_coincident(&none), 0U);
+  EXPECT_EQ(drop_coincident(&cloud.value()), 0U);
+  Cloud none;
+  EXPECT_EQ(drop_coincident(&none), 0U);
 }
 
 TEST(CloudFile, MistakesAreNamed) {
@@ -185,4 +181,4 @@ TEST(CloudFile, MistakesAreNamed) {
 }
 
 }  // namespace
-}  // namespace rcs::tools
+}  // namespace rcs::clouds

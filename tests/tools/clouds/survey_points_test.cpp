@@ -10,7 +10,7 @@
 #include "tests/tools/survey/las_file.h"
 #include "tools/clouds/las_header.h"
 
-namespace rcs::tools {
+namespace rcs::clouds {
 namespace {
 
 using test::LasFile;
@@ -31,15 +31,15 @@ class SurveyPointsTest : public testing::Test {
     return path;
   }
   /// All points of a file, or why not, without the folder's name.
-  [[nodiscard]] Result<clouds::SurveyPoints> read(const std::string& name, const std::string& bytes,
-                                                  int class_column = 0) const {
+  [[nodiscard]] Result<SurveyPoints> read(const std::string& name, const std::string& bytes,
+                                          int class_column = 0) const {
     const auto without = [this](std::string text) {
       const std::size_t at = text.find(folder_);
       return Error{at == std::string::npos ? text : text.erase(at, folder_.size() + 1)};
     };
-    const auto file = clouds::open_survey_points(put(name, bytes), class_column);
+    const auto file = open_survey_points(put(name, bytes), class_column);
     if (!file) return without(file.error().message);
-    clouds::SurveyPoints all, block;
+    SurveyPoints all, block;
     for (int twice = 0; twice < 2; ++twice) {
       all.clear();
       if (const Outcome done = (*file)->rewind(); !done) return without(done.error().message);
@@ -55,7 +55,7 @@ class SurveyPointsTest : public testing::Test {
     return all;
   }
   std::string why_not(const std::string& name, const std::string& bytes, int class_column = 0) {
-    const Result<clouds::SurveyPoints> points = read(name, bytes, class_column);
+    const Result<SurveyPoints> points = read(name, bytes, class_column);
     return points ? "" : points.error().message;
   }
 
@@ -80,7 +80,7 @@ void change(std::size_t at, std::uint64_t value, std::size_t bytes, std::string*
 TEST_F(SurveyPointsTest, EachVersionAndFormatOfLasIsRead) {
   for (const auto& [minor, last] : {std::pair{2, 3}, {3, 5}, {4, 10}}) {
     for (int format = 0; format <= last; ++format) {
-      const Result<clouds::SurveyPoints> p = read("a.las", three_points(minor, format).bytes());
+      const Result<SurveyPoints> p = read("a.las", three_points(minor, format).bytes());
       ASSERT_TRUE(p) << p.error().message;
       ASSERT_EQ(p->size(), 3U) << minor << ' ' << format;
       EXPECT_NEAR(p->x[0], 500001.25, 1e-6);
@@ -97,7 +97,7 @@ TEST_F(SurveyPointsTest, MorePointsThanABlock) {
   LasFile las;
   las.format = 1;
   for (int k = 0; k < 150'000; ++k) las.points.push_back({500000.0 + 0.01 * k, 5200000.0, 1.0});
-  const Result<clouds::SurveyPoints> p = read("many.las", las.bytes());
+  const Result<SurveyPoints> p = read("many.las", las.bytes());
   ASSERT_TRUE(p) << p.error().message;
   ASSERT_EQ(p->size(), 150'000U);
   for (std::size_t k = 0; k < p->size(); ++k) {
@@ -107,7 +107,7 @@ TEST_F(SurveyPointsTest, MorePointsThanABlock) {
 
 TEST_F(SurveyPointsTest, WhichCoordinatesHoldIsTold) {
   const auto crs = [this](const LasFile& las) {
-    const auto file = clouds::open_survey_points(put("crs.las", las.bytes()), 0);
+    const auto file = open_survey_points(put("crs.las", las.bytes()), 0);
     EXPECT_TRUE(file) << file.error().message;
     return (*file)->crs();
   };
@@ -178,7 +178,7 @@ TEST_F(SurveyPointsTest, WhereverAFileIsCutOffItIsRefused) {
     const std::string whole = las.bytes();
     for (std::size_t n = 0; n < whole.size(); ++n) {
       std::istringstream in(whole.substr(0, n));
-      const auto header = clouds::read_las_header(in, static_cast<std::int64_t>(n), "cut.las");
+      const auto header = read_las_header(in, static_cast<std::int64_t>(n), "cut.las");
       ASSERT_FALSE(header) << n << " of " << whole.size();
       ASSERT_THAT(header.error().message, StartsWith("cut.las: "));
     }
@@ -195,7 +195,7 @@ TEST_F(SurveyPointsTest, NoByteOfAHeaderDoesHarm) {
       file[at] = static_cast<char>(value);
       std::istringstream in(file);
       const auto size = static_cast<std::int64_t>(file.size());
-      const Result<clouds::LasHeader> header = clouds::read_las_header(in, size, "d.las");
+      const Result<LasHeader> header = read_las_header(in, size, "d.las");
       if (header) {
         EXPECT_GE(header->record_bytes, 20);
         EXPECT_LE(header->data_at + header->points * header->record_bytes, size) << at;
@@ -208,11 +208,10 @@ TEST_F(SurveyPointsTest, NoByteOfAHeaderDoesHarm) {
 
 TEST_F(SurveyPointsTest, OtherFormats) {
   const std::string far = "500000.25 5200000.5 300.125";
-  Result<clouds::SurveyPoints> p =
-      read("a.xyz", "# x y z\n" + far + " 9 1 1 2\r\n\n1,2;3 8 1 1 nan\n", 7);
+  Result<SurveyPoints> p = read("a.xyz", "# x y z\n" + far + " 9 1 1 2\r\n\n1,2;3 8 1 1 nan\n", 7);
   ASSERT_TRUE(p) << p.error().message;
   EXPECT_EQ(p->x[0], 500000.25);  // not rounded to a float
-  EXPECT_THAT(p->klass, testing::ElementsAre(2, clouds::kNoClass));
+  EXPECT_THAT(p->klass, testing::ElementsAre(2, kNoClass));
   EXPECT_EQ(why_not("a.xyz", far + "\n", 4), "a.xyz:1: 3 columns, 4 are due");
   EXPECT_EQ(why_not("a.xyz", far + "\n1 2 x\n"), "a.xyz:2: \"x\" is no number");
   EXPECT_THAT(why_not("a.xyz", std::string(10'000, '1')), HasSubstr("characters in a line"));
@@ -242,4 +241,4 @@ TEST_F(SurveyPointsTest, OtherFormats) {
 }
 
 }  // namespace
-}  // namespace rcs::tools
+}  // namespace rcs::clouds

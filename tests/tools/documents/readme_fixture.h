@@ -104,11 +104,10 @@ class Readme : public RcsCommand {
   void make_clouds() const {
     std::mt19937 rng(3);
     const Vec3 here = Vec3::Zero();
-    const Points model = sp::test::scene(sp::test::Ground::kRolling, true, 6000, 0.01, here, &rng);
-    const Points other = sp::test::scene(sp::test::Ground::kRolling, true, 6000, 0.01, here, &rng);
+    const Points model = test::scene(test::Ground::kRolling, true, 6000, 0.01, here, &rng);
+    const Points other = test::scene(test::Ground::kRolling, true, 6000, 0.01, here, &rng);
     write_pcd("first.pcd", model);
-    write_pcd("second.pcd",
-              sp::test::moved(sp::test::pose(0.3, -0.2, 0.05, 0.0, 0.01, 0.03), other));
+    write_pcd("second.pcd", test::moved(test::pose(0.3, -0.2, 0.05, 0.0, 0.01, 0.03), other));
   }
   void write_pcd(const std::string& name, const Points& points) const {
     std::ofstream out(folder_ + "/" + name);

@@ -16,7 +16,7 @@
 #include "tools/drills/drill_record.h"
 #include "tools/drills/drill_stimulus.h"
 
-namespace rcs::tools::test {
+namespace rcs::test {
 
 /// What arrived when.
 struct Arrived {
@@ -171,4 +171,4 @@ inline void mislead(double from_s, double to_s, const Vec3& by, drills::DrillRec
   }
 }
 
-}  // namespace rcs::tools::test
+}  // namespace rcs::test

@@ -11,7 +11,7 @@
 #include "tools/drills/drill_output.h"
 #include "tools/drills/drill_result.h"
 
-namespace rcs::tools::test {
+namespace rcs::test {
 namespace {
 
 drills::Drill gps_lost(double begin_s, double length_s) {
@@ -132,7 +132,7 @@ TEST(DrillFigures, ASmoothStepIsWhatTheLastCycleDidNotPredict) {
   EXPECT_NEAR(step.m, 0.07, 1e-6);
   EXPECT_NEAR(step.t_s, 30.0, 0.021);
   // The world pose may step as it likes.
-  DrillRecord reset = right_record();
+  drills::DrillRecord reset = right_record();
   mislead(30, 60, Vec3(3.0, 0.0, 0.0), &reset);
   EXPECT_LT(drills::largest_smooth_step(gps_lost(20, 20), reset).m, 1e-9);
 }
@@ -350,7 +350,7 @@ TEST(DrillOutput, JsonAndJUnitSayTheSame) {
   r.runs = {drills::drill_figures(r.drill, 7, right_record())};
   r.runs[0].baselines[0] = {10, 40.0, 10.0};
   r.marks = judge(r.drill, r.runs);
-  const nlohmann::ordered_json j = to_json({r});
+  const nlohmann::ordered_json j = drills::to_json({r});
   EXPECT_EQ(j["drills"][0]["verdict"], "FAIL");
   EXPECT_EQ(j["drills"][0]["runs"][0]["seed"], 7);
   EXPECT_EQ(j["drills"][0]["runs"][0]["integrity"], "not published");
@@ -361,4 +361,4 @@ TEST(DrillOutput, JsonAndJUnitSayTheSame) {
 }
 
 }  // namespace
-}  // namespace rcs::tools::test
+}  // namespace rcs::test

@@ -8,7 +8,7 @@
 #include "tests/tools/drills/drill_fixture.h"
 #include "tools/drills/drill_run.h"
 
-namespace rcs::tools::test {
+namespace rcs::test {
 namespace {
 
 class DrillRunTest : public testing::Test {
@@ -91,4 +91,4 @@ TEST(DrillWrongMap, IsTurnedAboutTheOriginAndShifted) {
 }
 
 }  // namespace
-}  // namespace rcs::tools::test
+}  // namespace rcs::test

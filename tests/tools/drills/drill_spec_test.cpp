@@ -8,7 +8,7 @@
 
 #include "tools/drills/drill_spec.h"
 
-namespace rcs::tools {
+namespace rcs::drills {
 namespace {
 
 using testing::AllOf;
@@ -55,14 +55,14 @@ ratio = 1.05
 )";
 
 std::string complaint(const std::string& text) {
-  const Result<drills::Drill> drill = drills::parse_drill(text, "folder/bad.toml");
+  const Result<Drill> drill = parse_drill(text, "folder/bad.toml");
   return drill ? "no complaint" : drill.error().message;
 }
 
 std::string with_stimulus(const std::string& lines) { return "[[stimulus]]\n" + lines + "\n"; }
 
 TEST(DrillSpec, ReadsWhatAFileSays) {
-  const Result<drills::Drill> drill = drills::parse_drill(kGood, "drills/both.toml");
+  const Result<Drill> drill = parse_drill(kGood, "drills/both.toml");
   ASSERT_TRUE(drill.ok()) << drill.error().message;
   EXPECT_EQ(drill->id, "both");
   EXPECT_EQ(drill->seeds, 2);
@@ -73,7 +73,7 @@ TEST(DrillSpec, ReadsWhatAFileSays) {
   EXPECT_EQ(drill->run.map_cell_m, 0.5);
   EXPECT_NEAR(drill->run.map_turn_rad, radians(5.0), 1e-12);
   ASSERT_EQ(drill->stimuli.size(), 3U);
-  EXPECT_EQ(drill->stimuli[1].kind, drills::StimulusKind::kOffset);
+  EXPECT_EQ(drill->stimuli[1].kind, StimulusKind::kOffset);
   EXPECT_NEAR(drill->stimuli[1].bearing_rad, radians(90.0), 1e-12);
   EXPECT_EQ(drill->stimuli[2].length_s, 15.0);
   EXPECT_EQ(drill->begin_s(), 30.0);
@@ -111,40 +111,41 @@ TEST(DrillSpec, WhatOnlyTheSimulatorHasMustSaySo) {
 }
 
 TEST(DrillSpec, WithoutAStimulusTheWholeRunCounts) {
-  const Result<drills::Drill> drill = drills::parse_drill("", "none.toml");
+  const Result<Drill> drill = parse_drill("", "none.toml");
   ASSERT_TRUE(drill.ok());
   EXPECT_EQ(drill->begin_s(), 20.0);
   EXPECT_GE(drill->end_s(), 1e5);
-  Result<drills::Drill> for_good =
-      drills::parse_drill(with_stimulus("kind = \"clock\"\njump_s = 1"), "x.toml");
+  Result<Drill> for_good = parse_drill(with_stimulus("kind = \"clock\"\njump_s = 1"), "x.toml");
   ASSERT_TRUE(for_good.ok());
   EXPECT_GE(for_good->end_s(), 1e5);
 }
 
 TEST(DrillSpec, EveryDrillOfTheProjectIsRight) {
   const char* root = std::getenv("RCS_SOURCE_DIR");
-  const std::filesystem::path folder =
-      std::filesystem::path(root == nullptr ? "." : root) / "config" / "drills";
+  const std::filesystem::path config =
+      std::filesystem::path(root == nullptr ? "." : root) / "config";
+  for (const auto& entry : std::filesystem::directory_iterator(config / "drills_on_logs")) {
+    EXPECT_TRUE(load_drill(entry.path().string()).ok()) << entry.path();
+  }
+  const std::filesystem::path folder = config / "drills";
   int count = 0;
   double seconds = 0.0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
     if (entry.is_directory()) continue;
-    const Result<drills::Drill> drill = drills::load_drill(entry.path().string());
+    const Result<Drill> drill = load_drill(entry.path().string());
     ASSERT_TRUE(drill.ok()) << drill.error().message;
     EXPECT_FALSE(drill->about.empty()) << entry.path();
     EXPECT_FALSE(drill->marks.empty()) << entry.path();
     ++count;
-    // Those in a folder of their own are of one recording, and --all leaves them out.
-    if (entry.path().parent_path() != folder) continue;
     EXPECT_GT(drill->run.length_s, 0.0) << entry.path();
-    for (const drills::Stimulus& s : drill->stimuli) EXPECT_LT(s.begin_s, drill->run.length_s);
+    for (const Stimulus& s : drill->stimuli) EXPECT_LT(s.begin_s, drill->run.length_s);
     const bool exists = drill->run.scenario.empty() || std::filesystem::exists(drill->run.scenario);
     EXPECT_TRUE(exists) << drill->run.scenario;
     if (!drill->full) seconds += drill->run.length_s * drill->seeds;
   }
-  EXPECT_GE(count, 30);
+  EXPECT_GE(count, 70);
   EXPECT_LE(seconds, 4000.0) << "--all is for every day";
 }
 
 }  // namespace
-}  // namespace rcs::tools
+}  // namespace rcs::drills

@@ -6,7 +6,7 @@
 
 #include "tests/tools/drills/drill_fixture.h"
 
-namespace rcs::tools::test {
+namespace rcs::test {
 namespace {
 
 using testing::ElementsAre;
@@ -171,7 +171,7 @@ TEST(DrillStimulus, HeightSigmaNullIslandAndNoNumbers) {
 
 TEST(DrillStimulus, AFrozenFixHasNewStampsAndAStaleOneOldStamps) {
   // Something that changes from fix to fix.
-  Stimulus walk = gps(drills::StimulusKind::kRamp);
+  drills::Stimulus walk = gps(drills::StimulusKind::kRamp);
   walk.begin_s = 0.0;
   walk.length_s = 20.0;
   walk.rate_mps = 1.0;
@@ -310,4 +310,4 @@ TEST(DrillStimulus, DisorderSwapsAndRepetitionDoubles) {
 }
 
 }  // namespace
-}  // namespace rcs::tools::test
+}  // namespace rcs::test

@@ -6,7 +6,7 @@
 
 #include "tools/evaluation/budget_metrics.h"
 
-namespace rcs::tools {
+namespace rcs::evaluation {
 namespace {
 
 constexpr std::int64_t kPeriod_us = 100'000;
@@ -43,12 +43,12 @@ cycle_t cycle(const std::string& node, std::int64_t start, std::int64_t wall_us)
   return m;
 }
 
-std::int64_t sum(const evaluation::ScanCounts& c) {
+std::int64_t sum(const ScanCounts& c) {
   return c.full + c.degraded + c.held + c.failed + c.dropped + c.unaccounted;
 }
 
 TEST(ScanLedger, EveryScanIsOneThing) {
-  evaluation::ScanLedger books;
+  ScanLedger books;
   for (int scan = 0; scan < 8; ++scan) books.sent(reference(scan), from_utime(at(scan, 0)));
   books.take(answer(0, registration_t::STOP_SEEDED, 0, 1));
   books.take(answer(1, registration_t::STOP_CONVERGED, 1, 2));
@@ -60,7 +60,7 @@ TEST(ScanLedger, EveryScanIsOneThing) {
   registration_t last = answer(6, registration_t::STOP_CONVERGED, 0, 6);
   last.account.dropped = 1;
   books.take(last);
-  const evaluation::ScanCounts c = books.close().scans;
+  const ScanCounts c = books.close().scans;
   EXPECT_EQ(c.sent, 8);
   EXPECT_EQ(c.full, 3);  // 0, 6 and the unheard 5
   EXPECT_EQ(c.not_heard, 1);
@@ -73,7 +73,7 @@ TEST(ScanLedger, EveryScanIsOneThing) {
 }
 
 TEST(ScanLedger, TheHopsAddUpToTheChain) {
-  evaluation::ScanLedger books;
+  ScanLedger books;
   books.sent(reference(0), from_utime(at(0, -6'000)));
   books.sent(reference(0), from_utime(at(0, 0)));
   registration_t m = answer(0, registration_t::STOP_CONVERGED, 0, 1);
@@ -95,36 +95,35 @@ TEST(ScanLedger, TheHopsAddUpToTheChain) {
   books.take(drive);
   books.take(cycle("bg", at(0, 30'000), 1'000));
 
-  const evaluation::BudgetRecord record = books.close();
+  const BudgetRecord record = books.close();
   const auto only = [&](const char* name) {
-    const std::vector<double>& values = evaluation::values_of(record.hops, name);
+    const std::vector<double>& values = values_of(record.hops, name);
     EXPECT_EQ(values.size(), 1U) << name;
     return values.empty() ? -1.0 : values.front();
   };
   EXPECT_DOUBLE_EQ(only("last facet sent -> arrival in sp"), 0.2);
   EXPECT_DOUBLE_EQ(only("sp: last facet -> start"), 0.1);
-  EXPECT_DOUBLE_EQ(only(evaluation::kSpWork), 5.0) << "neither the facets before nor the map after";
+  EXPECT_DOUBLE_EQ(only(kSpWork), 5.0) << "neither the facets before nor the map after";
   EXPECT_DOUBLE_EQ(only("hop sp -> wm"), 0.2);
   EXPECT_DOUBLE_EQ(only("wm: arrival -> start"), 0.1);
   EXPECT_DOUBLE_EQ(only("wm: work"), 0.15);
-  EXPECT_DOUBLE_EQ(only(evaluation::kToNavState), 5.75);
+  EXPECT_DOUBLE_EQ(only(kToNavState), 5.75);
   EXPECT_DOUBLE_EQ(only("hop wm -> bg"), 0.2);
   EXPECT_DOUBLE_EQ(only("bg: arrival -> start"), 24.05);
-  EXPECT_DOUBLE_EQ(only(evaluation::kToDrive), 31.0);
+  EXPECT_DOUBLE_EQ(only(kToDrive), 31.0);
 }
 
-evaluation::BudgetRecord record_of(const std::vector<double>& chain_ms) {
-  evaluation::BudgetRecord record;
-  record.hops = {{evaluation::kToNavState, chain_ms}};
+BudgetRecord record_of(const std::vector<double>& chain_ms) {
+  BudgetRecord record;
+  record.hops = {{kToNavState, chain_ms}};
   record.scans.sent = record.scans.full = static_cast<std::int64_t>(chain_ms.size());
   record.nodes["sp"] = {100, 3, 0};
   return record;
 }
 
-const evaluation::BudgetVerdict& verdict(const std::vector<evaluation::BudgetVerdict>& verdicts,
-                                         const std::string& name) {
-  static const evaluation::BudgetVerdict none;
-  for (const evaluation::BudgetVerdict& v : verdicts) {
+const BudgetVerdict& verdict(const std::vector<BudgetVerdict>& verdicts, const std::string& name) {
+  static const BudgetVerdict none;
+  for (const BudgetVerdict& v : verdicts) {
     if (v.name == name) return v;
   }
   ADD_FAILURE() << "no verdict on " << name;
@@ -134,13 +133,13 @@ const evaluation::BudgetVerdict& verdict(const std::vector<evaluation::BudgetVer
 TEST(Budget, LimitsAreHeldAgainstTheirFigures) {
   std::vector<double> chain_ms(100);
   std::iota(chain_ms.begin(), chain_ms.end(), 1.0);
-  evaluation::BudgetRecord record = record_of(chain_ms);
-  evaluation::BudgetLimits limits;
+  BudgetRecord record = record_of(chain_ms);
+  BudgetLimits limits;
   limits.nav_state.p99_ms = 99.0;
   limits.nav_state.max_ms = 99.9;
   limits.drive.p99_ms = 1000.0;
   limits.overrun_share = 0.02;
-  std::vector<evaluation::BudgetVerdict> verdicts = judge(record, limits);
+  std::vector<BudgetVerdict> verdicts = judge(record, limits);
   EXPECT_TRUE(verdict(verdicts, "facet_to_nav_state_p99_ms").kept());
   EXPECT_FALSE(verdict(verdicts, "facet_to_nav_state_max_ms").kept());
   EXPECT_FALSE(verdict(verdicts, "facet_to_drive_p99_ms").kept()) << "nothing was measured";
@@ -156,9 +155,9 @@ TEST(Budget, TheTableIsStrict) {
   const auto read = [](const char* text) {
     const Result<ParamFile> file = ParamFile::parse(text, "f");
     EXPECT_TRUE(file.ok());
-    return evaluation::read_budget_limits(*file);
+    return read_budget_limits(*file);
   };
-  const Result<evaluation::BudgetLimits> good =
+  const Result<BudgetLimits> good =
       read("[sp]\nx = 1\n[budget]\nfacet_to_nav_state_p99_ms = 50\nheld_share = 0.01\n");
   ASSERT_TRUE(good.ok());
   EXPECT_EQ(good->nav_state.p99_ms, 50.0);
@@ -170,16 +169,15 @@ TEST(Budget, TheTableIsStrict) {
 }
 
 TEST(Budget, RecordsOfLapsArePooled) {
-  evaluation::BudgetRecord sum = record_of({1.0, 2.0});
+  BudgetRecord sum = record_of({1.0, 2.0});
   sum.add(record_of({3.0}));
-  EXPECT_EQ(evaluation::values_of(sum.hops, evaluation::kToNavState),
-            (std::vector<double>{1.0, 2.0, 3.0}));
+  EXPECT_EQ(values_of(sum.hops, kToNavState), (std::vector<double>{1.0, 2.0, 3.0}));
   EXPECT_EQ(sum.scans.sent, 3);
   EXPECT_EQ(sum.nodes["sp"].overruns, 6);
 }
 
 TEST(Budget, ThePictureHasEveryScan) {
-  const report::Plot plot = evaluation::budget_plot(record_of({1.0, 1.0, 2.0, 200.0}), {}, "title");
+  const report::Plot plot = budget_plot(record_of({1.0, 1.0, 2.0, 200.0}), {}, "title");
   const report::Series& chain = plot.series.front();
   double scans = 0.0;
   for (std::size_t i = 0; i < chain.y.size(); i += 2) scans += chain.y[i] >= 1.0 ? chain.y[i] : 0.0;
@@ -188,4 +186,4 @@ TEST(Budget, ThePictureHasEveryScan) {
 }
 
 }  // namespace
-}  // namespace rcs::tools
+}  // namespace rcs::evaluation

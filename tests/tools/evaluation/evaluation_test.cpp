@@ -13,7 +13,7 @@
 #include "tools/recording/message_fields.h"
 #include "tools/report/svg_plot.h"
 
-namespace rcs::tools {
+namespace rcs::evaluation {
 namespace {
 
 const Geodetic kDatum = {radians(40.4), radians(-76.6), {150.0}};
@@ -22,7 +22,7 @@ Stamp at_s(double t_s) { return Stamp(from_seconds(1000.0 + t_s)); }
 
 /// A straight drive at 10 m/s, 20 s long; fixes end at 5 s and come back at 15 s, and meanwhile the
 /// world pose drifts to the left by 0.1 m/s.
-RunLog drive_with_an_outage() {
+recording::RunLog drive_with_an_outage() {
   recording::RunLog run;
   run.truth_datum = kDatum;
   run.world_datum = kDatum;
@@ -46,15 +46,14 @@ RunLog drive_with_an_outage() {
 
 TEST(Evaluation, AnOutageIsFoundAndScored) {
   const recording::RunLog run = drive_with_an_outage();
-  const std::vector<evaluation::TimeInterval> outages = evaluation::gps_outages(run);
+  const std::vector<TimeInterval> outages = gps_outages(run);
   ASSERT_EQ(outages.size(), 1U);
   EXPECT_EQ(outages[0].from, at_s(5.0));
   EXPECT_EQ(outages[0].to, at_s(15.0));
 
-  const std::optional<evaluation::WorldFigures> world =
-      evaluation::world_figures(run, run.truth, run.truth_datum);
+  const std::optional<WorldFigures> world = world_figures(run, run.truth, run.truth_datum);
   ASSERT_TRUE(world.has_value());
-  const evaluation::OutageFigures f = evaluation::outage_figures(*world, outages[0]);
+  const OutageFigures f = outage_figures(*world, outages[0]);
   EXPECT_NEAR(f.driven_m, 99.0, 1e-6);  // 5.0 s to 14.9 s
   EXPECT_NEAR(f.end_horizontal_m, 0.99, 1e-6);
   EXPECT_NEAR(f.drift_percent, 1.0, 1e-6);
@@ -68,50 +67,49 @@ TEST(Evaluation, AnOutageEndsWithTheFixThatEndsIt) {
   for (recording::NavRecord& nav : run.nav) {
     if (nav.stamp >= at_s(15.0)) nav.age_gps += from_seconds(0.5);
   }
-  EXPECT_EQ(evaluation::gps_outages(run)[0].to, at_s(14.5));
+  EXPECT_EQ(gps_outages(run)[0].to, at_s(14.5));
 }
 
 TEST(Evaluation, IntervalsHaveInCommonWhatIsInBoth) {
-  const std::vector<evaluation::TimeInterval> a = {{at_s(0), at_s(10)}, {at_s(20), at_s(30)}};
-  const std::vector<evaluation::TimeInterval> b = {{at_s(2), at_s(12)}, {at_s(25), at_s(40)}};
-  const std::vector<evaluation::TimeInterval> both = evaluation::common_intervals(a, b);
+  const std::vector<TimeInterval> a = {{at_s(0), at_s(10)}, {at_s(20), at_s(30)}};
+  const std::vector<TimeInterval> b = {{at_s(2), at_s(12)}, {at_s(25), at_s(40)}};
+  const std::vector<TimeInterval> both = common_intervals(a, b);
   ASSERT_EQ(both.size(), 2U);
   EXPECT_EQ(both[0].from, at_s(2));
   EXPECT_EQ(both[0].to, at_s(10));
   EXPECT_EQ(both[1].from, at_s(25));
   EXPECT_EQ(both[1].to, at_s(30));
-  EXPECT_TRUE(evaluation::common_intervals(a, {{at_s(10), at_s(20)}}).empty());
-  EXPECT_TRUE(evaluation::common_intervals({}, b).empty());
+  EXPECT_TRUE(common_intervals(a, {{at_s(10), at_s(20)}}).empty());
+  EXPECT_TRUE(common_intervals({}, b).empty());
 }
 
 TEST(Evaluation, WhatWasFusedIsWhatWmAcceptedWithinTheInterval) {
   using I = innovation_t;
   recording::RunLog run = drive_with_an_outage();
-  const evaluation::TimeInterval outage{at_s(5.0), at_s(15.0)};
+  const TimeInterval outage{at_s(5.0), at_s(15.0)};
   for (recording::NavRecord& nav : run.nav) nav.age_ins = Duration(-1);
-  EXPECT_TRUE(evaluation::fused_sources(run, outage).empty());
+  EXPECT_TRUE(fused_sources(run, outage).empty());
   run.fused = {{at_s(4.9), I::SOURCE_ROLLING},
                {at_s(5.0), I::SOURCE_GPS_POSITION},
                {at_s(7.0), I::SOURCE_NON_HOLONOMIC},
                {at_s(8.0), I::SOURCE_ODOMETRY},
                {at_s(15.0), I::SOURCE_GPS_POSITION}};
-  EXPECT_EQ(evaluation::fused_sources(run, outage),
+  EXPECT_EQ(fused_sources(run, outage),
             (std::vector<std::string>{"wheel encoders", "motion constraints"}));
   run.fused.push_back({at_s(9.0), I::SOURCE_ROLLING});
   run.fused.push_back({at_s(9.0), I::SOURCE_GPS_VELOCITY});
   for (recording::NavRecord& nav : run.nav) nav.age_ins = from_seconds(0.01);
-  EXPECT_EQ(
-      evaluation::fused_sources(run, outage),
-      (std::vector<std::string>{"GPS", "LADAR", "wheel encoders", "INS", "motion constraints"}));
+  EXPECT_EQ(fused_sources(run, outage), (std::vector<std::string>{"GPS", "LADAR", "wheel encoders",
+                                                                  "INS", "motion constraints"}));
 }
 
 /// A run without GPS for 100 s and 300 m, off by this much.
 ComparedRun run_off_by(const std::string& name, double rms_m, std::vector<std::string> fused) {
-  evaluation::OutageFigures o;
+  OutageFigures o;
   o.interval = {at_s(0.0), at_s(100.0)};
   o.driven_m = 300.0;
   o.horizontal_m.rms = rms_m;
-  evaluation::ComparedRun run;
+  ComparedRun run;
   run.name = name;
   run.outages = {o};
   run.fused = {std::move(fused)};
@@ -119,24 +117,24 @@ ComparedRun run_off_by(const std::string& name, double rms_m, std::vector<std::s
 }
 
 TEST(RunComparison, TheSentencePairsTheRunsThatDifferByTheLadarAlone) {
-  std::vector<evaluation::ComparedRun> runs = {
+  std::vector<ComparedRun> runs = {
       run_off_by("all sensors", 0.4, {"LADAR", "a priori map", "wheel encoders", "INS"}),
       run_off_by("wheels", 0.5, {"wheel encoders", "INS"}),
       run_off_by("LADAR", 0.6, {"LADAR", "INS"}), run_off_by("INS alone", 30.0, {"INS"})};
-  EXPECT_NEAR(evaluation::ladar_factor(runs).value_or(0.0), 50.0, 1e-9);
-  EXPECT_EQ(evaluation::comparison_text(runs),
+  EXPECT_NEAR(ladar_factor(runs).value_or(0.0), 50.0, 1e-9);
+  EXPECT_EQ(comparison_text(runs),
             "Look at the rms of rows that differ by the LADAR alone: over 100 s and 300 m without "
             "GPS, with the LADAR and without it, 0.40 m and 0.50 m beside wheel encoders, INS; "
             "0.60 m and 30.00 m beside INS.");
-  EXPECT_EQ(evaluation::comparison_table(runs).rows[3][0], "INS alone: INS");
-  EXPECT_EQ(evaluation::comparison_table(runs).rows[3].back(), "10.00 %");
+  EXPECT_EQ(comparison_table(runs).rows[3][0], "INS alone: INS");
+  EXPECT_EQ(comparison_table(runs).rows[3].back(), "10.00 %");
 
   // A run with GPS shows nothing of the LADAR, whatever its name is.
   runs[3].fused = {{"GPS", "INS"}};
-  EXPECT_NEAR(evaluation::ladar_factor(runs).value_or(0.0), 1.25, 1e-9);
+  EXPECT_NEAR(ladar_factor(runs).value_or(0.0), 1.25, 1e-9);
   runs.erase(runs.begin() + 1);
-  EXPECT_FALSE(evaluation::ladar_factor(runs).has_value());
-  EXPECT_EQ(evaluation::comparison_text(runs), "");
+  EXPECT_FALSE(ladar_factor(runs).has_value());
+  EXPECT_EQ(comparison_text(runs), "");
 }
 
 TEST(Evaluation, ARunWithoutScansHasItsPosesWhereWmBelieves) {
@@ -169,24 +167,23 @@ TEST(Evaluation, WorldErrorsAreTakenInTheTruthsOwnWorld) {
   // GIVEN a WM whose datum lies elsewhere, and poses that say the same in its own frame
   recording::RunLog run = drive_with_an_outage();
   run.world_datum = Geodetic{kDatum.lat_rad + 1e-4, kDatum.lon_rad - 1e-4, {130.0}};
-  const Pose T_world_truthworld = evaluation::between_worlds(*run.world_datum, kDatum);
+  const Pose T_world_truthworld = between_worlds(*run.world_datum, kDatum);
   for (recording::NavRecord& nav : run.nav)
     nav.T_world_vehicle = T_world_truthworld * nav.T_world_vehicle;
-  const std::optional<evaluation::WorldFigures> world =
-      evaluation::world_figures(run, run.truth, run.truth_datum);
+  const std::optional<WorldFigures> world = world_figures(run, run.truth, run.truth_datum);
   ASSERT_TRUE(world.has_value());
   // THEN the errors are those of before: the frames are 600 m apart, rounding is below 0.1 mm
   EXPECT_NEAR(world->horizontal_m.max, 0.99, 1e-4);
   EXPECT_LT(world->vertical_m.max, 1e-4);
-  const Pose back = evaluation::between_worlds(kDatum, *run.world_datum) * T_world_truthworld;
+  const Pose back = between_worlds(kDatum, *run.world_datum) * T_world_truthworld;
   EXPECT_LT(log_se3(back).norm(), 1e-6);
 }
 
 TEST(Evaluation, WithoutTruthOrDatumThereIsNoWorldError) {
   recording::RunLog run = drive_with_an_outage();
-  EXPECT_FALSE(evaluation::world_figures(run, {}, kDatum).has_value());
+  EXPECT_FALSE(world_figures(run, {}, kDatum).has_value());
   run.world_datum.reset();
-  EXPECT_FALSE(evaluation::world_figures(run, run.truth, kDatum).has_value());
+  EXPECT_FALSE(world_figures(run, run.truth, kDatum).has_value());
 }
 
 recording::ScanRecord scan_at(double t_s, std::int64_t id, std::int32_t epoch, double x_m) {
@@ -272,4 +269,4 @@ TEST(SvgPlot, TextCannotBreakOutAndEmptyPlotsAreDrawn) {
 }
 
 }  // namespace
-}  // namespace rcs::tools
+}  // namespace rcs::evaluation

@@ -5,12 +5,12 @@
 #include <Eigen/Cholesky>
 #include <random>
 
-namespace rcs::tools {
+namespace rcs::evaluation {
 namespace {
 
 /// A drive that turns and climbs, 1 m a step.
 PosePairs perfect_pairs(std::size_t n) {
-  evaluation::PosePairs pairs;
+  PosePairs pairs;
   Pose T;
   for (std::size_t i = 0; i < n; ++i) {
     Vec6 step;
@@ -23,7 +23,7 @@ PosePairs perfect_pairs(std::size_t n) {
   return pairs;
 }
 
-evaluation::PosePairs moved(evaluation::PosePairs pairs, const Pose& T_other_world) {
+PosePairs moved(PosePairs pairs, const Pose& T_other_world) {
   for (Pose& T : pairs.estimate) T = T_other_world * T;
   return pairs;
 }
@@ -31,90 +31,76 @@ evaluation::PosePairs moved(evaluation::PosePairs pairs, const Pose& T_other_wor
 TEST(TrajectoryError, MovingTheWholeEstimateCostsNothingAfterAlignment) {
   Vec6 xi;
   xi << 30.0, -20.0, 5.0, 0.5, -0.8, 2.0;
-  const evaluation::PosePairs pairs = moved(perfect_pairs(200), exp_se3(xi));
-  EXPECT_GT(evaluation::absolute_error(pairs, Pose{}).translation_m.rms, 10.0);
-  for (const evaluation::Alignment alignment :
-       {evaluation::Alignment::kRigid, evaluation::Alignment::kFirst}) {
-    const evaluation::AbsoluteError e =
-        evaluation::absolute_error(pairs, evaluation::align(pairs, alignment));
+  const PosePairs pairs = moved(perfect_pairs(200), exp_se3(xi));
+  EXPECT_GT(absolute_error(pairs, Pose{}).translation_m.rms, 10.0);
+  for (const Alignment alignment : {Alignment::kRigid, Alignment::kFirst}) {
+    const AbsoluteError e = absolute_error(pairs, align(pairs, alignment));
     EXPECT_LT(e.translation_m.max, 1e-9);
     EXPECT_LT(e.rotation_rad.max, 1e-9);
   }
 }
 
 TEST(TrajectoryError, YawAlignmentUndoesYawAndShiftOnly) {
-  const evaluation::PosePairs level =
-      moved(perfect_pairs(200), Pose{exp_so3(Vec3(0, 0, 2.5)), Vec3(9, 8, 7)});
-  EXPECT_LT(evaluation::absolute_error(level, evaluation::align(level, evaluation::Alignment::kYaw))
-                .translation_m.max,
-            1e-9);
+  const PosePairs level = moved(perfect_pairs(200), Pose{exp_so3(Vec3(0, 0, 2.5)), Vec3(9, 8, 7)});
+  EXPECT_LT(absolute_error(level, align(level, Alignment::kYaw)).translation_m.max, 1e-9);
 
-  const evaluation::PosePairs tilted =
-      moved(perfect_pairs(200), Pose{exp_so3(Vec3(0.1, 0, 0)), Vec3::Zero()});
-  EXPECT_GT(
-      evaluation::absolute_error(tilted, evaluation::align(tilted, evaluation::Alignment::kYaw))
-          .translation_m.rms,
-      1.0);
-  EXPECT_LT(
-      evaluation::absolute_error(tilted, evaluation::align(tilted, evaluation::Alignment::kRigid))
-          .translation_m.rms,
-      1e-9);
+  const PosePairs tilted = moved(perfect_pairs(200), Pose{exp_so3(Vec3(0.1, 0, 0)), Vec3::Zero()});
+  EXPECT_GT(absolute_error(tilted, align(tilted, Alignment::kYaw)).translation_m.rms, 1.0);
+  EXPECT_LT(absolute_error(tilted, align(tilted, Alignment::kRigid)).translation_m.rms, 1e-9);
 }
 
 TEST(TrajectoryError, RigidAlignmentOfAPlanarCourseIsNeverAReflection) {
-  evaluation::PosePairs pairs;
+  PosePairs pairs;
   for (int i = 0; i < 50; ++i) {
     const double a = 0.1 * i;
     pairs.stamps.push_back(from_utime(i));
     pairs.truth.push_back({Quat::Identity(), Vec3(10.0 * std::cos(a), 10.0 * std::sin(a), 0.0)});
     pairs.estimate.push_back(pairs.truth.back());
   }
-  EXPECT_NEAR(evaluation::align(pairs, evaluation::Alignment::kRigid).rotation().determinant(), 1.0,
-              1e-12);
+  EXPECT_NEAR(align(pairs, Alignment::kRigid).rotation().determinant(), 1.0, 1e-12);
 }
 
 TEST(TrajectoryError, AScaleErrorOfOnePercentIsARelativeErrorOfOnePercent) {
-  evaluation::PosePairs pairs;
+  PosePairs pairs;
   for (int i = 0; i < 300; ++i) {
     pairs.stamps.push_back(from_utime(i));
     pairs.truth.push_back({Quat::Identity(), Vec3(1.0 * i, 0.0, 0.0)});
     pairs.estimate.push_back({Quat::Identity(), Vec3(1.01 * i, 0.0, 0.0)});
   }
-  const evaluation::RelativeError by_length = evaluation::relative_error_over_length(pairs, 100.0);
+  const RelativeError by_length = relative_error_over_length(pairs, 100.0);
   EXPECT_EQ(by_length.segments, 200U);
   EXPECT_NEAR(by_length.translation_percent, 1.0, 1e-9);
   EXPECT_NEAR(by_length.translation_m, 1.0, 1e-9);
   EXPECT_NEAR(by_length.rotation_rad, 0.0, 1e-12);
 
-  const evaluation::RelativeError by_frames = evaluation::relative_error_over_frames(pairs, 10);
+  const RelativeError by_frames = relative_error_over_frames(pairs, 10);
   EXPECT_EQ(by_frames.segments, 290U);
   EXPECT_NEAR(by_frames.translation_m, 0.1, 1e-9);
-  EXPECT_NEAR(evaluation::drift_percent(pairs), 1.0, 1e-9);
+  EXPECT_NEAR(drift_percent(pairs), 1.0, 1e-9);
 }
 
 TEST(TrajectoryError, AConstantYawRateErrorIsARotationPerMetre) {
-  evaluation::PosePairs pairs;
+  PosePairs pairs;
   for (int i = 0; i < 100; ++i) {
     pairs.stamps.push_back(from_utime(i));
     pairs.truth.push_back({Quat::Identity(), Vec3(1.0 * i, 0.0, 0.0)});
     pairs.estimate.push_back({exp_so3(Vec3(0.0, 0.0, 0.001 * i)), Vec3(1.0 * i, 0.0, 0.0)});
   }
-  EXPECT_NEAR(evaluation::relative_error_over_length(pairs, 20.0).rotation_rad_per_m, 0.001, 1e-12);
+  EXPECT_NEAR(relative_error_over_length(pairs, 20.0).rotation_rad_per_m, 0.001, 1e-12);
 }
 
 TEST(TrajectoryError, RelativeErrorDoesNotSeeTheFrame) {
   Vec6 xi;
   xi << 30.0, -20.0, 5.0, 0.5, -0.8, 2.0;
-  const evaluation::RelativeError r = evaluation::relative_error_over_length(
-      moved(perfect_pairs(200), exp_se3(xi)), 100.0);
+  const RelativeError r = relative_error_over_length(moved(perfect_pairs(200), exp_se3(xi)), 100.0);
   EXPECT_GT(r.segments, 0U);
   EXPECT_LT(r.translation_m, 1e-9);
 }
 
 TEST(TrajectoryError, LengthsAreKittisWhereTheyFit) {
-  EXPECT_EQ(evaluation::lengths_that_fit(30.0), (std::vector<double>{5, 10, 20}));
-  EXPECT_EQ(evaluation::lengths_that_fit(350.0), (std::vector<double>{100, 200, 300}));
-  EXPECT_TRUE(evaluation::lengths_that_fit(1.0).empty());
+  EXPECT_EQ(lengths_that_fit(30.0), (std::vector<double>{5, 10, 20}));
+  EXPECT_EQ(lengths_that_fit(350.0), (std::vector<double>{100, 200, 300}));
+  EXPECT_TRUE(lengths_that_fit(1.0).empty());
 }
 
 TEST(TrajectoryError, NeesOfErrorsDrawnFromTheirCovarianceAveragesItsDimension) {
@@ -132,7 +118,7 @@ TEST(TrajectoryError, NeesOfErrorsDrawnFromTheirCovarianceAveragesItsDimension) 
     Vec6 w;
     for (int i = 0; i < 6; ++i) w[i] = normal(random);
     const Vec6 xi = A * w;
-    sum += evaluation::nees(evaluation::pose_error(T, T * exp_se3(xi)), P).value();
+    sum += nees(pose_error(T, T * exp_se3(xi)), P).value();
   }
   // The mean of n chi-square values of 6 degrees has sigma sqrt(12 / n) = 0.055: 4 sigma.
   EXPECT_NEAR(sum / n, 6.0, 0.22);
@@ -141,7 +127,7 @@ TEST(TrajectoryError, NeesOfErrorsDrawnFromTheirCovarianceAveragesItsDimension) 
 TEST(TrajectoryError, NeesRefusesACovarianceThatIsNone) {
   Mat6 P = Mat6::Identity();
   P(5, 5) = -1.0;
-  EXPECT_FALSE(evaluation::nees(Vec6::Ones(), P).has_value());
+  EXPECT_FALSE(nees(Vec6::Ones(), P).has_value());
 }
 
 TEST(Statistics, PercentilesAreNearestRank) {
@@ -156,4 +142,4 @@ TEST(Statistics, PercentilesAreNearestRank) {
 }
 
 }  // namespace
-}  // namespace rcs::tools
+}  // namespace rcs::evaluation

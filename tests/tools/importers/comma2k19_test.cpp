@@ -11,7 +11,7 @@
 #include "lcmtypes/convert.h"
 #include "rcs/base/check.h"
 
-namespace rcs::tools {
+namespace rcs::importers {
 namespace {
 
 using testing::HasSubstr;
@@ -98,12 +98,12 @@ class CommaFolder : public testing::Test {
     }
   }
 
-  [[nodiscard]] recording::SensorLog import(const importers::CommaSetup& setup) const {
+  [[nodiscard]] recording::SensorLog import(const CommaSetup& setup) const {
     recording::SensorLog log;
-    const Result<importers::CommaTables> tables = importers::load_comma2k19(folder_);
+    const Result<CommaTables> tables = load_comma2k19(folder_);
     EXPECT_TRUE(tables) << (tables ? "" : tables.error().message);
     if (!tables) return log;
-    const Result<importers::CommaCounts> counts = importers::import_comma2k19(*tables, setup, &log);
+    const Result<CommaCounts> counts = import_comma2k19(*tables, setup, &log);
     EXPECT_TRUE(counts) << (counts ? "" : counts.error().message);
     return log;
   }
@@ -120,8 +120,8 @@ class CommaFolder : public testing::Test {
   std::string folder_;
 };
 
-importers::CommaSetup true_setup() {
-  importers::CommaSetup setup;
+CommaSetup true_setup() {
+  CommaSetup setup;
   setup.mount_rpy_rad = {0.0, kMountPitch_rad, kMountYaw_rad};
   setup.gps_latency_s = kLatency_s + 0.01;  // with the shortest way
   return setup;
@@ -177,12 +177,11 @@ TEST_F(CommaFolder, FixesAreStampedWhenTheyWereMeasuredThoughTheirWayVaries) {
 }
 
 TEST_F(CommaFolder, TheCheckFindsWhatTheSetupDoesNotSay) {
-  importers::CommaSetup nothing;
+  CommaSetup nothing;
   nothing.mount_rpy_rad.setZero();
   nothing.gps_latency_s = 0.0;
   const Duration span = std::chrono::seconds(20);
-  const Result<importers::SetupCheck> found =
-      importers::check_setup(import(nothing), Duration::zero(), span);
+  const Result<SetupCheck> found = check_setup(import(nothing), Duration::zero(), span);
   ASSERT_TRUE(found) << found.error().message;
   EXPECT_NEAR(found->mount_pitch_rad, kMountPitch_rad, 1e-5);
   EXPECT_NEAR(found->mount_yaw_rad, kMountYaw_rad, 1e-5);
@@ -191,15 +190,13 @@ TEST_F(CommaFolder, TheCheckFindsWhatTheSetupDoesNotSay) {
   EXPECT_LT(found->residual_along_m, 0.05);
   EXPECT_NEAR(found->raw_rms_m, std::hypot(0.11 * 12.4, 0.5), 0.1);
 
-  const Result<importers::SetupCheck> right =
-      importers::check_setup(import(true_setup()), Duration::zero(), span);
+  const Result<SetupCheck> right = check_setup(import(true_setup()), Duration::zero(), span);
   ASSERT_TRUE(right) << right.error().message;
   EXPECT_NEAR(right->mount_pitch_rad, 0.0, 1e-6);
   EXPECT_NEAR(right->mount_yaw_rad, 0.0, 1e-6);
   EXPECT_NEAR(right->gps_latency_s, 0.0, 2e-3);
 
-  const Result<importers::SetupCheck> none =
-      importers::check_setup(import(nothing), span * 2, span);
+  const Result<SetupCheck> none = check_setup(import(nothing), span * 2, span);
   ASSERT_FALSE(none);
   EXPECT_THAT(none.error().message, HasSubstr("too few"));
 }
@@ -207,11 +204,10 @@ TEST_F(CommaFolder, TheCheckFindsWhatTheSetupDoesNotSay) {
 TEST_F(CommaFolder, MistakesAreNamed) {
   const auto complaint = [this](const std::string& file, const std::string& text) {
     std::ofstream(folder_ + "/" + file) << text;
-    const Result<importers::CommaTables> tables = importers::load_comma2k19(folder_);
+    const Result<CommaTables> tables = load_comma2k19(folder_);
     if (!tables) return tables.error().message;
     recording::SensorLog log;
-    const Result<importers::CommaCounts> counts =
-        importers::import_comma2k19(*tables, importers::CommaSetup(), &log);
+    const Result<CommaCounts> counts = import_comma2k19(*tables, CommaSetup(), &log);
     return counts ? std::string("accepted") : counts.error().message;
   };
   EXPECT_THAT(complaint("imu_gyro.csv", "t,wx,wy\n"), HasSubstr("imu_gyro.csv: no column 'wz'"));
@@ -227,4 +223,4 @@ TEST_F(CommaFolder, MistakesAreNamed) {
 }
 
 }  // namespace
-}  // namespace rcs::tools
+}  // namespace rcs::importers

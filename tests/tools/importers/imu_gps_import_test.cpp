@@ -8,7 +8,7 @@
 
 #include "lcmtypes/convert.h"
 
-namespace rcs::tools {
+namespace rcs::importers {
 namespace {
 
 using testing::HasSubstr;
@@ -24,9 +24,9 @@ constexpr const char* kGps =
     "sigma_speed_mps = 0.3\n";
 constexpr const char* kSigma = "sigma_m = [2, 3, 5]\n";
 
-Result<importers::ImuGpsMap> map_of(const std::string& text) {
+Result<ImuGpsMap> map_of(const std::string& text) {
   const Result<ParamFile> file = ParamFile::parse(text, "map.toml");
-  return file ? importers::load_imu_gps_map(*file) : Result<importers::ImuGpsMap>(file.error());
+  return file ? load_imu_gps_map(*file) : Result<ImuGpsMap>(file.error());
 }
 
 tools::CsvTable table(const std::string& name, const std::string& text) {
@@ -34,7 +34,7 @@ tools::CsvTable table(const std::string& name, const std::string& text) {
 }
 
 struct Imported {
-  importers::ImportCounts counts;
+  ImportCounts counts;
   recording::SensorLog log;
 
   template <class Message>
@@ -49,20 +49,20 @@ struct Imported {
 
 Imported import(const std::string& map_text, const std::vector<tools::CsvTable>& tables) {
   Imported out;
-  const Result<importers::ImuGpsMap> map = map_of(map_text);
+  const Result<ImuGpsMap> map = map_of(map_text);
   EXPECT_TRUE(map) << (map ? "" : map.error().message);
   if (!map) return out;
-  const Result<importers::ImportCounts> counts = importers::import_imu_gps(*map, tables, &out.log);
+  const Result<ImportCounts> counts = import_imu_gps(*map, tables, &out.log);
   EXPECT_TRUE(counts) << (counts ? "" : counts.error().message);
   if (counts) out.counts = *counts;
   return out;
 }
 
 std::string complaint(const std::string& map_text, const std::vector<tools::CsvTable>& tables) {
-  const Result<importers::ImuGpsMap> map = map_of(map_text);
+  const Result<ImuGpsMap> map = map_of(map_text);
   if (!map) return map.error().message;
   recording::SensorLog log;
-  const Result<importers::ImportCounts> counts = importers::import_imu_gps(*map, tables, &log);
+  const Result<ImportCounts> counts = import_imu_gps(*map, tables, &log);
   return counts ? "accepted" : counts.error().message;
 }
 
@@ -96,8 +96,8 @@ TEST(ImuGpsImport, AMountTurnsWhatTheColumnsLeaveOver) {
 }
 
 TEST(InsIntegrator, TheIncrementIsTheIntegralOfTheStraightLine) {
-  importers::InsIntegrator integrator(from_seconds(0.2));
-  using Step = importers::InsIntegrator::Step;
+  InsIntegrator integrator(from_seconds(0.2));
+  using Step = InsIntegrator::Step;
   ins_t m{};
   const auto add = [&](double t_s, double f) {
     return integrator.add(Stamp(from_seconds(t_s)), Vec3(0, 0, 1), Vec3(f, 0, 0), &m);
@@ -302,11 +302,11 @@ TEST(ImuGpsMap, ShippedMapsLoad) {
     const Result<ParamFile> file = ParamFile::load(std::string(source == nullptr ? "." : source) +
                                                    "/config/import/" + name + ".toml");
     ASSERT_TRUE(file) << file.error().message;
-    const Result<importers::ImuGpsMap> map = importers::load_imu_gps_map(*file);
+    const Result<ImuGpsMap> map = load_imu_gps_map(*file);
     ASSERT_TRUE(map) << map.error().message;
     EXPECT_TRUE(map->imu && map->gps) << name;
   }
 }
 
 }  // namespace
-}  // namespace rcs::tools
+}  // namespace rcs::importers

@@ -84,9 +84,8 @@ TEST_F(ReplayCommand, NotOnePoseIsAFailure) {
 
 TEST_F(ReplayCommand, APartWithoutSensorDataIsAFailureAndLeavesTheOldOutput) {
   std::ofstream(folder_ + "/out.log") << "precious";
-  for (const char* part :
-       {"--from 100", "--from 8 --to 4",
-        "--without LADAR_RANGES,LADAR_POINTS,INS,GPS_FIX,ODOMETRY"}) {
+  for (const char* part : {"--from 100", "--from 8 --to 4",
+                           "--without LADAR_RANGES,LADAR_POINTS,INS,GPS_FIX,ODOMETRY"}) {
     EXPECT_EQ(replay("", part), 1) << part;
     EXPECT_THAT(messages(), HasSubstr("no sensor message")) << part;
     EXPECT_EQ(text_of(folder_ + "/out.log"), "precious") << part;

@@ -202,8 +202,7 @@ TEST(Fuse, OrderDoesNotMatter) {
 TEST(Resample, TheSameLatticeIsTheSameToTheLastCell) {
   Raster r = test::random_raster(3, {-5, 250}, 12, 12);
   EXPECT_TRUE(test::same(
-      cut(mapping::resample(r, Pose(), r.level, {-7, 248}, 16, 16), r.first, 12, 12),
-      r));
+      cut(mapping::resample(r, Pose(), r.level, {-7, 248}, 16, 16), r.first, 12, 12), r));
   r.z_m[40] = kNone;
   const Raster same = mapping::resample(r, Pose(), r.level, r.first, 12, 12);
   for (std::size_t k = 0; k < r.cells(); ++k) EXPECT_EQ(std::isnan(same.z_m[k]), k == 40);

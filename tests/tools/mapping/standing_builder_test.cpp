@@ -15,7 +15,7 @@ const Vec2 kBush(6.0, -4.0);
 constexpr double kParked_m = -6.0;  // x of the side of a car that drives off
 
 /// A vehicle drives along y between a wall, a trunk, a bush and a car that is there in some scans.
-StandingBuilder driven_past(unsigned seed) {
+mapping::StandingBuilder driven_past(unsigned seed) {
   mapping::StandingBuilder builder{mapping::StandingParams{}};
   std::mt19937 rng(seed);
   std::uniform_real_distribution<double> u(-1.0, 1.0);

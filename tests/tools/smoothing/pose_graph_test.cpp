@@ -11,7 +11,7 @@
 #include "tools/smoothing/graph_solver.h"
 #include "tools/smoothing/selected_inverse.h"
 
-namespace rcs::tools {
+namespace rcs::smoothing {
 namespace {
 
 using Eigen::MatrixXd;
@@ -35,8 +35,8 @@ Pose random_pose(std::mt19937* random, double sigma_m, double sigma_rad) {
 
 /// Three nodes with everything about them unlike zero.
 struct Scene {
-  smoothing::PoseGraph graph;
-  smoothing::GraphState state;
+  PoseGraph graph;
+  GraphState state;
 };
 
 Scene make_scene() {
@@ -63,23 +63,22 @@ Scene make_scene() {
   return s;
 }
 
-smoothing::Preintegrated make_motion() {
-  std::vector<smoothing::InertialIncrement> samples;
+Preintegrated make_motion() {
+  std::vector<InertialIncrement> samples;
   for (int k = 1; k <= 20; ++k) {
     samples.push_back({from_utime(std::int64_t{k} * 10'000), 0.01, Vec3(0.002, -0.003, 0.006),
                        Vec3(0.01, 0.02 + 0.001 * k, 0.1)});
   }
-  return smoothing::preintegrate(samples, from_utime(0), from_utime(200'000), {}, {1e-2, 1e-1});
+  return preintegrate(samples, from_utime(0), from_utime(200'000), {}, {1e-2, 1e-1});
 }
 
 /// The derivatives by columns equal differences, to a share of the largest.
 template <class Linearize>
-void expect_jacobian(const Scene& scene, const Linearize& linearize_here,
-                     double tolerance) {
-  const smoothing::LinearEdge at = linearize_here(scene.state);
-  const int size = smoothing::Columns(scene.state).size();
+void expect_jacobian(const Scene& scene, const Linearize& linearize_here, double tolerance) {
+  const LinearEdge at = linearize_here(scene.state);
+  const int size = Columns(scene.state).size();
   MatrixXd analytic = MatrixXd::Zero(at.r.size(), size);
-  for (const smoothing::LinearEdge::Block& b : at.blocks) {
+  for (const LinearEdge::Block& b : at.blocks) {
     analytic.middleCols(b.column, b.J.cols()) += b.J;
   }
   MatrixXd numeric(at.r.size(), size);
@@ -87,8 +86,8 @@ void expect_jacobian(const Scene& scene, const Linearize& linearize_here,
   for (int k = 0; k < size; ++k) {
     VectorXd dx = VectorXd::Zero(size);
     dx[k] = kStep;
-    const VectorXd plus = linearize_here(smoothing::moved(scene.state, dx)).r;
-    const VectorXd minus = linearize_here(smoothing::moved(scene.state, -dx)).r;
+    const VectorXd plus = linearize_here(moved(scene.state, dx)).r;
+    const VectorXd minus = linearize_here(moved(scene.state, -dx)).r;
     numeric.col(k) = (plus - minus) / (2.0 * kStep);
   }
   const double scale = numeric.cwiseAbs().maxCoeff();
@@ -98,14 +97,14 @@ void expect_jacobian(const Scene& scene, const Linearize& linearize_here,
 
 TEST(PoseGraph, InertialJacobianIsThatOfDifferences) {
   const Scene s = make_scene();
-  smoothing::InertialEdge e{0, 1, 1, make_motion()};
+  InertialEdge e{0, 1, 1, make_motion()};
   expect_jacobian(
-      s, [&](const smoothing::GraphState& x) { return smoothing::linearize(s.graph, x, e); }, 1e-5);
+      s, [&](const GraphState& x) { return linearize(s.graph, x, e); }, 1e-5);
 }
 
 TEST(PoseGraph, GpsJacobiansAreThoseOfDifferences) {
   const Scene s = make_scene();
-  smoothing::GpsEdge e;
+  GpsEdge e;
   e.node = 1;
   e.stretch = 2;
   e.T_node_vehicle = exp_se3((Vec6() << 1.0, 0.2, 0.1, 0.02, 0.01, 0.2).finished());
@@ -114,44 +113,37 @@ TEST(PoseGraph, GpsJacobiansAreThoseOfDifferences) {
   e.rate_radps = Vec3(0.1, 0.2, 0.4);
   e.sigma_m = Vec3(0.5, 1.0, 2.0);
   expect_jacobian(
-      s,
-      [&](const smoothing::GraphState& x) { return smoothing::linearize_position(s.graph, x, e); },
-      1e-6);
+      s, [&](const GraphState& x) { return linearize_position(s.graph, x, e); }, 1e-6);
   expect_jacobian(
-      s,
-      [&](const smoothing::GraphState& x) { return smoothing::linearize_velocity(s.graph, x, e); },
-      1e-6);
+      s, [&](const GraphState& x) { return linearize_velocity(s.graph, x, e); }, 1e-6);
 }
 
 TEST(PoseGraph, WheelJacobianIsThatOfDifferences) {
   const Scene s = make_scene();
-  const smoothing::WheelEdge e{2, Vec3(0.98, 0.1, 0.02), 0.3, 5.0, 0.05};
+  const WheelEdge e{2, Vec3(0.98, 0.1, 0.02), 0.3, 5.0, 0.05};
   expect_jacobian(
-      s, [&](const smoothing::GraphState& x) { return smoothing::linearize(s.graph, x, e); }, 1e-6);
+      s, [&](const GraphState& x) { return linearize(s.graph, x, e); }, 1e-6);
 }
 
 TEST(PoseGraph, MotionAndMatchJacobiansAreThoseOfDifferencesAtASmallResidual) {
   const Scene s = make_scene();
-  const smoothing::MotionEdge motion{
-      0, 2, s.state.T_world_vehicle[0].inverse() * s.state.T_world_vehicle[2], Vec6::Constant(0.1)};
+  const MotionEdge motion{0, 2, s.state.T_world_vehicle[0].inverse() * s.state.T_world_vehicle[2],
+                          Vec6::Constant(0.1)};
   expect_jacobian(
-      s, [&](const smoothing::GraphState& x) { return smoothing::linearize(s.graph, x, motion); },
-      1e-5);
-  smoothing::MatchEdge match;
+      s, [&](const GraphState& x) { return linearize(s.graph, x, motion); }, 1e-5);
+  MatchEdge match;
   match.map = 2;
   match.scan = 0;
   match.information = Vec6::Constant(4.0).asDiagonal();
-  match.T_map_scan =
-      smoothing::seen_pose(s.graph, s.state, 2).inverse() * seen_pose(s.graph, s.state, 0);
+  match.T_map_scan = seen_pose(s.graph, s.state, 2).inverse() * seen_pose(s.graph, s.state, 0);
   expect_jacobian(
-      s, [&](const smoothing::GraphState& x) { return smoothing::linearize(s.graph, x, match); },
-      1e-5);
+      s, [&](const GraphState& x) { return linearize(s.graph, x, match); }, 1e-5);
 }
 
 /// A square of `side` nodes a side, a metre apart, driven twice; every motion is off by `bias`.
 struct Square {
-  smoothing::PoseGraph graph;
-  smoothing::GraphState start;
+  PoseGraph graph;
+  GraphState start;
   std::vector<Pose> truth;
 };
 
@@ -172,7 +164,7 @@ Square make_square(int side, const Vec6& bias, std::mt19937* random) {
       off.head<3>() += random3(random, 0.02);
       off.tail<3>() += random3(random, 0.002);
     }
-    smoothing::MotionEdge e;
+    MotionEdge e;
     e.from = k;
     e.to = k + 1;
     e.T_from_to = s.truth[k].inverse() * s.truth[k + 1] * exp_se3(off);
@@ -190,7 +182,7 @@ Square make_square(int side, const Vec6& bias, std::mt19937* random) {
 void add_revisits(int side, Square* s) {
   const std::size_t lap = static_cast<std::size_t>(4 * side);
   for (std::size_t k = 0; k < lap; k += 2) {
-    smoothing::MatchEdge e;
+    MatchEdge e;
     e.map = k;
     e.scan = k + lap;
     e.revisit = true;
@@ -200,7 +192,7 @@ void add_revisits(int side, Square* s) {
   }
 }
 
-double worst_m(const smoothing::GraphState& state, const std::vector<Pose>& truth) {
+double worst_m(const GraphState& state, const std::vector<Pose>& truth) {
   double worst = 0.0;
   for (std::size_t k = 0; k < truth.size(); ++k) {
     worst = std::max(worst, (state.T_world_vehicle[k].p - truth[k].p).norm());
@@ -213,7 +205,7 @@ TEST(GraphSolver, ExactMeasurementsGiveTheExactSquareFromAWrongStart) {
   add_revisits(10, &s);
   std::mt19937 random(3);
   for (Pose& T : s.start.T_world_vehicle) T = T * random_pose(&random, 0.2, 0.02);
-  const smoothing::SolvedGraph solved = smoothing::solve(s.graph, s.start, {}, never);
+  const SolvedGraph solved = solve(s.graph, s.start, {}, never);
   EXPECT_TRUE(solved.converged);
   EXPECT_FALSE(solved.singular);
   EXPECT_LT(worst_m(solved.state, s.truth), 1e-5);
@@ -225,8 +217,7 @@ TEST(GraphSolver, RevisitsTakeAwayADriftThatIsNotInThem) {
   Square s = make_square(10, bias, nullptr);
   const double open_m = worst_m(s.start, s.truth);
   add_revisits(10, &s);
-  const smoothing::SolvedGraph solved =
-      smoothing::solve(s.graph, s.start, {50, 1e-4, 1e-6, 1e6, 16.0}, never);
+  const SolvedGraph solved = solve(s.graph, s.start, {50, 1e-4, 1e-6, 1e6, 16.0}, never);
   EXPECT_GT(open_m, 1.5);
   EXPECT_LT((solved.state.T_world_vehicle[40].p - solved.state.T_world_vehicle[0].p).norm(), 0.05);
 }
@@ -235,15 +226,15 @@ TEST(GraphSolver, AFalseRevisitDoesNotBendTheSquare) {
   std::mt19937 random(11);
   Square s = make_square(10, Vec6::Zero(), &random);
   add_revisits(10, &s);
-  const smoothing::SolvedGraph before = smoothing::solve(s.graph, s.start, {}, never);
-  smoothing::MatchEdge wrong = s.graph.matches[5];
+  const SolvedGraph before = solve(s.graph, s.start, {}, never);
+  MatchEdge wrong = s.graph.matches[5];
   wrong.scan += 3;
   wrong.T_map_scan = wrong.T_map_scan * Pose{exp_so3(Vec3(0, 0, 0.1)), Vec3(1.0, -2.0, 0.3)};
   s.graph.matches.push_back(wrong);
-  const smoothing::SolvedGraph after = smoothing::solve(s.graph, s.start, {}, never);
+  const SolvedGraph after = solve(s.graph, s.start, {}, never);
   EXPECT_LT(after.match_weight.back(), 0.01);
   EXPECT_GT(after.match_weight.front(), 0.25);
-  EXPECT_EQ(after.fit[static_cast<std::size_t>(smoothing::EdgeKind::kRevisit)].doubted, 1U);
+  EXPECT_EQ(after.fit[static_cast<std::size_t>(EdgeKind::kRevisit)].doubted, 1U);
   double worst = 0.0;
   for (std::size_t k = 0; k < s.truth.size(); ++k) {
     worst = std::max(worst,
@@ -255,7 +246,7 @@ TEST(GraphSolver, AFalseRevisitDoesNotBendTheSquare) {
 TEST(GraphSolver, WhatNothingDeterminesIsSaid) {
   Square s = make_square(3, Vec6::Zero(), nullptr);
   s.graph.priors.first_pose.reset();
-  EXPECT_TRUE(smoothing::solve(s.graph, s.start, {}, never).singular);
+  EXPECT_TRUE(solve(s.graph, s.start, {}, never).singular);
 }
 
 TEST(GraphSolver, CovarianceIsThatOfManyNoisyDrives) {
@@ -266,8 +257,8 @@ TEST(GraphSolver, CovarianceIsThatOfManyNoisyDrives) {
   int count = 0;
   for (int trial = 0; trial < 40; ++trial) {
     Square s = make_square(4, Vec6::Zero(), &random);
-    const smoothing::SolvedGraph solved = smoothing::solve(s.graph, s.start, {}, never);
-    const smoothing::GraphCovariance c = smoothing::covariance(s.graph, solved, {});
+    const SolvedGraph solved = solve(s.graph, s.start, {}, never);
+    const GraphCovariance c = covariance(s.graph, solved, {});
     for (const std::size_t k : {10U, 31U}) {
       const Vec6 xi = log_se3(solved.state.T_world_vehicle[k].inverse() * s.truth[k]);
       nees += xi.dot(c.pose[k].ldlt().solve(xi)) / 6.0;
@@ -296,7 +287,7 @@ TEST(SelectedInverse, IsTheDenseInverseWhereTheFactorHasEntries) {
   // A sparse factor of it, entries that fill in included.
   MatrixXd L = A.llt().matrixL();
   Eigen::SparseMatrix<double> sparse = L.sparseView(1.0, 1e-300);
-  const Eigen::SparseMatrix<double> Z = smoothing::selected_inverse(sparse);
+  const Eigen::SparseMatrix<double> Z = selected_inverse(sparse);
   ASSERT_LT(Z.nonZeros(), n * (n + 1) / 2);
   for (int j = 0; j < n; ++j) {
     for (Eigen::SparseMatrix<double>::InnerIterator it(Z, j); it; ++it) {
@@ -306,4 +297,4 @@ TEST(SelectedInverse, IsTheDenseInverseWhereTheFactorHasEntries) {
 }
 
 }  // namespace
-}  // namespace rcs::tools
+}  // namespace rcs::smoothing

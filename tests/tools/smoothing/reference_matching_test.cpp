@@ -7,12 +7,12 @@
 #include <cmath>
 #include <random>
 
-namespace rcs::tools {
+namespace rcs::smoothing {
 namespace {
 
 /// A drive of 400 m, out and back again beside it; a view reaches around the vehicle.
 struct Drive {
-  std::vector<smoothing::NodeCloud> clouds;
+  std::vector<NodeCloud> clouds;
   std::vector<double> way_m;
   std::vector<Pose> seen;
 };
@@ -37,7 +37,7 @@ Drive out_and_back() {
     const bool back = k >= 20;
     const double x = 5.0 * (back ? 39 - k : k);
     const Pose T{exp_so3(Vec3(0, 0, back ? kPi : 0.0)), Vec3(x, back ? 1.0 : 0.0, 0.5)};
-    smoothing::NodeCloud cloud;
+    NodeCloud cloud;
     cloud.dense = bumpy_ground(T, static_cast<std::uint32_t>(k + 1));
     cloud.source = cloud.dense;
     d.clouds.push_back(cloud);
@@ -49,10 +49,10 @@ Drive out_and_back() {
 
 TEST(TruthMatching, PlansWhatWasSeenBeforeAndOnOtherPasses) {
   const Drive d = out_and_back();
-  const smoothing::MatchingParams p;
+  const MatchingParams p;
   std::size_t consecutive = 0;
   std::size_t revisits = 0;
-  for (const smoothing::PlannedMatch& m : smoothing::plan_matches(d.clouds, d.way_m, d.seen, p)) {
+  for (const PlannedMatch& m : plan_matches(d.clouds, d.way_m, d.seen, p)) {
     const double apart_m = d.way_m[m.scan] - d.way_m[m.map];
     if (m.revisit) {
       ++revisits;
@@ -76,31 +76,29 @@ TEST(TruthMatching, AMatchTellsWhatThePosesHaveWrong) {
   }
   sp::SpConfig config;
   config.map.voxel_m = 0.7;
-  smoothing::MatchingParams params;
+  MatchingParams params;
   const auto quiet = [](std::size_t, std::size_t) {};
-  const smoothing::Matches found = smoothing::match_nodes(d.clouds, d.way_m, d.seen, config, params,
-                                                          0.3, quiet, [] { return false; });
+  const Matches found =
+      match_nodes(d.clouds, d.way_m, d.seen, config, params, 0.3, quiet, [] { return false; });
   EXPECT_EQ(found.revisit.made, found.revisit.tried);
   ASSERT_GT(found.revisit.made, 20U);
-  for (const smoothing::MatchEdge& e : found.edges) {
+  for (const MatchEdge& e : found.edges) {
     const Vec6 error = log_se3(e.T_map_scan.inverse() * truth[e.map].inverse() * truth[e.scan]);
     EXPECT_LT(error.head<3>().norm(), 0.1) << e.map << " " << e.scan;
     EXPECT_GT(e.information(0, 0), 0.0);
     EXPECT_LT(e.information(0, 0), 1.01 / params.sigma_floor_m / params.sigma_floor_m);
   }
   params.jobs = 2;
-  const smoothing::Matches again = smoothing::match_nodes(d.clouds, d.way_m, d.seen, config, params,
-                                                          0.3, quiet, [] { return false; });
+  const Matches again =
+      match_nodes(d.clouds, d.way_m, d.seen, config, params, 0.3, quiet, [] { return false; });
   ASSERT_EQ(again.edges.size(), found.edges.size());
   for (std::size_t k = 0; k < found.edges.size(); ++k) {
     EXPECT_EQ(again.edges[k].T_map_scan.p, found.edges[k].T_map_scan.p);
   }
-  const smoothing::MapResidual wrong =
-      smoothing::map_residual(d.clouds, d.way_m, d.seen, config, params, 0.3);
-  const smoothing::MapResidual right =
-      smoothing::map_residual(d.clouds, d.way_m, truth, config, params, 0.3);
+  const MapResidual wrong = map_residual(d.clouds, d.way_m, d.seen, config, params, 0.3);
+  const MapResidual right = map_residual(d.clouds, d.way_m, truth, config, params, 0.3);
   EXPECT_LT(right.rms_m, wrong.rms_m);
 }
 
 }  // namespace
-}  // namespace rcs::tools
+}  // namespace rcs::smoothing

@@ -11,7 +11,7 @@
 #include "tools/studies/consistency_output.h"
 #include "tools/studies/consistency_page.h"
 
-namespace rcs::tools::test {
+namespace rcs::test {
 namespace {
 
 const studies::ConsistencyPlan kPlan = {20.0, {10, 30, 50}};
@@ -119,7 +119,7 @@ TEST(Consistency, ClaimsFourTimesTooLargeOrTooSmallFail) {
 
 TEST(Consistency, FewRunsFailOnlyByMoreThanChance) {
   // Three values of three degrees: chance leaves 0.11 to 3.1 of 1.
-  PartFigure f;
+  studies::PartFigure f;
   f.count = 3;
   f.nees_per_dof = 2.5;
   EXPECT_EQ(studies::nees_verdict(f), drills::Verdict::kOpen);
@@ -238,4 +238,4 @@ TEST_F(ConsistencyCommand, AWrongCommandLineIsTwo) {
 }
 
 }  // namespace
-}  // namespace rcs::tools::test
+}  // namespace rcs::test

@@ -9,7 +9,7 @@
 
 #include "rcs/base/check.h"
 
-namespace rcs::tools {
+namespace rcs::studies {
 namespace {
 
 using testing::HasSubstr;
@@ -28,7 +28,7 @@ TEST(RealCut, KeepsTheReturnThatIsNearestToTheMiddleOfItsCell) {
   sweep.push_back(at(39.80, -17.7, 6.0));
   sweep.push_back(at(39.60, -17.7, 7.0));
   sweep.push_back(at(0.1, 0.1, 8.0));
-  const Points cut = studies::real_cut(sweep);
+  const Points cut = real_cut(sweep);
   ASSERT_EQ(cut.size(), 2U);
   EXPECT_EQ(cut[0], sweep[1]);
   EXPECT_EQ(cut[1], sweep[3]);
@@ -41,7 +41,7 @@ TEST(RealCut, LeavesOutWhatTheRangeImageDoesNotSee) {
   }
   sweep.push_back(at(0.0, 2.1, 10.0));
   sweep.push_back(at(0.0, -18.1, 10.0));
-  EXPECT_TRUE(studies::real_cut(sweep).empty());
+  EXPECT_TRUE(real_cut(sweep).empty());
 }
 
 TEST(Deskewed, ASurfaceSeenWhileDrivingIsWhereItWasAtTheMiddle) {
@@ -54,7 +54,7 @@ TEST(Deskewed, ASurfaceSeenWhileDrivingIsWhereItWasAtTheMiddle) {
     sweep.points_ladar.push_back((T_middle_shot.inverse() * p).cast<float>());
     sweep.phase.push_back(phase);
   }
-  const Points out = studies::deskewed(sweep, T);
+  const Points out = deskewed(sweep, T);
   for (std::size_t i = 0; i < out.size(); ++i) {
     EXPECT_LT((out[i].cast<double>() - p).norm(), 1e-5) << i;  // float at 10 m
   }
@@ -63,8 +63,7 @@ TEST(Deskewed, ASurfaceSeenWhileDrivingIsWhereItWasAtTheMiddle) {
 TEST(ReferencePairs, AreReadAndMistakesAreNamed) {
   const std::string header = "model_frame,data_frame,T00\n";
   const std::string row = "3,23,0,-1,0,5,1,0,0,6,0,0,1,7,0.02,0.1\n";
-  const Result<std::vector<studies::ScanPair>> pairs =
-      studies::parse_reference_pairs(header + row + row, "a.csv");
+  const Result<std::vector<ScanPair>> pairs = parse_reference_pairs(header + row + row, "a.csv");
   ASSERT_TRUE(pairs) << pairs.error().message;
   ASSERT_EQ(pairs->size(), 2U);
   EXPECT_EQ((*pairs)[0].model, 3);
@@ -72,8 +71,7 @@ TEST(ReferencePairs, AreReadAndMistakesAreNamed) {
   EXPECT_LT(((*pairs)[0].T_model_data * Vec3(1, 0, 0) - Vec3(5, 7, 7)).norm(), 1e-12);
 
   const auto complaint = [&](const std::string& bad) {
-    const Result<std::vector<studies::ScanPair>> r =
-        studies::parse_reference_pairs(header + row + bad, "a.csv");
+    const Result<std::vector<ScanPair>> r = parse_reference_pairs(header + row + bad, "a.csv");
     return r ? "accepted" : r.error().message;
   };
   EXPECT_THAT(complaint("1,2,3\n"), HasSubstr("a.csv:3: 16 numbers"));
@@ -85,27 +83,27 @@ TEST(ReferencePairs, AreReadAndMistakesAreNamed) {
 TEST(KittiDrive, OpensAFolderOfSweepsAndSaysWhatIsMissing) {
   std::string folder = (std::filesystem::temp_directory_path() / "rcs_drive_XXXXXX").string();
   RCS_CHECK(mkdtemp(folder.data()) != nullptr);
-  EXPECT_FALSE(studies::KittiDrive::open(folder));
+  EXPECT_FALSE(KittiDrive::open(folder));
   std::ofstream(folder + "/reference_pairs.csv") << "header\n0,1,1,0,0,0,0,1,0,0,0,0,1,0,0,0\n";
   const float one_point[] = {10.0F, 0.0F, -1.0F, 0.5F};
   std::ofstream(folder + "/0000000000.bin", std::ios::binary)
       .write(reinterpret_cast<const char*>(one_point), sizeof one_point);
   {
-    const Result<studies::KittiDrive> drive = studies::KittiDrive::open(folder);
+    const Result<KittiDrive> drive = KittiDrive::open(folder);
     ASSERT_TRUE(drive) << drive.error().message;
     const Result<importers::Sweep> sweep = drive->sweep(0);
     ASSERT_TRUE(sweep) << sweep.error().message;
     EXPECT_EQ(sweep->points_ladar.size(), 1U);
-    const Result<studies::ScanSet> cuts = drive->real_cuts(drive->references());
+    const Result<ScanSet> cuts = drive->real_cuts(drive->references());
     ASSERT_FALSE(cuts);
     EXPECT_THAT(cuts.error().message, HasSubstr("0000000001.bin"));
   }
   std::ofstream(folder + "/velodyne_bin_000-079.tar.xz") << "no archive";
-  const Result<studies::KittiDrive> drive = studies::KittiDrive::open(folder);
+  const Result<KittiDrive> drive = KittiDrive::open(folder);
   ASSERT_FALSE(drive);
   EXPECT_THAT(drive.error().message, HasSubstr("could not unpack"));
   std::filesystem::remove_all(folder);
 }
 
 }  // namespace
-}  // namespace rcs::tools
+}  // namespace rcs::studies

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-namespace rcs::tools {
+namespace rcs::studies {
 namespace {
 
 using ::testing::HasSubstr;
@@ -15,7 +15,7 @@ constexpr double kEnd_s = 100.0;
 Stamp at(double t_s) { return Stamp(from_seconds(1000.0 + t_s)); }
 
 // A drive east at 10 m/s whose belief is off by `error`, ten times a second.
-DrillRecord drive(const Vec3& error, double sigma_m) {
+drills::DrillRecord drive(const Vec3& error, double sigma_m) {
   drills::DrillRecord record;
   record.begin = at(0.0);
   record.end = at(kEnd_s);
@@ -34,17 +34,15 @@ DrillRecord drive(const Vec3& error, double sigma_m) {
   return record;
 }
 
-studies::MapWorthBlock block(std::optional<double> cell_m,
-                             const std::vector<drills::DrillRecord>& records) {
-  const studies::MapWorthPlan plan;
-  studies::MapWorthBlock b{"hills.toml", cell_m, {}, {}};
-  for (const drills::DrillRecord& record : records)
-    b.runs.push_back(studies::map_worth_run(plan, record));
+MapWorthBlock block(std::optional<double> cell_m, const std::vector<drills::DrillRecord>& records) {
+  const MapWorthPlan plan;
+  MapWorthBlock b{"hills.toml", cell_m, {}, {}};
+  for (const drills::DrillRecord& record : records) b.runs.push_back(map_worth_run(plan, record));
   return b;
 }
 
 TEST(MapWorth, TakesTheErrorOnceASecondFromTheLossOfGps) {
-  const studies::MapWorthRun run = studies::map_worth_run({}, drive({3.0, 0.0, 4.0}, 2.0));
+  const MapWorthRun run = map_worth_run({}, drive({3.0, 0.0, 4.0}, 2.0));
   EXPECT_EQ(run.error_m.size(), 64U);  // 36 s to 99 s
   EXPECT_NEAR(run.error_m.front(), 5.0, 1e-9);
   EXPECT_NEAR(run.horizontal_m.front(), 3.0, 1e-9);
@@ -56,38 +54,37 @@ TEST(MapWorth, TakesTheErrorOnceASecondFromTheLossOfGps) {
 TEST(MapWorth, SecondsWithoutABeliefAreCounted) {
   drills::DrillRecord record = drive(Vec3::Zero(), 1.0);
   record.beliefs.resize(600);  // silent from 60 s on
-  const studies::MapWorthRun run = studies::map_worth_run({}, record);
+  const MapWorthRun run = map_worth_run({}, record);
   EXPECT_EQ(run.error_m.size(), 25U);
   EXPECT_EQ(run.missing, 39U);
 }
 
 TEST(MapWorth, TheRatioIsOfTheRmsOverAllDrives) {
-  const std::vector<studies::MapWorthBlock> blocks = {
+  const std::vector<MapWorthBlock> blocks = {
       block(std::nullopt, {drive({4.0, 0.0, 0.0}, 1.0), drive({0.0, 2.0, 0.0}, 1.0)}),
       block(5.0, {drive({1.0, 0.0, 0.0}, 1.0), drive({0.0, 1.0, 0.0}, 1.0)})};
-  const nlohmann::ordered_json json = studies::map_worth_json(blocks);
+  const nlohmann::ordered_json json = map_worth_json(blocks);
   EXPECT_TRUE(json[0]["map_cell_m"].is_null());
   EXPECT_TRUE(json[0]["ratio_to_no_map"].is_null());
   EXPECT_NEAR(json[0]["error_rms_m"], std::sqrt(10.0), 1e-9);
   EXPECT_NEAR(json[0]["inside_95"], 0.5, 1e-9);
   EXPECT_NEAR(json[1]["ratio_to_no_map"], 1.0 / std::sqrt(10.0), 1e-9);
-  EXPECT_THAT(to_text(studies::map_worth_table(blocks)), HasSubstr("0.316"));
+  EXPECT_THAT(to_text(map_worth_table(blocks)), HasSubstr("0.316"));
 }
 
 TEST(MapWorth, WhereNothingCanBeLostNothingIsHeldAgainstTheMap) {
-  const std::vector<studies::MapWorthBlock> blocks = {
-      block(std::nullopt, {drive({0.01, 0.0, 0.0}, 1.0)}),
-      block(5.0, {drive({0.1, 0.0, 0.0}, 1.0)})};
-  EXPECT_NEAR(studies::map_worth_json(blocks)[1]["ratio_to_no_map"], 0.5, 1e-9);
+  const std::vector<MapWorthBlock> blocks = {block(std::nullopt, {drive({0.01, 0.0, 0.0}, 1.0)}),
+                                             block(5.0, {drive({0.1, 0.0, 0.0}, 1.0)})};
+  EXPECT_NEAR(map_worth_json(blocks)[1]["ratio_to_no_map"], 0.5, 1e-9);
 }
 
 TEST(MapWorth, ADriveThatCouldNotBeRunSaysSoInItsRow) {
-  studies::MapWorthBlock failed{"hills.toml", 5.0, {}, "no course"};
-  const nlohmann::ordered_json json = studies::map_worth_json({failed});
+  MapWorthBlock failed{"hills.toml", 5.0, {}, "no course"};
+  const nlohmann::ordered_json json = map_worth_json({failed});
   EXPECT_EQ(json[0]["error"], "no course");
-  EXPECT_THAT(studies::map_worth_svg({block(0.5, {drive({1.0, 0.0, 0.0}, 1.0)}), failed}),
+  EXPECT_THAT(map_worth_svg({block(0.5, {drive({1.0, 0.0, 0.0}, 1.0)}), failed}),
               HasSubstr("hills"));
 }
 
 }  // namespace
-}  // namespace rcs::tools
+}  // namespace rcs::studies

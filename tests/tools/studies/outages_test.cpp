@@ -12,7 +12,7 @@
 #include "tools/studies/dead_reckoning.h"
 #include "tools/studies/outages_output.h"
 
-namespace rcs::tools::test {
+namespace rcs::test {
 namespace {
 
 using testing::HasSubstr;
@@ -29,7 +29,7 @@ studies::ReckoningStart start_east() {
 
 /// A minute round a circle to the left on level ground, at 100 and 10 Hz, errors left out; on an
 /// earth that turns.
-RecordedMotion circle() {
+studies::RecordedMotion circle() {
   studies::RecordedMotion m;
   m.begin = kBegin;
   m.place = datum();
@@ -263,4 +263,4 @@ TEST_F(OneOutage, WithoutAPoseItIsNotCountedAndSaysWhy) {
 }
 
 }  // namespace
-}  // namespace rcs::tools::test
+}  // namespace rcs::test

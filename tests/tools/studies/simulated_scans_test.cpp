@@ -7,7 +7,7 @@
 
 #include "tests/sim/worlds.h"
 
-namespace rcs::tools {
+namespace rcs::studies {
 namespace {
 
 sim::Scenario plain_drive() {
@@ -21,10 +21,10 @@ sim::Scenario plain_drive() {
 
 TEST(SimulatedScans, APlainIsFlatAndTheMotionIsThatOfTheVehicle) {
   const sim::Scenario scenario = plain_drive();
-  const studies::ScanSet set = studies::simulate_scans(scenario, 2);
+  const ScanSet set = simulate_scans(scenario, 2);
   ASSERT_EQ(set.pairs.size(), 4U);
   EXPECT_EQ(set.pairs[0].data, set.pairs[0].model + 1);
-  EXPECT_EQ(set.pairs[1].data, set.pairs[1].model + studies::kApart);
+  EXPECT_EQ(set.pairs[1].data, set.pairs[1].model + kApart);
   for (const auto& [number, scan] : set.scans) {
     EXPECT_GT(scan.size(), 4900U) << number;  // the topmost rows end beyond the range
     const auto [low, high] = std::minmax_element(scan.z.begin(), scan.z.end());
@@ -37,7 +37,7 @@ TEST(SimulatedScans, APlainIsFlatAndTheMotionIsThatOfTheVehicle) {
 }
 
 TEST(SimulatedScans, AreDeskewed) {
-  const studies::ScanSet set = studies::simulate_scans(plain_drive(), 2);
+  const ScanSet set = simulate_scans(plain_drive(), 2);
   const Points& scan = set.scans.at(set.pairs[2].model);
   // The middle of the lowest row looks 19.69 deg down, and is shot when 1/32 of the scan is over:
   // 15/32 of 0.1 s before its middle, by when the vehicle has come nearer at 8 m/s.
@@ -50,4 +50,4 @@ TEST(SimulatedScans, AreDeskewed) {
 }
 
 }  // namespace
-}  // namespace rcs::tools
+}  // namespace rcs::studies

@@ -16,7 +16,7 @@
 #include "tests/tools/survey/las_file.h"
 #include "tools/survey/map_export.h"
 
-namespace rcs::tools {
+namespace rcs::survey {
 namespace {
 
 using test::LasFile;
@@ -97,17 +97,17 @@ class CloudImportTest : public testing::Test {
     }
     return points;
   }
-  Result<survey::CloudImported> import() {
+  Result<CloudImported> import() {
     if (!las_.points.empty()) las_.write(folder_ + "/a.las");
-    return survey::import_cloud(wanted_, map_, [](double) { return true; });
+    return import_cloud(wanted_, map_, [](double) { return true; });
   }
   std::string why_not() {
-    const Result<survey::CloudImported> done = import();
+    const Result<CloudImported> done = import();
     EXPECT_FALSE(std::filesystem::exists(map_));
     EXPECT_TRUE(test::beside(map_).empty());
     return done ? std::string() : done.error().message;
   }
-  [[nodiscard]] Raster raster() const { return *survey::whole_level(*MapFolder::open(map_), 0); }
+  [[nodiscard]] Raster raster() const { return *whole_level(*MapFolder::open(map_), 0); }
 
   /// Against hills(); the map's middle is that of the flight.
   [[nodiscard]] Errors errors() const {
@@ -146,7 +146,7 @@ class CloudImportTest : public testing::Test {
 
   std::string folder_;
   std::string map_;
-  survey::CloudImport wanted_;
+  CloudImport wanted_;
   LasFile las_;
 };
 
@@ -156,7 +156,7 @@ TEST_F(CloudImportTest, ClassesTellTheGround) {
   las_.points.push_back({kEast + 80, kNorth + 80, 100.0, 7, 1, 1, false});
   las_.points.push_back({kEast + 9e5, kNorth + 80, 100.0, 2, 1, 1, true});
   wanted_.quality.date = 7000;
-  const Result<survey::CloudImported> done = import();
+  const Result<CloudImported> done = import();
   ASSERT_TRUE(done) << done.error().message;
   EXPECT_TRUE(done->by_classes);
   EXPECT_EQ(done->points, static_cast<std::int64_t>(las_.points.size()));
@@ -185,7 +185,7 @@ TEST_F(CloudImportTest, WithoutClassesTheGroundIsFoundByItsShape) {
   for (int k = 0; k < 5; ++k) {  // below the ground, and nobody has said so
     las_.points.push_back({kEast + 30.5 + 20 * k, kNorth + 40.5, 250.0, 1, 1, 1, false});
   }
-  const Result<survey::CloudImported> done = import();
+  const Result<CloudImported> done = import();
   ASSERT_TRUE(done) << done.error().message;
   EXPECT_FALSE(done->by_classes);
   const Errors e = errors();
@@ -237,7 +237,7 @@ TEST_F(CloudImportTest, SeveralFilesAreOneSurvey) {
   las_.write(folder_ + "/b.las");
   las_.points.assign(all.begin(), all.begin() + 50'000);
   wanted_.paths.push_back(folder_ + "/b.las");
-  const Result<survey::CloudImported> done = import();
+  const Result<CloudImported> done = import();
   ASSERT_TRUE(done) << done.error().message;
   EXPECT_EQ(done->points, static_cast<std::int64_t>(all.size()));
   EXPECT_EQ(done->ground.cells, cells);
@@ -249,7 +249,7 @@ TEST_F(CloudImportTest, UnitsAreConvertedOrAskedFor) {
     las_.points.push_back({kEast + k % 60, kNorth + 0.02 * k, 1000.0, 2, 1, 1, false});
   }
   const auto z_m = [this] {
-    const Result<survey::CloudImported> done = import();
+    const Result<CloudImported> done = import();
     EXPECT_TRUE(done) << done.error().message;
     std::vector<float> known;
     for (const float z : raster().z_m) {
@@ -289,7 +289,7 @@ TEST_F(CloudImportTest, CoordinatesAreThoseThatTheFileSays) {
     LasFile::put(keys.size(), static_cast<std::uint16_t>(v), &keys);
   }
   las_.records = {{"LASF_Projection", 34735, keys}};
-  Result<survey::CloudImported> done = import();
+  Result<CloudImported> done = import();
   ASSERT_TRUE(done) << done.error().message;
   EXPECT_EQ(done->frame.reference, "WGS84");
   EXPECT_NEAR(degrees(done->frame.datum.lon_rad), 9.0, 0.01);
@@ -328,8 +328,8 @@ TEST_F(CloudImportTest, WhatCanNotBeIsRefusedAndLeavesNothing) {
   wanted_.memory_bytes = 4e9;
   las_.write(folder_ + "/a.las");
   int asked = 0;
-  const Result<survey::CloudImported> stopped =
-      survey::import_cloud(wanted_, map_, [&asked](double) { return ++asked < 5; });
+  const Result<CloudImported> stopped =
+      import_cloud(wanted_, map_, [&asked](double) { return ++asked < 5; });
   ASSERT_FALSE(stopped);
   EXPECT_EQ(stopped.error().message, "interrupted");
   EXPECT_TRUE(test::beside(map_).empty());
@@ -346,7 +346,7 @@ class RealCloudTest : public CloudImportTest {
   }
   /// What was found by the shape, against what the survey's own classes say: cells of both.
   Errors shape_against_classes() {
-    Result<survey::CloudImported> done = import();
+    Result<CloudImported> done = import();
     EXPECT_TRUE(done) << done.error().message;
     EXPECT_TRUE(done->by_classes);
     const Raster told = raster();
@@ -417,4 +417,4 @@ TEST_F(RealCloudTest, ATownInFeet) {
 }
 
 }  // namespace
-}  // namespace rcs::tools
+}  // namespace rcs::survey

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
-namespace rcs::tools {
+namespace rcs::survey {
 namespace {
 
 using testing::HasSubstr;
@@ -35,7 +35,7 @@ TEST(Npy, HalfPrecisionIsIeee754) {
     data.push_back(static_cast<std::uint8_t>(h & 0xFF));
     data.push_back(static_cast<std::uint8_t>(h >> 8));
   }
-  const Result<survey::NpyArray> a = survey::parse_npy(npy("<f2", "(2, 4)", data), "a.npy");
+  const Result<NpyArray> a = parse_npy(npy("<f2", "(2, 4)", data), "a.npy");
   ASSERT_TRUE(a) << a.error().message;
   EXPECT_EQ(a->rows, 2);
   EXPECT_EQ(a->cols, 4);
@@ -53,7 +53,7 @@ TEST(Npy, HalfPrecisionIsIeee754) {
 TEST(Npy, WhatIsNotWhatItSaysIsRefused) {
   const std::vector<std::uint8_t> four(16, 0);
   const auto why = [](const std::vector<std::uint8_t>& bytes) {
-    const Result<survey::NpyArray> a = survey::parse_npy(bytes, "a.npy");
+    const Result<NpyArray> a = parse_npy(bytes, "a.npy");
     return a ? std::string() : a.error().message;
   };
   EXPECT_EQ(why(npy("<f4", "(2, 2)", four)), "");
@@ -81,21 +81,21 @@ TEST(Npy, AHeaderOfAnyLengthIsReadOnASmallStack) {
       bytes.push_back(static_cast<std::uint8_t>(header.size() >> (8 * k)));
     }
     bytes.insert(bytes.end(), header.begin(), header.end());
-    EXPECT_FALSE(survey::parse_npy(bytes, "a.npy")) << begin;
+    EXPECT_FALSE(parse_npy(bytes, "a.npy")) << begin;
   }
 }
 
 TEST(Npy, ShapesAreReadAsNumpyWritesThem) {
   const std::vector<std::uint8_t> six(24, 0);
   for (const char* shape : {"(2, 3)", "(2,3)", "( 2 , 3 , )", "(2, 3,)"}) {
-    const Result<survey::NpyArray> a = survey::parse_npy(npy("<f4", shape, six), "a.npy");
+    const Result<NpyArray> a = parse_npy(npy("<f4", shape, six), "a.npy");
     ASSERT_TRUE(a) << shape << ": " << a.error().message;
     EXPECT_EQ(a->rows, 2);
     EXPECT_EQ(a->cols, 3);
   }
   for (const char* shape : {"(2, 3", "2, 3", "(2 3)", "(-2, -3)", "(2, 3, 1)", "(6,)", "()",
                             "(99999999999, 3)", "(2.0, 3)"}) {
-    EXPECT_FALSE(survey::parse_npy(npy("<f4", shape, six), "a.npy")) << shape;
+    EXPECT_FALSE(parse_npy(npy("<f4", shape, six), "a.npy")) << shape;
   }
 }
 
@@ -131,7 +131,7 @@ class Av2Test : public testing::Test {
 };
 
 TEST_F(Av2Test, LiesWhereItsSimilaritySaysAndIsNotTerraced) {
-  const Result<survey::ImportedRaster> map = survey::import_av2(folder_, {});
+  const Result<ImportedRaster> map = import_av2(folder_, {});
   ASSERT_TRUE(map) << map.error().message;
   EXPECT_EQ(map->frame.reference, "AV2-PIT");
   EXPECT_EQ(map->raster.level.cell_m, 0.4);
@@ -147,10 +147,10 @@ TEST_F(Av2Test, LiesWhereItsSimilaritySaysAndIsNotTerraced) {
 
 TEST_F(Av2Test, WhatIsMissingOrOddIsNamed) {
   write("x___img_Sim2_city.json", {'{', '}'});
-  EXPECT_THAT(survey::import_av2(folder_, {}).error().message, HasSubstr("s, t and R are due"));
+  EXPECT_THAT(import_av2(folder_, {}).error().message, HasSubstr("s, t and R are due"));
   std::filesystem::remove(folder_ + "/x___img_Sim2_city.json");
-  EXPECT_THAT(survey::import_av2(folder_, {}).error().message, HasSubstr("img_Sim2_city.json"));
+  EXPECT_THAT(import_av2(folder_, {}).error().message, HasSubstr("img_Sim2_city.json"));
 }
 
 }  // namespace
-}  // namespace rcs::tools
+}  // namespace rcs::survey

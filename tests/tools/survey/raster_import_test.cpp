@@ -14,7 +14,7 @@
 #include "tests/support/beside.h"
 #include "tools/survey/map_export.h"
 
-namespace rcs::tools {
+namespace rcs::survey {
 namespace {
 
 using testing::HasSubstr;
@@ -69,11 +69,11 @@ class RasterImportTest : public testing::Test {
     wanted_.path = folder_ + "/dem.flt";
     wanted_.crs.clear();
   }
-  Result<survey::RasterImported> import() {
-    return survey::import_raster(wanted_, map_, [](double) { return true; });
+  Result<RasterImported> import() {
+    return import_raster(wanted_, map_, [](double) { return true; });
   }
   std::string why_not() {
-    const Result<survey::RasterImported> done = import();
+    const Result<RasterImported> done = import();
     EXPECT_TRUE(test::beside(map_).empty());
     return done ? std::string() : done.error().message;
   }
@@ -90,7 +90,7 @@ class RasterImportTest : public testing::Test {
 
   std::string folder_;
   std::string map_;
-  survey::RasterImport wanted_;
+  RasterImport wanted_;
 };
 
 /// Of a grid in degrees: where write(47, 8) lays its grid.
@@ -105,7 +105,7 @@ double hill(double lat_deg, double lon_deg) {
 
 TEST_F(RasterImportTest, ThePlacesAreTheirsOnTheEarth) {
   write(47.0, 8.0, hill);
-  const Result<survey::RasterImported> done = import();
+  const Result<RasterImported> done = import();
   ASSERT_TRUE(done) << done.error().message;
   EXPECT_EQ(done->frame.reference, "WGS84");
   EXPECT_EQ(done->frame.heights, "ellipsoid");
@@ -125,7 +125,7 @@ TEST_F(RasterImportTest, ThePlacesAreTheirsOnTheEarth) {
 TEST_F(RasterImportTest, HeightsAboveTheGeoidBecomeThoseAboveTheEllipsoid) {
   write(0.0, 0.0, [](double, double) { return 100.0; });
   wanted_.heights = "EGM96";
-  const Result<survey::RasterImported> done = import();
+  const Result<RasterImported> done = import();
   ASSERT_TRUE(done) << done.error().message;
   // EGM96 at 0 N 0 E: 17.16 m.
   EXPECT_NEAR(done->frame.undulation_m, 17.16, 0.1);
@@ -143,9 +143,9 @@ TEST_F(RasterImportTest, ACompoundSystemSaysWhatItsHeightsAreAbove) {
   write(47.0, 8.0, hill);
   const auto z_m = [this](const std::string& heights) {
     wanted_.heights = heights;
-    const Result<survey::RasterImported> done = import();
+    const Result<RasterImported> done = import();
     EXPECT_TRUE(done) << done.error().message;
-    return done ? survey::whole_level(*MapFolder::open(map_), 0)->z_m : std::vector<float>();
+    return done ? whole_level(*MapFolder::open(map_), 0)->z_m : std::vector<float>();
   };
   const std::string in_metres = "424000, 30, 0, 5207000, 0, -30";  // zone 32, thereabouts
   for (const auto& [flat, affine] :
@@ -242,7 +242,7 @@ TEST_F(RasterImportTest, TheBandsScaleAndOffsetAreApplied) {
   write(47.0, 8.0, [](double lat, double) { return lat > 47.012 ? -9999.0 : 3000.0; });
   write_with_crs("EPSG:4326", kInDegrees,
                  "<NoDataValue>-9999</NoDataValue><Offset>-50</Offset><Scale>0.1</Scale>");
-  const Result<survey::RasterImported> done = import();
+  const Result<RasterImported> done = import();
   ASSERT_TRUE(done) << done.error().message;
   EXPECT_NEAR(z_at_datum(), 250.0, 1e-3);
   Elevation e;
@@ -277,7 +277,7 @@ TEST_F(RasterImportTest, HeightsOfAThreeDimensionalSystemAreEllipsoidal) {
   write(47.0, 8.0, flat);
   wanted_.heights.clear();
   wanted_.crs = "EPSG:4979";
-  const Result<survey::RasterImported> done = import();
+  const Result<RasterImported> done = import();
   ASSERT_TRUE(done) << done.error().message;
   EXPECT_EQ(done->frame.reference, "WGS84");
   EXPECT_EQ(done->frame.heights, "ellipsoid");
@@ -301,7 +301,7 @@ TEST_F(RasterImportTest, TheGeoidsGridEndsWhereItEnds) {
   std::ofstream(folder_ + "/geoid.gtx", std::ios::binary) << grid;
   wanted_.crs = "+proj=longlat +datum=WGS84 +geoidgrids=" + folder_ + "/geoid.gtx +type=crs";
   wanted_.heights.clear();
-  const Result<survey::RasterImported> done = import();
+  const Result<RasterImported> done = import();
   ASSERT_TRUE(done) << done.error().message;
   const ElevationMap map = loaded();
   Elevation e;
@@ -329,7 +329,7 @@ TEST_F(RasterImportTest, FramesHaveTheirCommonNames) {
                                   {"EPSG:4152", "NAD83(HARN)"},
                                   {"EPSG:4283", "GDA94"}}) {
     wanted_.crs = crs;
-    const Result<survey::RasterImported> done = import();
+    const Result<RasterImported> done = import();
     ASSERT_TRUE(done) << done.error().message;
     EXPECT_EQ(done->frame.reference, name) << crs;
   }
@@ -338,7 +338,7 @@ TEST_F(RasterImportTest, FramesHaveTheirCommonNames) {
 TEST_F(RasterImportTest, AnotherFrameIsNamed) {
   write(47.0, 8.0, hill);
   wanted_.crs = "EPSG:4258";
-  const Result<survey::RasterImported> done = import();
+  const Result<RasterImported> done = import();
   ASSERT_TRUE(done) << done.error().message;
   EXPECT_EQ(done->frame.reference, "ETRS89");
   EXPECT_THAT(check_frame(done->frame, "WGS84").error().message, HasSubstr("ETRS89"));
@@ -349,16 +349,15 @@ TEST_F(RasterImportTest, AnExportedMapIsTheSameGroundWhenImportedAgain) {
   ASSERT_TRUE(import());
   const ElevationMap before = loaded();
   const Result<MapFolder> folder = MapFolder::open(map_);
-  const Result<Raster> whole = survey::whole_level(*folder, 0);
+  const Result<Raster> whole = whole_level(*folder, 0);
   ASSERT_TRUE(whole) << whole.error().message;
-  survey::RasterImport again;
+  RasterImport again;
   again.path = folder_ + "/exported.tif";
   again.heights = "ellipsoid";
   again.quality.sigma_m = 0.5;
-  ASSERT_TRUE(survey::write_geotiff(folder->index().frame, *whole, again.path));
+  ASSERT_TRUE(write_geotiff(folder->index().frame, *whole, again.path));
   map_ = folder_ + "/again";
-  const Result<survey::RasterImported> done =
-      survey::import_raster(again, map_, [](double) { return true; });
+  const Result<RasterImported> done = import_raster(again, map_, [](double) { return true; });
   ASSERT_TRUE(done) << done.error().message;
   const ElevationMap after = loaded();
   const Pose T_after_before = LocalFrame(after.datum()).from(LocalFrame(before.datum()));
@@ -372,7 +371,7 @@ TEST_F(RasterImportTest, AnExportedMapIsTheSameGroundWhenImportedAgain) {
       EXPECT_NEAR(b.z_m, p.z(), 0.02);
     }
   }
-  ASSERT_TRUE(survey::write_hillshade(*whole, folder_ + "/relief.png"));
+  ASSERT_TRUE(write_hillshade(*whole, folder_ + "/relief.png"));
   std::ifstream png(folder_ + "/relief.png", std::ios::binary);
   std::string head(8, '\0');
   png.read(head.data(), 8);
@@ -386,15 +385,15 @@ TEST_F(RasterImportTest, AnExportedMapKeepsItsReference) {
                                 "+proj=longlat +ellps=GRS80"}) {
     wanted_.path = folder_ + "/dem.asc";
     wanted_.crs = crs;
-    const Result<survey::RasterImported> first = import();
+    const Result<RasterImported> first = import();
     ASSERT_TRUE(first) << first.error().message;
     const Result<MapFolder> folder = MapFolder::open(map_);
-    const Result<Raster> before = survey::whole_level(*folder, 0);
+    const Result<Raster> before = whole_level(*folder, 0);
     wanted_.path = folder_ + "/exported.tif";
     wanted_.crs.clear();
     testing::internal::CaptureStderr();
-    ASSERT_TRUE(survey::write_geotiff(folder->index().frame, *before, wanted_.path));
-    const Result<survey::RasterImported> second = import();
+    ASSERT_TRUE(write_geotiff(folder->index().frame, *before, wanted_.path));
+    const Result<RasterImported> second = import();
     EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
     ASSERT_TRUE(second) << second.error().message;
     EXPECT_EQ(second->frame.reference, first->frame.reference);
@@ -405,4 +404,4 @@ TEST_F(RasterImportTest, AnExportedMapKeepsItsReference) {
 }
 
 }  // namespace
-}  // namespace rcs::tools
+}  // namespace rcs::survey

@@ -147,9 +147,9 @@ TEST_F(KittiWithoutGps, FromFrame20To70ItIsTheLadarsAnswer) {
 
   const std::string drill =
       fmt::format("drill {{}} --log {} --config {}", log(), config("kitti.toml"));
-  EXPECT_EQ(rcs(fmt::format(drill, config("drills/kitti/jump_10m.toml"))), 0) << messages();
+  EXPECT_EQ(rcs(fmt::format(drill, config("drills_on_logs/kitti_jump_10m.toml"))), 0) << messages();
   fmt::print("{}", out());
-  (void)rcs(fmt::format(drill, config("drills/kitti/ramp_1.toml")) + " --json");
+  (void)rcs(fmt::format(drill, config("drills_on_logs/kitti_ramp_1.toml")) + " --json");
   const json ramp = json::parse(out())["drills"][0];
   for (const json& mark : ramp["marks"]) fmt::print("ramp of 1 m/s: {}\n", mark.dump());
 }

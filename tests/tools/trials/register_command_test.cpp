@@ -22,13 +22,12 @@ class RegisterCommand : public RcsCommand {
  protected:
   RegisterCommand() {
     std::mt19937 rng(7);
-    const Points model =
-        sp::test::scene(sp::test::Ground::kRolling, true, 4000, 0.01, Vec3::Zero(), &rng);
+    const Points model = test::scene(test::Ground::kRolling, true, 4000, 0.01, Vec3::Zero(), &rng);
     // Other points of the same surfaces, seen from elsewhere.
     const Points data =
-        sp::test::scene(sp::test::Ground::kRolling, true, 4000, 0.01, Vec3(1.0, -1.0, 0.0), &rng);
+        test::scene(test::Ground::kRolling, true, 4000, 0.01, Vec3(1.0, -1.0, 0.0), &rng);
     write(model_, model);
-    write(data_, sp::test::moved(T_true_.inverse(), data));
+    write(data_, test::moved(T_true_.inverse(), data));
   }
 
   static void write(const std::string& path, const Points& points) {
@@ -57,7 +56,7 @@ class RegisterCommand : public RcsCommand {
 
   std::string model_ = folder_ + "/model.xyz";
   std::string data_ = folder_ + "/data.xyz";
-  Pose T_true_ = sp::test::pose(1.5, 0.8, 0.2, 0.02, -0.01, 0.1);
+  Pose T_true_ = test::pose(1.5, 0.8, 0.2, 0.02, -0.01, 0.1);
 };
 
 TEST_F(RegisterCommand, TellsMotionInformationAndTimeAndDraws) {
@@ -137,8 +136,8 @@ TEST_F(RegisterCommand, FindsAnyHeadingOrRefuses) {
   EXPECT_GE(j["hypotheses"].size(), 1U);
   // One place of a plain is as good as another.
   std::mt19937 rng(8);
-  write(model_, sp::test::scene(sp::test::Ground::kFlat, false, 4000, 0.01, Vec3::Zero(), &rng));
-  write(data_, sp::test::scene(sp::test::Ground::kFlat, false, 4000, 0.01, Vec3::Zero(), &rng));
+  write(model_, test::scene(test::Ground::kFlat, false, 4000, 0.01, Vec3::Zero(), &rng));
+  write(data_, test::scene(test::Ground::kFlat, false, 4000, 0.01, Vec3::Zero(), &rng));
   for (const char* method : {"plane", "gicp"}) {
     EXPECT_EQ(run(std::string(" --global --method ") + method), 1);
     EXPECT_THAT(messages(), HasSubstr("refused")) << method;
@@ -181,8 +180,8 @@ TEST_F(RegisterCommand, CloudsOfDifferentPlacesAreRefused) {
 TEST_F(RegisterCommand, APlainIsRefused) {
   for (const int n : {6000, 20'000}) {
     std::mt19937 rng(11);
-    write(model_, sp::test::scene(sp::test::Ground::kFlat, false, n, 0.02, Vec3::Zero(), &rng));
-    write(data_, sp::test::scene(sp::test::Ground::kFlat, false, n, 0.02, Vec3::Zero(), &rng));
+    write(model_, test::scene(test::Ground::kFlat, false, n, 0.02, Vec3::Zero(), &rng));
+    write(data_, test::scene(test::Ground::kFlat, false, n, 0.02, Vec3::Zero(), &rng));
     for (const char* method : {"plane", "gicp"}) {
       EXPECT_EQ(run(std::string(" --method ") + method), 1) << method << ", " << n;
       EXPECT_THAT(messages(), HasSubstr("refused: translation along (")) << method << ", " << n;
@@ -217,10 +216,8 @@ TEST_F(RegisterCommand, TheLengthOfATunnelIsNamed) {
 
 TEST_F(RegisterCommand, WhatItsIterationsEndIsRefused) {
   std::mt19937 rng(13);
-  const Points model =
-      sp::test::scene(sp::test::Ground::kRolling, true, 4000, 0.01, Vec3::Zero(), &rng);
-  const Points data =
-      sp::test::scene(sp::test::Ground::kRolling, true, 4000, 0.01, Vec3::Zero(), &rng);
+  const Points model = test::scene(test::Ground::kRolling, true, 4000, 0.01, Vec3::Zero(), &rng);
+  const Points data = test::scene(test::Ground::kRolling, true, 4000, 0.01, Vec3::Zero(), &rng);
   EXPECT_TRUE(studies::match_gicp(model, data, Pose{}, registration::GicpParams{}).good);
   registration::GicpParams short_search;
   short_search.max_iterations = 3;
@@ -245,9 +242,8 @@ TEST_F(RegisterCommand, CoincidentPointsAreLeftOut) {
 TEST_F(RegisterCommand, AMethodThatStopsOnTheWayIsRefused) {
   // As printed the paper's method moves DATA by a part of the way and calls that converged.
   std::mt19937 rng(10);
-  const Points data =
-      sp::test::scene(sp::test::Ground::kRolling, true, 4000, 0.01, Vec3::Zero(), &rng);
-  write(data_, sp::test::moved(sp::test::pose(-0.5, -0.5, 0.0, 0, 0, 0), data));
+  const Points data = test::scene(test::Ground::kRolling, true, 4000, 0.01, Vec3::Zero(), &rng);
+  write(data_, test::moved(test::pose(-0.5, -0.5, 0.0, 0, 0, 0), data));
   const int status = run(" --method paper --max-iterations 2 --json");
   const json j = json::parse(out());
   EXPECT_EQ(status, 1) << j["translation_m"].dump();

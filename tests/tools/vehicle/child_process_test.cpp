@@ -9,23 +9,23 @@
 
 #include <array>
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 using testing::ElementsAre;
 using testing::IsEmpty;
 
 struct Outcome {
-  cli::Exit exit;
+  Exit exit;
   std::vector<std::string> lines;
 };
 
-Outcome run_to_end(cli::ChildProcess process) {
+Outcome run_to_end(ChildProcess process) {
   Outcome outcome;
   for (;;) {
     pollfd polled{process.exit_fd(), POLLIN, 0};
     EXPECT_EQ(poll(&polled, 1, 10'000), 1);
-    const std::optional<cli::Exit> exit = process.collect();
+    const std::optional<Exit> exit = process.collect();
     process.read_output([&](std::string_view line) { outcome.lines.emplace_back(line); });
     if (exit) {
       outcome.exit = *exit;
@@ -35,7 +35,7 @@ Outcome run_to_end(cli::ChildProcess process) {
 }
 
 Outcome shell(const std::string& script) {
-  Result<cli::ChildProcess> started = cli::ChildProcess::start("/bin/sh", {"-c", script});
+  Result<ChildProcess> started = ChildProcess::start("/bin/sh", {"-c", script});
   EXPECT_TRUE(started.ok());
   return run_to_end(std::move(started).value());
 }
@@ -43,7 +43,7 @@ Outcome shell(const std::string& script) {
 TEST(LineCutter, LinesDoNotDependOnWhereTheBytesAreCut) {
   const std::string text = "one\ntwo\r\nthree\n\nfour";
   for (std::size_t piece = 1; piece <= text.size(); ++piece) {
-    cli::LineCutter cutter;
+    LineCutter cutter;
     std::vector<std::string> lines;
     const auto take = [&](std::string_view line) { lines.emplace_back(line); };
     for (std::size_t at = 0; at < text.size(); at += piece) {
@@ -56,7 +56,7 @@ TEST(LineCutter, LinesDoNotDependOnWhereTheBytesAreCut) {
 }
 
 TEST(LineCutter, AnEndlessLineComesInPieces) {
-  cli::LineCutter cutter;
+  LineCutter cutter;
   std::size_t bytes = 0;
   std::size_t longest = 0;
   for (int i = 0; i < 1000; ++i) {
@@ -66,7 +66,7 @@ TEST(LineCutter, AnEndlessLineComesInPieces) {
     });
   }
   EXPECT_EQ(bytes, 10'000U);
-  EXPECT_EQ(longest, cli::LineCutter::kMaxLine);
+  EXPECT_EQ(longest, LineCutter::kMaxLine);
 }
 
 TEST(ChildProcess, BothOutputsAndTheStatusComeBack) {
@@ -84,7 +84,7 @@ TEST(ChildProcess, ASignalIsTold) {
 }
 
 TEST(ChildProcess, AProgramThatCannotBeExecutedSaysSo) {
-  Result<cli::ChildProcess> started = cli::ChildProcess::start("/nonexistent/program", {});
+  Result<ChildProcess> started = ChildProcess::start("/nonexistent/program", {});
   ASSERT_TRUE(started.ok());
   const Outcome outcome = run_to_end(std::move(started).value());
   EXPECT_EQ(outcome.exit.code, 127);
@@ -109,8 +109,7 @@ TEST(ChildProcess, DiesWithItsParent) {
     close(pipe_ends[0]);
     // The child's child keeps a descriptor of the pipe open through its own output.
     dup2(pipe_ends[1], STDERR_FILENO);
-    Result<cli::ChildProcess> started =
-        cli::ChildProcess::start("/bin/sh", {"-c", "exec sleep 1000"});
+    Result<ChildProcess> started = ChildProcess::start("/bin/sh", {"-c", "exec sleep 1000"});
     const int pid = started.ok() ? started->pid() : -1;
     (void)!write(pipe_ends[1], &pid, sizeof pid);
     (void)kill(getpid(), SIGKILL);
@@ -143,13 +142,13 @@ TEST(ChildProcess, DiesWithItsParent) {
 }
 
 TEST(FindProgram, LooksInThePathAndSaysWhereItLooked) {
-  const Result<std::string> found = cli::find_program("sh");
+  const Result<std::string> found = find_program("sh");
   ASSERT_TRUE(found.ok());
   EXPECT_NE(found->find("/sh"), std::string::npos);
-  const Result<std::string> none = cli::find_program("no_such_node");
+  const Result<std::string> none = find_program("no_such_node");
   ASSERT_FALSE(none.ok());
   EXPECT_NE(none.error().message.find("no program no_such_node"), std::string::npos);
 }
 
 }  // namespace
-}  // namespace rcs::tools
+}  // namespace rcs::cli

@@ -3,12 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace rcs::tools {
+namespace rcs::cli {
 
-bool operator==(const cli::Order& a, const cli::Order& b) {
-  return a.kind == b.kind && a.node == b.node;
-}
-std::ostream& operator<<(std::ostream& out, const cli::Order& o) {
+bool operator==(const Order& a, const Order& b) { return a.kind == b.kind && a.node == b.node; }
+std::ostream& operator<<(std::ostream& out, const Order& o) {
   return out << "{" << static_cast<int>(o.kind) << ", node " << o.node << "}";
 }
 
@@ -16,24 +14,24 @@ namespace {
 
 using testing::ElementsAre;
 using testing::IsEmpty;
-using Kind = cli::Order::Kind;
+using Kind = Order::Kind;
 
 constexpr Stamp at_s(double s) { return Stamp(from_seconds(s)); }
 std::vector<bool> all_critical(std::size_t nodes) { return std::vector<bool>(nodes, true); }
-constexpr cli::Exit kCrash{true, 11};
-constexpr cli::Exit kRefusal{false, 1};
+constexpr Exit kCrash{true, 11};
+constexpr Exit kRefusal{false, 1};
 
 /// Node 0 with a sign of life every second from `from` to `to`.
-void live(cli::Supervisor* s, double from_s, double to_s) {
+void live(Supervisor* s, double from_s, double to_s) {
   for (double t = from_s; t <= to_s; t += 1.0) s->on_alive(0, at_s(t));
 }
 
 /// The waits [ms] before each restart of a node that never becomes alive.
-std::vector<std::int64_t> backoffs_of(cli::Supervisor* s, int deaths, const cli::Exit& exit) {
+std::vector<std::int64_t> backoffs_of(Supervisor* s, int deaths, const Exit& exit) {
   std::vector<std::int64_t> waits;
   Stamp now = at_s(0.0);
   for (int i = 0; i < deaths; ++i) {
-    EXPECT_THAT(s->due(now), ElementsAre(cli::Order{Kind::kStart, 0}));
+    EXPECT_THAT(s->due(now), ElementsAre(Order{Kind::kStart, 0}));
     const std::optional<Duration> wait = s->on_exit(0, exit, now);
     if (!wait) break;
     waits.push_back(wait->count() / 1000);
@@ -45,27 +43,26 @@ std::vector<std::int64_t> backoffs_of(cli::Supervisor* s, int deaths, const cli:
 }
 
 TEST(Supervisor, StartsAllInTheirOrderAndThenWaitsForSignsOfLife) {
-  cli::Supervisor s(all_critical(3), {});
+  Supervisor s(all_critical(3), {});
   EXPECT_LE(s.next(), at_s(1.0));
   EXPECT_THAT(s.due(at_s(1.0)),
-              ElementsAre(cli::Order{Kind::kStart, 0}, cli::Order{Kind::kStart, 1},
-                          cli::Order{Kind::kStart, 2}));
+              ElementsAre(Order{Kind::kStart, 0}, Order{Kind::kStart, 1}, Order{Kind::kStart, 2}));
   EXPECT_THAT(s.due(at_s(1.0)), IsEmpty());
   EXPECT_EQ(s.next(), at_s(16.0));
   EXPECT_FALSE(s.finished());
 }
 
 TEST(Supervisor, TheWaitBeforeARestartDoublesUpToTenSeconds) {
-  cli::Supervisor s(all_critical(1), {});
+  Supervisor s(all_critical(1), {});
   EXPECT_THAT(backoffs_of(&s, 9, kCrash),
               ElementsAre(200, 400, 800, 1600, 3200, 6400, 10'000, 10'000, 10'000));
 }
 
 TEST(Supervisor, HalfAMinuteOfHealthIsForgetting) {
   for (const double life_s : {29.0, 31.0}) {
-    cli::Supervisor s(all_critical(1), {});
+    Supervisor s(all_critical(1), {});
     (void)backoffs_of(&s, 3, kCrash);
-    EXPECT_THAT(s.due(at_s(10.0)), ElementsAre(cli::Order{Kind::kStart, 0}));
+    EXPECT_THAT(s.due(at_s(10.0)), ElementsAre(Order{Kind::kStart, 0}));
     live(&s, 10.0, 10.0 + life_s);
     const std::optional<Duration> wait = s.on_exit(0, kCrash, at_s(10.0 + life_s));
     ASSERT_TRUE(wait);
@@ -74,7 +71,7 @@ TEST(Supervisor, HalfAMinuteOfHealthIsForgetting) {
 }
 
 TEST(Supervisor, ACriticalNodeThatRefusesItsFirstStartsEndsEverything) {
-  cli::Supervisor s(all_critical(2), {});
+  Supervisor s(all_critical(2), {});
   (void)s.due(at_s(0.0));
   s.on_alive(1, at_s(0.1));
   Stamp now = at_s(0.1);
@@ -82,12 +79,12 @@ TEST(Supervisor, ACriticalNodeThatRefusesItsFirstStartsEndsEverything) {
     const std::optional<Duration> wait = s.on_exit(0, kRefusal, now);
     ASSERT_TRUE(wait);
     now += *wait;
-    EXPECT_THAT(s.due(now), ElementsAre(cli::Order{Kind::kStart, 0}));
+    EXPECT_THAT(s.due(now), ElementsAre(Order{Kind::kStart, 0}));
   }
   EXPECT_FALSE(s.on_exit(0, kRefusal, now));
   EXPECT_EQ(s.gave_up_on(), 0U);
   EXPECT_LE(s.next(), now);
-  EXPECT_THAT(s.due(now), ElementsAre(cli::Order{Kind::kTerminate, 1}));
+  EXPECT_THAT(s.due(now), ElementsAre(Order{Kind::kTerminate, 1}));
   EXPECT_FALSE(s.finished());
   EXPECT_FALSE(s.on_exit(1, {false, 0}, now));
   EXPECT_TRUE(s.finished());
@@ -96,7 +93,7 @@ TEST(Supervisor, ACriticalNodeThatRefusesItsFirstStartsEndsEverything) {
 TEST(Supervisor, ANodeThatCannotRestartIsTriedEveryTenSecondsAndTheOthersRunOn) {
   // A critical node that was alive before, and one that is not critical and never was.
   for (const bool critical : {true, false}) {
-    cli::Supervisor s({critical, true}, {});
+    Supervisor s({critical, true}, {});
     (void)s.due(at_s(0.0));
     s.on_alive(1, at_s(0.1));
     if (critical) s.on_alive(0, at_s(0.1));
@@ -110,7 +107,7 @@ TEST(Supervisor, ANodeThatCannotRestartIsTriedEveryTenSecondsAndTheOthersRunOn) 
       waits.push_back(wait->count() / 1000);
       for (now += *wait; s.next() < now;) s.on_alive(1, s.next());
       s.on_alive(1, now);
-      EXPECT_THAT(s.due(now), ElementsAre(cli::Order{Kind::kStart, 0}));
+      EXPECT_THAT(s.due(now), ElementsAre(Order{Kind::kStart, 0}));
     }
     // The end of a life is no refusal.
     EXPECT_THAT(waits, ElementsAre(200, 400, critical ? 800 : 10'000, 10'000, 10'000, 10'000));
@@ -126,13 +123,13 @@ TEST(Supervisor, ANodeThatCannotRestartIsTriedEveryTenSecondsAndTheOthersRunOn) 
 }
 
 TEST(Supervisor, ACrashOrALifeBetweenThemIsNoRefusal) {
-  cli::Supervisor s(all_critical(1), {});
+  Supervisor s(all_critical(1), {});
   EXPECT_EQ(backoffs_of(&s, 8, kCrash).size(), 8U);
   EXPECT_FALSE(s.gave_up_on());
-  cli::Supervisor t(all_critical(1), {});
+  Supervisor t(all_critical(1), {});
   Stamp now = at_s(0.0);
   for (int i = 0; i < 8; ++i) {
-    EXPECT_THAT(t.due(now), ElementsAre(cli::Order{Kind::kStart, 0}));
+    EXPECT_THAT(t.due(now), ElementsAre(Order{Kind::kStart, 0}));
     if (i % 2 == 0) t.on_alive(0, now);
     const std::optional<Duration> wait = t.on_exit(0, kRefusal, now);
     ASSERT_TRUE(wait) << i;
@@ -141,12 +138,12 @@ TEST(Supervisor, ACrashOrALifeBetweenThemIsNoRefusal) {
 }
 
 TEST(Supervisor, ASilentNodeIsKilledAndStartedAgain) {
-  cli::Supervisor s(all_critical(1), {});
+  Supervisor s(all_critical(1), {});
   (void)s.due(at_s(0.0));
   live(&s, 1.0, 40.0);
   EXPECT_EQ(s.next(), at_s(45.0));
   EXPECT_THAT(s.due(at_s(44.9)), IsEmpty());
-  EXPECT_THAT(s.due(at_s(45.0)), ElementsAre(cli::Order{Kind::kKillSilent, 0}));
+  EXPECT_THAT(s.due(at_s(45.0)), ElementsAre(Order{Kind::kKillSilent, 0}));
   EXPECT_THAT(s.due(at_s(46.0)), IsEmpty());
   s.on_alive(0, at_s(46.0));  // the last of what it said
   EXPECT_EQ(s.next(), Stamp::max());
@@ -154,29 +151,29 @@ TEST(Supervisor, ASilentNodeIsKilledAndStartedAgain) {
 }
 
 TEST(Supervisor, ANodeThatNeverSpeaksIsKilledLater) {
-  cli::Supervisor s(all_critical(1), {});
+  Supervisor s(all_critical(1), {});
   (void)s.due(at_s(0.0));
   EXPECT_THAT(s.due(at_s(14.9)), IsEmpty());
-  EXPECT_THAT(s.due(at_s(15.0)), ElementsAre(cli::Order{Kind::kKillUnstarted, 0}));
+  EXPECT_THAT(s.due(at_s(15.0)), ElementsAre(Order{Kind::kKillUnstarted, 0}));
 }
 
 TEST(Supervisor, StopTerminatesThenKillsAndStartsNothing) {
-  cli::Supervisor s(all_critical(3), {});
+  Supervisor s(all_critical(3), {});
   (void)s.due(at_s(0.0));
   s.on_alive(0, at_s(0.5));
   ASSERT_TRUE(s.on_exit(2, kCrash, at_s(0.5)));
   s.stop();
   EXPECT_LE(s.next(), at_s(1.0));
   EXPECT_THAT(s.due(at_s(1.0)),
-              ElementsAre(cli::Order{Kind::kTerminate, 0}, cli::Order{Kind::kTerminate, 1}));
+              ElementsAre(Order{Kind::kTerminate, 0}, Order{Kind::kTerminate, 1}));
   EXPECT_EQ(s.next(), at_s(4.0));
   EXPECT_FALSE(s.on_exit(0, {false, 0}, at_s(1.1)));
   EXPECT_FALSE(s.finished());
-  EXPECT_THAT(s.due(at_s(4.0)), ElementsAre(cli::Order{Kind::kKillUnstopped, 1}));
+  EXPECT_THAT(s.due(at_s(4.0)), ElementsAre(Order{Kind::kKillUnstopped, 1}));
   EXPECT_FALSE(s.on_exit(1, {true, 9}, at_s(4.1)));
   EXPECT_TRUE(s.finished());
   EXPECT_FALSE(s.gave_up_on());
 }
 
 }  // namespace
-}  // namespace rcs::tools
+}  // namespace rcs::cli

@@ -7,7 +7,7 @@
 #include "tools/evaluation/top_model.h"
 #include "tools/rcs/vehicle/top_screen.h"
 
-namespace rcs::tools {
+namespace rcs::cli {
 namespace {
 
 using testing::HasSubstr;
@@ -43,7 +43,7 @@ cycle_t cycle(const std::string& node, double t_s, std::int64_t used_us) {
 }
 
 /// A node with 10 units of work a second for `s` seconds; one of 100 takes long.
-TopModel run_for(double s) {
+evaluation::TopModel run_for(double s) {
   evaluation::TopModel model;
   for (int i = 0; i <= static_cast<int>(10.0 * s); ++i) {
     const double t = 0.1 * i;
@@ -54,7 +54,7 @@ TopModel run_for(double s) {
 }
 
 std::string text_of(evaluation::TopModel* model, Stamp now) {
-  return cli::plain_text(cli::top_lines(model->view(now)));
+  return plain_text(top_lines(model->view(now)));
 }
 
 TEST(TopModel, RatesAndTimesAreOfTheLastSeconds) {
@@ -114,7 +114,7 @@ TEST(TopModel, HostileMessagesStayBoundedAndPrintable) {
   const evaluation::TopView view = model.view(at_s(1.2));
   EXPECT_LE(view.nodes.size(), evaluation::TopModel::kMaxNodes);
   EXPECT_LE(view.events.size(), evaluation::TopModel::kMaxEvents);
-  for (const cli::TopLine& line : cli::top_lines(view)) {
+  for (const TopLine& line : top_lines(view)) {
     for (const char c : line.text) ASSERT_TRUE(c >= 0x20 && c < 0x7f) << static_cast<int>(c);
   }
   EXPECT_NO_THROW((void)to_json(view).dump());
@@ -170,10 +170,10 @@ TEST(TopScreen, ShowsTheBeliefTheCommandAndTheEvents) {
 
 TEST(TopScreen, FitsAnyWindow) {
   evaluation::TopModel model = run_for(2.0);
-  const std::vector<cli::TopLine> lines = cli::top_lines(model.view(at_s(2.0)));
+  const std::vector<TopLine> lines = top_lines(model.view(at_s(2.0)));
   for (const int columns : {0, 1, 20, 300}) {
     for (const int rows : {0, 1, 2, static_cast<int>(lines.size()), 100}) {
-      const std::string screen = cli::screen_text(lines, {columns, rows});
+      const std::string screen = screen_text(lines, {columns, rows});
       const auto line_ends = std::count(screen.begin(), screen.end(), '\n');
       EXPECT_LT(line_ends, std::max(rows, 1)) << columns << " x " << rows;
       if (rows < static_cast<int>(lines.size()) && columns == 300) {
@@ -181,8 +181,8 @@ TEST(TopScreen, FitsAnyWindow) {
       }
     }
   }
-  EXPECT_THAT(cli::screen_text(lines, {300, 100}), Not(HasSubstr("more lines")));
+  EXPECT_THAT(screen_text(lines, {300, 100}), Not(HasSubstr("more lines")));
 }
 
 }  // namespace
-}  // namespace rcs::tools
+}  // namespace rcs::cli

@@ -150,8 +150,7 @@ class ImportComma final : public Command {
  private:
   static constexpr std::string_view kName = "import comma2k19";
 
-  static void add_check(const Result<importers::SetupCheck>& check, Json* json,
-                        std::string* text) {
+  static void add_check(const Result<importers::SetupCheck>& check, Json* json, std::string* text) {
     if (!check) {
       *text += fmt::format("mount and latency are not checked: {}\n", check.error().message);
       return;

@@ -118,7 +118,8 @@ class Replay final : public Command {
                  whole.clock_jumps());
     }
     if (verdict.sensor_messages() == 0) {
-      return Error{log_ + ": no sensor message in the part and on the channels that were asked for"};
+      return Error{log_ +
+                   ": no sensor message in the part and on the channels that were asked for"};
     }
     fmt::print(stderr, "{}", report.text());
     if (Outcome closed = (*timing)->close(); !closed) return closed;

@@ -40,17 +40,15 @@ class MapInfo final : public Command {
     const Result<MapFolder> map = MapFolder::open(path_);
     if (!map) return fail("map info", map.error());
     const MapFrame& f = map->index().frame;
-    Json json = {
-        {"datum",
-         {{"lat_deg", degrees(f.datum.lat_rad)},
-          {"lon_deg", degrees(f.datum.lon_rad)},
-          {"height_m", f.datum.height.m}}},
-        {"reference", f.reference},
-        {"heights_above", f.heights},
-        {"undulation_m",
-         std::isnan(f.undulation_m) ? Json() : Json(f.undulation_m)},
-        {"source_crs", f.source_crs},
-        {"levels", Json::array()}};
+    Json json = {{"datum",
+                  {{"lat_deg", degrees(f.datum.lat_rad)},
+                   {"lon_deg", degrees(f.datum.lon_rad)},
+                   {"height_m", f.datum.height.m}}},
+                 {"reference", f.reference},
+                 {"heights_above", f.heights},
+                 {"undulation_m", std::isnan(f.undulation_m) ? Json() : Json(f.undulation_m)},
+                 {"source_crs", f.source_crs},
+                 {"levels", Json::array()}};
     report::Table table{
         {"level", "cell [m]", "tiles", "km2 known", "east [m]", "north [m]", "z [m]", "points"},
         {}};
@@ -145,9 +143,8 @@ class MapInfo final : public Command {
       json["sigma_median_m"] = *middle;
     }
     json["sources"] = sources;
-    json["dates"] = newest == 0
-                        ? Json::array()
-                        : Json{mapping::date_text(oldest), mapping::date_text(newest)};
+    json["dates"] =
+        newest == 0 ? Json::array() : Json{mapping::date_text(oldest), mapping::date_text(newest)};
     return json;
   }
 

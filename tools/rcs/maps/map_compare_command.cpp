@@ -140,16 +140,15 @@ class MapDiff final : public Command {
 
   void tell(const survey::MapDifference& d, double cell_m, double range_m) const {
     if (json_) {
-      Json json = {
-          {"cells", d.cells},
-          {"cell_m", cell_m},
-          {"mean_m", d.mean_m},
-          {"median_m", d.median_m},
-          {"rms_m", d.rms_m},
-          {"nmad_m", d.nmad_m},
-          {"p95_abs_m", d.p95_m},
-          {"within_sigma", {{"one", d.by_sigma.one}, {"two", d.by_sigma.two}}},
-          {"within_sigma_and_bias", {{"one", d.with_bias.one}, {"two", d.with_bias.two}}}};
+      Json json = {{"cells", d.cells},
+                   {"cell_m", cell_m},
+                   {"mean_m", d.mean_m},
+                   {"median_m", d.median_m},
+                   {"rms_m", d.rms_m},
+                   {"nmad_m", d.nmad_m},
+                   {"p95_abs_m", d.p95_m},
+                   {"within_sigma", {{"one", d.by_sigma.one}, {"two", d.by_sigma.two}}},
+                   {"within_sigma_and_bias", {{"one", d.with_bias.one}, {"two", d.with_bias.two}}}};
       if (!picture_.empty()) json["picture_range_m"] = range_m;
       fmt::print("{}\n", json.dump(2));
       return;

@@ -183,10 +183,10 @@ class MapLocalizability final : public Command {
       shares.push_back({{"sigma_m", limit_m}, {"share", share_within(limit_m)}});
     }
     Json out = {{"map", map_},
-                            {"step_m", step_m_},
-                            {"radius_m", params_.radius_m},
-                            {"places", places_.size()},
-                            {"share_within", std::move(shares)}};
+                {"step_m", step_m_},
+                {"radius_m", params_.radius_m},
+                {"places", places_.size()},
+                {"share_within", std::move(shares)}};
     if (along_.empty()) return out;
     Json path = Json::array();
     for (const PathSureness& s : along_) {

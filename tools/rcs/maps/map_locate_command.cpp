@@ -133,24 +133,22 @@ class MapLocate final : public Command {
     return first;
   }
 
-  [[nodiscard]] Json told(const studies::LocateResult& r,
-                                      const studies::SeenDrive& drive,
-                                      const Pose& T_map_truth) const {
+  [[nodiscard]] Json told(const studies::LocateResult& r, const studies::SeenDrive& drive,
+                          const Pose& T_map_truth) const {
     const sp::RelocateStatus& s = r.status;
     const bool found = s.state == sp::RelocateState::kFound;
     Json json = {{"found", found},
-                             {"why", kDoubts[static_cast<std::size_t>(s.doubt)]},
-                             {"after_s", r.after_s},
-                             {"way_m", s.way_m},
-                             {"searches", s.searches},
-                             {"refuted", s.refuted},
-                             {"hypotheses", s.hypotheses},
-                             {"spread_m", s.spread_m},
-                             {"cost", s.cost},
-                             {"evidence", s.evidence},
-                             {"margin", std::isfinite(s.margin) ? Json(s.margin)
-                                                                : Json(nullptr)},
-                             {"work_units", r.used}};
+                 {"why", kDoubts[static_cast<std::size_t>(s.doubt)]},
+                 {"after_s", r.after_s},
+                 {"way_m", s.way_m},
+                 {"searches", s.searches},
+                 {"refuted", s.refuted},
+                 {"hypotheses", s.hypotheses},
+                 {"spread_m", s.spread_m},
+                 {"cost", s.cost},
+                 {"evidence", s.evidence},
+                 {"margin", std::isfinite(s.margin) ? Json(s.margin) : Json(nullptr)},
+                 {"work_units", r.used}};
     if (s.searches > 0) {
       json["best"] = {{"east_m", r.T_map_vehicle.p.x()},
                       {"north_m", r.T_map_vehicle.p.y()},
@@ -273,8 +271,7 @@ class MapLocate final : public Command {
       progress.at(k + 1);
     }
     if (json_) {
-      const Json out = {
-          {"starts", starts_}, {"found", found}, {"false", wrong}, {"tries", all}};
+      const Json out = {{"starts", starts_}, {"found", found}, {"false", wrong}, {"tries", all}};
       fmt::print("{}\n", out.dump(2));
     } else {
       tell_all(all);

@@ -76,7 +76,8 @@ class DrillCommand final : public Command {
         "A drill changes the sensors' messages of a drive (GPS cut, fixes that lie, LADAR faults,\n"
         "clocks that jump) and plays them through SP and WM in lockstep, open loop. The same "
         "drill\n"
-        "and seed give the same answers (\"hash\"). Exit status: 0 all that ran passed; 1 some failed, or\n"
+        "and seed give the same answers (\"hash\"). Exit status: 0 all that ran passed; 1 some "
+        "failed, or\n"
         "none ran (many need the simulator: with --log they are left out).\n"
         "Examples:\n"
         "  rcs drill --list\n"
@@ -108,8 +109,9 @@ class DrillCommand final : public Command {
     const bool passed = std::all_of(
         results_.begin(), results_.end(),
         [](const drills::DrillResult& r) { return r.verdict() != drills::Verdict::kFail; });
-    const bool any_run = std::any_of(results_.begin(), results_.end(),
-                                     [](const drills::DrillResult& r) { return r.skipped.empty(); });
+    const bool any_run =
+        std::any_of(results_.begin(), results_.end(),
+                    [](const drills::DrillResult& r) { return r.skipped.empty(); });
     if (!any_run) fmt::print(stderr, "rcs drill: no drill could run on {}\n", log_);
     return passed && any_run ? kExitOk : kExitFailed;
   }

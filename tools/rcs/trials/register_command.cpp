@@ -291,7 +291,7 @@ class Register final : public Command {
   [[nodiscard]] registration::CloudParams search_params() const {
     registration::CloudParams params;
     params.global.threads = threads_;
-    params.global.for_all = in_threads;
+    params.global.for_all = tools::in_threads;
     return params;
   }
 

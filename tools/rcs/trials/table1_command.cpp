@@ -122,8 +122,9 @@ Figures figures_of(const studies::CloudMatch& match, const Points& model, const 
   Figures f;
   f.model_points = static_cast<double>(model.size());
   f.data_points = static_cast<double>(data.size());
-  f.mean_distance_before_cm = 100.0 * closest_points(tree, data, trial.guess).mean_m();
-  f.mean_distance_after_cm = 100.0 * closest_points(tree, data, match.T_model_data).mean_m();
+  f.mean_distance_before_cm = 100.0 * studies::closest_points(tree, data, trial.guess).mean_m();
+  f.mean_distance_after_cm =
+      100.0 * studies::closest_points(tree, data, match.T_model_data).mean_m();
   f.mean_distance_of_pairs_cm = 100.0 * match.mean_distance_of_pairs_m;
   f.iterations = match.iterations;
   f.error_m = error.m;

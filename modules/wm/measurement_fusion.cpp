@@ -1,5 +1,5 @@
 // apply(): every source's gate, and the way back for one that was refused but right.
-#include "modules/wm/sources.h"
+#include "modules/wm/measurement_fusion.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "modules/wm/measurements.h"
+#include "modules/wm/measurement_models.h"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>

@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <optional>
 
+#include "modules/wm/kalman_update.h"
 #include "modules/wm/nav_state.h"
 #include "modules/wm/params.h"
-#include "modules/wm/update.h"
 
 namespace rcs::wm {
 
