@@ -1,51 +1,103 @@
 #pragma once
-// Every channel of the system on one page: name, type, writer, rate.
-// Names are [A-Z_]+ only, because LCM takes a channel for a regular expression; the prefix is the
-// writer. A type that was released is never edited: add foo2_t.
+// Every channel of the system, once. Names are [A-Z_]+ only, because LCM takes a channel for a
+// regular expression; the prefix is the writer. The constants, the table and the dispatch by type
+// (channel_types.h) derive from this list.
+
+#include <array>
+#include <cstddef>
+#include <string_view>
+
+// clang-format off
+// constant, name, kind, type, writer, rate
+#define RCS_CHANNELS(X) \
+  X(kLadarRanges, "LADAR_RANGES", kSensor, ladar_ranges_t, "driver, sim", "16 x 10 Hz") \
+  X(kLadarPoints, "LADAR_POINTS", kSensor, ladar_points_t, "driver, sim", "48 x 10 Hz") \
+  X(kIns, "INS", kSensor, ins_t, "driver, sim", "100-200 Hz")                           \
+  X(kGpsFix, "GPS_FIX", kSensor, gps_fix_t, "driver, sim", "1-10 Hz")                   \
+  X(kOdometry, "ODOMETRY", kSensor, odometry_t, "driver, sim", "10-50 Hz")              \
+  X(kSpRegistration, "SP_REGISTRATION", kOutput, registration_t, "sp", "1-2 per scan")  \
+  X(kSpPoints, "SP_POINTS", kOutput, points_t, "sp", "1-4 per scan")                    \
+  X(kSpEvent, "SP_EVENT", kOutput, event_t, "sp", "on events")                          \
+  X(kSpCycle, "SP_CYCLE", kAccount, cycle_t, "sp", "per cycle, live")                   \
+  X(kSpProcess, "SP_PROCESS", kAccount, process_t, "sp", "1 Hz, live")                  \
+  X(kWmNavState, "WM_NAV_STATE", kOutput, nav_state_t, "wm", "50 Hz + per scan")        \
+  X(kWmInnovation, "WM_INNOVATION", kOutput, innovation_t, "wm", "per measurement")     \
+  X(kWmIntegrity, "WM_INTEGRITY", kOutput, integrity_t, "wm", "10 Hz")                  \
+  X(kWmShadow, "WM_SHADOW", kOutput, shadow_t, "wm", "3 x 2 Hz")                        \
+  X(kWmMapPatch, "WM_MAP_PATCH", kOutput, map_patch_t, "wm", "5 Hz")                    \
+  X(kWmPathQuery, "WM_PATH_QUERY", kCommand, path_query_t, "operator", "asked")         \
+  X(kWmPathSureness, "WM_PATH_SURENESS", kOutput, path_sureness_t, "wm", "when asked")  \
+  X(kWmEvent, "WM_EVENT", kOutput, event_t, "wm", "on events")                          \
+  X(kWmCycle, "WM_CYCLE", kAccount, cycle_t, "wm", "per cycle, live")                   \
+  X(kWmProcess, "WM_PROCESS", kAccount, process_t, "wm", "1 Hz, live")                  \
+  X(kBgCommand, "BG_COMMAND", kCommand, command_t, "operator, gateway", "1 Hz")         \
+  X(kBgStatus, "BG_STATUS", kOutput, status_t, "bg", "10 Hz")                           \
+  X(kBgPlan, "BG_PLAN", kOutput, plan_t, "bg", "2-10 Hz")                               \
+  X(kBgDrive, "BG_DRIVE", kOutput, drive_t, "bg", "20 Hz")                              \
+  X(kBgEvent, "BG_EVENT", kOutput, event_t, "bg", "on events")                          \
+  X(kBgCycle, "BG_CYCLE", kAccount, cycle_t, "bg", "per cycle, live")                   \
+  X(kBgProcess, "BG_PROCESS", kAccount, process_t, "bg", "1 Hz, live")                  \
+  X(kGatewayEvent, "GATEWAY_EVENT", kOutput, event_t, "gateway", "on events")           \
+  X(kGatewayCycle, "GATEWAY_CYCLE", kAccount, cycle_t, "gateway", "per cycle, live")    \
+  X(kGatewayProcess, "GATEWAY_PROCESS", kAccount, process_t, "gateway", "1 Hz, live")   \
+  X(kUpEvent, "UP_EVENT", kOutput, event_t, "up", "on events")                          \
+  X(kUpProcess, "UP_PROCESS", kAccount, process_t, "up", "1 Hz, live")                  \
+  X(kSimTruth, "SIM_TRUTH", kTruth, truth_t, "sim", "100 Hz")
+// clang-format on
 
 namespace rcs::channel {
 
-// clang-format off
-// name                                                    type             writer      rate
-inline constexpr char kLadarRanges[] = "LADAR_RANGES";     // ladar_ranges_t  driver/sim  16 x 10 Hz
-inline constexpr char kLadarPoints[] = "LADAR_POINTS";     // ladar_points_t  driver/sim  48 x 10 Hz
-inline constexpr char kIns[] = "INS";                      // ins_t           driver/sim  100-200 Hz
-inline constexpr char kGpsFix[] = "GPS_FIX";               // gps_fix_t       driver/sim  1-10 Hz
-inline constexpr char kOdometry[] = "ODOMETRY";            // odometry_t      driver/sim  10-50 Hz
+enum class Kind {
+  kSensor,   ///< published by a driver; all of a recording that may reach nodes again
+  kCommand,  ///< from a superior or an operator
+  kOutput,   ///< of a node
+  kAccount,  ///< of a node's time and process: live only
+  kTruth     ///< of the simulator, for evaluation only
+};
 
-inline constexpr char kSpRegistration[] = "SP_REGISTRATION";  // registration_t sp  1-2 per scan
-inline constexpr char kSpPoints[] = "SP_POINTS";              // points_t       sp  1-4 per scan
-inline constexpr char kSpEvent[] = "SP_EVENT";                // event_t        sp  on events
-inline constexpr char kSpCycle[] = "SP_CYCLE";                // cycle_t        sp  per cycle, live
-inline constexpr char kSpProcess[] = "SP_PROCESS";            // process_t       sp  1 Hz, live
+struct Info {
+  const char* name;
+  Kind kind;
+  const char* type;
+  const char* writer;
+  const char* rate;
+};
 
-inline constexpr char kWmNavState[] = "WM_NAV_STATE";      // nav_state_t     wm  50 Hz + per scan
-inline constexpr char kWmInnovation[] = "WM_INNOVATION";   // innovation_t    wm  per measurement
-inline constexpr char kWmIntegrity[] = "WM_INTEGRITY";     // integrity_t     wm  10 Hz
-inline constexpr char kWmShadow[] = "WM_SHADOW";           // shadow_t        wm  3 x 2 Hz
-inline constexpr char kWmMapPatch[] = "WM_MAP_PATCH";      // map_patch_t     wm  5 Hz
-inline constexpr char kWmPathQuery[] = "WM_PATH_QUERY";        // path_query_t     operator  asked
-inline constexpr char kWmPathSureness[] = "WM_PATH_SURENESS";  // path_sureness_t  wm  when asked
-inline constexpr char kWmEvent[] = "WM_EVENT";             // event_t         wm  on events
-inline constexpr char kWmCycle[] = "WM_CYCLE";             // cycle_t         wm  per cycle, live
-inline constexpr char kWmProcess[] = "WM_PROCESS";         // process_t       wm  1 Hz, live
+#define RCS_CHANNEL_CONSTANT(constant, name, kind, type, writer, rate) \
+  inline constexpr char constant[] = name;
+RCS_CHANNELS(RCS_CHANNEL_CONSTANT)
+#undef RCS_CHANNEL_CONSTANT
 
-inline constexpr char kBgCommand[] = "BG_COMMAND";         // command_t       operator, gateway  1 Hz
-inline constexpr char kBgStatus[] = "BG_STATUS";           // status_t        bg  10 Hz
-inline constexpr char kBgPlan[] = "BG_PLAN";               // plan_t          bg  2-10 Hz
-inline constexpr char kBgDrive[] = "BG_DRIVE";             // drive_t         bg  20 Hz
-inline constexpr char kBgEvent[] = "BG_EVENT";             // event_t         bg  on events
-inline constexpr char kBgCycle[] = "BG_CYCLE";             // cycle_t         bg  per cycle, live
-inline constexpr char kBgProcess[] = "BG_PROCESS";         // process_t       bg  1 Hz, live
+inline constexpr Info kAll[] = {
+#define RCS_CHANNEL_ROW(constant, name, kind, type, writer, rate) \
+  {constant, Kind::kind, #type, writer, rate},
+    RCS_CHANNELS(RCS_CHANNEL_ROW)
+#undef RCS_CHANNEL_ROW
+};
 
-inline constexpr char kGatewayEvent[] = "GATEWAY_EVENT";   // event_t       gateway  on events
-inline constexpr char kGatewayCycle[] = "GATEWAY_CYCLE";   // cycle_t       gateway  per cycle, live
-inline constexpr char kGatewayProcess[] = "GATEWAY_PROCESS";  // process_t  gateway  1 Hz, live
+constexpr std::size_t count_of(Kind kind) {
+  std::size_t n = 0;
+  for (const Info& c : kAll) n += c.kind == kind ? 1 : 0;
+  return n;
+}
 
-inline constexpr char kUpEvent[] = "UP_EVENT";             // event_t         up  on events
-inline constexpr char kUpProcess[] = "UP_PROCESS";         // process_t       up  1 Hz, live
+template <Kind kKind>
+constexpr std::array<const char*, count_of(kKind)> names_of() {
+  std::array<const char*, count_of(kKind)> names{};
+  std::size_t n = 0;
+  for (const Info& c : kAll) {
+    if (c.kind == kKind) names[n++] = c.name;
+  }
+  return names;
+}
 
-inline constexpr char kSimTruth[] = "SIM_TRUTH";           // truth_t         sim  100 Hz
-// clang-format on
+inline constexpr auto kSensors = names_of<Kind::kSensor>();
+
+constexpr bool is_sensor(std::string_view channel) {
+  for (const char* sensor : kSensors) {
+    if (channel == sensor) return true;
+  }
+  return false;
+}
 
 }  // namespace rcs::channel

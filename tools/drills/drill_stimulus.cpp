@@ -10,7 +10,6 @@
 #include "lcmtypes/rcs/ladar_points_t.hpp"
 #include "lcmtypes/rcs/ladar_ranges_t.hpp"
 #include "lcmtypes/rcs/odometry_t.hpp"
-#include "lcmtypes/sensors.h"
 #include "rcs/base/geodesy.h"
 
 namespace rcs::drills {

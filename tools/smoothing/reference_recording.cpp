@@ -12,7 +12,6 @@
 #include "lcmtypes/rcs/points_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
 #include "lcmtypes/rcs/truth_t.hpp"
-#include "lcmtypes/sensors.h"
 #include "modules/sp/sp_node.h"
 #include "modules/wm/wm_node.h"
 #include "rcs/node/executor.h"

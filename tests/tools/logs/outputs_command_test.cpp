@@ -6,7 +6,6 @@
 
 #include <filesystem>
 
-#include "lcmtypes/sensors.h"
 #include "rcs/node/log/log_file.h"
 #include "tests/support/rcs_command.h"
 

@@ -5,7 +5,6 @@
 
 #include <optional>
 
-#include "lcmtypes/sensors.h"
 #include "rcs/node/bus/lcm_bus.h"
 #include "rcs/node/log/log_file.h"
 #include "rcs/node/timeline/live_timeline.h"

@@ -6,7 +6,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "lcmtypes/sensors.h"
+#include "lcmtypes/channels.h"
 #include "rcs/node/log/log_file.h"
 #include "tools/base/files.h"
 #include "tools/rcs/command.h"

@@ -6,7 +6,7 @@
 #include <array>
 #include <limits>
 
-#include "lcmtypes/sensors.h"
+#include "lcmtypes/channels.h"
 #include "rcs/node/bus/lcm_bus.h"
 #include "rcs/node/log/log_source.h"
 #include "rcs/node/timeline/live_timeline.h"

@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "lcmtypes/channels.h"
-#include "lcmtypes/sensors.h"
 #include "modules/sp/sp_node.h"
 #include "modules/wm/wm_config.h"
 #include "modules/wm/wm_node.h"

@@ -11,7 +11,6 @@
 #include "lcmtypes/rcs/gps_fix_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
-#include "lcmtypes/sensors.h"
 #include "modules/registration/registration.h"
 #include "rcs/terrain/map_tile.h"
 

@@ -14,7 +14,6 @@
 #include "lcmtypes/rcs/ladar_points_t.hpp"
 #include "lcmtypes/rcs/ladar_ranges_t.hpp"
 #include "lcmtypes/rcs/process_t.hpp"
-#include "lcmtypes/sensors.h"
 #include "rcs/node/bus/inbox.h"
 #include "rcs/node/bus/lcm_bus.h"
 #include "rcs/node/command_port.h"
