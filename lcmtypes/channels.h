@@ -23,10 +23,10 @@
   X(kWmNavState, "WM_NAV_STATE", kOutput, nav_state_t, "wm", "50 Hz + per scan")        \
   X(kWmInnovation, "WM_INNOVATION", kOutput, innovation_t, "wm", "per measurement")     \
   X(kWmIntegrity, "WM_INTEGRITY", kOutput, integrity_t, "wm", "10 Hz")                  \
-  X(kWmShadow, "WM_SHADOW", kOutput, shadow_t, "wm", "3 x 2 Hz")                        \
+  X(kWmSubfilter, "WM_SUBFILTER", kOutput, subfilter_t, "wm", "3 x 2 Hz")                        \
   X(kWmMapPatch, "WM_MAP_PATCH", kOutput, map_patch_t, "wm", "5 Hz")                    \
   X(kWmPathQuery, "WM_PATH_QUERY", kCommand, path_query_t, "operator", "asked")         \
-  X(kWmPathSureness, "WM_PATH_SURENESS", kOutput, path_sureness_t, "wm", "when asked")  \
+  X(kWmPathUncertainty, "WM_PATH_UNCERTAINTY", kOutput, path_uncertainty_t, "wm", "when asked")  \
   X(kWmEvent, "WM_EVENT", kOutput, event_t, "wm", "on events")                          \
   X(kWmCycle, "WM_CYCLE", kAccount, cycle_t, "wm", "per cycle, live")                   \
   X(kWmProcess, "WM_PROCESS", kAccount, process_t, "wm", "1 Hz, live")                  \

@@ -1,7 +1,10 @@
 #include "sim/simulator.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
@@ -50,10 +53,19 @@ double drive_duration(const Scenario& scenario, const Course& course) {
   return scenario.duration_s > 0.0 ? scenario.duration_s : course.duration_s() + 1.0;
 }
 
+std::int64_t run_id_of(const Scenario& s) {
+  std::string text = fmt::format("{} {} {} {} {}", s.seed, s.world.seed, s.duration_s,
+                                 s.ins.grade_name, s.commanded);
+  for (const Vec2& p : s.course.waypoints_world) text += fmt::format(" {} {}", p.x(), p.y());
+  for (const Outage& o : s.gps.outages) text += fmt::format(" {} {}", o.begin_s, o.length_s);
+  return id_of(text);
+}
+
 }  // namespace
 
 Simulator::Simulator(const Scenario& scenario)
     : scenario_(scenario),
+      publisher_{run_id_of(scenario), id_of("sim")},
       course_(scenario.course),
       world_(make_world(scenario, course_)),
       duration_s_(drive_duration(scenario, course_)),
@@ -169,6 +181,8 @@ void Simulator::emit_ins(SourceEvent* event) {
   ins_t m{};
   m.utime = to_utime(kStart + from_seconds(end_s));
   m.seq = s.seq;
+  m.run_id = publisher_.run_id;
+  m.publisher_id = publisher_.publisher_id;
   m.interval_us = static_cast<std::int32_t>(from_seconds(scenario_.ins.interval_s).count());
   to_message(increment.delta_angle, m.delta_angle_rad);
   to_message(increment.delta_v, m.delta_v_mps);
@@ -185,6 +199,8 @@ void Simulator::emit_odometry(SourceEvent* event) {
   odometry_t m{};
   m.utime = to_utime(kStart + from_seconds(end_s));
   m.seq = s.seq;
+  m.run_id = publisher_.run_id;
+  m.publisher_id = publisher_.publisher_id;
   m.interval_us = static_cast<std::int32_t>(from_seconds(params.interval_s).count());
   m.speed_mps = motion.speed_mps;
   m.sigma_speed_mps = params.sigma_speed_mps;
@@ -220,6 +236,8 @@ void Simulator::emit_gps(SourceEvent* event) {
   gps_fix_t m{};
   m.utime = to_utime(kStart + from_seconds(time_s));
   m.seq = s.seq;
+  m.run_id = publisher_.run_id;
+  m.publisher_id = publisher_.publisher_id;
   m.lat_deg = degrees(fix.antenna.lat_rad);
   m.lon_deg = degrees(fix.antenna.lon_rad);
   m.height_m = fix.antenna.height.m;
@@ -277,6 +295,8 @@ void Simulator::emit_ranges(SourceEvent* event) {
   ladar_ranges_t m{};
   m.utime = to_utime(kStart + start + clock_offset);
   m.seq = s.seq;
+  m.run_id = publisher_.run_id;
+  m.publisher_id = publisher_.publisher_id;
   m.scan_id = scan;
   m.reference_utime = to_utime(kStart + facet_start((scan + 1) * facets()) + clock_offset);
   m.facet = static_cast<std::int16_t>(facet);
@@ -307,6 +327,8 @@ void Simulator::emit_points(SourceEvent* event) {
   ladar_points_t m{};
   m.utime = to_utime(kStart + start + clock_offset);
   m.seq = s.seq;
+  m.run_id = publisher_.run_id;
+  m.publisher_id = publisher_.publisher_id;
   m.scan_id = scan;
   m.reference_utime = to_utime(kStart + facet_start((scan + 1) * facets()) + clock_offset);
   m.facet = static_cast<std::int16_t>(sector);
@@ -333,6 +355,8 @@ void Simulator::emit_truth(SourceEvent* event) {
   truth_t m{};
   m.utime = to_utime(kStart + from_seconds(time_s));
   m.seq = s.seq;
+  m.run_id = publisher_.run_id;
+  m.publisher_id = publisher_.publisher_id;
   to_message(motion.T_world_vehicle, m.q_world_vehicle, m.p_world_vehicle_m);
   to_message(motion.v_world, m.v_world_mps);
   to_message(motion.rate_vehicle, m.rate_vehicle_radps);

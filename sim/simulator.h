@@ -8,6 +8,7 @@
 
 #include "lcmtypes/rcs/drive_t.hpp"
 #include "rcs/node/bus/inbox.h"
+#include "rcs/node/bus/publisher.h"
 #include "rcs/node/log/log_file.h"
 #include "rcs/node/timeline/lockstep_timeline.h"
 #include "sim/scenario.h"
@@ -24,6 +25,9 @@ class Simulator final : public EventSource {
   static constexpr Stamp kStart = Stamp(std::chrono::seconds(1000));
 
   explicit Simulator(const Scenario& scenario);
+
+  /// Its ids in every message: the run's is of the scenario with its seed.
+  [[nodiscard]] const Publisher& publisher() const { return publisher_; }
 
   [[nodiscard]] Stamp peek() override;
   void take(SourceEvent* event) override;
@@ -78,6 +82,7 @@ class Simulator final : public EventSource {
   [[nodiscard]] int facets() const;
 
   Scenario scenario_;
+  Publisher publisher_;
   Course course_;
   World world_;
   double duration_s_;

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <regex>
 #include <sstream>
 #include <string>
@@ -379,6 +381,22 @@ TEST(Architecture, TheTreeKeepsItsRules) {
     for (const Violation& v : violations(path, text)) ADD_FAILURE() << v;
   });
   EXPECT_GT(files, 10U) << "no sources under " << root;
+}
+
+TEST(Architecture, DocumentsNameOnlyFilesThatExist) {
+  const fs::path root = source_root();
+  const std::regex named("`([a-z]+/[A-Za-z0-9_/]+\\.(h|cpp|idl|cmake|sh))`");
+  std::size_t files = 0;
+  for (const char* document : {"docs/where_is.md", "ARCHITECTURE.md"}) {
+    std::ifstream in(root / document);
+    std::string text{std::istreambuf_iterator<char>(in), {}};
+    for (auto it = std::sregex_iterator(text.begin(), text.end(), named);
+         it != std::sregex_iterator(); ++it) {
+      ++files;
+      EXPECT_TRUE(fs::exists(root / (*it)[1].str())) << document << " names " << (*it)[1];
+    }
+  }
+  EXPECT_GT(files, 40U);
 }
 
 }  // namespace

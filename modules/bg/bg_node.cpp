@@ -121,10 +121,10 @@ void BgNode::take_nav(const Cycle& cycle) {
     if (first || nav_.stamp != before) nav_moved_ = nav_.arrival;
     leave_trail();
     note_datum();
-    if (m.ledger.measured_utime != drive_.ledger.measured_utime) {
-      drive_.ledger = m.ledger;
-      drive_.ledger.bg_arrival_utime = to_utime(nav_.arrival);
-      drive_.ledger.bg_start_utime = to_utime(cycle.now);
+    if (m.latency_trace.measured_utime != drive_.latency_trace.measured_utime) {
+      drive_.latency_trace = m.latency_trace;
+      drive_.latency_trace.bg_arrival_utime = to_utime(nav_.arrival);
+      drive_.latency_trace.bg_start_utime = to_utime(cycle.now);
     }
   }
 }
@@ -239,9 +239,15 @@ Facts BgNode::facts(Stamp now) const {
 /// A command in frame local needs no place in the world: the drift since its begin is its own.
 double BgNode::speed_share() const {
   if (!route_.in_world() || !nav_.world_valid) return 1.0;
-  return std::min(
-      vj::speed_share(nav_.sigma_world_m, config_.speeds),
-      vj::protected_share(integrity_.horizontal_m, integrity_.vertical_m, config_.speeds));
+  vj::SpeedParams speeds = config_.speeds;
+  if (const command_t* const c = subordinate_.command(); c != nullptr) {
+    if (c->alert_limit_horizontal_m > 0.0) {
+      speeds.alert_limit_horizontal_m = c->alert_limit_horizontal_m;
+    }
+    if (c->alert_limit_vertical_m > 0.0) speeds.alert_limit_vertical_m = c->alert_limit_vertical_m;
+  }
+  return std::min(vj::speed_share(nav_.sigma_world_m, speeds),
+                  vj::protected_share(integrity_.horizontal_m, integrity_.vertical_m, speeds));
 }
 
 void BgNode::plan(const Cycle& cycle, const Facts& now) {
@@ -328,6 +334,7 @@ void BgNode::drive(const Cycle& cycle, const Decision& decision) {
   drive_.speed_mps = 0.0;
   drive_.accel_limit_mps2 = config_.accel_mps2;
   drive_.brake = decision.action == Action::kBrake ? 1 : 0;
+  drive_.emergency_stop = emergency_stop_.engaged() ? 1 : 0;
   const bool knows_path = !path_.empty() && path_local_utime_ == nav_.local_utime;
   if (decision.action != Action::kBrake && knows_path) {
     steering_ = follow(path_, place(), nav_.speed_mps, config_.follow, config_.shape, &at_);
@@ -401,7 +408,10 @@ void BgNode::publish_plan(Stamp now) {
 
 void BgNode::publish_status(const Decision& decision, Stamp now) {
   subordinate_.report(now, {message_status(decision.status), decision.state, decision.line,
-                            decision.reason, 0, route_.done()});
+                            decision.reason, 0, route_.done(),
+                            !emergency_stop_.engaged()    ? status_t::STOP_NONE
+                            : emergency_stop_.persisted() ? status_t::STOP_PERSISTED
+                                                          : status_t::STOP_LATCHED});
   if (decision.state == reported_state_) return;
   report_.transition(now, event_t::SEVERITY_INFO, "state", "{} -> {}{}{}", reported_state_,
                      decision.state, decision.reason.empty() ? "" : ": ", decision.reason);

@@ -55,7 +55,7 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
     return row(__LINE__, Action::kStop, when_at_rest, "ARRIVED", "");
   }
   if (!f.order_is_valid) {
-    return row(__LINE__, Action::kStop, Status::kError, "OVERDUE",
+    return row(__LINE__, Action::kStop, Status::kError, "COMMAND_EXPIRED",
                "stopped because the command's time is over and no new one came");
   }
 
@@ -99,20 +99,20 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
                "waiting because the terrain ahead was not seen of late");
   }
   if (f.speed_share <= 0.0) {
-    return row(__LINE__, Action::kStop, Status::kExecuting, "POSE_UNSURE",
+    return row(__LINE__, Action::kStop, Status::kExecuting, "POSE_UNCERTAIN",
                "waiting because the pose is too unsure to drive by");
   }
 
   // -- the way -----------------------------------------------------------------------------------
   if (!f.has_way && f.without_way > p.patience) {
-    return row(__LINE__, Action::kStop, Status::kError, "NO_WAY",
+    return row(__LINE__, Action::kStop, Status::kError, "NO_PATH",
                "cannot do because no way to the waypoint was found");
   }
   if (!f.has_way) {
-    return row(__LINE__, Action::kStop, Status::kExecuting, "SEEKING", "looking for a way");
+    return row(__LINE__, Action::kStop, Status::kExecuting, "PLANNING", "looking for a way");
   }
   if (!f.north_known) {
-    return row(__LINE__, Action::kDrive, Status::kExecuting, "FINDING_NORTH",
+    return row(__LINE__, Action::kDrive, Status::kExecuting, "INITIALIZING_HEADING",
                "driving slowly ahead so that the world model finds north");
   }
   return row(__LINE__, Action::kDrive, Status::kExecuting, no_gps ? "DRIVING_NO_GPS" : "DRIVING",

@@ -15,6 +15,7 @@ class EmergencyStop {
   explicit EmergencyStop(StopLatch latch) : latch_(std::move(latch)) {}
 
   [[nodiscard]] bool engaged() const { return latch_.engaged(); }
+  [[nodiscard]] bool persisted() const { return latch_.persisted(); }
 
   /// Once a cycle, after the drive command has been published, as a disk takes its time, and before
   /// the status: an echo without an error reports a stop that outlives BG.

@@ -6,13 +6,14 @@ namespace rcs::sp {
 namespace {
 
 void read(ParamTable table, LadarParams* p) {
+  table.get("sensor_id", &p->sensor_id, {0, 32767});
   table.get("rows", &p->rows, {1, 1024});
   table.get("cols", &p->cols, {1, 4096});
   table.get_deg("fov_v_deg", &p->fov_v_rad, {0.1, 120});
   table.get_deg("fov_h_deg", &p->fov_h_rad, {0.1, 360});
   table.get("min_range_m", &p->min_range_m, {0, 10});
   table.get("max_range_m", &p->max_range_m, {1, 300});
-  table.get("lone_m", &p->lone_m, {0, 10});
+  table.get("isolated_m", &p->isolated_m, {0, 10});
   table.get_pose("mount", &p->T_vehicle_mount, {-20, 20});
 }
 

@@ -28,8 +28,9 @@ std::optional<FacetId> facet_id(std::int64_t scan_id, std::int64_t reference_uti
 }  // namespace
 
 std::optional<FacetId> identify(const ladar_ranges_t& m, const LadarParams& ladar) {
-  const bool shape = m.rows == ladar.rows && m.cols == ladar.cols && m.first_row >= 0 &&
-                     m.facet_rows >= 0 && m.first_row + m.facet_rows <= m.rows &&
+  const bool shape = m.sensor_id == ladar.sensor_id && m.rows == ladar.rows &&
+                     m.cols == ladar.cols && m.first_row >= 0 && m.facet_rows >= 0 &&
+                     m.first_row + m.facet_rows <= m.rows &&
                      (m.n == 0 || m.n == m.facet_rows * m.cols) && m.duration_us >= 0 &&
                      m.duration_us <= kLongestScan.count();
   const bool angles = is_angle(m.pan_rad) && is_angle(m.tilt_rad) && is_rate(m.pan_rate_radps) &&
@@ -38,7 +39,8 @@ std::optional<FacetId> identify(const ladar_ranges_t& m, const LadarParams& lada
   return facet_id(m.scan_id, m.reference_utime, m.facet, m.facet_count, m.utime);
 }
 
-std::optional<FacetId> identify(const ladar_points_t& m, const LadarParams& /*ladar*/) {
+std::optional<FacetId> identify(const ladar_points_t& m, const LadarParams& ladar) {
+  if (m.sensor_id != ladar.sensor_id) return std::nullopt;
   if (m.n_time != 0 && m.n_time != m.n) return std::nullopt;
   for (const std::int32_t dt : m.dt_us) {
     if (std::abs(static_cast<std::int64_t>(dt)) > kLongestScan.count()) return std::nullopt;

@@ -285,11 +285,11 @@ void SpNode::begin_answer(const Cycle& cycle) {
   m.scan_id = assembler_.scan_id();
   m.facets_lost = static_cast<std::int16_t>(assembler_.facets_missing());
   m.degrade_level = static_cast<std::int8_t>(ladder_.level);
-  m.ledger = {};
-  m.ledger.measured_utime = m.utime;
-  m.ledger.first_facet_utime = to_utime(first_facet_arrival_);
-  m.ledger.last_facet_utime = to_utime(last_facet_arrival_);
-  m.ledger.sp_start_utime = to_utime(cycle.now);
+  m.latency_trace = {};
+  m.latency_trace.measured_utime = m.utime;
+  m.latency_trace.first_facet_utime = to_utime(first_facet_arrival_);
+  m.latency_trace.last_facet_utime = to_utime(last_facet_arrival_);
+  m.latency_trace.sp_start_utime = to_utime(cycle.now);
 }
 
 void SpNode::answer(const registration::Registration& registration, int target) {

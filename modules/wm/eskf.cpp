@@ -44,7 +44,7 @@ void drive_on(double dt, double distance_m, const ProcessNoise& ins, const Drive
   scale_block(kGpsOffset, 3, keep_gps, &P);
   add_variance(kGpsOffset, 3, 1.0 - keep_gps * keep_gps, &P);
 
-  const double keep_slip = std::exp(-dt / drive.slip_tau_s);
+  const double keep_slip = std::exp(-dt / drive.slip_correlation_s);
   x.slip *= keep_slip;
   scale_block(kSlip, 3, keep_slip, &P);
   add_variance(kSlip, 3, 1.0 - keep_slip * keep_slip, &P);

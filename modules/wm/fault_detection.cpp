@@ -41,11 +41,11 @@ void Trust::Hypothesis::count(bool accepted) {
 }
 
 void Trust::move(const Model& model, const Measurement& m, const ImuSample* next_imu) {
-  for (Shadow* shadow : {&inertial_young_, &inertial_, &without_ladar_, &without_gps_young_,
-                         &without_gps_, &before_}) {
-    if (!shadow->alive()) continue;
+  for (Subfilter* subfilter : {&inertial_young_, &inertial_, &without_ladar_, &without_gps_young_,
+                               &without_gps_, &before_}) {
+    if (!subfilter->alive()) continue;
     Innovations unread;
-    step(model, m, next_imu, &shadow->state, &unread);
+    step(model, m, next_imu, &subfilter->state, &unread);
   }
   const bool fix = std::holds_alternative<GpsFix>(m.value);
   const bool match = std::holds_alternative<RollingMatch>(m.value);
@@ -66,10 +66,10 @@ void Trust::move(const Model& model, const Measurement& m, const ImuSample* next
 
 void Trust::drop_what_passed_a_gap() {
   bool dropped = false;
-  for (Shadow* shadow : {&inertial_young_, &inertial_, &without_ladar_, &without_gps_young_,
-                         &without_gps_, &before_}) {
-    if (!shadow->passed_gap()) continue;
-    *shadow = Shadow{};
+  for (Subfilter* subfilter : {&inertial_young_, &inertial_, &without_ladar_, &without_gps_young_,
+                               &without_gps_, &before_}) {
+    if (!subfilter->passed_gap()) continue;
+    *subfilter = Subfilter{};
     dropped = true;
   }
   for (Hypothesis* hypothesis : {&gps_right_, &ladar_right_}) {
@@ -79,7 +79,7 @@ void Trust::drop_what_passed_a_gap() {
     }
   }
   if (!dropped) return;
-  gps_doubt_ = ladar_doubt_ = map_doubt_ = map_rival_m_ = 0.0;
+  gps_test_ratio_ = ladar_test_ratio_ = map_test_ratio_ = map_rival_m_ = 0.0;
   doubted_ = map_contradicted_ = 0;
   cusum_.setZero();
   ladar_doubted_since_ = map_doubted_since_ = Stamp::min();
@@ -89,10 +89,11 @@ void Trust::drop_what_passed_a_gap() {
 bool Trust::well(const FilterState& belief) const {
   const Memory& m = belief.memory;
   if (m.withheld.gps || m.withheld.ladar) return false;
-  // A little doubt keeps the shadow that raised it, but not for ever.
+  // A little doubt keeps the subfilter that raised it, but not for ever.
   const bool old =
       without_gps_.alive() && belief.belief.x.stamp - without_gps_.branch > 4 * params_.branch;
-  if (std::max({gps_doubt_, ladar_doubt_, map_doubt_}) > (old ? 1.0 : kCalm)) return false;
+  if (std::max({gps_test_ratio_, ladar_test_ratio_, map_test_ratio_}) > (old ? 1.0 : kCalm))
+    return false;
   const Stamp placed =
       std::max(m.of(Source::kGpsPosition).accepted, m.of(Source::kPriorMap).accepted);
   const bool without = !m.anchored;  // there is no GPS to go without
@@ -130,7 +131,7 @@ void Trust::renew(const FilterState& belief) {
   if (gap_end != Stamp::min() && now - gap_end < kSettling) return;
   if (!knows_attitude(belief)) {
     // Nor against one from long ago: the watch begins anew.
-    inertial_young_ = inertial_ = without_ladar_ = without_gps_young_ = without_gps_ = Shadow{};
+    inertial_young_ = inertial_ = without_ladar_ = without_gps_young_ = without_gps_ = Subfilter{};
     detectable_m_ = kAnything_m;
     return;
   }
@@ -195,18 +196,18 @@ FilterState Trust::found(Finding finding, const FilterState& next, const FilterS
   agreeing_.fill(false);
   agreeing_since_ = ladar_doubted_since_ = map_doubted_since_ = Stamp::min();
   doubted_ = map_contradicted_ = 0;
-  gps_doubt_ = ladar_doubt_ = map_doubt_ = rival_m_ = map_rival_m_ = 0.0;
+  gps_test_ratio_ = ladar_test_ratio_ = map_test_ratio_ = rival_m_ = map_rival_m_ = 0.0;
   detectable_m_ = kAnything_m;
-  before_ = finding == Finding::kGpsRight ? Shadow{belief, now} : Shadow{};
-  // Shadows that a guilty source has led along are no good.
-  const Shadow inertial = inertial_;
+  before_ = finding == Finding::kGpsRight ? Subfilter{belief, now} : Subfilter{};
+  // Subfilters that a guilty source has led along are no good.
+  const Subfilter inertial = inertial_;
   branch_all(state);
   grow_up();
   if (of_ladar) inertial_ = inertial;
   return state;
 }
 
-const Shadow& Trust::shadow(Without what) const {
+const Subfilter& Trust::subfilter(Without what) const {
   if (what == Without::kAll) return inertial_;
   return what == Without::kLadar ? without_ladar_ : without_gps_;
 }

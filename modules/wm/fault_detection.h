@@ -10,12 +10,12 @@
 
 namespace rcs::wm {
 
-/// The values are shadow_t's. Without GPS: without the a priori map, too, by motion alone.
+/// The values are subfilter_t's. Without GPS: without the a priori map, too, by motion alone.
 enum class Without : int { kAll = 0, kLadar = 1, kGps = 2 };
-constexpr std::size_t kShadows = 3;
+constexpr std::size_t kSubfilters = 3;
 
 /// A copy of the belief that goes without some source from a moment at which all was well.
-struct Shadow {
+struct Subfilter {
   FilterState state;
   Stamp branch = Stamp::min();  ///< min(): there is none
 
@@ -55,12 +55,12 @@ class Trust {
                                                const ImuSample* next_imu,
                                                const FilterState& belief);
 
-  [[nodiscard]] const Shadow& shadow(Without what) const;
+  [[nodiscard]] const Subfilter& subfilter(Without what) const;
   [[nodiscard]] Trusted gps(const FilterState& belief, const ModeParams& modes) const;
   [[nodiscard]] Trusted ladar(const FilterState& belief, const ModeParams& modes) const;
   /// Test statistics over their limits; above 1 for a while the source is guilty.
-  [[nodiscard]] double gps_doubt() const { return gps_doubt_; }
-  [[nodiscard]] double ladar_doubt() const { return ladar_doubt_; }
+  [[nodiscard]] double gps_test_ratio() const { return gps_test_ratio_; }
+  [[nodiscard]] double ladar_test_ratio() const { return ladar_test_ratio_; }
   /// How far fixes may lead the belief away, horizontally, before they are found out.
   [[nodiscard]] double detectable_m() const { return detectable_m_; }
   /// How far from the belief the vehicle is if refused fixes that agree with one another are right.
@@ -117,18 +117,18 @@ class Trust {
 
   static constexpr Duration kFresh = from_seconds(2.0);
   static constexpr Duration kSettling = from_seconds(5.0);  // after a gap of the INS
-  static constexpr Duration kYoung = from_seconds(1.0);     // a shadow tells nothing yet
+  static constexpr Duration kYoung = from_seconds(1.0);     // a subfilter tells nothing yet
   static constexpr double kCalm = 0.3;  // doubt below which a belief is worth a branch
 
   TrustParams params_;
   double limit_1_, limit_2_;  // chi square's, by degrees of freedom
   // Of two generations: the older ones watch, for what leads the belief away leads along whatever
   // branches from it after that.
-  Shadow inertial_young_, inertial_;
-  Shadow without_gps_young_, without_gps_;
-  Shadow without_ladar_;
+  Subfilter inertial_young_, inertial_;
+  Subfilter without_gps_young_, without_gps_;
+  Subfilter without_ladar_;
   double young_began_m_ = 0.0, without_gps_began_m_ = 0.0;  // driven at their branches
-  Shadow before_;  ///< the belief that fixes contradicted until they were believed
+  Subfilter before_;  ///< the belief that fixes contradicted until they were believed
   Hypothesis gps_right_, ladar_right_;
   std::array<bool, 6> agreeing_{};  // the newest fixes
   std::size_t fixes_ = 0;
@@ -139,7 +139,7 @@ class Trust {
   Vec<4> cusum_ = Vec<4>::Zero();  ///< of the fixes' velocity: east, west, north, south
   Stamp ladar_doubted_since_ = Stamp::min(), map_doubted_since_ = Stamp::min();
   Stamp gps_probation_ = Stamp::min(), ladar_probation_ = Stamp::min();
-  double gps_doubt_ = 0.0, ladar_doubt_ = 0.0, map_doubt_ = 0.0;
+  double gps_test_ratio_ = 0.0, ladar_test_ratio_ = 0.0, map_test_ratio_ = 0.0;
   double rival_m_ = 0.0, map_rival_m_ = 0.0;
   static constexpr double kAnything_m = 1e3;  ///< before the watch has begun
   double detectable_m_ = kAnything_m;

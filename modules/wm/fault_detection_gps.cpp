@@ -16,7 +16,7 @@ constexpr double kLimit = 9.21;      // of chi squared, 99 %, two dof: better la
 }  // namespace
 
 /// Cumulative sums (Page 1954) of what the fixes' velocity has too much, both ways along both axes:
-/// fixes that go astray slowly do so for long. What the shadow's own velocity may be off, its
+/// fixes that go astray slowly do so for long. What the subfilter's own velocity may be off, its
 /// heading's error above all, is the same in all fixes: no sum makes that certain, so three
 /// standard deviations of it are let pass.
 void Trust::sum_velocity(const Model& model, const GpsFix& z) {
@@ -46,7 +46,7 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
   gps_right_ = {};
   // No matches come any more that could take the map's doubt back, and fixes say where it is.
   const Stamp mapped = belief.memory.of(Source::kPriorMap).accepted;
-  if (record.accepted == now && mapped < now - kFresh) map_doubt_ = map_rival_m_ = 0.0;
+  if (record.accepted == now && mapped < now - kFresh) map_test_ratio_ = map_rival_m_ = 0.0;
   if (before_.alive() && now >= gps_probation_) before_ = {};
   agreeing_.fill(false);
   agreeing_since_ = Stamp::min();
@@ -58,7 +58,7 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
   if (belief.memory.heights_refused == 0) astray = std::max(astray, n.vertical / limit_1_);
   sum_velocity(model, z);
   const double drifting = cusum_.maxCoeff() / params_.cusum;
-  gps_doubt_ = std::max(astray, drifting);
+  gps_test_ratio_ = std::max(astray, drifting);
   // What the belief refused by itself has done no harm.
   const bool harmful = record.accepted == now;
   doubted_ = harmful && astray > 1.0 ? doubted_ + 1 : 0;
@@ -153,7 +153,7 @@ std::optional<FilterState> Trust::judge_quarantined_fix(const Model& model, cons
     return found(Finding::kGpsBackRevoked, before_.state, belief, model.params.modes);
   }
   const Nis n = nis(belief, z, model.params.gps, 0.0);
-  gps_doubt_ = n.horizontal / model.gates[2];
+  gps_test_ratio_ = n.horizontal / model.gates[2];
   if (std::optional<FilterState> change = map_is_to_blame(model, z, belief)) return change;
   if (gps_right_.alive() && !keeps_its_shape(model, z, belief)) gps_right_ = {};
   if (!gps_right_.alive()) suppose_gps_right(model, z, belief);

@@ -24,11 +24,11 @@ bool Trust::lasts(bool astray, Stamp now, Stamp* since) const {
 /// Fixes come back where the motion has led, and not where the a priori map has.
 std::optional<FilterState> Trust::map_is_to_blame(const Model& model, const GpsFix& z,
                                                   const FilterState& belief) {
-  const Shadow& motion = without_gps_;
+  const Subfilter& motion = without_gps_;
   const Memory& m = belief.memory;
   const bool used =
       motion.alive() && !m.withheld.prior_map && m.of(Source::kPriorMap).accepted > motion.branch;
-  const bool by_motion = used && gps_doubt_ > 1.0 &&
+  const bool by_motion = used && gps_test_ratio_ > 1.0 &&
                          nis(motion.state, z, model.params.gps, 0.0).horizontal <= model.gates[2];
   map_contradicted_ = by_motion ? map_contradicted_ + 1 : 0;
   if (map_contradicted_ < params_.doubted) return std::nullopt;
@@ -49,14 +49,14 @@ std::optional<FilterState> Trust::judge_prior_match(const FilterState& belief,
   const Stamp now = belief.belief.x.stamp;
   const bool used = belief.memory.of(Source::kPriorMap).accepted == now;
   if (!used || !without_gps_.alive() || now - without_gps_.branch < kYoung) return std::nullopt;
-  map_doubt_ = std::max(difference(without_gps_.state, belief, params_.floor_m) / kMapLimit2,
-                        heading_difference(without_gps_.state, belief) / kMapLimit1);
+  map_test_ratio_ = std::max(difference(without_gps_.state, belief, params_.floor_m) / kMapLimit2,
+                             heading_difference(without_gps_.state, belief) / kMapLimit1);
   const Vec3 apart =
       without_gps_.state.belief.x.T_world_vehicle.p - belief.belief.x.T_world_vehicle.p;
-  map_rival_m_ = map_doubt_ > kCalm ? apart.head<2>().norm() : 0.0;
+  map_rival_m_ = map_test_ratio_ > kCalm ? apart.head<2>().norm() : 0.0;
   // With GPS the two also differ when it is GPS that goes astray: judge_fix tells.
   const bool by_fixes = belief.memory.of(Source::kGpsPosition).accepted > now - kFresh;
-  const bool astray = map_doubt_ > 1.0 && (!by_fixes || gps_doubt_ <= kCalm);
+  const bool astray = map_test_ratio_ > 1.0 && (!by_fixes || gps_test_ratio_ <= kCalm);
   if (!lasts(astray, now, &map_doubted_since_)) return std::nullopt;
   return without_map(belief, modes);
 }
@@ -65,12 +65,13 @@ std::optional<FilterState> Trust::judge_match(const FilterState& belief, const M
   const Stamp now = belief.belief.x.stamp;
   ladar_right_ = {};
   if (!without_ladar_.alive() || now - without_ladar_.branch < kYoung) return std::nullopt;
-  ladar_doubt_ = difference(without_ladar_.state, belief, params_.floor_m) / limit_2_;
+  ladar_test_ratio_ = difference(without_ladar_.state, belief, params_.floor_m) / limit_2_;
   // With GPS the two also differ when it is GPS that goes astray: judge_fix tells.
   const Stamp fix = without_ladar_.state.memory.of(Source::kGpsPosition).accepted;
   const bool by_fixes = fix > now - kFresh;
   const int refused = belief.memory.of(Source::kGpsPosition).refused;
-  const bool astray = ladar_doubt_ > 1.0 && (!by_fixes || (gps_doubt_ < kCalm && refused == 0));
+  const bool astray =
+      ladar_test_ratio_ > 1.0 && (!by_fixes || (gps_test_ratio_ < kCalm && refused == 0));
   if (!lasts(astray, now, &ladar_doubted_since_)) return std::nullopt;
   FilterState next = without_ladar_.state;
   next.memory.withheld = belief.memory.withheld;
@@ -89,8 +90,8 @@ std::optional<FilterState> Trust::judge_quarantined_match(const FilterState& bel
     return std::nullopt;
   }
   if (ladar_right_.agreed < params_.matches) return std::nullopt;
-  ladar_doubt_ = difference(belief, ladar_right_.state, params_.floor_m) / limit_2_;
-  if (ladar_doubt_ > kCalm) return std::nullopt;
+  ladar_test_ratio_ = difference(belief, ladar_right_.state, params_.floor_m) / limit_2_;
+  if (ladar_test_ratio_ > kCalm) return std::nullopt;
   return found(Finding::kLadarBack, ladar_right_.state, belief, modes);
 }
 

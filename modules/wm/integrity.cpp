@@ -99,10 +99,11 @@ Integrity integrity(const FilterState& state, const Trust& trust, Duration silen
   constexpr int kSeveral = 3;
   const Memory& m = state.memory;
   const bool refuted = m.of(Source::kGpsPosition).refused >= kSeveral ||
-                       m.heights_refused >= kSeveral || m.gps_accused || trust.gps_doubt() > 1.0;
+                       m.heights_refused >= kSeveral || m.gps_accused ||
+                       trust.gps_test_ratio() > 1.0;
   if (gps != Trusted::kNone && refuted) out.alerts |= kAlertGps;
   const bool refused = m.of(Source::kRolling).refused >= kSeveral;
-  if (ladar == Trusted::kQuarantine || refused || trust.ladar_doubt() > 1.0) {
+  if (ladar == Trusted::kQuarantine || refused || trust.ladar_test_ratio() > 1.0) {
     out.alerts |= kAlertLadar;
   }
 

@@ -43,10 +43,10 @@ struct DriveNoise {
   double mount_angle = 1e-6;        ///< wander of the LADAR's mount [rad/sqrt(m)], [0, 0.01]
   /// Of the a priori map's offset, stationary, where the map does not say, (0, 100].
   double map_sigma_m = 1.0;
-  double map_length_m = 200.0;  ///< its correlation length, [1, 1e5]
-  double wheel_scale = 1e-4;    ///< wander of the wheel's scale [1/sqrt(m)], [0, 0.1]
-  double gps_tau_s = 60.0;      ///< correlation time of the GPS error, [0.1, 1e5]
-  double slip_tau_s = 0.5;      ///< the same of the wheels' slip, [0.01, 1e5]
+  double map_length_m = 200.0;      ///< its correlation length, [1, 1e5]
+  double wheel_scale = 1e-4;        ///< wander of the wheel's scale [1/sqrt(m)], [0, 0.1]
+  double gps_tau_s = 60.0;          ///< correlation time of the GPS error, [0.1, 1e5]
+  double slip_correlation_s = 0.5;  ///< the same of the wheels' slip, [0.01, 1e5]
 };
 
 struct GpsParams {
@@ -155,20 +155,20 @@ struct TrustParams {
   Duration silence = from_seconds(10.0);  ///< fixes after a longer one are looked at first, >= 1 s
   int refused = 5;   ///< in a row: nothing more of the source is believed, [2, 1000]
   int agreeing = 5;  ///< of the newest six fixes, so many must agree before it is, [2, 6]
-  Duration agreeing_for = from_seconds(1.0);   ///< and over this time, [0, 60] s
-  Duration persistent = from_seconds(40.0);    ///< fixes that contradict the belief, but one
-  double persistent_m = 100.0;                 ///< another never, for so long and so far driven,
-                                               ///< are right, [10, 600] s, [10, 10000]
-  Duration probation = from_seconds(5.0);      ///< then it can still be undone, [1, 60] s
-  Duration branch = from_seconds(10.0);        ///< age at which a shadow is renewed, [2, 60] s
-  int doubted = 5;                             ///< fixes in a row that a shadow refutes, [1, 100]
+  Duration agreeing_for = from_seconds(1.0);  ///< and over this time, [0, 60] s
+  Duration persistent = from_seconds(40.0);   ///< fixes that contradict the belief, but one
+  double persistent_m = 100.0;                ///< another never, for so long and so far driven,
+                                              ///< are right, [10, 600] s, [10, 10000]
+  Duration probation = from_seconds(5.0);     ///< then it can still be undone, [1, 60] s
+  Duration branch = from_seconds(10.0);       ///< age at which a subfilter is renewed, [2, 60] s
+  int doubted = 5;                            ///< fixes in a row that a subfilter refutes, [1, 100]
   Duration ladar_doubted = from_seconds(1.0);  ///< the same of matches, [0.1, 60] s
   int matches = 20;                            ///< that agree bring the LADAR back, [2, 1000]
-  double false_alarm = 1e-6;                   ///< of a shadow's test, [1e-12, 1e-3]
+  double false_alarm = 1e-6;                   ///< of a subfilter's test, [1e-12, 1e-3]
   double floor_m = 0.3;                        ///< two filters may differ by this, [0.01, 10]
-  double floor_share = 0.003;        ///< sigma of the way that a shadow does not know of, [0, 0.1]
-  double floor_mps = 0.03;           ///< the same of its speed, [0, 1]
-  double attitude_sigma_rad = 0.01;  ///< of a belief that is worth a shadow, [1e-3, 1]
+  double floor_share = 0.003;  ///< sigma of the way that a subfilter does not know of, [0, 0.1]
+  double floor_mps = 0.03;     ///< the same of its speed, [0, 1]
+  double attitude_sigma_rad = 0.01;  ///< of a belief that is worth a subfilter, [1e-3, 1]
   double cusum = 12.0;  ///< of velocities' excess, in sigmas, that refutes fixes, [3, 1000]
 };
 

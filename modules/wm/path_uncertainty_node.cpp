@@ -18,31 +18,33 @@ constexpr std::size_t kBytesAPlace = 5 * sizeof(float);
 
 }  // namespace
 
-SurenessDesk::SurenessDesk(const SurenessParams& params, PriorTerrain prior, Bus* bus)
+PathUncertaintyDesk::PathUncertaintyDesk(const PathUncertaintyParams& params, PriorTerrain prior,
+                                         Bus* bus)
     : params_(params),
       prior_(std::move(prior)),
       queries_(bus, channel::kWmPathQuery, 2),
-      answers_(bus, channel::kWmPathSureness) {
+      answers_(bus, channel::kWmPathUncertainty) {
   path_m_.reserve(kMostPlaces + 1);
   walk_.reserve(kMostPlaces + 1);
   answers_.reserve(kBytesAPlace * kMostPlaces + 500);
-  for (auto* figures : {&answer_.way_m, &answer_.x_m, &answer_.y_m, &answer_.sigma_dead_m,
-                        &answer_.sigma_with_map_m}) {
+  for (auto* figures : {&answer_.travelled_m, &answer_.x_m, &answer_.y_m,
+                        &answer_.sigma_dead_reckoning_m, &answer_.sigma_with_map_m}) {
     figures->reserve(kMostPlaces + 2);
   }
 }
 
-void SurenessDesk::step(const FilterState* state, const LocalFrame* datum, Stamp now,
-                        Report* report) {
+void PathUncertaintyDesk::step(const FilterState* state, const LocalFrame* datum, Stamp now,
+                               Report* report) {
   for (; !queries_.empty(); queries_.pop()) take(*queries_.front(), state, datum, now, report);
   if (walking_) walk(now, report);
 }
 
-void SurenessDesk::take(const path_query_t& query, const FilterState* state,
-                        const LocalFrame* datum, Stamp now, Report* report) {
+void PathUncertaintyDesk::take(const path_query_t& query, const FilterState* state,
+                               const LocalFrame* datum, Stamp now, Report* report) {
   if (query.issuer.size() > kMostIssuer) {
-    report->warn(now, "sureness.issuer", "a question's issuer has {} characters, {} at most",
-                 query.issuer.size(), kMostIssuer);
+    report->warn(now, "path_uncertainty.issuer",
+                 "a question's issuer has {} characters, {} at most", query.issuer.size(),
+                 kMostIssuer);
     return;
   }
   const bool same_issuer = asked_ && query.issuer == answer_.issuer;
@@ -53,8 +55,8 @@ void SurenessDesk::take(const path_query_t& query, const FilterState* state,
   if (!again && !waits) begin(query, state, datum);
 }
 
-void SurenessDesk::begin(const path_query_t& query, const FilterState* state,
-                         const LocalFrame* datum) {
+void PathUncertaintyDesk::begin(const path_query_t& query, const FilterState* state,
+                                const LocalFrame* datum) {
   asked_ = true;
   walking_ = false;
   answer_.issuer = query.issuer;
@@ -63,15 +65,15 @@ void SurenessDesk::begin(const path_query_t& query, const FilterState* state,
   answer_.has_map = prior_.there() ? 1 : 0;
   answer_.map_bias_sigma_m = prior_.there() ? prior_.map().level(0).bias_sigma_m : 0.0;
   answer_.n = 0;
-  for (auto* figures : {&answer_.way_m, &answer_.x_m, &answer_.y_m, &answer_.sigma_dead_m,
-                        &answer_.sigma_with_map_m}) {
+  for (auto* figures : {&answer_.travelled_m, &answer_.x_m, &answer_.y_m,
+                        &answer_.sigma_dead_reckoning_m, &answer_.sigma_with_map_m}) {
     figures->clear();
   }
-  if (state == nullptr || datum == nullptr) return answer(path_sureness_t::STATE_NO_WORLD);
+  if (state == nullptr || datum == nullptr) return answer(path_uncertainty_t::STATE_NO_WORLD);
   const NavState& x = state->belief.x;
   const Cov& P = state->belief.P;
   if (!read_path(query, x.T_world_vehicle.p.head<2>())) {
-    return answer(path_sureness_t::STATE_BAD_PATH);
+    return answer(path_uncertainty_t::STATE_BAD_PATH);
   }
   answer_.utime = to_utime(x.stamp);
   prior_.set_datum(datum->datum());
@@ -90,7 +92,7 @@ void SurenessDesk::begin(const path_query_t& query, const FilterState* state,
   walking_ = true;
 }
 
-bool SurenessDesk::read_path(const path_query_t& query, const Vec2& start) {
+bool PathUncertaintyDesk::read_path(const path_query_t& query, const Vec2& start) {
   path_m_.assign(1, start);
   const auto n = static_cast<std::size_t>(query.n);
   if (n == 0 || n > kMostPlaces) return false;
@@ -102,7 +104,7 @@ bool SurenessDesk::read_path(const path_query_t& query, const Vec2& start) {
   return true;
 }
 
-void SurenessDesk::walk(Stamp now, Report* report) {
+void PathUncertaintyDesk::walk(Stamp now, Report* report) {
   Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
   if (prior_.T_map_world()) {
     // Both planes are level, each at its own place: what is turned is north.
@@ -116,17 +118,17 @@ void SurenessDesk::walk(Stamp now, Report* report) {
     information =
         R_map_world.transpose() * terrain_information(prior_.map(), place, seen) * R_map_world;
   }
-  const PathSureness here = walk_.step(information);
-  answer_.way_m.push_back(static_cast<float>(here.way_m));
+  const PathUncertainty here = walk_.step(information);
+  answer_.travelled_m.push_back(static_cast<float>(here.way_m));
   answer_.x_m.push_back(static_cast<float>(here.place_m.x()));
   answer_.y_m.push_back(static_cast<float>(here.place_m.y()));
-  answer_.sigma_dead_m.push_back(static_cast<float>(here.sigma_dead_m));
+  answer_.sigma_dead_reckoning_m.push_back(static_cast<float>(here.sigma_dead_reckoning_m));
   answer_.sigma_with_map_m.push_back(static_cast<float>(here.sigma_with_map_m));
   ++answer_.n;
-  if (walk_.over()) answer(path_sureness_t::STATE_ANSWERED);
+  if (walk_.over()) answer(path_uncertainty_t::STATE_ANSWERED);
 }
 
-void SurenessDesk::answer(std::int8_t state) {
+void PathUncertaintyDesk::answer(std::int8_t state) {
   walking_ = false;
   answer_.state = state;
   answers_.publish(&answer_);

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "lcmtypes/rcs/path_query_t.hpp"
-#include "lcmtypes/rcs/path_sureness_t.hpp"
+#include "lcmtypes/rcs/path_uncertainty_t.hpp"
 #include "modules/wm/filter.h"
 #include "modules/wm/wm_config.h"
 #include "rcs/base/geodesy.h"
@@ -19,10 +19,10 @@
 
 namespace rcs::wm {
 
-class SurenessDesk {
+class PathUncertaintyDesk {
  public:
   /// @param prior  the a priori map; its window moves along the paths
-  SurenessDesk(const SurenessParams& params, PriorTerrain prior, Bus* bus);
+  PathUncertaintyDesk(const PathUncertaintyParams& params, PriorTerrain prior, Bus* bus);
 
   /// Once a cycle: takes what is asked, one question after the other, and works on it by a place at
   /// most. While a tile of the map is under way it waits.
@@ -40,13 +40,13 @@ class SurenessDesk {
   void walk(Stamp now, Report* report);
   void answer(std::int8_t state);
 
-  SurenessParams params_;
+  PathUncertaintyParams params_;
   PriorTerrain prior_;
   Inbox<path_query_t> queries_;
-  Outbox<path_sureness_t> answers_;
-  SurenessWalk walk_;
+  Outbox<path_uncertainty_t> answers_;
+  PathUncertaintyWalk walk_;
   std::vector<Vec2> path_m_;  // frame world
-  path_sureness_t answer_{};
+  path_uncertainty_t answer_{};
   bool asked_ = false;  // answer_ is to somebody
   bool walking_ = false;
 };

@@ -54,7 +54,7 @@ void read_odometry(ParamTable table, OdometryParams* p, DriveNoise* drive) {
   table.get("side_slip", &p->side_slip, {0, 1});
   table.get("scale_sigma", &p->scale_sigma, {1e-5, 0.5});
   table.get("climb_slip", &p->climb_slip, {0, 1});
-  table.get("correlation_s", &drive->slip_tau_s, {0.01, 1e5});
+  table.get("correlation_s", &drive->slip_correlation_s, {0.01, 1e5});
   table.get("constrained", &p->constrained);
   table.get("zero_velocity", &p->zero_velocity);
 }
@@ -163,7 +163,7 @@ void read_terrain(ParamTable table, WmConfig* c) {
   if (2 * p.patch > p.size) table.fail("patch", "must not be more than half of size");
 }
 
-void read_sureness(ParamTable table, SurenessParams* p) {
+void read_path_uncertainty(ParamTable table, PathUncertaintyParams* p) {
   table.get("radius_m", &p->radius_m, {5, 200});
   table.get("drift", &p->drift, {1e-6, 1});
 }
@@ -257,7 +257,7 @@ Result<WmConfig> load_wm_config(const ParamFile& file) {
   read_trust(wm.table("trust"), &p.trust);
   read_integrity(wm.table("integrity"), &p.integrity);
   read_terrain(wm.table("terrain"), &c);
-  read_sureness(wm.table("sureness"), &c.sureness);
+  read_path_uncertainty(wm.table("path_uncertainty"), &c.path_uncertainty);
 
   if (Outcome read_all = file.finish(tables_but({"world", "gps", "ins", "odometry", "wm"}));
       !read_all) {

@@ -15,7 +15,7 @@
 namespace rcs::wm {
 
 /// How sure along a path without GPS.
-struct SurenessParams {
+struct PathUncertaintyParams {
   double radius_m =
       25.0;              ///< of the ground that a scan sees, and the way between matches, [5, 200]
   double drift = 0.002;  ///< sigma of the motion's error a metre driven, besides the heading's,
@@ -29,7 +29,7 @@ struct WmConfig {
   TerrainParams terrain;          ///< [wm.terrain]
   Duration map_period = from_milliseconds(200.0);  ///< of map_patch, [50, 10000] ms
   PriorTerrainParams prior_terrain;                ///< [world]: prior_map and its like
-  SurenessParams sureness;                         ///< [wm.sureness]
+  PathUncertaintyParams path_uncertainty;          ///< [wm.path_uncertainty]
   WmParams params;                                 ///< [gps] [ins] [odometry] [wm.*]
 };
 

@@ -21,7 +21,7 @@ constexpr std::string_view kModes[] = {"align",    "gps+ins",         "gps+ins+l
 
 constexpr Duration kReportInterval = from_seconds(5.0);
 constexpr Duration kIntegrityPeriod = from_milliseconds(100.0);
-constexpr Duration kShadowPeriod = from_milliseconds(500.0);
+constexpr Duration kSubfilterPeriod = from_milliseconds(500.0);
 
 constexpr std::string_view kSilentCodes[] = {"input.ins", "input.gps", "input.odometry",
                                              "input.ladar"};
@@ -48,17 +48,18 @@ WmNode::WmNode(const WmConfig& config, Bus* bus, PriorTerrain prior, std::string
       nav_state_out_(bus, channel::kWmNavState),
       innovation_out_(bus, channel::kWmInnovation),
       integrity_out_(bus, channel::kWmIntegrity),
-      shadow_out_(bus, channel::kWmShadow),
+      subfilter_out_(bus, channel::kWmSubfilter),
       report_(bus, config.info.name, kReportInterval),
       estimator_(config.params, config.datum),
       terrain_(config, bus),
-      sureness_(config.sureness, std::move(prior), bus),
+      path_uncertainty_(config.path_uncertainty, std::move(prior), bus),
       no_map_(std::move(no_map)),
       integrity_clock_(kIntegrityPeriod),
-      shadow_clock_(kShadowPeriod) {}
+      subfilter_clock_(kSubfilterPeriod) {}
 
 std::vector<const InboxBase*> WmNode::inboxes() const {
-  return {&ins_, &fixes_, &odometry_, &registrations_, &terrain_.inbox(), &sureness_.inbox()};
+  return {&ins_,           &fixes_,           &odometry_,
+          &registrations_, &terrain_.inbox(), &path_uncertainty_.inbox()};
 }
 
 Stamp WmNode::next_wakeup() const {
@@ -88,9 +89,9 @@ void WmNode::run(const Cycle& cycle) {
     publish_integrity(cycle.now);
     integrity_clock_.advance(cycle.now);
   }
-  if (shadow_clock_.due(cycle.now)) {
-    publish_shadows();
-    shadow_clock_.advance(cycle.now);
+  if (subfilter_clock_.due(cycle.now)) {
+    publish_subfilters();
+    subfilter_clock_.advance(cycle.now);
   }
   report_events(cycle.now);
   report_inputs(cycle.now);
@@ -99,9 +100,9 @@ void WmNode::run(const Cycle& cycle) {
   terrain_.step(estimator_, local_began_, cycle.now, &report_);
   cycle.stages->mark("terrain");
   const bool absolute = estimator_.started() && estimator_.state().memory.anchored;
-  sureness_.step(absolute ? &estimator_.state() : nullptr,
-                 estimator_.datum() ? &*estimator_.datum() : nullptr, cycle.now, &report_);
-  cycle.stages->mark("sureness");
+  path_uncertainty_.step(absolute ? &estimator_.state() : nullptr,
+                         estimator_.datum() ? &*estimator_.datum() : nullptr, cycle.now, &report_);
+  cycle.stages->mark("path_uncertainty");
   if (clock_.due(cycle.now)) clock_.advance(cycle.now);
   cycle.stages->close_account();
 }
@@ -176,9 +177,9 @@ void WmNode::take(const registration_t& m, Stamp now) {
   if (reason == Reason::kAccepted && stamp >= cause_) {
     cause_ = stamp;
     // A scan has up to two registrations: its way ends with the first.
-    if (m.ledger.measured_utime != ledger_.measured_utime) {
-      ledger_ = m.ledger;
-      ledger_.wm_arrival_utime = to_utime(registrations_.front_arrival());
+    if (m.latency_trace.measured_utime != latency_trace_.measured_utime) {
+      latency_trace_ = m.latency_trace;
+      latency_trace_.wm_arrival_utime = to_utime(registrations_.front_arrival());
     }
   }
 }
@@ -220,8 +221,9 @@ void WmNode::publish_nav_state(Stamp now) {
   nav_state_.mode = static_cast<std::int8_t>(mode(now));
   nav_state_.pose_valid = inputs_.all_silent_for(now) <= config_.params.modes.input_timeout ? 1 : 0;
   const bool rests_on_scan = cause_ > Stamp::min() && cause_ <= s.belief.x.stamp;
-  if (rests_on_scan && ledger_.wm_start_utime == 0) ledger_.wm_start_utime = to_utime(now);
-  nav_state_.ledger = rests_on_scan ? ledger_ : ledger_t{};
+  if (rests_on_scan && latency_trace_.wm_start_utime == 0)
+    latency_trace_.wm_start_utime = to_utime(now);
+  nav_state_.latency_trace = rests_on_scan ? latency_trace_ : latency_trace_t{};
   nav_state_.publish_utime = to_utime(now);
   nav_state_out_.publish(&nav_state_);
 }
@@ -254,7 +256,7 @@ void WmNode::fill_belief(const FilterState& s, Stamp now) {
   to_message(memory.accel_vehicle, m.accel_vehicle_mps2);
   to_message(x.gyro_bias, m.gyro_bias_radps);
   to_message(x.accel_bias, m.accel_bias_mps2);
-  to_message(x.map_offset, m.map_offset_m);
+  to_message(x.map_offset, m.prior_map_bias_m);
   m.wheel_scale = x.wheel_scale;
 
   m.world_resets = memory.world_resets;
@@ -298,6 +300,10 @@ void WmNode::publish_integrity(Stamp now) {
   const std::int64_t utime = to_utime(s.belief.x.stamp);
   const auto gps = static_cast<std::int8_t>(trust.gps(s, params.modes));
   const auto ladar = static_cast<std::int8_t>(trust.ladar(s, params.modes));
+  const std::int8_t ins = inputs_.silent(Input::kIns, now) || s.memory.ins_stamp == Stamp::min()
+                              ? integrity_t::STATUS_NONE
+                              : integrity_t::STATUS_ACCEPTED;
+  if (m.utime == 0 || ins != m.ins) m.ins_since_utime = utime;
   if (m.utime == 0 || gps != m.gps) m.gps_since_utime = utime;
   if (m.utime == 0 || ladar != m.ladar) m.ladar_since_utime = utime;
   m.utime = utime;
@@ -307,30 +313,31 @@ void WmNode::publish_integrity(Stamp now) {
   m.limit_horizontal_m = params.integrity.limit_horizontal_m;
   m.limit_vertical_m = params.integrity.limit_vertical_m;
   m.alerts = static_cast<std::int8_t>(found.alerts);
+  m.ins = ins;
   m.gps = gps;
   m.ladar = ladar;
-  m.gps_doubt = trust.gps_doubt();
-  m.ladar_doubt = trust.ladar_doubt();
+  m.gps_test_ratio = trust.gps_test_ratio();
+  m.ladar_test_ratio = trust.ladar_test_ratio();
   m.sigma_in_60s_m = found.sigma_in_60s_m;
   m.alert_in_s = found.alert_in_s;
   integrity_out_.publish(&m);
   report_trust(now);
 }
 
-void WmNode::publish_shadows() {
+void WmNode::publish_subfilters() {
   const Trust& trust = estimator_.trust();
   if (!estimator_.started() || !estimator_.state().memory.anchored) return;
   for (const Without what : {Without::kAll, Without::kLadar, Without::kGps}) {
-    const Shadow& shadow = trust.shadow(what);
-    if (!shadow.alive()) continue;
-    const Belief& belief = shadow.state.belief;
-    shadow_.utime = to_utime(belief.x.stamp);
-    shadow_.kind = static_cast<std::int8_t>(what);
-    shadow_.branch_utime = to_utime(shadow.branch);
-    to_message(belief.x.T_world_vehicle, shadow_.q_world_vehicle, shadow_.p_world_vehicle_m);
+    const Subfilter& subfilter = trust.subfilter(what);
+    if (!subfilter.alive()) continue;
+    const Belief& belief = subfilter.state.belief;
+    subfilter_.utime = to_utime(belief.x.stamp);
+    subfilter_.kind = static_cast<std::int8_t>(what);
+    subfilter_.branch_utime = to_utime(subfilter.branch);
+    to_message(belief.x.T_world_vehicle, subfilter_.q_world_vehicle, subfilter_.p_world_vehicle_m);
     to_message(world_pose_covariance(belief, config_.params.ins.mount_sigma_rad),
-               shadow_.cov_world_pose);
-    shadow_out_.publish(&shadow_);
+               subfilter_.cov_world_pose);
+    subfilter_out_.publish(&subfilter_);
   }
 }
 
@@ -430,7 +437,7 @@ Result<std::unique_ptr<Node>> make_node(const ParamFile& file, Bus* bus, bool li
   // A path is looked at place by place: only what a scan would see there, and the cells beside it,
   // is in memory.
   PriorTerrainParams around = config->prior_terrain;
-  around.window.radius_m = 2.0 * config->sureness.radius_m;
+  around.window.radius_m = 2.0 * config->path_uncertainty.radius_m;
   // The belief does not need it.
   Result<PriorTerrain> prior = open_prior_terrain(around, live);
   std::string no_map = prior ? std::string() : prior.error().message;

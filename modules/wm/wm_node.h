@@ -13,7 +13,7 @@
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/odometry_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
-#include "lcmtypes/rcs/shadow_t.hpp"
+#include "lcmtypes/rcs/subfilter_t.hpp"
 #include "modules/wm/estimator.h"
 #include "modules/wm/input_watch.h"
 #include "modules/wm/integrity.h"
@@ -51,7 +51,7 @@ class WmNode final : public Node {
   void publish_innovations();
   void publish_nav_state(Stamp now);
   void publish_integrity(Stamp now);
-  void publish_shadows();
+  void publish_subfilters();
   void fill_belief(const FilterState& state, Stamp now);
   void fill_ages(const FilterState& state, Stamp now);
   void report_events(Stamp now);
@@ -68,21 +68,21 @@ class WmNode final : public Node {
   Outbox<nav_state_t> nav_state_out_;
   Outbox<innovation_t> innovation_out_;
   Outbox<integrity_t> integrity_out_;
-  Outbox<shadow_t> shadow_out_;
+  Outbox<subfilter_t> subfilter_out_;
   Report report_;
 
   Estimator estimator_;
   InputWatch inputs_;
   TerrainDesk terrain_;
-  SurenessDesk sureness_;
+  PathUncertaintyDesk path_uncertainty_;
   std::string no_map_;
   PeriodicClock integrity_clock_;
-  PeriodicClock shadow_clock_;
+  PeriodicClock subfilter_clock_;
   Stamp local_began_ = Stamp::min();  // of this node's first cycle: identifies frame local
 
   // The newest registration, for the way that the belief came.
   Stamp cause_ = Stamp::min();
-  ledger_t ledger_{};
+  latency_trace_t latency_trace_{};
   Stamp published_ = Stamp::min();  // of the newest belief that was published
   int published_clock_steps_ = 0;
   // What was reported last.
@@ -100,7 +100,7 @@ class WmNode final : public Node {
   nav_state_t nav_state_{};
   innovation_t innovation_{};
   integrity_t integrity_{};
-  shadow_t shadow_{};
+  subfilter_t subfilter_{};
 };
 
 /// For a replay: tiles of the a priori map are read when they are wanted. A map that can't be read

@@ -28,6 +28,8 @@ std::int64_t CommandPort::send(const Order& order, Stamp now) {
   command_.task = order.task;
   command_.kind = order.kind;
   command_.frame = order.frame;
+  command_.alert_limit_horizontal_m = order.alert_limit_horizontal_m;
+  command_.alert_limit_vertical_m = order.alert_limit_vertical_m;
   command_.valid_until_utime = to_utime(now + order.valid_for);
   command_.waypoint = order.waypoints;
   command_.n = static_cast<std::int32_t>(order.waypoints.size());
@@ -250,6 +252,7 @@ void Subordinate::report(Stamp now, const StatusReport& report) {
   status_.degrade_level = static_cast<std::int8_t>(report.degrade_level);
   status_.waypoints_done = report.waypoints_done;
   status_.state = report.state;
+  status_.emergency_stop = report.emergency_stop;
   status_.source_line = report.line;
   status_.reason = report.reason;
   statuses_.publish(&status_);

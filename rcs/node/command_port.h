@@ -30,6 +30,9 @@ struct Order {
   /// has started anew: waypoints that were reached are not driven to again. 0: it does not continue
   /// any other.
   std::int64_t task = 0;
+  /// Of the protection levels while this is executed; 0: the subordinate's configured ones.
+  double alert_limit_horizontal_m = 0.0;
+  double alert_limit_vertical_m = 0.0;
   Duration valid_for = from_seconds(2.5);  ///< the subordinate stops when this is over
 };
 
@@ -105,6 +108,7 @@ struct StatusReport {
   std::string_view reason;
   int degrade_level = 0;
   int waypoints_done = 0;
+  std::int8_t emergency_stop = status_t::STOP_NONE;
 };
 
 /// The emergency stops of a command channel. They have a receiver of their own, so that no number

@@ -81,8 +81,8 @@ double worst_sigma_m(const Eigen::Matrix2d& information) {
   return least > kLeast ? 1.0 / std::sqrt(least) : std::numeric_limits<double>::infinity();
 }
 
-void SurenessWalk::begin(const std::vector<Vec2>& path_m, double step_m,
-                         const DeadReckoning& motion) {
+void PathUncertaintyWalk::begin(const std::vector<Vec2>& path_m, double step_m,
+                                const DeadReckoning& motion) {
   RCS_CHECK(path_m.size() >= 2 && step_m > 0.0);
   path_m_ = path_m;
   step_m_ = step_m;
@@ -96,7 +96,7 @@ void SurenessWalk::begin(const std::vector<Vec2>& path_m, double step_m,
 }
 
 // The leg that the way of the next place is on; none: the walk is over.
-void SurenessWalk::find_place() {
+void PathUncertaintyWalk::find_place() {
   for (; !over(); ++leg_) {
     const Vec2 leg = path_m_[leg_ + 1] - path_m_[leg_];
     const double leg_m = leg.norm();
@@ -108,24 +108,25 @@ void SurenessWalk::find_place() {
   }
 }
 
-PathSureness SurenessWalk::step(const Eigen::Matrix2d& information) {
+PathUncertainty PathUncertaintyWalk::step(const Eigen::Matrix2d& information) {
   RCS_CHECK(!over());
   const double step_m = way_m_ > 0.0 ? step_m_ : 0.0;
   dead_ = driven(dead_, step_m);
   with_map_ = fused(driven(with_map_, step_m), information);
-  PathSureness here{way_m_, place_m_, worst_of(dead_.topLeftCorner<2, 2>()),
-                    worst_of(with_map_.topLeftCorner<2, 2>())};
+  PathUncertainty here{way_m_, place_m_, worst_of(dead_.topLeftCorner<2, 2>()),
+                       worst_of(with_map_.topLeftCorner<2, 2>())};
   way_m_ += step_m_;
   find_place();
   return here;
 }
 
-std::vector<PathSureness> sureness_along(const ElevationMap& map, const std::vector<Vec2>& path_m,
-                                         const DeadReckoning& motion,
-                                         const LocalizabilityParams& params) {
-  SurenessWalk walk;
+std::vector<PathUncertainty> path_uncertainty_along(const ElevationMap& map,
+                                                    const std::vector<Vec2>& path_m,
+                                                    const DeadReckoning& motion,
+                                                    const LocalizabilityParams& params) {
+  PathUncertaintyWalk walk;
   walk.begin(path_m, params.radius_m, motion);
-  std::vector<PathSureness> out;
+  std::vector<PathUncertainty> out;
   while (!walk.over()) {
     out.push_back(walk.step(terrain_information(map, walk.place(), params)));
   }

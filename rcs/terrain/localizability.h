@@ -27,11 +27,11 @@ struct LocalizabilityParams {
 /// Standard deviation along the worst direction, of one scan alone; infinite without information.
 [[nodiscard]] double worst_sigma_m(const Eigen::Matrix2d& information);
 
-struct PathSureness {
-  double way_m = 0.0;             ///< driven since the start
-  Vec2 place_m = Vec2::Zero();    ///< in the map's frame
-  double sigma_dead_m = 0.0;      ///< worst direction, by motion alone
-  double sigma_with_map_m = 0.0;  ///< and with matches to the map
+struct PathUncertainty {
+  double way_m = 0.0;                   ///< driven since the start
+  Vec2 place_m = Vec2::Zero();          ///< in the map's frame
+  double sigma_dead_reckoning_m = 0.0;  ///< worst direction, by motion alone
+  double sigma_with_map_m = 0.0;        ///< and with matches to the map
 };
 
 struct DeadReckoning {
@@ -41,7 +41,7 @@ struct DeadReckoning {
 
 /// How sure along a path, were GPS to go at its start, a place at a time. The motion's error grows
 /// with the way (a constant rate, not known), and at each place a match to the map is fused.
-class SurenessWalk {
+class PathUncertaintyWalk {
  public:
   /// Any walk before is over. Allocates when the path is longer than any before.
   /// @param path_m  two places or more
@@ -58,7 +58,7 @@ class SurenessWalk {
   [[nodiscard]] const Vec2& place() const { return place_m_; }
   /// Fuses it and goes on to the next.
   /// @param information  of east and north there [1/m^2], may be singular or zero
-  [[nodiscard]] PathSureness step(const Eigen::Matrix2d& information);
+  [[nodiscard]] PathUncertainty step(const Eigen::Matrix2d& information);
 
  private:
   void find_place();
@@ -75,9 +75,8 @@ class SurenessWalk {
 
 /// All of such a walk, a match each `radius_m`. The survey's slow error is not in it.
 /// @param path_m  places in the map's frame, two or more
-[[nodiscard]] std::vector<PathSureness> sureness_along(const ElevationMap& map,
-                                                       const std::vector<Vec2>& path_m,
-                                                       const DeadReckoning& motion,
-                                                       const LocalizabilityParams& params);
+[[nodiscard]] std::vector<PathUncertainty> path_uncertainty_along(
+    const ElevationMap& map, const std::vector<Vec2>& path_m, const DeadReckoning& motion,
+    const LocalizabilityParams& params);
 
 }  // namespace rcs

@@ -91,9 +91,9 @@ void late_scan(benchmark::State& state) {
 }
 BENCHMARK(late_scan)->Iterations(50);
 
-/// The filter with all its shadows as it runs: INS at 200 Hz, scans at 10, odometry at 20, fixes at
-/// 5 (none in the last third). `core` is the share of one core that it takes in real time.
-void estimator_with_shadows(benchmark::State& state) {
+/// The filter with all its subfilters as it runs: INS at 200 Hz, scans at 10, odometry at 20, fixes
+/// at 5 (none in the last third). `core` is the share of one core that it takes in real time.
+void estimator_with_subfilters(benchmark::State& state) {
   WmParams params;
   DriveScript script;
   script.imu_hz = 200.0;
@@ -127,7 +127,7 @@ void estimator_with_shadows(benchmark::State& state) {
       benchmark::Counter(script.length_s * static_cast<double>(state.iterations()),
                          benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
-BENCHMARK(estimator_with_shadows)->Unit(benchmark::kMillisecond);
+BENCHMARK(estimator_with_subfilters)->Unit(benchmark::kMillisecond);
 
 /// A scan of rolling ground all around, denser where it is nearer.
 Points scan_of_ground(unsigned seed) {

@@ -113,7 +113,7 @@ class World final : public Node {
 
   void judge(const std::string& state) {
     done = done || state == "ARRIVED";
-    gave_up = gave_up || state == "NO_WAY";
+    gave_up = gave_up || state == "NO_PATH";
     const bool stands = state == "DRIVING" && std::abs(speed_mps_) < 0.05;
     stood_s_ = stands ? stood_s_ + seconds(kStep) : 0.0;
     longest_stand_s = std::max(longest_stand_s, stood_s_);

@@ -180,6 +180,8 @@ TEST_F(BgStop, BrakesInTheCycleOfTheStopThenPersistsThenEchoes) {
   EXPECT_TRUE(life_->brakes());
   EXPECT_FALSE(life_->watched.file_at_drive) << "the brake waits for no disk";
   EXPECT_TRUE(life_->watched.file_at_status) << "an echoed stop is a persisted stop";
+  EXPECT_EQ(life_->status.emergency_stop, +status_t::STOP_PERSISTED);
+  EXPECT_EQ(life_->drive->emergency_stop, 1);
   EXPECT_EQ(life_->status.echo_serial, 4242);
   EXPECT_EQ(life_->status.state, "EMERGENCY_STOP");
   EXPECT_EQ(life_->status.status, +status_t::STATUS_EXEC) << "not at rest yet";
@@ -209,6 +211,8 @@ TEST_F(BgStop, OutlivesEveryRestartUntilItIsReleasedAtRest) {
   life_->send(kRelease);
   life_->cycle();
   EXPECT_EQ(life_->status.state, "RELEASED");
+  EXPECT_EQ(life_->status.emergency_stop, +status_t::STOP_NONE);
+  EXPECT_EQ(life_->drive->emergency_stop, 0);
   EXPECT_EQ(life_->status.status, +status_t::STATUS_DONE);
   EXPECT_FALSE(life_->watched.file_at_status) << "an echoed release is a persisted release";
   life_->send(kGoto);

@@ -19,7 +19,7 @@ namespace rcs::live_faults {
 namespace {
 
 using evaluation::BudgetRecord;
-using evaluation::ScanLedger;
+using evaluation::ScanLatencyTrace;
 using evaluation::values_of;
 
 constexpr Duration kPatience = from_seconds(60.0);
@@ -36,29 +36,30 @@ class Books {
                 [this](const ladar_ranges_t& m, Stamp arrival) {
                   // A scan that had begun before is nobody's.
                   if (m.facet == 0 && open_) scan_ = m.scan_id;
-                  if (m.scan_id == scan_) ledger_.sent(m.reference_utime, arrival);
+                  if (m.scan_id == scan_) latency_trace_.sent(m.reference_utime, arrival);
                 }),
         registrations_(bus, channel::kSpRegistration,
-                       [this](const registration_t& m, Stamp) { ledger_.take(m); }),
+                       [this](const registration_t& m, Stamp) { latency_trace_.take(m); }),
         nav_states_(bus, channel::kWmNavState,
-                    [this](const nav_state_t& m, Stamp) { ledger_.take(m); }),
-        drives_(bus, channel::kBgDrive, [this](const drive_t& m, Stamp) { ledger_.take(m); }) {
+                    [this](const nav_state_t& m, Stamp) { latency_trace_.take(m); }),
+        drives_(bus, channel::kBgDrive,
+                [this](const drive_t& m, Stamp) { latency_trace_.take(m); }) {
     for (const char* node : {"sp", "wm", "bg"}) {
       cycles_.emplace_back(bus, channel_of(node, "CYCLE"),
-                           [this](const cycle_t& m, Stamp) { ledger_.take(m); });
+                           [this](const cycle_t& m, Stamp) { latency_trace_.take(m); });
     }
   }
 
   void open() {
-    ledger_ = {};
+    latency_trace_ = {};
     scan_ = -1;
     open_ = true;
   }
   void no_more_scans() { open_ = false; }
-  [[nodiscard]] evaluation::BudgetRecord close() const { return ledger_.close(); }
+  [[nodiscard]] evaluation::BudgetRecord close() const { return latency_trace_.close(); }
 
  private:
-  evaluation::ScanLedger ledger_;
+  evaluation::ScanLatencyTrace latency_trace_;
   std::int64_t scan_ = -1;  // under way
   bool open_ = false;
   test::Tap<ladar_ranges_t> ranges_;

@@ -14,7 +14,7 @@
 #include "lcmtypes/rcs/map_patch_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/path_query_t.hpp"
-#include "lcmtypes/rcs/path_sureness_t.hpp"
+#include "lcmtypes/rcs/path_uncertainty_t.hpp"
 #include "lcmtypes/rcs/plan_t.hpp"
 #include "lcmtypes/rcs/points_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
@@ -160,11 +160,11 @@ path_query_t sample() {
   return m;
 }
 template <>
-path_sureness_t sample() {
-  path_sureness_t m{};
+path_uncertainty_t sample() {
+  path_uncertainty_t m{};
   m.issuer = "operator";
   m.n = 2;
-  m.way_m = m.x_m = m.y_m = m.sigma_dead_m = m.sigma_with_map_m = {1, 2};
+  m.travelled_m = m.x_m = m.y_m = m.sigma_dead_reckoning_m = m.sigma_with_map_m = {1, 2};
   return m;
 }
 template <>
@@ -217,9 +217,9 @@ nav_state_t sample() {
 
 template <class T>
 class HostileBytes : public testing::Test {};
-using MessageTypes =
-    testing::Types<ladar_ranges_t, ladar_points_t, points_t, registration_t, map_patch_t, command_t,
-                   path_query_t, path_sureness_t, plan_t, cycle_t, event_t, status_t, nav_state_t>;
+using MessageTypes = testing::Types<ladar_ranges_t, ladar_points_t, points_t, registration_t,
+                                    map_patch_t, command_t, path_query_t, path_uncertainty_t,
+                                    plan_t, cycle_t, event_t, status_t, nav_state_t>;
 // The comma: an empty variadic argument is not ISO C++17.
 TYPED_TEST_SUITE(HostileBytes, MessageTypes, );
 

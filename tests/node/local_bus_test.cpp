@@ -5,6 +5,10 @@
 #include <string>
 #include <utility>
 
+#include "lcmtypes/rcs/event_t.hpp"
+#include "rcs/node/bus/inbox.h"
+#include "rcs/node/bus/outbox.h"
+
 namespace rcs {
 namespace {
 
@@ -69,6 +73,24 @@ TEST_F(LocalBusTest, TheTapSeesEverythingAtItsDueEvenWithoutReceivers) {
   const std::vector<std::pair<std::string, std::int64_t>> expected{
       {"SOONER", 10}, {"LATER", 20}, {"OUTSIDE", 30}};
   EXPECT_EQ(recorder_.tapped, expected);
+}
+
+TEST_F(LocalBusTest, EveryMessageHasTheIdsOfItsPublisher) {
+  bus_.set_publisher({id_of("a log"), id_of("wm")});
+  Outbox<event_t> wm(&bus_, "WM_EVENT");
+  bus_.set_publisher({id_of("a log"), id_of("sp")});
+  Outbox<event_t> sp(&bus_, "SP_EVENT");
+  Inbox<event_t> from_wm(&bus_, "WM_EVENT", 4);
+  Inbox<event_t> from_sp(&bus_, "SP_EVENT", 4);
+  event_t m{};
+  wm.publish(&m);
+  sp.publish(&m);
+  deliver_all();
+  EXPECT_EQ(from_wm.front()->run_id, id_of("a log"));
+  EXPECT_EQ(from_sp.front()->run_id, from_wm.front()->run_id);
+  EXPECT_NE(from_sp.front()->publisher_id, from_wm.front()->publisher_id);
+  EXPECT_GT(id_of("a log"), 0);
+  EXPECT_NE(id_of("a log"), id_of("another"));
 }
 
 TEST_F(LocalBusTest, AReceiverMayPublish) {

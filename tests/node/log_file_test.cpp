@@ -87,6 +87,22 @@ TEST(LogFile, WhatWasWrittenIsRead) {
   EXPECT_EQ(read.health.summary(), "1000 events");
 }
 
+TEST(LogFile, ALogOfAFormerRevisionOfTheMessagesIsRefused) {
+  const std::string path = temp_path("former.lcm");
+  Result<LogWriter> writer = LogWriter::create(path);
+  ASSERT_TRUE(writer);
+  const std::uint8_t other[16] = {1, 2, 3};
+  // The fingerprint of ins_t before it had run and publisher ids.
+  const std::uint8_t ins[16] = {0x71, 0x75, 0x4f, 0x31, 0xa5, 0xa8, 0xfd, 0xb7};
+  ASSERT_TRUE(writer->write(from_utime(1), "OTHER", other, sizeof(other)));
+  ASSERT_TRUE(writer->write(from_utime(2), "INS", ins, sizeof(ins)));
+  ASSERT_TRUE(writer->close());
+  const Result<LogReader> reader = LogReader::open(path);
+  ASSERT_FALSE(reader);
+  EXPECT_NE(reader.error().message.find("former revision of the messages (INS)"), std::string::npos)
+      << reader.error().message;
+}
+
 TEST(LogFile, TheBytesAreThoseOfLcm) {
   const Bytes expected{0xED, 0xA1, 0xDA, 0x01, 0, 0, 0, 0, 0, 0, 0, 0, 0,  0,   0,
                        0,    0,    0,    0,    0, 0, 0, 0, 2, 0, 0, 0, 10, 'C', 'H'};

@@ -45,7 +45,7 @@ struct Thinned {
 constexpr Thinned kChannels[] = {
     {channel::kSpRegistration, 20}, {channel::kSpPoints, 50},      {channel::kSpEvent, 1},
     {channel::kWmNavState, 100},    {channel::kWmInnovation, 400}, {channel::kWmIntegrity, 20},
-    {channel::kWmShadow, 20},       {channel::kWmMapPatch, 20},    {channel::kWmEvent, 1},
+    {channel::kWmSubfilter, 20},    {channel::kWmMapPatch, 20},    {channel::kWmEvent, 1},
     {channel::kBgStatus, 50},       {channel::kBgPlan, 20},        {channel::kBgDrive, 40},
     {channel::kBgEvent, 1},
 };

@@ -159,7 +159,7 @@ void expect_every_scan_accounted_for(const std::vector<registration_t>& answers)
   EXPECT_EQ(account.answered + account.dropped, *numbers.rbegin() - *numbers.begin() + 1);
 }
 
-TEST(Degrade, InANormalReplayNothingIsLeftOutAndTheLedgerTellsTheWholeWay) {
+TEST(Degrade, InANormalReplayNothingIsLeftOutAndTheLatencyTraceTellsTheWholeWay) {
   const Outcomes out = drive(always(8.0), 100.0);
   EXPECT_EQ(out.highest_level(), 0);
   EXPECT_EQ(out.overruns, 0);
@@ -167,19 +167,19 @@ TEST(Degrade, InANormalReplayNothingIsLeftOutAndTheLedgerTellsTheWholeWay) {
   EXPECT_GT(out.said.registrations.size(), 100U);
   EXPECT_GT(out.said.prior_scans.size(), 50U);
   for (const registration_t& m : out.said.registrations) {
-    EXPECT_EQ(m.ledger.measured_utime, m.utime);
-    EXPECT_LT(m.ledger.first_facet_utime, m.ledger.last_facet_utime);
-    EXPECT_LE(m.ledger.last_facet_utime, m.ledger.sp_start_utime);
-    EXPECT_EQ(m.ledger.wm_arrival_utime, 0);
+    EXPECT_EQ(m.latency_trace.measured_utime, m.utime);
+    EXPECT_LT(m.latency_trace.first_facet_utime, m.latency_trace.last_facet_utime);
+    EXPECT_LE(m.latency_trace.last_facet_utime, m.latency_trace.sp_start_utime);
+    EXPECT_EQ(m.latency_trace.wm_arrival_utime, 0);
   }
   std::int64_t last_scan = 0;
   for (const nav_state_t& m : out.said.beliefs) {
-    if (m.ledger.measured_utime <= last_scan) continue;
-    last_scan = m.ledger.measured_utime;
+    if (m.latency_trace.measured_utime <= last_scan) continue;
+    last_scan = m.latency_trace.measured_utime;
     // In lockstep the work and the hop are the nominal compute time, to the microsecond.
-    EXPECT_EQ(m.ledger.wm_arrival_utime - m.ledger.sp_start_utime, 8000);
-    EXPECT_LE(m.ledger.wm_arrival_utime, m.ledger.wm_start_utime);
-    EXPECT_LE(m.ledger.wm_start_utime, m.publish_utime);
+    EXPECT_EQ(m.latency_trace.wm_arrival_utime - m.latency_trace.sp_start_utime, 8000);
+    EXPECT_LE(m.latency_trace.wm_arrival_utime, m.latency_trace.wm_start_utime);
+    EXPECT_LE(m.latency_trace.wm_start_utime, m.publish_utime);
   }
   EXPECT_GT(last_scan, 0);
 }
@@ -220,7 +220,7 @@ TEST(Degrade, AfterAStallTheStaleScanIsHeldAndTheFreshOneIsRegistered) {
   EXPECT_EQ(out.said.prior_scans.count(next.scan_id), 0U) << "level 2: no a priori match";
   // Where the vehicle was is known all the same, and nothing of the hold is believed.
   for (const nav_state_t& m : out.said.beliefs) {
-    EXPECT_NE(m.ledger.measured_utime, held->ledger.measured_utime);
+    EXPECT_NE(m.latency_trace.measured_utime, held->latency_trace.measured_utime);
   }
 }
 

@@ -34,7 +34,7 @@ rows = 8
 cols = 16
 fov_v_deg = 40.0
 mount_m = [0.0, 0.0, 1.0]
-lone_m = 0.0
+isolated_m = 0.0
 [sp]
 source_voxel_m = 1.0
 publish_voxel_m = 0.5

@@ -83,7 +83,7 @@ void Statements::judge(Stamp due, std::string_view channel, const std::uint8_t* 
   if (channel == channel::kWmNavState) take(nav_state_t{});
   if (channel == channel::kWmInnovation) take(innovation_t{});
   if (channel == channel::kWmIntegrity) take(integrity_t{});
-  if (channel == channel::kWmShadow) take(shadow_t{});
+  if (channel == channel::kWmSubfilter) take(subfilter_t{});
   if (channel == channel::kWmMapPatch) take(map_patch_t{});
   if (channel == channel::kBgDrive) take(drive_t{});
   if (channel == channel::kBgPlan) take(plan_t{});
@@ -115,7 +115,7 @@ void Statements::judge(const nav_state_t& m, int count) {
   RCS_CHECK(covariance(m.cov_world_pose) && covariance(m.cov_rolling_pose) &&
             covariance(m.cov_v_world));
   RCS_CHECK(finite(m.v_world_mps) && finite(m.rate_vehicle_radps) && finite(m.accel_vehicle_mps2));
-  RCS_CHECK(finite(m.gyro_bias_radps) && finite(m.accel_bias_mps2) && finite(m.map_offset_m));
+  RCS_CHECK(finite(m.gyro_bias_radps) && finite(m.accel_bias_mps2) && finite(m.prior_map_bias_m));
   RCS_CHECK(finite(m.wheel_scale) && finite(m.last_reset_m) && finite(m.distance_since_gps_m));
   RCS_CHECK(m.publish_utime >= belief_published_);
   RCS_CHECK(m.utime >= belief_utime_ || clock_stepped_);
@@ -133,11 +133,11 @@ void Statements::judge(const integrity_t& m, int /*count*/) {
   const bool bounded = m.validity == integrity_t::VALID_WORLD;
   RCS_CHECK(finite(m.protection_horizontal_m) == bounded);
   RCS_CHECK(finite(m.protection_vertical_m) == bounded && finite(m.sigma_in_60s_m) == bounded);
-  RCS_CHECK(finite(m.gps_doubt) && finite(m.ladar_doubt));
+  RCS_CHECK(finite(m.gps_test_ratio) && finite(m.ladar_test_ratio));
   RCS_CHECK(finite(m.alert_in_s));
 }
 
-void Statements::judge(const shadow_t& m, int /*count*/) {
+void Statements::judge(const subfilter_t& m, int /*count*/) {
   RCS_CHECK(pose(m.q_world_vehicle, m.p_world_vehicle_m) && covariance(m.cov_world_pose));
   RCS_CHECK(m.branch_utime <= m.utime);
 }

@@ -13,7 +13,7 @@
 #include "lcmtypes/rcs/plan_t.hpp"
 #include "lcmtypes/rcs/points_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
-#include "lcmtypes/rcs/shadow_t.hpp"
+#include "lcmtypes/rcs/subfilter_t.hpp"
 #include "rcs/base/stamp.h"
 #include "rcs/node/bus/local_bus.h"
 
@@ -36,7 +36,7 @@ class Statements {
   void judge(const nav_state_t& m, int count);
   void judge(const innovation_t& m, int count);
   void judge(const integrity_t& m, int count);
-  void judge(const shadow_t& m, int count);
+  void judge(const subfilter_t& m, int count);
   void judge(const map_patch_t& m, int count);
   void judge(const drive_t& m, int count);
   void judge(const plan_t& m, int count);

@@ -112,7 +112,7 @@ TEST(Trust, NothingIsFoundWhereAllIsWell) {
   }
 }
 
-TEST(Trust, NoShadowBeforeNorthAndUpAreKnown) {
+TEST(Trust, NoSubfilterBeforeNorthAndUpAreKnown) {
   const Model model{WmParams{}};
   const Stamp now = from_utime(1'000'000'000);
   const auto watched = [&](bool inertial, int badly_known) {
@@ -124,7 +124,7 @@ TEST(Trust, NoShadowBeforeNorthAndUpAreKnown) {
     s.memory.of(Source::kGpsPosition).accepted = now;
     Trust trust(model.params.trust);
     EXPECT_FALSE(trust.add(model, {now, OdometrySample{}}, nullptr, s).has_value());
-    return trust.shadow(Without::kGps).alive();
+    return trust.subfilter(Without::kGps).alive();
   };
   const double limit = model.params.trust.attitude_sigma_rad;
   ASSERT_GT(4e-4, limit * limit);

@@ -29,10 +29,10 @@ PriorTerrain in_memory() {
   return {std::move(map).value(), nullptr};
 }
 
-class SurenessDeskTest : public ::testing::Test {
+class PathUncertaintyDeskTest : public ::testing::Test {
  protected:
-  SurenessDeskTest()
-      : queries_(&bus_, channel::kWmPathQuery), answers_(&bus_, channel::kWmPathSureness, 4) {
+  PathUncertaintyDeskTest()
+      : queries_(&bus_, channel::kWmPathQuery), answers_(&bus_, channel::kWmPathUncertainty, 4) {
     state_.belief.x.T_world_vehicle.p = Vec3(10.0, -20.0, 5.0);
     state_.belief.P.diagonal().setConstant(1e-6);
     state_.belief.P.diagonal().segment<2>(kPosition).setConstant(0.25);
@@ -51,13 +51,13 @@ class SurenessDeskTest : public ::testing::Test {
     queries_.publish(&query);
     deliver();
   }
-  void step(SurenessDesk* desk, const FilterState* state) {
+  void step(PathUncertaintyDesk* desk, const FilterState* state) {
     desk->step(state, &frame_, now_, &report_);
     deliver();
     now_ += from_milliseconds(20.0);
   }
   /// Cycles until something is said.
-  int answer(SurenessDesk* desk) {
+  int answer(PathUncertaintyDesk* desk) {
     for (int cycles = 1; cycles <= kMostCycles; ++cycles) {
       step(desk, &state_);
       if (!answers_.empty()) return cycles;
@@ -75,81 +75,83 @@ class SurenessDeskTest : public ::testing::Test {
   FilterState state_;
   Stamp now_ = from_utime(1'000'000);
   Outbox<path_query_t> queries_;
-  Inbox<path_sureness_t> answers_;
+  Inbox<path_uncertainty_t> answers_;
 };
 
-TEST_F(SurenessDeskTest, TellsAllOfThePathAPlaceACycle) {
-  SurenessDesk desk({}, in_memory(), &bus_);
+TEST_F(PathUncertaintyDeskTest, TellsAllOfThePathAPlaceACycle) {
+  PathUncertaintyDesk desk({}, in_memory(), &bus_);
   ask(7, {{500.0, -20.0}, {500.0, 80.0}});
   const int cycles = answer(&desk);
-  const path_sureness_t& m = *answers_.front();
+  const path_uncertainty_t& m = *answers_.front();
   EXPECT_EQ(m.issuer, "test");
   EXPECT_EQ(m.serial, 7);
-  EXPECT_EQ(m.state, int{path_sureness_t::STATE_ANSWERED});
+  EXPECT_EQ(m.state, int{path_uncertainty_t::STATE_ANSWERED});
   EXPECT_EQ(m.has_map, 1);
   EXPECT_EQ(m.map_bias_sigma_m, 0.3);
   ASSERT_EQ(m.n, 1 + 590 / 25);
   EXPECT_EQ(cycles, m.n);
-  EXPECT_EQ(m.way_m[4], 100.0F);
+  EXPECT_EQ(m.travelled_m[4], 100.0F);
   EXPECT_EQ(m.x_m[4], 110.0F);
   EXPECT_EQ(m.y_m[4], -20.0F);
-  EXPECT_EQ(m.sigma_dead_m[0], 0.5F);
-  EXPECT_NEAR(m.sigma_dead_m.back(), std::hypot(0.5, 575.0 * std::hypot(0.002, 0.001)), 1e-3);
+  EXPECT_EQ(m.sigma_dead_reckoning_m[0], 0.5F);
+  EXPECT_NEAR(m.sigma_dead_reckoning_m.back(), std::hypot(0.5, 575.0 * std::hypot(0.002, 0.001)),
+              1e-3);
   // The same as without cycles and messages.
   const PriorTerrain prior = in_memory();
-  const auto whole = sureness_along(prior.map(), {{10.0, -20.0}, {500.0, -20.0}, {500.0, 80.0}},
-                                    {0.5, std::hypot(0.002, 0.001)}, {});
+  const auto whole =
+      path_uncertainty_along(prior.map(), {{10.0, -20.0}, {500.0, -20.0}, {500.0, 80.0}},
+                             {0.5, std::hypot(0.002, 0.001)}, {});
   ASSERT_EQ(whole.size(), m.sigma_with_map_m.size());
   for (std::size_t k = 0; k < whole.size(); ++k) {
     EXPECT_NEAR(m.sigma_with_map_m[k], whole[k].sigma_with_map_m, 1e-4) << k;
   }
-  EXPECT_LT(m.sigma_with_map_m.back(), 0.8F * m.sigma_dead_m.back());
+  EXPECT_LT(m.sigma_with_map_m.back(), 0.8F * m.sigma_dead_reckoning_m.back());
 }
 
-TEST_F(SurenessDeskTest, APlaceOfAnotherDatumIsTheSamePlace) {
+TEST_F(PathUncertaintyDeskTest, APlaceOfAnotherDatumIsTheSamePlace) {
   // WM's world begins 300 m east of the map's; the vehicle and its path are where they were.
-  SurenessDesk here({}, in_memory(), &bus_);
+  PathUncertaintyDesk here({}, in_memory(), &bus_);
   ask(1, {{510.0, -20.0}});
   answer(&here);
-  const path_sureness_t in_map = *answers_.latest();
+  const path_uncertainty_t in_map = *answers_.latest();
   answers_.pop();
   const LocalFrame map_frame{test::frame().datum};
   frame_ = LocalFrame(map_frame.to_geodetic(Vec3(300.0, 0.0, 0.0)));
   state_.belief.x.T_world_vehicle.p.x() -= 300.0;
-  SurenessDesk there({}, in_memory(), &bus_);
+  PathUncertaintyDesk there({}, in_memory(), &bus_);
   ask(1, {{210.0, -20.0}});
   answer(&there);
-  const path_sureness_t in_world = *answers_.latest();
+  const path_uncertainty_t in_world = *answers_.latest();
   ASSERT_EQ(in_map.n, in_world.n);
-  for (std::size_t k = 0; k < in_map.way_m.size(); ++k) {
+  for (std::size_t k = 0; k < in_map.travelled_m.size(); ++k) {
     EXPECT_NEAR(in_map.sigma_with_map_m[k], in_world.sigma_with_map_m[k], 2e-3) << k;
   }
 }
 
-TEST_F(SurenessDeskTest, AVeryLongPathHasAThousandPlaces) {
-  SurenessDesk desk({}, PriorTerrain(), &bus_);
+TEST_F(PathUncertaintyDeskTest, AVeryLongPathHasAThousandPlaces) {
+  PathUncertaintyDesk desk({}, PriorTerrain(), &bus_);
   ask(1, {{100'000.0, 0.0}});
   answer(&desk);
-  const path_sureness_t& m = *answers_.front();
+  const path_uncertainty_t& m = *answers_.front();
   EXPECT_NEAR(m.n, 1000, 2);
-  EXPECT_NEAR(m.way_m.back(), 1e5, 110.0);
+  EXPECT_NEAR(m.travelled_m.back(), 1e5, 110.0);
 }
 
-TEST_F(SurenessDeskTest, WithoutAMapBothAreByMotion) {
-  SurenessDesk desk({}, PriorTerrain(), &bus_);
+TEST_F(PathUncertaintyDeskTest, WithoutAMapBothAreByMotion) {
+  PathUncertaintyDesk desk({}, PriorTerrain(), &bus_);
   ask(1, {{500.0, 0.0}});
   answer(&desk);
-  const path_sureness_t& m = *answers_.front();
+  const path_uncertainty_t& m = *answers_.front();
   EXPECT_EQ(m.has_map, 0);
-  EXPECT_EQ(m.sigma_with_map_m, m.sigma_dead_m);
+  EXPECT_EQ(m.sigma_with_map_m, m.sigma_dead_reckoning_m);
 }
 
-TEST_F(SurenessDeskTest, WhatCannotBeAnsweredIsSaidAtOnce) {
-  SurenessDesk desk({}, in_memory(), &bus_);
+TEST_F(PathUncertaintyDeskTest, WhatCannotBeAnsweredIsSaidAtOnce) {
+  PathUncertaintyDesk desk({}, in_memory(), &bus_);
   ask(1, {{500.0, 0.0}});
   step(&desk, nullptr);
   ASSERT_NE(answers_.front(), nullptr);
-  EXPECT_EQ(answers_.latest()->state, int{path_sureness_t::STATE_NO_WORLD});
+  EXPECT_EQ(answers_.latest()->state, int{path_uncertainty_t::STATE_NO_WORLD});
   answers_.pop();
   std::int64_t serial = 1;
   const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -159,28 +161,28 @@ TEST_F(SurenessDeskTest, WhatCannotBeAnsweredIsSaidAtOnce) {
     ask(++serial, bad);
     step(&desk, &state_);
     ASSERT_NE(answers_.front(), nullptr);
-    EXPECT_EQ(answers_.front()->state, int{path_sureness_t::STATE_BAD_PATH});
+    EXPECT_EQ(answers_.front()->state, int{path_uncertainty_t::STATE_BAD_PATH});
     EXPECT_EQ(answers_.front()->n, 0);
     answers_.pop();
   }
 }
 
-TEST_F(SurenessDeskTest, SentAgainItIsNotBegunAgainAndAnsweredAgain) {
-  SurenessDesk desk({}, in_memory(), &bus_);
+TEST_F(PathUncertaintyDeskTest, SentAgainItIsNotBegunAgainAndAnsweredAgain) {
+  PathUncertaintyDesk desk({}, in_memory(), &bus_);
   const std::vector<Vec2> path{{500.0, -20.0}};
   ask(3, path);
   for (int k = 0; k < 10; ++k) step(&desk, &state_);
   ask(3, path);
   EXPECT_EQ(answer(&desk), 20 - 10);
-  const path_sureness_t first = *answers_.latest();
+  const path_uncertainty_t first = *answers_.latest();
   answers_.pop();
   ask(3, path);
   EXPECT_EQ(answer(&desk), 1);
   EXPECT_EQ(answers_.latest()->sigma_with_map_m, first.sigma_with_map_m);
 }
 
-TEST_F(SurenessDeskTest, AnIssuersNewerQueryTakesThePlaceOfItsOlder) {
-  SurenessDesk desk({}, in_memory(), &bus_);
+TEST_F(PathUncertaintyDeskTest, AnIssuersNewerQueryTakesThePlaceOfItsOlder) {
+  PathUncertaintyDesk desk({}, in_memory(), &bus_);
   ask(1, {{1500.0, -20.0}});
   for (int k = 0; k < 10; ++k) step(&desk, &state_);
   ask(2, {{60.0, -20.0}});
@@ -191,8 +193,8 @@ TEST_F(SurenessDeskTest, AnIssuersNewerQueryTakesThePlaceOfItsOlder) {
 }
 
 // Were each to end the other's, as they ask again and again, neither would have an answer.
-TEST_F(SurenessDeskTest, TwoWhoAskAreAnsweredOneAfterTheOther) {
-  SurenessDesk desk({}, in_memory(), &bus_);
+TEST_F(PathUncertaintyDeskTest, TwoWhoAskAreAnsweredOneAfterTheOther) {
+  PathUncertaintyDesk desk({}, in_memory(), &bus_);
   const std::vector<Vec2> path{{1500.0, -20.0}};
   std::vector<std::string> answered;
   for (int cycles = 0; cycles < 300; ++cycles) {
@@ -206,16 +208,16 @@ TEST_F(SurenessDeskTest, TwoWhoAskAreAnsweredOneAfterTheOther) {
   EXPECT_GT(std::count(answered.begin(), answered.end(), "two"), 0);
 }
 
-TEST_F(SurenessDeskTest, AnIssuerWithoutEndIsNotCarriedAlong) {
-  SurenessDesk desk({}, in_memory(), &bus_);
+TEST_F(PathUncertaintyDeskTest, AnIssuerWithoutEndIsNotCarriedAlong) {
+  PathUncertaintyDesk desk({}, in_memory(), &bus_);
   ask(1, {{60.0, -20.0}}, std::string(65, 'x'));
   for (int k = 0; k < 20; ++k) step(&desk, &state_);
   EXPECT_TRUE(answers_.empty());
 }
 
-TEST_F(SurenessDeskTest, TilesComeAlongThePathAndLeaveAgain) {
+TEST_F(PathUncertaintyDeskTest, TilesComeAlongThePathAndLeaveAgain) {
   const std::string folder =
-      (std::filesystem::path(::testing::TempDir()) / "sureness_desk_map").string();
+      (std::filesystem::path(::testing::TempDir()) / "path_uncertainty_desk_map").string();
   std::filesystem::remove_all(folder);
   ASSERT_TRUE(mapping::write_map(folder, test::frame(), ground()));
   PriorTerrainParams params;
@@ -223,22 +225,22 @@ TEST_F(SurenessDeskTest, TilesComeAlongThePathAndLeaveAgain) {
   params.window = {50.0, 20e6};
   Result<PriorTerrain> prior = open_prior_terrain(params, false);
   ASSERT_TRUE(prior) << prior.error().message;
-  SurenessDesk desk({}, std::move(prior).value(), &bus_);
-  SurenessDesk whole({}, in_memory(), &bus_);
+  PathUncertaintyDesk desk({}, std::move(prior).value(), &bus_);
+  PathUncertaintyDesk whole({}, in_memory(), &bus_);
   ask(1, {{1700.0, -20.0}});
   step(&desk, &state_);
   step(&whole, &state_);
   answer(&desk);
-  const path_sureness_t by_tiles = *answers_.latest();
+  const path_uncertainty_t by_tiles = *answers_.latest();
   answers_.pop();
   answer(&whole);
   EXPECT_EQ(by_tiles.sigma_with_map_m, answers_.latest()->sigma_with_map_m);
   std::filesystem::remove_all(folder);
 }
 
-TEST_F(SurenessDeskTest, AWarmAnswerDoesNotAllocate) {
+TEST_F(PathUncertaintyDeskTest, AWarmAnswerDoesNotAllocate) {
   if (!test::HeapGuard::available()) GTEST_SKIP() << "a sanitizer owns malloc";
-  SurenessDesk desk({}, in_memory(), &bus_);
+  PathUncertaintyDesk desk({}, in_memory(), &bus_);
   constexpr std::int64_t kWarm = 6;  // each slot of the inbox here has had a message
   for (std::int64_t serial = 1; serial <= kWarm; ++serial) {
     ask(serial, {{500.0, -20.0}, {900.0, 50.0}});

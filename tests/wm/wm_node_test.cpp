@@ -48,8 +48,8 @@ registration_t message(Stamp stamp, const RollingMatch& z) {
   to_message(z.T_rolling_vehicle, m.q_target_vehicle, m.p_target_vehicle_m);
   to_message(z.information, m.information);
   m.stop = z.seeded ? registration_t::STOP_SEEDED : registration_t::STOP_CONVERGED;
-  m.ledger.measured_utime = m.utime;
-  m.ledger.last_facet_utime = to_utime(stamp) + 5;
+  m.latency_trace.measured_utime = m.utime;
+  m.latency_trace.last_facet_utime = to_utime(stamp) + 5;
   return m;
 }
 
@@ -117,7 +117,7 @@ TEST_F(WmNodeTest, PublishesTheBeliefOfAllSources) {
   EXPECT_EQ(m.rolling_valid, 1);
   EXPECT_EQ(m.map_epoch, 1);
   EXPECT_EQ(m.age_ins_us, 0);
-  EXPECT_EQ(m.ledger.last_facet_utime, m.utime + 5);
+  EXPECT_EQ(m.latency_trace.last_facet_utime, m.utime + 5);
   // The datum is the first fix: the world is where that is.
   const LocalFrame frame({radians(m.datum_lat_deg), radians(m.datum_lon_deg), {m.datum_height_m}});
   const Vec3 truth =
@@ -131,6 +131,7 @@ TEST_F(WmNodeTest, WithoutAnyInputThePoseIsLostAndThenInvalid) {
   drive();
   EXPECT_EQ(newest().pose_valid, 1);
   EXPECT_EQ(integrities.latest()->validity, int{integrity_t::VALID_WORLD});
+  EXPECT_EQ(integrities.latest()->ins, int{integrity_t::STATUS_ACCEPTED});
   EXPECT_TRUE(std::isfinite(integrities.latest()->protection_horizontal_m));
   const Stamp end = truth_.back().stamp;
   for (int k = 1; k <= 9; ++k) cycle(end + from_milliseconds(20.0 * k));
@@ -148,6 +149,7 @@ TEST_F(WmNodeTest, WithoutAnyInputThePoseIsLostAndThenInvalid) {
   const integrity_t& m = *integrities.latest();
   EXPECT_EQ(m.validity, int{integrity_t::VALID_NONE});
   EXPECT_TRUE(std::isinf(m.protection_horizontal_m));
+  EXPECT_EQ(m.ins, int{integrity_t::STATUS_NONE});
   EXPECT_NE(m.alerts & integrity_t::ALERT_INPUT, 0);
   EXPECT_NE(m.alerts & integrity_t::ALERT_HORIZONTAL, 0);
 }
@@ -189,14 +191,14 @@ TEST_F(WmNodeTest, RunsPeriodicallyAndAtOnceForARegistration) {
   EXPECT_EQ(node_.next_wakeup(), from_utime(2500));
 }
 
-TEST_F(WmNodeTest, TheLedgerTellsWhenTheScanCameAndWhenItWasFirstBelieved) {
+TEST_F(WmNodeTest, TheLatencyTraceTellsWhenTheScanCameAndWhenItWasFirstBelieved) {
   const registration_t scan = message(truth_[10].stamp, sensors_.scan(10));
   send(&registration_out_, scan);
   bus_.deliver_next(truth_[11].stamp);
   cycle(truth_[12].stamp);
-  const ledger_t first = newest().ledger;
+  const latency_trace_t first = newest().latency_trace;
   EXPECT_EQ(first.measured_utime, scan.utime);
-  EXPECT_EQ(first.last_facet_utime, scan.ledger.last_facet_utime);
+  EXPECT_EQ(first.last_facet_utime, scan.latency_trace.last_facet_utime);
   EXPECT_EQ(first.wm_arrival_utime, to_utime(truth_[11].stamp));
   EXPECT_EQ(first.wm_start_utime, to_utime(truth_[12].stamp));
   // Later beliefs remember it, and what is no answer leaves no trace.
@@ -204,8 +206,8 @@ TEST_F(WmNodeTest, TheLedgerTellsWhenTheScanCameAndWhenItWasFirstBelieved) {
   held.stop = registration_t::STOP_HELD;
   send(&registration_out_, held);
   cycle(truth_[21].stamp);
-  EXPECT_EQ(newest().ledger.measured_utime, scan.utime);
-  EXPECT_EQ(newest().ledger.wm_start_utime, to_utime(truth_[12].stamp));
+  EXPECT_EQ(newest().latency_trace.measured_utime, scan.utime);
+  EXPECT_EQ(newest().latency_trace.wm_start_utime, to_utime(truth_[12].stamp));
 }
 
 TEST_F(WmNodeTest, LadarAloneNeedsNothingElse) {

@@ -22,12 +22,13 @@ double BaselineSums::ratio() const {
   return std::max(kRatioFloor_m, fused_rms_m()) / std::max(kRatioFloor_m, baseline_rms_m());
 }
 
-Baselines shadow_baselines(const Drill& drill, const DrillRecord& record,
-                           const DrillErrors& errors) {
+Baselines subfilter_baselines(const Drill& drill, const DrillRecord& record,
+                              const DrillErrors& errors) {
   Baselines sums;
   const DrillWindow window{drill.begin_s(), drill.end_s()};
-  for (const DrillShadow& s : record.shadows) {
-    if (s.kind < 0 || s.kind >= kShadowKinds || !window.contains(errors.time_s(s.stamp))) continue;
+  for (const DrillSubfilter& s : record.subfilters) {
+    if (s.kind < 0 || s.kind >= kSubfilterKinds || !window.contains(errors.time_s(s.stamp)))
+      continue;
     const std::optional<DrillError> fused = errors.at(s.stamp);
     const std::optional<Pose> truth = errors.truth_at(s.stamp);
     if (!fused || !truth) continue;
@@ -56,10 +57,10 @@ BaselineSums run_baseline(const Drill& drill, const DrillErrors& fused,
   return sum;
 }
 
-std::string_view shadow_name(int kind) {
-  static constexpr std::array<std::string_view, kShadowKinds> kNames = {"inertial", "without LADAR",
-                                                                        "without GPS"};
-  return kind >= 0 && kind < kShadowKinds ? kNames[static_cast<std::size_t>(kind)] : "unknown";
+std::string_view subfilter_name(int kind) {
+  static constexpr std::array<std::string_view, kSubfilterKinds> kNames = {
+      "inertial", "without LADAR", "without GPS"};
+  return kind >= 0 && kind < kSubfilterKinds ? kNames[static_cast<std::size_t>(kind)] : "unknown";
 }
 
 }  // namespace rcs::drills

@@ -1,6 +1,6 @@
 #pragma once
-// WM's answer in a run of a drill against filters that go without some source: WM's own shadows, or
-// runs of their own.
+// WM's answer in a run of a drill against filters that go without some source: WM's own subfilters,
+// or runs of their own.
 
 #include <array>
 #include <string_view>
@@ -21,16 +21,16 @@ struct BaselineSums {
   /// RMS of the fused answer over that of the baseline, neither below 0.2 m.
   [[nodiscard]] double ratio() const;
 };
-constexpr int kShadowKinds = 3;
-using Baselines = std::array<BaselineSums, kShadowKinds>;  ///< by shadow_t::KIND_*
+constexpr int kSubfilterKinds = 3;
+using Baselines = std::array<BaselineSums, kSubfilterKinds>;  ///< by subfilter_t::KIND_*
 
-/// While the stimuli last, against WM's own shadows.
-[[nodiscard]] Baselines shadow_baselines(const Drill& drill, const DrillRecord& record,
-                                         const DrillErrors& errors);
+/// While the stimuli last, against WM's own subfilters.
+[[nodiscard]] Baselines subfilter_baselines(const Drill& drill, const DrillRecord& record,
+                                            const DrillErrors& errors);
 /// The same against another run, twice a second.
 [[nodiscard]] BaselineSums run_baseline(const Drill& drill, const DrillErrors& fused,
                                         const DrillRecord& baseline);
 
-[[nodiscard]] std::string_view shadow_name(int kind);
+[[nodiscard]] std::string_view subfilter_name(int kind);
 
 }  // namespace rcs::drills

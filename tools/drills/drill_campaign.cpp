@@ -133,7 +133,7 @@ class Campaign {
     if (!run) return run.error();
     DrillRunFigures& figures = result.runs[job.run];
     figures = drill_figures(drill, job.scene->key().seed, run->record);
-    if (drill.marks.count("ratio") > 0 && !figures.shadows_published) {
+    if (drill.marks.count("ratio") > 0 && !figures.subfilters_published) {
       if (Outcome done = run_baselines(job, options, run->record, &figures); !done) return done;
     }
     if (campaign_.look) campaign_.look(job.drill, job.run, run->record);
@@ -141,15 +141,15 @@ class Campaign {
     return Done{};
   }
 
-  /// What WM's shadows would have said, had they been published.
+  /// What WM's subfilters would have said, had they been published.
   Outcome run_baselines(const Job& job, DrillRunOptions options, const DrillRecord& fused,
                         DrillRunFigures* figures) const {
-    constexpr Withheld kKinds[kShadowKinds] = {Withheld::kLadarOdometryAndGps, Withheld::kLadar,
-                                               Withheld::kGps};
+    constexpr Withheld kKinds[kSubfilterKinds] = {Withheld::kLadarOdometryAndGps, Withheld::kLadar,
+                                                  Withheld::kGps};
     const Drill& drill = results_[job.drill].drill;
     const DrillErrors errors(fused);
     options.log.clear();
-    for (std::size_t k = 0; k < kShadowKinds; ++k) {
+    for (std::size_t k = 0; k < kSubfilterKinds; ++k) {
       options.withheld = kKinds[k];
       const Result<DrillRunResult> run = run_drill(drill, campaign_.vehicle, job.scene, options);
       if (!run) return run.error();

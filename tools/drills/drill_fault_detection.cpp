@@ -54,9 +54,10 @@ bool about_gps(const Stimulus& s) {
 
 /// An alert about this source.
 bool alerts(const DrillIntegrity& i, DrillSource source) {
-  const bool gps = (i.alerts & integrity_t::ALERT_GPS) != 0 || i.gps != integrity_t::TRUST_FULL;
+  const bool gps =
+      (i.alerts & integrity_t::ALERT_GPS) != 0 || i.gps != integrity_t::STATUS_ACCEPTED;
   const bool ladar =
-      (i.alerts & integrity_t::ALERT_LADAR) != 0 || i.ladar != integrity_t::TRUST_FULL;
+      (i.alerts & integrity_t::ALERT_LADAR) != 0 || i.ladar != integrity_t::STATUS_ACCEPTED;
   if (source == DrillSource::kGps) return gps;
   if (source == DrillSource::kLadar) return ladar;
   return gps || ladar || i.alerts != 0;

@@ -61,7 +61,7 @@ Json baselines_json(const Baselines& sums) {
   Json j = Json::object();
   for (std::size_t k = 0; k < sums.size(); ++k) {
     if (sums[k].samples == 0) continue;
-    j[std::string(shadow_name(static_cast<int>(k)))] = {
+    j[std::string(subfilter_name(static_cast<int>(k)))] = {
         {"samples", sums[k].samples},
         {"fused_rms_m", sums[k].fused_rms_m()},
         {"baseline_rms_m", sums[k].baseline_rms_m()},
@@ -98,7 +98,7 @@ Json run_json(const DrillRunFigures& r) {
             {"false_acceptances", Json::array()},
             {"nis", Json::object()},
             {"integrity", integrity_json(r.integrity)},
-            {"shadows", r.shadows_published ? "published" : "not published"},
+            {"subfilters", r.subfilters_published ? "published" : "not published"},
             {"baselines", baselines_json(r.baselines)},
             {"registrations", r.stops},
             {"overruns", r.overruns},

@@ -58,7 +58,7 @@ report::Table baseline_table(const DrillResult& r) {
   const Baselines sums = pooled_baselines(r.runs);
   for (std::size_t k = 0; k < sums.size(); ++k) {
     if (sums[k].samples == 0) continue;
-    t.rows.push_back({std::string(shadow_name(static_cast<int>(k))),
+    t.rows.push_back({std::string(subfilter_name(static_cast<int>(k))),
                       fmt::format("{:.2f}", sums[k].fused_rms_m()),
                       fmt::format("{:.2f}", sums[k].baseline_rms_m()),
                       fmt::format("{:.2f}", sums[k].ratio())});
@@ -99,7 +99,8 @@ std::string drill_page(const std::vector<DrillResult>& results, const std::strin
   page.table(drill_table(results));
   page.paragraph(
       "Protection level: the error is said to be smaller, but for one moment in a thousand. "
-      "Shadows: WM's own filters that go without some source since the last healthy moment. False "
+      "Subfilters: WM's own filters that go without some source since the last healthy moment. "
+      "False "
       "fix: more than 6 total sigma off. Smooth step: of the local pose that controllers see, "
       "beyond the motion predicted from the cycle before. Pictures are of the first seed; shaded: "
       "what is done to the messages.");

@@ -24,11 +24,11 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kLead_s = 10.0;
 /// Decades below this say nothing.
 constexpr double kLeastError_m = 0.01;
-constexpr report::Colour kShadowColours[kShadowKinds] = {
+constexpr report::Colour kSubfilterColours[kSubfilterKinds] = {
     report::Colour::kGrey, report::Colour::kGreen, report::Colour::kPurple};
 
-std::string shadow_label(int kind) {
-  return kind == 0 ? "inertial alone" : std::string(shadow_name(kind));
+std::string subfilter_label(int kind) {
+  return kind == 0 ? "inertial alone" : std::string(subfilter_name(kind));
 }
 
 double first_s(const Drill& drill) { return std::max(0.0, drill.begin_s() - kLead_s); }
@@ -53,32 +53,35 @@ void add(double x, double y, report::Series* s) {
   s->y.push_back(y);
 }
 
-/// A shadow's places, the pen lifted where it branched anew.
-report::Series shadow_course(const DrillRecord& record, const DrillErrors& errors, int kind,
-                             double from_s) {
-  report::Series s = series(shadow_label(kind), kShadowColours[kind], report::SeriesStyle::kLine);
+/// A subfilter's places, the pen lifted where it branched anew.
+report::Series subfilter_course(const DrillRecord& record, const DrillErrors& errors, int kind,
+                                double from_s) {
+  report::Series s =
+      series(subfilter_label(kind), kSubfilterColours[kind], report::SeriesStyle::kLine);
   std::optional<Stamp> branch;
-  for (const DrillShadow& shadow : record.shadows) {
-    if (shadow.kind != kind || errors.time_s(shadow.stamp) < from_s) continue;
-    if (branch && *branch != shadow.branch) add(kNone, kNone, &s);
-    branch = shadow.branch;
-    add(shadow.T_world_vehicle.p.x(), shadow.T_world_vehicle.p.y(), &s);
+  for (const DrillSubfilter& subfilter : record.subfilters) {
+    if (subfilter.kind != kind || errors.time_s(subfilter.stamp) < from_s) continue;
+    if (branch && *branch != subfilter.branch) add(kNone, kNone, &s);
+    branch = subfilter.branch;
+    add(subfilter.T_world_vehicle.p.x(), subfilter.T_world_vehicle.p.y(), &s);
   }
   return s;
 }
 
-/// Errors of the shadows over time.
-report::Series shadow_errors(const DrillRecord& record, const DrillErrors& errors, int kind,
-                             double from_s, const std::function<double(const Vec3&)>& magnitude) {
-  report::Series s = series(shadow_label(kind), kShadowColours[kind], report::SeriesStyle::kLine);
+/// Errors of the subfilters over time.
+report::Series subfilter_errors(const DrillRecord& record, const DrillErrors& errors, int kind,
+                                double from_s,
+                                const std::function<double(const Vec3&)>& magnitude) {
+  report::Series s =
+      series(subfilter_label(kind), kSubfilterColours[kind], report::SeriesStyle::kLine);
   std::optional<Stamp> branch;
-  for (const DrillShadow& shadow : record.shadows) {
-    const double t_s = errors.time_s(shadow.stamp);
-    const std::optional<Pose> truth = errors.truth_at(shadow.stamp);
-    if (shadow.kind != kind || t_s < from_s || !truth) continue;
-    if (branch && *branch != shadow.branch) add(t_s, kNone, &s);
-    branch = shadow.branch;
-    add(t_s, std::max(kLeastError_m, magnitude(shadow.T_world_vehicle.p - truth->p)), &s);
+  for (const DrillSubfilter& subfilter : record.subfilters) {
+    const double t_s = errors.time_s(subfilter.stamp);
+    const std::optional<Pose> truth = errors.truth_at(subfilter.stamp);
+    if (subfilter.kind != kind || t_s < from_s || !truth) continue;
+    if (branch && *branch != subfilter.branch) add(t_s, kNone, &s);
+    branch = subfilter.branch;
+    add(t_s, std::max(kLeastError_m, magnitude(subfilter.T_world_vehicle.p - truth->p)), &s);
   }
   return s;
 }
@@ -136,11 +139,11 @@ report::Colour colour_of_mode(int mode) {
 
 std::optional<report::Colour> colour_of_trust(int trust) {
   switch (trust) {
-    case integrity_t::TRUST_FULL:
+    case integrity_t::STATUS_ACCEPTED:
       return report::Colour::kBlue;
-    case integrity_t::TRUST_QUARANTINE:
+    case integrity_t::STATUS_QUARANTINE:
       return report::Colour::kOrange;
-    case integrity_t::TRUST_PROBATION:
+    case integrity_t::STATUS_PROBATION:
       return report::Colour::kPurple;
     default:
       return std::nullopt;
@@ -174,8 +177,8 @@ report::Plot drill_course(const Drill& drill, const DrillRecord& record) {
     add(p.x(), stimulus ? p.y() : kNone, &disturbed);
   }
   plot.series = {std::move(fused), std::move(disturbed)};
-  for (int k = 0; k < kShadowKinds; ++k) {
-    report::Series s = shadow_course(record, errors, k, from_s);
+  for (int k = 0; k < kSubfilterKinds; ++k) {
+    report::Series s = subfilter_course(record, errors, k, from_s);
     if (!s.x.empty()) plot.series.push_back(std::move(s));
   }
   if (!truth.x.empty()) {
@@ -220,8 +223,8 @@ std::vector<report::Plot> drill_error_plots(const Drill& drill, const DrillRecor
       if (errors.time_s(i.stamp) < from_s || !std::isfinite(protection_m)) continue;
       add(errors.time_s(i.stamp), protection_m, &level);
     }
-    for (int k = 0; k < kShadowKinds; ++k) {
-      report::Series s = shadow_errors(record, errors, k, from_s, kind.magnitude);
+    for (int k = 0; k < kSubfilterKinds; ++k) {
+      report::Series s = subfilter_errors(record, errors, k, from_s, kind.magnitude);
       if (!s.x.empty()) plot.series.push_back(std::move(s));
     }
     plot.series.push_back(std::move(wm));

@@ -59,7 +59,7 @@ struct DrillIntegrity {
   double limit_horizontal_m = 0.0;
   double limit_vertical_m = 0.0;
   int alerts = 0;
-  int gps = 0;  ///< TRUST_*
+  int gps = 0;  ///< STATUS_*
   int ladar = 0;
 };
 
@@ -70,10 +70,10 @@ struct DrillMatch {
   Pose T_rolling_vehicle;
 };
 
-struct DrillShadow {
+struct DrillSubfilter {
   Stamp stamp;
   Stamp branch;
-  int kind = 0;          ///< shadow_t::KIND_*
+  int kind = 0;          ///< subfilter_t::KIND_*
   Pose T_world_vehicle;  ///< in the truth's world
 };
 
@@ -94,7 +94,7 @@ struct DrillRecord {
   std::vector<DrillFix> fixes;
   std::vector<DrillInnovation> innovations;
   std::vector<DrillIntegrity> integrity;
-  std::vector<DrillShadow> shadows;
+  std::vector<DrillSubfilter> subfilters;
   std::vector<DrillEvent> events;
   std::vector<DrillMatch> matches;   ///< that mean something, in the order of publication
   std::map<std::string, int> stops;  ///< of SP's registrations to the rolling map

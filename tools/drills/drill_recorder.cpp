@@ -75,8 +75,8 @@ void DrillRecorder::on_deliver(Stamp due, std::string_view channel, const std::u
     with(data, size, &innovation_, [&](const innovation_t& m) { take(m, at); });
   } else if (channel == channel::kWmIntegrity) {
     with(data, size, &integrity_, [&](const integrity_t& m) { take(m, at); });
-  } else if (channel == channel::kWmShadow) {
-    with(data, size, &shadow_, [&](const shadow_t& m) { take(m, at); });
+  } else if (channel == channel::kWmSubfilter) {
+    with(data, size, &subfilter_, [&](const subfilter_t& m) { take(m, at); });
   } else if (channel == channel::kSpRegistration) {
     with(data, size, &registration_, [&](const registration_t& m) { take(m, at); });
   } else if (is_event(channel)) {
@@ -180,11 +180,11 @@ void DrillRecorder::take(const integrity_t& m, Stamp due) {
                                m.limit_horizontal_m, m.limit_vertical_m, m.alerts, m.gps, m.ladar});
 }
 
-void DrillRecorder::take(const shadow_t& m, Stamp due) {
+void DrillRecorder::take(const subfilter_t& m, Stamp due) {
   Pose T_world;
   if (!T_truth_world_ || !from_message(m.q_world_vehicle, m.p_world_vehicle_m, &T_world)) return;
-  record_.shadows.push_back({undisturbed(channel::kWmShadow, m.utime, due),
-                             from_utime(m.branch_utime), m.kind, *T_truth_world_ * T_world});
+  record_.subfilters.push_back({undisturbed(channel::kWmSubfilter, m.utime, due),
+                                from_utime(m.branch_utime), m.kind, *T_truth_world_ * T_world});
 }
 
 void DrillRecorder::take(const registration_t& m, Stamp due) {

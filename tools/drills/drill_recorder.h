@@ -10,7 +10,7 @@
 #include "lcmtypes/rcs/integrity_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
-#include "lcmtypes/rcs/shadow_t.hpp"
+#include "lcmtypes/rcs/subfilter_t.hpp"
 #include "lcmtypes/rcs/truth_t.hpp"
 #include "rcs/node/bus/local_bus.h"
 #include "rcs/node/log/log_file.h"
@@ -52,7 +52,7 @@ class DrillRecorder final : public BusTap {
   void take(const gps_fix_t& m, Stamp due);
   void take(const innovation_t& m, Stamp due);
   void take(const integrity_t& m, Stamp due);
-  void take(const shadow_t& m, Stamp due);
+  void take(const subfilter_t& m, Stamp due);
   void take(const registration_t& m, Stamp due);
 
   std::vector<Duration> jumps_;  // of all clocks at once
@@ -70,7 +70,7 @@ class DrillRecorder final : public BusTap {
   gps_fix_t fix_{};
   innovation_t innovation_{};
   integrity_t integrity_{};
-  shadow_t shadow_{};
+  subfilter_t subfilter_{};
   registration_t registration_{};
   event_t event_{};
 };

@@ -70,12 +70,12 @@ MarkResult ratio(const Runs& runs) {
   for (std::size_t k = 0; k < sums.size(); ++k) {
     if (sums[k].samples == 0 || sums[k].ratio() <= worst) continue;
     worst = sums[k].ratio();
-    note = shadow_name(static_cast<int>(k));
+    note = subfilter_name(static_cast<int>(k));
   }
   if (note.empty()) return without("no baseline");
   MarkResult r = with(worst);
   r.note = "to " + note;
-  if (!runs.front().shadows_published) r.note += " (own run: no shadows published)";
+  if (!runs.front().subfilters_published) r.note += " (own run: no subfilters published)";
   return r;
 }
 
@@ -145,8 +145,8 @@ DrillRunFigures drill_figures(const Drill& drill, std::int64_t seed, const Drill
   f.false_acceptances = false_acceptances(record, errors);
   f.returns = gps_returns(drill, record, errors);
   f.integrity = integrity_figures(drill, record, errors);
-  f.baselines = shadow_baselines(drill, record, errors);
-  f.shadows_published = !record.shadows.empty();
+  f.baselines = subfilter_baselines(drill, record, errors);
+  f.subfilters_published = !record.subfilters.empty();
   f.stops = record.stops;
   f.overruns = record.overruns;
   f.missed = record.missed;

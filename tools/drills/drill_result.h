@@ -26,7 +26,8 @@ struct DrillRunFigures {
   std::vector<GpsReturn> returns;
   std::optional<IntegrityFigures> integrity;  ///< none: not published
   Baselines baselines;
-  bool shadows_published = false;  ///< else the baselines are runs of their own, if there are any
+  bool subfilters_published =
+      false;  ///< else the baselines are runs of their own, if there are any
   std::map<std::string, int> stops;
   std::int64_t overruns = 0;
   std::int64_t missed = 0;

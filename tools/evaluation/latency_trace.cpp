@@ -77,39 +77,39 @@ void BudgetRecord::add(const BudgetRecord& other) {
   laps += other.laps;
 }
 
-void ScanLedger::sent(std::int64_t reference_utime, Stamp at) {
+void ScanLatencyTrace::sent(std::int64_t reference_utime, Stamp at) {
   scans_[reference_utime].last_sent = at;
   ++facets_sent_;
 }
 
-void ScanLedger::take(const registration_t& m) {
+void ScanLatencyTrace::take(const registration_t& m) {
   account_ = m.account;
   if (m.target != registration_t::TARGET_ROLLING) return;
   const auto scan = scans_.find(m.utime);
   // A new map after a failure is a second answer to the same scan.
   if (scan == scans_.end() || scan->second.answer) return;
-  scan->second.answer = Answer{m.stop, m.degrade_level, m.facets_lost, m.ledger};
+  scan->second.answer = Answer{m.stop, m.degrade_level, m.facets_lost, m.latency_trace};
 }
 
-void ScanLedger::take(const nav_state_t& m) {
-  const auto scan = scans_.find(m.ledger.measured_utime);
-  if (scan == scans_.end() || m.ledger.wm_start_utime == 0) return;
-  if (!scan->second.believed) scan->second.believed = m.ledger;
+void ScanLatencyTrace::take(const nav_state_t& m) {
+  const auto scan = scans_.find(m.latency_trace.measured_utime);
+  if (scan == scans_.end() || m.latency_trace.wm_start_utime == 0) return;
+  if (!scan->second.believed) scan->second.believed = m.latency_trace;
 }
 
-void ScanLedger::take(const drive_t& m) {
-  const auto scan = scans_.find(m.ledger.measured_utime);
-  if (scan == scans_.end() || m.ledger.bg_start_utime == 0) return;
-  if (!scan->second.driven_by) scan->second.driven_by = m.ledger;
+void ScanLatencyTrace::take(const drive_t& m) {
+  const auto scan = scans_.find(m.latency_trace.measured_utime);
+  if (scan == scans_.end() || m.latency_trace.bg_start_utime == 0) return;
+  if (!scan->second.driven_by) scan->second.driven_by = m.latency_trace;
 }
 
-void ScanLedger::take(const cycle_t& m) {
+void ScanLatencyTrace::take(const cycle_t& m) {
   Cycles& cycles = cycles_[m.node];
   cycles.by_start[m.utime] = m;
   cycles.newest = m;
 }
 
-BudgetRecord ScanLedger::close() const {
+BudgetRecord ScanLatencyTrace::close() const {
   BudgetRecord record;
   record.laps = 1;
   record.scans = count();
@@ -134,7 +134,7 @@ BudgetRecord ScanLedger::close() const {
   return record;
 }
 
-ScanCounts ScanLedger::count() const {
+ScanCounts ScanLatencyTrace::count() const {
   ScanCounts counts;
   counts.sent = static_cast<std::int64_t>(scans_.size());
   counts.facets_sent = facets_sent_;
@@ -164,9 +164,9 @@ ScanCounts ScanLedger::count() const {
   return counts;
 }
 
-void ScanLedger::trace(const Scan& scan, Samples* hops) const {
+void ScanLatencyTrace::trace(const Scan& scan, Samples* hops) const {
   if (!scan.answer) return;
-  const ledger_t& sp = scan.answer->ledger;
+  const latency_trace_t& sp = scan.answer->latency_trace;
   note(hops, "first facet -> last facet, in sp",
        between(sp.first_facet_utime, sp.last_facet_utime));
   const Stamp arrival = from_utime(sp.last_facet_utime);
@@ -179,7 +179,7 @@ void ScanLedger::trace(const Scan& scan, Samples* hops) const {
   if (answering_time) note(hops, kSpWork, *answering_time);
   if (!scan.believed) return;
 
-  const ledger_t& wm = *scan.believed;
+  const latency_trace_t& wm = *scan.believed;
   if (answering_time) {
     const Duration hop = between(sp.sp_start_utime, wm.wm_arrival_utime) - *answering_time;
     note(hops, "hop sp -> wm", hop);
@@ -192,7 +192,7 @@ void ScanLedger::trace(const Scan& scan, Samples* hops) const {
   }
   if (!scan.driven_by) return;
 
-  const ledger_t& bg = *scan.driven_by;
+  const latency_trace_t& bg = *scan.driven_by;
   if (wm_wall) {
     note(hops, "hop wm -> bg", between(bg.wm_start_utime, bg.bg_arrival_utime) - *wm_wall);
   }
@@ -203,7 +203,8 @@ void ScanLedger::trace(const Scan& scan, Samples* hops) const {
   }
 }
 
-std::optional<Duration> ScanLedger::wall_of(const std::string& node, std::int64_t start) const {
+std::optional<Duration> ScanLatencyTrace::wall_of(const std::string& node,
+                                                  std::int64_t start) const {
   const auto cycles = cycles_.find(node);
   if (cycles == cycles_.end()) return std::nullopt;
   const auto cycle = cycles->second.by_start.find(start);
@@ -211,7 +212,7 @@ std::optional<Duration> ScanLedger::wall_of(const std::string& node, std::int64_
   return Duration(cycle->second.used_wall_us);
 }
 
-std::optional<Duration> ScanLedger::answering(std::int64_t start) const {
+std::optional<Duration> ScanLatencyTrace::answering(std::int64_t start) const {
   const auto cycles = cycles_.find("sp");
   if (cycles == cycles_.end()) return std::nullopt;
   const auto cycle = cycles->second.by_start.find(start);

@@ -68,7 +68,7 @@ struct BudgetRecord {
 };
 
 /// The books of one lap: of one life of the nodes.
-class ScanLedger {
+class ScanLatencyTrace {
  public:
   /// The player sent a facet; several of a scan in order of time.
   void sent(std::int64_t reference_utime, Stamp at);
@@ -85,13 +85,13 @@ class ScanLedger {
     std::int8_t stop = 0;
     std::int8_t degrade_level = 0;
     std::int16_t facets_lost = 0;
-    ledger_t ledger{};
+    latency_trace_t latency_trace{};
   };
   struct Scan {
     Stamp last_sent;
-    std::optional<Answer> answer;       ///< the first, to the rolling map
-    std::optional<ledger_t> believed;   ///< of the first belief that rests on it
-    std::optional<ledger_t> driven_by;  ///< of the first drive command
+    std::optional<Answer> answer;              ///< the first, to the rolling map
+    std::optional<latency_trace_t> believed;   ///< of the first belief that rests on it
+    std::optional<latency_trace_t> driven_by;  ///< of the first drive command
   };
   struct Cycles {
     std::map<std::int64_t, cycle_t> by_start;
@@ -105,7 +105,7 @@ class ScanLedger {
   /// Of sp until its answer to the rolling map is out; the a priori match comes after.
   [[nodiscard]] std::optional<Duration> answering(std::int64_t start) const;
 
-  std::map<std::int64_t, Scan> scans_;  // by reference instant, which every ledger carries
+  std::map<std::int64_t, Scan> scans_;  // by reference instant, which every latency_trace carries
   std::map<std::string, Cycles> cycles_;
   std::int64_t facets_sent_ = 0;
   scan_account_t account_{};  // the newest

@@ -66,7 +66,7 @@ void add_play_command(CLI::App* rcs, Commands* commands);
 void add_replay_command(CLI::App* rcs, Commands* commands);
 void add_budget_command(CLI::App* rcs, Commands* commands);
 void add_load_command(CLI::App* rcs, Commands* commands);
-void add_sureness_command(CLI::App* rcs, Commands* commands);
+void add_predict_command(CLI::App* rcs, Commands* commands);
 void add_table1_command(CLI::App* rcs, Commands* commands);
 void add_keys_command(CLI::App* rcs, Commands* commands);
 void add_truth_command(CLI::App* rcs, Commands* commands);

@@ -90,7 +90,7 @@ int rcs_main(int argc, char** argv) {
   add_top_command(&app, &commands);
   add_log_commands(&app, &commands);
   add_go_command(&app, &commands);
-  add_sureness_command(&app, &commands);
+  add_predict_command(&app, &commands);
   add_import_commands(&app, &commands);
   add_map_commands(&app, &commands);
   add_register_command(&app, &commands);

@@ -108,7 +108,7 @@ class Reader {
     r.cov_world_pose = from_message(m.cov_world_pose);
     r.age_gps = Duration(m.age_gps_us);
     r.age_ins = Duration(m.age_ins_us);
-    r.cause_arrival = from_utime(m.ledger.last_facet_utime);
+    r.cause_arrival = from_utime(m.latency_trace.last_facet_utime);
     r.published = from_utime(m.publish_utime);
     if (r.world_valid) {
       run_->world_datum = geodetic(m.datum_lat_deg, m.datum_lon_deg, m.datum_height_m);

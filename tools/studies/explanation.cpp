@@ -46,11 +46,11 @@ std::string ago(Duration d) {
 
 std::string trust_text(int trust) {
   switch (trust) {
-    case integrity_t::TRUST_FULL:
+    case integrity_t::STATUS_ACCEPTED:
       return "trusted";
-    case integrity_t::TRUST_QUARANTINE:
+    case integrity_t::STATUS_QUARANTINE:
       return "in quarantine";
-    case integrity_t::TRUST_PROBATION:
+    case integrity_t::STATUS_PROBATION:
       return "on probation";
     default:
       return "absent";
@@ -194,15 +194,17 @@ class Memory {
         degrees(std::sqrt(std::max(0.0, cov(5, 5)))), age(m.age_ins_us), age(m.age_gps_us),
         age(m.age_odometry_us), age(m.age_rolling_us), age(m.age_prior_map_us),
         m.distance_since_gps_m, m.world_resets);
-    if (m.ledger.last_facet_utime != 0) {
+    if (m.latency_trace.last_facet_utime != 0) {
       text += fmt::format(
           "  its newest scan: last facet in SP {}, SP began {:.1f} ms later, its answer in WM "
           "{:.1f} "
           "ms after that\n",
           // Both differences are within one clock: the log's, and the nodes'.
-          ago(moment - nav_.back().arrival + Duration(m.publish_utime - m.ledger.last_facet_utime)),
-          milliseconds(Duration(m.ledger.sp_start_utime - m.ledger.last_facet_utime)),
-          milliseconds(Duration(m.ledger.wm_arrival_utime - m.ledger.sp_start_utime)));
+          ago(moment - nav_.back().arrival +
+              Duration(m.publish_utime - m.latency_trace.last_facet_utime)),
+          milliseconds(Duration(m.latency_trace.sp_start_utime - m.latency_trace.last_facet_utime)),
+          milliseconds(
+              Duration(m.latency_trace.wm_arrival_utime - m.latency_trace.sp_start_utime)));
     }
     if (integrity_.empty()) return text + "  no protection level was published\n\n";
     const integrity_t& i = integrity_.back().message;
@@ -215,8 +217,9 @@ class Memory {
                "on a source is demoted\n\n",
                i.protection_horizontal_m, i.protection_vertical_m, i.limit_horizontal_m,
                i.limit_vertical_m, alert_text(i.alerts), trust_text(i.gps),
-               seconds(Duration(i.utime - i.gps_since_utime)), i.gps_doubt, trust_text(i.ladar),
-               seconds(Duration(i.utime - i.ladar_since_utime)), i.ladar_doubt);
+               seconds(Duration(i.utime - i.gps_since_utime)), i.gps_test_ratio,
+               trust_text(i.ladar), seconds(Duration(i.utime - i.ladar_since_utime)),
+               i.ladar_test_ratio);
   }
 
   [[nodiscard]] std::string driving_text(Stamp moment) const {

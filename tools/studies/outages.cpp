@@ -218,7 +218,7 @@ UncutFinding judge_uncut(const Evidence& e) {
   for (const drills::DrillIntegrity& i : record->integrity) {
     if (errors.time_s(i.stamp) < e.question.from_s) continue;
     ++seen;
-    trusted += i.gps == integrity_t::TRUST_FULL ? 1 : 0;
+    trusted += i.gps == integrity_t::STATUS_ACCEPTED ? 1 : 0;
   }
   if (seen > 0) u.trusted_share = static_cast<double>(trusted) / static_cast<double>(seen);
   for (const drills::DrillEvent& event : record->events) {

@@ -33,13 +33,13 @@ Pose Calibration::vehicle_from_ladar(const RangeFacet& facet, double t_s) const 
 
 // Neighbours in the same facet; a missing one says nothing.
 bool Calibration::is_lone(const RangeFacet& facet, int row, int col) const {
-  if (params_.lone_m == 0.0) return false;
+  if (params_.isolated_m == 0.0) return false;
   const auto range = [&](int r, int c) {
     const int at = r * params_.cols + c;
     return facet.range_m[static_cast<std::size_t>(at)];
   };
   const float own = range(row, col);
-  const float apart = static_cast<float>(params_.lone_m) + 0.05F * own;
+  const float apart = static_cast<float>(params_.isolated_m) + 0.05F * own;
   bool alone = false;
   const int beside[4][2] = {{row, col - 1}, {row, col + 1}, {row - 1, col}, {row + 1, col}};
   for (const auto& [r, c] : beside) {

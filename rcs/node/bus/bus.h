@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "rcs/base/stamp.h"
+#include "rcs/node/bus/publisher.h"
 
 namespace rcs {
 
@@ -29,6 +30,13 @@ class Bus {
   /// `receiver` must outlive the last advance(). Several receivers may share a channel.
   virtual void subscribe(std::string_view channel, Receiver* receiver) = 0;
   virtual void publish(std::string_view channel, const std::uint8_t* data, std::size_t size) = 0;
+
+  /// Of every Outbox that is made from now on.
+  void set_publisher(const Publisher& publisher) { publisher_ = publisher; }
+  [[nodiscard]] const Publisher& publisher() const { return publisher_; }
+
+ private:
+  Publisher publisher_;
 };
 
 }  // namespace rcs

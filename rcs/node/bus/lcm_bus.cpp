@@ -1,7 +1,10 @@
 #include "rcs/node/bus/lcm_bus.h"
 
+#include <sys/random.h>
 #include <algorithm>
+
 #include <cstdlib>
+#include <limits>
 
 #include "rcs/base/check.h"
 
@@ -18,6 +21,20 @@ constexpr char kRouteHint[] =
     "UDP multicast needs a route. On this computer only, as root:\n"
     "  ip link set lo up && ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo";
 
+/// Positive; 0 when the system has no random numbers.
+std::int64_t random_id() {
+  std::int64_t id = 0;
+  if (getrandom(&id, sizeof(id), 0) != sizeof(id)) return 0;
+  return id & std::numeric_limits<std::int64_t>::max();
+}
+
+/// Of the `rcs up` that has started this process; a process of its own is a run of its own.
+std::int64_t live_run_id() {
+  const char* given = std::getenv(kRunIdVariable);  // NOLINT(concurrency-mt-unsafe)
+  const std::int64_t id = given == nullptr ? 0 : std::strtoll(given, nullptr, 10);
+  return id > 0 ? id : random_id();
+}
+
 }  // namespace
 
 Result<std::unique_ptr<LcmBus>> LcmBus::create(const std::string& url) {
@@ -25,7 +42,9 @@ Result<std::unique_ptr<LcmBus>> LcmBus::create(const std::string& url) {
   std::string chosen = !url.empty() ? url : env != nullptr && *env != '\0' ? env : kDefaultLcmUrl;
   lcm_t* lcm = lcm_create(chosen.c_str());
   if (lcm == nullptr) return Error{"cannot open the LCM bus " + chosen + "\n" + kRouteHint};
-  return std::unique_ptr<LcmBus>(new LcmBus(lcm, std::move(chosen)));
+  std::unique_ptr<LcmBus> bus(new LcmBus(lcm, std::move(chosen)));
+  bus->set_publisher({live_run_id(), random_id()});
+  return bus;
 }
 
 void LcmBus::subscribe(std::string_view channel, Receiver* receiver) {

@@ -16,6 +16,9 @@ namespace rcs {
 
 /// Buffers of 4 MB: with LCM's default ones, messages of 300 kB are lost whole. It stays on this
 /// computer (ttl 0).
+/// `rcs up` gives the run's id to its nodes by this variable.
+inline constexpr char kRunIdVariable[] = "RCS_RUN_ID";
+
 inline constexpr char kDefaultLcmUrl[] = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304";
 
 class LcmBus final : public Bus {

@@ -1,5 +1,5 @@
 #pragma once
-// Encodes messages of one type onto one channel; owns the sequence number.
+// Encodes messages of one type onto one channel; owns the sequence number and the publisher's ids.
 
 #include <algorithm>
 #include <cstdint>
@@ -15,14 +15,18 @@ namespace rcs {
 template <class T>
 class Outbox {
  public:
-  Outbox(Bus* bus, std::string_view channel) : bus_(bus), channel_(channel) {}
+  Outbox(Bus* bus, std::string_view channel)
+      : bus_(bus), channel_(channel), publisher_(bus->publisher()) {}
 
   /// Makes room for messages of so many bytes beforehand.
   void reserve(std::size_t bytes) { buffer_.resize(std::max(buffer_.size(), bytes)); }
 
-  /// Sets message->seq (1, 2, ...) and publishes. No allocation once the buffer has seen the size.
+  /// Sets message->seq (1, 2, ...), run_id and publisher_id, and publishes. No allocation once the
+  /// buffer has seen the size.
   void publish(T* message) {
     message->seq = ++seq_;
+    message->run_id = publisher_.run_id;
+    message->publisher_id = publisher_.publisher_id;
     const int size = message->getEncodedSize();
     if (buffer_.size() < static_cast<std::size_t>(size)) {
       buffer_.resize(static_cast<std::size_t>(size));
@@ -34,6 +38,7 @@ class Outbox {
  private:
   Bus* bus_;
   std::string channel_;
+  Publisher publisher_;
   std::vector<std::uint8_t> buffer_;
   std::int64_t seq_ = 0;
 };

@@ -8,6 +8,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <iterator>
 #include <limits>
 
 namespace rcs {
@@ -73,6 +74,33 @@ LogReader::LogReader(FileHandle file, std::string path, std::int64_t size,
       size_(size),
       max_data_bytes_(max_data_bytes) {}
 
+namespace {
+
+/// Fingerprints of the messages before they had run and publisher ids (2026-11-24).
+constexpr std::uint64_t kFormerFingerprints[] = {
+    0xc8b13fcbebb56923ULL,  // ladar_ranges_t
+    0xe4075d478e63a9eaULL,  // ladar_points_t
+    0x71754f31a5a8fdb7ULL,  // ins_t
+    0x5d2524ab615a94c3ULL,  // gps_fix_t
+    0xb44ced651c390e45ULL,  // odometry_t
+    0xba81c655a0fc6544ULL,  // registration_t
+    0x2bf8605f572c5ddbULL,  // nav_state_t
+    0xbcfb448c1ed53470ULL,  // truth_t
+};
+constexpr int kEventsLookedAt = 64;
+
+bool is_of_former_revision(const LogEvent& event) {
+  if (event.data.size() < sizeof(std::uint64_t)) return false;
+  std::uint64_t fingerprint = 0;
+  for (std::size_t i = 0; i < sizeof(fingerprint); ++i) {
+    fingerprint = fingerprint << 8U | event.data[i];
+  }
+  return std::find(std::begin(kFormerFingerprints), std::end(kFormerFingerprints), fingerprint) !=
+         std::end(kFormerFingerprints);
+}
+
+}  // namespace
+
 Result<LogReader> LogReader::open(const std::string& path, std::size_t max_data_bytes) {
   // O_NONBLOCK: opening a FIFO would wait for its writer.
   FileHandle file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
@@ -80,7 +108,15 @@ Result<LogReader> LogReader::open(const std::string& path, std::size_t max_data_
   struct stat status {};
   if (fstat(file.get(), &status) != 0) return file_error(path, "cannot open the log", errno);
   if (!S_ISREG(status.st_mode)) return Error{path + ": not a log: not a regular file"};
-  return LogReader(std::move(file), path, status.st_size, max_data_bytes);
+  LogReader reader(std::move(file), path, status.st_size, max_data_bytes);
+  LogEvent event;
+  for (int k = 0; k < kEventsLookedAt && reader.next(&event); ++k) {
+    if (!is_of_former_revision(event)) continue;
+    return Error{path + ": recorded with a former revision of the messages (" + event.channel +
+                 "), which this version cannot read: record, simulate or import it again"};
+  }
+  reader.rewind();
+  return reader;
 }
 
 void LogReader::rewind() {

@@ -36,7 +36,7 @@ constexpr std::array<ReadmeCommand, 39> kReadmeCommands = {{
      "needs a vehicle; tests/replay/closed_loop_test.cpp"},
     {"$rcs map import av2", How::kData, ""},
     {"$rcs map worth", How::kOptions, "minutes; map_worth_test.cpp"},
-    {"$rcs sureness", How::kOptions, "needs a running wm"},
+    {"$rcs predict", How::kOptions, "needs a running wm"},
     {"$rcs map match", How::kOptions, "the pose is a placeholder"},
     {"build/release/bin/rcs drill --all", How::kOptions, "minutes; drill_all_test.cpp"},
     {"build/release/bin/rcs drill config/drills/gps/d01", How::kOptions,

@@ -6,7 +6,7 @@
 
 #include "lcmtypes/rcs/innovation_t.hpp"
 #include "lcmtypes/rcs/integrity_t.hpp"
-#include "lcmtypes/rcs/shadow_t.hpp"
+#include "lcmtypes/rcs/subfilter_t.hpp"
 #include "tests/tools/drills/drill_fixture.h"
 #include "tools/drills/drill_output.h"
 #include "tools/drills/drill_result.h"
@@ -38,7 +38,7 @@ void protect(drills::DrillRecord* r) {
     i.horizontal_m = i.vertical_m = 2.0;
     i.limit_horizontal_m = 5.0;
     i.limit_vertical_m = 3.0;
-    i.gps = i.ladar = integrity_t::TRUST_FULL;
+    i.gps = i.ladar = integrity_t::STATUS_ACCEPTED;
     r->integrity.push_back(i);
   }
 }
@@ -172,7 +172,7 @@ TEST(DrillFigures, TimeToAlertRunsFromTheBeginOfTheFalseSource) {
   EXPECT_FALSE(drills::integrity_figures(ramp(20, 20), r, drills::DrillErrors(r))
                    ->time_to_alert_s.has_value());
   integrity_within(27.5, 50, &r,
-                   [](drills::DrillIntegrity* i) { i->gps = integrity_t::TRUST_QUARANTINE; });
+                   [](drills::DrillIntegrity* i) { i->gps = integrity_t::STATUS_QUARANTINE; });
   const auto f = drills::integrity_figures(ramp(20, 20), r, drills::DrillErrors(r));
   ASSERT_TRUE(f->time_to_alert_s.has_value());
   EXPECT_NEAR(*f->time_to_alert_s, 7.5, 0.11);
@@ -246,17 +246,19 @@ TEST(DrillFigures, BaselinesAreComparedAtTheSameInstantsWithAFloor) {
   drills::DrillRecord r = right_record();
   mislead(20, 40, Vec3(0.6, 0.0, 0.0), &r);
   for (int k = 0; k < 120; ++k) {
-    drills::DrillShadow s;
+    drills::DrillSubfilter s;
     s.stamp = kBegin + from_seconds(0.5 * k);
-    s.kind = k % 2 == 0 ? int{shadow_t::KIND_WITHOUT_GPS} : int{shadow_t::KIND_INERTIAL};
+    s.kind = k % 2 == 0 ? int{subfilter_t::KIND_WITHOUT_GPS} : int{subfilter_t::KIND_INERTIAL};
     s.T_world_vehicle.p = Vec3(5.0 * k, k % 2 == 0 ? 0.3 : 0.01, 0.0);
-    r.shadows.push_back(s);
+    r.subfilters.push_back(s);
   }
-  const drills::Baselines b = drills::shadow_baselines(gps_lost(20, 20), r, drills::DrillErrors(r));
-  EXPECT_EQ(b[shadow_t::KIND_WITHOUT_LADAR].samples, 0U);
-  EXPECT_EQ(b[shadow_t::KIND_WITHOUT_GPS].samples, 20U);
-  EXPECT_NEAR(b[shadow_t::KIND_WITHOUT_GPS].ratio(), 2.0, 0.01);
-  EXPECT_NEAR(b[shadow_t::KIND_INERTIAL].ratio(), 3.0, 0.01) << "nothing counts better than 0.2 m";
+  const drills::Baselines b =
+      drills::subfilter_baselines(gps_lost(20, 20), r, drills::DrillErrors(r));
+  EXPECT_EQ(b[subfilter_t::KIND_WITHOUT_LADAR].samples, 0U);
+  EXPECT_EQ(b[subfilter_t::KIND_WITHOUT_GPS].samples, 20U);
+  EXPECT_NEAR(b[subfilter_t::KIND_WITHOUT_GPS].ratio(), 2.0, 0.01);
+  EXPECT_NEAR(b[subfilter_t::KIND_INERTIAL].ratio(), 3.0, 0.01)
+      << "nothing counts better than 0.2 m";
 
   drills::DrillRecord other = right_record();
   mislead(0, 60, Vec3(0.0, 1.2, 0.0), &other);

@@ -15,8 +15,8 @@ std::int64_t reference(int scan) { return 5'000'000 + scan * kPeriod_us; }
 /// Node time: another clock.
 std::int64_t at(int scan, std::int64_t us) { return 77'000'000 + scan * kPeriod_us + us; }
 
-ledger_t ledger(int scan) {
-  ledger_t l{};
+latency_trace_t latency_trace(int scan) {
+  latency_trace_t l{};
   l.measured_utime = reference(scan);
   l.first_facet_utime = at(scan, -90'000);
   l.last_facet_utime = at(scan, 200);
@@ -30,7 +30,7 @@ registration_t answer(int scan, int stop, int level, std::int64_t answered) {
   m.target = registration_t::TARGET_ROLLING;
   m.stop = static_cast<std::int8_t>(stop);
   m.degrade_level = static_cast<std::int8_t>(level);
-  m.ledger = ledger(scan);
+  m.latency_trace = latency_trace(scan);
   m.account.answered = answered;
   return m;
 }
@@ -47,8 +47,8 @@ std::int64_t sum(const ScanCounts& c) {
   return c.full + c.degraded + c.held + c.failed + c.dropped + c.unaccounted;
 }
 
-TEST(ScanLedger, EveryScanIsOneThing) {
-  ScanLedger books;
+TEST(ScanLatencyTrace, EveryScanIsOneThing) {
+  ScanLatencyTrace books;
   for (int scan = 0; scan < 8; ++scan) books.sent(reference(scan), from_utime(at(scan, 0)));
   books.take(answer(0, registration_t::STOP_SEEDED, 0, 1));
   books.take(answer(1, registration_t::STOP_CONVERGED, 1, 2));
@@ -72,8 +72,8 @@ TEST(ScanLedger, EveryScanIsOneThing) {
   EXPECT_EQ(sum(c), c.sent);
 }
 
-TEST(ScanLedger, TheHopsAddUpToTheChain) {
-  ScanLedger books;
+TEST(ScanLatencyTrace, TheHopsAddUpToTheChain) {
+  ScanLatencyTrace books;
   books.sent(reference(0), from_utime(at(0, -6'000)));
   books.sent(reference(0), from_utime(at(0, 0)));
   registration_t m = answer(0, registration_t::STOP_CONVERGED, 0, 1);
@@ -83,15 +83,15 @@ TEST(ScanLedger, TheHopsAddUpToTheChain) {
   sp.n_stages = 4;
   books.take(sp);
   nav_state_t nav{};
-  nav.ledger = m.ledger;
-  nav.ledger.wm_arrival_utime = at(0, 5'500);
-  nav.ledger.wm_start_utime = at(0, 5'600);
+  nav.latency_trace = m.latency_trace;
+  nav.latency_trace.wm_arrival_utime = at(0, 5'500);
+  nav.latency_trace.wm_start_utime = at(0, 5'600);
   books.take(nav);
   books.take(cycle("wm", at(0, 5'600), 150));
   drive_t drive{};
-  drive.ledger = nav.ledger;
-  drive.ledger.bg_arrival_utime = at(0, 5'950);
-  drive.ledger.bg_start_utime = at(0, 30'000);
+  drive.latency_trace = nav.latency_trace;
+  drive.latency_trace.bg_arrival_utime = at(0, 5'950);
+  drive.latency_trace.bg_start_utime = at(0, 30'000);
   books.take(drive);
   books.take(cycle("bg", at(0, 30'000), 1'000));
 

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 
+#include "lcmtypes/channels.h"
 #include "rcs/node/log/log_file.h"
 #include "tests/support/rcs_command.h"
 

@@ -5,6 +5,7 @@
 
 #include <optional>
 
+#include "lcmtypes/channels.h"
 #include "rcs/node/bus/lcm_bus.h"
 #include "rcs/node/log/log_file.h"
 #include "rcs/node/timeline/live_timeline.h"

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 
 #include <filesystem>
+#include <sstream>
 
 #include "lcmtypes/channels.h"
 #include "rcs/node/log/log_file.h"
@@ -80,6 +81,24 @@ TEST_F(ReplayCommand, NotOnePoseIsAFailure) {
                 folder_ + "/out.log"),
             1);
   EXPECT_THAT(messages(), HasSubstr("no pose: WM published none"));
+}
+
+TEST_F(ReplayCommand, TheRunIdIsOfTheLogAndTheConfiguration) {
+  const auto run_id = [this](const std::string& options) {
+    EXPECT_EQ(replay("", options), 0) << messages();
+    EXPECT_EQ(rcs("log csv --channel WM_NAV_STATE " + folder_ + "/out.log"), 0);
+    std::istringstream table(out());
+    std::string row;
+    std::getline(table, row);
+    EXPECT_THAT(row, HasSubstr("log_utime,utime,seq,run_id,publisher_id,"));
+    std::getline(table, row);
+    for (int k = 0; k < 3; ++k) row = row.substr(row.find(',') + 1);
+    return row.substr(0, row.find(','));
+  };
+  const std::string first = run_id("");
+  EXPECT_GT(std::stoll(first), 0);
+  EXPECT_EQ(run_id(""), first);
+  EXPECT_NE(run_id("--set odometry.constrained=false"), first);
 }
 
 TEST_F(ReplayCommand, APartWithoutSensorDataIsAFailureAndLeavesTheOldOutput) {

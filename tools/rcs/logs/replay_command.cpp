@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <fstream>
 #include <limits>
 
 #include "lcmtypes/channels.h"
@@ -96,8 +97,11 @@ class Replay final : public Command {
     LogRecorder recorder(&writer.value(), {channel::kSensors.begin(), channel::kSensors.end()});
     ReplayVerdict verdict(&recorder);
     bus.set_tap(&verdict);
+    const std::int64_t run_id = run_id_of(reader->path());
+    bus.set_publisher({run_id, id_of("sp")});
     const Result<std::unique_ptr<Node>> sp = sp::make_sp_node(*params, &bus);
     if (!sp) return sp.error();
+    bus.set_publisher({run_id, id_of("wm")});
     const Result<std::unique_ptr<Node>> wm = wm::make_wm_node(*params, &bus);
     if (!wm) return wm.error();
 
@@ -124,6 +128,21 @@ class Replay final : public Command {
     if (Outcome closed = (*timing)->close(); !closed) return closed;
     if (Outcome closed = writer->close(); !closed) return closed;
     return judge(*params, verdict);
+  }
+
+  /// Of the configuration, what overrides it, and the log's size and beginning.
+  [[nodiscard]] std::int64_t run_id_of(const std::string& log) const {
+    constexpr std::streamsize kBeginning = 65536;
+    std::string beginning(kBeginning, '\0');
+    std::ifstream file(log, std::ios::binary | std::ios::ate);
+    std::string text = std::to_string(file.tellg());
+    file.seekg(0);
+    file.read(beginning.data(), kBeginning);
+    text.append(beginning, 0, static_cast<std::size_t>(file.gcount()));
+    if (const Result<std::string> config = tools::read_text(config_)) text += *config;
+    for (const std::string& line : overrides_) text += "\n" + line;
+    for (const std::string& channel : without_) text += "\n" + channel;
+    return id_of(text);
   }
 
   /// What of the configuration the replay did not use goes to `faults_`.

@@ -133,7 +133,7 @@ class MapLocalizability final : public Command {
     const Extent extent = known_part(*map, extent_of(folder->index()));
     if (extent.low_m.x() > extent.high_m.x()) return Error{map_ + ": no ground is known"};
     if (Outcome looked = look(*map, extent); !looked) return looked;
-    if (!way->empty()) along_ = sureness_along(*map, *way, motion_, params_);
+    if (!way->empty()) along_ = path_uncertainty_along(*map, *way, motion_, params_);
     return tell(*way);
   }
 
@@ -189,11 +189,11 @@ class MapLocalizability final : public Command {
                 {"share_within", std::move(shares)}};
     if (along_.empty()) return out;
     Json path = Json::array();
-    for (const PathSureness& s : along_) {
+    for (const PathUncertainty& s : along_) {
       path.push_back({{"way_m", s.way_m},
                       {"x_m", s.place_m.x()},
                       {"y_m", s.place_m.y()},
-                      {"sigma_by_motion_m", s.sigma_dead_m},
+                      {"sigma_by_motion_m", s.sigma_dead_reckoning_m},
                       {"sigma_with_map_m", s.sigma_with_map_m}});
     }
     out["path"] = std::move(path);
@@ -215,10 +215,10 @@ class MapLocalizability final : public Command {
     const std::size_t every = (along_.size() + kRows - 1) / kRows;
     for (std::size_t k = 0; k < along_.size(); ++k) {
       if (k % every != 0 && k + 1 != along_.size()) continue;
-      const PathSureness& s = along_[k];
+      const PathUncertainty& s = along_[k];
       path.rows.push_back({fmt::format("{:.0f}", s.way_m), fmt::format("{:.0f}", s.place_m.x()),
                            fmt::format("{:.0f}", s.place_m.y()),
-                           fmt::format("{:.2f}", s.sigma_dead_m),
+                           fmt::format("{:.2f}", s.sigma_dead_reckoning_m),
                            fmt::format("{:.2f}", s.sigma_with_map_m)});
     }
     return out + to_text(path);
@@ -255,9 +255,9 @@ class MapLocalizability final : public Command {
         "by motion alone", report::Colour::kGrey, report::SeriesStyle::kDashed, {}, {}, {}};
     report::Series with_map{
         "with the map", report::Colour::kBlue, report::SeriesStyle::kThickLine, {}, {}, {}};
-    for (const PathSureness& s : along_) {
+    for (const PathUncertainty& s : along_) {
       dead.x.push_back(s.way_m);
-      dead.y.push_back(s.sigma_dead_m);
+      dead.y.push_back(s.sigma_dead_reckoning_m);
       with_map.x.push_back(s.way_m);
       with_map.y.push_back(s.sigma_with_map_m);
     }
@@ -286,7 +286,7 @@ class MapLocalizability final : public Command {
   std::string out_;
   bool json_ = false;
   std::vector<Place> places_;  // by j, then i
-  std::vector<PathSureness> along_;
+  std::vector<PathUncertainty> along_;
 };
 
 }  // namespace

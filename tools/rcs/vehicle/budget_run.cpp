@@ -129,7 +129,7 @@ class Laps {
   std::function<void(double)> progress_;
   BudgetRun result_;
   Duration lap_{};  // of the lap under way
-  evaluation::ScanLedger books_;
+  evaluation::ScanLatencyTrace books_;
   std::vector<Running> nodes_;
   std::vector<Running> load_;
   std::deque<std::string> said_;

@@ -1,4 +1,4 @@
-// rcs sureness
+// rcs predict
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -12,7 +12,7 @@
 
 #include "lcmtypes/channels.h"
 #include "lcmtypes/rcs/path_query_t.hpp"
-#include "lcmtypes/rcs/path_sureness_t.hpp"
+#include "lcmtypes/rcs/path_uncertainty_t.hpp"
 #include "rcs/node/bus/inbox.h"
 #include "rcs/node/bus/lcm_bus.h"
 #include "rcs/node/bus/outbox.h"
@@ -24,13 +24,13 @@
 namespace rcs::cli {
 namespace {
 
-constexpr std::string_view kName = "sureness";
+constexpr std::string_view kName = "predict";
 constexpr Duration kResend = from_seconds(1.0);
 
-class Sureness final : public Command {
+class PathUncertainty final : public Command {
  public:
-  explicit Sureness(CLI::App* rcs)
-      : Command(rcs->add_subcommand("sureness",
+  explicit PathUncertainty(CLI::App* rcs)
+      : Command(rcs->add_subcommand("predict",
                                     "Asks WM how sure it would be along a path, if GPS died now")) {
     CLI::Option* const to =
         app()->add_option("--to", to_, "X,Y [m] east and north in frame world; repeat it");
@@ -57,8 +57,8 @@ class Sureness final : public Command {
         "direction; the survey's slow error comes on top of that with the map. WM works on an\n"
         "answer beside its cycles: about 1.2 km of path a second.\n"
         "Examples:\n"
-        "  rcs sureness --to 400,120 --to 900,300\n"
-        "  rcs sureness --path route.csv --limit 2");
+        "  rcs predict --to 400,120 --to 900,300\n"
+        "  rcs predict --path route.csv --limit 2");
   }
 
   int run() override {
@@ -69,12 +69,12 @@ class Sureness final : public Command {
     }
     const Result<std::unique_ptr<LcmBus>> bus = LcmBus::create(lcm_url_);
     if (!bus) return fail(kName, bus.error());
-    const Result<path_sureness_t> answer = ask(bus->get(), *places);
+    const Result<path_uncertainty_t> answer = ask(bus->get(), *places);
     if (!answer) return fail(kName, answer.error());
-    if (answer->state == path_sureness_t::STATE_NO_WORLD) {
+    if (answer->state == path_uncertainty_t::STATE_NO_WORLD) {
       return fail(kName, Error{"WM does not know where it is yet"});
     }
-    if (answer->state != path_sureness_t::STATE_ANSWERED) {
+    if (answer->state != path_uncertainty_t::STATE_ANSWERED) {
       return fail(kName, Error{"WM refuses the path: at most 1000 places, within 10000 km"});
     }
     if (json_) {
@@ -113,15 +113,15 @@ class Sureness final : public Command {
     return places;
   }
 
-  [[nodiscard]] Result<path_sureness_t> ask(LcmBus* bus, const std::vector<Vec2>& places) const {
+  [[nodiscard]] Result<path_uncertainty_t> ask(LcmBus* bus, const std::vector<Vec2>& places) const {
     StopSignals stop;
     LiveTimeline timeline(bus, &stop);
     Outbox<path_query_t> queries(bus, channel::kWmPathQuery);
-    Inbox<path_sureness_t> answers(bus, channel::kWmPathSureness, 4);
+    Inbox<path_uncertainty_t> answers(bus, channel::kWmPathUncertainty, 4);
     const Stamp begin = timeline.now();
     path_query_t query{};
     query.utime = query.serial = to_utime(begin);
-    query.issuer = fmt::format("rcs sureness {}", getpid());
+    query.issuer = fmt::format("rcs predict {}", getpid());
     query.n = static_cast<std::int32_t>(places.size());
     for (const Vec2& p : places) {
       query.x_m.push_back(p.x());
@@ -139,20 +139,20 @@ class Sureness final : public Command {
         return Error{"interrupted"};
       }
       for (; !answers.empty(); answers.pop()) {
-        const path_sureness_t& m = *answers.front();
+        const path_uncertainty_t& m = *answers.front();
         if (m.issuer == query.issuer && m.serial == query.serial) return m;
       }
     }
     return Error{fmt::format("no answer within {} s: does WM run on this bus?", timeout_s_)};
   }
 
-  static void print_json(const path_sureness_t& m) {
+  static void print_json(const path_uncertainty_t& m) {
     nlohmann::ordered_json places = nlohmann::ordered_json::array();
-    for (std::size_t k = 0; k < m.way_m.size(); ++k) {
-      places.push_back({{"way_m", m.way_m[k]},
+    for (std::size_t k = 0; k < m.travelled_m.size(); ++k) {
+      places.push_back({{"travelled_m", m.travelled_m[k]},
                         {"x_m", m.x_m[k]},
                         {"y_m", m.y_m[k]},
-                        {"sigma_dead_m", m.sigma_dead_m[k]},
+                        {"sigma_dead_reckoning_m", m.sigma_dead_reckoning_m[k]},
                         {"sigma_with_map_m", m.sigma_with_map_m[k]}});
     }
     const nlohmann::ordered_json j = {{"utime", m.utime},
@@ -163,15 +163,15 @@ class Sureness final : public Command {
   }
 
   // As many rows as fit, evenly, the first and the last among them.
-  void print_table(const path_sureness_t& m) const {
+  void print_table(const path_uncertainty_t& m) const {
     report::Table table{{"way [m]", "x [m]", "y [m]", "by motion [m]", "with the map [m]"}, {}};
-    const std::size_t n = m.way_m.size();
+    const std::size_t n = m.travelled_m.size();
     const std::size_t rows = std::min(n, static_cast<std::size_t>(rows_));
     for (std::size_t row = 0; row < rows; ++row) {
       const std::size_t k = rows == 1 ? 0 : row * (n - 1) / (rows - 1);
-      table.rows.push_back({fmt::format("{:.0f}", m.way_m[k]), fmt::format("{:.0f}", m.x_m[k]),
-                            fmt::format("{:.0f}", m.y_m[k]),
-                            fmt::format("{:.2f}", m.sigma_dead_m[k]),
+      table.rows.push_back({fmt::format("{:.0f}", m.travelled_m[k]),
+                            fmt::format("{:.0f}", m.x_m[k]), fmt::format("{:.0f}", m.y_m[k]),
+                            fmt::format("{:.2f}", m.sigma_dead_reckoning_m[k]),
                             fmt::format("{:.2f}", m.sigma_with_map_m[k])});
     }
     fmt::print("{}", to_text(table));
@@ -194,8 +194,8 @@ class Sureness final : public Command {
 
 }  // namespace
 
-void add_sureness_command(CLI::App* rcs, Commands* commands) {
-  commands->push_back(std::make_unique<Sureness>(rcs));
+void add_predict_command(CLI::App* rcs, Commands* commands) {
+  commands->push_back(std::make_unique<PathUncertainty>(rcs));
 }
 
 }  // namespace rcs::cli

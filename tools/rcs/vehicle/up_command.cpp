@@ -5,6 +5,7 @@
 #include <signal.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <deque>
 #include <set>
 
@@ -147,6 +148,8 @@ int Up::run() {
 
   Result<std::unique_ptr<LcmBus>> opened = LcmBus::create(lcm_url_);
   if (!opened) return fail(kName, opened.error());
+  const std::string run = std::to_string((*opened)->publisher().run_id);
+  (void)setenv(kRunIdVariable, run.c_str(), 1);  // NOLINT(concurrency-mt-unsafe): one thread yet
   bus_ = std::move(opened).value();
   std::vector<bool> critical;
   for (const std::string& name : nodes) {

@@ -1,0 +1,25 @@
+#pragma once
+// Who publishes, in every message: so that a second publisher of a channel, a recording among live
+// messages, and a node of another run can be told from the right one.
+
+#include <cstdint>
+#include <string_view>
+
+namespace rcs {
+
+struct Publisher {
+  /// Of the run. Live: the processes that one `rcs up` has started have the same. In lockstep: of
+  /// the inputs and the configuration, so that the same log gives the same bytes. 0: none was set.
+  std::int64_t run_id = 0;
+  /// Of the process; in lockstep of the node.
+  std::int64_t publisher_id = 0;
+};
+
+/// FNV-1a of `text` on from `hash`; never negative, so that it is an id.
+[[nodiscard]] constexpr std::int64_t id_of(std::string_view text, std::int64_t hash = 0) {
+  auto h = 14695981039346656037ULL ^ static_cast<std::uint64_t>(hash);
+  for (const char c : text) h = (h ^ static_cast<unsigned char>(c)) * 1099511628211ULL;
+  return static_cast<std::int64_t>(h >> 1);
+}
+
+}  // namespace rcs
