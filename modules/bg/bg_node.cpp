@@ -334,7 +334,7 @@ void BgNode::drive(const Cycle& cycle, const Decision& decision) {
   drive_.speed_mps = 0.0;
   drive_.accel_limit_mps2 = config_.accel_mps2;
   drive_.brake = decision.action == Action::kBrake ? 1 : 0;
-  drive_.emergency_stop = emergency_stop_.engaged() ? 1 : 0;
+  drive_.emergency_stop = decision.emergency || emergency_stop_.engaged() ? 1 : 0;
   const bool knows_path = !path_.empty() && path_local_utime_ == nav_.local_utime;
   if (decision.action != Action::kBrake && knows_path) {
     steering_ = follow(path_, place(), nav_.speed_mps, config_.follow, config_.shape, &at_);

@@ -17,6 +17,8 @@ std::string channel_of(std::string_view node, std::string_view suffix) {
 Report::Report(Bus* bus, std::string_view node, Duration interval)
     : outbox_(bus, channel_of(node, "EVENT")), interval_(interval) {
   codes_.reserve(32);
+  outbox_.reserve(512);
+  message_.text.reserve(256);
   message_.node = node;
 }
 

@@ -227,11 +227,11 @@ TEST(HostileInput, LengthsThatCannotBeAreCounted) {
   expect_length_guarded(channel::kWmMapPatch, encode(map_patch_t{}).size() - kInt32);
   // Three lengths, two of them behind arrays.
   expect_length_guarded(channel::kLadarPoints, encode(ladar_points_t{}).size() - 3 * kInt32);
-  // Behind the fingerprint, utime, seq, scan_id, target and map_epoch.
-  expect_length_guarded(channel::kSpRegistration, 8 + 3 * 8 + 1 + 4);
-  // Behind the fingerprint, utime and seq: a string's.
-  expect_length_guarded(channel::kBgCommand, 8 + 2 * 8);
-  expect_length_guarded(channel::kWmPathQuery, 8 + 2 * 8);
+  // Behind the fingerprint, utime, seq, both ids, scan_id, target and map_epoch.
+  expect_length_guarded(channel::kSpRegistration, 8 + 5 * 8 + 1 + 4);
+  // Behind the fingerprint, utime, seq and both ids: a string's.
+  expect_length_guarded(channel::kBgCommand, 8 + 4 * 8);
+  expect_length_guarded(channel::kWmPathQuery, 8 + 4 * 8);
   // The places follow the serial behind it.
   expect_length_guarded(channel::kWmPathQuery,
                         encode(path_query()).size() - 4 * sizeof(double) - kInt32);

@@ -246,7 +246,7 @@ TEST(RunLog, ReadsWhatWasWrittenAndCountsWhatItCannot) {
   const std::optional<recording::Fields> fields =
       recording::read_fields(channel::kSpRegistration, data);
   ASSERT_TRUE(fields.has_value());
-  EXPECT_EQ((*fields)[2], (std::pair<std::string, std::string>("scan_id", "9")));
+  EXPECT_EQ((*fields)[4], (std::pair<std::string, std::string>("scan_id", "9")));
   std::remove(path.c_str());
 }
 

@@ -69,10 +69,10 @@ until_line "$dir/up.txt" 'wm hangs: nothing on WM_PROCESS for 5 s; killed'
 until_line "$dir/up.txt" '^\[wm\] wm: running' 2
 
 # A wm that has heard no sensor answers all the same.
-"$bin/rcs" path_uncertainty --to 100,0 2>"$dir/path_uncertainty.txt"
+"$bin/rcs" predict --to 100,0 2>"$dir/path_uncertainty.txt"
 [ $? -eq 1 ] || fail "status of rcs predict"
 grep -q 'WM does not know where it is yet' "$dir/path_uncertainty.txt" || fail "wm's answer about a path"
-"$bin/rcs" path_uncertainty --to 100 2>"$dir/usage.txt"
+"$bin/rcs" predict --to 100 2>"$dir/usage.txt"
 [ $? -eq 2 ] || fail "status of a path that is none"
 
 sp=$(pid_of sp)
