@@ -92,8 +92,9 @@ bool Trust::well(const FilterState& belief) const {
   // A little doubt keeps the subfilter that raised it, but not for ever.
   const bool old =
       without_gps_.alive() && belief.belief.x.stamp - without_gps_.branch > 4 * params_.branch;
-  if (std::max({gps_test_ratio_, ladar_test_ratio_, map_test_ratio_}) > (old ? 1.0 : kCalm))
+  if (std::max({gps_test_ratio_, ladar_test_ratio_, map_test_ratio_}) > (old ? 1.0 : kCalm)) {
     return false;
+  }
   const Stamp placed =
       std::max(m.of(Source::kGpsPosition).accepted, m.of(Source::kPriorMap).accepted);
   const bool without = !m.anchored;  // there is no GPS to go without

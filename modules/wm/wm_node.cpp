@@ -221,8 +221,9 @@ void WmNode::publish_nav_state(Stamp now) {
   nav_state_.mode = static_cast<std::int8_t>(mode(now));
   nav_state_.pose_valid = inputs_.all_silent_for(now) <= config_.params.modes.input_timeout ? 1 : 0;
   const bool rests_on_scan = cause_ > Stamp::min() && cause_ <= s.belief.x.stamp;
-  if (rests_on_scan && latency_trace_.wm_start_utime == 0)
+  if (rests_on_scan && latency_trace_.wm_start_utime == 0) {
     latency_trace_.wm_start_utime = to_utime(now);
+  }
   nav_state_.latency_trace = rests_on_scan ? latency_trace_ : latency_trace_t{};
   nav_state_.publish_utime = to_utime(now);
   nav_state_out_.publish(&nav_state_);

@@ -119,8 +119,9 @@ Result<StopLatch> StopLatch::open(const std::string& path) {
   const std::string folder = folder_of(path);
   if (const Outcome made = make_folder(folder); !made) return made.error();
   // fs::create_directories() accepts a folder that is there and cannot be written to.
-  if (access(folder.c_str(), W_OK | X_OK) != 0)
+  if (access(folder.c_str(), W_OK | X_OK) != 0) {
     return failure("write to the folder", folder, errno);
+  }
   StopLatch latch;
   latch.path_ = path;
   latch.cause_ = cause_at(path);

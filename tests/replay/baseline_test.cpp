@@ -138,10 +138,11 @@ ChannelTable read_table(const std::string& path) {
   for (std::string line; std::getline(in, line);) {
     Row row(1);
     for (const char c : line) {
-      if (c == '\t')
+      if (c == '\t') {
         row.emplace_back();
-      else
+      } else {
         row.back() += c;
+      }
     }
     table.rows.push_back(std::move(row));
   }

@@ -27,8 +27,9 @@ Baselines subfilter_baselines(const Drill& drill, const DrillRecord& record,
   Baselines sums;
   const DrillWindow window{drill.begin_s(), drill.end_s()};
   for (const DrillSubfilter& s : record.subfilters) {
-    if (s.kind < 0 || s.kind >= kSubfilterKinds || !window.contains(errors.time_s(s.stamp)))
+    if (s.kind < 0 || s.kind >= kSubfilterKinds || !window.contains(errors.time_s(s.stamp))) {
       continue;
+    }
     const std::optional<DrillError> fused = errors.at(s.stamp);
     const std::optional<Pose> truth = errors.truth_at(s.stamp);
     if (!fused || !truth) continue;

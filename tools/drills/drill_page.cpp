@@ -76,8 +76,9 @@ void add_drill(const DrillResult& r, report::HtmlPage* page) {
   page->paragraph(stimuli_text(r.drill));
   page->table(mark_table(r));
   page->table(run_table(r));
-  if (const report::Table baselines = baseline_table(r); !baselines.rows.empty())
+  if (const report::Table baselines = baseline_table(r); !baselines.rows.empty()) {
     page->table(baselines);
+  }
   if (!r.shown) return;
   for (const report::Plot& plot : drill_error_plots(r.drill, *r.shown)) page->plot(plot);
   page->plot(drill_time_line(r.drill, *r.shown));

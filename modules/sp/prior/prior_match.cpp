@@ -361,8 +361,9 @@ PriorMatch match_prior_map(const Points& source_vehicle, const Points& standing_
                    std::clamp(by_points, 1.0, kMostScale);
   }
   out.information = registration::observed_part(information, obs);
-  if (out.stop == registration::Stop::kConverged && obs.unobserved > 0)
+  if (out.stop == registration::Stop::kConverged && obs.unobserved > 0) {
     out.stop = registration::Stop::kDegenerate;
+  }
   return match;
 }
 

@@ -51,8 +51,8 @@ class LocalBus final : public Bus {
   struct Channel {
     std::string name;
     std::vector<Receiver*> receivers;
-    std::vector<Packet*> free;      // by channel: a channel's messages are of similar sizes
-    std::size_t packet_bytes = 512; // capacity of its packets
+    std::vector<Packet*> free;       // by channel: a channel's messages are of similar sizes
+    std::size_t packet_bytes = 512;  // capacity of its packets
   };
 
   std::size_t channel_index(std::string_view name);

@@ -168,8 +168,9 @@ TEST(Evaluation, WorldErrorsAreTakenInTheTruthsOwnWorld) {
   recording::RunLog run = drive_with_an_outage();
   run.world_datum = Geodetic{kDatum.lat_rad + 1e-4, kDatum.lon_rad - 1e-4, {130.0}};
   const Pose T_world_truthworld = between_worlds(*run.world_datum, kDatum);
-  for (recording::NavRecord& nav : run.nav)
+  for (recording::NavRecord& nav : run.nav) {
     nav.T_world_vehicle = T_world_truthworld * nav.T_world_vehicle;
+  }
   const std::optional<WorldFigures> world = world_figures(run, run.truth, run.truth_datum);
   ASSERT_TRUE(world.has_value());
   // THEN the errors are those of before: the frames are 600 m apart, rounding is below 0.1 mm

@@ -194,8 +194,9 @@ TEST(GroundLayer, APeakUnderGrassIsTheGroundAndGrassAloneIsWide) {
     return static_cast<std::size_t>((z - mapping::HeightCounts::kLowest_m) /
                                     mapping::HeightCounts::kLayer_m);
   };
-  for (double z = 0.0; z < 0.3; z += mapping::HeightCounts::kLayer_m)
+  for (double z = 0.0; z < 0.3; z += mapping::HeightCounts::kLayer_m) {
     weight[layer(z + 1e-6)] += 10.0;
+  }
   std::optional<mapping::GroundLayer> g = mapping::find_ground(weight, 3.0);
   ASSERT_TRUE(g);
   EXPECT_GT(g->sigma_m, 0.03);

@@ -156,8 +156,9 @@ TEST(Outages, WhatIsLeftOutIsNamedByItsSource) {
   EXPECT_EQ(*studies::parse_without("odometry"), std::vector{drills::DrillSource::kOdometry});
   EXPECT_EQ(*studies::parse_without("ladar+ins+ladar"),
             (std::vector{drills::DrillSource::kLadar, drills::DrillSource::kIns}));
-  for (const char* wrong : {"", "gps", "odometry+", "wheels"})
+  for (const char* wrong : {"", "gps", "odometry+", "wheels"}) {
     EXPECT_FALSE(studies::parse_without(wrong));
+  }
 }
 
 /// Of right_record(), 60 s east at 10 m/s: WM strays by 3 m to the north in the outage from 30 to
@@ -240,8 +241,9 @@ TEST_F(OneOutage, IsJudgedAgainstTheTruthBesideWhoCarriesOn) {
 
 TEST_F(OneOutage, TheLadarAloneStartsFromTheBeliefAndEndsWithItsMap) {
   EXPECT_NEAR(at_end(judged().findings[0], studies::Teller::kLadar), 1.0, 1e-6);
-  for (drills::DrillMatch& m : results_.back().shown->matches)
+  for (drills::DrillMatch& m : results_.back().shown->matches) {
     m.epoch = time_s(m.stamp) < 35.0 ? 1 : 2;
+  }
   EXPECT_EQ(at_end(judged().findings[0], studies::Teller::kLadar), -1.0) << "the map began anew";
 }
 

@@ -208,8 +208,9 @@ class Eval final : public Command {
     const std::vector<evaluation::TimeInterval> outages = evaluation::gps_outages(log);
     std::vector<evaluation::OutageFigures> outage;
     if (world) {
-      for (const evaluation::TimeInterval& i : outages)
+      for (const evaluation::TimeInterval& i : outages) {
         outage.push_back(evaluation::outage_figures(*world, i));
+      }
     }
 
     evaluation::Json json = {
