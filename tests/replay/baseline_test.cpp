@@ -183,7 +183,8 @@ void compare_with_baseline(const std::string& name,
   if (std::getenv("RCS_UPDATE_BASELINES") != nullptr) {
     fs::remove_all(folder);
     fs::create_directories(folder);
-    for (const auto& [channel, table] : tables) write_table(folder + "/" + channel + ".tsv", table);
+    for (const auto& [channel, table] : tables)
+      write_table(fs::path(folder) / (channel + ".tsv"), table);
     GTEST_SKIP() << "baselines written to " << folder;
   }
   ASSERT_FALSE(tables.empty());
