@@ -9,39 +9,39 @@
 
 // clang-format off
 // constant, name, kind, type, writer, rate
-#define RCS_CHANNELS(X) \
-  X(kLadarRanges, "LADAR_RANGES", kSensor, ladar_ranges_t, "driver, sim", "16 x 10 Hz") \
-  X(kLadarPoints, "LADAR_POINTS", kSensor, ladar_points_t, "driver, sim", "48 x 10 Hz") \
-  X(kIns, "INS", kSensor, ins_t, "driver, sim", "100-200 Hz")                           \
-  X(kGpsFix, "GPS_FIX", kSensor, gps_fix_t, "driver, sim", "1-10 Hz")                   \
-  X(kOdometry, "ODOMETRY", kSensor, odometry_t, "driver, sim", "10-50 Hz")              \
-  X(kSpRegistration, "SP_REGISTRATION", kOutput, registration_t, "sp", "1-2 per scan")  \
-  X(kSpPoints, "SP_POINTS", kOutput, points_t, "sp", "1-4 per scan")                    \
-  X(kSpEvent, "SP_EVENT", kOutput, event_t, "sp", "on events")                          \
-  X(kSpCycle, "SP_CYCLE", kAccount, cycle_t, "sp", "per cycle, live")                   \
-  X(kSpProcess, "SP_PROCESS", kAccount, process_t, "sp", "1 Hz, live")                  \
-  X(kWmNavState, "WM_NAV_STATE", kOutput, nav_state_t, "wm", "50 Hz + per scan")        \
-  X(kWmInnovation, "WM_INNOVATION", kOutput, innovation_t, "wm", "per measurement")     \
-  X(kWmIntegrity, "WM_INTEGRITY", kOutput, integrity_t, "wm", "10 Hz")                  \
-  X(kWmSubfilter, "WM_SUBFILTER", kOutput, subfilter_t, "wm", "3 x 2 Hz")                        \
-  X(kWmMapPatch, "WM_MAP_PATCH", kOutput, map_patch_t, "wm", "5 Hz")                    \
-  X(kWmPathQuery, "WM_PATH_QUERY", kCommand, path_query_t, "operator", "asked")         \
-  X(kWmPathUncertainty, "WM_PATH_UNCERTAINTY", kOutput, path_uncertainty_t, "wm", "when asked")  \
-  X(kWmEvent, "WM_EVENT", kOutput, event_t, "wm", "on events")                          \
-  X(kWmCycle, "WM_CYCLE", kAccount, cycle_t, "wm", "per cycle, live")                   \
-  X(kWmProcess, "WM_PROCESS", kAccount, process_t, "wm", "1 Hz, live")                  \
-  X(kBgCommand, "BG_COMMAND", kCommand, command_t, "operator, gateway", "1 Hz")         \
-  X(kBgStatus, "BG_STATUS", kOutput, status_t, "bg", "10 Hz")                           \
-  X(kBgPlan, "BG_PLAN", kOutput, plan_t, "bg", "2-10 Hz")                               \
-  X(kBgDrive, "BG_DRIVE", kOutput, drive_t, "bg", "20 Hz")                              \
-  X(kBgEvent, "BG_EVENT", kOutput, event_t, "bg", "on events")                          \
-  X(kBgCycle, "BG_CYCLE", kAccount, cycle_t, "bg", "per cycle, live")                   \
-  X(kBgProcess, "BG_PROCESS", kAccount, process_t, "bg", "1 Hz, live")                  \
-  X(kGatewayEvent, "GATEWAY_EVENT", kOutput, event_t, "gateway", "on events")           \
-  X(kGatewayCycle, "GATEWAY_CYCLE", kAccount, cycle_t, "gateway", "per cycle, live")    \
-  X(kGatewayProcess, "GATEWAY_PROCESS", kAccount, process_t, "gateway", "1 Hz, live")   \
-  X(kUpEvent, "UP_EVENT", kOutput, event_t, "up", "on events")                          \
-  X(kUpProcess, "UP_PROCESS", kAccount, process_t, "up", "1 Hz, live")                  \
+#define RCS_CHANNELS(X)                                                                         \
+  X(kLadarRanges, "LADAR_RANGES", kSensor, ladar_ranges_t, "driver, sim", "16 x 10 Hz")         \
+  X(kLadarPoints, "LADAR_POINTS", kSensor, ladar_points_t, "driver, sim", "48 x 10 Hz")         \
+  X(kIns, "INS", kSensor, ins_t, "driver, sim", "100-200 Hz")                                   \
+  X(kGpsFix, "GPS_FIX", kSensor, gps_fix_t, "driver, sim", "1-10 Hz")                           \
+  X(kOdometry, "ODOMETRY", kSensor, odometry_t, "driver, sim", "10-50 Hz")                      \
+  X(kSpRegistration, "SP_REGISTRATION", kOutput, registration_t, "sp", "1-2 per scan")          \
+  X(kSpPoints, "SP_POINTS", kOutput, points_t, "sp", "1-4 per scan")                            \
+  X(kSpEvent, "SP_EVENT", kOutput, event_t, "sp", "on events")                                  \
+  X(kSpCycle, "SP_CYCLE", kAccount, cycle_t, "sp", "per cycle, live")                           \
+  X(kSpProcess, "SP_PROCESS", kAccount, process_t, "sp", "1 Hz, live")                          \
+  X(kWmNavState, "WM_NAV_STATE", kOutput, nav_state_t, "wm", "50 Hz + per scan")                \
+  X(kWmInnovation, "WM_INNOVATION", kOutput, innovation_t, "wm", "per measurement")             \
+  X(kWmIntegrity, "WM_INTEGRITY", kOutput, integrity_t, "wm", "10 Hz")                          \
+  X(kWmSubfilter, "WM_SUBFILTER", kOutput, subfilter_t, "wm", "3 x 2 Hz")                       \
+  X(kWmMapPatch, "WM_MAP_PATCH", kOutput, map_patch_t, "wm", "5 Hz")                            \
+  X(kWmPathQuery, "WM_PATH_QUERY", kCommand, path_query_t, "operator", "asked")                 \
+  X(kWmPathUncertainty, "WM_PATH_UNCERTAINTY", kOutput, path_uncertainty_t, "wm", "when asked") \
+  X(kWmEvent, "WM_EVENT", kOutput, event_t, "wm", "on events")                                  \
+  X(kWmCycle, "WM_CYCLE", kAccount, cycle_t, "wm", "per cycle, live")                           \
+  X(kWmProcess, "WM_PROCESS", kAccount, process_t, "wm", "1 Hz, live")                          \
+  X(kBgCommand, "BG_COMMAND", kCommand, command_t, "operator, gateway", "1 Hz")                 \
+  X(kBgStatus, "BG_STATUS", kOutput, status_t, "bg", "10 Hz")                                   \
+  X(kBgPlan, "BG_PLAN", kOutput, plan_t, "bg", "2-10 Hz")                                       \
+  X(kBgDrive, "BG_DRIVE", kOutput, drive_t, "bg", "20 Hz")                                      \
+  X(kBgEvent, "BG_EVENT", kOutput, event_t, "bg", "on events")                                  \
+  X(kBgCycle, "BG_CYCLE", kAccount, cycle_t, "bg", "per cycle, live")                           \
+  X(kBgProcess, "BG_PROCESS", kAccount, process_t, "bg", "1 Hz, live")                          \
+  X(kGatewayEvent, "GATEWAY_EVENT", kOutput, event_t, "gateway", "on events")                   \
+  X(kGatewayCycle, "GATEWAY_CYCLE", kAccount, cycle_t, "gateway", "per cycle, live")            \
+  X(kGatewayProcess, "GATEWAY_PROCESS", kAccount, process_t, "gateway", "1 Hz, live")           \
+  X(kUpEvent, "UP_EVENT", kOutput, event_t, "up", "on events")                                  \
+  X(kUpProcess, "UP_PROCESS", kAccount, process_t, "up", "1 Hz, live")                          \
   X(kSimTruth, "SIM_TRUTH", kTruth, truth_t, "sim", "100 Hz")
 // clang-format on
 

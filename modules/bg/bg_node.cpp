@@ -241,10 +241,12 @@ double BgNode::speed_share() const {
   if (!route_.in_world() || !nav_.world_valid) return 1.0;
   vj::SpeedParams speeds = config_.speeds;
   if (const command_t* const c = subordinate_.command(); c != nullptr) {
-    if (c->alert_limit_horizontal_m > 0.0) {
-      speeds.alert_limit_horizontal_m = c->alert_limit_horizontal_m;
-    }
-    if (c->alert_limit_vertical_m > 0.0) speeds.alert_limit_vertical_m = c->alert_limit_vertical_m;
+    // A task can have a narrower limit than the vehicle's, not a wider one.
+    const auto narrow = [](double asked_m, double* limit_m) {
+      if (asked_m > 0.0) *limit_m = std::min(*limit_m, asked_m);
+    };
+    narrow(c->alert_limit_horizontal_m, &speeds.alert_limit_horizontal_m);
+    narrow(c->alert_limit_vertical_m, &speeds.alert_limit_vertical_m);
   }
   return std::min(vj::speed_share(nav_.sigma_world_m, speeds),
                   vj::protected_share(integrity_.horizontal_m, integrity_.vertical_m, speeds));

@@ -89,7 +89,7 @@ void Trust::drop_what_passed_a_gap() {
 bool Trust::well(const FilterState& belief) const {
   const Memory& m = belief.memory;
   if (m.withheld.gps || m.withheld.ladar) return false;
-  // A little doubt keeps the subfilter that raised it, but not for ever.
+  // A test ratio between calm and the limit keeps the sub-filter that raised it, but not for ever.
   const bool old =
       without_gps_.alive() && belief.belief.x.stamp - without_gps_.branch > 4 * params_.branch;
   if (std::max({gps_test_ratio_, ladar_test_ratio_, map_test_ratio_}) > (old ? 1.0 : kCalm)) {
@@ -200,7 +200,7 @@ FilterState Trust::found(Finding finding, const FilterState& next, const FilterS
   gps_test_ratio_ = ladar_test_ratio_ = map_test_ratio_ = rival_m_ = map_rival_m_ = 0.0;
   detectable_m_ = kAnything_m;
   before_ = finding == Finding::kGpsRight ? Subfilter{belief, now} : Subfilter{};
-  // Subfilters that a guilty source has led along are no good.
+  // Sub-filters that have fused a faulty source are discarded.
   const Subfilter inertial = inertial_;
   branch_all(state);
   grow_up();

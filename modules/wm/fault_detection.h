@@ -117,7 +117,7 @@ class Trust {
 
   static constexpr Duration kFresh = from_seconds(2.0);
   static constexpr Duration kSettling = from_seconds(5.0);  // after a gap of the INS
-  static constexpr Duration kYoung = from_seconds(1.0);     // a subfilter tells nothing yet
+  static constexpr Duration kYoung = from_seconds(1.0);     // a sub-filter is not tested yet
   static constexpr double kCalm = 0.3;  // doubt below which a belief is worth a branch
 
   TrustParams params_;
@@ -128,7 +128,7 @@ class Trust {
   Subfilter without_gps_young_, without_gps_;
   Subfilter without_ladar_;
   double young_began_m_ = 0.0, without_gps_began_m_ = 0.0;  // driven at their branches
-  Subfilter before_;  ///< the belief that fixes contradicted until they were believed
+  Subfilter before_;  ///< the state that the fixes contradicted before they were accepted
   Hypothesis gps_right_, ladar_right_;
   std::array<bool, 6> agreeing_{};  // the newest fixes
   std::size_t fixes_ = 0;

@@ -16,7 +16,7 @@ constexpr double kLimit = 9.21;      // of chi squared, 99 %, two dof: better la
 }  // namespace
 
 /// Cumulative sums (Page 1954) of what the fixes' velocity has too much, both ways along both axes:
-/// fixes that go astray slowly do so for long. What the subfilter's own velocity may be off, its
+/// fixes that go astray slowly do so for long. What the sub-filter's own velocity may be off, its
 /// heading's error above all, is the same in all fixes: no sum makes that certain, so three
 /// standard deviations of it are let pass.
 void Trust::sum_velocity(const Model& model, const GpsFix& z) {

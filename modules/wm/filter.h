@@ -62,7 +62,7 @@ struct SourceRecord {
   int refused = 0;                ///< in a row since
 };
 
-/// What a filter goes without: a subfilter for good, the belief while it does not trust a source.
+/// Sources that a filter excludes: a sub-filter permanently, the main filter while they are faulty.
 struct Withheld {
   bool gps = false;
   bool ladar = false;

@@ -160,15 +160,15 @@ struct TrustParams {
   double persistent_m = 100.0;                ///< another never, for so long and so far driven,
                                               ///< are right, [10, 600] s, [10, 10000]
   Duration probation = from_seconds(5.0);     ///< then it can still be undone, [1, 60] s
-  Duration branch = from_seconds(10.0);       ///< age at which a subfilter is renewed, [2, 60] s
-  int doubted = 5;                            ///< fixes in a row that a subfilter refutes, [1, 100]
+  Duration branch = from_seconds(10.0);       ///< age at which a sub-filter is renewed, [2, 60] s
+  int doubted = 5;  ///< fixes in a row that a sub-filter refutes, [1, 100]
   Duration ladar_doubted = from_seconds(1.0);  ///< the same of matches, [0.1, 60] s
   int matches = 20;                            ///< that agree bring the LADAR back, [2, 1000]
-  double false_alarm = 1e-6;                   ///< of a subfilter's test, [1e-12, 1e-3]
+  double false_alarm = 1e-6;                   ///< of a sub-filter's test, [1e-12, 1e-3]
   double floor_m = 0.3;                        ///< two filters may differ by this, [0.01, 10]
-  double floor_share = 0.003;  ///< sigma of the way that a subfilter does not know of, [0, 0.1]
+  double floor_share = 0.003;  ///< sigma of the way that a sub-filter does not know of, [0, 0.1]
   double floor_mps = 0.03;     ///< the same of its speed, [0, 1]
-  double attitude_sigma_rad = 0.01;  ///< of a belief that is worth a subfilter, [1e-3, 1]
+  double attitude_sigma_rad = 0.01;  ///< of a belief that is worth a sub-filter, [1e-3, 1]
   double cusum = 12.0;  ///< of velocities' excess, in sigmas, that refutes fixes, [3, 1000]
 };
 

@@ -18,8 +18,8 @@ constexpr std::size_t kBytesAPlace = 5 * sizeof(float);
 
 }  // namespace
 
-PathUncertaintyDesk::PathUncertaintyDesk(const PathUncertaintyParams& params, PriorTerrain prior,
-                                         Bus* bus)
+PathUncertaintyServer::PathUncertaintyServer(const PathUncertaintyParams& params,
+                                             PriorTerrain prior, Bus* bus)
     : params_(params),
       prior_(std::move(prior)),
       queries_(bus, channel::kWmPathQuery, 2),
@@ -33,14 +33,14 @@ PathUncertaintyDesk::PathUncertaintyDesk(const PathUncertaintyParams& params, Pr
   }
 }
 
-void PathUncertaintyDesk::step(const FilterState* state, const LocalFrame* datum, Stamp now,
-                               Report* report) {
+void PathUncertaintyServer::step(const FilterState* state, const LocalFrame* datum, Stamp now,
+                                 Report* report) {
   for (; !queries_.empty(); queries_.pop()) take(*queries_.front(), state, datum, now, report);
   if (walking_) walk(now, report);
 }
 
-void PathUncertaintyDesk::take(const path_query_t& query, const FilterState* state,
-                               const LocalFrame* datum, Stamp now, Report* report) {
+void PathUncertaintyServer::take(const path_query_t& query, const FilterState* state,
+                                 const LocalFrame* datum, Stamp now, Report* report) {
   if (query.issuer.size() > kMostIssuer) {
     report->warn(now, "path_uncertainty.issuer",
                  "a question's issuer has {} characters, {} at most", query.issuer.size(),
@@ -55,8 +55,8 @@ void PathUncertaintyDesk::take(const path_query_t& query, const FilterState* sta
   if (!again && !waits) begin(query, state, datum);
 }
 
-void PathUncertaintyDesk::begin(const path_query_t& query, const FilterState* state,
-                                const LocalFrame* datum) {
+void PathUncertaintyServer::begin(const path_query_t& query, const FilterState* state,
+                                  const LocalFrame* datum) {
   asked_ = true;
   walking_ = false;
   answer_.issuer = query.issuer;
@@ -92,7 +92,7 @@ void PathUncertaintyDesk::begin(const path_query_t& query, const FilterState* st
   walking_ = true;
 }
 
-bool PathUncertaintyDesk::read_path(const path_query_t& query, const Vec2& start) {
+bool PathUncertaintyServer::read_path(const path_query_t& query, const Vec2& start) {
   path_m_.assign(1, start);
   const auto n = static_cast<std::size_t>(query.n);
   if (n == 0 || n > kMostPlaces) return false;
@@ -104,7 +104,7 @@ bool PathUncertaintyDesk::read_path(const path_query_t& query, const Vec2& start
   return true;
 }
 
-void PathUncertaintyDesk::walk(Stamp now, Report* report) {
+void PathUncertaintyServer::walk(Stamp now, Report* report) {
   Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
   if (prior_.T_map_world()) {
     // Both planes are level, each at its own place: what is turned is north.
@@ -128,7 +128,7 @@ void PathUncertaintyDesk::walk(Stamp now, Report* report) {
   if (walk_.over()) answer(path_uncertainty_t::STATE_ANSWERED);
 }
 
-void PathUncertaintyDesk::answer(std::int8_t state) {
+void PathUncertaintyServer::answer(std::int8_t state) {
   walking_ = false;
   answer_.state = state;
   answers_.publish(&answer_);

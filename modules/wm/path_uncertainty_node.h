@@ -19,10 +19,10 @@
 
 namespace rcs::wm {
 
-class PathUncertaintyDesk {
+class PathUncertaintyServer {
  public:
   /// @param prior  the a priori map; its window moves along the paths
-  PathUncertaintyDesk(const PathUncertaintyParams& params, PriorTerrain prior, Bus* bus);
+  PathUncertaintyServer(const PathUncertaintyParams& params, PriorTerrain prior, Bus* bus);
 
   /// Once a cycle: takes what is asked, one question after the other, and works on it by a place at
   /// most. While a tile of the map is under way it waits.

@@ -74,7 +74,7 @@ class WmNode final : public Node {
   Estimator estimator_;
   InputWatch inputs_;
   TerrainDesk terrain_;
-  PathUncertaintyDesk path_uncertainty_;
+  PathUncertaintyServer path_uncertainty_;
   std::string no_map_;
   PeriodicClock integrity_clock_;
   PeriodicClock subfilter_clock_;

@@ -30,7 +30,8 @@ struct Order {
   /// has started anew: waypoints that were reached are not driven to again. 0: it does not continue
   /// any other.
   std::int64_t task = 0;
-  /// Of the protection levels while this is executed; 0: the subordinate's configured ones.
+  /// Of the protection levels while this is executed; 0 or wider than configured: the
+  /// subordinate's configured ones.
   double alert_limit_horizontal_m = 0.0;
   double alert_limit_vertical_m = 0.0;
   Duration valid_for = from_seconds(2.5);  ///< the subordinate stops when this is over

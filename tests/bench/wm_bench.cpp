@@ -91,8 +91,8 @@ void late_scan(benchmark::State& state) {
 }
 BENCHMARK(late_scan)->Iterations(50);
 
-/// The filter with all its subfilters as it runs: INS at 200 Hz, scans at 10, odometry at 20, fixes
-/// at 5 (none in the last third). `core` is the share of one core that it takes in real time.
+/// The filter with all its sub-filters as it runs: INS at 200 Hz, scans at 10, odometry at 20,
+/// fixes at 5 (none in the last third). `core` is the share of one core that it takes in real time.
 void estimator_with_subfilters(benchmark::State& state) {
   WmParams params;
   DriveScript script;

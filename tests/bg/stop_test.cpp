@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -79,7 +80,8 @@ class Life {
     m.serial = serial;
     m.utime = utime;
     m.valid_until_utime = utime + 2'500'000;
-    m.frame = command_t::FRAME_LOCAL;
+    m.frame = world ? command_t::FRAME_WORLD : command_t::FRAME_LOCAL;
+    m.alert_limit_horizontal_m = alert_limit_m;
     m.n = 1;
     m.waypoint.resize(1);
     m.waypoint[0].p_m[0] = 50.0;
@@ -109,11 +111,30 @@ class Life {
     m.pose_valid = 1;
     m.q_world_vehicle[0] = m.q_local_vehicle[0] = 1.0;
     m.v_world_mps[0] = speed_mps;
+    m.world_valid = world ? 1 : 0;
     nav_states_.publish(&m);
     integrity_t integrity{};
     integrity.utime = m.utime;
-    integrity.validity = integrity_t::VALID_LOCAL;
+    integrity.validity = world ? integrity_t::VALID_WORLD : integrity_t::VALID_LOCAL;
+    integrity.protection_horizontal_m = integrity.protection_vertical_m = 8.0;
     integrities_.publish(&integrity);
+    if (world) send_flat_ground(m.utime);
+  }
+  void send_flat_ground(std::int64_t utime) {
+    constexpr int kSide = 100;
+    constexpr std::size_t kCells = kSide * kSide;
+    map_patch_t m{};
+    m.utime = utime;
+    m.cell_m = 0.4;
+    m.first_i = m.first_j = -kSide / 2;
+    m.width = m.height = kSide;
+    m.n = kCells;
+    m.height_cm.assign(kCells, 0);
+    m.step_cm.assign(kCells, 0);
+    m.slope_deg.assign(kCells, 0);
+    m.roughness_cm.assign(kCells, 0);
+    m.flags.assign(kCells, 0);
+    patches_.publish(&m);
   }
 
   Stamp* now_;
@@ -122,6 +143,8 @@ class Life {
   WatchedBus watched;
   double speed_mps = 0.0;
   bool wm_alive = true;
+  bool world = false;            // commands and poses in frame world, protection level 8 m
+  double alert_limit_m = 0.0;    // of the commands
   std::optional<drive_t> drive;  // of the last cycle
   status_t status{};
   std::vector<std::string> events;
@@ -130,6 +153,7 @@ class Life {
   Outbox<command_t> commands_{&watched.bus, channel::kBgCommand};
   Outbox<nav_state_t> nav_states_{&watched.bus, channel::kWmNavState};
   Outbox<integrity_t> integrities_{&watched.bus, channel::kWmIntegrity};
+  Outbox<map_patch_t> patches_{&watched.bus, channel::kWmMapPatch};
   Tap<drive_t> drives_{&watched.bus, channel::kBgDrive,
                        [this](const drive_t& m, Stamp) { drive = m; }};
   Tap<status_t> statuses_{&watched.bus, channel::kBgStatus,
@@ -225,6 +249,21 @@ TEST_F(BgStop, OutlivesEveryRestartUntilItIsReleasedAtRest) {
   life_->send(kGoto);
   life_->cycle();
   EXPECT_NE(life_->status.state, "EMERGENCY_STOP");
+}
+
+TEST_F(BgStop, ATaskCanHaveANarrowerAlertLimitThanTheVehicle) {
+  life_->world = true;
+  life_->cycle();
+  const auto state_with_limit = [this](double limit_m) {
+    life_->alert_limit_m = limit_m;
+    life_->send(kGoto);
+    life_->cycle();
+    return life_->status.state;
+  };
+  EXPECT_NE(state_with_limit(0.0), "POSE_UNCERTAIN") << "8 m of 20 m";
+  EXPECT_EQ(state_with_limit(5.0), "POSE_UNCERTAIN");
+  EXPECT_NE(state_with_limit(9.0), "POSE_UNCERTAIN");
+  EXPECT_NE(state_with_limit(std::numeric_limits<double>::quiet_NaN()), "POSE_UNCERTAIN");
 }
 
 TEST_F(BgStop, AnOldReleaseOrOneWithoutAKnownSpeedReleasesNothing) {

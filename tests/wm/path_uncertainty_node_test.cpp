@@ -29,9 +29,9 @@ PriorTerrain in_memory() {
   return {std::move(map).value(), nullptr};
 }
 
-class PathUncertaintyDeskTest : public ::testing::Test {
+class PathUncertaintyServerTest : public ::testing::Test {
  protected:
-  PathUncertaintyDeskTest()
+  PathUncertaintyServerTest()
       : queries_(&bus_, channel::kWmPathQuery), answers_(&bus_, channel::kWmPathUncertainty, 4) {
     state_.belief.x.T_world_vehicle.p = Vec3(10.0, -20.0, 5.0);
     state_.belief.P.diagonal().setConstant(1e-6);
@@ -51,13 +51,13 @@ class PathUncertaintyDeskTest : public ::testing::Test {
     queries_.publish(&query);
     deliver();
   }
-  void step(PathUncertaintyDesk* desk, const FilterState* state) {
+  void step(PathUncertaintyServer* desk, const FilterState* state) {
     desk->step(state, &frame_, now_, &report_);
     deliver();
     now_ += from_milliseconds(20.0);
   }
   /// Cycles until something is said.
-  int answer(PathUncertaintyDesk* desk) {
+  int answer(PathUncertaintyServer* desk) {
     for (int cycles = 1; cycles <= kMostCycles; ++cycles) {
       step(desk, &state_);
       if (!answers_.empty()) return cycles;
@@ -78,8 +78,8 @@ class PathUncertaintyDeskTest : public ::testing::Test {
   Inbox<path_uncertainty_t> answers_;
 };
 
-TEST_F(PathUncertaintyDeskTest, TellsAllOfThePathAPlaceACycle) {
-  PathUncertaintyDesk desk({}, in_memory(), &bus_);
+TEST_F(PathUncertaintyServerTest, TellsAllOfThePathAPlaceACycle) {
+  PathUncertaintyServer desk({}, in_memory(), &bus_);
   ask(7, {{500.0, -20.0}, {500.0, 80.0}});
   const int cycles = answer(&desk);
   const path_uncertainty_t& m = *answers_.front();
@@ -108,9 +108,9 @@ TEST_F(PathUncertaintyDeskTest, TellsAllOfThePathAPlaceACycle) {
   EXPECT_LT(m.sigma_with_map_m.back(), 0.8F * m.sigma_dead_reckoning_m.back());
 }
 
-TEST_F(PathUncertaintyDeskTest, APlaceOfAnotherDatumIsTheSamePlace) {
+TEST_F(PathUncertaintyServerTest, APlaceOfAnotherDatumIsTheSamePlace) {
   // WM's world begins 300 m east of the map's; the vehicle and its path are where they were.
-  PathUncertaintyDesk here({}, in_memory(), &bus_);
+  PathUncertaintyServer here({}, in_memory(), &bus_);
   ask(1, {{510.0, -20.0}});
   answer(&here);
   const path_uncertainty_t in_map = *answers_.latest();
@@ -118,7 +118,7 @@ TEST_F(PathUncertaintyDeskTest, APlaceOfAnotherDatumIsTheSamePlace) {
   const LocalFrame map_frame{test::frame().datum};
   frame_ = LocalFrame(map_frame.to_geodetic(Vec3(300.0, 0.0, 0.0)));
   state_.belief.x.T_world_vehicle.p.x() -= 300.0;
-  PathUncertaintyDesk there({}, in_memory(), &bus_);
+  PathUncertaintyServer there({}, in_memory(), &bus_);
   ask(1, {{210.0, -20.0}});
   answer(&there);
   const path_uncertainty_t in_world = *answers_.latest();
@@ -128,8 +128,8 @@ TEST_F(PathUncertaintyDeskTest, APlaceOfAnotherDatumIsTheSamePlace) {
   }
 }
 
-TEST_F(PathUncertaintyDeskTest, AVeryLongPathHasAThousandPlaces) {
-  PathUncertaintyDesk desk({}, PriorTerrain(), &bus_);
+TEST_F(PathUncertaintyServerTest, AVeryLongPathHasAThousandPlaces) {
+  PathUncertaintyServer desk({}, PriorTerrain(), &bus_);
   ask(1, {{100'000.0, 0.0}});
   answer(&desk);
   const path_uncertainty_t& m = *answers_.front();
@@ -137,8 +137,8 @@ TEST_F(PathUncertaintyDeskTest, AVeryLongPathHasAThousandPlaces) {
   EXPECT_NEAR(m.travelled_m.back(), 1e5, 110.0);
 }
 
-TEST_F(PathUncertaintyDeskTest, WithoutAMapBothAreByMotion) {
-  PathUncertaintyDesk desk({}, PriorTerrain(), &bus_);
+TEST_F(PathUncertaintyServerTest, WithoutAMapBothAreByMotion) {
+  PathUncertaintyServer desk({}, PriorTerrain(), &bus_);
   ask(1, {{500.0, 0.0}});
   answer(&desk);
   const path_uncertainty_t& m = *answers_.front();
@@ -146,8 +146,8 @@ TEST_F(PathUncertaintyDeskTest, WithoutAMapBothAreByMotion) {
   EXPECT_EQ(m.sigma_with_map_m, m.sigma_dead_reckoning_m);
 }
 
-TEST_F(PathUncertaintyDeskTest, WhatCannotBeAnsweredIsSaidAtOnce) {
-  PathUncertaintyDesk desk({}, in_memory(), &bus_);
+TEST_F(PathUncertaintyServerTest, WhatCannotBeAnsweredIsSaidAtOnce) {
+  PathUncertaintyServer desk({}, in_memory(), &bus_);
   ask(1, {{500.0, 0.0}});
   step(&desk, nullptr);
   ASSERT_NE(answers_.front(), nullptr);
@@ -167,8 +167,8 @@ TEST_F(PathUncertaintyDeskTest, WhatCannotBeAnsweredIsSaidAtOnce) {
   }
 }
 
-TEST_F(PathUncertaintyDeskTest, SentAgainItIsNotBegunAgainAndAnsweredAgain) {
-  PathUncertaintyDesk desk({}, in_memory(), &bus_);
+TEST_F(PathUncertaintyServerTest, SentAgainItIsNotBegunAgainAndAnsweredAgain) {
+  PathUncertaintyServer desk({}, in_memory(), &bus_);
   const std::vector<Vec2> path{{500.0, -20.0}};
   ask(3, path);
   for (int k = 0; k < 10; ++k) step(&desk, &state_);
@@ -181,8 +181,8 @@ TEST_F(PathUncertaintyDeskTest, SentAgainItIsNotBegunAgainAndAnsweredAgain) {
   EXPECT_EQ(answers_.latest()->sigma_with_map_m, first.sigma_with_map_m);
 }
 
-TEST_F(PathUncertaintyDeskTest, AnIssuersNewerQueryTakesThePlaceOfItsOlder) {
-  PathUncertaintyDesk desk({}, in_memory(), &bus_);
+TEST_F(PathUncertaintyServerTest, AnIssuersNewerQueryTakesThePlaceOfItsOlder) {
+  PathUncertaintyServer desk({}, in_memory(), &bus_);
   ask(1, {{1500.0, -20.0}});
   for (int k = 0; k < 10; ++k) step(&desk, &state_);
   ask(2, {{60.0, -20.0}});
@@ -193,8 +193,8 @@ TEST_F(PathUncertaintyDeskTest, AnIssuersNewerQueryTakesThePlaceOfItsOlder) {
 }
 
 // Were each to end the other's, as they ask again and again, neither would have an answer.
-TEST_F(PathUncertaintyDeskTest, TwoWhoAskAreAnsweredOneAfterTheOther) {
-  PathUncertaintyDesk desk({}, in_memory(), &bus_);
+TEST_F(PathUncertaintyServerTest, TwoWhoAskAreAnsweredOneAfterTheOther) {
+  PathUncertaintyServer desk({}, in_memory(), &bus_);
   const std::vector<Vec2> path{{1500.0, -20.0}};
   std::vector<std::string> answered;
   for (int cycles = 0; cycles < 300; ++cycles) {
@@ -208,16 +208,16 @@ TEST_F(PathUncertaintyDeskTest, TwoWhoAskAreAnsweredOneAfterTheOther) {
   EXPECT_GT(std::count(answered.begin(), answered.end(), "two"), 0);
 }
 
-TEST_F(PathUncertaintyDeskTest, AnIssuerWithoutEndIsNotCarriedAlong) {
-  PathUncertaintyDesk desk({}, in_memory(), &bus_);
+TEST_F(PathUncertaintyServerTest, AnIssuerWithoutEndIsNotCarriedAlong) {
+  PathUncertaintyServer desk({}, in_memory(), &bus_);
   ask(1, {{60.0, -20.0}}, std::string(65, 'x'));
   for (int k = 0; k < 20; ++k) step(&desk, &state_);
   EXPECT_TRUE(answers_.empty());
 }
 
-TEST_F(PathUncertaintyDeskTest, TilesComeAlongThePathAndLeaveAgain) {
+TEST_F(PathUncertaintyServerTest, TilesComeAlongThePathAndLeaveAgain) {
   const std::string folder =
-      (std::filesystem::path(::testing::TempDir()) / "path_uncertainty_desk_map").string();
+      (std::filesystem::path(::testing::TempDir()) / "path_uncertainty_server_map").string();
   std::filesystem::remove_all(folder);
   ASSERT_TRUE(mapping::write_map(folder, test::frame(), ground()));
   PriorTerrainParams params;
@@ -225,8 +225,8 @@ TEST_F(PathUncertaintyDeskTest, TilesComeAlongThePathAndLeaveAgain) {
   params.window = {50.0, 20e6};
   Result<PriorTerrain> prior = open_prior_terrain(params, false);
   ASSERT_TRUE(prior) << prior.error().message;
-  PathUncertaintyDesk desk({}, std::move(prior).value(), &bus_);
-  PathUncertaintyDesk whole({}, in_memory(), &bus_);
+  PathUncertaintyServer desk({}, std::move(prior).value(), &bus_);
+  PathUncertaintyServer whole({}, in_memory(), &bus_);
   ask(1, {{1700.0, -20.0}});
   step(&desk, &state_);
   step(&whole, &state_);
@@ -238,9 +238,9 @@ TEST_F(PathUncertaintyDeskTest, TilesComeAlongThePathAndLeaveAgain) {
   std::filesystem::remove_all(folder);
 }
 
-TEST_F(PathUncertaintyDeskTest, AWarmAnswerDoesNotAllocate) {
+TEST_F(PathUncertaintyServerTest, AWarmAnswerDoesNotAllocate) {
   if (!test::HeapGuard::available()) GTEST_SKIP() << "a sanitizer owns malloc";
-  PathUncertaintyDesk desk({}, in_memory(), &bus_);
+  PathUncertaintyServer desk({}, in_memory(), &bus_);
   constexpr std::int64_t kWarm = 6;  // each slot of the inbox here has had a message
   for (std::int64_t serial = 1; serial <= kWarm; ++serial) {
     ask(serial, {{500.0, -20.0}, {900.0, 50.0}});

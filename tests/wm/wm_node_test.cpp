@@ -191,7 +191,7 @@ TEST_F(WmNodeTest, RunsPeriodicallyAndAtOnceForARegistration) {
   EXPECT_EQ(node_.next_wakeup(), from_utime(2500));
 }
 
-TEST_F(WmNodeTest, TheLatencyTraceTellsWhenTheScanCameAndWhenItWasFirstBelieved) {
+TEST_F(WmNodeTest, TheLatencyTraceHasTheScansArrivalAndItsFirstUse) {
   const registration_t scan = message(truth_[10].stamp, sensors_.scan(10));
   send(&registration_out_, scan);
   bus_.deliver_next(truth_[11].stamp);

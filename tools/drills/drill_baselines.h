@@ -1,6 +1,6 @@
 #pragma once
-// WM's answer in a run of a drill against filters that go without some source: WM's own subfilters,
-// or runs of their own.
+// WM's answer in a run of a drill against filters that go without some source: WM's own
+// sub-filters, or runs of their own.
 
 #include <array>
 #include <string_view>
@@ -24,7 +24,7 @@ struct BaselineSums {
 constexpr int kSubfilterKinds = 3;
 using Baselines = std::array<BaselineSums, kSubfilterKinds>;  ///< by subfilter_t::KIND_*
 
-/// While the stimuli last, against WM's own subfilters.
+/// While the stimuli last, against WM's own sub-filters.
 [[nodiscard]] Baselines subfilter_baselines(const Drill& drill, const DrillRecord& record,
                                             const DrillErrors& errors);
 /// The same against another run, twice a second.

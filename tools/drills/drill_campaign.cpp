@@ -141,7 +141,7 @@ class Campaign {
     return Done{};
   }
 
-  /// What WM's subfilters would have said, had they been published.
+  /// What WM's sub-filters would have said, had they been published.
   Outcome run_baselines(const Job& job, DrillRunOptions options, const DrillRecord& fused,
                         DrillRunFigures* figures) const {
     constexpr Withheld kKinds[kSubfilterKinds] = {Withheld::kLadarOdometryAndGps, Withheld::kLadar,

@@ -100,7 +100,7 @@ std::string drill_page(const std::vector<DrillResult>& results, const std::strin
   page.table(drill_table(results));
   page.paragraph(
       "Protection level: the error is said to be smaller, but for one moment in a thousand. "
-      "Subfilters: WM's own filters that go without some source since the last healthy moment. "
+      "Sub-filters: WM's own filters that exclude some source since the last healthy moment. "
       "False "
       "fix: more than 6 total sigma off. Smooth step: of the local pose that controllers see, "
       "beyond the motion predicted from the cycle before. Pictures are of the first seed; shaded: "

@@ -53,7 +53,7 @@ void add(double x, double y, report::Series* s) {
   s->y.push_back(y);
 }
 
-/// A subfilter's places, the pen lifted where it branched anew.
+/// A sub-filter's places, with a gap where it branched again.
 report::Series subfilter_course(const DrillRecord& record, const DrillErrors& errors, int kind,
                                 double from_s) {
   report::Series s =
@@ -68,7 +68,7 @@ report::Series subfilter_course(const DrillRecord& record, const DrillErrors& er
   return s;
 }
 
-/// Errors of the subfilters over time.
+/// Errors of the sub-filters over time.
 report::Series subfilter_errors(const DrillRecord& record, const DrillErrors& errors, int kind,
                                 double from_s,
                                 const std::function<double(const Vec3&)>& magnitude) {

@@ -9,10 +9,10 @@
 
 namespace rcs::drills {
 
-/// From above: truth, WM's answer and its subfilters, from 10 s before the drill begins.
+/// From above: truth, WM's answer and its sub-filters, from 10 s before the drill begins.
 [[nodiscard]] report::Plot drill_course(const Drill& drill, const DrillRecord& record);
 
-/// Horizontal and vertical error, WM's and its subfilters', against the protection level, over
+/// Horizontal and vertical error, WM's and its sub-filters', against the protection level, over
 /// time.
 [[nodiscard]] std::vector<report::Plot> drill_error_plots(const Drill& drill,
                                                           const DrillRecord& record);

@@ -84,7 +84,10 @@ Result<DrillRunResult> run_drill(const Drill& drill, const DrillVehicle& vehicle
   LocalBus bus;
   DrillRecorder recorder(drill.stimuli, options.reference, log ? &*log : nullptr);
   bus.set_tap(&recorder);
+  const std::int64_t run_id = id_of(drill.id, scene->key().seed);
+  bus.set_publisher({run_id, id_of("sp")});
   sp::SpNode sp_node(sp_config, std::move(prior).value(), &bus);
+  bus.set_publisher({run_id, id_of("wm")});
   wm::WmNode wm_node(wm_config, &bus);
   StimulatedSource source(opened->get(), stimuli_of(drill, options),
                           static_cast<std::uint64_t>(scene->key().seed));

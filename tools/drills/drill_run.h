@@ -23,7 +23,7 @@ struct DrillVehicle {
 };
 [[nodiscard]] Result<DrillVehicle> load_drill_vehicle(const std::string& path);
 
-/// A filter that goes without some source from the drill's begin on: what WM's subfilters are, run
+/// A filter that goes without some source from the drill's begin on: what WM's sub-filters are, run
 /// for itself.
 enum class Withheld { kNothing, kLadarOdometryAndGps, kLadar, kGps };
 

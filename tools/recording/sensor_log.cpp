@@ -38,6 +38,8 @@ Outcome SensorLog::write(const std::string& path) const {
   Result<LogWriter> writer = LogWriter::create(path);
   if (!writer) return writer.error();
   LogBus bus(&writer.value());
+  const std::int64_t begin = in_order.empty() ? 0 : to_utime(in_order.front()->arrival);
+  bus.set_publisher({id_of("import", begin), id_of("import")});
   Outboxes outboxes(&bus);
   for (const Event* e : in_order) {
     bus.at(e->arrival);

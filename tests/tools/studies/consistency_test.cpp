@@ -33,7 +33,7 @@ Vec3 normal3(std::mt19937* random) {
 
 /// A drive whose beliefs err as their covariances say.
 /// @param claimed  times the true covariances
-drills::DrillRecord honest_record(double claimed, std::mt19937* random) {
+drills::DrillRecord consistent_record(double claimed, std::mt19937* random) {
   const Mat3 position = root_of_covariance(0.4);
   const Mat3 velocity = root_of_covariance(0.05);
   const Mat3 attitude = root_of_covariance(0.003);
@@ -57,7 +57,7 @@ studies::ConsistencyBlock block_of(double claimed, std::size_t runs) {
   studies::ConsistencyBlock block{"sim/made_up.toml", "tactical", {}, {}};
   for (std::size_t k = 0; k < runs; ++k) {
     block.runs.push_back(studies::consistency_run(kPlan, static_cast<std::int64_t>(k),
-                                                  honest_record(claimed, &random)));
+                                                  consistent_record(claimed, &random)));
   }
   return block;
 }
@@ -144,7 +144,7 @@ TEST(Consistency, ARunThatSaysNothingFails) {
   EXPECT_EQ(studies::verdict_of(kPlan, block), drills::Verdict::kFail);
   EXPECT_THAT(to_text(studies::nees_table({kPlan, {block}})), testing::HasSubstr("(1 missing) !"));
   std::mt19937 random(1);
-  drills::DrillRecord r = honest_record(1.0, &random);
+  drills::DrillRecord r = consistent_record(1.0, &random);
   r.beliefs[10].cov_v_world(1, 1) = -1.0;
   const studies::PartErrors e =
       studies::part_errors(r.beliefs[10], r.beliefs[10].T_world_vehicle, Vec3(10.0, 0.0, 0.0));

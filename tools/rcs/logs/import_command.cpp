@@ -154,6 +154,7 @@ class ImportKitti final : public Command {
     Result<LogWriter> writer = LogWriter::create(path);
     if (!writer) return writer.error();
     recording::LogBus bus(&writer.value());
+    bus.set_publisher({id_of("kitti", static_cast<std::int64_t>(sweeps.size())), id_of("import")});
     Outbox<ladar_points_t> facets_out(&bus, channel::kLadarPoints);
     Outbox<gps_fix_t> fix_out(&bus, channel::kGpsFix);
 

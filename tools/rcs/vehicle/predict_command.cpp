@@ -27,11 +27,11 @@ namespace {
 constexpr std::string_view kName = "predict";
 constexpr Duration kResend = from_seconds(1.0);
 
-class PathUncertainty final : public Command {
+class PredictCommand final : public Command {
  public:
-  explicit PathUncertainty(CLI::App* rcs)
-      : Command(rcs->add_subcommand("predict",
-                                    "Asks WM how sure it would be along a path, if GPS died now")) {
+  explicit PredictCommand(CLI::App* rcs)
+      : Command(
+            rcs->add_subcommand("predict", "Predicts WM's uncertainty along a path without GPS")) {
     CLI::Option* const to =
         app()->add_option("--to", to_, "X,Y [m] east and north in frame world; repeat it");
     app()
@@ -195,7 +195,7 @@ class PathUncertainty final : public Command {
 }  // namespace
 
 void add_predict_command(CLI::App* rcs, Commands* commands) {
-  commands->push_back(std::make_unique<PathUncertainty>(rcs));
+  commands->push_back(std::make_unique<PredictCommand>(rcs));
 }
 
 }  // namespace rcs::cli
