@@ -122,7 +122,7 @@ class Life {
   }
   void send_flat_ground(std::int64_t utime) {
     constexpr int kSide = 100;
-    constexpr std::size_t kCells = kSide * kSide;
+    constexpr std::size_t kCells = std::size_t{kSide} * kSide;
     map_patch_t m{};
     m.utime = utime;
     m.cell_m = 0.4;

@@ -191,8 +191,9 @@ void compare_with_baseline(const std::string& name,
   if (std::getenv("RCS_UPDATE_BASELINES") != nullptr) {
     fs::remove_all(folder);
     fs::create_directories(folder);
-    for (const auto& [channel, table] : tables)
+    for (const auto& [channel, table] : tables) {
       write_table(fs::path(folder) / (channel + ".tsv"), table);
+    }
     std::printf("baselines written to %s\n", folder.c_str());
   }
   ASSERT_FALSE(tables.empty());
