@@ -62,7 +62,7 @@ ChainRun run_chain(const sim::Scenario& scenario, const std::string& vehicle_con
         out.scans += rolling ? 1 : 0;
       });
 
-  LockstepTimeline timeline(&bus, &simulator, from_seconds(0.5));
+  LockstepTimeline timeline(&bus, &simulator, kReplayTail);
   Watched watched_sp(&sp_node, around_cycle);
   Watched watched_wm(&wm_node, around_cycle);
   run({&watched_sp, &watched_wm}, timeline, nullptr);

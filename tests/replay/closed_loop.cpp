@@ -269,7 +269,7 @@ ClosedLoopRun run_closed_loop(const sim::Scenario& scenario, const ClosedLoopOpt
   const Notes notes(&bus, scenario, options, &op, &run);
 
   UntilDone source(&simulator, &op, from_seconds(options.after_done_s));
-  LockstepTimeline timeline(&bus, &source, from_seconds(0.2));
+  LockstepTimeline timeline(&bus, &source, kReplayTail);
   rcs::run({sp->get(), wm->get(), driver.get(), &op}, timeline, nullptr);
 
   conclude(op, notes.last(), options.radius_m, &run);

@@ -67,7 +67,7 @@ StartRun start(double off_m) {
   });
   const test::Tap<nav_state_t> beliefs(&bus, channel::kWmNavState,
                                        [&](const nav_state_t& m, Stamp) { newest = m; });
-  LockstepTimeline timeline(&bus, &simulator, from_seconds(0.5));
+  LockstepTimeline timeline(&bus, &simulator, kReplayTail);
   run({&sp_node, &wm_node}, timeline, nullptr);
 
   StartRun out;

@@ -15,9 +15,6 @@
 namespace rcs::drills {
 namespace {
 
-/// After the last message: so that the work under way is finished.
-constexpr Duration kTail = std::chrono::milliseconds(500);
-
 std::vector<Stimulus> stimuli_of(const Drill& drill, const DrillRunOptions& options) {
   if (options.undisturbed) return {};
   std::vector<Stimulus> stimuli = drill.stimuli;
@@ -91,7 +88,7 @@ Result<DrillRunResult> run_drill(const Drill& drill, const DrillVehicle& vehicle
   wm::WmNode wm_node(wm_config, &bus);
   StimulatedSource source(opened->get(), stimuli_of(drill, options),
                           static_cast<std::uint64_t>(scene->key().seed));
-  LockstepTimeline timeline(&bus, &source, kTail);
+  LockstepTimeline timeline(&bus, &source, kReplayTail);
   const RunReport report = rcs::run({&sp_node, &wm_node}, timeline, nullptr);
   if (options.stop()) return Error{"interrupted"};
   if (log) {

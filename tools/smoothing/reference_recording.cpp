@@ -22,8 +22,6 @@
 namespace rcs::smoothing {
 namespace {
 
-constexpr Duration kTail = std::chrono::milliseconds(500);
-
 /// A log until somebody wants it to stop.
 class StoppableLog final : public EventSource {
  public:
@@ -238,7 +236,7 @@ Result<TruthRecording> record_run(const std::string& log, const TruthVehicle& ve
   channels.emplace_back(channel::kSimTruth);
   LogSource whole(&reader.value(), channels);
   StoppableLog source(&whole, &reader.value(), progress, stop);
-  LockstepTimeline timeline(&bus, &source, kTail);
+  LockstepTimeline timeline(&bus, &source, kReplayTail);
   (void)rcs::run({&sp_node, &wm_node}, timeline, nullptr);
   if (stop()) return Error{"interrupted"};
   if (whole.fed() == 0) return Error{log + ": no sensor data in it"};

@@ -31,6 +31,10 @@ class EventSource {
   virtual void take(SourceEvent* event) = 0;
 };
 
+/// The tail of a replay: long enough for the results of the last scan, and shorter than the
+/// 200 ms of silence that the nodes would report as lost sensors. The end of a log is no fault.
+constexpr Duration kReplayTail = std::chrono::milliseconds(150);
+
 /// What a node publishes in a cycle that starts at t becomes visible at t + nominal_compute, and
 /// the node is busy until then. Events of equal due: the nodes' messages first, then the source.
 class LockstepTimeline final : public Timeline {

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <sstream>
 
@@ -109,6 +110,17 @@ TEST_F(ReplayCommand, APartWithoutSensorDataIsAFailureAndLeavesTheOldOutput) {
     EXPECT_THAT(messages(), HasSubstr("no sensor message")) << part;
     EXPECT_EQ(text_of(folder_ + "/out.log"), "precious") << part;
   }
+}
+
+TEST_F(ReplayCommand, TheEndOfTheLogIsNoSilenceOfTheSensors) {
+  ASSERT_EQ(replay(std::string(kDatum)), 0) << messages();
+  ASSERT_EQ(rcs("log csv --channel SP_REGISTRATION " + folder_ + "/out.log"), 0);
+  const std::string registrations = out();
+  EXPECT_GE(std::count(registrations.begin(), registrations.end(), '\n'), 119)
+      << "a head, and the results of 12 s at 10 Hz, to the last scans";
+  ASSERT_EQ(rcs("log csv --channel WM_EVENT " + folder_ + "/out.log"), 0);
+  EXPECT_THAT(out(), Not(HasSubstr("silent")));
+  EXPECT_THAT(out(), Not(HasSubstr("lost")));
 }
 
 TEST_F(ReplayCommand, AFolderAsOutputIsRefusedBeforeTheWork) {

@@ -24,8 +24,6 @@ namespace rcs::cli {
 namespace {
 
 constexpr std::string_view kName = "replay";
-/// After the last event: so that the work under way is finished.
-constexpr Duration kTail = std::chrono::seconds(1);
 
 class Replay final : public Command {
  public:
@@ -109,7 +107,7 @@ class Replay final : public Command {
     RunReport report;
     {
       PartOfLog source(kName, &whole, from_seconds(from_s_), to(), &reader.value());
-      LockstepTimeline timeline(&bus, &source, kTail);
+      LockstepTimeline timeline(&bus, &source, kReplayTail);
       report = rcs::run({sp->get(), wm->get()}, timeline, timing->get());
       if (source.interrupted()) return Error{"interrupted"};
     }
