@@ -16,8 +16,10 @@ fs::path source_root() {
   return root;
 }
 
+/// docs/ has examples: programs of users, who have their own rules.
 bool is_source_folder(std::string_view name) {
-  return name != ".git" && name != "out" && name != "build" && name.substr(0, 6) != "build-";
+  return name != ".git" && name != "docs" && name != "out" && name != "build" &&
+         name.substr(0, 6) != "build-";
 }
 
 void for_each_source(
