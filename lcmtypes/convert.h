@@ -3,11 +3,18 @@
 // non-finite or zero ones refused: a message is input, not ours.
 
 #include <cmath>
+#include <cstdint>
 
 #include "lcmtypes/rcs/registration_t.hpp"
 #include "rcs/base/pose.h"
 
 namespace rcs {
+
+/// For static_assert, beside a conversion of an enumeration by its value.
+template <class E>
+constexpr bool same_value(E ours, std::int8_t of_message) {
+  return static_cast<int>(ours) == of_message;
+}
 
 inline void to_message(const Vec3& v, double (&out)[3]) {
   for (int i = 0; i < 3; ++i) out[i] = v[i];

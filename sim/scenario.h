@@ -34,7 +34,7 @@ struct Scenario {
   MountParams mount;
   ImagerParams imager;
   SpinningParams spinning;
-  double ladar_clock_offset_s = 0.005;  ///< its stamps minus the truth, [-0.1, 0.1]
+  double ladar_clock_offset_s = 0.005;  ///< its stamps minus the truth
   std::vector<Outage> ladar_outages;    ///< no facet while one lasts, not even an empty one
 
   InertialParams ins;

@@ -15,16 +15,15 @@ namespace rcs::bg {
 
 struct BgConfig {
   NodeInfo info{"bg", from_milliseconds(40.0), from_milliseconds(1.0)};
-  Duration period = from_milliseconds(50.0);        ///< of drive, [10, 500] ms
-  Duration plan_period = from_milliseconds(250.0);  ///< [50, 5000] ms
-  Duration plan_compute =
-      from_milliseconds(12.0);  ///< nominal, of a cycle that plans, [0, 1000] ms
-  Duration drive_valid = from_milliseconds(250.0);  ///< of a drive command, [50, 2000] ms
-  double max_speed_mps = 10.0;                      ///< of any command, (0, 30]
-  double north_mps = 2.5;                           ///< on the way to find north, (0, 30]
-  double north_m = 40.0;     ///< farthest straight ahead to find it, [5, 500]
-  double near_goal_m = 8.0;  ///< where no way leads into the goal: so near to it, [0, 100]
-  double accel_mps2 = 2.0;   ///< speeding up and slowing down while driving, [0.1, 10]
+  Duration period = from_milliseconds(50.0);  ///< of drive
+  Duration plan_period = from_milliseconds(250.0);
+  Duration plan_compute = from_milliseconds(12.0);  ///< nominal, of a cycle that plans
+  Duration drive_valid = from_milliseconds(250.0);  ///< of a drive command
+  double max_speed_mps = 10.0;                      ///< of any command
+  double north_mps = 2.5;                           ///< on the way to find north
+  double north_m = 40.0;                            ///< farthest straight ahead to find it
+  double near_goal_m = 8.0;              ///< where no way leads into the goal: so near to it
+  double accel_mps2 = 2.0;               ///< speeding up and slowing down while driving
   GrantParams grant{6000, 2500.0, 0.3};  ///< units: expansions of the search
   Shape shape;
   SearchParams search;

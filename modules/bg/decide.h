@@ -36,15 +36,15 @@ struct Facts {
 };
 
 struct DecideParams {
-  Duration nav_silence = from_milliseconds(200.0);        ///< WM is silent, [50, 5000] ms
-  Duration nav_still = from_milliseconds(300.0);          ///< its sensor time stands, [50, 5000] ms
-  Duration integrity_silence = from_milliseconds(500.0);  ///< [200, 10000] ms
-  Duration ins_loss = from_milliseconds(500.0);           ///< [100, 10000] ms
-  Duration ladar_loss = from_milliseconds(500.0);         ///< nothing registered, [100, 10000] ms
-  Duration gps_loss = from_milliseconds(1500.0);          ///< [100, 60000] ms
-  Duration map_loss = from_milliseconds(1500.0);          ///< the terrain is old, [100, 10000] ms
-  Duration patience = from_milliseconds(15000.0);         ///< without a way, [1000, 600000] ms
-  double rest_mps = 0.15;                                 ///< slower is at rest, [0.01, 1]
+  Duration nav_silence = from_milliseconds(200.0);  ///< WM is silent
+  Duration nav_still = from_milliseconds(300.0);    ///< its sensor time stands
+  Duration integrity_silence = from_milliseconds(500.0);
+  Duration ins_loss = from_milliseconds(500.0);
+  Duration ladar_loss = from_milliseconds(500.0);  ///< nothing registered
+  Duration gps_loss = from_milliseconds(1500.0);
+  Duration map_loss = from_milliseconds(1500.0);   ///< the terrain is old
+  Duration patience = from_milliseconds(15000.0);  ///< without a way
+  double rest_mps = 0.15;                          ///< slower is at rest
 };
 
 enum class Action {

@@ -43,12 +43,12 @@ using Path = std::vector<PathPoint>;
 
 /// The vehicle's outline and what it can do.
 struct Shape {
-  double length_m = 3.2;            ///< [0.5, 20]
-  double width_m = 2.0;             ///< [0.3, 5]
-  double max_curvature_1pm = 0.18;  ///< [0.01, 1]
-  double curvature_rate = 0.2;      ///< how fast the wheels turn [1/(m s)], [0.01, 10]
-  double margin_m = 0.4;            ///< obstacles are kept farther off than this, [0, 2]
-  double least_margin_m = 0.2;      ///< and than this where there is no other way, [0, margin_m]
+  double length_m = 3.2;
+  double width_m = 2.0;
+  double max_curvature_1pm = 0.18;
+  double curvature_rate = 0.2;  ///< how fast the wheels turn [1/(m s)]
+  double margin_m = 0.4;        ///< obstacles are kept farther off than this
+  double least_margin_m = 0.2;  ///< and than this where there is no other way
 };
 
 }  // namespace rcs::bg

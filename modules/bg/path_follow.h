@@ -10,14 +10,13 @@
 namespace rcs::bg {
 
 struct FollowParams {
-  double braking_mps2 = 1.5;     ///< that the planned speeds count on, [0.2, 5]
-  double lookahead_s = 0.8;      ///< of driving, to the point that is steered at, [0.1, 5]
-  double lookahead_min_m = 2.0;  ///< [0.5, 20]
-  double latency_s = 0.25;       ///< until the wheels obey, [0, 2]
-  double keep_cost =
-      1.15;  ///< a new way must be cheaper by this to replace the one under way, [1, 10]
-  double keep_m = 10.0;   ///< of way that must be left for that, [1, 100]
-  double astray_m = 1.0;  ///< off the path by more: a new one is needed, [0.1, 10]
+  double braking_mps2 = 1.5;  ///< that the planned speeds count on
+  double lookahead_s = 0.8;   ///< of driving, to the point that is steered at
+  double lookahead_min_m = 2.0;
+  double latency_s = 0.25;  ///< until the wheels obey
+  double keep_cost = 1.15;  ///< a new way must be cheaper by this to replace the one under way
+  double keep_m = 10.0;     ///< of way that must be left for that
+  double astray_m = 1.0;    ///< off the path by more: a new one is needed
 };
 
 /// Fills in limit_mps and speed_mps: what ground, turns and obstacles allow (vj), and what can be

@@ -14,11 +14,11 @@
 namespace rcs::bg {
 
 struct SearchParams {
-  double horizon_m = 30.0;    ///< way to the search's end, [5, 200]
-  double arc_m = 1.2;         ///< of one expansion, [0.4, 5]
-  double bin_m = 0.6;         ///< places nearer than this count as one, [0.1, 2]
-  int headings = 32;          ///< bins of a turn, [8, 128]
-  int max_expansions = 6000;  ///< the grant: each is at most 8 arcs, [100, 1000000]
+  double horizon_m = 30.0;    ///< way to the search's end
+  double arc_m = 1.2;         ///< of one expansion
+  double bin_m = 0.6;         ///< places nearer than this count as one
+  int headings = 32;          ///< bins of a turn
+  int max_expansions = 6000;  ///< the grant: each is at most 8 arcs
 };
 
 enum class SearchStop {

@@ -17,7 +17,7 @@ namespace rcs::gateway {
 
 struct DeskParams {
   Limits limits;
-  Duration refresh = from_seconds(1.0);            ///< of what is sent to the vehicle, > 0
+  Duration refresh = from_seconds(1.0);            ///< of what is sent to the vehicle
   Duration valid_for = from_seconds(2.5);          ///< of what is sent, > refresh
   Duration release_patience = from_seconds(10.0);  ///< a vehicle at rest takes a release, > refresh
 };

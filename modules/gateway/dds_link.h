@@ -9,18 +9,11 @@
 #include <vector>
 
 #include "modules/gateway/dds_entity.h"
+#include "modules/gateway/dds_params.h"
 #include "rcs/base/result.h"
 #include "vehicle.h"
 
 namespace rcs::gateway {
-
-struct DdsParams {
-  int domain = 0;                ///< DDS domain, [0, 230]
-  std::string interface = "lo";  ///< the one network interface that DDS may use
-  bool multicast = false;        ///< discovery by multicast there; false: the peers below
-  std::vector<std::string> peers = {"127.0.0.1"};  ///< hosts that are asked for participants
-  std::string keys;  ///< folder of an identity made by `rcs keys`; empty: plain
-};
 
 class DdsLink {
  public:

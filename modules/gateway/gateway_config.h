@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "modules/gateway/command_arbiter.h"
-#include "modules/gateway/dds_link.h"
+#include "modules/gateway/dds_params.h"
 #include "modules/gateway/node_status_table.h"
 #include "rcs/base/result.h"
 #include "rcs/node/command_port.h"
@@ -17,8 +17,8 @@ namespace rcs::gateway {
 struct GatewayConfig {
   NodeInfo info{"gateway", from_milliseconds(20.0), from_milliseconds(1.0)};
   std::string vehicle = "vehicle";                      ///< [vehicle] name
-  Duration period = from_milliseconds(50.0);            ///< of a cycle, [10, 1000] ms
-  Duration state_period = from_milliseconds(100.0);     ///< of VehicleState, [10, 10000] ms
+  Duration period = from_milliseconds(50.0);            ///< of a cycle
+  Duration state_period = from_milliseconds(100.0);     ///< of VehicleState
   Duration state_max_age = from_seconds(1.0);           ///< an older belief is not told
   std::vector<std::string> nodes = {"sp", "wm", "bg"};  ///< whose status is told
   bool plain = false;                                   ///< without keys, and meant so

@@ -10,6 +10,7 @@
 #include "lcmtypes/rcs/cycle_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/process_t.hpp"
+#include "modules/gateway/dds_link.h"
 #include "modules/gateway/gateway_config.h"
 #include "rcs/node/bus/inbox.h"
 #include "rcs/node/command_port.h"

@@ -42,13 +42,13 @@ struct StopOrder {
 };
 
 struct Limits {
-  int max_waypoints = 64;                      ///< of one command, [1, 256]
-  Duration min_valid_for = from_seconds(0.5);  ///< a shorter one could not be kept fresh, > 0
+  int max_waypoints = 64;                      ///< of one command
+  Duration min_valid_for = from_seconds(0.5);  ///< a shorter one could not be kept fresh
   Duration max_valid_for = from_seconds(5.0);  ///< a silent operator's last word, >= min
-  double max_speed_mps = 15.0;                 ///< (0, 50]
-  double min_radius_m = 0.1;                   ///< of a waypoint, > 0
-  double max_radius_m = 100.0;                 ///< >= min
-  double max_position_m = 100'000.0;           ///< of a waypoint from its frame's origin, > 0
+  double max_speed_mps = 15.0;
+  double min_radius_m = 0.1;          ///< of a waypoint
+  double max_radius_m = 100.0;        ///< >= min
+  double max_position_m = 100'000.0;  ///< of a waypoint from its frame's origin
 };
 
 enum class Refusal {

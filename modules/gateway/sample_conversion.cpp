@@ -7,6 +7,15 @@
 namespace rcs::gateway {
 namespace {
 
+// Handed on by its value.
+static_assert(rcs_NAV_ALIGN == nav_state_t::MODE_ALIGN &&
+              rcs_NAV_GPS_INS == nav_state_t::MODE_GPS_INS &&
+              rcs_NAV_GPS_INS_LADAR == nav_state_t::MODE_GPS_INS_LADAR &&
+              rcs_NAV_INS_LADAR == nav_state_t::MODE_INS_LADAR &&
+              rcs_NAV_INS_DR == nav_state_t::MODE_INS_DR &&
+              rcs_NAV_GPS_LADAR == nav_state_t::MODE_GPS_LADAR &&
+              rcs_NAV_LADAR == nav_state_t::MODE_LADAR && rcs_NAV_LOST == nav_state_t::MODE_LOST);
+
 template <std::size_t N>
 bool copy(const double (&in)[N], double (&out)[N]) {
   std::copy(std::begin(in), std::end(in), out);

@@ -11,22 +11,22 @@
 namespace rcs::registration {
 
 struct IcpParams {
-  int max_iterations = 20;          ///< [1, 200]
-  int min_pairs = 50;               ///< fewer: kTooFew, [6, 100000]
-  double gate_m = 1.0;              ///< largest distance along the normal at the start, [0.05, 20]
-  double gate_sigma = 4.0;          ///< and at the end, in sigmas of the residual, [1, 20]
-  double range_sigma_m = 0.03;      ///< LADAR range noise, [0.001, 1]
-  double beam_sigma_rad = 0.001;    ///< pointing noise across the beam, [0, 0.1]
-  double map_sigma_m = 0.02;        ///< a surface's error, to tell outliers by, [0.001, 1]
-  double least_map_sigma_m = 0.02;  ///< the same, shared by its points, at least, [0.001, 1]
+  int max_iterations = 20;
+  int min_pairs = 50;               ///< fewer: kTooFew
+  double gate_m = 1.0;              ///< largest distance along the normal at the start
+  double gate_sigma = 4.0;          ///< and at the end, in sigmas of the residual
+  double range_sigma_m = 0.03;      ///< LADAR range noise
+  double beam_sigma_rad = 0.001;    ///< pointing noise across the beam
+  double map_sigma_m = 0.02;        ///< a surface's error, to tell outliers by
+  double least_map_sigma_m = 0.02;  ///< the same, shared by its points, at least
   /// Each residual by its own variance, from the range, the angle of incidence and the surface. If
   /// not, all are worth the same: to see what the model of the LADAR's noise buys.
   bool weighted = true;
-  double min_alignment = 1e-4;  ///< observability below which a direction is unobserved, [0, 0.5]
-  double max_sigma_m = 0.5;  ///< a direction known no better than this is unobserved, [0.001, 100]
-  double max_correction_m = 2.0;    ///< farther from the prediction: kDiverged, [0.01, 100]
-  double max_correction_rad = 0.2;  ///< likewise, [0.001, 3.2]
-  double step_sigma = 0.03;         ///< converged when a step is smaller, in sigmas, [1e-6, 1]
+  double min_alignment = 1e-4;      ///< observability below which a direction is unobserved
+  double max_sigma_m = 0.5;         ///< a direction known no better than this is unobserved
+  double max_correction_m = 2.0;    ///< farther from the prediction: kDiverged
+  double max_correction_rad = 0.2;  ///< likewise
+  double step_sigma = 0.03;         ///< converged when a step is smaller, in sigmas
 };
 
 /// Buffers of register_points, kept between scans.

@@ -5,6 +5,9 @@
 
 namespace rcs::registration {
 
+template <>
+const char BuiltWithAlignment<EIGEN_MAX_ALIGN_BYTES>::symbol = 0;
+
 std::string_view name_of(Stop stop) {
   constexpr std::array<std::string_view, 10> kNames = {
       "converged",  "max iterations", "budget",   "limit cycle", "too few",

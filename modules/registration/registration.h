@@ -9,6 +9,15 @@
 
 namespace rcs::registration {
 
+/// A program that is compiled for another instruction set than the library aligns Eigen's types
+/// differently: it would read wrong poses. Such a program does not link, for want of its alignment.
+template <int kBytes>
+struct BuiltWithAlignment {
+  static const char symbol;
+};
+[[gnu::used]] static const char* const kAlignment =
+    &BuiltWithAlignment<EIGEN_MAX_ALIGN_BYTES>::symbol;
+
 /// Why a registration ended. The order is that of registration_t.
 enum class Stop : std::int8_t {
   kConverged = 0,

@@ -13,15 +13,15 @@
 namespace rcs::registration {
 
 struct RollingMapParams {
-  double voxel_m = 0.5;    ///< edge of the fine voxels; coarse ones are 3 x as large, [0.05, 5]
-  int capacity = 200'000;  ///< voxels of each size; the farthest are forgotten first, [1000, 4e6]
-  double radius_m = 80.0;  ///< beyond this the map is forgotten, [5, 500]
-  int max_points = 100;    ///< a voxel with so many is complete: it stays as it was first seen,
-                           ///< so that later errors do not drag it, [10, 10000]
-  int min_points = 8;      ///< fewer give no surface, [4, 1000]
-  double max_thickness = 0.2;  ///< of a surface: least over middle standard deviation, (0, 1]
+  double voxel_m = 0.5;        ///< edge of the fine voxels; coarse ones are 3 x as large
+  int capacity = 200'000;      ///< voxels of each size; the farthest are forgotten first
+  double radius_m = 80.0;      ///< beyond this the map is forgotten
+  int max_points = 100;        ///< a voxel with so many is complete: it stays as it was first seen,
+                               ///< so that later errors do not drag it
+  int min_points = 8;          ///< fewer give no surface
+  double max_thickness = 0.2;  ///< of a surface: least over middle standard deviation
   double min_extent = 0.2;     ///< middle standard deviation over the voxel's edge (a scan line is
-                               ///< no surface), (0, 0.5]
+                               ///< no surface)
 };
 
 /// A patch of surface: what a point can be matched to.

@@ -17,17 +17,17 @@ enum class Degrade : int {
 
 /// Spans are in shares of the budget, from a scan's last facet to the end of the work on it.
 struct DegradeParams {
-  bool on = true;            ///< false: always in full
-  double coarser = 1.5;      ///< source voxels of a degraded scan, in those of a full one, [1, 10]
-  double late_share = 0.8;   ///< a later start of a cycle degrades by one level, (0, 10]
-  double behind = 0.25;      ///< so does so much of the next scan that waits already, (0, 10]
-  double hold_behind = 0.5;  ///< and with so much of it waiting the scan is held, (0, 10]
-  double hold_left = 0.25;   ///< held when less of the budget is left, [0, 1)
-  double grant_full = 1.0;   ///< less of the nominal need granted: fewer points, [0, 100]
-  double grant_prior = 0.6;  ///< likewise: no a priori match, [0, 100]
-  double grant_hold = 0.2;   ///< likewise: held, but never twice in a row, [0, 100]
-  double recover_margin = 1.5;  ///< a scan is calm when facts so much worse would do, [1, 100]
-  int recover_after = 20;       ///< calm scans in a row that lead one level back, [1, 10000]
+  bool on = true;               ///< false: always in full
+  double coarser = 1.5;         ///< source voxels of a degraded scan, in those of a full one
+  double late_share = 0.8;      ///< a later start of a cycle degrades by one level
+  double behind = 0.25;         ///< so does so much of the next scan that waits already
+  double hold_behind = 0.5;     ///< and with so much of it waiting the scan is held
+  double hold_left = 0.25;      ///< held when less of the budget is left
+  double grant_full = 1.0;      ///< less of the nominal need granted: fewer points
+  double grant_prior = 0.6;     ///< likewise: no a priori match
+  double grant_hold = 0.2;      ///< likewise: held, but never twice in a row
+  double recover_margin = 1.5;  ///< a scan is calm when facts so much worse would do
+  int recover_after = 20;       ///< calm scans in a row that lead one level back
 };
 
 /// What the timeline says when a scan is about to be worked on.

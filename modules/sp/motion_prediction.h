@@ -24,9 +24,9 @@ struct Expectation {
 };
 
 struct ExpectationParams {
-  double coast_sigma_m = 0.5;     ///< of a constant-velocity prediction, [0.001, 100]
-  double coast_sigma_rad = 0.05;  ///< likewise, [0.0001, 3]
-  double sigma_scale = 1.0;       ///< on WM's sigma of the prediction, [0.1, 100]
+  double coast_sigma_m = 0.5;     ///< of a constant-velocity prediction
+  double coast_sigma_rad = 0.05;  ///< likewise
+  double sigma_scale = 1.0;       ///< on WM's sigma of the prediction
 };
 
 [[nodiscard]] Mat6 isotropic(double sigma_m, double sigma_rad);

@@ -23,10 +23,10 @@ namespace rcs::sp {
 
 /// Where a vehicle is that starts without GPS.
 struct StartPlace {
-  Geodetic place;                             ///< the height is of no matter
-  double within_m = 100.0;                    ///< [1, 1000]
-  double heading_rad = 0.0;                   ///< clockwise from north, [-360, 360] deg
-  double heading_within_rad = radians(20.0);  ///< to either side, [0.5, 180] deg
+  Geodetic place;  ///< the height is of no matter
+  double within_m = 100.0;
+  double heading_rad = 0.0;                   ///< clockwise from north
+  double heading_within_rad = radians(20.0);  ///< to either side
 };
 
 struct SpConfig {
@@ -36,13 +36,12 @@ struct SpConfig {
   std::optional<StartPlace> start;   ///< [start]; needs a map and a datum
   LadarParams ladar;                 ///< [ladar]
 
-  double source_voxel_m = 0.5;    ///< one point a voxel is registered, [0.05, 10]
-  double map_voxel_m = 0.2;       ///< and one a voxel inserted in the map, [0.02, 10]
-  double publish_voxel_m = 0.15;  ///< and one published for WM's terrain, [0.02, 10]
-  double min_facets = 0.25;       ///< share of the facets without which a scan is dropped, [0, 1]
-  Duration facet_timeout =
-      from_milliseconds(30.0);  ///< no facet for so long: take what came, [1, 1000]
-  int reseed_after = 10;  ///< scans in a row without a registration start a new map, [1, 1000]
+  double source_voxel_m = 0.5;    ///< one point a voxel is registered
+  double map_voxel_m = 0.2;       ///< and one a voxel inserted in the map
+  double publish_voxel_m = 0.15;  ///< and one published for WM's terrain
+  double min_facets = 0.25;       ///< a scan with a smaller share of its facets is a failed one
+  Duration facet_timeout = from_milliseconds(30.0);  ///< no facet for so long: take what came
+  int reseed_after = 10;  ///< scans in a row without a registration start a new map
 
   ExpectationParams expectation;       ///< [sp]: coast_sigma_m and its like
   PriorScanParams prior_scan;          ///< [sp]: prior_column_m and its like

@@ -9,6 +9,18 @@
 namespace rcs::sp {
 namespace {
 
+// Published by its value.
+static_assert(same_value(registration::Stop::kConverged, registration_t::STOP_CONVERGED) &&
+              same_value(registration::Stop::kMaxIterations, registration_t::STOP_MAX_ITERATIONS) &&
+              same_value(registration::Stop::kBudget, registration_t::STOP_BUDGET) &&
+              same_value(registration::Stop::kLimitCycle, registration_t::STOP_LIMIT_CYCLE) &&
+              same_value(registration::Stop::kTooFew, registration_t::STOP_TOO_FEW) &&
+              same_value(registration::Stop::kDegenerate, registration_t::STOP_DEGENERATE) &&
+              same_value(registration::Stop::kEmpty, registration_t::STOP_EMPTY) &&
+              same_value(registration::Stop::kDiverged, registration_t::STOP_DIVERGED) &&
+              same_value(registration::Stop::kSeeded, registration_t::STOP_SEEDED) &&
+              same_value(registration::Stop::kHeld, registration_t::STOP_HELD));
+
 constexpr Duration kLongestScan = from_seconds(5.0);
 
 // Of a pan/tilt head; false for what is not a number.

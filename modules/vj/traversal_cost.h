@@ -42,17 +42,17 @@ struct Terrain {
 };
 
 struct Weights {
-  double slope = 2.0;            ///< added to a metre's cost at the steepest slope, [0, 100]
-  double roughness = 2.0;        ///< the same at the roughest ground, [0, 100]
-  double step = 3.0;             ///< the same at a step that is just no obstacle, [0, 100]
-  double unknown = 1.5;          ///< added to a metre of unknown ground, [0, 100]
-  double nearness = 3.0;         ///< the same when touching an obstacle, [0, 100]
-  double near_m = 1.5;           ///< from where on an obstacle is far enough, [0.1, 20]
-  double max_slope_rad = 0.52;   ///< steeper ground is not driven, [0.05, 1.2]
-  double max_roughness_m = 0.2;  ///< [0.01, 1]
-  double max_step_m = 0.3;       ///< [0.05, 1]
-  double reverse = 2.5;          ///< cost of a metre backwards, in metres ahead, [1, 100]
-  double turn_back = 5.0;        ///< cost of changing direction [m], [0, 100]
+  double slope = 2.0;           ///< added to a metre's cost at the steepest slope
+  double roughness = 2.0;       ///< the same at the roughest ground
+  double step = 3.0;            ///< the same at a step that is just no obstacle
+  double unknown = 1.5;         ///< added to a metre of unknown ground
+  double nearness = 3.0;        ///< the same when touching an obstacle
+  double near_m = 1.5;          ///< from where on an obstacle is far enough
+  double max_slope_rad = 0.52;  ///< steeper ground is not driven
+  double max_roughness_m = 0.2;
+  double max_step_m = 0.3;
+  double reverse = 2.5;    ///< cost of a metre backwards, in metres ahead
+  double turn_back = 5.0;  ///< cost of changing direction [m]
 };
 
 /// May be driven over at all.
@@ -63,17 +63,16 @@ struct Weights {
 [[nodiscard]] double cost_per_m(const Ground& ground, double clearance_m, const Weights& weights);
 
 struct SpeedParams {
-  double smooth_mps = 10.0;   ///< on level, smooth ground, (0, 30]
-  double rough_mps = 2.0;     ///< on the roughest or steepest ground that may be driven, (0, 30]
-  double unknown_mps = 1.5;   ///< where the ground was not seen, (0, 30]
-  double near_mps = 1.5;      ///< when touching an obstacle, (0, 30]
-  double lateral_mps2 = 2.0;  ///< in turns, (0, 10]
-  double sure_sigma_m = 0.5;  ///< horizontal sigma of the pose that costs no speed, [0.01, 100]
-  double unsure_sigma_m =
-      5.0;                    ///< and the one beyond which the vehicle does not drive, [0.1, 1000]
-  double unsure_share = 0.3;  ///< of the speed that is left just before that, (0, 1]
+  double smooth_mps = 10.0;     ///< on level, smooth ground
+  double rough_mps = 2.0;       ///< on the roughest or steepest ground that may be driven
+  double unknown_mps = 1.5;     ///< where the ground was not seen
+  double near_mps = 1.5;        ///< when touching an obstacle
+  double lateral_mps2 = 2.0;    ///< in turns
+  double sure_sigma_m = 0.5;    ///< horizontal sigma of the pose that costs no speed
+  double unsure_sigma_m = 5.0;  ///< and the one beyond which the vehicle does not drive
+  double unsure_share = 0.3;    ///< of the speed that is left just before that
   /// Protection levels beyond which the vehicle does not drive to a place in frame world; from half
-  /// of them on it drives slower, [0.5, 1000].
+  /// of them on it drives slower.
   double alert_limit_horizontal_m = 20.0;
   double alert_limit_vertical_m = 20.0;
 };

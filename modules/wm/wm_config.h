@@ -16,18 +16,16 @@ namespace rcs::wm {
 
 /// How sure along a path without GPS.
 struct PathUncertaintyParams {
-  double radius_m =
-      25.0;              ///< of the ground that a scan sees, and the way between matches, [5, 200]
-  double drift = 0.002;  ///< sigma of the motion's error a metre driven, besides the heading's,
-                         ///< [1e-6, 1]
+  double radius_m = 25.0;  ///< of the ground that a scan sees, and the way between matches
+  double drift = 0.002;    ///< sigma of the motion's error a metre driven, besides the heading's
 };
 
 struct WmConfig {
   NodeInfo info{"wm", from_milliseconds(15.0), from_milliseconds(1.0)};
-  Duration period = from_milliseconds(20.0);  ///< of nav_state, [5, 1000] ms
+  Duration period = from_milliseconds(20.0);  ///< of nav_state
   std::optional<Geodetic> datum;  ///< [world]: origin of frame world; none: the first fix
   TerrainParams terrain;          ///< [wm.terrain]
-  Duration map_period = from_milliseconds(200.0);  ///< of map_patch, [50, 10000] ms
+  Duration map_period = from_milliseconds(200.0);  ///< of map_patch
   PriorTerrainParams prior_terrain;                ///< [world]: prior_map and its like
   PathUncertaintyParams path_uncertainty;          ///< [wm.path_uncertainty]
   WmParams params;                                 ///< [gps] [ins] [odometry] [wm.*]

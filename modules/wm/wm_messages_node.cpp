@@ -6,9 +6,56 @@
 
 #include "lcmtypes/convert.h"
 #include "lcmtypes/plausible.h"
+#include "lcmtypes/rcs/innovation_t.hpp"
+#include "lcmtypes/rcs/integrity_t.hpp"
+#include "lcmtypes/rcs/nav_state_t.hpp"
+#include "lcmtypes/rcs/subfilter_t.hpp"
+#include "modules/wm/fault_detection.h"
+#include "modules/wm/integrity.h"
 
 namespace rcs::wm {
 namespace {
+
+// Published by their value.
+static_assert(same_value(Mode::kAlign, nav_state_t::MODE_ALIGN) &&
+              same_value(Mode::kGpsIns, nav_state_t::MODE_GPS_INS) &&
+              same_value(Mode::kGpsInsLadar, nav_state_t::MODE_GPS_INS_LADAR) &&
+              same_value(Mode::kInsLadar, nav_state_t::MODE_INS_LADAR) &&
+              same_value(Mode::kInsDeadReckoning, nav_state_t::MODE_INS_DR) &&
+              same_value(Mode::kGpsLadar, nav_state_t::MODE_GPS_LADAR) &&
+              same_value(Mode::kLadar, nav_state_t::MODE_LADAR) &&
+              same_value(Mode::kLost, nav_state_t::MODE_LOST));
+static_assert(same_value(Source::kGpsPosition, innovation_t::SOURCE_GPS_POSITION) &&
+              same_value(Source::kGpsVelocity, innovation_t::SOURCE_GPS_VELOCITY) &&
+              same_value(Source::kOdometry, innovation_t::SOURCE_ODOMETRY) &&
+              same_value(Source::kNonHolonomic, innovation_t::SOURCE_NON_HOLONOMIC) &&
+              same_value(Source::kRolling, innovation_t::SOURCE_ROLLING) &&
+              same_value(Source::kPriorMap, innovation_t::SOURCE_PRIOR_MAP) &&
+              same_value(Source::kZeroVelocity, innovation_t::SOURCE_ZERO_VELOCITY));
+static_assert(same_value(Reason::kAccepted, innovation_t::REASON_ACCEPTED) &&
+              same_value(Reason::kGate, innovation_t::REASON_GATE) &&
+              same_value(Reason::kInvalid, innovation_t::REASON_INVALID) &&
+              same_value(Reason::kLate, innovation_t::REASON_LATE) &&
+              same_value(Reason::kRepeated, innovation_t::REASON_REPEATED) &&
+              same_value(Reason::kNoDatum, innovation_t::REASON_NO_DATUM) &&
+              same_value(Reason::kEpoch, innovation_t::REASON_EPOCH) &&
+              same_value(Reason::kUnobserved, innovation_t::REASON_UNOBSERVED) &&
+              same_value(Reason::kQuarantine, innovation_t::REASON_QUARANTINE));
+static_assert(same_value(Trusted::kNone, integrity_t::STATUS_NONE) &&
+              same_value(Trusted::kFully, integrity_t::STATUS_ACCEPTED) &&
+              same_value(Trusted::kQuarantine, integrity_t::STATUS_QUARANTINE) &&
+              same_value(Trusted::kProbation, integrity_t::STATUS_PROBATION));
+static_assert(same_value(Validity::kNone, integrity_t::VALID_NONE) &&
+              same_value(Validity::kLocal, integrity_t::VALID_LOCAL) &&
+              same_value(Validity::kWorld, integrity_t::VALID_WORLD));
+static_assert(same_value(kAlertHorizontal, integrity_t::ALERT_HORIZONTAL) &&
+              same_value(kAlertVertical, integrity_t::ALERT_VERTICAL) &&
+              same_value(kAlertGps, integrity_t::ALERT_GPS) &&
+              same_value(kAlertLadar, integrity_t::ALERT_LADAR) &&
+              same_value(kAlertInput, integrity_t::ALERT_INPUT));
+static_assert(same_value(Without::kAll, subfilter_t::KIND_INERTIAL) &&
+              same_value(Without::kLadar, subfilter_t::KIND_WITHOUT_LADAR) &&
+              same_value(Without::kGps, subfilter_t::KIND_WITHOUT_GPS));
 
 std::string_view text(Reason reason) {
   constexpr std::string_view kTexts[] = {"accepted", "gate",  "invalid",    "late",      "repeated",

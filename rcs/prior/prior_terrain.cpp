@@ -10,12 +10,18 @@ PriorTerrainParams read_prior_terrain(const ParamFile& file) {
   constexpr double kMegabyte = 1048576.0;
   PriorTerrainParams p;
   ParamTable world = file.root().table("world");
-  world.get("prior_map", &p.map);
-  world.get("prior_map_radius_m", &p.window.radius_m, {10, 1e5});
+  world.get("prior_map", &p.map,
+            "Folder of the a priori elevation map, relative to this file. Empty: no map.");
+  world.get("prior_map_radius_m", &p.window.radius_m, {10, 1e5},
+            "Radius around the vehicle within which tiles of the a priori map are kept in memory.");
   double memory_mb = p.window.memory_bytes / kMegabyte;
-  world.get("prior_map_memory_mb", &memory_mb, {1, 1e5});
+  world.get("prior_map_memory_mb", &memory_mb, {1, 1e5},
+            "Largest memory for tiles of the a priori map (2^20 bytes); a map that needs more "
+            "within the radius is rejected at the start.");
   p.window.memory_bytes = memory_mb * kMegabyte;
-  world.get("reference_frame", &p.reference_frame);
+  world.get("reference_frame", &p.reference_frame,
+            "Reference frame of the GPS fixes, such as WGS84. An a priori map in another frame is "
+            "rejected at the start.");
   if (!p.map.empty()) p.map = file.resolve(p.map);
   return p;
 }

@@ -19,16 +19,16 @@ struct Outage {
 };
 
 struct GpsParams {
-  double interval_s = 0.2;  ///< [0.05, 10]
-  double latency_s = 0.0;   ///< from validity to arrival, [0, 1]
+  double interval_s = 0.2;
+  double latency_s = 0.0;  ///< from validity to arrival
   Vec3 p_vehicle_antenna{-0.5, 0.0, 1.1};
-  double sigma_m = 0.3;         ///< slow part, every axis: Gauss-Markov, [0, 100]
-  double correlation_s = 60.0;  ///< of the slow part, > 0
-  double white_m = 0.02;        ///< [0, 100]
-  double sigma_v_mps = 0.05;    ///< white, every axis, [0, 10]
-  double undulation_m = -33.0;  ///< of the geoid, reported, [-110, 90]
+  double sigma_m = 0.3;         ///< slow part, every axis: Gauss-Markov
+  double correlation_s = 60.0;  ///< of the slow part
+  double white_m = 0.02;
+  double sigma_v_mps = 0.05;    ///< white, every axis
+  double undulation_m = -33.0;  ///< of the geoid, reported
   std::vector<Outage> outages;  ///< no message while one lasts
-  double lost_after_m = 0.0;    ///< of the driven way: no message any more; 0: never, [0, 1e5]
+  double lost_after_m = 0.0;    ///< of the driven way: no message any more; 0: never
 };
 
 struct GpsFix {

@@ -17,16 +17,16 @@ struct InertialGrade {
   double accel_bias_mps2 = 0.0;
   double accel_instability_mps2 = 0.0;
   double accel_walk_mpsrs = 0.0;  ///< velocity random walk [m/s/sqrt(s)]
-  double correlation_s = 300.0;   ///< of both instabilities, > 0
+  double correlation_s = 300.0;   ///< of both instabilities
 };
 
 struct InertialParams {
   std::string grade_name = "tactical";
   InertialGrade grade;
-  double interval_s = 0.01;  ///< [0.001, 0.1]
+  double interval_s = 0.01;
   // What nobody has calibrated; signs and axis by seed.
-  double scale_error = 300e-6;             ///< of every axis, [0, 0.1]
-  double misalignment_rad = radians(0.1);  ///< of the triad, [0, 5] deg
+  double scale_error = 300e-6;             ///< of every axis
+  double misalignment_rad = radians(0.1);  ///< of the triad
 };
 
 /// Where the vehicle drives, as an inertial sensor feels it. Gravity is taken along -z of frame

@@ -14,41 +14,41 @@ namespace rcs::sim {
 
 /// What a beam does, whichever the scanner.
 struct BeamParams {
-  double max_range_m = 60.0;             ///< [1, 300]
-  double sigma_m = 0.03;                 ///< of a range at normal incidence, [0, 1]
-  double half_angle_rad = radians(0.1);  ///< of the beam; 0: no mixed pixels, [0, 1] deg
-  /// The range of a slanted surface varies over the footprint; this share of it is noise, [0, 1].
+  double max_range_m = 60.0;
+  double sigma_m = 0.03;                 ///< of a range at normal incidence
+  double half_angle_rad = radians(0.1);  ///< of the beam; 0: no mixed pixels
+  /// The range of a slanted surface varies over the footprint; this share of it is noise.
   double incidence_share = 0.25;
-  double missing_share = 0.15;      ///< of the returns, in all, [0, 1)
-  double empty_facet_share = 0.03;  ///< of the facets, counts in missing_share, [0, missing_share]
+  double missing_share = 0.15;      ///< of the returns, in all
+  double empty_facet_share = 0.03;  ///< of the facets, counts in missing_share
 };
 
 /// Where the LADAR is, and what nobody has calibrated.
 struct MountParams {
   Pose T_vehicle_mount{Quat::Identity(), Vec3(0.9, 0.0, 0.9)};  ///< nominal, head at rest
-  double error_m = 0.01;            ///< of the mount; direction by seed, [0, 1]
-  double error_rad = radians(0.2);  ///< axis by seed, [0, 10] deg
+  double error_m = 0.01;                                        ///< of the mount; direction by seed
+  double error_rad = radians(0.2);                              ///< axis by seed
 };
 
 struct ImagerParams {
-  int rows = 32;    ///< [1, 256]
-  int cols = 180;   ///< [1, 2048]
-  int facets = 16;  ///< divides rows, [1, 256]
+  int rows = 32;
+  int cols = 180;
+  int facets = 16;  ///< divides rows
   double fov_v_rad = radians(20.0);
   double fov_h_rad = radians(90.0);
-  double period_s = 0.1;             ///< of a scan, [0.02, 10]
-  double tilt_rad = radians(-10.0);  ///< of the head, or the middle of its sweep, [-60, 60] deg
-  double sweep_rad = 0.0;            ///< amplitude of the tilt's sine, [0, 60] deg
-  double sweep_hz = 0.25;            ///< [0, 5]
+  double period_s = 0.1;             ///< of a scan
+  double tilt_rad = radians(-10.0);  ///< of the head, or the middle of its sweep
+  double sweep_rad = 0.0;            ///< amplitude of the tilt's sine
+  double sweep_hz = 0.25;
 };
 
 struct SpinningParams {
-  int beams = 64;    ///< row 0 lowest, [1, 256]
-  int cols = 1824;   ///< a turn, clockwise from straight behind, [48, 4096]
-  int sectors = 48;  ///< divides cols, [1, 256]
+  int beams = 64;    ///< row 0 lowest
+  int cols = 1824;   ///< a turn, clockwise from straight behind
+  int sectors = 48;  ///< divides cols
   double lowest_rad = radians(-24.8);
   double highest_rad = radians(2.0);
-  double period_s = 0.1;  ///< of a turn, [0.02, 10]
+  double period_s = 0.1;  ///< of a turn
 };
 
 /// The pan/tilt encoder at a facet's first shot.

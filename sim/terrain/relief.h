@@ -10,8 +10,8 @@ namespace rcs::sim {
 
 /// Relief of one size: a uniform cubic B-spline through white noise on a square lattice.
 struct Octave {
-  double spacing_m = 1.0;  ///< of the lattice; hills are about three spacings apart, [0.1, 5000]
-  double rms_m = 0.0;      ///< root mean square of the height, [0, 500]
+  double spacing_m = 1.0;  ///< of the lattice; hills are about three spacings apart
+  double rms_m = 0.0;      ///< root mean square of the height
 };
 
 /// Height of the bare ground in frame world [m]; twice continuously differentiable (once where a

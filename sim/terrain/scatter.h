@@ -10,21 +10,21 @@
 namespace rcs::sim {
 
 struct RockParams {
-  double per_m2 = 0.02;       ///< number, [0, 1]
-  double radius_min_m = 0.1;  ///< [0.05, 2]
-  double radius_max_m = 0.6;  ///< small ones are the more frequent, [0.05, 2]
+  double per_m2 = 0.02;  ///< number
+  double radius_min_m = 0.1;
+  double radius_max_m = 0.6;  ///< small ones are the more frequent
 };
 
 /// Foliage lets light through: the free path in it is exponential.
 struct VegetationParams {
-  double patch_m = 15.0;             ///< size of thickets and meadows, [1, 500]
-  double bushes_per_m2 = 0.01;       ///< mean; none in the meadows, [0, 1]
-  double trees_per_m2 = 0.003;       ///< mean; none in the meadows, [0, 1]
-  double transmittance_per_m = 0.2;  ///< share of light that foliage leaves after a metre, (0, 1)
-  double sway_m = 0.08;              ///< amplitude of a crown, bushes 0.3 of it, [0, 0.5]
-  double sway_hz = 0.4;              ///< [0, 5]
-  double grass_height_m = 0.25;      ///< in the meadows, [0, 1]
-  double grass_transmittance_per_m = 0.4;  ///< (0, 1)
+  double patch_m = 15.0;             ///< size of thickets and meadows
+  double bushes_per_m2 = 0.01;       ///< mean; none in the meadows
+  double trees_per_m2 = 0.003;       ///< mean; none in the meadows
+  double transmittance_per_m = 0.2;  ///< share of light that foliage leaves after a metre
+  double sway_m = 0.08;              ///< amplitude of a crown, bushes 0.3 of it
+  double sway_hz = 0.4;
+  double grass_height_m = 0.25;  ///< in the meadows
+  double grass_transmittance_per_m = 0.4;
 };
 
 /// A rock, a bush, a crown or a trunk: a spheroid with an upright axis.

@@ -9,11 +9,11 @@
 namespace rcs::sim {
 
 struct PriorMapParams {
-  double cell_m = 10.0;               ///< [0.2, 100]
-  double sigma_m = 0.3;               ///< of a cell, white, (0, 50]
-  double bias_sigma_m = 0.3;          ///< slow error, [0, 50]
-  double bias_correlation_m = 500.0;  ///< of it, (0, 1e5]
-  double margin_m = 100.0;            ///< around the course, [20, 2000]
+  double cell_m = 10.0;
+  double sigma_m = 0.3;               ///< of a cell, white
+  double bias_sigma_m = 0.3;          ///< slow error
+  double bias_correlation_m = 500.0;  ///< of it
+  double margin_m = 100.0;            ///< around the course
 };
 
 struct Region {

@@ -19,7 +19,7 @@ struct WorldParams {
   std::vector<Octave> octaves;  ///< empty and no DEM: the plane z = 0
   RockParams rocks;
   VegetationParams vegetation;
-  double clear_m = 2.5;  ///< nothing stands nearer to the course, [0, 20]
+  double clear_m = 2.5;  ///< nothing stands nearer to the course
 };
 
 struct Ray {

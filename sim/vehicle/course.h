@@ -10,18 +10,18 @@ namespace rcs::sim {
 
 struct CourseParams {
   std::vector<Vec2> waypoints_world;  ///< at least two
-  double rest_s = 3.0;                ///< at rest before the start, [0, 600]
-  double speed_mps = 9.72;            ///< top speed (35 km/h), (0, 30]
-  double acceleration_mps2 = 1.5;     ///< speeding up and slowing down, (0, 5]
-  double lateral_mps2 = 3.0;          ///< in turns the speed is held below this, (0, 8]
+  double rest_s = 3.0;                ///< at rest before the start
+  double speed_mps = 9.72;            ///< top speed (35 km/h)
+  double acceleration_mps2 = 1.5;     ///< speeding up and slowing down
+  double lateral_mps2 = 3.0;          ///< in turns the speed is held below this
 };
 
 /// Waypoints by chance: legs whose headings change by a uniform turn to either side.
 struct RandomCourseParams {
-  int count = 5;                    ///< of waypoints after the start, [1, 100]
-  double leg_min_m = 35.0;          ///< [5, 500]
-  double leg_max_m = 55.0;          ///< [leg_min_m, 500]
-  double turn_rad = radians(60.0);  ///< most, to either side, [0, 180] deg
+  int count = 5;  ///< of waypoints after the start
+  double leg_min_m = 35.0;
+  double leg_max_m = 55.0;
+  double turn_rad = radians(60.0);  ///< most, to either side
 };
 
 /// The start (0, 0), then `count` waypoints; the first leg goes anywhere.

@@ -10,15 +10,15 @@
 namespace rcs::sim {
 
 struct DriveParams {
-  double speed_max_mps = 15.0;     ///< forward, (0, 30]
-  double reverse_max_mps = 2.0;    ///< backward, [0, 10]
-  double acceleration_mps2 = 2.0;  ///< speeding up, (0, 10]
-  double braking_mps2 = 3.0;       ///< slowing down, (0, 10]
-  double hard_braking_mps2 = 5.0;  ///< the same with the brake, (0, 10]
-  double curvature_max_1pm = 0.2;  ///< (0, 1]
-  double curvature_rate = 0.25;    ///< of the steering [1/(m s)], (0, 10]
-  double delay_s = 0.06;           ///< from a command's arrival to its effect, [0.05, 1]
-  /// The rear axle steers against the front one by this share, [0, 1]. 1: the vehicle's frame,
+  double speed_max_mps = 15.0;     ///< forward
+  double reverse_max_mps = 2.0;    ///< backward
+  double acceleration_mps2 = 2.0;  ///< speeding up
+  double braking_mps2 = 3.0;       ///< slowing down
+  double hard_braking_mps2 = 5.0;  ///< the same with the brake
+  double curvature_max_1pm = 0.2;
+  double curvature_rate = 0.25;  ///< of the steering [1/(m s)]
+  double delay_s = 0.06;         ///< from a command's arrival to its effect
+  /// The rear axle steers against the front one by this share. 1: the vehicle's frame,
   /// between the axles, does not slip sideways; 0: front steering, and it does in every turn.
   double rear_steer = 1.0;
 };

@@ -8,14 +8,13 @@
 namespace rcs::sim {
 
 struct VehicleParams {
-  double wheelbase_m = 2.4;  ///< [0.5, 10]
-  double track_m = 1.7;      ///< [0.5, 5]
-  double imu_height_m =
-      0.9;                 ///< of the vehicle frame's origin above level ground at rest, [0.1, 3]
-  double contact_m = 0.5;  ///< length of ground that a wheel averages over, [0.05, 2]
-  double heave_hz = 1.5;   ///< natural frequency of the body on its springs, [0.5, 10]
-  double tilt_hz = 1.8;    ///< the same in pitch and roll, [0.5, 10]
-  double damping = 0.4;    ///< ratio of critical, (0, 2]
+  double wheelbase_m = 2.4;
+  double track_m = 1.7;
+  double imu_height_m = 0.9;  ///< of the vehicle frame's origin above level ground at rest
+  double contact_m = 0.5;     ///< length of ground that a wheel averages over
+  double heave_hz = 1.5;      ///< natural frequency of the body on its springs
+  double tilt_hz = 1.8;       ///< the same in pitch and roll
+  double damping = 0.4;       ///< ratio of critical
 };
 
 /// One degree of freedom on a spring and a damper whose foot moves (base excitation).

@@ -15,7 +15,7 @@ struct MarkKind {
   bool needs_integrity = false;
   bool overview = true;  ///< has a column in the table of all drills
   Range range;           ///< of the limit
-  std::string_view about;
+  std::string_view meaning;
 };
 
 /// Fewer seeds than this say little about a median or a ratio: the mark stays open.
@@ -26,31 +26,31 @@ constexpr double kRatioFloor_m = 0.2;
 
 // clang-format off
 inline constexpr MarkKind kMarks[] = {
-    // key, title, unit, at least, needs integrity, overview, range
+    // key, title, unit, at least, needs integrity, overview, range, meaning
     {"drift_pct_median", "drift, median", "%", false, false, false, {0, 100},
-     "horizontal error at the end of an outage in percent of the distance driven in it"},
+     "Largest median, over the seeds, of the horizontal error at the end of an outage in percent of the distance driven in it."},
     {"drift_pct_p95", "drift, 95 %", "%", false, false, true, {0, 100},
-     "the same, of 95 % of the seeds"},
+     "Largest 95th percentile, over the seeds, of the horizontal error at the end of an outage in percent of the distance driven in it."},
     {"false_acceptances", "false fixes taken", "", false, false, true, {0, 1e6},
-     "fixes more than 6 total sigma off that WM took"},
+     "Largest number of accepted fixes with an error of more than six total standard deviations."},
     {"smooth_step_m", "smooth step", "m", false, false, true, {0, 1000},
-     "largest step of the local pose beyond the motion predicted from the cycle before"},
+     "Largest step of the local pose beyond the motion predicted from the cycle before."},
     {"alarm_within_s", "time to alert", "s", false, true, true, {0, 1e5},
-     "from the begin of a false source to its alert"},
+     "Longest time from the beginning of a fault of a source to its alert."},
     {"accept_within_s", "GPS back after", "s", false, false, true, {0, 1e5},
-     "from the first clean fix to the first one that WM takes"},
+     "Longest time from the first clean fix to the first accepted one."},
     {"within_protection", "within protection", "", true, true, true, {0, 1},
-     "share of the time with the error within the protection level"},
+     "Smallest share of the time in which the error is within the protection level."},
     {"missed_alerts", "missed alerts", "", false, true, true, {0, 1e6},
-     "error above the protection level for 2 s without an alert"},
+     "Largest number of times the error exceeds the protection level for 2 s without an alert."},
     {"false_alerts_per_h", "false alerts", "1/h", false, true, true, {0, 1e6},
-     "alerts while nothing is wrong"},
+     "Largest number of alerts per hour while no source is faulty."},
     {"ratio", "ratio to baselines", "", false, false, true, {0, 1000},
-     "RMS error over that of the best filter that goes without some source"},
+     "Largest ratio of the RMS error to that of the best baseline filter, which lacks some source."},
     {"horizontal_m", "horizontal error", "m", false, false, false, {0, 1e6},
-     "largest"},
+     "Largest horizontal error."},
     {"overruns", "overruns", "", false, false, false, {0, 1e9},
-     "cycles after their deadline, or not run at all, nominally"},
+     "Largest number of cycles that nominally end after their deadline or do not run."},
 };
 // clang-format on
 

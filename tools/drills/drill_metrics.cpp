@@ -8,6 +8,7 @@
 #include "lcmtypes/rcs/innovation_t.hpp"
 #include "tools/base/statistics.h"
 #include "tools/evaluation/trajectory_error.h"
+#include "tools/recording/message_names.h"
 
 namespace rcs::drills {
 namespace {
@@ -16,12 +17,6 @@ constexpr Duration kMaxTruthGap = std::chrono::milliseconds(500);
 constexpr Duration kMaxBeliefAge = std::chrono::milliseconds(500);
 constexpr double kSample_s = 0.1;
 constexpr double kAtRest_m = 10.0;
-
-std::string_view name_of(int index, const std::string_view* names, std::size_t count) {
-  return index >= 0 && static_cast<std::size_t>(index) < count
-             ? names[static_cast<std::size_t>(index)]
-             : "unknown";
-}
 
 }  // namespace
 
@@ -184,7 +179,7 @@ SmoothStep largest_smooth_step(const Drill& drill, const DrillRecord& record) {
 std::map<std::string, NisFigure> nis_figures(const DrillRecord& record) {
   std::map<std::string, NisFigure> figures;
   for (const DrillInnovation& i : record.innovations) {
-    NisFigure& f = figures[std::string(innovation_source_name(i.source))];
+    NisFigure& f = figures[std::string(recording::innovation_source_name(i.source))];
     ++f.considered;
     if (i.accepted) ++f.accepted;
     if (!has_nis(i)) continue;
@@ -199,20 +194,6 @@ std::map<std::string, NisFigure> nis_figures(const DrillRecord& record) {
 
 bool has_nis(const DrillInnovation& i) {
   return (i.accepted || i.reason == innovation_t::REASON_GATE) && i.dof > 0;
-}
-
-std::string_view innovation_source_name(int source) {
-  static constexpr std::array<std::string_view, 7> kNames = {
-      "gps position", "gps velocity", "odometry",     "non-holonomic",
-      "rolling map",  "a priori map", "zero velocity"};
-  return name_of(source, kNames.data(), kNames.size());
-}
-
-std::string_view innovation_reason_name(int reason) {
-  static constexpr std::array<std::string_view, 9> kNames = {
-      "accepted", "gate",  "invalid",    "late",      "repeated",
-      "no datum", "epoch", "unobserved", "quarantine"};
-  return name_of(reason, kNames.data(), kNames.size());
 }
 
 }  // namespace rcs::drills

@@ -96,7 +96,4 @@ struct AccuracyFigures {
 /// Taken, or refused by the gate: its NIS means something.
 [[nodiscard]] bool has_nis(const DrillInnovation& innovation);
 
-[[nodiscard]] std::string_view innovation_source_name(int source);
-[[nodiscard]] std::string_view innovation_reason_name(int reason);
-
 }  // namespace rcs::drills

@@ -252,7 +252,7 @@ report::Table drill_table(const std::vector<DrillResult>& results) {
 report::Table mark_table(const DrillResult& result) {
   report::Table t{{"mark", "result", "figure", "limit", ""}, {}};
   for (const MarkResult& m : result.marks) {
-    t.rows.push_back({fmt::format("{}: {}", m.kind->title, m.kind->about),
+    t.rows.push_back({fmt::format("{}: {}", m.kind->title, m.kind->meaning),
                       std::string(verdict_text(m.verdict)), value_text(m),
                       limit_text(*m.kind, with_unit(*m.kind, m.limit)), m.value ? m.note : ""});
   }

@@ -46,53 +46,64 @@ DrillSource source_of(std::string_view name) {
 }
 
 void read_bearing(ParamTable* table, Stimulus* s) {
-  table->get_deg("bearing_deg", &s->bearing_rad, {0, 360});
+  table->get_deg("bearing_deg", &s->bearing_rad, {0, 360},
+                 "Direction of the offset or ramp, clockwise from north.");
 }
 
 /// What only this kind has; another kind's keys stay unknown.
 void read_strength(ParamTable* table, Stimulus* s) {
   switch (s->kind) {
     case StimulusKind::kFlapping:
-      table->get("on_s", &s->on_s, {0.1, 1000});
-      table->get("off_s", &s->off_s, {0.1, 1000});
+      table->get("on_s", &s->on_s, {0.1, 1000}, "Flapping: time with messages in each cycle.");
+      table->get("off_s", &s->off_s, {0.1, 1000}, "Flapping: time without messages in each cycle.");
       s->count = 1;
-      table->get("count", &s->count, {1, 1000});
+      table->get("count", &s->count, {1, 1000}, "Flapping: number of cycles of on_s and off_s.");
       s->length_s = (s->on_s + s->off_s) * s->count;
       return;
     case StimulusKind::kOffset:
-      table->get("offset_m", &s->offset_m, {0, 1e5});
+      table->get("offset_m", &s->offset_m, {0, 1e5},
+                 "Horizontal offset of the fixes; their height is unchanged.");
       read_bearing(table, s);
-      table->get("decay_s", &s->decay_s, {0, 1e5});
-      table->get("fixes", &s->count, {0, 1e6});
+      table->get("decay_s", &s->decay_s, {0, 1e5},
+                 "Time in which the offset falls linearly to zero; 0: it stays.");
+      table->get("fixes", &s->count, {0, 1e6},
+                 "Number of fixes with the offset; 0: all fixes of the window.");
       if (s->count > 0 && !table->has("length_s")) s->length_s = 2.0;
       return;
     case StimulusKind::kRamp:
-      table->get("rate_mps", &s->rate_mps, {0, 100});
+      table->get("rate_mps", &s->rate_mps, {0, 100}, "Speed at which the fixes drift away.");
       read_bearing(table, s);
-      table->get("with_velocity", &s->with_velocity);
+      table->get("with_velocity", &s->with_velocity,
+                 "Adds the drift to the velocity of the fixes, too.");
       return;
     case StimulusKind::kHeight:
-      table->get("height_m", &s->height_m, {-1000, 1000});
+      table->get("height_m", &s->height_m, {-1000, 1000}, "Height offset of the fixes.");
       return;
     case StimulusKind::kSigma:
       s->sigma_m = 0.02;
-      table->get("sigma_m", &s->sigma_m, {0.001, 1000});
+      table->get("sigma_m", &s->sigma_m, {0.001, 1000},
+                 "Standard deviation that the fixes report on all axes, whatever their error.");
       return;
     case StimulusKind::kStale:
       s->age_s = 1.0;
-      table->get("age_s", &s->age_s, {0.01, 1000});
+      table->get("age_s", &s->age_s, {0.01, 1000},
+                 "Time by which the stamps of the fixes are made older.");
       return;
     case StimulusKind::kEmptyFacets:
     case StimulusKind::kDust:
-      table->get("share", &s->share, {0, 1});
+      table->get("share", &s->share, {0, 1},
+                 "Share of the facets that come without returns, or of the cells in which dust "
+                 "returns [1].");
       return;
     case StimulusKind::kClock:
-      table->get("jump_s", &s->jump_s, {-1e5, 1e5});
+      table->get("jump_s", &s->jump_s, {-1e5, 1e5},
+                 "Time by which the stamps of the source are shifted; positive: into the future.");
       return;
     case StimulusKind::kDelay:
     case StimulusKind::kRepeat:
       s->delay_ms = 200.0;
-      table->get("delay_ms", &s->delay_ms, {1, 1e5});
+      table->get("delay_ms", &s->delay_ms, {1, 1e5},
+                 "Delay of the messages, or of their repetition.");
       return;
     default:
       return;
@@ -105,7 +116,7 @@ Stimulus read_stimulus(ParamTable table) {
   for (const KindName& k : kKinds) kinds.emplace_back(k.name);
   std::string name = kKinds[0].name;
   if (!table.has("kind")) table.fail("kind", "is missing");
-  table.get("kind", &name, kinds);
+  table.get("kind", &name, kinds, "What is done to the messages of the source within the window.");
   const bool known = std::find(kinds.begin(), kinds.end(), name) != kinds.end();
   const KindName& kind = known ? kind_of(name) : kKinds[0];
   s.kind = kind.kind;
@@ -115,31 +126,44 @@ Stimulus read_stimulus(ParamTable table) {
       : ladar       ? std::vector<std::string>{"ladar"}
                     : std::vector<std::string>(std::begin(kSources), std::end(kSources));
   std::string source = sources.front();
-  table.get("source", &source, sources);
+  table.get("source", &source, sources,
+            "Sensor whose messages are changed; which are allowed depends on the kind.");
   if (std::find(sources.begin(), sources.end(), source) != sources.end()) {
     s.source = source_of(source);
   }
-  table.get("begin_s", &s.begin_s, {0, 1e5});
+  table.get("begin_s", &s.begin_s, {0, 1e5},
+            "Beginning of the window, from the first sensor message.");
   if (s.kind != StimulusKind::kFlapping) {
     s.length_s = kForGood_s;
-    table.get("length_s", &s.length_s, {0.01, kForGood_s});
+    table.get("length_s", &s.length_s, {0.01, kForGood_s},
+              "Duration of the window. By default it lasts to the end of the drive.");
   }
   read_strength(&table, &s);
   return s;
 }
 
 void read_run(ParamTable table, const ParamFile& file, DrillRun* run) {
-  table.get("length_s", &run->length_s, {0, 1e5});
-  table.get("scenario", &run->scenario);
+  table.get("length_s", &run->length_s, {0, 1e5},
+            "Duration of the drive that is run; 0: all of it.");
+  table.get(
+      "scenario", &run->scenario,
+      "Scenario of the simulator, relative to this file. Empty: the one of the command line.");
   if (!run->scenario.empty()) run->scenario = file.resolve(run->scenario);
-  table.get("ins", &run->ins, {"", "tactical", "industrial", "consumer"});
-  table.get("prior_map", &run->prior_map);
-  table.get("map_cell_m", &run->map_cell_m, {0.2, 100});
-  table.get("map_shift_m", &run->map_shift_m, {-1000, 1000});
-  table.get_deg("map_turn_deg", &run->map_turn_rad, {-180, 180});
-  table.get("grant_share", &run->grant_share, {0.001, 1});
-  table.get("ladar_rows", &run->ladar_rows, {0, 1024});
-  table.get("ladar_cols", &run->ladar_cols, {0, 4096});
+  table.get("ins", &run->ins, {"", "tactical", "industrial", "consumer"},
+            "INS grade of the simulator and of WM. Empty: as configured.");
+  table.get("prior_map", &run->prior_map, "Gives SP the simulated a priori map of the course.");
+  table.get("map_cell_m", &run->map_cell_m, {0.2, 100},
+            "Cell of the simulated a priori map. Not given: as in the scenario.");
+  table.get("map_shift_m", &run->map_shift_m, {-1000, 1000},
+            "Error of the a priori map: shift to the east, to the north and up.");
+  table.get_deg("map_turn_deg", &run->map_turn_rad, {-180, 180},
+                "Error of the a priori map: rotation about the vehicle's start.");
+  table.get("grant_share", &run->grant_share, {0.001, 1},
+            "Share of its work units that SP is granted [1]. Smaller: as on a slower computer.");
+  table.get("ladar_rows", &run->ladar_rows, {0, 1024},
+            "Rows of SP's range image, for a scenario with another LADAR; 0: as configured.");
+  table.get("ladar_cols", &run->ladar_cols, {0, 4096},
+            "Columns of SP's range image, for a scenario with another LADAR; 0: as configured.");
 }
 
 Result<Drill> read(const ParamFile& file) {
@@ -147,14 +171,18 @@ Result<Drill> read(const ParamFile& file) {
   d.id = std::filesystem::path(file.name()).stem().string();
   ParamTable root = file.root();
   d.name = d.id;
-  root.get("name", &d.name);
-  root.get("about", &d.about);
+  root.get("name", &d.name, "Name of the drill in reports. By default the name of its file.");
+  root.get("about", &d.about,
+           "Description of the drill for reports: what happens, and why it matters.");
   std::string needs;
-  root.get("needs", &needs, {"", "simulator"});
+  root.get("needs", &needs, {"", "simulator"},
+           "Requirement of the drill: the simulator, or nothing (empty), so that it also runs on a "
+           "log.");
   d.needs_simulator = needs == "simulator";
-  root.get("full", &d.full);
-  root.get("seeds", &d.seeds, {1, 1000});
-  root.get("seeds_full", &d.seeds_full, {1, 1000});
+  root.get("full", &d.full, "Runs the drill with --full only.");
+  root.get("seeds", &d.seeds, {1, 1000}, "Number of seeds that the drill is run with.");
+  root.get("seeds_full", &d.seeds_full, {1, 1000},
+           "Number of seeds with --full; at least seeds are run.");
   read_run(root.table("run"), file, &d.run);
   const bool simulated = !d.run.scenario.empty() || !d.run.ins.empty() || d.run.prior_map;
   if (simulated && !d.needs_simulator) {
@@ -164,7 +192,7 @@ Result<Drill> read(const ParamFile& file) {
   ParamTable marks = root.table("marks");
   for (const MarkKind& kind : kMarks) {
     if (!marks.has(kind.key)) continue;
-    marks.get(kind.key, &d.marks[std::string(kind.key)], kind.range);
+    marks.get(kind.key, &d.marks[std::string(kind.key)], kind.range, kind.meaning);
   }
   if (Outcome finished = file.finish({}); !finished) return finished.error();
   return d;

@@ -52,23 +52,23 @@ struct DrillWindow {
 struct Stimulus {
   StimulusKind kind = StimulusKind::kDropout;
   DrillSource source = DrillSource::kGps;
-  double begin_s = 0.0;   ///< [0, 1e5]
-  double length_s = 0.0;  ///< (0, 1e5]; flapping: on_s + off_s, count times
+  double begin_s = 0.0;
+  double length_s = 0.0;  ///< flapping: on_s + off_s, count times
 
-  double on_s = 1.0;          ///< flapping, [0.1, 1000]
-  double off_s = 4.0;         ///< flapping, [0.1, 1000]
-  int count = 0;              ///< flapping: how often, [1, 1000]; offset: of fixes, 0: the window
-  double offset_m = 0.0;      ///< offset, [0, 1e5]
-  double bearing_rad = 0.0;   ///< offset and ramp: clockwise from north, [0, 360] deg
-  double decay_s = 0.0;       ///< offset: falls linearly to nothing within, [0, 1e5]; 0: it stays
-  double rate_mps = 0.0;      ///< ramp, [0, 100]
+  double on_s = 1.0;          ///< flapping
+  double off_s = 4.0;         ///< flapping
+  int count = 0;              ///< flapping: how often; offset: of fixes, 0: the window
+  double offset_m = 0.0;      ///< offset
+  double bearing_rad = 0.0;   ///< offset and ramp: clockwise from north
+  double decay_s = 0.0;       ///< offset: falls linearly to nothing within; 0: it stays
+  double rate_mps = 0.0;      ///< ramp
   bool with_velocity = true;  ///< ramp: the fixes' velocity tells of it, too
-  double height_m = 0.0;      ///< height, [-1000, 1000]
-  double sigma_m = 0.0;       ///< sigma, all axes, [0.001, 1000]
-  double age_s = 0.0;         ///< stale, [0.01, 1000]
-  double share = 0.0;         ///< empty facets and dust, [0, 1]
-  double jump_s = 0.0;        ///< clock, [-1e5, 1e5]
-  double delay_ms = 0.0;      ///< delay and repeat, [1, 1e5]
+  double height_m = 0.0;      ///< height
+  double sigma_m = 0.0;       ///< sigma, all axes
+  double age_s = 0.0;         ///< stale
+  double share = 0.0;         ///< empty facets and dust
+  double jump_s = 0.0;        ///< clock
+  double delay_ms = 0.0;      ///< delay and repeat
 
   [[nodiscard]] double end_s() const { return begin_s + length_s; }
   [[nodiscard]] bool holds(double time_s) const { return time_s >= begin_s && time_s < end_s(); }
@@ -83,19 +83,19 @@ struct Stimulus {
 
 /// What the run differs in from any other.
 struct DrillRun {
-  double length_s = 0.0;            ///< of the drive, (0, 1e5]; 0: all of it
+  double length_s = 0.0;            ///< of the drive; 0: all of it
   std::string scenario;             ///< path; empty: the command's
   std::string ins;                  ///< grade, of the simulator and of WM; empty: as configured
   bool prior_map = false;           ///< simulator: SP gets the course's a priori map
-  double map_cell_m = 0.0;          ///< of that, [0.2, 100]; 0: as the scenario says
-  Vec3 map_shift_m = Vec3::Zero();  ///< it is wrong by, east north up, [-1000, 1000]
-  double map_turn_rad = 0.0;        ///< and turned about the vehicle's start, [-180, 180] deg
-  double grant_share = 1.0;         ///< of the work units that SP is granted, [0.001, 1]
-  int ladar_rows = 0;               ///< of the scenario's LADAR, [0, 1024]; 0: as configured
-  int ladar_cols = 0;               ///< [0, 4096]
+  double map_cell_m = 0.0;          ///< of that; 0: as the scenario says
+  Vec3 map_shift_m = Vec3::Zero();  ///< it is wrong by, east north up
+  double map_turn_rad = 0.0;        ///< and turned about the vehicle's start
+  double grant_share = 1.0;         ///< of the work units that SP is granted
+  int ladar_rows = 0;               ///< of the scenario's LADAR; 0: as configured
+  int ladar_cols = 0;
 };
 
-/// Limits by the name of the figure: see kMarks in drill_marks.h.
+/// Limits by the name of the figure: see kMarks in drill_limits.h.
 using DrillMarks = std::map<std::string, double, std::less<>>;
 
 struct Drill {
@@ -103,9 +103,9 @@ struct Drill {
   std::string name;   ///< for people
   std::string about;  ///< what happens, and why it matters
   bool needs_simulator = false;
-  bool full = false;    ///< only with --full
-  int seeds = 1;        ///< [1, 1000]
-  int seeds_full = 20;  ///< with --full, [1, 1000]
+  bool full = false;  ///< only with --full
+  int seeds = 1;
+  int seeds_full = 20;  ///< with --full
   DrillRun run;
   std::vector<Stimulus> stimuli;
   DrillMarks marks;

@@ -109,8 +109,8 @@ double offset_at(const Stimulus& s, double since_s) {
 }  // namespace
 
 std::vector<std::string> drive_channels() {
-  std::vector<std::string> channels(channel::kSensors.begin(), channel::kSensors.end());
-  channels.emplace_back(channel::kSimTruth);
+  std::vector<std::string> channels{channel::kSimTruth};
+  channels.insert(channels.end(), channel::kSensors.begin(), channel::kSensors.end());
   return channels;
 }
 

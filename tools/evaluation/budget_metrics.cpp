@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <string_view>
 
 #include "rcs/node/params/vehicle_tables.h"
 #include "tools/base/statistics.h"
@@ -35,18 +37,25 @@ double share_of(std::int64_t part, std::int64_t whole) {
   return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole);
 }
 
-void get(ParamTable* table, const std::string& key, std::optional<double>* value, Range range) {
-  if (!table->has(key)) return;
-  value->emplace();
-  table->get(key, &value->value(), range);
+void get(ParamTable* table, const std::string& key, std::optional<double>* value, Range range,
+         std::string_view meaning) {
+  double limit = std::numeric_limits<double>::quiet_NaN();  // none
+  table->get(key, &limit, range, meaning);
+  if (!std::isnan(limit)) *value = limit;
 }
 
-void get(ParamTable* table, const std::string& prefix, ChainLimits* limits) {
+/// What the limits of a chain mean, as ParamTable::get() has it.
+struct ChainMeaning {
+  std::string_view p50, p99, p999, max;
+};
+
+void get(ParamTable* table, const std::string& prefix, const ChainMeaning& meaning,
+         ChainLimits* limits) {
   constexpr Range kMilliseconds{0.001, 1e6};
-  get(table, prefix + "_p50_ms", &limits->p50_ms, kMilliseconds);
-  get(table, prefix + "_p99_ms", &limits->p99_ms, kMilliseconds);
-  get(table, prefix + "_p999_ms", &limits->p999_ms, kMilliseconds);
-  get(table, prefix + "_max_ms", &limits->max_ms, kMilliseconds);
+  get(table, prefix + "_p50_ms", &limits->p50_ms, kMilliseconds, meaning.p50);
+  get(table, prefix + "_p99_ms", &limits->p99_ms, kMilliseconds, meaning.p99);
+  get(table, prefix + "_p999_ms", &limits->p999_ms, kMilliseconds, meaning.p999);
+  get(table, prefix + "_max_ms", &limits->max_ms, kMilliseconds, meaning.max);
 }
 
 void judge_chain(const std::string& prefix, const std::vector<double>& values,
@@ -110,14 +119,40 @@ report::Series outline(const std::string& label, report::Colour colour, report::
 Result<BudgetLimits> read_budget_limits(const ParamFile& file) {
   BudgetLimits limits;
   ParamTable table = file.root().table("budget");
-  get(&table, "facet_to_nav_state", &limits.nav_state);
-  get(&table, "facet_to_drive", &limits.drive);
-  table.get("unaccounted_scans", &limits.unaccounted_scans, {0, 1e9});
-  get(&table, "degraded_share", &limits.degraded_share, {0, 1});
-  get(&table, "held_share", &limits.held_share, {0, 1});
-  get(&table, "failed_share", &limits.failed_share, {0, 1});
-  get(&table, "dropped_share", &limits.dropped_share, {0, 1});
-  get(&table, "overrun_share", &limits.overrun_share, {0, 1});
+  constexpr ChainMeaning kNavState{
+      "Limit of the median latency from the sending of a scan's last facet to the navigation state "
+      "that uses the scan.",
+      "Limit of the 99th percentile of the latency from the sending of a scan's last facet to the "
+      "navigation state that uses the scan.",
+      "Limit of the 99.9th percentile of the latency from the sending of a scan's last facet to "
+      "the navigation state that uses the scan.",
+      "Limit of the largest latency from the sending of a scan's last facet to the navigation "
+      "state that uses the scan."};
+  constexpr ChainMeaning kDrive{
+      "Limit of the median latency from the sending of a scan's last facet to the drive command "
+      "that uses the scan.",
+      "Limit of the 99th percentile of the latency from the sending of a scan's last facet to the "
+      "drive command that uses the scan.",
+      "Limit of the 99.9th percentile of the latency from the sending of a scan's last facet to "
+      "the drive command that uses the scan.",
+      "Limit of the largest latency from the sending of a scan's last facet to the drive command "
+      "that uses the scan."};
+  get(&table, "facet_to_nav_state", kNavState, &limits.nav_state);
+  get(&table, "facet_to_drive", kDrive, &limits.drive);
+  table.get("unaccounted_scans", &limits.unaccounted_scans, {0, 1e9},
+            "Limit of the number of scans whose outcome no message of SP accounts for.");
+  get(&table, "degraded_share", &limits.degraded_share, {0, 1},
+      "Limit of the share of the scans sent that are registered with part of the work left out.");
+  get(&table, "held_share", &limits.held_share, {0, 1},
+      "Limit of the share of the scans sent that are held: answered without a registration to keep "
+      "the deadline.");
+  get(&table, "failed_share", &limits.failed_share, {0, 1},
+      "Limit of the share of the scans sent whose registration fails.");
+  get(&table, "dropped_share", &limits.dropped_share, {0, 1},
+      "Limit of the share of the scans sent of which SP received no facet.");
+  get(&table, "overrun_share", &limits.overrun_share, {0, 1},
+      "Limit, for each node, of the cycles that end after their deadline per unit of work (SP: a "
+      "scan; others: a cycle).");
   if (const Outcome read = file.finish(tables_but({"budget"})); !read) return read.error();
   return limits;
 }

@@ -1,4 +1,5 @@
 #include "tools/evaluation/top_model.h"
+#include "tools/recording/message_names.h"
 
 #include <algorithm>
 #include <cmath>
@@ -16,28 +17,13 @@ std::int64_t bounded(std::int64_t value) {
   return std::clamp(value, -kFar, kFar);
 }
 
-const char* status_name(int status) {
-  switch (status) {
-    case status_t::STATUS_UNINITIALIZED:
-      return "UNINITIALIZED";
-    case status_t::STATUS_EXEC:
-      return "EXEC";
-    case status_t::STATUS_DONE:
-      return "DONE";
-    case status_t::STATUS_ERROR:
-      return "ERROR";
-    default:
-      return "?";
-  }
-}
-
 std::optional<Duration> age_of(std::int64_t age_us) {
   return age_us < 0 ? std::nullopt : std::optional<Duration>(Duration(age_us));
 }
 
 TopView::Nav view_nav(const nav_state_t& m) {
   TopView::Nav nav;
-  nav.mode = nav_mode_name(m.mode);
+  nav.mode = recording::nav_mode_name(m.mode);
   nav.pose_valid = m.pose_valid != 0;
   nav.world_valid = m.world_valid != 0;
   for (std::size_t i = 0; i < 3; ++i) nav.sigma_m[i] = std::sqrt(m.cov_world_pose[i][i]);
@@ -62,29 +48,6 @@ std::string printable(std::string_view text) {
     if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) >= 0x7f) c = '?';
   }
   return out;
-}
-
-std::string_view nav_mode_name(int mode) {
-  switch (mode) {
-    case nav_state_t::MODE_ALIGN:
-      return "ALIGN";
-    case nav_state_t::MODE_GPS_INS:
-      return "GPS_INS";
-    case nav_state_t::MODE_GPS_INS_LADAR:
-      return "GPS_INS_LADAR";
-    case nav_state_t::MODE_INS_LADAR:
-      return "INS_LADAR";
-    case nav_state_t::MODE_INS_DR:
-      return "INS_DR";
-    case nav_state_t::MODE_GPS_LADAR:
-      return "GPS_LADAR";
-    case nav_state_t::MODE_LADAR:
-      return "LADAR";
-    case nav_state_t::MODE_LOST:
-      return "LOST";
-    default:
-      return "?";
-  }
 }
 
 void RateWindow::add(Stamp arrival, std::int64_t counted) {
@@ -218,8 +181,9 @@ TopView TopModel::view(Stamp now) {
   if (status_) {
     const status_t& m = status_->message;
     view.status =
-        TopView::Status{now - status_->arrival, status_name(m.status), printable(m.state),
-                        printable(m.reason),    m.echo_serial,         printable(m.issuer)};
+        TopView::Status{now - status_->arrival, std::string(recording::status_name(m.status)),
+                        printable(m.state),     printable(m.reason),
+                        m.echo_serial,          printable(m.issuer)};
   }
   for (const Heard<event_t>& e : events_) {
     view.events.push_back({now - e.arrival, printable(e.message.node), e.message.severity,

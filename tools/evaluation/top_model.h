@@ -23,9 +23,6 @@ namespace rcs::evaluation {
 /// ASCII.
 [[nodiscard]] std::string printable(std::string_view text);
 
-/// The name of a nav_state_t::MODE_*.
-[[nodiscard]] std::string_view nav_mode_name(int mode);
-
 /// A count that grows, watched over a window of time.
 class RateWindow {
  public:

@@ -43,28 +43,30 @@ void must_have(ParamTable* table, std::string_view key, std::string_view what) {
 /// A unit has no default: a file in another one would be taken in silently.
 template <std::size_t N>
 void get_unit(ParamTable* table, std::string_view key, const std::array<Unit, N>& units,
-              double* size) {
+              double* size, std::string_view meaning) {
   const std::vector<std::string> names = names_of(units);
   std::string all;
   for (const std::string& n : names) all += (all.empty() ? "" : ", ") + n;
   must_have(table, key, "one of " + all);
   std::string name = names.front();
-  table->get(key, &name, names);
+  table->get(key, &name, names, meaning);
   *size = size_of(units, name);
 }
 
-void get_column(ParamTable* table, std::string_view key, std::string* column) {
+void get_column(ParamTable* table, std::string_view key, std::string* column,
+                std::string_view meaning) {
   must_have(table, key, "the name of a column");
-  table->get(key, column);
+  table->get(key, column, meaning);
 }
 
-void get_axes(ParamTable* table, std::string_view key, std::array<SignedColumn, 3>* axes) {
+void get_axes(ParamTable* table, std::string_view key, std::array<SignedColumn, 3>* axes,
+              std::string_view meaning) {
   constexpr std::string_view kWhat =
       "three columns, those of the vehicle's forward, left and up axes, each with a - before it "
       "when it is to be turned round";
   must_have(table, key, kWhat);
   std::vector<std::string> names;
-  table->get(key, &names);
+  table->get(key, &names, meaning);
   if (!table->has(key)) return;
   if (names.size() != 3) {
     table->fail(key, fmt::format("must be {}", kWhat));
@@ -80,8 +82,8 @@ void get_axes(ParamTable* table, std::string_view key, std::array<SignedColumn, 
 }
 
 void get_stamp(ParamTable* table, const std::string& key, bool may_be_time_of_day,
-               StampColumn* stamp) {
-  get_column(table, key, &stamp->column);
+               StampColumn* stamp, std::string_view meaning) {
+  get_column(table, key, &stamp->column, meaning);
   const std::string unit_key = key + "_unit";
   std::vector<std::string> allowed = names_of(kTimeUnits);
   if (may_be_time_of_day) allowed.emplace_back(kTimeOfDay);
@@ -89,42 +91,63 @@ void get_stamp(ParamTable* table, const std::string& key, bool may_be_time_of_da
   for (const std::string& n : allowed) all += (all.empty() ? "" : ", ") + n;
   must_have(table, unit_key, "one of " + all);
   std::string unit = "s";
-  table->get(unit_key, &unit, allowed);
+  table->get(unit_key, &unit, allowed,
+             "Unit of the stamps: a count of these units, or the digits hhmmssmmm of a time of day "
+             "where allowed.");
   stamp->unit_s = size_of(kTimeUnits, unit);
   stamp->time_of_day = unit == kTimeOfDay;
 }
 
 void get_stream(ParamTable* table, StreamMap* stream) {
-  table->get("file", &stream->file);
-  get_stamp(table, "stamp", false, &stream->stamp);
+  table->get("file", &stream->file,
+             "End of the name of the CSV file; required if several files are given.");
+  get_stamp(table, "stamp", false, &stream->stamp,
+            "Column of the device's stamps; minus latency_s they are times of validity.");
   double latency_s = 0.0;
-  table->get("latency_s", &latency_s, {-10, 10});
+  table->get("latency_s", &latency_s, {-10, 10},
+             "Latency of the stamps: time of validity = stamp - latency_s.");
   stream->latency = from_seconds(latency_s);
 }
 
 ImuMap read_imu(ParamTable table) {
   ImuMap m;
   get_stream(&table, &m.stream);
-  table.get("rate_file", &m.rate_file);
-  get_axes(&table, "specific_force", &m.force);
-  get_unit(&table, "specific_force_unit", kForceUnits, &m.force_unit);
-  get_axes(&table, "rate", &m.rate);
-  get_unit(&table, "rate_unit", kRateUnits, &m.rate_unit);
+  table.get("rate_file", &m.rate_file,
+            "End of the name of the CSV file of the rates, paired with specific_force by equal "
+            "stamps. Empty: the same file.");
+  get_axes(&table, "specific_force", &m.force,
+           "Columns of the specific force along the vehicle's forward, left and up axes; a leading "
+           "- inverts one. At rest up reads +g.");
+  get_unit(&table, "specific_force_unit", kForceUnits, &m.force_unit,
+           "Unit of the columns specific_force.");
+  get_axes(&table, "rate", &m.rate,
+           "Columns of the angular rates about the vehicle's forward, left and up axes; a leading "
+           "- inverts one.");
+  get_unit(&table, "rate_unit", kRateUnits, &m.rate_unit, "Unit of the columns rate.");
   Vec3 rpy_deg = Vec3::Zero();
-  table.get("mount_rpy_deg", &rpy_deg, {-180, 180});
+  table.get("mount_rpy_deg", &rpy_deg, {-180, 180},
+            "Roll, pitch and yaw of the IMU in the vehicle frame after the choice of the columns.");
   m.q_vehicle_imu = exp_so3(radians(rpy_deg.z()) * Vec3::UnitZ()) *
                     exp_so3(radians(rpy_deg.y()) * Vec3::UnitY()) *
                     exp_so3(radians(rpy_deg.x()) * Vec3::UnitX());
-  table.get_ms("max_gap_ms", &m.max_gap, {1, 500});
+  table.get_ms("max_gap_ms", &m.max_gap, {1, 500},
+               "Longest gap between two rows that is integrated over; a longer gap is a silence of "
+               "the INS.");
   return m;
 }
 
 void read_gps_sigma(ParamTable* table, GpsMap* m) {
   std::string kind = "sigma";
-  table->get("sigma_columns", &m->sigma_columns);
-  table->get("sigma_columns_are", &kind, {"sigma", "variance"});
-  table->get("sigma_scale", &m->sigma_scale, {0.01, 100});
-  table->get("sigma_m", &m->sigma_m, {0.001, 200});
+  table->get("sigma_columns", &m->sigma_columns,
+             "Columns of the position uncertainty: east, north, up. Instead of sigma_m.");
+  table->get("sigma_columns_are", &kind, {"sigma", "variance"},
+             "Content of sigma_columns: standard deviations or variances.");
+  table->get("sigma_scale", &m->sigma_scale, {0.01, 100},
+             "Factors on the standard deviations of sigma_columns: east, north, up [1]. Larger: "
+             "GPS weighs less.");
+  table->get(
+      "sigma_m", &m->sigma_m, {0.001, 200},
+      "Constant standard deviation of the position: east, north, up. Instead of sigma_columns.");
   m->variances = kind == "variance";
   const bool columns = table->has("sigma_columns");
   if (columns == table->has("sigma_m")) {
@@ -145,42 +168,55 @@ GpsMap read_gps(ParamTable table) {
   get_stream(&table, &m.stream);
   if (table.has("receiver_stamp")) {
     m.receiver.emplace();
-    get_stamp(&table, "receiver_stamp", true, &*m.receiver);
+    get_stamp(&table, "receiver_stamp", true, &*m.receiver,
+              "Column of the receiver's own time of the fix; it replaces the device's stamps as "
+              "the time of validity.");
   }
-  get_column(&table, "lat_deg", &m.lat);
-  get_column(&table, "lon_deg", &m.lon);
-  get_column(&table, "height_m", &m.height);
+  get_column(&table, "lat_deg", &m.lat, "Column of the latitude, in degrees.");
+  get_column(&table, "lon_deg", &m.lon, "Column of the longitude, in degrees.");
+  get_column(&table, "height_m", &m.height,
+             "Column of the height, in metres; height_kind states its reference.");
   std::string kind = "ellipsoidal";
   must_have(&table, "height_kind", "ellipsoidal (above WGS84) or orthometric (above the geoid)");
-  table.get("height_kind", &kind, {"ellipsoidal", "orthometric"});
+  table.get("height_kind", &kind, {"ellipsoidal", "orthometric"},
+            "Reference of the column height_m: above the WGS84 ellipsoid or above the geoid.");
   m.ellipsoidal = kind == "ellipsoidal";
-  table.get("undulation_m", &m.undulation_m, {-110, 90});
+  table.get("undulation_m", &m.undulation_m, {-110, 90},
+            "Geoid undulation (geoid above ellipsoid) in the area, for orthometric heights.");
   if (!m.ellipsoidal) must_have(&table, "undulation_m", "of the geoid above the ellipsoid there");
   if (m.ellipsoidal && table.has("undulation_m")) {
     table.fail("undulation_m", "is of no use to ellipsoidal heights");
   }
-  table.get("speed", &m.speed);
-  table.get("course_deg", &m.course);
+  table.get(
+      "speed", &m.speed,
+      "Column of the speed over ground; needs course_deg. Not given: fixes without velocity.");
+  table.get("course_deg", &m.course, "Column of the course over ground, in degrees; needs speed.");
   if (table.has("speed") != table.has("course_deg")) {
     table.fail("speed", "and course_deg belong together: both or neither");
   }
   if (table.has("speed")) {
-    get_unit(&table, "speed_unit", kSpeedUnits, &m.speed_unit);
+    get_unit(&table, "speed_unit", kSpeedUnits, &m.speed_unit, "Unit of the column speed.");
     must_have(&table, "sigma_speed_mps", "of each horizontal axis, in [0.001, 50] (m/s)");
-    table.get("sigma_speed_mps", &m.sigma_speed_mps, {0.001, 50});
-    table.get("climb", &m.climb, {0, 1});
+    table.get("sigma_speed_mps", &m.sigma_speed_mps, {0.001, 50},
+              "Standard deviation of the velocity on each horizontal axis.");
+    table.get("climb", &m.climb, {0, 1},
+              "Standard deviation of the unknown vertical velocity as a share of the speed [1].");
   }
   read_gps_sigma(&table, &m);
-  table.get("changed_by", &m.changed_by);
-  table.get("zero_is_missing", &m.zero_is_missing);
-  table.get("fix", &m.fix);
-  table.get("fix_min", &m.fix_min, {-10, 10});
+  table.get("changed_by", &m.changed_by,
+            "Columns of which one must change for a row to be a new fix. Empty: every row is one.");
+  table.get("zero_is_missing", &m.zero_is_missing,
+            "Columns in which 0 means a missing value; rows with one are skipped.");
+  table.get("fix", &m.fix, "Column of the fix status; rows below fix_min are no fix.");
+  table.get("fix_min", &m.fix_min, {-10, 10},
+            "Smallest value of the column fix with which a row is a fix.");
   if (table.has("fix") != table.has("fix_min")) {
     table.fail("fix", "and fix_min belong together: both or neither");
   }
-  table.get("satellites", &m.satellites);
-  table.get("hdop", &m.hdop);
-  table.get("vdop", &m.vdop);
+  table.get("satellites", &m.satellites,
+            "Column of the number of satellites used. Not given: unknown.");
+  table.get("hdop", &m.hdop, "Column of the horizontal dilution of precision. Not given: unknown.");
+  table.get("vdop", &m.vdop, "Column of the vertical dilution of precision. Not given: unknown.");
   return m;
 }
 
@@ -188,16 +224,20 @@ WheelMap read_wheels(ParamTable table) {
   WheelMap m;
   get_stream(&table, &m.stream);
   must_have(&table, "speed", "a list of columns; their mean is taken");
-  table.get("speed", &m.speed);
+  table.get("speed", &m.speed,
+            "Columns of the wheel speeds; their mean is the speed of the vehicle.");
   if (table.has("speed") && m.speed.empty()) table.fail("speed", "names no column");
-  get_unit(&table, "speed_unit", kSpeedUnits, &m.speed_unit);
+  get_unit(&table, "speed_unit", kSpeedUnits, &m.speed_unit, "Unit of the columns speed.");
   must_have(&table, "sigma_speed_mps", "in [0.001, 50] (m/s)");
-  table.get("sigma_speed_mps", &m.sigma_speed_mps, {0.001, 50});
-  table.get("yaw_rate", &m.yaw_rate);
+  table.get("sigma_speed_mps", &m.sigma_speed_mps, {0.001, 50},
+            "Standard deviation of the wheel speed.");
+  table.get("yaw_rate", &m.yaw_rate,
+            "Column of the yaw rate, positive to the left. Not given: unknown.");
   if (table.has("yaw_rate")) {
-    get_unit(&table, "yaw_rate_unit", kRateUnits, &m.yaw_rate_unit);
+    get_unit(&table, "yaw_rate_unit", kRateUnits, &m.yaw_rate_unit, "Unit of the column yaw_rate.");
     must_have(&table, "sigma_yaw_rate_radps", "in [1e-5, 10] (rad/s)");
-    table.get("sigma_yaw_rate_radps", &m.sigma_yaw_rate_radps, {1e-5, 10});
+    table.get("sigma_yaw_rate_radps", &m.sigma_yaw_rate_radps, {1e-5, 10},
+              "Standard deviation of the yaw rate.");
   }
   return m;
 }

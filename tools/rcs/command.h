@@ -68,6 +68,7 @@ void add_budget_command(CLI::App* rcs, Commands* commands);
 void add_load_command(CLI::App* rcs, Commands* commands);
 void add_predict_command(CLI::App* rcs, Commands* commands);
 void add_table1_command(CLI::App* rcs, Commands* commands);
+void add_config_commands(CLI::App* rcs, Commands* commands);
 void add_keys_command(CLI::App* rcs, Commands* commands);
 void add_truth_command(CLI::App* rcs, Commands* commands);
 void add_why_command(CLI::App* rcs, Commands* commands);

@@ -107,6 +107,7 @@ int rcs_main(int argc, char** argv) {
   add_eval_command(&app, &commands);
   add_sim_command(&app, &commands);
   add_report_command(&app, &commands);
+  add_config_commands(&app, &commands);
   add_keys_command(&app, &commands);
   try {
     app.parse(argc, argv);

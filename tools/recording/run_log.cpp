@@ -262,15 +262,6 @@ void cut(Duration from, Duration to, RunLog* run) {
   keep(&run->truth, [](const tools::StampedPose& r) { return r.stamp; });
 }
 
-std::string_view stop_name(std::int8_t stop) {
-  static constexpr std::array<std::string_view, 10> kNames = {
-      "converged",  "max iterations", "budget",   "limit cycle", "too few",
-      "degenerate", "empty",          "diverged", "seeded",      "held"};
-  return stop >= 0 && static_cast<std::uint8_t>(stop) < kNames.size()
-             ? kNames[static_cast<std::uint8_t>(stop)]
-             : "unknown";
-}
-
 Result<ScanPoses> poses_at_scans(const RunLog& run, Frame frame) {
   if (run.scans.empty()) return poses_at_beliefs(run, frame);
   std::vector<std::optional<Pose>> poses;

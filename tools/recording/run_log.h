@@ -81,9 +81,6 @@ struct RunLog {
 /// Leaves of scans, beliefs and truth those from `from` until before `to`, after the earliest.
 void cut(Duration from, Duration to, RunLog* run);
 
-/// The name of a registration_t::STOP_*.
-[[nodiscard]] std::string_view stop_name(std::int8_t stop);
-
 enum class Frame { kWorld, kLocal, kRolling };
 
 struct ScanPoses {

@@ -7,6 +7,7 @@
 
 #include "tools/drills/drill_metrics.h"
 #include "tools/evaluation/trajectory_error.h"
+#include "tools/recording/message_names.h"
 
 namespace rcs::studies {
 namespace {
@@ -148,7 +149,7 @@ Innovations innovation_sums(const std::vector<drills::DrillInnovation>& innovati
   std::map<std::string, const drills::DrillInnovation*> last;
   for (const drills::DrillInnovation& i : innovations) {
     if (!drills::has_nis(i)) continue;
-    const std::string source(drills::innovation_source_name(i.source));
+    const std::string source(recording::innovation_source_name(i.source));
     InnovationSums& sums = by_source[source];
     ++sums.count;
     sums.refused += i.accepted ? 0 : 1;

@@ -21,6 +21,7 @@
 #include "lcmtypes/rcs/status_t.hpp"
 #include "tools/drills/drill_metrics.h"
 #include "tools/evaluation/top_model.h"
+#include "tools/recording/message_names.h"
 #include "tools/recording/run_log.h"
 #include "tools/report/table.h"
 
@@ -42,19 +43,6 @@ struct Heard {
 std::string ago(Duration d) {
   const double s = seconds(d);
   return s < 1.0 ? fmt::format("{:.0f} ms ago", 1e3 * s) : fmt::format("{:.1f} s ago", s);
-}
-
-std::string trust_text(int trust) {
-  switch (trust) {
-    case integrity_t::STATUS_ACCEPTED:
-      return "trusted";
-    case integrity_t::STATUS_QUARANTINE:
-      return "in quarantine";
-    case integrity_t::STATUS_PROBATION:
-      return "on probation";
-    default:
-      return "absent";
-  }
 }
 
 std::string alert_text(int alerts) {
@@ -136,15 +124,15 @@ class Memory {
       sum.accepted += m.accepted != 0 ? 1 : 0;
       if (m.accepted != 0 && m.gate > 0.0) sum.worst = std::max(sum.worst, m.nis / m.gate);
       if (m.accepted != 0) continue;
-      refused.rows.push_back({std::string(drills::innovation_source_name(m.source)),
+      refused.rows.push_back({std::string(recording::innovation_source_name(m.source)),
                               ago(moment - i.arrival),
-                              std::string(drills::innovation_reason_name(m.reason)),
+                              std::string(recording::innovation_reason_name(m.reason)),
                               fmt::format("{:.1f}", m.nis), fmt::format("{:.1f}", m.gate)});
     }
     report::Table t{
         {"what WM considered in the last second", "taken", "of", "largest NIS/gate taken"}, {}};
     for (const auto& [source, sum] : sums) {
-      t.rows.push_back({std::string(drills::innovation_source_name(source)),
+      t.rows.push_back({std::string(recording::innovation_source_name(source)),
                         std::to_string(sum.accepted), std::to_string(sum.considered),
                         fmt::format("{:.2f}", sum.worst)});
     }
@@ -188,7 +176,7 @@ class Memory {
         "  last taken: INS {}, GPS {}, odometry {}, rolling map {}, a priori map {}; {:.0f} m "
         "since "
         "GPS; {} resets\n",
-        ago(moment - nav_.back().arrival), evaluation::nav_mode_name(m.mode),
+        ago(moment - nav_.back().arrival), recording::nav_mode_name(m.mode),
         m.world_valid != 0 ? "" : ", world not known", std::sqrt(std::max(0.0, cov(0, 0))),
         std::sqrt(std::max(0.0, cov(1, 1))), std::sqrt(std::max(0.0, cov(2, 2))),
         degrees(std::sqrt(std::max(0.0, cov(5, 5)))), age(m.age_ins_us), age(m.age_gps_us),
@@ -216,10 +204,10 @@ class Memory {
                "  GPS {} for {:.1f} s (doubt {:.2f}), LADAR {} for {:.1f} s (doubt {:.2f}); from 1 "
                "on a source is demoted\n\n",
                i.protection_horizontal_m, i.protection_vertical_m, i.limit_horizontal_m,
-               i.limit_vertical_m, alert_text(i.alerts), trust_text(i.gps),
+               i.limit_vertical_m, alert_text(i.alerts), recording::source_status_name(i.gps),
                seconds(Duration(i.utime - i.gps_since_utime)), i.gps_test_ratio,
-               trust_text(i.ladar), seconds(Duration(i.utime - i.ladar_since_utime)),
-               i.ladar_test_ratio);
+               recording::source_status_name(i.ladar),
+               seconds(Duration(i.utime - i.ladar_since_utime)), i.ladar_test_ratio);
   }
 
   [[nodiscard]] std::string driving_text(Stamp moment) const {

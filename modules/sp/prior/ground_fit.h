@@ -11,14 +11,14 @@
 namespace rcs::sp {
 
 struct GroundFitParams {
-  double ground_sigma_m = 0.12;    ///< of a lowest point above the ground: grass, rocks, [0.01, 2]
-  double least_map_sigma_m = 0.1;  ///< the map is not believed beyond this, [0.001, 10]
-  double robust_sigma = 3.0;       ///< a residual costs this squared, halved, at most, [1, 10]
+  double ground_sigma_m = 0.12;    ///< of a lowest point above the ground: grass, rocks
+  double least_map_sigma_m = 0.1;  ///< the map is not believed beyond this
+  double robust_sigma = 3.0;       ///< a residual costs this squared, halved, at most
   /// Cells of a block err together (grass, the survey, the drift of the way): they count as one
-  /// observation, [1, 100].
+  /// observation.
   double block_m = 6.0;
-  double tilt_sigma_rad = 0.006;  ///< of frame level's plumb line, [1e-4, 0.1]
-  /// What the map must explain is what a plane over so much of the ground does not, [5, 200].
+  double tilt_sigma_rad = 0.006;  ///< of frame level's plumb line
+  /// What the map must explain is what a plane over so much of the ground does not.
   double plane_m = 30.0;
 };
 

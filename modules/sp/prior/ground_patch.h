@@ -10,8 +10,8 @@
 namespace rcs::sp {
 
 struct GroundPatchParams {
-  double cell_m = 2.0;    ///< one height each, [0.2, 20]
-  double reach_m = 40.0;  ///< of the vehicle; farther a tilted scan says little, [5, 200]
+  double cell_m = 2.0;    ///< one height each
+  double reach_m = 40.0;  ///< of the vehicle; farther a tilted scan says little
 };
 
 /// The lowest point that was seen in a cell, from near.

@@ -13,27 +13,27 @@
 namespace rcs::sp {
 
 struct PriorMatchParams {
-  int max_iterations = 20;    ///< [1, 100]
-  int min_cells = 12;         ///< map cells with points; fewer: kTooFew, [3, 10000]
+  int max_iterations = 20;
+  int min_cells = 12;         ///< map cells with points; fewer: kTooFew
   double robust_sigma = 2.0;  ///< residual, in sigmas, of robust weight 1/4: what stands on the
-                              ///< ground (vegetation) is not in the map, [0.5, 20]
-  double gate_sigma = 4.0;    ///< larger residuals, in sigmas, are no match, [1, 20]
+                              ///< ground (vegetation) is not in the map
+  double gate_sigma = 4.0;    ///< larger residuals, in sigmas, are no match
   /// How steep the map's own errors may make its cells: where they do more, a coarser level of the
   /// map is matched, [0.01, 10]
   double max_slope_noise = 0.1;
-  double min_sigma_m = 0.1;  ///< the map is not believed beyond this, [0.001, 10]
+  double min_sigma_m = 0.1;  ///< the map is not believed beyond this
   /// How far light goes into vegetation before it returns, sigma: a way that each match finds for
-  /// itself, so that grass on slopes that face the vehicle does not pull it back, [0.001, 10]
+  /// itself, so that grass on slopes that face the vehicle does not pull it back
   double foliage_m = 1.0;
-  double min_alignment = 0.0005;  ///< observability below which a direction is unobserved, [0, 0.5]
-  double max_sigma_m = 2.0;  ///< a direction known no better than this is unobserved, [0.01, 100]
-  double max_correction_m = 15.0;   ///< farther from the prediction: kDiverged, [0.1, 1000]
-  double max_correction_rad = 0.2;  ///< likewise, [0.001, 3.2]
+  double min_alignment = 0.0005;    ///< observability below which a direction is unobserved
+  double max_sigma_m = 2.0;         ///< a direction known no better than this is unobserved
+  double max_correction_m = 15.0;   ///< farther from the prediction: kDiverged
+  double max_correction_rad = 0.2;  ///< likewise
   /// Residuals may have so much beyond the map's sigma while the pose is not sure yet, at most;
   /// from what the prediction's covariance says it sinks to nothing, so that the match is found
-  /// from afar and its end does not depend on the start, [0, 10]
+  /// from afar and its end does not depend on the start
   double max_spread_m = 0.6;
-  double step_sigma = 0.05;  ///< converged when a step is smaller, in sigmas, [1e-6, 1]
+  double step_sigma = 0.05;  ///< converged when a step is smaller, in sigmas
   PriorPointParams points;   ///< of what stands on the ground, where the map has such
 };
 

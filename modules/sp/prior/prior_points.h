@@ -14,13 +14,13 @@
 namespace rcs::sp {
 
 struct PriorPointParams {
-  int most = 150;  ///< of a scan that are matched; 0: the map's points are not used, [0, 20000]
-  double gate_m = 0.4;       ///< farther from a point of the map: no match, [0.05, 5]
-  double min_sigma_m = 0.2;  ///< the map's points are not believed beyond this, [0.001, 10]
-  /// The scan's points in a cube of this edge share the map's error: they count as one, [0.1, 20]
+  int most = 150;            ///< of a scan that are matched; 0: the map's points are not used
+  double gate_m = 0.4;       ///< farther from a point of the map: no match
+  double min_sigma_m = 0.2;  ///< the map's points are not believed beyond this
+  /// The scan's points in a cube of this edge share the map's error: they count as one
   double voxel_m = 2.0;
-  double normal_sigma_rad = 0.15;  ///< of the map's normals, [0, 1]
-  int min_voxels = 3;              ///< fewer are no evidence: a bush for a trunk, [1, 1000]
+  double normal_sigma_rad = 0.15;  ///< of the map's normals
+  int min_voxels = 3;              ///< fewer are no evidence: a bush for a trunk
 };
 
 struct PriorPointsWorkspace {

@@ -12,9 +12,9 @@
 namespace rcs::sp {
 
 struct PriorScanParams {
-  double column_m = 2.0;    ///< the lowest point of such a column is the ground's, [0.1, 50]
-  double standing_m = 0.5;  ///< what is so much higher than that stands on the ground, [0.05, 20]
-  double voxel_m = 0.25;    ///< one point a voxel of that, [0.02, 10]
+  double column_m = 2.0;    ///< the lowest point of such a column is the ground's
+  double standing_m = 0.5;  ///< what is so much higher than that stands on the ground
+  double voxel_m = 0.25;    ///< one point a voxel of that
 };
 
 class PriorScan {

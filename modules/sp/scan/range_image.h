@@ -11,15 +11,15 @@ namespace rcs::sp {
 
 /// A range-imaging LADAR on a pan/tilt head (paper, section 3), or a driver of Cartesian points.
 struct LadarParams {
-  int sensor_id = 0;                 ///< facets of other LADARs are refused, [0, 32767]
-  int rows = 32;                     ///< of the range image, row 0 lowest, [1, 1024]
-  int cols = 180;                    ///< column 0 leftmost, [1, 4096]
-  double fov_v_rad = radians(20.0);  ///< rows cover it in equal cells, (0, 120] deg
-  double fov_h_rad = radians(90.0);  ///< columns likewise, (0, 360] deg
-  double min_range_m = 1.0;          ///< nearer returns are the vehicle's own, [0, 10]
-  double max_range_m = 60.0;         ///< [1, 300]
+  int sensor_id = 0;                 ///< facets of other LADARs are refused
+  int rows = 32;                     ///< of the range image, row 0 lowest
+  int cols = 180;                    ///< column 0 leftmost
+  double fov_v_rad = radians(20.0);  ///< rows cover it in equal cells
+  double fov_h_rad = radians(90.0);  ///< columns likewise
+  double min_range_m = 1.0;          ///< nearer returns are the vehicle's own
+  double max_range_m = 60.0;
   /// A return that is farther than this and 5 % of its range from all its neighbours is a mixed
-  /// pixel: light of an edge and of what lies behind it. 0: all are kept, [0, 10]
+  /// pixel: light of an edge and of what lies behind it. 0: all are kept
   double isolated_m = 0.3;
   Pose T_vehicle_mount;  ///< of the pan/tilt head at pan = tilt = 0
 };

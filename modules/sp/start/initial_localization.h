@@ -23,28 +23,28 @@ struct StartRegion {
 struct RelocateParams {
   GroundPatchParams patch;
   GroundFitParams fit;
-  double least_way_m = 40.0;  ///< before the first search, [1, 1000]
-  double every_m = 15.0;      ///< between one search and the next, [1, 1000]
-  double window_m = 150.0;    ///< of the way, whose ground is looked at, [10, 220]
-  double grid_m = 4.0;        ///< between hypotheses, [0.5, 50]
-  int hypotheses = 200'000;   ///< at most, [100, 10000000]
-  int rough_samples = 160;    ///< of the ground, for each hypothesis, [20, 10000]
-  int samples = 1200;         ///< for those that are followed, [50, 10000]
-  int followed = 24;          ///< best of the hypotheses, [2, 200]
-  int rounds = 14;            ///< of refinement, [3, 100]
+  double least_way_m = 40.0;  ///< before the first search
+  double every_m = 15.0;      ///< between one search and the next
+  double window_m = 150.0;    ///< of the way, whose ground is looked at
+  double grid_m = 4.0;        ///< between hypotheses
+  int hypotheses = 200'000;   ///< at most
+  int rough_samples = 160;    ///< of the ground, for each hypothesis
+  int samples = 1200;         ///< for those that are followed
+  int followed = 24;          ///< best of the hypotheses
+  int rounds = 14;            ///< of refinement
   double apart_m = 3.0;       ///< hypotheses nearer than this,
   double apart_rad = 0.05;    ///< and turned by less, are one
-  double most_cost = 0.8;     ///< a block, of a place that is right; 0.5 by the sigmas, [0.1, 5]
+  double most_cost = 0.8;     ///< a block, of a place that is right; 0.5 by the sigmas
   /// Log likelihood by which the map must do better than planes, and the best place better than
-  /// the next, [1, 1000].
+  /// the next.
   double evidence = 15.0;
-  double evidence_again = 5.0;   ///< the same of the ground that bears it out, [0.5, 1000]
-  double again_m = 25.0;         ///< of way that bears it out, at least, [5, 1000]
-  double again_blocks = 8.0;     ///< of ground likewise, [1, 1000]
-  double most_sigma_m = 1.0;     ///< of the place along any direction, [0.05, 20]
-  double most_sigma_rad = 0.02;  ///< of the heading, [0.001, 0.5]
-  WorkUnits units = 200'000;     ///< a scan, at most, [10000, 1e9]
-  double drift = 0.02;           ///< of the way: the start may look so far outside, [0, 0.2]
+  double evidence_again = 5.0;   ///< the same of the ground that bears it out
+  double again_m = 25.0;         ///< of way that bears it out, at least
+  double again_blocks = 8.0;     ///< of ground likewise
+  double most_sigma_m = 1.0;     ///< of the place along any direction
+  double most_sigma_rad = 0.02;  ///< of the heading
+  WorkUnits units = 200'000;     ///< a scan, at most
+  double drift = 0.02;           ///< of the way: the start may look so far outside
 };
 
 enum class RelocateState : std::uint8_t {

@@ -14,23 +14,23 @@
 namespace rcs::wm {
 
 struct TerrainParams {
-  double cell_m = 0.4;      ///< [0.1, 2]
-  int size = 256;           ///< cells along each side of the grid, a power of two, [64, 1024]
-  int patch = 128;          ///< cells along each side of what is published, [32, size / 2]
-  double ahead_m = 12.0;    ///< middle of the patch, ahead of the vehicle, [0, 100]
-  double overhang_m = 2.2;  ///< what is higher above the ground is driven under, [0.5, 10]
-  double solid_m = 0.22;    ///< ground that stands out so far is a rock, [0.05, 2]
+  double cell_m = 0.4;
+  int size = 256;           ///< cells along each side of the grid, a power of two
+  int patch = 128;          ///< cells along each side of what is published, at most size / 2
+  double ahead_m = 12.0;    ///< middle of the patch, ahead of the vehicle
+  double overhang_m = 2.2;  ///< what is higher above the ground is driven under
+  double solid_m = 0.22;    ///< ground that stands out so far is a rock
   double obstacle_m = 0.4;  ///< and points so far above it are something in the way: more than
-                            ///< grass is high, [0.05, 2]
-  double evidence = 3.5;    ///< scans that must have seen such points, net, [0.5, 10]
+                            ///< grass is high
+  double evidence = 3.5;    ///< scans that must have seen such points, net
   /// Nearer, the LADAR's lowest rays are above level ground: what they meet there is grass or an
-  /// object, not the ground, [0, 20].
+  /// object, not the ground.
   double near_m = 5.0;
   /// The same while the vehicle is where it started: what lies before it then was never seen from
   /// farther, and a rock that was not is hardly there. 1.8 m above the ground, the lowest ray of
-  /// Demo III's LADAR (-20 deg) reaches it 5.9 m from the vehicle's middle, [0, 20].
+  /// Demo III's LADAR (-20 deg) reaches it 5.9 m from the vehicle's middle.
   double near_start_m = 6.5;
-  double max_range_m = 35.0;  ///< farther points are not used: pitch errors lift them, [5, 300]
+  double max_range_m = 35.0;  ///< farther points are not used: pitch errors lift them
 };
 
 constexpr float kUnknown_m = std::numeric_limits<float>::infinity();

@@ -1,10 +1,12 @@
 #pragma once
 // Strict parameters from TOML: the file mirrors the struct; a wrong type, a value out of range, a
 // NaN or an unknown key is an error that names file, line, table, key and the allowed range.
-// A missing key keeps the struct's default.
+// A missing key keeps the struct's default. The calls of get() are the one table of parameters:
+// they say key, range and meaning; ParamFile::described() hands it on.
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -22,27 +24,48 @@ struct Range {
   double max = 0.0;
 };
 
+/// One parameter as its parser read it. The unit is the key's suffix.
+struct ParamDescription {
+  std::string table;  ///< "sp.icp"; empty: the root of the file
+  std::string key;
+  std::string type;              ///< "number", "three numbers", "text", ...
+  std::optional<Range> range{};  ///< of each number
+  std::vector<std::string> allowed{};
+  std::string value;     ///< in force, as TOML: of the file, else the default
+  std::string origin{};  ///< "file.toml:12"; empty: it is the default
+  std::string_view meaning{};
+};
+
 class ParamFile;
 
 /// A table of a ParamFile, which must outlive it. Errors are collected; ParamFile::finish() returns
 /// the first. Reading a key makes it known; what is never read is an error, too.
+/// @param meaning  of get(): a literal; what the value is and what a change of it does
 class ParamTable {
  public:
-  void get(std::string_view key, double* value, Range range);
-  void get(std::string_view key, int* value, Range range);
-  void get(std::string_view key, std::int64_t* value, Range range);
-  void get(std::string_view key, bool* value);
-  void get(std::string_view key, std::string* value);
-  void get(std::string_view key, std::string* value, const std::vector<std::string>& allowed);
-  void get(std::string_view key, Vec3* value, Range range);              ///< array of three
-  void get(std::string_view key, std::vector<int>* value, Range range);  ///< range: of each
-  void get(std::string_view key, std::vector<std::string>* value);
+  void get(std::string_view key, double* value, Range range, std::string_view meaning = {});
+  void get(std::string_view key, int* value, Range range, std::string_view meaning = {});
+  void get(std::string_view key, std::int64_t* value, Range range, std::string_view meaning = {});
+  void get(std::string_view key, bool* value, std::string_view meaning = {});
+  void get(std::string_view key, std::string* value, std::string_view meaning = {});
+  void get(std::string_view key, std::string* value, const std::vector<std::string>& allowed,
+           std::string_view meaning = {});
+  void get(std::string_view key, Vec3* value, Range range,
+           std::string_view meaning = {});  ///< array of three
+  void get(std::string_view key, std::vector<int>* value, Range range,
+           std::string_view meaning = {});  ///< range: of each
+  void get(std::string_view key, std::vector<std::string>* value, std::string_view meaning = {});
   /// Key ends in _ms: milliseconds in the file.
-  void get_ms(std::string_view key, Duration* value, Range range_ms);
+  void get_ms(std::string_view key, Duration* value, Range range_ms, std::string_view meaning = {});
   /// Key ends in _deg: degrees in the file, radians in the struct.
-  void get_deg(std::string_view key, double* value_rad, Range range_deg);
+  void get_deg(std::string_view key, double* value_rad, Range range_deg,
+               std::string_view meaning = {});
   /// Keys <prefix>_m (three metres) and <prefix>_rpy_deg (roll, pitch, yaw; R = Rz Ry Rx).
-  void get_pose(std::string_view prefix, Pose* value, Range range_m);
+  void get_pose(std::string_view prefix, Pose* value, Range range_m, std::string_view meaning = {});
+
+  /// In the unit of the key: value * unit in the struct.
+  void get_scaled(std::string_view key, double unit, double* value, Range range,
+                  std::string_view meaning = {});
 
   [[nodiscard]] bool has(std::string_view key) const;
   /// Where the names are the user's, such as [process.NAME]. Does not make them known.
@@ -83,6 +106,11 @@ class ParamFile {
   /// The first error of any read; else an unknown key, anywhere but in the named top-level tables
   /// that belong to other programs.
   [[nodiscard]] Outcome finish(const std::vector<std::string>& tables_of_others) const;
+
+  /// All that the last finish() found, each "file.toml:12: [sp.icp] gate_m: ...", by line.
+  [[nodiscard]] std::vector<std::string> problems() const;
+  /// Every parameter that was read so far, in order; one that was read twice stands there once.
+  [[nodiscard]] const std::vector<ParamDescription>& described() const;
 
  private:
   friend class ParamTable;

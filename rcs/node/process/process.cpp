@@ -53,14 +53,19 @@ bool is_node_name(std::string_view name) {
 }
 
 void read_realtime(ParamTable table, RealtimeParams* p) {
-  table.get("realtime_priority", &p->realtime_priority, {0, 98});
-  table.get("lock_memory", &p->lock_memory);
-  table.get("cpus", &p->cpus, {0, 1023});
+  table.get("realtime_priority", &p->realtime_priority, {0, 98},
+            "SCHED_FIFO priority of the node; LCM's receiver thread gets one more. 0: ordinary "
+            "scheduling.");
+  table.get("lock_memory", &p->lock_memory,
+            "Locks the memory of the process, so that no page of it is fetched from a disk again.");
+  table.get("cpus", &p->cpus, {0, 1023}, "Processors on which the process may run. Empty: any.");
 }
 
 void read_up(ParamTable up, std::vector<std::string>* nodes,
              std::vector<std::string>* non_critical) {
-  up.get("nodes", nodes);
+  const std::vector<std::string> by_default = *non_critical;
+  up.get("nodes", nodes,
+         "Nodes that `rcs up` starts, in this order. Names consist of a-z and '_'.");
   if (nodes->empty()) up.fail("nodes", "empty: nothing to run");
   for (auto name = nodes->begin(); name != nodes->end(); ++name) {
     // A channel is made of it, and the path of a program.
@@ -71,10 +76,15 @@ void read_up(ParamTable up, std::vector<std::string>* nodes,
       up.fail("nodes", fmt::format("{} stands there twice", *name));
     }
   }
-  if (!up.has("non_critical")) return;
-  up.get("non_critical", non_critical);
+  up.get("non_critical", non_critical,
+         "Nodes without which the vehicle starts, too: if one rejects this file it is reported and "
+         "the others run.");
   for (const std::string& name : *non_critical) {
-    if (std::find(nodes->begin(), nodes->end(), name) == nodes->end()) {
+    // Of the default not all have to run.
+    const auto in = [&](const std::vector<std::string>& names) {
+      return std::find(names.begin(), names.end(), name) != names.end();
+    };
+    if (!in(*nodes) && !in(by_default)) {
       up.fail("non_critical", fmt::format("{} is not in nodes", name));
     }
   }
@@ -95,8 +105,12 @@ Result<ProcessTables> read_process_tables(const ParamFile& file) {
   ProcessTables tables;
   ParamTable root = file.root();
   ParamTable process = root.table("process");
-  process.get("bus_firewalled", &tables.bus_firewalled);
-  process.get("state_directory", &tables.state_directory);
+  process.get("bus_firewalled", &tables.bus_firewalled,
+              "States that the port of the bus is dropped on every interface but lo, so that nodes "
+              "do not report it as reachable.");
+  process.get("state_directory", &tables.state_directory,
+              "Folder in which emergency stops are latched, relative to this file. Empty: "
+              "$STATE_DIRECTORY or a default.");
   for (const std::string& name : process.keys()) {
     if (name == "bus_firewalled" || name == "state_directory") continue;
     read_realtime(process.table(name), &tables.realtime[name]);

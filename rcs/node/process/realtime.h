@@ -8,9 +8,9 @@
 namespace rcs {
 
 struct RealtimeParams {
-  int realtime_priority = 0;  ///< SCHED_FIFO, [0, 98]; 0: ordinary scheduling
+  int realtime_priority = 0;  ///< SCHED_FIFO; 0: ordinary scheduling
   bool lock_memory = false;   ///< no page of the process is ever fetched again from a disk
-  std::vector<int> cpus;      ///< processors to run on, [0, 1023]; empty: any
+  std::vector<int> cpus;      ///< processors to run on; empty: any
 };
 
 struct RealtimeGrant {

@@ -1,0 +1,180 @@
+// rcs config
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "rcs/node/params/param_text.h"
+#include "tools/rcs/command.h"
+#include "tools/rcs/vehicle/configuration.h"
+
+namespace rcs::cli {
+namespace {
+
+constexpr std::string_view kName = "config";
+
+std::string range_of(const ParamDescription& p) {
+  if (p.range) return fmt::format("[{}, {}]", p.range->min, p.range->max);
+  return fmt::format("{}", fmt::join(p.allowed, "|"));
+}
+
+nlohmann::json to_json(const ParamDescription& p) {
+  nlohmann::json out{{"key", full_key(p)},
+                     {"type", p.type},
+                     {"default", p.value},
+                     {"unit", unit_of(p.key)},
+                     {"meaning", p.meaning}};
+  if (p.range) out["range"] = {p.range->min, p.range->max};
+  if (!p.allowed.empty()) out["allowed"] = p.allowed;
+  return out;
+}
+
+class List final : public Command {
+ public:
+  explicit List(CLI::App* config)
+      : Command(config->add_subcommand("list",
+                                       "Every key that a vehicle's configuration may have,"
+                                       " one a line, with its default and range")) {
+    app()->add_option("TABLE", table_, "only this table or key: sp.icp, gate_m");
+    app()->add_flag("--json", json_, "as JSON, with the meanings");
+  }
+
+  int run() override {
+    std::vector<ParamDescription> parameters = default_parameters();
+    if (!table_.empty()) {
+      parameters = find_parameters(parameters, table_);
+      if (parameters.empty()) return fail(kName, Error{"no key or table " + table_});
+    }
+    if (json_) {
+      nlohmann::json out = nlohmann::json::array();
+      for (const ParamDescription& p : parameters) out.push_back(to_json(p));
+      fmt::print("{}\n", out.dump(2));
+      return kExitOk;
+    }
+    for (const ParamDescription& p : parameters) {
+      fmt::print("{:<46} {:<22} {}\n", full_key(p), p.value, range_of(p));
+    }
+    return kExitOk;
+  }
+
+ private:
+  std::string table_;
+  bool json_ = false;
+};
+
+class Explain final : public Command {
+ public:
+  explicit Explain(CLI::App* config)
+      : Command(config->add_subcommand(
+            "explain", "What a key means: type, unit, range, default, what a change does")) {
+    app()->add_option("KEY", keys_, "sp.icp.gate_m; or gate_m, or a whole table")->required();
+  }
+
+  int run() override {
+    const std::vector<ParamDescription> parameters = default_parameters();
+    std::vector<std::string> names;
+    for (const ParamDescription& p : parameters) {
+      names.push_back(full_key(p));
+      names.push_back(p.key);
+    }
+    bool all = true;
+    for (const std::string& key : keys_) {
+      const std::vector<ParamDescription> found = find_parameters(parameters, key);
+      if (found.empty()) {
+        all = false;
+        (void)fail(kName, Error{"no key or table " + key + suggestion(key, names)});
+      }
+      for (const ParamDescription& p : found) print(p);
+    }
+    return all ? kExitOk : kExitFailed;
+  }
+
+ private:
+  static void print(const ParamDescription& p) {
+    fmt::print("{}\n  {}\n  type     {}{}\n", full_key(p), p.meaning, p.type, unit_of(p.key));
+    if (const std::string range = range_of(p); !range.empty()) {
+      fmt::print("  {:<8} {}\n", p.range ? "range" : "one of", range);
+    }
+    fmt::print("  default  {}\n\n", p.value);
+  }
+
+  std::vector<std::string> keys_;
+};
+
+class Check final : public Command {
+ public:
+  explicit Check(CLI::App* config)
+      : Command(config->add_subcommand(
+            "check", "All mistakes of vehicle configurations, with file and line")) {
+    app()->add_option("FILE", files_, "configurations of vehicles")->required();
+    app()->add_option("--set", overrides_, "KEY=VALUE as for the nodes; may be repeated");
+  }
+
+  int run() override {
+    std::size_t problems = 0;
+    for (const std::string& path : files_) {
+      const Result<Configuration> read = read_configuration(path, overrides_);
+      if (!read) {
+        ++problems;
+        fmt::print("{}\n", read.error().message);
+        continue;
+      }
+      problems += read->problems.size();
+      for (const std::string& problem : read->problems) fmt::print("{}\n", problem);
+      if (read->problems.empty()) fmt::print("{}: no mistakes\n", path);
+    }
+    return problems == 0 ? kExitOk : kExitFailed;
+  }
+
+ private:
+  std::vector<std::string> files_;
+  std::vector<std::string> overrides_;
+};
+
+class Show final : public Command {
+ public:
+  explicit Show(CLI::App* config)
+      : Command(config->add_subcommand(
+            "show", "The values that are in force with a configuration, and where each is from")) {
+    app()->add_option("FILE", file_, "configuration of a vehicle")->required();
+    app()->add_option("--set", overrides_, "KEY=VALUE as for the nodes; may be repeated");
+    app()->add_flag("--changed", changed_, "only what is not the default's");
+  }
+
+  int run() override {
+    const Result<Configuration> read = read_configuration(file_, overrides_);
+    if (!read) return fail(kName, read.error());
+    for (const std::string& problem : read->problems) {
+      fmt::print(stderr, "rcs config: {}\n", problem);
+    }
+    fmt::print("{}", to_toml(read->parameters, changed_));
+    return read->problems.empty() ? kExitOk : kExitFailed;
+  }
+
+ private:
+  std::string file_;
+  std::vector<std::string> overrides_;
+  bool changed_ = false;
+};
+
+}  // namespace
+
+void add_config_commands(CLI::App* rcs, Commands* commands) {
+  CLI::App* config =
+      rcs->add_subcommand("config", "Parameters of a vehicle: list, explain, check, show");
+  config->require_subcommand(1);
+  config->footer(
+      "Examples:\n"
+      "  rcs config list sp.icp\n"
+      "  rcs config explain wm.history.bridge_ms\n"
+      "  rcs config check config/*.toml\n"
+      "  rcs config show config/demo3.toml --changed");
+  commands->push_back(std::make_unique<List>(config));
+  commands->push_back(std::make_unique<Explain>(config));
+  commands->push_back(std::make_unique<Check>(config));
+  commands->push_back(std::make_unique<Show>(config));
+}
+
+}  // namespace rcs::cli
