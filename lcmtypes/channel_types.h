@@ -1,5 +1,5 @@
 #pragma once
-// From a channel's name to its message type.
+// Maps the name of a channel to its message type.
 
 #include <string_view>
 
@@ -9,7 +9,7 @@
 namespace rcs::channel {
 
 /// Calls visit(static_cast<const T*>(nullptr)) with the message type T of the channel.
-/// @return false: no channel of this system
+/// @return false: the name is not a channel of this system
 template <class Visit>
 bool with_type_of(std::string_view channel, Visit&& visit) {
 #define RCS_CHANNEL_CASE(constant, name, kind, type, writer, rate) \

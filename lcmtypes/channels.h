@@ -1,7 +1,7 @@
 #pragma once
-// Every channel of the system, once. Names are [A-Z_]+ only, because LCM takes a channel for a
-// regular expression; the prefix is the writer. The constants, the table and the dispatch by type
-// (channel_types.h) derive from this list.
+// The list of all channels of the system. Names are [A-Z_]+ only, because LCM interprets a channel
+// name as a regular expression; the prefix is the writer. The constants, the table and the dispatch
+// by type (channel_types.h) derive from this list.
 
 #include <array>
 #include <cstddef>
@@ -25,8 +25,8 @@
   X(kWmIntegrity, "WM_INTEGRITY", kOutput, integrity_t, "wm", "10 Hz")                          \
   X(kWmSubfilter, "WM_SUBFILTER", kOutput, subfilter_t, "wm", "3 x 2 Hz")                       \
   X(kWmMapPatch, "WM_MAP_PATCH", kOutput, map_patch_t, "wm", "5 Hz")                            \
-  X(kWmPathQuery, "WM_PATH_QUERY", kCommand, path_query_t, "operator", "asked")                 \
-  X(kWmPathUncertainty, "WM_PATH_UNCERTAINTY", kOutput, path_uncertainty_t, "wm", "when asked") \
+  X(kWmPathQuery, "WM_PATH_QUERY", kCommand, path_query_t, "operator", "on request")            \
+  X(kWmPathUncertainty, "WM_PATH_UNCERTAINTY", kOutput, path_uncertainty_t, "wm", "on request") \
   X(kWmEvent, "WM_EVENT", kOutput, event_t, "wm", "on events")                                  \
   X(kWmCycle, "WM_CYCLE", kAccount, cycle_t, "wm", "per cycle, live")                           \
   X(kWmProcess, "WM_PROCESS", kAccount, process_t, "wm", "1 Hz, live")                          \
@@ -48,11 +48,11 @@
 namespace rcs::channel {
 
 enum class Kind {
-  kSensor,   ///< published by a driver; all of a recording that may reach nodes again
+  kSensor,   ///< published by a driver; the only kind that a replay publishes again
   kCommand,  ///< from a superior or an operator
-  kOutput,   ///< of a node
-  kAccount,  ///< of a node's time and process: live only
-  kTruth     ///< of the simulator, for evaluation only
+  kOutput,   ///< result of a node
+  kAccount,  ///< timing and process statistics of a node: live only
+  kTruth     ///< ground truth of the simulator, for evaluation only
 };
 
 struct Info {

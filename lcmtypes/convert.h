@@ -1,6 +1,6 @@
 #pragma once
-// Between message fields and the vocabulary of rcs/base. Decoded quaternions are normalized and
-// non-finite or zero ones refused: a message is input, not ours.
+// Conversion between message fields and the types of rcs/base. Decoded quaternions are normalized;
+// non-finite or zero ones are rejected, because a message is untrusted input.
 
 #include <cmath>
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace rcs {
 
-/// For static_assert, beside a conversion of an enumeration by its value.
+/// For static_assert, next to a conversion of an enumeration by its value.
 template <class E>
 constexpr bool same_value(E ours, std::int8_t of_message) {
   return static_cast<int>(ours) == of_message;
@@ -56,7 +56,7 @@ Mat<N, N> from_message(const double (&m)[N][N]) {
   return true;
 }
 
-/// Ends of a registration (registration_t::STOP_*) whose pose and information mean something.
+/// True for the results (registration_t::STOP_*) whose pose and information are meaningful.
 [[nodiscard]] inline bool is_answer(int stop) {
   switch (stop) {
     case registration_t::STOP_CONVERGED:

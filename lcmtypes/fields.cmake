@@ -1,7 +1,7 @@
 # cmake -DOUT=message_fields.hpp -DFILES=a.lcm;b.lcm -P fields.cmake
 # From the .lcm files: `for_each_field(message, visit)` for every type, which calls
 # visit("name", message.name) for each field in the order of the definition. Tables, JSON and other
-# exports of messages are written with it, so that none has a list of fields by hand.
+# exports of messages use it, so that no list of fields is written by hand.
 cmake_policy(SET CMP0007 NEW)
 set(includes "")
 set(functions "")

@@ -1,7 +1,7 @@
 # cmake -DIN=raw.hpp -DOUT=hardened.hpp -P harden.cmake
-# lcm-gen's C++ decoders believe every length in a message: they throw on a negative one, allocate
-# gigabytes from a 44-byte packet and crash on a string of length INT_MIN. Here no length is
-# believed before it is bounded by the bytes that are left (an element takes at least one byte).
+# lcm-gen's C++ decoders accept every length in a message: they throw on a negative one, allocate
+# gigabytes from a 44-byte packet and crash on a string of length INT_MIN. The hardened decoders
+# bound each length by the number of bytes left (an element has at least one byte).
 file(READ "${IN}" text)
 
 string(REGEX REPLACE
@@ -13,14 +13,14 @@ string(REGEX REPLACE
   "if (\\1 < 1 || \\1 > maxlen - pos) return -1;"
   text "${text}")
 
-# A string ends at its only NUL: encoding stops at the first, so another would make a message that
-# cannot be passed on.
+# A string ends at its only NUL: the encoder stops at the first, so a message with a second one could
+# not be forwarded.
 string(REGEX REPLACE
   "([ \t]*)this->([][a-z0-9_]+)\\.assign\\(\\(\\(const char\\*\\)buf\\) \\+ offset \\+ pos, (__[a-z0-9_]+_len__) - 1\\);"
   "\\1if (memchr((const char*)buf + offset + pos, 0, (size_t)\\3) != (const char*)buf + offset + pos + \\3 - 1) return -1;\n\\1this->\\2.assign(((const char*)buf) + offset + pos, \\3 - 1);"
   text "${text}")
 
-# A new form of the generator's output must not slip through unhardened.
+# An unknown form of the generator's output must fail the build, not remain unhardened.
 string(REGEX MATCHALL "\\.resize\\(" resizes "${text}")
 string(REGEX MATCHALL "\\.resize\\(static_cast<std::size_t>" hardened "${text}")
 list(LENGTH resizes n_resizes)
@@ -33,7 +33,7 @@ list(LENGTH string_guards n_string_guards)
 list(LENGTH string_ends n_string_ends)
 if(NOT n_resizes EQUAL n_hardened OR NOT n_strings EQUAL n_string_guards OR
    NOT n_strings EQUAL n_string_ends)
-  message(FATAL_ERROR "${IN}: lcm-gen's output has a form that harden.cmake does not know")
+  message(FATAL_ERROR "${IN}: lcm-gen's output has a form that harden.cmake does not handle")
 endif()
 
 file(WRITE "${OUT}" "${text}")

@@ -1,6 +1,7 @@
 #pragma once
-// What a message must say to be let in, whoever reads it: numbers that are finite and that no
-// vehicle exceeds, stamps whose sums and differences fit. A message is input, not ours.
+// Conditions under which a received message is accepted, for all readers: numbers are finite and
+// within what a vehicle can reach, stamps have sums and differences that do not overflow. A message
+// is untrusted input.
 
 #include <cstdint>
 
@@ -16,12 +17,12 @@ namespace rcs {
   return utime > -kCenturies && utime < kCenturies;
 }
 
-/// Each component is finite and at most so large.
+/// Each component is finite and its absolute value at most `limit`.
 [[nodiscard]] inline bool within(const Vec3& v, double limit) {
   return v.allFinite() && v.cwiseAbs().maxCoeff() <= limit;
 }
 
-constexpr double kFarthest_m = 1e7;  ///< of any place from the origin of its frame
+constexpr double kFarthest_m = 1e7;  ///< of any point from the origin of its frame
 constexpr double kFastest_mps = 200.0;
 constexpr double kFastest_radps = 35.0;
 constexpr double kHardest_mps2 = 400.0;
@@ -33,7 +34,8 @@ constexpr double kHardest_mps2 = 400.0;
          within(from_message(m.delta_v_mps), kHardest_mps2 * dt_s);
 }
 
-/// Stamp and motion; a pose is checked where it is taken (from_message), as is a covariance.
+/// Checks stamp and motion. The pose and the covariance are checked where they are used
+/// (from_message).
 [[nodiscard]] inline bool plausible_motion(const nav_state_t& m) {
   return plausible_stamp(m.utime) && within(from_message(m.p_world_vehicle_m), kFarthest_m) &&
          within(from_message(m.p_local_vehicle_m), kFarthest_m) &&

@@ -31,7 +31,7 @@ RealTimeReport publish_at_real_time(Simulator* simulator, LcmBus* bus, LiveTimel
   double next_progress_s = 0.0;
   for (Stamp due = simulator->peek(); due != Stamp::max(); due = simulator->peek()) {
     simulator->take(&event);
-    // Late or not, what has come is heard.
+    // Deliver all that has arrived, even if late.
     Timeline::Step step = Timeline::Step::kDelivered;
     while (step == Timeline::Step::kDelivered) step = timeline->advance(due + shift);
     if (step == Timeline::Step::kEnded) {
@@ -56,10 +56,11 @@ std::string drive_summary(const Simulator& simulator) {
   const CommandedVehicle& vehicle = *simulator.commanded_vehicle();
   const DriveAccount& a = vehicle.model().account();
   return fmt::format(
-      "drove {:.0f} m; drive commands: {} taken, {} implausible, {} stale, {} expired; braked {} "
-      "times for want of one{}",
+      "drove {:.0f} m; drive commands: {} accepted, {} implausible, {} stale, {} expired; braked "
+      "{} "
+      "times without a valid command{}",
       simulator.driven_m(), a.taken, a.implausible, a.stale, a.expired, a.silences,
-      vehicle.fenced() ? "; came to the border of the world" : "");
+      vehicle.fenced() ? "; stopped at the border of the world" : "");
 }
 
 }  // namespace rcs::sim

@@ -1,5 +1,5 @@
 #pragma once
-// A simulation as a vehicle's sensors: onto the bus, at real time.
+// A simulation in place of the sensors of a vehicle: published on the bus at real time.
 
 #include <functional>
 #include <string>
@@ -13,30 +13,30 @@
 namespace rcs::sim {
 
 struct RealTimeReport {
-  bool stopped = false;   ///< before the end
-  Duration worst_late{};  ///< of a message
+  bool stopped = false;   ///< before the end of the scenario
+  Duration worst_late{};  ///< largest lateness of a message
 };
 
-/// A stretch of time in which messages are not published, as if their driver had died.
+/// An interval in which messages are not published, as if their driver had failed.
 struct Silence {
   std::string_view source;  ///< "ins", "gps", "odometry", "ladar" or "all" of them
   double begin_s = 0.0;
   double length_s = 0.0;
 
-  /// SIM_TRUTH is never silent.
+  /// SIM_TRUTH is always published.
   [[nodiscard]] bool holds(std::string_view channel, double time_s) const;
 };
 
-/// Publishes until the scenario's end; a commanded vehicle hears BG_DRIVE meanwhile. Every message
-/// has its own moment, so that no lateness adds up; it is made before it is due, while there is
-/// time.
-/// @param silences  what is not published, and when
-/// @param progress  called once a simulated second with the share that is done, [0, 1]
+/// Publishes until the end of the scenario; a commanded vehicle receives BG_DRIVE meanwhile. Every
+/// message has its own due time, so that lateness does not accumulate; it is computed before it is
+/// due, while there is time.
+/// @param silences  sources that are not published, and when
+/// @param progress  called once a simulated second with the finished share, [0, 1]
 RealTimeReport publish_at_real_time(Simulator* simulator, LcmBus* bus, LiveTimeline* timeline,
                                     const std::vector<Silence>& silences,
                                     const std::function<void(double)>& progress);
 
-/// What a commanded vehicle did, for people; empty for another.
+/// Summary of the drive of a commanded vehicle; empty for another.
 [[nodiscard]] std::string drive_summary(const Simulator& simulator);
 
 }  // namespace rcs::sim

@@ -1,5 +1,5 @@
 #pragma once
-// Everything that a simulated drive depends on.
+// All parameters of a simulated drive.
 
 #include <vector>
 
@@ -18,7 +18,7 @@ namespace rcs::sim {
 enum class LadarKind { kNone, kImager, kSpinning };
 
 struct Scenario {
-  std::uint64_t seed = 1;  ///< of all noise and of the errors of mounting
+  std::uint64_t seed = 1;  ///< of all noise and of the mounting errors
   double duration_s = 0.0;
   Geodetic datum{radians(40.43), radians(-76.57), {150.0}};
 
@@ -26,7 +26,7 @@ struct Scenario {
   Dem dem;
   CourseParams course;
   VehicleParams vehicle;
-  bool commanded = false;  ///< drive commands move the vehicle; else it follows the course
+  bool commanded = false;  ///< true: drive commands move the vehicle; false: it follows the course
   DriveParams drive;       ///< when commanded
 
   LadarKind ladar = LadarKind::kImager;
@@ -34,8 +34,8 @@ struct Scenario {
   MountParams mount;
   ImagerParams imager;
   SpinningParams spinning;
-  double ladar_clock_offset_s = 0.005;  ///< its stamps minus the truth
-  std::vector<Outage> ladar_outages;    ///< no facet while one lasts, not even an empty one
+  double ladar_clock_offset_s = 0.005;  ///< its stamps minus true time
+  std::vector<Outage> ladar_outages;    ///< no facet within one, not even an empty one
 
   InertialParams ins;
   GpsParams gps;

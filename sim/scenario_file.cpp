@@ -90,7 +90,7 @@ RandomCourseParams read_random_course(ParamTable table) {
   return random;
 }
 
-/// @param random  set when the waypoints are to be drawn
+/// @param random  set if the waypoints are to be drawn
 void read_course(ParamTable table, CourseParams* course,
                  std::optional<RandomCourseParams>* random) {
   table.get("rest_s", &course->rest_s, {0, 600},
@@ -105,7 +105,7 @@ void read_course(ParamTable table, CourseParams* course,
   table.get("lateral_mps2", &course->lateral_mps2, {0.1, 8},
             "Lateral acceleration that limits the speed of the scripted drive in turns.");
   if (table.has("random")) {
-    if (table.has("waypoint")) table.fail("random", "there are waypoints, too");
+    if (table.has("waypoint")) table.fail("random", "cannot be combined with waypoints");
     *random = read_random_course(table.table("random"));
     return;
   }
@@ -299,7 +299,7 @@ void read_prior_map(ParamTable table, PriorMapParams* map) {
             "Margin of the a priori map around the course.");
 }
 
-// The file's units are those of data sheets.
+// The file uses the units of data sheets.
 InertialGrade read_grade(ParamTable table) {
   constexpr double kHour = 3600.0;
   constexpr double kMilliG = 9.80665e-3;
@@ -358,7 +358,7 @@ Result<Dem> read_dem(const std::string& path) {
   return parse_esri_ascii(text.str(), path);
 }
 
-/// What files say, the base's first.
+/// Values of the files read so far, the base first.
 struct Reading {
   Scenario scenario;
   std::int64_t seed = 1;
@@ -388,7 +388,7 @@ void read_ins(const ParamFile& file, Reading* out) {
       "Size of the uncalibrated rotation of the sensor triad; its axis depends on the seed.");
 }
 
-/// A file that is based on another one says only what differs; a list replaces the other's.
+/// A file that is based on another contains only the differences; a list replaces that of the base.
 Outcome read_file(const std::string& path, int depth, Reading* out) {
   const Result<ParamFile> file = ParamFile::load(path);
   if (!file) return file.error();
@@ -398,7 +398,7 @@ Outcome read_file(const std::string& path, int depth, Reading* out) {
            "Scenario that this one is based on, relative to this file; keys given here replace its "
            "keys. Empty: none.");
   if (!base.empty()) {
-    if (depth == 0) return Error{path + ": based_on goes in a circle, or on without an end"};
+    if (depth == 0) return Error{path + ": based_on is circular or nested too deeply"};
     if (Outcome read = read_file(file->resolve(base), depth - 1, out); !read) return read;
   }
   Scenario& s = out->scenario;
@@ -438,7 +438,7 @@ Result<Scenario> load_scenario(const std::string& path, const ScenarioOverrides&
   }
   if (overrides.duration_s) s.duration_s = *overrides.duration_s;
   if (s.commanded && s.duration_s <= 0.0) {
-    return Error{path + ": duration_s is missing: a commanded drive has no end of its own"};
+    return Error{path + ": duration_s is missing: a commanded drive needs one"};
   }
   if (overrides.gps_outage) s.gps.outages = {*overrides.gps_outage};
   if (overrides.ladar_outage) s.ladar_outages = {*overrides.ladar_outage};

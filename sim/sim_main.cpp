@@ -1,4 +1,4 @@
-// sim SCENARIO: the reference simulation onto the LCM bus, at real time.
+// sim SCENARIO: publishes the reference simulation on the LCM bus at real time.
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -35,7 +35,7 @@ int fail(const rcs::Error& error) {
   return 1;
 }
 
-/// One line that is written over on a terminal; elsewhere a line every tenth of the way.
+/// One line that is overwritten on a terminal; otherwise a line for each tenth of the drive.
 class Progress {
  public:
   explicit Progress(double whole_s) : whole_s_(whole_s), terminal_(::isatty(STDERR_FILENO) == 1) {}
@@ -77,7 +77,7 @@ int run(const Options& options) {
       rcs::sim::publish_at_real_time(&simulator, bus->get(), &timeline, silences,
                                      [&progress](double share) { progress.at(share); });
   progress.end();
-  fmt::print(stderr, "sim: {}; the latest message went out {:.1f} ms late\n",
+  fmt::print(stderr, "sim: {}; largest lateness of a message {:.1f} ms\n",
              report.stopped ? "stopped" : "done", rcs::milliseconds(report.worst_late));
   if (simulator.commanded()) {
     fmt::print(stderr, "sim: {}\n", rcs::sim::drive_summary(simulator));
@@ -89,26 +89,30 @@ int run(const Options& options) {
 int sim_main(int argc, char** argv) {
   CLI::App app(
       "Reference simulation: drives a scenario and publishes its sensors at real time. A scenario\n"
-      "with [drive] mode = \"commanded\" hears BG_DRIVE, and stops when there is none.",
+      "with [drive] mode = \"commanded\" receives BG_DRIVE, and stops without a valid command.",
       "sim");
   Options options;
   std::int64_t seed = 0;
   std::vector<double> outage_s;
   std::vector<double> ladar_outage_s;
   app.add_option("SCENARIO", options.scenario, "config/sim/*.toml")->required();
-  app.add_option("--lcm-url", options.lcm_url,
-                 fmt::format("the bus; default: $LCM_DEFAULT_URL, else {}", rcs::kDefaultLcmUrl));
-  CLI::Option* const seed_option = app.add_option("--seed", seed, "of the noise");
+  app.add_option(
+      "--lcm-url", options.lcm_url,
+      fmt::format("URL of the LCM bus; default: $LCM_DEFAULT_URL, else {}", rcs::kDefaultLcmUrl));
+  CLI::Option* const seed_option =
+      app.add_option("--seed", seed, "seed of the noise, instead of that of the file");
   app.add_option("--ins", options.overrides.ins_grade, "INS grade: tactical, industrial, consumer");
-  app.add_option("--gps-outage", outage_s, "begin and length [s], instead of the file's outages")
+  app.add_option("--gps-outage", outage_s,
+                 "begin and length [s] of a GPS outage, instead of those of the file")
       ->expected(2);
   app.add_option("--gps-lost-after", options.overrides.gps_lost_after_m,
-                 "GPS is lost for good after so many metres, instead of the file's");
+                 "distance [m] after which GPS is lost for the rest of the drive, instead of that "
+                 "of the file");
   app.add_option("--ladar-outage", ladar_outage_s,
-                 "begin and length [s], instead of the file's outages")
+                 "begin and length [s] of a LADAR outage, instead of those of the file")
       ->expected(2);
   app.add_option("--silence", options.silences,
-                 "SOURCE BEGIN LENGTH: a driver that publishes nothing from BEGIN s on for LENGTH "
+                 "SOURCE BEGIN LENGTH: SOURCE publishes nothing from BEGIN s on for LENGTH "
                  "s;\nSOURCE is ins, gps, odometry, ladar or all")
       ->check(CLI::Validator(
           [](std::string& value) {
@@ -135,7 +139,7 @@ int sim_main(int argc, char** argv) {
 
 }  // namespace
 
-// Nothing of ours throws; what a library may throw while it starts ends the process with its
+// This program throws nothing; an exception of a library at its start ends the process with its
 // reason.
 int main(int argc, char** argv) {
   try {

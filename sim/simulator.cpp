@@ -23,7 +23,7 @@ namespace {
 constexpr Duration kTransport = std::chrono::milliseconds(1);  // from a sensor to its reader
 constexpr double kTruthInterval_s = 0.01;
 constexpr std::size_t kCommandsWaiting = 64;
-// How far the world goes beyond the LADAR's range.
+// Extent of the world beyond the range of the LADAR.
 constexpr double kReachScripted_m = 20.0;
 constexpr double kReachCommanded_m = 40.0;
 
@@ -35,7 +35,7 @@ void encode(const char* channel, const T& message, SourceEvent* event) {
   RCS_CHECK(message.encode(event->data.data(), 0, size) == size);
 }
 
-// Nothing stands on a scripted course; who is commanded must find his own way.
+// A scripted course is free of objects; a commanded vehicle must avoid them.
 World make_world(const Scenario& scenario, const Course& course) {
   const double reach_m = scenario.commanded ? kReachCommanded_m : kReachScripted_m;
   return {scenario.world, scenario.dem,
@@ -136,7 +136,7 @@ void Simulator::command(const drive_t& message, Stamp arrival) {
   command(message, arrival, Duration(0));
 }
 
-// In numbers with a point: whatever a message says, its stamps cannot overflow them.
+// As floating-point numbers: no stamp in a message can overflow them.
 void Simulator::command(const drive_t& m, Stamp arrival, Duration shift) {
   const auto time_s = [](std::int64_t utime, Duration origin) {
     return 1e-6 * (static_cast<double>(utime) - static_cast<double>(origin.count()));
@@ -210,7 +210,7 @@ void Simulator::emit_odometry(SourceEvent* event) {
   schedule_periodic(kOdometry, params.interval_s, kTransport);
 }
 
-// The next moment with a fix.
+// Schedules the next fix that is not within an outage.
 void Simulator::schedule_gps() {
   Schedule& s = schedule_[kGps];
   const GpsParams& params = scenario_.gps;
@@ -226,7 +226,7 @@ void Simulator::schedule_gps() {
 void Simulator::emit_gps(SourceEvent* event) {
   const Schedule& s = schedule_[kGps];
   const GpsParams& params = scenario_.gps;
-  // The noise of the moments without a fix is drawn, too.
+  // The noise of fixes within an outage is drawn, too.
   GpsFix fix;
   double time_s = 0.0;
   while (fixes_ < s.count) {
@@ -260,7 +260,7 @@ int Simulator::facets() const {
                                                : scenario_.spinning.sectors;
 }
 
-// Whole microseconds, without drift. Facets of all scans are numbered through.
+// Whole microseconds, without drift. Facets are numbered consecutively over all scans.
 Duration Simulator::facet_start(std::int64_t facet) const {
   const double period_s = scenario_.ladar == LadarKind::kImager ? scenario_.imager.period_s
                                                                 : scenario_.spinning.period_s;

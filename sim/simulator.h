@@ -1,5 +1,5 @@
 #pragma once
-// A scenario as a source of messages: the sensors' and the truth's, in the order of arrival.
+// A scenario as a source of messages: those of the sensors and the ground truth, by arrival.
 
 #include <array>
 #include <cstdint>
@@ -16,50 +16,52 @@
 
 namespace rcs::sim {
 
-/// Deterministic for a scenario, and for what a commanded vehicle hears when: the same events to
-/// the byte. A message arrives when what it measures is over, plus its way: a LADAR facet after its
-/// last shot.
+/// Deterministic for a scenario and the drive commands with their arrivals: the events are
+/// identical to the byte. A message arrives at the end of its measurement plus the transport delay:
+/// a LADAR facet after its last shot.
 class Simulator final : public EventSource {
  public:
-  /// Simulation time 0 on the timeline and in stamps.
+  /// Time 0 of the simulation on the timeline and in stamps.
   static constexpr Stamp kStart = Stamp(std::chrono::seconds(1000));
 
   explicit Simulator(const Scenario& scenario);
 
-  /// Its ids in every message: the run's is of the scenario with its seed.
+  /// Ids of every message; the id of the run depends on the scenario with its seed.
   [[nodiscard]] const Publisher& publisher() const { return publisher_; }
 
   [[nodiscard]] Stamp peek() override;
   void take(SourceEvent* event) override;
 
-  /// Whether drive commands move the vehicle. It stands until one comes, and brakes when they end.
+  /// Whether drive commands move the vehicle. It stands until one is received and brakes when they
+  /// end.
   [[nodiscard]] bool commanded() const { return commanded_.has_value(); }
-  /// Takes drive commands from a bus that outlives it; commanded() only.
-  /// @param shift  time of the bus minus the simulation's: live, the two begin differently
+  /// Receives drive commands from a bus that outlives it; commanded() only.
+  /// @param shift  time of the bus minus that of the simulation: live, the two have different
+  ///   origins
   void listen(Bus* bus, Duration shift);
-  /// A drive command that arrives now; both in the simulation's time. commanded() only.
+  /// A drive command that arrives now; both in simulation time. commanded() only.
   void command(const drive_t& message, Stamp arrival);
   /// Null when not commanded().
   [[nodiscard]] const CommandedVehicle* commanded_vehicle() const {
     return commanded_ ? &*commanded_ : nullptr;
   }
 
-  /// Last moment of the drive.
+  /// Time of the end of the drive.
   [[nodiscard]] Stamp end() const { return kStart + from_seconds(duration_s_); }
   [[nodiscard]] const World& world() const { return world_; }
-  /// How the vehicle moves; a commanded one: moved, up to the last event and a little beyond.
+  /// Motion of the vehicle; of a commanded one up to slightly after the last event.
   [[nodiscard]] const Trajectory& vehicle() const {
     return commanded_ ? commanded_->motion() : *scripted_;
   }
-  /// So far, seen from above.
+  /// Horizontal distance driven so far.
   [[nodiscard]] double driven_m() const { return driven_m_; }
   [[nodiscard]] const Course& course() const { return course_; }
   /// The a priori map of the scenario's course.
-  /// @param cell_m  [0.2, 100] instead of the scenario's; 0: as that says
+  /// @param cell_m  [0.2, 100] instead of that of the scenario; 0: that of the scenario
   [[nodiscard]] PriorMap prior_map(double cell_m = 0.0) const;
 
  private:
-  // Ties of arrival go in this order.
+  // Order of events with equal arrival.
   enum Sensor : std::size_t { kIns, kOdometry, kGps, kLadar, kTruth, kSensors };
   struct Schedule {
     Stamp due = Stamp::max();
@@ -86,7 +88,7 @@ class Simulator final : public EventSource {
   Course course_;
   World world_;
   double duration_s_;
-  std::optional<Trajectory> scripted_;  // one of the two
+  std::optional<Trajectory> scripted_;  // one of scripted_ and commanded_ is set
   std::optional<CommandedVehicle> commanded_;
   std::optional<Inbox<drive_t>> commands_;
   Duration bus_shift_{};
@@ -96,15 +98,15 @@ class Simulator final : public EventSource {
   RangeImager imager_;
   SpinningLadar spinning_;
   std::array<Schedule, kSensors> schedule_;
-  std::int64_t fixes_ = 0;  // moments of fixes whose noise has been drawn
+  std::int64_t fixes_ = 0;  // fixes whose noise has been drawn
   double driven_m_ = 0.0;
   Vec2 last_place_world_;
   RangeFacet facet_;
   PointSector sector_;
 };
 
-/// Runs a scenario into a log as fast as it goes.
-/// @param progress  called now and then with the share that is done, [0, 1]
+/// Runs a scenario into a log as fast as possible.
+/// @param progress  called repeatedly with the finished share, [0, 1]
 [[nodiscard]] Outcome simulate_to_log(const Scenario& scenario, LogWriter* log,
                                       const std::function<void(double)>& progress);
 

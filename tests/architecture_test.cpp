@@ -1,5 +1,6 @@
-// The rules of ARCHITECTURE.md that keep the system simple, checked on the text of every source
-// file: who may include whom, who may use which library, where a clock may be read.
+// The rules of docs/design/architecture.md that keep the system simple, checked on the text of
+// every source file: which folder may include which, which folder may use which library, where a
+// clock may be read.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -24,65 +25,75 @@ namespace fs = std::filesystem;
 
 // ---- the rules -----------------------------------------------------------------------------
 
-/// A folder (a pattern of paths) and what of this project its files may include. The first pattern
-/// that matches counts. A folder may include only folders above it in this list, so that no cycle
-/// can arise; the exceptions are the shells, which stand before their cores because their names are
-/// more special.
+/// A folder (a pattern of paths) and the project files that its files may include. The first
+/// matching pattern applies. A folder may include only folders above it in this list, so that no
+/// cycle can arise; the exceptions are the shells, which are listed before their cores because
+/// their patterns are more specific.
 struct Folder {
   const char* paths;
   const char* may_include;
+  const char* name_space;
 };
 const Folder kFolders[] = {
-    {"rcs/base/.*", "rcs/base/.*"},
-    {"rcs/terrain/.*", "rcs/(base|terrain)/.*"},
-    {"lcmtypes/.*", "(rcs/base|lcmtypes)/.*"},
-    {"rcs/node/.*", "(rcs/(base|node)|lcmtypes)/.*"},
-    {"rcs/prior/.*", "(rcs|lcmtypes)/.*"},
-    // Shells, then cores. The message is the contract between modules; bg alone may call vj, and sp
+    {"rcs/base/.*", "rcs/base/.*", "rcs"},
+    {"rcs/terrain/.*", "rcs/(base|terrain)/.*", "rcs"},
+    {"lcmtypes/.*", "(rcs/base|lcmtypes)/.*", "rcs(::channel)?"},
+    {"rcs/node/.*", "(rcs/(base|node)|lcmtypes)/.*", "rcs"},
+    {"rcs/prior/.*", "(rcs|lcmtypes)/.*", "rcs"},
+    // Shells, then cores. Modules communicate by messages only; bg alone may call vj, and sp alone
     // the registration library.
     {"modules/sp/(.*_node|.*_main|.*_config)\\..*",
-     "(rcs|lcmtypes|modules/registration|modules/sp)/.*"},
-    {"modules/wm/(.*_node|.*_main|.*_config)\\..*", "(rcs|lcmtypes|modules/wm)/.*"},
-    {"modules/bg/(.*_node|.*_main|.*_config)\\..*", "(rcs|lcmtypes|modules/bg|modules/vj)/.*"},
+     "(rcs|lcmtypes|modules/registration|modules/sp)/.*", "rcs::sp"},
+    {"modules/wm/(.*_node|.*_main|.*_config)\\..*", "(rcs|lcmtypes|modules/wm)/.*", "rcs::wm"},
+    {"modules/bg/(.*_node|.*_main|.*_config)\\..*", "(rcs|lcmtypes|modules/bg|modules/vj)/.*",
+     "rcs::bg"},
     {"modules/gateway/(command_arbiter|node_status_table|operator_commands)\\..*",
-     "(rcs/base/.*|modules/gateway/(command_arbiter|node_status_table|operator_commands)\\.h)"},
-    {"modules/gateway/.*", "(rcs|lcmtypes|modules/gateway)/.*"},
-    {"modules/registration/.*", "(rcs/base|modules/registration)/.*"},
-    {"modules/sp/.*", "(rcs/base|rcs/terrain|modules/registration|modules/sp)/.*"},
-    {"modules/wm/.*", "(rcs/base|rcs/terrain|modules/wm)/.*"},
-    {"modules/vj/.*", "(rcs/base|rcs/terrain|modules/vj)/.*"},
-    {"modules/bg/.*", "(rcs/base|rcs/terrain|modules/bg|modules/vj)/.*"},
-    {"sim/base/.*", "(rcs/base|sim/base)/.*"},
-    {"sim/terrain/.*", "(rcs/base|rcs/terrain|sim/base|sim/terrain)/.*"},
-    {"sim/vehicle/.*", "(rcs/base|sim/base|sim/terrain|sim/vehicle)/.*"},
-    {"sim/sensors/.*", "(rcs/base|sim/(base|terrain|vehicle|sensors))/.*"},
-    {"sim/.*", "(rcs|lcmtypes|sim)/.*"},
-    {"tools/base/.*", "(rcs/base|tools/base)/.*"},
-    {"tools/report/.*", "(rcs/base|tools/(base|report))/.*"},
-    {"tools/clouds/.*", "(rcs/base|tools/(base|clouds))/.*"},
+     "(rcs/base/.*|modules/gateway/(command_arbiter|node_status_table|operator_commands)\\.h)",
+     "rcs::gateway"},
+    {"modules/gateway/.*", "(rcs|lcmtypes|modules/gateway)/.*", "rcs::gateway"},
+    {"modules/registration/.*", "(rcs/base|modules/registration)/.*", "rcs::registration"},
+    {"modules/sp/.*", "(rcs/base|rcs/terrain|modules/registration|modules/sp)/.*", "rcs::sp"},
+    {"modules/wm/.*", "(rcs/base|rcs/terrain|modules/wm)/.*", "rcs::wm"},
+    {"modules/vj/.*", "(rcs/base|rcs/terrain|modules/vj)/.*", "rcs::vj"},
+    {"modules/bg/.*", "(rcs/base|rcs/terrain|modules/bg|modules/vj)/.*", "rcs::bg"},
+    {"sim/base/.*", "(rcs/base|sim/base)/.*", "rcs::sim"},
+    {"sim/terrain/.*", "(rcs/base|rcs/terrain|sim/base|sim/terrain)/.*", "rcs::sim"},
+    {"sim/vehicle/.*", "(rcs/base|sim/base|sim/terrain|sim/vehicle)/.*", "rcs::sim"},
+    {"sim/sensors/.*", "(rcs/base|sim/(base|terrain|vehicle|sensors))/.*", "rcs::sim"},
+    {"sim/.*", "(rcs|lcmtypes|sim)/.*", "rcs::sim"},
+    {"tools/base/.*", "(rcs/base|tools/base)/.*", "rcs::tools"},
+    {"tools/report/.*", "(rcs/base|tools/(base|report))/.*", "rcs::report"},
+    {"tools/clouds/.*", "(rcs/base|tools/(base|clouds))/.*", "rcs::clouds"},
     {"tools/recording/.*",
-     "(rcs/(base|node)|lcmtypes|modules/(registration|sp)|tools/(base|recording))/.*"},
-    {"tools/importers/.*", "(rcs/(base|node)|lcmtypes|tools/(base|recording|importers))/.*"},
+     "(rcs/(base|node)|lcmtypes|modules/(registration|sp)|tools/(base|recording))/.*",
+     "rcs::recording"},
+    {"tools/importers/.*", "(rcs/(base|node)|lcmtypes|tools/(base|recording|importers))/.*",
+     "rcs::importers"},
     {"tools/evaluation/.*",
-     "(rcs/(base|node)|lcmtypes|tools/(base|report|recording|evaluation))/.*"},
-    {"tools/mapping/.*", "(rcs/(base|terrain)|tools/(base|recording|mapping))/.*"},
-    {"tools/survey/.*", "(rcs/(base|terrain)|tools/(base|clouds|mapping|survey))/.*"},
+     "(rcs/(base|node)|lcmtypes|tools/(base|report|recording|evaluation))/.*", "rcs::evaluation"},
+    {"tools/mapping/.*", "(rcs/(base|terrain)|tools/(base|recording|mapping))/.*", "rcs::mapping"},
+    {"tools/survey/.*", "(rcs/(base|terrain)|tools/(base|clouds|mapping|survey))/.*",
+     "rcs::survey"},
     {"tools/smoothing/.*",
      "(rcs|lcmtypes|modules/(registration|sp|wm)|"
-     "tools/(base|report|recording|evaluation|smoothing))/.*"},
+     "tools/(base|report|recording|evaluation|smoothing))/.*",
+     "rcs::smoothing"},
     {"tools/drills/.*",
      "(rcs|lcmtypes|modules/(registration|sp|wm)|sim|"
-     "tools/(base|report|recording|evaluation|mapping|drills))/.*"},
+     "tools/(base|report|recording|evaluation|mapping|drills))/.*",
+     "rcs::drills"},
     {"tools/studies/.*",
      "(rcs|lcmtypes|modules/(registration|sp|wm)|sim|"
-     "tools/(base|report|clouds|recording|importers|evaluation|mapping|drills|studies))/.*"},
-    {"tools/rcs/.*", "(rcs|lcmtypes|modules|sim|tools)/.*"},
-    {"tests/.*", "(rcs|lcmtypes|modules|sim|tools|tests)/.*"},
+     "tools/(base|report|clouds|recording|importers|evaluation|mapping|drills|studies))/.*",
+     "rcs::studies"},
+    {"tools/rcs/.*", "(rcs|lcmtypes|modules|sim|tools)/.*", "rcs::cli"},
+    {"tests/.*", "(rcs|lcmtypes|modules|sim|tools|tests)/.*", "rcs.*"},
 };
 constexpr char kProject[] = "(rcs|lcmtypes|modules|sim|tools|tests)/.*";
 constexpr char kShell[] = "modules/.*_(node|main|config)\\..*";
 
-/// Text that only some files may contain. `what` is searched in the included name or in the code.
+/// Text that only some files may contain. The pattern `what` is searched in the included name or in
+/// the code.
 struct Rule {
   const char* what;
   const char* only_in;
@@ -107,8 +118,8 @@ const Rule kIncludeRules[] = {
     {"(thread|mutex|shared_mutex|condition_variable|future|pthread\\.h)",
      "(rcs/prior/async_tile_loader\\..*|tools/.*|tests/.*)", "one thread a process"},
 };
-/// What a module's core may include that is not the project's: std (without files, streams and
-/// threads), Eigen, and what a rule above gives it.
+/// Includes from outside the project that a module's core may use: std (without files, streams and
+/// threads), Eigen, and the libraries that a rule above permits.
 constexpr char kCoreLibraries[] = "(Eigen/.*|nanoflann\\.hpp|[a-z_0-9]+)";
 constexpr char kNotInCores[] = "(cstdio|iostream|fstream|iomanip|filesystem|ctime|csignal|atomic)";
 
@@ -135,7 +146,7 @@ const char* const kTopLevel[] = {".ci", "config", "docs",  "lcmtypes", "modules"
                                  "rcs", "sim",    "tests", "tools"};
 // ---- the checker ---------------------------------------------------------------------------
 
-/// Compiled once: construction of a regex costs more than its use.
+/// Compiled once: constructing a regex costs more than using it.
 bool matches(std::string_view text, const char* pattern) {
   static std::vector<std::pair<const char*, std::regex>> compiled;
   auto it = std::find_if(compiled.begin(), compiled.end(),
@@ -156,7 +167,14 @@ std::ostream& operator<<(std::ostream& out, const Violation& v) {
   return out << v.path << ":" << v.line << ": " << v.what;
 }
 
-/// Why the file at `path` must not include `name`; empty when it may.
+/// Null: the architecture does not know the folder.
+const Folder* folder_of(const std::string& path) {
+  const auto* folder = std::find_if(std::begin(kFolders), std::end(kFolders),
+                                    [&](const Folder& f) { return matches(path, f.paths); });
+  return folder == std::end(kFolders) ? nullptr : folder;
+}
+
+/// The reason why the file at `path` must not include `name`; empty if the include is permitted.
 std::string include_violation(const std::string& path, const std::string& name) {
   for (const Rule& rule : kIncludeRules) {
     if (matches(name, rule.what) && !matches(path, rule.only_in)) return rule.why;
@@ -171,18 +189,22 @@ std::string include_violation(const std::string& path, const std::string& name) 
     return "";
   }
   if (is_core && matches(name, kShell)) return "a core must not know its shell";
-  const auto* folder = std::find_if(std::begin(kFolders), std::end(kFolders),
-                                    [&](const Folder& f) { return matches(path, f.paths); });
-  if (folder == std::end(kFolders)) return "a file in a folder that the architecture does not know";
+  const Folder* folder = folder_of(path);
+  if (folder == nullptr) return "";  // reported once for the file
   return matches(name, folder->may_include)
              ? ""
              : "may include only " + std::string(folder->may_include);
 }
 
-/// Every breach of the rules in one file. Pure: `text` is the file's content, `path` where it lies
+/// Every violation of the rules in one file. Pure: `text` is the file's content, `path` its path
 /// relative to the root of the tree.
 std::vector<Violation> violations(const std::string& path, std::string_view text) {
   std::vector<Violation> found;
+  const Folder* folder = folder_of(path);
+  if (folder == nullptr) {
+    found.push_back({path, 1, "a file in a folder that the architecture does not know"});
+  }
+  static const std::regex name_space(R"re(^namespace (rcs[a-z_:0-9]*) \{)re");
   static const std::regex include(R"re(^\s*#\s*include\s*[<"]([^>"]+)[>"])re");
   static const std::vector<std::regex> code_rules = [] {
     std::vector<std::regex> compiled;
@@ -197,6 +219,10 @@ std::vector<Violation> violations(const std::string& path, std::string_view text
       const std::string why = include_violation(path, match[1]);
       if (!why.empty()) found.push_back({path, number, "includes " + match[1].str() + ": " + why});
       continue;
+    }
+    if (std::regex_search(line, match, name_space) && folder != nullptr &&
+        !matches(match[1].str(), folder->name_space)) {
+      found.push_back({path, number, match[1].str() + ": this folder is " + folder->name_space});
     }
     for (std::size_t i = 0; i < code_rules.size(); ++i) {
       const Rule& rule = kCodeRules[i];
@@ -213,7 +239,7 @@ bool is_top_level(const std::string& directory) {
          std::find(std::begin(kTopLevel), std::end(kTopLevel), directory) != std::end(kTopLevel);
 }
 
-// ---- the checker is checked ----------------------------------------------------------------
+// ---- tests of the checker -----------------------------------------------------------------
 
 TEST(ArchitectureRules, CoreIncludesOnlyBaseTerrainAndItsOwnFolder) {
   const char core[] = "modules/sp/prior/prior_match.cpp";
@@ -230,7 +256,7 @@ TEST(ArchitectureRules, CoreIncludesOnlyBaseTerrainAndItsOwnFolder) {
   }
 }
 
-TEST(ArchitectureRules, ShellsMaySpeakToTheBus) {
+TEST(ArchitectureRules, ShellsMayUseTheBus) {
   for (const char* path : {"modules/sp/sp_node.cpp", "modules/sp/sp_node.h",
                            "modules/sp/sp_main.cpp", "modules/sp/sp_config.cpp"}) {
     EXPECT_THAT(violations(path,
@@ -241,7 +267,7 @@ TEST(ArchitectureRules, ShellsMaySpeakToTheBus) {
   }
 }
 
-TEST(ArchitectureRules, ModulesNeverIncludeOneAnother) {
+TEST(ArchitectureRules, ModulesNeverIncludeEachOther) {
   const std::string sp = "#include \"modules/sp/scan/scan.h\"\n";
   const std::string vj = "#include \"modules/vj/traversal_cost.h\"\n";
   for (const char* path : {"modules/wm/eskf.cpp", "modules/wm/wm_node.cpp",
@@ -253,7 +279,7 @@ TEST(ArchitectureRules, ModulesNeverIncludeOneAnother) {
   EXPECT_THAT(violations("modules/wm/eskf.cpp", vj), testing::SizeIs(1));
 }
 
-TEST(ArchitectureRules, LayersOnlyLookDown) {
+TEST(ArchitectureRules, LayersIncludeOnlyLowerLayers) {
   EXPECT_EQ(violations("rcs/base/pose.h", "#include \"rcs/node/node.h\"\n").size(), 1U);
   EXPECT_EQ(violations("rcs/node/node.h", "#include \"rcs/terrain/raster.h\"\n").size(), 1U);
   EXPECT_EQ(violations("modules/registration/gicp.h", "#include \"rcs/terrain/raster.h\"\n").size(),
@@ -274,7 +300,7 @@ TEST(ArchitectureRules, LayersOnlyLookDown) {
   EXPECT_EQ(violations("rcs/common/text.h", "#include \"rcs/base/pose.h\"\n").size(), 1U);
 }
 
-TEST(ArchitectureRules, SimulatorKnowsNoModule) {
+TEST(ArchitectureRules, SimulatorIncludesNoModule) {
   EXPECT_EQ(violations("sim/sensors.cpp", "#include \"modules/sp/scan/range_image.h\"\n").size(),
             1U);
   EXPECT_EQ(violations("sim/sensors.cpp", "#include \"tests/support/scene.h\"\n").size(), 1U);
@@ -284,7 +310,14 @@ TEST(ArchitectureRules, SimulatorKnowsNoModule) {
               testing::IsEmpty());
 }
 
-TEST(ArchitectureRules, EveryLibraryHasOneDoor) {
+TEST(ArchitectureRules, EveryFolderIsKnownAndHasItsNamespace) {
+  EXPECT_EQ(violations("tools/helpers/a.cpp", "int a;\n").size(), 1U);
+  EXPECT_EQ(violations("modules/wm/eskf.cpp", "namespace rcs::sp {\n").size(), 1U);
+  EXPECT_THAT(violations("modules/wm/eskf.cpp", "namespace rcs::wm {\nnamespace fs = std::fs;\n"),
+              testing::IsEmpty());
+}
+
+TEST(ArchitectureRules, EveryLibraryIsUsedByOneFolderOnly) {
   EXPECT_EQ(violations("tools/rcs/logs/log_command.cpp", "#include <lcm/lcm.h>\n").size(), 1U);
   EXPECT_EQ(violations("rcs/node/log/log_file.cpp", "#include <lcm/lcm.h>\n").size(), 1U);
   EXPECT_THAT(violations("rcs/node/bus/lcm_bus.cpp", "#include <lcm/lcm.h>\n"), testing::IsEmpty());
@@ -305,7 +338,7 @@ TEST(ArchitectureRules, EveryLibraryHasOneDoor) {
   EXPECT_EQ(violations("tools/rcs/cloud.cpp", "#include <libqhull_r/libqhull_r.h>\n").size(), 1U);
 }
 
-TEST(ArchitectureRules, AClockIsReadInItsPlaceOnly) {
+TEST(ArchitectureRules, ClocksAreReadInTheTimelineOnly) {
   for (const char* code :
        {"auto t = std::chrono::steady_clock::now();", "using C = std::chrono::system_clock;",
         "const auto t = Clock::now( );", "clock_gettime(CLOCK_MONOTONIC, &ts);",
@@ -319,7 +352,7 @@ TEST(ArchitectureRules, AClockIsReadInItsPlaceOnly) {
     EXPECT_THAT(violations("rcs/node/timeline/live_timeline.cpp", code), testing::IsEmpty())
         << code;
   }
-  // A timeline's own now() and the words of a comment or a literal are no reading of a clock.
+  // A timeline's own now() and text in a comment or a literal do not count as reading a clock.
   EXPECT_THAT(violations("rcs/node/log_timeline.cpp",
                          "Stamp LogTimeline::now() const { return now_; }\n"
                          "// never std::chrono::steady_clock::now()\n"
@@ -328,7 +361,7 @@ TEST(ArchitectureRules, AClockIsReadInItsPlaceOnly) {
               testing::IsEmpty());
 }
 
-TEST(ArchitectureRules, NoThreadsSleepOrChance) {
+TEST(ArchitectureRules, NoThreadsSleepOrUnseededRandomness) {
   EXPECT_EQ(violations("modules/registration/point_to_plane_icp.cpp", "std::thread worker;").size(),
             1U);
   EXPECT_EQ(violations("modules/sp/sp_node.cpp", "#include <thread>\n").size(), 1U);
@@ -342,7 +375,7 @@ TEST(ArchitectureRules, NoThreadsSleepOrChance) {
       testing::IsEmpty());
 }
 
-TEST(ArchitectureRules, OutputsHaveOneWayToTheDisk) {
+TEST(ArchitectureRules, OutputsAreWrittenByOutputFileOnly) {
   for (const char* code : {"std::ofstream out(path);", "std::FILE* f = std::fopen(p, \"w\");"}) {
     EXPECT_EQ(violations("tools/rcs/logs/eval_command.cpp", code).size(), 1U) << code;
     EXPECT_THAT(violations("tools/base/files.cpp", code), testing::IsEmpty()) << code;
@@ -368,7 +401,7 @@ TEST(ArchitectureRules, TopLevelFoldersAreFixed) {
 
 // ---- the tree ------------------------------------------------------------------------------
 
-TEST(Architecture, TheTreeKeepsItsRules) {
+TEST(Architecture, SourceTreeFollowsTheRules) {
   const fs::path root = source_root();
   for (const auto& top : fs::directory_iterator(root)) {
     const std::string name = top.path().filename().string();
@@ -388,13 +421,27 @@ TEST(Architecture, DocumentsNameOnlyFilesThatExist) {
   const fs::path root = source_root();
   const std::regex named("`([a-z]+/[A-Za-z0-9_/]+\\.(h|cpp|idl|cmake|sh))`");
   std::size_t files = 0;
-  for (const char* document : {"docs/where_is.md", "ARCHITECTURE.md"}) {
-    std::ifstream in(root / document);
+  const std::regex linked(R"(\]\(([^)#:]+)[^):]*\))");
+  std::vector<fs::path> documents;
+  for (const char* name : {"README.md", "CONTRIBUTING.md", "CHANGELOG.md"}) {
+    documents.push_back(root / name);
+  }
+  for (const auto& entry : fs::recursive_directory_iterator(root / "docs")) {
+    if (entry.path().extension() == ".md") documents.push_back(entry.path());
+  }
+  for (const fs::path& document : documents) {
+    std::ifstream in(document);
     std::string text{std::istreambuf_iterator<char>(in), {}};
+    EXPECT_FALSE(text.empty()) << document;
     for (auto it = std::sregex_iterator(text.begin(), text.end(), named);
          it != std::sregex_iterator(); ++it) {
       ++files;
       EXPECT_TRUE(fs::exists(root / (*it)[1].str())) << document << " names " << (*it)[1];
+    }
+    for (auto it = std::sregex_iterator(text.begin(), text.end(), linked);
+         it != std::sregex_iterator(); ++it) {
+      EXPECT_TRUE(fs::exists(document.parent_path() / (*it)[1].str()))
+          << document << " links to " << (*it)[1];
     }
   }
   EXPECT_GT(files, 40U);

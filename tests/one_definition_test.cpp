@@ -1,5 +1,5 @@
-// The one-definition rule, checked on the text of every source file: no compiler sees that two
-// files of one program define a type of the same name differently.
+// The one-definition rule, checked on the text of every source file: no compiler detects two files
+// of one program that define a type of the same name differently.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@
 namespace rcs {
 namespace {
 
-/// Words and single characters of blanked code; preprocessor lines are left out.
+/// Words and single characters of blanked code, without preprocessor lines.
 std::vector<std::string> tokens_of(const std::string& code) {
   std::vector<std::string> tokens;
   const auto is_word = [](char c) {
@@ -46,13 +46,14 @@ std::vector<std::string> tokens_of(const std::string& code) {
   return tokens;
 }
 
-/// The name of the type whose definition begins with the keyword tokens[at]; empty: it is a
-/// declaration, a parameter of a template or an elaborated name.
+/// The name of the type whose definition begins with the keyword tokens[at]; empty: a declaration,
+/// a template parameter or an elaborated name.
 std::string defined_type(const std::vector<std::string>& tokens, std::size_t at) {
   const auto token = [&](std::size_t k) {
     return k < tokens.size() ? tokens[k] : std::string(";");
   };
-  if (tokens[at] == "class" && at > 0 && tokens[at - 1] == "enum") return "";  // seen at `enum`
+  if (tokens[at] == "class" && at > 0 && tokens[at - 1] == "enum")
+    return "";  // already found at `enum`
   std::size_t k = at + 1;
   if (tokens[at] == "enum" && (token(k) == "class" || token(k) == "struct")) ++k;
   if (token(k) == "alignas") {
@@ -76,8 +77,8 @@ std::string defined_type(const std::vector<std::string>& tokens, std::size_t at)
   return token(k) == "{" ? name : "";
 }
 
-/// Types that a file defines in namespaces with a name, written out; not those inside of another
-/// type or of a function.
+/// Qualified names of the types that a file defines in named namespaces; not those inside another
+/// type or a function.
 std::vector<std::string> types_of(std::string_view text) {
   enum class Scope { kNamespace, kAnonymous, kOther };
   const std::vector<std::string> tokens = tokens_of(code_of(text));

@@ -18,8 +18,8 @@ void read(ParamTable table, Shape* p) {
             "driving where the curvature changes.");
   table.get("margin_m", &p->margin_m, {0, 2},
             "Distance kept from obstacles. Larger: narrower gaps are not planned through.");
-  p->least_margin_m = std::min(p->least_margin_m, p->margin_m);
-  table.get("least_margin_m", &p->least_margin_m, {0, p->margin_m},
+  p->min_margin_m = std::min(p->min_margin_m, p->margin_m);
+  table.get("min_margin_m", &p->min_margin_m, {0, p->margin_m},
             "Distance kept from obstacles where no path with margin_m is found, at most margin_m.");
   if (p->length_m > 3.0 * p->width_m) {
     table.fail("length_m", "must not be more than three times width_m");

@@ -1,5 +1,5 @@
 #pragma once
-// BG's part of a vehicle configuration.
+// Configuration of BG.
 
 #include "modules/bg/decide.h"
 #include "modules/bg/path.h"
@@ -20,10 +20,10 @@ struct BgConfig {
   Duration plan_compute = from_milliseconds(12.0);  ///< nominal, of a cycle that plans
   Duration drive_valid = from_milliseconds(250.0);  ///< of a drive command
   double max_speed_mps = 10.0;                      ///< of any command
-  double north_mps = 2.5;                           ///< on the way to find north
-  double north_m = 40.0;                            ///< farthest straight ahead to find it
-  double near_goal_m = 8.0;              ///< where no way leads into the goal: so near to it
-  double accel_mps2 = 2.0;               ///< speeding up and slowing down while driving
+  double north_mps = 2.5;                           ///< while the vehicle initializes its heading
+  double north_m = 40.0;                            ///< largest distance straight ahead for that
+  double near_goal_m = 8.0;              ///< increase of the goal radius if no path leads into it
+  double accel_mps2 = 2.0;               ///< limit in every drive command, for speeding up only
   GrantParams grant{6000, 2500.0, 0.3};  ///< units: expansions of the search
   Shape shape;
   SearchParams search;
@@ -33,7 +33,7 @@ struct BgConfig {
   vj::SpeedParams speeds;
 };
 
-/// Reads [bg]; tables of other nodes are not looked at.
+/// Reads [bg]; ignores the tables of other nodes.
 [[nodiscard]] Result<BgConfig> load_bg_config(const ParamFile& file);
 
 }  // namespace rcs::bg

@@ -1,4 +1,4 @@
-// BG: behavior generation. Commands, the belief and the terrain in, drive commands out.
+// BG: behavior generation. Receives commands, the belief and the terrain, publishes drive commands.
 
 #include "modules/bg/bg_node.h"
 #include "rcs/node/process/node_main.h"

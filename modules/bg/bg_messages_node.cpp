@@ -10,29 +10,29 @@ namespace rcs::bg {
 namespace {
 
 constexpr double kFarthest_m = 1e6;
-constexpr int kMostCells = 1024 * 1024;
+constexpr int kMaxCells = 1024 * 1024;
 
-/// Why a GOTO's content cannot be done; empty: it can.
+/// Why the content of a GOTO cannot be executed; empty: it can.
 std::string_view objection(const command_t& m) {
   if (m.frame != command_t::FRAME_WORLD && m.frame != command_t::FRAME_LOCAL) {
-    return "cannot do because the waypoints' frame is unknown";
+    return "cannot do because the frame of the waypoints is unknown";
   }
-  if (m.n < 1 || m.n > Route::kMostWaypoints) {
-    return "cannot do because there must be 1 to 64 waypoints";
+  if (m.n < 1 || m.n > Route::kMaxWaypoints) {
+    return "cannot do because the number of waypoints is not 1 to 64";
   }
   if (m.waypoints_done < 0 || m.waypoints_done > m.n) {
-    return "cannot do because more waypoints are done than there are";
+    return "cannot do because waypoints_done is not 0 to the number of waypoints";
   }
   for (const waypoint_t& w : m.waypoint) {
     const Vec3 p = from_message(w.p_m);
     if (!p.allFinite() || p.cwiseAbs().maxCoeff() > kFarthest_m) {
-      return "cannot do because a waypoint is not finite or farther than 1000 km";
+      return "cannot do because a waypoint is not finite or is beyond 1000 km";
     }
     if (!(w.radius_m >= 0.5 && w.radius_m <= 50.0)) {
-      return "cannot do because a waypoint's radius is not 0.5 to 50 m";
+      return "cannot do because the radius of a waypoint is not 0.5 to 50 m";
     }
     if (!(w.speed_mps > 0.0 && w.speed_mps <= 30.0)) {
-      return "cannot do because a waypoint's speed is not above 0 and up to 30 m/s";
+      return "cannot do because the speed of a waypoint is not above 0 and up to 30 m/s";
     }
   }
   return "";
@@ -101,7 +101,7 @@ void Route::clear() {
 
 bool read_nav(const nav_state_t& m, Stamp arrival, Nav* nav) {
   Nav n;
-  // A variance that is no number must not pass for a sure pose.
+  // A variance that is not a number must not pass for a certain pose.
   const double variance_x = m.cov_world_pose[0][0];
   const double variance_y = m.cov_world_pose[1][1];
   const bool good = plausible_motion(m) && variance_x >= 0.0 && variance_y >= 0.0 &&
@@ -125,7 +125,7 @@ bool read_nav(const nav_state_t& m, Stamp arrival, Nav* nav) {
 }
 
 bool read_integrity(const integrity_t& m, Stamp arrival, Integrity* integrity) {
-  // Written so that NaN is refused.
+  // Written so that NaN is rejected.
   if (!(m.protection_horizontal_m >= 0.0 && m.protection_vertical_m >= 0.0)) return false;
   *integrity = {arrival, m.validity != integrity_t::VALID_NONE, m.protection_horizontal_m,
                 m.protection_vertical_m};
@@ -136,7 +136,7 @@ bool read_terrain(const map_patch_t& m, vj::Terrain* terrain) {
   constexpr std::int32_t kFarthestCell = 100'000'000;
   const bool good = plausible_stamp(m.utime) && m.cell_m >= 0.05 && m.cell_m <= 10.0 &&
                     m.width > 0 && m.height > 0 && m.width <= 1024 && m.height <= 1024 &&
-                    m.n <= kMostCells && m.width * m.height == m.n && m.first_i > -kFarthestCell &&
+                    m.n <= kMaxCells && m.width * m.height == m.n && m.first_i > -kFarthestCell &&
                     m.first_i < kFarthestCell && m.first_j > -kFarthestCell &&
                     m.first_j < kFarthestCell && std::abs(m.base_m) < kFarthest_m;
   if (!good) return false;

@@ -1,6 +1,5 @@
 #pragma once
-// What BG hears, in its own terms: the messages are checked here, and nothing behind it doubts
-// them.
+// Validates and converts the messages that BG receives; the code behind it relies on valid data.
 
 #include <cstdint>
 #include <string>
@@ -20,18 +19,18 @@ namespace rcs::bg {
 
 [[nodiscard]] Order order_of(const command_t& m);
 
-/// The waypoints of the newest GOTO and how far it was followed.
+/// The waypoints of the newest GOTO and the progress along them.
 class Route {
  public:
-  static constexpr int kMostWaypoints = 64;
-  Route() { waypoints_.reserve(kMostWaypoints); }
+  static constexpr int kMaxWaypoints = 64;
+  Route() { waypoints_.reserve(kMaxWaypoints); }
 
-  /// A command that asks for the same task again changes nothing on the way; a new one begins
-  /// behind the waypoints that its superior knows to be done.
-  /// @return why its content cannot be done, and then the route is empty; or nothing
+  /// A command that repeats the current task changes nothing; a new task begins after the waypoints
+  /// that its superior reports as done.
+  /// @return why its content cannot be executed, and then the route is empty; empty: it can
   std::string_view take(const command_t& goto_command);
   void clear();
-  /// The next waypoint is done.
+  /// Marks the next waypoint as done.
   void pass() { ++next_; }
 
   [[nodiscard]] bool arrived() const { return next_ >= waypoints_.size(); }
@@ -39,7 +38,7 @@ class Route {
   [[nodiscard]] int size() const { return static_cast<int>(waypoints_.size()); }
   [[nodiscard]] const waypoint_t& next() const { return waypoints_[next_]; }  ///< !arrived()
   [[nodiscard]] bool in_world() const { return frame_ == command_t::FRAME_WORLD; }
-  /// Changes with each new task.
+  /// Changes with each new task and with clear().
   [[nodiscard]] int number() const { return number_; }
 
  private:
@@ -53,7 +52,7 @@ class Route {
   int number_ = 0;
 };
 
-/// The belief, as BG needs it.
+/// The belief of WM, as BG needs it.
 struct Nav {
   Stamp stamp;
   Stamp arrival = Stamp::min();  ///< min: none yet
@@ -66,12 +65,12 @@ struct Nav {
   bool aligned = false;
   double speed_mps = 0.0;
   double sigma_world_m = 0.0;
-  Duration ins_age{};  ///< 0: there was none yet
+  Duration ins_age{};  ///< 0: no INS yet
   Duration ladar_age = Duration::max();
   Duration gps_age = Duration::max();
 };
 
-/// What WM guarantees of its pose.
+/// The integrity of the pose, as published by WM.
 struct Integrity {
   Stamp arrival = Stamp::min();  ///< min(): none yet
   bool pose_valid = false;
@@ -79,13 +78,13 @@ struct Integrity {
   double vertical_m = 0.0;
 };
 
-/// False, and `nav` untouched, when its pose or velocity is none.
+/// False, and `nav` untouched, if the pose or the motion is invalid.
 [[nodiscard]] bool read_nav(const nav_state_t& m, Stamp arrival, Nav* nav);
 
-/// False, and `integrity` untouched, when a protection level is negative or not a number.
+/// False, and `integrity` untouched, if a protection level is negative or not a number.
 [[nodiscard]] bool read_integrity(const integrity_t& m, Stamp arrival, Integrity* integrity);
 
-/// False, and `terrain` untouched, when it is no terrain. Frame local.
+/// False, and `terrain` untouched, if the patch is invalid. Frame local.
 [[nodiscard]] bool read_terrain(const map_patch_t& m, vj::Terrain* terrain);
 
 }  // namespace rcs::bg

@@ -10,9 +10,10 @@ namespace rcs::bg {
 namespace {
 
 constexpr Duration kReportInterval = from_seconds(5.0);
-constexpr Duration kHeld = from_seconds(1.0);     // longer than the wheels need to turn
-constexpr double kFreed_m = 0.5;                  // of driving, after being held
-constexpr Duration kWayKept = from_seconds(1.5);  // a path that was not found anew is used so long
+constexpr Duration kHeld = from_seconds(1.0);  // longer than the wheels need to turn
+constexpr double kFreed_m = 0.5;               // distance driven after a blocked path
+constexpr Duration kWayKept =
+    from_seconds(1.5);  // validity of a path that the search did not confirm
 
 double heading(const Pose& T) {
   const Vec3 ahead = T.q * Vec3::UnitX();
@@ -114,7 +115,7 @@ void BgNode::take_nav(const Cycle& cycle) {
     const Stamp before = nav_.stamp;
     const bool first = nav_.arrival == Stamp::min();
     if (!read_nav(m, nav_states_.front_arrival(), &nav_)) {
-      report_.warn(cycle.now, "input.refused", "{}: a pose or velocity that is none",
+      report_.warn(cycle.now, "input.refused", "{}: pose or velocity invalid, message rejected",
                    channel::kWmNavState);
       continue;
     }
@@ -133,7 +134,8 @@ void BgNode::take_integrity(const Cycle& cycle) {
   for (; !integrities_.empty(); integrities_.pop()) {
     const integrity_t& m = *integrities_.front();
     if (read_integrity(m, integrities_.front_arrival(), &integrity_)) continue;
-    report_.warn(cycle.now, "input.refused", "{}: protection levels {} and {} m are not valid",
+    report_.warn(cycle.now, "input.refused",
+                 "{}: protection levels {} m, {} m invalid, message rejected",
                  channel::kWmIntegrity, m.protection_horizontal_m, m.protection_vertical_m);
   }
 }
@@ -146,7 +148,8 @@ void BgNode::take_map(const Cycle& cycle) {
     terrain_stamp_ = from_utime(m->utime);
     terrain_local_utime_ = m->local_utime;
   } else {
-    report_.warn(cycle.now, "input.refused", "{}: {} x {} cells of {} m are no terrain",
+    report_.warn(cycle.now, "input.refused",
+                 "{}: terrain of {} x {} cells of {} m invalid, message rejected",
                  channel::kWmMapPatch, m->width, m->height, m->cell_m);
   }
   map_patches_.pop();
@@ -158,8 +161,8 @@ void BgNode::leave_trail() {
   trail_.add(place());
 }
 
-// A WM without a configured datum begins another world when it starts anew: the same numbers are
-// other places.
+// Without a configured datum a restarted WM begins another frame world, in which the same
+// coordinates mean other places.
 void BgNode::note_datum() {
   if (!nav_.world_valid || !route_.in_world()) return;
   if (!datum_) datum_ = nav_.datum;
@@ -175,8 +178,8 @@ Place BgNode::place() const {
           curvature_1pm_};
 }
 
-// The next waypoint in frame local. A waypoint in frame world moves there as WM learns better where
-// the vehicle is.
+// The next waypoint in frame local. A waypoint in frame world moves there with the corrections of
+// WM.
 Goal BgNode::goal() {
   if (!knows_north()) {
     if (!ahead_) {
@@ -191,7 +194,7 @@ Goal BgNode::goal() {
   if (route_.in_world()) {
     p = nav_.T_local_vehicle * (nav_.T_world_vehicle.inverse() * p);
   }
-  // Truly within the circle, not only by a belief that is off by some sigmas.
+  // The radius is reduced by the uncertainty, so that the vehicle is really within the circle.
   const double sigma_m = route_.in_world() ? nav_.sigma_world_m : 0.0;
   return {p.x(), p.y(), std::max(0.5 * w.radius_m, w.radius_m - 2.0 * sigma_m)};
 }
@@ -213,8 +216,9 @@ Facts BgNode::facts(Stamp now) const {
     f.order = order_of(*command);
     f.order_is_new = subordinate_.is_new();
     f.order_is_valid = subordinate_.valid(now);
-    f.cannot =
-        other_world_ ? "cannot do because WM has begun another world, with another datum" : cannot_;
+    f.cannot = other_world_
+                   ? "cannot do because WM has begun another frame world with another datum"
+                   : cannot_;
   }
   if (nav_.arrival == Stamp::min()) return f;
   f.nav_age = now - nav_.arrival;
@@ -236,12 +240,12 @@ Facts BgNode::facts(Stamp now) const {
   return f;
 }
 
-/// A command in frame local needs no place in the world: the drift since its begin is its own.
+/// A command in frame local does not depend on the world pose.
 double BgNode::speed_share() const {
   if (!route_.in_world() || !nav_.world_valid) return 1.0;
   vj::SpeedParams speeds = config_.speeds;
   if (const command_t* const c = subordinate_.command(); c != nullptr) {
-    // A task can have a narrower limit than the vehicle's, not a wider one.
+    // A task can have a narrower limit than the vehicle, not a wider one.
     const auto narrow = [](double asked_m, double* limit_m) {
       if (asked_m > 0.0) *limit_m = std::min(*limit_m, asked_m);
     };
@@ -258,14 +262,14 @@ void BgNode::plan(const Cycle& cycle, const Facts& now) {
                           now.nav_still <= config_.decide.nav_still && now.aligned &&
                           now.speed_share > 0.0 && map_is_of_now() && !emergency_stop_.engaged();
   if (!on_the_way) return;
-  if (way_since_ == Stamp::min()) way_since_ = cycle.now;  // from now on one is looked for
+  if (way_since_ == Stamp::min()) way_since_ = cycle.now;  // the search begins now
   const Goal to = goal();
   obstacles_.compute(terrain_, config_.weights);
   look_for_way(to, now.speed_mps, static_cast<int>(grant(cycle, config_.grant)));
-  const double most_mps = std::min({config_.max_speed_mps, route_.next().speed_mps,
-                                    knows_north() ? config_.max_speed_mps : config_.north_mps});
-  // Two ways around an obstacle cost about the same, and which is cheaper changes with every scan:
-  // the one under way is kept while it is free, long enough and not clearly worse.
+  const double max_mps = std::min({config_.max_speed_mps, route_.next().speed_mps,
+                                   knows_north() ? config_.max_speed_mps : config_.north_mps});
+  // Two paths around an obstacle cost about the same, and the cheaper one changes from scan to
+  // scan: the current path is kept while it is free, long enough and not clearly more expensive.
   const double rest_m = path_.empty() ? 0.0 : path_.back().s_m - path_[at_].s_m;
   const bool under_way =
       now.has_way && rest_m > config_.follow.keep_m && path_local_utime_ == nav_.local_utime;
@@ -281,23 +285,24 @@ void BgNode::plan(const Cycle& cycle, const Facts& now) {
     way_since_ = cycle.now;
     path_local_utime_ = nav_.local_utime;
   } else {
-    // The last way is driven on for a little, as far as it is still free: a search that begins at
-    // speed has fewer ways out than one that begins after some braking.
-    report_.warn(cycle.now, "way.none", "no way to waypoint {} of {}, {:.1f} m away",
-                 route_.done() + 1, route_.size(),
-                 std::hypot(to.x_m - place().x_m, to.y_m - place().y_m));
+    // The last path is followed a little longer, as far as it is free: a search that begins at
+    // speed has fewer solutions than one that begins after some braking.
+    report_.warn(
+        cycle.now, "path.none",
+        "no path to waypoint {} of {}, distance {:.1f} m: following the last path while free",
+        route_.done() + 1, route_.size(), std::hypot(to.x_m - place().x_m, to.y_m - place().y_m));
     cut_at_obstacles();
     if (path_.size() < 2) return;
   }
-  plan_speeds(terrain_, config_.weights, config_.speeds, config_.follow, config_.shape, most_mps,
+  plan_speeds(terrain_, config_.weights, config_.speeds, config_.follow, config_.shape, max_mps,
               now.speed_share, &path_);
   publish_plan(cycle.now);
 }
 
 void BgNode::look_for_way(const Goal& to, double speed_mps, int granted) {
-  for (const double margin_m : {config_.shape.margin_m, config_.shape.least_margin_m}) {
+  for (const double margin_m : {config_.shape.margin_m, config_.shape.min_margin_m}) {
     search_.keep_off(margin_m);
-    // Something stands, or seems to stand, in the goal: nearer to it more can be seen.
+    // The goal may be occupied, or seem so: closer to it the terrain is seen better.
     for (const double more_m : {0.0, config_.near_goal_m}) {
       find_way({to.x_m, to.y_m, to.radius_m + more_m}, speed_mps, granted);
       if (candidate_.size() > 1) return;
@@ -310,8 +315,8 @@ void BgNode::find_way(const Goal& to, double speed_mps, int granted) {
   const int direction = speed_mps > config_.decide.rest_mps    ? 1
                         : speed_mps < -config_.decide.rest_mps ? -1
                                                                : 0;
-  // Backwards it is slow, over ground that it knows; and were every way that begins backwards to
-  // go on so for a while, new ways would lead it back for ever.
+  // Backwards the vehicle is slow and on known ground. If every path that begins backwards had to
+  // continue so for the stopping distance, new paths would lead it back for ever.
   const double stop_m = direction > 0 ? stopping_m(speed_mps) : 0.0;
   field_.compute(terrain_, obstacles_, to, config_.weights, search_.body_m(),
                  search_.required_m(obstacles_, place()));
@@ -359,8 +364,10 @@ void BgNode::leave_way_if_held(Stamp now, bool held) {
   } else if (held_since_ == Stamp::max()) {
     held_since_ = now;
   } else if (now - held_since_ > kHeld && !path_.empty()) {
-    report_.warn(now, "way.held", "left a way of {:.1f} m: what is beside it holds the vehicle",
-                 path_.back().s_m);
+    report_.warn(
+        now, "path.blocked",
+        "path of {:.1f} m dropped: vehicle at rest for {:.1f} s, blocked by a nearby obstacle",
+        path_.back().s_m, seconds(now - held_since_));
     search_.bar(path_);
     path_.clear();
     held_at_ = place();
@@ -375,11 +382,11 @@ double BgNode::stopping_m(double speed_mps) const {
 
 double BgNode::within_free_way(const Steering& steering) const {
   if (steering.speed_mps == 0.0) return 0.0;
-  const double most_mps = std::max(std::abs(steering.speed_mps), std::abs(nav_.speed_mps));
+  const double max_mps = std::max(std::abs(steering.speed_mps), std::abs(nav_.speed_mps));
   const int direction = steering.speed_mps > 0.0 ? 1 : -1;
   const double free_m =
       free_way(search_, obstacles_, place(), nav_.speed_mps, steering.curvature_1pm, direction,
-               config_.shape, stopping_m(most_mps) + 0.5);
+               config_.shape, stopping_m(max_mps) + 0.5);
   const double speed_mps = speed_within(free_m, nav_.speed_mps, config_.follow);
   return direction * std::min(std::abs(steering.speed_mps), speed_mps);
 }

@@ -1,5 +1,5 @@
 #pragma once
-// BG's shell: commands, the belief and the terrain in; what the vehicle does next, out.
+// The message shell of BG: receives commands, the belief and the terrain, publishes drive commands.
 
 #include <cstdint>
 #include <memory>
@@ -42,21 +42,23 @@ class BgNode final : public Node {
   [[nodiscard]] bool map_is_of_now() const;
   [[nodiscard]] Place place() const;
   [[nodiscard]] Goal goal();
-  /// The route's frame is known to WM.
+  /// WM knows the frame of the route.
   [[nodiscard]] bool knows_north() const { return !route_.in_world() || nav_.world_valid; }
   void pass_waypoints();
   [[nodiscard]] Facts facts(Stamp now) const;
   void plan(const Cycle& cycle, const Facts& facts);
-  /// Looks for a way, with what it takes to find one at all; candidate_ is it, or empty.
+  /// Searches for a path with decreasing margin and increasing goal; candidate_ is the path, or
+  /// empty.
   void look_for_way(const Goal& to, double speed_mps, int granted);
   void find_way(const Goal& to, double speed_mps, int granted);
   void cut_at_obstacles();
-  /// Way that it takes to stop.
+  /// Distance to stop.
   [[nodiscard]] double stopping_m(double speed_mps) const;
-  /// What of a speed is left, so that the vehicle stops before what is in its way.
+  /// Reduces the commanded speed so that the vehicle stops before any obstacle on its predicted
+  /// arc.
   [[nodiscard]] double within_free_way(const Steering& steering) const;
   void drive(const Cycle& cycle, const Decision& decision);
-  /// Whoever is held by what is in its way takes another one.
+  /// Replaces the path of a vehicle that an obstacle keeps at rest.
   void leave_way_if_held(Stamp now, bool held);
   void publish_plan(Stamp now);
   void publish_status(const Decision& decision, Stamp now);
@@ -73,7 +75,7 @@ class BgNode final : public Node {
   Report report_;
 
   Nav nav_;
-  Stamp nav_moved_ = Stamp::min();  // arrival of the newest message with another sensor time
+  Stamp nav_moved_ = Stamp::min();  // arrival of the newest message with a new sensor time
   Integrity integrity_;
   vj::Terrain terrain_;  // frame local
   Stamp terrain_stamp_ = Stamp::min();
@@ -85,9 +87,9 @@ class BgNode final : public Node {
   PathSearch search_;
 
   Route route_;
-  std::optional<Vec3> datum_;  // of the world that the route's places are in
-  bool other_world_ = false;   // WM has begun another one meanwhile
-  std::optional<Goal> ahead_;  // frame local: where to drive while north is not known
+  std::optional<Vec3> datum_;  // of frame world of the route
+  bool other_world_ = false;   // WM has begun another frame world meanwhile
+  std::optional<Goal> ahead_;  // frame local: where to drive while the heading is unknown
   std::string_view cannot_;
   EmergencyStop emergency_stop_;
 
@@ -96,18 +98,18 @@ class BgNode final : public Node {
   std::size_t at_ = 0;
   std::int64_t path_local_utime_ = 0;
   SearchResult found_;
-  Stamp way_since_ = Stamp::min();  // when there last was a way, or the route began
+  Stamp way_since_ = Stamp::min();  // when a path last existed, or the route began
   Steering steering_;
-  Stamp held_since_ = Stamp::max();  // at rest, though the path goes on
-  Place held_at_;                    // where a way was left for that reason
-  double curvature_1pm_ = 0.0;       // of the wheels, by what they were told and how fast they turn
+  Stamp held_since_ = Stamp::max();  // at rest although the path continues
+  Place held_at_;                    // where a path was dropped for that reason
+  double curvature_1pm_ = 0.0;  // of the wheels, estimated from the commands and the steering rate
   std::string_view reported_state_;
 
   drive_t drive_{};
   plan_t plan_{};
 };
 
-/// For replay and simulation: emergency stops are latched in memory.
+/// For replay and simulation: emergency stops are latched in memory only.
 [[nodiscard]] Result<std::unique_ptr<Node>> make_bg_node(const ParamFile& file, Bus* bus);
 /// For a vehicle: emergency stops are latched in a file, see open_stop_latch().
 [[nodiscard]] Result<std::unique_ptr<Node>> make_live_bg_node(const ParamFile& file, Bus* bus);

@@ -6,7 +6,7 @@
 namespace rcs::bg {
 namespace {
 
-// What lies beyond the border is not known; a way there is seldom straight nor on easy ground.
+// Cost factor beyond the border: terrain there is unknown, and a path is seldom straight or easy.
 constexpr double kBeyond = 1.5;
 
 bool later(double a, double b) { return a > b; }

@@ -1,6 +1,6 @@
 #pragma once
-// What the way to the goal costs from every cell, for a vehicle that turns on the spot: the
-// search's heuristic, and what lies beyond its horizon.
+// Cost of the path to the goal from every cell, for a vehicle that turns on the spot: the heuristic
+// of the search and the cost beyond its horizon.
 
 #include <limits>
 #include <optional>
@@ -18,18 +18,19 @@ struct Goal {
   double radius_m = 2.0;
 };
 
-/// Dijkstra over the cells of a terrain. Where the goal lies outside, the border's cells are worth
-/// the straight way from them. Allocates nothing once it has seen a terrain as large.
+/// Dijkstra over the cells of a terrain. If the goal lies outside, the cost of a border cell is the
+/// straight distance from it to the goal. Allocates nothing after it was called with a terrain as
+/// large.
 class CostField {
  public:
-  /// @param body_m      radius of what must be free around the vehicle's middle
-  /// @param required_m  to be kept off obstacles, beyond it
+  /// @param body_m      radius around the centre of the vehicle that must be free
+  /// @param required_m  additional distance from obstacles
   void compute(const vj::Terrain& terrain, const ObstacleDistance& obstacles, const Goal& goal,
                const vj::Weights& weights, double body_m, double required_m);
 
-  /// [m of easy ground]; infinite: no way, or outside of the terrain.
+  /// [m of easy ground]; infinite: no path, or outside the terrain.
   [[nodiscard]] double at(double x_m, double y_m) const;
-  /// The vehicle cannot stand there whichever way it points.
+  /// The vehicle cannot stand there at any heading.
   [[nodiscard]] bool blocked(double x_m, double y_m) const;
 
   static constexpr double kNoWay = std::numeric_limits<double>::infinity();
@@ -40,7 +41,7 @@ class CostField {
     int cell;
   };
   void push(int cell, double cost);
-  /// Index of the cell at a place; none outside.
+  /// Index of the cell that contains the point; none outside.
   [[nodiscard]] std::optional<std::size_t> cell_at(double x_m, double y_m) const;
 
   double cell_m_ = 1.0;

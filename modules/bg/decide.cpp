@@ -4,16 +4,16 @@
 
 namespace rcs::bg {
 
-// The first row whose condition holds decides. The order is the order of danger.
+// The first row whose condition holds decides. The rows are in order of danger.
 Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
   const bool at_rest = std::abs(f.speed_mps) < p.rest_mps;
   const bool releases = f.order == Order::kRelease && f.order_is_valid;
-  // The speed of a pose that stands still in sensor time is of the past.
+  // The speed of a pose whose sensor time stands still is outdated.
   const bool speed_known =
       f.nav_age <= p.nav_silence && f.nav_still <= p.nav_still && f.pose_valid && f.aligned;
   const bool known_at_rest = at_rest && speed_known;
   if (f.order == Order::kEmergencyStop) emergency = true;
-  // Only at once: a release that was refused must not take effect when the vehicle comes to rest.
+  // Only in its cycle: a rejected release must not take effect once the vehicle is at rest.
   if (releases && f.order_is_new && known_at_rest) emergency = false;
 
   const auto row = [&](int line, Action action, Status status, std::string_view state,
@@ -22,7 +22,7 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
   };
   const Status when_at_rest = at_rest ? Status::kDone : Status::kExecuting;
 
-  // -- the emergency stop holds until it is released, whoever commands what -----------------------
+  // -- the emergency stop: latched until it is released, whatever is commanded --------------------
   if (emergency && f.order == Order::kEmergencyStop) {
     return row(__LINE__, Action::kBrake, when_at_rest, "EMERGENCY_STOP", "");
   }
@@ -30,14 +30,14 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
     return row(
         __LINE__, Action::kBrake, Status::kError, "EMERGENCY_STOP",
         "cannot release the emergency stop because the world model is silent or has no valid "
-        "pose: rest is not known");
+        "pose: rest is not confirmed");
   }
   if (emergency) {
     return row(__LINE__, Action::kBrake, Status::kError, "EMERGENCY_STOP",
                "cannot do because an emergency stop is latched: release it at rest first");
   }
 
-  // -- nobody commands ---------------------------------------------------------------------------
+  // -- no command to drive ------------------------------------------------------------------------
   if (f.order == Order::kNone) {
     return row(__LINE__, Action::kStop, Status::kUninitialized, "IDLE", "");
   }
@@ -56,10 +56,10 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
   }
   if (!f.order_is_valid) {
     return row(__LINE__, Action::kStop, Status::kError, "COMMAND_EXPIRED",
-               "stopped because the command's time is over and no new one came");
+               "stopped because the command has expired and no new one was received");
   }
 
-  // -- the contingencies: what is lost, and the least risk that is left ---------------------------
+  // -- contingencies: loss of an input, and the least risk that remains ---------------------------
   const bool no_ladar = f.ladar_age > p.ladar_loss;
   const bool no_gps = f.gps_age > p.gps_loss;
   if (f.nav_age > p.nav_silence) {
@@ -80,15 +80,15 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
   }
   if (!f.aligned) {
     return row(__LINE__, Action::kBrake, Status::kExecuting, "NOT_LOCALIZED",
-               "waiting because the world model does not know where the vehicle is");
+               "waiting because the world model is in alignment or lost");
   }
   if (no_ladar && no_gps) {
     return row(__LINE__, Action::kBrake, Status::kExecuting, "LADAR_AND_GPS_LOST",
-               "waiting because neither LADAR nor GPS is there");
+               "waiting because neither LADAR nor GPS is received");
   }
   if (no_ladar) {
     return row(__LINE__, Action::kStop, Status::kExecuting, "LADAR_LOST",
-               "waiting because no LADAR scan was registered of late");
+               "waiting because no LADAR scan was registered recently");
   }
   if (f.ins_age > p.ins_loss) {
     return row(__LINE__, Action::kStop, Status::kExecuting, "INS_LOST",
@@ -96,24 +96,24 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
   }
   if (f.map_age > p.map_loss) {
     return row(__LINE__, Action::kStop, Status::kExecuting, "MAP_OLD",
-               "waiting because the terrain ahead was not seen of late");
+               "waiting because the terrain has no recent scan");
   }
   if (f.speed_share <= 0.0) {
     return row(__LINE__, Action::kStop, Status::kExecuting, "POSE_UNCERTAIN",
-               "waiting because the pose is too unsure to drive by");
+               "waiting because the pose is too uncertain to drive");
   }
 
-  // -- the way -----------------------------------------------------------------------------------
+  // -- the path -----------------------------------------------------------------------------------
   if (!f.has_way && f.without_way > p.patience) {
     return row(__LINE__, Action::kStop, Status::kError, "NO_PATH",
-               "cannot do because no way to the waypoint was found");
+               "cannot do because no path to the waypoint was found");
   }
   if (!f.has_way) {
-    return row(__LINE__, Action::kStop, Status::kExecuting, "PLANNING", "looking for a way");
+    return row(__LINE__, Action::kStop, Status::kExecuting, "PLANNING", "searching for a path");
   }
   if (!f.north_known) {
     return row(__LINE__, Action::kDrive, Status::kExecuting, "INITIALIZING_HEADING",
-               "driving slowly ahead so that the world model finds north");
+               "driving slowly ahead to initialize the heading of the world model");
   }
   return row(__LINE__, Action::kDrive, Status::kExecuting, no_gps ? "DRIVING_NO_GPS" : "DRIVING",
              "");

@@ -1,7 +1,7 @@
 #pragma once
-// The state table of BG: from the command, the health of what it rests on and the way ahead to what
-// is done. Pure: the same facts give the same decision. Whatever is lost, there is a row that ends
-// in standing still.
+// The state table of BG: maps the command, the health of the inputs and the state of the path to an
+// action. Pure: the same facts give the same decision. For every loss of an input there is a row
+// that ends at rest.
 
 #include <string_view>
 
@@ -15,9 +15,9 @@ enum class Order { kNone, kHalt, kGoto, kEmergencyStop, kRelease, kUnknown };
 struct Facts {
   Order order = Order::kNone;                ///< newest command
   bool order_is_new = false;                 ///< accepted in this cycle
-  bool order_is_valid = false;               ///< its time is not over
-  std::string_view cannot;                   ///< why its content cannot be done; empty: it can
-  double speed_mps = 0.0;                    ///< of the vehicle, as far as is known
+  bool order_is_valid = false;               ///< it has not expired
+  std::string_view cannot;                   ///< why its content cannot be executed; empty: it can
+  double speed_mps = 0.0;                    ///< of the vehicle, if known
   Duration nav_age = Duration::max();        ///< since the newest navigation message
   Duration nav_still = Duration::max();      ///< since its sensor time last changed
   Duration integrity_age = Duration::max();  ///< since the newest integrity message
@@ -27,30 +27,31 @@ struct Facts {
   Duration ladar_age = Duration::max();      ///< since a registration was last fused
   Duration gps_age = Duration::max();
   Duration map_age = Duration::max();  ///< since the newest scan in the terrain
-  bool north_known = true;             ///< and so the frame of the command is
-  double speed_share = 0.0;            ///< of the pose and its protection level in the command's
-                                       ///< frame (vj::speed_share(), vj::protected_share())
-  bool arrived = false;                ///< within the last waypoint
-  bool has_way = false;                ///< a path that is still right
-  Duration without_way{};              ///< for how long there has been none
+  bool north_known = true;             ///< WM knows the frame of the command
+  double speed_share =
+      0.0;  ///< share of the speed allowed by the pose and its protection levels in the frame of
+            ///< the command (vj::speed_share(), vj::protected_share())
+  bool arrived = false;    ///< within the last waypoint
+  bool has_way = false;    ///< a path that is still valid
+  Duration without_way{};  ///< time since the last valid path
 };
 
 struct DecideParams {
   Duration nav_silence = from_milliseconds(200.0);  ///< WM is silent
-  Duration nav_still = from_milliseconds(300.0);    ///< its sensor time stands
+  Duration nav_still = from_milliseconds(300.0);    ///< its sensor time stands still
   Duration integrity_silence = from_milliseconds(500.0);
   Duration ins_loss = from_milliseconds(500.0);
-  Duration ladar_loss = from_milliseconds(500.0);  ///< nothing registered
+  Duration ladar_loss = from_milliseconds(500.0);  ///< no scan registered
   Duration gps_loss = from_milliseconds(1500.0);
-  Duration map_loss = from_milliseconds(1500.0);   ///< the terrain is old
-  Duration patience = from_milliseconds(15000.0);  ///< without a way
-  double rest_mps = 0.15;                          ///< slower is at rest
+  Duration map_loss = from_milliseconds(1500.0);   ///< no scan in the terrain
+  Duration patience = from_milliseconds(15000.0);  ///< without a path
+  double rest_mps = 0.15;                          ///< a slower vehicle is at rest
 };
 
 enum class Action {
   kDrive,  ///< along the path
-  kStop,   ///< along the path, gently: what lies there has been seen
-  kBrake,  ///< as fast as is safe, wheels as they are
+  kStop,   ///< along the path, gently: the terrain there is known
+  kBrake,  ///< as fast as is safe, steering unchanged
 };
 
 enum class Status { kUninitialized, kExecuting, kDone, kError };
@@ -58,10 +59,10 @@ enum class Status { kUninitialized, kExecuting, kDone, kError };
 struct Decision {
   Action action = Action::kBrake;
   Status status = Status::kUninitialized;
-  std::string_view state;   ///< for the superior, stable
-  std::string_view reason;  ///< why it does not drive on; literals, or Facts::cannot
+  std::string_view state;   ///< for the superior; stable
+  std::string_view reason;  ///< why the vehicle does not drive; literals, or Facts::cannot
   int line = 0;             ///< of the row in decide.cpp
-  bool emergency = false;   ///< stays until it is released: the memory of the next cycle
+  bool emergency = false;   ///< latched until it is released: input of the next cycle
 };
 
 /// @param emergency  Decision::emergency of the last cycle

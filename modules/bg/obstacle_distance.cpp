@@ -30,7 +30,7 @@ void ObstacleDistance::compute(const vj::Terrain& terrain, const vj::Weights& we
   for (std::size_t k = 0; k < terrain.ground.size(); ++k) {
     if (!vj::passable(terrain.ground[k], weights)) nearest_[k] = {0, 0};
   }
-  // Two sweeps, each with a way back along the row.
+  // Two sweeps, each with a return pass along the row.
   for (int j = 0; j < height_; ++j) {
     for (int i = 0; i < width_; ++i) {
       take_from(i, j, -1, 0);

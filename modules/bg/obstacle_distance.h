@@ -1,5 +1,5 @@
 #pragma once
-// How far the nearest obstacle is from every cell.
+// Distance from every cell to the nearest obstacle.
 
 #include <vector>
 
@@ -7,15 +7,15 @@
 
 namespace rcs::bg {
 
-/// Distances from the middle of each cell of a terrain to the edge of the nearest cell that must
-/// not be driven over, by propagation of the nearest such cell (Danielsson 1980): exact but for
-/// rare errors below a tenth of a cell. Allocates nothing once it has seen a terrain as large.
+/// Distances from the centre of each cell of a terrain to the edge of the nearest impassable cell,
+/// by propagation of the nearest such cell (Danielsson 1980): exact but for rare errors below a
+/// tenth of a cell. Allocates nothing after it was called with a terrain as large.
 class ObstacleDistance {
  public:
   void compute(const vj::Terrain& terrain, const vj::Weights& weights);
 
-  /// [m]; at most kFar_m. Between the middles of cells it is interpolated, so that it changes as
-  /// the vehicle moves and not by jumps. Outside of the terrain: kFar_m, as nothing is known there.
+  /// [m]; at most kFar_m. Interpolated between the centres of cells, so that it changes
+  /// continuously with the position. Outside the terrain: kFar_m, as nothing is known there.
   [[nodiscard]] double at(double x_m, double y_m) const {
     const double x = x_m / cell_m_ - 0.5 - first_.i;
     const double y = y_m / cell_m_ - 0.5 - first_.j;

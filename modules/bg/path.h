@@ -1,5 +1,5 @@
 #pragma once
-// Ways of the vehicle, seen from above.
+// Paths of the vehicle in the plane.
 
 #include <cmath>
 #include <vector>
@@ -8,8 +8,8 @@
 
 namespace rcs::bg {
 
-/// Where the vehicle is and what its wheels do, seen from above; the reference point is the origin
-/// of the vehicle frame.
+/// Pose and steering curvature of the vehicle in the plane; the reference point is the origin of
+/// the vehicle frame.
 struct Place {
   double x_m = 0.0;
   double y_m = 0.0;
@@ -17,12 +17,12 @@ struct Place {
   double curvature_1pm = 0.0;  ///< positive left
 };
 
-/// `distance_m` further along a circle of the place's curvature; negative: backwards.
+/// `distance_m` farther along a circle with the curvature of `from`; negative: backwards.
 [[nodiscard]] inline Place along_arc(const Place& from, double distance_m) {
   Place to = from;
   to.heading_rad += from.curvature_1pm * distance_m;
   const double turn = 0.5 * from.curvature_1pm * distance_m;
-  // The chord: sin(turn) / turn without the pole.
+  // The chord: sin(turn) / turn without the singularity.
   const double chord =
       distance_m * (std::abs(turn) < 1e-4 ? 1.0 - turn * turn / 6.0 : std::sin(turn) / turn);
   to.x_m += chord * std::cos(from.heading_rad + turn);
@@ -33,22 +33,22 @@ struct Place {
 struct PathPoint {
   Place place;
   int direction = 1;         ///< 1 ahead, -1 backwards
-  double s_m = 0.0;          ///< driven since the path's start
+  double s_m = 0.0;          ///< distance driven since the start of the path
   double clearance_m = 0.0;  ///< from the vehicle's body to the nearest obstacle
-  double limit_mps = 0.0;    ///< of the ground, the turn and what is beside
-  double speed_mps = 0.0;    ///< planned: also what the brakes allow
+  double limit_mps = 0.0;    ///< allowed by the ground, the turn and nearby obstacles
+  double speed_mps = 0.0;    ///< planned: also limited by braking
 };
 
 using Path = std::vector<PathPoint>;
 
-/// The vehicle's outline and what it can do.
+/// Outline and steering limits of the vehicle.
 struct Shape {
   double length_m = 3.2;
   double width_m = 2.0;
   double max_curvature_1pm = 0.18;
-  double curvature_rate = 0.2;  ///< how fast the wheels turn [1/(m s)]
-  double margin_m = 0.4;        ///< obstacles are kept farther off than this
-  double least_margin_m = 0.2;  ///< and than this where there is no other way
+  double curvature_rate = 0.2;  ///< steering rate [1/(m s)]
+  double margin_m = 0.4;        ///< required distance from obstacles
+  double min_margin_m = 0.2;    ///< the same where no other path exists
 };
 
 }  // namespace rcs::bg

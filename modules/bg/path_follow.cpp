@@ -17,11 +17,11 @@ std::size_t end_of_leg(const Path& path, std::size_t at) {
   return end;
 }
 
-// Over so much of the way a change of curvature is looked at: a step of the search's arcs alone is
-// soon made up for, one after the other is not.
+// Length of path over which a change of curvature is limited: a single step between arcs of the
+// search is soon compensated, a sequence of steps is not.
 constexpr double kWindow_m = 2.4;
 
-// What the wheels can follow.
+// Limits the speed to what the steering rate can follow.
 void limit_turning(const Shape& shape, Path* path) {
   std::size_t from = 0;
   for (std::size_t k = 1; k < path->size(); ++k) {
@@ -40,20 +40,20 @@ void limit_turning(const Shape& shape, Path* path) {
 
 double free_way(const PathSearch& body, const ObstacleDistance& obstacles, const Place& vehicle,
                 double speed_mps, double curvature_1pm, int direction, const Shape& shape,
-                double most_m) {
+                double max_m) {
   constexpr double kStep_m = 0.2;
-  constexpr double kTouch_m = 0.1;      // the cells' size is behind it, too
-  constexpr double kSlowest_mps = 0.3;  // the wheels of a vehicle that starts turn first
+  constexpr double kTouch_m = 0.1;      // in addition to the size of a cell
+  constexpr double kSlowest_mps = 0.3;  // a vehicle that starts turns its wheels first
   const double turn = shape.curvature_rate * kStep_m / std::max(kSlowest_mps, std::abs(speed_mps));
-  // Where it stands too near already, it may drive, but not nearer.
+  // If its clearance is already too small, the vehicle may drive, but not closer to obstacles.
   const double required_m = PathSearch::required_m(kTouch_m, body.clearance(obstacles, vehicle));
   Place p = vehicle;
-  for (double way_m = 0.0; way_m < most_m; way_m += kStep_m) {
+  for (double way_m = 0.0; way_m < max_m; way_m += kStep_m) {
     p.curvature_1pm += std::clamp(curvature_1pm - p.curvature_1pm, -turn, turn);
     p = along_arc(p, direction * kStep_m);
     if (body.clearance(obstacles, p) < required_m) return way_m;
   }
-  return most_m;
+  return max_m;
 }
 
 double speed_within(double free_m, double speed_mps, const FollowParams& params) {
@@ -63,9 +63,9 @@ double speed_within(double free_m, double speed_mps, const FollowParams& params)
 
 void plan_speeds(const vj::Terrain& terrain, const vj::Weights& weights,
                  const vj::SpeedParams& speeds, const FollowParams& params, const Shape& shape,
-                 double most_mps, double share, Path* path) {
+                 double max_mps, double share, Path* path) {
   for (PathPoint& p : *path) {
-    double limit = std::min(most_mps, vj::speed_in_turn(p.place.curvature_1pm, speeds));
+    double limit = std::min(max_mps, vj::speed_in_turn(p.place.curvature_1pm, speeds));
     for (const double ahead_m : {-0.4 * shape.length_m, 0.0, 0.4 * shape.length_m}) {
       const Cell cell = terrain.cell_at(p.place.x_m + ahead_m * std::cos(p.place.heading_rad),
                                         p.place.y_m + ahead_m * std::sin(p.place.heading_rad));
@@ -96,7 +96,7 @@ Steering follow(const Path& path, const Place& vehicle, double speed_mps,
     out.at_end = true;
     return out;
   }
-  // The nearest point of this leg, from where the vehicle was on.
+  // The nearest point of this leg, from the last position on.
   std::size_t end = end_of_leg(path, *at);
   double nearest = distance(path[*at].place, vehicle);
   for (std::size_t k = *at + 1; k < end; ++k) {
@@ -107,7 +107,7 @@ Steering follow(const Path& path, const Place& vehicle, double speed_mps,
       *at = k;
     }
   }
-  // At its end, and slow enough: on to the next.
+  // At its end, and slow enough: continues with the next leg.
   const double left_m = path[end - 1].s_m - path[*at].s_m;
   if (end < path.size() && left_m < 0.3 && std::abs(speed_mps) < 0.2) {
     *at = end;
@@ -123,7 +123,7 @@ Steering follow(const Path& path, const Place& vehicle, double speed_mps,
   std::size_t target = *at;
   while (target + 1 < end && path[target].s_m - path[*at].s_m < ahead_m) ++target;
   Place aim = path[target].place;
-  // Past the leg's end it goes straight on, so that the wheels do not flutter where it ends.
+  // Beyond the end of the leg it is extended straight, so that the steering is steady at the end.
   const double missing_m = ahead_m - (path[target].s_m - path[*at].s_m);
   if (missing_m > 0.0) {
     aim.curvature_1pm = 0.0;
@@ -138,10 +138,10 @@ Steering follow(const Path& path, const Place& vehicle, double speed_mps,
   out.curvature_1pm =
       std::clamp(2.0 * left / d2, -shape.max_curvature_1pm, shape.max_curvature_1pm);
 
-  // What holds now and until the wheels obey.
+  // Speed limit from now until the steering takes effect.
   const double until_m = path[*at].s_m + params.latency_s * std::abs(speed_mps);
   double planned = path[*at].speed_mps;
-  // A path that starts at rest must not forbid the first metre.
+  // A path that starts at rest must allow the first metre.
   if (*at + 1 < end) planned = std::max(planned, 0.3);
   for (std::size_t k = *at; k < end && path[k].s_m <= until_m; ++k) {
     if (k > *at) planned = std::min(planned, std::max(path[k].speed_mps, 0.0));

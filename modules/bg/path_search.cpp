@@ -6,11 +6,11 @@
 namespace rcs::bg {
 namespace {
 
-constexpr int kCurvatures = 5;  // -1, -1/2, 0, 1/2, 1 of the largest
+constexpr int kCurvatures = 5;  // share of the largest: -1, -1/2, 0, 1/2, 1
 constexpr int kStraight = 2;
 constexpr double kSample_m = 0.4;
-constexpr double kEscape_m = 5.0;    // of driving out of a place that the cells forbid
-constexpr double kTrapped_m = 30.0;  // what is left to do from there, at least
+constexpr double kEscape_m = 5.0;    // distance driven out of a blocked cell
+constexpr double kTrapped_m = 30.0;  // lower bound of the remaining cost from there
 
 double share(int curvature) { return 0.5 * (curvature - kStraight); }
 
@@ -34,7 +34,7 @@ PathSearch::PathSearch(const SearchParams& params, const Shape& shape, const vj:
       margin_m_(shape.margin_m),
       disc_m_(std::hypot(0.5 * shape.width_m, shape.length_m / 6.0)),
       spacing_m_(shape.length_m / 3.0) {
-  // A search stays within its horizon, and a little more while it backs up.
+  // A search stays within its horizon, plus a little for reversing.
   bins_ = 2 * static_cast<int>(std::ceil(1.2 * params.horizon_m / params.bin_m)) + 1;
   const std::size_t states = static_cast<std::size_t>(bins_) * static_cast<std::size_t>(bins_) *
                              static_cast<std::size_t>(params.headings) * 2;
@@ -87,7 +87,7 @@ SearchResult PathSearch::search(const vj::Terrain& terrain, const ObstacleDistan
       static_cast<std::int8_t>(nearest_curvature(start.curvature_1pm, shape_));
   offer({start, 0.0, 0.0, -1, curvature, static_cast<std::int8_t>(from.direction)},
         field.at(start.x_m, start.y_m));
-  int best = -1;  // the node from which least is left
+  int best = -1;  // the node with the least remaining cost
   double least = CostField::kNoWay;
   while (!open_.empty()) {
     std::pop_heap(open_.begin(), open_.end(),
@@ -96,7 +96,7 @@ SearchResult PathSearch::search(const vj::Terrain& terrain, const ObstacleDistan
     open_.pop_back();
     const Node node = nodes_[static_cast<std::size_t>(next.node)];
     const std::size_t at = state(node);
-    if (static_cast<float>(node.g) > best_g_[at]) continue;  // a better way came later
+    if (static_cast<float>(node.g) > best_g_[at]) continue;  // a better path was found later
 
     const double rest = next.f - node.g;
     if (rest < least) {
@@ -119,7 +119,7 @@ SearchResult PathSearch::search(const vj::Terrain& terrain, const ObstacleDistan
     ++result.expansions;
     expand(next.node, terrain, obstacles, field);
   }
-  // No way to the end: as near as it gets, if that is anywhere.
+  // No path to the goal: the path to the node that is nearest to it, if there is any.
   if (best >= 0 && nodes_[static_cast<std::size_t>(best)].parent >= 0) {
     result.stop = SearchStop::kBudget;
     result.cost = least + nodes_[static_cast<std::size_t>(best)].g;
@@ -132,8 +132,8 @@ SearchResult PathSearch::search(const vj::Terrain& terrain, const ObstacleDistan
 
 void PathSearch::offer(const Node& node, double rest) {
   if (std::isinf(rest)) {
-    // Where the vehicle stands in what the cells forbid, it first has to get out of there. Such
-    // places are worth no more than the way to better ones.
+    // From a blocked cell the vehicle first has to drive out. The remaining cost there is a lower
+    // bound.
     if (!trapped_ || node.s_m > kEscape_m) return;
     rest = kTrapped_m;
   }
@@ -148,8 +148,7 @@ void PathSearch::offer(const Node& node, double rest) {
                  [](const Open& a, const Open& b) { return worse(a.f, b.f); });
 }
 
-// The LADAR looks ahead: what it has never seen, and the vehicle has not driven over, may be a
-// trunk.
+// The LADAR looks ahead: ground that was neither seen nor driven over may hold a trunk.
 bool PathSearch::known_behind(const vj::Terrain& terrain, const Place& place) const {
   const double c = std::cos(place.heading_rad);
   const double s = std::sin(place.heading_rad);
@@ -170,10 +169,10 @@ void PathSearch::expand(int index, const vj::Terrain& terrain, const ObstacleDis
     const bool turns_back = from.direction != 0 && from.direction != direction;
     if (turns_back && from.s_m < stop_m_) continue;
     for (int curvature = 0; curvature < kCurvatures; ++curvature) {
-      // The wheels turn by a step an arc; at rest as far as they like.
+      // The curvature changes by one step an arc; at rest by any number.
       const bool at_rest = turns_back || from.direction == 0;
       if (!at_rest && std::abs(curvature - from.curvature) > 1) continue;
-      if (direction < 0 && curvature % 2 != 0) continue;  // three are enough to back out
+      if (direction < 0 && curvature % 2 != 0) continue;  // three are enough for reversing
       if (from.parent < 0 && barred_[first_arc(curvature, direction)]) continue;
       Node to = from;
       to.parent = index;
@@ -183,7 +182,7 @@ void PathSearch::expand(int index, const vj::Terrain& terrain, const ObstacleDis
       if (turns_back) to.g += weights_.turn_back;
       const int samples = static_cast<int>(std::ceil(params_.arc_m / kSample_m));
       const double step_m = params_.arc_m / samples;
-      // Slight: a straight way is preferred to a winding one of the same cost.
+      // Small: a straight path is preferred to a winding one of the same cost.
       const double bend = 0.1 * std::abs(share(curvature)) +
                           0.1 * std::abs(share(curvature) - share(from.curvature));
       bool free = true;

@@ -1,6 +1,6 @@
 #pragma once
-// The search for a way that the vehicle can drive: hybrid A* (Dolgov, Thrun, Montemerlo & Diebel
-// 2010) over arcs whose curvature changes by steps, ahead, and backwards over known ground.
+// The search for a drivable path: hybrid A* (Dolgov, Thrun, Montemerlo & Diebel 2010) over arcs
+// whose curvature changes by steps, ahead, and backwards over known ground.
 
 #include <algorithm>
 #include <array>
@@ -14,40 +14,41 @@
 namespace rcs::bg {
 
 struct SearchParams {
-  double horizon_m = 30.0;    ///< way to the search's end
-  double arc_m = 1.2;         ///< of one expansion
-  double bin_m = 0.6;         ///< places nearer than this count as one
-  int headings = 32;          ///< bins of a turn
-  int max_expansions = 6000;  ///< the grant: each is at most 8 arcs
+  double horizon_m = 30.0;    ///< length of path to the end of the search
+  double arc_m = 1.2;         ///< length of one expansion
+  double bin_m = 0.6;         ///< positions closer than this are equivalent
+  int headings = 32;          ///< bins of the heading in a full turn
+  int max_expansions = 6000;  ///< largest grant; an expansion has at most 8 arcs
 };
 
 enum class SearchStop {
-  kGoal,     ///< the way ends in the goal
-  kHorizon,  ///< the way goes on beyond its end
-  kBudget,   ///< the best way found within the grant
-  kNoWay,    ///< there is none, or the goal lies in what must not be driven
+  kGoal,     ///< the path ends in the goal
+  kHorizon,  ///< the path continues beyond the horizon
+  kBudget,   ///< the best path found within the grant
+  kNoWay,    ///< no path, or the goal is impassable
 };
 
 struct SearchResult {
   SearchStop stop = SearchStop::kNoWay;
-  double cost = 0.0;  ///< of the way and what is left behind it [m of easy ground]
+  double cost = 0.0;  ///< of the path and of the rest to the goal [m of easy ground]
   int expansions = 0;
 };
 
-/// Where a search begins.
+/// Start of a search.
 struct Start {
   Place place;
-  int direction = 0;    ///< that the vehicle drives in: 1, -1; 0: it stands, and may do either
-  double stop_m = 0.0;  ///< way that it needs to stop: no way turns back before that
+  int direction =
+      0;  ///< current direction of motion: 1, -1; 0: at rest, either direction is allowed
+  double stop_m = 0.0;  ///< stopping distance: no path reverses before that
 };
 
-/// Allocates nothing once it has seen a search as large.
+/// Allocates nothing after a search as large.
 class PathSearch {
  public:
-  /// How near to obstacles a way may come that begins so near to one: an obstacle abeam is nearer
-  /// or farther by the rounding of cells. When it is very near there is hardly any such slack, or
-  /// the vehicle would creep nearer with every new way. What it stands on already is none, or hit:
-  /// it may leave.
+  /// Required distance from obstacles for a path that begins at this clearance. The rounding of
+  /// cells changes the clearance of an obstacle abeam, so that some slack is needed. Very near to
+  /// an obstacle there is hardly any slack: otherwise the vehicle would move closer with every new
+  /// path. Where the vehicle already overlaps an obstacle it is allowed to leave.
   [[nodiscard]] static double required_m(double margin_m, double clearance_m) {
     constexpr double kSlack_m = 0.15;
     constexpr double kHardly_m = 0.03;
@@ -60,31 +61,31 @@ class PathSearch {
 
   PathSearch(const SearchParams& params, const Shape& shape, const vj::Weights& weights);
 
-  /// From now on ways keep so far off obstacles; Shape::margin_m until then.
+  /// Distance that paths keep from obstacles from now on; Shape::margin_m until then.
   void keep_off(double margin_m) { margin_m_ = margin_m; }
 
-  /// @param start  where the vehicle is. Where it stands nearer to an obstacle than the margin
-  ///               allows, the way may start so, too, but must not come clearly nearer still.
-  /// @param granted  expansions; params.max_expansions is the most that there is room for
-  /// @param path  every 0.4 m or less, from `start`; empty when there is no way
+  /// @param start  where the vehicle is. If its clearance is below the margin, the path may begin
+  ///   there but must not come clearly closer to obstacles.
+  /// @param granted  expansions; at most params.max_expansions
+  /// @param path  points every 0.4 m or less, from `start`; empty if there is no path
   SearchResult search(const vj::Terrain& terrain, const ObstacleDistance& obstacles,
                       const CostField& field, const Start& start, const Goal& goal, int granted,
                       Path* path);
 
-  /// No way begins like this one until release(): what follows it could not take it.
+  /// Excludes paths that begin like this one until release(): the vehicle could not follow it.
   void bar(const Path& path);
   void release() { barred_.fill(false); }
 
-  /// What the rest of a way costs by the terrain of now, like SearchResult::cost; infinite: it
-  /// comes nearer to an obstacle than the margin allows.
+  /// Cost of the rest of a path on the current terrain, like SearchResult::cost; infinite if it
+  /// comes closer to an obstacle than the margin allows.
   [[nodiscard]] double cost_of_rest(const Path& path, std::size_t from, const vj::Terrain& terrain,
                                     const ObstacleDistance& obstacles,
                                     const CostField& field) const;
 
-  /// From the vehicle's body to the nearest obstacle when it stands there; <= 0: they touch.
+  /// From the body of the vehicle at this pose to the nearest obstacle; <= 0: contact.
   [[nodiscard]] double clearance(const ObstacleDistance& obstacles, const Place& place) const;
 
-  /// What the way is allowed that begins there; and, for the CostField, the body that keeps it.
+  /// Required distance for a path that begins here; for the CostField, with body_m().
   [[nodiscard]] double required_m(const ObstacleDistance& obstacles, const Place& start) const {
     return required_m(margin_m_, clearance(obstacles, start));
   }
@@ -104,7 +105,7 @@ class PathSearch {
     int node;
   };
   [[nodiscard]] std::size_t state(const Node& node) const;
-  /// The ground under the rear edge of the vehicle when it stands there is known.
+  /// Whether the ground under the rear edge of the vehicle at this pose is known.
   [[nodiscard]] bool known_behind(const vj::Terrain& terrain, const Place& place) const;
   void expand(int index, const vj::Terrain& terrain, const ObstacleDistance& obstacles,
               const CostField& field);
@@ -116,13 +117,13 @@ class PathSearch {
   vj::Weights weights_;
   double margin_m_;
   double disc_m_;     // radius of the three discs that cover the outline
-  double spacing_m_;  // between their middles
+  double spacing_m_;  // between their centres
   Place origin_;      // of the bins
   int bins_ = 0;      // along each side
   double stop_m_ = 0.0;
   double required_m_ = 0.0;
   std::array<bool, 10> barred_{};  // first arcs, by curvature and direction
-  bool trapped_ = false;           // the start lies in what the cells forbid
+  bool trapped_ = false;           // the start lies in a blocked cell
   std::uint32_t generation_ = 0;
   std::vector<std::uint32_t> seen_;  // generation in which the state was reached
   std::vector<float> best_g_;

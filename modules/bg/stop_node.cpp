@@ -7,7 +7,7 @@
 namespace rcs::bg {
 namespace {
 
-constexpr Duration kTryAgain = from_seconds(1.0);  // a file that could not be written
+constexpr Duration kTryAgain = from_seconds(1.0);  // after a failed attempt to write the file
 
 }  // namespace
 
@@ -30,7 +30,7 @@ bool EmergencyStop::update(const command_t* command, bool is_new, Stamp now, Rep
   if (!latch_.engaged()) return false;
   const std::string cause = latch_.cause();
   if (const Outcome released = latch_.release(); !released) {
-    report->error(now, "stop.release", "emergency stop stays latched: {}",
+    report->error(now, "stop.release", "emergency stop not released, stays latched: {}",
                   released.error().message);
     reason_ = "emergency stop stays latched: " + released.error().message;
     *decision = {Action::kBrake, Status::kError, "EMERGENCY_STOP", reason_, decision->line, true};
@@ -61,7 +61,7 @@ void EmergencyStop::keep(Stamp now, Report* report, Decision* decision) {
                     "emergency stop in force, but lost if BG restarts: {}", trouble_);
     }
   }
-  reason_.clear();  // and keeps its memory
+  reason_.clear();  // keeps its capacity
   if (!latch_.persisted()) {
     decision->status = Status::kError;
     fmt::format_to(std::back_inserter(reason_), "emergency stop in force, but not persisted: {}",

@@ -1,5 +1,5 @@
 #pragma once
-// BG's emergency stop: brings the latch to what was decided, and the status to what became of it.
+// Emergency stop of BG: updates the latch from the decision, and the status from the result.
 
 #include <string>
 #include <utility>
@@ -17,11 +17,11 @@ class EmergencyStop {
   [[nodiscard]] bool engaged() const { return latch_.engaged(); }
   [[nodiscard]] bool persisted() const { return latch_.persisted(); }
 
-  /// Once a cycle, after the drive command has been published, as a disk takes its time, and before
-  /// the status: an echo without an error reports a stop that outlives BG.
-  /// @param command   that is in force; null: none
+  /// Once a cycle: after the drive command is published, because disk access takes time, and before
+  /// the status, so that an echo without an error confirms a stop that outlives BG.
+  /// @param command   in force; null: none
   /// @param is_new    it was accepted in this cycle
-  /// @param decision  its status and reason report what failed; a release that failed is undone
+  /// @param decision  its status and reason report failures; a release that failed is reverted
   /// @return released in this cycle
   bool update(const command_t* command, bool is_new, Stamp now, Report* report, Decision* decision);
 
@@ -31,9 +31,9 @@ class EmergencyStop {
 
   StopLatch latch_;
   bool started_ = false;
-  Stamp next_try_ = Stamp::min();  // to write the file
-  std::string trouble_;            // of the newest try
-  std::string reason_;             // Decision::reason points to it
+  Stamp next_try_ = Stamp::min();  // next attempt to write the file
+  std::string trouble_;            // error of the newest attempt
+  std::string reason_;             // referenced by Decision::reason
 };
 
 }  // namespace rcs::bg

@@ -5,7 +5,7 @@
 namespace rcs::gateway {
 namespace {
 
-// Less validity than this is no use to anyone: a cycle of the gateway and one of the vehicle.
+// A shorter validity is useless: a cycle of the gateway and one of BG.
 constexpr Duration kShortest = from_milliseconds(100.0);
 
 bool same(const Waypoint& a, const Waypoint& b) {
@@ -25,7 +25,7 @@ Refusal CommandDesk::take(const WaypointOrder& order, Stamp now) {
     return refusal;
   }
   Operator* const from = find(order.operator_id, now);
-  if (from == nullptr) return Refusal::kStopped;  // a place is missing only when all are engaged
+  if (from == nullptr) return Refusal::kStopped;  // no record is free only if all are engaged
   from->heard = now;
 
   if (order.command_id == from->last_command) {
@@ -41,8 +41,8 @@ Refusal CommandDesk::take(const WaypointOrder& order, Stamp now) {
   }
   if (order.command_id < from->last_command) return Refusal::kStale;
 
-  // Used up even when it is refused: else it would come into force by itself, once a stop is
-  // released or the other operator is silent.
+  // The id is consumed even if the command is rejected: otherwise the command would take effect
+  // later, when a stop is released or the other operator falls silent.
   from->last_command = order.command_id;
   from->last_was_halt = order.kind == kKindHalt;
   const bool stopped = phase_ == Phase::kStopped || phase_ == Phase::kReleasing;
@@ -66,7 +66,7 @@ Refusal CommandDesk::take(const StopOrder& order, Stamp now) {
     } else {
       from->heard = now;
       from->engaged = true;
-      // Any id stops, but only a valid one moves the record that the release is compared with.
+      // Any id engages a stop, but only a valid one updates the id that a release is compared with.
       if (is_command_id(order.command_id)) {
         from->last_stop = std::max(from->last_stop, order.command_id);
       }
@@ -125,14 +125,14 @@ void CommandDesk::take_progress(Progress progress, Stamp now) {
   } else if (phase_ == Phase::kReleasing && progress == Progress::kDone) {
     enter(Phase::kIdle, "", 0);
   } else if (phase_ == Phase::kReleasing && now - releasing_since_ > params_.release_patience) {
-    // It still stands as stopped, and so do we: whoever wants it to move asks anew.
+    // BG still reports the stop, so the gateway does: a new release is required.
     unnamed_engaged_ = true;
     enter(Phase::kStopped, "", 0);
   }
 }
 
-// Never valid for longer than the operator's own word: silence ends it within valid_for of the last
-// sample, whatever becomes of this process.
+// Never valid for longer than the command of the operator: a silence ends it within valid_for of
+// the last sample, even if this process fails.
 std::optional<Action> CommandDesk::keep_fresh(Stamp now) {
   const Stamp until = std::min(now + params_.valid_for, standing_heard_ + standing_.valid_for);
   if (until - now < kShortest) return std::nullopt;
@@ -163,8 +163,9 @@ bool CommandDesk::any_engaged() const {
                                          [](const Operator& o) { return o.engaged; });
 }
 
-// The record of an operator, new when there is none; the longest silent makes room. Null: all are
-// engaged. Authentication keeps old samples from being played again, so that to forget is safe.
+// The record of an operator, created if there is none in place of the one that was silent longest.
+// Null: all are engaged. Forgetting is safe, because authentication prevents the replay of old
+// samples.
 CommandDesk::Operator* CommandDesk::find(std::string_view id, Stamp now) {
   Operator* oldest = nullptr;
   for (Operator& o : operators_) {

@@ -1,7 +1,8 @@
 #pragma once
-// Decides what the vehicle is told, from what operators ask and how long ago they were heard. One
-// operator at a time is in command; anyone may stop. It errs on the side of standing still: an
-// operator that falls silent, a stop, a failure or the end of a command each ask for a new command.
+// Arbitrates the commands of the operators by content and age, and decides the action of the
+// vehicle. One operator at a time is in command; anyone may stop. In doubt the vehicle stands
+// still: after the silence of its operator, a stop, a failure or the end of a command, a new
+// command is required.
 
 #include <array>
 #include <cstdint>
@@ -17,12 +18,12 @@ namespace rcs::gateway {
 
 struct DeskParams {
   Limits limits;
-  Duration refresh = from_seconds(1.0);            ///< of what is sent to the vehicle
-  Duration valid_for = from_seconds(2.5);          ///< of what is sent, > refresh
-  Duration release_patience = from_seconds(10.0);  ///< a vehicle at rest takes a release, > refresh
+  Duration refresh = from_seconds(1.0);            ///< interval at which a command to BG is renewed
+  Duration valid_for = from_seconds(2.5);          ///< validity of a command to BG, > refresh
+  Duration release_patience = from_seconds(10.0);  ///< time for BG to accept a release, > refresh
 };
 
-/// How the newest action stands with the vehicle's behaviour generation.
+/// Progress of the newest action, as reported by BG.
 enum class Progress { kUnderway, kDone, kError };
 
 struct Action {
@@ -36,32 +37,32 @@ class CommandDesk {
  public:
   enum class Phase {
     kIdle,
-    kGoto,       ///< the standing command is kept fresh
-    kDone,       ///< the vehicle has done it
-    kFailed,     ///< the vehicle cannot do it
-    kSilent,     ///< its operator fell silent
+    kGoto,       ///< the command in force is renewed
+    kDone,       ///< BG has completed it
+    kFailed,     ///< BG cannot complete it
+    kSilent,     ///< its operator is silent
     kHalted,     ///< by an operator
     kStopped,    ///< an emergency stop is engaged
-    kReleasing,  ///< all are released; the vehicle has not taken it yet
+    kReleasing,  ///< all stops are released; BG has not accepted the release yet
   };
   static constexpr std::size_t kOperators = 16;
 
   explicit CommandDesk(const DeskParams& params) : params_(params) {}
 
-  /// A command, or the same one again, which keeps it alive.
+  /// A new command, or a repetition, which keeps it valid.
   Refusal take(const WaypointOrder& order, Stamp now);
 
-  /// To engage is never refused, whatever the id: a stop of an unknown operator counts as one
-  /// without a name, which any known operator's release ends. A release ends the stop of its own
-  /// operator only.
+  /// Engaging is never rejected, whatever the id: a stop of an unknown operator counts as unnamed,
+  /// and the release of any known operator ends it. Otherwise a release ends only the stop of its
+  /// own operator.
   Refusal take(const StopOrder& order, Stamp now);
 
-  /// What to tell the vehicle now; once a cycle, after the orders of this cycle.
-  /// @param progress  of the action that was decided last
+  /// The action for BG, if one is due; once a cycle, after the commands of this cycle.
+  /// @param progress  of the newest action
   std::optional<Action> decide(Stamp now, Progress progress);
 
   [[nodiscard]] Phase phase() const { return phase_; }
-  /// Whose command or stop the phase is about; empty: nobody's, or that of an unknown operator.
+  /// Operator of the command or stop of the phase; empty: none, or an unknown operator.
   [[nodiscard]] std::string_view operator_id() const { return who_; }
   [[nodiscard]] std::int64_t command_id() const { return which_; }
 
@@ -90,7 +91,7 @@ class CommandDesk {
   std::string who_;
   std::int64_t which_ = 0;
   WaypointOrder standing_;
-  Stamp standing_heard_ = Stamp::min();  // when its operator last repeated it
+  Stamp standing_heard_ = Stamp::min();  // newest repetition by its operator
   bool sent_ = false;                    // an action of this phase has been sent
   Stamp sent_at_ = Stamp::min();         // the newest of them
   Stamp sent_until_ = Stamp::min();

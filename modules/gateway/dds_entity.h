@@ -1,5 +1,5 @@
 #pragma once
-// DDS handles that give themselves back.
+// DDS handles that are released automatically.
 
 #include <dds/dds.h>
 
@@ -8,7 +8,7 @@
 
 namespace rcs::gateway {
 
-/// An entity and, with it, everything that was made below it.
+/// An entity; deleting it deletes all entities below it.
 class DdsEntity {
  public:
   DdsEntity() = default;
@@ -23,14 +23,14 @@ class DdsEntity {
   }
 
   [[nodiscard]] bool valid() const { return handle_ > 0; }
-  /// Negative: the code of what went wrong.
+  /// Negative: the error code.
   [[nodiscard]] dds_entity_t get() const { return handle_; }
 
  private:
   dds_entity_t handle_ = 0;
 };
 
-/// Up to N samples of type T, taken from a reader and lent by it. Never blocks.
+/// Up to N samples of type T, taken from a reader on loan. Never blocks.
 template <class T, std::size_t N>
 class TakenSamples {
  public:
@@ -47,7 +47,7 @@ class TakenSamples {
   }
 
   [[nodiscard]] std::size_t size() const { return count_; }
-  /// Null: no data, but news of a writer's coming and going.
+  /// Null: no data; the sample reports a change of a writer.
   [[nodiscard]] const T* data(std::size_t i) const {
     return infos_[i].valid_data ? static_cast<const T*>(samples_[i]) : nullptr;
   }

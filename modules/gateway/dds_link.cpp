@@ -16,7 +16,7 @@ using Qos = std::unique_ptr<dds_qos_t, DeleteQos>;
 
 Qos make_qos() { return Qos(dds_create_qos()); }
 
-/// Cyclone's configuration, given whole: what the environment says must not reach a vehicle.
+/// The complete configuration of Cyclone DDS: the environment must not influence that of a vehicle.
 std::string domain_xml(const DdsParams& params) {
   std::string peers;
   for (const std::string& host : params.peers) {
@@ -31,7 +31,7 @@ std::string domain_xml(const DdsParams& params) {
       "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
       "<MaxAutoParticipantIndex>20</MaxAutoParticipantIndex>"
       "<Peers>{}</Peers></Discovery>"
-      // Ours are below 12 kB: whatever is larger is not meant for us and is not put together.
+      // Samples of vehicle.idl are below 12 kB: larger ones are not reassembled.
       "<Internal><MaxSampleSize>64 kB</MaxSampleSize></Internal>"
       "</Domain></CycloneDDS>",
       params.domain, params.interface, params.multicast, params.multicast ? "spdp" : "false",
@@ -75,10 +75,10 @@ Outcome set_security(dds_qos_t* qos, const std::string& keys) {
     const std::filesystem::path path = std::filesystem::path(keys) / k.file;
     std::error_code failed;
     if (!std::filesystem::is_regular_file(path, failed)) {
-      return Error{fmt::format(
-          "{}: not there or not readable; the keys' folder is one identity's, as `rcs keys` makes "
-          "it",
-          path.string())};
+      return Error{
+          fmt::format("{}: missing or not readable; [gateway.security] directory must be the "
+                      "folder of one identity made by `rcs keys`",
+                      path.string())};
     }
     dds_qset_prop(qos, k.property, ("file:" + path.string()).c_str());
   }
@@ -86,11 +86,10 @@ Outcome set_security(dds_qos_t* qos, const std::string& keys) {
 }
 
 Error failure(std::string_view what, dds_return_t code) {
-  return {fmt::format("DDS: cannot make the {}: {}", what, dds_strretcode(-code))};
+  return {fmt::format("DDS: cannot create the {}: {}", what, dds_strretcode(-code))};
 }
 
-// A late state is worth less than the next one: nothing is sent again, and a slow reader is passed
-// by.
+// An outdated state is of no use: no sample is sent again, and slow readers lose samples.
 Qos state_qos(const std::string& vehicle) {
   Qos q = make_qos();
   dds_qset_reliability(q.get(), DDS_RELIABILITY_BEST_EFFORT, 0);
@@ -100,8 +99,8 @@ Qos state_qos(const std::string& vehicle) {
   return q;
 }
 
-// Who joins late must see at once how the nodes are, and a change must arrive. A reader that does
-// not keep up costs its samples and no waiting (max_blocking_time 0).
+// A late joiner must receive the status of the nodes at once, and no change may be lost. A slow
+// reader loses samples but never blocks the gateway (max_blocking_time 0).
 Qos status_qos(const std::string& vehicle) {
   Qos q = make_qos();
   dds_qset_reliability(q.get(), DDS_RELIABILITY_RELIABLE, 0);
@@ -113,9 +112,9 @@ Qos status_qos(const std::string& vehicle) {
   return q;
 }
 
-// The newest word of each operator counts. Best effort, although operators write reliably: they
-// repeat themselves anyway, and a reliable reader at its limit makes Cyclone's receiving thread
-// wait for room, which would hold back the emergency stops behind it.
+// Only the newest command of each operator counts. Best effort, although operators write reliably:
+// operators repeat their commands, and a reliable reader at its limit would block the receive
+// thread of Cyclone DDS, and with it the emergency stops.
 Qos command_qos() {
   Qos q = make_qos();
   dds_qset_reliability(q.get(), DDS_RELIABILITY_BEST_EFFORT, 0);
@@ -126,10 +125,10 @@ Qos command_qos() {
   return q;
 }
 
-// A stop must arrive, and one that was engaged before this process started counts too. Eight deep,
-// so that a stop and its release within one cycle are both seen. The number of instances is not
-// limited: at a limit one operator's flood would keep another's stop out, for ever; without one it
-// ends this process at worst, and then the vehicle stops.
+// No stop may be lost, and one that was engaged before this process started counts, too. Depth 8,
+// so that a stop and its release within one cycle are both received. The number of instances is
+// unlimited: at a limit, a flood by one operator would block the stops of others for ever; without
+// a limit, it ends this process at worst, and then the vehicle stops.
 Qos stop_qos() {
   Qos q = make_qos();
   dds_qset_reliability(q.get(), DDS_RELIABILITY_RELIABLE, 0);
@@ -173,7 +172,8 @@ Result<std::unique_ptr<DdsLink>> DdsLink::open(const DdsParams& params,
   if (!link->participant_.valid()) return failure("participant", participant);
 
   const auto topic = [&](const dds_topic_descriptor_t& type, const char* name) {
-    return dds_create_topic(participant, &type, name, nullptr, nullptr);  // goes with participant_
+    return dds_create_topic(participant, &type, name, nullptr,
+                            nullptr);  // deleted with participant_
   };
   const dds_entity_t state = topic(rcs_VehicleState_desc, "VehicleState");
   const dds_entity_t status = topic(rcs_NodeStatus_desc, "NodeStatus");

@@ -1,6 +1,6 @@
 #pragma once
-// The gateway's side of DDS: one participant, two topics out, two in. No call of a running link
-// blocks: writers drop rather than wait, and takes are bounded.
+// The DDS side of the gateway: one participant, two topics published, two received. No call on an
+// open link blocks: writers drop samples instead of waiting, and takes are bounded.
 
 #include <cstdint>
 #include <memory>
@@ -18,12 +18,13 @@ namespace rcs::gateway {
 class DdsLink {
  public:
   static constexpr std::size_t kMaxCommands = 16;  ///< samples taken in one cycle
-  static constexpr std::size_t kMaxStops = 256;    ///< so many that a flood delays none for long
+  static constexpr std::size_t kMaxStops =
+      256;  ///< large enough that a flood delays no stop for long
 
-  /// @param vehicle  its name; the partition of what it writes
+  /// @param vehicle  name of the vehicle; partition of its writers
   static Result<std::unique_ptr<DdsLink>> open(const DdsParams& params, const std::string& vehicle);
 
-  /// False: refused by DDS, e.g. because a reader does not keep up. Counted.
+  /// False: rejected by DDS, e.g. because a reader is too slow. Counted.
   bool write(const rcs_VehicleState& sample);
   bool write(const rcs_NodeStatus& sample);
 
@@ -32,8 +33,8 @@ class DdsLink {
   [[nodiscard]] Commands take_commands() { return Commands(command_reader_.get()); }
   [[nodiscard]] Stops take_stops() { return Stops(stop_reader_.get()); }
 
-  /// The one partition in which the writer of a sample writes, i.e. whom its permissions let it
-  /// speak for; empty: none, several, a pattern, or the writer is gone.
+  /// The only partition of the writer of a sample, i.e. the operator that its permissions name;
+  /// empty: none, several, a pattern, or the writer is gone.
   [[nodiscard]] std::string partition_of(const Commands& samples, std::size_t i) const;
   [[nodiscard]] std::string partition_of(const Stops& samples, std::size_t i) const;
 
@@ -42,7 +43,7 @@ class DdsLink {
  private:
   DdsLink() = default;
 
-  // In the order of their making; given back in the reverse order.
+  // In order of creation; released in reverse order.
   DdsEntity domain_;
   DdsEntity participant_;
   DdsEntity state_writer_;

@@ -8,7 +8,7 @@
 namespace rcs::gateway {
 namespace {
 
-/// What names of interfaces and hosts are made of; they go into DDS's configuration as they are.
+/// Characters of names of interfaces and hosts; they are copied into the configuration of DDS.
 bool is_host_text(std::string_view text) {
   constexpr std::string_view kAllowed =
       "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_.:";
@@ -82,22 +82,23 @@ void read_commands(ParamTable table, DeskParams* p, CommandPortParams* port) {
 }
 
 void read_security(const ParamFile& file, ParamTable* gateway, GatewayConfig* c) {
-  gateway->get("plain", &c->plain,
+  gateway->get("unsecured", &c->unsecured,
                "Runs DDS without security, so that everyone on the network can command the "
                "vehicle. Required if no keys are configured.");
   ParamTable security = gateway->table("security");
   std::string directory;
   security.get("directory", &directory,
                "Folder of the DDS identity that `rcs keys` made, relative to this file. Empty: "
-               "unsecured, which needs plain = true.");
+               "unsecured, which needs unsecured = true.");
   if (!directory.empty()) c->dds.keys = file.resolve(directory);
-  if (c->plain && !c->dds.keys.empty()) {
-    gateway->fail("plain", "is true, but [gateway.security] names keys: choose one");
+  if (c->unsecured && !c->dds.keys.empty()) {
+    gateway->fail("unsecured", "is true, but [gateway.security] names keys: choose one");
   }
-  if (!c->plain && c->dds.keys.empty()) {
-    gateway->fail("plain",
-                  "is false, and [gateway.security] directory names no keys: make them by `rcs "
-                  "keys`, or say plain = true to let everyone on the network command the vehicle");
+  if (!c->unsecured && c->dds.keys.empty()) {
+    gateway->fail(
+        "unsecured",
+        "is false, and [gateway.security] directory names no keys: make them with `rcs "
+        "keys`, or set unsecured = true to let everyone on the network command the vehicle");
   }
 }
 
@@ -110,7 +111,8 @@ Result<GatewayConfig> load_gateway_config(const ParamFile& file) {
               "Name of the vehicle: its DDS partition and the addressee of commands. 1 to 32 "
               "letters, digits, '_' or '-'.");
   if (!is_name(c.vehicle)) {
-    vehicle.fail("name", "must be 1 to 32 letters, digits, '_' or '-': DDS tells vehicles by it");
+    vehicle.fail("name",
+                 "must be 1 to 32 letters, digits, '_' or '-': it identifies the vehicle in DDS");
   }
 
   ParamTable gateway = file.root().table("gateway");

@@ -1,5 +1,5 @@
 #pragma once
-// The gateway's part of a vehicle configuration.
+// Configuration of the gateway.
 
 #include <string>
 #include <vector>
@@ -19,16 +19,16 @@ struct GatewayConfig {
   std::string vehicle = "vehicle";                      ///< [vehicle] name
   Duration period = from_milliseconds(50.0);            ///< of a cycle
   Duration state_period = from_milliseconds(100.0);     ///< of VehicleState
-  Duration state_max_age = from_seconds(1.0);           ///< an older belief is not told
-  std::vector<std::string> nodes = {"sp", "wm", "bg"};  ///< whose status is told
-  bool plain = false;                                   ///< without keys, and meant so
+  Duration state_max_age = from_seconds(1.0);           ///< no VehicleState from an older belief
+  std::vector<std::string> nodes = {"sp", "wm", "bg"};  ///< whose status is published
+  bool unsecured = false;                               ///< explicitly without keys
   DdsParams dds;
   BoardParams board;
   DeskParams desk;
   CommandPortParams port;
 };
 
-/// Reads [gateway] and the vehicle's name; tables of other nodes are not looked at.
+/// Reads [gateway] and the name of the vehicle; ignores the tables of other nodes.
 [[nodiscard]] Result<GatewayConfig> load_gateway_config(const ParamFile& file);
 
 }  // namespace rcs::gateway

@@ -1,4 +1,4 @@
-// Gateway: everything off-board speaks to the vehicle here, by DDS, and nowhere else.
+// Gateway: the only connection between the vehicle and off-board systems, by DDS.
 
 #include "modules/gateway/gateway_node.h"
 #include "rcs/node/process/node_main.h"

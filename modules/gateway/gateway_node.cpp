@@ -29,7 +29,7 @@ std::string_view text(CommandDesk::Phase phase) {
   return kTexts[static_cast<std::size_t>(phase)];
 }
 
-/// The newest that waits; null: none does. Valid until the next advance().
+/// The newest waiting message; null: none. Valid until the next advance().
 template <class T>
 const T* take_newest(Inbox<T>* inbox) {
   const T* const newest = inbox->latest();
@@ -74,13 +74,13 @@ void GatewayNode::run(const Cycle& cycle) {
   take_nodes(now);
   cycle.stages->mark("take");
 
-  take_stops(now);  // first: a stop in this cycle refuses the commands of this cycle
+  take_stops(now);  // first: a stop rejects the commands of the same cycle
   take_commands(now);
   tell_vehicle(now);
   report_phase(now);
   cycle.stages->mark("command");
 
-  // On the grid of the cycles, so that a cycle's lateness does not cost a whole one.
+  // On the grid of the cycles, so that a late cycle does not delay a state by a whole one.
   if (state_clock_.due(cycle.wakeup)) {
     state_clock_.advance(cycle.wakeup);
     send_state(now);
@@ -94,12 +94,12 @@ void GatewayNode::run(const Cycle& cycle) {
 
 void GatewayNode::report_start(Stamp now) {
   started_ = true;
-  if (config_.plain) {
-    report_.warn(now, "dds.plain", "no keys: everyone on {} can command {}", config_.dds.interface,
-                 config_.vehicle);
+  if (config_.unsecured) {
+    report_.warn(now, "dds.unsecured", "DDS without keys: everyone on {} can command {}",
+                 config_.dds.interface, config_.vehicle);
   } else {
-    report_.info(now, "dds.secured", "{} speaks on {} with the keys in {}", config_.vehicle,
-                 config_.dds.interface, config_.dds.keys);
+    report_.info(now, "dds.secured", "DDS secured: {} uses interface {} with the keys in {}",
+                 config_.vehicle, config_.dds.interface, config_.dds.keys);
   }
 }
 
@@ -169,9 +169,11 @@ void GatewayNode::refuse(Refusal refusal, std::string_view topic, std::string_vi
                          std::int64_t command_id, Stamp now) {
   if (refusal == Refusal::kNone) return;
   ++refused_;
-  last_refusal_ = fmt::format("{} {} of {}: {}", topic, command_id,
-                              operator_id.empty() ? "nobody" : operator_id, text(refusal));
-  report_.warn(now, "command.refused", "{}; {} refused so far", last_refusal_, refused_);
+  last_refusal_ =
+      fmt::format("{} {} of {}: {}", topic, command_id,
+                  operator_id.empty() ? "an unauthorized operator" : operator_id, text(refusal));
+  report_.warn(now, "command.refused", "{}: command rejected, {} rejected so far", last_refusal_,
+               refused_);
 }
 
 void GatewayNode::tell_vehicle(Stamp now) {
@@ -193,29 +195,33 @@ void GatewayNode::report_phase(Stamp now) {
   if (phase == reported_phase_ && desk_.command_id() == reported_id_) return;
   reported_phase_ = phase;
   reported_id_ = desk_.command_id();
-  const std::string_view who = desk_.operator_id().empty() ? "nobody known" : desk_.operator_id();
+  const std::string_view who =
+      desk_.operator_id().empty() ? "an unknown operator" : desk_.operator_id();
   const std::int64_t which = desk_.command_id();
   switch (phase) {
     case Phase::kIdle:
-      report_.info(now, "command.idle", "the vehicle has taken the release");
+      report_.info(now, "command.idle", "BG has accepted the release of the emergency stop");
       break;
     case Phase::kGoto:
-      report_.info(now, "command.goto", "command {} of {}", which, who);
+      report_.info(now, "command.goto", "command {} of {} in force", which, who);
       break;
     case Phase::kDone:
-      report_.info(now, "command.done", "command {} of {} is done", which, who);
+      report_.info(now, "command.done", "command {} of {} completed", which, who);
       break;
     case Phase::kFailed:
-      report_.warn(now, "command.failed", "command {} of {}: {}", which, who, failure_);
+      report_.warn(now, "command.failed", "command {} of {} failed: {}", which, who, failure_);
       break;
     case Phase::kSilent:
-      report_.warn(now, "operator.silent", "{} has fallen silent; command {} is over", who, which);
+      report_.warn(
+          now, "operator.silent",
+          "operator {} silent for its valid_for: command {} ended, a new command is required", who,
+          which);
       break;
     case Phase::kHalted:
-      report_.info(now, "command.halt", "command {} of {}", which, who);
+      report_.info(now, "command.halt", "halt command {} of {}", which, who);
       break;
     case Phase::kStopped:
-      report_.warn(now, "stop.engaged", "emergency stop {} of {}", which, who);
+      report_.warn(now, "stop.engaged", "emergency stop {} of {} engaged", which, who);
       break;
     case Phase::kReleasing:
       report_.info(now, "stop.released", "emergency stop released by {}, command {}", who, which);
@@ -227,10 +233,11 @@ void GatewayNode::report_phase(Stamp now) {
 
 void GatewayNode::send_state(Stamp now) {
   const bool known = nav_arrival_ != Stamp::min() && now - nav_arrival_ <= config_.state_max_age;
-  // No sample is published rather than an old or invalid pose that someone takes for a good one.
+  // An old or invalid pose could be mistaken for a valid one: no sample is published instead.
   if (!known || nav_state_.pose_valid == 0) return;
   if (!to_sample(nav_state_, now - nav_arrival_, &state_)) {
-    report_.warn(now, "state.refused", "{}: mode {} or a number that is not finite",
+    report_.warn(now, "state.refused",
+                 "{}: mode {} unknown or a number not finite, VehicleState not published",
                  channel::kWmNavState, nav_state_.mode);
     return;
   }
@@ -242,14 +249,15 @@ void GatewayNode::describe_self(Stamp now) {
   const std::size_t self = board_.size() - 1;
   NodeFacts& facts = board_.facts(self);
   board_.hear(self, now);
-  facts.state = fmt::format("{}; {}", config_.plain ? "plain" : "secured", text(desk_.phase()));
+  facts.state =
+      fmt::format("{}; {}", config_.unsecured ? "unsecured" : "secured", text(desk_.phase()));
   if (!desk_.operator_id().empty()) {
     facts.state += fmt::format(" {} {}", desk_.operator_id(), desk_.command_id());
   }
   facts.reason = desk_.phase() == CommandDesk::Phase::kFailed ? failure_ : "";
   if (refused_ == 0) return;
   if (!facts.reason.empty()) facts.reason += "; ";
-  facts.reason += fmt::format("{} refused, last: {}", refused_, last_refusal_);
+  facts.reason += fmt::format("{} rejected, last: {}", refused_, last_refusal_);
 }
 
 void GatewayNode::send_status(Stamp now) {
@@ -261,7 +269,8 @@ void GatewayNode::send_status(Stamp now) {
   }
   if (dds_->write_failures() != reported_failures_) {
     reported_failures_ = dds_->write_failures();
-    report_.warn(now, "dds.write", "{} samples could not be sent so far", reported_failures_);
+    report_.warn(now, "dds.write", "{} samples rejected by DDS so far and lost",
+                 reported_failures_);
   }
 }
 

@@ -1,5 +1,6 @@
 #pragma once
-// The gateway's shell: what the vehicle knows goes out, what operators ask for comes in.
+// The message shell of the gateway: publishes the state of the vehicle, receives commands of
+// operators.
 
 #include <cstdint>
 #include <deque>
@@ -54,17 +55,17 @@ class GatewayNode final : public Node {
   std::unique_ptr<DdsLink> dds_;
 
   Inbox<nav_state_t> nav_states_;
-  std::deque<NodeInbox> node_inboxes_;  // by the board's order
+  std::deque<NodeInbox> node_inboxes_;  // in the order of board_
   CommandPort port_;
   Report report_;
 
-  NodeBoard board_;  // the last line is the gateway's own
+  NodeBoard board_;  // the last row is the gateway itself
   CommandDesk desk_;
   std::int64_t refused_ = 0;  // so far
   std::string last_refusal_;
-  std::string failure_;        // the vehicle's reason
-  std::int64_t bg_heard_ = 0;  // messages so far
-  bool started_ = false;       // and has said so
+  std::string failure_;        // reason reported by BG
+  std::int64_t bg_heard_ = 0;  // messages of BG so far
+  bool started_ = false;       // the start has been reported
   CommandDesk::Phase reported_phase_ = CommandDesk::Phase::kIdle;
   std::int64_t reported_id_ = 0;
   std::int64_t reported_failures_ = 0;

@@ -1,5 +1,5 @@
 #pragma once
-// What is known of the vehicle's nodes, how old it is, and when to tell it.
+// Status of the nodes of the vehicle: content, age, and when to publish it.
 
 #include <cstddef>
 #include <cstdint>
@@ -21,9 +21,10 @@ struct NodeFacts {
 };
 
 struct BoardParams {
-  Duration period = from_seconds(1.0);         ///< between two lines of a node that does not change
-  Duration settle = from_milliseconds(100.0);  ///< at least this between two, even if it flickers
-  Duration silence = from_seconds(2.5);        ///< a node that says nothing for longer is not alive
+  Duration period = from_seconds(1.0);  ///< of the status of a node that does not change
+  Duration settle =
+      from_milliseconds(100.0);  ///< shortest interval between two, even if the status alternates
+  Duration silence = from_seconds(2.5);  ///< after a longer silence a node is not alive
 };
 
 class NodeBoard {
@@ -33,17 +34,17 @@ class NodeBoard {
   [[nodiscard]] std::size_t size() const { return rows_.size(); }
   [[nodiscard]] std::string_view name(std::size_t i) const { return rows_[i].name; }
 
-  /// Something came from node i; what it said goes into facts(i).
+  /// Node i was received; its content goes into facts(i).
   void hear(std::size_t i, Stamp now);
   [[nodiscard]] NodeFacts& facts(std::size_t i) { return rows_[i].facts; }
   [[nodiscard]] const NodeFacts& facts(std::size_t i) const { return rows_[i].facts; }
 
-  /// Since node i was heard; -1 us: never.
+  /// Time since node i was received; -1 us: never.
   [[nodiscard]] Duration age(std::size_t i, Stamp now) const;
   [[nodiscard]] bool alive(std::size_t i, Stamp now) const;
 
-  /// Whether node i's line is to be told now: it has changed (counters alone are no change), or the
-  /// period is over. True once, as the line counts as told then.
+  /// Whether the status of node i is due: it has changed (counters do not count), or the period is
+  /// over. True once, because it then counts as published.
   [[nodiscard]] bool take_due(std::size_t i, Stamp now);
 
  private:
@@ -52,7 +53,7 @@ class NodeBoard {
     NodeFacts facts;
     bool heard = false;
     Stamp heard_at;
-    // As told last.
+    // As last published.
     bool told = false;
     Stamp told_at;
     bool told_alive = false;

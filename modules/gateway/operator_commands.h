@@ -1,5 +1,5 @@
 #pragma once
-// What operators ask for, as it comes in: nothing in it is believed yet.
+// Commands of operators as received, and their validation.
 
 #include <cstddef>
 #include <cstdint>
@@ -18,7 +18,7 @@ struct Waypoint {
   double speed_mps = 0.0;
 };
 
-/// Ids count microseconds since 1970, and this is the year 2100: a larger one would make all later
+/// Ids count microseconds since 1970, and this is the year 2100: a larger id would make all later
 /// ids of its operator stale.
 constexpr std::int64_t kMaxCommandId = 4'102'444'800'000'000;
 constexpr int kKindHalt = 0;
@@ -27,7 +27,7 @@ constexpr int kFrameWorld = 0;
 constexpr int kFrameLocal = 1;
 
 struct WaypointOrder {
-  std::string operator_id;  ///< for whom its writer may speak; empty: for nobody
+  std::string operator_id;  ///< operator of the writer's partition; empty: not authorized
   std::int64_t command_id = 0;
   int kind = kKindHalt;
   int frame = kFrameWorld;
@@ -43,12 +43,13 @@ struct StopOrder {
 
 struct Limits {
   int max_waypoints = 64;                      ///< of one command
-  Duration min_valid_for = from_seconds(0.5);  ///< a shorter one could not be kept fresh
-  Duration max_valid_for = from_seconds(5.0);  ///< a silent operator's last word, >= min
+  Duration min_valid_for = from_seconds(0.5);  ///< a shorter one could not be renewed in time
+  Duration max_valid_for =
+      from_seconds(5.0);  ///< bounds the motion after an operator falls silent, >= min
   double max_speed_mps = 15.0;
   double min_radius_m = 0.1;          ///< of a waypoint
   double max_radius_m = 100.0;        ///< >= min
-  double max_position_m = 100'000.0;  ///< of a waypoint from its frame's origin
+  double max_position_m = 100'000.0;  ///< of a waypoint from the origin of its frame
 };
 
 enum class Refusal {
@@ -77,8 +78,8 @@ constexpr std::size_t kRefusals = 15;
 /// 1 to 32 letters, digits, '_' or '-'.
 [[nodiscard]] bool is_name(std::string_view name);
 
-/// What can be said about a command without knowing any other. A halt is judged by who sends it
-/// alone: nothing may keep a vehicle from stopping.
+/// Validates a command without its predecessors. A halt is checked for its operator and id only:
+/// nothing else may prevent a vehicle from stopping.
 [[nodiscard]] Refusal check(const WaypointOrder& order, const Limits& limits);
 
 }  // namespace rcs::gateway

@@ -7,7 +7,7 @@
 namespace rcs::gateway {
 namespace {
 
-// Handed on by its value.
+// Converted by value.
 static_assert(rcs_NAV_ALIGN == nav_state_t::MODE_ALIGN &&
               rcs_NAV_GPS_INS == nav_state_t::MODE_GPS_INS &&
               rcs_NAV_GPS_INS_LADAR == nav_state_t::MODE_GPS_INS_LADAR &&
@@ -106,7 +106,7 @@ Order to_order(const Action& action) {
   out.valid_for = action.valid_for;
   if (action.order == nullptr) return out;
   out.frame = static_cast<std::int8_t>(action.order->frame);
-  // A gateway that has started anew goes on with what its operators still ask for.
+  // A restarted gateway continues with the commands that its operators repeat.
   out.task = action.order->command_id;
   for (const Waypoint& w : action.order->waypoints) {
     waypoint_t m{};

@@ -1,5 +1,6 @@
 #pragma once
-// Between the vehicle's messages, the samples of vehicle.idl and the core's own types.
+// Conversion between the messages of the vehicle, the samples of vehicle.idl and the gateway's
+// types.
 
 #include <string>
 
@@ -12,7 +13,7 @@
 
 namespace rcs::gateway {
 
-/// Shortened to what fits.
+/// Truncated to the size of `out`.
 template <std::size_t N>
 void to_sample(std::string_view text, char (&out)[N]) {
   const std::size_t n = text.copy(out, N - 1);
@@ -23,11 +24,11 @@ void to_sample(std::string_view text, char (&out)[N]) {
 /// @return false, and `out` undefined: a number that is not finite, or an unknown mode
 [[nodiscard]] bool to_sample(const nav_state_t& m, Duration age, rcs_VehicleState* out);
 
-/// Everything but `vehicle` and `seq`.
+/// Sets all fields but `vehicle` and `seq`.
 void to_sample(const NodeBoard& board, std::size_t node, Stamp now, rcs_NodeStatus* out);
 
-/// @param speaks_for  whose partition the sample's writer is in; another operator_id than that one
-///                    becomes empty: nobody's
+/// @param speaks_for  partition of the writer of the sample; an operator_id that differs from it
+///   becomes empty (not authorized)
 [[nodiscard]] WaypointOrder from_sample(const rcs_WaypointCommand& sample,
                                         std::string_view speaks_for);
 [[nodiscard]] StopOrder from_sample(const rcs_EmergencyStop& sample, std::string_view speaks_for);

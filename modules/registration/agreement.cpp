@@ -11,7 +11,7 @@ Agreement agreement(RollingMap* model, RollingMap* data, const Points& points,
   const Mat3f R = T_model_data.rotation().cast<float>();
   const Vec3f t = T_model_data.p.cast<float>();
   const auto tolerance = static_cast<float>(params.tolerance_m);
-  const auto least_cosine = static_cast<float>(std::cos(params.tolerance_rad));
+  const auto min_cosine = static_cast<float>(std::cos(params.tolerance_rad));
   Agreement out;
   int fitting = 0;
   Mat3 all = Mat3::Zero();
@@ -27,13 +27,13 @@ Agreement agreement(RollingMap* model, RollingMap* data, const Points& points,
     Surface other{};
     if (!model->nearest_surface(q, &other)) continue;
     if (std::abs(other.normal.dot(q - other.mean)) > tolerance) continue;
-    if (std::abs(other.normal.dot(R * own.normal)) < least_cosine) continue;
+    if (std::abs(other.normal.dot(R * own.normal)) < min_cosine) continue;
     ++fitting;
     fit += n * n.transpose();
   }
   if (out.surfaces == 0) return out;
   out.overlap = static_cast<double>(fitting) / out.surfaces;
-  // The least of v' fit v / v' all v, over the directions v that have surfaces.
+  // The smallest v' fit v / v' all v over the directions v that have surfaces.
   const Eigen::SelfAdjointEigenSolver<Mat3> axes(all / out.surfaces);
   Mat3 whitening = Mat3::Zero();
   int judged = 0;

@@ -1,5 +1,5 @@
 #pragma once
-// How far two clouds agree at a pose, whatever method found it.
+// Agreement of two clouds at a pose, independent of the registration method.
 
 #include "modules/registration/rolling_map.h"
 #include "rcs/base/points.h"
@@ -10,23 +10,23 @@ namespace rcs::registration {
 struct AgreementParams {
   double tolerance_m = 0.15;   ///< largest distance to a surface of the model, along its normal
   double tolerance_rad = 0.5;  ///< largest angle between the two surfaces' normals
-  /// Mean squared cosine below which a direction is not judged. Normals of noisy points vary, too:
-  /// with 2 cm noise and few points a voxel those of a plane by 6 deg, sin^2 = 1.0e-2, and a
-  /// tunnel's, with its edges, give 1.1e-2 along it. Scans of streets have 0.1 and more in every
-  /// direction.
+  /// Mean squared cosine below which a direction is not evaluated. Normals of noisy points vary,
+  /// too: with 2 cm noise and few points in a voxel, those of a plane vary by 6 deg, sin^2
+  /// = 1.0e-2, and a tunnel with its edges has 1.1e-2 along it. Scans of streets have 0.1 or more
+  /// in every direction.
   double min_variety = 2e-2;
 };
 
-/// Two scans of different places share their flat ground and little else: the ground makes their
-/// overlap large, but across the ground nothing agrees. So the overlap is taken by direction.
+/// Two scans of different locations share their flat ground and little else: the ground makes their
+/// overlap large, but horizontally nothing agrees. Therefore the overlap is computed by direction.
 struct Agreement {
   int surfaces = 0;      ///< points of the data that lie on a surface of the data
-  double overlap = 0.0;  ///< share of them on a surface of the model with a like normal, [0, 1]
-  /// The same share, weighted by the squared cosine between normal and direction, in that direction
-  /// of translation in which it is least, [0, 1]; directions without surfaces are not judged.
+  double overlap = 0.0;  ///< share of them on a surface of the model with a similar normal, [0, 1]
+  /// The same share, weighted by the squared cosine between normal and direction, in the direction
+  /// of translation with the smallest share, [0, 1]; directions without surfaces are not evaluated.
   double least = 0.0;
-  /// Unit vector, frame of the data: translation along it is not determined, as the data have next
-  /// to no surfaces across it (of several directions the one with the fewest). Zero: there is none.
+  /// Unit vector, frame of the data: translation along it is not determined, because the data have
+  /// almost no surfaces across it (of several directions the one with the fewest). Zero: none.
   Vec3 undetermined = Vec3::Zero();
 };
 

@@ -8,7 +8,7 @@ namespace {
 
 RollingMap map_of(const Points& model, RollingMapParams params) {
   const auto most = std::max(1000, static_cast<int>(model.size()));
-  // Dense scans have many points a voxel, and tables that are too large cost time.
+  // Dense scans have many points in a voxel, and tables that are too large cost time.
   constexpr int kDense = 20'000;
   params.capacity = most > kDense ? most / 4 : most;
   RollingMap map(params);
@@ -23,7 +23,7 @@ RollingMap map_of(const Points& model, RollingMapParams params) {
 }  // namespace
 
 CloudParams::CloudParams() {
-  // One scan is the whole model: few points must do.
+  // One scan is the whole model: few points must suffice.
   map.min_points = 4;
   map.max_thickness = 0.3;
   map.min_extent = 0.05;
@@ -74,10 +74,10 @@ Registration CloudMatcher::refine(const Points& data, const Pose& guess) {
 }
 
 Registration CloudMatcher::refine_better(const Points& data, const Pose& one, const Pose& other) {
-  // Chosen on simulated scans with outliers, movers and half of what the model has not seen: there
-  // wrong answers pair 50 to 70 % of the data, right ones more.
+  // Chosen on simulated scans with outliers, moving objects and half of the data outside the model:
+  // there wrong results pair 50 to 70 % of the data, correct ones more.
   constexpr double kEnough = 0.7;
-  constexpr double kClearly = 1.03;  // two answers that are about one differ by less
+  constexpr double kClearly = 1.03;  // two results for about the same pose differ by less
   Registration a = refine(data, one);
   if (a.stop == Stop::kConverged && a.overlap > kEnough) return a;
   Registration b = refine(data, other);

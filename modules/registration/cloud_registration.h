@@ -1,6 +1,6 @@
 #pragma once
-// Two point clouds in, the motion between them out: the production method without a vehicle around
-// it. For tools, and for others' programs.
+// Registration of two point clouds with the production method, without a vehicle. For tools, and
+// for other programs.
 //
 //   const Registration r = register_clouds(model, data, Pose{}, CloudParams{});
 //   const bool good = usable(r.stop) &&
@@ -26,39 +26,40 @@ struct CloudParams {
   GlobalParams global;
   RollingMapParams map;
   IcpParams icp;
-  /// A global answer is given when it explains so much of the data, and the next best place is
-  /// worth less than this share of it. Chosen on frames 5, 15, 25, ... of the KITTI drive.
+  /// A global result is accepted if it explains this share of the data, and the score of the second
+  /// best pose is below this share of its score. Chosen on frames 5, 15, 25, ... of the KITTI
+  /// drive.
   double accept_score = 0.7;
   double accept_ratio = 0.97;
-  /// A pose is refused when the clouds agree less there: Agreement::overlap and ::least. Chosen on
-  /// related and unrelated scans of six sensors (DECISIONS.md).
+  /// A pose is rejected if the clouds agree less there: Agreement::overlap and ::least. Chosen on
+  /// related and unrelated scans of six sensors (ADR 60).
   AgreementParams agreement;
   double min_overlap = 0.2;
   double min_least = 0.2;
-  int points = 2500;  ///< of the data in the fine stage, about, [100, 1000000]
+  int points = 2500;  ///< of the data in the fine stage, approximately, [100, 1000000]
 };
 
 struct GlobalRegistration {
   Registration best;  ///< T_model_data
   bool accepted = false;
-  double ambiguity = 0.0;          ///< score of the second best place over the best's, [0, 1]
+  double ambiguity = 0.0;          ///< score of the second best pose over the best's, [0, 1]
   std::vector<Hypothesis> ranked;  ///< refined, the best first
 };
 
-/// A model that data is registered to. Allocates; not for a cycle.
+/// A model to which data are registered. Allocates; not for a cycle.
 class CloudMatcher {
  public:
   /// @param model  [m], finite
   CloudMatcher(const Points& model, const CloudParams& params);
 
-  /// From a guess that is metres and tens of degrees off.
+  /// From a guess with an error of metres and tens of degrees.
   [[nodiscard]] WideAnswer search(const Points& data, const Pose& guess) const;
-  /// From next to none: within GlobalParams::radius_m, of any heading.
+  /// Almost without a guess: within GlobalParams::radius_m, of any heading.
   [[nodiscard]] GlobalRegistration search_globally(const Points& data, const Pose& guess);
-  /// From one that is decimetres off.
+  /// From a guess with an error of decimetres.
   /// @return with T_target_vehicle = T_model_data
   [[nodiscard]] Registration refine(const Points& data, const Pose& guess);
-  /// From two of them: the first answer, unless the other pairs clearly more of the data.
+  /// From two guesses: the first result, unless the other pairs clearly more of the data.
   [[nodiscard]] Registration refine_better(const Points& data, const Pose& one, const Pose& other);
 
  private:
@@ -68,15 +69,15 @@ class CloudMatcher {
   IcpWorkspace workspace_;
 };
 
-/// From where search() leads, and from the guess itself, if that is better: what only one of the
-/// clouds has seen misleads a search from afar.
-/// @param data  [m], finite, from one place: its origin is where the LADAR stood
-/// @param guess  T_model_data, about
+/// From the result of search(), and from the guess itself, if that is better: structure in only one
+/// of the clouds can mislead a search with a large initial error.
+/// @param data  [m], finite, from one position: its origin is the position of the LADAR
+/// @param guess  approximate T_model_data
 /// @return with T_target_vehicle = T_model_data
 [[nodiscard]] Registration register_clouds(const Points& model, const Points& data,
                                            const Pose& guess, const CloudParams& params);
 
-/// How far the clouds agree at a pose: a search ends somewhere for unrelated clouds, too.
+/// Agreement of the clouds at a pose: registration of unrelated clouds returns a pose, too.
 /// @param model, data  [m], finite, at least one point each
 [[nodiscard]] Agreement clouds_at(const Points& model, const Points& data, const Pose& T_model_data,
                                   const CloudParams& params);

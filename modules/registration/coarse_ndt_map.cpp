@@ -7,7 +7,7 @@
 namespace rcs::registration {
 namespace {
 
-constexpr float kFewest = 4.0F;     // points of a distribution
+constexpr float kFewest = 4.0F;     // minimum points of a distribution
 constexpr float kThinnest = 0.01F;  // middle standard deviation over the voxel's edge
 
 }  // namespace

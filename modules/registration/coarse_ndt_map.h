@@ -1,5 +1,6 @@
 #pragma once
-// A map as normal distributions of wide voxels (NDT: Magnusson 2009), for registration from afar.
+// Coarse map of normal distributions by voxel (NDT: Magnusson 2009), for registration with a large
+// initial error.
 
 #include <array>
 #include <vector>
@@ -12,12 +13,12 @@ namespace rcs::registration {
 
 struct WideMapParams {
   double range_sigma_m = 0.03;  ///< added to every distribution, [0.001, 1]
-  /// Least variance of a distribution over its largest: how far off its surface a point is still
-  /// drawn to it, [0.001, 1]. Chosen on frames 5, 15, 25, ... of the KITTI drive.
+  /// Smallest over largest variance of a distribution: determines the distance from which a point
+  /// is drawn to the surface, [0.001, 1]. Chosen on frames 5, 15, 25, ... of the KITTI drive.
   double flatness = 0.2;
 };
 
-/// Static once it is made.
+/// Constant after construction.
 class WideMap {
  public:
   WideMap(const RollingMap& map, const WideMapParams& params);
@@ -28,7 +29,7 @@ class WideMap {
     Vec3f mean;
     std::array<float, 6> information;  ///< xx xy xz yy yz zz [1/m^2]
   };
-  /// The nearest mean among the voxel of `p` and the seven that it is closest to; null: none.
+  /// The nearest mean in the voxel of `p` and the seven voxels closest to it; null: none.
   [[nodiscard]] const Gaussian* nearest(std::size_t level, const Vec3f& p) const;
 
  private:
@@ -39,7 +40,7 @@ class WideMap {
     void fit(const WideMapParams& params);
     float voxel_m;
     float per_m;
-    VoxelIndex index;              // while it is filled of moments, then of gaussians
+    VoxelIndex index;              // of moments while it is filled, then of gaussians
     std::vector<VoxelKey> keys;    // of moments
     std::vector<Moments> moments;  // in the map's frame
     std::vector<Gaussian> gaussians;

@@ -8,11 +8,11 @@
 namespace rcs::registration {
 namespace {
 
-constexpr float kNoPair = 0.01F;  // of a robust weight: less pulls at nothing
+constexpr float kNoPair = 0.01F;  // a smaller robust weight counts as zero
 constexpr int kFewestPairs = 20;
-constexpr double kStep = 0.005;     // converged: moved by less of a voxel's edge,
-constexpr double kStepTurn = 0.05;  // and turned by less of that, per metre
-constexpr int kIterations = 12;     // of the finest size, which begins near its answer
+constexpr double kStep = 0.005;     // converged: moved by less than this share of a voxel's edge,
+constexpr double kStepTurn = 0.05;  // and turned by less than this share of it, per metre
+constexpr int kIterations = 12;     // of the finest size, which begins near its result
 // A match is kept while its point has moved less than this share of the voxel's edge.
 constexpr float kSearchAgain = 0.04F;
 
@@ -24,8 +24,8 @@ class GaussianSums {
     for (Lane& sum : sums_) sum.setZero();
   }
 
-  /// @param d  the point from the vehicle, in the map's directions
-  /// @param r  the point from the mean
+  /// @param d  from the vehicle to the point, along the map's axes
+  /// @param r  from the mean to the point
   void add(const Vec3f& d, const Vec3f& r, const std::array<float, 6>& information) {
     for (int axis = 0; axis < 3; ++axis) {
       const auto k = static_cast<std::size_t>(axis);
@@ -37,12 +37,12 @@ class GaussianSums {
     if (++filled_ == kLanes) flush();
   }
 
-  /// Once. Of (rho, phi): T' = (exp(phi) R, t + rho).
+  /// Call it once. Of (rho, phi): T' = (exp(phi) R, t + rho).
   void finish(Mat6* H, Vec6* b, double* weight) {
     if (filled_ > 0) {
       for (int lane = filled_; lane < kLanes; ++lane) {
         for (Lane& in : in_) in[lane] = 0.0F;
-        ghosts_ += 1.0;  // each weighs one, and pulls at nothing
+        ghosts_ += 1.0;  // each has weight one and no residual
       }
       flush();
     }
@@ -99,7 +99,7 @@ class GaussianSums {
   }
 
   float per_robust_;
-  std::array<Lane, 12> in_;    // of the pairs that wait: d, r, information
+  std::array<Lane, 12> in_;    // of the waiting pairs: d, r, information
   std::array<Lane, 28> sums_;  // H, lower triangle by rows; b; weight
   int filled_ = 0;
   int pairs_ = 0;
@@ -109,7 +109,7 @@ class GaussianSums {
 }  // namespace
 
 Points thinned(const Points& in, int wanted) {
-  // Odd, so that it does not fall in step with the rows of a sensor.
+  // Odd, so that it does not alias with the rows of a sensor.
   const std::size_t stride = (in.size() / static_cast<std::size_t>(wanted)) | 1U;
   Points out;
   out.reserve(in.size() / stride + 1);
@@ -133,12 +133,13 @@ Descent::Sums Descent::sum(std::size_t level, const Pose& T) {
   GaussianSums sums(robust_);
   const Mat3f R = T.rotation().cast<float>();
   const Vec3f t = T.p.cast<float>();
-  const float again_m = kSearchAgain * static_cast<float>(WideMap::kVoxel_m[level]);
+  const float confirm_m = kSearchAgain * static_cast<float>(WideMap::kVoxel_m[level]);
   for (std::size_t i = 0; i < source_.size(); ++i) {
     const Vec3f d = R * source_[i];
     const Vec3f q = d + t;
     Match& match = matches_[i];
-    if ((q - match.asked).squaredNorm() > again_m * again_m) match = {q, map_->nearest(level, q)};
+    if ((q - match.asked).squaredNorm() > confirm_m * confirm_m)
+      match = {q, map_->nearest(level, q)};
     if (match.gaussian == nullptr) continue;
     sums.add(d, q - match.gaussian->mean, match.gaussian->information);
   }

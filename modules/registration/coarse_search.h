@@ -1,5 +1,5 @@
 #pragma once
-// Registration from afar: points to the distributions of a WideMap, the widest first.
+// Coarse search: registers points to the distributions of a WideMap, the largest voxels first.
 
 #include <vector>
 
@@ -10,22 +10,21 @@
 namespace rcs::registration {
 
 struct WideParams {
-  int points = 800;  ///< of the scan that are looked at, about, [100, 100000]
+  int points = 800;  ///< of the scan that are used, approximately, [100, 100000]
   /// Squared distance, in sigmas, at which the weight is 1/4, [1, 1000]. Chosen on frames 5, 15,
-  /// 25,
-  /// ... of the KITTI drive.
+  /// 25, ... of the KITTI drive.
   double robust = 27.0;
-  int max_iterations = 40;  ///< at each of the two widest sizes, [1, 1000]
+  int max_iterations = 40;  ///< at each of the two largest sizes, [1, 1000]
 };
 
-/// Every n-th point, so that about `wanted` are left.
+/// Every n-th point, so that approximately `wanted` remain.
 [[nodiscard]] Points thinned(const Points& points, int wanted);
 
-/// Gauss-Newton descents of one scan on one map, of Geman-McClure weighted distances.
+/// Gauss-Newton descents of one scan on one map, with Geman-McClure weights.
 class Descent {
  public:
-  /// @param source_vehicle  as dense as the sensor saw it: the near ground, which has most of the
-  ///        points, holds height, roll and pitch while the rest is found
+  /// @param source_vehicle  in the sensor's density: the near ground, which has most of the points,
+  ///        stabilizes height, roll and pitch while the other directions converge
   Descent(Points source_vehicle, const WideMap* map, double robust);
 
   /// @param level  of the map
@@ -67,9 +66,9 @@ struct WideAnswer {
   WorkUnits used = 0;
 };
 
-/// Two descents from the same guess, one from the widest size and one from the finest (where little
-/// overlaps, the widest one is misled by what only one of the two has seen); the one that explains
-/// more of the scan is the answer.
+/// Two descents from the same guess, one from the largest voxel size and one from the finest: with
+/// little overlap, structure in only one of the two misleads the largest. Returns the one that
+/// explains more of the scan.
 [[nodiscard]] WideAnswer search_wide(const Points& source_vehicle, const WideMap& map,
                                      const Pose& guess, const WideParams& params);
 

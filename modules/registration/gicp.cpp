@@ -12,18 +12,19 @@
 namespace rcs::registration {
 namespace {
 
-constexpr double kAcross_m2 = 1e-3;  // of a disc; 1 along it (the paper's epsilon)
-// Neighbours whose second variance is less of the first are a scan line: it has no normal.
+constexpr double kAcross_m2 = 1e-3;  // across a disc; 1 along it (the paper's epsilon)
+// Neighbours whose second variance is a smaller share of the first are a scan line without a
+// normal.
 constexpr double kLine = 0.01;
-// M is nowhere less than this, and no more than this along two discs that lie alike. There the
-// closest point follows the data, so that it is no evidence.
+// Lower bound of M, and its value along two discs of equal orientation. There the closest point
+// follows the data, so that it adds no information.
 constexpr double kAlong = 0.5;
-// Residual, in sigmas of M, at which the robust weight is 1/4 in the end. At the start it is as
-// wide as the gate: a narrow one holds what is metres off where it is.
+// Final residual, in sigmas of M, of robust weight 1/4. The kernel begins as wide as the gate: a
+// narrow one would hold points with errors of metres where they are.
 constexpr double kKernelEnd = 2.0;
-constexpr double kShrink = 0.7;             // of gate and kernel, an iteration
-constexpr std::size_t kThinned = 4;         // one of so many says where it goes while they shrink,
-constexpr std::size_t kThinnedFrom = 2000;  // if that leaves enough of them
+constexpr double kShrink = 0.7;             // of gate and kernel, in each iteration
+constexpr std::size_t kThinned = 4;         // one point of this many is used while they shrink,
+constexpr std::size_t kThinnedFrom = 2000;  // if at least this many remain
 
 GicpPoint surface_at(const Vec3f& p, const Points& points, const KdTree::Neighbours& neighbours) {
   GicpPoint out;
@@ -42,8 +43,8 @@ GicpPoint surface_at(const Vec3f& p, const Points& points, const KdTree::Neighbo
 
 struct Sums {
   NormalEquations equations;
-  Mat6 along = Mat6::Zero();  // the part of H that is no evidence
-  int points = 0;             // looked at
+  Mat6 along = Mat6::Zero();  // the part of H without information
+  int points = 0;             // used
   int pairs = 0;
   double weight = 0.0;   // robust
   double squares = 0.0;  // robust, in sigmas
@@ -124,7 +125,7 @@ Registration register_gicp(const GicpCloud& model, const GicpCloud& data, const 
   Pose T = guess;
   Sums sums;
   Observability obs;
-  double gate_m = std::max(params.gate_m, params.least_gate_m);
+  double gate_m = std::max(params.gate_m, params.min_gate_m);
   double kernel = std::max(kKernelEnd, gate_m / std::sqrt(2.0 * kAcross_m2));
   out.stop = Stop::kMaxIterations;
   while (out.iterations < params.max_iterations) {
@@ -145,14 +146,14 @@ Registration register_gicp(const GicpCloud& model, const GicpCloud& data, const 
       out.stop = Stop::kDiverged;
       break;
     }
-    const bool settled = gate_m == params.least_gate_m && kernel == kKernelEnd && stride == 1;
-    if (settled && step.head<3>().norm() < params.least_move_m &&
-        step.tail<3>().norm() < params.least_turn_rad) {
+    const bool settled = gate_m == params.min_gate_m && kernel == kKernelEnd && stride == 1;
+    if (settled && step.head<3>().norm() < params.min_move_m &&
+        step.tail<3>().norm() < params.min_turn_rad) {
       out.stop = obs.unobserved > 0 ? Stop::kDegenerate : Stop::kConverged;
       break;
     }
-    if (gate_m == params.least_gate_m && kernel == kKernelEnd) stride = 1;
-    gate_m = std::max(params.least_gate_m, kShrink * gate_m);
+    if (gate_m == params.min_gate_m && kernel == kKernelEnd) stride = 1;
+    gate_m = std::max(params.min_gate_m, kShrink * gate_m);
     kernel = std::max(kKernelEnd, kShrink * kernel);
   }
 

@@ -12,12 +12,12 @@ namespace {
 constexpr std::size_t kWidest = 0;
 constexpr std::size_t kMiddle = 1;
 constexpr std::size_t kFinest = 2;
-// Iterations at each size: as a start, and when it is followed.
+// Iterations at each size, for a start and for the refinement.
 constexpr int kStartWidest = 8;
 constexpr int kStartMiddle = 6;
 constexpr int kFollowMiddle = 8;
 constexpr int kFollowFinest = 12;
-constexpr double kShare = 0.65;  // of the radius, where the starts around the guess are
+constexpr double kShare = 0.65;  // of the radius: distance of the starts around the guess
 
 std::vector<Pose> starts_around(const Pose& guess, const GlobalParams& p) {
   std::vector<Pose> starts;
@@ -83,8 +83,8 @@ WorkUnits GlobalSearch::used() const {
   return sum;
 }
 
-// A descent forgets all of the one before when it goes to another size of voxels: what a thread did
-// before makes no difference.
+// A descent discards all its matches when it changes the size of voxels: what a thread did before
+// makes no difference.
 void GlobalSearch::start(Descent* coarse, std::size_t k) {
   Pose T = starts_[k];
   coarse->descend(kWidest, kStartWidest, &T);
@@ -138,7 +138,7 @@ Hypothesis anneal(const Points& source_vehicle, const WideMap& map, const Pose& 
                   WorkUnits* used) {
   Descent coarse(thinned(source_vehicle, global.points), &map, wide.robust);
   std::mt19937 rng(params.seed);
-  // Not the library's distributions: each has its own.
+  // The distributions of standard libraries differ.
   const auto uniform = [&rng] { return (static_cast<double>(rng()) + 0.5) / 4294967296.0; };
   const auto normal = [&uniform] {
     return std::sqrt(-2.0 * std::log(uniform())) * std::cos(2.0 * kPi * uniform());

@@ -11,9 +11,9 @@
 namespace rcs::registration {
 namespace {
 
-constexpr double kFirstDmax = 20.0;  // in D: Zhang's
-constexpr std::size_t kCycle = 8;    // poses that are remembered
-constexpr double kSame_m = 1e-9;     // a pose that came back, but for rounding
+constexpr double kFirstDmax = 20.0;  // in D (Zhang)
+constexpr std::size_t kCycle = 8;    // remembered poses
+constexpr double kSame_m = 1e-9;     // a recurring pose, within rounding
 constexpr double kFar = 1e3;         // in extents of the model and data
 
 struct Statistics {
@@ -21,11 +21,11 @@ struct Statistics {
   double sigma_m = 0.0;
 };
 
-Statistics statistics(const std::vector<float>& distances, double most_m) {
+Statistics statistics(const std::vector<float>& distances, double max_m) {
   double n = 0.0;
   double sum = 0.0;
   for (const float d : distances) {
-    if (d > most_m) continue;
+    if (d > max_m) continue;
     n += 1.0;
     sum += d;
   }
@@ -33,7 +33,7 @@ Statistics statistics(const std::vector<float>& distances, double most_m) {
   const double mu = sum / n;
   double square = 0.0;
   for (const float d : distances) {
-    if (d <= most_m) square += (d - mu) * (d - mu);
+    if (d <= max_m) square += (d - mu) * (d - mu);
   }
   return {mu, std::sqrt(square / n)};
 }
@@ -51,7 +51,7 @@ class Registering {
   Registering(const Points& model, const Points& data, const PaperParams& params)
       : data_(data), model_(model), params_(params), tree_(model), pairs_(data.size()) {}
 
-  /// Step 1 at a pose.
+  /// Step 1 of the paper, at a pose.
   void find_closest(const Pose& T, std::vector<float>* distances) {
     const Mat3 R = T.rotation();
     distances->resize(data_.size());
@@ -141,10 +141,10 @@ std::string_view name_of(PaperStop stop) {
 }
 
 double measured_spacing(const Points& points) {
-  constexpr std::size_t kMost = 1000;
+  constexpr std::size_t kMax = 1000;
   if (points.size() < 2) return 0.0;
   const KdTree tree(points);
-  const std::size_t step = std::max<std::size_t>(1, points.size() / kMost);
+  const std::size_t step = std::max<std::size_t>(1, points.size() / kMax);
   std::vector<float> distances;
   for (std::size_t i = 0; i < points.size(); i += step) {
     distances.push_back(std::sqrt(tree.closest_other(points[i]).distance2_m2));
@@ -154,12 +154,12 @@ double measured_spacing(const Points& points) {
   return *middle;
 }
 
-double histogram_valley(const std::vector<float>& distances_m, double bin_m, double most_m) {
+double histogram_valley(const std::vector<float>& distances_m, double bin_m, double max_m) {
   constexpr std::size_t kBins = 4096;
   constexpr double kValley = 0.6;  // of the peak
   std::vector<int> bins;
   for (const float d : distances_m) {
-    if (!(d <= most_m)) continue;
+    if (!(d <= max_m)) continue;
     const auto bin = std::min(kBins - 1, static_cast<std::size_t>(d / bin_m));
     if (bin >= bins.size()) bins.resize(bin + 1);
     ++bins[bin];
@@ -168,7 +168,7 @@ double histogram_valley(const std::vector<float>& distances_m, double bin_m, dou
   auto valley = peak;
   while (valley != bins.end() && *valley >= kValley * *peak) ++valley;
   const double edge_m = bin_m * static_cast<double>(valley - bins.begin());
-  return std::min(std::max(edge_m, bin_m), most_m);
+  return std::min(std::max(edge_m, bin_m), max_m);
 }
 
 PaperResult register_as_in_paper(const Points& model, const Points& data, const Pose& guess,
@@ -177,7 +177,7 @@ PaperResult register_as_in_paper(const Points& model, const Points& data, const 
   out.T_model_data = guess;
   if (model.empty() || data.empty()) return out;
   out.spacing_m = params.spacing_m > 0.0 ? params.spacing_m : measured_spacing(model);
-  // All points of the model in one place: any distance is as good.
+  // All points of the model coincide: any distance is as good.
   const double D = out.spacing_m > 0.0 ? out.spacing_m : 1e-3;
   const double far_m = kFar * (extent(model) + extent(data));
 
@@ -208,7 +208,7 @@ PaperResult register_as_in_paper(const Points& model, const Points& data, const 
       out.stop = PaperStop::kDegenerate;
       break;
     }
-    // A reflection is no pose; as printed it would turn the scan inside out.
+    // A reflection is not a rigid motion; applied as printed it would mirror the scan.
     if (motion.reflection || !motion.T.allFinite() || motion.T.norm() > far_m) {
       out.stop = PaperStop::kDiverged;
       break;
@@ -220,9 +220,9 @@ PaperResult register_as_in_paper(const Points& model, const Points& data, const 
     work.find_closest(T, &distances);
 
     const Pose all = T * guess.inverse();
-    const double small_m = std::max(params.least_move_m, params.relative_change * all.p.norm());
+    const double small_m = std::max(params.min_move_m, params.relative_change * all.p.norm());
     const double small_rad =
-        std::max(params.least_turn_rad, params.relative_change * log_so3(all.q).norm());
+        std::max(params.min_turn_rad, params.relative_change * log_so3(all.q).norm());
     if (params.relative_change > 0.0 && it.moved_m <= small_m && it.turned_rad <= small_rad) {
       out.stop = PaperStop::kRelativeChange;
       break;

@@ -1,7 +1,7 @@
 #pragma once
 // The method of Madhavan and Messina ("Iterative Registration of 3D LADAR Data for Autonomous
-// Navigation", section 2.1), as printed or with its slips mended, one by one. It is kept to be
-// compared with: the vehicle registers by icp.h.
+// Navigation", section 2.1), as printed or with its errors corrected, one by one. It is kept for
+// comparison: the vehicle registers with point_to_plane_icp.h.
 
 #include <cstdint>
 #include <string_view>
@@ -22,16 +22,16 @@ struct PaperParams {
   int max_iterations = 200;       ///< [1, 100000]
   double relative_change = 1e-3;  ///< of R and T, of an iteration to all so far; 0: never, [0, 1]
   double mean_distance_m = 0.0;   ///< of the accepted pairs; 0: never, [0, 10]
-  double least_move_m = 1e-5;     ///< a move so small is no change, whatever all so far are
-  double least_turn_rad = 1e-6;
+  double min_move_m = 1e-5;       ///< a smaller motion is no change, for any total
+  double min_turn_rad = 1e-6;
 
-  // What was mended. Each can be taken back, to see what it is worth.
+  // Corrections. Each can be disabled, to measure its effect.
   bool data_to_model = true;  ///< as printed, the motion from model to data is applied to the data
   bool guard_reflection = true;  ///< as printed, R may have determinant -1
   bool accepted_only = true;     ///< as printed, H sums over all N_D pairs
   bool gated_statistics = true;  ///< as printed, mean and deviation are of all pairs, not of those
                                  ///< within the last D_max
-  bool detect_cycles = true;     ///< the branches of D_max can flip for ever
+  bool detect_cycles = true;     ///< the branches of D_max can alternate forever
 
   /// As printed.
   [[nodiscard]] static PaperParams literal() {
@@ -47,9 +47,9 @@ enum class PaperBranch : std::int8_t { kMu3Sigma, kMu2Sigma, kMuSigma, kValley }
 
 enum class PaperStop : std::int8_t {
   kRelativeChange,  ///< step 4: R and T no longer change
-  kMeanDistance,    ///< the pairs are near enough
+  kMeanDistance,    ///< the mean distance of the pairs is small enough
   kMaxIterations,
-  kLimitCycle,  ///< an earlier pose came back
+  kLimitCycle,  ///< an earlier pose recurred
   kTooFew,      ///< fewer than three pairs are accepted
   kDegenerate,  ///< they lie on a line
   kDiverged,    ///< farther away than any of the points
@@ -74,16 +74,16 @@ struct PaperResult {
   Pose T_model_data;
   double spacing_m = 0.0;  ///< D
   std::vector<PaperIteration> history;
-  std::vector<std::uint32_t> closest;    ///< of every data point, in the end
+  std::vector<std::uint32_t> closest;    ///< of every data point, at the end
   std::vector<float> distance_before_m;  ///< of every data point to the model, at the guess
-  std::vector<float> distance_after_m;   ///< and in the end
+  std::vector<float> distance_after_m;   ///< and at the end
   double d_max_m = 0.0;                  ///< the last one
   int pairs = 0;                         ///< accepted by it
-  double mean_distance_m = 0.0;          ///< of the accepted pairs, in the end
+  double mean_distance_m = 0.0;          ///< of the accepted pairs, at the end
 };
 
 /// @param model, data  [m], all finite
-/// @param guess        T_model_data to begin with
+/// @param guess        T_model_data at the start
 /// Deterministic.
 [[nodiscard]] PaperResult register_as_in_paper(const Points& model, const Points& data,
                                                const Pose& guess, const PaperParams& params);
@@ -92,11 +92,11 @@ struct PaperResult {
 /// fewer than two points.
 [[nodiscard]] double measured_spacing(const Points& points);
 
-/// Zhang's (1994) threshold for a start far from the answer: the first bin after the histogram's
+/// Zhang's (1994) threshold for a start far from the solution: the first bin after the histogram's
 /// peak that holds less than 60 % of it.
-/// @param bin_m   width of the bins, and the least answer
-/// @param most_m  the greatest answer; distances beyond it are not counted
+/// @param bin_m   width of the bins, and the smallest result
+/// @param max_m  the largest result; greater distances are not counted
 [[nodiscard]] double histogram_valley(const std::vector<float>& distances_m, double bin_m,
-                                      double most_m);
+                                      double max_m);
 
 }  // namespace rcs::registration

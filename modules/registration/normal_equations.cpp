@@ -20,7 +20,7 @@ Observability observability(const NormalEquations& sums, double min_alignment, d
   Observability obs;
   const double translation = sums.H.topLeftCorner<3, 3>().trace();
   if (!(sums.weight > 0.0) || !(translation > 0.0)) return obs;
-  // The length at which a rotation moves the points, along their normals, as far as a translation.
+  // The length at which a rotation moves the points, along their normals, as much as a translation.
   obs.length_m = std::max(1e-3, std::sqrt(sums.H.bottomRightCorner<3, 3>().trace() / translation));
   const Vec6 s = scale_of(obs.length_m);
   const Mat6 scaled = s.asDiagonal() * sums.H * s.asDiagonal() / sums.weight;
@@ -63,15 +63,15 @@ Vec6 steered_step(const NormalEquations& sums, const Mat6& prior_information,
 Mat6 observed_part(const Mat6& information, const Observability& obs) {
   if (obs.unobserved == 0) return information;
   if (obs.unobserved == 6) return Mat6::Zero();
-  // Holding the unobserved directions at the prediction would claim too much of the others: they
-  // are marginalized out (Schur complement) instead.
+  // Fixing the unobserved directions at the prediction would overestimate the information of the
+  // others: they are marginalized out (Schur complement).
   const Vec6 s = scale_of(obs.length_m);
   const Mat6 B = s.cwiseInverse().asDiagonal() * obs.directions;  // new basis, inverse transpose
   const Mat6 V = s.asDiagonal() * obs.directions;
   const Mat6 local = V.transpose() * information * V;
   const int u = obs.unobserved;
   const int o = 6 - u;
-  // Directions without information have (nearly) none to share: a floor keeps the inverse finite.
+  // Directions without information share almost none: a floor keeps the inverse finite.
   Mat6 joined = Mat6::Zero();
   using Block = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;  // on the stack
   Block uu = local.topLeftCorner(u, u);

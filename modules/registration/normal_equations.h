@@ -1,5 +1,5 @@
 #pragma once
-// The 6 x 6 normal equations of residuals along surface normals, and the step they ask for.
+// The 6 x 6 normal equations of residuals along surface normals, and the resulting step.
 
 #include "modules/registration/registration.h"
 #include "rcs/base/linear.h"
@@ -11,8 +11,8 @@ struct NormalEquations {
   Mat6 H = Mat6::Zero();  ///< lower triangle while summing; full after close()
   Vec6 b = Vec6::Zero();
   double weight = 0.0;  ///< sum of w
-  /// The part of H that the normals' own errors make up: a normal is known to within an angle, and
-  /// on a flat field these errors look like slopes (sum w E[dJ'dJ]). Zero where add() is used.
+  /// The part of H due to errors of the normals: a normal is known to within an angle, and on flat
+  /// ground these errors appear as slopes (sum w E[dJ'dJ]). Zero where add() is used.
   Mat6 noise = Mat6::Zero();
 
   /// Residual along the normal at a point of the vehicle frame:
@@ -30,22 +30,22 @@ struct NormalEquations {
   }
 };
 
-/// Directions sorted by what the residuals say of them.
+/// Directions sorted by the information of the residuals.
 struct Observability {
-  /// Ascending. Mean squared; above 1 where a rotation and a translation pull together.
+  /// Ascending. Mean squared; above 1 where a rotation and a translation are coupled.
   Vec6 alignment = Vec6::Zero();
   Mat6 directions = Mat6::Identity();  ///< columns, in coordinates (rho, length * phi)
   double length_m = 1.0;               ///< makes rotations comparable to translations
-  int unobserved = 6;                  ///< the first so many columns
+  int unobserved = 6;                  ///< number of leading columns that are unobserved
 };
 
-/// A direction counts as unobserved when its alignment is below `min_alignment`, when what is left
-/// of it without the normals' own errors is less than these, or when its standard deviation would
-/// exceed `max_sigma_m` (rotations: at `length_m`).
+/// A direction counts as unobserved if its alignment is below `min_alignment`, if less than half of
+/// it remains without the errors of the normals, or if its standard deviation would exceed
+/// `max_sigma_m` (rotations: at `length_m`).
 [[nodiscard]] Observability observability(const NormalEquations& sums, double min_alignment,
                                           double max_sigma_m);
 
-/// Gauss-Newton step along observed directions; along the others the step leads back to the
+/// Gauss-Newton step along observed directions; along the others the step returns to the
 /// prediction.
 /// @param to_prediction  log(T^-1 * T_prediction)
 [[nodiscard]] Vec6 observed_step(const NormalEquations& sums, const Observability& obs,

@@ -1,5 +1,5 @@
 #pragma once
-// The normal equations of many pairs, eight at a time.
+// The normal equations of many pairs, computed eight at a time.
 
 #include <array>
 #include <cstddef>
@@ -18,7 +18,7 @@ class PairSums {
 
   /// See NormalEquations::add().
   /// @param wr  weighted residual
-  /// @param w   weight, or what stands for it in H
+  /// @param w   weight, or its substitute in H
   /// @param wv  weight times the variance of the normal about each axis in its surface [rad^2]
   void add(const Vec3f& p_vehicle, const Vec3f& n_vehicle, float wr, float w, float wv) {
     for (int axis = 0; axis < 3; ++axis) {
@@ -32,12 +32,12 @@ class PairSums {
     if (++filled_ == kLanes) flush();
   }
 
-  /// Everything that was added; once.
+  /// The sums of all pairs; call it once.
   [[nodiscard]] NormalEquations finish();
 
  private:
   static constexpr int kLanes = 8;
-  static constexpr int kFlushes = 32;  // in float
+  static constexpr int kFlushes = 32;  // summed in float
   using Lane = Eigen::Array<float, kLanes, 1>;
   // Sums: w J'J, lower triangle by rows; wv J'J likewise; wr J; wv p; wv p p' (xx xy xz yy yz zz);
   // wv; w.
@@ -53,7 +53,7 @@ class PairSums {
   void flush();
   void fold();
 
-  std::array<Lane, 9> in_;  // of the pairs that wait: p, n, wr, w, wv
+  std::array<Lane, 9> in_;  // of the waiting pairs: p, n, wr, w, wv
   int filled_ = 0;
   int flushes_ = 0;
   std::array<Lane, kSums> lanes_;

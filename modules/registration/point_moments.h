@@ -1,5 +1,5 @@
 #pragma once
-// Count, mean and scatter of points: what a voxel keeps of them.
+// Count, mean and scatter of points: the content of a voxel.
 
 #include <array>
 
@@ -21,7 +21,7 @@ struct Moments {
   }
 
   /// Chan, Golub & LeVeque 1983.
-  /// @param shift  from the frame of `other` to this one's
+  /// @param shift  from the origin of this frame to that of `other`
   void add(const Moments& other, const Vec3f& shift) {
     const float total = count + other.count;
     const Vec3f d = other.mean + shift - mean;

@@ -10,25 +10,26 @@
 namespace rcs::registration {
 namespace {
 
-// The prediction holds so many iterations, while the gate is wide and matches are still wrong.
+// The prediction regularizes this many iterations, while the gate is wide and matches are still
+// wrong.
 constexpr int kSteered = 2;
-// A match is kept while its point has moved less than this: searches follow the motion. When the
-// answer stands nearly still, all are searched anew and kept while it converges, twice: the last
-// iterations solve one fixed problem, which hardly depends on where the search came from.
+// A match is kept while its point has moved less than this. Near convergence, all matches are
+// searched again and then kept until convergence, twice: the last iterations solve one fixed
+// problem, which hardly depends on the start.
 constexpr float kSearchAgain_m = 0.02F;
 constexpr int kFinalSearches = 2;
-// Until then, and at most for so many iterations (matches may come and go for ever), one point in
-// so many says where it goes, if that leaves enough of them.
+// Before that, and for at most this many iterations (matches may appear and disappear forever), one
+// point in kThinned determines the step, if enough points remain.
 constexpr int kApproach = 10;
 constexpr std::size_t kThinned = 5;  // odd: sensors' rows and columns are even
 constexpr std::size_t kThinnedFrom = 400;
-constexpr float kLeastCurvature = 0.2F;  // of a pair, over its weight
-// Nearly still: so many times the steps that end the last iterations.
+constexpr float kMinCurvature = 0.2F;  // lower bound, of a pair, over its weight
+// Near convergence: this multiple of the step that ends the last iterations.
 constexpr double kNearly = 10.0;
 
 struct Sums {
   NormalEquations equations;
-  int points = 0;  // looked at
+  int points = 0;  // used
   int pairs = 0;
   double abs_sum = 0.0;
   double square_sum = 0.0;
@@ -54,7 +55,7 @@ class Problem {
     workspace_->matches.assign(source.size(), {});
   }
 
-  // The next pass searches every match anew; after it they stay.
+  // The next pass searches every match again; afterwards they are kept.
   void search_all_then_keep() {
     for (IcpWorkspace::Match& m : workspace_->matches) m.asked = Vec3f::Constant(1e9F);
     keep_after_ = true;
@@ -64,12 +65,12 @@ class Problem {
   [[nodiscard]] int final_searches() const { return searches_; }
 
   // One pass over the points at pose T: search where needed, residuals, sums.
-  // `kernel`: residual, in sigmas, at which the robust weight is 1/4. `stride`: every so manieth.
+  // `kernel`: residual, in sigmas, of robust weight 1/4. `stride`: every n-th point is used.
   Sums sum(const Pose& T, double gate_m, double kernel, std::size_t stride) {
     Sums sums;
     PairSums pairs;
     const auto kernel2 = static_cast<float>(square(kernel));
-    const auto most_u2 = static_cast<float>(square(params_.gate_sigma) * square(kernel) / 9.0);
+    const auto max_u2 = static_cast<float>(square(params_.gate_sigma) * square(kernel) / 9.0);
     const auto map_variance = static_cast<float>(square(params_.map_sigma_m));
     const Mat3f R = T.rotation().cast<float>();
     const Vec3f t = T.p.cast<float>();
@@ -89,14 +90,13 @@ class Problem {
       const Vec3f n = R.transpose() * s.normal;
       const float variance = residual_variance(p, n, s, params_) + map_variance;
       const float u2 = r * r / variance;
-      if (u2 > most_u2) continue;
+      if (u2 > max_u2) continue;
       const float s2 = u2 / kernel2;
       const float k = 1.0F / (1.0F + s2);
       const float w = k * k / variance;
-      // Near the answer: Newton's curvature of the Geman-McClure cost, kept positive. By the
-      // weights alone (IRLS) each step is too short.
-      const float curvature =
-          keep_after_ ? w * std::max(kLeastCurvature, k * (1.0F - 3.0F * s2)) : w;
+      // Near the solution: Newton's curvature of the Geman-McClure cost, kept positive. With the
+      // weights alone (IRLS) each step would be too short.
+      const float curvature = keep_after_ ? w * std::max(kMinCurvature, k * (1.0F - 3.0F * s2)) : w;
       pairs.add(p, n, w * r, curvature, params_.weighted ? curvature * s.angle_variance : 0.0F);
       ++sums.pairs;
       sums.abs_sum += std::abs(r);
@@ -108,8 +108,8 @@ class Problem {
   }
 
   // The information of the residuals: points share their surface's error, so that many points on
-  // one voxel do not make it certain. How large that error is the residuals say themselves: what
-  // they have more than each point's own noise. Grass as it is neared has much, rock next to none.
+  // one voxel do not make it certain. The residuals determine that error: their excess over each
+  // point's own noise. It is large in grass and small on rock.
   Mat6 information(const Pose& T, double kernel) {
     std::vector<std::uint16_t>& count = workspace_->pairs_of_voxel;
     count.resize(map_->voxel_ids());
@@ -152,7 +152,7 @@ class Problem {
     }
   }
 
-  /// Variance of the surfaces that is not their points' own [m^2].
+  /// Variance of the surfaces beyond their points' own noise [m^2].
   [[nodiscard]] double shared_error(const Pose& T) const {
     double excess = 0.0;
     int n = 0;
@@ -160,7 +160,7 @@ class Problem {
       excess += double{r} * double{r} - own;
       ++n;
     });
-    return std::max(square(params_.least_map_sigma_m), excess / std::max(1, n));
+    return std::max(square(params_.min_map_sigma_m), excess / std::max(1, n));
   }
 
   const Points& source_;
@@ -190,11 +190,11 @@ Registration register_points(const Points& source_vehicle, RollingMap* map,
   Sums sums;
   Observability obs;
   double gate_m = params.gate_m;
-  const double least_gate_m =
+  const double min_gate_m =
       params.gate_sigma * std::hypot(params.range_sigma_m, params.map_sigma_m);
   double kernel = 12.0;
-  // Of 3, 2 and 1.4 over the drive of config/sim/drive.toml: 3 shakes more in grass, 1.4 drifts
-  // more.
+  // Chosen from 3, 2 and 1.4 on the drive of config/sim/drive.toml: 3 is noisier in grass, 1.4
+  // drifts more.
   constexpr double kKernelEnd = 2.0;
   out.stop = Stop::kMaxIterations;
   while (out.iterations < params.max_iterations) {
@@ -229,7 +229,7 @@ Registration register_points(const Points& source_vehicle, RollingMap* map,
       stride = 1;
       problem.search_all_then_keep();
     }
-    gate_m = std::max(least_gate_m, 0.5 * gate_m);
+    gate_m = std::max(min_gate_m, 0.5 * gate_m);
     kernel = std::max(kKernelEnd, 0.5 * kernel);
   }
 
@@ -251,8 +251,8 @@ Registration register_points(const Points& source_vehicle, RollingMap* map,
   }
   if (!usable(out.stop) || out.iterations == 0) return out;
   out.information = observed_part(problem.information(T, kKernelEnd), obs);
-  // Chosen on the simulated terrains 8001 to 8005: scaled so, the ellipsoids of finished
-  // registrations hold 95 to 99 % of the truths rather than 90 to 97 %.
+  // Chosen on the simulated terrains 8001 to 8005: with it, the ellipsoids of registrations that
+  // the budget ended contain 95 to 99 % of the true poses, without it 90 to 97 %.
   constexpr double kUnfinished = 0.7;
   if (out.stop == Stop::kBudget) out.information *= kUnfinished;
   if (out.stop == Stop::kConverged && obs.unobserved > 0) out.stop = Stop::kDegenerate;

@@ -12,19 +12,19 @@ namespace rcs::registration {
 
 struct IcpParams {
   int max_iterations = 20;
-  int min_pairs = 50;               ///< fewer: kTooFew
-  double gate_m = 1.0;              ///< largest distance along the normal at the start
-  double gate_sigma = 4.0;          ///< and at the end, in sigmas of the residual
-  double range_sigma_m = 0.03;      ///< LADAR range noise
-  double beam_sigma_rad = 0.001;    ///< pointing noise across the beam
-  double map_sigma_m = 0.02;        ///< a surface's error, to tell outliers by
-  double least_map_sigma_m = 0.02;  ///< the same, shared by its points, at least
-  /// Each residual by its own variance, from the range, the angle of incidence and the surface. If
-  /// not, all are worth the same: to see what the model of the LADAR's noise buys.
+  int min_pairs = 50;             ///< fewer: kTooFew
+  double gate_m = 1.0;            ///< largest distance along the normal at the start
+  double gate_sigma = 4.0;        ///< and at the end, in sigmas of the residual
+  double range_sigma_m = 0.03;    ///< LADAR range noise
+  double beam_sigma_rad = 0.001;  ///< pointing noise across the beam
+  double map_sigma_m = 0.02;      ///< error of a surface in the outlier test
+  double min_map_sigma_m = 0.02;  ///< lower bound of the error that its points share
+  /// Weights each residual by its own variance, from the range, the angle of incidence and the
+  /// surface. If false, all weights are equal: to measure the effect of the LADAR's noise model.
   bool weighted = true;
   double min_alignment = 1e-4;      ///< observability below which a direction is unobserved
-  double max_sigma_m = 0.5;         ///< a direction known no better than this is unobserved
-  double max_correction_m = 2.0;    ///< farther from the prediction: kDiverged
+  double max_sigma_m = 0.5;         ///< a direction with a larger sigma is unobserved
+  double max_correction_m = 2.0;    ///< larger distance from the prediction: kDiverged
   double max_correction_rad = 0.2;  ///< likewise
   double step_sigma = 0.03;         ///< converged when a step is smaller, in sigmas
 };
@@ -33,7 +33,7 @@ struct IcpParams {
 class IcpWorkspace {
  public:
   struct Match {
-    Vec3f asked = Vec3f::Constant(1e9F);  // where the search was made, rolling frame
+    Vec3f asked = Vec3f::Constant(1e9F);  // position of the search, rolling frame
     Surface surface{};
     bool found = false;
   };
@@ -44,11 +44,12 @@ class IcpWorkspace {
 /// Aligns `source_vehicle` to the map (point-to-plane, Chen & Medioni 1992, with Geman-McClure
 /// weights and a gate that shrinks to the noise).
 /// @param source_vehicle  deskewed, downsampled points [m]
-/// @param prediction  within about a voxel or two, or it may stop in a local minimum. It holds the
-///   first iterations and the unobserved directions, and is in no other way part of the answer.
-/// @param map  non-const because surfaces are fitted when they are first asked for
-/// @param granted  work units; the best answer so far is returned when they are used up
-/// Deterministic. Allocates nothing once `workspace` has seen a scan as large.
+/// @param prediction  with an error of at most about one or two voxels, or it may stop in a local
+///   minimum. It regularizes the first iterations and the unobserved directions, and adds nothing
+///   else to the result.
+/// @param map  non-const because surfaces are fitted at their first use
+/// @param granted  work units; when they are used up, the best result so far is returned
+/// Deterministic. No allocation once `workspace` has held a scan as large.
 [[nodiscard]] Registration register_points(const Points& source_vehicle, RollingMap* map,
                                            const Prediction& prediction, const IcpParams& params,
                                            WorkUnits granted, IcpWorkspace* workspace);

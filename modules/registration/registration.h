@@ -1,5 +1,5 @@
 #pragma once
-// What every registration answers, whatever its method and its target.
+// The result of every registration, independent of its method and its target.
 
 #include <cstdint>
 #include <string_view>
@@ -9,8 +9,9 @@
 
 namespace rcs::registration {
 
-/// A program that is compiled for another instruction set than the library aligns Eigen's types
-/// differently: it would read wrong poses. Such a program does not link, for want of its alignment.
+/// A program compiled for another instruction set than the library aligns Eigen's types differently
+/// and would read wrong poses. Such a program does not link: the symbol of its alignment is
+/// missing.
 template <int kBytes>
 struct BuiltWithAlignment {
   static const char symbol;
@@ -22,19 +23,19 @@ struct BuiltWithAlignment {
 enum class Stop : std::int8_t {
   kConverged = 0,
   kMaxIterations = 1,
-  kBudget = 2,  ///< the grant is used up; the answer is the best so far
+  kBudget = 2,  ///< the grant is used up; the result is the best so far
   kLimitCycle = 3,
   kTooFew = 4,      ///< fewer than min_pairs
   kDegenerate = 5,  ///< converged, but at least one direction has no information
   kEmpty = 6,       ///< no points, or nothing to match them to
   kDiverged = 7,    ///< ended farther from the prediction than its gate allows
   kSeeded = 8,      ///< no registration: this scan starts a map
-  kHeld = 9,        ///< no registration: its deadline could not be kept
+  kHeld = 9,        ///< no registration: its deadline could not be met
 };
 
 [[nodiscard]] std::string_view name_of(Stop stop);
 
-/// True when the pose is worth reading (along its observed directions).
+/// True if the pose is meaningful (along its observed directions).
 [[nodiscard]] constexpr bool usable(Stop stop) {
   return stop == Stop::kConverged || stop == Stop::kMaxIterations || stop == Stop::kBudget ||
          stop == Stop::kDegenerate || stop == Stop::kLimitCycle;
@@ -49,7 +50,7 @@ struct Registration {
   Vec6 observability = Vec6::Zero();  ///< ascending, in [0, 1]: mean squared alignment of the
                                       ///< residuals with the six principal directions
   int iterations = 0;
-  int points = 0;  ///< tried
+  int points = 0;  ///< given
   int pairs = 0;   ///< matched in the last iteration
   WorkUnits granted = 0;
   WorkUnits used = 0;
@@ -60,8 +61,8 @@ struct Registration {
   double correction_rad = 0.0;
 };
 
-/// Where the search starts and what holds it while it iterates. The prior steers, it never
-/// testifies: no part of it is in the answer along observed directions.
+/// Start and regularization of the search. The prediction regularizes the search but adds no
+/// information to the result along observed directions.
 struct Prediction {
   Pose T_target_vehicle;
   Mat6 covariance = Mat6::Identity();  ///< right perturbation (rho, phi); positive definite
@@ -72,8 +73,8 @@ struct Prediction {
 /// where I is singular.
 [[nodiscard]] Mat6 with_distortion(const Mat6& information, const Mat6& distortion);
 
-/// The best pose of prediction and registration together: where the scan goes into the map. A
-/// direction that the scan sees weakly must not shake the map.
+/// The optimal combination of prediction and registration, at which the scan is inserted into the
+/// map. A weakly observed direction must not disturb the map.
 [[nodiscard]] Pose fused_pose(const Prediction& prediction, const Registration& registration);
 
 }  // namespace rcs::registration

@@ -5,8 +5,8 @@
 
 namespace rcs::registration {
 
-/// Sums over pairs (p, q): centroids and cross-covariance. Coordinates are taken relative to the
-/// first pair, so that nothing cancels far from the origin.
+/// Sums over pairs (p, q): centroids and cross-covariance. Coordinates are relative to the first
+/// pair, which avoids cancellation far from the origin.
 class PointPairMoments {
  public:
   void add(const Vec3& p, const Vec3& q, double weight = 1.0);
@@ -33,7 +33,7 @@ struct RigidMotion {
   Mat3 R = Mat3::Identity();  ///< q = R p + T
   Vec3 T = Vec3::Zero();
   bool reflection = false;  ///< R is no rotation: its determinant is -1 (only if not guarded)
-  bool degenerate = false;  ///< the pairs lie on a line or in a point: R is one of many
+  bool degenerate = false;  ///< the pairs lie on a line or in a point: R is not unique
 };
 
 /// Least squares by singular values (Arun, Huang & Blostein 1987; the paper's step 2).

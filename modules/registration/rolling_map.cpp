@@ -9,7 +9,7 @@
 namespace rcs::registration {
 namespace {
 
-constexpr double kCoarseRatio = 3.0;  // whole: a coarse voxel is made of whole fine ones
+constexpr double kCoarseRatio = 3.0;  // an integer: a coarse voxel consists of whole fine ones
 
 }  // namespace
 
@@ -55,7 +55,8 @@ std::uint32_t VoxelTable::find_or_add(int i, int j, int k) {
 }
 
 void VoxelTable::forget_far(const Vec3f& centre) {
-  // A full table shrinks the radius: the farthest go first. It grows back when there is room.
+  // A full table shrinks the radius: the farthest voxels are removed first. It grows again when
+  // there is room.
   const auto capacity = static_cast<float>(params_.capacity);
   if (static_cast<float>(used_) > 0.9F * capacity) {
     keep_radius_m_ *= 0.95F;
@@ -96,7 +97,7 @@ void VoxelTable::insert(const Points& points) {
   }
 }
 
-// Refitting at each new point would cost more than it brings.
+// Refitting at each new point would cost more than it gains.
 void VoxelTable::note_points(const Voxel& voxel) {
   if (voxel.moments.count >= voxel.fit_again_at) {
     fits_[static_cast<std::size_t>(&voxel - voxels_.data())].is_old = true;
@@ -131,7 +132,7 @@ void VoxelTable::fit(std::uint32_t number) {
   f.surface.mean = corner(v) + v.moments.mean;
   f.surface.normal = eigen.eigenvectors().col(0);
   f.surface.variance_m2 = lambda[0];
-  // Of a plane fitted to n points of that spread.
+  // Of a plane fitted to n points of that extent.
   f.surface.angle_variance = lambda[0] / (v.moments.count * lambda[1]);
   f.surface.count = v.moments.count;
   f.surface.voxel = number;

@@ -1,6 +1,6 @@
 #pragma once
-// The map that scans are registered against: surface statistics by voxel, of fixed memory,
-// travelling with the vehicle.
+// The rolling map, against which scans are registered: surface statistics by voxel, of fixed
+// memory, moving with the vehicle.
 
 #include <cstdint>
 #include <vector>
@@ -13,47 +13,47 @@
 namespace rcs::registration {
 
 struct RollingMapParams {
-  double voxel_m = 0.5;        ///< edge of the fine voxels; coarse ones are 3 x as large
-  int capacity = 200'000;      ///< voxels of each size; the farthest are forgotten first
-  double radius_m = 80.0;      ///< beyond this the map is forgotten
-  int max_points = 100;        ///< a voxel with so many is complete: it stays as it was first seen,
-                               ///< so that later errors do not drag it
-  int min_points = 8;          ///< fewer give no surface
-  double max_thickness = 0.2;  ///< of a surface: least over middle standard deviation
+  double voxel_m = 0.5;    ///< edge of the fine voxels; coarse ones are 3 x as large
+  int capacity = 200'000;  ///< voxels of each size; the farthest are removed first
+  double radius_m = 80.0;  ///< beyond this the map is removed
+  int max_points = 100;    ///< a voxel with this many is complete and not updated, so that later
+                           ///< errors do not shift it
+  int min_points = 8;      ///< with fewer there is no surface
+  double max_thickness = 0.2;  ///< of a surface: smallest over middle standard deviation
   double min_extent = 0.2;     ///< middle standard deviation over the voxel's edge (a scan line is
-                               ///< no surface)
+                               ///< not a surface)
 };
 
-/// A patch of surface: what a point can be matched to.
+/// A patch of surface to which a point can be matched.
 struct Surface {
   Vec3f mean;            ///< [m], rolling frame
   Vec3f normal;          ///< unit, rolling frame
   float variance_m2;     ///< across the surface: thickness and roughness
   float angle_variance;  ///< of the normal about each axis in the surface [rad^2]
-  float count;           ///< points behind it
+  float count;           ///< of its points
   std::uint32_t voxel;   ///< identifies the patch until the map changes
 };
 
-/// Voxels of one size: the points' moments of each, and the surface that they make.
+/// Voxels of one size: the moments of the points in each, and the surface fitted to them.
 class VoxelTable {
  public:
   VoxelTable(double voxel_m, const RollingMapParams& params);
 
   void insert(const Points& points_rolling);
-  /// As if its points came one by one. A voxel of `finer` must not lie in two of this table's.
+  /// As if its points were inserted one by one. A voxel of `finer` must lie in one of this table's.
   void insert(const VoxelTable& finer);
-  /// Forgets what is farther than the radius from `centre`; a part of the table a call, so that the
-  /// cost of a cycle is bounded.
+  /// Removes voxels farther than the radius from `centre`; a part of the table at each call, so
+  /// that the cost of a cycle is bounded.
   void forget_far(const Vec3f& centre);
   void clear();
 
-  /// The nearest valid surface among the voxel of `p` and the three that it is closest to.
+  /// The nearest valid surface in the voxel of `p` and the three voxels closest to it.
   [[nodiscard]] bool nearest_surface(const Vec3f& p, Surface* out);
 
   [[nodiscard]] std::size_t size() const { return used_; }
   [[nodiscard]] bool full() const { return used_ >= static_cast<std::size_t>(params_.capacity); }
   [[nodiscard]] float voxel_m() const { return voxel_m_; }
-  /// Hands (moments, their frame's origin) of every voxel to `visit`.
+  /// Calls `visit` with (moments, their frame's origin) of every voxel.
   template <class Visit>
   void for_each(const Visit& visit) const {
     for (const Voxel& v : voxels_) {
@@ -64,12 +64,12 @@ class VoxelTable {
  private:
   struct Voxel {
     std::int32_t i = 0, j = 0, k = 0;
-    Moments moments;  // from the voxel's lowest corner: exact far from the origin too; empty: free
+    Moments moments;  // from the voxel's lowest corner: exact far from the origin; empty: free
     float fit_again_at = 0.0F;  // points
   };
-  // All that a search reads of a voxel, in one line of the cache.
+  // All fields of a voxel that a search reads, in one cache line.
   struct alignas(64) Fit {
-    bool is_old = true;  // to be fitted before it is believed
+    bool is_old = true;  // to be fitted before it is used
     bool is_surface = false;
     Surface surface{};
   };
@@ -110,7 +110,7 @@ class RollingMap {
 
   [[nodiscard]] std::size_t size() const { return fine_.size() + coarse_.size(); }
   [[nodiscard]] bool empty() const { return size() == 0; }
-  /// Points may have been left out for want of room.
+  /// Points may have been dropped for lack of room.
   [[nodiscard]] bool full() const { return fine_.full() || coarse_.full(); }
   /// One more than the largest Surface::voxel.
   [[nodiscard]] std::size_t voxel_ids() const { return 2 * static_cast<std::size_t>(coarse_id0_); }

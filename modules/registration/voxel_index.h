@@ -1,5 +1,5 @@
 #pragma once
-// From the place of a voxel to its number: an open-addressed table of fixed size.
+// Maps the key of a voxel to its number: an open-addressed table of fixed size.
 
 #include <cstddef>
 #include <cstdint>
@@ -13,7 +13,7 @@ class VoxelIndex {
  public:
   static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
 
-  /// @param capacity  the most voxels that are ever in it; the table is twice as large
+  /// @param capacity  largest number of voxels; the table is twice as large
   explicit VoxelIndex(std::size_t capacity) {
     std::size_t size = 64;
     while (size < 2 * capacity) size *= 2;
@@ -32,8 +32,8 @@ class VoxelIndex {
     }
   }
 
-  /// The number of a voxel, which becomes `fresh` if it is not in the table yet; kNone for `fresh`:
-  /// it is not added.
+  /// The number of a voxel, which becomes `fresh` if it is not in the table yet; with kNone for
+  /// `fresh` it is not added.
   std::uint32_t find_or_add(VoxelKey key, std::uint32_t fresh) {
     for (std::size_t at = hash_voxel(key) & mask_;; at = (at + 1) & mask_) {
       Slot& slot = slots_[at];

@@ -23,8 +23,8 @@ inline int fast_floor(float v) {
   return i - static_cast<int>(v < static_cast<float>(i));
 }
 
-/// Blocks of 4 x 4 x 4 voxels are spread (Fibonacci hashing after mixing); within one, neighbours
-/// stay neighbours, so that what is asked for next is in the cache.
+/// Blocks of 4 x 4 x 4 voxels are scattered (Fibonacci hashing after mixing); within one,
+/// neighbours stay neighbours, so that the next lookup is in the cache.
 inline std::uint64_t hash_voxel(VoxelKey key) {
   constexpr std::uint64_t kLow = 3U;
   const std::uint64_t inside =

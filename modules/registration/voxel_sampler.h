@@ -8,16 +8,16 @@
 
 namespace rcs::registration {
 
-/// Leaves at most so many points, spread over all of them in their order.
+/// Reduces the points to at most `most`, spread over all of them in their order.
 void keep_evenly(std::size_t most, Points* points);
 
-/// Keeps one point a voxel: the first in scan order. Deterministic; the table is reused, so that it
-/// allocates nothing once it has seen a scan as large.
+/// Keeps one point of each voxel: the first in scan order. Deterministic; the table is reused: no
+/// allocation once it has held a scan as large.
 class VoxelSampler {
  public:
   void sample(const Points& in, double voxel_m, Points* out);
 
-  /// Makes room for scans of so many points beforehand.
+  /// Allocates room for scans of `points` points in advance.
   void reserve(std::size_t points) { table_.reserve(points); }
 
  private:

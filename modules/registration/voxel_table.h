@@ -1,5 +1,5 @@
 #pragma once
-// From a cell (voxel, column, map cell) to what a scan has there: a table for one scan at a time.
+// Maps a cell (voxel, column, map cell) to its data of a scan: a table for one scan at a time.
 
 #include <algorithm>
 #include <cstddef>
@@ -11,11 +11,11 @@
 
 namespace rcs::registration {
 
-/// Open-addressed; emptied by counting a generation up. Allocates nothing once it has held as many.
+/// Open-addressed; cleared by incrementing a generation. No allocation once it has held as many.
 template <class Value>
 class ScanTable {
  public:
-  /// Makes room for so many cells; what was in it is gone if that takes more.
+  /// Makes room for `cells` cells; the content is lost if the table must grow.
   void reserve(std::size_t cells) {
     std::size_t capacity = std::max<std::size_t>(entries_.size(), 1024);
     while (capacity < 2 * cells) capacity *= 2;
@@ -24,15 +24,16 @@ class ScanTable {
     generation_ = 0;
   }
 
-  /// Empty, with room for so many cells.
+  /// Clears the table, with room for `cells` cells.
   void begin(std::size_t cells) {
     reserve(cells);
     if (++generation_ != 0) return;
-    std::fill(entries_.begin(), entries_.end(), Entry{});  // wrapped: old marks would look new
+    std::fill(entries_.begin(), entries_.end(),
+              Entry{});  // wrapped around: old entries would look new
     generation_ = 1;
   }
 
-  /// The value of a cell and whether it is a fresh one. Stays where it is until begin().
+  /// The value of a cell, and whether it is new. Its address is valid until begin().
   std::pair<Value*, bool> find_or_add(VoxelKey key) {
     const std::size_t mask = entries_.size() - 1;
     for (std::size_t at = hash_voxel(key) & mask;; at = (at + 1) & mask) {

@@ -9,12 +9,12 @@ namespace {
 
 double share(Duration d, Duration budget) { return seconds(d) / seconds(budget); }
 
-/// The work before this scan ran into it, or the rhythm of the facets is lost.
+/// The work before this scan delayed it, or facets have queued up.
 bool pressed(const ScanFacts& f, const DegradeParams& p, double margin) {
   return margin * share(f.late, f.budget) >= p.late_share || margin * f.behind >= p.behind;
 }
 
-/// The least that this scan's own facts ask for, were they worse by `margin`.
+/// The lowest level that the scan's own facts require, if they were worse by `margin`.
 Degrade demanded(const ScanFacts& f, const DegradeParams& p, double margin) {
   if (share(f.left, f.budget) < margin * p.hold_left) return Degrade::kHold;
   if (margin * f.behind >= p.hold_behind) return Degrade::kHold;
@@ -24,8 +24,8 @@ Degrade demanded(const ScanFacts& f, const DegradeParams& p, double margin) {
   return granted < p.grant_full ? Degrade::kFewerPoints : Degrade::kFull;
 }
 
-/// Held for want of a grant alone. It may be so for good, where the configuration is wrong, and a
-/// vehicle that never registers a scan is worse off than one that is late.
+/// Held only because of a small grant. This can be permanent if the configuration is wrong, and a
+/// vehicle that never registers a scan is worse than one that is late.
 bool held_by_grant(const ScanFacts& f, const DegradeParams& p) {
   return share(f.left, f.budget) >= p.hold_left && f.behind < p.hold_behind;
 }
@@ -46,7 +46,7 @@ DegradeLadder step(const DegradeLadder& ladder, const ScanFacts& facts,
     wanted = Degrade::kNoPrior;
   }
   if (pressed(facts, params, 1.0)) {
-    // A whole budget late: one level less would have come too late, too.
+    // A whole budget late: one level less would have been too late, too.
     const int by = facts.late >= facts.budget ? 2 : 1;
     wanted = std::max(wanted, std::min(next_level(base, by), Degrade::kNoPrior));
   }

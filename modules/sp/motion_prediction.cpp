@@ -6,21 +6,22 @@
 namespace rcs::sp {
 namespace {
 
-// An inertial sample so much older than the reference instant does not carry the prediction.
+// With a newest inertial sample older than this, the prediction does not use the INS.
 constexpr Duration kInertialGap = from_milliseconds(60.0);
-// A map that the vehicle is leaving is no longer kept free of distorted scans.
+// After a longer silence the vehicle leaves the map, which is then no longer kept free of distorted
+// scans.
 constexpr Duration kInsReturns = from_seconds(5.0);
-// So long after a gap of the INS the motion is not known as well as before.
+// Time after a gap of the INS within which the motion is less certain.
 constexpr Duration kGapLasts = from_milliseconds(500.0);
-// A motion says nothing about a moment that is farther away: one of the stamps is wrong.
+// A motion is not extrapolated further: one of the stamps is wrong.
 constexpr Duration kMotionLasts = from_seconds(2.0);
-// After so long without a registered pose the motion before says nothing about the place.
+// After a longer time without a registered pose, the last motion does not predict the position.
 constexpr Duration kPoseLasts = from_milliseconds(500.0);
-// No vehicle moves faster: two of the stamps are too near to one another.
+// No vehicle moves faster: two of the stamps are too close to one another.
 constexpr double kFastest_mps = 200.0;
 constexpr double kFastest_radps = 35.0;
 
-/// @return false also where it has been silent for long: no map is kept for its return
+/// @return false also after a long silence: the map is not kept for the return of the INS
 bool fell_silent(const InertialBuffer& inertial, Stamp reference) {
   const InertialSample& newest = inertial[inertial.size() - 1];
   const Duration silence = reference - newest.stamp;
@@ -51,7 +52,7 @@ void MotionGuess::believe(const std::optional<MotionState>& belief, const Mat6& 
 }
 
 void MotionGuess::remember(Stamp stamp, const Pose& T_rolling_vehicle) {
-  before_last_ = stamp > last_.stamp ? last_ : Fix{};  // a clock that steps back gives no velocity
+  before_last_ = stamp > last_.stamp ? last_ : Fix{};  // no velocity after a clock steps back
   last_ = {stamp, T_rolling_vehicle};
 }
 
@@ -84,7 +85,7 @@ Expectation MotionGuess::expect(Stamp reference, const InertialBuffer& inertial,
     return e;
   }
   e.known = recent;
-  // Constant velocity: the last motion goes on.
+  // Constant velocity: the last motion continues.
   e.covariance = isotropic(params.coast_sigma_m, params.coast_sigma_rad);
   e.at_reference.stamp = reference;
   e.at_reference.T_rolling_vehicle = last_.T_rolling_vehicle;

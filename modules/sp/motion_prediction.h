@@ -1,6 +1,6 @@
 #pragma once
-// Where the vehicle is expected at a scan's reference instant, and how it moves meanwhile: from
-// WM's belief and the INS, or, without one of them, as it moved last.
+// Prediction of the vehicle's pose at a scan's reference instant, and of the motion during the
+// scan: from WM's belief and the INS, or, without one of these, by constant velocity.
 
 #include <optional>
 
@@ -12,13 +12,13 @@
 namespace rcs::sp {
 
 struct Expectation {
-  /// False: neither WM nor SP knows where in the rolling map the vehicle is. The pose is the last
-  /// one, and no scan can be registered from it.
+  /// False: the pose in the rolling map is unknown to both WM and SP. The pose is the last one, and
+  /// no scan can be registered from it.
   bool known = true;
-  /// The INS is, or has just been, silent: the motion during the scan is extrapolated, and a
+  /// The INS is silent, or has just been: the motion during the scan is extrapolated, and a
   /// deskewed scan of a rocking vehicle is distorted.
   bool ins_lost = false;
-  bool ins_returned = false;  ///< ins_lost, and it has just been received again
+  bool ins_returned = false;  ///< ins_lost, and samples are received again
   MotionState at_reference;
   Mat6 covariance = Mat6::Identity();  ///< right perturbation (rho [m], phi [rad])
 };
@@ -26,19 +26,19 @@ struct Expectation {
 struct ExpectationParams {
   double coast_sigma_m = 0.5;     ///< of a constant-velocity prediction
   double coast_sigma_rad = 0.05;  ///< likewise
-  double sigma_scale = 1.0;       ///< on WM's sigma of the prediction
+  double sigma_scale = 1.0;       ///< factor on the sigma of WM's prediction
 };
 
 [[nodiscard]] Mat6 isotropic(double sigma_m, double sigma_rad);
 
-/// What is known of the motion in the frame of the rolling map in hand.
+/// Known motion in the frame of the current rolling map.
 class MotionGuess {
  public:
-  /// WM's newest; none: it has none of this map.
+  /// WM's newest belief; none: it has none in this map.
   void believe(const std::optional<MotionState>& belief, const Mat6& covariance);
-  /// Where a scan was registered.
+  /// The pose of a registered scan.
   void remember(Stamp stamp, const Pose& T_rolling_vehicle);
-  /// A new map: the poses of the one before mean nothing.
+  /// For a new map: the poses in the former one are invalid.
   void forget_poses();
 
   [[nodiscard]] Expectation expect(Stamp reference, const InertialBuffer& inertial,

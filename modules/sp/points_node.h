@@ -1,5 +1,5 @@
 #pragma once
-// SP's points for WM's terrain: thinned, in datagrams.
+// Publishes SP's points for WM's terrain: thinned, in datagrams.
 
 #include <cstddef>
 #include <cstdint>
@@ -15,11 +15,11 @@ class PointsWriter {
  public:
   explicit PointsWriter(Bus* bus);
 
-  /// Makes room for scans of so many points beforehand.
+  /// Allocates room for scans of `points` points in advance.
   void reserve(std::size_t points);
 
   /// @param scan  vehicle frame [m]
-  /// @param voxel_m  one point a voxel is published
+  /// @param voxel_m  one point of each voxel is published
   /// @param utime, scan_id, map_epoch  of the scan and of the map that it was registered to
   void publish(const Points& scan, double voxel_m, const Pose& T_rolling_vehicle,
                std::int64_t utime, std::int64_t scan_id, std::int32_t map_epoch);

@@ -46,7 +46,7 @@ void read(ParamTable table, registration::IcpParams* p) {
   table.get("map_sigma_m", &p->map_sigma_m, {0.001, 1},
             "Error of a map surface in the outlier test, one standard deviation. Larger: fewer "
             "outliers are rejected, as is needed in grass.");
-  table.get("least_map_sigma_m", &p->least_map_sigma_m, {0.001, 1},
+  table.get("min_map_sigma_m", &p->min_map_sigma_m, {0.001, 1},
             "Smallest standard deviation of the error that the points of a map voxel share. "
             "Larger: matches are published with a larger covariance.");
   table.get("min_alignment", &p->min_alignment, {0, 0.5},
@@ -125,7 +125,7 @@ void read(ParamTable table, PriorMatchParams* p) {
             "Step, in standard deviations of the pose, below which the match has converged. "
             "Smaller: more iterations.");
   ParamTable points = table.table("points");
-  points.get("most", &p->points.most, {0, 20000},
+  points.get("max_points", &p->points.max_points, {0, 20000},
              "Largest number of above-ground points of a scan that are matched to the map's "
              "surface points; 0: none are matched.");
   points.get("gate_m", &p->points.gate_m, {0.05, 5},
@@ -143,7 +143,7 @@ void read(ParamTable table, PriorMatchParams* p) {
              "Fewest cubes with matches for above-ground structure to be used at all.");
 }
 
-void read(ParamTable table, RelocateParams* p) {
+void read(ParamTable table, InitialLocalizationParams* p) {
   table.get("cell_m", &p->patch.cell_m, {0.2, 20},
             "Edge of the ground cells collected along the path; each keeps its lowest point.");
   table.get("reach_m", &p->patch.reach_m, {5, 200},
@@ -152,7 +152,7 @@ void read(ParamTable table, RelocateParams* p) {
   table.get("ground_sigma_m", &p->fit.ground_sigma_m, {0.01, 2},
             "Deviation of the lowest point of a cell from the ground (grass, rocks), one standard "
             "deviation.");
-  table.get("least_map_sigma_m", &p->fit.least_map_sigma_m, {0.001, 10},
+  table.get("min_map_sigma_m", &p->fit.min_map_sigma_m, {0.001, 10},
             "Smallest standard deviation of a map height, whatever the map states. Larger: more "
             "ground is needed for a decision.");
   table.get("robust_sigma", &p->fit.robust_sigma, {1, 10},
@@ -166,7 +166,8 @@ void read(ParamTable table, RelocateParams* p) {
   table.get("plane_m", &p->fit.plane_m, {5, 200},
             "Edge of the squares of ground whose fitted planes are the alternative hypothesis that "
             "the map must outperform.");
-  table.get("least_way_m", &p->least_way_m, {1, 1000}, "Distance driven before the first search.");
+  table.get("min_travelled_m", &p->min_travelled_m, {1, 1000},
+            "Distance driven before the first search.");
   table.get("every_m", &p->every_m, {1, 1000}, "Distance driven between one search and the next.");
   table.get("window_m", &p->window_m, {10, 220},
             "Length of the path whose ground is searched for on the map; a candidate must be "
@@ -181,7 +182,7 @@ void read(ParamTable table, RelocateParams* p) {
       "Ground samples for each hypothesis of the coarse search; a search needs at least as many.");
   table.get("samples", &p->samples, {50, 10000},
             "Ground samples for each candidate pose that is refined.");
-  table.get("followed", &p->followed, {2, 200}, "Number of the best hypotheses that are refined.");
+  table.get("refined", &p->refined, {2, 200}, "Number of the best hypotheses that are refined.");
   table.get("rounds", &p->rounds, {3, 100},
             "Largest number of refinement rounds of a candidate pose.");
   table.get(
@@ -190,22 +191,22 @@ void read(ParamTable table, RelocateParams* p) {
   table.get_deg(
       "apart_deg", &p->apart_rad, {0.1, 45},
       "Candidates turned by less than this, and nearer than apart_m, count as the same pose.");
-  table.get("most_cost", &p->most_cost, {0.1, 5},
+  table.get("max_cost", &p->max_cost, {0.1, 5},
             "Largest mean cost of a block at an accepted pose [1]; 0.5 is expected. Larger: poorer "
             "fits are accepted.");
   table.get("evidence", &p->evidence, {1, 1000},
             "Log-likelihood ratio [1] by which the best pose must exceed both fitted planes and "
             "the next-best pose. Larger: later but safer decision.");
-  table.get("evidence_again", &p->evidence_again, {0.5, 1000},
+  table.get("confirm_evidence", &p->confirm_evidence, {0.5, 1000},
             "Log-likelihood ratio [1] by which newly observed ground at the candidate pose must "
             "exceed fitted planes to confirm it.");
-  table.get("again_m", &p->again_m, {5, 1000},
+  table.get("confirm_m", &p->confirm_m, {5, 1000},
             "Distance driven on new ground before a candidate pose can be confirmed.");
-  table.get("again_blocks", &p->again_blocks, {1, 1000},
+  table.get("confirm_blocks", &p->confirm_blocks, {1, 1000},
             "Blocks of new ground required before a candidate pose is confirmed or refuted.");
-  table.get("most_sigma_m", &p->most_sigma_m, {0.05, 20},
+  table.get("max_sigma_m", &p->max_sigma_m, {0.05, 20},
             "Largest position standard deviation along any direction of an accepted pose.");
-  table.get_deg("most_sigma_deg", &p->most_sigma_rad, {0.05, 30},
+  table.get_deg("max_sigma_deg", &p->max_sigma_rad, {0.05, 30},
                 "Largest heading standard deviation of an accepted pose.");
   table.get(
       "drift", &p->drift, {0, 0.2},
@@ -234,7 +235,7 @@ void read_start(ParamTable root, SpConfig* c) {
   table.get_deg("heading_within_deg", &start.heading_within_rad, {0.5, 180},
                 "Uncertainty of the heading at the start to either side. Larger: a longer search.");
   for (const std::string_view key : {"lat_deg", "lon_deg", "heading_deg"}) {
-    if (!table.has(key)) table.fail(key, "is missing: a start is a place and a heading");
+    if (!table.has(key)) table.fail(key, "is missing: [start] needs a position and a heading");
   }
   ParamTable world = root.table("world");
   Geodetic datum;
@@ -250,19 +251,23 @@ void read_start(ParamTable root, SpConfig* c) {
   for (const std::string_view key :
        {"prior_map", "datum_lat_deg", "datum_lon_deg", "datum_height_m"}) {
     if (!world.has(key)) {
-      world.fail(key, "is missing: [start] needs a map, and a world before any fix");
+      world.fail(key, "is missing: [start] needs an a priori map and the datum of frame world");
     }
   }
   StartRegion region;
   region.radius_m = start.within_m;
   region.within_rad = start.heading_within_rad;
-  if (!fits(region, c->relocate)) {
-    table.fail("within_m", "with heading_within_deg takes more than [sp.relocate] hypotheses");
+  if (!fits(region, c->initial_localization)) {
+    table.fail("within_m",
+               "with heading_within_deg requires more hypotheses than [sp.initial_localization] "
+               "hypotheses allows");
   }
-  const double needed_m = start.within_m + c->relocate.window_m + c->relocate.patch.reach_m;
+  const double needed_m =
+      start.within_m + c->initial_localization.window_m + c->initial_localization.patch.reach_m;
   if (c->prior_terrain.window.radius_m < needed_m) {
     world.fail("prior_map_radius_m",
-               "must be at least within_m of [start], and window_m and reach_m of [sp.relocate]");
+               "must be at least the sum of within_m of [start] and window_m and reach_m of "
+               "[sp.initial_localization]");
   }
   c->datum = datum;
   c->start = start;
@@ -292,12 +297,13 @@ void read(ParamTable table, DegradeParams* p) {
   table.get(
       "behind", &p->behind, {0.01, 10},
       "Facets that already wait, as a share of a scan, from which the degrade level rises by one.");
-  table.get("hold_behind", &p->hold_behind, {0.01, 10},
-            "Facets that already wait, as a share of a scan, from which the scan is held (answered "
-            "without a registration).");
+  table.get(
+      "hold_behind", &p->hold_behind, {0.01, 10},
+      "Facets that already wait, as a share of a scan, from which the scan is held (published "
+      "without a registration).");
   table.get("hold_left", &p->hold_left, {0, 0.99},
             "Time left to the deadline, as a share of budget_ms, below which the scan is held "
-            "(answered without a registration).");
+            "(published without a registration).");
   table.get(
       "grant_full", &p->grant_full, {0, 100},
       "Granted work, as a share of the nominal need, below which fewer points are registered.");
@@ -369,7 +375,7 @@ Result<SpConfig> load_sp_config(const ParamFile& file) {
   read(sp.table("icp"), &c.icp);
   read(sp.table("map"), &c.map);
   read(sp.table("prior"), &c.prior);
-  read(sp.table("relocate"), &c.relocate);
+  read(sp.table("initial_localization"), &c.initial_localization);
   read(sp.table("grant"), &c.grant);
   read(sp.table("degrade"), &c.degrade);
 

@@ -21,9 +21,9 @@
 
 namespace rcs::sp {
 
-/// Where a vehicle is that starts without GPS.
+/// Start region of a vehicle without GPS.
 struct StartPlace {
-  Geodetic place;  ///< the height is of no matter
+  Geodetic place;  ///< its height is not used
   double within_m = 100.0;
   double heading_rad = 0.0;                   ///< clockwise from north
   double heading_within_rad = radians(20.0);  ///< to either side
@@ -31,29 +31,29 @@ struct StartPlace {
 
 struct SpConfig {
   NodeInfo info{"sp", from_milliseconds(80.0), from_milliseconds(10.0)};
-  PriorTerrainParams prior_terrain;  ///< [world]: prior_map and its like
-  std::optional<Geodetic> datum;     ///< [world]: datum_*; read where [start] needs it
+  PriorTerrainParams prior_terrain;  ///< [world]: prior_map and related keys
+  std::optional<Geodetic> datum;     ///< [world]: datum_*; read if [start] needs it
   std::optional<StartPlace> start;   ///< [start]; needs a map and a datum
   LadarParams ladar;                 ///< [ladar]
 
-  double source_voxel_m = 0.5;    ///< one point a voxel is registered
-  double map_voxel_m = 0.2;       ///< and one a voxel inserted in the map
-  double publish_voxel_m = 0.15;  ///< and one published for WM's terrain
-  double min_facets = 0.25;       ///< a scan with a smaller share of its facets is a failed one
-  Duration facet_timeout = from_milliseconds(30.0);  ///< no facet for so long: take what came
-  int reseed_after = 10;  ///< scans in a row without a registration start a new map
+  double source_voxel_m = 0.5;    ///< one point of each voxel is registered
+  double map_voxel_m = 0.2;       ///< and one of each is inserted in the map
+  double publish_voxel_m = 0.15;  ///< and one of each is published for WM's terrain
+  double min_facets = 0.25;       ///< a scan with a smaller share of its facets fails
+  Duration facet_timeout = from_milliseconds(30.0);  ///< without a facet: the scan is processed
+  int reseed_after = 10;  ///< failed registrations in a row after which a new map is started
 
-  ExpectationParams expectation;       ///< [sp]: coast_sigma_m and its like
-  PriorScanParams prior_scan;          ///< [sp]: prior_column_m and its like
-  registration::IcpParams icp;         ///< [sp.icp]
-  registration::RollingMapParams map;  ///< [sp.map]
-  PriorMatchParams prior;              ///< [sp.prior]
-  RelocateParams relocate;             ///< [sp.relocate]
-  GrantParams grant;                   ///< [sp.grant]
-  DegradeParams degrade;               ///< [sp.degrade]
+  ExpectationParams expectation;                   ///< [sp]: coast_sigma_m and related keys
+  PriorScanParams prior_scan;                      ///< [sp]: prior_column_m and related keys
+  registration::IcpParams icp;                     ///< [sp.icp]
+  registration::RollingMapParams map;              ///< [sp.map]
+  PriorMatchParams prior;                          ///< [sp.prior]
+  InitialLocalizationParams initial_localization;  ///< [sp.initial_localization]
+  GrantParams grant;                               ///< [sp.grant]
+  DegradeParams degrade;                           ///< [sp.degrade]
 };
 
-/// Reads [ladar], [sp] and [world]; tables of other nodes are not looked at.
+/// Reads [ladar], [start], [sp] and [world]; tables of other nodes are ignored.
 [[nodiscard]] Result<SpConfig> load_sp_config(const ParamFile& file);
 
 }  // namespace rcs::sp

@@ -9,7 +9,7 @@
 namespace rcs::sp {
 namespace {
 
-// Published by its value.
+// Stop is published by its value.
 static_assert(same_value(registration::Stop::kConverged, registration_t::STOP_CONVERGED) &&
               same_value(registration::Stop::kMaxIterations, registration_t::STOP_MAX_ITERATIONS) &&
               same_value(registration::Stop::kBudget, registration_t::STOP_BUDGET) &&
@@ -23,7 +23,7 @@ static_assert(same_value(registration::Stop::kConverged, registration_t::STOP_CO
 
 constexpr Duration kLongestScan = from_seconds(5.0);
 
-// Of a pan/tilt head; false for what is not a number.
+// Of a pan/tilt head; false for NaN.
 bool is_angle(double rad) { return std::abs(rad) <= 2.0 * kPi; }
 bool is_rate(double radps) { return std::abs(radps) <= kFastest_radps; }
 

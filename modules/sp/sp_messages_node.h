@@ -1,5 +1,5 @@
 #pragma once
-// SP's messages: what a facet must be to be let in, and how an answer is written down.
+// SP's messages: the validation of facets, and the conversion of results.
 
 #include <cstddef>
 #include <optional>
@@ -17,15 +17,15 @@ namespace rcs::sp {
 /// Points in one points_t: 48 kB, one datagram.
 constexpr std::size_t kPointsPerMessage = 4000;
 
-/// Which scan a facet belongs to; none when it does not fit the LADAR or its own counts.
+/// The scan of a facet; none if the facet does not match the LADAR or its own counts.
 [[nodiscard]] std::optional<FacetId> identify(const ladar_ranges_t& m, const LadarParams& ladar);
 [[nodiscard]] std::optional<FacetId> identify(const ladar_points_t& m, const LadarParams& ladar);
 
-/// Of a facet that was identified; valid as long as the message.
+/// View of an identified facet; valid as long as the message.
 [[nodiscard]] RangeFacet view(const ladar_ranges_t& m);
 [[nodiscard]] PointFacet view(const ladar_points_t& m);
 
-/// What a registration found, without tiles: the rest of the message is the scan's.
+/// Fills in the result of a registration, without tiles; the other fields are of the scan.
 void fill(const registration::Registration& registration, int target, registration_t* m);
 
 /// Points [begin, end) of a scan.

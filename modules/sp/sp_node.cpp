@@ -14,17 +14,17 @@ namespace rcs::sp {
 namespace {
 
 constexpr double kGravity_mps2 = 9.80665;
-// Sigma of the distortion of a scan that is deskewed by an extrapolated motion; chosen by drill
-// d15_silence_ins_3_outage, seeds 1 to 8 (0.1 to 0.5 m, 0.005 to 0.05 rad).
+// Sigma of the distortion of a scan that is deskewed with an extrapolated motion; chosen with drill
+// d15_silence_ins_3_outage, seeds 1 to 8 (from 0.1 to 0.5 m, 0.005 to 0.05 rad).
 constexpr double kDistortion_m = 0.2;
 constexpr double kDistortion_rad = 0.01;
-constexpr double kMinOverlap = 0.5;  // of such a scan with the map
-// A larger step of the scans' numbers is a driver that counts anew, not a loss.
-constexpr std::int64_t kMostDropped = 1000;
+constexpr double kMinOverlap = 0.5;  // of such a scan with the map: with less it is inserted
+// A larger step of the scan numbers is a restarted driver, not a loss.
+constexpr std::int64_t kMaxDropped = 1000;
 
 Mat6 distortion() { return isotropic(kDistortion_m, kDistortion_rad); }
 
-// A covariance that can be inverted, once something is added to it, whatever the message says.
+// True if the covariance of a message can be inverted after a small addition.
 bool usable_covariance(const Mat6& c) {
   return c.allFinite() && c.diagonal().minCoeff() >= 0.0 && c.diagonal().maxCoeff() < 1e8 &&
          Mat6(c + isotropic(0.01, 0.001)).llt().info() == Eigen::Success;
@@ -50,8 +50,8 @@ SpNode::SpNode(const SpConfig& config, PriorTerrain prior, Bus* bus)
   if (config_.start && config_.datum) prior_.set_datum(*config_.datum);
 }
 
-// A range image has a size: no cycle needs to allocate for it. Scans of Cartesian points grow the
-// buffers until the largest has been seen.
+// The size of a range image is known: no cycle allocates for it. Scans of Cartesian points grow the
+// buffers until the largest has been received.
 void SpNode::reserve() {
   const auto n =
       static_cast<std::size_t>(config_.ladar.rows) * static_cast<std::size_t>(config_.ladar.cols);
@@ -81,7 +81,7 @@ Stamp SpNode::next_wakeup() const {
 }
 
 Duration SpNode::nominal_compute() const {
-  // Only the cycle that ends a scan costs: the others convert one facet.
+  // Only the cycle that completes a scan is expensive: the others convert one facet.
   const auto waiting = static_cast<int>(ranges_.size() + facets_.size());
   int missing = assembler_.facets_missing();
   if (!assembler_.in_hand()) {
@@ -104,7 +104,7 @@ void SpNode::run(const Cycle& cycle) {
 
 void SpNode::take_inertial() {
   for (const ins_t* m = ins_.front(); m != nullptr; ins_.pop(), m = ins_.front()) {
-    if (!plausible(*m)) continue;  // WM reports it, as it does what repeats or steps back
+    if (!plausible(*m)) continue;  // WM reports it, as it does repeated and late samples
     static_cast<void>(
         inertial_.add({from_utime(m->utime) + ins_shift_, Duration(m->interval_us),
                        from_message(m->delta_angle_rad), from_message(m->delta_v_mps)}));
@@ -133,7 +133,9 @@ void SpNode::take_belief(Stamp now) {
       from_message(m->q_rolling_vehicle, m->p_rolling_vehicle_m, &T_rolling_vehicle) &&
       usable_covariance(rolling_covariance) && usable_covariance(world_covariance);
   if (!sound) {
-    report_.warn(now, "input.refused", "{}: a pose, motion or covariance that is none",
+    report_.warn(now, "input.refused",
+                 "{} rejected: invalid pose, motion or covariance; prediction without WM until the "
+                 "next valid one",
                  channel::kWmNavState);
   }
   if (sound && m->rolling_valid != 0 && m->map_epoch == epoch_) {
@@ -147,7 +149,7 @@ void SpNode::take_belief(Stamp now) {
     s.accel_bias_mps2 = from_message(m->accel_bias_mps2);
     s.rate_vehicle_radps = from_message(m->rate_vehicle_radps);
     motion_guess_.believe(s, rolling_covariance);
-    // Upright from WM's start on, and then LADAR and INS alone.
+    // Upright since WM's start, and continued by LADAR and INS alone.
     if (m->world_valid == 0) T_level_rolling_ = T_world_vehicle * T_rolling_vehicle.inverse();
     const Geodetic datum{radians(m->datum_lat_deg), radians(m->datum_lon_deg), {m->datum_height_m}};
     if (m->world_valid != 0 && prior_.there() && plausible(datum)) {
@@ -167,8 +169,8 @@ bool SpNode::take_facets(Inbox<Message>* inbox, const Cycle& cycle) {
     if (!id) {
       ++account_.facets_refused;
       report_.warn(cycle.now, "facet.refused",
-                   "a facet of {} does not fit the configured LADAR or its own counts: scan {}, "
-                   "facet {} of {}",
+                   "{} rejected: scan {}, facet {} of {} does not match [ladar] of the "
+                   "configuration or its own counts",
                    inbox->channel(), m->scan_id, m->facet, m->facet_count);
       inbox->pop();
       continue;
@@ -176,7 +178,7 @@ bool SpNode::take_facets(Inbox<Message>* inbox, const Cycle& cycle) {
     const bool begins = !assembler_.in_hand();
     const FacetVerdict verdict = assembler_.add(*id, view(*m));
     if (verdict == FacetVerdict::kNewScan) {
-      finish_scan(cycle);  // with facets missing; this one starts the next scan in the next cycle
+      finish_scan(cycle);  // facets are missing; this one begins the next scan in the next cycle
       return true;
     }
     if (verdict == FacetVerdict::kAdded) {
@@ -184,8 +186,9 @@ bool SpNode::take_facets(Inbox<Message>* inbox, const Cycle& cycle) {
       if (begins) begin_scan(*id);
     } else {
       ++account_.facets_refused;
-      report_.warn(cycle.now, "facet.stale", "facet {} of scan {} came {}", m->facet, m->scan_id,
-                   verdict == FacetVerdict::kOld ? "after its scan was done" : "twice");
+      report_.warn(
+          cycle.now, "facet.stale", "facet {} of scan {} dropped: {}", m->facet, m->scan_id,
+          verdict == FacetVerdict::kOld ? "received after the end of its scan" : "received before");
     }
     inbox->pop();
     if (assembler_.complete()) {
@@ -200,7 +203,7 @@ void SpNode::begin_scan(const FacetId& id) {
   first_facet_arrival_ = last_facet_arrival_;
   facet_count_ = id.facet_count;
   const std::int64_t dropped = id.scan - last_scan_ - 1;
-  if (last_scan_ >= 0 && dropped > 0 && dropped <= kMostDropped) account_.dropped += dropped;
+  if (last_scan_ >= 0 && dropped > 0 && dropped <= kMaxDropped) account_.dropped += dropped;
   last_scan_ = id.scan;
 }
 
@@ -212,12 +215,13 @@ void SpNode::finish_scan(const Cycle& cycle) {
       motion_guess_.expect(assembler_.scan()->reference, inertial_, config_.expectation);
   const int facets_lost = assembler_.facets_missing();
   if (facets_lost > 0) {
-    report_.warn(cycle.now, "scan.incomplete", "scan {}: {} facets did not come",
-                 assembler_.scan_id(), facets_lost);
+    report_.warn(cycle.now, "scan.incomplete",
+                 "scan {} incomplete: {} of {} facets missing; registration needs {:.0f} %",
+                 assembler_.scan_id(), facets_lost, facet_count_, 100.0 * config_.min_facets);
   }
   if (assembler_.count().not_finite > 0) {
     report_.warn(cycle.now, "points.not_finite",
-                 "scan {}: {} of its ranges or points are no numbers", assembler_.scan_id(),
+                 "scan {}: {} ranges or points rejected: not finite", assembler_.scan_id(),
                  assembler_.count().not_finite);
   }
   if (ladder_.level == Degrade::kHold) {
@@ -230,7 +234,7 @@ void SpNode::finish_scan(const Cycle& cycle) {
     const bool lost = epoch_ != 0 && !expected.known;
     if (lost) {
       report_.error(cycle.now, "map.reseeded",
-                    "scan {}: no prediction of the pose in map epoch {}: a new map starts",
+                    "scan {}: no predicted pose in map epoch {}; a new rolling map starts",
                     assembler_.scan_id(), epoch_);
     }
     if ((epoch_ == 0 || lost) && !source_.empty()) {
@@ -244,10 +248,10 @@ void SpNode::finish_scan(const Cycle& cycle) {
   cycle.stages->close_account();
 }
 
-// From what the timeline says, before any of the work: a stopwatch would know more, and would make
-// a replay answer by chance.
+// From facts of the timeline, before any of the work: with a stopwatch, a replay would not be
+// deterministic.
 void SpNode::choose_level(const Cycle& cycle) {
-  // The facets before the last may have waited long; the scan's own time begins with its last.
+  // The facets before the last may have waited long; the time of the scan begins with its last.
   const Stamp deadline = std::max(cycle.deadline, last_facet_arrival_ + config_.info.budget);
   Cycle scan = cycle;
   scan.deadline = deadline;
@@ -265,11 +269,12 @@ void SpNode::choose_level(const Cycle& cycle) {
   const Degrade before = ladder_.level;
   ladder_ = step(ladder_, facts, config_.degrade);
   if (ladder_.level == before) return;
-  report_.info(cycle.now, "degrade",
-               "level {} -> {}: cycles up to {:.1f} ms late, {:.1f} ms left, {:.2f} scans behind, "
-               "{:.2f} of the need granted",
-               static_cast<int>(before), static_cast<int>(ladder_.level), milliseconds(facts.late),
-               milliseconds(facts.left), facts.behind, facts.grant_share);
+  report_.info(
+      cycle.now, "degrade",
+      "level {} -> {}: cycle start up to {:.1f} ms late, {:.1f} ms to the deadline, {:.2f} "
+      "scans waiting, {:.2f} of the nominal work granted",
+      static_cast<int>(before), static_cast<int>(ladder_.level), milliseconds(facts.late),
+      milliseconds(facts.left), facts.behind, facts.grant_share);
 }
 
 void SpNode::begin_answer(const Cycle& cycle) {
@@ -328,7 +333,7 @@ void SpNode::prepare_points(const Cycle& cycle, const Expectation& expected) {
 }
 
 void SpNode::seed(const Pose& T_rolling_vehicle) {
-  // Distinct from the epochs of an earlier run of this process, so that WM cannot mix them up.
+  // Distinct from the epochs of an earlier run of this process, so that WM cannot confuse them.
   const auto from_time =
       static_cast<std::int32_t>((registration_message_.utime / 1000) % 1'000'000'000);
   epoch_ = std::max(epoch_ + 1, from_time + 1);
@@ -354,7 +359,7 @@ void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
   granted_ -= rolling.used;
   if (expected.ins_lost) {
     // A search that ends at the iteration limit may have an error of many sigmas. While the INS is
-    // silent it is still better than none.
+    // silent it is still better than no registration.
     const bool settled = rolling.stop != registration::Stop::kMaxIterations;
     if (!settled && expected.ins_returned) rolling.stop = registration::Stop::kDiverged;
     rolling.information = registration::with_distortion(rolling.information, distortion());
@@ -366,13 +371,15 @@ void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
 
   if (!registration::usable(rolling.stop)) {
     report_.warn(cycle.now, "registration.failed",
-                 "scan {}: stop {}, {} of {} points matched, {:.2f} m from the prediction",
-                 assembler_.scan_id(), static_cast<int>(rolling.stop), rolling.pairs,
+                 "scan {} not used: registration ended with {}, {} of {} points matched, {:.2f} m "
+                 "from the prediction",
+                 assembler_.scan_id(), registration::name_of(rolling.stop), rolling.pairs,
                  rolling.points, rolling.correction_m);
-    if (expected.ins_lost) return;  // the fault is the scan's, not the map's
+    if (expected.ins_lost) return;  // the scan is faulty, not the map
     if (++failures_ >= config_.reseed_after && !source_.empty()) {
-      report_.error(cycle.now, "map.reseeded", "{} scans in a row failed: a new map starts",
-                    failures_);
+      report_.error(cycle.now, "map.reseeded",
+                    "{} registrations in a row failed, limit {}; a new rolling map starts",
+                    failures_, config_.reseed_after);
       seed(prediction.T_target_vehicle);
     }
     return;
@@ -385,7 +392,7 @@ void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
     match_prior(cycle, T_rolling_vehicle, expected.ins_lost);
     search_start(cycle, T_rolling_vehicle);
   }
-  // A distorted scan harms the map: it is inserted only where the vehicle is about to leave the
+  // A distorted scan degrades the map: it is inserted only if the vehicle is about to leave the
   // map.
   if (!expected.ins_lost || rolling.overlap < kMinOverlap) map_.insert(dense_, T_rolling_vehicle);
   if (T_world_rolling_) {
@@ -399,7 +406,8 @@ void SpNode::match_prior(const Cycle& cycle, const Pose& T_rolling_vehicle, bool
   const Pose& T_map_world = *prior_.T_map_world();
   const Pose T_world_vehicle = *T_world_rolling_ * T_rolling_vehicle;
   prior_scan_.take(dense_, T_world_vehicle.q.conjugate() * Vec3::UnitZ(),
-                   prior_.map().has_points() ? config_.prior.points.most : 0, config_.prior_scan);
+                   prior_.map().has_points() ? config_.prior.points.max_points : 0,
+                   config_.prior_scan);
   const registration::Prediction prediction{T_map_world * T_world_vehicle,
                                             world_covariance_ + isotropic(0.01, 0.001)};
   PriorMatch match = match_prior_map(prior_scan_.ground(), prior_scan_.standing(), prior_.map(),
@@ -418,8 +426,8 @@ void SpNode::match_prior(const Cycle& cycle, const Pose& T_rolling_vehicle, bool
   cycle.stages->mark("prior");
 }
 
-/// WM has no world yet: what the search finds is where WM's begins. It is said with each scan until
-/// WM has taken it.
+/// WM has no position in frame world yet: the result of the search becomes its first. It is
+/// published with each scan until WM has accepted it.
 void SpNode::search_start(const Cycle& cycle, const Pose& T_rolling_vehicle) {
   if (!start_.on() || !T_level_rolling_) return;
   const std::optional<registration::Registration> found = start_.step(

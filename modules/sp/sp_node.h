@@ -1,5 +1,5 @@
 #pragma once
-// SP's shell: facets and beliefs in, registrations and points out.
+// Node SP: receives facets and beliefs, publishes registrations and points.
 
 #include <cstdint>
 #include <memory>
@@ -44,7 +44,8 @@ class SpNode final : public Node {
   void reserve();
   void take_inertial();
   void take_belief(Stamp now);
-  /// @return true when a scan was finished: one a cycle, as a cycle has one start and one deadline
+  /// @return true if a scan was finished: at most one in a cycle, which has one start and one
+  ///         deadline
   template <class Message>
   bool take_facets(Inbox<Message>* inbox, const Cycle& cycle);
   void begin_scan(const FacetId& id);
@@ -74,23 +75,23 @@ class SpNode final : public Node {
   Report report_;
 
   ScanAssembler assembler_;
-  Stamp first_facet_arrival_ = Stamp::min();  // of the scan in hand
+  Stamp first_facet_arrival_ = Stamp::min();  // of the current scan
   Stamp last_facet_arrival_ = Stamp::min();
   int facet_count_ = 1;
-  std::int64_t last_scan_ = -1;  // begun; -1: none yet
-  Duration late_{};              // worst start of a cycle since the last scan
+  std::int64_t last_scan_ = -1;  // the newest begun; -1: none yet
+  Duration late_{};              // largest delay of a cycle since the last scan
   DegradeLadder ladder_;
-  WorkUnits granted_ = 0;    // to the scan in hand, and not used yet
-  WorkUnits full_need_ = 0;  // nominally, of the newest scan that was not degraded; 0: none yet
+  WorkUnits granted_ = 0;    // for the current scan, and not used yet
+  WorkUnits full_need_ = 0;  // nominal, of the newest scan that was not degraded; 0: none yet
   scan_account_t account_{};
   InertialBuffer inertial_;
-  Duration ins_shift_{};  // of the stamps of INS, from WM
+  Duration ins_shift_{};  // correction of the stamps of INS, from WM
   MotionTable motion_;
   registration::VoxelSampler map_sampler_;
   registration::VoxelSampler source_sampler_;
   PriorScan prior_scan_;
-  Points dense_;   // what goes into the map
-  Points source_;  // what is registered
+  Points dense_;   // inserted into the map
+  Points source_;  // registered
   registration::RollingMap map_;
   registration::IcpWorkspace icp_;
   PriorMatchWorkspace prior_match_;
@@ -98,16 +99,16 @@ class SpNode final : public Node {
   std::int32_t epoch_ = 0;  // of the map; 0: none yet
   int failures_ = 0;        // in a row
   MotionGuess motion_guess_;
-  std::optional<Pose> T_level_rolling_;  // while the world is unknown
+  std::optional<Pose> T_level_rolling_;  // while frame world is unknown
   std::optional<Pose> T_world_rolling_;
   Mat6 world_covariance_ = Mat6::Identity();
 
   registration_t registration_message_{};
 };
 
-/// Opens the a priori map that the configuration names, and makes the node.
+/// Opens the configured a priori map and creates the node.
 [[nodiscard]] Result<std::unique_ptr<Node>> make_sp_node(const ParamFile& file, Bus* bus);
-/// The same, reading the map by a thread of its own, as a vehicle must.
+/// The same with a thread that loads the map, as required on a vehicle.
 [[nodiscard]] Result<std::unique_ptr<Node>> make_live_sp_node(const ParamFile& file, Bus* bus);
 
 }  // namespace rcs::sp

@@ -6,7 +6,7 @@
 namespace rcs::vj {
 namespace {
 
-// How far ground is on its way from easy (0) to what is not driven any more (1).
+// Difficulty of ground, from easy (0) to the limit of what is driven (1).
 double hardness(const Ground& g, const Weights& w) {
   return std::clamp(std::max(g.slope_rad / w.max_slope_rad, g.roughness_m / w.max_roughness_m), 0.0,
                     1.0);

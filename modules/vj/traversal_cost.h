@@ -1,6 +1,6 @@
 #pragma once
-// Value judgment: what ground, ways and beliefs are worth. Pure functions that BG asks when it
-// plans; none of them decides anything.
+// Value judgment: costs and speeds for ground, turns and pose uncertainty. Pure functions that BG
+// calls when it plans; they make no decisions.
 
 #include <cmath>
 #include <vector>
@@ -9,7 +9,7 @@
 
 namespace rcs::vj {
 
-/// What WM says of one cell of ground; heights in the frame of the terrain.
+/// One cell of terrain as published by WM; heights in the frame of the terrain.
 struct Ground {
   bool known = false;
   bool obstacle = false;
@@ -42,54 +42,54 @@ struct Terrain {
 };
 
 struct Weights {
-  double slope = 2.0;           ///< added to a metre's cost at the steepest slope
+  double slope = 2.0;           ///< added to the cost of a metre at the steepest slope
   double roughness = 2.0;       ///< the same at the roughest ground
-  double step = 3.0;            ///< the same at a step that is just no obstacle
-  double unknown = 1.5;         ///< added to a metre of unknown ground
-  double nearness = 3.0;        ///< the same when touching an obstacle
-  double near_m = 1.5;          ///< from where on an obstacle is far enough
-  double max_slope_rad = 0.52;  ///< steeper ground is not driven
+  double step = 3.0;            ///< the same at the largest step that is not an obstacle
+  double unknown = 1.5;         ///< added to the cost of a metre of unknown ground
+  double nearness = 3.0;        ///< the same in contact with an obstacle
+  double near_m = 1.5;          ///< clearance from which obstacles add no cost
+  double max_slope_rad = 0.52;  ///< steeper ground is impassable
   double max_roughness_m = 0.2;
   double max_step_m = 0.3;
   double reverse = 2.5;    ///< cost of a metre backwards, in metres ahead
   double turn_back = 5.0;  ///< cost of changing direction [m]
 };
 
-/// May be driven over at all.
+/// Whether the ground may be driven over at all.
 [[nodiscard]] bool passable(const Ground& ground, const Weights& weights);
 
 /// Cost of a metre over this ground, at least 1, in metres of easy ground; it must be passable.
-/// @param clearance_m  from the vehicle's body to the nearest obstacle
+/// @param clearance_m  from the body of the vehicle to the nearest obstacle
 [[nodiscard]] double cost_per_m(const Ground& ground, double clearance_m, const Weights& weights);
 
 struct SpeedParams {
-  double smooth_mps = 10.0;     ///< on level, smooth ground
-  double rough_mps = 2.0;       ///< on the roughest or steepest ground that may be driven
-  double unknown_mps = 1.5;     ///< where the ground was not seen
-  double near_mps = 1.5;        ///< when touching an obstacle
-  double lateral_mps2 = 2.0;    ///< in turns
-  double sure_sigma_m = 0.5;    ///< horizontal sigma of the pose that costs no speed
-  double unsure_sigma_m = 5.0;  ///< and the one beyond which the vehicle does not drive
-  double unsure_share = 0.3;    ///< of the speed that is left just before that
-  /// Protection levels beyond which the vehicle does not drive to a place in frame world; from half
-  /// of them on it drives slower.
+  double smooth_mps = 10.0;   ///< on level, smooth ground
+  double rough_mps = 2.0;     ///< on the roughest or steepest passable ground
+  double unknown_mps = 1.5;   ///< where the ground was not seen
+  double near_mps = 1.5;      ///< in contact with an obstacle
+  double lateral_mps2 = 2.0;  ///< in turns
+  double sure_sigma_m = 0.5;  ///< horizontal sigma of the pose up to which the speed is not reduced
+  double unsure_sigma_m = 5.0;  ///< horizontal sigma from which the vehicle does not drive
+  double unsure_share = 0.3;    ///< share of the speed that is left just below that
+  /// Protection levels from which the vehicle does not drive to a waypoint in frame world; it slows
+  /// down from half of them.
   double alert_limit_horizontal_m = 20.0;
   double alert_limit_vertical_m = 20.0;
 };
 
-/// Speed that this ground allows [m/s]: falls with slope and roughness, and beside obstacles.
+/// Speed that this ground allows [m/s]: decreases with slope and roughness, and near obstacles.
 [[nodiscard]] double speed_on(const Ground& ground, double clearance_m, const Weights& weights,
                               const SpeedParams& params);
 
 /// Speed that a turn allows [m/s].
 [[nodiscard]] double speed_in_turn(double curvature_1pm, const SpeedParams& params);
 
-/// Share of the speed that is right with a pose that is so sure; 0: too unsure to drive.
+/// Share of the speed that the uncertainty of the pose allows; 0: too uncertain to drive.
 /// @param sigma_m  the larger horizontal sigma of the pose in the frame of the command
 [[nodiscard]] double speed_share(double sigma_m, const SpeedParams& params);
 
-/// Share of the speed that is right with protection levels [m] so near to their alert limits; 0:
-/// beyond one of them.
+/// Share of the speed that the protection levels [m] allow against their alert limits; 0: beyond
+/// one of them.
 [[nodiscard]] double protected_share(double horizontal_m, double vertical_m,
                                      const SpeedParams& params);
 

@@ -20,8 +20,8 @@ Quat level_attitude(const Vec3& specific_force) {
   return Quat(Eigen::AngleAxisd(pitch, Vec3::UnitY()) * Eigen::AngleAxisd(roll, Vec3::UnitX()));
 }
 
-/// The length of the specific force at rest is gravity and a bias; each takes its share. All of it
-/// taken for gravity is a bias found out by climbing, once the datum says what gravity is.
+/// The specific force at rest is the sum of gravity and a bias; each is assigned its share. If all
+/// of it were gravity, the bias would cause a climb once the datum defines gravity.
 double gravity_in(double specific_force, const ProcessNoise& ins) {
   constexpr double kSpread = 0.015;  // of normal gravity over the latitudes [m/s^2]
   const double standard = Earth{}.gravity;
@@ -30,7 +30,7 @@ double gravity_in(double specific_force, const ProcessNoise& ins) {
   return standard + share * (specific_force - standard);
 }
 
-/// A turn about the vertical and a shift, so that p_old comes to lie on p_new.
+/// A rotation about the vertical and a shift that map p_old to p_new.
 Pose turn_and_shift(double yaw_rad, const Vec3& p_old, const Vec3& p_new) {
   const Quat q(Eigen::AngleAxisd(yaw_rad, Vec3::UnitZ()));
   return {q, p_new - q * p_old};
@@ -41,17 +41,17 @@ Pose turn_and_shift(double yaw_rad, const Vec3& p_old, const Vec3& p_new) {
 Belief initial_belief(const WmParams& params, Stamp stamp) {
   Belief b;
   b.x.stamp = stamp;
-  // The frame is made here, so that place and heading are exact; the rest is not.
+  // Position and heading define the frame and are exact; the other states are not.
   set_variance(kPosition, 3, 1e-3, &b.P);
   set_variance(kVelocity, 3, params.align.speed_sigma_mps, &b.P);
   set_variance(kAttitude, 2, params.align.tilt_sigma_rad, &b.P);
   set_variance(kAttitude + 2, 1, 1e-4, &b.P);
   set_variance(kGyroBias, 3, params.ins.gyro_turn_on, &b.P);
   set_variance(kAccelBias, 3, params.ins.accel_turn_on, &b.P);
-  // Gravity is always there: what misalignment makes of it across is as good as a bias.
+  // Gravity is always present: its cross-axis effect by misalignment acts as a bias.
   const double tilted = params.ins.mount_sigma_rad * Earth{}.gravity;
   b.P.diagonal().segment<2>(kAccelBias).array() += tilted * tilted;
-  // Of the accelerometers and of the gyros, whose axes are the vehicle's for the filter.
+  // Misalignment of the accelerometers and of the gyros, whose axes define the vehicle axes.
   const double crooked = std::sqrt(2.0) * params.ins.scale_and_misalignment;
   set_variance(kAheadGain, 3, crooked, &b.P);
   set_variance(kSideGain, 3, crooked, &b.P);
@@ -90,7 +90,7 @@ std::optional<Belief> Leveler::add(const ImuSample& imu, const WmParams& params)
   constexpr double kNoGate = std::numeric_limits<double>::infinity();
   const double sigma =
       at_rest ? params.align.level_sigma_mps2 : params.align.moving_level_sigma_mps2;
-  // As a measurement, so that tilt and accelerometer bias come out correlated as they are.
+  // As a measurement, so that tilt and accelerometer bias become correlated.
   b = update(b, level(b.x, force, gravity_, sigma), kNoGate).belief;
   b.x.rate_vehicle = stillness_.mean_rate;
   set_variance(kRate, 3, 0.0, &b.P);
@@ -110,7 +110,7 @@ std::optional<Anchor> HeadingFinder::add(Stamp stamp, const GpsFix& fix, const F
                                          const WmParams& params) {
   const NavState& x = state.belief.x;
   const Vec3 p_old = x.T_world_vehicle * params.gps.lever_m + x.v_world * seconds(stamp - x.stamp);
-  // Fixes without a baseline to the one before would only fill the table.
+  // Fixes without a baseline to the previous one would only fill the table.
   const double spacing = params.align.baseline_m / 8.0;
   if (count_ > 0 && (fix.p_world - pairs_[count_ - 1].p_new).norm() < spacing) {
     return by_course(fix, state, params);
@@ -149,7 +149,7 @@ std::optional<Anchor> HeadingFinder::by_path(const AlignParams& params) const {
     misfit2 += (T_new_old * pairs_[i].p_old - pairs_[i].p_new).head<2>().squaredNorm() /
                static_cast<double>(count_);
   }
-  // Errors of GPS that change slowly cancel in differences; that is not counted on.
+  // Time-correlated errors of GPS cancel in differences; this is not relied on.
   const double error = std::sqrt(2.0 * sigma * sigma + misfit2);
   const double sigma_yaw = error / std::sqrt(spread2);
   if (sigma_yaw > params.heading_sigma_rad) return std::nullopt;
@@ -168,7 +168,7 @@ std::optional<Anchor> HeadingFinder::by_course(const GpsFix& fix, const FilterSt
   if (sigma_gps > params.align.heading_sigma_rad) return std::nullopt;
   const double course = std::atan2(fix.v_world.y(), fix.v_world.x());
   const Vec3 p_old = x.T_world_vehicle * params.gps.lever_m;
-  // On rough ground the antenna swings about the vehicle as fast as the vehicle drives.
+  // On rough ground the antenna swings as fast as the vehicle drives.
   const Vec3 swing = x.T_world_vehicle.q * x.rate_vehicle.cross(params.gps.lever_m);
   const double sigma_m = 3.0 * fix.sigma_m.maxCoeff();
   if (sigma_own < params.align.heading_sigma_rad) {
@@ -178,7 +178,7 @@ std::optional<Anchor> HeadingFinder::by_course(const GpsFix& fix, const FilterSt
     return Anchor{turn_and_shift(yaw, p_old, fix.p_world), std::hypot(sigma_gps, sigma_own),
                   sigma_m, std::nullopt};
   }
-  // Nothing of its own has told it the velocity: a car drives forward, give or take its side slip.
+  // No own measurement of the velocity: a car drives forward, up to its side slip.
   constexpr double kSideSlip = 0.1;
   const double yaw = wrap_angle(course - yaw_of(x.T_world_vehicle.q));
   const double slip = std::hypot(kSideSlip, swing.head<2>().norm() / speed);
@@ -211,7 +211,7 @@ std::optional<Anchor> anchor_by_map(const PriorMatch& match, const NavState& x,
   Anchor a;
   a.sigma_m = std::sqrt(place.diagonal().maxCoeff());
   a.sigma_yaw_rad = std::sqrt(turn(2, 2));
-  // Written so that NaN is refused.
+  // Written so that NaN is rejected.
   if (!(a.sigma_m < params.baseline_m && a.sigma_yaw_rad < params.heading_sigma_rad)) {
     return std::nullopt;
   }
@@ -225,14 +225,14 @@ void anchor_on_map(const Anchor& a, const MapBias& bias, FilterState* s) {
   anchor(a, s);
   s->memory.map_bias = bias;
   renew_map_offset(bias.sigma_m, &s->belief);
-  // All that was shifted into the world, the rolling map, too, is off by what the survey is.
+  // All that was shifted into frame world, including the rolling map, has the bias of the survey.
   const Belief shifted = loosen_world(s->belief, Vec3::Constant(bias.sigma_m), 0.0);
   const Mat<kSize, 3> shared =
       shifted.P.middleCols<3>(kPosition) - s->belief.P.middleCols<3>(kPosition);
   s->belief = shifted;
   s->belief.P.middleCols<3>(kMapOffset) -= shared;
   s->belief.P.middleRows<3>(kMapOffset) -= shared.transpose();
-  // The next matches see much of what this one saw.
+  // The next matches share much of their map errors with this one.
   SourceRecord& record = s->memory.of(Source::kPriorMap);
   record.accepted = s->belief.x.stamp;
   record.distance_m = s->memory.distance_m;

@@ -7,7 +7,7 @@ namespace rcs::wm {
 void ClockWatch::Track::add(Stamp s, Stamp a) {
   if (count > 0) {
     lead += (s - stamp) - (a - arrival);
-    // A stepped clock must not become the measure before it is detected.
+    // A clock that has stepped must not become the reference before the step is detected.
     const Duration most = count < kKnown ? Duration::max() : best + from_milliseconds(5.0);
     best = std::max(best, std::min(lead, most));
   }
@@ -26,14 +26,14 @@ ClockWatch::Verdict ClockWatch::add(const ImuSample& imu, Stamp arrival) {
                            imu.stamp - held_.back().stamp <= 5 * imu.interval + kForward;
     const bool returns = imu.stamp > ins_.stamp;
     const bool room = held_.size() < kMaxHeld;
-    // Disorder ends before what repeats its time for long.
+    // Disorder ends before the INS has repeated its time for long.
     const bool repeats = step_ < Duration::zero() && imu.stamp <= ins_.stamp;
     if (continues && room && (step_ > Duration::zero() || repeats || established())) {
       held_.push_back(imu);
       last_held_arrival_ = arrival;
       return Verdict::kHeld;
     }
-    // A single stamp from the future is refused; samples out of order have their place.
+    // A single stamp from the future is dropped; samples that are only out of order are kept.
     suspected_ = false;
     if (step_ > Duration::zero() || !returns) {
       if (repeats) disorder_ = std::max(disorder_, held_.back().stamp);
@@ -48,11 +48,11 @@ ClockWatch::Verdict ClockWatch::add(const ImuSample& imu, Stamp arrival) {
   const Duration passed = imu.stamp - ins_.stamp;
   const Duration waited = arrival - ins_.arrival;
   const bool known = ins_.count >= kKnown;
-  // After a silence the advance of a log that is played at another speed is no step.
+  // After a silence, the advance of a log that is replayed at another speed is not a step.
   const bool silence = waited > 3 * imu.interval + from_milliseconds(20.0);
   const Duration gained = ins_.lead + passed - waited - ins_.best;
   const bool forward = known && !silence && gained > kForward && passed > imu.interval + kForward;
-  // A driver that is stuck on an old sample repeats it for ever: it must not hold the others.
+  // A stuck driver repeats an old sample for ever: it must not hold the samples of the others.
   const bool backward = known && passed * 2 <= -imu.interval && imu.stamp > disorder_;
   if (!forward && !backward) {
     if (passed < Duration::zero()) return Verdict::kPass;
@@ -77,7 +77,8 @@ bool ClockWatch::add(Clock clock, Stamp stamp, Stamp arrival) {
   return !suspected_ && arrival >= unsettled_until_;
 }
 
-/// @return nullopt if nothing has been received that was surely measured after the suspected step
+/// @return nullopt if nothing has been received that was certainly measured after the suspected
+///   step
 std::optional<bool> ClockWatch::has_stepped(Clock clock, Stamp now) const {
   const Track& track = others_[static_cast<std::size_t>(clock)];
   const Duration latency = clock == Clock::kOdometry ? from_milliseconds(20.0)
@@ -88,7 +89,7 @@ std::optional<bool> ClockWatch::has_stepped(Clock clock, Stamp now) const {
   return step_ > Duration::zero() ? gained * 2 > step_ : gained * 2 < step_;
 }
 
-/// More than one stamp is of another clock.
+/// More than one stamp supports the suspected step.
 bool ClockWatch::established() const {
   if (step_ > Duration::zero()) return held_.size() > 1;
   const Duration span = held_.back().stamp - held_.front().stamp;

@@ -1,7 +1,7 @@
 #pragma once
-// Detects steps of the sensors' clocks by how stamps and arrivals advance. The two are never
-// subtracted from each other (DECISIONS 1), only what each has advanced by: a stamp cannot gain on
-// its arrival unless a clock has stepped, and a clock that has stepped back repeats its time.
+// Detects steps of the sensor clocks from the advance of stamps and arrivals. The two are never
+// subtracted from each other (ADR 1), only their advances are compared: a stamp cannot gain on its
+// arrival unless a clock has stepped, and a clock that has stepped back repeats its time.
 
 #include <array>
 #include <optional>
@@ -12,12 +12,12 @@
 
 namespace rcs::wm {
 
-/// The sources whose clocks are compared with that of the INS.
+/// The sources whose clocks are compared with the clock of the INS.
 enum class Clock : int { kOdometry = 0, kGps = 1, kLadar = 2 };
 constexpr std::size_t kClocks = 3;
 
 struct ClockStep {
-  Duration step{};     ///< of the stamps; negative: backward
+  Duration step{};     ///< change of the stamps; negative: backward
   bool of_all = true;  ///< of all sources; false: of the INS alone
 };
 
@@ -27,41 +27,41 @@ class ClockWatch {
 
   enum class Verdict {
     kPass,
-    kHeld  ///< waits until it is known what has stepped: see resolve()
+    kHeld  ///< waits until the suspected step is resolved: see resolve()
   };
-  /// @param imu  with the stamp as it was received
+  /// @param imu  with its stamp as received
   Verdict add(const ImuSample& imu, Stamp arrival);
 
-  /// Any other input. False: it must be dropped, because its stamp may be of the clock from before
-  /// a step.
+  /// Any other input. False: it must be dropped, because its stamp may be from the clock before a
+  /// step.
   bool add(Clock clock, Stamp stamp, Stamp arrival);
 
-  /// @return the step, once it is known; take_held() then has the samples since
+  /// @return the step, once it is confirmed; held() then returns the samples since
   [[nodiscard]] std::optional<ClockStep> resolve(Stamp now);
-  /// Samples that were held and are due, in the order of their arrival, at most kMaxHeld.
+  /// Samples that were held and are due, in the order of their arrival; at most kMaxHeld.
   [[nodiscard]] const std::vector<ImuSample>& held() const { return held_; }
   void clear_held() { held_.clear(); }
-  /// Held samples were dropped, as their stamps were wrong, since the last call.
+  /// Whether held samples were dropped for wrong stamps since the last call.
   [[nodiscard]] bool take_dropped() { return std::exchange(dropped_, false); }
-  /// What to add to the stamps of the INS so that they are of the other sources' clock.
+  /// Shift to add to the stamps of the INS so that they agree with the clock of the other sources.
   [[nodiscard]] Duration ins_shift() const { return ins_shift_; }
-  /// A step is suspected and the INS is held.
+  /// A step is suspected and samples of the INS are held.
   [[nodiscard]] bool suspects() const { return suspected_; }
 
  private:
   static constexpr std::size_t kMaxHeld = 512;
-  static constexpr Duration kForward = from_milliseconds(30.0);   ///< of a stamp on its arrival
-  static constexpr Duration kBackward = from_milliseconds(40.0);  ///< of repeated time
+  static constexpr Duration kForward = from_milliseconds(30.0);  ///< gain of a stamp on its arrival
+  static constexpr Duration kBackward = from_milliseconds(40.0);  ///< repeated time
   static constexpr Duration kPatience = from_milliseconds(350.0);
   static constexpr Duration kSettling = from_milliseconds(300.0);
-  static constexpr int kKnown = 20;  ///< messages after which a source's latency is known
+  static constexpr int kKnown = 20;  ///< messages after which the latency of a source is known
 
-  /// How the stamps of one source have advanced against its arrivals since its first message.
+  /// Advance of the stamps of one source against its arrivals since its first message.
   struct Track {
     Stamp stamp = Stamp::min();
     Stamp arrival = Stamp::min();
     Duration lead{};  ///< of the newest message
-    Duration best{};  ///< largest lead: that of the least latency
+    Duration best{};  ///< largest lead: that of the smallest latency
     int count = 0;
 
     void add(Stamp s, Stamp a);
@@ -76,12 +76,12 @@ class ClockWatch {
   std::vector<ImuSample> held_;
   bool suspected_ = false;
   bool dropped_ = false;
-  Stamp disorder_ =
-      Stamp::min();       ///< newest stamp that was suspected of a step backward without being one
-  Duration step_{};       ///< suspected
-  Stamp suspected_at_{};  ///< arrival
+  Stamp disorder_ = Stamp::min();  ///< newest stamp of a suspected backward step that was disorder
+  Duration step_{};                ///< suspected step
+  Stamp suspected_at_{};           ///< arrival of the suspected sample
   Stamp last_held_arrival_{};
-  Stamp unsettled_until_ = Stamp::min();  ///< arrival
+  Stamp unsettled_until_ =
+      Stamp::min();  ///< inputs of the other sources are dropped until this arrival
   Duration ins_shift_{};
 };
 

@@ -19,7 +19,7 @@ void add_variance(int index, int size, double variance, Cov* P) {
   P->diagonal().segment(index, size).array() += variance;
 }
 
-/// What both process models share: states that change with time and with the distance driven.
+/// Common to both process models: states that change with time and with the distance driven.
 void drive_on(double dt, double distance_m, const ProcessNoise& ins, const DriveNoise& drive,
               Belief* b) {
   NavState& x = b->x;
@@ -32,7 +32,7 @@ void drive_on(double dt, double distance_m, const ProcessNoise& ins, const Drive
   add_variance(kWheelScale, 1, drive.wheel_scale * drive.wheel_scale * distance_m, &P);
   add_variance(kMount, 3, drive.mount_angle * drive.mount_angle * distance_m, &P);
 
-  // Gauss-Markov: the stationary variance is kept, the correlation with the past is lost.
+  // Gauss-Markov: the stationary variance is kept, the correlation with the past decays.
   const double keep_map = std::exp(-distance_m / drive.map_length_m);
   x.map_offset *= keep_map;
   scale_block(kMapOffset, 3, keep_map, &P);
@@ -50,8 +50,8 @@ void drive_on(double dt, double distance_m, const ProcessNoise& ins, const Drive
   add_variance(kSlip, 3, 1.0 - keep_slip * keep_slip, &P);
 
   if (x.map_epoch < 0) return;
-  // SP's map drifts where it is being written: at the vehicle. Noise at the map's origin would turn
-  // the vehicle about a point that may be kilometres away.
+  // The rolling map of SP drifts where it is written: at the vehicle. Noise at the origin of the
+  // map would rotate the vehicle about a point that may be kilometres away.
   Vec6 variance;
   variance.head<3>().setConstant(drive.rolling_position * drive.rolling_position * distance_m);
   variance.tail<3>().setConstant(drive.rolling_angle * drive.rolling_angle * distance_m);
@@ -59,8 +59,8 @@ void drive_on(double dt, double distance_m, const ProcessNoise& ins, const Drive
   P.block<6, 6>(kRolling, kRolling) += A * variance.asDiagonal() * A.transpose();
 }
 
-/// Moves the covariance of (position, velocity, attitude) by A = [d9/d9 | d9/d(second block)] and
-/// adds Q; all other states stay as they are.
+/// Propagates the covariance of (position, velocity, attitude) by A = [d9/d9 | d9/d(second block)]
+/// and adds Q; all other states are unchanged.
 template <int kSecond>
 void propagate(const Mat9& A, const Mat<9, kSecond>& B, int second, const Mat9& Q, Cov* P) {
   Mat<9, kSize> M;
@@ -110,7 +110,8 @@ Mat6 rolling_pose_covariance(const Belief& b) {
   if (b.x.map_epoch < 0) return Mat6::Zero();
   const Mat<6, kSize> J = rolling_pose_jacobian(b.x);
   Mat6 covariance = J * b.P * J.transpose();
-  // Of a new map it is the difference of two large and equal ones: rounding may end below zero.
+  // For a new map this is the difference of two large and equal matrices: rounding may make it
+  // negative.
   covariance.diagonal() = covariance.diagonal().cwiseMax(0.0);
   return covariance;
 }
@@ -146,7 +147,7 @@ Belief predict(const Belief& b, const ImuSample& imu, const Earth& earth, const 
   x.T_world_vehicle.p += 0.5 * dt * (b.x.v_world + x.v_world);
   x.T_world_vehicle.q = (b.x.T_world_vehicle.q * exp_so3(dtheta)).normalized();
   x.rate_vehicle = dtheta / dt;
-  if (!b.x.inertial) {  // the gyro's bias carries the rate's error from now on
+  if (!b.x.inertial) {  // from now on the gyro bias represents the error of the rate
     x.inertial = true;
     next.P.middleRows<3>(kRate).setZero();
     next.P.middleCols<3>(kRate).setZero();
@@ -164,7 +165,7 @@ Belief predict(const Belief& b, const ImuSample& imu, const Earth& earth, const 
   A.block<3, 3>(kPosition, kVelocity) =
       0.5 * dt * (Mat3::Identity() + A.block<3, 3>(kVelocity, kVelocity));
   A.block<3, 3>(kPosition, kAttitude) = 0.5 * dt * A.block<3, 3>(kVelocity, kAttitude);
-  Mat<9, 12> B = Mat<9, 12>::Zero();  // by gyro and accelerometer bias, and by the gains
+  Mat<9, 12> B = Mat<9, 12>::Zero();  // by gyro and accelerometer bias, and by the cross-axis gains
   B.block<3, 3>(kAttitude, 0) = -dt * Jr;
   B.block<3, 3>(kVelocity, 0) = dt * R_hat_dv_half;
   B.block<3, 3>(kVelocity, 3) = -dt * (R * half_turn);
@@ -172,7 +173,7 @@ Belief predict(const Belief& b, const ImuSample& imu, const Earth& earth, const 
   B.block<3, 3>(kVelocity, 9) = -side * (R * half_turn);
   B.block<3, 12>(kPosition, 0) = 0.5 * dt * B.block<3, 12>(kVelocity, 0);
 
-  // An error of an increment enters just as bias * dt does, so B / dt is also the noise's Jacobian.
+  // An error of an increment acts as bias * dt does, so B / dt is also the Jacobian of the noise.
   const double k2 =
       2.0 * noise.scale_and_misalignment * noise.scale_and_misalignment * noise.motion_time_s;
   const double angle_density = noise.angle_random_walk * noise.angle_random_walk;
@@ -204,7 +205,7 @@ RateStep rate_step(double dt, double density, double time_s) {
   const double x = dt / time_s;
   const double keep = std::exp(-x);
   const double q = density * density;
-  // The closed forms cancel for steps short against the correlation time.
+  // The closed forms suffer from cancellation for steps short against the correlation time.
   if (x < 1e-2) {
     return {keep, dt * (1.0 - 0.5 * x), q * dt * dt * dt / 3.0, q * dt * dt / 2.0, q * dt};
   }
@@ -287,7 +288,8 @@ Belief start_epoch(const Belief& b, const Pose& T_rolling_vehicle, int map_epoch
   Belief next = b;
   next.x.map_epoch = map_epoch;
   next.x.T_world_rolling = T_world_seen(b.x) * T_rolling_vehicle.inverse();
-  // T_ws exp(d_s) T_rs^-1 = T_wr exp(Ad(T_rs) d_s): the map errs as what is seen of the vehicle.
+  // T_ws exp(d_s) T_rs^-1 = T_wr exp(Ad(T_rs) d_s): the map has the error of the measured vehicle
+  // pose.
   const Mat<6, kSize> J = adjoint(T_rolling_vehicle) * seen_pose_jacobian(b.x);
   const Mat<6, kSize> cross = J * b.P;
   next.P.middleRows<6>(kRolling) = cross;
@@ -337,7 +339,7 @@ Belief change_world(const Belief& b, const Pose& T_new_old) {
   next.x.T_world_vehicle = T_new_old * b.x.T_world_vehicle;
   next.x.v_world = T_new_old.q * b.x.v_world;
   next.x.T_world_rolling = T_new_old * b.x.T_world_rolling;
-  // Only the blocks in world axes turn; right perturbations do not see the world.
+  // Only the blocks in world axes rotate; right perturbations do not depend on frame world.
   const Mat3 R = T_new_old.rotation();
   for (const int block : {kPosition, kVelocity}) {
     next.P.middleRows<3>(block) = (R * next.P.middleRows<3>(block)).eval();

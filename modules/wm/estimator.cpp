@@ -10,8 +10,8 @@ constexpr Duration kBlind = from_seconds(1.5);
 
 }  // namespace
 
-/// After so long with nothing to go by, a turn may have ended anywhere: no Gaussian describes it.
-/// The world is found anew, as at the start, from the attitude of before; biases are kept.
+/// After such a time without input, a turn may have ended anywhere: no Gaussian describes the pose.
+/// The filter is georeferenced again, as at the start, from its old attitude; biases are kept.
 void Estimator::forget_place(FilterState* state) const {
   Belief& b = state->belief;
   const Mat6 biases = b.P.block<6, 6>(kGyroBias, kGyroBias);
@@ -40,7 +40,7 @@ void Estimator::start(const Belief& belief, double gravity) {
     state.memory.ins_stamp = belief.x.stamp;
     state.memory.stillness = leveler_.stillness();
   }
-  // The local frame starts where the vehicle is, upright: z is up as soon as gravity is known.
+  // The local frame starts at the vehicle, level: z is up once gravity is known.
   state.memory.T_path_vehicle = belief.x.T_world_vehicle;
   state.memory.T_local_vehicle = belief.x.T_world_vehicle;
   T_local_vehicle_ = belief.x.T_world_vehicle;
@@ -71,7 +71,7 @@ Reason Estimator::add_inertial(ImuSample imu) {
     return add(Measurement{imu.stamp, imu});
   }
   if (imu.stamp <= newest_imu_) {
-    // A single stamp from the future must not keep it from ever starting.
+    // A single stamp from the future must not prevent the start for ever.
     if (++out_of_range_ < params_.history.clock_step_count) return Reason::kRepeated;
     leveler_ = {};
   }
@@ -83,7 +83,7 @@ Reason Estimator::add_inertial(ImuSample imu) {
   return Reason::kAccepted;
 }
 
-/// @return why the newest of them that was not accepted was refused
+/// @return why the newest sample that was not accepted was rejected
 Reason Estimator::add_held() {
   Reason refused = Reason::kAccepted;
   for (const ImuSample& held : clocks_.held()) {
@@ -103,7 +103,7 @@ void Estimator::watch_clocks(Stamp now) {
 
 Reason Estimator::add(Stamp stamp, const OdometrySample& odometry, Stamp arrival) {
   if (!clocks_.add(Clock::kOdometry, stamp, arrival)) return Reason::kInvalid;
-  // Odometry is relative: it is no place to start from.
+  // Odometry is relative: it cannot start the filter.
   return started_ ? add(Measurement{stamp, odometry}) : Reason::kNoDatum;
 }
 
@@ -126,7 +126,7 @@ Reason Estimator::add(Stamp stamp, const GeodeticFix& geodetic, Stamp arrival) {
 }
 
 Reason Estimator::add(Stamp stamp, const PriorMatch& match, Stamp arrival) {
-  static_cast<void>(arrival);  // the scan's rolling match has been watched
+  static_cast<void>(arrival);  // the rolling match of the same scan has been monitored
   if (!started_ || history_.head().memory.anchored || !datum_) {
     return add(Measurement{stamp, match});
   }
@@ -139,7 +139,7 @@ Reason Estimator::add(Stamp stamp, const PriorMatch& match, Stamp arrival) {
 
 Reason Estimator::add(const Measurement& m) {
   if (!started_) {
-    // With an INS at work the start waits for it to be level; without one, this is the start.
+    // While the INS is received, the start waits for the levelling; without INS, this is the start.
     const Duration jump = params_.history.jump;
     if (newest_imu_ != Stamp::min() && m.stamp - newest_imu_ < jump &&
         newest_imu_ - m.stamp < jump) {
@@ -158,7 +158,7 @@ Reason Estimator::add(const Measurement& m) {
   return history_.insert(m);
 }
 
-/// All clocks have stepped and no time has passed: the state goes on at its new stamp.
+/// All clocks have stepped and no time has passed: the state continues at its new stamp.
 void Estimator::move_clock(Duration step) {
   fuse();
   FilterState state = history_.head();
@@ -177,9 +177,10 @@ void Estimator::move_clock(Duration step) {
   ++clock_steps_;
 }
 
-/// Not one source was in range for long: time itself has stepped, or nothing came for long; stamps
-/// alone cannot tell. Forward, the time is taken for real, so that the covariance is honest either
-/// way; backward, only what the refused inputs' own stamps say has passed.
+/// No source was in range for long: either the clocks have stepped or no input was received; stamps
+/// alone cannot distinguish the two. Forward, the time is assumed to have passed, so that the
+/// covariance is consistent in both cases; backward, only the time that the stamps of the rejected
+/// inputs span.
 void Estimator::step_clock(Stamp to) {
   constexpr Duration kLongest = std::chrono::seconds(60);
   const Duration refused = to - first_out_of_range_;
@@ -209,7 +210,7 @@ void Estimator::step_clock(Stamp to) {
   ++clock_steps_;
 }
 
-/// All inputs were silent until `to`, for longer than any motion lasts.
+/// All inputs were silent until `to`, for too long to predict any motion.
 void Estimator::begin_anew(Stamp to) {
   FilterState state = history_.head();
   forget_place(&state);
@@ -249,8 +250,8 @@ void Estimator::finish() {
 
 void Estimator::move_local() {
   const FilterState& head = history_.head();
-  // Without an INS a scan arrives when a fix of its instant has moved the belief there already:
-  // what the rate allowed for that interval is kept for it.
+  // Without an INS a scan is often received after a fix of its instant has advanced the belief: the
+  // slewing allowed for that interval is kept for it.
   if (const Duration dt = head.belief.x.stamp - local_stamp_; dt > Duration::zero()) {
     const Memory& then = history_.at(local_stamp_).memory;
     T_local_vehicle_ =
@@ -267,8 +268,8 @@ void Estimator::move_local() {
   slew_s_ -= share * needed_s;
 }
 
-/// The fixes of the newest second wait in the history; once the heading is known the oldest state
-/// is anchored and they are fused like any others.
+/// The fixes of the newest second wait in the history; once the heading is known, the oldest state
+/// is georeferenced and they are fused as usual.
 void Estimator::find_heading() {
   std::size_t used = 0;
   for (; used < waiting_.size(); ++used) {
@@ -287,7 +288,7 @@ void Estimator::find_heading() {
   waiting_.erase(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(used));
 }
 
-/// SP's search has found the place: the oldest state is anchored by what the newest says of it.
+/// Initial localization of SP was successful: the oldest state is georeferenced from the newest.
 void Estimator::find_place() {
   if (!waiting_match_ || waiting_match_->stamp > history_.head().belief.x.stamp) return;
   const WaitingMatch w = *waiting_match_;

@@ -1,5 +1,5 @@
 #pragma once
-// The whole of WM's estimation without its message shell: start-up, history, recovery.
+// The estimation of WM without its message shell: start, history, recovery.
 
 #include <optional>
 #include <vector>
@@ -12,54 +12,54 @@
 
 namespace rcs::wm {
 
-/// A fix as the receiver gives it.
+/// A fix as received, in geodetic coordinates.
 struct GeodeticFix {
   Geodetic antenna;
   GpsFix fix;  ///< p_world is computed from `antenna`
 };
 
-/// Runs from whatever exists. Without a datum or before the heading is known, the world is a frame
-/// of the filter's own: level, its origin and heading those of the vehicle at the start.
+/// Runs on the inputs that exist. Without a datum, or before the heading is known, frame world is a
+/// level frame of the filter, with the origin and heading of the vehicle at the start.
 class Estimator {
  public:
   explicit Estimator(const WmParams& params, const std::optional<Geodetic>& datum);
 
-  // Inputs, in any order of sources and (within the history's lag) of stamps.
-  /// @param arrival  node time at which it was received: a step of the clocks is told from a
-  ///   silence by what the arrivals have advanced by; min(): not known, no clock is watched
+  // Inputs, in any order of sources and, within the lag of the history, of stamps.
+  /// @param arrival  node time at which it was received: the advance of the arrivals distinguishes
+  ///   a clock step from a silence; min(): unknown, no clock is monitored
   Reason add(const ImuSample& imu, Stamp arrival = Stamp::min());
   Reason add(Stamp stamp, const GeodeticFix& fix, Stamp arrival = Stamp::min());
   Reason add(Stamp stamp, const RollingMatch& match, Stamp arrival = Stamp::min());
-  /// A match that comes while nothing absolute is known is where the world begins, if the datum is
-  /// configured: SP has searched for it.
+  /// Before the world is georeferenced, and if the datum is configured, a match initializes the
+  /// pose in frame world: it comes from the initial localization of SP.
   Reason add(Stamp stamp, const PriorMatch& match, Stamp arrival = Stamp::min());
   Reason add(Stamp stamp, const OdometrySample& odometry, Stamp arrival = Stamp::min());
 
-  /// To be called each cycle before fuse(): settles what clocks are suspected of.
+  /// To be called in each cycle before fuse(): resolves suspected clock steps.
   void watch_clocks(Stamp now);
 
-  /// Takes in all inputs that were added.
+  /// Fuses all inputs that were added.
   void fuse();
 
-  /// False while it aligns: there is no state yet.
+  /// False during the alignment: there is no state yet.
   [[nodiscard]] bool started() const { return started_; }
-  /// The newest; read it when started().
+  /// The newest state; valid when started().
   [[nodiscard]] const FilterState& state() const { return history_.head(); }
   [[nodiscard]] Mode mode() const;
-  /// The smooth pose: the belief's own motion from call to call, which late data cannot change any
-  /// more, pulled towards Memory::T_local_vehicle at a bounded rate. GPS and the a priori map do
+  /// The smooth pose: the motion of the belief from call to call, which late data no longer
+  /// changes, moved towards Memory::T_local_vehicle at a bounded rate. GPS and the a priori map do
   /// not move it.
   [[nodiscard]] const Pose& T_local_vehicle() const { return T_local_vehicle_; }
-  /// Origin of the world once the belief is anchored to it.
+  /// Origin of frame world once the belief is georeferenced.
   [[nodiscard]] const std::optional<LocalFrame>& datum() const { return datum_; }
-  /// What is believed of the sources, a history's lag late.
+  /// Source status, delayed by the lag of the history.
   [[nodiscard]] const Trust& trust() const { return trust_; }
-  /// Times that all clocks were found to have stepped.
+  /// Number of steps of all clocks that were detected.
   [[nodiscard]] int clock_steps() const { return clock_steps_; }
-  /// The newest step by which the clock of the INS alone differs from the others' now.
+  /// Newest step of the clock of the INS alone against the other clocks.
   [[nodiscard]] Duration ins_clock_shift() const { return clocks_.ins_shift(); }
 
-  /// Records since the last call to clear_innovations().
+  /// Innovation records since the last call of clear_innovations().
   [[nodiscard]] const std::vector<Innovation>& innovations() const { return innovations_; }
   void clear_innovations() { innovations_.clear(); }
 
@@ -89,19 +89,20 @@ class Estimator {
   Leveler leveler_;
   HeadingFinder heading_;
   ClockWatch clocks_;
-  std::vector<WaitingFix> waiting_;  ///< for the heading, of which the state is not fused yet
+  std::vector<WaitingFix>
+      waiting_;  ///< fixes for the heading search, until the state of their instant is fused
   struct WaitingMatch {
     Stamp stamp{};
     PriorMatch match;
   };
-  std::optional<WaitingMatch> waiting_match_;  ///< for the state of its instant
+  std::optional<WaitingMatch> waiting_match_;  ///< until the state of its instant is fused
   std::vector<Innovation> innovations_;
   bool started_ = false;
   Pose T_local_vehicle_;
   Stamp local_stamp_ = Stamp::min();
-  double slew_s_ = 0.0;  ///< of slewing that is allowed now
+  double slew_s_ = 0.0;  ///< time for which slewing is allowed now
   Stamp newest_imu_ = Stamp::min();
-  int out_of_range_ = 0;  ///< inputs refused for their stamps since one was taken
+  int out_of_range_ = 0;  ///< inputs in a row rejected for their stamps
   Stamp first_out_of_range_ = Stamp::min();
   int clock_steps_ = 0;
 };

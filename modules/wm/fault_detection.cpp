@@ -1,4 +1,5 @@
-// What the watch carries along; the verdicts are in trust_gps.cpp and trust_ladar.cpp.
+// Moves the sub-filters. The decisions are in fault_detection_gps.cpp and
+// fault_detection_ladar.cpp.
 #include "modules/wm/fault_detection.h"
 
 #include <algorithm>
@@ -8,7 +9,7 @@
 namespace rcs::wm {
 namespace {
 
-constexpr int kRefusedInRow = 3;  // of a hypothesis' measurements: it is none
+constexpr int kRefusedInRow = 3;  // rejected measurements that end a hypothesis
 
 void step(const Model& model, const Measurement& m, const ImuSample* next_imu, FilterState* s,
           Innovations* records) {
@@ -89,7 +90,8 @@ void Trust::drop_what_passed_a_gap() {
 bool Trust::well(const FilterState& belief) const {
   const Memory& m = belief.memory;
   if (m.withheld.gps || m.withheld.ladar) return false;
-  // A test ratio between calm and the limit keeps the sub-filter that raised it, but not for ever.
+  // A test ratio between kCalm and the limit keeps the sub-filter that raised it, for a limited
+  // time.
   const bool old =
       without_gps_.alive() && belief.belief.x.stamp - without_gps_.branch > 4 * params_.branch;
   if (std::max({gps_test_ratio_, ladar_test_ratio_, map_test_ratio_}) > (old ? 1.0 : kCalm)) {
@@ -97,12 +99,12 @@ bool Trust::well(const FilterState& belief) const {
   }
   const Stamp placed =
       std::max(m.of(Source::kGpsPosition).accepted, m.of(Source::kPriorMap).accepted);
-  const bool without = !m.anchored;  // there is no GPS to go without
+  const bool without = !m.anchored;  // no GPS to exclude
   return without || placed > belief.belief.x.stamp - kFresh;
 }
 
-/// Where north is hardly known no path can be held against another. Nor, by an INS, where up is: a
-/// tilt of a degree lets gravity lead it away by metres before it is told from a bias.
+/// A sub-filter needs the heading, and with an INS roll and pitch: a tilt of a degree lets gravity
+/// move it by metres before the tilt is separated from a bias.
 bool Trust::knows_attitude(const FilterState& belief) const {
   if (!belief.memory.anchored) return true;
   const Vec3 variance = belief.belief.P.diagonal().segment<3>(kAttitude);
@@ -127,11 +129,11 @@ void Trust::renew(const FilterState& belief) {
   const Stamp now = belief.belief.x.stamp;
   if (inertial_young_.alive() && now - inertial_young_.branch < params_.branch) return;
   if (!well(belief)) return;
-  // Until the gap of the INS is forgotten a branch would inherit what it did to the belief.
+  // Until the gap of the INS is forgotten, a branch would inherit its effect on the filter.
   const Stamp gap_end = belief.memory.ins_gap_end;
   if (gap_end != Stamp::min() && now - gap_end < kSettling) return;
   if (!knows_attitude(belief)) {
-    // Nor against one from long ago: the watch begins anew.
+    // Nor are the old sub-filters of use: the tests start again.
     inertial_young_ = inertial_ = without_ladar_ = without_gps_young_ = without_gps_ = Subfilter{};
     detectable_m_ = kAnything_m;
     return;
@@ -155,11 +157,11 @@ std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
   drop_what_passed_a_gap();
   const bool accused = belief.memory.gps_accused && !accused_;
   accused_ = belief.memory.gps_accused;
-  // What the fixes that are refused now did before: nobody knows when they began to go astray.
+  // An error of GPS may have begun before the rejections: the sub-filter has none of these fixes.
   const auto* const fix = std::get_if<GpsFix>(&m.value);
   if (accused && fix != nullptr && without_gps_.alive() &&
       belief.belief.x.stamp - without_gps_.branch > kYoung) {
-    return convict(model, *fix, belief);
+    return exclude(model, *fix, belief);
   }
   std::optional<FilterState> change;
   if (fix != nullptr && belief.memory.anchored) {
@@ -175,7 +177,7 @@ std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
   return change;
 }
 
-/// Goes on from `next` in place of `belief`.
+/// Continues with `next` in place of `belief`.
 FilterState Trust::found(Finding finding, const FilterState& next, const FilterState& belief,
                          const ModeParams& modes) {
   finding_ = finding;

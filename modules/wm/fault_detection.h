@@ -1,7 +1,8 @@
 #pragma once
-// Do no harm: filters that go without a source watch the belief that uses it, and a source that
-// contradicts them is no longer believed. They see each input once its place in time is final, a
-// history's lag late; what they find changes the belief there, and all since is fused again.
+// Fault detection and exclusion by solution separation: sub-filters that exclude a source monitor
+// the filter that uses it, and a source that contradicts them is excluded. They process an input
+// once its place in time is final, delayed by the lag of the history; a finding replaces the state
+// there, and all later inputs are fused again.
 
 #include <array>
 #include <optional>
@@ -10,47 +11,48 @@
 
 namespace rcs::wm {
 
-/// The values are subfilter_t's. Without GPS: without the a priori map, too, by motion alone.
+/// The values are those of subfilter_t. kGps also excludes the a priori map: it runs on motion
+/// only.
 enum class Without : int { kAll = 0, kLadar = 1, kGps = 2 };
 constexpr std::size_t kSubfilters = 3;
 
-/// A copy of the belief that goes without some source from a moment at which all was well.
+/// A copy of the filter that excludes some source from a moment at which all tests were calm.
 struct Subfilter {
   FilterState state;
-  Stamp branch = Stamp::min();  ///< min(): there is none
+  Stamp branch = Stamp::min();  ///< time of the branch; min(): not alive
 
   [[nodiscard]] bool alive() const { return branch != Stamp::min(); }
-  /// It has passed a gap of the INS: its difference from the belief then measures the gap.
+  /// It spans a gap of the INS: its difference from the main filter then measures the gap.
   [[nodiscard]] bool passed_gap() const {
     return alive() && std::max(state.memory.ins_lost, state.memory.ins_gap_end) >= branch;
   }
 };
 
-/// The values are integrity_t's.
+/// The values are those of integrity_t.
 enum class Trusted : int { kNone = 0, kFully = 1, kQuarantine = 2, kProbation = 3 };
 
 enum class Finding : int {
   kNothing = 0,
-  kGpsGuilty,       ///< it led the belief away: the belief from before is taken up again
-  kGpsBack,         ///< its fixes agree with the belief and with the motion
-  kGpsRight,        ///< they contradict the belief, but never one another: the belief was wrong
-  kGpsBackRevoked,  ///< within its probation it was found guilty
+  kGpsGuilty,  ///< GPS is faulty: excluded, the filter continues from the sub-filter
+  kGpsBack,    ///< fixes agree with the filter and with the motion: readmitted
+  kGpsRight,   ///< fixes contradict the filter for long but not each other: the filter is faulty
+  kGpsBackRevoked,  ///< GPS is faulty within its probation: the readmission is revoked
   kLadarGuilty,
   kLadarBack,
-  kMapGuilty  ///< the a priori map; it is not believed any more
+  kMapGuilty  ///< the a priori map is faulty: excluded
 };
 
 class Trust {
  public:
   explicit Trust(const TrustParams& params);
 
-  /// The belief has begun anew: there is nothing to compare it with.
+  /// The filter has been restarted: discards all sub-filters and tests.
   void clear();
 
   /// @param m  the next input whose place in time is final
   /// @param next_imu  as for advance()
-  /// @param belief  after m
-  /// @return the state to go on from instead
+  /// @param belief  the state of the main filter after m
+  /// @return the state that replaces it, if a finding does so
   [[nodiscard]] std::optional<FilterState> add(const Model& model, const Measurement& m,
                                                const ImuSample* next_imu,
                                                const FilterState& belief);
@@ -58,29 +60,31 @@ class Trust {
   [[nodiscard]] const Subfilter& subfilter(Without what) const;
   [[nodiscard]] Trusted gps(const FilterState& belief, const ModeParams& modes) const;
   [[nodiscard]] Trusted ladar(const FilterState& belief, const ModeParams& modes) const;
-  /// Test statistics over their limits; above 1 for a while the source is guilty.
+  /// Test statistics over their limits; a source that stays above 1 is faulty.
   [[nodiscard]] double gps_test_ratio() const { return gps_test_ratio_; }
   [[nodiscard]] double ladar_test_ratio() const { return ladar_test_ratio_; }
-  /// How far fixes may lead the belief away, horizontally, before they are found out.
+  /// Minimum detectable error: largest horizontal error by GPS that the tests may not detect.
   [[nodiscard]] double detectable_m() const { return detectable_m_; }
-  /// How far from the belief the vehicle is if refused fixes that agree with one another are right.
+  /// Distance from the filter to the alternative hypothesis that the rejected fixes are right, if
+  /// they agree with each other; otherwise 0.
   [[nodiscard]] double rival_m() const { return rival_m_; }
-  /// How far from the belief the motion alone has led, once that puts the a priori map in doubt.
+  /// Distance from the filter to the sub-filter without the a priori map while that test is not
+  /// calm; otherwise 0.
   [[nodiscard]] double map_rival_m() const { return map_rival_m_; }
   [[nodiscard]] Finding newest_finding() const { return finding_; }
   [[nodiscard]] int findings() const { return findings_; }
 
  private:
-  /// What the belief would be if a source that is not believed were.
+  /// The filter under the hypothesis that an excluded source is right.
   struct Hypothesis {
     FilterState state;
     Stamp began = Stamp::min();
     double began_m = 0.0;
     int agreed = 0;
-    int refused = 0;           ///< of its measurements
-    int refused_in_row = 0;    ///< the newest of them
-    Vec2 off = Vec2::Zero();   ///< of the belief, when it had settled [m]
-    double variance_m2 = 0.0;  ///< the belief's then, the larger axis
+    int refused = 0;           ///< rejected measurements of the source
+    int refused_in_row = 0;    ///< of them the newest in a row
+    Vec2 off = Vec2::Zero();   ///< distance of its fix from the filter at the first test [m]
+    double variance_m2 = 0.0;  ///< horizontal variance of the filter then, larger axis [m^2]
 
     [[nodiscard]] bool alive() const { return began != Stamp::min(); }
     void count(bool accepted);
@@ -107,7 +111,7 @@ class Trust {
   std::optional<FilterState> judge_match(const FilterState& belief, const ModeParams& modes);
   std::optional<FilterState> judge_quarantined_match(const FilterState& belief,
                                                      const ModeParams& modes);
-  FilterState convict(const Model& model, const GpsFix& z, const FilterState& belief);
+  FilterState exclude(const Model& model, const GpsFix& z, const FilterState& belief);
   [[nodiscard]] bool moves_along(const Model& model, const GpsFix& z,
                                  const FilterState& belief) const;
   void sum_velocity(const Model& model, const GpsFix& z);
@@ -117,31 +121,33 @@ class Trust {
 
   static constexpr Duration kFresh = from_seconds(2.0);
   static constexpr Duration kSettling = from_seconds(5.0);  // after a gap of the INS
-  static constexpr Duration kYoung = from_seconds(1.0);     // a sub-filter is not tested yet
-  static constexpr double kCalm = 0.3;  // doubt below which a belief is worth a branch
+  static constexpr Duration kYoung =
+      from_seconds(1.0);                // age before which a sub-filter is not tested
+  static constexpr double kCalm = 0.3;  // test ratio below which sub-filters are branched
 
   TrustParams params_;
-  double limit_1_, limit_2_;  // chi square's, by degrees of freedom
-  // Of two generations: the older ones watch, for what leads the belief away leads along whatever
-  // branches from it after that.
+  double limit_1_, limit_2_;  // chi-square limits, by degrees of freedom
+  // Two generations: the older one is tested, because an error that has already entered the filter
+  // also enters a sub-filter that is branched later.
   Subfilter inertial_young_, inertial_;
   Subfilter without_gps_young_, without_gps_;
   Subfilter without_ladar_;
-  double young_began_m_ = 0.0, without_gps_began_m_ = 0.0;  // driven at their branches
-  Subfilter before_;  ///< the state that the fixes contradicted before they were accepted
+  double young_began_m_ = 0.0, without_gps_began_m_ = 0.0;  // distance driven at their branches
+  Subfilter before_;  ///< the state from before kGpsRight, until the probation of GPS ends
   Hypothesis gps_right_, ladar_right_;
-  std::array<bool, 6> agreeing_{};  // the newest fixes
+  std::array<bool, 6> agreeing_{};  // whether each of the newest fixes agreed
   std::size_t fixes_ = 0;
   Stamp agreeing_since_ = Stamp::min();
-  int doubted_ = 0;                ///< fixes in a row
-  int map_contradicted_ = 0;       ///< by fixes in a row
-  bool accused_ = false;           ///< GPS, by the belief, before the newest input
-  Vec<4> cusum_ = Vec<4>::Zero();  ///< of the fixes' velocity: east, west, north, south
+  int doubted_ = 0;           ///< fixes in a row above the limit
+  int map_contradicted_ = 0;  ///< fixes in a row
+  bool accused_ = false;      ///< gps_accused of the filter before the newest input
+  Vec<4> cusum_ =
+      Vec<4>::Zero();  ///< cumulative sums of the GPS velocity: east, west, north, south
   Stamp ladar_doubted_since_ = Stamp::min(), map_doubted_since_ = Stamp::min();
   Stamp gps_probation_ = Stamp::min(), ladar_probation_ = Stamp::min();
   double gps_test_ratio_ = 0.0, ladar_test_ratio_ = 0.0, map_test_ratio_ = 0.0;
   double rival_m_ = 0.0, map_rival_m_ = 0.0;
-  static constexpr double kAnything_m = 1e3;  ///< before the watch has begun
+  static constexpr double kAnything_m = 1e3;  ///< before the first branch
   double detectable_m_ = kAnything_m;
   Finding finding_ = Finding::kNothing;
   int findings_ = 0;

@@ -1,4 +1,4 @@
-// GPS against the motion: while it is believed, and while it is not.
+// GPS against the motion: tests while it is fused, and readmission while it is excluded.
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -10,15 +10,17 @@
 namespace rcs::wm {
 namespace {
 
-constexpr double kMostExcess = 5.0;  // that one fix adds: a single bad one is none
-constexpr double kLimit = 9.21;      // of chi squared, 99 %, two dof: better late than wrong
+constexpr double kMaxExcess =
+    5.0;  // contribution of one fix at most: a single outlier is not enough
+constexpr double kLimit =
+    9.21;  // chi-square, 99 %, 2 dof: a false readmission is worse than a late one
 
 }  // namespace
 
-/// Cumulative sums (Page 1954) of what the fixes' velocity has too much, both ways along both axes:
-/// fixes that go astray slowly do so for long. What the sub-filter's own velocity may be off, its
-/// heading's error above all, is the same in all fixes: no sum makes that certain, so three
-/// standard deviations of it are let pass.
+/// Cumulative sums (Page 1954) of the excess of the GPS velocity, in both directions of both axes:
+/// they detect slow drifts. The velocity error of the sub-filter, above all from its heading, is
+/// common to all fixes, so that no sum averages it out: three standard deviations of it are
+/// subtracted.
 void Trust::sum_velocity(const Model& model, const GpsFix& z) {
   if (!z.has_velocity) return;
   constexpr double kLetPass = 3.0;
@@ -30,21 +32,21 @@ void Trust::sum_velocity(const Model& model, const GpsFix& z) {
     const double passed = kLetPass * std::hypot(std::sqrt(shared(axis, axis)), params_.floor_mps);
     double& up = cusum_[2 * axis];
     double& down = cusum_[2 * axis + 1];
-    up = std::max(0.0, up + std::min((r.r[axis] - passed) / white, kMostExcess));
-    down = std::max(0.0, down + std::min((-r.r[axis] - passed) / white, kMostExcess));
+    up = std::max(0.0, up + std::min((r.r[axis] - passed) / white, kMaxExcess));
+    down = std::max(0.0, down + std::min((-r.r[axis] - passed) / white, kMaxExcess));
   }
 }
 
-/// The fix against where the vehicle would be without any since the branch: the belief's
-/// correlation with the receiver's slow error makes it a test of the fixes' shape, not of the
-/// place.
+/// The fix against the position without GPS since the branch. The correlation of the filter with
+/// the time-correlated GPS error makes this a test of the shape of the fixes, not of their
+/// position.
 std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
                                             const FilterState& belief) {
   const Stamp now = belief.belief.x.stamp;
   const SourceRecord& record = belief.memory.of(Source::kGpsPosition);
   rival_m_ = 0.0;
   gps_right_ = {};
-  // No matches come any more that could take the map's doubt back, and fixes say where it is.
+  // No more matches can clear the test of the a priori map, and an accepted fix gives the position.
   const Stamp mapped = belief.memory.of(Source::kPriorMap).accepted;
   if (record.accepted == now && mapped < now - kFresh) map_test_ratio_ = map_rival_m_ = 0.0;
   if (before_.alive() && now >= gps_probation_) before_ = {};
@@ -59,22 +61,22 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
   sum_velocity(model, z);
   const double drifting = cusum_.maxCoeff() / params_.cusum;
   gps_test_ratio_ = std::max(astray, drifting);
-  // What the belief refused by itself has done no harm.
+  // A fix that the gate rejected has not changed the filter.
   const bool harmful = record.accepted == now;
   doubted_ = harmful && astray > 1.0 ? doubted_ + 1 : 0;
   if (doubted_ < params_.doubted && !(harmful && drifting > 1.0)) return std::nullopt;
-  return convict(model, z, belief);
+  return exclude(model, z, belief);
 }
 
-/// Fixes and the belief without them contradict one another: somebody is guilty.
-FilterState Trust::convict(const Model& model, const GpsFix& z, const FilterState& belief) {
+/// Fixes and the sub-filter without them contradict each other: excludes GPS or the LADAR.
+FilterState Trust::exclude(const Model& model, const GpsFix& z, const FilterState& belief) {
   if (ladar_is_to_blame(model, z)) {
     FilterState next = without_ladar_.state;
     next.memory.withheld = belief.memory.withheld;
     next.memory.withheld.gps = next.memory.gps_accused = false;
     next.memory.of(Source::kGpsPosition).refused = 0;
     next.memory.withheld.ladar = true;
-    next.belief.x.map_epoch = -1;  // its place is not known without what is withheld
+    next.belief.x.map_epoch = -1;  // not known without the excluded source
     return found(Finding::kLadarGuilty, next, belief, model.params.modes);
   }
   const Stamp now = belief.belief.x.stamp;
@@ -86,13 +88,13 @@ FilterState Trust::convict(const Model& model, const GpsFix& z, const FilterStat
                model.params.modes);
 }
 
-/// Of GPS and LADAR, who contradicts the inertial motion, in place or in velocity? Whom that
-/// motion's own error leaves open is GPS.
+/// Whether the LADAR, not GPS, contradicts the inertial motion, in position or in velocity. If the
+/// error of that motion decides neither, GPS is excluded.
 bool Trust::ladar_is_to_blame(const Model& model, const GpsFix& z) const {
   const FilterState& s = without_gps_.state;
   const NavState& x = s.belief.x;
   const NavState& inertial = inertial_.state.belief.x;
-  // From the filter with the LADAR, the inertial motion goes half the way to the fix and farther.
+  // From the filter with the LADAR, the inertial motion goes at least half the distance to the fix.
   const auto sides_with = [this](const Vec3& fix, const Vec3& motion, int block) {
     const Cov& P = inertial_.state.belief.P;
     const double sigma = std::sqrt(std::max(P(block, block), P(block + 1, block + 1)));
@@ -106,8 +108,8 @@ bool Trust::ladar_is_to_blame(const Model& model, const GpsFix& z) const {
                                        inertial.v_world - x.v_world, kVelocity));
 }
 
-/// Another belief begins, in which the fix is right and the place was wrong. Not the heading: fixes
-/// that drift away look like another one.
+/// Begins the alternative hypothesis that the fix is right and the position of the filter is wrong.
+/// The heading is kept: otherwise a drift of the fixes would look like another heading.
 void Trust::suppose_gps_right(const Model& model, const GpsFix& z, const FilterState& belief) {
   const NavState& x = belief.belief.x;
   const Vec3 off = gps_position(x, z, model.params.gps).r;
@@ -120,8 +122,8 @@ void Trust::suppose_gps_right(const Model& model, const GpsFix& z, const FilterS
   apply(model, {x.stamp, z}, &s, &unread);
 }
 
-/// Fixes that go astray slowly contradict neither the last one nor a belief that follows them, but
-/// the motion: they move away from the belief by more than it can have drifted.
+/// Slowly drifting fixes contradict neither the last fix nor a filter that follows them, but the
+/// motion: their distance from the filter changes by more than the filter can have drifted.
 bool Trust::keeps_its_shape(const Model& model, const GpsFix& z, const FilterState& belief) {
   const Vec2 off = gps_position(belief.belief.x, z, model.params.gps).r.head<2>();
   const double variance =
@@ -135,7 +137,7 @@ bool Trust::keeps_its_shape(const Model& model, const GpsFix& z, const FilterSta
   return (off - gps_right_.off).squaredNorm() <= kLimit * (drifted + fixes);
 }
 
-/// The fix's velocity is the belief's.
+/// The velocity of the fix agrees with the filter.
 bool Trust::moves_along(const Model& model, const GpsFix& z, const FilterState& belief) const {
   if (!z.has_velocity) return true;
   const Residual<3> r = gps_velocity(belief.belief.x, z, model.params.gps, accel_world(belief));
@@ -149,7 +151,7 @@ std::optional<FilterState> Trust::judge_quarantined_fix(const Model& model, cons
                                                         const FilterState& belief) {
   const NavState& x = belief.belief.x;
   const Memory& m = belief.memory;
-  if (before_.alive()) {  // it had been believed against the belief, and has contradicted itself
+  if (before_.alive()) {  // accepted against the filter, and now contradicts itself
     return found(Finding::kGpsBackRevoked, before_.state, belief, model.params.modes);
   }
   const Nis n = nis(belief, z, model.params.gps, 0.0);

@@ -1,4 +1,4 @@
-// The LADAR against the motion without it, and the a priori map against the motion without that.
+// The LADAR against the motion without it, and the a priori map against the motion without the map.
 #include <algorithm>
 
 #include "modules/wm/fault_detection.h"
@@ -7,21 +7,21 @@
 namespace rcs::wm {
 namespace {
 
-// Of chi squared, 99.9 %, two dof and one: nobody forges a map, and going on without one is no
-// harm.
+// Chi-square, 99.9 %, 2 dof and 1 dof. A larger false-alarm rate than for GPS: continuing without a
+// map does little harm.
 constexpr double kMapLimit2 = 13.82;
 constexpr double kMapLimit1 = 10.83;
 
 }  // namespace
 
-/// Of the LADAR and its map: for so long that it is no accident.
+/// For the LADAR and its map: the test exceeds its limit for too long to be chance.
 bool Trust::lasts(bool astray, Stamp now, Stamp* since) const {
   if (!astray) *since = Stamp::min();
   if (astray && *since == Stamp::min()) *since = now;
   return astray && now - *since >= params_.ladar_doubted;
 }
 
-/// Fixes come back where the motion has led, and not where the a priori map has.
+/// The fixes agree with the motion and contradict the filter with the a priori map.
 std::optional<FilterState> Trust::map_is_to_blame(const Model& model, const GpsFix& z,
                                                   const FilterState& belief) {
   const Subfilter& motion = without_gps_;
@@ -42,8 +42,8 @@ FilterState Trust::without_map(const FilterState& belief, const ModeParams& mode
   return found(Finding::kMapGuilty, next, belief, modes);
 }
 
-/// The belief with the a priori map against the motion without it. A survey that is turned or bent
-/// leads away so slowly that no single match of it says so.
+/// The filter with the a priori map against the motion without it. A rotated or distorted survey
+/// causes divergence too slow for a single match to show it.
 std::optional<FilterState> Trust::judge_prior_match(const FilterState& belief,
                                                     const ModeParams& modes) {
   const Stamp now = belief.belief.x.stamp;
@@ -54,7 +54,7 @@ std::optional<FilterState> Trust::judge_prior_match(const FilterState& belief,
   const Vec3 apart =
       without_gps_.state.belief.x.T_world_vehicle.p - belief.belief.x.T_world_vehicle.p;
   map_rival_m_ = map_test_ratio_ > kCalm ? apart.head<2>().norm() : 0.0;
-  // With GPS the two also differ when it is GPS that goes astray: judge_fix tells.
+  // With GPS the difference may also be an error of GPS: judge_fix() decides.
   const bool by_fixes = belief.memory.of(Source::kGpsPosition).accepted > now - kFresh;
   const bool astray = map_test_ratio_ > 1.0 && (!by_fixes || gps_test_ratio_ <= kCalm);
   if (!lasts(astray, now, &map_doubted_since_)) return std::nullopt;
@@ -66,7 +66,7 @@ std::optional<FilterState> Trust::judge_match(const FilterState& belief, const M
   ladar_right_ = {};
   if (!without_ladar_.alive() || now - without_ladar_.branch < kYoung) return std::nullopt;
   ladar_test_ratio_ = difference(without_ladar_.state, belief, params_.floor_m) / limit_2_;
-  // With GPS the two also differ when it is GPS that goes astray: judge_fix tells.
+  // With GPS the difference may also be an error of GPS: judge_fix() decides.
   const Stamp fix = without_ladar_.state.memory.of(Source::kGpsPosition).accepted;
   const bool by_fixes = fix > now - kFresh;
   const int refused = belief.memory.of(Source::kGpsPosition).refused;
@@ -82,7 +82,7 @@ std::optional<FilterState> Trust::judge_match(const FilterState& belief, const M
 std::optional<FilterState> Trust::judge_quarantined_match(const FilterState& belief,
                                                           const ModeParams& modes) {
   if (!ladar_right_.alive()) {
-    // It begins a map of its own at the next match.
+    // It starts a map epoch of its own at the next match.
     ladar_right_ = {belief, belief.belief.x.stamp, belief.memory.distance_m};
     ladar_right_.state.memory.withheld.ladar = false;
     ladar_right_.state.memory.of(Source::kRolling).refused = 0;

@@ -6,7 +6,7 @@
 namespace rcs::wm {
 namespace {
 
-/// With what the a priori map here says of itself.
+/// With the modelled bias of the a priori map here.
 DriveNoise drive_noise(const Model& model, const Memory& m) {
   DriveNoise noise = model.params.drive;
   if (m.map_bias.sigma_m > 0.0) {
@@ -24,14 +24,14 @@ void after_prediction(const Model& model, const NavState& before, FilterState* s
   m.T_path_vehicle = m.T_path_vehicle * step;
   m.T_local_vehicle = m.T_local_vehicle * step;
   m.unmatched = step.inverse() * m.unmatched * step;
-  // The noise of a standing vehicle's position is not a distance.
+  // Position noise of a vehicle at rest is not distance.
   if (x.v_world.norm() > model.params.stillness.speed_mps) {
     m.distance_m += step.p.norm();
   }
   m.accel_vehicle = x.T_world_vehicle.q.conjugate() * ((x.v_world - before.v_world) / dt);
 }
 
-/// What is known of the body rate at the moment at which the INS falls silent.
+/// The body rate at the moment when the INS falls silent.
 Belief lose_gyro(const Model& model, const FilterState& s) {
   const MotionNoise& noise = model.params.motion;
   const double rocking = std::sqrt(0.5 * s.memory.stillness.variance_rate);  // two axes'
@@ -109,7 +109,7 @@ void advance(const Model& model, Stamp to, const ImuSample* next_imu, FilterStat
       m.ins_stamp != Stamp::min() && begin - m.ins_stamp > model.params.history.bridge;
   if (m.ins_stamp != Stamp::min() && begin - m.ins_stamp <= model.params.history.bridge) {
     // Jittering stamps: the increments are right, the stamps are not. A lost sample: the next one
-    // stands for it.
+    // is extended over its interval.
     const Duration gap = begin - m.ins_stamp;
     begin = m.ins_stamp;
     if (std::abs(gap.count()) * 2 > imu.interval.count()) {
@@ -131,7 +131,7 @@ void advance(const Model& model, Stamp to, const ImuSample* next_imu, FilterStat
 
   m.ins_stamp = imu.stamp;
   if (was_silent) m.ins_gap_end = imu.stamp;
-  if (held > Duration::zero()) {  // what the second process model would have lost
+  if (held > Duration::zero()) {  // variance that the second process model would have added
     const double t = seconds(held);
     const double qa = model.params.motion.acceleration;
     const double qw =

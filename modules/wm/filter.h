@@ -1,6 +1,6 @@
 #pragma once
-// One filter from event to event: what it carries along, how it moves to an instant, how it takes a
-// measurement. The result depends on the events and their order in sensor time alone.
+// One filter: its state between events, prediction to an instant, and update by a measurement. The
+// result depends only on the events and their order in sensor time.
 
 #include <array>
 #include <variant>
@@ -11,7 +11,7 @@
 
 namespace rcs::wm {
 
-/// The values are innovation_t's.
+/// The values are those of innovation_t.
 enum class Source : int {
   kGpsPosition = 0,
   kGpsVelocity = 1,
@@ -31,7 +31,7 @@ struct Measurement {
   [[nodiscard]] const ImuSample* imu() const { return std::get_if<ImuSample>(&value); }
 };
 
-/// One record for every measurement that was considered.
+/// Record of a measurement that was fused or rejected.
 struct Innovation {
   Stamp stamp{};
   Source source = Source::kGpsPosition;
@@ -43,7 +43,7 @@ struct Innovation {
   Vec6 sigma = Vec6::Zero();
 };
 
-/// Stands when the INS is as quiet as at rest: running mean and variance over a window.
+/// Detects standstill from the INS: running mean and variance over a window.
 struct Stillness {
   Vec3 mean_rate = Vec3::Zero();   ///< [rad/s]
   Vec3 mean_force = Vec3::Zero();  ///< [m/s^2]
@@ -55,11 +55,11 @@ struct Stillness {
   [[nodiscard]] bool quiet(const StillnessParams& params) const;
 };
 
-/// What a source did so far.
+/// Status of a source so far.
 struct SourceRecord {
   Stamp accepted = Stamp::min();  ///< newest accepted
-  double distance_m = 0.0;        ///< driven until then
-  int refused = 0;                ///< in a row since
+  double distance_m = 0.0;        ///< distance driven until then
+  int refused = 0;                ///< rejected in a row since
 };
 
 /// Sources that a filter excludes: a sub-filter permanently, the main filter while they are faulty.
@@ -67,62 +67,61 @@ struct Withheld {
   bool gps = false;
   bool ladar = false;
   bool odometry = false;
-  bool prior_map = false;  ///< ladar withholds it, too
+  bool prior_map = false;  ///< also implied by ladar
 };
 
-/// How well matches to a tile of the a priori map agree with what is believed without them.
+/// Agreement of the matches to a tile of the a priori map with the filter without them.
 struct TileTrust {
   std::int64_t tile_id = 0;
   bool known = false;
-  double excess = 1.0;      ///< NIS for each degree of freedom, low-passed by distance; 1: as good
-                            ///< as it says
-  double distance_m = 0.0;  ///< driven at its newest match
-  bool doubted = false;     ///< its matches are looked at, and not fused
+  double excess = 1.0;      ///< NIS per degree of freedom, low-passed by distance; 1: as stated
+  double distance_m = 0.0;  ///< distance driven at its newest match
+  bool doubted = false;     ///< excluded: its matches are not fused
 };
 
-/// In what gps_offset is counted, and what the receiver claims meanwhile.
+/// Unit of gps_offset, and changes of the sigma that the receiver reports.
 struct GpsScale {
   Vec3 unit_m = Vec3::Zero();        ///< 0: no fix yet
-  Stamp finer_since = Stamp::max();  ///< fixes have claimed much less than that
-  Stamp renewed = Stamp::min();      ///< gps_offset became another one
+  Stamp finer_since = Stamp::max();  ///< fixes have reported a much smaller sigma since
+  Stamp renewed = Stamp::min();      ///< when gps_offset was renewed for that
 };
 
-/// What the non-holonomic constraint was refused with on one axis.
+/// Divergence detector: residual with which the constraint was rejected on one axis.
 struct Astray {
-  double mps = 0.0;  ///< the newest time; 0: it was not
-  int times = 0;     ///< in a row, alike
+  double mps = 0.0;  ///< at the newest test; 0: not rejected
+  int times = 0;     ///< similar rejections in a row
 };
 
-/// What the filter carries along beside its belief.
+/// Bookkeeping of the filter next to its belief.
 struct Memory {
   std::array<SourceRecord, kSources> sources;
   Stamp ins_stamp = Stamp::min();    ///< end of the newest INS interval that was integrated
-  Stamp ins_lost = Stamp::min();     ///< when it last fell silent
-  Stamp ins_gap_end = Stamp::min();  ///< when it came back from a gap that was not bridged
+  Stamp ins_lost = Stamp::min();     ///< when the INS last fell silent
+  Stamp ins_gap_end = Stamp::min();  ///< end of its last gap that was not bridged
   Stillness stillness;
   Lasting lasting;
   Vec3 accel_vehicle = Vec3::Zero();  ///< without gravity [m/s^2]
-  double odometry_mps = 0.0;          ///< newest
+  double odometry_mps = 0.0;          ///< newest odometry
   Stamp odometry_heard = Stamp::min();
-  Stamp constrained = Stamp::min();  ///< when the non-holonomic constraint was last held up
-  std::array<Astray, 2> astray;      ///< sideways, up
-  double distance_m = 0.0;           ///< driven
-  /// Variance for each metre that SP's map inherits of its scans now, [m^2, rad^2].
+  Stamp constrained = Stamp::min();  ///< newest test of the non-holonomic constraint
+  std::array<Astray, 2> astray;      ///< lateral, vertical
+  double distance_m = 0.0;           ///< distance driven
+  /// Variance per metre that the rolling map of SP inherits from its scans now, [m^2, rad^2].
   double inherited_m2 = 0.0, inherited_rad2 = 0.0;
   Withheld withheld;
-  Stamp fix_heard = Stamp::min();  ///< newest fix, believed or not
-  bool gps_accused = false;        ///< withheld for what it said, not for its silence
+  Stamp fix_heard = Stamp::min();  ///< newest fix, accepted or not
+  bool gps_accused = false;        ///< excluded for its content, not after a silence
   GpsScale gps_scale;
-  MapBias map_bias;  ///< of the a priori map here, as it says
+  MapBias map_bias;  ///< modelled bias of the a priori map here, see believed_bias()
   std::array<TileTrust, 16> tiles;
-  bool tile_doubted = false;  ///< the newest match's
-  int heights_refused = 0;    ///< in a row, of fixes whose place was accepted
-  bool anchored = false;      ///< the world is the datum's: absolute measurements count
-  Pose T_path_vehicle;        ///< composition of the predicted body increments alone
-  Pose T_local_vehicle;       ///< the same with the LADAR's corrections; steps at each of them
-  /// What other sources did to the vehicle's pose in the map since the last match, vehicle axes.
-  /// The next match takes it back, and the local pose, which never had it, must not have that
-  /// either.
+  bool tile_doubted = false;  ///< of the newest match
+  int heights_refused = 0;    ///< in a row, of fixes whose horizontal position was accepted
+  bool anchored = false;      ///< georeferenced: frame world is that of the datum
+  Pose T_path_vehicle;        ///< composition of the predicted body increments only
+  Pose T_local_vehicle;       ///< the same with LADAR corrections; steps at each of them
+  /// Uncorrected increment: change of the vehicle's pose in the rolling map by other sources since
+  /// the last match, vehicle axes. The next match reverts it; the local pose, which never contained
+  /// it, must not contain the reversal either.
   Pose unmatched;
   int world_resets = 0;
   double last_reset_m = 0.0;
@@ -160,18 +159,17 @@ struct Innovations {
   void add(const Innovation& i) { records[static_cast<std::size_t>(count++)] = i; }
 };
 
-/// Moves the state to `to`.
-/// @param next_imu  the INS sample that covers `to`, i.e. the first with stamp >= to; null: silent,
-///                  the second process model is used
-/// A zero-velocity record is added when the vehicle is found to stand.
+/// Predicts the state to `to`, and adds a zero-velocity record if standstill is detected.
+/// @param next_imu  the INS sample that covers `to`, i.e. the first with stamp >= to; null: the INS
+///   is silent, and the second process model is used
 void advance(const Model& model, Stamp to, const ImuSample* next_imu, FilterState* state,
              Innovations* records);
 
-/// Fuses a measurement at state->belief.x.stamp; `records` says how it went.
+/// Fuses a measurement at state->belief.x.stamp; `records` receives the results.
 void apply(const Model& model, const Measurement& measurement, FilterState* state,
            Innovations* records);
 
-/// Counts a reset when the world pose has moved from `before` by more than a step's bounds.
+/// Counts a reset if the world pose has moved from `before` by more than the limits of a step.
 void count_reset(const ModeParams& params, const Pose& before, FilterState* state);
 
 }  // namespace rcs::wm

@@ -15,7 +15,7 @@ double difference(const FilterState& less, const FilterState& more, double floor
 }
 
 double heading_difference(const FilterState& less, const FilterState& more) {
-  constexpr double kFloor = 2e-3;  // [rad], of what the models do not know
+  constexpr double kFloor = 2e-3;  // [rad], for errors that are not modelled
   const double d =
       wrap_angle(yaw_of(less.belief.x.T_world_vehicle.q) - yaw_of(more.belief.x.T_world_vehicle.q));
   constexpr int kYaw = kAttitude + 2;

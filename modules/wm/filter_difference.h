@@ -1,5 +1,5 @@
 #pragma once
-// How far two filters, or a filter and a fix, are apart in units of what they know.
+// Normalized difference of two filters, or of a filter and a fix.
 
 #include "modules/wm/filter.h"
 
@@ -10,22 +10,23 @@ inline Mat<2, 2> horizontal(const FilterState& s) {
   return s.belief.P.block<2, 2>(kPosition, kPosition);
 }
 
-/// Squared difference of two filters in units of its variance (Hausman 1978: what the one knows
-/// more than the other is the variance of their difference).
-/// @param floor_m  sigma of what the models do not know
+/// Squared position difference of two filters, normalized by its covariance, which is the
+/// difference of their covariances (Hausman 1978).
+/// @param less  the filter with less information; @param more  the one with more
+/// @param floor_m  standard deviation of errors that are not modelled
 [[nodiscard]] double difference(const FilterState& less, const FilterState& more, double floor_m);
 
-/// The same of the heading, which a turned map takes along long before the place.
+/// The same of the heading. A rotated map changes the heading long before the position.
 [[nodiscard]] double heading_difference(const FilterState& less, const FilterState& more);
 
-/// Of a fix, normalized innovations squared.
+/// Normalized innovations squared of a fix.
 struct Nis {
-  double horizontal = 0.0;  ///< two dof
-  double vertical = 0.0;    ///< one
-  double sigma_m = 0.0;     ///< horizontal, the larger axis of the innovation
+  double horizontal = 0.0;  ///< 2 dof
+  double vertical = 0.0;    ///< 1 dof
+  double sigma_m = 0.0;     ///< horizontal standard deviation of the innovation, larger axis
 };
 
-/// @param floor_m  sigma of what the model does not know
+/// @param floor_m  standard deviation of errors that are not modelled
 [[nodiscard]] Nis nis(const FilterState& s, const GpsFix& z, const GpsParams& params,
                       double floor_m);
 

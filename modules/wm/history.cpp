@@ -38,7 +38,7 @@ Reason History::insert(const Measurement& m) {
   for (std::size_t i = count_; i > place; --i) entry(i) = entry(i - 1);
   entry(place) = {m, false};
   ++count_;
-  // Measurements between the previous INS sample and a new one were moved to by a later sample.
+  // Measurements between the previous INS sample and the new one were reached by a later sample.
   if (m.imu() != nullptr) {
     while (place > 0 && entry(place - 1).measurement.imu() == nullptr) --place;
   }
@@ -53,8 +53,8 @@ const ImuSample* History::next_imu(std::size_t i) const {
   return nullptr;
 }
 
-// One clock that runs ahead must not take the belief along: another source must say, too, that it
-// is later than the INS says.
+// A single clock ahead of the INS must not advance the filter (ADR 19): a second source must
+// confirm that the INS is silent.
 bool History::ins_is_silent(Stamp ins) const {
   std::size_t kinds = 0;
   std::size_t first_kind = 0;

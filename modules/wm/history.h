@@ -1,6 +1,6 @@
 #pragma once
-// The newest second of inputs, with the belief after each: late data is put where it belongs and
-// everything after it is fused again, so that the order of arrival does not matter.
+// The inputs of the newest second, with the state after each: late data is inserted at its own time
+// and all later inputs are fused again, so that the order of arrival does not matter.
 
 #include <optional>
 #include <vector>
@@ -13,24 +13,23 @@ class History {
  public:
   explicit History(const Model& model);
 
-  /// Forgets all inputs and goes on from `state`.
+  /// Discards all inputs and continues from `state`.
   void restart(const FilterState& state);
 
-  /// Puts an input in its place; fuse() takes it in.
-  /// @return kAccepted: stored. kLate: before the oldest that is kept. kRepeated: this kind of
-  /// input
-  ///         was here for this stamp. kInvalid: so far ahead that its clock is doubted.
+  /// Inserts an input at its time; fuse() fuses it.
+  /// @return kAccepted: stored. kLate: older than the oldest that is kept. kRepeated: an input of
+  ///   this kind exists for this stamp. kInvalid: so far ahead that its clock is suspect.
   Reason insert(const Measurement& measurement);
 
-  /// Brings the belief up to date. A measurement ahead of the INS waits until the INS gets there,
-  /// or has been silent for its timeout by the stamps of two other sources.
+  /// Updates the belief. A measurement ahead of the INS waits until the INS reaches its stamp, or
+  /// until the stamps of two other sources show that the INS is silent.
   /// @param out  one record for each measurement that was fused for the first time
   void fuse(std::vector<Innovation>* out);
 
-  /// Parts with what is older than the lag: nothing can come before it any more. Calls
-  /// judge(measurement, next_imu, state after it) once for each input, in order of their stamps; if
-  /// it answers with a state, that one is gone on from, and fuse() repeats all since.
-  /// @return true when it did so: call fuse(), then this again
+  /// Drops the inputs older than the lag, which no later input can precede. Calls
+  /// judge(measurement, next_imu, state after it) once for each, in order of their stamps; if that
+  /// returns a state, it replaces the old one, and fuse() repeats all later inputs.
+  /// @return true if a state was replaced: call fuse(), then finish() again
   template <class F>
   bool finish(F&& judge) {
     const Stamp keep = head().belief.x.stamp - model_.params.history.lag;
@@ -50,7 +49,8 @@ class History {
   /// The newest stored state at or before `stamp`; the oldest kept when there is none.
   [[nodiscard]] const FilterState& at(Stamp stamp) const;
 
-  /// Changes the oldest state that is kept; fuse() then repeats all since with the changed model.
+  /// Changes the oldest state that is kept; fuse() then repeats all later inputs with the changed
+  /// model.
   template <class F>
   void amend(const Earth& earth, F&& change) {
     model_.earth = earth;

@@ -6,7 +6,7 @@ namespace rcs::wm {
 namespace {
 
 constexpr Duration kShortest = from_milliseconds(200.0);
-constexpr Duration kUnknownPeriod = from_seconds(1.0);  // of an input that came once
+constexpr Duration kUnknownPeriod = from_seconds(1.0);  // of an input that was received once
 
 }  // namespace
 
@@ -14,7 +14,7 @@ void InputWatch::add(Input input, Stamp stamp, Stamp arrival) {
   Arrivals& a = arrivals_[static_cast<std::size_t>(input)];
   if (a.stamp != Stamp::min() && stamp > a.stamp) {
     const Duration interval = stamp - a.stamp;
-    // A gap must not pass for a period.
+    // A gap must not be mistaken for a period.
     a.period = a.period == Duration::zero()
                    ? std::min(interval, kUnknownPeriod)
                    : a.period + (std::min(interval, 2 * a.period) - a.period) / 8;
@@ -47,7 +47,7 @@ Duration InputWatch::all_silent_for(Stamp now) const {
   Stamp newest = Stamp::min();
   for (const Arrivals& a : arrivals_) newest = std::max(newest, a.arrival);
   if (newest == Stamp::min()) return Duration(-1);
-  // Of the sources that were there until then the fastest is missed first.
+  // The fastest of the sources that were active until then is missed first.
   Duration shortest = Duration::max();
   for (std::size_t i = 0; i < kInputs; ++i) {
     const auto input = static_cast<Input>(i);

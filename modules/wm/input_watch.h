@@ -1,5 +1,5 @@
 #pragma once
-// Detects silent inputs by the node time of their arrivals. When all sensors are silent the sensor
+// Detects silent inputs by the node time of their arrivals. When all sensors are silent, the sensor
 // time of the belief stands still, so that no age in sensor time grows.
 
 #include <array>
@@ -15,18 +15,17 @@ class InputWatch {
  public:
   /// An input that was accepted: new in sensor time, and plausible.
   void add(Input input, Stamp stamp, Stamp arrival);
-  /// Likewise, if its stamp is newer than that of the newest, or far from it: its clock has
-  /// stepped.
+  /// The same, if its stamp is newer than the newest, or so far from it that the clock has stepped.
   void add_newer(Input input, Stamp stamp, Stamp arrival);
 
-  /// Time since its newest arrival; negative: it has never arrived.
+  /// Time since the newest arrival of the input; negative: it has never arrived.
   [[nodiscard]] Duration silence(Input input, Stamp now) const;
   /// Longest silence that is not reported: three periods, at least 200 ms.
   [[nodiscard]] Duration limit(Input input) const;
-  /// It has arrived before, and its silence exceeds the limit.
+  /// The input has arrived before, and its silence exceeds the limit.
   [[nodiscard]] bool silent(Input input, Stamp now) const;
-  /// By how much the silence of all inputs exceeds the limit of the fastest of them; zero or less:
-  /// some input is received.
+  /// Excess of the silence of all inputs over the limit of the fastest of them; zero or less: some
+  /// input is received.
   [[nodiscard]] Duration all_silent_for(Stamp now) const;
 
  private:

@@ -9,14 +9,14 @@
 namespace rcs::wm {
 namespace {
 
-// Quantiles of 99.9 %: of the length of a two-dimensional Gaussian vector, and of one coordinate.
+// 99.9 % quantiles: of the norm of a two-dimensional Gaussian vector, and of one coordinate.
 constexpr double kHorizontal = 3.717;
 constexpr double kVertical = 3.291;
 constexpr double kFarthest_s = 600.0;
 
 double square(double v) { return v * v; }
 
-/// Growth of the horizontal variance while no fix comes.
+/// Growth of the horizontal variance without fixes.
 class Growth {
  public:
   Growth(const FilterState& s, const WmParams& params, bool ladar)
@@ -55,7 +55,7 @@ class Growth {
   ProcessNoise ins_;
   DriveNoise drive_;
   bool ladar_, inertial_;
-  double map_m2_, map_rad2_;  // for each metre
+  double map_m2_, map_rad2_;  // per metre driven
   double speed_mps_, variance_, velocity_, heading_, gyro_, accel_;
 };
 
@@ -75,8 +75,8 @@ Integrity integrity(const FilterState& state, const Trust& trust, Duration silen
   const double sigma_h = growth.sigma_m(0.0);
   const double sigma_v = std::sqrt(state.belief.P(kPosition + 2, kPosition + 2));
   const bool by_gps = gps == Trusted::kFully || gps == Trusted::kProbation;
-  // Until the watch has settled (no heading yet, say) a receiver that lies from the start is
-  // believed: the bound is what the mission can bear.
+  // Before the sub-filter tests are effective (no heading yet, say) a faulty receiver is accepted
+  // from the start: the share of the minimum detectable error is capped below the alert limit.
   const double unseen_m =
       by_gps ? std::min(trust.detectable_m(), 0.8 * limits.limit_horizontal_m) : 0.0;
   const double rival_m =
@@ -87,7 +87,7 @@ Integrity integrity(const FilterState& state, const Trust& trust, Duration silen
     out.protection_vertical_m = kVertical * sigma_v;
   }
 
-  // Before the first datum nothing is claimed in frame world, and nothing is missing there.
+  // Before the first datum there is no claim in frame world, and no alert about it.
   const bool in_world = anchored || state.memory.world_resets > 0;
   if (in_world && out.protection_horizontal_m > limits.limit_horizontal_m) {
     out.alerts |= kAlertHorizontal;

@@ -1,5 +1,5 @@
 #pragma once
-// How far the position may be off, and for how long it will do.
+// Protection levels, alerts, and the predicted growth of the position error.
 
 #include <limits>
 
@@ -7,7 +7,7 @@
 
 namespace rcs::wm {
 
-/// Bits; the values are integrity_t's.
+/// Bits; the values are those of integrity_t.
 enum Alert : int {
   kAlertHorizontal = 1,
   kAlertVertical = 2,
@@ -16,24 +16,26 @@ enum Alert : int {
   kAlertInput = 16
 };
 
-/// The values are integrity_t's.
+/// The values are those of integrity_t.
 enum class Validity : int { kNone = 0, kLocal = 1, kWorld = 2 };
 
 struct Integrity {
   Validity validity = Validity::kNone;
-  /// The error is smaller but for one moment in a thousand: what the covariance says, and beyond it
-  /// how far fixes could have led the belief unseen, and what refused fixes would have it be.
-  /// Infinite unless `validity` is kWorld.
+  /// The error exceeds the level at 1 moment in 1000 at most, if the covariance is consistent and
+  /// no fault is undetected. The horizontal level also contains the minimum detectable error of
+  /// GPS, up to 0.8 of the alert limit, and the distance of an alternative hypothesis; an
+  /// undetected GPS fault can exceed it. Infinite unless `validity` is kWorld.
   double protection_horizontal_m = std::numeric_limits<double>::infinity();
   double protection_vertical_m = std::numeric_limits<double>::infinity();
   int alerts = 0;
-  double sigma_in_60s_m = 0.0;  ///< horizontal, if no fix comes
-  double alert_in_s = -1.0;     ///< until a limit is passed, if no fix comes; -1: not in 10 minutes
+  double sigma_in_60s_m = 0.0;  ///< horizontal, if no fix is received
+  double alert_in_s =
+      -1.0;  ///< until a limit is exceeded, if no fix is received; -1: not in 10 minutes
 };
 
-/// @param state  the newest; @param trust  what is believed of its sources
-/// @param silent_for  by how much the silence of all inputs exceeds its limit; not above zero: some
-///   input is received
+/// @param state  the newest; @param trust  status and tests of its sources
+/// @param silent_for  excess of the silence of all inputs over its limit; zero or less: some input
+///   is received
 [[nodiscard]] Integrity integrity(const FilterState& state, const Trust& trust, Duration silent_for,
                                   const WmParams& params);
 

@@ -1,5 +1,5 @@
 #pragma once
-// The measurement update, for every source alike.
+// The measurement update, common to all sources.
 
 #include <Eigen/Cholesky>
 #include <limits>
@@ -8,22 +8,22 @@
 
 namespace rcs::wm {
 
-/// Why a measurement was or was not fused; the values are innovation_t's.
+/// Why a measurement was or was not fused; the values are those of innovation_t.
 enum class Reason : int {
   kAccepted = 0,
-  kGate = 1,        ///< too unlikely
+  kGate = 1,        ///< NIS above the gate
   kInvalid = 2,     ///< not finite, implausible, or a stamp far in the future
   kLate = 3,        ///< older than the history
-  kRepeated = 4,    ///< the same stamp again, or the same piece of map
-  kNoDatum = 5,     ///< absolute, but the world is not anchored yet
-  kEpoch = 6,       ///< of a map epoch that is not the current one
+  kRepeated = 4,    ///< the same stamp again, or the same part of the map
+  kNoDatum = 5,     ///< absolute, but the world is not georeferenced yet
+  kEpoch = 6,       ///< not of the current map epoch
   kUnobserved = 7,  ///< no direction was observed
   kQuarantine = 8
 };
 
 /// One linearized measurement: r = measured - predicted ~ H * error + noise(R). Rows that are not
-/// observed have r = 0, H = 0 and a unit diagonal in R, so that they do nothing; `dof` counts the
-/// others.
+/// observed have r = 0, H = 0 and a unit diagonal in R, so that they have no effect; `dof` counts
+/// the others.
 template <int M>
 struct Residual {
   static constexpr int kRows = M;
@@ -35,14 +35,14 @@ struct Residual {
 
 template <int M>
 struct Fusion {
-  Belief belief;     ///< updated, or the given one when refused
-  double nis = 0.0;  ///< normalized innovation squared; chi-square with `dof` when all is well
-  Vec<M> sigma = Vec<M>::Zero();  ///< of the innovation, predicted
+  Belief belief;     ///< updated, or the given one when rejected
+  double nis = 0.0;  ///< normalized innovation squared; chi-square with `dof` if the models hold
+  Vec<M> sigma = Vec<M>::Zero();  ///< predicted standard deviation of the innovation
   Reason reason = Reason::kInvalid;
 };
 
-/// Moves the state by `d` and the covariance into the tangent space of where it arrives
-/// (Sola 2017, section 6.3: the error is reset).
+/// Moves the state by `d` and the covariance into the tangent space of the new state (reset of the
+/// error, Sola 2017, section 6.3).
 inline void inject(const ErrorState& d, Belief* b) {
   b->x = boxplus(b->x, d);
   const Mat3 J = right_jacobian_so3(d.segment<3>(kAttitude));
@@ -56,8 +56,8 @@ inline void inject(const ErrorState& d, Belief* b) {
   b->P.middleCols<6>(kRolling) = (b->P.middleCols<6>(kRolling) * K.transpose()).eval();
 }
 
-/// Kalman update in Joseph's form.
-/// @param gate  on the NIS; measurements beyond it are refused (kGate) and change nothing
+/// Kalman update in Joseph form.
+/// @param gate  on the NIS; a measurement above it is rejected (kGate) and changes nothing
 template <int M>
 [[nodiscard]] Fusion<M> update(const Belief& b, const Residual<M>& z, double gate) {
   Fusion<M> out{b, 0.0, Vec<M>::Zero(), Reason::kInvalid};
@@ -91,17 +91,18 @@ template <int M>
   return out;
 }
 
-/// Attitude that an update has changed [rad].
+/// Attitude change by an update [rad].
 inline double turn_of(const Belief& before, const Belief& after) {
   return log_so3(before.x.T_world_vehicle.q.conjugate() * after.x.T_world_vehicle.q).norm();
 }
 
 /// Iterated update (Bell and Cathey 1993) for an attitude known to tens of degrees, where one
-/// linearized step of any measurement may end anywhere: linearizes again where the last step
-/// arrived. A small first step is final. The gate is on the NIS of the first linearization.
+/// linearized step can end anywhere: linearizes again at the result of the last step. A small first
+/// step is final. The gate applies to the NIS of the first linearization.
 /// @param residual_at  NavState -> Residual<M>
-/// @param max_turn_rad  a measurement that turns the attitude by more has its covariance inflated
-///   until it does not: one that measures no attitude has no more to contribute at once
+/// @param max_turn_rad  the covariance of a measurement that rotates the attitude by more is
+///   inflated until it does not: a measurement that does not observe the attitude contributes no
+///   more at once
 template <int M, class F>
 [[nodiscard]] Fusion<M> update_iterated(const Belief& b, const F& residual_at, double gate,
                                         double max_turn_rad) {
@@ -141,7 +142,7 @@ template <int M, class F>
   return out;
 }
 
-/// Chi-square quantile by Wilson and Hilferty's cube root: at 1e-4 up to 7 % too wide (dof 1).
+/// Chi-square quantile by the cube root of Wilson and Hilferty: at 1e-4 up to 7 % too wide (dof 1).
 /// @param false_alarm  upper tail, (0, 0.5)
 [[nodiscard]] double chi_square_gate(int dof, double false_alarm);
 

@@ -1,4 +1,4 @@
-// apply(): every source's gate, and the way back for one that was refused but right.
+// apply(): the gate of each source, and the readmission of measurements rejected by mistake.
 #include "modules/wm/measurement_fusion.h"
 
 #include <algorithm>
@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kNoGate = std::numeric_limits<double>::infinity();
 
-/// One measurement on its way into the state.
+/// Fuses one measurement into the state.
 class Fuser {
  public:
   Fuser(const Model& model, FilterState* state, Innovations* records)
@@ -54,8 +54,8 @@ void Fuser::note(const Innovation& i) {
   records_.add(i);
 }
 
-/// Registrations measure the attitude. What the others contribute to it rests on the correlations
-/// of a linearized motion.
+/// Registrations measure the attitude. Other sources change it only through the correlations of a
+/// linearized motion.
 double max_turn_rad(Source source) {
   const bool measures_attitude = source == Source::kRolling || source == Source::kPriorMap;
   return measures_attitude ? std::numeric_limits<double>::infinity() : 0.15;
@@ -81,7 +81,7 @@ Reason Fuser::fuse(Source source, const F& residual_at) {
   return f.reason;
 }
 
-/// Records what a measurement that is not believed now would have said.
+/// Records the innovation of a measurement of a quarantined source.
 void Fuser::look_at(Source source, const Residual<3>& z) {
   const Fusion<3> f = update(s_.belief, z, kNoGate);
   Innovation i{stamp(), source, Reason::kQuarantine, z.dof, f.nis, model_.gates[3]};
@@ -90,8 +90,8 @@ void Fuser::look_at(Source source, const Residual<3>& z) {
   note(i);
 }
 
-/// A match moves the local pose as it moves the vehicle in its map. What moves vehicle and map
-/// together (GPS, the a priori map) does not.
+/// A match moves the local pose as it moves the vehicle in its map. Corrections that move vehicle
+/// and map together (GPS, the a priori map) do not.
 void Fuser::correct_local(Source source, const NavState& before) {
   if (before.map_epoch < 0) return;
   Memory& m = s_.memory;
@@ -102,7 +102,8 @@ void Fuser::correct_local(Source source, const NavState& before) {
   m.unmatched = Pose{};
 }
 
-/// Makes the map's frame anew at the vehicle. False when the scan does not fix all of the pose.
+/// Restarts the rolling-map frame at the vehicle. False if the scan does not observe the whole
+/// pose.
 bool Fuser::clone(const RollingMatch& z) {
   int unobserved = 0;
   const Mat6 covariance =
@@ -125,12 +126,12 @@ void Fuser::operator()(const RollingMatch& z) {
     note({stamp(), Source::kRolling, Reason::kAccepted});
     return;
   }
-  // Refused for long: SP follows its map steadily, so the belief of where that map lies is wrong.
+  // Rejected for long while SP tracks its map steadily: the estimated pose of that map is wrong.
   const bool refused_long =
       s_.memory.of(Source::kRolling).refused + 1 >= model_.params.rolling.refused_until_reset;
   if (z.map_epoch != s_.belief.x.map_epoch) {
-    // A newer epoch whose first message was lost, or SP has run before us; an older one is late
-    // data, unless it persists: then SP was restarted.
+    // The first message of a newer epoch was lost, or SP was started before WM. An older epoch is
+    // late data, unless it persists: then SP was restarted.
     const bool newer = z.map_epoch > s_.belief.x.map_epoch;
     if ((newer || refused_long) && clone(z)) return;
     refuse(Source::kRolling, Reason::kEpoch);
@@ -144,7 +145,7 @@ void Fuser::operator()(const RollingMatch& z) {
     return rolling_match(x, z, model_.params.rolling.match);
   };
   if (fuse(Source::kRolling, match) != Reason::kAccepted) return;
-  // The scan is in the map now, error and all, and what comes is matched to it.
+  // The scan with its error is part of the map now, to which later scans are matched.
   const RollingParams& rolling = model_.params.rolling;
   const Mat6 inherited = rolling.inherited * observed_covariance(z.information, rolling.match);
   s_.memory.inherited_m2 = inherited.diagonal().head<2>().maxCoeff();
@@ -152,7 +153,7 @@ void Fuser::operator()(const RollingMatch& z) {
   s_.belief = move_map(s_.belief, std::clamp(way_m, 0.0, 1.0) * inherited);
 }
 
-/// Another survey errs in another way.
+/// Another survey has another bias.
 void Fuser::follow_map(const MapBias& said) {
   const MapBias bias = believed_bias(said, model_.params);
   if (bias == s_.memory.map_bias) return;
@@ -160,11 +161,11 @@ void Fuser::follow_map(const MapBias& said) {
   renew_map_offset(bias.sigma_m, &s_.belief);
 }
 
-/// How far its tile is to be believed, by how well the matches before and this one agreed with the
-/// rest. A tile that is old or coarser than it says loses weight, one that is wrong all of it; by
-/// agreeing it has it back. A belief that hardly knows its place says nothing of a tile.
+/// Weights a tile by how well its matches have agreed with the other sources. A tile that is
+/// outdated or less accurate than stated loses weight, a wrong one is excluded; agreement restores
+/// it. A match contributes in proportion to what the filter knows without it.
 const TileTrust& Fuser::watch_tile(const PriorMatch& z, const Residual<6>& alone, double* nis) {
-  constexpr double kMost = 25.0;  // one match that is far out is not the end of a tile
+  constexpr double kMax = 25.0;  // limits the effect of one outlier on a tile
   constexpr double kDoubted = 3.0;
   constexpr double kBelievedAgain = 1.5;
   Memory& m = s_.memory;
@@ -175,7 +176,7 @@ const TileTrust& Fuser::watch_tile(const PriorMatch& z, const Residual<6>& alone
   auto tile = std::find_if(m.tiles.begin(), m.tiles.end(),
                            [&z](const TileTrust& t) { return t.known && t.tile_id == z.tile_id; });
   if (tile == m.tiles.end()) {
-    // A survey that is wrong here is likely to be wrong next to it.
+    // A survey that is wrong here is probably wrong in the adjacent tile.
     TileTrust fresh = newest;
     fresh.tile_id = z.tile_id;
     fresh.known = true;
@@ -190,8 +191,8 @@ const TileTrust& Fuser::watch_tile(const PriorMatch& z, const Residual<6>& alone
   const double tells = (llt.solve(by_map).trace() - (6 - dof)) / dof;
   *nis = alone.r.dot(llt.solve(alone.r));
   const double way_m = newest.known ? m.distance_m - newest.distance_m : 0.0;
-  const double share = std::clamp(tells * way_m / model_.params.prior.trust_m, 0.0, 1.0);
-  if (std::isfinite(*nis)) tile->excess += share * (std::min(*nis / dof, kMost) - tile->excess);
+  const double share = std::clamp(tells * way_m / model_.params.prior.nis_window_m, 0.0, 1.0);
+  if (std::isfinite(*nis)) tile->excess += share * (std::min(*nis / dof, kMax) - tile->excess);
   tile->distance_m = m.distance_m;
   tile->doubted = tile->excess > (tile->doubted ? kBelievedAgain : kDoubted);
   m.tile_doubted = tile->doubted;
@@ -208,22 +209,22 @@ void Fuser::operator()(const PriorMatch& z) {
     refuse(Source::kPriorMap, Reason::kQuarantine);
     return;
   }
-  // A map that is turned would be believed by a belief that hardly knows north.
+  // With an uncertain heading a rotated map would be accepted.
   const double heading = s_.belief.P(kAttitude + 2, kAttitude + 2);
   const double most = model_.params.prior.heading_sigma_rad;
   if (m.of(Source::kPriorMap).accepted == Stamp::min() && heading > most * most) {
     refuse(Source::kPriorMap, Reason::kQuarantine);
     return;
   }
-  // Scans taken close together are matched to the same cells and share the map's errors: only the
-  // distance driven since the last one brings new information, and standing still brings none.
-  constexpr double kLeast = 0.02;
+  // Scans taken close together are matched to the same cells and share the errors of the map: new
+  // information comes with the distance driven only, and none at standstill.
+  constexpr double kMin = 0.02;
   const SourceRecord& last = m.of(Source::kPriorMap);
   const double weight =
       last.accepted == Stamp::min()
           ? 1.0
           : std::min(1.0, (m.distance_m - last.distance_m) / model_.params.prior.correlation_m);
-  if (weight < kLeast) {
+  if (weight < kMin) {
     refuse(Source::kPriorMap, Reason::kRepeated);
     return;
   }
@@ -236,7 +237,7 @@ void Fuser::operator()(const PriorMatch& z) {
     refuse(Source::kPriorMap, Reason::kQuarantine);
     return;
   }
-  // One that the gate refuses alone is not let pass for its weight.
+  // A match that fails the gate at full weight is not accepted for its small weight.
   const bool refused = nis > model_.gates[static_cast<std::size_t>(alone.dof)];
   const double share = refused ? 1.0 : weight / std::max(1.0, tile.excess);
   fuse(Source::kPriorMap, [&](const NavState& x) { return prior_match(x, z, params, share); });
@@ -249,7 +250,7 @@ void Fuser::operator()(const GpsFix& z) {
     return;
   }
   const TrustParams& trust = model_.params.trust;
-  // After a long silence neither the fixes nor the belief can be taken at their own word.
+  // After a long silence neither the fixes nor the belief are reliable.
   if (m.fix_heard != Stamp::min() && stamp() - m.fix_heard > trust.silence) m.withheld.gps = true;
   m.fix_heard = stamp();
   const GpsParams& params = model_.params.gps;
@@ -259,7 +260,7 @@ void Fuser::operator()(const GpsFix& z) {
   GpsFix fix = z;
   fix.slow_m = m.gps_scale.unit_m;
   const Residual<3> position = gps_position(s_.belief.x, fix, params);
-  // What is not believed does not change what is thought of the receiver's error either.
+  // A rejected fix does not change the model of the receiver's error either.
   const auto forget_claim = [&] {
     s_.belief = before;
     m.gps_scale = scale;
@@ -281,11 +282,12 @@ void Fuser::operator()(const GpsFix& z) {
   fuse(Source::kGpsVelocity, [&](const NavState& x) { return gps_velocity(x, z, params, accel); });
 }
 
-/// The receiver's slow error is a state in units of what it claims: another geometry of the
-/// satellites scales both. Not so another solution, whose claim is another by much: an error seen
-/// at two scales (a float solution that becomes fixed) would tell the place to centimetres. When
-/// the claim grows so, the error goes on in metres; when it sinks so, the error is another one, and
-/// that it is a small one is believed when the claim stays down.
+/// The time-correlated GPS error is a state in units of the reported sigma: another satellite
+/// geometry scales both. A change of the solution, which changes the reported sigma by a large
+/// factor, does not scale the error: an error seen at two scales (a float solution that becomes
+/// fixed) would determine the position to centimetres. When the reported sigma grows by that
+/// factor, the error continues in metres; when it falls, the error is renewed, and the smaller unit
+/// is used once the reported sigma stays small.
 void Fuser::follow_claim(const Vec3& sigma_m) {
   constexpr double kMuch = 3.0;
   constexpr Duration kStays = from_seconds(5.0);
@@ -294,7 +296,7 @@ void Fuser::follow_claim(const Vec3& sigma_m) {
   const double ratio = sigma_m.norm() / g.unit_m.norm();
   if (ratio < 1.0 / kMuch && g.finer_since == Stamp::max()) {
     g.finer_since = stamp();
-    if (g.renewed != Stamp::min() && stamp() - g.renewed < kStays) return;  // it flaps
+    if (g.renewed != Stamp::min() && stamp() - g.renewed < kStays) return;  // it alternates
     g.renewed = stamp();
     renew_gps_offset(sigma_m.cwiseQuotient(g.unit_m).cwiseMin(1.0), &s_.belief);
     return;
@@ -308,7 +310,7 @@ void Fuser::follow_claim(const Vec3& sigma_m) {
   g.unit_m = sigma_m;
 }
 
-/// The height may be wrong alone (another geoid, another datum): the place is then fused without.
+/// The height alone may be wrong (another geoid or datum): the position is then fused without it.
 Reason Fuser::fuse_place(const GpsFix& fix) {
   const auto position = [&](const NavState& x) { return gps_position(x, fix, model_.params.gps); };
   if (update(s_.belief, position(s_.belief.x), model_.gates[3]).reason != Reason::kGate) {
@@ -333,22 +335,22 @@ void Fuser::operator()(const OdometrySample& z) {
 
 void Fuser::operator()(const ImuSample&) { constrain(); }
 
-/// A vehicle on wheels or tracks moves along itself, whether or not its wheels are counted. On its
-/// springs it sways: samples that follow one another closely err together.
+/// Non-holonomic constraint: a vehicle on wheels or tracks moves along its own axis, with or
+/// without odometry. It sways on its suspension, so consecutive samples are correlated.
 void Fuser::constrain() {
   constexpr Duration kEvery = from_milliseconds(500.0);
   Memory& m = s_.memory;
   const OdometryParams& params = model_.params.odometry;
   if (!params.constrained || m.withheld.odometry) return;
   if (m.constrained > stamp() - kEvery) return;
-  if (m.constrained < stamp() - 2 * kEvery) m.astray = {};  // nobody looked in between
+  if (m.constrained < stamp() - 2 * kEvery) m.astray = {};  // not tested in between
   m.constrained = stamp();
   const double shaking_mps2 = std::sqrt(m.stillness.variance_force);
   const auto constraint = [&](const NavState& x) { return non_holonomic(x, params, shaking_mps2); };
   const Residual<2> z = constraint(s_.belief.x);
-  // A slide ends, and a body that pitches and rolls over steep ground comes back: what goes on
-  // alike for so many times is the belief. Sideways and up for themselves: over the same ground a
-  // belief that drives sideways is refused upwards now so, now so.
+  // A slide ends, and a body that pitches and rolls on steep ground returns: a residual that
+  // persists for so many times is an error of the filter. Axis by axis: on the same ground a filter
+  // that diverges sideways is rejected vertically with varying residuals.
   constexpr int kNoSlide = 4;
   constexpr double kAlike = 0.5;
   const auto alike = [](double mps, const Astray& before) {
@@ -383,7 +385,7 @@ void Fuser::constrain() {
   const Mat<2, 2> S = z.R + z.H * s_.belief.P * z.H.transpose();
   axis = 0;
   for (Astray& astray : m.astray) {
-    constexpr double kOff = 4.0;  // the axes are refused together: which is it?
+    constexpr double kOff = 4.0;  // the axes are rejected together: which one is it?
     const double off_mps = z.r[axis];
     const bool off = off_mps * off_mps > kOff * S(axis, axis);
     const int before = alike(off_mps, astray) ? astray.times : 0;

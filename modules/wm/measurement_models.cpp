@@ -24,7 +24,7 @@ Mat6 left_jacobian_inverse_se3(const Vec6& xi) {
   return Mat6::Identity() - 0.5 * ad + (1.0 / 12.0) * ad * ad;
 }
 
-/// What the sums over residuals do not know: floors, clock, mount.
+/// Errors that the information of a scan does not contain: floors, clock, LADAR mount.
 Mat6 systematic_covariance(const NavState& x, const RegistrationParams& params) {
   const Vec3 v_vehicle = x.T_world_vehicle.q.conjugate() * x.v_world;
   const double t2 = params.sigma_time_s * params.sigma_time_s;
@@ -36,8 +36,8 @@ Mat6 systematic_covariance(const NavState& x, const RegistrationParams& params) 
   return C;
 }
 
-/// Eigenvectors of the information, angles weighed as metres at arm's length: u_i^T W e has the
-/// variance 1 / lambda_i, independently of the others.
+/// Eigenvectors of the information, with angles scaled to metres by the lever arm: u_i^T W e has
+/// the variance 1 / lambda_i, independently of the others.
 struct Directions {
   Mat6 A;       ///< rows: u_i^T W
   Vec6 lambda;  ///< information [1/m^2], ascending
@@ -56,7 +56,7 @@ Eigen::Array<bool, 6, 1> observed(const Directions& d, const RegistrationParams&
   return d.lambda.array() > 1.0 / (params.observed_sigma_m * params.observed_sigma_m);
 }
 
-/// Of the perturbation whose components along the directions have these variances.
+/// Covariance of the perturbation whose components along the directions have these variances.
 Mat6 covariance(const Directions& d, const Vec6& variance, double arm_m) {
   // A = U^T W with U orthogonal, so A^-1 = W^-1 U = W^-2 A^T.
   Vec6 w_inverse2;
@@ -117,8 +117,7 @@ Residual<3> without_height(const Residual<3>& z) {
 }
 
 std::optional<Vec3> worth(const Vec3& claimed_sigma_m, const GpsQuality& quality) {
-  // What a satellite's range is good to in each kind of solution, at its best [m]; typical of
-  // receivers' data sheets.
+  // Best range accuracy of each kind of solution [m]; typical of data sheets of receivers.
   constexpr double kRange_m[] = {0.5, 0.25, 0.05, 0.005};
   constexpr int kFewest = 4;
   constexpr double kUsualHdop = 1.0;
@@ -154,7 +153,7 @@ Residual<6> rolling_match(const NavState& x, const RollingMatch& z,
 
 MapBias believed_bias(const MapBias& said, const WmParams& params) {
   if (!(said.sigma_m > 0.0)) return {params.drive.map_sigma_m, params.drive.map_length_m};
-  // It may be wrong by more than it says, but what changes along the way is as it says.
+  // Its bias may be larger than stated, but the bias changes along the path as stated.
   const double margin = params.prior.bias_margin;
   return {margin * said.sigma_m, margin * margin * std::max(1.0, said.length_m)};
 }
@@ -218,7 +217,7 @@ Residual<2> wheel_speed(const NavState& x, const OdometrySample& z, const Odomet
 Residual<2> non_holonomic(const NavState& x, const OdometryParams& params, double shaking_mps2) {
   const Mat3 R_vehicle_world = x.T_world_vehicle.rotation().transpose();
   const Vec3 v_vehicle = R_vehicle_world * x.v_world;
-  Mat<2, 3> across;  // what of the velocity is neither along the vehicle nor slip
+  Mat<2, 3> across;  // the part of the velocity that is neither along the vehicle nor slip
   across << -params.side_slip * x.slip.y(), 1.0, 0.0,  //
       -params.side_slip * x.slip.z(), 0.0, 1.0;
   Residual<2> out;
@@ -252,7 +251,7 @@ Residual<3> zero_velocity(const NavState& x, const StillnessParams& params) {
 }
 
 double chi_square_gate(int dof, double false_alarm) {
-  // The normal quantile by Abramowitz and Stegun 26.2.23, |error| < 4.5e-4.
+  // Normal quantile by Abramowitz and Stegun 26.2.23, |error| < 4.5e-4.
   const double t = std::sqrt(-2.0 * std::log(false_alarm));
   const double u = t - (2.515517 + t * (0.802853 + t * 0.010328)) /
                            (1.0 + t * (1.432788 + t * (0.189269 + t * 0.001308)));

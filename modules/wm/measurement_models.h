@@ -1,5 +1,5 @@
 #pragma once
-// What each source says about the state: residuals with their Jacobians and noise.
+// Measurement models: residuals of each source with their Jacobians and noise.
 
 #include <cstdint>
 #include <optional>
@@ -14,27 +14,27 @@ namespace rcs::wm {
 struct GpsFix {
   Vec3 p_world = Vec3::Zero();
   Vec3 sigma_m = Vec3::Ones();  ///< as reported
-  Vec3 slow_m = Vec3::Zero();   ///< unit of gps_offset, if not sigma_m; 0: it is
+  Vec3 slow_m = Vec3::Zero();   ///< unit of gps_offset if it differs from sigma_m; 0: it does not
   bool has_velocity = false;
   Vec3 v_world = Vec3::Zero();  ///< of the antenna [m/s]
   Vec3 sigma_v_mps = Vec3::Ones();
 };
 
-/// What else a receiver says of its fix.
+/// Quality of a fix as reported by the receiver.
 struct GpsQuality {
   enum class Fix { kSingle, kDifferential, kFloat, kFixed };
   Fix fix = Fix::kSingle;
-  int satellites = 0;  ///< 0: it does not say
-  double hdop = 0.0;   ///< 0: it does not say
+  int satellites = 0;  ///< 0: not reported
+  double hdop = 0.0;   ///< 0: not reported
   double vdop = 0.0;
 };
 
-/// What a fix is worth: never better than its kind of solution and the geometry of its satellites
-/// allow, whatever the receiver claims.
-/// @return sigma_m; nothing when the fix is worth nothing (fewer than four satellites)
+/// Standard deviation of a fix: not smaller than its kind of solution and the geometry of its
+/// satellites allow, whatever the receiver reports.
+/// @return sigma_m; none if the fix is unusable (fewer than four satellites)
 [[nodiscard]] std::optional<Vec3> worth(const Vec3& claimed_sigma_m, const GpsQuality& quality);
 
-/// A scan matched to SP's rolling map.
+/// A scan registered to the rolling map of SP.
 struct RollingMatch {
   Pose T_rolling_vehicle;
   Mat6 information = Mat6::Zero();  ///< right perturbation (rho, phi); zero where unobserved
@@ -42,9 +42,9 @@ struct RollingMatch {
   bool seeded = false;  ///< the pose defines the frame of a new epoch
 };
 
-/// The a priori map's slow error: first-order Gauss-Markov in distance, the same in all axes.
+/// Bias of the a priori map: first-order Gauss-Markov in distance, equal in all axes.
 struct MapBias {
-  double sigma_m = 0.0;  ///< 0: the map does not say
+  double sigma_m = 0.0;  ///< 0: not stated by the map
   double length_m = 0.0;
 
   friend bool operator==(const MapBias& a, const MapBias& b) {
@@ -53,7 +53,7 @@ struct MapBias {
   friend bool operator!=(const MapBias& a, const MapBias& b) { return !(a == b); }
 };
 
-/// A scan matched to the a priori map.
+/// A scan registered to the a priori map.
 struct PriorMatch {
   Pose T_world_vehicle;
   Mat6 information = Mat6::Zero();
@@ -61,8 +61,8 @@ struct PriorMatch {
   MapBias bias;
 };
 
-/// A survey's slow error as it is believed: more than it says, or the configuration's where it does
-/// not say.
+/// Modelled bias of a survey: its stated systematic error, inflated, or that of the configuration
+/// if none is stated.
 [[nodiscard]] MapBias believed_bias(const MapBias& said, const WmParams& params);
 
 /// Wheel speed; the yaw rate is NaN when the source has none.
@@ -73,14 +73,14 @@ struct OdometrySample {
   double sigma_yaw_rate_radps = 1.0;
 };
 
-/// Position of the antenna. A part of the error is white, the rest is gps_offset.
+/// Position of the antenna. A part of the error is white, the rest is the state gps_offset.
 [[nodiscard]] Residual<3> gps_position(const NavState& x, const GpsFix& z, const GpsParams& params);
 
 /// The same without its height.
 [[nodiscard]] Residual<3> without_height(const Residual<3>& z);
 
 /// Velocity of the antenna. Needs z.has_velocity.
-/// @param accel_world  [m/s^2], for what the receiver's clock makes of it
+/// @param accel_world  [m/s^2], for the effect of the clock error of the receiver
 [[nodiscard]] Residual<3> gps_velocity(const NavState& x, const GpsFix& z, const GpsParams& params,
                                        const Vec3& accel_world);
 
@@ -88,34 +88,35 @@ struct OdometrySample {
 [[nodiscard]] Residual<6> rolling_match(const NavState& x, const RollingMatch& z,
                                         const RegistrationParams& params);
 
-/// Pose in the a priori map, which lies map_offset off.
+/// Pose in the a priori map, which is shifted by the prior-map bias.
 /// @param weight  share of the information that is new since the last match, (0, 1]
 [[nodiscard]] Residual<6> prior_match(const NavState& x, const PriorMatch& z,
                                       const PriorMapParams& params, double weight);
 
-/// Covariance of the scan's own error (right perturbation), along the directions that it observes.
+/// Covariance of the error of a scan alone (right perturbation), along its observed directions.
 [[nodiscard]] Mat6 observed_covariance(const Mat6& information, const RegistrationParams& params);
 
-/// Covariance of a registration's right perturbation; a large sigma along unobserved directions.
-/// `unobserved` tells how many there are.
+/// Covariance of the right perturbation of a registration, with a large sigma along unobserved
+/// directions. `unobserved` returns their number.
 [[nodiscard]] Mat6 registration_covariance(const NavState& x, const Mat6& information,
                                            const RegistrationParams& params, int* unobserved);
 
-/// Speed along vehicle x by the wheels, and the yaw rate where no INS gives it.
+/// Speed along vehicle x from the wheels, and the yaw rate if no INS is received.
 [[nodiscard]] Residual<2> wheel_speed(const NavState& x, const OdometrySample& z,
                                       const OdometryParams& params);
 
-/// Wheels neither jump nor skid much: velocity along vehicle y and z is near 0.
-/// @param shaking_mps2  standard deviation of the specific force: how much the ground makes it sway
+/// Non-holonomic constraint: the velocity along vehicle y and z is near 0.
+/// @param shaking_mps2  standard deviation of the specific force, for the sway of the body on rough
+///   ground
 [[nodiscard]] Residual<2> non_holonomic(const NavState& x, const OdometryParams& params,
                                         double shaking_mps2);
 
-/// Mean specific force [m/s^2, vehicle axes] while the vehicle does not accelerate: which way is
-/// up, together with the accelerometers' bias.
+/// Mean specific force [m/s^2, vehicle axes] while the vehicle does not accelerate: observes the
+/// vertical, together with the bias of the accelerometers.
 [[nodiscard]] Residual<3> level(const NavState& x, const Vec3& specific_force, double gravity,
                                 double sigma_mps2);
 
-/// The vehicle stands.
+/// The vehicle is at rest.
 [[nodiscard]] Residual<3> zero_velocity(const NavState& x, const StillnessParams& params);
 
 }  // namespace rcs::wm

@@ -1,28 +1,28 @@
 #pragma once
-// What WM believes: the nominal state on the manifold, and the covariance of its error.
+// The belief of WM: the nominal state on the manifold, and the covariance of its error.
 
 #include "rcs/base/pose.h"
 #include "rcs/base/stamp.h"
 
 namespace rcs::wm {
 
-/// First index of each block of the error state. Attitude and poses are perturbed on the right,
-/// everything else is additive.
+/// First index of each block of the error state. Attitude and poses have right perturbations, all
+/// other states are additive.
 enum Index : int {
   kPosition = 0,     ///< of p_world_vehicle [m], world axes
   kVelocity = 3,     ///< of v_world [m/s]
   kAttitude = 6,     ///< R_world_vehicle * exp(phi) [rad], vehicle axes
   kGyroBias = 9,     ///< [rad/s], vehicle axes
   kAccelBias = 12,   ///< [m/s^2], vehicle axes
-  kAheadGain = 15,   ///< [1], vehicle axes
-  kSideGain = 18,    ///< [1], vehicle axes
+  kAheadGain = 15,   ///< accelerometer cross-axis gain x [1], vehicle axes
+  kSideGain = 18,    ///< accelerometer cross-axis gain y [1], vehicle axes
   kRolling = 21,     ///< T_world_rolling * exp(rho, phi) [m, rad], rolling axes
-  kMapOffset = 27,   ///< [m], world axes
+  kMapOffset = 27,   ///< prior-map bias [m], world axes
   kWheelScale = 30,  ///< [1]
-  kGpsOffset = 31,   ///< [sigmas that the receiver reports], world axes
-  kRate = 34,        ///< of rate_vehicle [rad/s]; used only while no INS is there
-  kMount = 37,       ///< of the LADAR's mount [rad], vehicle axes
-  kSlip = 40,        ///< [sigmas], vehicle axes
+  kGpsOffset = 31,   ///< GPS bias [standard deviations that the receiver reports], world axes
+  kRate = 34,        ///< of rate_vehicle [rad/s]; used only without INS
+  kMount = 37,       ///< LADAR misalignment [rad], vehicle axes
+  kSlip = 40,        ///< [standard deviations], vehicle axes
   kClimbSlip = 43,   ///< [1]
   kSize = 44
 };
@@ -36,32 +36,32 @@ struct NavState {
   Vec3 v_world = Vec3::Zero();     ///< [m/s]
   Vec3 gyro_bias = Vec3::Zero();   ///< [rad/s]
   Vec3 accel_bias = Vec3::Zero();  ///< [m/s^2]
-  /// What a force along vehicle x adds to the accelerometers, for each unit of it: their axes are
-  /// crooked, and not square with the gyros'. A long slope of 10 deg looks like a vehicle that
-  /// rises by 2.6 mm/s^2 for 1.5e-3 of it: 1 m after half a minute. What gravity does along vehicle
-  /// z is a bias.
+  /// Accelerometer cross-axis gain x: specific force that they measure falsely for each unit of
+  /// force along vehicle x, because their axes are neither orthogonal nor aligned with the gyros.
+  /// On a slope of 10 deg a gain of 1.5e-3 looks like a vertical acceleration of 2.6 mm/s^2: 1 m
+  /// after half a minute. The share of gravity along vehicle z is part of the bias.
   Vec3 ahead_gain = Vec3::Zero();
-  /// The same of a force along vehicle y: a long bend.
+  /// Cross-axis gain y: the same for a force along vehicle y, as in a long bend.
   Vec3 side_gain = Vec3::Zero();
   Pose T_world_rolling;            ///< meaningful when map_epoch >= 0
-  Vec3 map_offset = Vec3::Zero();  ///< a priori map minus truth [m], world axes
+  Vec3 map_offset = Vec3::Zero();  ///< prior-map bias: a priori map minus truth [m], world axes
   double wheel_scale = 1.0;        ///< measured over true speed
-  /// Slowly changing part of the GPS error, in units of the sigma that the receiver reports. GPS
-  /// errors (orbits, troposphere, multipath, float ambiguities) last for a minute: taken as white,
-  /// a hundred fixes would make the filter ten times surer than it is. In sigmas, because one
-  /// receiver gives fixes from 2 cm to 5 m.
+  /// GPS bias: time-correlated part of the GPS error, in units of the standard deviation that the
+  /// receiver reports. GPS errors (orbits, troposphere, multipath, float ambiguities) last for a
+  /// minute: modelled as white, a hundred fixes would make the covariance ten times too small in
+  /// sigma. The unit is relative because one receiver reports fixes from 2 cm to 5 m.
   Vec3 gps_offset = Vec3::Zero();
-  /// How the LADAR is turned from how it was said to be mounted. What it sees of a straight drive
-  /// goes up, down or to a side by so much: 3.5 mm a metre for 0.2 deg.
+  /// LADAR misalignment: rotation of the LADAR mount against its configuration. It lifts or shifts
+  /// the measured path of a straight drive: 3.5 mm per metre for 0.2 deg.
   Vec3 mount = Vec3::Zero();
-  /// How the wheels slip along, sideways and off the ground, in units of its sigma
-  /// (OdometryParams): slip lasts, and taken as white twenty samples a second would make the filter
-  /// too sure.
+  /// Wheel slip forward, sideways and off the ground, in units of its standard deviation
+  /// (OdometryParams). Slip is time-correlated: modelled as white, twenty samples a second would
+  /// make the filter overconfident.
   Vec3 slip = Vec3::Zero();
-  /// More that they slip along, as a share of the speed, times the sine of the climb. It does not
+  /// Additional longitudinal slip as a share of the speed, times the sine of the climb. It does not
   /// average out: too fast uphill and too slow downhill both look like a vehicle that rises.
   double slip_per_climb = 0.0;
-  Vec3 rate_vehicle = Vec3::Zero();  ///< [rad/s]; by the gyro while `inertial`, else estimated
+  Vec3 rate_vehicle = Vec3::Zero();  ///< [rad/s]; from the gyro while `inertial`, else estimated
   int map_epoch = -1;                ///< of T_world_rolling; -1: none yet
   bool inertial = false;             ///< the last interval was integrated from the INS
 };
@@ -71,7 +71,7 @@ struct Belief {
   Cov P = Cov::Zero();
 };
 
-/// The state moved by an error.
+/// The state perturbed by an error.
 inline NavState boxplus(const NavState& x, const ErrorState& d) {
   NavState y = x;
   y.T_world_vehicle.p += d.segment<3>(kPosition);
@@ -92,7 +92,7 @@ inline NavState boxplus(const NavState& x, const ErrorState& d) {
   return y;
 }
 
-/// The error that moves x to y: boxplus(x, boxminus(y, x)) == y.
+/// The error that takes x to y: boxplus(x, boxminus(y, x)) == y.
 inline ErrorState boxminus(const NavState& y, const NavState& x) {
   ErrorState d;
   d.segment<3>(kPosition) = y.T_world_vehicle.p - x.T_world_vehicle.p;
@@ -113,18 +113,19 @@ inline ErrorState boxminus(const NavState& y, const NavState& x) {
   return d;
 }
 
-/// The vehicle as the LADAR sees it, which takes its mount for what was said of it. That the mount
-/// is turned about the vehicle's origin, not its own, is a matter of millimetres.
+/// The vehicle pose as derived from the LADAR with its configured mount. The misalignment is
+/// modelled as a rotation about the origin of the vehicle instead of the LADAR, a difference of
+/// millimetres.
 inline Pose T_world_seen(const NavState& x) {
   return x.T_world_vehicle * Pose{exp_so3(x.mount), Vec3::Zero()};
 }
 
-/// The same in SP's map.
+/// The same in the rolling map of SP.
 inline Pose T_rolling_vehicle(const NavState& x) {
   return x.T_world_rolling.inverse() * T_world_seen(x);
 }
 
-/// Derivative of the right perturbation (rho, phi) of T_world_vehicle by the error state.
+/// Jacobian of the right perturbation (rho, phi) of T_world_vehicle by the error state.
 [[nodiscard]] Mat<6, kSize> world_pose_jacobian(const NavState& x);
 
 /// The same of T_world_seen.
@@ -134,8 +135,8 @@ inline Pose T_rolling_vehicle(const NavState& x) {
 [[nodiscard]] Mat<6, kSize> rolling_pose_jacobian(const NavState& x);
 
 /// Covariances of the right perturbations (rho [m, vehicle axes], phi [rad]).
-/// @param ins_mount_rad  sigma of how the INS is turned in the vehicle, which its attitude can't
-/// show
+/// @param ins_mount_rad  sigma of the mounting angles of the INS, which its attitude does not
+///   contain
 [[nodiscard]] Mat6 world_pose_covariance(const Belief& b, double ins_mount_rad);
 [[nodiscard]] Mat6 rolling_pose_covariance(const Belief& b);
 

@@ -12,8 +12,8 @@
 namespace rcs::wm {
 namespace {
 
-constexpr std::size_t kMostPlaces = 1000;  // of a path; of an answer with its begin
-constexpr std::size_t kMostIssuer = 64;    // characters
+constexpr std::size_t kMaxPlaces = 1000;  // of a path; of an answer with its begin
+constexpr std::size_t kMaxIssuer = 64;    // characters
 constexpr std::size_t kBytesAPlace = 5 * sizeof(float);
 
 }  // namespace
@@ -24,12 +24,12 @@ PathUncertaintyServer::PathUncertaintyServer(const PathUncertaintyParams& params
       prior_(std::move(prior)),
       queries_(bus, channel::kWmPathQuery, 2),
       answers_(bus, channel::kWmPathUncertainty) {
-  path_m_.reserve(kMostPlaces + 1);
-  walk_.reserve(kMostPlaces + 1);
-  answers_.reserve(kBytesAPlace * kMostPlaces + 500);
+  path_m_.reserve(kMaxPlaces + 1);
+  walk_.reserve(kMaxPlaces + 1);
+  answers_.reserve(kBytesAPlace * kMaxPlaces + 500);
   for (auto* figures : {&answer_.travelled_m, &answer_.x_m, &answer_.y_m,
                         &answer_.sigma_dead_reckoning_m, &answer_.sigma_with_map_m}) {
-    figures->reserve(kMostPlaces + 2);
+    figures->reserve(kMaxPlaces + 2);
   }
 }
 
@@ -41,16 +41,16 @@ void PathUncertaintyServer::step(const FilterState* state, const LocalFrame* dat
 
 void PathUncertaintyServer::take(const path_query_t& query, const FilterState* state,
                                  const LocalFrame* datum, Stamp now, Report* report) {
-  if (query.issuer.size() > kMostIssuer) {
+  if (query.issuer.size() > kMaxIssuer) {
     report->warn(now, "path_uncertainty.issuer",
-                 "a question's issuer has {} characters, {} at most", query.issuer.size(),
-                 kMostIssuer);
+                 "path query rejected: issuer of {} characters > {}", query.issuer.size(),
+                 kMaxIssuer);
     return;
   }
   const bool same_issuer = asked_ && query.issuer == answer_.issuer;
   const bool again = same_issuer && query.serial == answer_.serial;
   if (again && !walking_) answers_.publish(&answer_);  // the first may have been lost
-  // Others ask again until it is their turn; were they let in, nobody would ever be answered.
+  // Other issuers repeat their query until it is handled: otherwise no query would be completed.
   const bool waits = walking_ && !(same_issuer && query.serial > answer_.serial);
   if (!again && !waits) begin(query, state, datum);
 }
@@ -85,9 +85,9 @@ void PathUncertaintyServer::begin(const path_query_t& query, const FilterState* 
   motion.start_sigma_m =
       std::sqrt(Eigen::SelfAdjointEigenSolver<Mat<2, 2>>(P.block<2, 2>(kPosition, kPosition))
                     .eigenvalues()[1]);
-  // An error of the heading is one of the way, a constant share of it.
+  // A heading error causes a position error that is a constant share of the distance.
   motion.drift = std::hypot(params_.drift, std::sqrt(P(kAttitude + 2, kAttitude + 2)));
-  walk_.begin(path_m_, std::max(params_.radius_m, length_m / static_cast<double>(kMostPlaces)),
+  walk_.begin(path_m_, std::max(params_.radius_m, length_m / static_cast<double>(kMaxPlaces)),
               motion);
   walking_ = true;
 }
@@ -95,7 +95,7 @@ void PathUncertaintyServer::begin(const path_query_t& query, const FilterState* 
 bool PathUncertaintyServer::read_path(const path_query_t& query, const Vec2& start) {
   path_m_.assign(1, start);
   const auto n = static_cast<std::size_t>(query.n);
-  if (n == 0 || n > kMostPlaces) return false;
+  if (n == 0 || n > kMaxPlaces) return false;
   for (std::size_t k = 0; k < n; ++k) {
     const Vec3 p(query.x_m[k], query.y_m[k], 0.0);
     if (!within(p, kFarthest_m)) return false;
@@ -107,7 +107,7 @@ bool PathUncertaintyServer::read_path(const path_query_t& query, const Vec2& sta
 void PathUncertaintyServer::walk(Stamp now, Report* report) {
   Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
   if (prior_.T_map_world()) {
-    // Both planes are level, each at its own place: what is turned is north.
+    // Both planes are level, each at its own datum: they differ in the direction of north.
     const Pose& T_map_world = *prior_.T_map_world();
     const Vec2 place = (T_map_world * Vec3(walk_.place().x(), walk_.place().y(), 0.0)).head<2>();
     prior_.follow_in_map(place, now, report);

@@ -1,5 +1,5 @@
 #pragma once
-// How sure along a path, were GPS to die now: WM's answers to those who ask, a place a cycle.
+// Predicted position uncertainty along a path without GPS: answers path queries, one point a cycle.
 
 #include <cstddef>
 #include <cstdint>
@@ -24,10 +24,10 @@ class PathUncertaintyServer {
   /// @param prior  the a priori map; its window moves along the paths
   PathUncertaintyServer(const PathUncertaintyParams& params, PriorTerrain prior, Bus* bus);
 
-  /// Once a cycle: takes what is asked, one question after the other, and works on it by a place at
-  /// most. While a tile of the map is under way it waits.
-  /// @param state  null: nothing absolute is known
-  /// @param datum  of frame world; of a state that is
+  /// Once a cycle: receives queries and computes at most one point of the current one. Waits while
+  /// a tile of the map is being read.
+  /// @param state  null: the pose in frame world is unknown
+  /// @param datum  of frame world; null: unknown
   void step(const FilterState* state, const LocalFrame* datum, Stamp now, Report* report);
 
   [[nodiscard]] const InboxBase& inbox() const { return queries_; }
@@ -47,7 +47,7 @@ class PathUncertaintyServer {
   PathUncertaintyWalk walk_;
   std::vector<Vec2> path_m_;  // frame world
   path_uncertainty_t answer_{};
-  bool asked_ = false;  // answer_ is to somebody
+  bool asked_ = false;  // answer_ holds the answer to a query
   bool walking_ = false;
 };
 

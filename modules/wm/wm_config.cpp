@@ -7,7 +7,7 @@
 namespace rcs::wm {
 namespace {
 
-// Data sheets' units.
+// Units of data sheets.
 constexpr double kDegPerSqrtHour = kPi / 180.0 / 60.0;
 constexpr double kDegPerHour = kPi / 180.0 / 3600.0;
 constexpr double kPerSqrtHour = 1.0 / 60.0;
@@ -191,7 +191,7 @@ void read_prior(ParamTable table, PriorMapParams* p) {
   table.get("bias_margin", &p->bias_margin, {1, 100},
             "Factor on the systematic error that the survey states [1]. Larger: the a priori map "
             "weighs less.");
-  table.get("trust_m", &p->trust_m, {1, 1e4},
+  table.get("nis_window_m", &p->nis_window_m, {1, 1e4},
             "Distance constant of the low-passed normalized innovation (NIS) of a map tile. "
             "Larger: a bad tile loses weight and is excluded more slowly.");
 }
@@ -340,7 +340,7 @@ void read_path_uncertainty(ParamTable table, PathUncertaintyParams* p) {
             "deviation. Larger: a more conservative prediction.");
 }
 
-void read_trust(ParamTable table, TrustParams* p) {
+void read_fde(ParamTable table, TrustParams* p) {
   table.get_ms(
       "silence_ms", &p->silence, {1000, 600000},
       "Gap without fixes after which GPS is quarantined when it returns and must be readmitted.");
@@ -424,7 +424,7 @@ std::optional<Geodetic> read_datum(ParamTable world) {
 }  // namespace
 
 ProcessNoise ins_grade(std::string_view grade) {
-  // As data sheets have them: deg/sqrt(h), m/s/sqrt(h), deg/h, mg, s, deg/h, mg.
+  // In the units of data sheets: deg/sqrt(h), m/s/sqrt(h), deg/h, mg, s, deg/h, mg.
   const auto figures = [](double angle_walk, double velocity_walk, double gyro_instability,
                           double accel_instability, double bias_time_s, double gyro_turn_on,
                           double accel_turn_on) {
@@ -473,7 +473,7 @@ Result<WmConfig> load_wm_config(const ParamFile& file) {
   read_history(wm.table("history"), &p.history);
   read_local(wm.table("local"), &p.local);
   read_modes(wm.table("modes"), &p.modes);
-  read_trust(wm.table("trust"), &p.trust);
+  read_fde(wm.table("fde"), &p.trust);
   read_integrity(wm.table("integrity"), &p.integrity);
   read_terrain(wm.table("terrain"), &c);
   read_path_uncertainty(wm.table("path_uncertainty"), &c.path_uncertainty);

@@ -1,5 +1,5 @@
 #pragma once
-// WM's part of a vehicle configuration.
+// Configuration of WM.
 
 #include <optional>
 #include <string_view>
@@ -14,10 +14,10 @@
 
 namespace rcs::wm {
 
-/// How sure along a path without GPS.
+/// Predicted uncertainty along a path without GPS.
 struct PathUncertaintyParams {
-  double radius_m = 25.0;  ///< of the ground that a scan sees, and the way between matches
-  double drift = 0.002;    ///< sigma of the motion's error a metre driven, besides the heading's
+  double radius_m = 25.0;  ///< radius of the ground that a scan sees, and distance between matches
+  double drift = 0.002;  ///< dead-reckoning error per metre without that of the heading, one sigma
 };
 
 struct WmConfig {
@@ -26,16 +26,16 @@ struct WmConfig {
   std::optional<Geodetic> datum;  ///< [world]: origin of frame world; none: the first fix
   TerrainParams terrain;          ///< [wm.terrain]
   Duration map_period = from_milliseconds(200.0);  ///< of map_patch
-  PriorTerrainParams prior_terrain;                ///< [world]: prior_map and its like
-  PathUncertaintyParams path_uncertainty;          ///< [wm.path_uncertainty]
-  WmParams params;                                 ///< [gps] [ins] [odometry] [wm.*]
+  PriorTerrainParams prior_terrain;        ///< [world]: prior_map and the other prior_* keys
+  PathUncertaintyParams path_uncertainty;  ///< [wm.path_uncertainty]
+  WmParams params;                         ///< [gps] [ins] [odometry] [wm.*]
 };
 
-/// Errors of an INS by its grade: "tactical", "industrial" or "consumer". Typical figures of data
-/// sheets (fibre-optic gyro and quartz; good MEMS; automotive MEMS).
+/// Errors of an INS by its grade: "tactical", "industrial" or "consumer". Typical data-sheet values
+/// (fibre-optic gyro and quartz; good MEMS; automotive MEMS).
 [[nodiscard]] ProcessNoise ins_grade(std::string_view grade);
 
-/// Reads [world], [gps], [ins], [odometry] and [wm]; tables of other nodes are not looked at.
+/// Reads [world], [gps], [ins], [odometry] and [wm]; ignores the tables of other nodes.
 [[nodiscard]] Result<WmConfig> load_wm_config(const ParamFile& file);
 
 }  // namespace rcs::wm

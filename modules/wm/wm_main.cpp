@@ -1,4 +1,4 @@
-// WM: world modelling. Sensors and registrations in, the belief out.
+// WM: world modelling. Receives sensor data and registrations, publishes the belief.
 
 #include "modules/wm/wm_node.h"
 #include "rcs/node/process/node_main.h"

@@ -16,7 +16,7 @@
 namespace rcs::wm {
 namespace {
 
-// Published by their value.
+// Published by value.
 static_assert(same_value(Mode::kAlign, nav_state_t::MODE_ALIGN) &&
               same_value(Mode::kGpsIns, nav_state_t::MODE_GPS_INS) &&
               same_value(Mode::kGpsInsLadar, nav_state_t::MODE_GPS_INS_LADAR) &&
@@ -87,7 +87,7 @@ std::optional<GeodeticFix> admit(const gps_fix_t& m) {
     return std::nullopt;
   }
   z.fix.sigma_m = from_message(m.sigma_enu_m);
-  const bool null_island = m.lat_deg == 0.0 && m.lon_deg == 0.0;  // a receiver that knows nothing
+  const bool null_island = m.lat_deg == 0.0 && m.lon_deg == 0.0;  // a receiver without a position
   const bool good = plausible_stamp(m.utime) && plausible(z.antenna) && !null_island &&
                     m.fix_type > gps_fix_t::FIX_NONE && m.fix_type <= gps_fix_t::FIX_FIXED &&
                     is_sigma(z.fix.sigma_m, 200.0);
@@ -132,8 +132,8 @@ std::optional<Registration> admit(const registration_t& m) {
 
 void tell_refused(const InboxBase& inbox, Reason reason, Stamp now, Report* report) {
   if (reason == Reason::kAccepted || reason == Reason::kNoDatum) return;
-  report->warn(now, "input.refused", "{}: {}, newest utime {}", inbox.channel(), text(reason),
-               to_utime(inbox.account().newest));
+  report->warn(now, "input.refused", "{}: {}, not fused; newest utime {}", inbox.channel(),
+               text(reason), to_utime(inbox.account().newest));
 }
 
 }  // namespace rcs::wm

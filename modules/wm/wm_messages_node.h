@@ -1,5 +1,5 @@
 #pragma once
-// The door: what is not finite, plausible and meant to be used does not get in.
+// Input validation: rejects messages that are not finite, not plausible or not meant to be used.
 
 #include <optional>
 
@@ -13,7 +13,7 @@
 
 namespace rcs::wm {
 
-/// A registration_t's answer, whichever its target.
+/// The result in a registration_t, for either target.
 struct Registration {
   Pose T_target_vehicle;
   Mat6 information;
@@ -21,12 +21,12 @@ struct Registration {
 };
 
 [[nodiscard]] std::optional<ImuSample> admit(const ins_t& m);
-/// With sigmas that the kind of solution and the satellites allow.
+/// The standard deviations are at least those that the solution and the satellites allow.
 [[nodiscard]] std::optional<GeodeticFix> admit(const gps_fix_t& m);
 [[nodiscard]] std::optional<OdometrySample> admit(const odometry_t& m);
 [[nodiscard]] std::optional<Registration> admit(const registration_t& m);
 
-/// An event when it was not let in.
+/// Reports an event if the message was rejected.
 void tell_refused(const InboxBase& inbox, Reason reason, Stamp now, Report* report);
 
 }  // namespace rcs::wm

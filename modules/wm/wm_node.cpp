@@ -28,13 +28,13 @@ constexpr std::string_view kSilentCodes[] = {"input.ins", "input.gps", "input.od
 
 constexpr std::string_view kFindings[] = {
     "nothing",
-    "GPS led the belief away: back to what it was without",
-    "GPS agrees with the belief and the motion: believed again",
-    "GPS contradicts the belief for long, but never itself: the belief follows it",
-    "GPS led the belief away while on probation: back to what it was without",
-    "LADAR led the belief away: back to what it was without",
-    "LADAR agrees with the motion: believed again",
-    "the a priori map led the belief away: not believed any more"};
+    "GPS excluded: it contradicts the filter without GPS, which replaces the belief",
+    "GPS readmitted: its fixes agree with the belief and the motion",
+    "GPS readmitted: its fixes contradict the belief, not each other; they replace its position",
+    "GPS excluded on probation: readmission revoked, a filter without it replaces the belief",
+    "LADAR excluded: it contradicts the filter without LADAR, which replaces the belief",
+    "LADAR readmitted: its matches agree with the motion",
+    "a priori map excluded: it contradicts the filter without it, which replaces the belief"};
 
 }  // namespace
 
@@ -70,7 +70,8 @@ void WmNode::run(const Cycle& cycle) {
   if (local_began_ == Stamp::min()) {
     local_began_ = cycle.now;
     if (!no_map_.empty()) {
-      report_.warn(cycle.now, "map.none", "{}: paths are answered for without a map", no_map_);
+      report_.warn(cycle.now, "map.none",
+                   "{}: path uncertainty is predicted without the a priori map", no_map_);
     }
   }
   take_all(&ins_, cycle.now);
@@ -114,7 +115,7 @@ void WmNode::take_all(Inbox<Message>* inbox, Stamp now) {
 
 namespace {
 
-/// A stamp that is repeated or older is no sign of life: a driver may be stuck.
+/// A repeated or older stamp is no sign of life: a driver may be stuck.
 bool is_alive(Reason reason) { return reason == Reason::kAccepted || reason == Reason::kNoDatum; }
 
 }  // namespace
@@ -153,7 +154,7 @@ void WmNode::take(const odometry_t& m, Stamp now) {
 void WmNode::take(const registration_t& m, Stamp now) {
   const Stamp arrival = registrations_.front_arrival();
   if (plausible_stamp(m.utime)) inputs_.add_newer(Input::kLadar, from_utime(m.utime), arrival);
-  if (!is_answer(m.stop)) return;  // SP has nothing to say, and has said why
+  if (!is_answer(m.stop)) return;  // no result; SP has reported the reason
   const std::optional<Registration> z = admit(m);
   if (!z) {
     tell_refused(registrations_, Reason::kInvalid, now, &report_);
@@ -176,7 +177,7 @@ void WmNode::take(const registration_t& m, Stamp now) {
   tell_refused(registrations_, reason, now, &report_);
   if (reason == Reason::kAccepted && stamp >= cause_) {
     cause_ = stamp;
-    // A scan has up to two registrations: its way ends with the first.
+    // A scan has up to two registrations: its latency trace ends with the first.
     if (m.latency_trace.measured_utime != latency_trace_.measured_utime) {
       latency_trace_ = m.latency_trace;
       latency_trace_.wm_arrival_utime = to_utime(registrations_.front_arrival());
@@ -202,17 +203,17 @@ void WmNode::publish_innovations() {
   estimator_.clear_innovations();
 }
 
-/// What has no input is lost, whatever the belief was made of.
+/// Without any input the mode is LOST, whatever sources the belief rests on.
 Mode WmNode::mode(Stamp now) const {
   return inputs_.all_silent_for(now) > Duration::zero() ? Mode::kLost : estimator_.mode();
 }
 
 void WmNode::publish_nav_state(Stamp now) {
-  if (!estimator_.started()) return;  // nothing is believed yet
+  if (!estimator_.started()) return;  // no belief yet
   const FilterState& s = estimator_.state();
-  // Two kinds of measurement that agree that the INS is silent take the belief ahead of it. When it
-  // speaks again after all, the belief waits for it, at its older stamp, and what was published
-  // stands: time does not run backward.
+  // If the stamps of two other sources show that the INS is silent, the belief advances without it.
+  // If the INS is received again with older stamps, no belief is published until it passes the
+  // newest published one: published time never runs backward.
   const bool same_clock = estimator_.clock_steps() == published_clock_steps_;
   if (same_clock && s.belief.x.stamp < published_) return;
   published_ = s.belief.x.stamp;
@@ -235,7 +236,7 @@ void WmNode::fill_belief(const FilterState& s, Stamp now) {
   nav_state_t& m = nav_state_;
   m.utime = to_utime(x.stamp);
 
-  // Without an anchor nothing absolute leaves: the world is the local frame.
+  // Before the world is georeferenced, the local pose is published for frame world.
   const Pose& T_out_vehicle = memory.anchored ? x.T_world_vehicle : estimator_.T_local_vehicle();
   const Mat3 R_out_world = (T_out_vehicle.q * x.T_world_vehicle.q.conjugate()).toRotationMatrix();
   m.world_valid = memory.anchored ? 1 : 0;
@@ -275,7 +276,7 @@ void WmNode::fill_belief(const FilterState& s, Stamp now) {
 
 void WmNode::fill_ages(const FilterState& s, Stamp now) {
   const auto age_us = [&](Duration by_sensor, Input input) {
-    // Node time counts where sensor time stands still; else it differs by latencies alone.
+    // Node time counts where sensor time stands still; otherwise the two differ by latencies only.
     constexpr Duration kLatency = from_milliseconds(100.0);
     const Duration silence = inputs_.silence(input, now);
     const bool stands = by_sensor >= Duration::zero() && inputs_.silent(input, now) &&
@@ -352,12 +353,16 @@ void WmNode::report_events(Stamp now) {
     reported_mode_ = newest;
   }
   if (s.memory.world_resets != reported_resets_) {
-    report_.warn(now, "world.reset", "the world pose stepped by {:.2f} m, {:.2f} deg",
-                 s.memory.last_reset_m, degrees(s.memory.last_reset_rad));
+    report_.warn(
+        now, "world.reset",
+        "world pose stepped by {:.2f} m, {:.2f} deg (limits {:.2f} m, {:.2f} deg): reset counted",
+        s.memory.last_reset_m, degrees(s.memory.last_reset_rad), config_.params.modes.reset_m,
+        degrees(config_.params.modes.reset_rad));
     reported_resets_ = s.memory.world_resets;
   }
   if (estimator_.clock_steps() != reported_clock_steps_) {
-    report_.warn(now, "clock.step", "all sensors' stamps stepped; the belief goes on at {}",
+    report_.warn(now, "clock.step",
+                 "clocks of all sensors stepped: the belief continues at stamp {}",
                  to_utime(s.belief.x.stamp));
     reported_clock_steps_ = estimator_.clock_steps();
   }
@@ -406,26 +411,34 @@ void WmNode::report_inputs(Stamp now) {
 void WmNode::report_trust(Stamp now) {
   const Trust& trust = estimator_.trust();
   if (trust.findings() != reported_findings_) {
-    report_.warn(now, "trust", "{}", kFindings[static_cast<std::size_t>(trust.newest_finding())]);
+    report_.warn(now, "fde", "{}", kFindings[static_cast<std::size_t>(trust.newest_finding())]);
     reported_findings_ = trust.findings();
   }
   const bool map_doubted = estimator_.state().memory.tile_doubted;
   if (map_doubted != reported_map_doubted_) {
-    report_.warn(now, "map.doubt", "the a priori map {}",
-                 map_doubted
-                     ? "contradicts what is known without it: its matches are not fused here"
-                     : "agrees with what is known without it: believed again");
+    if (map_doubted) {
+      report_.warn(
+          now, "prior_map.excluded",
+          "tile of the a priori map excluded: low-passed NIS of its matches above the limit; "
+          "its matches are not fused");
+    } else {
+      report_.info(now, "prior_map.readmitted",
+                   "tile of the a priori map readmitted: its matches agree with the belief");
+    }
     reported_map_doubted_ = map_doubted;
   }
   if (integrity_.alerts != reported_alerts_) {
-    report_.warn(now, "alert", "{}{}{}{}{}{}: protection {:.1f} m, {:.1f} m up",
-                 integrity_.alerts == 0 ? "none" : "",
-                 (integrity_.alerts & kAlertHorizontal) != 0 ? "horizontal " : "",
-                 (integrity_.alerts & kAlertVertical) != 0 ? "vertical " : "",
-                 (integrity_.alerts & kAlertGps) != 0 ? "gps " : "",
-                 (integrity_.alerts & kAlertLadar) != 0 ? "ladar " : "",
-                 (integrity_.alerts & kAlertInput) != 0 ? "input" : "",
-                 integrity_.protection_horizontal_m, integrity_.protection_vertical_m);
+    report_.warn(now, "alert",
+                 "alerts{}{}{}{}{}{}: protection level {:.1f} m (limit {:.1f} m), vertical {:.1f} "
+                 "m (limit {:.1f} m)",
+                 integrity_.alerts == 0 ? " none" : "",
+                 (integrity_.alerts & kAlertHorizontal) != 0 ? " horizontal" : "",
+                 (integrity_.alerts & kAlertVertical) != 0 ? " vertical" : "",
+                 (integrity_.alerts & kAlertGps) != 0 ? " gps" : "",
+                 (integrity_.alerts & kAlertLadar) != 0 ? " ladar" : "",
+                 (integrity_.alerts & kAlertInput) != 0 ? " input" : "",
+                 integrity_.protection_horizontal_m, integrity_.limit_horizontal_m,
+                 integrity_.protection_vertical_m, integrity_.limit_vertical_m);
     reported_alerts_ = integrity_.alerts;
   }
 }
@@ -435,11 +448,11 @@ namespace {
 Result<std::unique_ptr<Node>> make_node(const ParamFile& file, Bus* bus, bool live) {
   const Result<WmConfig> config = load_wm_config(file);
   if (!config) return config.error();
-  // A path is looked at place by place: only what a scan would see there, and the cells beside it,
-  // is in memory.
+  // A path is processed point by point: only the terrain that a scan sees there, and the cells next
+  // to it, is in memory.
   PriorTerrainParams around = config->prior_terrain;
   around.window.radius_m = 2.0 * config->path_uncertainty.radius_m;
-  // The belief does not need it.
+  // The filter does not depend on the map.
   Result<PriorTerrain> prior = open_prior_terrain(around, live);
   std::string no_map = prior ? std::string() : prior.error().message;
   return std::unique_ptr<Node>(std::make_unique<WmNode>(

@@ -1,5 +1,5 @@
 #pragma once
-// WM's shell: sensors and registrations in, the belief out.
+// The message shell of WM: receives sensor data and registrations, publishes the belief.
 
 #include <array>
 #include <cstdint>
@@ -28,9 +28,9 @@ namespace rcs::wm {
 
 class WmNode final : public Node {
  public:
-  /// @param prior  the a priori map, for what is asked about paths; without it they are answered by
-  ///   the motion alone
-  /// @param no_map  why there is none though one is named; reported
+  /// @param prior  the a priori map, for predictions along paths; without it these use dead
+  ///   reckoning only
+  /// @param no_map  why a configured map is not used; reported as an event
   WmNode(const WmConfig& config, Bus* bus, PriorTerrain prior = {}, std::string no_map = {});
 
   [[nodiscard]] const NodeInfo& info() const override { return config_.info; }
@@ -80,12 +80,12 @@ class WmNode final : public Node {
   PeriodicClock subfilter_clock_;
   Stamp local_began_ = Stamp::min();  // of this node's first cycle: identifies frame local
 
-  // The newest registration, for the way that the belief came.
+  // Newest registration, for the latency trace of the belief.
   Stamp cause_ = Stamp::min();
   latency_trace_t latency_trace_{};
-  Stamp published_ = Stamp::min();  // of the newest belief that was published
+  Stamp published_ = Stamp::min();  // stamp of the newest published belief
   int published_clock_steps_ = 0;
-  // What was reported last.
+  // Last reported values.
   Mode reported_mode_ = Mode::kAlign;
   int reported_resets_ = 0;
   int reported_clock_steps_ = 0;
@@ -103,10 +103,10 @@ class WmNode final : public Node {
   subfilter_t subfilter_{};
 };
 
-/// For a replay: tiles of the a priori map are read when they are wanted. A map that can't be read
-/// is reported, and not an error: the belief does not need it.
+/// For a replay: tiles of the a priori map are read when they are needed. A map that cannot be read
+/// is reported and is not an error, because the filter does not depend on it.
 [[nodiscard]] Result<std::unique_ptr<Node>> make_wm_node(const ParamFile& file, Bus* bus);
-/// For the vehicle: they are read by a thread.
+/// For the vehicle: tiles are read by a thread.
 [[nodiscard]] Result<std::unique_ptr<Node>> make_live_wm_node(const ParamFile& file, Bus* bus);
 
 }  // namespace rcs::wm

@@ -1,5 +1,5 @@
 #pragma once
-// Little-endian numbers, whatever the host, and the checksum of the map's files.
+// Little-endian encoding of numbers on any host, and the checksum of map files.
 
 #include <cstdint>
 #include <cstring>
@@ -41,7 +41,7 @@ T take(const std::uint8_t* in) {
   return value;
 }
 
-/// Grows a record.
+/// Appends values to a record.
 class Writer {
  public:
   template <class T>
@@ -57,7 +57,7 @@ class Writer {
   std::vector<std::uint8_t> bytes;
 };
 
-/// Reads a record; past its end it gives zeros, and `ok` says so.
+/// Reads a record. Past its end it returns zeros, and ok() is false.
 class Reader {
  public:
   Reader(const std::uint8_t* data, std::size_t size) : at_(data), left_(size) {}

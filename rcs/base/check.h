@@ -1,5 +1,6 @@
 #pragma once
-// RCS_CHECK(condition): our own bugs stop the process, loudly, with the place. Never for input.
+// RCS_CHECK(condition): a bug of this program aborts the process and prints the source location.
+// Never for input.
 
 #include <cstdio>
 #include <cstdlib>

@@ -14,13 +14,13 @@ namespace {
 Vec3 to_ecef(const Geodetic& g, Mat3* R_ecef_enu) {
   const GeographicLib::Geocentric& earth = GeographicLib::Geocentric::WGS84();
   Vec3 p;
-  if (R_ecef_enu == nullptr) {  // the form that allocates nothing
+  if (R_ecef_enu == nullptr) {  // the variant without allocation
     earth.Forward(degrees(g.lat_rad), degrees(g.lon_rad), g.height.m, p.x(), p.y(), p.z());
     return p;
   }
   std::vector<double> m(9);
   earth.Forward(degrees(g.lat_rad), degrees(g.lon_rad), g.height.m, p.x(), p.y(), p.z(), m);
-  // GeographicLib gives the rotation enu -> ecef by rows.
+  // GeographicLib returns the rotation enu -> ecef row by row.
   *R_ecef_enu = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>(m.data());
   return p;
 }

@@ -1,23 +1,23 @@
 #pragma once
-// WGS84 <-> a local east-north-up tangent frame. The only door to GeographicLib.
+// WGS84 <-> a local east-north-up tangent frame. The only user of GeographicLib.
 
 #include "rcs/base/linear.h"
 #include "rcs/base/pose.h"
 
 namespace rcs {
 
-/// Height above the WGS84 ellipsoid [m]: what the local frame is built on.
+/// Height above the WGS84 ellipsoid [m], on which the local frame is based.
 struct EllipsoidalHeight {
   double m = 0.0;
 };
 
-/// Height above the geoid ("mean sea level") [m]. A receiver's and a survey's heights differ by the
-/// undulation (-107 to +86 m): the kinds are types, so that they cannot be mixed silently.
+/// Height above the geoid ("mean sea level") [m]. It differs from the ellipsoidal height by the
+/// undulation (-107 to +86 m): each kind has its type, so that they cannot be mixed silently.
 struct OrthometricHeight {
   double m = 0.0;
 };
 
-/// Height of the geoid above the ellipsoid at a place [m].
+/// Height of the geoid above the ellipsoid at a location [m].
 struct Undulation {
   double m = 0.0;
 };
@@ -38,14 +38,14 @@ struct Geodetic {
 /// East-north-up frame tangent to the ellipsoid at its datum; frame `world` of this project.
 class LocalFrame {
  public:
-  /// @param datum  where the frame's origin is; must be plausible()
+  /// @param datum  the frame's origin; must be plausible()
   explicit LocalFrame(const Geodetic& datum);
 
   [[nodiscard]] const Geodetic& datum() const { return datum_; }
   [[nodiscard]] Vec3 to_world(const Geodetic& g) const;  ///< [m], east, north, up
   [[nodiscard]] Geodetic to_geodetic(const Vec3& p_world) const;
 
-  /// T_this_other: from another local frame to this one (both are Cartesian: exact).
+  /// T_this_other: from another local frame to this one (exact, because both are Cartesian).
   [[nodiscard]] Pose from(const LocalFrame& other) const;
 
  private:
@@ -57,7 +57,7 @@ class LocalFrame {
 /// Normal gravity [m/s^2] at a latitude and height (WGS84, Somigliana with the free-air term).
 [[nodiscard]] double normal_gravity(double lat_rad, EllipsoidalHeight height);
 
-/// The earth's rotation seen in the east-north-up frame at a latitude [rad/s].
+/// The earth's rotation rate in the east-north-up frame at a latitude [rad/s].
 [[nodiscard]] Vec3 earth_rate_world(double lat_rad);
 
 }  // namespace rcs

@@ -1,6 +1,6 @@
 #pragma once
-// A rolling 2-D grid of fixed size: a window onto an endless lattice of cells that moves with the
-// vehicle. Moving it costs one write per cell that enters, whatever the size of the window.
+// A rolling 2-D grid of fixed size: a window onto an unbounded lattice of cells that moves with the
+// vehicle. A move costs one write for each cell that enters, independently of the window's size.
 
 #include <algorithm>
 #include <cmath>
@@ -18,8 +18,8 @@ struct Cell {
   friend bool operator==(Cell a, Cell b) { return a.i == b.i && a.j == b.j; }
 };
 
-/// The cell of a coordinate in units of a cell. Limited to +-2^30, beyond every window and map,
-/// also for NaN: a conversion that does not fit is undefined.
+/// The cell index of a coordinate in units of a cell. Limited to +-2^30, which is beyond every
+/// window and map, also for NaN: converting a larger value to int is undefined.
 inline int cell_index(double v) {
   constexpr double kFar = 1 << 30;
   const double bounded = v > -kFar ? (v < kFar ? v : kFar) : -kFar;

@@ -12,7 +12,7 @@
 
 namespace rcs {
 
-/// A kd-tree over points that stay where they are while it lives.
+/// A kd-tree over points that must not move or change while the tree exists.
 class KdTree {
  public:
   struct Closest {
@@ -29,8 +29,8 @@ class KdTree {
       : cloud_{points}, tree_(3, cloud_, nanoflann::KDTreeSingleIndexAdaptorParams(kLeaf)) {}
 
   [[nodiscard]] Closest closest(const Vec3f& p) const { return closest<1>(p); }
-  /// The closest that is nearer than a distance.
-  /// @return false, and `out` untouched: there is none
+  /// The closest point within a distance.
+  /// @return false, and `out` unchanged, if there is none
   [[nodiscard]] bool closest_within(const Vec3f& p, float distance_m, Closest* out) const {
     Nearer found{{0, distance_m * distance_m}};
     tree_.findNeighbors(found, p.data(), nanoflann::SearchParams());
@@ -38,9 +38,9 @@ class KdTree {
     *out = found.closest;
     return true;
   }
-  /// The closest but one: of a point that is itself in the tree, its neighbour.
+  /// The second closest point: for a point of the tree itself, its nearest neighbour.
   [[nodiscard]] Closest closest_other(const Vec3f& p) const { return closest<2>(p); }
-  /// The `most` closest, or all points if there are fewer; the nearest first.
+  /// The `most` closest points, or all points if there are fewer; the nearest first.
   void nearest(const Vec3f& p, std::size_t most, Neighbours* out) const {
     const std::size_t n = std::min(most, cloud_.points.size());
     out->index.resize(n);
@@ -52,7 +52,7 @@ class KdTree {
 
  private:
   static constexpr std::size_t kLeaf = 10;
-  // What nanoflann asks a point set for, by its names.
+  // The interface that nanoflann requires of a point set, with its names.
   struct Cloud {
     const Points& points;
     // NOLINTBEGIN(readability-identifier-naming)
@@ -66,7 +66,7 @@ class KdTree {
     }
     // NOLINTEND(readability-identifier-naming)
   };
-  // A result set as nanoflann wants it, which begins with a bound.
+  // A result set for nanoflann, with an initial bound on the distance.
   struct Nearer {
     Closest closest;
     bool any = false;

@@ -49,7 +49,7 @@ inline Quat exp_so3(const Vec3& phi) {
 
 /// SO(3) logarithm: the rotation vector [rad], |phi| <= pi.
 inline Vec3 log_so3(const Quat& q) {
-  const double sign = q.w() < 0.0 ? -1.0 : 1.0;  // q and -q are one rotation: take the short way
+  const double sign = q.w() < 0.0 ? -1.0 : 1.0;  // q and -q are one rotation: use the shorter
   const Vec3 v = sign * q.vec();
   const double n = v.norm();
   const double w = sign * q.w();

@@ -8,7 +8,7 @@
 
 namespace rcs {
 
-/// Points [m] in the frame that the variable's name ends in. float: 60 m to 4 um.
+/// Points [m] in the frame that ends the variable's name. float resolves 4 um at 60 m.
 struct Points {
   std::vector<float> x, y, z;
 

@@ -6,7 +6,7 @@
 namespace rcs {
 
 /// A rigid motion. Perturbations are 6-vectors (rho [m], phi [rad]) applied on the right:
-/// T_a_b * exp(xi) moves frame b by xi as seen in b itself.
+/// T_a_b * exp(xi) moves frame b by xi, expressed in b.
 struct Pose {
   Quat q = Quat::Identity();
   Vec3 p = Vec3::Zero();
@@ -14,7 +14,7 @@ struct Pose {
   Vec3 operator*(const Vec3& point) const { return q * point + p; }
 
   Pose operator*(const Pose& other) const {
-    // One normalization a product keeps |q| = 1 to rounding for ever.
+    // Normalizing each product keeps |q| = 1 within rounding.
     return {(q * other.q).normalized(), q * other.p + p};
   }
 

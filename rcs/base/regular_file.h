@@ -1,5 +1,5 @@
 #pragma once
-// Files from outside are opened only if they are files.
+// Input files are opened only if they are regular files.
 
 #include <string>
 
@@ -7,8 +7,8 @@
 
 namespace rcs {
 
-/// An error, with the path, unless it names a regular file: a FIFO would be waited for without an
-/// end, and a device may never end.
+/// Returns an error with the path unless it names a regular file: opening a FIFO can block forever,
+/// and reading a device may never end.
 [[nodiscard]] Outcome check_regular_file(const std::string& path);
 
 }  // namespace rcs

@@ -1,5 +1,5 @@
 #pragma once
-// What comes back from the outside world (files, parameters, sockets): a value, or why not.
+// Result of an operation on the outside world (files, parameters, sockets): a value or an error.
 
 #include <string>
 #include <utility>
@@ -10,7 +10,7 @@
 namespace rcs {
 
 struct Error {
-  std::string message;  ///< names the file, line, key, unit and allowed range where there are such
+  std::string message;  ///< names the file, line, key, unit and allowed range if applicable
 };
 
 template <class T>

@@ -1,6 +1,7 @@
 #pragma once
-// Moments and spans of time. One type for the whole system, so that a wall clock, a log's arrival
-// time and a sensor's time cannot be mixed up by accident.
+// Points in time and durations. One clock type for the whole system, so that a time point of
+// another clock does not convert to it. Sensor time and node time share this type and must not be
+// subtracted from one another.
 
 #include <chrono>
 #include <cstdint>
@@ -8,8 +9,8 @@
 
 namespace rcs {
 
-/// The time base of one vehicle (or log, or simulation). It has no now(): only a Timeline knows
-/// what time it is, which is why a node cannot tell whether it runs live or in a replay.
+/// The time base of one vehicle (or log, or simulation). It has no now(): only a Timeline provides
+/// the current time, so that a node runs live exactly as in a replay.
 struct VehicleClock {
   using duration = std::chrono::microseconds;
   using rep = duration::rep;
@@ -28,11 +29,11 @@ constexpr std::int64_t to_utime(Stamp stamp) { return stamp.time_since_epoch().c
 constexpr double seconds(Duration d) { return static_cast<double>(d.count()) * 1e-6; }
 constexpr double milliseconds(Duration d) { return static_cast<double>(d.count()) * 1e-3; }
 
-/// The longest span that a number gives: 36,000 years. Sums of a few of them cannot overflow.
+/// The largest duration of a number: 36,000 years. Sums of a few of them cannot overflow.
 constexpr Duration kMaxDuration{std::int64_t{1} << 60};
 
 /// Rounds to the nearest microsecond (half away from zero). Limited to +-kMaxDuration; NaN gives
-/// kMaxDuration. Seconds from outside are for checked_seconds().
+/// kMaxDuration. For untrusted input use checked_seconds().
 constexpr Duration from_seconds(double s) {
   const double us = s * 1e6 + (s < 0.0 ? -0.5 : 0.5);
   constexpr auto kMax_us = static_cast<double>(kMaxDuration.count());
@@ -41,7 +42,7 @@ constexpr Duration from_seconds(double s) {
 }
 constexpr Duration from_milliseconds(double ms) { return from_seconds(ms * 1e-3); }
 
-/// Seconds from a file or a command line; none if they are NaN or beyond kMaxDuration.
+/// Seconds from a file or a command line; nullopt if they are NaN or beyond kMaxDuration.
 constexpr std::optional<Duration> checked_seconds(double s) {
   const Duration d = from_seconds(s);
   return d > -kMaxDuration && d < kMaxDuration ? std::optional(d) : std::nullopt;

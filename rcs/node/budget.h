@@ -1,6 +1,6 @@
 #pragma once
-// Work units, grants, and the one stopwatch. Algorithms are given a grant of work units and never
-// look at a clock; shells mark the stages of a cycle for the account.
+// Work units, grants and the stopwatch. Algorithms receive a grant of work units and never read a
+// clock; nodes mark the stages of a cycle for its account.
 
 #include <array>
 #include <cstddef>
@@ -14,21 +14,21 @@
 namespace rcs {
 
 struct GrantParams {
-  WorkUnits cap = 1'000'000;       ///< never more than this, > 0
+  WorkUnits cap = 1'000'000;       ///< upper limit, > 0
   double nominal_unit_ns = 100.0;  ///< cost of a unit on the vehicle's computer, > 0
-  double reserve = 0.3;            ///< share of the slack that is kept back, [0, 1)
+  double reserve = 0.3;            ///< share of the slack kept in reserve, [0, 1)
 };
 
 /// grant = min(cap, (1 - reserve) * (deadline - now) / nominal cost), at least 0.
 [[nodiscard]] WorkUnits grant(const Cycle& cycle, const GrantParams& params);
 
-/// What the process has used of the processor, in all its threads.
+/// CPU time of the process, over all its threads.
 [[nodiscard]] Duration process_cpu();
 
-/// Accumulates wall time by stage, and the thread's CPU time; reads CLOCK_MONOTONIC and
-/// CLOCK_THREAD_CPUTIME_ID in budget.cpp and nowhere else. A unit of work may span several cycles
-/// (SP converts facets as they arrive): the account is closed by close_account(), and the executor
-/// reports it then.
+/// Accumulates wall time by stage, and the thread's CPU time. It reads CLOCK_MONOTONIC and
+/// CLOCK_THREAD_CPUTIME_ID in budget.cpp alone. A unit of work may extend over several cycles (SP
+/// converts facets as they arrive): close_account() closes its account, which the executor then
+/// reports.
 class StageClock {
  public:
   static constexpr std::size_t kMaxStages = 12;
@@ -37,12 +37,12 @@ class StageClock {
     Duration wall{};
   };
 
-  /// Begins a cycle; a closed account makes room for a new one.
+  /// Begins a cycle, with a new account if the last one is closed.
   void start_cycle();
-  /// Time since the last mark (or the start) goes to stage `name`. At most kMaxStages names.
+  /// Adds the time since the last mark (or the start) to stage `name`. At most kMaxStages names.
   void mark(std::string_view name);
   void end_cycle();
-  /// The unit of work is complete with this cycle: report it. Periodic nodes call it every cycle.
+  /// The unit of work is complete with this cycle: reports it. Periodic nodes call it every cycle.
   void close_account() { closed_ = true; }
 
   [[nodiscard]] bool closed() const { return closed_; }
@@ -56,7 +56,7 @@ class StageClock {
   std::array<Stage, kMaxStages> stages_{};
   std::size_t count_ = 0;
   bool closed_ = false;
-  // Moments are whole microseconds, rounded down: their differences add up without a bias.
+  // Times are whole microseconds, rounded down: their differences add up without a bias.
   Duration wall_start_{};
   Duration cpu_start_{};
   Duration last_mark_{};

@@ -5,7 +5,7 @@
 namespace rcs {
 namespace {
 
-// Sums with it cannot overflow, whatever a message says.
+// Limit for stamps of messages: sums with it cannot overflow.
 constexpr std::int64_t kLongest_us = 1'000'000'000'000'000;
 
 bool plausible(std::int64_t utime) { return utime > -kLongest_us && utime < kLongest_us; }
@@ -45,7 +45,7 @@ std::int64_t CommandPort::send(const Order& order, Stamp now) {
 void CommandPort::step(Stamp now) {
   for (; !statuses_.empty(); statuses_.pop()) {
     const status_t& m = *statuses_.front();
-    // One that was delayed or repeated on its way says what was, not what is.
+    // A status that was delayed or repeated in transit reports a former state.
     if (!plausible(m.utime) || (heard_ && m.utime <= status_.utime) || from_utime(m.utime) > now) {
       continue;
     }
@@ -53,12 +53,12 @@ void CommandPort::step(Stamp now) {
     heard_ = true;
     heard_at_ = now;
     if (!echoes_mine()) {
-      // Copies of a stop that another superior has released would be ignored.
+      // Further copies of a stop that another superior has released would be ignored.
       replaced_ = replaced_ || (is_stop(command_) && seen_ && !echoed_);
       continue;
     }
     seen_ = true;
-    // A stop in force that would not outlive the subordinate has to reach its successor, too.
+    // A stop in force that would not survive a restart is sent again, to reach the successor, too.
     echoed_ = echoed_ || !is_stop(command_) || m.status != status_t::STATUS_ERROR;
     done_ = done_ || m.status == status_t::STATUS_DONE;
     command_.waypoints_done = std::clamp(m.waypoints_done, command_.waypoints_done, command_.n);
@@ -91,11 +91,11 @@ Standing CommandPort::standing(Stamp now) const {
     if (echoes_mine()) return {State::kError, status_.reason};
     const bool given_up = now - last_sent_ > params_.resend && sends_ >= params_.max_sends;
     const bool over = now >= from_utime(command_.valid_until_utime);
-    if (given_up || over) return {State::kError, "the subordinate does not take the command"};
+    if (given_up || over) return {State::kError, "the subordinate does not accept the command"};
     return {State::kSent, ""};
   }
   if (!echoes_mine()) {
-    return {State::kError, status_.echo_serial == 0 ? "the subordinate has started anew"
+    return {State::kError, status_.echo_serial == 0 ? "the subordinate has restarted"
                                                     : "another command has replaced it"};
   }
   if (status_.status == status_t::STATUS_EXEC) return {State::kExecuting, ""};
@@ -107,11 +107,11 @@ void StopReceiver::receive(const std::uint8_t* data, std::size_t size, Stamp arr
     if (size > InboxBase::kMaxMessageBytes) return;
     if (scratch_.decode(data, 0, static_cast<int>(size)) != static_cast<int>(size)) return;
   } catch (const std::bad_alloc&) {
-    return;  // the ordinary inbox counts what is malformed
+    return;  // the command inbox counts malformed messages
   }
   if (!is_stop(scratch_)) return;
   if (scratch_.issuer.size() > kMaxIssuer) scratch_.issuer.resize(kMaxIssuer);
-  // A copy must not displace a stop that is new.
+  // A copy must not displace a new stop.
   const Record* const known = find(scratch_);
   if (known != nullptr && (known->released || pending_)) return;
   std::swap(newest_, scratch_);
@@ -157,7 +157,7 @@ void Subordinate::take(Stamp now) {
   if (!start_) start_ = now;
   is_new_ = false;
   if (stops_.pending() != nullptr) {
-    take_stop();  // and the others wait, whether they came before it or after
+    take_stop();  // the other commands wait, whether they arrived before it or after
     return;
   }
   for (; !commands_.empty(); commands_.pop()) {
@@ -173,8 +173,8 @@ void Subordinate::take(Stamp now) {
   }
 }
 
-// No rule applies, and no record moves: the serials of the issuer's other commands are not judged
-// by that of a stop.
+// No rule applies, and the issuer's record is unchanged: the serial of a stop must not make other
+// commands of its issuer stale.
 void Subordinate::take_stop() {
   const command_t& m = *stops_.pending();
   const bool first = stops_.take();
@@ -189,8 +189,8 @@ void Subordinate::take_stop() {
   ++account_.taken;
 }
 
-// Every rule errs on the side of not acting: a superior that is not echoed notices and asks anew.
-// The issuer's record moves last: a command that is refused must not make others stale.
+// Every rule errs on the side of not acting: a superior that is not echoed issues a new command.
+// The issuer's record is updated last: a rejected command must not make others stale.
 bool Subordinate::admit(const command_t& m, Stamp now) {
   const bool sane = plausible(m.utime) && plausible(m.valid_until_utime) && m.serial > 0 &&
                     m.serial <= to_utime(now + params_.serial_ahead) &&
@@ -212,7 +212,7 @@ bool Subordinate::admit(const command_t& m, Stamp now) {
     ++account_.expired;
     return false;
   }
-  // Whoever issued it did not know of the stop.
+  // The issuer of the release did not know of the stop.
   if (m.kind == command_t::KIND_RELEASE && from_utime(m.utime) <= stops_.last_arrival()) {
     ++account_.stale;
     return false;
@@ -227,7 +227,7 @@ bool Subordinate::admit(const command_t& m, Stamp now) {
   return true;
 }
 
-// Null: an issuer without a record, and the command may be one that it had before it was forgotten.
+// Null: the issuer has no record, and the command may be older than its removed record.
 Subordinate::Issuer* Subordinate::issuer(const command_t& m) {
   for (Issuer& i : issuers_) {
     if (i.serial > 0 && i.name == m.issuer) return &i;

@@ -8,11 +8,11 @@
 namespace rcs {
 namespace {
 
-/// A node with its accounts.
+/// A node with its account.
 struct Slot {
   explicit Slot(Node* n) : node(n), inputs(n->inboxes()) { report.name = n->info().name; }
 
-  /// When it can and should run next: a node is one process, busy until its output is out.
+  /// Start of its next cycle: a node is one process, busy until its output is published.
   [[nodiscard]] Stamp obligation() const { return std::max(node->next_wakeup(), busy_until); }
 
   Node* node;
@@ -29,7 +29,7 @@ void run_cycle(Slot* slot, Timeline* timeline, CycleSink* sink) {
   Cycle cycle;
   cycle.index = static_cast<std::uint64_t>(report.cycles++);
   cycle.now = timeline->now();
-  // Stamp::min() is "at once", not an obligation that has been waiting since then.
+  // Stamp::min() means "at once", not an obligation since then.
   const Stamp wakeup = slot->node->next_wakeup();
   cycle.wakeup = wakeup == Stamp::min() ? cycle.now : wakeup;
   cycle.deadline = cycle.wakeup + info.budget;
@@ -65,7 +65,7 @@ RunReport run(const std::vector<Node*>& nodes, Timeline& timeline, CycleSink* si
     });
     const Timeline::Step step = timeline.advance(first.obligation());
     if (step == Timeline::Step::kEnded) break;
-    // A message may have woken another node first: choose again after each.
+    // The message may have made another node due: choose again after each.
     if (step == Timeline::Step::kReached) run_cycle(&first, &timeline, sink);
   }
 

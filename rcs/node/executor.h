@@ -1,6 +1,6 @@
 #pragma once
-// Runs nodes on a timeline: earliest obligation first, ties by list order. The same for the
-// vehicle, a replay and the simulator.
+// Runs nodes on a timeline: the node with the earliest obligation first, ties by list order. The
+// vehicle, a replay and the simulator use the same executor.
 
 #include <cstdint>
 #include <string>
@@ -25,8 +25,8 @@ struct CycleAccount {
   int degrade_level = 0;  ///< Node::degrade_level() after the cycle
 };
 
-/// Where accounts go: live to <NAME>_CYCLE, in a replay to a timing file. Stopwatch values must
-/// never reach a replay's output log.
+/// Destination of accounts: live <NAME>_CYCLE, in a replay a timing file. Stopwatch values must
+/// never enter a replay's output log.
 class CycleSink {
  public:
   virtual void on_account(const NodeInfo& node, const CycleAccount& account) = 0;
@@ -52,13 +52,13 @@ struct NodeReport {
 struct RunReport {
   std::vector<NodeReport> nodes;
 
-  /// A table for people.
+  /// A table for the terminal.
   [[nodiscard]] std::string text() const;
 };
 
 /// Runs until the timeline ends. All messages due by a cycle's start are delivered before it (live:
-/// as many as the timeline's fairness allows). A node that overruns keeps its phase, and its missed
-/// cycles are counted, never made up for. No allocation after the first cycles.
+/// as many as the timeline's fairness allows). A node that overruns keeps its phase; its missed
+/// cycles are counted and not made up for. No allocation after the first cycles.
 /// @param sink  may be null
 RunReport run(const std::vector<Node*>& nodes, Timeline& timeline, CycleSink* sink);
 

@@ -1,5 +1,5 @@
 #pragma once
-// What an RCS function is to the executor.
+// The interface of an RCS function to the executor.
 
 #include <cstdint>
 #include <string>
@@ -27,8 +27,8 @@ struct NodeInfo {
   Duration nominal_compute{};  ///< a replay delays the node's output by this
 };
 
-/// One RCS function (SP, WM, BG, ...). It never blocks, sleeps or reads a clock, so it cannot tell
-/// whether it runs live, in a replay or in a simulation.
+/// One RCS function (SP, WM, BG, ...). It never blocks, sleeps or reads a clock, so that it runs
+/// live exactly as in a replay or a simulation.
 class Node {
  public:
   Node() = default;
@@ -38,31 +38,31 @@ class Node {
 
   [[nodiscard]] virtual const NodeInfo& info() const = 0;
 
-  /// Periodic: last + period (see PeriodicClock). Event-driven: the arrival of the oldest message
-  /// that waits, and Stamp::max() when none does. Stamp::min(): at once.
+  /// Periodic: last + period (see PeriodicClock). Event-driven: the arrival of the oldest waiting
+  /// message; Stamp::max() if none waits. Stamp::min(): at once.
   [[nodiscard]] virtual Stamp next_wakeup() const = 0;
 
   /// Reads inboxes, decides with pure functions, writes outboxes. It must discharge the obligation:
   /// afterwards next_wakeup() is later, or another message waits.
   virtual void run(const Cycle& cycle) = 0;
 
-  /// For the account of inputs in cycle_t; asked once, before the first cycle.
+  /// For the account of inputs in cycle_t; called once, before the first cycle.
   [[nodiscard]] virtual std::vector<const InboxBase*> inboxes() const = 0;
 
-  /// Of the cycle that would run now: for nodes whose cycles differ (SP converts a facet in
-  /// microseconds and registers a scan in milliseconds). Asked just before run().
+  /// Of the next cycle: for nodes whose cycles differ (SP converts a facet in microseconds and
+  /// registers a scan in milliseconds). Called just before run().
   [[nodiscard]] virtual Duration nominal_compute() const { return info().nominal_compute; }
 
   /// Whole periods skipped so far to keep the phase (PeriodicClock::missed()).
   [[nodiscard]] virtual std::int64_t missed_cycles() const { return 0; }
 
-  /// How much of its work the node left out in its newest unit of work, to keep its deadline; 0:
-  /// nothing.
+  /// Amount of work that the node left out in its newest unit of work, to meet its deadline; 0:
+  /// none.
   [[nodiscard]] virtual int degrade_level() const { return 0; }
 };
 
-/// The wakeups of a periodic node: first + k * period, for ever on this grid. After an overrun it
-/// goes on at the next grid point; the points that passed meanwhile are counted, never made up for.
+/// The wakeups of a periodic node: first + k * period. After an overrun it continues at the next
+/// grid point; the points that passed meanwhile are counted and not made up for.
 class PeriodicClock {
  public:
   explicit PeriodicClock(Duration period) : period_(period) {

@@ -61,7 +61,7 @@ void EventPrinter::receive(const std::uint8_t* data, std::size_t size, Stamp) no
     if (event_.repeated > 0) fmt::print(stderr, " (and {} times before)", event_.repeated);
     fmt::print(stderr, "\n");
   } catch (const std::exception&) {
-    // A full disk behind stderr must not stop the vehicle; the event itself is on the bus.
+    // A full disk behind stderr must not stop the vehicle; the event is on the bus anyway.
     std::clearerr(stderr);
   }
 }

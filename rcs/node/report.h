@@ -1,8 +1,7 @@
 #pragma once
 // Events of a node for people and programs: event_t on <NAME>_EVENT, at most one per code and
-// interval, with the number of repetitions; of changes of state, at most ten, so that the last one
-// is published, too. It prints nothing: who wants to see events on a terminal subscribes
-// (EventPrinter).
+// interval, with the number of repetitions. Of changes of state, at most ten, so that the last one
+// is published, too. Nothing is printed here; EventPrinter prints events on a terminal.
 
 #include <fmt/format.h>
 
@@ -43,7 +42,7 @@ class Report {
              const Args&... args) {
     send(now, event_t::SEVERITY_ERROR, code, 1, text, fmt::make_format_args(args...));
   }
-  /// A change of state: who follows the events must learn of the end as well as of the beginning.
+  /// A change of state: subscribers need its end as well as its beginning.
   template <class... Args>
   void transition(Stamp now, std::int8_t severity, std::string_view code,
                   fmt::format_string<Args...> text, const Args&... args) {

@@ -39,7 +39,7 @@ Outcome make_folder(const std::string& folder) {
   return Done{};
 }
 
-/// A file is created or removed for good only when its folder is on the disk, too.
+/// The creation or removal of a file is permanent only when its folder is on the disk, too.
 Outcome sync_folder(const std::string& folder) {
   const FileHandle handle(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (!handle.valid()) return failure("open the folder", folder, errno);
@@ -47,21 +47,21 @@ Outcome sync_folder(const std::string& folder) {
   return Done{};
 }
 
-/// @return the disk has what exists at `path`; what cannot be opened was not created by a latch
+/// @return the file at `path` is on the disk; a file that cannot be opened was not made by a latch
 bool sync_existing(const std::string& path) {
   const FileHandle file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
   if (file.valid() && fsync(file.get()) != 0 && errno != EINVAL) return false;
   return sync_folder(folder_of(path)).ok();
 }
 
-/// Names come over the bus and end on terminals.
+/// Names come from the bus and are printed on terminals.
 std::string printable(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
   return text;
 }
 
-/// What is latched at `path`; empty: nothing.
+/// Cause of the stop latched at `path`; empty: not latched.
 std::string cause_at(const std::string& path) {
   struct stat status {};
   if (lstat(path.c_str(), &status) != 0) {
@@ -88,13 +88,13 @@ std::uint64_t fnv1a(std::string_view text) {
   return hash;
 }
 
-/// Of the environment; empty when it is not set.
+/// Value of an environment variable; empty if it is not set.
 std::string variable(const char* name) {
   const char* const value = std::getenv(name);  // NOLINT(concurrency-mt-unsafe): at the start
   return value == nullptr ? "" : value;
 }
 
-/// A relative one would be another folder after a start elsewhere: as if it were not set.
+/// A relative folder would depend on the working directory: treated as not set.
 std::string folder_variable(const char* name) {
   std::string value = variable(name);
   return fs::path(value).is_absolute() ? value : "";
@@ -118,7 +118,7 @@ std::string default_folder() {
 Result<StopLatch> StopLatch::open(const std::string& path) {
   const std::string folder = folder_of(path);
   if (const Outcome made = make_folder(folder); !made) return made.error();
-  // fs::create_directories() accepts a folder that is there and cannot be written to.
+  // fs::create_directories() accepts an existing folder without write permission.
   if (access(folder.c_str(), W_OK | X_OK) != 0) {
     return failure("write to the folder", folder, errno);
   }
@@ -126,7 +126,7 @@ Result<StopLatch> StopLatch::open(const std::string& path) {
   latch.path_ = path;
   latch.cause_ = cause_at(path);
   latch.engaged_ = !latch.cause_.empty();
-  // The process before may have been killed before the disk had the file.
+  // The previous process may have been killed before the file was on the disk.
   if (latch.engaged_) latch.persisted_ = sync_existing(path);
   return latch;
 }
@@ -166,7 +166,7 @@ Outcome StopLatch::release() {
   if (!path_.empty()) {
     const std::string folder = folder_of(path_);
     if (std::remove(path_.c_str()) != 0 && errno != ENOENT) return failure("remove", path_, errno);
-    persisted_ = false;  // until the folder is on the disk, nobody knows
+    persisted_ = false;  // unknown until the folder is on the disk
     if (Outcome made = make_folder(folder); !made) return made;
     if (Outcome synced = sync_folder(folder); !synced) return synced;
   }
@@ -186,8 +186,8 @@ Result<StopLatch> open_stop_latch(const ParamFile& file) {
         "STATE_DIRECTORY, XDG_STATE_HOME and HOME",
         file.name())};
   }
-  // The folder of the configuration without links, its name as given: a link that is set to another
-  // version of the vehicle's configuration does not lose the vehicle's stop.
+  // The folder of the configuration with links resolved, its name as given: a link that is set to
+  // another version of the vehicle's configuration does not lose the vehicle's stop.
   std::error_code error;
   const fs::path given(file.name());
   const fs::path parent = fs::weakly_canonical(fs::absolute(given, error).parent_path(), error);

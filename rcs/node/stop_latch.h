@@ -1,8 +1,7 @@
 #pragma once
-// An emergency stop that outlives the process, all processes and the computer: it is latched as
-// long as its file exists. The content of the file is for people only, so that a file which is
-// empty, cut short or damaged is a latched stop, too, and no failure while it is written can lose
-// one.
+// An emergency stop that survives restarts of the process, of all processes and of the computer: it
+// is latched while its file exists. The content of the file is for people only: an empty, truncated
+// or damaged file is a latched stop, too, and no failure during writing can lose a stop.
 
 #include <string>
 
@@ -14,27 +13,28 @@ namespace rcs {
 
 class StopLatch {
  public:
-  /// In memory only, for replay and simulation in lockstep: nothing is found and nothing written.
+  /// In memory only, for replay and simulation in lockstep: no file is read or written.
   StopLatch() = default;
 
   /// Creates the folder of `path` if needed, and checks that files can be created in it.
-  /// Latched if anything exists at `path`, whatever it is, or if that cannot be determined.
+  /// Latched if anything exists at `path`, or if that cannot be determined.
   static Result<StopLatch> open(const std::string& path);
 
   [[nodiscard]] bool engaged() const { return engaged_; }
-  /// No work is left for persist().
+  /// persist() has nothing left to do.
   [[nodiscard]] bool persisted() const { return !engaged_ || path_.empty() || persisted_; }
   [[nodiscard]] const std::string& path() const { return path_; }  ///< empty: in memory only
-  /// What is latched, for people: the issuer and serial of the stop, or why it counts as latched.
+  /// Cause for people: issuer and serial of the stop, or why it is treated as latched.
   [[nodiscard]] const std::string& cause() const { return cause_; }
 
-  /// Latches in memory, at once. If it is latched already, it is only checked that its file still
-  /// exists: else persist() has to create it again.
+  /// Latches in memory, at once. If already latched, only checks that the file still exists: if it
+  /// does not, persist() must create it again.
   void engage(const command_t& stop);
-  /// Creates the file and waits until the disk has it. Errors name the file and the cause; then the
-  /// stop is latched in memory alone, and this can be called again.
+  /// Creates the file and waits until it is on the disk. Errors name the file and the cause; then
+  /// the stop is latched in memory alone, and this can be called again.
   Outcome persist();
-  /// Removes the file and waits until the disk has that. After an error it is latched as before.
+  /// Removes the file and waits until the removal is on the disk. After an error the stop is
+  /// latched as before.
   Outcome release();
 
  private:

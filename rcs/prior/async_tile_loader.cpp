@@ -14,14 +14,14 @@ namespace rcs {
 
 AsyncTileLoader::AsyncTileLoader(std::string map) : map_(std::move(map)) {
   RCS_CHECK(sem_init(&waiting_, 0, 0) == 0);
-  // A thread inherits what is blocked: signals are for the thread of the cycles.
+  // A thread inherits the signal mask: only the thread of the cycles handles signals.
   sigset_t all;
   sigset_t before;
   sigfillset(&all);
   pthread_sigmask(SIG_SETMASK, &all, &before);
   std::promise<void> in_background;
   thread_ = std::thread([this, &in_background] {
-    (void)run_in_background();  // refused: at its birth's priority, in nobody's way but by its load
+    (void)run_in_background();  // if refused: normal priority
     in_background.set_value();
     work();
   });
@@ -37,16 +37,16 @@ AsyncTileLoader::~AsyncTileLoader() {
 }
 
 bool AsyncTileLoader::start(const TileJob& job) {
-  if (asked_ - taken_ == kMost) return false;
-  jobs_[asked_ % kMost] = job;
+  if (asked_ - taken_ == kMax) return false;
+  jobs_[asked_ % kMax] = job;
   ++asked_;
-  sem_post(&waiting_);  // the thread sees the job: posting is a release
+  sem_post(&waiting_);  // makes the job visible to the thread: posting is a release
   return true;
 }
 
 bool AsyncTileLoader::finished(TileJob* job) {
   if (taken_ == done_.load(std::memory_order_acquire)) return false;
-  *job = jobs_[taken_ % kMost];
+  *job = jobs_[taken_ % kMax];
   ++taken_;
   return true;
 }
@@ -56,7 +56,7 @@ void AsyncTileLoader::work() {
   for (std::size_t next = 0;; ++next) {
     while (sem_wait(&waiting_) != 0) RCS_CHECK(errno == EINTR);
     if (stop_) return;
-    load_tile(map_, &buffer, &jobs_[next % kMost]);
+    load_tile(map_, &buffer, &jobs_[next % kMax]);
     done_.store(next + 1, std::memory_order_release);
   }
 }

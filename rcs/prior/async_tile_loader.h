@@ -1,5 +1,5 @@
 #pragma once
-// Map tiles from disk while the vehicle drives: the one thread of a process beside its cycles.
+// Loads map tiles from disk while the vehicle drives, in a background thread (ADR 54).
 
 #include <semaphore.h>
 
@@ -13,13 +13,13 @@
 
 namespace rcs {
 
-/// Files are read and decoded by a thread in the background, which no cycle waits for; start() and
-/// finished() never wait for it, lock or allocate, but for the text of a failure. For one caller.
+/// A background thread reads and decodes the files. start() and finished() never wait for it, lock
+/// or allocate, except for the text of a failure. For one caller.
 class AsyncTileLoader final : public TileLoader {
  public:
   /// @param map  the map's folder
   explicit AsyncTileLoader(std::string map);
-  ~AsyncTileLoader() override;  ///< waits for the tile under way
+  ~AsyncTileLoader() override;  ///< waits for the tile in progress
   AsyncTileLoader(const AsyncTileLoader&) = delete;
   AsyncTileLoader& operator=(const AsyncTileLoader&) = delete;
 
@@ -27,18 +27,18 @@ class AsyncTileLoader final : public TileLoader {
   [[nodiscard]] bool finished(TileJob* job) override;
 
  private:
-  static constexpr std::size_t kMost = 8;  ///< under way or not yet taken
+  static constexpr std::size_t kMax = 8;  ///< in progress or not yet collected
 
   void work();
 
   std::string map_;
-  // A ring: slots [taken_, done_) are finished, [done_, asked_) are the thread's.
-  std::array<TileJob, kMost> jobs_;
+  // A ring: slots [taken_, done_) are finished, [done_, asked_) belong to the thread.
+  std::array<TileJob, kMax> jobs_;
   std::size_t asked_ = 0;  // the caller's
   std::size_t taken_ = 0;  // the caller's
   std::atomic<std::size_t> done_{0};
   std::atomic<bool> stop_{false};
-  sem_t waiting_{};  // as many as are asked for and not begun
+  sem_t waiting_{};  // jobs requested and not begun
   std::thread thread_;
 };
 

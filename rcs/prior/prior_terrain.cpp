@@ -51,7 +51,8 @@ void PriorTerrain::follow_in_map(const Vec2& p_map, Stamp now, Report* report) {
   }
   if (l.replaced > told_.replaced) {
     report->warn(now, "map.tile_replaced",
-                 "{} tiles are not those that the map's index names: replaced while running?",
+                 "{} tiles differ from the index of the map and are used: was the map replaced "
+                 "while running?",
                  l.replaced);
   }
   if (l.failed > told_.failed || l.replaced > told_.replaced) told_ = l;

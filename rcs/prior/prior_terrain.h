@@ -1,5 +1,5 @@
 #pragma once
-// The a priori map as a node has it: in memory around a place, and where it lies in frame world.
+// The a priori map of a node: in memory around a position, and its pose relative to frame world.
 
 #include <memory>
 #include <optional>
@@ -15,7 +15,7 @@ namespace rcs {
 struct PriorTerrainParams {
   std::string map;                        ///< its folder; empty: none
   MapWindow window;                       ///< prior_map_radius_m, prior_map_memory_mb
-  std::string reference_frame = "WGS84";  ///< of the GPS' fixes, and so of the map
+  std::string reference_frame = "WGS84";  ///< of the GPS fixes, and hence of the map
 };
 
 /// Reads the map's keys of [world].
@@ -23,32 +23,32 @@ struct PriorTerrainParams {
 
 class PriorTerrain {
  public:
-  PriorTerrain() = default;  ///< none
-  /// @param loader  brings the tiles; null: all of the map is in memory
+  PriorTerrain() = default;  ///< no map
+  /// @param loader  loads the tiles; null: all of the map is in memory
   PriorTerrain(ElevationMap map, std::unique_ptr<TileLoader> loader);
 
   [[nodiscard]] bool there() const { return map_.has_value(); }
   [[nodiscard]] const ElevationMap& map() const { return *map_; }
 
-  /// Frame world has its origin there.
+  /// Sets the origin of frame world.
   void set_datum(const Geodetic& datum);
   [[nodiscard]] const std::optional<Pose>& T_map_world() const { return T_map_world_; }
 
-  /// The same by a place in the map's frame.
+  /// Loads tiles around a position in the map's frame; failures are reported.
   void follow_in_map(const Vec2& p_map, Stamp now, Report* report);
-  /// Reads ahead around the vehicle; what can't be read is reported.
+  /// The same around a position in frame world.
   void follow(const Vec3& p_world, Stamp now, Report* report);
 
  private:
   std::optional<ElevationMap> map_;
-  std::unique_ptr<TileLoader> loader_;  // gone before the slots that it writes to
+  std::unique_ptr<TileLoader> loader_;  // destroyed before the slots that it writes to
   std::optional<Pose> T_map_world_;
   Geodetic datum_;
   MapLoading told_;
 };
 
-/// Opens the map; none when none is named.
-/// @param live  tiles come by a thread; else, as in a replay, when they are asked for
+/// Opens the map; no map if none is configured.
+/// @param live  a thread loads the tiles; else, as in a replay, they are loaded when requested
 [[nodiscard]] Result<PriorTerrain> open_prior_terrain(const PriorTerrainParams& params, bool live);
 
 }  // namespace rcs

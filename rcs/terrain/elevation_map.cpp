@@ -19,7 +19,7 @@ int wrap(int i, int n) {
   return r < 0 ? r + n : r;
 }
 
-/// A cell's place in its tile.
+/// Index of a cell in its tile.
 std::size_t node_of(Cell cell) {
   constexpr int kMask = kTileSide - 1;
   return static_cast<std::size_t>(cell.j & kMask) * kTileSide +
@@ -50,7 +50,7 @@ ElevationMap::Slot& ElevationMap::Level::slot(Cell tile) {
 }
 
 double ElevationMap::Level::slot_bytes() const {
-  return static_cast<double>(kTileCells * sizeof(TileNode) + most_points * kSurfacePointInMemory);
+  return static_cast<double>(kTileCells * sizeof(TileNode) + max_points * kSurfacePointInMemory);
 }
 
 const ElevationMap::Slot* ElevationMap::Level::ready(Cell tile) const {
@@ -87,12 +87,12 @@ Result<ElevationMap> ElevationMap::open(const std::string& path, const MapWindow
     level.index = index;
     level.lattice = lattice_id(map.frame_, index.level);
     const Span span = span_of(index.tiles);
-    // As many as a disc's bounding square can touch.
+    // The most tiles that the bounding square of a disc can touch.
     const double touched = 2.0 * window.radius_m / (index.level.cell_m * kTileSide);
     const int most = static_cast<int>(std::min(touched, 1e6)) + 2;
     sides.emplace_back(std::min(most, span.wide()), std::min(most, span.high_side()));
     for (const MapTileEntry& e : index.tiles) {
-      level.most_points = std::max<std::size_t>(level.most_points, e.points);
+      level.max_points = std::max<std::size_t>(level.max_points, e.points);
     }
     bytes += level.slot_bytes() * sides.back().first * sides.back().second;
     map.levels_.push_back(std::move(level));
@@ -127,7 +127,7 @@ Result<ElevationMap> ElevationMap::load(const std::string& path, double memory_b
 
 Result<ElevationMap> ElevationMap::from_rasters(const MapFrame& frame,
                                                 const std::vector<Raster>& rasters) {
-  constexpr double kMostBytes = 4e9;
+  constexpr double kMaxBytes = 4e9;
   if (rasters.empty()) return Error{"a map needs at least one raster"};
   ElevationMap map;
   map.frame_ = frame;
@@ -151,7 +151,7 @@ Result<ElevationMap> ElevationMap::from_rasters(const MapFrame& frame,
   for (std::size_t k = 0; k < spans.size(); ++k) {
     bytes += map.levels_[k].slot_bytes() * spans[k].wide() * spans[k].high_side();
   }
-  if (bytes > kMostBytes) return Error{"the rasters are too far apart for one map in memory"};
+  if (bytes > kMaxBytes) return Error{"the rasters are too far apart for one map in memory"};
   for (std::size_t k = 0; k < spans.size(); ++k) {
     Level& level = map.levels_[k];
     map.make_slots(&level, spans[k].wide(), spans[k].high_side());
@@ -168,7 +168,7 @@ Result<ElevationMap> ElevationMap::from_rasters(const MapFrame& frame,
           points.insert(points.end(), tile.points.begin(), tile.points.end());
         }
         slot.points.load(points);
-        level.most_points = std::max(level.most_points, points.size());
+        level.max_points = std::max(level.max_points, points.size());
       }
     }
     for (const Raster& r : rasters) {
@@ -199,7 +199,7 @@ std::size_t ElevationMap::memory_bytes() const {
 
 bool ElevationMap::has_points() const {
   return std::any_of(levels_.begin(), levels_.end(),
-                     [](const Level& level) { return level.most_points > 0; });
+                     [](const Level& level) { return level.max_points > 0; });
 }
 
 bool ElevationMap::closest_point(const Vec3& p, double distance_m, StandingHere* out) const {
@@ -207,7 +207,7 @@ bool ElevationMap::closest_point(const Vec3& p, double distance_m, StandingHere*
   if (!(p.head<2>().cwiseAbs().maxCoeff() < kFarthest_m)) return false;  // NaN, too
   bool found = false;
   for (const Level& level : levels_) {
-    if (level.most_points == 0) continue;
+    if (level.max_points == 0) continue;
     const MapLevel& l = level.index.level;
     const Cell low = tile_of(l.cell_at(p.x() - distance_m, p.y() - distance_m));
     const Cell high = tile_of(l.cell_at(p.x() + distance_m, p.y() + distance_m));
@@ -261,10 +261,10 @@ bool ElevationMap::sample_level(int number, double x_m, double y_m, Elevation* o
   const double z_south = z00 + s * (z10 - z00);
   const double z_north = z01 + s * (z11 - z01);
   const double z = z_south + t * (z_north - z_south);
-  if (std::isnan(z)) return false;  // one unknown node makes the sum NaN, whatever its weight
+  if (std::isnan(z)) return false;  // one unknown node makes the sum NaN, for any weight
   out->z_m = z;
   out->gradient = Vec2((z10 - z00) + t * ((z11 - z01) - (z10 - z00)), z_north - z_south) / cell_m;
-  // The mean, not the root of squares: neighbouring cells of a survey err together.
+  // The mean, not the root of squares: errors of neighbouring cells of a survey are correlated.
   const double sigma_south = n00->sigma_m + s * (n10->sigma_m - n00->sigma_m);
   const double sigma_north = n01->sigma_m + s * (n11->sigma_m - n01->sigma_m);
   out->sigma_m = sigma_south + t * (sigma_north - sigma_south);
@@ -278,7 +278,7 @@ void ElevationMap::follow(const Vec2& place_m, TileLoader* loader) {
   TileJob job;
   while (loader->finished(&job)) take(job);
   wanted_ = 0;
-  // Coarse first: few tiles, and they stand in for what is still under way.
+  // Coarse levels first: they have few tiles and substitute for finer ones still being loaded.
   for (std::size_t k = levels_.size(); k-- > 0;) want(k, place_m, loader);
 }
 
@@ -288,11 +288,11 @@ void ElevationMap::want(std::size_t number, const Vec2& place_m, TileLoader* loa
   const double side_m = level.index.level.cell_m * kTileSide;
   const Vec2 here = (place_m - level.index.level.origin_m) / side_m;
   const double radius = radius_m_ / side_m;
-  constexpr double kFarthest = 1e9;  // tiles; also where the belief is not finite
+  constexpr double kFarthest = 1e9;  // tiles; rejects a belief that is not finite, too
   if (!(std::abs(here.x()) < kFarthest && std::abs(here.y()) < kFarthest)) return;
   const Cell low{static_cast<int>(std::floor(here.x() - radius)),
                  static_cast<int>(std::floor(here.y() - radius))};
-  // A window has few tiles: the nearest missing one is looked for again and again.
+  // A window has few tiles: searching the nearest missing one again and again is cheap.
   while (true) {
     const MapTileEntry* nearest = nullptr;
     double nearest_at = radius;
@@ -310,7 +310,7 @@ void ElevationMap::want(std::size_t number, const Vec2& place_m, TileLoader* loa
           continue;
         }
         ++missing;
-        if (loading) continue;  // what has left is still being read into it
+        if (loading) continue;  // its former tile is still being loaded
         if (nearest == nullptr || at < nearest_at) {
           nearest = entry;
           nearest_at = at;
@@ -335,7 +335,7 @@ bool ElevationMap::start(std::size_t number, const MapTileEntry& entry, TileLoad
   job.cell_m = level.index.level.cell_m;
   job.nodes = slot.nodes.data();
   job.points = &slot.points;
-  job.most_points = level.most_points;
+  job.max_points = level.max_points;
   if (!loader->start(job)) return false;
   slot.tile = entry.tile;
   slot.state = Slot::State::kLoading;

@@ -15,49 +15,49 @@
 
 namespace rcs {
 
-/// The ground at one place.
+/// The ground at one position.
 struct Elevation {
   double z_m = 0.0;              ///< above the datum's tangent plane: z in the map's frame
   Vec2 gradient = Vec2::Zero();  ///< (dz/dx, dz/dy)
-  double sigma_m = 0.0;          ///< of z_m, without the slow bias
+  double sigma_m = 0.0;          ///< of z_m, without the systematic error
   std::int64_t tile_id = 0;      ///< of the tile that holds the nearest cell
-  int level = 0;                 ///< whose cells it is from; 0: the finest
-  Cell cell;                     ///< of that level, which holds the place
+  int level = 0;                 ///< of its cells; 0: the finest
+  Cell cell;                     ///< of that level, which contains the position
 };
 
-/// What stands on the ground, at one place.
+/// A surface point of above-ground structure.
 struct StandingHere {
   Vec3 p_m = Vec3::Zero();      ///< the map's frame
   Vec3 normal = Vec3::UnitX();  ///< unit, likewise
-  double sigma_m = 0.0;         ///< along it, without the slow bias
+  double sigma_m = 0.0;         ///< along it, without the systematic error
 };
 
-/// How much of a map is in memory.
+/// Limits of the part of a map that is in memory.
 struct MapWindow {
-  double radius_m = 200.0;                ///< of what is kept around the vehicle, [10, 1e5]
+  double radius_m = 200.0;                ///< around the vehicle, [10, 1e5]
   double memory_bytes = 256.0 * 1048576;  ///< at most, for tiles, [1e6, 1e11]
 };
 
-/// What read-ahead has done so far.
+/// Statistics of the loading so far.
 struct MapLoading {
   std::int64_t loaded = 0;    ///< tiles
-  std::int64_t replaced = 0;  ///< of them sound, and not those which the index knows
-  std::int64_t failed = 0;    ///< tiles that could not be read; they count as unknown ground
-  std::string failure;        ///< the newest: which file, and why
+  std::int64_t replaced = 0;  ///< of these, tiles that differ from the index
+  std::int64_t failed = 0;    ///< tiles that could not be read: unknown ground
+  std::string failure;        ///< the newest failure: the file and the cause
 };
 
 /// Bilinear interpolation on the lattice of cell centres, across the borders of tiles, from the
-/// finest level that knows the place. Sampling allocates nothing.
+/// finest level with data at the position. Sampling allocates nothing.
 ///
-/// Each level has a window of slots for tiles which moves with the vehicle. A tile's slot follows
-/// from its number, so that what enters takes the place of what leaves, and memory is bounded by
-/// the window.
+/// Each level has a window of slots for tiles, which moves with the vehicle. A tile's number
+/// determines its slot, so that an entering tile replaces a leaving one, and the window bounds the
+/// memory.
 class ElevationMap {
  public:
-  /// A map on disk, of which follow() brings what is around the vehicle. Reads the index alone.
+  /// A map on disk, of which follow() loads the surroundings of the vehicle. Reads the index alone.
   [[nodiscard]] static Result<ElevationMap> open(const std::string& path, const MapWindow& window);
 
-  /// All of a map on disk, for tools.
+  /// A whole map from disk, for tools.
   [[nodiscard]] static Result<ElevationMap> load(const std::string& path, double memory_bytes);
 
   /// @param rasters  of one level or several; where those of a level overlap, the later one's known
@@ -74,22 +74,22 @@ class ElevationMap {
   [[nodiscard]] std::size_t memory_bytes() const;  ///< of the slots
 
   /// @param x_m, y_m  the map's frame
-  /// @return false, and `out` untouched, outside, where one of the four cells is unknown on every
-  ///   level, and where no tile has been brought yet
-  /// @param finest  the level to begin with; finer ones are passed over
+  /// @param finest  the level to begin with; finer ones are ignored
+  /// @return false, and `out` unchanged, outside of the map, where one of the four cells is unknown
+  ///   on every level, and where no tile is loaded yet
   [[nodiscard]] bool sample(double x_m, double y_m, Elevation* out, int finest = 0) const;
 
-  /// Whether the map has points of what stands on the ground, wherever.
+  /// Whether the map has surface points at all.
   [[nodiscard]] bool has_points() const;
-  /// The closest of them in memory that is nearer than a distance. Allocates nothing.
+  /// The closest surface point in memory within a distance. Allocates nothing.
   /// @param p_map  [m]
-  /// @return false, and `out` untouched: there is none
+  /// @return false, and `out` unchanged, if there is none
   [[nodiscard]] bool closest_point(const Vec3& p_map, double distance_m, StandingHere* out) const;
 
-  /// Takes in what the loader has finished, and asks it for tiles around a place that are not here,
-  /// the nearest first. Allocates nothing, but for the text of a failure.
+  /// Accepts the tiles that the loader has finished, and requests missing tiles around a position,
+  /// the nearest first. Allocates nothing, except for the text of a failure.
   void follow(const Vec2& place_m, TileLoader* loader);
-  /// True when nothing is missing around the place that follow() was last called with.
+  /// True if no tile is missing around the position of the last follow().
   [[nodiscard]] bool complete() const { return wanted_ == 0; }
   [[nodiscard]] const MapLoading& loading() const { return loading_; }
 
@@ -104,9 +104,9 @@ class ElevationMap {
   struct Level {
     MapLevelIndex index;  ///< its tiles: on disk
     std::uint64_t lattice = 0;
-    int wide = 1;                 ///< slots along x
-    int high = 1;                 ///< slots along y
-    std::size_t most_points = 0;  ///< of any tile
+    int wide = 1;                ///< slots along x
+    int high = 1;                ///< slots along y
+    std::size_t max_points = 0;  ///< of any tile
     std::vector<Slot> slots;
 
     [[nodiscard]] Slot& slot(Cell tile);

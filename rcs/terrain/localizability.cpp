@@ -11,7 +11,7 @@
 namespace rcs {
 namespace {
 
-using Mat4 = Eigen::Matrix4d;  // of the place's error, and its growth a metre driven
+using Mat4 = Eigen::Matrix4d;  // of the position error and its growth per metre
 
 double worst_of(const Eigen::Matrix2d& P) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(P, Eigen::EigenvaluesOnly);
@@ -24,7 +24,7 @@ Mat4 driven(const Mat4& P, double way_m) {
   return F * P * F.transpose();
 }
 
-// With a measurement of the place whose information may be singular.
+// Fuses a measurement of the position whose information may be singular.
 Mat4 fused(const Mat4& P, const Eigen::Matrix2d& information) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(information);
   Mat4 out = P;
@@ -43,7 +43,7 @@ Mat4 fused(const Mat4& P, const Eigen::Matrix2d& information) {
 
 Eigen::Matrix2d terrain_information(const ElevationMap& map, const Vec2& place_m,
                                     const LocalizabilityParams& params) {
-  Mat6 H = Mat6::Zero();  // x, y, z, roll, pitch, yaw about the place
+  Mat6 H = Mat6::Zero();  // x, y, z, roll, pitch, yaw about the position
   const int reach = static_cast<int>(params.radius_m / params.column_m);
   Elevation here;
   if (!map.sample(place_m.x(), place_m.y(), &here)) return Eigen::Matrix2d::Zero();
@@ -66,7 +66,7 @@ Eigen::Matrix2d terrain_information(const ElevationMap& map, const Vec2& place_m
   const double tilt = 1.0 / (params.tilt_sigma_rad * params.tilt_sigma_rad);
   const double heading = 1.0 / (params.heading_sigma_rad * params.heading_sigma_rad);
   H.diagonal().tail<3>() += Vec3(tilt, tilt, heading);
-  H(2, 2) += 1e-12;  // no height at all: nothing to be divided by
+  H(2, 2) += 1e-12;  // keeps it regular without any height
   const Eigen::Matrix4d rest = H.bottomRightCorner<4, 4>();
   const Eigen::Matrix<double, 4, 2> cross = H.bottomLeftCorner<4, 2>();
   const Eigen::Matrix2d information =
@@ -75,10 +75,10 @@ Eigen::Matrix2d terrain_information(const ElevationMap& map, const Vec2& place_m
 }
 
 double worst_sigma_m(const Eigen::Matrix2d& information) {
-  constexpr double kLeast = 1e-9;  // a plane's, but for rounding
+  constexpr double kMin = 1e-9;  // below: a plane, up to rounding
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(information, Eigen::EigenvaluesOnly);
   const double least = eigen.eigenvalues()[0];
-  return least > kLeast ? 1.0 / std::sqrt(least) : std::numeric_limits<double>::infinity();
+  return least > kMin ? 1.0 / std::sqrt(least) : std::numeric_limits<double>::infinity();
 }
 
 void PathUncertaintyWalk::begin(const std::vector<Vec2>& path_m, double step_m,
@@ -95,7 +95,7 @@ void PathUncertaintyWalk::begin(const std::vector<Vec2>& path_m, double step_m,
   find_place();
 }
 
-// The leg that the way of the next place is on; none: the walk is over.
+// Finds the leg that contains the next position; none: the walk is over.
 void PathUncertaintyWalk::find_place() {
   for (; !over(); ++leg_) {
     const Vec2 leg = path_m_[leg_ + 1] - path_m_[leg_];

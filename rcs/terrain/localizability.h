@@ -1,6 +1,6 @@
 #pragma once
-// How well the ground's shape alone tells where one is: the information of a scan that is matched
-// to a map, without a scan.
+// Localizability: the information about the horizontal position that a scan matched to a map would
+// give, computed from the relief of the map alone.
 
 #include <vector>
 
@@ -10,17 +10,17 @@
 namespace rcs {
 
 struct LocalizabilityParams {
-  double radius_m = 25.0;    ///< of a disc of ground that a scan sees, [5, 200]. A Demo III scan of
-                             ///< 90 deg that reaches 60 m in the open sees as much
-  double column_m = 2.0;     ///< one height each, as SP's columns, [0.5, 20]
-  double min_sigma_m = 0.1;  ///< no height counts for more, [0.001, 10]
-  double tilt_sigma_rad = radians(0.2);     ///< roll and pitch are known from gravity to this
-  double heading_sigma_rad = radians(0.3);  ///< and heading
+  double radius_m = 25.0;    ///< of a disc of ground visible in a scan, [5, 200]. A Demo III scan
+                             ///< of 90 deg with 60 m range covers about this area
+  double column_m = 2.0;     ///< one height for each, as in the columns of SP, [0.5, 20]
+  double min_sigma_m = 0.1;  ///< lower bound of the sigma of a height, [0.001, 10]
+  double tilt_sigma_rad = radians(0.2);     ///< of roll and pitch, known from gravity
+  double heading_sigma_rad = radians(0.3);  ///< of heading
 };
 
-/// What one scan at a place tells of east and north, in 1/m^2, height being unknown: the Schur
-/// complement of the 6x6 information of heights z(x, y) with the map's gradients. Heights of one
-/// map cell share its error and count once. Zero on a plane, and where the map knows nothing.
+/// Information of one scan about east and north at a position [1/m^2], with unknown height: the
+/// Schur complement of the 6x6 information of heights z(x, y) with the map's gradients. Heights of
+/// one map cell share its error and count once. Zero on a plane, and where the map has no data.
 [[nodiscard]] Eigen::Matrix2d terrain_information(const ElevationMap& map, const Vec2& place_m,
                                                   const LocalizabilityParams& params);
 
@@ -28,36 +28,37 @@ struct LocalizabilityParams {
 [[nodiscard]] double worst_sigma_m(const Eigen::Matrix2d& information);
 
 struct PathUncertainty {
-  double way_m = 0.0;                   ///< driven since the start
+  double way_m = 0.0;                   ///< distance from the start
   Vec2 place_m = Vec2::Zero();          ///< in the map's frame
-  double sigma_dead_reckoning_m = 0.0;  ///< worst direction, by motion alone
+  double sigma_dead_reckoning_m = 0.0;  ///< worst direction, without matches
   double sigma_with_map_m = 0.0;        ///< and with matches to the map
 };
 
 struct DeadReckoning {
-  double start_sigma_m = 0.3;  ///< of the place when GPS goes, each axis, [0.001, 1000]
-  double drift = 0.002;        ///< sigma of the error a metre driven, each axis, (0, 1]
+  double start_sigma_m = 0.3;  ///< position at GPS failure, each axis, [0.001, 1000]
+  double drift = 0.002;        ///< sigma of the error per metre, each axis, (0, 1]
 };
 
-/// How sure along a path, were GPS to go at its start, a place at a time. The motion's error grows
-/// with the way (a constant rate, not known), and at each place a match to the map is fused.
+/// Predicted uncertainty along a path if GPS fails at its start, one position at a time. The
+/// dead-reckoning error grows with distance (at a constant, unknown rate), and a match to the map
+/// is fused at each position.
 class PathUncertaintyWalk {
  public:
-  /// Any walk before is over. Allocates when the path is longer than any before.
-  /// @param path_m  two places or more
-  /// @param step_m  of way from place to place, > 0: as far as a scan sees, or more, as nearer
-  ///   matches would see the same cells with the same errors
+  /// Ends any walk before. Allocates if the path is longer than any before.
+  /// @param path_m  two positions or more
+  /// @param step_m  distance between matches, > 0: the radius of a scan or more, because closer
+  ///   matches would use the same cells with the same errors
   void begin(const std::vector<Vec2>& path_m, double step_m, const DeadReckoning& motion);
 
-  /// Paths of so many places allocate nothing.
+  /// Afterwards paths of up to `places` positions allocate nothing.
   void reserve(std::size_t places) { path_m_.reserve(places); }
 
-  /// The path is at its end, or none was begun.
+  /// The end of the path is reached, or none was begun.
   [[nodiscard]] bool over() const { return leg_ + 1 >= path_m_.size(); }
-  /// Where the next match is; of a walk that is not over.
+  /// Position of the next match; for a walk that is not over.
   [[nodiscard]] const Vec2& place() const { return place_m_; }
-  /// Fuses it and goes on to the next.
-  /// @param information  of east and north there [1/m^2], may be singular or zero
+  /// Fuses the match at place() and advances to the next.
+  /// @param information  about east and north there [1/m^2], may be singular or zero
   [[nodiscard]] PathUncertainty step(const Eigen::Matrix2d& information);
 
  private:
@@ -66,15 +67,16 @@ class PathUncertaintyWalk {
   std::vector<Vec2> path_m_;
   double step_m_ = 0.0;
   std::size_t leg_ = 0;     // from path_m_[leg_] to the next
-  double leg_way_m_ = 0.0;  // driven at its begin
-  double way_m_ = 0.0;      // of the next place
+  double leg_way_m_ = 0.0;  // distance at its beginning
+  double way_m_ = 0.0;      // distance of the next position
   Vec2 place_m_ = Vec2::Zero();
-  Eigen::Matrix4d dead_ = Eigen::Matrix4d::Zero();  // of the place's error, and its growth a metre
+  Eigen::Matrix4d dead_ =
+      Eigen::Matrix4d::Zero();  // of the position error and its growth per metre
   Eigen::Matrix4d with_map_ = Eigen::Matrix4d::Zero();
 };
 
-/// All of such a walk, a match each `radius_m`. The survey's slow error is not in it.
-/// @param path_m  places in the map's frame, two or more
+/// A whole walk, with a match each `radius_m`. The systematic error of the survey is not included.
+/// @param path_m  positions in the map's frame, two or more
 [[nodiscard]] std::vector<PathUncertainty> path_uncertainty_along(
     const ElevationMap& map, const std::vector<Vec2>& path_m, const DeadReckoning& motion,
     const LocalizabilityParams& params);

@@ -47,7 +47,7 @@ Result<Raster> read_tile(const std::string& file, Cell tile, std::uint64_t latti
   Result<Raster> raster = decode_tile(buffer->data(), buffer->size(), lattice);
   if (!raster) return Error{file + ": " + raster.error().message};
   if (!(tile_of(raster->first) == tile)) {
-    return Error{file + ": is tile " + std::to_string(tile_of(raster->first).i) + ", " +
+    return Error{file + ": contains tile " + std::to_string(tile_of(raster->first).i) + ", " +
                  std::to_string(tile_of(raster->first).j)};
   }
   return raster;

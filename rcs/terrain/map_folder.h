@@ -11,13 +11,13 @@
 
 namespace rcs {
 
-/// Where a map keeps its index.
+/// Path of a map's index.
 [[nodiscard]] std::string index_file(const std::string& map);
 
-/// Where a map keeps a tile.
+/// Path of a tile of a map.
 [[nodiscard]] std::string tile_file(const std::string& map, double cell_m, Cell tile);
 
-/// A file's bytes, in a buffer that is reused.
+/// Reads a file into a reused buffer.
 [[nodiscard]] Outcome read_file(const std::string& path, std::size_t most,
                                 std::vector<std::uint8_t>* bytes);
 
@@ -29,14 +29,14 @@ namespace rcs {
 
 class MapFolder {
  public:
-  /// Reads the index alone: the time does not depend on the map's area but by 24 bytes a tile.
+  /// Reads the index alone: 24 to 28 bytes a tile, independently of the map's area otherwise.
   [[nodiscard]] static Result<MapFolder> open(const std::string& path);
 
   [[nodiscard]] const std::string& path() const { return path_; }
   [[nodiscard]] const MapIndex& index() const { return index_; }
   [[nodiscard]] std::string file_of(int level, Cell tile) const;
 
-  /// A whole tile with all of its layers.
+  /// Reads a whole tile with all of its layers.
   /// @param buffer  reused from call to call
   [[nodiscard]] Result<Raster> read(int level, Cell tile, std::vector<std::uint8_t>* buffer) const;
 

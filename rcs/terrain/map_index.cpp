@@ -14,7 +14,7 @@ namespace {
 constexpr char kMagic[] = "RCSMAPS\n";
 constexpr std::size_t kMagicSize = 8;
 constexpr std::uint32_t kVersion = 1;
-constexpr std::uint32_t kVersionWithPoints = 2;  // each tile says how many it has
+constexpr std::uint32_t kVersionWithPoints = 2;  // with the number of points of each tile
 constexpr std::size_t kHeaderSize = 16;          // magic, version, checksum of the rest
 constexpr std::size_t kEntrySize = 24;           // of version 1
 constexpr std::size_t kCountSize = 4;
@@ -23,7 +23,7 @@ constexpr std::size_t kMaxText = 1024;
 
 bool before(Cell a, Cell b) { return a.j != b.j ? a.j < b.j : a.i < b.i; }
 
-/// Where `tile` is among `tiles`, or belongs.
+/// Position of `tile` among `tiles`, or where it belongs.
 template <class Tiles>
 auto place_of(Cell tile, Tiles* tiles) {
   return std::lower_bound(
@@ -46,7 +46,7 @@ void put_datum(const Geodetic& datum, wire::Writer* w) {
   w->put(datum.height.m);
 }
 
-/// Where a level's cells lie.
+/// The lattice of a level's cells.
 void put_cells(const MapLevel& level, wire::Writer* w) {
   w->put(level.cell_m);
   w->put(level.origin_m.x());
@@ -57,12 +57,13 @@ void put_cells(const MapLevel& level, wire::Writer* w) {
 
 Outcome check_frame(const MapFrame& map, const std::string& reference) {
   if (map.reference != reference) {
-    return Error{"the map is in " + map.reference + ", the vehicle's GPS in " + reference};
+    return Error{"the map is in reference frame " + map.reference + ", the GPS fixes are in " +
+                 reference};
   }
-  // A frame of its own, such as a city's or a site's, may have its own heights.
+  // A local frame, such as a city's or a site's, may have its own heights.
   if (map.heights != "ellipsoid" && map.heights != map.reference) {
-    return Error{"the map's heights are above " + map.heights +
-                 ", the vehicle's above the ellipsoid of " + reference +
+    return Error{"the heights of the map are above " + map.heights +
+                 ", those of the vehicle above the ellipsoid of " + reference +
                  ": import it again with the undulation"};
   }
   return Done{};
@@ -95,14 +96,15 @@ void MapLevelIndex::enter(const MapTileEntry& entry) {
 
 Outcome check_index(const MapIndex& index) {
   const MapFrame& f = index.frame;
-  if (!plausible(f.datum)) return Error{"the datum is not a place on the earth"};
+  if (!plausible(f.datum)) return Error{"the datum is not a position on the earth"};
   if (std::isinf(f.undulation_m) || std::abs(f.undulation_m) > 120.0) {
-    return Error{"undulation must be within 120 m"};
+    return Error{"the undulation must be in [-120, 120] m"};
   }
   for (const std::string* text : {&f.reference, &f.heights, &f.source_crs}) {
     if (text->size() > kMaxText) return Error{"a name is longer than 1024 characters"};
   }
-  if (f.reference.empty() || f.heights.empty()) return Error{"reference frame or heights unnamed"};
+  if (f.reference.empty() || f.heights.empty())
+    return Error{"reference frame or heights without a name"};
   if (index.levels.empty() || index.levels.size() > kMaxLevels) {
     return Error{"a map has 1 to 16 levels"};
   }
@@ -112,12 +114,12 @@ Outcome check_index(const MapIndex& index) {
     if (!(level.level.cell_m > finer_m)) return Error{"levels must go from fine to coarse"};
     finer_m = level.level.cell_m;
     for (const MapTileEntry& e : level.tiles) {
-      if (e.points > kMostSurfacePoints) return Error{"a tile claims too many surface points"};
+      if (e.points > kMaxSurfacePoints) return Error{"a tile has too many surface points"};
       if (!plausible_tile(e.tile)) return Error{"a tile's number is beyond 2^22"};
     }
     for (std::size_t k = 1; k < level.tiles.size(); ++k) {
       if (!before(level.tiles[k - 1].tile, level.tiles[k].tile)) {
-        return Error{"tiles out of order, or twice"};
+        return Error{"tiles are out of order or repeated"};
       }
     }
   }
@@ -163,7 +165,7 @@ Result<MapIndex> decode_index(const std::vector<std::uint8_t>& bytes) {
   if (std::memcmp(in, kMagic, kMagicSize) != 0) return Error{"not a map's index (magic)"};
   const auto version = wire::take<std::uint32_t>(in + kMagicSize);
   if (version != kVersion && version != kVersionWithPoints) {
-    return Error{"version " + std::to_string(version) + ", known are 1 and 2"};
+    return Error{"unsupported version " + std::to_string(version) + ", supported are 1 and 2"};
   }
   const bool points = version == kVersionWithPoints;
   if (crc32(in + kHeaderSize, bytes.size() - kHeaderSize) != wire::take<std::uint32_t>(in + 12)) {
@@ -189,7 +191,7 @@ Result<MapIndex> decode_index(const std::vector<std::uint8_t>& bytes) {
     level.level.bias_correlation_m = r.take<double>();
     const std::size_t tiles = r.take<std::uint32_t>();
     if (tiles > r.left() / (kEntrySize + (points ? kCountSize : 0))) {
-      return Error{"more tiles than bytes"};
+      return Error{"truncated: more tiles than bytes"};
     }
     level.tiles.resize(tiles);
     for (MapTileEntry& e : level.tiles) {
@@ -204,7 +206,7 @@ Result<MapIndex> decode_index(const std::vector<std::uint8_t>& bytes) {
     index.levels.push_back(std::move(level));
   }
   if (!r.ok() || r.left() != 0 || index.levels.size() != levels) {
-    return Error{"its counts do not fit its bytes"};
+    return Error{"its counts do not match its size"};
   }
   if (Outcome checked = check_index(index); !checked) return checked.error();
   return index;

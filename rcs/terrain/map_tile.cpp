@@ -71,7 +71,7 @@ void take_points(const std::uint8_t* in, std::size_t n, std::vector<SurfacePoint
 
 std::vector<std::uint8_t> encode_tile(const Raster& t, std::uint64_t lattice) {
   RCS_CHECK(t.width == kTileSide && t.height == kTileSide);
-  RCS_CHECK(t.points.size() <= kMostSurfacePoints);
+  RCS_CHECK(t.points.size() <= kMaxSurfacePoints);
   const Cell tile = tile_of(t.first);
   RCS_CHECK(first_cell(tile) == t.first);
   const std::uint32_t flags = (t.sigma_m.size() > 1 ? kSigma : 0) |
@@ -107,8 +107,8 @@ std::vector<std::uint8_t> encode_tile(const Raster& t, std::uint64_t lattice) {
 
 Result<Raster> decode_tile(const std::uint8_t* in, std::size_t size, std::uint64_t lattice) {
   if (size < kHeaderSize) {
-    return Error{"truncated: a tile's header takes " + std::to_string(kHeaderSize) + " bytes, " +
-                 std::to_string(size) + " are there"};
+    return Error{"truncated: the header of a tile has " + std::to_string(kHeaderSize) + " bytes, " +
+                 std::to_string(size) + " were found"};
   }
   if (std::memcmp(in, kMagic, kMagicSize) != 0) return Error{"not a map's tile (magic)"};
   const auto version = wire::take<std::uint32_t>(in + kMagicSize);
@@ -123,21 +123,21 @@ Result<Raster> decode_tile(const std::uint8_t* in, std::size_t size, std::uint64
   if (version == kVersionWithPoints) {
     due += kCountSize;
     if (size >= due) points = wire::take<std::uint32_t>(in + cells);
-    if (size >= due && (points == 0 || points > kMostSurfacePoints)) {
-      return Error{"claims " + std::to_string(points) + " surface points, 1 to " +
-                   std::to_string(kMostSurfacePoints) + " are allowed"};
+    if (size >= due && (points == 0 || points > kMaxSurfacePoints)) {
+      return Error{"has " + std::to_string(points) + " surface points, 1 to " +
+                   std::to_string(kMaxSurfacePoints) + " are allowed"};
     }
     due += kSurfacePointBytes * points;
   }
   if (size != due) {
     return Error{(size < due ? "truncated: " : "too long: ") + std::to_string(due) +
-                 " bytes are due, " + std::to_string(size) + " are there"};
+                 " bytes expected, " + std::to_string(size) + " found"};
   }
   if (crc32(in + kChecked, size - kChecked) != wire::take<std::uint32_t>(in + kCrcOffset)) {
     return Error{"corrupt: the checksum differs"};
   }
   if (wire::take<std::uint64_t>(in + 16) != lattice) {
-    return Error{"a tile of another map: its datum, heights or lattice are not this one's"};
+    return Error{"a tile of another map: its datum, heights or lattice differ"};
   }
   Raster t;
   t.level.cell_m = wire::take<double>(in + 32);

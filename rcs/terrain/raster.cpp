@@ -68,7 +68,7 @@ Outcome check_raster(const Raster& r) {
     if (!(s > 0.0F && s <= 1000.0F)) return Error{"a sigma is not in (0, 1000] m"};
   }
   for (const CellSource s : r.source) {
-    if (static_cast<int>(s) >= kCellSources) return Error{"a source that is none"};
+    if (static_cast<int>(s) >= kCellSources) return Error{"the source of a cell is invalid"};
   }
   return check_surface_points(r.points, r.width * r.level.cell_m, r.height * r.level.cell_m);
 }

@@ -1,5 +1,5 @@
 #pragma once
-// Ground heights on a lattice of cells: what maps are made of, imported from and merged as.
+// Ground heights on a lattice of cells: the form in which maps are made, imported and merged.
 
 #include <cmath>
 #include <cstddef>
@@ -13,7 +13,7 @@
 
 namespace rcs {
 
-/// Who said where the ground is in a cell.
+/// Origin of the height of a cell.
 enum class CellSource : std::uint8_t {
   kUnknown,
   kSurvey,  ///< on the ground
@@ -27,7 +27,7 @@ constexpr int kCellSources = 5;
 struct MapLevel {
   double cell_m = 1.0;              ///< [0.01, 10000]
   Vec2 origin_m = Vec2::Zero();     ///< within 1000 km of the map's datum
-  double bias_sigma_m = 0.0;        ///< the survey's slow error, [0, 1000]
+  double bias_sigma_m = 0.0;        ///< systematic error of the survey, [0, 1000]
   double bias_correlation_m = 1e3;  ///< of it: first-order Gauss-Markov in distance, (0, 1e7]
 
   [[nodiscard]] Cell cell_at(double x_m, double y_m) const {
@@ -41,7 +41,7 @@ struct MapLevel {
 };
 
 /// A rectangle of a level's cells. A layer other than the heights has a value for every cell, or
-/// one that holds for all.
+/// one value for all cells.
 struct Raster {
   MapLevel level;
   Cell first;      ///< the south-western cell
@@ -50,12 +50,12 @@ struct Raster {
   /// Of the ground at the cell's centre, above the tangent plane at the map's datum, x fastest;
   /// NaN: unknown.
   std::vector<float> z_m;
-  /// Standard deviation of (ground - interpolated height) at a point, without the slow bias.
+  /// Standard deviation of (ground - interpolated height) at a point, without the systematic error.
   std::vector<float> sigma_m = {1.0F};
-  std::vector<std::uint16_t> count = {0};  ///< of what the height is the mean of; 65535: or more
-  std::vector<std::uint16_t> date = {0};   ///< of the newest, days since 2000-01-01; 0: unknown
+  std::vector<std::uint16_t> count = {0};  ///< of averaged measurements; 65535: or more
+  std::vector<std::uint16_t> date = {0};   ///< newest, days since 2000-01-01; 0: unknown
   std::vector<CellSource> source = {CellSource::kUnknown};
-  std::vector<SurfacePoint> points;  ///< of what stands on the ground, where that is known
+  std::vector<SurfacePoint> points;  ///< of above-ground structure, where known
 
   [[nodiscard]] std::size_t cells() const {
     return static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
@@ -76,13 +76,13 @@ template <class T>
   return layer[layer.size() == 1 ? 0 : cell];
 }
 
-/// Why a level can't be (units, non-finite numbers).
+/// An error if a level is invalid (units, non-finite numbers).
 [[nodiscard]] Outcome check_level(const MapLevel& level);
 
-/// Why a raster can't be used; Done when it can.
+/// An error if a raster is invalid.
 [[nodiscard]] Outcome check_raster(const Raster& raster);
 
-/// The cells and points of `raster` that lie in a rectangle; what it does not cover is unknown.
+/// The cells and points of `raster` in a rectangle; cells that it does not cover are unknown.
 [[nodiscard]] Raster cut(const Raster& raster, Cell first, int width, int height);
 
 }  // namespace rcs

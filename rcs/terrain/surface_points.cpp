@@ -25,7 +25,7 @@ Outcome check_surface_points(const std::vector<SurfacePoint>& points, double wid
   for (const SurfacePoint& p : points) {
     const bool inside = p.p_m.x() >= 0.0F && p.p_m.x() <= wide_m && p.p_m.y() >= 0.0F &&
                         p.p_m.y() <= high_m && std::abs(p.p_m.z()) <= 20000.0F;
-    if (!inside) return Error{"a surface point is not in its tile, or beyond 20 km of height"};
+    if (!inside) return Error{"a surface point is outside its tile, or its height is beyond 20 km"};
     if (!(std::abs(p.normal.norm() - 1.0F) <= kUnit)) {
       return Error{"a surface point's normal is not of length 1"};
     }

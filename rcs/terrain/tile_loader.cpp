@@ -19,12 +19,12 @@ void load_tile(const std::string& map, std::vector<std::uint8_t>* buffer, TileJo
     return;
   }
   if (!(tile_of(tile->first) == job->tile)) {
-    job->failure = file + ": holds another tile than its name says";
+    job->failure = file + ": contains another tile than its name states";
     return;
   }
-  if (tile->points.size() > job->most_points) {
+  if (tile->points.size() > job->max_points) {
     job->failure = file + ": has " + std::to_string(tile->points.size()) +
-                   " surface points, the map's index allows " + std::to_string(job->most_points);
+                   " surface points, the map's index allows " + std::to_string(job->max_points);
     return;
   }
   job->replaced = crc32(buffer->data(), buffer->size()) != job->checksum;

@@ -1,5 +1,5 @@
 #pragma once
-// Who brings tiles from disk.
+// Interface of the loaders of map tiles, and the synchronous loader.
 
 #include <cstddef>
 #include <cstdint>
@@ -17,26 +17,26 @@ struct TileNode {
   float sigma_m;  ///< > 0 where known
 };
 
-/// One tile that is wanted, or has come.
+/// One tile that is requested or loaded.
 struct TileJob {
   int level = 0;
   Cell tile;
-  std::uint64_t lattice = 0;       ///< that it must be of
-  std::uint32_t checksum = 0;      ///< of the file that the index knows
+  std::uint64_t lattice = 0;       ///< required of the tile
+  std::uint32_t checksum = 0;      ///< of the file according to the index
   double cell_m = 0.0;             ///< of the level
-  TileNode* nodes = nullptr;       ///< kTileCells of them, the loader's until the job is finished
-  SurfaceIndex* points = nullptr;  ///< likewise
-  std::size_t most_points = 0;     ///< that there is room for
-  bool replaced = false;           ///< when finished: sound, but not the file that the index knows
-  std::string failure;             ///< when finished: empty, or which file and why not
+  TileNode* nodes = nullptr;       ///< kTileCells; owned by the loader until finished
+  SurfaceIndex* points = nullptr;  ///< owned likewise
+  std::size_t max_points = 0;      ///< capacity
+  bool replaced = false;           ///< when finished: valid, but not the file of the index
+  std::string failure;             ///< when finished: empty, or the file and the cause
 };
 
 class TileLoader {
  public:
   virtual ~TileLoader() = default;
-  /// @return false: as many are under way as there may be; ask again later
+  /// @return false: the maximum number is in progress; try again later
   [[nodiscard]] virtual bool start(const TileJob& job) = 0;
-  /// @return false: none has been finished since
+  /// @return false: none has finished since the last call
   [[nodiscard]] virtual bool finished(TileJob* job) = 0;
 };
 
@@ -45,7 +45,7 @@ class TileLoader {
 /// @param buffer  for the file's bytes, reused from call to call
 void load_tile(const std::string& map, std::vector<std::uint8_t>* buffer, TileJob* job);
 
-/// Reads when asked: for replays, which must give the same bytes each time, and for tools.
+/// Reads at once: for replays, which must give the same bytes each time, and for tools.
 class DirectTileLoader final : public TileLoader {
  public:
   explicit DirectTileLoader(std::string map) : map_(std::move(map)) {}

@@ -1,12 +1,12 @@
 #pragma once
-// Random numbers by place instead of by order: the world looks the same whichever part of it is
-// looked at first.
+// Random numbers by position instead of by order: the world is the same in whatever order its parts
+// are created.
 
 #include <cstdint>
 
 namespace rcs::sim {
 
-/// The finalizer of SplitMix64 (Steele, Lea & Flood 2014): every input bit reaches every output
+/// The finalizer of SplitMix64 (Steele, Lea & Flood 2014): every input bit affects every output
 /// bit.
 inline std::uint64_t mix(std::uint64_t x) {
   x += 0x9E3779B97F4A7C15ULL;
@@ -25,7 +25,7 @@ inline double to_unit(std::uint64_t hash) {
   return static_cast<double>(hash >> 11U) * (1.0 / 9007199254740992.0);
 }
 
-/// A short stream of uniform numbers that belongs to one place.
+/// A short stream of uniform numbers for one position.
 class PlaceRandom {
  public:
   explicit PlaceRandom(std::uint64_t hash) : state_(hash) {}

@@ -1,5 +1,6 @@
 #pragma once
-// Sensor noise: one stream a sensor, so that switching one off leaves the others as they were.
+// Sensor noise: one stream for each sensor, so that the noise of a sensor does not depend on
+// others.
 
 #include <cmath>
 #include <cstdint>
@@ -10,7 +11,7 @@
 
 namespace rcs::sim {
 
-/// Streams of one scenario's seed.
+/// Streams of the seed of a scenario.
 enum class Stream : std::uint64_t {
   kLadar = 1,
   kInertial = 2,

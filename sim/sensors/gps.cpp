@@ -17,7 +17,7 @@ bool GpsReceiver::silent_at(double time_s) const {
 }
 
 bool GpsReceiver::measure(const Trajectory& vehicle, double time_s, GpsFix* fix) {
-  // The noise goes on during an outage, so that cutting GPS changes nothing after it.
+  // Noise is drawn during an outage, too, so that an outage does not change what follows it.
   const Vec3 error = slow_.step(params_.interval_s, &random_) + params_.white_m * random_.normal3();
   const Vec3 error_v = params_.sigma_v_mps * random_.normal3();
   const int satellites = 8 + static_cast<int>(3.0 * random_.uniform());

@@ -1,5 +1,5 @@
 #pragma once
-// A GPS receiver on carrier phase with float ambiguities.
+// A GPS receiver with a carrier-phase solution with float ambiguities.
 
 #include <vector>
 
@@ -22,13 +22,13 @@ struct GpsParams {
   double interval_s = 0.2;
   double latency_s = 0.0;  ///< from validity to arrival
   Vec3 p_vehicle_antenna{-0.5, 0.0, 1.1};
-  double sigma_m = 0.3;         ///< slow part, every axis: Gauss-Markov
-  double correlation_s = 60.0;  ///< of the slow part
+  double sigma_m = 0.3;         ///< time-correlated error (Gauss-Markov), every axis
+  double correlation_s = 60.0;  ///< of the time-correlated error
   double white_m = 0.02;
   double sigma_v_mps = 0.05;    ///< white, every axis
-  double undulation_m = -33.0;  ///< of the geoid, reported
-  std::vector<Outage> outages;  ///< no message while one lasts
-  double lost_after_m = 0.0;    ///< of the driven way: no message any more; 0: never
+  double undulation_m = -33.0;  ///< reported geoid undulation
+  std::vector<Outage> outages;  ///< no message within one
+  double lost_after_m = 0.0;    ///< distance driven after which no fix is sent any more; 0: never
 };
 
 struct GpsFix {
@@ -46,10 +46,10 @@ class GpsReceiver {
   GpsReceiver(const GpsParams& params, const Geodetic& datum, std::uint64_t seed);
 
   [[nodiscard]] const GpsParams& params() const { return params_; }
-  /// Within an outage.
+  /// Whether the time is within an outage.
   [[nodiscard]] bool silent_at(double time_s) const;
   /// The fix for `time_s`; to be called at every interval, in order of time.
-  /// @return false during an outage
+  /// @return false within an outage
   [[nodiscard]] bool measure(const Trajectory& vehicle, double time_s, GpsFix* fix);
 
  private:

@@ -23,7 +23,7 @@ Planet Planet::at(const Geodetic& place) {
 
 InertialIncrement perfect_increment(const Trajectory& vehicle, const Planet& planet, double begin_s,
                                     double end_s) {
-  // Gauss-Legendre with five points: exact to rounding where the motion's knots are not crossed.
+  // Gauss-Legendre with five points: exact to rounding between knots of the motion.
   constexpr std::array<double, 5> kNode = {-0.9061798459386640, -0.5384693101056831, 0.0,
                                            0.5384693101056831, 0.9061798459386640};
   constexpr std::array<double, 5> kWeight = {0.2369268850561891, 0.4786286704993665,
@@ -34,7 +34,7 @@ InertialIncrement perfect_increment(const Trajectory& vehicle, const Planet& pla
   for (std::size_t k = 0; k < kNode.size(); ++k) {
     const Motion m = vehicle.at(begin_s + half_s * (1.0 + kNode[k]));
     const Quat q_vehicle_world = m.T_world_vehicle.q.conjugate();
-    // Frame world turns with the earth: Coriolis; its centrifugal part is in gravity.
+    // Frame world rotates with the earth: Coriolis; the centrifugal part is included in gravity.
     const Vec3 force_world =
         m.a_world + 2.0 * planet.rate_world.cross(m.v_world) + Vec3(0.0, 0.0, planet.gravity_mps2);
     sum.delta_angle += kWeight[k] * half_s * (m.rate_vehicle + q_vehicle_world * planet.rate_world);

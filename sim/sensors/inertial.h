@@ -9,9 +9,9 @@
 
 namespace rcs::sim {
 
-/// Errors of a device, one sigma. All zero: a perfect one.
+/// Errors of a device, one sigma. All zero: a perfect device.
 struct InertialGrade {
-  double gyro_bias_radps = 0.0;         ///< from switch-on to switch-on
+  double gyro_bias_radps = 0.0;         ///< turn-on bias
   double gyro_instability_radps = 0.0;  ///< in run, first-order Gauss-Markov
   double gyro_walk_radprs = 0.0;        ///< angle random walk [rad/sqrt(s)]
   double accel_bias_mps2 = 0.0;
@@ -24,16 +24,16 @@ struct InertialParams {
   std::string grade_name = "tactical";
   InertialGrade grade;
   double interval_s = 0.01;
-  // What nobody has calibrated; signs and axis by seed.
+  // Uncalibrated errors; signs and axis by seed.
   double scale_error = 300e-6;             ///< of every axis
   double misalignment_rad = radians(0.1);  ///< of the triad
 };
 
-/// Where the vehicle drives, as an inertial sensor feels it. Gravity is taken along -z of frame
-/// world everywhere: 1 km from the datum it is off by 0.16 mrad.
+/// Gravity and rotation of the earth. Gravity is along -z of frame world everywhere: 1 km from the
+/// datum its direction is wrong by 0.16 mrad.
 struct Planet {
   double gravity_mps2 = 0.0;
-  Vec3 rate_world = Vec3::Zero();  ///< the earth's rotation [rad/s]
+  Vec3 rate_world = Vec3::Zero();  ///< rotation rate of the earth [rad/s]
 
   [[nodiscard]] static Planet at(const Geodetic& place);
 };
@@ -43,8 +43,8 @@ struct InertialIncrement {
   Vec3 delta_v = Vec3::Zero();      ///< integral of the specific force [m/s]
 };
 
-/// What a perfect sensor measures from `begin_s` to `end_s`: rotation against inertial space and
-/// specific force, both in the (turning) vehicle frame.
+/// Increment of a perfect sensor from `begin_s` to `end_s`: rotation against inertial space and
+/// specific force, both in the (rotating) vehicle frame.
 [[nodiscard]] InertialIncrement perfect_increment(const Trajectory& vehicle, const Planet& planet,
                                                   double begin_s, double end_s);
 

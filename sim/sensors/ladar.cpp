@@ -9,14 +9,14 @@ namespace rcs::sim {
 namespace {
 
 Pose true_mount(const MountParams& mount, std::uint64_t seed) {
-  // The sensor's own noise must not depend on whether its mount is off.
+  // The noise of the sensor must not depend on the error of its mount.
   Random random(mix(seed + 0x30), Stream::kLadar);
   const Vec3 axis = random.direction();
   return mount.T_vehicle_mount *
          Pose{exp_so3(mount.error_rad * axis), mount.error_m * random.direction()};
 }
 
-// Narrow enough that its rays stay together over the mean range of a scan.
+// Narrow enough that its rays stay close together over the mean range of a scan.
 constexpr int kColumnsPerFan = 12;
 
 Vec3 spherical(double azimuth_rad, double elevation_rad) {
@@ -24,7 +24,7 @@ Vec3 spherical(double azimuth_rad, double elevation_rad) {
           std::cos(elevation_rad) * std::sin(azimuth_rad), std::sin(elevation_rad)};
 }
 
-// Two surfaces rather than one that is slanted.
+// Whether two ranges belong to two surfaces, not to one slanted surface.
 bool is_edge(double a_m, double b_m) {
   return a_m > 0.0 && b_m > 0.0 && std::abs(a_m - b_m) > 0.3 + 0.05 * std::min(a_m, b_m);
 }
@@ -34,7 +34,7 @@ bool is_edge(double a_m, double b_m) {
 double Beam::cast(const World& world, const Ray& ray, double time_s, double* cos_incidence,
                   double clear_m) {
   Hit hit;
-  // A little beyond the range, so that noise does not cut it off one-sidedly.
+  // Slightly beyond the range, so that noise does not truncate it on one side.
   const double reach_m = params_.max_range_m + 5.0 * params_.sigma_m;
   if (!world.cast(ray, reach_m, time_s, random_.bits(), &hit, clear_m)) return 0.0;
   *cos_incidence = hit.cos_incidence;
@@ -43,7 +43,7 @@ double Beam::cast(const World& world, const Ray& ray, double time_s, double* cos
 
 double Beam::measure(double range_m, double cos_incidence) {
   if (range_m <= 0.0) return 0.0;
-  constexpr double kMaxTangent = 10.0;  // beyond 84 deg the footprint is cut off by the relief
+  constexpr double kMaxTangent = 10.0;  // beyond 84 deg the relief limits the footprint
   const double c = std::clamp(cos_incidence, 1e-3, 1.0);
   const double tangent = std::min(kMaxTangent, std::sqrt(1.0 - c * c) / c);
   const double slant_m = params_.incidence_share * range_m * params_.half_angle_rad * tangent;
@@ -57,7 +57,7 @@ bool Beam::facet_is_empty() {
 }
 
 bool Beam::shot_is_missing() {
-  // Empty facets have taken their part of the missing share.
+  // Empty facets are part of the missing share.
   const double missing = 1.0 - (1.0 - params_.missing_share) / (1.0 - params_.empty_facet_share);
   return missing > 0.0 && random_.uniform() < missing;
 }
@@ -82,7 +82,7 @@ HeadAngle RangeImager::head_at(double time_s) const {
 }
 
 Pose RangeImager::T_vehicle_ladar(double time_s) const {
-  // Positive tilt looks up: a negative turn about y (left).
+  // Positive tilt is up: a negative rotation about y (left).
   const Quat q_mount_ladar = exp_so3(Vec3(0.0, -head_at(time_s).tilt_rad, 0.0));
   return T_vehicle_mount_ * Pose{q_mount_ladar, Vec3::Zero()};
 }
@@ -92,8 +92,8 @@ Vec3 RangeImager::direction(int row, int col) const {
                           static_cast<std::size_t>(col)];
 }
 
-// Straight lines between poses 0.7 ms apart: off by less than 0.01 mrad and 0.01 mm for all that a
-// vehicle's body does.
+// Linear interpolation between poses 0.7 ms apart: errors below 0.01 mrad and 0.01 mm for all
+// motions of a vehicle body.
 void RangeImager::place_columns(const Trajectory& vehicle, double start_s) {
   constexpr int kColumnsPerPose = 20;
   const auto pose = [&](int col) {
@@ -154,14 +154,14 @@ void RangeImager::cast_columns(const World& world, double start_s, int first_row
     const std::size_t row = k % static_cast<std::size_t>(rows);
     Shot& shot =
         shots_[row * static_cast<std::size_t>(params_.cols) + static_cast<std::size_t>(col)];
-    // Along a slanted ray a distance takes longer: stopping at it is on the safe side.
+    // Along a slanted ray the horizontal distance is reached later: the bound is conservative.
     shot.range_m =
         beam_.cast(world, rays_[k], shot_time(start_s, col), &shot.cos_incidence, clear_m);
   }
 }
 
-// A beam that lies half on an edge returns from somewhere between the two surfaces. Where the range
-// jumps between neighbouring columns, the border of the beam is cast as well.
+// A beam that is partly on an edge returns a range between those of the two surfaces. Where the
+// range jumps between adjacent columns, the border of the beam is cast as well.
 void RangeImager::mix_pixels(const World& world, double start_s, int first_row) {
   const double half_angle_rad = beam_.params().half_angle_rad;
   const std::size_t cols = static_cast<std::size_t>(params_.cols);

@@ -1,6 +1,6 @@
 #pragma once
 // Two LADARs: the range imager of Demo III on its tilting head, and a spinning one with 64 beams.
-// Every shot has its own time, at which vehicle and head are where they truly are.
+// Every shot has its own time, for which the true poses of vehicle and head are used.
 
 #include <cstdint>
 #include <vector>
@@ -12,22 +12,22 @@
 
 namespace rcs::sim {
 
-/// What a beam does, whichever the scanner.
+/// Errors of a beam, common to both scanners.
 struct BeamParams {
   double max_range_m = 60.0;
   double sigma_m = 0.03;                 ///< of a range at normal incidence
   double half_angle_rad = radians(0.1);  ///< of the beam; 0: no mixed pixels
-  /// The range of a slanted surface varies over the footprint; this share of it is noise.
+  /// Share of the range spread over the footprint on a slanted surface that is noise.
   double incidence_share = 0.25;
-  double missing_share = 0.15;      ///< of the returns, in all
-  double empty_facet_share = 0.03;  ///< of the facets, counts in missing_share
+  double missing_share = 0.15;      ///< of the returns, including those of empty facets
+  double empty_facet_share = 0.03;  ///< of the facets; part of missing_share
 };
 
-/// Where the LADAR is, and what nobody has calibrated.
+/// Pose of the LADAR, and its uncalibrated error.
 struct MountParams {
   Pose T_vehicle_mount{Quat::Identity(), Vec3(0.9, 0.0, 0.9)};  ///< nominal, head at rest
-  double error_m = 0.01;                                        ///< of the mount; direction by seed
-  double error_rad = radians(0.2);                              ///< axis by seed
+  double error_m = 0.01;            ///< of the position; direction by seed
+  double error_rad = radians(0.2);  ///< of the attitude; axis by seed
 };
 
 struct ImagerParams {
@@ -37,21 +37,21 @@ struct ImagerParams {
   double fov_v_rad = radians(20.0);
   double fov_h_rad = radians(90.0);
   double period_s = 0.1;             ///< of a scan
-  double tilt_rad = radians(-10.0);  ///< of the head, or the middle of its sweep
-  double sweep_rad = 0.0;            ///< amplitude of the tilt's sine
+  double tilt_rad = radians(-10.0);  ///< of the head; with a sweep, its centre
+  double sweep_rad = 0.0;            ///< amplitude of the sinusoidal tilt
   double sweep_hz = 0.25;
 };
 
 struct SpinningParams {
   int beams = 64;    ///< row 0 lowest
-  int cols = 1824;   ///< a turn, clockwise from straight behind
+  int cols = 1824;   ///< in a revolution, clockwise from straight behind
   int sectors = 48;  ///< divides cols
   double lowest_rad = radians(-24.8);
   double highest_rad = radians(2.0);
-  double period_s = 0.1;  ///< of a turn
+  double period_s = 0.1;  ///< of a revolution
 };
 
-/// The pan/tilt encoder at a facet's first shot.
+/// The pan/tilt encoder at the first shot of a facet.
 struct HeadAngle {
   double tilt_rad = 0.0;  ///< positive up
   double tilt_rate_radps = 0.0;
@@ -62,17 +62,17 @@ struct RangeFacet {
   HeadAngle head;
   int first_row = 0;
   int rows = 0;
-  std::vector<float> range_m;  ///< rows x cols; 0: no return; empty: no return in the whole facet
+  std::vector<float> range_m;  ///< rows x cols; 0: no return; empty: the whole facet has no return
 };
 
-/// A part of a turn, in the ladar frame.
+/// A part of a revolution, in the ladar frame.
 struct PointSector {
   std::vector<float> x_m, y_m, z_m;
   std::vector<std::int16_t> row, col;
-  std::vector<std::int32_t> dt_us;  ///< after the sector's first shot
+  std::vector<std::int32_t> dt_us;  ///< after the first shot of the sector
 };
 
-/// Casts shots and adds what beams do.
+/// Casts shots and adds the errors of the beam.
 class Beam {
  public:
   Beam(const BeamParams& params, std::uint64_t seed)
@@ -80,12 +80,12 @@ class Beam {
 
   [[nodiscard]] const BeamParams& params() const { return params_; }
   /// The range without noise; 0: no return.
-  /// @param clear_m  nothing is met before this range
+  /// @param clear_m  free range: nothing is hit before it
   [[nodiscard]] double cast(const World& world, const Ray& ray, double time_s,
                             double* cos_incidence, double clear_m = 0.0);
   /// Adds noise to a range; 0: no return, or out of range.
   [[nodiscard]] double measure(double range_m, double cos_incidence);
-  /// Drawn once a facet, and once a shot: its return will be missing, so it need not be cast.
+  /// Drawn once a facet, or once a shot that need not be cast then.
   [[nodiscard]] bool facet_is_empty();
   [[nodiscard]] bool shot_is_missing();
   [[nodiscard]] Random& random() { return random_; }
@@ -103,12 +103,12 @@ class RangeImager {
   [[nodiscard]] const ImagerParams& params() const { return params_; }
   [[nodiscard]] double facet_duration_s() const { return params_.period_s / params_.facets; }
   [[nodiscard]] HeadAngle head_at(double time_s) const;
-  /// The true mount, error included, at a time.
+  /// The true mount at a time, including its error.
   [[nodiscard]] Pose T_vehicle_ladar(double time_s) const;
-  /// Of a cell in the ladar frame; unit.
+  /// Unit vector of a pixel in the ladar frame.
   [[nodiscard]] Vec3 direction(int row, int col) const;
 
-  /// @param start_s  the facet's first shot; column c is shot at start + c / cols of its duration
+  /// @param start_s  first shot of the facet; column c is shot after c / cols of its duration
   void render(const World& world, const Trajectory& vehicle, double start_s, int facet,
               RangeFacet* out);
 
@@ -134,8 +134,8 @@ class RangeImager {
   Beam beam_;
   Pose T_vehicle_mount_;
   std::vector<Vec3> direction_ladar_;
-  std::vector<Column> columns_;  // of the facet under way
-  std::vector<Ray> rays_;        // of the fan under way, column by column
+  std::vector<Column> columns_;  // of the current facet
+  std::vector<Ray> rays_;        // of the current fan, column by column
   std::vector<Shot> shots_;
 };
 
@@ -147,7 +147,7 @@ class SpinningLadar {
   [[nodiscard]] const SpinningParams& params() const { return params_; }
   [[nodiscard]] const Pose& T_vehicle_ladar() const { return T_vehicle_ladar_; }
 
-  /// @param start_s  the sector's first shot
+  /// @param start_s  first shot of the sector
   void render(const World& world, const Trajectory& vehicle, double start_s, int sector,
               PointSector* out);
 

@@ -17,7 +17,7 @@ WheelMotion WheelOdometer::measure(const Trajectory& vehicle, double end_s) {
     mean.speed_mps += ahead_world.dot(m.v_world) * scale_ * (1.0 + slip) / kSamples;
     mean.yaw_rate_radps += m.rate_vehicle.z() / kSamples;
   }
-  // Wheels that stand still are known to: no noise without motion.
+  // Wheels at rest have no noise.
   const bool moving = std::abs(mean.speed_mps) > 0.01;
   const double noise = random_.normal();
   const double yaw_noise = random_.normal();

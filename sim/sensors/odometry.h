@@ -8,8 +8,8 @@ namespace rcs::sim {
 
 struct OdometryParams {
   double interval_s = 0.05;
-  double scale_error = 0.005;  ///< of the wheels' radius; sign by seed
-  /// Driven wheels turn faster than the ground goes by this times the sine of the climb.
+  double scale_error = 0.005;  ///< of the wheel radius; sign by seed
+  /// Driven wheels turn faster than the motion over ground by this times the sine of the climb.
   double slip_per_grade = 0.1;
   double sigma_speed_mps = 0.05;
   double sigma_yaw_rate_radps = radians(1.0);

@@ -9,11 +9,11 @@ namespace {
 
 constexpr double kReach_m = 20.0;
 constexpr double kLargest_m = 3.0;  // radius of a crown
-// Lower things go under the vehicle or its wheels, higher ones over its roof.
+// Lower objects pass under the vehicle or its wheels, higher ones over its roof.
 constexpr double kLow_m = 0.3;
 constexpr double kHigh_m = 2.2;
 
-/// Signed distance of a place from the rectangle, negative inside.
+/// Signed distance of a position from the rectangle, negative inside.
 double distance(const Footprint& rectangle, const Vec2& p_vehicle) {
   const Vec2 beyond(std::abs(p_vehicle.x()) - 0.5 * rectangle.length_m,
                     std::abs(p_vehicle.y()) - 0.5 * rectangle.width_m);
@@ -21,7 +21,7 @@ double distance(const Footprint& rectangle, const Vec2& p_vehicle) {
   return outside > 0.0 ? outside : beyond.maxCoeff();
 }
 
-/// Radius of a spheroid's widest part between two heights; negative: it has none there.
+/// Largest radius of a spheroid between two heights; negative: it does not extend there.
 double radius_between(const Spheroid& o, double low_m, double high_m) {
   const double nearest_m = std::clamp(o.centre_world.z(), low_m, high_m);
   const double share = (nearest_m - o.centre_world.z()) / o.half_height_m;
@@ -44,7 +44,7 @@ Clearance clearance(const World& world, const Pose& T_world_vehicle, const Footp
     const double away_m =
         distance(footprint, {ahead.dot(p), ahead.x() * p.y() - ahead.y() * p.x()});
     const bool hard = o.extinction_1pm == 0.0;
-    // The ground is asked for last.
+    // The height of the ground is the most expensive test and comes last.
     if (away_m - o.radius_m >= (hard ? std::min(nearest.hard_m, kReach_m) : 0.0)) continue;
     const double ground_m = world.height(o.centre_world.x(), o.centre_world.y());
     if (hard) {

@@ -11,7 +11,8 @@ namespace rcs::sim {
 namespace {
 
 constexpr int kMaxSide = 20000;
-constexpr double kMetresPerDegree = 111320.0;  // of latitude; the relief's scale, not geodesy
+constexpr double kMetresPerDegree =
+    111320.0;  // of latitude; for the scale of the relief, not geodesy
 
 std::string_view next_word(std::string_view* text) {
   const auto blank = [](char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; };
@@ -65,7 +66,7 @@ Result<Dem> parse_esri_ascii(std::string_view text, const std::string& name) {
       return Error{std::string(name).append(": unknown header key ").append(key)};
     }
     if (!to_number(next_word(&rest), field)) {
-      return Error{std::string(name).append(": no number for ").append(key)};
+      return Error{std::string(name).append(": not a number: ").append(key)};
     }
     text = rest;
   }
@@ -94,7 +95,7 @@ Result<Dem> parse_esri_ascii(std::string_view text, const std::string& name) {
       return Error{name + ": cell " + std::to_string(k + 1) + " of " + std::to_string(n) +
                    " is missing or not a number"};
     }
-    // The file's first row is the northernmost.
+    // The first row of the file is the northernmost.
     const std::size_t at =
         (static_cast<std::size_t>(dem.height) - 1 - k / width) * width + k % width;
     dem.z_m[at] = static_cast<float>(z);
@@ -104,7 +105,7 @@ Result<Dem> parse_esri_ascii(std::string_view text, const std::string& name) {
       sum += z;
     }
   }
-  if (unknown.size() == n) return Error{name + ": no cell is known"};
+  if (unknown.size() == n) return Error{name + ": all cells are unknown"};
   const float mean = static_cast<float>(sum / static_cast<double>(n - unknown.size()));
   for (const std::size_t at : unknown) dem.z_m[at] = mean;
   return dem;

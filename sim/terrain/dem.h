@@ -9,8 +9,9 @@
 
 namespace rcs::sim {
 
-/// Heights [m] on a lattice of cell centres, south-western cell first. Unknown cells were filled
-/// with the mean of the known ones. Geographic grids are taken as metres at their middle latitude.
+/// Heights [m] on a lattice of cell centres, south-western cell first. Unknown cells are filled
+/// with the mean of the known ones. Geographic grids are converted to metres at their middle
+/// latitude.
 struct Dem {
   int width = 0;
   int height = 0;

@@ -1,5 +1,5 @@
 #pragma once
-// A ray's way through the pyramid of a tile (see tile.h), seen from above.
+// Traversal of the pyramid of a tile (world_tile.h) by a ray, in the plane.
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 
 namespace rcs::sim {
 
-/// A ray in cells from the world's corner across, and metres up.
+/// A ray with horizontal coordinates in cells from the corner of the world, and heights in metres.
 class CellRay {
  public:
   CellRay(double x_cells, double y_cells, const Vec2& cells_per_metre, double z_m, double rise)
@@ -42,7 +42,7 @@ class CellRay {
   [[nodiscard]] double lowest(double from, double to) const {
     return z_ + dz_ * (dz_ < 0.0 ? to : from);
   }
-  /// Where a falling ray has come down to a height; 0 for one that does not fall.
+  /// Range at which a falling ray reaches a height; 0 for one that does not fall.
   [[nodiscard]] double range_down_to(double height_m) const {
     return (height_m - z_) * inverse_dz_;
   }
@@ -54,13 +54,13 @@ class CellRay {
   double inverse_dz_;
 };
 
-/// A ray's way from node to node of one level, within a node `kUp` levels above. Node indices are
-/// carried along as integers, so that rounding can neither skip a node nor stand still.
+/// Path of a ray from node to node of one level, within a node `kUp` levels above. Node indices are
+/// kept as integers, so that rounding can neither skip a node nor stop the walk.
 template <int kLevel, int kUp>
 class NodeWalk {
  public:
-  /// @param range  where the ray enters
-  /// @param i, j  of the node above, counted from the world's corner
+  /// @param range  at which the ray enters
+  /// @param i, j  of the node above, counted from the corner of the world
   NodeWalk(const CellRay& ray, double range, int i, int j)
       : x_(ray.x(), range, i), y_(ray.y(), range, j), range_(range), i_above_(i), j_above_(j) {}
 
@@ -69,14 +69,14 @@ class NodeWalk {
   }
   [[nodiscard]] double range() const { return range_; }  ///< so far
   [[nodiscard]] double exit() const { return std::max(range_, std::min(x_.exit, y_.exit)); }
-  /// Counted from the world's corner.
+  /// Counted from the corner of the world.
   [[nodiscard]] int i() const { return x_.node; }
   [[nodiscard]] int j() const { return y_.node; }
   /// Within the tile.
   [[nodiscard]] int tile_i() const { return x_.node & kInTile; }
   [[nodiscard]] int tile_j() const { return y_.node & kInTile; }
 
-  /// To the next node. Free of branches: which face comes first is anybody's guess.
+  /// Moves to the next node. Without branches: the order of the faces is unpredictable.
   void advance() {
     range_ = exit();
     const bool x_first = x_.exit < y_.exit;

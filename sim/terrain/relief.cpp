@@ -9,8 +9,8 @@
 namespace rcs::sim {
 namespace {
 
-// Mean of the sum of squares of the four weights over a lattice cell: the variance that the
-// spline leaves of unit white noise, in one dimension. In two it is the square.
+// Mean over a lattice cell of the sum of the squared four weights: the variance of the spline for
+// unit white noise, in one dimension. In two dimensions it is the square.
 constexpr double kSplineVariance = 151.0 / 315.0;
 
 std::array<double, 4> spline_weights(double u) {
@@ -54,7 +54,7 @@ double catmull_rom(double p0, double p1, double p2, double p3, double u) {
 }
 
 // One octave along a line of samples, prepared once for all rows. Samples between the same two
-// lattice points make a run: they share the four values that the spline weighs.
+// lattice points are a run: they share the four lattice values.
 struct AxisWeights {
   std::array<std::vector<float>, 4> w;  // of each sample
   std::vector<int> run_end;             // one past the last sample of run k
@@ -181,7 +181,7 @@ double Relief::dem_height(double x_m, double y_m) const {
   const double v = y_m / dem_.cell_y_m + 0.5 * (dem_.height - 1);
   const int i = static_cast<int>(std::floor(u));
   const int j = static_cast<int>(std::floor(v));
-  // Beyond its border a DEM goes on level.
+  // A DEM continues level beyond its border.
   const auto z = [this](int a, int b) {
     const std::size_t column = static_cast<std::size_t>(std::clamp(a, 0, dem_.width - 1));
     const std::size_t row = static_cast<std::size_t>(std::clamp(b, 0, dem_.height - 1));

@@ -1,5 +1,5 @@
 #pragma once
-// The bare ground: a DEM's surface, if there is one, plus seeded fractal relief.
+// The bare ground: the surface of a DEM, if there is one, plus fractal relief by seed.
 
 #include <cstdint>
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace rcs::sim {
 
-/// Relief of one size: a uniform cubic B-spline through white noise on a square lattice.
+/// Relief of one scale: a uniform cubic B-spline through white noise on a square lattice.
 struct Octave {
   double spacing_m = 1.0;  ///< of the lattice; hills are about three spacings apart
   double rms_m = 0.0;      ///< root mean square of the height
@@ -18,19 +18,19 @@ struct Octave {
 /// DEM is used).
 class Relief {
  public:
-  /// @param dem  its middle is put at x = y = 0, its mean height at z = 0; width 0: none
+  /// @param dem  its centre is put at x = y = 0, its mean height at z = 0; width 0: none
   Relief(std::uint64_t seed, std::vector<Octave> octaves, Dem dem);
 
   [[nodiscard]] double height(double x_m, double y_m) const;
 
   /// Heights on a lattice, x fastest: z(i, j) at ((i0 + i) * step_m, (j0 + j) * step_m). Points
-  /// that two calls share come out equal to the bit.
+  /// that two calls share are bit-identical.
   void fill(std::int64_t i0, std::int64_t j0, double step_m, int width, int height,
             std::vector<float>* z_m) const;
 
-  /// A smooth unit-variance field, about Gaussian, for things that grow in patches.
+  /// A smooth unit-variance field, about Gaussian, for objects that grow in patches.
   [[nodiscard]] static double field(std::uint64_t seed, double spacing_m, double x_m, double y_m);
-  /// The same on a lattice, as fill() has it; of the same sign, not to the bit.
+  /// The same on a lattice as in fill(); with equal signs, but not bit-identical.
   static void fill_field(std::uint64_t seed, double spacing_m, std::int64_t i0, std::int64_t j0,
                          double step_m, int side, std::vector<float>* values);
 

@@ -26,7 +26,7 @@ int metre(double x_m) { return static_cast<int>(std::floor(x_m)); }
 
 Vec3 Spheroid::centre_at(double time_s, double sway_hz) const {
   if (sway_m == 0.0) return centre_world;
-  // Two rates without a common period: gusts never repeat exactly.
+  // Two frequencies without a common period: the sway never repeats exactly.
   const double a = 2.0 * kPi * sway_hz * time_s + phase_rad;
   return centre_world + sway_m * Vec3(std::sin(a), std::sin(0.77 * a + 1.3), 0.0);
 }
@@ -75,7 +75,7 @@ void Scatter::grow(int i, int j, int into_i, int into_j, double size_m, const Re
     const double x = (i + random.next()) * size_m;
     return Vec3(x, (j + random.next()) * size_m, 0.0);
   };
-  // What a place costs is the fields' noise at it: asked last, and not for what is too far away.
+  // The noise fields are the most expensive part: evaluated last, and only within range.
   const auto reaches = [&](const Vec3& p, double radius_m) {
     const Vec2 middle = size_m * Vec2(into_i + 0.5, into_j + 0.5);
     return (p.head<2>() - middle).cwiseAbs().maxCoeff() <= 0.5 * size_m + radius_m + veg.sway_m;

@@ -1,5 +1,5 @@
 #pragma once
-// What lies and grows on the ground: rocks, bushes, trees, meadows.
+// Rocks and vegetation on the ground: rocks, bushes, trees, meadows.
 
 #include <cstdint>
 #include <vector>
@@ -10,17 +10,17 @@
 namespace rcs::sim {
 
 struct RockParams {
-  double per_m2 = 0.02;  ///< number
+  double per_m2 = 0.02;  ///< mean number
   double radius_min_m = 0.1;
   double radius_max_m = 0.6;  ///< small ones are the more frequent
 };
 
-/// Foliage lets light through: the free path in it is exponential.
+/// Foliage transmits light: the free path in it is exponentially distributed.
 struct VegetationParams {
   double patch_m = 15.0;             ///< size of thickets and meadows
   double bushes_per_m2 = 0.01;       ///< mean; none in the meadows
   double trees_per_m2 = 0.003;       ///< mean; none in the meadows
-  double transmittance_per_m = 0.2;  ///< share of light that foliage leaves after a metre
+  double transmittance_per_m = 0.2;  ///< share of light that foliage transmits per metre
   double sway_m = 0.08;              ///< amplitude of a crown, bushes 0.3 of it
   double sway_hz = 0.4;
   double grass_height_m = 0.25;  ///< in the meadows
@@ -36,26 +36,26 @@ struct Spheroid {
   double sway_m;
   double phase_rad;
 
-  /// Where the wind has it.
+  /// Centre with the sway of the wind.
   [[nodiscard]] Vec3 centre_at(double time_s, double sway_hz) const;
 };
 
-/// Puts things at places that depend on the seed alone.
+/// Places objects at positions that depend on the seed only.
 class Scatter {
  public:
   /// @param course_world  points along the course, at most 1 m apart
-  /// @param clear_m  nothing is put nearer to them
+  /// @param clear_m  no object is placed closer to them
   Scatter(std::uint64_t seed, const RockParams& rocks, const VegetationParams& vegetation,
           const std::vector<Vec2>& course_world, double clear_m);
 
   [[nodiscard]] const VegetationParams& vegetation() const { return vegetation_; }
 
-  /// Adds what stands in square (i, j) of a lattice of edge `size_m` and may reach into the square
-  /// (into_i, into_j).
+  /// Adds the objects of square (i, j) of a lattice of edge `size_m` that may extend into the
+  /// square (into_i, into_j).
   void grow(int i, int j, int into_i, int into_j, double size_m, const Relief& relief,
             std::vector<Spheroid>* out) const;
 
-  /// True in a meadow, where grass is; bushes and trees grow elsewhere.
+  /// True in a meadow, where grass grows; bushes and trees grow elsewhere.
   [[nodiscard]] bool meadow(double x_m, double y_m) const;
   /// The same at the points ((i0 + i) * step_m, (j0 + j) * step_m) of a square, positive in
   /// meadows.
@@ -68,7 +68,7 @@ class Scatter {
   std::uint64_t seed_;
   RockParams rocks_;
   VegetationParams vegetation_;
-  std::vector<std::uint64_t> near_course_;  ///< metre squares too near to the course, sorted
+  std::vector<std::uint64_t> near_course_;  ///< 1 m squares too close to the course, sorted
 };
 
 }  // namespace rcs::sim

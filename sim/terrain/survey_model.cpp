@@ -12,13 +12,13 @@
 namespace rcs::sim {
 namespace {
 
-/// Steps of the ground's samples along a cell: nothing in the ground is finer than the least.
+/// Sampling steps along a cell: the ground has no detail below the smallest step.
 int samples_along(double cell_m) {
-  constexpr double kLeast_m = 0.1;
-  return std::clamp(static_cast<int>(std::lround(cell_m / kLeast_m)), 2, 10);
+  constexpr double kMin_m = 0.1;
+  return std::clamp(static_cast<int>(std::lround(cell_m / kMin_m)), 2, 10);
 }
 
-/// The ground under one row of cells, sampled at `side` + 1 places along each, borders included.
+/// The ground under one row of cells, sampled at `side` + 1 positions along each, borders included.
 class RowOfCells {
  public:
   RowOfCells(const Relief& relief, const Raster& raster, int row, int side)
@@ -59,11 +59,11 @@ PriorMap make_prior_map(const Relief& relief, const Geodetic& datum, const Regio
   map.frame.datum = datum;
   map.frame.source_crs = "simulation";
   Raster& raster = map.raster;
-  // On whole cells of frame world, so that two maps of one world share their lattice.
+  // Aligned to cells of frame world, so that two maps of one world share their lattice.
   const Vec2 low = (region.low_world_m / cell_m).array().floor();
   const Vec2 high = (region.high_world_m / cell_m).array().ceil();
-  constexpr double kMostCells = 1e9;
-  RCS_CHECK((high - low).minCoeff() > 0.0 && (high - low).prod() <= kMostCells);
+  constexpr double kMaxCells = 1e9;
+  RCS_CHECK((high - low).minCoeff() > 0.0 && (high - low).prod() <= kMaxCells);
   raster.level = {cell_m, Vec2::Zero(), params.bias_sigma_m, params.bias_correlation_m};
   raster.first = {static_cast<int>(low.x()), static_cast<int>(low.y())};
   raster.width = static_cast<int>(high.x() - low.x());
@@ -80,7 +80,7 @@ PriorMap make_prior_map(const Relief& relief, const Geodetic& datum, const Regio
     }
   }
 
-  // What bilinear interpolation misses of the ground, cell by cell.
+  // Interpolation error of the bilinear ground, cell by cell.
   Raster bare = raster;
   bare.sigma_m = {1.0F};
   const Result<ElevationMap> exact = ElevationMap::from_rasters(map.frame, {bare});
@@ -93,7 +93,7 @@ PriorMap make_prior_map(const Relief& relief, const Geodetic& datum, const Regio
         Elevation e;
         const bool known = exact->sample((low.x() + col) * cell_m + a * step_m,
                                          (low.y() + row) * cell_m + b * step_m, &e);
-        return known ? (z - e.z_m) * (z - e.z_m) : 0.0;  // unknown: the map's outer half cells
+        return known ? (z - e.z_m) * (z - e.z_m) : 0.0;  // unknown: the outer half cells of the map
       });
       raster.sigma_m.push_back(static_cast<float>(std::hypot(params.sigma_m, std::sqrt(square))));
     }

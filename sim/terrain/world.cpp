@@ -34,7 +34,7 @@ Vec3 upward_normal(const Vec2& gradient) {
 
 // Smallest root in [0, 1] of a * u^2 + b * u + c, which is positive at 0; < 0: none.
 double first_root(double a, double b, double c) {
-  // The parabola stays within |a| / 4 of its chord: most patches are passed well above.
+  // The parabola stays within |a| / 4 of its chord: most rays pass well above.
   if (std::min(c, a + b + c) > 0.25 * std::abs(a)) return -1.0;
   const double d = b * b - 4.0 * a * c;
   if (d < 0.0) return -1.0;
@@ -48,11 +48,11 @@ double first_root(double a, double b, double c) {
   return high <= 1.0 ? high : -1.0;
 }
 
-// Where the ray meets the ground of the cell that it is in; < 0: nowhere.
+// Range at which the ray hits the ground of its current cell; < 0: none.
 double meet_patch(const Patch& patch, const CellRay& ray, double range_m, double exit_m,
                   const Vec2& entry) {
   const double way = exit_m - range_m;
-  // Height above the patch on the way through it: a parabola.
+  // Height above the patch along the ray: a parabola.
   const double above = ray.height_at(range_m) - patch.height(entry.x(), entry.y());
   if (above <= 0.0) return range_m;
   const double slope = ray.rise() - ray.x().direction * (patch.zx + patch.zxy * entry.y()) -
@@ -62,14 +62,14 @@ double meet_patch(const Patch& patch, const CellRay& ray, double range_m, double
   return share < 0.0 ? -1.0 : range_m + share * way;
 }
 
-/// Where a ray met the ground.
+/// Hit of a ray on the ground.
 struct GroundHit {
   double range_m;
   Vec2 gradient;
   bool meadow;
 };
 
-// The ground of one node of level 2.
+// Hit on the ground within a node of level 2.
 bool meet_cells(const Tile& tile, const CellRay& ray, double range_m, int i, int j,
                 GroundHit* hit) {
   for (NodeWalk<0, 2> walk(ray, range_m, i, j); walk.inside(); walk.advance()) {
@@ -92,7 +92,7 @@ bool meet_cells(const Tile& tile, const CellRay& ray, double range_m, int i, int
   return false;
 }
 
-// The ground of one node of the objects' level.
+// Hit on the ground within a node of the object level.
 bool meet_ground(const Tile& tile, const CellRay& ray, double range_m, int i, int j,
                  GroundHit* hit) {
   for (NodeWalk<2, 2> walk(ray, range_m, i, j); walk.inside(); walk.advance()) {
@@ -186,8 +186,8 @@ Vec3 World::normal(double x_m, double y_m) const {
   return upward_normal(ground(x_m, y_m).gradient);
 }
 
-// Maximum mipmaps (Tevs, Ihrke & Seidel 2008): the ray jumps over every node whose highest point it
-// stays above, and descends into the others, two levels at a time; here to the objects' level.
+// Maximum mipmaps (Tevs, Ihrke & Seidel 2008): the ray skips every node whose highest point it
+// stays above, and descends into the others, two levels at a time; here to the object level.
 bool World::cast(const Ray& ray, double max_range_m, double time_s, std::uint64_t shot_id, Hit* hit,
                  double clear_m) const {
   const CellRay cell_ray(Tile::kCellsPerMetre * ray.origin_world.x() - tx0_ * Tile::kCells,
@@ -203,7 +203,7 @@ bool World::cast(const Ray& ray, double max_range_m, double time_s, std::uint64_
   hit->range_m = max_range_m;
 
   constexpr int kLevel = Tile::kObjectLevel + 2;
-  constexpr int kWorld = 20;  // levels up: all of it
+  constexpr int kWorld = 20;  // levels up: the whole world
   for (NodeWalk<kLevel, kWorld> walk(cell_ray, clear_m, 0, 0); walk.range() < hit->range_m;
        walk.advance()) {
     const int i = walk.i() >> (Tile::kTop - kLevel);
@@ -212,14 +212,14 @@ bool World::cast(const Ray& ray, double max_range_m, double time_s, std::uint64_
     const Tile& t = tile(i, j);
     const double highest = t.maximum[Tile::node_index(kLevel, walk.tile_i(), walk.tile_j())];
     if (cell_ray.lowest(walk.range(), walk.exit()) > highest) continue;
-    // Down to the node's highest point nothing can be met.
+    // Nothing can be hit above the highest point of the node.
     const double from_m = std::max(walk.range(), cell_ray.range_down_to(highest));
     if (meet_block(t, cell_ray, from_m, walk.i(), walk.j(), shot, hit)) break;
   }
   return hit->range_m < max_range_m;
 }
 
-// One node two levels above the objects'. Returns whether the ray ends in the ground there.
+// A node two levels above the object level. Returns whether the ray ends in the ground there.
 bool World::meet_block(const Tile& t, const CellRay& cell_ray, double range_m, int i, int j,
                        const Shot& shot, Hit* hit) const {
   for (NodeWalk<Tile::kObjectLevel, 2> walk(cell_ray, range_m, i, j);
@@ -245,9 +245,9 @@ bool World::meet_block(const Tile& t, const CellRay& cell_ray, double range_m, i
   return false;
 }
 
-// Marches along the axis from node to node of the objects' level. A sample answers for the rays'
-// points that are within half a step of it along the way: as long as the fan is narrow they are all
-// in the 3 x 3 nodes around.
+// Marches along the axis from node to node of the object level. A sample covers the points of the
+// rays within half a step along the axis: while the fan is narrow, they are all in the surrounding
+// 3 x 3 nodes.
 double World::clear_distance(const Fan& fan, double max_m) const {
   constexpr double kStep_m = Tile::kCell_m * (1 << Tile::kObjectLevel);
   constexpr double kWidest_m = 0.8 * kStep_m;  // with half a step along: within one step, 0.94
@@ -265,7 +265,7 @@ double World::clear_distance(const Fan& fan, double max_m) const {
   return std::min(clear_m, max_m);
 }
 
-// Of the 3 x 3 nodes of the objects' level around a place; beyond the world there is no telling.
+// Of the 3 x 3 nodes of the object level around a position; beyond the world there is no bound.
 double World::highest_around(const Vec2& place_world) const {
   constexpr double kNode_m = Tile::kCell_m * (1 << Tile::kObjectLevel);
   const int i = static_cast<int>(std::floor(place_world.x() / kNode_m)) - tx0_ * Tile::kObjectSide;
@@ -289,9 +289,9 @@ double World::highest_around(const Vec2& place_world) const {
 void World::meet_objects(const Tile& t, std::size_t node, const Shot& shot, Hit* hit) const {
   for (std::uint32_t k = t.first_object[node]; k < t.first_object[node + 1]; ++k) {
     const Spheroid& o = t.objects[t.node_objects[k]];
-    // Scaled along z the spheroid is a sphere; the ray's parameter stays the range.
+    // Scaled along z the spheroid is a sphere; the parameter of the ray remains the range.
     const double stretch = o.radius_m / o.half_height_m;
-    // Most are passed by far: no need to know where the wind has them.
+    // Most objects are far from the ray: their sway need not be computed.
     const Vec3 to_centre = o.centre_world - shot.ray.origin_world;
     const double reach_m = std::max(o.radius_m, o.half_height_m) + 1.5 * o.sway_m;
     if (to_centre.cross(shot.ray.direction_world).squaredNorm() > reach_m * reach_m) continue;
@@ -311,7 +311,7 @@ void World::meet_objects(const Tile& t, std::size_t node, const Shot& shot, Hit*
     if (exit_m <= 0.0 || range_m >= hit->range_m) continue;
     double cos_incidence = 1.0;
     if (o.extinction_1pm > 0.0) {
-      // Leaves stay where they are while the wind allows: the draw belongs to shot and object.
+      // Leaves are stationary apart from the sway: the draw depends on shot and object only.
       const std::uint64_t leaf = mix(shot.id ^ static_cast<std::uint64_t>(o.phase_rad * 1e9));
       range_m += -std::log(1.0 - to_unit(leaf)) / o.extinction_1pm;
       if (range_m >= exit_m || range_m >= hit->range_m) continue;
@@ -328,7 +328,7 @@ void World::meet_objects(const Tile& t, std::size_t node, const Shot& shot, Hit*
 void World::meet_grass(const Shot& shot, Hit* hit) const {
   const VegetationParams& veg = scatter_.vegetation();
   if (veg.grass_height_m <= 0.0) return;
-  // The layer is as thick as the grass is high; rays that graze have a long way in it.
+  // The layer is as thick as the grass is high; grazing rays have a long path in it.
   const double way_m =
       std::min(hit->range_m, veg.grass_height_m / std::max(hit->cos_incidence, 0.02));
   const double free_m =
@@ -353,7 +353,7 @@ void World::objects_near(const Vec2& place_world, double radius_m,
          i <= last(place_world.x() + radius_m, tx0_, tiles_x_); ++i) {
       const Vec2 corner = Tile::kSize_m * Vec2(tx0_ + i, ty0_ + j);
       for (const Spheroid& o : tile(i, j).objects) {
-        // A tile lists what reaches into it, too; that stands in another, which tells it.
+        // A tile also lists objects that extend into it; those belong to the tile of their centre.
         const double x_m = o.centre_world.x();
         const double y_m = o.centre_world.y();
         const bool stands_here = x_m >= corner.x() && x_m < corner.x() + Tile::kSize_m &&

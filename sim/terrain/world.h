@@ -1,5 +1,5 @@
 #pragma once
-// The world that the vehicle drives through, and what a ray of light meets in it.
+// The simulated world, and ray casting in it.
 
 #include <cstdint>
 #include <memory>
@@ -19,7 +19,7 @@ struct WorldParams {
   std::vector<Octave> octaves;  ///< empty and no DEM: the plane z = 0
   RockParams rocks;
   VegetationParams vegetation;
-  double clear_m = 2.5;  ///< nothing stands nearer to the course
+  double clear_m = 2.5;  ///< no object is placed closer to the course
 };
 
 struct Ray {
@@ -27,17 +27,18 @@ struct Ray {
   Vec3 direction_world;  ///< unit
 };
 
-/// Rays side by side from about the same place: what bounds them all.
+/// Adjacent rays from about the same origin: their common bounds.
 struct Fan {
   /// @param rays  at least one
   explicit Fan(const std::vector<Ray>& rays);
 
-  Vec2 origin_world;        ///< of the middle ray, seen from above
-  Vec2 axis_world;          ///< unit; zero where a ray is so steep that there is no such thing
-  double spread_m = 0.0;    ///< no origin is farther from the middle's
-  double spread_per_m = 0;  ///< and no ray leaves the axis by more, per metre of horizontal way
-  double lowest_m;          ///< lowest origin
-  double lowest_rise;       ///< of a ray, per metre of horizontal way
+  Vec2 origin_world;      ///< of the middle ray, in the plane
+  Vec2 axis_world;        ///< unit; zero where a ray is too steep to have one
+  double spread_m = 0.0;  ///< largest distance of an origin from the middle one
+  double spread_per_m =
+      0;            ///< largest deviation of a ray from the axis per metre of horizontal distance
+  double lowest_m;  ///< lowest origin
+  double lowest_rise;  ///< smallest rise of a ray per metre of horizontal distance
 };
 
 struct Hit {
@@ -45,39 +46,39 @@ struct Hit {
   double cos_incidence = 1.0;  ///< of the surface that was hit; foliage and grass: 1
 };
 
-/// Heights are in frame world. Tiles of the world are made when first looked at, and are the same
-/// whatever the order; not thread-safe for that reason.
+/// Heights are in frame world. Tiles of the world are created on first access and do not depend on
+/// the order of accesses; therefore not thread-safe.
 class World {
  public:
   /// @param course_world  points along the course, at most 1 m apart; never empty
-  /// @param reach_m  how far from the course the world extends
+  /// @param reach_m  distance of the border of the world from the course
   World(const WorldParams& params, Dem dem, const std::vector<Vec2>& course_world, double reach_m);
 
   [[nodiscard]] const Relief& relief() const { return relief_; }
   [[nodiscard]] bool contains(double x_m, double y_m) const;
 
-  /// Bare ground; the place must be contained.
+  /// Bare ground; the position must be contained.
   [[nodiscard]] double height(double x_m, double y_m) const;
-  /// Upward unit normal of the bare ground; the place must be contained.
+  /// Upward unit normal of the bare ground; the position must be contained.
   [[nodiscard]] Vec3 normal(double x_m, double y_m) const;
 
-  /// The first thing that a ray meets.
-  /// @param time_s  when: vegetation sways
-  /// @param shot  decides where in foliage the light is sent back
-  /// @param clear_m  nothing is met before this range, as clear_distance() says of many rays at
-  /// once
+  /// The first surface that a ray hits.
+  /// @param time_s  time of the shot: vegetation sways
+  /// @param shot  decides where foliage returns the light
+  /// @param clear_m  nothing is hit before this range, as returned by clear_distance() for many
+  ///   rays
   /// @return false: nothing within max_range_m, or the ray leaves the world
   [[nodiscard]] bool cast(const Ray& ray, double max_range_m, double time_s, std::uint64_t shot,
                           Hit* hit, double clear_m = 0.0) const;
 
-  /// A horizontal distance within which no ray of the fan meets anything.
+  /// A horizontal distance within which no ray of the fan hits anything.
   [[nodiscard]] double clear_distance(const Fan& fan, double max_m) const;
 
-  /// Everything that stands, with its centre within `radius_m` of a place as seen from above, in
-  /// an order that depends on the place alone. Beyond the world nothing stands.
+  /// All objects with their centre within `radius_m` of a position in the plane, in an order that
+  /// depends on the position only. There are no objects beyond the world.
   void objects_near(const Vec2& place_world, double radius_m, std::vector<Spheroid>* out) const;
 
-  /// Frees the tiles farther than `radius_m` from a place; they come back when looked at.
+  /// Frees the tiles farther than `radius_m` from a position; they are created again on access.
   void forget_beyond(double x_m, double y_m, double radius_m) const;
 
  private:

@@ -49,7 +49,7 @@ void add_objects(const std::vector<Spheroid>& near, const Vec2& corner_world, Ti
     const std::array<int, 2> x = node_range(p.x() - reach_m, p.x() + reach_m);
     const std::array<int, 2> y = node_range(p.y() - reach_m, p.y() + reach_m);
     if (x[0] > x[1] || y[0] > y[1]) continue;
-    // A millimetre over the rounding to float.
+    // A millimetre more than the rounding to float.
     const float top = static_cast<float>(object.centre_world.z() + object.half_height_m) + 1e-3F;
     const std::uint16_t index = static_cast<std::uint16_t>(tile->objects.size());
     tile->objects.push_back(object);
@@ -88,7 +88,7 @@ Tile make_tile(int tx, int ty, const Relief& relief, const Scatter& scatter) {
               Tile::kObjectNodes, tile.ground_maximum.begin());
   scatter.fill_meadow(std::int64_t{tx} * Tile::kMeadowSide, std::int64_t{ty} * Tile::kMeadowSide,
                       Tile::kSize_m / Tile::kMeadowSide, Tile::kMeadowSide, &tile.meadow);
-  // What stands in a neighbouring tile may reach into this one.
+  // Objects of a neighbouring tile may extend into this one.
   std::vector<Spheroid> near;
   for (int b = ty - 1; b <= ty + 1; ++b) {
     for (int a = tx - 1; a <= tx + 1; ++a) scatter.grow(a, b, tx, ty, Tile::kSize_m, relief, &near);

@@ -1,5 +1,5 @@
 #pragma once
-// A square of the world as a ray caster wants it: heights, maxima by level, objects by node.
+// A square of the world prepared for ray casting: heights, maxima by level, objects by node.
 
 #include <array>
 #include <cstdint>
@@ -10,8 +10,8 @@
 namespace rcs::sim {
 
 /// 2^7 x 2^7 cells of 0.1 m; the ground is bilinear between the nodes at their corners. Above the
-/// cells stands a pyramid of maxima: node (i, j) of level l covers 2^l x 2^l cells. Objects are
-/// listed by node of level kObjectLevel (1.6 m) and count in the maxima from that level up.
+/// cells there is a pyramid of maxima: node (i, j) of level l covers 2^l x 2^l cells. Objects are
+/// listed by node of level kObjectLevel (1.6 m) and included in the maxima from that level up.
 struct Tile {
   static constexpr double kCell_m = 0.1;
   static constexpr double kCellsPerMetre = 10.0;
@@ -28,10 +28,11 @@ struct Tile {
 
   std::vector<float> z;                            ///< of the kNodes x kNodes nodes, see node_at()
   std::vector<float> maximum;                      ///< levels 1 .. kTop, by node_index()
-  std::array<float, kObjectNodes> ground_maximum;  ///< of the ground alone, level kObjectLevel
+  std::array<float, kObjectNodes> ground_maximum;  ///< of the ground only, level kObjectLevel
   std::vector<float> meadow;  ///< of the nodes of level kMeadowLevel, row by row; > 0: grass
   std::vector<Spheroid> objects;
-  /// Objects of node k: node_objects[first_object[k]] up to node_objects[first_object[k + 1]].
+  /// Objects of node k: node_objects[first_object[k]] up to node_objects[first_object[k + 1]],
+  /// exclusive.
   std::array<std::uint32_t, kObjectNodes + 1> first_object{};
   std::vector<std::uint16_t> node_objects;
 
@@ -48,8 +49,8 @@ struct Tile {
   /// Height of node (i, j), i and j in [0, kCells].
   [[nodiscard]] float node(int i, int j) const { return z[node_at(i, j)]; }
 
-  /// Nodes are stored in blocks of 4 x 4, a cache line each: neighbouring rays share them whichever
-  /// way they look.
+  /// Nodes are stored in blocks of 4 x 4, a cache line each: neighbouring rays share them in any
+  /// direction.
   static std::size_t node_at(int i, int j) {
     const int at = (j >> 2) * (kBlocks * 16) + (i >> 2) * 16 + (j & 3) * 4 + (i & 3);
     return static_cast<std::size_t>(at);

@@ -1,5 +1,5 @@
 #pragma once
-// A vehicle that goes where drive commands say: its motion is made as time goes on.
+// A vehicle that follows drive commands: its motion is computed as time advances.
 
 #include <cstdint>
 
@@ -11,12 +11,12 @@ namespace rcs::sim {
 
 class CommandedVehicle {
  public:
-  /// The world ends: so far from its border the vehicle brakes and stays.
+  /// Distance from the border of the world at which the vehicle brakes and stays.
   static constexpr double kFence_m = 30.0;
-  /// A motion's past that can be asked for.
+  /// Length of the past motion that can be queried.
   static constexpr double kMemory_s = 5.0;
 
-  /// @param world  must outlive it; holds `start`, at least kFence_m from its border
+  /// @param world  must outlive it; contains `start`, at least kFence_m from its border
   CommandedVehicle(const DriveParams& drive, const VehicleParams& params, const World* world,
                    const CoursePoint& start);
 
@@ -24,13 +24,13 @@ class CommandedVehicle {
     model_.command(command, arrival_s);
   }
 
-  /// Makes the motion as far as `time_s`, which must not step back by more than kMemory_s. A smooth
-  /// motion needs to know two knots more, 40 ms: no command acts sooner than that (DriveParams).
+  /// Computes the motion up to `time_s`, which must not step back by more than kMemory_s. A smooth
+  /// motion needs two more knots, 40 ms: no command takes effect sooner than that (DriveParams).
   void go_on_to(double time_s);
 
   [[nodiscard]] const Trajectory& motion() const { return motion_; }
   [[nodiscard]] const DriveModel& model() const { return model_; }
-  /// It came to the border of the world.
+  /// The vehicle has reached the border of the world.
   [[nodiscard]] bool fenced() const { return fenced_; }
 
  private:

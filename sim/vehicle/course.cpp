@@ -9,9 +9,9 @@
 namespace rcs::sim {
 namespace {
 
-constexpr double kStep_m = 0.25;  // of the fine samples, about
+constexpr double kStep_m = 0.25;  // of the fine samples, approximately
 
-// Index k of the interval [x[k], x[k + 1]] that holds `value`, and the share within it.
+// Index k of the interval [x[k], x[k + 1]] that contains `value`, and the share within it.
 std::size_t interval(const std::vector<double>& x, double value, double* share) {
   const std::size_t above =
       static_cast<std::size_t>(std::upper_bound(x.begin(), x.end(), value) - x.begin());
@@ -100,7 +100,7 @@ void Course::schedule(const CourseParams& params) {
     speed_mps_.push_back(
         std::min(params.speed_mps, std::sqrt(params.lateral_mps2 / std::max(bend, 1e-6))));
   }
-  // From rest to rest, with bounded acceleration: a pass in either direction.
+  // From rest to rest, with bounded acceleration: one pass in each direction.
   speed_mps_.front() = 0.0;
   speed_mps_.back() = 0.0;
   const auto reachable = [&](double speed, double way_m) {

@@ -7,7 +7,7 @@
 namespace rcs::sim {
 namespace {
 
-// Limits are often written twice, here and in the driver: the last bit must not decide.
+// Limits are often given twice, here and in the driver: a rounding error must not decide.
 constexpr double kRounding = 1e-9;
 
 double towards(double target, double value, double most) {
@@ -16,8 +16,8 @@ double towards(double target, double value, double most) {
 
 }  // namespace
 
-// Both axles of a bicycle steer, the rear one by -s times the front one's tangent: the origin in
-// the middle then goes at the angle b to the body with
+// Both axles of a bicycle steer, the rear one by -s times the tangent of the front one: the origin
+// between them then moves at the angle b to the body with
 //   sin b = curvature * wheelbase (1 - s) / (2 (1 + s)).
 // For s = 0 this is the bicycle with front steering (Rajamani 2012, ch. 2).
 DriveModel::DriveModel(const DriveParams& params, double wheelbase_m, const CoursePoint& start)
@@ -27,7 +27,7 @@ DriveModel::DriveModel(const DriveParams& params, double wheelbase_m, const Cour
       newest_issued_s_(-std::numeric_limits<double>::infinity()) {}
 
 bool DriveModel::plausible(const DriveCommand& c, double arrival_s) const {
-  // A comparison with what is not a number is false.
+  // Comparisons with NaN are false.
   return c.issued_s <= arrival_s && c.valid_until_s - c.issued_s > 0.0 &&
          c.valid_until_s - c.issued_s <= kLongest_s &&
          c.speed_mps <= params_.speed_max_mps + kRounding &&
@@ -77,11 +77,11 @@ void DriveModel::step_to(double time_s) {
   } else if (c != nullptr && c->accel_limit_mps2 > 0.0) {
     limit_mps2 = std::min(limit_mps2, c->accel_limit_mps2);
   }
-  // Through rest when the direction changes: brakes do not push back.
+  // A change of direction passes through rest: brakes do not push back.
   const double aim_mps = target_mps * speed_mps_ < 0.0 ? 0.0 : target_mps;
   const double before_mps = speed_mps_;
   speed_mps_ = towards(aim_mps, speed_mps_, limit_mps2 * dt_s);
-  // Without a command the wheels stay as they are.
+  // Without a command the steering is unchanged.
   const double before_1pm = curvature_1pm_;
   if (c != nullptr) {
     curvature_1pm_ = towards(c->curvature_1pm, curvature_1pm_, params_.curvature_rate * dt_s);

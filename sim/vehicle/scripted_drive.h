@@ -8,12 +8,12 @@
 
 namespace rcs::sim {
 
-/// Of a motion's knots: ten steps of the suspension.
+/// Between knots of the motion: ten steps of the suspension.
 constexpr int kStepsPerKnot = 10;
 constexpr double kKnotInterval_s = Suspension::kStep_s * kStepsPerKnot;
 
-/// Drives the course: the body's height, pitch and roll answer the ground, the heading follows the
-/// course.
+/// Drives the course: height, pitch and roll of the body follow the ground through the suspension,
+/// the heading follows the course.
 /// @param duration_s  of the motion; at rest after the end of the course
 [[nodiscard]] Trajectory drive(const Course& course, const World& world,
                                const VehicleParams& params, double duration_s);

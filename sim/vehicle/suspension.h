@@ -1,5 +1,6 @@
 #pragma once
-// The vehicle's body on its springs: height, pitch and roll answer the ground under four wheels.
+// The body of the vehicle on its suspension: height, pitch and roll follow the ground under four
+// wheels.
 
 #include "rcs/base/pose.h"
 #include "sim/terrain/world.h"
@@ -10,14 +11,15 @@ namespace rcs::sim {
 struct VehicleParams {
   double wheelbase_m = 2.4;
   double track_m = 1.7;
-  double imu_height_m = 0.9;  ///< of the vehicle frame's origin above level ground at rest
-  double contact_m = 0.5;     ///< length of ground that a wheel averages over
-  double heave_hz = 1.5;      ///< natural frequency of the body on its springs
-  double tilt_hz = 1.8;       ///< the same in pitch and roll
-  double damping = 0.4;       ///< ratio of critical
+  double imu_height_m =
+      0.9;                 ///< height of the origin of the vehicle frame above level ground at rest
+  double contact_m = 0.5;  ///< length of ground that a wheel averages over
+  double heave_hz = 1.5;   ///< natural frequency of the body on its suspension
+  double tilt_hz = 1.8;    ///< the same in pitch and roll
+  double damping = 0.4;    ///< ratio of critical
 };
 
-/// One degree of freedom on a spring and a damper whose foot moves (base excitation).
+/// One degree of freedom on a spring and a damper with a moving base (base excitation).
 class Spring {
  public:
   Spring(double frequency_hz, double damping, double foot)
@@ -39,12 +41,12 @@ class Suspension {
   static constexpr double kStep_s = 0.002;
 
   /// @param world  must outlive it
-  /// @param at  where the body has come to rest
+  /// @param at  where the body is at rest
   Suspension(const World* world, const VehicleParams& params, const CoursePoint& at);
 
-  /// The wheels have moved on to a place, within kStep_s.
+  /// Advances the wheels to a pose, within kStep_s.
   void step(const CoursePoint& at);
-  /// T_world_vehicle of the body above a place, as its springs hold it now.
+  /// T_world_vehicle of the body at a pose, in the present state of the suspension.
   [[nodiscard]] Pose pose(const CoursePoint& at) const;
 
  private:

@@ -43,7 +43,7 @@ void Trajectory::forget_before(double time_s) {
   const std::size_t needed = static_cast<std::size_t>(std::max(0.0, time_s) / interval_s_);
   if (needed <= forgotten_) return;
   const std::size_t old = std::min(needed - forgotten_, knots_.size() - 4);
-  // Many at once: those that stay are moved.
+  // Erases many at once, because the remaining ones are moved.
   if (2 * old < knots_.size()) return;
   knots_.erase(knots_.begin(), knots_.begin() + static_cast<std::ptrdiff_t>(old));
   turns_.erase(turns_.begin(), turns_.begin() + static_cast<std::ptrdiff_t>(old));
@@ -57,8 +57,8 @@ Trajectory::Segment Trajectory::segment(double time_s) const {
   return {first - forgotten_, at - static_cast<double>(first)};
 }
 
-// Sommer, Usenko, Schubert, Demmel & Cremers 2020: the angular rate of a cumulative spline follows
-// by passing the rate of each factor through the next ones.
+// Sommer, Usenko, Schubert, Demmel & Cremers 2020: the angular rate of a cumulative spline is
+// obtained by rotating the rate of each factor through the following ones.
 Motion Trajectory::at(double time_s) const {
   const Segment s = segment(time_s);
   const Basis w = basis(s.u);

@@ -15,17 +15,17 @@ struct Motion {
   Vec3 rate_vehicle = Vec3::Zero();  ///< angular rate of vehicle against world [rad/s]
 };
 
-/// Twice continuously differentiable; rates and accelerations are the pose's own derivatives, so
-/// that a perfect inertial sensor integrates to the pose exactly.
+/// Twice continuously differentiable; rates and accelerations are the exact derivatives of the
+/// pose, so that a perfect inertial sensor integrates to the pose exactly.
 class Trajectory {
  public:
-  /// @param knots  control poses, `interval_s` apart, at least 4; the motion follows them closely
-  ///               but goes through none of them. It is defined from knot 1 to the last but one.
+  /// @param knots  control poses, `interval_s` apart, at least 4; the motion approximates them and
+  ///   does not interpolate them. It is defined from knot 1 to the last but one.
   Trajectory(std::vector<Pose> knots, double interval_s);
 
-  /// Goes on by one interval. What was defined before stays as it is.
+  /// Extends the motion by one interval. The motion defined before is unchanged.
   void append(const Pose& knot);
-  /// Frees the knots that only earlier moments need; those must not be asked for any more.
+  /// Frees the knots that are only needed for earlier times; those must not be queried any more.
   void forget_before(double time_s);
 
   [[nodiscard]] std::size_t knots_kept() const { return knots_.size(); }
@@ -35,7 +35,7 @@ class Trajectory {
   [[nodiscard]] Pose pose_at(double time_s) const;
 
  private:
-  /// The four knots' poses as first pose and three steps, and the place between them.
+  /// First pose of the four knots, and the position between the second and third.
   struct Segment {
     std::size_t first;  // index into knots_
     double u;
@@ -44,7 +44,7 @@ class Trajectory {
 
   std::vector<Pose> knots_;
   std::vector<Vec3> turns_;    ///< log of the rotation from knot k to knot k + 1
-  std::size_t forgotten_ = 0;  // knots before the first that is kept
+  std::size_t forgotten_ = 0;  // number of dropped knots
   double interval_s_;
   double duration_s_;
 };

@@ -30,7 +30,7 @@ TEST(Geodesy, AxesAreEastNorthUp) {
   EXPECT_NEAR(frame.to_world(g).z(), 7.0, 1e-9);
 }
 
-TEST(Geodesy, FramesOfTwoDatumsAgreeOnAPlace) {
+TEST(Geodesy, FramesOfTwoDatumsAgreeOnAPosition) {
   const LocalFrame a(kDatum);
   const LocalFrame b({kDatum.lat_rad + 0.001, kDatum.lon_rad - 0.002, {20.0}});
   const Vec3 p_b(321.0, -45.0, 6.0);
@@ -43,7 +43,7 @@ TEST(Geodesy, HeightsConvertByTheUndulation) {
   EXPECT_DOUBLE_EQ(to_ellipsoidal(h, Undulation{-33.0}).m, 100.0);
 }
 
-TEST(Geodesy, ImplausibleIsRefused) {
+TEST(Geodesy, ImplausibleCoordinatesAreRejected) {
   EXPECT_TRUE(plausible(kDatum));
   EXPECT_FALSE(plausible({2.0, 0.0, {0.0}}));
   EXPECT_FALSE(plausible({std::numeric_limits<double>::quiet_NaN(), 0.0, {0.0}}));

@@ -9,8 +9,8 @@
 namespace rcs {
 namespace {
 
-TEST(Grid, ScrollingKeepsWhatStaysAndEmptiesWhatEnters) {
-  // GIVEN a grid beside a plain map of every write that is still inside the window
+TEST(Grid, ScrollingKeepsCellsThatStayAndClearsCellsThatEnter) {
+  // GIVEN a grid and, for comparison, a map of every write that is still inside the window
   std::mt19937 rng(7);
   Grid<int> grid(16, 0.5, -1);
   std::map<std::pair<int, int>, int> expected;

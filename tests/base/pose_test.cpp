@@ -70,7 +70,7 @@ TEST(Pose, RightJacobianIsTheDerivativeOfExp) {
   }
 }
 
-TEST(Pose, InterpolationEndsAtItsEnds) {
+TEST(Pose, InterpolationIsExactAtBothEnds) {
   std::mt19937 rng(5);
   const Pose a = exp_se3(random_twist(&rng, 5.0, 1.0));
   const Pose b = exp_se3(random_twist(&rng, 5.0, 1.0));

@@ -9,7 +9,7 @@
 namespace rcs {
 namespace {
 
-TEST(RegularFile, AFifoAFolderAndADeviceAreRefusedByName) {
+TEST(RegularFile, AFifoAFolderAndADeviceAreRejectedByName) {
   const std::string file = testing::TempDir() + "regular_file_test.txt";
   std::ofstream(file) << "x";
   EXPECT_TRUE(check_regular_file(file));

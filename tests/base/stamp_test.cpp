@@ -14,7 +14,7 @@ TEST(Stamp, SecondsRoundToTheNearestMicrosecond) {
   EXPECT_EQ(from_seconds(1.6e9), Duration(1'600'000'000'000'000));
 }
 
-TEST(Stamp, SecondsThatDoNotFitAreLimited) {
+TEST(Stamp, SecondsOutOfRangeAreClamped) {
   constexpr double kInf = std::numeric_limits<double>::infinity();
   for (const double far : {1e13, 1e32, 1e308, kInf}) {
     EXPECT_EQ(from_seconds(far), kMaxDuration) << far;

@@ -1,8 +1,8 @@
-// closest_bench [FOLDER]: what a closest point costs over the number of points, by brute force, by
-// the kd-tree, and by the Delaunay triangulation that Madhavan and Messina use (section 2.1; in
-// section 4 they expect a kd-tree to bring O(N_D N_M) down to O(N_D log N_M)). The points are scans
-// of the simulated range imager, of ever finer cells. Prints tables and writes FOLDER/closest.svg
-// (default: out/closest).
+// closest_bench [FOLDER]: cost of a closest-point query as a function of the number of points, by
+// brute force, by the kd-tree, and by the Delaunay triangulation that Madhavan and Messina use
+// (section 2.1; in section 4 they expect a kd-tree to bring O(N_D N_M) down to O(N_D log N_M)). The
+// points are scans of the simulated range imager with increasingly fine cells. Prints tables and
+// writes FOLDER/closest.svg (default: out/closest).
 
 #include <fmt/format.h>
 
@@ -29,8 +29,8 @@
 namespace rcs::bench {
 namespace {
 
-constexpr double kLeast_ms = 30.0;  // of a measurement: the stopwatch counts microseconds
-constexpr int kTimes = 5;           // it is repeated; the median counts
+constexpr double kMin_ms = 30.0;  // of a measurement: the stopwatch has a resolution of 1 us
+constexpr int kTimes = 5;         // repetitions; the median is used
 constexpr std::size_t kBruteQueries = 2000;
 
 Points part_of(const Points& points, std::size_t n, std::mt19937* rng) {
@@ -54,12 +54,12 @@ Points shuffled(const Points& points, std::mt19937* rng) {
 
 struct Clouds {
   Points model;
-  Points queries;  ///< the next scan, where a guess puts it
+  Points queries;  ///< the next scan, transformed by a guess
 };
 
-/// `n` points each of two consecutive scans, whose cells are as fine as that takes.
+/// `n` points each of two consecutive scans with sufficiently fine cells.
 Clouds clouds_of(std::size_t n, sim::Scenario scenario, std::mt19937* rng) {
-  // Not all cells have a return; a few are drawn too many, for the number to be exact.
+  // Not all cells have a return; a few more cells are drawn so that the number is exact.
   constexpr double kCellsAPoint = 1.5;
   const double finer = std::sqrt(kCellsAPoint * static_cast<double>(n) /
                                  static_cast<double>(scenario.imager.rows * scenario.imager.cols));
@@ -87,7 +87,7 @@ double measured_ms(const Work& work) {
   for (int time = 0; time < kTimes; ++time) {
     int calls = 0;
     double all_ms = 0.0;
-    for (; all_ms < kLeast_ms; ++calls) {
+    for (; all_ms < kMin_ms; ++calls) {
       studies::CpuWatch watch;
       work();
       all_ms += watch.stop_ms();
@@ -98,7 +98,7 @@ double measured_ms(const Work& work) {
   return times_ms[kTimes / 2];
 }
 
-/// Keeps the compiler from leaving out what nobody reads.
+/// Keeps the compiler from removing unused results.
 volatile float sink = 0.0F;
 
 template <class Search>
@@ -187,7 +187,7 @@ struct Curve {
   double (*ms)(const Row&);
 };
 
-/// As many queries as there are points: a registration's one iteration.
+/// As many queries as points: one iteration of a registration.
 double all_ms(const Row& r, double each_us) { return 1e-3 * each_us * r.n; }
 
 using report::Colour;
@@ -211,7 +211,7 @@ const std::vector<Curve> kBuilds = {
      [](const Row& r) { return r.delaunay_build_ms; }},
 };
 
-/// Of t ~ N^k, by least squares of the logarithms.
+/// Exponent k of t ~ N^k, by least squares of the logarithms.
 double exponent(const std::vector<Row>& rows, double (*ms)(const Row&)) {
   double x = 0.0;
   double y = 0.0;

@@ -14,18 +14,19 @@
 namespace rcs::bench {
 namespace {
 
-// qhull lifts the points to four dimensions, and needs more than fill a simplex there: of so few
-// everybody is everybody's neighbour.
+// qhull lifts the points to four dimensions and needs more points than a simplex has there. Fewer
+// points are all neighbours of each other.
 constexpr std::size_t kFew = 6;
 
-// Qbb: the lifted coordinate as large as the others. Qc: coplanar points are told. Qz: with a point
+// Qbb: scale the lifted coordinate like the others. Qc: report coplanar points. Qz: with a point
 // at infinity, for points on one sphere.
 constexpr const char* kTriangulated = "qhull d Qt Qbb Qc Qz";
-// For points in one plane, which have no triangulation in space: each is moved by about rounding.
+// For points in one plane, which have no triangulation in space: each is moved by about the
+// rounding error.
 constexpr const char* kJoggled = "qhull d QJ Qbb Qc";
 
-/// In double: then a difference of floats is exact, and no two neighbours seem equally near for
-/// want of digits.
+/// In double: a difference of floats is then exact, and no two neighbours appear equally near
+/// because of rounding.
 double distance2(const Vec3f& a, const Vec3f& b) {
   return (a.cast<double>() - b.cast<double>()).squaredNorm();
 }
@@ -42,7 +43,7 @@ DelaunaySearch::DelaunaySearch(const Points& points) {
   std::sort(order.begin(), order.end(), [&place](auto a, auto b) { return place(a) < place(b); });
   const auto same_place = [&points](auto a, auto b) { return points[a] == points[b]; };
   order.erase(std::unique(order.begin(), order.end(), same_place), order.end());
-  // In the order of the points again: near in the scan is near in memory.
+  // Restore the order of the points: neighbours in the scan are neighbours in memory.
   std::sort(order.begin(), order.end());
   index_ = std::move(order);
   at_.reserve(index_.size());
@@ -64,7 +65,7 @@ bool DelaunaySearch::triangulate(const char* options, std::vector<Simplex>* simp
   std::vector<coordT> coordinates;
   coordinates.reserve(3 * at_.size());
   for (const Vec3f& p : at_) coordinates.insert(coordinates.end(), {p.x(), p.y(), p.z()});
-  // What qhull says of points in one plane is an answer here, and nothing for the reader.
+  // qhull's message about points in one plane is an expected result here and is not printed.
   FILE* const nowhere = std::fopen("/dev/null", "w");
   RCS_CHECK(nowhere != nullptr);
   qhT work;
@@ -121,7 +122,7 @@ void DelaunaySearch::connect(const std::vector<Simplex>& simplices) {
       }
     }
   }
-  // Each neighbour was named once for every simplex that the two share.
+  // Each neighbour is listed once for every shared simplex.
   std::uint32_t kept = 0;
   for (std::size_t v = 0; v < at_.size(); ++v) {
     const auto begin = neighbours_.begin() + first_[v];

@@ -1,5 +1,6 @@
-// Three searches for the closest point, one answer: brute force, the kd-tree that the product uses,
-// and the paper's Delaunay triangulation. A benchmark of searches that differ would say nothing.
+// Three searches for the closest point must give the same result: brute force, the kd-tree that the
+// product uses, and the paper's Delaunay triangulation. A benchmark of searches with different
+// results would be meaningless.
 
 #include "tests/bench/delaunay_search.h"
 
@@ -29,7 +30,7 @@ double brute2(const Points& points, const Vec3f& p) {
   return best;
 }
 
-/// Equally near counts as the same answer: of a tie any point will do.
+/// Equally near points count as the same result: in a tie any of them is correct.
 void expect_the_same(const Points& model, const Points& queries) {
   const KdTree tree(model);
   const DelaunaySearch delaunay(model);
@@ -51,7 +52,7 @@ void expect_the_same(const Points& model, const Points& queries) {
                                << "; left out of the triangulation: " << delaunay.left_out();
 }
 
-/// Near the model, far from it, and its own points.
+/// Queries near the model, far from it, and the points of the model.
 Points queries_for(const Points& model, std::mt19937* rng) {
   std::normal_distribution<double> normal;
   const auto draw = [&](double sigma_m) {
@@ -77,7 +78,7 @@ TEST(ClosestPoints, ThreeSearchesAgree) {
   }
 }
 
-TEST(ClosestPoints, ThreeSearchesAgreeOnPointsInTheSamePlace) {
+TEST(ClosestPoints, ThreeSearchesAgreeOnCoincidentPoints) {
   std::mt19937 rng(2);
   Points model = scene(Ground::kRolling, true, 1000, 0.02, Vec3::Zero(), &rng);
   for (std::size_t i = 0; i < 1000; ++i) model.push_back(model[i / 2]);
@@ -87,7 +88,7 @@ TEST(ClosestPoints, ThreeSearchesAgreeOnPointsInTheSamePlace) {
   expect_the_same(same, queries_for(same, &rng));
 }
 
-// Eight corners of each cube lie on a sphere, and a query in its middle has eight answers.
+// Eight corners of each cube lie on a sphere, and a query in its middle has eight correct results.
 TEST(ClosestPoints, ThreeSearchesAgreeOnAGrid) {
   Points grid;
   for (int i = 0; i < 2197; ++i) {

@@ -1,5 +1,5 @@
-// What it costs to match a scan to the a priori map, as SP does it: the lowest points of columns of
-// what goes into the rolling map, then the match; with points, also what stands on the ground.
+// Cost of matching a scan to the a priori map as in SP: select the lowest points of columns from
+// the points for the rolling map, then match; with surface points, also the above-ground structure.
 // prior_match_bench --benchmark_repetitions=20
 #include <benchmark/benchmark.h>
 
@@ -19,12 +19,12 @@ double hills(double x, double y) {
   return 4.0 * std::sin(0.05 * x + 0.3) * std::cos(0.04 * y) + 1.5 * std::sin(0.11 * y);
 }
 
-// A wall at each of these distances east, as long as the scene is deep and as high as kTop_m.
+// A wall at each of these distances east, as long as the scene and as high as kTop_m.
 constexpr double kWallEast_m[] = {18.0, 35.0};
 constexpr double kWallNorth_m = 40.0;  // to each side
 constexpr double kTop_m = 3.0;
 
-/// As `rcs map build --points` would find them.
+/// As `rcs map build --points` extracts them.
 void add_walls(Raster* r) {
   constexpr double kStep_m = 0.4;
   const Vec2 corner = r->level.cell_m * Vec2(r->first.i, r->first.j);
@@ -61,7 +61,7 @@ ElevationMap survey(double cell_m, bool walls) {
 struct Ladar {
   int rows, cols;
   double low_deg, high_deg;  // elevation
-  double wide_deg;           // azimuth, about ahead
+  double wide_deg;           // azimuth, centred ahead
   double reach_m;
   double map_voxel_m;  // as configured
 };
@@ -94,7 +94,7 @@ Points scan(const Ladar& ladar, const Pose& T, bool walls) {
   return points;
 }
 
-/// The prediction is off as it is while the vehicle drives without GPS.
+/// The prediction has the error of a vehicle that drives without GPS.
 void match(benchmark::State& state, const Ladar& ladar, double cell_m, bool walls) {
   const ElevationMap map = survey(cell_m, walls);
   const Pose T = test::pose(0.0, 0.0, hills(0.0, 0.0) + 1.0, 0.02, -0.03, 0.5);
@@ -107,7 +107,7 @@ void match(benchmark::State& state, const Ladar& ladar, double cell_m, bool wall
   const PriorMatchParams params;
   PriorMatch found;
   for (auto _ : state) {
-    matched.take(points, Vec3::UnitZ(), walls ? params.points.most : 0, {});
+    matched.take(points, Vec3::UnitZ(), walls ? params.points.max_points : 0, {});
     found = match_prior_map(matched.ground(), matched.standing(), map, prediction, params,
                             1'000'000'000, &workspace);
     benchmark::DoNotOptimize(found);

@@ -1,5 +1,5 @@
 // sim_bench: milliseconds per scan of the simulator, in the reference scenario. The vehicle drives,
-// so that the world's tiles are made on the way as they are in a run.
+// so that the tiles of the world are generated during the drive as in a run.
 
 #include <benchmark/benchmark.h>
 
@@ -18,7 +18,7 @@ Result<Scenario> scenario(const std::string& name) {
   return load_scenario(std::string(root != nullptr ? root : ".") + "/config/sim/" + name, {});
 }
 
-/// A simulator in the middle of its course, far from rest.
+/// A simulator in the middle of its course, at speed.
 constexpr double kBegin_s = 20.0;
 constexpr double kEnd_s = 190.0;
 
@@ -53,7 +53,7 @@ void demo3_scan(benchmark::State& state) {
 }
 BENCHMARK(demo3_scan)->Unit(benchmark::kMillisecond)->Iterations(1500);
 
-/// Everything: sensors, encoding, truth.
+/// Everything: sensors, encoding, ground truth.
 void whole_scenario_second(benchmark::State& state) {
   const Result<Scenario> s = scenario("reference.toml");
   if (!s) return state.SkipWithError(s.error().message.c_str());

@@ -62,7 +62,8 @@ void update_rolling(benchmark::State& state) {
 }
 BENCHMARK(update_rolling);
 
-/// A scan that is 100 ms late at 200 Hz of INS: what is fused again for it.
+/// A scan that is 100 ms late with an INS at 200 Hz: the measurements that are fused again because
+/// of it.
 void late_scan(benchmark::State& state) {
   WmParams params;
   DriveScript script;
@@ -82,7 +83,7 @@ void late_scan(benchmark::State& state) {
   const Stamp late = truth.back().stamp - Duration(100'000);
   const RollingMatch scan{T_rolling_vehicle(estimator.state().belief.x), 1e2 * Mat6::Identity(), 1,
                           false};
-  // Only some hundred fit before the ring is full of them.
+  // Only some hundred fit into the ring.
   for (auto _ : state) {
     estimator.add(late + Duration(++k), scan);
     estimator.fuse();
@@ -91,8 +92,8 @@ void late_scan(benchmark::State& state) {
 }
 BENCHMARK(late_scan)->Iterations(50);
 
-/// The filter with all its sub-filters as it runs: INS at 200 Hz, scans at 10, odometry at 20,
-/// fixes at 5 (none in the last third). `core` is the share of one core that it takes in real time.
+/// The filter with all its sub-filters in operation: INS at 200 Hz, scans at 10, odometry at 20,
+/// fixes at 5 (none in the last third). `core` is the share of one core that it uses in real time.
 void estimator_with_subfilters(benchmark::State& state) {
   WmParams params;
   DriveScript script;

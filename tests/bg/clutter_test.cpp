@@ -1,5 +1,6 @@
-// BG's whole node in clutter that it sees only when it is near: it gets there, or says that it
-// cannot; it touches nothing, and never stands still for long while it says that it drives.
+// The whole BG node among obstacles that become visible only at short range: the vehicle reaches
+// the goal or BG reports failure; it touches nothing and never stands still for long while BG
+// reports that it drives.
 
 #include <gtest/gtest.h>
 
@@ -26,7 +27,7 @@ constexpr int kSide = 160;         // cells
 constexpr double kSees_m = 12.0;   // ahead
 constexpr double kKnows_m = 2.0;   // around its start
 constexpr double kGoal_m = 26.0;   // ahead of the start
-constexpr double kStands_s = 4.0;  // and still says that it drives
+constexpr double kStands_s = 4.0;  // while BG reports that it drives
 
 struct Trunk {
   double x_m, y_m, radius_m;
@@ -40,7 +41,7 @@ std::vector<Trunk> clutter(unsigned seed, int count, const Shape& shape) {
   std::vector<Trunk> trunks;
   while (static_cast<int>(trunks.size()) < count) {
     const Trunk t{uniform(-6.0, 28.0), uniform(-14.0, 14.0), uniform(0.1, 0.5)};
-    // Neither in the vehicle nor where it has to go.
+    // Neither at the vehicle nor at the goal.
     const double x_m = std::max(0.0, std::abs(t.x_m) - 0.5 * shape.length_m);
     const double y_m = std::max(0.0, std::abs(t.y_m) - 0.5 * shape.width_m);
     if (std::hypot(x_m, y_m) < t.radius_m + 0.45) continue;
@@ -50,8 +51,8 @@ std::vector<Trunk> clutter(unsigned seed, int count, const Shape& shape) {
   return trunks;
 }
 
-/// The vehicle, its world model and its superior: a kinematic vehicle among trunks, which knows its
-/// pose, and the ground that it has seen.
+/// The vehicle, its world model and its superior: a kinematic vehicle among trunks with a known
+/// pose and a map of the terrain seen so far.
 class World final : public Node {
  public:
   World(Bus* bus, unsigned seed, int count, const Shape& shape)
@@ -78,8 +79,8 @@ class World final : public Node {
 
   bool done = false;
   bool gave_up = false;
-  double least_clearance_m = 1e9;
-  double longest_stand_s = 0.0;  // while it said that it drove
+  double min_clearance_m = 1e9;
+  double longest_stand_s = 0.0;  // while BG reported that it drives
 
  private:
   void step(Stamp now) {
@@ -90,7 +91,7 @@ class World final : public Node {
     place_.curvature_1pm += std::clamp(told_.curvature_1pm - place_.curvature_1pm, -turn, turn);
     speed_mps_ += std::clamp(wanted_mps - speed_mps_, -3.0 * dt, 2.0 * dt);
     place_ = along_arc(place_, speed_mps_ * dt);
-    least_clearance_m = std::min(least_clearance_m, clearance());
+    min_clearance_m = std::min(min_clearance_m, clearance());
 
     command_.step(now);
     if (now >= next_order_) {
@@ -180,7 +181,7 @@ class World final : public Node {
             Vec3(place_.x_m, place_.y_m, 0.0)};
   }
 
-  // Of the true rectangle.
+  // Clearance of the true rectangle.
   [[nodiscard]] double clearance() const {
     double least = 1e9;
     const Pose T_vehicle_local = planar().inverse();
@@ -213,7 +214,7 @@ class World final : public Node {
   CommandPort command_;
 };
 
-/// Time, until it is over.
+/// Runs until the end.
 class Ticks final : public EventSource {
  public:
   Ticks(const World* world, Duration most) : world_(world), end_(kStart + most) {}
@@ -232,7 +233,7 @@ class Ticks final : public EventSource {
   Stamp end_;
 };
 
-TEST(Clutter, ItArrivesOrSaysThatItCannotAndNeverStandsSayingItDrives) {
+TEST(Clutter, TheVehicleArrivesOrReportsFailureAndNeverStallsWhileReportingMotion) {
   const BgConfig config;
   int arrived = 0;
   int gave_up = 0;
@@ -245,12 +246,12 @@ TEST(Clutter, ItArrivesOrSaysThatItCannotAndNeverStandsSayingItDrives) {
     LockstepTimeline timeline(&bus, &ticks, Duration(0));
     rcs::run({&bg, &world}, timeline, nullptr);
     EXPECT_LT(world.longest_stand_s, kStands_s) << "field " << seed;
-    EXPECT_GT(world.least_clearance_m, 0.0) << "field " << seed;
+    EXPECT_GT(world.min_clearance_m, 0.0) << "field " << seed;
     arrived += world.done ? 1 : 0;
     gave_up += world.gave_up ? 1 : 0;
   }
   std::printf("%d of %d arrived, %d gave up\n", arrived, kFields, gave_up);
-  // Where trunks stand thick enough there is no way; and one that is there is not always found.
+  // Where trunks are dense there is no path, and an existing path is not always found.
   EXPECT_GE(arrived, kFields * 3 / 4);
   EXPECT_GE(arrived + gave_up, kFields - 1);
 }

@@ -26,15 +26,15 @@ Facts all_is_well() {
   return f;
 }
 
-TEST(Decide, DrivesWhenAllIsWell) {
+TEST(Decide, DrivesWhenAllInputsAreValid) {
   const Decision d = decide(all_is_well(), false, {});
   EXPECT_EQ(d.action, Action::kDrive);
   EXPECT_EQ(d.status, Status::kExecuting);
   EXPECT_EQ(d.state, "DRIVING");
 }
 
-// The contingency table: what is lost, and what is done.
-TEST(Decide, EveryLossHasItsRow) {
+// The contingency table: each loss and the reaction to it.
+TEST(Decide, EveryLossHasARowInTheContingencyTable) {
   Facts f = all_is_well();
   f.gps_age = from_seconds(60.0);
   EXPECT_EQ(decide(f, false, {}).action, Action::kDrive);
@@ -84,7 +84,7 @@ TEST(Decide, AnEmergencyStopHoldsUntilItIsReleasedAtRest) {
   Decision d = decide(f, false, {});
   EXPECT_EQ(d.action, Action::kBrake);
   EXPECT_TRUE(d.emergency);
-  f.order = Order::kGoto;  // from whomever
+  f.order = Order::kGoto;  // from any issuer
   d = decide(f, d.emergency, {});
   EXPECT_EQ(d.action, Action::kBrake);
   EXPECT_EQ(d.status, Status::kError);
@@ -98,7 +98,7 @@ TEST(Decide, AnEmergencyStopHoldsUntilItIsReleasedAtRest) {
   d = decide(f, d.emergency, {});
   EXPECT_TRUE(d.emergency);
   f.order_is_valid = true;
-  f.order_is_new = false;  // it was refused in the cycle in which it came
+  f.order_is_new = false;  // it was rejected in the cycle of its arrival
   d = decide(f, d.emergency, {});
   EXPECT_TRUE(d.emergency);
   f.order_is_new = true;
@@ -106,7 +106,8 @@ TEST(Decide, AnEmergencyStopHoldsUntilItIsReleasedAtRest) {
   d = decide(f, d.emergency, {});
   EXPECT_TRUE(d.emergency);
   EXPECT_NE(d.reason.find("no valid pose"), std::string_view::npos);
-  f.speed_mps = 3.0;  // of a pose that is no longer valid: whether it is at rest is not known
+  f.speed_mps =
+      3.0;  // from a pose that is no longer valid: it is not known whether the vehicle is at rest
   d = decide(f, d.emergency, {});
   EXPECT_NE(d.reason.find("no valid pose"), std::string_view::npos);
   f.speed_mps = 0.0;
@@ -118,8 +119,8 @@ TEST(Decide, AnEmergencyStopHoldsUntilItIsReleasedAtRest) {
   EXPECT_EQ(decide(f, d.emergency, {}).action, Action::kDrive);
 }
 
-// Whatever the facts: it drives only when everything that driving rests on is there.
-TEST(Decide, DrivesOnNothingLess) {
+// For any combination of facts: BG drives only if all preconditions of driving hold.
+TEST(Decide, DrivesOnlyWithAllPreconditions) {
   std::mt19937 rng(5);
   const auto chance = [&] { return rng() % 2 == 0; };
   const DecideParams p;

@@ -7,7 +7,7 @@
 
 namespace rcs::bg::test {
 
-/// Level, smooth and known, but for the cells whose middle `blocked` says.
+/// Level, smooth and known, except for the cells for whose middle `blocked` returns true.
 inline vj::Terrain level_field(int side,
                                const std::function<bool(double x_m, double y_m)>& blocked) {
   vj::Terrain t;

@@ -1,4 +1,4 @@
-// What keeps the vehicle off what is known to be in its way, whatever its path says.
+// Independently of its path, the vehicle does not drive into known obstacles.
 
 #include <gtest/gtest.h>
 
@@ -27,38 +27,38 @@ vj::Terrain wall_at(double x_m) {
   return level_field(128, [x_m](double x, double /*y*/) { return x > x_m && x < x_m + 1.0; });
 }
 
-TEST(FreeWay, EndsBeforeAWall) {
+TEST(FreeDistance, EndsBeforeAWall) {
   const Body body(wall_at(10.0));
-  // From the middle of the vehicle; the discs that stand for its outline reach a little farther.
+  // From the middle of the vehicle; the discs that cover its outline extend a little farther.
   EXPECT_NEAR(body.free_m({0.0, 0.0, 0.0, 0.0}, 3.0, 0.0, 1), 10.0 - 1.6, 0.8);
   EXPECT_EQ(body.free_m({0.0, 0.0, 0.0, 0.0}, 3.0, 0.0, -1), 20.0);
   EXPECT_NEAR(body.free_m({0.0, 0.0, kPi, 0.0}, 3.0, 0.0, -1), 10.0 - 1.6, 0.8);
   EXPECT_EQ(body.free_m({0.0, 0.0, 0.5 * kPi, 0.0}, 3.0, 0.0, 1), 20.0);
 }
 
-TEST(FreeWay, KnowsThatTheWheelsTurnOnlySoFast) {
+TEST(FreeDistance, AccountsForTheSteeringRate) {
   const Body body(wall_at(8.0));
   const Place here{0.0, 0.0, 0.0, 0.0};
   const double slow_m = body.free_m(here, 0.5, 0.18, 1);
   const double fast_m = body.free_m(here, 6.0, 0.18, 1);
-  EXPECT_EQ(slow_m, 20.0) << "it turns before the wall";
-  EXPECT_LT(fast_m, 8.0) << "and at 6 m/s it does not";
+  EXPECT_EQ(slow_m, 20.0) << "the vehicle turns before the wall";
+  EXPECT_LT(fast_m, 8.0) << "at 6 m/s the vehicle does not turn before the wall";
 }
 
-TEST(FreeWay, WhoStandsTooNearMayDriveAwayButNotNearer) {
+TEST(FreeDistance, FromTooCloseTheVehicleMayMoveAwayButNotCloser) {
   const Body body(wall_at(1.9));
   EXPECT_LT(body.free_m({0.0, 0.0, 0.0, 0.0}, 0.0, 0.0, 1), 0.3);
   EXPECT_EQ(body.free_m({0.0, 0.0, 0.0, 0.0}, 0.0, 0.0, -1), 20.0);
 }
 
-TEST(FreeWay, TheSpeedStopsWithinIt) {
+TEST(FreeDistance, TheSpeedAllowsStoppingWithinIt) {
   FollowParams params;
   EXPECT_EQ(speed_within(0.0, 2.0, params), 0.0);
   const double v = speed_within(4.0, 2.0, params);
   EXPECT_NEAR(params.latency_s * 2.0 + 0.5 * v * v / params.braking_mps2, 4.0, 1e-9);
 }
 
-TEST(PlanSpeeds, TheWheelsMustBeAbleToFollow) {
+TEST(PlanSpeeds, SpeedIsLimitedByTheSteeringRate) {
   const vj::Terrain terrain = level_field(128, [](double, double) { return false; });
   Shape shape;
   Path path;
@@ -94,7 +94,7 @@ TEST(Trail, IsKnownGroundAlsoInANewFrame) {
   EXPECT_FALSE(terrain.at(terrain.cell_at(9.0, 1.5)).known);
   EXPECT_FALSE(terrain.at(terrain.cell_at(14.0, 0.0)).known);
 
-  // The same vehicle, now at the origin and looking along y: it came from below.
+  // The same vehicle, now at the origin with heading along y: it came from -y.
   trail.move_to_frame_of({0.0, 0.0, 0.5 * kPi, 0.0});
   vj::Terrain next = unknown();
   trail.mark(shape, &next);

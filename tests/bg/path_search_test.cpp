@@ -29,7 +29,7 @@ struct Planner {
   }
 };
 
-TEST(ObstacleDistance, IsThatOfTheNearestObstacle) {
+TEST(ObstacleDistance, IsTheDistanceToTheNearestObstacle) {
   std::mt19937 rng(1);
   std::uniform_real_distribution<> unit(0.0, 1.0);
   const vj::Terrain terrain =
@@ -56,7 +56,7 @@ TEST(ObstacleDistance, IsThatOfTheNearestObstacle) {
   EXPECT_GT(exact, cells * 98 / 100);
 }
 
-TEST(PathSearch, GoesStraightWhereNothingIsInTheWay) {
+TEST(PathSearch, GoesStraightWithoutObstacles) {
   Planner planner;
   Path path;
   const vj::Terrain terrain = level_field(128, [](double, double) { return false; });
@@ -66,9 +66,9 @@ TEST(PathSearch, GoesStraightWhereNothingIsInTheWay) {
   for (const PathPoint& p : path) EXPECT_NEAR(p.place.y_m, 0.0, 0.3);
 }
 
-// A wall with a gap to one side: the way goes through the gap, and the body never comes nearer than
-// the margin, measured with the true rectangle and the cells' true squares.
-TEST(PathSearch, GoesAroundAndKeepsItsDistance) {
+// A wall with a gap to one side: the path goes through the gap, and the body never comes nearer to
+// the wall than the margin, measured with the true rectangle and the cells' true squares.
+TEST(PathSearch, GoesAroundAnObstacleAndKeepsTheMargin) {
   Planner planner;
   Path path;
   const auto wall = [](double x, double y) { return x > 9.0 && x < 10.0 && y > -12.0 && y < 6.0; };
@@ -108,8 +108,8 @@ TEST(PathSearch, BacksOutOfADeadEnd) {
   EXPECT_EQ(path[1].direction, -1);
 }
 
-// A way that turned back at once would take it over what it has just seen.
-TEST(PathSearch, AMovingVehicleTurnsBackNoSoonerThanItCanStop) {
+// A path that reversed at once would lead the vehicle over the ground that it has just seen.
+TEST(PathSearch, AMovingVehicleReversesNoSoonerThanItCanStop) {
   Planner planner;
   Path path;
   const vj::Terrain open = level_field(128, [](double, double) { return false; });
@@ -120,13 +120,13 @@ TEST(PathSearch, AMovingVehicleTurnsBackNoSoonerThanItCanStop) {
   for (const PathPoint& p : path) {
     EXPECT_TRUE(p.s_m > 5.0 || p.direction == 1) << "at " << p.s_m << " m";
   }
-  // Where it cannot stop there is no way.
+  // Where it cannot stop there is no path.
   const vj::Terrain wall = level_field(128, [](double x, double) { return x > 5.0 && x < 6.0; });
   EXPECT_NE(planner.plan(wall, {{}, 1, 2.0}, behind, &path).stop, SearchStop::kNoWay);
   EXPECT_EQ(planner.plan(wall, {{}, 1, 6.0}, behind, &path).stop, SearchStop::kNoWay);
 }
 
-TEST(PathSearch, KeepsTheMarginThatItIsTold) {
+TEST(PathSearch, KeepsTheCommandedMargin) {
   Planner planner;
   Path path;
   // Wide enough for the covering discs and 0.2 m on each side, not for 0.4 m.
@@ -135,14 +135,14 @@ TEST(PathSearch, KeepsTheMarginThatItIsTold) {
       128, [&](double x, double y) { return x > 4.0 && std::abs(y - 0.2) > half_m + 0.1; });
   EXPECT_EQ(planner.plan(lane, {{0.0, 0.2, 0.0, 0.0}}, {20.0, 0.2, 1.5}, &path).stop,
             SearchStop::kNoWay);
-  planner.search.keep_off(planner.shape.least_margin_m);
+  planner.search.keep_off(planner.shape.min_margin_m);
   EXPECT_EQ(planner.plan(lane, {{0.0, 0.2, 0.0, 0.0}}, {20.0, 0.2, 1.5}, &path).stop,
             SearchStop::kGoal);
 }
 
-// What the search's heuristic takes for a way, the search can drive: else it stands before a gap
-// that is too narrow for it, and looks for no other.
-TEST(CostField, AGapThatIsTooNarrowIsNoWay) {
+// The search can drive through every gap that its heuristic considers passable. Otherwise it would
+// get stuck at a gap that is too narrow and search for no alternative.
+TEST(CostField, ATooNarrowGapIsImpassable) {
   Planner planner;
   Path path;
   const auto wall = [](double x, double y) {
@@ -151,12 +151,12 @@ TEST(CostField, AGapThatIsTooNarrowIsNoWay) {
   const vj::Terrain terrain = level_field(128, wall);
   ASSERT_NE(planner.plan(terrain, {}, {20.0, 0.0, 1.5}, &path).stop, SearchStop::kNoWay);
   EXPECT_TRUE(planner.field.blocked(9.5, 0.0));
-  double most_y_m = 0.0;
-  for (const PathPoint& p : path) most_y_m = std::max(most_y_m, p.place.y_m);
-  EXPECT_GT(most_y_m, 8.0);
+  double max_y_m = 0.0;
+  for (const PathPoint& p : path) max_y_m = std::max(max_y_m, p.place.y_m);
+  EXPECT_GT(max_y_m, 8.0);
 }
 
-TEST(PathSearch, SaysWhenThereIsNoWay) {
+TEST(PathSearch, ReportsThatNoPathExists) {
   Planner planner;
   Path path;
   const auto ring = [](double x, double y) {
@@ -189,7 +189,7 @@ TEST(PathSearch, LeavesAnObstacleThatItTouches) {
   EXPECT_GT(path.back().clearance_m, 0.5);
 }
 
-TEST(PathFollow, SpeedsCanBeBrakedFromAndEndAtRest) {
+TEST(PathFollow, SpeedsRespectBrakingAndEndAtZero) {
   Planner planner;
   Path path;
   const vj::Terrain terrain = level_field(128, [](double, double) { return false; });
@@ -207,7 +207,7 @@ TEST(PathFollow, SpeedsCanBeBrakedFromAndEndAtRest) {
   }
 }
 
-// A kinematic vehicle that obeys late follows the way to its end.
+// A kinematic vehicle with delayed actuators follows the path to its end.
 TEST(PathFollow, AVehicleStaysOnItsPath) {
   Planner planner;
   Path path;

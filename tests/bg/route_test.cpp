@@ -23,7 +23,7 @@ command_t order(int waypoints, std::int64_t task) {
   return m;
 }
 
-TEST(Route, TheSameTaskGoesOnAndANewOneBeginsAnew) {
+TEST(Route, TheSameTaskContinuesAndANewTaskStartsOver) {
   Route route;
   EXPECT_TRUE(route.arrived());
   EXPECT_EQ(route.take(order(3, 1)), "");
@@ -33,7 +33,7 @@ TEST(Route, TheSameTaskGoesOnAndANewOneBeginsAnew) {
   EXPECT_EQ(route.number(), number);
   EXPECT_EQ(route.done(), 1);
 
-  // What the superior has heard from an earlier BG counts, but it never goes back.
+  // The progress that the superior received from an earlier BG counts, but it never decreases.
   command_t known = order(3, 1);
   known.waypoints_done = 2;
   EXPECT_EQ(route.take(known), "");
@@ -49,7 +49,7 @@ TEST(Route, TheSameTaskGoesOnAndANewOneBeginsAnew) {
   EXPECT_EQ(route.next().p_m[0], 20.0);
 }
 
-TEST(Route, WhatDiffersIsAnotherTask) {
+TEST(Route, ADifferentCommandIsADifferentTask) {
   const auto begins_anew = [](const command_t& m) {
     Route route;
     (void)route.take(order(3, 1));
@@ -72,7 +72,7 @@ TEST(Route, WhatDiffersIsAnotherTask) {
   EXPECT_TRUE(begins_anew(m));
 }
 
-TEST(Route, WhatCannotBeDoneIsRefusedAndNothingIsLeft) {
+TEST(Route, AnInvalidCommandIsRejectedAndClearsTheRoute) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto refused = [](const command_t& m) {
     Route route;
@@ -88,7 +88,7 @@ TEST(Route, WhatCannotBeDoneIsRefusedAndNothingIsLeft) {
     return m;
   };
   EXPECT_TRUE(refused(order(0, 1)));
-  EXPECT_TRUE(refused(order(Route::kMostWaypoints + 1, 1)));
+  EXPECT_TRUE(refused(order(Route::kMaxWaypoints + 1, 1)));
   EXPECT_TRUE(refused(with([](command_t* m) { m->frame = 9; })));
   EXPECT_TRUE(refused(with([](command_t* m) { m->waypoints_done = -1; })));
   EXPECT_TRUE(refused(with([](command_t* m) { m->waypoints_done = 4; })));

@@ -1,5 +1,5 @@
 // On a private bus (with_bus.sh): the bg process is killed again and again after an emergency stop,
-// while a superior keeps commanding. The test is WM, the operator and that superior.
+// while a superior keeps commanding. The test acts as WM, the operator and that superior.
 
 #include <gtest/gtest.h>
 
@@ -108,7 +108,7 @@ class BgStopLive : public testing::Test {
   struct Seen {
     int drives = 0;
     int unbraked = 0;
-    int refused = 0;  ///< GOTO, because a stop is latched
+    int refused = 0;  ///< GOTO commands, because a stop is latched
   };
 
   std::string config_;
@@ -138,7 +138,7 @@ class BgStopLive : public testing::Test {
 
 TEST_F(BgStopLive, NoDriveCommandBeforeTheReleaseHoweverOftenBgIsKilled) {
   ASSERT_TRUE(run_until([&] { return seen_.unbraked > 0; })) << bg_->output();
-  // Expired, with a serial that nothing exceeds: it once disabled this issuer's stops.
+  // Expired, with the maximum serial: it must not disable the stops of this issuer.
   command_t poison{};
   poison.issuer = "operator";
   poison.serial = INT64_MAX;

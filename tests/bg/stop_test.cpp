@@ -1,4 +1,4 @@
-// BG's emergency stop over the lives of its process.
+// BG's emergency stop across restarts of its process.
 
 #include <gtest/gtest.h>
 
@@ -27,7 +27,7 @@ constexpr std::int8_t kStop = command_t::KIND_EMERGENCY_STOP;
 constexpr std::int8_t kGoto = command_t::KIND_GOTO;
 constexpr std::int8_t kRelease = command_t::KIND_RELEASE;
 
-/// BG's bus, which notes at each publication whether the latch's file is on the disk.
+/// BG's bus; it records at each publication whether the file of the latch exists.
 class WatchedBus final : public Bus {
  public:
   explicit WatchedBus(std::string file) : file_(std::move(file)) {}
@@ -48,7 +48,7 @@ class WatchedBus final : public Bus {
   std::string file_;
 };
 
-/// One life of BG's process.
+/// One run of the BG process.
 class Life {
  public:
   Life(const std::string& file, StopLatch latch, Stamp* now)
@@ -168,7 +168,7 @@ class BgStop : public testing::Test {
  protected:
   BgStop() : file_((test::fresh_folder() / "state" / "v.stop").string()) { start(); }
 
-  /// Another life: the one before was killed.
+  /// Another run: the one before was killed.
   void start() {
     Result<StopLatch> latch = StopLatch::open(file_);
     ASSERT_TRUE(latch.ok());
@@ -202,7 +202,7 @@ TEST_F(BgStop, BrakesInTheCycleOfTheStopThenPersistsThenEchoes) {
   for (int k = 0; k < 100; ++k) life_->send(kGoto);
   life_->cycle();
   EXPECT_TRUE(life_->brakes());
-  EXPECT_FALSE(life_->watched.file_at_drive) << "the brake waits for no disk";
+  EXPECT_FALSE(life_->watched.file_at_drive) << "braking does not wait for the disk";
   EXPECT_TRUE(life_->watched.file_at_status) << "an echoed stop is a persisted stop";
   EXPECT_EQ(life_->status.emergency_stop, +status_t::STOP_PERSISTED);
   EXPECT_EQ(life_->drive->emergency_stop, 1);
@@ -210,17 +210,17 @@ TEST_F(BgStop, BrakesInTheCycleOfTheStopThenPersistsThenEchoes) {
   EXPECT_EQ(life_->status.state, "EMERGENCY_STOP");
   EXPECT_EQ(life_->status.status, +status_t::STATUS_EXEC) << "not at rest yet";
   life_->cycle();
-  EXPECT_TRUE(life_->brakes()) << "whatever came behind it";
+  EXPECT_TRUE(life_->brakes()) << "independently of later commands";
 }
 
-TEST_F(BgStop, OutlivesEveryRestartUntilItIsReleasedAtRest) {
+TEST_F(BgStop, SurvivesEveryRestartUntilItIsReleasedAtRest) {
   life_->cycle();
   life_->send(kStop);
   life_->cycle();
   for (int k = 0; k < 50; ++k) {
     start();
     expect_no_motion_whatever_is_commanded("life " + std::to_string(k));
-    EXPECT_TRUE(life_->has_event("stop.latched")) << "with the file";
+    EXPECT_TRUE(life_->has_event("stop.latched")) << "persisted in the file";
     EXPECT_TRUE(life_->has_event(file_));
   }
   life_->speed_mps = 2.0;
@@ -228,7 +228,7 @@ TEST_F(BgStop, OutlivesEveryRestartUntilItIsReleasedAtRest) {
   life_->send(kRelease);
   life_->cycle();
   EXPECT_EQ(life_->status.state, "EMERGENCY_STOP") << "not at rest";
-  for (int k = 0; k < 60; ++k) life_->cycle();  // and that release is over
+  for (int k = 0; k < 60; ++k) life_->cycle();  // and that release has expired
   life_->speed_mps = 0.0;
   life_->cycle();
   EXPECT_EQ(life_->status.state, "EMERGENCY_STOP");
@@ -266,14 +266,14 @@ TEST_F(BgStop, ATaskCanHaveANarrowerAlertLimitThanTheVehicle) {
   EXPECT_NE(state_with_limit(std::numeric_limits<double>::quiet_NaN()), "POSE_UNCERTAIN");
 }
 
-TEST_F(BgStop, AnOldReleaseOrOneWithoutAKnownSpeedReleasesNothing) {
+TEST_F(BgStop, AnOldReleaseOrOneWithoutAKnownSpeedHasNoEffect) {
   life_->cycle();
   life_->send(kStop);
   life_->cycle();
   const std::int64_t before = to_utime(now_);
   start();
   life_->cycle();
-  life_->send(kRelease, before, before);  // issued before this life
+  life_->send(kRelease, before, before);  // issued before this run
   life_->cycle();
   EXPECT_EQ(life_->status.state, "EMERGENCY_STOP");
   life_->wm_alive = false;
@@ -299,7 +299,7 @@ TEST_F(BgStop, ADamagedFileIsALatchedStopAndCanBeReleased) {
   }
 }
 
-TEST_F(BgStop, AStopThatCannotBePersistedIsInForceAndSaysSo) {
+TEST_F(BgStop, AStopThatCannotBePersistedIsInForceAndReported) {
   const fs::path state = fs::path(file_).parent_path();
   fs::remove_all(state);
   std::ofstream(state) << "in the way";
@@ -314,16 +314,16 @@ TEST_F(BgStop, AStopThatCannotBePersistedIsInForceAndSaysSo) {
   EXPECT_TRUE(life_->has_event("stop.not_persisted"));
   for (int k = 0; k < 100; ++k) life_->cycle();
   EXPECT_TRUE(life_->brakes());
-  EXPECT_LE(life_->events.size(), 5U) << "an event each interval, not each cycle";
+  EXPECT_LE(life_->events.size(), 5U) << "one event per interval, not one per cycle";
   fs::remove(state);
   for (int k = 0; k < 25; ++k) life_->cycle();
-  EXPECT_EQ(life_->status.reason, "") << "it is tried again";
+  EXPECT_EQ(life_->status.reason, "") << "persisting is retried";
   EXPECT_EQ(life_->status.status, +status_t::STATUS_DONE);
   start();
   expect_no_motion_whatever_is_commanded("after the repair");
 }
 
-TEST_F(BgStop, AReleaseThatCannotBePersistedReleasesNothing) {
+TEST_F(BgStop, AReleaseThatCannotBePersistedHasNoEffect) {
   life_->cycle();
   life_->send(kStop);
   life_->cycle();
@@ -340,7 +340,7 @@ TEST_F(BgStop, AReleaseThatCannotBePersistedReleasesNothing) {
   EXPECT_TRUE(life_->brakes());
 }
 
-TEST_F(BgStop, APoisonedSerialDisablesNoStop) {
+TEST_F(BgStop, AnExtremeSerialDisablesNoStop) {
   life_->cycle();
   for (const std::int8_t kind : {kGoto, kStop}) {
     life_->send(kind, INT64_MAX, 1);  // expired long ago

@@ -1,5 +1,5 @@
-// libFuzzer: the first byte says what file the others are. Each is read or refused; nothing of it
-// is believed before it is checked.
+// libFuzzer: the first byte selects the file format of the other bytes. Each file is read or
+// rejected; no value is used before it is checked.
 
 #include <cstdint>
 #include <sstream>

@@ -1,5 +1,5 @@
-// libFuzzer: the bytes as an LCM event log. The reader must end and account for every byte; a
-// replay's time must not jump, whatever the stamps say.
+// libFuzzer: the bytes as an LCM event log. The reader must end and account for every byte; the
+// time of a replay must not jump for any stamps.
 
 #include <sys/mman.h>
 #include <unistd.h>
@@ -21,7 +21,7 @@ using rcs::test::Bytes;
 
 constexpr std::size_t kHeader = 28;
 
-/// A file in memory, by a path that can be opened.
+/// A file in memory with a path that can be opened.
 class MemoryFile {
  public:
   MemoryFile() : fd_(memfd_create("log", 0)) { RCS_CHECK(fd_ >= 0); }

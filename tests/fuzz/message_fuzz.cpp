@@ -1,7 +1,7 @@
-// libFuzzer, compiled once for each message type (see CMakeLists.txt): the bytes are messages of
-// that type, one behind the other, without their fingerprints, or no input would get past them. A
-// decoder must neither die nor allocate out of proportion; what it takes, it must be able to write
-// again; and the vehicle, which gets them all, must drive on.
+// libFuzzer, compiled once for each message type (see CMakeLists.txt): the bytes are consecutive
+// messages of that type without their fingerprints, which random input would rarely match. A
+// decoder must neither crash nor allocate out of proportion; a decoded message must encode again;
+// and the vehicle, which receives all of them, must continue to drive.
 
 #include <algorithm>
 #include <cstdint>
@@ -19,7 +19,7 @@ using Message = rcs::RCS_FUZZ_TYPE;
 using rcs::test::Bytes;
 
 constexpr std::size_t kFingerprint = 8;
-constexpr std::size_t kMostMessages = 8;
+constexpr std::size_t kMaxMessages = 8;
 
 /// The first message of `data`; empty when it cannot be decoded.
 Bytes take_message(const std::uint8_t* data, std::size_t size) {
@@ -37,7 +37,7 @@ Bytes take_message(const std::uint8_t* data, std::size_t size) {
   return packet;
 }
 
-/// What the vehicle itself says on the channel.
+/// The messages that the vehicle itself publishes on the channel.
 class Heard final : public rcs::BusTap {
  public:
   void on_deliver(rcs::Stamp /*due*/, std::string_view channel, const std::uint8_t* data,
@@ -62,9 +62,9 @@ extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv) {
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  // What is no message ends in the inbox; the tests see to it that it is counted there.
+  // An invalid message ends in the inbox; the tests verify that it is counted there.
   std::vector<Bytes> messages;
-  while (size > 0 && messages.size() < kMostMessages) {
+  while (size > 0 && messages.size() < kMaxMessages) {
     Bytes message = take_message(data, size);
     if (message.empty()) break;
     data += message.size() - kFingerprint;

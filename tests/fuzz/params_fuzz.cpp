@@ -1,5 +1,5 @@
-// libFuzzer: the bytes as a parameter file. It is read or refused with its name; what is read from
-// it is a value or an error.
+// libFuzzer: the bytes as a parameter file. It is read, or rejected with its name; each key read
+// from it gives a value or an error.
 
 #include <cstdint>
 #include <filesystem>
@@ -16,7 +16,7 @@ namespace {
 
 using rcs::test::Bytes;
 
-/// The configurations of the project, and what has broken a parser.
+/// The configurations of the project, and texts that have broken a parser.
 std::vector<Bytes> seeds() {
   std::vector<Bytes> all;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(RCS_FUZZ_CONFIG)) {
@@ -32,7 +32,7 @@ std::vector<Bytes> seeds() {
   return all;
 }
 
-/// Each key as each kind of value, to some depth.
+/// Reads each key as each type of value, to some depth.
 void read_all(rcs::ParamTable table, int depth) {
   for (const std::string& key : table.keys()) {
     double number = 0.0;

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# run.sh TARGET CORPUS: RCS_FUZZ_SECONDS (60) of fuzzing, from fresh seeds (CORPUS.seeds) and what
-# earlier runs have found (CORPUS). An input that broke something is CORPUS.crash-* or .timeout-*.
+# run.sh TARGET CORPUS: RCS_FUZZ_SECONDS (60) of fuzzing, from new seeds (CORPUS.seeds) and the
+# inputs found by earlier runs (CORPUS). An input that caused a failure is CORPUS.crash-* or .timeout-*.
 set -euo pipefail
 target=$1
 corpus=$2

@@ -32,7 +32,7 @@ std::vector<Bytes> spoil(const std::vector<Bytes>& good) {
     const std::size_t begin = middle.size() * part / kParts;
     const std::size_t end = middle.size() * (part + 1) / kParts;
     out.emplace_back(middle.begin(), middle.begin() + static_cast<std::ptrdiff_t>(begin));
-    // Whatever begins where: NaN or -1, a huge number, a length below 0, zero.
+    // At any offset: NaN or -1, a huge number, a negative length, zero.
     for (const int value : {0xff, 0x7f, 0x80, 0x00}) {
       Bytes bytes = middle;
       std::fill(bytes.begin() + static_cast<std::ptrdiff_t>(begin),

@@ -1,5 +1,5 @@
 #pragma once
-// Where a fuzz target begins: `TARGET -seeds=DIRECTORY` writes its seed corpus and ends.
+// Seed corpus of a fuzz target: `TARGET -seeds=DIRECTORY` writes it and exits.
 
 #include <functional>
 #include <vector>
@@ -8,11 +8,11 @@
 
 namespace rcs::test {
 
-/// From good messages, the first and the last of which differ most: alone, in a row, repeated, in
-/// the wrong order, cut, and with a part of their bytes replaced.
+/// From valid messages, of which the first and the last differ most: single, in sequence, repeated,
+/// in the wrong order, truncated, and with a part of their bytes replaced.
 [[nodiscard]] std::vector<Bytes> spoil(const std::vector<Bytes>& good);
 
-/// For LLVMFuzzerInitialize; ends the process when seeds are asked for.
+/// For LLVMFuzzerInitialize; exits the process if seeds are requested.
 int write_seeds(int argc, char** argv, const std::function<std::vector<Bytes>()>& make);
 
 }  // namespace rcs::test

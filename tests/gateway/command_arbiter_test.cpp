@@ -22,7 +22,7 @@ std::optional<Kind> kind(const std::optional<Action>& action) {
   return action->kind;
 }
 
-/// A desk, asked every 50 ms.
+/// An arbiter whose decision is requested every 50 ms.
 struct Shift {
   CommandDesk desk{DeskParams{}};
   Progress progress = Progress::kUnderway;
@@ -46,16 +46,16 @@ struct Shift {
   }
 };
 
-TEST(CommandDesk, ACommandIsSentAtOnceAndRefreshedEverySecondWhileItsOperatorSpeaks) {
+TEST(CommandArbiter, ACommandIsSentAtOnceAndRefreshedEverySecondWhileItsOperatorRepeatsIt) {
   Shift run;
   run.until(10.0, [&] { EXPECT_EQ(run.desk.take(go_to("alice", 1), at(run.t)), Refusal::kNone); });
-  // It is extended whenever a whole second can be gained.
+  // The validity is extended whenever that gains a whole second.
   EXPECT_GE(run.sent, 9);
   EXPECT_LE(run.sent, 11);
   EXPECT_EQ(run.desk.phase(), Phase::kGoto);
 }
 
-TEST(CommandDesk, TheVehicleIsNeverWithoutAValidCommandWhileItsOperatorSpeaks) {
+TEST(CommandArbiter, TheVehicleAlwaysHasAValidCommandWhileItsOperatorRepeatsIt) {
   for (const double valid_for : {0.6, 1.0, 2.0, 5.0}) {
     Shift run;
     WaypointOrder order = go_to("alice", 1);
@@ -70,23 +70,23 @@ TEST(CommandDesk, TheVehicleIsNeverWithoutAValidCommandWhileItsOperatorSpeaks) {
         EXPECT_GT(run.valid_until, at(run.t)) << valid_for;
       }
     });
-    EXPECT_LE(run.sent, 60) << "refreshed more often than the operator speaks";
+    EXPECT_LE(run.sent, 60) << "refreshed more often than the operator repeats it";
   }
 }
 
-TEST(CommandDesk, SilenceEndsTheCommandWithinItsOwnValidity) {
+TEST(CommandArbiter, SilenceEndsTheCommandWithinItsOwnValidity) {
   Shift run;
   (void)run.desk.take(go_to("alice", 1), at(0.0));
   run.until(10.0);
   EXPECT_EQ(run.desk.phase(), Phase::kSilent);
-  EXPECT_LE(run.valid_until, at(2.0)) << "valid for 2 s after the operator's last word";
+  EXPECT_LE(run.valid_until, at(2.0)) << "valid for 2 s after the operator's last command";
   EXPECT_EQ(run.desk.take(go_to("alice", 1), at(10.0)), Refusal::kStale)
-      << "who was silent has to ask anew";
+      << "after silence the operator must send a new command";
   EXPECT_EQ(run.desk.take(go_to("alice", 2), at(10.0)), Refusal::kNone);
   EXPECT_EQ(kind(run.desk.decide(at(10.0), Progress::kUnderway)), Kind::kGoto);
 }
 
-TEST(CommandDesk, AVehicleThatStopsForSilenceHasNotFailed) {
+TEST(CommandArbiter, AStopOnSilenceIsNoFailure) {
   CommandDesk desk{DeskParams{}};
   (void)desk.take(go_to("alice", 1), at(0.0));
   (void)desk.decide(at(0.0), Progress::kUnderway);
@@ -94,7 +94,7 @@ TEST(CommandDesk, AVehicleThatStopsForSilenceHasNotFailed) {
   EXPECT_EQ(desk.phase(), Phase::kSilent);
 }
 
-TEST(CommandDesk, WhatIsDoneOrHasFailedIsNotRefreshed) {
+TEST(CommandArbiter, ADoneOrFailedCommandIsNotRefreshed) {
   for (const Progress end : {Progress::kDone, Progress::kError}) {
     Shift run;
     const auto speak = [&] {
@@ -109,7 +109,7 @@ TEST(CommandDesk, WhatIsDoneOrHasFailedIsNotRefreshed) {
   }
 }
 
-TEST(CommandDesk, TheProgressOfAnOlderActionSaysNothingAboutANewCommand) {
+TEST(CommandArbiter, TheProgressOfAnOlderActionIsIgnoredForANewCommand) {
   CommandDesk desk{DeskParams{}};
   (void)desk.take(go_to("alice", 1), at(0.0));
   (void)desk.decide(at(0.0), Progress::kUnderway);
@@ -120,7 +120,7 @@ TEST(CommandDesk, TheProgressOfAnOlderActionSaysNothingAboutANewCommand) {
   EXPECT_EQ(desk.phase(), Phase::kGoto);
 }
 
-TEST(CommandDesk, IdsGrowAndAnIdHasOneContent) {
+TEST(CommandArbiter, IdsIncreaseAndAnIdHasOneContent) {
   CommandDesk desk{DeskParams{}};
   EXPECT_EQ(desk.take(go_to("alice", 5), at(0.0)), Refusal::kNone);
   EXPECT_EQ(desk.take(go_to("alice", 4), at(0.1)), Refusal::kStale);
@@ -130,20 +130,21 @@ TEST(CommandDesk, IdsGrowAndAnIdHasOneContent) {
   EXPECT_EQ(desk.take(go_to("alice", 5), at(0.1)), Refusal::kNone);
 }
 
-TEST(CommandDesk, OneOperatorIsInCommandAndAnyOperatorMayHalt) {
+TEST(CommandArbiter, OneOperatorIsInCommandAndAnyOperatorMayHalt) {
   CommandDesk desk{DeskParams{}};
   (void)desk.take(go_to("alice", 5), at(0.0));
   EXPECT_EQ(desk.take(go_to("bob", 1), at(0.1)), Refusal::kHeld);
   EXPECT_EQ(desk.take(halt("bob", 2), at(0.2)), Refusal::kNone);
   EXPECT_EQ(kind(desk.decide(at(0.2), Progress::kUnderway)), Kind::kHalt);
   EXPECT_EQ(kind(desk.decide(at(0.3), Progress::kUnderway)), std::nullopt) << "once";
-  EXPECT_EQ(desk.take(halt("bob", 2), at(0.3)), Refusal::kNone) << "bob repeats himself";
-  EXPECT_EQ(desk.take(go_to("alice", 5), at(0.3)), Refusal::kStale) << "halted is halted";
-  EXPECT_EQ(desk.take(go_to("bob", 1), at(0.4)), Refusal::kStale) << "refused once, used up";
+  EXPECT_EQ(desk.take(halt("bob", 2), at(0.3)), Refusal::kNone) << "bob repeats his command";
+  EXPECT_EQ(desk.take(go_to("alice", 5), at(0.3)), Refusal::kStale)
+      << "a halted command stays halted";
+  EXPECT_EQ(desk.take(go_to("bob", 1), at(0.4)), Refusal::kStale) << "a rejected id stays used";
   EXPECT_EQ(desk.take(go_to("bob", 3), at(0.4)), Refusal::kNone);
 }
 
-TEST(CommandDesk, AStopIsSentAtOnceRepeatedAndEndsTheCommand) {
+TEST(CommandArbiter, AStopIsSentAtOnceRepeatedAndEndsTheCommand) {
   Shift run;
   (void)run.desk.take(go_to("alice", 1), at(0.0));
   run.until(0.2);
@@ -152,25 +153,25 @@ TEST(CommandDesk, AStopIsSentAtOnceRepeatedAndEndsTheCommand) {
   run.sent = 0;
   run.t = 0.25;
   run.until(10.2);
-  EXPECT_NEAR(run.sent, 10, 1) << "every second, for as long as it is engaged";
+  EXPECT_NEAR(run.sent, 10, 1) << "every second while it is engaged";
   EXPECT_EQ(run.desk.take(go_to("alice", 1), at(10.2)), Refusal::kStale);
   EXPECT_EQ(run.desk.take(go_to("alice", 2), at(10.2)), Refusal::kStopped);
 }
 
-TEST(CommandDesk, AReleaseEndsTheStopOfItsOperatorOnly) {
+TEST(CommandArbiter, AReleaseEndsTheStopOfItsOperatorOnly) {
   CommandDesk desk{DeskParams{}};
   (void)desk.take(StopOrder{"alice", 1, true}, at(0.0));
   (void)desk.take(StopOrder{"bob", 1, true}, at(0.0));
   (void)desk.decide(at(0.0), Progress::kUnderway);
   EXPECT_EQ(desk.take(StopOrder{"bob", 1, false}, at(0.1)), Refusal::kStale) << "the same id";
   EXPECT_EQ(desk.take(StopOrder{"bob", 2, false}, at(0.1)), Refusal::kNone);
-  EXPECT_EQ(desk.phase(), Phase::kStopped) << "alice's stop stands";
+  EXPECT_EQ(desk.phase(), Phase::kStopped) << "alice's stop stays in force";
   EXPECT_EQ(desk.take(StopOrder{"carol", 2, false}, at(0.2)), Refusal::kNone);
-  EXPECT_EQ(desk.phase(), Phase::kStopped) << "carol has none to release";
+  EXPECT_EQ(desk.phase(), Phase::kStopped) << "carol has no stop to release";
   EXPECT_EQ(desk.take(StopOrder{"", 9, false}, at(0.2)), Refusal::kOperator);
   EXPECT_EQ(desk.take(StopOrder{"alice", 2, false}, at(0.3)), Refusal::kNone);
   EXPECT_EQ(kind(desk.decide(at(0.3), Progress::kUnderway)), Kind::kRelease);
-  EXPECT_EQ(desk.take(go_to("alice", 1), at(0.4)), Refusal::kStopped) << "not taken yet";
+  EXPECT_EQ(desk.take(go_to("alice", 1), at(0.4)), Refusal::kStopped) << "release not accepted yet";
   (void)desk.decide(at(0.5), Progress::kDone);
   EXPECT_EQ(desk.phase(), Phase::kIdle);
   EXPECT_EQ(desk.take(go_to("alice", 1), at(0.6)), Refusal::kStale)
@@ -178,7 +179,7 @@ TEST(CommandDesk, AReleaseEndsTheStopOfItsOperatorOnly) {
   EXPECT_EQ(desk.take(go_to("alice", 2), at(0.6)), Refusal::kNone);
 }
 
-TEST(CommandDesk, AStopOfAnUnknownOperatorStops) {
+TEST(CommandArbiter, AStopOfAnUnknownOperatorStops) {
   CommandDesk desk{DeskParams{}};
   EXPECT_EQ(desk.take(StopOrder{"", -7, true}, at(0.0)), Refusal::kNone);
   EXPECT_EQ(kind(desk.decide(at(0.0), Progress::kUnderway)), Kind::kEmergencyStop);
@@ -186,14 +187,14 @@ TEST(CommandDesk, AStopOfAnUnknownOperatorStops) {
   EXPECT_EQ(kind(desk.decide(at(0.1), Progress::kUnderway)), Kind::kRelease);
 }
 
-TEST(CommandDesk, AReleaseFromBeforeThisProcessReleasesNothing) {
-  // A transient-local release of long ago comes with every start; the vehicle may be stopped anew.
+TEST(CommandArbiter, AReleaseFromBeforeThisProcessHasNoEffect) {
+  // An old transient-local release arrives at every start; the vehicle may have been stopped again.
   CommandDesk desk{DeskParams{}};
   EXPECT_EQ(desk.take(StopOrder{"alice", 9, false}, at(0.0)), Refusal::kNone);
   EXPECT_EQ(kind(desk.decide(at(0.0), Progress::kUnderway)), std::nullopt);
 }
 
-TEST(CommandDesk, AReleaseThatTheVehicleDoesNotTakeEndsAsAStop) {
+TEST(CommandArbiter, AReleaseThatTheVehicleRejectsEndsAsAStop) {
   Shift run;
   (void)run.desk.take(StopOrder{"alice", 1, true}, at(0.0));
   run.until(0.1);
@@ -207,8 +208,8 @@ TEST(CommandDesk, AReleaseThatTheVehicleDoesNotTakeEndsAsAStop) {
   EXPECT_EQ(run.desk.phase(), Phase::kReleasing);
 }
 
-// Ids of 2^63-1 once made every later command, or the release, of their operator stale.
-TEST(CommandDesk, APoisonedIdDisablesNothing) {
+// An id of 2^63-1 must not make every later command, or the release, of its operator stale.
+TEST(CommandArbiter, AnExtremeIdDisablesNothing) {
   CommandDesk desk{DeskParams{}};
   EXPECT_EQ(desk.take(go_to("alice", INT64_MAX), at(0.0)), Refusal::kCommandId);
   EXPECT_EQ(desk.take(StopOrder{"alice", INT64_MAX, false}, at(0.0)), Refusal::kCommandId);
@@ -221,13 +222,13 @@ TEST(CommandDesk, APoisonedIdDisablesNothing) {
   EXPECT_EQ(kind(desk.decide(at(0.4), Progress::kUnderway)), Kind::kEmergencyStop);
 }
 
-TEST(CommandDesk, ACrowdOfOperatorsCannotKeepAStopOut) {
+TEST(CommandArbiter, ManyOperatorsCannotBlockAStop) {
   CommandDesk desk{DeskParams{}};
   for (int i = 0; i < 100; ++i) {
     EXPECT_EQ(desk.take(StopOrder{"crowd" + std::to_string(i), 1, true}, at(0.0)), Refusal::kNone);
   }
   EXPECT_EQ(desk.phase(), Phase::kStopped);
-  // Those without a place of their own count as one stop without a name.
+  // Stops without an entry of their own count as one anonymous stop.
   for (int i = 0; i < 15; ++i) {
     (void)desk.take(StopOrder{"crowd" + std::to_string(i), 2, false}, at(0.1));
   }
@@ -236,7 +237,7 @@ TEST(CommandDesk, ACrowdOfOperatorsCannotKeepAStopOut) {
   EXPECT_EQ(desk.phase(), Phase::kReleasing);
 }
 
-TEST(CommandDesk, ACrowdOfOperatorsDoesNotPushOutTheOneInCommand) {
+TEST(CommandArbiter, ManyOperatorsDoNotDisplaceTheOneInCommand) {
   CommandDesk desk{DeskParams{}};
   (void)desk.take(go_to("alice", 5), at(0.0));
   for (int i = 0; i < 100; ++i) {

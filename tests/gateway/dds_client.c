@@ -1,13 +1,13 @@
-// A program off-board: it knows vehicle.idl and nothing else of this project. What it needs of
-// networks and keys, DDS reads from $CYCLONEDDS_URI (see config/dds).
+// An off-board program: it uses vehicle.idl and nothing else of this project. DDS reads the
+// configuration of networks and keys from $CYCLONEDDS_URI (see config/dds).
 //
-//   dds_client [OPTION...] watch SECONDS         VehicleState and NodeStatus as they come
+//   dds_client [OPTION...] watch SECONDS         prints VehicleState and NodeStatus
 //   dds_client [OPTION...] goto ID SECONDS X Y [X Y...]   repeats the command for so long
 //   dds_client [OPTION...] halt|stop|release ID SECONDS
 //   dds_client [OPTION...] flood SECONDS         commands and releases of 300 operators, no pause
 // -d DOMAIN  -v VEHICLE  -o OPERATOR  -p PARTITION (default: the operator)
 // -s SPEED [m/s]  -f VALID_FOR [ms]  -n COUNT (of waypoints: the last one again and again)
-// Exit status: 0 done; 2 wrong usage; 3 DDS refused to make something.
+// Exit status: 0 done; 2 wrong usage; 3 DDS could not create an entity.
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -32,7 +32,7 @@ static dds_entity_t made(dds_entity_t e, const char* what) {
   if (e < 0) {
     printf("refused: no %s: %s\n", what, dds_strretcode(-e));
     fflush(stdout);
-    _Exit(3);  // exit() would clean OpenSSL up under the feet of DDS's threads
+    _Exit(3);  // exit() would clean up OpenSSL while threads of DDS still use it
   }
   return e;
 }

@@ -1,5 +1,6 @@
 #pragma once
-// What the gateway hears on a vehicle's bus: a WM that believes something, and a BG that obeys.
+// The messages that the gateway receives on a vehicle's bus: from a WM with a valid pose, and from
+// a BG that executes commands.
 
 #include <functional>
 #include <memory>
@@ -22,15 +23,15 @@ class FakeVehicle {
 
   FakeVehicle();
 
-  /// Runs the vehicle until `done`, asked every cycle, or for at most `limit`.
-  /// @return whether it was done
+  /// Runs the vehicle until `done`, evaluated every cycle, returns true, or for at most `limit`.
+  /// @return whether `done` returned true
   bool run_until(const std::function<bool()>& done, Duration limit);
   void set_pose_valid(bool valid) { nav_state_.pose_valid = valid ? 1 : 0; }
   void run_for(Duration span) {
     (void)run_until([] { return false; }, span);
   }
 
-  /// Every command that BG has taken, once.
+  /// Every command that BG has accepted, once.
   [[nodiscard]] const std::vector<command_t>& commands() const { return commands_; }
   [[nodiscard]] bool has_taken(std::int8_t kind) const;
   /// BG has a command that is still valid.

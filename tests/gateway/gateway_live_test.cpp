@@ -1,5 +1,5 @@
 // On a private bus (with_bus.sh): the gateway as a process, a vehicle around it, and programs that
-// speak DDS to it by loopback.
+// use DDS over loopback.
 
 #include <gtest/gtest.h>
 
@@ -25,8 +25,9 @@ using rcs::test::Program;
 using rcs::test::program_path;
 using test::FakeVehicle;
 
-constexpr Duration kPatience = from_seconds(30.0);  // for what must come; a loaded computer is slow
-constexpr Duration kWatch = from_seconds(3.0);      // for what must not
+constexpr Duration kPatience =
+    from_seconds(30.0);                         // for expected messages; a loaded computer is slow
+constexpr Duration kWatch = from_seconds(3.0);  // for messages that must not arrive
 
 /// A vehicle with its gateway.
 class GatewayLive : public testing::Test {
@@ -35,7 +36,7 @@ class GatewayLive : public testing::Test {
 
   void start_gateway(const std::string& gateway_table) {
     const std::string config = (folder_ / "vehicle.toml").string();
-    // A BG that is starved on a loaded computer is not what is tested here.
+    // A BG that is starved on a loaded computer is not tested here.
     std::ofstream(config) << "[vehicle]\nname = \"demo3\"\n"
                           << gateway_table << "[gateway.commands]\nbg_silence_ms = 20000\n";
     gateway_ = std::make_unique<Program>(std::vector<std::string>{program_path("gateway"), config},
@@ -44,7 +45,7 @@ class GatewayLive : public testing::Test {
         << gateway_->output();
   }
 
-  /// A program off-board. @param keys  folder of its identity; empty: none
+  /// An off-board program. @param keys  folder of its identity; empty: none
   static std::unique_ptr<Program> client(std::vector<std::string> args, const fs::path& keys) {
     const std::string profiles =
         std::string("file://") + std::getenv("RCS_SOURCE_DIR") + "/config/dds/";
@@ -75,10 +76,10 @@ class GatewayLive : public testing::Test {
   std::unique_ptr<Program> gateway_;
 };
 
-constexpr char kPlain[] = "[gateway]\nplain = true\n";
+constexpr char kUnsecured[] = "[gateway]\nunsecured = true\n";
 
-TEST_F(GatewayLive, TheStateGoesOutAtItsRateAndTheNodesStatusWithIt) {
-  start_gateway(kPlain);
+TEST_F(GatewayLive, StateAndNodeStatusArePublishedAtTheirRates) {
+  start_gateway(kUnsecured);
   const auto watch = client({"watch", "4"});
   ASSERT_TRUE(ends(watch.get()));
   const std::string& seen = watch->output();
@@ -87,14 +88,14 @@ TEST_F(GatewayLive, TheStateGoesOutAtItsRateAndTheNodesStatusWithIt) {
       << seen;
   EXPECT_NE(seen.find("node demo3 bg alive 1 overruns 0 state \"at rest\""), std::string::npos);
   EXPECT_NE(seen.find("node demo3 sp alive 0"), std::string::npos);
-  EXPECT_NE(seen.find("node demo3 gateway alive 1 overruns 0 state \"plain; idle\""),
+  EXPECT_NE(seen.find("node demo3 gateway alive 1 overruns 0 state \"unsecured; idle\""),
             std::string::npos);
   const std::size_t at = seen.find(" rate ");
   ASSERT_NE(at, std::string::npos) << seen;
   const double rate_hz = std::stod(seen.substr(at + 6));
   std::printf("[  RATE    ] VehicleState %.2f Hz of 10\n", rate_hz);
   EXPECT_LT(rate_hz, 15.0);
-  // A loaded computer costs cycles, but no more states than cycles: every second one sends.
+  // On a loaded computer cycles are lost, but no additional states: every second cycle publishes.
   gateway_->signal(SIGTERM);
   ASSERT_TRUE(ends(gateway_.get()));
   EXPECT_EQ(gateway_->status(), 0) << gateway_->output();
@@ -102,11 +103,11 @@ TEST_F(GatewayLive, TheStateGoesOutAtItsRateAndTheNodesStatusWithIt) {
   const double cycles = std::stod(account.substr(account.rfind("gateway: ") + 9));
   const double states = std::stod(seen.substr(seen.rfind(" seq ") + 5));
   EXPECT_GT(states, 0.3 * cycles) << account;
-  EXPECT_TRUE(gateway_->has_said("dds.plain")) << gateway_->output();
+  EXPECT_TRUE(gateway_->has_said("dds.unsecured")) << gateway_->output();
 }
 
 TEST_F(GatewayLive, AnInvalidPoseIsNotPublished) {
-  start_gateway(kPlain);
+  start_gateway(kUnsecured);
   const auto before = client({"watch", "2"});
   ASSERT_TRUE(ends(before.get()));
   EXPECT_FALSE(before->has_said("states 0 ")) << before->output();
@@ -118,7 +119,7 @@ TEST_F(GatewayLive, AnInvalidPoseIsNotPublished) {
 }
 
 TEST_F(GatewayLive, AWaypointCommandArrivesIsRefreshedAndEndsWithItsOperator) {
-  start_gateway(kPlain);
+  start_gateway(kUnsecured);
   auto alice = client({"-s", "4", "goto", "7", "60", "10", "0", "20", "5"});
   ASSERT_TRUE(takes(command_t::KIND_GOTO)) << gateway_->output();
   const command_t first = vehicle_.commands().front();
@@ -142,12 +143,12 @@ TEST_F(GatewayLive, AWaypointCommandArrivesIsRefreshedAndEndsWithItsOperator) {
   ASSERT_TRUE(vehicle_.run_until([&] { return !vehicle_.commanded(); }, kPatience));
   const std::size_t taken = vehicle_.commands().size();
   vehicle_.run_for(kWatch);
-  EXPECT_EQ(vehicle_.commands().size(), taken) << "nothing is refreshed for a silent operator";
+  EXPECT_EQ(vehicle_.commands().size(), taken) << "commands of a silent operator are not refreshed";
   EXPECT_TRUE(gateway_->has_said("operator.silent")) << gateway_->output();
 }
 
-TEST_F(GatewayLive, AnEmergencyStopIsLatchedUntilItsReleaseAndOutlivesItsProgram) {
-  start_gateway(kPlain);
+TEST_F(GatewayLive, AnEmergencyStopIsLatchedUntilItsReleaseAndOutlivesItsSender) {
+  start_gateway(kUnsecured);
   const auto bobs = client({"-o", "bob", "goto", "1", "60", "10", "0"});
   ASSERT_TRUE(takes(command_t::KIND_GOTO));
   const auto stop = client({"stop", "1", "0.5"});
@@ -158,7 +159,7 @@ TEST_F(GatewayLive, AnEmergencyStopIsLatchedUntilItsReleaseAndOutlivesItsProgram
   const auto other = client({"-o", "carol", "release", "9", "1"});
   const auto more = client({"-o", "bob", "goto", "2", "2", "10", "0"});
   ASSERT_TRUE(ends(other.get()) && ends(more.get()));
-  EXPECT_FALSE(vehicle_.has_taken(command_t::KIND_RELEASE)) << "carol has not stopped it";
+  EXPECT_FALSE(vehicle_.has_taken(command_t::KIND_RELEASE)) << "carol has not engaged a stop";
   EXPECT_EQ(vehicle_.commands().back().kind, +command_t::KIND_EMERGENCY_STOP);
 
   const auto release = client({"release", "2", "1"});
@@ -166,20 +167,20 @@ TEST_F(GatewayLive, AnEmergencyStopIsLatchedUntilItsReleaseAndOutlivesItsProgram
   ASSERT_TRUE(ends(release.get()));
   vehicle_.run_for(from_seconds(1.0));
   EXPECT_EQ(vehicle_.commands().back().kind, +command_t::KIND_RELEASE)
-      << "bob's old command, still repeated, must not drive on by itself";
-  const auto anew = client({"-o", "bob", "goto", "3", "60", "10", "0"});
+      << "bob's old command, still repeated, must not resume by itself";
+  const auto again = client({"-o", "bob", "goto", "3", "60", "10", "0"});
   EXPECT_TRUE(vehicle_.run_until(
       [&] { return vehicle_.commands().back().kind == command_t::KIND_GOTO; }, kPatience));
 }
 
-TEST_F(GatewayLive, AStopEngagedWhileTheGatewayWasDownCounts) {
+TEST_F(GatewayLive, AStopEngagedWhileTheGatewayWasDownTakesEffect) {
   const auto stop = client({"stop", "1", "60"});
-  start_gateway(kPlain);
+  start_gateway(kUnsecured);
   EXPECT_TRUE(takes(command_t::KIND_EMERGENCY_STOP)) << gateway_->output();
 }
 
-TEST_F(GatewayLive, HostileCommandsAreRefusedAndCounted) {
-  start_gateway(kPlain);
+TEST_F(GatewayLive, HostileCommandsAreRejectedAndCounted) {
+  start_gateway(kUnsecured);
   const auto watch = client({"watch", "120"});
   struct Case {
     std::vector<std::string> args;
@@ -208,11 +209,12 @@ TEST_F(GatewayLive, HostileCommandsAreRefusedAndCounted) {
   EXPECT_LT(gateway_->status(), 0) << "it still runs";
 }
 
-TEST_F(GatewayLive, AFloodKeepsNoStopOut) {
-  // More operators than the commands' reader keeps: reliable, it would hold up the stops behind.
-  start_gateway(kPlain);
+TEST_F(GatewayLive, AFloodOfCommandsBlocksNoStop) {
+  // More operators than the reader of the commands keeps: a reliable reader would delay the stops
+  // behind them.
+  start_gateway(kUnsecured);
   const auto flood = client({"-o", "mallory", "flood", "60"});
-  ASSERT_TRUE(says(gateway_.get(), "command.refused")) << "the flood has come";
+  ASSERT_TRUE(says(gateway_.get(), "command.refused")) << "the flood has arrived";
   vehicle_.run_for(from_seconds(1.0));
   const auto stop = client({"stop", "1", "60"});
   EXPECT_TRUE(takes(command_t::KIND_EMERGENCY_STOP)) << gateway_->output();
@@ -224,7 +226,7 @@ TEST_F(GatewayLive, AFloodKeepsNoStopOut) {
               account.substr(account.find("gateway: ", account.find("command.refused"))).c_str());
 }
 
-TEST_F(GatewayLive, WithKeysEachGetsItsRightsAndNoMore) {
+TEST_F(GatewayLive, WithKeysEachIdentityHasItsRightsAndNoMore) {
   const fs::path keys = folder_ / "keys";
   const fs::path foreign = folder_ / "foreign";
   for (const fs::path& authority : {keys, foreign}) {
@@ -245,7 +247,8 @@ TEST_F(GatewayLive, WithKeysEachGetsItsRightsAndNoMore) {
   }
   start_gateway("[gateway.security]\ndirectory = \"keys/demo3\"\n");
 
-  // Those who must get and do nothing, beside one who may, so that a silent network is no excuse.
+  // Identities without rights run next to one with rights, so that a silent network cannot hide a
+  // failure.
   const auto plain_watch = client({"watch", "6"});
   const auto plain_goto = client({"goto", "1", "6", "111", "0"});
   const auto plain_stop = client({"stop", "1", "6"});
@@ -283,20 +286,20 @@ TEST_F(GatewayLive, WithKeysEachGetsItsRightsAndNoMore) {
   EXPECT_TRUE(takes(command_t::KIND_EMERGENCY_STOP)) << gateway_->output();
 }
 
-TEST_F(GatewayLive, WithoutKeysAndNotPlainItDoesNotStart) {
+TEST_F(GatewayLive, WithoutKeysAndNotUnsecuredItDoesNotStart) {
   const std::string config = (folder_ / "vehicle.toml").string();
   std::ofstream(config) << "[vehicle]\nname = \"demo3\"\n[gateway]\n";
   Program gateway({program_path("gateway"), config}, {});
   ASSERT_TRUE(ends(&gateway));
   EXPECT_EQ(gateway.status(), 1);
-  EXPECT_TRUE(gateway.has_said("plain = true")) << gateway.output();
+  EXPECT_TRUE(gateway.has_said("unsecured = true")) << gateway.output();
 
   std::ofstream(config) << "[vehicle]\nname = \"demo3\"\n"
                            "[gateway.security]\ndirectory = \"nowhere\"\n";
   Program keyless({program_path("gateway"), config}, {});
   ASSERT_TRUE(ends(&keyless));
   EXPECT_EQ(keyless.status(), 1);
-  EXPECT_TRUE(keyless.has_said("identity_ca.pem: not there")) << keyless.output();
+  EXPECT_TRUE(keyless.has_said("identity_ca.pem: missing or not readable")) << keyless.output();
 }
 
 }  // namespace

@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Every regular file below a folder and what it holds.
+/// Every regular file below a folder with its content.
 std::string contents(const fs::path& folder) {
   std::string all;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
@@ -23,7 +23,7 @@ std::string contents(const fs::path& folder) {
   return all;
 }
 
-TEST(KeyFolder, MakesAuthoritiesAndIdentitiesForTheirOwnersAlone) {
+TEST(KeyFolder, CreatesAuthoritiesAndIdentitiesReadableByTheirOwnerOnly) {
   const fs::path folder = test::fresh_folder();
   const Result<cli::KeyFolder> keys = cli::KeyFolder::open(folder.string());
   ASSERT_TRUE(keys.ok()) << keys.error().message;
@@ -38,7 +38,7 @@ TEST(KeyFolder, MakesAuthoritiesAndIdentitiesForTheirOwnersAlone) {
   EXPECT_EQ(contents(folder / "alice")
                 .find(*tools::read_text((folder / "ca/identity_ca.key.pem").string())),
             std::string::npos)
-      << "an authority's private key stays at home";
+      << "the private key of an authority is not copied";
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {
     struct stat s {};
     ASSERT_EQ(stat(entry.path().c_str(), &s), 0);
@@ -46,7 +46,7 @@ TEST(KeyFolder, MakesAuthoritiesAndIdentitiesForTheirOwnersAlone) {
   }
 }
 
-TEST(KeyFolder, WhatIsThereIsKept) {
+TEST(KeyFolder, ExistingFilesAreKept) {
   const fs::path folder = test::fresh_folder();
   ASSERT_TRUE(cli::KeyFolder::open(folder.string())->add("demo3", cli::KeyRole::kVehicle).ok());
   const std::string before = contents(folder);
@@ -62,7 +62,7 @@ TEST(KeyFolder, WhatIsThereIsKept) {
   EXPECT_TRUE(*again->add("alice", cli::KeyRole::kOperator)) << "further identities are added";
 }
 
-TEST(KeyFolder, ABadNameOrAForeignFolderIsRefused) {
+TEST(KeyFolder, AnInvalidNameOrAForeignFolderIsRejected) {
   const fs::path folder = test::fresh_folder();
   const Result<cli::KeyFolder> keys = cli::KeyFolder::open(folder.string());
   ASSERT_TRUE(keys.ok());

@@ -7,11 +7,11 @@ namespace {
 
 constexpr Stamp at(double s) { return Stamp() + from_seconds(s); }
 
-TEST(NodeBoard, TellsEverySecondAndAtOnceOnChange) {
+TEST(NodeStatusTable, ReportsEverySecondAndAtOnceOnChange) {
   NodeBoard board({"wm"}, BoardParams{});
   board.hear(0, at(0.0));
   EXPECT_TRUE(board.take_due(0, at(0.0)));
-  EXPECT_FALSE(board.take_due(0, at(0.0))) << "told once";
+  EXPECT_FALSE(board.take_due(0, at(0.0))) << "published once";
   EXPECT_FALSE(board.take_due(0, at(0.95)));
   EXPECT_TRUE(board.take_due(0, at(1.0)));
   board.facts(0).cycles = 50;
@@ -19,11 +19,12 @@ TEST(NodeBoard, TellsEverySecondAndAtOnceOnChange) {
   board.facts(0).state = "lost";
   EXPECT_TRUE(board.take_due(0, at(1.5)));
   board.facts(0).degrade_level = 2;
-  EXPECT_FALSE(board.take_due(0, at(1.55))) << "flicker is told ten times a second at most";
+  EXPECT_FALSE(board.take_due(0, at(1.55)))
+      << "a flickering status is published ten times a second at most";
   EXPECT_TRUE(board.take_due(0, at(1.6)));
 }
 
-TEST(NodeBoard, SilenceIsAChange) {
+TEST(NodeStatusTable, SilenceIsAChange) {
   NodeBoard board({"wm", "sp"}, BoardParams{});
   EXPECT_EQ(board.age(1, at(5.0)), Duration(-1));
   EXPECT_FALSE(board.alive(1, at(5.0)));

@@ -1,5 +1,5 @@
 #pragma once
-// Orders that the gateway's tests share.
+// Operator commands shared by the tests of the gateway.
 
 #include <string>
 

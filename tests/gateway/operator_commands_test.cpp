@@ -15,9 +15,11 @@ using test::go_to;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-TEST(Orders, AGoodCommandPasses) { EXPECT_EQ(check(go_to("alice", 1), Limits{}), Refusal::kNone); }
+TEST(OperatorCommands, AValidCommandIsAccepted) {
+  EXPECT_EQ(check(go_to("alice", 1), Limits{}), Refusal::kNone);
+}
 
-TEST(Orders, EveryNumberOfAWaypointMustBeFiniteAndInItsRange) {
+TEST(OperatorCommands, EveryNumberOfAWaypointMustBeFiniteAndInItsRange) {
   const auto refusal = [](auto&& spoil) {
     WaypointOrder order = go_to("alice", 1);
     spoil(&order.waypoints.back());
@@ -39,7 +41,7 @@ TEST(Orders, EveryNumberOfAWaypointMustBeFiniteAndInItsRange) {
   EXPECT_EQ(refusal([](Waypoint* w) { w->speed_mps = 300.0; }), Refusal::kSpeed);
 }
 
-TEST(Orders, CountTimeKindFrameAndIdAreBounded) {
+TEST(OperatorCommands, CountTimeKindFrameAndIdAreBounded) {
   const auto refusal = [](auto&& spoil) {
     WaypointOrder order = go_to("alice", 1);
     spoil(&order);
@@ -59,7 +61,7 @@ TEST(Orders, CountTimeKindFrameAndIdAreBounded) {
   EXPECT_EQ(refusal([](WaypointOrder* o) { o->command_id = -1; }), Refusal::kCommandId);
 }
 
-TEST(Orders, NothingButItsSenderKeepsAHaltOut) {
+TEST(OperatorCommands, AHaltIsRejectedForAnInvalidSenderOnly) {
   WaypointOrder halt = go_to("alice", 1);
   halt.kind = kKindHalt;
   halt.frame = 7;
@@ -70,7 +72,7 @@ TEST(Orders, NothingButItsSenderKeepsAHaltOut) {
   EXPECT_EQ(check(halt, Limits{}), Refusal::kOperator);
 }
 
-TEST(Orders, ANameIsShortAndPlain) {
+TEST(OperatorCommands, ANameIsShortAndOfPlainCharacters) {
   EXPECT_TRUE(is_name("Alice_2-b"));
   EXPECT_TRUE(is_name(std::string(32, 'a')));
   for (const std::string bad : {"", "*", "a b", "a.b", "../a", "a\n", "{}", "\xc3\xa4"}) {
@@ -79,7 +81,7 @@ TEST(Orders, ANameIsShortAndPlain) {
   EXPECT_FALSE(is_name(std::string(33, 'a')));
 }
 
-TEST(Orders, EveryRefusalHasItsText) {
+TEST(OperatorCommands, EveryRejectionHasAText) {
   for (std::size_t i = 0; i < kRefusals; ++i) EXPECT_FALSE(text(Refusal(i)).empty());
 }
 

@@ -67,7 +67,7 @@ void Program::signal(int number) const {
 
 std::string program_path(const std::string& name) {
   const char* const folder = std::getenv("RCS_BIN_DIR");
-  EXPECT_NE(folder, nullptr) << "RCS_BIN_DIR must name the build's folder of programs";
+  EXPECT_NE(folder, nullptr) << "RCS_BIN_DIR must be the build's folder of programs";
   return std::string(folder == nullptr ? "." : folder) + "/" + name;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// A child process of a test, whose output can be looked at while it runs.
+// A child process of a test whose output can be read while it runs.
 
 #include <csignal>
 #include <string>
@@ -11,13 +11,13 @@ namespace rcs::test {
 
 class Program {
  public:
-  /// @param environment  "NAME=value" beside the test's own
+  /// @param environment  "NAME=value" in addition to the environment of the test
   Program(std::vector<std::string> command, std::vector<std::string> environment);
   Program(const Program&) = delete;
   Program& operator=(const Program&) = delete;
-  ~Program();  ///< killed, when it still runs
+  ~Program();  ///< kills the process if it still runs
 
-  /// What it has written so far, stdout and stderr.
+  /// Output so far, stdout and stderr.
   const std::string& output();
   [[nodiscard]] bool has_said(const std::string& text) {
     return output().find(text) != std::string::npos;
@@ -33,7 +33,7 @@ class Program {
   int status_ = -1;
 };
 
-/// Of the build's folder of programs.
+/// Path of a program in the build's folder of programs.
 [[nodiscard]] std::string program_path(const std::string& name);
 
 }  // namespace rcs::test

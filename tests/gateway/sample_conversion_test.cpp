@@ -26,7 +26,7 @@ nav_state_t nav_state() {
   return m;
 }
 
-TEST(GatewayMessages, AStateCarriesTheBelief) {
+TEST(GatewayMessages, AVehicleStateCarriesTheNavState) {
   rcs_VehicleState s{};
   ASSERT_TRUE(to_sample(nav_state(), from_seconds(0.02), &s));
   EXPECT_EQ(s.utime, 123);
@@ -39,7 +39,7 @@ TEST(GatewayMessages, AStateCarriesTheBelief) {
   EXPECT_EQ(s.age_gps_us, -1);
 }
 
-TEST(GatewayMessages, WhatIsNotFiniteDoesNotLeaveTheVehicle) {
+TEST(GatewayMessages, NonFiniteValuesAreNotPublished) {
   rcs_VehicleState s{};
   nav_state_t m = nav_state();
   m.q_world_vehicle[3] = kNan;
@@ -63,7 +63,7 @@ TEST(GatewayMessages, LongTextsAreShortened) {
   EXPECT_STREQ(out, "");
 }
 
-TEST(GatewayMessages, AnOrderIsItsOperatorsOnlyFromThatOperatorsPartition) {
+TEST(GatewayMessages, ACommandIsAttributedToAnOperatorOnlyInThatOperatorsPartition) {
   rcs_WaypointCommand c{};
   std::strcpy(c.operator_id, "alice");
   EXPECT_EQ(from_sample(c, "alice").operator_id, "alice");
@@ -75,7 +75,7 @@ TEST(GatewayMessages, AnOrderIsItsOperatorsOnlyFromThatOperatorsPartition) {
   EXPECT_EQ(from_sample(s, "alic").operator_id, "");
 }
 
-TEST(GatewayMessages, ACommandKeepsItsNumbersOnTheWayToTheVehicle) {
+TEST(GatewayMessages, ACommandIsConvertedWithoutChangeOfItsNumbers) {
   rcs_Waypoint w{{1.0, 2.0, 3.0}, 4.0, 5.0};
   rcs_WaypointCommand c{};
   std::strcpy(c.operator_id, "alice");
@@ -85,7 +85,7 @@ TEST(GatewayMessages, ACommandKeepsItsNumbersOnTheWayToTheVehicle) {
   c.valid_for_ms = -2000;
   c.waypoints = {1, 1, &w, false};
   const WaypointOrder order = from_sample(c, "alice");
-  EXPECT_EQ(order.valid_for, from_seconds(-2.0)) << "refused later, not mended here";
+  EXPECT_EQ(order.valid_for, from_seconds(-2.0)) << "rejected later, not corrected here";
 
   const Order out = to_order({Action::Kind::kGoto, from_seconds(1.5), &order});
   EXPECT_EQ(out.kind, +command_t::KIND_GOTO);

@@ -7,14 +7,14 @@
 namespace rcs::live_faults {
 namespace {
 
-constexpr std::size_t kMostBreaches = 50;
+constexpr std::size_t kMaxBreaches = 50;
 constexpr double kAway = 3.0;  // times the radius
 constexpr double kNowhere_m = 1e9;
 
 }  // namespace
 
 void CountJudge::breach(const std::string& text) {
-  if (breaches_.size() < kMostBreaches) breaches_.push_back(text);
+  if (breaches_.size() < kMaxBreaches) breaches_.push_back(text);
 }
 
 void CountJudge::watch(const std::string& what, std::int64_t seq,
@@ -23,7 +23,7 @@ void CountJudge::watch(const std::string& what, std::int64_t seq,
   if (seq <= life.seq || life.begun == 0) {
     ++life.begun;
   } else {
-    // Its first message may come before the process has said its number.
+    // Its first message may arrive before the process has published its pid.
     const auto processes = static_cast<std::int64_t>(pids_[what.substr(0, what.find(':'))].size());
     if (life.begun > processes) {
       breach(fmt::format("{}: counts began for the {}th time in {} processes", what, life.begun,
@@ -44,7 +44,7 @@ void CountJudge::take(const registration_t& m) {
   const scan_account_t& a = m.account;
   watch("sp: scan_account", m.seq,
         {a.answered, a.degraded, a.held, a.failed, a.dropped, a.facets_lost, a.facets_refused});
-  // A new map after failures is a second answer to the same scan, and so is the a priori map's.
+  // A new map after failures gives a second result for the same scan, and so does the a priori map.
   const bool first_answer = m.target == registration_t::TARGET_ROLLING &&
                             !(m.stop == registration_t::STOP_SEEDED && m.scan_id == newest_scan_);
   if (!first_answer) return;
@@ -103,7 +103,8 @@ void CountJudge::take(const truth_t& m) {
     if (distance_m > radius_m_ || !far_[k]) continue;
     far_[k] = false;
     if (k != next_ && waypoints_ == 0) continue;
-    // BG was dead or elsewhere by its own belief as it came by, and drives to it still.
+    // BG was dead, or its pose differed, when the vehicle passed the waypoint, so it still drives
+    // to it.
     if ((k + 1) % course_.size() == next_) {
       ++returns_;
       continue;

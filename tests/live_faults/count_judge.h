@@ -1,5 +1,6 @@
 #pragma once
-// Is anything counted or done twice? Scans, measurements, accounts, commands and waypoints. Pure.
+// Checks that nothing is counted or executed twice: scans, measurements, counters, commands and
+// waypoints. Pure.
 
 #include <cstdint>
 #include <map>
@@ -33,10 +34,10 @@ class CountJudge {
   void take(const status_t& m);
   void take(const truth_t& m);
 
-  /// The one that is to be reached next, by the truth.
+  /// The next waypoint to be reached, by ground truth.
   [[nodiscard]] std::size_t next_waypoint() const { return next_; }
   [[nodiscard]] std::int64_t waypoints() const { return waypoints_; }
-  /// Times that the vehicle came back to the one before the next.
+  /// Number of returns of the vehicle to the waypoint before the next.
   [[nodiscard]] std::int64_t returns() const { return returns_; }
   [[nodiscard]] std::int64_t scans() const { return scans_; }
   [[nodiscard]] std::int64_t commands() const { return static_cast<std::int64_t>(taken_.size()); }
@@ -48,20 +49,21 @@ class CountJudge {
     std::int64_t begun = 0;
     std::vector<std::int64_t> counts;
   };
-  /// Counts of one life of a node never run backward; another life is one more process.
+  /// Counters of one process of a node never decrease; a restart is another process.
   void watch(const std::string& what, std::int64_t seq, std::vector<std::int64_t> counts);
   void breach(const std::string& text);
 
   std::vector<Vec2> course_;
   double radius_m_;
-  std::vector<bool> far_;  // of each waypoint: the vehicle has been away from it since it was near
+  std::vector<bool> far_;  // for each waypoint: the vehicle has been away from it since it was near
   std::size_t next_ = 0;
   double nearest_to_next_m_ = 1e9;
   std::int64_t waypoints_ = 0;
   std::int64_t returns_ = 0;
   std::int64_t scans_ = 0;
   std::int64_t newest_scan_ = -1;
-  std::set<std::pair<int, std::int64_t>> fused_;  // source and utime of what WM has accepted
+  std::set<std::pair<int, std::int64_t>>
+      fused_;  // source and utime of the measurements that WM has accepted
   std::map<std::string, Life> lives_;
   std::map<std::string, std::set<int>> pids_;
   std::set<std::pair<std::string, std::int64_t>> taken_;                // issuer and serial

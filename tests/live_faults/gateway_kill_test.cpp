@@ -1,5 +1,6 @@
-// A DDS program and the gateway are killed again and again: inside, no cycle and no scan's way
-// takes longer for it. The figures are printed and not judged: this is no quiet computer.
+// A DDS program and the gateway are killed repeatedly: no cycle of another node and no scan latency
+// becomes longer. The values are printed and not checked against limits, since the computer is not
+// quiet.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -24,17 +25,16 @@ using evaluation::values_of;
 
 constexpr Duration kPatience = from_seconds(60.0);
 constexpr Duration kBetweenKills = from_seconds(2.0);
-/// For the answers to the last scan, and for the scan that was half sent when the books were
-/// opened.
+/// For the results of the last scan, and for the scan that was half sent when recording began.
 constexpr Duration kTail = from_seconds(0.5);
 
-/// The books of a stretch of the drive, kept by what goes over the bus.
+/// Statistics of a part of the drive, from the messages on the bus.
 class Books {
  public:
   explicit Books(Bus* bus)
       : ranges_(bus, channel::kLadarRanges,
                 [this](const ladar_ranges_t& m, Stamp arrival) {
-                  // A scan that had begun before is nobody's.
+                  // A scan that began earlier is not counted.
                   if (m.facet == 0 && open_) scan_ = m.scan_id;
                   if (m.scan_id == scan_) latency_trace_.sent(m.reference_utime, arrival);
                 }),
@@ -60,7 +60,7 @@ class Books {
 
  private:
   evaluation::ScanLatencyTrace latency_trace_;
-  std::int64_t scan_ = -1;  // under way
+  std::int64_t scan_ = -1;  // in progress
   bool open_ = false;
   test::Tap<ladar_ranges_t> ranges_;
   test::Tap<registration_t> registrations_;
@@ -79,7 +79,7 @@ std::vector<std::string> row(const std::string& name, const std::vector<double>&
   return cells;
 }
 
-TEST(GatewayKillDrill, InsideNoCycleTakesLongerWhenTheDoorIsKilled) {
+TEST(GatewayKillDrill, NoCycleTakesLongerWhenTheGatewayIsKilled) {
   const Duration window = std::chrono::seconds(number_from("RCS_DRILL_SECONDS", 60));
   LiveFault drill;
   ASSERT_EQ(drill.run.trouble(), "");
@@ -97,7 +97,7 @@ TEST(GatewayKillDrill, InsideNoCycleTakesLongerWhenTheDoorIsKilled) {
   int gateways = 0;
   int clients = 0;
   const Stamp end = drill.run.now() + window;
-  int killed = 0;  // the newest gateway: the next one may wait for its supervisor
+  int killed = 0;  // pid of the newest gateway: its successor may wait for the supervisor
   for (bool client = true; drill.run.now() < end && drill.run.trouble().empty(); client = !client) {
     drill.run_for(kBetweenKills);
     if (client) {

@@ -1,4 +1,4 @@
-// The drills' judges see what they are there for.
+// The judges of the drills detect the violations that they are written for.
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::int64_t kTick_us = 10'000;
 
-/// A straight drive, a truth every 10 ms.
+/// A straight drive with ground truth every 10 ms.
 class Driving {
  public:
   explicit Driving(SafetyJudge* judge) : judge_(judge) {}
@@ -64,7 +64,7 @@ TEST_F(SafetyJudgeTest, AVehicleThatBrakesWhenItsCommandsEndIsSafe) {
   EXPECT_NEAR(seconds(judge_.figures().longest_stand), 1.1, 0.1);
 }
 
-TEST_F(SafetyJudgeTest, OneThatRollsOnIsNot) {
+TEST_F(SafetyJudgeTest, AVehicleThatRollsOnIsUnsafe) {
   driving_.command(3.0, 250);
   driving_.go(2.0, 0.0);
   ASSERT_EQ(judge_.breaches().size(), 1U);
@@ -82,7 +82,7 @@ TEST_F(SafetyJudgeTest, ACollisionIsCountedOnce) {
   EXPECT_DOUBLE_EQ(judge_.figures().clearance_m, -0.1);
 }
 
-TEST_F(SafetyJudgeTest, BgDrivesByNothingOld) {
+TEST_F(SafetyJudgeTest, BgDrivesOnNoOutdatedInput) {
   nav_state_t nav{};
   drive_t m{};
   m.speed_mps = 3.0;
@@ -95,7 +95,7 @@ TEST_F(SafetyJudgeTest, BgDrivesByNothingOld) {
   m.brake = 1;
   m.utime = 9'000'000;
   judge_.take(m);
-  EXPECT_EQ(judge_.breaches().size(), 2U) << "braking rests on nothing";
+  EXPECT_EQ(judge_.breaches().size(), 2U) << "braking needs no input";
 }
 
 class CountJudgeTest : public testing::Test {
@@ -119,7 +119,7 @@ class CountJudgeTest : public testing::Test {
   CountJudge judge_{{{10.0, 0.0}, {50.0, 0.0}, {50.0, 50.0}}, 3.0};
 };
 
-TEST_F(CountJudgeTest, AccountsBeginAnewWithANewProcessOnly) {
+TEST_F(CountJudgeTest, CountersRestartWithANewProcessOnly) {
   process(7);
   cycle(1, 5);
   cycle(2, 6);
@@ -128,13 +128,13 @@ TEST_F(CountJudgeTest, AccountsBeginAnewWithANewProcessOnly) {
   cycle(2, 1);
   EXPECT_TRUE(judge_.breaches().empty()) << judge_.breaches().front();
   cycle(3, 0);
-  EXPECT_EQ(judge_.breaches().size(), 1U) << "within a life";
+  EXPECT_EQ(judge_.breaches().size(), 1U) << "within one process";
   cycle(1, 0);
   cycle(2, 0);
-  EXPECT_EQ(judge_.breaches().size(), 2U) << "the same process once more";
+  EXPECT_EQ(judge_.breaches().size(), 2U) << "the same process again";
 }
 
-TEST_F(CountJudgeTest, AScanIsAnsweredAndFusedOnce) {
+TEST_F(CountJudgeTest, AScanIsRegisteredAndFusedOnce) {
   registration_t m{};
   for (m.scan_id = 1; m.scan_id <= 3; ++m.scan_id) judge_.take(m);
   innovation_t i{};
@@ -149,7 +149,7 @@ TEST_F(CountJudgeTest, AScanIsAnsweredAndFusedOnce) {
   EXPECT_EQ(judge_.breaches().size(), 2U);
 }
 
-TEST_F(CountJudgeTest, ACommandIsActedOnOnceAndAWaypointIsDrivenToOnce) {
+TEST_F(CountJudgeTest, ACommandIsExecutedOnceAndAWaypointIsDrivenToOnce) {
   status_t m{};
   m.issuer = "operator";
   m.echo_serial = 4;
@@ -162,7 +162,7 @@ TEST_F(CountJudgeTest, ACommandIsActedOnOnceAndAWaypointIsDrivenToOnce) {
   }
   EXPECT_EQ(judge_.next_waypoint(), 1U);
   EXPECT_TRUE(judge_.breaches().empty());
-  t.p_world_vehicle_m[0] = 10.0;  // back to it: nothing is passed over
+  t.p_world_vehicle_m[0] = 10.0;  // back to it: no waypoint is skipped
   judge_.take(t);
   EXPECT_EQ(judge_.next_waypoint(), 1U);
   EXPECT_EQ(judge_.returns(), 1);
@@ -180,7 +180,7 @@ TEST_F(CountJudgeTest, ACommandIsActedOnOnceAndAWaypointIsDrivenToOnce) {
     judge_.take(m);
   }
   EXPECT_EQ(judge_.breaches().size(), 2U);
-  t.p_world_vehicle_m[0] = t.p_world_vehicle_m[1] = 50.0;  // one is passed over
+  t.p_world_vehicle_m[0] = t.p_world_vehicle_m[1] = 50.0;  // one waypoint is skipped
   judge_.take(t);
   EXPECT_EQ(judge_.breaches().size(), 3U);
 }

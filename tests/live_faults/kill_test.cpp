@@ -1,6 +1,6 @@
-// kill -9, SIGSTOP for 3 s and a restart of each node, again and again, while the vehicle drives:
-// it is always stopped or driving safely, the run recovers by itself, and nothing is counted twice.
-// RCS_DRILL_TIMES: how often for each node, default 30.
+// kill -9, SIGSTOP for 3 s and a restart of each node, repeatedly, while the vehicle drives: it is
+// always stopped or driving safely, the run recovers by itself, and nothing is counted twice.
+// RCS_DRILL_TIMES: repetitions for each node, default 30.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -19,13 +19,13 @@ namespace {
 
 constexpr Duration kStopped = from_seconds(3.0);
 constexpr Duration kPatience = from_seconds(60.0);
-/// `rcs up` starts a node that lived for less than half a minute after ever longer waits. That is
-/// its supervisor's business; here each death is a first one.
+/// `rcs up` restarts a node that lived for less than half a minute after increasingly long waits.
+/// The tests of the supervisor cover that; here each exit counts as the first one.
 constexpr Duration kHealthy = from_seconds(31.0);
 
 enum class Kind { kKill, kStop, kRestart };
 
-/// What became of one node's disturbances of one kind.
+/// Results of one kind of disturbance of one node.
 struct Outcomes {
   int times = 0;
   std::vector<double> recovery_s;  ///< from the signal; of a stop: from SIGCONT
@@ -49,7 +49,7 @@ class KillDrill : public testing::Test {
   }
 
  private:
-  /// Not always at the same moment of a cycle, nor at the same place of the course.
+  /// At varying moments of a cycle and at varying positions of the course.
   void wait_until_healthy(const std::string& node, Kind kind) {
     std::uniform_real_distribution<double> pause_s(0.5, 2.5);
     drill_.run_for(from_seconds(pause_s(random_)));
@@ -59,7 +59,7 @@ class KillDrill : public testing::Test {
   }
 
   void disturb(const std::string& node, Kind kind) {
-    // The course may have ended just now; the vehicle is to be driving.
+    // The course may have just ended; the vehicle must be driving.
     drill_.recovery.reset();
     EXPECT_TRUE(drill_.run_until_well(kPatience)) << "before " << node << ": " << why();
     if (!drill_.run.trouble().empty()) return;
@@ -76,7 +76,7 @@ class KillDrill : public testing::Test {
     }
     const Stamp begin = drill_.run.now();
     if (kind != Kind::kStop) {
-      // What the process still says while it ends is no sign of recovery.
+      // Messages that the process still publishes while it ends are no sign of recovery.
       const auto another = [&] { return drill_.run.pid_of(node) != pid; };
       EXPECT_TRUE(drill_.run.run_until(begin + kPatience, another)) << node << " is not back";
     }

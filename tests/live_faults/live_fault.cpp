@@ -11,19 +11,19 @@
 namespace rcs::live_faults {
 namespace {
 
-constexpr std::size_t kMostEvents = 40;
+constexpr std::size_t kMaxEvents = 40;
 
 }  // namespace
 
 int number_from(const char* variable, int otherwise) {
   const char* const text = std::getenv(variable);  // NOLINT(concurrency-mt-unsafe): one thread
-  const int number = text == nullptr ? 0 : std::atoi(text);  // NOLINT(cert-err34-c): 0 is none
+  const int number = text == nullptr ? 0 : std::atoi(text);  // NOLINT(cert-err34-c): 0: no number
   return number > 0 ? number : otherwise;
 }
 
 LiveFault::LiveFault(const std::string& vehicle_toml) : run(vehicle_toml) {
   Bus* const bus = run.bus();
-  if (bus == nullptr) return;  // run.trouble() says why
+  if (bus == nullptr) return;  // run.trouble() has the reason
   for (const std::string& node : kNodes) {
     cycles_.emplace_back(bus, channel_of(node, "CYCLE"), [this](const cycle_t& m, Stamp arrival) {
       counts.take(m);
@@ -34,7 +34,7 @@ LiveFault::LiveFault(const std::string& vehicle_toml) : run(vehicle_toml) {
     events_.emplace_back(bus, channel_of(node, "EVENT"), [this](const event_t& m, Stamp arrival) {
       events.push_back(fmt::format("{:.2f} {} {}: {}", 1e-6 * double(to_utime(arrival)), m.node,
                                    m.code, m.text));
-      if (events.size() > kMostEvents) events.pop_front();
+      if (events.size() > kMaxEvents) events.pop_front();
     });
   }
   truths_.emplace_back(bus, channel::kSimTruth, [this](const truth_t& m, Stamp arrival) {
@@ -63,7 +63,7 @@ LiveFault::LiveFault(const std::string& vehicle_toml) : run(vehicle_toml) {
 
 LiveFault::~LiveFault() {
   if (!testing::Test::HasFailure()) return;
-  std::printf("what the processes said: %s\n", run.keep_files().c_str());
+  std::printf("output of the processes: %s\n", run.keep_files().c_str());
 }
 
 void LiveFault::look() {

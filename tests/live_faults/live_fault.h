@@ -1,5 +1,5 @@
 #pragma once
-// A run with all that watches it.
+// A run with its judges.
 
 #include <deque>
 #include <string>
@@ -22,21 +22,22 @@ struct LiveFault {
   explicit LiveFault(const std::string& vehicle_toml = "");
   LiveFault(const LiveFault&) = delete;
   LiveFault& operator=(const LiveFault&) = delete;
-  /// After a failure what the processes said stays.
+  /// After a failure the output of the processes is kept.
   ~LiveFault();
 
-  /// The vehicle drives with all nodes well, or the time is over.
+  /// Runs until the vehicle drives with all nodes healthy, or until the time is over.
   bool run_until_well(Duration most);
   void run_for(Duration time) { (void)run.run_until(run.now() + time, {}); }
-  /// Everything that went wrong so far, in lines.
+  /// All violations so far, as lines of text.
   [[nodiscard]] std::string breaches() const;
 
   VehicleRun run;
   SafetyJudge safety{SafetyLimits{}};
-  /// Truth and belief differ: a waypoint that BG has reached is one even a little outside.
+  /// Ground truth and belief differ: a waypoint that BG has reached counts even a little outside
+  /// its radius.
   CountJudge counts{course_world(), kRadius_m + 1.0};
   Recovery recovery;
-  std::deque<std::string> events;  ///< the newest that nodes told
+  std::deque<std::string> events;  ///< the newest events of the nodes
 
  private:
   void look();

@@ -8,7 +8,7 @@
 namespace rcs::live_faults {
 namespace {
 
-/// Units of work in a second on a quiet computer, and the longest silence that is none.
+/// Work units in a second on a quiet computer, and the longest gap that is not a silence.
 struct Rate {
   const char* node;
   double normal_hz;

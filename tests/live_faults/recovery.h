@@ -1,6 +1,6 @@
 #pragma once
-// Has the vehicle recovered? When all nodes work at their rates, WM is localized and the vehicle
-// drives under BG, for a second on end. Pure.
+// Detects recovery: all nodes run at their rates, WM is localized and the vehicle drives under BG,
+// for one uninterrupted second. Pure.
 
 #include <deque>
 #include <map>
@@ -19,18 +19,18 @@ class Recovery {
   static constexpr Duration kHeld = std::chrono::seconds(1);
   static constexpr double kDriving_mps = 0.5;
 
-  /// What was heard before counts no more.
+  /// Messages received before no longer count.
   void reset() { *this = Recovery(); }
 
   void take(const cycle_t& m, Stamp arrival);
   void take(const nav_state_t& m, Stamp arrival);
   void take(const status_t& m, Stamp arrival);
 
-  /// Once in a while.
+  /// Call periodically.
   void look(Stamp now, double speed_mps);
-  /// The begin of the first second in which all was well; none: not yet.
+  /// The beginning of the first second in which all conditions held; none: not yet.
   [[nodiscard]] std::optional<Stamp> recovered() const { return recovered_; }
-  /// What was missing at the last look; empty: nothing.
+  /// The missing condition at the last check; empty: none.
   [[nodiscard]] const std::string& missing() const { return missing_; }
 
  private:

@@ -9,7 +9,7 @@ namespace rcs::live_faults {
 namespace {
 
 constexpr std::int64_t kMemory_us = 500'000;
-constexpr std::int64_t kSameBreach_us = 2'000'000;  // within this it is still the same one
+constexpr std::int64_t kSameBreach_us = 2'000'000;  // within this time it is the same violation
 constexpr Duration kDecelerationSpan = from_seconds(0.2);
 
 }  // namespace

@@ -1,6 +1,6 @@
 #pragma once
-// Is the vehicle stopped or driving safely? Judged from the simulator's truth and from what drive
-// commands rest on. Pure.
+// Checks that the vehicle is stopped or drives safely, from the simulator's ground truth and from
+// the inputs of the drive commands. Pure.
 
 #include <cstdint>
 #include <deque>
@@ -17,21 +17,21 @@
 namespace rcs::live_faults {
 
 struct SafetyLimits {
-  double speed_mps = 6.5;          ///< the operator's 6, and what the regulator overshoots
-  double lateral_mps2 = 4.0;       ///< mean over half a second; BG plans with 2, wet grass holds 4
+  double speed_mps = 6.5;          ///< the operator's 6 and the overshoot of the controller
+  double lateral_mps2 = 4.0;       ///< mean over half a second; BG plans with 2, wet grass allows 4
   double deceleration_mps2 = 6.0;  ///< mean over 0.2 s; the brake gives 5
   double moving_mps = 0.3;         ///< slower counts as standing
-  /// A drive command is over: from then to the first slowing down. The actuators take 60 ms, the
-  /// mean of the deceleration 200 ms, the rest is the simulator's own lateness.
+  /// From the end of a drive command to the first deceleration. The actuators take 60 ms, the
+  /// mean of the deceleration 200 ms, the rest is the latency of the simulator.
   Duration until_braking = from_milliseconds(500.0);
-  /// BG drives by nothing older than this: its limit and two of its cycles.
+  /// BG drives on no older input: its limit and two of its cycles.
   Duration nav_age = from_milliseconds(200.0 + 100.0);
   Duration ladar_age = from_milliseconds(500.0 + 100.0);
 };
 
-/// What happened since the last reset().
+/// Observations since the last reset().
 struct SafetyFigures {
-  int collisions = 0;  ///< times that the clearance fell to 0
+  int collisions = 0;  ///< number of times that the clearance fell to 0
   double clearance_m = 1e3;
   double speed_mps = 0.0;
   double deceleration_mps2 = 0.0;
@@ -50,10 +50,10 @@ class SafetyJudge {
   void take(const command_t& m);
 
   [[nodiscard]] double speed_mps() const { return samples_.empty() ? 0.0 : samples_.back().speed; }
-  /// Figures begin anew.
+  /// Resets the statistics.
   void reset();
   [[nodiscard]] const SafetyFigures& figures() const { return figures_; }
-  /// What must not happen and did, in words; never more than a few of a kind.
+  /// Violations as text; never more than a few of a kind.
   [[nodiscard]] const std::vector<std::string>& breaches() const { return breaches_; }
 
  private:
@@ -63,7 +63,7 @@ class SafetyJudge {
   };
   void judge_motion(Stamp node_time);
   void breach(const std::string& kind, std::int64_t utime, const std::string& text);
-  /// Newest sample at least so much older than the newest; null: there is none.
+  /// Newest sample that is older than the newest one by at least this time; null: none.
   [[nodiscard]] const Sample* before(Duration span) const;
 
   SafetyLimits limits_;
@@ -73,7 +73,7 @@ class SafetyJudge {
   std::int64_t last_breach_utime_ = 0;
   std::deque<Sample> samples_;  // of the last half second
   bool touching_ = false;
-  std::optional<Duration> shift_;  // node time of a truth - its own; the least that was seen
+  std::optional<Duration> shift_;  // node time minus stamp of the ground truth; minimum observed
   std::optional<std::int64_t> stands_since_;
   std::optional<drive_t> drive_;
   std::int64_t nav_utime_ = 0;  // node time

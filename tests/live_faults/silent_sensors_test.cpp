@@ -1,5 +1,5 @@
 // The sensors of a driving vehicle fall silent: the simulator is killed or stopped, or one driver
-// publishes nothing any more. RCS_DRILL_TIMES: how often each, default 30 for the kill, else 10.
+// stops publishing. RCS_DRILL_TIMES: repetitions of each, default 30 for the kill, otherwise 10.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -40,8 +40,8 @@ constexpr Duration kBrakeWithin = from_milliseconds(500.0);
 struct Seen {
   bool drove = false;                ///< before
   std::optional<Duration> braked;    ///< until the first full brake
-  std::optional<Duration> stopping;  ///< until the first command of no speed
-  int drives_after_brake = 0;        ///< commands of a speed, once a brake was commanded
+  std::optional<Duration> stopping;  ///< until the first command of speed 0
+  int drives_after_brake = 0;        ///< commands with a speed after the first brake command
   bool pose_invalid = false;
   bool integrity_none = false;
   std::set<std::string> events;  ///< codes of WM
@@ -87,7 +87,7 @@ class SilentSensors : public testing::Test {
                                     });
     test::Tap<status_t> status(bus, channel::kBgStatus,
                                [&](const status_t& m, Stamp) { state = m.state; });
-    // WM reports a silence before this test knows of it.
+    // WM reports a silence before this test detects it.
     std::vector<std::pair<Stamp, std::string>> reported;
     test::Tap<event_t> events(bus, channel::kWmEvent, [&](const event_t& m, Stamp at) {
       reported.emplace_back(at, m.code);
@@ -134,7 +134,7 @@ class SilentSensors : public testing::Test {
     return seen;
   }
 
-  /// A full brake within its time, held, named, and shown.
+  /// A full brake within its time limit, held, reported, and displayed.
   void expect_dead_stop(Fault fault, const std::string& source, int otherwise) {
     const int times = number_from("RCS_DRILL_TIMES", otherwise);
     int good = 0;
@@ -158,7 +158,7 @@ class SilentSensors : public testing::Test {
                 times, seconds(worst));
   }
 
-  /// One source of several: named; the vehicle stops where it must, else drives on.
+  /// One source of several: reported; the vehicle stops where required and continues otherwise.
   void expect_named(const std::string& source, const std::string& code, const std::string& state) {
     const int times = number_from("RCS_DRILL_TIMES", 10);
     int good = 0;

@@ -1,5 +1,5 @@
-// The whole vehicle drives for half an hour: memory, descriptors and allocations stay as they are
-// after the first minute. RCS_SOAK_MINUTES: how long, default 30.
+// The whole vehicle drives for half an hour: memory, descriptors and allocations stay constant
+// after the first minute. RCS_SOAK_MINUTES: duration, default 30.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -18,11 +18,11 @@ namespace {
 constexpr Duration kPatience = from_seconds(60.0);
 constexpr Duration kWarm = from_seconds(60.0);
 /// Buffers are reserved at the start and their pages touched when they are first needed (0.25 MB of
-/// bg after the first minute), and what waits in LCM comes and goes (0.2 MB of wm). A leak of one
-/// small message a second would be more in half an hour.
-constexpr double kMostGrowth_kb = 1024.0;
+/// bg after the first minute), and the queue of LCM varies (0.2 MB of wm). A leak of one small
+/// message a second would exceed this in half an hour.
+constexpr double kMaxGrowth_kb = 1024.0;
 
-/// One figure of a process, once a second.
+/// One metric of a process, once a second.
 struct Series {
   std::vector<double> t_s;
   std::vector<double> value;
@@ -31,7 +31,7 @@ struct Series {
     t_s.push_back(1e-6 * static_cast<double>(to_utime(at)));
     value.push_back(static_cast<double>(v));
   }
-  /// Per minute, by least squares.
+  /// Slope per minute, by least squares.
   [[nodiscard]] double slope() const {
     double mean_t = 0.0;
     double mean_v = 0.0;
@@ -52,8 +52,8 @@ struct Series {
     const auto [low, high] = std::minmax_element(value.begin(), value.end());
     return value.empty() ? 0.0 : *high - *low;
   }
-  /// How much the last quarter's largest is above the first quarter's: what comes and goes within
-  /// a lap of the course is no growth.
+  /// Increase of the maximum from the first quarter to the last: variation within a lap of the
+  /// course is no growth.
   [[nodiscard]] double growth() const {
     const auto quarter = static_cast<std::ptrdiff_t>(value.size() / 4);
     if (quarter == 0) return 0.0;
@@ -77,7 +77,7 @@ struct NodeSeries {
   }
 };
 
-TEST(Soak, MemoryDescriptorsAndAllocationsStayAsTheyAre) {
+TEST(Soak, MemoryDescriptorsAndAllocationsStayConstant) {
   const int minutes = number_from("RCS_SOAK_MINUTES", 30);
   LiveFault drill;
   ASSERT_EQ(drill.run.trouble(), "");
@@ -131,7 +131,7 @@ TEST(Soak, MemoryDescriptorsAndAllocationsStayAsTheyAre) {
       cells.push_back(fmt::format("{:.2f}", kb->slope()));
       cells.push_back(fmt::format("{:.0f}", kb->range()));
       cells.push_back(fmt::format("{:.0f}", kb->growth()));
-      EXPECT_LE(kb->growth(), kMostGrowth_kb) << node;
+      EXPECT_LE(kb->growth(), kMaxGrowth_kb) << node;
     }
     cells.push_back(fmt::format("{:.0f}", s.descriptors.value.back()));
     cells.push_back(fmt::format("{:.0f}", s.descriptors.growth()));
@@ -155,7 +155,7 @@ TEST(Soak, MemoryDescriptorsAndAllocationsStayAsTheyAre) {
       drill.run.courses(), drill.run.gave_up().size(), sim.c_str());
   EXPECT_EQ(drill.run.trouble(), "");
   EXPECT_EQ(drill.breaches(), "");
-  EXPECT_LT(driven.longest_stand, from_seconds(30.0)) << "it must drive all the time";
+  EXPECT_LT(driven.longest_stand, from_seconds(30.0)) << "the vehicle must drive all the time";
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
-// An emergency stop in the drive, and then kill -9 of BG, of all nodes, of `rcs up`, or of gateway
-// and BG after a stop over DDS, while the operator keeps commanding: no motion before the release.
-// RCS_DRILL_TIMES: how often for each of the four, default 13.
+// An emergency stop during a drive, and then kill -9 of BG, of all nodes, of `rcs up`, or of
+// gateway and BG after a stop over DDS, while the operator keeps commanding: no motion before the
+// release. RCS_DRILL_TIMES: repetitions of each of the four, default 13.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -23,11 +23,11 @@ constexpr Duration kPatience = from_seconds(90.0);
 constexpr Duration kToDrive = from_seconds(30.0);
 constexpr Duration kWatch = from_seconds(3.0);  // after the vehicle could drive again
 constexpr double kRest_mps = 0.02;
-constexpr double kMoved_m = 0.1;  // of truth, after it has come to rest
+constexpr double kMoved_m = 0.1;  // of ground truth, after the vehicle has come to rest
 
 enum class Kind { kKillBg, kKillAll, kRestartUp, kDds };
 
-/// What happens between the echo of a stop and its release.
+/// Messages between the echo of a stop and its release.
 struct Watch {
   bool on = false;
   bool at_rest = false;
@@ -62,7 +62,8 @@ class Trial {
       if (watch_.on && m.kind == command_t::KIND_GOTO) ++watch_.gotos;
     });
     nav_states_.emplace(bus, channel::kWmNavState, [this](const nav_state_t& m, Stamp arrival) {
-      // Without a heading, which WM finds by driving, BG drives straight ahead: it needs no world.
+      // Without a heading, which WM determines while driving, BG drives straight ahead, which needs
+      // no frame world.
       const bool drivable = m.mode != nav_state_t::MODE_ALIGN && m.mode != nav_state_t::MODE_LOST &&
                             m.pose_valid != 0 && m.rolling_valid != 0;
       if (!drivable) watch_.drivable = Stamp::max();
@@ -117,7 +118,7 @@ class Trial {
       return failed("not all nodes are back: ");
     }
     watch_.drivable = Stamp::max();
-    // Until nothing but the stop keeps the vehicle from driving, and some time more.
+    // Until only the stop keeps the vehicle from driving, and some time longer.
     const auto watched = [&] {
       return watch_.at_rest && watch_.drivable != Stamp::max() &&
              drill_.run.now() - watch_.drivable > kWatch;
@@ -127,7 +128,7 @@ class Trial {
     }
     watch_.on = false;
     if (!release(kind)) return failed("the release is not confirmed: ");
-    // After a restart at rest the planner may find no path: that is not the stop's doing.
+    // After a restart at rest the planner may find no path, which is not caused by the stop.
     drill_.recovery.reset();
     const bool drives = drill_.run_until_well(kToDrive);
     after_release_ = drives ? "drives" : drill_.recovery.missing();
@@ -144,7 +145,7 @@ class Trial {
   }
 
   bool release(Kind kind) {
-    // A gateway that has restarted knows no operators: the stop is written again first.
+    // A restarted gateway has no record of operators: the stop is written again first.
     if (kind == Kind::kDds) return dds("stop") && dds("release");
     return go("--release");
   }

@@ -16,9 +16,9 @@
 namespace rcs::live_faults {
 namespace {
 
-constexpr Duration kLook = from_seconds(0.02);        // at the processes
+constexpr Duration kLook = from_seconds(0.02);        // interval of checks of the processes
 constexpr Duration kBeforeFirst = from_seconds(5.0);  // WM levels at rest
-constexpr Duration kAskAgain = from_seconds(0.5);     // an operator who was told no
+constexpr Duration kAskAgain = from_seconds(0.5);     // after a rejected command
 constexpr Duration kStopWithin = from_seconds(6.0);
 
 std::string variable(const char* name) {
@@ -39,8 +39,9 @@ void replace(std::string* text, const std::string& what, const std::string& with
 
 }  // namespace
 
-// Around a waypoint nothing stands: the first one takes away a rock at (66.6, 4.6) that is 1 cm
-// higher than what counts as a collision, and that no driver here tells from the grass around it.
+// The area around a waypoint is free of obstacles: the first one removes a rock at (66.6, 4.6) that
+// is 1 cm higher than the limit for a collision and that no driver here can distinguish from the
+// grass around it.
 const std::vector<Vec2>& course_world() {
   static const std::vector<Vec2> course = {{63, 2},    {120, 30}, {190, 20}, {250, 70}, {230, 150},
                                            {150, 170}, {60, 140}, {10, 70},  {0, 0}};
@@ -82,7 +83,7 @@ VehicleRun::VehicleRun(const std::string& vehicle_toml,
 
 VehicleRun::~VehicleRun() {
   (void)end();
-  std::error_code error;  // a folder that stays is no reason to fail
+  std::error_code error;  // a remaining folder is not a failure
   if (!keep_files_) std::filesystem::remove_all(folder_, error);
 }
 
@@ -97,9 +98,9 @@ std::string VehicleRun::write_files(const std::string& vehicle_toml) {
   if (vehicle.empty()) return root + "/config/demo3.toml: cannot be read; is RCS_SOURCE_DIR set?";
   replace(&vehicle, "[up]\nnodes = [\"sp\", \"wm\", \"bg\"]",
           "[up]\nnodes = [\"sp\", \"wm\", \"bg\", \"gateway\"]");
-  // A stop that a run leaves behind is no other run's.
+  // A stop that a run leaves behind must not affect another run.
   vehicle += "\n[process]\nstate_directory = \"state\"\n";
-  // Without a datum a WM that starts anew would begin another world where it finds itself.
+  // Without a datum a restarted WM would begin another frame world at its current position.
   vehicle += "\n[world]\n";
   std::istringstream reference(text_of(root + "/config/sim/reference.toml"));
   for (std::string line; std::getline(reference, line);) {
@@ -183,7 +184,7 @@ void VehicleRun::look_after_operator() {
     operator_.reset();
   }
   if (now() < next_ask_) return;
-  std::vector<std::string> words = {"go", "--speed", fmt::format("{}", kMostSpeed_mps), "--radius",
+  std::vector<std::string> words = {"go", "--speed", fmt::format("{}", kMaxSpeed_mps), "--radius",
                                     fmt::format("{}", kRadius_m)};
   if (next_waypoint_ == 0) ++courses_;
   for (std::size_t k = next_waypoint_; k < course_world().size(); ++k) {
@@ -205,7 +206,7 @@ void VehicleRun::look_after_client() {
 std::optional<cli::Exit> VehicleRun::read(Running* running) {
   const std::optional<cli::Exit> exit = running->process.collect();
   running->process.read_output([&](std::string_view line) {
-    // What the client hears, ten times a second, is of no interest here.
+    // The messages that the client receives, ten times a second, are ignored here.
     if (running != client_.get()) running->log << line << std::endl;
     running->last_line = line;
   });
@@ -277,7 +278,7 @@ std::string VehicleRun::end() {
     running->process.send_signal(SIGTERM);
     while (!read(running)) {
       if (now() >= until) running->process.send_signal(SIGKILL);
-      // Not by the timeline: whoever heard the bus may be gone by now.
+      // Not by the timeline: its receivers may no longer exist.
       std::array<pollfd, 2> polled = {
           {{running->process.exit_fd(), POLLIN, 0}, {running->process.output_fd(), POLLIN, 0}}};
       (void)poll(polled.data(), polled.size(), static_cast<int>(milliseconds(kLook)));

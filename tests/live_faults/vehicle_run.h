@@ -1,6 +1,7 @@
 #pragma once
 // A simulated vehicle as its processes on this network namespace's bus: `rcs up` with sp, wm, bg
-// and gateway, the simulator, and `rcs go` as the operator, who sends the vehicle round and round.
+// and gateway, the simulator, and `rcs go` as the operator, who sends the vehicle around the course
+// repeatedly.
 
 #include <deque>
 #include <filesystem>
@@ -26,8 +27,8 @@ inline const std::vector<std::string> kNodes = {"sp", "wm", "bg", "gateway"};
 
 /// A closed course in the world of config/sim/drive.toml; the start is its last waypoint.
 [[nodiscard]] const std::vector<Vec2>& course_world();
-inline constexpr double kRadius_m = 3.0;       ///< a waypoint is reached within
-inline constexpr double kMostSpeed_mps = 6.0;  ///< that the operator allows
+inline constexpr double kRadius_m = 3.0;      ///< a waypoint is reached within
+inline constexpr double kMaxSpeed_mps = 6.0;  ///< that the operator allows
 
 class VehicleRun {
  public:
@@ -39,17 +40,17 @@ class VehicleRun {
   VehicleRun& operator=(const VehicleRun&) = delete;
   ~VehicleRun();
 
-  /// Why it cannot run; empty: it can.
+  /// The reason why it cannot run; empty: it can.
   [[nodiscard]] const std::string& trouble() const { return trouble_; }
   [[nodiscard]] Bus* bus() { return bus_.get(); }
   [[nodiscard]] Stamp now() const { return timeline_->now(); }
 
-  /// Delivers messages and looks after the processes.
-  /// @param enough  asked after every message; empty: until the time is over
-  /// @return false: the time was over before it was enough, or there is trouble()
+  /// Delivers messages and supervises the processes.
+  /// @param enough  evaluated after every message; empty: until the time is over
+  /// @return false: the time was over before `enough` returned true, or there is trouble()
   bool run_until(Stamp until, const std::function<bool()>& enough);
 
-  /// The newest process of a node, as it says itself; 0: none was heard.
+  /// The newest pid that a node has published; 0: none was received.
   [[nodiscard]] int pid_of(const std::string& node) const;
   [[nodiscard]] Stamp heard_first(const std::string& node) const;
   void send_signal(const std::string& node, int signal) const;
@@ -57,26 +58,26 @@ class VehicleRun {
   void send_signal_to_sim(int signal);
   /// Kills `rcs up`, and with it all nodes, and starts it again.
   void restart_up();
-  /// Runs one of our programs while the vehicle goes on.
+  /// Runs one of our programs while the vehicle continues.
   /// @return its exit status; -1: it did not end in time, or there is trouble()
   int run_program(const std::string& program, const std::vector<std::string>& arguments,
                   Duration most);
 
-  /// A DDS program off-board that hears the vehicle; is started again when it has ended.
+  /// An off-board DDS program that receives from the vehicle; it is restarted when it has exited.
   void keep_client();
   /// The environment of DDS programs on this computer.
   static void use_loopback();
   void kill_client();
   [[nodiscard]] int clients_started() const { return clients_; }
 
-  /// The operator asks for the waypoints from this one on, when he asks anew.
+  /// The operator's next command contains the waypoints from this one on.
   void set_next_waypoint(std::size_t next) { next_waypoint_ = next; }
   [[nodiscard]] int courses() const { return courses_; }
-  /// The operator ended otherwise than by arriving, and why.
+  /// Reasons for which the operator ended without arriving.
   [[nodiscard]] const std::vector<std::string>& gave_up() const { return gave_up_; }
-  /// What the processes said stays, in the folder that is returned.
+  /// Keeps the output of the processes in the returned folder.
   const std::filesystem::path& keep_files();
-  /// Ends all; what the simulator says about the drive.
+  /// Ends all processes. @return the simulator's summary of the drive
   std::string end();
 
  private:
@@ -98,7 +99,7 @@ class VehicleRun {
   void look_after();
   void look_after_operator();
   void look_after_client();
-  /// @return how it ended, when it has
+  /// @return its exit status, if it has ended
   std::optional<cli::Exit> read(Running* running);
 
   std::filesystem::path folder_;

@@ -15,7 +15,7 @@ Cycle cycle_with_slack(Duration slack) {
 }
 
 TEST(Grant, IsTheSlackOverTheNominalCost) {
-  // 10 ms, of which 30 % are kept back, at 100 ns a unit.
+  // 10 ms, of which 30 % are kept in reserve, at 100 ns a unit.
   const GrantParams params{1'000'000, 100.0, 0.3};
   EXPECT_EQ(grant(cycle_with_slack(Duration(10'000)), params), 70'000);
 }
@@ -26,7 +26,7 @@ TEST(Grant, IsCapped) {
   EXPECT_EQ(grant(cycle_with_slack(endless), {500, 1e-9, 0.0}), 500);
 }
 
-TEST(Grant, IsNothingAfterTheDeadline) {
+TEST(Grant, IsZeroAfterTheDeadline) {
   EXPECT_EQ(grant(cycle_with_slack(Duration(0)), GrantParams()), 0);
   EXPECT_EQ(grant(cycle_with_slack(Duration(-1)), GrantParams()), 0);
 }

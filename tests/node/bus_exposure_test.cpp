@@ -7,14 +7,14 @@ namespace {
 
 constexpr char kHeader[] =
     "Iface\tDestination\tGateway \tFlags\tRefCnt\tUse\tMetric\tMask\t\tMTU\tWindow\tIRTT\n";
-// As the kernel writes them: addresses in network order, read as a number of this computer.
+// In the format of the kernel: addresses in network order, printed as a number in host order.
 constexpr char kDefault[] = "eth0\t00000000\t010200C0\t0003\t0\t0\t100\t00000000\t0\t0\t0\n";
 constexpr char kWifi[] = "wlan0\t00000000\t010200C0\t0003\t0\t0\t50\t00000000\t0\t0\t0\n";
 constexpr char kMulticastLo[] = "lo\t000000E0\t00000000\t0001\t0\t0\t0\t000000F0\t0\t0\t0\n";
 constexpr char kDown[] = "lo\t000000E0\t00000000\t0000\t0\t0\t0\t000000F0\t0\t0\t0\n";
 constexpr char kReject[] = "*\t000000E0\t00000000\t0200\t0\t0\t0\t000000F0\t0\t0\t0\n";
 
-TEST(BusAddress, ReadsWhatLcmReads) {
+TEST(BusAddress, ParsesAddressesLikeLcm) {
   const BusAddress whole = parse_bus_address("udpm://239.1.2.3:1234?recv_buf_size=1&ttl=2");
   EXPECT_TRUE(whole.udp);
   EXPECT_EQ(whole.group, "239.1.2.3");
@@ -43,20 +43,20 @@ TEST(RouteInterface, TheLongestPrefixWinsThenTheSmallestMetric) {
   EXPECT_EQ(route_interface(header + "nonsense\n", group), "");
 }
 
-TEST(ReachNote, SilentWhenOnlyThisComputerCanReachTheBus) {
+TEST(BusExposure, IsEmptyWhenOnlyThisComputerCanAccessTheBus) {
   const BusAddress bus = parse_bus_address("udpm://239.255.76.67:7667?ttl=0");
   EXPECT_EQ(reach_note(bus, "lo", {}, false), "");
   EXPECT_EQ(reach_note(bus, "lo", {"eth0"}, true), "");
   EXPECT_EQ(reach_note(parse_bus_address("memq://"), "eth0", {"eth0"}, false), "");
 }
 
-TEST(ReachNote, NamesTheInterfacesThePortAndTheRoute) {
+TEST(BusExposure, NamesTheInterfacesThePortAndTheRoute) {
   const BusAddress bus = parse_bus_address("udpm://239.255.76.67:7667?ttl=0");
   const std::string open = reach_note(bus, "lo", {"eth0", "wlan0"}, false);
   EXPECT_NE(open.find("reachable from eth0, wlan0"), std::string::npos) << open;
   EXPECT_NE(open.find("7667"), std::string::npos) << open;
   const std::string away = reach_note(bus, "eth0", {"eth0"}, true);
-  EXPECT_NE(away.find("multicast goes by eth0"), std::string::npos) << away;
+  EXPECT_NE(away.find("multicast is routed to eth0"), std::string::npos) << away;
   EXPECT_EQ(away.find("ttl"), std::string::npos) << away;
   const BusAddress far = parse_bus_address("udpm://239.255.76.67:7667?ttl=1");
   EXPECT_NE(reach_note(far, "eth0", {}, false).find("ttl 1"), std::string::npos);

@@ -1,4 +1,4 @@
-// A million stories of the command protocol: `ctest -L slow -R Command`.
+// A million random sequences of the command protocol: `ctest -L slow -R CommandSlow`.
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 namespace rcs::test {
 namespace {
 
-TEST(CommandSlow, AMillionStoriesDoNotBreakTheProtocol) {
+TEST(CommandSlow, TheProtocolHoldsOverAMillionRandomSequences) {
   for (unsigned seed = 1'000'000; seed < 2'000'000; ++seed) {
     tell_story(seed, 40);
     if (HasFatalFailure()) FAIL() << "seed " << seed;

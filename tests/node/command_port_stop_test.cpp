@@ -1,4 +1,4 @@
-// Emergency stops in the command protocol: nothing that is sent can keep one from being acted on.
+// Emergency stops in the command protocol: no other message can prevent the execution of a stop.
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,7 @@ class CommandStop : public testing::Test {
  protected:
   CommandStop() { cycle(); }
 
-  /// What has been sent arrives, and the subordinate runs a cycle.
+  /// Delivers the sent messages and runs a cycle of the subordinate.
   void cycle() {
     now += kStep;
     network.deliver(now, [&](const std::string& channel, const std::vector<std::uint8_t>& data) {
@@ -60,7 +60,7 @@ constexpr std::int8_t kStop = command_t::KIND_EMERGENCY_STOP;
 constexpr std::int8_t kGoto = command_t::KIND_GOTO;
 constexpr std::int8_t kRelease = command_t::KIND_RELEASE;
 
-TEST_F(CommandStop, ActsWhateverItsSerialAgeOrIssuer) {
+TEST_F(CommandStop, IsExecutedWithAnySerialAgeAndIssuer) {
   struct Case {
     const char* name;
     void (*spoil)(command_t* m, Stamp now);
@@ -94,7 +94,7 @@ TEST_F(CommandStop, ActsWhateverItsSerialAgeOrIssuer) {
   }
 }
 
-TEST_F(CommandStop, ActsWhenTheIssuersTableIsFull) {
+TEST_F(CommandStop, IsExecutedWhenTheTableOfIssuersIsFull) {
   for (int k = 0; k < 30; ++k) {
     command_t m = command(kGoto, 1);
     m.issuer = "issuer " + std::to_string(k);
@@ -109,8 +109,8 @@ TEST_F(CommandStop, ActsWhenTheIssuersTableIsFull) {
   EXPECT_TRUE(stopped_now());
 }
 
-// One expired datagram with this serial once disabled an issuer's stops for good.
-TEST_F(CommandStop, APoisonedSerialDisablesNothing) {
+// One expired message with this serial must not disable the stops of an issuer.
+TEST_F(CommandStop, AnExtremeSerialDisablesNothing) {
   for (const std::int8_t kind : {kGoto, kStop, kRelease}) {
     for (const bool expired : {true, false}) {
       command_t poison = command(kind, kPoison);
@@ -132,7 +132,7 @@ TEST_F(CommandStop, APoisonedSerialDisablesNothing) {
   EXPECT_EQ(worker->subordinate.account().implausible, 4) << "GOTO and RELEASE, twice each";
 }
 
-TEST_F(CommandStop, SerialsThatAreRefusedMoveNoRecord) {
+TEST_F(CommandStop, RejectedSerialsDoNotAdvanceTheRecord) {
   const std::int64_t serial = to_utime(now + from_milliseconds(500.0));
   command_t expired = command(kGoto, serial);
   expired.valid_until_utime = expired.utime;
@@ -141,8 +141,8 @@ TEST_F(CommandStop, SerialsThatAreRefusedMoveNoRecord) {
   EXPECT_EQ(worker->subordinate.account().expired, 1);
   send(command(kGoto, serial));
   cycle();
-  EXPECT_EQ(worker->subordinate.account().taken, 1) << "the serial was not used up";
-  // However often: no chain of commands leads the record further ahead than its bound.
+  EXPECT_EQ(worker->subordinate.account().taken, 1) << "the serial was not recorded as used";
+  // No sequence of commands advances the record beyond its bound.
   for (int k = 1; k < 100; ++k) send(command(kGoto, serial + k * 900'000));
   cycle();
   for (int k = 0; k < 25; ++k) cycle();
@@ -151,7 +151,7 @@ TEST_F(CommandStop, SerialsThatAreRefusedMoveNoRecord) {
   EXPECT_EQ(worker->subordinate.command()->serial, to_utime(now - kStep));
 }
 
-TEST_F(CommandStop, AFloodOfOtherCommandsDisplacesNone) {
+TEST_F(CommandStop, IsNotDisplacedByAFloodOfOtherCommands) {
   for (const bool first : {true, false}) {
     if (first) send(command(kStop, to_utime(now)));
     for (int k = 0; k < 1000; ++k) send(command(kGoto, to_utime(now) + k));
@@ -171,7 +171,7 @@ TEST_F(CommandStop, AReleaseIssuedBeforeTheStopArrivedDoesNotEndIt) {
     cycle();
     EXPECT_TRUE(stopped_now());
     cycle();
-    EXPECT_EQ(kind(), +kStop) << "the release has to be asked for again";
+    EXPECT_EQ(kind(), +kStop) << "the release must be sent again";
   }
   EXPECT_EQ(worker->subordinate.account().stale, 2);
   send(command(kRelease, to_utime(now)));
@@ -179,7 +179,7 @@ TEST_F(CommandStop, AReleaseIssuedBeforeTheStopArrivedDoesNotEndIt) {
   EXPECT_EQ(kind(), +kRelease);
 }
 
-TEST_F(CommandStop, AReleaseGetsItsCycleWhateverComesBehindIt) {
+TEST_F(CommandStop, AReleaseGetsItsCycleWhateverFollowsIt) {
   send(command(kRelease, to_utime(now)));
   send(command(kGoto, to_utime(now) + 1));
   cycle();
@@ -207,7 +207,7 @@ TEST_F(CommandStop, ALateCopyOfAReleasedStopIsIgnoredAndAnyOtherStopIsNot) {
   cycle();
   send(stop);
   cycle();
-  EXPECT_FALSE(worker->subordinate.is_new()) << "sent again before the echo came";
+  EXPECT_FALSE(worker->subordinate.is_new()) << "sent again before the echo arrived";
   EXPECT_EQ(worker->subordinate.account().repeated, 1);
   worker->subordinate.release_stops();
   send(stop);
@@ -220,7 +220,7 @@ TEST_F(CommandStop, ALateCopyOfAReleasedStopIsIgnoredAndAnyOtherStopIsNot) {
     if (k == 2) ++other.utime;
     send(stop);
     send(other);
-    send(stop);  // a copy does not displace what is new
+    send(stop);  // a copy does not displace a new command
     cycle();
     EXPECT_TRUE(stopped_now()) << k;
     worker->subordinate.release_stops();
@@ -259,7 +259,7 @@ TEST_F(CommandStop, IsSentUntilItIsEchoed) {
   EXPECT_EQ(port.standing(now).state, Standing::State::kExecuting);
 }
 
-// Status ERROR: in force, but it would not outlive the subordinate.
+// Status ERROR: in force, but it would not survive a restart of the subordinate.
 TEST_F(CommandStop, IsSentUntilItsEchoReportsNoError) {
   status = status_t::STATUS_ERROR;
   Order order;
@@ -271,7 +271,7 @@ TEST_F(CommandStop, IsSentUntilItsEchoReportsNoError) {
   worker = std::make_unique<Worker>(&network, &now);  // a restart
   cycle();
   for (int k = 0; k < 6; ++k) cycle();
-  EXPECT_EQ(kind(), +kStop) << "it has reached the successor";
+  EXPECT_EQ(kind(), +kStop) << "the stop has reached the new process";
   status = status_t::STATUS_DONE;
   cycle();
   cycle();

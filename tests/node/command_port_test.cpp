@@ -9,7 +9,7 @@
 namespace rcs::test {
 namespace {
 
-TEST(Command, NoStoryBreaksTheProtocol) {
+TEST(Command, TheProtocolHoldsOverRandomSequences) {
   for (unsigned seed = 0; seed < 20'000; ++seed) {
     tell_story(seed, 40);
     if (HasFatalFailure()) FAIL() << "seed " << seed;
@@ -40,7 +40,7 @@ class CommandPair : public testing::Test {
   std::unique_ptr<Worker> worker = std::make_unique<Worker>(&network, &now);
 };
 
-TEST_F(CommandPair, ACommandIsSentTakenAndDone) {
+TEST_F(CommandPair, ACommandIsSentAcceptedAndDone) {
   step();
   EXPECT_EQ(state(), Standing::State::kIdle);
   superior.port.send({}, now);
@@ -56,12 +56,12 @@ TEST_F(CommandPair, ACommandIsSentTakenAndDone) {
   EXPECT_EQ(state(), Standing::State::kDone);
 }
 
-TEST_F(CommandPair, ALostCommandIsSentAgainAndTheRepetitionsAreNotActedOn) {
+TEST_F(CommandPair, ALostCommandIsSentAgainAndRepetitionsAreNotExecuted) {
   step();
   network.flaws.loss = 1.0;
   superior.port.send({}, now);
   for (int k = 0; k < 3; ++k) step();
-  network.flaws = {0.0, 1.0, 0};  // from now on everything comes twice
+  network.flaws = {0.0, 1.0, 0};  // from now on every message arrives twice
   for (int k = 0; k < 4; ++k) step();
   EXPECT_EQ(worker->subordinate.account().taken, 1);
   EXPECT_GE(worker->subordinate.account().repeated, 1);
@@ -81,7 +81,7 @@ TEST_F(CommandPair, SilenceIsAnError) {
   EXPECT_EQ(superior.port.standing(now).reason, "the subordinate is silent");
 }
 
-TEST_F(CommandPair, ASubordinateThatStartsAnewHasForgottenTheCommand) {
+TEST_F(CommandPair, ARestartedSubordinateHasNoCommand) {
   step();
   superior.port.send({}, now);
   step();
@@ -95,7 +95,7 @@ TEST_F(CommandPair, ASubordinateThatStartsAnewHasForgottenTheCommand) {
   EXPECT_EQ(worker->subordinate.command(), nullptr);
 }
 
-TEST_F(CommandPair, ATaskGoesOnBehindTheWaypointsThatAreDone) {
+TEST_F(CommandPair, ATaskContinuesAfterTheWaypointsThatAreDone) {
   step();
   Order go;
   go.kind = command_t::KIND_GOTO;
@@ -121,12 +121,12 @@ TEST_F(CommandPair, ATaskGoesOnBehindTheWaypointsThatAreDone) {
   ASSERT_NE(worker->subordinate.command(), nullptr);
   EXPECT_EQ(done_as_told(), 2);
   EXPECT_EQ(worker->subordinate.command()->task, 7);
-  say(-5);  // a subordinate that runs backward, or beyond the end, is not believed
+  say(-5);  // progress that decreases or exceeds the end is ignored
   say(100);
   superior.port.send(go, now);
   step();
   EXPECT_EQ(done_as_told(), 3);
-  // The same asked for anew, or something else.
+  // The same command again, or a different one.
   go.task = 8;
   superior.port.send(go, now);
   step();
@@ -138,7 +138,7 @@ TEST_F(CommandPair, ATaskGoesOnBehindTheWaypointsThatAreDone) {
   EXPECT_EQ(done_as_told(), 0);
 }
 
-TEST_F(CommandPair, AnEmergencyStopGetsItsCycleWhateverComesBehindIt) {
+TEST_F(CommandPair, AnEmergencyStopGetsItsCycleWhateverFollowsIt) {
   step();
   Superior gateway(&network, &now, "gateway");
   Order stop;
@@ -186,7 +186,7 @@ TEST_F(CommandPair, AStopThatWasNeverConfirmedStopsAgainAfterTheReleaseOfAnother
   EXPECT_GT(worker->subordinate.command()->serial, serial);
 }
 
-TEST_F(CommandPair, ImplausibleCommandsAreNotTaken) {
+TEST_F(CommandPair, ImplausibleCommandsAreRejected) {
   step();
   Outbox<command_t> hostile(&superior.door, kCommand);
   command_t m{};
@@ -212,7 +212,7 @@ TEST_F(CommandPair, ImplausibleCommandsAreNotTaken) {
   sent(bad);
   EXPECT_EQ(worker->subordinate.account().implausible, 4);
   EXPECT_EQ(worker->subordinate.account().taken, 0);
-  // Issuers without end: the record is bounded, and nobody's old command comes back.
+  // Any number of issuers: the record is bounded, and no old command is executed again.
   for (int k = 0; k < 30; ++k) {
     command_t other = m;
     other.utime = to_utime(now);

@@ -19,7 +19,7 @@ void tell_story(unsigned seed, int steps) {
   int worker_down = 0;                    // steps left
   int superior_down[2] = {0, 0};          // the same
   Stamp last_valid_until = Stamp::min();  // of all commands ever sent
-  Stamp worker_heard = now;               // when a status could last have been sent
+  Stamp worker_heard = now;               // latest time at which a status could have been sent
 
   for (int step = 0; step < steps; ++step, now += kStep) {
     network.deliver(now, [&](const std::string& channel, const std::vector<std::uint8_t>& data) {
@@ -60,18 +60,18 @@ void tell_story(unsigned seed, int steps) {
       if (testing::Test::HasFatalFailure()) return;
       worker_heard = now;
     }
-    // Silence, of whoever, ends in standing still.
+    // Silence of any participant ends with the vehicle at rest.
     ASSERT_FALSE(truth.moving && now >= last_valid_until) << "moves without a valid command";
     for (const auto& s : superiors) {
       if (!s) continue;
       const Standing standing = s->port.standing(now);
       if (standing.state == Standing::State::kDone) {
-        ASSERT_EQ(truth.done.count({s->issuer, s->serial}), 1U) << "a stale DONE was believed";
+        ASSERT_EQ(truth.done.count({s->issuer, s->serial}), 1U) << "a stale DONE was accepted";
       }
       const Duration silent = now - worker_heard;
       const Duration longest = CommandPortParams{}.silence + network.flaws.delay_steps * kStep;
       if (standing.state == Standing::State::kExecuting) {
-        ASSERT_LE(silent, longest + kStep) << "a dead subordinate is said to work";
+        ASSERT_LE(silent, longest + kStep) << "a dead subordinate is reported as working";
       }
     }
   }

@@ -63,7 +63,7 @@ class Network {
   std::vector<Packet> packets_;
 };
 
-/// One process's door to the network: it goes when the process goes.
+/// The network port of one process: it is destroyed with the process.
 class Door final : public Bus {
  public:
   Door(Network* network, const Stamp* now) : network_(network), now_(now) {}
@@ -87,7 +87,7 @@ class Door final : public Bus {
 
 using Work = std::pair<std::string, std::int64_t>;  // issuer and serial
 
-/// What really happened, over all incarnations of the processes.
+/// The true events, over all runs of the processes.
 struct Truth {
   std::set<Work> acted_on;
   std::set<Work> done;
@@ -103,7 +103,7 @@ struct Superior {
   std::int64_t serial = 0;  // newest sent
 };
 
-/// A subordinate whose work takes some cycles.
+/// A subordinate whose work lasts some cycles.
 struct Worker {
   Worker(Network* network, const Stamp* now)
       : door(network, now), subordinate(&door, "bg", kCommand, kStatus, {}) {}
@@ -115,8 +115,8 @@ struct Worker {
     std::int8_t status = status_t::STATUS_UNINITIALIZED;
     if (subordinate.is_new()) {
       ASSERT_TRUE(truth->acted_on.insert({command->issuer, command->serial}).second)
-          << "acted on twice";
-      ASSERT_LT(now, from_utime(command->valid_until_utime)) << "acted on too late";
+          << "executed twice";
+      ASSERT_LT(now, from_utime(command->valid_until_utime)) << "executed too late";
       left = random->below(8);
       failed = random->chance(0.1);
     }
@@ -144,8 +144,7 @@ struct Worker {
   bool failed = false;
 };
 
-/// One random story of two superiors, a subordinate and a bad network; checks what must always
-/// hold.
+/// One random sequence of two superiors, a subordinate and a lossy network; checks the invariants.
 void tell_story(unsigned seed, int steps);
 
 }  // namespace rcs::test

@@ -37,7 +37,7 @@ class CycleSinksTest : public testing::Test {
   NodeInfo info_{"wm", ms(25), ms(3)};
 };
 
-TEST_F(CycleSinksTest, ThePublisherTellsTheWholeAccountOnTheNodesChannel) {
+TEST_F(CycleSinksTest, ThePublisherSendsTheWholeAccountOnTheNodesChannel) {
   Inbox<cycle_t> cycles(&bus_, "WM_CYCLE", 2);
   CyclePublisher publisher(&bus_);
   publisher.on_account(info_, account_);
@@ -63,7 +63,7 @@ TEST_F(CycleSinksTest, ThePublisherTellsTheWholeAccountOnTheNodesChannel) {
   EXPECT_EQ(m->input[0].age_us, 7'000) << "node time: now - last arrival";
 }
 
-TEST_F(CycleSinksTest, TheTimingFileHasALineAnAccount) {
+TEST_F(CycleSinksTest, TheTimingFileHasOneLineForEachAccount) {
   const std::string path = testing::TempDir() + "cycle_sinks_test.timing";
   auto file = TimingFile::create(path);
   ASSERT_TRUE(file.ok());

@@ -14,7 +14,7 @@ namespace {
 using test::at_ms;
 using test::ms;
 
-/// Time that passes only where a test says so: a cycle takes as long as its node claims.
+/// Time that passes only where a test advances it: a cycle lasts as long as its node specifies.
 class FakeTimeline final : public Timeline {
  public:
   explicit FakeTimeline(Stamp end) : end_(end) {}
@@ -92,9 +92,9 @@ TEST(Executor, APeriodicNodeKeepsItsPhase) {
   EXPECT_EQ(report.nodes[0].overruns, 0);
 }
 
-TEST(Executor, AnOverrunIsCountedMissesWholePeriodsAndIsNotMadeUpFor) {
-  // Cycle 1 starts at 20 and takes 55 ms. The one due at 40 starts late, at 75; the one due at 60
-  // is missed; 80 is served in phase.
+TEST(Executor, AnOverrunIsCountedSkipsWholePeriodsAndIsNotMadeUpFor) {
+  // Cycle 1 starts at 20 and takes 55 ms. The cycle due at 40 starts late, at 75; the one due at 60
+  // is skipped; the one due at 80 is in phase.
   FakeTimeline timeline(at_ms(1130));
   Periodic node("wm", ms(20), ms(10), &timeline, [](int i) { return i == 1 ? ms(55) : ms(1); });
   Accounts accounts;
@@ -110,7 +110,7 @@ TEST(Executor, AnOverrunIsCountedMissesWholePeriodsAndIsNotMadeUpFor) {
   EXPECT_EQ(accounts.overruns, 2);
 }
 
-TEST(Executor, TheEarliestObligationFirstAndTiesByListOrder) {
+TEST(Executor, TheEarliestDueCycleRunsFirstAndTiesFollowTheListOrder) {
   FakeTimeline timeline(at_ms(1030));
   std::string order;
   Periodic a("a", ms(10), ms(10), &timeline, [&](int) { return order += 'a', ms(1); });

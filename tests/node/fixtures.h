@@ -1,5 +1,5 @@
 #pragma once
-// Small nodes and event sources that the tests of rcs/node share.
+// Small nodes and event sources shared by the tests of rcs/node.
 
 #include <cstdint>
 #include <string>
@@ -33,7 +33,7 @@ inline odometry_t odometry(std::int64_t seq, std::int64_t utime) {
   return m;
 }
 
-/// Events written down beforehand.
+/// Events given in advance.
 class ListSource final : public EventSource {
  public:
   struct Item {
@@ -67,7 +67,7 @@ inline std::vector<ListSource::Item> odometry_items(Stamp first, Duration period
   return items;
 }
 
-/// Answers each message of one channel by one of another.
+/// Publishes a message on one channel for each message received on another.
 class Echo final : public Node {
  public:
   struct Seen {

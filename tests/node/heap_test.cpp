@@ -1,4 +1,4 @@
-// After warm-up nothing in rcs/node allocates: executor, lockstep timeline, local bus, inboxes,
+// After warm-up rcs/node does not allocate: executor, lockstep timeline, local bus, inboxes,
 // outboxes, cycle accounts, reports.
 
 #include <gtest/gtest.h>
@@ -20,7 +20,8 @@ using test::at_ms;
 using test::HeapGuard;
 using test::ms;
 
-/// A cloud in, another of varying size out, and an event now and then; counts after `warm` cycles.
+/// Receives a cloud, publishes another of varying size and sometimes an event; counts allocations
+/// after `warm` cycles.
 class Busy final : public Node {
  public:
   Busy(Bus* bus, const char* in, const char* out, const char* name, int warm)
@@ -67,7 +68,7 @@ class Busy final : public Node {
   std::optional<HeapGuard> guard_;
 };
 
-/// The same cloud each 10 ms, its buffer reused.
+/// The same cloud every 10 ms with a reused buffer.
 class CloudSource final : public EventSource {
  public:
   CloudSource() {
@@ -90,7 +91,7 @@ class CloudSource final : public EventSource {
   std::int64_t sent_ = 0;
 };
 
-TEST(HeapGuard, CountsWhatIsAllocated) {
+TEST(HeapGuard, CountsAllocations) {
   if (!HeapGuard::available()) GTEST_SKIP() << "NOT TESTED: a sanitizer owns malloc";
   const HeapGuard guard;
   EXPECT_EQ(guard.allocations(), 0);

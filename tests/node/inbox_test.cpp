@@ -40,7 +40,7 @@ class InboxTest : public testing::Test {
   Inbox<odometry_t> inbox_{&bus_, "ODOMETRY", 3};
 };
 
-TEST_F(InboxTest, GivesWhatCameInOrder) {
+TEST_F(InboxTest, DeliversMessagesInOrder) {
   for (std::int64_t i = 1; i <= 3; ++i) send(i, 10 * i, at_ms(i));
   EXPECT_EQ(inbox_.oldest_arrival(), at_ms(1));
   for (int i = 1; i <= 3; ++i) {
@@ -53,7 +53,7 @@ TEST_F(InboxTest, GivesWhatCameInOrder) {
   EXPECT_EQ(inbox_.oldest_arrival(), Stamp::max());
 }
 
-TEST_F(InboxTest, KeepsTheNewestAndCountsTheDropped) {
+TEST_F(InboxTest, KeepsTheNewestMessagesAndCountsTheDropped) {
   for (int i = 1; i <= 10; ++i) send(i, i, at_ms(i));
   EXPECT_EQ(inbox_.size(), 3U);
   EXPECT_EQ(inbox_.front()->seq, 8);
@@ -70,13 +70,13 @@ TEST_F(InboxTest, CountsGapsAndRepetitions) {
   EXPECT_EQ(inbox_.account().repeated, 1 + 1);  // 9 again, 8 after 9
 }
 
-TEST_F(InboxTest, AWriterThatStartsAgainLeavesNoGap) {
+TEST_F(InboxTest, ARestartedWriterLeavesNoGap) {
   for (const int seq : {5, 6, 1, 2}) send(seq, 0, at_ms(0));
   EXPECT_EQ(inbox_.account().gaps, 0);
   EXPECT_EQ(inbox_.account().repeated, 0);
 }
 
-TEST_F(InboxTest, WildSequenceNumbersCountOnceAndOverflowNothing) {
+TEST_F(InboxTest, ExtremeSequenceNumbersCountOnceAndDoNotOverflow) {
   constexpr std::int64_t kMin = std::numeric_limits<std::int64_t>::min();
   constexpr std::int64_t kMax = std::numeric_limits<std::int64_t>::max();
   for (const std::int64_t seq : {kMin, kMax, kMin, std::int64_t{7}, kMax}) send(seq, 0, at_ms(0));
@@ -91,7 +91,7 @@ TEST_F(InboxTest, AgeIsSinceTheLastArrivalInNodeTime) {
   EXPECT_EQ(to_utime(inbox_.account().newest), 1'700'000'000'000'000);
 }
 
-TEST_F(InboxTest, TheMalformedIsCountedAndPushesNothingOut) {
+TEST_F(InboxTest, MalformedMessagesAreCountedAndDisplaceNothing) {
   for (int i = 1; i <= 3; ++i) send(i, i, at_ms(i));
   std::vector<std::uint8_t> bytes = encode(odometry(4, 4));
   inbox_.receive(bytes.data(), 0, at_ms(4));                 // empty
@@ -109,7 +109,7 @@ TEST_F(InboxTest, TheMalformedIsCountedAndPushesNothingOut) {
   EXPECT_EQ(inbox_.front()->seq, 1);
 }
 
-// Every message type with a length in it, filled so that each array and string has elements.
+// Every message type that contains a length, filled so that each array and string has elements.
 template <class T>
 T sample();
 
@@ -223,8 +223,8 @@ using MessageTypes = testing::Types<ladar_ranges_t, ladar_points_t, points_t, re
 // The comma: an empty variadic argument is not ISO C++17.
 TYPED_TEST_SUITE(HostileBytes, MessageTypes, );
 
-TYPED_TEST(HostileBytes, EveryLengthAtEveryPlaceIsSurvived) {
-  // GIVEN a good message; every length in it lies at some offset
+TYPED_TEST(HostileBytes, EveryLengthAtEveryOffsetIsHandled) {
+  // GIVEN a valid message; every length in it lies at some offset
   LocalBus bus;
   Inbox<TypeParam> inbox(&bus, "ANY", 2);
   const std::vector<std::uint8_t> good = encode(sample<TypeParam>());
@@ -243,12 +243,12 @@ TYPED_TEST(HostileBytes, EveryLengthAtEveryPlaceIsSurvived) {
       ++sent;
     }
   }
-  // THEN it is decoded or counted, and nothing dies
+  // THEN it is decoded or counted, without a crash
   EXPECT_EQ(inbox.account().received + inbox.account().malformed, sent);
   EXPECT_GT(inbox.account().malformed, 0);
 }
 
-TYPED_TEST(HostileBytes, RandomDamageIsSurvived) {
+TYPED_TEST(HostileBytes, RandomDamageIsHandled) {
   std::mt19937 rng(11);
   LocalBus bus;
   Inbox<TypeParam> inbox(&bus, "ANY", 2);

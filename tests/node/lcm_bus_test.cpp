@@ -18,7 +18,7 @@ namespace {
 
 using test::at_ms;
 
-/// Delivers until `count` messages have come or none comes for 2 s.
+/// Delivers until `count` messages have arrived or none arrives for 2 s.
 int deliver(LcmBus* bus, int count, Stamp now) {
   int delivered = 0;
   while (delivered < count) {
@@ -35,7 +35,7 @@ std::unique_ptr<LcmBus> open_bus() {
   return std::move(bus).value();
 }
 
-TEST(LcmBus, MessagesGoFromOneToTheOther) {
+TEST(LcmBus, MessagesAreTransportedBetweenTwoBuses) {
   const auto a = open_bus();
   const auto b = open_bus();
   Inbox<points_t> inbox(b.get(), "SP_POINTS", 200);
@@ -56,7 +56,7 @@ TEST(LcmBus, MessagesGoFromOneToTheOther) {
 }
 
 TEST(LcmBus, ABurstWaitsInTheBusUntilTheInboxDecides) {
-  // LCM's own queue of 30 would keep the oldest; the newest are what a node wants.
+  // LCM's own queue of 30 would keep the oldest messages; a node needs the newest.
   const auto bus = open_bus();
   Inbox<odometry_t> inbox(bus.get(), "ODOMETRY", 4);
   Outbox<odometry_t> outbox(bus.get(), "ODOMETRY");
@@ -85,12 +85,13 @@ TEST(LcmBus, NothingWaitsOnASilentBus) {
   EXPECT_TRUE(bus->status().ok());
 }
 
-TEST(LcmBus, AMessageArrivesWhenItIsReceivedNotWhenItIsTaken) {
+TEST(LcmBus, TheArrivalIsTheTimeOfReceptionNotOfDelivery) {
   const auto bus = open_bus();
   Inbox<odometry_t> inbox(bus.get(), "ODOMETRY", 4);
   Outbox<odometry_t> outbox(bus.get(), "ODOMETRY");
   odometry_t m{};
-  /// When it arrives that is sent now and taken 50 ms later, by a clock that was set meanwhile.
+  /// Arrival of a message that is sent now and delivered 50 ms later, by a clock that was set
+  /// meanwhile.
   const auto arrival = [&](Stamp taken, Duration clock_was_set) {
     outbox.publish(&m);
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
@@ -105,7 +106,7 @@ TEST(LcmBus, AMessageArrivesWhenItIsReceivedNotWhenItIsTaken) {
   EXPECT_LE(arrival(at_ms(5400), Duration(0)), at_ms(5350));
 }
 
-TEST(LcmBus, AnUrlThatIsNoneSaysWhatToDo) {
+TEST(LcmBus, AnInvalidUrlIsReportedWithARemedy) {
   const auto bus = LcmBus::create("nonsense");
   ASSERT_FALSE(bus.ok());
   EXPECT_NE(bus.error().message.find("nonsense"), std::string::npos);

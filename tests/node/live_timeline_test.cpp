@@ -1,5 +1,5 @@
-// On a private bus (with_bus.sh). Real time passes here; what is asserted is order and count, and
-// times only as lower bounds.
+// On a private bus (with_bus.sh). Real time passes here; the assertions concern order and count,
+// and times only as lower bounds.
 #include "rcs/node/timeline/live_timeline.h"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ class LiveTimelineTest : public testing::Test {
     EXPECT_TRUE(bus.ok()) << bus.error().message;
     return std::move(bus).value();
   }
-  // A signal waits until somebody takes it: not for the next test.
+  // A pending signal must not affect the next test.
   ~LiveTimelineTest() override {
     sigset_t set;
     sigemptyset(&set);
@@ -42,7 +42,7 @@ class LiveTimelineTest : public testing::Test {
   LiveTimeline timeline_{bus_.get(), &stop_};
 };
 
-TEST_F(LiveTimelineTest, ReachesTheMomentAndNeverSooner) {
+TEST_F(LiveTimelineTest, ReachesTheMomentAndNeverEarlier) {
   const Stamp until = timeline_.now() + ms(20);
   EXPECT_EQ(timeline_.advance(until), Timeline::Step::kReached);
   EXPECT_GE(timeline_.now(), until);
@@ -64,11 +64,11 @@ TEST_F(LiveTimelineTest, DeliversBeforeTheMoment) {
 TEST_F(LiveTimelineTest, ASignalEndsIt) {
   ASSERT_EQ(kill(getpid(), SIGTERM), 0);
   EXPECT_EQ(timeline_.advance(Stamp::max()), Timeline::Step::kEnded);
-  EXPECT_EQ(timeline_.advance(timeline_.now()), Timeline::Step::kEnded) << "it stays so";
+  EXPECT_EQ(timeline_.advance(timeline_.now()), Timeline::Step::kEnded) << "the end is permanent";
 }
 
 TEST_F(LiveTimelineTest, AFloodDoesNotStarveAPeriodicNode) {
-  // GIVEN a thread that publishes without pause  WHEN a cycle is due  THEN it comes to it.
+  // GIVEN a thread that publishes without pause  WHEN a cycle is due  THEN the cycle runs.
   Inbox<odometry_t> inbox(bus_.get(), "ODOMETRY", 4);
   std::atomic<bool> flooding{true};
   std::thread flood([&] {
@@ -90,7 +90,7 @@ TEST_F(LiveTimelineTest, AFloodDoesNotStarveAPeriodicNode) {
   EXPECT_GT(inbox.account().received, 0);
 }
 
-/// Sends n requests, each when the last was answered, then stops the process's timelines.
+/// Sends n requests, each after the reply to the last, then stops the timelines of the process.
 class Asker final : public Node {
  public:
   Asker(Bus* bus, int n) : requests_(n), in_(bus, "ANSWER", 8), out_(bus, "ODOMETRY") {}
@@ -121,7 +121,7 @@ class Asker final : public Node {
   Outbox<odometry_t> out_;
 };
 
-TEST_F(LiveTimelineTest, TwoThreadsTalkThroughTheirExecutors) {
+TEST_F(LiveTimelineTest, TwoThreadsExchangeMessagesThroughTheirExecutors) {
   Asker asker(bus_.get(), 200);
   std::atomic<std::size_t> echoed{0};
   std::atomic<bool> listening{false};

@@ -51,7 +51,7 @@ TEST_F(LocalBusTest, DeliversByDueAndThenInTheOrderOfPublication) {
   EXPECT_EQ(recorder_.received, expected);
 }
 
-TEST_F(LocalBusTest, AllReceiversOfAChannelGetItAndNobodyElse) {
+TEST_F(LocalBusTest, AllReceiversOfAChannelAndNoOthersGetAMessage) {
   Recorder other;
   Recorder stranger;
   bus_.subscribe("A", &recorder_);
@@ -64,7 +64,7 @@ TEST_F(LocalBusTest, AllReceiversOfAChannelGetItAndNobodyElse) {
   EXPECT_TRUE(stranger.received.empty());
 }
 
-TEST_F(LocalBusTest, TheTapSeesEverythingAtItsDueEvenWithoutReceivers) {
+TEST_F(LocalBusTest, TheTapGetsEveryMessageAtItsDueTimeEvenWithoutReceivers) {
   bus_.set_tap(&recorder_);
   publish("LATER", "x", 20);
   publish("SOONER", "x", 10);

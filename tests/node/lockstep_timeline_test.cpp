@@ -14,7 +14,7 @@ using test::ListSource;
 using test::ms;
 using test::odometry_items;
 
-TEST(LockstepTimeline, AnAnswerIsVisibleAfterTheNominalComputeTime) {
+TEST(LockstepTimeline, AnOutputIsVisibleAfterTheNominalComputeTime) {
   // GIVEN two nodes in a chain, of 30 ms and 2 ms
   LocalBus bus;
   Echo first({"first", ms(50), ms(30)}, &bus, "ODOMETRY", "MIDDLE");
@@ -23,7 +23,7 @@ TEST(LockstepTimeline, AnAnswerIsVisibleAfterTheNominalComputeTime) {
   ListSource source(odometry_items(at_ms(1000), ms(100), 3));
   LockstepTimeline timeline(&bus, &source, ms(500));
   run({&first, &second}, timeline, nullptr);
-  // THEN each hop is late by exactly its own time
+  // THEN each hop is delayed by exactly its own compute time
   ASSERT_EQ(second.seen.size(), 3U);
   for (std::size_t i = 0; i < 3; ++i) {
     const Stamp sent = at_ms(1000 + 100 * static_cast<std::int64_t>(i));
@@ -34,8 +34,8 @@ TEST(LockstepTimeline, AnAnswerIsVisibleAfterTheNominalComputeTime) {
   }
 }
 
-TEST(LockstepTimeline, ABusyNodeStartsWhenItsOutputIsOut) {
-  // Messages come each 10 ms, a cycle takes 25 ms: it starts at 0, 25, 50, 75 and 100.
+TEST(LockstepTimeline, ABusyNodeStartsAgainWhenItsOutputIsDelivered) {
+  // Messages arrive every 10 ms, a cycle lasts 25 ms: cycles start at 0, 25, 50, 75 and 100.
   LocalBus bus;
   Echo node({"node", ms(10), ms(25)}, &bus, "ODOMETRY", "END");
   ListSource source(odometry_items(at_ms(0), ms(10), 10));
@@ -46,9 +46,9 @@ TEST(LockstepTimeline, ABusyNodeStartsWhenItsOutputIsOut) {
   EXPECT_EQ(node.seen.size(), 10U);
 }
 
-TEST(LockstepTimeline, WorkUnderWayIsFinishedAfterTheLastEvent) {
-  // The last of 3 messages at 20 ms waits until the node is free at 50 ms and is answered at 100
-  // ms.
+TEST(LockstepTimeline, PendingWorkIsFinishedAfterTheLastEvent) {
+  // The last of 3 messages at 20 ms waits until the node is free at 50 ms, and its output is
+  // delivered at 100 ms.
   LocalBus bus;
   Echo node({"node", ms(10), ms(50)}, &bus, "ODOMETRY", "END");
   Inbox<odometry_t> end(&bus, "END", 8);
@@ -56,7 +56,8 @@ TEST(LockstepTimeline, WorkUnderWayIsFinishedAfterTheLastEvent) {
   LockstepTimeline timeline(&bus, &source, ms(40));
   run({&node}, timeline, nullptr);
   EXPECT_EQ(end.account().received, 3);
-  EXPECT_EQ(end.account().last_arrival, at_ms(100)) << "delivered at its due, though past the tail";
+  EXPECT_EQ(end.account().last_arrival, at_ms(100))
+      << "delivered at its due time after the last event";
 }
 
 TEST(LockstepTimeline, EventsThatStepBackAreDeliveredAtTheTimeReachedAndCounted) {
@@ -74,7 +75,7 @@ TEST(LockstepTimeline, EventsThatStepBackAreDeliveredAtTheTimeReachedAndCounted)
   EXPECT_EQ(timeline.stepped_back(), 2);
 }
 
-TEST(LockstepTimeline, WhatIsDueNowIsDeliveredBeforeAnObligationOfThePast) {
+TEST(LockstepTimeline, MessagesDueNowAreDeliveredBeforeAnOverdueCycle) {
   LocalBus bus;
   Inbox<odometry_t> inbox(&bus, "ODOMETRY", 8);
   ListSource source(odometry_items(at_ms(100), ms(10), 3));

@@ -18,7 +18,7 @@ using Bytes = std::vector<std::uint8_t>;
 constexpr std::size_t kHeader = 28;
 
 std::string temp_path(const std::string& name) {
-  // By test: the tests run in parallel.
+  // One file for each test: the tests run in parallel.
   const testing::TestInfo* info = testing::UnitTest::GetInstance()->current_test_info();
   return testing::TempDir() + info->name() + "_" + name;
 }
@@ -73,7 +73,7 @@ std::size_t event_offset(int i) {
   return offset;
 }
 
-TEST(LogFile, WhatWasWrittenIsRead) {
+TEST(LogFile, WrittenEventsAreRead) {
   const Read read = read_log(read_file(good_log(1000)));
   ASSERT_EQ(read.events.size(), 1000U);
   for (int i = 0; i < 1000; ++i) {
@@ -87,12 +87,12 @@ TEST(LogFile, WhatWasWrittenIsRead) {
   EXPECT_EQ(read.health.summary(), "1000 events");
 }
 
-TEST(LogFile, ALogOfAFormerRevisionOfTheMessagesIsRefused) {
+TEST(LogFile, ALogOfAnEarlierMessageRevisionIsRejected) {
   const std::string path = temp_path("former.lcm");
   Result<LogWriter> writer = LogWriter::create(path);
   ASSERT_TRUE(writer);
   const std::uint8_t other[16] = {1, 2, 3};
-  // The fingerprint of ins_t before it had run and publisher ids.
+  // The fingerprint of ins_t without run and publisher ids.
   const std::uint8_t ins[16] = {0x71, 0x75, 0x4f, 0x31, 0xa5, 0xa8, 0xfd, 0xb7};
   ASSERT_TRUE(writer->write(from_utime(1), "OTHER", other, sizeof(other)));
   ASSERT_TRUE(writer->write(from_utime(2), "INS", ins, sizeof(ins)));
@@ -132,7 +132,7 @@ TEST(LogFile, RewindReadsTheSameAgain) {
   EXPECT_EQ(reader->health().events, 1);
 }
 
-TEST(LogFile, LargerThanTheWindowIsRead) {
+TEST(LogFile, AnEventLargerThanTheWindowIsRead) {
   const std::string path = temp_path("large.lcm");
   auto writer = LogWriter::create(path);
   const Bytes large(3'000'000, 7);
@@ -145,7 +145,7 @@ TEST(LogFile, LargerThanTheWindowIsRead) {
   EXPECT_EQ(read.events[2].data, large);
 }
 
-TEST(LogFile, ATruncatedLogGivesWhatIsWholeAndSaysSo) {
+TEST(LogFile, ATruncatedLogYieldsItsWholeEventsAndIsReported) {
   const Bytes good = read_file(good_log(20));
   for (std::size_t cut = event_offset(19) + 1; cut < good.size(); ++cut) {
     const Read read = read_log(Bytes(good.begin(), good.begin() + static_cast<long>(cut)));
@@ -156,11 +156,11 @@ TEST(LogFile, ATruncatedLogGivesWhatIsWholeAndSaysSo) {
   }
 }
 
-TEST(LogFile, DamageCostsTheDamagedEventOnly) {
-  // GIVEN a good log  WHEN one byte of a header is spoilt  THEN all other events are read
+TEST(LogFile, DamageLosesTheDamagedEventOnly) {
+  // GIVEN a valid log  WHEN one byte of a header is damaged  THEN all other events are read
   const Bytes good = read_file(good_log(40));
   for (std::size_t byte = 0; byte < kHeader; ++byte) {
-    if (byte >= 4 && byte < 20) continue;  // number and time: not noticed, nothing is lost
+    if (byte >= 4 && byte < 20) continue;  // number and time: not detected, nothing is lost
     Bytes bad = good;
     bad[event_offset(17) + byte] ^= 0x15;
     const Read read = read_log(bad);
@@ -200,21 +200,21 @@ TEST(LogFile, ASyncWordInsideDataIsData) {
   EXPECT_TRUE(read.health.good());
 }
 
-TEST(LogFile, HostileHeadersAreRefused) {
+TEST(LogFile, HostileHeadersAreRejected) {
   const Bytes good = read_file(good_log(3));
   struct Field {
     std::size_t at;
     Bytes bytes;
   };
   const std::vector<Field> fields{
-      {12, {0x7f, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff}},  // the end of time
-      {12, {0x80, 0, 0, 0, 0, 0, 0, 0}},                       // before all time
+      {12, {0x7f, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff}},  // the maximum time
+      {12, {0x80, 0, 0, 0, 0, 0, 0, 0}},                       // the minimum time
       {20, {0x80, 0, 0, 0}},                                   // channel of INT_MIN
       {20, {0, 0, 0, 0}},                                      // no channel
       {20, {0, 0, 0, 64}},                                     // longer than LCM allows
       {24, {0xff, 0xff, 0xff, 0xff}},                          // data of -1
       {24, {0x7f, 0xff, 0xff, 0xff}},                          // 2 GB
-      {28, {0x1b, '[', 'A'}},                                  // a terminal escape for a channel
+      {28, {0x1b, '[', 'A'}},  // a terminal escape sequence as channel
   };
   for (const Field& f : fields) {
     Bytes bad = good;
@@ -226,7 +226,7 @@ TEST(LogFile, HostileHeadersAreRefused) {
   }
 }
 
-TEST(LogFile, RandomDamageIsSurvived) {
+TEST(LogFile, RandomDamageIsHandled) {
   const Bytes good = read_file(good_log(60));
   std::mt19937 rng(5);
   for (int round = 0; round < 3000; ++round) {
@@ -259,7 +259,7 @@ TEST(LogFile, NoiseIsNotALog) {
   EXPECT_TRUE(read_log({}).health.good()) << "an empty file is an empty log";
 }
 
-TEST(LogFile, WhatCannotBeOpenedSaysWhy) {
+TEST(LogFile, AFileThatCannotBeOpenedIsReportedWithTheReason) {
   EXPECT_EQ(LogReader::open("/nonexistent/a.lcm").error().message,
             "/nonexistent/a.lcm: cannot open the log: No such file or directory");
   EXPECT_NE(LogReader::open("/tmp").error().message.find("not a regular file"), std::string::npos);

@@ -61,8 +61,8 @@ TEST(LogSource, FeedsTheChosenChannelsOnly) {
   EXPECT_EQ(source.passed_over(), 1);
 }
 
-TEST(LogSource, JumpsOfTheLogsClockAreTakenOut) {
-  // One wild stamp (a day ahead), then a clock that was set back by 1 h; small steps are left.
+TEST(LogSource, JumpsOfTheLogClockAreRemoved) {
+  // One wild stamp (a day ahead), then a clock that was set back by 1 h; small steps are kept.
   auto reader = LogReader::open(log_of({{10'000'000, "A"},
                                         {10'000'020, "A"},
                                         {96'400'000, "A"},
@@ -105,7 +105,7 @@ TEST(LogSource, TheSameLogGivesTheSameBytes) {
   EXPECT_FALSE(once.empty());
 }
 
-TEST(LogSource, AReplaysLogHoldsOutputsAtTheirDueInOrder) {
+TEST(LogSource, AReplayLogHoldsOutputsAtTheirDueTimesInOrder) {
   const std::string out = temp_path("out.lcm");
   replay(log_of({{0, "ODOMETRY"}, {10, "SIM_TRUTH"}, {100, "ODOMETRY"}}), out);
   auto reader = LogReader::open(out);

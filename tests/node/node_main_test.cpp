@@ -126,7 +126,7 @@ TEST(NodeMain, ExhaustedDescriptorsOrMemoryEndTheStartWithAReason) {
   const Ended ended = Child({path}, [] {
                         const rlimit limit = {1, 1};
                         (void)setrlimit(RLIMIT_AS, &limit);
-                        // What malloc() has in hand.
+                        // Memory that malloc() already holds.
                         for (std::size_t size = std::size_t{1} << 20; size >= 16;) {
                           void* volatile block = std::malloc(size);
                           if (block == nullptr) size /= 2;
@@ -136,7 +136,7 @@ TEST(NodeMain, ExhaustedDescriptorsOrMemoryEndTheStartWithAReason) {
   EXPECT_NE(ended.output.find("out of memory"), std::string::npos) << ended.output;
 }
 
-TEST(NodeMain, TellsHowItsProcessIsAndWhatWasNotGranted) {
+TEST(NodeMain, ReportsItsProcessAndTheRefusedRequests) {
   const std::string path = config("[echo]\n[process.echo]\ncpus = [1023]\n");
   const Result<std::unique_ptr<LcmBus>> bus = LcmBus::create(kDefaultLcmUrl);
   ASSERT_TRUE(bus.ok());
@@ -149,7 +149,7 @@ TEST(NodeMain, TellsHowItsProcessIsAndWhatWasNotGranted) {
   EXPECT_EQ(m.config, path);
   EXPECT_GT(m.rss_kb, 1000);
   EXPECT_GT(m.descriptors, 5);
-  EXPECT_EQ(m.note, "processors 1023 not granted: there are none such");
+  EXPECT_EQ(m.note, "processors 1023 not granted: no such processors");
   child.terminate();
   const Ended ended = child.wait();
   EXPECT_EQ(ended.code, 0);
@@ -176,7 +176,7 @@ TEST(NodeMain, AWrongConfigurationEndsItWithTheReason) {
   EXPECT_EQ(Child({"/nonexistent.toml"}).wait().code, 1);
 }
 
-TEST(NodeMain, AWrongCommandLineIsTwoAndHelpIsZero) {
+TEST(NodeMain, AWrongCommandLineExitsWithTwoAndHelpWithZero) {
   EXPECT_EQ(Child({}).wait().code, 2);
   EXPECT_EQ(Child({"--nonsense"}).wait().code, 2);
   const Ended help = Child({"--help"}).wait();

@@ -109,20 +109,20 @@ TEST(Params, RollPitchYawIsRzRyRx) {
   EXPECT_LT((pose.rotation() - expected).norm(), 1e-12);
 }
 
-TEST(Params, OutOfRangeNamesFileLineTableKeyValueRangeAndUnit) {
+TEST(Params, AnOutOfRangeErrorNamesFileLineTableKeyValueRangeAndUnit) {
   EXPECT_EQ(error_of_gate("99"), "file.toml:3: [sp.icp] gate_m = 99: not in [0.1, 10] (m)");
   EXPECT_EQ(error_of_gate("-0.5"), "file.toml:3: [sp.icp] gate_m = -0.5: not in [0.1, 10] (m)");
   EXPECT_EQ(error_of_gate("10.0"), "") << "both ends are allowed";
 }
 
-TEST(Params, NotANumberIsRefused) {
+TEST(Params, NotANumberIsRejected) {
   EXPECT_EQ(error_of_gate("nan"), "file.toml:3: [sp.icp] gate_m = nan: not finite");
   EXPECT_EQ(error_of_gate("-inf"), "file.toml:3: [sp.icp] gate_m = -inf: not finite");
   EXPECT_EQ(error_of_gate("\"1\""), "file.toml:3: [sp.icp] gate_m = '1': not a number");
   EXPECT_EQ(error_of_gate("true"), "file.toml:3: [sp.icp] gate_m = true: not a number");
 }
 
-TEST(Params, WrongTypesAreRefused) {
+TEST(Params, WrongTypesAreRejected) {
   const auto error = [](const std::string& value, const std::function<void(ParamTable)>& read) {
     return error_of("k = " + value, read);
   };
@@ -191,7 +191,7 @@ TEST(Params, UnknownKeysAreFoundInEveryTableAndTheFirstInTheFileIsNamed) {
             "file.toml:5: [step[1]] unknown key t; did you mean s?");
 }
 
-TEST(Params, ARuleBetweenKeysNamesThePlace) {
+TEST(Params, AViolatedRuleBetweenKeysNamesTheLine) {
   EXPECT_EQ(error_of("a = 1\nb = 2\n",
                      [](ParamTable t) {
                        int a = 0;
@@ -203,13 +203,13 @@ TEST(Params, ARuleBetweenKeysNamesThePlace) {
             "file.toml:2: b = 2: must not exceed a");
 }
 
-TEST(Params, BadSyntaxNamesTheLine) {
+TEST(Params, ASyntaxErrorNamesTheLine) {
   const std::string error = error_of("a = 1\nb = = 2\n", [](ParamTable) {});
   EXPECT_EQ(error.substr(0, 12), "file.toml:2:");
   EXPECT_NE(error_of("a = 1\na = 2\n", [](ParamTable) {}), "");
 }
 
-TEST(Params, WhatTheParserAssertsIsAnErrorWithItsLine) {
+TEST(Params, AParserAssertionIsReportedAsAnErrorWithItsLine) {
   for (const char* text :
        {"[~x]",    "[\u00e9]",  "[[~x]]", "[ ~x]",      "[~",      "[[",     "[.a]",
         "[a.~]",   "[a.",       "~x = 1", "\u00e9 = 1", "a.~ = 1", "a. = 1", "a = {~ = 1}",
@@ -243,7 +243,7 @@ TEST(Params, NestingIsLimited) {
   }
   EXPECT_EQ(error_of(std::string(2'000'000, '#'), [](ParamTable) {}),
             "file.toml: more than 1048576 bytes");
-  // Dots of values, strings and comments are none of a key's.
+  // Dots in values, strings and comments do not count as dots of a key.
   const std::string dots(40, '.');
   EXPECT_EQ(error_of("# " + dots + "\na = \"" + dots + "\"\nb = \"\"\"\n" + dots + "\"\"\"\nc = '" +
                          dots + "'\nd = [" + repeated("1.5, ", 40) + "]\ne = \"\"\"\"\"" + dots +
@@ -256,7 +256,7 @@ TEST(Params, NestingIsLimited) {
             "");
 }
 
-TEST(Params, AValueInAnErrorIsCutOff) {
+TEST(Params, ALongValueInAnErrorIsTruncated) {
   const std::string error = error_of("a = \"" + std::string(5000, 'x') + "\"", [](ParamTable t) {
     int a = 0;
     t.get("a", &a, {0, 9});
@@ -264,7 +264,7 @@ TEST(Params, AValueInAnErrorIsCutOff) {
   EXPECT_LT(error.size(), 300U);
 }
 
-TEST(Params, AFifoIsRefusedAndNotWaitedFor) {
+TEST(Params, AFifoIsRejectedWithoutWaiting) {
   const std::string path = testing::TempDir() + "params_test.fifo";
   (void)std::remove(path.c_str());
   ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
@@ -272,13 +272,13 @@ TEST(Params, AFifoIsRefusedAndNotWaitedFor) {
   (void)std::remove(path.c_str());
 }
 
-TEST(Params, AMissingFileSaysSo) {
+TEST(Params, AMissingFileIsReported) {
   EXPECT_EQ(ParamFile::load("/nonexistent/a.toml").error().message,
             "/nonexistent/a.toml: cannot open: No such file or directory");
   EXPECT_FALSE(ParamFile::load("/tmp").ok());
 }
 
-TEST(Params, AnOverrideReplacesOrJoinsAKeyOfTheFile) {
+TEST(Params, AnOverrideReplacesOrAddsAKeyOfTheFile) {
   const std::string path = testing::TempDir() + "params_override_test.toml";
   std::ofstream(path) << "[icp]\ngate_m = 0.5\nsteps = 3\n";
   const auto error_of_load = [&](const std::vector<std::string>& overrides, double* gate_m,
@@ -298,8 +298,8 @@ TEST(Params, AnOverrideReplacesOrJoinsAKeyOfTheFile) {
   EXPECT_EQ(
       error_of_load({"icp.gate_m = 0.7", "other.on=true", "icp.gate_m=0.9"}, &gate_m, &steps, &on),
       "");
-  EXPECT_EQ(gate_m, 0.9) << "the last one holds";
-  EXPECT_EQ(steps, 3) << "its neighbours stay";
+  EXPECT_EQ(gate_m, 0.9) << "the last override applies";
+  EXPECT_EQ(steps, 3) << "other keys are unchanged";
   EXPECT_TRUE(on);
   EXPECT_EQ(error_of_load({"icp.gate_m=7"}, &gate_m, &steps, &on),
             "icp.gate_m=7:1: [icp] gate_m = 7: not in [0, 1] (m)");

@@ -25,7 +25,7 @@ std::string error_of(const std::string& text) {
   return tables ? "" : tables.error().message;
 }
 
-TEST(ProcessTables, ReadsWhatEachNodeAsksFor) {
+TEST(ProcessTables, ReadsTheRequestsOfEachNode) {
   const Result<ParamFile> file = ParamFile::parse(R"(
 [sp]
 of_sp = 1
@@ -54,7 +54,7 @@ non_critical = ["bg"]
   EXPECT_TRUE(tables->is_critical("gateway")) << "the list replaces the default";
 }
 
-TEST(ProcessTables, AnEmptyFileAsksForNothing) {
+TEST(ProcessTables, AnEmptyFileRequestsNothing) {
   const Result<ParamFile> file = ParamFile::parse("", "file.toml");
   const Result<ProcessTables> tables = read_process_tables(*file);
   ASSERT_TRUE(tables.ok());
@@ -65,7 +65,7 @@ TEST(ProcessTables, AnEmptyFileAsksForNothing) {
   EXPECT_FALSE(tables->is_critical("gateway"));
 }
 
-TEST(ProcessTables, EveryMistakeIsNamedWithItsPlace) {
+TEST(ProcessTables, EveryErrorNamesItsLine) {
   EXPECT_EQ(error_of("[process.sp]\nrealtime_priority = 99\n"),
             "file.toml:2: [process.sp] realtime_priority = 99: not in [0, 98]");
   EXPECT_EQ(error_of("[process.wm]\nrealtime_prioritu = 5\n"),
@@ -77,9 +77,9 @@ TEST(ProcessTables, EveryMistakeIsNamedWithItsPlace) {
   EXPECT_EQ(error_of("[process.sp]\ncpus = 1\n"),
             "file.toml:2: [process.sp] cpus = 1: not a list: write [a, b]");
   EXPECT_NE(error_of("[up]\nnodes = []\n").find("empty"), std::string::npos);
-  EXPECT_NE(error_of("[up]\nnodes = [\"sp\", \"sp\"]\n").find("sp stands there twice"),
+  EXPECT_NE(error_of("[up]\nnodes = [\"sp\", \"sp\"]\n").find("sp is listed twice"),
             std::string::npos);
-  EXPECT_NE(error_of("[up]\nnodes = [\"../sp\"]\n").find("../sp is not a node's name"),
+  EXPECT_NE(error_of("[up]\nnodes = [\"../sp\"]\n").find("../sp is not a valid node name"),
             std::string::npos);
   EXPECT_EQ(error_of("[up]\nnodes = [\"sp\"]\nnon_critical = [\"gatway\"]\n"),
             "file.toml:3: [up] non_critical = [ 'gatway' ]: gatway is not in nodes");
@@ -110,7 +110,7 @@ TEST(CycleCounter, PassesAccountsOnAndKeepsTheNewest) {
   EXPECT_EQ(counter.counts().degrade_level, 4);
 }
 
-TEST(ProcessUsage, SeesWhatTheProcessUses) {
+TEST(ProcessUsage, MeasuresTheUsageOfTheProcess) {
   ProcessUsage usage;
   process_t before{};
   usage.read(&before);
@@ -126,12 +126,12 @@ TEST(ProcessUsage, SeesWhatTheProcessUses) {
   EXPECT_EQ(after.descriptors, before.descriptors);
 }
 
-TEST(ProcessUsage, SeesTheHeapInUse) {
+TEST(ProcessUsage, MeasuresTheHeapInUse) {
   if (!HeapGuard::available()) GTEST_SKIP() << "NOT TESTED: a sanitizer owns malloc";
   ProcessUsage usage;
   process_t empty{};
   usage.read(&empty);
-  // The large one has a mapping of its own, the small ones lie in an arena.
+  // The large block has a mapping of its own, the small ones are in an arena.
   std::vector<std::vector<char>> blocks(200, std::vector<char>(10'240));
   blocks.emplace_back(20'480'000);
   process_t full{};
@@ -159,7 +159,7 @@ class ProcessNodeTest : public testing::Test {
   std::optional<ProcessNode> node_;
 };
 
-TEST_F(ProcessNodeTest, SpeaksOnceASecondAndSaysWhatWasNotGranted) {
+TEST_F(ProcessNodeTest, PublishesOnceASecondWithTheRefusedRequests) {
   test::ListSource source(test::odometry_items(at_ms(0), ms(100), 301));
   LockstepTimeline timeline(&bus_, &source, Duration::zero());
   run({&*node_}, timeline, nullptr);

@@ -52,22 +52,22 @@ class RealtimeTest : public testing::Test {
   cpu_set_t allowed_{};
 };
 
-TEST(Realtime, NothingAskedForNothingRefused) {
+TEST(Realtime, WithoutRequestsNothingIsRefused) {
   const RealtimeGrant grant = request_realtime({});
   EXPECT_EQ(grant.realtime_priority, 0);
   EXPECT_FALSE(grant.memory_locked);
   EXPECT_TRUE(grant.refusals.empty());
 }
 
-TEST(Realtime, AProcessorThatIsNotThereIsRefusedAndSaid) {
+TEST(Realtime, AMissingProcessorIsRefusedAndReported) {
   RealtimeParams params;
   params.cpus = {1023};
   const RealtimeGrant grant = request_realtime(params);
   ASSERT_EQ(grant.refusals.size(), 1U);
-  EXPECT_EQ(grant.refusals[0], "processors 1023 not granted: there are none such");
+  EXPECT_EQ(grant.refusals[0], "processors 1023 not granted: no such processors");
 }
 
-TEST_F(RealtimeTest, ProcessorsAreThoseOfAllThreadsButTheBackgroundsOwn) {
+TEST_F(RealtimeTest, ProcessorsApplyToAllThreadsExceptTheBackgroundThread) {
   if (CPU_COUNT(&allowed_) < 2) GTEST_SKIP() << "needs two processors";
   const Waiting receiver(false);
   const Waiting loader(true);
@@ -80,7 +80,7 @@ TEST_F(RealtimeTest, ProcessorsAreThoseOfAllThreadsButTheBackgroundsOwn) {
   EXPECT_EQ(loader.cpus(), CPU_COUNT(&allowed_));
 }
 
-TEST_F(RealtimeTest, WhatIsInTheBackgroundStaysThere) {
+TEST_F(RealtimeTest, ABackgroundThreadStaysInTheBackground) {
   const Waiting receiver(false);
   const Waiting loader(true);
   RealtimeParams params;
@@ -91,7 +91,8 @@ TEST_F(RealtimeTest, WhatIsInTheBackgroundStaysThere) {
   EXPECT_EQ(receiver.policy(), SCHED_FIFO);
 }
 
-// All its threads are born so: LCM's receiver could not be told from what is in the background.
+// All its threads start at idle priority: LCM's receiver could not be distinguished from background
+// threads.
 TEST(Realtime, AProcessThatIsStartedIdleIsGrantedNothing) {
   std::thread([] {
     ASSERT_TRUE(run_in_background());

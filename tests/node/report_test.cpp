@@ -30,7 +30,7 @@ class ReportTest : public testing::Test {
   bool started_ = false;
 };
 
-TEST_F(ReportTest, AnEventSaysWhoWhatAndWhen) {
+TEST_F(ReportTest, AnEventHasSourceCodeAndTime) {
   report_.warn(at_ms(5), "icp.rejected", "nis {:.1f} > {:.1f}, pairs {}", 12.34, 5.0, 77);
   deliver();
   const event_t* e = next();
@@ -43,7 +43,7 @@ TEST_F(ReportTest, AnEventSaysWhoWhatAndWhen) {
   EXPECT_EQ(e->repeated, 0);
 }
 
-TEST_F(ReportTest, ACodeIsSentOnceAnIntervalAndTheRestIsCounted) {
+TEST_F(ReportTest, ACodeIsSentOncePerIntervalAndTheRestIsCounted) {
   for (std::int64_t i = 0; i < 250; ++i) report_.info(at_ms(10 * i), "a", "number {}", i);
   report_.error(at_ms(10), "b", "another code is not held back");
   deliver();

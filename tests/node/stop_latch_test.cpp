@@ -54,7 +54,7 @@ TEST(StopLatch, InMemoryLatchesAndReleases) {
   EXPECT_FALSE(latch.engaged());
 }
 
-TEST_F(StopLatchFile, OutlivesTheProcessUntilItIsReleased) {
+TEST_F(StopLatchFile, SurvivesTheProcessUntilItIsReleased) {
   {
     StopLatch latch = open();
     EXPECT_FALSE(latch.engaged());
@@ -72,11 +72,11 @@ TEST_F(StopLatchFile, OutlivesTheProcessUntilItIsReleased) {
   EXPECT_FALSE(open().engaged());
 }
 
-TEST_F(StopLatchFile, AStopThatIsRepeatedCreatesALostFileAgain) {
+TEST_F(StopLatchFile, ARepeatedStopRecreatesALostFile) {
   StopLatch latch = open();
   latch.engage(stop());
   ASSERT_TRUE(latch.persist().ok());
-  fs::remove(path_);  // by a cleaner, or a person
+  fs::remove(path_);  // by a cleanup job or a person
   EXPECT_TRUE(latch.persisted());
   latch.engage(stop());
   EXPECT_FALSE(latch.persisted());
@@ -102,7 +102,7 @@ TEST_F(StopLatchFile, AnyContentIsALatchedStop) {
       << garbage.cause();
 }
 
-TEST_F(StopLatchFile, AnythingAtItsPathIsALatchedStop) {
+TEST_F(StopLatchFile, AnyFileAtItsPathIsALatchedStop) {
   fs::create_directories(path_);
   StopLatch folder = open();
   EXPECT_TRUE(folder.engaged());
@@ -144,7 +144,7 @@ TEST_F(StopLatchFile, AFileThatCannotBeCreatedLeavesTheStopInMemory) {
 TEST_F(StopLatchFile, AFileThatCannotBeWrittenIsAnErrorAndStillALatchedStop) {
   StopLatch latch = open();
   latch.engage(stop());
-  // As on a full disk: the file can be created and takes no bytes.
+  // As on a full disk: the file can be created but not written.
   const auto ignored = signal(SIGXFSZ, SIG_IGN);
   rlimit before{};
   ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
@@ -162,7 +162,7 @@ TEST_F(StopLatchFile, AFileThatCannotBeWrittenIsAnErrorAndStillALatchedStop) {
   EXPECT_TRUE(latch.persist().ok());
 }
 
-TEST_F(StopLatchFile, AReleaseThatFailsReleasesNothing) {
+TEST_F(StopLatchFile, AFailedReleaseHasNoEffect) {
   StopLatch latch = open();
   latch.engage(stop());
   ASSERT_TRUE(latch.persist().ok());
@@ -181,7 +181,7 @@ TEST_F(StopLatchFile, AFolderThatCannotBeCreatedIsAnErrorAtTheStart) {
   EXPECT_NE(latch.error().message.find((folder_ / "file").string()), std::string::npos);
 }
 
-/// The configuration's latch, by its path.
+/// The latch of the configuration at this path.
 std::string path_of(const fs::path& config) {
   const Result<ParamFile> file = ParamFile::load(config.string());
   EXPECT_TRUE(file.ok());
@@ -193,7 +193,7 @@ void set(const char* variable, const std::string& value) {
   (void)setenv(variable, value.c_str(), 1);  // NOLINT(concurrency-mt-unsafe): one thread
 }
 
-TEST_F(StopLatchFile, EachConfigurationHasItsOwn) {
+TEST_F(StopLatchFile, EachConfigurationHasItsOwnLatch) {
   for (const char* v : {"a", "b"}) {
     fs::create_directories(folder_ / v);
     std::ofstream(folder_ / v / "vehicle.toml") << "[process]\nstate_directory = \"../state\"\n";
@@ -201,7 +201,7 @@ TEST_F(StopLatchFile, EachConfigurationHasItsOwn) {
   const std::string a = path_of(folder_ / "a" / "vehicle.toml");
   EXPECT_EQ(fs::weakly_canonical(fs::path(a).parent_path()), fs::canonical(folder_ / "state"));
   EXPECT_NE(fs::path(a).filename(), fs::path(path_of(folder_ / "b" / "vehicle.toml")).filename());
-  // However it is named.
+  // Independently of the notation of the path.
   EXPECT_EQ(fs::path(path_of(folder_ / "b" / ".." / "a" / "vehicle.toml")).filename(),
             fs::path(a).filename());
   fs::create_directory_symlink(folder_ / "a", folder_ / "link");
@@ -217,7 +217,8 @@ TEST_F(StopLatchFile, WithoutTheKeyTheEnvironmentNamesTheFolder) {
   set("XDG_STATE_HOME", (folder_ / "xdg").string());
   set("HOME", (folder_ / "home").string());
   EXPECT_EQ(folder(), folder_ / "systemd");
-  set("STATE_DIRECTORY", "relative");  // would be another folder after a start elsewhere
+  set("STATE_DIRECTORY",
+      "relative");  // would be another folder after a start in another working folder
   EXPECT_EQ(folder(), folder_ / "xdg" / "rcs");
   set("XDG_STATE_HOME", "");
   EXPECT_EQ(folder(), folder_ / "home" / ".local" / "state" / "rcs");

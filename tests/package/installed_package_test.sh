@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# installed_package_test.sh BUILD: another project finds the installed library and registers with it;
-# compiled for another instruction set it does not link.
+# installed_package_test.sh BUILD: another project finds the installed library and registers with
+# it; compiled for another instruction set it does not link.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 folder=$(mktemp -d)

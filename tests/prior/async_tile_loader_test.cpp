@@ -36,7 +36,7 @@ class AsyncTileLoaderTest : public testing::Test {
   std::string path_;
 };
 
-TEST_F(AsyncTileLoaderTest, BringsTheSameGroundAsReadingWhenAsked) {
+TEST_F(AsyncTileLoaderTest, LoadsTheSameTilesAsSynchronousReading) {
   const MapWindow window{700.0, 256e6};
   Result<ElevationMap> now = ElevationMap::open(path_, window);
   Result<ElevationMap> later = ElevationMap::open(path_, window);
@@ -59,7 +59,7 @@ TEST_F(AsyncTileLoaderTest, BringsTheSameGroundAsReadingWhenAsked) {
   EXPECT_EQ(later->loading().failed, 0);
 }
 
-TEST_F(AsyncTileLoaderTest, EndsWithTilesUnderWay) {
+TEST_F(AsyncTileLoaderTest, EndsCleanlyWithTilesBeingLoaded) {
   for (int k = 0; k < 20; ++k) {
     Result<ElevationMap> map = ElevationMap::open(path_, {2000.0, 256e6});
     ASSERT_TRUE(map);
@@ -69,7 +69,7 @@ TEST_F(AsyncTileLoaderTest, EndsWithTilesUnderWay) {
   }
 }
 
-TEST_F(AsyncTileLoaderTest, AMapThatHasGoneIsSaidAndNothingDies) {
+TEST_F(AsyncTileLoaderTest, ADeletedMapIsReportedWithoutACrash) {
   Result<ElevationMap> map = ElevationMap::open(path_, {100.0, 256e6});
   ASSERT_TRUE(map);
   fs::remove_all(path_);

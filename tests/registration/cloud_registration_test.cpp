@@ -1,5 +1,5 @@
-// Two clouds, from afar and from anywhere: laws that hold without knowing the right answer, and the
-// right answer where it is known.
+// Registration of two clouds from a distant guess and without a guess: laws that hold without the
+// true motion, and errors where the true motion is known.
 
 #include "modules/registration/cloud_registration.h"
 
@@ -21,7 +21,7 @@ using test::moved;
 double metres(const Pose& a, const Pose& b) { return (a.inverse() * b).p.norm(); }
 double turn_rad(const Pose& a, const Pose& b) { return log_so3((a.inverse() * b).q).norm(); }
 
-/// Rolling ground with two walls and some boxes, none like another.
+/// Rolling ground with two walls and some boxes, all different.
 Points yard(int n, double noise_m, unsigned seed) {
   std::mt19937 rng(seed);
   Points points = test::scene(Ground::kRolling, true, n, noise_m, Vec3::Zero(), &rng);
@@ -46,7 +46,7 @@ struct Clouds {
   Points data = moved(T.inverse(), yard(8'000, 0.01, 2));
 };
 
-TEST(CloudRegistration, FindsTheMotionFromAfar) {
+TEST(CloudRegistration, FindsTheMotionFromADistantGuess) {
   const Clouds c;
   for (const Pose& off : {Pose{}, test::pose(1.2, -0.9, 0.3, 0.05, -0.05, 0.15),
                           test::pose(-1.2, 1.0, -0.3, -0.05, 0.05, -0.15)}) {
@@ -57,7 +57,7 @@ TEST(CloudRegistration, FindsTheMotionFromAfar) {
   }
 }
 
-TEST(CloudRegistration, MovingTheDataMovesTheAnswer) {
+TEST(CloudRegistration, MovingTheDataMovesTheResult) {
   const Clouds c;
   const Pose before = register_clouds(c.model, c.data, c.T, CloudParams{}).T_target_vehicle;
   const Pose M = test::pose(3.0, -2.0, 0.4, 0.1, -0.05, 0.8);
@@ -67,7 +67,7 @@ TEST(CloudRegistration, MovingTheDataMovesTheAnswer) {
   EXPECT_LT(turn_rad(after, before * M.inverse()), 0.001);
 }
 
-TEST(CloudRegistration, TheOtherWayAroundIsTheInverse) {
+TEST(CloudRegistration, SwappingTheCloudsInvertsTheResult) {
   const Clouds c;
   const Points other = moved(c.T.inverse(), yard(20'000, 0.01, 3));
   const Pose there = register_clouds(c.model, other, c.T, CloudParams{}).T_target_vehicle;
@@ -76,7 +76,7 @@ TEST(CloudRegistration, TheOtherWayAroundIsTheInverse) {
   EXPECT_LT(turn_rad(there * back, Pose{}), 0.001);
 }
 
-TEST(CloudRegistration, FindsAnyHeadingAndSaysSo) {
+TEST(CloudRegistration, FindsAnyHeadingAndReportsSuccess) {
   const Clouds c;
   CloudMatcher matcher(c.model, CloudParams{});
   for (int k = 0; k < 6; ++k) {
@@ -88,7 +88,7 @@ TEST(CloudRegistration, FindsAnyHeadingAndSaysSo) {
   }
 }
 
-TEST(CloudRegistration, WhatLooksTheSameTwiceIsRefused) {
+TEST(CloudRegistration, AnAmbiguousSceneIsRejected) {
   // Four equal walls around a flat yard: every quarter turn fits as well.
   Points court;
   std::mt19937 rng(7);
@@ -105,10 +105,10 @@ TEST(CloudRegistration, WhatLooksTheSameTwiceIsRefused) {
       matcher.search_globally(court, test::pose(0.5, 0.3, 0.0, 0.0, 0.0, 0.9));
   EXPECT_FALSE(g.accepted);
   EXPECT_GT(g.ambiguity, 0.97);
-  ASSERT_GE(g.ranked.size(), 4U) << "and all four are named";
+  ASSERT_GE(g.ranked.size(), 4U) << "all four candidates are listed";
 }
 
-TEST(CloudRegistration, AnotherPlaceIsRefused) {
+TEST(CloudRegistration, CloudsOfDifferentSitesAreRejected) {
   const Clouds c;
   Points elsewhere;
   std::mt19937 rng(9);
@@ -123,7 +123,7 @@ TEST(CloudRegistration, AnotherPlaceIsRefused) {
   EXPECT_FALSE(matcher.search_globally(elsewhere, Pose{}).accepted);
 }
 
-TEST(CloudRegistration, InPiecesIsTheSameAsAtOnce) {
+TEST(CloudRegistration, StepwiseExecutionEqualsOneCall) {
   const Clouds c;
   RollingMap map{RollingMapParams{}};
   map.insert(c.model, Pose{});
@@ -167,7 +167,7 @@ TEST(CloudRegistration, AnyNumberOfThreadsGivesTheSameBits) {
   }
 }
 
-TEST(CloudRegistration, AnnealingFindsANearPlaceAndIsRepeatable) {
+TEST(CloudRegistration, AnnealingFindsANearbyPoseAndIsRepeatable) {
   const Clouds c;
   RollingMap map{RollingMapParams{}};
   map.insert(c.model, Pose{});
@@ -181,7 +181,7 @@ TEST(CloudRegistration, AnnealingFindsANearPlaceAndIsRepeatable) {
   EXPECT_EQ(h.T_target_vehicle.p, again.T_target_vehicle.p);
 }
 
-TEST(CloudRegistration, PoorCloudsAreAnswered) {
+TEST(CloudRegistration, DegenerateCloudsGetAResult) {
   const Clouds c;
   for (const Points& poor : test::poor_clouds()) {
     EXPECT_FALSE(usable(register_clouds(poor, c.data, Pose{}, CloudParams{}).stop));

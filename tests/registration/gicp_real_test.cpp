@@ -34,7 +34,7 @@ TEST(GicpReal, RegistersConsecutiveCuts) {
     return f.share();
   };
   EXPECT_EQ(judged("#1", studies::trials_of(studies::DataSet::kConsecutive, pairs, 1)), 1.0);
-  // What the help promises of a guess.
+  // The range of guesses that the help states.
   EXPECT_GE(judged("2 m, 10 deg", studies::basin_trials(pairs, {2.0, radians(10.0)}, 8)), 0.95);
   EXPECT_GE(judged("#4", studies::trials_of(studies::DataSet::kTurnedAndMovedBy3m, pairs, 4)),
             0.75);
@@ -60,7 +60,8 @@ TEST(GicpReal, RegistersTwoWholeScans) {
   const studies::CloudMatch back =
       studies::match_gicp(data->points, model->points, Pose{}, registration::GicpParams{});
   const studies::Offset off = studies::error_of(Pose{}, m.T_model_data * back.T_model_data);
-  // A scan differs from the other by more than its noise: what moved, what only one has seen.
+  // The scans differ by more than noise: moving objects and surfaces that only one of them has
+  // seen.
   EXPECT_LT(off.m, 0.02);
   EXPECT_LT(degrees(off.rad), 0.1);
 }

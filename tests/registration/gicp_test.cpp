@@ -29,7 +29,7 @@ struct Clouds {
   Points data = moved(T.inverse(), walled(20'000, 2));
 };
 
-// Points of a surface are some 0.3 m apart and the ground is bent: discs are 1 cm off it.
+// Points of a surface are some 0.3 m apart and the ground is bent: discs deviate from it by 1 cm.
 constexpr double kTolerance_m = 0.01;
 constexpr double kTolerance_rad = 0.001;
 
@@ -56,7 +56,7 @@ TEST(Gicp, FindsTheMotion) {
   }
 }
 
-TEST(Gicp, MovingTheDataMovesTheAnswer) {
+TEST(Gicp, MovingTheDataMovesTheResult) {
   const Clouds c;
   const Pose before = register_gicp(c.model, c.data, c.T, GicpParams{}).T_target_vehicle;
   const Pose M = test::pose(3.0, -2.0, 0.4, 0.1, -0.05, 0.8);
@@ -65,14 +65,14 @@ TEST(Gicp, MovingTheDataMovesTheAnswer) {
   expect_same(after, before * M.inverse());
 }
 
-TEST(Gicp, TheOtherWayAroundIsTheInverse) {
+TEST(Gicp, SwappingTheCloudsInvertsTheResult) {
   const Clouds c;
   const Pose there = register_gicp(c.model, c.data, c.T, GicpParams{}).T_target_vehicle;
   const Pose back = register_gicp(c.data, c.model, c.T.inverse(), GicpParams{}).T_target_vehicle;
   expect_same(there * back, Pose{});
 }
 
-TEST(Gicp, TheSameTwiceIsTheSameBits) {
+TEST(Gicp, TheSameInputGivesTheSameBits) {
   const Clouds c;
   const Registration a = register_gicp(c.model, c.data, c.T, GicpParams{});
   const Registration b = register_gicp(c.model, c.data, c.T, GicpParams{});
@@ -105,7 +105,7 @@ TEST(Gicp, JacobianIsTheDerivativeOfTheDifference) {
 }
 
 TEST(Gicp, TheMetricIsThatOfBothDiscs) {
-  // C_data + R' C_model R, by the eigenvalues that the paper gives a disc.
+  // C_data + R' C_model R, with the eigenvalues of a disc in the paper.
   const auto disc = [](const Vec3& normal) -> Mat3 {
     const Mat3 axes = Quat::FromTwoVectors(Vec3::UnitX(), normal).toRotationMatrix();
     return axes * Vec3(1e-3, 1.0, 1.0).asDiagonal() * axes.transpose();
@@ -123,7 +123,7 @@ TEST(Gicp, TheMetricIsThatOfBothDiscs) {
   EXPECT_LT((gicp_term(turned, model, T).M - M).norm(), 1e-9);
 }
 
-TEST(Gicp, PoorCloudsAreAnswered) {
+TEST(Gicp, DegenerateCloudsGetAResult) {
   const Clouds c;
   const Pose guess = test::pose(0.1, 0.2, 0.3, 0.0, 0.0, 0.1);
   for (const Points& poor : test::poor_clouds()) {
@@ -138,7 +138,7 @@ TEST(Gicp, PoorCloudsAreAnswered) {
   }
 }
 
-TEST(Gicp, PointsThatComeThriceChangeNothing) {
+TEST(Gicp, TriplicatedPointsChangeNothing) {
   const Clouds c;
   const auto thrice = [](const Points& points) {
     Points out;
@@ -152,7 +152,7 @@ TEST(Gicp, PointsThatComeThriceChangeNothing) {
   EXPECT_EQ(once.T_target_vehicle.p, more.T_target_vehicle.p);
 }
 
-TEST(Gicp, WhatEndsFarFromTheGuessHasDiverged) {
+TEST(Gicp, AResultFarFromTheGuessIsReportedAsDiverged) {
   const Clouds c;
   GicpParams params;
   params.max_correction_m = 0.3;
@@ -163,7 +163,7 @@ TEST(Gicp, WhatEndsFarFromTheGuessHasDiverged) {
   EXPECT_GT(r.correction_m, 0.3);
 }
 
-TEST(Gicp, TheLimitOfIterationsIsTold) {
+TEST(Gicp, TheIterationLimitIsReported) {
   const Clouds c;
   GicpParams params;
   params.max_iterations = 3;
@@ -222,7 +222,7 @@ TEST(Gicp, ACorridorLeavesItsLengthAtTheGuess) {
   }
 }
 
-TEST(Gicp, ErrorsAreAboutAsLargeAsItSays) {
+TEST(Gicp, ErrorsAreConsistentWithTheCovariance) {
   double nees = 0.0;
   constexpr int kTrials = 20;
   for (unsigned k = 0; k < kTrials; ++k) {
@@ -232,7 +232,7 @@ TEST(Gicp, ErrorsAreAboutAsLargeAsItSays) {
     const Vec6 error = log_se3(r.T_target_vehicle);
     nees += error.dot(r.information * error) / (6.0 * kTrials);
   }
-  // It is 1.7: what the points of a disc have in common is not counted.
+  // It is 1.7: the correlation of the points of a disc is not modelled.
   EXPECT_LT(nees, 3.0);
   EXPECT_GT(nees, 0.3);
 }

@@ -17,7 +17,7 @@ using test::Ground;
 struct Fixture {
   explicit Fixture(unsigned seed = 5) : rng(seed) {
     model = test::scene(Ground::kRolling, true, 3000, 0.01, Vec3::Zero(), &rng);
-    // The same points from elsewhere: the closest point can be the right one.
+    // The same points from another pose: the closest point can be the corresponding one.
     data = test::moved(T_true.inverse(), model);
   }
   [[nodiscard]] PaperResult run(const Pose& guess) const {
@@ -33,7 +33,7 @@ struct Fixture {
   PaperParams params;
 };
 
-TEST(KdTree, FindsWhatBruteForceFinds) {
+TEST(KdTree, MatchesBruteForce) {
   Fixture f;
   const KdTree tree(f.model);
   for (std::size_t i = 0; i < f.data.size(); i += 7) {
@@ -65,7 +65,7 @@ TEST(IcpPaper, FindsThePoseWithBothSolvers) {
   }
 }
 
-TEST(IcpPaper, MovingTheDataMovesTheAnswer) {
+TEST(IcpPaper, MovingTheDataMovesTheResult) {
   Fixture f;
   const Pose guess = f.T_true * test::pose(0.3, 0.0, 0.1, 0.01, 0.0, 0.02);
   const PaperResult before = f.run(guess);
@@ -76,7 +76,7 @@ TEST(IcpPaper, MovingTheDataMovesTheAnswer) {
 }
 
 // Errata 1: as printed, the motion of the model to the data is applied to the data.
-TEST(IcpPaper, AsPrintedTheMotionGoesTheWrongWay) {
+TEST(IcpPaper, AsPrintedTheMotionHasTheWrongDirection) {
   Fixture f;
   const Pose guess = f.T_true * test::pose(0.05, 0.0, 0.0, 0.0, 0.0, 0.0);
   f.params.max_iterations = 1;
@@ -85,7 +85,7 @@ TEST(IcpPaper, AsPrintedTheMotionGoesTheWrongWay) {
   EXPECT_NEAR(f.error_m(f.run(guess)), 0.1, 0.03) << "twice the error";
 }
 
-// Errata 3: pairs that are not accepted must not pull.
+// Errata 3: pairs that are not accepted must not affect the result.
 TEST(IcpPaper, OnlyAcceptedPairsCount) {
   Fixture f;
   const Points outliers = test::moved(test::pose(0.0, 0.0, 30.0, 0.0, 0.0, 0.0), f.data);
@@ -147,13 +147,13 @@ TEST(IcpPaper, TheValleyIsTheFirstBinBelowSixtyPercentOfThePeak) {
   EXPECT_EQ(histogram_valley(in_bins({10, 6, 6}), 1.0, 100.0), 3.0) << "beyond the last bin";
   EXPECT_EQ(histogram_valley(in_bins({10, 1}), 1.0, 100.0), 1.0);
   EXPECT_EQ(histogram_valley(in_bins({1, 1, 1, 10, 1}), 1.0, 3.2), 3.0)
-      << "what is beyond the last D_max is not counted";
+      << "pairs beyond the last D_max are not counted";
   EXPECT_EQ(histogram_valley(in_bins({10, 9, 9, 9}), 1.0, 2.5), 2.5) << "not beyond the last D_max";
   EXPECT_EQ(histogram_valley({}, 0.5, 100.0), 0.5);
   EXPECT_NEAR(histogram_valley({1e30F, 1.0F, std::nanf("")}, 1e-3, 1e9), 1.001, 1e-9);
 }
 
-// Errata 6: D grows with range; the median is what it is for most points.
+// Errata 6: D grows with range; the median describes most points.
 TEST(IcpPaper, TheSpacingIsMeasured) {
   Points grid;
   for (int i = 0; i < 60; ++i) {
@@ -170,7 +170,7 @@ TEST(IcpPaper, TheSpacingIsMeasured) {
   EXPECT_EQ(measured_spacing(one), 0.0);
 }
 
-// Errata 7: each rule can be the one that ends it.
+// Errata 7: each rule can terminate the iteration.
 TEST(IcpPaper, EveryRuleOfTerminationIsReported) {
   Fixture f;
   const Pose guess = f.T_true * test::pose(0.4, -0.3, 0.2, 0.02, 0.01, 0.05);
@@ -182,14 +182,14 @@ TEST(IcpPaper, EveryRuleOfTerminationIsReported) {
   EXPECT_EQ(f.run(guess).stop, PaperStop::kMeanDistance);
   f.params.mean_distance_m = 0.0;
   EXPECT_EQ(f.run(guess).stop, PaperStop::kRelativeChange);
-  // Without the other rules the same pairs give the same pose for ever.
+  // Without the other rules the same pairs give the same pose forever.
   f.params.relative_change = 0.0;
   EXPECT_EQ(f.run(guess).stop, PaperStop::kLimitCycle);
   f.params.detect_cycles = false;
   EXPECT_EQ(f.run(guess).stop, PaperStop::kMaxIterations);
 }
 
-TEST(IcpPaper, BadInputGetsAnAnswer) {
+TEST(IcpPaper, InvalidInputGetsAResult) {
   Fixture f;
   const PaperParams p;
   const Points none;

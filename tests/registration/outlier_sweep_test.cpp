@@ -1,8 +1,8 @@
 // The paper (Madhavan and Messina, section 4) calls its method robust to gross outliers, to
-// occlusions, and to data that is not a subset of the model, and gives no figures. Here they are,
-// for its method and for ours. `ctest -L slow -R OutlierSweep -V` prints the tables; the pictures
-// go to $RCS_OUT_DIR/outliers (default: out/outliers in the working folder). RCS_SEEDS sets the
-// guesses of each pair of scans (default 2: 40 trials a point).
+// occlusions, and to data that is not a subset of the model, and gives no numbers. This test
+// measures them for its method and for ours. `ctest -L slow -R OutlierSweep -V` prints the tables;
+// the pictures go to $RCS_OUT_DIR/outliers (default: out/outliers in the working folder). RCS_SEEDS
+// sets the guesses of each pair of scans (default 2: 40 trials a point).
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -42,7 +42,7 @@ constexpr studies::Offset kGuess = {0.3, radians(2.0)};
 
 struct Answer {
   Pose T_model_data;
-  bool claimed = false;  ///< the method does not say that it failed
+  bool claimed = false;  ///< the method reports success
 };
 
 Answer as_in_paper(const KnownPair& pair, const Pose& guess,
@@ -87,12 +87,12 @@ constexpr std::array<Method, 5> kMethods = {{
 constexpr std::size_t kProduction = 2;
 constexpr std::size_t kRefineOnly = 3;
 
-/// Of a method, over all trials of a point of a sweep.
+/// Statistics of a method over all trials of a point of a sweep.
 struct Figures {
   std::vector<double> error_m;
   std::vector<double> error_deg;
   int successes = 0;
-  int unnoticed = 0;  ///< failures that it does not know of
+  int unnoticed = 0;  ///< failures that the method does not report
 
   [[nodiscard]] double success() const {
     return successes / static_cast<double>(std::max<std::size_t>(1, error_m.size()));
@@ -115,7 +115,7 @@ Point run_point(const std::vector<KnownPair>& pairs, double share, const Spoil& 
   Point point;
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     for (int seed = 0; seed < seeds(); ++seed) {
-      // The same guess and the same outliers for all methods, the same guess for all shares.
+      // The same guess and outliers for all methods, and the same guess for all shares.
       std::mt19937 rng(1000U * static_cast<unsigned>(k) + static_cast<unsigned>(seed));
       const Pose guess = pairs[k].T_model_data * studies::random_offset(kGuess, &rng);
       KnownPair spoilt = pairs[k];
@@ -152,7 +152,7 @@ report::Table table_of(const std::string& what) {
 }
 
 struct Trouble {
-  const char* name;  ///< of the file
+  const char* name;  ///< of the output file
   const char* title;
   const char* share_label;
   std::vector<double> shares;  ///< without 0
@@ -250,7 +250,7 @@ class OutlierSweep : public testing::Test {
     reference_ = *scenario;
   }
 
-  /// Terrains on which a scan of this scanner can be laid onto another at all, together.
+  /// All terrains on which a scan of this scanner can be registered to another, together.
   std::vector<Sweep> run(Scanner scanner, const std::string& name) {
     std::vector<KnownPair> pairs;
     report::Table table = table_of(name);
@@ -288,15 +288,16 @@ class OutlierSweep : public testing::Test {
   sim::Scenario reference_;
 };
 
-// The fine stage alone, from a guess as good as navigation's; and production, whose search from
-// afar is led away by what only one of the scans has seen, but is not believed then.
+// The fine stage alone, from a guess as accurate as navigation; and the production method, whose
+// coarse search can diverge because of surfaces that only one scan has seen, but whose result is
+// then rejected.
 TEST_F(OutlierSweep, ScansAllAround) {
   const std::vector<Sweep> sweeps = run(Scanner::kSpinning, "scans all around");
   ASSERT_EQ(sweeps.size(), 4U);
   const auto& [outliers, occlusion, moving, uncovered] =
       std::tie(sweeps[0], sweeps[1], sweeps[2], sweeps[3]);
-  // It was 100 % of 40 in all of these, and of 40 trials of a true 99 % two or more fail once in
-  // sixteen.
+  // The measured rate is 100 % of 40 in all of these; with a true rate of 99 %, two or more of 40
+  // trials fail with a probability of 1/16.
   EXPECT_GE(outliers.success(kRefineOnly, 0.0), 0.95);
   EXPECT_GE(outliers.success(kRefineOnly, 30.0), 0.95);
   EXPECT_GE(outliers.success(kRefineOnly, 60.0), 0.9);
@@ -310,7 +311,7 @@ TEST_F(OutlierSweep, ScansAllAround) {
   EXPECT_GE(uncovered.success(kProduction, 30.0), 0.9);
 }
 
-// One scan of 5,760 cells ahead is a poor model: half of the untroubled ones fail already.
+// One scan of 5,760 cells ahead is a poor model: half of the trials without defects fail already.
 TEST_F(OutlierSweep, ScansOfTheImager) {
   const std::vector<Sweep> sweeps = run(Scanner::kImager, "scans of the imager");
   ASSERT_EQ(sweeps.size(), 4U);

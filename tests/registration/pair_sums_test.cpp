@@ -7,8 +7,8 @@
 namespace rcs::registration {
 namespace {
 
-TEST(PairSums, AreWhatOneByOneInDoubleGives) {
-  // Numbers that fill no whole lanes, and some that do.
+TEST(PairSums, EqualTheScalarSumsInDouble) {
+  // Numbers of points that do not fill whole SIMD lanes, and some that do.
   for (const int count : {1, 7, 8, 9, 1000}) {
     std::mt19937 rng(5);
     std::normal_distribution<float> noise;

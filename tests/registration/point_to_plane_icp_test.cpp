@@ -42,14 +42,14 @@ TEST(Icp, FindsThePose) {
   const Pose start = f.T_true * test::pose(0.3, -0.2, 0.1, 0.01, 0.01, 0.03);
   const Registration r = f.run(test::prediction(start, 0.5, 0.05));
   ASSERT_EQ(r.stop, Stop::kConverged);
-  // 3000 points of 2 cm against 1 cm surfaces: a millimetre or two is what they can tell.
+  // 3000 points of 2 cm against 1 cm surfaces: the achievable accuracy is one or two millimetres.
   EXPECT_LT(error(r, f.T_true).head<3>().norm(), 0.004);
   EXPECT_LT(error(r, f.T_true).tail<3>().norm(), 0.0005);
   EXPECT_GT(r.overlap, 0.8);
   EXPECT_NEAR(r.correction_m, 0.37, 0.05);
 }
 
-TEST(Icp, MovingTheSourceMovesTheAnswer) {
+TEST(Icp, MovingTheSourceMovesTheResult) {
   Fixture f(Ground::kRolling, true);
   const Registration before = f.run(test::prediction(f.T_true, 0.5, 0.05));
   const Pose T = test::pose(2.0, 1.0, -0.3, 0.1, 0.05, -0.7);
@@ -62,7 +62,7 @@ TEST(Icp, MovingTheSourceMovesTheAnswer) {
 
 TEST(Icp, InformationDoesNotContainThePrior) {
   // The prior's sigma x 10 changes pose and information by less than 5 % of a sigma, and a prior
-  // shifted by 2 sigma does not shift the answer.
+  // shifted by 2 sigma does not shift the result.
   Fixture f(Ground::kRolling, true);
   const Registration base = f.run(test::prediction(f.T_true, 0.05, 0.005));
   ASSERT_EQ(base.stop, Stop::kConverged);
@@ -84,9 +84,10 @@ TEST(Icp, FlatFieldLeavesThreeDirectionsToThePrediction) {
   const Registration r = f.run(test::prediction(start, 0.5, 0.05));
   ASSERT_EQ(r.stop, Stop::kDegenerate);
   const Eigen::SelfAdjointEigenSolver<Mat6> eigen(r.information);
-  EXPECT_LT(eigen.eigenvalues()[2], 1e-6 * eigen.eigenvalues()[3]);  // x, y and yaw say nothing
+  EXPECT_LT(eigen.eigenvalues()[2],
+            1e-6 * eigen.eigenvalues()[3]);  // no information about x, y and yaw
   EXPECT_GT(eigen.eigenvalues()[3], 1.0);
-  // Height, roll and pitch are found; along the plane the answer is the prediction.
+  // Height, roll and pitch are determined; along the plane the result is the prediction.
   const Vec3 p_plane(r.T_target_vehicle.p.x(), r.T_target_vehicle.p.y(), 0.0);
   EXPECT_NEAR(r.T_target_vehicle.p.z(), f.T_true.p.z(), 0.004);
   EXPECT_LT((p_plane - Vec3(start.p.x(), start.p.y(), 0.0)).norm(), 0.02);
@@ -117,9 +118,9 @@ TEST(Icp, CorridorLeavesItsLengthToThePrediction) {
   EXPECT_NEAR(r.T_target_vehicle.p.y(), 0.0, 0.002);
 }
 
-TEST(Icp, StopsAtItsGrantAndSaysSo) {
+TEST(Icp, StopsAtItsGrantAndReportsIt) {
   Fixture f(Ground::kRolling, true);
-  // The first iterations look at a fifth of the points.
+  // The first iterations use a fifth of the points.
   const auto n = static_cast<WorkUnits>(f.source.size() / 5);
   const Registration r = f.run(test::prediction(f.T_true, 0.5, 0.05), 3 * n + n / 2);
   EXPECT_EQ(r.stop, Stop::kBudget);
@@ -127,13 +128,13 @@ TEST(Icp, StopsAtItsGrantAndSaysSo) {
   EXPECT_EQ(r.used, 3 * n);
   EXPECT_LT(error(r, f.T_true).head<3>().norm(), 0.1);
   const Registration whole = f.run(test::prediction(f.T_true, 0.5, 0.05), kPlenty);
-  EXPECT_LT(r.information.trace(), 0.8 * whole.information.trace()) << "it claims less";
+  EXPECT_LT(r.information.trace(), 0.8 * whole.information.trace()) << "the information is smaller";
   const Registration nothing = f.run(test::prediction(f.T_true, 0.5, 0.05), n - 1);
   EXPECT_EQ(nothing.stop, Stop::kBudget);
   EXPECT_EQ(nothing.information, Mat6(Mat6::Zero()));
 }
 
-TEST(Icp, EmptyAndHopelessInputsAreAnswers) {
+TEST(Icp, EmptyAndDegenerateInputsGetAResult) {
   Fixture f(Ground::kRolling, true);
   f.source.clear();
   EXPECT_EQ(f.run(test::prediction(f.T_true, 0.5, 0.05)).stop, Stop::kEmpty);
@@ -151,7 +152,7 @@ TEST(Icp, EmptyAndHopelessInputsAreAnswers) {
             Stop::kEmpty);
 }
 
-TEST(Icp, SameInputSameBits) {
+TEST(Icp, TheSameInputGivesTheSameBits) {
   Fixture a(Ground::kRolling, true);
   Fixture b(Ground::kRolling, true);
   const Registration ra = a.run(test::prediction(a.T_true, 0.5, 0.05));
@@ -160,7 +161,7 @@ TEST(Icp, SameInputSameBits) {
   EXPECT_EQ(ra.information, rb.information);
 }
 
-TEST(Icp, TruthLiesWithinItsClaim) {
+TEST(Icp, ErrorsAreConsistentWithTheCovariance) {
   // Mean normalized error squared over seeds, per degree of freedom; noise as the model assumes.
   double nees = 0.0;
   constexpr int kRuns = 40;
@@ -175,8 +176,8 @@ TEST(Icp, TruthLiesWithinItsClaim) {
     const Vec6 e = error(r, Pose{});
     nees += e.dot(r.information * e) / 6.0 / kRuns;
   }
-  // Here nothing correlates the residuals of a surface, which the model allows for: it may claim
-  // less than it could, never more.
+  // Here the residuals of a surface are uncorrelated, although the model allows for correlation:
+  // the result may be conservative, never overconfident.
   EXPECT_LT(nees, 1.5);
   EXPECT_GT(nees, 0.05);
 }

@@ -66,7 +66,7 @@ Registrations register_whole_sweeps(const studies::KittiDrive& drive,
     return clouds[number] = deskew ? studies::deskewed(sweep, to_next(number)) : sweep.points_ladar;
   };
   registration::CloudParams params;
-  params.points = 40000;  // a reference has time
+  params.points = 40000;  // a reference may take longer
   Registrations registrations;
   for (const auto& [pair, guess] : given) {
     registrations[pair] =

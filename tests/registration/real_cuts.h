@@ -1,5 +1,5 @@
 #pragma once
-// Production registration held against the motion between real sweeps, cut to the paper's size.
+// Production registration compared with the motion between real sweeps, cut to the paper's size.
 
 #include <map>
 #include <string>
@@ -12,10 +12,10 @@
 
 namespace rcs::test {
 
-/// The drive below RCS_DATA_DIR; empty without it.
+/// Folder of the drive below RCS_DATA_DIR; empty without it.
 [[nodiscard]] std::vector<studies::KittiDrive> open_drive();
 
-/// Those of a scan and the next one.
+/// Pairs of a scan and the next one.
 [[nodiscard]] std::vector<studies::ScanPair> consecutive(
     const std::vector<studies::ScanPair>& pairs);
 
@@ -27,10 +27,10 @@ using Motions = std::map<std::pair<int, int>, Pose>;
 using Registrations = std::map<std::pair<int, int>, registration::Registration>;
 [[nodiscard]] Motions motions_of(const Registrations& registrations);
 
-/// The motions found from the whole sweeps, with those of the pairs as the guess.
-/// @param deskew  false: a sweep is taken as rigid, as those who made the references did; true: its
+/// The motions computed from the whole sweeps, with those of the pairs as the guess.
+/// @param deskew  false: a sweep is treated as rigid, as in the references; true: its
 ///                points are moved to its middle with the motion to the next sweep, which `pairs`
-///                must tell for each model (that of pair k, k + 1 serves k + 1, too)
+///                must contain for each model (that of pair k, k + 1 serves k + 1, too)
 [[nodiscard]] Registrations register_whole_sweeps(const studies::KittiDrive& drive,
                                                   const std::vector<studies::ScanPair>& pairs,
                                                   bool deskew);
@@ -51,9 +51,9 @@ struct Figures {
   int successes = 0;
   double median_m = 0.0;
   double median_deg = 0.0;
-  std::map<int, int> failures;  ///< by model scan
-  int refused = 0;              ///< the method itself says that its answer is not good
-  int falsely_accepted = 0;     ///< no success, and not refused
+  std::map<int, int> failures;  ///< number of failures by model scan
+  int refused = 0;              ///< results that the method itself reports as not good
+  int falsely_accepted = 0;     ///< wrong results that were not refused
 
   [[nodiscard]] double share() const { return static_cast<double>(successes) / trials; }
 };

@@ -1,6 +1,6 @@
-// All of the paper's Table 1 on real sweeps, and the basin of convergence, for the method that the
-// vehicle uses, from a guess and globally, with the time that it takes. RCS_SEEDS sets the seeds of
-// each pair in the basin (default 100).
+// All of the paper's Table 1 on real sweeps, and the basin of convergence, for the method of the
+// vehicle, from a guess and globally, with its computing time. RCS_SEEDS sets the seeds of each
+// pair in the basin (default 100).
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -43,13 +43,13 @@ std::string to_text(const studies::Offset& o) {
   return fmt::format("{:.3f} m {:.2f} deg", o.m, degrees(o.rad));
 }
 
-/// Against both references.
+/// Errors against both references.
 struct Row {
   Figures given;
   Figures deskewed;
 };
 
-/// Consecutive ones.
+/// Consecutive pairs.
 studies::ScanSet whole_sweeps(const studies::KittiDrive& drive,
                               const std::vector<studies::ScanPair>& pairs) {
   studies::ScanSet set;
@@ -129,10 +129,10 @@ class CutsOfDrive {
       {}};
 };
 
-// A sweep looks all around for 0.1 s, in which the vehicle drives and turns, and in the two sweeps
-// of a pair not alike. Registrations that take sweeps as rigid, as the references do, are off by
-// that; deskewed sweeps fit each other better (more pairs, nearer to their planes). A cut looks
-// ahead, for 0.02 s about the middle of its sweep, and has next to nothing of it.
+// A sweep covers all azimuths in 0.1 s, in which the vehicle drives and turns, differently in the
+// two sweeps of a pair. Registrations that treat sweeps as rigid, as the references do, have this
+// error; deskewed sweeps fit each other better (more pairs, nearer to their planes). A cut covers
+// the sector ahead, for 0.02 s about the middle of its sweep, and is hardly affected.
 void CutsOfDrive::print_what_rigid_sweeps_cost() const {
   report::Table table{{"T_model_data", "rigid - given", "deskewed - given", "cuts - given",
                        "cuts - deskewed", "rigid: pairs, distance", "deskewed: pairs, distance"},
@@ -159,10 +159,11 @@ void CutsOfDrive::print_what_rigid_sweeps_cost() const {
     better += rigid.mean_distance_m - deskewed.mean_distance_m;
   }
   EXPECT_GT(better, 0.0);
-  fmt::print("Whole sweeps, taken as rigid and deskewed by azimuth\n{}\n", report::to_text(table));
+  fmt::print("Whole sweeps, treated as rigid and deskewed by azimuth\n{}\n",
+             report::to_text(table));
 }
 
-// One test: CTest gives each a process of its own, which would unpack the sweeps again.
+// One test: CTest runs each test in a process of its own, which would unpack the sweeps again.
 TEST(RealCutsSlow, PapersTableAndBasinOfConvergence) {
   const std::vector<studies::KittiDrive> drive = open_drive();
   if (drive.empty()) GTEST_SKIP() << kNoData;
@@ -194,7 +195,7 @@ TEST(RealCutsSlow, PapersTableAndBasinOfConvergence) {
   EXPECT_EQ(anywhere.given.falsely_accepted, 0);
   for (const Row& row : {two, three}) {
     EXPECT_GE(row.deskewed.share(), 0.85);
-    // Without 50 to 70: its reference is 0.18 m away from what the deskewed sweeps say.
+    // Without 50 to 70: its reference differs by 0.18 m from the result of the deskewed sweeps.
     const auto of_50 = row.given.failures.find(50);
     const int failed = row.given.trials - row.given.successes -
                        (of_50 == row.given.failures.end() ? 0 : of_50->second);
@@ -202,8 +203,8 @@ TEST(RealCutsSlow, PapersTableAndBasinOfConvergence) {
   }
 }
 
-/// Consecutive pairs and pairs 20 apart that begin at every tenth sweep from 5 on: what parameters
-/// are chosen on. From GPS/INS, made better by the whole sweeps.
+/// Consecutive pairs and pairs 20 apart that begin at every tenth sweep from 5 on: the pairs on
+/// which parameters are chosen. Reference from GPS/INS, refined with the whole sweeps.
 std::vector<studies::ScanPair> tuning_pairs(const studies::KittiDrive& drive) {
   const std::string folder = data_path(std::string(studies::kKittiDrive));
   const Result<std::string> rows = tools::read_text(folder + "/poses/oxts_imu_poses_kitti.txt");

@@ -1,5 +1,5 @@
-// Real sweeps cut to the paper's size: the rows of its Table 1 that need no search, and some of the
-// basin of convergence. real_cuts_slow_test.cpp has all of it.
+// Real sweeps cut to the paper's size: the rows of its Table 1 that need no search, and a part of
+// the basin of convergence. real_cuts_slow_test.cpp has all of it.
 
 #include "tests/registration/real_cuts.h"
 
@@ -12,8 +12,8 @@ namespace {
 
 using studies::DataSet;
 
-// One test: CTest gives each a process of its own, which would unpack the sweeps again.
-TEST(RealCuts, RegistersConsecutiveScansFromAfar) {
+// One test: CTest runs each test in a process of its own, which would unpack the sweeps again.
+TEST(RealCuts, RegistersConsecutiveScansFromADistantGuess) {
   const std::vector<studies::KittiDrive> drive = open_drive();
   if (drive.empty()) GTEST_SKIP() << kNoData;
   const std::vector<studies::ScanPair> pairs = consecutive(drive[0].references());
@@ -27,7 +27,7 @@ TEST(RealCuts, RegistersConsecutiveScansFromAfar) {
   const Motions references = motions_of(pairs);
   const auto judged = [&](const std::vector<studies::Trial>& trials) {
     const std::vector<TrialRun> runs = run_production(*set, trials, Search::kFromGuess);
-    // The command's answer and the library's are one.
+    // The result of the command and that of the library are equal.
     const studies::Trial& t = trials.front();
     const registration::Registration library =
         registration::register_clouds(set->scans.at(t.pair.model), set->scans.at(t.pair.data),

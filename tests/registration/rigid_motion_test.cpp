@@ -35,7 +35,7 @@ TEST(RigidMotion, BothSolversFindTheMotion) {
   }
 }
 
-// Errata 10: they minimize the same.
+// Errata 10: both minimize the same cost.
 TEST(RigidMotion, SvdAndQuaternionAgree) {
   for (unsigned seed = 0; seed < 200; ++seed) {
     const Pairs pairs(seed, 30, kTruth, 0.5, seed % 2 == 0);
@@ -46,7 +46,7 @@ TEST(RigidMotion, SvdAndQuaternionAgree) {
   }
 }
 
-// Errata 2: flat fields do this.
+// Errata 2: this happens on flat fields.
 TEST(RigidMotion, NoisyPlanesGiveReflectionsUnlessGuarded) {
   int reflections = 0;
   for (unsigned seed = 0; seed < 200; ++seed) {

@@ -38,7 +38,7 @@ TEST(RollingMap, AScanLineIsNoSurface) {
 }
 
 TEST(RollingMap, MemoryIsBoundedAndTheFarthestGoFirst) {
-  // GIVEN a small map that travels far further than its radius
+  // GIVEN a small map that moves much farther than its radius
   RollingMapParams params;
   params.capacity = 4000;
   params.radius_m = 40.0;
@@ -51,20 +51,20 @@ TEST(RollingMap, MemoryIsBoundedAndTheFarthestGoFirst) {
     map.insert(scan, Pose{Quat::Identity(), centre});
     ASSERT_LE(map.size(), 2U * 4000U);
   }
-  // THEN it knows the ground here, and nothing of where it began
+  // THEN it contains the ground here, and nothing of its start
   EXPECT_TRUE(map.nearest_surface(Vec3f(399.0F, 0.0F, 0.1F), &s));
   EXPECT_FALSE(map.nearest_surface(Vec3f(0.0F, 0.0F, 0.1F), &s));
 }
 
 TEST(RollingMap, ForgettingKeepsEveryNearVoxelFindable) {
-  // Backward-shift deletion must not break probe sequences: what is inside the radius stays.
+  // Backward-shift deletion must not break probe sequences: voxels inside the radius stay.
   RollingMapParams params;
   params.radius_m = 30.0;
   params.capacity = 50'000;
   VoxelTable table(0.5, params);
   std::mt19937 rng(8);
   std::uniform_real_distribution<float> u(-60.0F, 60.0F);
-  Points patches;  // dense little planes at random places
+  Points patches;  // small dense planes at random positions
   std::vector<Vec3f> places;
   for (int k = 0; k < 3000; ++k) {
     const Vec3f corner(0.5F * std::floor(u(rng) * 2), 0.5F * std::floor(u(rng) * 2), 0.0F);

@@ -1,9 +1,10 @@
-// Change indication: what SP, WM and BG publish on fixed inputs, against the values in
-// tests/replay/baselines. A commit that changes a value on purpose updates them and says why:
+// Change indication: outputs of SP, WM and BG on fixed inputs, compared with the values in
+// tests/replay/baselines. A commit that changes a value on purpose updates them and gives the
+// reason:
 //   RCS_UPDATE_BASELINES=1 tools/test -R Baseline
-// A baseline has one file a channel: rows of the channel's table, thinned out, below a first line
-// with the number of all rows and the checksum of them all. Each instruction set adds numbers in
-// another order and has baselines of its own (x86-64-v3: avx2, x86-64-v2: sse).
+// A baseline has one file for each channel: thinned rows of the channel's table below a first line
+// with the number and the checksum of all rows. Each instruction set sums in another order and has
+// baselines of its own (x86-64-v3: avx2, x86-64-v2: sse).
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -38,7 +39,7 @@ constexpr char kInstructionSet[] = "sse";
 constexpr char kInstructionSet[] = "other";
 #endif
 
-/// Channels that are compared, and of how many rows one is kept.
+/// Compared channels, and the number of rows of which one is kept.
 struct Thinned {
   const char* channel;
   std::size_t every;
@@ -66,7 +67,7 @@ std::uint64_t fnv1a(std::uint64_t hash, std::string_view text) {
 /// A run's id depends on the text of the configuration, comments included.
 bool is_id(const std::string& column) { return column == "run_id" || column == "publisher_id"; }
 
-/// Collects a channel's messages as they come.
+/// Collects the messages of a channel.
 class TableBuilder {
  public:
   void add(Stamp stamp, const recording::Fields& fields, std::size_t every) {

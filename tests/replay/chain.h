@@ -10,7 +10,7 @@
 namespace rcs::test {
 
 struct ChainRun {
-  int scans = 0;  ///< answers against the rolling map
+  int scans = 0;  ///< results of the match to the rolling map
   int prior_matches = 0;
 };
 

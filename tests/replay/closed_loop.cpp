@@ -27,13 +27,13 @@
 namespace rcs::test {
 namespace {
 
-/// Asks for the course's waypoints, and again every second, until they are done.
+/// Commands the waypoints of the course, and repeats the command every second until they are done.
 class Operator final : public Node {
  public:
   Operator(Bus* bus, Stamp begin)
       : port_(bus, channel::kBgCommand, channel::kBgStatus, "operator", {}), begin_(begin) {}
 
-  /// Not before there is something to ask for.
+  /// Not before there are waypoints.
   void ask(const Order& order) { order_ = order; }
 
   [[nodiscard]] const NodeInfo& info() const override { return info_; }
@@ -70,7 +70,7 @@ class Operator final : public Node {
   std::optional<Order> order_;
 };
 
-/// The simulator, until the operator has what he asked for.
+/// The simulator, until the operator's command is done.
 class UntilDone final : public EventSource {
  public:
   UntilDone(EventSource* source, const Operator* op, Duration after)
@@ -93,7 +93,8 @@ std::string read_text(const std::string& path) {
   return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
 }
 
-/// The vehicle's configuration with the scenario's datum, so that waypoints mean the same to both.
+/// The vehicle's configuration with the scenario's datum, so that waypoints have the same meaning
+/// for both.
 std::string config_text(const sim::Scenario& scenario, const ClosedLoopOptions& options) {
   std::string text = read_text(options.vehicle_config);
   fmt::format_to(std::back_inserter(text),
@@ -121,7 +122,7 @@ Order goto_order(const sim::Scenario& scenario, const ClosedLoopOptions& options
   return order;
 }
 
-/// Everything that is noted of a run.
+/// Everything that is recorded of a run.
 class Notes {
  public:
   Notes(Bus* bus, const sim::Scenario& scenario, const ClosedLoopOptions& options, Operator* op,
@@ -158,7 +159,7 @@ class Notes {
     collides_ = m.clearance_m <= 0.0;
     run_.foliage_contacts += m.foliage_contact != 0 && !touches_ ? 1 : 0;
     touches_ = m.foliage_contact != 0;
-    run_.least_clearance_m = std::min(run_.least_clearance_m, m.clearance_m);
+    run_.min_clearance_m = std::min(run_.min_clearance_m, m.clearance_m);
     run_.fastest_mps = std::max(run_.fastest_mps, sample_.speed_mps);
     run_.worst_lateral_mps2 =
         std::max(run_.worst_lateral_mps2, std::abs(sample_.speed_mps * m.rate_vehicle_radps[2]));
@@ -286,7 +287,7 @@ std::string draw(const ClosedLoopRun& run, const sim::Scenario& scenario,
   picture.title = title;
   picture.facts = {fmt::format(
       "{} of {} waypoints, {:.0f} m in {:.0f} s; nearest to a rock or trunk {:.1f} m", run.reached,
-      run.waypoints_world.size(), run.distance_m, run.time_s, run.least_clearance_m)};
+      run.waypoints_world.size(), run.distance_m, run.time_s, run.min_clearance_m)};
   picture.waypoints_world = run.waypoints_world;
   for (const ClosedLoopSample& s : run.trace) {
     const Vec3 ahead = s.T_world_vehicle.q * Vec3::UnitX();
@@ -308,12 +309,12 @@ std::string describe(const ClosedLoopRun& run) {
   std::string text = fmt::format(
       "{}: {} of {} waypoints, {:.0f} m in {:.1f} s ({:.1f} m/s, at most {:.1f}), lateral at most "
       "{:.1f} m/s2\n"
-      "collisions {}, least clearance {:.2f} m, foliage contacts {}, believed place off by at most "
+      "collisions {}, least clearance {:.2f} m, foliage contacts {}, position error at most "
       "{:.2f} m\n"
-      "drive commands: {} taken, {} implausible, {} stale, {} expired; {} silences{}\n",
+      "drive commands: {} accepted, {} implausible, {} stale, {} expired; {} silences{}\n",
       run.done ? "done" : "not done (" + run.state + ": " + run.reason + ")", run.reached,
       run.waypoints_world.size(), run.distance_m, run.time_s, run.mean_mps, run.fastest_mps,
-      run.worst_lateral_mps2, run.collisions, run.least_clearance_m, run.foliage_contacts,
+      run.worst_lateral_mps2, run.collisions, run.min_clearance_m, run.foliage_contacts,
       run.worst_error_m, run.drive.taken, run.drive.implausible, run.drive.stale, run.drive.expired,
       run.drive.silences, run.fenced ? "; came to the border" : "");
   text += "nearest to the waypoints:";

@@ -1,7 +1,7 @@
 #pragma once
 // The whole system in one thread: the simulated vehicle's sensors drive SP and WM, a driver (BG, or
-// a stand-in) drives the vehicle, and an operator commands the driver. What happened is judged by
-// the simulator's truth. Lockstep: the same scenario gives the same run.
+// a stand-in) drives the vehicle, and an operator commands the driver. The run is judged by the
+// simulator's ground truth. Lockstep: the same scenario gives the same run.
 
 #include <functional>
 #include <memory>
@@ -18,8 +18,8 @@
 
 namespace rcs::test {
 
-/// Makes the node that hears BG_COMMAND and says BG_STATUS and BG_DRIVE. The simulator is there for
-/// stand-ins that know the truth.
+/// Creates the node that receives BG_COMMAND and publishes BG_STATUS and BG_DRIVE. The simulator is
+/// passed for stand-ins that use ground truth.
 using DriverFactory =
     std::function<std::unique_ptr<Node>(const ParamFile&, Bus*, const sim::Simulator&)>;
 
@@ -29,7 +29,7 @@ struct ClosedLoopOptions {
   std::string prior_map;       ///< the a priori map is written here; empty: none
   std::int8_t frame = command_t::FRAME_WORLD;
   double radius_m = 3.0;      ///< of the waypoints
-  double after_done_s = 1.0;  ///< the run goes on for so long
+  double after_done_s = 1.0;  ///< the run continues for this time
   BusTap* tap = nullptr;      ///< receives every message; null: none
 };
 
@@ -38,38 +38,38 @@ struct ClosedLoopSample {
   Pose T_world_vehicle;  ///< truth
   double speed_mps = 0.0;
   double clearance_m = 0.0;
-  bool gps = false;  ///< a fix has come within the last second
-  /// In the truth's world. While WM has no world of its own: its local frame, hung on the truth at
-  /// WM's first word.
+  bool gps = false;  ///< a fix has arrived within the last second
+  /// In the world of the ground truth. While WM has no frame world: its frame local, aligned with
+  /// the ground truth at WM's first message.
   Pose T_world_believed;
   bool believed = false;
 };
 
 struct ClosedLoopPlan {
   Stamp stamp;
-  std::vector<Vec2> points_world;  ///< as the vehicle sees them, from where it truly is
+  std::vector<Vec2> points_world;  ///< as observed by the vehicle, from its true pose
 };
 
 struct ClosedLoopRun {
   bool done = false;
-  std::string reason;        ///< of the operator's last standing when it is not done
+  std::string reason;        ///< reason of the operator's last status if the command is not done
   std::string state;         ///< of the driver's last status
   std::string config_error;  ///< nothing was run
 
   std::vector<Vec2> waypoints_world;  ///< without the start
-  std::vector<double> nearest_m;      ///< how near the vehicle truly came to each
+  std::vector<double> nearest_m;      ///< smallest true distance of the vehicle to each
   int reached = 0;                    ///< within their radius
 
-  int collisions = 0;        ///< times that it ran into something hard
-  int foliage_contacts = 0;  ///< times that it entered a bush or a low crown
-  double least_clearance_m = 1e3;
+  int collisions = 0;        ///< number of collisions with hard objects
+  int foliage_contacts = 0;  ///< number of contacts with a bush or a low crown
+  double min_clearance_m = 1e3;
 
   double time_s = 0.0;  ///< from the first command to DONE, or to the end
   double distance_m = 0.0;
   double mean_mps = 0.0;
   double fastest_mps = 0.0;
   double worst_lateral_mps2 = 0.0;  ///< speed times yaw rate
-  double worst_error_m = 0.0;       ///< of the believed place, horizontal, while driving
+  double worst_error_m = 0.0;       ///< of the estimated position, horizontal, while driving
   sim::DriveAccount drive;
   bool fenced = false;
 
@@ -77,8 +77,8 @@ struct ClosedLoopRun {
   std::vector<ClosedLoopPlan> plans;    ///< every second or so
 };
 
-/// @param scenario  commanded; its course's waypoints and speed are what the operator asks for,
-///                  after the course's time of rest
+/// @param scenario  commanded; the operator commands the waypoints and the speed of its course
+/// after the course's time of rest
 [[nodiscard]] ClosedLoopRun run_closed_loop(const sim::Scenario& scenario,
                                             const ClosedLoopOptions& options,
                                             const DriverFactory& make_driver);
@@ -87,7 +87,7 @@ struct ClosedLoopRun {
 [[nodiscard]] std::string draw(const ClosedLoopRun& run, const sim::Scenario& scenario,
                                const std::string& title);
 
-/// Figures for people, several lines.
+/// Statistics as text, several lines.
 [[nodiscard]] std::string describe(const ClosedLoopRun& run);
 
 }  // namespace rcs::test

@@ -1,6 +1,6 @@
 // Twenty drives over rugged, wooded ground, with GPS and without: `ctest -L slow -R Drive -V`
 // prints the table. Nothing was tuned on these seeds (1 to 5 and 301 to 340 were used), nor were
-// their drives looked at. RCS_FIRST_SEED: others (201: what went wrong there was looked into).
+// their drives examined. RCS_FIRST_SEED: other seeds (201: its failures were analysed).
 
 #include <gtest/gtest.h>
 
@@ -41,7 +41,7 @@ struct Tally {
   int waypoints = 0;
   int reached = 0;
   int collisions = 0;
-  double least_clearance_m = 1e3;
+  double min_clearance_m = 1e3;
 };
 
 Tally drive_seeds(double gps_lost_after_m) {
@@ -56,17 +56,16 @@ Tally drive_seeds(double gps_lost_after_m) {
     const int waypoints = static_cast<int>(run.waypoints_world.size());
     std::printf("%4d  %4s  %5d / %d  %10d  %13.2f  %7d  %8.1f  %7.0f  %9.2f  %s\n", seed,
                 run.done ? "yes" : "no", run.reached, waypoints, run.collisions,
-                run.least_clearance_m, run.foliage_contacts, run.time_s, run.distance_m,
+                run.min_clearance_m, run.foliage_contacts, run.time_s, run.distance_m,
                 run.worst_error_m, run.state.c_str());
     tally.done += run.done ? 1 : 0;
     tally.waypoints += waypoints;
     tally.reached += run.reached;
     tally.collisions += run.collisions;
-    tally.least_clearance_m = std::min(tally.least_clearance_m, run.least_clearance_m);
+    tally.min_clearance_m = std::min(tally.min_clearance_m, run.min_clearance_m);
   }
   std::printf("done %d of 20, waypoints %d of %d, collisions %d, smallest clearance %.2f m\n",
-              tally.done, tally.reached, tally.waypoints, tally.collisions,
-              tally.least_clearance_m);
+              tally.done, tally.reached, tally.waypoints, tally.collisions, tally.min_clearance_m);
   return tally;
 }
 
@@ -82,7 +81,8 @@ TEST(DriveSeeds, WithGpsLostAfter100m) {
   EXPECT_GE(tally.reached, tally.waypoints * 9 / 10);
 }
 
-// LADAR gone for 10 s in a turn: the vehicle stops within what it has seen, waits, and goes on.
+// LADAR gone for 10 s in a turn: the vehicle stops within the observed terrain, waits, and
+// continues.
 TEST(Drive, LadarLostInATurnIsAControlledStop) {
   sim::ScenarioOverrides overrides;
   overrides.seed = 1;

@@ -1,5 +1,5 @@
-// The closed loop with a driver that cheats: he knows the truth. It is the harness that is tried
-// here, and that SP and WM keep up with a vehicle that is driven.
+// The closed loop with a driver that uses ground truth. This tests the harness, and that SP and WM
+// keep up with a driven vehicle.
 
 #include "tests/replay/closed_loop.h"
 
@@ -18,7 +18,8 @@
 namespace rcs::test {
 namespace {
 
-/// Pure pursuit from waypoint to waypoint by the simulator's own truth, through whatever is there.
+/// Pure pursuit from waypoint to waypoint by the simulator's ground truth, without obstacle
+/// avoidance.
 class Cheat final : public Node {
  public:
   Cheat(Bus* bus, const sim::Simulator& simulator)
@@ -94,7 +95,7 @@ ClosedLoopRun cheat(const sim::Scenario& s) {
   });
 }
 
-TEST(ClosedLoop, ADriverWhoKnowsTheTruthReachesEveryWaypointEachTimeTheSame) {
+TEST(ClosedLoop, ADriverThatUsesGroundTruthReachesEveryWaypointRepeatably) {
   const sim::Scenario s = scenario(1);
   const ClosedLoopRun a = cheat(s);
   std::printf("%s", describe(a).c_str());
@@ -121,16 +122,16 @@ TEST(ClosedLoop, ADriverWhoKnowsTheTruthReachesEveryWaypointEachTimeTheSame) {
   EXPECT_EQ(a.trace.back().T_world_believed.p, b.trace.back().T_world_believed.p);
 }
 
-TEST(ClosedLoop, TheTruthSaysThatGpsIsGoneAndWhatWasHit) {
+TEST(ClosedLoop, GroundTruthReportsGpsOutagesAndCollisions) {
   sim::Scenario s = scenario(2);
   s.gps.lost_after_m = 50.0;
-  s.world.rocks.per_m2 = 0.2;  // who does not look hits something
+  s.world.rocks.per_m2 = 0.2;  // a driver without obstacle avoidance hits something
   s.ladar = sim::LadarKind::kNone;
   const ClosedLoopRun run = cheat(s);
   std::printf("%s", describe(run).c_str());
   EXPECT_TRUE(run.done) << run.reason;
   EXPECT_GT(run.collisions, 0);
-  EXPECT_LT(run.least_clearance_m, 0.0);
+  EXPECT_LT(run.min_clearance_m, 0.0);
   double way_m = 0.0;
   for (std::size_t k = 1; k < run.trace.size(); ++k) {
     way_m += (run.trace[k].T_world_vehicle.p - run.trace[k - 1].T_world_vehicle.p).norm();

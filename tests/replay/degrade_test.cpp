@@ -1,5 +1,5 @@
-// SP under pressure, in lockstep: the ladder goes up before a deadline is missed and comes back, no
-// scan is unaccounted for, and all of it happens again to the byte.
+// SP under load, in lockstep: the degrade level rises before a deadline is missed and returns, no
+// scan is unaccounted for, and the run is repeatable to the byte.
 
 #include <gtest/gtest.h>
 
@@ -26,10 +26,11 @@ namespace {
 
 constexpr double kDuration_s = 12.0;
 
-/// Compute time of a cycle that ends a scan, by the moment and by the level of the scan before.
+/// Compute time of a cycle that completes a scan, as a function of the time and of the level of the
+/// scan before.
 using Cost = std::function<Duration(Stamp, int level)>;
 
-/// SP on a computer whose speed changes.
+/// SP on a computer of varying speed.
 class Slowed final : public Node {
  public:
   Slowed(Node* node, Cost cost) : node_(node), cost_(std::move(cost)) {}
@@ -48,7 +49,7 @@ class Slowed final : public Node {
   Cost cost_;
 };
 
-/// All that SP and WM say.
+/// All messages of SP and WM.
 class Recorder final : public BusTap {
  public:
   void on_deliver(Stamp /*due*/, std::string_view name, const std::uint8_t* data,
@@ -131,7 +132,7 @@ bool within(Stamp t, double from_s, double to_s) {
   return s >= from_s && s < to_s;
 }
 
-/// The first scan after 5 s takes long.
+/// The first scan after 5 s takes a long time.
 Cost one_stall(double n) {
   return [n, stalled = false](Stamp t, int) mutable {
     const bool now = !stalled && within(t, 5.0, kDuration_s);
@@ -140,7 +141,7 @@ Cost one_stall(double n) {
   };
 }
 
-/// Each number between the first and the last is answered or counted as dropped, none twice.
+/// Each scan between the first and the last has a result or is counted as dropped, none twice.
 void expect_every_scan_accounted_for(const std::vector<registration_t>& answers) {
   ASSERT_FALSE(answers.empty());
   std::set<std::int64_t> numbers;
@@ -159,7 +160,7 @@ void expect_every_scan_accounted_for(const std::vector<registration_t>& answers)
   EXPECT_EQ(account.answered + account.dropped, *numbers.rbegin() - *numbers.begin() + 1);
 }
 
-TEST(Degrade, InANormalReplayNothingIsLeftOutAndTheLatencyTraceTellsTheWholeWay) {
+TEST(Degrade, ANormalReplayOmitsNothingAndHasCompleteLatencyTraces) {
   const Outcomes out = drive(always(8.0), 100.0);
   EXPECT_EQ(out.highest_level(), 0);
   EXPECT_EQ(out.overruns, 0);
@@ -184,7 +185,7 @@ TEST(Degrade, InANormalReplayNothingIsLeftOutAndTheLatencyTraceTellsTheWholeWay)
   EXPECT_GT(last_scan, 0);
 }
 
-TEST(Degrade, SlowWorkIsShortenedBeforeADeadlineIsMissedAndComesBack) {
+TEST(Degrade, SlowProcessingDegradesBeforeADeadlineIsMissedAndRecovers) {
   const Cost cost = [](Stamp t, int level) {
     if (!within(t, 4.0, 7.0)) return ms(8.0);
     return level == 0 ? ms(76.0) : ms(35.0);
@@ -200,7 +201,7 @@ TEST(Degrade, SlowWorkIsShortenedBeforeADeadlineIsMissedAndComesBack) {
   EXPECT_TRUE(out.said.bytes == again.said.bytes);
 }
 
-TEST(Degrade, AfterAStallTheStaleScanIsHeldAndTheFreshOneIsRegistered) {
+TEST(Degrade, AfterAStallTheStaleScanIsHeldAndTheNewestIsRegistered) {
   const Outcomes out = drive(one_stall(160.0), 100.0);
   const std::vector<registration_t>& answers = out.said.registrations;
   expect_every_scan_accounted_for(answers);
@@ -218,13 +219,13 @@ TEST(Degrade, AfterAStallTheStaleScanIsHeldAndTheFreshOneIsRegistered) {
   EXPECT_EQ(next.degrade_level, 2);
   EXPECT_NE(next.stop, held->stop);
   EXPECT_EQ(out.said.prior_scans.count(next.scan_id), 0U) << "level 2: no a priori match";
-  // Where the vehicle was is known all the same, and nothing of the hold is believed.
+  // The pose of the vehicle is known nevertheless, and no result of the held scan is used.
   for (const nav_state_t& m : out.said.beliefs) {
     EXPECT_NE(m.latency_trace.measured_utime, held->latency_trace.measured_utime);
   }
 }
 
-TEST(Degrade, WhatALongStallWashesAwayIsCounted) {
+TEST(Degrade, ScansLostInALongStallAreCounted) {
   const Outcomes out = drive(one_stall(900.0), 100.0);
   expect_every_scan_accounted_for(out.said.registrations);
   const registration_t& last = out.said.registrations.back();
@@ -234,7 +235,8 @@ TEST(Degrade, WhatALongStallWashesAwayIsCounted) {
 }
 
 TEST(Degrade, WithAQuarterOfTheGrantFewerPointsAreRegisteredWithinIt) {
-  // A unit so dear that the slack pays for the nominal need of a full scan, and little more.
+  // The cost of a unit is so high that the slack covers little more than the nominal need of a full
+  // scan.
   const Outcomes enough = drive(always(8.0), 400.0);
   EXPECT_EQ(enough.highest_level(), 0);
   const Outcomes quarter = drive(always(8.0), 1600.0);

@@ -1,4 +1,4 @@
-// BG in the closed loop: what it must keep whatever happens to it on the way.
+// BG in the closed loop: invariants that hold during disturbances of the drive.
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@
 namespace rcs::test {
 namespace {
 
-/// BG, watched, and started anew at given moments: its process dies, another one takes its place.
+/// BG, monitored and restarted at given moments: its process dies and another one replaces it.
 class WatchedBg final : public Node {
  public:
   struct Account {
@@ -40,7 +40,7 @@ class WatchedBg final : public Node {
     }
     const HeapGuard guard;
     node_->run(cycle);
-    constexpr std::int64_t kWarmUp = 400;  // 20 s: 15 s of them on the way
+    constexpr std::int64_t kWarmUp = 400;  // 20 s: 15 s of them driving
     if (++account_->cycles <= kWarmUp || guard.allocations() == 0) return;
     account_->allocations += guard.allocations();
     account_->last_cycle = account_->cycles;
@@ -50,7 +50,7 @@ class WatchedBg final : public Node {
   void start() {
     Result<std::unique_ptr<Node>> node = bg::make_bg_node(*file_, bus_);
     RCS_CHECK(node.ok());
-    if (node_ != nullptr) dead_.push_back(std::move(node_));  // the bus still knows its inboxes
+    if (node_ != nullptr) dead_.push_back(std::move(node_));  // the bus still refers to its inboxes
     node_ = std::move(node).value();
   }
 
@@ -85,8 +85,8 @@ TEST(Drive, CyclesOfBgAllocateNothingAfterWarmUp) {
   EXPECT_EQ(account.allocations, 0) << "last in cycle " << account.last_cycle;
 }
 
-// The superior knows how far its task has come: no waypoint is driven to twice.
-TEST(Drive, ABgThatStartsAnewGoesOnWithTheTask) {
+// The superior keeps the progress of its task: no waypoint is driven to twice.
+TEST(Drive, ARestartedBgContinuesTheTask) {
   WatchedBg::Account account;
   const auto at = [](double s) { return sim::Simulator::kStart + from_seconds(s); };
   const ClosedLoopRun run = drive({at(25.0), at(40.0), at(41.0), at(55.0)}, &account);

@@ -1,4 +1,4 @@
-// After warm-up the cycles of sp and wm allocate nothing.
+// After warm-up the cycles of sp and wm do not allocate.
 
 #include "tests/support/heap_guard.h"
 
@@ -38,8 +38,8 @@ TEST(Chain, CyclesOfSpAndWmAllocateNothingAfterWarmUp) {
     const std::int64_t allocations = guard->allocations();
     guard.reset();
     Count& count = counts.find(node.info().name)->second;
-    // sp runs a cycle a facet (160 a second): its map and buffers have seen a full scan many times
-    // over after 20 s; wm runs some 60 a second.
+    // sp runs a cycle a facet (160 a second): its map and buffers have received a full scan many
+    // times after 20 s; wm runs some 60 a second.
     const std::int64_t warm_up = node.info().name == "sp" ? 3200 : 1200;
     if (++count.cycles <= warm_up) return;
     ++count.after_warm_up;

@@ -23,7 +23,7 @@
 namespace rcs::test {
 namespace {
 
-// Small, so that a drive takes milliseconds; and every node is at work within a second.
+// Small, so that a drive takes milliseconds; every node runs within a second.
 constexpr char kConfig[] = R"(
 [world]
 datum_lat_deg = 39.0
@@ -77,7 +77,7 @@ ins_t ins(std::int64_t utime) {
   ins_t m{};
   m.utime = utime;
   m.interval_us = 20'000;
-  // An engine shakes: nobody takes an even drive for rest.
+  // An engine vibrates, so that a steady drive is not mistaken for rest.
   m.delta_v_mps[1] = utime / 20'000 % 2 == 0 ? 0.01 : -0.01;
   m.delta_v_mps[2] = 0.02 * 9.80;
   m.valid = 1;
@@ -123,7 +123,7 @@ command_t command(std::int64_t utime) {
   return m;
 }
 
-/// Along a direction from a place in the lane: ground, walls to both sides and at the end.
+/// Range along a direction from a position in the lane: ground, walls to both sides and at the end.
 double range_m(const Vec3& from, const Vec3& direction) {
   struct Plane {
     Vec3 normal;
@@ -164,7 +164,7 @@ Message facet_head(std::int64_t utime, int facet) {
   Message m{};
   m.utime = utime;
   m.reference_utime = utime + (kFacets - 1 - facet) * kBetweenFacets_us;
-  // Afterwards in leaps: a packet's number can make at most one of them look like an old one.
+  // Afterwards in steps: the number of a packet can make at most one of them look old.
   const std::int64_t scan = (m.reference_utime - kBegin_us) / 100'000;
   m.scan_id = m.reference_utime < kHostile_us ? scan : 1000 * scan;
   m.facet = static_cast<std::int16_t>(facet);
@@ -204,7 +204,7 @@ struct Item {
   Bytes data;
 };
 
-/// What the sensors and the operator say.
+/// Messages of the sensors and the operator.
 std::vector<Item> good_messages() {
   std::vector<Item> items;
   std::vector<std::int64_t> seq(6, 0);
@@ -212,7 +212,7 @@ std::vector<Item> good_messages() {
     message.seq = ++seq[writer];
     items.push_back({from_utime(message.utime + 1000), channel, encode(message)});
   };
-  // INS and GPS first: what comes before WM has begun is late.
+  // INS and GPS first: messages that arrive before WM has begun are late.
   for (std::int64_t t = kBegin_us; t < kEnd_us; t += 10'000) {
     const std::int64_t ms = (t - kBegin_us) / 1000;
     if (ms % 20 == 0) say(0, channel::kIns, ins(t));
@@ -221,7 +221,7 @@ std::vector<Item> good_messages() {
     if (ms % 500 == 50) say(3, channel::kBgCommand, command(t));
     if (ms < 200 || (ms % 100 != 50 && ms % 100 != 70)) continue;
     const int facet = ms % 100 == 50 ? 0 : 1;
-    // Each third scan by the other kind of LADAR.
+    // Every third scan by the other kind of LADAR.
     if (ms / 100 % 3 == 2) {
       say(4, channel::kLadarPoints, points(t, facet));
     } else {
@@ -231,7 +231,7 @@ std::vector<Item> good_messages() {
   return items;
 }
 
-/// The good messages, and the packets among them.
+/// The valid messages, and the packets among them.
 class Script final : public EventSource {
  public:
   Script(const std::vector<Item>* good, std::string_view channel, const std::vector<Bytes>* packets)
@@ -245,7 +245,7 @@ class Script final : public EventSource {
     fresh_ = true;
   }
 
-  /// Asked for each message that is delivered: it came from here, not from a node.
+  /// Evaluated for each delivered message: whether it was sent here and not by a node.
   [[nodiscard]] bool from_outside() { return std::exchange(fresh_, false); }
   [[nodiscard]] bool hostile() const { return hostile_; }
 
@@ -267,7 +267,7 @@ class Script final : public EventSource {
   bool hostile_ = false;
 };
 
-/// Judges what the nodes say; what came from outside only goes on to the listener.
+/// Checks the messages of the nodes; messages from outside are only passed to the listener.
 class Judge final : public BusTap {
  public:
   Judge(Script* script, BusTap* listener) : script_(*script), listener_(listener) {}

@@ -1,6 +1,6 @@
 #pragma once
-// SP, WM and BG on one bus with good sensors, and among their messages whatever a test or a fuzzer
-// sends.
+// SP, WM and BG on one bus with valid sensor data, and among their messages those of a test or a
+// fuzzer.
 
 #include <cstdint>
 #include <string>
@@ -24,11 +24,11 @@ Bytes encode(const T& message) {
 /// The vehicle's configuration.
 [[nodiscard]] const char* hostile_drive_config();
 
-/// Drives for a second through a walled lane. When all nodes are at work the packets come in on
-/// `channel`, 20 ms apart. Stops the process when a node says what is not finite or beyond the
-/// vehicle's limits, when its time runs backward, and when it does not go on with the good messages
-/// after the last packet.
-/// @param listener  hears all but the packets; null: nobody does
+/// Drives for a second through a walled lane. When all nodes run, the packets arrive on `channel`,
+/// 20 ms apart. Aborts the process when a node publishes values that are not finite or beyond the
+/// vehicle's limits, when its time runs backward, and when it does not continue with the valid
+/// messages after the last packet.
+/// @param listener  receives all messages except the packets; null: none
 void hostile_drive(std::string_view channel, const std::vector<Bytes>& packets, BusTap* listener);
 
 }  // namespace rcs::test

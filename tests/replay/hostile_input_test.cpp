@@ -1,6 +1,6 @@
-// Hostile input, as a list: each kind comes to each node that reads it while the vehicle drives. It
-// is counted in what the node publishes or told in an event, nothing dies (hostile_drive() sees to
-// that and to what the nodes say meanwhile), and the good messages behind it are used.
+// Hostile input, as a list: each kind is sent to each node that reads it while the vehicle drives.
+// It is counted in the status of the node or reported in an event, no node crashes (hostile_drive()
+// checks that and the messages of the nodes), and the following valid messages are used.
 
 #include <gtest/gtest.h>
 
@@ -41,7 +41,7 @@ T decoded(const Bytes& bytes) {
   return m;
 }
 
-/// All good messages of a drive, by channel.
+/// All valid messages of a drive, by channel.
 class Ears final : public BusTap {
  public:
   void on_deliver(Stamp /*due*/, std::string_view channel, const std::uint8_t* data,
@@ -64,7 +64,7 @@ class Ears final : public BusTap {
     return messages.empty() ? T{} : messages.back();
   }
 
-  /// A node's account of an input, as it publishes it.
+  /// The published counters of an input of a node.
   [[nodiscard]] input_account_t account(const std::string& node, const std::string& input) const {
     const cycle_t cycle = last<cycle_t>(node + "_CYCLE");
     for (const input_account_t& a : cycle.input) {
@@ -98,7 +98,7 @@ const Ears& clean_drive() {
   return ears;
 }
 
-/// The middle one of a channel.
+/// The middle message of a channel.
 template <class T>
 T good(const char* channel) {
   const std::vector<T> all = clean_drive().all<T>(channel);
@@ -117,7 +117,7 @@ Facet one_facet_scan(const char* channel) {
   return facet;
 }
 
-/// Who reads what.
+/// Readers of each channel.
 struct Reader {
   const char* node;
   const char* channel;
@@ -132,7 +132,7 @@ constexpr Reader kReaders[] = {
     {"WM", channel::kWmPathQuery},
 };
 
-/// Nobody asks in the drive.
+/// There is no query during the drive.
 path_query_t path_query() {
   path_query_t m{};
   m.utime = 1'000'000'000;
@@ -158,7 +158,7 @@ Bytes sample(const std::string& name) {
   return encode(good<registration_t>(channel::kSpRegistration));
 }
 
-/// They are counted as malformed by each reader of the channel, and cost no good message.
+/// They are counted as malformed by each reader of the channel, and no valid message is lost.
 void expect_malformed(const std::string& channel, const std::vector<Bytes>& packets) {
   const Ears ears = drive_with(channel, packets);
   for (const Reader& reader : kReaders) {
@@ -178,7 +178,7 @@ Bytes with_int32(Bytes bytes, std::size_t at, std::uint32_t value) {
   return bytes;
 }
 
-/// Malformed with each length that it cannot have at `at`.
+/// Malformed with each invalid length at offset `at`.
 void expect_length_guarded(const std::string& channel, std::size_t at) {
   std::vector<Bytes> packets;
   for (const std::uint32_t length : {0x7fffffffU, 0xffffffffU, 0x80000000U, 0x20000000U}) {
@@ -192,12 +192,12 @@ bool names(const std::vector<std::string>& texts, const std::string& what) {
                      [&](const std::string& text) { return text.find(what) != std::string::npos; });
 }
 
-TEST(HostileInput, WithoutItNobodyComplains) {
+TEST(HostileInput, ACleanDriveHasNoComplaints) {
   for (const Reader& reader : kReaders) {
     EXPECT_EQ(clean_drive().account(reader.node, reader.channel).malformed, 0);
     for (const event_t& e : clean_drive().all<event_t>(std::string(reader.node) + "_EVENT")) {
       EXPECT_TRUE(e.severity == event_t::SEVERITY_INFO || e.code == "world.reset" ||
-                  e.code == "way.none")
+                  e.code == "path.none")
           << e.node << ": " << e.code << ": " << e.text;
     }
   }
@@ -219,9 +219,9 @@ TEST(HostileInput, GarbageAndWrongFingerprintsAreCounted) {
   }
 }
 
-TEST(HostileInput, LengthsThatCannotBeAreCounted) {
+TEST(HostileInput, InvalidLengthsAreCounted) {
   constexpr std::size_t kInt32 = 4;
-  // Where nothing follows the arrays, their length ends the message that has none.
+  // Where nothing follows the arrays, a message without elements ends with their length.
   expect_length_guarded(channel::kLadarRanges, encode(ladar_ranges_t{}).size() - kInt32);
   expect_length_guarded(channel::kSpPoints, encode(points_t{}).size() - kInt32);
   expect_length_guarded(channel::kWmMapPatch, encode(map_patch_t{}).size() - kInt32);
@@ -232,12 +232,12 @@ TEST(HostileInput, LengthsThatCannotBeAreCounted) {
   // Behind the fingerprint, utime, seq and both ids: a string's.
   expect_length_guarded(channel::kBgCommand, 8 + 4 * 8);
   expect_length_guarded(channel::kWmPathQuery, 8 + 4 * 8);
-  // The places follow the serial behind it.
+  // The positions follow after the serial.
   expect_length_guarded(channel::kWmPathQuery,
                         encode(path_query()).size() - 4 * sizeof(double) - kInt32);
 }
 
-TEST(HostileInput, RangesAndPointsThatAreNoNumbersAreLeftOutAndTold) {
+TEST(HostileInput, NonFiniteRangesAndPointsAreOmittedAndReported) {
   auto ranges = one_facet_scan<ladar_ranges_t>(channel::kLadarRanges);
   ranges.range_m[0] = std::numeric_limits<float>::quiet_NaN();
   ranges.range_m[1] = std::numeric_limits<float>::infinity();
@@ -246,7 +246,8 @@ TEST(HostileInput, RangesAndPointsThatAreNoNumbersAreLeftOutAndTold) {
   points.z_m[1] = -std::numeric_limits<float>::infinity();
   for (const Ears& ears : {drive_with(channel::kLadarRanges, {encode(ranges)}),
                            drive_with(channel::kLadarPoints, {encode(points)})}) {
-    EXPECT_TRUE(names(ears.events("SP", "points.not_finite"), "scan 100: 2 of its"));
+    EXPECT_TRUE(
+        names(ears.events("SP", "points.not_finite"), "scan 100: 2 ranges or points rejected"));
     const auto last = ears.last<registration_t>(channel::kSpRegistration);
     EXPECT_EQ(last.account.failed, 0);
     EXPECT_EQ(last.account.answered,
@@ -254,7 +255,7 @@ TEST(HostileInput, RangesAndPointsThatAreNoNumbersAreLeftOutAndTold) {
   }
 }
 
-TEST(HostileInput, AnEmptyScanIsAnsweredAndCountedAsFailed) {
+TEST(HostileInput, AnEmptyScanGetsAResultAndCountsAsFailed) {
   auto empty = one_facet_scan<ladar_ranges_t>(channel::kLadarRanges);
   empty.n = 0;
   empty.range_m.clear();
@@ -266,7 +267,7 @@ TEST(HostileInput, AnEmptyScanIsAnsweredAndCountedAsFailed) {
   EXPECT_FALSE(ears.events("SP", "registration.failed").empty());
 }
 
-TEST(HostileInput, EmptyPointsTerrainAndRoutesHarmNobody) {
+TEST(HostileInput, EmptyPointsTerrainAndRoutesAreHarmless) {
   auto points = good<points_t>(channel::kSpPoints);
   points.n = 0;
   points.x_m = points.y_m = points.z_m = {};
@@ -294,9 +295,9 @@ TEST(HostileInput, EmptyPointsTerrainAndRoutesHarmNobody) {
   EXPECT_EQ(statuses.back().status, int{status_t::STATUS_EXEC});
 }
 
-/// A number that is none, and one that no vehicle has, in each of a message's figures in turn: the
-/// node refuses them and says so.
-/// @param places  the figures, in `scratch`
+/// NaN and an implausible number in each field of a message in turn: the node rejects and reports
+/// them.
+/// @param places  the fields, in `scratch`
 template <class Message, std::size_t N>
 void expect_refused(const char* node, const char* channel, double* (&places)[N], Message* scratch) {
   SCOPED_TRACE(std::string(node) + " reads " + channel);
@@ -315,7 +316,7 @@ void expect_refused(const char* node, const char* channel, double* (&places)[N],
                                                       static_cast<std::int64_t>(packets.size()));
 }
 
-TEST(HostileInput, NumbersThatAreNoneAreRefusedAndTold) {
+TEST(HostileInput, NonFiniteNumbersAreRejectedAndReported) {
   ins_t ins{};
   double* ins_places[] = {&ins.delta_angle_rad[0], &ins.delta_v_mps[2]};
   expect_refused("WM", channel::kIns, ins_places, &ins);
@@ -339,7 +340,7 @@ TEST(HostileInput, NumbersThatAreNoneAreRefusedAndTold) {
   expect_refused("SP", channel::kWmNavState, nav_places, &nav);
 }
 
-TEST(HostileInput, RepeatedAndBackwardStampsAreRefusedAndTold) {
+TEST(HostileInput, RepeatedAndBackwardStampsAreRejectedAndReported) {
   const auto expect_refused = [](auto message, const char* channel) {
     SCOPED_TRACE(channel);
     const Bytes repeated = encode(message);
@@ -362,7 +363,7 @@ TEST(HostileInput, RepeatedAndBackwardStampsAreRefusedAndTold) {
   expect_refused(good<registration_t>(channel::kSpRegistration), channel::kSpRegistration);
 }
 
-TEST(HostileInput, RepeatedAndOldFacetsAreRefusedAndCounted) {
+TEST(HostileInput, RepeatedAndOldFacetsAreRejectedAndCounted) {
   auto facet = clean_drive().all<ladar_ranges_t>(channel::kLadarRanges).front();
   const Bytes old = encode(facet);
   facet.facet_count = 0;
@@ -373,7 +374,7 @@ TEST(HostileInput, RepeatedAndOldFacetsAreRefusedAndCounted) {
   EXPECT_FALSE(ears.events("SP", "facet.refused").empty());
 }
 
-TEST(HostileInput, AFacetFromTheFutureCostsOneScan) {
+TEST(HostileInput, AFacetFromTheFutureLosesOneScanOnly) {
   auto facet = one_facet_scan<ladar_ranges_t>(channel::kLadarRanges);
   facet.utime = facet.reference_utime = 5'000'000'000'000'000;
   facet.scan_id = std::numeric_limits<std::int64_t>::max();
@@ -382,7 +383,7 @@ TEST(HostileInput, AFacetFromTheFutureCostsOneScan) {
   EXPECT_TRUE(registration::usable(static_cast<registration::Stop>(stop))) << int{stop};
 }
 
-TEST(HostileInput, CommandsThatRepeatOrComeFromAnotherTimeAreNotActedOn) {
+TEST(HostileInput, RepeatedAndOutdatedCommandsAreNotExecuted) {
   auto command = clean_drive().all<command_t>(channel::kBgCommand).front();
   const Bytes repeated = encode(command);
   command.serial += 1;

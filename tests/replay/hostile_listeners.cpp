@@ -55,7 +55,7 @@ bool decode(const std::uint8_t* data, std::size_t size, T* m) {
   return m->decode(data, 0, static_cast<int>(size)) == static_cast<int>(size);
 }
 
-/// On a plane, without a LADAR: what it is for here is its drive commands.
+/// On a plane, without a LADAR: only its drive commands are tested here.
 sim::Scenario plane() {
   sim::Scenario s;
   s.duration_s = 3.0;
@@ -147,7 +147,7 @@ void Statements::judge(const map_patch_t& m, int /*count*/) {
 }
 
 void Statements::judge(const drive_t& m, int count) {
-  static const bg::BgConfig limits;  // what the drive is configured with
+  static const bg::BgConfig limits;  // configuration of the drive
   RCS_CHECK(std::abs(m.speed_mps) <= limits.max_speed_mps);
   RCS_CHECK(std::abs(m.curvature_1pm) <= limits.shape.max_curvature_1pm);
   RCS_CHECK(m.accel_limit_mps2 > 0.0 && m.accel_limit_mps2 <= limits.accel_mps2);
@@ -223,7 +223,7 @@ struct OtherReaders::Readers {
 
 OtherReaders::OtherReaders(LocalBus* bus, std::string_view channel)
     : readers_(std::make_unique<Readers>(bus)) {
-  if (channel != channel::kBgDrive) return;  // its world takes long to make
+  if (channel != channel::kBgDrive) return;  // its world takes a long time to generate
   readers_->vehicle.emplace(plane());
   readers_->vehicle->listen(bus, Duration(0));
 }

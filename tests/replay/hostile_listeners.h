@@ -1,5 +1,6 @@
 #pragma once
-// What nodes may say, whatever they have heard; and who else reads messages than SP, WM and BG.
+// Checks of the messages of the nodes for any input; and further readers of messages besides SP, WM
+// and BG.
 
 #include <cstdint>
 #include <memory>
@@ -42,7 +43,7 @@ class Statements {
   void judge(const plan_t& m, int count);
 
   Stamp count_from_;
-  bool clock_stepped_ = false;  // WM has said so since its last belief
+  bool clock_stepped_ = false;  // WM has reported a step since its last pose
   std::int64_t belief_utime_ = INT64_MIN;
   std::int64_t belief_published_ = INT64_MIN;
   std::int64_t drive_utime_ = INT64_MIN;
@@ -51,7 +52,7 @@ class Statements {
 /// `rcs top`, the gateway's view of the vehicle and the simulated vehicle's commands.
 class OtherReaders {
  public:
-  /// @param channel  that the packets come in on
+  /// @param channel  channel on which the packets arrive
   OtherReaders(LocalBus* bus, std::string_view channel);
   OtherReaders(const OtherReaders&) = delete;
   OtherReaders& operator=(const OtherReaders&) = delete;

@@ -45,7 +45,7 @@ std::string sensor_log(const std::vector<std::pair<std::string, Bytes>>& packets
   return path;
 }
 
-/// What `rcs replay` says of a log.
+/// Output of `rcs replay` for a log.
 struct Replayed {
   int status = -1;
   std::string text;
@@ -65,7 +65,7 @@ Replayed replay(const std::string& log) {
   return out;
 }
 
-TEST(HostileLog, AReplayTellsWhatItCouldNotReadAndGoesOn) {
+TEST(HostileLog, AReplayReportsUnreadableEventsAndContinues) {
   const Bytes garbage(50, 0xed);
   const std::string log = sensor_log({{channel::kIns, garbage}, {channel::kLadarRanges, garbage}});
   const Replayed whole = replay(log);

@@ -1,4 +1,5 @@
-// The 80 real sweeps of KITTI's drive 0005 through import, replay and export, as a user does it.
+// The 80 real sweeps of KITTI's drive 0005 through import, replay and export, with the commands of
+// a user.
 
 #include <gtest/gtest.h>
 
@@ -83,8 +84,8 @@ class Kitti : public testing::Test {
   inline static std::string truth_;
 };
 
-// One test: CTest gives each a process of its own, which would import again.
-TEST_F(Kitti, ImportReplayAndExportHoldTheirLaws) {
+// One test: CTest runs each test in a process of its own, which would import again.
+TEST_F(Kitti, ImportReplayAndExportAreConsistent) {
   SCOPED_TRACE(folder_);
   the_same_log_gives_the_same_bytes();
   the_smooth_pose_is_as_good_as_the_registrations();
@@ -98,8 +99,8 @@ void Kitti::the_same_log_gives_the_same_bytes() {
 }
 
 void Kitti::the_smooth_pose_is_as_good_as_the_registrations() {
-  // The local frame must not lag or wander against the map that SP makes. (Without an INS the first
-  // scans meet a vehicle of unknown speed: the smooth pose catches up.)
+  // The frame local must not lag or drift relative to the map that SP builds. (Without an INS the
+  // first scans meet a vehicle of unknown speed: the smooth pose converges.)
   const std::vector<Pose> local = exported("local");
   const std::vector<Pose> rolling = exported("rolling");
   ASSERT_EQ(local.size(), 80U);

@@ -7,7 +7,7 @@
 namespace rcs::test {
 namespace {
 
-TEST(LadarIdentity, AnotherSensorIsRefused) {
+TEST(LadarIdentity, FacetsOfAnotherSensorAreRejected) {
   sp::LadarParams ladar;
   ladar.sensor_id = 2;
   ladar_points_t points{};

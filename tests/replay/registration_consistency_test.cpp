@@ -1,5 +1,5 @@
-// What a registration says about itself, held against the truth: five terrains, three noises of the
-// LADAR, 40 scans each, none of them tuned on. `ctest -L slow -R RegistrationHonesty -V` prints the
+// Consistency of registration covariances: five terrains, three noise levels of the LADAR, 40 scans
+// each, none of them used for tuning. `ctest -L slow -R RegistrationConsistency -V` prints the
 // table.
 
 #include <gtest/gtest.h>
@@ -125,7 +125,7 @@ Tally run(const Place& place, sim::Scenario scenario, sp::SpConfig config, doubl
   return tally;
 }
 
-class RegistrationHonesty : public testing::Test {
+class RegistrationConsistency : public testing::Test {
  protected:
   void SetUp() override {
     const Result<sim::Scenario> reference =
@@ -143,7 +143,7 @@ class RegistrationHonesty : public testing::Test {
   sp::SpConfig config_;
 };
 
-TEST_F(RegistrationHonesty, TheTruthLiesWithinWhatItClaims) {
+TEST_F(RegistrationConsistency, ErrorsAreConsistentWithTheCovariance) {
   std::printf("%-16s %9s %9s %7s %9s %12s %11s\n", "terrain", "sigma [m]", "work", "usable",
               "NEES/dof", "inside 95 %", "rms [m]");
   for (const Place& place : places(reference_)) {
@@ -159,7 +159,8 @@ TEST_F(RegistrationHonesty, TheTruthLiesWithinWhatItClaims) {
         EXPECT_LT(t.nees, 1.5 * t.directions);
         if (share == 1.0) {
           EXPECT_GT(t.nees, 0.5 * t.directions);
-          // The mark is 88 %; of 40 scans a true 88 % gives 78 % or less once in thirty.
+          // The limit is 88 %; with a true rate of 88 %, 40 scans give 78 % or less with a
+          // probability of 1/30.
           EXPECT_GE(t.inside, t.usable * 78 / 100);
         } else {
           EXPECT_GE(t.inside, t.usable * 9 / 10);
@@ -169,9 +170,9 @@ TEST_F(RegistrationHonesty, TheTruthLiesWithinWhatItClaims) {
   }
 }
 
-// The paper's last question: what knowing the LADAR's uncertainty is worth. With it each residual
-// is weighed by its own variance, without it all are worth the same.
-TEST_F(RegistrationHonesty, WhatTheModelOfTheLadarsNoiseBuys) {
+// The last question of the paper: the benefit of a model of the LADAR's uncertainty. With it each
+// residual is weighted by its own variance, without it all weights are equal.
+TEST_F(RegistrationConsistency, TheLadarNoiseModelImprovesAccuracy) {
   sp::SpConfig plain = config_;
   plain.icp.weighted = false;
   std::printf("%-16s %9s | %11s %9s %12s | %11s %9s %12s\n", "terrain", "sigma [m]", "rms [m]",

@@ -1,5 +1,5 @@
-// A start without GPS in the reference simulation: SP searches on the a priori map, and WM's world
-// begins where it finds the vehicle.
+// A start without GPS in the reference simulation: SP searches on the a priori map, and WM's frame
+// world begins at the pose that SP finds.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -28,7 +28,7 @@ struct StartRun {
   double matched_ago_s = -1.0;
 };
 
-/// @param off_m  of the region's middle from where the vehicle starts, east
+/// @param off_m  distance of the middle of the region east of the vehicle's start
 StartRun start(double off_m) {
   sim::ScenarioOverrides overrides;
   overrides.seed = 2;
@@ -76,7 +76,7 @@ StartRun start(double off_m) {
   const auto at = truth.lower_bound(newest.utime);
   Pose T;
   if (at == truth.end() || !from_message(newest.q_world_vehicle, newest.p_world_vehicle_m, &T)) {
-    ADD_FAILURE() << "no belief, or no truth for it";
+    ADD_FAILURE() << "no pose, or no ground truth for it";
     return out;
   }
   out.error_m = (T.p - at->second.p).norm();
@@ -86,22 +86,22 @@ StartRun start(double off_m) {
   return out;
 }
 
-TEST(StartWithoutGps, TheWorldBeginsWhereTheSearchFindsTheVehicle) {
+TEST(StartWithoutGps, FrameWorldBeginsAtThePoseThatTheSearchFinds) {
   const StartRun run = start(40.0);
   ASSERT_TRUE(run.world_valid);
-  // The survey's slow error of 0.3 m is in it, and the belief says so.
+  // The error includes the survey's systematic error of 0.3 m, and the covariance covers it.
   EXPECT_LT(run.error_m, 2.0);
   EXPECT_LT(run.error_m, 3.0 * run.sigma_m);
   EXPECT_LT(run.sigma_m, 3.0);
   EXPECT_LT(run.error_rad, radians(1.0));
-  // Single scans are matched to the map from then on.
+  // From then on single scans are matched to the map.
   EXPECT_GE(run.matched_ago_s, 0.0);
   EXPECT_LT(run.matched_ago_s, 3.0);
-  std::printf("%.2f m and %.2f deg off, sigma %.2f m\n", run.error_m, degrees(run.error_rad),
+  std::printf("error %.2f m and %.2f deg, sigma %.2f m\n", run.error_m, degrees(run.error_rad),
               run.sigma_m);
 }
 
-TEST(StartWithoutGps, TheWorldStaysUnknownWhereTheVehicleIsNot) {
+TEST(StartWithoutGps, FrameWorldStaysUnknownOutsideTheSearchRegion) {
   EXPECT_FALSE(start(180.0).world_valid);
 }
 

@@ -1,4 +1,4 @@
-// A robot that stands still must stay where it is: 14 real scans (norlab_static_lidar).
+// The estimated pose of a vehicle at rest must not move: 14 real scans (norlab_static_lidar).
 
 #include <gtest/gtest.h>
 
@@ -123,7 +123,7 @@ class Poses final : public Receiver {
   Extent extent;
 };
 
-TEST(Static, ARobotThatStandsStillStaysWithin1cm) {
+TEST(Static, AVehicleAtRestStaysWithin1cm) {
   const std::string folder = unpacked("norlab_static_lidar/scans_xyz_bin.tar.xz");
   if (folder.empty()) GTEST_SKIP() << kNoData;
   Scans scans(folder);

@@ -36,7 +36,7 @@ Pose facing(const Vec2& place, double heading_rad) {
   return {exp_so3(Vec3(0.0, 0.0, heading_rad)), Vec3(place.x(), place.y(), 1.0)};
 }
 
-TEST(World, TellsEveryObjectOnce) {
+TEST(World, ReportsEveryObjectOnce) {
   const World world(rocks_only(), {}, kPlaces, 80.0);
   const std::vector<Spheroid> all = all_near(world);
   EXPECT_GT(all.size(), 150U);
@@ -52,14 +52,14 @@ TEST(World, TellsEveryObjectOnce) {
   EXPECT_EQ(fewer.size(), within);
 }
 
-TEST(Clearance, IsTheDistanceOfTheRectangleFromTheNearestRockThatRises) {
+TEST(Clearance, IsTheDistanceFromTheRectangleToTheNearestHighRock) {
   const World world(rocks_only(), {}, kPlaces, 80.0);
   const std::vector<Spheroid> all = all_near(world);
   const Footprint f;
   for (int k = 0; k < 200; ++k) {
     const Vec2 place(0.13 * k - 13.0, 7.0 * std::sin(0.3 * k));
     const Pose T = facing(place, 0.1 * k);
-    // By samples of the rectangle's border; inside it counts as contact.
+    // By samples of the rectangle's border; a point inside counts as contact.
     double expected = Clearance::kFar_m;
     for (const Spheroid& o : all) {
       if (!rises(world, o)) continue;

@@ -12,7 +12,7 @@ namespace {
 
 const std::vector<Vec2> kPlaces = {{0.0, 0.0}, {100.0, 0.0}};
 
-/// Goes on to a time in sensor's steps, commanded 20 times a second.
+/// Advances to a time in steps of the sensors, commanded 20 times a second.
 void drive_on(CommandedVehicle* vehicle, double from_s, double to_s, double speed_mps,
               double curvature_1pm) {
   const int first = static_cast<int>(std::lround(100.0 * from_s));
@@ -65,8 +65,8 @@ TEST(CommandedVehicle, FollowsTheGroundAsTheScriptedDriveDoes) {
   EXPECT_NEAR(vehicle.model().speed_mps(), 6.0, 1e-9);
 }
 
-// What sensors have measured must not change, whatever is commanded then.
-TEST(CommandedVehicle, ThePastStaysAsItIs) {
+// Later commands must not change past sensor measurements.
+TEST(CommandedVehicle, CommandsDoNotChangeThePast) {
   const World world(bare_hills(), {}, kPlaces, 100.0);
   CommandedVehicle a({}, {}, &world, {});
   CommandedVehicle b({}, {}, &world, {});
@@ -80,7 +80,7 @@ TEST(CommandedVehicle, ThePastStaysAsItIs) {
   EXPECT_GT((a.motion().pose_at(5.0).p - b.motion().pose_at(5.0).p).norm(), 0.3);
 }
 
-TEST(CommandedVehicle, StopsBeforeTheWorldEnds) {
+TEST(CommandedVehicle, StopsBeforeTheEndOfTheWorld) {
   const World world(flat_world(), {}, {{0.0, 0.0}}, 60.0);
   CommandedVehicle vehicle({}, {}, &world, {});
   drive_on(&vehicle, 0.0, 30.0, 10.0, 0.0);

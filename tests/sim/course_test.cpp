@@ -31,7 +31,7 @@ TEST(Course, DistanceIsMeasuredAlongIt) {
   }
 }
 
-TEST(Course, StartsAndEndsAtRestAndKeepsItsLimits) {
+TEST(Course, StartsAndEndsAtRestAndRespectsItsLimits) {
   CourseParams params = s_course();
   params.lateral_mps2 = 1.0;
   const Course course(params);

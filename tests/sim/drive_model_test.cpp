@@ -126,16 +126,16 @@ TEST(DriveModel, BrakesToAStopWhenTheCommandsEnd) {
   EXPECT_EQ(d.model.speed_mps(), 0.0);
   EXPECT_EQ(d.model.account().silences, 1);
   // The last command's validity (0.2 s), the delay, then v^2 / 2a.
-  const double most_m = 8.0 * (0.2 + p.delay_s) + 0.5 * 64.0 / p.braking_mps2;
-  EXPECT_LE(d.model.place().p_world.x() - begin_m, most_m + 0.02);
+  const double max_m = 8.0 * (0.2 + p.delay_s) + 0.5 * 64.0 / p.braking_mps2;
+  EXPECT_LE(d.model.place().p_world.x() - begin_m, max_m + 0.02);
   const Vec2 rest = d.model.place().p_world;
   d.run(5.0, {}, {});
   EXPECT_EQ(d.model.place().p_world, rest);
-  d.run(2.0, go(1.0, 0.0));  // and goes on when they come again
+  d.run(2.0, go(1.0, 0.0));  // and continues when commands arrive again
   EXPECT_EQ(d.model.speed_mps(), 1.0);
 }
 
-TEST(DriveModel, TheBrakeStopsItSooner) {
+TEST(DriveModel, TheBrakeStopsTheVehicleSooner) {
   const DriveParams p;
   const auto way_m = [&](const DriveCommand& stop) {
     Driven d(p);
@@ -166,7 +166,7 @@ TEST(DriveModel, GoesBackwardThroughRest) {
   EXPECT_EQ(d.model.speed_mps(), -2.0);
 }
 
-TEST(DriveModel, SpeedsUpNoFasterThanItIsTold) {
+TEST(DriveModel, AcceleratesNoFasterThanCommanded) {
   Driven d({});
   DriveCommand gently = go(5.0, 0.0);
   gently.accel_limit_mps2 = 0.5;
@@ -174,7 +174,7 @@ TEST(DriveModel, SpeedsUpNoFasterThanItIsTold) {
   EXPECT_NEAR(d.model.speed_mps(), 0.5, 0.01);
 }
 
-TEST(DriveModel, RefusesWhatCannotBeMeant) {
+TEST(DriveModel, RejectsInvalidCommands) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double inf = std::numeric_limits<double>::infinity();
   const auto with = [](const std::function<void(DriveCommand*)>& change) {
@@ -222,8 +222,8 @@ TEST(DriveModel, RefusesWhatCannotBeMeant) {
   EXPECT_EQ(model.account().implausible, refused);
 }
 
-TEST(DriveModel, IsAFunctionOfTheCommandsAndTheirArrivals) {
-  // However long a command has been waiting when it is heard of: the same motion.
+TEST(DriveModel, DependsOnlyOnTheCommandsAndTheirArrivals) {
+  // The motion does not depend on the delay with which a command is processed.
   DriveModel at_once({}, kWheelbase_m, {});
   DriveModel ahead({}, kWheelbase_m, {});
   for (int k = 0; k <= 20; ++k) {

@@ -45,7 +45,7 @@ TEST(Gps, ErrorIsGaussMarkov) {
   EXPECT_NEAR(covariance / variance, std::exp(-1.0), 0.13);
 }
 
-TEST(Gps, WithoutNoiseItIsTheAntenna) {
+TEST(Gps, WithoutNoiseItIsTheAntennaPosition) {
   const Course course(s_course());
   const World world(bare_hills(), {}, course.points(), 20.0);
   const Trajectory vehicle = drive(course, world, {}, 12.0);
@@ -69,7 +69,7 @@ TEST(Gps, WithoutNoiseItIsTheAntenna) {
   }
 }
 
-TEST(Gps, CutsChangeNothingAfterThem) {
+TEST(Gps, OutagesDoNotChangeLaterFixes) {
   const Trajectory vehicle = at_rest();
   GpsParams cut;
   cut.outages = {{10.0, 5.0}};

@@ -18,7 +18,7 @@ InertialParams perfect() {
   return p;
 }
 
-TEST(Inertial, AtRestFeelsGravityAndTheEarth) {
+TEST(Inertial, AtRestMeasuresGravityAndEarthRate) {
   const Course course(s_course());
   const World world(flat_world(), {}, course.points(), 20.0);
   const Trajectory vehicle = drive(course, world, {}, 2.0);

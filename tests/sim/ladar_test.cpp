@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::uint64_t kSeed = 5;
 
-TEST(RangeImager, RangesOnLevelGroundAreTheClosedForm) {
+TEST(RangeImager, RangesOnLevelGroundMatchTheClosedForm) {
   const Course course(s_course());
   const World world(flat_world(), {}, course.points(), 100.0);
   const Trajectory vehicle = drive(course, world, {}, 2.0);  // at rest, looking east
@@ -45,8 +45,8 @@ TEST(RangeImager, RangesOnLevelGroundAreTheClosedForm) {
   EXPECT_GT(compared, 4000);
 }
 
-// The heart of the simulation: whatever vehicle and head do while a scan is taken, a point put
-// where its own shot's true pose says lies on the ground.
+// The essential property of the simulation: for any motion of vehicle and head during a scan, a
+// point transformed with the true pose of its own shot lies on the ground.
 TEST(RangeImager, PointsAtTheirOwnTimeLieOnTheGround) {
   const Course course(s_course());
   const World world(bare_hills(), {}, course.points(), 100.0);
@@ -55,7 +55,7 @@ TEST(RangeImager, PointsAtTheirOwnTimeLieOnTheGround) {
   params.tilt_rad = 0.0;
   params.sweep_rad = radians(30.0);
   params.sweep_hz = 0.25;
-  MountParams mount;  // with its errors: the true mount is used
+  MountParams mount;  // with errors: the true mount is used
   RangeImager imager(params, ideal_beam(), mount, kSeed);
   RangeFacet facet;
   double worst_m = 0.0;
@@ -93,7 +93,7 @@ TEST(RangeImager, EncoderFollowsTheHeadWithinAFacet) {
   }
 }
 
-TEST(RangeImager, MissingReturnsAndEmptyFacetsAreAsMany) {
+TEST(RangeImager, MissingReturnsAndEmptyFacetsHaveTheirRates) {
   const Course course(s_course());
   const World world(flat_world(), {}, course.points(), 100.0);
   const Trajectory vehicle = drive(course, world, {}, 2.0);
@@ -120,7 +120,7 @@ TEST(RangeImager, MissingReturnsAndEmptyFacetsAreAsMany) {
   EXPECT_NEAR(static_cast<double>(missing) / (360.0 * facets), 0.15, 0.011);
 }
 
-TEST(RangeImager, NoiseIsTheRangesAndTheFootprints) {
+TEST(RangeImager, NoiseIsThatOfRangeAndFootprint) {
   const Course course(s_course());
   const World world(flat_world(), {}, course.points(), 100.0);
   const Trajectory vehicle = drive(course, world, {}, 2.0);

@@ -25,7 +25,7 @@ TEST(Relief, EveryOctaveHasItsRms) {
   }
 }
 
-TEST(Relief, FillIsHeightOnALattice) {
+TEST(Relief, FillEqualsHeightOnALattice) {
   const Relief relief(4, {{51.2, 3.0}, {6.4, 0.5}, {0.4, 0.05}}, {});
   std::vector<float> z;
   relief.fill(-37, 1211, 0.1, 40, 30, &z);
@@ -45,7 +45,7 @@ TEST(Relief, OverlappingFillsAgreeToTheBit) {
   for (std::size_t j = 0; j < 5; ++j) EXPECT_EQ(a[j * 129 + 128], b[j * 129]);
 }
 
-TEST(Relief, SeedsDiffer) {
+TEST(Relief, DifferentSeedsGiveDifferentRelief) {
   const std::vector<Octave> octaves = {{10.0, 1.0}};
   EXPECT_NE(Relief(1, octaves, {}).height(3.0, 4.0), Relief(2, octaves, {}).height(3.0, 4.0));
 }

@@ -16,11 +16,11 @@ std::string shipped(const std::string& name) {
   return std::string(root != nullptr ? root : ".") + "/config/sim/" + name;
 }
 
-/// reference.toml with one text put for another, beside the shipped INS grades.
+/// reference.toml with one text replaced by another, next to the shipped INS grades.
 class ChangedReference {
  public:
   ChangedReference(const std::string& from, const std::string& to) {
-    // One a test: tests run in parallel.
+    // One for each test: tests run in parallel.
     dir_ = testing::TempDir() + "rcs_scenario_file_test_" +
            testing::UnitTest::GetInstance()->current_test_info()->name();
     std::filesystem::create_directories(dir_);
@@ -48,8 +48,8 @@ TEST(ScenarioFile, ShippedScenariosLoad) {
   }
 }
 
-// What mission.md fixes.
-TEST(ScenarioFile, TheReferenceIsTheReference) {
+// The values that mission.md specifies.
+TEST(ScenarioFile, TheReferenceScenarioIsAsSpecified) {
   const Result<Scenario> s = load_scenario(shipped("reference.toml"), {});
   ASSERT_TRUE(s) << s.error().message;
   EXPECT_EQ(s->imager.rows, 32);
@@ -77,7 +77,7 @@ TEST(ScenarioFile, TheReferenceIsTheReference) {
   EXPECT_EQ(s->course.rest_s, 3.0);
 }
 
-TEST(ScenarioFile, OverridesWin) {
+TEST(ScenarioFile, OverridesTakePrecedence) {
   ScenarioOverrides overrides;
   overrides.seed = 77;
   overrides.ins_grade = "consumer";
@@ -98,7 +98,7 @@ TEST(ScenarioFile, OverridesWin) {
   EXPECT_EQ(f->world.seed, 77U);
 }
 
-TEST(ScenarioFile, AFileBasedOnAnotherSaysOnlyWhatDiffers) {
+TEST(ScenarioFile, AFileBasedOnAnotherListsOnlyDifferences) {
   const ChangedReference reference("seed = ", "seed = ");
   const auto derived = [&](const std::string& name, const std::string& text) {
     std::string path = reference.path().substr(0, reference.path().rfind('/')) + "/" + name;
@@ -138,7 +138,7 @@ TEST(ScenarioFile, AFileBasedOnAnotherSaysOnlyWhatDiffers) {
   EXPECT_NE(orphan.error().message.find("gone.toml"), std::string::npos);
 }
 
-TEST(ScenarioFile, MistakesAreNamed) {
+TEST(ScenarioFile, ErrorsAreNamed) {
   const auto complaint = [](const std::string& from, const std::string& to) {
     const ChangedReference file(from, to);
     const Result<Scenario> s = load_scenario(file.path(), {});
@@ -159,7 +159,7 @@ TEST(ScenarioFile, MistakesAreNamed) {
   EXPECT_FALSE(load_scenario("/nonexistent.toml", {}));
 }
 
-TEST(ScenarioFile, WaypointsByChanceAreTheSeeds) {
+TEST(ScenarioFile, RandomWaypointsDependOnTheSeed) {
   const auto waypoints = [](std::int64_t seed) {
     ScenarioOverrides overrides;
     overrides.seed = seed;

@@ -67,7 +67,7 @@ bool same(const std::vector<Recorded>& a, const std::vector<Recorded>& b) {
   return true;
 }
 
-TEST(Simulator, SameSeedSameBytesOtherSeedOtherBytes) {
+TEST(Simulator, TheSeedDeterminesTheBytes) {
   Scenario s = short_drive();
   s.duration_s = 2.0;
   const std::vector<Recorded> once = run(s);
@@ -76,7 +76,7 @@ TEST(Simulator, SameSeedSameBytesOtherSeedOtherBytes) {
   EXPECT_FALSE(same(once, run(s)));
 }
 
-TEST(Simulator, EventsComeInTheOrderOfTimeAtTheirRates) {
+TEST(Simulator, EventsAreInOrderOfTimeAtTheirRates) {
   const std::vector<Recorded> all = run(short_drive());
   std::map<std::string, int> count;
   Stamp last = Stamp::min();
@@ -102,7 +102,7 @@ TEST(Simulator, FacetsCarryTheirTimesAndArriveAfterTheirLastShot) {
     EXPECT_EQ(m.seq, ++seq);
     EXPECT_EQ(m.scan_id * 16 + m.facet + 1, seq);
     const std::int64_t true_utime = to_utime(Simulator::kStart) + (seq - 1) * 6250;
-    EXPECT_EQ(m.utime, true_utime + 5000);  // the sensor's clock is 5 ms off
+    EXPECT_EQ(m.utime, true_utime + 5000);  // the sensor's clock has an offset of 5 ms
     EXPECT_EQ(m.duration_us, 6250);
     EXPECT_EQ(m.reference_utime, to_utime(Simulator::kStart) + (m.scan_id + 1) * 100000 + 5000);
     EXPECT_EQ(to_utime(r.due), true_utime + 6250 + 1000);
@@ -162,7 +162,7 @@ TEST(Simulator, NothingIsSentWhileTheLadarIsOut) {
   EXPECT_EQ(scans, 45);
 }
 
-TEST(Simulator, GpsIsLostForGoodAfterAWay) {
+TEST(Simulator, GpsIsLostPermanentlyAfterADistance) {
   Scenario s = short_drive();
   s.gps.outages.clear();
   const std::vector<Recorded> whole = run(s);
@@ -178,7 +178,7 @@ TEST(Simulator, GpsIsLostForGoodAfterAWay) {
   const double way_m = simulator.course().distance_at(last_s);
   EXPECT_GT(way_m, 3.0);
   EXPECT_LT(way_m, 7.0);
-  // Until then the fixes are those that there would be.
+  // Until then the fixes are the same as without the loss.
   const std::vector<Recorded> part = run(s);
   std::vector<SourceEvent> a, b;
   for (const Recorded& r : part) {
@@ -200,7 +200,7 @@ Scenario commanded_drive() {
   return s;
 }
 
-/// Drives straight on at 4 m/s from the 1st to the 10th second, then says nothing any more.
+/// Drives straight on at 4 m/s from the 1st to the 10th second, then sends no more commands.
 class StraightOn {
  public:
   explicit StraightOn(Simulator* simulator) : simulator_(simulator) {}
@@ -222,7 +222,7 @@ class StraightOn {
   Stamp next_ = Stamp::min();
 };
 
-TEST(Simulator, ACommandedVehicleDrivesWhileItIsToldTo) {
+TEST(Simulator, ACommandedVehicleDrivesWhileCommandsArrive) {
   Simulator simulator(commanded_drive());
   StraightOn driver(&simulator);
   SourceEvent event;
@@ -245,7 +245,7 @@ TEST(Simulator, ACommandedVehicleDrivesWhileItIsToldTo) {
   EXPECT_EQ(simulator.commanded_vehicle()->model().account().silences, 1);
 }
 
-TEST(Simulator, ACommandedDriveIsTheSameToTheByteEachTime) {
+TEST(Simulator, ACommandedDriveIsRepeatableToTheByte) {
   const auto bytes = [] {
     Scenario s = commanded_drive();
     s.ladar = LadarKind::kImager;
@@ -265,7 +265,7 @@ TEST(Simulator, ACommandedDriveIsTheSameToTheByteEachTime) {
   EXPECT_TRUE(same(bytes(), bytes()));
 }
 
-TEST(Simulator, HearsDriveCommandsOnABusWhoseTimeIsAnother) {
+TEST(Simulator, ReceivesDriveCommandsOnABusWithADifferentTime) {
   Simulator simulator(commanded_drive());
   LocalBus bus;
   const Duration shift = from_seconds(12345.678);
@@ -290,7 +290,7 @@ TEST(Simulator, HearsDriveCommandsOnABusWhoseTimeIsAnother) {
   EXPECT_NEAR(simulator.commanded_vehicle()->model().speed_mps(), 2.0, 1e-9);
 }
 
-TEST(Simulator, WritesALogThatIsItsEvents) {
+TEST(Simulator, WritesItsEventsAsALog) {
   Scenario s = short_drive();
   s.duration_s = 1.0;
   const std::string path = testing::TempDir() + "rcs_simulator_test.lcm";

@@ -20,7 +20,7 @@ Trajectory wild_motion() {
   return Trajectory(std::move(knots), 0.02);
 }
 
-TEST(Trajectory, DerivativesAreThoseOfThePose) {
+TEST(Trajectory, DerivativesMatchThePose) {
   const Trajectory t = wild_motion();
   const double h = 1e-5;
   for (int k = 0; k < 110; ++k) {
@@ -38,7 +38,7 @@ TEST(Trajectory, DerivativesAreThoseOfThePose) {
   }
 }
 
-TEST(Trajectory, GrowsKnotByKnotIntoWhatItIsAsAWhole) {
+TEST(Trajectory, GrowingKnotByKnotEqualsTheWhole) {
   std::vector<Pose> knots(1);
   for (int k = 0; k < 300; ++k) {
     knots.push_back(knots.back() *
@@ -61,7 +61,7 @@ TEST(Trajectory, GrowsKnotByKnotIntoWhatItIsAsAWhole) {
   EXPECT_LT(grown.knots_kept(), 70U);
 }
 
-TEST(Trajectory, PoseAtIsThePoseOfAt) {
+TEST(Trajectory, PoseAtEqualsThePoseOfAt) {
   const Trajectory t = wild_motion();
   for (double s = -0.1; s < t.duration_s() + 0.1; s += 0.013) {
     EXPECT_LT(log_se3(t.pose_at(s).inverse() * t.at(s).T_world_vehicle).norm(), 1e-12);

@@ -41,7 +41,7 @@ std::vector<Ray> random_rays(const World& world, int n) {
   return rays;
 }
 
-TEST(World, RaysMeetTheGroundWhereSmallStepsMeetIt) {
+TEST(World, RayIntersectionsMatchThoseOfSmallSteps) {
   const Course course(s_course());
   const World world(bare_hills(), {}, course.points(), 80.0);
   int hits = 0;
@@ -61,7 +61,8 @@ TEST(World, RaysMeetTheGroundWhereSmallStepsMeetIt) {
     ASSERT_EQ(met, marched < 60.0);
     if (!met) continue;
     ++hits;
-    // The march steps over the tip of what it grazes, never short of what the ray meets.
+    // The march may step over the tip of a grazed surface, but never stops before the intersection
+    // of the ray.
     EXPECT_LE(hit.range_m, marched + 1e-9);
     const Vec3 p = ray.origin_world + hit.range_m * ray.direction_world;
     EXPECT_NEAR(p.z(), world.height(p.x(), p.y()), 1e-6);
@@ -75,13 +76,13 @@ TEST(World, RaysMeetTheGroundWhereSmallStepsMeetIt) {
   EXPECT_GT(hits, 200);
 }
 
-// What a fan's clear distance spares the ray caster must have been empty: every ray of it meets
-// what it meets without it, and no earlier.
-TEST(World, NothingIsMetWithinAFansClearDistance) {
+// The clear distance of a fan must be empty: every ray of the fan has the same intersection with
+// and without it, and none earlier.
+TEST(World, NothingIsHitWithinAFansClearDistance) {
   const Course course(s_course());
   WorldParams params = wild();
-  params.vegetation.transmittance_per_m = 1e-6;  // light ends where foliage begins
-  params.vegetation.grass_height_m = 0.0;        // it begins before what the ray met
+  params.vegetation.transmittance_per_m = 1e-6;  // a ray ends where foliage begins
+  params.vegetation.grass_height_m = 0.0;  // foliage begins before the intersection of the ray
   params.rocks.per_m2 = 0.3;
   const World world(params, {}, course.points(), 80.0);
   double clear_sum_m = 0.0;
@@ -106,10 +107,10 @@ TEST(World, NothingIsMetWithinAFansClearDistance) {
       }
     }
   }
-  EXPECT_GT(clear_sum_m / 1500, 1.5);  // else it spares nothing
+  EXPECT_GT(clear_sum_m / 1500, 1.5);  // otherwise it saves nothing
 }
 
-TEST(World, IsTheSameWhateverIsLookedAtFirst) {
+TEST(World, DoesNotDependOnTheOrderOfQueries) {
   const Course course(s_course());
   const World a(wild(), {}, course.points(), 80.0);
   const World b(wild(), {}, course.points(), 80.0);
@@ -136,7 +137,7 @@ TEST(World, NeighbouringTilesShareTheirBorder) {
   }
 }
 
-TEST(World, NothingStandsOnTheCourse) {
+TEST(World, NoObjectIsOnTheCourse) {
   WorldParams params = flat_world();
   params.rocks.per_m2 = 0.5;
   params.vegetation.trees_per_m2 = 0.1;
@@ -150,7 +151,7 @@ TEST(World, NothingStandsOnTheCourse) {
   }
 }
 
-TEST(World, RocksAreMet) {
+TEST(World, RaysHitRocks) {
   WorldParams params = flat_world();
   params.rocks.per_m2 = 0.3;
   const Course course(s_course());
@@ -161,11 +162,11 @@ TEST(World, RocksAreMet) {
     const Ray level{Vec3(20.0, y, 0.05), Vec3::UnitX()};
     if (world.cast(level, 60.0, 0.0, 1, &hit)) ++rocks;
   }
-  // 0.3 rocks/m^2, about 0.3 m across and 60 m of way: nearly every ray meets one.
+  // 0.3 rocks/m^2, about 0.3 m in diameter, over 60 m: nearly every ray hits one.
   EXPECT_GT(rocks, 80);
 }
 
-TEST(World, FoliageLetsItsShareOfLightThrough) {
+TEST(World, FoliageTransmitsItsShareOfLight) {
   WorldParams params = flat_world();
   params.vegetation.bushes_per_m2 = 0.2;
   params.vegetation.sway_m = 0.0;
@@ -192,7 +193,7 @@ TEST(World, VegetationMovesAndRocksDoNot) {
   params.vegetation.bushes_per_m2 = 0.2;
   const World bushes(params, {}, course.points(), 80.0);
   params = flat_world();
-  params.vegetation.grass_height_m = 0.0;  // it begins before what the ray met
+  params.vegetation.grass_height_m = 0.0;  // foliage begins before the intersection of the ray
   params.rocks.per_m2 = 0.3;
   const World rocks(params, {}, course.points(), 80.0);
   int moved = 0;
@@ -210,7 +211,7 @@ TEST(World, VegetationMovesAndRocksDoNot) {
   EXPECT_GT(moved, 50);
 }
 
-TEST(World, RaysThatLeaveItMeetNothing) {
+TEST(World, RaysThatLeaveTheWorldHitNothing) {
   const Course course(s_course());
   const World world(flat_world(), {}, course.points(), 20.0);
   Hit hit;

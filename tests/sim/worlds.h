@@ -1,5 +1,5 @@
 #pragma once
-// Worlds and drives that several tests of the simulator share.
+// Worlds and drives shared by several tests of the simulator.
 
 #include <vector>
 

@@ -1,4 +1,5 @@
-// The ladder: up before a deadline is missed, down when it is calm, and by the timeline alone.
+// The degrade level: up before a deadline is missed, down under low load, and by the timeline
+// alone.
 #include "modules/sp/degrade.h"
 
 #include <gtest/gtest.h>
@@ -22,7 +23,7 @@ Degrade level_after(const DegradeLadder& ladder, const ScanFacts& facts) {
   return step(ladder, facts, {}).level;
 }
 
-TEST(DegradeLadder, WithTimeToSpareNothingIsLeftOut) {
+TEST(DegradeLadder, WithEnoughTimeNothingIsOmitted) {
   DegradeLadder ladder;
   for (int i = 0; i < 100; ++i) {
     ladder = step(ladder, calm_facts(), {});
@@ -30,7 +31,7 @@ TEST(DegradeLadder, WithTimeToSpareNothingIsLeftOut) {
   }
 }
 
-TEST(DegradeLadder, TheLessIsGrantedTheMoreIsLeftOut) {
+TEST(DegradeLadder, ASmallerGrantGivesAHigherLevel) {
   Degrade before = Degrade::kFull;
   for (const double share : {5.0, 1.0, 0.9, 0.7, 0.5, 0.3, 0.1, 0.0}) {
     ScanFacts f = calm_facts();
@@ -57,7 +58,7 @@ TEST(DegradeLadder, LateCyclesDegradeStepByStepAndNeverHold) {
   EXPECT_EQ(level_after({}, f), Degrade::kNoPrior) << "a whole budget late: two steps at once";
 }
 
-TEST(DegradeLadder, AScanWithoutTimeOrWithTheNextOneWaitingIsHeldAndTheNextIsTried) {
+TEST(DegradeLadder, AScanWithoutTimeOrWithASuccessorWaitingIsHeldAndTheNextIsProcessed) {
   ScanFacts late = calm_facts();
   late.left = from_milliseconds(10.0);
   ScanFacts overtaken = calm_facts();
@@ -66,7 +67,7 @@ TEST(DegradeLadder, AScanWithoutTimeOrWithTheNextOneWaitingIsHeldAndTheNextIsTri
     const DegradeLadder held = step({}, f, {});
     EXPECT_EQ(held.level, Degrade::kHold);
     EXPECT_EQ(level_after(held, calm_facts()), Degrade::kNoPrior);
-    EXPECT_EQ(level_after(held, f), Degrade::kHold) << "the next one is as late";
+    EXPECT_EQ(level_after(held, f), Degrade::kHold) << "the next scan is just as late";
   }
 }
 
@@ -82,14 +83,14 @@ TEST(DegradeLadder, AGrantThatIsAlwaysTooSmallHoldsEverySecondScanOnly) {
   EXPECT_EQ(held, 50);
 }
 
-TEST(DegradeLadder, ComesBackLevelByLevelAfterCalmScansInARow) {
+TEST(DegradeLadder, RecoversLevelByLevelAfterConsecutiveCalmScans) {
   const DegradeParams params;
   DegradeLadder ladder{Degrade::kNoPrior, 0};
   for (int i = 1; i < params.recover_after; ++i) {
     ladder = step(ladder, calm_facts(), params);
     EXPECT_EQ(ladder.level, Degrade::kNoPrior) << i;
   }
-  // One scan that is not calm begins the count anew, though it asks for no more.
+  // One scan that is not calm restarts the count, although it requires no higher level.
   ScanFacts tight = calm_facts();
   tight.late = from_milliseconds(50.0);
   ladder = step(ladder, tight, params);
@@ -104,8 +105,8 @@ TEST(DegradeLadder, ComesBackLevelByLevelAfterCalmScansInARow) {
   EXPECT_EQ(scans, 2 * params.recover_after);
 }
 
-TEST(DegradeLadder, FactsBetweenUpAndDownKeepTheLevel) {
-  // Degraded work is quicker: what is just calm enough to stay must not lead back.
+TEST(DegradeLadder, ConditionsBetweenTheThresholdsKeepTheLevel) {
+  // Degraded work is faster: a load that is just low enough to keep the level must not lower it.
   const DegradeParams params;
   ScanFacts f = calm_facts();
   f.grant_share = 1.2;
@@ -115,7 +116,7 @@ TEST(DegradeLadder, FactsBetweenUpAndDownKeepTheLevel) {
   EXPECT_EQ(level_after({}, f), Degrade::kFull);
 }
 
-TEST(DegradeLadder, SwitchedOffItLeavesNothingOut) {
+TEST(DegradeLadder, SwitchedOffItOmitsNothing) {
   DegradeParams params;
   params.on = false;
   ScanFacts f = calm_facts();

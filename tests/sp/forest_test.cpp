@@ -1,5 +1,5 @@
 // Trunks, twigs and leaves: a real scan of a forest is cut in halves of every other point, one half
-// is moved, and must be laid onto the other again (monoforce, Ouster, 93,000 points).
+// is moved, and must be registered to the other again (monoforce, Ouster, 93,000 points).
 
 #include <gtest/gtest.h>
 
@@ -34,7 +34,7 @@ std::vector<fs::path> forest_clouds() {
   return clouds;
 }
 
-/// The points, alternately to one half and the other.
+/// Splits the points alternately into two halves.
 std::vector<Points> halves_of(const fs::path& path) {
   constexpr std::size_t kRecord = 20;  // x, y, z, intensity: float; time: uint32
   std::ifstream in(path, std::ios::binary);
@@ -49,7 +49,7 @@ std::vector<Points> halves_of(const fs::path& path) {
   return halves;
 }
 
-TEST(Forest, HalfAScanIsLaidOntoTheOtherHalf) {
+TEST(Forest, HalfOfAScanIsRegisteredToTheOtherHalf) {
   const std::vector<fs::path> clouds = forest_clouds();
   if (clouds.empty()) GTEST_SKIP() << rcs::test::kNoData;
   for (const fs::path& path : clouds) {

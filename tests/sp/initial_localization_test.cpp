@@ -15,7 +15,7 @@ using Ground = std::function<double(double x, double y)>;
 
 constexpr WorkUnits kPlenty = 1'000'000'000;
 
-/// Waves of all lengths and directions, by a seed.
+/// Waves of all lengths and directions, from a seed.
 Ground hills(unsigned seed) {
   struct Wave {
     double a, kx, ky, phase;
@@ -60,7 +60,7 @@ ElevationMap survey(const Ground& ground, double noise_m) {
   return std::move(map).value();
 }
 
-/// A drive in a bend, as it is in the map's frame; frame level begins where the vehicle does.
+/// A drive in a bend in the map's frame; frame level begins at the start of the vehicle.
 struct Drive {
   explicit Drive(Ground ground) : ground_(std::move(ground)) {}
 
@@ -96,67 +96,67 @@ struct Drive {
   std::mt19937 rng_{3};
 };
 
-RelocateParams quick() {
-  RelocateParams p;
+InitialLocalizationParams quick() {
+  InitialLocalizationParams p;
   p.samples = 600;
   return p;
 }
 
-/// @param off_m  of the region's middle from the vehicle's start
+/// @param off_m  distance of the middle of the region from the vehicle's start
 StartRegion region(const Vec2& off_m) { return {off_m, 60.0, 0.4 + 0.2, 0.35}; }
 
-/// Drives until the vehicle is found, or for so long.
-RelocateStatus drive(Drive* way, const ElevationMap& map, double length_m, WorkUnits piece,
-                     Relocator* relocator) {
+/// Drives until the vehicle is localized, or for this time.
+InitialLocalizationStatus drive(Drive* way, const ElevationMap& map, double length_m,
+                                WorkUnits piece, InitialLocalizer* localizer) {
   for (double at_m = 0.0; at_m < length_m; at_m += 2.0) {
-    relocator->add(way->scan(at_m), way->T_level_map() * way->T_map_vehicle(at_m));
-    while (relocator->work(map, piece) > 0) {
+    localizer->add(way->scan(at_m), way->T_level_map() * way->T_map_vehicle(at_m));
+    while (localizer->work(map, piece) > 0) {
     }
-    if (relocator->status().state == RelocateState::kFound) break;
+    if (localizer->status().state == InitialLocalizationState::kFound) break;
   }
-  return relocator->status();
+  return localizer->status();
 }
 
-RelocateStatus drive(const Ground& ground, const ElevationMap& map, const Vec2& off_m,
-                     double length_m = 100.0) {
+InitialLocalizationStatus drive(const Ground& ground, const ElevationMap& map, const Vec2& off_m,
+                                double length_m = 100.0) {
   Drive way(ground);
-  Relocator relocator(quick());
-  EXPECT_TRUE(relocator.begin(region(off_m)));
-  return drive(&way, map, length_m, kPlenty, &relocator);
+  InitialLocalizer localizer(quick());
+  EXPECT_TRUE(localizer.begin(region(off_m)));
+  return drive(&way, map, length_m, kPlenty, &localizer);
 }
 
-TEST(Relocate, FindsTheVehicleOnHills) {
+TEST(InitialLocalization, FindsTheVehicleOnHills) {
   const Ground ground = hills(1);
   const ElevationMap map = survey(ground, 0.1);
   Drive way(ground);
-  Relocator relocator(quick());
-  ASSERT_TRUE(relocator.begin(region({-30.0, 25.0})));
-  const RelocateStatus s = drive(&way, map, 150.0, kPlenty, &relocator);
-  ASSERT_EQ(s.state, RelocateState::kFound) << static_cast<int>(s.doubt);
+  InitialLocalizer localizer(quick());
+  ASSERT_TRUE(localizer.begin(region({-30.0, 25.0})));
+  const InitialLocalizationStatus s = drive(&way, map, 150.0, kPlenty, &localizer);
+  ASSERT_EQ(s.state, InitialLocalizationState::kFound) << static_cast<int>(s.doubt);
   EXPECT_EQ(s.hypotheses, 1);
   const Pose T_level_vehicle = way.T_level_map() * way.T_map_vehicle(s.way_m);
   const Pose T = s.T_map_level * T_level_vehicle;
   const Pose right = way.T_map_vehicle(s.way_m);
   EXPECT_LT((T.p - right.p).norm(), 0.6);
   EXPECT_LT(std::abs(wrap_angle(yaw_of(T.q) - yaw_of(right.q))), 0.01);
-  const Mat<4> covariance = relocator.covariance_at(T_level_vehicle);
+  const Mat<4> covariance = localizer.covariance_at(T_level_vehicle);
   const Vec2 off = (T.p - right.p).head<2>();
   EXPECT_LT(off.dot(Mat<2>(covariance.topLeftCorner<2, 2>()).inverse() * off), 13.8);  // 99.9 %
   EXPECT_LT(covariance(0, 0) + covariance(1, 1), 2.0);
 }
 
-TEST(Relocate, TheAnswerDoesNotDependOnThePieces) {
+TEST(InitialLocalization, TheResultDoesNotDependOnTheSteps) {
   const Ground ground = hills(2);
   const ElevationMap map = survey(ground, 0.1);
-  std::vector<RelocateStatus> answers;
+  std::vector<InitialLocalizationStatus> answers;
   for (const WorkUnits piece : {kPlenty, WorkUnits{50'000}, WorkUnits{6'000}}) {
     Drive way(ground);
-    Relocator relocator(quick());
-    ASSERT_TRUE(relocator.begin(region({10.0, 40.0})));
-    answers.push_back(drive(&way, map, 150.0, piece, &relocator));
+    InitialLocalizer localizer(quick());
+    ASSERT_TRUE(localizer.begin(region({10.0, 40.0})));
+    answers.push_back(drive(&way, map, 150.0, piece, &localizer));
   }
-  ASSERT_EQ(answers[0].state, RelocateState::kFound);
-  for (const RelocateStatus& s : answers) {
+  ASSERT_EQ(answers[0].state, InitialLocalizationState::kFound);
+  for (const InitialLocalizationStatus& s : answers) {
     EXPECT_EQ(s.state, answers[0].state);
     EXPECT_EQ(s.T_map_level.matrix(), answers[0].T_map_level.matrix());
     EXPECT_EQ(s.covariance, answers[0].covariance);
@@ -164,91 +164,91 @@ TEST(Relocate, TheAnswerDoesNotDependOnThePieces) {
   }
 }
 
-TEST(Relocate, NoPieceIsLargerThanWhatIsGranted) {
+TEST(InitialLocalization, NoStepExceedsItsGrant) {
   const Ground ground = hills(2);
   const ElevationMap map = survey(ground, 0.1);
   Drive way(ground);
-  Relocator relocator(quick());
-  ASSERT_TRUE(relocator.begin(region({10.0, 40.0})));
+  InitialLocalizer localizer(quick());
+  ASSERT_TRUE(localizer.begin(region({10.0, 40.0})));
   for (double at_m = 0.0; at_m < 80.0; at_m += 2.0) {
-    relocator.add(way.scan(at_m), way.T_level_map() * way.T_map_vehicle(at_m));
-    EXPECT_LE(relocator.work(map, 7'000), 7'000);
+    localizer.add(way.scan(at_m), way.T_level_map() * way.T_map_vehicle(at_m));
+    EXPECT_LE(localizer.work(map, 7'000), 7'000);
   }
-  EXPECT_EQ(relocator.status().state, RelocateState::kSearching);
+  EXPECT_EQ(localizer.status().state, InitialLocalizationState::kSearching);
 }
 
-TEST(Relocate, AllocatesNothingAfterTheStart) {
+TEST(InitialLocalization, AllocatesNothingAfterTheStart) {
   if (!rcs::test::HeapGuard::available()) GTEST_SKIP() << "a sanitizer owns malloc";
   const Ground ground = hills(2);
   const ElevationMap map = survey(ground, 0.1);
   Drive way(ground);
-  Relocator relocator(quick());
-  ASSERT_TRUE(relocator.begin(region({10.0, 40.0})));
+  InitialLocalizer localizer(quick());
+  ASSERT_TRUE(localizer.begin(region({10.0, 40.0})));
   std::int64_t allocations = 0;
   for (double at_m = 0.0; at_m < 100.0; at_m += 2.0) {
     const Points points = way.scan(at_m);
     const Pose T_level_vehicle = way.T_level_map() * way.T_map_vehicle(at_m);
     const rcs::test::HeapGuard heap;
-    relocator.add(points, T_level_vehicle);
-    relocator.work(map, kPlenty);
+    localizer.add(points, T_level_vehicle);
+    localizer.work(map, kPlenty);
     allocations += heap.allocations();
   }
-  EXPECT_EQ(relocator.status().state, RelocateState::kFound);
+  EXPECT_EQ(localizer.status().state, InitialLocalizationState::kFound);
   EXPECT_EQ(allocations, 0);
 }
 
-TEST(Relocate, AFlatFieldIsNoPlace) {
+TEST(InitialLocalization, AFlatFieldGivesNoPosition) {
   const Ground flat = [](double, double) { return 0.0; };
   const ElevationMap map = survey(flat, 0.15);
-  const RelocateStatus s = drive(flat, map, {20.0, 0.0});
-  EXPECT_EQ(s.state, RelocateState::kCollecting);
-  EXPECT_EQ(s.doubt, RelocateDoubt::kFeatureless);
+  const InitialLocalizationStatus s = drive(flat, map, {20.0, 0.0});
+  EXPECT_EQ(s.state, InitialLocalizationState::kCollecting);
+  EXPECT_EQ(s.doubt, InitialLocalizationDoubt::kFeatureless);
   EXPECT_GT(s.hypotheses, 5);
 }
 
-TEST(Relocate, AnotherMapFitsNowhere) {
+TEST(InitialLocalization, NoCandidateFitsAnotherMap) {
   const ElevationMap map = survey(hills(5), 0.1);
-  const RelocateStatus s = drive(hills(6), map, {0.0, 0.0});
-  EXPECT_NE(s.state, RelocateState::kFound);
-  EXPECT_EQ(s.doubt, RelocateDoubt::kNothingFits);
+  const InitialLocalizationStatus s = drive(hills(6), map, {0.0, 0.0});
+  EXPECT_NE(s.state, InitialLocalizationState::kFound);
+  EXPECT_EQ(s.doubt, InitialLocalizationDoubt::kNothingFits);
 }
 
-TEST(Relocate, AStartOutsideTheRegionIsNotFound) {
+TEST(InitialLocalization, AStartOutsideTheSearchRegionIsNotFound) {
   const Ground ground = hills(3);
   const ElevationMap map = survey(ground, 0.1);
-  const RelocateStatus s = drive(ground, map, {70.0, 60.0});
-  EXPECT_NE(s.state, RelocateState::kFound);
-  EXPECT_EQ(s.doubt, RelocateDoubt::kNothingFits);
+  const InitialLocalizationStatus s = drive(ground, map, {70.0, 60.0});
+  EXPECT_NE(s.state, InitialLocalizationState::kFound);
+  EXPECT_EQ(s.doubt, InitialLocalizationDoubt::kNothingFits);
 }
 
-TEST(Relocate, GroundThatRepeatsIsAmbiguous) {
+TEST(InitialLocalization, RepetitiveTerrainIsAmbiguous) {
   const Ground waves = [](double x, double y) {
     return 1.5 * std::sin(2.0 * kPi * x / 40.0) + 1.5 * std::cos(2.0 * kPi * y / 40.0 + 1.0);
   };
-  const RelocateStatus s = drive(waves, survey(waves, 0.1), {5.0, 0.0});
-  EXPECT_EQ(s.state, RelocateState::kCollecting);
-  EXPECT_EQ(s.doubt, RelocateDoubt::kAmbiguous);
+  const InitialLocalizationStatus s = drive(waves, survey(waves, 0.1), {5.0, 0.0});
+  EXPECT_EQ(s.state, InitialLocalizationState::kCollecting);
+  EXPECT_EQ(s.doubt, InitialLocalizationDoubt::kAmbiguous);
   EXPECT_GT(s.hypotheses, 2);
   EXPECT_GT(s.spread_m, 20.0);
 }
 
-TEST(Relocate, FurtherGroundThatContradictsRefutes) {
+TEST(InitialLocalization, ContradictingTerrainRefutesACandidate) {
   const Ground right = hills(4);
   const Ground other = hills(9);
-  // Seen in the first 44 m and the search's reach: as the map has it; beyond: not.
+  // Terrain within the first 44 m and the range of the search: as in the map; beyond: different.
   const Ground seen = [&right, &other](double x, double y) {
     return std::hypot(x, y) < 80.0 ? right(x, y)
                                    : other(x, y) - other(70.0, 40.0) + right(70.0, 40.0);
   };
-  const RelocateStatus s = drive(seen, survey(right, 0.1), {20.0, 10.0}, 90.0);
-  EXPECT_NE(s.state, RelocateState::kFound);
+  const InitialLocalizationStatus s = drive(seen, survey(right, 0.1), {20.0, 10.0}, 90.0);
+  EXPECT_NE(s.state, InitialLocalizationState::kFound);
   EXPECT_GE(s.refuted, 1);
 }
 
-TEST(Relocate, ARegionThatIsTooLargeIsRefused) {
-  Relocator relocator(quick());
-  EXPECT_FALSE(relocator.begin({Vec2::Zero(), 1000.0, 0.0, kPi}));
-  EXPECT_EQ(relocator.status().state, RelocateState::kOff);
+TEST(InitialLocalization, ATooLargeSearchRegionIsRejected) {
+  InitialLocalizer localizer(quick());
+  EXPECT_FALSE(localizer.begin({Vec2::Zero(), 1000.0, 0.0, kPi}));
+  EXPECT_EQ(localizer.status().state, InitialLocalizationState::kOff);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Where the vehicle is expected at a scan.
+// Prediction of the pose at a scan.
 #include "modules/sp/motion_prediction.h"
 
 #include <gtest/gtest.h>
@@ -26,42 +26,42 @@ MotionState moving(double t_s, double x_m, double speed_mps) {
   return s;
 }
 
-TEST(MotionGuess, KnowsNothingAtFirst) {
+TEST(MotionPrediction, IsUnknownAtTheStart) {
   const MotionGuess guess;
   const Expectation e = guess.expect(at(1.0), InertialBuffer(8), {});
   EXPECT_TRUE(e.at_reference.T_rolling_vehicle.p.isZero());
   EXPECT_EQ(e.covariance(0, 0), 0.25);
 }
 
-TEST(MotionGuess, ABeliefIsCarriedOnByTheIns) {
+TEST(MotionPrediction, ABeliefIsPropagatedByTheIns) {
   MotionGuess guess;
   guess.believe(moving(1.0, 5.0, 8.0), isotropic(0.02, 0.001));
-  guess.remember(at(0.9), along(100.0));  // not asked while there is a belief
+  guess.remember(at(0.9), along(100.0));  // not used while there is a belief
   const Expectation e = guess.expect(at(1.1), at_rest(1.2), {});
   EXPECT_NEAR(e.at_reference.T_rolling_vehicle.p.x(), 5.8, 1e-6);
   EXPECT_NEAR(e.covariance(0, 0), 0.02 * 0.02 + 0.02 * 0.02, 1e-9);
-  // Twice as unsure when so configured.
+  // Twice the sigma when so configured.
   ExpectationParams wary;
   wary.sigma_scale = 2.0;
   EXPECT_NEAR(guess.expect(at(1.1), at_rest(1.2), wary).covariance(0, 0), 4.0 * e.covariance(0, 0),
               1e-9);
 }
 
-TEST(MotionGuess, WithoutInsOrBeliefTheLastMotionGoesOn) {
+TEST(MotionPrediction, WithoutInsOrBeliefTheLastMotionIsExtrapolated) {
   MotionGuess guess;
   guess.remember(at(1.0), along(10.0));
   guess.remember(at(1.1), along(11.0));
   EXPECT_NEAR(guess.expect(at(1.2), InertialBuffer(8), {}).at_reference.T_rolling_vehicle.p.x(),
               12.0, 1e-6);
-  // A belief that the INS does not reach is none; nor is one of another time.
+  // A belief is not used if the INS samples do not extend to it or if it belongs to another time.
   guess.believe(moving(1.1, 500.0, 0.0), isotropic(0.02, 0.001));
   EXPECT_LT(guess.expect(at(1.2), InertialBuffer(8), {}).at_reference.T_rolling_vehicle.p.x(), 20);
   guess.believe(moving(100.0, 500.0, 0.0), isotropic(0.02, 0.001));
   EXPECT_LT(guess.expect(at(1.2), at_rest(1.3), {}).at_reference.T_rolling_vehicle.p.x(), 20);
 }
 
-// Scans of that time are distorted and must not become part of the map.
-TEST(MotionGuess, AnInsThatFellSilentRecentlyIsReportedLost) {
+// Scans during a silence are distorted and must not become part of the map.
+TEST(MotionPrediction, ARecentlySilentInsIsReportedLost) {
   const MotionGuess guess;
   const InertialBuffer inertial = at_rest(1.0);  // newest at 0.99 s
   EXPECT_FALSE(guess.expect(at(1.04), inertial, {}).ins_lost);
@@ -80,7 +80,7 @@ TEST(MotionGuess, AnInsThatFellSilentRecentlyIsReportedLost) {
   EXPECT_TRUE(guess.expect(at(1.35), slow, {}).ins_lost);
 }
 
-TEST(MotionGuess, APoseThatCannotBeAMotionIsNone) {
+TEST(MotionPrediction, APoseThatImpliesImplausibleMotionIsIgnored) {
   MotionGuess guess;
   guess.remember(at(1.0), along(10.0));
   guess.remember(at(1.001), along(11.0));  // 1000 m/s

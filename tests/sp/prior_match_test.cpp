@@ -61,7 +61,7 @@ Pose on_hills(double x, double y, double roll, double pitch, double yaw) {
   return test::pose(x, y, hills(x, y) + 0.9, roll, pitch, yaw);
 }
 
-/// A survey, and what a vehicle sees of the same ground.
+/// A survey, and the points of a vehicle on the same ground.
 struct Scene {
   Scene(unsigned seed, const Pose& T_world_vehicle, bool flat, double bushes, float sigma_m)
       : rng(seed),
@@ -77,7 +77,7 @@ struct Scene {
   Pose T;
   ElevationMap map;
   Points source;
-  Points standing;  // on the ground
+  Points standing;  // above the ground
   PriorMatchWorkspace workspace;
 };
 
@@ -93,7 +93,7 @@ TEST(PriorMatch, FindsTheVehicleOnHills) {
   EXPECT_LT(std::abs(e[2]), 0.1);
 }
 
-TEST(PriorMatch, GoingToAndFroAcrossACellsEdgeEnds) {
+TEST(PriorMatch, OscillationAcrossACellBorderEnds) {
   int ended = 0;
   constexpr int kScenes = 20;
   for (unsigned seed = 0; seed < kScenes; ++seed) {
@@ -109,7 +109,7 @@ TEST(PriorMatch, GoingToAndFroAcrossACellsEdgeEnds) {
   EXPECT_GE(ended, kScenes - 1);
 }
 
-TEST(PriorMatch, ACellCountsOnceHoweverManyPointsFallOnIt) {
+TEST(PriorMatch, ACellCountsOnceForAnyNumberOfPoints) {
   Scene scene(2, on_hills(0.0, 0.0, 0.0, 0.0, 0.0), false, 0.0, 0.2F);
   const registration::Prediction p = test::prediction(scene.T, 1.0, 0.02);
   const Mat6 few = scene.match(p, {}).registration.information;
@@ -123,15 +123,15 @@ TEST(PriorMatch, ACellCountsOnceHoweverManyPointsFallOnIt) {
   EXPECT_LT(many(2, 2), 1.1 * 400 / (0.2 * 0.2));
 }
 
-TEST(PriorMatch, VegetationDoesNotLiftTheVehicle) {
+TEST(PriorMatch, VegetationDoesNotBiasTheHeight) {
   Scene scene(3, on_hills(0.0, 0.0, 0.0, 0.0, 0.0), false, 0.3, 0.2F);
   const PriorMatch match = scene.match(test::prediction(scene.T, 1.0, 0.02), {});
   ASSERT_TRUE(registration::usable(match.registration.stop));
   EXPECT_NEAR(match.registration.T_target_vehicle.p.z(), scene.T.p.z(), 0.15);
 }
 
-/// Where rays end ahead of a vehicle on hills that are under shrubs of 0.6 m: light goes 0.6 m into
-/// them.
+/// End points of rays ahead of a vehicle on hills with shrubs of 0.6 m, into which light penetrates
+/// 0.6 m.
 Points seen_in_shrubs(const Pose& T_world_vehicle, std::mt19937* rng) {
   constexpr double kShrubs_m = 0.6;
   constexpr double kInto_m = 0.6;
@@ -155,10 +155,10 @@ Points seen_in_shrubs(const Pose& T_world_vehicle, std::mt19937* rng) {
   return points;
 }
 
-TEST(PriorMatch, LightThatGoesIntoShrubsDoesNotPullTheVehicleBack) {
+TEST(PriorMatch, PenetrationIntoShrubsDoesNotBiasThePosition) {
   constexpr int kScenes = 12;
   double ahead_m = 0.0;
-  double ahead_by_surface_m = 0.0;  // as if light did not
+  double ahead_by_surface_m = 0.0;  // without penetration
   for (unsigned seed = 0; seed < kScenes; ++seed) {
     Scene scene(200 + seed, on_hills(-40.0 + 7.0 * seed, 5.0 * seed, 0.0, 0.0, 0.5 * seed), false,
                 0.0, 0.1F);
@@ -179,7 +179,7 @@ TEST(PriorMatch, LightThatGoesIntoShrubsDoesNotPullTheVehicleBack) {
 
 double furrow(double x, double y) { return 0.1 * (std::sin(2.5 * x) + std::sin(2.5 * y)); }
 
-/// Furrows, 0.2 m high and 2.5 m apart, on cells of 0.5 m: those of 2 m hardly know them.
+/// Furrows, 0.2 m high and 2.5 m apart, on cells of 0.5 m: cells of 2 m hardly resolve them.
 ElevationMap furrows() {
   MapFrame frame;
   frame.datum = {0.7, -1.3, {100.0}};
@@ -198,7 +198,7 @@ ElevationMap furrows() {
   return std::move(map).value();
 }
 
-TEST(PriorMatch, ASurveyThatIsBetterThanItSaysIsMatchedOnItsFineCells) {
+TEST(PriorMatch, ASurveyBetterThanItsSigmaIsMatchedOnItsFineCells) {
   std::mt19937 rng(3);
   std::uniform_real_distribution<double> u(-40.0, 40.0);
   const Pose T = test::pose(1.0, 2.0, 0.9, 0.0, 0.0, 0.4);
@@ -208,7 +208,7 @@ TEST(PriorMatch, ASurveyThatIsBetterThanItSaysIsMatchedOnItsFineCells) {
     const double y = u(rng);
     source.push_back((T.inverse() * Vec3(x, y, furrow(x, y))).cast<float>());
   }
-  // It says 0.2 m, which would make slopes of 0.46.
+  // Its sigma is 0.2 m, which would correspond to slopes of 0.46.
   const ElevationMap map = furrows();
   const registration::Prediction start =
       test::prediction(T * test::pose(0.2, -0.2, 0.1, 0.0, 0.0, 0.002), 0.2, 0.01);
@@ -219,10 +219,10 @@ TEST(PriorMatch, ASurveyThatIsBetterThanItSaysIsMatchedOnItsFineCells) {
   EXPECT_GT(r.information(0, 0), 25.0);  // 0.2 m
 }
 
-TEST(PriorMatch, ItsEndDoesNotDependOnTheStart) {
+TEST(PriorMatch, TheResultDoesNotDependOnTheInitialGuess) {
   Scene scene(6, on_hills(10.0, -20.0, 0.05, -0.05, 0.6), false, 0.2, 0.02F);
   PriorMatchParams params;
-  params.min_sigma_m = 0.02;  // what is far off is no match
+  params.min_sigma_m = 0.02;  // distant points are no match
   params.max_iterations = 60;
   std::mt19937& rng = scene.rng;
   std::uniform_real_distribution<double> u(-1.0, 1.0);
@@ -240,10 +240,10 @@ TEST(PriorMatch, ItsEndDoesNotDependOnTheStart) {
     return most;
   };
   EXPECT_LT(apart(0.6), 0.05);
-  EXPECT_GT(apart(0.0), 1.0) << "without the spread it does";
+  EXPECT_GT(apart(0.0), 1.0) << "without the inflation it does";
 }
 
-TEST(PriorMatch, FlatGroundSaysNothingOfXYAndYaw) {
+TEST(PriorMatch, FlatGroundGivesNoInformationAboutXYAndYaw) {
   Scene scene(4, test::pose(5.0, 5.0, 0.9, 0.0, 0.0, 1.0), true, 0.0, 0.2F);
   const Pose start = scene.T * test::pose(1.0, 2.0, 0.3, 0.0, 0.0, 0.05);
   const PriorMatch match = scene.match(test::prediction(start, 3.0, 0.05), {});
@@ -253,7 +253,7 @@ TEST(PriorMatch, FlatGroundSaysNothingOfXYAndYaw) {
   EXPECT_NEAR(match.registration.T_target_vehicle.p.z(), 0.9, 0.05);
 }
 
-TEST(PriorMatch, HolesInTheSurveyCostTheirCellsAndNoMore) {
+TEST(PriorMatch, HolesInTheSurveyLoseTheirCellsOnly) {
   Scene scene(7, on_hills(10.0, -20.0, 0.05, -0.05, 0.6), false, 0.0, 0.2F);
   const auto with_holes = [](double x, double y) {
     const bool hole = std::fmod(std::abs(x), 40.0) < 15.0 && std::fmod(std::abs(y), 40.0) < 15.0;
@@ -270,8 +270,8 @@ TEST(PriorMatch, HolesInTheSurveyCostTheirCellsAndNoMore) {
   EXPECT_LT(holed.information(2, 2), whole.information(2, 2));
 }
 
-// The survey's surface turns a cliff of 12 m into a ramp one cell wide, and the edge is elsewhere.
-TEST(PriorMatch, ACliffThatTheSurveyRoundsOffDoesNotPullTheVehicle) {
+// The survey's surface turns a cliff of 12 m into a ramp one cell wide, and displaces the edge.
+TEST(PriorMatch, ASmoothedCliffInTheSurveyDoesNotBiasThePosition) {
   const auto cliff = [](double x, double y) { return hills(x, y) - (x > 17.3 ? 12.0 : 0.0); };
   Scene scene(8, on_hills(0.0, -20.0, 0.05, -0.05, 0.6), false, 0.0, 0.2F);
   for (std::size_t k = 0; k < scene.source.size(); ++k) {
@@ -291,7 +291,7 @@ TEST(PriorMatch, ACliffThatTheSurveyRoundsOffDoesNotPullTheVehicle) {
   EXPECT_NEAR(match.T_target_vehicle.p.z(), scene.T.p.z(), 0.15);
 }
 
-// ---- what stands on the ground -------------------------------------------------------------
+// ---- above-ground structure ------------------------------------------------------------------
 
 struct Wall {
   Vec2 from, to;
@@ -305,8 +305,8 @@ const std::vector<Wall> kWalls = {
     {{25.0, -10.0}, {25.0, 15.0}}, {{-10.0, -18.0}, {20.0, -14.0}}, {{-16.0, 20.0}, {-20.0, 5.0}}};
 constexpr double kTop_m = 3.0;
 
-/// A flat field with walls as the map has them, and what a vehicle sees of them where they are.
-/// @param moved_m  of the last wall, the shortest, on the map, along its normal
+/// A flat field with the walls of the map, and the points of a vehicle at the true walls.
+/// @param moved_m  displacement of the last and shortest wall on the map, along its normal
 Scene walls_on_a_flat_field(unsigned seed, const Pose& T, double moved_m, double per_m2) {
   Scene scene(seed, T, true, 0.0, 0.1F);
   std::uniform_real_distribution<double> u(-1.0, 1.0);
@@ -346,7 +346,7 @@ Scene walls_on_a_flat_field(unsigned seed, const Pose& T, double moved_m, double
   return scene;
 }
 
-TEST(PriorPoints, WallsTellPlaceAndHeadingWhichFlatGroundDoesNot) {
+TEST(PriorPoints, WallsDeterminePositionAndHeadingOnFlatGround) {
   double nees = 0.0;
   constexpr int kScenes = 20;
   for (unsigned seed = 0; seed < kScenes; ++seed) {
@@ -370,7 +370,7 @@ TEST(PriorPoints, WallsTellPlaceAndHeadingWhichFlatGroundDoesNot) {
   EXPECT_LT(nees, 2.0);
 }
 
-TEST(PriorPoints, AWallThatIsWronglyPlacedIsNotBelieved) {
+TEST(PriorPoints, AMisplacedWallIsRejected) {
   const Pose T = test::pose(2.0, 1.0, 0.9, 0.0, 0.0, 0.4);
   for (const double moved_m : {1.0, -0.9, 2.0}) {
     Scene scene = walls_on_a_flat_field(60, T, moved_m, 2.0);
@@ -384,7 +384,7 @@ TEST(PriorPoints, AWallThatIsWronglyPlacedIsNotBelieved) {
   }
 }
 
-TEST(PriorPoints, AThousandPointsOfAWallClaimNoMoreThanItsError) {
+TEST(PriorPoints, AThousandPointsOfAWallDoNotReduceSigmaBelowItsError) {
   const Pose T = test::pose(2.0, 1.0, 0.9, 0.0, 0.0, 0.0);
   Scene few = walls_on_a_flat_field(70, T, 0.0, 2.0);
   Scene many = walls_on_a_flat_field(71, T, 0.0, 20.0);
@@ -392,11 +392,12 @@ TEST(PriorPoints, AThousandPointsOfAWallClaimNoMoreThanItsError) {
   const Mat6 by_few = few.match(p, {}).registration.information;
   const Mat6 by_many = many.match(p, {}).registration.information;
   EXPECT_LT(by_many(0, 0), 1.3 * by_few(0, 0));
-  // 71 m of walls cross fewer than 3 cubes of 2 m for each metre, and each is worth 1 / (0.2 m)^2.
+  // 71 m of walls cross fewer than 3 cubes of 2 m for each metre, and each contributes 1 / (0.2
+  // m)^2.
   EXPECT_LT(by_many(0, 0) + by_many(1, 1), 3.0 * 71.0 / (0.2 * 0.2));
 }
 
-TEST(PriorPoints, ASurfaceThatIsSeenFromBehindIsAnother) {
+TEST(PriorPoints, ASurfaceSeenFromBehindDoesNotMatch) {
   const Pose T = test::pose(2.0, 1.0, 0.9, 0.0, 0.0, 0.0);
   Scene scene = walls_on_a_flat_field(80, T, 0.0, 2.0);
   const Pose beyond = test::pose(60.0, 60.0, 0.9, 0.0, 0.0, 0.0);
@@ -409,7 +410,7 @@ TEST(PriorPoints, ASurfaceThatIsSeenFromBehindIsAnother) {
   EXPECT_EQ(sum_points(seen, scene.map, beyond, {}, 2.0, 4.0, 0.0, &workspace).voxels, 0);
 }
 
-TEST(PriorPoints, WhereTheMapHasNoneNothingChangesAndNothingIsPaid) {
+TEST(PriorPoints, WithoutMapPointsNothingChangesAtNoCost) {
   Scene scene(9, on_hills(10.0, -20.0, 0.05, -0.05, 0.6), false, 0.2, 0.1F);
   const registration::Prediction p =
       test::prediction(scene.T * test::pose(1, 0, 0.2, 0, 0, 0.01), 1.0, 0.02);
@@ -421,7 +422,7 @@ TEST(PriorPoints, WhereTheMapHasNoneNothingChangesAndNothingIsPaid) {
   EXPECT_EQ(after.used, before.used);
 }
 
-TEST(PriorPoints, TheSameScanIsTheSameAnswer) {
+TEST(PriorPoints, TheSameScanGivesTheSameResult) {
   const Pose T = test::pose(2.0, 1.0, 0.9, 0.0, 0.0, 0.4);
   const registration::Prediction p =
       test::prediction(T * test::pose(0.5, 0.4, 0, 0, 0, 0.01), 0.7, 0.02);
@@ -433,7 +434,7 @@ TEST(PriorPoints, TheSameScanIsTheSameAnswer) {
   EXPECT_GT(first.used, 0);
 }
 
-TEST(PriorMatch, OutsideTheMapIsAnAnswer) {
+TEST(PriorMatch, OutsideTheMapGetsAResult) {
   Scene scene(5, test::pose(1000.0, 0.0, 0.0, 0.0, 0.0, 0.0), false, 0.0, 0.2F);
   EXPECT_EQ(scene.match(test::prediction(scene.T, 1.0, 0.1), {}).registration.stop,
             registration::Stop::kEmpty);

@@ -1,4 +1,4 @@
-// What of a scan is matched to the a priori map.
+// The part of a scan that is matched to the a priori map.
 #include "modules/sp/prior/prior_scan.h"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ Points scene() {
   return points;
 }
 
-TEST(PriorScan, PartsTheGroundFromWhatStandsOnIt) {
+TEST(PriorScan, SeparatesTheGroundFromStructure) {
   PriorScan scan;
   scan.take(scene(), Vec3::UnitZ(), 1000, {});
   EXPECT_EQ(scan.ground().size(), 100U);  // columns of 2 m
@@ -29,7 +29,7 @@ TEST(PriorScan, PartsTheGroundFromWhatStandsOnIt) {
   for (std::size_t i = 0; i < scan.standing().size(); ++i) EXPECT_GT(scan.standing()[i].z(), 0.5F);
 }
 
-TEST(PriorScan, LeavesAFewOfWhatStandsSpreadOverAll) {
+TEST(PriorScan, KeepsAFewStructurePointsSpreadOverTheScan) {
   PriorScan scan;
   scan.take(scene(), Vec3::UnitZ(), 3, {});
   ASSERT_EQ(scan.standing().size(), 3U);
@@ -39,7 +39,7 @@ TEST(PriorScan, LeavesAFewOfWhatStandsSpreadOverAll) {
   EXPECT_EQ(scan.ground().size(), 100U);
 }
 
-TEST(PriorScan, UpIsWhereItIsSaidToBe) {
+TEST(PriorScan, UsesTheGivenUpDirection) {
   // The vehicle lies on its side.
   const Quat turned = Quat::FromTwoVectors(Vec3::UnitZ(), Vec3::UnitY());
   Points points;

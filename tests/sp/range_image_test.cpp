@@ -22,7 +22,7 @@ RangeFacet facet_of(const std::vector<float>& ranges) {
   return f;
 }
 
-TEST(Ranges, PointsLieAtTheirCellsDirection) {
+TEST(Ranges, PointsLieInTheDirectionOfTheirCell) {
   const Calibration calibration(demo3());
   std::vector<float> ranges(360, 0.0F);
   ranges[90] = 20.0F;  // row 0, just right of the middle
@@ -54,7 +54,7 @@ TEST(Ranges, TiltUpIsPositiveAndFollowsItsRate) {
   EXPECT_NEAR(rising.points.z[0], 0.9 + 10.0 * 0.003125, 1e-3);
 }
 
-TEST(Ranges, WhatIsNoRangeIsCountedNotUsed) {
+TEST(Ranges, InvalidRangesAreCountedAndNotUsed) {
   const Calibration calibration(demo3());
   std::vector<float> ranges(360, 5.0F);
   ranges[0] = std::numeric_limits<float>::quiet_NaN();
@@ -72,7 +72,8 @@ TEST(Ranges, WhatIsNoRangeIsCountedNotUsed) {
   EXPECT_EQ(scan.dt_us.size(), 354U);
 }
 
-// Between an object and what lies behind it; what is only thin stays, as it is seen in two rows.
+// Points between an object and its background are removed; thin objects stay, since they are seen
+// in two rows.
 TEST(Ranges, MixedPixelsAreLeftOut) {
   const Calibration calibration(demo3());
   std::vector<float> ranges(360, 20.0F);
@@ -88,7 +89,7 @@ TEST(Ranges, MixedPixelsAreLeftOut) {
   EXPECT_EQ(count.returns, 358);
 }
 
-TEST(Ranges, AFacetWithoutReturnsIsNoError) {
+TEST(Ranges, AFacetWithoutReturnsIsValid) {
   const Calibration calibration(demo3());
   Scan scan;
   RangeFacet facet;

@@ -17,7 +17,7 @@ PointFacet one_point() {
   return f;
 }
 
-TEST(ScanAssembler, CompleteWhenEveryFacetCameInAnyOrder) {
+TEST(ScanAssembler, IsCompleteWhenEveryFacetArrivedInAnyOrder) {
   ScanAssembler a{LadarParams{}};
   for (const int facet : {2, 0, 3}) {
     EXPECT_EQ(a.add(id(7, facet), one_point()), FacetVerdict::kAdded);
@@ -29,7 +29,7 @@ TEST(ScanAssembler, CompleteWhenEveryFacetCameInAnyOrder) {
   EXPECT_EQ(a.count().returns, 4);
 }
 
-TEST(ScanAssembler, ALostFacetCostsAFacetNotTheScan) {
+TEST(ScanAssembler, ALostFacetLosesOnlyItself) {
   ScanAssembler a{LadarParams{}};
   a.add(id(1, 0), one_point());
   a.add(id(1, 3), one_point());
@@ -41,7 +41,7 @@ TEST(ScanAssembler, ALostFacetCostsAFacetNotTheScan) {
   EXPECT_EQ(a.scan()->points.size(), 1U);
 }
 
-TEST(ScanAssembler, RepeatedAndLateFacetsAreNamed) {
+TEST(ScanAssembler, RepeatedAndLateFacetsAreReported) {
   ScanAssembler a{LadarParams{}};
   a.add(id(5, 0), one_point());
   EXPECT_EQ(a.add(id(5, 0), one_point()), FacetVerdict::kRepeated);
@@ -51,7 +51,7 @@ TEST(ScanAssembler, RepeatedAndLateFacetsAreNamed) {
   EXPECT_EQ(a.scan()->points.size(), 1U);
 }
 
-TEST(ScanAssembler, AWriterThatStartsAgainIsFollowed) {
+TEST(ScanAssembler, ARestartedWriterIsFollowed) {
   ScanAssembler a{LadarParams{}};
   a.add(id(5000, 0), one_point());
   EXPECT_EQ(a.add(id(1, 0), one_point()), FacetVerdict::kNewScan);

@@ -1,6 +1,6 @@
 #pragma once
-// Pairs of simulated scans whose motion is known, and what spoils them: gross outliers, an occluded
-// part, things that move, data that the model does not cover.
+// Pairs of simulated scans with known motion, and their defects: gross outliers, an occluded part,
+// moving objects, data that the model does not cover.
 
 #include <random>
 #include <string>
@@ -12,7 +12,7 @@
 
 namespace rcs::test {
 
-/// The LADAR that a place is looked at with.
+/// The LADAR with which a place is scanned.
 enum class Scanner {
   kImager,   ///< Demo III's: 32 x 180 cells over 20 x 90 deg ahead
   kSpinning  ///< all around, of about twice as many points
@@ -34,7 +34,7 @@ struct KnownPair {
   Pose T_model_data;  ///< true
 };
 
-/// @param count  from as many places of the terrain, `apart_m` from model to data
+/// @param count  number of sites on the terrain, `apart_m` from model to data
 [[nodiscard]] std::vector<KnownPair> known_pairs(const ScanPlace& place,
                                                  const sim::Scenario& reference, double apart_m,
                                                  int count);
@@ -45,8 +45,8 @@ void add_outliers(double share, std::mt19937* rng, KnownPair* pair);
 /// A `share` of the data is missing: to the left or to the right, by azimuth.
 void occlude(double share, std::mt19937* rng, KnownPair* pair);
 
-/// A `share` of the data is objects that have moved: each a twentieth of the scan, of points beside
-/// one another, by 0.5 to 2 m in any level direction.
+/// A `share` of the data is objects that have moved: each a twentieth of the scan, of adjacent
+/// points, by 0.5 to 2 m in any level direction.
 void move_objects(double share, std::mt19937* rng, KnownPair* pair);
 
 /// A `share` of the data is outside of the model: it ends at an azimuth, to the left or right.

@@ -1,4 +1,4 @@
-// What is said to spoil a scan spoils as much of it as is said, and nothing else.
+// Each defect affects exactly the requested share of a scan.
 
 #include "tests/sp/scan_defects.h"
 
@@ -27,7 +27,7 @@ std::vector<double> moved_by(const Points& before, const Points& after) {
   return all;
 }
 
-TEST(ScanTroubles, OutliersAreAsManyAsWanted) {
+TEST(ScanDefects, OutliersHaveTheRequestedShare) {
   const KnownPair good = some_pair();
   KnownPair bad = good;
   std::mt19937 rng(2);
@@ -39,7 +39,7 @@ TEST(ScanTroubles, OutliersAreAsManyAsWanted) {
   EXPECT_EQ(bad.model.x, good.model.x);
 }
 
-TEST(ScanTroubles, ObjectsMoveAsFarAsWanted) {
+TEST(ScanDefects, ObjectsMoveByTheRequestedDistance) {
   const KnownPair good = some_pair();
   KnownPair bad = good;
   std::mt19937 rng(3);
@@ -52,7 +52,7 @@ TEST(ScanTroubles, ObjectsMoveAsFarAsWanted) {
   EXPECT_EQ(changed, 1200);
 }
 
-TEST(ScanTroubles, WhatIsHiddenIsOnOneSide) {
+TEST(ScanDefects, OccludedPointsAreOnOneSide) {
   for (unsigned seed = 0; seed < 6; ++seed) {
     KnownPair pair = some_pair();
     std::mt19937 rng(seed);
@@ -62,8 +62,8 @@ TEST(ScanTroubles, WhatIsHiddenIsOnOneSide) {
   }
 }
 
-// The data are the model's own points: those that it lost are those that are not covered.
-TEST(ScanTroubles, TheModelLosesWhatItShallNotCover) {
+// The data are the model's own points: the lost points are those that are not covered.
+TEST(ScanDefects, TheModelLosesTheRequestedShareOfCoverage) {
   for (unsigned seed = 0; seed < 6; ++seed) {
     KnownPair pair = some_pair();
     std::mt19937 rng(seed);

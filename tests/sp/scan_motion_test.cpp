@@ -60,7 +60,7 @@ TEST(Motion, FreeFallIsAParabola) {
   EXPECT_NEAR(end.v_rolling.z(), -9.80665, 1e-9);
 }
 
-TEST(Motion, WithoutSamplesTheLastTurnGoesOn) {
+TEST(Motion, WithoutSamplesTheLastTurnRateContinues) {
   // A circle of 10 m at 5 m/s: half a turn ends on the other side.
   MotionState s;
   s.v_rolling = Vec3(5.0, 0.0, 0.0);
@@ -70,7 +70,7 @@ TEST(Motion, WithoutSamplesTheLastTurnGoesOn) {
   EXPECT_LT((end.v_rolling - Vec3(-5.0, 0.0, 0.0)).norm(), 1e-4);
 }
 
-TEST(Motion, SamplesThatStepBackAreRefusedAndTheOldestForgotten) {
+TEST(Motion, BackwardSamplesAreRejectedAndTheOldestRemoved) {
   InertialBuffer buffer(3);
   for (int i = 1; i <= 5; ++i) {
     EXPECT_TRUE(buffer.add({Stamp() + i * kStep, kStep, Vec3::Zero(), Vec3::Zero()}));
@@ -81,7 +81,7 @@ TEST(Motion, SamplesThatStepBackAreRefusedAndTheOldestForgotten) {
   EXPECT_EQ(buffer[0].stamp, Stamp() + 3 * kStep);
 }
 
-TEST(Motion, OneSampleFromTheFutureDoesNotRefuseAllOthersForEver) {
+TEST(Motion, OneSampleFromTheFutureDoesNotBlockLaterSamples) {
   InertialBuffer buffer(100);
   EXPECT_TRUE(buffer.add({Stamp() + from_seconds(1e6), kStep, Vec3::Zero(), Vec3::Zero()}));
   for (int i = 1; i < InertialBuffer::kClockStepped; ++i) {
@@ -104,7 +104,7 @@ TEST(Motion, TableIsIdentityAtTheReference) {
     const Stamp t = reference + table.first + static_cast<int>(k) * table.step;
     const MotionState at = propagate(start(), inertial, t);
     const Pose expected = at_reference.T_rolling_vehicle.inverse() * at.T_rolling_vehicle;
-    // The two paths cut the samples' intervals at different places: microns.
+    // The two paths cut the samples' intervals at different times: micrometres.
     EXPECT_LT((table.T_reference_vehicle[k].p - expected.p).norm(), 1e-5);
   }
 }

@@ -1,5 +1,5 @@
 #pragma once
-// What lies beside a file or folder under a name that begins with its own.
+// Files next to a file or folder whose name begins with its name.
 
 #include <filesystem>
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace rcs::test {
 
-/// @return names, "PATH." and what follows
+/// @return names, "PATH." and the rest
 inline std::vector<std::string> beside(const std::string& path) {
   const std::filesystem::path whole(path);
   const std::string stem = whole.filename().string() + ".";

@@ -36,7 +36,7 @@ View view_of(const CoursePicture& picture) {
   for (const Vec2& p : picture.waypoints_world) hold(p);
   low -= Vec2::Constant(kMargin_m);
   high += Vec2::Constant(kMargin_m);
-  // A narrow course gets some land to its sides: the legend needs the width.
+  // A narrow course gets additional terrain at its sides: the legend needs the width.
   const Vec2 size = high - low;
   const double more_m = std::max(0.0, kMapWidth_px / kMapHeight_px * size.y() - size.x());
   low.x() -= 0.5 * more_m;
@@ -143,7 +143,7 @@ void add_cross(double x_px, double y_px, SvgOut out) {
                  x_px - 6.0, y_px - 6.0, kLost);
 }
 
-/// Where something hard was touched, each time.
+/// Position of each collision.
 int add_hits(const CoursePicture& picture, const View& view, SvgOut out) {
   int hits = 0;
   for (std::size_t k = 1; k < picture.samples.size(); ++k) {
@@ -170,7 +170,7 @@ void add_waypoints(const CoursePicture& picture, const View& view, SvgOut out) {
                    "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\" fill=\"none\" "
                    "stroke=\"#b3261e\" stroke-width=\"1.6\" stroke-dasharray=\"4 3\"/>\n",
                    view.x(p.x()), view.y(p.y()), radius_px);
-    // Beside the circle, so that what happens in it is seen.
+    // Next to the circle, so that its interior is visible.
     add_pin(view.x(p.x()) + 0.7 * radius_px + 8.0, view.y(p.y()) - 0.7 * radius_px - 8.0,
             std::to_string(k + 1), out);
   }

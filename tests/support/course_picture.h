@@ -1,6 +1,6 @@
 #pragma once
-// A drive through the simulated world as a picture from above: the ground, what stands on it, where
-// the vehicle was to go, where it went and where it believed to be.
+// A drive through the simulated world as a picture from above: the ground with its objects, the
+// planned course, the true path and the estimated path of the vehicle.
 
 #include <optional>
 #include <string>
@@ -11,11 +11,11 @@
 namespace rcs::test {
 
 struct CourseSample {
-  Vec2 place_world;  ///< truth
+  Vec2 place_world;  ///< ground truth
   double heading_rad = 0.0;
   double speed_mps = 0.0;
   bool gps = true;
-  bool hit = false;  ///< it touches what it must not hit
+  bool hit = false;  ///< it touches an obstacle
   std::optional<Vec2> believed_world;
 };
 

@@ -16,7 +16,7 @@
 
 namespace {
 
-// Plain integers with constant initialization: reading them in malloc allocates nothing.
+// Plain integers with constant initialization: reading them in malloc does not allocate.
 thread_local bool t_counting = false;
 thread_local std::int64_t t_allocations = 0;
 
@@ -26,7 +26,7 @@ thread_local std::int64_t t_allocations = 0;
 
 extern "C" {
 
-// NOLINTBEGIN(bugprone-reserved-identifier): glibc's names for what is replaced here
+// NOLINTBEGIN(bugprone-reserved-identifier): glibc's names of the replaced functions
 void* __libc_malloc(std::size_t size);
 void* __libc_calloc(std::size_t count, std::size_t size);
 void* __libc_realloc(void* old, std::size_t size);

@@ -1,12 +1,12 @@
 #pragma once
-// Counts the heap allocations of this thread, to prove that a cycle makes none. It replaces malloc
+// Counts the heap allocations of this thread, to verify that a cycle makes none. It replaces malloc
 // and its relatives in the test program; operator new ends there as well.
 
 #include <cstdint>
 
 namespace rcs::test {
 
-/// While one is alive, this thread's allocations are counted. Not to be nested.
+/// While a guard exists, the allocations of this thread are counted. Guards must not be nested.
 class HeapGuard {
  public:
   HeapGuard();

@@ -13,7 +13,8 @@ namespace {
 constexpr int kCellsAcross = 180;  // of the ground's shading
 constexpr int kShades = 14;
 
-/// Heights on a lattice over the view, north first, without what is too small to be seen.
+/// Heights on a lattice over the view, north first, without details that are too small to be
+/// visible.
 class SmoothGround {
  public:
   SmoothGround(const sim::Relief& relief, const View& view, int cols, int rows, double cell_m)
@@ -73,12 +74,12 @@ KindStyle style_of(Kind kind) {
 
 void add_circle(double x_px, double y_px, double radius_px, const KindStyle& style, SvgOut out) {
   fmt::format_to(out, "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{:.1f}\" fill=\"{}\"", x_px, y_px,
-                 std::max(radius_px, style.least_px), style.fill);
+                 std::max(radius_px, style.min_px), style.fill);
   if (style.opacity < 1.0) fmt::format_to(out, " fill-opacity=\"{}\"", style.opacity);
   fmt::format_to(out, "/>\n");
 }
 
-// Light from the north-west, as on maps: else hills are seen as hollows. Runs of equal shade are
+// Light from the north-west, as on maps: otherwise hills look like hollows. Runs of equal shade are
 // one rectangle, and a shade is one path.
 void add_ground(const sim::World& world, const View& view, SvgOut out) {
   const double cell_m = (view.high_world - view.low_world).x() / kCellsAcross;

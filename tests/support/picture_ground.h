@@ -1,5 +1,5 @@
 #pragma once
-// The simulated world from above, as parts of an SVG: the ground and what stands on it.
+// The simulated world from above, as parts of an SVG: the ground and its objects.
 
 #include <iterator>
 #include <string>
@@ -28,13 +28,13 @@ struct View {
   [[nodiscard]] double height_px() const { return (high_world - low_world).y() * px_per_m; }
 };
 
-/// What stands, as a picture tells it apart.
+/// Kinds of objects that a picture distinguishes.
 enum class Kind { kLowRock, kRock, kBush, kCrown, kTrunk };
 
 struct KindStyle {
   const char* fill;
   double opacity;
-  double least_px;
+  double min_px;
 };
 
 [[nodiscard]] KindStyle style_of(Kind kind);

@@ -43,7 +43,7 @@ inline Points moved(const Pose& T, const Points& points) {
   return out;
 }
 
-/// Of which no cloud says where it lies: none, one point, a line, one place again and again.
+/// Degenerate clouds that do not determine a pose: empty, one point, a line, one position repeated.
 inline std::vector<Points> poor_clouds() {
   std::vector<Points> clouds(4);
   clouds[1].push_back(Vec3f(1.0F, 2.0F, 3.0F));

@@ -1,5 +1,5 @@
 #pragma once
-// `rcs` as a user calls it, with a folder of the test's own.
+// `rcs` on the command line, with a folder for each test.
 
 #include <gtest/gtest.h>
 

@@ -20,7 +20,7 @@ void for_each_source(
     const std::function<void(const std::string& path, const std::string& text)>& visit);
 
 /// The code of a C++ file with comments and the contents of literals blanked (lines are kept), so
-/// that neither a test's samples nor a sentence about a clock count. The name of an #include stays.
+/// that neither samples in a test nor a comment about a clock count. The name of an #include stays.
 [[nodiscard]] std::string code_of(std::string_view text);
 
 }  // namespace rcs

@@ -1,5 +1,5 @@
 #pragma once
-// What the simulated LADAR sees from a vehicle at rest.
+// A scan of the simulated LADAR from a vehicle at rest.
 
 #include <vector>
 
@@ -9,7 +9,7 @@
 
 namespace rcs::test {
 
-/// Of a vehicle that stands on the ground, along its slope.
+/// Pose of a vehicle that stands on the ground, along its slope.
 inline Pose T_world_standing(const sim::World& world, const Vec2& place_world, double heading_rad) {
   constexpr double kVehicleHeight_m = 0.9;
   const Vec3 up = world.normal(place_world.x(), place_world.y());
@@ -23,7 +23,7 @@ inline sim::Trajectory at_rest(const Pose& T_world_vehicle) {
   return {std::vector<Pose>(5, T_world_vehicle), 1.0};
 }
 
-/// One scan, as `calibration` makes points of its ranges.
+/// One scan, with points computed from its ranges by `calibration`.
 inline Points image_at_rest(const sim::World& world, const Pose& T_world_vehicle,
                             const sp::Calibration& calibration, sim::RangeImager* imager) {
   const sim::Trajectory still = at_rest(T_world_vehicle);

@@ -11,7 +11,7 @@
 
 namespace rcs::test {
 
-/// Hands on every message of a channel that can be decoded, with its arrival.
+/// Passes on every decodable message of a channel with its arrival.
 template <class T>
 class Tap final : public Receiver {
  public:

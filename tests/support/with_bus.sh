@@ -1,9 +1,9 @@
 #!/bin/sh
 # with_bus.sh COMMAND [ARG...]: runs the command on a private LCM bus, i.e. in a network namespace of
-# its own with a multicast route, so that tests can run in parallel and beside a vehicle's bus.
-# Where the system forbids namespaces it says so and exits with 77 (CTest: skipped).
+# its own with a multicast route, so that tests can run in parallel and next to a vehicle's bus.
+# Where the system forbids namespaces it reports that and exits with 77 (CTest: skipped).
 
-# A test program that lists its tests needs no bus; and one private bus is enough.
+# A test program that lists its tests needs no bus; within a private bus no second one is created.
 case " $* " in *" --gtest_list_tests "*) exec "$@" ;; esac
 [ -n "$RCS_PRIVATE_BUS" ] && exec "$@"
 

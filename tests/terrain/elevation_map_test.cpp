@@ -60,7 +60,7 @@ TEST(ElevationMap, GradientIsTheSlopeOfTheSurface) {
   }
 }
 
-TEST(ElevationMap, OutsideAndUnknownAreSaid) {
+TEST(ElevationMap, OutsideAndUnknownCellsAreReported) {
   Raster r = test::random_raster(4, {0, 0}, 5, 5);
   r.level = MapLevel{2.5, Vec2::Zero(), 0.0, 1.0};
   r.z_m[12] = std::numeric_limits<float>::quiet_NaN();  // the middle cell, at (6.25, 6.25)
@@ -77,7 +77,7 @@ TEST(ElevationMap, OutsideAndUnknownAreSaid) {
   EXPECT_TRUE(map.sample(11.24, 11.24, &e));
 }
 
-TEST(ElevationMap, TheFinestLevelThatKnowsThePlaceAnswers) {
+TEST(ElevationMap, TheFinestKnownLevelIsUsed) {
   Raster coarse = test::hills({10.0, Vec2::Zero(), 0.0, 1.0}, {-20, -20}, 40, 40);
   Raster fine = test::hills({0.5, Vec2::Zero(), 0.0, 1.0}, {0, 0}, 60, 60);
   const ElevationMap map = map_of({coarse, fine});
@@ -109,7 +109,7 @@ TEST(ElevationMap, RastersOfOneLevelAreOneSurface) {
   EXPECT_FALSE(ElevationMap::from_rasters(test::frame(), {}));
 }
 
-/// The closest of all by looking at each.
+/// The closest point of all by exhaustive search.
 std::optional<double> closest_of(const Raster& r, const Vec3& p) {
   std::optional<double> nearest_m;
   const Vec2 corner = r.level.origin_m + r.level.cell_m * Vec2(r.first.i, r.first.j);
@@ -146,12 +146,12 @@ TEST(ElevationMap, TheClosestPointIsFoundAcrossTheBordersOfTiles) {
   EXPECT_FALSE(map.closest_point(Vec3(1e12, 0.0, 0.0), 1.0, &here));
 }
 
-/// Reads as if by another thread: a job is finished when the test says so.
+/// Simulates reading in another thread: a job is finished when the test calls for it.
 class SlowLoader final : public TileLoader {
  public:
-  SlowLoader(std::string map, std::size_t most) : map_(std::move(map)), most_(most) {}
+  SlowLoader(std::string map, std::size_t most) : map_(std::move(map)), max_(most) {}
   bool start(const TileJob& job) override {
-    if (under_way_.size() + done_.size() >= most_) return false;
+    if (under_way_.size() + done_.size() >= max_) return false;
     under_way_.push_back(job);
     return true;
   }
@@ -171,7 +171,7 @@ class SlowLoader final : public TileLoader {
 
  private:
   std::string map_;
-  std::size_t most_;
+  std::size_t max_;
   std::vector<std::uint8_t> buffer_;
   std::deque<TileJob> under_way_, done_;
 };
@@ -196,7 +196,7 @@ class MapOnDisk : public testing::Test {
   Raster raster_;
 };
 
-TEST_F(MapOnDisk, FollowingItIsTheSameSurfaceAsHavingItAll) {
+TEST_F(MapOnDisk, TheLoadedWindowIsTheSameSurfaceAsTheWholeMap) {
   Result<ElevationMap> whole = ElevationMap::load(path_, 1e9);
   ASSERT_TRUE(whole) << whole.error().message;
   ElevationMap map = opened(60.0);
@@ -219,8 +219,8 @@ TEST_F(MapOnDisk, FollowingItIsTheSameSurfaceAsHavingItAll) {
   EXPECT_EQ(map.loading().failed, 0);
 }
 
-// A way of 13 km across a hundred tiles and more.
-TEST_F(MapOnDisk, MemoryStaysThatOfTheWindowAcrossAHundredTiles) {
+// A path of 13 km across more than a hundred tiles.
+TEST_F(MapOnDisk, MemoryStaysBoundedAcrossAHundredTiles) {
   const Raster strip = test::hills({0.5, Vec2::Zero(), 0.0, 1.0}, {0, 0}, 104 * kTileSide, 64);
   fs::remove_all(path_);
   ASSERT_TRUE(mapping::write_map(path_, test::frame(), strip));
@@ -240,7 +240,7 @@ TEST_F(MapOnDisk, MemoryStaysThatOfTheWindowAcrossAHundredTiles) {
   EXPECT_EQ(map.memory_bytes(), before);
 }
 
-TEST_F(MapOnDisk, WhatIsUnderWayIsUnknownGroundAndNothingElseIs) {
+TEST_F(MapOnDisk, OnlyTilesBeingLoadedAreUnknown) {
   ElevationMap map = opened(60.0);
   SlowLoader loader(path_, 3);
   Elevation e;
@@ -258,7 +258,8 @@ TEST_F(MapOnDisk, WhatIsUnderWayIsUnknownGroundAndNothingElseIs) {
   EXPECT_TRUE(map.complete());
   ASSERT_TRUE(map.sample(0.0, 0.0, &e));
   EXPECT_EQ(e.level, 0);
-  // Off it goes, faster than the disk: nothing of what is left behind is taken for what is ahead.
+  // The vehicle moves faster than tiles are loaded: no tile that was left behind is used for the
+  // ground ahead.
   for (double x = 0.0; x < 1200.0; x += 40.0) {
     map.follow({x, 0.0}, &loader);
     loader.work();
@@ -269,7 +270,7 @@ TEST_F(MapOnDisk, WhatIsUnderWayIsUnknownGroundAndNothingElseIs) {
   }
 }
 
-TEST_F(MapOnDisk, AFileThatIsCutShortOrReplacedIsSaidAndNothingDies) {
+TEST_F(MapOnDisk, ATruncatedOrReplacedFileIsReportedWithoutACrash) {
   const Result<MapFolder> folder = MapFolder::open(path_);
   ASSERT_TRUE(folder);
   ElevationMap map = opened(60.0);
@@ -291,15 +292,15 @@ TEST_F(MapOnDisk, AFileThatIsCutShortOrReplacedIsSaidAndNothingDies) {
   EXPECT_NE(map.loading().failure.find("0_0.tile: truncated"), std::string::npos)
       << map.loading().failure;
   Elevation e;
-  ASSERT_TRUE(map.sample(30.0, 30.0, &e));  // the coarser level stands in
+  ASSERT_TRUE(map.sample(30.0, 30.0, &e));  // the coarser level replaces it
   EXPECT_EQ(e.level, 1);
   ASSERT_TRUE(map.sample(-30.0, 30.0, &e));
   EXPECT_GT(e.z_m, 90.0);
   map.follow({5.0, 0.0}, &loader);
-  EXPECT_EQ(map.loading().failed, 1) << "read again and again";
+  EXPECT_EQ(map.loading().failed, 1) << "not counted again for each attempt";
 }
 
-TEST_F(MapOnDisk, PointsAreFollowedAndTheirMemoryIsKnownBeforehand) {
+TEST_F(MapOnDisk, PointsAreLoadedAndTheirMemoryIsKnownBeforehand) {
   const std::size_t bare = opened(60.0).memory_bytes();
   raster_.points = test::random_points(8, raster_, 20000);
   fs::remove_all(path_);
@@ -309,7 +310,7 @@ TEST_F(MapOnDisk, PointsAreFollowedAndTheirMemoryIsKnownBeforehand) {
   EXPECT_GT(before, bare);
   DirectTileLoader loader(path_);
   StandingHere here;
-  EXPECT_FALSE(map.closest_point({0.0, 0.0, 5.0}, 20.0, &here)) << "not brought yet";
+  EXPECT_FALSE(map.closest_point({0.0, 0.0, 5.0}, 20.0, &here)) << "not loaded yet";
   for (double x = -100.0; x < 1300.0; x += 35.0) {
     map.follow({x, 3.0}, &loader);
     const Vec3 p(x, 3.0, 5.0);
@@ -322,10 +323,10 @@ TEST_F(MapOnDisk, PointsAreFollowedAndTheirMemoryIsKnownBeforehand) {
   EXPECT_EQ(map.memory_bytes(), before);
   EXPECT_EQ(map.loading().failed, 0);
 
-  // A file with more than the index makes room for.
+  // A file with more points than the index states.
   const Result<MapFolder> folder = MapFolder::open(path_);
   Raster other = cut(raster_, first_cell({0, 0}), kTileSide, kTileSide);
-  other.points = test::random_points(9, other, kMostSurfacePoints);
+  other.points = test::random_points(9, other, kMaxSurfacePoints);
   const std::string other_path = path_ + "_other";
   fs::remove_all(other_path);
   ASSERT_TRUE(mapping::write_map(other_path, test::frame(), other));
@@ -339,7 +340,7 @@ TEST_F(MapOnDisk, PointsAreFollowedAndTheirMemoryIsKnownBeforehand) {
       << again.loading().failure;
 }
 
-TEST_F(MapOnDisk, MoreThanMemoryAllowsIsRefusedBeforeTheDrive) {
+TEST_F(MapOnDisk, AMapThatExceedsTheMemoryIsRejectedBeforeTheDrive) {
   const Result<ElevationMap> map = ElevationMap::open(path_, {500.0, 2e6});
   ASSERT_FALSE(map);
   EXPECT_NE(map.error().message.find("2 allowed"), std::string::npos) << map.error().message;

@@ -28,21 +28,22 @@ ElevationMap ground(const std::function<double(double, double)>& z, float sigma_
   return std::move(*map);
 }
 
-TEST(Localizability, APlaneTellsNothing) {
+TEST(Localizability, APlaneGivesNoInformation) {
   const ElevationMap map = ground([](double x, double y) { return 0.2 * x - 0.1 * y; });
   const Eigen::Matrix2d information = terrain_information(map, {3.0, 4.0}, {});
-  // What is left is that gravity tells the plane's slope from the vehicle's.
+  // The remaining information comes from gravity, which separates the slope of the plane from that
+  // of the vehicle.
   EXPECT_GT(worst_sigma_m(information), 1.0e3);
 }
 
-TEST(Localizability, ARidgeTellsAcrossItselfAlone) {
+TEST(Localizability, ARidgeGivesInformationAcrossItsAxisOnly) {
   const ElevationMap map = ground([](double x, double) { return 3.0 * std::sin(0.2 * x); });
   const Eigen::Matrix2d information = terrain_information(map, {0.0, 0.0}, {});
   EXPECT_LT(1.0 / std::sqrt(information(0, 0)), 0.05);
   EXPECT_GT(worst_sigma_m(information), 1.0e3);
 }
 
-TEST(Localizability, HillsTellBothAndAsTheMapIsSure) {
+TEST(Localizability, HillsGiveInformationInBothAxesByTheSigmaOfTheMap) {
   const auto hills = [](double x, double y) {
     return 3.0 * std::sin(0.2 * x) * std::cos(0.15 * y);
   };
@@ -52,13 +53,13 @@ TEST(Localizability, HillsTellBothAndAsTheMapIsSure) {
   EXPECT_GT(poor, 5.0 * fine);
 }
 
-TEST(Localizability, UnknownGroundTellsNothing) {
+TEST(Localizability, UnknownGroundGivesNoInformation) {
   const ElevationMap map = ground([](double x, double) { return x > 100.0 ? std::nan("") : 0.0; });
   EXPECT_TRUE(terrain_information(map, {200.0, 0.0}, {}).isZero());
   EXPECT_TRUE(std::isinf(worst_sigma_m(terrain_information(map, {1e5, 0.0}, {}))));
 }
 
-TEST(Localizability, AlongAPathFlatGroundDriftsAndHillsHold) {
+TEST(Localizability, AlongAPathUncertaintyGrowsOnFlatGroundAndIsBoundedOnHills) {
   const auto half = [](double x, double y) {
     return x < 0.0 ? 0.0 : 3.0 * std::sin(0.2 * x) * std::cos(0.15 * y);
   };

@@ -40,7 +40,7 @@ class MapFolderTest : public testing::Test {
   std::vector<std::uint8_t> buffer_;
 };
 
-TEST_F(MapFolderTest, WhatIsWrittenIsRead) {
+TEST_F(MapFolderTest, AWrittenMapIsRead) {
   const Raster raster = test::random_raster(2, {-300, 10}, 700, 300);
   ASSERT_TRUE(mapping::write_map(path_, test::frame(), raster));
   const MapFolder folder = opened();
@@ -55,7 +55,7 @@ TEST_F(MapFolderTest, WhatIsWrittenIsRead) {
   }
 }
 
-TEST_F(MapFolderTest, AFifoAsIndexOrTileIsRefusedAndNotWaitedFor) {
+TEST_F(MapFolderTest, AFifoAsIndexOrTileIsRejectedWithoutWaiting) {
   ASSERT_TRUE(mapping::write_map(path_, test::frame(), test::random_raster(2, {0, 0}, 20, 20)));
   const MapFolder folder = opened();
   const Cell number = folder.index().levels.front().tiles.front().tile;
@@ -86,18 +86,18 @@ TEST_F(MapFolderTest, PointsGoWithTheirTiles) {
   std::vector<std::uint8_t> index = encode_index(folder.index());
   EXPECT_EQ(index[8], 2) << "version";
   MapIndex hostile = folder.index();
-  hostile.levels.front().tiles.front().points = kMostSurfacePoints + 1;
+  hostile.levels.front().tiles.front().points = kMaxSurfacePoints + 1;
   EXPECT_FALSE(check_index(hostile));
 }
 
 TEST_F(MapFolderTest, ATileWithTooManyPointsIsThinned) {
   Raster raster = test::random_raster(2, {0, 0}, kTileSide, kTileSide);
-  raster.points = test::random_points(6, raster, 3 * kMostSurfacePoints);
+  raster.points = test::random_points(6, raster, 3 * kMaxSurfacePoints);
   ASSERT_TRUE(mapping::write_map(path_, test::frame(), raster));
   const Result<Raster> tile = opened().read(0, {0, 0}, &buffer_);
   ASSERT_TRUE(tile) << tile.error().message;
-  EXPECT_LE(tile->points.size(), kMostSurfacePoints);
-  EXPECT_GT(tile->points.size(), kMostSurfacePoints / 8);
+  EXPECT_LE(tile->points.size(), kMaxSurfacePoints);
+  EXPECT_GT(tile->points.size(), kMaxSurfacePoints / 8);
 }
 
 TEST_F(MapFolderTest, CoarserLevelsAreTheSameGround) {
@@ -127,7 +127,7 @@ TEST_F(MapFolderTest, CoarserLevelsAreTheSameGround) {
   }
 }
 
-TEST_F(MapFolderTest, LaterCellsWinAndUnknownOnesDoNot) {
+TEST_F(MapFolderTest, LaterCellsReplaceEarlierOnesUnlessUnknown) {
   Raster first = test::random_raster(3, {0, 0}, 100, 100);
   Raster second = test::random_raster(4, {50, 50}, 100, 100);
   second.source = {CellSource::kSensed};
@@ -147,7 +147,7 @@ TEST_F(MapFolderTest, LaterCellsWinAndUnknownOnesDoNot) {
   EXPECT_EQ(layer_at(tile->source, tile->at({51, 50})), CellSource::kSensed);
 }
 
-TEST_F(MapFolderTest, AMapIsThereWhenItIsComplete) {
+TEST_F(MapFolderTest, AMapAppearsWhenItIsComplete) {
   const Raster raster = test::random_raster(5, {0, 0}, 10, 10);
   {
     Result<mapping::MapWriter> writer =
@@ -171,7 +171,7 @@ TEST_F(MapFolderTest, AMapIsThereWhenItIsComplete) {
   EXPECT_NE(over.error().message.find("not a map"), std::string::npos);
 }
 
-TEST_F(MapFolderTest, FoldersBesideItAreNotTouched) {
+TEST_F(MapFolderTest, NeighbouringFoldersAreNotTouched) {
   const Raster raster = test::random_raster(5, {0, 0}, 10, 10);
   const std::string own = path_ + "." + std::to_string(::getpid()) + ".0";
   std::vector<std::string> files;
@@ -203,7 +203,7 @@ TEST_F(MapFolderTest, AMapWithOtherFilesInItIsNotReplaced) {
     EXPECT_TRUE(fs::exists(other));
     fs::remove(other);
   }
-  // Or comes while the map is written.
+  // Or appears while the map is written.
   Result<mapping::MapWriter> writer =
       mapping::MapWriter::create(path_, test::frame(), {raster.level});
   ASSERT_TRUE(writer);
@@ -217,7 +217,7 @@ TEST_F(MapFolderTest, AMapWithOtherFilesInItIsNotReplaced) {
   EXPECT_TRUE(test::beside(path_).empty());
 }
 
-TEST_F(MapFolderTest, ALinkToAMapStaysOne) {
+TEST_F(MapFolderTest, ALinkToAMapStaysALink) {
   const Raster raster = test::random_raster(5, {0, 0}, 10, 10);
   ASSERT_TRUE(mapping::write_map(path_, test::frame(), raster));
   const std::string link = path_ + ".link";
@@ -227,7 +227,7 @@ TEST_F(MapFolderTest, ALinkToAMapStaysOne) {
   EXPECT_EQ(opened().index().levels.front().tiles.size(), 2U);
 }
 
-TEST_F(MapFolderTest, WhatIsBrokenOnDiskIsNamed) {
+TEST_F(MapFolderTest, DamageOnDiskIsNamed) {
   ASSERT_TRUE(mapping::write_map(path_, test::frame(), test::random_raster(6, {0, 0}, 300, 10)));
   const MapFolder folder = opened();
   const std::string file = folder.file_of(0, {1, 0});
@@ -237,7 +237,7 @@ TEST_F(MapFolderTest, WhatIsBrokenOnDiskIsNamed) {
   EXPECT_NE(tile.error().message.find(file), std::string::npos);
   EXPECT_NE(tile.error().message.find("truncated"), std::string::npos);
   fs::copy_file(folder.file_of(0, {0, 0}), file, fs::copy_options::overwrite_existing);
-  EXPECT_NE(folder.read(0, {1, 0}, &buffer_).error().message.find("is tile 0, 0"),
+  EXPECT_NE(folder.read(0, {1, 0}, &buffer_).error().message.find("contains tile 0, 0"),
             std::string::npos);
   fs::resize_file(path_ + "/map.index", 60);
   const Result<MapFolder> cut_short = MapFolder::open(path_);
@@ -245,7 +245,7 @@ TEST_F(MapFolderTest, WhatIsBrokenOnDiskIsNamed) {
   EXPECT_NE(cut_short.error().message.find("map.index"), std::string::npos);
 }
 
-TEST(MapIndex, ChangedBytesAndForgedCountsAreRefused) {
+TEST(MapIndex, ChangedBytesAndForgedCountsAreRejected) {
   MapIndex index;
   index.frame = test::frame();
   index.levels.push_back({MapLevel{}, {{{-1, 2}, 7, 8, 1.0F, 2.0F}, {{3, 2}, 7, 8, 1.0F, 2.0F}}});
@@ -263,7 +263,7 @@ TEST(MapIndex, ChangedBytesAndForgedCountsAreRefused) {
   }
 }
 
-TEST(MapIndex, TilesThatNoIntCountsAreRefused) {
+TEST(MapIndex, TileNumbersBeyondIntAreRejected) {
   for (const Cell far : {Cell{0, std::numeric_limits<int>::max()},
                          Cell{std::numeric_limits<int>::min(), 0}, Cell{1 << 22, 0}}) {
     MapIndex index;
@@ -275,7 +275,7 @@ TEST(MapIndex, TilesThatNoIntCountsAreRefused) {
   }
 }
 
-TEST(MapIndex, AnotherDatumOrHeightKindIsRefusedWithBothNamed) {
+TEST(MapIndex, AnotherDatumOrHeightKindIsRejectedWithBothNamed) {
   MapFrame map = test::frame();
   EXPECT_TRUE(check_frame(map, "WGS84"));
   const std::string frames = check_frame(map, "NAD83(2011)").error().message;
@@ -287,7 +287,7 @@ TEST(MapIndex, AnotherDatumOrHeightKindIsRefusedWithBothNamed) {
   EXPECT_NE(heights.find("ellipsoid"), std::string::npos);
 }
 
-TEST(MapIndex, ALatticeIsNamedByWhatItLiesOn) {
+TEST(MapIndex, TheLatticeIdDependsOnDatumAndCellSizeOnly) {
   const MapFrame f = test::frame();
   const MapLevel level;
   MapFrame higher = f;
@@ -325,7 +325,7 @@ TEST(Coarser, AMeanOfAPlaneIsThePlaneAndHolesAreUnknown) {
   mapping::paste_coarser(fine, &coarse);
   EXPECT_NEAR(coarse.z_m[0], 100 + 2 * 1.5 - 1.5, 1e-4);
   EXPECT_NEAR(coarse.z_m[1], 100 + 2 * 5.5 - 1.5, 1e-4);  // three cells less do not tilt it
-  EXPECT_NEAR(coarse.sigma_m[0], 0.5 / 3.0, 1e-3);        // what neighbours share
+  EXPECT_NEAR(coarse.sigma_m[0], 0.5 / 3.0, 1e-3);        // error that neighbours share
   EXPECT_TRUE(std::isnan(coarse.z_m[3]));
   EXPECT_EQ(coarse.count[0], 32);
   EXPECT_EQ(coarse.count[1], 26);

@@ -1,5 +1,5 @@
 #pragma once
-// Maps for the tests of this room.
+// Maps for the tests of rcs/terrain.
 
 #include <cmath>
 #include <limits>
@@ -17,7 +17,7 @@ inline MapFrame frame() {
   return f;
 }
 
-/// Heights at random: no two cells are alike.
+/// Random heights: no two cells are equal.
 inline Raster random_raster(unsigned seed, Cell first, int width, int height) {
   Raster r;
   r.level = {2.5, Vec2(10.0, -5.0), 0.5, 500.0};

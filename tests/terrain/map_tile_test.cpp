@@ -48,11 +48,11 @@ std::vector<std::uint8_t> forged(std::size_t at, T value) {
   return bytes;
 }
 
-TEST(Wire, ChecksumIsThatOfIeee) {
+TEST(Wire, ChecksumIsCrc32OfIeee) {
   const std::string text = "123456789 and 123456789";
   const auto* bytes = reinterpret_cast<const std::uint8_t*>(text.data());
   EXPECT_EQ(crc32(bytes, 9), 0xCBF43926U);  // the check value that the standard gives
-  std::uint32_t c = 0xFFFFFFFFU;            // bit by bit, for what goes by eight bytes
+  std::uint32_t c = 0xFFFFFFFFU;            // bit by bit, to check the computation by eight bytes
   for (const char byte : text) {
     c ^= static_cast<std::uint8_t>(byte);
     for (int k = 0; k < 8; ++k) c = (c & 1U) != 0 ? 0xEDB88320U ^ (c >> 1U) : c >> 1U;
@@ -75,7 +75,7 @@ TEST(MapTile, LayoutIsTheDocumentedOne) {
   EXPECT_EQ(bytes.size(), 88U + kTileCells * 4);
   Raster most = layered();
   EXPECT_EQ(encode_tile(most, kLattice).size(), 88U + kTileCells * 13);
-  most.points = test::random_points(4, most, kMostSurfacePoints);
+  most.points = test::random_points(4, most, kMaxSurfacePoints);
   EXPECT_EQ(encode_tile(most, kLattice).size(), kMaxTileBytes);
   EXPECT_EQ(std::string(bytes.begin(), bytes.begin() + 8), "RCSTILE\n");
   EXPECT_EQ(bytes[8], 1);      // version, low byte first
@@ -85,7 +85,7 @@ TEST(MapTile, LayoutIsTheDocumentedOne) {
   EXPECT_EQ(bytes[84], 2);     // aerial
 }
 
-TEST(MapTile, TruncatedAndChangedBytesAreRefused) {
+TEST(MapTile, TruncatedAndChangedBytesAreRejected) {
   const std::vector<std::uint8_t> bytes = encode_tile(example(), kLattice);
   for (const std::size_t n : {std::size_t{0}, std::size_t{7}, std::size_t{87}, std::size_t{88},
                               bytes.size() / 2, bytes.size() - 1}) {
@@ -104,7 +104,7 @@ TEST(MapTile, TruncatedAndChangedBytesAreRefused) {
   }
 }
 
-// A tile without points is the one of version 1, to the byte: what was written stays readable.
+// A tile without points equals one of version 1 to the byte: existing maps stay readable.
 TEST(MapTile, PointsAreASectionOfVersion2) {
   const std::vector<std::uint8_t> old = encode_tile(layered(), kLattice);
   const Raster t = with_points();
@@ -144,14 +144,14 @@ TEST(MapTile, ATruncatedOrHostileSectionOfPointsIsNamed) {
   const auto says = [](const std::string& why, const char* what) {
     return why.find(what) != std::string::npos;
   };
-  EXPECT_TRUE(says(forged(section, std::uint32_t{0}), "claims 0 surface points"));
+  EXPECT_TRUE(says(forged(section, std::uint32_t{0}), "has 0 surface points"));
   EXPECT_TRUE(says(forged(section, std::uint32_t{0xFFFFFFFF}), "1 to 8192 are allowed"));
   EXPECT_TRUE(says(forged(section, std::uint32_t{101}), "truncated"));
   EXPECT_TRUE(says(forged(section, std::uint32_t{99}), "too long"));
   EXPECT_TRUE(says(forged(8, std::uint32_t{1}), "too long"));
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_TRUE(says(forged(section + 4, -1.0F), "not in its tile"));
-  EXPECT_TRUE(says(forged(section + 4, kNaN), "not in its tile"));
+  EXPECT_TRUE(says(forged(section + 4, -1.0F), "outside its tile"));
+  EXPECT_TRUE(says(forged(section + 4, kNaN), "outside its tile"));
   EXPECT_TRUE(says(forged(section + 12, kNaN), "height"));
   EXPECT_TRUE(says(forged(section + 16, 7.0F), "normal"));
   EXPECT_TRUE(says(forged(section + 16, kNaN), "normal"));

@@ -13,7 +13,7 @@ std::vector<SurfacePoint> example(std::size_t n) {
   return test::random_points(1, test::random_raster(1, {0, 0}, 8, 8), n);
 }
 
-TEST(SurfaceIndex, FindsTheClosestWithinADistanceAndNothingBeyond) {
+TEST(SurfaceIndex, FindsTheClosestPointWithinADistanceOnly) {
   const std::vector<SurfacePoint> points = example(500);
   SurfaceIndex index;
   EXPECT_EQ(index.closest_within(Vec3f::Zero(), 100.0F), nullptr) << "nothing is loaded";
@@ -34,7 +34,7 @@ TEST(SurfaceIndex, FindsTheClosestWithinADistanceAndNothingBeyond) {
   EXPECT_EQ(index.closest_within(Vec3f::Zero(), 100.0F), nullptr);
 }
 
-TEST(SurfacePoints, ThinningLeavesOneACubeAndAtMostSoMany) {
+TEST(SurfacePoints, ThinningLeavesOnePointPerCubeUpToALimit) {
   const std::vector<SurfacePoint> points = example(5000);
   EXPECT_EQ(thinned(points, 1e-4, 5000).size(), 5000U);
   const std::vector<SurfacePoint> few = thinned(points, 0.1, 200);

@@ -11,7 +11,7 @@ Ground level() {
   return g;
 }
 
-TEST(Value, BeyondAnAlertLimitNothingIsLeftOfTheSpeed) {
+TEST(TraversalCost, BeyondAnAlertLimitTheSpeedIsZero) {
   const SpeedParams p;
   const double limit = p.alert_limit_horizontal_m;
   EXPECT_EQ(protected_share(0.4 * limit, 1.0, p), 1.0);
@@ -23,13 +23,13 @@ TEST(Value, BeyondAnAlertLimitNothingIsLeftOfTheSpeed) {
   EXPECT_EQ(protected_share(std::numeric_limits<double>::quiet_NaN(), 1.0, p), 0.0);
 }
 
-TEST(Value, EasyGroundCostsItsLength) {
+TEST(TraversalCost, EasyGroundCostsItsLength) {
   EXPECT_DOUBLE_EQ(cost_per_m(level(), 100.0, {}), 1.0);
   EXPECT_DOUBLE_EQ(speed_on(level(), 100.0, {}, {}), SpeedParams{}.smooth_mps);
 }
 
-// What makes ground worse never makes it cheaper nor faster.
-TEST(Value, WorseGroundCostsMoreAndIsDrivenMoreSlowly) {
+// Worse ground is never cheaper or faster.
+TEST(TraversalCost, WorseGroundCostsMoreAndIsDrivenMoreSlowly) {
   const Weights w;
   const SpeedParams p;
   double last_cost = 0.0;
@@ -49,18 +49,19 @@ TEST(Value, WorseGroundCostsMoreAndIsDrivenMoreSlowly) {
   }
 }
 
-TEST(Value, ObstaclesAndCliffsAreNotDriven) {
+TEST(TraversalCost, ObstaclesAndCliffsAreNotDriven) {
   Ground g = level();
   g.obstacle = true;
   EXPECT_FALSE(passable(g, {}));
   g = level();
   g.slope_rad = 0.7F;
   EXPECT_FALSE(passable(g, {}));
-  EXPECT_TRUE(passable(Ground{}, {}));  // unknown: slowly, and seen before it is reached
+  EXPECT_TRUE(
+      passable(Ground{}, {}));  // unknown: slowly, and observed before the vehicle reaches it
   EXPECT_GT(cost_per_m(Ground{}, 10.0, {}), 1.0);
 }
 
-TEST(Value, TheLessSureThePoseTheSlower) {
+TEST(TraversalCost, ALargerPoseSigmaGivesALowerSpeed) {
   const SpeedParams p;
   EXPECT_DOUBLE_EQ(speed_share(0.0, p), 1.0);
   EXPECT_DOUBLE_EQ(speed_share(p.sure_sigma_m, p), 1.0);
@@ -69,7 +70,7 @@ TEST(Value, TheLessSureThePoseTheSlower) {
   EXPECT_DOUBLE_EQ(speed_share(std::nan(""), p), 0.0);
 }
 
-TEST(Value, TurnsHoldTheLateralAcceleration) {
+TEST(TraversalCost, TurnsRespectTheLateralAccelerationLimit) {
   const SpeedParams p;
   const double v = speed_in_turn(0.18, p);
   EXPECT_NEAR(v * v * 0.18, p.lateral_mps2, 1e-9);

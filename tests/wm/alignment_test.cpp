@@ -1,4 +1,4 @@
-// What levelling makes of the specific force at rest.
+// Levelling from the specific force at rest.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -30,7 +30,7 @@ Levelled level_at_rest(const Vec3& specific_force, double accel_turn_on) {
 constexpr double kPoorAccelerometer = 0.2;  // 20 mg [m/s^2]
 constexpr double kGoodAccelerometer = 5e-3;
 
-TEST(Leveler, AVerticalBiasIsNotTakenForGravity) {
+TEST(Leveler, AVerticalBiasIsNotAttributedToGravity) {
   const Levelled rest = level_at_rest(Vec3(0, 0, 9.80 + 0.25), kPoorAccelerometer);
   EXPECT_NEAR(rest.gravity, 9.80, 0.02);
   const double sigma = std::sqrt(rest.belief.P(kAccelBias + 2, kAccelBias + 2));
@@ -44,8 +44,8 @@ TEST(Leveler, AGoodAccelerometerMeasuresGravity) {
   EXPECT_NEAR(rest.gravity, at_the_equator, 0.005);
 }
 
-// Or the vehicle would climb while it stands.
-TEST(Leveler, BiasAndGravityTogetherAreWhatIsMeasured) {
+// Otherwise the estimated vehicle would climb while at rest.
+TEST(Leveler, BiasAndGravityAddUpToTheMeasurement) {
   for (const double turn_on : {kPoorAccelerometer, kGoodAccelerometer, 0.05}) {
     const Levelled rest = level_at_rest(Vec3(0, 0, 9.83), turn_on);
     EXPECT_NEAR(rest.gravity + rest.belief.x.accel_bias.z(), 9.83, 0.01) << turn_on;

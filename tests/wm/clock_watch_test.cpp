@@ -1,4 +1,4 @@
-// Steps of clocks against silences, latencies, disorder and single wrong stamps.
+// Distinction of clock steps from silences, latencies, disorder and single wrong stamps.
 #include "modules/wm/clock_watch.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ constexpr Duration kPeriod = from_milliseconds(10.0);
 
 struct Seen {
   std::vector<ClockStep> steps;
-  int samples = 0;   // that came out, held or not
+  int samples = 0;   // samples passed on, held before or not
   Duration shift{};  // at the end
   Duration longest_hold{};
 };
@@ -61,14 +61,14 @@ auto shifted(double from_s, double to_s, double by_s) {
   return [=](double t) { return std::optional(t > from_s && t < to_s ? by_s : 0.0); };
 }
 
-TEST(ClockWatch, StepsOfAllClocksThatStayAndReturn) {
+TEST(ClockWatch, PermanentAndTemporaryStepsOfAllClocksAreFollowed) {
   for (const double by_s : {0.05, 0.2, 3.0, 40.0, -0.2, -3.0}) {
     const Seen stays = run(shifted(10.003, 1e9, by_s), shifted(10.003, 1e9, by_s));
     ASSERT_EQ(stays.steps.size(), 1U) << by_s;
     EXPECT_TRUE(stays.steps[0].of_all) << by_s;
     EXPECT_NEAR(seconds(stays.steps[0].step), by_s, 1e-3);
     EXPECT_EQ(stays.shift, Duration::zero());
-    EXPECT_EQ(stays.samples, 1999) << "none is lost";
+    EXPECT_EQ(stays.samples, 1999) << "no sample is lost";
     EXPECT_LT(stays.longest_hold, from_milliseconds(120.0));
     const Seen returns = run(shifted(10.003, 15.003, by_s), shifted(10.003, 15.003, by_s));
     ASSERT_EQ(returns.steps.size(), 2U) << by_s;
@@ -77,7 +77,7 @@ TEST(ClockWatch, StepsOfAllClocksThatStayAndReturn) {
   }
 }
 
-TEST(ClockWatch, AnInsThatRepeatsAnOldSampleIsNoStepAndHoldsNothing) {
+TEST(ClockWatch, ARepeatedOldInsSampleIsNoStepAndHoldsNothing) {
   for (const double behind_s : {0.01, 0.05, 1.0}) {
     const auto stuck = [behind_s](double t) {
       return std::optional(t > 10.003 ? 10.0 - behind_s - t : 0.0);
@@ -111,7 +111,7 @@ TEST(ClockWatch, ASilenceIsNoStep) {
 }
 
 TEST(ClockWatch, LateAndBunchedSamplesAreNoStep) {
-  // The sender stalls for 0.3 s each 2 s, and all that waited comes at once.
+  // The sender stalls for 0.3 s every 2 s, and all waiting samples arrive at once.
   const auto stalls = [](double t) {
     const double into = t - 2.0 * std::floor(t / 2.0);
     return into < 0.3 ? 0.302 - into : 0.002;
@@ -126,7 +126,7 @@ TEST(ClockWatch, OneWrongStampIsNoStep) {
 }
 
 TEST(ClockWatch, DisorderIsNoStep) {
-  // Each second sample comes behind its successor.
+  // Every second sample arrives after its successor.
   const auto swapped = [](double t) {
     const int i = static_cast<int>(std::lround(t / 0.01));
     return std::optional(i % 2 == 0 ? -0.01 : 0.01);

@@ -32,7 +32,7 @@ Belief some_belief(unsigned seed) {
   return b;
 }
 
-TEST(StartEpoch, TheSameScanAgainSaysNothingAboutTheWorld) {
+TEST(StartEpoch, TheSameScanAgainAddsNoInformation) {
   // GIVEN an epoch just started WHEN the scan that started it is measured again
   const Belief b = some_belief(1);
   const Pose T_rv = {exp_so3(Vec3(0.0, 0.1, 1.0)), Vec3(20.0, 5.0, 0.0)};
@@ -45,14 +45,14 @@ TEST(StartEpoch, TheSameScanAgainSaysNothingAboutTheWorld) {
   EXPECT_LT((f.belief.P - cloned.P).norm(), 1e-9 * cloned.P.norm());
 }
 
-TEST(StartEpoch, KeepsTheRestOfTheBelief) {
+TEST(StartEpoch, KeepsTheOtherStates) {
   const Belief b = some_belief(2);
   const Belief cloned = start_epoch(b, Pose{}, 1);
   EXPECT_EQ(cloned.P.topLeftCorner(kRolling, kRolling), b.P.topLeftCorner(kRolling, kRolling));
   EXPECT_GT(smallest_eigenvalue(cloned.P), -1e-9);
 }
 
-TEST(LoosenWorld, LeavesTheVehicleInItsMapAsSureAsItWas) {
+TEST(LoosenWorld, KeepsTheCovarianceInTheRollingMap) {
   const Belief b =
       start_epoch(some_belief(3), {exp_so3(Vec3(0.1, 0.2, 0.3)), Vec3(9.0, 8.0, 7.0)}, 1);
   const Belief loose = loosen_world(b, Vec3(5.0, 5.0, 5.0), 0.2);
@@ -60,7 +60,7 @@ TEST(LoosenWorld, LeavesTheVehicleInItsMapAsSureAsItWas) {
   EXPECT_GT(loose.P(0, 0), b.P(0, 0) + 24.0);
 }
 
-TEST(ChangeWorld, BodyQuantitiesDoNotSeeIt) {
+TEST(ChangeWorld, DoesNotChangeBodyQuantities) {
   const Belief b = start_epoch(some_belief(4), Pose{}, 1);
   const Pose T = {exp_so3(Vec3(0.0, 0.0, 2.0)), Vec3(1000.0, -2000.0, 5.0)};
   const Belief moved = change_world(b, T);
@@ -69,7 +69,7 @@ TEST(ChangeWorld, BodyQuantitiesDoNotSeeIt) {
   EXPECT_LT(log_se3(d).norm(), 1e-9);
 }
 
-TEST(WorldPoseCovariance, KnowsThatTheInsMayBeTurnedInTheVehicle) {
+TEST(WorldPoseCovariance, IncludesTheMisalignmentOfTheIns) {
   const Belief b = some_belief(4);
   const Mat6 more = world_pose_covariance(b, 0.01) - world_pose_covariance(b, 0.0);
   Mat6 expected = Mat6::Zero();
@@ -77,7 +77,7 @@ TEST(WorldPoseCovariance, KnowsThatTheInsMayBeTurnedInTheVehicle) {
   EXPECT_LT((more - expected).norm(), 1e-12);
 }
 
-/// Variance of (roll, pitch, heading) after a minute of such rates, by nothing but crooked axes.
+/// Variance of (roll, pitch, heading) after a minute of such rates, from misaligned axes only.
 template <class Rate>
 Vec3 attitude_variance(const ProcessNoise& noise, const Rate& rate) {
   constexpr double kStep_s = 0.01;
@@ -95,7 +95,7 @@ Vec3 attitude_variance(const ProcessNoise& noise, const Rate& rate) {
   return b.P.diagonal().segment<3>(kAttitude);
 }
 
-TEST(Lasting, ABendCostsHeadingABumpDoesNot) {
+TEST(LowPassedMotion, ABendAddsHeadingVarianceAndABumpDoesNot) {
   ProcessNoise noise;
   noise.angle_random_walk = noise.gyro_instability = 0.0;
   constexpr double kRate = 0.3;
@@ -109,8 +109,8 @@ TEST(Lasting, ABendCostsHeadingABumpDoesNot) {
   EXPECT_LT(bumps.y(), 0.02 * bend.z());
 }
 
-/// Along a long bend, or up a long slope, crooked axes look like a vehicle that rises.
-TEST(Gains, WhatForcesDoToCrookedAxesIsFound) {
+/// In a long bend or on a long slope, misaligned axes have the same effect as a rising vehicle.
+TEST(CrossAxisGain, IsEstimatedFromSustainedForces) {
   const WmParams params;
   for (const int axis : {0, 1}) {
     Belief b = initial_belief(params, from_utime(1'000'000));
@@ -123,7 +123,7 @@ TEST(Gains, WhatForcesDoToCrookedAxesIsFound) {
     const double at_start = std::sqrt(b.P(first + 2, first + 2));
     Vec3 v = Vec3::Zero();
     for (int i = 1; i <= 4000; ++i) {
-      const double sign = (i / 1000) % 2 == 0 ? 1.0 : -1.0;  // or it is as good as a bias
+      const double sign = (i / 1000) % 2 == 0 ? 1.0 : -1.0;  // otherwise it is equivalent to a bias
       Vec3 force(0.0, 0.0, Earth{}.gravity);
       force[axis] = sign * kForce;
       v[axis] += sign * kForce * kStep_s;
@@ -145,7 +145,7 @@ TEST(Gains, WhatForcesDoToCrookedAxesIsFound) {
   }
 }
 
-TEST(Update, UnobservedDirectionsAreNotTouched) {
+TEST(Update, UnobservedDirectionsAreNotChanged) {
   // GIVEN a belief whose rolling pose is uncertain in all directions, a corridor along vehicle x
   Belief b = start_epoch(some_belief(5), Pose{}, 1);
   b.P.setZero();
@@ -153,29 +153,29 @@ TEST(Update, UnobservedDirectionsAreNotTouched) {
   Mat6 information = 1e4 * Mat6::Identity();
   information.row(0).setZero();
   information.col(0).setZero();
-  // WHEN a match that is off in every direction is fused
+  // WHEN a match with an error in every direction is fused
   Vec6 off;
   off << 0.5, 0.02, -0.01, 0.001, 0.002, -0.001;
   const RollingMatch match{T_rolling_vehicle(b.x) * exp_se3(off), information, 1, false};
   const Residual<6> z = rolling_match(b.x, match, RegistrationParams{});
   EXPECT_EQ(z.dof, 5);
   const Fusion<6> f = update(b, z, kNoGate);
-  // THEN the vehicle did not move along x, and is not surer of x.
+  // THEN neither the position along x nor its variance changes.
   const Vec6 moved = log_se3(b.x.T_world_vehicle.inverse() * f.belief.x.T_world_vehicle);
-  EXPECT_LT(std::abs(moved[0]), 1e-3);  // second order of the turn
+  EXPECT_LT(std::abs(moved[0]), 1e-3);  // second order of the rotation
   EXPECT_NEAR(moved[1], 0.02, 1e-3);
   EXPECT_NEAR(world_pose_covariance(f.belief, 0.0)(0, 0), 1.0, 1e-3);
   EXPECT_LT(world_pose_covariance(f.belief, 0.0)(1, 1), 1e-2);
 }
 
-TEST(Update, NothingObservedIsAReason) {
+TEST(Update, AMatchWithoutObservedDirectionsIsRejectedWithAReason) {
   const Belief b = start_epoch(some_belief(6), Pose{}, 1);
   const RollingMatch match{Pose{}, Mat6::Zero(), 1, false};
   EXPECT_EQ(update(b, rolling_match(b.x, match, RegistrationParams{}), kNoGate).reason,
             Reason::kUnobserved);
 }
 
-TEST(Update, RefusedChangesNothing) {
+TEST(Update, ARejectedMeasurementChangesNothing) {
   const Belief b = some_belief(7);
   GpsFix fix;
   fix.p_world = Vec3(1e4, 0.0, 0.0);
@@ -185,7 +185,8 @@ TEST(Update, RefusedChangesNothing) {
 }
 
 TEST(Update, ChiSquareGatesMatchTheTables) {
-  // Quantiles of chi-square at 0.9999 (scipy.stats.chi2.ppf). The cube root errs on the wide side.
+  // Quantiles of chi-square at 0.9999 (scipy.stats.chi2.ppf). The cube-root approximation is
+  // slightly too large.
   const double expected[] = {15.137, 18.421, 21.108, 23.513, 25.745, 27.856};
   for (int dof = 1; dof <= 6; ++dof) {
     const double gate = chi_square_gate(dof, 1e-4);
@@ -211,9 +212,9 @@ TEST(Registration, CovarianceIsTheInverseOfTheInformation) {
 
 TEST(Covariance, StaysSymmetricAndPositiveForMinutes) { expect_covariance_stays_sound(180.0, 50); }
 
-/// A float solution becomes a fixed one: of the same slow error, scaled down with the claim, the
-/// place would be told to centimetres.
-TEST(GpsOffset, AClaimThatSinksDoesNotTellThePlace) {
+/// A float solution becomes a fixed one: if the same time-correlated error were scaled down with
+/// the reported sigma, the position would seem to be known to centimetres.
+TEST(GpsBias, TheTimeCorrelatedErrorDoesNotShrinkWithTheReportedSigma) {
   const Model model{WmParams{}};
   FilterState s;
   s.belief.P.setZero();
@@ -233,13 +234,12 @@ TEST(GpsOffset, AClaimThatSinksDoesNotTellThePlace) {
     return std::sqrt(s.belief.P(kPosition, kPosition));
   };
   EXPECT_GT(fixes(1.5, 1.2, 10.0), 1.2);
-  EXPECT_GT(fixes(0.3, 0.2, 3.0), 0.8) << "it may be back at 1.5 m in a moment";
+  EXPECT_GT(fixes(0.3, 0.2, 3.0), 0.8) << "the sigma may return to 1.5 m at any moment";
   const double settled_m = fixes(0.3, 0.2, 20.0);
-  EXPECT_GT(settled_m, 0.22);  // 0.9 of 0.3 is slow
+  EXPECT_GT(settled_m, 0.22);  // 0.9 of 0.3 is time-correlated
   EXPECT_LT(settled_m, 0.35);
   EXPECT_NEAR(s.belief.x.T_world_vehicle.p.x(), 0.2, 0.35);
-  EXPECT_GT(fixes(1.5, 0.2, 0.4), 0.22)
-      << "a claim that grows takes nothing away, and adds nothing";
+  EXPECT_GT(fixes(1.5, 0.2, 0.4), 0.22) << "a growing sigma neither removes nor adds information";
   double flapping_m = 1.0;
   for (int k = 0; k < 40; ++k) flapping_m = fixes(k % 2 == 0 ? 0.3 : 1.5, 0.2, 0.4);
   EXPECT_GT(flapping_m, 0.2);

@@ -1,4 +1,4 @@
-// Aids of the INS that a configuration switches off: the baselines of a comparison.
+// Aiding sources that a configuration switches off: the baselines of a comparison.
 #include <gtest/gtest.h>
 
 #include <map>
@@ -8,7 +8,7 @@
 namespace rcs::wm {
 namespace {
 
-// What a baseline leaves out, it leaves out: not one measurement of that source is accepted.
+// No measurement of a source that a baseline omits is accepted.
 TEST(EstimatorAids, AnAidThatIsSwitchedOffIsNotFused) {
   const auto accepted = [](const WmParams& params) {
     Experiment experiment;

@@ -1,4 +1,4 @@
-// The estimator and clocks: of one source, of all, before the start and after it.
+// The estimator under clock errors: of one source, of all, before the start and after it.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -13,7 +13,7 @@ ImuSample later(ImuSample imu, Duration by) {
   return imu;
 }
 
-TEST(EstimatorClock, AClockThatStepsForAllIsFollowed) {
+TEST(EstimatorClock, ACommonClockStepIsFollowed) {
   for (const double step_s : {+40.0, -40.0}) {
     Experiment experiment;
     experiment.drive.length_s = 40.0;
@@ -36,7 +36,7 @@ TEST(EstimatorClock, AClockThatStepsForAllIsFollowed) {
   }
 }
 
-TEST(EstimatorClock, OneStampFromTheFutureIsRefused) {
+TEST(EstimatorClock, OneStampFromTheFutureIsRejected) {
   Experiment experiment;
   experiment.drive.length_s = 10.0;
   Rig rig(experiment);
@@ -64,7 +64,7 @@ TEST(EstimatorClock, OneStampFromTheFutureBeforeTheStartDelaysItByLittle) {
   EXPECT_EQ(estimator.state().belief.x.stamp, truth.back().stamp);
 }
 
-TEST(EstimatorClock, WithoutAnInsOneOfItsStampsFromTheFutureDoesNotKeepTheLadarWaiting) {
+TEST(EstimatorClock, OneInsStampFromTheFutureDoesNotDelayTheLadar) {
   Rig rig;
   auto& [truth, sensors, estimator] = rig;
   estimator.add(later(sensors.imu(1), std::chrono::hours(1000)));

@@ -16,13 +16,13 @@ struct Experiment {
   WmParams params;
 };
 
-/// A drive, what it is sensed with, and who estimates it.
+/// A drive, its sensors and its estimator.
 struct Rig {
   explicit Rig(const Experiment& experiment = {})
       : truth(make_drive(experiment.drive)),
         sensors(truth, experiment.params, experiment.sensors),
         estimator(experiment.params, test_datum()) {}
-  Rig(const Rig&) = delete;  // the sensors look at its truth
+  Rig(const Rig&) = delete;  // the sensors refer to its ground truth
   Rig& operator=(const Rig&) = delete;
   ~Rig() = default;
 

@@ -1,5 +1,5 @@
-// Sources that fall silent and come back: nothing is extrapolated that does not last, what was
-// right is not excluded afterwards, and the clocks may step meanwhile.
+// Sources that fall silent and return: short motions are not extrapolated, correct sources are not
+// excluded afterwards, and the clocks may step during the silence.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,8 +14,10 @@ namespace {
 struct Fault {
   std::function<bool(double t_s)> ins_silent = [](double) { return false; };
   std::function<bool(double t_s)> others_silent = [](double) { return false; };
-  std::function<double(double t_s)> clock_s = [](double) { return 0.0; };      ///< of all
-  std::function<double(double t_s)> ins_clock_s = [](double) { return 0.0; };  ///< more, of the INS
+  std::function<double(double t_s)> clock_s = [](double) { return 0.0; };  ///< of all
+  std::function<double(double t_s)> ins_clock_s = [](double) {
+    return 0.0;
+  };  ///< additional, of the INS
 };
 
 struct Seen {
@@ -65,7 +67,7 @@ Seen drive(const Fault& fault) {
     }
     before = x.T_world_vehicle.q;
     truth_before = truth[i].T_world_vehicle.q;
-    // Only what is of this instant can be compared with it.
+    // Only a belief of this instant can be compared with it.
     if (t < 20.0 || abs(x.stamp - stamp) > from_milliseconds(20.0)) continue;
     seen.end_m = (x.T_world_vehicle.p - truth[i].T_world_vehicle.p).head<2>().norm();
     seen.worst_m = std::max(seen.worst_m, seen.end_m);
@@ -83,7 +85,7 @@ auto between(double from_s, double to_s) {
   return [=](double t) { return t > from_s && t < to_s; };
 }
 
-TEST(EstimatorSilence, OfTheInsIsSurvivedOnTheOtherSources) {
+TEST(EstimatorSilence, OfTheInsIsBridgedByTheOtherSources) {
   for (const double length_s : {0.1, 0.3, 1.0, 3.0, 10.0}) {
     Fault fault;
     fault.ins_silent = between(30.0, 30.0 + length_s);
@@ -107,7 +109,7 @@ TEST(EstimatorSilence, OfAllSourcesEndsWithTheFirstFixes) {
   }
 }
 
-TEST(EstimatorSilence, AClockStepOfAllMovesNothing) {
+TEST(EstimatorSilence, ACommonClockStepMovesNothing) {
   for (const double step_s : {0.05, 0.2, 3.0, -0.2, -3.0}) {
     for (const double until_s : {40.003, 1e9}) {
       Fault fault;
@@ -121,7 +123,7 @@ TEST(EstimatorSilence, AClockStepOfAllMovesNothing) {
   }
 }
 
-TEST(EstimatorSilence, AClockStepOfTheInsAloneMovesNothing) {
+TEST(EstimatorSilence, AClockStepOfTheInsMovesNothing) {
   for (const double step_s : {0.05, 0.2, 3.0, -0.2}) {
     for (const double until_s : {40.003, 1e9}) {
       Fault fault;

@@ -1,4 +1,4 @@
-// The estimator on synthetic drives: consistency, start-up from whatever exists, outages.
+// The estimator on synthetic drives: consistency, start-up with each set of sensors, outages.
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -15,7 +15,7 @@ namespace {
 struct Score {
   double nees_pose = 0.0;       ///< mean per degree of freedom, position and attitude
   double error_m = 0.0;         ///< of position, at the end
-  double worst_error_m = 0.0;   ///< once anchored
+  double worst_error_m = 0.0;   ///< once georeferenced
   double height_error_m = 0.0;  ///< at the end
   double heading_error_rad = 0.0;
   double sigma_m = 0.0;  ///< horizontal, at the end
@@ -114,11 +114,11 @@ TEST(Consistency, LadarAndGpsWithoutIns) {
   Experiment experiment;
   experiment.ins = false;
   const double nees = mean_nees(experiment, 12);
-  EXPECT_GT(nees, 0.3);  // the second process model is wide on purpose
+  EXPECT_GT(nees, 0.3);  // the second process model is conservative on purpose
   EXPECT_LT(nees, 1.5);
 }
 
-TEST(Estimator, LadarAloneGivesALocalPoseAndNothingAbsolute) {
+TEST(Estimator, LadarAloneGivesOnlyALocalPose) {
   Experiment experiment;
   experiment.ins = experiment.gps = false;
   const Score score = run(experiment);
@@ -127,11 +127,11 @@ TEST(Estimator, LadarAloneGivesALocalPoseAndNothingAbsolute) {
   EXPECT_EQ(score.refused, 0);
 }
 
-TEST(Estimator, LadarAndGpsFindTheWorldOnceTheVehicleMoves) {
+TEST(Estimator, LadarAndGpsDetermineTheWorldPoseOnceTheVehicleMoves) {
   Experiment experiment;
   experiment.ins = false;
   experiment.drive.still_s = 0.0;
-  experiment.drive.length_s = 12.0;  // about what the KITTI drive has
+  experiment.drive.length_s = 12.0;  // about the length of the KITTI drive
   experiment.sensors.gps_sigma_m = 0.1;
   const Score score = run(experiment);
   EXPECT_TRUE(score.anchored);
@@ -140,7 +140,7 @@ TEST(Estimator, LadarAndGpsFindTheWorldOnceTheVehicleMoves) {
   EXPECT_LT(score.heading_error_rad, radians(2.0));
 }
 
-TEST(Estimator, ARegistrationHoldsTheVehicleThroughAnOutage) {
+TEST(Estimator, RegistrationsBoundTheErrorInAnOutage) {
   Experiment experiment;
   experiment.outage_from_s = 40.0;
   experiment.drive.length_s = 100.0;
@@ -174,7 +174,7 @@ TEST(Estimator, OdometryBoundsDeadReckoning) {
   EXPECT_LT(with.error_m, 4.0 * with.sigma_m);
 }
 
-TEST(Estimator, AVehicleThatMovesAlongItselfNeedsNoWheelsToBeHeld) {
+TEST(Estimator, TheLateralConstraintBoundsTheErrorWithoutOdometry) {
   Experiment experiment = dead_reckoning();
   const Score held = run(experiment);
   experiment.params.odometry.constrained = false;
@@ -183,8 +183,8 @@ TEST(Estimator, AVehicleThatMovesAlongItselfNeedsNoWheelsToBeHeld) {
   EXPECT_LT(held.error_m, 4.0 * held.sigma_m);
 }
 
-// Too fast uphill and too slow downhill: taken for noise, both look like a vehicle that rises.
-TEST(Estimator, WheelsThatSlipUphillDoNotLiftTheVehicle) {
+// Too fast uphill and too slow downhill: treated as noise, both appear as a rising vehicle.
+TEST(Estimator, WheelSlipUphillDoesNotBiasTheHeight) {
   Experiment experiment = dead_reckoning();
   experiment.odometry = true;
   experiment.sensors.climb_slip = 0.2;
@@ -199,15 +199,15 @@ TEST(Estimator, WheelsThatSlipUphillDoNotLiftTheVehicle) {
     ignorant.params.odometry.climb_slip = 0.0;
     ignored_m2 += std::pow(run(ignorant).height_error_m, 2);
   }
-  std::printf("height after 60 s: %.2f m off, %.2f with slip for noise (RMS)\n",
+  std::printf("RMS height error after 60 s: %.2f m, %.2f with slip as noise\n",
               std::sqrt(estimated_m2 / 5.0), std::sqrt(ignored_m2 / 5.0));
   EXPECT_LT(estimated_m2, 0.25 * ignored_m2);
 }
 
-/// A belief that knows its velocity, and a vehicle that moves along itself: nothing else.
-class Constrained : public testing::Test {
+/// A belief with a known velocity and the lateral constraint: no other measurements.
+class LateralConstraint : public testing::Test {
  protected:
-  Constrained() {
+  LateralConstraint() {
     s_.belief.x.inertial = true;
     s_.belief.P.diagonal().segment<6>(kVelocity).setConstant(1e-4);
   }
@@ -225,19 +225,19 @@ class Constrained : public testing::Test {
   FilterState s_{initial_belief(model_.params, from_utime(1'000'000)), {}};
 };
 
-TEST_F(Constrained, AShortSlideIsRefusedABeliefThatGoesOnSidewaysIsNot) {
+TEST_F(LateralConstraint, AShortSlideIsRejectedAndALateralDivergenceIsDetected) {
   velocity() = Vec3(0.0, 5.0, 0.0);
   for (int k = 0; k < 3; ++k) hold();
   EXPECT_NEAR(velocity().y(), 5.0, 1e-9);
   for (int k = 0; k < 5; ++k) hold();
   EXPECT_LT(std::abs(velocity().y()), 0.5);
-  // For 2 s it had been led away by 5 m/s, and says so.
+  // For 2 s it diverged at 5 m/s, and its sigma covers that.
   EXPECT_GT(std::sqrt(s_.belief.P.diagonal().segment<3>(kPosition).maxCoeff()), 5.0);
 }
 
-// Over a gully at speed a body pitches and rolls by 40 deg to and fro, and is carried along, not
-// where it points.
-TEST_F(Constrained, ABodyThatPitchesToAndFroIsNotABeliefThatWentAstray) {
+// Over a gully at speed a body pitches and rolls by 40 deg back and forth; its velocity does not
+// follow its heading.
+TEST_F(LateralConstraint, APitchingBodyIsNotALateralDivergence) {
   velocity() = Vec3(10.0, 0.0, 0.0);
   for (int k = 0; k < 12; ++k) {
     pitch(k % 2 == 0 ? 0.5 : -0.5);
@@ -246,7 +246,7 @@ TEST_F(Constrained, ABodyThatPitchesToAndFroIsNotABeliefThatWentAstray) {
   EXPECT_NEAR(velocity().z(), 0.0, 1e-9);
 }
 
-TEST_F(Constrained, ABeliefThatGoesOnSidewaysIsFoundOutWhileTheBodyPitches) {
+TEST_F(LateralConstraint, ALateralDivergenceIsDetectedWhileTheBodyPitches) {
   velocity() = Vec3(10.0, 2.0, 0.0);
   s_.belief.P.diagonal().segment<3>(kSlip).setConstant(1e-8);
   for (int k = 0; k < 5; ++k) {
@@ -257,7 +257,7 @@ TEST_F(Constrained, ABeliefThatGoesOnSidewaysIsFoundOutWhileTheBodyPitches) {
   EXPECT_NEAR(velocity().z(), 0.0, 0.5);
 }
 
-TEST_F(Constrained, TwoSlidesWithALongTimeBetweenAreNotOneBeliefAstray) {
+TEST_F(LateralConstraint, TwoSlidesFarApartInTimeAreNotADivergence) {
   velocity() = Vec3(10.0, 5.0, 0.0);
   for (int k = 0; k < 4; ++k) hold();
   hold(100.0);
@@ -265,7 +265,7 @@ TEST_F(Constrained, TwoSlidesWithALongTimeBetweenAreNotOneBeliefAstray) {
 }
 
 /// A vehicle that stands where every scan is matched to the a priori map.
-TEST(Estimator, StandingStillDoesNotMakeTheMapCertain) {
+TEST(Estimator, AtRestTheVarianceOfTheMapErrorDoesNotVanish) {
   WmParams params;
   DriveScript script;
   script.still_s = 1e6;
@@ -297,8 +297,8 @@ TEST(Estimator, StandingStillDoesNotMakeTheMapCertain) {
   EXPECT_LT(error.norm(), 4.0 * sigma);
 }
 
-TEST(Estimator, GoodFixesAreNotRefusedForEver) {
-  // GIVEN a belief that is off by far more than it knows
+TEST(Estimator, GoodFixesAreNotRejectedForever) {
+  // GIVEN a belief with an error far larger than its sigma
   Experiment experiment;
   experiment.drive.length_s = 90.0;
   Rig rig(experiment);
@@ -324,17 +324,17 @@ TEST(Estimator, GoodFixesAreNotRefusedForEver) {
     }
     estimator.clear_innovations();
   }
-  // THEN they are refused for a while, then followed in one counted step.
+  // THEN they are rejected for a while, then followed in one counted step.
   EXPECT_NEAR(refused, 5.0 * seconds(experiment.params.trust.persistent), 15.0);
   EXPECT_GT(accepted_after, 60);
   const FilterState& s = estimator.state();
   EXPECT_NEAR(s.belief.x.T_world_vehicle.p.x() - truth.back().T_world_vehicle.p.x(), 30.0, 3.0);
-  EXPECT_GE(s.memory.world_resets, 2);  // the anchor and this one
+  EXPECT_GE(s.memory.world_resets, 2);  // the georeferencing and this one
   EXPECT_GT(s.memory.last_reset_m, 20.0);
 }
 
 TEST(Estimator, TheLocalFrameIsUprightOnASlope) {
-  // GIVEN a vehicle that stands still, nose down and leaning
+  // GIVEN a vehicle at rest with pitch and roll
   const Quat q_world_vehicle = exp_so3(Vec3(0.0, 0.12, 0.0)) * exp_so3(Vec3(-0.08, 0.0, 0.0));
   Estimator estimator(WmParams{}, test_datum());
   const Vec3 force = q_world_vehicle.conjugate() * Vec3(0.0, 0.0, 9.80665);
@@ -366,11 +366,11 @@ TEST(Estimator, TheLocalPoseNeverSteps) {
     largest_m = std::max(largest_m, (step.p - moved.p).norm());
     before = estimator.T_local_vehicle();
   }
-  // A centimetre by slewing for 10 ms, and a velocity that is off by decimetres a second.
+  // A centimetre by slewing for 10 ms, and a velocity error of decimetres per second.
   EXPECT_LT(largest_m, 0.02);
 }
 
-TEST(Estimator, InANewMapNoVarianceIsBelowZero) {
+TEST(Estimator, InANewMapNoVarianceIsNegative) {
   Rig rig;
   auto& [truth, sensors, estimator] = rig;
   for (std::size_t i = 10; i < 2000; i += 130) {
@@ -383,7 +383,7 @@ TEST(Estimator, InANewMapNoVarianceIsBelowZero) {
   }
 }
 
-TEST(Estimator, DoesNotAllocateOnceItRuns) {
+TEST(Estimator, DoesNotAllocateAfterWarmUp) {
   if (!test::HeapGuard::available()) GTEST_SKIP() << "a sanitizer owns malloc";
   Rig rig;
   auto& [truth, sensors, estimator] = rig;

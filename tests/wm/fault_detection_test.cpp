@@ -1,5 +1,5 @@
-// Sources that go astray are found out and let go, the belief is taken up from before, and sources
-// that are right again are believed again. On synthetic drives; rcs drill does it on whole ones.
+// Faulty sources are detected and excluded, the filter is rolled back, and sources without fault
+// are readmitted. On synthetic drives; `rcs drill` tests it on whole ones.
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -25,7 +25,7 @@ struct Seen {
   double first_alert_s = -1.0;  ///< ALERT_GPS
   double first_ladar_alert_s = -1.0;
   double worst_m = 0.0;             ///< horizontal error, after the first 20 s
-  double worst_local_step_m = 0.0;  ///< beyond the motion
+  double worst_local_step_m = 0.0;  ///< in addition to the motion
   double end_m = 0.0;               ///< error at the end
   int beyond_protection = 0;        ///< samples after 20 s
   int samples = 0;
@@ -101,7 +101,7 @@ Seen drive(double length_s, const Disturbance& d, unsigned seed = 1) {
   return seen;
 }
 
-TEST(Trust, NothingIsFoundWhereAllIsWell) {
+TEST(FaultDetection, NoFaultIsDetectedInACleanDrive) {
   for (unsigned seed = 1; seed <= 6; ++seed) {
     const Seen seen = drive(90.0, {}, seed);
     EXPECT_TRUE(seen.findings.empty()) << "seed " << seed;
@@ -112,7 +112,7 @@ TEST(Trust, NothingIsFoundWhereAllIsWell) {
   }
 }
 
-TEST(Trust, NoSubfilterBeforeNorthAndUpAreKnown) {
+TEST(FaultDetection, NoSubFilterBeforeHeadingAndTiltAreKnown) {
   const Model model{WmParams{}};
   const Stamp now = from_utime(1'000'000'000);
   const auto watched = [&](bool inertial, int badly_known) {
@@ -129,14 +129,14 @@ TEST(Trust, NoSubfilterBeforeNorthAndUpAreKnown) {
   const double limit = model.params.trust.attitude_sigma_rad;
   ASSERT_GT(4e-4, limit * limit);
   for (const bool inertial : {true, false}) EXPECT_FALSE(watched(inertial, 2));
-  // A tilt lets gravity lead the INS away; a path by the LADAR alone it only turns.
+  // A tilt error makes the INS diverge by gravity; a path by the LADAR alone is only rotated.
   for (const int tilt : {0, 1}) {
     EXPECT_FALSE(watched(true, tilt));
     EXPECT_TRUE(watched(false, tilt));
   }
 }
 
-TEST(Trust, ARampIsFoundOutAndUndone) {
+TEST(FaultDetection, ARampIsDetectedAndRolledBack) {
   for (const double rate_mps : {0.25, 0.5, 1.0, 5.0}) {
     Disturbance d;
     d.fix_off = [rate_mps](double t) { return Vec3(std::max(0.0, t - 40.0) * rate_mps, 0.0, 0.0); };
@@ -147,11 +147,12 @@ TEST(Trust, ARampIsFoundOutAndUndone) {
     EXPECT_LT(seen.worst_m, 4.0) << rate_mps;
     EXPECT_LT(seen.end_m, 2.5) << rate_mps;
     EXPECT_EQ(seen.gps, Trusted::kQuarantine) << rate_mps;
-    EXPECT_LT(seen.worst_local_step_m, 0.2) << rate_mps;  // in 100 ms, with the true motion's noise
+    EXPECT_LT(seen.worst_local_step_m, 0.2)
+        << rate_mps;  // in 100 ms, including the noise of the true motion
   }
 }
 
-TEST(Trust, AJumpIsRefusedAndTheWayBackIsShort) {
+TEST(FaultDetection, AJumpIsRejectedAndReadmissionIsQuick) {
   Disturbance d;
   d.fix_off = [](double t) { return Vec3(0.0, t > 40.0 && t < 50.0 ? 25.0 : 0.0, 0.0); };
   const Seen seen = drive(70.0, d);
@@ -161,7 +162,7 @@ TEST(Trust, AJumpIsRefusedAndTheWayBackIsShort) {
   EXPECT_EQ(seen.gps, Trusted::kFully);
 }
 
-TEST(Trust, AConsistentClusterInTheWrongPlaceIsNotBelievedAfterAnOutage) {
+TEST(FaultDetection, AConsistentClusterAtAWrongPositionIsRejectedAfterAnOutage) {
   Disturbance d;
   d.has_fix = [](double t) { return t < 30.0 || t > 60.0; };
   d.fix_off = [](double t) { return Vec3(t > 60.0 && t < 80.0 ? 50.0 : 0.0, 0.0, 0.0); };
@@ -173,7 +174,7 @@ TEST(Trust, AConsistentClusterInTheWrongPlaceIsNotBelievedAfterAnOutage) {
   EXPECT_EQ(seen.gps, Trusted::kFully);
 }
 
-TEST(Trust, FixesAfterAnOutageAreLookedAtAndThenBelieved) {
+TEST(FaultDetection, FixesAfterAnOutageAreQuarantinedAndThenReadmitted) {
   Disturbance d;
   d.has_fix = [](double t) { return t < 30.0 || t > 60.0; };
   const Seen seen = drive(75.0, d);
@@ -182,7 +183,7 @@ TEST(Trust, FixesAfterAnOutageAreLookedAtAndThenBelieved) {
   EXPECT_EQ(seen.gps, Trusted::kFully);
 }
 
-TEST(Trust, AHeightFromAnotherGeoidCostsTheHeightAlone) {
+TEST(FaultDetection, AHeightFromAnotherGeoidExcludesTheHeightOnly) {
   Disturbance d;
   d.fix_off = [](double t) { return Vec3(0.0, 0.0, t > 40.0 ? 33.0 : 0.0); };
   const Seen seen = drive(70.0, d);
@@ -191,8 +192,8 @@ TEST(Trust, AHeightFromAnotherGeoidCostsTheHeightAlone) {
   EXPECT_LT(seen.worst_m, 1.5);
 }
 
-TEST(Trust, ALadarThatSlidesAwayDuringAnOutageIsLetGo) {
-  // GIVEN matches that lose 20 % of the way, a little at a time: no gate sees it.
+TEST(FaultDetection, ADriftingLadarIsExcludedAfterAnOutage) {
+  // GIVEN matches that lose 20 % of the distance in small steps: no gate detects it.
   Disturbance d;
   d.has_fix = [](double t) { return t < 30.0; };
   d.match_off = [](double t) { return Vec3(std::max(0.0, t - 35.0) * 0.4, 0.0, 0.0); };
@@ -201,7 +202,7 @@ TEST(Trust, ALadarThatSlidesAwayDuringAnOutageIsLetGo) {
   EXPECT_LT(seen.worst_m, 8.0);
 }
 
-TEST(Trust, AMapThatLeadsAwayDuringAnOutageIsLetGoAndGpsIsNot) {
+TEST(FaultDetection, AFaultyMapIsExcludedAfterAnOutageAndGpsIsNot) {
   Disturbance d;
   d.has_fix = [](double t) { return t < 35.0 || t > 75.0; };
   d.map_off = [](double t) { return Vec3(0.8 * std::max(0.0, t - 35.0), 0.0, 0.0); };
@@ -213,7 +214,7 @@ TEST(Trust, AMapThatLeadsAwayDuringAnOutageIsLetGoAndGpsIsNot) {
   EXPECT_LT(seen.end_m, 1.0);
 }
 
-TEST(Trust, ARightMapIsKept) {
+TEST(FaultDetection, ACorrectMapIsKept) {
   for (unsigned seed = 1; seed <= 4; ++seed) {
     Disturbance d;
     d.has_fix = [](double t) { return t < 35.0 || t > 75.0; };
@@ -224,7 +225,7 @@ TEST(Trust, ARightMapIsKept) {
   }
 }
 
-TEST(Worth, AFixIsWorthWhatItsSatellitesAllow) {
+TEST(GpsSigma, IsBoundedBelowByFixTypeAndGeometry) {
   using Fix = GpsQuality::Fix;
   const Vec3 claims = Vec3::Constant(0.02);
   EXPECT_FALSE(worth(claims, {Fix::kFloat, 3, 1.0, 1.6}));

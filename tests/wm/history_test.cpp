@@ -9,8 +9,8 @@
 namespace rcs::wm {
 namespace {
 
-/// Two seconds of everything, from a state that is already anchored and moving.
-/// Nothing is found amiss.
+/// Two seconds of all measurements, from a state that is already georeferenced and moving.
+/// Without fault detection.
 constexpr auto kContent = [](const Measurement&, const ImuSample*, const FilterState&) {
   return std::optional<FilterState>();
 };
@@ -67,7 +67,7 @@ TEST_F(HistoryTest, OrderOfArrivalDoesNotMatter) {
   std::mt19937 random(1);
   for (int trial = 0; trial < 3; ++trial) {
     std::vector<Measurement> shuffled = inputs_;
-    // Each input is up to half a second late, and all that came is fused each time.
+    // Each input is up to half a second late, and all received inputs are fused each time.
     std::uniform_int_distribution<int> late_us(0, 500'000);
     std::vector<std::pair<Stamp, std::size_t>> arrival;
     for (std::size_t i = 0; i < inputs_.size(); ++i) {
@@ -102,7 +102,7 @@ TEST_F(HistoryTest, EachMeasurementIsReportedOnce) {
   EXPECT_EQ(gps, 10);
 }
 
-TEST_F(HistoryTest, MeasurementsAheadOfTheInsWaitForItUntilItIsSilent) {
+TEST_F(HistoryTest, MeasurementsNewerThanTheInsWaitUntilItIsSilent) {
   std::vector<Innovation> records;
   records.reserve(100);
   History h = make();
@@ -119,7 +119,7 @@ TEST_F(HistoryTest, MeasurementsAheadOfTheInsWaitForItUntilItIsSilent) {
   EXPECT_EQ(h.head().belief.x.stamp, inputs_[0].stamp) << "the first still waits for the INS";
 }
 
-TEST_F(HistoryTest, OddStampsHaveReasons) {
+TEST_F(HistoryTest, InvalidStampsAreRejectedWithReasons) {
   std::vector<Innovation> records;
   records.reserve(10000);
   params_.history.lag = from_milliseconds(500.0);
@@ -136,7 +136,7 @@ TEST_F(HistoryTest, OddStampsHaveReasons) {
   EXPECT_EQ(h.insert(far), Reason::kInvalid);
 }
 
-TEST_F(HistoryTest, AFullRingForgetsTheOldest) {
+TEST_F(HistoryTest, AFullRingDropsTheOldest) {
   params_.history.capacity = 64;
   std::vector<Innovation> records;
   records.reserve(10000);
@@ -164,8 +164,8 @@ TEST_F(HistoryTest, ALostInsSampleIsBridged) {
   EXPECT_TRUE(holed.head().belief.x.inertial);
 }
 
-// INS and odometry are as they should be, but for one of the odometry's stamps.
-TEST_F(HistoryTest, AClockThatRunsAheadDoesNotTakeTheBeliefAlong) {
+// INS and odometry are correct except for one stamp of the odometry.
+TEST_F(HistoryTest, AClockAheadDoesNotAdvanceTheBelief) {
   std::vector<Innovation> records;
   records.reserve(10000);
   History history = make();
@@ -181,8 +181,8 @@ TEST_F(HistoryTest, AClockThatRunsAheadDoesNotTakeTheBeliefAlong) {
   }
 }
 
-// Where INS is silent in truth, others say so, too.
-TEST_F(HistoryTest, ASilentInsIsBelievedToBeSilentByTwoOthers) {
+// A true silence of the INS is confirmed by other sources.
+TEST_F(HistoryTest, ASilentInsIsConfirmedByTwoOtherSources) {
   std::vector<Innovation> records;
   records.reserve(10000);
   History history = make();

@@ -1,4 +1,4 @@
-// Silence is counted in node time, and against the period of its source.
+// Silence is measured in node time, relative to the period of its source.
 #include "modules/wm/input_watch.h"
 
 #include <gtest/gtest.h>
@@ -46,7 +46,7 @@ TEST(InputWatch, AllAreSilentAsSoonAsTheFastestSourceWouldHaveBeenMissed) {
   EXPECT_GT(watch.all_silent_for(at(20.45)), Duration::zero());
 }
 
-TEST(InputWatch, AGapDoesNotPassForAPeriod) {
+TEST(InputWatch, AGapIsNotMistakenForAPeriod) {
   InputWatch watch;
   receive(&watch, Input::kIns, 0.0, 10.0, 0.01);
   receive(&watch, Input::kIns, 40.0, 40.5, 0.01);

@@ -68,7 +68,8 @@ TEST(Predict, InertialTransitionIsTheDerivative) {
   const ImuSample imu{x.stamp + Duration(10'000), Duration(10'000), Vec3(0.004, -0.01, 0.02),
                       Vec3(0.05, -0.03, 0.098)};
   x.rate_vehicle.setZero();
-  // The rate follows the gyro: its own error has no future, so it is left out of the directions.
+  // The rate follows the gyro: its own error does not propagate, so it is omitted from the
+  // directions.
   expect_transition(x, [&](Belief b) {
     b.P.middleRows<3>(kRate).setZero();
     b.P.middleCols<3>(kRate).setZero();
@@ -85,12 +86,12 @@ TEST(Predict, CoastingTransitionIsTheDerivative) {
   });
 }
 
-TEST(Predict, InertialNoiseEntersAsTheIncrementsDo) {
+TEST(Predict, InertialNoiseEntersThroughTheIncrements) {
   // GIVEN Q of one step WHEN the increments are perturbed numerically THEN their images span Q
   NavState x = some_state(4, true);
   x.map_epoch = -1;
   x.ahead_gain.setZero();
-  x.side_gain.setZero();  // a thousandth of the noise is not worth its product with it
+  x.side_gain.setZero();  // its product with the noise is negligible
   const Earth earth;
   const double dt = 0.01;
   const ImuSample imu{x.stamp + Duration(10'000), Duration(10'000), Vec3(0.004, -0.01, 0.02),
@@ -143,7 +144,7 @@ TEST(Measurements, JacobiansAreTheDerivatives) {
     NavState x = some_state(inertial ? 5 : 6, inertial);
     expect_jacobian(x, 1e-7, [&](const NavState& y) { return gps_position(y, fix, gps); });
     expect_jacobian(x, 1e-7, [&](const NavState& y) {
-      NavState moved = y;  // with an INS the rate is the gyro's less its bias
+      NavState moved = y;  // with an INS the rate is the gyro rate minus its bias
       if (inertial) moved.rate_vehicle -= y.gyro_bias - x.gyro_bias;
       if (inertial) moved.rate_vehicle -= y.rate_vehicle - x.rate_vehicle;
       return gps_velocity(moved, fix, gps, Vec3(0.5, -1.0, 0.2));
@@ -165,7 +166,7 @@ TEST(Measurements, RegistrationJacobiansAreTheDerivativesAwayFromZeroResidual) {
   std::mt19937 random(8);
   Vec6 off = random6(&random, 0.03);
   RollingMatch rolling{T_rolling_vehicle(x) * exp_se3(off), full_information(), 1, false};
-  // Information with equal eigenvalues has no stable eigenvectors: spread them.
+  // Information with equal eigenvalues has no stable eigenvectors: make them distinct.
   for (int i = 0; i < 6; ++i) rolling.information(i, i) *= 1.0 + 3.0 * i;
   expect_jacobian(
       x, 1e-4, [&](const NavState& y) { return rolling_match(y, rolling, RegistrationParams{}); });

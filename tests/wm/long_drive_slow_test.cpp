@@ -1,4 +1,4 @@
-// Ten hours, as a working day has.
+// A drive of ten hours.
 #include <gtest/gtest.h>
 
 #include "tests/wm/long_drive.h"

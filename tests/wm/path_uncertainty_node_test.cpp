@@ -1,4 +1,4 @@
-// What WM answers about a path, were GPS to die now.
+// Predicted uncertainty of WM along a path if GPS were lost now.
 #include "modules/wm/path_uncertainty_node.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@
 namespace rcs::wm {
 namespace {
 
-constexpr int kMostCycles = 2000;
+constexpr int kMaxCycles = 2000;
 
 // 2 km along x, 400 m along y, hills everywhere.
 Raster ground() { return test::hills({2.0, Vec2::Zero(), 0.3, 500.0}, {-100, -100}, 1000, 200); }
@@ -56,13 +56,13 @@ class PathUncertaintyServerTest : public ::testing::Test {
     deliver();
     now_ += from_milliseconds(20.0);
   }
-  /// Cycles until something is said.
+  /// Cycles until a result is published.
   int answer(PathUncertaintyServer* desk) {
-    for (int cycles = 1; cycles <= kMostCycles; ++cycles) {
+    for (int cycles = 1; cycles <= kMaxCycles; ++cycles) {
       step(desk, &state_);
       if (!answers_.empty()) return cycles;
     }
-    ADD_FAILURE() << "no answer";
+    ADD_FAILURE() << "no result";
     return 0;
   }
   void deliver() {
@@ -78,7 +78,7 @@ class PathUncertaintyServerTest : public ::testing::Test {
   Inbox<path_uncertainty_t> answers_;
 };
 
-TEST_F(PathUncertaintyServerTest, TellsAllOfThePathAPlaceACycle) {
+TEST_F(PathUncertaintyServerTest, ReportsTheWholePathOnePositionPerCycle) {
   PathUncertaintyServer desk({}, in_memory(), &bus_);
   ask(7, {{500.0, -20.0}, {500.0, 80.0}});
   const int cycles = answer(&desk);
@@ -96,7 +96,7 @@ TEST_F(PathUncertaintyServerTest, TellsAllOfThePathAPlaceACycle) {
   EXPECT_EQ(m.sigma_dead_reckoning_m[0], 0.5F);
   EXPECT_NEAR(m.sigma_dead_reckoning_m.back(), std::hypot(0.5, 575.0 * std::hypot(0.002, 0.001)),
               1e-3);
-  // The same as without cycles and messages.
+  // The same result as without cycles and messages.
   const PriorTerrain prior = in_memory();
   const auto whole =
       path_uncertainty_along(prior.map(), {{10.0, -20.0}, {500.0, -20.0}, {500.0, 80.0}},
@@ -108,8 +108,8 @@ TEST_F(PathUncertaintyServerTest, TellsAllOfThePathAPlaceACycle) {
   EXPECT_LT(m.sigma_with_map_m.back(), 0.8F * m.sigma_dead_reckoning_m.back());
 }
 
-TEST_F(PathUncertaintyServerTest, APlaceOfAnotherDatumIsTheSamePlace) {
-  // WM's world begins 300 m east of the map's; the vehicle and its path are where they were.
+TEST_F(PathUncertaintyServerTest, APositionInAnotherDatumIsTheSamePosition) {
+  // WM's frame world begins 300 m east of the map's; the vehicle and its path are unchanged.
   PathUncertaintyServer here({}, in_memory(), &bus_);
   ask(1, {{510.0, -20.0}});
   answer(&here);
@@ -128,7 +128,7 @@ TEST_F(PathUncertaintyServerTest, APlaceOfAnotherDatumIsTheSamePlace) {
   }
 }
 
-TEST_F(PathUncertaintyServerTest, AVeryLongPathHasAThousandPlaces) {
+TEST_F(PathUncertaintyServerTest, AVeryLongPathHasAThousandPositions) {
   PathUncertaintyServer desk({}, PriorTerrain(), &bus_);
   ask(1, {{100'000.0, 0.0}});
   answer(&desk);
@@ -137,7 +137,7 @@ TEST_F(PathUncertaintyServerTest, AVeryLongPathHasAThousandPlaces) {
   EXPECT_NEAR(m.travelled_m.back(), 1e5, 110.0);
 }
 
-TEST_F(PathUncertaintyServerTest, WithoutAMapBothAreByMotion) {
+TEST_F(PathUncertaintyServerTest, WithoutAMapBothPredictionsUseMotionOnly) {
   PathUncertaintyServer desk({}, PriorTerrain(), &bus_);
   ask(1, {{500.0, 0.0}});
   answer(&desk);
@@ -146,7 +146,7 @@ TEST_F(PathUncertaintyServerTest, WithoutAMapBothAreByMotion) {
   EXPECT_EQ(m.sigma_with_map_m, m.sigma_dead_reckoning_m);
 }
 
-TEST_F(PathUncertaintyServerTest, WhatCannotBeAnsweredIsSaidAtOnce) {
+TEST_F(PathUncertaintyServerTest, AnInvalidQueryIsRejectedAtOnce) {
   PathUncertaintyServer desk({}, in_memory(), &bus_);
   ask(1, {{500.0, 0.0}});
   step(&desk, nullptr);
@@ -167,7 +167,7 @@ TEST_F(PathUncertaintyServerTest, WhatCannotBeAnsweredIsSaidAtOnce) {
   }
 }
 
-TEST_F(PathUncertaintyServerTest, SentAgainItIsNotBegunAgainAndAnsweredAgain) {
+TEST_F(PathUncertaintyServerTest, ARepeatedQueryIsNotRestartedAndIsReportedAgain) {
   PathUncertaintyServer desk({}, in_memory(), &bus_);
   const std::vector<Vec2> path{{500.0, -20.0}};
   ask(3, path);
@@ -181,7 +181,7 @@ TEST_F(PathUncertaintyServerTest, SentAgainItIsNotBegunAgainAndAnsweredAgain) {
   EXPECT_EQ(answers_.latest()->sigma_with_map_m, first.sigma_with_map_m);
 }
 
-TEST_F(PathUncertaintyServerTest, AnIssuersNewerQueryTakesThePlaceOfItsOlder) {
+TEST_F(PathUncertaintyServerTest, ANewerQueryOfAnIssuerReplacesItsOlder) {
   PathUncertaintyServer desk({}, in_memory(), &bus_);
   ask(1, {{1500.0, -20.0}});
   for (int k = 0; k < 10; ++k) step(&desk, &state_);
@@ -192,8 +192,8 @@ TEST_F(PathUncertaintyServerTest, AnIssuersNewerQueryTakesThePlaceOfItsOlder) {
   EXPECT_EQ(answers_.latest()->n, 3);
 }
 
-// Were each to end the other's, as they ask again and again, neither would have an answer.
-TEST_F(PathUncertaintyServerTest, TwoWhoAskAreAnsweredOneAfterTheOther) {
+// If repeated queries of two issuers cancelled each other, neither would get a result.
+TEST_F(PathUncertaintyServerTest, QueriesOfTwoIssuersAreProcessedInTurn) {
   PathUncertaintyServer desk({}, in_memory(), &bus_);
   const std::vector<Vec2> path{{1500.0, -20.0}};
   std::vector<std::string> answered;
@@ -208,14 +208,14 @@ TEST_F(PathUncertaintyServerTest, TwoWhoAskAreAnsweredOneAfterTheOther) {
   EXPECT_GT(std::count(answered.begin(), answered.end(), "two"), 0);
 }
 
-TEST_F(PathUncertaintyServerTest, AnIssuerWithoutEndIsNotCarriedAlong) {
+TEST_F(PathUncertaintyServerTest, ATooLongIssuerNameIsIgnored) {
   PathUncertaintyServer desk({}, in_memory(), &bus_);
   ask(1, {{60.0, -20.0}}, std::string(65, 'x'));
   for (int k = 0; k < 20; ++k) step(&desk, &state_);
   EXPECT_TRUE(answers_.empty());
 }
 
-TEST_F(PathUncertaintyServerTest, TilesComeAlongThePathAndLeaveAgain) {
+TEST_F(PathUncertaintyServerTest, TilesAreLoadedAlongThePathAndReleased) {
   const std::string folder =
       (std::filesystem::path(::testing::TempDir()) / "path_uncertainty_server_map").string();
   std::filesystem::remove_all(folder);
@@ -238,10 +238,10 @@ TEST_F(PathUncertaintyServerTest, TilesComeAlongThePathAndLeaveAgain) {
   std::filesystem::remove_all(folder);
 }
 
-TEST_F(PathUncertaintyServerTest, AWarmAnswerDoesNotAllocate) {
+TEST_F(PathUncertaintyServerTest, AResultAfterWarmUpDoesNotAllocate) {
   if (!test::HeapGuard::available()) GTEST_SKIP() << "a sanitizer owns malloc";
   PathUncertaintyServer desk({}, in_memory(), &bus_);
-  constexpr std::int64_t kWarm = 6;  // each slot of the inbox here has had a message
+  constexpr std::int64_t kWarm = 6;  // each slot of the inbox here has held a message
   for (std::int64_t serial = 1; serial <= kWarm; ++serial) {
     ask(serial, {{500.0, -20.0}, {900.0, 50.0}});
     const test::HeapGuard guard;

@@ -1,4 +1,4 @@
-// How far a tile of the a priori map is believed.
+// Weight of a tile of the a priori map.
 #include <gtest/gtest.h>
 
 #include "modules/wm/alignment.h"
@@ -7,7 +7,7 @@
 namespace rcs::wm {
 namespace {
 
-/// A vehicle that knows its place to a decimetre, and matches a metre apart.
+/// A vehicle with a position sigma of a decimetre, and matches a metre apart.
 class Drive {
  public:
   explicit Drive(double sigma_m) {
@@ -17,12 +17,13 @@ class Drive {
     state_.memory.anchored = true;
   }
 
-  /// @return of matches that say the vehicle is so far off, the newest one's reason
+  /// @return the reason of the newest of several matches with this position difference
   Reason match(int matches, const Vec3& off, std::int64_t tile_id, const MapBias& bias) {
     Reason reason = Reason::kInvalid;
     for (int i = 0; i < matches; ++i) {
       state_.memory.distance_m += 1.0;
-      state_.belief.P.diagonal().segment<3>(kPosition).array() += 1e-4;  // it drifts a little
+      state_.belief.P.diagonal().segment<3>(kPosition).array() +=
+          1e-4;  // the belief drifts a little
       PriorMatch z;
       z.T_world_vehicle = state_.belief.x.T_world_vehicle;
       z.T_world_vehicle.p = off;
@@ -45,32 +46,32 @@ class Drive {
 constexpr MapBias kSurvey{0.1, 500.0};
 const Vec3 kWrong(4.0, 0.0, 0.0);
 
-TEST(PriorTrust, AWrongTileIsNoticedNeverFollowedAndHasItsWeightBackByAgreeing) {
+TEST(PriorMapFault, AWrongTileIsDetectedNeverFollowedAndRegainsWeightByAgreement) {
   Drive drive(0.1);
   EXPECT_EQ(drive.match(30, Vec3::Zero(), 1, kSurvey), Reason::kAccepted);
   EXPECT_NE(drive.match(1, kWrong, 1, kSurvey), Reason::kAccepted);
   EXPECT_EQ(drive.match(30, kWrong, 1, kSurvey), Reason::kQuarantine);
   EXPECT_TRUE(drive.state().memory.tile_doubted);
   EXPECT_LT(drive.state().belief.x.T_world_vehicle.p.norm(), 0.05);
-  // The next tile of a wrong survey is not trusted for being another one.
+  // The next tile of a wrong survey does not start with full weight.
   EXPECT_EQ(drive.match(1, kWrong, 2, kSurvey), Reason::kQuarantine);
   EXPECT_EQ(drive.match(400, Vec3::Zero(), 2, kSurvey), Reason::kAccepted);
   EXPECT_FALSE(drive.state().memory.tile_doubted);
-  // The first one has not shown anything better yet.
+  // The first tile has not yet agreed again.
   EXPECT_EQ(drive.match(1, Vec3::Zero(), 1, kSurvey), Reason::kQuarantine);
 }
 
-TEST(PriorTrust, ABeliefThatHardlyKnowsItsPlaceSaysNothingOfATile) {
+TEST(PriorMapFault, AnUncertainPositionDoesNotChangeTheWeightOfATile) {
   Drive drive(20.0);
   EXPECT_EQ(drive.match(1, kWrong, 1, kSurvey), Reason::kAccepted);
   for (const TileTrust& tile : drive.state().memory.tiles) EXPECT_NEAR(tile.excess, 1.0, 0.1);
 }
 
-TEST(PriorTrust, TheSurveysOwnErrorIsTaken) {
+TEST(PriorMapFault, TheErrorOfTheSurveyIsAccepted) {
   Drive drive(20.0);
   const auto offset_variance = [&] { return drive.state().belief.P(kMapOffset, kMapOffset); };
   drive.match(1, Vec3::Zero(), 1, {});
-  EXPECT_NEAR(offset_variance(), 1.0, 0.1);  // the map does not say
+  EXPECT_NEAR(offset_variance(), 1.0, 0.1);  // the map does not state its error
   const double margin = WmParams{}.prior.bias_margin;
   drive.match(1, Vec3::Zero(), 2, kSurvey);
   EXPECT_NEAR(offset_variance(), std::pow(margin * kSurvey.sigma_m, 2.0), 0.02);

@@ -1,4 +1,4 @@
-// Without GPS the world begins where SP's search on the a priori map finds the vehicle.
+// Without GPS frame world begins at the pose that SP's search on the a priori map finds.
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
@@ -8,7 +8,7 @@
 namespace rcs::wm {
 namespace {
 
-/// Without GPS; what SP's search finds comes once, 12 s after the start.
+/// Without GPS; the result of SP's search arrives once, 12 s after the start.
 Rig& start_on_map(Rig* rig, const Vec3& off_m, double sigma_m, double sigma_rad) {
   auto& [truth, sensors, estimator] = *rig;
   for (std::size_t i = 1; i < truth.size(); ++i) {
@@ -31,7 +31,7 @@ Rig& start_on_map(Rig* rig, const Vec3& off_m, double sigma_m, double sigma_rad)
   return *rig;
 }
 
-TEST(StartOnMap, AMatchIsWhereTheWorldBegins) {
+TEST(StartOnMap, FrameWorldBeginsAtAMatch) {
   Experiment experiment;
   experiment.drive.length_s = 20.0;
   Rig rig(experiment);
@@ -43,8 +43,8 @@ TEST(StartOnMap, AMatchIsWhereTheWorldBegins) {
   EXPECT_LT(off.norm(), 1.5);
   const Mat3 P = s.belief.P.topLeftCorner<3, 3>();
   EXPECT_LT(off.dot(P.ldlt().solve(off)), 11.3);  // 99 %
-  // It errs as the survey does there, and says so: place and map offset together are known better
-  // than each.
+  // The error is that of the survey there, and the covariance covers it: position and prior-map
+  // bias together are known better than each alone.
   const Mat3 O = s.belief.P.block<3, 3>(kMapOffset, kMapOffset);
   const Mat3 both = P + O + s.belief.P.block<3, 3>(kPosition, kMapOffset) +
                     s.belief.P.block<3, 3>(kMapOffset, kPosition);
@@ -54,7 +54,7 @@ TEST(StartOnMap, AMatchIsWhereTheWorldBegins) {
   EXPECT_GT(Eigen::LDLT<Cov>(Cov(s.belief.P + 1e-12 * Cov::Identity())).vectorD().minCoeff(), 0.0);
 }
 
-TEST(StartOnMap, AMatchThatDoesNotTellTheHeadingIsNoStart) {
+TEST(StartOnMap, AMatchWithoutHeadingInformationIsRejectedAsAStart) {
   Experiment experiment;
   experiment.drive.length_s = 16.0;
   Rig rig(experiment);

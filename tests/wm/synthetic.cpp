@@ -101,7 +101,7 @@ Vec6 Sensors::scan_noise() {
   return xi;
 }
 
-/// As SP states it: too good by what the filter puts on top.
+/// As published by SP: smaller by the inflation that the filter adds.
 Mat6 Sensors::scan_information() const {
   const RegistrationParams& match = params_.rolling.match;
   Vec6 variance;

@@ -1,7 +1,7 @@
 #pragma once
-// A light synthetic drive for the filter's laws: truth, INS increments, GPS with Gauss-Markov
-// errors, registrations to a map that drifts at the vehicle. Seeded; errors as the filter models
-// them unless told otherwise (the simulator is where they are not).
+// A light synthetic drive for the filter's laws: ground truth, INS increments, GPS with
+// Gauss-Markov errors, registrations to a map that drifts at the vehicle. Seeded; errors as
+// modelled by the filter unless configured otherwise (the simulator has other errors).
 
 #include <random>
 #include <vector>
@@ -26,10 +26,10 @@ struct DriveScript {
   double heading_rad = 0.7;  ///< at the start
 };
 
-/// Truth at the INS' instants: gentle bends, hills, roll.
+/// Ground truth at the INS instants: gentle bends, hills, roll.
 std::vector<Truth> make_drive(const DriveScript& script);
 
-/// Where the drives are.
+/// Datum of the drives.
 Geodetic test_datum();
 
 struct SensorScript {
@@ -49,7 +49,7 @@ class Sensors {
   /// Over (truth[i - 1], truth[i]]; call for i = 1, 2, ...
   ImuSample imu(std::size_t i);
   GeodeticFix gps(std::size_t i);
-  /// The map drifts between calls as params.drive says; the first call seeds it.
+  /// The map drifts between calls by params.drive; the first call seeds it.
   RollingMatch scan(std::size_t i);
   PriorMatch prior(std::size_t i, const Vec3& map_offset);
   OdometrySample odometry(std::size_t i);

@@ -12,7 +12,7 @@
 namespace rcs::wm {
 namespace {
 
-/// Scans of a plane that rises along x, with a box on it, as a vehicle sees them that drives by.
+/// Scans of a plane that rises along x, with a box on it, from a passing vehicle.
 class TerrainGridTest : public testing::Test {
  protected:
   static constexpr double kRise = 0.2;  // per metre
@@ -51,7 +51,7 @@ class TerrainGridTest : public testing::Test {
   Pose T_{exp_so3(Vec3(0.03, -std::atan(kRise), 0.0)), Vec3(0.0, 0.0, 0.9)};
 };
 
-TEST_F(TerrainGridTest, KnowsThePlaneAndWhatStandsOnIt) {
+TEST_F(TerrainGridTest, MapsThePlaneAndTheObstacleOnIt) {
   for (int k = 0; k < 10; ++k) scan(T_, true);
   const TerrainAnswer plain = at(T_, 6.0, 3.0);
   EXPECT_TRUE(plain.known);
@@ -78,8 +78,8 @@ TEST_F(TerrainGridTest, KnowsThePlaneAndWhatStandsOnIt) {
   EXPECT_EQ(false_alarms, 0);
 }
 
-TEST_F(TerrainGridTest, WhatWasSeenOnceIsNoObstacleYet) {
-  constexpr int kDense = 60'000;  // every quarter of the box is seen up to its top
+TEST_F(TerrainGridTest, ASingleObservationIsNoObstacle) {
+  constexpr int kDense = 60'000;  // every quarter of the box is observed up to its top
   for (int k = 0; k < 5; ++k) scan(T_, false);
   scan(T_, true, kDense);
   EXPECT_FALSE(at(T_, 10.0, 0.0).obstacle);
@@ -87,9 +87,9 @@ TEST_F(TerrainGridTest, WhatWasSeenOnceIsNoObstacleYet) {
   EXPECT_TRUE(at(T_, 10.0, 0.0).obstacle);
 }
 
-// A low rock that no point of rises above the grass: its ground stands out, scan after scan, while
-// grass lets some light through to the ground.
-TEST_F(TerrainGridTest, TellsARockFromGrass) {
+// A low rock without points above the grass: its surface is observed in every scan, while grass
+// lets some rays through to the ground.
+TEST_F(TerrainGridTest, DistinguishesARockFromGrass) {
   for (int k = 0; k < 12; ++k) {
     points_.clear();
     for (int n = 0; n < 20'000; ++n) {
@@ -110,14 +110,14 @@ TEST_F(TerrainGridTest, TellsARockFromGrass) {
   EXPECT_EQ(in_grass, 0);
 }
 
-TEST_F(TerrainGridTest, WhatHasGoneIsForgotten) {
+TEST_F(TerrainGridTest, RemovedObjectsAreCleared) {
   for (int k = 0; k < 5; ++k) scan(T_, true);
   ASSERT_TRUE(at(T_, 10.0, 0.0).obstacle);
   for (int k = 0; k < 40; ++k) scan(T_, false);
   EXPECT_FALSE(at(T_, 10.0, 0.0).obstacle);
 }
 
-TEST_F(TerrainGridTest, OverhangsAreDrivenUnder) {
+TEST_F(TerrainGridTest, OverhangsArePassable) {
   for (int k = 0; k < 5; ++k) scan(T_, false);
   points_.clear();
   for (int k = 0; k < 200; ++k) {
@@ -145,9 +145,9 @@ TEST_F(TerrainGridTest, TheWindowMovesAndCyclesAllocateNothing) {
   EXPECT_NEAR(at(T, T.p.x() + 6.0, 2.0).height_m, ground(T.p.x() + 6.0), 0.1);
 }
 
-// Where its view of the ground begins, the lowest rays graze the grass: what they meet there lies
-// the higher the nearer it is.
-TEST_F(TerrainGridTest, GrassAtTheNearEdgeIsNoSlopeAndNoLedge) {
+// At the near edge of the visible ground the lowest rays graze the grass: the nearer a return, the
+// higher it lies.
+TEST_F(TerrainGridTest, GrassAtTheNearEdgeGivesNoSlopeAndNoStep) {
   const Pose T(Pose{Quat::Identity(), Vec3(0.0, 0.0, 0.9)});
   for (int k = 0; k < 10; ++k) {
     points_.clear();
@@ -168,9 +168,9 @@ TEST_F(TerrainGridTest, GrassAtTheNearEdgeIsNoSlopeAndNoLedge) {
   }
 }
 
-// What lies before the vehicle as it starts was never seen from farther: there even what is met 6 m
-// away is no ground, and grass no rock. Later it is.
-TEST_F(TerrainGridTest, AtItsStartItTrustsNoNearGround) {
+// The area ahead of the starting vehicle was never observed from a greater distance: there even
+// returns at 6 m are not used as ground, and grass is not a rock. Later they are used.
+TEST_F(TerrainGridTest, AtTheStartNearGroundIsNotUsed) {
   const auto is_rock = [&](double x_m) {
     const Pose T(Pose{Quat::Identity(), Vec3(x_m, 0.0, 0.9)});
     for (int k = 0; k < 10; ++k) {
@@ -189,8 +189,8 @@ TEST_F(TerrainGridTest, AtItsStartItTrustsNoNearGround) {
   EXPECT_TRUE(is_rock(20.0));
 }
 
-// Nothing is seen of the ground behind a rock, and still it is one.
-TEST_F(TerrainGridTest, ARockIsSeenWithNothingKnownBehindIt) {
+// The ground behind a rock is not visible; the rock is detected nevertheless.
+TEST_F(TerrainGridTest, ARockIsDetectedWithUnknownGroundBehindIt) {
   const Pose T(Pose{Quat::Identity(), Vec3(0.0, 0.0, 0.9)});
   for (int k = 0; k < 10; ++k) {
     points_.clear();
@@ -199,7 +199,7 @@ TEST_F(TerrainGridTest, ARockIsSeenWithNothingKnownBehindIt) {
       const double y = 20.0 * (unit_(rng_) - 0.5);
       points_.push_back(Vec3(x, y, 0.02 * normal_(rng_) - 0.9).cast<float>());
     }
-    for (int n = 0; n < 60; ++n) {  // its face and its top
+    for (int n = 0; n < 60; ++n) {  // its front and its top
       points_.push_back(Vec3(10.0 + 0.3 * unit_(rng_), 0.2 + 0.4 * (unit_(rng_) - 0.5),
                              0.35 - 0.9 + 0.02 * normal_(rng_))
                             .cast<float>());
@@ -210,13 +210,14 @@ TEST_F(TerrainGridTest, ARockIsSeenWithNothingKnownBehindIt) {
   EXPECT_FALSE(at(T, 8.0, 0.2).obstacle);
 }
 
-// Against least squares by QR, cell by cell. The patch is no whole number of lanes.
-TEST(TerrainPatch, IsThePlaneThroughTheKnownCellsAround) {
+// Against least squares by QR, cell by cell. The size of the patch is not a multiple of the SIMD
+// lanes.
+TEST(TerrainPatch, IsThePlaneThroughTheNeighbouringKnownCells) {
   TerrainParams params;
   params.patch = 70;
   params.near_m = params.near_start_m = 0.0;
   TerrainGrid grid(params);
-  // Every cell that is known has one height, far from zero; on the left few are.
+  // All known cells have one height, far from zero; on the left few cells are known.
   const Pose T(Pose{Quat::Identity(), Vec3(-7.3, 4.1, 300.0)});
   const int side = params.patch + 4;
   std::vector<TerrainAnswer> answers;

@@ -118,15 +118,15 @@ TEST_F(WmNodeTest, PublishesTheBeliefOfAllSources) {
   EXPECT_EQ(m.map_epoch, 1);
   EXPECT_EQ(m.age_ins_us, 0);
   EXPECT_EQ(m.latency_trace.last_facet_utime, m.utime + 5);
-  // The datum is the first fix: the world is where that is.
+  // The datum is the first fix, which is the origin of frame world.
   const LocalFrame frame({radians(m.datum_lat_deg), radians(m.datum_lon_deg), {m.datum_height_m}});
   const Vec3 truth =
       frame.to_world(LocalFrame(test_datum()).to_geodetic(truth_.back().T_world_vehicle.p));
   EXPECT_LT((from_message(m.p_world_vehicle_m) - truth).norm(), 1.5);
 }
 
-// Sensor time stands still when all sensors are dead: node time must tell.
-TEST_F(WmNodeTest, WithoutAnyInputThePoseIsLostAndThenInvalid) {
+// Sensor time stands still when all sensors are silent: the silence is measured in node time.
+TEST_F(WmNodeTest, WithoutInputTheModeIsLostAndThenThePoseIsInvalid) {
   Inbox<integrity_t> integrities(&bus_, channel::kWmIntegrity, 64);
   drive();
   EXPECT_EQ(newest().pose_valid, 1);
@@ -154,7 +154,7 @@ TEST_F(WmNodeTest, WithoutAnyInputThePoseIsLostAndThenInvalid) {
   EXPECT_NE(m.alerts & integrity_t::ALERT_HORIZONTAL, 0);
 }
 
-// Nothing is bounded in a world that is not known.
+// Without a known frame world there is no bound of the position.
 TEST_F(WmNodeTest, WithoutADatumNoProtectionLevelIsPublished) {
   Inbox<integrity_t> integrities(&bus_, channel::kWmIntegrity, 64);
   for (std::size_t i = 1; i < truth_.size(); ++i) {
@@ -170,7 +170,7 @@ TEST_F(WmNodeTest, WithoutADatumNoProtectionLevelIsPublished) {
   EXPECT_EQ(m.alerts, 0);
 }
 
-TEST_F(WmNodeTest, NothingAbsoluteBeforeTheHeadingIsKnown) {
+TEST_F(WmNodeTest, NoWorldPoseBeforeTheHeadingIsKnown) {
   for (std::size_t i = 1; i < 600; ++i) {
     const Stamp now = truth_[i].stamp;
     send(&ins_out_, message(sensors_.imu(i)));
@@ -201,7 +201,7 @@ TEST_F(WmNodeTest, TheLatencyTraceHasTheScansArrivalAndItsFirstUse) {
   EXPECT_EQ(first.last_facet_utime, scan.latency_trace.last_facet_utime);
   EXPECT_EQ(first.wm_arrival_utime, to_utime(truth_[11].stamp));
   EXPECT_EQ(first.wm_start_utime, to_utime(truth_[12].stamp));
-  // Later beliefs remember it, and what is no answer leaves no trace.
+  // Later nav states keep it, and a registration that is not a match leaves no trace.
   registration_t held = message(truth_[20].stamp, sensors_.scan(20));
   held.stop = registration_t::STOP_HELD;
   send(&registration_out_, held);
@@ -210,7 +210,7 @@ TEST_F(WmNodeTest, TheLatencyTraceHasTheScansArrivalAndItsFirstUse) {
   EXPECT_EQ(newest().latency_trace.wm_start_utime, to_utime(truth_[12].stamp));
 }
 
-TEST_F(WmNodeTest, LadarAloneNeedsNothingElse) {
+TEST_F(WmNodeTest, LadarAloneIsSufficient) {
   for (std::size_t i = 10; i < truth_.size(); i += 10) {
     send(&registration_out_, message(truth_[i].stamp, sensors_.scan(i)));
     cycle(truth_[i].stamp);
@@ -221,7 +221,7 @@ TEST_F(WmNodeTest, LadarAloneNeedsNothingElse) {
   EXPECT_EQ(m.world_valid, 0);
 }
 
-TEST_F(WmNodeTest, GarbageChangesNothing) {
+TEST_F(WmNodeTest, InvalidMessagesChangeNothing) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double inf = std::numeric_limits<double>::infinity();
   std::mt19937 random(1);
@@ -360,8 +360,8 @@ TEST_F(WmNodeTest, ACycleDoesNotAllocate) {
   EXPECT_EQ(allocations, 0);
 }
 
-// What is asked of the map is a convenience; the belief does not need it.
-TEST(WmNode, StartsAndSaysSoWhenItsMapCannotBeRead) {
+// The map is used for queries only; the pose does not need it.
+TEST(WmNode, StartsAndReportsAMapThatCannotBeRead) {
   const Result<ParamFile> file =
       ParamFile::parse("[world]\nprior_map = \"/nonexistent/map\"\n", "test.toml");
   ASSERT_TRUE(file);
@@ -379,7 +379,7 @@ TEST(WmNode, StartsAndSaysSoWhenItsMapCannotBeRead) {
   EXPECT_NE(events.front()->text.find("/nonexistent/map"), std::string::npos);
 }
 
-TEST(WmConfig, ReadsGradesAndRefusesWhatItDoesNotKnow) {
+TEST(WmConfig, ReadsGradesAndRejectsUnknownKeys) {
   const auto load = [](const std::string& text) -> Result<WmConfig> {
     Result<ParamFile> file = ParamFile::parse(text, "test.toml");
     if (!file) return file.error();

@@ -26,7 +26,7 @@ bool says_missing(std::string_view cell) {
   return std::find(kWords.begin(), kWords.end(), lower) != kWords.end();
 }
 
-/// NaN: missing. None: not a number.
+/// NaN: missing. nullopt: not a number.
 std::optional<double> number_of(std::string_view cell) {
   if (says_missing(cell)) return kMissing;
   if (cell.front() == '+') cell.remove_prefix(1);
@@ -38,14 +38,14 @@ std::optional<double> number_of(std::string_view cell) {
   return std::isfinite(value) ? value : kMissing;
 }
 
-/// Of a cell that may hold anything, for a message.
+/// A cell with arbitrary content, sanitized for a message.
 std::string shown(std::string_view cell) {
-  constexpr std::size_t kMost = 40;
+  constexpr std::size_t kMax = 40;
   std::string text;
-  for (const char c : cell.substr(0, kMost)) {
+  for (const char c : cell.substr(0, kMax)) {
     text += std::isprint(static_cast<unsigned char>(c)) != 0 ? c : '?';
   }
-  return cell.size() > kMost ? text + "..." : text;
+  return cell.size() > kMax ? text + "..." : text;
 }
 
 }  // namespace
@@ -140,7 +140,7 @@ Result<std::vector<double>> CsvTable::numbers(std::string_view column) const {
     }
     return values;
   }
-  return Error{fmt::format("{}: no column '{}'; there are {}", name_, column, known)};
+  return Error{fmt::format("{}: no column '{}'; columns: {}", name_, column, known)};
 }
 
 }  // namespace rcs::tools

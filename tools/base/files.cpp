@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 using FileId = std::pair<dev_t, ino_t>;
 
 struct Inputs {
-  std::mutex mutex;  // drives of a campaign run beside each other
+  std::mutex mutex;  // drives of a campaign run in parallel
   std::set<FileId> ids;
 };
 Inputs& inputs() {
@@ -37,7 +37,7 @@ Inputs& inputs() {
   return all;
 }
 
-/// Temporaries that exist, in a form that a signal handler may read. More than any command has.
+/// Existing temporaries, in a form that a signal handler may read. More than any command uses.
 std::array<std::atomic<const char*>, 64> temporaries{};
 
 void exchange_temporary(const char* from, const char* to) {
@@ -59,17 +59,18 @@ Error file_error(std::string_view path, std::string_view what) {
   return {fmt::format("{}: {}: {}", path, what, std::strerror(errno))};
 }
 
-/// The path behind symbolic links, also if nothing exists there yet.
+/// The path with symbolic links resolved, also if the target does not exist yet.
 fs::path without_links(fs::path path) {
-  constexpr int kMostLinks = 40;  // as many as the system follows
+  constexpr int kMaxLinks = 40;  // as many as the system follows
   std::error_code error;
-  for (int k = 0; k < kMostLinks && fs::is_symlink(path, error); ++k) {
-    path = path.parent_path() / fs::read_symlink(path, error);  // an absolute target replaces all
+  for (int k = 0; k < kMaxLinks && fs::is_symlink(path, error); ++k) {
+    path =
+        path.parent_path() / fs::read_symlink(path, error);  // an absolute target replaces the path
   }
   return path;
 }
 
-/// The folder of the a priori map in which a file at `path` would lie; empty: in no map.
+/// The folder of the a priori map that contains `path`; empty: none.
 fs::path map_around(const std::string& path) {
   std::error_code error;
   fs::path at = fs::weakly_canonical(fs::absolute(without_links(path), error), error);
@@ -93,19 +94,19 @@ void note_input(const std::string& path) {
 
 Outcome check_output(const std::string& path) {
   if (const fs::path map = map_around(path); !map.empty()) {
-    return Error{fmt::format("{}: lies in the a priori map {}, which is not written to", path,
+    return Error{fmt::format("{}: is in the a priori map {}, which must not be written to", path,
                              map.string())};
   }
   struct stat status {};
   if (::stat(path.c_str(), &status) != 0) return Done{};
   const std::lock_guard<std::mutex> lock(inputs().mutex);
   if (inputs().ids.count({status.st_dev, status.st_ino}) == 0) return Done{};
-  return Error{path + ": is an input of this command, too: not written"};
+  return Error{path + ": is also an input of this command: not written"};
 }
 
 void remove_temporaries_when_killed() {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
-    // nohup ignores SIGHUP, and a shell SIGINT of what it runs in the background.
+    // nohup ignores SIGHUP, and a shell ignores SIGINT for background processes.
     if (std::signal(signal, on_kill) == SIG_IGN) std::signal(signal, SIG_IGN);
   }
 }
@@ -127,7 +128,7 @@ Result<std::vector<std::uint8_t>> read_bytes(const std::string& path) {
 }
 
 OutputFile::OutputFile(std::string path) : path_(std::move(path)), target_(path_) {
-  std::error_code ignored;  // creating the file tells what is wrong
+  std::error_code ignored;  // creating the file reports the problem
   const fs::file_status there = fs::status(path_, ignored);
   in_place_ = fs::exists(there) && !fs::is_regular_file(there) && !fs::is_directory(there);
   if (in_place_) {

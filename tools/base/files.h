@@ -13,22 +13,22 @@ namespace rcs::tools {
 [[nodiscard]] Result<std::string> read_text(const std::string& path);
 [[nodiscard]] Result<std::vector<std::uint8_t>> read_bytes(const std::string& path);
 
-/// Remembers a file that the command reads (by device and inode, so that links and other spellings
-/// of its path are the same file): OutputFile never replaces it. read_text() and read_bytes()
-/// remember what they read; of the command line, main() remembers all that is no output.
+/// Records a file that the command reads (by device and inode, so that links and other spellings of
+/// its path are the same file): OutputFile never replaces it. read_text() and read_bytes() record
+/// their files; main() records all arguments of the command line that are not outputs.
 void note_input(const std::string& path);
 
-/// An error if `path` is a file or folder that note_input() has seen, or lies in the folder of an a
-/// priori map: a file there may be the map's own.
+/// An error if `path` was recorded by note_input(), or is in the folder of an a priori map, where
+/// it may be a file of the map.
 [[nodiscard]] Outcome check_output(const std::string& path);
 
 /// SIGINT, SIGTERM and SIGHUP remove the temporaries of all OutputFiles before they end the
-/// process. Once, at the start of main().
+/// process. Call it once, at the start of main().
 void remove_temporaries_when_killed();
 
-/// A file that appears whole or not at all: written under write_path(), a temporary beside it,
-/// which commit() moves to its name. Without commit() the temporary is removed and what was there
-/// stays. A device or FIFO is written in place and never replaced; a symbolic link stays one.
+/// A file that is created completely or not at all: written to write_path(), a temporary next to
+/// it, which commit() renames. Without commit() the temporary is removed and an existing file stays
+/// unchanged. A device or FIFO is written in place; a symbolic link stays a link.
 class OutputFile {
  public:
   explicit OutputFile(std::string path);
@@ -38,12 +38,12 @@ class OutputFile {
 
   [[nodiscard]] const std::string& path() const { return path_; }
   [[nodiscard]] const std::string& write_path() const { return write_path_; }
-  /// A device or a FIFO: cannot be read back, and has no files beside it.
+  /// True for a device or a FIFO: it cannot be read back and has no accompanying files.
   [[nodiscard]] bool in_place() const { return in_place_; }
   [[nodiscard]] Outcome write(std::string_view text) const;
-  /// Before long work: an error when the path names a folder, or when check_output() has one.
+  /// Call it before long work: an error if the path is a folder, or from check_output().
   [[nodiscard]] Outcome check() const;
-  /// An error when check() has one.
+  /// Also returns the errors of check().
   [[nodiscard]] Outcome commit() const;
 
  private:
@@ -53,7 +53,7 @@ class OutputFile {
   bool in_place_ = false;
 };
 
-/// Creates the folders on the way.
+/// Creates missing folders.
 Outcome write_text(const std::string& path, std::string_view text);
 
 }  // namespace rcs::tools

@@ -8,7 +8,7 @@
 namespace rcs::tools {
 namespace {
 
-/// In a map's frame: as far off as a message may say.
+/// Limit of coordinates in messages, in the frame of a map.
 bool plausible(const Vec2& p) {
   constexpr double kFarthest_m = 1e6;
   return p.allFinite() && p.cwiseAbs().maxCoeff() <= kFarthest_m;
@@ -35,7 +35,7 @@ Result<std::vector<Vec2>> load_places(const std::string& path) {
   for (std::size_t k = 0; k < x->size(); ++k) {
     places.emplace_back((*x)[k], (*y)[k]);
     if (!plausible(places.back())) {
-      return Error{table->place(k) + ": a place is missing, or more than 1000 km away"};
+      return Error{table->place(k) + ": a coordinate is missing or exceeds 1000 km"};
     }
   }
   return places;

@@ -1,5 +1,5 @@
 #pragma once
-// Places in the plane as people give them: on a command line, or in a file.
+// Positions in the plane from a command line or a file.
 
 #include <optional>
 #include <string>
@@ -10,11 +10,11 @@
 
 namespace rcs::tools {
 
-/// "X,Y" in metres; none when it is anything else.
+/// Parses "X,Y" in metres; nullopt if malformed.
 [[nodiscard]] std::optional<Vec2> parse_place(const std::string& text);
 
 /// The columns x_m and y_m of a CSV file.
-/// @return an error that names the line of a place that is missing
+/// @return an error with the line of a missing value
 [[nodiscard]] Result<std::vector<Vec2>> load_places(const std::string& path);
 
 }  // namespace rcs::tools

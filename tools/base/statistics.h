@@ -1,5 +1,5 @@
 #pragma once
-// Order statistics of a set of figures.
+// Order statistics of a set of values.
 
 #include <algorithm>
 #include <cmath>

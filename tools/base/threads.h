@@ -1,5 +1,5 @@
 #pragma once
-// Work beside other work.
+// Parallel work.
 
 #include <cstddef>
 #include <functional>
@@ -8,7 +8,7 @@
 
 namespace rcs::tools {
 
-/// work(k) for all k < count, a thread each.
+/// Calls work(k) for all k < count, each in its own thread.
 inline void in_threads(std::size_t count, const std::function<void(std::size_t)>& work) {
   std::vector<std::thread> others;
   for (std::size_t k = 1; k < count; ++k) others.emplace_back(work, k);

@@ -35,8 +35,8 @@ class Collector {
   Result<Cloud> finish(const CloudShape& shape, const std::string& name) {
     if (far_ > 0 && cloud_.points.empty()) {
       return Error{
-          fmt::format("{}: all points are more than {:.0f} km from the origin; subtract a "
-                      "near origin from map coordinates first",
+          fmt::format("{}: all points are more than {:.0f} km from the origin; subtract a nearby "
+                      "origin from map coordinates first",
                       name, 1e-3 * kFarthest_m)};
     }
     if (shape.rows == 0) {
@@ -71,7 +71,8 @@ Outcome collect_text(std::string_view text, const std::string& name, int line_nu
     const Result<std::size_t> found = parse_columns(line, columns, &p);
     if (!found) return Error{fmt::format("{}:{}: {}", name, line_number, found.error().message)};
     if (*found == 0) continue;
-    if (*found < least) return Error{fmt::format("{}:{}: no three coordinates", name, line_number)};
+    if (*found < least)
+      return Error{fmt::format("{}:{}: fewer than three coordinates", name, line_number)};
     out->add(p[0], p[1], p[2]);
     ++n;
   }
@@ -92,7 +93,8 @@ Result<Cloud> parse_records(const std::vector<std::uint8_t>& bytes, const std::s
     const std::size_t stride = layout.offset(layout.fields.size());
     const std::size_t left = (bytes.size() - layout.data_at) / stride;
     if (left < static_cast<std::size_t>(layout.records)) {
-      return Error{fmt::format("{}: {} points are told, {} are there", name, layout.records, left)};
+      return Error{
+          fmt::format("{}: header has {} points, the file {}", name, layout.records, left)};
     }
     std::array<std::size_t, 3> offset{};
     for (std::size_t k = 0; k < 3; ++k) offset[k] = layout.offset(at[k]);

@@ -1,6 +1,6 @@
 #pragma once
-// Point clouds in files of others: PCD (0.7: ascii, binary), PLY (ascii, binary_little_endian),
-// KITTI's .bin (x, y, z, intensity as float32) and .xyz (a line a point).
+// Reads point clouds: PCD (0.7: ascii, binary), PLY (ascii, binary_little_endian), .bin of KITTI
+// (x, y, z, intensity as float32) and .xyz (one point per line).
 
 #include <cstdint>
 #include <string>
@@ -14,8 +14,8 @@ namespace rcs::clouds {
 
 struct Cloud {
   Points points;               ///< [m]; finite, none at the origin, none beyond 10 km
-  std::int64_t no_return = 0;  ///< left out: not finite, at the origin, or beyond 10 km
-  /// Of an organized PCD, row 0 first; 0 x 0: not organized.
+  std::int64_t no_return = 0;  ///< skipped: not finite, at the origin, or beyond 10 km
+  /// Size of an organized PCD, row 0 first; 0 x 0: not organized.
   int rows = 0;
   int cols = 0;
   std::vector<std::int32_t> cell;  ///< row * cols + col of each point; empty: not organized
@@ -23,7 +23,7 @@ struct Cloud {
 
 /// The rows and columns of a range image, if its records are given row by row.
 struct CloudShape {
-  int rows = 0;  ///< 0: as the file says, which only a PCD does
+  int rows = 0;  ///< 0: from the file (only PCD)
   int cols = 0;
 };
 
@@ -31,7 +31,7 @@ struct CloudShape {
 [[nodiscard]] Result<Cloud> parse_cloud(const std::vector<std::uint8_t>& bytes,
                                         const std::string& name, const CloudShape& shape);
 
-/// Of points with the same coordinates keeps the first. @return how many it drops
+/// Keeps the first of coincident points. @return number of dropped points
 std::size_t drop_coincident(Cloud* cloud);
 
 [[nodiscard]] Result<Cloud> read_cloud(const std::string& path, const CloudShape& shape);

@@ -12,7 +12,7 @@
 namespace rcs::clouds {
 namespace {
 
-constexpr std::size_t kMostNumbers = 10'000;  // of a point
+constexpr std::size_t kMaxNumbers = 10'000;  // of a point
 
 std::size_t size_of(Number type) {
   constexpr std::array<std::size_t, 8> kSizes = {1, 1, 2, 2, 4, 4, 4, 8};
@@ -79,7 +79,7 @@ std::optional<Number> ply_number(const std::string& type) {
 }
 
 bool is_number(std::string_view word, double* out) {
-  // What C writes for numbers that are none is a point without a return.
+  // Non-finite numbers as printed by C mean a point without a return.
   if (word == "nan" || word == "-nan" || word == "inf" || word == "-inf" || word == "NaN") {
     *out = std::nan("");
     return true;
@@ -164,7 +164,7 @@ Result<CloudLayout> parse_pcd_header(std::string_view text, const std::string& n
     const std::vector<std::string> rest(line.begin() + 1, line.end());
     const std::optional<std::int64_t> number = rest.empty() ? std::nullopt : whole(rest[0]);
     const auto wrong = [&] {
-      return Error{fmt::format("{}:{}: {} is not understood", name, layout.header_lines, line[0])};
+      return Error{fmt::format("{}:{}: unknown keyword {}", name, layout.header_lines, line[0])};
     };
     if (line[0] == "FIELDS") {
       fields = rest;
@@ -197,20 +197,20 @@ Result<CloudLayout> parse_pcd_header(std::string_view text, const std::string& n
     const std::optional<Number> number = pcd_number(types[i], sizes[i]);
     const std::optional<std::int64_t> count = whole(counts[i]);
     if (!number || !count || *count < 1) {
-      return Error{fmt::format("{}: field {}: no such number", name, fields[i])};
+      return Error{fmt::format("{}: field {}: unknown type or size", name, fields[i])};
     }
-    if (layout.fields.size() + static_cast<std::size_t>(*count) > kMostNumbers) {
-      return Error{fmt::format("{}: more than {} numbers a point", name, kMostNumbers)};
+    if (layout.fields.size() + static_cast<std::size_t>(*count) > kMaxNumbers) {
+      return Error{fmt::format("{}: more than {} numbers per point", name, kMaxNumbers)};
     }
     for (std::int64_t k = 0; k < *count; ++k) layout.fields.push_back({fields[i], *number});
   }
-  // Each fits an image's index, so that their product fits, too.
-  constexpr std::int64_t kMostSide = std::numeric_limits<int>::max();
-  if (width > kMostSide || height > kMostSide) {
+  // Bounded so that their product fits an index.
+  constexpr std::int64_t kMaxSide = std::numeric_limits<int>::max();
+  if (width > kMaxSide || height > kMaxSide) {
     return Error{
-        fmt::format("{}: WIDTH {} and HEIGHT {}: more than {}", name, width, height, kMostSide)};
+        fmt::format("{}: WIDTH {} and HEIGHT {}: more than {}", name, width, height, kMaxSide)};
   }
-  if (points < 0 && width < 0) return Error{name + ": neither POINTS nor WIDTH"};
+  if (points < 0 && width < 0) return Error{name + ": POINTS or WIDTH is required"};
   layout.records = points >= 0 ? points : width * height;
   if (height > 1 && width > 0 && width * height == layout.records) {
     layout.rows = static_cast<int>(height);
@@ -247,17 +247,17 @@ Result<CloudLayout> parse_ply_header(std::string_view text, const std::string& n
       if (first && !in_vertex) return wrong("the vertices must come first");
       if (first) {
         const std::optional<std::int64_t> number = whole(line[2]);
-        if (!number) return wrong("how many vertices?");
+        if (!number) return wrong("number of vertices missing or invalid");
         layout.records = *number;
       }
       first = false;
     } else if (line[0] == "property" && line.size() >= 3) {
       if (!in_vertex) continue;
       const std::optional<Number> number = line.size() == 3 ? ply_number(line[1]) : std::nullopt;
-      if (!number) return wrong("a vertex's property must be a number");
+      if (!number) return wrong("properties of a vertex must be numbers");
       layout.fields.push_back({line[2], *number});
     } else {
-      return wrong("not understood");
+      return wrong("unknown keyword");
     }
   }
   if (!format) return Error{name + ": no format line"};
@@ -275,7 +275,7 @@ Result<std::size_t> parse_columns(std::string_view line, const std::vector<std::
     for (std::size_t k = 0; k < columns.size(); ++k) {
       if (columns[k] != column) continue;
       if (!is_number(line.substr(i, end - i), &(*out)[k])) {
-        return Error{fmt::format("\"{}\" is no number", line.substr(i, end - i))};
+        return Error{fmt::format("\"{}\" is not a number", line.substr(i, end - i))};
       }
     }
     ++column;

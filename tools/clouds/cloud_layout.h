@@ -1,6 +1,5 @@
 #pragma once
-// How clouds in files of others are laid out: the headers of PCD (0.7) and PLY, and lines of
-// numbers.
+// Layout of files of point clouds: headers of PCD (0.7) and PLY, and lines of numbers.
 
 #include <array>
 #include <cstdint>
@@ -18,7 +17,7 @@ enum class Number { kI8, kU8, kI16, kU16, kI32, kU32, kF32, kF64 };
 /// Little endian, as is this computer (x86, ARM).
 [[nodiscard]] double load(Number type, const std::uint8_t* at);
 
-/// Where a record of the file has its numbers.
+/// Position of the numbers in a record of the file.
 struct CloudLayout {
   struct Field {
     std::string name;
@@ -33,7 +32,7 @@ struct CloudLayout {
   int cols = 0;
 
   [[nodiscard]] std::optional<std::size_t> index(std::string_view name) const;
-  /// In a binary record [bytes]; of the number of fields: the record's size.
+  /// Offset in a binary record [bytes]; for the number of fields the size of the record.
   [[nodiscard]] std::size_t offset(std::size_t index) const;
   /// Of the fields x, y and z.
   [[nodiscard]] Result<std::array<std::size_t, 3>> axes(const std::string& name) const;
@@ -44,14 +43,14 @@ struct CloudLayout {
 [[nodiscard]] Result<CloudLayout> parse_pcd_header(std::string_view text, const std::string& name);
 [[nodiscard]] Result<CloudLayout> parse_ply_header(std::string_view text, const std::string& name);
 
-/// Takes the first line off, without its end.
+/// Removes and returns the first line, without its end.
 [[nodiscard]] std::string_view next_line(std::string_view* text);
 
-/// Numbers of a line, between blanks, commas or semicolons, up to a '#'; what C writes for numbers
-/// that are none is NaN.
-/// @param columns  which, counted from 0
-/// @param out  as many; untouched where the line has no such column
-/// @return how many columns the line has; an error, without the file's name, at what is no number
+/// Numbers of a line, separated by blanks, commas or semicolons, up to a '#'; non-finite numbers as
+/// printed by C become NaN.
+/// @param columns  indices, counted from 0
+/// @param out  same size; unchanged where the line has no such column
+/// @return number of columns of the line; an error, without the file name, if one is not a number
 [[nodiscard]] Result<std::size_t> parse_columns(std::string_view line,
                                                 const std::vector<std::size_t>& columns,
                                                 std::vector<double>* out);

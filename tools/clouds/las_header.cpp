@@ -19,7 +19,7 @@ constexpr int kFormats = 11;
 constexpr std::array<std::int64_t, kFormats> kRecordBytes = {20, 28, 26, 34, 57, 63,
                                                              30, 36, 38, 59, 67};
 
-/// Where the fields are [bytes].
+/// Offsets of the fields [bytes].
 namespace field {
 constexpr std::size_t kEncoding = 6;
 constexpr std::size_t kMajor = 24;
@@ -39,7 +39,7 @@ constexpr std::size_t kPoints = 247;
 
 template <class T>
 T value_at(const std::vector<std::uint8_t>& bytes, std::size_t at) {
-  T v{};  // little endian, as is this computer
+  T v{};  // little endian, as the supported processors
   std::memcpy(&v, bytes.data() + at, sizeof v);
   return v;
 }
@@ -164,7 +164,7 @@ class HeaderReader {
     return Done{};
   }
 
-  /// A record of variable length: its head has its size as u16 (54 bytes) or u64 (60 bytes).
+  /// A record of variable length: its header has the size as u16 (54 bytes) or u64 (60 bytes).
   [[nodiscard]] Outcome take_record(bool extended, std::uint32_t number, std::int64_t end,
                                     std::int64_t* at) {
     const std::int64_t head_bytes = extended ? 60 : 54;
@@ -190,13 +190,13 @@ class HeaderReader {
     *at = body_at + static_cast<std::int64_t>(length);
     if (user == "laszip encoded") return compressed();
     if (user != "LASF_Projection") return Done{};
-    constexpr std::uint64_t kMost = 1U << 20U;
+    constexpr std::uint64_t kMax = 1U << 20U;
     constexpr int kWkt = 2112;
     constexpr int kKeys = 34735;
     if (id != kWkt && (id < kKeys || id > kKeys + 2)) return Done{};
-    if (length > kMost) {
+    if (length > kMax) {
       return wrong(fmt::format("{} {}: {} bytes of coordinate reference system, allowed {}", kind,
-                               number + 1, length, kMost));
+                               number + 1, length, kMax));
     }
     std::vector<std::uint8_t> body;
     if (Outcome read = bytes_at(body_at, static_cast<std::int64_t>(length), &body); !read) {
@@ -241,7 +241,7 @@ class HeaderReader {
     return Done{};
   }
 
-  /// A file may have both: a bit tells which holds.
+  /// A file may have both: a bit selects the valid one.
   void choose_crs() {
     constexpr unsigned kSaysWkt = 0x10;
     const bool says_wkt = (value_at<std::uint16_t>(head_, field::kEncoding) & kSaysWkt) != 0;

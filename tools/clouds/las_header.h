@@ -1,5 +1,5 @@
 #pragma once
-// The header of LAS files, 1.2 to 1.4, as the ASPRS's specifications have it ("LAS Specification",
+// The header of LAS files, 1.2 to 1.4, by the specifications of the ASPRS ("LAS Specification",
 // versions 1.2, 2008, to 1.4-R15, 2019).
 
 #include <array>
@@ -22,15 +22,15 @@ struct LasHeader {
   std::array<double, 3> offset{};
   SurveyCrs crs;
 
-  /// Formats 6 to 10 have whole bytes for classes and flags, those before share them.
+  /// Formats 6 to 10 have separate bytes for classes and flags, the others shared ones.
   [[nodiscard]] bool has_wide_classes() const { return format >= 6; }
 };
 
-/// Nothing in the header is believed before it is bounded by the file's length: the points and all
-/// records of variable length lie in the file. Compressed files (LAZ) are refused by name.
-/// @param in  at the file's begin
+/// All values of the header are checked against the length of the file: the points and all records
+/// of variable length are within it. Compressed files (LAZ) are rejected with a message.
+/// @param in  at the begin of the file
 /// @param size  of the file [bytes]
-/// @param name  errors begin with it and name the field
+/// @param name  errors begin with it and contain the field
 [[nodiscard]] Result<LasHeader> read_las_header(std::istream& in, std::int64_t size,
                                                 const std::string& name);
 

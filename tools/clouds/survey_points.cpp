@@ -21,12 +21,12 @@ namespace {
 
 constexpr std::size_t kBlock = 65536;
 
-/// A class is a whole number; what is none of the ASPRS's is told apart as none.
+/// A class is an integer in [0, 255]; other values become kNoClass.
 std::int16_t class_of(double number) {
   return number >= 0.0 && number <= 255.0 ? static_cast<std::int16_t>(number) : kNoClass;
 }
 
-/// Records of equal size, one behind the other.
+/// Consecutive records of equal size.
 class RecordReader {
  public:
   RecordReader(std::ifstream in, std::string name, std::int64_t begin, std::int64_t record_bytes,
@@ -43,13 +43,13 @@ class RecordReader {
     left_ = records_;
     return in_ ? Outcome(Done{}) : Outcome(Error{name_ + ": can't be read"});
   }
-  /// @return how many records; their bytes are data()
+  /// @return number of records; their bytes are data()
   Result<std::size_t> next() {
     const std::size_t n = std::min(kBlock, static_cast<std::size_t>(left_));
     bytes_.resize(n * record_bytes_);
     in_.read(reinterpret_cast<char*>(bytes_.data()), static_cast<std::streamsize>(bytes_.size()));
     if (static_cast<std::size_t>(in_.gcount()) != bytes_.size()) {
-      return Error{name_ + ": can't be read to its end: did it change meanwhile?"};
+      return Error{name_ + ": can't be read to its end; the file may have changed meanwhile"};
     }
     left_ -= static_cast<std::int64_t>(n);
     return n;
@@ -87,7 +87,7 @@ class LasPoints final : public SurveyPointFile {
   void add(const std::uint8_t* record, SurveyPoints* out) const {
     std::array<std::int32_t, 3> p{};
     std::memcpy(p.data(), record, sizeof p);
-    // Byte 14 has return and returns: in 4 bits each, or in 3; behind it are flags and the class.
+    // Byte 14 has return number and number of returns, 4 or 3 bits each; flags and class follow.
     const unsigned returns = record[14];
     const bool wide = header_.has_wide_classes();
     const unsigned number = wide ? returns & 15U : returns & 7U;
@@ -139,8 +139,8 @@ class BinaryPoints final : public SurveyPointFile {
 
 class TextPoints final : public SurveyPointFile {
  public:
-  /// @param columns  of x, y, z and, if there is one, the class
-  /// @param most  lines of points; what is behind them is not read
+  /// @param columns  of x, y, z and, if present, the class
+  /// @param most  number of lines of points; the rest is not read
   TextPoints(std::ifstream in, std::string name, std::vector<std::size_t> columns,
              std::int64_t begin, int header_lines, std::int64_t most)
       : in_(std::move(in)),
@@ -148,14 +148,14 @@ class TextPoints final : public SurveyPointFile {
         columns_(std::move(columns)),
         begin_(begin),
         header_lines_(header_lines),
-        most_(most) {}
+        max_(most) {}
 
   const SurveyCrs& crs() const override { return crs_; }
   Outcome rewind() override {
     in_.clear();
     in_.seekg(begin_);
     line_number_ = header_lines_;
-    left_ = most_;
+    left_ = max_;
     return in_ ? Outcome(Done{}) : Outcome(Error{name_ + ": can't be read"});
   }
   Outcome next(SurveyPoints* out) override {
@@ -172,19 +172,19 @@ class TextPoints final : public SurveyPointFile {
       };
       if (!found) return wrong(found.error().message);
       if (*found == 0) continue;
-      if (*found < least) return wrong(fmt::format("{} columns, {} are due", *found, least));
+      if (*found < least) return wrong(fmt::format("{} columns, expected {}", *found, least));
       out->add(v[0], v[1], v[2], v.size() > 3 ? class_of(v[3]) : kNoClass, true, false);
       --left_;
     }
-    const bool is_cut = left_ > 0 && out->size() < kBlock && most_ != INT64_MAX;
-    if (is_cut) return Error{fmt::format("{}: {} points fewer than it tells", name_, left_)};
+    const bool is_cut = left_ > 0 && out->size() < kBlock && max_ != INT64_MAX;
+    if (is_cut) return Error{fmt::format("{}: {} points fewer than in the header", name_, left_)};
     return Done{};
   }
 
  private:
   /// @return false at the end
   Result<bool> next_line() {
-    // A file without line ends must not be taken into memory as one line.
+    // A file without line ends must not be read into memory as one line.
     constexpr std::streamsize kLongest = 4096;
     std::array<char, kLongest> buffer{};
     in_.getline(buffer.data(), kLongest);
@@ -205,7 +205,7 @@ class TextPoints final : public SurveyPointFile {
   std::vector<std::size_t> columns_;
   std::int64_t begin_;
   int header_lines_;
-  std::int64_t most_;
+  std::int64_t max_;
   std::int64_t left_ = 0;
   int line_number_ = 0;
   std::string line_;
@@ -246,7 +246,7 @@ Opened open_layout(std::ifstream in, std::int64_t size, const std::string& name,
   const auto record_bytes = static_cast<std::int64_t>(layout->offset(layout->fields.size()));
   const std::int64_t room = (size - begin) / record_bytes;
   if (layout->records > room) {
-    return Error{fmt::format("{}: {} points are told, {} are there", name, layout->records, room)};
+    return Error{fmt::format("{}: header has {} points, the file {}", name, layout->records, room)};
   }
   std::array<CloudLayout::Field, 4> fields;
   std::array<std::size_t, 4> offsets{};

@@ -1,5 +1,5 @@
 #pragma once
-// A survey's points, read from its file block by block: as many as there are, in little memory.
+// Reads the points of a survey from its file block by block, in little memory.
 
 #include <cstdint>
 #include <memory>
@@ -12,22 +12,22 @@ namespace rcs::clouds {
 
 constexpr std::int16_t kNoClass = -1;
 
-/// Points of equal number in each array.
+/// Points; all arrays have the same length.
 struct SurveyPoints {
-  std::vector<double> x, y, z;        ///< as the file has them, scale and offset applied
-  std::vector<std::int16_t> klass;    ///< the ASPRS's numbers, [0, 255]; kNoClass: it has none
-  std::vector<std::uint8_t> last;     ///< 1: of its pulse's returns, or the file does not say
-  std::vector<std::uint8_t> invalid;  ///< 1: withheld by who made the file, or not finite
+  std::vector<double> x, y, z;        ///< in the coordinates of the file, scale and offset applied
+  std::vector<std::int16_t> klass;    ///< ASPRS class, [0, 255]; kNoClass: none
+  std::vector<std::uint8_t> last;     ///< 1: last return of its pulse, or unknown
+  std::vector<std::uint8_t> invalid;  ///< 1: flagged as withheld in the file, or not finite
 
   [[nodiscard]] std::size_t size() const { return x.size(); }
   void clear();
   void add(double px, double py, double pz, std::int16_t its_class, bool is_last, bool is_invalid);
 };
 
-/// What a file says of its coordinates.
+/// Coordinate reference system in a file.
 struct SurveyCrs {
   std::string wkt;  ///< empty: none
-  /// GeoTIFF's keys and their values; empty: none.
+  /// GeoTIFF keys and their values; empty: none.
   std::vector<std::uint8_t> geo_keys, geo_doubles, geo_ascii;
 };
 
@@ -39,9 +39,9 @@ class SurveyPointFile {
   virtual ~SurveyPointFile() = default;
 
   [[nodiscard]] virtual const SurveyCrs& crs() const = 0;
-  /// Begins again with the first point.
+  /// Restarts with the first point.
   [[nodiscard]] virtual Outcome rewind() = 0;
-  /// The next points, at most 65536, instead of those in `out`; none: that was all.
+  /// Replaces `out` by the next points, at most 65536; empty at the end.
   [[nodiscard]] virtual Outcome next(SurveyPoints* out) = 0;
 };
 

@@ -1,6 +1,6 @@
 #pragma once
-// WM's answer in a run of a drill against filters that go without some source: WM's own
-// sub-filters, or runs of their own.
+// Errors of WM in a run of a drill against those of filters that exclude some source: the
+// sub-filters of WM, or separate runs.
 
 #include <array>
 #include <string_view>
@@ -10,7 +10,7 @@
 
 namespace rcs::drills {
 
-/// Squares of horizontal errors at the same instants, to be added up over seeds.
+/// Sums of squared horizontal errors at the same instants, to be added over seeds.
 struct BaselineSums {
   std::size_t samples = 0;
   double fused_m2 = 0.0;
@@ -18,16 +18,16 @@ struct BaselineSums {
 
   [[nodiscard]] double fused_rms_m() const;
   [[nodiscard]] double baseline_rms_m() const;
-  /// RMS of the fused answer over that of the baseline, neither below 0.2 m.
+  /// RMS of the fused solution over that of the baseline, both at least 0.2 m.
   [[nodiscard]] double ratio() const;
 };
 constexpr int kSubfilterKinds = 3;
 using Baselines = std::array<BaselineSums, kSubfilterKinds>;  ///< by subfilter_t::KIND_*
 
-/// While the stimuli last, against WM's own sub-filters.
+/// During the stimuli, against the sub-filters of WM.
 [[nodiscard]] Baselines subfilter_baselines(const Drill& drill, const DrillRecord& record,
                                             const DrillErrors& errors);
-/// The same against another run, twice a second.
+/// The same against another run, twice per second.
 [[nodiscard]] BaselineSums run_baseline(const Drill& drill, const DrillErrors& fused,
                                         const DrillRecord& baseline);
 

@@ -14,7 +14,7 @@ namespace {
 
 struct Job {
   std::size_t drill = 0;
-  std::size_t run = 0;  // of the drill
+  std::size_t run = 0;  // index within the drill
   Scene* scene = nullptr;
 };
 
@@ -36,14 +36,14 @@ class Campaign {
       if (result.error.empty()) result.error = errors_[j];
     }
     for (DrillResult& r : results_) {
-      if (r.error.empty() && r.skipped.empty()) r.marks = judge(r.drill, r.runs);
+      if (r.error.empty() && r.skipped.empty()) r.limits = judge(r.drill, r.runs);
       if (!r.error.empty()) r.runs.clear();
     }
     return std::move(results_);
   }
 
  private:
-  /// A log without SIM_TRUTH is held against what WM says when nobody disturbs it.
+  /// The reference of a log without SIM_TRUTH is the output of WM in an undisturbed run.
   Outcome find_reference() {
     if (campaign_.log.empty()) return Done{};
     Result<LogReader> reader = LogReader::open(campaign_.log);
@@ -58,7 +58,7 @@ class Campaign {
     options.stop = campaign_.stop;
     Result<DrillRunResult> run = run_drill(Drill{}, campaign_.vehicle, &scene, options);
     if (!run) return run.error();
-    if (!run->datum) return Error{campaign_.log + ": neither SIM_TRUTH nor ever a world pose"};
+    if (!run->datum) return Error{campaign_.log + ": no SIM_TRUTH, and WM published no world pose"};
     reference_.emplace(DrillReference{{}, *run->datum});
     for (const DrillBelief& b : run->record.beliefs) {
       tools::Trajectory& poses = reference_->poses;
@@ -85,11 +85,11 @@ class Campaign {
     for (std::size_t d = 0; d < results_.size(); ++d) {
       DrillResult& r = results_[d];
       if (r.drill.needs_simulator && !campaign_.log.empty()) {
-        r.skipped = "needs the simulator";
+        r.skipped = "requires the simulator";
         continue;
       }
       const int own = campaign_.full ? std::max(r.drill.seeds, r.drill.seeds_full) : r.drill.seeds;
-      // A log is what it is: its seed draws facets and cells only.
+      // For a log the seed determines only the random facets and cells of stimuli.
       const int seeds = campaign_.seeds > 0 ? campaign_.seeds : campaign_.log.empty() ? own : 1;
       r.runs.resize(static_cast<std::size_t>(seeds));
       for (std::size_t k = 0; k < r.runs.size(); ++k) {
@@ -98,7 +98,7 @@ class Campaign {
         jobs_.push_back({d, k, scene});
       }
     }
-    // Scene after scene, so that few are in memory at once.
+    // Sorted by scene, so that few scenes are in memory at once.
     const auto place = [this](const Scene* scene) {
       return std::find_if(scenes_.begin(), scenes_.end(),
                           [scene](const Scene& s) { return &s == scene; }) -
@@ -133,7 +133,7 @@ class Campaign {
     if (!run) return run.error();
     DrillRunFigures& figures = result.runs[job.run];
     figures = drill_figures(drill, job.scene->key().seed, run->record);
-    if (drill.marks.count("ratio") > 0 && !figures.subfilters_published) {
+    if (drill.limits.count("ratio") > 0 && !figures.subfilters_published) {
       if (Outcome done = run_baselines(job, options, run->record, &figures); !done) return done;
     }
     if (campaign_.look) campaign_.look(job.drill, job.run, run->record);
@@ -141,7 +141,7 @@ class Campaign {
     return Done{};
   }
 
-  /// What WM's sub-filters would have said, had they been published.
+  /// Runs of filters equivalent to the sub-filters of WM, for logs in which they are not published.
   Outcome run_baselines(const Job& job, DrillRunOptions options, const DrillRecord& fused,
                         DrillRunFigures* figures) const {
     constexpr Withheld kKinds[kSubfilterKinds] = {Withheld::kLadarOdometryAndGps, Withheld::kLadar,
@@ -161,7 +161,7 @@ class Campaign {
   const DrillCampaign& campaign_;
   std::optional<DrillReference> reference_;
   std::vector<DrillResult> results_;
-  std::deque<Scene> scenes_;  // addresses stay
+  std::deque<Scene> scenes_;  // deque: stable addresses
   std::vector<Job> jobs_;
   std::vector<std::string> errors_;  // by job
   std::atomic<std::size_t> next_{0};

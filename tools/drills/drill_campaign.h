@@ -1,5 +1,5 @@
 #pragma once
-// Many drills over many seeds, beside one another.
+// Runs many drills over many seeds in parallel.
 
 #include <cstdint>
 #include <functional>
@@ -15,21 +15,21 @@ struct DrillCampaign {
   std::vector<Drill> drills;
   DrillVehicle vehicle;
   std::string log;       ///< path; empty: the scenario
-  std::string scenario;  ///< of drills that name none
-  int seeds = 0;         ///< of every drill; 0: as it says itself
-  bool full = false;     ///< as many seeds as a drill wants when there is time
+  std::string scenario;  ///< for drills that name none
+  int seeds = 0;         ///< for every drill; 0: the number in the drill
+  bool full = false;     ///< use seeds_full of the drills
   std::int64_t first_seed = 1;
   std::size_t jobs = 1;     ///< threads
-  std::string logs_folder;  ///< for a log of each drill's first seed; empty: none
+  std::string logs_folder;  ///< for a log of the first seed of each drill; empty: none
   std::function<bool()> stop;
-  /// Shown the record of every run, by the places of its drill and of its seed; from any thread.
-  /// Empty: nobody looks.
+  /// Called with the record of every run and the indices of its drill and seed; from any thread.
+  /// May be empty.
   std::function<void(std::size_t drill, std::size_t run, const DrillRecord& record)> look;
-  /// From the calling thread, with the share that is done.
+  /// Called from the calling thread with the completed share.
   std::function<void(double)> progress;
 };
 
-/// @return as the drills were given, or an error when `stop` said so
+/// @return results in the order of the drills, or an error after `stop`
 [[nodiscard]] Result<std::vector<DrillResult>> run_campaign(const DrillCampaign& campaign);
 
 }  // namespace rcs::drills

@@ -13,7 +13,7 @@ namespace {
 constexpr double kFalseSigmas = 6.0;
 constexpr double kCleanSigmas = 4.0;
 constexpr double kMissedAfter_s = 2.0;
-// What a false source may do to WM's alerts after it has ended, and the start.
+// Times after a fault and after the start in which alerts do not count as false.
 constexpr double kSettle_s = 20.0;
 
 std::optional<Vec3> fix_error(const DrillRecord& record, const DrillErrors& errors,
@@ -34,7 +34,7 @@ bool is_clean(const DrillRecord& record, const DrillErrors& errors, const DrillF
   return sigmas_of(*e, variance.asDiagonal()) <= kCleanSigmas;
 }
 
-/// The fix that an innovation is about: the newest with its stamp that had arrived.
+/// The fix of an innovation: the newest with its stamp that had arrived.
 const DrillFix* fix_of(const DrillRecord& record, const DrillInnovation& i) {
   const DrillFix* found = nullptr;
   for (const DrillFix& f : record.fixes) {
@@ -52,7 +52,7 @@ bool about_gps(const Stimulus& s) {
   return s.source == DrillSource::kGps || s.source == DrillSource::kAll;
 }
 
-/// An alert about this source.
+/// The alert bits of a source.
 bool alerts(const DrillIntegrity& i, DrillSource source) {
   const bool gps =
       (i.alerts & integrity_t::ALERT_GPS) != 0 || i.gps != integrity_t::STATUS_ACCEPTED;
@@ -120,13 +120,13 @@ std::vector<FalseAcceptance> false_acceptances(const DrillRecord& record,
       continue;
     }
     Mat3 total = fix->sigma_m.cwiseProduct(fix->sigma_m).asDiagonal();
-    // What WM believed before it knew this fix.
+    // The belief of WM before this fix.
     if (const DrillBelief* b = errors.belief_at(fix->stamp - Duration(1))) {
       const Mat3 R = b->T_world_vehicle.rotation();
       total += R * b->cov_world_pose.topLeftCorner<3, 3>() * R.transpose();
     }
     Vec3 taken = *e;
-    if (i.dof == 2) {  // the height was left out
+    if (i.dof == 2) {  // without height
       taken.z() = 0.0;
       total.row(2).setZero();
       total.col(2).setZero();
@@ -176,7 +176,7 @@ std::optional<IntegrityFigures> integrity_figures(const Drill& drill, const Dril
     const double t_s = errors.time_s(i.stamp);
     const std::optional<DrillError> e = errors.at(i.stamp);
     if (t_s < drill.begin_s() || !e) continue;
-    if (!std::isfinite(i.horizontal_m)) {  // it claims no bound
+    if (!std::isfinite(i.horizontal_m)) {  // no bound published
       above_since_s.reset();
       continue;
     }

@@ -1,5 +1,5 @@
 #pragma once
-// The names of the figures that a drill may be held against, and how.
+// The metrics of drills on which limits can be set.
 
 #include <string_view>
 
@@ -7,8 +7,8 @@
 
 namespace rcs::drills {
 
-struct MarkKind {
-  std::string_view key;    ///< in [marks]
+struct LimitKind {
+  std::string_view key;    ///< in [limits]
   std::string_view title;  ///< in tables
   std::string_view unit;
   bool at_least = false;  ///< else: at most
@@ -18,20 +18,20 @@ struct MarkKind {
   std::string_view meaning;
 };
 
-/// Fewer seeds than this say little about a median or a ratio: the mark stays open.
+/// With fewer seeds a median or a ratio is not significant: the verdict is inconclusive.
 constexpr int kSeedsForMedian = 5;
 constexpr int kSeedsForRatio = 20;
-/// No baseline counts as better than this: RMS of the horizontal error [m].
+/// Lower bound of the RMS horizontal error in the ratio [m].
 constexpr double kRatioFloor_m = 0.2;
 
 // clang-format off
-inline constexpr MarkKind kMarks[] = {
+inline constexpr LimitKind kLimits[] = {
     // key, title, unit, at least, needs integrity, overview, range, meaning
     {"drift_pct_median", "drift, median", "%", false, false, false, {0, 100},
      "Largest median, over the seeds, of the horizontal error at the end of an outage in percent of the distance driven in it."},
     {"drift_pct_p95", "drift, 95 %", "%", false, false, true, {0, 100},
      "Largest 95th percentile, over the seeds, of the horizontal error at the end of an outage in percent of the distance driven in it."},
-    {"false_acceptances", "false fixes taken", "", false, false, true, {0, 1e6},
+    {"false_acceptances", "false fixes accepted", "", false, false, true, {0, 1e6},
      "Largest number of accepted fixes with an error of more than six total standard deviations."},
     {"smooth_step_m", "smooth step", "m", false, false, true, {0, 1000},
      "Largest step of the local pose beyond the motion predicted from the cycle before."},

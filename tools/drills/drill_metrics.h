@@ -1,6 +1,5 @@
 #pragma once
-// The figures of one run of a drill: how far off it was, and how smooth. Pure functions of a
-// record.
+// Metrics of one run of a drill: errors and smoothness. Pure functions of a record.
 
 #include <map>
 #include <optional>
@@ -13,14 +12,14 @@
 
 namespace rcs::drills {
 
-/// A belief against the truth.
+/// Error of a belief.
 struct DrillError {
   double t_s = 0.0;
   Vec3 position_m = Vec3::Zero();  ///< belief - truth, frame world
   double along_m = 0.0;            ///< in the direction of the vehicle's heading
   double across_m = 0.0;           ///< to its left
   double heading_rad = 0.0;
-  double sigma_horizontal_m = 0.0;  ///< that WM claims, along the worst direction
+  double sigma_horizontal_m = 0.0;  ///< published, in the worst direction
   std::optional<double> nees;       ///< 6 degrees of freedom
 
   [[nodiscard]] double horizontal_m() const { return position_m.head<2>().norm(); }
@@ -32,17 +31,17 @@ class DrillErrors {
  public:
   explicit DrillErrors(const DrillRecord& record);
 
-  /// Of the last belief not later than `stamp` and not more than 0.5 s older.
+  /// Error of the last belief not later than `stamp` and at most 0.5 s older.
   [[nodiscard]] std::optional<DrillError> at(Stamp stamp) const;
   [[nodiscard]] const DrillBelief* belief_at(Stamp stamp) const;
-  /// None where the truth is not known.
+  /// nullopt if the truth is unknown.
   [[nodiscard]] std::optional<DrillError> of(const DrillBelief& belief) const;
   [[nodiscard]] std::optional<Pose> truth_at(Stamp stamp) const;
-  /// Driven between two moments, by the truth.
+  /// Distance driven between two moments, by the truth.
   [[nodiscard]] double driven_m(Stamp from, Stamp to) const;
   [[nodiscard]] double time_s(Stamp stamp) const;
   [[nodiscard]] Stamp stamp_at(double t_s) const;
-  /// Ten a second.
+  /// Errors at 10 Hz.
   [[nodiscard]] std::vector<DrillError> sampled() const;
 
  private:
@@ -56,7 +55,7 @@ struct OutageDrift {
   double start_m = 0.0;  ///< horizontal error
   double end_m = 0.0;
   double heading_start_rad = 0.0;
-  double drift_pct = 0.0;  ///< end_m of driven_m; at rest (under 10 m) 0
+  double drift_pct = 0.0;  ///< end_m in percent of driven_m; 0 at rest (under 10 m)
   double m_per_min = 0.0;
 };
 
@@ -67,9 +66,9 @@ struct SmoothStep {
 
 struct NisFigure {
   std::size_t considered = 0;
-  std::size_t gated = 0;  ///< of these, with a NIS
+  std::size_t gated = 0;  ///< those with a NIS
   std::size_t accepted = 0;
-  double per_dof = 0.0;  ///< mean of the gated ones; 1 when WM knows its errors
+  double per_dof = 0.0;  ///< mean of the gated ones; 1 for a consistent filter
 };
 
 struct AccuracyFigures {
@@ -83,17 +82,17 @@ struct AccuracyFigures {
   std::size_t samples = 0;
 };
 
-/// Where GPS is withheld.
+/// Intervals in which GPS is denied.
 [[nodiscard]] std::vector<DrillWindow> gps_outages_of(const Drill& drill);
 [[nodiscard]] std::vector<OutageDrift> outage_drifts(const Drill& drill, const DrillRecord& record,
                                                      const DrillErrors& errors);
-/// From the drill's begin to the end of the run.
+/// From the begin of the first stimulus to the end of the run.
 [[nodiscard]] AccuracyFigures accuracy(const Drill& drill, const DrillErrors& errors);
 [[nodiscard]] SmoothStep largest_smooth_step(const Drill& drill, const DrillRecord& record);
-/// By source, as innovation_t names it in words.
+/// By name of the source in innovation_t.
 [[nodiscard]] std::map<std::string, NisFigure> nis_figures(const DrillRecord& record);
 
-/// Taken, or refused by the gate: its NIS means something.
+/// Accepted or rejected by the gate: the NIS is valid.
 [[nodiscard]] bool has_nis(const DrillInnovation& innovation);
 
 }  // namespace rcs::drills

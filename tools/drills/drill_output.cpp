@@ -12,7 +12,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Three significant digits, and no more than three behind the point.
+/// Three significant digits, and at most three decimals.
 std::string figure_text(double v) {
   if (!std::isfinite(v)) return "-";
   if (v == std::round(v) && std::abs(v) < 1e6) return fmt::format("{:.0f}", v);
@@ -20,39 +20,39 @@ std::string figure_text(double v) {
   return fmt::format("{:.{}f}", v, a >= 100.0 ? 0 : a >= 10.0 ? 1 : a >= 1.0 ? 2 : 3);
 }
 
-std::string_view unit_of(const MarkKind& kind) {
+std::string_view unit_of(const LimitKind& kind) {
   return kind.key == "within_protection" ? "%" : kind.unit;
 }
 
-/// Without its unit.
-std::string number_text(const MarkKind& kind, double v) {
-  // A share of the time near 1 needs its digits.
+/// The value without its unit.
+std::string number_text(const LimitKind& kind, double v) {
+  // A share of the time near 1 needs more digits.
   return kind.key == "within_protection" ? fmt::format("{:.2f}", 100.0 * v) : figure_text(v);
 }
 
-std::string with_unit(const MarkKind& kind, double v) {
+std::string with_unit(const LimitKind& kind, double v) {
   const std::string_view unit = unit_of(kind);
   return number_text(kind, v) + (unit.empty() ? "" : " ") + std::string(unit);
 }
 
-std::string value_text(const MarkResult& m) {
+std::string value_text(const LimitResult& m) {
   return m.value ? with_unit(*m.kind, *m.value) : m.note;
 }
 
-std::string limit_text(const MarkKind& kind, const std::string& limit) {
+std::string limit_text(const LimitKind& kind, const std::string& limit) {
   return (kind.at_least ? ">= " : "<= ") + limit;
 }
 
-/// The title of a column of figures, with the limit where that is the same for all.
-std::string column_title(const MarkKind& kind, const std::vector<DrillResult>& results) {
+/// The title of a column of metrics, with the limit if it is the same for all drills.
+std::string column_title(const LimitKind& kind, const std::vector<DrillResult>& results) {
   std::string title(kind.title);
   if (!unit_of(kind).empty()) title += fmt::format(" [{}]", unit_of(kind));
   std::optional<double> limit;
   for (const DrillResult& r : results) {
-    const auto mark = r.drill.marks.find(kind.key);
-    if (mark == r.drill.marks.end()) continue;
-    if (limit && *limit != mark->second) return title;
-    limit = mark->second;
+    const auto found = r.drill.limits.find(kind.key);
+    if (found == r.drill.limits.end()) continue;
+    if (limit && *limit != found->second) return title;
+    limit = found->second;
   }
   return limit ? title + " " + limit_text(kind, number_text(kind, *limit)) : title;
 }
@@ -146,17 +146,17 @@ std::string junit_suite(const DrillResult& r) {
       ++failures;
       inner = fmt::format("<failure message=\"{}\"/>", report::escape_xml(message));
     }
-    if (verdict == Verdict::kOpen) {
+    if (verdict == Verdict::kInconclusive) {
       ++skipped;
       inner = fmt::format("<skipped message=\"{}\"/>", report::escape_xml(message));
     }
     cases += junit_case(r, name, inner);
   };
   if (!r.error.empty()) add("run", Verdict::kFail, r.error);
-  if (!r.skipped.empty()) add("run", Verdict::kOpen, r.skipped);
-  for (const MarkResult& m : r.marks) {
+  if (!r.skipped.empty()) add("run", Verdict::kInconclusive, r.skipped);
+  for (const LimitResult& m : r.limits) {
     add(m.kind->key, m.verdict,
-        fmt::format("{} (mark {}){}{}", value_text(m),
+        fmt::format("{} (limit {}){}{}", value_text(m),
                     limit_text(*m.kind, with_unit(*m.kind, m.limit)),
                     m.value && !m.note.empty() ? ": " : "", m.value ? m.note : ""));
   }
@@ -168,7 +168,7 @@ std::string junit_suite(const DrillResult& r) {
 }  // namespace
 
 std::string_view verdict_text(Verdict verdict) {
-  return verdict == Verdict::kPass ? "pass" : verdict == Verdict::kFail ? "FAIL" : "open";
+  return verdict == Verdict::kPass ? "pass" : verdict == Verdict::kFail ? "FAIL" : "inconclusive";
 }
 
 std::string verdict_text(const DrillResult& r) {
@@ -178,7 +178,9 @@ std::string verdict_text(const DrillResult& r) {
 }
 
 std::string marked(const std::string& figure, Verdict verdict) {
-  return figure + (verdict == Verdict::kFail ? " !" : verdict == Verdict::kOpen ? " ?" : "");
+  return figure + (verdict == Verdict::kFail           ? " !"
+                   : verdict == Verdict::kInconclusive ? " ?"
+                                                       : "");
 }
 
 Json number_or_null(const std::optional<double>& value) {
@@ -192,19 +194,19 @@ Json to_json(const std::vector<DrillResult>& results) {
                   {"name", r.drill.name},
                   {"verdict", verdict_text(r)},
                   {"stimuli", Json::array()},
-                  {"marks", Json::array()}};
+                  {"limits", Json::array()}};
     if (!r.error.empty()) drill["error"] = r.error;
     if (!r.skipped.empty()) drill["skipped"] = r.skipped;
     for (const Stimulus& s : r.drill.stimuli) {
       drill["stimuli"].push_back(
           {{"what", describe(s)}, {"begin_s", s.begin_s}, {"length_s", s.length_s}});
     }
-    for (const MarkResult& m : r.marks) {
-      drill["marks"].push_back({{"key", m.kind->key},
-                                {"limit", m.limit},
-                                {"value", number_or_null(m.value)},
-                                {"verdict", verdict_text(m.verdict)},
-                                {"note", m.note}});
+    for (const LimitResult& m : r.limits) {
+      drill["limits"].push_back({{"key", m.kind->key},
+                                 {"limit", m.limit},
+                                 {"value", number_or_null(m.value)},
+                                 {"verdict", verdict_text(m.verdict)},
+                                 {"note", m.note}});
     }
     drill["baselines"] = baselines_json(pooled_baselines(r.runs));
     drill["runs"] = Json::array();
@@ -223,10 +225,10 @@ std::string to_junit(const std::vector<DrillResult>& results) {
 
 report::Table drill_table(const std::vector<DrillResult>& results) {
   report::Table t{{"drill", "result", "seeds"}, {}};
-  std::vector<const MarkKind*> columns;
-  for (const MarkKind& kind : kMarks) {
+  std::vector<const LimitKind*> columns;
+  for (const LimitKind& kind : kLimits) {
     const bool used = std::any_of(results.begin(), results.end(), [&](const DrillResult& r) {
-      return r.drill.marks.count(kind.key) > 0;
+      return r.drill.limits.count(kind.key) > 0;
     });
     if (!used || !kind.overview) continue;
     columns.push_back(&kind);
@@ -234,24 +236,24 @@ report::Table drill_table(const std::vector<DrillResult>& results) {
   }
   for (const DrillResult& r : results) {
     std::vector<std::string> row = {r.drill.name, verdict_text(r), std::to_string(r.runs.size())};
-    for (const MarkKind* kind : columns) {
-      const auto mark = std::find_if(r.marks.begin(), r.marks.end(),
-                                     [&](const MarkResult& m) { return m.kind == kind; });
-      if (mark == r.marks.end()) {
+    for (const LimitKind* kind : columns) {
+      const auto found = std::find_if(r.limits.begin(), r.limits.end(),
+                                      [&](const LimitResult& m) { return m.kind == kind; });
+      if (found == r.limits.end()) {
         row.emplace_back("");
         continue;
       }
       row.push_back(
-          marked(mark->value ? number_text(*kind, *mark->value) : mark->note, mark->verdict));
+          marked(found->value ? number_text(*kind, *found->value) : found->note, found->verdict));
     }
     t.rows.push_back(std::move(row));
   }
   return t;
 }
 
-report::Table mark_table(const DrillResult& result) {
-  report::Table t{{"mark", "result", "figure", "limit", ""}, {}};
-  for (const MarkResult& m : result.marks) {
+report::Table limit_table(const DrillResult& result) {
+  report::Table t{{"metric", "result", "value", "limit", ""}, {}};
+  for (const LimitResult& m : result.limits) {
     t.rows.push_back({fmt::format("{}: {}", m.kind->title, m.kind->meaning),
                       std::string(verdict_text(m.verdict)), value_text(m),
                       limit_text(*m.kind, with_unit(*m.kind, m.limit)), m.value ? m.note : ""});
@@ -260,10 +262,9 @@ report::Table mark_table(const DrillResult& result) {
 }
 
 report::Table run_table(const DrillResult& result) {
-  report::Table t{
-      {"seed", "CEP50 [m]", "CEP95 [m]", "vertical 95 % [m]", "largest [m]", "along [m]",
-       "across [m]", "drift [%]", "[m/min]", "heading [deg]", "NEES/dof", "step [m]"},
-      {}};
+  report::Table t{{"seed", "CEP50 [m]", "CEP95 [m]", "vertical 95 % [m]", "max [m]", "along [m]",
+                   "across [m]", "drift [%]", "[m/min]", "heading [deg]", "NEES/dof", "step [m]"},
+                  {}};
   for (const DrillRunFigures& r : result.runs) {
     const OutageDrift* last = r.outages.empty() ? nullptr : &r.outages.back();
     const auto of_outage = [&](double OutageDrift::*value, double scale) {

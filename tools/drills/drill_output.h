@@ -1,5 +1,5 @@
 #pragma once
-// The results of drills for programs (JSON, JUnit XML) and as tables for people.
+// The results of drills as JSON, JUnit XML and tables.
 
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -13,19 +13,19 @@
 namespace rcs::drills {
 
 [[nodiscard]] nlohmann::ordered_json to_json(const std::vector<DrillResult>& results);
-/// A test case for every mark of every drill; one that is open counts as skipped.
+/// A test case for every limit of every drill; inconclusive ones count as skipped.
 [[nodiscard]] std::string to_junit(const std::vector<DrillResult>& results);
-/// One row a drill: the figures beside their marks.
+/// One row per drill: metrics with their verdicts.
 [[nodiscard]] report::Table drill_table(const std::vector<DrillResult>& results);
-/// Every mark of one drill.
-[[nodiscard]] report::Table mark_table(const DrillResult& result);
-/// Figures of one drill that no mark is set on, by seed.
+/// Every limit of one drill.
+[[nodiscard]] report::Table limit_table(const DrillResult& result);
+/// Metrics of one drill without limits, by seed.
 [[nodiscard]] report::Table run_table(const DrillResult& result);
 
-/// "pass", "FAIL", "open", "error" or "not run".
+/// "pass", "FAIL", "inconclusive", "error" or "not run".
 [[nodiscard]] std::string verdict_text(const DrillResult& result);
 [[nodiscard]] std::string_view verdict_text(Verdict verdict);
-/// "1.2 !" for a figure that misses its mark, "1.2 ?" for one that too few runs are behind.
+/// "1.2 !" for a value that violates its limit, "1.2 ?" for an inconclusive one.
 [[nodiscard]] std::string marked(const std::string& figure, Verdict verdict);
 [[nodiscard]] nlohmann::ordered_json number_or_null(const std::optional<double>& value);
 

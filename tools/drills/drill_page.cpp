@@ -25,22 +25,22 @@ std::string summary(const std::vector<DrillResult>& results) {
     runs += r.runs.size();
     for (const DrillRunFigures& run : r.runs) simulated_s += run.simulated_s;
   }
-  return fmt::format("{} of {} drills passed, {} failed: {} drives, {:.0f} s in all.", passed,
+  return fmt::format("{} of {} drills passed, {} failed: {} runs, {:.0f} s in total.", passed,
                      results.size(), failed, runs, simulated_s);
 }
 
 std::string stimuli_text(const Drill& drill) {
   std::string text;
   for (const Stimulus& s : drill.stimuli) {
-    text += text.empty() ? "What is done: " : "; ";
+    text += text.empty() ? "Stimuli: " : "; ";
     text += describe(s);
     text += s.length_s < 5e4 ? fmt::format(" from {:g} to {:g} s", s.begin_s, s.end_s())
                              : fmt::format(" from {:g} s on", s.begin_s);
   }
-  return text.empty() ? "The messages are not changed." : text + ".";
+  return text.empty() ? "No stimuli." : text + ".";
 }
 
-/// What a node says again and again is shown once.
+/// A repeated event is shown once.
 report::Table event_table(const DrillRecord& record, const Drill& drill) {
   report::Table t{{"event", "time [s]", "node", "code"}, {}};
   std::map<std::string, std::string> last_code;
@@ -74,7 +74,7 @@ void add_drill(const DrillResult& r, report::HtmlPage* page) {
     return;
   }
   page->paragraph(stimuli_text(r.drill));
-  page->table(mark_table(r));
+  page->table(limit_table(r));
   page->table(run_table(r));
   if (const report::Table baselines = baseline_table(r); !baselines.rows.empty()) {
     page->table(baselines);
@@ -91,20 +91,19 @@ void add_drill(const DrillResult& r, report::HtmlPage* page) {
 }  // namespace
 
 std::string drill_page(const std::vector<DrillResult>& results, const std::string& drive) {
-  report::HtmlPage page("Drills: without GPS and with bad data");
-  page.paragraph(summary(results) + " On " + drive + ".");
+  report::HtmlPage page("Fault-injection tests (drills)");
+  page.paragraph(summary(results) + " Drive: " + drive + ".");
   page.paragraph(
-      "Each drill changes what the sensors say on a drive and holds SP's and WM's answers against "
-      "the truth. A figure with ! misses its mark; with ? there were too few seeds to tell "
-      "(open).");
+      "Each drill disturbs the sensor messages of a drive and compares the results of SP and WM "
+      "with the truth. A value with ! violates its limit; with ? there were too few seeds for a "
+      "verdict (inconclusive).");
   page.table(drill_table(results));
   page.paragraph(
-      "Protection level: the error is said to be smaller, but for one moment in a thousand. "
-      "Sub-filters: WM's own filters that exclude some source since the last healthy moment. "
-      "False "
-      "fix: more than 6 total sigma off. Smooth step: of the local pose that controllers see, "
-      "beyond the motion predicted from the cycle before. Pictures are of the first seed; shaded: "
-      "what is done to the messages.");
+      "Protection level: bound that the error exceeds at most at one moment in a thousand. "
+      "Sub-filters: filters of WM that exclude some source since the last healthy moment. False "
+      "fix: a fix with an error of more than 6 total sigma. Smooth step: step of the local pose "
+      "that controllers use, beyond the motion predicted from the cycle before. Plots show the "
+      "first seed; shaded: time of the stimuli.");
   for (const DrillResult& r : results) add_drill(r, &page);
   return page.finish();
 }

@@ -1,5 +1,5 @@
 #pragma once
-// The results of drills as one self-contained page.
+// The results of drills as one self-contained HTML page.
 
 #include <string>
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace rcs::drills {
 
-/// @param drive  what was driven: a log's or a scenario's path
+/// @param drive  path of the log or the scenario
 [[nodiscard]] std::string drill_page(const std::vector<DrillResult>& results,
                                      const std::string& drive);
 

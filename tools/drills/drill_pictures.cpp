@@ -22,8 +22,8 @@ namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kLead_s = 10.0;
-/// Decades below this say nothing.
-constexpr double kLeastError_m = 0.01;
+/// Lower end of the error scale.
+constexpr double kMinError_m = 0.01;
 constexpr report::Colour kSubfilterColours[kSubfilterKinds] = {
     report::Colour::kGrey, report::Colour::kGreen, report::Colour::kPurple};
 
@@ -53,7 +53,7 @@ void add(double x, double y, report::Series* s) {
   s->y.push_back(y);
 }
 
-/// A sub-filter's places, with a gap where it branched again.
+/// The positions of a sub-filter, with a gap where it was restarted from the filter.
 report::Series subfilter_course(const DrillRecord& record, const DrillErrors& errors, int kind,
                                 double from_s) {
   report::Series s =
@@ -81,12 +81,12 @@ report::Series subfilter_errors(const DrillRecord& record, const DrillErrors& er
     if (subfilter.kind != kind || t_s < from_s || !truth) continue;
     if (branch && *branch != subfilter.branch) add(t_s, kNone, &s);
     branch = subfilter.branch;
-    add(t_s, std::max(kLeastError_m, magnitude(subfilter.T_world_vehicle.p - truth->p)), &s);
+    add(t_s, std::max(kMinError_m, magnitude(subfilter.T_world_vehicle.p - truth->p)), &s);
   }
   return s;
 }
 
-/// Stretches of time over which a value stays the same, as lines of one height.
+/// Intervals of time with a constant value, drawn as horizontal lines.
 class Lane {
  public:
   /// @param series  by colour
@@ -214,7 +214,7 @@ std::vector<report::Plot> drill_error_plots(const Drill& drill, const DrillRecor
     report::Series wm = series("WM", report::Colour::kBlue, report::SeriesStyle::kThickLine);
     for (const DrillError& e : sampled) {
       if (e.t_s < from_s) continue;
-      add(e.t_s, std::max(kLeastError_m, kind.magnitude(e.position_m)), &wm);
+      add(e.t_s, std::max(kMinError_m, kind.magnitude(e.position_m)), &wm);
     }
     report::Series level =
         series("protection level", report::Colour::kOrange, report::SeriesStyle::kDashed);
@@ -235,7 +235,7 @@ std::vector<report::Plot> drill_error_plots(const Drill& drill, const DrillRecor
 }
 
 report::Plot drill_time_line(const Drill& drill, const DrillRecord& record) {
-  // Lanes from the foot, as y_names has them.
+  // Lanes from the bottom, in the order of y_names.
   constexpr double kEvents = 0.0;
   constexpr double kAlerts = 1.0;
   constexpr double kLadar = 2.0;
@@ -246,7 +246,7 @@ report::Plot drill_time_line(const Drill& drill, const DrillRecord& record) {
   const double from_s = first_s(drill);
   const double to_s = last_s(record, errors);
   report::Plot plot;
-  plot.title = drill.id + ": what WM relies on";
+  plot.title = drill.id + ": status of WM and its sources";
   plot.x_label = "time [s]";
   plot.height_px = 270;
   plot.y_names = {"events", "alerts", "LADAR", "GPS", "fixes", "mode"};
@@ -254,10 +254,10 @@ report::Plot drill_time_line(const Drill& drill, const DrillRecord& record) {
   plot.shades = stimulus_shades(drill, to_s);
   std::map<report::Colour, report::Series> lines;
   for (const auto& [colour, label] : std::initializer_list<std::pair<report::Colour, const char*>>{
-           {report::Colour::kBlue, "trusted, taken, with GPS"},
+           {report::Colour::kBlue, "fused, accepted, with GPS"},
            {report::Colour::kGreen, "without GPS"},
            {report::Colour::kPurple, "probation"},
-           {report::Colour::kOrange, "refused, quarantine, alert, dead reckoning"}}) {
+           {report::Colour::kOrange, "rejected, quarantine, alert, dead reckoning"}}) {
     lines.emplace(colour, series(label, colour, report::SeriesStyle::kThickLine));
   }
 

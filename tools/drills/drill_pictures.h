@@ -1,5 +1,5 @@
 #pragma once
-// The pictures of one run of a drill.
+// The plots of one run of a drill.
 
 #include <vector>
 
@@ -9,15 +9,14 @@
 
 namespace rcs::drills {
 
-/// From above: truth, WM's answer and its sub-filters, from 10 s before the drill begins.
+/// From above: truth, WM and its sub-filters, from 10 s before the first stimulus.
 [[nodiscard]] report::Plot drill_course(const Drill& drill, const DrillRecord& record);
 
-/// Horizontal and vertical error, WM's and its sub-filters', against the protection level, over
-/// time.
+/// Horizontal and vertical errors of WM and its sub-filters, and the protection level, over time.
 [[nodiscard]] std::vector<report::Plot> drill_error_plots(const Drill& drill,
                                                           const DrillRecord& record);
 
-/// Mode, fixes, trust, alerts and events on one time line.
+/// Mode, fixes, source status, alerts and events over time.
 [[nodiscard]] report::Plot drill_time_line(const Drill& drill, const DrillRecord& record);
 
 }  // namespace rcs::drills

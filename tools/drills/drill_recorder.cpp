@@ -53,7 +53,7 @@ void DrillRecorder::on_deliver(Stamp due, std::string_view channel, const std::u
                                std::size_t size) {
   const bool sensor = speaks_on(DrillSource::kAll, channel);
   if (sensor && !record_.begin) {
-    // Sensor time: a live log's own stamps are of another clock (DECISIONS 1).
+    // Sensor time: the event stamps of a live log are of another clock (ADR 1).
     const std::optional<recording::MessageHead> head =
         recording::read_head(channel, {data, data + size});
     if (head) {

@@ -1,5 +1,5 @@
 #pragma once
-// Fills a drill's record from the bus, while the nodes run.
+// Fills the record of a drill from the bus during the run.
 
 #include <map>
 #include <vector>
@@ -19,7 +19,7 @@
 
 namespace rcs::drills {
 
-/// What is taken for true where no SIM_TRUTH is: the belief of a run that nobody disturbed.
+/// Replacement for SIM_TRUTH in logs without it: the belief of an undisturbed run.
 struct DrillReference {
   tools::Trajectory poses;
   Geodetic datum;
@@ -27,24 +27,24 @@ struct DrillReference {
 
 class DrillRecorder final : public BusTap {
  public:
-  /// @param reference  null: SIM_TRUTH, where there is one
-  /// @param log  everything but scans and points goes there, too; null: nowhere
+  /// @param reference  nullptr: SIM_TRUTH
+  /// @param log  also receives all messages except scans and points; may be nullptr
   DrillRecorder(const std::vector<Stimulus>& stimuli, const DrillReference* reference,
                 LogWriter* log);
 
   void on_deliver(Stamp due, std::string_view channel, const std::uint8_t* data,
                   std::size_t size) override;
 
-  /// What came together; to be asked for once, at the end.
+  /// The record; call once, at the end.
   [[nodiscard]] DrillRecord take() { return std::move(record_); }
-  /// The origin of frame world in the record's poses.
+  /// The origin of frame world of the record.
   [[nodiscard]] const std::optional<Geodetic>& datum() const { return datum_; }
 
  private:
   template <class T, class Take>
   void with(const std::uint8_t* data, std::size_t size, T* message, Take take);
-  /// A stamp by the clocks as they were before all of them jumped: the jump that makes the message
-  /// as old as its channel's first one was.
+  /// A stamp by the clocks before a common jump: subtracts the jump with which the message is as
+  /// old as the first one of its channel.
   [[nodiscard]] Stamp undisturbed(std::string_view channel, std::int64_t utime, Stamp due);
   void hash(std::string_view channel, const std::uint8_t* data, std::size_t size);
   void take(const truth_t& m);
@@ -55,7 +55,7 @@ class DrillRecorder final : public BusTap {
   void take(const subfilter_t& m, Stamp due);
   void take(const registration_t& m, Stamp due);
 
-  std::vector<Duration> jumps_;  // of all clocks at once
+  std::vector<Duration> jumps_;  // common to all clocks
   std::map<std::string, Duration, std::less<>> first_age_;
   bool has_reference_;
   LogWriter* log_;
@@ -63,7 +63,7 @@ class DrillRecorder final : public BusTap {
   std::optional<Pose> T_truth_world_;
   Vec3 world_datum_deg_m_ = Vec3::Constant(1e9);
   DrillRecord record_;
-  Duration to_sensor_time_{};  // from the time of the log
+  Duration to_sensor_time_{};  // offset from the time of the log
 
   truth_t truth_{};
   nav_state_t nav_{};

@@ -11,20 +11,20 @@ namespace {
 
 using Runs = std::vector<DrillRunFigures>;
 
-MarkResult without(std::string note) {
-  MarkResult r;
+LimitResult without(std::string note) {
+  LimitResult r;
   r.note = std::move(note);
   return r;
 }
 
-MarkResult with(double value) {
-  MarkResult r;
+LimitResult with(double value) {
+  LimitResult r;
   r.value = value;
   return r;
 }
 
-/// Of each run's longest outage, over the runs.
-MarkResult drift(const Runs& runs, double share) {
+/// Drift of the longest outage of each run, over the runs.
+LimitResult drift(const Runs& runs, double share) {
   std::vector<double> pct;
   for (const DrillRunFigures& run : runs) {
     const auto longest = std::max_element(run.outages.begin(), run.outages.end(),
@@ -38,7 +38,7 @@ MarkResult drift(const Runs& runs, double share) {
   return with(tools::percentile(pct, share));
 }
 
-MarkResult time_to_alert(const Runs& runs) {
+LimitResult time_to_alert(const Runs& runs) {
   double worst_s = 0.0;
   bool any = false;
   for (const DrillRunFigures& run : runs) {
@@ -47,10 +47,10 @@ MarkResult time_to_alert(const Runs& runs) {
     worst_s = std::max(worst_s, *run.integrity->time_to_alert_s);
     any = true;
   }
-  return any ? with(worst_s) : without("no false source that lasts");
+  return any ? with(worst_s) : without("no false source that lasts 2 s or longer");
 }
 
-MarkResult accepted_after(const Runs& runs) {
+LimitResult accepted_after(const Runs& runs) {
   double worst_s = 0.0;
   bool any = false;
   for (const DrillRunFigures& run : runs) {
@@ -60,10 +60,10 @@ MarkResult accepted_after(const Runs& runs) {
       any = true;
     }
   }
-  return any ? with(worst_s) : without("no clean fix came");
+  return any ? with(worst_s) : without("no clean fix after the fault");
 }
 
-MarkResult ratio(const Runs& runs) {
+LimitResult ratio(const Runs& runs) {
   double worst = 0.0;
   std::string note;
   const Baselines sums = pooled_baselines(runs);
@@ -73,31 +73,31 @@ MarkResult ratio(const Runs& runs) {
     note = subfilter_name(static_cast<int>(k));
   }
   if (note.empty()) return without("no baseline");
-  MarkResult r = with(worst);
+  LimitResult r = with(worst);
   r.note = "to " + note;
-  if (!runs.front().subfilters_published) r.note += " (own run: no subfilters published)";
+  if (!runs.front().subfilters_published) r.note += " (separate run: sub-filters not published)";
   return r;
 }
 
 /// @param f  of one run
 template <class F>
-MarkResult worst(const Runs& runs, F f) {
+LimitResult worst(const Runs& runs, F f) {
   double value = f(runs.front());
   for (const DrillRunFigures& run : runs) value = std::max(value, static_cast<double>(f(run)));
   return with(value);
 }
 template <class F>
-MarkResult total(const Runs& runs, F f) {
+LimitResult total(const Runs& runs, F f) {
   double value = 0.0;
   for (const DrillRunFigures& run : runs) value += static_cast<double>(f(run));
   return with(value);
 }
 template <class F>
-MarkResult mean(const Runs& runs, F f) {
+LimitResult mean(const Runs& runs, F f) {
   return with(*total(runs, f).value / static_cast<double>(runs.size()));
 }
 
-MarkResult figure(std::string_view key, const Runs& runs) {
+LimitResult figure(std::string_view key, const Runs& runs) {
   if (key == "drift_pct_median") return drift(runs, 0.5);
   if (key == "drift_pct_p95") return drift(runs, 0.95);
   if (key == "false_acceptances") {
@@ -154,8 +154,8 @@ DrillRunFigures drill_figures(const Drill& drill, std::int64_t seed, const Drill
   return f;
 }
 
-MarkResult drill_figure(const MarkKind& kind, const Runs& runs) {
-  MarkResult r;
+LimitResult drill_figure(const LimitKind& kind, const Runs& runs) {
+  LimitResult r;
   const bool published = std::all_of(runs.begin(), runs.end(), [](const DrillRunFigures& run) {
     return run.integrity.has_value();
   });
@@ -163,7 +163,7 @@ MarkResult drill_figure(const MarkKind& kind, const Runs& runs) {
     return run.accuracy.samples > 0;
   });
   if (runs.empty()) {
-    r = without("no run");
+    r = without("no completed run");
   } else if (!judged) {
     r = without("no world pose, or no truth");
   } else if (kind.needs_integrity && !published) {
@@ -175,15 +175,15 @@ MarkResult drill_figure(const MarkKind& kind, const Runs& runs) {
   return r;
 }
 
-std::vector<MarkResult> judge(const Drill& drill, const Runs& runs) {
-  std::vector<MarkResult> results;
-  for (const MarkKind& kind : kMarks) {
-    const auto mark = drill.marks.find(kind.key);
-    if (mark == drill.marks.end()) continue;
-    MarkResult r = drill_figure(kind, runs);
-    r.limit = mark->second;
+std::vector<LimitResult> judge(const Drill& drill, const Runs& runs) {
+  std::vector<LimitResult> results;
+  for (const LimitKind& kind : kLimits) {
+    const auto found = drill.limits.find(kind.key);
+    if (found == drill.limits.end()) continue;
+    LimitResult r = drill_figure(kind, runs);
+    r.limit = found->second;
     if (r.value && needs_more_seeds(kind.key, runs.size())) {
-      r.verdict = Verdict::kOpen;
+      r.verdict = Verdict::kInconclusive;
       r.note += fmt::format("{}{} of {} seeds", r.note.empty() ? "" : "; ", runs.size(),
                             kind.key == "ratio" ? kSeedsForRatio : kSeedsForMedian);
     } else {
@@ -210,11 +210,11 @@ Baselines pooled_baselines(const Runs& runs) {
 Verdict DrillResult::verdict() const {
   if (!error.empty()) return Verdict::kFail;
   bool passes = false;
-  for (const MarkResult& m : marks) {
+  for (const LimitResult& m : limits) {
     if (m.verdict == Verdict::kFail) return Verdict::kFail;
     passes = passes || m.verdict == Verdict::kPass;
   }
-  return passes ? Verdict::kPass : Verdict::kOpen;
+  return passes ? Verdict::kPass : Verdict::kInconclusive;
 }
 
 }  // namespace rcs::drills

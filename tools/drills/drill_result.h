@@ -1,5 +1,5 @@
 #pragma once
-// What came of a drill: the figures of its runs, and whether they pass its marks.
+// The result of a drill: the metrics of its runs and the verdicts against its limits.
 
 #include <cstdint>
 #include <map>
@@ -14,7 +14,7 @@
 
 namespace rcs::drills {
 
-/// Of one seed.
+/// Metrics of one seed.
 struct DrillRunFigures {
   std::int64_t seed = 0;
   double simulated_s = 0.0;
@@ -24,30 +24,29 @@ struct DrillRunFigures {
   std::map<std::string, NisFigure> nis;
   std::vector<FalseAcceptance> false_acceptances;
   std::vector<GpsReturn> returns;
-  std::optional<IntegrityFigures> integrity;  ///< none: not published
+  std::optional<IntegrityFigures> integrity;  ///< nullopt: not published
   Baselines baselines;
-  bool subfilters_published =
-      false;  ///< else the baselines are runs of their own, if there are any
+  bool subfilters_published = false;  ///< else the baselines are separate runs, if any
   std::map<std::string, int> stops;
   std::int64_t overruns = 0;
   std::int64_t missed = 0;
   std::uint64_t hash = 0;
 };
 
-/// Without the baselines of runs of their own.
+/// Without the baselines of separate runs.
 [[nodiscard]] DrillRunFigures drill_figures(const Drill& drill, std::int64_t seed,
                                             const DrillRecord& record);
 
 enum class Verdict {
   kPass,
   kFail,
-  kOpen  ///< too few seeds to tell
+  kInconclusive  ///< too few seeds
 };
 
-struct MarkResult {
-  const MarkKind* kind = nullptr;
+struct LimitResult {
+  const LimitKind* kind = nullptr;
   double limit = 0.0;
-  std::optional<double> value;  ///< none: see the note
+  std::optional<double> value;  ///< nullopt: see the note
   Verdict verdict = Verdict::kFail;
   std::string note;
 };
@@ -55,23 +54,23 @@ struct MarkResult {
 struct DrillResult {
   Drill drill;
   std::vector<DrillRunFigures> runs;  ///< by seed
-  std::vector<MarkResult> marks;
+  std::vector<LimitResult> limits;
   std::optional<DrillRecord> shown;  ///< of the first seed, for the pictures
-  std::string error;                 ///< it could not be run; empty: it was
-  std::string skipped;               ///< why it was not run; empty: it was
+  std::string error;                 ///< reason of a failed run; empty: none
+  std::string skipped;               ///< reason for skipping; empty: not skipped
 
-  /// kOpen when nothing fails and nothing could be judged.
+  /// kInconclusive if no limit fails and none could be judged.
   [[nodiscard]] Verdict verdict() const;
 };
 
-[[nodiscard]] std::vector<MarkResult> judge(const Drill& drill,
-                                            const std::vector<DrillRunFigures>& runs);
+[[nodiscard]] std::vector<LimitResult> judge(const Drill& drill,
+                                             const std::vector<DrillRunFigures>& runs);
 
-/// A figure over the seeds, whether or not a mark is set on it; none where it has no meaning.
-[[nodiscard]] MarkResult drill_figure(const MarkKind& kind,
-                                      const std::vector<DrillRunFigures>& runs);
+/// A metric over the seeds, whether or not it has a limit; without a value where undefined.
+[[nodiscard]] LimitResult drill_figure(const LimitKind& kind,
+                                       const std::vector<DrillRunFigures>& runs);
 
-/// Summed over the runs.
+/// Sums over the runs.
 [[nodiscard]] Baselines pooled_baselines(const std::vector<DrillRunFigures>& runs);
 
 }  // namespace rcs::drills

@@ -49,7 +49,7 @@ Result<DrillVehicle> load_drill_vehicle(const std::string& path) {
   if (!sp) return sp.error();
   const Result<wm::WmConfig> wm = wm::load_wm_config(*file);
   if (!wm) return wm.error();
-  // Each run opens the map for itself; what is wrong with it is said now.
+  // Each run opens the map again; report problems of the map before the first run.
   const Result<PriorTerrain> prior = open_prior_terrain(sp->prior_terrain, false);
   if (!prior) return prior.error();
   return DrillVehicle{*sp, *wm};

@@ -1,6 +1,6 @@
 #pragma once
-// One run of a drill: SP and WM in lockstep on messages that a stimulus changed. Open loop: the
-// drive is the recorded one, whatever the nodes say.
+// One run of a drill: SP and WM in lockstep on disturbed messages. Open loop: the recorded drive
+// does not depend on the nodes.
 
 #include <functional>
 #include <optional>
@@ -16,35 +16,36 @@
 
 namespace rcs::drills {
 
-/// The vehicle's configuration, read once.
+/// The configuration of the vehicle, read once.
 struct DrillVehicle {
   sp::SpConfig sp;
   wm::WmConfig wm;
 };
 [[nodiscard]] Result<DrillVehicle> load_drill_vehicle(const std::string& path);
 
-/// A filter that goes without some source from the drill's begin on: what WM's sub-filters are, run
-/// for itself.
+/// A separate run in which some source is excluded from the first stimulus on, as in a sub-filter
+/// of WM.
 enum class Withheld { kNothing, kLadarOdometryAndGps, kLadar, kGps };
 
 struct DrillRunOptions {
   Withheld withheld = Withheld::kNothing;
   bool undisturbed = false;                   ///< no stimulus at all
-  const DrillReference* reference = nullptr;  ///< null: SIM_TRUTH
-  std::string log;                            ///< what was said is written there; empty: nowhere
-  std::function<bool()> stop;                 ///< asked now and then
+  const DrillReference* reference = nullptr;  ///< nullptr: SIM_TRUTH
+  std::string log;                            ///< path of a log of the run; empty: none
+  std::function<bool()> stop;                 ///< polled; true ends the run
 };
 
 struct DrillRunResult {
   DrillRecord record;
-  std::optional<Geodetic> datum;  ///< of the record's world
+  std::optional<Geodetic> datum;  ///< of frame world of the record
 };
 
-/// @return an error when it could not be done, or `stop` said so
+/// @return an error if the run failed or `stop` returned true
 [[nodiscard]] Result<DrillRunResult> run_drill(const Drill& drill, const DrillVehicle& vehicle,
                                                Scene* scene, const DrillRunOptions& options);
 
-/// The a priori map with an error of its own: turned about the origin of frame world, then shifted.
+/// The a priori map with an artificial error: rotated about the origin of frame world, then
+/// shifted.
 [[nodiscard]] sim::PriorMap wrong_map(const sim::PriorMap& right, const Vec3& shift_m,
                                       double turn_rad);
 

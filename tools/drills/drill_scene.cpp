@@ -39,7 +39,7 @@ class LoggedSource final : public EventSource {
   LogSource source_;
 };
 
-/// Another source up to a length, or until somebody wants it to stop.
+/// Another source, limited to a length, or until a stop is requested.
 class CutSource final : public EventSource {
  public:
   CutSource(std::unique_ptr<EventSource> source, double length_s, std::function<bool()> stop)
@@ -126,7 +126,7 @@ Outcome Scene::render(const std::function<bool()>& stop) {
   const Result<sim::Scenario> scenario = sim::load_scenario(key_.scenario, overrides);
   if (!scenario) return scenario.error();
   if (scenario->commanded) {
-    return Error{key_.scenario + ": its vehicle waits for commands; drills need a scripted course"};
+    return Error{key_.scenario + ": the vehicle is commanded; drills require a scripted course"};
   }
   auto simulator = std::make_unique<sim::Simulator>(*scenario);
   auto recording = std::make_unique<Recording>();

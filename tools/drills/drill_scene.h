@@ -1,5 +1,5 @@
 #pragma once
-// Where a drill's sensor messages come from: a log, or a scenario that is rendered once for all of
+// Source of the sensor messages of a drill: a log, or a scenario that is rendered once for all of
 // its drills.
 
 #include <atomic>
@@ -17,7 +17,7 @@
 
 namespace rcs::drills {
 
-/// A stretch of messages in memory.
+/// A sequence of messages in memory.
 class Recording {
  public:
   void add(Stamp due, const SourceEvent& event);
@@ -39,11 +39,11 @@ class Recording {
   std::vector<std::uint8_t> bytes_;
 };
 
-/// What a scene is made of; equal keys share one rendering.
+/// Parameters of a scene; equal keys share one rendering.
 struct SceneKey {
   std::string log;  ///< path; or:
   std::string scenario;
-  std::string ins;  ///< grade; empty: the scenario's
+  std::string ins;  ///< INS grade; empty: that of the scenario
   std::int64_t seed = 1;
 
   bool operator==(const SceneKey& o) const {
@@ -51,26 +51,25 @@ struct SceneKey {
   }
 };
 
-/// Rendered when first opened, by whoever is first, and given up after its last use.
+/// Rendered when first opened, by the first thread, and released after its last use.
 class Scene {
  public:
   explicit Scene(SceneKey key) : key_(std::move(key)) {}
 
   [[nodiscard]] const SceneKey& key() const { return key_; }
-  /// Before anybody opens it.
-  /// @param length_s  that the user needs; 0: all
+  /// Call it before the first open().
+  /// @param length_s  required length; 0: all
   void add_user(double length_s);
-  /// Call it as often as add_user().
+  /// Call it once for each add_user().
   void done();
 
-  /// Its sensor messages and SIM_TRUTH; outlived by the scene until done(). From any thread.
+  /// The sensor messages and SIM_TRUTH; valid until done(). From any thread.
   /// @param length_s  0: all
-  /// @param stop  asked now and then
+  /// @param stop  polled; true ends the rendering
   [[nodiscard]] Result<std::unique_ptr<EventSource>> open(double length_s,
                                                           const std::function<bool()>& stop);
-  /// Of a rendered scene: the course's a priori map; outlived by the scene until done(). From any
-  /// thread.
-  /// @param cell_m  instead of the scenario's; 0: as that says
+  /// The a priori map of the course of a rendered scene; valid until done(). From any thread.
+  /// @param cell_m  0: that of the scenario
   [[nodiscard]] const sim::PriorMap& prior_map(double cell_m);
 
  private:
@@ -79,8 +78,8 @@ class Scene {
   SceneKey key_;
   std::mutex rendering_;
   std::unique_ptr<const Recording> recording_;
-  std::unique_ptr<const sim::Simulator> simulator_;  ///< at the end of its drive
-  std::map<double, sim::PriorMap> prior_maps_;       ///< by cell
+  std::unique_ptr<const sim::Simulator> simulator_;  ///< at the end of the drive
+  std::map<double, sim::PriorMap> prior_maps_;       ///< by cell size
   std::atomic<int> users_{0};
   double longest_s_ = 0.0;
   bool whole_ = false;

@@ -50,7 +50,7 @@ void read_bearing(ParamTable* table, Stimulus* s) {
                  "Direction of the offset or ramp, clockwise from north.");
 }
 
-/// What only this kind has; another kind's keys stay unknown.
+/// Reads the keys of this kind; keys of other kinds are reported as unknown.
 void read_strength(ParamTable* table, Stimulus* s) {
   switch (s->kind) {
     case StimulusKind::kFlapping:
@@ -186,13 +186,13 @@ Result<Drill> read(const ParamFile& file) {
   read_run(root.table("run"), file, &d.run);
   const bool simulated = !d.run.scenario.empty() || !d.run.ins.empty() || d.run.prior_map;
   if (simulated && !d.needs_simulator) {
-    root.fail("needs", "must be \"simulator\": [run] names what only it has");
+    root.fail("needs", "must be \"simulator\": [run] has keys that require it");
   }
   for (ParamTable table : root.tables("stimulus")) d.stimuli.push_back(read_stimulus(table));
-  ParamTable marks = root.table("marks");
-  for (const MarkKind& kind : kMarks) {
-    if (!marks.has(kind.key)) continue;
-    marks.get(kind.key, &d.marks[std::string(kind.key)], kind.range, kind.meaning);
+  ParamTable limits = root.table("limits");
+  for (const LimitKind& kind : kLimits) {
+    if (!limits.has(kind.key)) continue;
+    limits.get(kind.key, &d.limits[std::string(kind.key)], kind.range, kind.meaning);
   }
   if (Outcome finished = file.finish({}); !finished) return finished.error();
   return d;

@@ -1,6 +1,6 @@
 #pragma once
-// What a drill is: what is done to the sensors' messages of a drive, and what must hold all the
-// same. One TOML file a drill (config/drills/*/*.toml).
+// Specification of a drill: stimuli that disturb the sensor messages of a drive, and limits for the
+// result. One TOML file per drill (config/drills/*/*.toml).
 
 #include <cstdint>
 #include <map>
@@ -14,7 +14,7 @@
 
 namespace rcs::drills {
 
-/// Whose messages are changed.
+/// Sources whose messages are changed.
 enum class DrillSource { kGps, kLadar, kIns, kOdometry, kAll };
 
 /// A stimulus as long as this lasts to the end of every drive.
@@ -22,24 +22,24 @@ constexpr double kForGood_s = 1e5;
 
 enum class StimulusKind {
   kDropout,      ///< nothing arrives
-  kFlapping,     ///< on_s with, off_s without, again and again
-  kOffset,       ///< gps: fixes consistently elsewhere
-  kRamp,         ///< gps: fixes walk away
+  kFlapping,     ///< on_s with, off_s without, repeatedly
+  kOffset,       ///< gps: fixes with a consistent offset
+  kRamp,         ///< gps: fixes with an increasing offset
   kHeight,       ///< gps: fixes higher by height_m
   kSigma,        ///< gps: the reported sigma is overwritten
-  kFrozen,       ///< gps: the first fix of the window again and again, with new stamps
-  kStale,        ///< gps: stamps older than what they stamp
+  kFrozen,       ///< gps: the first fix of the window repeatedly, with new stamps
+  kStale,        ///< gps: stamps older than the measurements
   kNullIsland,   ///< gps: 0 N, 0 E
-  kNan,          ///< gps: no numbers
-  kEmptyFacets,  ///< ladar: a share of the facets comes without returns
-  kDust,         ///< ladar: a share of the cells returns something between 2 and 6 m
+  kNan,          ///< gps: not finite
+  kEmptyFacets,  ///< ladar: a share of the facets has no returns
+  kDust,         ///< ladar: a share of the cells has returns between 2 and 6 m
   kClock,        ///< stamps jump by jump_s
   kDelay,        ///< arrives later by delay_ms
   kReorder,      ///< every second message arrives after its successor
-  kRepeat        ///< every message arrives once more after delay_ms
+  kRepeat        ///< every message arrives again after delay_ms
 };
 
-/// A stretch of a drive. Times count from the first sensor message.
+/// An interval of a drive. Times are relative to the first sensor message.
 struct DrillWindow {
   double begin_s = 0.0;
   double end_s = 0.0;
@@ -48,7 +48,7 @@ struct DrillWindow {
   [[nodiscard]] double length_s() const { return end_s - begin_s; }
 };
 
-/// A window of time and what happens in it. Times count from the first sensor message.
+/// A window of time and its stimulus. Times are relative to the first sensor message.
 struct Stimulus {
   StimulusKind kind = StimulusKind::kDropout;
   DrillSource source = DrillSource::kGps;
@@ -57,12 +57,12 @@ struct Stimulus {
 
   double on_s = 1.0;          ///< flapping
   double off_s = 4.0;         ///< flapping
-  int count = 0;              ///< flapping: how often; offset: of fixes, 0: the window
+  int count = 0;              ///< flapping: cycles; offset: fixes, 0: the whole window
   double offset_m = 0.0;      ///< offset
   double bearing_rad = 0.0;   ///< offset and ramp: clockwise from north
-  double decay_s = 0.0;       ///< offset: falls linearly to nothing within; 0: it stays
+  double decay_s = 0.0;       ///< offset: time of the linear decay to 0; 0: no decay
   double rate_mps = 0.0;      ///< ramp
-  bool with_velocity = true;  ///< ramp: the fixes' velocity tells of it, too
+  bool with_velocity = true;  ///< ramp: the velocity of the fixes includes the drift
   double height_m = 0.0;      ///< height
   double sigma_m = 0.0;       ///< sigma, all axes
   double age_s = 0.0;         ///< stale
@@ -72,7 +72,7 @@ struct Stimulus {
 
   [[nodiscard]] double end_s() const { return begin_s + length_s; }
   [[nodiscard]] bool holds(double time_s) const { return time_s >= begin_s && time_s < end_s(); }
-  /// Changes messages so that they say what is not true.
+  /// True if the changed messages are false.
   [[nodiscard]] bool corrupts() const {
     return kind != StimulusKind::kDropout && kind != StimulusKind::kFlapping &&
            kind != StimulusKind::kEmptyFacets;
@@ -81,46 +81,46 @@ struct Stimulus {
 
 [[nodiscard]] Stimulus dropout(DrillSource source, double begin_s, double length_s);
 
-/// What the run differs in from any other.
+/// Conditions of the run.
 struct DrillRun {
   double length_s = 0.0;            ///< of the drive; 0: all of it
-  std::string scenario;             ///< path; empty: the command's
-  std::string ins;                  ///< grade, of the simulator and of WM; empty: as configured
-  bool prior_map = false;           ///< simulator: SP gets the course's a priori map
-  double map_cell_m = 0.0;          ///< of that; 0: as the scenario says
-  Vec3 map_shift_m = Vec3::Zero();  ///< it is wrong by, east north up
-  double map_turn_rad = 0.0;        ///< and turned about the vehicle's start
-  double grant_share = 1.0;         ///< of the work units that SP is granted
+  std::string scenario;             ///< path; empty: that of the command line
+  std::string ins;                  ///< INS grade of the simulator and of WM; empty: as configured
+  bool prior_map = false;           ///< simulator: use the a priori map of the course
+  double map_cell_m = 0.0;          ///< of the map; 0: as in the scenario
+  Vec3 map_shift_m = Vec3::Zero();  ///< error of the map, east north up
+  double map_turn_rad = 0.0;        ///< rotation of the map about the start of the vehicle
+  double grant_share = 1.0;         ///< share of the work units granted to SP
   int ladar_rows = 0;               ///< of the scenario's LADAR; 0: as configured
   int ladar_cols = 0;
 };
 
-/// Limits by the name of the figure: see kMarks in drill_limits.h.
-using DrillMarks = std::map<std::string, double, std::less<>>;
+/// Limits by the name of the metric: see kLimits in drill_limits.h.
+using DrillLimits = std::map<std::string, double, std::less<>>;
 
 struct Drill {
-  std::string id;     ///< the file's name without .toml
-  std::string name;   ///< for people
-  std::string about;  ///< what happens, and why it matters
+  std::string id;     ///< file name without .toml
+  std::string name;   ///< title in reports
+  std::string about;  ///< description
   bool needs_simulator = false;
   bool full = false;  ///< only with --full
   int seeds = 1;
   int seeds_full = 20;  ///< with --full
   DrillRun run;
   std::vector<Stimulus> stimuli;
-  DrillMarks marks;
+  DrillLimits limits;
 
-  /// Where the judging begins: the first stimulus, or 20 s where there is none.
+  /// Begin of the evaluation: the first stimulus, or 20 s without stimuli.
   [[nodiscard]] double begin_s() const;
-  /// Where the last stimulus ends; kForGood_s where one lasts for good, or there is none.
+  /// End of the last stimulus; kForGood_s if a stimulus does not end, or without stimuli.
   [[nodiscard]] double end_s() const;
 };
 
 [[nodiscard]] Result<Drill> load_drill(const std::string& path);
-/// @param path  names the file in messages; what the drill names is relative to it
+/// @param path  file name for messages; paths in the drill are relative to it
 [[nodiscard]] Result<Drill> parse_drill(std::string_view text, const std::string& path);
 
-/// The kind as the file writes it.
+/// The name of the kind in the file.
 [[nodiscard]] std::string_view kind_name(StimulusKind kind);
 [[nodiscard]] std::string_view source_name(DrillSource source);
 /// A stimulus in a few words: "gps dropout 35-95 s".

@@ -16,13 +16,13 @@ namespace rcs::drills {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-// Where dust is seen.
+// Range of the returns of dust.
 constexpr double kDustNear_m = 2.0;
 constexpr double kDustFar_m = 6.0;
 
 bool is_sensor(std::string_view channel) { return speaks_on(DrillSource::kAll, channel); }
 
-/// Decodes, changes and encodes; a message that cannot be decoded stays as it is.
+/// Decodes, changes and encodes; a message that cannot be decoded is not changed.
 template <class T, class Change>
 bool change(SourceEvent* event, Change change_message) {
   T m{};
@@ -92,7 +92,7 @@ void raise_dust(double share, std::mt19937_64* random, SourceEvent* event) {
   }
 }
 
-/// Moves a fix on the ground; its height stays.
+/// Moves a fix horizontally.
 void move_fix(double east_m, double north_m, gps_fix_t* fix) {
   const Geodetic g{radians(fix->lat_deg), radians(fix->lon_deg), {fix->height_m}};
   if (!plausible(g)) return;
@@ -188,7 +188,7 @@ void StimulatedSource::take(SourceEvent* event) {
   ready_.erase(ready_.begin());
 }
 
-// Until nothing that is still to come can be due before the first that is ready.
+// Reads on until no later message can be due before the first that is ready.
 void StimulatedSource::read_ahead() {
   while (true) {
     const Stamp due = source_->peek();
@@ -201,7 +201,7 @@ void StimulatedSource::read_ahead() {
   }
 }
 
-/// What still waits for a successor when the stream ends comes last.
+/// Messages that still wait for a successor at the end of the stream are released last.
 void StimulatedSource::release_held() {
   const Stamp last = ready_.empty() ? begin_.value_or(Stamp()) : ready_.rbegin()->first;
   for (Active& a : active_) {
@@ -212,7 +212,7 @@ void StimulatedSource::release_held() {
 
 void StimulatedSource::pass(SourceEvent event, Stamp due) {
   const double time_s = begin_ ? seconds(due - *begin_) : -1.0;
-  std::vector<SourceEvent> after;  // released behind this one
+  std::vector<SourceEvent> after;  // released after this one
   Stamp arrival = due;
   for (Active& a : active_) {
     const Stimulus& s = a.stimulus;

@@ -1,6 +1,6 @@
 #pragma once
-// A drill's stimuli as a pure function of a stream of sensor messages: the same stream, stimuli and
-// seed give the same messages.
+// The stimuli of a drill as a pure function of a stream of sensor messages: the same stream,
+// stimuli and seed give the same messages.
 
 #include <cstdint>
 #include <map>
@@ -16,12 +16,12 @@
 
 namespace rcs::drills {
 
-/// Passes on the events of another source, changed where a stimulus says so. Stimuli act in their
-/// order. SIM_TRUTH is never changed.
+/// Passes on the events of another source, changed by the stimuli in their order. SIM_TRUTH is
+/// never changed.
 class StimulatedSource final : public EventSource {
  public:
-  /// @param source  outlives this
-  /// @param seed  of what is drawn: which facets, which cells
+  /// @param source  must outlive this
+  /// @param seed  of the random facets and cells
   StimulatedSource(EventSource* source, const std::vector<Stimulus>& stimuli, std::uint64_t seed);
 
   [[nodiscard]] Stamp peek() override;
@@ -42,17 +42,17 @@ class StimulatedSource final : public EventSource {
 
   EventSource* source_;
   std::vector<Active> active_;
-  std::optional<Stamp> begin_;  // arrival of the first sensor message: time zero of the stimuli
-  std::multimap<Stamp, SourceEvent> ready_;  // of equal due in the order of their coming
+  std::optional<Stamp> begin_;  // arrival of the first sensor message: zero of the stimulus times
+  std::multimap<Stamp, SourceEvent> ready_;  // equal due times in the order of arrival
 };
 
-/// The channels of a drive: the sensors' and SIM_TRUTH.
+/// The channels of a drive: the sensor channels and SIM_TRUTH.
 [[nodiscard]] std::vector<std::string> drive_channels();
 
-/// @return whether `source` speaks on `channel`
+/// @return whether `source` publishes on `channel`
 [[nodiscard]] bool speaks_on(DrillSource source, std::string_view channel);
 
-/// Source and kind of a fix's fault, at `since_s` after the stimulus began.
+/// Source and kind of the fault of a fix, `since_s` after the begin of the stimulus.
 void change_fix(const Stimulus& s, double since_s, gps_fix_t* fix);
 
 }  // namespace rcs::drills

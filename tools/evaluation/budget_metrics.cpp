@@ -44,7 +44,7 @@ void get(ParamTable* table, const std::string& key, std::optional<double>* value
   if (!std::isnan(limit)) *value = limit;
 }
 
-/// What the limits of a chain mean, as ParamTable::get() has it.
+/// Descriptions of the limits of a chain for ParamTable::get().
 struct ChainMeaning {
   std::string_view p50, p99, p999, max;
 };
@@ -96,7 +96,7 @@ Json to_json(const Samples& samples) {
   return out;
 }
 
-/// Counts per bin, as the outline of a histogram: two points a bin.
+/// Counts per bin as the outline of a histogram: two points per bin.
 report::Series outline(const std::string& label, report::Colour colour, report::SeriesStyle style,
                        const std::vector<double>& values, double bin_ms, int bins) {
   std::vector<double> counts(static_cast<std::size_t>(bins), 0.0);
@@ -106,7 +106,7 @@ report::Series outline(const std::string& label, report::Colour colour, report::
   }
   report::Series s{label, colour, style, {}, {}, {}};
   for (int k = 0; k < bins; ++k) {
-    // A logarithm has no zero: an empty bin is drawn below one count.
+    // Log scale: an empty bin is drawn below one count.
     const double count = std::max(0.5, counts[static_cast<std::size_t>(k)]);
     s.x.insert(s.x.end(), {k * bin_ms, (k + 1) * bin_ms});
     s.y.insert(s.y.end(), {count, count});
@@ -142,10 +142,10 @@ Result<BudgetLimits> read_budget_limits(const ParamFile& file) {
   table.get("unaccounted_scans", &limits.unaccounted_scans, {0, 1e9},
             "Limit of the number of scans whose outcome no message of SP accounts for.");
   get(&table, "degraded_share", &limits.degraded_share, {0, 1},
-      "Limit of the share of the scans sent that are registered with part of the work left out.");
+      "Limit of the share of the scans sent that are registered with reduced work.");
   get(&table, "held_share", &limits.held_share, {0, 1},
-      "Limit of the share of the scans sent that are held: answered without a registration to keep "
-      "the deadline.");
+      "Limit of the share of the scans sent that are held: published without a registration to "
+      "keep the deadline.");
   get(&table, "failed_share", &limits.failed_share, {0, 1},
       "Limit of the share of the scans sent whose registration fails.");
   get(&table, "dropped_share", &limits.dropped_share, {0, 1},
@@ -182,7 +182,7 @@ std::vector<BudgetVerdict> judge(const BudgetRecord& record, const BudgetLimits&
 }
 
 report::Table hop_table(const BudgetRecord& record) {
-  return tail_table("way of a scan [ms]", record.hops);
+  return tail_table("latency of a scan [ms]", record.hops);
 }
 
 report::Table stage_table(const BudgetRecord& record) {
@@ -197,13 +197,13 @@ report::Table account_table(const BudgetRecord& record) {
         {name, std::to_string(count), fmt::format("{:.2f} %", 100.0 * share_of(count, s.sent))});
   };
   add("sent", s.sent);
-  add("used, all of the work", s.full);
+  add("used, full work", s.full);
   add("used, degraded", s.degraded);
   add("held", s.held);
-  add("no usable answer", s.failed);
+  add("failed", s.failed);
   add("dropped", s.dropped);
   add("unaccounted", s.unaccounted);
-  t.rows.push_back({"facets lost / refused / sent",
+  t.rows.push_back({"facets lost / rejected / sent",
                     fmt::format("{} / {} / {}", s.facets_lost, s.facets_refused, s.facets_sent),
                     ""});
   for (const auto& [name, node] : record.nodes) {
@@ -218,10 +218,10 @@ report::Table account_table(const BudgetRecord& record) {
 }
 
 report::Table verdict_table(const std::vector<BudgetVerdict>& verdicts) {
-  report::Table t{{"budget", "figure", "limit", ""}, {}};
+  report::Table t{{"budget", "value", "limit", ""}, {}};
   for (const BudgetVerdict& v : verdicts) {
     t.rows.push_back({v.name, v.measured ? fmt::format("{:.6g}", v.figure) : "not measured",
-                      fmt::format("{:g}", v.limit), v.kept() ? "kept" : "BROKEN"});
+                      fmt::format("{:g}", v.limit), v.kept() ? "met" : "EXCEEDED"});
   }
   return t;
 }
@@ -289,7 +289,7 @@ report::Plot budget_plot(const BudgetRecord& record, const BudgetLimits& limits,
       outline(kSpWork, report::Colour::kOrange, report::SeriesStyle::kLine, work, bin_ms, kBins));
   const std::optional<double>& limit = limits.nav_state.p99_ms;
   if (limit && *limit < kBins * bin_ms) {
-    plot.shades = {{*limit, kBins * bin_ms, "beyond the nav_state's p99 budget"}};
+    plot.shades = {{*limit, kBins * bin_ms, "beyond the p99 budget of nav_state"}};
   }
   return plot;
 }

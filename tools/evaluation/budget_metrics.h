@@ -1,5 +1,5 @@
 #pragma once
-// The figures of a budget run against what was allowed, as tables, JSON and a picture.
+// The metrics of a budget run against the limits, as tables, JSON and a plot.
 
 #include <optional>
 #include <string>
@@ -13,7 +13,7 @@
 
 namespace rcs::evaluation {
 
-/// Of a chain, from the sending of a scan's last facet; none: not limited.
+/// Limits of a chain, from the sending of the last facet of a scan; nullopt: no limit.
 struct ChainLimits {
   std::optional<double> p50_ms;
   std::optional<double> p99_ms;
@@ -21,7 +21,7 @@ struct ChainLimits {
   std::optional<double> max_ms;
 };
 
-/// Table [budget] of the vehicle's configuration. Shares are of the scans sent.
+/// Table [budget] of the configuration. Shares are of the scans sent.
 struct BudgetLimits {
   ChainLimits nav_state;  ///< facet_to_nav_state_{p50,p99,p999,max}_ms
   ChainLimits drive;      ///< facet_to_drive_{p50,p99,p999,max}_ms
@@ -30,16 +30,16 @@ struct BudgetLimits {
   std::optional<double> held_share;
   std::optional<double> failed_share;
   std::optional<double> dropped_share;
-  std::optional<double> overrun_share;  ///< of each node's units of work
+  std::optional<double> overrun_share;  ///< of the units of work of each node
 };
 [[nodiscard]] Result<BudgetLimits> read_budget_limits(const ParamFile& file);
 
-/// One limit and what was measured.
+/// One limit and the measured value.
 struct BudgetVerdict {
-  std::string name;  ///< the key in [budget], with the node where there are several
+  std::string name;  ///< key in [budget], with the node if there are several
   double figure = 0.0;
   double limit = 0.0;
-  bool measured = true;  ///< false: there is nothing to compare, which keeps no promise
+  bool measured = true;  ///< false: no value, the limit is not met
 
   [[nodiscard]] bool kept() const { return measured && figure <= limit; }
 };
@@ -52,7 +52,7 @@ struct BudgetVerdict {
 [[nodiscard]] report::Table verdict_table(const std::vector<BudgetVerdict>& verdicts);
 [[nodiscard]] Json to_json(const BudgetRecord& record, const std::vector<BudgetVerdict>& verdicts);
 
-/// How often the chains, and sp's part of them, took how long.
+/// Histograms of the latencies of the chains and of the part of sp.
 [[nodiscard]] report::Plot budget_plot(const BudgetRecord& record, const BudgetLimits& limits,
                                        const std::string& title);
 

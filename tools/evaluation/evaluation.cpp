@@ -10,7 +10,7 @@
 namespace rcs::evaluation {
 namespace {
 
-/// Between samples of the world error: a figure a tenth of a second says it all.
+/// Between samples of the world error.
 constexpr Duration kErrorPeriod = std::chrono::milliseconds(100);
 /// A GPS receiver of 1 Hz that loses one fix is not an outage.
 constexpr Duration kOutage = std::chrono::milliseconds(2500);
@@ -79,7 +79,7 @@ RunFigures run_figures(const recording::RunLog& run) {
   if (run.live) {
     Stamp last_cause = from_utime(0);
     for (const recording::NavRecord& nav : run.nav) {
-      // Only the first belief that knows a scan: the later ones merely remember it.
+      // Only the first belief that uses a scan; later ones repeat its trace.
       if (nav.cause_arrival <= last_cause) continue;
       last_cause = nav.cause_arrival;
       f.chain_samples_ms.push_back(milliseconds(nav.published - nav.cause_arrival));

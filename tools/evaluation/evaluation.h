@@ -1,5 +1,6 @@
 #pragma once
-// The figures of a run: against a truth, against its own covariances, and of its cycles.
+// The metrics of a run: errors against the truth, consistency with its covariances, and cycle
+// times.
 
 #include <map>
 #include <optional>
@@ -12,7 +13,7 @@
 
 namespace rcs::evaluation {
 
-/// From one moment of sensor time to another.
+/// Interval of sensor time.
 struct TimeInterval {
   Stamp from;
   Stamp to;
@@ -20,27 +21,28 @@ struct TimeInterval {
   [[nodiscard]] bool contains(Stamp t) const { return t >= from && t < to; }
 };
 
-/// Errors of the world pose at one instant, and what WM claimed: all in axes of the truth's world.
+/// Errors of the world pose at one instant and published sigmas, in the axes of frame world of the
+/// truth.
 struct WorldError {
   Stamp stamp;
   Pose T_truthworld_vehicle;       ///< the estimate
   Vec3 position_m = Vec3::Zero();  ///< estimate - truth
   double heading_rad = 0.0;
   Vec3 sigma_m = Vec3::Zero();
-  double sigma_horizontal_m = 0.0;  ///< along the worst direction
+  double sigma_horizontal_m = 0.0;  ///< in the worst direction
   double sigma_heading_rad = 0.0;
   std::optional<double> nees;  ///< 6 degrees of freedom
 
   [[nodiscard]] double horizontal_m() const { return position_m.head<2>().norm(); }
 };
 
-/// Of the world pose, at 10 Hz, where it was valid.
+/// Errors of the world pose at 10 Hz, while valid.
 struct WorldFigures {
   std::vector<WorldError> errors;
   tools::Summary horizontal_m;
   tools::Summary vertical_m;
   tools::Summary heading_rad;
-  double nees_per_dof = 0.0;  ///< mean; 1 when the covariance tells the truth
+  double nees_per_dof = 0.0;  ///< mean; 1 for a consistent covariance
   std::size_t nees_samples = 0;
   std::size_t not_positive_definite = 0;
   double horizontal_within_3_sigma = 0.0;  ///< share of the time
@@ -48,14 +50,15 @@ struct WorldFigures {
   double heading_within_3_sigma = 0.0;
 };
 
-/// What an outage of GPS cost.
+/// Errors in a GPS outage.
 struct OutageFigures {
   TimeInterval interval;
   double driven_m = 0.0;
-  tools::Summary horizontal_m;  ///< over all of it
+  tools::Summary horizontal_m;  ///< over the whole outage
   double end_horizontal_m = 0.0;
   double start_horizontal_m = 0.0;
-  double drift_percent = 0.0;  ///< horizontal error at the end, of the distance driven in it
+  double drift_percent =
+      0.0;  ///< horizontal error at the end in percent of the distance driven in it
   double nees_per_dof = 0.0;
 };
 
@@ -87,7 +90,8 @@ struct RunFigures {
   tools::Summary iterations;
   std::int64_t prior_matches = 0;
   std::map<std::string, NodeFigures> nodes;
-  /// From the arrival of a scan's last facet to the publication of the belief that knows it; live.
+  /// From the arrival of the last facet of a scan to the publication of the first belief that uses
+  /// it; live.
   std::optional<tools::Summary> chain_ms;
   std::vector<double> chain_samples_ms;
 };
@@ -97,20 +101,20 @@ struct RunFigures {
 /// @param pairs  estimate and truth at the scans
 [[nodiscard]] TrajectoryFigures trajectory_figures(const PosePairs& pairs);
 
-/// None without a truth, a datum, or a valid world pose.
+/// nullopt without a truth, a datum, or a valid world pose.
 [[nodiscard]] std::optional<WorldFigures> world_figures(const recording::RunLog& run,
                                                         const tools::Trajectory& truth,
                                                         const std::optional<Geodetic>& truth_datum);
 
-/// Where WM took no fix for longer than 2.5 s: from the last one to the next.
+/// Intervals longer than 2.5 s in which WM accepted no fix: from the last one to the next.
 [[nodiscard]] std::vector<TimeInterval> gps_outages(const recording::RunLog& run);
 
-/// The parts that two lists of intervals, each in order and disjoint, have in common.
+/// The intersection of two lists of intervals, each in order and disjoint.
 [[nodiscard]] std::vector<TimeInterval> common_intervals(const std::vector<TimeInterval>& a,
                                                          const std::vector<TimeInterval>& b);
 
-/// What WM fused within `interval`, its ends excluded: the INS where its data was not older than
-/// 1 s, any other source where WM accepted a measurement of it. By the fixed names and order of
+/// Sources that WM fused within `interval`, its ends excluded: the INS if its data was not older
+/// than 1 s, any other source if WM accepted a measurement of it. In the fixed names and order of
 /// "GPS", "LADAR", "a priori map", "wheel encoders", "INS" and "motion constraints" (the
 /// non-holonomic one, and zero velocity at standstill).
 [[nodiscard]] std::vector<std::string> fused_sources(const recording::RunLog& run,
@@ -118,7 +122,7 @@ struct RunFigures {
 
 [[nodiscard]] OutageFigures outage_figures(const WorldFigures& figures, const TimeInterval& outage);
 
-/// WM's world as the truth's world sees it: both are tangent planes, each at its own datum.
+/// Frame world of WM in frame world of the truth: tangent planes at different datums.
 [[nodiscard]] Pose between_worlds(const Geodetic& truth_datum, const Geodetic& world_datum);
 
 }  // namespace rcs::evaluation

@@ -1,5 +1,5 @@
 #pragma once
-// The figures of a run as tables for people and as JSON for programs.
+// The metrics of a run as tables and as JSON.
 
 #include <nlohmann/json.hpp>
 
@@ -13,7 +13,7 @@ using Json = nlohmann::ordered_json;
 [[nodiscard]] Json to_json(const RunFigures& f);
 [[nodiscard]] Json to_json(const TrajectoryFigures& f);
 [[nodiscard]] Json to_json(const WorldFigures& f);
-/// @param zero  of the outage's times
+/// @param zero  zero of the times of the outage
 [[nodiscard]] Json to_json(const OutageFigures& f, Stamp zero);
 
 [[nodiscard]] report::Table scan_table(const RunFigures& f);

@@ -21,7 +21,7 @@ void append(Samples* to, const Samples& from) {
   }
 }
 
-/// The way of a scan in its order: a hop that the first scan lacks must not come last.
+/// The hops of a scan in order, so that a hop that the first scan lacks is not listed last.
 Samples all_hops() {
   Samples hops;
   for (const char* name :
@@ -86,7 +86,7 @@ void ScanLatencyTrace::take(const registration_t& m) {
   account_ = m.account;
   if (m.target != registration_t::TARGET_ROLLING) return;
   const auto scan = scans_.find(m.utime);
-  // A new map after a failure is a second answer to the same scan.
+  // A new map after a failure gives a second result for the same scan.
   if (scan == scans_.end() || scan->second.answer) return;
   scan->second.answer = Answer{m.stop, m.degrade_level, m.facets_lost, m.latency_trace};
 }
@@ -154,8 +154,8 @@ ScanCounts ScanLatencyTrace::count() const {
       ++counts.full;
     }
   }
-  // Of the scans without an answer: some sp has answered, and the answer was lost on its way here;
-  // some sp has missed, and says so.
+  // Scans without a result: either the published result was lost in transmission, or sp missed the
+  // scan and reports it.
   const std::int64_t heard = counts.sent - silent;
   counts.not_heard = std::clamp<std::int64_t>(account_.answered - heard, 0, silent);
   counts.full += counts.not_heard;
@@ -170,7 +170,7 @@ void ScanLatencyTrace::trace(const Scan& scan, Samples* hops) const {
   note(hops, "first facet -> last facet, in sp",
        between(sp.first_facet_utime, sp.last_facet_utime));
   const Stamp arrival = from_utime(sp.last_facet_utime);
-  // Without its last facets the last that was sent is not the last that came.
+  // If the last facets are lost, the last facet sent is not the last one received.
   if (scan.answer->facets_lost == 0) {
     note(hops, "last facet sent -> arrival in sp", arrival - scan.last_sent);
   }
@@ -219,7 +219,7 @@ std::optional<Duration> ScanLatencyTrace::answering(std::int64_t start) const {
   if (cycle == cycles->second.by_start.end()) return std::nullopt;
   Duration sum{};
   for (const stage_t& stage : cycle->second.stage) {
-    // Facets were converted as they came, before this cycle but for the last.
+    // Facets are converted on arrival, all but the last before this cycle.
     const bool before = stage.name == "convert";
     const bool after = stage.name == "prior" || stage.name == "map" || stage.name == "publish";
     if (!before && !after) sum += Duration(stage.wall_us);

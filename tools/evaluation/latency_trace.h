@@ -1,6 +1,5 @@
 #pragma once
-// What became of every scan that was sent, and where its time went: put together from the messages
-// of the nodes. Pure.
+// Outcome and latencies of every scan that was sent, from the messages of the nodes. Pure.
 
 #include <cstdint>
 #include <map>
@@ -17,16 +16,16 @@
 
 namespace rcs::evaluation {
 
-/// Every scan is one of full, degraded, held, failed, dropped and unaccounted.
+/// Every scan is exactly one of full, degraded, held, failed, dropped and unaccounted.
 struct ScanCounts {
   std::int64_t sent = 0;
-  std::int64_t full = 0;         ///< registered, with all of the work
-  std::int64_t degraded = 0;     ///< registered, with some of the work left out
-  std::int64_t held = 0;         ///< answered without a registration
-  std::int64_t failed = 0;       ///< without a usable answer
-  std::int64_t dropped = 0;      ///< sp says that none of its facets came
-  std::int64_t unaccounted = 0;  ///< nobody says what became of it
-  /// Of the full ones: answered, says sp, but the answer was not heard here.
+  std::int64_t full = 0;         ///< registered with full work
+  std::int64_t degraded = 0;     ///< registered with reduced work
+  std::int64_t held = 0;         ///< result without a registration
+  std::int64_t failed = 0;       ///< without a usable result
+  std::int64_t dropped = 0;      ///< sp reports that none of its facets arrived
+  std::int64_t unaccounted = 0;  ///< no message accounts for it
+  /// Of the full ones: reported by sp, but the result was not received here.
   std::int64_t not_heard = 0;
   std::int64_t facets_sent = 0;
   std::int64_t facets_lost = 0;
@@ -36,7 +35,7 @@ struct ScanCounts {
 };
 
 struct NodeCounts {
-  std::int64_t accounts = 0;  ///< units of work: of sp a scan, of the others a cycle
+  std::int64_t accounts = 0;  ///< units of work: for sp scans, for the others cycles
   std::int64_t overruns = 0;  ///< cycles that ended after their deadline
   std::int64_t missed = 0;    ///< periods skipped
 
@@ -46,10 +45,10 @@ struct NodeCounts {
   }
 };
 
-/// Milliseconds by name, in the order in which they pass.
+/// Milliseconds by name, in temporal order.
 using Samples = std::vector<std::pair<std::string, std::vector<double>>>;
 
-/// The values of `name`, which are none when nothing was added.
+/// The values of `name`; empty if none was added.
 [[nodiscard]] const std::vector<double>& values_of(const Samples& samples, const std::string& name);
 
 inline constexpr char kToNavState[] = "last facet sent -> nav_state";
@@ -60,24 +59,24 @@ inline constexpr char kSpWork[] = "sp: start -> answer";
 struct BudgetRecord {
   ScanCounts scans;
   std::map<std::string, NodeCounts> nodes;
-  Samples hops;    ///< of the way of a scan, and of the whole way
-  Samples stages;  ///< wall time of each stage of each node, and how late it starts
+  Samples hops;    ///< of the hops of a scan, and of the whole chains
+  Samples stages;  ///< wall time of each stage of each node, and its start delay
   int laps = 0;
 
   void add(const BudgetRecord& other);
 };
 
-/// The books of one lap: of one life of the nodes.
+/// Accounting of one lap with one set of processes.
 class ScanLatencyTrace {
  public:
-  /// The player sent a facet; several of a scan in order of time.
+  /// A facet was sent; facets of a scan in order of time.
   void sent(std::int64_t reference_utime, Stamp at);
   void take(const registration_t& m);
   void take(const nav_state_t& m);
   void take(const drive_t& m);
   void take(const cycle_t& m);
 
-  /// When all has been taken that there is.
+  /// Call it after the last message.
   [[nodiscard]] BudgetRecord close() const;
 
  private:
@@ -90,7 +89,7 @@ class ScanLatencyTrace {
   struct Scan {
     Stamp last_sent;
     std::optional<Answer> answer;              ///< the first, to the rolling map
-    std::optional<latency_trace_t> believed;   ///< of the first belief that rests on it
+    std::optional<latency_trace_t> believed;   ///< of the first belief that uses it
     std::optional<latency_trace_t> driven_by;  ///< of the first drive command
   };
   struct Cycles {
@@ -100,9 +99,9 @@ class ScanLatencyTrace {
 
   [[nodiscard]] ScanCounts count() const;
   void trace(const Scan& scan, Samples* hops) const;
-  /// Wall time of a node's cycle; none when its account was not heard.
+  /// Wall time of a cycle of a node; nullopt if its cycle_t was not received.
   [[nodiscard]] std::optional<Duration> wall_of(const std::string& node, std::int64_t start) const;
-  /// Of sp until its answer to the rolling map is out; the a priori match comes after.
+  /// Time of sp until the result for the rolling map is published; the a priori match follows.
   [[nodiscard]] std::optional<Duration> answering(std::int64_t start) const;
 
   std::map<std::int64_t, Scan> scans_;  // by reference instant, which every latency_trace carries

@@ -42,14 +42,14 @@ std::vector<report::Shade> shades(const std::vector<TimeInterval>& outages, Stam
   return out;
 }
 
-/// Of run i, in every picture; orange is kept for the course without GPS.
+/// Colour of run i in every plot; orange is reserved for the course without GPS.
 report::Colour colour_of_run(std::size_t i) {
   constexpr report::Colour kOrder[] = {report::Colour::kBlue, report::Colour::kGreen,
                                        report::Colour::kPurple, report::Colour::kYellow};
   return kOrder[i % std::size(kOrder)];
 }
 
-/// What a course covers, and some more to each side; an estimate may lead out of it.
+/// The extent of a course with a margin; an estimate may leave it.
 std::optional<report::Window> around(const tools::Trajectory& course) {
   if (course.empty()) return std::nullopt;
   Vec2 low = course.front().T.p.head<2>();
@@ -73,7 +73,7 @@ struct HeightSum {
 constexpr std::int64_t kKeyBase = std::int64_t{1} << 31;
 std::int64_t key_of(std::int64_t i, std::int64_t j) { return (j << 32) + i + kKeyBase; }
 
-/// By row and column, those of one cell added up: the order of the sums is that of the cells given.
+/// Sorts by row and column and adds the values of one cell in the order given.
 std::vector<HeightSum> merged(std::vector<HeightSum> cells) {
   std::stable_sort(cells.begin(), cells.end(), [](const HeightSum& a, const HeightSum& b) {
     return a.j != b.j ? a.j < b.j : a.i < b.i;
@@ -163,7 +163,7 @@ std::vector<report::Plot> error_plots(const WorldFigures& figures,
     plot.y_from_zero = kind.magnitude;
     plot.shades = shades(outages, zero);
     report::Series band{
-        "3 sigma, as WM claims", report::Colour::kBlue, report::SeriesStyle::kBand, {}, {}, {}};
+        "3 sigma of WM", report::Colour::kBlue, report::SeriesStyle::kBand, {}, {}, {}};
     report::Series error{"error", report::Colour::kBlue, report::SeriesStyle::kLine, {}, {}, {}};
     for (const WorldError& e : figures.errors) {
       const double t_s = seconds(e.stamp - zero);
@@ -201,7 +201,7 @@ report::Plot comparison_plot(const std::vector<std::pair<std::string, const Worl
 
 report::Plot aligned_error_plot(const PosePairs& pairs, const Pose& T_truth_estimate) {
   report::Plot plot;
-  plot.title = "Distance from the truth along the course, after alignment";
+  plot.title = "Position error along the course, after alignment";
   plot.x_label = "distance driven [m]";
   plot.y_label = "[m]";
   plot.height_px = 250;
@@ -256,7 +256,7 @@ Result<report::CellMap> read_map(const std::string& log_path, const tools::Traje
     heights_m.push_back(height_m);
   }
   if (map.cells.empty()) return Error{log_path + ": no points of SP (SP_POINTS)"};
-  // A few tree tops must not use up the colours.
+  // A few tree tops must not dominate the colour scale.
   std::sort(heights_m.begin(), heights_m.end());
   const double low_m = tools::percentile(heights_m, 0.01);
   const double high_m = tools::percentile(heights_m, 0.99);
@@ -266,7 +266,7 @@ Result<report::CellMap> read_map(const std::string& log_path, const tools::Traje
 
 report::Plot map_plot(report::CellMap map, const tools::Trajectory& poses, recording::Frame frame) {
   report::Plot plot;
-  plot.title = fmt::format("Map: SP's points from above, mean height of {:g} m cells", map.cell);
+  plot.title = fmt::format("Map: points of SP from above, mean height of {:g} m cells", map.cell);
   plot.x_label = frame == recording::Frame::kWorld ? "east [m]" : "x [m]";
   plot.y_label = frame == recording::Frame::kWorld ? "north [m]" : "y [m]";
   plot.height_px = 560;

@@ -24,14 +24,14 @@ std::string joined(const std::vector<std::string>& names, std::string_view separ
   return text;
 }
 
-/// Without the LADAR and what it alone brings.
+/// The sources without the LADAR and the a priori map, which requires it.
 std::vector<std::string> others(std::vector<std::string> fused) {
   const auto of_ladar = [](const std::string& s) { return s == "LADAR" || s == "a priori map"; };
   fused.erase(std::remove_if(fused.begin(), fused.end(), of_ladar), fused.end());
   return fused;
 }
 
-/// Two runs that differ by the LADAR alone in one outage.
+/// Two runs that differ only by the LADAR in one outage.
 struct LadarPair {
   double with_m = 0.0;  ///< RMS
   double without_m = 0.0;
@@ -84,7 +84,7 @@ ComparedRun compare_run(const std::string& name, const recording::RunLog& log,
 }
 
 report::Table comparison_table(const std::vector<ComparedRun>& runs) {
-  report::Table t{{"run: what it fuses while GPS is denied", "with GPS, rms [m]", "denied: rms [m]",
+  report::Table t{{"run: sources fused while GPS is denied", "with GPS, rms [m]", "denied: rms [m]",
                    "95 % [m]", "max [m]", "at the end [m]", "rms / distance"},
                   {}};
   for (const ComparedRun& run : runs) {
@@ -121,13 +121,13 @@ std::string comparison_text(const std::vector<ComparedRun>& runs) {
     const OutageFigures& o = runs.front().outages[k];
     std::string errors;
     for (const LadarPair& pair : ladar_pairs(runs, k)) {
-      errors += fmt::format("{}{:.2f} m and {:.2f} m beside {}", errors.empty() ? "" : "; ",
+      errors += fmt::format("{}{:.2f} m and {:.2f} m (with {})", errors.empty() ? "" : "; ",
                             pair.with_m, pair.without_m, joined(pair.beside, ", "));
     }
     if (errors.empty()) continue;
     text += fmt::format(
-        "{}Look at the rms of rows that differ by the LADAR alone: over {:.0f} s and {:.0f} m "
-        "without GPS, with the LADAR and without it, {}.",
+        "{}Contribution of the LADAR: over {:.0f} s and {:.0f} m without GPS the rms error with "
+        "and without the LADAR, other sensors being equal, is {}.",
         text.empty() ? "" : "\n", seconds(o.interval.to - o.interval.from), o.driven_m, errors);
   }
   return text;

@@ -1,6 +1,6 @@
 #pragma once
-// Runs of one drive side by side: what each fused while GPS was denied, and its horizontal error
-// over the whole outage. Pure functions.
+// Comparison of runs of one drive: sources fused while GPS was denied, and horizontal error over
+// the whole outage. Pure functions.
 
 #include <optional>
 #include <string>
@@ -12,7 +12,7 @@
 
 namespace rcs::evaluation {
 
-/// One run against the truth.
+/// Errors of one run.
 struct ComparedRun {
   std::string name;
   tools::Summary with_gps_m;  ///< horizontal error outside the outages
@@ -26,18 +26,18 @@ struct ComparedRun {
                                       const WorldFigures& world,
                                       const std::vector<TimeInterval>& outages);
 
-/// One row for each run and outage; for each run without an outage.
+/// One row for each run and outage; one for each run if there is no outage.
 [[nodiscard]] report::Table comparison_table(const std::vector<ComparedRun>& runs);
 
-/// In pairs of runs that differ by the LADAR alone (and the a priori map, which needs it): the RMS
-/// error without it over that with it. The largest of the pairs, in the outage where that is
-/// smallest; none without such a pair in each outage, or without an outage.
+/// For pairs of runs that differ only by the LADAR (and the a priori map, which requires it): the
+/// RMS error without it over that with it. The maximum over the pairs, in the outage where that is
+/// smallest; nullopt without an outage or if an outage has no such pair.
 [[nodiscard]] std::optional<double> ladar_factor(const std::vector<ComparedRun>& runs);
 
 /// A sentence for each outage with such a pair: the errors with and without the LADAR.
 [[nodiscard]] std::string comparison_text(const std::vector<ComparedRun>& runs);
 
-/// @param zero  of the outages' times
+/// @param zero  zero of the times of the outages
 [[nodiscard]] Json to_json(const ComparedRun& run, Stamp zero);
 
 }  // namespace rcs::evaluation

@@ -8,10 +8,10 @@ namespace rcs::evaluation {
 namespace {
 
 constexpr std::size_t kMaxText = 400;
-/// Of a window: more than any node has cycles in it.
+/// Limit of the samples in a window; no node has more cycles in it.
 constexpr std::size_t kMaxLooks = 20'000;
 
-/// Moments and counts of a message may be anything; their differences must fit.
+/// Times and counts of a message may have any value; their differences must not overflow.
 std::int64_t bounded(std::int64_t value) {
   constexpr std::int64_t kFar = std::int64_t{1} << 60;
   return std::clamp(value, -kFar, kFar);
@@ -52,7 +52,7 @@ std::string printable(std::string_view text) {
 
 void RateWindow::add(Stamp arrival, std::int64_t counted) {
   const std::int64_t count = bounded(counted);
-  // It counts from anew: another process.
+  // The count restarts: another process.
   if (!looks_.empty() && count < looks_.back().count) looks_.clear();
   looks_.push_back({arrival, count});
   if (looks_.size() > kMaxLooks) looks_.pop_front();
@@ -135,7 +135,7 @@ void TopModel::on_status(const status_t& m, Stamp arrival) { status_ = {arrival,
 
 void TopModel::view_work(NodeState* n) const {
   TopView::Node& f = n->figures;
-  f.used_p50 = f.used_max = f.least_slack = std::nullopt;
+  f.used_p50 = f.used_max = f.min_slack = std::nullopt;
   if (n->work.empty()) return;
   std::vector<Duration> used;
   Duration least = Duration::max();
@@ -147,7 +147,7 @@ void TopModel::view_work(NodeState* n) const {
   std::nth_element(used.begin(), middle, used.end());
   f.used_p50 = *middle;
   f.used_max = *std::max_element(used.begin(), used.end());
-  f.least_slack = least;
+  f.min_slack = least;
 }
 
 TopView TopModel::view(Stamp now) {

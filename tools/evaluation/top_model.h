@@ -1,6 +1,5 @@
 #pragma once
-// What `rcs top` knows: the newest of what every node says about itself, and a window of its
-// cycles.
+// State of `rcs top`: the newest status of every node, and a window of its cycles.
 
 #include <cstdint>
 #include <deque>
@@ -19,16 +18,16 @@
 
 namespace rcs::evaluation {
 
-/// What a message says may hold anything, and a terminal obeys control characters: short, and
-/// ASCII.
+/// Truncates a text and replaces control characters, which a terminal would execute, and non-ASCII
+/// characters.
 [[nodiscard]] std::string printable(std::string_view text);
 
-/// A count that grows, watched over a window of time.
+/// A growing count, observed over a window of time.
 class RateWindow {
  public:
   void add(Stamp arrival, std::int64_t counted);
   void forget_before(Stamp oldest);
-  /// [1/s] over the window; none with fewer than two looks at it.
+  /// [1/s] over the window; nullopt with fewer than two observations.
   [[nodiscard]] std::optional<double> rate() const;
 
  private:
@@ -39,19 +38,19 @@ class RateWindow {
   std::deque<Look> looks_;
 };
 
-/// The figures of a screen; ages and rates are as of when they were asked for.
+/// The values on the screen; ages and rates are relative to the time of the call.
 struct TopView {
   struct Input {
     std::string channel;
     std::optional<double> rate_hz;
-    std::optional<Duration> age;  ///< none: nothing has come yet
+    std::optional<Duration> age;  ///< nullopt: nothing received yet
     std::int64_t dropped = 0;
     std::int64_t gaps = 0;
     std::int64_t malformed = 0;
   };
   struct Node {
     std::string name;
-    std::optional<Duration> heard;  ///< since its last process_t; none: there was none
+    std::optional<Duration> heard;  ///< since its last process_t; nullopt: none received
     bool alive = false;
     std::int64_t pid = 0;
     Duration up{};
@@ -66,7 +65,7 @@ struct TopView {
     std::optional<Duration> used_p50;  ///< wall time, over the window
     std::optional<Duration> used_max;
     std::optional<Duration> budget;
-    std::optional<Duration> least_slack;
+    std::optional<Duration> min_slack;
     std::int64_t overruns = 0;
     std::int64_t missed = 0;
     std::int8_t degrade_level = 0;
@@ -85,7 +84,7 @@ struct TopView {
     int map_epoch = 0;
     struct Age {
       std::string source;
-      std::optional<Duration> age;  ///< since the last accepted; none: never
+      std::optional<Duration> age;  ///< since the last accepted; nullopt: never
     };
     std::vector<Age> ages;
   };
@@ -108,12 +107,12 @@ struct TopView {
   std::vector<Node> nodes;  ///< by name
   std::optional<Nav> nav;
   std::optional<Status> status;
-  std::vector<Event> events;                      ///< the newest first
+  std::vector<Event> events;                      ///< newest first
   std::map<std::string, std::int64_t> malformed;  ///< messages by channel, as subscribed
 };
 
-/// Never trusts a message: text is made printable and short, the number of nodes, inputs and events
-/// is bounded.
+/// Messages are not assumed valid: texts are sanitized, the numbers of nodes, inputs and events are
+/// bounded.
 class TopModel {
  public:
   static constexpr Duration kWindow = std::chrono::seconds(5);
@@ -139,7 +138,7 @@ class TopModel {
   };
   struct InputState {
     RateWindow received;
-    Stamp last;  // message, by the age that the node told
+    Stamp last;  // of a message, from the age reported by the node
     bool any = false;
     TopView::Input figures;
   };
@@ -163,7 +162,7 @@ class TopModel {
   void view_work(NodeState* n) const;
 
   std::map<std::string, NodeState> nodes_;
-  std::deque<Heard<event_t>> events_;  // the newest first
+  std::deque<Heard<event_t>> events_;  // newest first
   std::optional<Heard<nav_state_t>> nav_;
   std::optional<Heard<status_t>> status_;
   std::map<std::string, std::int64_t> malformed_;

@@ -10,7 +10,7 @@ namespace {
 
 double angle(const Quat& q) { return log_so3(q).norm(); }
 
-/// Error of the motion from pair i to pair j, seen in the vehicle at j.
+/// Error of the motion from pair i to pair j, in the vehicle frame at j.
 Pose motion_error(const PosePairs& pairs, std::size_t i, std::size_t j) {
   const Pose T_truth = pairs.truth[i].inverse() * pairs.truth[j];
   const Pose T_estimate = pairs.estimate[i].inverse() * pairs.estimate[j];

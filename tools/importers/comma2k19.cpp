@@ -29,7 +29,7 @@ StreamMap boot_seconds(const char* file) {
   return stream;
 }
 
-/// The files' columns. The device's axes are forward, right, down.
+/// The columns of the files. The axes of the device are forward, right, down.
 ImuGpsMap column_map(const CommaSetup& setup) {
   ImuGpsMap map;
   ImuMap& imu = map.imu.emplace();
@@ -45,7 +45,7 @@ ImuGpsMap column_map(const CommaSetup& setup) {
   if (setup.receiver_stamps) gps.receiver = StampColumn{"utc_ms", 1e-3, false};
   gps.lat = "lat_deg";
   gps.lon = "lon_deg";
-  gps.height = "alt_m";  // within a metre of the truth's, so above the ellipsoid
+  gps.height = "alt_m";  // within a metre of the truth, hence above the ellipsoid
   gps.speed = "speed_mps";
   gps.course = "bearing_deg";
   gps.sigma_speed_mps = setup.gps_sigma_speed_mps;
@@ -53,7 +53,7 @@ ImuGpsMap column_map(const CommaSetup& setup) {
 
   WheelMap& wheels = map.wheels.emplace();
   wheels.stream = boot_seconds(kWheels);
-  wheels.speed = {"rl", "rr"};  // those that do not steer
+  wheels.speed = {"rl", "rr"};  // the rear wheels, which are not steered
   wheels.sigma_speed_mps = setup.wheel_sigma_speed_mps;
   return map;
 }
@@ -67,14 +67,14 @@ Pose T_equator_ecef() {
   return {Quat(R), Vec3(0.0, 0.0, -kEquatorialRadius_m)};
 }
 
-struct TruthRow {
+struct ReferenceRow {
   Stamp stamp;
   Pose T_ecef_vehicle;
   Vec3 v_ecef;
 };
 
-Result<std::vector<TruthRow>> truth_rows(const tools::CsvTable& table, const CommaSetup& setup,
-                                         RowCounts* counts) {
+Result<std::vector<ReferenceRow>> truth_rows(const tools::CsvTable& table, const CommaSetup& setup,
+                                             RowCounts* counts) {
   constexpr std::array<const char*, 10> kNames = {
       "ecef_x", "ecef_y", "ecef_z", "vx_ecef", "vy_ecef", "vz_ecef", "qw", "qx", "qy", "qz"};
   const Result<std::vector<std::optional<Stamp>>> stamps = stamps_of(table, {"t", 1.0, false});
@@ -87,7 +87,7 @@ Result<std::vector<TruthRow>> truth_rows(const tools::CsvTable& table, const Com
   }
   const Quat q_frd_flu(0.0, 1.0, 0.0, 0.0);  // half a turn about forward
   const Quat q_flu_vehicle = mount(setup).conjugate();
-  std::vector<TruthRow> rows;
+  std::vector<ReferenceRow> rows;
   for (std::size_t row = 0; row < table.rows(); ++row) {
     ++counts->rows;
     const auto at = [&](std::size_t i) { return columns[i][row]; };
@@ -109,20 +109,20 @@ Result<std::vector<TruthRow>> truth_rows(const tools::CsvTable& table, const Com
 
 Outcome add_truth(const tools::CsvTable& table, const CommaSetup& setup, recording::SensorLog* log,
                   RowCounts* counts) {
-  const Result<std::vector<TruthRow>> rows = truth_rows(table, setup, counts);
+  const Result<std::vector<ReferenceRow>> rows = truth_rows(table, setup, counts);
   if (!rows) return rows.error();
-  if (rows->empty()) return Error{table.name() + ": no row is whole"};
+  if (rows->empty()) return Error{table.name() + ": no complete row"};
   const LocalFrame equator(Geodetic{});
   const Geodetic datum = equator.to_geodetic(T_equator_ecef() * rows->front().T_ecef_vehicle.p);
   if (!plausible(datum)) {
-    return Error{table.name() + ": ecef_x, ecef_y, ecef_z are not a place on the earth"};
+    return Error{table.name() + ": ecef_x, ecef_y, ecef_z are not a position on the earth"};
   }
   const Pose T_world_ecef = LocalFrame(datum).from(equator) * T_equator_ecef();
   Stamp arrival = rows->front().stamp;
   for (std::size_t i = 0; i < rows->size(); ++i) {
-    const TruthRow& row = (*rows)[i];
-    const TruthRow& before = (*rows)[i > 0 ? i - 1 : i];
-    const TruthRow& after = (*rows)[std::min(i + 1, rows->size() - 1)];
+    const ReferenceRow& row = (*rows)[i];
+    const ReferenceRow& before = (*rows)[i > 0 ? i - 1 : i];
+    const ReferenceRow& after = (*rows)[std::min(i + 1, rows->size() - 1)];
     const double dt_s = seconds(after.stamp - before.stamp);
     truth_t m{};
     m.utime = to_utime(row.stamp);
@@ -133,7 +133,7 @@ Outcome add_truth(const tools::CsvTable& table, const CommaSetup& setup, recordi
     m.datum_lat_deg = degrees(datum.lat_rad);
     m.datum_lon_deg = degrees(datum.lon_rad);
     m.datum_height_m = datum.height.m;
-    m.clearance_m = 1000.0;  // nothing is known of obstacles
+    m.clearance_m = 1000.0;  // obstacles are unknown
     arrival = std::max(arrival, row.stamp);
     log->add(arrival, m);
     ++counts->written;
@@ -143,7 +143,7 @@ Outcome add_truth(const tools::CsvTable& table, const CommaSetup& setup, recordi
 
 struct TruthTrack {
   tools::Trajectory poses;
-  tools::Trajectory velocities;  // as places, to be interpolated likewise
+  tools::Trajectory velocities;  // stored as positions, for interpolation
   std::optional<LocalFrame> world;
 };
 
@@ -196,7 +196,7 @@ Result<SetupCheck> check_setup(const recording::SensorLog& log, Duration begin, 
   constexpr double kSlow_mps = 2.0;
   constexpr Duration kMaxGap = std::chrono::milliseconds(250);
   const TruthTrack track = track_of(log);
-  if (track.poses.empty()) return Error{"no truth to measure by"};
+  if (track.poses.empty()) return Error{"no truth in the interval"};
   const Stamp from = track.poses.front().stamp + begin;
   const auto inside = [&](Stamp t) { return t >= from && t < from + length; };
 
@@ -206,7 +206,7 @@ Result<SetupCheck> check_setup(const recording::SensorLog& log, Duration begin, 
     if (!inside(track.poses[i].stamp)) continue;
     v_vehicle += track.poses[i].T.q.conjugate() * track.velocities[i].T.p;
   }
-  // Forward, turned by Rz(yaw) Ry(pitch), is where it drives.
+  // The direction of motion is forward, rotated by Rz(yaw) Ry(pitch).
   check.mount_pitch_rad = std::atan2(v_vehicle.z(), v_vehicle.x());
   check.mount_yaw_rad = -std::atan2(v_vehicle.y(), std::hypot(v_vehicle.x(), v_vehicle.z()));
 
@@ -233,8 +233,8 @@ Result<SetupCheck> check_setup(const recording::SensorLog& log, Duration begin, 
   }
   check.fixes = samples.size();
   if (check.fixes < kFewest) {
-    return Error{fmt::format("{} fixes at more than {} m/s beside a truth: too few to measure by",
-                             check.fixes, kSlow_mps)};
+    return Error{
+        fmt::format("{} fixes at more than {} m/s with a truth: too few", check.fixes, kSlow_mps)};
   }
   const double n = static_cast<double>(check.fixes);
   check.raw_rms_m = std::sqrt(check.raw_rms_m / n);

@@ -21,7 +21,7 @@ bool ends_with(const std::string& text, const std::string& end) {
   return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
 }
 
-/// Finds tables by their names' ends, and knows which were never asked for.
+/// Finds tables by the ends of their names, and records which are not used.
 class Tables {
  public:
   explicit Tables(const std::vector<tools::CsvTable>& tables)
@@ -32,19 +32,20 @@ class Tables {
     for (std::size_t i = 0; i < tables_.size(); ++i) {
       if (!ends_with(tables_[i].name(), file)) continue;
       if (found) {
-        return file.empty() ? Error{"the map must say which file is which: add the key file"}
+        return file.empty() ? Error{"several files: the column file must assign them (key file)"}
                             : Error{fmt::format("two files end in '{}'", file)};
       }
       found = i;
     }
-    if (!found) return Error{fmt::format("the map wants a file whose name ends in '{}'", file)};
+    if (!found)
+      return Error{fmt::format("the column file requires a file whose name ends in '{}'", file)};
     used_[*found] = true;
     return &tables_[*found];
   }
 
   [[nodiscard]] Outcome all_used() const {
     for (std::size_t i = 0; i < tables_.size(); ++i) {
-      if (!used_[i]) return Error{tables_[i].name() + ": the map has no use for this file"};
+      if (!used_[i]) return Error{tables_[i].name() + ": the column file does not use this file"};
     }
     return Done{};
   }
@@ -54,7 +55,7 @@ class Tables {
   std::vector<bool> used_;
 };
 
-/// Columns of one table, read on demand; the first error stays.
+/// Columns of one table, read on demand; keeps the first error.
 class Columns {
  public:
   explicit Columns(const tools::CsvTable* table) : table_(table) {}
@@ -97,10 +98,10 @@ Vec3 at(const std::array<Column, 3>& columns, std::size_t row) {
   return {columns[0][row], columns[1][row], columns[2][row]};
 }
 
-/// Time of arrival of a sensor's rows: it does not run backward.
+/// Time of arrival of the rows of a sensor; it does not run backward.
 class Arrival {
  public:
-  /// @return true: the stamp is after all before it
+  /// @return true if the stamp is after all previous ones
   bool take(Stamp stamp) {
     const bool forward = !newest_ || stamp > *newest_;
     if (forward) newest_ = stamp;
@@ -164,7 +165,7 @@ Outcome add_imu(const ImuMap& map, Tables* tables, recording::SensorLog* log, Ro
   return Done{};
 }
 
-/// A receiver's row: what the file says, in our units.
+/// A row of a receiver, in SI units.
 struct FixRow {
   double lat_deg, lon_deg, height_m;
   Vec3 sigma_m;
@@ -305,7 +306,7 @@ Outcome add_wheels(const WheelMap& map, Tables* tables, recording::SensorLog* lo
   return Done{};
 }
 
-/// Digits hhmmssmmm as seconds of the day; none: no such time.
+/// Digits hhmmssmmm as seconds of the day; nullopt: invalid time.
 std::optional<double> time_of_day_s(double digits) {
   if (!(digits >= 0.0 && digits < 240'000'000.0)) return std::nullopt;
   const auto n = static_cast<std::int64_t>(std::llround(digits));
@@ -317,7 +318,8 @@ std::optional<double> time_of_day_s(double digits) {
 }  // namespace
 
 Stamp ReceiverClock::device_time(Stamp arrival, Duration receiver) {
-  constexpr Duration kLongest = std::chrono::seconds(30);  // that a message was ever under way
+  constexpr Duration kLongest =
+      std::chrono::seconds(30);  // bound of the transport delay of a message
   const Stamp origin = arrival - receiver;
   if (origin_ && (origin > *origin_ + kLongest || origin < *origin_ - kLongest)) {
     origin_.reset();
@@ -342,7 +344,7 @@ InsIntegrator::Step InsIntegrator::add(Stamp stamp, const Vec3& rate, const Vec3
     if (since > max_gap_) return Step::kGap;
     interval_ = since;
   }
-  if (interval_ == Duration::zero()) return Step::kFirst;  // nothing says how long it holds
+  if (interval_ == Duration::zero()) return Step::kFirst;  // its interval is unknown
   *out = ins_t{};
   out->utime = to_utime(stamp);
   out->interval_us = static_cast<std::int32_t>(interval_.count());
@@ -354,7 +356,7 @@ InsIntegrator::Step InsIntegrator::add(Stamp stamp, const Vec3& rate, const Vec3
 
 Result<std::vector<std::optional<Stamp>>> stamps_of(const tools::CsvTable& table,
                                                     const StampColumn& column) {
-  constexpr double kFarthest_s = 9e9;  // of any epoch: beyond what a message may say
+  constexpr double kFarthest_s = 9e9;  // of any epoch: bound of stamps
   const Result<Column> numbers = table.numbers(column.column);
   if (!numbers) return numbers.error();
   Stamps stamps(table.rows());
@@ -363,8 +365,8 @@ Result<std::vector<std::optional<Stamp>>> stamps_of(const tools::CsvTable& table
     if (!std::isfinite(v)) continue;
     const std::optional<double> s = column.time_of_day ? time_of_day_s(v) : v * column.unit_s;
     if (!s || std::abs(*s) > kFarthest_s) {
-      return Error{fmt::format("{}: column '{}': {} is no time{}", table.place(row), column.column,
-                               v, column.time_of_day ? " of day (hhmmssmmm)" : "")};
+      return Error{fmt::format("{}: column '{}': {} is not a time{}", table.place(row),
+                               column.column, v, column.time_of_day ? " of day (hhmmssmmm)" : "")};
     }
     stamps[row] = Stamp(from_seconds(*s));
   }

@@ -1,5 +1,5 @@
 #pragma once
-// Tables of an IMU, a GPS receiver and wheels as messages. Pure.
+// Converts tables of an IMU, a GPS receiver and wheels to messages. Pure.
 
 #include <cstdint>
 #include <optional>
@@ -13,7 +13,7 @@
 
 namespace rcs::importers {
 
-/// What became of a sensor's rows.
+/// Counts of the rows of a sensor.
 struct RowCounts {
   std::int64_t rows = 0;
   std::int64_t written = 0;
@@ -21,11 +21,11 @@ struct RowCounts {
   std::int64_t backward = 0;          ///< written: stamp not after the newest before it
   std::int64_t gaps = 0;              ///< of an IMU: not bridged
   std::int64_t unpaired = 0;          ///< of an IMU in two files: skipped
-  std::int64_t unchanged = 0;         ///< of GPS: skipped, the fix before once more
-  std::int64_t no_fix = 0;            ///< of GPS: skipped, the receiver says so
-  std::int64_t implausible = 0;       ///< of GPS: skipped, not a place on the earth
+  std::int64_t unchanged = 0;         ///< of GPS: skipped, a repetition of the previous fix
+  std::int64_t no_fix = 0;            ///< of GPS: skipped, no fix by the status
+  std::int64_t implausible = 0;       ///< of GPS: skipped, invalid position or sigma
   std::int64_t without_velocity = 0;  ///< of GPS: written, but speed or course was missing
-  std::int64_t clock_steps = 0;       ///< of the receiver's clock against the device's
+  std::int64_t clock_steps = 0;       ///< of the clock of the receiver against that of the device
 };
 
 struct ImportCounts {
@@ -34,14 +34,14 @@ struct ImportCounts {
   std::optional<RowCounts> wheels;
 };
 
-/// The device's time of what a receiver stamps by a clock of its own. A message is late by a
-/// varying time and never early, so the offset between the clocks is the least that was seen so
-/// far. Good while the clocks drift apart by less than what counts: some minutes.
+/// Maps stamps of a receiver to the clock of the device. Delays of messages vary and are never
+/// negative, so the offset between the clocks is the minimum observed so far. Valid for some
+/// minutes, while the drift of the clocks is negligible.
 class ReceiverClock {
  public:
-  /// @param receiver  time by the receiver's clock, of any origin
+  /// @param receiver  time by the clock of the receiver, of any origin
   [[nodiscard]] Stamp device_time(Stamp arrival, Duration receiver);
-  /// Starts anew: offsets that no transport explains (midnight, a clock that is set).
+  /// Restarts at offsets that no delay explains (midnight, a clock that is set).
   [[nodiscard]] std::int64_t steps() const { return steps_; }
 
  private:
@@ -49,9 +49,9 @@ class ReceiverClock {
   std::int64_t steps_ = 0;
 };
 
-/// Samples of rate and specific force as increments: the integral of the straight line from the
-/// newest sample to the next. A sample that is not after the newest counts as held for as long as
-/// the interval before.
+/// Converts samples of rate and specific force to increments: the integral of the linear
+/// interpolation from the newest sample to the next. A sample that is not after the newest is held
+/// for the duration of the previous interval.
 class InsIntegrator {
  public:
   explicit InsIntegrator(Duration max_gap) : max_gap_(max_gap) {}
@@ -68,14 +68,14 @@ class InsIntegrator {
   Duration interval_{};
 };
 
-/// Adds all that the map names to `log`. Stamps that run backward stay as they are; what follows
-/// them arrives no earlier.
-/// @return an error that names file, line and column; or the file that is missing or not used
+/// Adds all sensors of the map to `log`. Stamps that run backward are kept; arrivals never run
+/// backward.
+/// @return an error with file, line and column; or with the file that is missing or not used
 [[nodiscard]] Result<ImportCounts> import_imu_gps(const ImuGpsMap& map,
                                                   const std::vector<tools::CsvTable>& tables,
                                                   recording::SensorLog* log);
 
-/// A column of stamps as times; where it is missing, none.
+/// A column of stamps as times; nullopt for missing ones.
 [[nodiscard]] Result<std::vector<std::optional<Stamp>>> stamps_of(const tools::CsvTable& table,
                                                                   const StampColumn& column);
 

@@ -33,14 +33,14 @@ double size_of(const std::array<Unit, N>& units, const std::string& name) {
   for (const Unit& u : units) {
     if (name == u.name) return u.size;
   }
-  return 1.0;  // a refused name: the file is refused
+  return 1.0;  // invalid name: the file is rejected
 }
 
 void must_have(ParamTable* table, std::string_view key, std::string_view what) {
   if (!table->has(key)) table->fail(key, fmt::format("is missing: {}", what));
 }
 
-/// A unit has no default: a file in another one would be taken in silently.
+/// Units have no default, so that no file is imported silently in a wrong unit.
 template <std::size_t N>
 void get_unit(ParamTable* table, std::string_view key, const std::array<Unit, N>& units,
               double* size, std::string_view meaning) {
@@ -62,8 +62,8 @@ void get_column(ParamTable* table, std::string_view key, std::string* column,
 void get_axes(ParamTable* table, std::string_view key, std::array<SignedColumn, 3>* axes,
               std::string_view meaning) {
   constexpr std::string_view kWhat =
-      "three columns, those of the vehicle's forward, left and up axes, each with a - before it "
-      "when it is to be turned round";
+      "three columns, for the forward, left and up axes of the vehicle, each with a leading - to "
+      "invert it";
   must_have(table, key, kWhat);
   std::vector<std::string> names;
   table->get(key, &names, meaning);
@@ -151,7 +151,7 @@ void read_gps_sigma(ParamTable* table, GpsMap* m) {
   m->variances = kind == "variance";
   const bool columns = table->has("sigma_columns");
   if (columns == table->has("sigma_m")) {
-    table->fail("sigma_m", columns ? "is given beside sigma_columns: which holds?"
+    table->fail("sigma_m", columns ? "and sigma_columns are both given: use one"
                                    : "is missing: three numbers (east, north, up), or "
                                      "sigma_columns; WM weighs fixes by it");
   }
@@ -159,7 +159,7 @@ void read_gps_sigma(ParamTable* table, GpsMap* m) {
     table->fail("sigma_columns", "must be three columns: east, north, up");
   }
   for (const char* key : {"sigma_columns_are", "sigma_scale"}) {
-    if (!columns && table->has(key)) table->fail(key, "is of no use without sigma_columns");
+    if (!columns && table->has(key)) table->fail(key, "requires sigma_columns");
   }
 }
 
@@ -185,7 +185,7 @@ GpsMap read_gps(ParamTable table) {
             "Geoid undulation (geoid above ellipsoid) in the area, for orthometric heights.");
   if (!m.ellipsoidal) must_have(&table, "undulation_m", "of the geoid above the ellipsoid there");
   if (m.ellipsoidal && table.has("undulation_m")) {
-    table.fail("undulation_m", "is of no use to ellipsoidal heights");
+    table.fail("undulation_m", "must not be given for ellipsoidal heights");
   }
   table.get(
       "speed", &m.speed,
@@ -223,7 +223,7 @@ GpsMap read_gps(ParamTable table) {
 WheelMap read_wheels(ParamTable table) {
   WheelMap m;
   get_stream(&table, &m.stream);
-  must_have(&table, "speed", "a list of columns; their mean is taken");
+  must_have(&table, "speed", "a list of columns; their mean is used");
   table.get("speed", &m.speed,
             "Columns of the wheel speeds; their mean is the speed of the vehicle.");
   if (table.has("speed") && m.speed.empty()) table.fail("speed", "names no column");
@@ -252,7 +252,7 @@ Result<ImuGpsMap> load_imu_gps_map(const ParamFile& file) {
   if (root.has("odometry")) map.wheels = read_wheels(root.table("odometry"));
   if (Outcome read_all = file.finish({}); !read_all) return read_all.error();
   if (!map.imu && !map.gps && !map.wheels) {
-    return Error{file.name() + ": no sensor: [imu], [gps] or [odometry] is wanted"};
+    return Error{file.name() + ": no sensor: [imu], [gps] or [odometry] is required"};
   }
   return map;
 }

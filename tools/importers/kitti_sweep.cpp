@@ -123,7 +123,7 @@ gps_fix_t to_fix(const Pose& T_odom_imu, const OdomOrigin& origin, Stamp stamp, 
   m.undulation_m = std::numeric_limits<double>::quiet_NaN();
   for (double& sigma : m.sigma_enu_m) sigma = sigma_m;
   m.fix_type = gps_fix_t::FIX_DIFFERENTIAL;
-  // The poses do not tell the satellites; these are typical of an open street.
+  // The poses have no number of satellites; these values are typical of an open street.
   m.satellites = 8;
   m.hdop = 1.0;
   m.vdop = 1.5;

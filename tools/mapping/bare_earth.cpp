@@ -12,7 +12,8 @@ namespace {
 constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
 constexpr float kHighest = std::numeric_limits<float>::infinity();
 
-/// The least of each window of 2 r + 1 along a line, in three comparisons a value (van Herk, 1992).
+/// The minimum of each window of 2 r + 1 along a line, three comparisons per value (van Herk,
+/// 1992).
 class LineFilter {
  public:
   /// @param at  n values, `stride` apart
@@ -42,7 +43,7 @@ class LineFilter {
   std::vector<float> value_, forth_, back_;
 };
 
-/// The least in the square around each cell.
+/// The minimum in the square around each cell.
 void erode(std::vector<float>* z, int width, int height, int r) {
   LineFilter line;
   for (int j = 0; j < height; ++j) {
@@ -51,7 +52,7 @@ void erode(std::vector<float>* z, int width, int height, int r) {
   for (int i = 0; i < width; ++i) line.least(z->data() + i, height, width, r);
 }
 
-/// The highest surface of squares of that size that fits under z; infinite: no cell is near.
+/// Morphological opening of z by squares of that size; infinite: no cell is near.
 std::vector<float> opened(const std::vector<float>& z, int width, int height, int r) {
   std::vector<float> out = z;
   erode(&out, width, height, r);
@@ -61,7 +62,7 @@ std::vector<float> opened(const std::vector<float>& z, int width, int height, in
   return out;
 }
 
-/// Flags cells that are higher than what their surroundings allow, in windows that grow.
+/// Flags cells above the opened surface by more than the slope allows, with growing windows.
 std::vector<std::uint8_t> standing(std::vector<float> z, int width, int height, double slope,
                                    double cell_m, int most) {
   std::vector<std::uint8_t> is_standing(z.size(), 0);
@@ -77,7 +78,7 @@ std::vector<std::uint8_t> standing(std::vector<float> z, int width, int height, 
   return is_standing;
 }
 
-/// Half as many cells each way: means of the known ones.
+/// Half resolution: means of the known cells.
 Raster halved(const Raster& fine) {
   Raster out;
   out.level = fine.level;
@@ -104,7 +105,7 @@ Raster halved(const Raster& fine) {
 
 /// Relaxes the unknown cells towards the mean of their neighbours, row by row.
 void relax(const std::vector<std::size_t>& unknown, Raster* surface) {
-  constexpr int kRounds = 8;  // from a start that the coarser surface gives
+  constexpr int kRounds = 8;  // starting from the coarser surface
   const auto width = static_cast<std::size_t>(surface->width);
   std::vector<float>& z = surface->z_m;
   for (int round = 0; round < kRounds; ++round) {
@@ -139,7 +140,7 @@ Raster bare_earth(const Raster& lowest, const BareEarthParams& params) {
   const double cell_m = lowest.level.cell_m;
   std::vector<float> z = lowest.z_m;
   for (float& v : z) v = std::isnan(v) ? kHighest : v;
-  // Points far below: what stands out of the ground turned upside down, by a slope of 500 %.
+  // Points far below: objects on the inverted ground, by a slope of 500 %.
   constexpr double kSteepest = 5.0;
   std::vector<float> turned = z;
   for (float& v : turned) v = v == kHighest ? kHighest : -v;

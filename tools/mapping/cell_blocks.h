@@ -1,5 +1,5 @@
 #pragma once
-// Values of cells that are known beforehand neither in number nor in place.
+// Values of cells on an unbounded lattice.
 
 #include <algorithm>
 #include <array>
@@ -13,14 +13,14 @@
 
 namespace rcs::mapping {
 
-/// A lattice without bounds, of which the blocks of 32 x 32 cells exist that were written to.
+/// An unbounded lattice; blocks of 32 x 32 cells are allocated when written to.
 template <class T>
 class CellBlocks {
  public:
   static constexpr int kSide = 32;
   static constexpr std::size_t kBlockBytes = sizeof(T) * kSide * kSide;
 
-  /// The cell's value, made by T() when it is the first of its block. Stays where it is.
+  /// The value of the cell; its block is created with T() if missing. The address is stable.
   T& at(Cell c) {
     const std::uint64_t key = key_of(c);
     if (key != key_ || newest_ == nullptr) {
@@ -32,7 +32,7 @@ class CellBlocks {
     return (*newest_)[index_of(c)];
   }
 
-  /// Null where no cell of the block was written to.
+  /// nullptr if no cell of the block was written to.
   [[nodiscard]] const T* find(Cell c) const {
     const auto found = blocks_.find(key_of(c));
     return found == blocks_.end() ? nullptr : &(*found->second)[index_of(c)];

@@ -13,22 +13,22 @@ namespace rcs::mapping {
 namespace {
 
 constexpr double kShared =
-    1.0 / 9.0;  // of the variance of a cell's error: its neighbours have it, too
-constexpr int kLeastKnown = kCoarser * kCoarser / 2;
+    1.0 / 9.0;  // share of the variance of a cell that is common to its neighbours
+constexpr int kMinKnown = kCoarser * kCoarser / 2;
 
 struct Mean {
   int known = 0;
   double z_m = 0.0;
-  double square = 0.0;  // of sigma, and of what deviates from the plane
+  double square = 0.0;  // sum of squares of sigma and of the deviation from the plane
   std::uint32_t count = 0;
   std::uint16_t date = 0;
   CellSource source = CellSource::kUnknown;
 };
 
-/// Of 4 x 4 cells from (i0, j0) on, counted within `fine`.
+/// Statistics of the 4 x 4 cells from (i0, j0) on, indices within `fine`.
 Mean mean_of(const Raster& fine, int i0, int j0) {
   Mean m;
-  Mat3 A = Mat3::Zero();  // least squares of z = a + b x + c y about the block's middle
+  Mat3 A = Mat3::Zero();  // least squares of z = a + b x + c y about the centre of the block
   Vec3 g = Vec3::Zero();
   double zz = 0.0;
   double sigma_square = 0.0;
@@ -54,12 +54,12 @@ Mean mean_of(const Raster& fine, int i0, int j0) {
       ++m.known;
     }
   }
-  if (m.known < kLeastKnown) return m;
-  // Half of the cells or more are never on one line: at least two rows and two columns have some.
+  if (m.known < kMinKnown) return m;
+  // Half of the cells or more are never collinear: they cover at least two rows and two columns.
   const Vec3 plane = A.ldlt().solve(g);
   m.z_m = reference + plane[0];
-  // The cells' own errors are part of what deviates from the plane. They average out, but for what
-  // neighbours have in common.
+  // The errors of the cells are part of the deviation from the plane. They average out, except for
+  // the part common to neighbours.
   const double n = m.known;
   const double own = sigma_square / n;
   const double deviates = std::max(0.0, zz - plane.dot(g)) / std::max(1.0, n - 3.0);
@@ -80,7 +80,7 @@ void paste_coarser(const Raster& fine, Raster* coarse) {
   for (int j = 0; j < fine.height; j += kCoarser) {
     for (int i = 0; i < fine.width; i += kCoarser) {
       const Mean m = mean_of(fine, i, j);
-      if (m.known < kLeastKnown) continue;
+      if (m.known < kMinKnown) continue;
       const std::size_t to =
           coarse->at({(fine.first.i + i) / kCoarser, (fine.first.j + j) / kCoarser});
       coarse->z_m[to] = static_cast<float>(m.z_m);

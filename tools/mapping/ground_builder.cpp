@@ -11,9 +11,9 @@
 namespace rcs::mapping {
 namespace {
 
-constexpr int kWeight = 16;  // of a return whose height is exact to near_sigma_m
+constexpr int kWeight = 16;  // of a return with sigma near_sigma_m
 constexpr double kAbove_m = 0.3;
-constexpr double kLeastGround = 0.5;  // more likely the ground than not
+constexpr double kMinGround = 0.5;  // probability above which a return is ground
 
 double median(std::vector<float>* v) {
   if (v->empty()) return 0.0;
@@ -45,8 +45,8 @@ void GroundBuilder::count(const Vec3& p, double range_m) {
 }
 
 void GroundBuilder::settle() {
-  constexpr double kLeast = 3.0;
-  constexpr int kLeastReturns = 3;
+  constexpr double kMin = 3.0;
+  constexpr int kMinReturns = 3;
   counts_.for_each([this](Cell c, const HeightCounts& own) {
     if (own.returns == 0) return;
     std::array<double, HeightCounts::kLayers> pool{};
@@ -57,15 +57,15 @@ void GroundBuilder::settle() {
       returns += n->returns;
       for (std::size_t a = 0; a < pool.size(); ++a) pool[a] += n->weight[a];
     }
-    if (returns < kLeastReturns) return;
-    const std::optional<GroundLayer> layer = find_ground(pool, kLeast);
+    if (returns < kMinReturns) return;
+    const std::optional<GroundLayer> layer = find_ground(pool, kMin);
     if (!layer) return;
     Place& place = places_.at(c);
     place.known = true;
     place.layer = *layer;
     place.pool_m = layer->above_m;
     place.pool_returns = returns;
-    // The cell's own, between its returns and those around.
+    // The height of the cell, between its returns and those of its neighbours.
     double precision = 1.0 / (params_.neighbour_m * params_.neighbour_m);
     double mean = 0.0;
     for (int a = 0; a < HeightCounts::kLayers; ++a) {
@@ -81,8 +81,8 @@ void GroundBuilder::settle() {
   refuse_grown_over();
 }
 
-/// Where no light comes through, the lowest returns are the plants' own: they spread more than
-/// those of bare ground, with the same LADAR and the same poses, do.
+/// In impermeable vegetation the lowest returns are of plants: their standard deviation is larger
+/// than that of bare ground with the same LADAR and poses.
 void GroundBuilder::refuse_grown_over() {
   constexpr double kBare = 0.9;
   std::vector<float> bare;
@@ -94,12 +94,12 @@ void GroundBuilder::refuse_grown_over() {
   });
   constexpr std::size_t kEnough = 100;
   bare_sigma_m_ = median(bare.size() < kEnough ? &all : &bare);
-  constexpr double kLeast_m = 0.025;
-  const double most_m = std::max(kLeast_m, 2.0 * bare_sigma_m_);
+  constexpr double kMin_m = 0.025;
+  const double max_m = std::max(kMin_m, 2.0 * bare_sigma_m_);
   for (const Cell first : places_.blocks()) {
     for (int k = 0; k < kPlaces; ++k) {
       Place& p = places_.at(cell_of(first, k));
-      if (!p.known || p.layer.sigma_m <= most_m) continue;
+      if (!p.known || p.layer.sigma_m <= max_m) continue;
       p.known = false;
       ++figures_.grown_over;
     }
@@ -125,7 +125,7 @@ void GroundBuilder::measure(const Vec3& p, double range_m, Stamp stamp, std::uin
     place->look_above = true;
     ++place->above;
   }
-  if (ground < kLeastGround) {
+  if (ground < kMinGround) {
     if (z <= place->layer.above_m + kAbove_m) ++figures_.standing;
     return;
   }
@@ -142,11 +142,11 @@ void GroundBuilder::measure(const Vec3& p, double range_m, Stamp stamp, std::uin
 
 void GroundBuilder::end_look(Place* p) const {
   if (!p->look_counts) return;
-  constexpr int kMost = 65535;
-  if (p->looks < kMost) ++p->looks;
-  if (p->look_above && p->looks_above < kMost) ++p->looks_above;
+  constexpr int kMax = 65535;
+  if (p->looks < kMax) ++p->looks;
+  if (p->look_above && p->looks_above < kMax) ++p->looks_above;
   if (p->look_w > 0.0F) {
-    // Many returns of one look share the error of its pose: they are worth a few, not many.
+    // Returns of one observation share the error of its pose, which limits their weight.
     const double least = params_.near_sigma_m * params_.near_sigma_m;
     const double w = 1.0 / (1.0 / p->look_w + least);
     const double z = p->look_wz / p->look_w;
@@ -155,7 +155,7 @@ void GroundBuilder::end_look(Place* p) const {
     p->ww += w * w;
     p->wwz += w * w * z;
     p->wwzz += w * w * z * z;
-    if (p->looks_ground < kMost) ++p->looks_ground;
+    if (p->looks_ground < kMax) ++p->looks_ground;
   }
   p->look_w = p->look_wz = 0.0F;
   p->look_above = p->look_counts = false;
@@ -169,10 +169,10 @@ void GroundBuilder::finish() {
   find_sigmas();
 }
 
-/// Where few looks show what stands there, it was passing.
+/// Above-ground structure in few of the observations is transient.
 bool GroundBuilder::passing(const Place& p) {
   constexpr int kLooks = 4;
-  constexpr int kFew = 4;  // one of so many
+  constexpr int kFew = 4;  // less than one in so many
   return p.looks_ground >= kLooks && p.looks_above * kFew <= p.looks;
 }
 
@@ -198,8 +198,8 @@ void GroundBuilder::find_heights() {
   }
 }
 
-/// How far looks differ says what a look is worth; it is asked around the cell, too, as few looks
-/// say little of their own spread.
+/// The variance of an observation is estimated from the differences between observations, also of
+/// neighbouring cells, because the variance of few observations is uncertain.
 void GroundBuilder::find_sigmas() {
   constexpr int kReach = 2;
   constexpr double kPriorLooks = 3.0;
@@ -211,7 +211,7 @@ void GroundBuilder::find_sigmas() {
     if (!p.known || p.looks_ground < 2) return;
     const double mean = p.wz / p.w;
     const double square = p.wwzz - 2.0 * mean * p.wwz + mean * mean * p.ww;
-    const double n = std::max(1.1, p.w * p.w / p.ww);  // as many looks of one weight
+    const double n = std::max(1.1, p.w * p.w / p.ww);  // effective number of observations
     s->square += std::max(0.0, square) * n / (n - 1.0);
     s->ww += p.ww;
   };
@@ -252,20 +252,20 @@ void GroundBuilder::find_sigmas() {
         p.roughness_m =
             static_cast<float>(std::sqrt(std::max(0.0, square - plane.dot(b)) / (near - kPlane)));
       }
-      // Cells side by side share their looks: all of them together know no more than one.
+      // Neighbouring cells share their observations: together they have no more information.
       const double freedom = std::max(0.0, p.w * p.w / p.ww - 1.0);
       const double here = s.ww > 0.0 ? s.square / s.ww : typical;
       const double look = (freedom * here + kPriorLooks * typical) / (freedom + kPriorLooks);
-      // The variance of Student's t: that of the looks is itself told by few of them.
+      // Variance of Student's t: the variance of the observations is estimated from few of them.
       const double degrees = freedom + kPriorLooks;
       const double variance = look * p.ww / (p.w * p.w) * degrees / (degrees - 2.0);
       const double prior = params_.neighbour_m * params_.neighbour_m;
       const double own = variance * prior / (variance + prior);
-      // Between the cells' middles the ground is about as rough as from cell to cell.
+      // Between the centres of cells the ground is about as rough as from cell to cell.
       constexpr double kInside = 1.5;
       const double inside_m = kInside * p.roughness_m;
-      // What spreads the returns beyond bare ground stands on it, and lifts their mean.
-      // Few returns say little of their spread.
+      // An excess of the variance over that of bare ground is caused by vegetation, which raises
+      // the mean. The variance of few returns is uncertain.
       constexpr double kLifts = 0.25;  // of the variance
       constexpr double kFew = 20.0;
       const double layer = p.layer.sigma_m * p.layer.sigma_m * (1.0 + kFew / p.pool_returns);

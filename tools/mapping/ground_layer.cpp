@@ -7,12 +7,12 @@ namespace rcs::mapping {
 namespace {
 
 constexpr int kLayers = HeightCounts::kLayers;
-constexpr double kStuff_m = 0.4;  // so high above the ground reaches what is taken for grass
-constexpr double kLeastShare = 0.02;
-constexpr double kLeastSigma_m = 0.012;
-constexpr double kMostSigma_m = 0.08;
+constexpr double kStuff_m = 0.4;  // maximum height of grass
+constexpr double kMinShare = 0.02;
+constexpr double kMinSigma_m = 0.012;
+constexpr double kMaxSigma_m = 0.08;
 
-/// Density of what stands on the ground: even, from the ground on.
+/// Density of vegetation: uniform above the ground.
 double stuff(double off_m, double sigma_m) {
   if (off_m > kStuff_m) return 0.0;
   return 0.5 * std::erfc(-off_m / (std::sqrt(2.0) * sigma_m)) / kStuff_m;
@@ -31,7 +31,7 @@ bool HeightCounts::add(double above_m, int weight_of) {
   std::uint16_t& w = weight[static_cast<std::size_t>(layer)];
   constexpr int kFull = 65535;
   if (w + weight_of > kFull) {
-    // Shares are what counts.
+    // Only shares matter.
     for (std::uint16_t& v : weight) v = static_cast<std::uint16_t>(v / 2);
   }
   w = static_cast<std::uint16_t>(w + weight_of);
@@ -43,7 +43,7 @@ double GroundLayer::is_ground(double height_m) const {
   const double off_m = height_m - above_m;
   const double ground = share * bell(off_m, sigma_m);
   const double other = (1.0 - share) * stuff(off_m, sigma_m);
-  // Far below the ground both vanish: that is neither.
+  // Far below the ground both densities vanish: neither ground nor vegetation.
   constexpr double kFar = 4.0;
   return std::abs(off_m) > kFar * sigma_m ? 0.0 : ground / (ground + other);
 }
@@ -93,8 +93,8 @@ std::optional<GroundLayer> find_ground(const std::array<double, kLayers>& weight
     const double mean = sum_z / sum;
     const double variance = sum_zz / sum - mean * mean;
     g.above_m += mean;
-    g.sigma_m = std::clamp(std::sqrt(std::max(0.0, variance)), kLeastSigma_m, kMostSigma_m);
-    g.share = std::clamp(sum / near, kLeastShare, 0.99);
+    g.sigma_m = std::clamp(std::sqrt(std::max(0.0, variance)), kMinSigma_m, kMaxSigma_m);
+    g.share = std::clamp(sum / near, kMinShare, 0.99);
   }
   return g;
 }

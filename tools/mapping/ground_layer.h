@@ -1,5 +1,5 @@
 #pragma once
-// Which of the heights that are seen in a place is the ground's.
+// Estimates the height of the ground from a distribution of heights.
 
 #include <array>
 #include <cstdint>
@@ -23,21 +23,21 @@ struct HeightCounts {
   bool add(double above_m, int weight);
 };
 
-/// The ground in a mixture of returns: N(above_m, sigma_m) is the ground, what is above it
-/// (grass, which lets some of the light through) is spread evenly.
+/// The ground in a mixture of returns: N(above_m, sigma_m) is the ground, returns above it
+/// (permeable grass) are distributed uniformly.
 struct GroundLayer {
   double above_m = 0.0;
   double sigma_m = 0.0;  ///< of a return of the ground
-  double share = 1.0;    ///< of the returns near the ground that are the ground's, [0.02, 1)
+  double share = 1.0;    ///< share of ground in the returns near it, [0.02, 1)
 
-  /// How surely a return is one of the ground, [0, 1].
+  /// Probability that a return is of the ground, [0, 1].
   [[nodiscard]] double is_ground(double height_m) const;
 };
 
-/// The lowest height that returns gather at, by the EM algorithm for the mixture (Dempster, Laird
-/// and Rubin 1977) from the lowest maximum of their density that holds a fair share of them.
+/// The lowest mode of the returns, by the EM algorithm for the mixture (Dempster, Laird and Rubin
+/// 1977), starting at the lowest maximum of their density with a sufficient share of them.
 /// @param weight  HeightCounts::kLayers sums
-/// @param least  weight that a ground has at least
+/// @param least  minimum weight of the ground
 [[nodiscard]] std::optional<GroundLayer> find_ground(
     const std::array<double, HeightCounts::kLayers>& weight, double least);
 

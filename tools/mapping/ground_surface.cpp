@@ -7,14 +7,14 @@
 namespace rcs::mapping {
 namespace {
 
-constexpr double kAbove_m = 0.05;      // higher above a plane: of what stands on the ground
-constexpr double kAboveWeight = 0.02;  // and counts so little for it
+constexpr double kAbove_m = 0.05;      // higher above a plane: above-ground structure
+constexpr double kAboveWeight = 0.02;  // its weight in the plane
 constexpr int kRounds = 6;
-constexpr int kWide = 3;  // cells each way: 3.5 m in all
+constexpr int kWide = 3;  // cells to each side: 3.5 m in total
 constexpr int kNear = 1;
-constexpr double kPit_m = 0.6;      // deeper below its neighbours: no ground either
+constexpr double kPit_m = 0.6;      // deeper below its neighbours: not ground
 constexpr double kThrough_m = 0.3;  // a ray so far below the ground has seen through it
-constexpr double kSkim_m = 1.0;     // but for its last metre, where it meets the ground
+constexpr double kSkim_m = 1.0;     // last part of a ray, near the ground, that is ignored
 
 }  // namespace
 
@@ -37,11 +37,11 @@ void GroundSurface::add(const Vec3& p) {
 }
 
 std::optional<double> GroundSurface::lowest(const Column& column) const {
-  constexpr std::int32_t kThick = 3;  // layers: what a slope spreads the ground over
-  constexpr double kLeast = 2.0;
+  constexpr std::int32_t kThick = 3;  // layers over which a slope distributes the ground
+  constexpr double kMin = 2.0;
   double all = 0.0;
   for (const Layer& l : column.layers) all += l.returns;
-  const double needed = std::max(kLeast, params_.support * all);
+  const double needed = std::max(kMin, params_.support * all);
   for (std::size_t a = 0; a < column.layers.size(); ++a) {
     double returns = 0.0;
     double moment = 0.0;
@@ -57,12 +57,12 @@ std::optional<double> GroundSurface::lowest(const Column& column) const {
   return std::nullopt;
 }
 
-/// Through the lowest of the cells around one, by least squares.
-/// @param lower  what is above the plane counts little (an expectile; Newey and Powell 1987)
+/// Plane through the lowest layers of neighbouring cells, by least squares.
+/// @param lower  small weight of points above the plane (an expectile; Newey and Powell 1987)
 std::optional<GroundSurface::Plane> GroundSurface::plane_around(Cell c, int reach,
                                                                 bool lower) const {
-  constexpr double kShrink = 1e-3;  // of a slope that too few cells tell
-  constexpr int kLeast = 3;
+  constexpr double kShrink = 1e-3;  // regularizes a slope from too few cells
+  constexpr int kMin = 3;
   std::vector<Vec3> around;
   for (int j = c.j - reach; j <= c.j + reach; ++j) {
     for (int i = c.i - reach; i <= c.i + reach; ++i) {
@@ -70,7 +70,7 @@ std::optional<GroundSurface::Plane> GroundSurface::plane_around(Cell c, int reac
       if (n != nullptr && n->known) around.emplace_back(i - c.i, j - c.j, n->low_m);
     }
   }
-  if (static_cast<int>(around.size()) < kLeast) return std::nullopt;
+  if (static_cast<int>(around.size()) < kMin) return std::nullopt;
   const double base_m = around.front().z();
   Vec3 plane = Vec3::Zero();
   std::vector<double> weight(around.size(), 1.0);
@@ -102,7 +102,7 @@ void GroundSurface::finish() {
   });
   columns_ = {};
   layers_ = 0;
-  // From its rim on: what is behind that is farther from the ground.
+  // From its rim on: points behind it are farther from the ground.
   constexpr int kPeels = 3;
   for (int peel = 0; peel < kPeels; ++peel) {
     std::vector<Cell> refused;
@@ -130,7 +130,7 @@ void GroundSurface::finish() {
 }
 
 void GroundSurface::see_through(const Vec3& from, const Vec3& to, std::uint32_t scan) {
-  // A return from below the ground is a mirror's, and tells nothing of what lies before it.
+  // A return below the ground is a mirror image: its ray is ignored.
   const std::optional<GroundHere> end = at(to.x(), to.y());
   if (!end || to.z() < end->z_m - kThrough_m) return;
   const double length_m = (to - from).head<2>().norm();
@@ -161,7 +161,7 @@ std::optional<GroundHere> GroundSurface::at(double x_m, double y_m) const {
   const double u = x_m / params_.cell_m - 0.5;
   const double v = y_m / params_.cell_m - 0.5;
   const Cell low{static_cast<int>(std::floor(u)), static_cast<int>(std::floor(v))};
-  // The planes of the four nearest cells, blended; of those that are known.
+  // The known planes of the four nearest cells, blended.
   double weights = 0.0;
   GroundHere here;
   for (int k = 0; k < 4; ++k) {
@@ -175,7 +175,7 @@ std::optional<GroundHere> GroundSurface::at(double x_m, double y_m) const {
     here.z_m += w * (n->z_m + params_.cell_m * slope.dot(off));
     here.gradient += w * slope;
   }
-  here.z_m /= weights;  // the own cell is one of them, and weighs a quarter at least
+  here.z_m /= weights;  // the cell itself is one of them, with a weight of at least a quarter
   here.gradient /= weights;
   return here;
 }

@@ -1,5 +1,5 @@
 #pragma once
-// The ground's rough course under all that was seen: what finer heights are held against.
+// The coarse surface of the ground, the reference of finer heights.
 
 #include <cstdint>
 #include <optional>
@@ -12,40 +12,39 @@ namespace rcs::mapping {
 
 struct GroundSurfaceParams {
   double cell_m = 0.5;     ///< edge of its cells, [0.2, 5]
-  double layer_m = 0.05;   ///< thickness of the layers in which a cell's returns are counted
-  double support = 0.1;    ///< share of a cell's returns that a ground has at least, (0, 1)
-  double stands_m = 0.25;  ///< what is higher above the plane through its neighbours is no ground
+  double layer_m = 0.05;   ///< thickness of the layers in which the returns of a cell are counted
+  double support = 0.1;    ///< minimum share of the returns of a cell for ground, (0, 1)
+  double stands_m = 0.25;  ///< maximum height of ground above the plane through its neighbours
 };
 
-/// The surface at a place, and how steep it is there.
+/// Height and gradient of the surface.
 struct GroundHere {
   double z_m = 0.0;
   Vec2 gradient = Vec2::Zero();
 };
 
-/// Counts returns by cell and layer of height; the ground is the lowest layer that is seen again
-/// and again, where it agrees with the lowest ones around it (planes through 3.5 m to 5.5 m of
-/// them, to which what is above counts little). What is only seen of things that stand on the
-/// ground is no ground.
+/// Counts returns by cell and layer of height. The ground is the lowest layer that is observed
+/// repeatedly and agrees with its neighbours (planes through the lowest layers within 3.5 m to 5.5
+/// m, in which points above the plane have little weight). Objects without visible ground are not
+/// ground.
 class GroundSurface {
  public:
   explicit GroundSurface(const GroundSurfaceParams& params) : params_(params) {}
 
-  /// A return. Frame: the map's.
+  /// Adds a return in the frame of the map.
   void add(const Vec3& p);
-  /// No more returns: makes the surface of them.
+  /// Computes the surface; call it after the last return.
   void finish();
 
-  /// A ray that goes on below the surface's ground: at a place seen through at least twice, by
-  /// different scans, is none. Rays that end
-  /// where no ground is known, or below it, tell nothing.
+  /// Adds a ray. Ground that at least two scans have seen through (rays that continue below it) is
+  /// invalid. Rays that end where no ground is known, or below it, are ignored.
   /// @param from, to  of the ray
-  /// @param scan  the scan's number
+  /// @param scan  number of the scan
   void see_through(const Vec3& from, const Vec3& to, std::uint32_t scan);
-  /// Forgets the ground of places that were seen through. @return how many cells
+  /// Removes ground that was seen through. @return number of cells
   std::int64_t close();
 
-  /// None where the ground was not seen. Continuous but at the borders of what was seen.
+  /// nullopt where no ground was observed. Continuous except at the borders of the observed area.
   [[nodiscard]] std::optional<GroundHere> at(double x_m, double y_m) const;
 
   [[nodiscard]] std::size_t bytes() const;
@@ -61,10 +60,10 @@ class GroundSurface {
   struct Node {
     bool known = false;
     float low_m = 0.0F;
-    float z_m = 0.0F;  // of the plane, in the middle of the cell
+    float z_m = 0.0F;  // of the plane, at the centre of the cell
     float slope_x = 0.0F;
     float slope_y = 0.0F;
-    bool closed = false;  // seen through: no ground, but the surface goes on
+    bool closed = false;  // seen through: no ground, but the surface continues
     std::uint32_t through_scan = 0;
     std::uint16_t through = 0;  // scans
   };

@@ -10,7 +10,7 @@
 namespace rcs::mapping {
 namespace {
 
-/// Reads a run again and again, and tells how far all of that is.
+/// Reads a run several times and reports the total progress.
 class Passes {
  public:
   Passes(const MapBuild& wanted, const recording::RunPoses& poses, const Pose& T_map_world,
@@ -21,7 +21,7 @@ class Passes {
         passes_(passes),
         progress_(progress) {}
 
-  /// A return, in the map's frame.
+  /// A return in the frame of the map.
   struct Return {
     Vec3 p;
     Vec3 p_vehicle;
@@ -38,7 +38,7 @@ class Passes {
   MountError mount;
 
   /// @param use  use(return, view)
-  /// @param bytes  what is held by now
+  /// @param bytes  memory in use
   template <class Use, class Bytes>
   Result<recording::ScanCount> run(const Use& use, const Bytes& bytes) {
     const Vec3 origin_vehicle = wanted_.ladar ? wanted_.ladar->T_vehicle_mount.p : Vec3::Zero();
@@ -70,8 +70,8 @@ class Passes {
     ++done_;
     if (!done && static_cast<double>(held) > wanted_.memory_bytes) {
       return Error{fmt::format(
-          "{}: takes more than --memory {:.0f} MB: larger cells (--cell), a shorter reach "
-          "(--max-range) or parts of the run (`rcs map merge` joins them) take less",
+          "{}: requires more than --memory {:.0f} MB: use larger cells (--cell), a shorter range "
+          "(--max-range), or parts of the run joined by `rcs map merge`",
           wanted_.sensors, wanted_.memory_bytes * 1e-6)};
     }
     return done;
@@ -102,13 +102,13 @@ Error without(const MapBuild& wanted, const recording::ScanCount& scans) {
   const std::string where =
       scans.damage.empty() ? wanted.sensors : wanted.sensors + " (" + scans.damage + ")";
   if (scans.scans + scans.no_pose == 0) {
-    return {wanted.ladar ? where + ": no LADAR_RANGES or LADAR_POINTS of the configured LADAR in it"
+    return {wanted.ladar ? where + ": no LADAR_RANGES or LADAR_POINTS of the configured LADAR"
                          : where +
-                               ": no SP_POINTS in it; with --config, LADAR_RANGES and LADAR_POINTS "
-                               "will do"};
+                               ": no SP_POINTS; with --config, LADAR_RANGES and LADAR_POINTS are "
+                               "used instead"};
   }
   return {
-      fmt::format("{}: of {} scans not one was made while there were poses", where, scans.no_pose)};
+      fmt::format("{}: none of {} scans is within the time of the poses", where, scans.no_pose)};
 }
 
 Outcome write(const MapLevel& level, const GroundBuilder& ground, const StandingBuilder& standing,
@@ -148,7 +148,8 @@ Result<MapBuilt> build_map(const MapBuild& wanted, const std::optional<MapFrame>
   if (read->scans == 0) return without(wanted, *read);
   if (wanted.estimate_mount) {
     MountEstimator estimator(wanted.ground.cell_m);
-    constexpr double kGround_m = 0.12;  // of the surface: what may be its ground
+    constexpr double kGround_m =
+        0.12;  // distance from the surface within which returns may be ground
     read = passes.run(
         [&](const Return& r, const View& view) {
           const std::optional<GroundHere> here = surface->at(r.p.x(), r.p.y());
@@ -189,8 +190,9 @@ Result<MapBuilt> build_map(const MapBuild& wanted, const std::optional<MapFrame>
   standing.finish([&](double x_m, double y_m) { return ground.passing(x_m, y_m); });
   built.scans = *read;
   built.ground = ground.figures();
-  if (built.ground.cells == 0) return Error{wanted.sensors + ": not a cell of ground was seen"};
-  constexpr double kMount_m = 0.01;  // of the LADAR's height above the vehicle: no scan tells it
+  if (built.ground.cells == 0) return Error{wanted.sensors + ": no ground was observed"};
+  constexpr double kMount_m =
+      0.01;  // sigma of the height of the LADAR above the vehicle, which is unobservable
   built.bias_sigma_m =
       std::hypot(wanted.pose_sigma_m ? *wanted.pose_sigma_m : poses->sigma_up_m, kMount_m);
   MapLevel level;

@@ -1,5 +1,5 @@
 #pragma once
-// A map of the ground from runs.
+// Builds a map of the ground from a run.
 
 #include <functional>
 #include <optional>
@@ -17,19 +17,19 @@ namespace rcs::mapping {
 
 struct MapBuild {
   std::string log;        ///< with poses
-  std::string sensors;    ///< with the LADAR's data; may be the same
+  std::string sensors;    ///< with the data of the LADAR; may be the same
   std::string pose_file;  ///< of PoseSource::kFile
   recording::PoseSource source = recording::PoseSource::kWm;
-  std::optional<sp::LadarParams> ladar;  ///< none: SP_POINTS
+  std::optional<sp::LadarParams> ladar;  ///< nullopt: SP_POINTS
   double max_range_m = 30.0;             ///< farther returns are not used
   bool estimate_mount = true;
-  std::optional<double> pose_sigma_m;  ///< of the poses' heights; none: as WM says
-  double pose_length_m = 200.0;        ///< over which that error changes
-  double memory_bytes = 4e9;           ///< at most
+  std::optional<double> pose_sigma_m;  ///< of the heights of the poses; nullopt: from WM
+  double pose_length_m = 200.0;        ///< correlation length of that error
+  double memory_bytes = 4e9;           ///< limit
   std::uint16_t date = 0;              ///< days since 2000-01-01
   std::string reference = "WGS84";
   GroundBuilderParams ground;
-  bool points = false;  ///< also of what stands on the ground
+  bool points = false;  ///< also surface points of above-ground structure
   StandingParams standing;
 };
 
@@ -38,14 +38,14 @@ struct MapBuilt {
   GroundFigures ground;
   recording::ScanCount scans;
   MountError mount;
-  std::int64_t seen_through = 0;  ///< places whose ground was none
+  std::int64_t seen_through = 0;  ///< cells whose ground was invalid: seen through
   double bias_sigma_m = 0.0;
-  std::int64_t points = 0;  ///< of what stands on the ground
+  std::int64_t points = 0;  ///< surface points of above-ground structure
 };
 
-/// @param frame  of the map; none: the run's own
-/// @param out  a map's folder; appears when it is complete
-/// @param progress  told the share done, [0, 1]; says whether to go on
+/// @param frame  of the map; nullopt: that of the run
+/// @param out  folder of the map; created when complete
+/// @param progress  called with the completed share, [0, 1]; returns false to stop
 [[nodiscard]] Result<MapBuilt> build_map(const MapBuild& wanted,
                                          const std::optional<MapFrame>& frame,
                                          const std::string& out,

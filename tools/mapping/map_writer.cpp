@@ -51,7 +51,7 @@ MapTileEntry entry_of(const Raster& tile, const std::vector<std::uint8_t>& bytes
   return e;
 }
 
-/// Whether a name is one that tile_file() makes.
+/// True for names that tile_file() returns.
 bool is_level_name(const std::string& name) {
   std::array<char, 40> made{};
   std::snprintf(made.data(), made.size(), "%gm", std::strtod(name.c_str(), nullptr));
@@ -66,7 +66,7 @@ bool is_tile_name(const std::string& name) {
   return name == std::to_string(i) + "_" + std::to_string(j) + ".tile";
 }
 
-/// @param depth  below the map's folder
+/// @param depth  below the folder of the map
 bool is_part_of_map(const fs::directory_entry& entry, int depth) {
   std::error_code error;
   const fs::file_status status = entry.symlink_status(error);
@@ -82,24 +82,24 @@ Outcome check_replaceable(const std::string& path) {
   std::error_code error;
   if (!fs::exists(path, error)) return Done{};
   if (!fs::exists(index_file(path), error)) {
-    return Error{path + ": exists and is not a map: not written over"};
+    return Error{path + ": exists and is not a map: not overwritten"};
   }
   fs::recursive_directory_iterator entry(path, error);
   for (; !error && entry != fs::recursive_directory_iterator(); entry.increment(error)) {
     if (is_part_of_map(*entry, entry.depth())) continue;
-    return Error{path + ": holds " + entry->path().string() +
-                 ", which is no part of a map: not written over; move it elsewhere, or name "
-                 "another folder for the map"};
+    return Error{path + ": contains " + entry->path().string() +
+                 ", which is not part of a map: not overwritten; move it elsewhere, or use another "
+                 "folder for the map"};
   }
   return error ? Outcome(Error{path + ": " + error.message()}) : Done{};
 }
 
-/// Creates a new folder next to `path`. Only folders that this process has created are ever
-/// removed: those that a killed process has left have its number in their names, and stay.
+/// Creates a new folder next to `path`. Only folders created by this process are ever removed; the
+/// process id in their names distinguishes those left by a killed process.
 Result<std::string> new_folder(const std::string& path, const std::string& ending) {
-  constexpr int kMost = 1000;
+  constexpr int kMax = 1000;
   const std::string stem = path + "." + std::to_string(::getpid()) + ".";
-  for (int k = 0; k < kMost; ++k) {
+  for (int k = 0; k < kMax; ++k) {
     std::string folder = stem;
     folder.append(std::to_string(k)).append(ending);
     std::error_code error;
@@ -108,7 +108,7 @@ Result<std::string> new_folder(const std::string& path, const std::string& endin
     const bool taken = fs::exists(fs::symlink_status(folder, ignored));
     if (!taken) return Error{folder + ": " + error.message()};
   }
-  return Error{stem + "*" + ending + ": too many are there"};
+  return Error{stem + "*" + ending + ": too many folders exist"};
 }
 
 /// Moves the map at `path` to a folder of its own.
@@ -126,7 +126,7 @@ Result<std::string> set_aside(const std::string& path) {
   return Error{path + ": " + error.message()};
 }
 
-/// One value for a layer that has no other.
+/// The single value of a uniform layer, else nullopt.
 template <class T>
 void fold(std::vector<T>* layer) {
   const T& first = layer->front();
@@ -140,7 +140,7 @@ void spread(std::size_t n, std::vector<T>* layer) {
   if (layer->size() != n) layer->assign(n, layer->front());
 }
 
-/// A layer's values where `over` knows the ground.
+/// Overwrites a layer where `over` is known.
 template <class T>
 void lay(const std::vector<T>& over, const std::vector<float>& z, std::vector<T>* under) {
   if (over.size() == 1 && under->size() == 1 && over.front() == under->front()) return;
@@ -178,7 +178,7 @@ Result<MapWriter> MapWriter::create(const std::string& path, const MapFrame& fra
   std::string name = path;
   while (name.size() > 1 && name.back() == '/') name.pop_back();
   std::error_code ignored;
-  // A link stays one: the map that it leads to is replaced.
+  // A link stays a link: its target is replaced.
   if (fs::is_symlink(name, ignored) && fs::exists(name, ignored)) {
     name = fs::canonical(name, ignored).string();
   }
@@ -236,8 +236,8 @@ Outcome MapWriter::put_tile(int level, Raster tile) {
   fold(&tile.count);
   fold(&tile.date);
   fold(&tile.source);
-  if (tile.points.size() > kMostSurfacePoints) {
-    tile.points = thinned(tile.points, kThin_m, kMostSurfacePoints);
+  if (tile.points.size() > kMaxSurfacePoints) {
+    tile.points = thinned(tile.points, kThin_m, kMaxSurfacePoints);
   }
   const std::vector<std::uint8_t> bytes = encode_tile(tile, lattices_[at]);
   const MapTileEntry entry = entry_of(tile, bytes);

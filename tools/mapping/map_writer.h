@@ -1,5 +1,5 @@
 #pragma once
-// Writes a map on disk (see rcs/terrain/map_folder.h).
+// Writes a map to disk (see rcs/terrain/map_folder.h).
 
 #include <cstdint>
 #include <string>
@@ -11,25 +11,24 @@
 
 namespace rcs::mapping {
 
-/// Writes a map: appears under its name when it is complete, and not before. Tiles may come in any
-/// order.
+/// Writes a map, which gets its name only when it is complete. Tiles may be added in any order.
 class MapWriter {
  public:
   MapWriter(MapWriter&& other) noexcept;
   MapWriter& operator=(MapWriter&&) = delete;
-  ~MapWriter();  ///< what was not finished is removed
+  ~MapWriter();  ///< removes an unfinished map
 
   /// @param levels  finest first
-  /// @param path  a map that is there is replaced as a whole; anything else, and a map's folder
+  /// @param path  an existing map is replaced as a whole; anything else, and the folder of a map
   ///     with other files in it, is an error
   [[nodiscard]] static Result<MapWriter> create(const std::string& path, const MapFrame& frame,
                                                 const std::vector<MapLevel>& levels);
 
-  /// Cuts a raster along the tiles' borders. Cells of a tile that came before stay where the raster
-  /// knows nothing. A tile without a known cell is not written.
+  /// Cuts a raster along the borders of tiles. Cells of an earlier tile are kept where the raster
+  /// is unknown. A tile without a known cell is not written.
   [[nodiscard]] Outcome put(int level, const Raster& raster);
 
-  /// Coarser levels from the one before, by four cells each way, as long as they have fewer tiles.
+  /// Adds coarser levels, by four cells along each axis, as long as they have fewer tiles.
   [[nodiscard]] Outcome add_coarser_levels();
 
   [[nodiscard]] Outcome finish();
@@ -47,7 +46,7 @@ class MapWriter {
   std::vector<std::uint8_t> buffer_;
 };
 
-/// A map of one level with what is coarser.
+/// Writes a map of one level with its coarser levels.
 [[nodiscard]] Outcome write_map(const std::string& path, const MapFrame& frame,
                                 const Raster& raster);
 

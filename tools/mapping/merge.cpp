@@ -16,13 +16,13 @@
 namespace rcs::mapping {
 namespace {
 
-constexpr std::int64_t kMostTiles = 4'000'000;
+constexpr std::int64_t kMaxTiles = 4'000'000;
 
-/// What a survey says of a cell.
+/// A cell in a survey.
 struct Said {
   double z_m = 0.0;
   double sigma_m = 0.0;
-  double variance = 0.0;  // of the height, with the slow error
+  double variance = 0.0;  // of the height, including the systematic error
   int count = 0;
   std::uint16_t date = 0;
   CellSource source = CellSource::kUnknown;
@@ -32,7 +32,7 @@ bool contradict(const Said& a, const Said& b) {
   return std::abs(a.z_m - b.z_m) > kChangedSigmas * std::sqrt(a.variance + b.variance);
 }
 
-/// Whom to believe. Unknown dates make "newer" no order: then none counts.
+/// Order of preference. Dates are used only if all are known, else "newer" is not an order.
 const Said& believed(const std::vector<Said>& said) {
   const bool dated =
       std::all_of(said.begin(), said.end(), [](const Said& s) { return s.date > 0; });
@@ -66,7 +66,7 @@ Said mean_of(const std::vector<Said>& said) {
 }
 
 /// @param said  not empty
-/// @return true where they contradicted each other, and `said` is those that are believed
+/// @return true if they contradict each other; `said` is then reduced to the accepted ones
 bool settle(std::vector<Said>* said) {
   bool changed = false;
   for (std::size_t a = 0; a < said->size(); ++a) {
@@ -91,15 +91,15 @@ MapLevel level_of(const MapLevel& lattice, const std::vector<MapLevel>& surveys)
   return level;
 }
 
-/// Where all maps come from, for people; no longer than an index allows.
+/// The sources of all maps as text, limited to the length that an index allows.
 std::string sources_of(const std::vector<MapResampler>& maps) {
-  constexpr std::size_t kMost = 1000;
+  constexpr std::size_t kMax = 1000;
   std::string text;
   std::set<std::string> named;
   for (const MapResampler& m : maps) {
     const std::string& name = m.map().index().frame.source_crs;
     if (name.empty() || !named.insert(name).second) continue;
-    if (!text.empty() && text.size() + name.size() > kMost) continue;
+    if (!text.empty() && text.size() + name.size() > kMax) continue;
     if (!text.empty()) text += " + ";
     text += name;
   }
@@ -113,8 +113,9 @@ Result<std::set<std::pair<int, int>>> tiles_of(const std::vector<MapResampler>& 
     for (const auto& [low, high] : m.reaches(lattice)) {
       const std::int64_t n =
           (std::int64_t{high.i} - low.i + 1) * (std::int64_t{high.j} - low.j + 1);
-      if (n > kMostTiles || static_cast<std::int64_t>(tiles.size()) + n > 2 * kMostTiles) {
-        return Error{m.map().path() + ": takes more than 4 million tiles of the first map's cells"};
+      if (n > kMaxTiles || static_cast<std::int64_t>(tiles.size()) + n > 2 * kMaxTiles) {
+        return Error{m.map().path() +
+                     ": requires more than 4 million tiles with the cells of the first map"};
       }
       for (int j = low.j; j <= high.j; ++j) {
         for (int i = low.i; i <= high.i; ++i) tiles.insert({j, i});
@@ -185,7 +186,7 @@ Result<Merged> merge_maps(const std::vector<std::string>& paths, const std::stri
     for (const MapResampler& other : maps) {
       std::error_code error;
       if (!std::filesystem::equivalent(path, other.map().path(), error)) continue;
-      return Error{path + ": is named twice; a survey counts once"};
+      return Error{path + ": is given twice; surveys must be independent"};
     }
     for (const MapTileEntry& e : map->map().index().levels.front().tiles) {
       merged.points_lost += e.points;
@@ -219,7 +220,7 @@ Result<Merged> merge_maps(const std::vector<std::string>& paths, const std::stri
       return Error{"interrupted"};
     }
   }
-  if (merged.cells == 0) return Error{paths.front() + ": neither it nor the others know a height"};
+  if (merged.cells == 0) return Error{paths.front() + ": no known heights in any of the maps"};
   Outcome written = writer->add_coarser_levels();
   if (written) written = writer->finish();
   if (!written) return written.error();

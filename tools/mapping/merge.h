@@ -1,5 +1,5 @@
 #pragma once
-// Several surveys of the same ground as one.
+// Merges several surveys of the same ground.
 
 #include <cstdint>
 #include <functional>
@@ -12,25 +12,25 @@
 
 namespace rcs::mapping {
 
-/// Heights that differ by more than so many of their standard deviations are not of one ground.
+/// Heights that differ by more than so many standard deviations contradict each other.
 constexpr double kChangedSigmas = 4.0;
 
 struct Fused {
   Raster raster;
-  std::int64_t several = 0;  ///< cells that more than one survey knows
+  std::int64_t several = 0;  ///< cells known to more than one survey
   std::int64_t changed = 0;  ///< of them those where the surveys contradict each other
 };
 
-/// The mean of surveys, cell by cell, by the inverse of their variances: sigma squared, and the
-/// square of the survey's slow error, which is independent between surveys. Counts add up, the date
-/// is the newest, a source that is not all's is kMixed.
+/// The mean of surveys, cell by cell, weighted by their inverse variances: sigma squared plus the
+/// variance of the systematic error, which is independent between surveys. Counts are added, the
+/// date is the newest, different sources become kMixed.
 ///
-/// Where surveys contradict each other the ground has changed, or one is wrong: the newest is
-/// believed (the surest, where dates are equal or one is not known; the lower where that is equal,
-/// too: what stands on the ground lifts a survey), with those that agree with it.
+/// If surveys contradict each other, the ground has changed or one is wrong: the newest is used
+/// (for equal or unknown dates that with the smallest variance; for equal variances the lower one,
+/// because above-ground structure raises heights), with those that agree with it.
 ///
-/// The level's bias is one number for all cells: the largest of the surveys', as that is what
-/// cells have which this survey alone knows. A fused cell's own is smaller.
+/// The bias of the level is one number for all cells: the largest of the surveys, which holds for
+/// cells known to that survey alone. That of a fused cell is smaller.
 /// The result does not depend on the order of the surveys.
 /// @param surveys  at least one; the same cells of the same lattice, each with its own bias
 [[nodiscard]] Fused fuse(const std::vector<Raster>& surveys);
@@ -41,13 +41,13 @@ struct Merged {
   std::int64_t cells = 0;  ///< known, of the finest level
   std::int64_t several = 0;
   std::int64_t changed = 0;
-  std::int64_t points_lost = 0;  ///< of what stands on the ground: it is not merged
+  std::int64_t points_lost = 0;  ///< surface points, which are not merged
 };
 
-/// Fuses maps in the frame and on the finest lattice of the first; of the others what covers it
-/// and what lies beside. Works tile by tile. `out` may be one of the maps.
-/// @param maps  at least two, none twice: a survey that is asked twice is not twice as sure
-/// @param progress  is told the share done, [0, 1]; says whether to go on
+/// Merges maps in the frame and on the finest lattice of the first, over the union of their areas.
+/// Works tile by tile. `out` may be one of the maps.
+/// @param maps  at least two, none twice, because surveys must be independent
+/// @param progress  called with the completed share, [0, 1]; returns false to stop
 /// @return an error for maps of different reference frames or kinds of heights, and for more than
 ///   4 million tiles
 [[nodiscard]] Result<Merged> merge_maps(const std::vector<std::string>& maps,
@@ -56,12 +56,12 @@ struct Merged {
 
 struct Filled {
   std::int64_t cells = 0;   ///< known, of the finest level
-  std::int64_t filled = 0;  ///< of them those that the prior map knew alone
+  std::int64_t filled = 0;  ///< of them those from the prior map
 };
 
-/// A map whose unknown cells are another's, in those tiles that it has. What it knows stays as it
-/// is; the other's cells keep count, date and source, and their sigma takes in the other's slow
-/// error, as the level's is the map's own. `out` may be one of the maps.
+/// Fills the unknown cells of the tiles of a map from another map. Known cells are unchanged;
+/// filled cells keep count, date and source, and their sigma includes the systematic error of the
+/// other map, because the level has that of the first. `out` may be one of the maps.
 /// @param progress  as merge_maps()
 /// @return an error for maps of different reference frames or kinds of heights
 [[nodiscard]] Result<Filled> fill_map(const std::string& map, const std::string& prior,

@@ -9,12 +9,12 @@ void MountEstimator::add(const Vec3& p_vehicle, const Pose& T_map_vehicle,
                          const Vec6& twist_vehicle, const Vec2& gradient, double above_m,
                          double sigma_m) {
   const Vec3 p = T_map_vehicle * p_vehicle;
-  // The height above the surface, by the place of the point.
+  // Derivative of the height above the surface by the position of the point.
   const Vec3 up_vehicle = T_map_vehicle.q.conjugate() * Vec3(-gradient.x(), -gradient.y(), 1.0);
   const Vec3 v_point = twist_vehicle.head<3>() + twist_vehicle.tail<3>().cross(p_vehicle);
   Row J;
   J << p_vehicle.cross(up_vehicle), up_vehicle.dot(v_point);
-  // Returns of one scan, and of those around it, share the error of the pose.
+  // Returns of one scan and its neighbours share the error of the pose.
   constexpr double kShare = 300.0;
   const double w = 1.0 / (kShare * sigma_m * sigma_m);
   Sums& s = cells_.at({static_cast<int>(std::floor(p.x() / cell_m_)),

@@ -1,6 +1,6 @@
 #pragma once
-// How a LADAR is turned against the vehicle, and how late its stamps are, from the ground that it
-// sees twice.
+// Estimates the LADAR misalignment and the error of its stamps from ground that is observed
+// repeatedly.
 
 #include "rcs/base/linear.h"
 #include "rcs/base/pose.h"
@@ -8,31 +8,30 @@
 
 namespace rcs::mapping {
 
-/// What the configured mount and the stamps are off by.
+/// Errors of the configured mount and of the stamps.
 struct MountError {
   Vec3 turn_vehicle = Vec3::Zero();  ///< small rotation about the vehicle's origin [rad]
-  double late_s = 0.0;               ///< of the points: taken so much later than their stamps say
+  double late_s = 0.0;               ///< delay of the measurements against their stamps
 };
 
-/// A turned LADAR lifts what is far more than what is near, so that the ground of a cell lies
-/// higher or lower from afar than from near by. The heights of the cells themselves are unknowns
-/// that are eliminated: only the differences within a cell count. Linear least squares, in one
-/// pass.
+/// A misaligned LADAR raises far ground more than near ground, so that the height of a cell depends
+/// on the range. The heights of the cells are eliminated: only differences within a cell are used.
+/// Linear least squares in one pass.
 class MountEstimator {
  public:
-  /// @param cell_m  within which the ground is one height above a surface
+  /// @param cell_m  size of cells with a constant height above a surface
   explicit MountEstimator(double cell_m) : cell_m_(cell_m) {}
 
-  /// A return of the ground.
-  /// @param p_vehicle  the point; @param T_map_vehicle  the vehicle when it was taken
+  /// Adds a return of the ground.
+  /// @param p_vehicle  the point; @param T_map_vehicle  the vehicle at its time
   /// @param twist_vehicle  of the vehicle then, (rho [m/s], phi [rad/s])
   /// @param gradient  of the surface there; @param above_m  of the point above that surface
   /// @param sigma_m  of that height
   void add(const Vec3& p_vehicle, const Pose& T_map_vehicle, const Vec6& twist_vehicle,
            const Vec2& gradient, double above_m, double sigma_m);
 
-  /// What makes the heights agree best. What the ground does not tell stays 0: turns are taken for
-  /// N(0, 0.3 deg), lateness for N(0, 10 ms).
+  /// The errors with the best agreement of the heights. Unobserved ones stay 0, by the priors
+  /// N(0, 0.3 deg) of the rotation and N(0, 10 ms) of the delay.
   [[nodiscard]] MountError solve() const;
 
   [[nodiscard]] std::size_t bytes() const { return cells_.bytes(); }

@@ -15,14 +15,14 @@ constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
 constexpr double kFarthest_m = 1e6;  // between datums
 
 struct Place {
-  double z_m = 0.0;  // of the surface, in its raster's frame
+  double z_m = 0.0;  // of the surface, in the frame of its raster
   double sigma_m = 0.0;
   std::size_t nearest = 0;  // cell
 };
 
-/// @return false where a node that has a weight is not known
+/// @return false if a node with a weight is unknown
 bool sample(const Raster& r, const Vec2& p, Place* out) {
-  constexpr double kOnNode = 1e-6;  // cells: a place there needs no neighbour
+  constexpr double kOnNode = 1e-6;  // cells: positions this near to a node need no neighbour
   constexpr double kFarthest = 1e9;
   const Vec2 at = (p - r.level.origin_m) / r.level.cell_m - Vec2::Constant(0.5);
   if (!(at.cwiseAbs().maxCoeff() < kFarthest)) return false;
@@ -45,7 +45,7 @@ bool sample(const Raster& r, const Vec2& p, Place* out) {
     if (!r.contains(node)) return false;
     const std::size_t n = r.at(node);
     z += w * r.z_m[n];
-    // The mean, not the root of squares: neighbouring cells of a survey err together.
+    // The mean, not the root mean square: errors of neighbouring cells are correlated.
     sigma += w * layer_at(r.sigma_m, n);
     if (w > most) {
       most = w;
@@ -63,7 +63,7 @@ double z_where(const Pose& T_a_b, const Mat3& R_a_b, const Vec2& p_b, double z_a
   return (z_a - T_a_b.p.z() - R_a_b(2, 0) * p_b.x() - R_a_b(2, 1) * p_b.y()) / R_a_b(2, 2);
 }
 
-/// Where plumb lines of another frame meet a raster's surface.
+/// Intersections of the verticals of another frame with the surface of a raster.
 class Surface {
  public:
   Surface(const Raster& raster, const Pose& T_raster_frame)
@@ -82,8 +82,8 @@ class Surface {
 
   /// @param z_m  of the frame
   [[nodiscard]] bool meet(const Vec2& p, double* z_m, Place* place) const {
-    // An error of z moves the place by the tilt (1e-2 between datums 60 km apart), and the height
-    // there by the slope of that: each round is better by a hundred at least.
+    // An error of z shifts the position by the tilt (1e-2 for datums 60 km apart), and the height
+    // by the slope times that shift: each iteration reduces the error by a factor of at least 100.
     constexpr int kRounds = 5;
     constexpr double kEnough_m = 1e-5;
     double z = z_where(T_, R_, p, middle_m_);
@@ -106,8 +106,8 @@ class Surface {
   double middle_m_ = 0.0;
 };
 
-/// Sigma at least what the mean of a cell's corners misses of its middle, root mean square over
-/// 3 x 3 cells: that is what interpolation misses in the middle between nodes.
+/// Sigma is at least the difference of the centre of a cell to the mean of its corners, root mean
+/// square over 3 x 3 cells: the interpolation error between nodes.
 void widen(const Surface& surface, Raster* r) {
   const auto wide = static_cast<std::size_t>(r->width) + 1;
   std::vector<float> corner;
@@ -237,7 +237,7 @@ std::vector<std::pair<Cell, Cell>> MapResampler::reaches(const MapLevel& to) con
       low = low.cwiseMin(at);
       high = high.cwiseMax(at);
     }
-    // Nodes are in the middle of cells: a cell's border itself is never asked for.
+    // Nodes are at the centres of cells: borders of cells are never requested.
     const Vec2 inside = Vec2::Constant(1e-6 * level().cell_m);
     low += inside;
     high -= inside;
@@ -248,7 +248,7 @@ std::vector<std::pair<Cell, Cell>> MapResampler::reaches(const MapLevel& to) con
 }
 
 Result<Raster> MapResampler::read(const MapLevel& to, Cell first, int width, int height) {
-  // Around what is asked for: a cell for its corners, two of the map's for interpolation.
+  // Margin around the request: one cell for its corners, two of the map for interpolation.
   const Vec2 corner = to.origin_m + to.cell_m * Vec2(first.i - 1, first.j - 1);
   const Vec2 size = to.cell_m * Vec2(width + 2, height + 2);
   if (low_m_ > high_m_) {
@@ -279,7 +279,7 @@ Outcome MapResampler::bring(Cell low_tile, Cell high_tile) {
   const int width = (high_tile.i - low_tile.i + 1) * kTileSide;
   const int height = (high_tile.j - low_tile.j + 1) * kTileSide;
   if (window_.first == first && window_.width == width && window_.height == height) return Done{};
-  window_ = Raster();  // nothing half filled stays behind an error
+  window_ = Raster();  // no partial window remains after an error
   Raster w;
   w.level = level();
   w.first = first;

@@ -1,5 +1,5 @@
 #pragma once
-// A map's ground on another map's lattice: what maps are compared and merged by.
+// Resamples the ground of a map to the lattice of another, for comparison and merging.
 
 #include <cstdint>
 #include <limits>
@@ -15,35 +15,35 @@
 namespace rcs::mapping {
 
 /// The ground of a raster at the centres of other cells, above another frame's tangent plane, by
-/// bilinear interpolation. Its vertical is tilted against the raster's: where a centre's plumb line
-/// meets the surface is found by iteration. Cells that need a node which is not known are unknown.
-/// Sigma is interpolated, too; on a coarser lattice it is at least what interpolation between that
-/// lattice's nodes misses of the surface. Count, date and source are the nearest cell's.
+/// bilinear interpolation. The verticals differ: the intersection of the vertical of a centre with
+/// the surface is found by iteration. Cells that need an unknown node are unknown. Sigma is
+/// interpolated, too; on a coarser lattice it is at least the interpolation error between the nodes
+/// of that lattice. Count, date and source are from the nearest cell.
 /// @param T_from_to  from the frame of the result to that of `from`; tilted by less than 30 deg
 /// @param to  the lattice of the result; its bias is that of `from`
 /// @param first, width, height  the cells of the result [cells of `to`]
 [[nodiscard]] Raster resample(const Raster& from, const Pose& T_from_to, const MapLevel& to,
                               Cell first, int width, int height);
 
-/// A map on disk, asked for cells of another map's lattice. Holds what one question needs.
+/// A map on disk, resampled to the lattice of another map. Keeps the tiles of one request.
 class MapResampler {
  public:
-  /// Takes the coarsest level whose cells are not larger than those asked for (else its finest):
-  /// one that is finer than the lattice by far would say nothing of the ground between its nodes.
-  /// @param like  whose frame the cells are in; one of another reference frame, of other heights
-  ///   or with a datum more than 1000 km off is an error that names both
-  /// @param cell_m  of the cells that will be asked for
+  /// Uses the coarsest level whose cells are not larger than those requested (else its finest): a
+  /// much finer one would not represent the ground between the nodes of the lattice.
+  /// @param like  map that defines the frame of the cells; another reference frame, other heights
+  ///   or a datum more than 1000 km away is an error that names both
+  /// @param cell_m  of the cells to be requested
   [[nodiscard]] static Result<MapResampler> open(const std::string& path, const MapFolder& like,
                                                  double cell_m);
 
   [[nodiscard]] const MapFolder& map() const { return map_; }
-  [[nodiscard]] const MapLevel& level() const { return tiles().level; }  ///< that is read
+  [[nodiscard]] const MapLevel& level() const { return tiles().level; }  ///< the level that is read
 
-  /// Which tiles of a lattice the map's own may reach into: pairs (low, high) of their numbers,
-  /// both within, one for each of its own.
+  /// The tiles of a lattice that may overlap the tiles of the map: for each one a pair (low, high)
+  /// of indices, both inclusive.
   [[nodiscard]] std::vector<std::pair<Cell, Cell>> reaches(const MapLevel& to) const;
 
-  /// See resample(). What the map does not cover is unknown; a tile that can't be read is an error.
+  /// See resample(). Cells outside the map are unknown; a tile that can't be read is an error.
   [[nodiscard]] Result<Raster> read(const MapLevel& to, Cell first, int width, int height);
 
  private:
@@ -56,7 +56,7 @@ class MapResampler {
   Pose T_map_like_;
   float low_m_ = std::numeric_limits<float>::max();  // of its heights
   float high_m_ = std::numeric_limits<float>::lowest();
-  Raster window_;  // the tiles that were asked for last
+  Raster window_;  // the tiles of the last request
   std::vector<std::uint8_t> buffer_;
 };
 

@@ -10,15 +10,16 @@
 namespace rcs::mapping {
 namespace {
 
-// 21 bits an axis: 100 km of cubes of 0.1 m to each side.
+// 21 bits per axis: 100 km of cubes of 0.1 m to each side.
 constexpr int kHalf = 1 << 20;
 constexpr std::uint64_t kMask = (1U << 21U) - 1U;
-// A surface is thinner than wide: square of this, of the variance along its narrower side.
+// A surface is thin: variance across it at most the square of this times that along its narrow
+// side.
 constexpr double kThin = 0.25;
-// It was seen from in front: cosine.
+// Cosine of the angle between normal and view, so that the front was observed.
 constexpr double kFacing = 0.2;
-// Of a mean's place, however many returns it has.
-constexpr double kLeastSigma_m = 0.02;
+// Lower bound of the sigma of a mean, for any number of returns.
+constexpr double kMinSigma_m = 0.02;
 
 std::array<int, 3> place_of(std::uint64_t key) {
   const auto axis = [key](unsigned shift) {
@@ -89,14 +90,14 @@ bool StandingBuilder::fit(const Place& at, const Voxel& v, Found* out) const {
       }
     }
   }
-  if (n < params_.least_returns || static_cast<double>(way_m) < params_.least_way_m ||
-      static_cast<int>(high_scan - low_scan) < params_.least_scans) {
+  if (n < params_.min_returns || static_cast<double>(way_m) < params_.min_travelled_m ||
+      static_cast<int>(high_scan - low_scan) < params_.min_scans) {
     return false;
   }
   const Vec3 middle = sum / n;
   const Eigen::SelfAdjointEigenSolver<Mat3> axes(squares / n - middle * middle.transpose());
   const Vec3 variance = axes.eigenvalues().cwiseMax(0.0);
-  if (std::sqrt(variance[0]) > params_.most_thick_m || variance[0] > kThin * variance[1]) {
+  if (std::sqrt(variance[0]) > params_.max_thick_m || variance[0] > kThin * variance[1]) {
     return false;
   }
   Vec3 normal = axes.eigenvectors().col(0);
@@ -105,7 +106,7 @@ bool StandingBuilder::fit(const Place& at, const Voxel& v, Found* out) const {
   if (normal.dot(towards) < kFacing) return false;
   out->p_m = here + normal * normal.dot(middle);  // onto the plane
   out->normal = normal.cast<float>().normalized();
-  out->sigma_m = static_cast<float>(std::hypot(std::sqrt(variance[0]), kLeastSigma_m));
+  out->sigma_m = static_cast<float>(std::hypot(std::sqrt(variance[0]), kMinSigma_m));
   return true;
 }
 
@@ -139,7 +140,7 @@ std::vector<SurfacePoint> StandingBuilder::points(const MapLevel& level, Cell ti
     const bool inside = p.x() >= 0.0F && p.y() >= 0.0F && p.x() < side_m && p.y() < side_m;
     if (inside) points.push_back({p, f.normal, f.sigma_m});
   }
-  return thinned(points, params_.thin_m, kMostSurfacePoints);
+  return thinned(points, params_.thin_m, kMaxSurfacePoints);
 }
 
 }  // namespace rcs::mapping

@@ -1,5 +1,5 @@
 #pragma once
-// Surface points of what stands on the ground and stays, from a LADAR's returns, scan by scan.
+// Extracts surface points of static above-ground structure from LADAR returns, scan by scan.
 
 #include <array>
 #include <cstddef>
@@ -14,34 +14,34 @@
 namespace rcs::mapping {
 
 struct StandingParams {
-  double above_m = 0.5;        ///< of the ground; what is lower is the ground's, or grass
-  double voxel_m = 0.1;        ///< edge of the cubes that returns are averaged in
-  double wide_m = 0.25;        ///< a surface is fitted to what is so near in the plane
-  double tall_m = 0.5;         ///< and in height: trunks and walls are upright
-  int least_scans = 8;         ///< from the first to the last that saw it
-  double least_way_m = 1.0;    ///< between the places that it was seen from
-  int least_returns = 15;      ///< of it
-  double most_thick_m = 0.08;  ///< standard deviation across it: foliage has more
-  double thin_m = 0.2;         ///< one point a cube so large is kept
+  double above_m = 0.5;          ///< min height above the ground; lower returns are ground or grass
+  double voxel_m = 0.1;          ///< edge of the cubes that returns are averaged in
+  double wide_m = 0.25;          ///< horizontal radius of the points to which a surface is fitted
+  double tall_m = 0.5;           ///< vertical radius: trunks and walls are upright
+  int min_scans = 8;             ///< from the first to the last observation
+  double min_travelled_m = 1.0;  ///< distance between the positions of the observations
+  int min_returns = 15;          ///< of a surface
+  double max_thick_m = 0.08;     ///< standard deviation across the surface: foliage has more
+  double thin_m = 0.2;           ///< edge of the cubes in which one point is kept
 };
 
-/// Returns are averaged by cube; a cube that several scans saw from places apart has a surface
-/// where those around it lie in a thin layer. Memory grows by the surface that was seen.
+/// Returns are averaged by cube. A cube that several scans observed from different positions has a
+/// surface if its neighbours form a thin layer. Memory is proportional to the observed surface.
 class StandingBuilder {
  public:
   explicit StandingBuilder(const StandingParams& params) : params_(params) {}
 
-  /// A return of what stands on the ground. Frame: the map's.
-  /// @param from  where the LADAR was
-  /// @param scan  its number, ascending
+  /// Adds a return of above-ground structure in the frame of the map.
+  /// @param from  position of the LADAR
+  /// @param scan  number of the scan, ascending
   void add(const Vec3& p, const Vec3& from, std::uint32_t scan);
-  /// After the last return.
-  /// @param passing  whether what stood at (x, y) went away
+  /// Call it after the last return.
+  /// @param passing  whether the structure at (x, y) is transient
   void finish(const std::function<bool(double, double)>& passing);
 
   [[nodiscard]] std::size_t bytes() const;
-  /// Those of a tile, at most kMostSurfacePoints. Deterministic.
-  /// @param level  whose origin is 0
+  /// Surface points of a tile, at most kMaxSurfacePoints. Deterministic.
+  /// @param level  with origin 0
   [[nodiscard]] std::vector<SurfacePoint> points(const MapLevel& level, Cell tile) const;
 
  private:
@@ -49,7 +49,7 @@ class StandingBuilder {
     Vec3f sum_m = Vec3f::Zero();    // from its corner
     Vec3f towards = Vec3f::Zero();  // the LADAR: sum of unit vectors
     Vec3f first_from_m = Vec3f::Zero();
-    float way_m = 0.0F;  // to the farthest place that it was seen from
+    float way_m = 0.0F;  // distance between the farthest positions of observation
     std::uint32_t returns = 0;
     std::uint32_t first_scan = 0;
     std::uint32_t scan = 0;
@@ -67,7 +67,7 @@ class StandingBuilder {
 
   StandingParams params_;
   std::unordered_map<std::uint64_t, Voxel> voxels_;
-  std::vector<Found> found_;  // in the order of their places
+  std::vector<Found> found_;  // sorted by position
 };
 
 }  // namespace rcs::mapping

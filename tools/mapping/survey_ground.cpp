@@ -12,7 +12,7 @@
 namespace rcs::mapping {
 namespace {
 
-/// SplitMix64 (Steele, Lea and Flood 2014): the n-th number of a cell's own sequence.
+/// SplitMix64 (Steele, Lea and Flood 2014): the n-th number of the sequence of a cell.
 std::uint64_t drawn(Cell c, std::uint32_t n) {
   std::uint64_t v = (static_cast<std::uint64_t>(static_cast<std::uint32_t>(c.i)) << 32U |
                      static_cast<std::uint32_t>(c.j)) +
@@ -31,21 +31,21 @@ double middle_of(std::vector<double>* values) {
 }
 
 constexpr double kMad = 1.4826;  // standard deviation by median absolute deviation, Gaussian
-constexpr double kLeastScale_m = 0.01;
+constexpr double kMinScale_m = 0.01;
 
-/// Leaves what is not further than 3 sigma from the median.
+/// Keeps values within 3 sigma of the median.
 void keep_middle(std::vector<double>* z) {
   std::vector<double> work = *z;
   const double middle = middle_of(&work);
   for (double& v : work) v = std::abs(v - middle);
-  const double reach = 3.0 * std::max(kLeastScale_m, kMad * middle_of(&work));
+  const double reach = 3.0 * std::max(kMinScale_m, kMad * middle_of(&work));
   z->erase(
       std::remove_if(z->begin(), z->end(), [&](double v) { return std::abs(v - middle) > reach; }),
       z->end());
 }
 
-/// Leaves the lowest that gather: again and again without what is above the median by more than
-/// twice what the lower half deviates from it.
+/// Keeps the lowest mode: repeatedly removes values above the median by more than twice the
+/// deviation of the lower half.
 void keep_lowest(std::vector<double>* z) {
   constexpr int kRounds = 5;
   for (int round = 0; round < kRounds && z->size() > 2; ++round) {
@@ -55,7 +55,7 @@ void keep_lowest(std::vector<double>* z) {
     for (const double v : *z) {
       if (v <= middle) work.push_back(middle - v);
     }
-    const double reach = 2.0 * std::max(kLeastScale_m, kMad * middle_of(&work));
+    const double reach = 2.0 * std::max(kMinScale_m, kMad * middle_of(&work));
     const auto end =
         std::remove_if(z->begin(), z->end(), [&](double v) { return v - middle > reach; });
     if (end == z->end()) return;
@@ -100,7 +100,7 @@ void SurveyGround::measure(Cell c, Place* place) const {
   place->used = static_cast<std::uint16_t>(z.size());
 }
 
-/// Squares about the cells' means, and their degrees of freedom, of the cell and those around it.
+/// Sum of squares about the means of cells, and degrees of freedom, of a cell and its neighbours.
 std::pair<double, int> SurveyGround::around(Cell c) const {
   double squares = 0.0;
   int free = 0;
@@ -123,14 +123,14 @@ void SurveyGround::finish(double sigma_m) {
   for (const Cell c : cells) measure(c, &places_.at(c));
   figures_.cells = static_cast<std::int64_t>(cells.size());
   if (cells.empty()) return;
-  constexpr int kSure = 8;  // degrees of freedom of a spread that tells of others
+  constexpr int kSure = 8;  // minimum degrees of freedom of a cell for the statistics of the survey
   std::vector<double> spreads;
   for (const Cell c : cells) {
     const auto [squares, free] = around(c);
     if (free >= kSure) spreads.push_back(squares / free);
   }
   const double common = spreads.empty() ? sigma_m * sigma_m : middle_of(&spreads);
-  // A cell's few points tell little of their spread: that of the whole survey counts as three more.
+  // The variance of few points is uncertain: that of the whole survey counts as three more.
   constexpr double kPrior = 3.0;
   std::vector<double> sigmas;
   sigmas.reserve(cells.size());
@@ -138,8 +138,8 @@ void SurveyGround::finish(double sigma_m) {
     const auto [squares, free] = around(c);
     const double spread = (squares + kPrior * common) / (free + kPrior);
     Place& place = places_.at(c);
-    // The points' spread is the survey's noise and the ground's roughness; the mean has a share of
-    // it, too.
+    // The variance of the points is noise of the survey and roughness of the ground; a share of it
+    // remains in the mean.
     const double sigma = std::sqrt(std::max(sigma_m * sigma_m, spread) + spread / place.used);
     place.above_m[1] = static_cast<float>(sigma);
     sigmas.push_back(sigma);

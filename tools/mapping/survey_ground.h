@@ -1,5 +1,5 @@
 #pragma once
-// Heights and sigmas of a map's cells from a survey's points of the ground.
+// Heights and sigmas of the cells of a map from the ground points of a survey.
 
 #include <array>
 #include <cstdint>
@@ -11,46 +11,46 @@
 namespace rcs::mapping {
 
 struct SurveyGroundFigures {
-  std::int64_t points = 0;       ///< that were added
+  std::int64_t points = 0;       ///< added
   std::int64_t cells = 0;        ///< with a height
-  double spread_median_m = 0.0;  ///< of the points about the ground within a cell
+  double spread_median_m = 0.0;  ///< standard deviation of the points within a cell
   double sigma_median_m = 0.0;
 };
 
-/// Points come in any number; of each cell 16 are kept, drawn so that each point is as likely to be
-/// one (Vitter's algorithm R, 1985), the same ones each time. Memory grows by the area. Heights are
-/// kept as differences to a surface that takes the slope out of the cells.
+/// Accepts any number of points; 16 are kept for each cell by uniform reservoir sampling (Vitter,
+/// algorithm R, 1985), deterministically. Memory is proportional to the area. Heights are stored
+/// relative to a surface, which removes the slope of the cells.
 class SurveyGround {
  public:
-  /// What points above the ground mean.
+  /// Meaning of points above the ground.
   enum class Above {
-    kNoise,  ///< as much as points below it: somebody has told the ground from the rest
-    kPlants  ///< low plants among the points: the ground is where the lowest gather
+    kNoise,  ///< noise, as points below it: the ground was classified
+    kPlants  ///< low plants among the points: the ground is the lowest mode
   };
 
-  /// @param surface  all known; outlives this
+  /// @param surface  all known; must outlive this
   SurveyGround(const MapLevel& level, const Raster* surface, Above above)
       : level_(level), surface_(surface), above_(above) {}
 
-  /// @param p  in the map's frame
+  /// @param p  in the frame of the map
   void add(const Vec3& p);
-  /// After the last point.
-  /// @param sigma_m  of the survey's heights
+  /// Call it after the last point.
+  /// @param sigma_m  of the heights of the survey
   void finish(double sigma_m);
 
   [[nodiscard]] const SurveyGroundFigures& figures() const { return figures_; }
   [[nodiscard]] std::size_t bytes() const { return places_.bytes(); }
-  /// The map's tiles that hold a height, by j, then i.
+  /// The tiles of the map with known heights, by j, then i.
   [[nodiscard]] std::vector<Cell> tiles() const;
-  /// Of one of them heights, sigmas and counts of points.
+  /// Heights, sigmas and counts of points of one tile.
   [[nodiscard]] Raster tile(Cell number) const;
 
  private:
   static constexpr std::size_t kKept = 16;
   struct Place {
     std::uint32_t points = 0;
-    std::array<float, kKept> above_m{};  // the surface; once finished: z, sigma, squares' sum
-    std::uint16_t used = 0;              // of what is kept, when finished
+    std::array<float, kKept> above_m{};  // the surface; after finish(): z, sigma, sum of squares
+    std::uint16_t used = 0;              // of the kept points, after finish()
     [[nodiscard]] float z_m() const { return above_m[0]; }
     [[nodiscard]] float sigma_m() const { return above_m[1]; }
     [[nodiscard]] float squares() const { return above_m[2]; }

@@ -10,7 +10,7 @@
 namespace rcs::cli {
 namespace {
 
-/// Of the bar.
+/// Steps of the progress bar.
 constexpr std::int64_t kSteps = 1000;
 
 Outcome make_folder(const std::string& path) {

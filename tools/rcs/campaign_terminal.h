@@ -1,6 +1,5 @@
 #pragma once
-// A campaign of drills for the person at a terminal who started it: what the commands that drive
-// many times have in common.
+// A campaign of drills with a progress bar and Ctrl-C; shared by the commands that run drills.
 
 #include <string>
 #include <string_view>
@@ -10,12 +9,12 @@
 
 namespace rcs::cli {
 
-/// run_campaign() with a bar on stderr until it is done; Ctrl-C and SIGTERM end it.
-/// @param command  the bar's label
-/// @param out_folder  is made before the first drive; empty: none is
-/// @param jobs  drives at a time; 0: one a core
-/// @param campaign  but for `jobs`, `stop` and `progress`
-/// @return as run_campaign(), or an error when the folder cannot be made
+/// run_campaign() with a progress bar on stderr; Ctrl-C and SIGTERM end it.
+/// @param command  label of the bar
+/// @param out_folder  created before the first run; empty: no folder
+/// @param jobs  parallel runs; 0: one per core
+/// @param campaign  complete except for `jobs`, `stop` and `progress`
+/// @return as run_campaign(), or an error if the folder cannot be created
 [[nodiscard]] Result<std::vector<drills::DrillResult>> run_campaign_at_terminal(
     std::string_view command, const std::string& out_folder, int jobs,
     drills::DrillCampaign campaign);

@@ -11,8 +11,9 @@
 namespace rcs::cli {
 
 constexpr int kExitOk = 0;
-constexpr int kExitFailed = 1;  ///< it could not be done, or the answer is no
-constexpr int kExitUsage = 2;   ///< the command line makes no sense
+constexpr int kExitFailed = 1;  ///< the command failed, or its check did not pass
+constexpr int kExitInterrupted = 130;
+constexpr int kExitUsage = 2;  ///< invalid command line
 
 /// A subcommand; its options are its members, filled by the parser.
 class Command {
@@ -57,7 +58,7 @@ void add_map_match_command(CLI::App* map, Commands* commands);
 /// @param map  the command `rcs map`
 void add_map_compare_commands(CLI::App* map, Commands* commands);
 /// @param map  the command `rcs map`
-void add_map_worth_command(CLI::App* map, Commands* commands);
+void add_map_study_command(CLI::App* map, Commands* commands);
 void add_eval_command(CLI::App* rcs, Commands* commands);
 void add_sim_command(CLI::App* rcs, Commands* commands);
 void add_report_command(CLI::App* rcs, Commands* commands);
@@ -70,12 +71,12 @@ void add_predict_command(CLI::App* rcs, Commands* commands);
 void add_table1_command(CLI::App* rcs, Commands* commands);
 void add_config_commands(CLI::App* rcs, Commands* commands);
 void add_keys_command(CLI::App* rcs, Commands* commands);
-void add_truth_command(CLI::App* rcs, Commands* commands);
+void add_smooth_command(CLI::App* rcs, Commands* commands);
 void add_why_command(CLI::App* rcs, Commands* commands);
 void add_up_command(CLI::App* rcs, Commands* commands);
 void add_top_command(CLI::App* rcs, Commands* commands);
 
-/// Says why on stderr. @return kExitFailed
+/// Prints the error to stderr. @return kExitFailed
 int fail(std::string_view command, const Error& error);
 
 }  // namespace rcs::cli

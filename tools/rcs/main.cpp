@@ -1,9 +1,10 @@
-// rcs: one command for logs, replays, simulations and figures.
+// rcs: one command for logs, replays, simulations and their evaluation.
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
@@ -15,6 +16,7 @@
 #include <string_view>
 #include <vector>
 
+#include "rcs/node/params/param_text.h"
 #include "tools/base/files.h"
 #include "tools/rcs/command.h"
 
@@ -22,12 +24,12 @@ namespace rcs::cli {
 
 int fail(std::string_view command, const Error& error) {
   fmt::print(stderr, "rcs {}: {}\n", command, error.message);
-  return kExitFailed;
+  return error.message == "interrupted" ? kExitInterrupted : kExitFailed;
 }
 
 namespace {
 
-/// CLI11 takes "nan" for a number in any range. @throws CLI::ValidationError
+/// CLI11 accepts "nan" as a number in any range. @throws CLI::ValidationError
 void check_numbers(const CLI::App& command) {
   for (const CLI::Option* option : command.get_options()) {
     if (option->get_type_name().find("FLOAT") == std::string::npos) continue;
@@ -42,7 +44,7 @@ void check_numbers(const CLI::App& command) {
   for (const CLI::App* chosen : command.get_subcommands()) check_numbers(*chosen);
 }
 
-/// Options whose values are written. Every other argument that names a file is an input.
+/// Options that name output files. Every other argument that names a file is an input.
 constexpr std::array<std::string_view, 10> kOutputs = {
     "out",     "svg",     "report",    "export",    "plot",
     "picture", "geotiff", "hillshade", "prior-map", "logs"};
@@ -53,7 +55,7 @@ bool names_output(const CLI::Option& option) {
          std::find(kOutputs.begin(), kOutputs.end(), names.front()) != kOutputs.end();
 }
 
-/// Remembers the files of the command line that are read. @return an error if one is also written
+/// Records the input files of the command line. @return an error if an output is one of them
 Outcome protect_inputs(const CLI::App& app) {
   std::vector<std::string> outputs;
   for (const CLI::App* parsed = &app; parsed != nullptr;) {
@@ -75,6 +77,42 @@ Outcome protect_inputs(const CLI::App& app) {
   return Done{};
 }
 
+void add_version(CLI::App* app) {
+  app->set_version_flag("--version", "rcs " RCS_VERSION);
+  for (CLI::App* below : app->get_subcommands([](CLI::App*) { return true; })) add_version(below);
+}
+
+/// The first word that no command knows, with a suggestion; empty when there is none.
+std::string unknown_word(const CLI::App& app, int argc, char** argv) {
+  const CLI::App* command = &app;
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    std::vector<std::string> known;
+    if (word.size() > 1 && word[0] == '-') {
+      const std::string name = word.substr(0, word.find('='));
+      for (const CLI::Option* option : command->get_options()) {
+        for (const std::string& l : option->get_lnames()) known.push_back("--" + l);
+        for (const std::string& s : option->get_snames()) known.push_back("-" + s);
+      }
+      const bool number = std::isdigit(static_cast<unsigned char>(word[1])) != 0 || word[1] == '.';
+      if (!number && std::find(known.begin(), known.end(), name) == known.end()) {
+        return fmt::format("unknown option {}{}", name, suggestion(name, known));
+      }
+      continue;
+    }
+    const std::vector<const CLI::App*> below =
+        command->get_subcommands([](const CLI::App*) { return true; });
+    if (below.empty()) continue;  // a positional
+    for (const CLI::App* sub : below) known.push_back(sub->get_name());
+    const auto at = std::find(known.begin(), known.end(), word);
+    if (at == known.end()) {
+      return fmt::format("unknown command {}{}", word, suggestion(word, known));
+    }
+    command = below[static_cast<std::size_t>(at - known.begin())];
+  }
+  return "";
+}
+
 int rcs_main(int argc, char** argv) {
   CLI::App app(
       "Tools of the registration and navigation system: logs, imports, replays,\n"
@@ -82,8 +120,9 @@ int rcs_main(int argc, char** argv) {
       "rcs");
   app.require_subcommand(1);
   app.footer(
-      "Exit status: 0 done; 1 failed, or the answer is no; 2 wrong usage.\n"
-      "Figures go to stdout (--json where offered), messages to stderr.\n"
+      "Exit status: 0 success; 1 failure, or a check that did not pass; 2 invalid usage; 130 "
+      "interrupted.\n"
+      "Results go to stdout (--json where offered), messages to stderr.\n"
       "`rcs COMMAND --help` has examples.");
   Commands commands;
   add_up_command(&app, &commands);
@@ -102,17 +141,23 @@ int rcs_main(int argc, char** argv) {
   add_drill_command(&app, &commands);
   add_consistency_command(&app, &commands);
   add_outages_command(&app, &commands);
-  add_truth_command(&app, &commands);
+  add_smooth_command(&app, &commands);
   add_why_command(&app, &commands);
   add_eval_command(&app, &commands);
   add_sim_command(&app, &commands);
   add_report_command(&app, &commands);
   add_config_commands(&app, &commands);
   add_keys_command(&app, &commands);
+  add_version(&app);
   try {
     app.parse(argc, argv);
     check_numbers(app);
   } catch (const CLI::ParseError& e) {
+    const std::string unknown = unknown_word(app, argc, argv);
+    if (e.get_exit_code() != 0 && !unknown.empty()) {
+      fmt::print(stderr, "rcs: {}\nRun with --help for more information.\n", unknown);
+      return kExitUsage;
+    }
     return app.exit(e) == 0 ? kExitOk : kExitUsage;
   }
   if (const Outcome safe = protect_inputs(app); !safe) {
@@ -127,12 +172,12 @@ int rcs_main(int argc, char** argv) {
 }  // namespace
 }  // namespace rcs::cli
 
-// What is thrown, as memory or descriptors are exhausted, ends the process with its reason.
+// An exception, e.g. when memory or descriptors are exhausted, ends the process with its message.
 int main(int argc, char** argv) {
   try {
     rcs::tools::remove_temporaries_when_killed();
     const int status = rcs::cli::rcs_main(argc, argv);
-    // What is still in the buffers may not fit on a full disk.
+    // Buffered output may not fit on a full disk.
     std::cout.flush();
     if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout) return status;
     std::fprintf(stderr, "rcs: cannot write to standard output: %s\n", std::strerror(errno));

@@ -10,12 +10,12 @@
 namespace rcs::cli {
 namespace {
 
-// The only thing that a signal handler may touch.
+// The only object that a signal handler may access.
 volatile std::sig_atomic_t interrupted = 0;
 
 extern "C" void on_interrupt(int /*signal*/) { interrupted = 1; }
 
-// What a signal did before the guard, of which there is one at a time.
+// The signal handlers before the guard; only one guard exists at a time.
 void (*before_interrupt)(int) = SIG_DFL;
 void (*before_terminate)(int) = SIG_DFL;
 

@@ -1,5 +1,5 @@
 #pragma once
-// How a long command talks to the person who started it.
+// Progress bar and Ctrl-C for commands that run long.
 
 #include <cstdint>
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace rcs::cli {
 
-/// A bar on stderr when that is a terminal; silent otherwise. Erased at the end.
+/// A bar on stderr if stderr is a terminal; no output otherwise. Erased at the end.
 class Progress {
  public:
   Progress(std::string_view label, std::int64_t total);
@@ -24,7 +24,7 @@ class Progress {
   int shown_percent_ = -1;
 };
 
-/// While it lives, Ctrl-C and SIGTERM set a flag, so that a command can end cleanly.
+/// During its lifetime Ctrl-C and SIGTERM set a flag, so that a command can end cleanly.
 class InterruptGuard {
  public:
   InterruptGuard();

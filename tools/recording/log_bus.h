@@ -1,5 +1,5 @@
 #pragma once
-// A bus that ends in a log.
+// A bus that writes to a log.
 
 #include <string_view>
 
@@ -8,14 +8,14 @@
 
 namespace rcs::recording {
 
-/// Publishes straight into a log, at the time set last.
+/// Writes published messages to a log, with the time set last.
 class LogBus final : public Bus {
  public:
   explicit LogBus(LogWriter* writer) : writer_(writer) {}
   void at(Stamp stamp) { stamp_ = stamp; }
   void subscribe(std::string_view /*channel*/, Receiver* /*receiver*/) override {}
   void publish(std::string_view channel, const std::uint8_t* data, std::size_t size) override {
-    (void)writer_->write(stamp_, channel, data, size);  // the first failure stays: see close()
+    (void)writer_->write(stamp_, channel, data, size);  // close() returns the first failure
   }
 
  private:

@@ -24,15 +24,15 @@ class FieldWriter {
       add(name, fmt::format("{}", value));
     }
   }
-  /// Arrays of fixed length: a column an entry.
+  /// Arrays of fixed length: one column per entry.
   template <class T, std::size_t N>
   void operator()(std::string_view name, const T (&values)[N]) {
     for (std::size_t i = 0; i < N; ++i) (*this)(fmt::format("{}_{}", name, i), values[i]);
   }
-  /// Those of variable length: their number is a field of its own.
+  /// Arrays of variable length: their length is a separate field.
   template <class T>
   void operator()(std::string_view, const std::vector<T>&) {}
-  /// A message inside the message: a column a field.
+  /// A nested message: one column per field.
   template <class T, std::enable_if_t<std::is_class_v<T>, int> = 0>
   void operator()(std::string_view name, const T& message) {
     for_each_field(message, FieldWriter(&fields_, fmt::format("{}{}_", prefix_, name)));

@@ -10,11 +10,11 @@
 
 namespace rcs::recording {
 
-/// (column, value as text), in the order of the type's definition. Arrays of fixed length become a
-/// column each; those of variable length (points, tiles, stages) are told by their n only.
+/// (column, value as text), in the order of the type definition. Arrays of fixed length become one
+/// column per entry; of arrays of variable length (points, tiles, stages) only n is included.
 using Fields = std::vector<std::pair<std::string, std::string>>;
 
-/// The `utime` and `seq` that every type of this system begins with.
+/// `utime` and `seq`, the first fields of every type of this system.
 struct MessageHead {
   std::int64_t utime = 0;
   std::int64_t seq = 0;
@@ -22,11 +22,11 @@ struct MessageHead {
 
 [[nodiscard]] bool known_channel(std::string_view channel);
 
-/// None when the channel is not known, or the bytes are not of its type.
+/// nullopt if the channel is unknown or the bytes are not of its type.
 [[nodiscard]] std::optional<MessageHead> read_head(std::string_view channel,
                                                    const std::vector<std::uint8_t>& data);
 
-/// None when the channel has no known type, or the message cannot be decoded.
+/// nullopt if the channel is unknown or the message cannot be decoded.
 [[nodiscard]] std::optional<Fields> read_fields(std::string_view channel,
                                                 const std::vector<std::uint8_t>& data);
 

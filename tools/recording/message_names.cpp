@@ -11,7 +11,7 @@
 namespace rcs::recording {
 namespace {
 
-/// @param kLast  the message's last constant: one that is added does not go unnoticed
+/// @param kLast  last constant of the message, so that an added constant fails to compile
 template <int kLast, std::size_t kNames>
 std::string_view name(const std::string_view (&names)[kNames], int value) {
   static_assert(kLast + 1 == static_cast<int>(kNames));

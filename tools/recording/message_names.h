@@ -1,5 +1,5 @@
 #pragma once
-// Names of the constants of messages, for people. A value that is none of them is "?".
+// Names of the constants of messages. An invalid value gives "?".
 
 #include <string_view>
 

@@ -66,7 +66,7 @@ class Reader {
     }
   }
 
-  /// By stamp; of equal stamps the one that came last.
+  /// Sorts by stamp; of equal stamps keeps the last one received.
   template <class T, class StampOf>
   static void sort_unique(std::vector<T>* records, StampOf stamp_of) {
     std::stable_sort(records->begin(), records->end(),
@@ -164,8 +164,8 @@ std::vector<std::string> split(const std::string& text, char separator) {
   return parts;
 }
 
-/// The stopwatch values of a replay: see TimingFile. Lines that do not fit are passed over: the
-/// file may end in the middle of one.
+/// The computing times of a replay: see TimingFile. Malformed lines are skipped, because the file
+/// may end in the middle of a line.
 void read_timing(const std::string& text, RunLog* run) {
   for (const std::string& line : split(text, '\n')) {
     const std::vector<std::string> cells = split(line, ',');
@@ -211,7 +211,7 @@ std::optional<Pose> nav_pose_at(const RunLog& run, Frame frame, Stamp stamp) {
       kMaxNavGap);
 }
 
-/// Of a run without scans.
+/// Poses of a run without scans.
 Result<ScanPoses> poses_at_beliefs(const RunLog& run, Frame frame) {
   ScanPoses out;
   for (const NavRecord& nav : run.nav) {
@@ -221,8 +221,9 @@ Result<ScanPoses> poses_at_beliefs(const RunLog& run, Frame frame) {
         {nav.stamp, frame == Frame::kWorld ? nav.T_world_vehicle : nav.T_local_vehicle});
   }
   if (!out.poses.empty()) return out;
-  return Error{run.path + ": no registration of any scan (SP_REGISTRATION)" +
-               (frame == Frame::kRolling ? "" : ", and no belief in that frame (WM_NAV_STATE)")};
+  return Error{
+      run.path + ": no registration of any scan (SP_REGISTRATION)" +
+      (frame == Frame::kRolling ? "" : ", and no belief in the requested frame (WM_NAV_STATE)")};
 }
 
 }  // namespace
@@ -272,7 +273,7 @@ Result<ScanPoses> poses_at_scans(const RunLog& run, Frame frame) {
     }
     if (scan.map_epoch != run.scans.front().map_epoch) {
       return Error{
-          fmt::format("{}: SP started its rolling map anew at scan {}: its poses share no "
+          fmt::format("{}: SP restarted its rolling map at scan {}: the poses have no common "
                       "frame; use --frame local",
                       run.path, scan.scan_id)};
     }
@@ -300,8 +301,8 @@ Result<ScanPoses> poses_at_scans(const RunLog& run, Frame frame) {
     out.poses.push_back({run.scans[i].reference, *poses[i]});
   }
   if (out.poses.empty()) {
-    return Error{
-        fmt::format("{}: no pose in that frame at any of {} scans", run.path, run.scans.size())};
+    return Error{fmt::format("{}: no pose in the requested frame at any of {} scans", run.path,
+                             run.scans.size())};
   }
   return out;
 }

@@ -1,6 +1,6 @@
 #pragma once
-// A run as its log tells it: what SP and WM answered, the truth where it is known, and the accounts
-// of the cycles.
+// A run from its log: results of SP and WM, the truth if present, and the computing times of the
+// cycles.
 
 #include <cstdint>
 #include <map>
@@ -17,13 +17,13 @@
 
 namespace rcs::recording {
 
-/// SP's answer for one scan against its rolling map.
+/// Result of SP for one scan matched to the rolling map.
 struct ScanRecord {
   Stamp reference;
   std::int64_t scan_id = 0;
   std::int32_t map_epoch = 0;
   std::int8_t stop = 0;                   ///< registration_t::STOP_*
-  std::optional<Pose> T_rolling_vehicle;  ///< none: not a pose
+  std::optional<Pose> T_rolling_vehicle;  ///< nullopt: invalid
   int iterations = 0;
 };
 
@@ -34,7 +34,7 @@ struct NavRecord {
   Pose T_local_vehicle;
   Mat6 cov_world_pose = Mat6::Zero();  ///< right perturbation (rho, phi)
   Duration age_gps{};                  ///< negative: never accepted
-  Duration age_ins{};                  ///< the same
+  Duration age_ins{};                  ///< negative: never accepted
   Stamp cause_arrival;                 ///< node time; utime 0: none
   Stamp published;                     ///< node time
 };
@@ -45,7 +45,7 @@ struct FusedRecord {
   std::int8_t source = 0;  ///< innovation_t::SOURCE_*
 };
 
-/// One account of one node's cycle: stopwatch values.
+/// Computing times of one cycle of a node.
 struct CycleRecord {
   double late_ms = 0.0;
   double wall_ms = 0.0;
@@ -69,16 +69,16 @@ struct RunLog {
   std::optional<Geodetic> world_datum;  ///< of WM's frame world
   tools::Trajectory truth;              ///< T_truthworld_vehicle
   std::optional<Geodetic> truth_datum;
-  std::map<std::string, NodeRecord> nodes;  ///< by name; live, or from the timing file beside it
-  bool live = false;                        ///< the accounts were recorded as it ran
+  std::map<std::string, NodeRecord> nodes;  ///< by name; live, or from the file LOG.timing
+  bool live = false;                        ///< the computing times are of a live run
   std::int64_t undecodable = 0;
   std::string damage;  ///< of the log; empty: none
 };
 
-/// Reads a run's log, and LOG.timing beside it when that exists and the log has no accounts.
+/// Reads the log of a run, and LOG.timing if that exists and the log has no cycle messages.
 [[nodiscard]] Result<RunLog> read_run(const std::string& path);
 
-/// Leaves of scans, beliefs and truth those from `from` until before `to`, after the earliest.
+/// Keeps scans, beliefs and truth within [from, to) after the earliest.
 void cut(Duration from, Duration to, RunLog* run);
 
 enum class Frame { kWorld, kLocal, kRolling };
@@ -86,14 +86,14 @@ enum class Frame { kWorld, kLocal, kRolling };
 struct ScanPoses {
   std::vector<std::int64_t> scan_ids;
   tools::Trajectory poses;  ///< T_frame_vehicle at the reference instants of the scans
-  std::size_t carried = 0;  ///< not covered by WM: carried on along SP's rolling map
+  std::size_t carried = 0;  ///< not covered by WM: extrapolated by the rolling map of SP
 };
 
-/// The vehicle at the reference instant of every scan. World and local: WM's belief, between its
-/// stamps on the screw motion; a scan that it does not cover (before its first belief) is carried
-/// along SP's rolling map from the nearest that is. A run without a single scan (no LADAR) has its
-/// poses at WM's own stamps, numbered from 0.
-/// @return an error when the frame was never there, or the rolling poses are of several maps
+/// Pose of the vehicle at the reference instant of every scan. World and local: the belief of WM,
+/// interpolated along the screw motion; a scan outside the beliefs (before the first one) is
+/// extrapolated by the rolling map of SP from the nearest scan inside. A run without scans (no
+/// LADAR) has poses at the stamps of WM, numbered from 0.
+/// @return an error if the frame never existed, or the rolling poses are of several maps
 [[nodiscard]] Result<ScanPoses> poses_at_scans(const RunLog& run, Frame frame);
 
 }  // namespace rcs::recording

@@ -31,7 +31,7 @@ class Placer {
   Placer(const RunPoses& poses, const std::function<void(const PlacedScan&)>& use)
       : poses_(poses), use_(use) {}
 
-  /// @param scan  its points each at its own time; left deskewed
+  /// @param scan  in: points with individual times; out: deskewed
   void place(std::int64_t id, sp::Scan* scan) {
     if (scan->points.empty()) return;
     const std::optional<Pose> T = tools::pose_at(poses_.world, scan->reference, kMaxGap);
@@ -95,7 +95,7 @@ class Placer {
   std::int64_t id_ = -1;
 };
 
-/// SP's own points: one message, one part.
+/// The points of SP: one message per part.
 class PublishedPoints {
  public:
   explicit PublishedPoints(Placer* placer) : placer_(placer) {}
@@ -127,7 +127,7 @@ class PublishedPoints {
   sp::Scan scan_;
 };
 
-/// The LADAR's facets, put together as SP does.
+/// The facets of the LADAR, assembled as in SP.
 class Facets {
  public:
   Facets(Placer* placer, const sp::LadarParams& ladar)
@@ -184,8 +184,8 @@ Outcome read_all(LogReader* log, Reader* reader, const std::function<bool(double
   return Done{};
 }
 
-/// What GPS and the map make of the world moves slowly, the vehicle in frame local smoothly: the
-/// pose of a moment is asked of the beliefs around it, too, carried there along frame local.
+/// Frame world moves slowly against frame local, and the vehicle moves smoothly in frame local: a
+/// pose is averaged over neighbouring beliefs, transferred to its time along frame local.
 tools::Trajectory smoothed(const std::vector<NavRecord>& nav) {
   constexpr Duration kReach = std::chrono::seconds(5);
   constexpr Duration kStep = std::chrono::milliseconds(200);
@@ -215,8 +215,8 @@ tools::Trajectory smoothed(const std::vector<NavRecord>& nav) {
   return out;
 }
 
-/// Root mean square of column sigma_z_m; 0 without a file. The vehicle's z axis is up but for its
-/// roll and pitch.
+/// Root mean square of column sigma_z_m; 0 without a file. The z axis of the vehicle is up except
+/// for roll and pitch.
 Result<double> read_sigma_up(const std::string& path) {
   constexpr std::string_view kColumns = "t_s,sigma_x_m,sigma_y_m,sigma_z_m,";
   if (!std::filesystem::exists(path)) return 0.0;
@@ -226,8 +226,7 @@ Result<double> read_sigma_up(const std::string& path) {
   std::string line;
   std::getline(lines, line);
   if (line.compare(0, kColumns.size(), kColumns) != 0) {
-    return Error{
-        fmt::format("{}:1: not a file of sigmas: its columns begin with {}", path, kColumns)};
+    return Error{fmt::format("{}:1: not a file of sigmas: expected columns {}", path, kColumns)};
   }
   double square = 0.0;
   int n = 0;
@@ -237,7 +236,7 @@ Result<double> read_sigma_up(const std::string& path) {
     square += (*v)[3] * (*v)[3];
     ++n;
   }
-  if (n == 0) return Error{path + ": no sigma in it"};
+  if (n == 0) return Error{path + ": no sigmas"};
   return std::sqrt(square / n);
 }
 
@@ -256,7 +255,7 @@ std::string sigma_file_of(const std::string& pose_file) {
 Result<RunPoses> poses_of(const RunLog& run, PoseSource source, const std::string& file) {
   RunPoses poses;
   if (source == PoseSource::kTruth) {
-    if (run.truth.empty()) return Error{run.path + ": no SIM_TRUTH in it"};
+    if (run.truth.empty()) return Error{run.path + ": no SIM_TRUTH"};
     poses.world = poses.smooth = run.truth;
     poses.datum = *run.truth_datum;
     return poses;
@@ -266,12 +265,11 @@ Result<RunPoses> poses_of(const RunLog& run, PoseSource source, const std::strin
     if (!text) return text.error();
     Result<tools::Trajectory> read = tools::parse_tum(*text, file);
     if (!read) return read.error();
-    if (read->empty()) return Error{file + ": no pose in it"};
+    if (read->empty()) return Error{file + ": no poses"};
     if (!run.world_datum && !run.truth_datum) {
       return Error{run.path +
-                   ": neither WM_NAV_STATE with a datum nor SIM_TRUTH in it: where on "
-                   "the earth the poses of " +
-                   file + " are is not known"};
+                   ": no WM_NAV_STATE with a datum and no SIM_TRUTH: the datum of the poses of " +
+                   file + " is unknown"};
     }
     const Result<double> sigma_up_m = read_sigma_up(sigma_file_of(file));
     if (!sigma_up_m) return sigma_up_m.error();
@@ -281,13 +279,12 @@ Result<RunPoses> poses_of(const RunLog& run, PoseSource source, const std::strin
     return poses;
   }
   if (run.nav.empty()) {
-    return Error{run.path +
-                 ": no poses in it (WM_NAV_STATE): `rcs replay` makes a log that has them"};
+    return Error{run.path + ": no poses (WM_NAV_STATE); use a log written by `rcs replay`"};
   }
   if (!run.world_datum) {
-    return Error{run.path + ": WM never knew where on the earth it was (no GPS datum)"};
+    return Error{run.path + ": WM never had a world pose (no datum from GPS)"};
   }
-  // Scans from before WM had its bearings, carried on along SP's map.
+  // Scans before the initialization of WM, extrapolated by the rolling map of SP.
   const tools::Trajectory world = smoothed(run.nav);
   const Stamp first = world.front().stamp;
   Pose T_smooth_world;  // at the seam

@@ -1,5 +1,5 @@
 #pragma once
-// The scans of a run, one after the other, each with the pose that it was taken at.
+// The scans of a run in order, each with its pose.
 
 #include <cstdint>
 #include <functional>
@@ -16,23 +16,24 @@
 
 namespace rcs::recording {
 
-/// Whose poses scans are placed by.
+/// Source of the poses of scans.
 enum class PoseSource { kWm, kTruth, kFile };
 
-/// The file of sigmas that `rcs truth` writes beside its poses: OUT.sigma.csv for OUT and
+/// The file of sigmas that `rcs smooth` writes next to its poses: OUT.sigma.csv for OUT and
 /// OUT.scans.
 [[nodiscard]] std::string sigma_file_of(const std::string& pose_file);
 
-/// Where the vehicle was.
+/// Poses of the vehicle.
 struct RunPoses {
   tools::Trajectory world;   ///< T_world_vehicle
-  tools::Trajectory smooth;  ///< T_any_vehicle, without steps: what a scan is deskewed by
+  tools::Trajectory smooth;  ///< T_any_vehicle, without steps, for deskewing
   Geodetic datum;            ///< of frame world
-  double sigma_up_m = 0.0;   ///< root mean square of the heights' sigmas: WM's, or the sigma file's
+  double sigma_up_m =
+      0.0;  ///< root mean square of the sigmas of height, of WM or from the sigma file
 };
 
 /// @param file  of PoseSource::kFile: TUM, in frame world of WM (else of the truth) in `run`
-/// @return an error that says what the log lacks
+/// @return an error that names the missing data
 [[nodiscard]] Result<RunPoses> poses_of(const RunLog& run, PoseSource source,
                                         const std::string& file);
 
@@ -45,20 +46,19 @@ struct PlacedScan {
   Vec6 twist_vehicle = Vec6::Zero();  ///< (rho [m/s], phi [rad/s])
 };
 
-/// What became of a log's LADAR data.
+/// Counts of the LADAR data of a log.
 struct ScanCount {
   std::int64_t scans = 0;    ///< placed
   std::int64_t no_pose = 0;  ///< scans that the poses do not cover
   std::int64_t points = 0;   ///< of the placed ones
-  std::int64_t bad = 0;      ///< messages or points that are not what they should be
+  std::int64_t bad = 0;      ///< malformed messages or points
   std::string damage;        ///< of the log; empty: none
 };
 
-/// Calls `use` with every scan; it says whether to go on.
-/// @param ladar  as configured: LADAR_RANGES and LADAR_POINTS are converted. None: SP_POINTS, as SP
-///   published them
-/// @param progress  told the share of the log that was read; says whether to go on
-/// @return an error when the log can't be read, and "interrupted"
+/// Calls `use` with every scan; it returns false to stop.
+/// @param ladar  as configured: LADAR_RANGES and LADAR_POINTS are converted. nullopt: SP_POINTS
+/// @param progress  called with the share of the log that was read; returns false to stop
+/// @return an error if the log can't be read, and "interrupted"
 [[nodiscard]] Result<ScanCount> for_each_scan(const std::string& log, const RunPoses& poses,
                                               const std::optional<sp::LadarParams>& ladar,
                                               const std::function<void(const PlacedScan&)>& use,

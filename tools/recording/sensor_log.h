@@ -1,5 +1,5 @@
 #pragma once
-// Messages of several sensors on their way into one log.
+// Collects messages of several sensors for one log.
 
 #include <string>
 #include <variant>
@@ -14,8 +14,8 @@
 
 namespace rcs::recording {
 
-/// Takes one sensor after the other, and writes all in the order in which they arrived; what
-/// arrived at the same time, in the order in which it was added.
+/// Accepts one sensor after the other and writes all messages in the order of arrival; equal
+/// arrivals in the order in which they were added.
 class SensorLog {
  public:
   using Message = std::variant<ins_t, gps_fix_t, odometry_t, truth_t>;

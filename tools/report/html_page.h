@@ -1,5 +1,5 @@
 #pragma once
-// One self-contained HTML page: no script, nothing from elsewhere, readable in light and dark.
+// One self-contained HTML page: no scripts, no external resources, readable in light and dark.
 
 #include <string>
 #include <string_view>

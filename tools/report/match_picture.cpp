@@ -11,10 +11,10 @@
 namespace rcs::report {
 namespace {
 
-constexpr std::size_t kMostDots = 8000;   // of a cloud
-constexpr std::size_t kMostHairs = 2000;  // pairs
-constexpr double kStray = 0.005;          // share of the points on either side
-constexpr double kDetail_m = 16.0;        // width
+constexpr std::size_t kMaxDots = 8000;   // of a cloud
+constexpr std::size_t kMaxHairs = 2000;  // pairs
+constexpr double kStray = 0.005;         // share of the points on either side
+constexpr double kDetail_m = 16.0;       // width
 
 std::size_t stride(std::size_t size, std::size_t most) { return 1 + (size - 1) / most; }
 
@@ -23,10 +23,10 @@ struct Range {
   double high = -std::numeric_limits<double>::infinity();
 };
 
-/// Takes in all but the strays of a cloud at T, along an axis.
+/// Extends the range to a cloud at T along an axis, without its strays.
 void widen(const Points& points, const Pose& T, int axis, Range* range) {
   std::vector<double> values;
-  const std::size_t step = stride(points.size(), kMostDots);
+  const std::size_t step = stride(points.size(), kMaxDots);
   values.reserve(points.size() / step + 1);
   for (std::size_t i = 0; i < points.size(); i += step) {
     values.push_back((T * points[i].cast<double>())[axis]);
@@ -38,7 +38,7 @@ void widen(const Points& points, const Pose& T, int axis, Range* range) {
 
 Series dots(const std::string& label, Colour colour, const Points& points, const Pose& T, int up) {
   Series s{label, colour, SeriesStyle::kDots, {}, {}, {}};
-  const std::size_t step = stride(points.size(), kMostDots);
+  const std::size_t step = stride(points.size(), kMaxDots);
   for (std::size_t i = 0; i < points.size(); i += step) {
     const Vec3 p = T * points[i].cast<double>();
     s.x.push_back(p.x());
@@ -60,7 +60,7 @@ Series pairs(const Points& model, const Points& data, const Pose& T,
     if (inside(window, p.x(), p[up])) seen.push_back(i);
   }
   if (seen.empty()) return s;
-  for (std::size_t k = 0; k < seen.size(); k += stride(seen.size(), kMostHairs)) {
+  for (std::size_t k = 0; k < seen.size(); k += stride(seen.size(), kMaxHairs)) {
     const Vec3 p = T * data[seen[k]].cast<double>();
     const Vec3 q = model[closest[seen[k]]].cast<double>();
     for (const Vec3& end : {p, q}) {

@@ -71,7 +71,7 @@ std::string_view style_class(SeriesStyle style) {
   return "line";
 }
 
-/// About: fonts differ.
+/// Approximate, because fonts differ.
 double text_width_px(std::string_view text) { return 6.7 * static_cast<double>(text.size()); }
 
 class Canvas {
@@ -126,7 +126,7 @@ class Canvas {
     fmt::format_to(std::back_inserter(out_), format, std::forward<Args>(args)...);
   }
 
-  // Plots of one page share its name space.
+  // Ids must be unique among the plots of a page.
   [[nodiscard]] std::string clip_id() const {
     return fmt::format("clip-{:x}", std::hash<std::string>()(plot_.title + plot_.y_label));
   }
@@ -145,7 +145,7 @@ class Canvas {
       for (const double v : s.x) add_x(v);
       for (const double v : s.y) add_y(v);
       for (const double v : s.y_low) add_y(v);
-      // One count is half a decade tall, not invisible.
+      // One count is half a decade tall, so that it is visible.
       if (s.style == SeriesStyle::kBars) y_.add(plot_.log_y ? -0.3 : 0.0);
     }
     for (const Mark& m : plot_.marks) {
@@ -189,7 +189,7 @@ class Canvas {
       r->high += 0.5;
     }
   }
-  /// Makes the scale with more room as coarse as the other one.
+  /// Sets both scales to the coarser one.
   void equalize() {
     const double unit_x = x_.span() / (right_ - left_);
     const double unit_y = y_.span() / (bottom_ - top_);
@@ -353,7 +353,7 @@ class Canvas {
     return std::min(kViridis.size() - 1, static_cast<std::size_t>(std::max(0.0, step)));
   }
 
-  /// One path a colour, in units of cells; neighbours along x of one colour are one rectangle.
+  /// One path per colour, in units of cells; neighbours of one colour along x are one rectangle.
   void draw_cells() {
     std::array<std::string, kViridis.size()> paths;
     const std::vector<CellMap::Cell>& cells = plot_.map->cells;
@@ -413,7 +413,7 @@ class Canvas {
         emit("<rect class=\"{} {}\" x=\"{:.1f}\" y=\"{:.1f}\" width=\"20\" height=\"9\"/>",
              style_class(s.style), colour_class(s.colour), x, y - 4.5);
       } else {
-        // A hair and a dot would hardly be seen alone.
+        // A single hair or dot would hardly be visible.
         const bool dots = s.style == SeriesStyle::kDots;
         const SeriesStyle style = s.style == SeriesStyle::kHair ? SeriesStyle::kLine : s.style;
         emit("<path class=\"{} {}\" d=\"M{:.1f} {:.1f}{}\"/>", style_class(style),

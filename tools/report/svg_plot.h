@@ -1,5 +1,6 @@
 #pragma once
-// Plots as SVG text: axes with ticks and units, legend, light and dark by the reader's preference.
+// Plots as SVG text: axes with ticks and units, legend, light or dark by the preference of the
+// reader.
 
 #include <optional>
 #include <string>
@@ -9,7 +10,7 @@
 
 namespace rcs::report {
 
-/// Slots of the palette; told apart by those who see colours differently (Okabe and Ito 2008).
+/// Colours of the palette, distinguishable for colour-blind readers (Okabe and Ito 2008).
 enum class Colour { kBlue, kOrange, kGreen, kPurple, kYellow, kGrey };
 
 enum class SeriesStyle {
@@ -17,17 +18,17 @@ enum class SeriesStyle {
   kThickLine,
   kDashed,
   kBand,  ///< filled between y_low and y
-  kBars,  ///< from 0 (or the axis' foot) to y, as wide as the distance of the x
-  kHair,  ///< a thin line, with all of its points
-  kDots   ///< each point for itself
+  kBars,  ///< from 0 (or the bottom of the axis) to y, as wide as the distance of the x
+  kHair,  ///< a thin line with all of its points
+  kDots   ///< separate points
 };
 
 struct Series {
-  std::string label;  ///< in the legend; empty: not there
+  std::string label;  ///< in the legend; empty: no entry
   Colour colour = Colour::kBlue;
   SeriesStyle style = SeriesStyle::kLine;
   std::vector<double> x;
-  std::vector<double> y;      ///< a value that is not finite interrupts the line
+  std::vector<double> y;      ///< a non-finite value interrupts the line
   std::vector<double> y_low;  ///< of a band
 };
 
@@ -37,7 +38,7 @@ struct Mark {
   std::string label;
 };
 
-/// A part of the x axis that is set off from the rest.
+/// A shaded interval of the x axis.
 struct Shade {
   double from = 0.0;
   double to = 0.0;
@@ -56,7 +57,7 @@ struct CellMap {
   std::string value_label;  ///< with unit
 };
 
-/// What part of the plane is shown.
+/// The visible part of the plane.
 struct Window {
   double x_low = 0.0;
   double x_high = 1.0;
@@ -70,12 +71,12 @@ struct Plot {
   std::string y_label;
   int width_px = 880;
   int height_px = 300;
-  bool equal_scales = false;  ///< a picture from above: one metre is as long along x and y
-  bool log_x = false;         ///< of lines and dots only; values at or below 0 are left out
-  bool log_y = false;         ///< values at or below 0 are left out
+  bool equal_scales = false;  ///< for views from above: equal scales along x and y
+  bool log_x = false;         ///< for lines and dots only; values at or below 0 are omitted
+  bool log_y = false;         ///< values at or below 0 are omitted
   bool y_from_zero = false;
-  std::vector<std::string> y_names;  ///< lanes: of y = 0, 1, 2 ... instead of numbers
-  std::optional<Window> window;      ///< none: all that is there
+  std::vector<std::string> y_names;  ///< lanes: names of y = 0, 1, 2 ... instead of numbers
+  std::optional<Window> window;      ///< nullopt: all data
   std::vector<Shade> shades;
   std::vector<Series> series;
   std::vector<Mark> marks;
@@ -85,17 +86,17 @@ struct Plot {
 /// About `count` round values (1, 2, 2.5 or 5 times a power of ten) inside [low, high].
 [[nodiscard]] std::vector<double> round_ticks(double low, double high, int count);
 
-/// @param standalone  with its own style sheet and name space: a file of its own
+/// @param standalone  with its own style sheet and XML name space, as a file
 [[nodiscard]] std::string render(const Plot& plot, bool standalone);
 
-/// Plots of one width, one below the other, in a file of their own.
+/// Plots of one width, one below the other, in one file.
 /// @param plots  titles or y labels differ
 [[nodiscard]] std::string render_stacked(const std::vector<Plot>& plots);
 
-/// The style sheet that plots without their own need.
+/// The style sheet for plots that are not standalone.
 [[nodiscard]] std::string_view plot_style();
 
-/// `text` with <, >, & and quotes made harmless.
+/// `text` with <, >, & and quotes escaped.
 [[nodiscard]] std::string escape_xml(std::string_view text);
 
 }  // namespace rcs::report

@@ -1,4 +1,4 @@
-// How the plots look: ticks, and colours in light and in dark.
+// Style of the plots: ticks, and colours in light and dark.
 
 #include "tools/report/svg_plot.h"
 

@@ -1,5 +1,5 @@
 #pragma once
-// A table of figures for people: on a terminal or on a page.
+// A table of values for a terminal or a page.
 
 #include <string>
 #include <vector>

@@ -154,7 +154,7 @@ SolvedGraph solve(const PoseGraph& graph, const GraphState& start, const SolverP
       break;
     }
     out.converged = is_small(dx, columns, start.T_world_vehicle.size(), params);
-    // A robust cost is not convex: half of a step that leads up, and half of that.
+    // A robust cost is not convex: halve a step that increases the cost.
     GraphState next = moved(out.state, dx);
     for (int halved = 0; halved < 4 && cost_of(graph, next, params) > n.cost * (1.0 + 1e-9);
          ++halved) {
@@ -178,7 +178,7 @@ GraphCovariance covariance(const PoseGraph& graph, const SolvedGraph& solved,
   const Columns c(solved.state);
   const std::vector<Pose>& T = solved.state.T_world_vehicle;
 
-  // How the first pose goes with all, and how the mean of all positions does.
+  // Covariances of the first pose, and of the mean of all positions, with all unknowns.
   MatrixXd unit = MatrixXd::Zero(c.size(), 9);
   unit.topLeftCorner<6, 6>().setIdentity();
   for (std::size_t k = 0; k < T.size(); ++k) {
@@ -196,8 +196,9 @@ GraphCovariance covariance(const PoseGraph& graph, const SolvedGraph& solved,
       }
     }
     out.pose.push_back(P);
-    const Mat6 cross = with.block<6, 6>(c.pose(k), 0);  // of node k and the first
-    const Mat6 A = adjoint(T[k].inverse() * T[0]);      // what the first's error does to T_first_k
+    const Mat6 cross = with.block<6, 6>(c.pose(k), 0);  // of node k and the first one
+    const Mat6 A =
+        adjoint(T[k].inverse() * T[0]);  // effect of the error of the first pose on T_first_k
     const Mat6 first = with.topLeftCorner<6, 6>();
     const Mat6 sum = P + A * first * A.transpose() - cross * A.transpose() - A * cross.transpose();
     out.from_first.push_back(sum);

@@ -10,7 +10,7 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-/// W with W^T W = information, also where that has directions of none.
+/// W with W^T W = information, also for singular information.
 MatrixXd root(const MatrixXd& information) {
   const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen(information);
   return eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal() *
@@ -42,7 +42,7 @@ LinearEdge wander(int from, int to, const Vec3& step, const Vec3& sigma, double 
   return e;
 }
 
-/// exp(twist * delay): from where the vehicle was at the stamp to where it was then.
+/// exp(twist * delay): motion of the vehicle from the stamp to the measurement.
 Pose delayed(const PoseGraph& g, const GraphState& s, std::size_t node) {
   return exp_se3(g.twist[node] * s.shared.ladar_delay_s);
 }
@@ -72,7 +72,7 @@ LinearEdge linearize(const PoseGraph& g, const GraphState& s, const InertialEdge
   now.gyro_scale = s.shared.gyro_scale;
   now.accel_gain = s.shared.accel_gain;
   const Vec<9> more = e.motion.by_errors * (as_vector(now) - as_vector(e.motion.errors)).eval();
-  // Frame world turns with the earth.
+  // Frame world rotates with the earth.
   const Vec3 fall = g.gravity_world - 2.0 * g.earth_rate_world.cross(v);
   const Mat3 Rt = a.rotation().transpose();
   const Quat earth = exp_so3(g.earth_rate_world * dt);
@@ -145,7 +145,7 @@ LinearEdge linearize_position(const PoseGraph& g, const GraphState& s, const Gps
 LinearEdge linearize_velocity(const PoseGraph& g, const GraphState& s, const GpsEdge& e) {
   const Columns c(s);
   const Mat3 R = s.T_world_vehicle[e.node].rotation();
-  // Of the antenna, which turns with the vehicle.
+  // Velocity of the antenna, including the rotation of the vehicle.
   const Vec3 dv = e.dv_node + e.T_node_vehicle.q * e.rate_radps.cross(g.p_vehicle_antenna);
   LinearEdge out;
   out.kind = EdgeKind::kGpsVelocity;
@@ -168,7 +168,7 @@ LinearEdge linearize(const PoseGraph& g, const GraphState& s, const WheelEdge& e
   out.kind = EdgeKind::kWheels;
   out.r = VectorXd::Constant(1, gain * speed - e.speed_mps);
   MatrixXd J = MatrixXd::Zero(1, 6);
-  // The climb's own derivative: of the x axis' height.
+  // Derivative of the climb: of the vertical component of the x axis.
   J.rightCols<3>() =
       gain * e.ahead.transpose() * hat(v) +
       speed * s.shared.climb_slip * Vec3::UnitX().cross(Rt * Vec3::UnitZ()).transpose();
@@ -200,7 +200,7 @@ LinearEdge linearize(const PoseGraph& g, const GraphState& s, const MatchEdge& e
 std::vector<LinearEdge> linearize_priors(const PoseGraph& g, const GraphState& s) {
   const Columns c(s);
   const GraphPriors& p = g.priors;
-  constexpr double kNothing_mps = 1e3;  // of velocities, so that none is free
+  constexpr double kNothing_mps = 1e3;  // weak prior of velocities, so that all are determined
   std::vector<LinearEdge> out;
   if (p.first_pose) {
     LinearEdge e = single(c.pose(0), log_se3(p.first_pose->inverse() * s.T_world_vehicle[0]), 1.0);

@@ -1,6 +1,6 @@
 #pragma once
-// A whole drive as one least-squares problem: poses and velocities at its nodes, slow errors of the
-// sensors, and what every measurement says of them. Pure.
+// A whole drive as one least-squares problem: poses and velocities at its nodes, time-correlated
+// errors of the sensors, and the residuals of all measurements. Pure.
 
 #include <array>
 #include <cstddef>
@@ -13,23 +13,23 @@
 
 namespace rcs::smoothing {
 
-/// What holds for the whole drive.
+/// Parameters that are constant during the drive.
 struct SharedErrors {
-  /// The vehicle as the LADAR sees it: p_vehicle = mount * (a point by the configured mount).
+  /// LADAR misalignment: p_vehicle = mount * (a point by the configured mount).
   Pose mount;
-  double ladar_delay_s = 0.0;  ///< a scan was measured so much after its stamp
+  double ladar_delay_s = 0.0;  ///< delay of the measurement of a scan against its stamp
   Vec3 gyro_scale = Vec3::Zero();
   Mat3 accel_gain = Mat3::Zero();
-  double wheel_scale = 0.0;  ///< wheels say (1 + wheel_scale + climb_slip * sin(climb)) times
-  double climb_slip = 0.0;   ///< the speed
+  double wheel_scale = 0.0;  ///< measured wheel speed = speed *
+  double climb_slip = 0.0;   ///< (1 + wheel_scale + climb_slip * sin(climb))
 };
 
 struct GraphState {
   std::vector<Pose> T_world_vehicle;  ///< by node
   std::vector<Vec3> v_world;          ///< [m/s]
-  std::vector<Vec3> gyro_bias;        ///< by stretch of nodes [rad/s]
+  std::vector<Vec3> gyro_bias;        ///< by section of nodes [rad/s]
   std::vector<Vec3> accel_bias;       ///< [m/s^2]
-  std::vector<Vec3> gps_offset;       ///< the receiver's slow error, by its stretches [m]
+  std::vector<Vec3> gps_offset;       ///< GPS bias, by its sections [m]
   SharedErrors shared;
 };
 
@@ -39,42 +39,41 @@ enum class EdgeKind : std::size_t {
   kGpsPosition,
   kGpsVelocity,
   kWheels,
-  kConsecutive,  ///< a scan matched to what was seen just before
-  kRevisit,      ///< to what was seen on another pass
-  kPrior,        ///< what was known before, and how slow errors wander
+  kConsecutive,  ///< a scan matched to a map of the same pass
+  kRevisit,      ///< a scan matched to a map of another pass
+  kPrior,        ///< priors, and random walks of time-correlated errors
 };
 constexpr std::size_t kEdgeKinds = 8;
 [[nodiscard]] std::string_view name_of(EdgeKind kind);
 
 struct InertialEdge {
   std::size_t from = 0, to = 0;
-  std::size_t stretch = 0;  ///< of biases
+  std::size_t stretch = 0;  ///< section of the biases
   Preintegrated motion;
 };
 
-/// The motion between two nodes, where no INS tells it; also the velocity's change if that is
-/// known.
+/// The motion between two nodes without INS; also the change of velocity, if known.
 struct MotionEdge {
   std::size_t from = 0, to = 0;
   Pose T_from_to;
   Vec6 sigma = Vec6::Ones();  ///< (rho, phi)
 };
 
-/// A fix some time after a node.
+/// A fix after a node.
 struct GpsEdge {
   std::size_t node = 0;
-  std::size_t stretch = 0;      ///< of the slow error
-  Pose T_node_vehicle;          ///< the motion since the node
-  Vec3 dv_node = Vec3::Zero();  ///< the velocity's change since, vehicle axes at the node
+  std::size_t stretch = 0;      ///< section of the GPS bias
+  Pose T_node_vehicle;          ///< motion since the node
+  Vec3 dv_node = Vec3::Zero();  ///< change of velocity since the node, in its vehicle axes
   Vec3 p_world_antenna = Vec3::Zero();
-  Vec3 sigma_m = Vec3::Ones();  ///< of what differs from fix to fix
+  Vec3 sigma_m = Vec3::Ones();  ///< of the white noise
   bool has_velocity = false;
   Vec3 v_world = Vec3::Zero();
   Vec3 sigma_mps = Vec3::Ones();
   Vec3 rate_radps = Vec3::Zero();  ///< at the fix, vehicle axes
 };
 
-/// The mean of the wheels' speed near a node: (ahead . v + ahead_dv) by the vehicle's axes there.
+/// Mean wheel speed near a node: (ahead . v + ahead_dv) in the vehicle axes of the node.
 struct WheelEdge {
   std::size_t node = 0;
   Vec3 ahead = Vec3::UnitX();
@@ -86,21 +85,21 @@ struct WheelEdge {
 /// A scan at a node registered to the map around another node.
 struct MatchEdge {
   std::size_t map = 0, scan = 0;
-  Pose T_map_scan;                  ///< both as the LADAR sees the vehicle
+  Pose T_map_scan;                  ///< both with the LADAR misalignment
   Mat6 information = Mat6::Zero();  ///< right perturbation; zero along unobserved directions
   bool revisit = false;
   double rms_m = 0.0;
   double overlap = 0.0;
 };
 
-/// What was known before anything was measured, one sigma.
+/// Priors, one sigma.
 struct GraphPriors {
-  std::optional<Pose> first_pose;  ///< where nothing absolute is measured, with these sigmas
+  std::optional<Pose> first_pose;  ///< without absolute measurements, with these sigmas
   Vec6 first_sigma = Vec6::Constant(1e-3);
-  Vec3 gps_sigma_m = Vec3::Ones();  ///< of the slow error
+  Vec3 gps_sigma_m = Vec3::Ones();  ///< of the GPS bias
   double gps_tau_s = 60.0;
   double gyro_bias_radps = 1e-4, accel_bias_mps2 = 1e-2;
-  double gyro_wander_radps = 1e-6, accel_wander_mps2 = 1e-4;  ///< from stretch to stretch
+  double gyro_wander_radps = 1e-6, accel_wander_mps2 = 1e-4;  ///< from section to section
   double gyro_scale = 1e-3, accel_gain = 2e-3;
   double wheel_scale = 0.02, climb_slip = 0.1;
   double mount_m = 1e-3, mount_rad = 7e-3;  ///< of SharedErrors::mount
@@ -112,7 +111,7 @@ struct PoseGraph {
   Vec3 gravity_world = Vec3(0.0, 0.0, -9.80665);
   Vec3 earth_rate_world = Vec3::Zero();
   Vec3 p_vehicle_antenna = Vec3::Zero();
-  std::vector<Vec6> twist;  ///< (v, rate) of the vehicle by node, own axes: what a delay moves
+  std::vector<Vec6> twist;  ///< (v, rate) of the vehicle by node, vehicle axes, for the delay
   double gps_stretch_s = 2.0;
   GraphPriors priors;
   std::vector<InertialEdge> inertial;
@@ -123,7 +122,7 @@ struct PoseGraph {
   std::array<double, kEdgeKinds> variance_factor{1, 1, 1, 1, 1, 1, 1, 1};  ///< by kind
 };
 
-/// Where each unknown stands in the vector of all.
+/// Index of each unknown in the vector of all.
 class Columns {
  public:
   explicit Columns(const GraphState& s)
@@ -150,7 +149,7 @@ class Columns {
   int nodes_, biases_, fixes_;
 };
 
-/// A residual in units of its sigma, and its derivatives by the unknowns from a column on.
+/// A residual in units of its sigma, and its derivatives by blocks of unknowns.
 struct LinearEdge {
   struct Block {
     int column = 0;
@@ -169,13 +168,13 @@ struct LinearEdge {
                                             const GpsEdge& e);
 [[nodiscard]] LinearEdge linearize(const PoseGraph& g, const GraphState& s, const WheelEdge& e);
 [[nodiscard]] LinearEdge linearize(const PoseGraph& g, const GraphState& s, const MatchEdge& e);
-/// What was known before, each by itself, and the wandering of the slow errors.
+/// The residuals of the priors and of the random walks of the time-correlated errors.
 [[nodiscard]] std::vector<LinearEdge> linearize_priors(const PoseGraph& g, const GraphState& s);
 
-/// The state moved by dx; poses on the right.
+/// The state perturbed by dx; poses on the right.
 [[nodiscard]] GraphState moved(const GraphState& s, const Eigen::VectorXd& dx);
 
-/// The vehicle at a node as the LADAR sees it at the time when the scan was measured.
+/// Pose of a node with the LADAR misalignment and at the time of the measurement of the scan.
 [[nodiscard]] Pose seen_pose(const PoseGraph& g, const GraphState& s, std::size_t node);
 
 }  // namespace rcs::smoothing

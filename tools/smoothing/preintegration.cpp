@@ -18,7 +18,7 @@ void step(const Vec3& rate, const Vec3& force, const Mat<6, kInertialErrors>& by
   A.block<3, 3>(6, 3) = dt * Mat3::Identity();
   Mat<9, 6> B = Mat<9, 6>::Zero();
   B.block<3, 3>(0, 0) = right_jacobian_so3(phi) * dt;
-  // Half of the turn of this step lies before the force.
+  // The force acts after half of the rotation of this step.
   B.block<3, 3>(3, 0) = -0.5 * dt * dt * R * hat(force);
   B.block<3, 3>(3, 3) = R * dt;
   B.block<3, 3>(6, 3) = 0.5 * dt * dt * R;
@@ -53,7 +53,7 @@ Preintegrated preintegrate(const std::vector<InertialIncrement>& samples, Stamp 
     const Stamp begin = next->end - from_seconds(next->interval_s);
     const Stamp end = std::min(next->end, to);
     if (seconds(begin - covered) > kMaxGap_s || begin >= to) break;
-    // A short gap before the sample is taken for more of the same.
+    // A short gap before the sample is bridged with its values.
     const double dt = seconds(end - covered);
     if (dt <= 0.0) continue;
     const Vec3 rate = next->delta_angle_rad / next->interval_s;

@@ -1,6 +1,6 @@
 #pragma once
-// What inertial samples say about the motion from one moment to another, whatever the pose and the
-// velocity at its begin (Lupton and Sukkarieh 2012; Forster et al. 2017, on SO(3)).
+// Preintegration of inertial samples: motion between two moments, independent of the initial pose
+// and velocity (Lupton and Sukkarieh 2012; Forster et al. 2017, on SO(3)).
 
 #include <vector>
 
@@ -17,7 +17,7 @@ struct InertialIncrement {
   Vec3 delta_v_mps;
 };
 
-/// What is wrong with the sensors: rate = (1 - gyro_scale) * measured - gyro_bias, by axis;
+/// Errors of the sensors: rate = (1 - gyro_scale) * measured - gyro_bias, by axis;
 /// force = (1 - accel_gain) * measured - accel_bias.
 struct InertialErrors {
   Vec3 gyro_bias_radps = Vec3::Zero();
@@ -36,8 +36,8 @@ struct InertialNoise {
   double velocity_random_walk = 1.2e-3;  ///< [m/s/sqrt(s)]
 };
 
-/// Turn, change of velocity and of place in the vehicle frame of the begin, gravity taken for none.
-/// Errors in the order (phi [rad, on the right of the turn], v [m/s], p [m]).
+/// Rotation and change of velocity and position in the vehicle frame at the begin, without gravity.
+/// Errors in the order (phi [rad, on the right of the rotation], v [m/s], p [m]).
 struct Preintegrated {
   double dt_s = 0.0;
   Quat turn = Quat::Identity();
@@ -45,11 +45,11 @@ struct Preintegrated {
   Vec3 dp = Vec3::Zero();
   Mat<9, kInertialErrors> by_errors = Mat<9, kInertialErrors>::Zero();
   Mat<9> covariance = Mat<9>::Zero();
-  InertialErrors errors;  ///< that were taken off
+  InertialErrors errors;  ///< that were corrected
 };
 
-/// @param samples  ascending; the parts of them between `from` and `to` count
-/// @return dt_s 0 when they leave a gap of more than 30 ms, or cover less than all of it
+/// @param samples  ascending; only their parts between `from` and `to` are used
+/// @return dt_s 0 if they have a gap of more than 30 ms or do not cover the whole interval
 [[nodiscard]] Preintegrated preintegrate(const std::vector<InertialIncrement>& samples, Stamp from,
                                          Stamp to, const InertialErrors& errors,
                                          const InertialNoise& noise);

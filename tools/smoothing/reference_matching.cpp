@@ -17,7 +17,7 @@ constexpr int kMapCapacity = 60'000;
 registration::RollingMapParams map_params(const sp::SpConfig& config) {
   registration::RollingMapParams p = config.map;
   p.capacity = kMapCapacity;
-  p.max_points = 10'000;  // all that was seen counts, however often
+  p.max_points = 10'000;  // use all points of a voxel
   p.radius_m = 500.0;
   return p;
 }
@@ -28,7 +28,7 @@ void append(const Points& in, const Pose& T, Points* out) {
   for (std::size_t i = 0; i < in.size(); ++i) out->push_back(R * in[i] + t);
 }
 
-/// Nodes with clouds, `map_spacing_m` of way apart.
+/// Nodes with clouds at a spacing of `map_spacing_m`.
 std::vector<std::size_t> map_nodes(const std::vector<NodeCloud>& clouds,
                                    const std::vector<double>& way_m, double spacing_m) {
   std::vector<std::size_t> nodes;
@@ -39,7 +39,7 @@ std::vector<std::size_t> map_nodes(const std::vector<NodeCloud>& clouds,
   return nodes;
 }
 
-/// Standing still, a place is seen again and again: some of it is enough.
+/// At rest the same scene is observed repeatedly: a subset suffices.
 std::vector<std::size_t> scan_nodes(const std::vector<NodeCloud>& clouds,
                                     const std::vector<double>& way_m) {
   return map_nodes(clouds, way_m, 1.0);
@@ -59,8 +59,7 @@ void build_map(const std::vector<NodeCloud>& clouds, const std::vector<double>& 
   }
 }
 
-/// What residuals alone say, and never more than the floor: (I^-1 + F)^-1 also where I has
-/// directions of none.
+/// The information by the residuals, limited by the floor: (I^-1 + F)^-1, also for singular I.
 Mat6 floored(const Mat6& information, const MatchingParams& p) {
   Vec6 floor;
   floor << Vec3::Constant(p.sigma_floor_m), Vec3::Constant(p.sigma_floor_rad);
@@ -99,13 +98,13 @@ std::optional<MatchEdge> match(const PlannedMatch& plan, const std::vector<NodeC
 
 }  // namespace
 
-std::vector<NodeCloud> node_clouds(const TruthRecording& r, const TruthGraph& g,
+std::vector<NodeCloud> node_clouds(const ReferenceRecording& r, const ReferenceGraph& g,
                                    const SharedErrors& shared, const sp::SpConfig& config,
                                    const MatchingParams& params) {
   std::vector<NodeCloud> clouds(g.nodes.size());
   registration::VoxelSampler sampler;
   for (std::size_t n = 0; n < g.nodes.size(); ++n) {
-    const TruthNode& node = g.nodes[n];
+    const ReferenceNode& node = g.nodes[n];
     const Duration delay = from_seconds(shared.ladar_delay_s);
     const Pose T_node_local = local_pose(r, node.stamp + delay).inverse();
     Points all;
@@ -131,7 +130,7 @@ std::vector<PlannedMatch> plan_matches(const std::vector<NodeCloud>& clouds,
   const std::vector<std::size_t> scans = scan_nodes(clouds, way_m);
   const auto middle = [&](std::size_t n) { return seen[n] * clouds[n].middle; };
   for (const std::size_t scan : scans) {
-    // Along the maps' way, each stretch of them that is near is one pass: its nearest is taken.
+    // Each connected section of near maps is one pass: use its nearest map.
     std::optional<std::size_t> best;
     double best_m = 0.0;
     double last_near_m = -1e9;

@@ -6,10 +6,10 @@
 namespace rcs::smoothing {
 namespace {
 
-constexpr double kMaxWheelSpan_s = 0.3;  // wheels farther from a node say nothing of its speed
-constexpr double kAccelGainShare = 2.0;  // crooked axes and scale: of gyro and accelerometers alike
+constexpr double kMaxWheelSpan_s = 0.3;  // max time of wheel samples from their node
+constexpr double kAccelGainShare = 2.0;  // cross-axis gain and scale, for gyros and accelerometers
 
-/// The belief at or before `stamp`, or the first; never the last but where there is one.
+/// The belief at or before `stamp`, or the first; the last only if it is the only one.
 std::size_t belief_before(const std::vector<RecordedBelief>& beliefs, Stamp stamp) {
   const auto after = std::upper_bound(beliefs.begin(), beliefs.end(), stamp,
                                       [](Stamp t, const RecordedBelief& b) { return t < b.stamp; });
@@ -22,23 +22,23 @@ double share_at(const RecordedBelief& a, const RecordedBelief& b, Stamp stamp) {
   return seconds(stamp - a.stamp) / seconds(b.stamp - a.stamp);
 }
 
-/// Velocity in the vehicle's own axes.
-Vec3 velocity_at(const TruthRecording& r, Stamp stamp) {
+/// Velocity in vehicle axes.
+Vec3 velocity_at(const ReferenceRecording& r, Stamp stamp) {
   const std::size_t k = belief_before(r.beliefs, stamp);
   if (k + 1 >= r.beliefs.size()) return r.beliefs[k].v_vehicle;
   const double s = std::clamp(share_at(r.beliefs[k], r.beliefs[k + 1], stamp), 0.0, 1.0);
   return (1.0 - s) * r.beliefs[k].v_vehicle + s * r.beliefs[k + 1].v_vehicle;
 }
 
-Vec3 rate_at(const TruthRecording& r, Stamp stamp) {
+Vec3 rate_at(const ReferenceRecording& r, Stamp stamp) {
   const std::size_t k = belief_before(r.beliefs, stamp);
   if (k + 1 >= r.beliefs.size()) return r.beliefs[k].rate_vehicle;
   const double s = std::clamp(share_at(r.beliefs[k], r.beliefs[k + 1], stamp), 0.0, 1.0);
   return (1.0 - s) * r.beliefs[k].rate_vehicle + s * r.beliefs[k + 1].rate_vehicle;
 }
 
-std::vector<TruthNode> place_nodes(const TruthRecording& r, const NodeParams& params) {
-  std::vector<TruthNode> nodes;
+std::vector<ReferenceNode> place_nodes(const ReferenceRecording& r, const NodeParams& params) {
+  std::vector<ReferenceNode> nodes;
   const Duration spacing = from_seconds(params.spacing_s);
   const Stamp begin = r.beliefs.front().stamp;
   const auto fill_until = [&](Stamp stamp) {
@@ -49,14 +49,14 @@ std::vector<TruthNode> place_nodes(const TruthRecording& r, const NodeParams& pa
   for (std::size_t k = 0; k < r.scans.size(); ++k) {
     const Stamp stamp = r.scans[k].reference;
     if (stamp < begin || stamp > r.beliefs.back().stamp) continue;
-    // A scan a little sooner than the spacing asks is as good.
+    // Accept a scan slightly before the spacing is reached.
     const Duration early = spacing / 10;
     if (!nodes.empty() && stamp - nodes.back().stamp < spacing - early) continue;
     fill_until(stamp);
     nodes.push_back({stamp, k, k});
   }
   fill_until(r.beliefs.back().stamp);
-  // Each scan belongs to the node that is nearest.
+  // Each scan belongs to the nearest node.
   std::size_t scan = 0;
   for (std::size_t n = 0; n < nodes.size(); ++n) {
     const Duration reach = spacing;
@@ -74,13 +74,13 @@ std::vector<TruthNode> place_nodes(const TruthRecording& r, const NodeParams& pa
   return nodes;
 }
 
-std::size_t node_before(const std::vector<TruthNode>& nodes, Stamp stamp) {
+std::size_t node_before(const std::vector<ReferenceNode>& nodes, Stamp stamp) {
   const auto after = std::upper_bound(nodes.begin(), nodes.end(), stamp,
-                                      [](Stamp t, const TruthNode& n) { return t < n.stamp; });
+                                      [](Stamp t, const ReferenceNode& n) { return t < n.stamp; });
   return after == nodes.begin() ? 0 : static_cast<std::size_t>(after - nodes.begin()) - 1;
 }
 
-void add_fixes(const TruthRecording& r, const wm::GpsParams& gps, TruthGraph* g) {
+void add_fixes(const ReferenceRecording& r, const wm::GpsParams& gps, ReferenceGraph* g) {
   const double white = std::sqrt(1.0 - gps.correlated * gps.correlated);
   for (const RecordedFix& f : r.fixes) {
     if (f.stamp < g->nodes.front().stamp || f.stamp > g->nodes.back().stamp) continue;
@@ -100,7 +100,8 @@ void add_fixes(const TruthRecording& r, const wm::GpsParams& gps, TruthGraph* g)
   }
 }
 
-void add_wheels(const TruthRecording& r, const wm::OdometryParams& odometry, TruthGraph* g) {
+void add_wheels(const ReferenceRecording& r, const wm::OdometryParams& odometry,
+                ReferenceGraph* g) {
   std::size_t at = 0;
   for (std::size_t n = 0; n < g->nodes.size(); ++n) {
     const Stamp node = g->nodes[n].stamp;
@@ -119,7 +120,7 @@ void add_wheels(const TruthRecording& r, const wm::OdometryParams& odometry, Tru
       if (n + 1 < g->nodes.size() && g->nodes[n + 1].stamp - middle < middle - node) break;
       const Vec3 ahead = (T_node_local * local_pose(r, middle)).q * Vec3::UnitX();
       e.ahead += ahead;
-      // speed = ahead . (v_node + dv), and all of it by the node's axes.
+      // speed = ahead . (v_node + dv), in the axes of the node.
       const Vec3 v = (T_node_local * local_pose(r, middle)).q * velocity_at(r, middle);
       e.ahead_dv_mps += ahead.dot(v - v_node);
       e.speed_mps += w.speed_mps;
@@ -136,8 +137,8 @@ void add_wheels(const TruthRecording& r, const wm::OdometryParams& odometry, Tru
   }
 }
 
-void set_priors(const TruthRecording& r, const wm::WmParams& wm, const NodeParams& params,
-                TruthGraph* g) {
+void set_priors(const ReferenceRecording& r, const wm::WmParams& wm, const NodeParams& params,
+                ReferenceGraph* g) {
   GraphPriors& p = g->graph.priors;
   const double wander = std::sqrt(2.0 * params.bias_stretch_s / wm.ins.bias_time_s);
   p.gyro_bias_radps = wm.ins.gyro_turn_on;
@@ -160,19 +161,19 @@ void set_priors(const TruthRecording& r, const wm::WmParams& wm, const NodeParam
 
 }  // namespace
 
-Pose local_pose(const TruthRecording& r, Stamp stamp) {
+Pose local_pose(const ReferenceRecording& r, Stamp stamp) {
   const std::size_t k = belief_before(r.beliefs, stamp);
   if (k + 1 >= r.beliefs.size()) return r.beliefs[k].T_local_vehicle;
   const double s = share_at(r.beliefs[k], r.beliefs[k + 1], stamp);
   return interpolate(r.beliefs[k].T_local_vehicle, r.beliefs[k + 1].T_local_vehicle, s);
 }
 
-TruthGraph make_truth_graph(const TruthRecording& r, const wm::WmParams& wm,
-                            const NodeParams& params) {
-  TruthGraph g;
+ReferenceGraph make_reference_graph(const ReferenceRecording& r, const wm::WmParams& wm,
+                                    const NodeParams& params) {
+  ReferenceGraph g;
   g.nodes = place_nodes(r, params);
   if (g.nodes.empty()) return g;
-  // Before WM knew the world, and for good if it never does, its local motion tells.
+  // Before the first world pose of WM, or without any, use its local motion.
   Pose T_world_local;
   for (const RecordedBelief& b : r.beliefs) {
     if (!b.world_valid) continue;
@@ -219,20 +220,20 @@ TruthGraph make_truth_graph(const TruthRecording& r, const wm::WmParams& wm,
   set_priors(r, wm, params, &g);
   graph.priors.first_pose = g.start.T_world_vehicle.front();
   if (g.has_world) {
-    // GPS tells it far better, but for the tilt of a vehicle without INS on a straight way.
+    // GPS is more accurate, except for the tilt of a vehicle without INS on a straight path.
     graph.priors.first_sigma << Vec3::Constant(1e3), 0.1, 0.1, 0.5;
   } else if (!r.inertial.empty()) {
     graph.priors.first_sigma << Vec3::Constant(1e-3), 0.02, 0.02, 1e-3;
   }
-  if (r.inertial.empty()) graph.priors.mount_rad = 1e-5;  // nothing else has axes of its own
+  if (r.inertial.empty()) graph.priors.mount_rad = 1e-5;  // the LADAR alone defines the axes
   if (g.has_world) add_fixes(r, wm.gps, &g);
   add_wheels(r, wm.odometry, &g);
   preintegrate_edges(r, g.start, wm, &g);
   return g;
 }
 
-void preintegrate_edges(const TruthRecording& r, const GraphState& state, const wm::WmParams& wm,
-                        TruthGraph* g) {
+void preintegrate_edges(const ReferenceRecording& r, const GraphState& state,
+                        const wm::WmParams& wm, ReferenceGraph* g) {
   const InertialNoise noise{wm.ins.angle_random_walk, wm.ins.velocity_random_walk};
   PoseGraph& graph = g->graph;
   graph.inertial.clear();
@@ -246,7 +247,7 @@ void preintegrate_edges(const TruthRecording& r, const GraphState& state, const 
                                 state.shared.gyro_scale, state.shared.accel_gain};
     e.motion = preintegrate(r.inertial, g->nodes[n].stamp, g->nodes[n + 1].stamp, errors, noise);
     if (e.motion.dt_s > 0.0) {
-      // Of the half sample at each end, in which the motion may change.
+      // For the half sample at each end, in which the motion may change.
       e.motion.covariance.diagonal().head<3>().array() += 1e-12;
       e.motion.covariance.diagonal().segment<3>(3).array() += 1e-8;
       e.motion.covariance.diagonal().tail<3>().array() += 1e-8;
@@ -263,10 +264,10 @@ void preintegrate_edges(const TruthRecording& r, const GraphState& state, const 
   }
 }
 
-LadarDelay measure_ladar_delay(const TruthRecording& r, const TruthGraph& g,
+LadarDelay measure_ladar_delay(const ReferenceRecording& r, const ReferenceGraph& g,
                                const GraphState& state) {
-  // Turns of three scans in a row: what drifts is gone from the middle one less the mean of the
-  // others. e = w * delay + noise, by least squares.
+  // Rotations of three successive scans: the middle one minus the mean of the others is free of
+  // drift. e = w * delay + noise, by least squares.
   constexpr double kLongest_s = 0.25;
   constexpr double kWild_rad = 0.03;
   LadarDelay out;
@@ -288,7 +289,7 @@ LadarDelay measure_ladar_delay(const TruthRecording& r, const TruthGraph& g,
       const Quat q = smoothed_pose(r, g, state, from.reference).q.conjugate() *
                      smoothed_pose(r, g, state, to.reference).q;
       const Quat seen = from.T_rolling_vehicle.q.conjugate() * to.T_rolling_vehicle.q;
-      // Both by the vehicle's axes.
+      // Both in vehicle axes.
       return Vec3(mount * log_so3(seen) - log_so3(q));
     };
     const Vec3 e = 0.5 * (turned(a, b) - turned(b, c));
@@ -308,7 +309,7 @@ LadarDelay measure_ladar_delay(const TruthRecording& r, const TruthGraph& g,
   return out;
 }
 
-Pose smoothed_pose(const TruthRecording& r, const TruthGraph& g, const GraphState& state,
+Pose smoothed_pose(const ReferenceRecording& r, const ReferenceGraph& g, const GraphState& state,
                    Stamp stamp) {
   const std::size_t n = node_before(g.nodes, stamp);
   const bool inside = n + 1 < g.nodes.size() && stamp >= g.nodes.front().stamp;
@@ -328,7 +329,7 @@ Pose smoothed_pose(const TruthRecording& r, const TruthGraph& g, const GraphStat
     };
     if (stamp == begin) return T;
     if (preintegrate(r.inertial, begin, end, errors, {}).dt_s > 0.0) {
-      // What is left at the next node is spread over the way to it.
+      // The remaining error at the next node is distributed over the motion to it.
       const double s = seconds(stamp - begin) / seconds(end - begin);
       const Vec6 left = log_se3(predict(end).inverse() * state.T_world_vehicle[n + 1]);
       return predict(stamp) * exp_se3(s * left);

@@ -1,6 +1,5 @@
 #pragma once
-// From a recording to a pose graph: where its nodes are, and what everything but the scans says of
-// them. Pure.
+// Builds the pose graph of a recording: its nodes and all measurements except the scans. Pure.
 
 #include <cstddef>
 #include <vector>
@@ -11,18 +10,18 @@
 namespace rcs::smoothing {
 
 /// A moment whose pose is unknown, with the scans around it.
-struct TruthNode {
-  Stamp stamp;  ///< a scan's reference instant, where there are scans
+struct ReferenceNode {
+  Stamp stamp;  ///< reference instant of a scan, if there are scans
   std::size_t first_scan = 0, end_scan = 0;
 };
 
-struct TruthGraph {
-  std::vector<TruthNode> nodes;
-  std::vector<double> way_m;  ///< driven up to each node
+struct ReferenceGraph {
+  std::vector<ReferenceNode> nodes;
+  std::vector<double> way_m;  ///< distance driven up to each node
   PoseGraph graph;            ///< without matches
-  GraphState start;           ///< as WM knew it
-  bool has_world = false;     ///< GPS says where it is; else the frame is WM's local one
-  std::vector<std::size_t> bias_stretch, gps_stretch;  ///< of each node
+  GraphState start;           ///< initial state from WM
+  bool has_world = false;     ///< true: frame world by GPS; else frame local of WM
+  std::vector<std::size_t> bias_stretch, gps_stretch;  ///< section of each node
 };
 
 struct NodeParams {
@@ -31,30 +30,29 @@ struct NodeParams {
   double gps_stretch_s = 2.0;
 };
 
-/// The vehicle in WM's frame local at `stamp`, between its beliefs on the screw motion, before the
-/// first and after the last along their motion.
-[[nodiscard]] Pose local_pose(const TruthRecording& recording, Stamp stamp);
+/// The vehicle in frame local of WM at `stamp`: interpolated along the screw motion, extrapolated
+/// before the first and after the last belief.
+[[nodiscard]] Pose local_pose(const ReferenceRecording& recording, Stamp stamp);
 
-[[nodiscard]] TruthGraph make_truth_graph(const TruthRecording& recording, const wm::WmParams& wm,
-                                          const NodeParams& params);
+[[nodiscard]] ReferenceGraph make_reference_graph(const ReferenceRecording& recording,
+                                                  const wm::WmParams& wm, const NodeParams& params);
 
-/// Takes the inertial samples together anew, by what is known now of their errors.
-void preintegrate_edges(const TruthRecording& recording, const GraphState& state,
-                        const wm::WmParams& wm, TruthGraph* graph);
+/// Repeats the preintegration with the current estimates of the sensor errors.
+void preintegrate_edges(const ReferenceRecording& recording, const GraphState& state,
+                        const wm::WmParams& wm, ReferenceGraph* graph);
 
-/// How long after their stamps the scans were measured, by how the vehicle turns on rough ground:
-/// SP's turns of the scans against the smoothed ones.
+/// Estimates the delay of the scans against their stamps from rotations on rough ground: rotations
+/// of SP between scans against the smoothed ones.
 struct LadarDelay {
   double delay_s = 0.0;
-  double sigma_s = 0.0;  ///< 0: not measured, there is no INS or too little turns
+  double sigma_s = 0.0;  ///< 0: not measured, without INS or with too little rotation
   std::size_t scans = 0;
 };
-[[nodiscard]] LadarDelay measure_ladar_delay(const TruthRecording& recording,
-                                             const TruthGraph& graph, const GraphState& state);
+[[nodiscard]] LadarDelay measure_ladar_delay(const ReferenceRecording& recording,
+                                             const ReferenceGraph& graph, const GraphState& state);
 
-/// The vehicle at `stamp`: between the two nodes around it along WM's motion, which starts at the
-/// one and ends at the other.
-[[nodiscard]] Pose smoothed_pose(const TruthRecording& recording, const TruthGraph& graph,
+/// The vehicle at `stamp`: between two nodes along the motion of WM, corrected to meet both nodes.
+[[nodiscard]] Pose smoothed_pose(const ReferenceRecording& recording, const ReferenceGraph& graph,
                                  const GraphState& state, Stamp stamp);
 
 }  // namespace rcs::smoothing

@@ -14,9 +14,9 @@ namespace {
 
 constexpr Duration kMaxTruthGap = std::chrono::milliseconds(200);
 
-std::size_t nearest_node(const TruthGraph& g, Stamp stamp) {
+std::size_t nearest_node(const ReferenceGraph& g, Stamp stamp) {
   const auto after = std::lower_bound(g.nodes.begin(), g.nodes.end(), stamp,
-                                      [](const TruthNode& n, Stamp t) { return n.stamp < t; });
+                                      [](const ReferenceNode& n, Stamp t) { return n.stamp < t; });
   const auto k = static_cast<std::size_t>(after - g.nodes.begin());
   if (k == 0) return 0;
   if (k == g.nodes.size()) return k - 1;
@@ -72,9 +72,9 @@ nlohmann::ordered_json to_json(const MapResidual& r) {
 
 }  // namespace
 
-std::vector<TruthPose> truth_poses(const TruthRecording& r, const TruthResult& result) {
+std::vector<TruthPose> truth_poses(const ReferenceRecording& r, const ReferenceResult& result) {
   std::vector<TruthPose> poses;
-  const TruthGraph& g = result.graph;
+  const ReferenceGraph& g = result.graph;
   const GraphState& state = result.solved.state;
   const SharedErrors& shared = state.shared;
   const Duration delay = from_seconds(shared.ladar_delay_s);
@@ -85,7 +85,7 @@ std::vector<TruthPose> truth_poses(const TruthRecording& r, const TruthResult& r
     p.stamp = scan.reference;
     p.T = smoothed_pose(r, g, state, scan.reference);
     p.T_seen = smoothed_pose(r, g, state, scan.reference + delay) * shared.mount;
-    // What is not known of the LADAR's clock moves all along the way.
+    // The uncertainty of the LADAR clock shifts the poses along the motion.
     Vec6 more = Vec6::Zero();
     more.head<3>() = (g.graph.twist[n].head<3>() * result.delay.sigma_s).cwiseAbs2();
     p.absolute = sigmas(result.covariance.pose[n] + Mat6(more.asDiagonal()));
@@ -95,10 +95,10 @@ std::vector<TruthPose> truth_poses(const TruthRecording& r, const TruthResult& r
   return poses;
 }
 
-TruthReport report_truth(const TruthRecording& r, const TruthResult& result,
-                         const std::vector<TruthPose>& poses) {
-  TruthReport report;
-  const TruthGraph& g = result.graph;
+ReferenceReport report_reference(const ReferenceRecording& r, const ReferenceResult& result,
+                                 const std::vector<TruthPose>& poses) {
+  ReferenceReport report;
+  const ReferenceGraph& g = result.graph;
   report.frame = g.has_world ? "world" : "local";
   report.scans = r.scans.size();
   report.poses = poses.size();
@@ -141,7 +141,7 @@ std::string format_sigmas(const std::vector<TruthPose>& poses) {
   return text;
 }
 
-nlohmann::ordered_json to_json(const TruthReport& report, const TruthResult& result) {
+nlohmann::ordered_json to_json(const ReferenceReport& report, const ReferenceResult& result) {
   nlohmann::ordered_json j;
   const SharedErrors& shared = result.solved.state.shared;
   j["frame"] = report.frame;
@@ -160,7 +160,7 @@ nlohmann::ordered_json to_json(const TruthReport& report, const TruthResult& res
         {"doubted", fit.doubted},
         {"variance_factor", result.graph.graph.variance_factor[k]}};
   }
-  for (const TruthRound& round : result.rounds) {
+  for (const ReferenceRound& round : result.rounds) {
     j["rounds"].push_back({{"consecutive_tried", round.consecutive.tried},
                            {"consecutive_matched", round.consecutive.made},
                            {"revisits_tried", round.revisit.tried},
@@ -185,10 +185,10 @@ nlohmann::ordered_json to_json(const TruthReport& report, const TruthResult& res
   return j;
 }
 
-std::string to_text(const TruthReport& report, const TruthResult& result) {
+std::string to_text(const ReferenceReport& report, const ReferenceResult& result) {
   std::string text = fmt::format("{} poses in frame {}, {} nodes, {:.0f} m\n", report.poses,
                                  report.frame, result.graph.nodes.size(), report.way_m);
-  report::Table edges{{"measurements", "count", "chi2/dof", "median", "doubted", "variance x"}, {}};
+  report::Table edges{{"measurements", "count", "chi2/dof", "median", "suspect", "variance x"}, {}};
   for (std::size_t k = 0; k < kEdgeKinds; ++k) {
     const KindFit& fit = result.solved.fit[k];
     if (fit.edges == 0) continue;
@@ -199,44 +199,44 @@ std::string to_text(const TruthReport& report, const TruthResult& result) {
   }
   text += '\n' + to_text(edges);
   if (!result.rounds.empty()) {
-    const TruthRound& last = result.rounds.back();
-    text += fmt::format("revisits: {} tried, {} matched, {} of them doubted\n", last.revisit.tried,
+    const ReferenceRound& last = result.rounds.back();
+    text += fmt::format("revisits: {} tried, {} matched, {} of them suspect\n", last.revisit.tried,
                         last.revisit.made,
                         result.solved.fit[static_cast<std::size_t>(EdgeKind::kRevisit)].doubted);
   }
   text += fmt::format(
-      "scans to the map that they make: {:.1f} cm RMS, {:.0f} % of their points near it; by WM's "
-      "poses {:.1f} cm, {:.0f} %\n",
+      "scans against their common map: {:.1f} cm RMS, {:.0f} % of the points near it; with the "
+      "poses of WM {:.1f} cm, {:.0f} %\n",
       100.0 * result.residual_after.rms_m, 100.0 * result.residual_after.share,
       100.0 * result.residual_before.rms_m, 100.0 * result.residual_before.share);
   if (report.frame == "world") {
     const Vec3 s = result.covariance.offset.diagonal().cwiseSqrt();
-    text += fmt::format("absolute offset of all: sigma {:.2f} {:.2f} {:.2f} m east, north, up\n",
+    text += fmt::format("common absolute offset: sigma {:.2f} {:.2f} {:.2f} m east, north, up\n",
                         s.x(), s.y(), s.z());
   } else {
-    text += "no GPS: the frame is local, it begins where WM began\n";
+    text += "no GPS: the poses are in frame local of WM\n";
   }
   if (result.delay.sigma_s > 0.0) {
-    text += fmt::format("the LADAR's clock: scans are {:.1f} ms +- {:.1f} ms after their stamps\n",
+    text += fmt::format("LADAR clock: scans are {:.1f} ms +- {:.1f} ms after their stamps\n",
                         1e3 * result.delay.delay_s, 1e3 * result.delay.sigma_s);
   }
   if (!report.errors) return text;
-  report::Table errors{
-      {"against SIM_TRUTH, aligned over SE(3)", "RMS", "h", "v", "max", "turned", "less mounting"},
-      {}};
+  report::Table errors{{"against SIM_TRUTH, aligned over SE(3)", "RMS", "h", "v", "max", "rotation",
+                        "without mounting"},
+                       {}};
   const auto add = [&errors](const char* what, const TruthErrors& e) {
     errors.rows.push_back({what, number(100 * e.position_m, 1) + " cm",
                            number(100 * e.horizontal_m, 1), number(100 * e.vertical_m, 1),
                            number(100 * e.position_max_m, 1), number(e.rotation_deg, 3) + " deg",
                            number(e.rotation_less_mounting_deg, 3) + " deg"});
   };
-  if (report.errors_before) add("WM as it went", *report.errors_before);
+  if (report.errors_before) add("WM online", *report.errors_before);
   add("smoothed", *report.errors);
   const Vec3& o = report.errors->offset_m;
   text += '\n' + to_text(errors);
-  text += fmt::format(
-      "not aligned: off by {:.2f} {:.2f} {:.2f} m in the mean, {} its 95 % ellipsoid\n", o.x(),
-      o.y(), o.z(), report.errors->offset_squared < 7.815 ? "within" : "outside of");
+  text +=
+      fmt::format("not aligned: mean error {:.2f} {:.2f} {:.2f} m, {} its 95 % ellipsoid\n", o.x(),
+                  o.y(), o.z(), report.errors->offset_squared < 7.815 ? "within" : "outside of");
   return text;
 }
 

@@ -22,7 +22,7 @@
 namespace rcs::smoothing {
 namespace {
 
-/// A log until somebody wants it to stop.
+/// A log, until a stop is requested.
 class StoppableLog final : public EventSource {
  public:
   StoppableLog(EventSource* source, const LogReader* reader,
@@ -64,8 +64,8 @@ class Recorder final : public BusTap {
     }
   }
 
-  /// Fixes are places in frame world only now that its datum is known.
-  TruthRecording take() {
+  /// Converts the fixes to frame world, after its datum is known.
+  ReferenceRecording take() {
     for (const auto& [fix, place] : places_) {
       RecordedFix f = fix;
       if (record_.datum) f.p_world = LocalFrame(*record_.datum).to_world(place);
@@ -118,7 +118,7 @@ class Recorder final : public BusTap {
                        from_message(m.q_world_vehicle, m.p_world_vehicle_m, &b.T_world_vehicle) &&
                        from_message(m.q_local_vehicle, m.p_local_vehicle_m, &b.T_local_vehicle);
     if (!sound) return false;
-    // What is told later of the same instant is better.
+    // A later message about the same instant is more accurate.
     if (!record_.beliefs.empty() && b.stamp < record_.beliefs.back().stamp) return false;
     if (!record_.beliefs.empty() && b.stamp == record_.beliefs.back().stamp) {
       record_.beliefs.pop_back();
@@ -181,7 +181,7 @@ class Recorder final : public BusTap {
     return true;
   }
 
-  TruthRecording record_;
+  ReferenceRecording record_;
   std::vector<std::pair<RecordedFix, Geodetic>> places_;
   std::optional<Geodetic> truth_datum_;
   points_t points_{};
@@ -193,9 +193,9 @@ class Recorder final : public BusTap {
   truth_t truth_{};
 };
 
-/// Without an INS WM guesses what is between two scans: SP's own poses are the better motion. Frame
-/// local is then SP's map; WM knows best at the end how it lies in the world.
-void take_motion_from_scans(TruthRecording* r) {
+/// Without an INS WM extrapolates between two scans, and the poses of SP are more accurate. Frame
+/// local is then the rolling map of SP, with the last estimate of WM of its pose in frame world.
+void take_motion_from_scans(ReferenceRecording* r) {
   if (!r->inertial.empty() || r->matches.size() < 3 || r->beliefs.empty()) return;
   const std::vector<RecordedMatch>& all = r->matches;
   if (all.front().map_epoch != all.back().map_epoch) return;
@@ -220,9 +220,10 @@ void take_motion_from_scans(TruthRecording* r) {
 
 }  // namespace
 
-Result<TruthRecording> record_run(const std::string& log, const TruthVehicle& vehicle,
-                                  const std::function<void(std::int64_t, std::int64_t)>& progress,
-                                  const std::function<bool()>& stop) {
+Result<ReferenceRecording> record_run(
+    const std::string& log, const ReferenceVehicle& vehicle,
+    const std::function<void(std::int64_t, std::int64_t)>& progress,
+    const std::function<bool()>& stop) {
   Result<LogReader> reader = LogReader::open(log);
   if (!reader) return reader.error();
   Result<PriorTerrain> prior = open_prior_terrain(vehicle.sp.prior_terrain, false);
@@ -239,11 +240,11 @@ Result<TruthRecording> record_run(const std::string& log, const TruthVehicle& ve
   LockstepTimeline timeline(&bus, &source, kReplayTail);
   (void)rcs::run({&sp_node, &wm_node}, timeline, nullptr);
   if (stop()) return Error{"interrupted"};
-  if (whole.fed() == 0) return Error{log + ": no sensor data in it"};
-  TruthRecording recording = recorder.take();
+  if (whole.fed() == 0) return Error{log + ": no sensor data"};
+  ReferenceRecording recording = recorder.take();
   if (!reader->health().good()) recording.damage = reader->health().summary();
-  if (recording.scans.empty()) return Error{log + ": no scans that SP made anything of"};
-  if (recording.beliefs.empty()) return Error{log + ": WM never knew where it was"};
+  if (recording.scans.empty()) return Error{log + ": no usable scans"};
+  if (recording.beliefs.empty()) return Error{log + ": WM never published a valid pose"};
   take_motion_from_scans(&recording);
   return recording;
 }

@@ -1,6 +1,6 @@
 #pragma once
-// What a recorded run tells of a drive: its scans, inertial samples, fixes and wheels as measured,
-// and the motion that WM made of them as it went.
+// Input of the smoother: scans, inertial samples, fixes and wheel samples of a recorded run, and
+// the online motion of WM.
 
 #include <functional>
 #include <optional>
@@ -22,7 +22,7 @@ struct RecordedScan {
   Points points_vehicle;  ///< deskewed to the reference instant, by the configured mount
 };
 
-/// SP's own answer for a scan, against the map that it made as it went.
+/// Online result of SP for a scan, matched to the rolling map.
 struct RecordedMatch {
   Stamp reference;
   std::int32_t map_epoch = 0;
@@ -57,30 +57,31 @@ struct RecordedWheels {
   double sigma_mps = 0.0;
 };
 
-/// By stamp, strictly ascending; what ran backward or was no number is counted and left out.
-struct TruthRecording {
+/// By stamp, strictly ascending; messages with stamps that run backward or non-finite values are
+/// counted and skipped.
+struct ReferenceRecording {
   std::vector<RecordedScan> scans;
   std::vector<RecordedMatch> matches;
   std::vector<RecordedBelief> beliefs;
   std::vector<InertialIncrement> inertial;
   std::vector<RecordedFix> fixes;
   std::vector<RecordedWheels> wheels;
-  tools::Trajectory sim_truth;    ///< in frame world; for the report alone
-  std::optional<Geodetic> datum;  ///< of frame world; none: no GPS, the frame is local
+  tools::Trajectory sim_truth;    ///< in frame world; only for the report
+  std::optional<Geodetic> datum;  ///< of frame world; nullopt: no GPS, the frame is local
   std::int64_t refused = 0;
   std::string damage;  ///< of the log; empty: none
 };
 
-struct TruthVehicle {
+struct ReferenceVehicle {
   sp::SpConfig sp;
   wm::WmConfig wm;
 };
 
-/// Runs SP and WM on the log's sensor data in lockstep, as `rcs replay` does.
-/// @param progress  (bytes done, bytes in all)
-/// @return an error when the log has no scans, or `stop` said so
-[[nodiscard]] Result<TruthRecording> record_run(
-    const std::string& log, const TruthVehicle& vehicle,
+/// Runs SP and WM on the sensor data of the log in lockstep, as `rcs replay`.
+/// @param progress  (bytes done, total bytes)
+/// @return an error if the log has no scans, or `stop` returned true
+[[nodiscard]] Result<ReferenceRecording> record_run(
+    const std::string& log, const ReferenceVehicle& vehicle,
     const std::function<void(std::int64_t, std::int64_t)>& progress,
     const std::function<bool()>& stop);
 

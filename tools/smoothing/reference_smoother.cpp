@@ -7,8 +7,8 @@ namespace {
 
 constexpr double kMedianPerDof = 0.891;  // of chi squared with 6 degrees of freedom
 constexpr double kMedianOfOne = 0.455;
-// Matches share surfaces: that they agree better than each claims does not make them worth more.
-constexpr double kLeastFactor = 1.0;
+// Matches share surfaces: agreement better than their covariances does not increase their weight.
+constexpr double kMinFactor = 1.0;
 
 double rms_between(const GraphState& a, const GraphState& b) {
   double sum = 0.0;
@@ -18,8 +18,8 @@ double rms_between(const GraphState& a, const GraphState& b) {
   return std::sqrt(sum / static_cast<double>(a.T_world_vehicle.size()));
 }
 
-/// Matches err by what grows there and how it was seen, wheels by what they roll on, the motion
-/// without an INS by what SP saw: how much is learned from how they fit.
+/// The errors of matches depend on vegetation and view, those of wheels on the ground, those of the
+/// motion without an INS on SP: their variances are estimated from the residuals.
 bool learn_variances(const SolvedGraph& solved, PoseGraph* graph) {
   bool changed = false;
   for (const EdgeKind kind :
@@ -28,17 +28,17 @@ bool learn_variances(const SolvedGraph& solved, PoseGraph* graph) {
     if (solved.fit[k].edges < 20) continue;
     const double expected = kind == EdgeKind::kWheels ? kMedianOfOne : kMedianPerDof;
     double& factor = graph->variance_factor[k];
-    const double now = std::max(kLeastFactor, factor * solved.fit[k].median_per_dof / expected);
+    const double now = std::max(kMinFactor, factor * solved.fit[k].median_per_dof / expected);
     changed = changed || std::abs(now / factor - 1.0) > 0.05;
     factor = now;
   }
   return changed;
 }
 
-/// Without an INS nothing but scans tells what happens between them: each is a node, and is matched
-/// to what was just before.
-TruthParams fitting(const TruthParams& asked, const TruthRecording& recording) {
-  TruthParams params = asked;
+/// Without an INS only scans determine the motion between them: each scan is a node and is matched
+/// to the preceding ones.
+ReferenceParams fitting(const ReferenceParams& asked, const ReferenceRecording& recording) {
+  ReferenceParams params = asked;
   if (!recording.inertial.empty()) return params;
   params.nodes.spacing_s = 0.09;
   params.matching.map_spacing_m = 3.0;
@@ -58,13 +58,13 @@ std::vector<Pose> seen_poses(const PoseGraph& graph, const GraphState& state) {
   return seen;
 }
 
-Result<TruthResult> smooth(const TruthRecording& recording, const TruthVehicle& vehicle,
-                           const TruthParams& asked, const TruthProgress& progress,
-                           const std::function<bool()>& stop) {
-  const TruthParams params = fitting(asked, recording);
-  TruthResult out;
-  out.graph = make_truth_graph(recording, vehicle.wm.params, params.nodes);
-  if (out.graph.nodes.size() < 2) return Error{"fewer than two scans where WM knew the motion"};
+Result<ReferenceResult> smooth(const ReferenceRecording& recording, const ReferenceVehicle& vehicle,
+                               const ReferenceParams& asked, const ReferenceProgress& progress,
+                               const std::function<bool()>& stop) {
+  const ReferenceParams params = fitting(asked, recording);
+  ReferenceResult out;
+  out.graph = make_reference_graph(recording, vehicle.wm.params, params.nodes);
+  if (out.graph.nodes.size() < 2) return Error{"fewer than two scans within the beliefs of WM"};
   PoseGraph& graph = out.graph.graph;
   const std::vector<double>& way_m = out.graph.way_m;
   {

@@ -1,6 +1,6 @@
 #pragma once
-// The truth of a recorded drive: INS, GPS, wheels and the scans among themselves, smoothed together
-// in a few rounds, each of which registers the scans anew from better poses.
+// The reference trajectory of a recorded drive: INS, GPS, wheels and registrations between scans,
+// smoothed together in a few rounds, each of which repeats the registrations from better poses.
 
 #include <cstddef>
 #include <functional>
@@ -14,43 +14,43 @@
 
 namespace rcs::smoothing {
 
-struct TruthParams {
+struct ReferenceParams {
   NodeParams nodes;
   MatchingParams matching;
   SolverParams solver;
-  /// Of registering and solving, after one without scans, at most. Scans are registered to maps
-  /// that were made with the poses of the round before: an error of their scale fades by half a
-  /// round.
+  /// Maximum number of rounds of registration and solution, after one without scans. Maps are made
+  /// with the poses of the previous round: an error of their scale is halved in each round.
   int rounds = 8;
-  double settled_m = 0.005;      ///< a round that moves the nodes by less (RMS) is the last
-  double residual_gate_m = 0.3;  ///< of points that count for the map's residual
+  double settled_m = 0.005;      ///< the last round moves the nodes by less (RMS)
+  double residual_gate_m = 0.3;  ///< of points that count for the residual of the map
 };
 
-struct TruthRound {
+struct ReferenceRound {
   MatchCount consecutive, revisit;
   int iterations = 0;
   bool converged = false;
-  double moved_m = 0.0;  ///< of the nodes by this round, RMS
+  double moved_m = 0.0;  ///< motion of the nodes in this round, RMS
 };
 
-struct TruthResult {
-  TruthGraph graph;
+struct ReferenceResult {
+  ReferenceGraph graph;
   SolvedGraph solved;
   GraphCovariance covariance;
   LadarDelay delay;
-  std::vector<TruthRound> rounds;
-  MapResidual residual_before;  ///< by WM's poses as it went
+  std::vector<ReferenceRound> rounds;
+  MapResidual residual_before;  ///< with the online poses of WM
   MapResidual residual_after;
 };
 
-/// What the smoother is at, for a bar: a share of all of its work.
-using TruthProgress = std::function<void(double)>;
+/// Progress of the smoother: completed share of its work.
+using ReferenceProgress = std::function<void(double)>;
 
-/// @return an error when nothing determines the poses, or `stop` said so
-[[nodiscard]] Result<TruthResult> smooth(const TruthRecording& recording,
-                                         const TruthVehicle& vehicle, const TruthParams& params,
-                                         const TruthProgress& progress,
-                                         const std::function<bool()>& stop);
+/// @return an error if the poses are not determined, or `stop` returned true
+[[nodiscard]] Result<ReferenceResult> smooth(const ReferenceRecording& recording,
+                                             const ReferenceVehicle& vehicle,
+                                             const ReferenceParams& params,
+                                             const ReferenceProgress& progress,
+                                             const std::function<bool()>& stop);
 
 /// seen_pose() of each node.
 [[nodiscard]] std::vector<Pose> seen_poses(const PoseGraph& graph, const GraphState& state);

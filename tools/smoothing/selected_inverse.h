@@ -1,5 +1,5 @@
 #pragma once
-// The entries of a sparse matrix' inverse where its Cholesky factor has entries (Takahashi 1973).
+// Entries of the inverse of a sparse matrix in the pattern of its Cholesky factor (Takahashi 1973).
 
 #include <Eigen/SparseCore>
 #include <cstddef>
@@ -7,8 +7,8 @@
 
 namespace rcs::smoothing {
 
-/// @param L  lower, its columns' rows ascending, diagonal first; of H = L L^T
-/// @return Z with L's pattern: the lower part of H^-1
+/// @param L  lower factor of H = L L^T, rows ascending in each column, diagonal first
+/// @return Z with the pattern of L: the lower part of H^-1
 [[nodiscard]] inline Eigen::SparseMatrix<double> selected_inverse(
     const Eigen::SparseMatrix<double>& L) {
   Eigen::SparseMatrix<double> Z = L;
@@ -29,7 +29,7 @@ namespace rcs::smoothing {
       double sum_k = l_kj * z[begin[k]];
       for (int b = begin[k] + 1; b < begin[k + 1]; ++b) {
         const auto i = static_cast<std::size_t>(row[b]);
-        // Rows outside of column j get sums that nobody reads: cheaper than to ask.
+        // Rows outside of column j get unused sums: cheaper than a test.
         sum[i] += l_kj * z[b];
         sum_k += below[i] * z[b];
       }

@@ -12,8 +12,7 @@ namespace {
 void take(const registration::Registration& r, CloudMatch* m) {
   m->planes = r;
   m->stop = name_of(r.stop);
-  // A pose at the iteration limit is of use to a filter, which weights and gates it, but not as a
-  // result of its own.
+  // A filter weights and gates a pose at the iteration limit; as a final result it is not usable.
   m->good = registration::usable(r.stop) && r.stop != registration::Stop::kMaxIterations;
   m->T_model_data = r.T_target_vehicle;
   m->iterations += r.iterations;
@@ -22,7 +21,7 @@ void take(const registration::Registration& r, CloudMatch* m) {
   m->mean_distance_of_pairs_m = r.mean_distance_m;
 }
 
-/// A method ends somewhere for unrelated clouds, too.
+/// A method also converges for unrelated clouds, hence the check.
 void verify(const Points& model, const Points& data, CloudMatch* m) {
   if (!m->good) return;
   CpuWatch watch;

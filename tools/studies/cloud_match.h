@@ -1,5 +1,5 @@
 #pragma once
-// Two point clouds registered by one of the methods, with the CPU time of its stages.
+// Registration of two point clouds by one of the methods, with the CPU time of its stages.
 
 #include <cstdint>
 #include <optional>
@@ -16,31 +16,30 @@
 
 namespace rcs::studies {
 
-/// CloudMatch::stop of a search that ended where the clouds do not agree.
+/// CloudMatch::stop if the clouds do not agree at the result.
 inline constexpr const char* kDisagreement = "disagreement";
 
-/// What every method answers.
+/// Result of every method.
 struct CloudMatch {
   std::string stop;
-  /// It ended well, and the clouds agree at the pose, which they determine in every direction of
-  /// translation.
+  /// Converged, and the clouds agree at the pose and determine every direction of translation.
   bool good = false;
   Pose T_model_data;
   int iterations = 0;
   int pairs = 0;
-  double overlap = 0.0;  ///< pairs over points that were tried
+  double overlap = 0.0;  ///< number of pairs over number of points
   double mean_distance_of_pairs_m = 0.0;
-  std::vector<std::pair<std::string, double>> cpu_ms;  ///< by stage
-  std::optional<registration::Agreement> agreement;    ///< at the pose; of a search that ended well
-  std::optional<registration::PaperResult> paper;      ///< of this method only
-  std::optional<registration::Registration> planes;    ///< of production, or of gicp
-  std::optional<registration::WideAnswer> wide;        ///< of production, from a guess
-  std::optional<registration::GlobalRegistration> global;  ///< of the search that went before
+  std::vector<std::pair<std::string, double>> cpu_ms;      ///< by stage
+  std::optional<registration::Agreement> agreement;        ///< at the pose; only if converged
+  std::optional<registration::PaperResult> paper;          ///< only of this method
+  std::optional<registration::Registration> planes;        ///< of production, or of gicp
+  std::optional<registration::WideAnswer> wide;            ///< of production, from a guess
+  std::optional<registration::GlobalRegistration> global;  ///< of the preceding search
 
   [[nodiscard]] double total_ms() const;
 };
 
-/// Madhavan and Messina's.
+/// Method of Madhavan and Messina.
 /// @param model, data  at least one point each
 [[nodiscard]] CloudMatch match_as_in_paper(const Points& model, const Points& data,
                                            const Pose& guess,
@@ -50,7 +49,7 @@ struct CloudMatch {
 [[nodiscard]] CloudMatch match_planes(const Points& model, const Points& data, const Pose& guess,
                                       const registration::CloudParams& params);
 
-/// Production without a guess to speak of; good: it was accepted.
+/// Production with a global search; good: the search was accepted.
 [[nodiscard]] CloudMatch match_globally(const Points& model, const Points& data, const Pose& guess,
                                         const registration::CloudParams& params);
 
@@ -58,13 +57,13 @@ struct CloudMatch {
 [[nodiscard]] CloudMatch match_gicp(const Points& model, const Points& data, const Pose& guess,
                                     const registration::GicpParams& params);
 
-/// From where match_globally() leads, if it is accepted; else what that answers.
+/// Generalized ICP from the result of match_globally(), if accepted; else the latter's result.
 [[nodiscard]] CloudMatch match_gicp_globally(const Points& model, const Points& data,
                                              const Pose& guess,
                                              const registration::CloudParams& search,
                                              const registration::GicpParams& params);
 
-/// Of each of DATA's points in MODEL.
+/// For each point of DATA the closest one of MODEL.
 struct ClosestPoints {
   std::vector<std::uint32_t> index;
   std::vector<float> distance_m;

@@ -12,12 +12,12 @@
 namespace rcs::studies {
 namespace {
 
-/// Of the chi-square distribution with 3 degrees of freedom.
+/// 95 % quantile of the chi-square distribution with 3 degrees of freedom.
 constexpr double k95Percent = 7.8147;
 constexpr Duration kLongestPair = std::chrono::seconds(2);
 constexpr std::size_t kRunsToTell = 20;
 constexpr std::size_t kMeasurementsToTell = 100;
-/// One in a thousand lies farther off to one side.
+/// One-sided 1/1000 quantile of the normal distribution.
 constexpr double kChance_sigma = 3.09;
 
 std::optional<PartError> part_error(const Vec3& e, const Mat3& P) {
@@ -26,7 +26,7 @@ std::optional<PartError> part_error(const Vec3& e, const Mat3& P) {
   return PartError{e.norm(), std::sqrt(P.trace()), e.dot(llt.solve(e))};
 }
 
-/// Between the samples around the moment. None outside, or where velocities are not known.
+/// Interpolates the samples around the moment. nullopt outside, or if velocities are unknown.
 std::optional<Vec3> truth_velocity(const drills::DrillRecord& record, Stamp stamp) {
   const tools::Trajectory& truth = record.truth;
   if (record.v_truth_world.size() != truth.size()) return std::nullopt;
@@ -50,7 +50,7 @@ PartErrors errors_at(const drills::DrillRecord& record, const drills::DrillError
   return part_errors(*belief, *truth, truth_velocity(record, belief->stamp));
 }
 
-/// Sums that become a figure.
+/// Sums of a metric.
 class FigureSums {
  public:
   void add(const std::optional<PartError>& e) {
@@ -81,11 +81,12 @@ class FigureSums {
 
 std::size_t index(StatePart part) { return static_cast<std::size_t>(part); }
 
-/// @param chance  how far an honest filter's figure may lie
-drills::Verdict judge(double value, const ValueInterval& mark, const ValueInterval& chance,
+/// @param chance  interval of the value for a consistent filter
+drills::Verdict judge(double value, const ValueInterval& judged, const ValueInterval& chance,
                       bool enough) {
-  if (mark.contains(value)) return drills::Verdict::kPass;
-  return enough || !chance.contains(value) ? drills::Verdict::kFail : drills::Verdict::kOpen;
+  if (judged.contains(value)) return drills::Verdict::kPass;
+  return enough || !chance.contains(value) ? drills::Verdict::kFail
+                                           : drills::Verdict::kInconclusive;
 }
 
 }  // namespace
@@ -237,22 +238,23 @@ drills::Verdict nees_verdict(const PartFigure& f) {
   if (f.missing > 0 || f.count == 0) return drills::Verdict::kFail;
   const ValueInterval chance =
       chance_of_mean(kPartDof * static_cast<double>(f.count), kChance_sigma);
-  return judge(f.nees_per_dof, kNeesMark,
-               {kNeesMark.low * chance.low, kNeesMark.high * chance.high}, f.count >= kRunsToTell);
+  return judge(f.nees_per_dof, kNeesLimit,
+               {kNeesLimit.low * chance.low, kNeesLimit.high * chance.high},
+               f.count >= kRunsToTell);
 }
 
 drills::Verdict inside_verdict(const PartFigure& f, std::size_t runs) {
   if (f.missing > 0 || f.count == 0) return drills::Verdict::kFail;
-  // A run's moments are not independent: it counts once.
-  const double p = kInsideMark.low;
+  // The moments of a run are correlated: a run counts once.
+  const double p = kInsideLimit.low;
   const double spread = kChance_sigma * std::sqrt(p * (1.0 - p) / static_cast<double>(runs));
-  return judge(f.inside, kInsideMark, {p - spread, 1.0}, runs >= kRunsToTell);
+  return judge(f.inside, kInsideLimit, {p - spread, 1.0}, runs >= kRunsToTell);
 }
 
 drills::Verdict nis_verdict(const InnovationSums& sums) {
   const bool enough = sums.count >= kMeasurementsToTell;
   const double value = sums.mean_nis_per_dof();
-  return judge(value, kNisMark, {value, value}, enough);
+  return judge(value, kNisLimit, {value, value}, enough);
 }
 
 drills::Verdict verdict_of(const ConsistencyPlan& plan, const ConsistencyBlock& block) {
@@ -261,7 +263,7 @@ drills::Verdict verdict_of(const ConsistencyPlan& plan, const ConsistencyBlock& 
   bool fails = false;
   const auto count = [&](drills::Verdict v) {
     fails = fails || v == drills::Verdict::kFail;
-    open = open || v == drills::Verdict::kOpen;
+    open = open || v == drills::Verdict::kInconclusive;
   };
   for (const StatePart part : kStateParts) {
     for (std::size_t k = 0; k < plan.times_s.size(); ++k) {
@@ -270,7 +272,9 @@ drills::Verdict verdict_of(const ConsistencyPlan& plan, const ConsistencyBlock& 
     count(inside_verdict(figure_of_all(block, part), block.runs.size()));
   }
   for (const auto& [source, sums] : pooled_innovations(block)) count(nis_verdict(sums));
-  return fails ? drills::Verdict::kFail : open ? drills::Verdict::kOpen : drills::Verdict::kPass;
+  return fails  ? drills::Verdict::kFail
+         : open ? drills::Verdict::kInconclusive
+                : drills::Verdict::kPass;
 }
 
 }  // namespace rcs::studies

@@ -18,7 +18,7 @@ std::string nees_text(const PartFigure& f) {
   return f.missing == 0 ? figure : fmt::format("{} ({} missing)", figure, f.missing);
 }
 
-/// A block's place in a table: shown where it begins.
+/// Scenario and INS of a block, shown in its first row.
 std::vector<std::string> row_head(const ConsistencyBlock& block, StatePart part) {
   const bool first = part == kStateParts.front();
   return {first ? scenario_name(block.scenario) : "", first ? block.ins : "",
@@ -99,12 +99,12 @@ bool ConsistencyReport::passed() const {
   });
 }
 
-std::string marks_text() {
+std::string limits_text() {
   return fmt::format(
-      "Marks: mean NEES per degree of freedom {:g} to {:g}; truths inside the 95 % ellipsoid\n"
-      "{:.0f} to {:.0f} %; mean NIS per degree of freedom before gating {:g} to {:g}.",
-      kNeesMark.low, kNeesMark.high, 100.0 * kInsideMark.low, 100.0 * kInsideMark.high,
-      kNisMark.low, kNisMark.high);
+      "Limits: mean NEES per degree of freedom {:g} to {:g}; share of true states inside the 95 %\n"
+      "ellipsoid {:.0f} to {:.0f} %; mean NIS per degree of freedom before gating {:g} to {:g}.",
+      kNeesLimit.low, kNeesLimit.high, 100.0 * kInsideLimit.low, 100.0 * kInsideLimit.high,
+      kNisLimit.low, kNisLimit.high);
 }
 
 std::string scenario_name(const std::string& path) {
@@ -119,10 +119,10 @@ std::string moment_text(const ConsistencyPlan& plan, double t_s) {
 Json to_json(const ConsistencyReport& report) {
   Json j = {{"passed", report.passed()},
             {"outage_begin_s", report.plan.outage_begin_s},
-            {"marks",
-             {{"nees_per_dof", interval_json(kNeesMark)},
-              {"inside95", interval_json(kInsideMark)},
-              {"nis_per_dof", interval_json(kNisMark)}}},
+            {"limits",
+             {{"nees_per_dof", interval_json(kNeesLimit)},
+              {"inside95", interval_json(kInsideLimit)},
+              {"nis_per_dof", interval_json(kNisLimit)}}},
             {"blocks", Json::array()}};
   for (const ConsistencyBlock& block : report.blocks) {
     j["blocks"].push_back(block_json(report.plan, block));
@@ -152,7 +152,7 @@ report::Table nees_table(const ConsistencyReport& report) {
 }
 
 report::Table error_table(const ConsistencyReport& report) {
-  report::Table t{{"RMS error / claimed", "INS", ""}, {}};
+  report::Table t{{"RMS error / predicted", "INS", ""}, {}};
   for (const double t_s : report.plan.times_s) t.header.push_back(moment_text(report.plan, t_s));
   for (const ConsistencyBlock& block : report.blocks) {
     if (!block.was_run()) continue;

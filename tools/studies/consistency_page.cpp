@@ -16,7 +16,7 @@ namespace {
 constexpr report::Colour kColours[] = {report::Colour::kBlue, report::Colour::kGreen,
                                        report::Colour::kOrange, report::Colour::kPurple,
                                        report::Colour::kGrey};
-/// What chance leaves of an honest filter in 19 of 20 cases.
+/// 95 % interval of the value for a consistent filter.
 constexpr double kBand_sigma = 1.96;
 
 using Blocks = std::vector<const ConsistencyBlock*>;
@@ -32,9 +32,9 @@ report::Series level(std::string label, double x_low, double x_high, double y) {
           {}};
 }
 
-/// A bar along x, in the lane's `k`-th of `n` places.
+/// A horizontal bar, the `k`-th of `n` in its lane.
 void add_bar(double lane, std::size_t k, std::size_t n, double from, double to, report::Series* s) {
-  constexpr double kShare = 0.7;  // of the lane's height
+  constexpr double kShare = 0.7;  // of the height of the lane
   const double y = lane + kShare * ((static_cast<double>(k) + 0.5) / static_cast<double>(n) - 0.5);
   const double x[] = {from, to, to};
   const double at[] = {y, y, std::numeric_limits<double>::quiet_NaN()};
@@ -42,7 +42,7 @@ void add_bar(double lane, std::size_t k, std::size_t n, double from, double to, 
   s->y.insert(s->y.end(), std::begin(at), std::end(at));
 }
 
-/// NEES of one part over time, every grade a line.
+/// NEES of one part over time, one line per INS grade.
 report::Plot nees_plot(const ConsistencyPlan& plan, const Blocks& blocks, StatePart part) {
   report::Plot plot;
   plot.title =
@@ -55,14 +55,14 @@ report::Plot nees_plot(const ConsistencyPlan& plan, const Blocks& blocks, StateP
   plot.shades = {{plan.outage_begin_s, end_s, "without GPS"}};
   const double dof = kPartDof * static_cast<double>(blocks.front()->runs.size());
   const ValueInterval chance = chance_of_mean(dof, kBand_sigma);
-  plot.series.push_back({"an honest filter, 95 %",
+  plot.series.push_back({"consistent filter, 95 %",
                          report::Colour::kGrey,
                          report::SeriesStyle::kBand,
                          {0.0, end_s},
                          {chance.high, chance.high},
                          {chance.low, chance.low}});
-  plot.series.push_back(level("mark", 0.0, end_s, kNeesMark.low));
-  plot.series.push_back(level("", 0.0, end_s, kNeesMark.high));
+  plot.series.push_back(level("limit", 0.0, end_s, kNeesLimit.low));
+  plot.series.push_back(level("", 0.0, end_s, kNeesLimit.high));
   double most = 1.0;  // decades
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     report::Series s{blocks[b]->ins, colour_of(b), report::SeriesStyle::kLine, {}, {}, {}};
@@ -80,10 +80,10 @@ report::Plot nees_plot(const ConsistencyPlan& plan, const Blocks& blocks, StateP
 
 report::Plot inside_plot(const Blocks& blocks) {
   report::Plot plot;
-  plot.title = scenario_name(blocks.front()->scenario) + ": truths inside the 95 % ellipsoid";
-  plot.x_label = "share, all fixed times [%] (shaded: the mark)";
+  plot.title = scenario_name(blocks.front()->scenario) + ": true states inside the 95 % ellipsoid";
+  plot.x_label = "share, all fixed times [%] (shaded: the limit)";
   plot.height_px = 190;
-  plot.shades = {{100.0 * kInsideMark.low, 100.0 * kInsideMark.high, ""}};
+  plot.shades = {{100.0 * kInsideLimit.low, 100.0 * kInsideLimit.high, ""}};
   constexpr double kFoot = 0.0;
   plot.window = report::Window{kFoot, 100.0, -0.5, static_cast<double>(kStateParts.size()) - 0.5};
   for (const StatePart part : kStateParts) plot.y_names.emplace_back(part_name(part));
@@ -101,7 +101,7 @@ report::Plot inside_plot(const Blocks& blocks) {
 report::Plot nis_plot(const Blocks& blocks) {
   std::set<std::string> sources;
   std::vector<Innovations> pooled;
-  double most = kNisMark.high;
+  double most = kNisLimit.high;
   for (const ConsistencyBlock* block : blocks) {
     pooled.push_back(pooled_innovations(*block));
     for (const auto& [source, sums] : pooled.back()) {
@@ -111,10 +111,10 @@ report::Plot nis_plot(const Blocks& blocks) {
   }
   report::Plot plot;
   plot.title = scenario_name(blocks.front()->scenario) + ": NIS before gating";
-  plot.x_label = "mean per dof (shaded: the mark)";
+  plot.x_label = "mean per dof (shaded: the limit)";
   plot.height_px = 110 + 32 * static_cast<int>(sources.size());
   plot.y_names.assign(sources.begin(), sources.end());
-  plot.shades = {{kNisMark.low, kNisMark.high, ""}};
+  plot.shades = {{kNisLimit.low, kNisLimit.high, ""}};
   plot.window = report::Window{0.0, 1.05 * most, -0.5, static_cast<double>(sources.size()) - 0.5};
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     report::Series s{blocks[b]->ins, colour_of(b), report::SeriesStyle::kThickLine, {}, {}, {}};
@@ -138,21 +138,20 @@ std::string summary(const ConsistencyReport& report) {
     passed += verdict_of(report.plan, block) == drills::Verdict::kPass ? 1 : 0;
     runs += block.runs.size();
   }
-  return fmt::format("{} of {} blocks (scenario and INS) keep all marks: {} drives.", passed,
+  return fmt::format("{} of {} blocks (scenario and INS) meet all limits: {} drives.", passed,
                      report.blocks.size(), runs);
 }
 
 }  // namespace
 
 std::string consistency_page(const ConsistencyReport& report, const std::string& vehicle) {
-  report::HtmlPage page("Is what the filter says of its own error true?");
-  page.paragraph(summary(report) + " Vehicle: " + vehicle + ". " + marks_text());
+  report::HtmlPage page("Filter consistency");
+  page.paragraph(summary(report) + " Vehicle: " + vehicle + ". " + limits_text());
   page.paragraph(fmt::format(
-      "NEES: the squared error over the published covariance, 1 per degree of freedom when WM "
-      "tells "
-      "the truth; above it claims too much. GPS is cut at {:g} s. A figure with ! misses its mark; "
-      "with ? there are too few drives to tell. Lag 1: the correlation of successive normalized "
-      "innovations, 0 when nothing is left in them.",
+      "NEES: squared error normalized by the published covariance; per degree of freedom 1 for a "
+      "consistent filter, above 1 for an overconfident one. GPS is cut at {:g} s. A value with ! "
+      "violates its limit; with ? there are too few drives for a verdict (inconclusive). Lag 1: "
+      "correlation of successive normalized innovations, 0 for white innovations.",
       report.plan.outage_begin_s));
   page.table(nees_table(report));
   page.table(nis_table(report));

@@ -1,5 +1,5 @@
 #pragma once
-// What `rcs consistency` found as one self-contained page.
+// The results of `rcs consistency` as one self-contained HTML page.
 
 #include <string>
 
@@ -7,7 +7,7 @@
 
 namespace rcs::studies {
 
-/// @param vehicle  the configuration's path
+/// @param vehicle  path of the configuration
 [[nodiscard]] std::string consistency_page(const ConsistencyReport& report,
                                            const std::string& vehicle);
 

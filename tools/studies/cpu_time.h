@@ -1,11 +1,11 @@
 #pragma once
-// How much of the processor a piece of work takes.
+// CPU time of a piece of work.
 
 #include "rcs/node/budget.h"
 
 namespace rcs::studies {
 
-/// The process's CPU time since it was made, of all its threads.
+/// CPU time of all threads of the process since the construction of this object.
 class CpuWatch {
  public:
   [[nodiscard]] double stop_ms() const { return 1e3 * seconds(process_cpu() - start_); }

@@ -34,8 +34,7 @@ auto first_after(const std::vector<Sample>& samples, Stamp t) {
                           [](Stamp at, const Sample& s) { return at < s.stamp; });
 }
 
-/// The wheels' sample of a moment: the one whose interval holds it, or the nearest behind or
-/// before.
+/// The wheel sample of a moment: the one whose interval contains it, else the nearest.
 const WheelSample* wheels_at(const std::vector<WheelSample>& wheels, Stamp t) {
   const auto after = first_after(wheels, t);
   const WheelSample* best = after == wheels.end() ? nullptr : &*after;
@@ -78,7 +77,7 @@ void fall_free_but_for(const Vec3& turn_rad, const Vec3& dv_vehicle, const Vec3&
   m->T_world_vehicle.q = (exp_so3(-dt_s * earth_rate) * turned).normalized();
 }
 
-/// Samples of an instant, without an interval, speak for the time since the one before.
+/// Samples without an interval cover the time since the previous one.
 void hold_since_the_one_before(std::vector<WheelSample>* wheels) {
   for (std::size_t k = 1; k < wheels->size(); ++k) {
     WheelSample& s = (*wheels)[k];
@@ -87,7 +86,7 @@ void hold_since_the_one_before(std::vector<WheelSample>* wheels) {
   }
 }
 
-/// What a sample of the INS adds within its share of an interval, errors taken out.
+/// Bias-corrected increments of an INS sample within its share of an interval.
 struct Increment {
   Stamp middle;
   double dt_s = 0.0;
@@ -109,7 +108,7 @@ std::vector<Increment> increments(const ReckoningStart& start, const RecordedMot
   return all;
 }
 
-// Each returns the seconds that samples covered.
+// Each returns the time covered by samples [s].
 
 double by_wheels(const ReckoningStart& start, const RecordedMotion& motion, Stamp to, Moving* m) {
   double covered_s = 0.0;

@@ -1,6 +1,6 @@
 #pragma once
-// Where a vehicle would think itself to be if it only carried on from one moment, by one kind of
-// sensor: what WM's answer without GPS is held against. Pure, but for the reading of a log.
+// Dead reckoning from one moment by one kind of sensor, for comparison with WM without GPS. Pure,
+// except for the reading of a log.
 
 #include <optional>
 #include <string>
@@ -14,50 +14,50 @@
 
 namespace rcs::studies {
 
-/// ODOMETRY over (stamp - interval, stamp]; what the log says of an instant speaks for the time
-/// since the sample before.
+/// ODOMETRY over (stamp - interval, stamp]; a sample without interval covers the time since the
+/// previous sample.
 struct WheelSample {
   Stamp stamp;  ///< end of the interval
   Duration interval{};
   double speed_mps = 0.0;       ///< along vehicle x
-  double yaw_rate_radps = 0.0;  ///< about vehicle z; NaN: not known
+  double yaw_rate_radps = 0.0;  ///< about vehicle z; NaN: unknown
 };
 
-/// What a log says about the vehicle's own motion. The samples' stamps are sensor time and ascend;
+/// The samples of the motion of the vehicle in a log. Their stamps are sensor time and ascend;
 /// `begin` and `end` are arrivals.
 struct RecordedMotion {
   std::vector<wm::ImuSample> inertial;
   std::vector<WheelSample> wheels;
   std::optional<Stamp> begin;     ///< arrival of the first sensor message
   Stamp end;                      ///< of the last one
-  std::optional<Geodetic> place;  ///< of the first fix that has one
+  std::optional<Geodetic> place;  ///< of the first fix with a position
   bool has_ladar = false;
   bool has_truth = false;
 };
 /// @param log  path
 [[nodiscard]] Result<RecordedMotion> read_motion(const std::string& log);
 
-/// Where it starts from, and what was known about the sensors by then.
+/// Initial state and calibration of the sensors.
 struct ReckoningStart {
   Stamp stamp;  ///< sensor time
   Pose T_world_vehicle;
   Vec3 v_world = Vec3::Zero();          ///< [m/s]
-  Vec3 gyro_bias_radps = Vec3::Zero();  ///< vehicle axes, to be taken off what the gyro says
-  Vec3 accel_bias_mps2 = Vec3::Zero();  ///< likewise, of the accelerometer
-  double wheel_scale = 1.0;             ///< of what the wheels say to what is driven
+  Vec3 gyro_bias_radps = Vec3::Zero();  ///< vehicle axes, subtracted from the gyro
+  Vec3 accel_bias_mps2 = Vec3::Zero();  ///< vehicle axes, subtracted from the accelerometer
+  double wheel_scale = 1.0;             ///< measured wheel speed over true speed
 };
 
 enum class ReckonedBy {
-  kGyroAndWheels,     ///< the gyro's turns, the wheels' speed
-  kGyroAndLastSpeed,  ///< the gyro's turns, the speed of the start: without wheels
-  kWheels,            ///< both by the wheels, where they know the yaw rate
+  kGyroAndWheels,     ///< rotation by the gyro, speed by the wheels
+  kGyroAndLastSpeed,  ///< rotation by the gyro, constant initial speed
+  kWheels,            ///< both by the wheels, if they measure the yaw rate
   kInertial           ///< strapdown integration of the INS
 };
 
-/// Carries on from `start` by the samples between it and `to` alone.
+/// Dead reckoning from `start` with only the samples between it and `to`.
 /// @param to  sensor time, not before the start
-/// @return T_world_vehicle at `to`. None when the samples leave more than 0.5 s of the way there
-///         uncovered; and none for kInertial where the log has no fix: nobody knows gravity.
+/// @return T_world_vehicle at `to`. nullopt if more than 0.5 s are not covered by samples, and for
+///         kInertial if the log has no fix, because gravity is unknown.
 [[nodiscard]] std::optional<Pose> reckon(ReckonedBy by, const ReckoningStart& start,
                                          const RecordedMotion& motion, Stamp to);
 

@@ -58,7 +58,7 @@ std::string alert_text(int alerts) {
   return text.empty() ? "none" : text;
 }
 
-/// What was heard up to the moment.
+/// Messages received up to the moment.
 class Memory {
  public:
   void hear(const LogEvent& event) {
@@ -99,7 +99,7 @@ class Memory {
   }
 
   [[nodiscard]] std::string inputs_text(Stamp moment) const {
-    report::Table t{{"what had come", "last", "in the last second"}, {}};
+    report::Table t{{"received", "last", "in the last second"}, {}};
     for (const auto& [name, input] : inputs_) {
       const auto recent = std::count_if(input.recent.begin(), input.recent.end(),
                                         [&](Stamp s) { return moment - s <= kRecent; });
@@ -115,7 +115,7 @@ class Memory {
       double worst = 0.0;
     };
     std::map<int, Sum> sums;
-    report::Table refused{{"refused", "", "why", "NIS", "gate"}, {}};
+    report::Table refused{{"rejected", "", "reason", "NIS", "gate"}, {}};
     for (const Heard<innovation_t>& i : innovations_) {
       if (moment - i.arrival > kRecent) continue;
       const innovation_t& m = i.message;
@@ -129,14 +129,14 @@ class Memory {
                               std::string(recording::innovation_reason_name(m.reason)),
                               fmt::format("{:.1f}", m.nis), fmt::format("{:.1f}", m.gate)});
     }
-    report::Table t{
-        {"what WM considered in the last second", "taken", "of", "largest NIS/gate taken"}, {}};
+    report::Table t{{"measurements in WM, last second", "accepted", "of", "max NIS/gate accepted"},
+                    {}};
     for (const auto& [source, sum] : sums) {
       t.rows.push_back({std::string(recording::innovation_source_name(source)),
                         std::to_string(sum.accepted), std::to_string(sum.considered),
                         fmt::format("{:.2f}", sum.worst)});
     }
-    if (t.rows.empty()) return "WM considered no measurement in the last second.\n\n";
+    if (t.rows.empty()) return "WM processed no measurement in the last second.\n\n";
     std::string text = to_text(t);
     if (refused.rows.size() > kRefusals) {
       refused.rows.erase(refused.rows.begin(),
@@ -147,8 +147,8 @@ class Memory {
   }
 
   [[nodiscard]] std::string registrations_text(Stamp moment) const {
-    report::Table t{{"SP's last answers", "", "stop", "points", "pairs", "overlap", "correction",
-                     "used / granted", "degrade"},
+    report::Table t{{"last registrations of SP", "", "stop", "points", "pairs", "overlap",
+                     "correction", "used / granted", "degrade"},
                     {}};
     for (const Heard<registration_t>& r : registrations_) {
       const registration_t& m = r.message;
@@ -161,48 +161,45 @@ class Memory {
            fmt::format("{:.2f} m {:.2f} deg", m.correction_m, degrees(m.correction_rad)),
            fmt::format("{} / {}", m.used_units, m.granted_units), std::to_string(m.degrade_level)});
     }
-    return t.rows.empty() ? "SP has answered for no scan.\n\n" : to_text(t) + "\n";
+    return t.rows.empty() ? "SP has published no registration.\n\n" : to_text(t) + "\n";
   }
 
   [[nodiscard]] std::string belief_text(Stamp moment) const {
-    if (nav_.empty()) return "WM has said nothing.\n\n";
+    if (nav_.empty()) return "WM has published nothing.\n\n";
     const nav_state_t& m = nav_.back().message;
     const Mat6 cov = from_message(m.cov_world_pose);
     const auto age = [](std::int64_t us) {
       return us < 0 ? std::string("never") : ago(Duration(us));
     };
     std::string text = fmt::format(
-        "WM's belief ({}): {}{}; sigma {:.2f} {:.2f} {:.2f} m (vehicle x y z), yaw {:.2f} deg\n"
-        "  last taken: INS {}, GPS {}, odometry {}, rolling map {}, a priori map {}; {:.0f} m "
-        "since "
-        "GPS; {} resets\n",
+        "belief of WM ({}): {}{}; sigma {:.2f} {:.2f} {:.2f} m (vehicle x y z), yaw {:.2f} deg\n"
+        "  last accepted: INS {}, GPS {}, odometry {}, rolling map {}, a priori map {}; {:.0f} m "
+        "since GPS; {} resets\n",
         ago(moment - nav_.back().arrival), recording::nav_mode_name(m.mode),
-        m.world_valid != 0 ? "" : ", world not known", std::sqrt(std::max(0.0, cov(0, 0))),
+        m.world_valid != 0 ? "" : ", frame world unknown", std::sqrt(std::max(0.0, cov(0, 0))),
         std::sqrt(std::max(0.0, cov(1, 1))), std::sqrt(std::max(0.0, cov(2, 2))),
         degrees(std::sqrt(std::max(0.0, cov(5, 5)))), age(m.age_ins_us), age(m.age_gps_us),
         age(m.age_odometry_us), age(m.age_rolling_us), age(m.age_prior_map_us),
         m.distance_since_gps_m, m.world_resets);
     if (m.latency_trace.last_facet_utime != 0) {
       text += fmt::format(
-          "  its newest scan: last facet in SP {}, SP began {:.1f} ms later, its answer in WM "
-          "{:.1f} "
-          "ms after that\n",
-          // Both differences are within one clock: the log's, and the nodes'.
+          "  newest scan: last facet in SP {}, start of SP {:.1f} ms later, result in WM {:.1f} ms "
+          "after that\n",
+          // Each difference is within one clock: that of the log, and that of the nodes.
           ago(moment - nav_.back().arrival +
               Duration(m.publish_utime - m.latency_trace.last_facet_utime)),
           milliseconds(Duration(m.latency_trace.sp_start_utime - m.latency_trace.last_facet_utime)),
           milliseconds(
               Duration(m.latency_trace.wm_arrival_utime - m.latency_trace.sp_start_utime)));
     }
-    if (integrity_.empty()) return text + "  no protection level was published\n\n";
+    if (integrity_.empty()) return text + "  no protection level published\n\n";
     const integrity_t& i = integrity_.back().message;
     return text +
            fmt::format(
                "  protection level {:.2f} m horizontal, {:.2f} m vertical (limits {:.1f} and "
-               "{:.1f} "
-               "m); alerts: {}\n"
-               "  GPS {} for {:.1f} s (doubt {:.2f}), LADAR {} for {:.1f} s (doubt {:.2f}); from 1 "
-               "on a source is demoted\n\n",
+               "{:.1f} m); alerts: {}\n"
+               "  GPS {} for {:.1f} s (test ratio {:.2f}), LADAR {} for {:.1f} s (test ratio "
+               "{:.2f}); limit of the test ratio: 1\n\n",
                i.protection_horizontal_m, i.protection_vertical_m, i.limit_horizontal_m,
                i.limit_vertical_m, alert_text(i.alerts), recording::source_status_name(i.gps),
                seconds(Duration(i.utime - i.gps_since_utime)), i.gps_test_ratio,
@@ -219,7 +216,7 @@ class Memory {
     }
     if (!drive_.empty()) {
       const drive_t& m = drive_.back().message;
-      text += fmt::format("  drives ({}): {:.1f} m/s, curvature {:.3f} 1/m{}\n",
+      text += fmt::format("  drive command ({}): {:.1f} m/s, curvature {:.3f} 1/m{}\n",
                           ago(moment - drive_.back().arrival), m.speed_mps, m.curvature_1pm,
                           m.brake != 0 ? ", brake" : "");
     }
@@ -264,15 +261,15 @@ Result<std::string> why_story(LogReader* log, Duration after) {
     if (!begin) begin = event.stamp;
     const Stamp moment = *begin + after;
     if (event.stamp > moment) {
-      return fmt::format("{}, {:.3f} s after its beginning (utime {})\n\n", log->path(),
-                         seconds(after), to_utime(moment)) +
+      return fmt::format("{}, {:.3f} s after its begin (utime {})\n\n", log->path(), seconds(after),
+                         to_utime(moment)) +
              memory.tell(moment);
     }
     memory.hear(event);
   }
-  if (!begin) return Error{log->path() + ": nothing in it"};
+  if (!begin) return Error{log->path() + ": the log is empty"};
   return Error{
-      fmt::format("{}: it ends after {:.1f} s", log->path(), seconds(memory.now() - *begin))};
+      fmt::format("{}: the log ends after {:.1f} s", log->path(), seconds(memory.now() - *begin))};
 }
 
 }  // namespace rcs::studies

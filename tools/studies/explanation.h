@@ -1,6 +1,5 @@
 #pragma once
-// Why a run was as it was at one moment: what had come in, what WM made of it, what SP and BG
-// answered.
+// Explanation of the state of a run at one moment: inputs, decisions of WM, results of SP and BG.
 
 #include <string>
 
@@ -10,9 +9,9 @@
 
 namespace rcs::studies {
 
-/// @param log  read from its beginning
-/// @param after  the log's first message
-/// @return text for people, or an error when the log ends before
+/// @param log  read from its begin
+/// @param after  time after the first message of the log
+/// @return text, or an error if the log ends before
 [[nodiscard]] Result<std::string> why_story(LogReader* log, Duration after);
 
 }  // namespace rcs::studies

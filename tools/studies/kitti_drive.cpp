@@ -28,7 +28,7 @@ constexpr double kWidth_rad = radians(80.0);
 constexpr double kLowest_rad = radians(-18.0);
 constexpr double kHeight_rad = radians(20.0);
 
-/// The archive of sweeps in a folder; empty: there is none.
+/// The archive of sweeps in a folder; empty: none.
 std::string find_archive(const std::string& folder) {
   std::error_code failed;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, failed)) {
@@ -48,7 +48,7 @@ Outcome unpack(const std::string& archive, const std::string& folder) {
   int status = 0;
   if (::posix_spawnp(&pid, "tar", nullptr, nullptr, argv.data(), environ) != 0 ||
       ::waitpid(pid, &status, 0) != pid || !WIFEXITED(status) || WEXITSTATUS(status) != 0) {
-    return Error{archive + ": tar could not unpack it"};
+    return Error{archive + ": tar failed to unpack it"};
   }
   return Done{};
 }
@@ -101,7 +101,7 @@ Result<std::vector<ScanPair>> parse_reference_pairs(std::string_view text, std::
     if (line == 1 || row.empty()) continue;
     const std::optional<std::vector<double>> v = tools::parse_numbers(row);
     if (!v || v->size() != kColumns) {
-      return Error{fmt::format("{}:{}: {} numbers are wanted", name, line, kColumns)};
+      return Error{fmt::format("{}:{}: expected {} numbers", name, line, kColumns)};
     }
     const auto scan = [&v](std::size_t i) {
       const double n = (*v)[i];
@@ -112,7 +112,8 @@ Result<std::vector<ScanPair>> parse_reference_pairs(std::string_view text, std::
     for (int i = 0; i < 3; ++i) R.row(i) << at(i, 0), at(i, 1), at(i, 2);
     if (scan(0) < 0 || scan(1) < 0 || (R.transpose() * R - Mat3::Identity()).norm() > 1e-3 ||
         R.determinant() < 0.0) {
-      return Error{fmt::format("{}:{}: not the numbers of two scans and a motion", name, line)};
+      return Error{
+          fmt::format("{}:{}: expected the numbers of two scans and a motion", name, line)};
     }
     pairs.push_back({scan(0), scan(1), {Quat(R).normalized(), Vec3(at(0, 3), at(1, 3), at(2, 3))}});
   }
@@ -133,7 +134,7 @@ Result<KittiDrive> KittiDrive::open(const std::string& folder) {
   if (archive.empty()) return drive;
   drive.temporary_ = (fs::temp_directory_path() / "rcs_kitti_XXXXXX").string();
   if (::mkdtemp(drive.temporary_.data()) == nullptr) {
-    return Error{drive.temporary_ + ": no temporary folder"};
+    return Error{drive.temporary_ + ": cannot create a temporary folder"};
   }
   drive.sweeps_ = drive.temporary_;
   if (const Outcome unpacked = unpack(archive, drive.temporary_); !unpacked) {

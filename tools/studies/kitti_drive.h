@@ -1,5 +1,5 @@
 #pragma once
-// Sweeps of a KITTI drive as pairs of scans of the paper's size.
+// Sweeps of a KITTI drive as pairs of scans of the size in the paper.
 
 #include <string>
 #include <string_view>
@@ -16,21 +16,22 @@ namespace rcs::studies {
 /// Folder of the drive below the folder of all real data (RCS_DATA_DIR).
 constexpr std::string_view kKittiDrive = "kitti_2011_09_26_drive_0005";
 
-/// The paper's range image cut from a sweep of 64 beams: 32 x 180 cells over 80 deg ahead and -18
-/// to +2 deg of elevation, in each the return that is nearest to its middle.
+/// A range image as in the paper, cut from a sweep of 64 beams: 32 x 180 cells over 80 deg ahead
+/// and -18 to +2 deg of elevation, each with the return nearest to its centre.
 [[nodiscard]] Points real_cut(const Points& sweep_ladar);
 
-/// The sweep's points as they would be had all been shot at its middle.
-/// @param T_sweep_next  the motion to the next sweep's middle, held to be constant
+/// The points of the sweep, deskewed to the time of its middle.
+/// @param T_sweep_next  motion to the middle of the next sweep, assumed uniform
 [[nodiscard]] Points deskewed(const importers::Sweep& sweep, const Pose& T_sweep_next);
 
-/// Rows "model,data,T00,...,T23,spread_m,spread_deg" under a header: T_model_data, and how far
-/// several methods differ about it.
+/// Rows "model,data,T00,...,T23,spread_m,spread_deg" under a header: T_model_data, and the
+/// differences between several methods.
 [[nodiscard]] Result<std::vector<ScanPair>> parse_reference_pairs(std::string_view text,
                                                                   std::string_view name);
 
-/// A drive's folder: reference_pairs.csv, and sweeps %010d.bin or an archive of them,
-/// velodyne_bin_*.tar.xz, which is unpacked into a temporary folder for as long as this lives.
+/// Folder of a drive: reference_pairs.csv, and sweeps %010d.bin or an archive of them,
+/// velodyne_bin_*.tar.xz, which is unpacked into a temporary folder for the lifetime of this
+/// object.
 class KittiDrive {
  public:
   [[nodiscard]] static Result<KittiDrive> open(const std::string& folder);
@@ -40,7 +41,7 @@ class KittiDrive {
 
   [[nodiscard]] const std::vector<ScanPair>& references() const { return references_; }
   [[nodiscard]] Result<importers::Sweep> sweep(int number) const;
-  /// Of all sweeps that the pairs need.
+  /// Cuts of all sweeps of the pairs.
   [[nodiscard]] Result<ScanSet> real_cuts(const std::vector<ScanPair>& pairs) const;
 
  private:

@@ -99,33 +99,32 @@ Result<SeenDrive> read_drive(const std::string& path, double column_m) {
   LogEvent event;
   while (reader->next(&event)) scans.take(event);
   if (drive.scans.empty()) {
-    return Error{path +
-                 ": no SP_POINTS with WM_NAV_STATE before them: give it what `rcs replay` wrote"};
+    return Error{path + ": no SP_POINTS after a WM_NAV_STATE; use a log written by `rcs replay`"};
   }
   return drive;
 }
 
 LocateResult locate(const SeenDrive& drive, std::size_t first, Duration length,
                     const ElevationMap& map, const sp::StartRegion& region, WorkUnits per_scan,
-                    sp::Relocator* relocator) {
+                    sp::InitialLocalizer* localizer) {
   LocateResult result;
-  if (!relocator->begin(region)) {
-    result.status = relocator->status();
+  if (!localizer->begin(region)) {
+    result.status = localizer->status();
     return result;
   }
   const Stamp from = drive.scans[first].stamp;
   std::size_t k = first;
   for (; k < drive.scans.size() && drive.scans[k].stamp - from <= length; ++k) {
-    relocator->add(drive.scans[k].lowest_vehicle, drive.scans[k].T_level_vehicle);
-    result.used += relocator->work(map, per_scan);
-    if (relocator->status().state == sp::RelocateState::kFound) break;
+    localizer->add(drive.scans[k].lowest_vehicle, drive.scans[k].T_level_vehicle);
+    result.used += localizer->work(map, per_scan);
+    if (localizer->status().state == sp::InitialLocalizationState::kFound) break;
   }
   const SeenScan& newest = drive.scans[std::min(k, drive.scans.size() - 1)];
-  result.status = relocator->status();
+  result.status = localizer->status();
   result.stamp = newest.stamp;
   result.after_s = seconds(newest.stamp - from);
   result.T_map_vehicle = result.status.T_map_level * newest.T_level_vehicle;
-  result.covariance = relocator->covariance_at(newest.T_level_vehicle);
+  result.covariance = localizer->covariance_at(newest.T_level_vehicle);
   return result;
 }
 

@@ -14,9 +14,9 @@
 namespace rcs::studies {
 namespace {
 
-/// Of the chi-square distribution with 3 degrees of freedom.
+/// 95 % quantile of the chi-square distribution with 3 degrees of freedom.
 constexpr double k95Percent = 7.8147;
-/// Of the ratio's denominator: who is off by less has nothing to lose.
+/// Lower bound of the denominator of the ratio: smaller errors need no map.
 constexpr double kFloor_m = 0.2;
 
 double quantile(std::vector<double>* values, double share) {
@@ -26,30 +26,30 @@ double quantile(std::vector<double>* values, double share) {
   return (*values)[static_cast<std::size_t>(at)];
 }
 
-std::string name_of(const MapWorthBlock& block) {
+std::string name_of(const MapStudyBlock& block) {
   return std::filesystem::path(block.scenario).stem().string();
 }
 
-/// The scenario's drives without a map. None: they were not asked for, or failed.
-const MapWorthBlock* without_map(const std::vector<MapWorthBlock>& blocks,
-                                 const MapWorthBlock& block) {
-  for (const MapWorthBlock& b : blocks) {
+/// The drives of the scenario without a map; nullptr: not requested, or failed.
+const MapStudyBlock* without_map(const std::vector<MapStudyBlock>& blocks,
+                                 const MapStudyBlock& block) {
+  for (const MapStudyBlock& b : blocks) {
     if (b.scenario == block.scenario && !b.cell_m) return b.error.empty() ? &b : nullptr;
   }
   return nullptr;
 }
 
-/// RMS over all runs against that without a map.
-std::optional<double> ratio_of(const std::vector<MapWorthBlock>& blocks,
-                               const MapWorthBlock& block) {
-  const MapWorthBlock* const without = without_map(blocks, block);
+/// RMS over all runs divided by that without a map.
+std::optional<double> ratio_of(const std::vector<MapStudyBlock>& blocks,
+                               const MapStudyBlock& block) {
+  const MapStudyBlock* const without = without_map(blocks, block);
   if (without == nullptr || without == &block) return std::nullopt;
-  return map_worth_figure(block).rms_m / std::max(kFloor_m, map_worth_figure(*without).rms_m);
+  return map_study_figure(block).rms_m / std::max(kFloor_m, map_study_figure(*without).rms_m);
 }
 
 }  // namespace
 
-drills::Drill MapWorthPlan::drill(const std::string& scenario, std::optional<double> cell_m) const {
+drills::Drill MapStudyPlan::drill(const std::string& scenario, std::optional<double> cell_m) const {
   drills::Drill drill;
   drill.id = std::filesystem::path(scenario).stem().string() +
              (cell_m ? fmt::format(", map of {:g} m", *cell_m) : ", no map");
@@ -64,9 +64,9 @@ drills::Drill MapWorthPlan::drill(const std::string& scenario, std::optional<dou
   return drill;
 }
 
-MapWorthRun map_worth_run(const MapWorthPlan& plan, const drills::DrillRecord& record) {
+MapStudyRun map_study_run(const MapStudyPlan& plan, const drills::DrillRecord& record) {
   const drills::DrillErrors errors(record);
-  MapWorthRun run;
+  MapStudyRun run;
   if (!record.begin) return run;
   const Stamp first = errors.stamp_at(plan.gps_lost_s);
   run.driven_m = errors.driven_m(first, record.end);
@@ -93,12 +93,12 @@ MapWorthRun map_worth_run(const MapWorthPlan& plan, const drills::DrillRecord& r
   return run;
 }
 
-MapWorthFigure map_worth_figure(const MapWorthBlock& block) {
-  MapWorthFigure f;
+MapStudyFigure map_study_figure(const MapStudyBlock& block) {
+  MapStudyFigure f;
   std::vector<double> errors;
   std::vector<double> horizontal;
   double slopes = 0.0;
-  for (const MapWorthRun& run : block.runs) {
+  for (const MapStudyRun& run : block.runs) {
     errors.insert(errors.end(), run.error_m.begin(), run.error_m.end());
     horizontal.insert(horizontal.end(), run.horizontal_m.begin(), run.horizontal_m.end());
     f.inside += static_cast<double>(run.inside);
@@ -114,19 +114,19 @@ MapWorthFigure map_worth_figure(const MapWorthBlock& block) {
   f.rms_m = std::sqrt(squares / n);
   f.inside /= n;
   f.slope_rms_rad = std::sqrt(slopes / static_cast<double>(block.runs.size()));
-  f.most_m = *std::max_element(errors.begin(), errors.end());
+  f.max_m = *std::max_element(errors.begin(), errors.end());
   f.median_m = quantile(&errors, 0.5);
   f.p95_m = quantile(&errors, 0.95);
   f.horizontal_p95_m = quantile(&horizontal, 0.95);
   return f;
 }
 
-report::Table map_worth_table(const std::vector<MapWorthBlock>& blocks) {
+report::Table map_study_table(const std::vector<MapStudyBlock>& blocks) {
   report::Table table;
   table.header = {"drive",          "slope [deg]",   "map [m]",        "drives",
-                  "km without GPS", "error median",  "95 %",           "most [m]",
+                  "km without GPS", "error median",  "95 %",           "max [m]",
                   "in plane 95 %",  "RMS to no map", "inside 95 % [%]"};
-  for (const MapWorthBlock& block : blocks) {
+  for (const MapStudyBlock& block : blocks) {
     const std::string map = block.cell_m ? fmt::format("{:g}", *block.cell_m) : "none";
     if (!block.error.empty()) {
       std::vector<std::string> row(table.header.size(), "-");
@@ -135,21 +135,21 @@ report::Table map_worth_table(const std::vector<MapWorthBlock>& blocks) {
       table.rows.push_back(std::move(row));
       continue;
     }
-    const MapWorthFigure f = map_worth_figure(block);
+    const MapStudyFigure f = map_study_figure(block);
     const std::optional<double> ratio = ratio_of(blocks, block);
     table.rows.push_back(
         {name_of(block), fmt::format("{:.1f}", degrees(f.slope_rms_rad)), map,
          fmt::format("{}", block.runs.size()), fmt::format("{:.1f}", f.driven_m / 1000.0),
          fmt::format("{:.2f}", f.median_m), fmt::format("{:.2f}", f.p95_m),
-         fmt::format("{:.2f}", f.most_m), fmt::format("{:.2f}", f.horizontal_p95_m),
+         fmt::format("{:.2f}", f.max_m), fmt::format("{:.2f}", f.horizontal_p95_m),
          ratio ? fmt::format("{:.3f}", *ratio) : "-", fmt::format("{:.1f}", 100.0 * f.inside)});
   }
   return table;
 }
 
-nlohmann::ordered_json map_worth_json(const std::vector<MapWorthBlock>& blocks) {
+nlohmann::ordered_json map_study_json(const std::vector<MapStudyBlock>& blocks) {
   nlohmann::ordered_json rows = nlohmann::ordered_json::array();
-  for (const MapWorthBlock& block : blocks) {
+  for (const MapStudyBlock& block : blocks) {
     nlohmann::ordered_json row = {{"scenario", block.scenario}};
     row["map_cell_m"] = block.cell_m ? nlohmann::ordered_json(*block.cell_m) : nullptr;
     if (!block.error.empty()) {
@@ -157,7 +157,7 @@ nlohmann::ordered_json map_worth_json(const std::vector<MapWorthBlock>& blocks) 
       rows.push_back(std::move(row));
       continue;
     }
-    const MapWorthFigure f = map_worth_figure(block);
+    const MapStudyFigure f = map_study_figure(block);
     const std::optional<double> ratio = ratio_of(blocks, block);
     row["drives"] = block.runs.size();
     row["driven_m"] = f.driven_m;
@@ -166,7 +166,7 @@ nlohmann::ordered_json map_worth_json(const std::vector<MapWorthBlock>& blocks) 
     row["seconds_without_belief"] = f.missing;
     row["error_median_m"] = f.median_m;
     row["error_p95_m"] = f.p95_m;
-    row["error_most_m"] = f.most_m;
+    row["error_max_m"] = f.max_m;
     row["error_rms_m"] = f.rms_m;
     row["horizontal_p95_m"] = f.horizontal_p95_m;
     row["ratio_to_no_map"] = ratio ? nlohmann::ordered_json(*ratio) : nullptr;
@@ -176,20 +176,20 @@ nlohmann::ordered_json map_worth_json(const std::vector<MapWorthBlock>& blocks) 
   return rows;
 }
 
-std::string map_worth_svg(const std::vector<MapWorthBlock>& blocks) {
+std::string map_study_svg(const std::vector<MapStudyBlock>& blocks) {
   constexpr std::array kColours = {report::Colour::kBlue, report::Colour::kOrange,
                                    report::Colour::kGreen, report::Colour::kPurple,
                                    report::Colour::kGrey};
   report::Plot plot;
-  plot.title = "Error without GPS, by the a priori map";
-  plot.x_label = "the map's cell [m]";
+  plot.title = "Error without GPS against resolution of the a priori map";
+  plot.x_label = "cell of the map [m]";
   plot.y_label = "position error, 95 % [m]";
   plot.log_x = true;
   plot.log_y = true;
   std::vector<std::string> scenarios;
   double low_m = 1e9;
   double high_m = 0.0;
-  for (const MapWorthBlock& b : blocks) {
+  for (const MapStudyBlock& b : blocks) {
     if (!b.error.empty()) continue;
     if (std::find(scenarios.begin(), scenarios.end(), b.scenario) == scenarios.end()) {
       scenarios.push_back(b.scenario);
@@ -201,9 +201,9 @@ std::string map_worth_svg(const std::vector<MapWorthBlock>& blocks) {
     const report::Colour colour = kColours[k % kColours.size()];
     report::Series with{"", colour, report::SeriesStyle::kThickLine, {}, {}, {}};
     report::Series without{"", colour, report::SeriesStyle::kDashed, {low_m, high_m}, {}, {}};
-    for (const MapWorthBlock& b : blocks) {
+    for (const MapStudyBlock& b : blocks) {
       if (b.scenario != scenarios[k] || !b.error.empty()) continue;
-      const MapWorthFigure f = map_worth_figure(b);
+      const MapStudyFigure f = map_study_figure(b);
       if (!b.cell_m) {
         without.label = name_of(b) + ", no map";
         without.y = {f.p95_m, f.p95_m};

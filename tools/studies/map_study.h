@@ -1,6 +1,6 @@
 #pragma once
-// What a survey is worth to a vehicle without GPS: the errors of one drive with maps of several
-// resolutions and with none. Pure functions of the records of many runs.
+// Position error without GPS as a function of map resolution: drives with maps of several
+// resolutions and without a map. Pure functions of the records of many runs.
 
 #include <cstddef>
 #include <nlohmann/json.hpp>
@@ -14,42 +14,42 @@
 
 namespace rcs::studies {
 
-struct MapWorthPlan {
-  double gps_lost_s = 35.0;  ///< for good, after the first sensor message, [10, 1000]
-  double length_s = 0.0;     ///< of the drive; 0: all of it
-  std::string ins;           ///< grade; empty: as configured
+struct MapStudyPlan {
+  double gps_lost_s = 35.0;  ///< permanently, after the first sensor message, [10, 1000]
+  double length_s = 0.0;     ///< of the drive; 0: the whole drive
+  std::string ins;           ///< INS grade; empty: as configured
 
-  /// @param cell_m  of the map; none: there is none
+  /// @param cell_m  of the map; nullopt: no map
   [[nodiscard]] drills::Drill drill(const std::string& scenario,
                                     std::optional<double> cell_m) const;
 };
 
-/// Of one run, once a second from the loss of GPS to the end.
-struct MapWorthRun {
+/// Errors of one run, once per second from the loss of GPS to the end.
+struct MapStudyRun {
   std::vector<double> error_m;       ///< of the position, three axes
-  std::vector<double> horizontal_m;  ///< of these, in the plane
-  std::size_t inside = 0;            ///< truths inside the 95 % ellipsoid of the position
+  std::vector<double> horizontal_m;  ///< horizontal part
+  std::size_t inside = 0;            ///< true positions inside the 95 % ellipsoid
   std::size_t missing = 0;           ///< seconds without a belief
   double driven_m = 0.0;
   double slope_rms_rad = 0.0;  ///< of the ground under the vehicle: its relief
 };
-[[nodiscard]] MapWorthRun map_worth_run(const MapWorthPlan& plan,
+[[nodiscard]] MapStudyRun map_study_run(const MapStudyPlan& plan,
                                         const drills::DrillRecord& record);
 
 /// Runs of one scenario with one map.
-struct MapWorthBlock {
+struct MapStudyBlock {
   std::string scenario;
   std::optional<double> cell_m;
-  std::vector<MapWorthRun> runs;
-  std::string error;  ///< it could not be run; empty: it was
+  std::vector<MapStudyRun> runs;
+  std::string error;  ///< reason of a failure; empty: none
 };
 
-struct MapWorthFigure {
+struct MapStudyFigure {
   std::size_t samples = 0;
   std::size_t missing = 0;
   double median_m = 0.0;
   double p95_m = 0.0;
-  double most_m = 0.0;
+  double max_m = 0.0;
   double horizontal_p95_m = 0.0;
   double rms_m = 0.0;
   double inside = 0.0;  ///< share
@@ -57,12 +57,12 @@ struct MapWorthFigure {
   double slope_rms_rad = 0.0;
 };
 /// Over all seconds of all runs.
-[[nodiscard]] MapWorthFigure map_worth_figure(const MapWorthBlock& block);
+[[nodiscard]] MapStudyFigure map_study_figure(const MapStudyBlock& block);
 
-/// @param blocks  of a scenario, the one without a map is the first
-[[nodiscard]] report::Table map_worth_table(const std::vector<MapWorthBlock>& blocks);
-[[nodiscard]] nlohmann::ordered_json map_worth_json(const std::vector<MapWorthBlock>& blocks);
-/// 95 % of the error over the maps' cell, a line a scenario.
-[[nodiscard]] std::string map_worth_svg(const std::vector<MapWorthBlock>& blocks);
+/// @param blocks  the first one of a scenario is without a map
+[[nodiscard]] report::Table map_study_table(const std::vector<MapStudyBlock>& blocks);
+[[nodiscard]] nlohmann::ordered_json map_study_json(const std::vector<MapStudyBlock>& blocks);
+/// 95 % of the error over the cell of the map, one line per scenario.
+[[nodiscard]] std::string map_study_svg(const std::vector<MapStudyBlock>& blocks);
 
 }  // namespace rcs::studies

@@ -7,10 +7,10 @@
 namespace rcs::studies {
 namespace {
 
-/// Behind an outage, so that GPS can come back.
+/// Time after an outage for the readmission of GPS.
 constexpr double kAfter_s = 10.0;
-/// Of that, what must be left of the drive: a fix or two.
-constexpr double kLeast_s = 0.5;
+/// The part of it that the drive must still cover: one or two fixes.
+constexpr double kMin_s = 0.5;
 
 OutagePlan plan(const OutageQuestion& question, OutagePlan::Kind kind, std::size_t variant,
                 const drills::DrillWindow& window) {
@@ -41,16 +41,16 @@ Result<std::vector<drills::DrillWindow>> windows_of(const OutageQuestion& questi
                                                     double drive_s) {
   if (question.cut) {
     if (question.cut->end_s <= drive_s) return std::vector<drills::DrillWindow>{*question.cut};
-    return Error{fmt::format("the cut ends after {:g} s, and the drive after {:.1f} s",
+    return Error{fmt::format("the cut ends at {:g} s, but the drive at {:.1f} s",
                              question.cut->end_s, drive_s)};
   }
   std::vector<drills::DrillWindow> windows;
   for (const double length_s : question.lengths_s) {
-    const double last_s = drive_s - kLeast_s - length_s;
+    const double last_s = drive_s - kMin_s - length_s;
     if (last_s < question.from_s) {
       return Error{
-          fmt::format("the drive is {:.1f} s long: an outage of {:g} s that begins after "
-                      "{:g} s does not fit (--length, --from)",
+          fmt::format("the drive is {:.1f} s long: an outage of {:g} s after {:g} s does not fit "
+                      "(see --length, --from)",
                       drive_s, length_s, question.from_s)};
     }
     for (int k = 0; k < question.places; ++k) {
@@ -86,7 +86,7 @@ Result<std::vector<drills::DrillSource>> parse_without(const std::string& text) 
       known = true;
       if (!has(sources, s)) sources.push_back(s);
     }
-    if (!known) return Error{"'" + text + "': it takes odometry, ladar, ins, joined by +"};
+    if (!known) return Error{"'" + text + "': expected odometry, ladar, ins, joined by +"};
     from = to + 1;
   }
   return sources;

@@ -11,7 +11,7 @@
 namespace rcs::studies {
 namespace {
 
-/// GPS that is not back so long after its first right fix is not back.
+/// Time after the first correct fix within which GPS must be accepted to count as recovered.
 constexpr double kBack_s = 5.0;
 constexpr Duration kMaxMatchGap = std::chrono::milliseconds(500);
 constexpr Teller kCarriedOn[] = {Teller::kGyroAndWheels, Teller::kGyroAndLastSpeed, Teller::kWheels,
@@ -31,7 +31,7 @@ ReckoningStart start_at(const drills::DrillBelief& b) {
           b.gyro_bias_radps, b.accel_bias_mps2, b.wheel_scale};
 }
 
-/// T_from_to along SP's rolling map; none where it began anew in between.
+/// T_from_to along the rolling map of SP; nullopt if the map was restarted in between.
 std::optional<Pose> along_map(const std::vector<drills::DrillMatch>& matches, Stamp from,
                               Stamp to) {
   std::map<std::int32_t, tools::Trajectory> epochs;
@@ -55,7 +55,7 @@ const drills::DrillBelief* last_of(const drills::DrillRecord& record) {
   return last == record.beliefs.end() ? nullptr : &*last;
 }
 
-/// All that the tellers need to know.
+/// Input of all estimators.
 struct Evidence {
   const OutageQuestion& question;
   const RecordedMotion& motion;
@@ -73,7 +73,7 @@ struct Evidence {
   }
 };
 
-/// The tellers but WM and the uncut run: T_world_vehicle at `to`.
+/// T_world_vehicle at `to` by the estimators other than WM and the uncut run.
 std::optional<Pose> carried_on(const Evidence& e, Teller teller, std::size_t variant,
                                const drills::DrillBelief& start, Stamp to) {
   const bool wheels = e.question.uses(variant, drills::DrillSource::kOdometry);
@@ -111,7 +111,7 @@ void compare_with_fix(const drills::DrillRecord& record, const drills::DrillErro
   if (fix == record.fixes.end()) return;
   const drills::DrillBelief* b = errors.belief_at(fix->stamp);
   if (b == nullptr) return;
-  // Beliefs come at 50 Hz: at 20 m/s one is up to 0.4 m behind the fix.
+  // Beliefs are published at 50 Hz: at 20 m/s one is up to 0.4 m behind the fix.
   const Vec3 antenna =
       b->T_world_vehicle * record.p_vehicle_antenna + seconds(fix->stamp - b->stamp) * b->v_world;
   f->to_fix_m = (antenna - fix->p_world).head<2>().norm();
@@ -133,11 +133,11 @@ OutageFinding judge(const Evidence& e, const OutagePlan& plan, const drills::Dri
   const drills::DrillBelief* after = errors.belief_at(end);
   const std::optional<Pose> truth = after == nullptr ? std::nullopt : errors.truth_at(after->stamp);
   if (before == nullptr) {
-    f.failed = "WM had no pose in the world when it began";
+    f.failed = "WM had no world pose at the begin of the outage";
   } else if (after == nullptr) {
-    f.failed = "WM had no pose in the world when it ended";
+    f.failed = "WM had no world pose at the end of the outage";
   } else if (!truth) {
-    f.failed = "the reference says nothing of its end";
+    f.failed = "no reference at the end of the outage";
   }
   if (!f.failed.empty()) return f;
 
@@ -175,7 +175,7 @@ OutageFinding judge(const Evidence& e, const OutagePlan& plan, const drills::Dri
   return f;
 }
 
-/// The vehicle before it knows anything, at the log's begin: a way's length needs no heading.
+/// Start at the begin of the log without initialization: a distance does not depend on the heading.
 drills::DrillBelief nothing_known(const RecordedMotion& motion) {
   drills::DrillBelief b;
   b.stamp = motion.begin.value_or(Stamp());
@@ -199,7 +199,7 @@ ClosureFinding closure(const Evidence& e, std::size_t variant, const drills::Dri
   };
   c.m[static_cast<std::size_t>(Teller::kWm)] = of(&cut);
   c.m[static_cast<std::size_t>(Teller::kUncut)] = of(e.record(OutagePlan::Kind::kUncut, variant));
-  // The others would need a speed, or a map, to begin with.
+  // The other estimators require an initial speed or a map.
   for (const Teller t : {Teller::kGyroAndWheels, Teller::kWheels}) {
     const std::optional<Pose> T =
         carried_on(e, t, variant, nothing_known(e.motion), last_fix->stamp);
@@ -247,7 +247,7 @@ OutageReport judge_outages(const OutageQuestion& question, const std::vector<Out
   const Evidence evidence{question, motion, plans, results};
   OutageReport report;
   report.reference =
-      motion.has_truth ? "the log's SIM_TRUTH" : "WM's own belief with GPS all along";
+      motion.has_truth ? "SIM_TRUTH of the log" : "belief of WM with GPS in the whole run";
   report.variants.emplace_back("all sources");
   for (const auto& without : question.without) report.variants.push_back(variant_name(without));
   for (std::size_t i = 0; i < plans.size(); ++i) {

@@ -28,7 +28,7 @@ std::optional<double> horizontal(const OutageFinding& f, std::size_t teller) {
   return e ? std::optional<double>(e->horizontal_m) : std::nullopt;
 }
 
-/// Outages of one length, by one variant.
+/// Outages of one length in one variant.
 using Group = std::vector<const OutageFinding*>;
 
 template <class Value>
@@ -120,9 +120,9 @@ Json finding_json(const OutageReport& report, const OutageFinding& f) {
 
 report::Table outage_table(const OutageReport& report) {
   const std::vector<std::size_t> tellers = tellers_of(report);
-  report::Table t{{"GPS away", "places", "driven [m]"}, {}};
+  report::Table t{{"outage", "outages", "driven [m]"}, {}};
   for (const std::size_t k : tellers) t.header.push_back(name_of(k) + " [m]");
-  for (const char* title : {"WM claims [m]", "to next fix [m]", "GPS back [s]"}) {
+  for (const char* title : {"sigma of WM [m]", "to next fix [m]", "GPS back [s]"}) {
     t.header.emplace_back(title);
   }
   for (const Group& g : grouped(report)) {
@@ -152,8 +152,8 @@ report::Table outage_table(const OutageReport& report) {
 }
 
 report::Table cut_table(const OutageReport& report) {
-  report::Table t{{"who tells", "off at the end [m]", "up [m]", "heading [deg]",
-                   "at the log's end [m]", "start to end [m]"},
+  report::Table t{{"estimator", "error at the end [m]", "up [m]", "heading [deg]",
+                   "at the end of the log [m]", "start to end [m]"},
                   {}};
   for (std::size_t i = 0; i < report.findings.size(); ++i) {
     const OutageFinding& f = report.findings[i];

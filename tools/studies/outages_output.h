@@ -1,5 +1,5 @@
 #pragma once
-// What outages cost, for programs (JSON) and as tables for people.
+// Errors after outages as JSON and as tables.
 
 #include <nlohmann/json.hpp>
 
@@ -8,9 +8,9 @@
 
 namespace rcs::studies {
 
-/// One row for each length and variant: median and worst.
+/// One row for each length and variant: median / maximum.
 [[nodiscard]] report::Table outage_table(const OutageReport& report);
-/// One row for each teller of a cut.
+/// One row for each estimator of a cut.
 [[nodiscard]] report::Table cut_table(const OutageReport& report);
 [[nodiscard]] nlohmann::ordered_json to_json(const OutageReport& report);
 

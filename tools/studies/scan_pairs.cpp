@@ -7,7 +7,7 @@ namespace rcs::studies {
 namespace {
 
 constexpr Offset kNavigation = {0.3, radians(1.0)};
-constexpr int kSigns = 16;  // of yaw, x, y and z
+constexpr int kSigns = 16;  // combinations of signs of yaw, x, y and z
 constexpr unsigned kSeedStride = 1000;
 
 bool belongs(DataSet set, const ScanPair& pair) {
@@ -27,7 +27,7 @@ std::mt19937 generator(const ScanPair& pair, int seed) {
                       static_cast<unsigned>(pair.model));
 }
 
-/// Consecutive pairs, with guesses off by what `offset` draws.
+/// Consecutive pairs, with errors of the guesses drawn by `offset`.
 template <class Draw>
 std::vector<Trial> near_truth(const std::vector<ScanPair>& pairs, int seeds, const Draw& offset) {
   std::vector<Trial> trials;

@@ -1,6 +1,6 @@
 #pragma once
-// Pairs of scans whose motion is known, and what is tried on them: the data sets of the paper's
-// Table 1 (Madhavan and Messina), and guesses that are off by a stated amount.
+// Pairs of scans with known motion and trials on them: the data sets of Table 1 of the paper
+// (Madhavan and Messina), and guesses with a given error.
 
 #include <map>
 #include <random>
@@ -25,20 +25,19 @@ struct ScanSet {
 
 struct Trial {
   ScanPair pair;
-  Pose guess;  ///< T_model_data to begin with
+  Pose guess;  ///< initial T_model_data
 };
 
-/// Rows of Table 1. #2 and #3 begin where navigation would put them: 0.3 m and 1 deg off.
+/// Rows of Table 1. #2 and #3 start with an error typical of navigation: 0.3 m and 1 deg.
 enum class DataSet {
-  kConsecutive = 1,  ///< from the same place
+  kConsecutive = 1,  ///< guess: identity
   kTwentyApart = 2,
-  kMovedBy1m = 3,  ///< #2, and 1 m more along each axis
-  kTurnedAndMovedBy3m =
-      4  ///< #1, and 10 deg of yaw to either side and 3 m along each axis either way
+  kMovedBy1m = 3,          ///< #2, and 1 m more along each axis
+  kTurnedAndMovedBy3m = 4  ///< #1, with +-10 deg of yaw and +-3 m along each axis
 };
 constexpr int kApart = 20;
 
-/// How far a guess is from the truth.
+/// Error of a guess.
 struct Offset {
   double m = 0.0;
   double rad = 0.0;
@@ -47,11 +46,11 @@ struct Offset {
 /// Uniform direction and axis, exact magnitude.
 [[nodiscard]] Pose random_offset(const Offset& offset, std::mt19937* rng);
 
-/// @param seeds  trials of each pair; in #1 it is one, and in #4 at most the 16 that there are
+/// @param seeds  trials of each pair; one in #1, at most 16 in #4
 [[nodiscard]] std::vector<Trial> trials_of(DataSet set, const std::vector<ScanPair>& pairs,
                                            int seeds);
 
-/// The basin of convergence: consecutive pairs, guesses off by `offset` from the truth.
+/// Basin of convergence: consecutive pairs, guesses with the error `offset`.
 [[nodiscard]] std::vector<Trial> basin_trials(const std::vector<ScanPair>& pairs,
                                               const Offset& offset, int seeds);
 
@@ -62,7 +61,7 @@ struct Offset {
 
 [[nodiscard]] Offset error_of(const Pose& truth, const Pose& answer);
 
-/// Below 0.1 m and 0.5 deg.
+/// True for an error below 0.1 m and 0.5 deg.
 [[nodiscard]] bool is_success(const Offset& error);
 
 }  // namespace rcs::studies

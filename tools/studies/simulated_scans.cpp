@@ -6,7 +6,7 @@
 namespace rcs::studies {
 namespace {
 
-constexpr double kReach_m = 20.0;  // of the world beyond the LADAR's range
+constexpr double kReach_m = 20.0;  // margin of the world beyond the range of the LADAR
 constexpr double kMoving_s = 3.0;  // from the start to the first scan, and from the last to the end
 
 class Imaging {

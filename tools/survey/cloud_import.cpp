@@ -38,13 +38,13 @@ class Survey {
   }
   [[nodiscard]] const OGRSpatialReference* crs() const { return crs_ ? &*crs_ : nullptr; }
   void expect_points(std::int64_t points) { points_ = points; }
-  /// What it has of progress while the next reading goes on.
+  /// Range of the progress during the next reading.
   void expect(double from, double to) {
     from_ = from;
     to_ = to;
   }
 
-  /// All points once, block by block. @param take  gets them to change as it likes
+  /// Reads all points once, block by block. @param take  receives them and may modify them
   template <class F>
   Outcome read(const F& take) {
     clouds::SurveyPoints block;
@@ -57,7 +57,7 @@ class Survey {
         if (block.size() == 0) break;
         seen += static_cast<std::int64_t>(block.size());
         if (Outcome taken = take(&block); !taken) return taken;
-        // The first time nobody knows how many there are: then by files.
+        // In the first reading the number of points is unknown: progress by files.
         const double share = points_ > 0
                                  ? static_cast<double>(seen) / static_cast<double>(points_)
                                  : static_cast<double>(k) / static_cast<double>(files_.size());
@@ -69,7 +69,7 @@ class Survey {
 
  private:
   Outcome read_crs(const std::string& path) {
-    if (!wanted_.crs.empty()) return Done{};  // whatever the files say
+    if (!wanted_.crs.empty()) return Done{};  // overrides the files
     Result<std::optional<OGRSpatialReference>> own = survey_crs(files_.back()->crs());
     if (!own) return Error{path + ": " + own.error().message};
     if (files_.size() == 1) {
@@ -79,8 +79,8 @@ class Survey {
     const bool same =
         own->has_value() == crs_.has_value() && (!crs_ || (*own)->IsSame(&*crs_) != 0);
     if (same) return Done{};
-    return Error{path + ": its coordinate reference system is not that of " +
-                 wanted_.paths.front() + ": say which holds for all with --crs"};
+    return Error{path + ": its coordinate reference system differs from that of " +
+                 wanted_.paths.front() + ": give one for all files by --crs"};
   }
 
   const CloudImport& wanted_;
@@ -106,7 +106,7 @@ class Importer {
     if (!done) return done.error();
     const MapLevel level{wanted_.cell_m, Vec2::Zero(), wanted_.quality.bias_sigma_m,
                          wanted_.quality.bias_correlation_m};
-    // Before the long work: it may not be written there.
+    // Check before the long work that the output may be written.
     Result<mapping::MapWriter> writer = mapping::MapWriter::create(map, frame_->map(), {level});
     if (!writer) return writer.error();
     done = find_surface();
@@ -146,8 +146,9 @@ class Importer {
     });
     if (!read) return read;
     if (!(low.x() <= high.x())) {
-      return Error{fmt::format("{}: no point is left of {}: {} withheld or not finite, {} noise",
-                               name(), out_.points, out_.invalid, out_.noise)};
+      return Error{
+          fmt::format("{}: no valid point of {}: {} flagged as withheld or not finite, {} noise",
+                      name(), out_.points, out_.invalid, out_.noise)};
     }
     survey_.expect_points(out_.points);
     low_ = low;
@@ -167,8 +168,7 @@ class Importer {
     return Done{};
   }
 
-  /// Points that may be the ground's, in the map's frame: by their class, or the last of their
-  /// pulse's returns.
+  /// Candidate ground points in the frame of the map: by class, or last returns.
   template <class F>
   Outcome read_candidates(const F& take) {
     return survey_.read([&](clouds::SurveyPoints* block) -> Outcome {
@@ -205,8 +205,8 @@ class Importer {
       const double h = v * frame_->unit_m();
       if (h >= kLowest_m && h <= kHighest_m) continue;
       return Error{fmt::format(
-          "{}: {} is a height of {} m, not on the earth ({} to {} m): another unit? Then say so "
-          "with --height-unit; an outlier? Then class it as noise (7)",
+          "{}: {} is a height of {} m, outside {} to {} m; if the unit differs, use --height-unit; "
+          "if it is an outlier, classify it as noise (7)",
           name(), v, h, kLowest_m, kHighest_m)};
     }
     return Done{};
@@ -214,35 +214,35 @@ class Importer {
 
   [[nodiscard]] Error too_much(const char* what) const {
     return Error{
-        fmt::format("{}: {} takes more than {:.0f} MB: choose a larger --cell, allow more "
+        fmt::format("{}: {} requires more than {:.0f} MB: choose a larger --cell, allow more "
                     "--memory, or import parts and `rcs map merge` them",
                     name(), what, 1e-6 * wanted_.memory_bytes)};
   }
 
-  /// The rough course of the ground: what is finer is measured against it.
+  /// The coarse surface of the ground, as the reference of finer heights.
   Outcome find_surface() {
-    constexpr double kFinest_m = 1.0;  // as the filter's constants want it
+    constexpr double kFinest_m = 1.0;  // for the constants of the filter
     surface_.level.cell_m = std::max(kFinest_m, wanted_.cell_m);
     const Cell low = surface_.level.cell_at(frame_->low().x(), frame_->low().y());
     const Cell high = surface_.level.cell_at(frame_->high().x(), frame_->high().y());
-    constexpr int kMargin = 2;  // borders that are curved reach a little further than their corners
+    constexpr int kMargin = 2;  // curved borders extend beyond their corners
     const std::int64_t width = std::int64_t{high.i} - low.i + 1 + 2 * kMargin;
     const std::int64_t height = std::int64_t{high.j} - low.j + 1 + 2 * kMargin;
     const double cells = static_cast<double>(width) * static_cast<double>(height);
-    // A few points far apart would take the memory and the time of a whole survey.
+    // A few distant points would require the memory and time of a whole survey.
     constexpr double kCellsAnyway = 1e6;
-    constexpr double kMostCellsPerPoint = 1e4;
+    constexpr double kMaxCellsPerPoint = 1e4;
     const std::int64_t points = out_.points - out_.invalid - out_.noise;
-    if (cells > std::max(kCellsAnyway, kMostCellsPerPoint * static_cast<double>(points))) {
+    if (cells > std::max(kCellsAnyway, kMaxCellsPerPoint * static_cast<double>(points))) {
       return Error{
           fmt::format("{}: {} points in {:.3g} x {:.3g} km: fewer than one in {:.0f} cells of {} "
-                      "m; an outlier? "
-                      "Then class it as noise (7)",
+                      "m; if there "
+                      "are outliers, classify them as noise (7)",
                       name(), points, 1e-3 * surface_.level.cell_m * static_cast<double>(width),
-                      1e-3 * surface_.level.cell_m * static_cast<double>(height),
-                      kMostCellsPerPoint, surface_.level.cell_m)};
+                      1e-3 * surface_.level.cell_m * static_cast<double>(height), kMaxCellsPerPoint,
+                      surface_.level.cell_m)};
     }
-    constexpr double kArrays = 8.0 * sizeof(float);  // that the filter works on, by cell
+    constexpr double kArrays = 8.0 * sizeof(float);  // working memory of the filter per cell
     if (kArrays * cells > wanted_.memory_bytes) return too_much("its extent");
     surface_.first = {low.i - kMargin, low.j - kMargin};
     surface_.width = static_cast<int>(width);
@@ -256,7 +256,7 @@ class Importer {
       return Done{};
     });
     if (!read) return read;
-    if (!one) return Error{name() + ": not one point of the ground is known"};
+    if (!one) return Error{name() + ": no ground points"};
     if (!out_.by_classes) surface_ = mapping::bare_earth(surface_, wanted_.bare_earth);
     surface_ = mapping::smoothed(mapping::bridged(surface_));
     return Done{};
@@ -285,7 +285,7 @@ class Importer {
     ground_->finish(wanted_.quality.sigma_m);
     out_.ground = ground_->figures();
     out_.not_ground = out_.points - out_.invalid - out_.noise - out_.unplaced - out_.ground.points;
-    if (out_.ground.cells == 0) return Error{name() + ": not one height is known"};
+    if (out_.ground.cells == 0) return Error{name() + ": no known heights"};
     return Done{};
   }
 
@@ -304,7 +304,7 @@ class Importer {
   const CloudImport& wanted_;
   Survey survey_;
   std::array<bool, 256> ground_class_{};
-  Vec2 low_, high_;  // of the points, in the files' coordinates
+  Vec2 low_, high_;  // of the points, in the coordinates of the files
   std::optional<SurveyFrame> frame_;
   Raster surface_;
   std::unique_ptr<mapping::SurveyGround> ground_;

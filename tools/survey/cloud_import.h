@@ -1,5 +1,5 @@
 #pragma once
-// Surveys as point clouds, from the air or the ground, made into maps of the ground.
+// Imports surveyed point clouds as maps of the ground.
 
 #include <array>
 #include <cstdint>
@@ -19,13 +19,13 @@ namespace rcs::survey {
 struct CloudImport : SurveyCoordinates {
   std::vector<std::string> paths;  ///< of one survey, in one coordinate reference system
   int class_column = 0;            ///< of .xyz and .txt, from 1; 0: none
-  /// Classes of the ASPRS's that are ground: 2, and 8, key points of it in LAS up to 1.3. Where no
-  /// point is of one of them, the ground is found by its shape (bare_earth()).
+  /// ASPRS classes of ground: 2, and 8, key points in LAS up to 1.3. If no point has one of them,
+  /// the ground is detected by its shape (bare_earth()).
   std::vector<int> ground_classes = {2, 8};
-  bool ignore_classes = false;  ///< the ground is found by its shape anyway
+  bool ignore_classes = false;  ///< always detect the ground by its shape
   mapping::BareEarthParams bare_earth;
   double cell_m = 1.0;        ///< of the map, [0.05, 100]
-  double memory_bytes = 4e9;  ///< at most
+  double memory_bytes = 4e9;  ///< limit
   SurveyQuality quality;
   CellSource source = CellSource::kAerial;
 };
@@ -34,20 +34,20 @@ struct CloudImported {
   MapFrame frame;
   bool by_classes = false;      ///< else by their shape
   std::int64_t points = 0;      ///< in the files
-  std::int64_t invalid = 0;     ///< of them: withheld, or not finite
+  std::int64_t invalid = 0;     ///< of them: flagged as withheld, or not finite
   std::int64_t noise = 0;       ///< classes 7 and 18
-  std::int64_t unplaced = 0;    ///< where the projection or the geoid's grid does not reach
-  std::int64_t not_ground = 0;  ///< the rest but the ground's
+  std::int64_t unplaced = 0;    ///< outside the area of the projection or the geoid grid
+  std::int64_t not_ground = 0;  ///< all other points that are not ground
   std::array<std::int64_t, 256> by_class{};
   mapping::SurveyGroundFigures ground;
 };
 
-/// Writes the map. Its axes are east, north and up at the middle of the points' extent; the
-/// reference frame is that of the survey. A cell's height is the mean of its points of the ground,
-/// without those that stand off; its sigma the survey's, or the points' spread where that is
-/// larger, and what is left of it in the mean. Cells without a point of the ground are unknown.
-/// Reads the files two or three times; memory grows by the area.
-/// @param progress  told the share that is done, asked whether to go on
+/// Writes the map. Its axes are east, north and up at the centre of the extent of the points; the
+/// reference frame is that of the survey. The height of a cell is the mean of its ground points
+/// without outliers; its sigma is that of the survey or, if larger, the standard deviation of the
+/// points, reduced by averaging. Cells without a ground point are unknown. Reads the files two or
+/// three times; memory is proportional to the area.
+/// @param progress  called with the completed share; returns false to stop
 [[nodiscard]] Result<CloudImported> import_cloud(const CloudImport& wanted, const std::string& map,
                                                  const std::function<bool(double)>& progress);
 

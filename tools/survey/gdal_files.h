@@ -1,5 +1,5 @@
 #pragma once
-// What all that is done with GDAL needs: files that close, messages that are ours.
+// Common functions for GDAL: files that are closed, and error messages.
 
 #include <cpl_conv.h>
 #include <cpl_error.h>
@@ -15,9 +15,8 @@
 
 namespace rcs::survey {
 
-/// Registers the formats of kRasterFormats and those that are written with GDAL, and no other:
-/// neither virtual rasters, which read any file that they name, nor anything that reads from a
-/// network.
+/// Registers only the formats of kRasterFormats and those that are written with GDAL: no virtual
+/// rasters, which read any file that they name, and no drivers that read from a network.
 void register_formats();
 
 struct CloseDataset {
@@ -25,7 +24,7 @@ struct CloseDataset {
 };
 using Dataset = std::unique_ptr<GDALDataset, CloseDataset>;
 
-/// GDAL's own messages go into ours, not to stderr.
+/// Keeps messages of GDAL from stderr, for use in errors.
 class QuietGdal {
  public:
   QuietGdal() { CPLPushErrorHandler(CPLQuietErrorHandler); }
@@ -34,26 +33,26 @@ class QuietGdal {
   QuietGdal& operator=(const QuietGdal&) = delete;
 };
 
-/// Why GDAL's last call failed.
+/// Reason of the failure of the last call of GDAL.
 [[nodiscard]] inline std::string gdal_says() {
-  constexpr std::size_t kMost = 200;  // it may quote a file's whole head
+  constexpr std::size_t kMax = 200;  // it may quote the whole header of a file
   std::string text = CPLGetLastErrorMsg();
-  if (text.size() > kMost) text = text.substr(0, kMost) + "...";
-  return text.empty() ? "GDAL does not say why" : text;
+  if (text.size() > kMax) text = text.substr(0, kMax) + "...";
+  return text.empty() ? "GDAL gives no reason" : text;
 }
 
-/// Drivers write to memory: not all of them tell when a disk is full, and some remove what has the
-/// output's name.
+/// Drivers write to memory: not all of them report a full disk, and some remove an existing file
+/// with the name of the output.
 inline constexpr char kInMemory[] = "/vsimem/rcs_output";
 
-/// Moves what a driver made at kInMemory to a file.
+/// Moves the output of a driver at kInMemory to a file.
 [[nodiscard]] inline Outcome close_and_write(Dataset written, const std::string& path) {
   const bool created = written != nullptr;
-  written.reset();  // the last of it is written now
+  written.reset();  // flushes the rest
   vsi_l_offset bytes = 0;
   const std::unique_ptr<GByte, decltype(&VSIFree)> file(VSIGetMemFileBuffer(kInMemory, &bytes, 1),
                                                         &VSIFree);
-  VSIUnlink((std::string(kInMemory) + ".aux.xml").c_str());  // what the format can't say
+  VSIUnlink((std::string(kInMemory) + ".aux.xml").c_str());  // metadata that the format can't store
   if (!created || !file || CPLGetLastErrorType() >= CE_Failure) {
     return Error{path + ": " + gdal_says()};
   }

@@ -14,7 +14,7 @@
 namespace rcs::survey {
 namespace {
 
-/// The nearest rank to a share of the values; puts them into another order.
+/// The nearest-rank quantile of the values; reorders them.
 /// @param values  not empty
 float rank(double share, std::vector<float>* values) {
   const auto n = static_cast<double>(values->size());
@@ -23,7 +23,7 @@ float rank(double share, std::vector<float>* values) {
   return (*values)[static_cast<std::size_t>(at)];
 }
 
-/// Calls with each tile of a level of `a`, and the same cells of `b`.
+/// Calls a function with each tile of a level of `a` and the same cells of `b`.
 template <class F>
 Outcome for_each_tile(const MapFolder& a, int level, mapping::MapResampler* b, const Going& going,
                       const F& with) {
@@ -45,7 +45,7 @@ Outcome for_each_tile(const MapFolder& a, int level, mapping::MapResampler* b, c
 }
 
 Error nothing_common(const MapFolder& a, const mapping::MapResampler& b) {
-  return Error{fmt::format("{} and {}: no cell that both know", a.path(), b.map().path())};
+  return Error{fmt::format("{} and {}: no common known cell", a.path(), b.map().path())};
 }
 
 }  // namespace
@@ -112,7 +112,7 @@ Result<MapDifference> difference_of(const MapFolder& a, int level, mapping::MapR
 
 Result<Raster> difference_raster(const MapFolder& a, int level, mapping::MapResampler* b,
                                  const Going& going) {
-  constexpr std::int64_t kMostCells = std::int64_t{1} << 26;
+  constexpr std::int64_t kMaxCells = std::int64_t{1} << 26;
   const MapLevelIndex& index = a.index().levels[static_cast<std::size_t>(level)];
   if (index.tiles.empty()) return nothing_common(a, *b);
   Cell low = index.tiles.front().tile;
@@ -123,7 +123,7 @@ Result<Raster> difference_raster(const MapFolder& a, int level, mapping::MapResa
   }
   const std::int64_t width = (std::int64_t{high.i} - low.i + 1) * kTileSide;
   const std::int64_t height = (std::int64_t{high.j} - low.j + 1) * kTileSide;
-  if (width * height > kMostCells) {
+  if (width * height > kMaxCells) {
     return Error{fmt::format("{}: {} x {} cells of {} m are too many for a picture (2^26)",
                              a.path(), width, height, index.level.cell_m)};
   }

@@ -1,5 +1,5 @@
 #pragma once
-// Two maps of the same ground held against each other.
+// Comparison of two maps of the same ground.
 
 #include <array>
 #include <cstdint>
@@ -14,14 +14,14 @@
 
 namespace rcs::survey {
 
-/// How many differences lie within one and two of their own standard deviations, [0, 1]. Of normal
-/// errors 0.683 and 0.954 do.
+/// Shares of the differences within one and two of their standard deviations, [0, 1]; 0.683 and
+/// 0.954 for normal errors.
 struct Within {
   double one = 0.0;
   double two = 0.0;
 };
 
-/// Of the second map minus the first, over the cells that both know.
+/// Statistics of the second map minus the first, over the cells known to both.
 struct MapDifference {
   std::int64_t cells = 0;
   double mean_m = 0.0;
@@ -29,16 +29,16 @@ struct MapDifference {
   double rms_m = 0.0;
   double nmad_m = 0.0;  ///< 1.4826 times the median of |d - median|: sigma without the outliers
   double p95_m = 0.0;   ///< of |d|
-  Within by_sigma;      ///< of both maps' sigmas alone
-  Within with_bias;     ///< and the slow errors of both
+  Within by_sigma;      ///< by the sigmas of both maps
+  Within with_bias;     ///< by the sigmas and systematic errors of both
 };
 
-/// Gathers differences; 4 bytes each.
+/// Accumulates differences; 4 bytes each.
 class Differences {
  public:
   /// @param a, b  the same cells of the same lattice
   void add(const Raster& a, const Raster& b);
-  /// Zeros when there was nothing.
+  /// Zeros without differences.
   [[nodiscard]] MapDifference figures() const;
 
  private:
@@ -46,16 +46,16 @@ class Differences {
   std::array<std::int64_t, 4> within_{};  // sigma: one, two; with bias: one, two
 };
 
-/// Told the share done, [0, 1]; says whether to go on.
+/// Called with the completed share, [0, 1]; returns false to stop.
 using Going = std::function<bool(double)>;
 
 /// @param level  of `a`: whose cells are compared
 /// @param b  opened for cells of that size
-/// @return an error when a tile can't be read, and when no cell is known to both
+/// @return an error if a tile can't be read, or no cell is known to both
 [[nodiscard]] Result<MapDifference> difference_of(const MapFolder& a, int level,
                                                   mapping::MapResampler* b, const Going& going);
 
-/// b - a as heights of a raster, cut down to what both know.
+/// b - a as heights of a raster, cropped to the cells known to both.
 /// @return as above, and an error for a level of more than 2^26 cells
 [[nodiscard]] Result<Raster> difference_raster(const MapFolder& a, int level,
                                                mapping::MapResampler* b, const Going& going);
@@ -64,7 +64,7 @@ using Going = std::function<bool(double)>;
 /// NaN is transparent.
 [[nodiscard]] std::array<std::uint8_t, 4> difference_color(float d_m, double range_m);
 
-/// PNG, north up, a pixel a cell.
+/// PNG, north up, one pixel per cell.
 [[nodiscard]] Outcome write_difference(const Raster& difference, double range_m,
                                        const std::string& path);
 

@@ -18,7 +18,7 @@
 namespace rcs::survey {
 namespace {
 
-constexpr std::int64_t kMostCells = std::int64_t{1} << 28;
+constexpr std::int64_t kMaxCells = std::int64_t{1} << 28;
 constexpr float kNoHeight = -32768.0F;
 
 struct Rectangle {
@@ -67,8 +67,7 @@ Result<Dataset> in_memory(const Raster& r, int bands) {
   return d;
 }
 
-/// The reference frame that has this name in EPSG's list; else one of this name that nothing is
-/// known of.
+/// The reference frame with this name in the EPSG list; else an unknown one with this name.
 OGRSpatialReference geographic_of(const std::string& reference) {
   OGRSpatialReference crs;
   crs.SetGeogCS(reference.c_str(), reference.c_str(), "WGS 84", SRS_WGS84_SEMIMAJOR,
@@ -92,9 +91,9 @@ OGRSpatialReference geographic_of(const std::string& reference) {
 
 Result<Raster> whole_level(const MapFolder& map, int level) {
   const MapLevelIndex& index = map.index().levels[static_cast<std::size_t>(level)];
-  if (index.tiles.empty()) return Error{map.path() + ": a level without tiles"};
+  if (index.tiles.empty()) return Error{map.path() + ": the level has no tiles"};
   const Rectangle all = rectangle_of(index);
-  if (all.width * all.height > kMostCells) {
+  if (all.width * all.height > kMaxCells) {
     return Error{
         fmt::format("{}: {} x {} cells of {} m are too many for one raster: choose a "
                     "coarser level",
@@ -126,7 +125,7 @@ Result<Raster> whole_level(const MapFolder& map, int level) {
       whole.source[to] = layer_at(tile->source, k);
     }
   }
-  // Down to what is known.
+  // Crop to the known cells.
   Cell low{1 << 30, 1 << 30};
   Cell high{-(1 << 30), -(1 << 30)};
   for (std::size_t k = 0; k < n; ++k) {
@@ -137,7 +136,7 @@ Result<Raster> whole_level(const MapFolder& map, int level) {
     low = {std::min(low.i, c.i), std::min(low.j, c.j)};
     high = {std::max(high.i, c.i), std::max(high.j, c.j)};
   }
-  if (low.i > high.i) return Error{map.path() + ": no height in this level"};
+  if (low.i > high.i) return Error{map.path() + ": no heights in this level"};
   return cut(whole, low, high.i - low.i + 1, high.j - low.j + 1);
 }
 
@@ -188,7 +187,7 @@ Outcome write_geotiff(const MapFrame& frame, const Raster& r, const std::string&
   band(5, r.source);
   if (!done) return Error{path + ": " + done.error().message};
   GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("GTiff");
-  // How large it becomes when it is compressed is not known before.
+  // The compressed size is not known in advance.
   char* options[] = {const_cast<char*>("COMPRESS=DEFLATE"), const_cast<char*>("BIGTIFF=IF_SAFER"),
                      nullptr};
   CPLErrorReset();

@@ -1,5 +1,5 @@
 #pragma once
-// Maps for other programs and for the eye.
+// Export of maps as GeoTIFF and images.
 
 #include <string>
 
@@ -10,20 +10,20 @@
 namespace rcs::survey {
 
 /// All of a level's tiles as one raster.
-/// @return an error when that takes more than 2^28 cells
+/// @return an error if it has more than 2^28 cells
 [[nodiscard]] Result<Raster> whole_level(const MapFolder& map, int level);
 
-/// The finest level of at most so many cells in its bounding rectangle; the coarsest if none is.
+/// The finest level with at most so many cells in its bounding rectangle, else the coarsest.
 [[nodiscard]] int level_of_at_most(const MapFolder& map, std::int64_t cells);
 
 /// Heights above the ellipsoid, sigma, count, date and source as five bands, in the orthographic
-/// projection about the map's datum, in its reference frame: places are right to x * h / 6.4e6 for
-/// ground that is h above the datum. A map in a frame of its own (heights that are not above the
-/// ellipsoid) keeps its z.
+/// projection about the datum of the map, in its reference frame: the horizontal error is
+/// x * h / 6.4e6 for ground that is h above the datum. A map in a local frame (heights not above
+/// the ellipsoid) keeps its z.
 [[nodiscard]] Outcome write_geotiff(const MapFrame& frame, const Raster& raster,
                                     const std::string& path);
 
-/// Lit from the north-west, PNG.
+/// Hillshade, lit from the north-west, as PNG.
 [[nodiscard]] Outcome write_hillshade(const Raster& raster, const std::string& path);
 
 }  // namespace rcs::survey

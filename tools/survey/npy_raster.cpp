@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::int64_t kMostCells = std::int64_t{1} << 28;
+constexpr std::int64_t kMaxCells = std::int64_t{1} << 28;
 
 /// IEEE 754 binary16.
 float from_half(std::uint16_t h) {
@@ -38,8 +38,8 @@ float from_half(std::uint16_t h) {
   return (h & 0x8000) != 0 ? -value : value;
 }
 
-/// The one file of a folder that has `part` in its name and then `behind` characters to the name's
-/// end; none: there is none, or several.
+/// The only file of a folder with `part` in its name, followed by `behind` characters; nullopt:
+/// none or several.
 std::optional<std::string> only_file(const std::string& folder, std::string_view part,
                                      std::size_t behind) {
   std::vector<std::string> found;
@@ -54,7 +54,7 @@ std::optional<std::string> only_file(const std::string& folder, std::string_view
   return found.size() == 1 ? std::optional<std::string>(found.front()) : std::nullopt;
 }
 
-/// What follows "'key':" in the header of an array, without leading blanks; none: no such key.
+/// The text after "'key':" in the header of an array, without leading blanks; nullopt: no such key.
 std::optional<std::string_view> value_of(std::string_view header, std::string_view key) {
   const std::string quoted = fmt::format("'{}':", key);
   const std::size_t at = header.find(quoted);
@@ -64,7 +64,7 @@ std::optional<std::string_view> value_of(std::string_view header, std::string_vi
   return header;
 }
 
-/// "(rows, cols)" at the text's begin.
+/// Parses "(rows, cols)" at the begin of the text.
 std::optional<std::array<int, 2>> shape_of(std::string_view text) {
   std::array<int, 2> shape{};
   const auto skip = [&text](std::string_view what) {
@@ -84,7 +84,7 @@ std::optional<std::array<int, 2>> shape_of(std::string_view text) {
   return skip(")") ? std::optional(shape) : std::nullopt;
 }
 
-/// The city that a log's raster is named after, and its frame's origin (the AV2 API's figures).
+/// The cities and the origins of their frames (values of the AV2 API).
 struct City {
   const char* name;
   double lat_deg, lon_deg;
@@ -95,8 +95,8 @@ constexpr City kCities[] = {
     {"PIT", 40.44177902989321, -80.01294377242584}, {"WDC", 38.889377, -77.0355047439081},
 };
 
-/// float16 rounds heights of 32 to 64 m to 3 cm, above to 6: terraces, whose steps a match takes
-/// for the ground's. The smoothest surface that rounds to what is stored, by relaxation.
+/// float16 rounds heights of 32 to 64 m to 3 cm, above to 6 cm: terraces that would disturb a
+/// match. Computes the smoothest surface that rounds to the stored values, by relaxation.
 void undo_rounding(Raster* r) {
   constexpr int kPasses = 50;
   constexpr int kFractionBits = 10;
@@ -156,9 +156,9 @@ Result<NpyArray> parse_npy(const std::vector<std::uint8_t>& bytes, const std::st
   array.rows = (*shape)[0];
   array.cols = (*shape)[1];
   const std::int64_t n = std::int64_t{array.rows} * array.cols;
-  if (n < 1 || n > kMostCells) return bad(fmt::format("{} values, allowed 1 to 2^28", n));
+  if (n < 1 || n > kMaxCells) return bad(fmt::format("{} values, allowed 1 to 2^28", n));
   if (static_cast<std::size_t>(n) * size != bytes.size() - at - length) {
-    return bad(fmt::format("{} x {} values of {} bytes are due, {} bytes are there", array.rows,
+    return bad(fmt::format("expected {} x {} values of {} bytes, found {} bytes", array.rows,
                            array.cols, size, bytes.size() - at - length));
   }
   array.values.reserve(static_cast<std::size_t>(n));
@@ -179,8 +179,7 @@ Result<ImportedRaster> import_av2(const std::string& folder, const SurveyQuality
   const std::optional<std::string> json = only_file(map, "img_Sim2_city.json", 0);
   if (!npy || !json) {
     return Error{map +
-                 ": one *ground_height_surface____CITY.npy and one *img_Sim2_city.json "
-                 "are due"};
+                 ": expected one *ground_height_surface____CITY.npy and one *img_Sim2_city.json"};
   }
   const Result<std::vector<std::uint8_t>> bytes = tools::read_bytes(*npy);
   if (!bytes) return bytes.error();
@@ -197,17 +196,17 @@ Result<ImportedRaster> import_av2(const std::string& folder, const SurveyQuality
     sim2.at("t").get_to(t);
     sim2.at("R").get_to(R);
   } catch (const nlohmann::json::exception&) {
-    return Error{*json + ": numbers s, t and R are due"};
+    return Error{*json + ": expected numbers s, t and R"};
   }
   if (!(scale > 1e-4 && scale < 100.0) || t.size() != 2 ||
       R != std::vector<double>{1.0, 0.0, 0.0, 1.0}) {
-    return Error{*json + ": s in (1e-4, 100), t of two and R of no rotation are due"};
+    return Error{*json + ": expected s in (1e-4, 100), t with two numbers and R without rotation"};
   }
 
   const std::string name = npy->substr(npy->size() - kCityNpy.size(), 3);
   const auto* const city = std::find_if(std::begin(kCities), std::end(kCities),
                                         [&](const City& c) { return name == c.name; });
-  if (city == std::end(kCities)) return Error{*npy + ": a city that is not known: " + name};
+  if (city == std::end(kCities)) return Error{*npy + ": unknown city: " + name};
 
   ImportedRaster out;
   out.frame.datum = {radians(city->lat_deg), radians(city->lon_deg), {0.0}};

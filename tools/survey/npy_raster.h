@@ -1,6 +1,6 @@
 #pragma once
-// Argoverse 2's a priori map of a log: the height of the ground as a NumPy array beside the
-// similarity that puts it into the city's frame.
+// The a priori map of an Argoverse 2 log: the height of the ground as a NumPy array, and the
+// similarity transform to the frame of the city.
 
 #include <cstdint>
 #include <string>
@@ -30,9 +30,9 @@ struct ImportedRaster {
   Raster raster;
 };
 
-/// What the survey's heights are worth.
+/// Accuracy of the heights of the survey.
 struct SurveyQuality {
-  double sigma_m = 0.05;             ///< of a height, without the slow bias, (0, 1000]
+  double sigma_m = 0.05;             ///< of a height, without the systematic error, (0, 1000]
   double bias_sigma_m = 0.0;         ///< [0, 1000]
   double bias_correlation_m = 1000;  ///< (0, 1e7]
   int date = 0;                      ///< days since 2000-01-01; 0: unknown
@@ -40,8 +40,8 @@ struct SurveyQuality {
 
 /// @param folder  of a log, or its folder `map`: *_ground_height_surface____CITY.npy and
 ///   *___img_Sim2_city.json
-/// @return in the city's frame, whose axes are those of its UTM grid and whose heights have a datum
-///   of their own: reference and heights are named for the city
+/// @return in the frame of the city, with the axes of its UTM grid and a local height datum;
+///   reference and heights are named after the city
 [[nodiscard]] Result<ImportedRaster> import_av2(const std::string& folder,
                                                 const SurveyQuality& quality);
 

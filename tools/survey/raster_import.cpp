@@ -22,9 +22,9 @@ constexpr int kKnot = 16;  // cells between places that are transformed exactly
 constexpr double kLowest_m = -1000.0;
 constexpr double kHighest_m = 10000.0;
 constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
-constexpr std::int64_t kMostPixels = std::int64_t{1} << 27;  // read for one tile
+constexpr std::int64_t kMaxPixels = std::int64_t{1} << 27;  // read for one tile
 
-/// What is read from the file, laid on the map's cells.
+/// Resamples the file to the cells of the map.
 class Survey {
  public:
   [[nodiscard]] static Result<Survey> open(const RasterImport& wanted);
@@ -35,8 +35,8 @@ class Survey {
  private:
   struct Pixels {
     int col = 0, row = 0, cols = 0, rows = 0;
-    std::vector<float> z;     ///< in the file's unit; NaN: none
-    std::vector<float> miss;  ///< what interpolation misses [as z]
+    std::vector<float> z;     ///< in the unit of the file; NaN: unknown
+    std::vector<float> miss;  ///< interpolation error [as z]
     [[nodiscard]] bool sample(const Vec2& pixel, double* z_out, double* miss_out) const;
   };
 
@@ -54,7 +54,7 @@ class Survey {
 };
 
 Result<Survey> Survey::open(const RasterImport& wanted) {
-  // GDAL takes some names for commands, and opens URLs.
+  // GDAL interprets some names as commands and opens URLs.
   if (Outcome checked = check_regular_file(wanted.path); !checked) return checked.error();
   register_formats();
   CPLErrorReset();
@@ -64,8 +64,8 @@ Result<Survey> Survey::open(const RasterImport& wanted) {
                              gdal_says(), kRasterFormats)};
   }
   if (wanted.band < 1 || wanted.band > file->GetRasterCount()) {
-    return Error{
-        fmt::format("{}: band {}, it has {}", wanted.path, wanted.band, file->GetRasterCount())};
+    return Error{fmt::format("{}: band {}, the file has {}", wanted.path, wanted.band,
+                             file->GetRasterCount())};
   }
   GDALRasterBand* band = file->GetRasterBand(wanted.band);
   const double scale = band->GetScale();
@@ -95,7 +95,7 @@ Result<Survey::Pixels> Survey::read(const Vec2& low, const Vec2& high) const {
     return p;
   }
   const std::int64_t n = std::int64_t{p.cols} * p.rows;
-  if (n > kMostPixels) return Error{"too many pixels a tile: choose a smaller --cell"};
+  if (n > kMaxPixels) return Error{"too many pixels per tile: choose a smaller --cell"};
   p.z.resize(static_cast<std::size_t>(n));
   CPLErrorReset();
   if (band_->RasterIO(GF_Read, p.col, p.row, p.cols, p.rows, p.z.data(), p.cols, p.rows,
@@ -117,12 +117,12 @@ Result<Survey::Pixels> Survey::read(const Vec2& low, const Vec2& high) const {
     z = none || !std::isfinite(value) ? kUnknown : static_cast<float>(value * scale + offset);
     if (std::isnan(z) || (z * unit_m >= kLowest_m && z * unit_m <= kHighest_m)) continue;
     return Error{
-        fmt::format("{}: {} is a height of {} m, not on the earth ({} to {} m): no data? Then say "
-                    "so with --nodata",
+        fmt::format("{}: {} is a height of {} m, outside {} to {} m; if it means no data, use "
+                    "--nodata",
                     wanted_.path, value, z * unit_m, kLowest_m, kHighest_m)};
   }
-  // What the mean of a node's neighbours on either side misses of it, root mean square over 5 x 5:
-  // the error in the middle between nodes twice as far apart.
+  // Difference of a node to the mean of its neighbours on either side, root mean square over 5 x 5:
+  // the interpolation error for nodes twice as far apart.
   const auto at = [&p](int c, int r) {
     return static_cast<std::size_t>(r) * static_cast<std::size_t>(p.cols) +
            static_cast<std::size_t>(c);
@@ -192,7 +192,7 @@ Result<Raster> Survey::tile(const MapLevel& level, Cell number) const {
   r.source = {wanted_.source};
 
   constexpr int kKnots = kTileSide / kKnot + 1;
-  std::vector<std::optional<Knot>> knots;  // empty: the projection does not reach there
+  std::vector<std::optional<Knot>> knots;  // nullopt: outside the projection
   Vec2 low = Vec2::Constant(1e18);
   Vec2 high = -low;
   for (int b = 0; b < kKnots; ++b) {
@@ -228,7 +228,7 @@ Result<Raster> Survey::tile(const MapLevel& level, Cell number) const {
         }
         undulation_m += w[n] * (*of[n])->undulation_m;
       }
-      // Where the ground is depends on its height, a little: twice around is enough.
+      // The horizontal position depends slightly on the height: two iterations suffice.
       double z = 0.0;
       double miss = 0.0;
       bool known = true;
@@ -264,8 +264,8 @@ Result<RasterImported> import_raster(const RasterImport& wanted, const std::stri
   const double cell_m = wanted.cell_m > 0.0 ? wanted.cell_m : round_to_digits(own_m, 3);
   if (cell_m > 1.5 * own_m || cell_m < 0.2 * own_m) {
     return Error{
-        fmt::format("--cell: {} m; the raster has {:.3g} m, allowed are 0.2 to 1.5 of it "
-                    "(coarser levels are made anyway)",
+        fmt::format("--cell: {} m; the raster has {:.3g} m, allowed are 0.2 to 1.5 times that "
+                    "(coarser levels are added automatically)",
                     cell_m, own_m)};
   }
   const MapLevel level{cell_m, Vec2::Zero(), wanted.quality.bias_sigma_m,
@@ -275,14 +275,14 @@ Result<RasterImported> import_raster(const RasterImport& wanted, const std::stri
   const Cell low = tile_of(level.cell_at(frame.low().x(), frame.low().y()));
   const Cell high = tile_of(level.cell_at(frame.high().x(), frame.high().y()));
   RasterImported out{frame.map(), cell_m, 0, 0};
-  constexpr std::int64_t kMostTiles = 1 << 20;
+  constexpr std::int64_t kMaxTiles = 1 << 20;
   const std::int64_t wide = std::int64_t{high.i} - low.i + 1;
   const std::int64_t tiles = wide * (std::int64_t{high.j} - low.j + 1);
-  if (tiles > kMostTiles) {
+  if (tiles > kMaxTiles) {
     return Error{
-        fmt::format("{}: {} tiles of {} x {} cells, more than {}: import parts, or with a "
+        fmt::format("{}: {} tiles of {} x {} cells, more than {}: import parts, or use a "
                     "larger --cell",
-                    wanted.path, tiles, kTileSide, kTileSide, kMostTiles)};
+                    wanted.path, tiles, kTileSide, kTileSide, kMaxTiles)};
   }
   for (std::int64_t k = 0; k < tiles; ++k) {
     const Cell number{low.i + static_cast<int>(k % wide), low.j + static_cast<int>(k / wide)};
@@ -294,7 +294,7 @@ Result<RasterImported> import_raster(const RasterImport& wanted, const std::stri
       return Error{"interrupted"};
     }
   }
-  if (out.known == 0) return Error{wanted.path + ": not one height is known"};
+  if (out.known == 0) return Error{wanted.path + ": no known heights"};
   Outcome done = writer->add_coarser_levels();
   if (done) done = writer->finish();
   if (!done) return done.error();

@@ -1,6 +1,6 @@
 #pragma once
-// Elevation rasters, read by GDAL, made into maps: their coordinate reference system and vertical
-// datum are PROJ's to convert.
+// Imports elevation rasters as maps: read by GDAL, with coordinate reference system and vertical
+// datum converted by PROJ.
 
 #include <functional>
 #include <limits>
@@ -14,15 +14,15 @@
 
 namespace rcs::survey {
 
-/// What is read. Other formats of GDAL's may name files and servers, which it would read, too.
+/// Supported formats. Other formats of GDAL may refer to files and servers, which it would read.
 constexpr const char* kRasterFormats =
     "GeoTIFF, ESRI ASCII grid, ESRI .flt and .bil, ENVI, SRTM .hgt, DTED, USGS DEM, Surfer grid";
 
 struct RasterImport : SurveyCoordinates {
   std::string path;
   int band = 1;
-  std::optional<double> nodata;  ///< the file's value that means: none; empty: as the file says
-  double cell_m = 0.0;           ///< of the map; 0: the raster's own spacing
+  std::optional<double> nodata;  ///< value without data; nullopt: from the file
+  double cell_m = 0.0;           ///< of the map; 0: spacing of the raster
   SurveyQuality quality;
   CellSource source = CellSource::kAerial;
 };
@@ -31,14 +31,14 @@ struct RasterImported {
   MapFrame frame;
   double cell_m = 0.0;
   std::int64_t known = 0;    ///< cells
-  std::int64_t unknown = 0;  ///< cells of the raster's extent, its holes among them
+  std::int64_t unknown = 0;  ///< cells of the extent of the raster, including holes
 };
 
-/// Writes the map. Its axes are east, north and up at the raster's middle; the reference frame is
-/// that of the raster. A cell's sigma is the survey's and, added in squares, what linear
-/// interpolation misses between the raster's nodes, told from what it misses between every other of
-/// them.
-/// @param progress  told the share that is done, asked whether to go on
+/// Writes the map. Its axes are east, north and up at the centre of the raster; the reference frame
+/// is that of the raster. The variance of a cell is that of the survey plus that of the linear
+/// interpolation between the nodes of the raster, estimated from the interpolation between every
+/// other node.
+/// @param progress  called with the completed share; returns false to stop
 [[nodiscard]] Result<RasterImported> import_raster(const RasterImport& wanted,
                                                    const std::string& map,
                                                    const std::function<bool(double)>& progress);

@@ -1,5 +1,5 @@
 #pragma once
-// What the user says of a survey's coordinates, where its file does not, or wrongly.
+// Options of the user for the coordinates of a survey, if missing or wrong in its file.
 
 #include <optional>
 #include <string>
@@ -7,14 +7,14 @@
 namespace rcs::survey {
 
 struct SurveyCoordinates {
-  std::string crs;  ///< "EPSG:32611", if the file has none or a wrong one; empty: the file's
-  /// What the heights are above: "ellipsoid", "EGM96", "EGM2008", "EPSG:5703", ...; empty: as the
-  /// coordinate reference system says.
+  std::string crs;  ///< "EPSG:32611", if missing or wrong in the file; empty: from the file
+  /// Reference of the heights: "ellipsoid", "EGM96", "EGM2008", "EPSG:5703", ...; empty: from the
+  /// coordinate reference system.
   std::string heights;
-  /// Geoid above the ellipsoid [m], instead of PROJ's grid for `heights`.
+  /// Geoid above the ellipsoid [m], instead of the grid of PROJ for `heights`.
   std::optional<double> undulation_m;
-  /// Of the file's heights, a band's scale and offset applied; 0: as the band, else its vertical
-  /// system or that of `heights`, says; else 1.
+  /// Unit of the heights in metres, after scale and offset of the band; 0: from the band, else from
+  /// its vertical system or that of `heights`, else 1.
   double height_unit_m = 0.0;
 };
 

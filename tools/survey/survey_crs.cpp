@@ -25,7 +25,7 @@ class PixelTiff {
     std::memcpy(bytes.data(), &value, 4);
     directory_.push_back({tag, kLong, 1, bytes});
   }
-  /// @param type  of TIFF's, @param bytes  of each value
+  /// @param type  of TIFF, @param bytes  of each value
   void add_values(std::uint16_t tag, std::uint16_t type, std::size_t bytes, const Bytes& values) {
     const std::size_t count = values.size() / bytes;
     if (count == 0) return;
@@ -98,7 +98,7 @@ Bytes tiff_of(const clouds::SurveyCrs& file) {
   return tiff.bytes();
 }
 
-/// A file of GDAL's that is in memory, while this lives.
+/// A file of GDAL in memory, for the lifetime of this object.
 class MemoryFile {
  public:
   MemoryFile(const char* name, Bytes* bytes) : name_(name) {
@@ -119,7 +119,7 @@ Result<std::optional<OGRSpatialReference>> survey_crs(const clouds::SurveyCrs& f
   if (!file.wkt.empty()) {
     OGRSpatialReference crs;
     if (crs.importFromWkt(file.wkt.c_str()) != OGRERR_NONE) {
-      return Error{"its coordinate reference system (WKT) can't be understood: say it with --crs"};
+      return Error{"its coordinate reference system (WKT) can't be interpreted: use --crs"};
     }
     return Found(crs);
   }
@@ -128,7 +128,7 @@ Result<std::optional<OGRSpatialReference>> survey_crs(const clouds::SurveyCrs& f
   constexpr const char* kName = "/vsimem/rcs_survey_crs.tif";
   Bytes bytes = tiff_of(file);
   const MemoryFile memory(kName, &bytes);
-  // Else GDAL leaves the vertical system out.
+  // Else GDAL omits the vertical system.
   CPLSetThreadLocalConfigOption("GTIFF_REPORT_COMPD_CS", "YES");
   const char* const drivers[] = {"GTiff", nullptr};
   const Dataset tiff(
@@ -137,8 +137,7 @@ Result<std::optional<OGRSpatialReference>> survey_crs(const clouds::SurveyCrs& f
   const Found found = crs == nullptr || crs->IsEmpty() != 0 ? Found() : Found(*crs);
   CPLSetThreadLocalConfigOption("GTIFF_REPORT_COMPD_CS", nullptr);
   if (!found) {
-    return Error{
-        "its coordinate reference system (GeoTIFF keys) can't be understood: say it with --crs"};
+    return Error{"its coordinate reference system (GeoTIFF keys) can't be interpreted: use --crs"};
   }
   return found;
 }

@@ -1,5 +1,5 @@
 #pragma once
-// A cloud's coordinate reference system, as its file has it.
+// The coordinate reference system of a point cloud file.
 
 #include <ogr_spatialref.h>
 
@@ -10,9 +10,8 @@
 
 namespace rcs::survey {
 
-/// GeoTIFF's keys are GDAL's to understand: it is shown a TIFF of one pixel that has them.
-/// @return empty: the file says none; an error, without the file's name, when what it says can't be
-///   understood
+/// GeoTIFF keys are interpreted by GDAL, through a TIFF of one pixel with these keys.
+/// @return nullopt: none in the file; an error, without the file name, if it can't be interpreted
 [[nodiscard]] Result<std::optional<OGRSpatialReference>> survey_crs(const clouds::SurveyCrs& file);
 
 }  // namespace rcs::survey

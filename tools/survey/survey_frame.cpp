@@ -19,20 +19,20 @@ std::string reference_of(const OGRSpatialReference& geographic) {
   if (datum == "WGS_1984") return "WGS84";
   if (datum == "North_American_Datum_1983") return "NAD83";
   if (datum == "European_Terrestrial_Reference_System_1989") return "ETRS89";
-  // Coordinates are called "NAD83(2011)" where their datum's name is the long one.
+  // Coordinate systems are named "NAD83(2011)", datums by the long name.
   text = geographic.GetName();
   const std::string name = text == nullptr ? "unknown" : text;
   return name == "unknown" || name == "unnamed" ? datum : name;
 }
 
-/// What PROJ calls the vertical datum that `heights` names.
+/// The PROJ name of the vertical datum `heights`.
 std::string vertical_crs(const std::string& heights) {
   if (heights == "EGM96") return "EPSG:5773";
   if (heights == "EGM2008") return "EPSG:3855";
   return heights;
 }
 
-/// The vertical part of a compound system; empty: it is none.
+/// The vertical part of a compound system; empty: none.
 std::string vertical_part(const OGRSpatialReference& crs) {
   const OGR_SRSNode* node = crs.GetAttrNode("VERT_CS");
   if (node == nullptr) return {};
@@ -50,7 +50,7 @@ Result<SurveyFrame> SurveyFrame::find(const SurveyCoordinates& wanted, GDALRaste
   GDALDataset* file = band->GetDataset();
   if (file->GetGeoTransform(f.affine_.data()) != CE_None ||
       GDALInvGeoTransform(f.affine_.data(), f.inverse_.data()) == 0) {
-    return Error{"does not say where its pixels lie (no geotransform)"};
+    return Error{"has no geotransform (positions of its pixels)"};
   }
   Outcome done = f.find_frame(wanted, file->GetSpatialRef());
   if (done) done = f.find_unit(wanted, band->GetUnitType());
@@ -68,11 +68,11 @@ Result<SurveyFrame> SurveyFrame::find(const SurveyCoordinates& wanted,
                                       const Vec2& high) {
   SurveyFrame f;
   // One pixel, which is the extent.
-  constexpr double kLeast = 1e-6;  // metres or degrees
-  const Vec2 size = (high - low).cwiseMax(Vec2::Constant(kLeast));
+  constexpr double kMin = 1e-6;  // metres or degrees
+  const Vec2 size = (high - low).cwiseMax(Vec2::Constant(kMin));
   f.affine_ = {low.x(), size.x(), 0.0, low.y(), 0.0, size.y()};
   if (GDALInvGeoTransform(f.affine_.data(), f.inverse_.data()) == 0) {
-    return Error{"its points have no extent"};
+    return Error{"the extent of its points is empty"};
   }
   Outcome done = f.find_frame(wanted, own);
   if (done) done = f.find_point_unit(wanted);
@@ -85,15 +85,15 @@ Result<SurveyFrame> SurveyFrame::find(const SurveyCoordinates& wanted,
 Outcome SurveyFrame::find_frame(const SurveyCoordinates& wanted, const OGRSpatialReference* own) {
   if (!wanted.crs.empty()) {
     if (crs_.SetFromUserInput(wanted.crs.c_str(), kNoNetwork) != OGRERR_NONE) {
-      return Error{"--crs: " + wanted.crs + " is no coordinate reference system"};
+      return Error{"--crs: " + wanted.crs + " is not a coordinate reference system"};
     }
   } else if (own != nullptr) {
     crs_ = *own;
   } else {
-    return Error{"has no coordinate reference system: say it with --crs, e.g. EPSG:32611"};
+    return Error{"has no coordinate reference system: use --crs, e.g. EPSG:32611"};
   }
   if (crs_.IsLocal() != 0 || (crs_.IsProjected() == 0 && crs_.IsGeographic() == 0)) {
-    return Error{"its coordinate reference system does not lie on the earth"};
+    return Error{"its coordinate reference system is not georeferenced"};
   }
   crs_.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
   OGRSpatialReference flat = crs_;
@@ -127,7 +127,7 @@ Outcome SurveyFrame::find_unit(const SurveyCoordinates& wanted, const std::strin
   } else if (own == "US survey foot" || own == "ftUS") {
     unit_m_ = kSurveyFoot_m;
   } else {
-    return Error{"heights in '" + own + "': say with --height-unit how many metres that is"};
+    return Error{"heights in '" + own + "': give this unit in metres by --height-unit"};
   }
   return Done{};
 }
@@ -140,12 +140,12 @@ Outcome SurveyFrame::find_point_unit(const SurveyCoordinates& wanted) {
   const bool is_said = wanted.height_unit_m != 0.0 || own_m > 0.0 || unit_m_ != 1.0;
   if (is_said || std::abs(across_m - 1.0) < 1e-9) return Done{};
   return Error{fmt::format(
-      "its coordinates are in units of {:.9g} m, and it does not say in which its heights are: say "
-      "it with --height-unit [m], 1 or {:.9g}",
+      "its coordinates are in units of {:.9g} m, and the unit of its heights is unknown: use "
+      "--height-unit [m], 1 or {:.9g}",
       across_m, across_m)};
 }
 
-/// By what the survey's system and the one of `heights` say of it; 1 if neither does.
+/// From the system of the survey or that of `heights`; 1 if neither has a unit.
 Result<double> SurveyFrame::find_system_unit(const std::string& heights) const {
   double own_m = 0.0;
   crs_.GetAxis(nullptr, 2, nullptr, &own_m);
@@ -158,7 +158,7 @@ Result<double> SurveyFrame::find_system_unit(const std::string& heights) const {
   if (own_m > 0.0 && named_m > 0.0 && std::abs(own_m - named_m) > 1e-9) {
     return Error{fmt::format(
         "heights in units of {} m by its coordinate reference system, of {} m by --heights {}: "
-        "say with --height-unit which",
+        "select one by --height-unit",
         own_m, named_m, heights)};
   }
   if (own_m > 0.0) return own_m;
@@ -175,18 +175,18 @@ Outcome SurveyFrame::find_heights(const SurveyCoordinates& wanted) {
       wanted.heights.empty() ? vertical_part(crs_) : vertical_crs(wanted.heights);
   if (datum.empty()) {
     return Error{
-        "does not say what its heights are above: --heights ellipsoid, EGM96, EGM2008 or an EPSG "
-        "code of a vertical datum; or --undulation"};
+        "has no reference of its heights: use --heights ellipsoid, EGM96, EGM2008 or an EPSG code "
+        "of a vertical datum; or --undulation"};
   }
   OGRSpatialReference vertical;
   if (vertical.SetFromUserInput(datum.c_str(), kNoNetwork) != OGRERR_NONE ||
       vertical.IsVertical() == 0 || vertical.IsCompound() != 0) {
-    return Error{"--heights: " + datum + " is no vertical datum"};
+    return Error{"--heights: " + datum + " is not a vertical datum"};
   }
   const std::string name = wanted.heights.empty() ? vertical.GetName() : wanted.heights;
   OGRSpatialReference compound;
   if (compound.SetCompoundCS("compound", &geographic_, &vertical) != OGRERR_NONE) {
-    return Error{"its heights above " + name + " do not go with its coordinates"};
+    return Error{"its heights above " + name + " cannot be combined with its coordinates"};
   }
   compound.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
   OGRSpatialReference ellipsoidal = geographic_;
@@ -197,7 +197,7 @@ Outcome SurveyFrame::find_heights(const SurveyCoordinates& wanted) {
   to_ellipsoid_.reset(OGRCreateCoordinateTransformation(&compound, &ellipsoidal, exact));
   if (!to_ellipsoid_) {
     return Error{"PROJ has no grid for heights above " + name +
-                 " here (package proj-data has EGM96's): give --undulation"};
+                 " (the package proj-data contains EGM96): use --undulation"};
   }
   return Done{};
 }
@@ -232,9 +232,9 @@ std::optional<Geodetic> SurveyFrame::geodetic_of(const Vec2& pixel) const {
 Outcome SurveyFrame::find_extent(double cols, double rows) {
   const Vec2 middle(0.5 * cols, 0.5 * rows);
   const std::optional<Geodetic> datum = geodetic_of(middle);
-  if (!datum) return Error{"its middle is not on the earth"};
+  if (!datum) return Error{"its centre has no geodetic position"};
   const std::optional<double> undulation = undulation_at(*datum);
-  if (!undulation) return Error{"PROJ's grid does not reach its middle: give --undulation"};
+  if (!undulation) return Error{"its centre is outside the grid of PROJ: use --undulation"};
   map_.datum = *datum;
   if (undulation_m_ || to_ellipsoid_) map_.undulation_m = *undulation;
   local_.emplace(*datum);
@@ -245,7 +245,7 @@ Outcome SurveyFrame::find_extent(double cols, double rows) {
   };
   const std::optional<Vec2> east = place(middle + Vec2::UnitX());
   const std::optional<Vec2> south = place(middle + Vec2::UnitY());
-  if (!east || !south) return Error{"its middle is not on the earth"};
+  if (!east || !south) return Error{"its centre has no geodetic position"};
   pixel_m_ = std::sqrt(std::abs(east->x() * south->y() - east->y() * south->x()));
   low_ = high_ = Vec2::Zero();
   constexpr int kSteps = 20;
@@ -254,7 +254,7 @@ Outcome SurveyFrame::find_extent(double cols, double rows) {
     for (const Vec2& pixel : {Vec2(share * cols, 0.0), Vec2(share * cols, rows),
                               Vec2(0.0, share * rows), Vec2(cols, share * rows)}) {
       const std::optional<Vec2> p = place(pixel);
-      if (!p) return Error{"its border is not on the earth"};
+      if (!p) return Error{"its border has no geodetic position"};
       low_ = low_.cwiseMin(*p);
       high_ = high_.cwiseMax(*p);
     }

@@ -1,6 +1,6 @@
 #pragma once
-// Where a survey's raster or points lie: its coordinate reference system, what its heights are
-// above, its extent, and the ways between the map's frame and its own.
+// Georeference of a survey: its coordinate reference system, the reference of its heights, its
+// extent, and the transforms between its coordinates and the frame of the map.
 
 #include <ogr_spatialref.h>
 
@@ -19,7 +19,7 @@
 
 namespace rcs::survey {
 
-/// A place of the map's frame at two heights: between such it is interpolated.
+/// A position of the frame of the map at two heights, for interpolation.
 struct Knot {
   static constexpr double kTall_m = 1000.0;
   std::array<Vec2, 2> pixel;              ///< column, row at z = 0 and z = kTall_m
@@ -29,25 +29,26 @@ struct Knot {
 
 class SurveyFrame {
  public:
-  /// @param band  where heights are read; needed no longer than this call
+  /// @param band  of the heights; used only during this call
   [[nodiscard]] static Result<SurveyFrame> find(const SurveyCoordinates& wanted,
                                                 GDALRasterBand* band);
-  /// Of points. Heights whose unit neither their file nor the user names are in metres only where
-  /// its coordinates are in metres or degrees.
-  /// @param own  the file's system; null: it says none
-  /// @param low, high  corners of the points' extent, in the file's coordinates
+  /// For points. Heights without a unit in the file or from the user are in metres only if the
+  /// coordinates are in metres or degrees.
+  /// @param own  system of the file; nullptr: none
+  /// @param low, high  corners of the extent of the points, in the coordinates of the file
   [[nodiscard]] static Result<SurveyFrame> find(const SurveyCoordinates& wanted,
                                                 const OGRSpatialReference* own, const Vec2& low,
                                                 const Vec2& high);
 
   [[nodiscard]] const MapFrame& map() const { return map_; }
-  [[nodiscard]] double unit_m() const { return unit_m_; }    ///< of the band's heights
-  [[nodiscard]] double pixel_m() const { return pixel_m_; }  ///< side of the middle one
-  [[nodiscard]] const Vec2& low() const { return low_; }     ///< corners of the raster's extent
-  [[nodiscard]] const Vec2& high() const { return high_; }   ///< in the map's frame
-  /// Empty: the projection, or the geoid's grid, does not reach there.
+  [[nodiscard]] double unit_m() const { return unit_m_; }    ///< of the heights of the band
+  [[nodiscard]] double pixel_m() const { return pixel_m_; }  ///< side of the central pixel
+  [[nodiscard]] const Vec2& low() const { return low_; }    ///< corners of the extent of the raster
+  [[nodiscard]] const Vec2& high() const { return high_; }  ///< in the frame of the map
+  /// nullopt: outside the area of the projection or the geoid grid.
   [[nodiscard]] std::optional<Knot> knot(const Vec2& place_m) const;
-  /// Points of the file, fewer than 2^31, to the map's frame, in place; NaN: as with knot().
+  /// Transforms points of the file, fewer than 2^31, to the frame of the map, in place; NaN: as
+  /// with knot().
   void to_map(std::vector<double>* x, std::vector<double>* y, std::vector<double>* z) const;
 
  private:
@@ -73,7 +74,7 @@ class SurveyFrame {
   std::array<double, 6> inverse_{};  // projected to pixel
   OGRSpatialReference crs_, geographic_;
   Transform to_crs_, to_geographic_;
-  Transform to_ellipsoid_;              // by PROJ's grid,
+  Transform to_ellipsoid_;              // by the grid of PROJ,
   std::optional<double> undulation_m_;  // or by this; neither: heights are above the ellipsoid
   double unit_m_ = 1.0;
   double pixel_m_ = 0.0;

@@ -13,7 +13,7 @@ constexpr int kPlaneSamples = 8;
 constexpr int kPlaneRounds = 3;
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-/// Geman and McClure's: a half square that ends at half of `robust` squared.
+/// Geman-McClure cost: half the squared residual, bounded by half of `robust` squared.
 double cost_of(double u, double robust) {
   const double v = u / robust;
   return 0.5 * u * u / (1.0 + v * v);
@@ -24,21 +24,21 @@ double weight_of(double u, double robust) {
   return 1.0 / (k * k);
 }
 
-/// Slopes over this distance each way: over a cell they are the survey's noise.
+/// Half the baseline of slopes: over a single cell they would be the survey's noise.
 double slope_reach(double cell_m) { return std::max(2.0 * cell_m, 3.0); }
 
 struct Ground {
   double z_m = 0.0;
   double variance = 0.0;
   Vec2 slope = Vec2::Zero();
-  double slope_variance = 0.0;  ///< of each component, by the map's noise
+  double slope_variance = 0.0;  ///< of each component, from the map's noise
 };
 
 double map_variance(const Elevation& e, const ElevationMap& map, const GroundFitParams& params,
                     double radius_m) {
-  const double sigma = std::max(e.sigma_m, params.least_map_sigma_m);
+  const double sigma = std::max(e.sigma_m, params.min_map_sigma_m);
   const MapLevel& level = map.level(e.level);
-  // The height is fitted: what is left of the survey's slow error changes within the submap.
+  // The height is fitted: of the systematic error, what changes within the submap remains.
   const double bias = level.bias_sigma_m;
   const double changes = 1.0 - std::exp(-radius_m / std::max(level.bias_correlation_m, 1.0));
   return sigma * sigma + bias * bias * changes;
@@ -58,7 +58,7 @@ bool look(const ElevationMap& map, const GroundFitParams& params, double radius_
   out->variance =
       map_variance(e, map, params, radius_m) + params.ground_sigma_m * params.ground_sigma_m;
   out->slope = Vec2(east.z_m - west.z_m, north.z_m - south.z_m) / (2.0 * h);
-  const double sigma = std::max(e.sigma_m, params.least_map_sigma_m);
+  const double sigma = std::max(e.sigma_m, params.min_map_sigma_m);
   out->slope_variance = sigma * sigma / (2.0 * h * h);
   return true;
 }
@@ -67,19 +67,19 @@ Vec2 turned(double c, double s, const Vec3& p) {
   return {c * p.x() - s * p.y(), s * p.x() + c * p.y()};
 }
 
-/// Of a sample, if the submap lies there.
+/// Height of a sample for a candidate pose of the submap.
 double height(const GroundSubmap::Sample& sample, const Vec2& arm, const GroundPlace& place) {
   return sample.p.z() + place.centre_map.z() + place.tilt.dot(arm);
 }
 
-/// Of the height above the map's ground by place, height, yaw and tilt.
+/// Jacobian of the height above the map's ground: position, height, yaw and tilt.
 Vec6 jacobian(const Vec2& slope, const Vec2& arm) {
   Vec6 J;
   J << -slope, 1.0, -slope.dot(Vec2(-arm.y(), arm.x())), arm;
   return J;
 }
 
-/// What is known of the tilt, and a weak hold where the ground tells nothing.
+/// Prior of the tilt, and a weak prior of directions without information from the ground.
 void add_priors(const GroundFitParams& params, double radius_m, Mat6* H) {
   constexpr double kHold = 1e-4;  // 1 / (100 m)^2
   const double tilt = 1.0 / (params.tilt_sigma_rad * params.tilt_sigma_rad);
@@ -142,7 +142,7 @@ void find_planes(const GroundFitParams& params, GroundSubmapWorkspace* ws, Groun
 }
 
 void weigh_blocks(const GroundFitParams& params, GroundSubmapWorkspace* ws, GroundSubmap* submap) {
-  constexpr double kWhole = 3.0;  // samples from which on a block is a whole one
+  constexpr double kWhole = 3.0;  // samples of a block with full weight
   ws->table.begin(submap->samples.size());
   ws->counts.clear();
   ws->member.clear();
@@ -283,17 +283,17 @@ GroundVerdict judge(const GroundSubmap& submap, const ElevationMap& map,
   v.known = submap.samples.empty() ? 0.0 : known / static_cast<double>(submap.samples.size());
   v.cost += 0.5 * place.tilt.squaredNorm() / (params.tilt_sigma_rad * params.tilt_sigma_rad);
   add_priors(params, submap.radius_m, &H);
-  // Scaled to metres, so that what is not told is told apart from what is.
+  // Scaled to metres, so that directions with and without information are comparable.
   const double arm_m = std::max(submap.radius_m, 1.0);
   Vec6 scale;
   scale << Vec3::Ones(), Vec3::Constant(1.0 / arm_m);
-  constexpr double kLeast = 1e-4;  // 1 / (100 m)^2
+  constexpr double kMin = 1e-4;  // 1 / (100 m)^2
   const Eigen::SelfAdjointEigenSolver<Mat6> axes(Mat6(scale.asDiagonal() * H * scale.asDiagonal()));
-  const Vec6 variance = axes.eigenvalues().cwiseMax(kLeast).cwiseInverse();
-  // The sigmas are upper ones: what the residuals have less of it is the map's and the ground's
-  // being better, down to a limit, as a fit has part of the residuals itself.
-  constexpr double kLeastShare = 0.4;
-  const double share = v.blocks > 0.0 ? std::max(2.0 * v.cost / v.blocks, kLeastShare) : 1.0;
+  const Vec6 variance = axes.eigenvalues().cwiseMax(kMin).cwiseInverse();
+  // The sigmas are upper bounds: smaller residuals mean that map and ground are better, down to a
+  // limit, because the fit itself reduces the residuals.
+  constexpr double kMinShare = 0.4;
+  const double share = v.blocks > 0.0 ? std::max(2.0 * v.cost / v.blocks, kMinShare) : 1.0;
   v.covariance = share * scale.asDiagonal() * axes.eigenvectors() * variance.asDiagonal() *
                  axes.eigenvectors().transpose() * scale.asDiagonal();
   return v;

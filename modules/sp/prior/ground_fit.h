@@ -1,5 +1,5 @@
 #pragma once
-// How well a stretch of ground lies on the a priori map, at one place and heading.
+// Fit of a stretch of ground to the a priori map, at one position and heading.
 
 #include <vector>
 
@@ -11,26 +11,27 @@
 namespace rcs::sp {
 
 struct GroundFitParams {
-  double ground_sigma_m = 0.12;    ///< of a lowest point above the ground: grass, rocks
-  double least_map_sigma_m = 0.1;  ///< the map is not believed beyond this
-  double robust_sigma = 3.0;       ///< a residual costs this squared, halved, at most
-  /// Cells of a block err together (grass, the survey, the drift of the way): they count as one
+  double ground_sigma_m = 0.12;  ///< of a lowest point above the ground: grass, rocks
+  double min_map_sigma_m = 0.1;  ///< lower bound of the map's sigma
+  double robust_sigma = 3.0;     ///< a residual costs half the square of this at most
+  /// The errors of cells of a block are correlated (grass, survey, drift): they count as one
   /// observation.
   double block_m = 6.0;
-  double tilt_sigma_rad = 0.006;  ///< of frame level's plumb line
-  /// What the map must explain is what a plane over so much of the ground does not.
+  double tilt_sigma_rad = 0.006;  ///< of frame level against the vertical
+  /// Edge of the squares with a fitted plane; the map must explain the residuals of these planes.
   double plane_m = 30.0;
 };
 
-/// A stretch of ground, ready to be held against the map. Its cells are relative to `centre_level`.
+/// A stretch of ground, prepared for the comparison with the map. Its cells are relative to
+/// `centre_level`.
 struct GroundSubmap {
   struct Sample {
     Vec3 p = Vec3::Zero();  ///< p_level - centre_level [m]
     double weight = 0.0;    ///< the samples of a block weigh 1 together
-    double rough_m = 0.0;   ///< above the plane through its neighbourhood; NaN: too few for one
+    double rough_m = 0.0;   ///< above the plane of its square; NaN: too few samples for one
   };
   Vec3 centre_level = Vec3::Zero();
-  std::vector<Sample> samples;  ///< in no order in space
+  std::vector<Sample> samples;  ///< in no spatial order
   double blocks = 0.0;          ///< sum of the weights
   double radius_m = 0.0;        ///< root mean square of the distances from the centre
   double slope = 0.0;           ///< root mean square of the planes' slopes
@@ -49,13 +50,13 @@ struct GroundSubmapWorkspace {
   std::vector<Plane> planes;
 };
 
-/// @param cells  of which the first `most` are taken
+/// @param cells  the first `most` of these are used
 void make_submap(const std::vector<GroundCell>& cells, std::size_t most,
                  const GroundFitParams& params, GroundSubmapWorkspace* workspace,
                  GroundSubmap* submap);
 
-/// Where a submap lies: its centre, a turn about the vertical from frame level to the map's, and
-/// how far frame level is not upright there.
+/// Candidate pose of a submap: its centre, the rotation about the vertical from frame level to the
+/// map's, and the tilt of frame level there.
 struct GroundPlace {
   Vec3 centre_map = Vec3::Zero();
   double yaw_rad = 0.0;
@@ -65,33 +66,33 @@ struct GroundPlace {
 [[nodiscard]] Pose T_map_level(const GroundSubmap& submap, const GroundPlace& place);
 [[nodiscard]] GroundPlace place_of(const GroundSubmap& submap, const Pose& T_map_level);
 
-/// Mean cost a sample of the first `most` samples, the height that fits best taken; infinite where
-/// the map knows fewer than half of them.
-/// @param spread_m  what residuals may have beyond the sigmas: the place is not exact
+/// Mean cost of the first `most` samples, with the best-fitting height; infinite if the map has
+/// data for fewer than half of them.
+/// @param spread_m  inflation of the residuals beyond the sigmas, for an inexact candidate
 /// @param residuals  workspace
 [[nodiscard]] double rough_cost(const GroundSubmap& submap, const ElevationMap& map,
                                 const GroundFitParams& params, std::size_t most, double spread_m,
                                 GroundPlace* place, std::vector<double>* residuals);
 
-/// One robust Gauss-Newton step of place, height, heading and tilt.
-/// @return how far the samples moved, root mean square [m]; negative: there is nothing to go by
+/// One robust Gauss-Newton step of position, height, heading and tilt.
+/// @return root mean square displacement of the samples [m]; negative: no usable sample
 [[nodiscard]] double refine(const GroundSubmap& submap, const ElevationMap& map,
                             const GroundFitParams& params, double spread_m, GroundPlace* place);
 
-/// What is to be said for a place. Costs are negative log likelihoods, summed over blocks.
+/// Evaluation of a candidate pose. Costs are negative log-likelihoods, summed over blocks.
 struct GroundVerdict {
-  double cost = 0.0;        ///< of the ground, the map being right
-  double plane_cost = 0.0;  ///< if it were planes instead, fitted to itself: the map must do better
-  double blocks = 0.0;      ///< that were looked at
-  double known = 0.0;       ///< share of the samples where the map knows the ground
-  /// Of (x, y, z of the centre [m], yaw, tilt [rad]); what slopes that are only the map's noise
-  /// seem to tell is not in it. Huge along what the ground does not tell.
+  double cost = 0.0;        ///< of the ground, given the map
+  double plane_cost = 0.0;  ///< given planes fitted to the ground instead; the map must be better
+  double blocks = 0.0;      ///< number of evaluated blocks
+  double known = 0.0;       ///< share of the samples with map data
+  /// Of (x, y, z of the centre [m], yaw, tilt [rad]), without the apparent information of slopes
+  /// that are only noise of the map. Very large along directions without information.
   Mat6 covariance = Mat6::Zero();
 };
 [[nodiscard]] GroundVerdict judge(const GroundSubmap& submap, const ElevationMap& map,
                                   const GroundFitParams& params, const GroundPlace& place);
 
-/// Looks at the map for a sample: one in rough_cost(), so many in refine() and judge().
+/// Map lookups for each sample: one in rough_cost(), this many in refine() and judge().
 constexpr WorkUnits kLooksForSlope = 5;
 
 }  // namespace rcs::sp

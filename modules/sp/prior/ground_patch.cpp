@@ -7,11 +7,11 @@
 namespace rcs::sp {
 namespace {
 
-constexpr int kSide = 256;  // slots each way
-// A point from so much farther off does not replace a nearer one, even if it is lower: what the
-// plumb line errs by grows with the range.
+constexpr int kSide = 256;  // slots along each axis
+// A point from a range larger by this factor does not replace a nearer one, even if it is lower:
+// the error by the tilt grows with the range.
 constexpr float kFarther = 1.5F;
-// One from so much nearer replaces it even if it is higher.
+// A point from a range smaller by this factor replaces the other even if it is higher.
 constexpr float kNearer = 0.6F;
 
 std::uint64_t scattered(const GroundCell& c) {

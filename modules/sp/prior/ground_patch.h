@@ -1,5 +1,5 @@
 #pragma once
-// The ground that was seen on the last stretch of the way: one height a cell.
+// The ground observed on the last stretch of the path: one height for each cell.
 
 #include <cstdint>
 #include <vector>
@@ -11,21 +11,21 @@ namespace rcs::sp {
 
 struct GroundPatchParams {
   double cell_m = 2.0;    ///< one height each
-  double reach_m = 40.0;  ///< of the vehicle; farther a tilted scan says little
+  double reach_m = 40.0;  ///< around the vehicle; a tilted scan is inaccurate beyond
 };
 
-/// The lowest point that was seen in a cell, from near.
+/// The lowest point observed in a cell, from short range.
 struct GroundCell {
   Vec3f p_level = Vec3f::Zero();  ///< [m]
-  float range_m = 0.0F;           ///< from which it was seen
-  float first_way_m = -1.0F;      ///< of the vehicle when it was first seen; negative: never
-  float last_way_m = -1.0F;       ///< and last
+  float range_m = 0.0F;           ///< of the observation
+  float first_way_m = -1.0F;      ///< distance driven at the first observation; negative: none
+  float last_way_m = -1.0F;       ///< and at the last
   std::int32_t i = 0, j = 0;
 };
 
-/// A window of cells that goes with the vehicle: a cell's slot follows from its number, so that
-/// what enters takes the place of what is behind, and memory is fixed. Frame `level` is upright and
-/// smooth; where it lies, and its heading, is any.
+/// A window of cells that moves with the vehicle: a cell's number determines its slot, so that an
+/// entering cell replaces one behind, and memory is fixed. Frame `level` is upright and smooth; its
+/// position and heading are arbitrary.
 class GroundPatch {
  public:
   explicit GroundPatch(const GroundPatchParams& params);
@@ -33,12 +33,12 @@ class GroundPatch {
   void clear();
 
   /// @param lowest_vehicle  the lowest points of columns of a scan
-  /// @param way_m  driven so far
+  /// @param way_m  distance driven so far
   void add(const Points& lowest_vehicle, const Pose& T_level_vehicle, double way_m);
 
-  /// Cells that were first seen at or after one place on the way, and last at or after another;
-  /// always in the same order, which is none in space: the first n are a fair sample of all.
-  /// Allocates nothing when `out` has room for capacity().
+  /// Cells first observed at or after one distance driven, and last at or after another; always in
+  /// the same order, which is not spatial: the first n are a fair sample of all. Allocates nothing
+  /// if `out` has room for capacity().
   void gather(double first_way_m, double last_way_m, std::vector<GroundCell>* out) const;
 
   [[nodiscard]] std::size_t capacity() const { return slots_.size(); }

@@ -11,34 +11,33 @@
 namespace rcs::sp {
 namespace {
 
-// The prediction holds so many iterations.
+// The prediction regularizes the first iterations, up to this number.
 constexpr int kSteered = 2;
-// Per iteration. Chosen with max_spread_m on both sweeps of av2_pittsburgh, 100 starts off by up to
-// 3 m and 5 deg (DECISIONS 41).
+// Decay of the inflation in each iteration. Chosen with max_spread_m on both sweeps of
+// av2_pittsburgh, from 100 starts with errors of up to 3 m and 5 deg (ADR 41).
 constexpr double kSpreadSinks = 0.8;
-// The same once a step is smaller than so many sigmas: what the spread was for has been found.
+// Faster decay once a step is smaller than this many sigmas: the inflation is no longer needed.
 constexpr double kSettled = 0.5;
 constexpr double kSpreadSinksThen = 0.3;
-// A step that is not so much smaller than the one before is halved, and all that follow: the
-// surface has edges between its cells, and a solution may go to and fro across one for ever.
+// A step that is not smaller than the one before by this factor is halved, and all that follow: the
+// surface has edges between its cells, across which a solution could oscillate forever.
 constexpr double kShrinks = 0.7;
-// How much worse than it says the residuals may show the map to be (variances).
-constexpr double kMostScale = 16.0;
-// A spread of less than this share of the ground's sigma is none.
+// Largest factor by which the residuals can increase the map's variance.
+constexpr double kMaxScale = 16.0;
+// An inflation of less than this share of the ground's sigma is set to zero.
 constexpr double kSpreadEnds = 0.25;
-// What the search for the closest point of the map costs, in ground points.
+// Cost of the search for the closest point of the map, in ground points.
 constexpr WorkUnits kPointCost = 4;
 
-/// Of the pose, and how far light goes into vegetation.
+/// The pose, and the depth to which light enters vegetation.
 constexpr int kUnknowns = 7;
 using Mat7 = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 using Vec7 = Eigen::Matrix<double, kUnknowns, 1>;
 
-/// Light that goes a way l into what grows before it returns is met l behind where the ray entered
-/// it, and so not at one height above the ground: farther ahead of the surface where that faces the
-/// vehicle, which pulls a match backwards. A residual has l (d . n) of it, d the ray's direction.
-/// Rays are taken as level, from the vehicle's middle: where they come down steeply they soon meet
-/// the ground.
+/// Light that enters vegetation to a depth l before it returns is measured l behind the point of
+/// entry. This is no constant height above the ground: it depends on the slope towards the vehicle,
+/// and pulls a match backwards. It adds l (d . n) to a residual, with d the ray's direction. Rays
+/// are assumed level, from the vehicle's middle: steep rays soon reach the ground.
 Vec7 jacobian(const Vec3& p_vehicle, const Vec3& along_vehicle) {
   const double away = std::max(1e-9, p_vehicle.head<2>().norm());
   Vec7 J;
@@ -51,7 +50,7 @@ struct Sums {
   Mat7 H = Mat7::Zero();  ///< lower triangle: of w J J'
   Vec7 b = Vec7::Zero();
   double weight = 0.0;
-  double square_u = 0.0;  ///< of residuals in sigmas, weighed
+  double square_u = 0.0;  ///< of residuals in sigmas, weighted
   double weight_u = 0.0;
   int pairs = 0;
   int cells = 0;
@@ -59,8 +58,8 @@ struct Sums {
   double square_sum = 0.0;
 };
 
-/// The pose's part, whatever the last unknown is: the Schur complement.
-/// @param last_information  what is known of it beforehand: it is about 0
+/// The equations of the pose, after elimination of the last unknown (Schur complement).
+/// @param last_information  prior information of the last unknown, about 0
 registration::NormalEquations of_pose(const Mat7& H, const Vec7& b, double weight,
                                       double last_information) {
   const double last = H(6, 6) + last_information;
@@ -77,14 +76,14 @@ registration::NormalEquations of_pose(const Mat7& H, const Vec7& b, double weigh
   return out;
 }
 
-/// Variance of each component of a cell's gradient, by errors of its four corners that know nothing
-/// of one another, on average over the cell.
+/// Variance of each component of a cell's gradient, from independent errors of its four corners,
+/// averaged over the cell.
 double gradient_variance(double sigma_m, double cell_m) {
   return 4.0 / 3.0 * (sigma_m / cell_m) * (sigma_m / cell_m);
 }
 
-/// @param level  of the map, the finest to be used
-/// @param spread_m  what residuals may have beyond the map's sigma
+/// @param level  the finest level of the map to be used
+/// @param spread_m  inflation of the residuals beyond the map's sigma
 Sums sum(const Points& source, const ElevationMap& map, int level, const Pose& T,
          const PriorMatchParams& params, double spread_m, PriorMatchWorkspace* ws) {
   Sums sums;
@@ -130,8 +129,8 @@ Sums sum(const Points& source, const ElevationMap& map, int level, const Pose& T
   return sums;
 }
 
-/// What the errors of the normals add to H: of w v (Jx Jx' + Jy Jy'), where Jx is the Jacobian of a
-/// normal along x of the map, by the matches of the last sums; lower triangle.
+/// Part of H due to errors of the normals: w v (Jx Jx' + Jy Jy'), where Jx is the Jacobian of a
+/// normal along x of the map, summed over the matches of the last sums; lower triangle.
 Mat7 normals_noise(const Points& source, const Mat3& R_vehicle_map, const PriorMatchWorkspace& ws) {
   Mat7 noise = Mat7::Zero();
   for (std::size_t i = 0; i < source.size(); ++i) {
@@ -159,11 +158,11 @@ double mean_square_weighed(double robust_sigma) {
   return square / sum;
 }
 
-/// Normals with errors of their own see slopes that are not there: of H = G + V, V by noise, the
-/// estimate's covariance is G^-1 (G + V) G^-1.
+/// Errors of the normals cause apparent slopes: of H = G + V, with V by noise, the estimate's
+/// covariance is G^-1 (G + V) G^-1.
 template <int N>
 Mat<N, N> without_noise(const Mat<N, N>& H, const Mat<N, N>& V) {
-  // In coordinates in which H is the identity G is what of each direction is not noise.
+  // In coordinates in which H is the identity, G is the share of each direction without noise.
   const Eigen::SelfAdjointEigenSolver<Mat<N, N>> of_H(H);
   const Mat<N, 1> root = of_H.eigenvalues().cwiseMax(0.0).cwiseSqrt();
   const Mat<N, 1> per_root =
@@ -178,20 +177,20 @@ Mat<N, N> without_noise(const Mat<N, N>& H, const Mat<N, N>& V) {
   return out * left.asDiagonal() * out.transpose();
 }
 
-/// What residuals are expected to have at the prediction; root mean squares, of every eighth point.
+/// Expected residuals at the prediction: root mean squares over every eighth point.
 struct Expected {
-  double spread_m = 0.0;  ///< by the prediction's covariance
-  double ground_m = 0.0;  ///< by the map's sigma
-  double slope = 0.0;     ///< of the map's gradients' errors, each component
-  /// Their variance, of what the map's sigma says it is, [0, 1].
+  double spread_m = 0.0;  ///< from the prediction's covariance
+  double ground_m = 0.0;  ///< from the map's sigma
+  double slope = 0.0;     ///< errors of the map's gradients, each component
+  /// Variance of these errors over the one that the map's sigma states, [0, 1].
   double slope_noise = 1.0;
 };
 
-/// What the map's own errors make of its gradients. A survey may be better than it says: then its
+/// Gradient errors from the map's own errors. A survey may be better than stated: then its
 /// gradients differ less from those of the next coarser level. Steps in the ground (kerbs) differ,
-/// too, but not in most places.
-/// @return of what the map's sigma says their variance is, [0, 1]
-/// @param stated2  that
+/// too, but only in few cells.
+/// @return variance over the one that the map's sigma states, [0, 1]
+/// @param stated2  the stated variance
 double slope_noise(double stated2, std::vector<double>* differences2) {
   if (differences2->empty() || stated2 <= 0.0) return 1.0;
   const auto middle = differences2->begin() + static_cast<std::ptrdiff_t>(differences2->size() / 2);
@@ -233,7 +232,7 @@ Expected expected_residuals(const Points& source, const ElevationMap& map, int l
   return {std::sqrt(spread2 / n), std::sqrt(ground2 / n), std::sqrt(noise * slopes / n), noise};
 }
 
-/// Of the place, the larger of both axes of the plane.
+/// Of the position: the larger sigma of both horizontal axes.
 double horizontal_sigma(const registration::Prediction& prediction) {
   const Mat3 R = prediction.T_target_vehicle.rotation();
   const Mat3 place = R * prediction.covariance.topLeftCorner<3, 3>() * R.transpose();
@@ -259,7 +258,8 @@ PriorMatch match_prior_map(const Points& source_vehicle, const Points& standing_
   match.bias_length_m = map.level(below.level).bias_correlation_m;
 
   const Mat6 prior = prediction.covariance.ldlt().solve(Mat6::Identity());
-  const bool with_points = params.points.most > 0 && !standing_vehicle.empty() && map.has_points();
+  const bool with_points =
+      params.points.max_points > 0 && !standing_vehicle.empty() && map.has_points();
   auto cost = static_cast<WorkUnits>(source_vehicle.size());
   if (with_points) cost += kPointCost * static_cast<WorkUnits>(standing_vehicle.size());
   workspace->standing.T_searched.reset();
@@ -272,7 +272,7 @@ PriorMatch match_prior_map(const Points& source_vehicle, const Points& standing_
     if (expected.slope <= params.max_slope_noise || level + 1 == map.levels()) break;
   }
   double spread_m = std::min(expected.spread_m, params.max_spread_m);
-  // The ground's spread hardly knows of x and y, which a trunk is off by.
+  // The ground's inflation hardly covers x and y, in which a trunk is displaced.
   double point_spread_m =
       with_points ? std::min(horizontal_sigma(prediction), params.max_spread_m) : 0.0;
   double damping = 1.0;
@@ -304,7 +304,7 @@ PriorMatch match_prior_map(const Points& source_vehicle, const Points& standing_
       break;
     }
     equations = of_pose(sums.H, sums.b, sums.weight, foliage);
-    // The way into vegetation is none of theirs: what the ground says without it is added to.
+    // These residuals do not depend on the depth in vegetation: added after its elimination.
     equations.H += points.equations.H;
     equations.b += points.equations.b;
     equations.weight += points.equations.weight;
@@ -347,18 +347,18 @@ PriorMatch match_prior_map(const Points& source_vehicle, const Points& standing_
     out.T_target_vehicle = prediction.T_target_vehicle;
   }
   if (!registration::usable(out.stop) || out.iterations == 0) return match;
-  // The residuals and the map's own slopes tell whether it is as good as it says. Better, and its
-  // normals are, too; but no cell counts for more than it claims.
+  // The residuals and the map's gradients show whether the map is as accurate as stated. If it is
+  // better, its normals are, too; but no cell gets more weight than stated.
   const double expected_square = mean_square_weighed(params.robust_sigma);
   const double scale = sums.square_u / (sums.weight_u * expected_square);
   const Mat7 noise = normals_noise(source_vehicle, R_vehicle_map, *workspace);
   const Mat7 told = without_noise<kUnknowns>(sums.H, std::min(expected.slope_noise, scale) * noise);
-  const double worse = std::clamp(scale, 1.0, kMostScale);
+  const double worse = std::clamp(scale, 1.0, kMaxScale);
   Mat6 information = of_pose(told / worse, Vec7::Zero(), sums.weight, foliage).H;
   if (points.weight_u > 0.0) {
     const double by_points = points.square_u / (points.weight_u * expected_square);
     information += without_noise<6>(points.equations.H, points.equations.noise) /
-                   std::clamp(by_points, 1.0, kMostScale);
+                   std::clamp(by_points, 1.0, kMaxScale);
   }
   out.information = registration::observed_part(information, obs);
   if (out.stop == registration::Stop::kConverged && obs.unobserved > 0) {

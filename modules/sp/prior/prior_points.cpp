@@ -8,9 +8,9 @@
 namespace rcs::sp {
 namespace {
 
-// A surface that is seen at a more grazing angle may be another one: cosine.
+// A surface observed at a more grazing angle may be another one: cosine.
 constexpr double kFacing = 0.15;
-// A pose that has moved by less meets the same points: it is a tenth of what lies between them.
+// A smaller change of the pose keeps the matches: a tenth of the spacing of the points.
 constexpr double kSame_m = 0.04;
 constexpr double kSame_rad = kSame_m / 30.0;
 
@@ -65,7 +65,7 @@ PointSums sum_points(const Points& standing, const ElevationMap& map, const Pose
     const double weight = 1.0 / (k * k * sigma * sigma * *m.points);
     const Vec3 normal = R_transposed * m.here.normal;
     sums.equations.add(p, normal, residual, weight);
-    // The two directions that an error of the normal turns it to.
+    // The two directions in which an error of the normal turns it.
     const Vec3 across = normal.unitOrthogonal();
     for (const Vec3& turned : {across, Vec3(normal.cross(across))}) {
       Vec6 J;

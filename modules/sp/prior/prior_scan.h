@@ -1,6 +1,6 @@
 #pragma once
-// What of a scan is matched to the a priori map: the lowest point of each column, and some of what
-// stands on the ground.
+// The points of a scan that are matched to the a priori map: the lowest point of each column, and
+// some points of above-ground structure.
 
 #include <cstddef>
 
@@ -12,20 +12,20 @@
 namespace rcs::sp {
 
 struct PriorScanParams {
-  double column_m = 2.0;    ///< the lowest point of such a column is the ground's
-  double standing_m = 0.5;  ///< what is so much higher than that stands on the ground
-  double voxel_m = 0.25;    ///< one point a voxel of that
+  double column_m = 2.0;    ///< the lowest point of such a column is ground
+  double standing_m = 0.5;  ///< a point higher above that is above-ground structure
+  double voxel_m = 0.25;    ///< one above-ground point is kept in each voxel
 };
 
 class PriorScan {
  public:
-  /// Makes room for scans of so many points beforehand.
+  /// Allocates room for scans of `points` points in advance.
   void reserve(std::size_t points);
 
   /// @param scan  vehicle frame [m]
   /// @param up_vehicle  unit vector
-  /// @param most_standing  points of what stands, spread over the scan; 0: none
-  void take(const Points& scan, const Vec3& up_vehicle, int most_standing,
+  /// @param max_standing  points of above-ground structure, spread over the scan; 0: none
+  void take(const Points& scan, const Vec3& up_vehicle, int max_standing,
             const PriorScanParams& params);
 
   [[nodiscard]] const Points& ground() const { return ground_; }

@@ -33,17 +33,17 @@ void ColumnSampler::standing(const Points& in, double above_m, Points* out) {
   out->clear();
   const auto above = static_cast<float>(above_m);
   registration::VoxelKey last = ~registration::VoxelKey{0};
-  float least_m = 0.0F;
+  float min_m = 0.0F;
   for (std::size_t i = 0; i < in.size(); ++i) {
     const Vec3f p = in[i];
     const Vec3f q = level_ * p;
     const registration::VoxelKey key = registration::pack_voxel(
         registration::fast_floor(q.x() * per_m_), registration::fast_floor(q.y() * per_m_), 0);
-    if (key != last) {  // neighbours in the scan are mostly of one column
+    if (key != last) {  // neighbours in the scan are mostly in one column
       last = key;
-      least_m = table_.find_or_add(key).first->height_m + above;
+      min_m = table_.find_or_add(key).first->height_m + above;
     }
-    if (q.z() > least_m) out->push_back(p);
+    if (q.z() > min_m) out->push_back(p);
   }
 }
 

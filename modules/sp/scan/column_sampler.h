@@ -9,23 +9,23 @@
 
 namespace rcs::sp {
 
-/// Keeps the lowest point of each vertical column: what stands on the ground is not the ground.
-/// Deterministic (of equal ones the first); allocates nothing once it has seen a scan as large.
+/// Keeps the lowest point of each vertical column, which excludes above-ground points.
+/// Deterministic (the first of equal ones); no allocation once it has held a scan as large.
 class ColumnSampler {
  public:
   /// @param up_vehicle  unit vector
   void sample(const Points& in, const Vec3& up_vehicle, double column_m, Points* out);
 
-  /// After sample(), of the same points: those that are higher than the lowest of their column by
-  /// more than so much, which stand on the ground.
+  /// After sample(), of the same points: those higher than the lowest of their column by more than
+  /// `above_m`, which are above-ground structure.
   void standing(const Points& in, double above_m, Points* out);
 
-  /// Makes room for scans of so many points beforehand.
+  /// Allocates room for scans of `points` points in advance.
   void reserve(std::size_t points) { table_.reserve(points); }
 
  private:
   struct Lowest {
-    std::uint32_t kept = 0;  // where in the output
+    std::uint32_t kept = 0;  // index in the output
     float height_m = 0.0F;
   };
   registration::ScanTable<Lowest> table_;

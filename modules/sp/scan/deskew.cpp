@@ -26,7 +26,7 @@ void deskew(const MotionTable& motion, Scan* scan) {
   for (std::size_t i = 0; i < n; ++i) {
     const std::int64_t since = scan->dt_us[i] - motion.first.count();
     const std::int64_t k = std::clamp(since / motion.step.count(), std::int64_t{0}, last_knot);
-    if (k != current) {  // points come nearly in order of time: seldom
+    if (k != current) {  // seldom: points are nearly in order of time
       const Pose& T0 = motion.T_reference_vehicle[static_cast<std::size_t>(k)];
       const Pose& T1 = motion.T_reference_vehicle[static_cast<std::size_t>(k) + 1];
       a = {T0.rotation().cast<float>(), T0.p.cast<float>()};

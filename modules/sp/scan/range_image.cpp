@@ -26,12 +26,12 @@ Calibration::Calibration(const LadarParams& params) : params_(params) {
 Pose Calibration::vehicle_from_ladar(const RangeFacet& facet, double t_s) const {
   const double pan = facet.pan_rad + facet.pan_rate_radps * t_s;
   const double tilt = facet.tilt_rad + facet.tilt_rate_radps * t_s;
-  // Positive tilt looks up: a negative turn about y (left).
+  // Positive tilt is up: a negative rotation about y (left).
   const Quat q_mount_ladar = exp_so3(Vec3(0.0, 0.0, pan)) * exp_so3(Vec3(0.0, -tilt, 0.0));
   return params_.T_vehicle_mount * Pose{q_mount_ladar, Vec3::Zero()};
 }
 
-// Neighbours in the same facet; a missing one says nothing.
+// Neighbours are in the same facet; a missing one is ignored.
 bool Calibration::is_lone(const RangeFacet& facet, int row, int col) const {
   if (params_.isolated_m == 0.0) return false;
   const auto range = [&](int r, int c) {
@@ -58,7 +58,7 @@ ConversionCount Calibration::append(const RangeFacet& facet, Scan* scan) const {
   RCS_CHECK(facet.first_row >= 0 && facet.facet_rows > 0 &&
             facet.first_row + facet.facet_rows <= params_.rows);
 
-  // Within a facet the head turns little: its pose at both ends, linear between them.
+  // Within a facet the head turns little: interpolation between its poses at both ends.
   const double duration_s = seconds(facet.duration);
   const Pose T_begin = vehicle_from_ladar(facet, 0.0);
   const Pose T_end = vehicle_from_ladar(facet, duration_s);

@@ -1,5 +1,5 @@
 #pragma once
-// What the LADAR measures -> points in the vehicle frame: mount, pan/tilt and calibration.
+// Converts LADAR measurements to points in the vehicle frame: mount, pan/tilt and calibration.
 
 #include <cstdint>
 #include <vector>
@@ -11,15 +11,15 @@ namespace rcs::sp {
 
 /// A range-imaging LADAR on a pan/tilt head (paper, section 3), or a driver of Cartesian points.
 struct LadarParams {
-  int sensor_id = 0;                 ///< facets of other LADARs are refused
+  int sensor_id = 0;                 ///< facets of other LADARs are rejected
   int rows = 32;                     ///< of the range image, row 0 lowest
   int cols = 180;                    ///< column 0 leftmost
   double fov_v_rad = radians(20.0);  ///< rows cover it in equal cells
   double fov_h_rad = radians(90.0);  ///< columns likewise
-  double min_range_m = 1.0;          ///< nearer returns are the vehicle's own
+  double min_range_m = 1.0;          ///< nearer returns are of the vehicle itself
   double max_range_m = 60.0;
-  /// A return that is farther than this and 5 % of its range from all its neighbours is a mixed
-  /// pixel: light of an edge and of what lies behind it. 0: all are kept
+  /// A return that differs from all its neighbours by more than this and 5 % of its range is a
+  /// mixed pixel: light of an edge and of the surface behind it. 0: all are kept
   double isolated_m = 0.3;
   Pose T_vehicle_mount;  ///< of the pan/tilt head at pan = tilt = 0
 };
@@ -30,14 +30,14 @@ struct RangeFacet {
   int first_row = 0;
   int facet_rows = 0;   ///< 0: no returns in this facet
   Duration start{};     ///< first shot, after the scan's reference instant
-  Duration duration{};  ///< column c is shot at start + duration * c / cols
+  Duration duration{};  ///< column c is measured at start + duration * c / cols
   double pan_rad = 0.0;
   double tilt_rad = 0.0;  ///< positive up
   double pan_rate_radps = 0.0;
   double tilt_rate_radps = 0.0;
 };
 
-/// A part of a scan that comes as points; a view onto a message.
+/// A part of a scan that is received as points; a view onto a message.
 struct PointFacet {
   const float* x_m = nullptr;  ///< ladar frame
   const float* y_m = nullptr;
@@ -55,13 +55,13 @@ struct ConversionCount {
   std::int64_t not_finite = 0;  ///< of those rejected
 };
 
-/// Turns facets into points of the vehicle frame, each at its own time.
+/// Converts facets to points in the vehicle frame, each at its own time.
 class Calibration {
  public:
   explicit Calibration(const LadarParams& params);
 
   /// Appends the facet's returns to `scan`. A facet that does not fit the image (rows outside) is a
-  /// bug of the caller: the shell checks messages.
+  /// bug of the caller: SpNode checks messages.
   ConversionCount append(const RangeFacet& facet, Scan* scan) const;
   ConversionCount append(const PointFacet& facet, Scan* scan) const;
 

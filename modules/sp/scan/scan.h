@@ -1,5 +1,5 @@
 #pragma once
-// One LADAR scan on its way through SP.
+// One LADAR scan while SP processes it.
 
 #include <cstdint>
 #include <vector>
@@ -9,12 +9,12 @@
 
 namespace rcs::sp {
 
-/// Points in the vehicle frame [m]. As they come from the facets each is valid at its own time,
+/// Points in the vehicle frame [m]. Converted from a facet, each is valid at its own time,
 /// reference + dt_us; deskew() moves all to the reference instant.
 struct Scan {
   Stamp reference;
   Points points;
-  std::vector<std::int32_t> dt_us;  ///< one a point
+  std::vector<std::int32_t> dt_us;  ///< one for each point
 
   void clear() {
     points.clear();

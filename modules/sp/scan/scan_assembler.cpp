@@ -10,7 +10,7 @@ FacetVerdict ScanAssembler::admit(const FacetId& id) {
   if (in_hand() && (id.scan > scan_id_ || id.facet_count != facet_count_)) {
     return FacetVerdict::kNewScan;
   }
-  // Far back: the writer was restarted, and counts anew.
+  // Far back: the writer was restarted and counts from the start.
   constexpr std::int64_t kRestart = 100;
   if (id.scan < scan_id_ - kRestart && in_hand()) return FacetVerdict::kNewScan;
   if (!in_hand()) {

@@ -1,6 +1,6 @@
 #pragma once
-// Puts the facets of a scan together, converting each as it arrives, so that after the last facet
-// only the registration is left.
+// Assembles the facets of a scan, converting each on arrival, so that only the registration remains
+// after the last facet.
 
 #include <cstdint>
 #include <vector>
@@ -10,7 +10,7 @@
 
 namespace rcs::sp {
 
-/// Which scan a facet belongs to.
+/// The scan of a facet, and its number in it.
 struct FacetId {
   std::int64_t scan = 0;
   Stamp reference;
@@ -20,9 +20,9 @@ struct FacetId {
 
 enum class FacetVerdict {
   kAdded,
-  kRepeated,  ///< this facet of this scan was there already
-  kOld,       ///< of an earlier scan than the one in hand
-  kNewScan,   ///< of a later scan: take the one in hand first, then offer the facet again
+  kRepeated,  ///< this facet of this scan was received before
+  kOld,       ///< of an earlier scan than the current one
+  kNewScan,   ///< of a later scan: finish the current one, then add the facet again
 };
 
 class ScanAssembler {
@@ -45,7 +45,7 @@ class ScanAssembler {
   [[nodiscard]] std::int64_t scan_id() const { return scan_id_; }
   [[nodiscard]] const ConversionCount& count() const { return count_; }
 
-  /// The scan in hand, to be worked on in place; release() makes room for the next.
+  /// The current scan, modified in place; release() makes room for the next.
   [[nodiscard]] Scan* scan() { return &scan_; }
   void release();
 
@@ -56,7 +56,7 @@ class ScanAssembler {
   Calibration calibration_;
   Scan scan_;
   ConversionCount count_;
-  std::int64_t scan_id_ = -1;  // of the scan in hand, or of the last released one
+  std::int64_t scan_id_ = -1;  // of the current scan, or of the last released one
   int facet_count_ = 0;
   int received_ = 0;
   std::vector<bool> seen_;

@@ -86,7 +86,7 @@ MotionState propagate(const MotionState& state, const InertialBuffer& inertial, 
       }
       const Stamp end = std::max(begin, stamp);
       const Increment u = part_of(sample, s, seconds(s.stamp - end));
-      // Backward: the state before the step, by the step's own equations solved for it.
+      // Backward: the state before the step, solved from the equations of the step.
       const Quat q_before = (s.T_rolling_vehicle.q * exp_so3(-u.angle_rad)).normalized();
       const Vec3 dv =
           (q_before * exp_so3(0.5 * u.angle_rad)) * u.dv_mps + s.gravity_rolling * u.dt_s;

@@ -1,6 +1,6 @@
 #pragma once
 // The vehicle's motion during a scan: from WM's belief and inertial increments, or, without
-// inertial input, constant velocity. It steers registration and deskews the scan.
+// inertial input, by constant velocity. It regularizes registration and deskews the scan.
 
 #include <cstddef>
 #include <vector>
@@ -18,7 +18,7 @@ struct InertialSample {
   Vec3 delta_v_mps;
 };
 
-/// What the prediction starts from: a belief at a moment, in the frame of the rolling map.
+/// Start of the prediction: a belief at one instant, in the frame of the rolling map.
 struct MotionState {
   Stamp stamp;
   Pose T_rolling_vehicle;
@@ -29,13 +29,13 @@ struct MotionState {
   Vec3 rate_vehicle_radps = Vec3::Zero();  ///< used where inertial samples are missing
 };
 
-/// Fixed-capacity memory of the latest inertial samples, in order of time.
+/// Fixed-capacity buffer of the latest inertial samples, in order of time.
 class InertialBuffer {
  public:
   explicit InertialBuffer(std::size_t capacity);
 
-  /// So many samples in a row that are not later than the newest: it was the one with the wrong
-  /// stamp, or the clock has stepped. The memory begins anew.
+  /// After this many samples in a row that are not later than the newest, the newest had a wrong
+  /// stamp or the clock has stepped: the buffer is cleared.
   static constexpr int kClockStepped = 20;
 
   /// @return false for a sample that is not later than the newest
@@ -59,7 +59,7 @@ class InertialBuffer {
 [[nodiscard]] MotionState propagate(const MotionState& state, const InertialBuffer& inertial,
                                     Stamp stamp);
 
-/// Constant body velocity and rate: what a vehicle in a turn does.
+/// Constant body velocity and rate, as of a vehicle in a turn.
 [[nodiscard]] MotionState coast(const MotionState& state, Stamp stamp);
 
 /// Poses at equal steps over a scan, relative to its reference instant.

@@ -8,25 +8,25 @@ namespace rcs::sp {
 namespace {
 
 constexpr float kOut = std::numeric_limits<float>::infinity();
-// Standing, a pose trembles: the way is counted in steps of so much.
+// The pose of a standing vehicle trembles: the distance is counted in steps of this length.
 constexpr double kStep_m = 0.5;
-// Samples by which a hypothesis is first looked at, and the cost, a sample, from which on it is not
-// looked at further: the half square of residuals is bounded by 4.5, and by chance is near 3.
+// Samples for the first evaluation of a hypothesis, and the mean cost of a sample from which on it
+// is dropped: half the square of a residual is bounded by 4.5, and by chance is near 3.
 constexpr std::size_t kGlance = 40;
 constexpr double kHopeless = 3.2;
-// Of a grid's step, how far off the nearest hypothesis is, turn and shift together: root mean
-// square.
+// Root mean square distance of the nearest hypothesis in steps of the grid, rotation and shift
+// together.
 constexpr double kOffGrid = 0.6;
-// A round, from the grid's spread down to nothing.
+// Decay in each round, from the grid's inflation to zero.
 constexpr double kSpreadSinks = 0.6;
 constexpr double kSpreadEnds_m = 0.05;
 constexpr double kSettled_m = 0.02;
-// Share of the ground that the map must know for a place to be looked at.
-constexpr double kLeastKnown = 0.8;
-// Between looks at further ground, once there is enough of the way.
+// Required share of the ground with map data at a candidate pose.
+constexpr double kMinKnown = 0.8;
+// Distance between evaluations of new ground, once enough of it has been driven over.
 constexpr double kAgainEvery_m = 5.0;
-// Of the answer, at least: the survey errs together over some cells, and frame level turns by as
-// much on the way from the middle of the window to its end.
+// Lower bound of the sigma of the result: errors of the survey are correlated over some cells, and
+// frame level rotates by as much between the middle of the window and its end.
 constexpr double kFloorSigma_m = 0.1;
 constexpr double kFloorSigma_rad = 0.007;
 
@@ -37,7 +37,8 @@ double largest_sigma(const Mat6& covariance) {
 
 }  // namespace
 
-Relocator::Relocator(const RelocateParams& params) : params_(params), patch_(params.patch) {
+InitialLocalizer::InitialLocalizer(const InitialLocalizationParams& params)
+    : params_(params), patch_(params.patch) {
   cells_.reserve(patch_.capacity());
   const auto samples = static_cast<std::size_t>(params.samples);
   workspace_.table.reserve(samples);
@@ -48,36 +49,38 @@ Relocator::Relocator(const RelocateParams& params) : params_(params), patch_(par
   again_.samples.reserve(samples);
   residuals_.reserve(samples);
   costs_.reserve(static_cast<std::size_t>(params.hypotheses));
-  followed_.reserve(static_cast<std::size_t>(params.followed));
+  followed_.reserve(static_cast<std::size_t>(params.refined));
 }
 
-bool fits(const StartRegion& region, const RelocateParams& params) {
-  // The window's ground is no wider than this, about its middle: so fine are headings, at most.
+bool fits(const StartRegion& region, const InitialLocalizationParams& params) {
+  // The ground of the window extends no farther from its middle: this bounds the headings' spacing.
   const double radius_m = 0.5 * params.window_m + params.patch.reach_m;
   const double headings = 2.0 * region.within_rad * radius_m / params.grid_m + 2.0;
   const double side = 2.0 * region.radius_m / params.grid_m + 3.0;
   return headings * side * side <= params.hypotheses;
 }
 
-bool Relocator::begin(const StartRegion& region) {
+bool InitialLocalizer::begin(const StartRegion& region) {
   stop();
   region_ = region;
   if (!fits(region, params_)) return false;
-  status_.state = RelocateState::kCollecting;
-  status_.doubt = RelocateDoubt::kTooEarly;
+  status_.state = InitialLocalizationState::kCollecting;
+  status_.doubt = InitialLocalizationDoubt::kTooEarly;
   return true;
 }
 
-void Relocator::stop() {
+void InitialLocalizer::stop() {
   status_ = {};
   patch_.clear();
   phase_ = Phase::kIdle;
   started_ = false;
-  searched_way_m_ = params_.least_way_m - params_.every_m;
+  searched_way_m_ = params_.min_travelled_m - params_.every_m;
 }
 
-void Relocator::add(const Points& lowest_vehicle, const Pose& T_level_vehicle) {
-  if (status_.state == RelocateState::kOff || status_.state == RelocateState::kFound) return;
+void InitialLocalizer::add(const Points& lowest_vehicle, const Pose& T_level_vehicle) {
+  if (status_.state == InitialLocalizationState::kOff ||
+      status_.state == InitialLocalizationState::kFound)
+    return;
   if (!started_) {
     started_ = true;
     T_level_start_ = T_level_vehicle;
@@ -91,9 +94,9 @@ void Relocator::add(const Points& lowest_vehicle, const Pose& T_level_vehicle) {
   patch_.add(lowest_vehicle, T_level_vehicle, status_.way_m);
 }
 
-WorkUnits Relocator::work(const ElevationMap& map, WorkUnits granted) {
+WorkUnits InitialLocalizer::work(const ElevationMap& map, WorkUnits granted) {
   WorkUnits used = 0;
-  if (phase_ == Phase::kIdle && status_.state == RelocateState::kCollecting &&
+  if (phase_ == Phase::kIdle && status_.state == InitialLocalizationState::kCollecting &&
       status_.way_m >= searched_way_m_ + params_.every_m) {
     prepare();
   }
@@ -103,7 +106,7 @@ WorkUnits Relocator::work(const ElevationMap& map, WorkUnits granted) {
   return used;
 }
 
-void Relocator::prepare() {
+void InitialLocalizer::prepare() {
   searched_way_m_ = status_.way_m;
   patch_.gather(0.0, status_.way_m - params_.window_m, &cells_);
   make_submap(cells_, static_cast<std::size_t>(params_.samples), params_.fit, &workspace_,
@@ -124,11 +127,11 @@ void Relocator::prepare() {
                 kOut);
   next_ = 0;
   phase_ = Phase::kSweep;
-  status_.state = RelocateState::kSearching;
+  status_.state = InitialLocalizationState::kSearching;
 }
 
-/// The centre's place is the start's, in the disc, and the way from there.
-GroundPlace Relocator::on_grid(std::size_t k) const {
+/// The centre of the submap is the start position in the disc plus the path from there.
+GroundPlace InitialLocalizer::on_grid(std::size_t k) const {
   const std::size_t square = static_cast<std::size_t>(side_) * static_cast<std::size_t>(side_);
   const std::size_t heading = k / square;
   const std::size_t row = k % square / static_cast<std::size_t>(side_);
@@ -146,7 +149,7 @@ GroundPlace Relocator::on_grid(std::size_t k) const {
   return place;
 }
 
-void Relocator::sweep(const ElevationMap& map, WorkUnits granted, WorkUnits* used) {
+void InitialLocalizer::sweep(const ElevationMap& map, WorkUnits granted, WorkUnits* used) {
   const auto rough = static_cast<std::size_t>(params_.rough_samples);
   const double half = 0.5 * (side_ - 1);
   const double reach = region_.radius_m / params_.grid_m + 0.5;
@@ -172,8 +175,8 @@ void Relocator::sweep(const ElevationMap& map, WorkUnits granted, WorkUnits* use
   pick();
 }
 
-/// The best of the grid, none of them next to a better one.
-void Relocator::pick() {
+/// The best hypotheses of the grid, none of them adjacent to a better one.
+void InitialLocalizer::pick() {
   followed_.clear();
   const int square = side_ * side_;
   while (followed_.size() < followed_.capacity()) {
@@ -197,12 +200,12 @@ void Relocator::pick() {
   phase_ = Phase::kFollow;
 }
 
-void Relocator::follow(const ElevationMap& map, WorkUnits granted, WorkUnits* used) {
+void InitialLocalizer::follow(const ElevationMap& map, WorkUnits granted, WorkUnits* used) {
   const WorkUnits look = kLooksForSlope * static_cast<WorkUnits>(submap_.samples.size());
   for (; next_ < followed_.size(); ++next_) {
     Followed& f = followed_[next_];
     if (f.rounds == 0) {
-      // The grid knows no heights.
+      // The grid has no heights.
       const std::size_t all = submap_.samples.size();
       if (*used + static_cast<WorkUnits>(all) > granted) return;
       *used += static_cast<WorkUnits>(all);
@@ -223,22 +226,22 @@ void Relocator::follow(const ElevationMap& map, WorkUnits granted, WorkUnits* us
     }
     if (f.lost) continue;
     if (*used + look > granted) {
-      f.rounds = params_.rounds;  // refined; to be judged
+      f.rounds = params_.rounds;  // refined; only its evaluation remains
       return;
     }
     *used += look;
     f.verdict = judge(submap_, map, params_.fit, f.place);
-    f.lost = f.verdict.known < kLeastKnown;
+    f.lost = f.verdict.known < kMinKnown;
   }
   conclude();
 }
 
-bool Relocator::same(const GroundPlace& a, const GroundPlace& b) const {
+bool InitialLocalizer::same(const GroundPlace& a, const GroundPlace& b) const {
   return (a.centre_map - b.centre_map).head<2>().norm() < params_.apart_m &&
          std::abs(wrap_angle(a.yaw_rad - b.yaw_rad)) < params_.apart_rad;
 }
 
-bool Relocator::in_region(const Pose& T_map_level) const {
+bool InitialLocalizer::in_region(const Pose& T_map_level) const {
   const Pose T_map_start = T_map_level * T_level_start_;
   const double drifted = params_.drift * status_.way_m;
   const double off = (T_map_start.p.head<2>() - region_.middle_m).norm();
@@ -247,13 +250,13 @@ bool Relocator::in_region(const Pose& T_map_level) const {
          turned <= region_.within_rad + params_.apart_rad;
 }
 
-void Relocator::give_up(RelocateDoubt doubt) {
+void InitialLocalizer::give_up(InitialLocalizationDoubt doubt) {
   phase_ = Phase::kIdle;
-  status_.state = RelocateState::kCollecting;
+  status_.state = InitialLocalizationState::kCollecting;
   status_.doubt = doubt;
 }
 
-void Relocator::tell(const GroundSubmap& submap, const Followed& best) {
+void InitialLocalizer::tell(const GroundSubmap& submap, const Followed& best) {
   status_.T_map_level = T_map_level(submap, best.place);
   status_.centre_level = submap.centre_level;
   status_.covariance = best.verdict.covariance;
@@ -263,7 +266,7 @@ void Relocator::tell(const GroundSubmap& submap, const Followed& best) {
   status_.evidence = best.verdict.plane_cost - best.verdict.cost;
 }
 
-void Relocator::conclude() {
+void InitialLocalizer::conclude() {
   ++status_.searches;
   status_.hypotheses = 0;
   status_.spread_m = status_.margin = 0.0;
@@ -276,7 +279,8 @@ void Relocator::conclude() {
     if (best_ == followed_.size() || rank(followed_[k]) < rank(followed_[best_])) best_ = k;
   }
   if (best_ == followed_.size()) {
-    give_up(followed_.empty() ? RelocateDoubt::kNothingFits : RelocateDoubt::kNoMap);
+    give_up(followed_.empty() ? InitialLocalizationDoubt::kNothingFits
+                              : InitialLocalizationDoubt::kNoMap);
     return;
   }
   const Followed& best = followed_[best_];
@@ -294,27 +298,27 @@ void Relocator::conclude() {
   status_.spread_m = std::sqrt(square / status_.hypotheses);
   status_.margin = next - rank(best);
   tell(submap_, best);
-  const bool told = largest_sigma(best.verdict.covariance) <= params_.most_sigma_m &&
-                    std::sqrt(best.verdict.covariance(3, 3)) <= params_.most_sigma_rad;
-  if (status_.cost > params_.most_cost || !in_region(status_.T_map_level)) {
-    give_up(RelocateDoubt::kNothingFits);
+  const bool told = largest_sigma(best.verdict.covariance) <= params_.max_sigma_m &&
+                    std::sqrt(best.verdict.covariance(3, 3)) <= params_.max_sigma_rad;
+  if (status_.cost > params_.max_cost || !in_region(status_.T_map_level)) {
+    give_up(InitialLocalizationDoubt::kNothingFits);
   } else if (status_.evidence < params_.evidence || !told) {
-    give_up(RelocateDoubt::kFeatureless);
+    give_up(InitialLocalizationDoubt::kFeatureless);
   } else if (status_.margin < params_.evidence) {
-    give_up(RelocateDoubt::kAmbiguous);
+    give_up(InitialLocalizationDoubt::kAmbiguous);
   } else {
     phase_ = Phase::kAgain;
-    looked_way_m_ = searched_way_m_ + params_.again_m - kAgainEvery_m;
-    status_.state = RelocateState::kConfirming;
-    status_.doubt = RelocateDoubt::kNone;
+    looked_way_m_ = searched_way_m_ + params_.confirm_m - kAgainEvery_m;
+    status_.state = InitialLocalizationState::kConfirming;
+    status_.doubt = InitialLocalizationDoubt::kNone;
   }
 }
 
-/// Ground that was not seen when the place was proposed, at that place as it is.
-void Relocator::confirm(const ElevationMap& map, WorkUnits granted, WorkUnits* used) {
+/// Evaluates ground that was not observed when the candidate was proposed, at the candidate pose.
+void InitialLocalizer::confirm(const ElevationMap& map, WorkUnits granted, WorkUnits* used) {
   if (status_.way_m < looked_way_m_ + kAgainEvery_m) return;
   if (status_.way_m > searched_way_m_ + params_.window_m) {
-    give_up(RelocateDoubt::kFeatureless);
+    give_up(InitialLocalizationDoubt::kFeatureless);
     return;
   }
   const WorkUnits look = kLooksForSlope * static_cast<WorkUnits>(params_.samples);
@@ -325,18 +329,19 @@ void Relocator::confirm(const ElevationMap& map, WorkUnits granted, WorkUnits* u
   make_submap(cells_, static_cast<std::size_t>(params_.samples), params_.fit, &workspace_, &again_);
   if (again_.samples.empty()) return;
   const GroundVerdict v = judge(again_, map, params_.fit, place_of(again_, status_.T_map_level));
-  if (v.known < kLeastKnown) {
-    give_up(RelocateDoubt::kNoMap);
-  } else if (v.blocks >= params_.again_blocks && v.cost > params_.most_cost * v.blocks) {
+  if (v.known < kMinKnown) {
+    give_up(InitialLocalizationDoubt::kNoMap);
+  } else if (v.blocks >= params_.confirm_blocks && v.cost > params_.max_cost * v.blocks) {
     ++status_.refuted;
-    give_up(RelocateDoubt::kRefuted);
-  } else if (v.blocks >= params_.again_blocks && v.plane_cost - v.cost >= params_.evidence_again) {
+    give_up(InitialLocalizationDoubt::kRefuted);
+  } else if (v.blocks >= params_.confirm_blocks &&
+             v.plane_cost - v.cost >= params_.confirm_evidence) {
     phase_ = Phase::kIdle;
-    status_.state = RelocateState::kFound;
+    status_.state = InitialLocalizationState::kFound;
   }
 }
 
-Mat<4> Relocator::covariance_at(const Pose& T_level_vehicle) const {
+Mat<4> InitialLocalizer::covariance_at(const Pose& T_level_vehicle) const {
   const Vec3 arm = status_.T_map_level.q * (T_level_vehicle.p - status_.centre_level);
   Mat<4, 6> J = Mat<4, 6>::Zero();
   J.leftCols<4>().setIdentity();

@@ -14,12 +14,12 @@ constexpr double kColumn_m = 1.0;
 
 constexpr std::array<std::string_view, 7> kDoubts = {
     "none",
-    "too little ground yet",
-    "the map does not know the region",
-    "nothing in the region looks like the ground: another place, or another map",
-    "the ground has no features to tell the place by",
-    "several places look alike",
-    "further ground did not bear a place out"};
+    "too little ground collected",
+    "the a priori map has no data in the start region",
+    "no pose in the start region fits the ground: wrong region, or wrong map",
+    "the ground has too few features",
+    "several poses fit the ground",
+    "newly observed ground refuted the candidate pose"};
 
 }  // namespace
 
@@ -44,17 +44,17 @@ registration::Registration as_registration(const Pose& T_map_vehicle, const Mat<
 }
 
 StartSearch::StartSearch(const SpConfig& config, const PriorTerrain& prior)
-    : params_(config.relocate) {
+    : params_(config.initial_localization) {
   if (!config.start || !prior.there()) return;
   const Vec3 middle = LocalFrame(prior.map().datum()).to_world(config.start->place);
   region_.middle_m = middle.head<2>();
   region_.radius_m = config.start->within_m;
-  // A compass' heading is clockwise from north.
+  // A compass heading is clockwise from north.
   region_.yaw_rad = wrap_angle(0.5 * kPi - config.start->heading_rad);
   region_.within_rad = config.start->heading_within_rad;
-  relocator_.emplace(params_);
-  const bool begun = relocator_->begin(region_);
-  RCS_CHECK(begun);  // the configuration was checked
+  localizer_.emplace(params_);
+  const bool begun = localizer_->begin(region_);
+  RCS_CHECK(begun);  // load_sp_config() has checked it
   const auto n =
       static_cast<std::size_t>(config.ladar.rows) * static_cast<std::size_t>(config.ladar.cols);
   lowest_.reserve(n);
@@ -69,43 +69,45 @@ std::optional<registration::Registration> StartSearch::step(const Points& points
     begun_ = true;
     T_level_start_ = T_level_vehicle;
   }
-  // The map around where the vehicle would be if it had begun in the middle of the region.
+  // The map around the vehicle, if it had started in the middle of the region.
   const double yaw = wrap_angle(region_.yaw_rad - yaw_of(T_level_start_.q));
   const Vec2 way = (T_level_vehicle.p - T_level_start_.p).head<2>();
   prior->follow_in_map(region_.middle_m + Eigen::Rotation2Dd(yaw) * way, now, report);
   sampler_.sample(points_vehicle, T_level_vehicle.q.conjugate() * Vec3::UnitZ(), kColumn_m,
                   &lowest_);
-  if (status().state != RelocateState::kFound) {
-    relocator_->add(lowest_, T_level_vehicle);
-    relocator_->work(prior->map(), std::min(granted, params_.units));
+  if (status().state != InitialLocalizationState::kFound) {
+    localizer_->add(lowest_, T_level_vehicle);
+    localizer_->work(prior->map(), std::min(granted, params_.units));
     tell(now, report);
   }
-  if (status().state != RelocateState::kFound) return std::nullopt;
+  if (status().state != InitialLocalizationState::kFound) return std::nullopt;
   registration::Registration found =
       as_registration(status().T_map_level * T_level_vehicle,
-                      relocator_->covariance_at(T_level_vehicle), params_.fit.tilt_sigma_rad);
+                      localizer_->covariance_at(T_level_vehicle), params_.fit.tilt_sigma_rad);
   found.T_target_vehicle = prior->T_map_world()->inverse() * found.T_target_vehicle;
   return found;
 }
 
 void StartSearch::tell(Stamp now, Report* report) {
-  const RelocateStatus& s = status();
+  const InitialLocalizationStatus& s = status();
   if (s.state == told_state_ && s.doubt == told_doubt_) return;
-  const bool news = s.state == RelocateState::kFound || s.state == RelocateState::kConfirming ||
-                    s.doubt != told_doubt_;
+  const bool news = s.state == InitialLocalizationState::kFound ||
+                    s.state == InitialLocalizationState::kConfirming || s.doubt != told_doubt_;
   told_state_ = s.state;
   told_doubt_ = s.doubt;
   if (!news) return;
-  if (s.state == RelocateState::kFound) {
+  if (s.state == InitialLocalizationState::kFound) {
     report->info(now, "start.found",
-                 "the place on the a priori map, after {:.0f} m: {:.1f} better than the next, "
-                 "{:.1f} than featureless ground (log likelihoods)",
+                 "start confirmed on the a priori map after {:.0f} m: log-likelihood {:.1f} above "
+                 "the next pose, {:.1f} above featureless ground",
                  s.way_m, s.margin, s.evidence);
-  } else if (s.state == RelocateState::kConfirming) {
-    report->info(now, "start.confirming", "one place is left after {:.0f} m: looking further",
+  } else if (s.state == InitialLocalizationState::kConfirming) {
+    report->info(now, "start.confirming",
+                 "one candidate pose left after {:.0f} m: newly observed ground must confirm it",
                  s.way_m);
   } else {
-    report->info(now, "start.unknown", "{}; {} hypotheses left, {:.0f} m apart, after {:.0f} m",
+    report->info(now, "start.unknown",
+                 "start unresolved: {}; {} hypotheses left, {:.0f} m rms apart, after {:.0f} m",
                  kDoubts[static_cast<std::size_t>(s.doubt)], s.hypotheses, s.spread_m, s.way_m);
   }
 }

@@ -1,5 +1,5 @@
 #pragma once
-// The start without GPS, as SP's shell does it: a search on the a priori map, until WM knows the
+// Initial localization in node SP: a search on the a priori map until WM has a position in frame
 // world.
 
 #include <optional>
@@ -18,16 +18,16 @@ class StartSearch {
   /// Off without [start] or without a map.
   StartSearch(const SpConfig& config, const PriorTerrain& prior);
 
-  [[nodiscard]] bool on() const { return relocator_.has_value(); }
-  /// Of a search that is on.
-  [[nodiscard]] const RelocateStatus& status() const { return relocator_->status(); }
+  [[nodiscard]] bool on() const { return localizer_.has_value(); }
+  /// Status of a search that is on.
+  [[nodiscard]] const InitialLocalizationStatus& status() const { return localizer_->status(); }
 
-  /// The world is known.
-  void stop() { relocator_.reset(); }
+  /// Frame world is known.
+  void stop() { localizer_.reset(); }
 
-  /// While it is on: takes in a scan's points and goes on with the search.
+  /// While it is on: adds the points of a scan and continues the search.
   /// @param T_level_vehicle  upright and smooth
-  /// @return once it is found, with each scan: where the vehicle is, in frame world
+  /// @return once it is found, for each scan: the pose of the vehicle in frame world
   [[nodiscard]] std::optional<registration::Registration> step(const Points& points_vehicle,
                                                                const Pose& T_level_vehicle,
                                                                WorkUnits granted, Stamp now,
@@ -36,18 +36,19 @@ class StartSearch {
  private:
   void tell(Stamp now, Report* report);
 
-  RelocateParams params_;
+  InitialLocalizationParams params_;
   StartRegion region_;
-  std::optional<Relocator> relocator_;
+  std::optional<InitialLocalizer> localizer_;
   ColumnSampler sampler_;
   Points lowest_;
   bool begun_ = false;
   Pose T_level_start_;
-  RelocateState told_state_ = RelocateState::kCollecting;
-  RelocateDoubt told_doubt_ = RelocateDoubt::kTooEarly;
+  InitialLocalizationState told_state_ = InitialLocalizationState::kCollecting;
+  InitialLocalizationDoubt told_doubt_ = InitialLocalizationDoubt::kTooEarly;
 };
 
-/// The answer as a registration to the a priori map: all directions told, none of a prediction.
+/// The result as a registration to the a priori map: information in all directions, none of it from
+/// a prediction.
 /// @param covariance  of (x, y, z [m], yaw [rad]), map axes
 [[nodiscard]] registration::Registration as_registration(const Pose& T_map_vehicle,
                                                          const Mat<4>& covariance,

@@ -8,16 +8,16 @@ namespace rcs::wm {
 namespace {
 
 constexpr float kNone = -std::numeric_limits<float>::infinity();
-constexpr std::size_t kMostSeen = 50'000;  // quarters that one message touches
-constexpr double kStart_m = 8.0;           // from its start the vehicle is there
-constexpr int kSeenEnough = 3;             // scans
-constexpr int kFewest = 6;                 // known cells that make a plane
-constexpr int kSupported = 9;  // known cells that speak for one of which nothing was seen
+constexpr std::size_t kMaxSeen = 50'000;  // quarters that one message touches, at most
+constexpr double kStart_m = 8.0;          // from its start: the vehicle counts as near it
+constexpr int kSeenEnough = 3;            // scans
+constexpr int kFewest = 6;                // known cells that define a plane
+constexpr int kSupported = 9;  // known neighbours from which an unseen cell gets a height
 
 constexpr int kLanes = 4;  // neighbours in a row whose planes are fitted at once
 using Lanes = Eigen::Array<double, kLanes, 1>;
 
-// Moments of five values `stride` apart about the place of the middle one, for kLanes of them.
+// Moments of five values `stride` apart about the middle one, for kLanes of them.
 struct Moments {
   Lanes zeroth, first, second;
 };
@@ -29,13 +29,13 @@ inline Moments moments(const double* middle, std::ptrdiff_t stride) {
   return {at(0) + inner + outer, at(1) - at(-1) + 2.0 * (at(2) - at(-2)), inner + 4.0 * outer};
 }
 
-// The moments along y of each column of five cells, side by side, to be added along x.
+// Moments along y of each column of five cells, next to each other, to be added along x.
 enum Column { kN, kY, kYy, kZ, kYz, kZz, kColumns };
 
 // Least squares over the known cells of kLanes neighbourhoods.
 struct PlaneFits {
   Lanes n;  // known cells
-  /// 0: they lie on a line, or are too few, and what follows means nothing.
+  /// 0: the cells lie on a line or are too few, and the other members are meaningless.
   Lanes found = Lanes::Zero();
   Lanes a, b, c, slope_rad, rms, leverage;
 
@@ -44,8 +44,8 @@ struct PlaneFits {
   }
 };
 
-// Of tangents from 0 on, within 1e-5 rad (Abramowitz and Stegun, 4.4.47). libm's took a fifth of
-// the patch's time.
+// For tangents from 0 on, within 1e-5 rad (Abramowitz and Stegun, 4.4.47). The function of libm
+// took a fifth of the time of a patch.
 Lanes arc_tangent(const Lanes& tangent) {
   const Lanes x = tangent.min(1.0 / tangent);
   const Lanes x2 = x * x;
@@ -54,8 +54,8 @@ Lanes arc_tangent(const Lanes& tangent) {
   return (tangent > 1.0).select(0.5 * kPi - angle, angle);
 }
 
-// @param middle  of the neighbourhoods, in the columns' moments
-// @param stride  from one of a column's moments to the next
+// @param middle  centre of the neighbourhoods in the moments of the columns
+// @param stride  from one moment of a column to the next
 PlaneFits fit_planes(const double* middle, std::ptrdiff_t stride, double cell_m) {
   const Moments of_n = moments(middle + kN * stride, 1);
   PlaneFits fits;
@@ -70,7 +70,7 @@ PlaneFits fit_planes(const double* middle, std::ptrdiff_t stride, double cell_m)
   const Lanes& sy = of_y.zeroth;
   const Lanes& sz = of_z.zeroth;
   const Lanes n = of_n.zeroth.max(1.0);
-  const Lanes per_n = 1.0 / n;  // divisions are what a plane costs
+  const Lanes per_n = 1.0 / n;  // divisions dominate the time of a plane
   const Lanes mx = sx * per_n;
   const Lanes my = sy * per_n;
   const Lanes mz = sz * per_n;
@@ -99,8 +99,8 @@ TerrainGrid::TerrainGrid(const TerrainParams& params)
       cells_(2 * params.size, 0.5 * params.cell_m),
       index_(2 * params.size, 0.5 * params.cell_m) {
   RCS_CHECK(params.patch > 0 && 2 * params.patch <= params.size);
-  seen_.reserve(kMostSeen);
-  // Whole lanes: the cells past the patch's last are unknown, and not published.
+  seen_.reserve(kMaxSeen);
+  // Whole lanes: the cells beyond the last of the patch are unknown and not published.
   stride_ = (params.patch + kLanes - 1) / kLanes * kLanes + 2 * kReach;
   const auto stride = static_cast<std::size_t>(stride_);
   lows_.resize(stride * static_cast<std::size_t>(params.patch + 2 * kReach));
@@ -115,7 +115,7 @@ void TerrainGrid::clear() {
 
 void TerrainGrid::insert(const Points& p_vehicle, const Pose& T_local_vehicle) {
   Cell centre = cells_.cell_at(T_local_vehicle.p.x(), T_local_vehicle.p.y());
-  centre = {centre.i & ~1, centre.j & ~1};  // a cell's quarters come and go together
+  centre = {centre.i & ~1, centre.j & ~1};  // the quarters of a cell enter and leave together
   cells_.centre_on(centre);
   index_.centre_on(centre);
   const Mat3f R = T_local_vehicle.rotation().cast<float>();
@@ -133,12 +133,12 @@ void TerrainGrid::insert(const Points& p_vehicle, const Pose& T_local_vehicle) {
         cells_.cell_at(turned.x() + T_local_vehicle.p.x(), turned.y() + T_local_vehicle.p.y());
     if (!cells_.contains(cell)) continue;
     const float z = static_cast<float>(turned.z() + T_local_vehicle.p.z());
-    // What hangs over known ground is neither ground nor in the way.
+    // Points that overhang known ground are neither ground nor obstacles.
     const TerrainCell& known = cells_.at(cell);
     if (known.scans > 0 && z > known.low_m + static_cast<float>(params_.overhang_m)) continue;
     int& index = index_.at(cell);
     if (index == 0) {
-      if (seen_.size() == kMostSeen) continue;
+      if (seen_.size() == kMaxSeen) continue;
       const float away = turned.head<2>().norm();
       seen_.push_back({cell, z, z, kNone, away > near_m});
       index = static_cast<int>(seen_.size());
@@ -156,7 +156,7 @@ void TerrainGrid::insert(const Points& p_vehicle, const Pose& T_local_vehicle) {
   ++scans_;
 }
 
-// Where no ground was seen yet, the ground around tells what hangs over it.
+// Where no ground was seen yet, the ground around decides what overhangs it.
 bool TerrainGrid::overhangs(const Seen& seen) const {
   constexpr int kAround = 3;  // quarters
   const Cell first = cells_.origin();
@@ -164,7 +164,7 @@ bool TerrainGrid::overhangs(const Seen& seen) const {
   const auto overhang_m = static_cast<float>(params_.overhang_m);
   const int right = std::min(seen.cell.i + kAround, first.i + last);
   const int top = std::min(seen.cell.j + kAround, first.j + last);
-  bool over = false;  // no early end: the loop is cheaper without branches
+  bool over = false;  // no early exit: the loop is faster without branches
   for (int j = std::max(seen.cell.j - kAround, first.j); j <= top; ++j) {
     for (int i = std::max(seen.cell.i - kAround, first.i); i <= right; ++i) {
       over |= seen.low_m > cells_.at({i, j}).low_m + overhang_m;
@@ -174,13 +174,14 @@ bool TerrainGrid::overhangs(const Seen& seen) const {
 }
 
 void TerrainGrid::update(const Seen& seen) {
-  constexpr float kSink = 0.5F;  // of the ground towards a lower point, so that one outlier is none
-  constexpr float kRise = 0.03F;  // and towards a higher one: it may have been too low
-  constexpr float kUp = 0.6F;     // of the top towards a higher one that was seen
-  constexpr float kDown = 0.1F;   // and towards a lower one
-  constexpr float kDoubt = 0.6F;  // evidence that a scan takes that saw ground alone
+  constexpr float kSink =
+      0.5F;  // of the ground towards a lower point: limits the effect of an outlier
+  constexpr float kRise = 0.03F;  // of the ground towards a higher point, in case it was too low
+  constexpr float kUp = 0.6F;     // of the top towards a higher point
+  constexpr float kDown = 0.1F;   // of the top towards a lower point
+  constexpr float kDoubt = 0.6F;  // evidence removed by a scan that saw only ground
   constexpr float kAlone = 0.3F;  // evidence of a single tall point
-  constexpr float kMost = 8.0F;
+  constexpr float kMax = 8.0F;
   TerrainCell& cell = cells_.at(seen.cell);
   cell.ground_seen = cell.ground_seen || seen.ground;
   if (cell.scans == 0) {
@@ -189,19 +190,19 @@ void TerrainGrid::update(const Seen& seen) {
     cell.high_m = seen.high_m;
   } else {
     cell.low_m += (seen.low_m < cell.low_m ? kSink : kRise) * (seen.low_m - cell.low_m);
-    // Blades of grass come and go; a rock's top is seen again and again.
+    // Blades of grass appear and disappear; the top of a rock is seen repeatedly.
     cell.high_m += (seen.high_m > cell.high_m ? kUp : kDown) * (seen.high_m - cell.high_m);
-    // An overhang that was taken before the ground below it was known.
+    // An overhang that was inserted before the ground below it was known.
     if (cell.high_m > cell.low_m + static_cast<float>(params_.overhang_m)) {
       cell.high_m = seen.low_m;
     }
   }
   const float tall_m = cell.low_m + static_cast<float>(params_.obstacle_m);
   if (seen.second_m > tall_m) {
-    cell.evidence = std::min(kMost, cell.evidence + 1.0F);
+    cell.evidence = std::min(kMax, cell.evidence + 1.0F);
   } else if (seen.high_m > tall_m) {
-    // Alone it may be a mixed pixel: light from an edge and from what lies behind it.
-    cell.evidence = std::min(kMost, cell.evidence + kAlone);
+    // A single point may be a mixed pixel: light from an edge and from the surface behind it.
+    cell.evidence = std::min(kMax, cell.evidence + kAlone);
   } else {
     cell.evidence = std::max(0.0F, cell.evidence - kDoubt);
   }
@@ -246,8 +247,8 @@ Cell TerrainGrid::patch(const Pose& T_local_vehicle, std::vector<TerrainAnswer>*
   return first;
 }
 
-// The lows, and what the planes' sums are made of.
-// @param first  lowest of the patch and the cells around it
+// The lowest heights, and the sums for the planes.
+// @param first  lowest cell of the patch with its margin
 void TerrainGrid::collect_lows(Cell first) {
   const int side = params_.patch + 2 * kReach;
   const int window = cells_.size() / 2;
@@ -258,7 +259,8 @@ void TerrainGrid::collect_lows(Cell first) {
   for (int j = std::max(0, begin.j); j < std::min(side, begin.j + window); ++j) {
     Low* const row = lows_.data() + j * stride_;
     for (int i = left; i < right; ++i) {
-      // Without branches, as what is known is scattered; the ring's end parts no cell's quarters.
+      // Without branches, as known cells are scattered; the ring buffer never separates quarters of
+      // a cell.
       const TerrainCell* const lower = &cells_.at({2 * (first.i + i), 2 * (first.j + j)});
       const TerrainCell* const upper = &cells_.at({2 * (first.i + i), 2 * (first.j + j) + 1});
       Low low;
@@ -279,7 +281,7 @@ void TerrainGrid::collect_lows(Cell first) {
   }
 }
 
-// @param row  of n_, z_ and zz_, where it begins
+// @param row  start of the row in n_, z_ and zz_
 void TerrainGrid::add_columns(std::ptrdiff_t row) {
   const auto store = [&](const Lanes& lanes, int column, std::ptrdiff_t at) {
     Eigen::Map<Lanes>(columns_.data() + column * stride_ + at) = lanes;
@@ -297,12 +299,12 @@ void TerrainGrid::add_columns(std::ptrdiff_t row) {
   }
 }
 
-// @param low  the cell's, with those of its neighbours around it
-// @param ground  level at the cell's lowest point if too little is known around it
+// @param low  of the cell, with those of its neighbours around it
+// @param ground  level at the lowest point of the cell if too little is known around it
 TerrainAnswer TerrainGrid::answer(const Low* low, Cell cell, const GroundPlane& ground) const {
   const Low& self = *low;
   TerrainAnswer out;
-  // What stands in a cell whose ground was never seen is held against its own lowest point.
+  // A cell whose ground was never seen is compared with its own lowest point.
   const bool near_only = self.known && !self.ground;
   const GroundPlane plane = near_only ? GroundPlane{self.m} : ground;
   out.known = true;
@@ -311,8 +313,8 @@ TerrainAnswer TerrainGrid::answer(const Low* low, Cell cell, const GroundPlane& 
   out.roughness_m = static_cast<float>(plane.rms);
   if (!self.known) return out;
 
-  // A ledge: higher or lower than a neighbour by more than the plane says. Grass whose ground was
-  // not seen yet makes none.
+  // A ledge: higher or lower than a neighbour by more than the plane explains. Grass whose ground
+  // was not seen yet is none.
   double ledge = 0.0;
   for (const Cell side : {Cell{1, 0}, Cell{-1, 0}, Cell{0, 1}, Cell{0, -1}}) {
     const Low& other = low[side.j * stride_ + side.i];
@@ -320,12 +322,12 @@ TerrainAnswer TerrainGrid::answer(const Low* low, Cell cell, const GroundPlane& 
     const double planned = plane.b * side.i + plane.c * side.j;
     ledge = std::max(ledge, std::abs(other.m - self.m - planned));
   }
-  // A rock with nothing known behind it tilts the plane towards itself: it is held against the
-  // plane through the others.
+  // A rock with unknown terrain behind it tilts the plane towards itself: it is compared with the
+  // plane through the other cells.
   GroundPlane others = plane;
   const double h = std::min(0.9, plane.leverage);
   others.a = out.height_m - h / (1.0 - h) * std::max(0.0F, self.m - out.height_m);
-  // Grass that is met from above at every scan again is no bush yet.
+  // Grass that is seen from above in scan after scan is not a bush yet.
   const double tall_m = near_only ? 2.0 * params_.obstacle_m : params_.obstacle_m;
   double stands_m = 0.0;  // above the plane, an object by half
   bool seen_enough = false;

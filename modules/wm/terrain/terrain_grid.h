@@ -1,6 +1,6 @@
 #pragma once
-// The ground around the vehicle as BG needs it: height, steps, slope, roughness and obstacles by
-// cell, accumulated from registered scans in frame local.
+// The ground around the vehicle for BG: height, steps, slope, roughness and obstacles by cell,
+// accumulated from registered scans in frame local.
 
 #include <cstddef>
 #include <cstdint>
@@ -15,35 +15,36 @@ namespace rcs::wm {
 
 struct TerrainParams {
   double cell_m = 0.4;
-  int size = 256;           ///< cells along each side of the grid, a power of two
-  int patch = 128;          ///< cells along each side of what is published, at most size / 2
-  double ahead_m = 12.0;    ///< middle of the patch, ahead of the vehicle
-  double overhang_m = 2.2;  ///< what is higher above the ground is driven under
-  double solid_m = 0.22;    ///< ground that stands out so far is a rock
-  double obstacle_m = 0.4;  ///< and points so far above it are something in the way: more than
-                            ///< grass is high
-  double evidence = 3.5;    ///< scans that must have seen such points, net
-  /// Nearer, the LADAR's lowest rays are above level ground: what they meet there is grass or an
-  /// object, not the ground.
+  int size = 256;         ///< cells along each side of the grid, a power of two
+  int patch = 128;        ///< cells along each side of the published patch, at most size / 2
+  double ahead_m = 12.0;  ///< from the vehicle to the centre of the patch
+  double overhang_m =
+      2.2;                ///< points higher above the ground are ignored: the vehicle passes below
+  double solid_m = 0.22;  ///< ground that exceeds its plane by this is a rock
+  double obstacle_m =
+      0.4;  ///< points higher above the ground are evidence of an obstacle; more than the grass
+  double evidence = 3.5;  ///< net number of scans with such points
+  /// At a shorter range the lowest LADAR rays are above level ground: their returns come from grass
+  /// or objects.
   double near_m = 5.0;
-  /// The same while the vehicle is where it started: what lies before it then was never seen from
-  /// farther, and a rock that was not is hardly there. 1.8 m above the ground, the lowest ray of
-  /// Demo III's LADAR (-20 deg) reaches it 5.9 m from the vehicle's middle.
+  /// Replaces near_m while the vehicle is near its start: the terrain ahead was never seen from
+  /// farther away, and a rock there is unlikely. 1.8 m above the ground, the lowest ray of the Demo
+  /// III LADAR (-20 deg) reaches it 5.9 m from the centre of the vehicle.
   double near_start_m = 6.5;
   double max_range_m = 35.0;  ///< farther points are not used: pitch errors lift them
 };
 
 constexpr float kUnknown_m = std::numeric_limits<float>::infinity();
 
-/// What is known of a quarter of a cell; heights in frame local.
+/// State of a quarter of a cell; heights in frame local.
 struct TerrainCell {
-  /// Lowest that scans see in it again and again: grass lets some light through. Unknown: infinite,
-  /// so that it is not below anything.
+  /// Lowest height that scans see repeatedly: some rays penetrate grass. Infinite if unknown, so
+  /// that it is below nothing.
   float low_m = kUnknown_m;
-  float high_m = 0.0F;  ///< of what stands on it, below the overhang
+  float high_m = 0.0F;  ///< top of what stands on the ground, below the overhang
   float evidence = 0.0F;
-  std::uint16_t scans = 0;   ///< that saw it, saturating; 0: unknown
-  bool ground_seen = false;  ///< from farther than near_m: its low may be the ground
+  std::uint16_t scans = 0;   ///< scans that saw it, saturating; 0: unknown
+  bool ground_seen = false;  ///< seen from farther than near_m: low_m may be the ground
 };
 
 /// One cell of the patch.
@@ -51,45 +52,45 @@ struct TerrainAnswer {
   bool known = false;
   bool obstacle = false;
   float height_m = 0.0F;     ///< of the plane through the neighbourhood
-  float step_m = 0.0F;       ///< of an object or a ledge, above that plane
+  float step_m = 0.0F;       ///< height of an object or a ledge above that plane
   float slope_rad = 0.0F;    ///< of the plane
   float roughness_m = 0.0F;  ///< rms of the ground about the plane
 };
 
-/// The ground around a cell, z = a + b x + c y, with x and y in cells from its middle.
+/// The ground around a cell, z = a + b x + c y, with x and y in cells from its centre.
 struct GroundPlane {
   double a = 0.0, b = 0.0, c = 0.0;
-  double slope_rad = 0.0;  ///< where it is steepest
-  double rms = 0.0;        ///< of the heights that it goes through
-  double leverage = 0.0;   ///< how much of a is what was seen in the middle, [0, 1]
+  double slope_rad = 0.0;  ///< largest slope
+  double rms = 0.0;        ///< of the residuals [m]
+  double leverage = 0.0;   ///< share of the centre's own height in a, [0, 1]
 
   [[nodiscard]] double at(double x, double y) const { return a + b * x + c * y; }
 };
 
-/// Allocates nothing after construction. Moving the window costs one write a cell that enters.
+/// Allocates nothing after construction. A shift of the window writes each cell that enters once.
 class TerrainGrid {
  public:
   explicit TerrainGrid(const TerrainParams& params);
 
-  /// Nothing is known any more.
+  /// Discards all terrain.
   void clear();
 
-  /// Takes the points of one scan, or of a part of one.
+  /// Inserts the points of a scan, or of a part of one.
   /// @param p_vehicle  points in the vehicle frame [m], finite
-  /// @param T_local_vehicle  where the scan was registered
+  /// @param T_local_vehicle  registered pose of the scan
   void insert(const Points& p_vehicle, const Pose& T_local_vehicle);
 
-  /// The square of cells around a point ahead of the vehicle.
+  /// Begins the square patch of cells around a point ahead of the vehicle.
   /// @return its lowest cell
   Cell begin_patch(const Pose& T_local_vehicle);
 
-  /// Some rows of the patch that was begun, so that a patch can be spread over several cycles;
-  /// nothing is inserted in between.
+  /// Computes some rows of the patch that was begun, so that a patch can be spread over several
+  /// cycles; nothing is inserted in between.
   /// @param begin, end  [0, params.patch]
-  /// @param out  params.patch^2 answers, row by row, x fastest; those of the rows are written
+  /// @param out  params.patch^2 cells, row by row, x fastest; only the given rows are written
   void answer_rows(int begin, int end, std::vector<TerrainAnswer>* out);
 
-  /// All of it at once.
+  /// Computes the whole patch at once.
   /// @return its lowest cell
   Cell patch(const Pose& T_local_vehicle, std::vector<TerrainAnswer>* out);
 
@@ -98,15 +99,15 @@ class TerrainGrid {
 
  private:
   static constexpr int kReach = 2;  ///< the neighbourhood of a cell is 5 x 5
-  /// What one scan saw in a quarter.
+  /// Returns of one scan in a quarter.
   struct Seen {
     Cell cell;
     float low_m;
     float high_m;
-    float second_m;  // highest but one
-    bool ground;     // from where rays reach down to level ground
+    float second_m;  // second highest
+    bool ground;     // from a range at which rays reach level ground
   };
-  /// Lowest of a cell's quarters, while a patch is made.
+  /// Lowest of the quarters of a cell, while a patch is computed.
   struct Low {
     bool known = false;
     bool ground = false;  // it may be the ground
@@ -121,15 +122,15 @@ class TerrainGrid {
 
   TerrainParams params_;
   Grid<TerrainCell> cells_;  // quarters
-  Grid<int> index_;          // of the cell in seen_ + 1; 0 outside of insert()
+  Grid<int> index_;          // index of the cell in seen_, + 1; 0 outside insert()
   std::vector<Seen> seen_;
-  // Of the patch and kReach cells around it, row by row. Sums are double: heights far from zero
-  // must not drown the roughness.
+  // Of the patch and kReach cells around it, row by row. Sums are double, so that heights far from
+  // zero do not hide the roughness.
   std::ptrdiff_t stride_ = 0;  // from row to row
   std::vector<Low> lows_;
-  std::vector<double> n_, z_, zz_;  // 1, height and its square of what may be the ground, else 0
-  std::vector<double> columns_;     // sums of five rows of them
-  Cell first_;                      // lowest of the patch
+  std::vector<double> n_, z_, zz_;  // 1, height and squared height of possible ground, else 0
+  std::vector<double> columns_;     // sums over five of these rows
+  Cell first_;                      // lowest cell of the patch
   std::int64_t scans_ = 0;
   Vec2 start_ = Vec2::Zero();  // frame local, of the first scan
 };

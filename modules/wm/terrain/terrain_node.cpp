@@ -12,7 +12,7 @@
 namespace rcs::wm {
 namespace {
 
-constexpr std::size_t kMostPoints = 20'000;  // of one message of SP; it sends far fewer
+constexpr std::size_t kMaxPoints = 20'000;  // in one message of SP, which publishes far fewer
 constexpr std::int16_t kUnknownHeight = -32768;
 constexpr int kParts = 3;  // of a patch's rows, one a cycle
 
@@ -27,7 +27,7 @@ TerrainDesk::TerrainDesk(const WmConfig& config, Bus* bus)
   const auto side = static_cast<std::size_t>(config.terrain.patch);
   const std::size_t cells = side * side;
   answers_.reserve(cells);
-  p_vehicle_.reserve(kMostPoints);
+  p_vehicle_.reserve(kMaxPoints);
   patches_.reserve(8 * cells + 200);
 }
 
@@ -42,8 +42,8 @@ void TerrainDesk::step(const Estimator& estimator, Stamp local_began, Stamp now,
   clock_.advance(now);
 }
 
-// The points lie where SP registered them in its map; what frame local makes of that map is asked
-// now, as the local pose may still be slewing towards it.
+// The points are given in the rolling map of SP; the transformation to frame local is evaluated
+// now, as the local pose may still be slewing.
 void TerrainDesk::take(const points_t& m, const Estimator& estimator, Stamp now, Report* report) {
   Pose T_rolling_points;
   const bool good = plausible_stamp(m.utime) &&
@@ -57,7 +57,7 @@ void TerrainDesk::take(const points_t& m, const Estimator& estimator, Stamp now,
   const NavState& x = estimator.state().belief.x;
   if (x.map_epoch != m.map_epoch) return;  // of a map that WM has left or does not know yet
   p_vehicle_.clear();
-  const std::size_t n = std::min(static_cast<std::size_t>(m.n), kMostPoints);
+  const std::size_t n = std::min(static_cast<std::size_t>(m.n), kMaxPoints);
   for (std::size_t k = 0; k < n; ++k) {
     const Vec3f p(m.x_m[k], m.y_m[k], m.z_m[k]);
     if (p.allFinite()) p_vehicle_.push_back(p);
@@ -100,7 +100,8 @@ void TerrainDesk::publish_patch() {
   m.flags.resize(answers_.size());
   const auto whole = [](double value, double most) {
     value = std::clamp(value, -most, most);
-    return static_cast<int>(value + std::copysign(0.5, value));  // lround() costs a call a cell
+    return static_cast<int>(value +
+                            std::copysign(0.5, value));  // lround() costs a call for each cell
   };
   for (std::size_t k = 0; k < answers_.size(); ++k) {
     const TerrainAnswer& a = answers_[k];

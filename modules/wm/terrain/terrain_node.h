@@ -1,5 +1,5 @@
 #pragma once
-// WM's terrain, as its shell keeps it: SP's points in, the patch ahead of the vehicle out.
+// The terrain in the message shell of WM: receives the points of SP, publishes the patch ahead.
 
 #include <vector>
 
@@ -18,8 +18,8 @@ class TerrainDesk {
  public:
   TerrainDesk(const WmConfig& config, Bus* bus);
 
-  /// Once a cycle: a part of a patch, or the points that have come. Those wait for a patch's end,
-  /// so that all of it is of one moment.
+  /// Once a cycle: computes a part of a patch, or inserts the points received. New points wait for
+  /// the end of a patch, so that all of it is of one moment.
   /// @param local_began  identifies frame local
   void step(const Estimator& estimator, Stamp local_began, Stamp now, Report* report);
 
@@ -36,7 +36,7 @@ class TerrainDesk {
   TerrainGrid grid_;
   PeriodicClock clock_;
   Stamp newest_points_ = Stamp::min();  // reference instant of the newest scan in grid_
-  int rows_;  // answered so far, of the patch that was begun; all of them: none is
+  int rows_;  // computed so far of the patch that was begun; all: none is begun
   map_patch_t patch_{};
   Points p_vehicle_;
   std::vector<TerrainAnswer> answers_;

@@ -11,7 +11,7 @@
 
 namespace rcs {
 
-/// Takes the bytes of one channel. Called from within Timeline::advance, on the node's thread.
+/// Receives the bytes of one channel. Called within Timeline::advance, on the node's thread.
 class Receiver {
  public:
   virtual void receive(const std::uint8_t* data, std::size_t size, Stamp arrival) noexcept = 0;
@@ -31,7 +31,7 @@ class Bus {
   virtual void subscribe(std::string_view channel, Receiver* receiver) = 0;
   virtual void publish(std::string_view channel, const std::uint8_t* data, std::size_t size) = 0;
 
-  /// Of every Outbox that is made from now on.
+  /// Sets the ids for every Outbox that is created afterwards.
   void set_publisher(const Publisher& publisher) { publisher_ = publisher; }
   [[nodiscard]] const Publisher& publisher() const { return publisher_; }
 

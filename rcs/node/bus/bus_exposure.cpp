@@ -78,7 +78,7 @@ std::string route_interface(std::string_view table, std::string_view group) {
     std::istringstream fields(line);
     std::string interface;
     std::string skipped;
-    std::uint32_t destination = 0;  // these in network order, as in the kernel's memory
+    std::uint32_t destination = 0;  // these in network byte order
     std::uint32_t mask = 0;
     unsigned flags = 0;
     int metric = 0;
@@ -100,19 +100,20 @@ std::string reach_note(const BusAddress& address, std::string_view multicast_int
                        const std::vector<std::string>& interfaces, bool firewalled) {
   if (!address.udp) return "";
   std::string note;
-  // It binds to 0.0.0.0: a packet sent to any address of this computer reaches it, whatever the
-  // multicast route. Whether a firewall drops it cannot be seen from here without privileges.
+  // LCM binds to 0.0.0.0: a packet sent to any address of this computer reaches it, independently
+  // of the multicast route. Firewall rules cannot be read without privileges.
   if (!interfaces.empty() && !firewalled) {
     std::string names;
     for (const std::string& name : interfaces) names += (names.empty() ? "" : ", ") + name;
     note = fmt::format(
-        "bus reachable from {}: unless a firewall drops UDP port {} there, anyone there can kill "
-        "the nodes; see README",
+        "bus reachable from {}: unless a firewall drops UDP port {} there, any host on these "
+        "networks "
+        "can stop the nodes; see README",
         names, address.port);
   }
   if (!multicast_interface.empty() && multicast_interface != "lo") {
-    note += fmt::format("{}multicast goes by {}{}, not by lo; see README", note.empty() ? "" : "; ",
-                        multicast_interface,
+    note += fmt::format("{}multicast is routed to {}{}, not to lo; see README",
+                        note.empty() ? "" : "; ", multicast_interface,
                         address.ttl > 0 ? fmt::format(" with ttl {}, onto its network", address.ttl)
                                         : std::string());
   }

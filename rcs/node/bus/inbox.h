@@ -1,6 +1,6 @@
 #pragma once
-// The newest messages of one channel, decoded into slots that are reused, with an account of what
-// was received, dropped, missing and malformed.
+// The newest messages of one channel, decoded into reused slots, with counts of the messages
+// received, dropped, missing and malformed.
 
 #include <cstdint>
 #include <new>
@@ -22,17 +22,17 @@ class InboxBase : public Receiver {
     std::int64_t received = 0;
     std::int64_t dropped = 0;           ///< overwritten before they were read
     std::int64_t gaps = 0;              ///< missing in seq
-    std::int64_t repeated = 0;          ///< seq seen before, or stepping back
-    std::int64_t malformed = 0;         ///< not decodable, or bytes left over
+    std::int64_t repeated = 0;          ///< seq not above the last one
+    std::int64_t malformed = 0;         ///< not decodable, or with bytes left over
     Stamp newest = Stamp::min();        ///< largest utime so far: sensor time
     Stamp last_arrival = Stamp::min();  ///< node time
 
-    /// Since the last arrival, in node time; -1 us: none yet.
+    /// Time since the last arrival, in node time; -1 us: none yet.
     [[nodiscard]] Duration age(Stamp now) const {
       return received == 0 ? Duration(-1) : now - last_arrival;
     }
   };
-  /// Larger messages are refused unread; everything of ours is below 200 kB.
+  /// Larger messages are rejected unread; all messages of this system are below 200 kB.
   static constexpr std::size_t kMaxMessageBytes = std::size_t{16} << 20;
 
   [[nodiscard]] std::string_view channel() const { return channel_; }
@@ -40,7 +40,7 @@ class InboxBase : public Receiver {
   [[nodiscard]] std::size_t size() const { return count_; }
   [[nodiscard]] bool empty() const { return count_ == 0; }
 
-  /// Arrival of the oldest message that waits; Stamp::max() when none does.
+  /// Arrival of the oldest waiting message; Stamp::max() if none waits.
   [[nodiscard]] Stamp oldest_arrival() const { return empty() ? Stamp::max() : arrivals_[head_]; }
 
  protected:
@@ -50,7 +50,7 @@ class InboxBase : public Receiver {
   }
   ~InboxBase() = default;
 
-  /// The slot for the next message: when full, the oldest makes room (freshest first).
+  /// The slot for the next message; a full inbox overwrites its oldest message (freshest first).
   std::size_t claim() {
     if (count_ == arrivals_.size()) {
       head_ = (head_ + 1) % arrivals_.size();
@@ -81,13 +81,13 @@ inline void InboxBase::commit(std::size_t slot, Stamp arrival, std::int64_t seq,
   ++count_;
   ++account_.received;
   account_.last_arrival = arrival;
-  // A writer that restarts counts from 1 again: that is not a gap.
+  // A restarted writer counts from 1 again: that is not a gap.
   if (account_.received > 1 && seq != 1) {
     if (seq <= last_seq_) {
       ++account_.repeated;
     } else {
-      // Unsigned, because seq is input and the difference of two int64 may not fit one. A step that
-      // no bus could lose is a wrong number, and counts once.
+      // Unsigned, because seq is untrusted input and the difference of two int64 may overflow. A
+      // gap larger than kMaxGap is an invalid number and counts once.
       const std::uint64_t lost =
           static_cast<std::uint64_t>(seq) - static_cast<std::uint64_t>(last_seq_) - 1;
       account_.gaps += lost <= kMaxGap ? static_cast<std::int64_t>(lost) : 1;
@@ -109,25 +109,25 @@ class Inbox final : public InboxBase {
   Inbox& operator=(const Inbox&) = delete;
   ~Inbox() = default;
 
-  /// The oldest that waits, or null; valid until pop() or the next advance().
+  /// The oldest waiting message, or null; valid until pop() or the next advance().
   [[nodiscard]] const T* front() const { return empty() ? nullptr : &slots_[head_]; }
   [[nodiscard]] Stamp front_arrival() const { return oldest_arrival(); }
   void pop() { drop_front(); }
 
-  /// Drops all but the newest and returns it, or null when none waits.
+  /// Drops all messages but the newest and returns it; null if none waits.
   [[nodiscard]] const T* latest() {
     while (count_ > 1) drop_front();
     return front();
   }
 
   void receive(const std::uint8_t* data, std::size_t size, Stamp arrival) noexcept override {
-    // Decoded aside first, so that a malformed packet cannot push a good message out.
+    // Decoded into the scratch message first: a malformed packet must not displace a valid one.
     if (!decode(data, size)) {
       ++account_.malformed;
       return;
     }
     const std::size_t slot = claim();
-    std::swap(slots_[slot], scratch_);  // both keep their buffers: no allocation once warm
+    std::swap(slots_[slot], scratch_);  // both keep their buffers: no allocation after warm-up
     commit(slot, arrival, slots_[slot].seq, from_utime(slots_[slot].utime));
   }
 
@@ -137,7 +137,7 @@ class Inbox final : public InboxBase {
     try {
       return scratch_.decode(data, 0, static_cast<int>(size)) == static_cast<int>(size);
     } catch (const std::bad_alloc&) {
-      return false;  // lengths are bounded by the packet, but memory may be short all the same
+      return false;  // lengths are bounded by the packet, but an allocation can still fail
     }
   }
 

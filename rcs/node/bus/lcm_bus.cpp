@@ -11,24 +11,24 @@
 namespace rcs {
 namespace {
 
-/// Messages that wait in LCM for one subscription. A full LCM queue drops the newest silently; so
-/// ours never fills, and the inboxes, which count, decide.
+/// Queue length of LCM for one subscription. A full LCM queue drops the newest message silently, so
+/// the length is chosen never to be reached: the inboxes drop messages, and count them.
 constexpr int kQueueMessages = 10'000;
 
-constexpr Duration kLongestWait = from_seconds(1.0);  // of the very first message
+constexpr Duration kLongestWait = from_seconds(1.0);  // limit for the first message
 
 constexpr char kRouteHint[] =
     "UDP multicast needs a route. On this computer only, as root:\n"
     "  ip link set lo up && ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo";
 
-/// Positive; 0 when the system has no random numbers.
+/// A random positive number; 0 if the system has no random numbers.
 std::int64_t random_id() {
   std::int64_t id = 0;
   if (getrandom(&id, sizeof(id), 0) != sizeof(id)) return 0;
   return id & std::numeric_limits<std::int64_t>::max();
 }
 
-/// Of the `rcs up` that has started this process; a process of its own is a run of its own.
+/// Run id of the `rcs up` that started this process; a process started alone is a run of its own.
 std::int64_t live_run_id() {
   const char* given = std::getenv(kRunIdVariable);  // NOLINT(concurrency-mt-unsafe)
   const std::int64_t id = given == nullptr ? 0 : std::strtoll(given, nullptr, 10);
@@ -87,7 +87,7 @@ Stamp LcmBus::arrival(std::int64_t received_utime) {
   return last_arrival_;
 }
 
-// An exception that crossed LCM's C frames would leave its object unusable: noexcept.
+// noexcept: an exception through LCM's C frames would leave its object unusable.
 void LcmBus::on_message(const lcm_recv_buf_t* packet, const char* /*channel*/,
                         void* subscription) noexcept {
   const Subscription& s = *static_cast<const Subscription*>(subscription);

@@ -14,11 +14,10 @@
 
 namespace rcs {
 
-/// Buffers of 4 MB: with LCM's default ones, messages of 300 kB are lost whole. It stays on this
-/// computer (ttl 0).
-/// `rcs up` gives the run's id to its nodes by this variable.
+/// `rcs up` passes the run's id to its nodes in this variable.
 inline constexpr char kRunIdVariable[] = "RCS_RUN_ID";
-
+/// Buffers of 4 MB: with LCM's default size, messages of 300 kB are lost. ttl 0: packets stay on
+/// this computer.
 inline constexpr char kDefaultLcmUrl[] = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304";
 
 class LcmBus final : public Bus {
@@ -30,17 +29,18 @@ class LcmBus final : public Bus {
   void subscribe(std::string_view channel, Receiver* receiver) override;
   void publish(std::string_view channel, const std::uint8_t* data, std::size_t size) override;
 
-  /// Hands over one message that waits to its receivers. It has arrived when this computer received
-  /// it, not when its node found the time to take it: else nobody could see that a node is behind.
-  /// @param wall_utime  the wall clock at `now`, by which LCM stamps what it receives; a clock that
-  ///                    is set moves no arrival beyond `now` or before an earlier one. 0: unknown,
-  ///                    all arrives now
-  /// @return false when none waits
+  /// Delivers one waiting message to its receivers. Its arrival is the moment at which this
+  /// computer received it, not the moment at which the node read it: otherwise a lag of the node
+  /// would be invisible.
+  /// @param wall_utime  the wall clock at `now`, with which LCM stamps received messages; a step of
+  ///                    that clock moves no arrival beyond `now` or before an earlier one. 0:
+  ///                    unknown, all messages arrive now
+  /// @return false if no message waits
   bool deliver_one(Stamp now, std::int64_t wall_utime = 0);
 
   [[nodiscard]] int fd() const;  ///< readable when a message waits
   [[nodiscard]] const std::string& url() const { return url_; }
-  /// What went wrong so far and cannot be mended: a refused subscription, a broken receiver.
+  /// Permanent failures so far: a failed subscription, a broken receiver.
   [[nodiscard]] Outcome status() const;
   [[nodiscard]] std::int64_t publish_failures() const { return publish_failures_; }
 
@@ -59,9 +59,9 @@ class LcmBus final : public Bus {
                          void* subscription) noexcept;
 
   std::string url_;
-  std::deque<Subscription> subscriptions_;  // LCM holds their addresses
+  std::deque<Subscription> subscriptions_;  // LCM keeps their addresses
   std::unique_ptr<lcm_t, Destroy> lcm_;
-  std::string channel_;  // reused: LCM wants a terminated string
+  std::string channel_;  // reused: LCM requires a terminated string
   Stamp now_;
   std::int64_t wall_utime_ = 0;
   Stamp last_arrival_ = Stamp::min();

@@ -8,7 +8,7 @@
 namespace rcs {
 namespace {
 
-/// Heap order of std::push_heap: the last to be delivered is the smallest.
+/// Heap order for std::push_heap: the message to be delivered last is the smallest.
 constexpr auto kLater = [](const auto* a, const auto* b) {
   return std::tie(a->due, a->sequence) > std::tie(b->due, b->sequence);
 };
@@ -16,7 +16,7 @@ constexpr auto kLater = [](const auto* a, const auto* b) {
 }  // namespace
 
 std::size_t LocalBus::channel_index(std::string_view name) {
-  // A few dozen channels at most: a linear search beats a map, and keeps the order.
+  // A few dozen channels at most: a linear search is faster than a map, and keeps the order.
   for (std::size_t i = 0; i < channels_.size(); ++i) {
     if (channels_[i].name == name) return i;
   }
@@ -35,7 +35,7 @@ void LocalBus::publish(std::string_view channel, const std::uint8_t* data, std::
   Packet* const packet = c.free.back();
   c.free.pop_back();
 
-  // By doubling: a message that grows by a byte a day must not allocate once a day.
+  // Doubling: sizes that grow slowly must not cause an allocation for each message.
   while (c.packet_bytes < size) c.packet_bytes *= 2;
   packet->data.reserve(c.packet_bytes);
   packet->data.assign(data, data + size);

@@ -1,6 +1,6 @@
 #pragma once
-// A bus inside one process: replay, simulation, tests. Deterministic: messages are delivered in
-// the order of (due, sequence), when a LockstepTimeline says so.
+// A bus inside one process: replay, simulation, tests. Deterministic: a LockstepTimeline delivers
+// the messages in the order of (due, sequence).
 
 #include <cstddef>
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 namespace rcs {
 
-/// Sees every message of a LocalBus at the moment it is delivered, so in the order of time; e.g. a
+/// Receives every message of a LocalBus at the moment of its delivery, hence in time order; e.g. a
 /// LogRecorder.
 class BusTap {
  public:
@@ -25,20 +25,20 @@ class BusTap {
   ~BusTap() = default;
 };
 
-/// No allocation once it has seen the channels, the sizes and the number of messages under way.
+/// No allocation after warm-up, when all channels, message sizes and queue lengths have occurred.
 class LocalBus final : public Bus {
  public:
   void subscribe(std::string_view channel, Receiver* receiver) override;
-  /// Queues a copy, due at what set_publish_due() said last.
+  /// Queues a copy, due at the time last given to set_publish_due().
   void publish(std::string_view channel, const std::uint8_t* data, std::size_t size) override;
 
   void set_tap(BusTap* tap) { tap_ = tap; }  ///< null: none
   void set_publish_due(Stamp due) { publish_due_ = due; }
 
   [[nodiscard]] Stamp next_due() const;  ///< Stamp::max() when nothing is queued
-  /// Delivers the first of the queue, which must not be empty, as arriving at `now`.
+  /// Delivers the first message of the queue, which must not be empty, with arrival `now`.
   void deliver_next(Stamp now);
-  /// Delivers a message from outside (a sensor, a log) past the queue.
+  /// Delivers a message from outside (a sensor, a log) directly, without the queue.
   void deliver(std::string_view channel, const std::uint8_t* data, std::size_t size, Stamp now);
 
  private:

@@ -18,11 +18,11 @@ class Outbox {
   Outbox(Bus* bus, std::string_view channel)
       : bus_(bus), channel_(channel), publisher_(bus->publisher()) {}
 
-  /// Makes room for messages of so many bytes beforehand.
+  /// Allocates room for messages of `bytes` bytes in advance.
   void reserve(std::size_t bytes) { buffer_.resize(std::max(buffer_.size(), bytes)); }
 
-  /// Sets message->seq (1, 2, ...), run_id and publisher_id, and publishes. No allocation once the
-  /// buffer has seen the size.
+  /// Sets message->seq (1, 2, ...), run_id and publisher_id, and publishes. No allocation if the
+  /// buffer is large enough.
   void publish(T* message) {
     message->seq = ++seq_;
     message->run_id = publisher_.run_id;

@@ -1,6 +1,6 @@
 #pragma once
-// Who publishes, in every message: so that a second publisher of a channel, a recording among live
-// messages, and a node of another run can be told from the right one.
+// Ids of the publisher in every message. They distinguish a second publisher of a channel, a
+// recording among live messages, and a node of another run.
 
 #include <cstdint>
 #include <string_view>
@@ -8,14 +8,14 @@
 namespace rcs {
 
 struct Publisher {
-  /// Of the run. Live: the processes that one `rcs up` has started have the same. In lockstep: of
-  /// the inputs and the configuration, so that the same log gives the same bytes. 0: none was set.
+  /// Id of the run. Live: equal in all processes that one `rcs up` has started. In lockstep: a hash
+  /// of the inputs and the configuration, so that the same log gives the same bytes. 0: not set.
   std::int64_t run_id = 0;
-  /// Of the process; in lockstep of the node.
+  /// Id of the process; in lockstep of the node.
   std::int64_t publisher_id = 0;
 };
 
-/// FNV-1a of `text` on from `hash`; never negative, so that it is an id.
+/// FNV-1a of `text`, continued from `hash`; never negative, as required of an id.
 [[nodiscard]] constexpr std::int64_t id_of(std::string_view text, std::int64_t hash = 0) {
   auto h = 14695981039346656037ULL ^ static_cast<std::uint64_t>(hash);
   for (const char c : text) h = (h ^ static_cast<unsigned char>(c)) * 1099511628211ULL;

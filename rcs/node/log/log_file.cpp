@@ -18,7 +18,8 @@ constexpr std::array<std::uint8_t, 4> kSync{0xED, 0xA1, 0xDA, 0x01};
 constexpr std::size_t kHeaderBytes = 28;
 constexpr std::size_t kWindowBytes = std::size_t{1} << 20;
 constexpr std::size_t kScanBytes = std::size_t{64} << 10;
-/// About 36,000 years: later stamps are damage, and arithmetic on earlier ones cannot overflow.
+/// About 36,000 years: later stamps are treated as damage, and arithmetic on earlier ones cannot
+/// overflow.
 constexpr std::int64_t kMaxUtime = std::int64_t{1} << 60;
 
 template <class T>
@@ -76,7 +77,7 @@ LogReader::LogReader(FileHandle file, std::string path, std::int64_t size,
 
 namespace {
 
-/// Fingerprints of the messages before they had run and publisher ids (2026-11-24).
+/// Fingerprints of the message revision without run and publisher ids (ADR 65).
 constexpr std::uint64_t kFormerFingerprints[] = {
     0xc8b13fcbebb56923ULL,  // ladar_ranges_t
     0xe4075d478e63a9eaULL,  // ladar_points_t
@@ -144,7 +145,7 @@ const std::uint8_t* LogReader::view(std::int64_t offset, std::size_t bytes) {
     if (n > 0) {
       window_bytes_ += static_cast<std::size_t>(n);
     } else if (n == 0 || errno != EINTR) {
-      health_.io_error = n == 0 ? "the file has become shorter while it was read"
+      health_.io_error = n == 0 ? "the file was truncated while it was read"
                                 : fmt::format("read error: {}", std::strerror(errno));
       return nullptr;
     }
@@ -152,14 +153,14 @@ const std::uint8_t* LogReader::view(std::int64_t offset, std::size_t bytes) {
   return window_.data();
 }
 
-/// True when what the file has at `offset`, be it cut short or nothing, could begin an event.
+/// True if the bytes at `offset`, possibly truncated or none, can begin an event.
 bool LogReader::begins_event(std::int64_t offset) {
   const std::int64_t left = std::min(size_ - offset, static_cast<std::int64_t>(kSync.size()));
   const std::uint8_t* p = view(offset, static_cast<std::size_t>(left));
   return p != nullptr && std::equal(p, p + left, kSync.begin());
 }
 
-/// True when a header that could be an event's begins at `offset`.
+/// True if a plausible event header begins at `offset`.
 bool LogReader::header_at(std::int64_t offset, Header* header) {
   const std::uint8_t* p = view(offset, kHeaderBytes);
   if (p == nullptr || !std::equal(kSync.begin(), kSync.end(), p)) return false;
@@ -219,8 +220,8 @@ bool LogReader::next(LogEvent* event) {
     }
     const std::int64_t end = position_ + header.event_bytes();
     if (end > size_ || !begins_event(end)) {
-      // Either this header's lengths are wrong, and there is an event inside what they claim; or
-      // they are right, and what follows is damaged or missing.
+      // Either the lengths of this header are wrong, and another event begins within its claimed
+      // extent; or they are right, and the bytes after it are damaged or missing.
       const std::int64_t claimed_end = std::min(end, size_);
       const std::int64_t inside = find_event(position_ + 1, claimed_end);
       if (inside < claimed_end || end > size_) {

@@ -1,6 +1,6 @@
 #pragma once
-// LCM event logs: an own reader that survives truncated, corrupt and hostile files, and a writer
-// that notices a full disk. Format, big-endian: sync 0xEDA1DA01, int64 event number, int64
+// LCM event logs: a reader that handles truncated, corrupt and hostile files, and a writer that
+// detects a full disk. Format, big-endian: sync 0xEDA1DA01, int64 event number, int64
 // timestamp [us], int32 channel length, int32 data length, channel, data.
 
 #include <cstddef>
@@ -22,13 +22,13 @@ struct LogEvent {
   std::vector<std::uint8_t> data;
 };
 
-/// What a reader found so far.
+/// Statistics of a reader so far.
 struct LogHealth {
   std::int64_t events = 0;         ///< delivered
-  std::int64_t skipped_bytes = 0;  ///< that belong to no readable event
-  std::int64_t skips = 0;          ///< places where that was so
+  std::int64_t skipped_bytes = 0;  ///< bytes that belong to no readable event
+  std::int64_t skips = 0;          ///< number of such places
   bool truncated = false;          ///< the file ends inside an event
-  std::string io_error;            ///< of the operating system; the rest was not read
+  std::string io_error;            ///< error of the operating system; the rest was not read
 
   [[nodiscard]] bool good() const { return skips == 0 && io_error.empty(); }
   /// One line for people: "1203 events; skipped 88 bytes in 1 place; the file ends inside an
@@ -36,17 +36,17 @@ struct LogHealth {
   [[nodiscard]] std::string summary() const;
 };
 
-/// Streams through a log of any size. After damage it goes on at the next plausible event.
+/// Streams through a log of any size. After damage it continues at the next plausible event.
 class LogReader {
  public:
   static constexpr std::size_t kMaxChannelBytes = 63;  ///< LCM's own limit
   static constexpr std::size_t kDefaultMaxDataBytes = std::size_t{16} << 20;
 
-  /// @param max_data_bytes  a header that announces more is taken for damage
+  /// @param max_data_bytes  a header with a larger length is treated as damage
   static Result<LogReader> open(const std::string& path,
                                 std::size_t max_data_bytes = kDefaultMaxDataBytes);
 
-  /// The next event, its buffers reused; false at the end: read health() then.
+  /// The next event, in reused buffers; false at the end: then check health().
   [[nodiscard]] bool next(LogEvent* event);
   void rewind();
 
@@ -82,9 +82,10 @@ class LogWriter {
   static Result<LogWriter> create(const std::string& path);
   LogWriter(LogWriter&&) = default;
   LogWriter& operator=(LogWriter&&) = default;
-  ~LogWriter();  ///< closes; call close() to learn whether the file is complete
+  ~LogWriter();  ///< closes; call close() for the result
 
-  /// The first failure (a full disk) stays: nothing more is written, and each call returns it.
+  /// The first failure (a full disk) is permanent: nothing more is written, and each call returns
+  /// it.
   Outcome write(Stamp stamp, std::string_view channel, const std::uint8_t* data, std::size_t size);
   Outcome close();
 

@@ -1,5 +1,5 @@
 #pragma once
-// A log as the outside of a replay, and the recorder of what comes of it.
+// A log as the event source of a replay, and the recorder of the replay's messages.
 
 #include <cstdint>
 #include <string>
@@ -10,18 +10,17 @@
 
 namespace rcs {
 
-/// Feeds the events of chosen channels at their log timestamps; the others are passed over, so that
-/// a recorded run can be replayed: its old outputs must not meet the new ones.
+/// Publishes the events of selected channels at their log timestamps and skips the others: the old
+/// outputs of a recorded run must not mix with the new ones.
 ///
-/// Where the log's own clock jumped (it steps back more than kMaxBack or ahead more than
-/// kMaxAhead), the time line goes on without the jump: a wild stamp cannot make a replay run for
-/// years.
+/// Where the log's own clock jumped (back by more than kMaxBack or ahead by more than kMaxAhead),
+/// the timeline continues without the jump: an invalid stamp cannot make a replay run for years.
 class LogSource final : public EventSource {
  public:
   static constexpr Duration kMaxBack = std::chrono::seconds(1);
   static constexpr Duration kMaxAhead = std::chrono::minutes(10);
 
-  /// @param reader  outlives the source; its health() tells afterwards what could not be read
+  /// @param reader  outlives the source; its health() reports afterwards what could not be read
   LogSource(LogReader* reader, std::vector<std::string> channels);
 
   [[nodiscard]] Stamp peek() override { return due_; }
@@ -45,8 +44,8 @@ class LogSource final : public EventSource {
   std::int64_t clock_jumps_ = 0;
 };
 
-/// Writes what a LocalBus delivers, but for the channels named, into a log, stamped with its due.
-/// A failure (a full disk) stays in the writer: LogWriter::close() tells it.
+/// Writes the messages that a LocalBus delivers, except those of the named channels, into a log,
+/// stamped with their due time. LogWriter::close() returns a failure (a full disk).
 class LogRecorder final : public BusTap {
  public:
   LogRecorder(LogWriter* writer, std::vector<std::string> channels_not_recorded)

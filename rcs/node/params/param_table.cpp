@@ -15,11 +15,11 @@ namespace rcs {
 namespace {
 
 std::string shown(const toml::node& node) {
-  constexpr std::size_t kMost = 200;  // of a list or a string of any length
+  constexpr std::size_t kMax = 200;  // of a list or a string of any length
   std::ostringstream out;
   node.visit([&](const auto& n) { out << n; });
   const std::string text = out.str();
-  return text.size() > kMost ? text.substr(0, kMost) + "..." : text;
+  return text.size() > kMax ? text.substr(0, kMax) + "..." : text;
 }
 
 bool ends_with(std::string_view text, std::string_view end) {
@@ -33,8 +33,8 @@ std::string where(std::string_view file, const toml::node* node, std::string_vie
   return text;
 }
 
-/// As short as a reader of a configuration wants it: 0.1 deg came back from radians. NaN is the
-/// default of what is optional.
+/// The shortest usual form, e.g. 0.1 for degrees converted to radians and back. NaN is the default
+/// of optional values.
 std::string number(double v) {
   return std::isnan(v) ? "none" : fmt::format("{:.10g}", v == 0.0 ? 0.0 : v);
 }
@@ -75,7 +75,7 @@ bool ParamTable::Entry::read_number(const toml::node& node, std::string_view key
                                     Range range) {
   double number = 0.0;
   if constexpr (std::is_floating_point_v<T>) {
-    const auto v = node.value<double>();  // takes integers, too
+    const auto v = node.value<double>();  // accepts integers, too
     if (!node.is_number() || !v) return fail(&node, key, "not a number"), false;
     if (!std::isfinite(*v)) return fail(&node, key, "not finite"), false;
     number = *v;
@@ -84,7 +84,7 @@ bool ParamTable::Entry::read_number(const toml::node& node, std::string_view key
     const auto* v = node.as_integer();
     if (v == nullptr) return fail(&node, key, "not a whole number"), false;
     number = static_cast<double>(v->get());
-    // A range beyond the type's own is the caller's bug.
+    // A range beyond that of the type is a bug of the caller.
     RCS_CHECK(range.min >= static_cast<double>(std::numeric_limits<T>::min()) &&
               range.max <= static_cast<double>(std::numeric_limits<T>::max()));
     if (number >= range.min && number <= range.max) *value = static_cast<T>(v->get());
@@ -112,7 +112,7 @@ bool ParamTable::Entry::read_vec3(std::string_view key, Vec3* value, Range range
   return true;
 }
 
-/// @param node  what the file has; null: the default is in force
+/// @param node  the value in the file; null: the default applies
 void ParamTable::Entry::describe(const toml::node* node, ParamDescription d) {
   d.table = path;
   if (node != nullptr) d.origin = origin(node->source());
@@ -139,7 +139,7 @@ void ParamTable::get(std::string_view key, double* value, Range range, std::stri
 }
 
 void ParamTable::get(std::string_view key, int* value, Range range, std::string_view meaning) {
-  // A range beyond the type's own is the caller's bug.
+  // A range beyond that of the type is a bug of the caller.
   RCS_CHECK(range.min >= std::numeric_limits<int>::min() &&
             range.max <= std::numeric_limits<int>::max());
   std::int64_t v = *value;
@@ -303,7 +303,7 @@ void ParamTable::get_pose(std::string_view prefix, Pose* value, Range range_m,
                                        {},
                                        numbers(rpy_deg),
                                        "",
-                                       "Its roll, pitch and yaw: R = Rz(yaw) Ry(pitch) Rx(roll)."});
+                                       "Roll, pitch and yaw: R = Rz(yaw) Ry(pitch) Rx(roll)."});
 }
 
 bool ParamTable::has(std::string_view key) const {

@@ -1,5 +1,5 @@
 #pragma once
-// The words of parameters' error messages.
+// Texts of the error messages of parameters.
 
 #include <string>
 #include <string_view>
@@ -10,7 +10,7 @@ namespace rcs {
 /// " (m/s)" for speed_mps; empty where the key has no unit.
 [[nodiscard]] std::string unit_of(std::string_view key);
 
-/// "; did you mean gate_m?" where a known key is close to what was written; else empty.
+/// "; did you mean gate_m?" if a known key is similar to the given one; else empty.
 [[nodiscard]] std::string suggestion(std::string_view key, const std::vector<std::string>& known);
 
 }  // namespace rcs

@@ -123,7 +123,7 @@ Outcome ParamFile::finish(const std::vector<std::string>& tables_of_others) cons
   state_->problems = state_->errors;
   state_->problems.insert(state_->problems.end(), unknown.begin(), unknown.end());
   if (state_->problems.empty()) return Done{};
-  // What was read wrong comes before what was never read.
+  // Errors of values that were read precede unknown keys.
   const Error first{state_->problems.front().text};
   std::stable_sort(state_->problems.begin(), state_->problems.end(), by_line);
   return first;

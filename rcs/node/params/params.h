@@ -1,8 +1,8 @@
 #pragma once
 // Strict parameters from TOML: the file mirrors the struct; a wrong type, a value out of range, a
 // NaN or an unknown key is an error that names file, line, table, key and the allowed range.
-// A missing key keeps the struct's default. The calls of get() are the one table of parameters:
-// they say key, range and meaning; ParamFile::described() hands it on.
+// A missing key keeps the struct's default. The calls of get() are the only table of parameters:
+// they define key, range and meaning; ParamFile::described() returns them.
 
 #include <cstdint>
 #include <memory>
@@ -31,16 +31,16 @@ struct ParamDescription {
   std::string type;              ///< "number", "three numbers", "text", ...
   std::optional<Range> range{};  ///< of each number
   std::vector<std::string> allowed{};
-  std::string value;     ///< in force, as TOML: of the file, else the default
-  std::string origin{};  ///< "file.toml:12"; empty: it is the default
+  std::string value;     ///< in force, as TOML: from the file, else the default
+  std::string origin{};  ///< "file.toml:12"; empty: the default
   std::string_view meaning{};
 };
 
 class ParamFile;
 
 /// A table of a ParamFile, which must outlive it. Errors are collected; ParamFile::finish() returns
-/// the first. Reading a key makes it known; what is never read is an error, too.
-/// @param meaning  of get(): a literal; what the value is and what a change of it does
+/// the first. Reading a key makes it known; a key that is never read is an error, too.
+/// @param meaning  of get(): a literal; describes the value and the effect of a change
 class ParamTable {
  public:
   void get(std::string_view key, double* value, Range range, std::string_view meaning = {});
@@ -68,7 +68,7 @@ class ParamTable {
                   std::string_view meaning = {});
 
   [[nodiscard]] bool has(std::string_view key) const;
-  /// Where the names are the user's, such as [process.NAME]. Does not make them known.
+  /// For tables whose names the user chooses, such as [process.NAME]. Does not make them known.
   [[nodiscard]] std::vector<std::string> keys() const;
   [[nodiscard]] ParamTable table(std::string_view key);  ///< empty when missing
   /// Tables of an array of tables ([[key]]), in order.
@@ -89,8 +89,7 @@ class ParamFile {
  public:
   static Result<ParamFile> load(const std::string& path);
   /// @param overrides  TOML of one or more keys each ("odometry.constrained = false"), which
-  /// replace
-  ///   or join those of the file; of two that set the same key the last one holds
+  ///   replace or extend those of the file; the last one that sets a key applies
   static Result<ParamFile> load(const std::string& path, const std::vector<std::string>& overrides);
   static Result<ParamFile> parse(std::string_view text, std::string_view name);
 
@@ -103,13 +102,13 @@ class ParamFile {
   /// Paths inside a file are relative to the file.
   [[nodiscard]] std::string resolve(std::string_view path) const;
 
-  /// The first error of any read; else an unknown key, anywhere but in the named top-level tables
-  /// that belong to other programs.
+  /// The first error of any read; else an unknown key. The named top-level tables belong to other
+  /// programs and are not checked.
   [[nodiscard]] Outcome finish(const std::vector<std::string>& tables_of_others) const;
 
-  /// All that the last finish() found, each "file.toml:12: [sp.icp] gate_m: ...", by line.
+  /// All errors of the last finish(), each "file.toml:12: [sp.icp] gate_m: ...", sorted by line.
   [[nodiscard]] std::vector<std::string> problems() const;
-  /// Every parameter that was read so far, in order; one that was read twice stands there once.
+  /// Every parameter that was read so far, in order, and once each.
   [[nodiscard]] const std::vector<ParamDescription>& described() const;
 
  private:

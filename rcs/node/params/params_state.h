@@ -1,5 +1,5 @@
 #pragma once
-// What is behind ParamFile and ParamTable: the parsed file. Only for their sources.
+// Implementation of ParamFile and ParamTable: the parsed file. For their source files only.
 
 #include <fmt/format.h>
 
@@ -12,17 +12,17 @@
 #include "rcs/node/params/params.h"
 
 #define TOML_EXCEPTIONS 0
-// toml++ 3.3 asserts what input can break ("[~x]"), and reports it as an error right behind the
-// assertion. Not by NDEBUG, which would let the compiler assume what is asserted.
+// toml++ 3.3 asserts conditions that input can violate ("[~x]"), and reports them as errors right
+// after the assertion. NDEBUG is no alternative: the compiler could assume the conditions.
 #define TOML_ASSERT(condition) static_cast<void>(0)
 #define TOML_MAX_NESTED_VALUES 32
 #include <toml++/toml.h>
 
 namespace rcs {
 
-/// What is wrong at a place of the file.
+/// An error at a line of the file.
 struct ParamProblem {
-  std::uint32_t line = 0;  ///< 0: at none
+  std::uint32_t line = 0;  ///< 0: unknown
   std::string text;
 };
 
@@ -31,7 +31,7 @@ struct ParamFile::State {
   toml::table root;
   std::deque<ParamTable::Entry> entries;  // addresses stay
   std::vector<ParamProblem> errors;       // of the reads
-  std::vector<ParamProblem> problems;     // of the last finish(): those, and unknown keys
+  std::vector<ParamProblem> problems;     // of the last finish(): errors and unknown keys
   std::vector<ParamDescription> described;
 
   ParamTable::Entry* entry(const toml::table* table, std::string path);
@@ -39,7 +39,7 @@ struct ParamFile::State {
                     const std::vector<std::string>& skip, std::vector<ParamProblem>* found) const;
 };
 
-/// A table that was opened. One that is not in the file is an entry, too: its keys keep defaults.
+/// A table that was opened. One missing from the file is an entry, too: its keys keep defaults.
 struct ParamTable::Entry {
   ParamFile::State* file;
   const toml::table* table;  // null: not in the file
@@ -55,7 +55,7 @@ struct ParamTable::Entry {
   void describe(const toml::node* node, ParamDescription description);
 };
 
-/// The file, or the override, that a part of the tables is from, with its line.
+/// The file or the override that a node comes from, with its line.
 inline std::string origin(const toml::source_region& source) {
   return fmt::format("{}:{}", source.path ? *source.path : "", source.begin.line);
 }

@@ -7,14 +7,14 @@
 namespace rcs {
 namespace {
 
-/// Behind the three quotes at `at` that end a string: up to two more belong to its text.
+/// End of the three quotes at `at` that close a string: up to two more belong to its text.
 std::size_t end_of_quotes(std::string_view text, std::size_t at) {
   std::size_t end = at + 3;
   while (end < std::min(at + 5, text.size()) && text[end] == text[at]) ++end;
   return end;
 }
 
-/// Behind the string that begins at `at`; one of a single line ends at the line's end at the
+/// End of the string that begins at `at`; a single-line string ends at the end of its line at the
 /// latest.
 std::size_t end_of_string(std::string_view text, std::size_t at) {
   const char quote = text[at];
@@ -40,7 +40,7 @@ Outcome check_toml_limits(std::string_view text, std::string_view name) {
   if (text.size() > kMaxTomlBytes) {
     return Error{fmt::format("{}: more than {} bytes", name, kMaxTomlBytes)};
   }
-  int dots = 0;  // since the begin of a key or value
+  int dots = 0;  // since the beginning of a key or value
   for (std::size_t i = 0; i < text.size();) {
     const char c = text[i];
     if (c == '#') {

@@ -1,5 +1,5 @@
 #pragma once
-// What a TOML text may ask of its parser.
+// Limits on a TOML text, checked before it is parsed.
 
 #include <cstddef>
 #include <string>
@@ -10,7 +10,7 @@
 namespace rcs {
 
 constexpr std::size_t kMaxTomlBytes = std::size_t{1} << 20;
-/// Of one key: each nests a table in another, and tables are freed by recursion.
+/// Dots of one key: each nests a table in another, and tables are freed by recursion.
 constexpr int kMaxKeyDots = 16;
 
 /// An error, with `name` and line, if the text exceeds a limit above.

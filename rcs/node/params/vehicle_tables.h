@@ -1,6 +1,6 @@
 #pragma once
-// The top-level tables of a vehicle's configuration. Each program reads its own and leaves the rest
-// alone; a name that is not here is a mistake in the file, whoever reads it.
+// The top-level tables of a vehicle's configuration. Each program reads its own tables and ignores
+// the others; a name that is not listed here is an error in the file for every program.
 
 #include <algorithm>
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace rcs {
 
-/// All but those that the caller reads itself: what ParamFile::finish() is to pass over.
+/// All tables except `own`, which the caller reads: those that ParamFile::finish() must ignore.
 [[nodiscard]] inline std::vector<std::string> tables_but(const std::vector<std::string>& own) {
   std::vector<std::string> others;
   for (const char* const table : {"vehicle", "world", "start", "ladar", "ins", "gps", "odometry",

@@ -17,7 +17,7 @@ CyclePublisher::Publication& CyclePublisher::publication(const NodeInfo& node) {
   Publication& p =
       publications_.emplace_back(Publication{{bus_, channel_of(node.name, "CYCLE")}, {}});
   p.message.node = node.name;
-  p.message.stage.resize(StageClock::kMaxStages);  // n_stages says how many are sent
+  p.message.stage.resize(StageClock::kMaxStages);  // n_stages of them are sent
   return p;
 }
 

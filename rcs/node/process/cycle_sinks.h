@@ -1,5 +1,5 @@
 #pragma once
-// Where the executor's accounts go: onto the bus (live) or into a file beside a replay's log.
+// Destinations of the executor's accounts: the bus (live) or a file next to a replay's log.
 
 #include <cstdio>
 #include <deque>
@@ -30,13 +30,14 @@ class CyclePublisher final : public CycleSink {
   std::deque<Publication> publications_;
 };
 
-/// One line of CSV an account: node,index,utime,late_us,slack_us,wall_us,cpu_us,stages, the stages
-/// as "name:us name:us". Stopwatch values differ from run to run; they never enter the log itself.
+/// One line of CSV for each account: node,index,utime,late_us,slack_us,wall_us,cpu_us,stages,
+/// stages as "name:us name:us". Stopwatch values differ from run to run; they never enter the log
+/// itself.
 class TimingFile final : public CycleSink {
  public:
   static Result<std::unique_ptr<TimingFile>> create(const std::string& path);
   void on_account(const NodeInfo& node, const CycleAccount& account) override;
-  /// Tells whether the file is complete.
+  /// Returns an error if the file is incomplete.
   Outcome close();
 
  private:

@@ -25,7 +25,7 @@ namespace {
 struct Options {
   std::string config;
   std::string url;
-  bool check = false;  // the configuration only
+  bool check = false;  // check the configuration only
 };
 
 int fail(std::string_view name, const Error& error) {
@@ -33,7 +33,7 @@ int fail(std::string_view name, const Error& error) {
   return 1;
 }
 
-/// Builds the node on a bus that leads nowhere.
+/// Builds the node on a bus without other nodes.
 int check(std::string_view name, const Options& options, const NodeFactory& factory) {
   const Result<ParamFile> params = ParamFile::load(options.config);
   if (!params) return fail(name, params.error());
@@ -42,7 +42,7 @@ int check(std::string_view name, const Options& options, const NodeFactory& fact
   LocalBus bus;
   const Result<std::unique_ptr<Node>> node = factory(*params, &bus);
   if (!node) return fail(name, node.error());
-  fmt::print("{}: {} is good\n", name, options.config);
+  fmt::print("{}: {} is valid\n", name, options.config);
   return 0;
 }
 
@@ -64,7 +64,7 @@ int run_live(std::string_view name, const Options& options, const NodeFactory& f
   LiveTimeline timeline(bus, &stop);
   CyclePublisher cycles(bus);
   CycleCounter counter(&cycles);
-  // Last of all: every thread and most of the memory are there by now.
+  // Last, when every thread and most of the memory exist.
   ProcessFacts facts{std::string(name), options.config, timeline.now(),
                      request_realtime(tables->realtime_of(std::string(name))),
                      reach_note(bus->url(), tables->bus_firewalled)};
@@ -94,7 +94,7 @@ int parse_and_run(int argc, char** argv, std::string_view name, const NodeFactor
   app.add_option("CONFIG", options.config, "the vehicle's configuration (TOML)")->required();
   app.add_option("--lcm-url", options.url,
                  fmt::format("the bus; default: $LCM_DEFAULT_URL, else {}", kDefaultLcmUrl));
-  app.add_flag("--check", options.check, "only read the configuration and say whether it is good");
+  app.add_flag("--check", options.check, "check the configuration and exit");
   app.footer(fmt::format("Example:\n  {} config/demo3.toml", name));
   try {
     app.parse(argc, argv);

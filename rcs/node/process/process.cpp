@@ -31,7 +31,7 @@ std::int64_t resident_pages(int statm) {
   return pages;
 }
 
-/// Entries of /proc/self/fd. By hand, as opendir() allocates.
+/// Entries of /proc/self/fd. Not by opendir(), which allocates.
 std::int32_t count_descriptors(int directory) {
   std::int32_t count = 0;
   if (lseek(directory, 0, SEEK_SET) != 0) return count;
@@ -68,19 +68,19 @@ void read_up(ParamTable up, std::vector<std::string>* nodes,
          "Nodes that `rcs up` starts, in this order. Names consist of a-z and '_'.");
   if (nodes->empty()) up.fail("nodes", "empty: nothing to run");
   for (auto name = nodes->begin(); name != nodes->end(); ++name) {
-    // A channel is made of it, and the path of a program.
+    // The name becomes part of channel names and of a program's path.
     if (!is_node_name(*name)) {
-      up.fail("nodes", fmt::format("{} is not a node's name: a-z and _ only", *name));
+      up.fail("nodes", fmt::format("{} is not a valid node name: a-z and _ only", *name));
     }
     if (std::find(nodes->begin(), name, *name) != name) {
-      up.fail("nodes", fmt::format("{} stands there twice", *name));
+      up.fail("nodes", fmt::format("{} is listed twice", *name));
     }
   }
   up.get("non_critical", non_critical,
          "Nodes without which the vehicle starts, too: if one rejects this file it is reported and "
          "the others run.");
   for (const std::string& name : *non_critical) {
-    // Of the default not all have to run.
+    // Not all of the default list have to run.
     const auto in = [&](const std::vector<std::string>& names) {
       return std::find(names.begin(), names.end(), name) != names.end();
     };

@@ -1,6 +1,6 @@
 #pragma once
-// A node's process tells how it is: process_t on <NAME>_PROCESS, once a second, from the node's own
-// thread. So whoever watches sees a node that hangs as one that fell silent.
+// Status of a node's process: process_t on <NAME>_PROCESS, once a second, published from the node's
+// own thread, so that a node that hangs is silent.
 
 #include <cstdint>
 #include <map>
@@ -22,9 +22,9 @@ namespace rcs {
 struct ProcessTables {
   bool bus_firewalled = false;  ///< the bus's port is dropped on every interface but lo
   std::string state_directory;  ///< see open_stop_latch(); empty: the default
-  std::map<std::string, RealtimeParams> realtime;  ///< [process.NAME]; missing: nothing asked for
+  std::map<std::string, RealtimeParams> realtime;  ///< [process.NAME]; missing: no request
   std::vector<std::string> nodes = {"sp", "wm"};   ///< that `rcs up` starts, in this order
-  /// Without these of them the vehicle starts, too.
+  /// Of these, the nodes without which the vehicle starts, too.
   std::vector<std::string> non_critical = {"gateway"};
 
   [[nodiscard]] bool is_critical(const std::string& node) const;
@@ -33,7 +33,7 @@ struct ProcessTables {
 };
 [[nodiscard]] Result<ProcessTables> read_process_tables(const ParamFile& file);
 
-/// Passes accounts on, and keeps the newest one's counts for process_t.
+/// Forwards accounts, and keeps the counts of the newest for process_t.
 class CycleCounter final : public CycleSink {
  public:
   struct Counts {
@@ -51,7 +51,7 @@ class CycleCounter final : public CycleSink {
   Counts counts_;
 };
 
-/// What the kernel says about this process. Allocates nothing once it is made.
+/// Resource usage of this process as reported by the kernel. No allocation after construction.
 class ProcessUsage {
  public:
   ProcessUsage();
@@ -63,16 +63,16 @@ class ProcessUsage {
   FileHandle descriptors_;
 };
 
-/// What does not change while the process runs.
+/// Facts that do not change while the process runs.
 struct ProcessFacts {
   std::string node;  ///< whose process it is
   std::string config;
   Stamp start;
   RealtimeGrant grant;
-  std::string reach_note;  ///< of the bus; see bus_reach.h
+  std::string reach_note;  ///< of the bus; see bus_exposure.h
 };
 
-/// Runs beside a process's node, every second.
+/// Runs next to a process's node, every second.
 class ProcessNode final : public Node {
  public:
   static constexpr Duration kPeriod = std::chrono::seconds(1);

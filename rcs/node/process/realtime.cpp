@@ -26,12 +26,12 @@ struct CloseDirectory {
   void operator()(DIR* d) const { (void)closedir(d); }
 };
 
-/// Of this process, but for the calling thread and those in the background.
+/// The threads of this process, except the calling thread and those in the background.
 std::vector<pid_t> other_threads() {
   std::vector<pid_t> threads;
   const std::unique_ptr<DIR, CloseDirectory> tasks(opendir("/proc/self/task"));
   if (tasks == nullptr) return threads;
-  // NOLINTNEXTLINE(concurrency-mt-unsafe): a stream of our own
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): the stream is local
   while (const dirent* entry = readdir(tasks.get())) {
     const auto id = static_cast<pid_t>(std::strtol(entry->d_name, nullptr, 10));
     if (id <= 0 || id == gettid()) continue;  // "." and ".." are 0
@@ -44,7 +44,7 @@ std::vector<pid_t> other_threads() {
 int schedule_fifo(pid_t thread, int priority) {
   sched_param param{};
   param.sched_priority = priority;
-  // What is forked from here is not born with a priority that it did not ask for.
+  // Reset on fork: child processes must not inherit the priority.
   return sched_setscheduler(thread, SCHED_FIFO | SCHED_RESET_ON_FORK, &param) == 0 ? 0 : errno;
 }
 
@@ -56,8 +56,8 @@ int run_on(pid_t thread, const std::vector<int>& cpus) {
   return sched_setaffinity(thread, sizeof set, &set) == 0 ? 0 : errno;
 }
 
-/// Whether this process may lock more than `limit_bytes`: found by locking as much of an address
-/// range that has no memory behind it.
+/// Whether this process may lock more than `limit_bytes`, tested by locking an address range of
+/// that size without memory behind it.
 bool may_lock_more_than(std::size_t limit_bytes) {
   const std::size_t size = (limit_bytes / kPageBytes + 1) * kPageBytes;
   void* const range =
@@ -68,20 +68,20 @@ bool may_lock_more_than(std::size_t limit_bytes) {
   return granted;
 }
 
-/// @return "" or why not
+/// @return "" or the reason of the failure
 std::string lock_memory() {
   rlimit limit{};
   (void)getrlimit(RLIMIT_MEMLOCK, &limit);
   limit.rlim_cur = limit.rlim_max;
   (void)setrlimit(RLIMIT_MEMLOCK, &limit);
-  // Within a finite limit it would be granted today, and an allocation refused tomorrow.
+  // Within a finite limit, mlockall would succeed now and a later allocation would fail.
   if (limit.rlim_max != RLIM_INFINITY && !may_lock_more_than(limit.rlim_max)) {
     return fmt::format("RLIMIT_MEMLOCK is {} kB; it must be unlimited", limit.rlim_max / 1024);
   }
   return mlockall(MCL_CURRENT | MCL_FUTURE) == 0 ? "" : std::strerror(errno);
 }
 
-/// Touches the stack as deep as a cycle may go, so that the pages are there (and locked).
+/// Touches the stack as deep as a cycle may go, so that its pages are present (and locked).
 [[gnu::noinline]] void prefault_stack() {
   std::array<volatile unsigned char, kStackBytes> stack;
   for (std::size_t i = 0; i < kStackBytes; i += kPageBytes) stack[i] = 0;
@@ -93,7 +93,7 @@ RealtimeGrant request_realtime(const RealtimeParams& params) {
   RealtimeGrant grant;
   if (sched_getscheduler(0) == kBackground) {
     grant.refusals.emplace_back(
-        "started under SCHED_IDLE, which is for what may wait: nothing granted");
+        "started under SCHED_IDLE (background): no real-time request is granted");
     return grant;
   }
   const std::vector<pid_t> others = other_threads();
@@ -107,7 +107,7 @@ RealtimeGrant request_realtime(const RealtimeParams& params) {
       for (const int cpu : params.cpus) cpus += fmt::format("{}{}", cpus.empty() ? "" : ",", cpu);
       grant.refusals.push_back(
           fmt::format("processors {} not granted: {}", cpus,
-                      failed == EINVAL ? "there are none such" : std::strerror(failed)));
+                      failed == EINVAL ? "no such processors" : std::strerror(failed)));
     }
   }
   if (params.lock_memory) {
@@ -117,7 +117,7 @@ RealtimeGrant request_realtime(const RealtimeParams& params) {
     prefault_stack();
   }
   if (params.realtime_priority > 0) {
-    // The receiver first: it must not be the one left behind.
+    // The receiver first: it must not keep a lower priority than the node.
     int failed = 0;
     for (const pid_t thread : others) {
       if (failed == 0) failed = schedule_fifo(thread, params.realtime_priority + 1);

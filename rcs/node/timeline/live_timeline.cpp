@@ -16,7 +16,7 @@
 namespace rcs {
 namespace {
 
-/// A handle that the system refuses is no bug of ours: the process has too many, for example.
+/// A refused descriptor is not a bug of this program: the process may have too many open.
 FileHandle granted(int fd, const char* what) {
   if (fd < 0) throw std::system_error(errno, std::generic_category(), what);
   return FileHandle(fd);
@@ -68,7 +68,7 @@ void LiveTimeline::arm(Stamp until) {
   armed_ = until;
   itimerspec spec{};  // zero: off
   if (until != Stamp::max()) {
-    // A moment of zero would switch the timer off; any moment that has passed fires at once.
+    // A timer value of zero would disable the timer; any past moment fires at once.
     const std::int64_t utime = std::max<std::int64_t>(to_utime(until), 1);
     spec.it_value.tv_sec = utime / 1'000'000;
     spec.it_value.tv_nsec = utime % 1'000'000 * 1000;

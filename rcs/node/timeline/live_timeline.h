@@ -10,8 +10,8 @@
 
 namespace rcs {
 
-/// The computer's clock, which may be set. Only to learn how long a message has waited: LCM stamps
-/// by it (LcmBus::deliver_one).
+/// The computer's wall clock, which may be set. Used only for the waiting time of messages, because
+/// LCM stamps them with it (LcmBus::deliver_one).
 [[nodiscard]] std::int64_t wall_utime();
 
 /// Ctrl-C and SIGTERM as a descriptor. Create it first: threads started later inherit the mask.

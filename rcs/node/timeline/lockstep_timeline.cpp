@@ -16,7 +16,7 @@ Timeline::Step LockstepTimeline::advance(Stamp until) {
   const Stamp outside = source_->peek();
   const Stamp inside = bus_->next_due();
   const Stamp next = std::min(outside, inside);
-  until = std::max(until, now_);  // in the past: what waits by now?
+  until = std::max(until, now_);  // in the past: deliver what waits now
 
   if (outside == Stamp::max() && std::min(next, until) > end_) {
     while (bus_->next_due() != Stamp::max()) {

@@ -1,6 +1,6 @@
 #pragma once
 // Deterministic time for replay, simulation and tests: events of a source and messages of a
-// LocalBus drive the nodes, as fast as they can, in one thread.
+// LocalBus drive the nodes in one thread, as fast as possible.
 
 #include <cstdint>
 #include <string>
@@ -11,13 +11,13 @@
 
 namespace rcs {
 
-/// A message from outside the nodes. Reused from one take() to the next: no allocation once warm.
+/// A message from outside the nodes. Reused by take(): no allocation after warm-up.
 struct SourceEvent {
   std::string channel;
   std::vector<std::uint8_t> data;
 };
 
-/// What happens outside the nodes: the sensors of a simulation, the events of a log.
+/// Events from outside the nodes: the sensors of a simulation, the events of a log.
 class EventSource {
  public:
   EventSource() = default;
@@ -25,22 +25,23 @@ class EventSource {
   EventSource& operator=(const EventSource&) = delete;
   virtual ~EventSource() = default;
 
-  /// When the next event is due; Stamp::max() at the end. Repeatable.
+  /// Due time of the next event; Stamp::max() at the end. Repeatable.
   [[nodiscard]] virtual Stamp peek() = 0;
-  /// The event that peek() announced.
+  /// Returns the event whose due time peek() returned.
   virtual void take(SourceEvent* event) = 0;
 };
 
-/// The tail of a replay: long enough for the results of the last scan, and shorter than the
-/// 200 ms of silence that the nodes would report as lost sensors. The end of a log is no fault.
+/// The tail of a replay: long enough for the results of the last scan, and shorter than the 200 ms
+/// of silence after which the nodes report lost sensors. The end of a log is not a fault.
 constexpr Duration kReplayTail = std::chrono::milliseconds(150);
 
-/// What a node publishes in a cycle that starts at t becomes visible at t + nominal_compute, and
-/// the node is busy until then. Events of equal due: the nodes' messages first, then the source.
+/// Messages that a node publishes in a cycle that starts at t are delivered from t +
+/// nominal_compute on, and the node is busy until then. At equal due times: the nodes' messages
+/// first, then the source.
 class LockstepTimeline final : public Timeline {
  public:
-  /// @param tail  time that goes on after the source's last event, so that work under way is
-  ///              finished; what is still in the queue then is delivered at its own due
+  /// @param tail  time after the source's last event, in which work in progress is completed;
+  ///              messages still queued at its end are delivered at their own due time
   LockstepTimeline(LocalBus* bus, EventSource* source, Duration tail);
 
   [[nodiscard]] Stamp now() const override { return now_; }
@@ -48,7 +49,7 @@ class LockstepTimeline final : public Timeline {
   void begin_cycle(Duration nominal_compute) override;
   Stamp end_cycle() override;
 
-  /// Source events due before the time already reached: delivered at once, and counted here.
+  /// Source events due before the current time: delivered at once, and counted here.
   [[nodiscard]] std::int64_t stepped_back() const { return stepped_back_; }
 
  private:

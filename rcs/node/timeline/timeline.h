@@ -1,5 +1,5 @@
 #pragma once
-// Time and transport are one seam: what time it is, and which message arrives when.
+// One interface for time and transport: the current time, and which message arrives when.
 
 #include "rcs/base/stamp.h"
 
@@ -9,7 +9,7 @@ class Timeline {
  public:
   enum class Step {
     kDelivered,  ///< one message, due by `until`; there may be more
-    kReached,    ///< nothing (more) is due: it is `until`
+    kReached,    ///< nothing (more) is due: the time is `until`
     kEnded,      ///< log exhausted, simulation over, stop requested
   };
 
@@ -20,14 +20,14 @@ class Timeline {
 
   [[nodiscard]] virtual Stamp now() const = 0;
 
-  /// Delivers at most one message due by `until` to its receivers, else moves to `until`, which
-  /// may lie in the past (what waits?) or be Stamp::max() (wait for the next message).
+  /// Delivers at most one message due by `until` to its receivers, else moves to `until`, which may
+  /// lie in the past (deliver what waits) or be Stamp::max() (wait for the next message).
   virtual Step advance(Stamp until) = 0;
 
-  /// Around each Node::run. Lockstep timelines hold back what the node publishes for
-  /// `nominal_compute`, so that a replay has the latencies that the vehicle has.
+  /// Called around each Node::run. Lockstep timelines delay what the node publishes by
+  /// `nominal_compute`, so that a replay has the latencies of the vehicle.
   virtual void begin_cycle(Duration nominal_compute) = 0;
-  /// @return until when the node counts as busy (live: now)
+  /// @return the moment until which the node is busy (live: now)
   virtual Stamp end_cycle() = 0;
 };
 

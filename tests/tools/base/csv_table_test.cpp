@@ -30,7 +30,7 @@ TEST(CsvTable, ReadsColumnsByName) {
   EXPECT_EQ(table->place(1), "a.csv:5");
 }
 
-TEST(CsvTable, WhatIsNotThereIsMissing) {
+TEST(CsvTable, EmptyCellsAndAbsentColumnsAreMissing) {
   const Result<CsvTable> table =
       CsvTable::parse("t,a\n,1\nnan,1\nNaN,1\n-inf,1\nNA,1\nnull,1\n1e999,1\n7", "a.csv");
   ASSERT_TRUE(table) << table.error().message;
@@ -39,20 +39,20 @@ TEST(CsvTable, WhatIsNotThereIsMissing) {
   EXPECT_TRUE(std::isnan(table->numbers("a")->back())) << "a row that ends early";
 }
 
-TEST(CsvTable, MistakesNameFileLineAndColumn) {
+TEST(CsvTable, ErrorsNameFileLineAndColumn) {
   EXPECT_EQ(complaint("t\n1\n1.2.3\n"), "a.csv:3: column 't': '1.2.3' is not a number");
   EXPECT_EQ(complaint("t\n0x10\n"), "a.csv:2: column 't': '0x10' is not a number");
   EXPECT_EQ(complaint("t,a\n1,2,3\n"), "a.csv:2: 3 cells, but the header names 2 columns");
   EXPECT_EQ(complaint("t,t\n"), "a.csv:1: two columns are named 't'");
   EXPECT_EQ(complaint("t,,a\n"), "a.csv:1: column 2 has no name");
-  EXPECT_EQ(complaint("s,a\n", "t"), "a.csv: no column 't'; there are s, a");
+  EXPECT_EQ(complaint("s,a\n", "t"), "a.csv: no column 't'; columns: s, a");
   EXPECT_THAT(complaint(""), HasSubstr("no header"));
   EXPECT_THAT(complaint("t\n" + std::string("\x01\xff", 2) + std::string(100, 'x')),
               HasSubstr("'??xxx"));
   EXPECT_EQ(complaint("t\n+"), "a.csv:2: column 't': '+' is not a number");
 }
 
-TEST(CsvTable, AFileThatIsNotThereIsNamed) {
+TEST(CsvTable, AMissingFileIsNamed) {
   const Result<CsvTable> table = CsvTable::load("/nonexistent/a.csv");
   ASSERT_FALSE(table);
   EXPECT_THAT(table.error().message, HasSubstr("/nonexistent/a.csv"));

@@ -23,7 +23,7 @@ Trajectory wavy_trajectory(std::size_t n) {
   return trajectory;
 }
 
-TEST(Trajectory, AStampThatIsNoTimeIsAnErrorWithItsLine) {
+TEST(Trajectory, AnInvalidStampIsAnErrorWithItsLine) {
   for (const char* stamp : {"1e32", "-1e32", "1e13", "1e300"}) {
     const Result<Trajectory> t =
         parse_tum("1.5 0 0 0 0 0 0 1\n" + std::string(stamp) + " 0 0 0 0 0 0 1\n", "a.tum");

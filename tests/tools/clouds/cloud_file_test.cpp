@@ -51,7 +51,7 @@ TEST(CloudFile, ReadsAsciiPcd) {
   EXPECT_TRUE(cloud->cell.empty());
 }
 
-TEST(CloudFile, AFifoIsRefusedAndNotWaitedFor) {
+TEST(CloudFile, AFifoIsRejectedWithoutWaiting) {
   const std::string path = testing::TempDir() + "cloud_file_test.pcd";
   (void)std::remove(path.c_str());
   ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
@@ -72,17 +72,17 @@ TEST(CloudFile, CountsOfAHeaderAreLimited) {
     counts += " 10000";
   }
   EXPECT_THAT(complaint(fields + sizes + types + counts + "\nWIDTH 1\nDATA binary\n", "a.pcd"),
-              HasSubstr("more than 10000 numbers a point"));
+              HasSubstr("more than 10000 numbers per point"));
   const std::string xyz = "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\n";
   EXPECT_THAT(complaint(xyz + "WIDTH 4294967296\nHEIGHT 4294967296\nDATA binary\n", "a.pcd"),
               HasSubstr("more than 2147483647"));
-  EXPECT_THAT(complaint(xyz + "DATA binary\n", "a.pcd"), HasSubstr("neither POINTS nor WIDTH"));
+  EXPECT_THAT(complaint(xyz + "DATA binary\n", "a.pcd"), HasSubstr("POINTS or WIDTH is required"));
   EXPECT_THAT(complaint(xyz + "POINTS 9000000000000000000\nDATA binary\n", "a.pcd"),
-              HasSubstr("0 are there"));
+              HasSubstr("the file 0"));
   EXPECT_THAT(complaint("ply\nformat binary_little_endian 1.0\nelement vertex 9000000000000000000\n"
                         "property float x\nproperty float y\nproperty float z\nend_header\n",
                         "a.ply"),
-              HasSubstr("0 are there"));
+              HasSubstr("the file 0"));
 }
 
 TEST(CloudFile, ReadsBinaryPcdWithOtherFieldsAndItsOrganization) {
@@ -101,7 +101,8 @@ TEST(CloudFile, ReadsBinaryPcdWithOtherFieldsAndItsOrganization) {
   EXPECT_EQ(cloud->rows, 2);
   EXPECT_EQ(cloud->cols, 3);
   EXPECT_EQ(cloud->cell, (std::vector<std::int32_t>{0, 2, 5}));
-  EXPECT_THAT(complaint(text.substr(0, text.size() - 1), "a.pcd"), HasSubstr("6 points are told"));
+  EXPECT_THAT(complaint(text.substr(0, text.size() - 1), "a.pcd"),
+              HasSubstr("header has 6 points"));
 }
 
 TEST(CloudFile, ReadsPly) {
@@ -131,7 +132,7 @@ TEST(CloudFile, ReadsKittiAndXyz) {
   expect_points(parse("# x y z\n1 2 3 0.5\n\n-4.5,0.25,100\n", "a.xyz"), 2);
 }
 
-TEST(CloudFile, AShapeMakesCellsOfTheRecords) {
+TEST(CloudFile, AGivenShapeArrangesTheRecordsInCells) {
   const Result<Cloud> cloud = parse("1 2 3\n0 0 0\n0 0 0\n-4.5 0.25 100\n", "a.xyz", {2, 2});
   expect_points(cloud, 2);
   EXPECT_EQ(cloud->cell, (std::vector<std::int32_t>{0, 3}));
@@ -153,9 +154,9 @@ TEST(CloudFile, OfCoincidentPointsTheFirstIsKept) {
   EXPECT_EQ(drop_coincident(&none), 0U);
 }
 
-TEST(CloudFile, MistakesAreNamed) {
+TEST(CloudFile, ErrorsAreNamed) {
   EXPECT_THAT(complaint("1 2 3\n1 2 three\n", "a.xyz"), HasSubstr("a.xyz:2: \"three\""));
-  EXPECT_THAT(complaint("1 2\n", "a.xyz"), HasSubstr("a.xyz:1: no three coordinates"));
+  EXPECT_THAT(complaint("1 2\n", "a.xyz"), HasSubstr("a.xyz:1: fewer than three coordinates"));
   EXPECT_THAT(complaint("", "a.las"), HasSubstr("must end in"));
   EXPECT_THAT(complaint("", "noname"), HasSubstr("must end in"));
   EXPECT_THAT(complaint("", "a.pcd"), HasSubstr("no DATA line"));
@@ -168,7 +169,7 @@ TEST(CloudFile, MistakesAreNamed) {
   EXPECT_THAT(complaint("FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nPOINTS 9000000000000000000\n"
                         "DATA binary\n",
                         "a.pcd"),
-              HasSubstr("are told"));
+              HasSubstr("header has"));
   EXPECT_THAT(complaint("plx\n", "a.ply"), HasSubstr("a.ply:1: not a PLY"));
   EXPECT_THAT(complaint("ply\nformat binary_big_endian 1.0\n", "a.ply"), HasSubstr("little"));
   EXPECT_THAT(complaint("ply\nformat ascii 1.0\nelement face 2\n", "a.ply"), HasSubstr("first"));
@@ -177,7 +178,7 @@ TEST(CloudFile, MistakesAreNamed) {
       HasSubstr("a.ply:4"));
   EXPECT_THAT(complaint("ply\n", "a.ply"), HasSubstr("end_header"));
   EXPECT_THAT(complaint("450000 5400000 120\n450001 5400000 120\n", "map.xyz"),
-              HasSubstr("subtract a near origin"));
+              HasSubstr("subtract a nearby origin"));
 }
 
 }  // namespace

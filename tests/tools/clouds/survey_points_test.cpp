@@ -30,7 +30,7 @@ class SurveyPointsTest : public testing::Test {
     std::ofstream(path, std::ios::binary) << bytes;
     return path;
   }
-  /// All points of a file, or why not, without the folder's name.
+  /// All points of a file, or the error, without the folder's name.
   [[nodiscard]] Result<SurveyPoints> read(const std::string& name, const std::string& bytes,
                                           int class_column = 0) const {
     const auto without = [this](std::string text) {
@@ -93,7 +93,7 @@ TEST_F(SurveyPointsTest, EachVersionAndFormatOfLasIsRead) {
   }
 }
 
-TEST_F(SurveyPointsTest, MorePointsThanABlock) {
+TEST_F(SurveyPointsTest, MorePointsThanABlockAreRead) {
   LasFile las;
   las.format = 1;
   for (int k = 0; k < 150'000; ++k) las.points.push_back({500000.0 + 0.01 * k, 5200000.0, 1.0});
@@ -105,7 +105,7 @@ TEST_F(SurveyPointsTest, MorePointsThanABlock) {
   }
 }
 
-TEST_F(SurveyPointsTest, WhichCoordinatesHoldIsTold) {
+TEST_F(SurveyPointsTest, TheReferenceSystemIsReported) {
   const auto crs = [this](const LasFile& las) {
     const auto file = open_survey_points(put("crs.las", las.bytes()), 0);
     EXPECT_TRUE(file) << file.error().message;
@@ -125,7 +125,7 @@ TEST_F(SurveyPointsTest, WhichCoordinatesHoldIsTold) {
   EXPECT_EQ(crs(las).wkt, "PROJCS[]");
 }
 
-TEST_F(SurveyPointsTest, AHeaderIsHeldAgainstTheFile) {
+TEST_F(SurveyPointsTest, AHeaderIsCheckedAgainstTheFile) {
   const std::string sound = three_points(4, 6).bytes();
   const auto with = [&](std::size_t at, std::uint64_t value, std::size_t bytes) {
     std::string file = sound;
@@ -160,7 +160,7 @@ TEST_F(SurveyPointsTest, AHeaderIsHeldAgainstTheFile) {
   EXPECT_THAT(why_not("old.las", three_points(2, 4).bytes()), HasSubstr("version 1.2 has 0 to 3"));
 }
 
-TEST_F(SurveyPointsTest, ACompressedFileIsRefusedByItsName) {
+TEST_F(SurveyPointsTest, ACompressedFileIsRejectedByItsName) {
   std::string file = three_points(4, 6).bytes();
   file[104] = static_cast<char>(0x80 | 6);
   EXPECT_EQ(why_not("c.laz", file),
@@ -171,7 +171,7 @@ TEST_F(SurveyPointsTest, ACompressedFileIsRefusedByItsName) {
   EXPECT_THAT(why_not("c.las", las.bytes()), HasSubstr("compressed"));
 }
 
-TEST_F(SurveyPointsTest, WhereverAFileIsCutOffItIsRefused) {
+TEST_F(SurveyPointsTest, AFileTruncatedAnywhereIsRejected) {
   for (const int minor : {2, 3, 4}) {
     LasFile las = three_points(minor, minor == 4 ? 7 : 1);
     if (minor == 4) las.extended = {{"LASF_Projection", 2112, "PROJCS[]"}};
@@ -185,7 +185,7 @@ TEST_F(SurveyPointsTest, WhereverAFileIsCutOffItIsRefused) {
   }
 }
 
-TEST_F(SurveyPointsTest, NoByteOfAHeaderDoesHarm) {
+TEST_F(SurveyPointsTest, NoChangedHeaderByteDoesHarm) {
   LasFile las = three_points(4, 6);
   las.extended = {{"LASF_Projection", 2112, "PROJCS[]"}};
   const std::string sound = las.bytes();
@@ -206,14 +206,14 @@ TEST_F(SurveyPointsTest, NoByteOfAHeaderDoesHarm) {
   }
 }
 
-TEST_F(SurveyPointsTest, OtherFormats) {
+TEST_F(SurveyPointsTest, OtherFormatsAreRead) {
   const std::string far = "500000.25 5200000.5 300.125";
   Result<SurveyPoints> p = read("a.xyz", "# x y z\n" + far + " 9 1 1 2\r\n\n1,2;3 8 1 1 nan\n", 7);
   ASSERT_TRUE(p) << p.error().message;
   EXPECT_EQ(p->x[0], 500000.25);  // not rounded to a float
   EXPECT_THAT(p->klass, testing::ElementsAre(2, kNoClass));
-  EXPECT_EQ(why_not("a.xyz", far + "\n", 4), "a.xyz:1: 3 columns, 4 are due");
-  EXPECT_EQ(why_not("a.xyz", far + "\n1 2 x\n"), "a.xyz:2: \"x\" is no number");
+  EXPECT_EQ(why_not("a.xyz", far + "\n", 4), "a.xyz:1: 3 columns, expected 4");
+  EXPECT_EQ(why_not("a.xyz", far + "\n1 2 x\n"), "a.xyz:2: \"x\" is not a number");
   EXPECT_THAT(why_not("a.xyz", std::string(10'000, '1')), HasSubstr("characters in a line"));
   const std::string ply =
       "ply\nformat ascii 1.0\nelement vertex 2\nproperty double x\nproperty double y\n"
@@ -223,7 +223,7 @@ TEST_F(SurveyPointsTest, OtherFormats) {
   EXPECT_EQ(p->y[0], 5200000.5);
   EXPECT_THAT(p->klass, testing::ElementsAre(2, 5));
   EXPECT_THAT(p->invalid, testing::ElementsAre(0, 1));
-  EXPECT_THAT(why_not("a.ply", ply + far + " 2\n"), HasSubstr("1 points fewer than it tells"));
+  EXPECT_THAT(why_not("a.ply", ply + far + " 2\n"), HasSubstr("1 points fewer than in the header"));
   EXPECT_THAT(why_not("a.ply", ply, 7), HasSubstr("--class-column"));
   std::string pcd =
       "VERSION 0.7\nFIELDS x y z class\nSIZE 8 8 8 1\nTYPE F F F U\nCOUNT 1 1 1 1\nWIDTH 1\n"
@@ -236,7 +236,7 @@ TEST_F(SurveyPointsTest, OtherFormats) {
   EXPECT_EQ(p->x[0], 500000.25);
   EXPECT_THAT(p->klass, testing::ElementsAre(2));
   pcd.pop_back();
-  EXPECT_EQ(why_not("a.pcd", pcd), "a.pcd: 1 points are told, 0 are there");
+  EXPECT_EQ(why_not("a.pcd", pcd), "a.pcd: header has 1 points, the file 0");
   EXPECT_THAT(why_not("a.tif", far), HasSubstr("must end in .las"));
 }
 

@@ -1,5 +1,5 @@
-// The baselines of tools/demo: what each fuses is what its name says, on a simulated drive of some
-// seconds with the demo's own options.
+// The baselines of tools/demo: each fuses the sensors of its name, on a simulated drive of some
+// seconds with the options of the demo.
 
 #include <gmock/gmock.h>
 
@@ -17,7 +17,7 @@ using nlohmann::json;
 
 using Sources = std::vector<std::string>;
 
-/// By the names in tools/demo.
+/// Baselines by their names in tools/demo.
 const std::map<std::string, Sources>& expected() {
   static const std::map<std::string, Sources> kExpected = {
       {"all sensors", {"LADAR", "wheel encoders", "INS", "motion constraints"}},
@@ -31,7 +31,7 @@ const std::map<std::string, Sources>& expected() {
 
 class Demo : public RcsCommand {
  protected:
-  /// What a function of the script writes.
+  /// Output of a function of the script.
   std::string function(const std::string& name) {
     const std::string source = variable("RCS_SOURCE_DIR");
     const std::string command = "cd " + source +
@@ -45,10 +45,10 @@ class Demo : public RcsCommand {
   std::string runs_;
 };
 
-TEST_F(Demo, EachBaselineFusesWhatItsNameSays) {
+TEST_F(Demo, EachBaselineFusesTheSensorsOfItsName) {
   const std::string vehicle = variable("RCS_SOURCE_DIR") + "/config/demo3.toml";
   const std::string log = folder_ + "/drive.log";
-  // GPS is denied from 12 s to 26 s; the vehicle arrives meanwhile and stands.
+  // GPS is denied from 12 s to 26 s; during this time the vehicle arrives and stops.
   const std::string scenario = folder_ + "/scenario.toml";
   std::ofstream(scenario) << "based_on = \"" << variable("RCS_SOURCE_DIR")
                           << "/config/sim/drill.toml\"\n"
@@ -82,7 +82,7 @@ TEST_F(Demo, EachBaselineFusesWhatItsNameSays) {
   }
   EXPECT_NE(text_of(folder_ + "/report.html").find("INS alone: INS<"), std::string::npos);
 
-  // A limit that the runs do not keep is an error, one that they keep is none.
+  // A limit that the runs exceed is an error, one that they keep is not.
   EXPECT_EQ(rcs("report" + runs_ + " --min-factor 1e6 -o " + folder_ + "/report.html"), 1);
   EXPECT_THAT(messages(), testing::HasSubstr("--min-factor"));
   EXPECT_EQ(rcs("report" + runs_ + " --min-factor 1e-6 -o " + folder_ + "/report.html"), 0);

@@ -1,6 +1,6 @@
 #!/bin/sh
-# install_test.sh CMAKE BUILD_DIR BIN_DIR DATA_DIR UNIT_DIR: what `cmake --install` lays out works
-# where it lies: the programs find one another, the configurations are read, the units are whole.
+# install_test.sh CMAKE BUILD_DIR BIN_DIR DATA_DIR UNIT_DIR: the files that `cmake --install` creates
+# work in place: the programs find each other, the configurations are read, the units are complete.
 set -u
 cmake=$1
 build=$2
@@ -11,7 +11,7 @@ fail() {
   cat "$dir/said.txt" 2>/dev/null
   exit 1
 }
-# A program that was not built is not installed, and that is the mistake to see here.
+# A program that was not built is not installed; this test detects that.
 DESTDIR="$dir/root" "$cmake" --install "$build" >"$dir/said.txt" 2>&1 || fail "cmake --install"
 bin=$dir/root$3
 data=$dir/root$4
@@ -21,7 +21,7 @@ units=$dir/root$5/systemd/system
 "$bin/rcs" up --help >"$dir/said.txt" 2>&1 || fail "rcs up --help"
 grep -q Examples "$dir/said.txt" || fail "rcs up --help has no example"
 for vehicle in "$data"/rcs/config/*.toml; do
-  # From elsewhere, and without the build's own programs.
+  # From another folder, and without the programs of the build.
   (cd / && PATH=/usr/bin:/bin "$bin/rcs" up --check "$vehicle") >"$dir/said.txt" 2>&1 ||
     fail "--check $vehicle"
 done

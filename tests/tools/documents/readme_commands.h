@@ -1,5 +1,5 @@
 #pragma once
-// What the README test does with each command of README.md. A command that is not in this table
+// Handling of each command of README.md in the README test. A command that is not in this table
 // runs; one that is in the table and no longer in README.md fails the test.
 
 #include <array>
@@ -9,9 +9,9 @@ namespace rcs::test {
 
 enum class How {
   kSlow,      ///< runs in the slow test
-  kData,      ///< runs where the real data is
-  kSlowData,  ///< runs in the slow test, where the real data is
-  kOptions,   ///< not run; the options that it names must be in the program's --help
+  kData,      ///< runs if the real data is available
+  kSlowData,  ///< runs in the slow test if the real data is available
+  kOptions,   ///< not run; its options must be listed in the program's --help
   kForeign,   ///< not run: another program, or a change of the system
 };
 
@@ -21,7 +21,11 @@ struct ReadmeCommand {
   std::string_view why;
 };
 
-constexpr std::array<ReadmeCommand, 39> kReadmeCommands = {{
+constexpr std::array<ReadmeCommand, 43> kReadmeCommands = {{
+    {"./synthetic_vehicle", How::kForeign, "real time, on a bus"},
+    {"PYTHONPATH=", How::kForeign, "real time, on a bus"},
+    {"export", How::kForeign, "of the operator's shell"},
+    {"$rcs map locate", How::kOptions, "a drive of 12 s is too short; locate tests in tests/sp"},
     {"tools/demo", How::kOptions, "four minutes in real time"},
     {"tools/test", How::kOptions, "runs this test"},
     {"build/release/bin/rcs up", How::kOptions, "runs until Ctrl-C; up_test.sh"},
@@ -35,7 +39,7 @@ constexpr std::array<ReadmeCommand, 39> kReadmeCommands = {{
     {"build/release/bin/rcs go", How::kOptions,
      "needs a vehicle; tests/replay/closed_loop_test.cpp"},
     {"$rcs map import av2", How::kData, ""},
-    {"$rcs map worth", How::kOptions, "minutes; map_worth_test.cpp"},
+    {"$rcs map study", How::kOptions, "minutes; map_study_test.cpp"},
     {"$rcs predict", How::kOptions, "needs a running wm"},
     {"$rcs map match", How::kOptions, "the pose is a placeholder"},
     {"build/release/bin/rcs drill --all", How::kOptions, "minutes; drill_all_test.cpp"},

@@ -1,11 +1,11 @@
-// The commands of README.md, those included that take minutes.
+// The commands of README.md, including those that take minutes.
 
 #include "tests/tools/documents/readme_fixture.h"
 
 namespace rcs::test {
 namespace {
 
-TEST_F(Readme, EveryCommandRunsTheSlowOnesToo) {
+TEST_F(Readme, EveryCommandRunsIncludingTheSlowOnes) {
   ASSERT_NO_FATAL_FAILURE(make_folder(125.0));
   run_all(true);
 }

@@ -1,6 +1,6 @@
 #pragma once
-// A made-up stream of sensor messages for the drills' stimuli, and made-up records for their
-// figures.
+// A synthetic stream of sensor messages for the stimuli of drills, and synthetic records for their
+// metrics.
 
 #include <string>
 #include <utility>
@@ -18,7 +18,7 @@
 
 namespace rcs::test {
 
-/// What arrived when.
+/// A message and its arrival.
 struct Arrived {
   Stamp due;
   std::string channel;
@@ -125,7 +125,7 @@ inline std::vector<Arrived> drain(EventSource* source) {
   return out;
 }
 
-/// What arrives of the quiet drive under these stimuli.
+/// Messages of the undisturbed drive that arrive under these stimuli.
 inline std::vector<Arrived> stimulated(const std::vector<drills::Stimulus>& stimuli,
                                        std::uint64_t seed = 1) {
   Script script(quiet_drive());
@@ -143,8 +143,8 @@ inline std::vector<Arrived> of_channel(const std::vector<Arrived>& all, const ch
 
 inline double time_s(Stamp stamp) { return seconds(stamp - kBegin); }
 
-/// 60 s straight east at 10 m/s: the truth, and beliefs at 50 Hz that are right, with sigma 0.1 m
-/// and 0.01 rad.
+/// 60 s straight east at 10 m/s: the ground truth, and beliefs at 50 Hz without error, with sigma
+/// 0.1 m and 0.01 rad.
 inline drills::DrillRecord right_record() {
   drills::DrillRecord r;
   r.begin = kBegin;
@@ -164,7 +164,7 @@ inline drills::DrillRecord right_record() {
   return r;
 }
 
-/// Moves the beliefs within a window; the local pose stays.
+/// Moves the beliefs within a window; the local pose is unchanged.
 inline void mislead(double from_s, double to_s, const Vec3& by, drills::DrillRecord* r) {
   for (drills::DrillBelief& b : r->beliefs) {
     if (time_s(b.stamp) >= from_s && time_s(b.stamp) < to_s) b.T_world_vehicle.p += by;

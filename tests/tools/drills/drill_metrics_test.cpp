@@ -1,4 +1,4 @@
-// A drill's figures on made-up runs whose answers are known.
+// Metrics of a drill on synthetic runs with known results.
 
 #include <gmock/gmock.h>
 
@@ -30,7 +30,7 @@ drills::Drill ramp(double begin_s, double length_s) {
   return drill;
 }
 
-/// Ten a second: protection levels of 2 m, limits 5 and 3 m, all trusted.
+/// Ten a second: protection levels of 2 m, limits 5 and 3 m, all sources accepted.
 void protect(drills::DrillRecord* r) {
   for (int k = 0; k < 600; ++k) {
     drills::DrillIntegrity i;
@@ -50,7 +50,8 @@ void integrity_within(double from_s, double to_s, drills::DrillRecord* r, Change
   }
 }
 
-/// A fix every 0.2 s, each `error` off within the window, all of them taken where `taken` says so.
+/// A fix every 0.2 s with the error `error` within the window, all of them accepted where `taken`
+/// is set.
 template <class Taken>
 void add_fixes(double from_s, double to_s, const Vec3& error, drills::DrillRecord* r, Taken taken) {
   for (int k = 0; k < 300; ++k) {
@@ -74,7 +75,7 @@ void add_fixes(double from_s, double to_s, const Vec3& error, drills::DrillRecor
   }
 }
 
-TEST(DrillFigures, ARunThatIsRightHasNoErrors) {
+TEST(DrillMetrics, AnErrorFreeRunHasNoErrors) {
   const drills::DrillRecord r = right_record();
   const drills::DrillRunFigures f = drills::drill_figures(gps_lost(20, 20), 1, r);
   EXPECT_LT(f.accuracy.horizontal_max_m, 1e-9);
@@ -85,7 +86,7 @@ TEST(DrillFigures, ARunThatIsRightHasNoErrors) {
   EXPECT_FALSE(f.integrity.has_value());
 }
 
-TEST(DrillFigures, DriftIsTheErrorAtTheEndOfTheWayDriven) {
+TEST(DrillMetrics, DriftIsTheFinalErrorPerDistanceDriven) {
   drills::DrillRecord r = right_record();
   // 1.2 m at the end of 20 s at 10 m/s.
   for (drills::DrillBelief& b : r.beliefs) {
@@ -103,7 +104,7 @@ TEST(DrillFigures, DriftIsTheErrorAtTheEndOfTheWayDriven) {
   EXPECT_GT(f.accuracy.across_rms_m, 0.5);
 }
 
-TEST(DrillFigures, FlappingIsAsManyOutages) {
+TEST(DrillMetrics, FlappingCountsAsSeveralOutages) {
   drills::Drill drill = gps_lost(10, 15);
   drill.stimuli.front().kind = drills::StimulusKind::kFlapping;
   drill.stimuli.front().count = 3;
@@ -113,9 +114,9 @@ TEST(DrillFigures, FlappingIsAsManyOutages) {
   EXPECT_EQ(outages[1].end_s, 20.0);
 }
 
-TEST(DrillFigures, PercentilesAndConsistency) {
+TEST(DrillMetrics, PercentilesAndConsistency) {
   drills::DrillRecord r = right_record();
-  mislead(20, 60.1, Vec3(0.0, 0.1, 0.2), &r);  // one sigma, and two
+  mislead(20, 60.1, Vec3(0.0, 0.1, 0.2), &r);  // errors of one sigma and two
   const drills::AccuracyFigures f = drills::accuracy(gps_lost(20, 20), drills::DrillErrors(r));
   EXPECT_NEAR(f.cep50_m, 0.1, 1e-9);
   EXPECT_NEAR(f.cep95_m, 0.1, 1e-9);
@@ -123,7 +124,7 @@ TEST(DrillFigures, PercentilesAndConsistency) {
   EXPECT_NEAR(f.nees_per_dof, (1.0 + 4.0) / 6.0, 0.01);
 }
 
-TEST(DrillFigures, ASmoothStepIsWhatTheLastCycleDidNotPredict) {
+TEST(DrillMetrics, ALocalStepIsTheMotionThatTheLastCycleDidNotPredict) {
   drills::DrillRecord r = right_record();
   for (drills::DrillBelief& b : r.beliefs) {
     if (time_s(b.stamp) >= 30.0) b.T_local_vehicle.p.y() += 0.07;
@@ -131,13 +132,13 @@ TEST(DrillFigures, ASmoothStepIsWhatTheLastCycleDidNotPredict) {
   const drills::SmoothStep step = drills::largest_smooth_step(gps_lost(20, 20), r);
   EXPECT_NEAR(step.m, 0.07, 1e-6);
   EXPECT_NEAR(step.t_s, 30.0, 0.021);
-  // The world pose may step as it likes.
+  // Steps of the world pose are allowed.
   drills::DrillRecord reset = right_record();
   mislead(30, 60, Vec3(3.0, 0.0, 0.0), &reset);
   EXPECT_LT(drills::largest_smooth_step(gps_lost(20, 20), reset).m, 1e-9);
 }
 
-TEST(DrillFigures, ThreeSecondsOutsideWithoutAnAlertAreOneMissedAlert) {
+TEST(DrillMetrics, ThreeSecondsOutsideWithoutAnAlertAreOneMissedAlert) {
   drills::DrillRecord r = right_record();
   protect(&r);
   mislead(30, 33, Vec3(2.5, 0.0, 0.0), &r);
@@ -148,7 +149,7 @@ TEST(DrillFigures, ThreeSecondsOutsideWithoutAnAlertAreOneMissedAlert) {
   EXPECT_EQ(f->within_vertical, 1.0);
 }
 
-TEST(DrillFigures, AShortExcursionOrAnAlarmedOneIsNoMissedAlert) {
+TEST(DrillMetrics, AShortExcursionOrAnAlarmedOneIsNoMissedAlert) {
   drills::DrillRecord brief = right_record();
   protect(&brief);
   mislead(30, 31.5, Vec3(0.0, 0.0, 2.5), &brief);
@@ -166,7 +167,7 @@ TEST(DrillFigures, AShortExcursionOrAnAlarmedOneIsNoMissedAlert) {
             0);
 }
 
-TEST(DrillFigures, TimeToAlertRunsFromTheBeginOfTheFalseSource) {
+TEST(DrillMetrics, TimeToAlertRunsFromTheBeginOfTheFalseSource) {
   drills::DrillRecord r = right_record();
   protect(&r);
   EXPECT_FALSE(drills::integrity_figures(ramp(20, 20), r, drills::DrillErrors(r))
@@ -176,12 +177,12 @@ TEST(DrillFigures, TimeToAlertRunsFromTheBeginOfTheFalseSource) {
   const auto f = drills::integrity_figures(ramp(20, 20), r, drills::DrillErrors(r));
   ASSERT_TRUE(f->time_to_alert_s.has_value());
   EXPECT_NEAR(*f->time_to_alert_s, 7.5, 0.11);
-  // An outage is nothing that lies.
+  // An outage is not a false source.
   EXPECT_FALSE(
       drills::integrity_figures(gps_lost(20, 20), r, drills::DrillErrors(r))->alert_expected);
 }
 
-TEST(DrillFigures, AnAlertIsFalseWhereNothingIsWrong) {
+TEST(DrillMetrics, AnAlertWithoutAFaultIsFalse) {
   drills::Drill drill = gps_lost(50, 2);
   drills::DrillRecord r = right_record();
   protect(&r);
@@ -194,7 +195,7 @@ TEST(DrillFigures, AnAlertIsFalseWhereNothingIsWrong) {
               120.0, 2.0);
 }
 
-TEST(DrillFigures, AFixFarOffThatIsTakenIsAFalseAcceptance) {
+TEST(DrillMetrics, AnAcceptedFixWithALargeErrorIsAFalseAcceptance) {
   const auto all = [](double) { return true; };
   drills::DrillRecord r = right_record();
   // Total sigma: 0.316 m.
@@ -209,7 +210,7 @@ TEST(DrillFigures, AFixFarOffThatIsTakenIsAFalseAcceptance) {
   EXPECT_TRUE(drills::false_acceptances(refused, drills::DrillErrors(refused)).empty());
 }
 
-TEST(DrillFigures, AFixWhoseHeightWasLeftOutCountsWithoutIt) {
+TEST(DrillMetrics, AFixWithExcludedHeightIsJudgedWithoutIt) {
   drills::DrillRecord r = right_record();
   add_fixes(30, 31, Vec3(0.0, 0.0, 33.0), &r, [](double) { return true; });
   EXPECT_EQ(drills::false_acceptances(r, drills::DrillErrors(r)).size(), 5U);
@@ -217,15 +218,16 @@ TEST(DrillFigures, AFixWhoseHeightWasLeftOutCountsWithoutIt) {
   EXPECT_TRUE(drills::false_acceptances(r, drills::DrillErrors(r)).empty());
 }
 
-TEST(DrillFigures, NoNumbersTakenAreAFalseAcceptance) {
+TEST(DrillMetrics, AnAcceptedNonFiniteFixIsAFalseAcceptance) {
   drills::DrillRecord r = right_record();
   add_fixes(30, 30.1, Vec3::Constant(std::nan("")), &r, [](double) { return true; });
   EXPECT_EQ(drills::false_acceptances(r, drills::DrillErrors(r)).size(), 1U);
 }
 
-TEST(DrillFigures, TheReturnIsCountedFromTheFirstCleanFix) {
+TEST(DrillMetrics, RecoveryIsCountedFromTheFirstCleanFix) {
   drills::DrillRecord r = right_record();
-  // Fixes 50 m off go on for 3 s after the outage; clean ones are taken from 44 s on.
+  // Fixes with an error of 50 m continue for 3 s after the outage; clean ones are accepted from 44
+  // s on.
   add_fixes(40, 43, Vec3(50.0, 0.0, 0.0), &r, [](double t_s) { return t_s >= 43.99; });
   const std::vector<drills::GpsReturn> returns =
       drills::gps_returns(gps_lost(20, 20), r, drills::DrillErrors(r));
@@ -242,7 +244,7 @@ TEST(DrillFigures, TheReturnIsCountedFromTheFirstCleanFix) {
   EXPECT_FALSE(none[0].accepted_after_s.has_value());
 }
 
-TEST(DrillFigures, BaselinesAreComparedAtTheSameInstantsWithAFloor) {
+TEST(DrillMetrics, BaselinesAreComparedAtTheSameInstantsWithAFloor) {
   drills::DrillRecord r = right_record();
   mislead(20, 40, Vec3(0.6, 0.0, 0.0), &r);
   for (int k = 0; k < 120; ++k) {
@@ -258,7 +260,7 @@ TEST(DrillFigures, BaselinesAreComparedAtTheSameInstantsWithAFloor) {
   EXPECT_EQ(b[subfilter_t::KIND_WITHOUT_GPS].samples, 20U);
   EXPECT_NEAR(b[subfilter_t::KIND_WITHOUT_GPS].ratio(), 2.0, 0.01);
   EXPECT_NEAR(b[subfilter_t::KIND_INERTIAL].ratio(), 3.0, 0.01)
-      << "nothing counts better than 0.2 m";
+      << "errors below 0.2 m count as 0.2 m";
 
   drills::DrillRecord other = right_record();
   mislead(0, 60, Vec3(0.0, 1.2, 0.0), &other);
@@ -266,11 +268,11 @@ TEST(DrillFigures, BaselinesAreComparedAtTheSameInstantsWithAFloor) {
               0.01);
 }
 
-TEST(DrillFigures, InnovationsBySource) {
+TEST(DrillMetrics, InnovationsBySource) {
   drills::DrillRecord r = right_record();
   add_fixes(0, 0, Vec3::Zero(), &r, [](double t_s) { return t_s < 29.99; });
-  // What the gate refused counts, or the gate would make any filter honest; what was not believed
-  // whatever it said does not.
+  // Gated innovations count, otherwise the gate would make any filter look consistent; innovations
+  // of excluded sources do not.
   for (std::size_t k = 150; k < 300; ++k) {
     const bool by_gate = k < 200;
     r.innovations[k].nis = by_gate ? 18.0 : 1e6;
@@ -283,75 +285,77 @@ TEST(DrillFigures, InnovationsBySource) {
   EXPECT_NEAR(nis.at("gps position").per_dof, (150 * 2.0 + 50 * 6.0) / 200, 1e-9);
 }
 
-// ---- marks ---------------------------------------------------------------------------------
+// ---- limits ---------------------------------------------------------------------------------
 
-const drills::MarkResult& mark(const std::vector<drills::MarkResult>& marks, std::string_view key) {
-  return *std::find_if(marks.begin(), marks.end(),
-                       [key](const drills::MarkResult& m) { return m.kind->key == key; });
+const drills::LimitResult& mark(const std::vector<drills::LimitResult>& limits,
+                                std::string_view key) {
+  return *std::find_if(limits.begin(), limits.end(),
+                       [key](const drills::LimitResult& m) { return m.kind->key == key; });
 }
 
-TEST(DrillMarks, WhatIsNotPublishedFails) {
+TEST(DrillLimits, AnUnpublishedMetricFails) {
   drills::Drill drill = gps_lost(20, 20);
-  drill.marks = {{"within_protection", 0.999}, {"missed_alerts", 0.0}, {"smooth_step_m", 0.05}};
+  drill.limits = {{"within_protection", 0.999}, {"missed_alerts", 0.0}, {"smooth_step_m", 0.05}};
   drills::DrillRecord r = right_record();
-  std::vector<drills::MarkResult> marks = judge(drill, {drills::drill_figures(drill, 1, r)});
-  EXPECT_EQ(mark(marks, "within_protection").verdict, drills::Verdict::kFail);
-  EXPECT_EQ(mark(marks, "within_protection").note, "not published");
-  EXPECT_EQ(mark(marks, "missed_alerts").verdict, drills::Verdict::kFail);
-  EXPECT_EQ(mark(marks, "smooth_step_m").verdict, drills::Verdict::kPass);
+  std::vector<drills::LimitResult> limits = judge(drill, {drills::drill_figures(drill, 1, r)});
+  EXPECT_EQ(mark(limits, "within_protection").verdict, drills::Verdict::kFail);
+  EXPECT_EQ(mark(limits, "within_protection").note, "not published");
+  EXPECT_EQ(mark(limits, "missed_alerts").verdict, drills::Verdict::kFail);
+  EXPECT_EQ(mark(limits, "smooth_step_m").verdict, drills::Verdict::kPass);
   protect(&r);
-  marks = judge(drill, {drills::drill_figures(drill, 1, r)});
-  EXPECT_EQ(mark(marks, "within_protection").verdict, drills::Verdict::kPass);
+  limits = judge(drill, {drills::drill_figures(drill, 1, r)});
+  EXPECT_EQ(mark(limits, "within_protection").verdict, drills::Verdict::kPass);
 }
 
-TEST(DrillMarks, MedianAndRatioNeedTheirSeeds) {
+TEST(DrillLimits, MedianAndRatioNeedTheirSeeds) {
   drills::Drill drill = gps_lost(20, 20);
-  drill.marks = {{"drift_pct_median", 0.5}, {"drift_pct_p95", 1.0}, {"ratio", 1.05}};
+  drill.limits = {{"drift_pct_median", 0.5}, {"drift_pct_p95", 1.0}, {"ratio", 1.05}};
   drills::DrillRecord r = right_record();
   mislead(20, 60, Vec3(0.0, 1.2, 0.0), &r);  // 0.6 %
   drills::DrillRunFigures f = drills::drill_figures(drill, 1, r);
   f.baselines[0] = {10, 40.0, 10.0};
   for (const auto& [seeds, drift, ratio] :
-       {std::tuple(1, drills::Verdict::kOpen, drills::Verdict::kOpen),
-        std::tuple(5, drills::Verdict::kFail, drills::Verdict::kOpen),
+       {std::tuple(1, drills::Verdict::kInconclusive, drills::Verdict::kInconclusive),
+        std::tuple(5, drills::Verdict::kFail, drills::Verdict::kInconclusive),
         std::tuple(20, drills::Verdict::kFail, drills::Verdict::kFail)}) {
     const std::vector<drills::DrillRunFigures> runs(static_cast<std::size_t>(seeds), f);
-    const std::vector<drills::MarkResult> marks = judge(drill, runs);
-    EXPECT_EQ(mark(marks, "drift_pct_median").verdict, drift) << seeds;
-    EXPECT_EQ(mark(marks, "drift_pct_p95").verdict, drills::Verdict::kPass) << seeds;
-    EXPECT_EQ(mark(marks, "ratio").verdict, ratio) << seeds;
-    EXPECT_NEAR(*mark(marks, "ratio").value, 2.0, 1e-9);
+    const std::vector<drills::LimitResult> limits = judge(drill, runs);
+    EXPECT_EQ(mark(limits, "drift_pct_median").verdict, drift) << seeds;
+    EXPECT_EQ(mark(limits, "drift_pct_p95").verdict, drills::Verdict::kPass) << seeds;
+    EXPECT_EQ(mark(limits, "ratio").verdict, ratio) << seeds;
+    EXPECT_NEAR(*mark(limits, "ratio").value, 2.0, 1e-9);
   }
 }
 
-TEST(DrillMarks, GpsThatNeverComesBackFails) {
+TEST(DrillLimits, GpsThatIsNeverReadmittedFails) {
   drills::Drill drill = gps_lost(20, 20);
-  drill.marks = {{"accept_within_s", 5.0}};
+  drill.limits = {{"accept_within_s", 5.0}};
   drills::DrillRecord r = right_record();
   add_fixes(0, 0, Vec3::Zero(), &r, [](double t_s) { return t_s < 20.0; });
-  const std::vector<drills::MarkResult> marks = judge(drill, {drills::drill_figures(drill, 1, r)});
-  EXPECT_EQ(marks[0].verdict, drills::Verdict::kFail);
-  EXPECT_EQ(marks[0].note, "never");
+  const std::vector<drills::LimitResult> limits =
+      judge(drill, {drills::drill_figures(drill, 1, r)});
+  EXPECT_EQ(limits[0].verdict, drills::Verdict::kFail);
+  EXPECT_EQ(limits[0].note, "never");
 }
 
-TEST(DrillMarks, ARunWithoutTruthPassesNothing) {
+TEST(DrillLimits, ARunWithoutTruthPassesNothing) {
   drills::Drill drill = gps_lost(20, 20);
-  drill.marks = {{"false_acceptances", 0.0}, {"smooth_step_m", 0.05}};
+  drill.limits = {{"false_acceptances", 0.0}, {"smooth_step_m", 0.05}};
   drills::DrillRecord r = right_record();
   r.truth.clear();
-  for (const drills::MarkResult& m : judge(drill, {drills::drill_figures(drill, 1, r)})) {
+  for (const drills::LimitResult& m : judge(drill, {drills::drill_figures(drill, 1, r)})) {
     EXPECT_EQ(m.verdict, drills::Verdict::kFail) << m.kind->key;
   }
 }
 
-TEST(DrillOutput, JsonAndJUnitSayTheSame) {
+TEST(DrillOutput, JsonAndJUnitAgree) {
   drills::DrillResult r;
   r.drill = gps_lost(20, 20);
   r.drill.name = "A & B <made up>";
-  r.drill.marks = {{"smooth_step_m", 0.05}, {"missed_alerts", 0.0}, {"ratio", 1.05}};
+  r.drill.limits = {{"smooth_step_m", 0.05}, {"missed_alerts", 0.0}, {"ratio", 1.05}};
   r.runs = {drills::drill_figures(r.drill, 7, right_record())};
   r.runs[0].baselines[0] = {10, 40.0, 10.0};
-  r.marks = judge(r.drill, r.runs);
+  r.limits = judge(r.drill, r.runs);
   const nlohmann::ordered_json j = drills::to_json({r});
   EXPECT_EQ(j["drills"][0]["verdict"], "FAIL");
   EXPECT_EQ(j["drills"][0]["runs"][0]["seed"], 7);

@@ -1,4 +1,4 @@
-// One run of a drill, and the a priori map that is wrong.
+// One run of a drill, and the wrong a priori map.
 
 #include <gtest/gtest.h>
 
@@ -39,7 +39,7 @@ class DrillRunTest : public testing::Test {
   drills::Scene scene_{drills::SceneKey{"", config("sim/drill.toml"), "", 1}};
 };
 
-TEST_F(DrillRunTest, ABaselineGoesWithoutItsSourceFromTheDrillsBeginOn) {
+TEST_F(DrillRunTest, ABaselineLacksItsSourceFromTheBeginningOfTheDrill) {
   ASSERT_TRUE(vehicle_.ok());
   drills::Drill drill;
   drills::Stimulus ramp;
@@ -65,7 +65,8 @@ TEST_F(DrillRunTest, ABaselineGoesWithoutItsSourceFromTheDrillsBeginOn) {
   EXPECT_EQ(
       after(inertial, 8.5, kGps) + after(inertial, 8.5, kRolling) + after(inertial, 8.5, kOdometry),
       0);
-  EXPECT_EQ(after(inertial, 4.0, kGps), after(no_gps, 4.0, kGps)) << "until then it had it";
+  EXPECT_EQ(after(inertial, 4.0, kGps), after(no_gps, 4.0, kGps))
+      << "until then the source was available";
 }
 
 TEST(DrillWrongMap, IsTurnedAboutTheOriginAndShifted) {
@@ -81,7 +82,7 @@ TEST(DrillWrongMap, IsTurnedAboutTheOriginAndShifted) {
   const sim::PriorMap shifted = drills::wrong_map(right, Vec3(2.0, 0.0, 1.0), 0.0);
   EXPECT_EQ(shifted.raster.level.origin_m.x(), 2.0);
   EXPECT_NEAR(shifted.raster.z_m[0], right.raster.z_m[0] + 1.0F, 1e-5);
-  // By a quarter it rises to the north.
+  // Rotated by a quarter turn it rises to the north.
   const sim::PriorMap turned = drills::wrong_map(right, Vec3::Zero(), radians(90.0));
   const Result<ElevationMap> map = ElevationMap::from_rasters(turned.frame, {turned.raster});
   ASSERT_TRUE(map.ok());

@@ -49,7 +49,7 @@ on_s = 1
 off_s = 4
 count = 3
 
-[marks]
+[limits]
 accept_within_s = 5
 ratio = 1.05
 )";
@@ -61,7 +61,7 @@ std::string complaint(const std::string& text) {
 
 std::string with_stimulus(const std::string& lines) { return "[[stimulus]]\n" + lines + "\n"; }
 
-TEST(DrillSpec, ReadsWhatAFileSays) {
+TEST(DrillSpec, ReadsAFile) {
   const Result<Drill> drill = parse_drill(kGood, "drills/both.toml");
   ASSERT_TRUE(drill.ok()) << drill.error().message;
   EXPECT_EQ(drill->id, "both");
@@ -78,8 +78,8 @@ TEST(DrillSpec, ReadsWhatAFileSays) {
   EXPECT_EQ(drill->stimuli[2].length_s, 15.0);
   EXPECT_EQ(drill->begin_s(), 30.0);
   EXPECT_EQ(drill->end_s(), 85.0);
-  EXPECT_EQ(drill->marks.at("ratio"), 1.05);
-  EXPECT_EQ(drill->marks.size(), 2U);
+  EXPECT_EQ(drill->limits.at("ratio"), 1.05);
+  EXPECT_EQ(drill->limits.size(), 2U);
 }
 
 TEST(DrillSpec, ErrorsNameFileLineKeyAndRange) {
@@ -88,9 +88,9 @@ TEST(DrillSpec, ErrorsNameFileLineKeyAndRange) {
   EXPECT_THAT(complaint(with_stimulus("kind = \"magic\"")),
               AllOf(HasSubstr("bad.toml:2"), HasSubstr("kind"), HasSubstr("null_island")));
   EXPECT_THAT(complaint(with_stimulus("begin_s = 3")), HasSubstr("kind"));
-  EXPECT_THAT(complaint("[marks]\nbeauty = 1\n"),
+  EXPECT_THAT(complaint("[limits]\nbeauty = 1\n"),
               AllOf(HasSubstr("bad.toml:2"), HasSubstr("beauty")));
-  EXPECT_THAT(complaint("[marks]\nwithin_protection = 99.9\n"),
+  EXPECT_THAT(complaint("[limits]\nwithin_protection = 99.9\n"),
               AllOf(HasSubstr("within_protection"), HasSubstr("1")));
   EXPECT_THAT(complaint("[run]\nlength_s = -1\n"), HasSubstr("length_s"));
   EXPECT_THAT(complaint("seeds = 0\n"), HasSubstr("seeds"));
@@ -105,7 +105,7 @@ TEST(DrillSpec, AKindHasItsOwnKeysOnly) {
   EXPECT_THAT(complaint(with_stimulus("kind = \"dust\"\nsource = \"gps\"")), HasSubstr("source"));
 }
 
-TEST(DrillSpec, WhatOnlyTheSimulatorHasMustSaySo) {
+TEST(DrillSpec, SimulatorOptionsRequireASimulatedRun) {
   EXPECT_THAT(complaint("[run]\nins = \"consumer\"\n"), HasSubstr("needs"));
   EXPECT_THAT(complaint("[run]\nscenario = \"x.toml\"\n"), HasSubstr("needs"));
 }
@@ -120,7 +120,7 @@ TEST(DrillSpec, WithoutAStimulusTheWholeRunCounts) {
   EXPECT_GE(for_good->end_s(), 1e5);
 }
 
-TEST(DrillSpec, EveryDrillOfTheProjectIsRight) {
+TEST(DrillSpec, EveryDrillOfTheProjectIsValid) {
   const char* root = std::getenv("RCS_SOURCE_DIR");
   const std::filesystem::path config =
       std::filesystem::path(root == nullptr ? "." : root) / "config";
@@ -135,7 +135,7 @@ TEST(DrillSpec, EveryDrillOfTheProjectIsRight) {
     const Result<Drill> drill = load_drill(entry.path().string());
     ASSERT_TRUE(drill.ok()) << drill.error().message;
     EXPECT_FALSE(drill->about.empty()) << entry.path();
-    EXPECT_FALSE(drill->marks.empty()) << entry.path();
+    EXPECT_FALSE(drill->limits.empty()) << entry.path();
     ++count;
     EXPECT_GT(drill->run.length_s, 0.0) << entry.path();
     for (const Stimulus& s : drill->stimuli) EXPECT_LT(s.begin_s, drill->run.length_s);
@@ -144,7 +144,7 @@ TEST(DrillSpec, EveryDrillOfTheProjectIsRight) {
     if (!drill->full) seconds += drill->run.length_s * drill->seeds;
   }
   EXPECT_GE(count, 70);
-  EXPECT_LE(seconds, 4000.0) << "--all is for every day";
+  EXPECT_LE(seconds, 4000.0) << "--all must be short enough for every day";
 }
 
 }  // namespace

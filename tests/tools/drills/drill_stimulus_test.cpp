@@ -1,4 +1,4 @@
-// What a drill does to the messages, kind by kind.
+// Effects of each kind of stimulus on the messages.
 
 #include <gmock/gmock.h>
 
@@ -31,7 +31,7 @@ Vec3 place_of(const gps_fix_t& fix) {
   return LocalFrame(datum()).to_world({radians(fix.lat_deg), radians(fix.lon_deg), {fix.height_m}});
 }
 
-/// Fixes within the window satisfy `changed`, all others are untouched, and so is everything else.
+/// Fixes within the window satisfy `changed`, all others and all other messages are unchanged.
 template <class Check>
 void expect_only_fixes_inside(const drills::Stimulus& s, Check check) {
   const std::vector<Arrived> quiet = stimulated({});
@@ -49,7 +49,7 @@ void expect_only_fixes_inside(const drills::Stimulus& s, Check check) {
   EXPECT_EQ(changed, 10);
 }
 
-TEST(DrillStimulus, NothingDoneIsNothingChanged) { EXPECT_EQ(stimulated({}), quiet_drive()); }
+TEST(DrillStimulus, WithoutAStimulusNothingChanges) { EXPECT_EQ(stimulated({}), quiet_drive()); }
 
 TEST(DrillStimulus, TheSameSeedGivesTheSameMessages) {
   drills::Stimulus empty =
@@ -59,7 +59,7 @@ TEST(DrillStimulus, TheSameSeedGivesTheSameMessages) {
   EXPECT_NE(stimulated({empty}, 7), stimulated({empty}, 8));
 }
 
-TEST(DrillStimulus, ADropoutTakesItsSourceAndNoOther) {
+TEST(DrillStimulus, ADropoutRemovesItsSourceOnly) {
   const std::vector<Arrived> quiet = stimulated({});
   for (const drills::DrillSource source : {drills::DrillSource::kGps, drills::DrillSource::kLadar,
                                            drills::DrillSource::kIns, drills::DrillSource::kAll}) {
@@ -88,7 +88,7 @@ TEST(DrillStimulus, TheTruthIsNeverTouched) {
   EXPECT_THAT(of_channel(left, channel::kIns), SizeIs(15));
 }
 
-TEST(DrillStimulus, FlappingComesAndGoes) {
+TEST(DrillStimulus, FlappingAlternates) {
   drills::Stimulus s = gps(drills::StimulusKind::kFlapping);
   s.on_s = 1.0;
   s.off_s = 1.5;
@@ -100,7 +100,7 @@ TEST(DrillStimulus, FlappingComesAndGoes) {
   EXPECT_THAT(times, ElementsAre(5.0, 5.5, 7.5, 8.0));
 }
 
-TEST(DrillStimulus, AnOffsetIsSoFarInItsDirection) {
+TEST(DrillStimulus, AnOffsetHasItsDistanceAndDirection) {
   drills::Stimulus s = gps(drills::StimulusKind::kOffset);
   s.offset_m = 110.0;
   s.bearing_rad = radians(90.0);  // east
@@ -130,7 +130,7 @@ TEST(DrillStimulus, AnOffsetMayBeOfOneFixAndMayDecay) {
   });
 }
 
-TEST(DrillStimulus, ARampGrowsAndItsVelocityTellsOfItOrNot) {
+TEST(DrillStimulus, ARampGrowsWithOrWithoutAMatchingVelocity) {
   for (const bool with_velocity : {true, false}) {
     drills::Stimulus s = gps(drills::StimulusKind::kRamp);
     s.rate_mps = 2.0;
@@ -145,7 +145,7 @@ TEST(DrillStimulus, ARampGrowsAndItsVelocityTellsOfItOrNot) {
   }
 }
 
-TEST(DrillStimulus, HeightSigmaNullIslandAndNoNumbers) {
+TEST(DrillStimulus, HeightSigmaNullIslandAndNonFiniteStimuli) {
   drills::Stimulus s = gps(drills::StimulusKind::kHeight);
   s.height_m = -33.0;
   expect_only_fixes_inside(s, [](const gps_fix_t& before, const gps_fix_t& fix) {
@@ -170,7 +170,7 @@ TEST(DrillStimulus, HeightSigmaNullIslandAndNoNumbers) {
 }
 
 TEST(DrillStimulus, AFrozenFixHasNewStampsAndAStaleOneOldStamps) {
-  // Something that changes from fix to fix.
+  // A value that changes from fix to fix.
   drills::Stimulus walk = gps(drills::StimulusKind::kRamp);
   walk.begin_s = 0.0;
   walk.length_s = 20.0;
@@ -195,7 +195,7 @@ TEST(DrillStimulus, AFrozenFixHasNewStampsAndAStaleOneOldStamps) {
   });
 }
 
-TEST(DrillStimulus, AShareOfTheFacetsComesEmpty) {
+TEST(DrillStimulus, AShareOfTheFacetsIsEmpty) {
   for (const double share : {0.0, 0.25, 1.0}) {
     drills::Stimulus s =
         from_5_to_10(drills::StimulusKind::kEmptyFacets, drills::DrillSource::kLadar);
@@ -219,7 +219,7 @@ TEST(DrillStimulus, AShareOfTheFacetsComesEmpty) {
   }
 }
 
-TEST(DrillStimulus, DustIsNearAndOnlyInFrontOfWhatIsFarther) {
+TEST(DrillStimulus, DustIsNearAndOnlyInFrontOfFartherReturns) {
   drills::Stimulus s = from_5_to_10(drills::StimulusKind::kDust, drills::DrillSource::kLadar);
   s.share = 0.3;
   int dusty = 0;
@@ -266,7 +266,7 @@ TEST(DrillStimulus, AClockJumpMovesStampsAndNotArrivals) {
   }
 }
 
-TEST(DrillStimulus, DelayedMessagesComeLaterInOrderOfArrival) {
+TEST(DrillStimulus, DelayedMessagesArriveLaterInOrder) {
   drills::Stimulus s = gps(drills::StimulusKind::kDelay);
   s.delay_ms = 230.0;
   const std::vector<Arrived> drilled = stimulated({s});
@@ -296,7 +296,7 @@ TEST(DrillStimulus, DisorderSwapsAndRepetitionDoubles) {
   std::swap(expected[12], expected[13]);
   EXPECT_EQ(seqs(stimulated({s})), expected);
 
-  // One that still waits when the drive ends is not lost.
+  // A message that is still delayed when the drive ends is not lost.
   s.begin_s = 19.4;
   EXPECT_THAT(stimulated({s}), SizeIs(stimulated({}).size()));
 

@@ -1,4 +1,4 @@
-// The books of a budget run: every scan is something, every hop is found, limits are held.
+// Statistics of a budget run: every scan has an outcome, every hop is found, limits are checked.
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@ namespace {
 constexpr std::int64_t kPeriod_us = 100'000;
 
 std::int64_t reference(int scan) { return 5'000'000 + scan * kPeriod_us; }
-/// Node time: another clock.
+/// Node time: a different clock.
 std::int64_t at(int scan, std::int64_t us) { return 77'000'000 + scan * kPeriod_us + us; }
 
 latency_trace_t latency_trace(int scan) {
@@ -47,22 +47,22 @@ std::int64_t sum(const ScanCounts& c) {
   return c.full + c.degraded + c.held + c.failed + c.dropped + c.unaccounted;
 }
 
-TEST(ScanLatencyTrace, EveryScanIsOneThing) {
+TEST(ScanLatencyTrace, EveryScanHasExactlyOneOutcome) {
   ScanLatencyTrace books;
   for (int scan = 0; scan < 8; ++scan) books.sent(reference(scan), from_utime(at(scan, 0)));
   books.take(answer(0, registration_t::STOP_SEEDED, 0, 1));
   books.take(answer(1, registration_t::STOP_CONVERGED, 1, 2));
   books.take(answer(2, registration_t::STOP_HELD, 3, 3));
   books.take(answer(3, registration_t::STOP_TOO_FEW, 0, 4));
-  // A new map after the failure: no second answer.
+  // A new map after the failure: no second result.
   books.take(answer(3, registration_t::STOP_SEEDED, 0, 4));
-  // Scan 4 is dropped, the answer to scan 5 does not come here, and nobody knows of scan 7.
+  // Scan 4 is dropped, the result of scan 5 is lost, and scan 7 is unaccounted for.
   registration_t last = answer(6, registration_t::STOP_CONVERGED, 0, 6);
   last.account.dropped = 1;
   books.take(last);
   const ScanCounts c = books.close().scans;
   EXPECT_EQ(c.sent, 8);
-  EXPECT_EQ(c.full, 3);  // 0, 6 and the unheard 5
+  EXPECT_EQ(c.full, 3);  // 0, 6 and the lost 5
   EXPECT_EQ(c.not_heard, 1);
   EXPECT_EQ(c.degraded, 1);
   EXPECT_EQ(c.held, 1);
@@ -103,7 +103,7 @@ TEST(ScanLatencyTrace, TheHopsAddUpToTheChain) {
   };
   EXPECT_DOUBLE_EQ(only("last facet sent -> arrival in sp"), 0.2);
   EXPECT_DOUBLE_EQ(only("sp: last facet -> start"), 0.1);
-  EXPECT_DOUBLE_EQ(only(kSpWork), 5.0) << "neither the facets before nor the map after";
+  EXPECT_DOUBLE_EQ(only(kSpWork), 5.0) << "without the facets before and the map after";
   EXPECT_DOUBLE_EQ(only("hop sp -> wm"), 0.2);
   EXPECT_DOUBLE_EQ(only("wm: arrival -> start"), 0.1);
   EXPECT_DOUBLE_EQ(only("wm: work"), 0.15);
@@ -130,7 +130,7 @@ const BudgetVerdict& verdict(const std::vector<BudgetVerdict>& verdicts, const s
   return none;
 }
 
-TEST(Budget, LimitsAreHeldAgainstTheirFigures) {
+TEST(Budget, LimitsAreComparedWithTheirMetrics) {
   std::vector<double> chain_ms(100);
   std::iota(chain_ms.begin(), chain_ms.end(), 1.0);
   BudgetRecord record = record_of(chain_ms);
@@ -147,11 +147,11 @@ TEST(Budget, LimitsAreHeldAgainstTheirFigures) {
   EXPECT_TRUE(verdict(verdicts, "unaccounted_scans").kept());
   record.scans.unaccounted = 1;
   verdicts = judge(record, {});
-  EXPECT_FALSE(verdict(verdicts, "unaccounted_scans").kept()) << "without a limit stated, too";
+  EXPECT_FALSE(verdict(verdicts, "unaccounted_scans").kept()) << "also without a configured limit";
   EXPECT_FALSE(to_json(record, verdicts)["kept"].get<bool>());
 }
 
-TEST(Budget, TheTableIsStrict) {
+TEST(Budget, TheTableRejectsUnknownKeysAndValues) {
   const auto read = [](const char* text) {
     const Result<ParamFile> file = ParamFile::parse(text, "f");
     EXPECT_TRUE(file.ok());
@@ -176,7 +176,7 @@ TEST(Budget, RecordsOfLapsArePooled) {
   EXPECT_EQ(sum.nodes["sp"].overruns, 6);
 }
 
-TEST(Budget, ThePictureHasEveryScan) {
+TEST(Budget, TheDiagramShowsEveryScan) {
   const report::Plot plot = budget_plot(record_of({1.0, 1.0, 2.0, 200.0}), {}, "title");
   const report::Series& chain = plot.series.front();
   double scans = 0.0;

@@ -20,7 +20,7 @@ const Geodetic kDatum = {radians(40.4), radians(-76.6), {150.0}};
 
 Stamp at_s(double t_s) { return Stamp(from_seconds(1000.0 + t_s)); }
 
-/// A straight drive at 10 m/s, 20 s long; fixes end at 5 s and come back at 15 s, and meanwhile the
+/// A straight drive at 10 m/s, 20 s long; fixes end at 5 s and return at 15 s, and meanwhile the
 /// world pose drifts to the left by 0.1 m/s.
 recording::RunLog drive_with_an_outage() {
   recording::RunLog run;
@@ -70,7 +70,7 @@ TEST(Evaluation, AnOutageEndsWithTheFixThatEndsIt) {
   EXPECT_EQ(gps_outages(run)[0].to, at_s(14.5));
 }
 
-TEST(Evaluation, IntervalsHaveInCommonWhatIsInBoth) {
+TEST(Evaluation, TheIntersectionOfIntervalsIsTheirCommonPart) {
   const std::vector<TimeInterval> a = {{at_s(0), at_s(10)}, {at_s(20), at_s(30)}};
   const std::vector<TimeInterval> b = {{at_s(2), at_s(12)}, {at_s(25), at_s(40)}};
   const std::vector<TimeInterval> both = common_intervals(a, b);
@@ -83,7 +83,7 @@ TEST(Evaluation, IntervalsHaveInCommonWhatIsInBoth) {
   EXPECT_TRUE(common_intervals({}, b).empty());
 }
 
-TEST(Evaluation, WhatWasFusedIsWhatWmAcceptedWithinTheInterval) {
+TEST(Evaluation, FusedSourcesAreThoseThatWmAcceptedWithinTheInterval) {
   using I = innovation_t;
   recording::RunLog run = drive_with_an_outage();
   const TimeInterval outage{at_s(5.0), at_s(15.0)};
@@ -103,7 +103,7 @@ TEST(Evaluation, WhatWasFusedIsWhatWmAcceptedWithinTheInterval) {
                                                                   "INS", "motion constraints"}));
 }
 
-/// A run without GPS for 100 s and 300 m, off by this much.
+/// A run without GPS for 100 s and 300 m with this error.
 ComparedRun run_off_by(const std::string& name, double rms_m, std::vector<std::string> fused) {
   OutageFigures o;
   o.interval = {at_s(0.0), at_s(100.0)};
@@ -116,20 +116,20 @@ ComparedRun run_off_by(const std::string& name, double rms_m, std::vector<std::s
   return run;
 }
 
-TEST(RunComparison, TheSentencePairsTheRunsThatDifferByTheLadarAlone) {
+TEST(RunComparison, TheSummaryPairsTheRunsThatDifferByTheLadarAlone) {
   std::vector<ComparedRun> runs = {
       run_off_by("all sensors", 0.4, {"LADAR", "a priori map", "wheel encoders", "INS"}),
       run_off_by("wheels", 0.5, {"wheel encoders", "INS"}),
       run_off_by("LADAR", 0.6, {"LADAR", "INS"}), run_off_by("INS alone", 30.0, {"INS"})};
   EXPECT_NEAR(ladar_factor(runs).value_or(0.0), 50.0, 1e-9);
   EXPECT_EQ(comparison_text(runs),
-            "Look at the rms of rows that differ by the LADAR alone: over 100 s and 300 m without "
-            "GPS, with the LADAR and without it, 0.40 m and 0.50 m beside wheel encoders, INS; "
-            "0.60 m and 30.00 m beside INS.");
+            "Contribution of the LADAR: over 100 s and 300 m without GPS the rms error with and "
+            "without the LADAR, other sensors being equal, is 0.40 m and 0.50 m (with wheel "
+            "encoders, INS); 0.60 m and 30.00 m (with INS).");
   EXPECT_EQ(comparison_table(runs).rows[3][0], "INS alone: INS");
   EXPECT_EQ(comparison_table(runs).rows[3].back(), "10.00 %");
 
-  // A run with GPS shows nothing of the LADAR, whatever its name is.
+  // A run with GPS shows no effect of the LADAR, independently of its name.
   runs[3].fused = {{"GPS", "INS"}};
   EXPECT_NEAR(ladar_factor(runs).value_or(0.0), 1.25, 1e-9);
   runs.erase(runs.begin() + 1);
@@ -137,7 +137,7 @@ TEST(RunComparison, TheSentencePairsTheRunsThatDifferByTheLadarAlone) {
   EXPECT_EQ(comparison_text(runs), "");
 }
 
-TEST(Evaluation, ARunWithoutScansHasItsPosesWhereWmBelieves) {
+TEST(Evaluation, ARunWithoutScansUsesThePosesOfWm) {
   recording::RunLog run = drive_with_an_outage();
   run.nav[3].world_valid = false;
   const Result<recording::ScanPoses> world =
@@ -151,7 +151,7 @@ TEST(Evaluation, ARunWithoutScansHasItsPosesWhereWmBelieves) {
   EXPECT_FALSE(recording::poses_at_scans(run, recording::Frame::kLocal));
 }
 
-TEST(Evaluation, APartIsCutOutByTimeAfterTheEarliest) {
+TEST(Evaluation, APartIsSelectedByTimeSinceTheEarliestMessage) {
   recording::RunLog run = drive_with_an_outage();
   run.nav.erase(run.nav.begin(), run.nav.begin() + 30);  // the truth begins earlier
   cut(from_seconds(5.0), from_seconds(7.0), &run);
@@ -163,8 +163,8 @@ TEST(Evaluation, APartIsCutOutByTimeAfterTheEarliest) {
   EXPECT_EQ(run.nav.size(), 20U);
 }
 
-TEST(Evaluation, WorldErrorsAreTakenInTheTruthsOwnWorld) {
-  // GIVEN a WM whose datum lies elsewhere, and poses that say the same in its own frame
+TEST(Evaluation, WorldErrorsAreComputedInTheWorldOfTheGroundTruth) {
+  // GIVEN a WM with another datum and the same poses in its own frame
   recording::RunLog run = drive_with_an_outage();
   run.world_datum = Geodetic{kDatum.lat_rad + 1e-4, kDatum.lon_rad - 1e-4, {130.0}};
   const Pose T_world_truthworld = between_worlds(*run.world_datum, kDatum);
@@ -173,7 +173,7 @@ TEST(Evaluation, WorldErrorsAreTakenInTheTruthsOwnWorld) {
   }
   const std::optional<WorldFigures> world = world_figures(run, run.truth, run.truth_datum);
   ASSERT_TRUE(world.has_value());
-  // THEN the errors are those of before: the frames are 600 m apart, rounding is below 0.1 mm
+  // THEN the errors are unchanged: the frames are 600 m apart, rounding is below 0.1 mm
   EXPECT_NEAR(world->horizontal_m.max, 0.99, 1e-4);
   EXPECT_LT(world->vertical_m.max, 1e-4);
   const Pose back = between_worlds(kDatum, *run.world_datum) * T_world_truthworld;
@@ -196,7 +196,7 @@ recording::ScanRecord scan_at(double t_s, std::int64_t id, std::int32_t epoch, d
   return scan;
 }
 
-TEST(RunLog, ScansBeforeTheFirstBeliefAreCarriedAlongTheRollingMap) {
+TEST(RunLog, ScansBeforeTheFirstBeliefArePropagatedByTheRollingMap) {
   recording::RunLog run = drive_with_an_outage();
   run.nav.erase(run.nav.begin(), run.nav.begin() + 10);  // nothing before 1 s
   run.scans = {scan_at(0.5, 1, 1, 0.0), scan_at(1.0, 2, 1, 5.0), scan_at(1.55, 3, 1, 10.5)};
@@ -207,7 +207,7 @@ TEST(RunLog, ScansBeforeTheFirstBeliefAreCarriedAlongTheRollingMap) {
   EXPECT_EQ(poses->carried, 1U);
   EXPECT_NEAR(poses->poses[0].T.p.x(), 5.0, 1e-9);
   EXPECT_NEAR(poses->poses[1].T.p.x(), 10.0, 1e-9);
-  EXPECT_NEAR(poses->poses[2].T.p.x(), 15.5, 1e-9);  // between two beliefs
+  EXPECT_NEAR(poses->poses[2].T.p.x(), 15.5, 1e-9);  // between two nav states
 }
 
 TEST(RunLog, RollingPosesOfTwoMapsShareNoFrame) {
@@ -218,7 +218,7 @@ TEST(RunLog, RollingPosesOfTwoMapsShareNoFrame) {
   EXPECT_TRUE(recording::poses_at_scans(run, recording::Frame::kRolling).ok());
 }
 
-TEST(RunLog, ReadsWhatWasWrittenAndCountsWhatItCannot) {
+TEST(RunLog, ReadsWrittenMessagesAndCountsUnreadableOnes) {
   const std::string path = ::testing::TempDir() + "run_log_test.log";
   Result<LogWriter> writer = LogWriter::create(path);
   ASSERT_TRUE(writer.ok());
@@ -243,7 +243,7 @@ TEST(RunLog, ReadsWhatWasWrittenAndCountsWhatItCannot) {
       recording::read_head(channel::kSpRegistration, data);
   ASSERT_TRUE(head.has_value());
   EXPECT_EQ(head->seq, 1);
-  EXPECT_FALSE(recording::read_head(channel::kIns, data).has_value());  // of another type
+  EXPECT_FALSE(recording::read_head(channel::kIns, data).has_value());  // of a different type
   const std::optional<recording::Fields> fields =
       recording::read_fields(channel::kSpRegistration, data);
   ASSERT_TRUE(fields.has_value());
@@ -259,7 +259,7 @@ TEST(SvgPlot, TicksAreRoundAndInside) {
   }
 }
 
-TEST(SvgPlot, TextCannotBreakOutAndEmptyPlotsAreDrawn) {
+TEST(SvgPlot, TextIsEscapedAndEmptyPlotsAreDrawn) {
   report::Plot plot;
   plot.title = "<script>\"&";
   plot.series.push_back({"", report::Colour::kBlue, report::SeriesStyle::kBand, {}, {}, {}});

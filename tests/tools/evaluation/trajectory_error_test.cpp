@@ -28,7 +28,7 @@ PosePairs moved(PosePairs pairs, const Pose& T_other_world) {
   return pairs;
 }
 
-TEST(TrajectoryError, MovingTheWholeEstimateCostsNothingAfterAlignment) {
+TEST(TrajectoryError, MovingTheWholeEstimateGivesNoErrorAfterAlignment) {
   Vec6 xi;
   xi << 30.0, -20.0, 5.0, 0.5, -0.8, 2.0;
   const PosePairs pairs = moved(perfect_pairs(200), exp_se3(xi));
@@ -89,7 +89,7 @@ TEST(TrajectoryError, AConstantYawRateErrorIsARotationPerMetre) {
   EXPECT_NEAR(relative_error_over_length(pairs, 20.0).rotation_rad_per_m, 0.001, 1e-12);
 }
 
-TEST(TrajectoryError, RelativeErrorDoesNotSeeTheFrame) {
+TEST(TrajectoryError, RelativeErrorDoesNotDependOnTheFrame) {
   Vec6 xi;
   xi << 30.0, -20.0, 5.0, 0.5, -0.8, 2.0;
   const RelativeError r = relative_error_over_length(moved(perfect_pairs(200), exp_se3(xi)), 100.0);
@@ -97,7 +97,7 @@ TEST(TrajectoryError, RelativeErrorDoesNotSeeTheFrame) {
   EXPECT_LT(r.translation_m, 1e-9);
 }
 
-TEST(TrajectoryError, LengthsAreKittisWhereTheyFit) {
+TEST(TrajectoryError, SegmentLengthsAreThoseOfKittiWhereTheyFit) {
   EXPECT_EQ(lengths_that_fit(30.0), (std::vector<double>{5, 10, 20}));
   EXPECT_EQ(lengths_that_fit(350.0), (std::vector<double>{100, 200, 300}));
   EXPECT_TRUE(lengths_that_fit(1.0).empty());
@@ -124,7 +124,7 @@ TEST(TrajectoryError, NeesOfErrorsDrawnFromTheirCovarianceAveragesItsDimension) 
   EXPECT_NEAR(sum / n, 6.0, 0.22);
 }
 
-TEST(TrajectoryError, NeesRefusesACovarianceThatIsNone) {
+TEST(TrajectoryError, NeesRejectsAnInvalidCovariance) {
   Mat6 P = Mat6::Identity();
   P(5, 5) = -1.0;
   EXPECT_FALSE(nees(Vec6::Ones(), P).has_value());

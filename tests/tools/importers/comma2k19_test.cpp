@@ -33,8 +33,8 @@ Quat q_vehicle_device() {
 }
 Vec3 place(double t_s) { return q_world_vehicle() * Vec3(driven_m(t_s), 0.0, 0.0); }
 
-/// A minute's folder, made up: a straight, level road, 25 s; fixes are late by kLatency_s and the
-/// way to the device, 10 to 40 ms, and lie 0.5 m to the left.
+/// A synthetic folder of a minute: a straight, level road, 25 s; fixes are delayed by kLatency_s
+/// and by the transport to the device, 10 to 40 ms, and lie 0.5 m to the left.
 class CommaFolder : public testing::Test {
  protected:
   CommaFolder() {
@@ -42,7 +42,7 @@ class CommaFolder : public testing::Test {
     RCS_CHECK(mkdtemp(folder_.data()) != nullptr);
     write_truth();
     write_fixes();
-    // At rest in its own axes but for gravity, as the device sees it: forward, right, down.
+    // Specific force of gravity in the axes of the device: forward, right, down.
     const Vec3 up_device = q_vehicle_device().conjugate() * Vec3(0.0, 0.0, 9.8);
     std::ofstream acc(folder_ + "/imu_acc.csv");
     std::ofstream gyro(folder_ + "/imu_gyro.csv");
@@ -123,11 +123,11 @@ class CommaFolder : public testing::Test {
 CommaSetup true_setup() {
   CommaSetup setup;
   setup.mount_rpy_rad = {0.0, kMountPitch_rad, kMountYaw_rad};
-  setup.gps_latency_s = kLatency_s + 0.01;  // with the shortest way
+  setup.gps_latency_s = kLatency_s + 0.01;  // with the shortest transport delay
   return setup;
 }
 
-TEST_F(CommaFolder, TheTruthIsTheVehiclesPoseInTheWorldOfItsFirstPlace) {
+TEST_F(CommaFolder, TheGroundTruthIsTheVehiclePoseInTheWorldOfItsFirstPosition) {
   const std::vector<truth_t> truth = all<truth_t>(import(true_setup()));
   ASSERT_EQ(truth.size(), 501U);
   EXPECT_NEAR(truth[0].datum_lat_deg, degrees(kStart.lat_rad), 1e-9);
@@ -144,7 +144,7 @@ TEST_F(CommaFolder, TheTruthIsTheVehiclesPoseInTheWorldOfItsFirstPlace) {
   }
 }
 
-TEST_F(CommaFolder, AtRestTheIncrementsSayOneGUpAndTurnsToTheRightAreNegative) {
+TEST_F(CommaFolder, AtRestTheIncrementsAreOneGUpAndRightTurnsAreNegative) {
   const std::vector<ins_t> ins = all<ins_t>(import(true_setup()));
   ASSERT_EQ(ins.size(), 249U);
   for (const ins_t& m : ins) {
@@ -155,12 +155,12 @@ TEST_F(CommaFolder, AtRestTheIncrementsSayOneGUpAndTurnsToTheRightAreNegative) {
   }
 }
 
-TEST_F(CommaFolder, FixesAreStampedWhenTheyWereMeasuredThoughTheirWayVaries) {
+TEST_F(CommaFolder, FixesHaveTheirMeasurementTimeDespiteVaryingTransport) {
   const recording::SensorLog log = import(true_setup());
   const LocalFrame world(kStart);
   int n = 0;
   for (const gps_fix_t& m : all<gps_fix_t>(log)) {
-    if (++n < 4) continue;  // until one came the shortest way
+    if (++n < 4) continue;  // until one arrived with the shortest delay
     const double t_s = 1e-6 * static_cast<double>(m.utime) - kBoot_s;
     const Vec3 p = world.to_world({radians(m.lat_deg), radians(m.lon_deg), {m.height_m}});
     EXPECT_LT((p - place(t_s) - q_world_vehicle() * Vec3(0.0, 0.5, 0.0)).norm(), 1e-3) << t_s;
@@ -176,7 +176,7 @@ TEST_F(CommaFolder, FixesAreStampedWhenTheyWereMeasuredThoughTheirWayVaries) {
   }
 }
 
-TEST_F(CommaFolder, TheCheckFindsWhatTheSetupDoesNotSay) {
+TEST_F(CommaFolder, TheCheckEstimatesTheUnknownSetup) {
   CommaSetup nothing;
   nothing.mount_rpy_rad.setZero();
   nothing.gps_latency_s = 0.0;
@@ -185,7 +185,7 @@ TEST_F(CommaFolder, TheCheckFindsWhatTheSetupDoesNotSay) {
   ASSERT_TRUE(found) << found.error().message;
   EXPECT_NEAR(found->mount_pitch_rad, kMountPitch_rad, 1e-5);
   EXPECT_NEAR(found->mount_yaw_rad, kMountYaw_rad, 1e-5);
-  EXPECT_NEAR(found->gps_latency_s, kLatency_s + 0.01, 2e-3);  // the first ways were longer
+  EXPECT_NEAR(found->gps_latency_s, kLatency_s + 0.01, 2e-3);  // the first delays were longer
   EXPECT_NEAR(found->fix_minus_truth_m.y(), 0.5, 1e-2);
   EXPECT_LT(found->residual_along_m, 0.05);
   EXPECT_NEAR(found->raw_rms_m, std::hypot(0.11 * 12.4, 0.5), 0.1);
@@ -201,7 +201,7 @@ TEST_F(CommaFolder, TheCheckFindsWhatTheSetupDoesNotSay) {
   EXPECT_THAT(none.error().message, HasSubstr("too few"));
 }
 
-TEST_F(CommaFolder, MistakesAreNamed) {
+TEST_F(CommaFolder, ErrorsAreNamed) {
   const auto complaint = [this](const std::string& file, const std::string& text) {
     std::ofstream(folder_ + "/" + file) << text;
     const Result<CommaTables> tables = load_comma2k19(folder_);
@@ -215,9 +215,9 @@ TEST_F(CommaFolder, MistakesAreNamed) {
   EXPECT_THAT(complaint("truth_pose.csv", header + "1,1,2,3,0,0,0,2,0,0,0\n"),
               HasSubstr("truth_pose.csv:2: qw, qx, qy, qz"));
   EXPECT_THAT(complaint("truth_pose.csv", header + "1,1,2,3,0,0,0,1,0,0,0\n"),
-              HasSubstr("not a place on the earth"));
+              HasSubstr("not a position on the earth"));
   EXPECT_THAT(complaint("truth_pose.csv", header + "1,1,2,,0,0,0,1,0,0,0\n"),
-              HasSubstr("no row is whole"));
+              HasSubstr("no complete row"));
   std::filesystem::remove(folder_ + "/gnss_ublox.csv");
   EXPECT_THAT(complaint("imu_gyro.csv", "t,wx,wy,wz\n"), HasSubstr("gnss_ublox.csv"));
 }

@@ -66,7 +66,7 @@ std::string complaint(const std::string& map_text, const std::vector<tools::CsvT
   return counts ? "accepted" : counts.error().message;
 }
 
-TEST(ImuGpsImport, ARolledImuAtRestReadsOneGUpAndTurnsAboutTheVehiclesAxes) {
+TEST(ImuGpsImport, ARolledImuAtRestMeasuresOneGUpAndTurnsAboutTheVehicleAxes) {
   // Its y is up; the vehicle turns to the left by 90 deg/s and pitches its nose down by 9 deg/s.
   const Imported in = import(kImu, {table("imu.csv",
                                           "t,ax,ay,az,wx,wy,wz\n"
@@ -83,8 +83,8 @@ TEST(ImuGpsImport, ARolledImuAtRestReadsOneGUpAndTurnsAboutTheVehiclesAxes) {
       1e-12);
 }
 
-TEST(ImuGpsImport, AMountTurnsWhatTheColumnsLeaveOver) {
-  // The device's nose is 30 deg down: at rest gravity shows along its x, backwards.
+TEST(ImuGpsImport, AMountRotationIsAppliedAfterTheColumnMapping) {
+  // The device's nose is 30 deg down: at rest gravity appears along its x, backwards.
   const std::string map = std::string(kImu) + "mount_rpy_deg = [0, 30, 0]\n";
   const Imported in =
       import(map, {table("imu.csv",
@@ -105,12 +105,12 @@ TEST(InsIntegrator, TheIncrementIsTheIntegralOfTheStraightLine) {
   EXPECT_EQ(add(1.0, 2.0), Step::kFirst);
   EXPECT_EQ(add(1.1, 4.0), Step::kForward);
   EXPECT_NEAR(m.delta_v_mps[0], 0.3, 1e-12);
-  // A stamp that runs backward stays: held for the interval before.
+  // A backward stamp is replaced: it counts for the interval before.
   EXPECT_EQ(add(0.5, 6.0), Step::kBackward);
   EXPECT_EQ(m.utime, 500'000);
   EXPECT_EQ(m.interval_us, 100'000);
   EXPECT_NEAR(m.delta_v_mps[0], 0.6, 1e-12);
-  // And the next one goes on from the newest.
+  // The next one continues from the newest.
   EXPECT_EQ(add(1.2, 4.0), Step::kForward);
   EXPECT_NEAR(m.delta_v_mps[0], 0.4, 1e-12);
   EXPECT_EQ(add(1.5, 4.0), Step::kGap);
@@ -166,7 +166,7 @@ TEST(ImuGpsImport, AFixHasItsUnitsItsVelocityAndItsKindOfHeight) {
   const std::vector<gps_fix_t> fixes = in.all<gps_fix_t>();
   ASSERT_EQ(fixes.size(), 2U);
   const gps_fix_t& m = fixes[0];
-  EXPECT_EQ(m.utime, 750'000) << "valid before it came";
+  EXPECT_EQ(m.utime, 750'000) << "valid before its arrival";
   EXPECT_EQ(in.log.events()[0].arrival, from_utime(1'000'000));
   EXPECT_EQ(m.lat_deg, 51.0);
   EXPECT_EQ(m.lon_deg, 13.5);
@@ -176,11 +176,11 @@ TEST(ImuGpsImport, AFixHasItsUnitsItsVelocityAndItsKindOfHeight) {
   EXPECT_EQ(m.has_velocity, 1);
   EXPECT_LT((from_message(m.v_enu_mps) - Vec3(10, 0, 0)).norm(), 1e-12) << "eastward";
   EXPECT_NEAR(m.sigma_v_enu_mps[2], std::hypot(0.3, 1.0), 1e-12);
-  EXPECT_EQ(fixes[1].has_velocity, 0) << "a place without a speed is a place";
+  EXPECT_EQ(fixes[1].has_velocity, 0) << "a position without a speed is valid";
   EXPECT_EQ(in.counts.gps->without_velocity, 1);
 }
 
-TEST(ImuGpsImport, RowsThatAreNoFixAreSkippedAndCounted) {
+TEST(ImuGpsImport, RowsWithoutAFixAreSkippedAndCounted) {
   const std::string map = std::string(kGps) +
                           "sigma_columns = ['s', 's', 's']\nsigma_columns_are = 'variance'\n"
                           "sigma_scale = [1, 1, 2]\nchanged_by = ['n']\nzero_is_missing = ['h']\n"
@@ -188,7 +188,7 @@ TEST(ImuGpsImport, RowsThatAreNoFixAreSkippedAndCounted) {
   const Imported in = import(map, {table("gps.csv",
                                          "ms,lat,lon,h,v,c,s,n,fix\n"
                                          "1000,51,13,110,0,0,9,5,3\n"
-                                         "1020,51,13,110,0,0,9,5,3\n"  // once more
+                                         "1020,51,13,110,0,0,9,5,3\n"  // repeated
                                          "1100,51,13,0,0,0,9,6,3\n"    // no height
                                          "1200,51,13,110,0,0,9,7,1\n"  // no fix
                                          "1300,151,13,110,0,0,9,8,3\n"
@@ -206,8 +206,8 @@ TEST(ImuGpsImport, RowsThatAreNoFixAreSkippedAndCounted) {
   EXPECT_EQ(fixes[1].satellites, 11);
 }
 
-TEST(ReceiverClock, WhatTransportDelaysIsStampedWhenItWasMeasured) {
-  // A fix each 0.1 s by the receiver; the device has it 20 ms later, or much later.
+TEST(ReceiverClock, DelayedFixesHaveTheirMeasurementTime) {
+  // A fix each 0.1 s by the receiver; the device receives it 20 ms later, or much later.
   ReceiverClock clock;
   const double delay_s[] = {0.02, 0.05, 0.02, 1.5, 4.0, 0.02};
   for (int k = 0; k < 6; ++k) {
@@ -217,12 +217,12 @@ TEST(ReceiverClock, WhatTransportDelaysIsStampedWhenItWasMeasured) {
     EXPECT_EQ(clock.device_time(arrival, receiver), measured + from_seconds(0.02)) << k;
   }
   EXPECT_EQ(clock.steps(), 0);
-  // Midnight: the time of day starts anew.
+  // Midnight: the time of day restarts.
   EXPECT_EQ(clock.device_time(from_utime(900'000'000), from_seconds(1.0)), from_utime(900'000'000));
   EXPECT_EQ(clock.steps(), 1);
 }
 
-TEST(ImuGpsImport, AReceiversTimeOfDayIsReadByItsDigits) {
+TEST(ImuGpsImport, TheTimeOfDayOfAReceiverIsParsedByDigits) {
   const std::string map =
       std::string(kGps) + kSigma + "receiver_stamp = 'utc'\nreceiver_stamp_unit = 'hhmmssmmm'\n";
   const auto with = [](const std::string& utc) {
@@ -253,13 +253,13 @@ TEST(ImuGpsImport, WheelsAreTheMeanOfTheirColumns) {
   EXPECT_EQ(wheels[0].sigma_yaw_rate_radps, 0.02);
 }
 
-TEST(ImuGpsImport, FilesAreFoundByTheEndsOfTheirNames) {
+TEST(ImuGpsImport, FilesAreFoundByTheirNameSuffix) {
   const tools::CsvTable imu = table("imu.csv", "t,ax,ay,az,wx,wy,wz\n");
   EXPECT_EQ(complaint(kImu, {imu}), "accepted");
   EXPECT_THAT(complaint(kImu, {table("x.csv", "t\n")}), HasSubstr("ends in 'imu.csv'"));
   EXPECT_THAT(complaint(kImu, {imu, imu}), HasSubstr("two files end in 'imu.csv'"));
   EXPECT_THAT(complaint(kImu, {imu, table("x.csv", "t\n")}),
-              HasSubstr("x.csv: the map has no use for this file"));
+              HasSubstr("x.csv: the column file does not use this file"));
   EXPECT_THAT(complaint(kImu, {table("imu.csv", "t,ax,ay,az,wx,wy\n")}),
               HasSubstr("imu.csv: no column 'wz'"));
   EXPECT_THAT(complaint(kImu, {table("imu.csv", "t,ax,ay,az,wx,wy,wz\n1,2,3,4,5,6,up\n")}),
@@ -268,7 +268,7 @@ TEST(ImuGpsImport, FilesAreFoundByTheEndsOfTheirNames) {
               HasSubstr("imu.csv:2: column 't'"));
 }
 
-TEST(ImuGpsMap, MistakesNameFileLineKeyAndWhatIsAllowed) {
+TEST(ImuGpsMap, ErrorsNameFileLineKeyAndAllowedValues) {
   const auto refused = [](const std::string& text) { return complaint(text, {}); };
   const std::string imu(kImu), gps = std::string(kGps) + kSigma;
   const auto without = [](std::string text, const std::string& line) {
@@ -287,7 +287,7 @@ TEST(ImuGpsMap, MistakesNameFileLineKeyAndWhatIsAllowed) {
   EXPECT_THAT(refused(without(imu, "rate =") + "rate = ['a', '-a', 'b']\n"), HasSubstr("twice"));
   EXPECT_THAT(refused(without(imu, "rate =") + "rate = ['a', 'b']\n"), HasSubstr("three columns"));
   EXPECT_THAT(refused(kGps), HasSubstr("WM weighs fixes by it"));
-  EXPECT_THAT(refused(gps + "sigma_columns = ['a', 'b', 'c']\n"), HasSubstr("which holds?"));
+  EXPECT_THAT(refused(gps + "sigma_columns = ['a', 'b', 'c']\n"), HasSubstr("are both given"));
   EXPECT_THAT(refused(without(gps, "undulation_m")), HasSubstr("undulation_m: is missing"));
   EXPECT_THAT(refused(without(gps, "height_kind")), HasSubstr("height_kind: is missing"));
   EXPECT_THAT(refused(without(gps, "course_deg")), HasSubstr("both or neither"));

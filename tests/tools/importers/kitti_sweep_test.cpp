@@ -23,7 +23,8 @@ void append(std::vector<std::uint8_t>* bytes, float x, float y, float z) {
 }
 
 /// 64 rows from the top down, each counter-clockwise from straight ahead; row r lacks its first r
-/// and last r returns, as the lowest rows of a real sweep do. Range and height tell row and place.
+/// and last r returns, as the lowest rows of a real sweep do. Range and height identify row and
+/// position.
 std::vector<std::uint8_t> organized_sweep() {
   std::vector<std::uint8_t> bytes;
   for (int r = 0; r < kSweepRows; ++r) {
@@ -50,7 +51,7 @@ TEST(KittiSweep, RowsRestartWhereTheAzimuthWraps) {
 
 TEST(KittiSweep, AReturnStraightAheadRoundedToMinusZeroEndsItsRow) {
   std::vector<std::uint8_t> bytes = organized_sweep();
-  append(&bytes, 20.0F, -0.0F, -6.3F);  // the real sweep 42 ends so
+  append(&bytes, 20.0F, -0.0F, -6.3F);  // the real sweep 42 ends like this
   const Result<Sweep> sweep = parse_sweep(bytes, "memory");
   ASSERT_TRUE(sweep.ok());
   ASSERT_TRUE(sweep->organized());
@@ -104,7 +105,7 @@ TEST(KittiSweep, FacetsHoldEveryPointOnceAndInOrderOfTime) {
   EXPECT_EQ(facet_end(kTiming, kSweepFacets - 1), kTiming.start + kTiming.period);
 }
 
-TEST(KittiSweep, WithoutPointTimesAllCountAsAtTheReference) {
+TEST(KittiSweep, WithoutPointTimesAllPointsHaveTheReferenceTime) {
   SweepTiming timing = kTiming;
   timing.point_times = false;
   const Result<std::vector<ladar_points_t>> facets =
@@ -113,7 +114,7 @@ TEST(KittiSweep, WithoutPointTimesAllCountAsAtTheReference) {
   for (const ladar_points_t& f : *facets) EXPECT_EQ(f.n_time, 0);
 }
 
-TEST(KittiSweep, BadBytesAreCountedOrRefused) {
+TEST(KittiSweep, InvalidBytesAreCountedOrRejected) {
   EXPECT_EQ(parse_sweep(std::vector<std::uint8_t>(17), "a.bin").error().message,
             "a.bin: 17 bytes is not a multiple of 16 (x, y, z, intensity as float32)");
   std::vector<std::uint8_t> bytes;
@@ -128,15 +129,15 @@ TEST(KittiSweep, BadBytesAreCountedOrRefused) {
   EXPECT_FALSE(sweep->organized());
 }
 
-TEST(KittiSweep, ASectorAboveOneDatagramIsRefused) {
+TEST(KittiSweep, ASectorLargerThanADatagramIsRejected) {
   std::vector<std::uint8_t> bytes;
   for (int i = 0; i < 4000; ++i) append(&bytes, 5.0F, 1.0F, 0.001F * static_cast<float>(i));
   EXPECT_FALSE(slice_sweep(parse_sweep(bytes, "memory").value(), kTiming).ok());
 }
 
-TEST(KittiSweep, FixesLieWhereTheOdomFrameIsOnTheEarth) {
+TEST(KittiSweep, FixesLieAtTheEarthPositionOfFrameOdom) {
   const OdomOrigin origin = {{radians(49.0), radians(8.4), {112.8}}, 0.0, 0.0, kPi / 2.0};
-  // 10 m ahead of an IMU that looks north.
+  // 10 m ahead of an IMU that faces north.
   const gps_fix_t fix = to_fix({Quat::Identity(), Vec3(10, 0, 0)}, origin, from_utime(5), 0.5);
   const Vec3 p_world = LocalFrame(origin.place)
                            .to_world({radians(fix.lat_deg), radians(fix.lon_deg), {fix.height_m}});
@@ -154,10 +155,10 @@ TEST(KittiSweep, CalibrationIsInverted) {
   EXPECT_FALSE(parse_imu_to_velo("R: 1 2\nT: 1 2 3\n", "c").ok());
 }
 
-/// The real sweeps come packed; this test unpacks one with tar.
+/// The real sweeps are packed; this test unpacks one with tar.
 TEST(KittiSweep, RealSweepsHave64Rows) {
   const char* data = std::getenv("RCS_DATA_DIR");
-  if (data == nullptr) GTEST_SKIP() << "RCS_DATA_DIR is not set: the KITTI sweeps are not there";
+  if (data == nullptr) GTEST_SKIP() << "RCS_DATA_DIR is not set: no KITTI sweeps";
   const std::filesystem::path archive =
       std::filesystem::path(data) / "kitti_2011_09_26_drive_0005" / "velodyne_bin_000-079.tar.xz";
   if (!std::filesystem::exists(archive)) GTEST_SKIP() << archive << " is missing";

@@ -1,5 +1,5 @@
-// `rcs import comma2k19` and `rcs import imu-gps` as a user calls them, then replay and eval; on
-// files made up, and on the recordings themselves where RCS_DATA_DIR has them.
+// `rcs import comma2k19` and `rcs import imu-gps` on the command line, then replay and eval; on
+// synthetic files, and on the recordings if RCS_DATA_DIR has them.
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -57,7 +57,7 @@ class ImportRecording : public RcsCommand {
   int replay(const std::string& vehicle) {
     return rcs("replay " + config(vehicle) + " " + folder_ + "/in.log -o " + folder_ + "/out.log");
   }
-  /// Share of WM's measurements from GPS positions that it took; and whether it found the world.
+  /// Share of GPS positions that WM accepted, and whether its world pose is valid.
   struct Taken {
     int fixes = 0;
     int accepted = 0;
@@ -105,7 +105,7 @@ TEST_F(ImportRecording, ThreeFilesBecomeOneLogThatWmFollows) {
   EXPECT_GT(text_of(folder_ + "/out.tum").size(), 1000U);
 }
 
-TEST_F(ImportRecording, WhatIsWrongIsSaidAndNothingIsLeftBehind) {
+TEST_F(ImportRecording, ErrorsAreReportedAndNoFileIsLeft) {
   const std::string imu = write("a_imu.csv", std::string(kHuskyImu) + "1,0,0,0,1,0,0,0,0,x,0\n");
   const std::string fix = write("a_fix.csv", kHuskyFix);
   const std::string odom = write("a_odom.csv", kHuskyOdom);
@@ -127,7 +127,7 @@ TEST_F(ImportRecording, WhatIsWrongIsSaidAndNothingIsLeftBehind) {
   EXPECT_THAT(out(), HasSubstr("config/import/husky.toml"));
 }
 
-TEST_F(ImportRecording, CommasMinuteIsFollowedToBetterThanItsReceiver) {
+TEST_F(ImportRecording, TheCommaMinuteIsFollowedBetterThanByItsReceiver) {
   const std::string data = data_path("gps_imu_comma2k19");
   if (data.empty()) GTEST_SKIP() << kNoData;
   ASSERT_EQ(rcs("import comma2k19 " + data + " -o " + folder_ + "/in.log --json"), 0) << messages();
@@ -136,7 +136,7 @@ TEST_F(ImportRecording, CommasMinuteIsFollowedToBetterThanItsReceiver) {
   EXPECT_EQ(counts["GPS_FIX"]["written"], 579);
   EXPECT_EQ(counts["ODOMETRY"]["written"], 4974);
   EXPECT_EQ(counts["SIM_TRUTH"]["written"], 1200);
-  // The defaults are what the first 20 s say.
+  // The defaults are the estimates from the first 20 s.
   const json& check = counts["first_20_s"];
   EXPECT_NEAR(check["gps_latency_s"].get<double>(), 0.0, 5e-3);
   EXPECT_NEAR(check["mount_pitch_deg"].get<double>(), 0.0, 0.05);
@@ -150,7 +150,7 @@ TEST_F(ImportRecording, CommasMinuteIsFollowedToBetterThanItsReceiver) {
   EXPECT_LT(world["heading_deg"]["rms"].get<double>(), 1.0);
 }
 
-TEST_F(ImportRecording, DresdensDrivesAreFollowedThoughFixesComeLate) {
+TEST_F(ImportRecording, TheDresdenDrivesAreFollowedDespiteLateFixes) {
   const std::string data = data_path("gps_imu_balzer82");
   if (data.empty()) GTEST_SKIP() << kNoData;
   const std::map<std::string, int> drives = {{"2014-02-14-002-Data.csv", 300},
@@ -171,7 +171,7 @@ TEST_F(ImportRecording, DresdensDrivesAreFollowedThoughFixesComeLate) {
   }
 }
 
-TEST_F(ImportRecording, TheHuskyComesBack) {
+TEST_F(ImportRecording, TheHuskyReturnsToItsStart) {
   const std::string data = data_path("gps_imu_husky");
   if (data.empty()) GTEST_SKIP() << kNoData;
   ASSERT_EQ(rcs(husky_import(data + "/test1_imu.csv " + data + "/test1_fix.csv " + data +

@@ -1,4 +1,4 @@
-// What every command of `rcs` does to its inputs, to devices and to files that were there before.
+// Effects of every command of `rcs` on its inputs, on devices and on existing files.
 
 #include <gmock/gmock.h>
 #include <sys/stat.h>
@@ -34,7 +34,7 @@ class Outputs : public RcsCommand {
     }
   }
 
-  /// The command by a shell in the folder.
+  /// Runs the command with a shell in the folder.
   int shell(const std::string& command) {
     const std::string rcs = variable("RCS_BIN_DIR") + "/rcs";
     const std::string line =
@@ -78,8 +78,8 @@ TEST_F(Outputs, NoCommandWritesOverItsInput) {
       "map import cloud c.xyz --heights EGM96 --sigma 1 --date 2020-01-01 -o c.xyz",
       "map import av2 map --sigma 0.1 -o map",
       "map localizability map -o map",
-      "map worth a.toml -o a.toml",
-      "truth run.log --config a.toml -o run.log",
+      "map study a.toml -o a.toml",
+      "smooth run.log --config a.toml -o run.log",
       "budget a.toml run.log --svg run.log",
       "drill a.toml -o a.toml",
       "consistency --scenario a.toml -o a.toml",
@@ -89,7 +89,7 @@ TEST_F(Outputs, NoCommandWritesOverItsInput) {
   const std::string before = text_of(log_);
   for (const std::string& command : commands) {
     EXPECT_EQ(shell("$rcs " + command), 1) << command;
-    EXPECT_THAT(messages(), HasSubstr("is an input of this command")) << command;
+    EXPECT_THAT(messages(), HasSubstr("is also an input of this command")) << command;
     EXPECT_EQ(text_of(log_), before) << command;
     for (const char* name : {"a.toml", "b.csv", "c.xyz"}) {
       EXPECT_EQ(text_of(folder_ + "/" + name), "precious\n") << command;
@@ -98,7 +98,7 @@ TEST_F(Outputs, NoCommandWritesOverItsInput) {
   EXPECT_EQ(partial_files(), 0);
 }
 
-TEST_F(Outputs, NothingIsWrittenIntoAMap) {
+TEST_F(Outputs, NoOutputIsWrittenIntoAMap) {
   const std::string index = folder_ + "/map/map.index";
   std::ofstream(index) << "precious\n";
   fs::create_symlink("map/new.log", folder_ + "/link.log");
@@ -112,18 +112,18 @@ TEST_F(Outputs, NothingIsWrittenIntoAMap) {
            "log cut run.log -o link.log",
        }) {
     EXPECT_EQ(shell(std::string("$rcs ") + command), 1) << command;
-    EXPECT_THAT(messages(), HasSubstr("lies in the a priori map")) << command;
+    EXPECT_THAT(messages(), HasSubstr("is in the a priori map")) << command;
     EXPECT_EQ(text_of(index), "precious\n") << command;
     EXPECT_EQ(std::distance(fs::directory_iterator(folder_ + "/map"), {}), 1) << command;
   }
-  // The map itself is what a map's writer may replace.
+  // A writer of maps may replace the map itself.
   for (const char* name : {"map", "map/"}) {
     EXPECT_EQ(shell(std::string("$rcs map merge calib calib -o ") + name), 1) << name;
-    EXPECT_THAT(messages(), testing::Not(HasSubstr("lies in"))) << name;
+    EXPECT_THAT(messages(), testing::Not(HasSubstr("is in the a priori map"))) << name;
   }
 }
 
-TEST_F(Outputs, WhereALinkLeadsIsWrittenAlsoWhenNothingIsThere) {
+TEST_F(Outputs, ALinkTargetIsWrittenEvenIfItDoesNotExist) {
   fs::create_directories(folder_ + "/disk");
   fs::create_symlink("disk/new.log", folder_ + "/second.log");
   fs::create_symlink(folder_ + "/second.log", folder_ + "/first.log");
@@ -134,19 +134,19 @@ TEST_F(Outputs, WhereALinkLeadsIsWrittenAlsoWhenNothingIsThere) {
   EXPECT_TRUE(fs::is_regular_file(fs::symlink_status(folder_ + "/disk/new.log")));
 }
 
-TEST_F(Outputs, AnInputIsKnownByItsInodeNotByItsName) {
+TEST_F(Outputs, AnInputIsIdentifiedByItsInodeNotByItsName) {
   fs::create_symlink(log_, folder_ + "/soft.log");
   fs::create_hard_link(log_, folder_ + "/hard.log");
   const std::string before = text_of(log_);
   for (const char* name : {"soft.log", "hard.log", "./run.log", "map/../run.log"}) {
     EXPECT_EQ(shell(std::string("$rcs log cut run.log -o ") + name), 1) << name;
-    EXPECT_THAT(messages(), HasSubstr("is an input of this command")) << name;
+    EXPECT_THAT(messages(), HasSubstr("is also an input of this command")) << name;
     EXPECT_EQ(text_of(log_), before) << name;
   }
   // Named after OUT.
   fs::create_hard_link(log_, folder_ + "/new.log.timing");
   EXPECT_EQ(shell("$rcs replay a.toml run.log -o new.log"), 1);
-  EXPECT_THAT(messages(), HasSubstr("new.log.timing: is an input of this command"));
+  EXPECT_THAT(messages(), HasSubstr("new.log.timing: is also an input of this command"));
 }
 
 TEST_F(Outputs, AFifoOrDeviceIsWrittenInPlace) {
@@ -164,7 +164,7 @@ TEST_F(Outputs, AFifoOrDeviceIsWrittenInPlace) {
   EXPECT_EQ(shell("$rcs log cut run.log -o full"), 1);
   EXPECT_THAT(messages(), HasSubstr("No space left on device"));
   EXPECT_TRUE(fs::is_character_file(full));
-  EXPECT_EQ(shell("$rcs truth run.log --config a.toml -o full"), 1);
+  EXPECT_EQ(shell("$rcs smooth run.log --config a.toml -o full"), 1);
   EXPECT_TRUE(fs::is_character_file(full));
 }
 
@@ -177,7 +177,7 @@ TEST_F(Outputs, AFullStandardOutputIsAnError) {
   EXPECT_EQ(shell("$rcs log info run.log >/dev/null"), 0) << messages();
 }
 
-TEST_F(Outputs, AFailureLeavesTheOldFileAndASuccessReplacesItAndKeepsItsLinkAndMode) {
+TEST_F(Outputs, AFailureKeepsTheOldFileAndASuccessReplacesItWithItsLinkAndMode) {
   const std::string old = folder_ + "/old.log";
   std::ofstream(old) << "old";
   EXPECT_EQ(shell("$rcs log cut run.log --channel NOBODY -o old.log"), 1);
@@ -196,11 +196,11 @@ TEST_F(Outputs, AFailureLeavesTheOldFileAndASuccessReplacesItAndKeepsItsLinkAndM
   EXPECT_EQ(events, 50);
 }
 
-TEST_F(Outputs, AnInterruptLeavesTheOldFile) {
+TEST_F(Outputs, AnInterruptKeepsTheOldFile) {
   const std::string scenario = variable("RCS_SOURCE_DIR") + "/config/sim/drill_long.toml";
   std::ofstream(folder_ + "/old.log") << "old";
   for (const char* signal : {"INT", "TERM", "HUP"}) {
-    // The simulation takes minutes, and its temporary is there at its start.
+    // The simulation takes minutes, and its temporary file exists from its start.
     EXPECT_NE(shell(std::string("timeout --signal=") + signal + " --kill-after=20 3 $rcs sim " +
                     scenario + " -o old.log"),
               0)

@@ -1,4 +1,4 @@
-// `rcs play` as a user calls it, on a private bus.
+// `rcs play` on the command line, on a private bus.
 
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -53,7 +53,7 @@ class PlayCommand : public RcsCommand {
     timeline_.emplace(bus_.get(), &stop_);
   }
 
-  /// Runs `rcs play` and listens. @return exit status; its text is `said_`
+  /// Runs `rcs play` and listens. @return exit status; its output is in `said_`
   int play(const std::vector<std::string>& options, bool interrupt = false,
            bool publish_too = false) {
     std::vector<std::string> arguments = {"play", log_};
@@ -84,7 +84,7 @@ class PlayCommand : public RcsCommand {
   std::string said_;
 };
 
-TEST_F(PlayCommand, PublishesTheSensorsAloneAsTheyWereRecorded) {
+TEST_F(PlayCommand, PublishesOnlyTheSensorMessagesAsRecorded) {
   EXPECT_EQ(play({"--speed", "4"}), 0) << said_;
   ASSERT_EQ(ins_.payloads.size(), 21U);
   ASSERT_EQ(fixes_.payloads.size(), 21U);
@@ -92,7 +92,7 @@ TEST_F(PlayCommand, PublishesTheSensorsAloneAsTheyWereRecorded) {
     EXPECT_EQ(ins_.payloads[k], (std::vector<std::uint8_t>{k, 0xAB}));
   }
   EXPECT_TRUE(others_.payloads.empty()) << "a recorded command reached the bus";
-  // 2 s at four times the speed, and never sooner.
+  // 2 s at four times the speed, never earlier.
   EXPECT_GE(seconds(ins_.last - ins_.first), 0.49);
 }
 
@@ -106,7 +106,7 @@ TEST_F(PlayCommand, PlaysAPart) {
   EXPECT_THAT(said_, HasSubstr("no sensor data"));
 }
 
-TEST_F(PlayCommand, RefusesABusThatHasTheSensorsAlready) {
+TEST_F(PlayCommand, RejectsABusThatAlreadyHasTheSensors) {
   EXPECT_EQ(play({}, false, true), 1);
   EXPECT_THAT(said_, HasSubstr("INS already published"));
   EXPECT_TRUE(fixes_.payloads.empty());

@@ -1,4 +1,4 @@
-// `rcs replay` as a user calls it: when a replay that ran to its end is no success.
+// `rcs replay` on the command line: cases in which a replay that ran to its end is a failure.
 
 #include <gmock/gmock.h>
 
@@ -48,14 +48,14 @@ std::string ReplayCommand::drive_;
 constexpr char kDatum[] =
     "datum_lat_deg = 40.4312\ndatum_lon_deg = -76.5683\ndatum_height_m = 150.0\n";
 
-TEST_F(ReplayCommand, WhatUsesEverythingIsASuccess) {
+TEST_F(ReplayCommand, AReplayThatUsesAllDataSucceeds) {
   EXPECT_EQ(replay(std::string(kDatum) + "prior_map = \"" + drive_ + "/prior\"\n"), 0)
       << messages();
   EXPECT_EQ(replay("", "--without LADAR_RANGES,LADAR_POINTS"), 0)
-      << "without a LADAR none is missed: " << messages();
+      << "without a configured LADAR its absence is not reported: " << messages();
 }
 
-TEST_F(ReplayCommand, NoRegistrationIsAFailureThatSaysWhy) {
+TEST_F(ReplayCommand, NoRegistrationIsAFailureWithAReason) {
   const auto other_ladar = [](std::string* config) {
     const std::size_t at = config->find("rows = ");
     RCS_CHECK(at != std::string::npos);
@@ -64,10 +64,10 @@ TEST_F(ReplayCommand, NoRegistrationIsAFailureThatSaysWhy) {
   EXPECT_EQ(replay("", "", other_ladar), 1);
   EXPECT_THAT(messages(), HasSubstr("0 registrations"));
   EXPECT_THAT(messages(), HasSubstr("facet.refused"));
-  EXPECT_TRUE(std::filesystem::exists(folder_ + "/out.log")) << "to be looked into";
+  EXPECT_TRUE(std::filesystem::exists(folder_ + "/out.log")) << "kept for analysis";
 }
 
-TEST_F(ReplayCommand, NotOnePoseIsAFailure) {
+TEST_F(ReplayCommand, NoPoseIsAFailure) {
   const std::string log = folder_ + "/noise.log";
   Result<LogWriter> writer = LogWriter::create(log);
   ASSERT_TRUE(writer);
@@ -84,7 +84,7 @@ TEST_F(ReplayCommand, NotOnePoseIsAFailure) {
   EXPECT_THAT(messages(), HasSubstr("no pose: WM published none"));
 }
 
-TEST_F(ReplayCommand, TheRunIdIsOfTheLogAndTheConfiguration) {
+TEST_F(ReplayCommand, TheRunIdDependsOnTheLogAndTheConfiguration) {
   const auto run_id = [this](const std::string& options) {
     EXPECT_EQ(replay("", options), 0) << messages();
     EXPECT_EQ(rcs("log csv --channel WM_NAV_STATE " + folder_ + "/out.log"), 0);
@@ -102,7 +102,7 @@ TEST_F(ReplayCommand, TheRunIdIsOfTheLogAndTheConfiguration) {
   EXPECT_NE(run_id("--set odometry.constrained=false"), first);
 }
 
-TEST_F(ReplayCommand, APartWithoutSensorDataIsAFailureAndLeavesTheOldOutput) {
+TEST_F(ReplayCommand, APartWithoutSensorDataIsAFailureAndKeepsTheOldOutput) {
   std::ofstream(folder_ + "/out.log") << "precious";
   for (const char* part : {"--from 100", "--from 8 --to 4",
                            "--without LADAR_RANGES,LADAR_POINTS,INS,GPS_FIX,ODOMETRY"}) {
@@ -112,7 +112,7 @@ TEST_F(ReplayCommand, APartWithoutSensorDataIsAFailureAndLeavesTheOldOutput) {
   }
 }
 
-TEST_F(ReplayCommand, TheEndOfTheLogIsNoSilenceOfTheSensors) {
+TEST_F(ReplayCommand, TheEndOfTheLogIsNotASensorSilence) {
   ASSERT_EQ(replay(std::string(kDatum)), 0) << messages();
   ASSERT_EQ(rcs("log csv --channel SP_REGISTRATION " + folder_ + "/out.log"), 0);
   const std::string registrations = out();
@@ -123,7 +123,7 @@ TEST_F(ReplayCommand, TheEndOfTheLogIsNoSilenceOfTheSensors) {
   EXPECT_THAT(out(), Not(HasSubstr("lost")));
 }
 
-TEST_F(ReplayCommand, AFolderAsOutputIsRefusedBeforeTheWork) {
+TEST_F(ReplayCommand, AFolderAsOutputIsRejectedBeforeTheReplay) {
   std::filesystem::create_directory(folder_ + "/out.log");
   EXPECT_EQ(replay(""), 1);
   EXPECT_THAT(messages(), HasSubstr("is a folder"));
@@ -136,7 +136,7 @@ TEST_F(ReplayCommand, ADatumFarFromTheFixesIsAFailure) {
   EXPECT_THAT(messages(), HasSubstr("the configured datum (49.00000, 8.40000 deg) contradicts"));
 }
 
-TEST_F(ReplayCommand, AMapOfAnotherPlaceIsAFailure) {
+TEST_F(ReplayCommand, AMapOfAnotherSiteIsAFailure) {
   const Result<MapFolder> map = MapFolder::open(drive_ + "/prior");
   ASSERT_TRUE(map);
   std::vector<std::uint8_t> buffer;

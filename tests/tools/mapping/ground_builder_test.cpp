@@ -35,7 +35,8 @@ struct Built {
   std::vector<Raster> tiles;
   std::int64_t seen_through = 0;
 
-  /// Of height minus true ground where `in` says and at least `count` scans saw it.
+  /// Statistics of height minus true ground where `in` is true and at least `count` scans observed
+  /// it.
   template <class In>
   [[nodiscard]] Errors errors(int count, const In& in) const {
     Errors e;
@@ -107,7 +108,7 @@ TEST(GroundBuilder, BareGroundIsFoundToACentimetre) {
   EXPECT_EQ(layer_at(r.date, 0), 7000);
 }
 
-TEST(GroundBuilder, GrassIsSeenThroughToTheGround) {
+TEST(GroundBuilder, TheGroundUnderGrassIsFound) {
   Errors e = with_things().errors(3, GroundScene::in_grass);
   EXPECT_GT(e.known(), 0.2);
   EXPECT_NEAR(e.median(), 0.0, 0.015);
@@ -116,14 +117,14 @@ TEST(GroundBuilder, GrassIsSeenThroughToTheGround) {
   EXPECT_LT(e.m[e.m.size() * 9 / 10], 0.05) << "0.3 m of grass";
 }
 
-TEST(GroundBuilder, AHedgeIsNoGround) {
+TEST(GroundBuilder, AHedgeIsNotGround) {
   const Errors e =
       with_things().errors(1, [](double x, double y) { return x > 14.4 && x < 16.0 && y < -5.6; });
   ASSERT_GT(e.cells, 150);
   EXPECT_LT(e.most(), 0.3) << e.known();
 }
 
-TEST(GroundBuilder, UnderARoofAndACrownThereIsTheGround) {
+TEST(GroundBuilder, TheGroundUnderARoofAndACrownIsFound) {
   for (const auto& in : {+[](double x, double y) { return x > 21 && x < 25 && y > 4 && y < 7; },
                          +[](double x, double y) { return std::hypot(x - 30, y + 7) < 1.0; }}) {
     Errors e = with_things().errors(2, in);
@@ -134,7 +135,7 @@ TEST(GroundBuilder, UnderARoofAndACrownThereIsTheGround) {
   }
 }
 
-TEST(GroundBuilder, ACarThatIsGoneLeavesTheRoad) {
+TEST(GroundBuilder, ATransientCarIsRemovedFromTheRoad) {
   Errors e = with_things().errors(
       2, [](double x, double y) { return x > 17 && x < 23 && GroundScene::on_road(x, y); });
   EXPECT_GT(e.known(), 0.9);
@@ -142,7 +143,7 @@ TEST(GroundBuilder, ACarThatIsGoneLeavesTheRoad) {
   EXPECT_GT(with_things().figures.moving, 100);
 }
 
-TEST(GroundBuilder, SigmaTellsOfPosesThatAreOff) {
+TEST(GroundBuilder, SigmaCoversPoseErrors) {
   GroundScene scene;
   scene.things = false;
   const Errors sure = build(scene).errors(5, anywhere);
@@ -155,7 +156,7 @@ TEST(GroundBuilder, SigmaTellsOfPosesThatAreOff) {
   EXPECT_GT(unsure.figures.sigma_median_m, 0.012);
 }
 
-TEST(GroundBuilder, AWholeRunThatIsOffIsAMapThatIsOff) {
+TEST(GroundBuilder, AnOffsetOfTheWholeRunIsAnOffsetOfTheMap) {
   GroundScene scene;
   scene.things = false;
   scene.shift_m = 0.4;
@@ -163,7 +164,7 @@ TEST(GroundBuilder, AWholeRunThatIsOffIsAMapThatIsOff) {
   EXPECT_NEAR(e.median(), 0.4, 0.003);
 }
 
-TEST(MountEstimator, FindsHowTheLadarIsTurned) {
+TEST(MountEstimator, FindsTheMisalignmentOfTheLadar) {
   GroundScene scene;
   scene.things = false;
   scene.turn = Vec3(0.0, -0.004, 0.0);
@@ -180,15 +181,15 @@ TEST(MountEstimator, FindsHowTheLadarIsTurned) {
                   mapping::height_sigma(params, s.range_m));
   }
   const mapping::MountError found = estimator.solve();
-  // Pitch lifts what is far. Roll is not told on a straight way: a place is always as far to the
-  // side.
+  // Pitch raises distant points. Roll is not observable on a straight path: a point always has the
+  // same lateral distance.
   EXPECT_NEAR(found.turn_vehicle.y(), -0.004, 0.0006);
   EXPECT_NEAR(found.turn_vehicle.x(), 0.0, 0.002);
   EXPECT_NEAR(found.turn_vehicle.z(), 0.0, 0.002);
-  EXPECT_EQ(found.late_s, 0.0) << "a vehicle that is said to stand";
+  EXPECT_EQ(found.late_s, 0.0) << "a vehicle with speed 0";
 }
 
-TEST(GroundLayer, APeakUnderGrassIsTheGroundAndGrassAloneIsWide) {
+TEST(GroundLayer, TheLowestModeUnderGrassIsTheGroundAndGrassAloneHasALargeSigma) {
   std::array<double, mapping::HeightCounts::kLayers> weight{};
   const auto layer = [](double z) {
     return static_cast<std::size_t>((z - mapping::HeightCounts::kLowest_m) /
@@ -213,7 +214,7 @@ TEST(GroundLayer, APeakUnderGrassIsTheGroundAndGrassAloneIsWide) {
   EXPECT_FALSE(mapping::find_ground(weight, 3.0));
 }
 
-TEST(HeightCounts, FullOnesKeepTheirShares) {
+TEST(HeightCounts, FullHistogramsKeepTheirProportions) {
   mapping::HeightCounts counts;
   for (int k = 0; k < 9000; ++k) {
     EXPECT_TRUE(counts.add(0.011, 16));

@@ -1,5 +1,5 @@
 #pragma once
-// A vehicle that drives past all that is not ground, its LADAR at 2 m.
+// A vehicle that drives past various objects above the ground, its LADAR at 2 m.
 
 #include <algorithm>
 #include <cmath>
@@ -14,13 +14,13 @@ namespace rcs::test {
 
 struct GroundScene {
   double noise_m = 0.02;     ///< of ranges
-  double look_m = 0.0;       ///< of the pose's height, new every half second
-  double shift_m = 0.0;      ///< of the whole run
-  Vec3 turn = Vec3::Zero();  ///< of the LADAR against the vehicle
+  double look_m = 0.0;       ///< error of the pose's height, changes every half second
+  double shift_m = 0.0;      ///< error of the whole run
+  Vec3 turn = Vec3::Zero();  ///< misalignment of the LADAR
   bool things = true;
 
   struct Shot {
-    Vec3 p;          ///< as the run tells it, in the map's frame
+    Vec3 p;          ///< by the poses of the run, in the map's frame
     Vec3 p_vehicle;  ///< as the LADAR measured it
     Vec3 from;
     Pose T_map_vehicle;
@@ -37,7 +37,7 @@ struct GroundScene {
   [[nodiscard]] static bool under_roof(double x, double y) { return x > 20 && x < 26 && y > 3; }
   [[nodiscard]] static bool on_road(double, double y) { return y > -4 && y < -2; }
 
-  /// All that the LADAR sees. On the road a car stands for a second and then is gone.
+  /// All returns of the LADAR. A car stands on the road for a second and then leaves.
   [[nodiscard]] std::vector<Shot> drive() const {
     std::vector<Shot> shots;
     std::mt19937 rng(7);
@@ -83,7 +83,7 @@ struct GroundScene {
     const double fall = ground(d.x(), d.y()) - d.z();  // per metre: the ground is a plane
     const double to_ground = fall > 0.0 ? high / fall : std::numeric_limits<double>::max();
     if (!things) return to_ground;
-    // Free path in grass: 1 m; in the hedge nothing comes through.
+    // Free path in grass: 1 m; the hedge is opaque.
     double left = -std::log(1.0 - uniform(*rng));
     for (double r = 0.5; r < std::min(30.0, to_ground); r += kStep_m) {
       const Vec3 p = from + r * d;

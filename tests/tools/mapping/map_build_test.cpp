@@ -1,4 +1,4 @@
-// `rcs map build` as a user calls it, on a simulated drive.
+// `rcs map build` on the command line, on a simulated drive.
 
 #include <gmock/gmock.h>
 
@@ -49,7 +49,7 @@ class MapBuild : public RcsCommand {
   static std::string sensors() { return drive_ + "/sensors.log"; }
   [[nodiscard]] std::string map() const { return folder_ + "/map"; }
 
-  /// |height - true bare ground| where at least 5 scans saw it, and how many are within 2 sigma.
+  /// |height - true bare ground| where at least 5 scans observed it, and the share within 2 sigma.
   void errors(std::vector<double>* e, double* within, std::size_t* filled = nullptr) const {
     const Result<sim::Scenario> scene = sim::load_scenario(scenario(), {});
     ASSERT_TRUE(scene);
@@ -84,7 +84,7 @@ class MapBuild : public RcsCommand {
 };
 std::string MapBuild::drive_;
 
-TEST_F(MapBuild, OfTruePosesIsTheBareGroundToThreeCentimetres) {
+TEST_F(MapBuild, WithTruePosesTheMapIsTheBareGroundToThreeCentimetres) {
   ASSERT_EQ(rcs("map build " + run() + " --truth --date 2024-05-04 --json -o " + map()), 0)
       << messages();
   const json j = json::parse(out());
@@ -102,7 +102,7 @@ TEST_F(MapBuild, OfTruePosesIsTheBareGroundToThreeCentimetres) {
   EXPECT_THAT(out(), HasSubstr("2024-05-04"));
 }
 
-TEST_F(MapBuild, OfRangesWithWmsPosesIsHonestAboutThem) {
+TEST_F(MapBuild, WithPosesOfWmTheSigmasAreConsistent) {
   const std::string call = "map build " + run() + " --config " + config() + " --sensors " +
                            sensors() + " --json -o " + map();
   ASSERT_EQ(rcs(call), 0) << messages();
@@ -118,7 +118,7 @@ TEST_F(MapBuild, OfRangesWithWmsPosesIsHonestAboutThem) {
   EXPECT_EQ(text_of(map() + "/map.index"), first) << "the same input, the same bytes";
 }
 
-TEST_F(MapBuild, APriorMapFillsWhatWasNotSeen) {
+TEST_F(MapBuild, APriorMapFillsUnseenCells) {
   ASSERT_EQ(rcs("map build " + run() + " --truth --prior " + drive_ + "/survey -o " + map()), 0)
       << messages();
   EXPECT_THAT(out(), HasSubstr("/survey"));
@@ -129,27 +129,28 @@ TEST_F(MapBuild, APriorMapFillsWhatWasNotSeen) {
   EXPECT_LT(e[e.size() / 2], 0.03);
   EXPECT_GT(filled, 10000U);
   for (const auto& entry : std::filesystem::directory_iterator(folder_)) {
-    EXPECT_THAT(entry.path().string(), testing::Not(HasSubstr("part"))) << "is left";
+    EXPECT_THAT(entry.path().string(), testing::Not(HasSubstr("part")))
+        << "a temporary file is left";
   }
 }
 
-TEST_F(MapBuild, PointsOfWhatStandsAreAnOption) {
+TEST_F(MapBuild, SurfacePointsAreAnOption) {
   ASSERT_EQ(rcs("map build " + run() + " --truth --points --json -o " + map()), 0) << messages();
   const json j = json::parse(out());
   const auto points = j["runs"][0]["surface_points"].get<std::int64_t>();
   ASSERT_EQ(rcs("map info " + map() + " --check --json"), 0) << messages();
   const json levels = json::parse(out())["levels"];
   EXPECT_EQ(levels[0]["surface_points"], points);
-  EXPECT_EQ(levels[1]["surface_points"], 0) << "of the finest level alone";
+  EXPECT_EQ(levels[1]["surface_points"], 0) << "surface points exist on the finest level only";
   const std::string index = text_of(map() + "/map.index");
   ASSERT_EQ(rcs("map build " + run() + " --truth --points -o " + map()), 0);
   EXPECT_THAT(out(), HasSubstr(std::to_string(points) + " surface points"));
   EXPECT_EQ(text_of(map() + "/map.index"), index) << "the same input, the same bytes";
   EXPECT_EQ(rcs("map build " + run() + " " + run() + " --truth --points -o " + map()), 2);
-  EXPECT_THAT(messages(), HasSubstr("of one RUN"));
+  EXPECT_THAT(messages(), HasSubstr("only for one RUN"));
 }
 
-TEST_F(MapBuild, TwoRunsAreTwoSurveys) {
+TEST_F(MapBuild, TwoRunsCountAsTwoSurveys) {
   std::filesystem::copy_file(run(), folder_ + "/again.log");
   ASSERT_EQ(rcs("map build " + run() + " " + folder_ + "/again.log --truth --json -o " + map()), 0)
       << messages();
@@ -159,15 +160,16 @@ TEST_F(MapBuild, TwoRunsAreTwoSurveys) {
   EXPECT_EQ(j["cells_that_contradict"], 0);
 }
 
-TEST_F(MapBuild, PosesOfAFileAreInFrameWorld) {
+TEST_F(MapBuild, PosesFromAFileAreInFrameWorld) {
   std::ofstream(folder_ + "/poses.tum") << "0 0 0 0 0 0 0 1\n1e6 0 0 0 0 0 0 1\n";
   const std::string call = "map build " + run() + " --poses " + folder_ + "/poses.tum -o " + map();
-  EXPECT_EQ(rcs(call), 2) << "--pose-sigma is due";
-  EXPECT_EQ(rcs(call + " --pose-sigma 0.02"), 1) << "a pose a million seconds is none";
-  EXPECT_THAT(messages(), HasSubstr("not one was made while there were poses"));
+  EXPECT_EQ(rcs(call), 2) << "--pose-sigma is required";
+  EXPECT_EQ(rcs(call + " --pose-sigma 0.02"), 1)
+      << "a pose every million seconds is not sufficient";
+  EXPECT_THAT(messages(), HasSubstr("is within the time of the poses"));
 }
 
-TEST_F(MapBuild, ADamagedLogGivesWhatIsInIt) {
+TEST_F(MapBuild, ADamagedLogYieldsItsReadableScans) {
   std::filesystem::copy_file(run(), folder_ + "/cut.log");
   std::filesystem::resize_file(folder_ + "/cut.log",
                                std::filesystem::file_size(run()) * 3 / 4 + 17);
@@ -175,7 +177,7 @@ TEST_F(MapBuild, ADamagedLogGivesWhatIsInIt) {
   EXPECT_THAT(messages(), HasSubstr("ends inside an event"));
 }
 
-TEST_F(MapBuild, PointsThatAreNoNumbersAreCountedAndLeftOut) {
+TEST_F(MapBuild, NonFinitePointsAreCountedAndOmitted) {
   Result<LogReader> reader = LogReader::open(run());
   ASSERT_TRUE(reader);
   Result<LogWriter> writer = LogWriter::create(folder_ + "/nan.log");
@@ -197,7 +199,7 @@ TEST_F(MapBuild, PointsThatAreNoNumbersAreCountedAndLeftOut) {
   EXPECT_EQ(json::parse(out())["runs"][0]["bad_messages_or_points"], spoilt);
 }
 
-TEST_F(MapBuild, WhatIsMissingIsSaid) {
+TEST_F(MapBuild, MissingInputsAreReported) {
   const std::string to = " -o " + map();
   EXPECT_EQ(rcs("map build " + sensors() + to), 1);
   EXPECT_THAT(messages(), HasSubstr("WM_NAV_STATE"));

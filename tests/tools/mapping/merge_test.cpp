@@ -29,7 +29,7 @@ double ground(double x, double y) {
 struct Survey {
   double sigma_m = 0.2;
   double bias_sigma_m = 0.0;
-  double off_m = 0.0;  ///< its slow error
+  double off_m = 0.0;  ///< its systematic error
   unsigned seed = 0;   ///< 0: no noise
 };
 
@@ -89,7 +89,7 @@ Errors errors_of(const Raster& r) {
   return {std::sqrt(e.rms_m / n), e.within_two / n};
 }
 
-TEST(Fuse, TheMeanIsBetterThanEachAndSaysHowGoodItIs) {
+TEST(Fuse, TheMeanIsBetterThanEachMapAndItsSigmaIsConsistent) {
   const Raster a = survey({0.3, 0.0, 0.0, 1}, {0, 0}, 200, 200);
   const Raster b = survey({0.5, 0.0, 0.0, 2}, {0, 0}, 200, 200);
   const mapping::Fused fused = mapping::fuse({a, b});
@@ -105,13 +105,13 @@ TEST(Fuse, TheMeanIsBetterThanEachAndSaysHowGoodItIs) {
   EXPECT_NEAR(e.within_two, 0.9545, 0.005);  // 5 standard deviations of 40000 tries
 }
 
-TEST(Fuse, SlowErrorsCountAsTheyAreClaimedAndStayCovered) {
+TEST(Fuse, SystematicErrorsAreWeightedAndCovered) {
   std::mt19937 rng(5);
   std::normal_distribution<double> normal;
   double inside = 0.0;
   constexpr int kPairs = 400;
   for (unsigned k = 0; k < kPairs; ++k) {
-    // Which is finer has the larger slow error: weights by sigma alone would trust it.
+    // The finer map has the larger systematic error: weights by sigma alone would prefer it.
     const Survey one{0.1, 1.0, 1.0 * normal(rng), 2 * k + 1};
     const Survey other{0.4, 0.3, 0.3 * normal(rng), 2 * k + 2};
     const Raster fused =
@@ -126,7 +126,7 @@ TEST(Fuse, SlowErrorsCountAsTheyAreClaimedAndStayCovered) {
   EXPECT_GT(inside, 0.95);
 }
 
-TEST(Fuse, ProvenanceIsThatOfAllThatCounted) {
+TEST(Fuse, ProvenanceCombinesAllFusedMaps) {
   Raster a = cell(10.0F, 0.5F, 7000, 0.2);
   a.level.bias_correlation_m = 500.0;
   a.count = {65000};
@@ -154,7 +154,7 @@ TEST(Fuse, ProvenanceIsThatOfAllThatCounted) {
   EXPECT_TRUE(std::isnan(mapping::fuse({a, b}).raster.z_m[0]));
 }
 
-TEST(Fuse, WhereTheGroundHasChangedTheNewestIsBelieved) {
+TEST(Fuse, WhereTheGroundHasChangedTheNewestMapIsUsed) {
   const Raster old = cell(10.0F, 0.1F, 5000);
   const Raster newer = cell(15.0F, 0.5F, 7000);
   mapping::Fused fused = mapping::fuse({old, newer});
@@ -162,16 +162,16 @@ TEST(Fuse, WhereTheGroundHasChangedTheNewestIsBelieved) {
   EXPECT_EQ(fused.raster.z_m[0], 15.0F);
   EXPECT_EQ(fused.raster.sigma_m[0], 0.5F);
   EXPECT_EQ(fused.raster.date[0], 7000);
-  // Dates that say nothing: the surest.
+  // Without distinguishing dates: the map with the smallest sigma.
   EXPECT_EQ(mapping::fuse({old, cell(15.0F, 0.5F, 0)}).raster.z_m[0], 10.0F);
   EXPECT_EQ(mapping::fuse({old, cell(15.0F, 0.5F, 5000)}).raster.z_m[0], 10.0F);
   EXPECT_EQ(mapping::fuse({cell(10.0F, 0.1F, 0, 2.0), cell(30.0F, 0.5F, 0)}).raster.z_m[0], 30.0F)
-      << "a slow error counts";
+      << "a systematic error counts";
   // On either side of 4 sigma.
   const float four = 4.0F * std::hypot(0.1F, 0.5F);
   EXPECT_EQ(mapping::fuse({old, cell(10.0F + 0.99F * four, 0.5F, 7000)}).changed, 0);
   EXPECT_EQ(mapping::fuse({old, cell(10.0F + 1.01F * four, 0.5F, 7000)}).changed, 1);
-  // With those that agree with it.
+  // Fused with those that agree with it.
   const Raster also = cell(15.2F, 0.5F, 6000);
   fused = mapping::fuse({old, newer, also});
   EXPECT_EQ(fused.changed, 1);
@@ -199,14 +199,14 @@ TEST(Fuse, OrderDoesNotMatter) {
   }
 }
 
-TEST(Resample, TheSameLatticeIsTheSameToTheLastCell) {
+TEST(Resample, TheSameLatticeIsReproducedToTheLastCell) {
   Raster r = test::random_raster(3, {-5, 250}, 12, 12);
   EXPECT_TRUE(test::same(
       cut(mapping::resample(r, Pose(), r.level, {-7, 248}, 16, 16), r.first, 12, 12), r));
   r.z_m[40] = kNone;
   const Raster same = mapping::resample(r, Pose(), r.level, r.first, 12, 12);
   for (std::size_t k = 0; k < r.cells(); ++k) EXPECT_EQ(std::isnan(same.z_m[k]), k == 40);
-  // Whole cells off.
+  // Shifted by whole cells.
   MapLevel shifted = r.level;
   shifted.origin_m += Vec2(3, -2) * r.level.cell_m;
   const Raster other = mapping::resample(r, Pose(), shifted, {-8, 252}, 12, 12);
@@ -214,8 +214,9 @@ TEST(Resample, TheSameLatticeIsTheSameToTheLastCell) {
   EXPECT_EQ(other.z_m[12 * 12 - 1], r.z_m[12 * 12 - 1]);
 }
 
-TEST(Resample, ACoarserLatticeSaysWhatItMisses) {
-  const Raster rough = test::random_raster(4, {0, 0}, 240, 240);  // sigma 3 m, it says 0.3 m
+TEST(Resample, ACoarserLatticeHasTheSigmaOfItsInterpolation) {
+  const Raster rough =
+      test::random_raster(4, {0, 0}, 240, 240);  // relief of 3 m, stated sigma 0.3 m
   MapLevel coarse = rough.level;
   coarse.cell_m *= 3.0;
   const Raster r = mapping::resample(rough, Pose(), coarse, {1, 1}, 78, 78);
@@ -257,7 +258,7 @@ class MergeMaps : public testing::Test {
     Result<Raster> r = all->read(folder->index().levels.front().level, first, width, height);
     return std::move(*r);
   }
-  /// With the checksum of each tile's file.
+  /// Index with the checksum of each tile file.
   static std::vector<std::uint8_t> index_of(const std::string& map) {
     std::vector<std::uint8_t> bytes;
     EXPECT_TRUE(read_file(map + "/map.index", 1U << 20U, &bytes));
@@ -267,7 +268,7 @@ class MergeMaps : public testing::Test {
   std::string path_;
 };
 
-TEST_F(MergeMaps, TheUnionInEitherOrderAndTheSameBytesTwice) {
+TEST_F(MergeMaps, TheUnionDoesNotDependOnTheOrderAndIsRepeatableToTheByte) {
   const MapFrame frame = test::frame();
   Raster a = survey({0.3, 0.2, 0.0, 1}, {-100, -100}, 400, 300);
   Raster b = survey({0.4, 0.5, 0.1, 2}, {150, -20}, 400, 300);
@@ -292,7 +293,7 @@ TEST_F(MergeMaps, TheUnionInEitherOrderAndTheSameBytesTwice) {
     ASSERT_NEAR(one.sigma_m[k], two.sigma_m[k], 1e-6);
   }
   EXPECT_EQ(one.z_m[one.at({185, 50})], b.z_m[b.at({185, 50})]);
-  EXPECT_EQ(one.z_m[one.at({-100, -100})], a.z_m[0]) << "taken over, to the outermost cell";
+  EXPECT_EQ(one.z_m[one.at({-100, -100})], a.z_m[0]) << "copied, to the outermost cell";
   EXPECT_EQ(one.z_m[one.at({549, 279})], b.z_m.back());
   EXPECT_EQ(one.z_m[one.at({200, 100})], b.z_m[b.at({200, 100})]) << "a hole is filled";
   EXPECT_EQ(one.count[one.at({200, 10})], 2);
@@ -301,7 +302,7 @@ TEST_F(MergeMaps, TheUnionInEitherOrderAndTheSameBytesTwice) {
   merged({at("a"), at("b")}, at("again"));
   EXPECT_EQ(index_of(at("ab")), index_of(at("again")));
   merged({at("a"), at("b")}, at("a"));
-  EXPECT_EQ(index_of(at("ab")), index_of(at("a"))) << "into one of the maps";
+  EXPECT_EQ(index_of(at("ab")), index_of(at("a"))) << "output into one of the input maps";
   EXPECT_GT(MapFolder::open(at("ab"))->index().levels.size(), 1U);
 }
 
@@ -356,18 +357,19 @@ TEST_F(MergeMaps, OtherDatumsAndCellsAreTheSameGround) {
   }
 }
 
-TEST_F(MergeMaps, MuchFinerMapsAreReadAtTheLatticesOwnFineness) {
+TEST_F(MergeMaps, MuchFinerMapsAreReadAtTheResolutionOfTheLattice) {
   const MapFrame frame = test::frame();
   const std::string fine = write("fine", frame, survey({0.1, 0.0, 0.0, 1}, {0, 0}, 600, 600, 0.5));
   const std::string coarse = write("coarse", frame, survey({1.0, 0.0, 0.0, 2}, {0, 0}, 50, 50, 10));
   const Result<mapping::MapResampler> read =
       mapping::MapResampler::open(fine, *MapFolder::open(coarse), 10.0);
-  EXPECT_EQ(read->level().cell_m, 2.0) << "the coarsest that it has";
+  EXPECT_EQ(read->level().cell_m, 2.0) << "the coarsest level of the map";
   merged({coarse, fine}, at("out"));
-  EXPECT_LT(errors_of(all_of(at("out"), {2, 2}, 20, 20)).rms_m, 0.1) << "16 fine cells a cell";
+  EXPECT_LT(errors_of(all_of(at("out"), {2, 2}, 20, 20)).rms_m, 0.1)
+      << "16 fine cells for each cell";
 }
 
-TEST_F(MergeMaps, WhatDoesNotBelongTogetherIsRefusedByName) {
+TEST_F(MergeMaps, IncompatibleMapsAreRejectedByName) {
   MapFrame frame = test::frame();
   const Raster r = survey({}, {0, 0}, 10, 10);
   const std::string a = write("a", frame, r);
@@ -390,7 +392,7 @@ TEST_F(MergeMaps, WhatDoesNotBelongTogetherIsRefusedByName) {
   EXPECT_FALSE(fs::exists(at("out")));
 }
 
-TEST_F(MergeMaps, PointsThatAreLostAreCounted) {
+TEST_F(MergeMaps, LostPointsAreCounted) {
   Raster r = survey({}, {0, 0}, 10, 10);
   const std::string bare = write("bare", test::frame(), r);
   r.points = test::random_points(1, r, 30);
@@ -398,7 +400,7 @@ TEST_F(MergeMaps, PointsThatAreLostAreCounted) {
   EXPECT_EQ(merged({bare, wooded}, at("out")).points_lost, 30);
 }
 
-TEST_F(MergeMaps, APriorMapFillsWhatAMapDoesNotKnow) {
+TEST_F(MergeMaps, APriorMapFillsUnknownCells) {
   Raster fine = survey({0.02, 0.01, 0.0, 1}, {0, 0}, 100, 100, 1.0);
   for (std::size_t k = 0; k < fine.cells(); k += 2) fine.z_m[k] = kNone;
   const std::string a = write("a", test::frame(), fine);
@@ -413,13 +415,13 @@ TEST_F(MergeMaps, APriorMapFillsWhatAMapDoesNotKnow) {
   EXPECT_EQ(r.z_m[1], fine.z_m[1]);
   EXPECT_FLOAT_EQ(layer_at(r.sigma_m, 1), 0.02F);
   EXPECT_NEAR(r.z_m[0], ground(0.5, 0.5) + 5.0, 0.02);
-  EXPECT_FLOAT_EQ(layer_at(r.sigma_m, 0), 0.5F) << "0.3 m, and 0.4 m of slow error";
+  EXPECT_FLOAT_EQ(layer_at(r.sigma_m, 0), 0.5F) << "0.3 m, and a systematic error of 0.4 m";
   EXPECT_EQ(mapping::fill_map(a, b, at("none"), [](double) { return false; }).error().message,
             "interrupted");
   EXPECT_FALSE(fs::exists(at("none")));
 }
 
-TEST_F(MergeMaps, AnInterruptedOneLeavesNothing) {
+TEST_F(MergeMaps, AnInterruptedMergeLeavesNoFile) {
   const Raster r = survey({}, {0, 0}, 600, 10);
   const std::string a = write("a", test::frame(), r), b = write("b", test::frame(), r);
   EXPECT_EQ(mapping::merge_maps({a, b}, at("out"), [](double) { return false; }).error().message,

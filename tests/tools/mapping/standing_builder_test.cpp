@@ -12,9 +12,10 @@ constexpr double kWall_m = 10.0;  // x
 const Vec2 kTrunk(6.0, 4.0);
 constexpr double kTrunkRadius_m = 0.25;
 const Vec2 kBush(6.0, -4.0);
-constexpr double kParked_m = -6.0;  // x of the side of a car that drives off
+constexpr double kParked_m = -6.0;  // x of the side of a car that leaves
 
-/// A vehicle drives along y between a wall, a trunk, a bush and a car that is there in some scans.
+/// A vehicle drives along y between a wall, a trunk, a bush and a car that is present in some
+/// scans.
 mapping::StandingBuilder driven_past(unsigned seed) {
   mapping::StandingBuilder builder{mapping::StandingParams{}};
   std::mt19937 rng(seed);
@@ -27,7 +28,7 @@ mapping::StandingBuilder driven_past(unsigned seed) {
       builder.add(wall, from, scan);
     }
     for (int k = 0; k < 60; ++k) {
-      // The half that faces the vehicle.
+      // The side that faces the vehicle.
       const double towards = std::atan2(from.y() - kTrunk.y(), from.x() - kTrunk.x());
       const double turn = towards + 1.3 * u(rng);
       const double r = kTrunkRadius_m + noise(rng);
@@ -59,7 +60,7 @@ std::vector<SurfacePoint> all_of(const mapping::StandingBuilder& builder) {
   return points;
 }
 
-TEST(StandingBuilder, WallsAndTrunksAreKeptFoliageAndWhatLeavesAreNot) {
+TEST(StandingBuilder, WallsAndTrunksAreKeptAndFoliageAndTransientsAreNot) {
   int wall = 0;
   int trunk = 0;
   int bush = 0;
@@ -86,12 +87,12 @@ TEST(StandingBuilder, WallsAndTrunksAreKeptFoliageAndWhatLeavesAreNot) {
   EXPECT_LT(bush, 20) << "of some 400 cubes, at its edges";
 }
 
-TEST(StandingBuilder, TheSameReturnsAreTheSamePoints) {
+TEST(StandingBuilder, TheSameReturnsGiveTheSamePoints) {
   EXPECT_TRUE(all_of(driven_past(2)) == all_of(driven_past(2)));
   EXPECT_FALSE(all_of(driven_past(2)) == all_of(driven_past(3)));
 }
 
-TEST(StandingBuilder, WhatTheGroundWasSeenUnderIsLeftOut) {
+TEST(StandingBuilder, PointsAboveObservedGroundAreOmitted) {
   mapping::StandingBuilder builder{mapping::StandingParams{}};
   std::mt19937 rng(4);
   std::uniform_real_distribution<double> u(-1.0, 1.0);
@@ -106,7 +107,7 @@ TEST(StandingBuilder, WhatTheGroundWasSeenUnderIsLeftOut) {
   for (const SurfacePoint& p : points) EXPECT_LE(p.p_m.y(), 0.0F);
 }
 
-TEST(StandingBuilder, PlacesBeyondAllBoundsAreNoPoints) {
+TEST(StandingBuilder, PositionsOutOfBoundsGiveNoPoints) {
   mapping::StandingBuilder builder{mapping::StandingParams{}};
   for (const double far : {1e7, -1e7, std::nan("")}) {
     builder.add(Vec3(far, 0.0, 0.0), Vec3::Zero(), 1);

@@ -1,4 +1,4 @@
-// `rcs map` as a user calls it.
+// `rcs map` on the command line.
 
 #include <gmock/gmock.h>
 #include <sys/resource.h>
@@ -44,7 +44,7 @@ class MapCommand : public RcsCommand {
     EXPECT_TRUE(mapping::write_map(map_, frame, raster));
   }
 
-  /// Points about a vehicle that stands at the origin 1 m above the ground, some on bushes.
+  /// Points around a vehicle at the origin, 1 m above the ground, some on bushes.
   std::string scan() const {
     std::mt19937 rng(3);
     std::uniform_real_distribution<double> u(-50.0, 50.0);
@@ -63,7 +63,7 @@ class MapCommand : public RcsCommand {
   std::string map_ = folder_ + "/map";
 };
 
-TEST_F(MapCommand, InfoTellsWhatAMapIsAndWhatIsBroken) {
+TEST_F(MapCommand, InfoReportsTheContentAndTheDamageOfAMap) {
   ASSERT_EQ(rcs("map info " + map_ + " --check --json"), 0) << messages();
   json j = json::parse(out());
   EXPECT_EQ(j["reference"], "WGS84");
@@ -80,7 +80,7 @@ TEST_F(MapCommand, InfoTellsWhatAMapIsAndWhatIsBroken) {
   EXPECT_THAT(messages(), HasSubstr("map.index"));
 }
 
-TEST_F(MapCommand, MatchFindsOnePlaceFromAfarAndSaysHowSure) {
+TEST_F(MapCommand, MatchFindsAPoseFromADistantGuessWithItsSigma) {
   std::ostringstream pose;
   pose << "\"0 0 " << ground(0, 0) + 1.0 << " 0 0 0 1\"";
   const std::string call = "map match " + map_ + " " + scan() + " --pose " + pose.str();
@@ -89,7 +89,7 @@ TEST_F(MapCommand, MatchFindsOnePlaceFromAfarAndSaysHowSure) {
   EXPECT_EQ(j["at_one_place"], 40);
   const json& o = j["offset_from_given"];
   EXPECT_LT(std::hypot(o["east_m"].get<double>(), o["north_m"].get<double>()), 0.1);
-  EXPECT_LT(std::abs(o["up_m"].get<double>()), 0.05) << "bushes do not lift it";
+  EXPECT_LT(std::abs(o["up_m"].get<double>()), 0.05) << "bushes do not bias the height";
   EXPECT_LT(std::abs(o["yaw_deg"].get<double>()), 0.1);
   EXPECT_GT(j["ellipse95"]["major_m"].get<double>(), 0.0);
   ASSERT_EQ(rcs(call + " --starts 40"), 0);
@@ -98,7 +98,7 @@ TEST_F(MapCommand, MatchFindsOnePlaceFromAfarAndSaysHowSure) {
   EXPECT_THAT(messages(), HasSubstr("7 numbers"));
 }
 
-TEST_F(MapCommand, ImportAndExportOnTheCommandLine) {
+TEST_F(MapCommand, ImportAndExportRunOnTheCommandLine) {
   EXPECT_EQ(rcs("map"), 2);
   EXPECT_EQ(rcs("map import raster " + map_ + "/map.index --sigma 1 -o " + folder_ + "/x"), 1);
   EXPECT_THAT(messages(), HasSubstr("map.index"));
@@ -138,7 +138,7 @@ TEST_F(MapCommand, CloudsAreImportedOnTheCommandLine) {
   EXPECT_EQ(rcs(call), 1);
   EXPECT_THAT(messages(), HasSubstr("--crs"));
   ASSERT_EQ(rcs(call + " --crs EPSG:32632 --class-column 4 --cell 2"), 0) << messages();
-  EXPECT_THAT(messages(), HasSubstr("40000 of the ground (told by their class)"));
+  EXPECT_THAT(messages(), HasSubstr("40000 ground (detected by class)"));
   ASSERT_EQ(rcs("map info " + folder_ + "/hill --check --json"), 0);
   const json j = json::parse(out());
   EXPECT_EQ(j["levels"][0]["dates"][1], "2024-02-29");
@@ -148,7 +148,7 @@ TEST_F(MapCommand, CloudsAreImportedOnTheCommandLine) {
   EXPECT_EQ(rcs(call + " --crs EPSG:32632 --ground 2,9 --ignore-classes"), 2);
 }
 
-/// Commands can't write files of more bytes while it lives.
+/// While it exists, commands cannot write larger files.
 class FileLimit {
  public:
   explicit FileLimit(std::uintmax_t bytes) {
@@ -168,7 +168,7 @@ class FileLimit {
   void (*former_)(int) = std::signal(SIGXFSZ, SIG_IGN);
 };
 
-TEST_F(MapCommand, AnExportedFileIsThereWholeOrNotAtAll) {
+TEST_F(MapCommand, AnExportedFileIsCompleteOrAbsent) {
   for (const std::string option : {"--geotiff", "--hillshade"}) {
     const std::string folder = folder_ + "/" + option;
     const std::string file = folder + "/file";
@@ -188,7 +188,7 @@ TEST_F(MapCommand, AnExportedFileIsThereWholeOrNotAtAll) {
   }
 }
 
-TEST_F(MapCommand, AStreetsScanIsFoundOnItsSurvey) {
+TEST_F(MapCommand, AStreetScanIsLocalizedOnItsSurvey) {
   const char* data = std::getenv("RCS_DATA_DIR");
   const std::string log = std::string(data == nullptr ? "../shared/data" : data) +
                           "/av2_pittsburgh/7fab2350-7eaf-3b7e-a39d-6937a4c1bede";

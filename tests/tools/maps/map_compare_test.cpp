@@ -1,4 +1,4 @@
-// `rcs map merge` and `rcs map diff` as a user calls them, and the figures of a difference.
+// `rcs map merge` and `rcs map diff` on the command line, and the statistics of a difference.
 
 #include <gmock/gmock.h>
 
@@ -22,7 +22,7 @@ double ground(double x, double y) { return 50.0 + 6.0 * std::sin(0.02 * x) + 0.0
 
 class MapCompare : public RcsCommand {
  protected:
-  /// 300 x 200 m of it.
+  /// A map of 300 x 200 m.
   std::string map(const std::string& name, double sigma_m, double off_m, unsigned seed,
                   const std::string& reference = "WGS84", double bias_sigma_m = 0.0) const {
     Raster r;
@@ -49,14 +49,14 @@ class MapCompare : public RcsCommand {
   }
 };
 
-TEST_F(MapCompare, DiffTellsTheDifferenceAndWhetherSigmasAreHonest) {
+TEST_F(MapCompare, DiffReportsTheDifferenceAndTheConsistencyOfTheSigmas) {
   const std::string a = map("a", 0.3, 0.0, 1, "WGS84", 0.2);
   const std::string b = map("b", 0.4, 0.5, 2, "WGS84", 0.6);
   ASSERT_EQ(rcs("map diff " + a + " " + b + " --json"), 0) << messages();
   const json j = json::parse(out());
   EXPECT_EQ(j["cells"], 300 * 200);
   EXPECT_EQ(j["cell_m"], 1.0);
-  // The noise of both together is 0.5 m: means are good to 0.002 m, medians to 0.0026.
+  // The combined noise is 0.5 m: means have a sigma of 0.002 m, medians of 0.0026 m.
   EXPECT_NEAR(j["mean_m"].get<double>(), 0.5, 0.01);
   EXPECT_NEAR(j["median_m"].get<double>(), 0.5, 0.013);
   EXPECT_NEAR(j["rms_m"].get<double>(), std::sqrt(0.5), 0.01);
@@ -76,7 +76,7 @@ TEST_F(MapCompare, DiffTellsTheDifferenceAndWhetherSigmasAreHonest) {
   EXPECT_THAT(out(), HasSubstr("60000"));
 }
 
-TEST_F(MapCompare, ThePictureIsOfThePartThatBothKnow) {
+TEST_F(MapCompare, ThePictureShowsThePartThatBothMapsCover) {
   const std::string a = map("a", 0.3, 0.0, 1);
   const std::string b = map("b", 0.4, 0.0, 2);
   const std::string png = folder_ + "/diff.png";
@@ -103,7 +103,7 @@ TEST_F(MapCompare, MergeIsBetterThanItsParts) {
   const std::string truth = map("truth", 1e-6, 0.0, 3);
   ASSERT_EQ(rcs("map merge " + a + " " + b + " -o " + folder_ + "/ab"), 0) << messages();
   EXPECT_THAT(messages(), HasSubstr("60000 cells of 1 m"));
-  EXPECT_THAT(messages(), HasSubstr("60000 known to several maps"));
+  EXPECT_THAT(messages(), HasSubstr("60000 cells in several maps"));
   ASSERT_EQ(rcs("map diff " + truth + " " + folder_ + "/ab --json"), 0) << messages();
   const json j = json::parse(out());
   EXPECT_NEAR(j["rms_m"].get<double>(), 0.24, 0.005);
@@ -114,7 +114,7 @@ TEST_F(MapCompare, MergeIsBetterThanItsParts) {
   EXPECT_NEAR(json::parse(out())["levels"][0]["sigma_median_m"].get<double>(), 0.24, 1e-4);
 }
 
-TEST_F(MapCompare, WhatCannotBeComparedIsSaid) {
+TEST_F(MapCompare, IncomparableMapsAreReported) {
   const std::string a = map("a", 0.3, 0.0, 1);
   const std::string other = map("other", 0.3, 0.0, 1, "ETRS89");
   const std::string both = a + " " + other;
@@ -130,7 +130,7 @@ TEST_F(MapCompare, WhatCannotBeComparedIsSaid) {
   EXPECT_FALSE(std::filesystem::exists(folder_ + "/x"));
 }
 
-TEST(MapDifference, NmadForgetsOutliersAndNothingIsNothing) {
+TEST(MapDifference, NmadIgnoresOutliersAndIsZeroWithoutData) {
   Raster a;
   a.width = 101;
   a.height = 1;

@@ -1,4 +1,4 @@
-// `rcs map localizability` as a user calls it.
+// `rcs map localizability` on the command line.
 
 #include <gmock/gmock.h>
 
@@ -18,7 +18,7 @@ using testing::HasSubstr;
 
 class MapLocalizability : public RcsCommand {
  protected:
-  /// West of 0 a plane, east of it hills: what the ground tells is different.
+  /// A plane west of 0 and hills east of it, with different localizability.
   std::string map() const {
     Raster r;
     r.level.cell_m = 2.0;
@@ -43,7 +43,7 @@ class MapLocalizability : public RcsCommand {
   }
 };
 
-TEST_F(MapLocalizability, APlaneTellsNothingAndHillsTellThePlace) {
+TEST_F(MapLocalizability, APlaneGivesNoInformationAndHillsGivePosition) {
   const std::string way = folder_ + "/way.csv";
   ASSERT_TRUE(tools::write_text(way, "x_m,y_m\n-250,0\n250,0\n"));
   const std::string out_folder = folder_ + "/where";
@@ -53,13 +53,14 @@ TEST_F(MapLocalizability, APlaneTellsNothingAndHillsTellThePlace) {
       << messages();
   const json j = json::parse(out());
   EXPECT_EQ(j["step_m"], 10.0);
-  EXPECT_NEAR(j["places"].get<double>(), 60.0 * 20.0, 81.0);  // but the outermost ones
-  // The hills' half.
+  EXPECT_NEAR(j["places"].get<double>(), 60.0 * 20.0, 81.0);  // without the outermost ones
+  // The half with hills.
   EXPECT_NEAR(j["share_within"][2]["share"].get<double>(), 0.5, 0.1);
   const json& path = j["path"];
   ASSERT_EQ(path.size(), 21U);  // each 25 m
   EXPECT_EQ(path[0]["sigma_by_motion_m"], 0.5);
-  // On the plane the map is no help: sqrt(0.5^2 + (0.01 * 200)^2) where the hills are not seen yet.
+  // On the plane the map gives no information: sqrt(0.5^2 + (0.01 * 200)^2) where the hills are out
+  // of range.
   EXPECT_EQ(path[8]["way_m"], 200.0);
   EXPECT_NEAR(path[8]["sigma_with_map_m"].get<double>(), std::hypot(0.5, 2.0), 0.05);
   EXPECT_NEAR(path[20]["sigma_by_motion_m"].get<double>(), std::hypot(0.5, 5.0), 0.01);
@@ -69,16 +70,16 @@ TEST_F(MapLocalizability, APlaneTellsNothingAndHillsTellThePlace) {
   }
 }
 
-TEST_F(MapLocalizability, WhatIsWrongIsNamed) {
+TEST_F(MapLocalizability, ErrorsAreNamed) {
   const std::string maps = map();
   EXPECT_EQ(rcs("map localizability " + folder_ + "/none"), 1);
   EXPECT_THAT(messages(), HasSubstr("none"));
   EXPECT_EQ(rcs("map localizability " + maps + " --step 0.1"), 2);
-  EXPECT_EQ(rcs("map localizability " + maps + " --drift 0.1"), 2);  // of no path
+  EXPECT_EQ(rcs("map localizability " + maps + " --drift 0.1"), 2);  // without a path
   const std::string way = folder_ + "/way.csv";
   ASSERT_TRUE(tools::write_text(way, "x_m,y_m\n0,0\n"));
   EXPECT_EQ(rcs("map localizability " + maps + " --path " + way), 1);
-  EXPECT_THAT(messages(), HasSubstr("two places or more"));
+  EXPECT_THAT(messages(), HasSubstr("two or more places"));
   ASSERT_TRUE(tools::write_text(way, "x_m,y_m\n0,0\n5,\n"));
   EXPECT_EQ(rcs("map localizability " + maps + " --path " + way), 1);
   EXPECT_THAT(messages(), HasSubstr("way.csv:3"));

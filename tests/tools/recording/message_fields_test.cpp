@@ -23,7 +23,7 @@ std::vector<std::uint8_t> encoded(const T& m) {
 TEST(Channels, EachHasAWriterATypeAndADecoder) {
   std::set<std::string> names;
   for (const channel::Info& c : channel::kAll) {
-    EXPECT_TRUE(names.insert(c.name).second) << c.name << " stands there twice";
+    EXPECT_TRUE(names.insert(c.name).second) << c.name << " is listed twice";
     EXPECT_TRUE(known_channel(c.name)) << c.name;
     EXPECT_TRUE(channel::with_type_of(c.name, [&](const auto* type) {
       EXPECT_EQ(std::string(c.type),
@@ -35,7 +35,7 @@ TEST(Channels, EachHasAWriterATypeAndADecoder) {
       const auto head = read_head(c.name, encoded(empty));
       EXPECT_TRUE(head.has_value()) << c.name;
     }));
-    // The prefix of an output is its writer; a sensor has none.
+    // The prefix of an output is its writer; a sensor has no prefix.
     if (c.kind == channel::Kind::kSensor) continue;
     std::string prefix = std::string(c.name).substr(0, std::string(c.name).find('_'));
     std::transform(prefix.begin(), prefix.end(), prefix.begin(),
@@ -49,7 +49,7 @@ TEST(Channels, EachHasAWriterATypeAndADecoder) {
   EXPECT_FALSE(channel::is_sensor("BG_DRIVE"));
 }
 
-TEST(MessageFields, ArraysAndMessagesInsideAreColumns) {
+TEST(MessageFields, ArraysAndNestedMessagesAreColumns) {
   nav_state_t m{};
   m.p_world_vehicle_m[1] = 2.5;
   m.cov_world_pose[5][0] = 1.5;

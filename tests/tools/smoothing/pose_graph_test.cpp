@@ -1,4 +1,4 @@
-// The drive as a least-squares problem: derivatives, known answers, false matches, covariances.
+// The drive as a least-squares problem: derivatives, known solutions, false matches, covariances.
 
 #include "tools/smoothing/pose_graph.h"
 
@@ -33,7 +33,7 @@ Pose random_pose(std::mt19937* random, double sigma_m, double sigma_rad) {
   return exp_se3(xi);
 }
 
-/// Three nodes with everything about them unlike zero.
+/// Three nodes with all quantities different from zero.
 struct Scene {
   PoseGraph graph;
   GraphState state;
@@ -42,7 +42,7 @@ struct Scene {
 Scene make_scene() {
   std::mt19937 random(7);
   Scene s;
-  s.graph.earth_rate_world = Vec3(0.0, 5e-2, 4e-2);  // far too fast: so that it shows
+  s.graph.earth_rate_world = Vec3(0.0, 5e-2, 4e-2);  // far too fast, so that its effect is visible
   s.graph.p_vehicle_antenna = Vec3(-0.5, 0.2, 1.1);
   for (int k = 0; k < 3; ++k) {
     s.state.T_world_vehicle.push_back(random_pose(&random, 3.0, 0.5));
@@ -72,7 +72,7 @@ Preintegrated make_motion() {
   return preintegrate(samples, from_utime(0), from_utime(200'000), {}, {1e-2, 1e-1});
 }
 
-/// The derivatives by columns equal differences, to a share of the largest.
+/// The columns of the derivatives equal numerical differences, to a share of the largest.
 template <class Linearize>
 void expect_jacobian(const Scene& scene, const Linearize& linearize_here, double tolerance) {
   const LinearEdge at = linearize_here(scene.state);
@@ -95,14 +95,14 @@ void expect_jacobian(const Scene& scene, const Linearize& linearize_here, double
   EXPECT_LT((numeric - analytic).cwiseAbs().maxCoeff(), tolerance * scale);
 }
 
-TEST(PoseGraph, InertialJacobianIsThatOfDifferences) {
+TEST(PoseGraph, InertialJacobianMatchesNumericalDifferences) {
   const Scene s = make_scene();
   InertialEdge e{0, 1, 1, make_motion()};
   expect_jacobian(
       s, [&](const GraphState& x) { return linearize(s.graph, x, e); }, 1e-5);
 }
 
-TEST(PoseGraph, GpsJacobiansAreThoseOfDifferences) {
+TEST(PoseGraph, GpsJacobiansMatchNumericalDifferences) {
   const Scene s = make_scene();
   GpsEdge e;
   e.node = 1;
@@ -118,14 +118,14 @@ TEST(PoseGraph, GpsJacobiansAreThoseOfDifferences) {
       s, [&](const GraphState& x) { return linearize_velocity(s.graph, x, e); }, 1e-6);
 }
 
-TEST(PoseGraph, WheelJacobianIsThatOfDifferences) {
+TEST(PoseGraph, WheelJacobianMatchesNumericalDifferences) {
   const Scene s = make_scene();
   const WheelEdge e{2, Vec3(0.98, 0.1, 0.02), 0.3, 5.0, 0.05};
   expect_jacobian(
       s, [&](const GraphState& x) { return linearize(s.graph, x, e); }, 1e-6);
 }
 
-TEST(PoseGraph, MotionAndMatchJacobiansAreThoseOfDifferencesAtASmallResidual) {
+TEST(PoseGraph, MotionAndMatchJacobiansMatchNumericalDifferencesAtASmallResidual) {
   const Scene s = make_scene();
   const MotionEdge motion{0, 2, s.state.T_world_vehicle[0].inverse() * s.state.T_world_vehicle[2],
                           Vec6::Constant(0.1)};
@@ -140,7 +140,7 @@ TEST(PoseGraph, MotionAndMatchJacobiansAreThoseOfDifferencesAtASmallResidual) {
       s, [&](const GraphState& x) { return linearize(s.graph, x, match); }, 1e-5);
 }
 
-/// A square of `side` nodes a side, a metre apart, driven twice; every motion is off by `bias`.
+/// A square of `side` nodes a side, a metre apart, driven twice; every motion has the error `bias`.
 struct Square {
   PoseGraph graph;
   GraphState start;
@@ -211,7 +211,7 @@ TEST(GraphSolver, ExactMeasurementsGiveTheExactSquareFromAWrongStart) {
   EXPECT_LT(worst_m(solved.state, s.truth), 1e-5);
 }
 
-TEST(GraphSolver, RevisitsTakeAwayADriftThatIsNotInThem) {
+TEST(GraphSolver, RevisitsRemoveDrift) {
   // 0.2 degrees a metre: each lap of 40 m turns by 8 degrees too much.
   const Vec6 bias = (Vec6() << 0, 0, 0, 0, 0, radians(0.2)).finished();
   Square s = make_square(10, bias, nullptr);
@@ -222,7 +222,7 @@ TEST(GraphSolver, RevisitsTakeAwayADriftThatIsNotInThem) {
   EXPECT_LT((solved.state.T_world_vehicle[40].p - solved.state.T_world_vehicle[0].p).norm(), 0.05);
 }
 
-TEST(GraphSolver, AFalseRevisitDoesNotBendTheSquare) {
+TEST(GraphSolver, AFalseRevisitDoesNotDistortTheSquare) {
   std::mt19937 random(11);
   Square s = make_square(10, Vec6::Zero(), &random);
   add_revisits(10, &s);
@@ -243,14 +243,14 @@ TEST(GraphSolver, AFalseRevisitDoesNotBendTheSquare) {
   EXPECT_LT(worst, 0.005);
 }
 
-TEST(GraphSolver, WhatNothingDeterminesIsSaid) {
+TEST(GraphSolver, UndeterminedVariablesAreReported) {
   Square s = make_square(3, Vec6::Zero(), nullptr);
   s.graph.priors.first_pose.reset();
   EXPECT_TRUE(solve(s.graph, s.start, {}, never).singular);
 }
 
-TEST(GraphSolver, CovarianceIsThatOfManyNoisyDrives) {
-  // Sigmas of what is true and of what is said are the same: errors squared over variance is one.
+TEST(GraphSolver, CovarianceMatchesTheErrorsOfManyNoisyDrives) {
+  // True and stated sigmas are equal: the mean of squared errors over variance is one.
   std::mt19937 random(5);
   double nees = 0.0;
   double nees_from_first = 0.0;
@@ -272,7 +272,7 @@ TEST(GraphSolver, CovarianceIsThatOfManyNoisyDrives) {
   EXPECT_NEAR(nees_from_first / count, 1.0, 0.25);
 }
 
-TEST(SelectedInverse, IsTheDenseInverseWhereTheFactorHasEntries) {
+TEST(SelectedInverse, EqualsTheDenseInverseWhereTheFactorHasEntries) {
   std::mt19937 random(2);
   std::normal_distribution<double> normal(0.0, 1.0);
   const int n = 40;

@@ -20,7 +20,7 @@ std::vector<InertialIncrement> constant(const Vec3& rate, const Vec3& force, int
   return samples;
 }
 
-TEST(Preintegration, ACircleComesBack) {
+TEST(Preintegration, ACircleReturnsToItsStart) {
   // Speed 5 m/s, a turn in 2 s: the force is to the left, v * rate.
   const double rate = kPi;
   const std::vector<InertialIncrement> samples =
@@ -33,7 +33,7 @@ TEST(Preintegration, ACircleComesBack) {
   EXPECT_LT((Vec3(5.0, 0, 0) * 2.0 + all.dp).norm(), 1e-3);
 }
 
-TEST(Preintegration, PartsOfSamplesCountAsParts) {
+TEST(Preintegration, PartialSamplesCountInProportion) {
   const std::vector<InertialIncrement> samples = constant(Vec3(0, 0, 0.3), Vec3(1, 0, 9.8), 30);
   const auto between = [&](int from_us, int to_us) {
     return preintegrate(samples, from_utime(from_us), from_utime(to_us), {}, {});
@@ -47,7 +47,7 @@ TEST(Preintegration, PartsOfSamplesCountAsParts) {
   EXPECT_LT((whole.dp - (a.dp + a.dv * b.dt_s + a.turn * b.dp)).norm(), 1e-6);
 }
 
-TEST(Preintegration, DerivativesByTheErrorsAreThoseOfDifferences) {
+TEST(Preintegration, DerivativesByTheSensorErrorsMatchNumericalDifferences) {
   std::vector<InertialIncrement> samples = constant(Vec3(0.2, -0.1, 0.5), Vec3(2, 1, 9.8), 50);
   const auto at = [&](const InertialErrors& e) {
     return preintegrate(samples, from_utime(0), from_utime(500'000), e, {});
@@ -71,7 +71,7 @@ TEST(Preintegration, DerivativesByTheErrorsAreThoseOfDifferences) {
   }
 }
 
-TEST(Preintegration, NoiseGrowsAsRandomWalksDo) {
+TEST(Preintegration, NoiseGrowsAsARandomWalk) {
   const std::vector<InertialIncrement> samples = constant(Vec3::Zero(), Vec3::Zero(), 400);
   const InertialNoise noise{1e-3, 1e-2};
   const Preintegrated m = preintegrate(samples, from_utime(0), from_utime(4'000'000), {}, noise);

@@ -1,4 +1,4 @@
-// Which scans are held against which maps, and that a match finds a known shift.
+// Selection of the scans to match to each map, and recovery of a known shift by a match.
 
 #include "tools/smoothing/reference_matching.h"
 
@@ -10,7 +10,8 @@
 namespace rcs::smoothing {
 namespace {
 
-/// A drive of 400 m, out and back again beside it; a view reaches around the vehicle.
+/// A drive of 400 m, out and back on a parallel path; the field of view covers the surroundings of
+/// the vehicle.
 struct Drive {
   std::vector<NodeCloud> clouds;
   std::vector<double> way_m;
@@ -47,7 +48,7 @@ Drive out_and_back() {
   return d;
 }
 
-TEST(TruthMatching, PlansWhatWasSeenBeforeAndOnOtherPasses) {
+TEST(ReferenceMatching, PlansMatchesToEarlierAndOtherPasses) {
   const Drive d = out_and_back();
   const MatchingParams p;
   std::size_t consecutive = 0;
@@ -68,7 +69,7 @@ TEST(TruthMatching, PlansWhatWasSeenBeforeAndOnOtherPasses) {
   EXPECT_GT(revisits, 20U);
 }
 
-TEST(TruthMatching, AMatchTellsWhatThePosesHaveWrong) {
+TEST(ReferenceMatching, AMatchReturnsThePoseError) {
   Drive d = out_and_back();
   const std::vector<Pose> truth = d.seen;
   for (std::size_t k = 20; k < d.seen.size(); ++k) {

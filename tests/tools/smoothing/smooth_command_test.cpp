@@ -1,4 +1,4 @@
-// `rcs truth` as a user calls it, on a simulated drive of some seconds.
+// `rcs smooth` on the command line, on a simulated drive of some seconds.
 
 #include <gmock/gmock.h>
 
@@ -21,9 +21,9 @@ std::size_t lines(const std::string& text) {
   return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
 }
 
-class TruthCommand : public RcsCommand {
+class SmoothCommand : public RcsCommand {
  protected:
-  TruthCommand() {
+  SmoothCommand() {
     const std::string config = variable("RCS_SOURCE_DIR") + "/config/";
     config_ = "--config " + config + "demo3.toml ";
     simulate_ = "sim " + config + "sim/drill.toml --duration 12 -o " + log_;
@@ -35,11 +35,11 @@ class TruthCommand : public RcsCommand {
   std::string simulate_;
 };
 
-TEST_F(TruthCommand, WritesPosesSigmasAndAReportAndASecondRunIsTheSame) {
+TEST_F(SmoothCommand, WritesPosesSigmasAndAReportRepeatably) {
   ASSERT_EQ(rcs(simulate_), 0) << messages();
-  ASSERT_EQ(rcs("truth " + log_ + " " + config_ + "--rounds 1 -o " + truth_), 0) << messages();
+  ASSERT_EQ(rcs("smooth " + log_ + " " + config_ + "--rounds 1 -o " + truth_), 0) << messages();
   EXPECT_THAT(out(), HasSubstr("frame world"));
-  EXPECT_THAT(out(), HasSubstr("less mounting"));
+  EXPECT_THAT(out(), HasSubstr("without mounting"));
   const json j = json::parse(text_of(truth_ + ".json"));
   EXPECT_EQ(j["frame"], "world");
   EXPECT_GT(j["edges"]["consecutive"]["edges"], 5);
@@ -52,36 +52,36 @@ TEST_F(TruthCommand, WritesPosesSigmasAndAReportAndASecondRunIsTheSame) {
   EXPECT_EQ(lines(text_of(truth_ + ".sigma.csv")), poses + 1);
   EXPECT_GE(lines(text_of(truth_ + ".scans")), poses);
   const std::string first = text_of(truth_);
-  ASSERT_EQ(rcs("truth " + log_ + " " + config_ + "--rounds 1 --jobs 2 -o " + truth_), 0);
+  ASSERT_EQ(rcs("smooth " + log_ + " " + config_ + "--rounds 1 --jobs 2 -o " + truth_), 0);
   EXPECT_EQ(text_of(truth_), first);
 }
 
-TEST_F(TruthCommand, WithoutGpsTheFrameIsLocalAndSaid) {
+TEST_F(SmoothCommand, WithoutGpsTheFrameIsLocalAndReported) {
   ASSERT_EQ(rcs(simulate_ + " --gps-outage 0 100"), 0) << messages();
-  ASSERT_EQ(rcs("truth " + log_ + " " + config_ + "--rounds 1 -o " + truth_), 0) << messages();
-  EXPECT_THAT(out(), HasSubstr("no GPS: the frame is local"));
+  ASSERT_EQ(rcs("smooth " + log_ + " " + config_ + "--rounds 1 -o " + truth_), 0) << messages();
+  EXPECT_THAT(out(), HasSubstr("no GPS: the poses are in frame local"));
   EXPECT_LT(json::parse(text_of(truth_ + ".json"))["errors"]["position_rms_m"], 0.6);
 }
 
-TEST_F(TruthCommand, WhatIsWrongIsSaidAndLeavesNoFile) {
-  EXPECT_EQ(rcs("truth"), 2);
-  EXPECT_EQ(rcs("truth nothing.log " + config_ + "-o " + truth_), 2);
+TEST_F(SmoothCommand, ErrorsAreReportedAndLeaveNoFile) {
+  EXPECT_EQ(rcs("smooth"), 2);
+  EXPECT_EQ(rcs("smooth nothing.log " + config_ + "-o " + truth_), 2);
   std::ofstream(log_) << "no log at all";
-  EXPECT_EQ(rcs("truth " + log_ + " " + config_), 2);
-  EXPECT_EQ(rcs("truth " + log_ + " " + config_ + "--rounds 0 -o " + truth_), 2);
-  EXPECT_EQ(rcs("truth " + log_ + " " + config_ + "-o " + truth_), 1);
+  EXPECT_EQ(rcs("smooth " + log_ + " " + config_), 2);
+  EXPECT_EQ(rcs("smooth " + log_ + " " + config_ + "--rounds 0 -o " + truth_), 2);
+  EXPECT_EQ(rcs("smooth " + log_ + " " + config_ + "-o " + truth_), 1);
   EXPECT_THAT(messages(), HasSubstr("no sensor data"));
   ASSERT_EQ(rcs(simulate_ + " --ladar-outage 0 100"), 0) << messages();
-  EXPECT_EQ(rcs("truth " + log_ + " " + config_ + "-o " + truth_), 1);
-  EXPECT_THAT(messages(), HasSubstr("no scans"));
+  EXPECT_EQ(rcs("smooth " + log_ + " " + config_ + "-o " + truth_), 1);
+  EXPECT_THAT(messages(), HasSubstr("no usable scans"));
   EXPECT_FALSE(std::filesystem::exists(truth_));
   EXPECT_FALSE(std::filesystem::exists(truth_ + ".json"));
 }
 
-TEST_F(TruthCommand, ATruncatedLogGivesTheTruthOfItsBegin) {
+TEST_F(SmoothCommand, ATruncatedLogGivesTheReferenceTrajectoryOfItsBeginning) {
   ASSERT_EQ(rcs(simulate_), 0) << messages();
   std::filesystem::resize_file(log_, std::filesystem::file_size(log_) * 3 / 4);
-  ASSERT_EQ(rcs("truth " + log_ + " " + config_ + "--rounds 1 -o " + truth_), 0) << messages();
+  ASSERT_EQ(rcs("smooth " + log_ + " " + config_ + "--rounds 1 -o " + truth_), 0) << messages();
   EXPECT_GT(lines(text_of(truth_)), 20U);
 }
 

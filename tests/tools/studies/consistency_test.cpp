@@ -1,4 +1,4 @@
-// The figures of `rcs consistency` on made-up drives whose answers are known.
+// The statistics of `rcs consistency` on synthetic drives with known results.
 
 #include <gmock/gmock.h>
 
@@ -31,8 +31,8 @@ Vec3 normal3(std::mt19937* random) {
   return {x, y, normal(*random)};
 }
 
-/// A drive whose beliefs err as their covariances say.
-/// @param claimed  times the true covariances
+/// A drive with errors of the beliefs that are drawn from their covariances.
+/// @param claimed  factor of the published covariances over the true ones
 drills::DrillRecord consistent_record(double claimed, std::mt19937* random) {
   const Mat3 position = root_of_covariance(0.4);
   const Mat3 velocity = root_of_covariance(0.05);
@@ -81,7 +81,7 @@ std::vector<drills::DrillInnovation> correlated(double rho, double sigma, std::s
   return out;
 }
 
-TEST(Consistency, AnHonestFilterKeepsTheMarks) {
+TEST(Consistency, AConsistentFilterIsWithinTheLimits) {
   const studies::ConsistencyBlock block = block_of(1.0, kRuns);
   for (const studies::StatePart part :
        {studies::StatePart::kPosition, studies::StatePart::kVelocity,
@@ -97,7 +97,7 @@ TEST(Consistency, AnHonestFilterKeepsTheMarks) {
   EXPECT_TRUE((studies::ConsistencyReport{kPlan, {block}}.passed()));
 }
 
-TEST(Consistency, ClaimsFourTimesTooLargeOrTooSmallFail) {
+TEST(Consistency, CovariancesFourTimesTooLargeOrTooSmallFail) {
   for (const double claimed : {4.0, 0.25}) {
     const studies::ConsistencyBlock block = block_of(claimed, kRuns);
     for (const studies::StatePart part :
@@ -117,27 +117,27 @@ TEST(Consistency, ClaimsFourTimesTooLargeOrTooSmallFail) {
   }
 }
 
-TEST(Consistency, FewRunsFailOnlyByMoreThanChance) {
-  // Three values of three degrees: chance leaves 0.11 to 3.1 of 1.
+TEST(Consistency, FewRunsFailOnlyBeyondTheirConfidenceInterval) {
+  // Three values of three degrees: the 95 % interval of the mean is 0.11 to 3.1.
   studies::PartFigure f;
   f.count = 3;
   f.nees_per_dof = 2.5;
-  EXPECT_EQ(studies::nees_verdict(f), drills::Verdict::kOpen);
+  EXPECT_EQ(studies::nees_verdict(f), drills::Verdict::kInconclusive);
   f.nees_per_dof = 20.0;
   EXPECT_EQ(studies::nees_verdict(f), drills::Verdict::kFail);
   f.nees_per_dof = 1.2;
   EXPECT_EQ(studies::nees_verdict(f), drills::Verdict::kPass);
   f.inside = 1.0;
-  EXPECT_EQ(studies::inside_verdict(f, 3), drills::Verdict::kOpen);
+  EXPECT_EQ(studies::inside_verdict(f, 3), drills::Verdict::kInconclusive);
   f.inside = 0.2;
   EXPECT_EQ(studies::inside_verdict(f, 3), drills::Verdict::kFail);
   studies::InnovationSums sums;
   sums.count = 10;
   sums.nis_per_dof = 50.0;
-  EXPECT_EQ(studies::nis_verdict(sums), drills::Verdict::kOpen);
+  EXPECT_EQ(studies::nis_verdict(sums), drills::Verdict::kInconclusive);
 }
 
-TEST(Consistency, ARunThatSaysNothingFails) {
+TEST(Consistency, ARunWithMissingCovariancesFails) {
   studies::ConsistencyBlock block = block_of(1.0, kRuns);
   block.runs[4].at[1] = {};
   EXPECT_EQ(studies::figure_at(block, 1, studies::StatePart::kVelocity).missing, 1U);
@@ -152,7 +152,7 @@ TEST(Consistency, ARunThatSaysNothingFails) {
   EXPECT_TRUE(e[static_cast<std::size_t>(studies::StatePart::kPosition)].has_value());
 }
 
-TEST(Consistency, ErrorsAreThoseOfThePublishedMoment) {
+TEST(Consistency, ErrorsAreComputedAtThePublishedStamp) {
   drills::DrillRecord r = right_record();
   mislead(25.0, 35.0, Vec3(0.1, 0.2, 0.3), &r);
   const studies::ConsistencyRun run = studies::consistency_run(kPlan, 1, r);
@@ -164,7 +164,7 @@ TEST(Consistency, ErrorsAreThoseOfThePublishedMoment) {
   EXPECT_NEAR(run.at[1][position]->claimed, std::sqrt(0.03), 1e-9);
   EXPECT_NEAR(run.curve[34][position]->nees, 14.0, 1e-6);
   EXPECT_NEAR(run.curve[36][position]->nees, 0.0, 1e-9);
-  // Without the truth's velocities.
+  // Without velocities of the ground truth.
   EXPECT_FALSE(run.at[0][static_cast<std::size_t>(studies::StatePart::kVelocity)].has_value());
 }
 
@@ -183,7 +183,7 @@ TEST(Consistency, LagOneIsTheCorrelationOfSuccessiveInnovations) {
       drills::Verdict::kPass);
 }
 
-TEST(Consistency, WhatTheGateRefusedCountsAndWhatWasNeverGatedDoesNot) {
+TEST(Consistency, GatedInnovationsCountAndUngatedOnesDoNot) {
   std::vector<drills::DrillInnovation> all = correlated(0.0, 1.0, 4);
   all[1].accepted = false;
   all[1].reason = innovation_t::REASON_GATE;
@@ -199,13 +199,13 @@ TEST(Consistency, WhatTheGateRefusedCountsAndWhatWasNeverGatedDoesNot) {
 }
 
 // Table of the chi-square distribution: 90 degrees, 2.5 and 97.5 %: 65.65 and 118.14.
-TEST(Consistency, ChanceIsThatOfChiSquare) {
+TEST(Consistency, TheConfidenceIntervalIsThatOfChiSquare) {
   const studies::ValueInterval chance = studies::chance_of_mean(90.0, 1.96);
   EXPECT_NEAR(90.0 * chance.low, 65.65, 0.1);
   EXPECT_NEAR(90.0 * chance.high, 118.14, 0.1);
 }
 
-TEST(Consistency, TheReportNamesWhatFails) {
+TEST(Consistency, TheReportNamesTheFailedStatistics) {
   studies::ConsistencyBlock good = block_of(1.0, kRuns);
   good.runs.front().innovations = studies::innovation_sums(correlated(0.0, 1.0, 400));
   studies::ConsistencyBlock bad = block_of(0.25, kRuns);
@@ -229,7 +229,7 @@ TEST(Consistency, TheReportNamesWhatFails) {
 
 class ConsistencyCommand : public rcs::test::RcsCommand {};
 
-TEST_F(ConsistencyCommand, AWrongCommandLineIsTwo) {
+TEST_F(ConsistencyCommand, AWrongCommandLineExitsWithTwo) {
   EXPECT_EQ(rcs("consistency --ins best"), 2);
   EXPECT_EQ(rcs("consistency --seeds 0"), 2);
   EXPECT_EQ(rcs("consistency --scenario nothing.toml"), 2);

@@ -21,7 +21,7 @@ Vec3f at(double azimuth_deg, double elevation_deg, double range_m) {
       .cast<float>();
 }
 
-TEST(RealCut, KeepsTheReturnThatIsNearestToTheMiddleOfItsCell) {
+TEST(RealCut, KeepsTheReturnNearestToTheMiddleOfItsCell) {
   // Cells are 0.444 deg wide and 0.625 deg high; one has its middle at 39.778, -17.6875 deg.
   Points sweep;
   sweep.push_back(at(39.95, -17.7, 5.0));
@@ -34,7 +34,7 @@ TEST(RealCut, KeepsTheReturnThatIsNearestToTheMiddleOfItsCell) {
   EXPECT_EQ(cut[1], sweep[3]);
 }
 
-TEST(RealCut, LeavesOutWhatTheRangeImageDoesNotSee) {
+TEST(RealCut, OmitsPointsOutsideTheRangeImage) {
   Points sweep;
   for (const double azimuth_deg : {-180.0, -40.1, 40.1, 90.0}) {
     sweep.push_back(at(azimuth_deg, -5.0, 10.0));
@@ -44,7 +44,7 @@ TEST(RealCut, LeavesOutWhatTheRangeImageDoesNotSee) {
   EXPECT_TRUE(real_cut(sweep).empty());
 }
 
-TEST(Deskewed, ASurfaceSeenWhileDrivingIsWhereItWasAtTheMiddle) {
+TEST(Deskewed, ASurfaceSeenWhileDrivingIsMovedToTheMiddleOfTheSweep) {
   // The vehicle moves by T from one sweep to the next; p is at rest.
   const Pose T{exp_so3(Vec3(0.0, 0.01, 0.05)), Vec3(1.0, 0.1, 0.0)};
   const Vec3 p(10.0, -4.0, 1.0);
@@ -60,7 +60,7 @@ TEST(Deskewed, ASurfaceSeenWhileDrivingIsWhereItWasAtTheMiddle) {
   }
 }
 
-TEST(ReferencePairs, AreReadAndMistakesAreNamed) {
+TEST(ReferencePairs, AreReadAndErrorsAreNamed) {
   const std::string header = "model_frame,data_frame,T00\n";
   const std::string row = "3,23,0,-1,0,5,1,0,0,6,0,0,1,7,0.02,0.1\n";
   const Result<std::vector<ScanPair>> pairs = parse_reference_pairs(header + row + row, "a.csv");
@@ -74,13 +74,13 @@ TEST(ReferencePairs, AreReadAndMistakesAreNamed) {
     const Result<std::vector<ScanPair>> r = parse_reference_pairs(header + row + bad, "a.csv");
     return r ? "accepted" : r.error().message;
   };
-  EXPECT_THAT(complaint("1,2,3\n"), HasSubstr("a.csv:3: 16 numbers"));
+  EXPECT_THAT(complaint("1,2,3\n"), HasSubstr("a.csv:3: expected 16 numbers"));
   EXPECT_THAT(complaint("3,x,0,-1,0,5,1,0,0,6,0,0,1,7,0.02,0.1\n"), HasSubstr("a.csv:3"));
   EXPECT_THAT(complaint("3,-2,0,-1,0,5,1,0,0,6,0,0,1,7,0.02,0.1\n"), HasSubstr("two scans"));
   EXPECT_THAT(complaint("3,4,0,-2,0,5,1,0,0,6,0,0,1,7,0.02,0.1\n"), HasSubstr("a motion"));
 }
 
-TEST(KittiDrive, OpensAFolderOfSweepsAndSaysWhatIsMissing) {
+TEST(KittiDrive, OpensAFolderOfSweepsAndReportsMissingFiles) {
   std::string folder = (std::filesystem::temp_directory_path() / "rcs_drive_XXXXXX").string();
   RCS_CHECK(mkdtemp(folder.data()) != nullptr);
   EXPECT_FALSE(KittiDrive::open(folder));
@@ -101,7 +101,7 @@ TEST(KittiDrive, OpensAFolderOfSweepsAndSaysWhatIsMissing) {
   std::ofstream(folder + "/velodyne_bin_000-079.tar.xz") << "no archive";
   const Result<KittiDrive> drive = KittiDrive::open(folder);
   ASSERT_FALSE(drive);
-  EXPECT_THAT(drive.error().message, HasSubstr("could not unpack"));
+  EXPECT_THAT(drive.error().message, HasSubstr("failed to unpack"));
   std::filesystem::remove_all(folder);
 }
 

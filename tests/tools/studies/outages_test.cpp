@@ -1,5 +1,5 @@
-// Dead reckoning on made-up samples; what is run for a question about outages, and what its records
-// say.
+// Dead reckoning on synthetic samples; the runs for a study of outages, and the evaluation of their
+// records.
 
 #include "tools/studies/outages.h"
 
@@ -27,8 +27,8 @@ studies::ReckoningStart start_east() {
   return s;
 }
 
-/// A minute round a circle to the left on level ground, at 100 and 10 Hz, errors left out; on an
-/// earth that turns.
+/// A minute on a circle to the left on level ground, at 100 and 10 Hz, without errors, on a
+/// rotating earth.
 studies::RecordedMotion circle() {
   studies::RecordedMotion m;
   m.begin = kBegin;
@@ -65,14 +65,14 @@ constexpr studies::ReckonedBy kAll[] = {
     studies::ReckonedBy::kGyroAndWheels, studies::ReckonedBy::kGyroAndLastSpeed,
     studies::ReckonedBy::kWheels, studies::ReckonedBy::kInertial};
 
-TEST(DeadReckoning, PerfectSensorsEndWhereTheVehicleIs) {
+TEST(DeadReckoning, PerfectSensorsEndAtTheTruePosition) {
   const studies::RecordedMotion motion = circle();
   for (const studies::ReckonedBy by : kAll) {
-    // Between the samples, too: the last one counts in part.
+    // Also between samples: the last one counts in part.
     for (const double t_s : {30.0, 17.123}) {
       const auto T = studies::reckon(by, start_east(), motion, kBegin + from_seconds(t_s));
       ASSERT_TRUE(T);
-      // The gyro that knows nothing of the earth's turning is 2 mrad off after 30 s.
+      // Without the earth rate the gyro has an error of 2 mrad after 30 s.
       EXPECT_LT((T->p - on_circle(t_s)).norm(), 0.4) << static_cast<int>(by);
       EXPECT_NEAR(yaw_of(T->q), kTurn_radps * t_s - (kTurn_radps * t_s > M_PI ? 2 * M_PI : 0),
                   3e-3);
@@ -83,7 +83,7 @@ TEST(DeadReckoning, PerfectSensorsEndWhereTheVehicleIs) {
   EXPECT_LT((T->p - on_circle(30.0)).norm(), 0.02);
 }
 
-TEST(DeadReckoning, WhatWasLearntOfTheSensorsIsTakenOut) {
+TEST(DeadReckoning, EstimatedSensorErrorsAreRemoved) {
   studies::RecordedMotion motion = circle();
   studies::ReckoningStart start = start_east();
   start.gyro_bias_radps = Vec3(0.01, -0.02, 0.03);
@@ -101,7 +101,7 @@ TEST(DeadReckoning, WhatWasLearntOfTheSensorsIsTakenOut) {
   }
 }
 
-TEST(DeadReckoning, AGapOrAnUnknownSaysNothing) {
+TEST(DeadReckoning, AGapOrAnUnknownErrorGivesNoResult) {
   studies::RecordedMotion motion = circle();
   const Stamp to = kBegin + std::chrono::seconds(30);
   for (studies::WheelSample& s : motion.wheels) s.yaw_rate_radps = std::nan("");
@@ -118,7 +118,7 @@ TEST(DeadReckoning, AGapOrAnUnknownSaysNothing) {
                                motion.end + std::chrono::seconds(1)));
 }
 
-TEST(Outages, PlacesAreSpreadOverTheDrive) {
+TEST(Outages, OutagesAreSpreadOverTheDrive) {
   studies::OutageQuestion q;
   q.lengths_s = {10.0, 20.0};
   q.places = 3;
@@ -152,7 +152,7 @@ TEST(Outages, PlacesAreSpreadOverTheDrive) {
   EXPECT_EQ(studies::plan_outages(q, 60.5, false)->size(), 4U);
 }
 
-TEST(Outages, WhatIsLeftOutIsNamedByItsSource) {
+TEST(Outages, OmittedSourcesAreNamed) {
   EXPECT_EQ(*studies::parse_without("odometry"), std::vector{drills::DrillSource::kOdometry});
   EXPECT_EQ(*studies::parse_without("ladar+ins+ladar"),
             (std::vector{drills::DrillSource::kLadar, drills::DrillSource::kIns}));
@@ -161,8 +161,8 @@ TEST(Outages, WhatIsLeftOutIsNamedByItsSource) {
   }
 }
 
-/// Of right_record(), 60 s east at 10 m/s: WM strays by 3 m to the north in the outage from 30 to
-/// 40 s, and the first fix behind it lies 1 m south.
+/// Of right_record(), 60 s east at 10 m/s: WM has an error of 3 m to the north in the outage from
+/// 30 to 40 s, and the first fix after it lies 1 m south.
 class OneOutage : public testing::Test {
  protected:
   OneOutage() {
@@ -208,7 +208,7 @@ class OneOutage : public testing::Test {
   studies::RecordedMotion motion_;
 };
 
-TEST_F(OneOutage, IsJudgedAgainstTheTruthBesideWhoCarriesOn) {
+TEST_F(OneOutage, IsComparedWithGroundTruthAndWithDeadReckoning) {
   const studies::OutageReport report = judged();
   ASSERT_EQ(report.findings.size(), 1U);
   const studies::OutageFinding& f = report.findings[0];
@@ -218,7 +218,7 @@ TEST_F(OneOutage, IsJudgedAgainstTheTruthBesideWhoCarriesOn) {
   EXPECT_NEAR(f.at_end[0]->vertical_m, 4.0, 1e-9);
   EXPECT_NEAR(at_end(f, studies::Teller::kUncut), 0.0, 1e-9);
   EXPECT_NEAR(at_end(f, studies::Teller::kWheels), 2.0, 1e-6);
-  EXPECT_EQ(at_end(f, studies::Teller::kInertial), -1.0) << "there is none";
+  EXPECT_EQ(at_end(f, studies::Teller::kInertial), -1.0) << "no inertial data";
   EXPECT_NEAR(f.sigma_m, 0.1, 1e-9);
   ASSERT_TRUE(f.to_fix_m);
   EXPECT_NEAR(*f.to_fix_m, 4.0, 0.02);
@@ -236,7 +236,7 @@ TEST_F(OneOutage, IsJudgedAgainstTheTruthBesideWhoCarriesOn) {
   EXPECT_THAT(to_text(studies::cut_table(report)), HasSubstr("wheels alone"));
   const auto json = to_json(report);
   EXPECT_EQ(json["groups"][0]["horizontal_m"]["WM"]["worst"], 3.0);
-  EXPECT_EQ(json["reference"], "the log's SIM_TRUTH");
+  EXPECT_EQ(json["reference"], "SIM_TRUTH of the log");
 }
 
 TEST_F(OneOutage, TheLadarAloneStartsFromTheBeliefAndEndsWithItsMap) {
@@ -244,21 +244,21 @@ TEST_F(OneOutage, TheLadarAloneStartsFromTheBeliefAndEndsWithItsMap) {
   for (drills::DrillMatch& m : results_.back().shown->matches) {
     m.epoch = time_s(m.stamp) < 35.0 ? 1 : 2;
   }
-  EXPECT_EQ(at_end(judged().findings[0], studies::Teller::kLadar), -1.0) << "the map began anew";
+  EXPECT_EQ(at_end(judged().findings[0], studies::Teller::kLadar), -1.0) << "a new map epoch began";
 }
 
-TEST_F(OneOutage, WithoutAPoseItIsNotCountedAndSaysWhy) {
+TEST_F(OneOutage, WithoutAPoseItIsNotCountedAndHasAReason) {
   motion_.has_truth = false;
   auto& beliefs = results_[1].shown->beliefs;
   const auto late = [](const drills::DrillBelief& b) { return time_s(b.stamp) > 30.5; };
   beliefs.erase(std::find_if(beliefs.begin(), beliefs.end(), late), beliefs.end());
   const studies::OutageReport report = judged();
-  EXPECT_THAT(report.findings[0].failed, HasSubstr("when it ended"));
-  EXPECT_THAT(report.reference, HasSubstr("WM's own belief"));
+  EXPECT_THAT(report.findings[0].failed, HasSubstr("at the end"));
+  EXPECT_THAT(report.reference, HasSubstr("belief of WM"));
   EXPECT_THAT(to_text(outage_table(report)), HasSubstr("0 of 1"));
   EXPECT_EQ(to_json(report)["groups"][0]["judged"], 0);
   beliefs.clear();
-  EXPECT_THAT(judged().findings[0].failed, HasSubstr("when it began"));
+  EXPECT_THAT(judged().findings[0].failed, HasSubstr("at the begin"));
   results_[1].shown.reset();
   results_[1].error = "no sensor data";
   EXPECT_EQ(judged().findings[0].failed, "no sensor data");

@@ -28,7 +28,7 @@ TEST(ScanPairs, AnOffsetHasItsMagnitude) {
   EXPECT_LT((sum / kMany).cwiseAbs().maxCoeff(), 0.09);
 }
 
-TEST(ScanPairs, DataSetsBeginWhereTheyAreSaidTo) {
+TEST(ScanPairs, DataSetsBeginAtTheirConfiguredScans) {
   const std::vector<ScanPair> pairs = some_pairs();
   const std::vector<Trial> one = trials_of(DataSet::kConsecutive, pairs, 25);
   ASSERT_EQ(one.size(), 2U);
@@ -57,7 +57,7 @@ TEST(ScanPairs, DataSetsBeginWhereTheyAreSaidTo) {
   EXPECT_EQ(signs.size(), 16U);
 }
 
-TEST(ScanPairs, TheBasinTakesConsecutiveScansAndItsSeedsAreItsOwn) {
+TEST(ScanPairs, TheBasinUsesConsecutiveScansAndItsOwnSeeds) {
   const std::vector<Trial> trials = basin_trials(some_pairs(), {5.0, radians(45.0)}, 3);
   ASSERT_EQ(trials.size(), 6U);
   const std::vector<Trial> again = basin_trials(some_pairs(), {5.0, radians(45.0)}, 3);
@@ -74,19 +74,19 @@ TEST(ScanPairs, GlobalGuessesFillTheDiscAndAllHeadings) {
   const std::vector<Trial> trials = global_trials(some_pairs(), 10.0, 0.05, 200);
   ASSERT_EQ(trials.size(), 400U);
   double farthest_m = 0.0;
-  double most_turned_rad = 0.0;
+  double max_turned_rad = 0.0;
   int within_half = 0;
   for (const Trial& t : trials) {
     const Pose off = t.pair.T_model_data.inverse() * t.guess;
     EXPECT_EQ(off.p.z(), 0.0);
     farthest_m = std::max(farthest_m, off.p.norm());
     within_half += off.p.norm() < 5.0 ? 1 : 0;
-    most_turned_rad = std::max(most_turned_rad, log_so3(off.q).norm());
+    max_turned_rad = std::max(max_turned_rad, log_so3(off.q).norm());
     EXPECT_GT((off.q * Vec3::UnitZ()).z(), std::cos(0.05 * std::sqrt(2.0)) - 1e-6);
   }
   EXPECT_LE(farthest_m, 10.0);
   EXPECT_GT(farthest_m, 9.8);
-  EXPECT_GT(most_turned_rad, 3.0);
+  EXPECT_GT(max_turned_rad, 3.0);
   EXPECT_NEAR(within_half, 100, 45);  // a quarter of the disc; five sigmas
 }
 

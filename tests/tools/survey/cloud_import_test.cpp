@@ -48,7 +48,7 @@ class CloudImportTest : public testing::Test {
     EXPECT_NE(mkdtemp(folder_.data()), nullptr);
     map_ = folder_ + "/map";
     wanted_.paths = {folder_ + "/a.las"};
-    // At the middle of a zone of which the scale is 1 there: east and north are metres of the map.
+    // At the middle of a zone with scale 1 there: east and north are metres of the map.
     wanted_.crs = "+proj=tmerc +lat_0=0 +lon_0=9 +k=1 +x_0=500080 +y_0=0 +datum=WGS84";
     wanted_.heights = "ellipsoid";
     wanted_.quality.sigma_m = 0.05;
@@ -56,8 +56,8 @@ class CloudImportTest : public testing::Test {
   }
   ~CloudImportTest() override { std::filesystem::remove_all(folder_); }
 
-  /// A flight over hills with trees, bushes and a house. Classes as a careful survey has them.
-  /// @param seed  of the drawing
+  /// A flight over hills with trees, bushes and a house. Classes as in a careful survey.
+  /// @param seed  of the random points
   static std::vector<LasPoint> flight(unsigned seed) {
     std::mt19937 rng(seed);
     std::uniform_real_distribution<double> u(0.0, 1.0);
@@ -70,7 +70,7 @@ class CloudImportTest : public testing::Test {
     }
     std::vector<LasPoint> points;
     const auto add = [&](double x, double y, double above, int klass, int number, int returns) {
-      // Whole millimetres, as all formats have them.
+      // Whole millimetres, which all formats can represent.
       const auto rounded = [](double v) { return 1e-3 * std::round(1e3 * v); };
       points.push_back({rounded(kEast + x), rounded(kNorth + y),
                         rounded(hills(x, y) + above + noise(rng)), klass, number, returns, false});
@@ -109,7 +109,7 @@ class CloudImportTest : public testing::Test {
   }
   [[nodiscard]] Raster raster() const { return *whole_level(*MapFolder::open(map_), 0); }
 
-  /// Against hills(); the map's middle is that of the flight.
+  /// Errors against hills(); the middle of the map is that of the flight.
   [[nodiscard]] Errors errors() const {
     const Raster r = raster();
     std::vector<double> off;
@@ -150,7 +150,7 @@ class CloudImportTest : public testing::Test {
   LasFile las_;
 };
 
-TEST_F(CloudImportTest, ClassesTellTheGround) {
+TEST_F(CloudImportTest, ClassesIdentifyTheGround) {
   las_.points = flight(1);
   las_.points.push_back({kEast + 80, kNorth + 80, 900.0, 18, 1, 1, false});
   las_.points.push_back({kEast + 80, kNorth + 80, 100.0, 7, 1, 1, false});
@@ -182,7 +182,7 @@ TEST_F(CloudImportTest, ClassesTellTheGround) {
 TEST_F(CloudImportTest, WithoutClassesTheGroundIsFoundByItsShape) {
   las_.points = flight(1);
   for (LasPoint& p : las_.points) p.klass = 1;
-  for (int k = 0; k < 5; ++k) {  // below the ground, and nobody has said so
+  for (int k = 0; k < 5; ++k) {  // unclassified points below the ground
     las_.points.push_back({kEast + 30.5 + 20 * k, kNorth + 40.5, 250.0, 1, 1, 1, false});
   }
   const Result<CloudImported> done = import();
@@ -199,7 +199,7 @@ TEST_F(CloudImportTest, WithoutClassesTheGroundIsFoundByItsShape) {
   EXPECT_TRUE(std::isnan(r.z_m[r.at(r.level.cell_at(66.5 - 80, 90.5 - 80))])) << "under the house";
 }
 
-TEST_F(CloudImportTest, AnotherFormatIsTheSameMap) {
+TEST_F(CloudImportTest, AnotherFormatGivesTheSameMap) {
   las_.points = flight(2);
   ASSERT_TRUE(import());
   const std::vector<float> z = raster().z_m;
@@ -227,7 +227,7 @@ TEST_F(CloudImportTest, AnotherFormatIsTheSameMap) {
   EXPECT_LT(others, z.size() / 100);
 }
 
-TEST_F(CloudImportTest, SeveralFilesAreOneSurvey) {
+TEST_F(CloudImportTest, SeveralFilesFormOneSurvey) {
   const std::vector<LasPoint> all = flight(3);
   las_.points = all;
   ASSERT_TRUE(import());
@@ -243,7 +243,7 @@ TEST_F(CloudImportTest, SeveralFilesAreOneSurvey) {
   EXPECT_EQ(done->ground.cells, cells);
 }
 
-TEST_F(CloudImportTest, UnitsAreConvertedOrAskedFor) {
+TEST_F(CloudImportTest, UnitsAreConvertedOrRequested) {
   constexpr double kSurveyFoot_m = 1200.0 / 3937.0;
   for (int k = 0; k < 4000; ++k) {
     las_.points.push_back({kEast + k % 60, kNorth + 0.02 * k, 1000.0, 2, 1, 1, false});
@@ -277,12 +277,12 @@ TEST_F(CloudImportTest, UnitsAreConvertedOrAskedFor) {
   EXPECT_NEAR(z_m(), 1000.0 * kSurveyFoot_m, 1e-3);
 }
 
-TEST_F(CloudImportTest, CoordinatesAreThoseThatTheFileSays) {
+TEST_F(CloudImportTest, CoordinatesAreInTheReferenceSystemOfTheFile) {
   for (int k = 0; k < 4000; ++k) {
     las_.points.push_back({kEast + k % 60, kNorth + 0.02 * k, 100.0, 2, 1, 1, false});
   }
   wanted_.crs.clear();
-  EXPECT_THAT(why_not(), HasSubstr("a.las: has no coordinate reference system: say it with --crs"));
+  EXPECT_THAT(why_not(), HasSubstr("a.las: has no coordinate reference system: use --crs"));
   // GeoTIFF's keys: projected, EPSG 32632 (WGS 84, UTM 32 N); heights EPSG 5773 (EGM96).
   std::string keys;
   for (const int v : {1, 1, 0, 3, 1024, 0, 1, 1, 3072, 0, 1, 32632, 4096, 0, 1, 5773}) {
@@ -309,7 +309,7 @@ TEST_F(CloudImportTest, CoordinatesAreThoseThatTheFileSays) {
   EXPECT_THAT(why_not(), HasSubstr("--crs"));
 }
 
-TEST_F(CloudImportTest, AFewPointsFarApartDoNotTakeTheMemoryOfASurvey) {
+TEST_F(CloudImportTest, AFewDistantPointsDoNotUseTheMemoryOfASurvey) {
   // 40 million cells of 1 m: 1.3 GB, and a filter over all of them.
   las_.points = {{kEast, kNorth, 300.0}, {kEast + 6300.0, kNorth + 6300.0, 300.0}};
   EXPECT_THAT(why_not(), HasSubstr("2 points in 6.31 x 6.31 km: fewer than one in 10000 cells"));
@@ -317,11 +317,11 @@ TEST_F(CloudImportTest, AFewPointsFarApartDoNotTakeTheMemoryOfASurvey) {
   EXPECT_TRUE(import());
 }
 
-TEST_F(CloudImportTest, WhatCanNotBeIsRefusedAndLeavesNothing) {
+TEST_F(CloudImportTest, InvalidInputIsRejectedAndLeavesNoFile) {
   las_.points = {{kEast, kNorth, 100.0, 7, 1, 1, false}};
-  EXPECT_THAT(why_not(), HasSubstr("no point is left of 1"));
+  EXPECT_THAT(why_not(), HasSubstr("no valid point of 1"));
   las_.points = {{kEast, kNorth, 100.0, 2, 1, 1, false}, {kEast, kNorth, 2e5, 2, 1, 1, false}};
-  EXPECT_THAT(why_not(), HasSubstr("not on the earth"));
+  EXPECT_THAT(why_not(), HasSubstr("use --height-unit"));
   las_.points = flight(1);
   wanted_.memory_bytes = 1e6;
   EXPECT_THAT(why_not(), HasSubstr("--memory"));
@@ -344,7 +344,7 @@ class RealCloudTest : public CloudImportTest {
         std::string(folder == nullptr ? "../shared/data" : folder) + "/terrain_lidar/" + file;
     return std::filesystem::exists(path) ? path : "";
   }
-  /// What was found by the shape, against what the survey's own classes say: cells of both.
+  /// Ground found by shape, compared with the ground by the classes of the survey: cells of both.
   Errors shape_against_classes() {
     Result<CloudImported> done = import();
     EXPECT_TRUE(done) << done.error().message;
@@ -382,7 +382,7 @@ class RealCloudTest : public CloudImportTest {
   }
 };
 
-TEST_F(RealCloudTest, AForestsGround) {
+TEST_F(RealCloudTest, TheGroundOfAForestIsFound) {
   wanted_.paths = {data("lidR/Topography.xyz")};
   if (wanted_.paths[0].empty()) GTEST_SKIP() << "DATA MISSING: lidR; set RCS_DATA_DIR";
   wanted_.class_column = 7;
@@ -396,7 +396,7 @@ TEST_F(RealCloudTest, AForestsGround) {
   EXPECT_GT(e.known, 0.9);
 }
 
-TEST_F(RealCloudTest, ATownInFeet) {
+TEST_F(RealCloudTest, ATownInFeetIsConverted) {
   wanted_.paths = {data("pdal/autzen_trim.las")};
   if (wanted_.paths[0].empty()) GTEST_SKIP() << "DATA MISSING: autzen; set RCS_DATA_DIR";
   wanted_.crs.clear();

@@ -1,5 +1,5 @@
 #pragma once
-// LAS files as the test wants them, sound or not.
+// LAS files for tests, valid or not.
 
 #include <cmath>
 #include <cstdint>

@@ -50,14 +50,14 @@ TEST(Npy, HalfPrecisionIsIeee754) {
   EXPECT_EQ(a->values[7], 0.333251953125F);
 }
 
-TEST(Npy, WhatIsNotWhatItSaysIsRefused) {
+TEST(Npy, AFileThatContradictsItsHeaderIsRejected) {
   const std::vector<std::uint8_t> four(16, 0);
   const auto why = [](const std::vector<std::uint8_t>& bytes) {
     const Result<NpyArray> a = parse_npy(bytes, "a.npy");
     return a ? std::string() : a.error().message;
   };
   EXPECT_EQ(why(npy("<f4", "(2, 2)", four)), "");
-  EXPECT_THAT(why(npy("<f8", "(2, 2)", four)), HasSubstr("16 bytes are there"));
+  EXPECT_THAT(why(npy("<f8", "(2, 2)", four)), HasSubstr("found 16 bytes"));
   EXPECT_THAT(why(npy("<i4", "(2, 2)", four)), HasSubstr("float16"));
   EXPECT_THAT(why(npy("<f4", "(4,)", four)), HasSubstr("two dimensions"));
   EXPECT_THAT(why(npy("<f4", "(999999999, 999999999)", four)), HasSubstr("2^28"));
@@ -85,7 +85,7 @@ TEST(Npy, AHeaderOfAnyLengthIsReadOnASmallStack) {
   }
 }
 
-TEST(Npy, ShapesAreReadAsNumpyWritesThem) {
+TEST(Npy, ShapesWrittenByNumpyAreRead) {
   const std::vector<std::uint8_t> six(24, 0);
   for (const char* shape : {"(2, 3)", "(2,3)", "( 2 , 3 , )", "(2, 3,)"}) {
     const Result<NpyArray> a = parse_npy(npy("<f4", shape, six), "a.npy");
@@ -130,7 +130,7 @@ class Av2Test : public testing::Test {
   std::string folder_;
 };
 
-TEST_F(Av2Test, LiesWhereItsSimilaritySaysAndIsNotTerraced) {
+TEST_F(Av2Test, LiesAtThePositionOfItsSimilarityAndIsNotTerraced) {
   const Result<ImportedRaster> map = import_av2(folder_, {});
   ASSERT_TRUE(map) << map.error().message;
   EXPECT_EQ(map->frame.reference, "AV2-PIT");
@@ -145,9 +145,9 @@ TEST_F(Av2Test, LiesWhereItsSimilaritySaysAndIsNotTerraced) {
   EXPECT_LT(worst, 0.010);  // rounding alone: 0.0156
 }
 
-TEST_F(Av2Test, WhatIsMissingOrOddIsNamed) {
+TEST_F(Av2Test, MissingAndInvalidFilesAreNamed) {
   write("x___img_Sim2_city.json", {'{', '}'});
-  EXPECT_THAT(import_av2(folder_, {}).error().message, HasSubstr("s, t and R are due"));
+  EXPECT_THAT(import_av2(folder_, {}).error().message, HasSubstr("expected numbers s, t and R"));
   std::filesystem::remove(folder_ + "/x___img_Sim2_city.json");
   EXPECT_THAT(import_av2(folder_, {}).error().message, HasSubstr("img_Sim2_city.json"));
 }

@@ -51,9 +51,8 @@ class RasterImportTest : public testing::Test {
       out << '\n';
     }
   }
-  /// The grid in a format with a place for a coordinate reference system (.flt), its cells laid at
-  /// `affine`.
-  /// @param band  what the band says of itself, in XML
+  /// The grid in a format with a coordinate reference system (.flt), its cells at `affine`.
+  /// @param band  metadata of the band in XML
   void write_with_crs(const std::string& crs, const std::string& affine,
                       const std::string& band = "") {
     std::ifstream grid(folder_ + "/dem.asc");
@@ -93,7 +92,7 @@ class RasterImportTest : public testing::Test {
   RasterImport wanted_;
 };
 
-/// Of a grid in degrees: where write(47, 8) lays its grid.
+/// Transform of the grid of write(47, 8), in degrees.
 constexpr const char* kInDegrees =
     "8, 0.0002777777777778, 0, 47.0166666666667, 0, -0.0002777777777778";
 
@@ -103,7 +102,7 @@ double hill(double lat_deg, double lon_deg) {
   return 900.0 + 4e3 * (lat_deg - 47.0) - 2.5e3 * (lon_deg - 8.0);
 }
 
-TEST_F(RasterImportTest, ThePlacesAreTheirsOnTheEarth) {
+TEST_F(RasterImportTest, CellsHaveTheirPositionOnTheEarth) {
   write(47.0, 8.0, hill);
   const Result<RasterImported> done = import();
   ASSERT_TRUE(done) << done.error().message;
@@ -116,13 +115,14 @@ TEST_F(RasterImportTest, ThePlacesAreTheirsOnTheEarth) {
       const Vec3 p = local.to_world({radians(lat), radians(lon), {hill(lat, lon)}});
       Elevation e;
       ASSERT_TRUE(map.sample(p.x(), p.y(), &e));
-      EXPECT_NEAR(e.z_m, p.z(), 0.01);  // a plane in degrees is one in metres but for curvature
+      EXPECT_NEAR(e.z_m, p.z(),
+                  0.01);  // a plane in degrees is a plane in metres except for curvature
       EXPECT_NEAR(e.sigma_m, 0.5, 0.01);
     }
   }
 }
 
-TEST_F(RasterImportTest, HeightsAboveTheGeoidBecomeThoseAboveTheEllipsoid) {
+TEST_F(RasterImportTest, HeightsAboveTheGeoidAreConvertedToTheEllipsoid) {
   write(0.0, 0.0, [](double, double) { return 100.0; });
   wanted_.heights = "EGM96";
   const Result<RasterImported> done = import();
@@ -139,7 +139,7 @@ TEST_F(RasterImportTest, HeightsAboveTheGeoidBecomeThoseAboveTheEllipsoid) {
   EXPECT_NEAR(e.z_m, 97.0, 0.01);
 }
 
-TEST_F(RasterImportTest, ACompoundSystemSaysWhatItsHeightsAreAbove) {
+TEST_F(RasterImportTest, ACompoundSystemDefinesTheHeightReference) {
   write(47.0, 8.0, hill);
   const auto z_m = [this](const std::string& heights) {
     wanted_.heights = heights;
@@ -160,7 +160,7 @@ TEST_F(RasterImportTest, ACompoundSystemSaysWhatItsHeightsAreAbove) {
   }
 }
 
-TEST_F(RasterImportTest, UnitsHolesAndRoughGround) {
+TEST_F(RasterImportTest, UnitsHolesAndRoughGroundAreHandled) {
   write(47.0, 8.0, [](double lat, double lon) {
     if (lat > 47.012) return -9999.0;  // a hole
     const bool rough = lon > 8.012;
@@ -184,28 +184,28 @@ TEST_F(RasterImportTest, UnitsHolesAndRoughGround) {
   EXPECT_NEAR(e.sigma_m, 0.6 * 0.3048 * 10.0 * 1.8 * 0.5, 0.4);
 }
 
-TEST_F(RasterImportTest, WhatAFileDoesNotSayIsAskedFor) {
+TEST_F(RasterImportTest, MissingMetadataIsRequested) {
   write(47.0, 8.0, hill);
   wanted_.crs.clear();
   EXPECT_THAT(why_not(), HasSubstr("--crs"));
   wanted_.crs = "EPSG:nonsense";
-  EXPECT_THAT(why_not(), HasSubstr("no coordinate reference system"));
+  EXPECT_THAT(why_not(), HasSubstr("not a coordinate reference system"));
   wanted_.crs = "EPSG:4326";
   wanted_.heights.clear();
   EXPECT_THAT(why_not(), HasSubstr("--heights"));
   wanted_.heights = "EPSG:4326";
-  EXPECT_THAT(why_not(), HasSubstr("no vertical datum"));
+  EXPECT_THAT(why_not(), HasSubstr("not a vertical datum"));
   wanted_.heights = "EPSG:4326+5773";
-  EXPECT_THAT(why_not(), HasSubstr("no vertical datum"));
+  EXPECT_THAT(why_not(), HasSubstr("not a vertical datum"));
   wanted_.heights = "ellipsoid";
   wanted_.band = 2;
-  EXPECT_THAT(why_not(), HasSubstr("it has 1"));
+  EXPECT_THAT(why_not(), HasSubstr("the file has 1"));
   wanted_.band = 1;
   wanted_.cell_m = 500.0;
   EXPECT_THAT(why_not(), HasSubstr("--cell"));
   wanted_.cell_m = 0.0;
   wanted_.height_unit_m = 1000.0;
-  EXPECT_THAT(why_not(), HasSubstr("not on the earth"));
+  EXPECT_THAT(why_not(), HasSubstr("use --nodata"));
   wanted_.height_unit_m = 1.0;
   wanted_.crs = "EPSG:32632";  // metres: a corner of some centimetres at 47 m north
   EXPECT_THAT(why_not(), HasSubstr("pixels are"));
@@ -213,18 +213,18 @@ TEST_F(RasterImportTest, WhatAFileDoesNotSayIsAskedFor) {
   EXPECT_THAT(why_not(), HasSubstr("dem.asc"));
 }
 
-TEST_F(RasterImportTest, TheVerticalSystemsUnitIsThatOfABandThatNamesNone) {
+TEST_F(RasterImportTest, TheVerticalUnitAppliesToABandWithoutAUnit) {
   constexpr double kSurveyFoot_m = 1200.0 / 3937.0;
   write(47.0, 8.0, flat);
   wanted_.heights.clear();
-  wanted_.undulation_m = 0.0;  // there is no grid for NAVD88 here
+  wanted_.undulation_m = 0.0;  // no grid for NAVD88 is available
   const std::string feet = "EPSG:4269+6360";
   write_with_crs(feet, kInDegrees);
   ASSERT_TRUE(import());
   EXPECT_NEAR(z_at_datum(), 300.0 * kSurveyFoot_m, 1e-3);
   write_with_crs(feet, kInDegrees, "<UnitType>m</UnitType>");
   ASSERT_TRUE(import());
-  EXPECT_NEAR(z_at_datum(), 300.0, 1e-3) << "the band's own unit goes first";
+  EXPECT_NEAR(z_at_datum(), 300.0, 1e-3) << "the unit of the band takes precedence";
   write_with_crs(feet, kInDegrees);
   wanted_.height_unit_m = 0.5;
   ASSERT_TRUE(import());
@@ -238,7 +238,7 @@ TEST_F(RasterImportTest, TheVerticalSystemsUnitIsThatOfABandThatNamesNone) {
   EXPECT_NEAR(z_at_datum(), 300.0 * kSurveyFoot_m, 1e-3);
 }
 
-TEST_F(RasterImportTest, TheBandsScaleAndOffsetAreApplied) {
+TEST_F(RasterImportTest, ScaleAndOffsetOfTheBandAreApplied) {
   write(47.0, 8.0, [](double lat, double) { return lat > 47.012 ? -9999.0 : 3000.0; });
   write_with_crs("EPSG:4326", kInDegrees,
                  "<NoDataValue>-9999</NoDataValue><Offset>-50</Offset><Scale>0.1</Scale>");
@@ -246,12 +246,12 @@ TEST_F(RasterImportTest, TheBandsScaleAndOffsetAreApplied) {
   ASSERT_TRUE(done) << done.error().message;
   EXPECT_NEAR(z_at_datum(), 250.0, 1e-3);
   Elevation e;
-  EXPECT_FALSE(loaded().sample(0.0, 700.0, &e)) << "no data is no data, unscaled";
+  EXPECT_FALSE(loaded().sample(0.0, 700.0, &e)) << "no-data values are not scaled";
   write_with_crs("EPSG:4326", kInDegrees, "<Scale>0</Scale>");
   EXPECT_THAT(why_not(), HasSubstr("scale"));
 }
 
-TEST_F(RasterImportTest, AFormatThatReadsOtherFilesAndAUrlAreRefused) {
+TEST_F(RasterImportTest, AFormatThatReadsOtherFilesAndAUrlAreRejected) {
   write(47.0, 8.0, flat);
   const std::string grid = wanted_.path;
   wanted_.path = folder_ + "/dem.vrt";
@@ -270,7 +270,7 @@ TEST_F(RasterImportTest, AFormatThatReadsOtherFilesAndAUrlAreRefused) {
   EXPECT_THAT(why_not(), HasSubstr("is not a regular file"));
   wanted_.path = grid;
   wanted_.crs = "http://127.0.0.1:1/crs";
-  EXPECT_THAT(why_not(), HasSubstr("no coordinate reference system"));
+  EXPECT_THAT(why_not(), HasSubstr("not a coordinate reference system"));
 }
 
 TEST_F(RasterImportTest, HeightsOfAThreeDimensionalSystemAreEllipsoidal) {
@@ -285,9 +285,9 @@ TEST_F(RasterImportTest, HeightsOfAThreeDimensionalSystemAreEllipsoidal) {
   EXPECT_NEAR(z_at_datum(), 300.0, 1e-3);
 }
 
-TEST_F(RasterImportTest, TheGeoidsGridEndsWhereItEnds) {
+TEST_F(RasterImportTest, OutsideTheGeoidGridHeightsAreUnknown) {
   write(47.0, 8.0, flat);
-  // As GTX has it: big endian, from the south-west; it ends 650 m east of the middle.
+  // In GTX format: big endian, from the south-west; it ends 650 m east of the middle.
   std::string grid;
   const auto put = [&grid](auto v) {
     char bytes[sizeof v];
@@ -344,7 +344,7 @@ TEST_F(RasterImportTest, AnotherFrameIsNamed) {
   EXPECT_THAT(check_frame(done->frame, "WGS84").error().message, HasSubstr("ETRS89"));
 }
 
-TEST_F(RasterImportTest, AnExportedMapIsTheSameGroundWhenImportedAgain) {
+TEST_F(RasterImportTest, AnExportedMapIsUnchangedWhenImportedAgain) {
   write(47.0, 8.0, hill);
   ASSERT_TRUE(import());
   const ElevationMap before = loaded();
@@ -367,7 +367,8 @@ TEST_F(RasterImportTest, AnExportedMapIsTheSameGroundWhenImportedAgain) {
       ASSERT_TRUE(before.sample(x, y, &a));
       const Vec3 p = T_after_before * Vec3(x, y, a.z_m);
       ASSERT_TRUE(after.sample(p.x(), p.y(), &b));
-      // Orthographic places are 0.1 m off for ground 900 m above the datum, on a slope of 5 %.
+      // Orthographic positions have an error of 0.1 m for ground 900 m above the datum, on a slope
+      // of 5 %.
       EXPECT_NEAR(b.z_m, p.z(), 0.02);
     }
   }
@@ -398,7 +399,7 @@ TEST_F(RasterImportTest, AnExportedMapKeepsItsReference) {
     ASSERT_TRUE(second) << second.error().message;
     EXPECT_EQ(second->frame.reference, first->frame.reference);
     EXPECT_EQ(second->cell_m, first->cell_m);
-    // Its border's cells lie half on what is not known.
+    // The cells of its border lie half on unknown cells.
     EXPECT_GT(second->known, 0.9 * static_cast<double>(first->known)) << crs;
   }
 }

@@ -1,4 +1,5 @@
-// `rcs consistency` over the chain as it is: what misses its mark by more than chance is printed.
+// `rcs consistency` on the whole chain: statistics that miss their limits significantly are
+// printed.
 
 #include <gmock/gmock.h>
 
@@ -14,7 +15,7 @@ using testing::HasSubstr;
 
 class ConsistencyCommand : public RcsCommand {};
 
-TEST_F(ConsistencyCommand, WhatTheFilterSaysOfItsErrorIsTrue) {
+TEST_F(ConsistencyCommand, FilterErrorsAreConsistentWithThePublishedCovariances) {
   const std::string config = variable("RCS_SOURCE_DIR") + "/config/";
   std::string drives;
   for (const char* name : {"meadow", "rocky_hills", "wooded_valley"}) {

@@ -1,5 +1,5 @@
-// All drills of every day, as `rcs drill --all` runs them. What fails is printed; how many may fail
-// is the business of whoever sets the marks.
+// All daily drills, as run by `rcs drill --all`. Failures are printed; the limits determine how
+// many may fail.
 
 #include <gtest/gtest.h>
 
@@ -21,8 +21,8 @@ TEST_F(DrillAll, EveryDrillPasses) {
   EXPECT_EQ(status, 0) << messages();
   const auto results = nlohmann::json::parse(text_of(folder_ + "/results.json"));
   for (const auto& drill : results["drills"]) {
-    for (const auto& mark : drill["marks"]) {
-      EXPECT_NE(mark["verdict"], "FAIL") << drill["id"] << ": " << mark.dump();
+    for (const auto& limit : drill["limits"]) {
+      EXPECT_NE(limit["verdict"], "FAIL") << drill["id"] << ": " << limit.dump();
     }
   }
 }

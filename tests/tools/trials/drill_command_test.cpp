@@ -1,4 +1,4 @@
-// `rcs drill` and `rcs why` as a user calls them, on a drive of some seconds.
+// `rcs drill` and `rcs why` on the command line, on a drive of some seconds.
 
 #include <gmock/gmock.h>
 
@@ -25,7 +25,7 @@ length_s = 14
 kind = "dropout"
 begin_s = 9
 length_s = 3
-[marks]
+[limits]
 smooth_step_m = 0.2
 horizontal_m = 5
 )";
@@ -44,7 +44,7 @@ horizontal_m = 5
   std::string drill_ = folder_ + "/lost.toml";
 };
 
-TEST_F(DrillCommand, TellsFiguresAndDrawsAndASecondRunIsTheSame) {
+TEST_F(DrillCommand, ReportsMetricsAndDrawsRepeatably) {
   EXPECT_EQ(drill(drill_ + " --seeds 2 --logs --json -o " + folder_ + "/results"), 0) << messages();
   const json j = json::parse(out());
   const json& first = j["drills"][0];
@@ -66,20 +66,20 @@ TEST_F(DrillCommand, TellsFiguresAndDrawsAndASecondRunIsTheSame) {
   EXPECT_EQ(json::parse(out())["drills"][0]["runs"][0], first["runs"][0]);
 
   EXPECT_EQ(rcs("why " + folder_ + "/results/lost.log 11"), 0) << messages();
-  for (const char* word : {"GPS_FIX", "SP_REGISTRATION", "rolling map", "WM's belief", "sigma"}) {
+  for (const char* word : {"GPS_FIX", "SP_REGISTRATION", "rolling map", "belief of WM", "sigma"}) {
     EXPECT_THAT(out(), HasSubstr(word));
   }
   EXPECT_EQ(rcs("why " + folder_ + "/results/lost.log 500"), 1);
-  EXPECT_THAT(messages(), HasSubstr("it ends after"));
+  EXPECT_THAT(messages(), HasSubstr("the log ends after"));
 }
 
-TEST_F(DrillCommand, AMarkThatIsMissedIsStatusOne) {
+TEST_F(DrillCommand, AMissedLimitExitsWithOne) {
   std::ofstream(drill_, std::ios::app) << "accept_within_s = 0.001\ndrift_pct_p95 = 0\n";
   EXPECT_EQ(drill(drill_), 1);
   EXPECT_THAT(out(), HasSubstr("FAIL"));
 }
 
-TEST_F(DrillCommand, ALogWithoutTruthIsHeldAgainstItselfUndisturbed) {
+TEST_F(DrillCommand, ALogWithoutGroundTruthIsComparedWithItsUndisturbedRun) {
   const std::string log = folder_ + "/drive.log";
   ASSERT_EQ(rcs("sim " + config("sim/drill.toml") + " --duration 14 -o " + log), 0) << messages();
   const std::string options =
@@ -114,12 +114,12 @@ TEST_F(DrillCommand, ALiveLogHasItsOwnClock) {
               0)
         << messages();
     results[k] = json::parse(out())["drills"][0]["runs"][0];
-    results[k].erase("hash");  // of the outputs with their node time
+    results[k].erase("hash");  // hash of the outputs, which contain node time
   }
   EXPECT_EQ(results[0], results[1]);
 }
 
-TEST_F(DrillCommand, AWrongCommandLineIsTwoAndAWrongFileIsNamed) {
+TEST_F(DrillCommand, AWrongCommandLineExitsWithTwoAndAWrongFileIsNamed) {
   EXPECT_EQ(rcs("drill"), 2);
   EXPECT_EQ(rcs("drill nothing.toml"), 2);
   EXPECT_EQ(drill(drill_ + " --seeds 0"), 2);

@@ -1,4 +1,4 @@
-// `rcs outages` as a user calls it, on a simulated drive of some seconds.
+// `rcs outages` on the command line, on a simulated drive of some seconds.
 
 #include <gmock/gmock.h>
 
@@ -25,12 +25,12 @@ class OutagesCommand : public RcsCommand {
   std::string simulate_;
 };
 
-TEST_F(OutagesCommand, TellsHowFarOffItWouldBeAndASecondRunIsTheSame) {
+TEST_F(OutagesCommand, ReportsTheErrorsRepeatably) {
   ASSERT_EQ(rcs(simulate_), 0) << messages();
   const std::string question = "--length 2 3 --places 2 --from 9 --without odometry+ladar ";
   ASSERT_EQ(rcs(options_ + question + "--json"), 0) << messages();
   const json j = json::parse(out());
-  EXPECT_EQ(j["reference"], "the log's SIM_TRUTH");
+  EXPECT_EQ(j["reference"], "SIM_TRUTH of the log");
   EXPECT_EQ(j["groups"].size(), 4U);
   EXPECT_EQ(j["outages"].size(), 8U);
   EXPECT_EQ(j["groups"][1]["sources"], "all sources");
@@ -44,12 +44,12 @@ TEST_F(OutagesCommand, TellsHowFarOffItWouldBeAndASecondRunIsTheSame) {
   EXPECT_EQ(json::parse(out()), j);
 
   ASSERT_EQ(rcs(options_ + "--from 8 --cut 9 12 --logs " + folder_ + "/runs"), 0) << messages();
-  EXPECT_THAT(out(), HasSubstr("errors against the log's SIM_TRUTH"));
+  EXPECT_THAT(out(), HasSubstr("reference of the errors: SIM_TRUTH of the log"));
   EXPECT_THAT(out(), HasSubstr("start to end"));
   EXPECT_EQ(rcs("why " + folder_ + "/runs/gps_cut_3s_at_9.0s.log 11"), 0) << messages();
 }
 
-TEST_F(OutagesCommand, WhatIsWrongIsSaid) {
+TEST_F(OutagesCommand, ErrorsAreReported) {
   EXPECT_EQ(rcs("outages --help"), 0);
   EXPECT_THAT(out(), HasSubstr("--without"));
   EXPECT_EQ(rcs("outages"), 2);
@@ -60,7 +60,7 @@ TEST_F(OutagesCommand, WhatIsWrongIsSaid) {
   EXPECT_EQ(rcs(options_ + "--without gps"), 2);
   EXPECT_THAT(messages(), HasSubstr("odometry, ladar, ins"));
   EXPECT_EQ(rcs(options_), 1);
-  EXPECT_THAT(messages(), HasSubstr("no GPS_FIX"));
+  EXPECT_THAT(messages(), HasSubstr("no valid GPS_FIX"));
   ASSERT_EQ(rcs(simulate_), 0) << messages();
   EXPECT_EQ(rcs(options_), 1);
   EXPECT_THAT(messages(), HasSubstr("does not fit"));

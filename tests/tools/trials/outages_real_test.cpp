@@ -1,5 +1,6 @@
-// `rcs outages` and drills on real recordings, as a user calls them; the tables of BENCHMARKS.md.
-// What is asserted is what must not get worse; the tables say how good it is.
+// `rcs outages` and drills on real recordings, on the command line; the tables of
+// docs/experiments/outages_on_recordings.md. The assertions guard against regressions; the tables
+// show the accuracy.
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -27,7 +28,7 @@ class OutagesOnRealData : public RcsCommand {
   void import(const std::string& what) {
     ASSERT_EQ(rcs("import " + what + " -o " + log()), 0) << messages();
   }
-  /// Prints the tables. @return the figures
+  /// Prints the tables. @return the statistics
   json outages(const std::string& vehicle, const std::string& options) {
     const std::string command =
         fmt::format("outages {} --config {} {}", log(), config(vehicle), options);
@@ -51,12 +52,12 @@ class OutagesOnRealData : public RcsCommand {
   }
 };
 
-TEST_F(OutagesOnRealData, CommasMinute) {
+TEST_F(OutagesOnRealData, TheCommaMinute) {
   const std::string data = data_path("gps_imu_comma2k19");
   if (data.empty()) GTEST_SKIP() << kNoData;
   import("comma2k19 " + data);
   const json report = outages("comma2k19.toml", "--length 10 20 30 --places 10 --without odometry");
-  EXPECT_EQ(report["reference"], "the log's SIM_TRUTH");
+  EXPECT_EQ(report["reference"], "SIM_TRUTH of the log");
   EXPECT_EQ(report["gps_trusted_uncut"], 1.0);
   for (const double length_s : {10.0, 20.0, 30.0}) {
     const json& wheels = group(report, "all sources", length_s);
@@ -69,7 +70,7 @@ TEST_F(OutagesOnRealData, CommasMinute) {
   }
 }
 
-TEST_F(OutagesOnRealData, TheHuskysLoopWithoutGpsInItsMiddle) {
+TEST_F(OutagesOnRealData, TheHuskyLoopWithoutGpsInItsMiddle) {
   const std::string data = data_path("gps_imu_husky");
   if (data.empty()) GTEST_SKIP() << kNoData;
   const std::string test1 = " " + data + "/test1_";
@@ -77,14 +78,14 @@ TEST_F(OutagesOnRealData, TheHuskysLoopWithoutGpsInItsMiddle) {
          config("import/husky.toml"));
   const json report = outages("husky.toml", "--cut 137.5 257.5");
   const json& closure = report["closures"][0];
-  // With GPS all along it ends where the fixes do, to their 2 to 5 m.
+  // With GPS throughout, the final error against the fixes is within their accuracy of 2 to 5 m.
   EXPECT_NEAR(closure["start_to_end_m"]["WM with GPS"].get<double>(),
               closure["fixes_m"].get<double>(), 5.0);
   EXPECT_LT(report["outages"][0]["at_end"]["WM"]["horizontal_m"].get<double>(), 0.15 * 108.0);
   (void)outages("husky.toml", "--length 10 30 --places 10 --from 45");
 }
 
-TEST_F(OutagesOnRealData, DresdensLongDrive) {
+TEST_F(OutagesOnRealData, TheLongDresdenDrive) {
   const std::string data = data_path("gps_imu_balzer82");
   if (data.empty()) GTEST_SKIP() << kNoData;
   import("imu-gps " + data + "/2014-03-26-000-Data.csv --columns " +
@@ -116,7 +117,7 @@ class KittiWithoutGps : public OutagesOnRealData {
   }
 };
 
-TEST_F(KittiWithoutGps, FromFrame20To70ItIsTheLadarsAnswer) {
+TEST_F(KittiWithoutGps, FromFrame20To70ThePoseIsThatOfTheLadar) {
   const std::string scans = unpacked("kitti_2011_09_26_drive_0005/velodyne_bin_000-079.tar.xz");
   if (scans.empty()) GTEST_SKIP() << kNoData;
   const std::string data = data_path("kitti_2011_09_26_drive_0005");
@@ -139,10 +140,10 @@ TEST_F(KittiWithoutGps, FromFrame20To70ItIsTheLadarsAnswer) {
   };
   EXPECT_LT(tell("the run with GPS", uncut), 0.05);
   EXPECT_LT(tell("the LADAR's registrations of a run without GPS", ladar), 0.05);
-  // What OXTS is worth there: 0.5 m and 5 % of the way (README of the data).
+  // The accuracy of OXTS there: 0.5 m and 5 % of the distance (README of the data).
   EXPECT_LT(tell("OXTS", moved), 0.5 + 0.05 * moved.p.norm());
 
-  // Later WM knows its heading, to two degrees.
+  // Later WM has a heading accurate to two degrees.
   (void)outages("kitti.toml", "--from 4 --cut 4 7.3");
 
   const std::string drill =
@@ -151,7 +152,7 @@ TEST_F(KittiWithoutGps, FromFrame20To70ItIsTheLadarsAnswer) {
   fmt::print("{}", out());
   (void)rcs(fmt::format(drill, config("drills_on_logs/kitti_ramp_1.toml")) + " --json");
   const json ramp = json::parse(out())["drills"][0];
-  for (const json& mark : ramp["marks"]) fmt::print("ramp of 1 m/s: {}\n", mark.dump());
+  for (const json& limit : ramp["limits"]) fmt::print("ramp of 1 m/s: {}\n", limit.dump());
 }
 
 }  // namespace

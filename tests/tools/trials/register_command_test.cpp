@@ -1,4 +1,4 @@
-// `rcs register` as a user calls it.
+// `rcs register` on the command line.
 
 #include <gmock/gmock.h>
 
@@ -23,7 +23,7 @@ class RegisterCommand : public RcsCommand {
   RegisterCommand() {
     std::mt19937 rng(7);
     const Points model = test::scene(test::Ground::kRolling, true, 4000, 0.01, Vec3::Zero(), &rng);
-    // Other points of the same surfaces, seen from elsewhere.
+    // Other points of the same surfaces, seen from another pose.
     const Points data =
         test::scene(test::Ground::kRolling, true, 4000, 0.01, Vec3(1.0, -1.0, 0.0), &rng);
     write(model_, model);
@@ -59,7 +59,7 @@ class RegisterCommand : public RcsCommand {
   Pose T_true_ = test::pose(1.5, 0.8, 0.2, 0.02, -0.01, 0.1);
 };
 
-TEST_F(RegisterCommand, TellsMotionInformationAndTimeAndDraws) {
+TEST_F(RegisterCommand, ReportsMotionInformationAndTimeAndDraws) {
   EXPECT_EQ(run(" --json --plot " + folder_ + "/new/pictures"), 0) << messages();
   const json j = json::parse(out());
   expect_truth(j, 0.03, 0.1);
@@ -83,7 +83,7 @@ TEST_F(RegisterCommand, TellsMotionInformationAndTimeAndDraws) {
   }
 }
 
-TEST_F(RegisterCommand, TellsEveryIterationOfThePapersMethod) {
+TEST_F(RegisterCommand, ReportsEveryIterationOfThePaperMethod) {
   EXPECT_EQ(run(" --method paper --json --guess '1 0 0 1.4 0 1 0 0.7 0 0 1 0.2 0 0 0 1'"), 0)
       << messages();
   const json j = json::parse(out());
@@ -96,7 +96,7 @@ TEST_F(RegisterCommand, TellsEveryIterationOfThePapersMethod) {
   EXPECT_THAT(messages(), HasSubstr("not converged"));
 }
 
-TEST_F(RegisterCommand, TellsWhatGeneralizedIcpFinds) {
+TEST_F(RegisterCommand, ReportsTheResultOfGeneralizedIcp) {
   EXPECT_EQ(run(" --method gicp --json --plot " + folder_ +
                 " --guess '1 0 0 1.2 0 1 0 0.5 0 0 1 0.2 0 0 0 1'"),
             0)
@@ -111,7 +111,7 @@ TEST_F(RegisterCommand, TellsWhatGeneralizedIcpFinds) {
     EXPECT_GE(j["cpu_ms"][stage].get<double>(), 0.0) << stage;
   }
   EXPECT_THAT(text_of(folder_ + "/after.svg"), HasSubstr("</svg>"));
-  // Half a turn away.
+  // A guess half a turn away.
   const std::string turned = " --global --guess '-1 0 0 5 0 -1 0 -4 0 0 1 0 0 0 0 1'";
   EXPECT_EQ(run(" --method gicp --json" + turned), 0) << messages();
   j = json::parse(out());
@@ -121,26 +121,26 @@ TEST_F(RegisterCommand, TellsWhatGeneralizedIcpFinds) {
     EXPECT_TRUE(j["cpu_ms"].contains(stage)) << stage;
   }
   EXPECT_EQ(run(" --method gicp --organized 40x100"), 0) << messages();
-  // Nothing is near.
+  // No surface is near.
   EXPECT_EQ(run(" --method gicp --guess '1 0 0 200 0 1 0 0 0 0 1 0 0 0 0 1'"), 1);
   EXPECT_THAT(messages(), HasSubstr("not converged: too"));
 }
 
-TEST_F(RegisterCommand, FindsAnyHeadingOrRefuses) {
-  // Half a turn away.
+TEST_F(RegisterCommand, FindsAnyHeadingOrRejects) {
+  // A guess half a turn away.
   EXPECT_EQ(run(" --global --json --guess '-1 0 0 5 0 -1 0 -4 0 0 1 0 0 0 0 1'"), 0) << messages();
   const json j = json::parse(out());
   expect_truth(j, 0.03, 0.1);
   EXPECT_TRUE(j["accepted"].get<bool>());
   EXPECT_LT(j["ambiguity"].get<double>(), 1.0);
   EXPECT_GE(j["hypotheses"].size(), 1U);
-  // One place of a plain is as good as another.
+  // All positions on a plain are equivalent.
   std::mt19937 rng(8);
   write(model_, test::scene(test::Ground::kFlat, false, 4000, 0.01, Vec3::Zero(), &rng));
   write(data_, test::scene(test::Ground::kFlat, false, 4000, 0.01, Vec3::Zero(), &rng));
   for (const char* method : {"plane", "gicp"}) {
     EXPECT_EQ(run(std::string(" --global --method ") + method), 1);
-    EXPECT_THAT(messages(), HasSubstr("refused")) << method;
+    EXPECT_THAT(messages(), HasSubstr("rejected")) << method;
   }
 }
 
@@ -152,7 +152,7 @@ TEST_F(RegisterCommand, PlainOutputHasMotionAndSigma) {
   EXPECT_THAT(out(), testing::Not(HasSubstr("unobserved")));
 }
 
-TEST_F(RegisterCommand, CloudsOfDifferentPlacesAreRefused) {
+TEST_F(RegisterCommand, CloudsOfDifferentSitesAreRejected) {
   // Flat ground in both, and a wall each, at right angles to the other's.
   std::mt19937 rng(9);
   std::uniform_real_distribution<double> u(-25.0, 25.0);
@@ -174,23 +174,23 @@ TEST_F(RegisterCommand, CloudsOfDifferentPlacesAreRefused) {
     EXPECT_FALSE(json::parse(out())["accepted"].get<bool>()) << method;
   }
   EXPECT_EQ(run(""), 1);
-  EXPECT_THAT(messages(), HasSubstr("refused: at the pose found"));
+  EXPECT_THAT(messages(), HasSubstr("rejected: at the result"));
 }
 
-TEST_F(RegisterCommand, APlainIsRefused) {
+TEST_F(RegisterCommand, APlainIsRejected) {
   for (const int n : {6000, 20'000}) {
     std::mt19937 rng(11);
     write(model_, test::scene(test::Ground::kFlat, false, n, 0.02, Vec3::Zero(), &rng));
     write(data_, test::scene(test::Ground::kFlat, false, n, 0.02, Vec3::Zero(), &rng));
     for (const char* method : {"plane", "gicp"}) {
       EXPECT_EQ(run(std::string(" --method ") + method), 1) << method << ", " << n;
-      EXPECT_THAT(messages(), HasSubstr("refused: translation along (")) << method << ", " << n;
+      EXPECT_THAT(messages(), HasSubstr("rejected: translation along (")) << method << ", " << n;
       EXPECT_THAT(messages(), HasSubstr(") is undetermined")) << method << ", " << n;
     }
   }
 }
 
-TEST_F(RegisterCommand, TheLengthOfATunnelIsNamed) {
+TEST_F(RegisterCommand, TheUnobservedLengthOfATunnelIsReported) {
   std::mt19937 rng(12);
   std::uniform_real_distribution<double> u(-1.0, 1.0);
   std::normal_distribution<double> noise(0.0, 0.02);
@@ -210,11 +210,11 @@ TEST_F(RegisterCommand, TheLengthOfATunnelIsNamed) {
   EXPECT_THAT(messages(), HasSubstr("is undetermined"));
   const json j = json::parse(out());
   EXPECT_FALSE(j["accepted"].get<bool>());
-  EXPECT_GT(j["agreement"]["least_direction"].get<double>(), 0.5) << "of the other directions";
+  EXPECT_GT(j["agreement"]["min_direction"].get<double>(), 0.5) << "of the other directions";
   EXPECT_GT(std::abs(j["agreement"]["undetermined_direction"][0].get<double>()), 0.99);
 }
 
-TEST_F(RegisterCommand, WhatItsIterationsEndIsRefused) {
+TEST_F(RegisterCommand, AResultAtTheIterationLimitIsRejected) {
   std::mt19937 rng(13);
   const Points model = test::scene(test::Ground::kRolling, true, 4000, 0.01, Vec3::Zero(), &rng);
   const Points data = test::scene(test::Ground::kRolling, true, 4000, 0.01, Vec3::Zero(), &rng);
@@ -226,7 +226,7 @@ TEST_F(RegisterCommand, WhatItsIterationsEndIsRefused) {
   EXPECT_FALSE(match.good) << "although the clouds agree at the guess";
 }
 
-TEST_F(RegisterCommand, CoincidentPointsAreLeftOut) {
+TEST_F(RegisterCommand, CoincidentPointsAreOmitted) {
   std::ofstream data(data_, std::ios::app);
   for (int k = 0; k < 20'000; ++k) data << "0 0 0\n5 4 3\n";
   data.close();
@@ -239,8 +239,8 @@ TEST_F(RegisterCommand, CoincidentPointsAreLeftOut) {
   expect_truth(j, 0.03, 0.1);
 }
 
-TEST_F(RegisterCommand, AMethodThatStopsOnTheWayIsRefused) {
-  // As printed the paper's method moves DATA by a part of the way and calls that converged.
+TEST_F(RegisterCommand, AMethodThatStopsBeforeConvergenceIsRejected) {
+  // As printed, the paper's method moves DATA by a part of the motion and reports convergence.
   std::mt19937 rng(10);
   const Points data = test::scene(test::Ground::kRolling, true, 4000, 0.01, Vec3::Zero(), &rng);
   write(data_, test::moved(test::pose(-0.5, -0.5, 0.0, 0, 0, 0), data));
@@ -250,14 +250,14 @@ TEST_F(RegisterCommand, AMethodThatStopsOnTheWayIsRefused) {
   EXPECT_FALSE(j["accepted"].get<bool>());
 }
 
-TEST_F(RegisterCommand, ScansOfDifferentStreetsAreRefused) {
+TEST_F(RegisterCommand, ScansOfDifferentStreetsAreRejected) {
   const std::string a = unpacked("kitti_2011_09_26_drive_0005/velodyne_bin_000-079.tar.xz");
   const std::string b = unpacked("kitti_2011_09_26_drive_0048/velodyne_bin_000-021.tar.xz");
   const std::string koide = data_path("koide_velodyne_pair/251370668.pcd");
   if (a.empty() || b.empty() || koide.empty()) GTEST_SKIP() << kNoData;
   const std::string street = " " + a + "/0000000020.bin";
   EXPECT_EQ(rcs("register" + street + " " + b + "/0000000005.bin"), 1) << out();
-  EXPECT_THAT(messages(), testing::AnyOf(HasSubstr("refused"), HasSubstr("not converged")));
+  EXPECT_THAT(messages(), testing::AnyOf(HasSubstr("rejected"), HasSubstr("not converged")));
   EXPECT_EQ(rcs("register" + street + " " + koide), 1) << out();
   EXPECT_EQ(rcs("register" + street + " " + a + "/0000000021.bin"), 0) << messages();
   EXPECT_EQ(rcs("register" + street + " " + a + "/0000000021.bin --method paper"), 0) << messages();
@@ -267,7 +267,7 @@ TEST_F(RegisterCommand, ScansOfDifferentStreetsAreRefused) {
   std::filesystem::remove_all(b);
 }
 
-TEST_F(RegisterCommand, AWrongCommandLineIsTwo) {
+TEST_F(RegisterCommand, AWrongCommandLineExitsWithTwo) {
   EXPECT_EQ(rcs("register"), 2);
   EXPECT_EQ(rcs("register " + model_), 2);
   EXPECT_EQ(rcs("register " + model_ + " nothing.xyz"), 2);
@@ -275,7 +275,7 @@ TEST_F(RegisterCommand, AWrongCommandLineIsTwo) {
   EXPECT_EQ(run(" --guess '1 2 3'"), 2);
   EXPECT_THAT(messages(), HasSubstr("16 numbers"));
   EXPECT_EQ(run(" --guess '2 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1'"), 2);
-  EXPECT_THAT(messages(), HasSubstr("no rigid motion"));
+  EXPECT_THAT(messages(), HasSubstr("not a rigid motion"));
   for (const char* shape : {"32", "32x", "x180", "0x180", "32x180x2", "-1x5"}) {
     EXPECT_EQ(run(std::string(" --organized ") + shape), 2) << shape;
     EXPECT_THAT(messages(), HasSubstr("ROWSxCOLS")) << shape;
@@ -284,7 +284,7 @@ TEST_F(RegisterCommand, AWrongCommandLineIsTwo) {
   EXPECT_EQ(run(" --threads 2"), 2);
 }
 
-TEST_F(RegisterCommand, WhatCannotBeRegisteredIsOneAndIsNamed) {
+TEST_F(RegisterCommand, UnregistrableInputExitsWithOneAndIsNamed) {
   const auto complaint = [this](const std::string& arguments) {
     EXPECT_EQ(rcs("register " + arguments), 1) << arguments;
     return messages();

@@ -1,4 +1,4 @@
-// `rcs table1` as a user calls it, on simulated scans.
+// `rcs table1` on the command line, on simulated scans.
 
 #include <gmock/gmock.h>
 
@@ -18,9 +18,9 @@ class Table1Command : public RcsCommand {
   Table1Command() { ::unsetenv("RCS_DATA_DIR"); }
 };
 
-TEST_F(Table1Command, HoldsEveryMethodOnEverySetAgainstThePaper) {
+TEST_F(Table1Command, ComparesEveryMethodOnEverySetWithThePaper) {
   EXPECT_EQ(rcs("table1 --pairs 1 --seeds 1 --json"), 0) << messages();
-  EXPECT_THAT(messages(), HasSubstr("no real scans"));
+  EXPECT_THAT(messages(), HasSubstr("without real scans"));
   const json table = json::parse(out())["table1"];
   ASSERT_EQ(table.size(), 4U);
   EXPECT_EQ(table[3]["paper"]["iterations"], 83);
@@ -37,7 +37,7 @@ TEST_F(Table1Command, HoldsEveryMethodOnEverySetAgainstThePaper) {
       EXPECT_GE(row["error_m"].get<double>(), 0.0);
       EXPECT_LE(row["overlap"].get<double>(), 1.0);
     }
-    // The start is the same for all.
+    // The initial guess is the same for all.
     EXPECT_EQ(set["ours"][0]["mean_distance_before_cm"], set["ours"][2]["mean_distance_before_cm"]);
   }
   EXPECT_EQ(rcs("table1 --pairs 1 --seeds 1"), 0) << messages();
@@ -45,7 +45,7 @@ TEST_F(Table1Command, HoldsEveryMethodOnEverySetAgainstThePaper) {
   EXPECT_THAT(out(), HasSubstr("simulation: paper, corrected"));
 }
 
-TEST_F(Table1Command, SaysWhatIsMissing) {
+TEST_F(Table1Command, ReportsMissingData) {
   EXPECT_EQ(rcs("table1 --data " + folder_), 1);
   EXPECT_THAT(messages(), HasSubstr("reference_pairs.csv"));
   EXPECT_EQ(rcs("table1 --data " + folder_ + "/nothing"), 2);

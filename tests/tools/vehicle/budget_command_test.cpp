@@ -1,4 +1,4 @@
-// `rcs budget` as a user calls it, on a private bus: sim, then the live nodes for a few seconds.
+// `rcs budget` on the command line, on a private bus: sim, then the live nodes for a few seconds.
 
 #include <nlohmann/json.hpp>
 
@@ -7,11 +7,11 @@
 namespace rcs::test {
 namespace {
 
-TEST_F(BudgetCommand, ABrokenBudgetIsNamedWithFigureAndLimitAndIsOne) {
+TEST_F(BudgetCommand, AnExceededBudgetIsNamedWithValueAndLimitAndExitsWithOne) {
   prepare("4", "facet_to_nav_state_p50_ms = 0.001\n");
   const std::string svg = folder_ + "/budget.svg";
   EXPECT_EQ(rcs("budget " + vehicle() + " " + log() + " --json --svg " + svg), 1) << messages();
-  EXPECT_NE(messages().find("broken: facet_to_nav_state_p50_ms is "), std::string::npos)
+  EXPECT_NE(messages().find("limit exceeded: facet_to_nav_state_p50_ms is "), std::string::npos)
       << messages();
   EXPECT_NE(messages().find(", limit 0.001"), std::string::npos) << messages();
   const nlohmann::json figures = nlohmann::json::parse(out());
@@ -20,7 +20,7 @@ TEST_F(BudgetCommand, ABrokenBudgetIsNamedWithFigureAndLimitAndIsOne) {
   EXPECT_NE(text_of(svg).find("</svg>"), std::string::npos);
 }
 
-TEST_F(BudgetCommand, AWrongCommandLineIsTwoAndAWrongTableIsOne) {
+TEST_F(BudgetCommand, AWrongCommandLineExitsWithTwoAndAWrongTableWithOne) {
   EXPECT_EQ(rcs("budget"), 2);
   EXPECT_EQ(rcs("budget nothing.toml nothing.log"), 2);
   prepare("1", "facet_to_nav_state_p98_ms = 1\n");

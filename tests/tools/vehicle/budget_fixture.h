@@ -1,5 +1,5 @@
 #pragma once
-// `rcs budget` with a vehicle of the test's own.
+// `rcs budget` with a vehicle configuration for the test.
 
 #include <gtest/gtest.h>
 
@@ -12,14 +12,14 @@ namespace rcs::test {
 
 class BudgetCommand : public RcsCommand {
  protected:
-  /// Demo III scans, as long as it takes, and the vehicle with `limits` for its [budget].
+  /// Demo III scans of a given duration, and the vehicle with `limits` as its [budget].
   void prepare(const std::string& seconds, const std::string& limits) {
     const std::string root = variable("RCS_SOURCE_DIR");
     ASSERT_EQ(rcs("sim " + root + "/config/sim/demo.toml --duration " + seconds + " -o " + log()),
               0)
         << messages();
     std::string config = text_of(root + "/config/demo3.toml");
-    // Whatever the vehicle's own budgets and processes are: here it is these.
+    // These replace the budgets and processes of the vehicle's configuration.
     for (const char* table : {"\n[budget]", "\n[up]"}) {
       const std::size_t from = config.find(table);
       if (from == std::string::npos) continue;

@@ -55,7 +55,7 @@ TEST(LineCutter, LinesDoNotDependOnWhereTheBytesAreCut) {
   }
 }
 
-TEST(LineCutter, AnEndlessLineComesInPieces) {
+TEST(LineCutter, AnEndlessLineIsDeliveredInPieces) {
   LineCutter cutter;
   std::size_t bytes = 0;
   std::size_t longest = 0;
@@ -69,7 +69,7 @@ TEST(LineCutter, AnEndlessLineComesInPieces) {
   EXPECT_EQ(longest, LineCutter::kMaxLine);
 }
 
-TEST(ChildProcess, BothOutputsAndTheStatusComeBack) {
+TEST(ChildProcess, BothOutputsAndTheStatusAreReturned) {
   const Outcome outcome = shell("echo out; echo err >&2; cat; exit 3");
   EXPECT_THAT(outcome.lines, ElementsAre("out", "err"));
   EXPECT_FALSE(outcome.exit.by_signal);
@@ -77,13 +77,13 @@ TEST(ChildProcess, BothOutputsAndTheStatusComeBack) {
   EXPECT_EQ(to_text(outcome.exit), "ended with status 3");
 }
 
-TEST(ChildProcess, ASignalIsTold) {
+TEST(ChildProcess, ATerminatingSignalIsReported) {
   const Outcome outcome = shell("kill -SEGV $$");
   EXPECT_TRUE(outcome.exit.by_signal);
   EXPECT_EQ(outcome.exit.code, SIGSEGV);
 }
 
-TEST(ChildProcess, AProgramThatCannotBeExecutedSaysSo) {
+TEST(ChildProcess, AProgramThatCannotBeExecutedIsReported) {
   Result<ChildProcess> started = ChildProcess::start("/nonexistent/program", {});
   ASSERT_TRUE(started.ok());
   const Outcome outcome = run_to_end(std::move(started).value());
@@ -92,7 +92,7 @@ TEST(ChildProcess, AProgramThatCannotBeExecutedSaysSo) {
 }
 
 TEST(ChildProcess, InheritsNoDescriptorsAndLeadsItsOwnGroup) {
-  const int leaked = dup(STDERR_FILENO);  // not marked to be closed
+  const int leaked = dup(STDERR_FILENO);  // without FD_CLOEXEC
   // Field 5 of stat is the process group.
   const Outcome outcome = shell("ls /proc/$$/fd; cut -d' ' -f5 /proc/$$/stat; echo $$");
   close(leaked);
@@ -131,7 +131,7 @@ TEST(ChildProcess, DiesWithItsParent) {
       std::FILE* file = std::fopen(path.c_str(), "re");
       gone = file == nullptr;
       if (file != nullptr) {
-        // "1234 (sleep) Z ...": nobody has collected it yet
+        // "1234 (sleep) Z ...": it has not been reaped yet
         gone = std::fscanf(file, "%*d %*s %63s", state.data()) == 1 && state[0] == 'Z';
         (void)std::fclose(file);
       }
@@ -141,7 +141,7 @@ TEST(ChildProcess, DiesWithItsParent) {
   EXPECT_TRUE(gone) << pid;
 }
 
-TEST(FindProgram, LooksInThePathAndSaysWhereItLooked) {
+TEST(FindProgram, SearchesThePathAndReportsTheSearchedFolders) {
   const Result<std::string> found = find_program("sh");
   ASSERT_TRUE(found.ok());
   EXPECT_NE(found->find("/sh"), std::string::npos);

@@ -1,4 +1,4 @@
-// `rcs config` as a user calls it, and the table of parameters behind it.
+// `rcs config` on the command line, and its table of parameters.
 
 #include <gmock/gmock.h>
 
@@ -70,12 +70,12 @@ TEST_F(ConfigCommand, ListHasEveryKeyThatAParserReads) {
   }
   for (const std::string& key : read) EXPECT_TRUE(listed.count(key)) << key << " is not listed";
   for (const std::string& key : full) {
-    if (key.compare(0, 7, "budget.") == 0) continue;  // made of a prefix and a suffix
-    EXPECT_TRUE(read.count(key.substr(key.rfind('.') + 1))) << key << " is read by nobody";
+    if (key.compare(0, 7, "budget.") == 0) continue;  // composed of a prefix and a suffix
+    EXPECT_TRUE(read.count(key.substr(key.rfind('.') + 1))) << key << " is not read by any parser";
   }
 }
 
-TEST_F(ConfigCommand, EveryKeyHasAMeaning) {
+TEST_F(ConfigCommand, EveryKeyHasADescription) {
   ASSERT_EQ(rcs("config list --json"), 0) << messages();
   const nlohmann::json all = nlohmann::json::parse(out());
   ASSERT_GT(all.size(), 300U);
@@ -89,11 +89,11 @@ TEST_F(ConfigCommand, EveryKeyHasAMeaning) {
   }
 }
 
-TEST_F(ConfigCommand, ExplainSaysTypeUnitRangeAndDefault) {
+TEST_F(ConfigCommand, ExplainPrintsTypeUnitRangeAndDefault) {
   ASSERT_EQ(rcs("config explain wm.history.bridge_ms"), 0) << messages();
   EXPECT_THAT(out(), AllOf(HasSubstr("wm.history.bridge_ms\n"), HasSubstr("number (ms)"),
                            HasSubstr("range    [1, 1000]"), HasSubstr("default  50")));
-  ASSERT_EQ(rcs("config explain bridge_ms"), 0) << "by the key alone";
+  ASSERT_EQ(rcs("config explain bridge_ms"), 0) << "by the key only";
   EXPECT_THAT(out(), HasSubstr("wm.history.bridge_ms\n"));
   ASSERT_EQ(rcs("config explain wm.history"), 0) << "a whole table";
   EXPECT_THAT(out(), AllOf(HasSubstr("lag_ms"), HasSubstr("jump_ms")));
@@ -101,7 +101,7 @@ TEST_F(ConfigCommand, ExplainSaysTypeUnitRangeAndDefault) {
   EXPECT_THAT(messages(), HasSubstr("did you mean wm.history.bridge_ms?"));
 }
 
-TEST_F(ConfigCommand, CheckTellsAllMistakesInTheOrderOfTheFile) {
+TEST_F(ConfigCommand, CheckReportsAllErrorsInTheOrderOfTheFile) {
   const std::string file = write("bad.toml",
                                  "[sp.icp]\n"
                                  "gate_m = 1000\n"
@@ -118,14 +118,14 @@ TEST_F(ConfigCommand, CheckTellsAllMistakesInTheOrderOfTheFile) {
   EXPECT_THAT(found[2], HasSubstr(":6: [bg] period_ms = 'fast': not a number"));
 }
 
-TEST_F(ConfigCommand, CheckRefusesWhatIsNoToml) {
+TEST_F(ConfigCommand, CheckRejectsInvalidToml) {
   EXPECT_EQ(rcs("config check " + write("bad.toml", "[sp\n")), 1);
   EXPECT_THAT(out(), HasSubstr("bad.toml:"));
   EXPECT_EQ(rcs("config check " + folder_ + "/absent.toml"), 1);
   EXPECT_EQ(rcs("config check"), 2);
 }
 
-TEST_F(ConfigCommand, TheShippedConfigurationsHaveNoMistakes) {
+TEST_F(ConfigCommand, TheShippedConfigurationsHaveNoErrors) {
   std::string files;
   for (const auto& entry : std::filesystem::directory_iterator(shipped(""))) {
     if (entry.path().extension() == ".toml") files += " " + entry.path().string();
@@ -133,14 +133,14 @@ TEST_F(ConfigCommand, TheShippedConfigurationsHaveNoMistakes) {
   EXPECT_EQ(rcs("config check" + files), 0) << out() << messages();
 }
 
-TEST_F(ConfigCommand, WhatShowPrintsIsTheSameConfiguration) {
+TEST_F(ConfigCommand, ShowPrintsTheSameConfiguration) {
   ASSERT_EQ(rcs("config show " + shipped("demo3.toml") + " --set sp.icp.gate_m=7.5"), 0)
       << messages();
   const std::string shown = out();
   EXPECT_THAT(shown,
               AllOf(HasSubstr("gate_m = 7.5"), HasSubstr("# default"), HasSubstr("demo3.toml:")));
   ASSERT_EQ(rcs("config show " + write("again.toml", shown)), 0) << messages();
-  // The same values; all of them of the file now.
+  // The same values; all of them now come from the file.
   const auto values = [](const std::string& text) {
     return std::regex_replace(text, std::regex(" *#[^\n]*"), "");
   };

@@ -21,7 +21,7 @@ std::vector<bool> all_critical(std::size_t nodes) { return std::vector<bool>(nod
 constexpr Exit kCrash{true, 11};
 constexpr Exit kRefusal{false, 1};
 
-/// Node 0 with a sign of life every second from `from` to `to`.
+/// Node 0 with a heartbeat every second from `from` to `to`.
 void live(Supervisor* s, double from_s, double to_s) {
   for (double t = from_s; t <= to_s; t += 1.0) s->on_alive(0, at_s(t));
 }
@@ -42,7 +42,7 @@ std::vector<std::int64_t> backoffs_of(Supervisor* s, int deaths, const Exit& exi
   return waits;
 }
 
-TEST(Supervisor, StartsAllInTheirOrderAndThenWaitsForSignsOfLife) {
+TEST(Supervisor, StartsAllInOrderAndThenWaitsForHeartbeats) {
   Supervisor s(all_critical(3), {});
   EXPECT_LE(s.next(), at_s(1.0));
   EXPECT_THAT(s.due(at_s(1.0)),
@@ -58,7 +58,7 @@ TEST(Supervisor, TheWaitBeforeARestartDoublesUpToTenSeconds) {
               ElementsAre(200, 400, 800, 1600, 3200, 6400, 10'000, 10'000, 10'000));
 }
 
-TEST(Supervisor, HalfAMinuteOfHealthIsForgetting) {
+TEST(Supervisor, HalfAMinuteOfHealthResetsTheWait) {
   for (const double life_s : {29.0, 31.0}) {
     Supervisor s(all_critical(1), {});
     (void)backoffs_of(&s, 3, kCrash);
@@ -70,7 +70,7 @@ TEST(Supervisor, HalfAMinuteOfHealthIsForgetting) {
   }
 }
 
-TEST(Supervisor, ACriticalNodeThatRefusesItsFirstStartsEndsEverything) {
+TEST(Supervisor, ACriticalNodeThatFailsItsFirstStartsEndsEverything) {
   Supervisor s(all_critical(2), {});
   (void)s.due(at_s(0.0));
   s.on_alive(1, at_s(0.1));
@@ -90,8 +90,8 @@ TEST(Supervisor, ACriticalNodeThatRefusesItsFirstStartsEndsEverything) {
   EXPECT_TRUE(s.finished());
 }
 
-TEST(Supervisor, ANodeThatCannotRestartIsTriedEveryTenSecondsAndTheOthersRunOn) {
-  // A critical node that was alive before, and one that is not critical and never was.
+TEST(Supervisor, ANodeThatCannotRestartIsRetriedEveryTenSecondsAndTheOthersContinue) {
+  // A critical node that was alive before, and a non-critical node that never was alive.
   for (const bool critical : {true, false}) {
     Supervisor s({critical, true}, {});
     (void)s.due(at_s(0.0));
@@ -109,20 +109,20 @@ TEST(Supervisor, ANodeThatCannotRestartIsTriedEveryTenSecondsAndTheOthersRunOn) 
       s.on_alive(1, now);
       EXPECT_THAT(s.due(now), ElementsAre(Order{Kind::kStart, 0}));
     }
-    // The end of a life is no refusal.
+    // The end of a healthy run is no failed start.
     EXPECT_THAT(waits, ElementsAre(200, 400, critical ? 800 : 10'000, 10'000, 10'000, 10'000));
     EXPECT_FALSE(s.stopping());
     EXPECT_FALSE(s.gave_up_on());
     EXPECT_FALSE(s.failing(1));
 
     s.on_alive(0, now);
-    EXPECT_TRUE(s.failing(0)) << "it may die again at once";
+    EXPECT_TRUE(s.failing(0)) << "it may exit again at once";
     s.on_alive(0, now + from_seconds(30.0));
     EXPECT_FALSE(s.failing(0));
   }
 }
 
-TEST(Supervisor, ACrashOrALifeBetweenThemIsNoRefusal) {
+TEST(Supervisor, ACrashOrAHealthyRunIsNoFailedStart) {
   Supervisor s(all_critical(1), {});
   EXPECT_EQ(backoffs_of(&s, 8, kCrash).size(), 8U);
   EXPECT_FALSE(s.gave_up_on());
@@ -137,7 +137,7 @@ TEST(Supervisor, ACrashOrALifeBetweenThemIsNoRefusal) {
   }
 }
 
-TEST(Supervisor, ASilentNodeIsKilledAndStartedAgain) {
+TEST(Supervisor, ASilentNodeIsKilledAndRestarted) {
   Supervisor s(all_critical(1), {});
   (void)s.due(at_s(0.0));
   live(&s, 1.0, 40.0);
@@ -145,12 +145,12 @@ TEST(Supervisor, ASilentNodeIsKilledAndStartedAgain) {
   EXPECT_THAT(s.due(at_s(44.9)), IsEmpty());
   EXPECT_THAT(s.due(at_s(45.0)), ElementsAre(Order{Kind::kKillSilent, 0}));
   EXPECT_THAT(s.due(at_s(46.0)), IsEmpty());
-  s.on_alive(0, at_s(46.0));  // the last of what it said
+  s.on_alive(0, at_s(46.0));  // its last heartbeat
   EXPECT_EQ(s.next(), Stamp::max());
   EXPECT_EQ(s.on_exit(0, {true, 9}, at_s(46.0)), from_seconds(0.2));
 }
 
-TEST(Supervisor, ANodeThatNeverSpeaksIsKilledLater) {
+TEST(Supervisor, ANodeWithoutAFirstHeartbeatIsKilledLater) {
   Supervisor s(all_critical(1), {});
   (void)s.due(at_s(0.0));
   EXPECT_THAT(s.due(at_s(14.9)), IsEmpty());

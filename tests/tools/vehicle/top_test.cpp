@@ -42,7 +42,7 @@ cycle_t cycle(const std::string& node, double t_s, std::int64_t used_us) {
   return m;
 }
 
-/// A node with 10 units of work a second for `s` seconds; one of 100 takes long.
+/// A node with 10 units of work a second for `s` seconds; one cycle in 100 is long.
 evaluation::TopModel run_for(double s) {
   evaluation::TopModel model;
   for (int i = 0; i <= static_cast<int>(10.0 * s); ++i) {
@@ -57,7 +57,7 @@ std::string text_of(evaluation::TopModel* model, Stamp now) {
   return plain_text(top_lines(model->view(now)));
 }
 
-TEST(TopModel, RatesAndTimesAreOfTheLastSeconds) {
+TEST(TopModel, RatesAndTimesCoverTheLastSeconds) {
   evaluation::TopModel model = run_for(10.0);
   const evaluation::TopView view = model.view(at_s(10.0));
   ASSERT_EQ(view.nodes.size(), 1U);
@@ -68,12 +68,12 @@ TEST(TopModel, RatesAndTimesAreOfTheLastSeconds) {
   EXPECT_NEAR(*n.cpu_percent, 25.0, 1e-6);
   EXPECT_EQ(*n.used_p50, Duration(2'001));
   EXPECT_EQ(*n.used_max, Duration(30'000));
-  EXPECT_EQ(*n.least_slack, Duration(-10'000));
+  EXPECT_EQ(*n.min_slack, Duration(-10'000));
   EXPECT_EQ(*n.budget, Duration(20'000));
   ASSERT_EQ(n.inputs.size(), 1U);
   EXPECT_NEAR(*n.inputs[0].rate_hz, 200.0, 1.0);
   EXPECT_EQ(*n.inputs[0].age, Duration(5'000));
-  // Six seconds on, the window is empty, and the input's age has grown.
+  // After six more seconds the window is empty, and the age of the input has increased.
   const evaluation::TopView later = model.view(at_s(16.0));
   EXPECT_FALSE(later.nodes[0].alive);
   EXPECT_FALSE(later.nodes[0].account_hz);
@@ -81,7 +81,7 @@ TEST(TopModel, RatesAndTimesAreOfTheLastSeconds) {
   EXPECT_EQ(*later.nodes[0].inputs[0].age, Duration(6'005'000));
 }
 
-TEST(TopModel, ARestartIsNoNegativeLoad) {
+TEST(TopModel, ARestartGivesNoNegativeLoad) {
   evaluation::TopModel model = run_for(4.0);
   process_t again = process("sp", 0.0);
   again.pid = 78;
@@ -120,7 +120,7 @@ TEST(TopModel, HostileMessagesStayBoundedAndPrintable) {
   EXPECT_NO_THROW((void)to_json(view).dump());
 }
 
-TEST(TopScreen, SaysWhoIsSilentAndWhatWasNotGranted) {
+TEST(TopScreen, ShowsSilentNodesAndRefusedRequests) {
   evaluation::TopModel model = run_for(3.0);
   process_t wm = process("wm", 1.0);
   wm.note = "SCHED_FIFO 50 not granted";
@@ -131,10 +131,10 @@ TEST(TopScreen, SaysWhoIsSilentAndWhatWasNotGranted) {
   EXPECT_THAT(text, HasSubstr("wm: SCHED_FIFO 50 not granted"));
   EXPECT_THAT(text, HasSubstr("FIFO 60+lock"));
   evaluation::TopModel nobody;
-  EXPECT_THAT(text_of(&nobody, at_s(1.0)), HasSubstr("no node is heard"));
+  EXPECT_THAT(text_of(&nobody, at_s(1.0)), HasSubstr("no node on this bus"));
 }
 
-TEST(TopScreen, ShowsTheBeliefTheCommandAndTheEvents) {
+TEST(TopScreen, ShowsTheNavStateTheCommandAndTheEvents) {
   evaluation::TopModel model = run_for(1.0);
   nav_state_t nav{};
   nav.mode = nav_state_t::MODE_INS_LADAR;

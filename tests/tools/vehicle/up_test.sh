@@ -1,10 +1,11 @@
 #!/bin/sh
-# up_test.sh BIN_DIR CONFIG: `rcs up` with the true nodes, on a private bus: it refuses what is wrong,
-# starts a node again that dies or hangs, stops all, and takes the nodes with it when it dies.
+# up_test.sh BIN_DIR CONFIG: `rcs up` with the true nodes, on a private bus: it rejects
+# invalid configurations, restarts a node that dies or hangs, stops all nodes, and the nodes end when
+# it dies.
 set -u
 bin=$1
 config=$2
-running=$2 # what start() starts
+running=$2 # configuration that start() uses
 dir=$(mktemp -d)
 up=
 trap 'kill -9 $up 2>/dev/null; rm -rf "$dir"' EXIT
@@ -16,7 +17,7 @@ fail() {
   cat "$dir"/*.txt
   exit 1
 }
-# until FILE PATTERN [COUNT]: the file gets so many lines with the pattern
+# until FILE PATTERN [COUNT]: waits until the file has COUNT lines with the pattern
 until_line() {
   i=0
   while [ "$(grep -c "$2" "$1")" -lt "${3:-1}" ]; do
@@ -25,13 +26,13 @@ until_line() {
     sleep 0.1
   done
 }
-# the newest process of a node, as `rcs up` tells
+# the newest pid of a node, from the output of `rcs up`
 pid_of() { sed -n "s/^rcs up: $1 started: process //p" "$dir/up.txt" | tail -n 1; }
 gone() {
   i=0
   while kill -0 "$1" 2>/dev/null; do
     i=$((i + 1))
-    [ $i -lt 100 ] || fail "process $1 lives on"
+    [ $i -lt 100 ] || fail "process $1 is still alive"
     sleep 0.1
   done
 }
@@ -46,46 +47,46 @@ start() {
 { cat "$config"; printf '[process.wm]\nrealtime_priority = 100\n'; } >"$dir/bad.toml"
 "$bin/rcs" up "$dir/bad.toml" 2>"$dir/bad.txt" && fail "a bad configuration was started"
 grep -q 'bad.toml:[0-9]*: \[process.wm\] realtime_priority = 100: not in \[0, 98\]' \
-  "$dir/bad.txt" || fail "the reason"
+  "$dir/bad.txt" || fail "no reason"
 { sed 's/^budget_ms.*/budget_ms = -1/' "$config"; } >"$dir/worse.toml"
 "$bin/rcs" up "$dir/worse.toml" 2>"$dir/worse.txt" && fail "a node's bad configuration was started"
-grep -q 'budget_ms = -1: not in' "$dir/worse.txt" || fail "the node's reason"
+grep -q 'budget_ms = -1: not in' "$dir/worse.txt" || fail "no reason of the node"
 printf '[up]\nnodes = ["no_such_node"]\n' >"$dir/none.toml"
 "$bin/rcs" up "$dir/none.toml" 2>"$dir/none.txt" && fail "a node without a program was started"
-grep -q 'no program no_such_node' "$dir/none.txt" || fail "which program"
+grep -q 'no program no_such_node' "$dir/none.txt" || fail "the missing program is not named"
 "$bin/rcs" up --nonsense 2>"$dir/usage.txt"
 [ $? -eq 2 ] || fail "status of a wrong command line"
 
 start
 "$bin/rcs" up "$config" 2>"$dir/second.txt"
 [ $? -eq 1 ] || fail "a second one was started"
-grep -q 'is alive on .* already' "$dir/second.txt" || fail "why not a second one"
+grep -q 'is already alive on' "$dir/second.txt" || fail "no reason against a second one"
 
 kill -9 "$(pid_of sp)"
-until_line "$dir/up.txt" 'sp was killed by signal 9.*; again in 0.2 s'
+until_line "$dir/up.txt" 'sp was killed by signal 9.*; restart in 0.2 s'
 until_line "$dir/up.txt" '^\[sp\] sp: running' 2
 kill -STOP "$(pid_of wm)"
 until_line "$dir/up.txt" 'wm hangs: nothing on WM_PROCESS for 5 s; killed'
 until_line "$dir/up.txt" '^\[wm\] wm: running' 2
 
-# A wm that has heard no sensor answers all the same.
+# A wm without sensor data publishes a result nevertheless.
 "$bin/rcs" predict --to 100,0 2>"$dir/path_uncertainty.txt"
 [ $? -eq 1 ] || fail "status of rcs predict"
-grep -q 'WM does not know where it is yet' "$dir/path_uncertainty.txt" || fail "wm's answer about a path"
+grep -q 'WM has no world pose yet' "$dir/path_uncertainty.txt" || fail "no result of wm for a path"
 "$bin/rcs" predict --to 100 2>"$dir/usage.txt"
-[ $? -eq 2 ] || fail "status of a path that is none"
+[ $? -eq 2 ] || fail "status of an invalid path"
 
 sp=$(pid_of sp)
 wm=$(pid_of wm)
 kill -TERM $up
 wait $up || fail "status after SIGTERM"
-grep -q '^rcs up: all stopped' "$dir/up.txt" || fail "the end"
+grep -q '^rcs up: all stopped' "$dir/up.txt" || fail "no message at the end"
 gone "$sp"
 gone "$wm"
 
-# An emergency stop outlives all processes, whatever is commanded.
+# An emergency stop survives a restart of all processes, independently of commands.
 start --force
-grep -q 'an emergency stop is latched' "$dir/up.txt" && fail "a stop before there was one"
+grep -q 'an emergency stop is latched' "$dir/up.txt" && fail "a stop is reported before one was latched"
 until_line "$dir/up.txt" '^\[bg\] bg: running'
 timeout 20 "$bin/rcs" go --emergency-stop 2>"$dir/stop.txt" || fail "status of rcs go --emergency-stop"
 kill -9 $up
@@ -94,44 +95,44 @@ until_line "$dir/up.txt" "an emergency stop is latched (operator, serial [0-9]*;
 until_line "$dir/up.txt" '^\[bg\] bg: running'
 "$bin/rcs" go --waypoint 9,0 --patience 1 2>"$dir/go.txt"
 [ $? -eq 1 ] || fail "status of rcs go while a stop is latched"
-grep -q 'emergency stop is latched: release it at rest first' "$dir/go.txt" || fail "why not"
+grep -q 'emergency stop is latched: release it at rest first' "$dir/go.txt" || fail "no reason for the rejected command"
 "$bin/rcs" top --once >"$dir/top.txt" 2>&1 || fail "rcs top --once"
 grep -q EMERGENCY_STOP "$dir/top.txt" || fail "rcs top does not show the latched stop"
-# No sensor, so that rest is not known.
+# Without sensors it is not known that the vehicle is at rest.
 "$bin/rcs" go --release 2>"$dir/release.txt"
 [ $? -eq 1 ] || fail "status of a release without a known speed"
-grep -q 'the world model is silent' "$dir/release.txt" || fail "why it is not released"
+grep -q 'the world model is silent' "$dir/release.txt" || fail "no reason for the rejected release"
 kill -9 $up
 rm -r "$dir/state"
 
-# A vehicle whose stops could not be latched does not start.
+# A vehicle that cannot latch stops does not start.
 { cat "$config"; printf '[process]\nstate_directory = "/proc/nowhere"\n'; } >"$dir/nowhere.toml"
-"$bin/rcs" up --check "$dir/nowhere.toml" 2>"$dir/nowhere.txt" && fail "no folder for stops"
-grep -q 'set \[process\] state_directory' "$dir/nowhere.txt" || fail "which key to set"
+"$bin/rcs" up --check "$dir/nowhere.toml" 2>"$dir/nowhere.txt" && fail "started without a folder for stops"
+grep -q 'set \[process\] state_directory' "$dir/nowhere.txt" || fail "the missing key is not named"
 
 
-# A node that cannot start takes no other with it. The gateway has neither keys nor `plain`.
-sed -e 's/^plain = true/plain = false/' -e 's/^nodes = .*/nodes = ["sp", "wm", "bg", "gateway"]/' \
+# A node that cannot start does not stop the others. The gateway has neither keys nor `unsecured`.
+sed -e 's/^unsecured = true/unsecured = false/' -e 's/^nodes = .*/nodes = ["sp", "wm", "bg", "gateway"]/' \
   "$config" >"$dir/lame.toml"
 "$bin/rcs" up --check "$dir/lame.toml" 2>"$dir/lame.txt"
 [ $? -eq 1 ] || fail "--check of a gateway without keys"
-grep -q 'gateway .*--check ended with status 1' "$dir/lame.txt" || fail "which node --check refuses"
+grep -q 'gateway .*--check ended with status 1' "$dir/lame.txt" || fail "the node that --check rejects is not named"
 running=$dir/lame.toml
 start --force
-grep -q 'gateway is not critical: the other nodes start without it' "$dir/up.txt" || fail "the start"
-until_line "$dir/up.txt" 'ALARM: gateway does not stay up'
-until_line "$dir/up.txt" 'gateway ended with status 1; again in 10.0 s'
-# Nor does a critical one that was alive, and it is back when its configuration is.
+grep -q 'gateway is not critical: the other nodes start without it' "$dir/up.txt" || fail "the other nodes were not started"
+until_line "$dir/up.txt" 'ALARM: gateway fails repeatedly'
+until_line "$dir/up.txt" 'gateway ended with status 1; restart in 10.0 s'
+# Nor does a critical node that was alive; it restarts when its configuration is restored.
 sp=$(pid_of sp)
 cp "$dir/lame.toml" "$dir/good.toml"
 printf '\n[wm.modes]\nreset_m = -1\n' >>"$dir/lame.toml"
 kill -9 "$(pid_of wm)"
-until_line "$dir/up.txt" 'ALARM: wm does not stay up'
+until_line "$dir/up.txt" 'ALARM: wm fails repeatedly'
 "$bin/rcs" top --once >"$dir/top.txt" || fail "rcs top"
-grep -q '^up: wm does not stay up.*; gateway does not stay up' "$dir/top.txt" || fail "top's note"
+grep -q '^up: wm fails repeatedly.*; gateway fails repeatedly' "$dir/top.txt" || fail "no note in rcs top"
 cp "$dir/good.toml" "$dir/lame.toml"
 until_line "$dir/up.txt" '^\[wm\] wm: running' 2
-[ "$(pid_of sp)" = "$sp" ] && kill -0 "$sp" || fail "sp was restarted or is gone"
+[ "$(pid_of sp)" = "$sp" ] && kill -0 "$sp" || fail "sp was restarted or has ended"
 kill -TERM $up
 wait $up || fail "status after SIGTERM"
 

@@ -12,7 +12,7 @@ namespace rcs::cli {
 namespace {
 
 constexpr std::string_view kName = "eval";
-/// Truth at 10 Hz with one sample missing is still interpolated.
+/// Truth at 10 Hz is still interpolated across one missing sample.
 constexpr Duration kMaxTruthGap = std::chrono::milliseconds(250);
 
 std::string_view frame_name(recording::Frame frame) {
@@ -37,11 +37,13 @@ Result<evaluation::PosePairs> pair_by_stamp(const recording::ScanPoses& scans,
     pairs.estimate.push_back(s.T);
     pairs.truth.push_back(*T);
   }
-  if (pairs.size() == 0) return Error{"no scan has a truth of its time: are the clocks the same?"};
+  if (pairs.size() == 0) {
+    return Error{"no scan has a true pose at its time; scans and truth may use different clocks"};
+  }
   return pairs;
 }
 
-/// Row i of the truth belongs to the scan whose number is `i` after that of row `first`'s.
+/// Row first + i of the truth belongs to the scan whose number is i after that of the first scan.
 Result<evaluation::PosePairs> pair_by_row(const recording::ScanPoses& scans,
                                           const std::vector<Pose>& truth,
                                           std::optional<std::size_t> first,
@@ -50,9 +52,8 @@ Result<evaluation::PosePairs> pair_by_row(const recording::ScanPoses& scans,
   const std::size_t rows = static_cast<std::size_t>(scans.scan_ids.back() - first_id + 1);
   if (!first && truth.size() != rows) {
     return Error{
-        fmt::format("{}: {} rows for {} scans; --first N says which row belongs to the "
-                    "first scan",
-                    file, truth.size(), rows)};
+        fmt::format("{}: {} rows for {} scans; name the row of the first scan by --first N", file,
+                    truth.size(), rows)};
   }
   const std::size_t offset = first.value_or(0);
   if (offset + rows > truth.size()) {
@@ -71,7 +72,8 @@ Result<evaluation::PosePairs> pair_by_row(const recording::ScanPoses& scans,
 class Eval final : public Command {
  public:
   explicit Eval(CLI::App* rcs)
-      : Command(rcs->add_subcommand("eval", "Score a run; export its trajectory; make its page")) {
+      : Command(rcs->add_subcommand(
+            "eval", "Evaluate a run: errors, export of the trajectory, HTML page")) {
     app()
         ->add_option("RUN", run_, "log of a replay, or of a live run")
         ->required()
@@ -79,7 +81,8 @@ class Eval final : public Command {
     CLI::Option* truth = app()->add_option("--truth", truth_file_, "true poses of the vehicle");
     truth->check(CLI::ExistingFile);
     app()
-        ->add_option("--format", format_, "of the truth: kitti (a row a scan) or tum (by stamps)")
+        ->add_option("--format", format_,
+                     "format of the truth: kitti (one row per scan) or tum (by stamps)")
         ->check(CLI::IsMember({"kitti", "tum"}))
         ->needs(truth);
     app()
@@ -87,36 +90,39 @@ class Eval final : public Command {
         ->needs(truth);
     app()
         ->add_option("--truth-log", truth_log_,
-                     "log with SIM_TRUTH; default: the run itself when it has that")
+                     "log with SIM_TRUTH; default: the run itself if it has SIM_TRUTH")
         ->check(CLI::ExistingFile)
         ->excludes(truth);
     app()
-        ->add_option("--frame", frame_,
-                     "of the poses that are scored or exported: world (absolute, may step), local\n"
-                     "(WM's smooth frame as published: it follows SP's corrections with a delay),\n"
-                     "rolling (SP's registrations themselves)")
+        ->add_option(
+            "--frame", frame_,
+            "frame of the poses that are evaluated or exported: world (absolute, may\n"
+            "step), local (smooth frame of WM as published; follows the corrections of SP\n"
+            "with a delay), rolling (the registrations of SP)")
         ->capture_default_str()
         ->check(CLI::IsMember({"world", "local", "rolling"}));
     app()
-        ->add_option("--export", export_, "tum|kitti FILE: the vehicle at every scan's instant")
+        ->add_option("--export", export_,
+                     "tum|kitti FILE: pose of the vehicle at the instant of each scan")
         ->expected(2)
         ->type_name("FORMAT FILE");
     app()
         ->add_option("--from", from_s_,
-                     "score only from so many seconds after the earliest truth, belief or scan")
+                     "begin of the evaluation, seconds after the earliest truth, belief or scan")
         ->check(CLI::Range(0.0, 1e9));
-    app()->add_option("--to", to_s_, "likewise; not included")->check(CLI::Range(0.0, 1e9));
+    app()
+        ->add_option("--to", to_s_, "end, in the same time; exclusive")
+        ->check(CLI::Range(0.0, 1e9));
     app()->add_option("--report", report_, "self-contained HTML page");
-    app()->add_option("--svg", svg_, "the picture of the course alone");
-    app()->add_flag("--json", json_, "figures as JSON");
+    app()->add_option("--svg", svg_, "plot of the course as an SVG file");
+    app()->add_flag("--json", json_, "print the results as JSON");
     app()->footer(
-        "The pose of a scan is that of the vehicle at the scan's reference instant, by WM's "
-        "belief\n"
-        "(between its stamps: on the screw motion); without WM, by SP's rolling map. A run "
-        "without\n"
-        "a LADAR is scored at WM's own stamps.\n"
-        "ATE is after alignment over SE(3); RPE over KITTI's 100-800 m as far as they fit, else\n"
-        "over 5-50 m. With SIM_TRUTH: also the error of the world pose against its own sigmas.\n"
+        "The pose of a scan is that of the vehicle at the reference instant of the scan, from the\n"
+        "belief of WM (interpolated along the screw motion) or, without WM, from the rolling map\n"
+        "of SP. A run without a LADAR is evaluated at the stamps of WM.\n"
+        "ATE is computed after alignment over SE(3); RPE over KITTI's 100-800 m as far as they\n"
+        "fit, else over 5-50 m. With SIM_TRUTH the error of the world pose is also compared with\n"
+        "its predicted sigmas.\n"
         "Examples:\n"
         "  rcs eval run.log --truth poses.txt --format kitti --json\n"
         "  rcs eval run.log --export tum run.tum --frame world\n"
@@ -145,13 +151,15 @@ class Eval final : public Command {
                                                : (frame_ == "local" ? recording::Frame::kLocal
                                                                     : recording::Frame::kRolling);
     if (frame == recording::Frame::kLocal && log->nav.empty()) {
-      fmt::print(stderr, "rcs eval: no WM_NAV_STATE in {}: SP's rolling poses instead\n", run_);
+      fmt::print(stderr, "rcs eval: no WM_NAV_STATE in {}: using the rolling poses of SP\n", run_);
       frame = recording::Frame::kRolling;
     }
     const Result<recording::ScanPoses> scans = recording::poses_at_scans(*log, frame);
     if (!scans) return fail(kName, scans.error());
     if (scans->carried > 0) {
-      fmt::print(stderr, "rcs eval: {} scans without a belief of WM: carried along SP's map\n",
+      fmt::print(stderr,
+                 "rcs eval: {} scans without a belief of WM: poses extrapolated by the rolling "
+                 "map of SP\n",
                  scans->carried);
     }
     if (!export_.empty()) return export_poses(scans->poses);
@@ -280,10 +288,10 @@ class Eval final : public Command {
     page.heading("Course");
     page.plot(course);
     if (world) {
-      page.heading("Error against what WM claims");
+      page.heading("Error and predicted sigma of WM");
       page.paragraph(
-          fmt::format("NEES of the world pose, per degree of freedom: {:.2f} (1 when "
-                      "the covariance tells the truth).",
+          fmt::format("NEES of the world pose, per degree of freedom: {:.2f} (1 for a "
+                      "consistent covariance).",
                       world->nees_per_dof));
       for (const report::Plot& p : evaluation::error_plots(*world, outages, zero)) page.plot(p);
     } else if (pairs) {
@@ -296,8 +304,8 @@ class Eval final : public Command {
     }
     page.heading("Latencies");
     if (run.chain_ms) {
-      page.plot(
-          evaluation::latency_plot("From a scan's last facet to nav_state", run.chain_samples_ms));
+      page.plot(evaluation::latency_plot("From the last facet of a scan to nav_state",
+                                         run.chain_samples_ms));
     }
     for (const report::Plot& p : evaluation::node_plots(log)) page.plot(p);
     const Outcome written = tools::write_text(report_, page.finish());

@@ -20,7 +20,7 @@
 namespace rcs::cli {
 namespace {
 
-/// Numbers of the sweeps in a folder of %010d.bin, ascending and without a gap.
+/// Numbers of the sweeps in a folder of %010d.bin, ascending. @return an error if there is a gap
 Result<std::vector<int>> find_sweeps(const std::string& folder) {
   std::vector<int> numbers;
   std::error_code failed;
@@ -32,12 +32,13 @@ Result<std::vector<int>> find_sweeps(const std::string& folder) {
       return Error{fmt::format("{}: not named as a sweep, %010d.bin", entry.path().string())};
     }
     const std::int64_t number = std::stoll(stem);
-    if (number > 1'000'000) return Error{fmt::format("{}: no such sweep", entry.path().string())};
+    if (number > 1'000'000)
+      return Error{fmt::format("{}: sweep number above 1000000", entry.path().string())};
     numbers.push_back(static_cast<int>(number));
   }
   if (failed) return Error{fmt::format("{}: {}", folder, failed.message())};
   if (numbers.empty()) {
-    return Error{folder + ": no sweeps (%010d.bin); unpack the archive there first"};
+    return Error{folder + ": no sweeps (%010d.bin); unpack the archive first"};
   }
   std::sort(numbers.begin(), numbers.end());
   for (std::size_t i = 1; i < numbers.size(); ++i) {
@@ -57,16 +58,18 @@ Result<importers::OdomOrigin> parse_origin(const std::string& text) {
   }
   const importers::OdomOrigin origin = {
       {radians((*v)[0]), radians((*v)[1]), EllipsoidalHeight{(*v)[2]}}, (*v)[3], (*v)[4], (*v)[5]};
-  if (!plausible(origin.place)) return Error{"--origin: not a place on the earth"};
+  if (!plausible(origin.place)) return Error{"--origin: not a valid geodetic position"};
   return origin;
 }
 
 class ImportKitti final : public Command {
  public:
   explicit ImportKitti(CLI::App* import)
-      : Command(import->add_subcommand("kitti", "Velodyne sweeps and OXTS poses of KITTI raw")) {
+      : Command(
+            import->add_subcommand("kitti", "Import Velodyne sweeps and OXTS poses of KITTI raw")) {
     app()
-        ->add_option("--scans", scans_, "folder of %010d.bin, from any number on, none missing")
+        ->add_option("--scans", scans_,
+                     "folder of %010d.bin, consecutive numbers, any first number")
         ->required()
         ->check(CLI::ExistingDirectory);
     app()
@@ -77,20 +80,20 @@ class ImportKitti final : public Command {
         ->add_option("--calib", calib_, "folder with calib_imu_to_velo.txt")
         ->required()
         ->check(CLI::ExistingDirectory);
-    app()->add_option("-o,--out", out_, "the log")->required();
+    app()->add_option("-o,--out", out_, "output log")->required();
     app()
         ->add_option("--gps-sigma", gps_sigma_m_,
-                     "stated sigma of the fixes, each axis [m]: what these poses are worth")
+                     "sigma of the fixes per axis [m]: the accuracy of these poses")
         ->capture_default_str()
         ->check(CLI::Range(0.001, 100.0));
     app()
         ->add_option("--deskew", deskew_,
-                     "none: a sweep counts as taken at its middle, as the references for this\n"
-                     "data do; azimuth: each point has its time")
+                     "none: all points of a sweep have the time of its middle, as in the\n"
+                     "references for this data; azimuth: each point has its own time")
         ->capture_default_str()
         ->check(CLI::IsMember({"none", "azimuth"}));
     app()
-        ->add_option("--rate", rate_hz_, "sweeps a second; the files have no stamps")
+        ->add_option("--rate", rate_hz_, "sweeps per second; the files have no stamps")
         ->capture_default_str()
         ->check(CLI::Range(1.0, 100.0));
     app()
@@ -98,12 +101,12 @@ class ImportKitti final : public Command {
                      "first OXTS packet: LAT,LON,HEIGHT,ROLL,PITCH,YAW [deg,deg,m,rad,rad,rad];\n"
                      "default: that of drive 2011_09_26_0005")
         ->capture_default_str();
-    app()->add_flag("--json", json_, "figures as JSON");
+    app()->add_flag("--json", json_, "print the results as JSON");
     app()->footer(
-        "Each sweep becomes 48 azimuth facets on LADAR_POINTS in the order in which they were\n"
-        "shot, stamped with their ends; the reference instant is the middle of the sweep. The\n"
-        "position of each pose becomes a GPS_FIX of that instant, without velocity. Sensor time\n"
-        "counts from sweep 0.\n"
+        "Each sweep becomes 48 azimuth facets on LADAR_POINTS in the order of measurement,\n"
+        "stamped with their ends; the reference instant is the middle of the sweep. The position\n"
+        "of each pose becomes a GPS_FIX at that instant, without velocity. Sensor time starts at\n"
+        "sweep 0.\n"
         "Example:\n"
         "  rcs import kitti --scans velodyne --poses oxts_imu_poses_kitti.txt --calib calib \\\n"
         "      -o kitti.log");
@@ -223,7 +226,7 @@ class ImportKitti final : public Command {
     fmt::print(stderr,
                "{}: {} sweeps from number {}, {} points ({} not finite and {} without return "
                "dropped), {} sweeps not organized\n"
-               "the calibration's mount of the LADAR in the vehicle: m [{:.6f}, {:.6f}, {:.6f}], "
+               "mount of the LADAR in the vehicle by the calibration: m [{:.6f}, {:.6f}, {:.6f}], "
                "rpy_deg [{:.6f}, {:.6f}, {:.6f}]\n",
                out_, sweeps.size(), sweeps.front(), counts.points, counts.not_finite,
                counts.no_return, counts.unorganized, T_vehicle_ladar.p.x(), T_vehicle_ladar.p.y(),
@@ -245,7 +248,8 @@ class ImportKitti final : public Command {
 }  // namespace
 
 void add_import_commands(CLI::App* rcs, Commands* commands) {
-  CLI::App* import = rcs->add_subcommand("import", "Recordings of others as logs of this system");
+  CLI::App* import =
+      rcs->add_subcommand("import", "Convert other recordings to logs of this system");
   import->require_subcommand(1);
   commands->push_back(std::make_unique<ImportKitti>(import));
   add_recording_imports(import, commands);

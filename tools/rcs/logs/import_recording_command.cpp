@@ -28,7 +28,7 @@ Json to_json(const importers::RowCounts& c) {
           {"clock_steps", c.clock_steps}};
 }
 
-/// One line; what was not there is not told, but for missing cells and stamps.
+/// One line; counts of zero are omitted, except for missing cells and stamps.
 std::string to_text(std::string_view sensor, const importers::RowCounts& c) {
   std::string text = fmt::format(
       "{}: {} of {} rows; skipped for missing cells: {}; stamps not after the newest: {}", sensor,
@@ -36,11 +36,11 @@ std::string to_text(std::string_view sensor, const importers::RowCounts& c) {
   const auto tell = [&text](std::string_view what, std::int64_t n) {
     if (n > 0) text += fmt::format("; {}: {}", what, n);
   };
-  tell("gaps that were not bridged", c.gaps);
-  tell("skipped without their pair in the other file", c.unpaired);
-  tell("skipped as the same fix again", c.unchanged);
+  tell("gaps not bridged", c.gaps);
+  tell("skipped without a matching row in the other file", c.unpaired);
+  tell("skipped as repeated fixes", c.unchanged);
   tell("skipped without a fix", c.no_fix);
-  tell("skipped as no place on the earth, or sigma 0", c.implausible);
+  tell("skipped for an invalid position or sigma 0", c.implausible);
   tell("without speed or course", c.without_velocity);
   tell("steps of the receiver's clock", c.clock_steps);
   return text + "\n";
@@ -58,7 +58,7 @@ void add_counts(const importers::ImportCounts& counts, Json* json, std::string* 
 }
 
 Outcome write_whole(const recording::SensorLog& log, const std::string& path) {
-  if (log.events().empty()) return Error{"not one row became a message: nothing is written"};
+  if (log.events().empty()) return Error{"no valid row: nothing is written"};
   tools::OutputFile out(path);
   Outcome done = log.write(out.write_path());
   return done ? out.commit() : done;
@@ -75,46 +75,49 @@ void say(bool as_json, const Json& json, const std::string& text) {
 class ImportComma final : public Command {
  public:
   explicit ImportComma(CLI::App* import)
-      : Command(import->add_subcommand("comma2k19", "A minute of comma2k19's drives, as CSV")) {
+      : Command(import->add_subcommand("comma2k19", "Import one minute of comma2k19 (CSV)")) {
     app()
         ->add_option("FOLDER", folder_,
-                     "with imu_acc.csv, imu_gyro.csv, gnss_ublox.csv, can_wheel_speed.csv and\n"
-                     "truth_pose.csv")
+                     "folder with imu_acc.csv, imu_gyro.csv, gnss_ublox.csv, can_wheel_speed.csv\n"
+                     "and truth_pose.csv")
         ->required()
         ->check(CLI::ExistingDirectory);
-    app()->add_option("-o,--out", out_, "the log")->required();
+    app()->add_option("-o,--out", out_, "output log")->required();
     app()
         ->add_option("--gps-latency", setup_.gps_latency_s,
-                     "from a fix's instant to the device [s]; with receiver stamps: beyond the\n"
-                     "least delay that was seen. Default: measured on the first 20 s of Example_1")
+                     "from the instant of a fix to its arrival at the device [s]; with receiver\n"
+                     "stamps: in addition to the minimum observed delay. Default: measured on the\n"
+                     "first 20 s of Example_1")
         ->capture_default_str()
         ->check(CLI::Range(-1.0, 5.0));
     app()
-        ->add_option("--gps-stamps", stamps_,
-                     "receiver: by utc_ms, laid on the device's clock by the messages that came\n"
-                     "soonest; arrival: when the device had them")
+        ->add_option(
+            "--gps-stamps", stamps_,
+            "receiver: utc_ms, mapped to the clock of the device by the messages with the\n"
+            "minimum delay; arrival: time of arrival at the device")
         ->capture_default_str()
         ->check(CLI::IsMember({"receiver", "arrival"}));
     app()
         ->add_option("--gps-sigma", setup_.gps_sigma_m,
-                     "stated sigma of the fixes, east and north [m]; up 1.5 times that. The files\n"
-                     "have none: an M8 receiver's data sheet says 2.0 m CEP with SBAS")
+                     "sigma of the fixes, east and north [m]; up: 1.5 times this. The files have\n"
+                     "none; the data sheet of an M8 receiver specifies 2.0 m CEP with SBAS")
         ->capture_default_str()
         ->check(CLI::Range(0.01, 100.0));
     app()
         ->add_option("--mount-rpy-deg", mount_rpy_deg_,
-                     "the device in the car: R = Rz(yaw) Ry(pitch) Rx(roll) [deg]. Default:\n"
+                     "mount of the device: R = Rz(yaw) Ry(pitch) Rx(roll) [deg]. Default:\n"
                      "measured on the first 20 s of Example_1 (3.68 down, 0.85 left)")
         ->expected(3)
         ->delimiter(',')
         ->check(CLI::Range(-180.0, 180.0));
-    app()->add_flag("--json", json_, "figures as JSON");
+    app()->add_flag("--json", json_, "print the results as JSON");
     app()->footer(
-        "INS (increments in the vehicle's axes), GPS_FIX (without a vertical velocity: 0 with a\n"
+        "Writes INS (increments in vehicle axes), GPS_FIX (no measured vertical velocity: 0 with "
+        "a\n"
         "sigma of a fifth of the speed), ODOMETRY (mean of the rear wheels) and SIM_TRUTH, on the\n"
-        "device's clock. The vehicle frame is at the device, with the car's axes. What the first\n"
-        "20 s say against the truth about mount and latency is printed: near 0 when the options\n"
-        "are right.\n"
+        "clock of the device. The vehicle frame is at the device, with the axes of the car.\n"
+        "Prints the errors of mount and latency, estimated from the first 20 s against the truth;\n"
+        "they are near 0 if the options are correct.\n"
         "Examples:\n"
         "  rcs import comma2k19 gps_imu_comma2k19 -o comma.log\n"
         "  rcs import comma2k19 folder --gps-latency 0 --mount-rpy-deg 0,0,0 -o raw.log --json");
@@ -152,7 +155,7 @@ class ImportComma final : public Command {
 
   static void add_check(const Result<importers::SetupCheck>& check, Json* json, std::string* text) {
     if (!check) {
-      *text += fmt::format("mount and latency are not checked: {}\n", check.error().message);
+      *text += fmt::format("mount and latency not checked: {}\n", check.error().message);
       return;
     }
     const importers::SetupCheck& c = *check;
@@ -166,9 +169,9 @@ class ImportComma final : public Command {
          {c.fix_minus_truth_m.x(), c.fix_minus_truth_m.y(), c.fix_minus_truth_m.z()}},
         {"rms_m", c.raw_rms_m}};
     *text += fmt::format(
-        "first 20 s against the truth, {} fixes: horizontal RMS {:.2f} m; beyond the options: "
-        "latency {:.3f} s ({:.2f} m along the track are left), mount pitch {:.2f} deg, yaw {:.2f} "
-        "deg; then the fixes lie {:.2f} m ahead, {:.2f} m to the left, {:.2f} m above\n",
+        "first 20 s against the truth, {} fixes: horizontal RMS {:.2f} m; error of the options: "
+        "latency {:.3f} s ({:.2f} m along-track residual), mount pitch {:.2f} deg, yaw {:.2f} "
+        "deg; remaining bias of the fixes: {:.2f} m forward, {:.2f} m left, {:.2f} m up\n",
         c.fixes, c.raw_rms_m, c.gps_latency_s, c.residual_along_m, degrees(c.mount_pitch_rad),
         degrees(c.mount_yaw_rad), c.fix_minus_truth_m.x(), c.fix_minus_truth_m.y(),
         c.fix_minus_truth_m.z());
@@ -185,21 +188,23 @@ class ImportComma final : public Command {
 class ImportImuGps final : public Command {
  public:
   explicit ImportImuGps(CLI::App* import)
-      : Command(import->add_subcommand("imu-gps", "IMU, GPS and wheels from CSV files")) {
+      : Command(
+            import->add_subcommand("imu-gps", "Import IMU, GPS and wheel data from CSV files")) {
     app()
         ->add_option("FILE", files_, "CSV: the first line names the columns")
         ->required()
         ->check(CLI::ExistingFile);
     app()
-        ->add_option("--columns", map_, "TOML: which column is what, in which unit")
+        ->add_option("--columns", map_, "TOML: meaning and unit of each column")
         ->required()
         ->check(CLI::ExistingFile);
-    app()->add_option("-o,--out", out_, "the log")->required();
-    app()->add_flag("--json", json_, "figures as JSON");
+    app()->add_option("-o,--out", out_, "output log")->required();
+    app()->add_flag("--json", json_, "print the results as JSON");
     app()->footer(
-        "The map has a table for each sensor: [imu], [gps], [odometry]; config/import/*.toml are\n"
-        "two, with every key explained. Units are always named. A row with a missing cell (empty,\n"
-        "nan) is skipped and counted; stamps that run backward are kept, counted and told.\n"
+        "The column file has a table for each sensor: [imu], [gps], [odometry]; see the examples\n"
+        "config/import/*.toml, which explain every key. Units are mandatory. A row with a missing\n"
+        "cell (empty, nan) is skipped and counted; rows with stamps that run backward are kept,\n"
+        "counted and reported.\n"
         "Examples:\n"
         "  rcs import imu-gps 2014-03-26-000-Data.csv --columns config/import/balzer82.toml \\\n"
         "      -o dresden.log\n"

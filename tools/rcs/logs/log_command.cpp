@@ -47,8 +47,8 @@ struct ChannelFigures {
   std::int64_t malformed = 0;  ///< of a known channel, but not of its type
   std::int64_t last_seq = 0;
   std::int64_t missing = 0;   ///< in seq
-  std::int64_t restarts = 0;  ///< seq begins at 1 again: another writer, or the writer anew
-  std::int64_t repeated = 0;  ///< seq seen before, or stepping back
+  std::int64_t restarts = 0;  ///< seq begins at 1 again: another writer, or the writer restarted
+  std::int64_t repeated = 0;  ///< seq repeats or steps back
 
   void add(const LogEvent& event) {
     if (events == 0) {
@@ -186,7 +186,8 @@ int log_cut(const CutOptions& options) {
   });
   if (status != kExitOk) return status;
   if (written) written = writer->close();
-  if (written && writer->events() == 0) written = Error{"no event lies in what was asked for"};
+  if (written && writer->events() == 0)
+    written = Error{"no event in the requested interval and channels"};
   if (written) written = out.commit();
   if (!written) return fail("log cut", written.error());
   fmt::print(stderr, "{}: {} events\n", options.out, writer->events());
@@ -237,11 +238,12 @@ void add_log_option(CLI::App* app, std::string* path) {
 class LogInfo final : public Command {
  public:
   explicit LogInfo(CLI::App* log)
-      : Command(log->add_subcommand("info", "Channels, counts, rates, sizes, gaps, damage")) {
+      : Command(log->add_subcommand(
+            "info", "Print channels, counts, rates, sizes, gaps and damage of a log")) {
     add_log_option(app(), &log_);
-    app()->add_flag("--json", json_, "figures as JSON");
+    app()->add_flag("--json", json_, "print the results as JSON");
     app()->footer(
-        "Exit status 1 when the log is damaged or empty; what is readable is read.\n"
+        "Exit status 1 if the log is damaged or empty; its readable part is evaluated.\n"
         "Example:  rcs log info run.log");
   }
   int run() override { return log_info(log_, json_); }
@@ -253,7 +255,8 @@ class LogInfo final : public Command {
 
 class LogList final : public Command {
  public:
-  explicit LogList(CLI::App* log) : Command(log->add_subcommand("list", "One line an event")) {
+  explicit LogList(CLI::App* log)
+      : Command(log->add_subcommand("list", "Print one line per event")) {
     add_log_option(app(), &log_);
     app()->footer("Example:  rcs log list run.log | head");
   }
@@ -266,22 +269,23 @@ class LogList final : public Command {
 class LogCut final : public Command {
  public:
   explicit LogCut(CLI::App* log)
-      : Command(log->add_subcommand("cut", "Copy a part of a log into another")) {
+      : Command(log->add_subcommand("cut", "Copy a section of a log to another log")) {
     add_log_option(app(), &options_.log);
-    app()->add_option("-o,--out", options_.out, "the part")->required();
+    app()->add_option("-o,--out", options_.out, "output log")->required();
     app()->add_option("--from", options_.from_s, "seconds after the log's first event");
-    app()->add_option("--to", options_.to_s, "seconds after the log's first event; not included");
+    app()->add_option("--to", options_.to_s, "end, in the same time; exclusive");
     app()
-        ->add_option("--channel", options_.channels, "only these; separated by commas")
+        ->add_option("--channel", options_.channels, "only these channels; separated by commas")
         ->delimiter(',')
-        ->excludes(app()->add_flag("--sensors", sensors_, "only the sensors' channels"));
+        ->excludes(app()->add_flag("--sensors", sensors_, "only the sensor channels"));
     app()->footer(
-        "A log of the sensors alone holds no commands (BG_COMMAND, BG_DRIVE) and may be played to\n"
-        "live nodes by any player, e.g. lcm-logplayer. Ctrl-C leaves no part of the copy behind.\n"
+        "A log with sensor channels alone contains no commands (BG_COMMAND, BG_DRIVE) and may be\n"
+        "played to live nodes by any player, e.g. lcm-logplayer. Ctrl-C leaves no partial copy\n"
+        "behind.\n"
         "Examples:\n"
         "  rcs log cut run.log --from 60 --to 90 -o part.log\n"
         "  rcs log cut run.log --sensors -o sensors.log\n"
-        "  rcs log cut run.log --channel SP_REGISTRATION,WM_NAV_STATE -o answers.log");
+        "  rcs log cut run.log --channel SP_REGISTRATION,WM_NAV_STATE -o results.log");
   }
   int run() override {
     if (sensors_) options_.channels = {channel::kSensors.begin(), channel::kSensors.end()};
@@ -296,12 +300,12 @@ class LogCut final : public Command {
 class LogCsv final : public Command {
  public:
   explicit LogCsv(CLI::App* log)
-      : Command(log->add_subcommand("csv", "The messages of a channel as a table on stdout")) {
+      : Command(log->add_subcommand("csv", "Print the messages of a channel as CSV")) {
     add_log_option(app(), &log_);
     app()->add_option("--channel", channel_, "e.g. WM_NAV_STATE")->required();
     app()->footer(
-        "Arrays of fixed length become a column an entry; of points, tiles and stages only the\n"
-        "number is told.\n"
+        "Arrays of fixed length become one column per entry; for points, tiles and stages only\n"
+        "their number is written.\n"
         "Example:  rcs log csv run.log --channel SP_REGISTRATION > registrations.csv");
   }
   int run() override { return log_csv(log_, channel_); }
@@ -314,7 +318,7 @@ class LogCsv final : public Command {
 }  // namespace
 
 void add_log_commands(CLI::App* rcs, Commands* commands) {
-  CLI::App* log = rcs->add_subcommand("log", "Look into LCM event logs, cut them, export them");
+  CLI::App* log = rcs->add_subcommand("log", "Inspect, cut and export LCM event logs");
   log->require_subcommand(1);
   commands->push_back(std::make_unique<LogInfo>(log));
   commands->push_back(std::make_unique<LogList>(log));

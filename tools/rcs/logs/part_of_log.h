@@ -1,5 +1,5 @@
 #pragma once
-// A part of a log as a source of events, with a progress bar and Ctrl-C.
+// A section of a log as a source of events, with a progress bar and Ctrl-C.
 
 #include <string_view>
 
@@ -12,8 +12,8 @@ namespace rcs::cli {
 /// Ends early on Ctrl-C.
 class PartOfLog final : public EventSource {
  public:
-  /// @param command  the name beside the progress bar
-  /// @param from, to  after the source's first event
+  /// @param command  label of the progress bar
+  /// @param from, to  relative to the source's first event
   PartOfLog(std::string_view command, EventSource* source, Duration from, Duration to,
             const LogReader* reader)
       : source_(source), reader_(reader), progress_(command, reader->size_bytes()) {

@@ -17,16 +17,16 @@ namespace rcs::cli {
 namespace {
 
 constexpr std::string_view kName = "play";
-constexpr Duration kListen = std::chrono::milliseconds(1200);  // GPS: 1 Hz at least
+constexpr Duration kListen = std::chrono::milliseconds(1200);  // every sensor publishes at >= 1 Hz
 
-/// Who else publishes what a player publishes.
+/// Detects other publishers of the channels that the player publishes.
 class OtherPublishers {
  public:
   explicit OtherPublishers(Bus* bus) {
     for (std::size_t i = 0; i < heard_.size(); ++i)
       bus->subscribe(channel::kSensors[i], &heard_[i]);
   }
-  /// The channels heard so far, separated by commas.
+  /// The channels on which messages were received so far, separated by commas.
   [[nodiscard]] std::string channels() const {
     std::string names;
     for (std::size_t i = 0; i < heard_.size(); ++i) {
@@ -46,7 +46,7 @@ class OtherPublishers {
   std::array<Heard, channel::kSensors.size()> heard_;
 };
 
-/// Lets messages come until `until`. @return false after Ctrl-C
+/// Receives messages until `until`. @return false after Ctrl-C
 bool wait_until(Stamp until, LiveTimeline* timeline) {
   Timeline::Step step = Timeline::Step::kDelivered;
   while (step == Timeline::Step::kDelivered) step = timeline->advance(until);
@@ -56,19 +56,24 @@ bool wait_until(Stamp until, LiveTimeline* timeline) {
 class Play final : public Command {
  public:
   explicit Play(CLI::App* rcs)
-      : Command(rcs->add_subcommand("play", "A log's sensor data onto the bus, in real time")) {
-    app()->add_option("LOG", log_, "with sensor channels")->required()->check(CLI::ExistingFile);
+      : Command(rcs->add_subcommand("play",
+                                    "Publish the sensor data of a log on the bus in real time")) {
     app()
-        ->add_option("--speed", speed_, "times the recorded speed")
+        ->add_option("LOG", log_, "log with sensor channels")
+        ->required()
+        ->check(CLI::ExistingFile);
+    app()
+        ->add_option("--speed", speed_, "playback speed as a multiple of the recorded speed")
         ->check(CLI::Range(0.01, 100.0))
         ->capture_default_str();
     app()
         ->add_option("--from", from_s_, "seconds after the log's first sensor event")
         ->check(CLI::Range(0.0, 1e9));
-    CLI::Option* to =
-        app()->add_option("--to", to_s_, "likewise; not included")->check(CLI::Range(0.0, 1e9));
+    CLI::Option* to = app()
+                          ->add_option("--to", to_s_, "end, in the same time; exclusive")
+                          ->check(CLI::Range(0.0, 1e9));
     app()
-        ->add_option("--duration", duration_s_, "seconds of the log from --from on")
+        ->add_option("--duration", duration_s_, "seconds of the log, starting at --from")
         ->check(CLI::Range(0.0, 1e9))
         ->excludes(to);
     app()->add_option("--lcm-url", lcm_url_,
@@ -77,9 +82,9 @@ class Play final : public Command {
     for (const char* name : channel::kSensors) sensors += std::string(name) + " ";
     app()->footer(
         "Publishes " + sensors +
-        "and no other\nchannel: recorded commands do not reach the vehicle, and recorded results "
-        "do not meet new\nones. The messages keep their stamps. Refused when one of these channels "
-        "already has a\npublisher on the bus. Ctrl-C stops.\n"
+        "and no other\nchannel, so that recorded commands do not reach the vehicle and recorded "
+        "results do not\nmix with new ones. The messages keep their stamps. The command fails if "
+        "one of these\nchannels already has a publisher on the bus. Ctrl-C stops the playback.\n"
         "Examples:\n"
         "  rcs play run.log\n"
         "  rcs play run.log --from 60 --duration 30 --speed 0.5");
@@ -125,10 +130,10 @@ class Play final : public Command {
     if (!reader->health().good()) {
       fmt::print(stderr, "rcs play: {}: {}\n", log_, reader->health().summary());
     }
-    if (published == 0) return Error{log_ + ": no sensor data in what was asked for"};
+    if (published == 0) return Error{log_ + ": no sensor data in the requested interval"};
     fmt::print(stderr,
-               "rcs play: {} messages published, the latest {:.1f} ms late; {} of other channels "
-               "left out\n",
+               "rcs play: {} messages published, maximum delay {:.1f} ms; {} messages of other "
+               "channels skipped\n",
                published, milliseconds(worst_late), whole.passed_over());
     return sound(**bus);
   }

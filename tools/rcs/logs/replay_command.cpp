@@ -28,40 +28,45 @@ constexpr std::string_view kName = "replay";
 class Replay final : public Command {
  public:
   explicit Replay(CLI::App* rcs)
-      : Command(
-            rcs->add_subcommand("replay", "A log's sensor data through SP and WM, in lockstep")) {
+      : Command(rcs->add_subcommand("replay",
+                                    "Run SP and WM in lockstep on the sensor data of a log")) {
     app()
         ->add_option("CONFIG", config_, "the vehicle's configuration (TOML)")
         ->required()
         ->check(CLI::ExistingFile);
     app()
-        ->add_option("LOG", log_, "with sensor channels; its SP_* and WM_* are passed over")
+        ->add_option("LOG", log_,
+                     "log with sensor channels; its SP_* and WM_* messages are ignored")
         ->required()
         ->check(CLI::ExistingFile);
-    app()->add_option("-o,--out", out_, "log of what SP and WM say, and of SIM_TRUTH")->required();
     app()
-        ->add_option("--without", without_, "sensor channels to be withheld; separated by commas")
+        ->add_option("-o,--out", out_, "output log: messages of SP and WM, and SIM_TRUTH")
+        ->required();
+    app()
+        ->add_option("--without", without_, "sensor channels to exclude; separated by commas")
         ->delimiter(',')
         ->check(CLI::IsMember(
             std::vector<std::string>(channel::kSensors.begin(), channel::kSensors.end())));
     app()->add_option("--set", overrides_,
-                      "TABLE.KEY=VALUE (TOML) instead of the configuration's; may be repeated");
+                      "TABLE.KEY=VALUE (TOML), overrides the configuration; may be repeated");
     app()
         ->add_option("--from", from_s_, "seconds after the log's first sensor event")
         ->check(CLI::Range(0.0, 1e9));
-    app()->add_option("--to", to_s_, "likewise; not included")->check(CLI::Range(0.0, 1e9));
-    app()->add_flag("--json", json_, "figures as JSON");
+    app()
+        ->add_option("--to", to_s_, "end, in the same time; exclusive")
+        ->check(CLI::Range(0.0, 1e9));
+    app()->add_flag("--json", json_, "print the results as JSON");
     app()->footer(
-        "One thread, driven by the log: the same input gives the same bytes in OUT (compare by\n"
-        "sha256sum). Stopwatch values go to OUT.timing, which differs from run to run. Ctrl-C\n"
-        "leaves no part of OUT behind, and a file that was there before as it was.\n"
-        "Status 1, and why on stderr, although OUT is written: not one pose, LADAR data and not\n"
-        "one registration, an a priori map more than 50 m from the course, a datum more than\n"
-        "10 km from the first fix.\n"
+        "One thread, driven by the log: the same input gives the same bytes in OUT (compare with\n"
+        "sha256sum). Measured computing times go to OUT.timing, which differs between runs.\n"
+        "Ctrl-C leaves no partial OUT behind; an existing file stays unchanged.\n"
+        "OUT is written, but the exit status is 1 with the reason on stderr, in these cases:\n"
+        "no pose; LADAR data without a single registration; an a priori map more than 50 m from\n"
+        "the course; a datum more than 10 km from the first fix.\n"
         "Examples:\n"
         "  rcs replay config/kitti.toml kitti.log -o out/kitti.log && sha256sum out/kitti.log\n"
         "  rcs replay config/demo3.toml run.log -o ins.log --without LADAR_RANGES,ODOMETRY\n"
-        "INS alone: without the non-holonomic constraint and zero velocity at standstill, too\n"
+        "INS alone, also without the non-holonomic constraint and zero velocity at standstill:\n"
         "  rcs replay config/demo3.toml run.log -o ins.log --without LADAR_RANGES,ODOMETRY \\\n"
         "      --set odometry.constrained=false --set odometry.zero_velocity=false");
   }
@@ -120,7 +125,7 @@ class Replay final : public Command {
     }
     if (verdict.sensor_messages() == 0) {
       return Error{log_ +
-                   ": no sensor message in the part and on the channels that were asked for"};
+                   ": no sensor message in the requested interval and on the requested channels"};
     }
     fmt::print(stderr, "{}", report.text());
     if (Outcome closed = (*timing)->close(); !closed) return closed;
@@ -128,7 +133,7 @@ class Replay final : public Command {
     return judge(*params, verdict);
   }
 
-  /// Of the configuration, what overrides it, and the log's size and beginning.
+  /// Hash of the configuration, its overrides, and the size and the beginning of the log.
   [[nodiscard]] std::int64_t run_id_of(const std::string& log) const {
     constexpr std::streamsize kBeginning = 65536;
     std::string beginning(kBeginning, '\0');
@@ -143,7 +148,7 @@ class Replay final : public Command {
     return id_of(text);
   }
 
-  /// What of the configuration the replay did not use goes to `faults_`.
+  /// Adds to `faults_` the parts of the configuration that the replay did not use.
   [[nodiscard]] Outcome judge(const ParamFile& params, const ReplayVerdict& verdict) {
     const Result<wm::WmConfig> config = wm::load_wm_config(params);
     if (!config) return config.error();

@@ -17,10 +17,10 @@
 namespace rcs::cli {
 namespace {
 
-/// At this distance the vertical at the fix differs from the datum's by 1.6 mrad, which WM would
-/// have to explain by an accelerometer bias of 15 mm/s^2.
+/// At this distance the vertical at the fix differs by 1.6 mrad from that at the datum, which WM
+/// would estimate as an accelerometer bias of 15 mm/s^2.
 constexpr double kMaxDatumDistance_m = 10'000.0;
-/// Scans of a vehicle beside a map still see it.
+/// Scans of a vehicle within this distance of a map still overlap it.
 constexpr double kBeside_m = 50.0;
 constexpr double kStep_m = 1.0;
 

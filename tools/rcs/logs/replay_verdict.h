@@ -1,6 +1,6 @@
 #pragma once
-// Whether a replay did what its log and configuration offer: told poses, used the LADAR, the a
-// priori map and the configured datum.
+// Checks a replay: WM published poses, and the LADAR, the a priori map and the configured datum
+// were used.
 
 #include <cstdint>
 #include <optional>
@@ -13,7 +13,7 @@
 
 namespace rcs::cli {
 
-/// Counts on the bus of a replay, and hands every message on.
+/// Counts the messages on the bus of a replay and passes each to the next tap.
 class ReplayVerdict final : public BusTap {
  public:
   explicit ReplayVerdict(BusTap* next) : next_(next) {}
@@ -23,9 +23,9 @@ class ReplayVerdict final : public BusTap {
 
   [[nodiscard]] std::int64_t sensor_messages() const { return sensor_messages_; }
 
-  /// Why the replay is not what its configuration asks for, a sentence each; empty: it is.
-  /// @param datum  as configured; none: the first fix is the datum
-  /// @param map    the index of the configured a priori map; null: none
+  /// Deviations of the replay from its configuration, one sentence each; empty: none.
+  /// @param datum  as configured; nullopt: the first fix is the datum
+  /// @param map    index of the configured a priori map; nullptr: no map
   [[nodiscard]] std::vector<std::string> faults(const std::optional<Geodetic>& datum,
                                                 const MapIndex* map) const;
 
@@ -40,12 +40,12 @@ class ReplayVerdict final : public BusTap {
   std::int64_t sensor_messages_ = 0;
   std::int64_t poses_ = 0;
   std::int64_t ladar_messages_ = 0;
-  std::int64_t scans_ = 0;       ///< that SP published a result for
+  std::int64_t scans_ = 0;       ///< scans with a result of SP
   std::int64_t registered_ = 0;  ///< to the rolling map
-  std::string ladar_event_;      ///< SP's last warning about its input or a registration
+  std::string ladar_event_;      ///< last warning of SP
   std::optional<Geodetic> first_fix_;
   std::optional<Geodetic> world_datum_;
-  std::vector<Vec3> course_;  ///< of the vehicle in frame world, a point about every metre
+  std::vector<Vec3> course_;  ///< of the vehicle in frame world, about one point per metre
 };
 
 }  // namespace rcs::cli

@@ -17,7 +17,7 @@ namespace {
 constexpr std::string_view kName = "report";
 constexpr std::size_t kMaxDrawn = 4;
 
-/// A run and what it is worth.
+/// A run and its metrics.
 struct ReportedRun {
   recording::RunLog log;
   evaluation::RunFigures figures;
@@ -27,31 +27,28 @@ struct ReportedRun {
 class ReportCommand final : public Command {
  public:
   explicit ReportCommand(CLI::App* rcs)
-      : Command(rcs->add_subcommand("report", "Compare runs of one drive whose truth is known")) {
-    app()
-        ->add_option("RUN,--run", runs_, "[NAME=]LOG; the first is the one that is shown in full")
-        ->required();
+      : Command(rcs->add_subcommand("report", "Compare runs of one drive with known truth")) {
+    app()->add_option("RUN,--run", runs_, "[NAME=]LOG; the first run is shown in full")->required();
     app()
         ->add_option("--truth-log", truth_log_,
-                     "log with SIM_TRUTH; default: the first run, when it has that")
+                     "log with SIM_TRUTH; default: the first run if it has SIM_TRUTH")
         ->check(CLI::ExistingFile);
     app()->add_option(
         "--gps-cut", gps_cut_,
-        "A:B, seconds after the first truth; default: where no run's WM accepted a fix\n"
-        "for longer than 2.5 s");
+        "A:B, seconds after the first truth; default: intervals longer than 2.5 s in\n"
+        "which no run accepted a fix");
     app()->add_option("-o,--out", out_, "self-contained HTML page")->required();
-    app()->add_option("--svg", svg_, "course and errors as a picture of its own");
+    app()->add_option("--svg", svg_, "plot of course and errors as an SVG file");
     app()
         ->add_option(
             "--min-factor", min_factor_,
-            "exit status 1 unless some run has, over an outage, at least so many times the\n"
-            "rms error of one that differs by the LADAR alone")
+            "exit status 1 unless, over an outage, the rms error without the LADAR is at\n"
+            "least this many times the rms error with the LADAR, other sensors being equal")
         ->check(CLI::PositiveNumber);
-    app()->add_flag("--json", json_, "figures as JSON");
+    app()->add_flag("--json", json_, "print the results as JSON");
     app()->footer(
-        "Errors are horizontal, over the whole outage. What a run fused in it is read from its\n"
-        "WM_INNOVATION, not from its name. Of more than four runs the pictures have the first\n"
-        "and the last two.\n"
+        "Errors are horizontal, over the whole outage. The sources that a run fused are read from\n"
+        "its WM_INNOVATION. With more than four runs the plots show the first and the last two.\n"
         "Example:\n"
         "  rcs replay config/demo3.toml run.log -o without.log --without LADAR_RANGES\n"
         "  rcs report \"all sensors=run.log\" \"without LADAR=without.log\" -o report.html");
@@ -86,7 +83,7 @@ class ReportCommand final : public Command {
       if (truth_.empty()) return Error{path + ": no SIM_TRUTH; --truth-log names a log with it"};
       std::optional<evaluation::WorldFigures> world =
           evaluation::world_figures(*log, truth_, truth_datum_);
-      if (!world) return Error{path + ": no world pose of WM at a time of the truth"};
+      if (!world) return Error{path + ": no world pose of WM within the time of the truth"};
       names_.push_back(equals == std::string::npos ? path : run.substr(0, equals));
       evaluation::RunFigures figures = evaluation::run_figures(*log);
       reported_.push_back({std::move(log).value(), std::move(figures), std::move(*world)});
@@ -99,8 +96,8 @@ class ReportCommand final : public Command {
     return Done{};
   }
 
-  /// Without --gps-cut: where all runs were without GPS. A run that is far off takes longer to
-  /// accept GPS again, and one that is not takes it first; neither is to count as denied then.
+  /// Without --gps-cut: intervals in which all runs were without GPS. Runs with large errors accept
+  /// GPS again later than others; the interval ends with the first run that accepts it.
   Outcome find_outages() {
     if (gps_cut_.empty()) {
       outages_ = evaluation::gps_outages(reported_.front().log);
@@ -119,14 +116,14 @@ class ReportCommand final : public Command {
     return Done{};
   }
 
-  /// Whether the LADAR is worth as much as was asked for.
+  /// Checks --min-factor.
   [[nodiscard]] int judge() const {
     if (min_factor_ <= 0.0) return kExitOk;
     const std::optional<double> factor = evaluation::ladar_factor(compared_);
     if (factor && *factor >= min_factor_) return kExitOk;
     if (!factor) {
-      return fail(kName, Error{"--min-factor: no two runs that differ by the LADAR alone while GPS "
-                               "is denied"});
+      return fail(kName, Error{"--min-factor: no two runs differ by the LADAR alone during a GPS "
+                               "outage"});
     }
     return fail(kName, Error{fmt::format("without the LADAR the rms error is at most {:.2f} times "
                                          "that with it; at least {:g} times was required "
@@ -168,7 +165,7 @@ class ReportCommand final : public Command {
                to_text(evaluation::scan_table(reported_.front().figures)));
   }
 
-  /// The runs in the pictures of all: no more than there are colours.
+  /// The runs in the common plots: at most the number of colours.
   [[nodiscard]] std::vector<std::size_t> drawn() const {
     const std::size_t n = reported_.size();
     if (n > kMaxDrawn) return {0, n - 2, n - 1};
@@ -213,8 +210,8 @@ class ReportCommand final : public Command {
     page.heading("Error");
     if (reported_.size() > 1) page.plot(errors());
     page.paragraph(
-        fmt::format("{}: what WM claims against what is true. NEES per degree of "
-                    "freedom {:.2f}; 1 when the covariance tells the truth.",
+        fmt::format("{}: errors and predicted sigmas of WM. NEES per degree of freedom {:.2f}; "
+                    "1 for a consistent covariance.",
                     names_.front(), main.world.nees_per_dof));
     page.table(evaluation::world_table(main.world));
     for (const report::Plot& p : evaluation::error_plots(main.world, outages_, zero()))
@@ -231,7 +228,7 @@ class ReportCommand final : public Command {
     page.heading("Latencies");
     page.table(evaluation::latency_table(main.figures));
     if (main.figures.chain_ms) {
-      page.plot(evaluation::latency_plot("From a scan's last facet to nav_state",
+      page.plot(evaluation::latency_plot("From the last facet of a scan to nav_state",
                                          main.figures.chain_samples_ms));
     }
     for (const report::Plot& p : evaluation::node_plots(main.log)) page.plot(p);

@@ -22,36 +22,37 @@ class Sim final : public Command {
  public:
   explicit Sim(CLI::App* rcs)
       : Command(
-            rcs->add_subcommand("sim", "The reference simulation, into a log or onto the bus")) {
+            rcs->add_subcommand("sim", "Run the reference simulation into a log or on the bus")) {
     app()
         ->add_option("SCENARIO", scenario_, "config/sim/*.toml")
         ->required()
         ->check(CLI::ExistingFile);
     CLI::Option* out = app()->add_option(
-        "-o,--out", out_, "the log, as fast as it goes; without: onto the bus, at real time");
-    app()->add_option("--seed", overrides_.seed, "of the noise, instead of the file's");
-    app()->add_option("--ins", overrides_.ins_grade, "INS grade, instead of the file's");
-    app()->add_option("--duration", overrides_.duration_s, "[s], instead of the file's");
+        "-o,--out", out_,
+        "output log, written as fast as possible; default: publish on the bus in real time");
+    app()->add_option("--seed", overrides_.seed, "seed of the noise, overrides the scenario");
+    app()->add_option("--ins", overrides_.ins_grade, "INS grade, overrides the scenario");
+    app()->add_option("--duration", overrides_.duration_s, "[s], overrides the scenario");
     app()
         ->add_option("--gps-outage", gps_outage_s_,
-                     "begin and length [s], instead of the file's outages")
+                     "begin and length [s], overrides the outages of the scenario")
         ->expected(2);
     app()->add_option("--gps-lost-after", overrides_.gps_lost_after_m,
-                      "GPS is lost for good after so many metres, instead of the file's");
+                      "distance [m] after which GPS is lost permanently, overrides the scenario");
     app()
         ->add_option("--ladar-outage", ladar_outage_s_,
-                     "begin and length [s], instead of the file's outages")
+                     "begin and length [s], overrides the outages of the scenario")
         ->expected(2);
     app()->add_option("--prior-map", prior_map_,
-                      "write the course's a priori map into this folder");
+                      "write the a priori map of the course to this folder");
     app()
         ->add_option("--lcm-url", lcm_url_,
                      fmt::format("the bus; default: $LCM_DEFAULT_URL, else {}", kDefaultLcmUrl))
         ->excludes(out);
     app()->footer(
-        "The same scenario and seed give the same bytes. Ctrl-C leaves no part of the log behind,\n"
-        "and a file that was there before as it was. A scenario with [drive] mode =\n"
-        "\"commanded\" hears BG_DRIVE on the bus; in a log its vehicle stands where it is.\n"
+        "The same scenario and seed give the same bytes. Ctrl-C leaves no partial log behind; an\n"
+        "existing file stays unchanged. A scenario with [drive] mode = \"commanded\" receives\n"
+        "BG_DRIVE from the bus; with --out its vehicle stands still.\n"
         "Examples:\n"
         "  rcs sim config/sim/reference.toml -o out/sim.log --seed 7\n"
         "  rcs sim config/sim/demo.toml --gps-outage 60 60");
@@ -92,7 +93,7 @@ class Sim final : public Command {
         progress.at(static_cast<std::int64_t>(1000.0 * share));
       });
     }
-    fmt::print(stderr, "rcs sim: {}; the latest message went out {:.1f} ms late\n",
+    fmt::print(stderr, "rcs sim: {}; maximum delay of a message {:.1f} ms\n",
                report.stopped ? "stopped" : "done", milliseconds(report.worst_late));
     if (simulator.commanded()) fmt::print(stderr, "rcs sim: {}\n", sim::drive_summary(simulator));
     return (*bus)->status();
@@ -111,7 +112,7 @@ class Sim final : public Command {
     for (Stamp due = simulator.peek(); due != Stamp::max(); due = simulator.peek()) {
       if (interrupt.requested()) return Error{"interrupted"};
       simulator.take(&event);
-      // The first failure stays: close() tells it.
+      // close() returns the first failure.
       (void)writer->write(due, event.channel, event.data.data(), event.data.size());
       progress.at((due - sim::Simulator::kStart).count());
     }

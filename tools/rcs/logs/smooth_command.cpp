@@ -1,4 +1,4 @@
-// rcs truth
+// rcs smooth
 
 #include <fmt/format.h>
 
@@ -14,24 +14,24 @@
 namespace rcs::cli {
 namespace {
 
-constexpr std::string_view kName = "truth";
-constexpr double kRecordingShare = 0.25;  // of the time that all takes
+constexpr std::string_view kName = "smooth";
+constexpr double kRecordingShare = 0.25;  // of the total computing time
 
-Result<smoothing::TruthVehicle> load_vehicle(const std::string& path) {
+Result<smoothing::ReferenceVehicle> load_vehicle(const std::string& path) {
   const Result<ParamFile> file = ParamFile::load(path);
   if (!file) return file.error();
   const Result<sp::SpConfig> sp = sp::load_sp_config(*file);
   if (!sp) return sp.error();
   const Result<wm::WmConfig> wm = wm::load_wm_config(*file);
   if (!wm) return wm.error();
-  return smoothing::TruthVehicle{*sp, *wm};
+  return smoothing::ReferenceVehicle{*sp, *wm};
 }
 
 class Truth final : public Command {
  public:
   explicit Truth(CLI::App* rcs)
-      : Command(
-            rcs->add_subcommand("truth", "Where a recorded drive really went, computed offline")) {
+      : Command(rcs->add_subcommand(
+            "smooth", "Compute the reference trajectory of a recorded drive by smoothing")) {
     app()
         ->add_option("RUN", log_, "log with sensor channels")
         ->required()
@@ -41,33 +41,32 @@ class Truth final : public Command {
         ->required()
         ->check(CLI::ExistingFile);
     app()
-        ->add_option("-o,--out", out_, "TUM file of the poses; others are named after it")
+        ->add_option("-o,--out", out_, "TUM file of the poses; the other files are named after it")
         ->required();
     app()
         ->add_option("--rounds", params_.rounds,
-                     "of registering the scans and smoothing, at most; it ends when poses "
-                     "stay\nwhere they are to 5 mm")
+                     "maximum number of rounds of registration and smoothing; ends earlier when\n"
+                     "the poses change by less than 5 mm")
         ->capture_default_str()
         ->check(CLI::Range(1, 20));
     app()
-        ->add_option("--jobs", params_.matching.jobs, "threads that register scans")
+        ->add_option("--jobs", params_.matching.jobs, "threads for the registration of scans")
         ->capture_default_str()
         ->check(CLI::Range(1, 256));
-    app()->add_flag("--json", json_, "the consistency report as JSON on stdout");
+    app()->add_flag("--json", json_, "print the consistency report as JSON on stdout");
     app()->footer(
-        "The log goes through SP and WM in lockstep; then INS, GPS, wheels and the scans among\n"
-        "themselves, revisits too, are smoothed together, by which the drift of none is left.\n"
-        "OUT            the vehicle at every scan's instant: t tx ty tz qx qy qz qw, frame world\n"
-        "               (without GPS: local), where WM knew the motion\n"
-        "OUT.kitti      the same, 12 numbers a line\n"
-        "OUT.scans      where the scans' points lie, as the configuration has the LADAR's mount "
-        "and\n"
-        "               clock: for `rcs map build --poses`\n"
-        "OUT.sigma.csv  one sigma of each pose, absolute and since the first, vehicle axes\n"
+        "Runs SP and WM on the log in lockstep. Then one pose graph combines INS, GPS, wheels and\n"
+        "the registrations between scans, including revisits, which removes the drift.\n"
+        "OUT            pose of the vehicle at the instant of each scan: t tx ty tz qx qy qz qw,\n"
+        "               frame world (without GPS: local), as far as WM had initialized the motion\n"
+        "OUT.kitti      the same poses, 12 numbers per line\n"
+        "OUT.scans      poses that place the points of the scans correctly with the configured\n"
+        "               mount and clock of the LADAR: for `rcs map build --poses`\n"
+        "OUT.sigma.csv  one sigma of each pose, absolute and relative to the first, vehicle axes\n"
         "OUT.json       the consistency report\n"
-        "SIM_TRUTH is never used but to say how far off the poses are.\n"
+        "SIM_TRUTH is used only to report the error of the poses.\n"
         "Example:\n"
-        "  rcs truth run.log --config config/demo3.toml -o out/truth.tum");
+        "  rcs smooth run.log --config config/demo3.toml -o out/truth.tum");
   }
 
   int run() override {
@@ -77,7 +76,7 @@ class Truth final : public Command {
 
  private:
   Outcome compute() {
-    const Result<smoothing::TruthVehicle> vehicle = load_vehicle(config_);
+    const Result<smoothing::ReferenceVehicle> vehicle = load_vehicle(config_);
     if (!vehicle) return vehicle.error();
     // Five files, all or none.
     std::array<std::unique_ptr<tools::OutputFile>, 5> files;
@@ -85,7 +84,8 @@ class Truth final : public Command {
     for (std::size_t k = 0; k < files.size(); ++k) {
       files[k] = std::make_unique<tools::OutputFile>(out_ + kEndings[k]);
     }
-    if (files[0]->in_place()) return Error{out_ + ": a device: five files are named after OUT"};
+    if (files[0]->in_place())
+      return Error{out_ + ": is a device; OUT must be a file name, five files are named after it"};
     std::array<std::string, 5> texts;
     if (Outcome done = make(*vehicle, &texts); !done) return done;
     for (std::size_t k = 0; k < files.size(); ++k) {
@@ -98,12 +98,12 @@ class Truth final : public Command {
     return Done{};
   }
 
-  Outcome make(const smoothing::TruthVehicle& vehicle, std::array<std::string, 5>* texts) {
+  Outcome make(const smoothing::ReferenceVehicle& vehicle, std::array<std::string, 5>* texts) {
     const InterruptGuard interrupt;
     const auto stop = [&interrupt] { return interrupt.requested(); };
     constexpr std::int64_t kWhole = 1000;
     Progress progress(kName, kWhole);
-    const Result<smoothing::TruthRecording> recording = smoothing::record_run(
+    const Result<smoothing::ReferenceRecording> recording = smoothing::record_run(
         log_, vehicle,
         [&](std::int64_t done, std::int64_t all) {
           progress.at(
@@ -113,18 +113,18 @@ class Truth final : public Command {
         stop);
     if (!recording) return recording.error();
     if (!recording->damage.empty()) {
-      fmt::print(stderr, "rcs truth: {}: {}\n", log_, recording->damage);
+      fmt::print(stderr, "rcs smooth: {}: {}\n", log_, recording->damage);
     }
     if (recording->refused > 0) {
       fmt::print(stderr,
-                 "rcs truth: {}: {} messages that are damaged, no numbers or run backward "
-                 "left out\n",
+                 "rcs smooth: {}: {} messages skipped: damaged, not finite or with a stamp that "
+                 "runs backward\n",
                  log_, recording->refused);
     }
     if (recording->inertial.empty()) {
-      fmt::print(stderr, "rcs truth: {}: no INS: SP's motion takes its place\n", log_);
+      fmt::print(stderr, "rcs smooth: {}: no INS: using the motion of SP instead\n", log_);
     }
-    const Result<smoothing::TruthResult> result = smoothing::smooth(
+    const Result<smoothing::ReferenceResult> result = smoothing::smooth(
         *recording, vehicle, params_,
         [&](double share) {
           const double all = kRecordingShare + (1.0 - kRecordingShare) * share;
@@ -133,16 +133,17 @@ class Truth final : public Command {
         stop);
     if (!result) return Error{log_ + ": " + result.error().message};
     if (!result->solved.converged) {
-      fmt::print(stderr, "rcs truth: {}: the last smoothing has not converged\n", log_);
+      fmt::print(stderr, "rcs smooth: {}: the last smoothing did not converge\n", log_);
     }
     const std::vector<smoothing::TruthPose> poses = smoothing::truth_poses(*recording, *result);
     if (poses.size() < recording->scans.size()) {
       fmt::print(stderr,
-                 "rcs truth: {}: {} scans from before WM knew the motion, or after, have no "
-                 "pose\n",
+                 "rcs smooth: {}: {} scans outside the time in which WM published the motion "
+                 "have no pose\n",
                  log_, recording->scans.size() - poses.size());
     }
-    const smoothing::TruthReport report = smoothing::report_truth(*recording, *result, poses);
+    const smoothing::ReferenceReport report =
+        smoothing::report_reference(*recording, *result, poses);
     tools::Trajectory vehicle_poses;
     tools::Trajectory seen;
     for (const smoothing::TruthPose& p : poses) {
@@ -160,13 +161,13 @@ class Truth final : public Command {
   std::string config_;
   std::string out_;
   std::string summary_;
-  smoothing::TruthParams params_;
+  smoothing::ReferenceParams params_;
   bool json_ = false;
 };
 
 }  // namespace
 
-void add_truth_command(CLI::App* rcs, Commands* commands) {
+void add_smooth_command(CLI::App* rcs, Commands* commands) {
   commands->push_back(std::make_unique<Truth>(rcs));
 }
 

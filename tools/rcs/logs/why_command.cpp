@@ -13,9 +13,10 @@ constexpr std::string_view kName = "why";
 class Why final : public Command {
  public:
   explicit Why(CLI::App* rcs)
-      : Command(rcs->add_subcommand("why", "What led to a moment of a run, from its log")) {
+      : Command(rcs->add_subcommand("why",
+                                    "Explain the state of a run at a given time, from its log")) {
     app()
-        ->add_option("LOG", log_, "of a run, with what the nodes said")
+        ->add_option("LOG", log_, "log of a run, with the output of the nodes")
         ->required()
         ->check(CLI::ExistingFile);
     app()
@@ -23,8 +24,11 @@ class Why final : public Command {
         ->required()
         ->check(CLI::NonNegativeNumber);
     app()->footer(
-        "What had come in and how long ago; what WM took or refused in the last second, and why;\n"
-        "SP's last answers; WM's mode, trust and alerts; what BG did; the events before.\n"
+        "Prints the age of the newest message of each sensor; the measurements that WM accepted "
+        "or\n"
+        "rejected in the last second, with reasons; the last registrations of SP; the mode, "
+        "source\n"
+        "status and alerts of WM; the state of BG; the preceding events.\n"
         "Examples:\n"
         "  rcs drill config/drills/gps/d04_ramp_0_5.toml -o out/d04 --logs\n"
         "  rcs why out/d04/d04_ramp_0_5.log 49.5");

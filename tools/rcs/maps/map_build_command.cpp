@@ -22,7 +22,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::string_view kName = "map build";
 
-/// Maps on the way to one: beside it, under names of this process, removed in the end.
+/// Intermediate maps: next to the output, with the process id in their names, removed at the end.
 class PartMaps {
  public:
   explicit PartMaps(std::string out) : out_(std::move(out)) {
@@ -49,21 +49,18 @@ class MapBuildCommand final : public Command {
  public:
   explicit MapBuildCommand(CLI::App* map)
       : Command(map->add_subcommand(
-            "build", "A fine map of the bare ground from recorded scans and poses")) {
+            "build", "Build a map of the bare ground from recorded scans and poses")) {
     add_inputs();
     add_what_is_wanted();
     app()->footer(
-        "Two sources of points: SP_POINTS of the runs (deskewed and thinned by SP), or with "
-        "--config\n"
-        "the LADAR's own data, which a log of `rcs replay` lacks: name the log of the sensors by\n"
-        "--sensors. Ground is the lowest height that returns gather at; grass that lets light "
-        "through,\n"
-        "crowns, what moved, rocks and walls are left out, and so are cells where plants let "
-        "nothing\n"
-        "through. How the LADAR is turned against the vehicle, and how late its stamps are, is "
-        "found\n"
-        "from the ground itself. The poses' own error is the map's slow error. Several runs are\n"
-        "surveys of their own, fused as by `rcs map merge`.\n"
+        "The points are SP_POINTS of the runs (deskewed and thinned by SP) or, with --config, the\n"
+        "data of the LADAR. A log of `rcs replay` lacks the latter: name the log of the sensors "
+        "by\n"
+        "--sensors. The ground is the lowest mode of the returns of a cell. Permeable grass, tree\n"
+        "crowns, moving objects, rocks and walls are removed, and so are cells with impermeable\n"
+        "vegetation. The misalignment and the clock error of the LADAR are estimated from the\n"
+        "ground. The error of the poses becomes the systematic error of the map. Several runs are\n"
+        "independent surveys, merged as by `rcs map merge`.\n"
         "Examples:\n"
         "  rcs map build result.log -o maps/drive --date 2024-05-04\n"
         "  rcs map build result.log --sensors run.log --config config/my_vehicle.toml -o "
@@ -85,73 +82,75 @@ class MapBuildCommand final : public Command {
 
  private:
   void add_inputs() {
-    constexpr int kMostRuns = 100;
+    constexpr int kMaxRuns = 100;
     app()
-        ->add_option("RUN", runs_, "logs with WM_NAV_STATE and SP_POINTS: live, or of `rcs replay`")
+        ->add_option("RUN", runs_,
+                     "logs with WM_NAV_STATE and SP_POINTS: of live runs or of `rcs replay`")
         ->required()
-        ->expected(1, kMostRuns)
+        ->expected(1, kMaxRuns)
         ->check(CLI::ExistingFile);
     app()
         ->add_option("--config", config_,
-                     "the vehicle's configuration (TOML): LADAR_RANGES and LADAR_POINTS are used")
+                     "the vehicle's configuration (TOML): use LADAR_RANGES and LADAR_POINTS")
         ->check(CLI::ExistingFile);
     CLI::Option* sensors =
         app()
             ->add_option("--sensors", sensors_,
-                         "logs with the LADAR's data, one for each RUN; default: the runs")
+                         "logs with the data of the LADAR, one for each RUN; default: the runs")
             ->check(CLI::ExistingFile);
     sensors->needs("--config");
     CLI::Option* poses =
         app()
             ->add_option("--poses", pose_files_,
-                         "the runs' poses in frame world instead of WM's, one file for each RUN "
+                         "poses in frame world instead of those of WM, one file for each RUN "
                          "(TUM: t tx ty tz qx qy qz qw)")
             ->check(CLI::ExistingFile);
     app()
         ->add_option(
             "--pose-sigma", pose_sigma_m_,
-            "of the poses' heights [m]; default: what WM says of its own; of --poses, what "
-            "rcs truth wrote beside them (.sigma.csv)")
+            "sigma of the heights of the poses [m]; default: from the covariances of WM; with "
+            "--poses, from the file .sigma.csv of rcs smooth")
         ->check(CLI::Range(0.0, 1000.0));
     app()
-        ->add_option("--pose-length", wanted_.pose_length_m, "over which their error changes [m]")
+        ->add_option("--pose-length", wanted_.pose_length_m,
+                     "correlation length of the error of the poses [m]")
         ->check(CLI::Range(1.0, 1e7))
         ->capture_default_str();
-    app()->add_flag("--truth", truth_, "the poses of SIM_TRUTH, which are exact")->excludes(poses);
+    app()->add_flag("--truth", truth_, "use the exact poses of SIM_TRUTH")->excludes(poses);
   }
 
   void add_what_is_wanted() {
     app()
-        ->add_option("-o,--out", out_, "the map's folder; a map that is there is replaced")
+        ->add_option("-o,--out", out_, "folder of the map; an existing map is replaced")
         ->required();
     app()
-        ->add_option("--cell", wanted_.ground.cell_m, "of the map [m]")
+        ->add_option("--cell", wanted_.ground.cell_m, "cell size of the map [m]")
         ->check(CLI::Range(0.05, 5.0))
         ->capture_default_str();
     app()
-        ->add_option("--max-range", wanted_.max_range_m, "farther returns are left out [m]")
+        ->add_option("--max-range", wanted_.max_range_m, "maximum range of the returns [m]")
         ->check(CLI::Range(2.0, 300.0))
         ->capture_default_str();
     app()->add_flag("--keep-mount", keep_mount_,
-                    "the LADAR is mounted as configured, and its stamps are right");
+                    "do not estimate misalignment and clock error of the LADAR");
     app()->add_flag("--points", wanted_.points,
-                    "also points of what stands on the ground and stays (trunks, walls), to which "
-                    "scans are matched, too; of one RUN");
+                    "also store surface points of static above-ground structure (trunks, walls), "
+                    "to which scans are matched, too; only for one RUN");
     app()->add_option("--prior", prior_,
-                      "a map that fills the tiles of the new one where no ground was seen");
-    app()->add_option("--date", date_, "of the runs: YYYY-MM-DD, from 2000 on");
+                      "a map that fills the cells of the new tiles where no ground was observed");
+    app()->add_option("--date", date_, "date of the runs: YYYY-MM-DD, from 2000 on");
     app()
-        ->add_option("--memory", memory_mb_, "to be used at most [MB]")
+        ->add_option("--memory", memory_mb_, "memory limit [MB]")
         ->check(CLI::Range(10.0, 1e6))
         ->capture_default_str();
-    app()->add_flag("--json", json_, "figures on stdout");
+    app()->add_flag("--json", json_, "print the results as JSON on stdout");
   }
 
   [[nodiscard]] Outcome check() {
     const auto one_each = [this](const std::vector<std::string>& files, const char* option) {
       return files.empty() || files.size() == runs_.size()
                  ? std::string()
-                 : fmt::format("{}: {} files for {} runs; one for each is due", option,
+                 : fmt::format("{}: {} files for {} runs; expected one for each", option,
                                files.size(), runs_.size());
     };
     for (const std::string& wrong :
@@ -161,15 +160,15 @@ class MapBuildCommand final : public Command {
     for (const std::string& file : pose_files_) {
       if (!std::isnan(pose_sigma_m_) || std::filesystem::exists(recording::sigma_file_of(file)))
         continue;
-      return Error{fmt::format("--poses: {}: no {} beside it: --pose-sigma is required", file,
+      return Error{fmt::format("--poses: {}: {} not found: --pose-sigma is required", file,
                                recording::sigma_file_of(file))};
     }
     if (wanted_.points && runs_.size() > 1) {
-      return Error{"--points: of one RUN; surveys that are merged keep their ground alone"};
+      return Error{"--points: only for one RUN; merged surveys keep only the ground"};
     }
     if (!date_.empty()) {
       const int date = mapping::parse_date(date_);
-      if (date == 0) return Error{"--date: " + date_ + ": YYYY-MM-DD from 2000 on is due"};
+      if (date == 0) return Error{"--date: " + date_ + ": expected YYYY-MM-DD from 2000 on"};
       wanted_.date = static_cast<std::uint16_t>(date);
     }
     if (truth_) wanted_.source = recording::PoseSource::kTruth;
@@ -277,7 +276,7 @@ class MapBuildCommand final : public Command {
       return kExitOk;
     }
     report::Table table{{"run", "scans", "cells", "seen >= 5", "roughness [m]", "sigma [m]",
-                         "slow error [m]", "ground [%]", "standing [%]", "moving [%]"},
+                         "systematic error [m]", "ground [%]", "above ground [%]", "moving [%]"},
                         {}};
     for (const Json& run : runs) {
       const Json& returns = run["returns"];
@@ -298,7 +297,7 @@ class MapBuildCommand final : public Command {
       }
     }
     fmt::print("{}{}: {} cells of {} m{}{}\n", to_text(table), out_, cells, wanted_.ground.cell_m,
-               filled_ ? fmt::format(", {} of them of {}", filled_->filled, prior_) : "",
+               filled_ ? fmt::format(", {} of them from {}", filled_->filled, prior_) : "",
                wanted_.points ? fmt::format(", {} surface points", built_.front().points) : "");
     return kExitOk;
   }

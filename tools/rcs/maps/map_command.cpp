@@ -27,12 +27,12 @@ constexpr const char* kSourceNames[] = {"unknown", "survey", "aerial", "sensed",
 class MapInfo final : public Command {
  public:
   explicit MapInfo(CLI::App* map)
-      : Command(map->add_subcommand("info", "What a map is, where, how fine and how sure")) {
-    app()->add_option("MAP", path_, "its folder")->required();
+      : Command(map->add_subcommand("info", "Print position, resolution and accuracy of a map")) {
+    app()->add_option("MAP", path_, "folder of the map")->required();
     app()->add_flag("--check", check_,
-                    "reads every tile: also sigma, sources and dates; exit status 1 when one is "
-                    "broken");
-    app()->add_flag("--json", json_, "on stdout");
+                    "read every tile and print sigma, sources and dates; exit status 1 if a tile "
+                    "is broken");
+    app()->add_flag("--json", json_, "print the results as JSON on stdout");
     app()->footer("Example:\n  rcs map info maps/valley --check");
   }
 
@@ -72,7 +72,7 @@ class MapInfo final : public Command {
       fmt::print("heights: above {}{}; from: {}\n", f.heights,
                  std::isnan(f.undulation_m)
                      ? ""
-                     : fmt::format(", the geoid being {:.2f} m above it", f.undulation_m),
+                     : fmt::format(" (the geoid is {:.2f} m above it)", f.undulation_m),
                  f.source_crs);
       fmt::print("{}", to_text(table));
       if (check_) fmt::print("broken tiles: {}\n", broken);
@@ -120,7 +120,7 @@ class MapInfo final : public Command {
       const Result<Raster> tile = map.read(number, e.tile, &buffer);
       std::string why = tile ? "" : tile.error().message;
       if (why.empty() && crc32(buffer.data(), buffer.size()) != e.checksum) {
-        why = map.file_of(number, e.tile) + ": not the file that the index names";
+        why = map.file_of(number, e.tile) + ": checksum differs from the index";
       }
       if (!why.empty()) {
         fmt::print(stderr, "rcs map info: {}\n", why);
@@ -184,13 +184,14 @@ class MapInfo final : public Command {
 class MapExport final : public Command {
  public:
   explicit MapExport(CLI::App* map)
-      : Command(map->add_subcommand("export", "A map as GeoTIFF, or as a picture of its relief")) {
-    app()->add_option("MAP", path_, "its folder")->required();
-    app()->add_option("--geotiff", geotiff_, "this file: height, sigma, count, date, source");
-    app()->add_option("--hillshade", hillshade_, "this PNG");
+      : Command(map->add_subcommand("export", "Export a map as a GeoTIFF or a hillshade image")) {
+    app()->add_option("MAP", path_, "folder of the map")->required();
+    app()->add_option("--geotiff", geotiff_,
+                      "GeoTIFF file with bands height, sigma, count, date, source");
+    app()->add_option("--hillshade", hillshade_, "PNG file of the relief");
     app()->add_option("--level", level_,
-                      "0: the finest; default: the finest of at most 4 million "
-                      "cells for the picture, 0 for the GeoTIFF");
+                      "0: the finest; default: 0 for the GeoTIFF, the finest level of at most 4 "
+                      "million cells for the image");
     app()->footer(
         "Example:\n  rcs map export maps/valley --hillshade valley.png --geotiff valley.tif");
   }
@@ -199,14 +200,15 @@ class MapExport final : public Command {
     constexpr std::string_view kName = "map export";
     constexpr std::int64_t kPicture = 4'000'000;
     if (geotiff_.empty() && hillshade_.empty()) {
-      fmt::print(stderr, "rcs {}: what? Name --geotiff or --hillshade\n", kName);
+      fmt::print(stderr, "rcs {}: --geotiff or --hillshade is required\n", kName);
       return kExitUsage;
     }
     const Result<MapFolder> map = MapFolder::open(path_);
     if (!map) return fail(kName, map.error());
     const auto levels = static_cast<int>(map->index().levels.size());
     if (level_ >= levels) {
-      return fail(kName, Error{fmt::format("--level {}: the map has 0 to {}", level_, levels - 1)});
+      return fail(kName,
+                  Error{fmt::format("--level {}: the map has levels 0 to {}", level_, levels - 1)});
     }
     const auto level_or = [this](int standard) { return level_ < 0 ? standard : level_; };
     if (!geotiff_.empty()) {
@@ -235,7 +237,8 @@ class MapExport final : public Command {
 }  // namespace
 
 void add_map_commands(CLI::App* rcs, Commands* commands) {
-  CLI::App* map = rcs->add_subcommand("map", "A priori terrain maps: import, look at, export");
+  CLI::App* map =
+      rcs->add_subcommand("map", "Create, inspect, compare and use a priori terrain maps");
   map->require_subcommand(1);
   add_map_import_commands(map, commands);
   commands->push_back(std::make_unique<MapInfo>(map));
@@ -245,7 +248,7 @@ void add_map_commands(CLI::App* rcs, Commands* commands) {
   add_map_locate_command(map, commands);
   add_map_localizability_command(map, commands);
   add_map_compare_commands(map, commands);
-  add_map_worth_command(map, commands);
+  add_map_study_command(map, commands);
 }
 
 }  // namespace rcs::cli

@@ -27,24 +27,23 @@ constexpr std::int64_t kSteps = 1000;
 class MapMerge final : public Command {
  public:
   explicit MapMerge(CLI::App* map)
-      : Command(map->add_subcommand("merge", "Several surveys of the same ground as one map")) {
-    constexpr int kMostMaps = 100;
+      : Command(map->add_subcommand("merge", "Merge maps of several surveys of the same ground")) {
+    constexpr int kMaxMaps = 100;
     app()
-        ->add_option("MAPS", maps_, "their folders, two or more; the first gives frame and cells")
+        ->add_option("MAPS", maps_, "two or more map folders; the first defines frame and cells")
         ->required()
-        ->expected(2, kMostMaps)
+        ->expected(2, kMaxMaps)
         ->option_text("A B [C ...] REQUIRED");
     app()
-        ->add_option("-o,--out", out_, "the map's folder; a map that is there is replaced")
+        ->add_option("-o,--out", out_, "folder of the map; an existing map is replaced")
         ->required();
     app()->footer(
-        "A cell's height is the mean of the surveys' by the inverse of their variances (sigma and\n"
-        "slow error), its sigma that of the mean; counts add up, the newest date stands, a source\n"
-        "that differs is mixed. Where surveys differ by more than four sigma the newest is "
-        "believed\n"
-        "(the surest, if dates are equal or not known). Surveys must be independent: one that is "
-        "in\n"
-        "two of the maps counts twice. Points of trunks and walls are left out.\n"
+        "The height of a cell is the mean of the surveys, weighted by their inverse variances\n"
+        "(sigma and systematic error), and its sigma is that of the mean. Counts are added, the\n"
+        "newest date is kept, different sources become mixed. Where surveys differ by more than\n"
+        "four sigma, the newest is kept (the one with the smallest sigma, if dates are equal or\n"
+        "unknown). Surveys must be independent: one that is in two of the maps counts twice.\n"
+        "Surface points of trunks and walls are not merged.\n"
         "Example:\n  rcs map merge maps/lidar maps/srtm -o maps/valley");
   }
 
@@ -61,12 +60,12 @@ class MapMerge final : public Command {
     }
     if (!done) return fail(kName, done.error());
     fmt::print(stderr,
-               "rcs {}: {}: {} cells of {} m, in {}, heights above {}; {} known to several maps, "
+               "rcs {}: {}: {} cells of {} m, in {}, heights above {}; {} cells in several maps, "
                "of which {} contradict each other\n",
                kName, out_, done->cells, done->cell_m, done->frame.reference, done->frame.heights,
                done->several, done->changed);
     if (done->points_lost > 0) {
-      fmt::print(stderr, "rcs {}: {} points of what stands on the ground are not in {}\n", kName,
+      fmt::print(stderr, "rcs {}: {} surface points are not merged into {}\n", kName,
                  done->points_lost, out_);
     }
     return kExitOk;
@@ -81,17 +80,16 @@ class MapDiff final : public Command {
  public:
   explicit MapDiff(CLI::App* map)
       : Command(map->add_subcommand(
-            "diff", "How two maps of the same ground differ, and whether their sigmas say so")) {
-    app()->add_option("A", a_, "a map's folder: its finest cells are compared")->required();
-    app()->add_option("B", b_, "the other's; differences are B - A")->required();
+            "diff", "Compare two maps of the same ground, and the differences with their sigmas")) {
+    app()->add_option("A", a_, "folder of a map; its finest cells are compared")->required();
+    app()->add_option("B", b_, "folder of the other map; differences are B - A")->required();
     app()->add_option("--picture", picture_,
-                      "this PNG: white where they agree, red where B is higher, blue where lower; "
-                      "of a level of at most 4 million cells");
-    app()->add_flag("--json", json_, "on stdout");
+                      "PNG file of a level of at most 4 million cells: white where the maps agree, "
+                      "red where B is higher, blue where B is lower");
+    app()->add_flag("--json", json_, "print the results as JSON on stdout");
     app()->footer(
-        "Of normal errors 68.3 % are within one sigma and 95.4 % within two: less, and the maps "
-        "are\n"
-        "worse than they say (or the ground has changed).\n"
+        "For normal errors 68.3 % of the differences are within one sigma and 95.4 % within two.\n"
+        "Lower shares mean that the sigmas are too small (or that the ground has changed).\n"
         "Example:\n  rcs map diff maps/lidar maps/srtm --picture diff.png");
   }
 
@@ -110,8 +108,8 @@ class MapDiff final : public Command {
       d = survey::difference_of(*a, 0, &*b, going(&progress, interrupt));
     }
     if (!d) return fail(kName, d.error());
-    constexpr double kLeast_m = 0.001;  // of equal maps the picture is white
-    const double range_m = std::max(kLeast_m, std::abs(d->median_m) + 3.0 * d->nmad_m);
+    constexpr double kMin_m = 0.001;  // of equal maps the picture is white
+    const double range_m = std::max(kMin_m, std::abs(d->median_m) + 3.0 * d->nmad_m);
     if (!picture_.empty()) {
       const int level = survey::level_of_at_most(*a, kPicture);
       const double coarser_m = a->index().levels[static_cast<std::size_t>(level)].level.cell_m;
@@ -161,9 +159,9 @@ class MapDiff final : public Command {
           metres(d.median_m), metres(d.rms_m), metres(d.nmad_m), metres(d.p95_m)}}};
     const report::Table honesty{
         {"within", "1 sigma [%]", "2 sigma [%]"},
-        {{"both maps' sigma", percent(d.by_sigma.one), percent(d.by_sigma.two)},
-         {"and slow errors", percent(d.with_bias.one), percent(d.with_bias.two)},
-         {"of normal errors", "68.3", "95.4"}}};
+        {{"sigma of both maps", percent(d.by_sigma.one), percent(d.by_sigma.two)},
+         {"with systematic errors", percent(d.with_bias.one), percent(d.with_bias.two)},
+         {"expected (normal errors)", "68.3", "95.4"}}};
     fmt::print("{}\n{}", to_text(differences), to_text(honesty));
     if (picture_.empty()) return;
     fmt::print("{}: white 0, blue -{:.3f} m and below, red {:.3f} m and above\n", picture_, range_m,

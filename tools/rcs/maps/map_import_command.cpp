@@ -23,23 +23,24 @@ const std::map<std::string, CellSource> kSources = {{"survey", CellSource::kSurv
                                                     {"aerial", CellSource::kAerial},
                                                     {"sensed", CellSource::kSensed}};
 
-/// What is the same for each kind of import.
+/// Options of every import.
 class SurveyOptions {
  public:
   explicit SurveyOptions(CLI::App* app) {
-    app->add_option("-o,--out", out_, "the map's folder; a map that is there is replaced")
-        ->required();
+    app->add_option("-o,--out", out_, "folder of the map; an existing map is replaced")->required();
     app->add_option("--sigma", quality_.sigma_m,
-                    "of the survey's heights [m], without its slow error: from its data sheet")
+                    "sigma of the heights of the survey [m] without systematic error, from its "
+                    "data sheet")
         ->required()
         ->check(CLI::Range(0.001, 1000.0));
-    app->add_option("--bias-sigma", quality_.bias_sigma_m, "of the slow error [m]")
+    app->add_option("--bias-sigma", quality_.bias_sigma_m, "sigma of the systematic error [m]")
         ->check(CLI::Range(0.0, 1000.0));
-    app->add_option("--bias-length", quality_.bias_correlation_m, "over which it changes [m]")
+    app->add_option("--bias-length", quality_.bias_correlation_m,
+                    "correlation length of the systematic error [m]")
         ->check(CLI::Range(1.0, 1e7))
         ->capture_default_str();
-    app->add_option("--date", date_, "of the survey: YYYY-MM-DD, from 2000 on");
-    app->add_option("--source", source_, "survey: from the ground; aerial: from above")
+    app->add_option("--date", date_, "date of the survey: YYYY-MM-DD, from 2000 on");
+    app->add_option("--source", source_, "survey: measured on the ground; aerial: from the air")
         ->check(CLI::IsMember({"survey", "aerial"}))
         ->capture_default_str();
   }
@@ -47,7 +48,7 @@ class SurveyOptions {
     survey::SurveyQuality q = quality_;
     if (!date_.empty()) {
       q.date = mapping::parse_date(date_);
-      if (q.date == 0) return Error{"--date: " + date_ + ": YYYY-MM-DD from 2000 on is due"};
+      if (q.date == 0) return Error{"--date: " + date_ + ": expected YYYY-MM-DD from 2000 on"};
     }
     return q;
   }
@@ -61,21 +62,22 @@ class SurveyOptions {
   std::string source_ = "aerial";
 };
 
-/// What is the same for files that lie on the earth.
+/// Options of imports with geodetic coordinates.
 class CoordinateOptions {
  public:
   CoordinateOptions(CLI::App* app, survey::SurveyCoordinates* wanted) : wanted_(wanted) {
     app->add_option("--crs", wanted->crs,
-                    "EPSG code or PROJ text of its coordinates, if it does not say, or wrongly");
+                    "EPSG code or PROJ text of the coordinates, if missing or wrong in the file");
     app->add_option("--heights", wanted->heights,
-                    "what they are above: ellipsoid, EGM96, EGM2008, EPSG:5703, ...; default: as "
-                    "its coordinate reference system says");
+                    "reference of the heights: ellipsoid, EGM96, EGM2008, EPSG:5703, ...; "
+                    "default: from the coordinate reference system");
     app->add_option("--undulation", undulation_m_,
-                    "geoid above the ellipsoid [m], where PROJ has no grid for --heights")
+                    "height of the geoid above the ellipsoid [m], if PROJ has no grid for "
+                    "--heights")
         ->check(CLI::Range(-120.0, 120.0));
     app->add_option("--height-unit", wanted->height_unit_m,
-                    "metres in the unit of its heights; default: as a raster's band, else its "
-                    "vertical system or that of --heights, says; else 1")
+                    "unit of the heights in metres; default: from the band of the raster, else "
+                    "from the vertical system of the file or of --heights, else 1")
         ->check(CLI::Range(1e-4, 1000.0));
   }
   void finish() {
@@ -99,7 +101,7 @@ void say_written(const std::string& map, const MapFrame& frame, double cell_m, s
 class MapImportRaster final : public Command {
  public:
   explicit MapImportRaster(CLI::App* import)
-      : Command(import->add_subcommand("raster", "An elevation raster")),
+      : Command(import->add_subcommand("raster", "Import an elevation raster")),
         survey_(app()),
         coordinates_(app(), &wanted_) {
     app()
@@ -107,17 +109,17 @@ class MapImportRaster final : public Command {
                      fmt::format("{} [heights in metres]", survey::kRasterFormats))
         ->required()
         ->check(CLI::ExistingFile);
-    app()->add_option("--band", wanted_.band, "of the file")->capture_default_str();
-    app()->add_option("--nodata", nodata_,
-                      "the file's value that means: none; default: as it says");
+    app()->add_option("--band", wanted_.band, "band of the file")->capture_default_str();
+    app()->add_option("--nodata", nodata_, "value without data; default: from the file");
     app()
-        ->add_option("--cell", wanted_.cell_m, "of the map [m]; default: the raster's spacing")
+        ->add_option("--cell", wanted_.cell_m,
+                     "cell size of the map [m]; default: spacing of the raster")
         ->check(CLI::Range(0.01, 10000.0));
     app()->footer(
-        "Heights become heights above the ellipsoid, in the file's own geodetic reference frame\n"
-        "(WGS84, NAD83, ...): the vehicle's configuration must name the same one\n"
-        "([world] reference_frame). A cell's sigma grows by what interpolation misses between the\n"
-        "raster's nodes.\n"
+        "Heights are converted to heights above the ellipsoid, in the geodetic reference frame of\n"
+        "the file (WGS84, NAD83, ...). The configuration of the vehicle must name the same frame\n"
+        "([world] reference_frame). The sigma of a cell includes the interpolation error between\n"
+        "the nodes of the raster.\n"
         "Examples:\n"
         "  rcs map import raster srtm.tif --heights EGM96 --sigma 5 --bias-sigma 3 -o maps/valley\n"
         "  rcs map import raster dem.asc --crs EPSG:32613 --heights EGM96 --sigma 0.3 -o "
@@ -155,61 +157,61 @@ class MapImportRaster final : public Command {
 class MapImportCloud final : public Command {
  public:
   explicit MapImportCloud(CLI::App* import)
-      : Command(import->add_subcommand("cloud", "The ground of a survey's point cloud")),
+      : Command(import->add_subcommand("cloud", "Import the ground of a surveyed point cloud")),
         survey_(app()),
         coordinates_(app(), &wanted_) {
-    constexpr int kMostFiles = 100'000;
+    constexpr int kMaxFiles = 100'000;
     app()
         ->add_option("FILE", wanted_.paths,
-                     "of one survey: .las (1.2 to 1.4, not compressed), .xyz or .txt (a line a "
-                     "point: x y z ...), .pcd, .ply")
+                     "files of one survey: .las (1.2 to 1.4, not compressed), .xyz or .txt (one "
+                     "point per line: x y z ...), .pcd, .ply")
         ->required()
-        ->expected(1, kMostFiles)
+        ->expected(1, kMaxFiles)
         ->check(CLI::ExistingFile);
     app()
-        ->add_option("--cell", wanted_.cell_m, "of the map [m]")
+        ->add_option("--cell", wanted_.cell_m, "cell size of the map [m]")
         ->check(CLI::Range(0.05, 100.0))
         ->capture_default_str();
     app()
         ->add_option("--class-column", wanted_.class_column,
-                     "which column of .xyz and .txt has the class, counted from 1")
+                     "column of the class in .xyz and .txt, counted from 1")
         ->check(CLI::Range(4, 100));
     CLI::Option* classes =
         app()
-            ->add_option("--ground", wanted_.ground_classes, "classes that are ground: 2,8,9")
+            ->add_option("--ground", wanted_.ground_classes, "classes of ground, e.g. 2,8,9")
             ->delimiter(',')
             ->allow_extra_args(false)
             ->check(CLI::Range(0, 255))
             ->capture_default_str();
     app()
         ->add_flag("--ignore-classes", wanted_.ignore_classes,
-                   "the ground is found by its shape even where classes tell it")
+                   "detect the ground by its shape even if points have classes")
         ->excludes(classes);
     app()
         ->add_option("--slope", wanted_.bare_earth.slope,
-                     "by its shape: what is steeper over its whole width stands on the ground [1]")
+                     "detection by shape: objects steeper than this are not ground [1]")
         ->check(CLI::Range(0.01, 5.0))
         ->capture_default_str();
     app()
         ->add_option("--largest", wanted_.bare_earth.largest_m,
-                     "by its shape: half the width of the largest building [m]")
+                     "detection by shape: half the width of the largest building [m]")
         ->check(CLI::Range(1.0, 200.0))
         ->capture_default_str();
     app()
-        ->add_option("--memory", memory_mb_, "to be used at most [MB]")
+        ->add_option("--memory", memory_mb_, "memory limit [MB]")
         ->check(CLI::Range(10.0, 1e6))
         ->capture_default_str();
     app()->footer(
-        "Ground are the points of class 2 (and 8, key points of it). Water (9) is none: its level\n"
-        "changes, and lakes stay holes; --ground 2,8,9 takes it in. Withheld points and noise (7,\n"
-        "18) are left out. Where no point is of such a class, the ground is found by its shape\n"
-        "(Pingel and others, 2013), which cuts sharp ridges and cliffs and keeps what stands less\n"
-        "than --slope and 0.5 m above it. A cell without a point of the ground is a hole: a "
-        "larger\n"
-        "--cell has fewer of them. Heights become heights above the ellipsoid, in the survey's "
-        "own\n"
-        "geodetic reference frame (WGS84, NAD83, ...): the vehicle's configuration must name the\n"
-        "same one ([world] reference_frame).\n"
+        "Ground are the points of class 2 and 8 (key points). Water (9) is excluded because its\n"
+        "level changes, and lakes become holes; --ground 2,8,9 includes it. Points flagged as\n"
+        "withheld and noise (7, 18) are skipped. If no point has such a class, the ground is\n"
+        "detected by its shape (Pingel and others, 2013), which removes sharp ridges and cliffs "
+        "and\n"
+        "keeps objects lower than --slope and 0.5 m. A cell without a ground point is a hole; a\n"
+        "larger --cell gives fewer holes. Heights are converted to heights above the ellipsoid, "
+        "in\n"
+        "the geodetic reference frame of the survey (WGS84, NAD83, ...). The configuration of the\n"
+        "vehicle must name the same frame ([world] reference_frame).\n"
         "Examples:\n"
         "  rcs map import cloud tiles/*.las --heights ellipsoid --sigma 0.1 -o maps/forest\n"
         "  rcs map import cloud hill.xyz --class-column 7 --crs EPSG:32618 --undulation -33.2\n"
@@ -241,15 +243,16 @@ class MapImportCloud final : public Command {
  private:
   static void say_points(const survey::CloudImported& c) {
     fmt::print(stderr,
-               "rcs map: {} points: {} of the ground (told by {}), {} not; {} withheld or not "
-               "finite, {} noise{}\n",
-               c.points, c.ground.points, c.by_classes ? "their class" : "their shape",
-               c.not_ground, c.invalid, c.noise,
+               "rcs map: {} points: {} ground (detected by {}), {} not ground; {} flagged as "
+               "withheld or not finite, {} noise{}\n",
+               c.points, c.ground.points, c.by_classes ? "class" : "shape", c.not_ground, c.invalid,
+               c.noise,
                c.unplaced == 0 ? ""
-                               : fmt::format(", {} where the projection or the geoid's grid does "
-                                             "not reach",
+                               : fmt::format(", {} outside the area of the projection or the "
+                                             "geoid grid",
                                              c.unplaced));
-    fmt::print(stderr, "rcs map: spread within a cell {:.3f} m, sigma {:.3f} m (medians)\n",
+    fmt::print(stderr,
+               "rcs map: standard deviation within a cell {:.3f} m, sigma {:.3f} m (medians)\n",
                c.ground.spread_median_m, c.ground.sigma_median_m);
   }
 
@@ -262,14 +265,14 @@ class MapImportCloud final : public Command {
 class MapImportAv2 final : public Command {
  public:
   explicit MapImportAv2(CLI::App* import)
-      : Command(import->add_subcommand("av2", "The ground heights of an Argoverse 2 log")),
+      : Command(import->add_subcommand("av2", "Import the ground heights of an Argoverse 2 log")),
         survey_(app()) {
     app()
-        ->add_option("FOLDER", folder_, "of the log, or its folder `map`")
+        ->add_option("FOLDER", folder_, "folder of the log, or its sub-folder `map`")
         ->required()
         ->check(CLI::ExistingDirectory);
     app()->footer(
-        "The map is in the city's frame (reference AV2-PIT, ...), not in a global one.\n"
+        "The map is in the frame of the city (reference AV2-PIT, ...), not in a global frame.\n"
         "Example:\n"
         "  rcs map import av2 7fab2350-7eaf-3b7e-a39d-6937a4c1bede --sigma 0.05 -o maps/street");
   }
@@ -298,7 +301,7 @@ class MapImportAv2 final : public Command {
 }  // namespace
 
 void add_map_import_commands(CLI::App* map, Commands* commands) {
-  CLI::App* import = map->add_subcommand("import", "Makes a map of a survey");
+  CLI::App* import = map->add_subcommand("import", "Create a map from a survey");
   import->require_subcommand(1);
   commands->push_back(std::make_unique<MapImportRaster>(import));
   commands->push_back(std::make_unique<MapImportCloud>(import));

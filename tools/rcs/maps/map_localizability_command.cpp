@@ -25,15 +25,15 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::string_view kName = "map localizability";
 constexpr double kMemory_bytes = 4e9;
-constexpr double kPlaces = 120.0;     // along the longer side, where no step is asked for
-constexpr double kMostPlaces = 4e6;   // of all that --step makes
-constexpr double kCoarsest_m = 10.0;  // of the picture's scale
+constexpr double kPlaces = 120.0;     // along the longer side, without --step
+constexpr double kMaxPlaces = 4e6;    // limit of the number of places with --step
+constexpr double kCoarsest_m = 10.0;  // end of the colour scale
 constexpr std::array kLimits_m = {0.1, 0.3, 1.0, 3.0, 10.0};
 
 struct Place {
-  int i = 0;  // of the step
+  int i = 0;  // in steps
   int j = 0;
-  double sigma_m = 0.0;  // infinite where the ground tells nothing of some direction
+  double sigma_m = 0.0;  // infinite if a direction is unobserved
 };
 
 /// The rectangle of a map's tiles, in its frame.
@@ -55,9 +55,9 @@ Extent extent_of(const MapIndex& index) {
   return e;
 }
 
-/// Of what is known in it, to a part in a few hundred: tiles are hardly ever full.
+/// The rectangle of the known cells, with a resolution of 1/300: tiles are rarely full.
 Extent known_part(const ElevationMap& map, const Extent& tiles) {
-  constexpr int kLooks = 300;  // each way
+  constexpr int kLooks = 300;  // samples along each axis
   const Vec2 step = (tiles.high_m - tiles.low_m) / kLooks;
   Extent e;
   for (int j = 0; j < kLooks; ++j) {
@@ -77,42 +77,44 @@ class MapLocalizability final : public Command {
  public:
   explicit MapLocalizability(CLI::App* map)
       : Command(map->add_subcommand(
-            "localizability", "How sure one could be where, by the shape of the ground alone")) {
-    app()->add_option("MAP", map_, "its folder")->required();
+            "localizability",
+            "Predict the position uncertainty by matching scans to the relief of a map")) {
+    app()->add_option("MAP", map_, "folder of the map")->required();
     app()
-        ->add_option("--step", step_m_, "between places [m]; default: 120 along the longer side")
+        ->add_option("--step", step_m_,
+                     "distance of the places [m]; default: 120 places along the longer side")
         ->check(CLI::Range(0.5, 1e5));
     app()
-        ->add_option("--radius", params_.radius_m, "of the ground that a scan sees [m]")
+        ->add_option("--radius", params_.radius_m, "radius of the ground that a scan covers [m]")
         ->check(CLI::Range(5.0, 200.0))
         ->capture_default_str();
     CLI::Option* const path =
         app()
             ->add_option("--path", path_,
-                         "how sure along this way, were GPS to go at its start: CSV with columns "
-                         "x_m and y_m, east and north in the map's frame")
+                         "also predict the uncertainty along this path without GPS: CSV with "
+                         "columns x_m and y_m, east and north in the frame of the map")
             ->check(CLI::ExistingFile);
     app()
         ->add_option("--start-sigma", motion_.start_sigma_m,
-                     "of the place at the start of the path, each axis [m]")
+                     "sigma of the position at the start of the path, per axis [m]")
         ->check(CLI::Range(0.001, 1000.0))
         ->capture_default_str()
         ->needs(path);
     app()
         ->add_option("--drift", motion_.drift,
-                     "sigma of the motion's error without GPS, of the way driven")
+                     "sigma of the dead reckoning as a share of the distance driven")
         ->check(CLI::Range(1e-6, 1.0))
         ->capture_default_str()
         ->needs(path);
     app()->add_option("-o,--out", out_,
                       "folder for localizability.svg and .json, and path.svg with --path");
-    app()->add_flag("--json", json_, "the figures as JSON on stdout");
+    app()->add_flag("--json", json_, "print the results as JSON on stdout");
     app()->footer(
-        "The sigma of a place is that of one scan matched to the map, along its worst direction: "
-        "a\n"
-        "plane tells nothing, a valley nothing along it. Along a path the matches are fused with "
-        "the\n"
-        "motion, one each radius of way. The survey's slow error comes on top of both.\n"
+        "The sigma of a place is that of one scan matched to the map, in its worst direction: a\n"
+        "plane contains no information, a valley none along its axis. Along a path the matches "
+        "are\n"
+        "fused with dead reckoning, one match per radius of distance. The systematic error of the\n"
+        "survey is not included.\n"
         "Example:\n"
         "  rcs map localizability maps/valley --path route.csv -o out/where");
   }
@@ -131,7 +133,7 @@ class MapLocalizability final : public Command {
     const Result<ElevationMap> map = ElevationMap::load(map_, kMemory_bytes);
     if (!map) return map.error();
     const Extent extent = known_part(*map, extent_of(folder->index()));
-    if (extent.low_m.x() > extent.high_m.x()) return Error{map_ + ": no ground is known"};
+    if (extent.low_m.x() > extent.high_m.x()) return Error{map_ + ": no known cells"};
     if (Outcome looked = look(*map, extent); !looked) return looked;
     if (!way->empty()) along_ = path_uncertainty_along(*map, *way, motion_, params_);
     return tell(*way);
@@ -140,7 +142,7 @@ class MapLocalizability final : public Command {
   [[nodiscard]] Result<std::vector<Vec2>> read_path() const {
     if (path_.empty()) return std::vector<Vec2>();
     Result<std::vector<Vec2>> way = tools::load_places(path_);
-    if (way && way->size() < 2) return Error{path_ + ": two places or more are due"};
+    if (way && way->size() < 2) return Error{path_ + ": expected two or more places"};
     return way;
   }
 
@@ -150,9 +152,9 @@ class MapLocalizability final : public Command {
     const Vec2 low = (extent.low_m / step_m_).array().floor();
     const Vec2 high = (extent.high_m / step_m_).array().floor();
     const Vec2 count = high - low + Vec2::Ones();
-    if (count.prod() > kMostPlaces) {
+    if (count.prod() > kMaxPlaces) {
       return Error{fmt::format("--step {} m: {:.0f} x {:.0f} places, at most {:.0f} in all",
-                               step_m_, count.x(), count.y(), kMostPlaces)};
+                               step_m_, count.x(), count.y(), kMaxPlaces)};
     }
     const InterruptGuard interrupt;
     Progress progress(kName, static_cast<std::int64_t>(count.y()));
@@ -166,11 +168,11 @@ class MapLocalizability final : public Command {
         places_.push_back({i, j, worst_sigma_m(terrain_information(map, place, params_))});
       }
     }
-    if (places_.empty()) return Error{map_ + ": no ground is known at any of the places"};
+    if (places_.empty()) return Error{map_ + ": no known cell at any of the places"};
     return Done{};
   }
 
-  /// Of the places that are known, how many are surer.
+  /// Share of the known places with a sigma of at most `limit_m`.
   [[nodiscard]] double share_within(double limit_m) const {
     const auto within = std::count_if(places_.begin(), places_.end(),
                                       [&](const Place& p) { return p.sigma_m <= limit_m; });
@@ -201,7 +203,7 @@ class MapLocalizability final : public Command {
   }
 
   [[nodiscard]] std::string text() const {
-    report::Table shares{{"a scan's worst sigma"}, {{"of the known ground [%]"}}};
+    report::Table shares{{"sigma of a scan, worst direction"}, {{"share of known ground [%]"}}};
     for (const double limit_m : kLimits_m) {
       shares.header.push_back(fmt::format("<= {} m", limit_m));
       shares.rows[0].push_back(fmt::format("{:.1f}", 100.0 * share_within(limit_m)));
@@ -211,7 +213,7 @@ class MapLocalizability final : public Command {
     if (along_.empty()) return out;
     constexpr std::size_t kRows = 20;
     report::Table path{
-        {"way [m]", "east [m]", "north [m]", "sigma by motion [m]", "with the map [m]"}, {}};
+        {"distance [m]", "east [m]", "north [m]", "sigma, dead reckoning [m]", "with map [m]"}, {}};
     const std::size_t every = (along_.size() + kRows - 1) / kRows;
     for (std::size_t k = 0; k < along_.size(); ++k) {
       if (k % every != 0 && k + 1 != along_.size()) continue;
@@ -226,7 +228,7 @@ class MapLocalizability final : public Command {
 
   [[nodiscard]] report::Plot picture(const std::vector<Vec2>& way) const {
     report::Plot plot;
-    plot.title = "Sigma of one scan on the map, along its worst direction (10 m and worse: 1)";
+    plot.title = "Sigma of one scan matched to the map, worst direction (10 m and above: 1)";
     plot.x_label = "east [m]";
     plot.y_label = "north [m]";
     plot.height_px = 760;
@@ -247,14 +249,14 @@ class MapLocalizability final : public Command {
 
   [[nodiscard]] report::Plot path_plot() const {
     report::Plot plot;
-    plot.title = "How sure along the path, were GPS to go at its start";
-    plot.x_label = "way [m]";
+    plot.title = "Predicted uncertainty along the path without GPS";
+    plot.x_label = "distance [m]";
     plot.y_label = "sigma, worst direction [m]";
     plot.y_from_zero = true;
     report::Series dead{
-        "by motion alone", report::Colour::kGrey, report::SeriesStyle::kDashed, {}, {}, {}};
+        "dead reckoning", report::Colour::kGrey, report::SeriesStyle::kDashed, {}, {}, {}};
     report::Series with_map{
-        "with the map", report::Colour::kBlue, report::SeriesStyle::kThickLine, {}, {}, {}};
+        "with map", report::Colour::kBlue, report::SeriesStyle::kThickLine, {}, {}, {}};
     for (const PathUncertainty& s : along_) {
       dead.x.push_back(s.way_m);
       dead.y.push_back(s.sigma_dead_reckoning_m);

@@ -20,19 +20,19 @@ using Json = nlohmann::ordered_json;
 constexpr std::string_view kName = "map locate";
 constexpr double kMemory_bytes = 4e9;
 constexpr Duration kMaxTruthGap = std::chrono::milliseconds(250);
-// A place farther from the truth than this is a false one.
+// A result with a larger error than this is false.
 constexpr double kFalse_m = 5.0;
 constexpr double kFalse_rad = 3.0 * kPi / 180.0;
 
 constexpr std::string_view kDoubts[] = {"found",
-                                        "too little ground yet",
-                                        "the map does not know the region",
-                                        "nothing in the region looks like the ground",
-                                        "the ground has no features to tell the place by",
-                                        "several places look alike",
-                                        "further ground did not bear it out"};
+                                        "too little terrain observed",
+                                        "the region is not in the map",
+                                        "no pose in the region matches the terrain",
+                                        "the terrain has too little relief",
+                                        "several candidate poses match equally well",
+                                        "new terrain did not confirm the candidate pose"};
 
-/// A compass' heading, clockwise from north.
+/// Heading of a compass: clockwise from north.
 double yaw_of_heading(double heading_deg) { return wrap_angle(radians(90.0 - heading_deg)); }
 double heading_of_yaw(double yaw_rad) {
   const double heading_deg = std::fmod(90.0 - degrees(yaw_rad) + 720.0, 360.0);
@@ -43,58 +43,61 @@ class MapLocate final : public Command {
  public:
   explicit MapLocate(CLI::App* map)
       : Command(map->add_subcommand("locate",
-                                    "Where a drive without GPS began on a map, searched for in a "
-                                    "region, or that it can't be told")) {
-    app()->add_option("MAP", map_, "its folder")->required();
+                                    "Search the start of a drive without GPS on a map (initial "
+                                    "localization)")) {
+    app()->add_option("MAP", map_, "folder of the map")->required();
     app()
-        ->add_option("LOG", log_, "with SP_POINTS and WM_NAV_STATE: of a run, or of rcs replay")
+        ->add_option("LOG", log_,
+                     "log with SP_POINTS and WM_NAV_STATE: of a live run or of rcs replay")
         ->required()
         ->check(CLI::ExistingFile);
     CLI::Option* near = app()
                             ->add_option("--near", near_m_,
-                                         "east and north [m] in the map's frame, about which it "
-                                         "began")
+                                         "centre of the search region: east and north [m] in the "
+                                         "frame of the map")
                             ->expected(2);
     app()
-        ->add_option("--within", within_m_, "of there [m]")
+        ->add_option("--within", within_m_, "radius of the search region [m]")
         ->check(CLI::Range(1.0, 1000.0))
         ->capture_default_str();
     CLI::Option* heading = app()
                                ->add_option("--heading", heading_deg_,
-                                            "of the vehicle then [deg], clockwise from north")
+                                            "approximate heading at the start [deg], clockwise "
+                                            "from north")
                                ->check(CLI::Range(-360.0, 360.0));
     app()
-        ->add_option("--heading-within", heading_within_deg_, "of that [deg]")
+        ->add_option("--heading-within", heading_within_deg_, "maximum error of --heading [deg]")
         ->check(CLI::Range(0.5, 180.0))
         ->capture_default_str();
     app()
-        ->add_option("--from", from_s_, "begin so late in the drive [s]")
+        ->add_option("--from", from_s_,
+                     "start of the search, time after the begin of the drive [s]")
         ->check(CLI::NonNegativeNumber);
     app()
-        ->add_option("--for", length_s_, "search for so long [s]")
+        ->add_option("--for", length_s_, "duration of the search [s]")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
     app()
         ->add_option("--starts", starts_,
-                     "instead of --near and --heading: so many tries, evenly over the drive, each "
-                     "in a region at random about SIM_TRUTH")
+                     "instead of --near and --heading: number of searches, evenly over the drive, "
+                     "each in a random region around SIM_TRUTH")
         ->check(CLI::Range(1, 100000))
         ->excludes(near)
         ->excludes(heading);
-    app()->add_option("--seed", seed_, "of the regions of --starts")->capture_default_str();
+    app()->add_option("--seed", seed_, "seed of the regions of --starts")->capture_default_str();
     app()
         ->add_option("--off", off_m_,
-                     "the truth lies so far from their middles, at least and at most [m]; default: "
-                     "anywhere within")
+                     "minimum and maximum distance of the truth from the centres of the regions "
+                     "[m]; default: 0 and --within")
         ->expected(2);
     app()
-        ->add_option("--units", units_, "of work granted a scan")
+        ->add_option("--units", units_, "work units granted per scan")
         ->check(CLI::Range(std::int64_t{10000}, std::int64_t{1} << 40))
         ->capture_default_str();
-    app()->add_flag("--json", json_, "on stdout");
+    app()->add_flag("--json", json_, "print the results as JSON on stdout");
     app()->footer(
-        "Exit status 1 when it is not found, of --starts when any is found wrongly: more than\n"
-        "5 m or 3 deg from SIM_TRUTH.\n"
+        "Exit status 1 if the start is not found; with --starts if any result is false: an error\n"
+        "of more than 5 m or 3 deg against SIM_TRUTH.\n"
         "Example:\n"
         "  rcs replay config/demo3.toml drive.log -o run.log --without GPS_FIX\n"
         "  rcs map locate maps/valley run.log --near 120 -40 --within 100 --heading 70 "
@@ -103,7 +106,7 @@ class MapLocate final : public Command {
 
   int run() override {
     if (starts_ == 0 && (near_m_.empty() || std::isnan(heading_deg_))) {
-      fmt::print(stderr, "rcs {}: --near and --heading are due, or --starts\n", kName);
+      fmt::print(stderr, "rcs {}: --near and --heading, or --starts, are required\n", kName);
       return kExitUsage;
     }
     const Result<ElevationMap> map = ElevationMap::load(map_, kMemory_bytes);
@@ -116,7 +119,7 @@ class MapLocate final : public Command {
     }
     if (starts_ == 0) return one(*map, *drive, T_map_truth);
     if (!drive->truth_datum) {
-      return fail(kName, Error{log_ + ": no SIM_TRUTH, which --starts needs"});
+      return fail(kName, Error{log_ + ": no SIM_TRUTH, which --starts requires"});
     }
     return many(*map, *drive, T_map_truth);
   }
@@ -135,8 +138,8 @@ class MapLocate final : public Command {
 
   [[nodiscard]] Json told(const studies::LocateResult& r, const studies::SeenDrive& drive,
                           const Pose& T_map_truth) const {
-    const sp::RelocateStatus& s = r.status;
-    const bool found = s.state == sp::RelocateState::kFound;
+    const sp::InitialLocalizationStatus& s = r.status;
+    const bool found = s.state == sp::InitialLocalizationState::kFound;
     Json json = {{"found", found},
                  {"why", kDoubts[static_cast<std::size_t>(s.doubt)]},
                  {"after_s", r.after_s},
@@ -176,15 +179,15 @@ class MapLocate final : public Command {
 
   [[nodiscard]] int one(const ElevationMap& map, const studies::SeenDrive& drive,
                         const Pose& T_map_truth) {
-    sp::Relocator relocator(params_);
+    sp::InitialLocalizer localizer(params_);
     const sp::StartRegion region{{near_m_[0], near_m_[1]},
                                  within_m_,
                                  yaw_of_heading(heading_deg_),
                                  radians(heading_within_deg_)};
     const studies::LocateResult r =
         studies::locate(drive, scan_after(drive, from_s_), from_seconds(length_s_), map, region,
-                        units_, &relocator);
-    if (r.status.state == sp::RelocateState::kOff) return refuse();
+                        units_, &localizer);
+    if (r.status.state == sp::InitialLocalizationState::kOff) return refuse();
     const Json json = told(r, drive, T_map_truth);
     if (json_) {
       fmt::print("{}\n", json.dump(2));
@@ -195,8 +198,8 @@ class MapLocate final : public Command {
   }
 
   [[nodiscard]] int refuse() const {
-    return fail(kName, Error{fmt::format("--within {} m and --heading-within {} deg take more than "
-                                         "{} hypotheses",
+    return fail(kName, Error{fmt::format("--within {} m and --heading-within {} deg require more "
+                                         "than {} hypotheses",
                                          within_m_, heading_within_deg_, params_.hypotheses)});
   }
 
@@ -207,7 +210,7 @@ class MapLocate final : public Command {
     } else {
       fmt::print("not found in {:.1f} s and {:.0f} m: {}\n", json["after_s"].get<double>(),
                  json["way_m"].get<double>(), json["why"].get<std::string>());
-      fmt::print("{} hypotheses left, {:.1f} m apart (RMS); {} searches, {} places refuted\n",
+      fmt::print("{} hypotheses left, {:.1f} m apart (RMS); {} searches, {} candidates refuted\n",
                  json["hypotheses"].get<int>(), json["spread_m"].get<double>(),
                  json["searches"].get<int>(), json["refuted"].get<int>());
     }
@@ -216,14 +219,14 @@ class MapLocate final : public Command {
     fmt::print(
         "{}: east {:.2f} m, north {:.2f} m, up {:.2f} m, heading {:.2f} deg; sigma {:.2f}, {:.2f}, "
         "{:.2f} m, {:.2f} deg\n",
-        json["found"].get<bool>() ? "the vehicle is at" : "the best, which is no answer",
+        json["found"].get<bool>() ? "pose of the vehicle" : "best candidate (not confirmed)",
         b["east_m"].get<double>(), b["north_m"].get<double>(), b["up_m"].get<double>(),
         b["heading_deg"].get<double>(), b["sigma_east_m"].get<double>(),
         b["sigma_north_m"].get<double>(), b["sigma_up_m"].get<double>(),
         b["sigma_heading_deg"].get<double>());
     if (!json.contains("error")) return;
     const Json& e = json["error"];
-    fmt::print("from the truth: {:.2f} m, up {:.2f} m, heading {:.2f} deg\n",
+    fmt::print("error against the truth: {:.2f} m, up {:.2f} m, heading {:.2f} deg\n",
                e["horizontal_m"].get<double>(), e["up_m"].get<double>(),
                e["heading_deg"].get<double>());
   }
@@ -232,11 +235,11 @@ class MapLocate final : public Command {
                          const Pose& T_map_truth) {
     std::mt19937_64 rng(seed_);
     std::uniform_real_distribution<double> uniform(0.0, 1.0);
-    const double least_m = off_m_.empty() ? 0.0 : off_m_[0];
-    const double most_m = off_m_.empty() ? within_m_ : off_m_[1];
+    const double min_m = off_m_.empty() ? 0.0 : off_m_[0];
+    const double max_m = off_m_.empty() ? within_m_ : off_m_[1];
     const double drive_s = seconds(drive.scans.back().stamp - drive.scans.front().stamp);
     const double last_s = std::max(0.0, drive_s - length_s_);
-    sp::Relocator relocator(params_);
+    sp::InitialLocalizer localizer(params_);
     const InterruptGuard interrupt;
     Progress progress(kName, starts_);
     Json all = Json::array();
@@ -253,14 +256,14 @@ class MapLocate final : public Command {
       const double bearing = 2.0 * kPi * uniform(rng);
       // Uniform over the ring.
       const double off_m =
-          std::sqrt(least_m * least_m + uniform(rng) * (most_m * most_m - least_m * least_m));
+          std::sqrt(min_m * min_m + uniform(rng) * (max_m * max_m - min_m * min_m));
       const double turned = radians(heading_within_deg_) * (2.0 * uniform(rng) - 1.0);
       const sp::StartRegion region{
           T.p.head<2>() + off_m * Vec2(std::cos(bearing), std::sin(bearing)), within_m_,
           wrap_angle(yaw_of(T.q) + turned), radians(heading_within_deg_)};
       const studies::LocateResult r =
-          studies::locate(drive, first, from_seconds(length_s_), map, region, units_, &relocator);
-      if (r.status.state == sp::RelocateState::kOff) return refuse();
+          studies::locate(drive, first, from_seconds(length_s_), map, region, units_, &localizer);
+      if (r.status.state == sp::InitialLocalizationState::kOff) return refuse();
       Json json = told(r, drive, T_map_truth);
       json["from_s"] = from_s;
       json["off_m"] = off_m;
@@ -275,17 +278,17 @@ class MapLocate final : public Command {
       fmt::print("{}\n", out.dump(2));
     } else {
       tell_all(all);
-      fmt::print("{} of {} starts found, {} of them wrongly\n", found, starts_, wrong);
+      fmt::print("{} of {} starts found, {} of them false\n", found, starts_, wrong);
     }
     return wrong == 0 ? kExitOk : kExitFailed;
   }
 
   static void tell_all(const Json& all) {
     for (const Json& t : all) {
-      fmt::print("from {:5.1f} s, off {:5.1f} m and {:6.1f} deg: ", t["from_s"].get<double>(),
+      fmt::print("at {:5.1f} s, offset {:5.1f} m and {:6.1f} deg: ", t["from_s"].get<double>(),
                  t["off_m"].get<double>(), t["turned_deg"].get<double>());
       if (t["found"].get<bool>()) {
-        fmt::print("found after {:.1f} s, {:.2f} m and {:.2f} deg off\n",
+        fmt::print("found after {:.1f} s, error {:.2f} m and {:.2f} deg\n",
                    t["after_s"].get<double>(), t["error"]["horizontal_m"].get<double>(),
                    t["error"]["heading_deg"].get<double>());
       } else {
@@ -306,9 +309,9 @@ class MapLocate final : public Command {
   int starts_ = 0;
   std::uint64_t seed_ = 1;
   std::vector<double> off_m_;
-  WorkUnits units_ = sp::RelocateParams{}.units;
+  WorkUnits units_ = sp::InitialLocalizationParams{}.units;
   bool json_ = false;
-  sp::RelocateParams params_;
+  sp::InitialLocalizationParams params_;
 };
 
 }  // namespace

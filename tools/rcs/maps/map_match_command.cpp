@@ -23,9 +23,9 @@ constexpr std::string_view kName = "map match";
 constexpr double kMemory_bytes = 4e9;
 constexpr double kOnePlace_m = 0.1;
 
-/// Where the matches from all starts end.
+/// The results of the matches from all starts.
 struct Ends {
-  std::vector<Pose> poses;       ///< T_map_vehicle, of those that found the map
+  std::vector<Pose> poses;       ///< T_map_vehicle of the valid matches
   std::vector<Mat6> covariance;  ///< of each
   int failed = 0;
   double iterations = 0.0;  ///< mean
@@ -49,41 +49,43 @@ class MapMatch final : public Command {
  public:
   explicit MapMatch(CLI::App* map)
       : Command(map->add_subcommand("match",
-                                    "Where a scan lies on a map, and from how far off "
-                                    "that is found")) {
-    app()->add_option("MAP", map_, "its folder")->required();
+                                    "Match a scan to a map from random starts and measure "
+                                    "the convergence")) {
+    app()->add_option("MAP", map_, "folder of the map")->required();
     app()
-        ->add_option("CLOUD", cloud_, "scan in the vehicle's frame: .pcd, .ply, .bin or .xyz [m]")
+        ->add_option("CLOUD", cloud_, "scan in the vehicle frame: .pcd, .ply, .bin or .xyz [m]")
         ->required()
         ->check(CLI::ExistingFile);
     app()
         ->add_option("--pose", pose_,
-                     "\"tx ty tz qx qy qz qw\" of the vehicle in the map's frame, about")
+                     "\"tx ty tz qx qy qz qw\": approximate pose of the vehicle in the frame of "
+                     "the map")
         ->required();
     app()
-        ->add_option("--starts", starts_, "tries from places at random about the pose")
+        ->add_option("--starts", starts_, "number of random starts around the pose")
         ->check(CLI::Range(1, 100000))
         ->capture_default_str();
     app()
-        ->add_option("--off", off_m_, "they lie up to so far off [m]")
+        ->add_option("--off", off_m_, "maximum distance of the starts from the pose [m]")
         ->check(CLI::Range(0.0, 100.0))
         ->capture_default_str();
     app()
-        ->add_option("--turned", turned_deg_, "and are turned by up to this [deg]")
+        ->add_option("--turned", turned_deg_, "maximum heading error of the starts [deg]")
         ->check(CLI::Range(0.0, 45.0))
         ->capture_default_str();
-    app()->add_option("--seed", seed_, "of the starts")->capture_default_str();
+    app()->add_option("--seed", seed_, "seed of the starts")->capture_default_str();
     app()
-        ->add_option("--column", column_m_, "the lowest point of each such column is matched [m]")
+        ->add_option("--column", column_m_,
+                     "side of the columns [m]; the lowest point of each is matched")
         ->check(CLI::Range(0.05, 50.0))
         ->capture_default_str();
     app()
-        ->add_option("--reach", reach_m_, "points farther from the vehicle are left out [m]")
+        ->add_option("--reach", reach_m_, "maximum range of the points [m]")
         ->check(CLI::Range(1.0, 1000.0))
         ->capture_default_str();
-    app()->add_flag("--json", json_, "on stdout");
+    app()->add_flag("--json", json_, "print the results as JSON on stdout");
     app()->footer(
-        "Exit status 1 when fewer than 95 of 100 starts end within 0.1 m of one place.\n"
+        "Exit status 1 if fewer than 95 % of the starts converge within 0.1 m of their median.\n"
         "Example:\n"
         "  rcs map match maps/street sweep.bin --pose \"5172.7 2419.1 66.9 0.003 -0.014 -0.241 "
         "0.970\"");
@@ -95,10 +97,10 @@ class MapMatch final : public Command {
     const Result<clouds::Cloud> cloud = clouds::read_cloud(cloud_, {});
     if (!cloud) return fail(kName, cloud.error());
     const std::optional<std::vector<double>> v = tools::parse_numbers(pose_);
-    if (!v || v->size() != 7) return fail(kName, Error{"--pose: 7 numbers are due"});
+    if (!v || v->size() != 7) return fail(kName, Error{"--pose: expected 7 numbers"});
     const Quat q((*v)[6], (*v)[3], (*v)[4], (*v)[5]);
     if (std::abs(q.norm() - 1.0) > 1e-3) {
-      return fail(kName, Error{"--pose: the quaternion's norm is not 1"});
+      return fail(kName, Error{"--pose: the norm of the quaternion is not 1"});
     }
     const Pose given{q.normalized(), Vec3((*v)[0], (*v)[1], (*v)[2])};
     Points near;
@@ -107,12 +109,12 @@ class MapMatch final : public Command {
     }
     sp::PriorScanParams as_sp;
     as_sp.column_m = column_m_;
-    const int most_standing = map->has_points() ? sp::PriorMatchParams().points.most : 0;
+    const int max_standing = map->has_points() ? sp::PriorMatchParams().points.max_points : 0;
     sp::PriorScan scan;
-    scan.take(near, given.q.conjugate() * Vec3::UnitZ(), most_standing, as_sp);
+    scan.take(near, given.q.conjugate() * Vec3::UnitZ(), max_standing, as_sp);
     const Ends ends = match_all(scan, *map, given);
     if (ends.poses.empty()) {
-      return fail(kName, Error{fmt::format("not one of {} starts found the map", starts_)});
+      return fail(kName, Error{fmt::format("none of {} starts gave a valid match", starts_)});
     }
     return tell(ends, given, static_cast<int>(scan.ground().size()));
   }
@@ -124,8 +126,8 @@ class MapMatch final : public Command {
     params.max_iterations = 60;
     sp::PriorMatchWorkspace workspace;
     registration::Prediction prediction;
-    // Uniform in a disc of that radius, uniform in heading; up, roll and pitch as of a vehicle that
-    // knows the plumb line.
+    // Uniform in a disc of that radius and in heading; up, roll and pitch as for a vehicle with a
+    // known vertical.
     Vec6 sigma;
     sigma << off_m_, off_m_, 1.0, 0.02, 0.02, radians(turned_deg_);
     sigma = sigma.cwiseMax(1e-3);
@@ -199,18 +201,19 @@ class MapMatch final : public Command {
     } else {
       const Json& o = json["offset_from_given"];
       const Json& e = json["ellipse95"];
-      fmt::print("{} of {} starts end within {} m of one place ({} found no map)\n", one_place,
-                 starts_, kOnePlace_m, ends.failed);
-      fmt::print("there: tx ty tz qx qy qz qw = {:.3f} {:.3f} {:.3f} {:.6f} {:.6f} {:.6f} {:.6f}\n",
-                 end.p.x(), end.p.y(), end.p.z(), end.q.x(), end.q.y(), end.q.z(), end.q.w());
+      fmt::print("{} of {} starts converge within {} m of the median ({} without a valid match)\n",
+                 one_place, starts_, kOnePlace_m, ends.failed);
       fmt::print(
-          "from the given pose: east {:.3f} m, north {:.3f} m, up {:.3f} m; roll {:.3f}, "
+          "result: tx ty tz qx qy qz qw = {:.3f} {:.3f} {:.3f} {:.6f} {:.6f} {:.6f} {:.6f}\n",
+          end.p.x(), end.p.y(), end.p.z(), end.q.x(), end.q.y(), end.q.z(), end.q.w());
+      fmt::print(
+          "relative to the given pose: east {:.3f} m, north {:.3f} m, up {:.3f} m; roll {:.3f}, "
           "pitch {:.3f}, yaw {:.3f} deg\n",
           offset.x(), offset.y(), o["up_m"].get<double>(), o["roll_deg"].get<double>(),
           o["pitch_deg"].get<double>(), o["yaw_deg"].get<double>());
       fmt::print(
-          "95 % ellipse: {:.3f} x {:.3f} m, its long axis {:.0f} deg from east; the given "
-          "pose lies {} it\n",
+          "95 % ellipse: {:.3f} x {:.3f} m, major axis {:.0f} deg from east; the given pose is {} "
+          "it\n",
           e["major_m"].get<double>(), e["minor_m"].get<double>(),
           e["major_axis_deg_from_east"].get<double>(),
           e["given_pose_inside"].get<bool>() ? "inside" : "outside");

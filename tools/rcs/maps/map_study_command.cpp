@@ -1,4 +1,4 @@
-// rcs map worth
+// rcs map study
 
 #include <fmt/format.h>
 
@@ -12,31 +12,32 @@
 namespace rcs::cli {
 namespace {
 
-constexpr std::string_view kName = "map worth";
+constexpr std::string_view kName = "map study";
 
-class MapWorth final : public Command {
+class MapStudy final : public Command {
  public:
-  explicit MapWorth(CLI::App* map)
+  explicit MapStudy(CLI::App* map)
       : Command(map->add_subcommand(
-            "worth", "How far off is a vehicle without GPS, by the resolution of its map?")) {
+            "study", "Measure the position error without GPS as a function of map resolution")) {
     app()
         ->add_option("SCENARIO", scenarios_, "simulated drives (config/sim/*.toml)")
         ->check(CLI::ExistingFile)
         ->required();
     app()
-        ->add_option("--cell", cells_m_, "of the maps [m]; each drive also goes without a map")
+        ->add_option("--cell", cells_m_,
+                     "cell sizes of the maps [m]; each drive is also run without a map")
         ->check(CLI::Range(0.2, 100.0))
         ->delimiter(',')
         ->capture_default_str();
     app()
-        ->add_option("--ins", plan_.ins, "grade of the INS, of the simulator and of WM")
+        ->add_option("--ins", plan_.ins, "INS grade, of both the simulator and WM")
         ->check(CLI::IsMember({"tactical", "industrial", "consumer"}));
     app()
-        ->add_option("--gps-lost-at", plan_.gps_lost_s, "[s], for good")
+        ->add_option("--gps-lost-at", plan_.gps_lost_s, "time of the permanent loss of GPS [s]")
         ->check(CLI::Range(10.0, 1000.0))
         ->capture_default_str();
     app()
-        ->add_option("--length", plan_.length_s, "of each drive [s]; 0: all of it")
+        ->add_option("--length", plan_.length_s, "length of each drive [s]; 0: the whole drive")
         ->check(CLI::Range(0.0, 1e5))
         ->capture_default_str();
     app()->add_option("--config", config_, "the vehicle's configuration")->capture_default_str();
@@ -45,24 +46,24 @@ class MapWorth final : public Command {
         ->check(CLI::Range(1, 1000))
         ->capture_default_str();
     app()
-        ->add_option("--first-seed", first_seed_, "of the noise and, where it follows, the terrain")
+        ->add_option("--first-seed", first_seed_,
+                     "first seed of the noise and, unless the scenario fixes it, of the terrain")
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();
     app()
-        ->add_option("--jobs", jobs_, "drives at a time; default: one a core")
+        ->add_option("--jobs", jobs_, "parallel drives; default: one per core")
         ->check(CLI::Range(1, 256));
-    app()->add_option("-o,--out", out_, "folder for worth.json and worth.svg");
-    app()->add_flag("--json", json_, "the figures as JSON on stdout");
+    app()->add_option("-o,--out", out_, "folder for study.json and study.svg");
+    app()->add_flag("--json", json_, "print the results as JSON on stdout");
     app()->footer(
-        "GPS is lost for good soon after the start; from then on the position's error against the\n"
-        "truth, on three axes, is taken once a second. A map is the mean of the bare ground over\n"
-        "its cells with the errors that the scenario's [prior_map] states. \"RMS to no map\" above "
-        "1:\n"
-        "the map does harm (0.2 m without a map at least). Inside: truths within the 95 % "
-        "ellipsoid\n"
-        "that WM claims.\n"
+        "GPS is lost permanently soon after the start; from then on the error of the position, on\n"
+        "three axes, is sampled once per second. A map is the mean of the bare ground over its\n"
+        "cells with the errors in [prior_map] of the scenario. \"RMS to no map\" is the RMS error\n"
+        "divided by that without a map (at least 0.2 m); above 1 the map is harmful. Inside: "
+        "share\n"
+        "of the true positions within the 95 % ellipsoid of WM.\n"
         "Example:\n"
-        "  rcs map worth config/sim/drill_long.toml --cell 0.5,5,30 --seeds 3 -o out/worth");
+        "  rcs map study config/sim/drill_long.toml --cell 0.5,5,30 --seeds 3 -o out/study");
   }
 
   int run() override {
@@ -89,7 +90,7 @@ class MapWorth final : public Command {
       for (const double cell_m : cells_m_) add(scenario, cell_m);
     }
     campaign.look = [this](std::size_t drill, std::size_t run, const drills::DrillRecord& record) {
-      blocks_[drill].runs[run] = studies::map_worth_run(plan_, record);
+      blocks_[drill].runs[run] = studies::map_study_run(plan_, record);
     };
     const Result<std::vector<drills::DrillResult>> results =
         run_campaign_at_terminal(kName, out_, jobs_, std::move(campaign));
@@ -99,15 +100,15 @@ class MapWorth final : public Command {
   }
 
   [[nodiscard]] Outcome tell() const {
-    const std::string json = studies::map_worth_json(blocks_).dump(2) + "\n";
-    fmt::print("{}", json_ ? json : to_text(studies::map_worth_table(blocks_)));
+    const std::string json = studies::map_study_json(blocks_).dump(2) + "\n";
+    fmt::print("{}", json_ ? json : to_text(studies::map_study_table(blocks_)));
     if (!out_.empty()) {
-      Outcome written = tools::write_text(out_ + "/worth.json", json);
+      Outcome written = tools::write_text(out_ + "/study.json", json);
       if (written)
-        written = tools::write_text(out_ + "/worth.svg", studies::map_worth_svg(blocks_));
+        written = tools::write_text(out_ + "/study.svg", studies::map_study_svg(blocks_));
       if (!written) return written;
     }
-    for (const studies::MapWorthBlock& block : blocks_) {
+    for (const studies::MapStudyBlock& block : blocks_) {
       if (!block.error.empty()) return Error{block.scenario + ": " + block.error};
     }
     return Done{};
@@ -116,19 +117,19 @@ class MapWorth final : public Command {
   std::vector<std::string> scenarios_;
   std::vector<double> cells_m_ = {0.5, 5.0, 30.0};
   std::string config_ = "config/demo3.toml";
-  studies::MapWorthPlan plan_;
+  studies::MapStudyPlan plan_;
   int seeds_ = 3;
   std::int64_t first_seed_ = 1001;
   int jobs_ = 0;
   std::string out_;
   bool json_ = false;
-  std::vector<studies::MapWorthBlock> blocks_;
+  std::vector<studies::MapStudyBlock> blocks_;
 };
 
 }  // namespace
 
-void add_map_worth_command(CLI::App* map, Commands* commands) {
-  commands->push_back(std::make_unique<MapWorth>(map));
+void add_map_study_command(CLI::App* map, Commands* commands) {
+  commands->push_back(std::make_unique<MapStudy>(map));
 }
 
 }  // namespace rcs::cli

@@ -16,41 +16,44 @@ constexpr std::string_view kName = "consistency";
 class ConsistencyCommand final : public Command {
  public:
   explicit ConsistencyCommand(CLI::App* rcs)
-      : Command(
-            rcs->add_subcommand("consistency", "Is what the filter says of its own error true?")) {
+      : Command(rcs->add_subcommand("consistency",
+                                    "Compare the errors of WM with its covariances over many "
+                                    "simulated drives")) {
     app()
-        ->add_option("--scenario", scenarios_, "the drives; again for more than one")
+        ->add_option("--scenario", scenarios_, "scenario of the drives; may be repeated")
         ->check(CLI::ExistingFile)
         ->capture_default_str();
     app()
-        ->add_option("--ins", grades_, "grades of the INS, of the simulator and of WM")
+        ->add_option("--ins", grades_, "INS grades, of both the simulator and WM")
         ->check(CLI::IsMember({"tactical", "industrial", "consumer"}))
         ->delimiter(',')
         ->capture_default_str();
     app()->add_option("--config", config_, "the vehicle's configuration")->capture_default_str();
     app()
-        ->add_option("--seeds", seeds_, "drives of each scenario and grade")
+        ->add_option("--seeds", seeds_, "drives for each scenario and grade")
         ->check(CLI::Range(1, 1000))
         ->capture_default_str();
     app()
-        ->add_option("--first-seed", first_seed_, "of the noise and, where it follows, the terrain")
+        ->add_option("--first-seed", first_seed_,
+                     "first seed of the noise and, unless the scenario fixes it, of the terrain")
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();
     app()
-        ->add_option("--jobs", jobs_, "drives at a time; default: one a core")
+        ->add_option("--jobs", jobs_, "parallel drives; default: one per core")
         ->check(CLI::Range(1, 256));
     app()->add_option("-o,--out", out_, "folder for consistency.json and consistency.html");
-    app()->add_flag("--json", json_, "the figures as JSON on stdout");
+    app()->add_flag("--json", json_, "print the results as JSON on stdout");
     app()->footer(
-        "Each drive is simulated and goes through SP and WM in lockstep; GPS is cut at 35 s. WM's\n"
-        "position, velocity and attitude are held against the truth with the covariances that it\n"
-        "published, at 30 s (with GPS) and 10, 30 and 60 s into the outage. NEES and NIS per "
-        "degree\n"
-        "of freedom are 1 when the filter tells the truth; above, it claims too much.\n" +
-        studies::marks_text() +
+        "Each drive is simulated and processed by SP and WM in lockstep; GPS is cut at 35 s. The\n"
+        "errors of position, velocity and attitude against the truth are normalized by the\n"
+        "published covariances, at 30 s (with GPS) and 10, 30 and 60 s into the outage. NEES and\n"
+        "NIS per degree of freedom are 1 for a consistent filter and above 1 for an overconfident\n"
+        "one.\n" +
+        studies::limits_text() +
         "\n"
-        "With fewer than 20 drives only what chance does not explain fails.\n"
-        "Exit status: 0 nothing misses its mark; 1 something does.\n"
+        "With fewer than 20 drives a limit fails only if its violation is statistically "
+        "significant.\n"
+        "Exit status: 0 all limits are met; 1 a limit is violated.\n"
         "Examples:\n"
         "  rcs consistency -o out/consistency                       # 270 drives, about 25 "
         "minutes\n"
@@ -97,7 +100,7 @@ class ConsistencyCommand final : public Command {
     } else {
       fmt::print("{}\n{}\n{}\n{}\n{}\n", to_text(studies::nees_table(report_)),
                  to_text(studies::nis_table(report_)), to_text(studies::error_table(report_)),
-                 to_text(studies::protection_table(report_)), studies::marks_text());
+                 to_text(studies::protection_table(report_)), studies::limits_text());
     }
     for (const studies::ConsistencyBlock& block : report_.blocks) {
       if (block.error.empty()) continue;

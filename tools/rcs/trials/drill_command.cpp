@@ -17,8 +17,7 @@ namespace {
 
 constexpr std::string_view kName = "drill";
 
-/// The files of a folder, in the order of their names.
-/// The drills of a folder and the folders below it, by name.
+/// The drills of a folder and its sub-folders, sorted by file name.
 Result<std::vector<std::string>> drills_in(const std::string& folder) {
   namespace fs = std::filesystem;
   std::vector<fs::path> paths;
@@ -39,46 +38,45 @@ class DrillCommand final : public Command {
  public:
   explicit DrillCommand(CLI::App* rcs)
       : Command(rcs->add_subcommand(
-            "drill", "Does it hold without GPS and with bad data? Pass or fail, with figures")) {
+            "drill", "Run fault-injection tests of the navigation and check their limits")) {
     app()
-        ->add_option("DRILL", paths_, "what is done, and what must hold (TOML)")
+        ->add_option("DRILL", paths_, "stimuli and limits of a drill (TOML)")
         ->check(CLI::ExistingFile);
-    app()->add_flag("--all", all_, "all drills of the folder but the long ones");
-    app()->add_flag("--full", full_, "all drills, with as many seeds as each wants (20)");
-    app()->add_flag("--list", list_, "say what drills there are");
+    app()->add_flag("--all", all_, "all drills of the folder except the long ones");
+    app()->add_flag("--full", full_, "all drills, each with its full number of seeds (20)");
+    app()->add_flag("--list", list_, "list the drills of the folder");
     app()
-        ->add_option("--folder", folder_, "where --all, --full and --list look")
+        ->add_option("--folder", folder_, "folder of the drills for --all, --full and --list")
         ->capture_default_str();
     CLI::Option* scenario =
         app()
-            ->add_option("--scenario", scenario_, "the drive, where a drill names none")
+            ->add_option("--scenario", scenario_, "simulated drive of the drills that name none")
             ->capture_default_str();
     app()
         ->add_option("--log", log_,
-                     "a recorded drive instead. Without SIM_TRUTH in it, errors are against what\n"
-                     "WM says when nothing is disturbed")
+                     "a recorded drive instead of the simulation. Without SIM_TRUTH in it, errors\n"
+                     "are relative to the output of WM in the undisturbed run")
         ->check(CLI::ExistingFile)
         ->excludes(scenario);
     app()->add_option("--config", config_, "the vehicle's configuration")->capture_default_str();
     app()
-        ->add_option("--seeds", seeds_, "drives of each drill, instead of its own number")
+        ->add_option("--seeds", seeds_, "runs of each drill, overrides the number in the drill")
         ->check(CLI::Range(1, 1000));
     app()
-        ->add_option("--first-seed", first_seed_, "of the noise; default 1")
+        ->add_option("--first-seed", first_seed_, "first seed of the noise; default 1")
         ->check(CLI::NonNegativeNumber);
     app()
-        ->add_option("--jobs", jobs_, "drives at a time; default: one a core")
+        ->add_option("--jobs", jobs_, "parallel runs; default: one per core")
         ->check(CLI::Range(1, 256));
     app()->add_option("-o,--out", out_, "folder for results.json, junit.xml and report.html");
-    app()->add_flag("--logs", logs_, "a log of each drill's first drive there, too (rcs why)");
-    app()->add_flag("--json", json_, "the results as JSON on stdout");
+    app()->add_flag("--logs", logs_, "also write a log of the first run of each drill (rcs why)");
+    app()->add_flag("--json", json_, "print the results as JSON on stdout");
     app()->footer(
-        "A drill changes the sensors' messages of a drive (GPS cut, fixes that lie, LADAR faults,\n"
-        "clocks that jump) and plays them through SP and WM in lockstep, open loop. The same "
+        "A drill disturbs the sensor messages of a drive (GPS outages, false fixes, LADAR faults,\n"
+        "clock jumps) and processes them by SP and WM in lockstep, open loop. The same drill and\n"
+        "seed give the same output (\"hash\"). Exit status: 0 all drills that ran passed; 1 a "
         "drill\n"
-        "and seed give the same answers (\"hash\"). Exit status: 0 all that ran passed; 1 some "
-        "failed, or\n"
-        "none ran (many need the simulator: with --log they are left out).\n"
+        "failed, or none ran (with --log, drills that need the simulator are skipped).\n"
         "Examples:\n"
         "  rcs drill --list\n"
         "  rcs drill --all -o out/drills\n"
@@ -93,7 +91,7 @@ class DrillCommand final : public Command {
       paths_.insert(paths_.begin(), found->begin(), found->end());
     }
     if (paths_.empty()) {
-      fmt::print(stderr, "rcs drill: which? Name drills, or --all, --full or --list\n");
+      fmt::print(stderr, "rcs drill: name drills, or use --all, --full or --list\n");
       return kExitUsage;
     }
     std::vector<drills::Drill> drills;
@@ -118,7 +116,7 @@ class DrillCommand final : public Command {
 
  private:
   static int list(const std::vector<drills::Drill>& drills) {
-    report::Table t{{"drill", "what", "stimuli"}, {}};
+    report::Table t{{"drill", "description", "stimuli"}, {}};
     for (const drills::Drill& d : drills) {
       std::string stimuli = d.full ? "(--full) " : "";
       for (const drills::Stimulus& s : d.stimuli) {
@@ -133,7 +131,7 @@ class DrillCommand final : public Command {
   Outcome run_all(std::vector<drills::Drill> drills) {
     Result<drills::DrillVehicle> vehicle = drills::load_drill_vehicle(config_);
     if (!vehicle) return vehicle.error();
-    if (logs_ && out_.empty()) return Error{"--logs needs a folder: -o"};
+    if (logs_ && out_.empty()) return Error{"--logs requires an output folder (-o)"};
     drills::DrillCampaign campaign;
     campaign.drills = std::move(drills);
     campaign.vehicle = std::move(vehicle).value();

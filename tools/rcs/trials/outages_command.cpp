@@ -15,31 +15,35 @@ constexpr std::string_view kName = "outages";
 class OutagesCommand final : public Command {
  public:
   explicit OutagesCommand(CLI::App* rcs)
-      : Command(rcs->add_subcommand("outages", "How far off would I be if GPS died? On your log")) {
+      : Command(rcs->add_subcommand(
+            "outages", "Measure the position error after GPS outages on a recorded drive")) {
     app()->add_option("LOG", log_, "a recorded drive")->required()->check(CLI::ExistingFile);
     app()
         ->add_option("--config", config_, "the vehicle's configuration")
         ->required()
         ->check(CLI::ExistingFile);
-    CLI::Option* length = app()
-                              ->add_option("--length", question_.lengths_s, "of an outage [s]")
-                              ->capture_default_str()
-                              ->expected(1, 20)
-                              ->check(CLI::Range(0.5, 1e4));
-    CLI::Option* places = app()
-                              ->add_option("--places", question_.places,
-                                           "outages of each length, spread over the log")
-                              ->capture_default_str()
-                              ->check(CLI::Range(1, 1000));
+    CLI::Option* length =
+        app()
+            ->add_option("--length", question_.lengths_s, "lengths of the outages [s]")
+            ->capture_default_str()
+            ->expected(1, 20)
+            ->check(CLI::Range(0.5, 1e4));
+    CLI::Option* places =
+        app()
+            ->add_option("--places", question_.places,
+                         "number of outages of each length, distributed over the log")
+            ->capture_default_str()
+            ->check(CLI::Range(1, 1000));
     app()
         ->add_option(
             "--from", question_.from_s,
-            "none begins sooner after the first message [s]: WM must have found its place,\n"
-            "and errors before it do not count")
+            "earliest begin of an outage after the first message [s]: WM must be initialized\n"
+            "by then; errors before this time are not counted")
         ->capture_default_str()
         ->check(CLI::Range(0.0, 1e5));
     app()
-        ->add_option("--cut", cut_s_, "one outage instead, FROM s TO s; then to the log's end")
+        ->add_option("--cut", cut_s_,
+                     "a single outage from FROM to TO [s]; the run continues to the end of the log")
         ->expected(2)
         ->type_name("FROM TO")
         ->check(CLI::Range(0.0, 1e5))
@@ -47,23 +51,24 @@ class OutagesCommand final : public Command {
         ->excludes(places);
     app()
         ->add_option("--without", without_,
-                     "all of it once more without odometry, ladar or ins all along; joined by +\n"
-                     "without both")
+                     "repeat all outages without odometry, ladar or ins in the whole run; names\n"
+                     "joined by + are excluded together")
         ->expected(1, 10);
     app()
-        ->add_option("--jobs", jobs_, "drives at a time; default: one a core")
+        ->add_option("--jobs", jobs_, "parallel runs; default: one per core")
         ->check(CLI::Range(1, 256));
-    app()->add_option("--logs", logs_, "folder for a log of each drive (rcs why)");
-    app()->add_flag("--json", json_, "the figures as JSON on stdout");
+    app()->add_option("--logs", logs_, "folder for a log of each run (rcs why)");
+    app()->add_flag("--json", json_, "print the results as JSON on stdout");
     app()->footer(
-        "The log goes through SP and WM in lockstep, once with GPS and once for every outage. The\n"
-        "errors are horizontal, at the outage's end, median / worst over the places (of an even\n"
-        "number the lower median), against SIM_TRUTH; in a log without it, against what WM says\n"
-        "with GPS all along, and against the first fix behind the outage. Beside WM, from its\n"
-        "belief at the outage's begin on: gyro (less its bias) and wheel speed; gyro and the "
-        "speed\n"
-        "of the begin; the wheels alone; the INS alone; SP's registrations of a run that never\n"
-        "has GPS.\n"
+        "SP and WM process the log in lockstep, once with GPS and once for each outage. Errors "
+        "are\n"
+        "horizontal, at the end of the outage, median / maximum over the outages of a length (for\n"
+        "an even number the lower median). The reference is SIM_TRUTH; in a log without it, the\n"
+        "output of WM with GPS in the whole run, and the first fix after the outage. For "
+        "comparison\n"
+        "dead reckoning from the belief of WM at the begin of the outage: gyro (bias corrected)\n"
+        "with wheel speed; gyro with the initial speed; wheels alone; INS alone; registrations of\n"
+        "SP in a run without GPS.\n"
         "Examples:\n"
         "  rcs outages run.log --config config/my_vehicle.toml\n"
         "  rcs outages comma.log --config config/comma2k19.toml --length 10 20 30 --places 10 \\\n"
@@ -74,7 +79,7 @@ class OutagesCommand final : public Command {
   int run() override {
     if (!cut_s_.empty()) {
       if (cut_s_[1] <= cut_s_[0]) {
-        fmt::print(stderr, "rcs outages: --cut {} {}: it must end after it began\n", cut_s_[0],
+        fmt::print(stderr, "rcs outages: --cut {} {}: TO must be after FROM\n", cut_s_[0],
                    cut_s_[1]);
         return kExitUsage;
       }
@@ -100,7 +105,7 @@ class OutagesCommand final : public Command {
     if (!vehicle) return vehicle.error();
     const Result<studies::RecordedMotion> motion = studies::read_motion(log_);
     if (!motion) return motion.error();
-    if (!motion->place) return Error{log_ + ": no GPS_FIX in it, nothing to be cut"};
+    if (!motion->place) return Error{log_ + ": no valid GPS_FIX, hence no outage to simulate"};
     const double drive_s = seconds(motion->end - *motion->begin);
     const Result<std::vector<studies::OutagePlan>> plans =
         studies::plan_outages(question_, drive_s, motion->has_ladar);
@@ -123,9 +128,10 @@ class OutagesCommand final : public Command {
       j["config"] = config_;
       fmt::print("{}\n", j.dump(2));
     } else {
-      fmt::print("errors against {}\n{}", report.reference, to_text(outage_table(report)));
+      fmt::print("reference of the errors: {}\n{}", report.reference,
+                 to_text(outage_table(report)));
       if (question_.cut) fmt::print("\n{}", to_text(studies::cut_table(report)));
-      fmt::print("with GPS all along WM trusted it for {:.1f} % of the time from {:g} s on\n",
+      fmt::print("run with GPS: WM accepted GPS for {:.1f} % of the time after {:g} s\n",
                  100.0 * report.uncut.trusted_share, question_.from_s);
     }
     for (const studies::OutageFinding& f : report.findings) {

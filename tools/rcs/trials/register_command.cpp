@@ -23,10 +23,10 @@ namespace {
 
 constexpr std::string_view kName = "register";
 
-/// Sixteen numbers, row by row, of a rigid motion.
+/// Parses a rigid motion: sixteen numbers, row-major.
 Result<Pose> parse_pose(const std::string& text) {
   const std::optional<std::vector<double>> v = tools::parse_numbers(text);
-  if (!v || v->size() != 16) return Error{"--guess: 16 numbers, row-major, are wanted"};
+  if (!v || v->size() != 16) return Error{"--guess: expected 16 numbers, row-major"};
   const auto at = [&v](int row, int col) { return (*v)[static_cast<std::size_t>(4 * row + col)]; };
   Mat3 R;
   for (int i = 0; i < 3; ++i) {
@@ -34,7 +34,7 @@ Result<Pose> parse_pose(const std::string& text) {
   }
   const bool last_row = at(3, 0) == 0.0 && at(3, 1) == 0.0 && at(3, 2) == 0.0 && at(3, 3) == 1.0;
   if ((R.transpose() * R - Mat3::Identity()).norm() > 1e-3 || R.determinant() < 0.0 || !last_row) {
-    return Error{"--guess: no rigid motion: a rotation, a translation and 0 0 0 1 are wanted"};
+    return Error{"--guess: not a rigid motion; expected a rotation, a translation and 0 0 0 1"};
   }
   return Pose{Quat(R).normalized(), Vec3(at(0, 3), at(1, 3), at(2, 3))};
 }
@@ -47,7 +47,7 @@ nlohmann::json row_major(const Eigen::MatrixXd& m) {
   return numbers;
 }
 
-/// What only one method has to tell.
+/// The results that are specific to a method.
 nlohmann::json more_of(const registration::PaperResult& r) {
   nlohmann::json history = nlohmann::json::array();
   for (const registration::PaperIteration& it : r.history) {
@@ -88,8 +88,8 @@ Vec3 roll_pitch_yaw_deg(const Quat& q) {
           degrees(std::asin(std::clamp(-R(2, 0), -1.0, 1.0))), degrees(yaw_of(q))};
 }
 
-/// One sigma of x, y, z [m], roll, pitch, yaw [rad] of DATA; infinite where the information leaves
-/// a direction unobserved that has a part in it.
+/// One sigma of x, y, z [m], roll, pitch, yaw [rad] of DATA; infinite for a component of an
+/// unobserved direction.
 Vec6 sigmas(const Mat6& information) {
   const Eigen::SelfAdjointEigenSolver<Mat6> eigen(information);
   const double least = 1e-9 * std::max(eigen.eigenvalues()[5], 1e-300);
@@ -113,7 +113,7 @@ std::string sigma_text(double sigma, const char* unit) {
 
 nlohmann::json numbers_of(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
-/// "32x180"; none: it is something else.
+/// Parses "32x180". @return nullopt if malformed
 std::optional<clouds::CloudShape> parse_shape(const std::string& text) {
   clouds::CloudShape shape;
   const char* const end = text.data() + text.size();
@@ -129,65 +129,68 @@ std::optional<clouds::CloudShape> parse_shape(const std::string& text) {
 class Register final : public Command {
  public:
   explicit Register(CLI::App* rcs)
-      : Command(rcs->add_subcommand("register", "Finds how one point cloud lies in another")) {
+      : Command(rcs->add_subcommand("register", "Register two point clouds")) {
     app()
         ->add_option("MODEL", model_, "point cloud: .pcd, .ply, .bin (KITTI) or .xyz [m]")
         ->required()
         ->check(CLI::ExistingFile);
     app()
-        ->add_option("DATA", data_, "point cloud that is moved onto MODEL")
+        ->add_option("DATA", data_, "point cloud to be registered to MODEL")
         ->required()
         ->check(CLI::ExistingFile);
     app()
         ->add_option("--method", method_,
-                     "plane: voxels' distributions from afar, then point to plane; paper: Madhavan "
-                     "and Messina's iterative registration; gicp: generalized ICP")
+                     "plane: coarse NDT search, then point to plane; paper: iterative registration "
+                     "by Madhavan and Messina; gicp: generalized ICP")
         ->check(CLI::IsMember({"plane", "paper", "gicp"}))
         ->capture_default_str();
     app()->add_option("--guess", guess_,
-                      "\"16 numbers\", row-major: where DATA lies in MODEL, about; default: the "
-                      "same place");
+                      "\"16 numbers\", row-major: approximate T_model_data; default: identity");
     app()->add_flag(
         "--global", global_,
-        fmt::format("plane, gicp: DATA lies within {:.0f} m of the guess, turned by any "
-                    "heading; refused when no place is good enough or two look alike",
+        fmt::format("plane, gicp: search within {:.0f} m of the guess and over all headings; "
+                    "rejected if no pose is good enough or the best pose is ambiguous",
                     registration::GlobalParams{}.radius_m));
     app()
-        ->add_option("--threads", threads_, "--global: searches beside each other; the same answer")
+        ->add_option("--threads", threads_, "--global: parallel searches; the result is the same")
         ->check(CLI::Range(1, 64))
         ->capture_default_str();
     app()->add_option("--organized", organized_,
-                      "ROWSxCOLS: the records of both files are range images, row by row");
+                      "ROWSxCOLS: both files are range images, row by row");
     app()->add_option("--plot", plot_, "folder for before.svg, after.svg and histogram.svg");
     app()
         ->add_option("--spacing", params_.spacing_m,
-                     "paper: its D, the distance of neighbouring points [m]; default: measured")
+                     "paper: D, the distance of neighbouring points [m]; default: measured")
         ->check(CLI::Range(0.001, 100.0));
     app()
-        ->add_option("--max-iterations", params_.max_iterations, "paper")
+        ->add_option("--max-iterations", params_.max_iterations, "paper: limit of iterations")
         ->check(CLI::Range(1, 100000))
         ->capture_default_str();
-    app()->add_flag("--as-printed", as_printed_, "paper: with its slips (see the footer)");
+    app()->add_flag("--as-printed", as_printed_, "paper: literally, with its errors (see below)");
     app()->add_flag("--quaternion", quaternion_, "paper: motion by quaternions instead of by SVD");
-    app()->add_flag("--json", json_, "the answer as JSON; paper: with every iteration");
+    app()->add_flag("--json", json_, "print the result as JSON; paper: with every iteration");
     app()->footer(
-        "plane finds its way from some metres and tens of degrees off, and says by how much it can "
-        "be\ntrusted (information: 6 x 6, of x, y, z, roll, pitch, yaw of DATA).\n"
-        "paper is Madhavan & Messina, \"Iterative Registration of 3D LADAR Data for Autonomous "
-        "Navigation\".\n"
-        "As printed, the motion found from MODEL to DATA is applied to DATA, R may be a "
-        "reflection,\n"
-        "H sums over pairs that were not accepted, and mean and deviation are of all pairs.\n"
-        "gicp is Segal, Haehnel & Thrun, \"Generalized-ICP\", slower than plane: to hold the "
-        "others "
-        "against.\nIt starts at the guess (--global: where plane ends), off by no more than about "
-        "2 m and 10 deg,\nand its information is of independent errors, more than real scans "
-        "have.\n"
-        "The result of every method is checked: of DATA's surfaces, enough must lie on MODEL's "
-        "with like\nnormals, in every direction of translation. Unrelated clouds share their "
-        "ground and fail across it;\nalong a tunnel, and over a plain, the translation is "
-        "undetermined.\nStatus 0: converged and checked (--global: also unambiguous); 1: refused, "
-        "with the reason.\n"
+        "plane converges from initial errors of some metres and tens of degrees and estimates its\n"
+        "uncertainty (information: 6 x 6, of x, y, z, roll, pitch, yaw of DATA).\n"
+        "paper is Madhavan & Messina, \"Iterative Registration of 3D LADAR Data for Autonomous\n"
+        "Navigation\". As printed, the motion found from MODEL to DATA is applied to DATA, R may "
+        "be\n"
+        "a reflection, H sums over pairs that were not accepted, and mean and deviation are of "
+        "all\n"
+        "pairs.\n"
+        "gicp is Segal, Haehnel & Thrun, \"Generalized-ICP\", slower than plane; it is a "
+        "reference\n"
+        "for the other methods. It starts at the guess (--global: at the result of plane), "
+        "requires\n"
+        "initial errors below about 2 m and 10 deg, and its information assumes independent\n"
+        "errors, which overestimates the information of real scans.\n"
+        "The result of every method is checked: enough surfaces of DATA must lie on surfaces of\n"
+        "MODEL with similar normals, in every direction of translation. Unrelated clouds share "
+        "the\n"
+        "ground but fail in the horizontal directions; along a tunnel and on a plain the\n"
+        "translation is undetermined.\n"
+        "Status 0: converged and checked (--global: also unambiguous); 1: rejected, with the\n"
+        "reason.\n"
         "Examples:\n"
         "  rcs register first.pcd second.pcd\n"
         "  rcs register 0000000000.bin 0000000001.bin --method paper --json\n"
@@ -206,11 +209,11 @@ class Register final : public Command {
     clouds::CloudShape shape;
     if (!organized_.empty()) {
       const std::optional<clouds::CloudShape> parsed = parse_shape(organized_);
-      if (!parsed) return wrong_usage("--organized: ROWSxCOLS is wanted, such as 32x180");
+      if (!parsed) return wrong_usage("--organized: expected ROWSxCOLS, e.g. 32x180");
       shape = *parsed;
     }
-    if (threads_ > 1 && !global_) return wrong_usage("--threads goes with --global");
-    if (global_ && method_ == "paper") return wrong_usage("--global is not of the paper's method");
+    if (threads_ > 1 && !global_) return wrong_usage("--threads requires --global");
+    if (global_ && method_ == "paper") return wrong_usage("--method paper excludes --global");
 
     const Result<clouds::Cloud> model = read(model_, shape);
     if (!model) return fail(kName, model.error());
@@ -258,12 +261,12 @@ class Register final : public Command {
   static std::string undetermined(const Vec3& direction) {
     Eigen::Index largest = 0;
     direction.cwiseAbs().maxCoeff(&largest);
-    // Of the two opposite vectors one; + 0.0: no "-0.00".
+    // The vector or its opposite, whichever has a positive largest entry; + 0.0: no "-0.00".
     const Vec3 d = direction[largest] < 0.0 ? Vec3(-direction) : direction;
     const auto shown = [&d](int k) { return std::round(100.0 * d[k]) / 100.0 + 0.0; };
     return fmt::format(
-        "refused: translation along ({:.2f} {:.2f} {:.2f}) is undetermined: next to none of DATA's "
-        "surfaces lie across that direction",
+        "rejected: translation along ({:.2f} {:.2f} {:.2f}) is undetermined: almost no surfaces of "
+        "DATA are perpendicular to that direction",
         shown(0), shown(1), shown(2));
   }
 
@@ -274,17 +277,17 @@ class Register final : public Command {
     if (!disagree) return fmt::format("not converged: {}", answer.stop);
     const registration::CloudParams limits;
     return fmt::format(
-        "refused: at the pose found, {:.0f} % of DATA's surfaces lie on MODEL's (at least {:.0f} % "
-        "required), and {:.0f} % in the direction with the least agreement (at least {:.0f} %); "
-        "the clouds do not overlap, or the guess is too far off",
+        "rejected: at the result {:.0f} % of the surfaces of DATA agree with MODEL (limit {:.0f} "
+        "%), and {:.0f} % in the direction of minimum agreement (limit {:.0f} %); the clouds do "
+        "not overlap, or the error of the guess is too large",
         100.0 * answer.agreement->overlap, 100.0 * limits.min_overlap,
         100.0 * answer.agreement->least, 100.0 * limits.min_least);
   }
 
   static std::string refusal(const registration::GlobalRegistration& g) {
-    if (g.ranked.empty()) return "refused: no place was found";
+    if (g.ranked.empty()) return "rejected: no pose was found";
     return fmt::format(
-        "refused: the best place explains {:.0f} % of the data, the second best {:.2f} of that",
+        "rejected: the best pose explains {:.0f} % of the data, the second best {:.2f} times that",
         100.0 * g.ranked[0].score, g.ambiguity);
   }
 
@@ -356,7 +359,7 @@ class Register final : public Command {
     if (a.agreement) {
       out["agreement"] = {{"surfaces", a.agreement->surfaces},
                           {"overlap", a.agreement->overlap},
-                          {"least_direction", a.agreement->least}};
+                          {"min_direction", a.agreement->least}};
       const Vec3& blind = a.agreement->undetermined;
       if (!blind.isZero()) out["agreement"]["undetermined_direction"] = numbers_of(blind);
     }
@@ -392,8 +395,8 @@ class Register final : public Command {
     }
     if (a.agreement) {
       fmt::print(
-          "agreement: {:.0f} % of DATA's surfaces lie on MODEL's, {:.0f} % in the direction "
-          "with the least\n",
+          "agreement: {:.0f} % of the surfaces of DATA agree with MODEL, {:.0f} % in the "
+          "direction of minimum agreement\n",
           100.0 * a.agreement->overlap, 100.0 * a.agreement->least);
     }
     const Eigen::Matrix4d m = a.T_model_data.matrix();

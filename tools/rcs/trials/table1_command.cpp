@@ -27,7 +27,7 @@ namespace {
 constexpr std::string_view kName = "table1";
 constexpr std::string_view kReference = "config/sim/reference.toml";
 
-/// What the paper's Table 1 says.
+/// A row of Table 1 of the paper.
 struct Printed {
   studies::DataSet set;
   const char* description;
@@ -81,7 +81,7 @@ struct Figures {
   double data_points = 0.0;
   double mean_distance_before_cm = 0.0;  ///< of all data points to the closest model point
   double mean_distance_after_cm = 0.0;
-  double mean_distance_of_pairs_cm = 0.0;  ///< of those that the method itself pairs in the end
+  double mean_distance_of_pairs_cm = 0.0;  ///< of the final pairs of the method
   double iterations = 0.0;
   double error_m = 0.0;
   double error_deg = 0.0;
@@ -111,7 +111,7 @@ struct Row {
   Method method;
   std::size_t trials = 0;
   int successes = 0;
-  int unnoticed = 0;  ///< no success, but the method claims one
+  int unnoticed = 0;  ///< failures that the method reports as successes
   Figures median;
 };
 
@@ -134,12 +134,13 @@ Figures figures_of(const studies::CloudMatch& match, const Points& model, const 
   return f;
 }
 
-/// That it has converged; of production also that its information says so: two sigmas of the worst
-/// direction within the mark.
+/// The method has converged; for production, two sigmas of the worst direction by its information
+/// are also within the limit.
 bool claims_success(const studies::CloudMatch& match) {
   if (!match.good || !match.planes) return match.good;
   const Eigen::SelfAdjointEigenSolver<Mat6> eigen(match.planes->information);
-  if (eigen.eigenvalues()[0] < 1e-9 * eigen.eigenvalues()[5]) return false;  // a blind direction
+  if (eigen.eigenvalues()[0] < 1e-9 * eigen.eigenvalues()[5])
+    return false;  // an unobserved direction
   const Mat6 covariance = match.planes->information.inverse();
   const auto two_sigmas = [](const Mat3& block) {
     const Eigen::SelfAdjointEigenSolver<Mat3> axes(block);
@@ -173,8 +174,8 @@ Row run_row(const std::string& name, const studies::ScanSet& scans,
   return row;
 }
 
-/// The reference scenario: from where the command is called, of the installation, or of the source
-/// tree that the program was built in.
+/// The reference scenario: in the working directory, the installation, or the source tree in which
+/// the program was built.
 std::string find_scenario() {
   namespace fs = std::filesystem;
   std::error_code failed;
@@ -192,10 +193,10 @@ std::string find_scenario() {
 class Table1 final : public Command {
  public:
   explicit Table1(CLI::App* rcs)
-      : Command(rcs->add_subcommand("table1", "The paper's Table 1, with true errors")) {
+      : Command(rcs->add_subcommand("table1", "Reproduce Table 1 of the paper, with true errors")) {
     app()
         ->add_option("--data", data_,
-                     fmt::format("folder that holds {} (default: $RCS_DATA_DIR; without: "
+                     fmt::format("folder that contains {} (default: $RCS_DATA_DIR; if unset, "
                                  "simulated scans only)",
                                  studies::kKittiDrive))
         ->check(CLI::ExistingDirectory);
@@ -203,31 +204,30 @@ class Table1 final : public Command {
         ->add_option("--scenario", scenario_, fmt::format("simulation (default: {})", kReference))
         ->check(CLI::ExistingFile);
     app()
-        ->add_option("--pairs", pairs_, "of simulated scans")
+        ->add_option("--pairs", pairs_, "number of pairs of simulated scans")
         ->check(CLI::Range(1, 50))
         ->capture_default_str();
     app()
-        ->add_option("--seeds", seeds_, "starts of each pair in #2, #3 and #4 (of 16)")
+        ->add_option("--seeds", seeds_, "starts of each pair in #2, #3 and #4 (at most 16)")
         ->check(CLI::Range(1, 16))
         ->capture_default_str();
-    app()->add_flag("--json", json_, "the figures as JSON");
+    app()->add_flag("--json", json_, "print the results as JSON");
     app()->footer(
-        "Each row: a method (Madhavan and Messina's as it is printed, the same with its slips "
-        "mended,\nproduction from the guess, production without one) on pairs of scans whose "
-        "motion "
-        "is known: sweeps\nof KITTI cut to the paper's 32 x 180 cells, and the reference "
-        "simulation. Figures are medians. #2 and\n#3 start 0.3 m and 1 deg from the truth, #3 and "
-        "1 "
-        "m more along each axis; #1 and #4 as the paper has it.\n"
-        "  ok          below 0.1 m and 0.5 deg from the truth\n"
-        "  unnoticed   not ok, though the method has converged (production: and claims two sigmas "
-        "within that)\n"
-        "  distance    mean from a data point to the closest model point, before and after, of all "
-        "points,\n              and of those that the method pairs (production: along the "
-        "normals)\n"
-        "  overlap     share of the data points that it pairs\n"
-        "The references of KITTI's #2 and #3 take the sweeps as rigid: one of the six is 0.18 m "
-        "off.\nExample:\n  rcs table1 --seeds 16 --json > table1.json");
+        "Each row: a method (Madhavan and Messina as printed, the same with its errors corrected,\n"
+        "production from the guess, production without a guess) on pairs of scans with known\n"
+        "motion: sweeps of KITTI cut to the 32 x 180 cells of the paper, and the reference\n"
+        "simulation. Values are medians. #2 and #3 start 0.3 m and 1 deg from the truth, #3 with\n"
+        "another 1 m along each axis; #1 and #4 start as in the paper.\n"
+        "  ok          error below 0.1 m and 0.5 deg\n"
+        "  unnoticed   not ok, although the method has converged (production: and its two sigmas\n"
+        "              are within the limits)\n"
+        "  distance    mean from a data point to the closest model point, before and after, of "
+        "all\n"
+        "              points, and of the pairs of the method (production: along the normals)\n"
+        "  overlap     share of the data points that the method pairs\n"
+        "The references of #2 and #3 of KITTI assume rigid sweeps: one of the six has an error of\n"
+        "0.18 m.\n"
+        "Example:\n  rcs table1 --seeds 16 --json > table1.json");
   }
 
   int run() override {
@@ -235,7 +235,7 @@ class Table1 final : public Command {
     if (data_.empty() && environment != nullptr) data_ = environment;
     std::optional<studies::ScanSet> cuts;
     if (data_.empty()) {
-      fmt::print(stderr, "rcs table1: no real scans (--data, or RCS_DATA_DIR)\n");
+      fmt::print(stderr, "rcs table1: without real scans (see --data or RCS_DATA_DIR)\n");
     } else {
       Result<studies::ScanSet> read = read_cuts(data_ + "/" + std::string(studies::kKittiDrive));
       if (!read) return fail(kName, read.error());
@@ -245,7 +245,7 @@ class Table1 final : public Command {
     const Result<sim::Scenario> scenario = sim::load_scenario(path, {});
     if (!scenario) return fail(kName, scenario.error());
     if (scenario->ladar != sim::LadarKind::kImager || scenario->commanded) {
-      return fail(kName, Error{path + ": not the scripted drive of a range imager"});
+      return fail(kName, Error{path + ": not a scripted drive with a range imager"});
     }
     const studies::ScanSet simulated = studies::simulate_scans(*scenario, pairs_);
 

@@ -29,7 +29,7 @@ std::string joined(const std::vector<std::string>& words, const char* separator)
   return text;
 }
 
-/// What else the computer had to do: the mean number of processes that wanted to run.
+/// Load of the computer: the mean number of runnable processes.
 std::string load_average() {
   std::ifstream file("/proc/loadavg");
   std::string one;
@@ -42,41 +42,39 @@ class Budget final : public Command {
  public:
   explicit Budget(CLI::App* rcs)
       : Command(rcs->add_subcommand("budget",
-                                    "Plays a log through the live nodes and holds their "
-                                    "times against [budget]")) {
+                                    "Play a log to live nodes and compare their times with the "
+                                    "limits in [budget]")) {
     app()
         ->add_option("CONFIG", plan_.config, "the vehicle's configuration (TOML)")
         ->required()
         ->check(CLI::ExistingFile);
     app()
-        ->add_option("LOG", plan_.log, "with sensor channels; all others are passed over")
+        ->add_option("LOG", plan_.log, "log with sensor channels; other channels are ignored")
         ->required()
         ->check(CLI::ExistingFile);
     app()
-        ->add_option("--load", plan_.load, "what else the computer has to do; separated by commas")
+        ->add_option("--load", plan_.load, "additional load on the computer; separated by commas")
         ->delimiter(',')
         ->check(CLI::IsMember({"cpu", "io", "memory"}));
     app()
         ->add_option("--seconds", seconds_,
-                     "to play. A shorter log is played again with new processes, and the figures\n"
+                     "time to play. A shorter log is repeated with new processes, and the results\n"
                      "are pooled. Default: the log once")
         ->check(CLI::Range(1.0, 86400.0));
-    app()->add_option("--svg", svg_, "picture of how often the way of a scan took how long");
-    app()->add_flag("--json", json_, "figures as JSON");
-    app()->add_option("--lcm-url", plan_.lcm_url,
-                      "an existing bus instead of a private one; whoever else is on it disturbs");
+    app()->add_option("--svg", svg_, "histograms of the latencies of the scans as an SVG file");
+    app()->add_flag("--json", json_, "print the results as JSON");
+    app()->add_option(
+        "--lcm-url", plan_.lcm_url,
+        "an existing bus instead of a private one; other traffic disturbs the results");
     app()->footer(
-        "Starts the nodes of [up] (default sp, wm) with CONFIG on a bus of its own, plays LOG's\n"
-        "sensors at the speed of its stamps, and accounts for every scan; bg is asked for places\n"
-        "ahead, so that it plans. Times are those of the messages' ledgers and, for the work "
-        "inside\n"
-        "a cycle, of the nodes' own accounts; a chain begins when the last facet is sent. Status "
-        "1\n"
-        "when a limit of [budget] is broken:\n"
+        "Starts the nodes of [up] (default sp, wm) with CONFIG on a private bus, plays the sensor\n"
+        "data of LOG in real time, and accounts for every scan. bg receives goals ahead of the\n"
+        "vehicle, so that it plans. Times are from the latency traces of the messages and, within\n"
+        "a cycle, from the measurements of the nodes; a chain begins when the last facet is sent.\n"
+        "Exit status 1 if a limit of [budget] is exceeded:\n"
         "  facet_to_nav_state_{p50,p99,p999,max}_ms, facet_to_drive_{p50,p99,p999,max}_ms,\n"
-        "  unaccounted_scans (0 unless stated), {degraded,held,failed,dropped}_share of the "
-        "scans,\n"
-        "  overrun_share of each node's cycles\n"
+        "  unaccounted_scans (default 0), {degraded,held,failed,dropped}_share of the scans,\n"
+        "  overrun_share of the cycles of each node\n"
         "Examples:\n"
         "  rcs sim config/sim/demo.toml -o demo.log\n"
         "  rcs budget config/demo3.toml demo.log --seconds 60 --svg idle.svg\n"
@@ -126,7 +124,7 @@ class Budget final : public Command {
       first = std::min(first, event.stamp);
       last = std::max(last, event.stamp);
     }
-    if (last <= first) return Error{plan_.log + ": not two events at different times"};
+    if (last <= first) return Error{plan_.log + ": fewer than two events at different times"};
     return last - first + Duration(1);
   }
 
@@ -136,7 +134,7 @@ class Budget final : public Command {
 
   void say_what_is_done(Duration log) const {
     const double laps = seconds(plan_.length) / seconds(log);
-    fmt::print(stderr, "rcs budget: {} for {:.0f} s of a log of {:.1f} s{}, load: {}\n",
+    fmt::print(stderr, "rcs budget: {} for {:.0f} s, log of {:.1f} s{}, load: {}\n",
                joined(plan_.nodes, ", "), seconds(plan_.length), seconds(log),
                laps > 1.0 ? fmt::format(" ({} laps, new processes each)", std::ceil(laps)) : "",
                loads());
@@ -147,7 +145,7 @@ class Budget final : public Command {
     const std::vector<evaluation::BudgetVerdict> verdicts = judge(run.record, limits);
     if (!svg_.empty()) {
       const std::string title =
-          fmt::format("{} scans at real time, load: {}", run.record.scans.sent, loads());
+          fmt::format("{} scans in real time, load: {}", run.record.scans.sent, loads());
       const Outcome written = tools::write_text(
           svg_, report::render(evaluation::budget_plot(run.record, limits, title), true));
       if (!written) return fail(kName, written.error());
@@ -170,8 +168,8 @@ class Budget final : public Command {
                  to_text(evaluation::verdict_table(verdicts)));
     }
     fmt::print(stderr,
-               "rcs budget: {:.0f} s played in {} laps; load average before {}; the player was at "
-               "most {:.1f} ms late, {} messages of the nodes were not heard\n",
+               "rcs budget: {:.0f} s played in {} laps; load average before {}; maximum delay of "
+               "the player {:.1f} ms; {} messages of the nodes not received\n",
                seconds(run.played), run.record.laps, load_before, milliseconds(run.worst_send),
                run.missed_here);
     return verdict(run, verdicts);
@@ -184,14 +182,14 @@ class Budget final : public Command {
       if (v.kept()) continue;
       status = kExitFailed;
       if (v.measured) {
-        fmt::print(stderr, "rcs budget: broken: {} is {:.6g}, limit {:g}\n", v.name, v.figure,
-                   v.limit);
+        fmt::print(stderr, "rcs budget: limit exceeded: {} is {:.6g}, limit {:g}\n", v.name,
+                   v.figure, v.limit);
       } else {
-        fmt::print(stderr, "rcs budget: broken: {} has no figure, limit {:g}\n", v.name, v.limit);
+        fmt::print(stderr, "rcs budget: not measured: {}, limit {:g}\n", v.name, v.limit);
       }
     }
     if (run.interrupted) {
-      fmt::print(stderr, "rcs budget: interrupted; these figures are of a part\n");
+      fmt::print(stderr, "rcs budget: interrupted; the results are incomplete\n");
       return kExitFailed;
     }
     return status;

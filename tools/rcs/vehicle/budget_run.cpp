@@ -27,14 +27,14 @@ namespace {
 
 constexpr std::size_t kLastLines = 12;
 constexpr Duration kStartWithin = from_seconds(20.0);  // a loaded computer, a large map
-constexpr Duration kTail = from_seconds(1.0);          // for the last scan's answers
+constexpr Duration kTail = from_seconds(1.0);          // for the results of the last scan
 constexpr Duration kStopWithin = from_seconds(5.0);
 constexpr Duration kLongestScan = from_seconds(1.0);
-constexpr Duration kLook = from_seconds(0.1);  // at the children
+constexpr Duration kLook = from_seconds(0.1);  // period of the check of the child processes
 constexpr Duration kRefresh = from_seconds(1.0);
 constexpr double kAhead_m = 30.0;
 
-/// Hands every message of a channel to the books of the lap, and counts what it missed.
+/// Records every message of a channel for the lap, and counts missed messages.
 template <class T>
 class Tap final : public Receiver {
  public:
@@ -53,11 +53,11 @@ class Tap final : public Receiver {
  private:
   Take take_;
   T message_{};
-  std::int64_t last_seq_ = 0;  // a node that is started anew counts from 1
+  std::int64_t last_seq_ = 0;  // a restarted node counts from 1
   std::int64_t missed_ = 0;
 };
 
-/// A node's process with what it said last.
+/// The process of a node and the source of its latest messages.
 struct Running {
   std::string name;
   ChildProcess process;
@@ -65,8 +65,8 @@ struct Running {
   std::optional<Exit> exit;
 };
 
-/// Keeps BG planning, as it does on the way: it is asked for a place ahead, and when that is near
-/// for the next one. The log's vehicle goes where it went; BG believes that it is driving.
+/// Keeps BG planning as during a drive: sends a goal ahead of the vehicle and, when that is near,
+/// the next one. The recorded motion does not depend on BG.
 class Operator {
  public:
   explicit Operator(Bus* bus) : port_(bus, channel::kBgCommand, channel::kBgStatus, "budget", {}) {}
@@ -109,7 +109,7 @@ class Laps {
 
   Outcome run();
   [[nodiscard]] BudgetRun take_result() { return std::move(result_); }
-  /// Ends all processes; nothing outlives the command.
+  /// Ends all processes; none outlives the command.
   void stop_all();
 
  private:
@@ -128,7 +128,7 @@ class Laps {
   LiveTimeline* timeline_;
   std::function<void(double)> progress_;
   BudgetRun result_;
-  Duration lap_{};  // of the lap under way
+  Duration lap_{};  // time within the current lap
   evaluation::ScanLatencyTrace books_;
   std::vector<Running> nodes_;
   std::vector<Running> load_;
@@ -136,10 +136,10 @@ class Laps {
   Stamp next_look_ = Stamp::min();
   ladar_ranges_t ranges_{};
   ladar_points_t points_{};
-  std::int64_t scan_ = -1;        // reference instant of the one under way
-  std::int64_t facet_scan_ = -1;  // and of the one that the event at hand belongs to
+  std::int64_t scan_ = -1;        // reference instant of the scan in progress
+  std::int64_t facet_scan_ = -1;  // reference instant of the scan of the current event
 
-  std::optional<Operator> operator_;  // where there is a BG
+  std::optional<Operator> operator_;  // if BG is one of the nodes
   Tap<registration_t> registrations_;
   Tap<nav_state_t> nav_states_;
   Tap<drive_t> drives_;
@@ -220,10 +220,10 @@ Outcome Laps::start_nodes() {
     return waited;
   }
   if (result_.interrupted || all_alive()) return Done{};
-  return Error{fmt::format("the nodes were not all up within {:.0f} s", seconds(kStartWithin))};
+  return Error{fmt::format("not all nodes were up within {:.0f} s", seconds(kStartWithin))};
 }
 
-/// One lap: to the end of the log, or of the time that was asked for.
+/// One lap: to the end of the log or of the requested time.
 Outcome Laps::play() {
   if (result_.interrupted) return Done{};
   Result<LogReader> reader = LogReader::open(plan_.log);
@@ -238,7 +238,7 @@ Outcome Laps::play() {
   lap_ = {};
   for (Stamp due = source.peek(); due != Stamp::max(); due = source.peek()) {
     source.take(&event);
-    // The scan that has begun is sent to its end: half of one would be counted as a loss.
+    // The scan in progress is sent completely: a partial scan would count as lost.
     const bool begins_scan = decode_facet(event);
     const Duration over = due - first - left;
     if (over > kLongestScan || (over > Duration::zero() && begins_scan)) break;
@@ -249,7 +249,7 @@ Outcome Laps::play() {
     result_.worst_send = std::max(result_.worst_send, timeline_->now() - moment);
     send(event);
   }
-  // A lap without length would be followed by laps without end.
+  // A lap without duration would be repeated endlessly.
   if (lap_ <= Duration::zero() && !result_.interrupted) {
     return Error{plan_.log + ": no sensor data at different times"};
   }
@@ -259,7 +259,7 @@ Outcome Laps::play() {
   return wait_until(timeline_->now() + kTail, {});
 }
 
-/// The scan of a facet goes to `facet_scan_`, which is -1 for all else. @return true for its first
+/// Sets `facet_scan_` to the scan of a facet, -1 for other messages. @return true for its first
 bool Laps::decode_facet(const SourceEvent& event) {
   const int size = static_cast<int>(event.data.size());
   facet_scan_ = -1;
@@ -279,7 +279,7 @@ void Laps::send(const SourceEvent& event) {
   if (facet_scan_ >= 0) books_.sent(facet_scan_, now);
 }
 
-/// @param enough  ends the waiting early; may be empty
+/// @param enough  ends waiting early; may be empty
 Outcome Laps::wait_until(Stamp until, const std::function<bool()>& enough) {
   for (;;) {
     if (timeline_->now() >= next_look_) {
@@ -297,8 +297,8 @@ Outcome Laps::wait_until(Stamp until, const std::function<bool()>& enough) {
   }
 }
 
-/// A node that has ended by itself ends the measurement; what all say is read, or they would stand
-/// still at a full pipe.
+/// A node that ends by itself ends the measurement. The output of all nodes is read, because a full
+/// pipe would block them.
 Outcome Laps::look() {
   if (operator_) operator_->step(timeline_->now());
   progress_(std::min(1.0, seconds(result_.played + lap_) / seconds(plan_.length)));
@@ -308,7 +308,7 @@ Outcome Laps::look() {
       if (!r.exit) r.exit = r.process.collect();
       if (!r.exit) continue;
       read_output(&r);
-      std::string text = fmt::format("{} {}; the last lines of all:", r.name, to_text(*r.exit));
+      std::string text = fmt::format("{} {}; last lines of all nodes:", r.name, to_text(*r.exit));
       for (const std::string& line : said_) text += "\n  " + line;
       return Error{text};
     }
@@ -343,8 +343,7 @@ void Laps::stop(std::vector<Running>* processes) {
       }
       killed = true;
     }
-    // Ctrl-C is being obeyed already: the timeline cannot wait any more, so the processor is
-    // yielded for a moment instead.
+    // After Ctrl-C the timeline cannot wait any more; the processor is yielded instead.
     if (timeline_->advance(timeline_->now() + kLook / 10) == Timeline::Step::kEnded) {
       std::this_thread::yield();
     }

@@ -1,6 +1,6 @@
 #pragma once
-// A log's sensor data at the speed of its recording through the live processes, lap after lap, each
-// with new processes, and the books of what they made of it.
+// Plays the sensor data of a log in real time to live processes, in laps, each with new processes,
+// and records the times of the results.
 
 #include <functional>
 #include <string>
@@ -16,20 +16,20 @@ struct BudgetPlan {
   std::string config;              ///< of the vehicle
   std::string log;                 ///< with sensor channels
   std::string lcm_url;             ///< empty: the default
-  std::vector<std::string> nodes;  ///< their programs lie beside this one
+  std::vector<std::string> nodes;  ///< their programs are next to this one
   std::vector<std::string> load;   ///< "cpu", "io", "memory"
-  Duration length{};               ///< the last lap ends with the scan that is under way then
+  Duration length{};               ///< the last lap ends with the scan in progress
 };
 
 struct BudgetRun {
   evaluation::BudgetRecord record;
   Duration played{};
-  Duration worst_send{};         ///< a message of the log that went out late by so much
-  std::int64_t missed_here = 0;  ///< messages of the nodes that did not reach the books
-  bool interrupted = false;      ///< by Ctrl-C: what was measured until then counts
+  Duration worst_send{};         ///< maximum delay of a message of the log
+  std::int64_t missed_here = 0;  ///< messages of the nodes that were not received
+  bool interrupted = false;      ///< by Ctrl-C: the measurements until then are valid
 };
 
-/// @param progress  now and then, with the share that is done
+/// @param progress  called occasionally with the completed share
 [[nodiscard]] Result<BudgetRun> run_budget(const BudgetPlan& plan,
                                            const std::function<void(double)>& progress);
 

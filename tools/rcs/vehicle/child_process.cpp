@@ -19,18 +19,18 @@
 namespace rcs::cli {
 namespace {
 
-constexpr int kCannotExecute = 127;  // as a shell has it
+constexpr int kCannotExecute = 127;  // as in a shell
 
 void write_all(int fd, const char* text) {
-  // Nothing can be done about a failure, in a child that is about to end.
+  // A failure is ignored: the child is about to end.
   (void)!write(fd, text, std::strlen(text));
 }
 
-/// Between fork and exec: only what is safe after a fork in a process with threads.
+/// Runs between fork and exec: only calls that are safe after a fork of a process with threads.
 [[noreturn]] void become(const char* program, char* const* argv, int output, int parent) {
-  // A node that hangs would not hear SIGTERM.
+  // A node that hangs would not react to SIGTERM.
   (void)prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() != parent) _exit(kCannotExecute);  // it died before that was said
+  if (getppid() != parent) _exit(kCannotExecute);  // the parent has already ended
   (void)setpgid(0, 0);
   sigset_t none;
   sigemptyset(&none);
@@ -39,7 +39,7 @@ void write_all(int fd, const char* text) {
   (void)dup2(empty, STDIN_FILENO);
   (void)dup2(output, STDOUT_FILENO);
   (void)dup2(output, STDERR_FILENO);
-  // LCM does not mark its sockets: a copy in the child would take messages that nobody reads.
+  // LCM does not set close-on-exec: a copied socket in the child would receive messages unread.
   (void)close_range(STDERR_FILENO + 1, ~0U, CLOSE_RANGE_CLOEXEC);
   execv(program, argv);
   write_all(STDERR_FILENO, "cannot execute ");

@@ -1,5 +1,5 @@
 #pragma once
-// A program started by this one, which dies with it; its output comes by lines.
+// A child process that ends with its parent; its output is read by lines.
 
 #include <deque>
 #include <functional>
@@ -18,22 +18,22 @@ namespace rcs::cli {
 class LineCutter {
  public:
   using Sink = std::function<void(std::string_view line)>;
-  /// A longer line comes in pieces, so that a program gone mad cannot fill the memory.
+  /// Longer lines are split, so that a faulty program cannot exhaust the memory.
   static constexpr std::size_t kMaxLine = 2000;
 
   void add(std::string_view bytes, const Sink& sink);
-  /// What waits for the end of its line.
+  /// The incomplete last line.
   void flush(const Sink& sink);
 
  private:
   std::string line_;
 };
 
-/// In a process group of its own, so that Ctrl-C reaches only its parent, which then decides.
+/// In its own process group, so that Ctrl-C reaches only the parent.
 class ChildProcess {
  public:
-  /// stdout and stderr come together; stdin is empty. That the program cannot be executed shows in
-  /// its output and an exit status of 127.
+  /// stdout and stderr are merged; stdin is empty. If the program cannot be executed, the output
+  /// has the reason and the exit status is 127.
   static Result<ChildProcess> start(const std::string& program,
                                     const std::vector<std::string>& arguments);
   ChildProcess(ChildProcess&&) noexcept = default;
@@ -41,13 +41,15 @@ class ChildProcess {
   ~ChildProcess() = default;
 
   [[nodiscard]] int pid() const { return pid_; }
-  [[nodiscard]] int exit_fd() const { return exit_.get(); }      ///< readable when it has ended
-  [[nodiscard]] int output_fd() const { return output_.get(); }  ///< -1 after the output's end
+  [[nodiscard]] int exit_fd() const {
+    return exit_.get();
+  }  ///< readable after the end of the process
+  [[nodiscard]] int output_fd() const { return output_.get(); }  ///< -1 after the end of the output
 
   void send_signal(int signal) const;
-  /// Lines that have come, without waiting. Closes output_fd() at the end of the output.
+  /// Passes the available lines without waiting. Closes output_fd() at the end of the output.
   void read_output(const LineCutter::Sink& sink);
-  /// None while it runs. Once only: afterwards the process is no more.
+  /// @return nullopt while the process runs. Returns the exit once; the process is reaped then.
   [[nodiscard]] std::optional<Exit> collect();
 
  private:
@@ -60,7 +62,7 @@ class ChildProcess {
   LineCutter cutter_;
 };
 
-/// `name` beside the running program, else in PATH.
+/// The program `name` in the folder of the running program, else in PATH.
 [[nodiscard]] Result<std::string> find_program(const std::string& name);
 
 /// "ended with status 1", "was killed by signal 11 (Segmentation fault)".

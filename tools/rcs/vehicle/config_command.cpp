@@ -35,10 +35,10 @@ class List final : public Command {
  public:
   explicit List(CLI::App* config)
       : Command(config->add_subcommand("list",
-                                       "Every key that a vehicle's configuration may have,"
-                                       " one a line, with its default and range")) {
-    app()->add_option("TABLE", table_, "only this table or key: sp.icp, gate_m");
-    app()->add_flag("--json", json_, "as JSON, with the meanings");
+                                       "List the keys of a configuration with default and range,"
+                                       " one per line")) {
+    app()->add_option("TABLE", table_, "only this table or key, e.g. sp.icp or gate_m");
+    app()->add_flag("--json", json_, "print JSON, including the descriptions");
   }
 
   int run() override {
@@ -68,8 +68,10 @@ class Explain final : public Command {
  public:
   explicit Explain(CLI::App* config)
       : Command(config->add_subcommand(
-            "explain", "What a key means: type, unit, range, default, what a change does")) {
-    app()->add_option("KEY", keys_, "sp.icp.gate_m; or gate_m, or a whole table")->required();
+            "explain", "Explain a key: meaning, type, unit, range, default, effect of a change")) {
+    app()
+        ->add_option("KEY", keys_, "full key (sp.icp.gate_m), short key (gate_m) or table")
+        ->required();
   }
 
   int run() override {
@@ -107,7 +109,7 @@ class Check final : public Command {
  public:
   explicit Check(CLI::App* config)
       : Command(config->add_subcommand(
-            "check", "All mistakes of vehicle configurations, with file and line")) {
+            "check", "Check vehicle configurations and print all errors with file and line")) {
     app()->add_option("FILE", files_, "configurations of vehicles")->required();
     app()->add_option("--set", overrides_, "KEY=VALUE as for the nodes; may be repeated");
   }
@@ -123,7 +125,7 @@ class Check final : public Command {
       }
       problems += read->problems.size();
       for (const std::string& problem : read->problems) fmt::print("{}\n", problem);
-      if (read->problems.empty()) fmt::print("{}: no mistakes\n", path);
+      if (read->problems.empty()) fmt::print("{}: no errors\n", path);
     }
     return problems == 0 ? kExitOk : kExitFailed;
   }
@@ -137,10 +139,10 @@ class Show final : public Command {
  public:
   explicit Show(CLI::App* config)
       : Command(config->add_subcommand(
-            "show", "The values that are in force with a configuration, and where each is from")) {
+            "show", "Show the effective values of a configuration and the source of each")) {
     app()->add_option("FILE", file_, "configuration of a vehicle")->required();
     app()->add_option("--set", overrides_, "KEY=VALUE as for the nodes; may be repeated");
-    app()->add_flag("--changed", changed_, "only what is not the default's");
+    app()->add_flag("--changed", changed_, "only values that differ from the default");
   }
 
   int run() override {
@@ -163,7 +165,7 @@ class Show final : public Command {
 
 void add_config_commands(CLI::App* rcs, Commands* commands) {
   CLI::App* config =
-      rcs->add_subcommand("config", "Parameters of a vehicle: list, explain, check, show");
+      rcs->add_subcommand("config", "List, explain, check and show the parameters of a vehicle");
   config->require_subcommand(1);
   config->footer(
       "Examples:\n"

@@ -16,7 +16,8 @@
 namespace rcs::cli {
 namespace {
 
-/// Reads a file with one program's parser; what it finds stays in the ParamFile.
+/// Reads a file with the parser of one program; parameters and problems are stored in the
+/// ParamFile.
 using Parser = std::function<void(const ParamFile&)>;
 
 std::vector<Parser> parsers(bool with_gateway) {
@@ -37,7 +38,7 @@ bool same_key(const ParamDescription& a, const ParamDescription& b) {
   return a.key == b.key && a.table == b.table;
 }
 
-/// Tables are read by several programs: what one has found already is not told again.
+/// Several programs read the same tables: problems already found are not reported again.
 void add(const ParamFile& file, Configuration* out) {
   for (const ParamDescription& d : file.described()) {
     const auto same = [&](const ParamDescription& other) { return same_key(d, other); };
@@ -52,7 +53,7 @@ void add(const ParamFile& file, Configuration* out) {
   }
 }
 
-/// The line in "file.toml:12: ..."; 0 where there is none.
+/// The line number in "file.toml:12: ..."; 0 if absent.
 int line_of(const std::string& problem, const std::string& path) {
   if (problem.compare(0, path.size() + 1, path + ":") != 0) return 0;
   return std::atoi(problem.c_str() + path.size() + 1);
@@ -67,7 +68,7 @@ bool ends_with(const std::string& text, const std::string& end) {
 Result<Configuration> read_configuration(const std::string& path,
                                          const std::vector<std::string>& overrides) {
   Configuration out;
-  // Without a table of its own the gateway is not meant to run: it would ask for its keys.
+  // Without [gateway] the gateway is not used, and its mandatory keys would be reported as missing.
   Result<ParamFile> first = ParamFile::load(path, overrides);
   if (!first) return first.error();
   const bool with_gateway = first->root().has("gateway");
@@ -115,7 +116,7 @@ std::vector<ParamDescription> find_parameters(const std::vector<ParamDescription
 }
 
 std::string to_toml(const std::vector<ParamDescription>& parameters, bool changed_only) {
-  // Tables as they were first read; a parser may come back to one.
+  // Tables in the order in which they were first read; a parser may read one twice.
   std::vector<std::string> tables;
   for (const ParamDescription& p : parameters) {
     if (std::find(tables.begin(), tables.end(), p.table) == tables.end()) tables.push_back(p.table);

@@ -11,12 +11,12 @@ namespace rcs::cli {
 
 /// A configuration as every program reads it.
 struct Configuration {
-  std::vector<ParamDescription> parameters;  ///< by the order of the parsers, each once
-  std::vector<std::string> problems;         ///< "file.toml:12: [sp.icp] gate_m: ..."; by line
+  std::vector<ParamDescription> parameters;  ///< in the order of the parsers, each once
+  std::vector<std::string> problems;  ///< "file.toml:12: [sp.icp] gate_m: ..."; sorted by line
 };
 
 /// @param overrides  as of ParamFile::load()
-/// @return an error where the file cannot be read or is no TOML
+/// @return an error if the file cannot be read or is not valid TOML
 [[nodiscard]] Result<Configuration> read_configuration(const std::string& path,
                                                        const std::vector<std::string>& overrides);
 
@@ -26,14 +26,12 @@ struct Configuration {
 /// "sp.icp.gate_m".
 [[nodiscard]] std::string full_key(const ParamDescription& parameter);
 
-/// Those of the name: one by its full key, all of a table ("sp.icp"), or all whose key ends in it
-/// ("gate_m").
+/// Parameters that match a name: a full key, a table ("sp.icp"), or the end of a key ("gate_m").
 [[nodiscard]] std::vector<ParamDescription> find_parameters(
     const std::vector<ParamDescription>& parameters, const std::string& name);
 
-/// What is in force, as a configuration that can be used: a comment after each value says where it
-/// is from.
-/// @param changed_only  without what has its default
+/// The effective values as a valid configuration, with the source of each value in a comment.
+/// @param changed_only  omit values equal to their defaults
 [[nodiscard]] std::string to_toml(const std::vector<ParamDescription>& parameters,
                                   bool changed_only);
 

@@ -15,7 +15,7 @@ void Console::line(std::string_view prefix, std::string_view text) {
     return;
   }
   std::string out;
-  if (left_out_ > 0) out = fmt::format("({} lines left out: nobody took them)\n", left_out_);
+  if (left_out_ > 0) out = fmt::format("({} lines dropped: stderr was blocked)\n", left_out_);
   left_out_ = 0;
   out += fmt::format("{}{}\n", prefix, text);
   if (write(STDERR_FILENO, out.data(), out.size()) < 0) ++left_out_;

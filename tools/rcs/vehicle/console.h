@@ -1,13 +1,13 @@
 #pragma once
-// Lines on stderr from a program that must not be held up by whoever reads them.
+// Lines on stderr from a program that must not be blocked by a slow reader.
 
 #include <cstdint>
 #include <string_view>
 
 namespace rcs::cli {
 
-/// A line that does not fit (a terminal stopped by Ctrl-S, a reader that hangs) is left out, and
-/// the next one that fits says how many were.
+/// A line that does not fit (a terminal stopped by Ctrl-S, a reader that hangs) is dropped; the
+/// next line that fits is preceded by the number of dropped lines.
 class Console {
  public:
   void line(std::string_view prefix, std::string_view text);

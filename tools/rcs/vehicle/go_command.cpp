@@ -27,7 +27,7 @@ namespace {
 
 constexpr std::string_view kName = "go";
 constexpr Duration kTick = from_milliseconds(100.0);
-/// A GOTO is asked for again so often: BG stops when its superior falls silent.
+/// Period at which a GOTO is repeated: BG stops when its superior is silent.
 constexpr Duration kRefresh = from_seconds(1.0);
 constexpr Duration kEchoPatience = from_seconds(2.5);
 
@@ -54,7 +54,7 @@ struct Ending {
   std::string reason;
 };
 
-/// The operator's end of the bus: time, the port to BG, and a line that says how things stand.
+/// The operator side of the bus: time, the port to BG, and a status line.
 class Desk {
  public:
   explicit Desk(LcmBus* bus)
@@ -68,20 +68,20 @@ class Desk {
     return port_.status() == nullptr ? "" : port_.status()->state;
   }
 
-  /// A tick later; false when somebody wants it to end, or the bus is lost.
+  /// Waits for one tick. @return false if the program is to end or the bus is lost
   bool wait() {
     const Stamp until = now() + kTick;
     Timeline::Step step = Timeline::Step::kDelivered;
     while (step == Timeline::Step::kDelivered) step = timeline_.advance(until);
     port_.step(now());
     if (step != Timeline::Step::kEnded) return true;
-    // Taken from its descriptor, so that the time line goes on.
+    // Consumed from its descriptor, so that the timeline continues.
     signalfd_siginfo signal{};
     (void)!::read(stop_.fd(), &signal, sizeof signal);
     return false;
   }
 
-  /// The belief, when WM says a valid one within a second.
+  /// The belief of WM if it is valid and not older than a second, else nullptr.
   const nav_state_t* belief() {
     const Stamp end = now() + from_seconds(1.0);
     while (now() < end && wait()) {
@@ -91,9 +91,9 @@ class Desk {
     return nullptr;
   }
 
-  /// Sends it, and again as long as it is not done.
-  /// @param most      of time; not done by then is a failure
-  /// @param patience  an error that lasts so long is believed: BG may be starting anew
+  /// Sends the command repeatedly until it is done.
+  /// @param most      time limit; a command that is not done by then has failed
+  /// @param patience  an error ends the command only if it lasts this long: BG may be restarting
   Ending pursue(Order order, Duration most, Duration patience) {
     const Stamp begin = now();
     order.task = to_utime(begin);
@@ -115,12 +115,12 @@ class Desk {
           return {false, "error", std::string(standing.reason)};
         }
       }
-      if (now() - begin >= most) return {false, "timeout", "the time is over"};
+      if (now() - begin >= most) return {false, "timeout", "the time limit is exceeded"};
     }
   }
 
-  /// Sends it and waits until it is echoed, not until it is done.
-  /// @param patience  without an echo for so long is a failure
+  /// Sends the command and waits until it is echoed, not until it is done.
+  /// @param patience  no echo for this long is a failure
   Ending tell(std::int8_t kind, Duration patience) {
     Order order;
     order.kind = kind;
@@ -129,7 +129,7 @@ class Desk {
     while (now() - begin < patience) {
       if (!wait()) return {false, "interrupted", "interrupted"};
       const Standing standing = port_.standing(now());
-      // Its echo may have been replaced by that of another superior's command.
+      // Its echo may have been replaced by that of a command of another superior.
       if (standing.state == Standing::State::kDone) return {true, "done", ""};
       const status_t* const status = port_.status();
       const bool echoed = status != nullptr && status->echo_serial == serial;
@@ -142,7 +142,8 @@ class Desk {
     return {false, "error", std::string(port_.standing(now()).reason)};
   }
 
-  /// Sends it until BG has latched it: a BG that is down or cannot write it may be back soon.
+  /// Sends the emergency stop until BG has latched it: a BG that is down or cannot write may
+  /// recover.
   Ending emergency_stop(Duration most) {
     Order order;
     order.kind = command_t::KIND_EMERGENCY_STOP;
@@ -155,7 +156,7 @@ class Desk {
       if (port_.confirmed()) return {true, "confirmed", ""};
       if (goes_on && now() - begin < most) continue;
       return {false, goes_on ? "timeout" : "interrupted",
-              "the emergency stop is not confirmed: " + std::string(standing.reason)};
+              "emergency stop not confirmed: " + std::string(standing.reason)};
     }
   }
 
@@ -166,7 +167,7 @@ class Desk {
   }
 
  private:
-  // On a terminal one line that is written over; elsewhere a line when it changes.
+  // On a terminal one line that is overwritten; elsewhere a new line for each change.
   void show(const Standing& standing, Duration since) {
     const std::string text =
         fmt::format("{}{}{}{}{}", name_of(standing.state), state().empty() ? "" : ", ", state(),
@@ -193,47 +194,49 @@ class Desk {
 class Go final : public Command {
  public:
   explicit Go(CLI::App* rcs)
-      : Command(rcs->add_subcommand("go", "The operator: tells BG where to drive, or to stop")) {
-    app()->add_option("--waypoint", waypoints_, "X,Y [m]; repeat it for the next ones");
+      : Command(rcs->add_subcommand("go", "Send drive or stop commands to BG")) {
+    app()->add_option("--waypoint", waypoints_, "X,Y [m]; may be repeated");
     app()
-        ->add_option("--scenario", scenario_, "the waypoints, and the speed, of this scenario")
+        ->add_option("--scenario", scenario_, "use the waypoints and the speed of this scenario")
         ->check(CLI::ExistingFile);
-    app()->add_option("--seed", seed_, "of the scenario, instead of the file's");
+    app()->add_option("--seed", seed_, "seed, overrides that of the scenario");
     app()
-        ->add_option("--speed", speed_mps_,
-                     "at most, on the way [m/s]; default 5, or the scenario's")
+        ->add_option("--speed", speed_mps_, "speed limit [m/s]; default 5, or that of the scenario")
         ->check(CLI::Range(0.1, 30.0));
     app()
-        ->add_option("--radius", radius_m_, "a waypoint is reached within [m]")
+        ->add_option("--radius", radius_m_, "distance at which a waypoint counts as reached [m]")
         ->check(CLI::Range(0.5, 50.0))
         ->capture_default_str();
     app()
-        ->add_option("--frame", frame_, "of the waypoints: world (east, north) or local")
+        ->add_option("--frame", frame_, "frame of the waypoints: world (east, north) or local")
         ->check(CLI::IsMember({"world", "local"}))
         ->capture_default_str();
     app()
         ->add_option("--timeout", timeout_s_,
-                     "[s]; not arrived, or no emergency stop confirmed, by then: stop, status 1")
+                     "time limit [s] for the arrival or the confirmation of an emergency stop;\n"
+                     "when exceeded the vehicle is stopped, status 1")
         ->check(CLI::Range(0.0, 1e6));
     app()
         ->add_option("--patience", patience_s_,
-                     "BG silent, or unable, for so long: give up, status 1 [s]")
+                     "maximum time without a status of BG, or with an error of BG [s]; when\n"
+                     "exceeded: status 1")
         ->check(CLI::Range(1.0, 1e6))
         ->capture_default_str();
-    app()->add_flag("--halt", halt_, "stop, and stay");
+    app()->add_flag("--halt", halt_, "stop and hold");
     app()->add_flag("--emergency-stop", emergency_stop_,
-                    "brake; latched over restarts of everything until --release");
-    app()->add_flag("--release", release_, "end an emergency stop, at rest");
+                    "brake; latched, also across restarts of all nodes, until --release");
+    app()->add_flag("--release", release_,
+                    "release an emergency stop; the vehicle must be at rest");
     app()->add_option("--lcm-url", lcm_url_,
                       fmt::format("the bus; default: $LCM_DEFAULT_URL, else {}", kDefaultLcmUrl));
-    app()->add_flag("--json", json_, "how it ended, as JSON");
+    app()->add_flag("--json", json_, "print the result as JSON");
     app()->footer(
-        "It asks again every second and BG stops 2.5 s after it was last asked, so this program\n"
-        "must stay. A BG that starts anew goes on behind the waypoints that were reached. Ctrl-C\n"
-        "halts the vehicle first. --emergency-stop is sent until BG confirms that it is latched "
-        "on\n"
-        "the disk, or until --timeout. Status 0: arrived, or echoed (--halt, --emergency-stop,\n"
-        "--release); 1: not, and BG's reason is told.\n"
+        "The command is repeated every second, and BG stops 2.5 s after the last repetition;\n"
+        "therefore this program must keep running. After a restart BG continues with the "
+        "waypoints\n"
+        "not yet reached. Ctrl-C halts the vehicle first. --emergency-stop is sent until BG\n"
+        "confirms that it is latched on disk, or until --timeout. Status 0: arrived, or command\n"
+        "echoed (--halt, --emergency-stop, --release); 1: failed, with the reason of BG.\n"
         "Examples:\n"
         "  rcs go --waypoint 40,0 --waypoint 60,30 --speed 4\n"
         "  rcs go --scenario config/sim/closed_loop.toml --seed 3 --timeout 170\n"
@@ -285,12 +288,14 @@ class Go final : public Command {
                       static_cast<int>(halt_) + static_cast<int>(emergency_stop_) +
                       static_cast<int>(release_);
     if (asked != 1) {
-      return "exactly one of --waypoint, --scenario, --halt, --emergency-stop and --release";
+      return "exactly one of --waypoint, --scenario, --halt, --emergency-stop and --release is "
+             "required";
     }
-    if (seed_ && scenario_.empty()) return "--seed goes with --scenario";
-    if (!scenario_.empty() && frame_ != "world") return "a scenario's waypoints are in frame world";
+    if (seed_ && scenario_.empty()) return "--seed requires --scenario";
+    if (!scenario_.empty() && frame_ != "world")
+      return "the waypoints of a scenario are in frame world";
     for (const std::string& text : waypoints_) {
-      if (!tools::parse_place(text)) return "--waypoint " + text + ": X,Y in metres";
+      if (!tools::parse_place(text)) return "--waypoint " + text + ": expected X,Y in metres";
     }
     return "";
   }
@@ -344,16 +349,18 @@ class Go final : public Command {
     desk->end_line();
     const Ending halted = desk->tell(command_t::KIND_HALT, kEchoPatience);
     ending.reason +=
-        halted.good ? "; BG halts" : "; and BG does not say that it halts: " + halted.reason;
+        halted.good ? "; BG halts" : "; BG does not confirm the halt: " + halted.reason;
     return ending;
   }
 
-  /// WM's world may hang on a datum of its own; once it is known the scenario's places are told in
-  /// it. Before, the two differ by the error of the first fix.
+  /// The datum of WM may differ from that of the scenario. Waypoints are converted once the datum
+  /// of WM is known; until then they are shifted by the error of the first fix.
   void into_world_of(Desk* desk, Order* order) const {
     const nav_state_t* const belief = desk->belief();
     if (belief == nullptr) {
-      fmt::print(stderr, "rcs go: WM has no world yet: its datum is taken for the scenario's\n");
+      fmt::print(stderr,
+                 "rcs go: WM has no world pose yet: assuming that its datum is that of the "
+                 "scenario\n");
       return;
     }
     const Pose T_wm_scenario = LocalFrame({radians(belief->datum_lat_deg),
@@ -376,7 +383,7 @@ class Go final : public Command {
   bool release_ = false;
   bool json_ = false;
   std::string lcm_url_;
-  std::optional<Geodetic> datum_;  // of the scenario's world
+  std::optional<Geodetic> datum_;  // of the scenario
 };
 
 }  // namespace

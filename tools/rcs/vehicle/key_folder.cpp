@@ -24,8 +24,8 @@ namespace fs = std::filesystem;
 constexpr char kAuthorities[] = "ca";
 constexpr char kDays[] = "3650";
 
-// Given whole, so that what the machine's own openssl.cnf says does not matter. Nobody can sign for
-// others with an identity.
+// Complete, so that the openssl.cnf of the machine is not used. An identity cannot sign
+// certificates for others.
 constexpr char kOpensslConfig[] = R"([req]
 distinguished_name = subject
 prompt = no
@@ -40,8 +40,8 @@ basicConstraints = critical, CA:false
 keyUsage = critical, digitalSignature
 )";
 
-// Who is not authenticated gets and gives nothing. Whole messages are encrypted, and each writer's
-// part once more by its own key, so that one who may only read cannot write in another's name.
+// Unauthenticated participants are excluded. Whole messages are encrypted, and the part of each
+// writer once more by its own key, so that a reader cannot write in the name of another.
 constexpr char kGovernance[] = R"(<?xml version="1.0" encoding="utf-8"?>
 <dds>
   <domain_access_rules>
@@ -84,7 +84,7 @@ std::string grant_name(const std::string& name, KeyRole role) {
   return fmt::format("<grant name=\"{} {}\">", text(role), name);
 }
 
-// Valid as long as the certificate: that one has the date that counts.
+// Valid as long as the certificate, whose dates are decisive.
 std::string permissions(const std::string& name, KeyRole role) {
   std::string rules;
   if (role == KeyRole::kVehicle) rules += rule("publish", kStateTopics, name);
@@ -111,7 +111,7 @@ std::string permissions(const std::string& name, KeyRole role) {
       grant_name(name, role), name, rules);
 }
 
-/// Files that are made while it lives are their owner's alone, those of openssl too.
+/// During its lifetime files are created with access for the owner only, also those of openssl.
 class PrivateFiles {
  public:
   PrivateFiles() : before_(::umask(0077)) {}
@@ -123,7 +123,7 @@ class PrivateFiles {
   mode_t before_;
 };
 
-/// Runs openssl without a shell. What it says is told only when it fails.
+/// Runs openssl without a shell. @return its output as an error if it fails
 Outcome openssl(std::vector<std::string> args) {
   args.insert(args.begin(), "openssl");
   std::vector<char*> argv;
@@ -132,7 +132,7 @@ Outcome openssl(std::vector<std::string> args) {
   argv.push_back(nullptr);
 
   std::array<int, 2> ends{};
-  if (::pipe2(ends.data(), O_CLOEXEC) != 0) return Error{"no pipe to openssl"};
+  if (::pipe2(ends.data(), O_CLOEXEC) != 0) return Error{"cannot create a pipe to openssl"};
   const FileHandle from(ends[0]);
   FileHandle to(ends[1]);
   posix_spawn_file_actions_t actions;
@@ -146,7 +146,7 @@ Outcome openssl(std::vector<std::string> args) {
   (void)to.close();
   if (failed != 0) {
     return Error{
-        fmt::format("cannot run openssl ({}); its package is openssl", std::strerror(failed))};
+        fmt::format("cannot run openssl ({}); install the package openssl", std::strerror(failed))};
   }
 
   std::string said;
@@ -181,7 +181,7 @@ Outcome make_authority(const fs::path& folder, const std::string& name) {
                   (folder / (name + "_ca.pem")).string()});
 }
 
-/// A folder that appears whole or not at all.
+/// A folder that is created completely or not at all.
 template <class Fill>
 Outcome make_whole(const fs::path& folder, const Fill& fill) {
   const fs::path partial = folder.string() + ".partial";  // no name of an identity has a dot
@@ -214,7 +214,7 @@ Result<KeyFolder> KeyFolder::open(const std::string& path) {
   if (failed) return Error{fmt::format("{}: {}", path, failed.message())};
   if (fs::exists(fs::path(path) / kAuthorities)) return keys;
   if (!fs::is_empty(path, failed)) {
-    return Error{path + ": not empty, and no folder of keys: it has no authorities (ca/)"};
+    return Error{path + ": not empty, and not a folder of keys: no authorities (ca/)"};
   }
   if (Outcome made = keys.make_authorities(); !made) return made.error();
   keys.authorities_made_ = true;
@@ -232,8 +232,8 @@ Result<bool> KeyFolder::add(const std::string& name, KeyRole role) const {
     if (!there) return there.error();
     if (there->find(grant_name(name, role)) != std::string::npos) return false;
     return Error{
-        fmt::format("{}: is there with another role than {}; keys are never changed: take "
-                    "another name, or remove the folder",
+        fmt::format("{}: exists with another role than {}; keys are never changed: use another "
+                    "name or remove the folder",
                     folder.string(), text(role))};
   }
   const PrivateFiles private_files;

@@ -1,6 +1,6 @@
 #pragma once
-// A folder of keys for DDS Security: two authorities, and a folder for each identity that holds all
-// that this identity needs and none of the authorities' private keys. Made by the openssl program.
+// A folder of keys for DDS Security: two authorities, and a folder for each identity with all files
+// that the identity needs, but not the private keys of the authorities. Uses the openssl program.
 //
 //   ca/      identity_ca and permissions_ca (certificates and private keys), governance
 //   NAME/    identity.pem key.pem permissions.p7s identity_ca.pem permissions_ca.pem governance.p7s
@@ -12,7 +12,7 @@
 
 namespace rcs::cli {
 
-/// What an identity may do. Everyone writes in the partition of their own name only.
+/// Permissions of an identity. Every identity writes only to the partition of its own name.
 enum class KeyRole {
   kVehicle,   ///< writes VehicleState and NodeStatus, reads commands
   kOperator,  ///< reads VehicleState and NodeStatus, writes commands
@@ -21,13 +21,13 @@ enum class KeyRole {
 
 [[nodiscard]] std::string_view text(KeyRole role);
 
-/// What was there is never written over. Files get mode 0600, folders 0700.
+/// Existing keys are never overwritten. Files get mode 0600, folders 0700.
 class KeyFolder {
  public:
-  /// Makes the authorities when there are none yet.
+  /// Creates the authorities if the folder has none.
   static Result<KeyFolder> open(const std::string& path);
 
-  /// @return true: made; false: was there, with this role
+  /// @return true: created; false: existed with this role
   Result<bool> add(const std::string& name, KeyRole role) const;
 
   [[nodiscard]] bool authorities_made() const { return authorities_made_; }

@@ -17,17 +17,16 @@ class Keys final : public Command {
  public:
   explicit Keys(CLI::App* rcs)
       : Command(rcs->add_subcommand(
-            "keys", "Keys and signed permissions for DDS between vehicles and operators")) {
-    app()
-        ->add_option("DIR", directory_, "the folder of keys; made when it is not there")
-        ->required();
+            "keys", "Create keys and signed permissions for DDS between vehicles and operators")) {
+    app()->add_option("DIR", directory_, "folder of keys; created if missing")->required();
     app()->add_option("--vehicle", vehicles_, "an identity for the gateway of this vehicle");
     app()->add_option("--operator", operators_, "an identity that may command vehicles");
-    app()->add_option("--observer", observers_, "an identity that may only watch");
+    app()->add_option("--observer", observers_, "an identity that may only receive");
     app()->footer(
-        "A vehicle's NAME is the one in its configuration, [vehicle] name; an operator's is its\n"
-        "operator_id. Options may be repeated; what is there is kept, new identities are added.\n"
-        "DIR/NAME is what its owner gets, whole. DIR/ca makes new identities: it stays at home.\n"
+        "The name of a vehicle is [vehicle] name in its configuration, the name of an operator is\n"
+        "its operator_id. Options may be repeated; existing identities are kept, new ones added.\n"
+        "Give the complete folder DIR/NAME to its owner. DIR/ca creates new identities: keep it\n"
+        "private.\n"
         "Example:\n"
         "  rcs keys keys --vehicle demo3 --operator alice --observer museum");
   }

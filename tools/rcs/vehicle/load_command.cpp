@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::string_view kName = "load";
 
-/// Arithmetic that an optimizer cannot leave out, one slice.
+/// One slice of arithmetic that the optimizer cannot remove.
 std::uint64_t spin(std::uint64_t x) {
   for (int i = 0; i < 1'000'000; ++i) x = x * 6364136223846793005U + 1442695040888963407U;
   return x;
@@ -32,7 +32,7 @@ void load_cpu(const InterruptGuard& interrupt) {
 }
 
 void load_memory(const InterruptGuard& interrupt) {
-  // Several times the last cache of any computer that this runs on.
+  // Several times the last-level cache.
   std::vector<std::uint64_t> array(std::size_t{32} << 20);
   std::uint64_t round = 0;
   while (!interrupt.requested()) {
@@ -46,7 +46,7 @@ Outcome load_io(const InterruptGuard& interrupt) {
   std::string path = (std::filesystem::temp_directory_path() / "rcs_load_XXXXXX").string();
   const FileHandle file(mkstemp(path.data()));
   if (!file.valid()) return Error{path + ": " + std::strerror(errno)};
-  (void)unlink(path.c_str());  // nothing is left behind, however this ends
+  (void)unlink(path.c_str());  // no file remains, however the program ends
   const std::vector<char> block(std::size_t{1} << 20, 'x');
   for (int k = 0; !interrupt.requested(); ++k) {
     const off_t at = static_cast<off_t>(k % kBlocks) * static_cast<off_t>(block.size());
@@ -61,7 +61,7 @@ Outcome load_io(const InterruptGuard& interrupt) {
 class Load final : public Command {
  public:
   explicit Load(CLI::App* rcs)
-      : Command(rcs->add_subcommand("load", "Keeps the computer busy until Ctrl-C")) {
+      : Command(rcs->add_subcommand("load", "Load the computer until Ctrl-C")) {
     app()
         ->add_option("KIND", kind_,
                      "cpu: one core; io: write and fsync; memory: a stream of 256 MB")

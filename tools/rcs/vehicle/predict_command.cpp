@@ -30,32 +30,34 @@ constexpr Duration kResend = from_seconds(1.0);
 class PredictCommand final : public Command {
  public:
   explicit PredictCommand(CLI::App* rcs)
-      : Command(
-            rcs->add_subcommand("predict", "Predicts WM's uncertainty along a path without GPS")) {
+      : Command(rcs->add_subcommand(
+            "predict", "Predict the position uncertainty of WM along a path without GPS")) {
     CLI::Option* const to =
-        app()->add_option("--to", to_, "X,Y [m] east and north in frame world; repeat it");
+        app()->add_option("--to", to_, "X,Y [m] east and north in frame world; may be repeated");
     app()
-        ->add_option("--path", path_, "the places as CSV with columns x_m and y_m")
+        ->add_option("--path", path_, "CSV with columns x_m and y_m, in frame world")
         ->check(CLI::ExistingFile)
         ->excludes(to);
     app()
-        ->add_option("--limit", limit_m_, "status 1 when the sigma with the map passes this [m]")
+        ->add_option("--limit", limit_m_, "status 1 if the sigma with the map exceeds this [m]")
         ->check(CLI::Range(0.01, 1e4));
     app()
-        ->add_option("--rows", rows_, "of the table, at most")
+        ->add_option("--rows", rows_, "maximum number of rows of the table")
         ->check(CLI::Range(2, 1000))
         ->capture_default_str();
     app()
-        ->add_option("--timeout", timeout_s_, "no answer by then: status 1 [s]")
+        ->add_option("--timeout", timeout_s_,
+                     "time limit for the response of WM [s]; when exceeded: status 1")
         ->check(CLI::Range(0.1, 3600.0))
         ->capture_default_str();
     app()->add_option("--lcm-url", lcm_url_,
                       fmt::format("the bus; default: $LCM_DEFAULT_URL, else {}", kDefaultLcmUrl));
-    app()->add_flag("--json", json_, "the answer as JSON, every place of it");
+    app()->add_flag("--json", json_, "print the result as JSON, with every point");
     app()->footer(
-        "The path begins where the vehicle is. Sigmas are of the place along its worst horizontal\n"
-        "direction; the survey's slow error comes on top of that with the map. WM works on an\n"
-        "answer beside its cycles: about 1.2 km of path a second.\n"
+        "The path begins at the vehicle. Sigmas are of the position in the worst horizontal\n"
+        "direction; the sigma with the map does not include the systematic error of the survey. "
+        "WM\n"
+        "computes the prediction in the background, about 1.2 km of path per second.\n"
         "Examples:\n"
         "  rcs predict --to 400,120 --to 900,300\n"
         "  rcs predict --path route.csv --limit 2");
@@ -72,21 +74,21 @@ class PredictCommand final : public Command {
     const Result<path_uncertainty_t> answer = ask(bus->get(), *places);
     if (!answer) return fail(kName, answer.error());
     if (answer->state == path_uncertainty_t::STATE_NO_WORLD) {
-      return fail(kName, Error{"WM does not know where it is yet"});
+      return fail(kName, Error{"WM has no world pose yet"});
     }
     if (answer->state != path_uncertainty_t::STATE_ANSWERED) {
-      return fail(kName, Error{"WM refuses the path: at most 1000 places, within 10000 km"});
+      return fail(kName, Error{"WM rejected the path: at most 1000 points, within 10000 km"});
     }
     if (json_) {
       print_json(*answer);
     } else {
       print_table(*answer);
     }
-    if (answer->n < 1) return fail(kName, Error{"the answer has no places"});
+    if (answer->n < 1) return fail(kName, Error{"the response has no points"});
     const float most =
         *std::max_element(answer->sigma_with_map_m.begin(), answer->sigma_with_map_m.end());
     if (!limit_m_ || most <= *limit_m_) return kExitOk;
-    return fail(kName, Error{fmt::format("sigma {:.2f} m, more than {:.2f} m", most, *limit_m_)});
+    return fail(kName, Error{fmt::format("sigma {:.2f} m > {:.2f} m (--limit)", most, *limit_m_)});
   }
 
  private:
@@ -95,20 +97,20 @@ class PredictCommand final : public Command {
     std::vector<Vec2> places;
     for (const std::string& text : to_) {
       const std::optional<Vec2> p = tools::parse_place(text);
-      if (!p) return Error{"--to " + text + ": X,Y in metres"};
+      if (!p) return Error{"--to " + text + ": expected X,Y in metres"};
       places.push_back(*p);
     }
     return places;
   }
 
   [[nodiscard]] Result<std::vector<Vec2>> checked_places() const {
-    constexpr std::size_t kMost = 1000;  // what WM takes
+    constexpr std::size_t kMax = 1000;  // limit of WM
     Result<std::vector<Vec2>> places = read_places();
     if (!places) return places;
     const std::string from = path_.empty() ? "" : path_ + ": ";
-    if (places->empty()) return Error{from + "a path is needed: --to or --path with places"};
-    if (places->size() > kMost) {
-      return Error{fmt::format("{}{} places, at most {}", from, places->size(), kMost)};
+    if (places->empty()) return Error{from + "a path is required: --to or --path with points"};
+    if (places->size() > kMax) {
+      return Error{fmt::format("{}{} points, at most {}", from, places->size(), kMax)};
     }
     return places;
   }
@@ -143,7 +145,7 @@ class PredictCommand final : public Command {
         if (m.issuer == query.issuer && m.serial == query.serial) return m;
       }
     }
-    return Error{fmt::format("no answer within {} s: does WM run on this bus?", timeout_s_)};
+    return Error{fmt::format("no response within {} s: WM may not run on this bus", timeout_s_)};
   }
 
   static void print_json(const path_uncertainty_t& m) {
@@ -162,9 +164,10 @@ class PredictCommand final : public Command {
     fmt::print("{}\n", j.dump(2));
   }
 
-  // As many rows as fit, evenly, the first and the last among them.
+  // At most `rows_` rows, evenly distributed, including the first and the last.
   void print_table(const path_uncertainty_t& m) const {
-    report::Table table{{"way [m]", "x [m]", "y [m]", "by motion [m]", "with the map [m]"}, {}};
+    report::Table table{
+        {"distance [m]", "x [m]", "y [m]", "sigma, dead reckoning [m]", "with map [m]"}, {}};
     const std::size_t n = m.travelled_m.size();
     const std::size_t rows = std::min(n, static_cast<std::size_t>(rows_));
     for (std::size_t row = 0; row < rows; ++row) {
@@ -176,9 +179,9 @@ class PredictCommand final : public Command {
     }
     fmt::print("{}", to_text(table));
     if (m.has_map == 0) {
-      fmt::print("WM has no a priori map: both are by motion alone\n");
+      fmt::print("WM has no a priori map: both sigmas are by dead reckoning\n");
     } else {
-      fmt::print("the survey's slow error of {:.2f} m comes on top of that with the map\n",
+      fmt::print("not included with map: systematic error of the survey, sigma {:.2f} m\n",
                  m.map_bias_sigma_m);
     }
   }

@@ -13,7 +13,7 @@
 namespace rcs::cli {
 namespace {
 
-// Also set by the tests' launcher, which makes such a bus for a whole test.
+// Also set by the launcher of the tests, which creates such a bus for a whole test.
 constexpr char kInside[] = "RCS_PRIVATE_BUS";
 constexpr char kRoute[] =
     "ip link set lo up && ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo";
@@ -34,7 +34,7 @@ std::vector<std::string> own_arguments() {
 
 Outcome enter_private_bus() {
   if (std::getenv(kInside) != nullptr) return Done{};  // NOLINT(concurrency-mt-unsafe)
-  // Root keeps its rights over scheduling without a user namespace; others need one.
+  // Root keeps its scheduling privileges without a user namespace; other users need one.
   std::vector<std::string> ways = {"-rn"};
   if (geteuid() == 0) ways.insert(ways.begin(), "-n");
   for (const std::string& way : ways) {
@@ -59,11 +59,11 @@ Outcome enter_private_bus() {
     execvp(argv.front(), argv.data());
     const int reason = errno;
     (void)unsetenv(kInside);  // NOLINT(concurrency-mt-unsafe)
-    return Error{std::string("cannot start anew in a network namespace: ") + std::strerror(reason)};
+    return Error{std::string("cannot restart in a network namespace: ") + std::strerror(reason)};
   }
   return Error{
       "no private bus: this system allows neither 'unshare -rn' nor 'unshare -n', or iproute2 is "
-      "missing; --lcm-url names a bus to use instead"};
+      "missing; use an existing bus by --lcm-url"};
 }
 
 }  // namespace rcs::cli

@@ -1,6 +1,6 @@
 #pragma once
-// A bus of one's own: the program starts anew inside a network namespace in which multicast goes to
-// lo, so that what it sends reaches no vehicle and nothing of others reaches it.
+// A private bus: the program restarts in a network namespace in which multicast is routed to lo, so
+// that its messages reach no vehicle and it receives no messages of others.
 
 #include <string>
 
@@ -8,9 +8,9 @@
 
 namespace rcs::cli {
 
-/// Does not return when it succeeds: this program runs again, with the same arguments, and finds
-/// itself inside. Call it before any thread or child.
-/// @return Done when it is inside already; else why the system does not allow it
+/// Does not return on success: the program is executed again inside the namespace, with the same
+/// arguments. Call it before any thread or child is created.
+/// @return Done if already inside; else an error with the reason
 [[nodiscard]] Outcome enter_private_bus();
 
 }  // namespace rcs::cli

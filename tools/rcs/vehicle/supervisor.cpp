@@ -30,7 +30,8 @@ std::optional<Duration> Supervisor::on_exit(std::size_t node, const Exit& exit, 
   if (stopping_) return std::nullopt;
   n.refusals = refused ? n.refusals + 1 : 0;
   ++n.failures;
-  // Once it was alive the vehicle may be moving: the others go on. Before that nothing is lost.
+  // A node that was alive before may control a moving vehicle: the others keep running. Otherwise
+  // stopping all is safe.
   if (n.critical && !n.was_ever_alive && n.refusals >= params_.failing_after) {
     gave_up_on_ = node;
     stopping_ = true;
@@ -51,7 +52,7 @@ void Supervisor::forget_failures_of_healthy(NodeState* node, Stamp now) const {
 }
 
 Duration Supervisor::backoff(const NodeState& node) const {
-  // A configuration that is refused does not mend itself soon.
+  // A rejected configuration will not become valid soon.
   if (node.refusals >= params_.failing_after) return params_.longest_backoff;
   Duration wait = params_.first_backoff;
   for (int i = 1; i < node.failures && wait < params_.longest_backoff; ++i) wait *= 2;
@@ -103,7 +104,7 @@ Stamp Supervisor::next() const {
   Stamp next = Stamp::max();
   for (const NodeState& n : nodes_) {
     if (n.state == State::kKilled || n.state == State::kEnded) continue;
-    // What is to be stopped is to be stopped at once.
+    // Stop without delay.
     next = std::min(next, stopping_ && n.state != State::kStopping ? Stamp::min() : n.until);
   }
   return next;

@@ -1,6 +1,6 @@
 #pragma once
-// When to start, end and kill the node processes of `rcs up`. Pure: what happened goes in with its
-// time, what is to be done comes out.
+// Decides when to start, end and kill the node processes of `rcs up`. Pure: events with times are
+// the input, actions are the output.
 
 #include <cstddef>
 #include <optional>
@@ -13,21 +13,21 @@ namespace rcs::cli {
 struct SupervisorParams {
   Duration first_backoff = from_seconds(0.2);  ///< before a restart; doubles with each, > 0
   Duration longest_backoff = from_seconds(10.0);
-  Duration healthy_after = from_seconds(30.0);  ///< of life: then the next death is a first one
-  Duration start_within = from_seconds(15.0);   ///< from the start to the first sign of life
-  Duration silent_for = from_seconds(5.0);      ///< without a sign of life: it hangs
+  Duration healthy_after = from_seconds(30.0);  ///< uptime that resets the count of failures
+  Duration start_within = from_seconds(15.0);   ///< from the start to the first heartbeat
+  Duration silent_for = from_seconds(5.0);      ///< without a heartbeat: the node hangs
   Duration stop_within = from_seconds(3.0);     ///< from SIGTERM to SIGKILL
-  /// Deaths in a row without healthy_after of life between them: the node is failing.
+  /// Consecutive ends, each before healthy_after of uptime: the node is failing.
   int failing_after = 3;
 };
 
 /// How a process ended.
 struct Exit {
   bool by_signal = false;
-  int code = 0;  ///< exit status, or the signal
+  int code = 0;  ///< exit status or signal number
 };
 
-/// What is to be done with one node's process. It counts as done.
+/// An action on the process of one node. The supervisor assumes that it is executed.
 struct Order {
   enum class Kind { kStart, kTerminate, kKillSilent, kKillUnstarted, kKillUnstopped };
   Kind kind;
@@ -36,28 +36,28 @@ struct Order {
 
 class Supervisor {
  public:
-  /// @param critical  of each node: without it nothing is to start
+  /// @param critical  for each node: true if no node may start without it
   Supervisor(const std::vector<bool>& critical, const SupervisorParams& params);
 
-  /// A sign of life: process_t of the process that was started last.
+  /// Heartbeat: process_t of the process that was started last.
   void on_alive(std::size_t node, Stamp now);
-  /// @return after what time it will be started again; none: it will not
+  /// @return time until the restart; nullopt: no restart
   std::optional<Duration> on_exit(std::size_t node, const Exit& exit, Stamp now);
-  /// Ends all of them; nothing is started any more.
+  /// Ends all processes; none is started any more.
   void stop() { stopping_ = true; }
 
-  /// What is to be done by now, nodes in their order.
+  /// The actions due at `now`, in the order of the nodes.
   [[nodiscard]] std::vector<Order> due(Stamp now);
-  /// When due() has something to say next, if nothing happens before; Stamp::max(): never.
+  /// Time of the next action of due() if no event occurs before; Stamp::max(): never.
   [[nodiscard]] Stamp next() const;
 
   [[nodiscard]] bool stopping() const { return stopping_; }
   /// Stopped, and every process has ended.
   [[nodiscard]] bool finished() const;
-  /// True while it dies again and again. The others run on: they stop the vehicle if they miss it,
-  /// and report why.
+  /// True while the node ends repeatedly. The other nodes keep running: they stop the vehicle if
+  /// they require the node, and report the reason.
   [[nodiscard]] bool failing(std::size_t node) const;
-  /// The critical node that was never alive and refuses to start, for which all were stopped.
+  /// The critical node that was never alive and does not start, for which all were stopped.
   [[nodiscard]] std::optional<std::size_t> gave_up_on() const { return gave_up_on_; }
 
  private:
@@ -65,12 +65,12 @@ class Supervisor {
   struct NodeState {
     bool critical = true;
     State state = State::kWaiting;
-    Stamp until = Stamp::min();  ///< what the state waits for, or its deadline
-    Stamp alive_since;           ///< of this life; kRunning and later
-    bool was_alive = false;      ///< in this life
+    Stamp until = Stamp::min();  ///< end of waiting, or deadline of the state
+    Stamp alive_since;           ///< of this process; kRunning and later
+    bool was_alive = false;      ///< this process
     bool was_ever_alive = false;
-    int failures = 0;  ///< in a row
-    int refusals = 0;  ///< in a row: ends with an error before the first sign of life
+    int failures = 0;  ///< consecutive
+    int refusals = 0;  ///< consecutive ends with an error before the first heartbeat
   };
 
   void forget_failures_of_healthy(NodeState* node, Stamp now) const;

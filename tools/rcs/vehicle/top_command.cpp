@@ -24,7 +24,7 @@ constexpr std::string_view kName = "top";
 constexpr Duration kRedraw = from_milliseconds(500.0);
 constexpr int kMaxBurst = 1000;
 
-/// Decodes what comes on a channel and hands it to the model; what it cannot decode is counted.
+/// Decodes the messages of a channel and passes them to the model; malformed ones are counted.
 template <class T>
 class Tap final : public Receiver {
  public:
@@ -52,7 +52,7 @@ class Tap final : public Receiver {
   T message_{};
 };
 
-/// What every node and WM and BG say. LCM takes a channel for a regular expression: any node.
+/// Subscribes to the channels of the nodes. LCM accepts regular expressions: any node.
 struct Taps {
   Taps(Bus* bus, evaluation::TopModel* model)
       : process(bus, ".*_PROCESS", model, &evaluation::TopModel::on_process),
@@ -68,13 +68,13 @@ struct Taps {
   Tap<status_t> status;
 };
 
-/// The terminal as a screen without echo, put back as it was at the end.
+/// The terminal as a screen without echo; restored at the end.
 class Screen {
  public:
   Screen() {
     (void)tcgetattr(STDIN_FILENO, &before_);
     termios raw = before_;
-    // Ctrl-C and Ctrl-Z come as characters: a stopped program would leave the terminal like this.
+    // Ctrl-C and Ctrl-Z are read as characters: a stopped program would not restore the terminal.
     raw.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO | ISIG);
     raw.c_cc[VMIN] = 0;
     raw.c_cc[VTIME] = 0;
@@ -97,7 +97,7 @@ class Screen {
     put(screen_text(lines, size));
   }
 
-  /// Whether somebody asked to leave by the keyboard, or took it away.
+  /// True if a key for the end was pressed or the input was closed.
   [[nodiscard]] bool asked_to_leave() const {
     std::array<char, 64> keys{};
     const ssize_t n = read(STDIN_FILENO, keys.data(), keys.size());
@@ -122,27 +122,29 @@ class Screen {
 class Top final : public Command {
  public:
   explicit Top(CLI::App* rcs)
-      : Command(
-            rcs->add_subcommand("top", "The nodes on the bus, live: time, load, inputs, state")) {
+      : Command(rcs->add_subcommand("top",
+                                    "Show the nodes on the bus live: times, load, inputs, state")) {
     app()->add_option("--lcm-url", lcm_url_,
                       fmt::format("the bus; default: $LCM_DEFAULT_URL, else {}", kDefaultLcmUrl));
-    app()->add_flag("--once", once_, "listen for a while, print once; also without a terminal");
-    app()->add_flag("--json", json_, "figures as JSON; implies --once");
+    app()->add_flag("--once", once_,
+                    "receive for the time --listen and print once; default without a terminal");
+    app()->add_flag("--json", json_, "print the state as JSON; implies --once");
     app()
-        ->add_option("--listen", listen_s_, "[s] with --once or --json; rates are over at most 5 s")
+        ->add_option("--listen", listen_s_,
+                     "receiving time [s] with --once or --json; rates are over at most 5 s")
         ->check(CLI::Range(0.1, 3600.0))
         ->capture_default_str();
     app()->footer(
-        "q or Ctrl-C quits. Times are of the last 5 s; overruns, missed, dropped, gaps and "
-        "malformed\n"
-        "count since the node's start. With --once the exit status is 1 when no node is alive.\n"
+        "q or Ctrl-C quits. Times are of the last 5 s; overruns, missed, dropped, gaps and\n"
+        "malformed are counts since the start of the node. With --once the exit status is 1 if no\n"
+        "node is alive.\n"
         "Examples:\n"
         "  rcs top\n"
         "  rcs top --json | jq '.nodes[] | {node, used_max_ms, overruns}'");
   }
 
   int run() override {
-    const StopSignals stop;  // before the bus, as LCM's thread inherits the mask
+    const StopSignals stop;  // before the bus, because the thread of LCM inherits the mask
     const Result<std::unique_ptr<LcmBus>> opened = LcmBus::create(lcm_url_);
     if (!opened) return fail(kName, opened.error());
     LcmBus* const bus = opened->get();

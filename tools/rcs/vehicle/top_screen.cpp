@@ -55,11 +55,11 @@ std::string scheduling_of(const evaluation::TopView::Node& n) {
 
 Style style_of(const evaluation::TopView::Node& n) {
   if (!n.alive) return Style::kAlarm;
-  const bool late = n.least_slack && *n.least_slack < Duration::zero();
+  const bool late = n.min_slack && *n.min_slack < Duration::zero();
   return late || n.degrade_level > 0 ? Style::kWarning : Style::kPlain;
 }
 
-/// The table's lines; its rows with their styles.
+/// The lines of the table; its rows with their styles.
 void append(const report::Table& table, const std::vector<Style>& styles,
             std::vector<TopLine>* lines) {
   const std::string text = to_text(table);
@@ -79,7 +79,7 @@ void append_nodes(const evaluation::TopView& view, std::vector<TopLine>* lines) 
   for (const evaluation::TopView::Node& n : view.nodes) {
     table.rows.push_back(
         {n.name, state_of(n), n.heard ? span(n.up) : "-", number(n.account_hz), ms(n.used_p50),
-         ms(n.used_max), ms(n.budget), ms(n.least_slack), std::to_string(n.overruns),
+         ms(n.used_max), ms(n.budget), ms(n.min_slack), std::to_string(n.overruns),
          std::to_string(n.missed), std::to_string(n.degrade_level), number(n.cpu_percent),
          fmt::format("{:.1f}", static_cast<double>(n.rss_kb) / 1024.0), scheduling_of(n)});
     styles.push_back(style_of(n));
@@ -179,7 +179,7 @@ nlohmann::ordered_json json_node(const evaluation::TopView::Node& n) {
           {"used_p50_ms", json_ms(n.used_p50)},
           {"used_max_ms", json_ms(n.used_max)},
           {"budget_ms", json_ms(n.budget)},
-          {"least_slack_ms", json_ms(n.least_slack)},
+          {"min_slack_ms", json_ms(n.min_slack)},
           {"overruns", n.overruns},
           {"missed", n.missed},
           {"degrade_level", n.degrade_level},
@@ -213,18 +213,18 @@ nlohmann::ordered_json json_nav(const evaluation::TopView::Nav& nav) {
 
 std::vector<TopLine> top_lines(const evaluation::TopView& view) {
   std::vector<TopLine> lines;
-  if (view.nodes.empty()) lines.push_back({"no node is heard on this bus", Style::kAlarm});
+  if (view.nodes.empty()) lines.push_back({"no node on this bus", Style::kAlarm});
   if (!view.nodes.empty()) append_nodes(view, &lines);
   if (view.nav) append_nav(*view.nav, &lines);
   if (view.status) append_status(*view.status, &lines);
   append_inputs(view, &lines);
   for (const auto& [channel, count] : view.malformed) {
     lines.push_back(
-        {fmt::format("{}: {} messages could not be read: of another version of the type?", channel,
-                     count),
+        {fmt::format("{}: {} messages cannot be decoded, possibly another version of the type",
+                     channel, count),
          Style::kWarning});
   }
-  if (!view.events.empty()) lines.push_back({"events, the newest first", Style::kHead});
+  if (!view.events.empty()) lines.push_back({"events, newest first", Style::kHead});
   for (const evaluation::TopView::Event& e : view.events) {
     lines.push_back({fmt::format("  {:>8} ago  {} {}: {}: {}{}", span(e.age), e.node,
                                  severity_name(e.severity), e.code, e.text,
@@ -248,7 +248,7 @@ std::string screen_text(const std::vector<TopLine>& lines, const ScreenSize& siz
   const std::size_t shown = cut ? rows - 1 : lines.size();
   std::string text = "\033[H";  // home
   for (std::size_t i = 0; i < shown; ++i) {
-    // Each line erases what was right of it; the last one has no line end, which would scroll.
+    // Each line erases the rest of its row; the last one has no line end, which would scroll.
     text += fmt::format("{}{}\033[0m\033[K{}", code_of(lines[i].style),
                         lines[i].text.substr(0, columns), i + 1 < rows ? "\r\n" : "");
   }

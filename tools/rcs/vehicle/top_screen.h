@@ -1,5 +1,5 @@
 #pragma once
-// The figures of `rcs top` as text, as a screen and as JSON. Pure.
+// The state shown by `rcs top` as text, as a screen and as JSON. Pure.
 
 #include <nlohmann/json_fwd.hpp>
 #include <string>
@@ -24,11 +24,11 @@ struct ScreenSize {
   int columns = 80;
   int rows = 24;
 };
-/// ANSI codes that paint the lines over the last screen, without flicker: cut at the right and at
-/// the bottom, where the last row then says how many are missing.
+/// ANSI codes that draw the lines over the last screen without flicker; cut at the right and at
+/// the bottom, where the last row shows the number of missing lines.
 [[nodiscard]] std::string screen_text(const std::vector<TopLine>& lines, const ScreenSize& size);
 
-/// null where there is no figure.
+/// null for missing values.
 [[nodiscard]] nlohmann::ordered_json to_json(const evaluation::TopView& view);
 
 }  // namespace rcs::cli

@@ -29,12 +29,12 @@ namespace {
 constexpr std::string_view kName = "up";
 constexpr std::string_view kPrefix = "rcs up: ";
 constexpr std::size_t kLastLines = 8;
-/// A node speaks once a second: whoever is alive is heard in this time.
+/// Nodes send a heartbeat once per second: a running node is detected in this time.
 constexpr Duration kListen = from_seconds(1.6);
-/// Of messages before anything else is looked at.
+/// Maximum number of messages delivered in a row.
 constexpr int kMaxBurst = 1000;
 
-/// One node: its process while there is one, its sign of life.
+/// One node: its process, if running, and its heartbeat.
 struct Watched {
   Watched(Bus* bus, const std::string& n)
       : name(n), prefix("[" + n + "] "), alive(bus, channel_of(n, "PROCESS"), 4) {}
@@ -45,17 +45,17 @@ struct Watched {
   std::optional<ChildProcess> process;
   std::deque<std::string> last_lines;
   std::string last_end;     ///< "ended with status 1"
-  std::set<int> pids;       ///< that were started here
-  std::set<int> strangers;  ///< that speak in its name and were not
+  std::set<int> pids;       ///< processes started here
+  std::set<int> strangers;  ///< other processes that publish under its name
 };
 
-/// Until something can be read, or it is `until`.
+/// Waits for readable data or until `until`.
 void wait(std::vector<pollfd>* polled, Stamp until, Stamp now) {
   int timeout_ms = -1;
   if (until <= now) {
     timeout_ms = 0;
   } else if (until != Stamp::max()) {
-    // Rounded up, so that it is over when poll() returns.
+    // Rounded up, so that the time has passed when poll() returns.
     timeout_ms = static_cast<int>(std::min(milliseconds(until - now), 1e6)) + 1;
   }
   (void)poll(polled->data(), polled->size(), timeout_ms);
@@ -64,27 +64,26 @@ void wait(std::vector<pollfd>* polled, Stamp until, Stamp now) {
 class Up final : public Command {
  public:
   explicit Up(CLI::App* rcs)
-      : Command(rcs->add_subcommand("up", "Starts the vehicle's nodes and keeps them running")) {
+      : Command(rcs->add_subcommand("up", "Start the nodes of the vehicle and keep them running")) {
     app()->add_option("CONFIG", config_, "the vehicle's configuration (TOML)")->required();
     app()->add_option("--lcm-url", lcm_url_,
                       fmt::format("the bus; default: $LCM_DEFAULT_URL, else {}", kDefaultLcmUrl));
-    app()->add_flag("--check", check_, "only let each node read CONFIG, and start nothing");
-    app()->add_flag("--force", force_, "start although nodes of these names are alive on the bus");
+    app()->add_flag("--check", check_, "only check CONFIG with each node; start nothing");
+    app()->add_flag("--force", force_, "start even if nodes of these names run on the bus");
     app()->footer(
-        "Nodes: [up] nodes in CONFIG (default sp, wm); their programs lie beside rcs or in PATH.\n"
-        "One that ends is started again after 0.2 s, 0.4 s, ... 10 s; one that is silent for 5 s "
-        "is\n"
-        "killed first. One that ends three times in a row, without 30 s of life, is an alarm "
-        "(event\n"
-        "node.failing, note in `rcs top`); the others run on. Nothing starts (status 1) where a "
-        "critical\n"
-        "node refuses CONFIG or cannot start at all; [up] non_critical in CONFIG (default "
-        "gateway)\n"
-        "names the others.\n"
-        "Ctrl-C or SIGTERM stops all (status 0). The nodes do not outlive it, however it ends.\n"
+        "Nodes: [up] nodes in CONFIG (default sp, wm); their programs are next to rcs or in PATH.\n"
+        "A node that ends is restarted after 0.2 s, 0.4 s, ... 10 s; a node that is silent for 5 "
+        "s\n"
+        "is killed first. A node that ends three times in a row within 30 s of its start raises "
+        "an\n"
+        "alarm (event node.failing, note in `rcs top`); the others keep running. No node starts\n"
+        "(status 1) if a critical node rejects CONFIG or cannot start; [up] non_critical in "
+        "CONFIG\n"
+        "(default gateway) names the nodes that are not critical.\n"
+        "Ctrl-C or SIGTERM stops all nodes (status 0). The nodes always end with this program.\n"
         "An emergency stop is latched in [process] state_directory (default $STATE_DIRECTORY,\n"
-        "$XDG_STATE_HOME/rcs, ~/.local/state/rcs), outlives all of them, and is reported at the\n"
-        "start; `rcs go --release` ends it, the vehicle at rest.\n"
+        "$XDG_STATE_HOME/rcs, ~/.local/state/rcs), survives restarts, and is reported at the\n"
+        "start; `rcs go --release` ends it when the vehicle is at rest.\n"
         "Examples:\n"
         "  rcs up config/demo3.toml\n"
         "  rcs up --check config/my_vehicle.toml && systemctl restart rcs");
@@ -119,7 +118,7 @@ class Up final : public Command {
   SupervisorParams limits_;
   Console console_;
   std::unique_ptr<LcmBus> bus_;
-  std::deque<Watched> nodes_;  // addresses stay: the bus holds them
+  std::deque<Watched> nodes_;  // deque: the bus holds their addresses
   std::optional<Supervisor> supervisor_;
   std::optional<UpReport> report_;
 };
@@ -132,17 +131,17 @@ int Up::run() {
   const std::vector<std::string>& nodes = tables->nodes;
   for (const auto& [name, realtime] : tables->realtime) {
     if (std::find(nodes.begin(), nodes.end(), name) == nodes.end()) {
-      say(fmt::format("{}: [process.{}] is of no node in [up] nodes", config_, name));
+      say(fmt::format("{}: [process.{}] is not the table of a node in [up] nodes", config_, name));
     }
   }
 
-  const StopSignals stop;  // before the bus, as LCM's thread inherits the mask
+  const StopSignals stop;  // before the bus, because the thread of LCM inherits the mask
   if (const Outcome good = check_all(*tables, stop); !good) return fail(kName, good.error());
   if (const Outcome known = report_latched_stop(*params, nodes); !known) {
     return fail(kName, known.error());
   }
   if (check_) {
-    fmt::print("rcs up: {} is good for its {} nodes\n", config_, nodes.size());
+    fmt::print("rcs up: {} is valid for its {} nodes\n", config_, nodes.size());
     return kExitOk;
   }
 
@@ -170,8 +169,8 @@ int Up::run() {
   return kExitOk;
 }
 
-/// Of all nodes, so that all that is wrong is seen at once.
-/// @return an error if nothing is to be started
+/// Checks all nodes, so that all problems are reported at once.
+/// @return an error if no node is to be started
 Outcome Up::check_all(const ProcessTables& tables, const StopSignals& stop) {
   std::string refused;
   for (const std::string& name : tables.nodes) {
@@ -187,7 +186,7 @@ Outcome Up::check_all(const ProcessTables& tables, const StopSignals& stop) {
   return refused.empty() ? Outcome(Done{}) : Outcome(Error{refused});
 }
 
-/// Lets the node's program read the configuration: only the node knows what it needs.
+/// The program of the node checks the configuration, because only the node knows its requirements.
 Outcome Up::check(const std::string& name, const StopSignals& stop) {
   const Result<std::string> program = find_program(name);
   if (!program) return program.error();
@@ -199,7 +198,7 @@ Outcome Up::check(const std::string& name, const StopSignals& stop) {
     std::vector<pollfd> polled = {{process.exit_fd(), POLLIN, 0}, {stop.fd(), POLLIN, 0}};
     if (process.output_fd() >= 0) polled.push_back({process.output_fd(), POLLIN, 0});
     wait(&polled, Stamp::max(), Stamp());
-    if (polled[1].revents != 0) return Error{"interrupted"};  // and the process dies with us
+    if (polled[1].revents != 0) return Error{"interrupted"};  // the child ends with this process
     process.read_output([&](std::string_view line) { said.append("\n  ").append(line); });
     if (const std::optional<Exit> exit = process.collect()) {
       process.read_output([&](std::string_view line) { said.append("\n  ").append(line); });
@@ -209,7 +208,7 @@ Outcome Up::check(const std::string& name, const StopSignals& stop) {
   }
 }
 
-/// BG latches emergency stops in a file, and finds it at its start.
+/// BG latches emergency stops in a file that it reads at its start.
 Outcome Up::report_latched_stop(const ParamFile& file, const std::vector<std::string>& nodes) {
   if (std::find(nodes.begin(), nodes.end(), "bg") == nodes.end()) return Done{};
   const Result<StopLatch> latch = open_stop_latch(file);
@@ -234,8 +233,8 @@ Outcome Up::refuse_if_alive(LiveTimeline* timeline) {
     for (Watched& node : nodes_) {
       if (const process_t* seen = node.alive.latest()) {
         return Error{fmt::format(
-            "{} is alive on {} already: process {}, configuration {}. Two of a name would both "
-            "answer. Stop that one first (or --force).",
+            "{} is already alive on {}: process {}, configuration {}. Two nodes of one name would "
+            "both publish. Stop that one first (or use --force).",
             node.name, bus_->url(), seen->pid, seen->config)};
       }
     }
@@ -246,7 +245,7 @@ Outcome Up::refuse_if_alive(LiveTimeline* timeline) {
 Outcome Up::watch(const StopSignals& stop, const LiveTimeline& timeline) {
   std::vector<pollfd> polled;
   while (!supervisor_->finished()) {
-    // What waits is heard before anyone is judged silent: we may have been held up ourselves.
+    // Pending messages are delivered before silence is judged: this process may have been delayed.
     deliver(timeline.now());
     const Stamp now = timeline.now();
     for (const Order& order : supervisor_->due(now)) carry_out(order, now);
@@ -270,7 +269,7 @@ Outcome Up::watch(const StopSignals& stop, const LiveTimeline& timeline) {
   }
   if (const std::optional<std::size_t> culprit = supervisor_->gave_up_on()) {
     const Watched& node = nodes_[*culprit];
-    std::string text = fmt::format("{} refuses to start; its last words:", node.name);
+    std::string text = fmt::format("{} does not start; its last lines:", node.name);
     for (const std::string& line : node.last_lines) text += "\n  " + line;
     return Error{text};
   }
@@ -291,7 +290,7 @@ void Up::hear(std::size_t i, Stamp now) {
       supervisor_->on_alive(i, now);
       if (was_failing && !supervisor_->failing(i)) report_->recovered(now, node.name);
     } else if (node.pids.count(seen->pid) == 0 && node.strangers.insert(seen->pid).second) {
-      say(fmt::format("another {} speaks on this bus: process {}, configuration {}", node.name,
+      say(fmt::format("another {} publishes on this bus: process {}, configuration {}", node.name,
                       seen->pid, seen->config));
     }
   }
@@ -327,7 +326,7 @@ void Up::start(std::size_t i, Stamp now) {
               : Result<ChildProcess>(program.error());
   if (!started) {
     say(started.error().message);
-    // As a shell has it for what cannot be executed.
+    // As in a shell for a program that cannot be executed.
     return ended(i, {false, 127}, now);
   }
   node.process.emplace(std::move(started).value());
@@ -341,7 +340,7 @@ void Up::look_for_end(std::size_t i, Stamp now) {
   take_output(&node);
   const std::optional<Exit> exit = node.process->collect();
   if (!exit) return;
-  take_output(&node);  // what it said at the very end
+  take_output(&node);  // the output before the end
   node.process.reset();
   ended(i, *exit, now);
 }
@@ -351,15 +350,15 @@ void Up::ended(std::size_t i, const Exit& exit, Stamp now) {
   nodes_[i].last_end = to_text(exit);
   const std::optional<Duration> restart = supervisor_->on_exit(i, exit, now);
   say(fmt::format("{} {}{}", nodes_[i].name, nodes_[i].last_end,
-                  restart ? fmt::format("; again in {:.1f} s", seconds(*restart)) : ""));
+                  restart ? fmt::format("; restart in {:.1f} s", seconds(*restart)) : ""));
   if (!restart || was_failing || !supervisor_->failing(i)) return;
-  say("ALARM: " + failure_of(i) + "; the other nodes run on");
-  report_->failing(now, failure_of(i) + "; the other nodes run on");
+  say("ALARM: " + failure_of(i) + "; the other nodes keep running");
+  report_->failing(now, failure_of(i) + "; the other nodes keep running");
 }
 
 std::string Up::failure_of(std::size_t i) const {
   return fmt::format(
-      "{} does not stay up: {} times in a row or more, last it {}; tried again at least every "
+      "{} fails repeatedly: at least {} times in a row, last it {}; restarted at least every "
       "{:.0f} s",
       nodes_[i].name, limits_.failing_after, nodes_[i].last_end, seconds(limits_.longest_backoff));
 }

@@ -1,5 +1,5 @@
 #pragma once
-// What `rcs up` publishes: UP_PROCESS once a second, whose note names the nodes that fail, and
+// Messages of `rcs up`: UP_PROCESS once per second, whose note names the failing nodes, and
 // UP_EVENT when a node begins to fail or has recovered.
 
 #include <string>
@@ -18,9 +18,9 @@ class UpReport {
  public:
   UpReport(Bus* bus, const std::string& config, Stamp now);
 
-  /// When process() is due; it may be called earlier.
+  /// Time at which process() is due; it may be called earlier.
   [[nodiscard]] Stamp next() const { return next_; }
-  /// @param note  on the nodes that fail; empty: all is well
+  /// @param note  about the failing nodes; empty: none
   void process(Stamp now, const std::string& note);
   void failing(Stamp now, std::string_view what) { events_.error(now, "node.failing", "{}", what); }
   void recovered(Stamp now, std::string_view node) {

@@ -1,0 +1,37 @@
+// What all commands have in common.
+
+#include <gmock/gmock.h>
+
+#include "tests/support/rcs_command.h"
+
+namespace rcs::test {
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+
+class CommandLine : public RcsCommand {};
+
+TEST_F(CommandLine, EveryCommandHasAVersion) {
+  for (const char* command : {"", "log ", "log cat ", "register ", "map build "}) {
+    EXPECT_EQ(rcs(std::string(command) + "--version"), 0) << command << messages();
+    EXPECT_THAT(out(), StartsWith("rcs 0.")) << command;
+  }
+}
+
+TEST_F(CommandLine, AnUnknownCommandIsNamedWithASuggestion) {
+  EXPECT_EQ(rcs("regster a.pcd b.pcd"), 2);
+  EXPECT_THAT(messages(), HasSubstr("unknown command regster; did you mean register?"));
+  EXPECT_EQ(rcs("log ct run.log"), 2);
+  EXPECT_THAT(messages(), HasSubstr("unknown command ct; did you mean"));
+}
+
+TEST_F(CommandLine, AnUnknownOptionIsNamedWithASuggestion) {
+  EXPECT_EQ(rcs("eval run.log --jsn"), 2);
+  EXPECT_THAT(messages(), HasSubstr("unknown option --jsn; did you mean --json?"));
+  EXPECT_EQ(rcs("--hepl"), 2);
+  EXPECT_THAT(messages(), HasSubstr("did you mean --help?"));
+}
+
+}  // namespace
+}  // namespace rcs::test
