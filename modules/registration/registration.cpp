@@ -5,8 +5,9 @@
 
 namespace rcs::registration {
 
-template <>
-const char BuiltWithAlignment<EIGEN_MAX_ALIGN_BYTES>::symbol = 0;
+template <int kBytes>
+const char BuiltWithAlignment<kBytes>::symbol = 0;
+template struct BuiltWithAlignment<EIGEN_MAX_ALIGN_BYTES>;
 
 std::string_view name_of(Stop stop) {
   constexpr std::array<std::string_view, 10> kNames = {

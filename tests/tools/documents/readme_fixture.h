@@ -139,8 +139,9 @@ class Readme : public RcsCommand {
     }
     las.records = {{"LASF_Projection", 34735, keys}};
     for (int k = 0; k < 10000; ++k) {
+      const int row = k / 100;
       const double x = 0.7 * (k % 100);
-      const double y = 0.7 * static_cast<double>(k / 100);
+      const double y = 0.7 * row;
       las.points.push_back({500000.0 + x, 5200000.0 + y, 300.0 + 0.02 * x, 2, 1, 1, false});
     }
     std::filesystem::create_directory(folder_ + "/tiles");
