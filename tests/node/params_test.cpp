@@ -317,5 +317,18 @@ TEST(Params, PathsAreRelativeToTheFile) {
   EXPECT_EQ(file->resolve("/maps/a.tile"), "/maps/a.tile");
 }
 
+// toml++ 3.3 has undefined behavior for such a character where it looks for white space.
+TEST(Params, CharactersOutsideOfAsciiAreForQuotesAndComments) {
+  const Result<ParamFile> bare = ParamFile::parse("a = 1\n[\u00e9]\n", "t.toml");
+  ASSERT_FALSE(bare.ok());
+  EXPECT_EQ(bare.error().message, "t.toml:2: a character outside of ASCII, not in quotes");
+  EXPECT_TRUE(ParamFile::parse("name = \"caf\u00e9\"  # \u00e9\n", "t.toml").ok());
+  EXPECT_TRUE(ParamFile::parse("\xEF\xBB\xBF"
+                               "a = 1\n",
+                               "t.toml")
+                  .ok())
+      << "byte order mark";
+}
+
 }  // namespace
 }  // namespace rcs

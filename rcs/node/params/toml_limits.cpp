@@ -40,9 +40,19 @@ Outcome check_toml_limits(std::string_view text, std::string_view name) {
   if (text.size() > kMaxTomlBytes) {
     return Error{fmt::format("{}: more than {} bytes", name, kMaxTomlBytes)};
   }
+  const auto line_at = [&](std::size_t at) {
+    return 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(at), '\n');
+  };
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
   int dots = 0;  // since the beginning of a key or value
-  for (std::size_t i = 0; i < text.size();) {
+  const std::size_t begin = text.substr(0, 3) == kByteOrderMark ? 3 : 0;
+  for (std::size_t i = begin; i < text.size();) {
     const char c = text[i];
+    // toml++ 3.3 asks whether it is white space, and that function has undefined behavior.
+    if (static_cast<unsigned char>(c) >= 0x80) {
+      return Error{
+          fmt::format("{}:{}: a character outside of ASCII, not in quotes", name, line_at(i))};
+    }
     if (c == '#') {
       i = std::min(text.find('\n', i), text.size());
       continue;
@@ -53,9 +63,8 @@ Outcome check_toml_limits(std::string_view text, std::string_view name) {
     }
     if (std::string_view("=,{}[]\n").find(c) != std::string_view::npos) dots = 0;
     if (c == '.' && ++dots > kMaxKeyDots) {
-      const auto line =
-          1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(i), '\n');
-      return Error{fmt::format("{}:{}: a key with more than {} dots", name, line, kMaxKeyDots)};
+      return Error{
+          fmt::format("{}:{}: a key with more than {} dots", name, line_at(i), kMaxKeyDots)};
     }
     ++i;
   }
