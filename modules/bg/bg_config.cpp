@@ -139,22 +139,22 @@ void read(ParamTable table, vj::SpeedParams* p) {
             "Speed in contact with an obstacle, and the largest speed backwards.");
   table.get("lateral_mps2", &p->lateral_mps2, {0.1, 10},
             "Lateral acceleration that limits the speed in turns. Larger: faster turns.");
-  table.get("sure_sigma_m", &p->sure_sigma_m, {0.01, 100},
+  table.get("full_speed_sigma_m", &p->full_speed_sigma_m, {0.01, 100},
             "Horizontal standard deviation of the world pose up to which the speed is not reduced; "
             "for waypoints in frame world.");
-  table.get("unsure_sigma_m", &p->unsure_sigma_m, {0.1, 1000},
+  table.get("stop_sigma_m", &p->stop_sigma_m, {0.1, 1000},
             "Horizontal standard deviation of the world pose from which the vehicle does not drive "
             "to waypoints in frame world.");
-  table.get("unsure_share", &p->unsure_share, {0.01, 1},
-            "Share of the speed that is left just below unsure_sigma_m and the alert limits.");
+  table.get("min_speed_share", &p->min_speed_share, {0.01, 1},
+            "Share of the speed that is left just below stop_sigma_m and the alert limits.");
   table.get("alert_limit_horizontal_m", &p->alert_limit_horizontal_m, {0.5, 1000},
             "Horizontal protection level from which the vehicle does not drive to waypoints in "
             "frame world; it slows down from half of it.");
   table.get("alert_limit_vertical_m", &p->alert_limit_vertical_m, {0.5, 1000},
             "Vertical protection level from which the vehicle does not drive to waypoints in frame "
             "world; it slows down from half of it.");
-  if (p->unsure_sigma_m <= p->sure_sigma_m) {
-    table.fail("unsure_sigma_m", "must be more than sure_sigma_m");
+  if (p->stop_sigma_m <= p->full_speed_sigma_m) {
+    table.fail("stop_sigma_m", "must be more than full_speed_sigma_m");
   }
 }
 

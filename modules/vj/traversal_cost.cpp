@@ -58,12 +58,12 @@ double falling_share(double value, double full, double limit, double least) {
 }  // namespace
 
 double speed_share(double sigma_m, const SpeedParams& p) {
-  return falling_share(sigma_m, p.sure_sigma_m, p.unsure_sigma_m, p.unsure_share);
+  return falling_share(sigma_m, p.full_speed_sigma_m, p.stop_sigma_m, p.min_speed_share);
 }
 
 double protected_share(double horizontal_m, double vertical_m, const SpeedParams& p) {
   const auto share = [&p](double level_m, double limit_m) {
-    return falling_share(level_m, 0.5 * limit_m, limit_m, p.unsure_share);
+    return falling_share(level_m, 0.5 * limit_m, limit_m, p.min_speed_share);
   };
   return std::min(share(horizontal_m, p.alert_limit_horizontal_m),
                   share(vertical_m, p.alert_limit_vertical_m));

@@ -68,9 +68,10 @@ struct SpeedParams {
   double unknown_mps = 1.5;   ///< where the ground was not seen
   double near_mps = 1.5;      ///< in contact with an obstacle
   double lateral_mps2 = 2.0;  ///< in turns
-  double sure_sigma_m = 0.5;  ///< horizontal sigma of the pose up to which the speed is not reduced
-  double unsure_sigma_m = 5.0;  ///< horizontal sigma from which the vehicle does not drive
-  double unsure_share = 0.3;    ///< share of the speed that is left just below that
+  double full_speed_sigma_m =
+      0.5;                    ///< horizontal sigma of the pose up to which the speed is not reduced
+  double stop_sigma_m = 5.0;  ///< horizontal sigma from which the vehicle does not drive
+  double min_speed_share = 0.3;  ///< share of the speed that is left just below that
   /// Protection levels from which the vehicle does not drive to a waypoint in frame world; it slows
   /// down from half of them.
   double alert_limit_horizontal_m = 20.0;

@@ -64,7 +64,7 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
   // A fix that the gate rejected has not changed the filter.
   const bool harmful = record.accepted == now;
   doubted_ = harmful && astray > 1.0 ? doubted_ + 1 : 0;
-  if (doubted_ < params_.doubted && !(harmful && drifting > 1.0)) return std::nullopt;
+  if (doubted_ < params_.refuted_fixes && !(harmful && drifting > 1.0)) return std::nullopt;
   return exclude(model, z, belief);
 }
 

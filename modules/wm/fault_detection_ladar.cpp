@@ -18,7 +18,7 @@ constexpr double kMapLimit1 = 10.83;
 bool Trust::lasts(bool astray, Stamp now, Stamp* since) const {
   if (!astray) *since = Stamp::min();
   if (astray && *since == Stamp::min()) *since = now;
-  return astray && now - *since >= params_.ladar_doubted;
+  return astray && now - *since >= params_.ladar_refuted;
 }
 
 /// The fixes agree with the motion and contradict the filter with the a priori map.
@@ -31,7 +31,7 @@ std::optional<FilterState> Trust::map_is_to_blame(const Model& model, const GpsF
   const bool by_motion = used && gps_test_ratio_ > 1.0 &&
                          nis(motion.state, z, model.params.gps, 0.0).horizontal <= model.gates[2];
   map_contradicted_ = by_motion ? map_contradicted_ + 1 : 0;
-  if (map_contradicted_ < params_.doubted) return std::nullopt;
+  if (map_contradicted_ < params_.refuted_fixes) return std::nullopt;
   return without_map(belief, model.params.modes);
 }
 

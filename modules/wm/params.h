@@ -163,8 +163,8 @@ struct TrustParams {
   double persistent_m = 100.0;
   Duration probation = from_seconds(5.0);  ///< in which the readmission can be revoked
   Duration branch = from_seconds(10.0);    ///< age at which a sub-filter is branched again
-  int doubted = 5;                         ///< fixes in a row above the test limit that exclude GPS
-  Duration ladar_doubted = from_seconds(1.0);  ///< time of matches above it that excludes the LADAR
+  int refuted_fixes = 5;                   ///< fixes in a row above the test limit that exclude GPS
+  Duration ladar_refuted = from_seconds(1.0);  ///< time of matches above it that excludes the LADAR
   int matches = 20;                            ///< accepted matches that readmit the LADAR
   double false_alarm = 1e-6;                   ///< of the sub-filter tests
   double floor_m = 0.3;                        ///< sigma added to the difference of two filters

@@ -364,10 +364,10 @@ void read_fde(ParamTable table, TrustParams* p) {
   table.get_ms("branch_ms", &p->branch, {2000, 60000},
                "Age at which the sub-filters are branched again from the main filter. Larger: "
                "slower faults are detected, with a wider test.");
-  table.get("doubted", &p->doubted, {1, 100},
+  table.get("refuted_fixes", &p->refuted_fixes, {1, 100},
             "Fixes in a row beyond the limit of the sub-filter test after which GPS, or the a "
             "priori map that contradicts the fixes, is excluded.");
-  table.get_ms("ladar_doubted_ms", &p->ladar_doubted, {100, 60000},
+  table.get_ms("ladar_refuted_ms", &p->ladar_refuted, {100, 60000},
                "Time for which the test of the LADAR or of the a priori map must exceed its limit "
                "before the source is excluded.");
   table.get("matches", &p->matches, {2, 1000},

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "lcmtypes/convert.h"
+#include "lcmtypes/message_names.h"
 #include "lcmtypes/plausible.h"
 #include "lcmtypes/rcs/innovation_t.hpp"
 #include "lcmtypes/rcs/integrity_t.hpp"
@@ -56,12 +57,6 @@ static_assert(same_value(kAlertHorizontal, integrity_t::ALERT_HORIZONTAL) &&
 static_assert(same_value(Without::kAll, subfilter_t::KIND_INERTIAL) &&
               same_value(Without::kLadar, subfilter_t::KIND_WITHOUT_LADAR) &&
               same_value(Without::kGps, subfilter_t::KIND_WITHOUT_GPS));
-
-std::string_view text(Reason reason) {
-  constexpr std::string_view kTexts[] = {"accepted", "gate",  "invalid",    "late",      "repeated",
-                                         "no datum", "epoch", "unobserved", "quarantine"};
-  return kTexts[static_cast<std::size_t>(reason)];
-}
 
 bool is_sigma(double s, double limit) { return std::isfinite(s) && s > 0.0 && s <= limit; }
 
@@ -133,7 +128,7 @@ std::optional<Registration> admit(const registration_t& m) {
 void tell_refused(const InboxBase& inbox, Reason reason, Stamp now, Report* report) {
   if (reason == Reason::kAccepted || reason == Reason::kNoDatum) return;
   report->warn(now, "input.refused", "{}: {}, not fused; newest utime {}", inbox.channel(),
-               text(reason), to_utime(inbox.account().newest));
+               innovation_reason_name(static_cast<int>(reason)), to_utime(inbox.account().newest));
 }
 
 }  // namespace rcs::wm

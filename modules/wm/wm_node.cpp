@@ -9,15 +9,13 @@
 
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
+#include "lcmtypes/message_names.h"
 #include "lcmtypes/plausible.h"
 #include "modules/wm/wm_messages_node.h"
 #include "rcs/node/budget.h"
 
 namespace rcs::wm {
 namespace {
-
-constexpr std::string_view kModes[] = {"align",    "gps+ins",         "gps+ins+ladar", "ins+ladar",
-                                       "ins only", "gps without ins", "ladar only",    "lost"};
 
 constexpr Duration kReportInterval = from_seconds(5.0);
 constexpr Duration kIntegrityPeriod = from_milliseconds(100.0);
@@ -348,8 +346,8 @@ void WmNode::report_events(Stamp now) {
   const FilterState& s = estimator_.state();
   if (const Mode newest = mode(now); newest != reported_mode_) {
     report_.transition(now, event_t::SEVERITY_INFO, "mode", "{} -> {}",
-                       kModes[static_cast<std::size_t>(reported_mode_)],
-                       kModes[static_cast<std::size_t>(newest)]);
+                       nav_mode_name(static_cast<int>(reported_mode_)),
+                       nav_mode_name(static_cast<int>(newest)));
     reported_mode_ = newest;
   }
   if (s.memory.world_resets != reported_resets_) {

@@ -64,9 +64,9 @@ TEST(TraversalCost, ObstaclesAndCliffsAreNotDriven) {
 TEST(TraversalCost, ALargerPoseSigmaGivesALowerSpeed) {
   const SpeedParams p;
   EXPECT_DOUBLE_EQ(speed_share(0.0, p), 1.0);
-  EXPECT_DOUBLE_EQ(speed_share(p.sure_sigma_m, p), 1.0);
-  EXPECT_NEAR(speed_share(p.unsure_sigma_m - 1e-9, p), p.unsure_share, 1e-6);
-  EXPECT_DOUBLE_EQ(speed_share(p.unsure_sigma_m, p), 0.0);
+  EXPECT_DOUBLE_EQ(speed_share(p.full_speed_sigma_m, p), 1.0);
+  EXPECT_NEAR(speed_share(p.stop_sigma_m - 1e-9, p), p.min_speed_share, 1e-6);
+  EXPECT_DOUBLE_EQ(speed_share(p.stop_sigma_m, p), 0.0);
   EXPECT_DOUBLE_EQ(speed_share(std::nan(""), p), 0.0);
 }
 

@@ -5,10 +5,10 @@
 #include <array>
 #include <cmath>
 
+#include "lcmtypes/message_names.h"
 #include "lcmtypes/rcs/innovation_t.hpp"
 #include "tools/base/statistics.h"
 #include "tools/evaluation/trajectory_error.h"
-#include "tools/recording/message_names.h"
 
 namespace rcs::drills {
 namespace {
@@ -179,7 +179,7 @@ SmoothStep largest_smooth_step(const Drill& drill, const DrillRecord& record) {
 std::map<std::string, NisFigure> nis_figures(const DrillRecord& record) {
   std::map<std::string, NisFigure> figures;
   for (const DrillInnovation& i : record.innovations) {
-    NisFigure& f = figures[std::string(recording::innovation_source_name(i.source))];
+    NisFigure& f = figures[std::string(innovation_source_name(i.source))];
     ++f.considered;
     if (i.accepted) ++f.accepted;
     if (!has_nis(i)) continue;

@@ -8,7 +8,6 @@
 #include "tools/drills/drill_stimulus.h"
 #include "tools/evaluation/evaluation.h"
 #include "tools/recording/message_fields.h"
-#include "tools/recording/message_names.h"
 
 namespace rcs::drills {
 namespace {

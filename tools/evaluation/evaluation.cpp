@@ -5,7 +5,6 @@
 #include <iterator>
 
 #include "lcmtypes/rcs/innovation_t.hpp"
-#include "tools/recording/message_names.h"
 
 namespace rcs::evaluation {
 namespace {

@@ -1,8 +1,9 @@
 #include "tools/evaluation/top_model.h"
-#include "tools/recording/message_names.h"
 
 #include <algorithm>
 #include <cmath>
+
+#include "lcmtypes/message_names.h"
 
 namespace rcs::evaluation {
 namespace {
@@ -23,7 +24,7 @@ std::optional<Duration> age_of(std::int64_t age_us) {
 
 TopView::Nav view_nav(const nav_state_t& m) {
   TopView::Nav nav;
-  nav.mode = recording::nav_mode_name(m.mode);
+  nav.mode = nav_mode_name(m.mode);
   nav.pose_valid = m.pose_valid != 0;
   nav.world_valid = m.world_valid != 0;
   for (std::size_t i = 0; i < 3; ++i) nav.sigma_m[i] = std::sqrt(m.cov_world_pose[i][i]);
@@ -180,10 +181,9 @@ TopView TopModel::view(Stamp now) {
   }
   if (status_) {
     const status_t& m = status_->message;
-    view.status =
-        TopView::Status{now - status_->arrival, std::string(recording::status_name(m.status)),
-                        printable(m.state),     printable(m.reason),
-                        m.echo_serial,          printable(m.issuer)};
+    view.status = TopView::Status{now - status_->arrival, std::string(status_name(m.status)),
+                                  printable(m.state),     printable(m.reason),
+                                  m.echo_serial,          printable(m.issuer)};
   }
   for (const Heard<event_t>& e : events_) {
     view.events.push_back({now - e.arrival, printable(e.message.node), e.message.severity,

@@ -11,9 +11,9 @@
 namespace rcs::cli {
 
 constexpr int kExitOk = 0;
-constexpr int kExitFailed = 1;  ///< the command failed, or its check did not pass
-constexpr int kExitInterrupted = 130;
-constexpr int kExitUsage = 2;  ///< invalid command line
+constexpr int kExitFailed = 1;         ///< the command failed, or its check did not pass
+constexpr int kExitUsage = 2;          ///< invalid command line
+constexpr int kExitInterrupted = 130;  ///< Ctrl-C or SIGTERM
 
 /// A subcommand; its options are its members, filled by the parser.
 class Command {

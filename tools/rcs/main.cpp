@@ -19,12 +19,13 @@
 #include "rcs/node/params/param_text.h"
 #include "tools/base/files.h"
 #include "tools/rcs/command.h"
+#include "tools/rcs/terminal.h"
 
 namespace rcs::cli {
 
 int fail(std::string_view command, const Error& error) {
   fmt::print(stderr, "rcs {}: {}\n", command, error.message);
-  return error.message == "interrupted" ? kExitInterrupted : kExitFailed;
+  return kExitFailed;
 }
 
 namespace {
@@ -87,6 +88,7 @@ std::string unknown_word(const CLI::App& app, int argc, char** argv) {
   const CLI::App* command = &app;
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
+    if (word == "--") break;  // what follows is positional
     std::vector<std::string> known;
     if (word.size() > 1 && word[0] == '-') {
       const std::string name = word.substr(0, word.find('='));
@@ -164,7 +166,9 @@ int rcs_main(int argc, char** argv) {
     return fail(app.get_subcommands().front()->get_name(), safe.error());
   }
   for (const std::unique_ptr<Command>& command : commands) {
-    if (command->chosen()) return command->run();
+    if (!command->chosen()) continue;
+    const int status = command->run();
+    return status == kExitFailed && was_interrupted() ? kExitInterrupted : status;
   }
   return kExitUsage;
 }

@@ -55,4 +55,8 @@ InterruptGuard::~InterruptGuard() {
 // NOLINTNEXTLINE(readability-convert-member-functions-to-static): valid while the guard lives
 bool InterruptGuard::requested() const { return interrupted != 0; }
 
+bool was_interrupted() { return interrupted != 0; }
+
+void note_interrupt() { interrupted = 1; }
+
 }  // namespace rcs::cli

@@ -35,4 +35,11 @@ class InterruptGuard {
   [[nodiscard]] bool requested() const;
 };
 
+/// True after a signal that a guard has caught, or after note_interrupt(). A command that fails
+/// then ends with status 130.
+[[nodiscard]] bool was_interrupted();
+
+/// For a command that receives its signals in another way.
+void note_interrupt();
+
 }  // namespace rcs::cli

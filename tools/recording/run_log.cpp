@@ -13,6 +13,7 @@
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
 #include "lcmtypes/rcs/truth_t.hpp"
+#include "modules/registration/registration.h"
 #include "rcs/node/log/log_file.h"
 #include "tools/base/files.h"
 
@@ -261,6 +262,11 @@ void cut(Duration from, Duration to, RunLog* run) {
   keep(&run->nav, [](const NavRecord& r) { return r.stamp; });
   keep(&run->scans, [](const ScanRecord& r) { return r.reference; });
   keep(&run->truth, [](const tools::StampedPose& r) { return r.stamp; });
+}
+
+std::string_view stop_name(int stop) {
+  // The same values: see the conversion of SP.
+  return registration::name_of(static_cast<registration::Stop>(stop));
 }
 
 Result<ScanPoses> poses_at_scans(const RunLog& run, Frame frame) {

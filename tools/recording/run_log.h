@@ -81,6 +81,9 @@ struct RunLog {
 /// Keeps scans, beliefs and truth within [from, to) after the earliest.
 void cut(Duration from, Duration to, RunLog* run);
 
+/// The name of a registration_t::STOP_*.
+[[nodiscard]] std::string_view stop_name(int stop);
+
 enum class Frame { kWorld, kLocal, kRolling };
 
 struct ScanPoses {

@@ -7,7 +7,8 @@
 
 #include "tools/drills/drill_metrics.h"
 #include "tools/evaluation/trajectory_error.h"
-#include "tools/recording/message_names.h"
+
+#include "lcmtypes/message_names.h"
 
 namespace rcs::studies {
 namespace {
@@ -82,9 +83,9 @@ class FigureSums {
 std::size_t index(StatePart part) { return static_cast<std::size_t>(part); }
 
 /// @param chance  interval of the value for a consistent filter
-drills::Verdict judge(double value, const ValueInterval& judged, const ValueInterval& chance,
+drills::Verdict judge(double value, const ValueInterval& limits, const ValueInterval& chance,
                       bool enough) {
-  if (judged.contains(value)) return drills::Verdict::kPass;
+  if (limits.contains(value)) return drills::Verdict::kPass;
   return enough || !chance.contains(value) ? drills::Verdict::kFail
                                            : drills::Verdict::kInconclusive;
 }
@@ -150,7 +151,7 @@ Innovations innovation_sums(const std::vector<drills::DrillInnovation>& innovati
   std::map<std::string, const drills::DrillInnovation*> last;
   for (const drills::DrillInnovation& i : innovations) {
     if (!drills::has_nis(i)) continue;
-    const std::string source(recording::innovation_source_name(i.source));
+    const std::string source(innovation_source_name(i.source));
     InnovationSums& sums = by_source[source];
     ++sums.count;
     sums.refused += i.accepted ? 0 : 1;

@@ -11,6 +11,7 @@
 
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
+#include "lcmtypes/message_names.h"
 #include "lcmtypes/rcs/drive_t.hpp"
 #include "lcmtypes/rcs/event_t.hpp"
 #include "lcmtypes/rcs/innovation_t.hpp"
@@ -21,7 +22,6 @@
 #include "lcmtypes/rcs/status_t.hpp"
 #include "tools/drills/drill_metrics.h"
 #include "tools/evaluation/top_model.h"
-#include "tools/recording/message_names.h"
 #include "tools/recording/run_log.h"
 #include "tools/report/table.h"
 
@@ -124,17 +124,16 @@ class Memory {
       sum.accepted += m.accepted != 0 ? 1 : 0;
       if (m.accepted != 0 && m.gate > 0.0) sum.worst = std::max(sum.worst, m.nis / m.gate);
       if (m.accepted != 0) continue;
-      refused.rows.push_back({std::string(recording::innovation_source_name(m.source)),
+      refused.rows.push_back({std::string(innovation_source_name(m.source)),
                               ago(moment - i.arrival),
-                              std::string(recording::innovation_reason_name(m.reason)),
+                              std::string(innovation_reason_name(m.reason)),
                               fmt::format("{:.1f}", m.nis), fmt::format("{:.1f}", m.gate)});
     }
     report::Table t{{"measurements in WM, last second", "accepted", "of", "max NIS/gate accepted"},
                     {}};
     for (const auto& [source, sum] : sums) {
-      t.rows.push_back({std::string(recording::innovation_source_name(source)),
-                        std::to_string(sum.accepted), std::to_string(sum.considered),
-                        fmt::format("{:.2f}", sum.worst)});
+      t.rows.push_back({std::string(innovation_source_name(source)), std::to_string(sum.accepted),
+                        std::to_string(sum.considered), fmt::format("{:.2f}", sum.worst)});
     }
     if (t.rows.empty()) return "WM processed no measurement in the last second.\n\n";
     std::string text = to_text(t);
@@ -175,7 +174,7 @@ class Memory {
         "belief of WM ({}): {}{}; sigma {:.2f} {:.2f} {:.2f} m (vehicle x y z), yaw {:.2f} deg\n"
         "  last accepted: INS {}, GPS {}, odometry {}, rolling map {}, a priori map {}; {:.0f} m "
         "since GPS; {} resets\n",
-        ago(moment - nav_.back().arrival), recording::nav_mode_name(m.mode),
+        ago(moment - nav_.back().arrival), nav_mode_name(m.mode),
         m.world_valid != 0 ? "" : ", frame world unknown", std::sqrt(std::max(0.0, cov(0, 0))),
         std::sqrt(std::max(0.0, cov(1, 1))), std::sqrt(std::max(0.0, cov(2, 2))),
         degrees(std::sqrt(std::max(0.0, cov(5, 5)))), age(m.age_ins_us), age(m.age_gps_us),
@@ -201,10 +200,10 @@ class Memory {
                "  GPS {} for {:.1f} s (test ratio {:.2f}), LADAR {} for {:.1f} s (test ratio "
                "{:.2f}); limit of the test ratio: 1\n\n",
                i.protection_horizontal_m, i.protection_vertical_m, i.limit_horizontal_m,
-               i.limit_vertical_m, alert_text(i.alerts), recording::source_status_name(i.gps),
+               i.limit_vertical_m, alert_text(i.alerts), source_status_name(i.gps),
                seconds(Duration(i.utime - i.gps_since_utime)), i.gps_test_ratio,
-               recording::source_status_name(i.ladar),
-               seconds(Duration(i.utime - i.ladar_since_utime)), i.ladar_test_ratio);
+               source_status_name(i.ladar), seconds(Duration(i.utime - i.ladar_since_utime)),
+               i.ladar_test_ratio);
   }
 
   [[nodiscard]] std::string driving_text(Stamp moment) const {

@@ -22,10 +22,6 @@ std::string shown(const toml::node& node) {
   return text.size() > kMax ? text.substr(0, kMax) + "..." : text;
 }
 
-bool ends_with(std::string_view text, std::string_view end) {
-  return text.size() >= end.size() && text.substr(text.size() - end.size()) == end;
-}
-
 std::string where(std::string_view file, const toml::node* node, std::string_view path) {
   std::string text = node != nullptr ? origin(node->source()) : std::string(file);
   text += ": ";
@@ -321,7 +317,7 @@ ParamTable ParamTable::table(std::string_view key) {
   const toml::node* node = entry_->find(key);
   const toml::table* found = node == nullptr ? nullptr : node->as_table();
   if (node != nullptr && found == nullptr) entry_->fail(node, key, "not a table");
-  return ParamTable(entry_->file->entry(found, joined(entry_->path, key)));
+  return ParamTable(entry_->file->entry(found, full_key(entry_->path, key)));
 }
 
 std::vector<ParamTable> ParamTable::tables(std::string_view key) {
@@ -339,7 +335,7 @@ std::vector<ParamTable> ParamTable::tables(std::string_view key) {
       entry_->fail(node, key, fmt::format("element {} is not a table", i));
       continue;
     }
-    const std::string path = fmt::format("{}[{}]", joined(entry_->path, key), i);
+    const std::string path = fmt::format("{}[{}]", full_key(entry_->path, key), i);
     out.push_back(ParamTable(entry_->file->entry(found, path)));
   }
   return out;

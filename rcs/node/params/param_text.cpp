@@ -9,10 +9,6 @@
 namespace rcs {
 namespace {
 
-bool ends_with(std::string_view text, std::string_view end) {
-  return text.size() >= end.size() && text.substr(text.size() - end.size()) == end;
-}
-
 /// Levenshtein's distance.
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
@@ -30,6 +26,14 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 }
 
 }  // namespace
+
+std::string full_key(std::string_view table, std::string_view key) {
+  return table.empty() ? std::string(key) : fmt::format("{}.{}", table, key);
+}
+
+bool ends_with(std::string_view text, std::string_view end) {
+  return text.size() >= end.size() && text.substr(text.size() - end.size()) == end;
+}
 
 std::string unit_of(std::string_view key) {
   constexpr std::array<std::array<std::string_view, 2>, 17> kUnits{{
@@ -59,7 +63,8 @@ std::string unit_of(std::string_view key) {
 
 std::string suggestion(std::string_view key, const std::vector<std::string>& known) {
   const std::string* best = nullptr;
-  std::size_t best_distance = std::max<std::size_t>(2, key.size() / 3) + 1;
+  // Not every letter may be another one.
+  std::size_t best_distance = std::min(std::max<std::size_t>(2, key.size() / 3) + 1, key.size());
   for (const std::string& k : known) {
     const std::size_t distance = edit_distance(key, k);
     if (distance < best_distance) {

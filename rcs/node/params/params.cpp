@@ -49,17 +49,19 @@ void ParamFile::State::unknown_keys(const toml::table& table, std::string_view p
     const std::string_view key_name = key.str();
     if (std::find(skip.begin(), skip.end(), key_name) != skip.end()) continue;
     if (std::find(known.begin(), known.end(), key_name) == known.end()) {
+      std::vector<std::string> possible = known;
+      possible.insert(possible.end(), skip.begin(), skip.end());
       found->push_back({key.source().begin.line,
                         fmt::format("{}: {}unknown {} {}{}", origin(key.source()),
                                     path.empty() ? "" : fmt::format("[{}] ", path),
                                     node.is_table() || node.is_array_of_tables() ? "table" : "key",
-                                    key_name, suggestion(key_name, known))});
+                                    key_name, suggestion(key_name, possible))});
     } else if (const toml::table* inner = node.as_table()) {
-      unknown_keys(*inner, joined(path, key_name), none, found);
+      unknown_keys(*inner, full_key(path, key_name), none, found);
     } else if (const toml::array* array = node.as_array()) {
       for (std::size_t i = 0; i < array->size(); ++i) {
         if (const toml::table* element = array->get(i)->as_table()) {
-          unknown_keys(*element, fmt::format("{}[{}]", joined(path, key_name), i), none, found);
+          unknown_keys(*element, fmt::format("{}[{}]", full_key(path, key_name), i), none, found);
         }
       }
     }

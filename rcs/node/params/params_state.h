@@ -60,8 +60,4 @@ inline std::string origin(const toml::source_region& source) {
   return fmt::format("{}:{}", source.path ? *source.path : "", source.begin.line);
 }
 
-inline std::string joined(std::string_view path, std::string_view key) {
-  return path.empty() ? std::string(key) : fmt::format("{}.{}", path, key);
-}
-
 }  // namespace rcs

@@ -33,5 +33,16 @@ TEST_F(CommandLine, AnUnknownOptionIsNamedWithASuggestion) {
   EXPECT_THAT(messages(), HasSubstr("did you mean --help?"));
 }
 
+TEST_F(CommandLine, CtrlCEndsWithStatus130AndNoOutput) {
+  const std::string command = "timeout --preserve-status -s INT 0.5 " + variable("RCS_BIN_DIR") +
+                              "/rcs sim " + variable("RCS_SOURCE_DIR") +
+                              "/config/sim/drill.toml --duration 3600 -o " + folder_ +
+                              "/run.log >/dev/null 2>&1";
+  const int status = std::system(command.c_str());  // NOLINT(cert-env33-c)
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 130);
+  EXPECT_TRUE(std::filesystem::is_empty(folder_));
+}
+
 }  // namespace
 }  // namespace rcs::test

@@ -14,6 +14,7 @@ namespace rcs::test {
 namespace {
 
 using testing::AllOf;
+using testing::EndsWith;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -147,6 +148,14 @@ TEST_F(ConfigCommand, ShowPrintsTheSameConfiguration) {
   EXPECT_EQ(values(out()), values(shown));
   ASSERT_EQ(rcs("config show --changed " + shipped("demo3.toml")), 0);
   EXPECT_THAT(out(), Not(HasSubstr("# default")));
+}
+
+TEST_F(ConfigCommand, AnUnknownTableIsReportedOnce) {
+  EXPECT_EQ(rcs("config check " + write("bad.toml", "[gatway]\nx = 1\n[a]\n")), 1);
+  const std::vector<std::string> found = lines();
+  ASSERT_EQ(found.size(), 2U) << out();
+  EXPECT_THAT(found[0], HasSubstr("unknown table gatway; did you mean gateway?"));
+  EXPECT_THAT(found[1], EndsWith("unknown table a"));
 }
 
 }  // namespace

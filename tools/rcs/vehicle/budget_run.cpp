@@ -20,6 +20,7 @@
 #include "rcs/node/log/log_source.h"
 #include "rcs/node/report.h"
 #include "rcs/node/timeline/live_timeline.h"
+#include "tools/rcs/terminal.h"
 #include "tools/rcs/vehicle/child_process.h"
 
 namespace rcs::cli {
@@ -291,6 +292,7 @@ Outcome Laps::wait_until(Stamp until, const std::function<bool()>& enough) {
     if (step == Timeline::Step::kEnded) {
       if (Outcome status = bus_->status(); !status) return status;
       result_.interrupted = true;
+      note_interrupt();
       return Done{};
     }
     if (step == Timeline::Step::kReached && timeline_->now() >= until) return Done{};

@@ -21,7 +21,7 @@ std::string range_of(const ParamDescription& p) {
 }
 
 nlohmann::json to_json(const ParamDescription& p) {
-  nlohmann::json out{{"key", full_key(p)},
+  nlohmann::json out{{"key", full_key(p.table, p.key)},
                      {"type", p.type},
                      {"default", p.value},
                      {"unit", unit_of(p.key)},
@@ -54,7 +54,7 @@ class List final : public Command {
       return kExitOk;
     }
     for (const ParamDescription& p : parameters) {
-      fmt::print("{:<46} {:<22} {}\n", full_key(p), p.value, range_of(p));
+      fmt::print("{:<46} {:<22} {}\n", full_key(p.table, p.key), p.value, range_of(p));
     }
     return kExitOk;
   }
@@ -78,7 +78,7 @@ class Explain final : public Command {
     const std::vector<ParamDescription> parameters = default_parameters();
     std::vector<std::string> names;
     for (const ParamDescription& p : parameters) {
-      names.push_back(full_key(p));
+      names.push_back(full_key(p.table, p.key));
       names.push_back(p.key);
     }
     bool all = true;
@@ -95,7 +95,8 @@ class Explain final : public Command {
 
  private:
   static void print(const ParamDescription& p) {
-    fmt::print("{}\n  {}\n  type     {}{}\n", full_key(p), p.meaning, p.type, unit_of(p.key));
+    fmt::print("{}\n  {}\n  type     {}{}\n", full_key(p.table, p.key), p.meaning, p.type,
+               unit_of(p.key));
     if (const std::string range = range_of(p); !range.empty()) {
       fmt::print("  {:<8} {}\n", p.range ? "range" : "one of", range);
     }

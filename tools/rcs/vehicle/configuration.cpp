@@ -10,6 +10,7 @@
 #include "modules/gateway/gateway_config.h"
 #include "modules/sp/sp_config.h"
 #include "modules/wm/wm_config.h"
+#include "rcs/node/params/param_text.h"
 #include "rcs/node/process/process.h"
 #include "tools/evaluation/budget_metrics.h"
 
@@ -46,8 +47,13 @@ void add(const ParamFile& file, Configuration* out) {
       out->parameters.push_back(d);
     }
   }
+  // Each parser suggests its own keys for the same unknown one.
+  const auto cause = [](const std::string& problem) {
+    return problem.substr(0, problem.find("; did you mean"));
+  };
   for (const std::string& problem : file.problems()) {
-    if (std::find(out->problems.begin(), out->problems.end(), problem) == out->problems.end()) {
+    const auto same = [&](const std::string& other) { return cause(other) == cause(problem); };
+    if (std::none_of(out->problems.begin(), out->problems.end(), same)) {
       out->problems.push_back(problem);
     }
   }
@@ -57,10 +63,6 @@ void add(const ParamFile& file, Configuration* out) {
 int line_of(const std::string& problem, const std::string& path) {
   if (problem.compare(0, path.size() + 1, path + ":") != 0) return 0;
   return std::atoi(problem.c_str() + path.size() + 1);
-}
-
-bool ends_with(const std::string& text, const std::string& end) {
-  return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
 }
 
 }  // namespace
@@ -96,17 +98,13 @@ std::vector<ParamDescription> default_parameters() {
   return std::move(out.parameters);
 }
 
-std::string full_key(const ParamDescription& p) {
-  return p.table.empty() ? p.key : p.table + "." + p.key;
-}
-
 std::vector<ParamDescription> find_parameters(const std::vector<ParamDescription>& parameters,
                                               const std::string& name) {
   std::vector<ParamDescription> exact;
   std::vector<ParamDescription> below;
   std::vector<ParamDescription> ending;
   for (const ParamDescription& p : parameters) {
-    const std::string full = full_key(p);
+    const std::string full = full_key(p.table, p.key);
     if (full == name) exact.push_back(p);
     if (full.compare(0, name.size() + 1, name + ".") == 0) below.push_back(p);
     if (ends_with(full, "." + name)) ending.push_back(p);

@@ -23,9 +23,6 @@ struct Configuration {
 /// The parameters with their defaults. [process.NODE] stands for the table of any node.
 [[nodiscard]] std::vector<ParamDescription> default_parameters();
 
-/// "sp.icp.gate_m".
-[[nodiscard]] std::string full_key(const ParamDescription& parameter);
-
 /// Parameters that match a name: a full key, a table ("sp.icp"), or the end of a key ("gate_m").
 [[nodiscard]] std::vector<ParamDescription> find_parameters(
     const std::vector<ParamDescription>& parameters, const std::string& name);

@@ -21,6 +21,7 @@
 #include "sim/scenario_file.h"
 #include "tools/base/random_places.h"
 #include "tools/rcs/command.h"
+#include "tools/rcs/terminal.h"
 
 namespace rcs::cli {
 namespace {
@@ -77,7 +78,7 @@ class Desk {
     if (step != Timeline::Step::kEnded) return true;
     // Consumed from its descriptor, so that the timeline continues.
     signalfd_siginfo signal{};
-    (void)!::read(stop_.fd(), &signal, sizeof signal);
+    if (::read(stop_.fd(), &signal, sizeof signal) == sizeof signal) note_interrupt();
     return false;
   }
 

@@ -19,6 +19,7 @@
 #include "rcs/node/timeline/live_timeline.h"
 #include "tools/base/random_places.h"
 #include "tools/rcs/command.h"
+#include "tools/rcs/terminal.h"
 #include "tools/report/table.h"
 
 namespace rcs::cli {
@@ -138,6 +139,7 @@ class PredictCommand final : public Command {
       const Stamp until = std::min(send_at, begin + from_seconds(timeout_s_));
       if (timeline.advance(until) == Timeline::Step::kEnded) {
         if (const Outcome status = bus->status(); !status) return status.error();
+        note_interrupt();
         return Error{"interrupted"};
       }
       for (; !answers.empty(); answers.pop()) {
