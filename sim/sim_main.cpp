@@ -12,6 +12,7 @@
 #include <tuple>
 #include <vector>
 
+#include "rcs/base/exit_status.h"
 #include "rcs/node/bus/lcm_bus.h"
 #include "rcs/node/timeline/live_timeline.h"
 #include "sim/real_time.h"
@@ -32,7 +33,7 @@ struct Options {
 
 int fail(const rcs::Error& error) {
   fmt::print(stderr, "sim: {}\n", error.message);
-  return 1;
+  return rcs::kExitInput;
 }
 
 /// One line that is overwritten on a terminal; otherwise a line for each tenth of the drive.
@@ -83,7 +84,8 @@ int run(const Options& options) {
     fmt::print(stderr, "sim: {}\n", rcs::sim::drive_summary(simulator));
   }
   const Outcome status = (*bus)->status();
-  return status ? 0 : fail(status.error());
+  if (!status) return fail(status.error());
+  return report.stopped ? rcs::kExitInterrupted : rcs::kExitOk;
 }
 
 int sim_main(int argc, char** argv) {
@@ -123,11 +125,15 @@ int sim_main(int argc, char** argv) {
                                     : value + ": not ins, gps, odometry, ladar, all or seconds";
           },
           ""));
-  app.footer("Example:\n  sim config/sim/demo.toml --gps-outage 60 60");
+  app.footer(
+      "Exit status: 0 the drive is over; 2 invalid command line; 3 SCENARIO is invalid, or the "
+      "bus\n"
+      "failed; 130 interrupted (Ctrl-C, SIGTERM) before the end.\n"
+      "Example:\n  sim config/sim/demo.toml --gps-outage 60 60");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? 0 : 2;
+    return app.exit(e) == 0 ? rcs::kExitOk : rcs::kExitUsage;
   }
   if (seed_option->count() > 0) options.overrides.seed = seed;
   if (!outage_s.empty()) options.overrides.gps_outage = rcs::sim::Outage{outage_s[0], outage_s[1]};
@@ -146,6 +152,6 @@ int main(int argc, char** argv) {
     return sim_main(argc, argv);
   } catch (const std::exception& e) {
     std::fprintf(stderr, "sim: %s\n", e.what());
-    return 1;
+    return rcs::kExitInput;
   }
 }

@@ -291,14 +291,14 @@ TEST_F(GatewayLive, WithoutKeysAndNotUnsecuredItDoesNotStart) {
   std::ofstream(config) << "[vehicle]\nname = \"demo3\"\n[gateway]\n";
   Program gateway({program_path("gateway"), config}, {});
   ASSERT_TRUE(ends(&gateway));
-  EXPECT_EQ(gateway.status(), 1);
+  EXPECT_EQ(gateway.status(), 3);
   EXPECT_TRUE(gateway.has_said("unsecured = true")) << gateway.output();
 
   std::ofstream(config) << "[vehicle]\nname = \"demo3\"\n"
                            "[gateway.security]\ndirectory = \"nowhere\"\n";
   Program keyless({program_path("gateway"), config}, {});
   ASSERT_TRUE(ends(&keyless));
-  EXPECT_EQ(keyless.status(), 1);
+  EXPECT_EQ(keyless.status(), 3);
   EXPECT_TRUE(keyless.has_said("identity_ca.pem: missing or not readable")) << keyless.output();
 }
 

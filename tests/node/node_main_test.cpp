@@ -132,7 +132,7 @@ TEST(NodeMain, ExhaustedDescriptorsOrMemoryEndTheStartWithAReason) {
                           if (block == nullptr) size /= 2;
                         }
                       }).wait();
-  EXPECT_EQ(ended.code, 1) << ended.output;
+  EXPECT_EQ(ended.code, 3) << ended.output;
   EXPECT_NE(ended.output.find("out of memory"), std::string::npos) << ended.output;
 }
 
@@ -171,9 +171,9 @@ TEST(NodeMain, ChecksAConfigurationWithoutABus) {
 TEST(NodeMain, AWrongConfigurationEndsItWithTheReason) {
   const std::string path = config("[echo]\ndpeth = 3\n");
   const Ended ended = Child({path}).wait();
-  EXPECT_EQ(ended.code, 1);
+  EXPECT_EQ(ended.code, 3);
   EXPECT_EQ(ended.output, "echo: " + path + ":2: [echo] unknown key dpeth; did you mean depth?\n");
-  EXPECT_EQ(Child({"/nonexistent.toml"}).wait().code, 1);
+  EXPECT_EQ(Child({"/nonexistent.toml"}).wait().code, 3);
 }
 
 TEST(NodeMain, AWrongCommandLineExitsWithTwoAndHelpWithZero) {
@@ -186,7 +186,7 @@ TEST(NodeMain, AWrongCommandLineExitsWithTwoAndHelpWithZero) {
 
 TEST(NodeMain, ABusThatCannotBeOpenedEndsItWithTheReason) {
   const Ended ended = Child({config(""), "--lcm-url", "nonsense"}).wait();
-  EXPECT_EQ(ended.code, 1);
+  EXPECT_EQ(ended.code, 3);
   EXPECT_NE(ended.output.find("cannot open the LCM bus nonsense"), std::string::npos);
 }
 

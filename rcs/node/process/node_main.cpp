@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "rcs/base/exit_status.h"
 #include "rcs/node/bus/bus_exposure.h"
 #include "rcs/node/bus/lcm_bus.h"
 #include "rcs/node/bus/local_bus.h"
@@ -30,20 +31,25 @@ struct Options {
 
 int fail(std::string_view name, const Error& error) {
   fmt::print(stderr, "{}: {}\n", name, error.message);
-  return 1;
+  return kExitInput;
 }
 
 /// Builds the node on a bus without other nodes.
+/// @return kExitNegative for a configuration that the node rejects
 int check(std::string_view name, const Options& options, const NodeFactory& factory) {
   const Result<ParamFile> params = ParamFile::load(options.config);
   if (!params) return fail(name, params.error());
+  const auto reject = [&](const Error& error) {
+    (void)fail(name, error);
+    return kExitNegative;
+  };
   const Result<ProcessTables> tables = read_process_tables(*params);
-  if (!tables) return fail(name, tables.error());
+  if (!tables) return reject(tables.error());
   LocalBus bus;
   const Result<std::unique_ptr<Node>> node = factory(*params, &bus);
-  if (!node) return fail(name, node.error());
+  if (!node) return reject(node.error());
   fmt::print("{}: {} is valid\n", name, options.config);
-  return 0;
+  return kExitOk;
 }
 
 int run_live(std::string_view name, const Options& options, const NodeFactory& factory) {
@@ -84,7 +90,7 @@ int run_live(std::string_view name, const Options& options, const NodeFactory& f
     fmt::print(stderr, "{}: {} messages could not be sent\n", name, bus->publish_failures());
   }
   const Outcome status = bus->status();
-  return status ? 0 : fail(name, status.error());
+  return status ? kExitOk : fail(name, status.error());
 }
 
 int parse_and_run(int argc, char** argv, std::string_view name, const NodeFactory& factory) {
@@ -95,11 +101,15 @@ int parse_and_run(int argc, char** argv, std::string_view name, const NodeFactor
   app.add_option("--lcm-url", options.url,
                  fmt::format("the bus; default: $LCM_DEFAULT_URL, else {}", kDefaultLcmUrl));
   app.add_flag("--check", options.check, "check the configuration and exit");
-  app.footer(fmt::format("Example:\n  {} config/demo3.toml", name));
+  app.footer(fmt::format(
+      "Exit status: 0 stopped by Ctrl-C or SIGTERM, or CONFIG is valid (--check); 1 CONFIG is "
+      "invalid\n(--check); 2 invalid command line; 3 CONFIG is invalid, or the bus failed.\n"
+      "Example:\n  {} config/demo3.toml",
+      name));
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    return app.exit(e) == 0 ? 0 : 2;
+    return app.exit(e) == 0 ? kExitOk : kExitUsage;
   }
   return options.check ? check(name, options, factory) : run_live(name, options, factory);
 }

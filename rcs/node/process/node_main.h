@@ -18,7 +18,8 @@ using NodeFactory = std::function<Result<std::unique_ptr<Node>>(const ParamFile&
 /// `name CONFIG [--lcm-url URL]`: runs the node live until Ctrl-C or SIGTERM, then prints the run's
 /// account. Events are printed to stderr as they are reported; <NAME>_PROCESS is published once a
 /// second. `--check` only reads the configuration and builds the node.
-/// @return 0: stopped on request; 1: cannot start, or the bus failed; 2: wrong command line
+/// @return kExitOk: stopped on request; kExitInput: cannot start, or the bus failed; kExitNegative:
+///         rejected by --check; kExitUsage
 int node_main(int argc, char** argv, std::string_view name, const NodeFactory& factory);
 
 }  // namespace rcs
