@@ -119,7 +119,7 @@ void PathUncertaintyServer::walk(Stamp now, Report* report) {
         R_map_world.transpose() * terrain_information(prior_.map(), place, seen) * R_map_world;
   }
   const PathUncertainty here = walk_.step(information);
-  answer_.travelled_m.push_back(static_cast<float>(here.way_m));
+  answer_.travelled_m.push_back(static_cast<float>(here.travelled_m));
   answer_.x_m.push_back(static_cast<float>(here.place_m.x()));
   answer_.y_m.push_back(static_cast<float>(here.place_m.y()));
   answer_.sigma_dead_reckoning_m.push_back(static_cast<float>(here.sigma_dead_reckoning_m));

@@ -18,9 +18,9 @@ double worst_of(const Eigen::Matrix2d& P) {
   return std::sqrt(std::max(0.0, eigen.eigenvalues()[1]));
 }
 
-Mat4 driven(const Mat4& P, double way_m) {
+Mat4 driven(const Mat4& P, double travelled_m) {
   Mat4 F = Mat4::Identity();
-  F.topRightCorner<2, 2>() = way_m * Eigen::Matrix2d::Identity();
+  F.topRightCorner<2, 2>() = travelled_m * Eigen::Matrix2d::Identity();
   return F * P * F.transpose();
 }
 

@@ -28,7 +28,7 @@ struct LocalizabilityParams {
 [[nodiscard]] double worst_sigma_m(const Eigen::Matrix2d& information);
 
 struct PathUncertainty {
-  double way_m = 0.0;                   ///< distance from the start
+  double travelled_m = 0.0;             ///< distance from the start
   Vec2 place_m = Vec2::Zero();          ///< in the map's frame
   double sigma_dead_reckoning_m = 0.0;  ///< worst direction, without matches
   double sigma_with_map_m = 0.0;        ///< and with matches to the map

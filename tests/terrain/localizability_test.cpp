@@ -67,7 +67,7 @@ TEST(Localizability, AlongAPathUncertaintyGrowsOnFlatGroundAndIsBoundedOnHills) 
   const auto along =
       path_uncertainty_along(ground(half), {{-250, 0}, {-50, 0}, {250, 0}}, motion, {});
   ASSERT_EQ(along.size(), 21U);
-  EXPECT_DOUBLE_EQ(along.back().way_m, 500.0);
+  EXPECT_DOUBLE_EQ(along.back().travelled_m, 500.0);
   EXPECT_NEAR(along.back().sigma_dead_reckoning_m, std::hypot(0.3, 5.0), 1e-6);
   EXPECT_NEAR(along[7].place_m.x(), -75.0, 1e-9);
   EXPECT_NEAR(along[7].sigma_with_map_m, along[7].sigma_dead_reckoning_m, 0.01);

@@ -192,7 +192,7 @@ class MapLocalizability final : public Command {
     if (along_.empty()) return out;
     Json path = Json::array();
     for (const PathUncertainty& s : along_) {
-      path.push_back({{"way_m", s.way_m},
+      path.push_back({{"way_m", s.travelled_m},
                       {"x_m", s.place_m.x()},
                       {"y_m", s.place_m.y()},
                       {"sigma_by_motion_m", s.sigma_dead_reckoning_m},
@@ -218,10 +218,10 @@ class MapLocalizability final : public Command {
     for (std::size_t k = 0; k < along_.size(); ++k) {
       if (k % every != 0 && k + 1 != along_.size()) continue;
       const PathUncertainty& s = along_[k];
-      path.rows.push_back({fmt::format("{:.0f}", s.way_m), fmt::format("{:.0f}", s.place_m.x()),
-                           fmt::format("{:.0f}", s.place_m.y()),
-                           fmt::format("{:.2f}", s.sigma_dead_reckoning_m),
-                           fmt::format("{:.2f}", s.sigma_with_map_m)});
+      path.rows.push_back(
+          {fmt::format("{:.0f}", s.travelled_m), fmt::format("{:.0f}", s.place_m.x()),
+           fmt::format("{:.0f}", s.place_m.y()), fmt::format("{:.2f}", s.sigma_dead_reckoning_m),
+           fmt::format("{:.2f}", s.sigma_with_map_m)});
     }
     return out + to_text(path);
   }
@@ -258,9 +258,9 @@ class MapLocalizability final : public Command {
     report::Series with_map{
         "with map", report::Colour::kBlue, report::SeriesStyle::kThickLine, {}, {}, {}};
     for (const PathUncertainty& s : along_) {
-      dead.x.push_back(s.way_m);
+      dead.x.push_back(s.travelled_m);
       dead.y.push_back(s.sigma_dead_reckoning_m);
-      with_map.x.push_back(s.way_m);
+      with_map.x.push_back(s.travelled_m);
       with_map.y.push_back(s.sigma_with_map_m);
     }
     plot.series = {std::move(dead), std::move(with_map)};
