@@ -237,14 +237,14 @@ Json to_json(const BudgetRecord& record, const std::vector<BudgetVerdict>& verdi
                 {"failed", s.failed},
                 {"dropped", s.dropped},
                 {"unaccounted", s.unaccounted},
-                {"answer_not_heard", s.not_heard},
+                {"results_not_received", s.not_heard},
                 {"facets_sent", s.facets_sent},
                 {"facets_lost", s.facets_lost},
-                {"facets_refused", s.facets_refused}}},
+                {"facets_rejected", s.facets_refused}}},
               {"nodes", Json::object()},
               {"hops", to_json(record.hops)},
               {"stages", to_json(record.stages)},
-              {"budgets", Json::array()}};
+              {"limits", Json::array()}};
   for (const auto& [name, node] : record.nodes) {
     out["nodes"][name] = {{"units_of_work", node.accounts},
                           {"overruns", node.overruns},
@@ -253,12 +253,12 @@ Json to_json(const BudgetRecord& record, const std::vector<BudgetVerdict>& verdi
   }
   bool all_kept = true;
   for (const BudgetVerdict& v : verdicts) {
-    Json verdict = {{"name", v.name}, {"limit", v.limit}, {"kept", v.kept()}};
-    verdict["figure"] = v.measured ? Json(v.figure) : Json(nullptr);
-    out["budgets"].push_back(verdict);
+    Json verdict = {{"name", v.name}, {"limit", v.limit}, {"met", v.kept()}};
+    verdict["value"] = v.measured ? Json(v.figure) : Json(nullptr);
+    out["limits"].push_back(verdict);
     all_kept = all_kept && v.kept();
   }
-  out["kept"] = all_kept;
+  out["met"] = all_kept;
   return out;
 }
 

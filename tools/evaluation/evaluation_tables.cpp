@@ -58,7 +58,7 @@ Json to_json(const RunFigures& f) {
     for (const auto& [channel, lost] : node.lost) n["lost"][channel] = lost;
     out["nodes"][name] = n;
   }
-  if (f.chain_ms) out["chain_ms"] = to_json(*f.chain_ms, 1.0);
+  if (f.chain_ms) out["last_facet_to_nav_state_ms"] = to_json(*f.chain_ms, 1.0);
   return out;
 }
 

@@ -53,7 +53,7 @@ using Samples = std::vector<std::pair<std::string, std::vector<double>>>;
 
 inline constexpr char kToNavState[] = "last facet sent -> nav_state";
 inline constexpr char kToDrive[] = "last facet sent -> drive";
-inline constexpr char kSpWork[] = "sp: start -> answer";
+inline constexpr char kSpWork[] = "sp: start -> result";
 
 /// Pooled over laps.
 struct BudgetRecord {

@@ -6,14 +6,10 @@
 #include <string_view>
 #include <vector>
 
+#include "rcs/base/exit_status.h"
 #include "rcs/base/result.h"
 
 namespace rcs::cli {
-
-constexpr int kExitOk = 0;
-constexpr int kExitFailed = 1;         ///< the command failed, or its check did not pass
-constexpr int kExitUsage = 2;          ///< invalid command line
-constexpr int kExitInterrupted = 130;  ///< Ctrl-C or SIGTERM
 
 /// A subcommand; its options are its members, filled by the parser.
 class Command {
@@ -76,7 +72,11 @@ void add_why_command(CLI::App* rcs, Commands* commands);
 void add_up_command(CLI::App* rcs, Commands* commands);
 void add_top_command(CLI::App* rcs, Commands* commands);
 
-/// Prints the error to stderr. @return kExitFailed
+/// Prints what prevented the work to stderr. @return kExitInput
 int fail(std::string_view command, const Error& error);
+/// Prints the reason of a negative result to stderr. @return kExitNegative
+int negative(std::string_view command, const Error& reason);
+/// Prints what is wrong with the command line to stderr. @return kExitUsage
+int wrong_usage(std::string_view command, const Error& error);
 
 }  // namespace rcs::cli

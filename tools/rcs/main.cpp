@@ -23,12 +23,36 @@
 
 namespace rcs::cli {
 
-int fail(std::string_view command, const Error& error) {
+namespace {
+
+int print_reason(std::string_view command, const Error& error, int status) {
   fmt::print(stderr, "rcs {}: {}\n", command, error.message);
-  return kExitFailed;
+  return status;
+}
+
+}  // namespace
+
+int fail(std::string_view command, const Error& error) {
+  return print_reason(command, error, kExitInput);
+}
+
+int negative(std::string_view command, const Error& reason) {
+  return print_reason(command, reason, kExitNegative);
+}
+
+int wrong_usage(std::string_view command, const Error& error) {
+  return print_reason(command, error, kExitUsage);
 }
 
 namespace {
+
+/// A file or a folder of the command line does not exist: an input, although CLI11 checks it.
+bool names_missing_input(const CLI::ParseError& error) {
+  if (error.get_exit_code() != static_cast<int>(CLI::ExitCodes::ValidationError)) return false;
+  const std::string_view text = error.what();
+  return text.find(" does not exist: ") != std::string_view::npos ||
+         text.find(" is actually a ") != std::string_view::npos;
+}
 
 /// CLI11 accepts "nan" as a number in any range. @throws CLI::ValidationError
 void check_numbers(const CLI::App& command) {
@@ -121,11 +145,10 @@ int rcs_main(int argc, char** argv) {
       "simulations and their evaluation.",
       "rcs");
   app.require_subcommand(1);
-  app.footer(
-      "Exit status: 0 success; 1 failure, or a check that did not pass; 2 invalid usage; 130 "
-      "interrupted.\n"
-      "Results go to stdout (--json where offered), messages to stderr.\n"
-      "`rcs COMMAND --help` has examples.");
+  app.footer(std::string(kExitStatusHelp) +
+             "\n"
+             "Results go to stdout (--json: as JSON, see docs/user/json.md), messages to stderr.\n"
+             "`rcs COMMAND --help` has examples.");
   Commands commands;
   add_up_command(&app, &commands);
   add_top_command(&app, &commands);
@@ -160,7 +183,8 @@ int rcs_main(int argc, char** argv) {
       fmt::print(stderr, "rcs: {}\nRun with --help for more information.\n", unknown);
       return kExitUsage;
     }
-    return app.exit(e) == 0 ? kExitOk : kExitUsage;
+    if (app.exit(e) == 0) return kExitOk;
+    return names_missing_input(e) ? kExitInput : kExitUsage;
   }
   if (const Outcome safe = protect_inputs(app); !safe) {
     return fail(app.get_subcommands().front()->get_name(), safe.error());
@@ -168,7 +192,7 @@ int rcs_main(int argc, char** argv) {
   for (const std::unique_ptr<Command>& command : commands) {
     if (!command->chosen()) continue;
     const int status = command->run();
-    return status == kExitFailed && was_interrupted() ? kExitInterrupted : status;
+    return status != kExitOk && was_interrupted() ? kExitInterrupted : status;
   }
   return kExitUsage;
 }
@@ -185,9 +209,9 @@ int main(int argc, char** argv) {
     std::cout.flush();
     if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout) return status;
     std::fprintf(stderr, "rcs: cannot write to standard output: %s\n", std::strerror(errno));
-    return rcs::cli::kExitFailed;
+    return rcs::kExitInput;
   } catch (const std::exception& e) {
     std::fprintf(stderr, "rcs: %s\n", e.what());
-    return 1;
+    return rcs::kExitInput;
   }
 }

@@ -46,7 +46,7 @@ Json part_json(const ConsistencyPlan& plan, const ConsistencyBlock& block, State
                {"nees_per_dof", f.nees_per_dof},
                {"inside95", f.inside},
                {"rms_error", f.rms_error},
-               {"rms_claimed", f.rms_claimed},
+               {"rms_predicted", f.rms_claimed},
                {"verdict", drills::verdict_text(nees_verdict(f))},
                {"nees_by_run", Json::array()}};
     for (const ConsistencyRun& run : block.runs) {
@@ -77,7 +77,7 @@ Json block_json(const ConsistencyPlan& plan, const ConsistencyBlock& block) {
   j["nis"] = Json::object();
   for (const auto& [source, sums] : pooled_innovations(block)) {
     j["nis"][source] = {{"measurements", sums.count},
-                        {"refused_by_gate", sums.refused},
+                        {"rejected_by_gate", sums.refused},
                         {"per_dof", sums.mean_nis_per_dof()},
                         {"lag1", drills::number_or_null(sums.lag1())},
                         {"verdict", drills::verdict_text(nis_verdict(sums))}};

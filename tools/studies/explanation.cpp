@@ -7,6 +7,7 @@
 #include <deque>
 #include <map>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "lcmtypes/channels.h"
@@ -28,6 +29,8 @@
 namespace rcs::studies {
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 constexpr Duration kRecent = std::chrono::seconds(1);
 constexpr Duration kEvents = std::chrono::seconds(30);
 constexpr std::size_t kRegistrations = 4;
@@ -35,7 +38,7 @@ constexpr std::size_t kRefusals = 12;
 constexpr std::size_t kEventsShown = 12;
 
 template <class T>
-struct Heard {
+struct Received {
   Stamp arrival;
   T message{};
 };
@@ -59,9 +62,9 @@ std::string alert_text(int alerts) {
 }
 
 /// Messages received up to the moment.
-class Memory {
+class History {
  public:
-  void hear(const LogEvent& event) {
+  void add(const LogEvent& event) {
     now_ = event.stamp;
     Input& input = inputs_[event.channel];
     input.recent.push_back(event.stamp);
@@ -74,13 +77,31 @@ class Memory {
     if (c == channel::kBgDrive) with<drive_t>(event, &drive_, 1);
     if (c == channel::kBgPlan) with<plan_t>(event, &plan_, 1);
     if (c == channel::kBgStatus) with<status_t>(event, &status_, 1);
-    const bool says = c == channel::kSpEvent || c == channel::kWmEvent || c == channel::kBgEvent;
-    if (says) with<event_t>(event, &events_, kEventsShown);
+    const bool is_event =
+        c == channel::kSpEvent || c == channel::kWmEvent || c == channel::kBgEvent;
+    if (is_event) with<event_t>(event, &events_, kEventsShown);
   }
 
-  [[nodiscard]] std::string tell(Stamp moment) const {
+  [[nodiscard]] std::string text(Stamp moment) const {
     return inputs_text(moment) + considered_text(moment) + registrations_text(moment) +
            belief_text(moment) + driving_text(moment) + events_text(moment);
+  }
+  [[nodiscard]] Json json(Stamp moment) const {
+    Json json = {{"inputs", inputs_json(moment)},
+                 {"measurements", measurements_json(moment)},
+                 {"registrations", registrations_json(moment)},
+                 {"belief", belief_json(moment)},
+                 {"integrity", integrity_json(moment)},
+                 {"bg", driving_json(moment)},
+                 {"events", Json::array()}};
+    for (const Received<event_t>& e : events_) {
+      if (moment - e.arrival > kEvents) continue;
+      json["events"].push_back({{"age_s", age_s(moment, e.arrival)},
+                                {"node", evaluation::printable(e.message.node)},
+                                {"code", evaluation::printable(e.message.code)},
+                                {"text", evaluation::printable(e.message.text)}});
+    }
+    return json;
   }
   [[nodiscard]] Stamp now() const { return now_; }
 
@@ -90,12 +111,130 @@ class Memory {
   };
 
   template <class T>
-  static void with(const LogEvent& event, std::deque<Heard<T>>* kept, std::size_t most) {
-    Heard<T> heard{event.stamp, {}};
+  static void with(const LogEvent& event, std::deque<Received<T>>* kept, std::size_t most) {
+    Received<T> received{event.stamp, {}};
     const int size = static_cast<int>(event.data.size());
-    if (heard.message.decode(event.data.data(), 0, size) != size) return;
-    kept->push_back(std::move(heard));
+    if (received.message.decode(event.data.data(), 0, size) != size) return;
+    kept->push_back(std::move(received));
     if (kept->size() > most) kept->pop_front();
+  }
+
+  [[nodiscard]] static double age_s(Stamp moment, Stamp arrival) {
+    return seconds(moment - arrival);
+  }
+
+  [[nodiscard]] Json inputs_json(Stamp moment) const {
+    Json json = Json::array();
+    for (const auto& [name, input] : inputs_) {
+      const auto recent = std::count_if(input.recent.begin(), input.recent.end(),
+                                        [&](Stamp s) { return moment - s <= kRecent; });
+      json.push_back({{"channel", name},
+                      {"age_s", age_s(moment, input.recent.back())},
+                      {"in_last_second", recent}});
+    }
+    return json;
+  }
+
+  /// Of the last second.
+  [[nodiscard]] Json measurements_json(Stamp moment) const {
+    Json json = Json::array();
+    for (const Received<innovation_t>& i : innovations_) {
+      if (moment - i.arrival > kRecent) continue;
+      const innovation_t& m = i.message;
+      json.push_back({{"source", innovation_source_name(m.source)},
+                      {"age_s", age_s(moment, i.arrival)},
+                      {"accepted", m.accepted != 0},
+                      {"reason", innovation_reason_name(m.reason)},
+                      {"nis", m.nis},
+                      {"gate", m.gate}});
+    }
+    return json;
+  }
+
+  [[nodiscard]] Json registrations_json(Stamp moment) const {
+    Json json = Json::array();
+    for (const Received<registration_t>& r : registrations_) {
+      const registration_t& m = r.message;
+      const bool rolling = m.target == registration_t::TARGET_ROLLING;
+      json.push_back({{"scan", m.scan_id},
+                      {"target", rolling ? "rolling map" : "a priori map"},
+                      {"age_s", age_s(moment, r.arrival)},
+                      {"stop", recording::stop_name(m.stop)},
+                      {"points", m.points},
+                      {"pairs", m.pairs},
+                      {"overlap", m.overlap},
+                      {"correction_m", m.correction_m},
+                      {"correction_deg", degrees(m.correction_rad)},
+                      {"used_units", m.used_units},
+                      {"granted_units", m.granted_units},
+                      {"degrade_level", m.degrade_level}});
+    }
+    return json;
+  }
+
+  [[nodiscard]] Json belief_json(Stamp moment) const {
+    if (nav_.empty()) return nullptr;
+    const nav_state_t& m = nav_.back().message;
+    const Mat6 cov = from_message(m.cov_world_pose);
+    const auto sigma = [&cov](int i) { return std::sqrt(std::max(0.0, cov(i, i))); };
+    const auto age = [](std::int64_t us) { return us < 0 ? Json() : Json(seconds(Duration(us))); };
+    return {{"age_s", age_s(moment, nav_.back().arrival)},
+            {"mode", nav_mode_name(m.mode)},
+            {"world_valid", m.world_valid != 0},
+            {"sigma_m", {sigma(0), sigma(1), sigma(2)}},
+            {"sigma_yaw_deg", degrees(sigma(5))},
+            {"accepted_age_s",
+             {{"ins", age(m.age_ins_us)},
+              {"gps", age(m.age_gps_us)},
+              {"odometry", age(m.age_odometry_us)},
+              {"rolling_map", age(m.age_rolling_us)},
+              {"prior_map", age(m.age_prior_map_us)}}},
+            {"distance_since_gps_m", m.distance_since_gps_m},
+            {"world_resets", m.world_resets}};
+  }
+
+  [[nodiscard]] Json integrity_json(Stamp moment) const {
+    if (integrity_.empty()) return nullptr;
+    const integrity_t& m = integrity_.back().message;
+    const auto source = [&m](int status, std::int64_t since, double ratio) {
+      return Json{{"status", source_status_name(status)},
+                  {"for_s", seconds(Duration(m.utime - since))},
+                  {"test_ratio", ratio}};
+    };
+    return {{"age_s", age_s(moment, integrity_.back().arrival)},
+            {"protection_horizontal_m", m.protection_horizontal_m},
+            {"protection_vertical_m", m.protection_vertical_m},
+            {"limit_horizontal_m", m.limit_horizontal_m},
+            {"limit_vertical_m", m.limit_vertical_m},
+            {"alerts", alert_text(m.alerts)},
+            {"gps", source(m.gps, m.gps_since_utime, m.gps_test_ratio)},
+            {"ladar", source(m.ladar, m.ladar_since_utime, m.ladar_test_ratio)}};
+  }
+
+  [[nodiscard]] Json driving_json(Stamp moment) const {
+    Json json = {{"status", nullptr}, {"drive", nullptr}, {"plan", nullptr}};
+    if (!status_.empty()) {
+      const status_t& m = status_.back().message;
+      json["status"] = {{"age_s", age_s(moment, status_.back().arrival)},
+                        {"state", m.state},
+                        {"reason", m.reason}};
+    }
+    if (!drive_.empty()) {
+      const drive_t& m = drive_.back().message;
+      json["drive"] = {{"age_s", age_s(moment, drive_.back().arrival)},
+                       {"speed_mps", m.speed_mps},
+                       {"curvature_1pm", m.curvature_1pm},
+                       {"brake", m.brake != 0}};
+    }
+    if (!plan_.empty()) {
+      const plan_t& m = plan_.back().message;
+      json["plan"] = {{"age_s", age_s(moment, plan_.back().arrival)},
+                      {"points", m.n},
+                      {"cost", m.cost},
+                      {"issuer", m.issuer},
+                      {"serial", m.serial}};
+    }
+    return json;
   }
 
   [[nodiscard]] std::string inputs_text(Stamp moment) const {
@@ -116,7 +255,7 @@ class Memory {
     };
     std::map<int, Sum> sums;
     report::Table refused{{"rejected", "", "reason", "NIS", "gate"}, {}};
-    for (const Heard<innovation_t>& i : innovations_) {
+    for (const Received<innovation_t>& i : innovations_) {
       if (moment - i.arrival > kRecent) continue;
       const innovation_t& m = i.message;
       Sum& sum = sums[m.source];
@@ -149,7 +288,7 @@ class Memory {
     report::Table t{{"last registrations of SP", "", "stop", "points", "pairs", "overlap",
                      "correction", "used / granted", "degrade"},
                     {}};
-    for (const Heard<registration_t>& r : registrations_) {
+    for (const Received<registration_t>& r : registrations_) {
       const registration_t& m = r.message;
       t.rows.push_back(
           {fmt::format("scan {}, {}", m.scan_id,
@@ -229,7 +368,7 @@ class Memory {
 
   [[nodiscard]] std::string events_text(Stamp moment) const {
     report::Table t{{"events of the last 30 s", "", "node", "code"}, {}};
-    for (const Heard<event_t>& e : events_) {
+    for (const Received<event_t>& e : events_) {
       if (moment - e.arrival > kEvents) continue;
       t.rows.push_back({evaluation::printable(e.message.text), ago(moment - e.arrival),
                         evaluation::printable(e.message.node),
@@ -240,35 +379,39 @@ class Memory {
 
   Stamp now_ = Stamp::min();
   std::map<std::string, Input> inputs_;
-  std::deque<Heard<innovation_t>> innovations_;
-  std::deque<Heard<registration_t>> registrations_;
-  std::deque<Heard<nav_state_t>> nav_;
-  std::deque<Heard<integrity_t>> integrity_;
-  std::deque<Heard<drive_t>> drive_;
-  std::deque<Heard<plan_t>> plan_;
-  std::deque<Heard<status_t>> status_;
-  std::deque<Heard<event_t>> events_;
+  std::deque<Received<innovation_t>> innovations_;
+  std::deque<Received<registration_t>> registrations_;
+  std::deque<Received<nav_state_t>> nav_;
+  std::deque<Received<integrity_t>> integrity_;
+  std::deque<Received<drive_t>> drive_;
+  std::deque<Received<plan_t>> plan_;
+  std::deque<Received<status_t>> status_;
+  std::deque<Received<event_t>> events_;
 };
 
 }  // namespace
 
-Result<std::string> why_story(LogReader* log, Duration after) {
-  Memory memory;
+Result<Explanation> explain(LogReader* log, Duration after) {
+  History history;
   LogEvent event;
   std::optional<Stamp> begin;
   while (log->next(&event)) {
     if (!begin) begin = event.stamp;
     const Stamp moment = *begin + after;
     if (event.stamp > moment) {
-      return fmt::format("{}, {:.3f} s after its begin (utime {})\n\n", log->path(), seconds(after),
-                         to_utime(moment)) +
-             memory.tell(moment);
+      Json json = {
+          {"log", log->path()}, {"time_s", seconds(after)}, {"log_utime", to_utime(moment)}};
+      json.update(history.json(moment));
+      return Explanation{fmt::format("{}, {:.3f} s after its begin (utime {})\n\n", log->path(),
+                                     seconds(after), to_utime(moment)) +
+                             history.text(moment),
+                         std::move(json)};
     }
-    memory.hear(event);
+    history.add(event);
   }
   if (!begin) return Error{log->path() + ": the log is empty"};
   return Error{
-      fmt::format("{}: the log ends after {:.1f} s", log->path(), seconds(memory.now() - *begin))};
+      fmt::format("{}: the log ends after {:.1f} s", log->path(), seconds(history.now() - *begin))};
 }
 
 }  // namespace rcs::studies

@@ -1,6 +1,7 @@
 #pragma once
 // Explanation of the state of a run at one moment: inputs, decisions of WM, results of SP and BG.
 
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "rcs/base/result.h"
@@ -9,9 +10,15 @@
 
 namespace rcs::studies {
 
+/// The same content in two forms.
+struct Explanation {
+  std::string text;
+  nlohmann::ordered_json json;
+};
+
 /// @param log  read from its begin
 /// @param after  time after the first message of the log
-/// @return text, or an error if the log ends before
-[[nodiscard]] Result<std::string> why_story(LogReader* log, Duration after);
+/// @return an error if the log ends before
+[[nodiscard]] Result<Explanation> explain(LogReader* log, Duration after);
 
 }  // namespace rcs::studies

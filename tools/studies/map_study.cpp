@@ -173,7 +173,7 @@ nlohmann::ordered_json map_study_json(const std::vector<MapStudyBlock>& blocks) 
     row["inside_95"] = f.inside;
     rows.push_back(std::move(row));
   }
-  return rows;
+  return {{"rows", std::move(rows)}};
 }
 
 std::string map_study_svg(const std::vector<MapStudyBlock>& blocks) {

@@ -108,10 +108,10 @@ Json finding_json(const OutageReport& report, const OutageFinding& f) {
   for (std::size_t t = 0; t < kTellers; ++t) {
     if (f.at_end[t]) j["at_end"][name_of(t)] = error_json(f.at_end[t]);
   }
-  j["claimed_sigma_m"] = f.sigma_m;
+  j["sigma_m"] = f.sigma_m;
   j["to_next_fix_m"] = drills::number_or_null(f.to_fix_m);
   j["next_fix_sigma_m"] = drills::number_or_null(f.fix_sigma_m);
-  j["gps_back_after_s"] = drills::number_or_null(f.back_after_s);
+  j["gps_accepted_after_s"] = drills::number_or_null(f.back_after_s);
   if (f.at_log_end) j["at_log_end"] = error_json(f.at_log_end);
   return j;
 }
@@ -182,14 +182,14 @@ report::Table cut_table(const OutageReport& report) {
 
 Json to_json(const OutageReport& report) {
   Json j = {{"reference", report.reference},
-            {"gps_trusted_uncut", report.uncut.trusted_share},
+            {"gps_accepted_share", report.uncut.trusted_share},
             {"groups", Json::array()},
             {"outages", Json::array()}};
   for (const Group& g : grouped(report)) {
     Json group = {{"sources", report.variants[g.front()->variant]},
                   {"length_s", g.front()->window.length_s()},
-                  {"places", g.size()},
-                  {"judged", judged(g)}};
+                  {"outages", g.size()},
+                  {"evaluated", judged(g)}};
     for (std::size_t k = 0; k < kTellers; ++k) {
       const std::vector<double> values =
           values_of(g, [k](const OutageFinding& f) { return horizontal(f, k); });
@@ -197,7 +197,7 @@ Json to_json(const OutageReport& report) {
     }
     group["to_next_fix_m"] =
         summary_json(values_of(g, [](const OutageFinding& f) { return f.to_fix_m; }));
-    group["gps_back_after_s"] =
+    group["gps_accepted_after_s"] =
         summary_json(values_of(g, [](const OutageFinding& f) { return f.back_after_s; }));
     j["groups"].push_back(std::move(group));
   }
@@ -211,7 +211,7 @@ Json to_json(const OutageReport& report) {
     j["closures"].push_back(std::move(closure));
   }
   for (const drills::DrillEvent& event : report.uncut.complaints) {
-    j["warnings_uncut"].push_back(
+    j["warnings_with_gps"].push_back(
         {{"node", event.node}, {"code", event.code}, {"text", event.text}});
   }
   return j;

@@ -148,7 +148,7 @@ TEST(Budget, LimitsAreComparedWithTheirMetrics) {
   record.scans.unaccounted = 1;
   verdicts = judge(record, {});
   EXPECT_FALSE(verdict(verdicts, "unaccounted_scans").kept()) << "also without a configured limit";
-  EXPECT_FALSE(to_json(record, verdicts)["kept"].get<bool>());
+  EXPECT_FALSE(to_json(record, verdicts)["met"].get<bool>());
 }
 
 TEST(Budget, TheTableRejectsUnknownKeysAndValues) {

@@ -88,7 +88,7 @@ TEST_F(Outputs, NoCommandWritesOverItsInput) {
   };
   const std::string before = text_of(log_);
   for (const std::string& command : commands) {
-    EXPECT_EQ(shell("$rcs " + command), 1) << command;
+    EXPECT_EQ(shell("$rcs " + command), 3) << command;
     EXPECT_THAT(messages(), HasSubstr("is also an input of this command")) << command;
     EXPECT_EQ(text_of(log_), before) << command;
     for (const char* name : {"a.toml", "b.csv", "c.xyz"}) {
@@ -111,14 +111,14 @@ TEST_F(Outputs, NoOutputIsWrittenIntoAMap) {
            "log cut run.log -o map/new.log",
            "log cut run.log -o link.log",
        }) {
-    EXPECT_EQ(shell(std::string("$rcs ") + command), 1) << command;
+    EXPECT_EQ(shell(std::string("$rcs ") + command), 3) << command;
     EXPECT_THAT(messages(), HasSubstr("is in the a priori map")) << command;
     EXPECT_EQ(text_of(index), "precious\n") << command;
     EXPECT_EQ(std::distance(fs::directory_iterator(folder_ + "/map"), {}), 1) << command;
   }
   // A writer of maps may replace the map itself.
   for (const char* name : {"map", "map/"}) {
-    EXPECT_EQ(shell(std::string("$rcs map merge calib calib -o ") + name), 1) << name;
+    EXPECT_EQ(shell(std::string("$rcs map merge calib calib -o ") + name), 3) << name;
     EXPECT_THAT(messages(), testing::Not(HasSubstr("is in the a priori map"))) << name;
   }
 }
@@ -139,13 +139,13 @@ TEST_F(Outputs, AnInputIsIdentifiedByItsInodeNotByItsName) {
   fs::create_hard_link(log_, folder_ + "/hard.log");
   const std::string before = text_of(log_);
   for (const char* name : {"soft.log", "hard.log", "./run.log", "map/../run.log"}) {
-    EXPECT_EQ(shell(std::string("$rcs log cut run.log -o ") + name), 1) << name;
+    EXPECT_EQ(shell(std::string("$rcs log cut run.log -o ") + name), 3) << name;
     EXPECT_THAT(messages(), HasSubstr("is also an input of this command")) << name;
     EXPECT_EQ(text_of(log_), before) << name;
   }
   // Named after OUT.
   fs::create_hard_link(log_, folder_ + "/new.log.timing");
-  EXPECT_EQ(shell("$rcs replay a.toml run.log -o new.log"), 1);
+  EXPECT_EQ(shell("$rcs replay a.toml run.log -o new.log"), 3);
   EXPECT_THAT(messages(), HasSubstr("new.log.timing: is also an input of this command"));
 }
 
@@ -161,17 +161,17 @@ TEST_F(Outputs, AFifoOrDeviceIsWrittenInPlace) {
   if (::mknod(full.c_str(), S_IFCHR | 0666, makedev(1, 7)) != 0 || !std::ofstream(full)) {
     GTEST_SKIP() << "SKIPPED: no device nodes may be made here";
   }
-  EXPECT_EQ(shell("$rcs log cut run.log -o full"), 1);
+  EXPECT_EQ(shell("$rcs log cut run.log -o full"), 3);
   EXPECT_THAT(messages(), HasSubstr("No space left on device"));
   EXPECT_TRUE(fs::is_character_file(full));
-  EXPECT_EQ(shell("$rcs smooth run.log --config a.toml -o full"), 1);
+  EXPECT_EQ(shell("$rcs smooth run.log --config a.toml -o full"), 3);
   EXPECT_TRUE(fs::is_character_file(full));
 }
 
 TEST_F(Outputs, AFullStandardOutputIsAnError) {
   for (const char* command : {"log info run.log", "log info run.log --json", "log list run.log",
                               "--help", "log cut --help", "drill --list"}) {
-    EXPECT_EQ(shell(std::string("$rcs ") + command + " >/dev/full"), 1) << command;
+    EXPECT_EQ(shell(std::string("$rcs ") + command + " >/dev/full"), 3) << command;
     EXPECT_FALSE(messages().empty()) << command;
   }
   EXPECT_EQ(shell("$rcs log info run.log >/dev/null"), 0) << messages();
@@ -180,7 +180,7 @@ TEST_F(Outputs, AFullStandardOutputIsAnError) {
 TEST_F(Outputs, AFailureKeepsTheOldFileAndASuccessReplacesItWithItsLinkAndMode) {
   const std::string old = folder_ + "/old.log";
   std::ofstream(old) << "old";
-  EXPECT_EQ(shell("$rcs log cut run.log --channel NOBODY -o old.log"), 1);
+  EXPECT_EQ(shell("$rcs log cut run.log --channel NOBODY -o old.log"), 3);
   EXPECT_EQ(text_of(old), "old");
   EXPECT_EQ(partial_files(), 0);
   fs::permissions(old, fs::perms::owner_read | fs::perms::owner_write);

@@ -106,7 +106,7 @@ TEST_F(ReplayCommand, APartWithoutSensorDataIsAFailureAndKeepsTheOldOutput) {
   std::ofstream(folder_ + "/out.log") << "precious";
   for (const char* part : {"--from 100", "--from 8 --to 4",
                            "--without LADAR_RANGES,LADAR_POINTS,INS,GPS_FIX,ODOMETRY"}) {
-    EXPECT_EQ(replay("", part), 1) << part;
+    EXPECT_EQ(replay("", part), 3) << part;
     EXPECT_THAT(messages(), HasSubstr("no sensor message")) << part;
     EXPECT_EQ(text_of(folder_ + "/out.log"), "precious") << part;
   }
@@ -125,7 +125,7 @@ TEST_F(ReplayCommand, TheEndOfTheLogIsNotASensorSilence) {
 
 TEST_F(ReplayCommand, AFolderAsOutputIsRejectedBeforeTheReplay) {
   std::filesystem::create_directory(folder_ + "/out.log");
-  EXPECT_EQ(replay(""), 1);
+  EXPECT_EQ(replay(""), 3);
   EXPECT_THAT(messages(), HasSubstr("is a folder"));
   EXPECT_THAT(messages(), Not(HasSubstr("cycles"))) << "the work was not begun";
   EXPECT_FALSE(std::filesystem::exists(folder_ + "/out.log.timing"));

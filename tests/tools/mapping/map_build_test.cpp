@@ -95,8 +95,8 @@ TEST_F(MapBuild, WithTruePosesTheMapIsTheBareGroundToThreeCentimetres) {
   EXPECT_LT(e[e.size() / 2], 0.03);
   EXPECT_GT(within, 0.9);
   EXPECT_EQ(j["cells"], j["runs"][0]["cells"]);
-  EXPECT_EQ(j["runs"][0]["cells_seen_5"], e.size());
-  EXPECT_GT(j["runs"][0]["returns"]["standing"], 1000) << "grass";
+  EXPECT_EQ(j["runs"][0]["cells_observed_5_times"], e.size());
+  EXPECT_GT(j["runs"][0]["returns"]["above_ground"], 1000) << "grass";
   ASSERT_EQ(rcs("map info " + map() + " --check"), 0) << messages();
   EXPECT_THAT(out(), HasSubstr("sensed"));
   EXPECT_THAT(out(), HasSubstr("2024-05-04"));
@@ -164,7 +164,7 @@ TEST_F(MapBuild, PosesFromAFileAreInFrameWorld) {
   std::ofstream(folder_ + "/poses.tum") << "0 0 0 0 0 0 0 1\n1e6 0 0 0 0 0 0 1\n";
   const std::string call = "map build " + run() + " --poses " + folder_ + "/poses.tum -o " + map();
   EXPECT_EQ(rcs(call), 2) << "--pose-sigma is required";
-  EXPECT_EQ(rcs(call + " --pose-sigma 0.02"), 1)
+  EXPECT_EQ(rcs(call + " --pose-sigma 0.02"), 3)
       << "a pose every million seconds is not sufficient";
   EXPECT_THAT(messages(), HasSubstr("is within the time of the poses"));
 }
@@ -196,28 +196,28 @@ TEST_F(MapBuild, NonFinitePointsAreCountedAndOmitted) {
   }
   ASSERT_TRUE(writer->close());
   ASSERT_EQ(rcs("map build " + folder_ + "/nan.log --truth --json -o " + map()), 0) << messages();
-  EXPECT_EQ(json::parse(out())["runs"][0]["bad_messages_or_points"], spoilt);
+  EXPECT_EQ(json::parse(out())["runs"][0]["rejected_messages_or_points"], spoilt);
 }
 
 TEST_F(MapBuild, MissingInputsAreReported) {
   const std::string to = " -o " + map();
-  EXPECT_EQ(rcs("map build " + sensors() + to), 1);
+  EXPECT_EQ(rcs("map build " + sensors() + to), 3);
   EXPECT_THAT(messages(), HasSubstr("WM_NAV_STATE"));
-  EXPECT_EQ(rcs("map build " + sensors() + " --truth" + to), 1);
+  EXPECT_EQ(rcs("map build " + sensors() + " --truth" + to), 3);
   EXPECT_THAT(messages(), HasSubstr("SP_POINTS"));
-  EXPECT_EQ(rcs("map build " + run() + " --config " + config() + to), 1);
+  EXPECT_EQ(rcs("map build " + run() + " --config " + config() + to), 3);
   EXPECT_THAT(messages(), HasSubstr("LADAR_RANGES"));
   std::ofstream(folder_ + "/empty.log").flush();
-  EXPECT_EQ(rcs("map build " + folder_ + "/empty.log" + to), 1);
+  EXPECT_EQ(rcs("map build " + folder_ + "/empty.log" + to), 3);
   EXPECT_THAT(messages(), HasSubstr("empty.log"));
   EXPECT_EQ(rcs("map build " + run() + " --config " + config() + " --sensors " + sensors() + " " +
                 sensors() + to),
             2);
   EXPECT_THAT(messages(), HasSubstr("one for each"));
   EXPECT_EQ(rcs("map build " + run() + " --date tomorrow" + to), 2);
-  EXPECT_EQ(rcs("map build " + run() + " --memory 10 --truth" + to), 1);
+  EXPECT_EQ(rcs("map build " + run() + " --memory 10 --truth" + to), 3);
   EXPECT_THAT(messages(), HasSubstr("--memory"));
-  EXPECT_EQ(rcs("map build " + run() + " --truth -o " + run() + "/map"), 1);
+  EXPECT_EQ(rcs("map build " + run() + " --truth -o " + run() + "/map"), 3);
   EXPECT_THAT(messages(), HasSubstr("run.log/map"));
   EXPECT_FALSE(std::filesystem::exists(map()));
 }

@@ -93,7 +93,7 @@ TEST_F(MapCompare, ThePictureShowsThePartThatBothMapsCover) {
   EXPECT_EQ(number(20), 200);
   EXPECT_EQ(bytes[25], 6) << "red, green, blue and opacity";
   EXPECT_FALSE(std::filesystem::exists(png + ".aux.xml"));
-  EXPECT_EQ(rcs("map diff " + a + " " + b + " --picture " + a + "/map.index/diff.png"), 1);
+  EXPECT_EQ(rcs("map diff " + a + " " + b + " --picture " + a + "/map.index/diff.png"), 3);
   EXPECT_THAT(messages(), HasSubstr("map.index/diff.png"));
 }
 
@@ -120,12 +120,12 @@ TEST_F(MapCompare, IncomparableMapsAreReported) {
   const std::string both = a + " " + other;
   for (const std::string& call :
        {"map diff " + both, "map merge " + both + " -o " + folder_ + "/x"}) {
-    EXPECT_EQ(rcs(call), 1) << call;
+    EXPECT_EQ(rcs(call), 3) << call;
     EXPECT_THAT(messages(), HasSubstr("WGS84"));
     EXPECT_THAT(messages(), HasSubstr("ETRS89"));
   }
   EXPECT_EQ(rcs("map merge " + a + " -o " + folder_ + "/x"), 2);
-  EXPECT_EQ(rcs("map merge " + a + " " + folder_ + "/none -o " + folder_ + "/x"), 1);
+  EXPECT_EQ(rcs("map merge " + a + " " + folder_ + "/none -o " + folder_ + "/x"), 3);
   EXPECT_EQ(rcs("map diff " + a), 2);
   EXPECT_FALSE(std::filesystem::exists(folder_ + "/x"));
 }

@@ -61,7 +61,7 @@ TEST_F(MapLocalizability, APlaneGivesNoInformationAndHillsGivePosition) {
   EXPECT_EQ(path[0]["sigma_by_motion_m"], 0.5);
   // On the plane the map gives no information: sqrt(0.5^2 + (0.01 * 200)^2) where the hills are out
   // of range.
-  EXPECT_EQ(path[8]["way_m"], 200.0);
+  EXPECT_EQ(path[8]["travelled_m"], 200.0);
   EXPECT_NEAR(path[8]["sigma_with_map_m"].get<double>(), std::hypot(0.5, 2.0), 0.05);
   EXPECT_NEAR(path[20]["sigma_by_motion_m"].get<double>(), std::hypot(0.5, 5.0), 0.01);
   EXPECT_LT(path[20]["sigma_with_map_m"].get<double>(), 0.3);
@@ -72,19 +72,19 @@ TEST_F(MapLocalizability, APlaneGivesNoInformationAndHillsGivePosition) {
 
 TEST_F(MapLocalizability, ErrorsAreNamed) {
   const std::string maps = map();
-  EXPECT_EQ(rcs("map localizability " + folder_ + "/none"), 1);
+  EXPECT_EQ(rcs("map localizability " + folder_ + "/none"), 3);
   EXPECT_THAT(messages(), HasSubstr("none"));
   EXPECT_EQ(rcs("map localizability " + maps + " --step 0.1"), 2);
   EXPECT_EQ(rcs("map localizability " + maps + " --drift 0.1"), 2);  // without a path
   const std::string way = folder_ + "/way.csv";
   ASSERT_TRUE(tools::write_text(way, "x_m,y_m\n0,0\n"));
-  EXPECT_EQ(rcs("map localizability " + maps + " --path " + way), 1);
+  EXPECT_EQ(rcs("map localizability " + maps + " --path " + way), 3);
   EXPECT_THAT(messages(), HasSubstr("two or more places"));
   ASSERT_TRUE(tools::write_text(way, "x_m,y_m\n0,0\n5,\n"));
-  EXPECT_EQ(rcs("map localizability " + maps + " --path " + way), 1);
+  EXPECT_EQ(rcs("map localizability " + maps + " --path " + way), 3);
   EXPECT_THAT(messages(), HasSubstr("way.csv:3"));
   ASSERT_TRUE(tools::write_text(way, "x_m,north\n0,0\n5,1\n"));
-  EXPECT_EQ(rcs("map localizability " + maps + " --path " + way), 1);
+  EXPECT_EQ(rcs("map localizability " + maps + " --path " + way), 3);
   EXPECT_THAT(messages(), HasSubstr("y_m"));
 }
 

@@ -65,14 +65,14 @@ TEST_F(SmoothCommand, WithoutGpsTheFrameIsLocalAndReported) {
 
 TEST_F(SmoothCommand, ErrorsAreReportedAndLeaveNoFile) {
   EXPECT_EQ(rcs("smooth"), 2);
-  EXPECT_EQ(rcs("smooth nothing.log " + config_ + "-o " + truth_), 2);
+  EXPECT_EQ(rcs("smooth nothing.log " + config_ + "-o " + truth_), 3);
   std::ofstream(log_) << "no log at all";
   EXPECT_EQ(rcs("smooth " + log_ + " " + config_), 2);
   EXPECT_EQ(rcs("smooth " + log_ + " " + config_ + "--rounds 0 -o " + truth_), 2);
-  EXPECT_EQ(rcs("smooth " + log_ + " " + config_ + "-o " + truth_), 1);
+  EXPECT_EQ(rcs("smooth " + log_ + " " + config_ + "-o " + truth_), 3);
   EXPECT_THAT(messages(), HasSubstr("no sensor data"));
   ASSERT_EQ(rcs(simulate_ + " --ladar-outage 0 100"), 0) << messages();
-  EXPECT_EQ(rcs("smooth " + log_ + " " + config_ + "-o " + truth_), 1);
+  EXPECT_EQ(rcs("smooth " + log_ + " " + config_ + "-o " + truth_), 3);
   EXPECT_THAT(messages(), HasSubstr("no usable scans"));
   EXPECT_FALSE(std::filesystem::exists(truth_));
   EXPECT_FALSE(std::filesystem::exists(truth_ + ".json"));

@@ -63,7 +63,7 @@ TEST(MapStudy, TheRatioComparesTheRmsOverAllDrives) {
   const std::vector<MapStudyBlock> blocks = {
       block(std::nullopt, {drive({4.0, 0.0, 0.0}, 1.0), drive({0.0, 2.0, 0.0}, 1.0)}),
       block(5.0, {drive({1.0, 0.0, 0.0}, 1.0), drive({0.0, 1.0, 0.0}, 1.0)})};
-  const nlohmann::ordered_json json = map_study_json(blocks);
+  const nlohmann::ordered_json json = map_study_json(blocks)["rows"];
   EXPECT_TRUE(json[0]["map_cell_m"].is_null());
   EXPECT_TRUE(json[0]["ratio_to_no_map"].is_null());
   EXPECT_NEAR(json[0]["error_rms_m"], std::sqrt(10.0), 1e-9);
@@ -75,12 +75,12 @@ TEST(MapStudy, TheRatioComparesTheRmsOverAllDrives) {
 TEST(MapStudy, TheRatioHasAFloorForSmallErrors) {
   const std::vector<MapStudyBlock> blocks = {block(std::nullopt, {drive({0.01, 0.0, 0.0}, 1.0)}),
                                              block(5.0, {drive({0.1, 0.0, 0.0}, 1.0)})};
-  EXPECT_NEAR(map_study_json(blocks)[1]["ratio_to_no_map"], 0.5, 1e-9);
+  EXPECT_NEAR(map_study_json(blocks)["rows"][1]["ratio_to_no_map"], 0.5, 1e-9);
 }
 
 TEST(MapStudy, AFailedDriveIsReportedInItsRow) {
   MapStudyBlock failed{"hills.toml", 5.0, {}, "no course"};
-  const nlohmann::ordered_json json = map_study_json({failed});
+  const nlohmann::ordered_json json = map_study_json({failed})["rows"];
   EXPECT_EQ(json[0]["error"], "no course");
   EXPECT_THAT(map_study_svg({block(0.5, {drive({1.0, 0.0, 0.0}, 1.0)}), failed}),
               HasSubstr("hills"));

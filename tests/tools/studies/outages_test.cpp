@@ -256,7 +256,7 @@ TEST_F(OneOutage, WithoutAPoseItIsNotCountedAndHasAReason) {
   EXPECT_THAT(report.findings[0].failed, HasSubstr("at the end"));
   EXPECT_THAT(report.reference, HasSubstr("belief of WM"));
   EXPECT_THAT(to_text(outage_table(report)), HasSubstr("0 of 1"));
-  EXPECT_EQ(to_json(report)["groups"][0]["judged"], 0);
+  EXPECT_EQ(to_json(report)["groups"][0]["evaluated"], 0);
   beliefs.clear();
   EXPECT_THAT(judged().findings[0].failed, HasSubstr("at the begin"));
   results_[1].shown.reset();

@@ -69,7 +69,7 @@ TEST_F(DrillCommand, ReportsMetricsAndDrawsRepeatably) {
   for (const char* word : {"GPS_FIX", "SP_REGISTRATION", "rolling map", "belief of WM", "sigma"}) {
     EXPECT_THAT(out(), HasSubstr(word));
   }
-  EXPECT_EQ(rcs("why " + folder_ + "/results/lost.log 500"), 1);
+  EXPECT_EQ(rcs("why " + folder_ + "/results/lost.log 500"), 3);
   EXPECT_THAT(messages(), HasSubstr("the log ends after"));
 }
 
@@ -90,7 +90,7 @@ TEST_F(DrillCommand, ALogWithoutGroundTruthIsComparedWithItsUndisturbedRun) {
   EXPECT_EQ(json::parse(out())["drills"][0]["verdict"], "not run");
   EXPECT_EQ(rcs("drill --config " + config("demo3.toml") + " --log " + log + " " +
                 config("drills/map/d11_map_turned.toml")),
-            1);
+            3);
   EXPECT_THAT(messages(), HasSubstr("no drill could run"));
 }
 
@@ -121,11 +121,11 @@ TEST_F(DrillCommand, ALiveLogHasItsOwnClock) {
 
 TEST_F(DrillCommand, AWrongCommandLineExitsWithTwoAndAWrongFileIsNamed) {
   EXPECT_EQ(rcs("drill"), 2);
-  EXPECT_EQ(rcs("drill nothing.toml"), 2);
+  EXPECT_EQ(rcs("drill nothing.toml"), 3);
   EXPECT_EQ(drill(drill_ + " --seeds 0"), 2);
-  EXPECT_EQ(rcs("drill --log x --scenario y"), 2);
+  EXPECT_EQ(rcs("drill --log " + drill_ + " --scenario " + drill_), 2);
   std::ofstream(drill_) << "[[stimulus]]\nkind = \"ramp\"\nrate_mps = 1000\n";
-  EXPECT_EQ(drill(drill_), 1);
+  EXPECT_EQ(drill(drill_), 3);
   EXPECT_THAT(messages(), testing::AllOf(HasSubstr("lost.toml:3"), HasSubstr("rate_mps")));
   EXPECT_EQ(rcs("drill --list --folder " + config("drills")), 0);
   EXPECT_THAT(out(), HasSubstr("d14_return"));

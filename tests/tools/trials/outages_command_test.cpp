@@ -35,7 +35,7 @@ TEST_F(OutagesCommand, ReportsTheErrorsRepeatably) {
   EXPECT_EQ(j["outages"].size(), 8U);
   EXPECT_EQ(j["groups"][1]["sources"], "all sources");
   EXPECT_EQ(j["groups"][3]["sources"], "without odometry and ladar");
-  EXPECT_EQ(j["groups"][1]["judged"], 2);
+  EXPECT_EQ(j["groups"][1]["evaluated"], 2);
   for (const char* who : {"WM", "WM with GPS", "gyro and wheels", "INS alone", "LADAR alone"}) {
     EXPECT_LT(j["groups"][1]["horizontal_m"][who]["worst"].get<double>(), 3.0) << who;
   }
@@ -53,16 +53,16 @@ TEST_F(OutagesCommand, ErrorsAreReported) {
   EXPECT_EQ(rcs("outages --help"), 0);
   EXPECT_THAT(out(), HasSubstr("--without"));
   EXPECT_EQ(rcs("outages"), 2);
-  EXPECT_EQ(rcs("outages nothing.log --config x.toml"), 2);
+  EXPECT_EQ(rcs("outages nothing.log --config x.toml"), 3);
   std::ofstream(log_) << "";
   EXPECT_EQ(rcs(options_ + "--cut 20 10"), 2);
   EXPECT_EQ(rcs(options_ + "--cut 10 20 --length 5"), 2);
   EXPECT_EQ(rcs(options_ + "--without gps"), 2);
   EXPECT_THAT(messages(), HasSubstr("odometry, ladar, ins"));
-  EXPECT_EQ(rcs(options_), 1);
+  EXPECT_EQ(rcs(options_), 3);
   EXPECT_THAT(messages(), HasSubstr("no valid GPS_FIX"));
   ASSERT_EQ(rcs(simulate_), 0) << messages();
-  EXPECT_EQ(rcs(options_), 1);
+  EXPECT_EQ(rcs(options_), 3);
   EXPECT_THAT(messages(), HasSubstr("does not fit"));
 }
 

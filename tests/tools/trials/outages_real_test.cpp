@@ -58,12 +58,12 @@ TEST_F(OutagesOnRealData, TheCommaMinute) {
   import("comma2k19 " + data);
   const json report = outages("comma2k19.toml", "--length 10 20 30 --places 10 --without odometry");
   EXPECT_EQ(report["reference"], "SIM_TRUTH of the log");
-  EXPECT_EQ(report["gps_trusted_uncut"], 1.0);
+  EXPECT_EQ(report["gps_accepted_share"], 1.0);
   for (const double length_s : {10.0, 20.0, 30.0}) {
     const json& wheels = group(report, "all sources", length_s);
     const json& without = group(report, "without odometry", length_s);
-    EXPECT_EQ(wheels["judged"], 10);
-    EXPECT_EQ(without["judged"], 10);
+    EXPECT_EQ(wheels["evaluated"], 10);
+    EXPECT_EQ(without["evaluated"], 10);
     EXPECT_LT(median_m(wheels, "WM"), median_m(wheels, "INS alone"));
     EXPECT_LT(median_m(without, "WM"), median_m(without, "gyro, speed held"));
     EXPECT_LT(worst_m(wheels, "WM"), 0.02 * 16.7 * length_s);
@@ -91,8 +91,8 @@ TEST_F(OutagesOnRealData, TheLongDresdenDrive) {
   import("imu-gps " + data + "/2014-03-26-000-Data.csv --columns " +
          config("import/balzer82.toml"));
   const json report = outages("balzer82.toml", "--length 10 30 --places 10");
-  EXPECT_EQ(group(report, "all sources", 30.0)["judged"], 10);
-  EXPECT_GT(report["gps_trusted_uncut"].get<double>(), 0.99);
+  EXPECT_EQ(group(report, "all sources", 30.0)["evaluated"], 10);
+  EXPECT_GT(report["gps_accepted_share"].get<double>(), 0.99);
 }
 
 std::vector<Pose> poses_of(const std::string& path) {

@@ -15,16 +15,16 @@ TEST_F(BudgetCommand, AnExceededBudgetIsNamedWithValueAndLimitAndExitsWithOne) {
       << messages();
   EXPECT_NE(messages().find(", limit 0.001"), std::string::npos) << messages();
   const nlohmann::json figures = nlohmann::json::parse(out());
-  EXPECT_FALSE(figures["kept"].get<bool>());
+  EXPECT_FALSE(figures["met"].get<bool>());
   EXPECT_GT(figures["scans"]["sent"].get<int>(), 30);
   EXPECT_NE(text_of(svg).find("</svg>"), std::string::npos);
 }
 
-TEST_F(BudgetCommand, AWrongCommandLineExitsWithTwoAndAWrongTableWithOne) {
+TEST_F(BudgetCommand, AWrongCommandLineExitsWithTwoAndAWrongTableWithThree) {
   EXPECT_EQ(rcs("budget"), 2);
-  EXPECT_EQ(rcs("budget nothing.toml nothing.log"), 2);
+  EXPECT_EQ(rcs("budget nothing.toml nothing.log"), 3);
   prepare("1", "facet_to_nav_state_p98_ms = 1\n");
-  EXPECT_EQ(rcs("budget " + vehicle() + " " + log()), 1);
+  EXPECT_EQ(rcs("budget " + vehicle() + " " + log()), 3);
   EXPECT_NE(messages().find("unknown key facet_to_nav_state_p98_ms"), std::string::npos)
       << messages();
 }

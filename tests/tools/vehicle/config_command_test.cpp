@@ -78,7 +78,7 @@ TEST_F(ConfigCommand, ListHasEveryKeyThatAParserReads) {
 
 TEST_F(ConfigCommand, EveryKeyHasADescription) {
   ASSERT_EQ(rcs("config list --json"), 0) << messages();
-  const nlohmann::json all = nlohmann::json::parse(out());
+  const nlohmann::json all = nlohmann::json::parse(out())["parameters"];
   ASSERT_GT(all.size(), 300U);
   for (const nlohmann::json& p : all) {
     const std::string meaning = p["meaning"];
@@ -98,7 +98,7 @@ TEST_F(ConfigCommand, ExplainPrintsTypeUnitRangeAndDefault) {
   EXPECT_THAT(out(), HasSubstr("wm.history.bridge_ms\n"));
   ASSERT_EQ(rcs("config explain wm.history"), 0) << "a whole table";
   EXPECT_THAT(out(), AllOf(HasSubstr("lag_ms"), HasSubstr("jump_ms")));
-  EXPECT_EQ(rcs("config explain wm.history.brigde_ms"), 1);
+  EXPECT_EQ(rcs("config explain wm.history.brigde_ms"), 2);
   EXPECT_THAT(messages(), HasSubstr("did you mean wm.history.bridge_ms?"));
 }
 
@@ -122,7 +122,7 @@ TEST_F(ConfigCommand, CheckReportsAllErrorsInTheOrderOfTheFile) {
 TEST_F(ConfigCommand, CheckRejectsInvalidToml) {
   EXPECT_EQ(rcs("config check " + write("bad.toml", "[sp\n")), 1);
   EXPECT_THAT(out(), HasSubstr("bad.toml:"));
-  EXPECT_EQ(rcs("config check " + folder_ + "/absent.toml"), 1);
+  EXPECT_EQ(rcs("config check " + folder_ + "/absent.toml"), 3);
   EXPECT_EQ(rcs("config check"), 2);
 }
 

@@ -59,7 +59,7 @@ grep -q 'no program no_such_node' "$dir/none.txt" || fail "the missing program i
 
 start
 "$bin/rcs" up "$config" 2>"$dir/second.txt"
-[ $? -eq 1 ] || fail "a second one was started"
+[ $? -eq 3 ] || fail "a second one was started"
 grep -q 'is already alive on' "$dir/second.txt" || fail "no reason against a second one"
 
 kill -9 "$(pid_of sp)"
@@ -71,7 +71,7 @@ until_line "$dir/up.txt" '^\[wm\] wm: running' 2
 
 # A wm without sensor data publishes a result nevertheless.
 "$bin/rcs" predict --to 100,0 2>"$dir/path_uncertainty.txt"
-[ $? -eq 1 ] || fail "status of rcs predict"
+[ $? -eq 3 ] || fail "status of rcs predict"
 grep -q 'WM has no world pose yet' "$dir/path_uncertainty.txt" || fail "no result of wm for a path"
 "$bin/rcs" predict --to 100 2>"$dir/usage.txt"
 [ $? -eq 2 ] || fail "status of an invalid path"
@@ -121,7 +121,7 @@ running=$dir/lame.toml
 start --force
 grep -q 'gateway is not critical: the other nodes start without it' "$dir/up.txt" || fail "the other nodes were not started"
 until_line "$dir/up.txt" 'ALARM: gateway fails repeatedly'
-until_line "$dir/up.txt" 'gateway ended with status 1; restart in 10.0 s'
+until_line "$dir/up.txt" 'gateway ended with status 3; restart in 10.0 s'
 # Nor does a critical node that was alive; it restarts when its configuration is restored.
 sp=$(pid_of sp)
 cp "$dir/lame.toml" "$dir/good.toml"

@@ -7,6 +7,7 @@
 #include "tools/evaluation/metrics.h"
 #include "tools/rcs/command.h"
 #include "tools/report/html_page.h"
+#include "tools/report/json_document.h"
 
 namespace rcs::cli {
 namespace {
@@ -101,11 +102,12 @@ class Eval final : public Command {
             "with a delay), rolling (the registrations of SP)")
         ->capture_default_str()
         ->check(CLI::IsMember({"world", "local", "rolling"}));
-    app()
-        ->add_option("--export", export_,
-                     "tum|kitti FILE: pose of the vehicle at the instant of each scan")
-        ->expected(2)
-        ->type_name("FORMAT FILE");
+    CLI::Option* exported =
+        app()
+            ->add_option("--export", export_,
+                         "tum|kitti FILE: pose of the vehicle at the instant of each scan")
+            ->expected(2)
+            ->type_name("FORMAT FILE");
     app()
         ->add_option("--from", from_s_,
                      "begin of the evaluation, seconds after the earliest truth, belief or scan")
@@ -115,7 +117,7 @@ class Eval final : public Command {
         ->check(CLI::Range(0.0, 1e9));
     app()->add_option("--report", report_, "self-contained HTML page");
     app()->add_option("--svg", svg_, "plot of the course as an SVG file");
-    app()->add_flag("--json", json_, "print the results as JSON");
+    app()->add_flag("--json", json_, "print the results as JSON")->excludes(exported);
     app()->footer(
         "The pose of a scan is that of the vehicle at the reference instant of the scan, from the\n"
         "belief of WM (interpolated along the screw motion) or, without WM, from the rolling map\n"
@@ -222,7 +224,7 @@ class Eval final : public Command {
     }
 
     evaluation::Json json = {
-        {"run", run_}, {"frame", frame_name(frame)}, {"figures", to_json(run)}};
+        {"run", run_}, {"frame", frame_name(frame)}, {"metrics", to_json(run)}};
     std::vector<report::Table> tables;
     if (pairs) {
       const evaluation::TrajectoryFigures f = evaluation::trajectory_figures(*pairs);
@@ -240,7 +242,7 @@ class Eval final : public Command {
     if (!run.nodes.empty()) tables.push_back(evaluation::latency_table(run));
 
     if (json_) {
-      fmt::print("{}\n", json.dump(2));
+      fmt::print("{}", report::json_document(kName, json));
     } else {
       for (const report::Table& t : tables) fmt::print("{}\n", to_text(t));
       if (world) {

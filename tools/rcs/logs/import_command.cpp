@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 
 #include "lcmtypes/channels.h"
 #include "rcs/node/bus/outbox.h"
@@ -16,6 +15,7 @@
 #include "tools/rcs/command.h"
 #include "tools/rcs/terminal.h"
 #include "tools/recording/log_bus.h"
+#include "tools/report/json_document.h"
 
 namespace rcs::cli {
 namespace {
@@ -116,7 +116,7 @@ class ImportKitti final : public Command {
     const Result<std::vector<int>> sweeps = find_sweeps(scans_);
     if (!sweeps) return fail(kName, sweeps.error());
     const Result<importers::OdomOrigin> origin = parse_origin(origin_);
-    if (!origin) return fail(kName, origin.error());
+    if (!origin) return wrong_usage(kName, origin.error());
     const Result<std::string> poses_text = tools::read_text(poses_);
     if (!poses_text) return fail(kName, poses_text.error());
     const Result<std::vector<Pose>> poses = tools::parse_kitti(*poses_text, poses_);
@@ -209,7 +209,7 @@ class ImportKitti final : public Command {
     const Vec3 rpy_deg(degrees(std::atan2(R(2, 1), R(2, 2))), degrees(-std::asin(R(2, 0))),
                        degrees(yaw_of(T_vehicle_ladar.q)));
     if (json_) {
-      const nlohmann::ordered_json figures = {
+      const report::Json json = {
           {"log", out_},
           {"sweeps", sweeps.size()},
           {"first_sweep", sweeps.front()},
@@ -220,7 +220,7 @@ class ImportKitti final : public Command {
           {"events", counts.events},
           {"mount_m", {T_vehicle_ladar.p.x(), T_vehicle_ladar.p.y(), T_vehicle_ladar.p.z()}},
           {"mount_rpy_deg", {rpy_deg.x(), rpy_deg.y(), rpy_deg.z()}}};
-      fmt::print("{}\n", figures.dump(2));
+      fmt::print("{}", report::json_document(kName, json));
       return;
     }
     fmt::print(stderr,

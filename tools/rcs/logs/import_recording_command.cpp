@@ -2,17 +2,16 @@
 
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
-
 #include "tools/base/files.h"
 #include "tools/importers/comma2k19.h"
 #include "tools/importers/imu_gps_import.h"
 #include "tools/rcs/command.h"
+#include "tools/report/json_document.h"
 
 namespace rcs::cli {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using report::Json;
 
 Json to_json(const importers::RowCounts& c) {
   return {{"rows", c.rows},
@@ -64,9 +63,10 @@ Outcome write_whole(const recording::SensorLog& log, const std::string& path) {
   return done ? out.commit() : done;
 }
 
-void say(bool as_json, const Json& json, const std::string& text) {
+void print_result(std::string_view command, bool as_json, const Json& json,
+                  const std::string& text) {
   if (as_json) {
-    fmt::print("{}\n", json.dump(2));
+    fmt::print("{}", report::json_document(command, json));
   } else {
     fmt::print(stderr, "{}", text);
   }
@@ -146,7 +146,7 @@ class ImportComma final : public Command {
     text += to_text("SIM_TRUTH", counts->truth);
     add_check(importers::check_setup(log, Duration::zero(), std::chrono::seconds(20)), &json,
               &text);
-    say(json_, json, text);
+    print_result(kName, json_, json, text);
     return kExitOk;
   }
 
@@ -231,7 +231,7 @@ class ImportImuGps final : public Command {
     Json json = {{"log", out_}};
     std::string text;
     add_counts(*counts, &json, &text);
-    say(json_, json, text);
+    print_result(kName, json_, json, text);
     return kExitOk;
   }
 

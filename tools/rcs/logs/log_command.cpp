@@ -4,7 +4,6 @@
 
 #include <limits>
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "lcmtypes/channels.h"
 #include "rcs/node/log/log_file.h"
@@ -12,6 +11,7 @@
 #include "tools/rcs/command.h"
 #include "tools/rcs/terminal.h"
 #include "tools/recording/message_fields.h"
+#include "tools/report/json_document.h"
 
 namespace rcs::cli {
 namespace {
@@ -98,23 +98,23 @@ int log_info(const std::string& path, bool json) {
   }
   const LogHealth& health = reader->health();
   if (json) {
-    nlohmann::ordered_json out = {{"log", path},
-                                  {"bytes", reader->size_bytes()},
-                                  {"events", health.events},
-                                  {"duration_s", seconds(last - first)},
-                                  {"first_utime", to_utime(first)},
-                                  {"stamps_stepping_back", steps_back},
-                                  {"skipped_bytes", health.skipped_bytes},
-                                  {"skips", health.skips},
-                                  {"truncated", health.truncated},
-                                  {"channels", nlohmann::ordered_json::array()}};
+    report::Json out = {{"log", path},
+                        {"bytes", reader->size_bytes()},
+                        {"events", health.events},
+                        {"duration_s", seconds(last - first)},
+                        {"first_utime", to_utime(first)},
+                        {"stamps_stepping_back", steps_back},
+                        {"skipped_bytes", health.skipped_bytes},
+                        {"skips", health.skips},
+                        {"truncated", health.truncated},
+                        {"channels", report::Json::array()}};
     for (const auto& [name, c] : channels) {
-      nlohmann::ordered_json channel = {{"channel", name},
-                                        {"events", c.events},
-                                        {"rate_hz", c.rate_hz()},
-                                        {"bytes", c.bytes},
-                                        {"largest_bytes", c.largest_bytes},
-                                        {"known", c.known}};
+      report::Json channel = {{"channel", name},
+                              {"events", c.events},
+                              {"rate_hz", c.rate_hz()},
+                              {"bytes", c.bytes},
+                              {"largest_bytes", c.largest_bytes},
+                              {"known", c.known}};
       if (c.known) {
         channel["missing"] = c.missing;
         channel["repeated"] = c.repeated;
@@ -123,7 +123,7 @@ int log_info(const std::string& path, bool json) {
       }
       out["channels"].push_back(channel);
     }
-    fmt::print("{}\n", out.dump(2));
+    fmt::print("{}", report::json_document("log info", out));
   } else {
     fmt::print("{}: {:.1f} MB, {:.3f} s, {}\n", path,
                static_cast<double>(reader->size_bytes()) * 1e-6, seconds(last - first),
@@ -142,7 +142,32 @@ int log_info(const std::string& path, bool json) {
       }
     }
   }
-  return health.good() && health.events > 0 ? kExitOk : kExitFailed;
+  return health.good() && health.events > 0 ? kExitOk : kExitNegative;
+}
+
+/// One event in a line, because a log may have millions.
+int log_list_json(const std::string& path) {
+  const auto text = [](const report::Json& value) {
+    return value.dump(-1, ' ', false, report::Json::error_handler_t::replace);
+  };
+  fmt::print("{{\"schema\": {}, \"log\": {}, \"events\": [", text(report::schema_name("log list")),
+             text(path));
+  bool first = true;
+  const int status = for_each_event("log list", path, [&](const LogEvent& event) {
+    const std::optional<recording::MessageHead> head =
+        recording::read_head(event.channel, event.data);
+    fmt::print("{}\n{}", first ? "" : ",",
+               text({{"log_utime", to_utime(event.stamp)},
+                     {"number", event.number},
+                     {"channel", event.channel},
+                     {"bytes", event.data.size()},
+                     {"seq", head ? report::Json(head->seq) : report::Json()},
+                     {"utime", head ? report::Json(head->utime) : report::Json()}}));
+    first = false;
+    return true;
+  });
+  fmt::print("]}}\n");
+  return status;
 }
 
 int log_list(const std::string& path) {
@@ -165,6 +190,7 @@ struct CutOptions {
   double from_s = 0.0;
   double to_s = std::numeric_limits<double>::infinity();
   std::vector<std::string> channels;  ///< empty: all
+  bool json = false;
 };
 
 int log_cut(const CutOptions& options) {
@@ -190,7 +216,12 @@ int log_cut(const CutOptions& options) {
     written = Error{"no event in the requested interval and channels"};
   if (written) written = out.commit();
   if (!written) return fail("log cut", written.error());
-  fmt::print(stderr, "{}: {} events\n", options.out, writer->events());
+  if (options.json) {
+    const report::Json done = {{"log", options.out}, {"events", writer->events()}};
+    fmt::print("{}", report::json_document("log cut", done));
+  } else {
+    fmt::print(stderr, "{}: {} events\n", options.out, writer->events());
+  }
   return kExitOk;
 }
 
@@ -258,12 +289,14 @@ class LogList final : public Command {
   explicit LogList(CLI::App* log)
       : Command(log->add_subcommand("list", "Print one line per event")) {
     add_log_option(app(), &log_);
+    app()->add_flag("--json", json_, "print the results as JSON");
     app()->footer("Example:  rcs log list run.log | head");
   }
-  int run() override { return log_list(log_); }
+  int run() override { return json_ ? log_list_json(log_) : log_list(log_); }
 
  private:
   std::string log_;
+  bool json_ = false;
 };
 
 class LogCut final : public Command {
@@ -278,6 +311,7 @@ class LogCut final : public Command {
         ->add_option("--channel", options_.channels, "only these channels; separated by commas")
         ->delimiter(',')
         ->excludes(app()->add_flag("--sensors", sensors_, "only the sensor channels"));
+    app()->add_flag("--json", options_.json, "print the results as JSON");
     app()->footer(
         "A log with sensor channels alone contains no commands (BG_COMMAND, BG_DRIVE) and may be\n"
         "played to live nodes by any player, e.g. lcm-logplayer. Ctrl-C leaves no partial copy\n"

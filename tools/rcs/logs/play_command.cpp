@@ -12,6 +12,7 @@
 #include "rcs/node/timeline/live_timeline.h"
 #include "tools/rcs/command.h"
 #include "tools/rcs/logs/part_of_log.h"
+#include "tools/report/json_document.h"
 
 namespace rcs::cli {
 namespace {
@@ -78,6 +79,7 @@ class Play final : public Command {
         ->excludes(to);
     app()->add_option("--lcm-url", lcm_url_,
                       fmt::format("the bus; default: $LCM_DEFAULT_URL, else {}", kDefaultLcmUrl));
+    app()->add_flag("--json", json_, "print the results as JSON");
     std::string sensors;
     for (const char* name : channel::kSensors) sensors += std::string(name) + " ";
     app()->footer(
@@ -131,10 +133,19 @@ class Play final : public Command {
       fmt::print(stderr, "rcs play: {}: {}\n", log_, reader->health().summary());
     }
     if (published == 0) return Error{log_ + ": no sensor data in the requested interval"};
-    fmt::print(stderr,
-               "rcs play: {} messages published, maximum delay {:.1f} ms; {} messages of other "
-               "channels skipped\n",
-               published, milliseconds(worst_late), whole.passed_over());
+    if (json_) {
+      const report::Json json = {{"log", log_},
+                                 {"url", (*bus)->url()},
+                                 {"published", published},
+                                 {"skipped", whole.passed_over()},
+                                 {"max_delay_ms", milliseconds(worst_late)}};
+      fmt::print("{}", report::json_document(kName, json));
+    } else {
+      fmt::print(stderr,
+                 "rcs play: {} messages published, maximum delay {:.1f} ms; {} messages of other "
+                 "channels skipped\n",
+                 published, milliseconds(worst_late), whole.passed_over());
+    }
     return sound(**bus);
   }
 
@@ -144,8 +155,9 @@ class Play final : public Command {
   }
 
   [[nodiscard]] static Outcome stopped(const LcmBus& bus, std::int64_t published) {
-    fmt::print(stderr, "rcs play: stopped after {} messages\n", published);
-    return sound(bus);
+    if (Outcome status = sound(bus); !status) return status;
+    note_interrupt();
+    return Error{fmt::format("stopped after {} messages", published)};
   }
 
   [[nodiscard]] static Outcome sound(const LcmBus& bus) {
@@ -162,6 +174,7 @@ class Play final : public Command {
   double from_s_ = 0.0;
   double to_s_ = std::numeric_limits<double>::infinity();
   double duration_s_ = -1.0;
+  bool json_ = false;
 };
 
 }  // namespace

@@ -19,6 +19,7 @@
 #include "tools/rcs/command.h"
 #include "tools/rcs/logs/part_of_log.h"
 #include "tools/rcs/logs/replay_verdict.h"
+#include "tools/report/json_document.h"
 
 namespace rcs::cli {
 namespace {
@@ -82,7 +83,7 @@ class Replay final : public Command {
     if (!done) return fail(kName, done.error());
     const int status = out.in_place() ? kExitOk : summarize_run();
     for (const std::string& fault : faults_) fmt::print(stderr, "rcs replay: {}\n", fault);
-    return faults_.empty() ? status : kExitFailed;
+    return faults_.empty() ? status : kExitNegative;
   }
 
  private:
@@ -180,7 +181,8 @@ class Replay final : public Command {
     if (!run) return fail(kName, run.error());
     const evaluation::RunFigures figures = evaluation::run_figures(*run);
     if (json_) {
-      fmt::print("{}\n", to_json(figures).dump(2));
+      const report::Json json = {{"log", out_}, {"faults", faults_}, {"metrics", to_json(figures)}};
+      fmt::print("{}", report::json_document(kName, json));
     } else {
       fmt::print(stderr, "\n{}\n{}", to_text(evaluation::scan_table(figures)),
                  to_text(evaluation::latency_table(figures)));

@@ -10,6 +10,7 @@
 #include "tools/evaluation/run_comparison.h"
 #include "tools/rcs/command.h"
 #include "tools/report/html_page.h"
+#include "tools/report/json_document.h"
 
 namespace rcs::cli {
 namespace {
@@ -55,6 +56,7 @@ class ReportCommand final : public Command {
   }
 
   int run() override {
+    if (const Outcome parsed = parse_gps_cut(); !parsed) return wrong_usage(kName, parsed.error());
     const Outcome read = read_runs();
     if (!read) return fail(kName, read.error());
     print_figures();
@@ -88,7 +90,7 @@ class ReportCommand final : public Command {
       evaluation::RunFigures figures = evaluation::run_figures(*log);
       reported_.push_back({std::move(log).value(), std::move(figures), std::move(*world)});
     }
-    if (Outcome outages = find_outages(); !outages) return outages;
+    find_outages();
     for (std::size_t k = 0; k < reported_.size(); ++k) {
       compared_.push_back(
           evaluation::compare_run(names_[k], reported_[k].log, reported_[k].world, outages_));
@@ -96,24 +98,29 @@ class ReportCommand final : public Command {
     return Done{};
   }
 
-  /// Without --gps-cut: intervals in which all runs were without GPS. Runs with large errors accept
-  /// GPS again later than others; the interval ends with the first run that accepts it.
-  Outcome find_outages() {
-    if (gps_cut_.empty()) {
-      outages_ = evaluation::gps_outages(reported_.front().log);
-      for (const ReportedRun& run : reported_) {
-        outages_ = evaluation::common_intervals(outages_, evaluation::gps_outages(run.log));
-      }
-      return Done{};
-    }
+  Outcome parse_gps_cut() {
+    if (gps_cut_.empty()) return Done{};
     std::string text = gps_cut_;
     if (const std::size_t colon = text.find(':'); colon != std::string::npos) text[colon] = ' ';
     const std::optional<std::vector<double>> v = tools::parse_numbers(text);
     if (!v || v->size() != 2 || (*v)[1] <= (*v)[0]) {
       return Error{"--gps-cut " + gps_cut_ + ": expected A:B, two times in seconds"};
     }
-    outages_ = {{zero() + from_seconds((*v)[0]), zero() + from_seconds((*v)[1])}};
+    cut_s_ = *v;
     return Done{};
+  }
+
+  /// Without --gps-cut: intervals in which all runs were without GPS. Runs with large errors accept
+  /// GPS again later than others; the interval ends with the first run that accepts it.
+  void find_outages() {
+    if (gps_cut_.empty()) {
+      outages_ = evaluation::gps_outages(reported_.front().log);
+      for (const ReportedRun& run : reported_) {
+        outages_ = evaluation::common_intervals(outages_, evaluation::gps_outages(run.log));
+      }
+      return;
+    }
+    outages_ = {{zero() + from_seconds(cut_s_[0]), zero() + from_seconds(cut_s_[1])}};
   }
 
   /// Checks --min-factor.
@@ -125,10 +132,11 @@ class ReportCommand final : public Command {
       return fail(kName, Error{"--min-factor: no two runs differ by the LADAR alone during a GPS "
                                "outage"});
     }
-    return fail(kName, Error{fmt::format("without the LADAR the rms error is at most {:.2f} times "
-                                         "that with it; at least {:g} times was required "
-                                         "(--min-factor)",
-                                         *factor, min_factor_)});
+    return negative(kName,
+                    Error{fmt::format("without the LADAR the rms error is at most {:.2f} times "
+                                      "that with it; at least {:g} times was required "
+                                      "(--min-factor)",
+                                      *factor, min_factor_)});
   }
 
   [[nodiscard]] Stamp zero() const { return truth_.front().stamp; }
@@ -150,12 +158,12 @@ class ReportCommand final : public Command {
         evaluation::Json run = to_json(compared_[k], zero());
         run["log"] = reported_[k].log.path;
         run["world"] = to_json(reported_[k].world);
-        run["figures"] = to_json(reported_[k].figures);
+        run["metrics"] = to_json(reported_[k].figures);
         json["runs"].push_back(std::move(run));
       }
       if (const std::optional<double> factor = evaluation::ladar_factor(compared_))
         json["ladar_factor"] = *factor;
-      fmt::print("{}\n", json.dump(2));
+      fmt::print("{}", report::json_document(kName, json));
       return;
     }
     fmt::print("{}\n{}\n{}\n\n{}\n{}", outage_text(),
@@ -240,6 +248,7 @@ class ReportCommand final : public Command {
   std::vector<std::string> runs_;
   std::string truth_log_;
   std::string gps_cut_;
+  std::vector<double> cut_s_;
   std::string out_;
   std::string svg_;
   double min_factor_ = 0.0;

@@ -12,6 +12,7 @@
 #include "tools/mapping/map_writer.h"
 #include "tools/rcs/command.h"
 #include "tools/rcs/terminal.h"
+#include "tools/report/json_document.h"
 
 namespace rcs::cli {
 namespace {
@@ -49,6 +50,7 @@ class Sim final : public Command {
         ->add_option("--lcm-url", lcm_url_,
                      fmt::format("the bus; default: $LCM_DEFAULT_URL, else {}", kDefaultLcmUrl))
         ->excludes(out);
+    app()->add_flag("--json", json_, "print the results as JSON");
     app()->footer(
         "The same scenario and seed give the same bytes. Ctrl-C leaves no partial log behind; an\n"
         "existing file stays unchanged. A scenario with [drive] mode = \"commanded\" receives\n"
@@ -96,7 +98,10 @@ class Sim final : public Command {
     fmt::print(stderr, "rcs sim: {}; maximum delay of a message {:.1f} ms\n",
                report.stopped ? "stopped" : "done", milliseconds(report.worst_late));
     if (simulator.commanded()) fmt::print(stderr, "rcs sim: {}\n", sim::drive_summary(simulator));
-    return (*bus)->status();
+    print_json({{"url", (*bus)->url()}, {"max_delay_ms", milliseconds(report.worst_late)}});
+    if (Outcome status = (*bus)->status(); !status || !report.stopped) return status;
+    note_interrupt();
+    return Error{"interrupted"};
   }
 
   [[nodiscard]] Outcome into_log(const sim::Scenario& scenario) const {
@@ -117,7 +122,16 @@ class Sim final : public Command {
       progress.at((due - sim::Simulator::kStart).count());
     }
     if (Outcome closed = writer->close(); !closed) return closed;
-    return out.commit();
+    if (Outcome done = out.commit(); !done) return done;
+    print_json({{"log", out_}, {"events", writer->events()}});
+    return Done{};
+  }
+
+  void print_json(const report::Json& result) const {
+    if (!json_) return;
+    report::Json json = {{"scenario", scenario_}};
+    json.update(result);
+    fmt::print("{}", report::json_document(kName, json));
   }
 
   std::string scenario_;
@@ -127,6 +141,7 @@ class Sim final : public Command {
   std::vector<double> gps_outage_s_;
   std::vector<double> ladar_outage_s_;
   sim::ScenarioOverrides overrides_;
+  bool json_ = false;
 };
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "tools/base/files.h"
 #include "tools/rcs/command.h"
 #include "tools/rcs/terminal.h"
+#include "tools/report/json_document.h"
 #include "tools/smoothing/reference_output.h"
 
 namespace rcs::cli {
@@ -152,7 +153,7 @@ class Truth final : public Command {
     }
     *texts = {tools::format_tum(vehicle_poses), tools::format_kitti(vehicle_poses),
               tools::format_tum(seen), smoothing::format_sigmas(poses),
-              to_json(report, *result).dump(2) + "\n"};
+              report::json_document(kName, to_json(report, *result))};
     summary_ = to_text(report, *result);
     return Done{};
   }

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "tools/rcs/command.h"
+#include "tools/report/json_document.h"
 #include "tools/studies/explanation.h"
 
 namespace rcs::cli {
@@ -23,6 +24,7 @@ class Why final : public Command {
         ->add_option("TIME", time_s_, "seconds after the log's first message")
         ->required()
         ->check(CLI::NonNegativeNumber);
+    app()->add_flag("--json", json_, "print the results as JSON");
     app()->footer(
         "Prints the age of the newest message of each sensor; the measurements that WM accepted "
         "or\n"
@@ -37,15 +39,17 @@ class Why final : public Command {
   int run() override {
     Result<LogReader> reader = LogReader::open(log_);
     if (!reader) return fail(kName, reader.error());
-    const Result<std::string> story = studies::why_story(&reader.value(), from_seconds(time_s_));
-    if (!story) return fail(kName, story.error());
-    fmt::print("{}", *story);
+    const Result<studies::Explanation> explained =
+        studies::explain(&reader.value(), from_seconds(time_s_));
+    if (!explained) return fail(kName, explained.error());
+    fmt::print("{}", json_ ? report::json_document(kName, explained->json) : explained->text);
     return kExitOk;
   }
 
  private:
   std::string log_;
   double time_s_ = 0.0;
+  bool json_ = false;
 };
 
 }  // namespace

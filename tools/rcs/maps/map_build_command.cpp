@@ -5,7 +5,6 @@
 
 #include <filesystem>
 #include <limits>
-#include <nlohmann/json.hpp>
 
 #include "modules/sp/sp_config.h"
 #include "tools/mapping/map_build.h"
@@ -13,12 +12,13 @@
 #include "tools/mapping/survey_date.h"
 #include "tools/rcs/command.h"
 #include "tools/rcs/terminal.h"
+#include "tools/report/json_document.h"
 #include "tools/report/table.h"
 
 namespace rcs::cli {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using report::Json;
 
 constexpr std::string_view kName = "map build";
 
@@ -70,11 +70,7 @@ class MapBuildCommand final : public Command {
   }
 
   int run() override {
-    const Outcome sound = check();
-    if (!sound) {
-      fmt::print(stderr, "rcs {}: {}\n", kName, sound.error().message);
-      return kExitUsage;
-    }
+    if (const Outcome sound = check(); !sound) return wrong_usage(kName, sound.error());
     Outcome done = read_config();
     if (done) done = build();
     return done ? tell() : fail(kName, done.error());
@@ -237,23 +233,23 @@ class MapBuildCommand final : public Command {
     return {{"scans", b.scans.scans},
             {"scans_without_pose", b.scans.no_pose},
             {"points", b.scans.points},
-            {"bad_messages_or_points", b.scans.bad},
+            {"rejected_messages_or_points", b.scans.bad},
             {"damage", b.scans.damage},
             {"cells", g.cells},
-            {"cells_seen_5", g.seen_5},
+            {"cells_observed_5_times", g.seen_5},
             {"roughness_median_m", g.roughness_median_m},
             {"sigma_median_m", g.sigma_median_m},
             {"bias_sigma_m", b.bias_sigma_m},
             {"returns",
              {{"ground", g.ground},
-              {"standing", g.standing},
-              {"moving", g.moving},
-              {"unplaced", g.unplaced}}},
-            {"cells_grown_over", g.grown_over},
+              {"above_ground", g.standing},
+              {"transient", g.moving},
+              {"without_ground", g.unplaced}}},
+            {"cells_vegetated", g.grown_over},
             {"surface_points", b.points},
-            {"places_seen_through", b.seen_through},
-            {"mount_turned_deg", {degrees(turn.x()), degrees(turn.y()), degrees(turn.z())}},
-            {"stamps_early_ms", 1e3 * -b.mount.late_s}};
+            {"cells_rejected_as_seen_through", b.seen_through},
+            {"ladar_misalignment_deg", {degrees(turn.x()), degrees(turn.y()), degrees(turn.z())}},
+            {"ladar_stamps_early_ms", 1e3 * -b.mount.late_s}};
   }
 
   int tell() const {
@@ -272,11 +268,11 @@ class MapBuildCommand final : public Command {
       if (merged_) json["cells_of_several_runs"] = merged_->several;
       if (merged_) json["cells_that_contradict"] = merged_->changed;
       json["runs"] = std::move(runs);
-      fmt::print("{}\n", json.dump(2));
+      fmt::print("{}", report::json_document(kName, json));
       return kExitOk;
     }
     report::Table table{{"run", "scans", "cells", "seen >= 5", "roughness [m]", "sigma [m]",
-                         "systematic error [m]", "ground [%]", "above ground [%]", "moving [%]"},
+                         "systematic error [m]", "ground [%]", "above ground [%]", "transient [%]"},
                         {}};
     for (const Json& run : runs) {
       const Json& returns = run["returns"];
@@ -286,17 +282,17 @@ class MapBuildCommand final : public Command {
         return fmt::format("{:.1f}", 100.0 * returns[name].get<double>() / all);
       };
       table.rows.push_back({run["log"].get<std::string>(), run["scans"].dump(), run["cells"].dump(),
-                            run["cells_seen_5"].dump(),
+                            run["cells_observed_5_times"].dump(),
                             fmt::format("{:.3f}", run["roughness_median_m"].get<double>()),
                             fmt::format("{:.3f}", run["sigma_median_m"].get<double>()),
                             fmt::format("{:.3f}", run["bias_sigma_m"].get<double>()),
-                            percent("ground"), percent("standing"), percent("moving")});
+                            percent("ground"), percent("above_ground"), percent("transient")});
       const std::string damage = run["damage"].get<std::string>();
       if (!damage.empty()) {
         fmt::print(stderr, "rcs {}: {}: {}\n", kName, run["log"].get<std::string>(), damage);
       }
     }
-    fmt::print("{}{}: {} cells of {} m{}{}\n", to_text(table), out_, cells, wanted_.ground.cell_m,
+    fmt::print("{}{}: {} cells of {:g} m{}{}\n", to_text(table), out_, cells, wanted_.ground.cell_m,
                filled_ ? fmt::format(", {} of them from {}", filled_->filled, prior_) : "",
                wanted_.points ? fmt::format(", {} surface points", built_.front().points) : "");
     return kExitOk;

@@ -7,7 +7,6 @@
 #include <cstdio>
 #include <limits>
 #include <map>
-#include <nlohmann/json.hpp>
 
 #include "rcs/base/byte_codec.h"
 #include "rcs/terrain/map_folder.h"
@@ -15,13 +14,14 @@
 #include "tools/base/files.h"
 #include "tools/mapping/survey_date.h"
 #include "tools/rcs/command.h"
+#include "tools/report/json_document.h"
 #include "tools/report/table.h"
 #include "tools/survey/map_export.h"
 
 namespace rcs::cli {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using report::Json;
 
 constexpr const char* kSourceNames[] = {"unknown", "survey", "aerial", "sensed", "mixed"};
 class MapInfo final : public Command {
@@ -65,7 +65,7 @@ class MapInfo final : public Command {
     }
     if (check_) json["broken"] = broken;
     if (json_) {
-      fmt::print("{}\n", json.dump(2));
+      fmt::print("{}", report::json_document("map info", json));
     } else {
       fmt::print("datum: {:.7f} deg N, {:.7f} deg E, {:.2f} m; reference frame {}\n",
                  degrees(f.datum.lat_rad), degrees(f.datum.lon_rad), f.datum.height.m, f.reference);
@@ -77,7 +77,7 @@ class MapInfo final : public Command {
       fmt::print("{}", to_text(table));
       if (check_) fmt::print("broken tiles: {}\n", broken);
     }
-    return broken == 0 ? kExitOk : kExitFailed;
+    return broken == 0 ? kExitOk : kExitNegative;
   }
 
  private:

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -13,6 +12,7 @@
 #include "tools/mapping/resample.h"
 #include "tools/rcs/command.h"
 #include "tools/rcs/terminal.h"
+#include "tools/report/json_document.h"
 #include "tools/report/table.h"
 #include "tools/survey/map_difference.h"
 #include "tools/survey/map_export.h"
@@ -20,7 +20,7 @@
 namespace rcs::cli {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using report::Json;
 
 constexpr std::int64_t kSteps = 1000;
 
@@ -37,6 +37,7 @@ class MapMerge final : public Command {
     app()
         ->add_option("-o,--out", out_, "folder of the map; an existing map is replaced")
         ->required();
+    app()->add_flag("--json", json_, "print the results as JSON");
     app()->footer(
         "The height of a cell is the mean of the surveys, weighted by their inverse variances\n"
         "(sigma and systematic error), and its sigma is that of the mean. Counts are added, the\n"
@@ -59,8 +60,20 @@ class MapMerge final : public Command {
       });
     }
     if (!done) return fail(kName, done.error());
+    if (json_) {
+      const Json json = {{"map", out_},
+                         {"reference", done->frame.reference},
+                         {"heights_above", done->frame.heights},
+                         {"cell_m", done->cell_m},
+                         {"cells", done->cells},
+                         {"cells_in_several_maps", done->several},
+                         {"cells_that_contradict", done->changed},
+                         {"surface_points_not_merged", done->points_lost}};
+      fmt::print("{}", report::json_document(kName, json));
+      return kExitOk;
+    }
     fmt::print(stderr,
-               "rcs {}: {}: {} cells of {} m, in {}, heights above {}; {} cells in several maps, "
+               "rcs {}: {}: {} cells of {:g} m, in {}, heights above {}; {} cells in several maps, "
                "of which {} contradict each other\n",
                kName, out_, done->cells, done->cell_m, done->frame.reference, done->frame.heights,
                done->several, done->changed);
@@ -74,6 +87,7 @@ class MapMerge final : public Command {
  private:
   std::vector<std::string> maps_;
   std::string out_;
+  bool json_ = false;
 };
 
 class MapDiff final : public Command {
@@ -148,21 +162,21 @@ class MapDiff final : public Command {
                    {"within_sigma", {{"one", d.by_sigma.one}, {"two", d.by_sigma.two}}},
                    {"within_sigma_and_bias", {{"one", d.with_bias.one}, {"two", d.with_bias.two}}}};
       if (!picture_.empty()) json["picture_range_m"] = range_m;
-      fmt::print("{}\n", json.dump(2));
+      fmt::print("{}", report::json_document("map diff", json));
       return;
     }
     const auto metres = [](double v) { return fmt::format("{:.3f}", v); };
     const auto percent = [](double v) { return fmt::format("{:.1f}", 100.0 * v); };
     const report::Table differences{
         {"B - A", "cells", "mean [m]", "median [m]", "RMS [m]", "NMAD [m]", "95 % of |d| [m]"},
-        {{fmt::format("cells of {} m", cell_m), std::to_string(d.cells), metres(d.mean_m),
+        {{fmt::format("cells of {:g} m", cell_m), std::to_string(d.cells), metres(d.mean_m),
           metres(d.median_m), metres(d.rms_m), metres(d.nmad_m), metres(d.p95_m)}}};
-    const report::Table honesty{
+    const report::Table consistency{
         {"within", "1 sigma [%]", "2 sigma [%]"},
         {{"sigma of both maps", percent(d.by_sigma.one), percent(d.by_sigma.two)},
          {"with systematic errors", percent(d.with_bias.one), percent(d.with_bias.two)},
          {"expected (normal errors)", "68.3", "95.4"}}};
-    fmt::print("{}\n{}", to_text(differences), to_text(honesty));
+    fmt::print("{}\n{}", to_text(differences), to_text(consistency));
     if (picture_.empty()) return;
     fmt::print("{}: white 0, blue -{:.3f} m and below, red {:.3f} m and above\n", picture_, range_m,
                range_m);

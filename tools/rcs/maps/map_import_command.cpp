@@ -12,6 +12,7 @@
 #include "tools/mapping/survey_date.h"
 #include "tools/rcs/command.h"
 #include "tools/rcs/terminal.h"
+#include "tools/report/json_document.h"
 #include "tools/survey/cloud_import.h"
 #include "tools/survey/npy_raster.h"
 #include "tools/survey/raster_import.h"
@@ -43,6 +44,7 @@ class SurveyOptions {
     app->add_option("--source", source_, "survey: measured on the ground; aerial: from the air")
         ->check(CLI::IsMember({"survey", "aerial"}))
         ->capture_default_str();
+    app->add_flag("--json", json_, "print the results as JSON");
   }
   [[nodiscard]] Result<survey::SurveyQuality> quality() const {
     survey::SurveyQuality q = quality_;
@@ -53,6 +55,7 @@ class SurveyOptions {
     return q;
   }
   [[nodiscard]] const std::string& out() const { return out_; }
+  [[nodiscard]] bool json() const { return json_; }
   [[nodiscard]] CellSource source() const { return kSources.at(source_); }
 
  private:
@@ -60,6 +63,7 @@ class SurveyOptions {
   survey::SurveyQuality quality_;
   std::string date_;
   std::string source_ = "aerial";
+  bool json_ = false;
 };
 
 /// Options of imports with geodetic coordinates.
@@ -89,9 +93,21 @@ class CoordinateOptions {
   double undulation_m_ = std::numeric_limits<double>::quiet_NaN();
 };
 
-void say_written(const std::string& map, const MapFrame& frame, double cell_m, std::int64_t known) {
+report::Json json_of(const std::string& map, const MapFrame& frame, double cell_m,
+                     std::int64_t known) {
+  return {{"map", map},
+          {"reference", frame.reference},
+          {"heights_above", frame.heights},
+          {"undulation_m",
+           std::isnan(frame.undulation_m) ? report::Json() : report::Json(frame.undulation_m)},
+          {"cell_m", cell_m},
+          {"cells", known}};
+}
+
+void print_written(const std::string& map, const MapFrame& frame, double cell_m,
+                   std::int64_t known) {
   fmt::print(
-      stderr, "rcs map: {}: {} cells of {} m, in {}, heights above {}{}\n", map, known, cell_m,
+      stderr, "rcs map: {}: {} cells of {:g} m, in {}, heights above {}{}\n", map, known, cell_m,
       frame.reference, frame.heights,
       std::isnan(frame.undulation_m)
           ? ""
@@ -129,7 +145,7 @@ class MapImportRaster final : public Command {
   int run() override {
     constexpr std::string_view kName = "map import raster";
     const Result<survey::SurveyQuality> quality = survey_.quality();
-    if (!quality) return fail(kName, quality.error());
+    if (!quality) return wrong_usage(kName, quality.error());
     wanted_.quality = *quality;
     wanted_.source = survey_.source();
     coordinates_.finish();
@@ -143,7 +159,13 @@ class MapImportRaster final : public Command {
           return !interrupt.requested();
         });
     if (!done) return fail(kName, done.error());
-    say_written(survey_.out(), done->frame, done->cell_m, done->known);
+    if (survey_.json()) {
+      report::Json json = json_of(survey_.out(), done->frame, done->cell_m, done->known);
+      json["unknown_cells"] = done->unknown;
+      fmt::print("{}", report::json_document(kName, json));
+    } else {
+      print_written(survey_.out(), done->frame, done->cell_m, done->known);
+    }
     return kExitOk;
   }
 
@@ -221,7 +243,7 @@ class MapImportCloud final : public Command {
   int run() override {
     constexpr std::string_view kName = "map import cloud";
     const Result<survey::SurveyQuality> quality = survey_.quality();
-    if (!quality) return fail(kName, quality.error());
+    if (!quality) return wrong_usage(kName, quality.error());
     wanted_.quality = *quality;
     wanted_.source = survey_.source();
     wanted_.memory_bytes = 1e6 * memory_mb_;
@@ -235,13 +257,31 @@ class MapImportCloud final : public Command {
           return !interrupt.requested();
         });
     if (!done) return fail(kName, done.error());
-    say_points(*done);
-    say_written(survey_.out(), done->frame, wanted_.cell_m, done->ground.cells);
+    if (survey_.json()) {
+      report::Json json = json_of(survey_.out(), done->frame, wanted_.cell_m, done->ground.cells);
+      json.update(points_json(*done));
+      fmt::print("{}", report::json_document(kName, json));
+    } else {
+      print_points(*done);
+      print_written(survey_.out(), done->frame, wanted_.cell_m, done->ground.cells);
+    }
     return kExitOk;
   }
 
  private:
-  static void say_points(const survey::CloudImported& c) {
+  static report::Json points_json(const survey::CloudImported& c) {
+    return {{"points", c.points},
+            {"ground", c.ground.points},
+            {"ground_detected_by", c.by_classes ? "class" : "shape"},
+            {"not_ground", c.not_ground},
+            {"withheld_or_not_finite", c.invalid},
+            {"noise", c.noise},
+            {"outside_of_projection", c.unplaced},
+            {"within_cell_median_m", c.ground.spread_median_m},
+            {"sigma_median_m", c.ground.sigma_median_m}};
+  }
+
+  static void print_points(const survey::CloudImported& c) {
     fmt::print(stderr,
                "rcs map: {} points: {} ground (detected by {}), {} not ground; {} flagged as "
                "withheld or not finite, {} noise{}\n",
@@ -280,7 +320,7 @@ class MapImportAv2 final : public Command {
   int run() override {
     constexpr std::string_view kName = "map import av2";
     const Result<survey::SurveyQuality> quality = survey_.quality();
-    if (!quality) return fail(kName, quality.error());
+    if (!quality) return wrong_usage(kName, quality.error());
     Result<survey::ImportedRaster> read = survey::import_av2(folder_, *quality);
     if (!read) return fail(kName, read.error());
     read->raster.source = {survey_.source()};
@@ -289,7 +329,13 @@ class MapImportAv2 final : public Command {
     }
     const auto known = std::count_if(read->raster.z_m.begin(), read->raster.z_m.end(),
                                      [](float z) { return !std::isnan(z); });
-    say_written(survey_.out(), read->frame, read->raster.level.cell_m, known);
+    const double cell_m = read->raster.level.cell_m;
+    if (survey_.json()) {
+      const report::Json json = json_of(survey_.out(), read->frame, cell_m, known);
+      fmt::print("{}", report::json_document(kName, json));
+    } else {
+      print_written(survey_.out(), read->frame, cell_m, known);
+    }
     return kExitOk;
   }
 

@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 
 #include "rcs/terrain/localizability.h"
 #include "rcs/terrain/map_folder.h"
@@ -15,13 +14,14 @@
 #include "tools/base/random_places.h"
 #include "tools/rcs/command.h"
 #include "tools/rcs/terminal.h"
+#include "tools/report/json_document.h"
 #include "tools/report/svg_plot.h"
 #include "tools/report/table.h"
 
 namespace rcs::cli {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using report::Json;
 
 constexpr std::string_view kName = "map localizability";
 constexpr double kMemory_bytes = 4e9;
@@ -57,11 +57,11 @@ Extent extent_of(const MapIndex& index) {
 
 /// The rectangle of the known cells, with a resolution of 1/300: tiles are rarely full.
 Extent known_part(const ElevationMap& map, const Extent& tiles) {
-  constexpr int kLooks = 300;  // samples along each axis
-  const Vec2 step = (tiles.high_m - tiles.low_m) / kLooks;
+  constexpr int kSamples = 300;  // samples along each axis
+  const Vec2 step = (tiles.high_m - tiles.low_m) / kSamples;
   Extent e;
-  for (int j = 0; j < kLooks; ++j) {
-    for (int i = 0; i < kLooks; ++i) {
+  for (int j = 0; j < kSamples; ++j) {
+    for (int i = 0; i < kSamples; ++i) {
       const Vec2 low = tiles.low_m + Vec2(i, j).cwiseProduct(step);
       const Vec2 middle = low + 0.5 * step;
       Elevation known;
@@ -120,33 +120,33 @@ class MapLocalizability final : public Command {
   }
 
   int run() override {
-    const Outcome done = answer();
+    const Outcome done = compute();
     return done ? kExitOk : fail(kName, done.error());
   }
 
  private:
-  Outcome answer() {
+  Outcome compute() {
     const Result<MapFolder> folder = MapFolder::open(map_);
     if (!folder) return folder.error();
-    Result<std::vector<Vec2>> way = read_path();
-    if (!way) return way.error();
+    Result<std::vector<Vec2>> path = read_path();
+    if (!path) return path.error();
     const Result<ElevationMap> map = ElevationMap::load(map_, kMemory_bytes);
     if (!map) return map.error();
     const Extent extent = known_part(*map, extent_of(folder->index()));
     if (extent.low_m.x() > extent.high_m.x()) return Error{map_ + ": no known cells"};
-    if (Outcome looked = look(*map, extent); !looked) return looked;
-    if (!way->empty()) along_ = path_uncertainty_along(*map, *way, motion_, params_);
-    return tell(*way);
+    if (Outcome sampled = sample(*map, extent); !sampled) return sampled;
+    if (!path->empty()) along_ = path_uncertainty_along(*map, *path, motion_, params_);
+    return print(*path);
   }
 
   [[nodiscard]] Result<std::vector<Vec2>> read_path() const {
     if (path_.empty()) return std::vector<Vec2>();
-    Result<std::vector<Vec2>> way = tools::load_places(path_);
-    if (way && way->size() < 2) return Error{path_ + ": expected two or more places"};
-    return way;
+    Result<std::vector<Vec2>> path = tools::load_places(path_);
+    if (path && path->size() < 2) return Error{path_ + ": expected two or more places"};
+    return path;
   }
 
-  Outcome look(const ElevationMap& map, const Extent& extent) {
+  Outcome sample(const ElevationMap& map, const Extent& extent) {
     const Vec2 wide_m = extent.high_m - extent.low_m;
     if (step_m_ <= 0.0) step_m_ = std::max(1.0, std::ceil(wide_m.maxCoeff() / kPlaces));
     const Vec2 low = (extent.low_m / step_m_).array().floor();
@@ -192,10 +192,10 @@ class MapLocalizability final : public Command {
     if (along_.empty()) return out;
     Json path = Json::array();
     for (const PathUncertainty& s : along_) {
-      path.push_back({{"way_m", s.travelled_m},
+      path.push_back({{"travelled_m", s.travelled_m},
                       {"x_m", s.place_m.x()},
                       {"y_m", s.place_m.y()},
-                      {"sigma_by_motion_m", s.sigma_dead_reckoning_m},
+                      {"sigma_dead_reckoning_m", s.sigma_dead_reckoning_m},
                       {"sigma_with_map_m", s.sigma_with_map_m}});
     }
     out["path"] = std::move(path);
@@ -226,7 +226,7 @@ class MapLocalizability final : public Command {
     return out + to_text(path);
   }
 
-  [[nodiscard]] report::Plot picture(const std::vector<Vec2>& way) const {
+  [[nodiscard]] report::Plot picture(const std::vector<Vec2>& course) const {
     report::Plot plot;
     plot.title = "Sigma of one scan matched to the map, worst direction (10 m and above: 1)";
     plot.x_label = "east [m]";
@@ -239,11 +239,11 @@ class MapLocalizability final : public Command {
     }
     report::Series path{"path", report::Colour::kOrange, report::SeriesStyle::kThickLine, {}, {},
                         {}};
-    for (const Vec2& p : way) {
+    for (const Vec2& p : course) {
       path.x.push_back(p.x());
       path.y.push_back(p.y());
     }
-    if (!way.empty()) plot.series.push_back(std::move(path));
+    if (!course.empty()) plot.series.push_back(std::move(path));
     return plot;
   }
 
@@ -267,13 +267,14 @@ class MapLocalizability final : public Command {
     return plot;
   }
 
-  [[nodiscard]] Outcome tell(const std::vector<Vec2>& way) const {
-    const std::string as_json = json().dump(2) + "\n";
+  [[nodiscard]] Outcome print(const std::vector<Vec2>& course) const {
+    const std::string as_json = report::json_document(kName, json());
     fmt::print("{}", json_ ? as_json : text());
     if (out_.empty()) return Done{};
     Outcome written = tools::write_text(out_ + "/localizability.json", as_json);
     if (written)
-      written = tools::write_text(out_ + "/localizability.svg", report::render(picture(way), true));
+      written =
+          tools::write_text(out_ + "/localizability.svg", report::render(picture(course), true));
     if (written && !along_.empty()) {
       written = tools::write_text(out_ + "/path.svg", report::render(path_plot(), true));
     }

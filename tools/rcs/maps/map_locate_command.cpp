@@ -5,17 +5,17 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <random>
 
 #include "tools/rcs/command.h"
 #include "tools/rcs/terminal.h"
+#include "tools/report/json_document.h"
 #include "tools/studies/locate_run.h"
 
 namespace rcs::cli {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using report::Json;
 
 constexpr std::string_view kName = "map locate";
 constexpr double kMemory_bytes = 4e9;
@@ -24,13 +24,13 @@ constexpr Duration kMaxTruthGap = std::chrono::milliseconds(250);
 constexpr double kFalse_m = 5.0;
 constexpr double kFalse_rad = 3.0 * kPi / 180.0;
 
-constexpr std::string_view kDoubts[] = {"found",
-                                        "too little terrain observed",
-                                        "the region is not in the map",
-                                        "no pose in the region matches the terrain",
-                                        "the terrain has too little relief",
-                                        "several candidate poses match equally well",
-                                        "new terrain did not confirm the candidate pose"};
+constexpr std::string_view kReasons[] = {"found",
+                                         "too little terrain observed",
+                                         "the region is not in the map",
+                                         "no pose in the region matches the terrain",
+                                         "the terrain has too little relief",
+                                         "several candidate poses match equally well",
+                                         "new terrain did not confirm the candidate pose"};
 
 /// Heading of a compass: clockwise from north.
 double yaw_of_heading(double heading_deg) { return wrap_angle(radians(90.0 - heading_deg)); }
@@ -136,18 +136,18 @@ class MapLocate final : public Command {
     return first;
   }
 
-  [[nodiscard]] Json told(const studies::LocateResult& r, const studies::SeenDrive& drive,
-                          const Pose& T_map_truth) const {
+  [[nodiscard]] Json result_of(const studies::LocateResult& r, const studies::SeenDrive& drive,
+                               const Pose& T_map_truth) const {
     const sp::InitialLocalizationStatus& s = r.status;
     const bool found = s.state == sp::InitialLocalizationState::kFound;
     Json json = {{"found", found},
-                 {"why", kDoubts[static_cast<std::size_t>(s.doubt)]},
+                 {"reason", kReasons[static_cast<std::size_t>(s.doubt)]},
                  {"after_s", r.after_s},
-                 {"way_m", s.way_m},
+                 {"travelled_m", s.way_m},
                  {"searches", s.searches},
                  {"refuted", s.refuted},
                  {"hypotheses", s.hypotheses},
-                 {"spread_m", s.spread_m},
+                 {"scatter_m", s.spread_m},
                  {"cost", s.cost},
                  {"evidence", s.evidence},
                  {"margin", std::isfinite(s.margin) ? Json(s.margin) : Json(nullptr)},
@@ -188,30 +188,43 @@ class MapLocate final : public Command {
         studies::locate(drive, scan_after(drive, from_s_), from_seconds(length_s_), map, region,
                         units_, &localizer);
     if (r.status.state == sp::InitialLocalizationState::kOff) return refuse();
-    const Json json = told(r, drive, T_map_truth);
+    const Json json = result_of(r, drive, T_map_truth);
     if (json_) {
-      fmt::print("{}\n", json.dump(2));
+      print_json(Json::array({json}));
     } else {
-      tell(json);
+      print(json);
     }
-    return json["found"].get<bool>() ? kExitOk : kExitFailed;
+    return json["found"].get<bool>() ? kExitOk : kExitNegative;
   }
 
   [[nodiscard]] int refuse() const {
-    return fail(kName, Error{fmt::format("--within {} m and --heading-within {} deg require more "
+    return wrong_usage(kName,
+                       Error{fmt::format("--within {} m and --heading-within {} deg require more "
                                          "than {} hypotheses",
                                          within_m_, heading_within_deg_, params_.hypotheses)});
   }
 
-  static void tell(const Json& json) {
+  static void print_json(const Json& results) {
+    int found = 0;
+    int wrong = 0;
+    for (const Json& r : results) {
+      found += r["found"].get<bool>() ? 1 : 0;
+      wrong += r.value("false", false) ? 1 : 0;
+    }
+    const Json json = {
+        {"searches", results.size()}, {"found", found}, {"false", wrong}, {"results", results}};
+    fmt::print("{}", report::json_document(kName, json));
+  }
+
+  static void print(const Json& json) {
     if (json["found"].get<bool>()) {
       fmt::print("found after {:.1f} s and {:.0f} m\n", json["after_s"].get<double>(),
-                 json["way_m"].get<double>());
+                 json["travelled_m"].get<double>());
     } else {
       fmt::print("not found in {:.1f} s and {:.0f} m: {}\n", json["after_s"].get<double>(),
-                 json["way_m"].get<double>(), json["why"].get<std::string>());
+                 json["travelled_m"].get<double>(), json["reason"].get<std::string>());
       fmt::print("{} hypotheses left, {:.1f} m apart (RMS); {} searches, {} candidates refuted\n",
-                 json["hypotheses"].get<int>(), json["spread_m"].get<double>(),
+                 json["hypotheses"].get<int>(), json["scatter_m"].get<double>(),
                  json["searches"].get<int>(), json["refuted"].get<int>());
     }
     if (!json.contains("best")) return;
@@ -264,35 +277,34 @@ class MapLocate final : public Command {
       const studies::LocateResult r =
           studies::locate(drive, first, from_seconds(length_s_), map, region, units_, &localizer);
       if (r.status.state == sp::InitialLocalizationState::kOff) return refuse();
-      Json json = told(r, drive, T_map_truth);
+      Json json = result_of(r, drive, T_map_truth);
       json["from_s"] = from_s;
-      json["off_m"] = off_m;
-      json["turned_deg"] = degrees(turned);
+      json["offset_m"] = off_m;
+      json["heading_offset_deg"] = degrees(turned);
       found += json["found"].get<bool>() ? 1 : 0;
       wrong += json.value("false", false) ? 1 : 0;
       all.push_back(json);
       progress.at(k + 1);
     }
     if (json_) {
-      const Json out = {{"starts", starts_}, {"found", found}, {"false", wrong}, {"tries", all}};
-      fmt::print("{}\n", out.dump(2));
+      print_json(all);
     } else {
-      tell_all(all);
+      print_all(all);
       fmt::print("{} of {} starts found, {} of them false\n", found, starts_, wrong);
     }
-    return wrong == 0 ? kExitOk : kExitFailed;
+    return wrong == 0 ? kExitOk : kExitNegative;
   }
 
-  static void tell_all(const Json& all) {
+  static void print_all(const Json& all) {
     for (const Json& t : all) {
       fmt::print("at {:5.1f} s, offset {:5.1f} m and {:6.1f} deg: ", t["from_s"].get<double>(),
-                 t["off_m"].get<double>(), t["turned_deg"].get<double>());
+                 t["offset_m"].get<double>(), t["heading_offset_deg"].get<double>());
       if (t["found"].get<bool>()) {
         fmt::print("found after {:.1f} s, error {:.2f} m and {:.2f} deg\n",
                    t["after_s"].get<double>(), t["error"]["horizontal_m"].get<double>(),
                    t["error"]["heading_deg"].get<double>());
       } else {
-        fmt::print("not found: {} ({} left)\n", t["why"].get<std::string>(),
+        fmt::print("not found: {} ({} left)\n", t["reason"].get<std::string>(),
                    t["hypotheses"].get<int>());
       }
     }

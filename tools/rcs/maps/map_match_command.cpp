@@ -5,7 +5,6 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <random>
 
 #include "modules/sp/prior/prior_match.h"
@@ -13,15 +12,16 @@
 #include "tools/base/trajectory.h"
 #include "tools/clouds/cloud_file.h"
 #include "tools/rcs/command.h"
+#include "tools/report/json_document.h"
 
 namespace rcs::cli {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using report::Json;
 
 constexpr std::string_view kName = "map match";
 constexpr double kMemory_bytes = 4e9;
-constexpr double kOnePlace_m = 0.1;
+constexpr double kConverged_m = 0.1;
 
 /// The results of the matches from all starts.
 struct Ends {
@@ -97,10 +97,10 @@ class MapMatch final : public Command {
     const Result<clouds::Cloud> cloud = clouds::read_cloud(cloud_, {});
     if (!cloud) return fail(kName, cloud.error());
     const std::optional<std::vector<double>> v = tools::parse_numbers(pose_);
-    if (!v || v->size() != 7) return fail(kName, Error{"--pose: expected 7 numbers"});
+    if (!v || v->size() != 7) return wrong_usage(kName, Error{"--pose: expected 7 numbers"});
     const Quat q((*v)[6], (*v)[3], (*v)[4], (*v)[5]);
     if (std::abs(q.norm() - 1.0) > 1e-3) {
-      return fail(kName, Error{"--pose: the norm of the quaternion is not 1"});
+      return wrong_usage(kName, Error{"--pose: the norm of the quaternion is not 1"});
     }
     const Pose given{q.normalized(), Vec3((*v)[0], (*v)[1], (*v)[2])};
     Points near;
@@ -114,7 +114,7 @@ class MapMatch final : public Command {
     scan.take(near, given.q.conjugate() * Vec3::UnitZ(), max_standing, as_sp);
     const Ends ends = match_all(scan, *map, given);
     if (ends.poses.empty()) {
-      return fail(kName, Error{fmt::format("none of {} starts gave a valid match", starts_)});
+      return negative(kName, Error{fmt::format("none of {} starts gave a valid match", starts_)});
     }
     return tell(ends, given, static_cast<int>(scan.ground().size()));
   }
@@ -159,11 +159,11 @@ class MapMatch final : public Command {
 
   [[nodiscard]] int tell(const Ends& ends, const Pose& given, int points) const {
     const Vec2 middle = ends.middle();
-    int one_place = 0;
+    int converged = 0;
     std::size_t nearest = 0;
     for (std::size_t k = 0; k < ends.poses.size(); ++k) {
       const auto off = [&](std::size_t at) { return (ends.poses[at].p.head<2>() - middle).norm(); };
-      if (off(k) <= kOnePlace_m) ++one_place;
+      if (off(k) <= kConverged_m) ++converged;
       if (off(k) < off(nearest)) nearest = k;
     }
     const Pose& end = ends.poses[nearest];
@@ -180,8 +180,8 @@ class MapMatch final : public Command {
     const Json json = {
         {"points", points},
         {"starts", starts_},
-        {"failed", ends.failed},
-        {"at_one_place", one_place},
+        {"without_valid_match", ends.failed},
+        {"converged", converged},
         {"iterations_mean", ends.iterations},
         {"pose_tum", {end.p.x(), end.p.y(), end.p.z(), end.q.x(), end.q.y(), end.q.z(), end.q.w()}},
         {"offset_from_given",
@@ -197,12 +197,12 @@ class MapMatch final : public Command {
           {"major_axis_deg_from_east", degrees(std::atan2(along.y(), along.x()))},
           {"given_pose_inside", mahalanobis_square <= 5.991}}}};
     if (json_) {
-      fmt::print("{}\n", json.dump(2));
+      fmt::print("{}", report::json_document(kName, json));
     } else {
       const Json& o = json["offset_from_given"];
       const Json& e = json["ellipse95"];
       fmt::print("{} of {} starts converge within {} m of the median ({} without a valid match)\n",
-                 one_place, starts_, kOnePlace_m, ends.failed);
+                 converged, starts_, kConverged_m, ends.failed);
       fmt::print(
           "result: tx ty tz qx qy qz qw = {:.3f} {:.3f} {:.3f} {:.6f} {:.6f} {:.6f} {:.6f}\n",
           end.p.x(), end.p.y(), end.p.z(), end.q.x(), end.q.y(), end.q.z(), end.q.w());
@@ -218,7 +218,7 @@ class MapMatch final : public Command {
           e["major_axis_deg_from_east"].get<double>(),
           e["given_pose_inside"].get<bool>() ? "inside" : "outside");
     }
-    return one_place * 100 >= starts_ * 95 ? kExitOk : kExitFailed;
+    return converged * 100 >= starts_ * 95 ? kExitOk : kExitNegative;
   }
 
   static constexpr WorkUnits kUnlimited = std::numeric_limits<WorkUnits>::max() / 2;

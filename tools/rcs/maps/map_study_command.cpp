@@ -7,6 +7,7 @@
 #include "tools/base/files.h"
 #include "tools/rcs/campaign_terminal.h"
 #include "tools/rcs/command.h"
+#include "tools/report/json_document.h"
 #include "tools/studies/map_study.h"
 
 namespace rcs::cli {
@@ -100,7 +101,7 @@ class MapStudy final : public Command {
   }
 
   [[nodiscard]] Outcome tell() const {
-    const std::string json = studies::map_study_json(blocks_).dump(2) + "\n";
+    const std::string json = report::json_document(kName, studies::map_study_json(blocks_));
     fmt::print("{}", json_ ? json : to_text(studies::map_study_table(blocks_)));
     if (!out_.empty()) {
       Outcome written = tools::write_text(out_ + "/study.json", json);

@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "tools/base/files.h"
 #include "tools/rcs/campaign_terminal.h"
 #include "tools/rcs/command.h"
+#include "tools/report/json_document.h"
 #include "tools/studies/consistency_output.h"
 #include "tools/studies/consistency_page.h"
 
@@ -53,7 +56,7 @@ class ConsistencyCommand final : public Command {
         "\n"
         "With fewer than 20 drives a limit fails only if its violation is statistically "
         "significant.\n"
-        "Exit status: 0 all limits are met; 1 a limit is violated.\n"
+        "Exit status 1 if a limit is violated.\n"
         "Examples:\n"
         "  rcs consistency -o out/consistency                       # 270 drives, about 25 "
         "minutes\n"
@@ -64,7 +67,9 @@ class ConsistencyCommand final : public Command {
   int run() override {
     const Outcome done = run_all();
     if (!done) return fail(kName, done.error());
-    return report_.passed() ? kExitOk : kExitFailed;
+    const auto failed = [](const studies::ConsistencyBlock& block) { return !block.error.empty(); };
+    if (std::any_of(report_.blocks.begin(), report_.blocks.end(), failed)) return kExitInput;
+    return report_.passed() ? kExitOk : kExitNegative;
   }
 
  private:
@@ -94,7 +99,7 @@ class ConsistencyCommand final : public Command {
   }
 
   [[nodiscard]] Outcome tell() const {
-    const std::string json = to_json(report_).dump(2) + "\n";
+    const std::string json = report::json_document(kName, to_json(report_));
     if (json_) {
       fmt::print("{}", json);
     } else {

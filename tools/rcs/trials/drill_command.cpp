@@ -11,6 +11,7 @@
 #include "tools/drills/drill_page.h"
 #include "tools/rcs/campaign_terminal.h"
 #include "tools/rcs/command.h"
+#include "tools/report/json_document.h"
 
 namespace rcs::cli {
 namespace {
@@ -74,9 +75,9 @@ class DrillCommand final : public Command {
     app()->footer(
         "A drill disturbs the sensor messages of a drive (GPS outages, false fixes, LADAR faults,\n"
         "clock jumps) and processes them by SP and WM in lockstep, open loop. The same drill and\n"
-        "seed give the same output (\"hash\"). Exit status: 0 all drills that ran passed; 1 a "
-        "drill\n"
-        "failed, or none ran (with --log, drills that need the simulator are skipped).\n"
+        "seed give the same output (\"hash\"). Exit status 1 if a drill failed; 3 if one could "
+        "not\n"
+        "be run, or if all were skipped (with --log, drills that need the simulator are skipped).\n"
         "Examples:\n"
         "  rcs drill --list\n"
         "  rcs drill --all -o out/drills\n"
@@ -91,8 +92,10 @@ class DrillCommand final : public Command {
       paths_.insert(paths_.begin(), found->begin(), found->end());
     }
     if (paths_.empty()) {
-      fmt::print(stderr, "rcs drill: name drills, or use --all, --full or --list\n");
-      return kExitUsage;
+      return wrong_usage(kName, Error{"name drills, or use --all, --full or --list"});
+    }
+    if (logs_ && out_.empty()) {
+      return wrong_usage(kName, Error{"--logs requires an output folder (-o)"});
     }
     std::vector<drills::Drill> drills;
     for (const std::string& path : paths_) {
@@ -101,20 +104,25 @@ class DrillCommand final : public Command {
       const bool wanted = list_ || full_ || !all_ || !drill->full;
       if (wanted) drills.push_back(std::move(drill).value());
     }
-    if (list_) return list(drills);
+    if (list_) return json_ ? list_json(drills) : list(drills);
     const Outcome done = run_all(std::move(drills));
     if (!done) return fail(kName, done.error());
-    const bool passed = std::all_of(
-        results_.begin(), results_.end(),
-        [](const drills::DrillResult& r) { return r.verdict() != drills::Verdict::kFail; });
-    const bool any_run =
-        std::any_of(results_.begin(), results_.end(),
-                    [](const drills::DrillResult& r) { return r.skipped.empty(); });
-    if (!any_run) fmt::print(stderr, "rcs drill: no drill could run on {}\n", log_);
-    return passed && any_run ? kExitOk : kExitFailed;
+    return status();
   }
 
  private:
+  static int list_json(const std::vector<drills::Drill>& drills) {
+    report::Json json = {{"drills", report::Json::array()}};
+    for (const drills::Drill& d : drills) {
+      report::Json drill = {
+          {"id", d.id}, {"name", d.name}, {"full", d.full}, {"stimuli", report::Json::array()}};
+      for (const drills::Stimulus& s : d.stimuli) drill["stimuli"].push_back(drills::describe(s));
+      json["drills"].push_back(std::move(drill));
+    }
+    fmt::print("{}", report::json_document("drill list", json));
+    return kExitOk;
+  }
+
   static int list(const std::vector<drills::Drill>& drills) {
     report::Table t{{"drill", "description", "stimuli"}, {}};
     for (const drills::Drill& d : drills) {
@@ -128,10 +136,22 @@ class DrillCommand final : public Command {
     return kExitOk;
   }
 
+  [[nodiscard]] int status() const {
+    const auto any = [this](auto holds) {
+      return std::any_of(results_.begin(), results_.end(), holds);
+    };
+    if (!any([](const drills::DrillResult& r) { return r.skipped.empty(); })) {
+      return fail(kName, Error{"no drill could run on " + log_});
+    }
+    if (any([](const drills::DrillResult& r) { return !r.error.empty(); })) return kExitInput;
+    return any([](const drills::DrillResult& r) { return r.verdict() == drills::Verdict::kFail; })
+               ? kExitNegative
+               : kExitOk;
+  }
+
   Outcome run_all(std::vector<drills::Drill> drills) {
     Result<drills::DrillVehicle> vehicle = drills::load_drill_vehicle(config_);
     if (!vehicle) return vehicle.error();
-    if (logs_ && out_.empty()) return Error{"--logs requires an output folder (-o)"};
     drills::DrillCampaign campaign;
     campaign.drills = std::move(drills);
     campaign.vehicle = std::move(vehicle).value();
@@ -149,8 +169,9 @@ class DrillCommand final : public Command {
   }
 
   [[nodiscard]] Outcome tell() const {
+    const std::string json = report::json_document(kName, to_json(results_));
     if (json_) {
-      fmt::print("{}\n", to_json(results_).dump(2));
+      fmt::print("{}", json);
     } else {
       fmt::print("{}", to_text(drills::drill_table(results_)));
       for (const drills::DrillResult& r : results_) {
@@ -159,7 +180,7 @@ class DrillCommand final : public Command {
       }
     }
     if (out_.empty()) return Done{};
-    Outcome written = tools::write_text(out_ + "/results.json", to_json(results_).dump(2) + "\n");
+    Outcome written = tools::write_text(out_ + "/results.json", json);
     if (written) written = tools::write_text(out_ + "/junit.xml", drills::to_junit(results_));
     const std::string& drive = log_.empty() ? scenario_ : log_;
     if (written)

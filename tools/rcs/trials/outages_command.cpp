@@ -4,6 +4,7 @@
 
 #include "tools/rcs/campaign_terminal.h"
 #include "tools/rcs/command.h"
+#include "tools/report/json_document.h"
 #include "tools/studies/outages.h"
 #include "tools/studies/outages_output.h"
 
@@ -123,10 +124,10 @@ class OutagesCommand final : public Command {
 
   void tell(const studies::OutageReport& report) const {
     if (json_) {
-      nlohmann::ordered_json j = to_json(report);
+      report::Json j = to_json(report);
       j["log"] = log_;
       j["config"] = config_;
-      fmt::print("{}\n", j.dump(2));
+      fmt::print("{}", report::json_document(kName, j));
     } else {
       fmt::print("reference of the errors: {}\n{}", report.reference,
                  to_text(outage_table(report)));

@@ -7,7 +7,6 @@
 #include <charconv>
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "tools/base/files.h"
@@ -15,6 +14,7 @@
 #include "tools/base/trajectory.h"
 #include "tools/clouds/cloud_file.h"
 #include "tools/rcs/command.h"
+#include "tools/report/json_document.h"
 #include "tools/report/match_picture.h"
 #include "tools/studies/cloud_match.h"
 
@@ -39,8 +39,8 @@ Result<Pose> parse_pose(const std::string& text) {
   return Pose{Quat(R).normalized(), Vec3(at(0, 3), at(1, 3), at(2, 3))};
 }
 
-nlohmann::json row_major(const Eigen::MatrixXd& m) {
-  nlohmann::json numbers = nlohmann::json::array();
+report::Json row_major(const Eigen::MatrixXd& m) {
+  report::Json numbers = report::Json::array();
   for (int i = 0; i < m.rows(); ++i) {
     for (int j = 0; j < m.cols(); ++j) numbers.push_back(m(i, j));
   }
@@ -48,8 +48,8 @@ nlohmann::json row_major(const Eigen::MatrixXd& m) {
 }
 
 /// The results that are specific to a method.
-nlohmann::json more_of(const registration::PaperResult& r) {
-  nlohmann::json history = nlohmann::json::array();
+report::Json more_of(const registration::PaperResult& r) {
+  report::Json history = report::Json::array();
   for (const registration::PaperIteration& it : r.history) {
     history.push_back({{"branch", name_of(it.branch)},
                        {"mu_m", it.mu_m},
@@ -65,15 +65,15 @@ nlohmann::json more_of(const registration::PaperResult& r) {
           {"history", history}};
 }
 
-nlohmann::json more_of(const registration::Registration& r) {
+report::Json more_of(const registration::Registration& r) {
   return {
       {"information", row_major(r.information)},
       {"observability", std::vector<double>(r.observability.data(), r.observability.data() + 6)},
       {"mean_distance_to_planes_m", r.mean_distance_m}};
 }
 
-nlohmann::json more_of(const registration::GlobalRegistration& g) {
-  nlohmann::json ranked = nlohmann::json::array();
+report::Json more_of(const registration::GlobalRegistration& g) {
+  report::Json ranked = report::Json::array();
   for (const registration::Hypothesis& h : g.ranked) {
     ranked.push_back(
         {{"T_model_data", row_major(h.T_target_vehicle.matrix())}, {"score", h.score}});
@@ -111,7 +111,7 @@ std::string sigma_text(double sigma, const char* unit) {
   return std::isfinite(sigma) ? fmt::format("{:.3f} {}", sigma, unit) : std::string("unobserved");
 }
 
-nlohmann::json numbers_of(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+report::Json numbers_of(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
 /// Parses "32x180". @return nullopt if malformed
 std::optional<clouds::CloudShape> parse_shape(const std::string& text) {
@@ -230,7 +230,8 @@ class Register final : public Command {
     const studies::ClosestPoints after =
         studies::closest_points(tree, data->points, answer.T_model_data);
     if (json_) {
-      fmt::print("{}\n", to_json(*model, *data, answer, before.mean_m(), after.mean_m()).dump(2));
+      fmt::print("{}", report::json_document(
+                           kName, to_json(*model, *data, answer, before.mean_m(), after.mean_m())));
     } else {
       tell(*model, *data, answer, before.mean_m(), after.mean_m());
     }
@@ -239,7 +240,7 @@ class Register final : public Command {
       if (!drawn) return fail(kName, drawn.error());
     }
     if (answer.good) return kExitOk;
-    return fail(kName, Error{why_not(answer)});
+    return negative(kName, Error{why_not(answer)});
   }
 
  private:
@@ -336,26 +337,26 @@ class Register final : public Command {
         report::render(report::distance_histogram(before.distance_m, after.distance_m), true));
   }
 
-  [[nodiscard]] nlohmann::json to_json(const clouds::Cloud& model, const clouds::Cloud& data,
-                                       const studies::CloudMatch& a, double before_m,
-                                       double after_m) const {
-    nlohmann::json cpu = nlohmann::json::object();
+  [[nodiscard]] report::Json to_json(const clouds::Cloud& model, const clouds::Cloud& data,
+                                     const studies::CloudMatch& a, double before_m,
+                                     double after_m) const {
+    report::Json cpu = report::Json::object();
     for (const auto& [stage, ms] : a.cpu_ms) cpu[stage] = ms;
     cpu["total"] = a.total_ms();
-    nlohmann::json out = {{"method", method_},
-                          {"T_model_data", row_major(a.T_model_data.matrix())},
-                          {"translation_m", numbers_of(a.T_model_data.p)},
-                          {"roll_pitch_yaw_deg", numbers_of(roll_pitch_yaw_deg(a.T_model_data.q))},
-                          {"stop", a.stop},
-                          {"iterations", a.iterations},
-                          {"model_points", model.points.size()},
-                          {"data_points", data.points.size()},
-                          {"left_out", {{"model", model.no_return}, {"data", data.no_return}}},
-                          {"pairs", a.pairs},
-                          {"overlap", a.overlap},
-                          {"mean_distance_before_m", before_m},
-                          {"mean_distance_after_m", after_m},
-                          {"cpu_ms", cpu}};
+    report::Json out = {{"method", method_},
+                        {"T_model_data", row_major(a.T_model_data.matrix())},
+                        {"translation_m", numbers_of(a.T_model_data.p)},
+                        {"roll_pitch_yaw_deg", numbers_of(roll_pitch_yaw_deg(a.T_model_data.q))},
+                        {"stop", a.stop},
+                        {"iterations", a.iterations},
+                        {"model_points", model.points.size()},
+                        {"data_points", data.points.size()},
+                        {"dropped_points", {{"model", model.no_return}, {"data", data.no_return}}},
+                        {"pairs", a.pairs},
+                        {"overlap", a.overlap},
+                        {"mean_distance_before_m", before_m},
+                        {"mean_distance_after_m", after_m},
+                        {"cpu_ms", cpu}};
     if (a.agreement) {
       out["agreement"] = {{"surfaces", a.agreement->surfaces},
                           {"overlap", a.agreement->overlap},

@@ -8,13 +8,13 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "sim/scenario_file.h"
 #include "tools/base/statistics.h"
 #include "tools/rcs/command.h"
 #include "tools/rcs/terminal.h"
+#include "tools/report/json_document.h"
 #include "tools/report/table.h"
 #include "tools/studies/cloud_match.h"
 #include "tools/studies/kitti_drive.h"
@@ -303,16 +303,16 @@ class Table1 final : public Command {
   }
 
   static void print_json(const std::vector<std::vector<Row>>& rows) {
-    nlohmann::json sets = nlohmann::json::array();
+    report::Json sets = report::Json::array();
     for (std::size_t set = 0; set < kPrinted.size(); ++set) {
       const Printed& p = kPrinted[set];
-      nlohmann::json ours = nlohmann::json::array();
+      report::Json ours = report::Json::array();
       for (const Row& row : rows[set]) {
-        nlohmann::json j = {{"scans", row.scans},
-                            {"method", name_of(row.method)},
-                            {"trials", row.trials},
-                            {"successes", row.successes},
-                            {"unnoticed", row.unnoticed}};
+        report::Json j = {{"scans", row.scans},
+                          {"method", name_of(row.method)},
+                          {"trials", row.trials},
+                          {"successes", row.successes},
+                          {"unnoticed", row.unnoticed}};
         for (const NamedFigure& figure : kFigures) j[figure.name] = row.median.*figure.value;
         ours.push_back(j);
       }
@@ -322,9 +322,9 @@ class Table1 final : public Command {
                         {"data_points", p.data_points},
                         {"mean_distance_after_cm", p.mean_distance_cm},
                         {"iterations", p.iterations}}},
-                      {"ours", ours}});
+                      {"methods", ours}});
     }
-    fmt::print("{}\n", nlohmann::json{{"table1", sets}}.dump(2));
+    fmt::print("{}", report::json_document(kName, {{"sets", sets}}));
   }
 
   std::string data_;

@@ -17,6 +17,7 @@
 #include "tools/rcs/vehicle/budget_run.h"
 #include "tools/rcs/vehicle/child_process.h"
 #include "tools/rcs/vehicle/private_bus.h"
+#include "tools/report/json_document.h"
 
 namespace rcs::cli {
 namespace {
@@ -158,9 +159,9 @@ class Budget final : public Command {
       json["played_s"] = seconds(run.played);
       json["interrupted"] = run.interrupted;
       json["load_average_before"] = load_before;
-      json["player_worst_late_ms"] = milliseconds(run.worst_send);
-      json["messages_not_heard"] = run.missed_here;
-      fmt::print("{}\n", json.dump(2));
+      json["player_max_delay_ms"] = milliseconds(run.worst_send);
+      json["messages_not_received"] = run.missed_here;
+      fmt::print("{}", report::json_document(kName, json));
     } else {
       fmt::print("{}\n{}\n{}\n{}", to_text(evaluation::hop_table(run.record)),
                  to_text(evaluation::stage_table(run.record)),
@@ -180,7 +181,7 @@ class Budget final : public Command {
     int status = kExitOk;
     for (const evaluation::BudgetVerdict& v : verdicts) {
       if (v.kept()) continue;
-      status = kExitFailed;
+      status = kExitNegative;
       if (v.measured) {
         fmt::print(stderr, "rcs budget: limit exceeded: {} is {:.6g}, limit {:g}\n", v.name,
                    v.figure, v.limit);
@@ -190,7 +191,7 @@ class Budget final : public Command {
     }
     if (run.interrupted) {
       fmt::print(stderr, "rcs budget: interrupted; the results are incomplete\n");
-      return kExitFailed;
+      return kExitInterrupted;
     }
     return status;
   }

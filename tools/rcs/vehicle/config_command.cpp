@@ -2,13 +2,14 @@
 
 #include <fmt/format.h>
 
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "rcs/node/params/param_text.h"
+#include "tools/base/files.h"
 #include "tools/rcs/command.h"
 #include "tools/rcs/vehicle/configuration.h"
+#include "tools/report/json_document.h"
 
 namespace rcs::cli {
 namespace {
@@ -20,15 +21,21 @@ std::string range_of(const ParamDescription& p) {
   return fmt::format("{}", fmt::join(p.allowed, "|"));
 }
 
-nlohmann::json to_json(const ParamDescription& p) {
-  nlohmann::json out{{"key", full_key(p.table, p.key)},
-                     {"type", p.type},
-                     {"default", p.value},
-                     {"unit", unit_of(p.key)},
-                     {"meaning", p.meaning}};
+report::Json to_json(const ParamDescription& p) {
+  report::Json out{{"key", full_key(p.table, p.key)},
+                   {"type", p.type},
+                   {"default", p.value},
+                   {"unit", unit_of(p.key)},
+                   {"meaning", p.meaning}};
   if (p.range) out["range"] = {p.range->min, p.range->max};
   if (!p.allowed.empty()) out["allowed"] = p.allowed;
   return out;
+}
+
+void print_json(std::string_view command, const std::vector<ParamDescription>& parameters) {
+  report::Json out = {{"parameters", report::Json::array()}};
+  for (const ParamDescription& p : parameters) out["parameters"].push_back(to_json(p));
+  fmt::print("{}", report::json_document(command, out));
 }
 
 class List final : public Command {
@@ -45,12 +52,12 @@ class List final : public Command {
     std::vector<ParamDescription> parameters = default_parameters();
     if (!table_.empty()) {
       parameters = find_parameters(parameters, table_);
-      if (parameters.empty()) return fail(kName, Error{"no key or table " + table_});
+      if (parameters.empty()) {
+        return wrong_usage(kName, Error{"no key or table " + table_});
+      }
     }
     if (json_) {
-      nlohmann::json out = nlohmann::json::array();
-      for (const ParamDescription& p : parameters) out.push_back(to_json(p));
-      fmt::print("{}\n", out.dump(2));
+      print_json("config list", parameters);
       return kExitOk;
     }
     for (const ParamDescription& p : parameters) {
@@ -72,6 +79,7 @@ class Explain final : public Command {
     app()
         ->add_option("KEY", keys_, "full key (sp.icp.gate_m), short key (gate_m) or table")
         ->required();
+    app()->add_flag("--json", json_, "print the results as JSON");
   }
 
   int run() override {
@@ -81,16 +89,21 @@ class Explain final : public Command {
       names.push_back(full_key(p.table, p.key));
       names.push_back(p.key);
     }
-    bool all = true;
+    int status = kExitOk;
+    std::vector<ParamDescription> all;
     for (const std::string& key : keys_) {
       const std::vector<ParamDescription> found = find_parameters(parameters, key);
       if (found.empty()) {
-        all = false;
-        (void)fail(kName, Error{"no key or table " + key + suggestion(key, names)});
+        status = wrong_usage(kName, Error{"no key or table " + key + suggestion(key, names)});
       }
-      for (const ParamDescription& p : found) print(p);
+      all.insert(all.end(), found.begin(), found.end());
     }
-    return all ? kExitOk : kExitFailed;
+    if (json_) {
+      print_json("config explain", all);
+    } else {
+      for (const ParamDescription& p : all) print(p);
+    }
+    return status;
   }
 
  private:
@@ -104,6 +117,7 @@ class Explain final : public Command {
   }
 
   std::vector<std::string> keys_;
+  bool json_ = false;
 };
 
 class Check final : public Command {
@@ -113,27 +127,31 @@ class Check final : public Command {
             "check", "Check vehicle configurations and print all errors with file and line")) {
     app()->add_option("FILE", files_, "configurations of vehicles")->required();
     app()->add_option("--set", overrides_, "KEY=VALUE as for the nodes; may be repeated");
+    app()->add_flag("--json", json_, "print the results as JSON");
   }
 
   int run() override {
-    std::size_t problems = 0;
+    bool valid = true;
+    report::Json out = {{"files", report::Json::array()}};
     for (const std::string& path : files_) {
       const Result<Configuration> read = read_configuration(path, overrides_);
-      if (!read) {
-        ++problems;
-        fmt::print("{}\n", read.error().message);
-        continue;
-      }
-      problems += read->problems.size();
-      for (const std::string& problem : read->problems) fmt::print("{}\n", problem);
-      if (read->problems.empty()) fmt::print("{}: no errors\n", path);
+      if (!read && !tools::read_text(path)) return fail(kName, read.error());
+      const std::vector<std::string> problems =
+          read ? read->problems : std::vector<std::string>{read.error().message};
+      valid = valid && problems.empty();
+      out["files"].push_back({{"file", path}, {"problems", problems}});
+      if (json_) continue;
+      for (const std::string& problem : problems) fmt::print("{}\n", problem);
+      if (problems.empty()) fmt::print("{}: no errors\n", path);
     }
-    return problems == 0 ? kExitOk : kExitFailed;
+    if (json_) fmt::print("{}", report::json_document("config check", out));
+    return valid ? kExitOk : kExitNegative;
   }
 
  private:
   std::vector<std::string> files_;
   std::vector<std::string> overrides_;
+  bool json_ = false;
 };
 
 class Show final : public Command {
@@ -144,6 +162,7 @@ class Show final : public Command {
     app()->add_option("FILE", file_, "configuration of a vehicle")->required();
     app()->add_option("--set", overrides_, "KEY=VALUE as for the nodes; may be repeated");
     app()->add_flag("--changed", changed_, "only values that differ from the default");
+    app()->add_flag("--json", json_, "print the results as JSON");
   }
 
   int run() override {
@@ -152,14 +171,32 @@ class Show final : public Command {
     for (const std::string& problem : read->problems) {
       fmt::print(stderr, "rcs config: {}\n", problem);
     }
-    fmt::print("{}", to_toml(read->parameters, changed_));
-    return read->problems.empty() ? kExitOk : kExitFailed;
+    if (json_) {
+      print_json(*read);
+    } else {
+      fmt::print("{}", to_toml(read->parameters, changed_));
+    }
+    return read->problems.empty() ? kExitOk : kExitInput;
   }
 
  private:
+  void print_json(const Configuration& configuration) const {
+    report::Json out = {{"file", file_},
+                        {"problems", configuration.problems},
+                        {"parameters", report::Json::array()}};
+    for (const ParamDescription& p : configuration.parameters) {
+      if ((changed_ && p.origin.empty()) || p.value == "none") continue;
+      out["parameters"].push_back({{"key", full_key(p.table, p.key)},
+                                   {"value", p.value},
+                                   {"source", p.origin.empty() ? "default" : p.origin}});
+    }
+    fmt::print("{}", report::json_document("config show", out));
+  }
+
   std::string file_;
   std::vector<std::string> overrides_;
   bool changed_ = false;
+  bool json_ = false;
 };
 
 }  // namespace

@@ -6,7 +6,6 @@
 
 #include <cmath>
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,6 +21,7 @@
 #include "tools/base/random_places.h"
 #include "tools/rcs/command.h"
 #include "tools/rcs/terminal.h"
+#include "tools/report/json_document.h"
 
 namespace rcs::cli {
 namespace {
@@ -51,7 +51,7 @@ std::string_view name_of(Standing::State state) {
 /// How a command ended.
 struct Ending {
   bool good = false;
-  std::string standing;
+  std::string result;  ///< "done", "error", "timeout", "interrupted", ...
   std::string reason;
 };
 
@@ -220,7 +220,7 @@ class Go final : public Command {
     app()
         ->add_option("--patience", patience_s_,
                      "maximum time without a status of BG, or with an error of BG [s]; when\n"
-                     "exceeded: status 1")
+                     "exceeded: status 1, or 3 if no status was received at all")
         ->check(CLI::Range(1.0, 1e6))
         ->capture_default_str();
     app()->add_flag("--halt", halt_, "stop and hold");
@@ -237,7 +237,9 @@ class Go final : public Command {
         "waypoints\n"
         "not yet reached. Ctrl-C halts the vehicle first. --emergency-stop is sent until BG\n"
         "confirms that it is latched on disk, or until --timeout. Status 0: arrived, or command\n"
-        "echoed (--halt, --emergency-stop, --release); 1: failed, with the reason of BG.\n"
+        "echoed (--halt, --emergency-stop, --release); 1: not arrived or rejected, with the "
+        "reason\n"
+        "of BG; 3: no BG on the bus.\n"
         "Examples:\n"
         "  rcs go --waypoint 40,0 --waypoint 60,30 --speed 4\n"
         "  rcs go --scenario config/sim/closed_loop.toml --seed 3 --timeout 170\n"
@@ -258,16 +260,18 @@ class Go final : public Command {
     const Ending ending = pursue(&desk, *order);
     desk.end_line();
     if (json_) {
-      const nlohmann::json j = {{"command", name_of_kind(order->kind)},
-                                {"standing", ending.standing},
-                                {"reason", ending.reason},
-                                {"state", desk.state()},
-                                {"waypoints", order->waypoints.size()},
-                                {"time_s", seconds(desk.now() - begin)}};
-      fmt::print("{}\n", j.dump(2));
+      const report::Json j = {{"command", name_of_kind(order->kind)},
+                              {"result", ending.result},
+                              {"reason", ending.reason},
+                              {"state", desk.state()},
+                              {"waypoints", order->waypoints.size()},
+                              {"time_s", seconds(desk.now() - begin)}};
+      fmt::print("{}", report::json_document(kName, j));
     }
     if (const Outcome status = (*bus)->status(); !status) return fail(kName, status.error());
-    return ending.good ? kExitOk : fail(kName, Error{ending.reason});
+    if (ending.good) return kExitOk;
+    const bool no_bg = desk.state().empty();
+    return no_bg ? fail(kName, Error{ending.reason}) : negative(kName, Error{ending.reason});
   }
 
  private:
@@ -346,7 +350,7 @@ class Go final : public Command {
   [[nodiscard]] Ending drive(Desk* desk, Order order) const {
     if (datum_) into_world_of(desk, &order);
     Ending ending = desk->pursue(order, most(), from_seconds(patience_s_));
-    if (ending.standing != "interrupted" && ending.standing != "timeout") return ending;
+    if (ending.result != "interrupted" && ending.result != "timeout") return ending;
     desk->end_line();
     const Ending halted = desk->tell(command_t::KIND_HALT, kEchoPatience);
     ending.reason +=

@@ -7,6 +7,7 @@
 
 #include "tools/rcs/command.h"
 #include "tools/rcs/vehicle/key_folder.h"
+#include "tools/report/json_document.h"
 
 namespace rcs::cli {
 namespace {
@@ -22,6 +23,7 @@ class Keys final : public Command {
     app()->add_option("--vehicle", vehicles_, "an identity for the gateway of this vehicle");
     app()->add_option("--operator", operators_, "an identity that may command vehicles");
     app()->add_option("--observer", observers_, "an identity that may only receive");
+    app()->add_flag("--json", json_, "print the results as JSON");
     app()->footer(
         "The name of a vehicle is [vehicle] name in its configuration, the name of an operator is\n"
         "its operator_id. Options may be repeated; existing identities are kept, new ones added.\n"
@@ -34,21 +36,30 @@ class Keys final : public Command {
   int run() override {
     const Result<KeyFolder> keys = KeyFolder::open(directory_);
     if (!keys) return fail(kName, keys.error());
-    if (keys->authorities_made()) fmt::print("made  {}/ca\n", directory_);
+    if (keys->authorities_made() && !json_) fmt::print("made  {}/ca\n", directory_);
     const bool all = add(*keys, vehicles_, KeyRole::kVehicle) &&
                      add(*keys, operators_, KeyRole::kOperator) &&
                      add(*keys, observers_, KeyRole::kObserver);
-    return all ? kExitOk : kExitFailed;
+    if (!all) return kExitInput;
+    if (json_) {
+      const report::Json json = {{"folder", directory_},
+                                 {"authorities_created", keys->authorities_made()},
+                                 {"identities", identities_}};
+      fmt::print("{}", report::json_document(kName, json));
+    }
+    return kExitOk;
   }
 
  private:
-  bool add(const KeyFolder& keys, const std::vector<std::string>& names, KeyRole role) const {
+  bool add(const KeyFolder& keys, const std::vector<std::string>& names, KeyRole role) {
     for (const std::string& name : names) {
       const Result<bool> made = keys.add(name, role);
       if (!made) {
         (void)fail(kName, made.error());
         return false;
       }
+      identities_.push_back({{"name", name}, {"role", text(role)}, {"created", *made}});
+      if (json_) continue;
       fmt::print("{}  {}/{}  {}\n", *made ? "made" : "kept", directory_, name, text(role));
     }
     return true;
@@ -58,6 +69,8 @@ class Keys final : public Command {
   std::vector<std::string> vehicles_;
   std::vector<std::string> operators_;
   std::vector<std::string> observers_;
+  bool json_ = false;
+  report::Json identities_ = report::Json::array();
 };
 
 }  // namespace

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,6 +19,7 @@
 #include "tools/base/random_places.h"
 #include "tools/rcs/command.h"
 #include "tools/rcs/terminal.h"
+#include "tools/report/json_document.h"
 #include "tools/report/table.h"
 
 namespace rcs::cli {
@@ -48,7 +48,7 @@ class PredictCommand final : public Command {
         ->capture_default_str();
     app()
         ->add_option("--timeout", timeout_s_,
-                     "time limit for the response of WM [s]; when exceeded: status 1")
+                     "time limit for the response of WM [s]; when exceeded: status 3")
         ->check(CLI::Range(0.1, 3600.0))
         ->capture_default_str();
     app()->add_option("--lcm-url", lcm_url_,
@@ -67,8 +67,7 @@ class PredictCommand final : public Command {
   int run() override {
     const Result<std::vector<Vec2>> places = checked_places();
     if (!places) {
-      fmt::print(stderr, "rcs {}: {}\n", kName, places.error().message);
-      return kExitUsage;
+      return path_.empty() ? wrong_usage(kName, places.error()) : fail(kName, places.error());
     }
     const Result<std::unique_ptr<LcmBus>> bus = LcmBus::create(lcm_url_);
     if (!bus) return fail(kName, bus.error());
@@ -89,7 +88,8 @@ class PredictCommand final : public Command {
     const float most =
         *std::max_element(answer->sigma_with_map_m.begin(), answer->sigma_with_map_m.end());
     if (!limit_m_ || most <= *limit_m_) return kExitOk;
-    return fail(kName, Error{fmt::format("sigma {:.2f} m > {:.2f} m (--limit)", most, *limit_m_)});
+    return negative(kName,
+                    Error{fmt::format("sigma {:.2f} m > {:.2f} m (--limit)", most, *limit_m_)});
   }
 
  private:
@@ -151,19 +151,19 @@ class PredictCommand final : public Command {
   }
 
   static void print_json(const path_uncertainty_t& m) {
-    nlohmann::ordered_json places = nlohmann::ordered_json::array();
+    report::Json points = report::Json::array();
     for (std::size_t k = 0; k < m.travelled_m.size(); ++k) {
-      places.push_back({{"travelled_m", m.travelled_m[k]},
+      points.push_back({{"travelled_m", m.travelled_m[k]},
                         {"x_m", m.x_m[k]},
                         {"y_m", m.y_m[k]},
                         {"sigma_dead_reckoning_m", m.sigma_dead_reckoning_m[k]},
                         {"sigma_with_map_m", m.sigma_with_map_m[k]}});
     }
-    const nlohmann::ordered_json j = {{"utime", m.utime},
-                                      {"has_map", m.has_map != 0},
-                                      {"map_bias_sigma_m", m.map_bias_sigma_m},
-                                      {"places", places}};
-    fmt::print("{}\n", j.dump(2));
+    const report::Json j = {{"utime", m.utime},
+                            {"has_map", m.has_map != 0},
+                            {"map_bias_sigma_m", m.map_bias_sigma_m},
+                            {"points", points}};
+    fmt::print("{}", report::json_document(kName, j));
   }
 
   // At most `rows_` rows, evenly distributed, including the first and the last.

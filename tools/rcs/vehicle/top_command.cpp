@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <array>
-#include <nlohmann/json.hpp>
 
 #include "lcmtypes/channels.h"
 #include "rcs/node/bus/lcm_bus.h"
@@ -16,6 +15,7 @@
 #include "tools/evaluation/top_model.h"
 #include "tools/rcs/command.h"
 #include "tools/rcs/vehicle/top_screen.h"
+#include "tools/report/json_document.h"
 
 namespace rcs::cli {
 namespace {
@@ -163,10 +163,11 @@ class Top final : public Command {
     while (step == Timeline::Step::kDelivered) step = timeline->advance(until);
     if (const Outcome status = bus->status(); !status) return fail(kName, status.error());
     const evaluation::TopView view = model->view(timeline->now());
-    fmt::print("{}", json_ ? to_json(view).dump(2) + "\n" : plain_text(top_lines(view)));
+    fmt::print("{}",
+               json_ ? report::json_document(kName, to_json(view)) : plain_text(top_lines(view)));
     const bool any = std::any_of(view.nodes.begin(), view.nodes.end(),
                                  [](const evaluation::TopView::Node& n) { return n.alive; });
-    return any ? kExitOk : kExitFailed;
+    return any ? kExitOk : kExitNegative;
   }
 
   static int show_live(LcmBus* bus, const StopSignals& stop, const LiveTimeline& timeline,

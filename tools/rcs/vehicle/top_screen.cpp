@@ -172,7 +172,7 @@ nlohmann::ordered_json json_node(const evaluation::TopView::Node& n) {
   }
   return {{"node", n.name},
           {"alive", n.alive},
-          {"heard_ms", json_ms(n.heard)},
+          {"age_ms", json_ms(n.heard)},
           {"pid", n.pid},
           {"up_s", seconds(n.up)},
           {"rate_hz", json_number(n.account_hz)},
@@ -196,7 +196,7 @@ nlohmann::ordered_json json_node(const evaluation::TopView::Node& n) {
 nlohmann::ordered_json json_nav(const evaluation::TopView::Nav& nav) {
   nlohmann::ordered_json ages;
   for (const evaluation::TopView::Nav::Age& a : nav.ages) ages[a.source] = json_ms(a.age);
-  return {{"heard_ms", milliseconds(nav.heard)},
+  return {{"age_ms", milliseconds(nav.heard)},
           {"mode", nav.mode},
           {"pose_valid", nav.pose_valid},
           {"world_valid", nav.world_valid},
@@ -265,7 +265,7 @@ nlohmann::ordered_json to_json(const evaluation::TopView& view) {
   if (view.nav) out["nav"] = json_nav(*view.nav);
   if (view.status) {
     const evaluation::TopView::Status& s = *view.status;
-    out["bg"] = {{"heard_ms", milliseconds(s.heard)},
+    out["bg"] = {{"age_ms", milliseconds(s.heard)},
                  {"status", s.status},
                  {"state", s.state},
                  {"reason", s.reason},

@@ -18,10 +18,12 @@
 #include "rcs/node/stop_latch.h"
 #include "rcs/node/timeline/live_timeline.h"
 #include "tools/rcs/command.h"
+#include "tools/rcs/terminal.h"
 #include "tools/rcs/vehicle/child_process.h"
 #include "tools/rcs/vehicle/console.h"
 #include "tools/rcs/vehicle/supervisor.h"
 #include "tools/rcs/vehicle/up_report.h"
+#include "tools/report/json_document.h"
 
 namespace rcs::cli {
 namespace {
@@ -68,7 +70,10 @@ class Up final : public Command {
     app()->add_option("CONFIG", config_, "the vehicle's configuration (TOML)")->required();
     app()->add_option("--lcm-url", lcm_url_,
                       fmt::format("the bus; default: $LCM_DEFAULT_URL, else {}", kDefaultLcmUrl));
-    app()->add_flag("--check", check_, "only check CONFIG with each node; start nothing");
+    CLI::Option* check = app()->add_flag(
+        "--check", check_,
+        "only check CONFIG with each node; start nothing. Status 1 if it is invalid");
+    app()->add_flag("--json", json_, "print the result of --check as JSON")->needs(check);
     app()->add_flag("--force", force_, "start even if nodes of these names run on the bus");
     app()->footer(
         "Nodes: [up] nodes in CONFIG (default sp, wm); their programs are next to rcs or in PATH.\n"
@@ -77,7 +82,7 @@ class Up final : public Command {
         "is killed first. A node that ends three times in a row within 30 s of its start raises "
         "an\n"
         "alarm (event node.failing, note in `rcs top`); the others keep running. No node starts\n"
-        "(status 1) if a critical node rejects CONFIG or cannot start; [up] non_critical in "
+        "(status 3) if a critical node rejects CONFIG or cannot start; [up] non_critical in "
         "CONFIG\n"
         "(default gateway) names the nodes that are not critical.\n"
         "Ctrl-C or SIGTERM stops all nodes (status 0). The nodes always end with this program.\n"
@@ -114,6 +119,7 @@ class Up final : public Command {
   std::string lcm_url_;
   bool check_ = false;
   bool force_ = false;
+  bool json_ = false;
 
   SupervisorParams limits_;
   Console console_;
@@ -136,10 +142,16 @@ int Up::run() {
   }
 
   const StopSignals stop;  // before the bus, because the thread of LCM inherits the mask
-  if (const Outcome good = check_all(*tables, stop); !good) return fail(kName, good.error());
-  if (const Outcome known = report_latched_stop(*params, nodes); !known) {
-    return fail(kName, known.error());
+  Outcome good = check_all(*tables, stop);
+  if (good) good = report_latched_stop(*params, nodes);
+  if (check_ && json_) {
+    fmt::print("{}", report::json_document(kName, {{"config", config_},
+                                                   {"nodes", nodes},
+                                                   {"valid", good.ok()},
+                                                   {"reason", good ? "" : good.error().message}}));
+    return good ? kExitOk : kExitNegative;
   }
+  if (!good) return check_ ? negative(kName, good.error()) : fail(kName, good.error());
   if (check_) {
     fmt::print("rcs up: {} is valid for its {} nodes\n", config_, nodes.size());
     return kExitOk;
@@ -198,7 +210,10 @@ Outcome Up::check(const std::string& name, const StopSignals& stop) {
     std::vector<pollfd> polled = {{process.exit_fd(), POLLIN, 0}, {stop.fd(), POLLIN, 0}};
     if (process.output_fd() >= 0) polled.push_back({process.output_fd(), POLLIN, 0});
     wait(&polled, Stamp::max(), Stamp());
-    if (polled[1].revents != 0) return Error{"interrupted"};  // the child ends with this process
+    if (polled[1].revents != 0) {
+      note_interrupt();
+      return Error{"interrupted"};  // the child ends with this process
+    }
     process.read_output([&](std::string_view line) { said.append("\n  ").append(line); });
     if (const std::optional<Exit> exit = process.collect()) {
       process.read_output([&](std::string_view line) { said.append("\n  ").append(line); });
@@ -227,8 +242,9 @@ Outcome Up::refuse_if_alive(LiveTimeline* timeline) {
   for (;;) {
     const Timeline::Step step = timeline->advance(until);
     if (step == Timeline::Step::kEnded) {
-      const Outcome status = bus_->status();
-      return status ? Error{"interrupted"} : status;
+      if (Outcome status = bus_->status(); !status) return status;
+      note_interrupt();
+      return Error{"interrupted"};
     }
     for (Watched& node : nodes_) {
       if (const process_t* seen = node.alive.latest()) {
