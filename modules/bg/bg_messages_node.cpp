@@ -51,19 +51,19 @@ Duration sum(std::int64_t age_us, Duration more) {
 
 }  // namespace
 
-Order order_of(const command_t& m) {
+CommandKind kind_of(const command_t& m) {
   switch (m.kind) {
     case command_t::KIND_HALT:
     case command_t::KIND_ABORT:
-      return Order::kHalt;
+      return CommandKind::kHalt;
     case command_t::KIND_GOTO:
-      return Order::kGoto;
+      return CommandKind::kGoto;
     case command_t::KIND_EMERGENCY_STOP:
-      return Order::kEmergencyStop;
+      return CommandKind::kEmergencyStop;
     case command_t::KIND_RELEASE:
-      return Order::kRelease;
+      return CommandKind::kRelease;
     default:
-      return Order::kUnknown;
+      return CommandKind::kUnknown;
   }
 }
 

@@ -17,7 +17,7 @@
 
 namespace rcs::bg {
 
-[[nodiscard]] Order order_of(const command_t& m);
+[[nodiscard]] CommandKind kind_of(const command_t& m);
 
 /// The waypoints of the newest GOTO and the progress along them.
 class Route {

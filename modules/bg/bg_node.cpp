@@ -96,7 +96,7 @@ void BgNode::take_command() {
   const command_t& m = *subordinate_.command();
   const int before = route_.number();
   cannot_ = "";
-  if (order_of(m) == Order::kGoto) {
+  if (kind_of(m) == CommandKind::kGoto) {
     cannot_ = route_.take(m);
   } else {
     route_.clear();
@@ -213,9 +213,9 @@ Facts BgNode::facts(Stamp now) const {
   Facts f;
   const command_t* const command = subordinate_.command();
   if (command != nullptr) {
-    f.order = order_of(*command);
-    f.order_is_new = subordinate_.is_new();
-    f.order_is_valid = subordinate_.valid(now);
+    f.command = kind_of(*command);
+    f.command_is_new = subordinate_.is_new();
+    f.command_is_valid = subordinate_.valid(now);
     f.cannot = other_world_
                    ? "cannot do because WM has begun another frame world with another datum"
                    : cannot_;
@@ -233,7 +233,7 @@ Facts BgNode::facts(Stamp now) const {
   if (map_is_of_now()) f.map_age = std::max(Duration(0), nav_.stamp - terrain_stamp_);
   f.north_known = knows_north();
   f.speed_share = speed_share();
-  f.arrived = f.order == Order::kGoto && cannot_.empty() && route_.arrived();
+  f.arrived = f.command == CommandKind::kGoto && cannot_.empty() && route_.arrived();
   f.has_way = !path_.empty() && path_local_utime_ == nav_.local_utime &&
               now - way_since_ <= kWayKept && std::abs(steering_.off_m) <= config_.follow.astray_m;
   f.without_way = way_since_ == Stamp::min() ? Duration(0) : now - way_since_;
@@ -257,7 +257,7 @@ double BgNode::speed_share() const {
 }
 
 void BgNode::plan(const Cycle& cycle, const Facts& now) {
-  const bool on_the_way = now.order == Order::kGoto && now.cannot.empty() && !now.arrived &&
+  const bool on_the_way = now.command == CommandKind::kGoto && now.cannot.empty() && !now.arrived &&
                           now.nav_age <= config_.decide.nav_silence && now.pose_valid &&
                           now.nav_still <= config_.decide.nav_still && now.aligned &&
                           now.speed_share > 0.0 && map_is_of_now() && !emergency_stop_.engaged();

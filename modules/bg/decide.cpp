@@ -7,14 +7,14 @@ namespace rcs::bg {
 // The first row whose condition holds decides. The rows are in order of danger.
 Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
   const bool at_rest = std::abs(f.speed_mps) < p.rest_mps;
-  const bool releases = f.order == Order::kRelease && f.order_is_valid;
+  const bool releases = f.command == CommandKind::kRelease && f.command_is_valid;
   // The speed of a pose whose sensor time stands still is outdated.
   const bool speed_known =
       f.nav_age <= p.nav_silence && f.nav_still <= p.nav_still && f.pose_valid && f.aligned;
   const bool known_at_rest = at_rest && speed_known;
-  if (f.order == Order::kEmergencyStop) emergency = true;
+  if (f.command == CommandKind::kEmergencyStop) emergency = true;
   // Only in its cycle: a rejected release must not take effect once the vehicle is at rest.
-  if (releases && f.order_is_new && known_at_rest) emergency = false;
+  if (releases && f.command_is_new && known_at_rest) emergency = false;
 
   const auto row = [&](int line, Action action, Status status, std::string_view state,
                        std::string_view reason) {
@@ -23,7 +23,7 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
   const Status when_at_rest = at_rest ? Status::kDone : Status::kExecuting;
 
   // -- the emergency stop: latched until it is released, whatever is commanded --------------------
-  if (emergency && f.order == Order::kEmergencyStop) {
+  if (emergency && f.command == CommandKind::kEmergencyStop) {
     return row(__LINE__, Action::kBrake, when_at_rest, "EMERGENCY_STOP", "");
   }
   if (emergency && releases && !speed_known) {
@@ -38,23 +38,23 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
   }
 
   // -- no command to drive ------------------------------------------------------------------------
-  if (f.order == Order::kNone) {
+  if (f.command == CommandKind::kNone) {
     return row(__LINE__, Action::kStop, Status::kUninitialized, "IDLE", "");
   }
-  if (f.order == Order::kHalt) {
+  if (f.command == CommandKind::kHalt) {
     return row(__LINE__, Action::kStop, when_at_rest, "HALT", "");
   }
-  if (f.order == Order::kRelease) {
+  if (f.command == CommandKind::kRelease) {
     return row(__LINE__, Action::kStop, Status::kDone, "RELEASED", "");
   }
-  if (f.order == Order::kUnknown || !f.cannot.empty()) {
+  if (f.command == CommandKind::kUnknown || !f.cannot.empty()) {
     return row(__LINE__, Action::kStop, Status::kError, "REFUSED",
                f.cannot.empty() ? "cannot do because this kind of command is unknown" : f.cannot);
   }
   if (f.arrived) {
     return row(__LINE__, Action::kStop, when_at_rest, "ARRIVED", "");
   }
-  if (!f.order_is_valid) {
+  if (!f.command_is_valid) {
     return row(__LINE__, Action::kStop, Status::kError, "COMMAND_EXPIRED",
                "stopped because the command has expired and no new one was received");
   }

@@ -9,13 +9,13 @@
 
 namespace rcs::bg {
 
-enum class Order { kNone, kHalt, kGoto, kEmergencyStop, kRelease, kUnknown };
+enum class CommandKind { kNone, kHalt, kGoto, kEmergencyStop, kRelease, kUnknown };
 
 /// What BG knows in one cycle.
 struct Facts {
-  Order order = Order::kNone;                ///< newest command
-  bool order_is_new = false;                 ///< accepted in this cycle
-  bool order_is_valid = false;               ///< it has not expired
+  CommandKind command = CommandKind::kNone;  ///< newest command
+  bool command_is_new = false;               ///< accepted in this cycle
+  bool command_is_valid = false;             ///< it has not expired
   std::string_view cannot;                   ///< why its content cannot be executed; empty: it can
   double speed_mps = 0.0;                    ///< of the vehicle, if known
   Duration nav_age = Duration::max();        ///< since the newest navigation message

@@ -20,7 +20,7 @@ bool same_content(const WaypointOrder& a, const WaypointOrder& b) {
 
 }  // namespace
 
-Refusal CommandDesk::take(const WaypointOrder& order, Stamp now) {
+Refusal CommandArbiter::take(const WaypointOrder& order, Stamp now) {
   if (const Refusal refusal = check(order, params_.limits); refusal != Refusal::kNone) {
     return refusal;
   }
@@ -58,7 +58,7 @@ Refusal CommandDesk::take(const WaypointOrder& order, Stamp now) {
   return Refusal::kNone;
 }
 
-Refusal CommandDesk::take(const StopOrder& order, Stamp now) {
+Refusal CommandArbiter::take(const StopOrder& order, Stamp now) {
   Operator* const from = is_name(order.operator_id) ? find(order.operator_id, now) : nullptr;
   if (order.engage) {
     if (from == nullptr) {
@@ -92,7 +92,7 @@ Refusal CommandDesk::take(const StopOrder& order, Stamp now) {
   return Refusal::kNone;
 }
 
-std::optional<Action> CommandDesk::decide(Stamp now, Progress progress) {
+std::optional<Action> CommandArbiter::decide(Stamp now, Progress progress) {
   // Before the progress: a vehicle that stops because its operator is silent has not failed.
   if (phase_ == Phase::kGoto && now >= standing_heard_ + standing_.valid_for) {
     phase_ = Phase::kSilent;
@@ -119,7 +119,7 @@ std::optional<Action> CommandDesk::decide(Stamp now, Progress progress) {
   return std::nullopt;
 }
 
-void CommandDesk::take_progress(Progress progress, Stamp now) {
+void CommandArbiter::take_progress(Progress progress, Stamp now) {
   if (phase_ == Phase::kGoto && progress != Progress::kUnderway) {
     phase_ = progress == Progress::kDone ? Phase::kDone : Phase::kFailed;
   } else if (phase_ == Phase::kReleasing && progress == Progress::kDone) {
@@ -133,7 +133,7 @@ void CommandDesk::take_progress(Progress progress, Stamp now) {
 
 // Never valid for longer than the command of the operator: a silence ends it within valid_for of
 // the last sample, even if this process fails.
-std::optional<Action> CommandDesk::keep_fresh(Stamp now) {
+std::optional<Action> CommandArbiter::keep_fresh(Stamp now) {
   const Stamp until = std::min(now + params_.valid_for, standing_heard_ + standing_.valid_for);
   if (until - now < kShortest) return std::nullopt;
   if (sent_) {
@@ -144,21 +144,21 @@ std::optional<Action> CommandDesk::keep_fresh(Stamp now) {
   return send(Action::Kind::kGoto, until - now, now);
 }
 
-Action CommandDesk::send(Action::Kind kind, Duration valid_for, Stamp now) {
+Action CommandArbiter::send(Action::Kind kind, Duration valid_for, Stamp now) {
   sent_ = true;
   sent_at_ = now;
   sent_until_ = now + valid_for;
   return {kind, valid_for, kind == Action::Kind::kGoto ? &standing_ : nullptr};
 }
 
-void CommandDesk::enter(Phase phase, std::string_view who, std::int64_t which) {
+void CommandArbiter::enter(Phase phase, std::string_view who, std::int64_t which) {
   phase_ = phase;
   who_ = who;
   which_ = which;
   sent_ = false;
 }
 
-bool CommandDesk::any_engaged() const {
+bool CommandArbiter::any_engaged() const {
   return unnamed_engaged_ || std::any_of(operators_.begin(), operators_.end(),
                                          [](const Operator& o) { return o.engaged; });
 }
@@ -166,7 +166,7 @@ bool CommandDesk::any_engaged() const {
 // The record of an operator, created if there is none in place of the one that was silent longest.
 // Null: all are engaged. Forgetting is safe, because authentication prevents the replay of old
 // samples.
-CommandDesk::Operator* CommandDesk::find(std::string_view id, Stamp now) {
+CommandArbiter::Operator* CommandArbiter::find(std::string_view id, Stamp now) {
   Operator* oldest = nullptr;
   for (Operator& o : operators_) {
     if (o.id == id) return &o;

@@ -16,7 +16,7 @@
 
 namespace rcs::gateway {
 
-struct DeskParams {
+struct ArbiterParams {
   Limits limits;
   Duration refresh = from_seconds(1.0);            ///< interval at which a command to BG is renewed
   Duration valid_for = from_seconds(2.5);          ///< validity of a command to BG, > refresh
@@ -33,7 +33,7 @@ struct Action {
   const WaypointOrder* order = nullptr;  ///< of a kGoto; valid until the next take()
 };
 
-class CommandDesk {
+class CommandArbiter {
  public:
   enum class Phase {
     kIdle,
@@ -47,7 +47,7 @@ class CommandDesk {
   };
   static constexpr std::size_t kOperators = 16;
 
-  explicit CommandDesk(const DeskParams& params) : params_(params) {}
+  explicit CommandArbiter(const ArbiterParams& params) : params_(params) {}
 
   /// A new command, or a repetition, which keeps it valid.
   Refusal take(const WaypointOrder& order, Stamp now);
@@ -83,7 +83,7 @@ class CommandDesk {
   std::optional<Action> keep_fresh(Stamp now);
   Action send(Action::Kind kind, Duration valid_for, Stamp now);
 
-  DeskParams params_;
+  ArbiterParams params_;
   std::array<Operator, kOperators> operators_;
   bool unnamed_engaged_ = false;
 

@@ -65,7 +65,7 @@ void read_limits(ParamTable table, Limits* p) {
   }
 }
 
-void read_commands(ParamTable table, DeskParams* p, CommandPortParams* port) {
+void read_commands(ParamTable table, ArbiterParams* p, CommandPortParams* port) {
   table.get_ms("refresh_ms", &p->refresh, {100, 10000},
                "Interval at which the command in force is renewed to BG.");
   table.get_ms("valid_for_ms", &p->valid_for, {200, 30000},
@@ -135,8 +135,8 @@ Result<GatewayConfig> load_gateway_config(const ParamFile& file) {
                  "Silence after which a node is published as not alive.");
   read_nodes(&gateway, &c);
   read_dds(&gateway, &c.dds);
-  read_limits(gateway.table("limits"), &c.desk.limits);
-  read_commands(gateway.table("commands"), &c.desk, &c.port);
+  read_limits(gateway.table("limits"), &c.arbiter.limits);
+  read_commands(gateway.table("commands"), &c.arbiter, &c.port);
   read_security(file, &gateway, &c);
 
   if (Outcome read_all = file.finish(tables_but({"gateway"})); !read_all) return read_all.error();

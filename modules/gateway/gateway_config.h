@@ -24,7 +24,7 @@ struct GatewayConfig {
   bool unsecured = false;                               ///< explicitly without keys
   DdsParams dds;
   BoardParams board;
-  DeskParams desk;
+  ArbiterParams arbiter;
   CommandPortParams port;
 };
 

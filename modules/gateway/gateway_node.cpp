@@ -23,7 +23,7 @@ std::vector<std::string> board_names(const GatewayConfig& config) {
   return names;
 }
 
-std::string_view text(CommandDesk::Phase phase) {
+std::string_view text(CommandArbiter::Phase phase) {
   constexpr std::string_view kTexts[] = {"idle",    "goto",   "done",           "failed",
                                          "silence", "halted", "emergency stop", "releasing"};
   return kTexts[static_cast<std::size_t>(phase)];
@@ -51,7 +51,7 @@ GatewayNode::GatewayNode(const GatewayConfig& config, std::unique_ptr<DdsLink> d
       port_(bus, channel::kBgCommand, channel::kBgStatus, kSelf, config.port),
       report_(bus, config.info.name, kReportInterval),
       board_(board_names(config), config.board),
-      desk_(config.desk) {
+      arbiter_(config.arbiter) {
   for (std::size_t i = 0; i < board_.size(); ++i) {
     node_inboxes_.emplace_back(bus, board_.name(i));
   }
@@ -151,7 +151,7 @@ void GatewayNode::take_stops(Stamp now) {
     const rcs_EmergencyStop* const sample = samples.data(i);
     if (sample == nullptr || sample->vehicle != config_.vehicle) continue;
     const StopOrder order = from_sample(*sample, dds_->partition_of(samples, i));
-    refuse(desk_.take(order, now), "EmergencyStop", order.operator_id, order.command_id, now);
+    refuse(arbiter_.take(order, now), "EmergencyStop", order.operator_id, order.command_id, now);
   }
 }
 
@@ -161,7 +161,7 @@ void GatewayNode::take_commands(Stamp now) {
     const rcs_WaypointCommand* const sample = samples.data(i);
     if (sample == nullptr || sample->vehicle != config_.vehicle) continue;
     const WaypointOrder order = from_sample(*sample, dds_->partition_of(samples, i));
-    refuse(desk_.take(order, now), "WaypointCommand", order.operator_id, order.command_id, now);
+    refuse(arbiter_.take(order, now), "WaypointCommand", order.operator_id, order.command_id, now);
   }
 }
 
@@ -178,26 +178,26 @@ void GatewayNode::refuse(Refusal refusal, std::string_view topic, std::string_vi
 
 void GatewayNode::tell_vehicle(Stamp now) {
   port_.step(now);
-  const Standing standing = port_.standing(now);
+  const CommandProgress current = port_.progress(now);
   Progress progress = Progress::kUnderway;
-  if (standing.state == Standing::State::kDone) progress = Progress::kDone;
-  if (standing.state == Standing::State::kError) {
+  if (current.state == CommandProgress::State::kDone) progress = Progress::kDone;
+  if (current.state == CommandProgress::State::kError) {
     progress = Progress::kError;
-    failure_ = standing.reason;
+    failure_ = current.reason;
   }
-  const std::optional<Action> action = desk_.decide(now, progress);
-  if (action) (void)port_.send(to_order(*action), now);
+  const std::optional<Action> action = arbiter_.decide(now, progress);
+  if (action) (void)port_.send(to_command(*action), now);
 }
 
 void GatewayNode::report_phase(Stamp now) {
-  using Phase = CommandDesk::Phase;
-  const Phase phase = desk_.phase();
-  if (phase == reported_phase_ && desk_.command_id() == reported_id_) return;
+  using Phase = CommandArbiter::Phase;
+  const Phase phase = arbiter_.phase();
+  if (phase == reported_phase_ && arbiter_.command_id() == reported_id_) return;
   reported_phase_ = phase;
-  reported_id_ = desk_.command_id();
+  reported_id_ = arbiter_.command_id();
   const std::string_view who =
-      desk_.operator_id().empty() ? "an unknown operator" : desk_.operator_id();
-  const std::int64_t which = desk_.command_id();
+      arbiter_.operator_id().empty() ? "an unknown operator" : arbiter_.operator_id();
+  const std::int64_t which = arbiter_.command_id();
   switch (phase) {
     case Phase::kIdle:
       report_.info(now, "command.idle", "BG has accepted the release of the emergency stop");
@@ -250,11 +250,11 @@ void GatewayNode::describe_self(Stamp now) {
   NodeFacts& facts = board_.facts(self);
   board_.hear(self, now);
   facts.state =
-      fmt::format("{}; {}", config_.unsecured ? "unsecured" : "secured", text(desk_.phase()));
-  if (!desk_.operator_id().empty()) {
-    facts.state += fmt::format(" {} {}", desk_.operator_id(), desk_.command_id());
+      fmt::format("{}; {}", config_.unsecured ? "unsecured" : "secured", text(arbiter_.phase()));
+  if (!arbiter_.operator_id().empty()) {
+    facts.state += fmt::format(" {} {}", arbiter_.operator_id(), arbiter_.command_id());
   }
-  facts.reason = desk_.phase() == CommandDesk::Phase::kFailed ? failure_ : "";
+  facts.reason = arbiter_.phase() == CommandArbiter::Phase::kFailed ? failure_ : "";
   if (refused_ == 0) return;
   if (!facts.reason.empty()) facts.reason += "; ";
   facts.reason += fmt::format("{} rejected, last: {}", refused_, last_refusal_);

@@ -60,13 +60,13 @@ class GatewayNode final : public Node {
   Report report_;
 
   NodeBoard board_;  // the last row is the gateway itself
-  CommandDesk desk_;
+  CommandArbiter arbiter_;
   std::int64_t refused_ = 0;  // so far
   std::string last_refusal_;
   std::string failure_;        // reason reported by BG
   std::int64_t bg_heard_ = 0;  // messages of BG so far
   bool started_ = false;       // the start has been reported
-  CommandDesk::Phase reported_phase_ = CommandDesk::Phase::kIdle;
+  CommandArbiter::Phase reported_phase_ = CommandArbiter::Phase::kIdle;
   std::int64_t reported_id_ = 0;
   std::int64_t reported_failures_ = 0;
 

@@ -97,11 +97,11 @@ StopOrder from_sample(const rcs_EmergencyStop& sample, std::string_view speaks_f
   return {operator_of(view(sample.operator_id), speaks_for), sample.command_id, sample.engage};
 }
 
-Order to_order(const Action& action) {
+Command to_command(const Action& action) {
   constexpr std::int8_t kKinds[] = {command_t::KIND_HALT, command_t::KIND_GOTO,
                                     command_t::KIND_EMERGENCY_STOP, command_t::KIND_RELEASE};
   static_assert(kFrameWorld == command_t::FRAME_WORLD && kFrameLocal == command_t::FRAME_LOCAL);
-  Order out;
+  Command out;
   out.kind = kKinds[static_cast<std::size_t>(action.kind)];
   out.valid_for = action.valid_for;
   if (action.order == nullptr) return out;

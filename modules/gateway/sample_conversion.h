@@ -33,6 +33,6 @@ void to_sample(const NodeBoard& board, std::size_t node, Stamp now, rcs_NodeStat
                                         std::string_view speaks_for);
 [[nodiscard]] StopOrder from_sample(const rcs_EmergencyStop& sample, std::string_view speaks_for);
 
-[[nodiscard]] Order to_order(const Action& action);
+[[nodiscard]] Command to_command(const Action& action);
 
 }  // namespace rcs::gateway

@@ -21,18 +21,18 @@ CommandPort::CommandPort(Bus* bus, std::string_view command_channel,
   command_.issuer = issuer;
 }
 
-std::int64_t CommandPort::send(const Order& order, Stamp now) {
+std::int64_t CommandPort::send(const Command& command, Stamp now) {
   command_.utime = to_utime(now);
   command_.serial = std::max(command_.serial + 1, to_utime(now));
-  if (order.task == 0 || order.task != command_.task) command_.waypoints_done = 0;
-  command_.task = order.task;
-  command_.kind = order.kind;
-  command_.frame = order.frame;
-  command_.alert_limit_horizontal_m = order.alert_limit_horizontal_m;
-  command_.alert_limit_vertical_m = order.alert_limit_vertical_m;
-  command_.valid_until_utime = to_utime(now + order.valid_for);
-  command_.waypoint = order.waypoints;
-  command_.n = static_cast<std::int32_t>(order.waypoints.size());
+  if (command.task == 0 || command.task != command_.task) command_.waypoints_done = 0;
+  command_.task = command.task;
+  command_.kind = command.kind;
+  command_.frame = command.frame;
+  command_.alert_limit_horizontal_m = command.alert_limit_horizontal_m;
+  command_.alert_limit_vertical_m = command.alert_limit_vertical_m;
+  command_.valid_until_utime = to_utime(now + command.valid_for);
+  command_.waypoint = command.waypoints;
+  command_.n = static_cast<std::int32_t>(command.waypoints.size());
   commands_.publish(&command_);
   first_sent_ = now;
   last_sent_ = now;
@@ -46,12 +46,13 @@ void CommandPort::step(Stamp now) {
   for (; !statuses_.empty(); statuses_.pop()) {
     const status_t& m = *statuses_.front();
     // A status that was delayed or repeated in transit reports a former state.
-    if (!plausible(m.utime) || (heard_ && m.utime <= status_.utime) || from_utime(m.utime) > now) {
+    if (!plausible(m.utime) || (received_ && m.utime <= status_.utime) ||
+        from_utime(m.utime) > now) {
       continue;
     }
     status_ = m;
-    heard_ = true;
-    heard_at_ = now;
+    received_ = true;
+    received_at_ = now;
     if (!echoes_mine()) {
       // Further copies of a stop that another superior has released would be ignored.
       replaced_ = replaced_ || (is_stop(command_) && seen_ && !echoed_);
@@ -81,11 +82,11 @@ bool CommandPort::echoes_mine() const {
   return sends_ > 0 && status_.echo_serial == command_.serial && status_.issuer == command_.issuer;
 }
 
-Standing CommandPort::standing(Stamp now) const {
-  using State = Standing::State;
+CommandProgress CommandPort::progress(Stamp now) const {
+  using State = CommandProgress::State;
   if (sends_ == 0) return {State::kIdle, ""};
   if (done_) return {State::kDone, ""};
-  const bool silent = now - std::max(heard_at_, first_sent_) > params_.silence;
+  const bool silent = now - std::max(received_at_, first_sent_) > params_.silence;
   if (silent) return {State::kError, "the subordinate is silent"};
   if (!echoed_) {
     if (echoes_mine()) return {State::kError, status_.reason};

@@ -22,7 +22,7 @@
 namespace rcs {
 
 /// A command of a superior, without serial and stamps.
-struct Order {
+struct Command {
   std::int8_t kind = command_t::KIND_HALT;
   std::int8_t frame = command_t::FRAME_WORLD;
   std::vector<waypoint_t> waypoints;
@@ -38,7 +38,7 @@ struct Order {
 };
 
 /// State of the newest command of a port.
-struct Standing {
+struct CommandProgress {
   enum class State { kIdle, kSent, kExecuting, kDone, kError };
   State state = State::kIdle;
   std::string_view reason;  ///< of an error; valid until the port's next step() or send()
@@ -60,7 +60,7 @@ class CommandPort {
   /// Replaces the command that was sent before.
   /// @return its serial: larger than any that this issuer has used, also before a restart, because
   ///         serials start from the microseconds of the timeline
-  std::int64_t send(const Order& order, Stamp now);
+  std::int64_t send(const Command& command, Stamp now);
 
   /// Call it once a cycle: reads the statuses and sends the command again until it is echoed. An
   /// emergency stop is sent until its echo reports no error: then it is in force and survives a
@@ -68,12 +68,12 @@ class CommandPort {
   /// serial.
   void step(Stamp now);
 
-  [[nodiscard]] Standing standing(Stamp now) const;
+  [[nodiscard]] CommandProgress progress(Stamp now) const;
   /// The newest command has been echoed, even if another one has replaced it since; for an
   /// emergency stop: without an error.
   [[nodiscard]] bool confirmed() const { return echoed_; }
   /// The newest status, for the command of any superior; null before the first.
-  [[nodiscard]] const status_t* status() const { return heard_ ? &status_ : nullptr; }
+  [[nodiscard]] const status_t* status() const { return received_ ? &status_ : nullptr; }
   [[nodiscard]] const InboxBase& inbox() const { return statuses_; }
 
  private:
@@ -84,8 +84,8 @@ class CommandPort {
   Inbox<status_t> statuses_;
   command_t command_{};
   status_t status_{};
-  bool heard_ = false;
-  Stamp heard_at_ = Stamp::min();
+  bool received_ = false;
+  Stamp received_at_ = Stamp::min();
   Stamp first_sent_ = Stamp::min();
   Stamp last_sent_ = Stamp::min();
   int sends_ = 0;

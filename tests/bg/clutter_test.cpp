@@ -95,7 +95,7 @@ class World final : public Node {
 
     command_.step(now);
     if (now >= next_order_) {
-      rcs::Order order;
+      rcs::Command order;
       order.kind = command_t::KIND_GOTO;
       order.frame = command_t::FRAME_LOCAL;
       order.task = 1;

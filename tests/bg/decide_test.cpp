@@ -9,8 +9,8 @@ namespace {
 
 Facts all_is_well() {
   Facts f;
-  f.order = Order::kGoto;
-  f.order_is_valid = true;
+  f.command = CommandKind::kGoto;
+  f.command_is_valid = true;
   f.speed_mps = 5.0;
   f.nav_age = from_milliseconds(20.0);
   f.nav_still = from_milliseconds(20.0);
@@ -63,7 +63,7 @@ TEST(Decide, EveryLossHasARowInTheContingencyTable) {
   EXPECT_EQ(decide(f, false, {}).state, "INS_LOST");
   EXPECT_EQ(decide(f, false, {}).action, Action::kStop);
   f = all_is_well();
-  f.order_is_valid = false;
+  f.command_is_valid = false;
   EXPECT_EQ(decide(f, false, {}).action, Action::kStop);
   EXPECT_EQ(decide(f, false, {}).status, Status::kError);
   f = all_is_well();
@@ -80,28 +80,28 @@ TEST(Decide, EveryLossHasARowInTheContingencyTable) {
 
 TEST(Decide, AnEmergencyStopHoldsUntilItIsReleasedAtRest) {
   Facts f = all_is_well();
-  f.order = Order::kEmergencyStop;
+  f.command = CommandKind::kEmergencyStop;
   Decision d = decide(f, false, {});
   EXPECT_EQ(d.action, Action::kBrake);
   EXPECT_TRUE(d.emergency);
-  f.order = Order::kGoto;  // from any issuer
+  f.command = CommandKind::kGoto;  // from any issuer
   d = decide(f, d.emergency, {});
   EXPECT_EQ(d.action, Action::kBrake);
   EXPECT_EQ(d.status, Status::kError);
-  f.order = Order::kRelease;
-  f.order_is_new = true;
+  f.command = CommandKind::kRelease;
+  f.command_is_new = true;
   f.speed_mps = 3.0;  // not at rest
   d = decide(f, d.emergency, {});
   EXPECT_TRUE(d.emergency);
   f.speed_mps = 0.0;
-  f.order_is_valid = false;  // too late
+  f.command_is_valid = false;  // too late
   d = decide(f, d.emergency, {});
   EXPECT_TRUE(d.emergency);
-  f.order_is_valid = true;
-  f.order_is_new = false;  // it was rejected in the cycle of its arrival
+  f.command_is_valid = true;
+  f.command_is_new = false;  // it was rejected in the cycle of its arrival
   d = decide(f, d.emergency, {});
   EXPECT_TRUE(d.emergency);
-  f.order_is_new = true;
+  f.command_is_new = true;
   f.pose_valid = false;
   d = decide(f, d.emergency, {});
   EXPECT_TRUE(d.emergency);
@@ -115,7 +115,7 @@ TEST(Decide, AnEmergencyStopHoldsUntilItIsReleasedAtRest) {
   d = decide(f, d.emergency, {});
   EXPECT_FALSE(d.emergency);
   EXPECT_EQ(d.status, Status::kDone);
-  f.order = Order::kGoto;
+  f.command = CommandKind::kGoto;
   EXPECT_EQ(decide(f, d.emergency, {}).action, Action::kDrive);
 }
 
@@ -127,8 +127,8 @@ TEST(Decide, DrivesOnlyWithAllPreconditions) {
   int driven = 0;
   for (int k = 0; k < 400'000; ++k) {
     Facts f = all_is_well();
-    f.order = static_cast<Order>(rng() % 6);
-    f.order_is_valid = chance();
+    f.command = static_cast<CommandKind>(rng() % 6);
+    f.command_is_valid = chance();
     f.cannot = rng() % 8 == 0 ? "cannot" : "";
     f.nav_age = from_milliseconds(static_cast<double>(rng() % 400));
     f.nav_still = from_milliseconds(static_cast<double>(rng() % 600));
@@ -146,8 +146,8 @@ TEST(Decide, DrivesOnlyWithAllPreconditions) {
     const Decision d = decide(f, emergency, p);
     if (d.action != Action::kDrive) continue;
     ++driven;
-    ASSERT_TRUE(f.order == Order::kGoto && f.order_is_valid && f.cannot.empty() && !emergency &&
-                f.nav_age <= p.nav_silence && f.nav_still <= p.nav_still &&
+    ASSERT_TRUE(f.command == CommandKind::kGoto && f.command_is_valid && f.cannot.empty() &&
+                !emergency && f.nav_age <= p.nav_silence && f.nav_still <= p.nav_still &&
                 f.integrity_age <= p.integrity_silence && f.pose_valid && f.aligned &&
                 f.ins_age <= p.ins_loss && f.ladar_age <= p.ladar_loss && f.map_age <= p.map_loss &&
                 f.speed_share > 0.0 && !f.arrived && f.has_way);

@@ -89,12 +89,12 @@ class BgStopLive : public testing::Test {
     return true;
   }
   void ask(std::int8_t kind) {
-    Order order;
+    Command order;
     order.kind = kind;
     operator_.send(order, timeline_.now());
   }
-  static Order to_waypoint() {
-    Order order;
+  static Command to_waypoint() {
+    Command order;
     order.kind = command_t::KIND_GOTO;
     order.frame = command_t::FRAME_LOCAL;
     order.waypoints.resize(1);

@@ -87,7 +87,7 @@ TEST(GatewayMessages, ACommandIsConvertedWithoutChangeOfItsNumbers) {
   const WaypointOrder order = from_sample(c, "alice");
   EXPECT_EQ(order.valid_for, from_seconds(-2.0)) << "rejected later, not corrected here";
 
-  const Order out = to_order({Action::Kind::kGoto, from_seconds(1.5), &order});
+  const Command out = to_command({Action::Kind::kGoto, from_seconds(1.5), &order});
   EXPECT_EQ(out.kind, +command_t::KIND_GOTO);
   EXPECT_EQ(out.frame, +command_t::FRAME_LOCAL);
   EXPECT_EQ(out.task, 9);
@@ -96,10 +96,10 @@ TEST(GatewayMessages, ACommandIsConvertedWithoutChangeOfItsNumbers) {
   EXPECT_EQ(out.waypoints[0].p_m[2], 3.0);
   EXPECT_EQ(out.waypoints[0].radius_m, 4.0);
   EXPECT_EQ(out.waypoints[0].speed_mps, 5.0);
-  EXPECT_EQ(to_order({Action::Kind::kHalt, Duration(1), nullptr}).kind, +command_t::KIND_HALT);
-  EXPECT_EQ(to_order({Action::Kind::kEmergencyStop, Duration(1), nullptr}).kind,
+  EXPECT_EQ(to_command({Action::Kind::kHalt, Duration(1), nullptr}).kind, +command_t::KIND_HALT);
+  EXPECT_EQ(to_command({Action::Kind::kEmergencyStop, Duration(1), nullptr}).kind,
             +command_t::KIND_EMERGENCY_STOP);
-  EXPECT_EQ(to_order({Action::Kind::kRelease, Duration(1), nullptr}).kind,
+  EXPECT_EQ(to_command({Action::Kind::kRelease, Duration(1), nullptr}).kind,
             +command_t::KIND_RELEASE);
 }
 

@@ -60,8 +60,8 @@ TEST_F(SafetyJudgeTest, AVehicleThatBrakesWhenItsCommandsEndIsSafe) {
   driving_.go(0.3, 0.0);
   driving_.go(2.0, -3.0);
   EXPECT_TRUE(judge_.breaches().empty()) << judge_.breaches().front();
-  EXPECT_NEAR(judge_.figures().deceleration_mps2, 3.0, 0.1);
-  EXPECT_NEAR(seconds(judge_.figures().longest_stand), 1.1, 0.1);
+  EXPECT_NEAR(judge_.metrics().deceleration_mps2, 3.0, 0.1);
+  EXPECT_NEAR(seconds(judge_.metrics().longest_stand), 1.1, 0.1);
 }
 
 TEST_F(SafetyJudgeTest, AVehicleThatRollsOnIsUnsafe) {
@@ -77,9 +77,9 @@ TEST_F(SafetyJudgeTest, ACollisionIsCountedOnce) {
     driving_.truth_.clearance_m = clearance_m;
     driving_.go(0.1, 0.0);
   }
-  EXPECT_EQ(judge_.figures().collisions, 1);
+  EXPECT_EQ(judge_.metrics().collisions, 1);
   EXPECT_EQ(judge_.breaches().size(), 1U);
-  EXPECT_DOUBLE_EQ(judge_.figures().clearance_m, -0.1);
+  EXPECT_DOUBLE_EQ(judge_.metrics().clearance_m, -0.1);
 }
 
 TEST_F(SafetyJudgeTest, BgDrivesOnNoOutdatedInput) {

@@ -29,7 +29,7 @@ enum class Kind { kKill, kStop, kRestart };
 struct Outcomes {
   int times = 0;
   std::vector<double> recovery_s;  ///< from the signal; of a stop: from SIGCONT
-  SafetyFigures worst;
+  SafetyMetrics worst;
 };
 
 class KillDrill : public testing::Test {
@@ -87,13 +87,13 @@ class KillDrill : public testing::Test {
       ADD_FAILURE() << node << ", time " << outcomes.times << ": not recovered: " << why();
     }
     EXPECT_EQ(drill_.run.pid_of(node) == pid, kind == Kind::kStop) << node;
-    add(drill_.safety.figures(), &outcomes.worst);
+    add(drill_.safety.metrics(), &outcomes.worst);
     std::fprintf(stderr, "%-8s %2d: %.1f s, %.2f m\n", node.c_str(), outcomes.times,
                  outcomes.recovery_s.empty() ? -1.0 : outcomes.recovery_s.back(),
-                 drill_.safety.figures().clearance_m);
+                 drill_.safety.metrics().clearance_m);
   }
 
-  static void add(const SafetyFigures& one, SafetyFigures* all) {
+  static void add(const SafetyMetrics& one, SafetyMetrics* all) {
     all->collisions += one.collisions;
     all->clearance_m = std::min(all->clearance_m, one.clearance_m);
     all->speed_mps = std::max(all->speed_mps, one.speed_mps);

@@ -15,7 +15,7 @@ constexpr Duration kDecelerationSpan = from_seconds(0.2);
 }  // namespace
 
 void SafetyJudge::reset() {
-  figures_ = {};
+  metrics_ = {};
   stands_since_.reset();
 }
 
@@ -38,17 +38,17 @@ void SafetyJudge::take(const truth_t& m, Stamp arrival) {
   shift_ = std::min(shift_.value_or(shift), shift);
   const double speed = std::hypot(m.v_world_mps[0], m.v_world_mps[1]);
   if (!samples_.empty()) {
-    figures_.driven_m += std::hypot(m.p_world_vehicle_m[0] - samples_.back().x,
+    metrics_.driven_m += std::hypot(m.p_world_vehicle_m[0] - samples_.back().x,
                                     m.p_world_vehicle_m[1] - samples_.back().y);
   }
   samples_.push_back({m.utime, speed, m.rate_vehicle_radps[2] * speed, m.p_world_vehicle_m[0],
                       m.p_world_vehicle_m[1]});
   while (samples_.front().utime < m.utime - kMemory_us) samples_.pop_front();
 
-  figures_.clearance_m = std::min(figures_.clearance_m, m.clearance_m);
+  metrics_.clearance_m = std::min(metrics_.clearance_m, m.clearance_m);
   const bool touches = m.clearance_m <= 0.0;
   if (touches && !touching_) {
-    ++figures_.collisions;
+    ++metrics_.collisions;
     breaches_.push_back(fmt::format("collision: at {:.1f}, {:.1f}, {:.2f} m/s (utime {})",
                                     m.p_world_vehicle_m[0], m.p_world_vehicle_m[1], speed,
                                     m.utime));
@@ -59,7 +59,7 @@ void SafetyJudge::take(const truth_t& m, Stamp arrival) {
     stands_since_.reset();
   } else {
     if (!stands_since_) stands_since_ = m.utime;
-    figures_.longest_stand = std::max(figures_.longest_stand, Duration(m.utime - *stands_since_));
+    metrics_.longest_stand = std::max(metrics_.longest_stand, Duration(m.utime - *stands_since_));
   }
   judge_motion(from_utime(m.utime) + *shift_);
 }
@@ -74,9 +74,9 @@ void SafetyJudge::judge_motion(Stamp node_time) {
     deceleration =
         (then->speed - now.speed) / (1e-6 * static_cast<double>(now.utime - then->utime));
   }
-  figures_.speed_mps = std::max(figures_.speed_mps, now.speed);
-  figures_.lateral_mps2 = std::max(figures_.lateral_mps2, lateral);
-  figures_.deceleration_mps2 = std::max(figures_.deceleration_mps2, deceleration);
+  metrics_.speed_mps = std::max(metrics_.speed_mps, now.speed);
+  metrics_.lateral_mps2 = std::max(metrics_.lateral_mps2, lateral);
+  metrics_.deceleration_mps2 = std::max(metrics_.deceleration_mps2, deceleration);
   if (now.speed > limits_.speed_mps) {
     breach("speed", now.utime, fmt::format("{:.2f} m/s", now.speed));
   }

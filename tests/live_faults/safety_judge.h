@@ -30,7 +30,7 @@ struct SafetyLimits {
 };
 
 /// Observations since the last reset().
-struct SafetyFigures {
+struct SafetyMetrics {
   int collisions = 0;  ///< number of times that the clearance fell to 0
   double clearance_m = 1e3;
   double speed_mps = 0.0;
@@ -52,7 +52,7 @@ class SafetyJudge {
   [[nodiscard]] double speed_mps() const { return samples_.empty() ? 0.0 : samples_.back().speed; }
   /// Resets the statistics.
   void reset();
-  [[nodiscard]] const SafetyFigures& figures() const { return figures_; }
+  [[nodiscard]] const SafetyMetrics& metrics() const { return metrics_; }
   /// Violations as text; never more than a few of a kind.
   [[nodiscard]] const std::vector<std::string>& breaches() const { return breaches_; }
 
@@ -67,7 +67,7 @@ class SafetyJudge {
   [[nodiscard]] const Sample* before(Duration span) const;
 
   SafetyLimits limits_;
-  SafetyFigures figures_;
+  SafetyMetrics metrics_;
   std::vector<std::string> breaches_;
   std::string last_kind_;
   std::int64_t last_breach_utime_ = 0;

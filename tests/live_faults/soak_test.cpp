@@ -116,7 +116,7 @@ TEST(Soak, MemoryDescriptorsAndAllocationsStayConstant) {
   scans_before = scans;
   drill.safety.reset();
   drill.run_for(std::chrono::minutes(minutes) - kWarm);
-  const SafetyFigures driven = drill.safety.figures();
+  const SafetyMetrics driven = drill.safety.metrics();
 
   report::Table table;
   table.header = {"node",    "rss MB",   "kB/min",   "range kB",  "growth kB",

@@ -76,7 +76,7 @@ class Trial {
     VehicleRun::use_loopback();
     const bool still = stop_and_release(kind);
     EXPECT_EQ(drill_.run.trouble(), "");
-    EXPECT_EQ(drill_.safety.figures().collisions, 0);
+    EXPECT_EQ(drill_.safety.metrics().collisions, 0);
     return still;
   }
   [[nodiscard]] std::string summary() const {

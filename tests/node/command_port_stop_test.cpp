@@ -120,7 +120,7 @@ TEST_F(CommandStop, AnExtremeSerialDisablesNothing) {
       worker->subordinate.release_stops();
       for (const std::int8_t next : {kGoto, kStop, kRelease}) {
         now += Duration(1);  // after the stop's arrival
-        Order order;
+        Command order;
         order.kind = next;
         port.send(order, now);
         cycle();
@@ -189,7 +189,7 @@ TEST_F(CommandStop, AReleaseGetsItsCycleWhateverFollowsIt) {
 }
 
 TEST_F(CommandStop, IsConfirmedThoughAnotherCommandReplacesItAtOnce) {
-  Order order;
+  Command order;
   order.kind = kStop;
   port.send(order, now);
   send(command(kGoto, to_utime(now) + 1));
@@ -229,7 +229,7 @@ TEST_F(CommandStop, ALateCopyOfAReleasedStopIsIgnoredAndAnyOtherStopIsNot) {
 
 TEST_F(CommandStop, TwoStopsOfOneCycleAreBothEchoed) {
   Superior gateway(&network, &now, "gateway");
-  Order order;
+  Command order;
   order.kind = kStop;
   port.send(order, now);
   gateway.port.send(order, now);
@@ -247,27 +247,27 @@ TEST_F(CommandStop, TwoStopsOfOneCycleAreBothEchoed) {
 
 TEST_F(CommandStop, IsSentUntilItIsEchoed) {
   network.flaws.loss = 1.0;
-  Order order;
+  Command order;
   order.kind = kStop;
   port.send(order, now);
   for (int k = 0; k < 2000; ++k) cycle();  // 100 s
-  EXPECT_EQ(port.standing(now).state, Standing::State::kError);
+  EXPECT_EQ(port.progress(now).state, CommandProgress::State::kError);
   EXPECT_EQ(worker->subordinate.command(), nullptr);
   network.flaws.loss = 0.0;
   for (int k = 0; k < 6; ++k) cycle();
   EXPECT_EQ(kind(), +kStop);
-  EXPECT_EQ(port.standing(now).state, Standing::State::kExecuting);
+  EXPECT_EQ(port.progress(now).state, CommandProgress::State::kExecuting);
 }
 
 // Status ERROR: in force, but it would not survive a restart of the subordinate.
 TEST_F(CommandStop, IsSentUntilItsEchoReportsNoError) {
   status = status_t::STATUS_ERROR;
-  Order order;
+  Command order;
   order.kind = kStop;
   port.send(order, now);
   for (int k = 0; k < 100; ++k) cycle();
   EXPECT_EQ(kind(), +kStop);
-  EXPECT_EQ(port.standing(now).state, Standing::State::kError);
+  EXPECT_EQ(port.progress(now).state, CommandProgress::State::kError);
   worker = std::make_unique<Worker>(&network, &now);  // a restart
   cycle();
   for (int k = 0; k < 6; ++k) cycle();
@@ -275,7 +275,7 @@ TEST_F(CommandStop, IsSentUntilItsEchoReportsNoError) {
   status = status_t::STATUS_DONE;
   cycle();
   cycle();
-  EXPECT_EQ(port.standing(now).state, Standing::State::kDone);
+  EXPECT_EQ(port.progress(now).state, CommandProgress::State::kDone);
 }
 
 }  // namespace

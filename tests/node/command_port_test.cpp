@@ -31,7 +31,7 @@ class CommandPair : public testing::Test {
     });
     superior.port.step(now);
   }
-  [[nodiscard]] Standing::State state() const { return superior.port.standing(now).state; }
+  [[nodiscard]] CommandProgress::State state() const { return superior.port.progress(now).state; }
 
   Network network{1};
   Stamp now{std::chrono::seconds(5000)};
@@ -42,18 +42,18 @@ class CommandPair : public testing::Test {
 
 TEST_F(CommandPair, ACommandIsSentAcceptedAndDone) {
   step();
-  EXPECT_EQ(state(), Standing::State::kIdle);
+  EXPECT_EQ(state(), CommandProgress::State::kIdle);
   superior.port.send({}, now);
-  EXPECT_EQ(state(), Standing::State::kSent);
+  EXPECT_EQ(state(), CommandProgress::State::kSent);
   step();
   EXPECT_TRUE(worker->subordinate.is_new());
   worker->failed = false;
   worker->left = 2;
   step();
   EXPECT_FALSE(worker->subordinate.is_new());  // NEW_COMMAND for one cycle
-  EXPECT_EQ(state(), Standing::State::kExecuting);
+  EXPECT_EQ(state(), CommandProgress::State::kExecuting);
   for (int k = 0; k < 3; ++k) step();
-  EXPECT_EQ(state(), Standing::State::kDone);
+  EXPECT_EQ(state(), CommandProgress::State::kDone);
 }
 
 TEST_F(CommandPair, ALostCommandIsSentAgainAndRepetitionsAreNotExecuted) {
@@ -74,11 +74,11 @@ TEST_F(CommandPair, SilenceIsAnError) {
   worker->failed = false;
   worker->left = 100;
   step();
-  EXPECT_EQ(state(), Standing::State::kExecuting);
+  EXPECT_EQ(state(), CommandProgress::State::kExecuting);
   worker.reset();
   for (int k = 0; k < 12; ++k) step();
-  EXPECT_EQ(state(), Standing::State::kError);
-  EXPECT_EQ(superior.port.standing(now).reason, "the subordinate is silent");
+  EXPECT_EQ(state(), CommandProgress::State::kError);
+  EXPECT_EQ(superior.port.progress(now).reason, "the subordinate is silent");
 }
 
 TEST_F(CommandPair, ARestartedSubordinateHasNoCommand) {
@@ -91,13 +91,13 @@ TEST_F(CommandPair, ARestartedSubordinateHasNoCommand) {
   worker = std::make_unique<Worker>(&network, &now);
   step();
   step();
-  EXPECT_EQ(state(), Standing::State::kError);
+  EXPECT_EQ(state(), CommandProgress::State::kError);
   EXPECT_EQ(worker->subordinate.command(), nullptr);
 }
 
 TEST_F(CommandPair, ATaskContinuesAfterTheWaypointsThatAreDone) {
   step();
-  Order go;
+  Command go;
   go.kind = command_t::KIND_GOTO;
   go.waypoints.resize(3);
   go.task = 7;
@@ -141,10 +141,10 @@ TEST_F(CommandPair, ATaskContinuesAfterTheWaypointsThatAreDone) {
 TEST_F(CommandPair, AnEmergencyStopGetsItsCycleWhateverFollowsIt) {
   step();
   Superior gateway(&network, &now, "gateway");
-  Order stop;
+  Command stop;
   stop.kind = command_t::KIND_EMERGENCY_STOP;
   gateway.port.send(stop, now);
-  Order go;
+  Command go;
   go.kind = command_t::KIND_GOTO;
   superior.port.send(go, now);
   step();
@@ -171,14 +171,14 @@ TEST_F(CommandPair, AStopThatWasNeverConfirmedStopsAgainAfterTheReleaseOfAnother
     superior.port.step(now);
   };
   exchange();
-  Order stop;
+  Command stop;
   stop.kind = command_t::KIND_EMERGENCY_STOP;
   const std::int64_t serial = superior.port.send(stop, now);
   for (int k = 0; k < 3; ++k) exchange();
   ASSERT_EQ(worker->subordinate.command()->kind, int{command_t::KIND_EMERGENCY_STOP});
   EXPECT_FALSE(superior.port.confirmed());
   worker->subordinate.release_stops();
-  Order go;
+  Command go;
   go.kind = command_t::KIND_GOTO;
   gateway.port.send(go, now);
   for (int k = 0; k < 20; ++k) exchange();

@@ -45,7 +45,7 @@ void tell_story(unsigned seed, int steps) {
       }
       if (!s) continue;
       if (network.chance(k == 0 ? 0.08 : 0.03)) {
-        Order order;
+        Command order;
         order.valid_for = network.below(30) * kStep;
         const std::int64_t serial = s->port.send(order, now);
         ASSERT_GT(serial, s->serial);
@@ -64,13 +64,13 @@ void tell_story(unsigned seed, int steps) {
     ASSERT_FALSE(truth.moving && now >= last_valid_until) << "moves without a valid command";
     for (const auto& s : superiors) {
       if (!s) continue;
-      const Standing standing = s->port.standing(now);
-      if (standing.state == Standing::State::kDone) {
+      const CommandProgress current = s->port.progress(now);
+      if (current.state == CommandProgress::State::kDone) {
         ASSERT_EQ(truth.done.count({s->issuer, s->serial}), 1U) << "a stale DONE was accepted";
       }
       const Duration silent = now - worker_heard;
       const Duration longest = CommandPortParams{}.silence + network.flaws.delay_steps * kStep;
-      if (standing.state == Standing::State::kExecuting) {
+      if (current.state == CommandProgress::State::kExecuting) {
         ASSERT_LE(silent, longest + kStep) << "a dead subordinate is reported as working";
       }
     }

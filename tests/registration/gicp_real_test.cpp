@@ -28,7 +28,7 @@ TEST(GicpReal, RegistersConsecutiveCuts) {
           {t, studies::match_gicp(set->scans.at(t.pair.model), set->scans.at(t.pair.data), t.guess,
                                   registration::GicpParams{})});
     }
-    const Figures f = figures_of(runs, motions_of(pairs));
+    const Metrics f = metrics_of(runs, motions_of(pairs));
     fmt::print("{}: {} of {}, median {:.3f} m {:.2f} deg, CPU {}\n", name, f.successes, f.trials,
                f.median_m, f.median_deg, cpu_text(runs));
     return f.share();

@@ -88,7 +88,7 @@ constexpr std::size_t kProduction = 2;
 constexpr std::size_t kRefineOnly = 3;
 
 /// Statistics of a method over all trials of a point of a sweep.
-struct Figures {
+struct Metrics {
   std::vector<double> error_m;
   std::vector<double> error_deg;
   int successes = 0;
@@ -103,7 +103,7 @@ double share_of(std::vector<double> values, double share) {
   return tools::percentile(values, share);
 }
 
-using Point = std::array<Figures, kMethods.size()>;  // by method
+using Point = std::array<Metrics, kMethods.size()>;  // by method
 using Spoil = std::function<void(double share, std::mt19937* rng, KnownPair* pair)>;
 
 int seeds() {
@@ -123,7 +123,7 @@ Point run_point(const std::vector<KnownPair>& pairs, double share, const Spoil& 
       for (std::size_t m = 0; m < kMethods.size(); ++m) {
         const Answer answer = kMethods.at(m).run(spoilt, guess);
         const studies::Offset error = studies::error_of(spoilt.T_model_data, answer.T_model_data);
-        Figures& f = point.at(m);
+        Metrics& f = point.at(m);
         f.error_m.push_back(error.m);
         f.error_deg.push_back(degrees(error.rad));
         f.successes += studies::is_success(error) ? 1 : 0;
@@ -136,7 +136,7 @@ Point run_point(const std::vector<KnownPair>& pairs, double share, const Spoil& 
 
 void add_rows(const std::string& name, const Point& point, report::Table* table) {
   for (std::size_t m = 0; m < kMethods.size(); ++m) {
-    const Figures& f = point.at(m);
+    const Metrics& f = point.at(m);
     table->rows.push_back({m == 0 ? name : "", kMethods.at(m).name,
                            fmt::format("{} of {}", f.successes, f.error_m.size()),
                            fmt::format("{}", f.unnoticed),
@@ -197,7 +197,7 @@ struct Sweep {
 };
 
 report::Plot plot_of(const Sweep& sweep, const std::string& title, const std::string& x_label,
-                     const std::string& y_label, double (*value)(const Figures&)) {
+                     const std::string& y_label, double (*value)(const Metrics&)) {
   report::Plot plot;
   plot.title = title;
   plot.x_label = x_label;
@@ -217,12 +217,12 @@ report::Plot plot_of(const Sweep& sweep, const std::string& title, const std::st
 std::string picture(const Sweep& sweep, const Trouble& trouble, const std::string& scanner) {
   const std::string title = fmt::format("{}: {}", trouble.title, scanner);
   report::Plot success = plot_of(sweep, title, trouble.share_label, "below 0.1 m and 0.5 deg [%]",
-                                 [](const Figures& f) { return 100.0 * f.success(); });
+                                 [](const Metrics& f) { return 100.0 * f.success(); });
   success.window = report::Window{0.0, sweep.percent.back(), -4.0, 104.0};
   report::Plot median = plot_of(sweep, "Error, median", trouble.share_label, "[m]",
-                                [](const Figures& f) { return share_of(f.error_m, 0.5); });
+                                [](const Metrics& f) { return share_of(f.error_m, 0.5); });
   report::Plot worst = plot_of(sweep, "Error, 90 % of the trials", trouble.share_label, "[m]",
-                               [](const Figures& f) { return share_of(f.error_m, 0.9); });
+                               [](const Metrics& f) { return share_of(f.error_m, 0.9); });
   median.log_y = worst.log_y = true;
   for (report::Plot* const plot : {&median, &worst}) {
     plot->series.push_back({"0.1 m",

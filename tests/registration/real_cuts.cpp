@@ -88,8 +88,8 @@ std::vector<TrialRun> run_production(const studies::ScanSet& set,
   return runs;
 }
 
-Figures figures_of(const std::vector<TrialRun>& runs, const Motions& truth) {
-  Figures f;
+Metrics metrics_of(const std::vector<TrialRun>& runs, const Motions& truth) {
+  Metrics f;
   std::vector<double> errors_m;
   std::vector<double> errors_deg;
   for (const TrialRun& run : runs) {

@@ -46,7 +46,7 @@ enum class Search { kFromGuess, kGlobal };
                                                    const std::vector<studies::Trial>& trials,
                                                    Search search);
 
-struct Figures {
+struct Metrics {
   int trials = 0;
   int successes = 0;
   double median_m = 0.0;
@@ -58,7 +58,7 @@ struct Figures {
   [[nodiscard]] double share() const { return static_cast<double>(successes) / trials; }
 };
 
-[[nodiscard]] Figures figures_of(const std::vector<TrialRun>& runs, const Motions& truth);
+[[nodiscard]] Metrics metrics_of(const std::vector<TrialRun>& runs, const Motions& truth);
 
 /// Median CPU time by stage: "prepare 0.20 + search 0.50 + refine 1.50 = 2.20 ms".
 [[nodiscard]] std::string cpu_text(const std::vector<TrialRun>& runs);

@@ -27,11 +27,11 @@ int basin_seeds() {
   return value == nullptr ? 100 : std::atoi(value);
 }
 
-std::string percent(const Figures& f) {
+std::string percent(const Metrics& f) {
   return fmt::format("{} of {} = {:.0f} %", f.successes, f.trials, 100.0 * f.share());
 }
 
-std::string failures(const Figures& f) {
+std::string failures(const Metrics& f) {
   std::string text;
   for (const auto& [model, n] : f.failures) {
     text += fmt::format("{}{}: {}", text.empty() ? "" : ", ", model, n);
@@ -45,8 +45,8 @@ std::string to_text(const studies::Offset& o) {
 
 /// Errors against both references.
 struct Row {
-  Figures given;
-  Figures deskewed;
+  Metrics given;
+  Metrics deskewed;
 };
 
 /// Consecutive pairs.
@@ -75,9 +75,9 @@ class CutsOfDrive {
     return add(name, run_production(set_, trials, search));
   }
   Row add(const std::string& name, const std::vector<TrialRun>& runs) {
-    Row row = {figures_of(runs, motions_of(pairs_)), figures_of(runs, motions_of(deskewed_))};
+    Row row = {metrics_of(runs, motions_of(pairs_)), metrics_of(runs, motions_of(deskewed_))};
     std::vector<std::string> cells = {name};
-    for (const Figures& f : {row.given, row.deskewed}) {
+    for (const Metrics& f : {row.given, row.deskewed}) {
       cells.push_back(percent(f));
       cells.push_back(to_text({f.median_m, radians(f.median_deg)}));
       cells.push_back(failures(f));

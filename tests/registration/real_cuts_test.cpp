@@ -33,7 +33,7 @@ TEST(RealCuts, RegistersConsecutiveScansFromADistantGuess) {
         registration::register_clouds(set->scans.at(t.pair.model), set->scans.at(t.pair.data),
                                       t.guess, registration::CloudParams{});
     EXPECT_EQ(library.T_target_vehicle.p, runs.front().match.T_model_data.p);
-    return figures_of(runs, references);
+    return metrics_of(runs, references);
   };
   EXPECT_EQ(judged(studies::trials_of(studies::DataSet::kConsecutive, pairs, 1)).successes, 8);
   EXPECT_GE(judged(studies::trials_of(studies::DataSet::kTurnedAndMovedBy3m, pairs, 4)).share(),

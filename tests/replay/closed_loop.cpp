@@ -34,7 +34,7 @@ class Operator final : public Node {
       : port_(bus, channel::kBgCommand, channel::kBgStatus, "operator", {}), begin_(begin) {}
 
   /// Not before there are waypoints.
-  void ask(const Order& order) { order_ = order; }
+  void ask(const Command& order) { order_ = order; }
 
   [[nodiscard]] const NodeInfo& info() const override { return info_; }
   [[nodiscard]] Stamp next_wakeup() const override { return clock_.next(); }
@@ -50,9 +50,9 @@ class Operator final : public Node {
       port_.send(*order_, cycle.now);
       next_send_ = cycle.now + from_seconds(1.0);
     }
-    const Standing standing = port_.standing(cycle.now);
-    reason = standing.reason;
-    if (standing.state == Standing::State::kDone) done_at = std::min(done_at, cycle.now);
+    const CommandProgress current = port_.progress(cycle.now);
+    reason = current.reason;
+    if (current.state == CommandProgress::State::kDone) done_at = std::min(done_at, cycle.now);
     if (port_.status() != nullptr) state = port_.status()->state;
   }
 
@@ -67,7 +67,7 @@ class Operator final : public Node {
   CommandPort port_;
   Stamp begin_;
   Stamp next_send_ = Stamp::min();
-  std::optional<Order> order_;
+  std::optional<Command> order_;
 };
 
 /// The simulator, until the operator's command is done.
@@ -106,9 +106,9 @@ std::string config_text(const sim::Scenario& scenario, const ClosedLoopOptions& 
   return text + options.more_config;
 }
 
-Order goto_order(const sim::Scenario& scenario, const ClosedLoopOptions& options,
-                 const Pose& T_frame_world) {
-  Order order;
+Command goto_order(const sim::Scenario& scenario, const ClosedLoopOptions& options,
+                   const Pose& T_frame_world) {
+  Command order;
   order.kind = command_t::KIND_GOTO;
   order.frame = options.frame;
   const std::vector<Vec2>& places = scenario.course.waypoints_world;

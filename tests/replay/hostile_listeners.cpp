@@ -177,7 +177,7 @@ struct OtherReaders::Readers {
                  [this](const status_t& m, Stamp t) {
                    top.on_status(m, t);
                    superior.step(t);
-                   (void)superior.standing(t);
+                   (void)superior.progress(t);
                  }),
         beliefs(bus, channel::kWmNavState,
                 [this](const nav_state_t& m, Stamp t) {

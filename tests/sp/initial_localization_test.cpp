@@ -132,11 +132,11 @@ TEST(InitialLocalization, FindsTheVehicleOnHills) {
   InitialLocalizer localizer(quick());
   ASSERT_TRUE(localizer.begin(region({-30.0, 25.0})));
   const InitialLocalizationStatus s = drive(&way, map, 150.0, kPlenty, &localizer);
-  ASSERT_EQ(s.state, InitialLocalizationState::kFound) << static_cast<int>(s.doubt);
+  ASSERT_EQ(s.state, InitialLocalizationState::kFound) << static_cast<int>(s.reason);
   EXPECT_EQ(s.hypotheses, 1);
-  const Pose T_level_vehicle = way.T_level_map() * way.T_map_vehicle(s.way_m);
+  const Pose T_level_vehicle = way.T_level_map() * way.T_map_vehicle(s.travelled_m);
   const Pose T = s.T_map_level * T_level_vehicle;
-  const Pose right = way.T_map_vehicle(s.way_m);
+  const Pose right = way.T_map_vehicle(s.travelled_m);
   EXPECT_LT((T.p - right.p).norm(), 0.6);
   EXPECT_LT(std::abs(wrap_angle(yaw_of(T.q) - yaw_of(right.q))), 0.01);
   const Mat<4> covariance = localizer.covariance_at(T_level_vehicle);
@@ -160,7 +160,7 @@ TEST(InitialLocalization, TheResultDoesNotDependOnTheSteps) {
     EXPECT_EQ(s.state, answers[0].state);
     EXPECT_EQ(s.T_map_level.matrix(), answers[0].T_map_level.matrix());
     EXPECT_EQ(s.covariance, answers[0].covariance);
-    EXPECT_EQ(s.way_m, answers[0].way_m);
+    EXPECT_EQ(s.travelled_m, answers[0].travelled_m);
   }
 }
 
@@ -202,7 +202,7 @@ TEST(InitialLocalization, AFlatFieldGivesNoPosition) {
   const ElevationMap map = survey(flat, 0.15);
   const InitialLocalizationStatus s = drive(flat, map, {20.0, 0.0});
   EXPECT_EQ(s.state, InitialLocalizationState::kCollecting);
-  EXPECT_EQ(s.doubt, InitialLocalizationDoubt::kFeatureless);
+  EXPECT_EQ(s.reason, InitialLocalizationReason::kFeatureless);
   EXPECT_GT(s.hypotheses, 5);
 }
 
@@ -210,7 +210,7 @@ TEST(InitialLocalization, NoCandidateFitsAnotherMap) {
   const ElevationMap map = survey(hills(5), 0.1);
   const InitialLocalizationStatus s = drive(hills(6), map, {0.0, 0.0});
   EXPECT_NE(s.state, InitialLocalizationState::kFound);
-  EXPECT_EQ(s.doubt, InitialLocalizationDoubt::kNothingFits);
+  EXPECT_EQ(s.reason, InitialLocalizationReason::kNothingFits);
 }
 
 TEST(InitialLocalization, AStartOutsideTheSearchRegionIsNotFound) {
@@ -218,7 +218,7 @@ TEST(InitialLocalization, AStartOutsideTheSearchRegionIsNotFound) {
   const ElevationMap map = survey(ground, 0.1);
   const InitialLocalizationStatus s = drive(ground, map, {70.0, 60.0});
   EXPECT_NE(s.state, InitialLocalizationState::kFound);
-  EXPECT_EQ(s.doubt, InitialLocalizationDoubt::kNothingFits);
+  EXPECT_EQ(s.reason, InitialLocalizationReason::kNothingFits);
 }
 
 TEST(InitialLocalization, RepetitiveTerrainIsAmbiguous) {
@@ -227,9 +227,9 @@ TEST(InitialLocalization, RepetitiveTerrainIsAmbiguous) {
   };
   const InitialLocalizationStatus s = drive(waves, survey(waves, 0.1), {5.0, 0.0});
   EXPECT_EQ(s.state, InitialLocalizationState::kCollecting);
-  EXPECT_EQ(s.doubt, InitialLocalizationDoubt::kAmbiguous);
+  EXPECT_EQ(s.reason, InitialLocalizationReason::kAmbiguous);
   EXPECT_GT(s.hypotheses, 2);
-  EXPECT_GT(s.spread_m, 20.0);
+  EXPECT_GT(s.scatter_m, 20.0);
 }
 
 TEST(InitialLocalization, ContradictingTerrainRefutesACandidate) {

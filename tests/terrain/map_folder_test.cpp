@@ -10,7 +10,7 @@
 #include <limits>
 
 #include "rcs/terrain/map_tile.h"
-#include "tests/support/beside.h"
+#include "tests/support/files_next_to.h"
 #include "tests/terrain/map_scene.h"
 #include "tools/mapping/coarser.h"
 
@@ -29,7 +29,8 @@ class MapFolderTest : public testing::Test {
   ~MapFolderTest() override { clear(); }
   void clear() const {
     fs::remove_all(path_);
-    for (const std::string& name : test::beside(path_)) fs::remove_all(testing::TempDir() + name);
+    for (const std::string& name : test::files_next_to(path_))
+      fs::remove_all(testing::TempDir() + name);
   }
   MapFolder opened() {
     Result<MapFolder> folder = MapFolder::open(path_);
@@ -154,17 +155,17 @@ TEST_F(MapFolderTest, AMapAppearsWhenItIsComplete) {
         mapping::MapWriter::create(path_, test::frame(), {raster.level});
     ASSERT_TRUE(writer);
     ASSERT_TRUE(writer->put(0, raster));
-    EXPECT_EQ(test::beside(path_).size(), 1U);
+    EXPECT_EQ(test::files_next_to(path_).size(), 1U);
     EXPECT_FALSE(fs::exists(path_));
   }
-  EXPECT_TRUE(test::beside(path_).empty());
+  EXPECT_TRUE(test::files_next_to(path_).empty());
   EXPECT_FALSE(MapFolder::open(path_));
   ASSERT_TRUE(mapping::write_map(path_, test::frame(), raster));
-  EXPECT_TRUE(test::beside(path_).empty());
+  EXPECT_TRUE(test::files_next_to(path_).empty());
   const Raster wider = test::random_raster(5, {0, 0}, 300, 10);
   ASSERT_TRUE(mapping::write_map(path_, test::frame(), wider));  // replaced as a whole
   EXPECT_EQ(opened().index().levels.front().tiles.size(), 2U);
-  EXPECT_TRUE(test::beside(path_).empty());
+  EXPECT_TRUE(test::files_next_to(path_).empty());
   fs::remove(path_ + "/map.index");
   const Outcome over = mapping::write_map(path_, test::frame(), raster);
   ASSERT_FALSE(over);
@@ -182,7 +183,7 @@ TEST_F(MapFolderTest, NeighbouringFoldersAreNotTouched) {
   }
   for (int k = 0; k < 2; ++k) ASSERT_TRUE(mapping::write_map(path_, test::frame(), raster));
   for (const std::string& file : files) EXPECT_TRUE(fs::exists(file)) << file;
-  EXPECT_EQ(test::beside(path_).size(), files.size());
+  EXPECT_EQ(test::files_next_to(path_).size(), files.size());
 }
 
 TEST_F(MapFolderTest, AMapWithOtherFilesInItIsNotReplaced) {
@@ -214,7 +215,7 @@ TEST_F(MapFolderTest, AMapWithOtherFilesInItIsNotReplaced) {
   fs::remove(path_ + "/run.log");
   EXPECT_TRUE(writer->finish());
   EXPECT_TRUE(MapFolder::open(path_));
-  EXPECT_TRUE(test::beside(path_).empty());
+  EXPECT_TRUE(test::files_next_to(path_).empty());
 }
 
 TEST_F(MapFolderTest, ALinkToAMapStaysALink) {

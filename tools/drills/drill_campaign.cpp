@@ -131,10 +131,10 @@ class Campaign {
     }
     Result<DrillRunResult> run = run_drill(drill, campaign_.vehicle, job.scene, options);
     if (!run) return run.error();
-    DrillRunFigures& figures = result.runs[job.run];
-    figures = drill_figures(drill, job.scene->key().seed, run->record);
-    if (drill.limits.count("ratio") > 0 && !figures.subfilters_published) {
-      if (Outcome done = run_baselines(job, options, run->record, &figures); !done) return done;
+    DrillRunMetrics& metrics = result.runs[job.run];
+    metrics = drill_metrics(drill, job.scene->key().seed, run->record);
+    if (drill.limits.count("ratio") > 0 && !metrics.subfilters_published) {
+      if (Outcome done = run_baselines(job, options, run->record, &metrics); !done) return done;
     }
     if (campaign_.look) campaign_.look(job.drill, job.run, run->record);
     if (job.run == 0) result.shown = std::move(run->record);
@@ -143,7 +143,7 @@ class Campaign {
 
   /// Runs of filters equivalent to the sub-filters of WM, for logs in which they are not published.
   Outcome run_baselines(const Job& job, DrillRunOptions options, const DrillRecord& fused,
-                        DrillRunFigures* figures) const {
+                        DrillRunMetrics* metrics) const {
     constexpr Withheld kKinds[kSubfilterKinds] = {Withheld::kLadarOdometryAndGps, Withheld::kLadar,
                                                   Withheld::kGps};
     const Drill& drill = results_[job.drill].drill;
@@ -153,7 +153,7 @@ class Campaign {
       options.withheld = kKinds[k];
       const Result<DrillRunResult> run = run_drill(drill, campaign_.vehicle, job.scene, options);
       if (!run) return run.error();
-      figures->baselines[k] = run_baseline(drill, errors, run->record);
+      metrics->baselines[k] = run_baseline(drill, errors, run->record);
     }
     return Done{};
   }

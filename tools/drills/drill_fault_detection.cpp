@@ -70,7 +70,7 @@ bool near_a_stimulus(const Drill& drill, double t_s) {
 }
 
 void find_time_to_alert(const Drill& drill, const DrillRecord& record, const DrillErrors& errors,
-                        IntegrityFigures* f) {
+                        IntegrityMetrics* f) {
   for (const Stimulus& s : drill.stimuli) {
     if (!s.corrupts() || s.length_s < kMissedAfter_s || s.count > 0) continue;
     f->alert_expected = true;
@@ -86,7 +86,7 @@ void find_time_to_alert(const Drill& drill, const DrillRecord& record, const Dri
 }
 
 void count_false_alerts(const Drill& drill, const DrillRecord& record, const DrillErrors& errors,
-                        IntegrityFigures* f) {
+                        IntegrityMetrics* f) {
   double calm_s = 0.0;
   int count = 0;
   const DrillIntegrity* last = nullptr;
@@ -164,10 +164,10 @@ std::vector<GpsReturn> gps_returns(const Drill& drill, const DrillRecord& record
   return returns;
 }
 
-std::optional<IntegrityFigures> integrity_figures(const Drill& drill, const DrillRecord& record,
+std::optional<IntegrityMetrics> integrity_metrics(const Drill& drill, const DrillRecord& record,
                                                   const DrillErrors& errors) {
   if (record.integrity.empty()) return std::nullopt;
-  IntegrityFigures f;
+  IntegrityMetrics f;
   std::size_t horizontal = 0;
   std::size_t vertical = 0;
   std::optional<double> above_since_s;  // without an alert

@@ -30,7 +30,7 @@ struct GpsReturn {
                                                  const DrillErrors& errors);
 
 /// Only if WM_INTEGRITY was published.
-struct IntegrityFigures {
+struct IntegrityMetrics {
   std::size_t samples = 0;
   double within_horizontal = 0.0;  ///< share of the time with the error within the protection level
   double within_vertical = 0.0;
@@ -41,7 +41,7 @@ struct IntegrityFigures {
   std::optional<double> time_to_alert_s;
   bool alert_expected = false;
 };
-[[nodiscard]] std::optional<IntegrityFigures> integrity_figures(const Drill& drill,
+[[nodiscard]] std::optional<IntegrityMetrics> integrity_metrics(const Drill& drill,
                                                                 const DrillRecord& record,
                                                                 const DrillErrors& errors);
 

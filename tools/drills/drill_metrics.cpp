@@ -129,8 +129,8 @@ std::vector<OutageDrift> outage_drifts(const Drill& drill, const DrillRecord& re
   return drifts;
 }
 
-AccuracyFigures accuracy(const Drill& drill, const DrillErrors& errors) {
-  AccuracyFigures f;
+AccuracyMetrics accuracy(const Drill& drill, const DrillErrors& errors) {
+  AccuracyMetrics f;
   std::vector<double> horizontal_m;
   std::vector<double> vertical_m;
   std::vector<double> along_m;
@@ -176,20 +176,20 @@ SmoothStep largest_smooth_step(const Drill& drill, const DrillRecord& record) {
   return worst;
 }
 
-std::map<std::string, NisFigure> nis_figures(const DrillRecord& record) {
-  std::map<std::string, NisFigure> figures;
+std::map<std::string, NisMetric> nis_metrics(const DrillRecord& record) {
+  std::map<std::string, NisMetric> metrics;
   for (const DrillInnovation& i : record.innovations) {
-    NisFigure& f = figures[std::string(innovation_source_name(i.source))];
+    NisMetric& f = metrics[std::string(innovation_source_name(i.source))];
     ++f.considered;
     if (i.accepted) ++f.accepted;
     if (!has_nis(i)) continue;
     ++f.gated;
     f.per_dof += i.nis / i.dof;
   }
-  for (auto& [name, f] : figures) {
+  for (auto& [name, f] : metrics) {
     if (f.gated > 0) f.per_dof /= static_cast<double>(f.gated);
   }
-  return figures;
+  return metrics;
 }
 
 bool has_nis(const DrillInnovation& i) {

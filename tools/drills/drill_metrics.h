@@ -64,14 +64,14 @@ struct SmoothStep {
   double t_s = 0.0;
 };
 
-struct NisFigure {
+struct NisMetric {
   std::size_t considered = 0;
   std::size_t gated = 0;  ///< those with a NIS
   std::size_t accepted = 0;
   double per_dof = 0.0;  ///< mean of the gated ones; 1 for a consistent filter
 };
 
-struct AccuracyFigures {
+struct AccuracyMetrics {
   double cep50_m = 0.0;
   double cep95_m = 0.0;
   double vertical95_m = 0.0;
@@ -87,10 +87,10 @@ struct AccuracyFigures {
 [[nodiscard]] std::vector<OutageDrift> outage_drifts(const Drill& drill, const DrillRecord& record,
                                                      const DrillErrors& errors);
 /// From the begin of the first stimulus to the end of the run.
-[[nodiscard]] AccuracyFigures accuracy(const Drill& drill, const DrillErrors& errors);
+[[nodiscard]] AccuracyMetrics accuracy(const Drill& drill, const DrillErrors& errors);
 [[nodiscard]] SmoothStep largest_smooth_step(const Drill& drill, const DrillRecord& record);
 /// By name of the source in innovation_t.
-[[nodiscard]] std::map<std::string, NisFigure> nis_figures(const DrillRecord& record);
+[[nodiscard]] std::map<std::string, NisMetric> nis_metrics(const DrillRecord& record);
 
 /// Accepted or rejected by the gate: the NIS is valid.
 [[nodiscard]] bool has_nis(const DrillInnovation& innovation);

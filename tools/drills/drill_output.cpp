@@ -13,7 +13,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /// Three significant digits, and at most three decimals.
-std::string figure_text(double v) {
+std::string metric_text(double v) {
   if (!std::isfinite(v)) return "-";
   if (v == std::round(v) && std::abs(v) < 1e6) return fmt::format("{:.0f}", v);
   const double a = std::abs(v);
@@ -27,7 +27,7 @@ std::string_view unit_of(const LimitKind& kind) {
 /// The value without its unit.
 std::string number_text(const LimitKind& kind, double v) {
   // A share of the time near 1 needs more digits.
-  return kind.key == "within_protection" ? fmt::format("{:.2f}", 100.0 * v) : figure_text(v);
+  return kind.key == "within_protection" ? fmt::format("{:.2f}", 100.0 * v) : metric_text(v);
 }
 
 std::string with_unit(const LimitKind& kind, double v) {
@@ -70,7 +70,7 @@ Json baselines_json(const Baselines& sums) {
   return j;
 }
 
-Json integrity_json(const std::optional<IntegrityFigures>& f) {
+Json integrity_json(const std::optional<IntegrityMetrics>& f) {
   if (!f) return "not published";
   return {{"samples", f->samples},
           {"within_protection_horizontal", f->within_horizontal},
@@ -80,7 +80,7 @@ Json integrity_json(const std::optional<IntegrityFigures>& f) {
           {"time_to_alert_s", number_or_null(f->time_to_alert_s)}};
 }
 
-Json run_json(const DrillRunFigures& r) {
+Json run_json(const DrillRunMetrics& r) {
   Json j = {{"seed", r.seed},
             {"simulated_s", r.simulated_s},
             {"cep50_m", r.accuracy.cep50_m},
@@ -177,8 +177,8 @@ std::string verdict_text(const DrillResult& r) {
   return std::string(verdict_text(r.verdict()));
 }
 
-std::string marked(const std::string& figure, Verdict verdict) {
-  return figure + (verdict == Verdict::kFail           ? " !"
+std::string marked(const std::string& metric, Verdict verdict) {
+  return metric + (verdict == Verdict::kFail           ? " !"
                    : verdict == Verdict::kInconclusive ? " ?"
                                                        : "");
 }
@@ -210,7 +210,7 @@ Json to_json(const std::vector<DrillResult>& results) {
     }
     drill["baselines"] = baselines_json(pooled_baselines(r.runs));
     drill["runs"] = Json::array();
-    for (const DrillRunFigures& run : r.runs) drill["runs"].push_back(run_json(run));
+    for (const DrillRunMetrics& run : r.runs) drill["runs"].push_back(run_json(run));
     j["drills"].push_back(std::move(drill));
   }
   return j;
@@ -265,18 +265,18 @@ report::Table run_table(const DrillResult& result) {
   report::Table t{{"seed", "CEP50 [m]", "CEP95 [m]", "vertical 95 % [m]", "max [m]", "along [m]",
                    "across [m]", "drift [%]", "[m/min]", "heading [deg]", "NEES/dof", "step [m]"},
                   {}};
-  for (const DrillRunFigures& r : result.runs) {
+  for (const DrillRunMetrics& r : result.runs) {
     const OutageDrift* last = r.outages.empty() ? nullptr : &r.outages.back();
     const auto of_outage = [&](double OutageDrift::*value, double scale) {
-      return last == nullptr ? "-" : figure_text(scale * last->*value);
+      return last == nullptr ? "-" : metric_text(scale * last->*value);
     };
-    t.rows.push_back({std::to_string(r.seed), figure_text(r.accuracy.cep50_m),
-                      figure_text(r.accuracy.cep95_m), figure_text(r.accuracy.vertical95_m),
-                      figure_text(r.accuracy.horizontal_max_m), figure_text(r.accuracy.along_rms_m),
-                      figure_text(r.accuracy.across_rms_m), of_outage(&OutageDrift::drift_pct, 1.0),
+    t.rows.push_back({std::to_string(r.seed), metric_text(r.accuracy.cep50_m),
+                      metric_text(r.accuracy.cep95_m), metric_text(r.accuracy.vertical95_m),
+                      metric_text(r.accuracy.horizontal_max_m), metric_text(r.accuracy.along_rms_m),
+                      metric_text(r.accuracy.across_rms_m), of_outage(&OutageDrift::drift_pct, 1.0),
                       of_outage(&OutageDrift::m_per_min, 1.0),
                       of_outage(&OutageDrift::heading_start_rad, degrees(1.0)),
-                      figure_text(r.accuracy.nees_per_dof), figure_text(r.smooth.m)});
+                      metric_text(r.accuracy.nees_per_dof), metric_text(r.smooth.m)});
   }
   return t;
 }

@@ -26,7 +26,7 @@ namespace rcs::drills {
 [[nodiscard]] std::string verdict_text(const DrillResult& result);
 [[nodiscard]] std::string_view verdict_text(Verdict verdict);
 /// "1.2 !" for a value that violates its limit, "1.2 ?" for an inconclusive one.
-[[nodiscard]] std::string marked(const std::string& figure, Verdict verdict);
+[[nodiscard]] std::string marked(const std::string& metric, Verdict verdict);
 [[nodiscard]] nlohmann::ordered_json number_or_null(const std::optional<double>& value);
 
 }  // namespace rcs::drills

@@ -23,7 +23,7 @@ std::string summary(const std::vector<DrillResult>& results) {
     passed += verdict_text(r) == "pass" ? 1 : 0;
     failed += r.verdict() == Verdict::kFail ? 1 : 0;
     runs += r.runs.size();
-    for (const DrillRunFigures& run : r.runs) simulated_s += run.simulated_s;
+    for (const DrillRunMetrics& run : r.runs) simulated_s += run.simulated_s;
   }
   return fmt::format("{} of {} drills passed, {} failed: {} runs, {:.0f} s in total.", passed,
                      results.size(), failed, runs, simulated_s);

@@ -9,7 +9,7 @@
 namespace rcs::drills {
 namespace {
 
-using Runs = std::vector<DrillRunFigures>;
+using Runs = std::vector<DrillRunMetrics>;
 
 LimitResult without(std::string note) {
   LimitResult r;
@@ -26,7 +26,7 @@ LimitResult with(double value) {
 /// Drift of the longest outage of each run, over the runs.
 LimitResult drift(const Runs& runs, double share) {
   std::vector<double> pct;
-  for (const DrillRunFigures& run : runs) {
+  for (const DrillRunMetrics& run : runs) {
     const auto longest = std::max_element(run.outages.begin(), run.outages.end(),
                                           [](const OutageDrift& a, const OutageDrift& b) {
                                             return a.window.length_s() < b.window.length_s();
@@ -41,7 +41,7 @@ LimitResult drift(const Runs& runs, double share) {
 LimitResult time_to_alert(const Runs& runs) {
   double worst_s = 0.0;
   bool any = false;
-  for (const DrillRunFigures& run : runs) {
+  for (const DrillRunMetrics& run : runs) {
     if (!run.integrity->alert_expected) continue;
     if (!run.integrity->time_to_alert_s) return without("never");
     worst_s = std::max(worst_s, *run.integrity->time_to_alert_s);
@@ -53,7 +53,7 @@ LimitResult time_to_alert(const Runs& runs) {
 LimitResult accepted_after(const Runs& runs) {
   double worst_s = 0.0;
   bool any = false;
-  for (const DrillRunFigures& run : runs) {
+  for (const DrillRunMetrics& run : runs) {
     for (const GpsReturn& r : run.returns) {
       if (!r.accepted_after_s) return without("never");
       worst_s = std::max(worst_s, *r.accepted_after_s);
@@ -83,13 +83,13 @@ LimitResult ratio(const Runs& runs) {
 template <class F>
 LimitResult worst(const Runs& runs, F f) {
   double value = f(runs.front());
-  for (const DrillRunFigures& run : runs) value = std::max(value, static_cast<double>(f(run)));
+  for (const DrillRunMetrics& run : runs) value = std::max(value, static_cast<double>(f(run)));
   return with(value);
 }
 template <class F>
 LimitResult total(const Runs& runs, F f) {
   double value = 0.0;
-  for (const DrillRunFigures& run : runs) value += static_cast<double>(f(run));
+  for (const DrillRunMetrics& run : runs) value += static_cast<double>(f(run));
   return with(value);
 }
 template <class F>
@@ -97,33 +97,33 @@ LimitResult mean(const Runs& runs, F f) {
   return with(*total(runs, f).value / static_cast<double>(runs.size()));
 }
 
-LimitResult figure(std::string_view key, const Runs& runs) {
+LimitResult metric(std::string_view key, const Runs& runs) {
   if (key == "drift_pct_median") return drift(runs, 0.5);
   if (key == "drift_pct_p95") return drift(runs, 0.95);
   if (key == "false_acceptances") {
-    return total(runs, [](const DrillRunFigures& r) { return r.false_acceptances.size(); });
+    return total(runs, [](const DrillRunMetrics& r) { return r.false_acceptances.size(); });
   }
   if (key == "smooth_step_m") {
-    return worst(runs, [](const DrillRunFigures& r) { return r.smooth.m; });
+    return worst(runs, [](const DrillRunMetrics& r) { return r.smooth.m; });
   }
   if (key == "alarm_within_s") return time_to_alert(runs);
   if (key == "accept_within_s") return accepted_after(runs);
   if (key == "within_protection") {
-    return mean(runs, [](const DrillRunFigures& r) {
+    return mean(runs, [](const DrillRunMetrics& r) {
       return std::min(r.integrity->within_horizontal, r.integrity->within_vertical);
     });
   }
   if (key == "missed_alerts") {
-    return total(runs, [](const DrillRunFigures& r) { return r.integrity->missed_alerts; });
+    return total(runs, [](const DrillRunMetrics& r) { return r.integrity->missed_alerts; });
   }
   if (key == "false_alerts_per_h") {
-    return mean(runs, [](const DrillRunFigures& r) { return r.integrity->false_alerts_per_h; });
+    return mean(runs, [](const DrillRunMetrics& r) { return r.integrity->false_alerts_per_h; });
   }
   if (key == "ratio") return ratio(runs);
   if (key == "horizontal_m") {
-    return worst(runs, [](const DrillRunFigures& r) { return r.accuracy.horizontal_max_m; });
+    return worst(runs, [](const DrillRunMetrics& r) { return r.accuracy.horizontal_max_m; });
   }
-  return total(runs, [](const DrillRunFigures& r) { return r.overruns + r.missed; });
+  return total(runs, [](const DrillRunMetrics& r) { return r.overruns + r.missed; });
 }
 
 bool needs_more_seeds(std::string_view key, std::size_t seeds) {
@@ -133,18 +133,18 @@ bool needs_more_seeds(std::string_view key, std::size_t seeds) {
 
 }  // namespace
 
-DrillRunFigures drill_figures(const Drill& drill, std::int64_t seed, const DrillRecord& record) {
+DrillRunMetrics drill_metrics(const Drill& drill, std::int64_t seed, const DrillRecord& record) {
   const DrillErrors errors(record);
-  DrillRunFigures f;
+  DrillRunMetrics f;
   f.seed = seed;
   f.simulated_s = record.begin ? seconds(record.end - *record.begin) : 0.0;
   f.accuracy = accuracy(drill, errors);
   f.outages = outage_drifts(drill, record, errors);
   f.smooth = largest_smooth_step(drill, record);
-  f.nis = nis_figures(record);
+  f.nis = nis_metrics(record);
   f.false_acceptances = false_acceptances(record, errors);
   f.returns = gps_returns(drill, record, errors);
-  f.integrity = integrity_figures(drill, record, errors);
+  f.integrity = integrity_metrics(drill, record, errors);
   f.baselines = subfilter_baselines(drill, record, errors);
   f.subfilters_published = !record.subfilters.empty();
   f.stops = record.stops;
@@ -154,12 +154,12 @@ DrillRunFigures drill_figures(const Drill& drill, std::int64_t seed, const Drill
   return f;
 }
 
-LimitResult drill_figure(const LimitKind& kind, const Runs& runs) {
+LimitResult drill_metric(const LimitKind& kind, const Runs& runs) {
   LimitResult r;
-  const bool published = std::all_of(runs.begin(), runs.end(), [](const DrillRunFigures& run) {
+  const bool published = std::all_of(runs.begin(), runs.end(), [](const DrillRunMetrics& run) {
     return run.integrity.has_value();
   });
-  const bool judged = std::all_of(runs.begin(), runs.end(), [](const DrillRunFigures& run) {
+  const bool judged = std::all_of(runs.begin(), runs.end(), [](const DrillRunMetrics& run) {
     return run.accuracy.samples > 0;
   });
   if (runs.empty()) {
@@ -169,7 +169,7 @@ LimitResult drill_figure(const LimitKind& kind, const Runs& runs) {
   } else if (kind.needs_integrity && !published) {
     r = without("not published");
   } else {
-    r = figure(kind.key, runs);
+    r = metric(kind.key, runs);
   }
   r.kind = &kind;
   return r;
@@ -180,7 +180,7 @@ std::vector<LimitResult> judge(const Drill& drill, const Runs& runs) {
   for (const LimitKind& kind : kLimits) {
     const auto found = drill.limits.find(kind.key);
     if (found == drill.limits.end()) continue;
-    LimitResult r = drill_figure(kind, runs);
+    LimitResult r = drill_metric(kind, runs);
     r.limit = found->second;
     if (r.value && needs_more_seeds(kind.key, runs.size())) {
       r.verdict = Verdict::kInconclusive;
@@ -197,7 +197,7 @@ std::vector<LimitResult> judge(const Drill& drill, const Runs& runs) {
 
 Baselines pooled_baselines(const Runs& runs) {
   Baselines sums;
-  for (const DrillRunFigures& run : runs) {
+  for (const DrillRunMetrics& run : runs) {
     for (std::size_t k = 0; k < sums.size(); ++k) {
       sums[k].samples += run.baselines[k].samples;
       sums[k].fused_m2 += run.baselines[k].fused_m2;

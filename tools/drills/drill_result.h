@@ -15,16 +15,16 @@
 namespace rcs::drills {
 
 /// Metrics of one seed.
-struct DrillRunFigures {
+struct DrillRunMetrics {
   std::int64_t seed = 0;
   double simulated_s = 0.0;
-  AccuracyFigures accuracy;
+  AccuracyMetrics accuracy;
   std::vector<OutageDrift> outages;
   SmoothStep smooth;
-  std::map<std::string, NisFigure> nis;
+  std::map<std::string, NisMetric> nis;
   std::vector<FalseAcceptance> false_acceptances;
   std::vector<GpsReturn> returns;
-  std::optional<IntegrityFigures> integrity;  ///< nullopt: not published
+  std::optional<IntegrityMetrics> integrity;  ///< nullopt: not published
   Baselines baselines;
   bool subfilters_published = false;  ///< else the baselines are separate runs, if any
   std::map<std::string, int> stops;
@@ -34,7 +34,7 @@ struct DrillRunFigures {
 };
 
 /// Without the baselines of separate runs.
-[[nodiscard]] DrillRunFigures drill_figures(const Drill& drill, std::int64_t seed,
+[[nodiscard]] DrillRunMetrics drill_metrics(const Drill& drill, std::int64_t seed,
                                             const DrillRecord& record);
 
 enum class Verdict {
@@ -53,7 +53,7 @@ struct LimitResult {
 
 struct DrillResult {
   Drill drill;
-  std::vector<DrillRunFigures> runs;  ///< by seed
+  std::vector<DrillRunMetrics> runs;  ///< by seed
   std::vector<LimitResult> limits;
   std::optional<DrillRecord> shown;  ///< of the first seed, for the pictures
   std::string error;                 ///< reason of a failed run; empty: none
@@ -64,13 +64,13 @@ struct DrillResult {
 };
 
 [[nodiscard]] std::vector<LimitResult> judge(const Drill& drill,
-                                             const std::vector<DrillRunFigures>& runs);
+                                             const std::vector<DrillRunMetrics>& runs);
 
 /// A metric over the seeds, whether or not it has a limit; without a value where undefined.
-[[nodiscard]] LimitResult drill_figure(const LimitKind& kind,
-                                       const std::vector<DrillRunFigures>& runs);
+[[nodiscard]] LimitResult drill_metric(const LimitKind& kind,
+                                       const std::vector<DrillRunMetrics>& runs);
 
 /// Sums over the runs.
-[[nodiscard]] Baselines pooled_baselines(const std::vector<DrillRunFigures>& runs);
+[[nodiscard]] Baselines pooled_baselines(const std::vector<DrillRunMetrics>& runs);
 
 }  // namespace rcs::drills

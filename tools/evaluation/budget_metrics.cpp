@@ -61,8 +61,8 @@ void get(ParamTable* table, const std::string& prefix, const ChainMeaning& meani
 void judge_chain(const std::string& prefix, const std::vector<double>& values,
                  const ChainLimits& limits, std::vector<BudgetVerdict>* verdicts) {
   const Tail tail = tail_of(values);
-  const auto add = [&](const char* suffix, double figure, const std::optional<double>& limit) {
-    if (limit) verdicts->push_back({prefix + suffix, figure, *limit, tail.count > 0});
+  const auto add = [&](const char* suffix, double value, const std::optional<double>& limit) {
+    if (limit) verdicts->push_back({prefix + suffix, value, *limit, tail.count > 0});
   };
   add("_p50_ms", tail.p50, limits.p50_ms);
   add("_p99_ms", tail.p99, limits.p99_ms);
@@ -220,7 +220,7 @@ report::Table account_table(const BudgetRecord& record) {
 report::Table verdict_table(const std::vector<BudgetVerdict>& verdicts) {
   report::Table t{{"budget", "value", "limit", ""}, {}};
   for (const BudgetVerdict& v : verdicts) {
-    t.rows.push_back({v.name, v.measured ? fmt::format("{:.6g}", v.figure) : "not measured",
+    t.rows.push_back({v.name, v.measured ? fmt::format("{:.6g}", v.value) : "not measured",
                       fmt::format("{:g}", v.limit), v.kept() ? "met" : "EXCEEDED"});
   }
   return t;
@@ -254,7 +254,7 @@ Json to_json(const BudgetRecord& record, const std::vector<BudgetVerdict>& verdi
   bool all_kept = true;
   for (const BudgetVerdict& v : verdicts) {
     Json verdict = {{"name", v.name}, {"limit", v.limit}, {"met", v.kept()}};
-    verdict["value"] = v.measured ? Json(v.figure) : Json(nullptr);
+    verdict["value"] = v.measured ? Json(v.value) : Json(nullptr);
     out["limits"].push_back(verdict);
     all_kept = all_kept && v.kept();
   }

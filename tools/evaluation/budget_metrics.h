@@ -37,11 +37,11 @@ struct BudgetLimits {
 /// One limit and the measured value.
 struct BudgetVerdict {
   std::string name;  ///< key in [budget], with the node if there are several
-  double figure = 0.0;
+  double value = 0.0;
   double limit = 0.0;
   bool measured = true;  ///< false: no value, the limit is not met
 
-  [[nodiscard]] bool kept() const { return measured && figure <= limit; }
+  [[nodiscard]] bool kept() const { return measured && value <= limit; }
 };
 [[nodiscard]] std::vector<BudgetVerdict> judge(const BudgetRecord& record,
                                                const BudgetLimits& limits);

@@ -38,8 +38,8 @@ WorldError world_error(const recording::NavRecord& nav, const Pose& T_truthworld
   return e;
 }
 
-NodeFigures node_figures(const recording::NodeRecord& node) {
-  NodeFigures f;
+NodeMetrics node_metrics(const recording::NodeRecord& node) {
+  NodeMetrics f;
   std::vector<double> wall_ms;
   std::vector<double> late_ms;
   std::map<std::string, std::vector<double>> stages_ms;
@@ -59,8 +59,8 @@ NodeFigures node_figures(const recording::NodeRecord& node) {
 
 }  // namespace
 
-RunFigures run_figures(const recording::RunLog& run) {
-  RunFigures f;
+RunMetrics run_metrics(const recording::RunLog& run) {
+  RunMetrics f;
   f.scans = run.scans.size();
   f.prior_matches = run.prior_matches;
   std::vector<double> iterations;
@@ -74,7 +74,7 @@ RunFigures run_figures(const recording::RunLog& run) {
     f.scans_missing = static_cast<std::size_t>(
         std::max<std::int64_t>(0, span - static_cast<std::int64_t>(f.scans)));
   }
-  for (const auto& [name, node] : run.nodes) f.nodes[name] = node_figures(node);
+  for (const auto& [name, node] : run.nodes) f.nodes[name] = node_metrics(node);
   if (run.live) {
     Stamp last_cause = from_utime(0);
     for (const recording::NavRecord& nav : run.nav) {
@@ -88,8 +88,8 @@ RunFigures run_figures(const recording::RunLog& run) {
   return f;
 }
 
-TrajectoryFigures trajectory_figures(const PosePairs& pairs) {
-  TrajectoryFigures f;
+TrajectoryMetrics trajectory_metrics(const PosePairs& pairs) {
+  TrajectoryMetrics f;
   f.pairs = pairs.size();
   if (pairs.size() == 0) return f;
   f.driven_m = tools::distances(pairs.truth).back();
@@ -129,13 +129,13 @@ Pose between_worlds(const Geodetic& truth_datum, const Geodetic& world_datum) {
   return {Quat(R).normalized(), origin};
 }
 
-std::optional<WorldFigures> world_figures(const recording::RunLog& run,
+std::optional<WorldMetrics> world_metrics(const recording::RunLog& run,
                                           const tools::Trajectory& truth,
                                           const std::optional<Geodetic>& truth_datum) {
   if (truth.empty() || !truth_datum || !run.world_datum) return std::nullopt;
   if (!plausible(*truth_datum) || !plausible(*run.world_datum)) return std::nullopt;
   const Pose T_truthworld_world = between_worlds(*truth_datum, *run.world_datum);
-  WorldFigures f;
+  WorldMetrics f;
   Stamp due = Stamp::min();
   for (const recording::NavRecord& nav : run.nav) {
     if (nav.stamp < due || !nav.world_valid) continue;
@@ -227,14 +227,14 @@ std::vector<std::string> fused_sources(const recording::RunLog& run, const TimeI
   return names;
 }
 
-OutageFigures outage_figures(const WorldFigures& figures, const TimeInterval& outage) {
-  OutageFigures f;
+OutageMetrics outage_metrics(const WorldMetrics& metrics, const TimeInterval& outage) {
+  OutageMetrics f;
   f.interval = outage;
   const WorldError* last = nullptr;
   std::vector<double> horizontal_m;
   double nees_sum = 0.0;
   std::size_t nees_samples = 0;
-  for (const WorldError& e : figures.errors) {
+  for (const WorldError& e : metrics.errors) {
     if (!outage.contains(e.stamp)) continue;
     horizontal_m.push_back(e.horizontal_m());
     if (last == nullptr) {

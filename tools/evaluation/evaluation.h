@@ -37,7 +37,7 @@ struct WorldError {
 };
 
 /// Errors of the world pose at 10 Hz, while valid.
-struct WorldFigures {
+struct WorldMetrics {
   std::vector<WorldError> errors;
   tools::Summary horizontal_m;
   tools::Summary vertical_m;
@@ -51,7 +51,7 @@ struct WorldFigures {
 };
 
 /// Errors in a GPS outage.
-struct OutageFigures {
+struct OutageMetrics {
   TimeInterval interval;
   double driven_m = 0.0;
   tools::Summary horizontal_m;  ///< over the whole outage
@@ -62,7 +62,7 @@ struct OutageFigures {
   double nees_per_dof = 0.0;
 };
 
-struct TrajectoryFigures {
+struct TrajectoryMetrics {
   std::size_t pairs = 0;
   double driven_m = 0.0;
   AbsoluteError rigid;  ///< after alignment over SE(3)
@@ -74,7 +74,7 @@ struct TrajectoryFigures {
   RelativeError lengths_mean;  ///< over all segments of all lengths, as KITTI ranks
 };
 
-struct NodeFigures {
+struct NodeMetrics {
   tools::Summary wall_ms;
   tools::Summary late_ms;
   std::map<std::string, tools::Summary> stages_ms;
@@ -83,26 +83,26 @@ struct NodeFigures {
   std::map<std::string, std::int64_t> lost;
 };
 
-struct RunFigures {
+struct RunMetrics {
   std::size_t scans = 0;
   std::size_t scans_missing = 0;  ///< in scan_id
   std::map<std::string, std::size_t> stops;
   tools::Summary iterations;
   std::int64_t prior_matches = 0;
-  std::map<std::string, NodeFigures> nodes;
+  std::map<std::string, NodeMetrics> nodes;
   /// From the arrival of the last facet of a scan to the publication of the first belief that uses
   /// it; live.
   std::optional<tools::Summary> chain_ms;
   std::vector<double> chain_samples_ms;
 };
 
-[[nodiscard]] RunFigures run_figures(const recording::RunLog& run);
+[[nodiscard]] RunMetrics run_metrics(const recording::RunLog& run);
 
 /// @param pairs  estimate and truth at the scans
-[[nodiscard]] TrajectoryFigures trajectory_figures(const PosePairs& pairs);
+[[nodiscard]] TrajectoryMetrics trajectory_metrics(const PosePairs& pairs);
 
 /// nullopt without a truth, a datum, or a valid world pose.
-[[nodiscard]] std::optional<WorldFigures> world_figures(const recording::RunLog& run,
+[[nodiscard]] std::optional<WorldMetrics> world_metrics(const recording::RunLog& run,
                                                         const tools::Trajectory& truth,
                                                         const std::optional<Geodetic>& truth_datum);
 
@@ -120,7 +120,7 @@ struct RunFigures {
 [[nodiscard]] std::vector<std::string> fused_sources(const recording::RunLog& run,
                                                      const TimeInterval& interval);
 
-[[nodiscard]] OutageFigures outage_figures(const WorldFigures& figures, const TimeInterval& outage);
+[[nodiscard]] OutageMetrics outage_metrics(const WorldMetrics& metrics, const TimeInterval& outage);
 
 /// Frame world of WM in frame world of the truth: tangent planes at different datums.
 [[nodiscard]] Pose between_worlds(const Geodetic& truth_datum, const Geodetic& world_datum);

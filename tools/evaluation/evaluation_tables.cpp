@@ -42,7 +42,7 @@ std::string percent(double share) { return fixed(100.0 * share, 1) + " %"; }
 
 }  // namespace
 
-Json to_json(const RunFigures& f) {
+Json to_json(const RunMetrics& f) {
   Json out = {{"scans", f.scans},
               {"scans_missing", f.scans_missing},
               {"stops", f.stops},
@@ -62,7 +62,7 @@ Json to_json(const RunFigures& f) {
   return out;
 }
 
-Json to_json(const TrajectoryFigures& f) {
+Json to_json(const TrajectoryMetrics& f) {
   Json out = {{"pairs", f.pairs},
               {"driven_m", f.driven_m},
               {"drift_percent", f.drift_percent},
@@ -77,7 +77,7 @@ Json to_json(const TrajectoryFigures& f) {
   return out;
 }
 
-Json to_json(const WorldFigures& f) {
+Json to_json(const WorldMetrics& f) {
   return {{"samples", f.errors.size()},
           {"horizontal_m", to_json(f.horizontal_m, 1.0)},
           {"vertical_m", to_json(f.vertical_m, 1.0)},
@@ -90,7 +90,7 @@ Json to_json(const WorldFigures& f) {
           {"heading_within_3_sigma", f.heading_within_3_sigma}};
 }
 
-Json to_json(const OutageFigures& f, Stamp zero) {
+Json to_json(const OutageMetrics& f, Stamp zero) {
   return {{"from_s", seconds(f.interval.from - zero)},
           {"to_s", seconds(f.interval.to - zero)},
           {"driven_m", f.driven_m},
@@ -101,7 +101,7 @@ Json to_json(const OutageFigures& f, Stamp zero) {
           {"nees_per_dof", f.nees_per_dof}};
 }
 
-report::Table scan_table(const RunFigures& f) {
+report::Table scan_table(const RunMetrics& f) {
   report::Table t{{"registrations to the rolling map", "scans"}, {}};
   for (const auto& [stop, count] : f.stops) t.rows.push_back({stop, std::to_string(count)});
   t.rows.push_back({"scans missing by number", std::to_string(f.scans_missing)});
@@ -109,7 +109,7 @@ report::Table scan_table(const RunFigures& f) {
   return t;
 }
 
-report::Table latency_table(const RunFigures& f) {
+report::Table latency_table(const RunMetrics& f) {
   report::Table t{{"wall time [ms]", "cycles", "p50", "p99", "max", "overruns"}, {}};
   const auto add = [&t](const std::string& name, const tools::Summary& s,
                         const std::string& overruns) {
@@ -124,7 +124,7 @@ report::Table latency_table(const RunFigures& f) {
   return t;
 }
 
-report::Table absolute_table(const TrajectoryFigures& f) {
+report::Table absolute_table(const TrajectoryMetrics& f) {
   report::Table t{{"absolute error", "rms", "p50", "p95", "max"}, {}};
   t.rows.push_back(row("position, aligned over SE(3) [m]", f.rigid.translation_m, 1.0, 3));
   t.rows.push_back(row("position, aligned over position and yaw [m]", f.yaw.translation_m, 1.0, 3));
@@ -134,7 +134,7 @@ report::Table absolute_table(const TrajectoryFigures& f) {
   return t;
 }
 
-report::Table relative_table(const TrajectoryFigures& f) {
+report::Table relative_table(const TrajectoryMetrics& f) {
   report::Table t{{"relative error over", "segments", "m", "% of distance", "deg", "deg/m"}, {}};
   const auto add = [&t](const std::string& name, const RelativeError& e) {
     t.rows.push_back({name, std::to_string(e.segments), fixed(e.translation_m, 3),
@@ -146,7 +146,7 @@ report::Table relative_table(const TrajectoryFigures& f) {
   return t;
 }
 
-report::Table world_table(const WorldFigures& f) {
+report::Table world_table(const WorldMetrics& f) {
   report::Table t{{"error of the world pose", "rms", "p50", "p95", "max", "within 3 sigma"}, {}};
   const auto add = [&t](std::vector<std::string> cells, double within) {
     cells.push_back(percent(within));
@@ -158,11 +158,11 @@ report::Table world_table(const WorldFigures& f) {
   return t;
 }
 
-report::Table outage_table(const std::vector<OutageFigures>& outages, Stamp zero) {
+report::Table outage_table(const std::vector<OutageMetrics>& outages, Stamp zero) {
   report::Table t{{"GPS denied", "driven [m]", "error at its start [m]", "rms [m]", "95 % [m]",
                    "max [m]", "at its end [m]", "drift", "NEES/dof"},
                   {}};
-  for (const OutageFigures& o : outages) {
+  for (const OutageMetrics& o : outages) {
     t.rows.push_back({fmt::format("{:.1f} s to {:.1f} s", seconds(o.interval.from - zero),
                                   seconds(o.interval.to - zero)),
                       fixed(o.driven_m, 1), fixed(o.start_horizontal_m, 2),

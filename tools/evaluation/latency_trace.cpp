@@ -88,13 +88,13 @@ void ScanLatencyTrace::take(const registration_t& m) {
   const auto scan = scans_.find(m.utime);
   // A new map after a failure gives a second result for the same scan.
   if (scan == scans_.end() || scan->second.answer) return;
-  scan->second.answer = Answer{m.stop, m.degrade_level, m.facets_lost, m.latency_trace};
+  scan->second.answer = SpResult{m.stop, m.degrade_level, m.facets_lost, m.latency_trace};
 }
 
 void ScanLatencyTrace::take(const nav_state_t& m) {
   const auto scan = scans_.find(m.latency_trace.measured_utime);
   if (scan == scans_.end() || m.latency_trace.wm_start_utime == 0) return;
-  if (!scan->second.believed) scan->second.believed = m.latency_trace;
+  if (!scan->second.nav_state) scan->second.nav_state = m.latency_trace;
 }
 
 void ScanLatencyTrace::take(const drive_t& m) {
@@ -177,9 +177,9 @@ void ScanLatencyTrace::trace(const Scan& scan, Samples* hops) const {
   note(hops, "sp: last facet -> start", between(sp.last_facet_utime, sp.sp_start_utime));
   const std::optional<Duration> answering_time = answering(sp.sp_start_utime);
   if (answering_time) note(hops, kSpWork, *answering_time);
-  if (!scan.believed) return;
+  if (!scan.nav_state) return;
 
-  const latency_trace_t& wm = *scan.believed;
+  const latency_trace_t& wm = *scan.nav_state;
   if (answering_time) {
     const Duration hop = between(sp.sp_start_utime, wm.wm_arrival_utime) - *answering_time;
     note(hops, "hop sp -> wm", hop);

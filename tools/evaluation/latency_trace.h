@@ -80,7 +80,7 @@ class ScanLatencyTrace {
   [[nodiscard]] BudgetRecord close() const;
 
  private:
-  struct Answer {
+  struct SpResult {
     std::int8_t stop = 0;
     std::int8_t degrade_level = 0;
     std::int16_t facets_lost = 0;
@@ -88,8 +88,8 @@ class ScanLatencyTrace {
   };
   struct Scan {
     Stamp last_sent;
-    std::optional<Answer> answer;              ///< the first, to the rolling map
-    std::optional<latency_trace_t> believed;   ///< of the first belief that uses it
+    std::optional<SpResult> answer;            ///< the first, to the rolling map
+    std::optional<latency_trace_t> nav_state;  ///< of the first belief that uses it
     std::optional<latency_trace_t> driven_by;  ///< of the first drive command
   };
   struct Cycles {

@@ -137,7 +137,7 @@ report::Plot course_plot(const tools::Trajectory& truth,
   return plot;
 }
 
-std::vector<report::Plot> error_plots(const WorldFigures& figures,
+std::vector<report::Plot> error_plots(const WorldMetrics& metrics,
                                       const std::vector<TimeInterval>& outages, Stamp zero) {
   struct Kind {
     const char* title;
@@ -165,7 +165,7 @@ std::vector<report::Plot> error_plots(const WorldFigures& figures,
     report::Series band{
         "3 sigma of WM", report::Colour::kBlue, report::SeriesStyle::kBand, {}, {}, {}};
     report::Series error{"error", report::Colour::kBlue, report::SeriesStyle::kLine, {}, {}, {}};
-    for (const WorldError& e : figures.errors) {
+    for (const WorldError& e : metrics.errors) {
       const double t_s = seconds(e.stamp - zero);
       const double bound = 3.0 * kind.sigma(e);
       band.x.push_back(t_s);
@@ -180,7 +180,7 @@ std::vector<report::Plot> error_plots(const WorldFigures& figures,
   return plots;
 }
 
-report::Plot comparison_plot(const std::vector<std::pair<std::string, const WorldFigures*>>& runs,
+report::Plot comparison_plot(const std::vector<std::pair<std::string, const WorldMetrics*>>& runs,
                              const std::vector<TimeInterval>& outages, Stamp zero) {
   report::Plot plot;
   plot.title = "Horizontal error of the runs";

@@ -24,13 +24,13 @@ struct NamedTrajectory {
 
 /// Horizontal, vertical and heading error of the world pose with its published 3 sigma.
 /// @param zero  zero of the time axis
-[[nodiscard]] std::vector<report::Plot> error_plots(const WorldFigures& figures,
+[[nodiscard]] std::vector<report::Plot> error_plots(const WorldMetrics& metrics,
                                                     const std::vector<TimeInterval>& outages,
                                                     Stamp zero);
 
 /// The horizontal errors of several runs in one plot with a log scale.
 [[nodiscard]] report::Plot comparison_plot(
-    const std::vector<std::pair<std::string, const WorldFigures*>>& runs,
+    const std::vector<std::pair<std::string, const WorldMetrics*>>& runs,
     const std::vector<TimeInterval>& outages, Stamp zero);
 
 /// Position error along the course, after alignment.

@@ -35,7 +35,7 @@ std::vector<std::string> others(std::vector<std::string> fused) {
 struct LadarPair {
   double with_m = 0.0;  ///< RMS
   double without_m = 0.0;
-  std::vector<std::string> beside;  ///< what both fused
+  std::vector<std::string> others_fused;  ///< what both fused
 
   [[nodiscard]] double factor() const { return without_m / std::max(1e-6, with_m); }
 };
@@ -49,10 +49,10 @@ std::vector<LadarPair> ladar_pairs(const std::vector<ComparedRun>& runs, std::si
   for (const ComparedRun& with : runs) {
     for (const ComparedRun& without : runs) {
       if (!has_ladar(with) || has_ladar(without)) continue;
-      std::vector<std::string> beside = others(with.fused[outage]);
-      if (beside != others(without.fused[outage])) continue;
+      std::vector<std::string> others_fused = others(with.fused[outage]);
+      if (others_fused != others(without.fused[outage])) continue;
       pairs.push_back({with.outages[outage].horizontal_m.rms,
-                       without.outages[outage].horizontal_m.rms, std::move(beside)});
+                       without.outages[outage].horizontal_m.rms, std::move(others_fused)});
     }
   }
   return pairs;
@@ -67,7 +67,7 @@ std::string labelled(const ComparedRun& run, std::size_t outage) {
 }  // namespace
 
 ComparedRun compare_run(const std::string& name, const recording::RunLog& log,
-                        const WorldFigures& world, const std::vector<TimeInterval>& outages) {
+                        const WorldMetrics& world, const std::vector<TimeInterval>& outages) {
   ComparedRun run;
   run.name = name;
   run.nees_per_dof = world.nees_per_dof;
@@ -77,7 +77,7 @@ ComparedRun compare_run(const std::string& name, const recording::RunLog& log,
   }
   run.with_gps_m = tools::summarize(std::move(with_gps_m));
   for (const TimeInterval& i : outages) {
-    run.outages.push_back(outage_figures(world, i));
+    run.outages.push_back(outage_metrics(world, i));
     run.fused.push_back(fused_sources(log, i));
   }
   return run;
@@ -91,7 +91,7 @@ report::Table comparison_table(const std::vector<ComparedRun>& runs) {
     const std::string with_gps = fixed(run.with_gps_m.rms, 2);
     if (run.outages.empty()) t.rows.push_back({run.name, with_gps, "-", "-", "-", "-", "-"});
     for (std::size_t k = 0; k < run.outages.size(); ++k) {
-      const OutageFigures& o = run.outages[k];
+      const OutageMetrics& o = run.outages[k];
       const std::string share =
           o.driven_m > 0.0 ? fixed(100.0 * o.horizontal_m.rms / o.driven_m, 2) + " %" : "-";
       t.rows.push_back({labelled(run, k), with_gps, fixed(o.horizontal_m.rms, 2),
@@ -118,11 +118,11 @@ std::string comparison_text(const std::vector<ComparedRun>& runs) {
   if (runs.empty()) return {};
   std::string text;
   for (std::size_t k = 0; k < runs.front().outages.size(); ++k) {
-    const OutageFigures& o = runs.front().outages[k];
+    const OutageMetrics& o = runs.front().outages[k];
     std::string errors;
     for (const LadarPair& pair : ladar_pairs(runs, k)) {
       errors += fmt::format("{}{:.2f} m and {:.2f} m (with {})", errors.empty() ? "" : "; ",
-                            pair.with_m, pair.without_m, joined(pair.beside, ", "));
+                            pair.with_m, pair.without_m, joined(pair.others_fused, ", "));
     }
     if (errors.empty()) continue;
     text += fmt::format(

@@ -17,13 +17,13 @@ struct ComparedRun {
   std::string name;
   tools::Summary with_gps_m;  ///< horizontal error outside the outages
   double nees_per_dof = 0.0;
-  std::vector<OutageFigures> outages;           ///< the same intervals for all runs
+  std::vector<OutageMetrics> outages;           ///< the same intervals for all runs
   std::vector<std::vector<std::string>> fused;  ///< sources by outage, as of fused_sources()
 };
 
 /// @param outages  the same for all runs that are compared
 [[nodiscard]] ComparedRun compare_run(const std::string& name, const recording::RunLog& log,
-                                      const WorldFigures& world,
+                                      const WorldMetrics& world,
                                       const std::vector<TimeInterval>& outages);
 
 /// One row for each run and outage; one for each run if there is no outage.

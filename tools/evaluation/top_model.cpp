@@ -76,14 +76,14 @@ TopModel::NodeState* TopModel::node(std::string_view name) {
   if (known != nodes_.end()) return &known->second;
   if (nodes_.size() >= kMaxNodes) return nullptr;
   NodeState& n = nodes_[key];
-  n.figures.name = std::move(key);
+  n.metrics.name = std::move(key);
   return &n;
 }
 
 void TopModel::on_process(const process_t& m, Stamp arrival) {
   NodeState* const n = node(m.node);
   if (n == nullptr) return;
-  TopView::Node& f = n->figures;
+  TopView::Node& f = n->metrics;
   if (f.pid != m.pid) n->cpu_us = {};
   n->process_arrival = arrival;
   n->start = from_utime(bounded(m.start_utime));
@@ -106,7 +106,7 @@ void TopModel::on_cycle(const cycle_t& m, Stamp arrival) {
   n->accounts.add(arrival, ++n->account_count);
   n->work.push_back({arrival, Duration(m.used_wall_us), Duration(m.slack_us)});
   if (n->work.size() > kMaxLooks) n->work.pop_front();
-  TopView::Node& f = n->figures;
+  TopView::Node& f = n->metrics;
   f.budget = Duration(bounded(m.deadline_utime) - bounded(m.wakeup_utime));
   f.overruns = m.overruns;
   f.missed = m.missed;
@@ -115,10 +115,10 @@ void TopModel::on_cycle(const cycle_t& m, Stamp arrival) {
     const std::string channel = printable(in.channel);
     if (n->inputs.count(channel) == 0 && n->inputs.size() >= kMaxInputs) continue;
     InputState& state = n->inputs[channel];
-    state.figures.channel = channel;
-    state.figures.dropped = in.dropped;
-    state.figures.gaps = in.gaps;
-    state.figures.malformed = in.malformed;
+    state.metrics.channel = channel;
+    state.metrics.dropped = in.dropped;
+    state.metrics.gaps = in.gaps;
+    state.metrics.malformed = in.malformed;
     state.received.add(arrival, in.received);
     state.any = in.age_us >= 0;
     state.last = arrival - Duration(bounded(in.age_us));
@@ -135,7 +135,7 @@ void TopModel::on_nav(const nav_state_t& m, Stamp arrival) { nav_ = {arrival, m}
 void TopModel::on_status(const status_t& m, Stamp arrival) { status_ = {arrival, m}; }
 
 void TopModel::view_work(NodeState* n) const {
-  TopView::Node& f = n->figures;
+  TopView::Node& f = n->metrics;
   f.used_p50 = f.used_max = f.min_slack = std::nullopt;
   if (n->work.empty()) return;
   std::vector<Duration> used;
@@ -159,7 +159,7 @@ TopView TopModel::view(Stamp now) {
     n.accounts.forget_before(oldest);
     n.cpu_us.forget_before(oldest);
     view_work(&n);
-    TopView::Node& f = n.figures;
+    TopView::Node& f = n.metrics;
     f.heard = n.process_arrival ? std::optional<Duration>(now - *n.process_arrival) : std::nullopt;
     f.alive = f.heard && *f.heard < kSilent;
     f.up = now - n.start;
@@ -169,9 +169,9 @@ TopView TopModel::view(Stamp now) {
     f.inputs.clear();
     for (auto& [channel, input] : n.inputs) {
       input.received.forget_before(oldest);
-      input.figures.rate_hz = input.received.rate();
-      input.figures.age = input.any ? std::optional<Duration>(now - input.last) : std::nullopt;
-      f.inputs.push_back(input.figures);
+      input.metrics.rate_hz = input.received.rate();
+      input.metrics.age = input.any ? std::optional<Duration>(now - input.last) : std::nullopt;
+      f.inputs.push_back(input.metrics);
     }
     view.nodes.push_back(f);
   }

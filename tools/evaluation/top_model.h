@@ -140,10 +140,10 @@ class TopModel {
     RateWindow received;
     Stamp last;  // of a message, from the age reported by the node
     bool any = false;
-    TopView::Input figures;
+    TopView::Input metrics;
   };
   struct NodeState {
-    TopView::Node figures;
+    TopView::Node metrics;
     std::optional<Stamp> process_arrival;
     Stamp start;
     RateWindow cpu_us;

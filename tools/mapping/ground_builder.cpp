@@ -101,7 +101,7 @@ void GroundBuilder::refuse_grown_over() {
       Place& p = places_.at(cell_of(first, k));
       if (!p.known || p.layer.sigma_m <= max_m) continue;
       p.known = false;
-      ++figures_.grown_over;
+      ++metrics_.vegetated;
     }
   }
 }
@@ -110,7 +110,7 @@ void GroundBuilder::measure(const Vec3& p, double range_m, Stamp stamp, std::uin
   const std::optional<GroundHere> here = surface_->at(p.x(), p.y());
   Place* place = here ? places_.find(cell_at(p)) : nullptr;
   if (place == nullptr || !place->known) {
-    ++figures_.unplaced;
+    ++metrics_.without_ground;
     return;
   }
   const std::int64_t look = to_utime(stamp) / params_.look.count();
@@ -126,10 +126,10 @@ void GroundBuilder::measure(const Vec3& p, double range_m, Stamp stamp, std::uin
     ++place->above;
   }
   if (ground < kMinGround) {
-    if (z <= place->layer.above_m + kAbove_m) ++figures_.standing;
+    if (z <= place->layer.above_m + kAbove_m) ++metrics_.above_ground;
     return;
   }
-  ++figures_.ground;
+  ++metrics_.ground;
   const double sigma_m = height_sigma(params_, range_m);
   const double w = ground / (sigma_m * sigma_m);
   place->look_w += static_cast<float>(w);
@@ -190,7 +190,7 @@ void GroundBuilder::find_heights() {
       const Vec2 at = centre(c);
       const std::optional<GroundHere> here = surface_->at(at.x(), at.y());
       p.known = here && p.looks_ground > 0;
-      (passing(p) ? figures_.moving : figures_.standing) += p.above;
+      (passing(p) ? metrics_.transient : metrics_.above_ground) += p.above;
       if (!p.known) continue;
       const double prior = 1.0 / (params_.neighbour_m * params_.neighbour_m);
       p.z_m = static_cast<float>(here->z_m + (p.wz + prior * p.pool_m) / (p.w + prior));
@@ -273,13 +273,13 @@ void GroundBuilder::find_sigmas() {
       p.sigma_m = static_cast<float>(std::sqrt(own + inside_m * inside_m + grown));
       sigmas.push_back(p.sigma_m);
       roughness.push_back(p.roughness_m);
-      ++figures_.cells;
+      ++metrics_.cells;
       constexpr int kOften = 5;
-      if (p.scans >= kOften) ++figures_.seen_5;
+      if (p.scans >= kOften) ++metrics_.observed_5;
     }
   }
-  figures_.sigma_median_m = median(&sigmas);
-  figures_.roughness_median_m = median(&roughness);
+  metrics_.sigma_median_m = median(&sigmas);
+  metrics_.roughness_median_m = median(&roughness);
 }
 
 std::size_t GroundBuilder::bytes() const { return counts_.bytes() + places_.bytes(); }

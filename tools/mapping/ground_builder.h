@@ -27,14 +27,14 @@ struct GroundBuilderParams {
 }
 
 /// Statistics of the map and of the returns.
-struct GroundFigures {
-  std::int64_t cells = 0;       ///< with a height
-  std::int64_t seen_5 = 0;      ///< of them those with ground observed by 5 scans or more
-  std::int64_t ground = 0;      ///< returns of the ground
-  std::int64_t standing = 0;    ///< of above-ground structure: vegetation, rocks, walls
-  std::int64_t moving = 0;      ///< of transient objects, present in few observations
-  std::int64_t unplaced = 0;    ///< where no ground was observed
-  std::int64_t grown_over = 0;  ///< vegetated cells, whose lowest returns are of plants
+struct GroundMetrics {
+  std::int64_t cells = 0;           ///< with a height
+  std::int64_t observed_5 = 0;      ///< of them those with ground observed by 5 scans or more
+  std::int64_t ground = 0;          ///< returns of the ground
+  std::int64_t above_ground = 0;    ///< of above-ground structure: vegetation, rocks, walls
+  std::int64_t transient = 0;       ///< of transient objects, present in few observations
+  std::int64_t without_ground = 0;  ///< where no ground was observed
+  std::int64_t vegetated = 0;       ///< vegetated cells, whose lowest returns are of plants
   double roughness_median_m = 0.0;
   double sigma_median_m = 0.0;
 };
@@ -57,7 +57,7 @@ class GroundBuilder {
   /// Call it after the last return.
   void finish();
 
-  [[nodiscard]] const GroundFigures& figures() const { return figures_; }
+  [[nodiscard]] const GroundMetrics& metrics() const { return metrics_; }
   [[nodiscard]] std::size_t bytes() const;
   /// After finish(): true if the above-ground structure there is transient.
   [[nodiscard]] bool passing(double x_m, double y_m) const;
@@ -104,7 +104,7 @@ class GroundBuilder {
   CellBlocks<HeightCounts> counts_;
   CellBlocks<Place> places_;
   double bare_sigma_m_ = 0.0;  // of returns of bare ground, about its height
-  GroundFigures figures_;
+  GroundMetrics metrics_;
 };
 
 }  // namespace rcs::mapping

@@ -189,7 +189,7 @@ Result<MapBuilt> build_map(const MapBuild& wanted, const std::optional<MapFrame>
   ground.finish();
   standing.finish([&](double x_m, double y_m) { return ground.passing(x_m, y_m); });
   built.scans = *read;
-  built.ground = ground.figures();
+  built.ground = ground.metrics();
   if (built.ground.cells == 0) return Error{wanted.sensors + ": no ground was observed"};
   constexpr double kMount_m =
       0.01;  // sigma of the height of the LADAR above the vehicle, which is unobservable

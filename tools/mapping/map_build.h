@@ -35,7 +35,7 @@ struct MapBuild {
 
 struct MapBuilt {
   MapFrame frame;
-  GroundFigures ground;
+  GroundMetrics ground;
   recording::ScanCount scans;
   MountError mount;
   std::int64_t seen_through = 0;  ///< cells whose ground was invalid: seen through

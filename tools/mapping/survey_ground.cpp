@@ -71,7 +71,7 @@ void SurveyGround::add(const Vec3& p) {
   const auto above = static_cast<float>(p.z() - surface_at(*surface_, p.x(), p.y()).z_m);
   const std::uint32_t n = place.points;
   if (n < std::numeric_limits<std::uint32_t>::max()) ++place.points;
-  ++figures_.points;
+  ++metrics_.points;
   if (n < kKept) {
     place.above_m[n] = above;
     return;
@@ -121,7 +121,7 @@ void SurveyGround::finish(double sigma_m) {
     if (place.points > 0) cells.push_back(c);
   });
   for (const Cell c : cells) measure(c, &places_.at(c));
-  figures_.cells = static_cast<std::int64_t>(cells.size());
+  metrics_.cells = static_cast<std::int64_t>(cells.size());
   if (cells.empty()) return;
   constexpr int kSure = 8;  // minimum degrees of freedom of a cell for the statistics of the survey
   std::vector<double> spreads;
@@ -144,8 +144,8 @@ void SurveyGround::finish(double sigma_m) {
     place.above_m[1] = static_cast<float>(sigma);
     sigmas.push_back(sigma);
   }
-  figures_.spread_median_m = std::sqrt(common);
-  figures_.sigma_median_m = middle_of(&sigmas);
+  metrics_.within_cell_median_m = std::sqrt(common);
+  metrics_.sigma_median_m = middle_of(&sigmas);
 }
 
 std::vector<Cell> SurveyGround::tiles() const {

@@ -10,10 +10,10 @@
 
 namespace rcs::mapping {
 
-struct SurveyGroundFigures {
-  std::int64_t points = 0;       ///< added
-  std::int64_t cells = 0;        ///< with a height
-  double spread_median_m = 0.0;  ///< standard deviation of the points within a cell
+struct SurveyGroundMetrics {
+  std::int64_t points = 0;            ///< added
+  std::int64_t cells = 0;             ///< with a height
+  double within_cell_median_m = 0.0;  ///< standard deviation of the points within a cell
   double sigma_median_m = 0.0;
 };
 
@@ -38,7 +38,7 @@ class SurveyGround {
   /// @param sigma_m  of the heights of the survey
   void finish(double sigma_m);
 
-  [[nodiscard]] const SurveyGroundFigures& figures() const { return figures_; }
+  [[nodiscard]] const SurveyGroundMetrics& metrics() const { return metrics_; }
   [[nodiscard]] std::size_t bytes() const { return places_.bytes(); }
   /// The tiles of the map with known heights, by j, then i.
   [[nodiscard]] std::vector<Cell> tiles() const;
@@ -62,7 +62,7 @@ class SurveyGround {
   const Raster* surface_;
   Above above_;
   CellBlocks<Place> places_;
-  SurveyGroundFigures figures_;
+  SurveyGroundMetrics metrics_;
 };
 
 }  // namespace rcs::mapping

@@ -15,9 +15,9 @@ main{max-width:960px;margin:0 auto;padding:36px 20px 64px}
 h1{font-size:27px;line-height:1.2;margin:0 0 6px}
 h2{font-size:19px;margin:38px 0 10px}
 p{margin:6px 0 12px;max-width:75ch;color:var(--soft)}
-figure{margin:14px 0;padding:14px 14px 8px;background:var(--sheet);border:1px solid var(--rule);
+metric{margin:14px 0;padding:14px 14px 8px;background:var(--sheet);border:1px solid var(--rule);
  border-radius:8px}
-figure svg{display:block;width:100%;height:auto}
+metric svg{display:block;width:100%;height:auto}
 .scroll{overflow-x:auto;background:var(--sheet);border:1px solid var(--rule);border-radius:8px;
  margin:12px 0}
 table{border-collapse:collapse;width:100%;font-size:14px;font-variant-numeric:tabular-nums}

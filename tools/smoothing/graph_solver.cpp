@@ -108,7 +108,7 @@ void note_fit(const PoseGraph& g, const SolverParams& p, SolvedGraph* solved) {
     ++fit.edges;
     fit.dof += dof;
     fit.chi2 += w.weight * chi2;
-    if (w.weight < 0.25) ++fit.doubted;
+    if (w.weight < 0.25) ++fit.suspect;
     if (is_match(e.kind)) solved->match_weight.push_back(w.weight);
     per_dof[k].push_back(chi2 / dof);
   });

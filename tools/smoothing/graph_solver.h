@@ -26,7 +26,7 @@ struct KindFit {
   double dof = 0.0;             ///< sum of their dimensions
   double chi2 = 0.0;            ///< with their robust weights
   double median_per_dof = 0.0;  ///< of the squared residuals per dimension, not weighted
-  std::size_t doubted = 0;      ///< edges with a weight below a quarter
+  std::size_t suspect = 0;      ///< edges with a weight below a quarter
 };
 
 struct SolvedGraph {

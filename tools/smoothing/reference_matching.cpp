@@ -30,31 +30,32 @@ void append(const Points& in, const Pose& T, Points* out) {
 
 /// Nodes with clouds at a spacing of `map_spacing_m`.
 std::vector<std::size_t> map_nodes(const std::vector<NodeCloud>& clouds,
-                                   const std::vector<double>& way_m, double spacing_m) {
+                                   const std::vector<double>& travelled_m, double spacing_m) {
   std::vector<std::size_t> nodes;
   for (std::size_t n = 0; n < clouds.size(); ++n) {
     if (clouds[n].dense.empty()) continue;
-    if (nodes.empty() || way_m[n] - way_m[nodes.back()] >= spacing_m) nodes.push_back(n);
+    if (nodes.empty() || travelled_m[n] - travelled_m[nodes.back()] >= spacing_m)
+      nodes.push_back(n);
   }
   return nodes;
 }
 
 /// At rest the same scene is observed repeatedly: a subset suffices.
 std::vector<std::size_t> scan_nodes(const std::vector<NodeCloud>& clouds,
-                                    const std::vector<double>& way_m) {
-  return map_nodes(clouds, way_m, 1.0);
+                                    const std::vector<double>& travelled_m) {
+  return map_nodes(clouds, travelled_m, 1.0);
 }
 
-void build_map(const std::vector<NodeCloud>& clouds, const std::vector<double>& way_m,
+void build_map(const std::vector<NodeCloud>& clouds, const std::vector<double>& travelled_m,
                const std::vector<Pose>& seen, std::size_t at, const MatchingParams& p,
                registration::RollingMap* map) {
   map->clear();
   const Pose back = seen[at].inverse();
   double last_m = -1e9;
   for (std::size_t n = 0; n < clouds.size(); ++n) {
-    if (std::abs(way_m[n] - way_m[at]) > p.map_reach_m) continue;
-    if (way_m[n] - last_m < 0.5) continue;
-    last_m = way_m[n];
+    if (std::abs(travelled_m[n] - travelled_m[at]) > p.map_reach_m) continue;
+    if (travelled_m[n] - last_m < 0.5) continue;
+    last_m = travelled_m[n];
     map->insert(clouds[n].dense, back * seen[n]);
   }
 }
@@ -123,11 +124,11 @@ std::vector<NodeCloud> node_clouds(const ReferenceRecording& r, const ReferenceG
 }
 
 std::vector<PlannedMatch> plan_matches(const std::vector<NodeCloud>& clouds,
-                                       const std::vector<double>& way_m,
+                                       const std::vector<double>& travelled_m,
                                        const std::vector<Pose>& seen, const MatchingParams& p) {
   std::vector<PlannedMatch> plan;
-  const std::vector<std::size_t> maps = map_nodes(clouds, way_m, p.map_spacing_m);
-  const std::vector<std::size_t> scans = scan_nodes(clouds, way_m);
+  const std::vector<std::size_t> maps = map_nodes(clouds, travelled_m, p.map_spacing_m);
+  const std::vector<std::size_t> scans = scan_nodes(clouds, travelled_m);
   const auto middle = [&](std::size_t n) { return seen[n] * clouds[n].middle; };
   for (const std::size_t scan : scans) {
     // Each connected section of near maps is one pass: use its nearest map.
@@ -139,7 +140,7 @@ std::vector<PlannedMatch> plan_matches(const std::vector<NodeCloud>& clouds,
       best.reset();
     };
     for (const std::size_t map : maps) {
-      const double ahead_m = way_m[scan] - way_m[map];
+      const double ahead_m = travelled_m[scan] - travelled_m[map];
       if (ahead_m >= p.before_m && ahead_m <= p.before_m + p.before_span_m) {
         plan.push_back({map, scan, false});
       }
@@ -148,8 +149,8 @@ std::vector<PlannedMatch> plan_matches(const std::vector<NodeCloud>& clouds,
       const double d_m = (middle(map) - middle(scan)).norm();
       if (d_m > p.view_m) continue;
       const double counts_m = d_m + p.turn_m_per_rad * turn;
-      if (way_m[map] - last_near_m > 2.0 * p.map_spacing_m + 1.0) close_pass();
-      last_near_m = way_m[map];
+      if (travelled_m[map] - last_near_m > 2.0 * p.map_spacing_m + 1.0) close_pass();
+      last_near_m = travelled_m[map];
       if (!best || counts_m < best_m) {
         best = map;
         best_m = counts_m;
@@ -162,12 +163,12 @@ std::vector<PlannedMatch> plan_matches(const std::vector<NodeCloud>& clouds,
   return plan;
 }
 
-Matches match_nodes(const std::vector<NodeCloud>& clouds, const std::vector<double>& way_m,
+Matches match_nodes(const std::vector<NodeCloud>& clouds, const std::vector<double>& travelled_m,
                     const std::vector<Pose>& seen, const sp::SpConfig& config,
                     const MatchingParams& params, double prior_sigma_m,
                     const std::function<void(std::size_t, std::size_t)>& progress,
                     const std::function<bool()>& stop) {
-  const std::vector<PlannedMatch> plan = plan_matches(clouds, way_m, seen, params);
+  const std::vector<PlannedMatch> plan = plan_matches(clouds, travelled_m, seen, params);
   std::vector<std::optional<MatchEdge>> found(plan.size());
   const std::size_t jobs = std::max<std::size_t>(params.jobs, 1);
   tools::in_threads(jobs, [&](std::size_t job) {
@@ -177,7 +178,7 @@ Matches match_nodes(const std::vector<NodeCloud>& clouds, const std::vector<doub
     const std::size_t begin = plan.size() * job / jobs;
     const std::size_t end = plan.size() * (job + 1) / jobs;
     for (std::size_t k = begin; k < end && !stop(); ++k) {
-      if (built != plan[k].map) build_map(clouds, way_m, seen, plan[k].map, params, &map);
+      if (built != plan[k].map) build_map(clouds, travelled_m, seen, plan[k].map, params, &map);
       built = plan[k].map;
       found[k] = match(plan[k], clouds, seen, config, params, prior_sigma_m, &map, &workspace);
       if (job == 0) progress(k, end);
@@ -194,20 +195,20 @@ Matches match_nodes(const std::vector<NodeCloud>& clouds, const std::vector<doub
   return out;
 }
 
-MapResidual map_residual(const std::vector<NodeCloud>& clouds, const std::vector<double>& way_m,
-                         const std::vector<Pose>& seen, const sp::SpConfig& config,
-                         const MatchingParams& params, double gate_m) {
+MapResidual map_residual(const std::vector<NodeCloud>& clouds,
+                         const std::vector<double>& travelled_m, const std::vector<Pose>& seen,
+                         const sp::SpConfig& config, const MatchingParams& params, double gate_m) {
   constexpr double kStride_m = 150.0;
   constexpr double kNear_m = 25.0;
   std::vector<double> residuals;
   std::size_t tried = 0;
   registration::RollingMap map(map_params(config));
-  for (const std::size_t at : map_nodes(clouds, way_m, kStride_m)) {
+  for (const std::size_t at : map_nodes(clouds, travelled_m, kStride_m)) {
     map.clear();
     const Pose back = seen[at].inverse();
     const Vec3 centre = seen[at] * clouds[at].middle;
     std::vector<std::size_t> members;
-    for (const std::size_t n : map_nodes(clouds, way_m, params.map_spacing_m / 2.0)) {
+    for (const std::size_t n : map_nodes(clouds, travelled_m, params.map_spacing_m / 2.0)) {
       if ((seen[n] * clouds[n].middle - centre).norm() < kNear_m) members.push_back(n);
     }
     for (const std::size_t n : members) map.insert(clouds[n].dense, back * seen[n]);

@@ -45,7 +45,7 @@ struct PlannedMatch {
 /// Selects the scans to be registered to each map.
 /// @param seen  seen_pose() of each node
 [[nodiscard]] std::vector<PlannedMatch> plan_matches(const std::vector<NodeCloud>& clouds,
-                                                     const std::vector<double>& way_m,
+                                                     const std::vector<double>& travelled_m,
                                                      const std::vector<Pose>& seen,
                                                      const MatchingParams& params);
 
@@ -63,9 +63,9 @@ struct Matches {
 /// @param progress  (done, in all), from one thread
 /// @param stop  polled; true ends the work
 [[nodiscard]] Matches match_nodes(const std::vector<NodeCloud>& clouds,
-                                  const std::vector<double>& way_m, const std::vector<Pose>& seen,
-                                  const sp::SpConfig& sp, const MatchingParams& params,
-                                  double prior_sigma_m,
+                                  const std::vector<double>& travelled_m,
+                                  const std::vector<Pose>& seen, const sp::SpConfig& sp,
+                                  const MatchingParams& params, double prior_sigma_m,
                                   const std::function<void(std::size_t, std::size_t)>& progress,
                                   const std::function<bool()>& stop);
 
@@ -77,7 +77,7 @@ struct MapResidual {
   std::size_t points = 0;
 };
 [[nodiscard]] MapResidual map_residual(const std::vector<NodeCloud>& clouds,
-                                       const std::vector<double>& way_m,
+                                       const std::vector<double>& travelled_m,
                                        const std::vector<Pose>& seen, const sp::SpConfig& sp,
                                        const MatchingParams& params, double gate_m);
 

@@ -197,10 +197,10 @@ ReferenceGraph make_reference_graph(const ReferenceRecording& r, const wm::WmPar
     }
     const Pose T = T_world_local * local_pose(r, t);
     const Vec3 v = velocity_at(r, t);
-    g.way_m.push_back(
-        n == 0
-            ? 0.0
-            : g.way_m.back() + (local_pose(r, t).p - local_pose(r, g.nodes[n - 1].stamp).p).norm());
+    g.travelled_m.push_back(
+        n == 0 ? 0.0
+               : g.travelled_m.back() +
+                     (local_pose(r, t).p - local_pose(r, g.nodes[n - 1].stamp).p).norm());
     g.start.T_world_vehicle.push_back(T);
     g.start.v_world.push_back(T.q * v);
     Vec6 twist;

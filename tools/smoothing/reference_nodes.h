@@ -17,10 +17,10 @@ struct ReferenceNode {
 
 struct ReferenceGraph {
   std::vector<ReferenceNode> nodes;
-  std::vector<double> way_m;  ///< distance driven up to each node
-  PoseGraph graph;            ///< without matches
-  GraphState start;           ///< initial state from WM
-  bool has_world = false;     ///< true: frame world by GPS; else frame local of WM
+  std::vector<double> travelled_m;  ///< distance driven up to each node
+  PoseGraph graph;                  ///< without matches
+  GraphState start;                 ///< initial state from WM
+  bool has_world = false;           ///< true: frame world by GPS; else frame local of WM
   std::vector<std::size_t> bias_stretch, gps_stretch;  ///< section of each node
 };
 

@@ -25,8 +25,8 @@ std::size_t nearest_node(const ReferenceGraph& g, Stamp stamp) {
 
 Vec6 sigmas(const Mat6& P) { return P.diagonal().cwiseMax(0.0).cwiseSqrt(); }
 
-TruthErrors errors_of(const evaluation::PosePairs& pairs) {
-  TruthErrors e;
+ReferenceErrors errors_of(const evaluation::PosePairs& pairs) {
+  ReferenceErrors e;
   e.poses = pairs.size();
   const double n = static_cast<double>(pairs.size());
   const Pose A = evaluation::align(pairs, evaluation::Alignment::kRigid);
@@ -54,7 +54,7 @@ std::string number(double value, int digits) { return fmt::format("{:.{}f}", val
 
 nlohmann::ordered_json to_json(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
-nlohmann::ordered_json to_json(const TruthErrors& e) {
+nlohmann::ordered_json to_json(const ReferenceErrors& e) {
   return {{"poses", e.poses},
           {"position_rms_m", e.position_m},
           {"horizontal_rms_m", e.horizontal_m},
@@ -72,8 +72,9 @@ nlohmann::ordered_json to_json(const MapResidual& r) {
 
 }  // namespace
 
-std::vector<TruthPose> truth_poses(const ReferenceRecording& r, const ReferenceResult& result) {
-  std::vector<TruthPose> poses;
+std::vector<ReferencePose> reference_poses(const ReferenceRecording& r,
+                                           const ReferenceResult& result) {
+  std::vector<ReferencePose> poses;
   const ReferenceGraph& g = result.graph;
   const GraphState& state = result.solved.state;
   const SharedErrors& shared = state.shared;
@@ -81,7 +82,7 @@ std::vector<TruthPose> truth_poses(const ReferenceRecording& r, const ReferenceR
   for (const RecordedScan& scan : r.scans) {
     if (scan.reference < g.nodes.front().stamp || scan.reference > r.beliefs.back().stamp) continue;
     const std::size_t n = nearest_node(g, scan.reference);
-    TruthPose p;
+    ReferencePose p;
     p.stamp = scan.reference;
     p.T = smoothed_pose(r, g, state, scan.reference);
     p.T_seen = smoothed_pose(r, g, state, scan.reference + delay) * shared.mount;
@@ -96,16 +97,16 @@ std::vector<TruthPose> truth_poses(const ReferenceRecording& r, const ReferenceR
 }
 
 ReferenceReport report_reference(const ReferenceRecording& r, const ReferenceResult& result,
-                                 const std::vector<TruthPose>& poses) {
+                                 const std::vector<ReferencePose>& poses) {
   ReferenceReport report;
   const ReferenceGraph& g = result.graph;
   report.frame = g.has_world ? "world" : "local";
   report.scans = r.scans.size();
   report.poses = poses.size();
-  report.way_m = g.way_m.back();
+  report.travelled_m = g.travelled_m.back();
   evaluation::PosePairs smoothed;
   evaluation::PosePairs before;
-  for (const TruthPose& p : poses) {
+  for (const ReferencePose& p : poses) {
     const std::optional<Pose> truth = tools::pose_at(r.sim_truth, p.stamp, kMaxTruthGap);
     if (!truth) continue;
     smoothed.stamps.push_back(p.stamp);
@@ -120,19 +121,19 @@ ReferenceReport report_reference(const ReferenceRecording& r, const ReferenceRes
     before.estimate.push_back(g.start.T_world_vehicle[n]);
     before.truth.push_back(*truth);
   }
-  TruthErrors e = errors_of(smoothed);
+  ReferenceErrors e = errors_of(smoothed);
   e.offset_squared = e.offset_m.dot(result.covariance.offset.ldlt().solve(e.offset_m).eval());
   report.errors = e;
   if (before.size() >= 3) report.errors_before = errors_of(before);
   return report;
 }
 
-std::string format_sigmas(const std::vector<TruthPose>& poses) {
+std::string format_sigmas(const std::vector<ReferencePose>& poses) {
   std::string text =
       "t_s,sigma_x_m,sigma_y_m,sigma_z_m,sigma_roll_rad,sigma_pitch_rad,sigma_yaw_rad,"
       "since_first_x_m,since_first_y_m,since_first_z_m,since_first_roll_rad,"
       "since_first_pitch_rad,since_first_yaw_rad\n";
-  for (const TruthPose& p : poses) {
+  for (const ReferencePose& p : poses) {
     text += fmt::format("{:.6f}", 1e-6 * static_cast<double>(to_utime(p.stamp)));
     for (const double s : p.absolute) text += fmt::format(",{:.6g}", s);
     for (const double s : p.from_first) text += fmt::format(",{:.6g}", s);
@@ -148,7 +149,7 @@ nlohmann::ordered_json to_json(const ReferenceReport& report, const ReferenceRes
   j["scans"] = report.scans;
   j["poses"] = report.poses;
   j["nodes"] = result.graph.nodes.size();
-  j["way_m"] = report.way_m;
+  j["travelled_m"] = report.travelled_m;
   j["converged"] = result.solved.converged;
   for (std::size_t k = 0; k < kEdgeKinds; ++k) {
     const KindFit& fit = result.solved.fit[k];
@@ -157,7 +158,7 @@ nlohmann::ordered_json to_json(const ReferenceReport& report, const ReferenceRes
         {"edges", fit.edges},
         {"chi2_per_dof", fit.chi2 / fit.dof},
         {"median_chi2_per_dof", fit.median_per_dof},
-        {"doubted", fit.doubted},
+        {"suspect", fit.suspect},
         {"variance_factor", result.graph.graph.variance_factor[k]}};
   }
   for (const ReferenceRound& round : result.rounds) {
@@ -174,7 +175,7 @@ nlohmann::ordered_json to_json(const ReferenceReport& report, const ReferenceRes
   }
   j["ladar_delay_ms"] = 1e3 * shared.ladar_delay_s;
   j["ladar_delay_sigma_ms"] = 1e3 * result.delay.sigma_s;
-  j["ladar_mount_turned_deg"] = to_json(Vec3(log_so3(shared.mount.q) * degrees(1.0)));
+  j["ladar_misalignment_deg"] = to_json(Vec3(log_so3(shared.mount.q) * degrees(1.0)));
   j["wheel_scale"] = shared.wheel_scale;
   if (report.errors_before) j["errors_before"] = to_json(*report.errors_before);
   if (report.errors) {
@@ -187,14 +188,14 @@ nlohmann::ordered_json to_json(const ReferenceReport& report, const ReferenceRes
 
 std::string to_text(const ReferenceReport& report, const ReferenceResult& result) {
   std::string text = fmt::format("{} poses in frame {}, {} nodes, {:.0f} m\n", report.poses,
-                                 report.frame, result.graph.nodes.size(), report.way_m);
+                                 report.frame, result.graph.nodes.size(), report.travelled_m);
   report::Table edges{{"measurements", "count", "chi2/dof", "median", "suspect", "variance x"}, {}};
   for (std::size_t k = 0; k < kEdgeKinds; ++k) {
     const KindFit& fit = result.solved.fit[k];
     if (fit.edges == 0) continue;
     edges.rows.push_back({std::string(name_of(static_cast<EdgeKind>(k))), std::to_string(fit.edges),
                           number(fit.chi2 / fit.dof, 2), number(fit.median_per_dof, 2),
-                          std::to_string(fit.doubted),
+                          std::to_string(fit.suspect),
                           number(result.graph.graph.variance_factor[k], 2)});
   }
   text += '\n' + to_text(edges);
@@ -202,7 +203,7 @@ std::string to_text(const ReferenceReport& report, const ReferenceResult& result
     const ReferenceRound& last = result.rounds.back();
     text += fmt::format("revisits: {} tried, {} matched, {} of them suspect\n", last.revisit.tried,
                         last.revisit.made,
-                        result.solved.fit[static_cast<std::size_t>(EdgeKind::kRevisit)].doubted);
+                        result.solved.fit[static_cast<std::size_t>(EdgeKind::kRevisit)].suspect);
   }
   text += fmt::format(
       "scans against their common map: {:.1f} cm RMS, {:.0f} % of the points near it; with the "
@@ -224,7 +225,7 @@ std::string to_text(const ReferenceReport& report, const ReferenceResult& result
   report::Table errors{{"against SIM_TRUTH, aligned over SE(3)", "RMS", "h", "v", "max", "rotation",
                         "without mounting"},
                        {}};
-  const auto add = [&errors](const char* what, const TruthErrors& e) {
+  const auto add = [&errors](const char* what, const ReferenceErrors& e) {
     errors.rows.push_back({what, number(100 * e.position_m, 1) + " cm",
                            number(100 * e.horizontal_m, 1), number(100 * e.vertical_m, 1),
                            number(100 * e.position_max_m, 1), number(e.rotation_deg, 3) + " deg",

@@ -12,7 +12,7 @@
 namespace rcs::smoothing {
 
 /// One line of the output files, for one scan.
-struct TruthPose {
+struct ReferencePose {
   Stamp stamp;      ///< reference instant of the scan
   Pose T;           ///< pose of the vehicle
   Pose T_seen;      ///< pose that places the points with the configured mount and clock
@@ -21,7 +21,7 @@ struct TruthPose {
 };
 
 /// Errors against SIM_TRUTH, after the best rigid alignment.
-struct TruthErrors {
+struct ReferenceErrors {
   std::size_t poses = 0;
   double position_m = 0.0;  ///< RMS
   double horizontal_m = 0.0, vertical_m = 0.0;
@@ -37,22 +37,22 @@ struct TruthErrors {
 struct ReferenceReport {
   std::string frame;  ///< "world" or "local"
   std::size_t scans = 0, poses = 0;
-  double way_m = 0.0;
-  std::optional<TruthErrors> errors;         ///< of the smoothed poses
-  std::optional<TruthErrors> errors_before;  ///< of the online poses of WM, in the same frame
+  double travelled_m = 0.0;
+  std::optional<ReferenceErrors> errors;         ///< of the smoothed poses
+  std::optional<ReferenceErrors> errors_before;  ///< of the online poses of WM, in the same frame
 };
 
-[[nodiscard]] std::vector<TruthPose> truth_poses(const ReferenceRecording& recording,
-                                                 const ReferenceResult& result);
+[[nodiscard]] std::vector<ReferencePose> reference_poses(const ReferenceRecording& recording,
+                                                         const ReferenceResult& result);
 [[nodiscard]] ReferenceReport report_reference(const ReferenceRecording& recording,
                                                const ReferenceResult& result,
-                                               const std::vector<TruthPose>& poses);
+                                               const std::vector<ReferencePose>& poses);
 
 [[nodiscard]] nlohmann::ordered_json to_json(const ReferenceReport& report,
                                              const ReferenceResult& result);
 [[nodiscard]] std::string to_text(const ReferenceReport& report, const ReferenceResult& result);
 
 /// Header "t_s,sigma_x_m,..." and one line per pose.
-[[nodiscard]] std::string format_sigmas(const std::vector<TruthPose>& poses);
+[[nodiscard]] std::string format_sigmas(const std::vector<ReferencePose>& poses);
 
 }  // namespace rcs::smoothing

@@ -66,11 +66,11 @@ Result<ReferenceResult> smooth(const ReferenceRecording& recording, const Refere
   out.graph = make_reference_graph(recording, vehicle.wm.params, params.nodes);
   if (out.graph.nodes.size() < 2) return Error{"fewer than two scans within the beliefs of WM"};
   PoseGraph& graph = out.graph.graph;
-  const std::vector<double>& way_m = out.graph.way_m;
+  const std::vector<double>& travelled_m = out.graph.travelled_m;
   {
     const std::vector<NodeCloud> clouds =
         node_clouds(recording, out.graph, {}, vehicle.sp, params.matching);
-    out.residual_before = map_residual(clouds, way_m, seen_poses(graph, out.graph.start),
+    out.residual_before = map_residual(clouds, travelled_m, seen_poses(graph, out.graph.start),
                                        vehicle.sp, params.matching, params.residual_gate_m);
   }
   out.solved = solve(graph, out.graph.start, params.solver, stop);
@@ -83,7 +83,7 @@ Result<ReferenceResult> smooth(const ReferenceRecording& recording, const Refere
         node_clouds(recording, out.graph, before.shared, vehicle.sp, params.matching);
     const double share = 1.0 / params.rounds;
     const Matches matches = match_nodes(
-        clouds, way_m, seen_poses(graph, before), vehicle.sp, params.matching,
+        clouds, travelled_m, seen_poses(graph, before), vehicle.sp, params.matching,
         round == 0 ? 0.3 : 0.1,
         [&](std::size_t done, std::size_t all) {
           progress(share * (round + 0.8 * static_cast<double>(done) / static_cast<double>(all)));
@@ -107,8 +107,8 @@ Result<ReferenceResult> smooth(const ReferenceRecording& recording, const Refere
   if (out.covariance.pose.empty()) return Error{"the measurements do not determine the poses"};
   const std::vector<NodeCloud> clouds =
       node_clouds(recording, out.graph, out.solved.state.shared, vehicle.sp, params.matching);
-  out.residual_after = map_residual(clouds, way_m, seen_poses(graph, out.solved.state), vehicle.sp,
-                                    params.matching, params.residual_gate_m);
+  out.residual_after = map_residual(clouds, travelled_m, seen_poses(graph, out.solved.state),
+                                    vehicle.sp, params.matching, params.residual_gate_m);
   return out;
 }
 

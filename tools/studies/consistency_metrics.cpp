@@ -52,7 +52,7 @@ PartErrors errors_at(const drills::DrillRecord& record, const drills::DrillError
 }
 
 /// Sums of a metric.
-class FigureSums {
+class MetricSums {
  public:
   void add(const std::optional<PartError>& e) {
     if (!e) {
@@ -63,21 +63,21 @@ class FigureSums {
     f_.nees_per_dof += e->nees / kPartDof;
     f_.inside += e->nees <= k95Percent ? 1.0 : 0.0;
     f_.rms_error += e->error * e->error;
-    f_.rms_claimed += e->claimed * e->claimed;
+    f_.rms_predicted += e->predicted * e->predicted;
   }
-  [[nodiscard]] PartFigure figure() const {
-    PartFigure f = f_;
+  [[nodiscard]] PartMetrics metric() const {
+    PartMetrics f = f_;
     if (f.count == 0) return f;
     const double n = static_cast<double>(f.count);
     f.nees_per_dof /= n;
     f.inside /= n;
     f.rms_error = std::sqrt(f.rms_error / n);
-    f.rms_claimed = std::sqrt(f.rms_claimed / n);
+    f.rms_predicted = std::sqrt(f.rms_predicted / n);
     return f;
   }
 
  private:
-  PartFigure f_;
+  PartMetrics f_;
 };
 
 std::size_t index(StatePart part) { return static_cast<std::size_t>(part); }
@@ -178,7 +178,7 @@ ConsistencyRun consistency_run(const ConsistencyPlan& plan, std::int64_t seed,
     run.curve.push_back(errors_at(record, errors, t_s));
   }
   run.innovations = innovation_sums(record.innovations);
-  run.integrity = drills::integrity_figures(plan.drill("", ""), record, errors);
+  run.integrity = drills::integrity_metrics(plan.drill("", ""), record, errors);
   return run;
 }
 
@@ -188,24 +188,24 @@ ValueInterval chance_of_mean(double dof, double z) {
   return {std::max(0.0, at(-z)), at(z)};
 }
 
-PartFigure figure_at(const ConsistencyBlock& block, std::size_t time, StatePart part) {
-  FigureSums sums;
+PartMetrics metrics_at(const ConsistencyBlock& block, std::size_t time, StatePart part) {
+  MetricSums sums;
   for (const ConsistencyRun& run : block.runs) sums.add(run.at[time][index(part)]);
-  return sums.figure();
+  return sums.metric();
 }
 
-PartFigure figure_at_second(const ConsistencyBlock& block, std::size_t second, StatePart part) {
-  FigureSums sums;
+PartMetrics metrics_at_second(const ConsistencyBlock& block, std::size_t second, StatePart part) {
+  MetricSums sums;
   for (const ConsistencyRun& run : block.runs) sums.add(run.curve[second][index(part)]);
-  return sums.figure();
+  return sums.metric();
 }
 
-PartFigure figure_of_all(const ConsistencyBlock& block, StatePart part) {
-  FigureSums sums;
+PartMetrics metrics_of_all(const ConsistencyBlock& block, StatePart part) {
+  MetricSums sums;
   for (const ConsistencyRun& run : block.runs) {
     for (const PartErrors& moment : run.at) sums.add(moment[index(part)]);
   }
-  return sums.figure();
+  return sums.metric();
 }
 
 Innovations pooled_innovations(const ConsistencyBlock& block) {
@@ -216,8 +216,8 @@ Innovations pooled_innovations(const ConsistencyBlock& block) {
   return pooled;
 }
 
-ProtectionFigure protection(const ConsistencyBlock& block) {
-  ProtectionFigure f;
+ProtectionMetrics protection(const ConsistencyBlock& block) {
+  ProtectionMetrics f;
   for (const ConsistencyRun& run : block.runs) {
     if (!run.integrity) continue;
     const double n = static_cast<double>(run.integrity->samples);
@@ -235,7 +235,7 @@ ProtectionFigure protection(const ConsistencyBlock& block) {
   return f;
 }
 
-drills::Verdict nees_verdict(const PartFigure& f) {
+drills::Verdict nees_verdict(const PartMetrics& f) {
   if (f.missing > 0 || f.count == 0) return drills::Verdict::kFail;
   const ValueInterval chance =
       chance_of_mean(kPartDof * static_cast<double>(f.count), kChance_sigma);
@@ -244,7 +244,7 @@ drills::Verdict nees_verdict(const PartFigure& f) {
                f.count >= kRunsToTell);
 }
 
-drills::Verdict inside_verdict(const PartFigure& f, std::size_t runs) {
+drills::Verdict inside_verdict(const PartMetrics& f, std::size_t runs) {
   if (f.missing > 0 || f.count == 0) return drills::Verdict::kFail;
   // The moments of a run are correlated: a run counts once.
   const double p = kInsideLimit.low;
@@ -268,9 +268,9 @@ drills::Verdict verdict_of(const ConsistencyPlan& plan, const ConsistencyBlock& 
   };
   for (const StatePart part : kStateParts) {
     for (std::size_t k = 0; k < plan.times_s.size(); ++k) {
-      count(nees_verdict(figure_at(block, k, part)));
+      count(nees_verdict(metrics_at(block, k, part)));
     }
-    count(inside_verdict(figure_of_all(block, part), block.runs.size()));
+    count(inside_verdict(metrics_of_all(block, part), block.runs.size()));
   }
   for (const auto& [source, sums] : pooled_innovations(block)) count(nis_verdict(sums));
   return fails  ? drills::Verdict::kFail

@@ -35,9 +35,9 @@ struct ConsistencyPlan {
 
 /// Error of one part at one moment.
 struct PartError {
-  double error = 0.0;    ///< magnitude [m, m/s, rad]
-  double claimed = 0.0;  ///< root of the trace of the covariance, in the same unit
-  double nees = 0.0;     ///< expected 3
+  double error = 0.0;      ///< magnitude [m, m/s, rad]
+  double predicted = 0.0;  ///< root of the trace of the covariance, in the same unit
+  double nees = 0.0;       ///< expected 3
 };
 /// nullopt: no belief, no truth, or an invalid covariance.
 using PartErrors = std::array<std::optional<PartError>, kStateParts.size()>;
@@ -74,7 +74,7 @@ struct ConsistencyRun {
   std::vector<PartErrors> at;     ///< at the times of the plan
   std::vector<PartErrors> curve;  ///< at 0, 1, 2 ... s, up to the last time of the plan
   Innovations innovations;
-  std::optional<drills::IntegrityFigures> integrity;  ///< of the outage; nullopt: not published
+  std::optional<drills::IntegrityMetrics> integrity;  ///< of the outage; nullopt: not published
 };
 [[nodiscard]] ConsistencyRun consistency_run(const ConsistencyPlan& plan, std::int64_t seed,
                                              const drills::DrillRecord& record);
@@ -106,35 +106,36 @@ constexpr ValueInterval kNisLimit = {0.4, 1.3};  ///< mean NIS per degree of fre
 [[nodiscard]] ValueInterval chance_of_mean(double dof, double z);
 
 /// One part over the runs of a block.
-struct PartFigure {
+struct PartMetrics {
   std::size_t count = 0;
   std::size_t missing = 0;  ///< runs without a value
   double nees_per_dof = 0.0;
   double inside = 0.0;  ///< share inside the 95 % ellipsoid
   double rms_error = 0.0;
-  double rms_claimed = 0.0;
+  double rms_predicted = 0.0;
 };
-[[nodiscard]] PartFigure figure_at(const ConsistencyBlock& block, std::size_t time, StatePart part);
-[[nodiscard]] PartFigure figure_at_second(const ConsistencyBlock& block, std::size_t second,
-                                          StatePart part);
+[[nodiscard]] PartMetrics metrics_at(const ConsistencyBlock& block, std::size_t time,
+                                     StatePart part);
+[[nodiscard]] PartMetrics metrics_at_second(const ConsistencyBlock& block, std::size_t second,
+                                            StatePart part);
 /// Over all times of the plan.
-[[nodiscard]] PartFigure figure_of_all(const ConsistencyBlock& block, StatePart part);
+[[nodiscard]] PartMetrics metrics_of_all(const ConsistencyBlock& block, StatePart part);
 [[nodiscard]] Innovations pooled_innovations(const ConsistencyBlock& block);
 
 /// Over the outages of the runs.
-struct ProtectionFigure {
+struct ProtectionMetrics {
   std::size_t samples = 0;
   double within_horizontal = 0.0;  ///< share of the time with the error within the level
   double within_vertical = 0.0;
   int missed_alerts = 0;
   double false_alerts_per_h = 0.0;  ///< with GPS
 };
-[[nodiscard]] ProtectionFigure protection(const ConsistencyBlock& block);
+[[nodiscard]] ProtectionMetrics protection(const ConsistencyBlock& block);
 
 /// A value outside its limit fails; with fewer than 20 runs (for a NIS: 100 measurements) only if
 /// the violation is significant for a consistent filter, else the verdict is inconclusive.
-[[nodiscard]] drills::Verdict nees_verdict(const PartFigure& f);
-[[nodiscard]] drills::Verdict inside_verdict(const PartFigure& f, std::size_t runs);
+[[nodiscard]] drills::Verdict nees_verdict(const PartMetrics& f);
+[[nodiscard]] drills::Verdict inside_verdict(const PartMetrics& f, std::size_t runs);
 [[nodiscard]] drills::Verdict nis_verdict(const InnovationSums& sums);
 
 /// kFail if any limit or any run failed.

@@ -13,9 +13,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string nees_text(const PartFigure& f) {
-  const std::string figure = f.count == 0 ? "-" : fmt::format("{:.2f}", f.nees_per_dof);
-  return f.missing == 0 ? figure : fmt::format("{} ({} missing)", figure, f.missing);
+std::string nees_text(const PartMetrics& f) {
+  const std::string metric = f.count == 0 ? "-" : fmt::format("{:.2f}", f.nees_per_dof);
+  return f.missing == 0 ? metric : fmt::format("{} ({} missing)", metric, f.missing);
 }
 
 /// Scenario and INS of a block, shown in its first row.
@@ -38,7 +38,7 @@ Json interval_json(const ValueInterval& i) { return Json::array({i.low, i.high})
 Json part_json(const ConsistencyPlan& plan, const ConsistencyBlock& block, StatePart part) {
   Json j = {{"at", Json::array()}};
   for (std::size_t k = 0; k < plan.times_s.size(); ++k) {
-    const PartFigure f = figure_at(block, k, part);
+    const PartMetrics f = metrics_at(block, k, part);
     Json at = {{"t_s", plan.times_s[k]},
                {"moment", moment_text(plan, plan.times_s[k])},
                {"runs", f.count},
@@ -46,7 +46,7 @@ Json part_json(const ConsistencyPlan& plan, const ConsistencyBlock& block, State
                {"nees_per_dof", f.nees_per_dof},
                {"inside95", f.inside},
                {"rms_error", f.rms_error},
-               {"rms_predicted", f.rms_claimed},
+               {"rms_predicted", f.rms_predicted},
                {"verdict", drills::verdict_text(nees_verdict(f))},
                {"nees_by_run", Json::array()}};
     for (const ConsistencyRun& run : block.runs) {
@@ -55,7 +55,7 @@ Json part_json(const ConsistencyPlan& plan, const ConsistencyBlock& block, State
     }
     j["at"].push_back(std::move(at));
   }
-  const PartFigure all = figure_of_all(block, part);
+  const PartMetrics all = metrics_of_all(block, part);
   j["inside95"] = all.inside;
   j["inside95_verdict"] = drills::verdict_text(inside_verdict(all, block.runs.size()));
   return j;
@@ -82,7 +82,7 @@ Json block_json(const ConsistencyPlan& plan, const ConsistencyBlock& block) {
                         {"lag1", drills::number_or_null(sums.lag1())},
                         {"verdict", drills::verdict_text(nis_verdict(sums))}};
   }
-  const ProtectionFigure p = protection(block);
+  const ProtectionMetrics p = protection(block);
   j["protection"] = {{"samples", p.samples},
                      {"within_horizontal", p.within_horizontal},
                      {"within_vertical", p.within_vertical},
@@ -139,10 +139,10 @@ report::Table nees_table(const ConsistencyReport& report) {
     for (const StatePart part : kStateParts) {
       std::vector<std::string> row = row_head(block, part);
       for (std::size_t k = 0; k < report.plan.times_s.size(); ++k) {
-        const PartFigure f = figure_at(block, k, part);
+        const PartMetrics f = metrics_at(block, k, part);
         row.push_back(drills::marked(nees_text(f), nees_verdict(f)));
       }
-      const PartFigure all = figure_of_all(block, part);
+      const PartMetrics all = metrics_of_all(block, part);
       row.push_back(drills::marked(fmt::format("{:.0f}", 100.0 * all.inside),
                                    inside_verdict(all, block.runs.size())));
       t.rows.push_back(std::move(row));
@@ -162,8 +162,8 @@ report::Table error_table(const ConsistencyReport& report) {
       std::vector<std::string> row = row_head(block, part);
       row.back() += part == StatePart::kPosition ? " [m]" : angle ? " [deg]" : " [m/s]";
       for (std::size_t k = 0; k < report.plan.times_s.size(); ++k) {
-        const PartFigure f = figure_at(block, k, part);
-        row.push_back(fmt::format("{:.3f} / {:.3f}", scale * f.rms_error, scale * f.rms_claimed));
+        const PartMetrics f = metrics_at(block, k, part);
+        row.push_back(fmt::format("{:.3f} / {:.3f}", scale * f.rms_error, scale * f.rms_predicted));
       }
       t.rows.push_back(std::move(row));
     }
@@ -177,7 +177,7 @@ report::Table protection_table(const ConsistencyReport& report) {
                   {}};
   for (const ConsistencyBlock& block : report.blocks) {
     if (!block.was_run()) continue;
-    const ProtectionFigure p = protection(block);
+    const ProtectionMetrics p = protection(block);
     t.rows.push_back({scenario_name(block.scenario), block.ins,
                       fmt::format("{:.2f}", 100.0 * p.within_horizontal),
                       fmt::format("{:.2f}", 100.0 * p.within_vertical),

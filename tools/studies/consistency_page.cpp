@@ -67,7 +67,7 @@ report::Plot nees_plot(const ConsistencyPlan& plan, const Blocks& blocks, StateP
   for (std::size_t b = 0; b < blocks.size(); ++b) {
     report::Series s{blocks[b]->ins, colour_of(b), report::SeriesStyle::kLine, {}, {}, {}};
     for (std::size_t second = 0; second < blocks[b]->runs.front().curve.size(); ++second) {
-      const PartFigure f = figure_at_second(*blocks[b], second, part);
+      const PartMetrics f = metrics_at_second(*blocks[b], second, part);
       s.x.push_back(static_cast<double>(second));
       s.y.push_back(f.count == 0 ? std::numeric_limits<double>::quiet_NaN() : f.nees_per_dof);
       if (f.count > 0) most = std::max(most, std::log10(std::max(1.0, f.nees_per_dof)));
@@ -91,7 +91,7 @@ report::Plot inside_plot(const Blocks& blocks) {
     report::Series s{blocks[b]->ins, colour_of(b), report::SeriesStyle::kThickLine, {}, {}, {}};
     for (const StatePart part : kStateParts) {
       add_bar(static_cast<double>(part), b, blocks.size(), kFoot,
-              100.0 * figure_of_all(*blocks[b], part).inside, &s);
+              100.0 * metrics_of_all(*blocks[b], part).inside, &s);
     }
     plot.series.push_back(std::move(s));
   }

@@ -44,7 +44,7 @@ std::optional<double> ratio_of(const std::vector<MapStudyBlock>& blocks,
                                const MapStudyBlock& block) {
   const MapStudyBlock* const without = without_map(blocks, block);
   if (without == nullptr || without == &block) return std::nullopt;
-  return map_study_figure(block).rms_m / std::max(kFloor_m, map_study_figure(*without).rms_m);
+  return map_study_metrics(block).rms_m / std::max(kFloor_m, map_study_metrics(*without).rms_m);
 }
 
 }  // namespace
@@ -93,8 +93,8 @@ MapStudyRun map_study_run(const MapStudyPlan& plan, const drills::DrillRecord& r
   return run;
 }
 
-MapStudyFigure map_study_figure(const MapStudyBlock& block) {
-  MapStudyFigure f;
+MapStudyMetrics map_study_metrics(const MapStudyBlock& block) {
+  MapStudyMetrics f;
   std::vector<double> errors;
   std::vector<double> horizontal;
   double slopes = 0.0;
@@ -135,7 +135,7 @@ report::Table map_study_table(const std::vector<MapStudyBlock>& blocks) {
       table.rows.push_back(std::move(row));
       continue;
     }
-    const MapStudyFigure f = map_study_figure(block);
+    const MapStudyMetrics f = map_study_metrics(block);
     const std::optional<double> ratio = ratio_of(blocks, block);
     table.rows.push_back(
         {name_of(block), fmt::format("{:.1f}", degrees(f.slope_rms_rad)), map,
@@ -157,7 +157,7 @@ nlohmann::ordered_json map_study_json(const std::vector<MapStudyBlock>& blocks) 
       rows.push_back(std::move(row));
       continue;
     }
-    const MapStudyFigure f = map_study_figure(block);
+    const MapStudyMetrics f = map_study_metrics(block);
     const std::optional<double> ratio = ratio_of(blocks, block);
     row["drives"] = block.runs.size();
     row["driven_m"] = f.driven_m;
@@ -203,7 +203,7 @@ std::string map_study_svg(const std::vector<MapStudyBlock>& blocks) {
     report::Series without{"", colour, report::SeriesStyle::kDashed, {low_m, high_m}, {}, {}};
     for (const MapStudyBlock& b : blocks) {
       if (b.scenario != scenarios[k] || !b.error.empty()) continue;
-      const MapStudyFigure f = map_study_figure(b);
+      const MapStudyMetrics f = map_study_metrics(b);
       if (!b.cell_m) {
         without.label = name_of(b) + ", no map";
         without.y = {f.p95_m, f.p95_m};

@@ -44,7 +44,7 @@ struct MapStudyBlock {
   std::string error;  ///< reason of a failure; empty: none
 };
 
-struct MapStudyFigure {
+struct MapStudyMetrics {
   std::size_t samples = 0;
   std::size_t missing = 0;
   double median_m = 0.0;
@@ -57,7 +57,7 @@ struct MapStudyFigure {
   double slope_rms_rad = 0.0;
 };
 /// Over all seconds of all runs.
-[[nodiscard]] MapStudyFigure map_study_figure(const MapStudyBlock& block);
+[[nodiscard]] MapStudyMetrics map_study_metrics(const MapStudyBlock& block);
 
 /// @param blocks  the first one of a scenario is without a map
 [[nodiscard]] report::Table map_study_table(const std::vector<MapStudyBlock>& blocks);

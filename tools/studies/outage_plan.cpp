@@ -16,7 +16,7 @@ OutagePlan plan(const OutageQuestion& question, OutagePlan::Kind kind, std::size
                 const drills::DrillWindow& window) {
   OutagePlan p{kind, variant, window, {}};
   const std::string what =
-      kind == OutagePlan::Kind::kUncut ? "uncut"
+      kind == OutagePlan::Kind::kWmWithGps ? "with_gps"
       : kind == OutagePlan::Kind::kNoGps
           ? "no_gps"
           : fmt::format("gps_cut_{:g}s_at_{:.1f}s", window.length_s(), window.begin_s);
@@ -98,7 +98,7 @@ Result<std::vector<OutagePlan>> plan_outages(const OutageQuestion& question, dou
   if (!windows) return windows.error();
   std::vector<OutagePlan> plans;
   for (std::size_t v = 0; v <= question.without.size(); ++v) {
-    plans.push_back(plan(question, OutagePlan::Kind::kUncut, v, {}));
+    plans.push_back(plan(question, OutagePlan::Kind::kWmWithGps, v, {}));
     for (const drills::DrillWindow& window : *windows) {
       plans.push_back(plan(question, OutagePlan::Kind::kOutage, v, window));
     }

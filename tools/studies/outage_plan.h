@@ -31,9 +31,9 @@ struct OutageQuestion {
 /// One run of the study.
 struct OutagePlan {
   enum class Kind {
-    kUncut,   ///< GPS in the whole run
-    kOutage,  ///< GPS denied in `window`
-    kNoGps    ///< no GPS in the whole run: LADAR alone
+    kWmWithGps,  ///< GPS in the whole run
+    kOutage,     ///< GPS denied in `window`
+    kNoGps       ///< no GPS in the whole run: LADAR alone
   };
   Kind kind = Kind::kOutage;
   std::size_t variant = 0;  ///< 0: all sources; k: OutageQuestion::without[k - 1]

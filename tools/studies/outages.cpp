@@ -14,9 +14,10 @@ namespace {
 /// Time after the first correct fix within which GPS must be accepted to count as recovered.
 constexpr double kBack_s = 5.0;
 constexpr Duration kMaxMatchGap = std::chrono::milliseconds(500);
-constexpr Teller kCarriedOn[] = {Teller::kGyroAndWheels, Teller::kGyroAndLastSpeed, Teller::kWheels,
-                                 Teller::kInertial, Teller::kLadar};
-constexpr std::array<std::string_view, kTellers> kTellerNames = {
+constexpr PoseEstimator kCarriedOn[] = {PoseEstimator::kGyroAndWheels,
+                                        PoseEstimator::kGyroAndLastSpeed, PoseEstimator::kWheels,
+                                        PoseEstimator::kInertial, PoseEstimator::kLadar};
+constexpr std::array<std::string_view, kPoseEstimators> kEstimatorNames = {
     "WM",           "WM with GPS", "gyro and wheels", "gyro, speed held",
     "wheels alone", "INS alone",   "LADAR alone"};
 
@@ -73,25 +74,25 @@ struct Evidence {
   }
 };
 
-/// T_world_vehicle at `to` by the estimators other than WM and the uncut run.
-std::optional<Pose> carried_on(const Evidence& e, Teller teller, std::size_t variant,
+/// T_world_vehicle at `to` by the estimators other than WM and the run with GPS.
+std::optional<Pose> carried_on(const Evidence& e, PoseEstimator estimator, std::size_t variant,
                                const drills::DrillBelief& start, Stamp to) {
   const bool wheels = e.question.uses(variant, drills::DrillSource::kOdometry);
   const bool ins = e.question.uses(variant, drills::DrillSource::kIns);
-  switch (teller) {
-    case Teller::kGyroAndWheels:
+  switch (estimator) {
+    case PoseEstimator::kGyroAndWheels:
       if (!wheels || !ins) return std::nullopt;
       return reckon(ReckonedBy::kGyroAndWheels, start_at(start), e.motion, to);
-    case Teller::kGyroAndLastSpeed:
+    case PoseEstimator::kGyroAndLastSpeed:
       if (!ins) return std::nullopt;
       return reckon(ReckonedBy::kGyroAndLastSpeed, start_at(start), e.motion, to);
-    case Teller::kWheels:
+    case PoseEstimator::kWheels:
       if (!wheels) return std::nullopt;
       return reckon(ReckonedBy::kWheels, start_at(start), e.motion, to);
-    case Teller::kInertial:
+    case PoseEstimator::kInertial:
       if (!ins) return std::nullopt;
       return reckon(ReckonedBy::kInertial, start_at(start), e.motion, to);
-    case Teller::kLadar: {
+    case PoseEstimator::kLadar: {
       const drills::DrillRecord* record = e.record(OutagePlan::Kind::kNoGps, 0);
       if (record == nullptr || !e.question.uses(variant, drills::DrillSource::kLadar))
         return std::nullopt;
@@ -141,24 +142,24 @@ OutageFinding judge(const Evidence& e, const OutagePlan& plan, const drills::Dri
   }
   if (!f.failed.empty()) return f;
 
-  const auto at_end = [&f](Teller t) -> std::optional<OutageError>& {
+  const auto at_end = [&f](PoseEstimator t) -> std::optional<OutageError>& {
     return f.at_end[static_cast<std::size_t>(t)];
   };
   if (const std::optional<Pose> there = errors.truth_at(before->stamp)) {
     f.at_begin = error_of(before->T_world_vehicle, *there);
   }
-  at_end(Teller::kWm) = error_of(after->T_world_vehicle, *truth);
+  at_end(PoseEstimator::kWm) = error_of(after->T_world_vehicle, *truth);
   f.sigma_m = errors.of(*after)->sigma_horizontal_m;
   const bool is_reference = plan.variant == 0 && !e.motion.has_truth;
-  const drills::DrillRecord* uncut = e.record(OutagePlan::Kind::kUncut, plan.variant);
-  if (uncut != nullptr && !is_reference) {
-    const std::optional<drills::DrillError> same = drills::DrillErrors(*uncut).at(after->stamp);
+  const drills::DrillRecord* with_gps = e.record(OutagePlan::Kind::kWmWithGps, plan.variant);
+  if (with_gps != nullptr && !is_reference) {
+    const std::optional<drills::DrillError> same = drills::DrillErrors(*with_gps).at(after->stamp);
     if (same) {
-      at_end(Teller::kUncut) =
+      at_end(PoseEstimator::kWmWithGps) =
           OutageError{same->horizontal_m(), same->vertical_m(), same->heading_rad};
     }
   }
-  for (const Teller t : kCarriedOn) {
+  for (const PoseEstimator t : kCarriedOn) {
     const std::optional<Pose> T = carried_on(e, t, plan.variant, *before, after->stamp);
     if (T) at_end(t) = error_of(*T, *truth);
   }
@@ -197,10 +198,11 @@ ClosureFinding closure(const Evidence& e, std::size_t variant, const drills::Dri
     if (record == nullptr || record->beliefs.empty()) return std::nullopt;
     return from_first_fix(last_of(*record)->T_world_vehicle * record->p_vehicle_antenna);
   };
-  c.m[static_cast<std::size_t>(Teller::kWm)] = of(&cut);
-  c.m[static_cast<std::size_t>(Teller::kUncut)] = of(e.record(OutagePlan::Kind::kUncut, variant));
+  c.m[static_cast<std::size_t>(PoseEstimator::kWm)] = of(&cut);
+  c.m[static_cast<std::size_t>(PoseEstimator::kWmWithGps)] =
+      of(e.record(OutagePlan::Kind::kWmWithGps, variant));
   // The other estimators require an initial speed or a map.
-  for (const Teller t : {Teller::kGyroAndWheels, Teller::kWheels}) {
+  for (const PoseEstimator t : {PoseEstimator::kGyroAndWheels, PoseEstimator::kWheels}) {
     const std::optional<Pose> T =
         carried_on(e, t, variant, nothing_known(e.motion), last_fix->stamp);
     if (T) c.m[static_cast<std::size_t>(t)] = T->p.head<2>().norm();
@@ -208,9 +210,9 @@ ClosureFinding closure(const Evidence& e, std::size_t variant, const drills::Dri
   return c;
 }
 
-UncutFinding judge_uncut(const Evidence& e) {
-  UncutFinding u;
-  const drills::DrillRecord* record = e.record(OutagePlan::Kind::kUncut, 0);
+WithGpsFinding judge_with_gps(const Evidence& e) {
+  WithGpsFinding u;
+  const drills::DrillRecord* record = e.record(OutagePlan::Kind::kWmWithGps, 0);
   if (record == nullptr) return u;
   const drills::DrillErrors errors(*record);
   std::size_t seen = 0;
@@ -220,9 +222,9 @@ UncutFinding judge_uncut(const Evidence& e) {
     ++seen;
     trusted += i.gps == integrity_t::STATUS_ACCEPTED ? 1 : 0;
   }
-  if (seen > 0) u.trusted_share = static_cast<double>(trusted) / static_cast<double>(seen);
+  if (seen > 0) u.accepted_share = static_cast<double>(trusted) / static_cast<double>(seen);
   for (const drills::DrillEvent& event : record->events) {
-    if (event.severity >= event_t::SEVERITY_WARNING) u.complaints.push_back(event);
+    if (event.severity >= event_t::SEVERITY_WARNING) u.warnings.push_back(event);
   }
   return u;
 }
@@ -237,8 +239,8 @@ std::string variant_name(const std::vector<drills::DrillSource>& without) {
 
 }  // namespace
 
-std::string_view teller_name(Teller teller) {
-  return kTellerNames[static_cast<std::size_t>(teller)];
+std::string_view estimator_name(PoseEstimator estimator) {
+  return kEstimatorNames[static_cast<std::size_t>(estimator)];
 }
 
 OutageReport judge_outages(const OutageQuestion& question, const std::vector<OutagePlan>& plans,
@@ -257,7 +259,7 @@ OutageReport judge_outages(const OutageQuestion& question, const std::vector<Out
       report.closures.push_back(closure(evidence, plans[i].variant, *results[i].shown));
     }
   }
-  report.uncut = judge_uncut(evidence);
+  report.with_gps = judge_with_gps(evidence);
   return report;
 }
 

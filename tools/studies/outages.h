@@ -16,9 +16,17 @@ namespace rcs::studies {
 
 /// Estimators of the pose at the end of an outage. All except WM continue from the belief of WM at
 /// the begin of the outage, with the sensor errors estimated until then.
-enum class Teller { kWm, kUncut, kGyroAndWheels, kGyroAndLastSpeed, kWheels, kInertial, kLadar };
-constexpr std::size_t kTellers = 7;
-[[nodiscard]] std::string_view teller_name(Teller teller);
+enum class PoseEstimator {
+  kWm,
+  kWmWithGps,
+  kGyroAndWheels,
+  kGyroAndLastSpeed,
+  kWheels,
+  kInertial,
+  kLadar
+};
+constexpr std::size_t kPoseEstimators = 7;
+[[nodiscard]] std::string_view estimator_name(PoseEstimator estimator);
 
 /// Error against the reference.
 struct OutageError {
@@ -32,9 +40,9 @@ struct OutageFinding {
   drills::DrillWindow window;
   std::string failed;  ///< reason if there are no errors, else empty
   double driven_m = 0.0;
-  std::optional<OutageError> at_begin;                        ///< of WM
-  std::array<std::optional<OutageError>, kTellers> at_end{};  ///< nullopt: no estimate
-  double sigma_m = 0.0;                                       ///< horizontal, of WM at the end
+  std::optional<OutageError> at_begin;                               ///< of WM
+  std::array<std::optional<OutageError>, kPoseEstimators> at_end{};  ///< nullopt: no estimate
+  double sigma_m = 0.0;  ///< horizontal, of WM at the end
   /// Horizontal, from the belief of WM without GPS to the first fix after the outage.
   std::optional<double> to_fix_m;
   std::optional<double> fix_sigma_m;  ///< of the fix, the larger of east and north
@@ -50,14 +58,14 @@ struct OutageFinding {
 /// without WM.
 struct ClosureFinding {
   std::size_t variant = 0;
-  std::array<std::optional<double>, kTellers> m{};
+  std::array<std::optional<double>, kPoseEstimators> m{};
   std::optional<double> fixes_m;  ///< first to last fix
 };
 
 /// Status of GPS without any cut.
-struct UncutFinding {
-  double trusted_share = 0.0;  ///< share of the time after `from_s` in which GPS was accepted
-  std::vector<drills::DrillEvent> complaints;  ///< warnings and worse
+struct WithGpsFinding {
+  double accepted_share = 0.0;  ///< share of the time after `from_s` in which GPS was accepted
+  std::vector<drills::DrillEvent> warnings;  ///< warnings and worse
 };
 
 struct OutageReport {
@@ -65,7 +73,7 @@ struct OutageReport {
   std::vector<std::string> variants;
   std::vector<OutageFinding> findings;
   std::vector<ClosureFinding> closures;  ///< of a cut
-  UncutFinding uncut;
+  WithGpsFinding with_gps;
 };
 
 /// @param plans, results  in the same order

@@ -13,8 +13,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string name_of(std::size_t teller) {
-  return std::string(teller_name(static_cast<Teller>(teller)));
+std::string name_of(std::size_t estimator) {
+  return std::string(estimator_name(static_cast<PoseEstimator>(estimator)));
 }
 
 std::string median_and_worst(const std::vector<double>& values) {
@@ -23,8 +23,8 @@ std::string median_and_worst(const std::vector<double>& values) {
   return fmt::format("{:.2f} / {:.2f}", s.p50, s.max);
 }
 
-std::optional<double> horizontal(const OutageFinding& f, std::size_t teller) {
-  const std::optional<OutageError>& e = f.at_end[teller];
+std::optional<double> horizontal(const OutageFinding& f, std::size_t estimator) {
+  const std::optional<OutageError>& e = f.at_end[estimator];
   return e ? std::optional<double>(e->horizontal_m) : std::nullopt;
 }
 
@@ -56,14 +56,14 @@ std::vector<Group> grouped(const OutageReport& report) {
   return groups;
 }
 
-std::vector<std::size_t> tellers_of(const OutageReport& report) {
-  std::vector<std::size_t> tellers;
-  for (std::size_t t = 0; t < kTellers; ++t) {
-    const bool tells = std::any_of(report.findings.begin(), report.findings.end(),
-                                   [t](const OutageFinding& f) { return f.at_end[t].has_value(); });
-    if (tells) tellers.push_back(t);
+std::vector<std::size_t> estimators_of(const OutageReport& report) {
+  std::vector<std::size_t> estimators;
+  for (std::size_t t = 0; t < kPoseEstimators; ++t) {
+    const bool any = std::any_of(report.findings.begin(), report.findings.end(),
+                                 [t](const OutageFinding& f) { return f.at_end[t].has_value(); });
+    if (any) estimators.push_back(t);
   }
-  return tellers;
+  return estimators;
 }
 
 std::size_t judged(const Group& group) {
@@ -105,7 +105,7 @@ Json finding_json(const OutageReport& report, const OutageFinding& f) {
   }
   j["driven_m"] = f.driven_m;
   j["at_begin"] = error_json(f.at_begin);
-  for (std::size_t t = 0; t < kTellers; ++t) {
+  for (std::size_t t = 0; t < kPoseEstimators; ++t) {
     if (f.at_end[t]) j["at_end"][name_of(t)] = error_json(f.at_end[t]);
   }
   j["sigma_m"] = f.sigma_m;
@@ -119,9 +119,9 @@ Json finding_json(const OutageReport& report, const OutageFinding& f) {
 }  // namespace
 
 report::Table outage_table(const OutageReport& report) {
-  const std::vector<std::size_t> tellers = tellers_of(report);
+  const std::vector<std::size_t> estimators = estimators_of(report);
   report::Table t{{"outage", "outages", "driven [m]"}, {}};
-  for (const std::size_t k : tellers) t.header.push_back(name_of(k) + " [m]");
+  for (const std::size_t k : estimators) t.header.push_back(name_of(k) + " [m]");
   for (const char* title : {"sigma of WM [m]", "to next fix [m]", "GPS back [s]"}) {
     t.header.emplace_back(title);
   }
@@ -136,7 +136,7 @@ report::Table outage_table(const OutageReport& report) {
         judged(g) == g.size() ? fmt::format("{}", g.size())
                               : fmt::format("{} of {}", judged(g), g.size()),
         driven_m.empty() ? "-" : fmt::format("{:.0f}", tools::summarize(driven_m).p50)};
-    for (const std::size_t k : tellers) {
+    for (const std::size_t k : estimators) {
       row.push_back(
           median_and_worst(values_of(g, [k](const OutageFinding& f) { return horizontal(f, k); })));
     }
@@ -157,7 +157,7 @@ report::Table cut_table(const OutageReport& report) {
                   {}};
   for (std::size_t i = 0; i < report.findings.size(); ++i) {
     const OutageFinding& f = report.findings[i];
-    for (std::size_t k = 0; k < kTellers; ++k) {
+    for (std::size_t k = 0; k < kPoseEstimators; ++k) {
       const std::optional<OutageError>& e = f.at_end[k];
       const std::optional<double> closed_m =
           i < report.closures.size() ? report.closures[i].m[k] : std::nullopt;
@@ -182,7 +182,7 @@ report::Table cut_table(const OutageReport& report) {
 
 Json to_json(const OutageReport& report) {
   Json j = {{"reference", report.reference},
-            {"gps_accepted_share", report.uncut.trusted_share},
+            {"gps_accepted_share", report.with_gps.accepted_share},
             {"groups", Json::array()},
             {"outages", Json::array()}};
   for (const Group& g : grouped(report)) {
@@ -190,7 +190,7 @@ Json to_json(const OutageReport& report) {
                   {"length_s", g.front()->window.length_s()},
                   {"outages", g.size()},
                   {"evaluated", judged(g)}};
-    for (std::size_t k = 0; k < kTellers; ++k) {
+    for (std::size_t k = 0; k < kPoseEstimators; ++k) {
       const std::vector<double> values =
           values_of(g, [k](const OutageFinding& f) { return horizontal(f, k); });
       if (!values.empty()) group["horizontal_m"][name_of(k)] = summary_json(values);
@@ -205,12 +205,12 @@ Json to_json(const OutageReport& report) {
   for (const ClosureFinding& c : report.closures) {
     Json closure = {{"sources", report.variants[c.variant]},
                     {"fixes_m", drills::number_or_null(c.fixes_m)}};
-    for (std::size_t k = 0; k < kTellers; ++k) {
+    for (std::size_t k = 0; k < kPoseEstimators; ++k) {
       if (c.m[k]) closure["start_to_end_m"][name_of(k)] = *c.m[k];
     }
     j["closures"].push_back(std::move(closure));
   }
-  for (const drills::DrillEvent& event : report.uncut.complaints) {
+  for (const drills::DrillEvent& event : report.with_gps.warnings) {
     j["warnings_with_gps"].push_back(
         {{"node", event.node}, {"code", event.code}, {"text", event.text}});
   }

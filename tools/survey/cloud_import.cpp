@@ -283,7 +283,7 @@ class Importer {
     });
     if (!read) return read;
     ground_->finish(wanted_.quality.sigma_m);
-    out_.ground = ground_->figures();
+    out_.ground = ground_->metrics();
     out_.not_ground = out_.points - out_.invalid - out_.noise - out_.unplaced - out_.ground.points;
     if (out_.ground.cells == 0) return Error{name() + ": no known heights"};
     return Done{};

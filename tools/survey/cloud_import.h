@@ -39,7 +39,7 @@ struct CloudImported {
   std::int64_t unplaced = 0;    ///< outside the area of the projection or the geoid grid
   std::int64_t not_ground = 0;  ///< all other points that are not ground
   std::array<std::int64_t, 256> by_class{};
-  mapping::SurveyGroundFigures ground;
+  mapping::SurveyGroundMetrics ground;
 };
 
 /// Writes the map. Its axes are east, north and up at the centre of the extent of the points; the

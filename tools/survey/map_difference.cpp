@@ -72,7 +72,7 @@ void Differences::add(const Raster& a, const Raster& b) {
   }
 }
 
-MapDifference Differences::figures() const {
+MapDifference Differences::metrics() const {
   MapDifference f;
   f.cells = static_cast<std::int64_t>(d_m_.size());
   if (d_m_.empty()) return f;
@@ -105,9 +105,9 @@ Result<MapDifference> difference_of(const MapFolder& a, int level, mapping::MapR
   const Outcome done = for_each_tile(
       a, level, b, going, [&](const Raster& of_a, const Raster& of_b) { all.add(of_a, of_b); });
   if (!done) return done.error();
-  const MapDifference figures = all.figures();
-  if (figures.cells == 0) return nothing_common(a, *b);
-  return figures;
+  const MapDifference metrics = all.metrics();
+  if (metrics.cells == 0) return nothing_common(a, *b);
+  return metrics;
 }
 
 Result<Raster> difference_raster(const MapFolder& a, int level, mapping::MapResampler* b,

@@ -39,7 +39,7 @@ class Differences {
   /// @param a, b  the same cells of the same lattice
   void add(const Raster& a, const Raster& b);
   /// Zeros without differences.
-  [[nodiscard]] MapDifference figures() const;
+  [[nodiscard]] MapDifference metrics() const;
 
  private:
   std::vector<float> d_m_;

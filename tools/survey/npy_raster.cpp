@@ -111,10 +111,10 @@ void undo_rounding(Raster* r) {
         if (std::isnan(stored[k]) || stored[k] == 0.0F) continue;
         float sum = 0.0F;
         int n = 0;
-        for (const Cell beside : {Cell{here.i + 1, here.j}, Cell{here.i - 1, here.j},
-                                  Cell{here.i, here.j + 1}, Cell{here.i, here.j - 1}}) {
-          if (!r->contains(beside) || std::isnan(before[r->at(beside)])) continue;
-          sum += before[r->at(beside)];
+        for (const Cell neighbour : {Cell{here.i + 1, here.j}, Cell{here.i - 1, here.j},
+                                     Cell{here.i, here.j + 1}, Cell{here.i, here.j - 1}}) {
+          if (!r->contains(neighbour) || std::isnan(before[r->at(neighbour)])) continue;
+          sum += before[r->at(neighbour)];
           ++n;
         }
         const float half = std::ldexp(0.5F, std::ilogb(stored[k]) - kFractionBits);

@@ -41,8 +41,8 @@ bool Calibration::is_lone(const RangeFacet& facet, int row, int col) const {
   const float own = range(row, col);
   const float apart = static_cast<float>(params_.isolated_m) + 0.05F * own;
   bool alone = false;
-  const int beside[4][2] = {{row, col - 1}, {row, col + 1}, {row - 1, col}, {row + 1, col}};
-  for (const auto& [r, c] : beside) {
+  const int neighbour[4][2] = {{row, col - 1}, {row, col + 1}, {row - 1, col}, {row + 1, col}};
+  for (const auto& [r, c] : neighbour) {
     if (r < 0 || c < 0 || r >= facet.facet_rows || c >= params_.cols) continue;
     const float other = range(r, c);
     if (!(other > 0.0F)) continue;

@@ -65,7 +65,7 @@ bool InitialLocalizer::begin(const StartRegion& region) {
   region_ = region;
   if (!fits(region, params_)) return false;
   status_.state = InitialLocalizationState::kCollecting;
-  status_.doubt = InitialLocalizationDoubt::kTooEarly;
+  status_.reason = InitialLocalizationReason::kTooEarly;
   return true;
 }
 
@@ -74,7 +74,7 @@ void InitialLocalizer::stop() {
   patch_.clear();
   phase_ = Phase::kIdle;
   started_ = false;
-  searched_way_m_ = params_.min_travelled_m - params_.every_m;
+  searched_at_m_ = params_.min_travelled_m - params_.every_m;
 }
 
 void InitialLocalizer::add(const Points& lowest_vehicle, const Pose& T_level_vehicle) {
@@ -88,16 +88,16 @@ void InitialLocalizer::add(const Points& lowest_vehicle, const Pose& T_level_veh
   }
   const double step_m = (T_level_vehicle.p - last_p_level_).norm();
   if (step_m >= kStep_m) {
-    status_.way_m += step_m;
+    status_.travelled_m += step_m;
     last_p_level_ = T_level_vehicle.p;
   }
-  patch_.add(lowest_vehicle, T_level_vehicle, status_.way_m);
+  patch_.add(lowest_vehicle, T_level_vehicle, status_.travelled_m);
 }
 
 WorkUnits InitialLocalizer::work(const ElevationMap& map, WorkUnits granted) {
   WorkUnits used = 0;
   if (phase_ == Phase::kIdle && status_.state == InitialLocalizationState::kCollecting &&
-      status_.way_m >= searched_way_m_ + params_.every_m) {
+      status_.travelled_m >= searched_at_m_ + params_.every_m) {
     prepare();
   }
   if (phase_ == Phase::kSweep) sweep(map, granted, &used);
@@ -107,8 +107,8 @@ WorkUnits InitialLocalizer::work(const ElevationMap& map, WorkUnits granted) {
 }
 
 void InitialLocalizer::prepare() {
-  searched_way_m_ = status_.way_m;
-  patch_.gather(0.0, status_.way_m - params_.window_m, &cells_);
+  searched_at_m_ = status_.travelled_m;
+  patch_.gather(0.0, status_.travelled_m - params_.window_m, &cells_);
   make_submap(cells_, static_cast<std::size_t>(params_.samples), params_.fit, &workspace_,
               &submap_);
   if (submap_.samples.size() < static_cast<std::size_t>(params_.rough_samples)) return;
@@ -243,17 +243,17 @@ bool InitialLocalizer::same(const GroundPlace& a, const GroundPlace& b) const {
 
 bool InitialLocalizer::in_region(const Pose& T_map_level) const {
   const Pose T_map_start = T_map_level * T_level_start_;
-  const double drifted = params_.drift * status_.way_m;
+  const double drifted = params_.drift * status_.travelled_m;
   const double off = (T_map_start.p.head<2>() - region_.middle_m).norm();
   const double turned = std::abs(wrap_angle(yaw_of(T_map_start.q) - region_.yaw_rad));
   return off <= region_.radius_m + params_.grid_m + drifted &&
          turned <= region_.within_rad + params_.apart_rad;
 }
 
-void InitialLocalizer::give_up(InitialLocalizationDoubt doubt) {
+void InitialLocalizer::give_up(InitialLocalizationReason reason) {
   phase_ = Phase::kIdle;
   status_.state = InitialLocalizationState::kCollecting;
-  status_.doubt = doubt;
+  status_.reason = reason;
 }
 
 void InitialLocalizer::tell(const GroundSubmap& submap, const Followed& best) {
@@ -269,7 +269,7 @@ void InitialLocalizer::tell(const GroundSubmap& submap, const Followed& best) {
 void InitialLocalizer::conclude() {
   ++status_.searches;
   status_.hypotheses = 0;
-  status_.spread_m = status_.margin = 0.0;
+  status_.scatter_m = status_.margin = 0.0;
   const auto rank = [](const Followed& f) {
     return f.lost ? std::numeric_limits<double>::infinity() : f.verdict.cost;
   };
@@ -279,8 +279,8 @@ void InitialLocalizer::conclude() {
     if (best_ == followed_.size() || rank(followed_[k]) < rank(followed_[best_])) best_ = k;
   }
   if (best_ == followed_.size()) {
-    give_up(followed_.empty() ? InitialLocalizationDoubt::kNothingFits
-                              : InitialLocalizationDoubt::kNoMap);
+    give_up(followed_.empty() ? InitialLocalizationReason::kNothingFits
+                              : InitialLocalizationReason::kNoMap);
     return;
   }
   const Followed& best = followed_[best_];
@@ -295,45 +295,45 @@ void InitialLocalizer::conclude() {
     ++status_.hypotheses;
     square += (f.place.centre_map - best.place.centre_map).head<2>().squaredNorm();
   }
-  status_.spread_m = std::sqrt(square / status_.hypotheses);
+  status_.scatter_m = std::sqrt(square / status_.hypotheses);
   status_.margin = next - rank(best);
   tell(submap_, best);
   const bool told = largest_sigma(best.verdict.covariance) <= params_.max_sigma_m &&
                     std::sqrt(best.verdict.covariance(3, 3)) <= params_.max_sigma_rad;
   if (status_.cost > params_.max_cost || !in_region(status_.T_map_level)) {
-    give_up(InitialLocalizationDoubt::kNothingFits);
+    give_up(InitialLocalizationReason::kNothingFits);
   } else if (status_.evidence < params_.evidence || !told) {
-    give_up(InitialLocalizationDoubt::kFeatureless);
+    give_up(InitialLocalizationReason::kFeatureless);
   } else if (status_.margin < params_.evidence) {
-    give_up(InitialLocalizationDoubt::kAmbiguous);
+    give_up(InitialLocalizationReason::kAmbiguous);
   } else {
     phase_ = Phase::kAgain;
-    looked_way_m_ = searched_way_m_ + params_.confirm_m - kAgainEvery_m;
+    compared_at_m_ = searched_at_m_ + params_.confirm_m - kAgainEvery_m;
     status_.state = InitialLocalizationState::kConfirming;
-    status_.doubt = InitialLocalizationDoubt::kNone;
+    status_.reason = InitialLocalizationReason::kNone;
   }
 }
 
 /// Evaluates ground that was not observed when the candidate was proposed, at the candidate pose.
 void InitialLocalizer::confirm(const ElevationMap& map, WorkUnits granted, WorkUnits* used) {
-  if (status_.way_m < looked_way_m_ + kAgainEvery_m) return;
-  if (status_.way_m > searched_way_m_ + params_.window_m) {
-    give_up(InitialLocalizationDoubt::kFeatureless);
+  if (status_.travelled_m < compared_at_m_ + kAgainEvery_m) return;
+  if (status_.travelled_m > searched_at_m_ + params_.window_m) {
+    give_up(InitialLocalizationReason::kFeatureless);
     return;
   }
   const WorkUnits look = kLooksForSlope * static_cast<WorkUnits>(params_.samples);
   if (*used + look > granted) return;
   *used += look;
-  looked_way_m_ = status_.way_m;
-  patch_.gather(searched_way_m_ + kStep_m, 0.0, &cells_);
+  compared_at_m_ = status_.travelled_m;
+  patch_.gather(searched_at_m_ + kStep_m, 0.0, &cells_);
   make_submap(cells_, static_cast<std::size_t>(params_.samples), params_.fit, &workspace_, &again_);
   if (again_.samples.empty()) return;
   const GroundVerdict v = judge(again_, map, params_.fit, place_of(again_, status_.T_map_level));
   if (v.known < kMinKnown) {
-    give_up(InitialLocalizationDoubt::kNoMap);
+    give_up(InitialLocalizationReason::kNoMap);
   } else if (v.blocks >= params_.confirm_blocks && v.cost > params_.max_cost * v.blocks) {
     ++status_.refuted;
-    give_up(InitialLocalizationDoubt::kRefuted);
+    give_up(InitialLocalizationReason::kRefuted);
   } else if (v.blocks >= params_.confirm_blocks &&
              v.plane_cost - v.cost >= params_.confirm_evidence) {
     phase_ = Phase::kIdle;

@@ -56,7 +56,7 @@ enum class InitialLocalizationState : std::uint8_t {
 };
 
 /// Why the start is unresolved.
-enum class InitialLocalizationDoubt : std::uint8_t {
+enum class InitialLocalizationReason : std::uint8_t {
   kNone,
   kTooEarly,     ///< no search has finished yet
   kNoMap,        ///< the map has no data in the region
@@ -68,14 +68,14 @@ enum class InitialLocalizationDoubt : std::uint8_t {
 
 struct InitialLocalizationStatus {
   InitialLocalizationState state = InitialLocalizationState::kOff;
-  InitialLocalizationDoubt doubt =
-      InitialLocalizationDoubt::kNone;  ///< of the newest finished search
-  int hypotheses = 0;     ///< refined ones that it cannot distinguish, at most `refined`
-  double spread_m = 0.0;  ///< root mean square of their distances from the best
-  double way_m = 0.0;     ///< distance driven since the start
-  double done = 0.0;      ///< share of the current search
-  int searches = 0;       ///< finished
-  int refuted = 0;        ///< candidates refuted by newly observed ground
+  InitialLocalizationReason reason =
+      InitialLocalizationReason::kNone;  ///< of the newest finished search
+  int hypotheses = 0;        ///< refined ones that it cannot distinguish, at most `refined`
+  double scatter_m = 0.0;    ///< root mean square of their distances from the best
+  double travelled_m = 0.0;  ///< distance driven since the start
+  double done = 0.0;         ///< share of the current search
+  int searches = 0;          ///< finished
+  int refuted = 0;           ///< candidates refuted by newly observed ground
   // Of the best candidate; a result only in state kFound.
   Pose T_map_level;
   Vec3 centre_level = Vec3::Zero();  ///< reference point of the covariance
@@ -130,7 +130,7 @@ class InitialLocalizer {
   void confirm(const ElevationMap& map, WorkUnits granted, WorkUnits* used);
   [[nodiscard]] bool in_region(const Pose& T_map_level) const;
   [[nodiscard]] bool same(const GroundPlace& a, const GroundPlace& b) const;
-  void give_up(InitialLocalizationDoubt doubt);
+  void give_up(InitialLocalizationReason reason);
   void tell(const GroundSubmap& submap, const Followed& best);
 
   InitialLocalizationParams params_;
@@ -144,7 +144,7 @@ class InitialLocalizer {
   bool started_ = false;
   Pose T_level_start_;
   Vec3 last_p_level_ = Vec3::Zero();
-  double searched_way_m_ = 0.0;
+  double searched_at_m_ = 0.0;
 
   // The current search.
   Phase phase_ = Phase::kIdle;
@@ -157,7 +157,7 @@ class InitialLocalizer {
   std::vector<Followed> followed_;
   std::size_t best_ = 0;
   GroundSubmap again_;
-  double looked_way_m_ = 0.0;  // at the last evaluation of new ground
+  double compared_at_m_ = 0.0;  // at the last evaluation of new ground
 };
 
 }  // namespace rcs::sp

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kColumn_m = 1.0;
 
-constexpr std::array<std::string_view, 7> kDoubts = {
+constexpr std::array<std::string_view, 7> kReasons = {
     "none",
     "too little ground collected",
     "the a priori map has no data in the start region",
@@ -90,25 +90,26 @@ std::optional<registration::Registration> StartSearch::step(const Points& points
 
 void StartSearch::tell(Stamp now, Report* report) {
   const InitialLocalizationStatus& s = status();
-  if (s.state == told_state_ && s.doubt == told_doubt_) return;
+  if (s.state == told_state_ && s.reason == told_doubt_) return;
   const bool news = s.state == InitialLocalizationState::kFound ||
-                    s.state == InitialLocalizationState::kConfirming || s.doubt != told_doubt_;
+                    s.state == InitialLocalizationState::kConfirming || s.reason != told_doubt_;
   told_state_ = s.state;
-  told_doubt_ = s.doubt;
+  told_doubt_ = s.reason;
   if (!news) return;
   if (s.state == InitialLocalizationState::kFound) {
     report->info(now, "start.found",
                  "start confirmed on the a priori map after {:.0f} m: log-likelihood {:.1f} above "
                  "the next pose, {:.1f} above featureless ground",
-                 s.way_m, s.margin, s.evidence);
+                 s.travelled_m, s.margin, s.evidence);
   } else if (s.state == InitialLocalizationState::kConfirming) {
     report->info(now, "start.confirming",
                  "one candidate pose left after {:.0f} m: newly observed ground must confirm it",
-                 s.way_m);
+                 s.travelled_m);
   } else {
     report->info(now, "start.unknown",
                  "start unresolved: {}; {} hypotheses left, {:.0f} m rms apart, after {:.0f} m",
-                 kDoubts[static_cast<std::size_t>(s.doubt)], s.hypotheses, s.spread_m, s.way_m);
+                 kReasons[static_cast<std::size_t>(s.reason)], s.hypotheses, s.scatter_m,
+                 s.travelled_m);
   }
 }
 

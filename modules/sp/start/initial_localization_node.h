@@ -44,7 +44,7 @@ class StartSearch {
   bool begun_ = false;
   Pose T_level_start_;
   InitialLocalizationState told_state_ = InitialLocalizationState::kCollecting;
-  InitialLocalizationDoubt told_doubt_ = InitialLocalizationDoubt::kTooEarly;
+  InitialLocalizationReason told_doubt_ = InitialLocalizationReason::kTooEarly;
 };
 
 /// The result as a registration to the a priori map: information in all directions, none of it from

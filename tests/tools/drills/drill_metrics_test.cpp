@@ -77,7 +77,7 @@ void add_fixes(double from_s, double to_s, const Vec3& error, drills::DrillRecor
 
 TEST(DrillMetrics, AnErrorFreeRunHasNoErrors) {
   const drills::DrillRecord r = right_record();
-  const drills::DrillRunFigures f = drills::drill_figures(gps_lost(20, 20), 1, r);
+  const drills::DrillRunMetrics f = drills::drill_metrics(gps_lost(20, 20), 1, r);
   EXPECT_LT(f.accuracy.horizontal_max_m, 1e-9);
   EXPECT_LT(f.accuracy.nees_per_dof, 1e-9);
   EXPECT_LT(f.smooth.m, 1e-9);
@@ -94,7 +94,7 @@ TEST(DrillMetrics, DriftIsTheFinalErrorPerDistanceDriven) {
     b.T_world_vehicle.p.y() += 0.06 * since_s;
     b.T_world_vehicle.q = exp_so3(Vec3(0.0, 0.0, radians(0.5)));
   }
-  const drills::DrillRunFigures f = drills::drill_figures(gps_lost(20, 20), 1, r);
+  const drills::DrillRunMetrics f = drills::drill_metrics(gps_lost(20, 20), 1, r);
   ASSERT_EQ(f.outages.size(), 1U);
   EXPECT_NEAR(f.outages[0].end_m, 1.2, 0.01);
   EXPECT_NEAR(f.outages[0].drift_pct, 0.6, 0.01);
@@ -117,7 +117,7 @@ TEST(DrillMetrics, FlappingCountsAsSeveralOutages) {
 TEST(DrillMetrics, PercentilesAndConsistency) {
   drills::DrillRecord r = right_record();
   mislead(20, 60.1, Vec3(0.0, 0.1, 0.2), &r);  // errors of one sigma and two
-  const drills::AccuracyFigures f = drills::accuracy(gps_lost(20, 20), drills::DrillErrors(r));
+  const drills::AccuracyMetrics f = drills::accuracy(gps_lost(20, 20), drills::DrillErrors(r));
   EXPECT_NEAR(f.cep50_m, 0.1, 1e-9);
   EXPECT_NEAR(f.cep95_m, 0.1, 1e-9);
   EXPECT_NEAR(f.vertical95_m, 0.2, 1e-9);
@@ -142,7 +142,7 @@ TEST(DrillMetrics, ThreeSecondsOutsideWithoutAnAlertAreOneMissedAlert) {
   drills::DrillRecord r = right_record();
   protect(&r);
   mislead(30, 33, Vec3(2.5, 0.0, 0.0), &r);
-  const auto f = drills::integrity_figures(gps_lost(20, 20), r, drills::DrillErrors(r));
+  const auto f = drills::integrity_metrics(gps_lost(20, 20), r, drills::DrillErrors(r));
   ASSERT_TRUE(f.has_value());
   EXPECT_EQ(f->missed_alerts, 1);
   EXPECT_NEAR(f->within_horizontal, 1.0 - 30.0 / 400.0, 0.004);
@@ -153,7 +153,7 @@ TEST(DrillMetrics, AShortExcursionOrAnAlarmedOneIsNoMissedAlert) {
   drills::DrillRecord brief = right_record();
   protect(&brief);
   mislead(30, 31.5, Vec3(0.0, 0.0, 2.5), &brief);
-  const auto f = drills::integrity_figures(gps_lost(20, 20), brief, drills::DrillErrors(brief));
+  const auto f = drills::integrity_metrics(gps_lost(20, 20), brief, drills::DrillErrors(brief));
   EXPECT_EQ(f->missed_alerts, 0);
   EXPECT_LT(f->within_vertical, 1.0);
 
@@ -162,7 +162,7 @@ TEST(DrillMetrics, AShortExcursionOrAnAlarmedOneIsNoMissedAlert) {
   mislead(30, 40, Vec3(2.5, 0.0, 0.0), &alarmed);
   integrity_within(31, 40, &alarmed,
                    [](drills::DrillIntegrity* i) { i->alerts = integrity_t::ALERT_HORIZONTAL; });
-  EXPECT_EQ(drills::integrity_figures(gps_lost(20, 20), alarmed, drills::DrillErrors(alarmed))
+  EXPECT_EQ(drills::integrity_metrics(gps_lost(20, 20), alarmed, drills::DrillErrors(alarmed))
                 ->missed_alerts,
             0);
 }
@@ -170,16 +170,16 @@ TEST(DrillMetrics, AShortExcursionOrAnAlarmedOneIsNoMissedAlert) {
 TEST(DrillMetrics, TimeToAlertRunsFromTheBeginOfTheFalseSource) {
   drills::DrillRecord r = right_record();
   protect(&r);
-  EXPECT_FALSE(drills::integrity_figures(ramp(20, 20), r, drills::DrillErrors(r))
+  EXPECT_FALSE(drills::integrity_metrics(ramp(20, 20), r, drills::DrillErrors(r))
                    ->time_to_alert_s.has_value());
   integrity_within(27.5, 50, &r,
                    [](drills::DrillIntegrity* i) { i->gps = integrity_t::STATUS_QUARANTINE; });
-  const auto f = drills::integrity_figures(ramp(20, 20), r, drills::DrillErrors(r));
+  const auto f = drills::integrity_metrics(ramp(20, 20), r, drills::DrillErrors(r));
   ASSERT_TRUE(f->time_to_alert_s.has_value());
   EXPECT_NEAR(*f->time_to_alert_s, 7.5, 0.11);
   // An outage is not a false source.
   EXPECT_FALSE(
-      drills::integrity_figures(gps_lost(20, 20), r, drills::DrillErrors(r))->alert_expected);
+      drills::integrity_metrics(gps_lost(20, 20), r, drills::DrillErrors(r))->alert_expected);
 }
 
 TEST(DrillMetrics, AnAlertWithoutAFaultIsFalse) {
@@ -188,10 +188,10 @@ TEST(DrillMetrics, AnAlertWithoutAFaultIsFalse) {
   protect(&r);
   const auto alert = [](drills::DrillIntegrity* i) { i->alerts = integrity_t::ALERT_GPS; };
   integrity_within(51, 55, &r, alert);
-  EXPECT_EQ(drills::integrity_figures(drill, r, drills::DrillErrors(r))->false_alerts_per_h, 0.0);
+  EXPECT_EQ(drills::integrity_metrics(drill, r, drills::DrillErrors(r))->false_alerts_per_h, 0.0);
   integrity_within(30, 31, &r, alert);
   // One in the half minute between the first 20 s and the stimulus.
-  EXPECT_NEAR(drills::integrity_figures(drill, r, drills::DrillErrors(r))->false_alerts_per_h,
+  EXPECT_NEAR(drills::integrity_metrics(drill, r, drills::DrillErrors(r))->false_alerts_per_h,
               120.0, 2.0);
 }
 
@@ -278,7 +278,7 @@ TEST(DrillMetrics, InnovationsBySource) {
     r.innovations[k].nis = by_gate ? 18.0 : 1e6;
     r.innovations[k].reason = by_gate ? innovation_t::REASON_GATE : innovation_t::REASON_QUARANTINE;
   }
-  const std::map<std::string, drills::NisFigure> nis = drills::nis_figures(r);
+  const std::map<std::string, drills::NisMetric> nis = drills::nis_metrics(r);
   EXPECT_EQ(nis.at("gps position").considered, 300U);
   EXPECT_EQ(nis.at("gps position").accepted, 150U);
   EXPECT_EQ(nis.at("gps position").gated, 200U);
@@ -297,13 +297,13 @@ TEST(DrillLimits, AnUnpublishedMetricFails) {
   drills::Drill drill = gps_lost(20, 20);
   drill.limits = {{"within_protection", 0.999}, {"missed_alerts", 0.0}, {"smooth_step_m", 0.05}};
   drills::DrillRecord r = right_record();
-  std::vector<drills::LimitResult> limits = judge(drill, {drills::drill_figures(drill, 1, r)});
+  std::vector<drills::LimitResult> limits = judge(drill, {drills::drill_metrics(drill, 1, r)});
   EXPECT_EQ(mark(limits, "within_protection").verdict, drills::Verdict::kFail);
   EXPECT_EQ(mark(limits, "within_protection").note, "not published");
   EXPECT_EQ(mark(limits, "missed_alerts").verdict, drills::Verdict::kFail);
   EXPECT_EQ(mark(limits, "smooth_step_m").verdict, drills::Verdict::kPass);
   protect(&r);
-  limits = judge(drill, {drills::drill_figures(drill, 1, r)});
+  limits = judge(drill, {drills::drill_metrics(drill, 1, r)});
   EXPECT_EQ(mark(limits, "within_protection").verdict, drills::Verdict::kPass);
 }
 
@@ -312,13 +312,13 @@ TEST(DrillLimits, MedianAndRatioNeedTheirSeeds) {
   drill.limits = {{"drift_pct_median", 0.5}, {"drift_pct_p95", 1.0}, {"ratio", 1.05}};
   drills::DrillRecord r = right_record();
   mislead(20, 60, Vec3(0.0, 1.2, 0.0), &r);  // 0.6 %
-  drills::DrillRunFigures f = drills::drill_figures(drill, 1, r);
+  drills::DrillRunMetrics f = drills::drill_metrics(drill, 1, r);
   f.baselines[0] = {10, 40.0, 10.0};
   for (const auto& [seeds, drift, ratio] :
        {std::tuple(1, drills::Verdict::kInconclusive, drills::Verdict::kInconclusive),
         std::tuple(5, drills::Verdict::kFail, drills::Verdict::kInconclusive),
         std::tuple(20, drills::Verdict::kFail, drills::Verdict::kFail)}) {
-    const std::vector<drills::DrillRunFigures> runs(static_cast<std::size_t>(seeds), f);
+    const std::vector<drills::DrillRunMetrics> runs(static_cast<std::size_t>(seeds), f);
     const std::vector<drills::LimitResult> limits = judge(drill, runs);
     EXPECT_EQ(mark(limits, "drift_pct_median").verdict, drift) << seeds;
     EXPECT_EQ(mark(limits, "drift_pct_p95").verdict, drills::Verdict::kPass) << seeds;
@@ -333,7 +333,7 @@ TEST(DrillLimits, GpsThatIsNeverReadmittedFails) {
   drills::DrillRecord r = right_record();
   add_fixes(0, 0, Vec3::Zero(), &r, [](double t_s) { return t_s < 20.0; });
   const std::vector<drills::LimitResult> limits =
-      judge(drill, {drills::drill_figures(drill, 1, r)});
+      judge(drill, {drills::drill_metrics(drill, 1, r)});
   EXPECT_EQ(limits[0].verdict, drills::Verdict::kFail);
   EXPECT_EQ(limits[0].note, "never");
 }
@@ -343,7 +343,7 @@ TEST(DrillLimits, ARunWithoutTruthPassesNothing) {
   drill.limits = {{"false_acceptances", 0.0}, {"smooth_step_m", 0.05}};
   drills::DrillRecord r = right_record();
   r.truth.clear();
-  for (const drills::LimitResult& m : judge(drill, {drills::drill_figures(drill, 1, r)})) {
+  for (const drills::LimitResult& m : judge(drill, {drills::drill_metrics(drill, 1, r)})) {
     EXPECT_EQ(m.verdict, drills::Verdict::kFail) << m.kind->key;
   }
 }
@@ -353,7 +353,7 @@ TEST(DrillOutput, JsonAndJUnitAgree) {
   r.drill = gps_lost(20, 20);
   r.drill.name = "A & B <made up>";
   r.drill.limits = {{"smooth_step_m", 0.05}, {"missed_alerts", 0.0}, {"ratio", 1.05}};
-  r.runs = {drills::drill_figures(r.drill, 7, right_record())};
+  r.runs = {drills::drill_metrics(r.drill, 7, right_record())};
   r.runs[0].baselines[0] = {10, 40.0, 10.0};
   r.limits = judge(r.drill, r.runs);
   const nlohmann::ordered_json j = drills::to_json({r});

@@ -51,9 +51,9 @@ TEST(Evaluation, AnOutageIsFoundAndScored) {
   EXPECT_EQ(outages[0].from, at_s(5.0));
   EXPECT_EQ(outages[0].to, at_s(15.0));
 
-  const std::optional<WorldFigures> world = world_figures(run, run.truth, run.truth_datum);
+  const std::optional<WorldMetrics> world = world_metrics(run, run.truth, run.truth_datum);
   ASSERT_TRUE(world.has_value());
-  const OutageFigures f = outage_figures(*world, outages[0]);
+  const OutageMetrics f = outage_metrics(*world, outages[0]);
   EXPECT_NEAR(f.driven_m, 99.0, 1e-6);  // 5.0 s to 14.9 s
   EXPECT_NEAR(f.end_horizontal_m, 0.99, 1e-6);
   EXPECT_NEAR(f.drift_percent, 1.0, 1e-6);
@@ -105,7 +105,7 @@ TEST(Evaluation, FusedSourcesAreThoseThatWmAcceptedWithinTheInterval) {
 
 /// A run without GPS for 100 s and 300 m with this error.
 ComparedRun run_off_by(const std::string& name, double rms_m, std::vector<std::string> fused) {
-  OutageFigures o;
+  OutageMetrics o;
   o.interval = {at_s(0.0), at_s(100.0)};
   o.driven_m = 300.0;
   o.horizontal_m.rms = rms_m;
@@ -171,7 +171,7 @@ TEST(Evaluation, WorldErrorsAreComputedInTheWorldOfTheGroundTruth) {
   for (recording::NavRecord& nav : run.nav) {
     nav.T_world_vehicle = T_world_truthworld * nav.T_world_vehicle;
   }
-  const std::optional<WorldFigures> world = world_figures(run, run.truth, run.truth_datum);
+  const std::optional<WorldMetrics> world = world_metrics(run, run.truth, run.truth_datum);
   ASSERT_TRUE(world.has_value());
   // THEN the errors are unchanged: the frames are 600 m apart, rounding is below 0.1 mm
   EXPECT_NEAR(world->horizontal_m.max, 0.99, 1e-4);
@@ -182,9 +182,9 @@ TEST(Evaluation, WorldErrorsAreComputedInTheWorldOfTheGroundTruth) {
 
 TEST(Evaluation, WithoutTruthOrDatumThereIsNoWorldError) {
   recording::RunLog run = drive_with_an_outage();
-  EXPECT_FALSE(world_figures(run, {}, kDatum).has_value());
+  EXPECT_FALSE(world_metrics(run, {}, kDatum).has_value());
   run.world_datum.reset();
-  EXPECT_FALSE(world_figures(run, run.truth, kDatum).has_value());
+  EXPECT_FALSE(world_metrics(run, run.truth, kDatum).has_value());
 }
 
 recording::ScanRecord scan_at(double t_s, std::int64_t id, std::int32_t epoch, double x_m) {

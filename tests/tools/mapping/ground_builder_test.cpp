@@ -31,7 +31,7 @@ struct Errors {
 };
 
 struct Built {
-  mapping::GroundFigures figures;
+  mapping::GroundMetrics metrics;
   std::vector<Raster> tiles;
   std::int64_t seen_through = 0;
 
@@ -76,7 +76,7 @@ Built build(const GroundScene& scene) {
   builder.settle();
   for (const GroundScene::Shot& s : shots) builder.measure(s.p, s.range_m, s.stamp, s.scan);
   builder.finish();
-  built.figures = builder.figures();
+  built.metrics = builder.metrics();
   MapLevel level;
   level.cell_m = params.cell_m;
   for (const Cell tile : builder.tiles()) built.tiles.push_back(builder.tile(level, tile, 7000));
@@ -100,7 +100,7 @@ TEST(GroundBuilder, BareGroundIsFoundToACentimetre) {
   EXPECT_GT(e.within_2, 0.95);
   for (double& m : e.m) m = std::abs(m);
   EXPECT_LT(e.median(), 0.01);
-  EXPECT_LT(built.figures.standing + built.figures.moving, built.figures.ground / 1000);
+  EXPECT_LT(built.metrics.above_ground + built.metrics.transient, built.metrics.ground / 1000);
   EXPECT_EQ(built.seen_through, 0);
   const Raster& r = built.tiles.front();
   EXPECT_TRUE(check_raster(r));
@@ -140,7 +140,7 @@ TEST(GroundBuilder, ATransientCarIsRemovedFromTheRoad) {
       2, [](double x, double y) { return x > 17 && x < 23 && GroundScene::on_road(x, y); });
   EXPECT_GT(e.known(), 0.9);
   EXPECT_LT(e.most(), 0.1);
-  EXPECT_GT(with_things().figures.moving, 100);
+  EXPECT_GT(with_things().metrics.transient, 100);
 }
 
 TEST(GroundBuilder, SigmaCoversPoseErrors) {
@@ -153,7 +153,7 @@ TEST(GroundBuilder, SigmaCoversPoseErrors) {
   EXPECT_GT(e.within_2, 0.9);
   EXPECT_LT(e.within_1, 0.95) << "not just large";
   EXPECT_GT(sure.within_2, 0.95);
-  EXPECT_GT(unsure.figures.sigma_median_m, 0.012);
+  EXPECT_GT(unsure.metrics.sigma_median_m, 0.012);
 }
 
 TEST(GroundBuilder, AnOffsetOfTheWholeRunIsAnOffsetOfTheMap) {

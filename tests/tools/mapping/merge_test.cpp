@@ -9,7 +9,7 @@
 #include "rcs/base/geodesy.h"
 #include "rcs/terrain/map_folder.h"
 #include "rcs/terrain/map_tile.h"
-#include "tests/support/beside.h"
+#include "tests/support/files_next_to.h"
 #include "tests/terrain/map_scene.h"
 #include "tools/mapping/map_writer.h"
 #include "tools/mapping/resample.h"
@@ -427,7 +427,7 @@ TEST_F(MergeMaps, AnInterruptedMergeLeavesNoFile) {
   EXPECT_EQ(mapping::merge_maps({a, b}, at("out"), [](double) { return false; }).error().message,
             "interrupted");
   EXPECT_FALSE(fs::exists(at("out")));
-  EXPECT_TRUE(test::beside(at("out")).empty());
+  EXPECT_TRUE(test::files_next_to(at("out")).empty());
   fs::resize_file(tile_file(b, 2.0, {1, 0}), 300);
   EXPECT_NE(why_not({a, b}, at("out")).find("1_0.tile"), std::string::npos);
 }

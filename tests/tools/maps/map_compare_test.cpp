@@ -139,12 +139,12 @@ TEST(MapDifference, NmadIgnoresOutliersAndIsZeroWithoutData) {
   for (int k = 0; k < 101; ++k) b.z_m[static_cast<std::size_t>(k)] = static_cast<float>(k - 50);
   b.z_m[0] = 5000.0F;
   survey::Differences d;
-  EXPECT_EQ(d.figures().cells, 0);
-  EXPECT_EQ(d.figures().nmad_m, 0.0);
+  EXPECT_EQ(d.metrics().cells, 0);
+  EXPECT_EQ(d.metrics().nmad_m, 0.0);
   d.add(a, b);
-  EXPECT_NEAR(d.figures().median_m, 1.0, 1e-6);
-  EXPECT_NEAR(d.figures().nmad_m, 1.4826 * 25.0, 1e-4);
-  EXPECT_GT(d.figures().rms_m, 400.0);
+  EXPECT_NEAR(d.metrics().median_m, 1.0, 1e-6);
+  EXPECT_NEAR(d.metrics().nmad_m, 1.4826 * 25.0, 1e-4);
+  EXPECT_GT(d.metrics().rms_m, 400.0);
 }
 
 TEST(MapDifference, ColorsAreWhiteInTheMiddleAndTransparentOutside) {

@@ -58,12 +58,12 @@ TEST_F(MapLocalizability, APlaneGivesNoInformationAndHillsGivePosition) {
   EXPECT_NEAR(j["share_within"][2]["share"].get<double>(), 0.5, 0.1);
   const json& path = j["path"];
   ASSERT_EQ(path.size(), 21U);  // each 25 m
-  EXPECT_EQ(path[0]["sigma_by_motion_m"], 0.5);
+  EXPECT_EQ(path[0]["sigma_dead_reckoning_m"], 0.5);
   // On the plane the map gives no information: sqrt(0.5^2 + (0.01 * 200)^2) where the hills are out
   // of range.
   EXPECT_EQ(path[8]["travelled_m"], 200.0);
   EXPECT_NEAR(path[8]["sigma_with_map_m"].get<double>(), std::hypot(0.5, 2.0), 0.05);
-  EXPECT_NEAR(path[20]["sigma_by_motion_m"].get<double>(), std::hypot(0.5, 5.0), 0.01);
+  EXPECT_NEAR(path[20]["sigma_dead_reckoning_m"].get<double>(), std::hypot(0.5, 5.0), 0.01);
   EXPECT_LT(path[20]["sigma_with_map_m"].get<double>(), 0.3);
   for (const char* file : {"localizability.json", "localizability.svg", "path.svg"}) {
     EXPECT_TRUE(std::filesystem::exists(out_folder + "/" + file)) << file;

@@ -234,7 +234,7 @@ TEST(GraphSolver, AFalseRevisitDoesNotDistortTheSquare) {
   const SolvedGraph after = solve(s.graph, s.start, {}, never);
   EXPECT_LT(after.match_weight.back(), 0.01);
   EXPECT_GT(after.match_weight.front(), 0.25);
-  EXPECT_EQ(after.fit[static_cast<std::size_t>(EdgeKind::kRevisit)].doubted, 1U);
+  EXPECT_EQ(after.fit[static_cast<std::size_t>(EdgeKind::kRevisit)].suspect, 1U);
   double worst = 0.0;
   for (std::size_t k = 0; k < s.truth.size(); ++k) {
     worst = std::max(worst,

@@ -14,7 +14,7 @@ namespace {
 /// the vehicle.
 struct Drive {
   std::vector<NodeCloud> clouds;
-  std::vector<double> way_m;
+  std::vector<double> travelled_m;
   std::vector<Pose> seen;
 };
 
@@ -42,7 +42,7 @@ Drive out_and_back() {
     cloud.dense = bumpy_ground(T, static_cast<std::uint32_t>(k + 1));
     cloud.source = cloud.dense;
     d.clouds.push_back(cloud);
-    d.way_m.push_back(5.0 * k);
+    d.travelled_m.push_back(5.0 * k);
     d.seen.push_back(T);
   }
   return d;
@@ -53,8 +53,8 @@ TEST(ReferenceMatching, PlansMatchesToEarlierAndOtherPasses) {
   const MatchingParams p;
   std::size_t consecutive = 0;
   std::size_t revisits = 0;
-  for (const PlannedMatch& m : plan_matches(d.clouds, d.way_m, d.seen, p)) {
-    const double apart_m = d.way_m[m.scan] - d.way_m[m.map];
+  for (const PlannedMatch& m : plan_matches(d.clouds, d.travelled_m, d.seen, p)) {
+    const double apart_m = d.travelled_m[m.scan] - d.travelled_m[m.map];
     if (m.revisit) {
       ++revisits;
       EXPECT_GE(std::abs(apart_m), p.other_pass_m);
@@ -79,8 +79,8 @@ TEST(ReferenceMatching, AMatchReturnsThePoseError) {
   config.map.voxel_m = 0.7;
   MatchingParams params;
   const auto quiet = [](std::size_t, std::size_t) {};
-  const Matches found =
-      match_nodes(d.clouds, d.way_m, d.seen, config, params, 0.3, quiet, [] { return false; });
+  const Matches found = match_nodes(d.clouds, d.travelled_m, d.seen, config, params, 0.3, quiet,
+                                    [] { return false; });
   EXPECT_EQ(found.revisit.made, found.revisit.tried);
   ASSERT_GT(found.revisit.made, 20U);
   for (const MatchEdge& e : found.edges) {
@@ -90,14 +90,14 @@ TEST(ReferenceMatching, AMatchReturnsThePoseError) {
     EXPECT_LT(e.information(0, 0), 1.01 / params.sigma_floor_m / params.sigma_floor_m);
   }
   params.jobs = 2;
-  const Matches again =
-      match_nodes(d.clouds, d.way_m, d.seen, config, params, 0.3, quiet, [] { return false; });
+  const Matches again = match_nodes(d.clouds, d.travelled_m, d.seen, config, params, 0.3, quiet,
+                                    [] { return false; });
   ASSERT_EQ(again.edges.size(), found.edges.size());
   for (std::size_t k = 0; k < found.edges.size(); ++k) {
     EXPECT_EQ(again.edges[k].T_map_scan.p, found.edges[k].T_map_scan.p);
   }
-  const MapResidual wrong = map_residual(d.clouds, d.way_m, d.seen, config, params, 0.3);
-  const MapResidual right = map_residual(d.clouds, d.way_m, truth, config, params, 0.3);
+  const MapResidual wrong = map_residual(d.clouds, d.travelled_m, d.seen, config, params, 0.3);
+  const MapResidual right = map_residual(d.clouds, d.travelled_m, truth, config, params, 0.3);
   EXPECT_LT(right.rms_m, wrong.rms_m);
 }
 

@@ -32,8 +32,8 @@ Vec3 normal3(std::mt19937* random) {
 }
 
 /// A drive with errors of the beliefs that are drawn from their covariances.
-/// @param claimed  factor of the published covariances over the true ones
-drills::DrillRecord consistent_record(double claimed, std::mt19937* random) {
+/// @param predicted  factor of the published covariances over the true ones
+drills::DrillRecord consistent_record(double predicted, std::mt19937* random) {
   const Mat3 position = root_of_covariance(0.4);
   const Mat3 velocity = root_of_covariance(0.05);
   const Mat3 attitude = root_of_covariance(0.003);
@@ -45,19 +45,19 @@ drills::DrillRecord consistent_record(double claimed, std::mt19937* random) {
     b.T_world_vehicle = b.T_world_vehicle * exp_se3(xi).inverse();
     b.v_world = Vec3(10.0, 0.0, 0.0) + velocity * normal3(random);
     b.cov_world_pose.setZero();
-    b.cov_world_pose.topLeftCorner<3, 3>() = claimed * position * position.transpose();
-    b.cov_world_pose.bottomRightCorner<3, 3>() = claimed * attitude * attitude.transpose();
-    b.cov_v_world = claimed * velocity * velocity.transpose();
+    b.cov_world_pose.topLeftCorner<3, 3>() = predicted * position * position.transpose();
+    b.cov_world_pose.bottomRightCorner<3, 3>() = predicted * attitude * attitude.transpose();
+    b.cov_v_world = predicted * velocity * velocity.transpose();
   }
   return r;
 }
 
-studies::ConsistencyBlock block_of(double claimed, std::size_t runs) {
+studies::ConsistencyBlock block_of(double predicted, std::size_t runs) {
   std::mt19937 random(7);
   studies::ConsistencyBlock block{"sim/made_up.toml", "tactical", {}, {}};
   for (std::size_t k = 0; k < runs; ++k) {
     block.runs.push_back(studies::consistency_run(kPlan, static_cast<std::int64_t>(k),
-                                                  consistent_record(claimed, &random)));
+                                                  consistent_record(predicted, &random)));
   }
   return block;
 }
@@ -86,32 +86,33 @@ TEST(Consistency, AConsistentFilterIsWithinTheLimits) {
   for (const studies::StatePart part :
        {studies::StatePart::kPosition, studies::StatePart::kVelocity,
         studies::StatePart::kAttitude}) {
-    const studies::PartFigure all = studies::figure_of_all(block, part);
+    const studies::PartMetrics all = studies::metrics_of_all(block, part);
     EXPECT_EQ(all.count, 90U);
     EXPECT_EQ(all.missing, 0U);
     // The mean of 90 chi-square values of 3 degrees has sigma sqrt(2 / 270) per degree: 4 sigma.
     EXPECT_NEAR(all.nees_per_dof, 1.0, 0.35) << studies::part_name(part);
-    EXPECT_NEAR(all.rms_error, all.rms_claimed, 0.2 * all.rms_claimed) << studies::part_name(part);
+    EXPECT_NEAR(all.rms_error, all.rms_predicted, 0.2 * all.rms_predicted)
+        << studies::part_name(part);
   }
   EXPECT_EQ(studies::verdict_of(kPlan, block), drills::Verdict::kPass);
   EXPECT_TRUE((studies::ConsistencyReport{kPlan, {block}}.passed()));
 }
 
 TEST(Consistency, CovariancesFourTimesTooLargeOrTooSmallFail) {
-  for (const double claimed : {4.0, 0.25}) {
-    const studies::ConsistencyBlock block = block_of(claimed, kRuns);
+  for (const double predicted : {4.0, 0.25}) {
+    const studies::ConsistencyBlock block = block_of(predicted, kRuns);
     for (const studies::StatePart part :
          {studies::StatePart::kPosition, studies::StatePart::kVelocity,
           studies::StatePart::kAttitude}) {
       for (std::size_t k = 0; k < kPlan.times_s.size(); ++k) {
-        const studies::PartFigure f = studies::figure_at(block, k, part);
-        EXPECT_NEAR(f.nees_per_dof * claimed, 1.0, 0.6) << studies::part_name(part);
+        const studies::PartMetrics f = studies::metrics_at(block, k, part);
+        EXPECT_NEAR(f.nees_per_dof * predicted, 1.0, 0.6) << studies::part_name(part);
         EXPECT_EQ(studies::nees_verdict(f), drills::Verdict::kFail)
-            << claimed << ", " << studies::part_name(part);
+            << predicted << ", " << studies::part_name(part);
       }
-      const studies::PartFigure all = studies::figure_of_all(block, part);
+      const studies::PartMetrics all = studies::metrics_of_all(block, part);
       EXPECT_EQ(studies::inside_verdict(all, kRuns), drills::Verdict::kFail)
-          << claimed << ", " << studies::part_name(part);
+          << predicted << ", " << studies::part_name(part);
     }
     EXPECT_EQ(studies::verdict_of(kPlan, block), drills::Verdict::kFail);
   }
@@ -119,7 +120,7 @@ TEST(Consistency, CovariancesFourTimesTooLargeOrTooSmallFail) {
 
 TEST(Consistency, FewRunsFailOnlyBeyondTheirConfidenceInterval) {
   // Three values of three degrees: the 95 % interval of the mean is 0.11 to 3.1.
-  studies::PartFigure f;
+  studies::PartMetrics f;
   f.count = 3;
   f.nees_per_dof = 2.5;
   EXPECT_EQ(studies::nees_verdict(f), drills::Verdict::kInconclusive);
@@ -140,7 +141,7 @@ TEST(Consistency, FewRunsFailOnlyBeyondTheirConfidenceInterval) {
 TEST(Consistency, ARunWithMissingCovariancesFails) {
   studies::ConsistencyBlock block = block_of(1.0, kRuns);
   block.runs[4].at[1] = {};
-  EXPECT_EQ(studies::figure_at(block, 1, studies::StatePart::kVelocity).missing, 1U);
+  EXPECT_EQ(studies::metrics_at(block, 1, studies::StatePart::kVelocity).missing, 1U);
   EXPECT_EQ(studies::verdict_of(kPlan, block), drills::Verdict::kFail);
   EXPECT_THAT(to_text(studies::nees_table({kPlan, {block}})), testing::HasSubstr("(1 missing) !"));
   std::mt19937 random(1);
@@ -161,7 +162,7 @@ TEST(Consistency, ErrorsAreComputedAtThePublishedStamp) {
   EXPECT_NEAR(run.at[0][position]->nees, 0.0, 1e-9);
   EXPECT_NEAR(run.at[1][position]->nees, 14.0, 1e-6);  // sigma 0.1 m
   EXPECT_NEAR(run.at[1][position]->error, std::sqrt(0.14), 1e-6);
-  EXPECT_NEAR(run.at[1][position]->claimed, std::sqrt(0.03), 1e-9);
+  EXPECT_NEAR(run.at[1][position]->predicted, std::sqrt(0.03), 1e-9);
   EXPECT_NEAR(run.curve[34][position]->nees, 14.0, 1e-6);
   EXPECT_NEAR(run.curve[36][position]->nees, 0.0, 1e-9);
   // Without velocities of the ground truth.
@@ -232,7 +233,7 @@ class ConsistencyCommand : public rcs::test::RcsCommand {};
 TEST_F(ConsistencyCommand, AWrongCommandLineExitsWithTwo) {
   EXPECT_EQ(rcs("consistency --ins best"), 2);
   EXPECT_EQ(rcs("consistency --seeds 0"), 2);
-  EXPECT_EQ(rcs("consistency --scenario nothing.toml"), 2);
+  EXPECT_EQ(rcs("consistency --scenario nothing.toml"), 3);
   EXPECT_EQ(rcs("consistency --help"), 0);
   EXPECT_THAT(out(), testing::HasSubstr("Examples:"));
 }

@@ -126,7 +126,7 @@ TEST(Outages, OutagesAreSpreadOverTheDrive) {
   const auto plans = studies::plan_outages(q, 60.5, true);
   ASSERT_TRUE(plans);
   ASSERT_EQ(plans->size(), 2U * (1 + 6) + 1);
-  EXPECT_EQ((*plans)[0].kind, studies::OutagePlan::Kind::kUncut);
+  EXPECT_EQ((*plans)[0].kind, studies::OutagePlan::Kind::kWmWithGps);
   EXPECT_TRUE((*plans)[0].drill.stimuli.empty());
   std::vector<double> begins_s;
   for (std::size_t k = 1; k <= 6; ++k) begins_s.push_back((*plans)[k].window.begin_s);
@@ -170,7 +170,7 @@ class OneOutage : public testing::Test {
     question_.cut = drills::DrillWindow{30.0, 40.0};
     plans_ = studies::plan_outages(question_, 60.0, true).value();
     for (const studies::OutagePlan& plan : plans_) {
-      results_.push_back({plan.drill, {drills::DrillRunFigures{}}, {}, right_record(), {}, {}});
+      results_.push_back({plan.drill, {drills::DrillRunMetrics{}}, {}, right_record(), {}, {}});
     }
     mislead(35.0, 40.1, Vec3(0.0, 3.0, 4.0), &*results_[1].shown);
     for (const double t_s : {20.0, 40.05}) {
@@ -197,7 +197,7 @@ class OneOutage : public testing::Test {
   [[nodiscard]] studies::OutageReport judged() const {
     return studies::judge_outages(question_, plans_, results_, motion_);
   }
-  static double at_end(const studies::OutageFinding& f, studies::Teller t) {
+  static double at_end(const studies::OutageFinding& f, studies::PoseEstimator t) {
     const auto& e = f.at_end[static_cast<std::size_t>(t)];
     return e ? e->horizontal_m : -1.0;
   }
@@ -214,11 +214,11 @@ TEST_F(OneOutage, IsComparedWithGroundTruthAndWithDeadReckoning) {
   const studies::OutageFinding& f = report.findings[0];
   EXPECT_EQ(f.failed, "");
   EXPECT_NEAR(f.driven_m, 100.0, 0.5);
-  EXPECT_NEAR(at_end(f, studies::Teller::kWm), 3.0, 1e-9);
+  EXPECT_NEAR(at_end(f, studies::PoseEstimator::kWm), 3.0, 1e-9);
   EXPECT_NEAR(f.at_end[0]->vertical_m, 4.0, 1e-9);
-  EXPECT_NEAR(at_end(f, studies::Teller::kUncut), 0.0, 1e-9);
-  EXPECT_NEAR(at_end(f, studies::Teller::kWheels), 2.0, 1e-6);
-  EXPECT_EQ(at_end(f, studies::Teller::kInertial), -1.0) << "no inertial data";
+  EXPECT_NEAR(at_end(f, studies::PoseEstimator::kWmWithGps), 0.0, 1e-9);
+  EXPECT_NEAR(at_end(f, studies::PoseEstimator::kWheels), 2.0, 1e-6);
+  EXPECT_EQ(at_end(f, studies::PoseEstimator::kInertial), -1.0) << "no inertial data";
   EXPECT_NEAR(f.sigma_m, 0.1, 1e-9);
   ASSERT_TRUE(f.to_fix_m);
   EXPECT_NEAR(*f.to_fix_m, 4.0, 0.02);
@@ -227,7 +227,7 @@ TEST_F(OneOutage, IsComparedWithGroundTruthAndWithDeadReckoning) {
   EXPECT_NEAR(f.at_log_end->horizontal_m, 0.0, 1e-9);
   ASSERT_EQ(report.closures.size(), 1U);
   EXPECT_NEAR(*report.closures[0].m[0], 400.0, 0.01) << "from the first fix, at 20 s";
-  EXPECT_NEAR(*report.closures[0].m[static_cast<std::size_t>(studies::Teller::kWheels)],
+  EXPECT_NEAR(*report.closures[0].m[static_cast<std::size_t>(studies::PoseEstimator::kWheels)],
               10.2 * 40.05, 1e-6);
 
   const std::string table = to_text(outage_table(report));
@@ -240,11 +240,12 @@ TEST_F(OneOutage, IsComparedWithGroundTruthAndWithDeadReckoning) {
 }
 
 TEST_F(OneOutage, TheLadarAloneStartsFromTheBeliefAndEndsWithItsMap) {
-  EXPECT_NEAR(at_end(judged().findings[0], studies::Teller::kLadar), 1.0, 1e-6);
+  EXPECT_NEAR(at_end(judged().findings[0], studies::PoseEstimator::kLadar), 1.0, 1e-6);
   for (drills::DrillMatch& m : results_.back().shown->matches) {
     m.epoch = time_s(m.stamp) < 35.0 ? 1 : 2;
   }
-  EXPECT_EQ(at_end(judged().findings[0], studies::Teller::kLadar), -1.0) << "a new map epoch began";
+  EXPECT_EQ(at_end(judged().findings[0], studies::PoseEstimator::kLadar), -1.0)
+      << "a new map epoch began";
 }
 
 TEST_F(OneOutage, WithoutAPoseItIsNotCountedAndHasAReason) {

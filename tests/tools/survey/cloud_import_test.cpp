@@ -12,7 +12,7 @@
 
 #include "rcs/terrain/elevation_map.h"
 #include "rcs/terrain/map_folder.h"
-#include "tests/support/beside.h"
+#include "tests/support/files_next_to.h"
 #include "tests/tools/survey/las_file.h"
 #include "tools/survey/map_export.h"
 
@@ -104,7 +104,7 @@ class CloudImportTest : public testing::Test {
   std::string why_not() {
     const Result<CloudImported> done = import();
     EXPECT_FALSE(std::filesystem::exists(map_));
-    EXPECT_TRUE(test::beside(map_).empty());
+    EXPECT_TRUE(test::files_next_to(map_).empty());
     return done ? std::string() : done.error().message;
   }
   [[nodiscard]] Raster raster() const { return *whole_level(*MapFolder::open(map_), 0); }
@@ -164,7 +164,7 @@ TEST_F(CloudImportTest, ClassesIdentifyTheGround) {
   EXPECT_EQ(done->invalid, 1);
   EXPECT_EQ(done->ground.points + done->not_ground + 3, done->points);
   EXPECT_EQ(done->frame.reference, "WGS84");
-  EXPECT_NEAR(done->ground.spread_median_m, 0.05, 0.01);
+  EXPECT_NEAR(done->ground.within_cell_median_m, 0.05, 0.01);
   const Errors e = errors();
   print("classified", e);
   EXPECT_LT(e.median_m, 0.03);
@@ -332,7 +332,7 @@ TEST_F(CloudImportTest, InvalidInputIsRejectedAndLeavesNoFile) {
       import_cloud(wanted_, map_, [&asked](double) { return ++asked < 5; });
   ASSERT_FALSE(stopped);
   EXPECT_EQ(stopped.error().message, "interrupted");
-  EXPECT_TRUE(test::beside(map_).empty());
+  EXPECT_TRUE(test::files_next_to(map_).empty());
 }
 
 class RealCloudTest : public CloudImportTest {

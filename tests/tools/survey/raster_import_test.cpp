@@ -11,7 +11,7 @@
 #include "rcs/base/geodesy.h"
 #include "rcs/terrain/elevation_map.h"
 #include "rcs/terrain/map_folder.h"
-#include "tests/support/beside.h"
+#include "tests/support/files_next_to.h"
 #include "tools/survey/map_export.h"
 
 namespace rcs::survey {
@@ -73,7 +73,7 @@ class RasterImportTest : public testing::Test {
   }
   std::string why_not() {
     const Result<RasterImported> done = import();
-    EXPECT_TRUE(test::beside(map_).empty());
+    EXPECT_TRUE(test::files_next_to(map_).empty());
     return done ? std::string() : done.error().message;
   }
   double z_at_datum() {

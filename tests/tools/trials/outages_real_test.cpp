@@ -44,11 +44,11 @@ class OutagesOnRealData : public RcsCommand {
     ADD_FAILURE() << "no outages of " << length_s << " s with " << sources;
     return report["groups"][0];
   }
-  static double median_m(const json& group, const std::string& teller) {
-    return group["horizontal_m"][teller]["median"].get<double>();
+  static double median_m(const json& group, const std::string& estimator) {
+    return group["horizontal_m"][estimator]["median"].get<double>();
   }
-  static double worst_m(const json& group, const std::string& teller) {
-    return group["horizontal_m"][teller]["worst"].get<double>();
+  static double worst_m(const json& group, const std::string& estimator) {
+    return group["horizontal_m"][estimator]["worst"].get<double>();
   }
 };
 
@@ -127,7 +127,7 @@ TEST_F(KittiWithoutGps, FromFrame20To70ThePoseIsThatOfTheLadar) {
   // The fixes of frames 20 to 69.
   (void)outages("kitti.toml", "--from 2 --cut 2.06 7.3 --logs " + folder_ + "/runs");
   const Pose cut = motion("gps_cut_5.24s_at_2.1s", "local");
-  const Pose uncut = motion("uncut", "local");
+  const Pose with_gps = motion("with_gps", "local");
   const Pose ladar = motion("no_gps", "rolling");
   const std::vector<Pose> truth = poses_of(oxts);
   const Pose moved = truth[20].inverse() * truth[70];
@@ -138,7 +138,7 @@ TEST_F(KittiWithoutGps, FromFrame20To70ThePoseIsThatOfTheLadar) {
                off.p.norm(), off_deg, name);
     return off.p.norm();
   };
-  EXPECT_LT(tell("the run with GPS", uncut), 0.05);
+  EXPECT_LT(tell("the run with GPS", with_gps), 0.05);
   EXPECT_LT(tell("the LADAR's registrations of a run without GPS", ladar), 0.05);
   // The accuracy of OXTS there: 0.5 m and 5 % of the distance (README of the data).
   EXPECT_LT(tell("OXTS", moved), 0.5 + 0.05 * moved.p.norm());

@@ -14,9 +14,9 @@ TEST_F(BudgetCommand, AnExceededBudgetIsNamedWithValueAndLimitAndExitsWithOne) {
   EXPECT_NE(messages().find("limit exceeded: facet_to_nav_state_p50_ms is "), std::string::npos)
       << messages();
   EXPECT_NE(messages().find(", limit 0.001"), std::string::npos) << messages();
-  const nlohmann::json figures = nlohmann::json::parse(out());
-  EXPECT_FALSE(figures["met"].get<bool>());
-  EXPECT_GT(figures["scans"]["sent"].get<int>(), 30);
+  const nlohmann::json metrics = nlohmann::json::parse(out());
+  EXPECT_FALSE(metrics["met"].get<bool>());
+  EXPECT_GT(metrics["scans"]["sent"].get<int>(), 30);
   EXPECT_NE(text_of(svg).find("</svg>"), std::string::npos);
 }
 

@@ -5,8 +5,10 @@
 
 namespace rcs::cli {
 
-bool operator==(const Order& a, const Order& b) { return a.kind == b.kind && a.node == b.node; }
-std::ostream& operator<<(std::ostream& out, const Order& o) {
+bool operator==(const SupervisorAction& a, const SupervisorAction& b) {
+  return a.kind == b.kind && a.node == b.node;
+}
+std::ostream& operator<<(std::ostream& out, const SupervisorAction& o) {
   return out << "{" << static_cast<int>(o.kind) << ", node " << o.node << "}";
 }
 
@@ -14,7 +16,7 @@ namespace {
 
 using testing::ElementsAre;
 using testing::IsEmpty;
-using Kind = Order::Kind;
+using Kind = SupervisorAction::Kind;
 
 constexpr Stamp at_s(double s) { return Stamp(from_seconds(s)); }
 std::vector<bool> all_critical(std::size_t nodes) { return std::vector<bool>(nodes, true); }
@@ -31,7 +33,7 @@ std::vector<std::int64_t> backoffs_of(Supervisor* s, int deaths, const Exit& exi
   std::vector<std::int64_t> waits;
   Stamp now = at_s(0.0);
   for (int i = 0; i < deaths; ++i) {
-    EXPECT_THAT(s->due(now), ElementsAre(Order{Kind::kStart, 0}));
+    EXPECT_THAT(s->due(now), ElementsAre(SupervisorAction{Kind::kStart, 0}));
     const std::optional<Duration> wait = s->on_exit(0, exit, now);
     if (!wait) break;
     waits.push_back(wait->count() / 1000);
@@ -46,7 +48,8 @@ TEST(Supervisor, StartsAllInOrderAndThenWaitsForHeartbeats) {
   Supervisor s(all_critical(3), {});
   EXPECT_LE(s.next(), at_s(1.0));
   EXPECT_THAT(s.due(at_s(1.0)),
-              ElementsAre(Order{Kind::kStart, 0}, Order{Kind::kStart, 1}, Order{Kind::kStart, 2}));
+              ElementsAre(SupervisorAction{Kind::kStart, 0}, SupervisorAction{Kind::kStart, 1},
+                          SupervisorAction{Kind::kStart, 2}));
   EXPECT_THAT(s.due(at_s(1.0)), IsEmpty());
   EXPECT_EQ(s.next(), at_s(16.0));
   EXPECT_FALSE(s.finished());
@@ -62,7 +65,7 @@ TEST(Supervisor, HalfAMinuteOfHealthResetsTheWait) {
   for (const double life_s : {29.0, 31.0}) {
     Supervisor s(all_critical(1), {});
     (void)backoffs_of(&s, 3, kCrash);
-    EXPECT_THAT(s.due(at_s(10.0)), ElementsAre(Order{Kind::kStart, 0}));
+    EXPECT_THAT(s.due(at_s(10.0)), ElementsAre(SupervisorAction{Kind::kStart, 0}));
     live(&s, 10.0, 10.0 + life_s);
     const std::optional<Duration> wait = s.on_exit(0, kCrash, at_s(10.0 + life_s));
     ASSERT_TRUE(wait);
@@ -79,12 +82,12 @@ TEST(Supervisor, ACriticalNodeThatFailsItsFirstStartsEndsEverything) {
     const std::optional<Duration> wait = s.on_exit(0, kRefusal, now);
     ASSERT_TRUE(wait);
     now += *wait;
-    EXPECT_THAT(s.due(now), ElementsAre(Order{Kind::kStart, 0}));
+    EXPECT_THAT(s.due(now), ElementsAre(SupervisorAction{Kind::kStart, 0}));
   }
   EXPECT_FALSE(s.on_exit(0, kRefusal, now));
   EXPECT_EQ(s.gave_up_on(), 0U);
   EXPECT_LE(s.next(), now);
-  EXPECT_THAT(s.due(now), ElementsAre(Order{Kind::kTerminate, 1}));
+  EXPECT_THAT(s.due(now), ElementsAre(SupervisorAction{Kind::kTerminate, 1}));
   EXPECT_FALSE(s.finished());
   EXPECT_FALSE(s.on_exit(1, {false, 0}, now));
   EXPECT_TRUE(s.finished());
@@ -107,7 +110,7 @@ TEST(Supervisor, ANodeThatCannotRestartIsRetriedEveryTenSecondsAndTheOthersConti
       waits.push_back(wait->count() / 1000);
       for (now += *wait; s.next() < now;) s.on_alive(1, s.next());
       s.on_alive(1, now);
-      EXPECT_THAT(s.due(now), ElementsAre(Order{Kind::kStart, 0}));
+      EXPECT_THAT(s.due(now), ElementsAre(SupervisorAction{Kind::kStart, 0}));
     }
     // The end of a healthy run is no failed start.
     EXPECT_THAT(waits, ElementsAre(200, 400, critical ? 800 : 10'000, 10'000, 10'000, 10'000));
@@ -129,7 +132,7 @@ TEST(Supervisor, ACrashOrAHealthyRunIsNoFailedStart) {
   Supervisor t(all_critical(1), {});
   Stamp now = at_s(0.0);
   for (int i = 0; i < 8; ++i) {
-    EXPECT_THAT(t.due(now), ElementsAre(Order{Kind::kStart, 0}));
+    EXPECT_THAT(t.due(now), ElementsAre(SupervisorAction{Kind::kStart, 0}));
     if (i % 2 == 0) t.on_alive(0, now);
     const std::optional<Duration> wait = t.on_exit(0, kRefusal, now);
     ASSERT_TRUE(wait) << i;
@@ -143,7 +146,7 @@ TEST(Supervisor, ASilentNodeIsKilledAndRestarted) {
   live(&s, 1.0, 40.0);
   EXPECT_EQ(s.next(), at_s(45.0));
   EXPECT_THAT(s.due(at_s(44.9)), IsEmpty());
-  EXPECT_THAT(s.due(at_s(45.0)), ElementsAre(Order{Kind::kKillSilent, 0}));
+  EXPECT_THAT(s.due(at_s(45.0)), ElementsAre(SupervisorAction{Kind::kKillSilent, 0}));
   EXPECT_THAT(s.due(at_s(46.0)), IsEmpty());
   s.on_alive(0, at_s(46.0));  // its last heartbeat
   EXPECT_EQ(s.next(), Stamp::max());
@@ -154,7 +157,7 @@ TEST(Supervisor, ANodeWithoutAFirstHeartbeatIsKilledLater) {
   Supervisor s(all_critical(1), {});
   (void)s.due(at_s(0.0));
   EXPECT_THAT(s.due(at_s(14.9)), IsEmpty());
-  EXPECT_THAT(s.due(at_s(15.0)), ElementsAre(Order{Kind::kKillUnstarted, 0}));
+  EXPECT_THAT(s.due(at_s(15.0)), ElementsAre(SupervisorAction{Kind::kKillUnstarted, 0}));
 }
 
 TEST(Supervisor, StopTerminatesThenKillsAndStartsNothing) {
@@ -164,12 +167,12 @@ TEST(Supervisor, StopTerminatesThenKillsAndStartsNothing) {
   ASSERT_TRUE(s.on_exit(2, kCrash, at_s(0.5)));
   s.stop();
   EXPECT_LE(s.next(), at_s(1.0));
-  EXPECT_THAT(s.due(at_s(1.0)),
-              ElementsAre(Order{Kind::kTerminate, 0}, Order{Kind::kTerminate, 1}));
+  EXPECT_THAT(s.due(at_s(1.0)), ElementsAre(SupervisorAction{Kind::kTerminate, 0},
+                                            SupervisorAction{Kind::kTerminate, 1}));
   EXPECT_EQ(s.next(), at_s(4.0));
   EXPECT_FALSE(s.on_exit(0, {false, 0}, at_s(1.1)));
   EXPECT_FALSE(s.finished());
-  EXPECT_THAT(s.due(at_s(4.0)), ElementsAre(Order{Kind::kKillUnstopped, 1}));
+  EXPECT_THAT(s.due(at_s(4.0)), ElementsAre(SupervisorAction{Kind::kKillUnstopped, 1}));
   EXPECT_FALSE(s.on_exit(1, {true, 9}, at_s(4.1)));
   EXPECT_TRUE(s.finished());
   EXPECT_FALSE(s.gave_up_on());

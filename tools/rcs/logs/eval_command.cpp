@@ -211,15 +211,15 @@ class Eval final : public Command {
 
   int evaluate(const recording::RunLog& log, const recording::ScanPoses& scans,
                recording::Frame frame, const std::optional<evaluation::PosePairs>& pairs) const {
-    const evaluation::RunFigures run = evaluation::run_figures(log);
-    const std::optional<evaluation::WorldFigures> world =
-        evaluation::world_figures(log, log.truth, log.truth_datum);
+    const evaluation::RunMetrics run = evaluation::run_metrics(log);
+    const std::optional<evaluation::WorldMetrics> world =
+        evaluation::world_metrics(log, log.truth, log.truth_datum);
     const Stamp zero = scans.poses.front().stamp;
     const std::vector<evaluation::TimeInterval> outages = evaluation::gps_outages(log);
-    std::vector<evaluation::OutageFigures> outage;
+    std::vector<evaluation::OutageMetrics> outage;
     if (world) {
       for (const evaluation::TimeInterval& i : outages) {
-        outage.push_back(evaluation::outage_figures(*world, i));
+        outage.push_back(evaluation::outage_metrics(*world, i));
       }
     }
 
@@ -227,7 +227,7 @@ class Eval final : public Command {
         {"run", run_}, {"frame", frame_name(frame)}, {"metrics", to_json(run)}};
     std::vector<report::Table> tables;
     if (pairs) {
-      const evaluation::TrajectoryFigures f = evaluation::trajectory_figures(*pairs);
+      const evaluation::TrajectoryMetrics f = evaluation::trajectory_metrics(*pairs);
       json["trajectory"] = to_json(f);
       tables.push_back(evaluation::absolute_table(f));
       tables.push_back(evaluation::relative_table(f));
@@ -236,7 +236,7 @@ class Eval final : public Command {
       json["world"] = to_json(*world);
       tables.push_back(evaluation::world_table(*world));
       if (!outage.empty()) tables.push_back(outage_table(outage, zero));
-      for (const evaluation::OutageFigures& o : outage) json["outages"].push_back(to_json(o, zero));
+      for (const evaluation::OutageMetrics& o : outage) json["outages"].push_back(to_json(o, zero));
     }
     tables.push_back(evaluation::scan_table(run));
     if (!run.nodes.empty()) tables.push_back(evaluation::latency_table(run));
@@ -253,9 +253,9 @@ class Eval final : public Command {
   }
 
   int write_pictures(const recording::RunLog& log, const recording::ScanPoses& scans,
-                     recording::Frame frame, const evaluation::RunFigures& run,
+                     recording::Frame frame, const evaluation::RunMetrics& run,
                      const std::optional<evaluation::PosePairs>& pairs,
-                     const std::optional<evaluation::WorldFigures>& world,
+                     const std::optional<evaluation::WorldMetrics>& world,
                      const std::vector<evaluation::TimeInterval>& outages,
                      const std::vector<report::Table>& tables) const {
     if (report_.empty() && svg_.empty()) return kExitOk;

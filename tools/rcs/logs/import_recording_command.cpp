@@ -32,16 +32,16 @@ std::string to_text(std::string_view sensor, const importers::RowCounts& c) {
   std::string text = fmt::format(
       "{}: {} of {} rows; skipped for missing cells: {}; stamps not after the newest: {}", sensor,
       c.written, c.rows, c.missing, c.backward);
-  const auto tell = [&text](std::string_view what, std::int64_t n) {
+  const auto append = [&text](std::string_view what, std::int64_t n) {
     if (n > 0) text += fmt::format("; {}: {}", what, n);
   };
-  tell("gaps not bridged", c.gaps);
-  tell("skipped without a matching row in the other file", c.unpaired);
-  tell("skipped as repeated fixes", c.unchanged);
-  tell("skipped without a fix", c.no_fix);
-  tell("skipped for an invalid position or sigma 0", c.implausible);
-  tell("without speed or course", c.without_velocity);
-  tell("steps of the receiver's clock", c.clock_steps);
+  append("gaps not bridged", c.gaps);
+  append("skipped without a matching row in the other file", c.unpaired);
+  append("skipped as repeated fixes", c.unchanged);
+  append("skipped without a fix", c.no_fix);
+  append("skipped for an invalid position or sigma 0", c.implausible);
+  append("without speed or course", c.without_velocity);
+  append("steps of the receiver's clock", c.clock_steps);
   return text + "\n";
 }
 

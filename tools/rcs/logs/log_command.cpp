@@ -37,7 +37,7 @@ int for_each_event(std::string_view command, const std::string& path, OnEvent on
   return kExitOk;
 }
 
-struct ChannelFigures {
+struct ChannelMetrics {
   std::int64_t events = 0;
   std::int64_t bytes = 0;
   std::size_t largest_bytes = 0;
@@ -79,7 +79,7 @@ struct ChannelFigures {
 int log_info(const std::string& path, bool json) {
   Result<LogReader> reader = LogReader::open(path);
   if (!reader) return fail("log info", reader.error());
-  std::map<std::string, ChannelFigures> channels;
+  std::map<std::string, ChannelMetrics> channels;
   Stamp first;
   Stamp last;
   std::int64_t steps_back = 0;

@@ -24,27 +24,28 @@ constexpr Duration kListen = std::chrono::milliseconds(1200);  // every sensor p
 class OtherPublishers {
  public:
   explicit OtherPublishers(Bus* bus) {
-    for (std::size_t i = 0; i < heard_.size(); ++i)
-      bus->subscribe(channel::kSensors[i], &heard_[i]);
+    for (std::size_t i = 0; i < received_.size(); ++i)
+      bus->subscribe(channel::kSensors[i], &received_[i]);
   }
   /// The channels on which messages were received so far, separated by commas.
   [[nodiscard]] std::string channels() const {
     std::string names;
-    for (std::size_t i = 0; i < heard_.size(); ++i) {
-      if (heard_[i].any) names += (names.empty() ? "" : ", ") + std::string(channel::kSensors[i]);
+    for (std::size_t i = 0; i < received_.size(); ++i) {
+      if (received_[i].any)
+        names += (names.empty() ? "" : ", ") + std::string(channel::kSensors[i]);
     }
     return names;
   }
 
  private:
-  struct Heard final : Receiver {
+  struct Received final : Receiver {
     void receive(const std::uint8_t* /*data*/, std::size_t /*size*/,
                  Stamp /*arrival*/) noexcept override {
       any = true;
     }
     bool any = false;
   };
-  std::array<Heard, channel::kSensors.size()> heard_;
+  std::array<Received, channel::kSensors.size()> received_;
 };
 
 /// Receives messages until `until`. @return false after Ctrl-C

@@ -179,13 +179,13 @@ class Replay final : public Command {
   [[nodiscard]] int summarize_run() const {
     const Result<recording::RunLog> run = recording::read_run(out_);
     if (!run) return fail(kName, run.error());
-    const evaluation::RunFigures figures = evaluation::run_figures(*run);
+    const evaluation::RunMetrics metrics = evaluation::run_metrics(*run);
     if (json_) {
-      const report::Json json = {{"log", out_}, {"faults", faults_}, {"metrics", to_json(figures)}};
+      const report::Json json = {{"log", out_}, {"faults", faults_}, {"metrics", to_json(metrics)}};
       fmt::print("{}", report::json_document(kName, json));
     } else {
-      fmt::print(stderr, "\n{}\n{}", to_text(evaluation::scan_table(figures)),
-                 to_text(evaluation::latency_table(figures)));
+      fmt::print(stderr, "\n{}\n{}", to_text(evaluation::scan_table(metrics)),
+                 to_text(evaluation::latency_table(metrics)));
     }
     return kExitOk;
   }

@@ -21,7 +21,7 @@ namespace {
 /// would estimate as an accelerometer bias of 15 mm/s^2.
 constexpr double kMaxDatumDistance_m = 10'000.0;
 /// Scans of a vehicle within this distance of a map still overlap it.
-constexpr double kBeside_m = 50.0;
+constexpr double kOverlap_m = 50.0;
 constexpr double kStep_m = 1.0;
 
 template <class T>
@@ -123,11 +123,11 @@ std::string ReplayVerdict::map_fault(const MapIndex& map) const {
       nearest_m = std::min(nearest_m, distance_to_tile(p, finest.level, e.tile));
     }
   }
-  if (nearest_m <= kBeside_m) return "";
+  if (nearest_m <= kOverlap_m) return "";
   return fmt::format(
       "the a priori map does not overlap the drive: its nearest tile is {:.0f} m "
       "from the course (at most {:.0f} m)",
-      nearest_m, kBeside_m);
+      nearest_m, kOverlap_m);
 }
 
 std::vector<std::string> ReplayVerdict::faults(const std::optional<Geodetic>& datum,

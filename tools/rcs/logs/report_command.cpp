@@ -21,8 +21,8 @@ constexpr std::size_t kMaxDrawn = 4;
 /// A run and its metrics.
 struct ReportedRun {
   recording::RunLog log;
-  evaluation::RunFigures figures;
-  evaluation::WorldFigures world;
+  evaluation::RunMetrics metrics;
+  evaluation::WorldMetrics world;
 };
 
 class ReportCommand final : public Command {
@@ -59,7 +59,7 @@ class ReportCommand final : public Command {
     if (const Outcome parsed = parse_gps_cut(); !parsed) return wrong_usage(kName, parsed.error());
     const Outcome read = read_runs();
     if (!read) return fail(kName, read.error());
-    print_figures();
+    print_metrics();
     if (const Outcome written = write_page(); !written) return fail(kName, written.error());
     return judge();
   }
@@ -83,12 +83,12 @@ class ReportCommand final : public Command {
         truth_datum_ = log->truth_datum;
       }
       if (truth_.empty()) return Error{path + ": no SIM_TRUTH; --truth-log names a log with it"};
-      std::optional<evaluation::WorldFigures> world =
-          evaluation::world_figures(*log, truth_, truth_datum_);
+      std::optional<evaluation::WorldMetrics> world =
+          evaluation::world_metrics(*log, truth_, truth_datum_);
       if (!world) return Error{path + ": no world pose of WM within the time of the truth"};
       names_.push_back(equals == std::string::npos ? path : run.substr(0, equals));
-      evaluation::RunFigures figures = evaluation::run_figures(*log);
-      reported_.push_back({std::move(log).value(), std::move(figures), std::move(*world)});
+      evaluation::RunMetrics metrics = evaluation::run_metrics(*log);
+      reported_.push_back({std::move(log).value(), std::move(metrics), std::move(*world)});
     }
     find_outages();
     for (std::size_t k = 0; k < reported_.size(); ++k) {
@@ -143,7 +143,7 @@ class ReportCommand final : public Command {
 
   [[nodiscard]] std::string outage_text() const {
     std::string text;
-    for (const evaluation::OutageFigures& o : compared_.front().outages) {
+    for (const evaluation::OutageMetrics& o : compared_.front().outages) {
       text += fmt::format("{}GPS denied from {:.0f} s to {:.0f} s, over {:.0f} m.",
                           text.empty() ? "" : " ", seconds(o.interval.from - zero()),
                           seconds(o.interval.to - zero()), o.driven_m);
@@ -151,14 +151,14 @@ class ReportCommand final : public Command {
     return text.empty() ? "GPS was not denied for longer than 2.5 s." : text;
   }
 
-  void print_figures() const {
+  void print_metrics() const {
     if (json_) {
       evaluation::Json json = {{"runs", evaluation::Json::array()}};
       for (std::size_t k = 0; k < compared_.size(); ++k) {
         evaluation::Json run = to_json(compared_[k], zero());
         run["log"] = reported_[k].log.path;
         run["world"] = to_json(reported_[k].world);
-        run["metrics"] = to_json(reported_[k].figures);
+        run["metrics"] = to_json(reported_[k].metrics);
         json["runs"].push_back(std::move(run));
       }
       if (const std::optional<double> factor = evaluation::ladar_factor(compared_))
@@ -169,8 +169,8 @@ class ReportCommand final : public Command {
     fmt::print("{}\n{}\n{}\n\n{}\n{}", outage_text(),
                to_text(evaluation::comparison_table(compared_)),
                evaluation::comparison_text(compared_),
-               to_text(evaluation::latency_table(reported_.front().figures)),
-               to_text(evaluation::scan_table(reported_.front().figures)));
+               to_text(evaluation::latency_table(reported_.front().metrics)),
+               to_text(evaluation::scan_table(reported_.front().metrics)));
   }
 
   /// The runs in the common plots: at most the number of colours.
@@ -195,7 +195,7 @@ class ReportCommand final : public Command {
   }
 
   [[nodiscard]] report::Plot errors() const {
-    std::vector<std::pair<std::string, const evaluation::WorldFigures*>> runs;
+    std::vector<std::pair<std::string, const evaluation::WorldMetrics*>> runs;
     for (const std::size_t k : drawn()) {
       runs.emplace_back(names_[k], &reported_[k].world);
     }
@@ -234,14 +234,14 @@ class ReportCommand final : public Command {
       }
     }
     page.heading("Latencies");
-    page.table(evaluation::latency_table(main.figures));
-    if (main.figures.chain_ms) {
+    page.table(evaluation::latency_table(main.metrics));
+    if (main.metrics.chain_ms) {
       page.plot(evaluation::latency_plot("From the last facet of a scan to nav_state",
-                                         main.figures.chain_samples_ms));
+                                         main.metrics.chain_samples_ms));
     }
     for (const report::Plot& p : evaluation::node_plots(main.log)) page.plot(p);
     page.heading("Registrations");
-    page.table(evaluation::scan_table(main.figures));
+    page.table(evaluation::scan_table(main.metrics));
     return tools::write_text(out_, page.finish());
   }
 

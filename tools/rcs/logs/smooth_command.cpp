@@ -28,9 +28,9 @@ Result<smoothing::ReferenceVehicle> load_vehicle(const std::string& path) {
   return smoothing::ReferenceVehicle{*sp, *wm};
 }
 
-class Truth final : public Command {
+class Smooth final : public Command {
  public:
-  explicit Truth(CLI::App* rcs)
+  explicit Smooth(CLI::App* rcs)
       : Command(rcs->add_subcommand(
             "smooth", "Compute the reference trajectory of a recorded drive by smoothing")) {
     app()
@@ -136,7 +136,8 @@ class Truth final : public Command {
     if (!result->solved.converged) {
       fmt::print(stderr, "rcs smooth: {}: the last smoothing did not converge\n", log_);
     }
-    const std::vector<smoothing::TruthPose> poses = smoothing::truth_poses(*recording, *result);
+    const std::vector<smoothing::ReferencePose> poses =
+        smoothing::reference_poses(*recording, *result);
     if (poses.size() < recording->scans.size()) {
       fmt::print(stderr,
                  "rcs smooth: {}: {} scans outside the time in which WM published the motion "
@@ -147,7 +148,7 @@ class Truth final : public Command {
         smoothing::report_reference(*recording, *result, poses);
     tools::Trajectory vehicle_poses;
     tools::Trajectory seen;
-    for (const smoothing::TruthPose& p : poses) {
+    for (const smoothing::ReferencePose& p : poses) {
       vehicle_poses.push_back({p.stamp, p.T});
       seen.push_back({p.stamp, p.T_seen});
     }
@@ -169,7 +170,7 @@ class Truth final : public Command {
 }  // namespace
 
 void add_smooth_command(CLI::App* rcs, Commands* commands) {
-  commands->push_back(std::make_unique<Truth>(rcs));
+  commands->push_back(std::make_unique<Smooth>(rcs));
 }
 
 }  // namespace rcs::cli

@@ -73,7 +73,7 @@ class MapBuildCommand final : public Command {
     if (const Outcome sound = check(); !sound) return wrong_usage(kName, sound.error());
     Outcome done = read_config();
     if (done) done = build();
-    return done ? tell() : fail(kName, done.error());
+    return done ? print_results() : fail(kName, done.error());
   }
 
  private:
@@ -228,7 +228,7 @@ class MapBuildCommand final : public Command {
   }
 
   [[nodiscard]] static Json json_of(const mapping::MapBuilt& b) {
-    const mapping::GroundFigures& g = b.ground;
+    const mapping::GroundMetrics& g = b.ground;
     const Vec3& turn = b.mount.turn_vehicle;
     return {{"scans", b.scans.scans},
             {"scans_without_pose", b.scans.no_pose},
@@ -236,23 +236,23 @@ class MapBuildCommand final : public Command {
             {"rejected_messages_or_points", b.scans.bad},
             {"damage", b.scans.damage},
             {"cells", g.cells},
-            {"cells_observed_5_times", g.seen_5},
+            {"cells_observed_5_times", g.observed_5},
             {"roughness_median_m", g.roughness_median_m},
             {"sigma_median_m", g.sigma_median_m},
             {"bias_sigma_m", b.bias_sigma_m},
             {"returns",
              {{"ground", g.ground},
-              {"above_ground", g.standing},
-              {"transient", g.moving},
-              {"without_ground", g.unplaced}}},
-            {"cells_vegetated", g.grown_over},
+              {"above_ground", g.above_ground},
+              {"transient", g.transient},
+              {"without_ground", g.without_ground}}},
+            {"cells_vegetated", g.vegetated},
             {"surface_points", b.points},
             {"cells_rejected_as_seen_through", b.seen_through},
             {"ladar_misalignment_deg", {degrees(turn.x()), degrees(turn.y()), degrees(turn.z())}},
             {"ladar_stamps_early_ms", 1e3 * -b.mount.late_s}};
   }
 
-  int tell() const {
+  int print_results() const {
     Json runs = Json::array();
     for (std::size_t k = 0; k < built_.size(); ++k) {
       Json run = {{"log", runs_[k]}};

@@ -138,7 +138,7 @@ class MapDiff final : public Command {
       const Outcome done = survey::write_difference(*raster, range_m, picture_);
       if (!done) return fail(kName, done.error());
     }
-    tell(*d, cell_m, range_m);
+    print_results(*d, cell_m, range_m);
     return kExitOk;
   }
 
@@ -150,7 +150,7 @@ class MapDiff final : public Command {
     };
   }
 
-  void tell(const survey::MapDifference& d, double cell_m, double range_m) const {
+  void print_results(const survey::MapDifference& d, double cell_m, double range_m) const {
     if (json_) {
       Json json = {{"cells", d.cells},
                    {"cell_m", cell_m},

@@ -277,7 +277,7 @@ class MapImportCloud final : public Command {
             {"withheld_or_not_finite", c.invalid},
             {"noise", c.noise},
             {"outside_of_projection", c.unplaced},
-            {"within_cell_median_m", c.ground.spread_median_m},
+            {"within_cell_median_m", c.ground.within_cell_median_m},
             {"sigma_median_m", c.ground.sigma_median_m}};
   }
 
@@ -293,7 +293,7 @@ class MapImportCloud final : public Command {
                                              c.unplaced));
     fmt::print(stderr,
                "rcs map: standard deviation within a cell {:.3f} m, sigma {:.3f} m (medians)\n",
-               c.ground.spread_median_m, c.ground.sigma_median_m);
+               c.ground.within_cell_median_m, c.ground.sigma_median_m);
   }
 
   SurveyOptions survey_;

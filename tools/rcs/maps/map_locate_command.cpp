@@ -141,13 +141,13 @@ class MapLocate final : public Command {
     const sp::InitialLocalizationStatus& s = r.status;
     const bool found = s.state == sp::InitialLocalizationState::kFound;
     Json json = {{"found", found},
-                 {"reason", kReasons[static_cast<std::size_t>(s.doubt)]},
+                 {"reason", kReasons[static_cast<std::size_t>(s.reason)]},
                  {"after_s", r.after_s},
-                 {"travelled_m", s.way_m},
+                 {"travelled_m", s.travelled_m},
                  {"searches", s.searches},
                  {"refuted", s.refuted},
                  {"hypotheses", s.hypotheses},
-                 {"scatter_m", s.spread_m},
+                 {"scatter_m", s.scatter_m},
                  {"cost", s.cost},
                  {"evidence", s.evidence},
                  {"margin", std::isfinite(s.margin) ? Json(s.margin) : Json(nullptr)},

@@ -114,9 +114,15 @@ class MapMatch final : public Command {
     scan.take(near, given.q.conjugate() * Vec3::UnitZ(), max_standing, as_sp);
     const Ends ends = match_all(scan, *map, given);
     if (ends.poses.empty()) {
+      const Json json = {{"points", scan.ground().size()},
+                         {"starts", starts_},
+                         {"without_valid_match", ends.failed},
+                         {"converged", 0},
+                         {"iterations_mean", ends.iterations}};
+      if (json_) fmt::print("{}", report::json_document(kName, json));
       return negative(kName, Error{fmt::format("none of {} starts gave a valid match", starts_)});
     }
-    return tell(ends, given, static_cast<int>(scan.ground().size()));
+    return print_results(ends, given, static_cast<int>(scan.ground().size()));
   }
 
  private:
@@ -157,7 +163,7 @@ class MapMatch final : public Command {
     return ends;
   }
 
-  [[nodiscard]] int tell(const Ends& ends, const Pose& given, int points) const {
+  [[nodiscard]] int print_results(const Ends& ends, const Pose& given, int points) const {
     const Vec2 middle = ends.middle();
     int converged = 0;
     std::size_t nearest = 0;

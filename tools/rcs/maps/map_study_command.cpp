@@ -97,10 +97,10 @@ class MapStudy final : public Command {
         run_campaign_at_terminal(kName, out_, jobs_, std::move(campaign));
     if (!results) return results.error();
     for (std::size_t k = 0; k < results->size(); ++k) blocks_[k].error = (*results)[k].error;
-    return tell();
+    return print_results();
   }
 
-  [[nodiscard]] Outcome tell() const {
+  [[nodiscard]] Outcome print_results() const {
     const std::string json = report::json_document(kName, studies::map_study_json(blocks_));
     fmt::print("{}", json_ ? json : to_text(studies::map_study_table(blocks_)));
     if (!out_.empty()) {

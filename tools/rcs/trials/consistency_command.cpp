@@ -95,10 +95,10 @@ class ConsistencyCommand final : public Command {
         run_campaign_at_terminal(kName, out_, jobs_, std::move(campaign));
     if (!results) return results.error();
     for (std::size_t k = 0; k < results->size(); ++k) report_.blocks[k].error = (*results)[k].error;
-    return tell();
+    return print_results();
   }
 
-  [[nodiscard]] Outcome tell() const {
+  [[nodiscard]] Outcome print_results() const {
     const std::string json = report::json_document(kName, to_json(report_));
     if (json_) {
       fmt::print("{}", json);

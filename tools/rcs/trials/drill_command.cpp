@@ -165,10 +165,10 @@ class DrillCommand final : public Command {
         run_campaign_at_terminal(kName, out_, jobs_, std::move(campaign));
     if (!results) return results.error();
     results_ = std::move(results).value();
-    return tell();
+    return print_results();
   }
 
-  [[nodiscard]] Outcome tell() const {
+  [[nodiscard]] Outcome print_results() const {
     const std::string json = report::json_document(kName, to_json(results_));
     if (json_) {
       fmt::print("{}", json);

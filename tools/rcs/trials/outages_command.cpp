@@ -96,7 +96,7 @@ class OutagesCommand final : public Command {
     }
     const Result<studies::OutageReport> report = answer();
     if (!report) return fail(kName, report.error());
-    tell(*report);
+    print_results(*report);
     return kExitOk;
   }
 
@@ -122,7 +122,7 @@ class OutagesCommand final : public Command {
     return studies::judge_outages(question_, *plans, *results, *motion);
   }
 
-  void tell(const studies::OutageReport& report) const {
+  void print_results(const studies::OutageReport& report) const {
     if (json_) {
       report::Json j = to_json(report);
       j["log"] = log_;
@@ -133,7 +133,7 @@ class OutagesCommand final : public Command {
                  to_text(outage_table(report)));
       if (question_.cut) fmt::print("\n{}", to_text(studies::cut_table(report)));
       fmt::print("run with GPS: WM accepted GPS for {:.1f} % of the time after {:g} s\n",
-                 100.0 * report.uncut.trusted_share, question_.from_s);
+                 100.0 * report.with_gps.accepted_share, question_.from_s);
     }
     for (const studies::OutageFinding& f : report.findings) {
       if (f.failed.empty()) continue;

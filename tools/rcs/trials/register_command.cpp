@@ -233,7 +233,7 @@ class Register final : public Command {
       fmt::print("{}", report::json_document(
                            kName, to_json(*model, *data, answer, before.mean_m(), after.mean_m())));
     } else {
-      tell(*model, *data, answer, before.mean_m(), after.mean_m());
+      print_results(*model, *data, answer, before.mean_m(), after.mean_m());
     }
     if (!plot_.empty()) {
       const Outcome drawn = draw(model->points, data->points, guess, answer, before, after);
@@ -372,8 +372,8 @@ class Register final : public Command {
     return out;
   }
 
-  static void tell(const clouds::Cloud& model, const clouds::Cloud& data,
-                   const studies::CloudMatch& a, double before_m, double after_m) {
+  static void print_results(const clouds::Cloud& model, const clouds::Cloud& data,
+                            const studies::CloudMatch& a, double before_m, double after_m) {
     fmt::print("model {} points, data {} points\n", model.points.size(), data.points.size());
     fmt::print("{} after {} iterations; CPU", a.stop, a.iterations);
     for (const auto& [stage, ms] : a.cpu_ms) fmt::print(" {} {:.1f} ms", stage, ms);

@@ -76,7 +76,7 @@ studies::CloudMatch run_method(Method method, const Points& model, const Points&
   return studies::match_globally(model, data, guess, registration::CloudParams{});
 }
 
-struct Figures {
+struct Metrics {
   double model_points = 0.0;
   double data_points = 0.0;
   double mean_distance_before_cm = 0.0;  ///< of all data points to the closest model point
@@ -88,21 +88,21 @@ struct Figures {
   double overlap = 0.0;
   double cpu_ms = 0.0;
 };
-struct NamedFigure {
+struct NamedMetric {
   const char* name;
-  double Figures::*value;
+  double Metrics::*value;
 };
-constexpr std::array<NamedFigure, 10> kFigures = {{
-    {"model_points", &Figures::model_points},
-    {"data_points", &Figures::data_points},
-    {"mean_distance_before_cm", &Figures::mean_distance_before_cm},
-    {"mean_distance_after_cm", &Figures::mean_distance_after_cm},
-    {"mean_distance_of_pairs_cm", &Figures::mean_distance_of_pairs_cm},
-    {"iterations", &Figures::iterations},
-    {"error_m", &Figures::error_m},
-    {"error_deg", &Figures::error_deg},
-    {"overlap", &Figures::overlap},
-    {"cpu_ms", &Figures::cpu_ms},
+constexpr std::array<NamedMetric, 10> kMetrics = {{
+    {"model_points", &Metrics::model_points},
+    {"data_points", &Metrics::data_points},
+    {"mean_distance_before_cm", &Metrics::mean_distance_before_cm},
+    {"mean_distance_after_cm", &Metrics::mean_distance_after_cm},
+    {"mean_distance_of_pairs_cm", &Metrics::mean_distance_of_pairs_cm},
+    {"iterations", &Metrics::iterations},
+    {"error_m", &Metrics::error_m},
+    {"error_deg", &Metrics::error_deg},
+    {"overlap", &Metrics::overlap},
+    {"cpu_ms", &Metrics::cpu_ms},
 }};
 
 /// A method on all trials of a data set.
@@ -112,14 +112,14 @@ struct Row {
   std::size_t trials = 0;
   int successes = 0;
   int unnoticed = 0;  ///< failures that the method reports as successes
-  Figures median;
+  Metrics median;
 };
 
-Figures figures_of(const studies::CloudMatch& match, const Points& model, const Points& data,
+Metrics metrics_of(const studies::CloudMatch& match, const Points& model, const Points& data,
                    const studies::Trial& trial) {
   const KdTree tree(model);
   const studies::Offset error = studies::error_of(trial.pair.T_model_data, match.T_model_data);
-  Figures f;
+  Metrics f;
   f.model_points = static_cast<double>(model.size());
   f.data_points = static_cast<double>(data.size());
   f.mean_distance_before_cm = 100.0 * studies::closest_points(tree, data, trial.guess).mean_m();
@@ -153,7 +153,7 @@ bool claims_success(const studies::CloudMatch& match) {
 Row run_row(const std::string& name, const studies::ScanSet& scans,
             const std::vector<studies::Trial>& trials, Method method) {
   Row row{name, method, trials.size(), 0, 0, {}};
-  std::vector<Figures> all;
+  std::vector<Metrics> all;
   all.reserve(trials.size());
   for (const studies::Trial& t : trials) {
     const Points& model = scans.scans.at(t.pair.model);
@@ -163,13 +163,13 @@ Row run_row(const std::string& name, const studies::ScanSet& scans,
         studies::is_success(studies::error_of(t.pair.T_model_data, match.T_model_data));
     row.successes += success ? 1 : 0;
     row.unnoticed += !success && claims_success(match) ? 1 : 0;
-    all.push_back(figures_of(match, model, data, t));
+    all.push_back(metrics_of(match, model, data, t));
   }
-  for (const NamedFigure& figure : kFigures) {
+  for (const NamedMetric& metric : kMetrics) {
     std::vector<double> values;
     values.reserve(all.size());
-    for (const Figures& f : all) values.push_back(f.*figure.value);
-    row.median.*figure.value = tools::summarize(values).p50;
+    for (const Metrics& f : all) values.push_back(f.*metric.value);
+    row.median.*metric.value = tools::summarize(values).p50;
   }
   return row;
 }
@@ -286,7 +286,7 @@ class Table1 final : public Command {
                             "", "", "", fmt::format("{:.2f}", p.mean_distance_cm), "",
                             fmt::format("{}", p.iterations), "", "", "", ""});
       for (const Row& row : rows[set]) {
-        const Figures& m = row.median;
+        const Metrics& m = row.median;
         table.rows.push_back(
             {fmt::format("  {}: {}", row.scans, name_of(row.method)),
              fmt::format("{:.0f} / {:.0f}", m.model_points, m.data_points),
@@ -313,7 +313,7 @@ class Table1 final : public Command {
                           {"trials", row.trials},
                           {"successes", row.successes},
                           {"unnoticed", row.unnoticed}};
-        for (const NamedFigure& figure : kFigures) j[figure.name] = row.median.*figure.value;
+        for (const NamedMetric& metric : kMetrics) j[metric.name] = row.median.*metric.value;
         ours.push_back(j);
       }
       sets.push_back({{"set", p.description},

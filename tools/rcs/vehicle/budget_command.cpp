@@ -102,7 +102,7 @@ class Budget final : public Command {
     const Result<Duration> length = length_of_log();
     if (!length) return fail(kName, length.error());
     plan_.length = seconds_ > 0.0 ? from_seconds(seconds_) : *length;
-    say_what_is_done(*length);
+    print_plan(*length);
 
     const std::string load_before = load_average();
     Result<BudgetRun> run = [&] {
@@ -111,7 +111,7 @@ class Budget final : public Command {
           plan_, [&](double share) { progress.at(static_cast<std::int64_t>(1000.0 * share)); });
     }();
     if (!run) return fail(kName, run.error());
-    return tell(*run, *limits, load_before);
+    return print_results(*run, *limits, load_before);
   }
 
  private:
@@ -133,7 +133,7 @@ class Budget final : public Command {
     return plan_.load.empty() ? "none" : joined(plan_.load, ", ");
   }
 
-  void say_what_is_done(Duration log) const {
+  void print_plan(Duration log) const {
     const double laps = seconds(plan_.length) / seconds(log);
     fmt::print(stderr, "rcs budget: {} for {:.0f} s, log of {:.1f} s{}, load: {}\n",
                joined(plan_.nodes, ", "), seconds(plan_.length), seconds(log),
@@ -141,8 +141,8 @@ class Budget final : public Command {
                loads());
   }
 
-  [[nodiscard]] int tell(const BudgetRun& run, const evaluation::BudgetLimits& limits,
-                         const std::string& load_before) const {
+  [[nodiscard]] int print_results(const BudgetRun& run, const evaluation::BudgetLimits& limits,
+                                  const std::string& load_before) const {
     const std::vector<evaluation::BudgetVerdict> verdicts = judge(run.record, limits);
     if (!svg_.empty()) {
       const std::string title =
@@ -184,7 +184,7 @@ class Budget final : public Command {
       status = kExitNegative;
       if (v.measured) {
         fmt::print(stderr, "rcs budget: limit exceeded: {} is {:.6g}, limit {:g}\n", v.name,
-                   v.figure, v.limit);
+                   v.value, v.limit);
       } else {
         fmt::print(stderr, "rcs budget: not measured: {}, limit {:g}\n", v.name, v.limit);
       }

@@ -80,18 +80,18 @@ class Operator {
     port_.step(now);
     if (now < next_send_) return;
     const bool near = (T_.p - goal_).head<2>().norm() < 0.5 * kAhead_m;
-    if (near || order_.waypoints.empty()) {
+    if (near || command_.waypoints.empty()) {
       goal_ = T_ * Vec3(kAhead_m, 0.0, 0.0);
       waypoint_t w{};
       to_message(goal_, w.p_m);
       w.radius_m = 3.0;
       w.speed_mps = 8.0;
-      order_.kind = command_t::KIND_GOTO;
-      order_.frame = command_t::FRAME_LOCAL;
-      order_.waypoints = {w};
-      ++order_.task;
+      command_.kind = command_t::KIND_GOTO;
+      command_.frame = command_t::FRAME_LOCAL;
+      command_.waypoints = {w};
+      ++command_.task;
     }
-    port_.send(order_, now);
+    port_.send(command_, now);
     next_send_ = now + kRefresh;
   }
 
@@ -99,7 +99,7 @@ class Operator {
   CommandPort port_;
   Pose T_;  // local, vehicle
   Vec3 goal_ = Vec3::Zero();
-  rcs::Order order_;
+  rcs::Command command_;
   Stamp next_send_ = Stamp::min();
 };
 
@@ -130,7 +130,7 @@ class Laps {
   std::function<void(double)> progress_;
   BudgetRun result_;
   Duration lap_{};  // time within the current lap
-  evaluation::ScanLatencyTrace books_;
+  evaluation::ScanLatencyTrace trace_;
   std::vector<Running> nodes_;
   std::vector<Running> load_;
   std::deque<std::string> said_;
@@ -155,18 +155,18 @@ Laps::Laps(const BudgetPlan& plan, LcmBus* bus, LiveTimeline* timeline,
       timeline_(timeline),
       progress_(std::move(progress)),
       registrations_(bus, channel::kSpRegistration,
-                     [this](const registration_t& m) { books_.take(m); }),
+                     [this](const registration_t& m) { trace_.take(m); }),
       nav_states_(bus, channel::kWmNavState,
                   [this](const nav_state_t& m) {
-                    books_.take(m);
+                    trace_.take(m);
                     if (operator_) operator_->take(m);
                   }),
-      drives_(bus, channel::kBgDrive, [this](const drive_t& m) { books_.take(m); }) {
+      drives_(bus, channel::kBgDrive, [this](const drive_t& m) { trace_.take(m); }) {
   const auto is_bg = [](const std::string& node) { return node == "bg"; };
   if (std::any_of(plan_.nodes.begin(), plan_.nodes.end(), is_bg)) operator_.emplace(bus);
   for (const std::string& node : plan_.nodes) {
     cycles_.emplace_back(bus, channel_of(node, "CYCLE"),
-                         [this](const cycle_t& m) { books_.take(m); });
+                         [this](const cycle_t& m) { trace_.take(m); });
     lives_.emplace_back(bus, channel_of(node, "PROCESS"), [this](const process_t& m) {
       for (Running& r : nodes_) r.alive = r.alive || r.process.pid() == m.pid;
     });
@@ -176,12 +176,12 @@ Laps::Laps(const BudgetPlan& plan, LcmBus* bus, LiveTimeline* timeline,
 Outcome Laps::run() {
   if (Outcome started = start_load(); !started) return started;
   while (result_.played < plan_.length && !result_.interrupted) {
-    books_ = {};
+    trace_ = {};
     if (Outcome started = start_nodes(); !started) return started;
     Outcome played = play();
     stop(&nodes_);
     if (!played) return played;
-    result_.record.add(books_.close());
+    result_.record.add(trace_.close());
   }
   result_.missed_here = registrations_.missed() + nav_states_.missed() + drives_.missed();
   for (const Tap<cycle_t>& tap : cycles_) result_.missed_here += tap.missed();
@@ -277,7 +277,7 @@ bool Laps::decode_facet(const SourceEvent& event) {
 void Laps::send(const SourceEvent& event) {
   const Stamp now = timeline_->now();
   bus_->publish(event.channel, event.data.data(), event.data.size());
-  if (facet_scan_ >= 0) books_.sent(facet_scan_, now);
+  if (facet_scan_ >= 0) trace_.sent(facet_scan_, now);
 }
 
 /// @param enough  ends waiting early; may be empty

@@ -126,8 +126,8 @@ std::optional<Exit> ChildProcess::collect() {
 Result<std::string> find_program(const std::string& name) {
   std::error_code error;
   const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
-  const std::filesystem::path beside = self.parent_path() / name;
-  if (is_executable(beside)) return beside.string();
+  const std::filesystem::path in_own_folder = self.parent_path() / name;
+  if (is_executable(in_own_folder)) return in_own_folder.string();
   const char* variable = std::getenv("PATH");  // NOLINT(concurrency-mt-unsafe)
   std::string_view path = variable == nullptr ? "" : variable;
   while (!path.empty()) {

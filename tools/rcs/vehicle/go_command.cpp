@@ -32,17 +32,17 @@ constexpr Duration kTick = from_milliseconds(100.0);
 constexpr Duration kRefresh = from_seconds(1.0);
 constexpr Duration kEchoPatience = from_seconds(2.5);
 
-std::string_view name_of(Standing::State state) {
+std::string_view name_of(CommandProgress::State state) {
   switch (state) {
-    case Standing::State::kIdle:
+    case CommandProgress::State::kIdle:
       return "idle";
-    case Standing::State::kSent:
+    case CommandProgress::State::kSent:
       return "sent";
-    case Standing::State::kExecuting:
+    case CommandProgress::State::kExecuting:
       return "executing";
-    case Standing::State::kDone:
+    case CommandProgress::State::kDone:
       return "done";
-    case Standing::State::kError:
+    case CommandProgress::State::kError:
       break;
   }
   return "error";
@@ -56,9 +56,9 @@ struct Ending {
 };
 
 /// The operator side of the bus: time, the port to BG, and a status line.
-class Desk {
+class OperatorSession {
  public:
-  explicit Desk(LcmBus* bus)
+  explicit OperatorSession(LcmBus* bus)
       : timeline_(bus, &stop_),
         port_(bus, channel::kBgCommand, channel::kBgStatus, "operator", {}),
         nav_states_(bus, channel::kWmNavState, 1),
@@ -95,25 +95,25 @@ class Desk {
   /// Sends the command repeatedly until it is done.
   /// @param most      time limit; a command that is not done by then has failed
   /// @param patience  an error ends the command only if it lasts this long: BG may be restarting
-  Ending pursue(Order order, Duration most, Duration patience) {
+  Ending pursue(rcs::Command command, Duration most, Duration patience) {
     const Stamp begin = now();
-    order.task = to_utime(begin);
+    command.task = to_utime(begin);
     Stamp next_send = begin;
     std::optional<Stamp> error_since;
     for (;;) {
       if (now() >= next_send) {
-        port_.send(order, now());
+        port_.send(command, now());
         next_send = now() + kRefresh;
       }
       if (!wait()) return {false, "interrupted", "interrupted"};
-      const Standing standing = port_.standing(now());
-      show(standing, now() - begin);
-      if (standing.state == Standing::State::kDone) return {true, "done", ""};
-      if (standing.state == Standing::State::kExecuting) error_since.reset();
-      if (standing.state == Standing::State::kError) {
+      const CommandProgress current = port_.progress(now());
+      show(current, now() - begin);
+      if (current.state == CommandProgress::State::kDone) return {true, "done", ""};
+      if (current.state == CommandProgress::State::kExecuting) error_since.reset();
+      if (current.state == CommandProgress::State::kError) {
         if (!error_since) error_since = now();
         if (now() - *error_since >= patience) {
-          return {false, "error", std::string(standing.reason)};
+          return {false, "error", std::string(current.reason)};
         }
       }
       if (now() - begin >= most) return {false, "timeout", "the time limit is exceeded"};
@@ -122,42 +122,42 @@ class Desk {
 
   /// Sends the command and waits until it is echoed, not until it is done.
   /// @param patience  no echo for this long is a failure
-  Ending tell(std::int8_t kind, Duration patience) {
-    Order order;
-    order.kind = kind;
-    const std::int64_t serial = port_.send(order, now());
+  Ending send_once(std::int8_t kind, Duration patience) {
+    rcs::Command command;
+    command.kind = kind;
+    const std::int64_t serial = port_.send(command, now());
     const Stamp begin = now();
     while (now() - begin < patience) {
       if (!wait()) return {false, "interrupted", "interrupted"};
-      const Standing standing = port_.standing(now());
+      const CommandProgress current = port_.progress(now());
       // Its echo may have been replaced by that of a command of another superior.
-      if (standing.state == Standing::State::kDone) return {true, "done", ""};
+      if (current.state == CommandProgress::State::kDone) return {true, "done", ""};
       const status_t* const status = port_.status();
       const bool echoed = status != nullptr && status->echo_serial == serial;
       if (!echoed) continue;
-      if (standing.state != Standing::State::kError) {
-        return {true, std::string(name_of(standing.state)), ""};
+      if (current.state != CommandProgress::State::kError) {
+        return {true, std::string(name_of(current.state)), ""};
       }
-      return {false, "error", std::string(standing.reason)};
+      return {false, "error", std::string(current.reason)};
     }
-    return {false, "error", std::string(port_.standing(now()).reason)};
+    return {false, "error", std::string(port_.progress(now()).reason)};
   }
 
   /// Sends the emergency stop until BG has latched it: a BG that is down or cannot write may
   /// recover.
   Ending emergency_stop(Duration most) {
-    Order order;
-    order.kind = command_t::KIND_EMERGENCY_STOP;
+    rcs::Command command;
+    command.kind = command_t::KIND_EMERGENCY_STOP;
     const Stamp begin = now();
-    port_.send(order, begin);
+    port_.send(command, begin);
     for (;;) {
       const bool goes_on = wait();
-      const Standing standing = port_.standing(now());
-      show(standing, now() - begin);
+      const CommandProgress current = port_.progress(now());
+      show(current, now() - begin);
       if (port_.confirmed()) return {true, "confirmed", ""};
       if (goes_on && now() - begin < most) continue;
       return {false, goes_on ? "timeout" : "interrupted",
-              "emergency stop not confirmed: " + std::string(standing.reason)};
+              "emergency stop not confirmed: " + std::string(current.reason)};
     }
   }
 
@@ -169,14 +169,14 @@ class Desk {
 
  private:
   // On a terminal one line that is overwritten; elsewhere a new line for each change.
-  void show(const Standing& standing, Duration since) {
+  void show(const CommandProgress& current, Duration since) {
     const std::string text =
-        fmt::format("{}{}{}{}{}", name_of(standing.state), state().empty() ? "" : ", ", state(),
-                    standing.reason.empty() ? "" : ": ", standing.reason);
+        fmt::format("{}{}{}{}{}", name_of(current.state), state().empty() ? "" : ", ", state(),
+                    current.reason.empty() ? "" : ": ", current.reason);
     if (terminal_) {
       fmt::print(stderr, "\r\033[Krcs go: {:5.1f} s  {}", seconds(since), text);
       std::fflush(stderr);
-    } else if (text != shown_ && standing.state != Standing::State::kSent) {
+    } else if (text != shown_ && current.state != CommandProgress::State::kSent) {
       fmt::print(stderr, "rcs go: {:5.1f} s  {}\n", seconds(since), text);
     } else {
       return;
@@ -251,26 +251,26 @@ class Go final : public Command {
       fmt::print(stderr, "rcs go: {}\n", wrong);
       return kExitUsage;
     }
-    const Result<Order> order = asked_for();
-    if (!order) return fail(kName, order.error());
+    const Result<rcs::Command> command = requested_command();
+    if (!command) return fail(kName, command.error());
     const Result<std::unique_ptr<LcmBus>> bus = LcmBus::create(lcm_url_);
     if (!bus) return fail(kName, bus.error());
-    Desk desk(bus->get());
-    const Stamp begin = desk.now();
-    const Ending ending = pursue(&desk, *order);
-    desk.end_line();
+    OperatorSession session(bus->get());
+    const Stamp begin = session.now();
+    const Ending ending = pursue(&session, *command);
+    session.end_line();
     if (json_) {
-      const report::Json j = {{"command", name_of_kind(order->kind)},
+      const report::Json j = {{"command", name_of_kind(command->kind)},
                               {"result", ending.result},
                               {"reason", ending.reason},
-                              {"state", desk.state()},
-                              {"waypoints", order->waypoints.size()},
-                              {"time_s", seconds(desk.now() - begin)}};
+                              {"state", session.state()},
+                              {"waypoints", command->waypoints.size()},
+                              {"time_s", seconds(session.now() - begin)}};
       fmt::print("{}", report::json_document(kName, j));
     }
     if (const Outcome status = (*bus)->status(); !status) return fail(kName, status.error());
     if (ending.good) return kExitOk;
-    const bool no_bg = desk.state().empty();
+    const bool no_bg = session.state().empty();
     return no_bg ? fail(kName, Error{ending.reason}) : negative(kName, Error{ending.reason});
   }
 
@@ -305,16 +305,16 @@ class Go final : public Command {
     return "";
   }
 
-  [[nodiscard]] Result<Order> asked_for() {
-    Order order;
+  [[nodiscard]] Result<rcs::Command> requested_command() {
+    rcs::Command command;
     if (halt_ || emergency_stop_ || release_) {
-      order.kind = halt_             ? command_t::KIND_HALT
-                   : emergency_stop_ ? command_t::KIND_EMERGENCY_STOP
-                                     : command_t::KIND_RELEASE;
-      return order;
+      command.kind = halt_             ? command_t::KIND_HALT
+                     : emergency_stop_ ? command_t::KIND_EMERGENCY_STOP
+                                       : command_t::KIND_RELEASE;
+      return command;
     }
-    order.kind = command_t::KIND_GOTO;
-    order.frame = frame_ == "local" ? command_t::FRAME_LOCAL : command_t::FRAME_WORLD;
+    command.kind = command_t::KIND_GOTO;
+    command.frame = frame_ == "local" ? command_t::FRAME_LOCAL : command_t::FRAME_WORLD;
     std::vector<Vec2> places;
     double speed_mps = 5.0;
     for (const std::string& text : waypoints_) places.push_back(*tools::parse_place(text));
@@ -332,27 +332,27 @@ class Go final : public Command {
       to_message(Vec3(p.x(), p.y(), 0.0), w.p_m);
       w.radius_m = radius_m_;
       w.speed_mps = speed_mps_.value_or(speed_mps);
-      order.waypoints.push_back(w);
+      command.waypoints.push_back(w);
     }
-    return order;
+    return command;
   }
 
   [[nodiscard]] Duration most() const {
     return timeout_s_ ? from_seconds(*timeout_s_) : Duration::max();
   }
 
-  [[nodiscard]] Ending pursue(Desk* desk, const Order& order) const {
-    if (order.kind == command_t::KIND_GOTO) return drive(desk, order);
-    if (order.kind == command_t::KIND_EMERGENCY_STOP) return desk->emergency_stop(most());
-    return desk->tell(order.kind, kEchoPatience);
+  [[nodiscard]] Ending pursue(OperatorSession* session, const rcs::Command& command) const {
+    if (command.kind == command_t::KIND_GOTO) return drive(session, command);
+    if (command.kind == command_t::KIND_EMERGENCY_STOP) return session->emergency_stop(most());
+    return session->send_once(command.kind, kEchoPatience);
   }
 
-  [[nodiscard]] Ending drive(Desk* desk, Order order) const {
-    if (datum_) into_world_of(desk, &order);
-    Ending ending = desk->pursue(order, most(), from_seconds(patience_s_));
+  [[nodiscard]] Ending drive(OperatorSession* session, rcs::Command command) const {
+    if (datum_) into_world_of(session, &command);
+    Ending ending = session->pursue(command, most(), from_seconds(patience_s_));
     if (ending.result != "interrupted" && ending.result != "timeout") return ending;
-    desk->end_line();
-    const Ending halted = desk->tell(command_t::KIND_HALT, kEchoPatience);
+    session->end_line();
+    const Ending halted = session->send_once(command_t::KIND_HALT, kEchoPatience);
     ending.reason +=
         halted.good ? "; BG halts" : "; BG does not confirm the halt: " + halted.reason;
     return ending;
@@ -360,8 +360,8 @@ class Go final : public Command {
 
   /// The datum of WM may differ from that of the scenario. Waypoints are converted once the datum
   /// of WM is known; until then they are shifted by the error of the first fix.
-  void into_world_of(Desk* desk, Order* order) const {
-    const nav_state_t* const belief = desk->belief();
+  void into_world_of(OperatorSession* session, rcs::Command* command) const {
+    const nav_state_t* const belief = session->belief();
     if (belief == nullptr) {
       fmt::print(stderr,
                  "rcs go: WM has no world pose yet: assuming that its datum is that of the "
@@ -372,7 +372,7 @@ class Go final : public Command {
                                            radians(belief->datum_lon_deg),
                                            {belief->datum_height_m}})
                                    .from(LocalFrame(*datum_));
-    for (waypoint_t& w : order->waypoints) to_message(T_wm_scenario * from_message(w.p_m), w.p_m);
+    for (waypoint_t& w : command->waypoints) to_message(T_wm_scenario * from_message(w.p_m), w.p_m);
   }
 
   std::vector<std::string> waypoints_;

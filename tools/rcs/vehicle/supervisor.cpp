@@ -59,8 +59,8 @@ Duration Supervisor::backoff(const NodeState& node) const {
   return std::min(wait, params_.longest_backoff);
 }
 
-std::vector<Order> Supervisor::due(Stamp now) {
-  std::vector<Order> orders;
+std::vector<SupervisorAction> Supervisor::due(Stamp now) {
+  std::vector<SupervisorAction> actions;
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     NodeState& n = nodes_[i];
     const bool over = now >= n.until;
@@ -69,7 +69,7 @@ std::vector<Order> Supervisor::due(Stamp now) {
         if (stopping_) {
           n.state = State::kEnded;
         } else if (over) {
-          orders.push_back({Order::Kind::kStart, i});
+          actions.push_back({SupervisorAction::Kind::kStart, i});
           n.state = State::kStarting;
           n.until = now + params_.start_within;
         }
@@ -77,18 +77,19 @@ std::vector<Order> Supervisor::due(Stamp now) {
       case State::kStarting:
       case State::kRunning:
         if (stopping_) {
-          orders.push_back({Order::Kind::kTerminate, i});
+          actions.push_back({SupervisorAction::Kind::kTerminate, i});
           n.state = State::kStopping;
           n.until = now + params_.stop_within;
         } else if (over) {
-          orders.push_back(
-              {n.was_alive ? Order::Kind::kKillSilent : Order::Kind::kKillUnstarted, i});
+          actions.push_back({n.was_alive ? SupervisorAction::Kind::kKillSilent
+                                         : SupervisorAction::Kind::kKillUnstarted,
+                             i});
           n.state = State::kKilled;
         }
         break;
       case State::kStopping:
         if (over) {
-          orders.push_back({Order::Kind::kKillUnstopped, i});
+          actions.push_back({SupervisorAction::Kind::kKillUnstopped, i});
           n.state = State::kKilled;
         }
         break;
@@ -97,7 +98,7 @@ std::vector<Order> Supervisor::due(Stamp now) {
         break;
     }
   }
-  return orders;
+  return actions;
 }
 
 Stamp Supervisor::next() const {

@@ -28,7 +28,7 @@ struct Exit {
 };
 
 /// An action on the process of one node. The supervisor assumes that it is executed.
-struct Order {
+struct SupervisorAction {
   enum class Kind { kStart, kTerminate, kKillSilent, kKillUnstarted, kKillUnstopped };
   Kind kind;
   std::size_t node;
@@ -47,7 +47,7 @@ class Supervisor {
   void stop() { stopping_ = true; }
 
   /// The actions due at `now`, in the order of the nodes.
-  [[nodiscard]] std::vector<Order> due(Stamp now);
+  [[nodiscard]] std::vector<SupervisorAction> due(Stamp now);
   /// Time of the next action of due() if no event occurs before; Stamp::max(): never.
   [[nodiscard]] Stamp next() const;
 

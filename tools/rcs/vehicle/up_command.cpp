@@ -105,15 +105,15 @@ class Up final : public Command {
   [[nodiscard]] Outcome watch(const StopSignals& stop, const LiveTimeline& timeline);
 
   void deliver(Stamp now);
-  void hear(std::size_t i, Stamp now);
-  void carry_out(const Order& order, Stamp now);
+  void read_heartbeats(std::size_t i, Stamp now);
+  void carry_out(const SupervisorAction& action, Stamp now);
   void start(std::size_t i, Stamp now);
   void look_for_end(std::size_t i, Stamp now);
   void ended(std::size_t i, const Exit& exit, Stamp now);
   void take_output(Watched* node);
   [[nodiscard]] std::string failure_of(std::size_t i) const;
   void publish(Stamp now);
-  void say(const std::string& text) { console_.line(kPrefix, text); }
+  void print(const std::string& text) { console_.line(kPrefix, text); }
 
   std::string config_;
   std::string lcm_url_;
@@ -137,7 +137,8 @@ int Up::run() {
   const std::vector<std::string>& nodes = tables->nodes;
   for (const auto& [name, realtime] : tables->realtime) {
     if (std::find(nodes.begin(), nodes.end(), name) == nodes.end()) {
-      say(fmt::format("{}: [process.{}] is not the table of a node in [up] nodes", config_, name));
+      print(
+          fmt::format("{}: [process.{}] is not the table of a node in [up] nodes", config_, name));
     }
   }
 
@@ -177,7 +178,7 @@ int Up::run() {
   report_.emplace(bus_.get(), config_, timeline.now());
   const Outcome done = watch(stop, timeline);
   if (!done) return fail(kName, done.error());
-  say("all stopped");
+  print("all stopped");
   return kExitOk;
 }
 
@@ -191,8 +192,8 @@ Outcome Up::check_all(const ProcessTables& tables, const StopSignals& stop) {
     if (check_ || tables.is_critical(name)) {
       refused += (refused.empty() ? "" : "\n") + good.error().message;
     } else {
-      say(good.error().message);
-      say(fmt::format("{} is not critical: the other nodes start without it", name));
+      print(good.error().message);
+      print(fmt::format("{} is not critical: the other nodes start without it", name));
     }
   }
   return refused.empty() ? Outcome(Done{}) : Outcome(Error{refused});
@@ -205,7 +206,7 @@ Outcome Up::check(const std::string& name, const StopSignals& stop) {
   Result<ChildProcess> started = ChildProcess::start(*program, {config_, "--check"});
   if (!started) return started.error();
   ChildProcess& process = started.value();
-  std::string said;
+  std::string output;
   for (;;) {
     std::vector<pollfd> polled = {{process.exit_fd(), POLLIN, 0}, {stop.fd(), POLLIN, 0}};
     if (process.output_fd() >= 0) polled.push_back({process.output_fd(), POLLIN, 0});
@@ -214,11 +215,11 @@ Outcome Up::check(const std::string& name, const StopSignals& stop) {
       note_interrupt();
       return Error{"interrupted"};  // the child ends with this process
     }
-    process.read_output([&](std::string_view line) { said.append("\n  ").append(line); });
+    process.read_output([&](std::string_view line) { output.append("\n  ").append(line); });
     if (const std::optional<Exit> exit = process.collect()) {
-      process.read_output([&](std::string_view line) { said.append("\n  ").append(line); });
+      process.read_output([&](std::string_view line) { output.append("\n  ").append(line); });
       if (!exit->by_signal && exit->code == 0) return Done{};
-      return Error{fmt::format("{} {} --check {}:{}", name, config_, to_text(*exit), said)};
+      return Error{fmt::format("{} {} --check {}:{}", name, config_, to_text(*exit), output)};
     }
   }
 }
@@ -229,7 +230,7 @@ Outcome Up::report_latched_stop(const ParamFile& file, const std::vector<std::st
   const Result<StopLatch> latch = open_stop_latch(file);
   if (!latch) return latch.error();
   if (latch->engaged()) {
-    say(
+    print(
         fmt::format("an emergency stop is latched ({}; {}): the vehicle does not move until it is "
                     "released at rest: rcs go --release",
                     latch->cause(), latch->path()));
@@ -264,7 +265,7 @@ Outcome Up::watch(const StopSignals& stop, const LiveTimeline& timeline) {
     // Pending messages are delivered before silence is judged: this process may have been delayed.
     deliver(timeline.now());
     const Stamp now = timeline.now();
-    for (const Order& order : supervisor_->due(now)) carry_out(order, now);
+    for (const SupervisorAction& action : supervisor_->due(now)) carry_out(action, now);
     publish(now);
 
     polled = {{bus_->fd(), POLLIN, 0}};
@@ -277,7 +278,7 @@ Outcome Up::watch(const StopSignals& stop, const LiveTimeline& timeline) {
     wait(&polled, std::min(supervisor_->next(), report_->next()), timeline.now());
 
     if (!supervisor_->stopping() && polled[1].revents != 0) {
-      say("stopping");
+      print("stopping");
       supervisor_->stop();
     }
     if (!bus_->status()) supervisor_->stop();
@@ -295,10 +296,10 @@ Outcome Up::watch(const StopSignals& stop, const LiveTimeline& timeline) {
 void Up::deliver(Stamp now) {
   for (int i = 0; i < kMaxBurst && bus_->deliver_one(now); ++i) {
   }
-  for (std::size_t i = 0; i < nodes_.size(); ++i) hear(i, now);
+  for (std::size_t i = 0; i < nodes_.size(); ++i) read_heartbeats(i, now);
 }
 
-void Up::hear(std::size_t i, Stamp now) {
+void Up::read_heartbeats(std::size_t i, Stamp now) {
   Watched& node = nodes_[i];
   for (; const process_t* seen = node.alive.front(); node.alive.pop()) {
     if (node.process && seen->pid == node.process->pid()) {
@@ -306,29 +307,29 @@ void Up::hear(std::size_t i, Stamp now) {
       supervisor_->on_alive(i, now);
       if (was_failing && !supervisor_->failing(i)) report_->recovered(now, node.name);
     } else if (node.pids.count(seen->pid) == 0 && node.strangers.insert(seen->pid).second) {
-      say(fmt::format("another {} publishes on this bus: process {}, configuration {}", node.name,
-                      seen->pid, seen->config));
+      print(fmt::format("another {} publishes on this bus: process {}, configuration {}", node.name,
+                        seen->pid, seen->config));
     }
   }
 }
 
-void Up::carry_out(const Order& order, Stamp now) {
-  Watched& node = nodes_[order.node];
-  switch (order.kind) {
-    case Order::Kind::kStart:
-      return start(order.node, now);
-    case Order::Kind::kTerminate:
+void Up::carry_out(const SupervisorAction& action, Stamp now) {
+  Watched& node = nodes_[action.node];
+  switch (action.kind) {
+    case SupervisorAction::Kind::kStart:
+      return start(action.node, now);
+    case SupervisorAction::Kind::kTerminate:
       return node.process->send_signal(SIGTERM);
-    case Order::Kind::kKillSilent:
-      say(fmt::format("{} hangs: nothing on {} for {:.0f} s; killed", node.name,
-                      node.alive.channel(), seconds(limits_.silent_for)));
+    case SupervisorAction::Kind::kKillSilent:
+      print(fmt::format("{} hangs: nothing on {} for {:.0f} s; killed", node.name,
+                        node.alive.channel(), seconds(limits_.silent_for)));
       break;
-    case Order::Kind::kKillUnstarted:
-      say(fmt::format("{} is not up: nothing on {} within {:.0f} s of its start; killed", node.name,
-                      node.alive.channel(), seconds(limits_.start_within)));
+    case SupervisorAction::Kind::kKillUnstarted:
+      print(fmt::format("{} is not up: nothing on {} within {:.0f} s of its start; killed",
+                        node.name, node.alive.channel(), seconds(limits_.start_within)));
       break;
-    case Order::Kind::kKillUnstopped:
-      say(fmt::format("{} does not stop; killed", node.name));
+    case SupervisorAction::Kind::kKillUnstopped:
+      print(fmt::format("{} does not stop; killed", node.name));
       break;
   }
   node.process->send_signal(SIGKILL);
@@ -341,13 +342,13 @@ void Up::start(std::size_t i, Stamp now) {
       program ? ChildProcess::start(*program, {config_, "--lcm-url", bus_->url()})
               : Result<ChildProcess>(program.error());
   if (!started) {
-    say(started.error().message);
+    print(started.error().message);
     // As in a shell for a program that cannot be executed.
     return ended(i, {false, 127}, now);
   }
   node.process.emplace(std::move(started).value());
   node.pids.insert(node.process->pid());
-  say(fmt::format("{} started: process {}", node.name, node.process->pid()));
+  print(fmt::format("{} started: process {}", node.name, node.process->pid()));
 }
 
 void Up::look_for_end(std::size_t i, Stamp now) {
@@ -365,10 +366,10 @@ void Up::ended(std::size_t i, const Exit& exit, Stamp now) {
   const bool was_failing = supervisor_->failing(i);
   nodes_[i].last_end = to_text(exit);
   const std::optional<Duration> restart = supervisor_->on_exit(i, exit, now);
-  say(fmt::format("{} {}{}", nodes_[i].name, nodes_[i].last_end,
-                  restart ? fmt::format("; restart in {:.1f} s", seconds(*restart)) : ""));
+  print(fmt::format("{} {}{}", nodes_[i].name, nodes_[i].last_end,
+                    restart ? fmt::format("; restart in {:.1f} s", seconds(*restart)) : ""));
   if (!restart || was_failing || !supervisor_->failing(i)) return;
-  say("ALARM: " + failure_of(i) + "; the other nodes keep running");
+  print("ALARM: " + failure_of(i) + "; the other nodes keep running");
   report_->failing(now, failure_of(i) + "; the other nodes keep running");
 }
 

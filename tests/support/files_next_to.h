@@ -8,7 +8,7 @@
 namespace rcs::test {
 
 /// @return names, "PATH." and the rest
-inline std::vector<std::string> beside(const std::string& path) {
+inline std::vector<std::string> files_next_to(const std::string& path) {
   const std::filesystem::path whole(path);
   const std::string stem = whole.filename().string() + ".";
   std::vector<std::string> names;
