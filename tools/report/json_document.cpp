@@ -11,35 +11,56 @@ namespace {
 
 struct Precision {
   int significant;  ///< digits
-  int decimals;     ///< of large values
+  int decimals;     ///< at least, even if there are more significant digits then
 };
 constexpr Precision kUsual = {6, 4};
-constexpr Precision kExact = {9, 9};
+constexpr Precision kPosition = {9, 8};
+constexpr Precision kInformation = {9, -20};  // no digits after the significant ones
 
-bool is_exact(std::string_view key) {
-  constexpr std::string_view kKeys[] = {"lat_deg", "lon_deg", "T_model_data", "pose_tum",
-                                        "information"};
-  return std::find(std::begin(kKeys), std::end(kKeys), key) != std::end(kKeys);
+/// Of the value of a key; `usual` for most keys.
+const Precision& precision_of(std::string_view key, const Precision& usual) {
+  if (key == "information") return kInformation;
+  constexpr std::string_view kPositions[] = {"lat_deg", "lon_deg", "T_model_data", "pose_tum"};
+  const bool position =
+      std::find(std::begin(kPositions), std::end(kPositions), key) != std::end(kPositions);
+  return position ? kPosition : usual;
 }
 
-double rounded(double v, const Precision& precision) {
-  if (v == 0.0 || !std::isfinite(v)) return v;
+/// The shortest text of the rounded number. (That of nlohmann is not always the shortest.)
+std::string number_text(double v, const Precision& precision) {
+  if (!std::isfinite(v)) return "null";
+  if (v == 0.0) return "0.0";
   const int before_point = static_cast<int>(std::floor(std::log10(std::abs(v)))) + 1;
   const int digits = std::max(precision.significant, before_point + precision.decimals);
-  const std::string text = fmt::format("{:.{}e}", v, std::clamp(digits, 1, 16) - 1);
-  return std::strtod(text.c_str(), nullptr) + 0.0;  // no -0.0
+  const std::string exact = fmt::format("{:.{}e}", v, std::clamp(digits, 1, 16) - 1);
+  const std::string text = fmt::format("{}", std::strtod(exact.c_str(), nullptr));
+  return text.find_first_of(".e") == std::string::npos ? text + ".0" : text;
 }
 
-void round_all(const Precision& precision, Json* value) {
-  if (value->is_number_float()) *value = rounded(value->get<double>(), precision);
-  if (value->is_array()) {
-    for (Json& entry : *value) round_all(precision, &entry);
+std::string key_text(const std::string& key) {
+  return Json(key).dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+void append(const Json& value, const Precision& precision, const std::string& line_end,
+            std::string* text) {
+  if (!value.is_structured()) {
+    *text += value.is_number_float() ? number_text(value.get<double>(), precision)
+                                     : value.dump(-1, ' ', false, Json::error_handler_t::replace);
+    return;
   }
-  if (value->is_object()) {
-    for (auto& [key, entry] : value->items()) {
-      round_all(is_exact(key) ? kExact : precision, &entry);
-    }
+  if (value.empty()) {
+    *text += value.is_array() ? "[]" : "{}";
+    return;
   }
+  const std::string inner = line_end + "  ";
+  std::string separator = value.is_array() ? "[" : "{";
+  for (const auto& [key, entry] : value.items()) {
+    *text += separator + inner;
+    separator = ",";
+    if (value.is_object()) *text += key_text(key) + ": ";
+    append(entry, value.is_object() ? precision_of(key, precision) : precision, inner, text);
+  }
+  *text += line_end + (value.is_array() ? "]" : "}");
 }
 
 }  // namespace
@@ -50,15 +71,12 @@ std::string schema_name(std::string_view command) {
   return name;
 }
 
-Json rounded(Json value) {
-  round_all(kUsual, &value);
-  return value;
-}
-
 std::string json_document(std::string_view command, const Json& content) {
   Json document = {{"schema", schema_name(command)}};
-  document.update(rounded(content));
-  return document.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  document.update(content);
+  std::string text;
+  append(document, kUsual, "\n", &text);
+  return text + "\n";
 }
 
 }  // namespace rcs::report
