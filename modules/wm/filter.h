@@ -64,6 +64,7 @@ struct SourceRecord {
 
 /// Sources that a filter excludes: a sub-filter permanently, the main filter while they are faulty.
 struct Withheld {
+  bool ins = false;  ///< the second process model replaces it
   bool gps = false;
   bool ladar = false;
   bool odometry = false;

@@ -32,7 +32,9 @@ constexpr std::string_view kFindings[] = {
     "GPS excluded on probation: readmission revoked, a filter without it replaces the belief",
     "LADAR excluded: it contradicts the filter without LADAR, which replaces the belief",
     "LADAR readmitted: its matches agree with the motion",
-    "a priori map excluded: it contradicts the filter without it, which replaces the belief"};
+    "a priori map excluded: it contradicts the filter without it, which replaces the belief",
+    "INS excluded: it contradicts the other sources; the filter without INS replaces the belief",
+    "INS readmitted: with new biases it agrees with the other sources"};
 
 }  // namespace
 
@@ -302,7 +304,7 @@ void WmNode::publish_integrity(Stamp now) {
   const auto ladar = static_cast<std::int8_t>(trust.ladar(s, params.modes));
   const std::int8_t ins = inputs_.silent(Input::kIns, now) || s.memory.ins_stamp == Stamp::min()
                               ? integrity_t::STATUS_NONE
-                              : integrity_t::STATUS_ACCEPTED;
+                              : static_cast<std::int8_t>(trust.ins(s));
   if (m.utime == 0 || ins != m.ins) m.ins_since_utime = utime;
   if (m.utime == 0 || gps != m.gps) m.gps_since_utime = utime;
   if (m.utime == 0 || ladar != m.ladar) m.ladar_since_utime = utime;
@@ -426,17 +428,19 @@ void WmNode::report_trust(Stamp now) {
     reported_map_doubted_ = map_doubted;
   }
   if (integrity_.alerts != reported_alerts_) {
-    report_.warn(now, "alert",
-                 "alerts{}{}{}{}{}{}: protection level {:.1f} m (limit {:.1f} m), vertical {:.1f} "
-                 "m (limit {:.1f} m)",
-                 integrity_.alerts == 0 ? " none" : "",
-                 (integrity_.alerts & kAlertHorizontal) != 0 ? " horizontal" : "",
-                 (integrity_.alerts & kAlertVertical) != 0 ? " vertical" : "",
-                 (integrity_.alerts & kAlertGps) != 0 ? " gps" : "",
-                 (integrity_.alerts & kAlertLadar) != 0 ? " ladar" : "",
-                 (integrity_.alerts & kAlertInput) != 0 ? " input" : "",
-                 integrity_.protection_horizontal_m, integrity_.limit_horizontal_m,
-                 integrity_.protection_vertical_m, integrity_.limit_vertical_m);
+    report_.warn(
+        now, "alert",
+        "alerts{}{}{}{}{}{}{}: protection level {:.1f} m (limit {:.1f} m), vertical {:.1f} "
+        "m (limit {:.1f} m)",
+        integrity_.alerts == 0 ? " none" : "",
+        (integrity_.alerts & kAlertHorizontal) != 0 ? " horizontal" : "",
+        (integrity_.alerts & kAlertVertical) != 0 ? " vertical" : "",
+        (integrity_.alerts & kAlertGps) != 0 ? " gps" : "",
+        (integrity_.alerts & kAlertLadar) != 0 ? " ladar" : "",
+        (integrity_.alerts & kAlertInput) != 0 ? " input" : "",
+        (integrity_.alerts & kAlertIns) != 0 ? " ins" : "", integrity_.protection_horizontal_m,
+        integrity_.limit_horizontal_m, integrity_.protection_vertical_m,
+        integrity_.limit_vertical_m);
     reported_alerts_ = integrity_.alerts;
   }
 }

@@ -55,6 +55,7 @@ std::string alert_text(int alerts) {
   add(integrity_t::ALERT_GPS, "GPS");
   add(integrity_t::ALERT_LADAR, "LADAR");
   add(integrity_t::ALERT_INPUT, "input");
+  add(integrity_t::ALERT_INS, "ins");
   return text.empty() ? "none" : text;
 }
 
