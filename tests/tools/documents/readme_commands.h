@@ -22,8 +22,8 @@ struct ReadmeCommand {
 };
 
 constexpr std::array<ReadmeCommand, 43> kReadmeCommands = {{
-    {"./synthetic_vehicle", How::kForeign, "real time, on a bus"},
-    {"PYTHONPATH=", How::kForeign, "real time, on a bus"},
+    {"./synthetic_vehicle", How::kForeign, "real time, on a bus; own_vehicle_test.sh"},
+    {"PYTHONPATH=", How::kForeign, "real time, on a bus; own_vehicle_test.sh"},
     {"export", How::kForeign, "of the operator's shell"},
     {"$rcs map locate", How::kOptions, "a drive of 12 s is too short; locate tests in tests/sp"},
     {"tools/demo", How::kOptions, "four minutes in real time"},
