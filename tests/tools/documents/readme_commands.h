@@ -47,7 +47,7 @@ constexpr std::array<ReadmeCommand, 43> kReadmeCommands = {{
      "minutes; drill_all_test.cpp"},
     {"build/release/bin/rcs drill my_drill.toml", How::kSlow, "a drive of 125 s"},
     {"build/release/bin/rcs why", How::kSlow, "a log of 125 s"},
-    {"build/release/bin/rcs consistency -o", How::kOptions, "hours"},
+    {"build/release/bin/rcs consistency -o", How::kOptions, "half an hour"},
     {"build/release/bin/rcs consistency --seeds 5", How::kOptions,
      "minutes; consistency_command_test.cpp"},
     {"build/release/bin/rcs outages my_run.log --config config/my_vehicle.toml --length",
