@@ -6,6 +6,7 @@
 
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
+#include "lcmtypes/events.h"
 #include "lcmtypes/plausible.h"
 #include "modules/sp/scan/deskew.h"
 #include "modules/sp/sp_messages_node.h"
@@ -140,10 +141,11 @@ void SpNode::take_belief(Stamp now) {
       from_message(m->q_rolling_vehicle, m->p_rolling_vehicle_m, &T_rolling_vehicle) &&
       usable_covariance(rolling_covariance) && usable_covariance(world_covariance);
   if (!sound) {
-    report_.warn(now, "input.refused",
-                 "{} rejected: invalid pose, motion or covariance; prediction without WM until the "
-                 "next valid one",
-                 channel::kWmNavState);
+    report_.publish(
+        now, event::kSpInputRefused,
+        "{} rejected: invalid pose, motion or covariance; prediction without WM until the "
+        "next valid one",
+        channel::kWmNavState);
   }
   if (sound && m->rolling_valid != 0 && m->map_epoch == epoch_) {
     MotionState s;
@@ -175,10 +177,10 @@ bool SpNode::take_facets(Inbox<Message>* inbox, const Cycle& cycle) {
     const std::optional<FacetId> id = identify(*m, config_.ladar);
     if (!id) {
       ++account_.facets_refused;
-      report_.warn(cycle.now, "facet.refused",
-                   "{} rejected: scan {}, facet {} of {} does not match [ladar] of the "
-                   "configuration or its own counts",
-                   inbox->channel(), m->scan_id, m->facet, m->facet_count);
+      report_.publish(cycle.now, event::kSpFacetRefused,
+                      "{} rejected: scan {}, facet {} of {} does not match [ladar] of the "
+                      "configuration or its own counts",
+                      inbox->channel(), m->scan_id, m->facet, m->facet_count);
       inbox->pop();
       continue;
     }
@@ -193,8 +195,8 @@ bool SpNode::take_facets(Inbox<Message>* inbox, const Cycle& cycle) {
       if (begins) begin_scan(*id);
     } else {
       ++account_.facets_refused;
-      report_.warn(
-          cycle.now, "facet.stale", "facet {} of scan {} dropped: {}", m->facet, m->scan_id,
+      report_.publish(
+          cycle.now, event::kSpFacetStale, "facet {} of scan {} dropped: {}", m->facet, m->scan_id,
           verdict == FacetVerdict::kOld ? "received after the end of its scan" : "received before");
     }
     inbox->pop();
@@ -222,14 +224,14 @@ void SpNode::finish_scan(const Cycle& cycle) {
                                                     ins_excluded_, config_.expectation);
   const int facets_lost = assembler_.facets_missing();
   if (facets_lost > 0) {
-    report_.warn(cycle.now, "scan.incomplete",
-                 "scan {} incomplete: {} of {} facets missing; registration needs {:.0f} %",
-                 assembler_.scan_id(), facets_lost, facet_count_, 100.0 * config_.min_facets);
+    report_.publish(cycle.now, event::kSpScanIncomplete,
+                    "scan {} incomplete: {} of {} facets missing; registration needs {:.0f} %",
+                    assembler_.scan_id(), facets_lost, facet_count_, 100.0 * config_.min_facets);
   }
   if (assembler_.count().not_finite > 0) {
-    report_.warn(cycle.now, "points.not_finite",
-                 "scan {}: {} ranges or points rejected: not finite", assembler_.scan_id(),
-                 assembler_.count().not_finite);
+    report_.publish(cycle.now, event::kSpPointsNotFinite,
+                    "scan {}: {} ranges or points rejected: not finite", assembler_.scan_id(),
+                    assembler_.count().not_finite);
   }
   if (ladder_.level == Degrade::kHold) {
     answer_without_registering(registration::Stop::kHeld, expected);
@@ -240,9 +242,9 @@ void SpNode::finish_scan(const Cycle& cycle) {
     prepare_points(cycle, expected);
     const bool lost = epoch_ != 0 && !expected.known;
     if (lost) {
-      report_.error(cycle.now, "map.reseeded",
-                    "scan {}: no predicted pose in map epoch {}; a new rolling map starts",
-                    assembler_.scan_id(), epoch_);
+      report_.publish(cycle.now, event::kSpMapReseeded,
+                      "scan {}: no predicted pose in map epoch {}; a new rolling map starts",
+                      assembler_.scan_id(), epoch_);
     }
     if ((epoch_ == 0 || lost) && !source_.empty()) {
       seed(expected.at_reference.T_rolling_vehicle);
@@ -276,8 +278,8 @@ void SpNode::choose_level(const Cycle& cycle) {
   const Degrade before = ladder_.level;
   ladder_ = step(ladder_, facts, config_.degrade);
   if (ladder_.level == before) return;
-  report_.info(
-      cycle.now, "degrade",
+  report_.publish(
+      cycle.now, event::kSpDegrade,
       "level {} -> {}: cycle start up to {:.1f} ms late, {:.1f} ms to the deadline, {:.2f} "
       "scans waiting, {:.2f} of the nominal work granted",
       static_cast<int>(before), static_cast<int>(ladder_.level), milliseconds(facts.late),
@@ -377,16 +379,17 @@ void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
   registration_out_.publish(&registration_message_);
 
   if (!registration::usable(rolling.stop)) {
-    report_.warn(cycle.now, "registration.failed",
-                 "scan {} not used: registration ended with {}, {} of {} points matched, {:.2f} m "
-                 "from the prediction",
-                 assembler_.scan_id(), registration::name_of(rolling.stop), rolling.pairs,
-                 rolling.points, rolling.correction_m);
+    report_.publish(
+        cycle.now, event::kSpRegistrationFailed,
+        "scan {} not used: registration ended with {}, {} of {} points matched, {:.2f} m "
+        "from the prediction",
+        assembler_.scan_id(), registration::name_of(rolling.stop), rolling.pairs, rolling.points,
+        rolling.correction_m);
     if (expected.ins_lost) return;  // the scan is faulty, not the map
     if (++failures_ >= config_.reseed_after && !source_.empty()) {
-      report_.error(cycle.now, "map.reseeded",
-                    "{} registrations in a row failed, limit {}; a new rolling map starts",
-                    failures_, config_.reseed_after);
+      report_.publish(cycle.now, event::kSpMapReseeded,
+                      "{} registrations in a row failed, limit {}; a new rolling map starts",
+                      failures_, config_.reseed_after);
       seed(prediction.T_target_vehicle);
     }
     return;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "modules/wm/filter_difference.h"
 #include "modules/wm/measurement_fusion.h"
 
 namespace rcs::wm {
@@ -197,6 +198,8 @@ std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
   const auto* const fix = std::get_if<GpsFix>(&m.value);
   if (accused && fix != nullptr && without_gps_.alive() &&
       belief.belief.x.stamp - without_gps_.branch > kYoung) {
+    const Nis n = nis(belief, *fix, model.params.gps, 0.0);  // reported as the cause
+    gps_test_ratio_ = std::max(n.horizontal / model.gates[2], n.vertical / model.gates[1]);
     return exclude(model, *fix, belief);
   }
   std::optional<FilterState> change;
@@ -218,6 +221,9 @@ FilterState Trust::found(Finding finding, const FilterState& next, const FilterS
                          const ModeParams& modes) {
   finding_ = finding;
   ++findings_;
+  finding_ratio_ = std::max({gps_test_ratio_, ladar_test_ratio_, map_test_ratio_});
+  finding_moved_m_ =
+      (next.belief.x.T_world_vehicle.p - belief.belief.x.T_world_vehicle.p).head<2>().norm();
   const Stamp now = belief.belief.x.stamp;
   FilterState state = next;
   state.memory.world_resets = belief.memory.world_resets;

@@ -82,6 +82,9 @@ class Trust {
   [[nodiscard]] double ins_rival_m(const FilterState& belief) const;
   [[nodiscard]] Finding newest_finding() const { return finding_; }
   [[nodiscard]] int findings() const { return findings_; }
+  /// Of the newest finding: the test ratio that led to it, and the horizontal step of the belief.
+  [[nodiscard]] double finding_ratio() const { return finding_ratio_; }
+  [[nodiscard]] double finding_moved_m() const { return finding_moved_m_; }
 
  private:
   /// The filter under the hypothesis that an excluded source is right.
@@ -203,6 +206,7 @@ class Trust {
   double detectable_m_ = kAnything_m;
   Finding finding_ = Finding::kNothing;
   int findings_ = 0;
+  double finding_ratio_ = 0.0, finding_moved_m_ = 0.0;
 };
 
 }  // namespace rcs::wm

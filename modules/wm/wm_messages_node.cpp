@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "lcmtypes/convert.h"
+#include "lcmtypes/events.h"
 #include "lcmtypes/message_names.h"
 #include "lcmtypes/plausible.h"
 #include "lcmtypes/rcs/innovation_t.hpp"
@@ -128,8 +129,9 @@ std::optional<Registration> admit(const registration_t& m) {
 
 void tell_refused(const InboxBase& inbox, Reason reason, Stamp now, Report* report) {
   if (reason == Reason::kAccepted || reason == Reason::kNoDatum) return;
-  report->warn(now, "input.refused", "{}: {}, not fused; newest utime {}", inbox.channel(),
-               innovation_reason_name(static_cast<int>(reason)), to_utime(inbox.account().newest));
+  report->publish(now, event::kWmInputRefused, "{} rejected: {}; not fused, newest utime {}",
+                  inbox.channel(), innovation_reason_name(static_cast<int>(reason)),
+                  to_utime(inbox.account().newest));
 }
 
 }  // namespace rcs::wm

@@ -14,6 +14,15 @@ std::string channel_of(std::string_view node, std::string_view suffix) {
   return channel.append("_").append(suffix);
 }
 
+namespace {
+
+std::int8_t to_message(event::Severity severity) {
+  if (severity == event::Severity::kError) return event_t::SEVERITY_ERROR;
+  return severity == event::Severity::kWarning ? event_t::SEVERITY_WARNING : event_t::SEVERITY_INFO;
+}
+
+}  // namespace
+
 Report::Report(Bus* bus, std::string_view node, Duration interval)
     : outbox_(bus, channel_of(node, "EVENT")), interval_(interval) {
   codes_.reserve(32);
@@ -22,8 +31,10 @@ Report::Report(Bus* bus, std::string_view node, Duration interval)
   message_.node = node;
 }
 
-void Report::send(Stamp now, std::int8_t severity, std::string_view code, int max_sent,
+void Report::send(Stamp now, const event::Info& event, event::Severity severity,
                   fmt::string_view text, fmt::format_args args) {
+  const std::string_view code = event.code;
+  const int max_sent = event.limit == event::Limit::kTen ? 10 : 1;  // a state may flap
   const auto known =
       std::find_if(codes_.begin(), codes_.end(), [&](const Code& c) { return c.name == code; });
   Code& entry = known != codes_.end() ? *known : codes_.emplace_back(Code{code, now});
@@ -36,7 +47,7 @@ void Report::send(Stamp now, std::int8_t severity, std::string_view code, int ma
     return;
   }
   message_.utime = to_utime(now);
-  message_.severity = severity;
+  message_.severity = to_message(severity);
   message_.code = code;
   message_.text.clear();
   fmt::vformat_to(std::back_inserter(message_.text), text, args);

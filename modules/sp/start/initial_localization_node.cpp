@@ -5,6 +5,7 @@
 #include <array>
 #include <string_view>
 
+#include "lcmtypes/events.h"
 #include "rcs/base/check.h"
 
 namespace rcs::sp {
@@ -97,18 +98,19 @@ void StartSearch::tell(Stamp now, Report* report) {
   told_doubt_ = s.doubt;
   if (!news) return;
   if (s.state == InitialLocalizationState::kFound) {
-    report->info(now, "start.found",
-                 "start confirmed on the a priori map after {:.0f} m: log-likelihood {:.1f} above "
-                 "the next pose, {:.1f} above featureless ground",
-                 s.way_m, s.margin, s.evidence);
+    report->publish(
+        now, event::kSpStartFound,
+        "start confirmed on the a priori map after {:.0f} m: log-likelihood {:.1f} above "
+        "the next pose, {:.1f} above featureless ground",
+        s.way_m, s.margin, s.evidence);
   } else if (s.state == InitialLocalizationState::kConfirming) {
-    report->info(now, "start.confirming",
-                 "one candidate pose left after {:.0f} m: newly observed ground must confirm it",
-                 s.way_m);
+    report->publish(now, event::kSpStartConfirming,
+                    "one candidate pose left after {:.0f} m: newly observed ground must confirm it",
+                    s.way_m);
   } else {
-    report->info(now, "start.unknown",
-                 "start unresolved: {}; {} hypotheses left, {:.0f} m rms apart, after {:.0f} m",
-                 kDoubts[static_cast<std::size_t>(s.doubt)], s.hypotheses, s.spread_m, s.way_m);
+    report->publish(now, event::kSpStartUnknown,
+                    "start unresolved: {}; {} hypotheses left, {:.0f} m rms apart, after {:.0f} m",
+                    kDoubts[static_cast<std::size_t>(s.doubt)], s.hypotheses, s.spread_m, s.way_m);
   }
 }
 

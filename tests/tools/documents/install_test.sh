@@ -34,4 +34,9 @@ for unit in rcs.service rcs-bus.service; do
 done
 grep -q '^StateDirectory=rcs$' "$units/rcs.service" || fail "no folder for emergency stops"
 grep -q "^ExecStart=$3/rcs up " "$units/rcs.service" || fail "rcs.service runs another rcs"
+for page in rcs rcs-replay rcs-map sp sim; do
+  [ -s "$data/man/man1/$page.1" ] || fail "no man page $page"
+done
+bash -c ". '$data/bash-completion/completions/rcs' && complete -p rcs" >"$dir/said.txt" 2>&1 ||
+  fail "no completion"
 echo "install_test: passed"
