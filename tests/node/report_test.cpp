@@ -1,5 +1,6 @@
 #include "rcs/node/report.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <string>
@@ -83,8 +84,9 @@ TEST_F(ReportTest, ThePrinterShowsAnEventInOneLine) {
   report_.error(at_ms(1500), "map.reseeded", "after {} failures", 5);
   testing::internal::CaptureStderr();
   deliver();
-  EXPECT_EQ(testing::internal::GetCapturedStderr(),
-            "sp 1.500 error: map.reseeded: after 5 failures\n");
+  EXPECT_THAT(testing::internal::GetCapturedStderr(),
+              testing::MatchesRegex("sp [0-9][0-9]:[0-9][0-9]:[0-9][0-9].[0-9][0-9][0-9] UTC, "
+                                    "[0-9]+.[0-9] s error: map.reseeded: after 5 failures\n"));
 }
 
 }  // namespace
