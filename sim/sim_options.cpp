@@ -22,17 +22,20 @@ void add_sim_options(CLI::App* app, SimOptions* options) {
   app->add_option("--ins", options->overrides.ins_grade,
                   "INS grade: tactical, industrial, consumer");
   app->add_option("--gps-outage", options->gps_outage_s,
-                  "begin and length [s] of a GPS outage, instead of those of the file")
+                  "BEGIN,LENGTH [s] of a GPS outage, instead of those of the file")
+      ->delimiter(',')
       ->expected(2);
   app->add_option("--gps-lost-after", options->overrides.gps_lost_after_m,
                   "distance [m] after which GPS is lost for the rest of the drive, instead of that "
                   "of the file");
   app->add_option("--ladar-outage", options->ladar_outage_s,
-                  "begin and length [s] of a LADAR outage, instead of those of the file")
+                  "BEGIN,LENGTH [s] of a LADAR outage, instead of those of the file")
+      ->delimiter(',')
       ->expected(2);
   app->add_option("--silence", options->silences,
-                  "SOURCE BEGIN LENGTH: SOURCE publishes nothing from BEGIN s on for LENGTH "
+                  "SOURCE,BEGIN,LENGTH: SOURCE publishes nothing from BEGIN s on for LENGTH "
                   "s;\nSOURCE is ins, gps, odometry, ladar or all")
+      ->delimiter(',')
       ->check(CLI::Validator(
           [](std::string& value) {
             const bool number = value.find_first_not_of("0123456789.e+") == std::string::npos;
@@ -42,7 +45,7 @@ void add_sim_options(CLI::App* app, SimOptions* options) {
                                     : value + ": not ins, gps, odometry, ladar, all or seconds";
           },
           ""));
-  app->footer("Example:\n  sim config/sim/demo.toml --gps-outage 60 60");
+  app->footer("Example:\n  sim config/sim/demo.toml --gps-outage 60,60");
 }
 
 }  // namespace rcs::sim

@@ -221,7 +221,8 @@ FilterState Trust::found(Finding finding, const FilterState& next, const FilterS
                          const ModeParams& modes) {
   finding_ = finding;
   ++findings_;
-  finding_ratio_ = std::max({gps_test_ratio_, ladar_test_ratio_, map_test_ratio_});
+  finding_ratio_ = std::max({gps_test_ratio_, ladar_test_ratio_, map_test_ratio_,
+                             ins_by_ladar_.ratio, ins_by_gps_.ratio});
   finding_moved_m_ =
       (next.belief.x.T_world_vehicle.p - belief.belief.x.T_world_vehicle.p).head<2>().norm();
   const Stamp now = belief.belief.x.stamp;

@@ -6,6 +6,9 @@
 #include <exception>
 #include <iterator>
 
+#include "rcs/node/time_text.h"
+#include "rcs/node/timeline/live_timeline.h"
+
 namespace rcs {
 
 std::string channel_of(std::string_view node, std::string_view suffix) {
@@ -57,7 +60,7 @@ void Report::send(Stamp now, const event::Info& event, event::Severity severity,
   outbox_.publish(&message_);
 }
 
-EventPrinter::EventPrinter(Bus* bus, std::string_view node) {
+EventPrinter::EventPrinter(Bus* bus, std::string_view node) : start_utime_(wall_utime()) {
   bus->subscribe(channel_of(node, "EVENT"), this);
 }
 
@@ -67,8 +70,9 @@ void EventPrinter::receive(const std::uint8_t* data, std::size_t size, Stamp) no
     const char* severity = event_.severity == event_t::SEVERITY_ERROR     ? "error"
                            : event_.severity == event_t::SEVERITY_WARNING ? "warning"
                                                                           : "info";
-    fmt::print(stderr, "{} {:.3f} {}: {}: {}", event_.node,
-               static_cast<double>(event_.utime) * 1e-6, severity, event_.code, event_.text);
+    const std::int64_t now = wall_utime();
+    fmt::print(stderr, "{} {} UTC, {:.1f} s {}: {}: {}", event_.node, time_of_day(now),
+               seconds(Duration(now - start_utime_)), severity, event_.code, event_.text);
     if (event_.repeated > 0) fmt::print(stderr, " (and {} times before)", event_.repeated);
     fmt::print(stderr, "\n");
   } catch (const std::exception&) {

@@ -59,7 +59,8 @@ class Report {
   event_t message_{};
 };
 
-/// Prints a node's events to stderr, one line each.
+/// Prints a node's events to stderr, one line each, with the time of day and the time since the
+/// construction of the printer. Live only: it reads the clock.
 class EventPrinter final : public Receiver {
  public:
   EventPrinter(Bus* bus, std::string_view node);
@@ -67,6 +68,7 @@ class EventPrinter final : public Receiver {
 
  private:
   event_t event_{};
+  std::int64_t start_utime_;  // wall clock
 };
 
 }  // namespace rcs

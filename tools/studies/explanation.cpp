@@ -20,6 +20,7 @@
 #include "lcmtypes/rcs/plan_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
 #include "lcmtypes/rcs/status_t.hpp"
+#include "rcs/node/time_text.h"
 #include "tools/drills/drill_metrics.h"
 #include "tools/evaluation/top_model.h"
 #include "tools/recording/run_log.h"
@@ -45,20 +46,6 @@ std::string ago(Duration d) {
   return s < 1.0 ? fmt::format("{:.0f} ms ago", 1e3 * s) : fmt::format("{:.1f} s ago", s);
 }
 
-std::string alert_text(int alerts) {
-  std::string text;
-  const auto add = [&](int bit, const char* name) {
-    if ((alerts & bit) != 0) text += (text.empty() ? "" : ", ") + std::string(name);
-  };
-  add(integrity_t::ALERT_HORIZONTAL, "horizontal");
-  add(integrity_t::ALERT_VERTICAL, "vertical");
-  add(integrity_t::ALERT_GPS, "GPS");
-  add(integrity_t::ALERT_LADAR, "LADAR");
-  add(integrity_t::ALERT_INPUT, "input");
-  add(integrity_t::ALERT_INS, "ins");
-  return text.empty() ? "none" : text;
-}
-
 /// Messages received up to the moment.
 class Memory {
  public:
@@ -79,9 +66,9 @@ class Memory {
     if (says) with<event_t>(event, &events_, kEventsShown);
   }
 
-  [[nodiscard]] std::string tell(Stamp moment) const {
+  [[nodiscard]] std::string tell(Stamp begin, Stamp moment) const {
     return inputs_text(moment) + considered_text(moment) + registrations_text(moment) +
-           belief_text(moment) + driving_text(moment) + events_text(moment);
+           belief_text(moment) + driving_text(moment) + events_text(begin, moment);
   }
   [[nodiscard]] Stamp now() const { return now_; }
 
@@ -173,7 +160,8 @@ class Memory {
     };
     std::string text = fmt::format(
         "belief of WM ({}): {}{}; sigma {:.2f} {:.2f} {:.2f} m (vehicle x y z), yaw {:.2f} deg\n"
-        "  last accepted: INS {}, GPS {}, odometry {}, rolling map {}, a priori map {}; {:.0f} m "
+        "  last accepted: INS {}, GPS {}, odometry {},\n    rolling map {}, a priori map {}; "
+        "{:.0f} m "
         "since GPS; {} resets\n",
         ago(moment - nav_.back().arrival), nav_mode_name(m.mode),
         m.world_valid != 0 ? "" : ", frame world unknown", std::sqrt(std::max(0.0, cov(0, 0))),
@@ -199,9 +187,9 @@ class Memory {
                "  protection level {:.2f} m horizontal, {:.2f} m vertical (limits {:.1f} and "
                "{:.1f} m); alerts: {}\n"
                "  GPS {} for {:.1f} s (test ratio {:.2f}), LADAR {} for {:.1f} s (test ratio "
-               "{:.2f}); limit of the test ratio: 1\n\n",
+               "{:.2f});\n    limit of the test ratio: 1\n\n",
                i.protection_horizontal_m, i.protection_vertical_m, i.limit_horizontal_m,
-               i.limit_vertical_m, alert_text(i.alerts), source_status_name(i.gps),
+               i.limit_vertical_m, alert_names(i.alerts), source_status_name(i.gps),
                seconds(Duration(i.utime - i.gps_since_utime)), i.gps_test_ratio,
                source_status_name(i.ladar), seconds(Duration(i.utime - i.ladar_since_utime)),
                i.ladar_test_ratio);
@@ -228,15 +216,19 @@ class Memory {
     return text.empty() ? text : text + "\n";
   }
 
-  [[nodiscard]] std::string events_text(Stamp moment) const {
-    report::Table t{{"events of the last 30 s", "", "node", "code"}, {}};
+  [[nodiscard]] std::string events_text(Stamp begin, Stamp moment) const {
+    std::string text;
     for (const Heard<event_t>& e : events_) {
       if (moment - e.arrival > kEvents) continue;
-      t.rows.push_back({evaluation::printable(e.message.text), ago(moment - e.arrival),
-                        evaluation::printable(e.message.node),
-                        evaluation::printable(e.message.code)});
+      const std::string line =
+          fmt::format("{} UTC {:.1f} s ({}) {}: {}: {}", time_of_day(to_utime(e.arrival)),
+                      seconds(e.arrival - begin), ago(moment - e.arrival),
+                      evaluation::printable(e.message.node), evaluation::printable(e.message.code),
+                      evaluation::printable(e.message.text));
+      text += report::wrapped(line, 4) + "\n";
     }
-    return t.rows.empty() ? "No events in the last 30 s.\n" : to_text(t);
+    if (text.empty()) return "No events in the last 30 s.\n";
+    return "events of the last 30 s: time of day, seconds of the log\n" + text;
   }
 
   Stamp now_ = Stamp::min();
@@ -253,17 +245,22 @@ class Memory {
 
 }  // namespace
 
-Result<std::string> why_story(LogReader* log, Duration after) {
+Result<std::string> why_story(LogReader* log, Duration after,
+                              const std::function<bool(double)>& progress) {
   Memory memory;
   LogEvent event;
   std::optional<Stamp> begin;
   while (log->next(&event)) {
     if (!begin) begin = event.stamp;
+    if (!progress(static_cast<double>(log->position_bytes()) /
+                  static_cast<double>(log->size_bytes()))) {
+      return Error{"interrupted"};
+    }
     const Stamp moment = *begin + after;
     if (event.stamp > moment) {
-      return fmt::format("{}, {:.3f} s after its begin (utime {})\n\n", log->path(), seconds(after),
-                         to_utime(moment)) +
-             memory.tell(moment);
+      return fmt::format("{}, {:.3f} s after its begin: {} {} UTC\n\n", log->path(), seconds(after),
+                         utc_date(to_utime(moment)), time_of_day(to_utime(moment))) +
+             memory.tell(*begin, moment);
     }
     memory.hear(event);
   }

@@ -1,6 +1,7 @@
 #pragma once
 // Explanation of the state of a run at one moment: inputs, decisions of WM, results of SP and BG.
 
+#include <functional>
 #include <string>
 
 #include "rcs/base/result.h"
@@ -12,6 +13,8 @@ namespace rcs::studies {
 /// @param log  read from its begin
 /// @param after  time after the first message of the log
 /// @return text, or an error if the log ends before
-[[nodiscard]] Result<std::string> why_story(LogReader* log, Duration after);
+/// @param progress  called with the share of the log that is read; returns false to stop
+[[nodiscard]] Result<std::string> why_story(LogReader* log, Duration after,
+                                            const std::function<bool(double)>& progress);
 
 }  // namespace rcs::studies

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "tools/rcs/command.h"
+#include "tools/rcs/terminal.h"
 #include "tools/studies/explanation.h"
 
 namespace rcs::cli {
@@ -37,7 +38,14 @@ class Why final : public Command {
   int run() override {
     Result<LogReader> reader = LogReader::open(log_);
     if (!reader) return fail(kName, reader.error());
-    const Result<std::string> story = studies::why_story(&reader.value(), from_seconds(time_s_));
+    const Result<std::string> story = [&] {
+      const InterruptGuard interrupt;
+      Progress progress(kName, Progress::kSteps);
+      return studies::why_story(&reader.value(), from_seconds(time_s_), [&](double share) {
+        progress.at_share(share);
+        return !interrupt.requested();
+      });
+    }();
     if (!story) return fail(kName, story.error());
     fmt::print("{}", *story);
     return kExitOk;

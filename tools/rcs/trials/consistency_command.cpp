@@ -5,6 +5,8 @@
 #include "tools/base/files.h"
 #include "tools/rcs/campaign_terminal.h"
 #include "tools/rcs/command.h"
+#include "tools/rcs/config_files.h"
+#include "tools/rcs/list_option.h"
 #include "tools/studies/consistency_output.h"
 #include "tools/studies/consistency_page.h"
 
@@ -19,14 +21,11 @@ class ConsistencyCommand final : public Command {
       : Command(rcs->add_subcommand("consistency",
                                     "Compare the errors of WM with its covariances over many "
                                     "simulated drives")) {
-    app()
-        ->add_option("--scenario", scenarios_, "scenario of the drives; may be repeated")
-        ->check(CLI::ExistingFile)
+    add_repeated(app(), "--scenario", &scenarios_, "scenario of the drives")
+        ->transform(config_file())
         ->capture_default_str();
-    app()
-        ->add_option("--ins", grades_, "INS grades, of both the simulator and WM")
+    add_list(app(), "--ins", &grades_, "INS grades, of both the simulator and WM")
         ->check(CLI::IsMember({"tactical", "industrial", "consumer"}))
-        ->delimiter(',')
         ->capture_default_str();
     app()->add_option("--config", config_, "the vehicle's configuration")->capture_default_str();
     app()
@@ -62,6 +61,8 @@ class ConsistencyCommand final : public Command {
   }
 
   int run() override {
+    for (std::string& scenario : scenarios_) scenario = find_config(scenario);
+    config_ = find_config(config_);
     const Outcome done = run_all();
     if (!done) return fail(kName, done.error());
     return report_.passed() ? kExitOk : kExitFailed;
