@@ -31,8 +31,8 @@
   X(kWmCycle, "WM_CYCLE", kAccount, cycle_t, "wm", "per cycle, live")                           \
   X(kWmProcess, "WM_PROCESS", kAccount, process_t, "wm", "1 Hz, live")                          \
   X(kBgCommand, "BG_COMMAND", kCommand, command_t, "operator, gateway", "1 Hz")                 \
-  X(kBgStatus, "BG_STATUS", kOutput, status_t, "bg", "10 Hz")                                   \
-  X(kBgPlan, "BG_PLAN", kOutput, plan_t, "bg", "2-10 Hz")                                       \
+  X(kBgStatus, "BG_STATUS", kOutput, status_t, "bg", "20 Hz")                                   \
+  X(kBgPlan, "BG_PLAN", kOutput, plan_t, "bg", "up to 4 Hz")                                   \
   X(kBgDrive, "BG_DRIVE", kOutput, drive_t, "bg", "20 Hz")                                      \
   X(kBgEvent, "BG_EVENT", kOutput, event_t, "bg", "on events")                                  \
   X(kBgCycle, "BG_CYCLE", kAccount, cycle_t, "bg", "per cycle, live")                           \

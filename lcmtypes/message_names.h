@@ -3,8 +3,10 @@
 // not a constant is "?".
 
 #include <cstddef>
+#include <string>
 #include <string_view>
 
+#include "lcmtypes/rcs/gps_fix_t.hpp"
 #include "lcmtypes/rcs/innovation_t.hpp"
 #include "lcmtypes/rcs/integrity_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
@@ -35,6 +37,33 @@ constexpr std::string_view constant_name(const std::string_view (&names)[kNames]
 [[nodiscard]] constexpr std::string_view source_status_name(int status) {
   return constant_name<integrity_t::STATUS_PROBATION>(
       {"none", "accepted", "quarantine", "probation"}, status);
+}
+
+/// @param type  gps_fix_t::FIX_*
+[[nodiscard]] constexpr std::string_view gps_fix_name(int type) {
+  return constant_name<gps_fix_t::FIX_FIXED>(
+      {"NONE", "SINGLE", "DIFFERENTIAL", "RTK_FLOAT", "RTK_FIXED"}, type);
+}
+
+/// @param stop  status_t::STOP_*
+[[nodiscard]] constexpr std::string_view emergency_stop_name(int stop) {
+  return constant_name<status_t::STOP_PERSISTED>({"none", "LATCHED IN MEMORY", "LATCHED"}, stop);
+}
+
+/// The names of the bits, separated by commas; "none".
+/// @param alerts  integrity_t::ALERT_*
+[[nodiscard]] inline std::string alert_names(int alerts) {
+  std::string text;
+  const auto add = [&](int bit, const char* name) {
+    if ((alerts & bit) != 0) text += (text.empty() ? "" : ", ") + std::string(name);
+  };
+  add(integrity_t::ALERT_HORIZONTAL, "horizontal");
+  add(integrity_t::ALERT_VERTICAL, "vertical");
+  add(integrity_t::ALERT_GPS, "GPS");
+  add(integrity_t::ALERT_LADAR, "LADAR");
+  add(integrity_t::ALERT_INPUT, "input");
+  add(integrity_t::ALERT_INS, "INS");
+  return text.empty() ? "none" : text;
 }
 
 /// @param source  innovation_t::SOURCE_*

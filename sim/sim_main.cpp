@@ -8,8 +8,8 @@
 #include <cstdio>
 #include <exception>
 #include <memory>
+#include <optional>
 #include <string>
-#include <tuple>
 #include <vector>
 
 #include "rcs/base/exit_status.h"
@@ -17,6 +17,7 @@
 #include "rcs/node/timeline/live_timeline.h"
 #include "sim/real_time.h"
 #include "sim/scenario_file.h"
+#include "sim/sim_options.h"
 #include "sim/simulator.h"
 
 namespace {
@@ -24,12 +25,7 @@ namespace {
 using rcs::Outcome;
 using rcs::Result;
 
-struct Options {
-  std::string scenario;
-  std::string lcm_url;
-  rcs::sim::ScenarioOverrides overrides;
-  std::vector<std::tuple<std::string, double, double>> silences;  ///< source, begin, length [s]
-};
+using Options = rcs::sim::SimOptions;
 
 int fail(const rcs::Error& error) {
   fmt::print(stderr, "sim: {}\n", error.message);
@@ -89,57 +85,20 @@ int run(const Options& options) {
 }
 
 int sim_main(int argc, char** argv) {
-  CLI::App app(
-      "Reference simulation: drives a scenario and publishes its sensors at real time. A scenario\n"
-      "with [drive] mode = \"commanded\" receives BG_DRIVE, and stops without a valid command.",
-      "sim");
+  CLI::App app;
   Options options;
-  std::int64_t seed = 0;
-  std::vector<double> outage_s;
-  std::vector<double> ladar_outage_s;
-  app.add_option("SCENARIO", options.scenario, "config/sim/*.toml")->required();
-  app.add_option(
-      "--lcm-url", options.lcm_url,
-      fmt::format("URL of the LCM bus; default: $LCM_DEFAULT_URL, else {}", rcs::kDefaultLcmUrl));
-  CLI::Option* const seed_option =
-      app.add_option("--seed", seed, "seed of the noise, instead of that of the file");
-  app.add_option("--ins", options.overrides.ins_grade, "INS grade: tactical, industrial, consumer");
-  app.add_option("--gps-outage", outage_s,
-                 "begin and length [s] of a GPS outage, instead of those of the file")
-      ->expected(2);
-  app.add_option("--gps-lost-after", options.overrides.gps_lost_after_m,
-                 "distance [m] after which GPS is lost for the rest of the drive, instead of that "
-                 "of the file");
-  app.add_option("--ladar-outage", ladar_outage_s,
-                 "begin and length [s] of a LADAR outage, instead of those of the file")
-      ->expected(2);
-  app.add_option("--silence", options.silences,
-                 "SOURCE BEGIN LENGTH: SOURCE publishes nothing from BEGIN s on for LENGTH "
-                 "s;\nSOURCE is ins, gps, odometry, ladar or all")
-      ->check(CLI::Validator(
-          [](std::string& value) {
-            const bool number = value.find_first_not_of("0123456789.e+") == std::string::npos;
-            const bool source = value == "ins" || value == "gps" || value == "odometry" ||
-                                value == "ladar" || value == "all";
-            return number || source ? std::string()
-                                    : value + ": not ins, gps, odometry, ladar, all or seconds";
-          },
-          ""));
-  app.footer(
-      "Exit status: 0 the drive is over; 2 invalid command line; 3 SCENARIO is invalid, or the "
-      "bus\n"
-      "failed; 130 interrupted (Ctrl-C, SIGTERM) before the end.\n"
-      "Example:\n  sim config/sim/demo.toml --gps-outage 60 60");
+  rcs::sim::add_sim_options(&app, &options);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? rcs::kExitOk : rcs::kExitUsage;
   }
-  if (seed_option->count() > 0) options.overrides.seed = seed;
-  if (!outage_s.empty()) options.overrides.gps_outage = rcs::sim::Outage{outage_s[0], outage_s[1]};
-  if (!ladar_outage_s.empty()) {
-    options.overrides.ladar_outage = rcs::sim::Outage{ladar_outage_s[0], ladar_outage_s[1]};
-  }
+  const auto outage = [](const std::vector<double>& s) -> std::optional<rcs::sim::Outage> {
+    if (s.empty()) return std::nullopt;
+    return rcs::sim::Outage{s[0], s[1]};
+  };
+  options.overrides.gps_outage = outage(options.gps_outage_s);
+  options.overrides.ladar_outage = outage(options.ladar_outage_s);
   return run(options);
 }
 

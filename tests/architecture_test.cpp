@@ -37,7 +37,7 @@ struct Folder {
 const Folder kFolders[] = {
     {"rcs/base/.*", "rcs/base/.*", "rcs"},
     {"rcs/terrain/.*", "rcs/(base|terrain)/.*", "rcs"},
-    {"lcmtypes/.*", "(rcs/base|lcmtypes)/.*", "rcs(::channel)?"},
+    {"lcmtypes/.*", "(rcs/base|lcmtypes)/.*", "rcs(::(channel|event))?"},
     {"rcs/node/.*", "(rcs/(base|node)|lcmtypes)/.*", "rcs"},
     {"rcs/prior/.*", "(rcs|lcmtypes)/.*", "rcs"},
     // Shells, then cores. Modules communicate by messages only; bg alone may call vj, and sp alone
@@ -109,7 +109,7 @@ const Rule kIncludeRules[] = {
     {"libqhull.*", "tests/bench/.*", "qhull belongs to a benchmark, and to no product"},
     {"dds/.*", "modules/gateway/.*", "Cyclone DDS belongs to the gateway"},
     {"(gdal|ogr|cpl)[a-z_0-9]*\\.h", "tools/survey/.*", "GDAL belongs to tools/survey"},
-    {"CLI/.*", "(tools/.*|.*_main\\.cpp)", "command lines belong to tools and mains"},
+    {"CLI/.*", "(tools/.*|.*_(main|options)\\.cpp)", "command lines belong to tools and mains"},
     {"fmt/.*",
      "(rcs/node|modules/.*_(node|main|config)\\.|modules/gateway/dds_link|sim|tools|tests).*",
      "text belongs to shells and tools; a core returns facts"},

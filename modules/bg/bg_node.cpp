@@ -5,6 +5,7 @@
 
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
+#include "lcmtypes/events.h"
 
 namespace rcs::bg {
 namespace {
@@ -115,8 +116,8 @@ void BgNode::take_nav(const Cycle& cycle) {
     const Stamp before = nav_.stamp;
     const bool first = nav_.arrival == Stamp::min();
     if (!read_nav(m, nav_states_.front_arrival(), &nav_)) {
-      report_.warn(cycle.now, "input.refused", "{}: pose or velocity invalid, message rejected",
-                   channel::kWmNavState);
+      report_.publish(cycle.now, event::kBgInputRefused, "{} rejected: pose or velocity invalid",
+                      channel::kWmNavState);
       continue;
     }
     if (first || nav_.stamp != before) nav_moved_ = nav_.arrival;
@@ -134,9 +135,9 @@ void BgNode::take_integrity(const Cycle& cycle) {
   for (; !integrities_.empty(); integrities_.pop()) {
     const integrity_t& m = *integrities_.front();
     if (read_integrity(m, integrities_.front_arrival(), &integrity_)) continue;
-    report_.warn(cycle.now, "input.refused",
-                 "{}: protection levels {} m, {} m invalid, message rejected",
-                 channel::kWmIntegrity, m.protection_horizontal_m, m.protection_vertical_m);
+    report_.publish(cycle.now, event::kBgInputRefused,
+                    "{} rejected: protection levels {} m, {} m invalid", channel::kWmIntegrity,
+                    m.protection_horizontal_m, m.protection_vertical_m);
   }
 }
 
@@ -148,9 +149,9 @@ void BgNode::take_map(const Cycle& cycle) {
     terrain_stamp_ = from_utime(m->utime);
     terrain_local_utime_ = m->local_utime;
   } else {
-    report_.warn(cycle.now, "input.refused",
-                 "{}: terrain of {} x {} cells of {} m invalid, message rejected",
-                 channel::kWmMapPatch, m->width, m->height, m->cell_m);
+    report_.publish(cycle.now, event::kBgInputRefused,
+                    "{} rejected: terrain of {} x {} cells of {} m invalid", channel::kWmMapPatch,
+                    m->width, m->height, m->cell_m);
   }
   map_patches_.pop();
 }
@@ -287,8 +288,8 @@ void BgNode::plan(const Cycle& cycle, const Facts& now) {
   } else {
     // The last path is followed a little longer, as far as it is free: a search that begins at
     // speed has fewer solutions than one that begins after some braking.
-    report_.warn(
-        cycle.now, "path.none",
+    report_.publish(
+        cycle.now, event::kBgPathNone,
         "no path to waypoint {} of {}, distance {:.1f} m: following the last path while free",
         route_.done() + 1, route_.size(), std::hypot(to.x_m - place().x_m, to.y_m - place().y_m));
     cut_at_obstacles();
@@ -364,8 +365,8 @@ void BgNode::leave_way_if_held(Stamp now, bool held) {
   } else if (held_since_ == Stamp::max()) {
     held_since_ = now;
   } else if (now - held_since_ > kHeld && !path_.empty()) {
-    report_.warn(
-        now, "path.blocked",
+    report_.publish(
+        now, event::kBgPathBlocked,
         "path of {:.1f} m dropped: vehicle at rest for {:.1f} s, blocked by a nearby obstacle",
         path_.back().s_m, seconds(now - held_since_));
     search_.bar(path_);
@@ -422,8 +423,8 @@ void BgNode::publish_status(const Decision& decision, Stamp now) {
                             : emergency_stop_.persisted() ? status_t::STOP_PERSISTED
                                                           : status_t::STOP_LATCHED});
   if (decision.state == reported_state_) return;
-  report_.transition(now, event_t::SEVERITY_INFO, "state", "{} -> {}{}{}", reported_state_,
-                     decision.state, decision.reason.empty() ? "" : ": ", decision.reason);
+  report_.publish(now, event::kBgState, "{} -> {}{}{}", reported_state_, decision.state,
+                  decision.reason.empty() ? "" : ": ", decision.reason);
   reported_state_ = decision.state;
 }
 

@@ -4,6 +4,8 @@
 
 #include <iterator>
 
+#include "lcmtypes/events.h"
+
 namespace rcs::bg {
 namespace {
 
@@ -19,9 +21,9 @@ bool EmergencyStop::update(const command_t* command, bool is_new, Stamp now, Rep
   if (decision->emergency) {
     if (new_stop || (!latch_.engaged() && command != nullptr)) {
       latch_.engage(*command);
-      report->transition(now, event_t::SEVERITY_WARNING, "stop.engaged",
-                         "emergency stop of {}: no motion until it is released at rest",
-                         latch_.cause());
+      report->publish(now, event::kBgStopEngaged,
+                      "emergency stop of {}: no motion until it is released at rest",
+                      latch_.cause());
       if (!latch_.persisted()) next_try_ = now;
     }
     keep(now, report, decision);
@@ -30,22 +32,21 @@ bool EmergencyStop::update(const command_t* command, bool is_new, Stamp now, Rep
   if (!latch_.engaged()) return false;
   const std::string cause = latch_.cause();
   if (const Outcome released = latch_.release(); !released) {
-    report->error(now, "stop.release", "emergency stop not released, stays latched: {}",
-                  released.error().message);
+    report->publish(now, event::kBgStopRelease, "emergency stop not released, stays latched: {}",
+                    released.error().message);
     reason_ = "emergency stop stays latched: " + released.error().message;
     *decision = {Action::kBrake, Status::kError, "EMERGENCY_STOP", reason_, decision->line, true};
     return false;
   }
-  report->transition(now, event_t::SEVERITY_INFO, "stop.released", "emergency stop of {} released",
-                     cause);
+  report->publish(now, event::kBgStopReleased, "emergency stop of {} released", cause);
   return true;
 }
 
 void EmergencyStop::report_start(Stamp now, Report* report) {
   started_ = true;
   if (!latch_.engaged()) return;
-  report->warn(
-      now, "stop.latched",
+  report->publish(
+      now, event::kBgStopLatched,
       "an emergency stop is latched since before the start ({}; {}): no motion until it is "
       "released at rest",
       latch_.cause(), latch_.path());
@@ -57,8 +58,8 @@ void EmergencyStop::keep(Stamp now, Report* report, Decision* decision) {
     const Outcome persisted = latch_.persist();
     trouble_ = persisted ? "" : persisted.error().message;
     if (!persisted) {
-      report->error(now, "stop.not_persisted",
-                    "emergency stop in force, but lost if BG restarts: {}", trouble_);
+      report->publish(now, event::kBgStopNotPersisted,
+                      "emergency stop in force, but lost if BG restarts: {}", trouble_);
     }
   }
   reason_.clear();  // keeps its capacity

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "lcmtypes/channels.h"
+#include "lcmtypes/events.h"
 #include "modules/gateway/sample_conversion.h"
 #include "rcs/node/budget.h"
 
@@ -95,11 +96,13 @@ void GatewayNode::run(const Cycle& cycle) {
 void GatewayNode::report_start(Stamp now) {
   started_ = true;
   if (config_.unsecured) {
-    report_.warn(now, "dds.unsecured", "DDS without keys: everyone on {} can command {}",
-                 config_.dds.interface, config_.vehicle);
+    report_.publish(now, event::kGatewayUnsecured,
+                    "DDS without keys: everyone on {} can command {}", config_.dds.interface,
+                    config_.vehicle);
   } else {
-    report_.info(now, "dds.secured", "DDS secured: {} uses interface {} with the keys in {}",
-                 config_.vehicle, config_.dds.interface, config_.dds.keys);
+    report_.publish(now, event::kGatewaySecured,
+                    "DDS secured: {} uses interface {} with the keys in {}", config_.vehicle,
+                    config_.dds.interface, config_.dds.keys);
   }
 }
 
@@ -172,8 +175,8 @@ void GatewayNode::refuse(Refusal refusal, std::string_view topic, std::string_vi
   last_refusal_ =
       fmt::format("{} {} of {}: {}", topic, command_id,
                   operator_id.empty() ? "an unauthorized operator" : operator_id, text(refusal));
-  report_.warn(now, "command.refused", "{}: command rejected, {} rejected so far", last_refusal_,
-               refused_);
+  report_.publish(now, event::kGatewayCommandRefused, "{}: command rejected, {} rejected so far",
+                  last_refusal_, refused_);
 }
 
 void GatewayNode::tell_vehicle(Stamp now) {
@@ -200,31 +203,35 @@ void GatewayNode::report_phase(Stamp now) {
   const std::int64_t which = arbiter_.command_id();
   switch (phase) {
     case Phase::kIdle:
-      report_.info(now, "command.idle", "BG has accepted the release of the emergency stop");
+      report_.publish(now, event::kGatewayCommandIdle,
+                      "BG has accepted the release of the emergency stop");
       break;
     case Phase::kGoto:
-      report_.info(now, "command.goto", "command {} of {} in force", which, who);
+      report_.publish(now, event::kGatewayCommandGoto, "command {} of {} in force", which, who);
       break;
     case Phase::kDone:
-      report_.info(now, "command.done", "command {} of {} completed", which, who);
+      report_.publish(now, event::kGatewayCommandDone, "command {} of {} completed", which, who);
       break;
     case Phase::kFailed:
-      report_.warn(now, "command.failed", "command {} of {} failed: {}", which, who, failure_);
+      report_.publish(now, event::kGatewayCommandFailed, "command {} of {} failed: {}", which, who,
+                      failure_);
       break;
     case Phase::kSilent:
-      report_.warn(
-          now, "operator.silent",
+      report_.publish(
+          now, event::kGatewayOperatorSilent,
           "operator {} silent for its valid_for: command {} ended, a new command is required", who,
           which);
       break;
     case Phase::kHalted:
-      report_.info(now, "command.halt", "halt command {} of {}", which, who);
+      report_.publish(now, event::kGatewayCommandHalt, "halt command {} of {}", which, who);
       break;
     case Phase::kStopped:
-      report_.warn(now, "stop.engaged", "emergency stop {} of {} engaged", which, who);
+      report_.publish(now, event::kGatewayStopEngaged, "emergency stop {} of {} engaged", which,
+                      who);
       break;
     case Phase::kReleasing:
-      report_.info(now, "stop.released", "emergency stop released by {}, command {}", who, which);
+      report_.publish(now, event::kGatewayStopReleased, "emergency stop released by {}, command {}",
+                      who, which);
       break;
   }
 }
@@ -236,9 +243,9 @@ void GatewayNode::send_state(Stamp now) {
   // An old or invalid pose could be mistaken for a valid one: no sample is published instead.
   if (!known || nav_state_.pose_valid == 0) return;
   if (!to_sample(nav_state_, now - nav_arrival_, &state_)) {
-    report_.warn(now, "state.refused",
-                 "{}: mode {} unknown or a number not finite, VehicleState not published",
-                 channel::kWmNavState, nav_state_.mode);
+    report_.publish(now, event::kGatewayStateRefused,
+                    "{}: mode {} unknown or a number not finite, VehicleState not published",
+                    channel::kWmNavState, nav_state_.mode);
     return;
   }
   ++state_.seq;
@@ -269,8 +276,8 @@ void GatewayNode::send_status(Stamp now) {
   }
   if (dds_->write_failures() != reported_failures_) {
     reported_failures_ = dds_->write_failures();
-    report_.warn(now, "dds.write", "{} samples rejected by DDS so far and lost",
-                 reported_failures_);
+    report_.publish(now, event::kGatewayDdsWrite, "{} samples rejected by DDS so far and lost",
+                    reported_failures_);
   }
 }
 

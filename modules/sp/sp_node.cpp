@@ -6,6 +6,7 @@
 
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
+#include "lcmtypes/events.h"
 #include "lcmtypes/plausible.h"
 #include "modules/sp/scan/deskew.h"
 #include "modules/sp/sp_messages_node.h"
@@ -40,6 +41,7 @@ SpNode::SpNode(const SpConfig& config, PriorTerrain prior, Bus* bus)
       facets_(bus, channel::kLadarPoints, 144),
       ins_(bus, channel::kIns, 256),
       nav_states_(bus, channel::kWmNavState, 8),
+      integrity_(bus, channel::kWmIntegrity, 8),
       registration_out_(bus, channel::kSpRegistration),
       points_out_(bus),
       report_(bus, config.info.name, from_seconds(1.0)),
@@ -71,7 +73,7 @@ void SpNode::reserve() {
 }
 
 std::vector<const InboxBase*> SpNode::inboxes() const {
-  return {&ranges_, &facets_, &ins_, &nav_states_};
+  return {&ranges_, &facets_, &ins_, &nav_states_, &integrity_};
 }
 
 Stamp SpNode::next_wakeup() const {
@@ -104,7 +106,8 @@ void SpNode::run(const Cycle& cycle) {
 
 void SpNode::take_inertial() {
   for (const ins_t* m = ins_.front(); m != nullptr; ins_.pop(), m = ins_.front()) {
-    if (!plausible(*m)) continue;  // WM reports it, as it does repeated and late samples
+    if (ins_excluded_ || !plausible(*m))
+      continue;  // WM reports it, as it does repeated and late samples
     static_cast<void>(
         inertial_.add({from_utime(m->utime) + ins_shift_, Duration(m->interval_us),
                        from_message(m->delta_angle_rad), from_message(m->delta_v_mps)}));
@@ -112,6 +115,11 @@ void SpNode::take_inertial() {
 }
 
 void SpNode::take_belief(Stamp now) {
+  if (const integrity_t* integrity = integrity_.latest()) {
+    ins_excluded_ = integrity->ins == integrity_t::STATUS_QUARANTINE;
+    if (ins_excluded_) inertial_.clear();
+    integrity_.pop();
+  }
   const nav_state_t* m = nav_states_.latest();
   if (m == nullptr) return;
   constexpr std::int64_t kLongest_us = 1'000'000'000'000;
@@ -133,10 +141,11 @@ void SpNode::take_belief(Stamp now) {
       from_message(m->q_rolling_vehicle, m->p_rolling_vehicle_m, &T_rolling_vehicle) &&
       usable_covariance(rolling_covariance) && usable_covariance(world_covariance);
   if (!sound) {
-    report_.warn(now, "input.refused",
-                 "{} rejected: invalid pose, motion or covariance; prediction without WM until the "
-                 "next valid one",
-                 channel::kWmNavState);
+    report_.publish(
+        now, event::kSpInputRefused,
+        "{} rejected: invalid pose, motion or covariance; prediction without WM until the "
+        "next valid one",
+        channel::kWmNavState);
   }
   if (sound && m->rolling_valid != 0 && m->map_epoch == epoch_) {
     MotionState s;
@@ -168,10 +177,10 @@ bool SpNode::take_facets(Inbox<Message>* inbox, const Cycle& cycle) {
     const std::optional<FacetId> id = identify(*m, config_.ladar);
     if (!id) {
       ++account_.facets_refused;
-      report_.warn(cycle.now, "facet.refused",
-                   "{} rejected: scan {}, facet {} of {} does not match [ladar] of the "
-                   "configuration or its own counts",
-                   inbox->channel(), m->scan_id, m->facet, m->facet_count);
+      report_.publish(cycle.now, event::kSpFacetRefused,
+                      "{} rejected: scan {}, facet {} of {} does not match [ladar] of the "
+                      "configuration or its own counts",
+                      inbox->channel(), m->scan_id, m->facet, m->facet_count);
       inbox->pop();
       continue;
     }
@@ -186,8 +195,8 @@ bool SpNode::take_facets(Inbox<Message>* inbox, const Cycle& cycle) {
       if (begins) begin_scan(*id);
     } else {
       ++account_.facets_refused;
-      report_.warn(
-          cycle.now, "facet.stale", "facet {} of scan {} dropped: {}", m->facet, m->scan_id,
+      report_.publish(
+          cycle.now, event::kSpFacetStale, "facet {} of scan {} dropped: {}", m->facet, m->scan_id,
           verdict == FacetVerdict::kOld ? "received after the end of its scan" : "received before");
     }
     inbox->pop();
@@ -211,18 +220,18 @@ void SpNode::finish_scan(const Cycle& cycle) {
   cycle.stages->mark("convert");
   choose_level(cycle);
   begin_answer(cycle);
-  const Expectation expected =
-      motion_guess_.expect(assembler_.scan()->reference, inertial_, config_.expectation);
+  const Expectation expected = motion_guess_.expect(assembler_.scan()->reference, inertial_,
+                                                    ins_excluded_, config_.expectation);
   const int facets_lost = assembler_.facets_missing();
   if (facets_lost > 0) {
-    report_.warn(cycle.now, "scan.incomplete",
-                 "scan {} incomplete: {} of {} facets missing; registration needs {:.0f} %",
-                 assembler_.scan_id(), facets_lost, facet_count_, 100.0 * config_.min_facets);
+    report_.publish(cycle.now, event::kSpScanIncomplete,
+                    "scan {} incomplete: {} of {} facets missing; registration needs {:.0f} %",
+                    assembler_.scan_id(), facets_lost, facet_count_, 100.0 * config_.min_facets);
   }
   if (assembler_.count().not_finite > 0) {
-    report_.warn(cycle.now, "points.not_finite",
-                 "scan {}: {} ranges or points rejected: not finite", assembler_.scan_id(),
-                 assembler_.count().not_finite);
+    report_.publish(cycle.now, event::kSpPointsNotFinite,
+                    "scan {}: {} ranges or points rejected: not finite", assembler_.scan_id(),
+                    assembler_.count().not_finite);
   }
   if (ladder_.level == Degrade::kHold) {
     answer_without_registering(registration::Stop::kHeld, expected);
@@ -233,9 +242,9 @@ void SpNode::finish_scan(const Cycle& cycle) {
     prepare_points(cycle, expected);
     const bool lost = epoch_ != 0 && !expected.known;
     if (lost) {
-      report_.error(cycle.now, "map.reseeded",
-                    "scan {}: no predicted pose in map epoch {}; a new rolling map starts",
-                    assembler_.scan_id(), epoch_);
+      report_.publish(cycle.now, event::kSpMapReseeded,
+                      "scan {}: no predicted pose in map epoch {}; a new rolling map starts",
+                      assembler_.scan_id(), epoch_);
     }
     if ((epoch_ == 0 || lost) && !source_.empty()) {
       seed(expected.at_reference.T_rolling_vehicle);
@@ -269,8 +278,8 @@ void SpNode::choose_level(const Cycle& cycle) {
   const Degrade before = ladder_.level;
   ladder_ = step(ladder_, facts, config_.degrade);
   if (ladder_.level == before) return;
-  report_.info(
-      cycle.now, "degrade",
+  report_.publish(
+      cycle.now, event::kSpDegrade,
       "level {} -> {}: cycle start up to {:.1f} ms late, {:.1f} ms to the deadline, {:.2f} "
       "scans waiting, {:.2f} of the nominal work granted",
       static_cast<int>(before), static_cast<int>(ladder_.level), milliseconds(facts.late),
@@ -370,16 +379,17 @@ void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
   registration_out_.publish(&registration_message_);
 
   if (!registration::usable(rolling.stop)) {
-    report_.warn(cycle.now, "registration.failed",
-                 "scan {} not used: registration ended with {}, {} of {} points matched, {:.2f} m "
-                 "from the prediction",
-                 assembler_.scan_id(), registration::name_of(rolling.stop), rolling.pairs,
-                 rolling.points, rolling.correction_m);
+    report_.publish(
+        cycle.now, event::kSpRegistrationFailed,
+        "scan {} not used: registration ended with {}, {} of {} points matched, {:.2f} m "
+        "from the prediction",
+        assembler_.scan_id(), registration::name_of(rolling.stop), rolling.pairs, rolling.points,
+        rolling.correction_m);
     if (expected.ins_lost) return;  // the scan is faulty, not the map
     if (++failures_ >= config_.reseed_after && !source_.empty()) {
-      report_.error(cycle.now, "map.reseeded",
-                    "{} registrations in a row failed, limit {}; a new rolling map starts",
-                    failures_, config_.reseed_after);
+      report_.publish(cycle.now, event::kSpMapReseeded,
+                      "{} registrations in a row failed, limit {}; a new rolling map starts",
+                      failures_, config_.reseed_after);
       seed(prediction.T_target_vehicle);
     }
     return;

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "lcmtypes/rcs/ins_t.hpp"
+#include "lcmtypes/rcs/integrity_t.hpp"
 #include "lcmtypes/rcs/ladar_points_t.hpp"
 #include "lcmtypes/rcs/ladar_ranges_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
@@ -70,6 +71,7 @@ class SpNode final : public Node {
   Inbox<ladar_points_t> facets_;
   Inbox<ins_t> ins_;
   Inbox<nav_state_t> nav_states_;
+  Inbox<integrity_t> integrity_;
   Outbox<registration_t> registration_out_;
   PointsWriter points_out_;
   Report report_;
@@ -85,7 +87,8 @@ class SpNode final : public Node {
   WorkUnits full_need_ = 0;  // nominal, of the newest scan that was not degraded; 0: none yet
   scan_account_t account_{};
   InertialBuffer inertial_;
-  Duration ins_shift_{};  // correction of the stamps of INS, from WM
+  bool ins_excluded_ = false;  // by WM
+  Duration ins_shift_{};       // correction of the stamps of INS, from WM
   MotionTable motion_;
   registration::VoxelSampler map_sampler_;
   registration::VoxelSampler source_sampler_;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "modules/wm/filter_difference.h"
 #include "modules/wm/measurement_fusion.h"
 
 namespace rcs::wm {
@@ -22,7 +23,8 @@ void step(const Model& model, const Measurement& m, const ImuSample* next_imu, F
 Trust::Trust(const TrustParams& params)
     : params_(params),
       limit_1_(chi_square_gate(1, params.false_alarm)),
-      limit_2_(chi_square_gate(2, params.false_alarm)) {}
+      limit_2_(chi_square_gate(2, params.false_alarm)),
+      limit_3_(chi_square_gate(3, params.false_alarm)) {}
 
 void Trust::clear() {
   const TrustParams params = params_;
@@ -42,19 +44,22 @@ void Trust::Hypothesis::count(bool accepted) {
 }
 
 void Trust::move(const Model& model, const Measurement& m, const ImuSample* next_imu) {
-  for (Subfilter* subfilter : {&inertial_young_, &inertial_, &without_ladar_, &without_gps_young_,
-                               &without_gps_, &before_}) {
+  for (Subfilter* subfilter : {&inertial_new_.subfilter, &inertial_young_.subfilter,
+                               &inertial_.subfilter, &without_ins_young_, &without_ins_,
+                               &without_ladar_, &without_gps_young_, &without_gps_, &before_}) {
     if (!subfilter->alive()) continue;
     Innovations unread;
     step(model, m, next_imu, &subfilter->state, &unread);
   }
   const bool fix = std::holds_alternative<GpsFix>(m.value);
   const bool match = std::holds_alternative<RollingMatch>(m.value);
-  for (Hypothesis* hypothesis : {&gps_right_, &ladar_right_}) {
+  for (Hypothesis* hypothesis : {&gps_right_, &ladar_right_, &ins_right_}) {
     if (!hypothesis->alive()) continue;
     Innovations records;
     step(model, m, next_imu, &hypothesis->state, &records);
-    const bool concerns = hypothesis == &gps_right_ ? fix : match;
+    const bool concerns = hypothesis == &ins_right_   ? fix || match
+                          : hypothesis == &gps_right_ ? fix
+                                                      : match;
     const Source source = fix ? Source::kGpsPosition : Source::kRolling;
     for (int k = 0; concerns && k < records.count; ++k) {
       const Innovation& record = records.records[static_cast<std::size_t>(k)];
@@ -67,14 +72,16 @@ void Trust::move(const Model& model, const Measurement& m, const ImuSample* next
 
 void Trust::drop_what_passed_a_gap() {
   bool dropped = false;
-  for (Subfilter* subfilter : {&inertial_young_, &inertial_, &without_ladar_, &without_gps_young_,
-                               &without_gps_, &before_}) {
+  for (Subfilter* subfilter :
+       {&inertial_new_.subfilter, &inertial_young_.subfilter, &inertial_.subfilter, &without_ladar_,
+        &without_gps_young_, &without_gps_, &before_}) {
     if (!subfilter->passed_gap()) continue;
     *subfilter = Subfilter{};
     dropped = true;
   }
-  for (Hypothesis* hypothesis : {&gps_right_, &ladar_right_}) {
+  for (Hypothesis* hypothesis : {&gps_right_, &ladar_right_, &ins_right_}) {
     const Memory& m = hypothesis->state.memory;
+    if (m.withheld.ins) continue;
     if (hypothesis->alive() && std::max(m.ins_lost, m.ins_gap_end) >= hypothesis->began) {
       *hypothesis = Hypothesis{};
     }
@@ -84,6 +91,7 @@ void Trust::drop_what_passed_a_gap() {
   doubted_ = map_contradicted_ = 0;
   cusum_.setZero();
   ladar_doubted_since_ = map_doubted_since_ = Stamp::min();
+  ins_by_ladar_ = ins_by_gps_ = {};
   detectable_m_ = kAnything_m;
 }
 
@@ -94,7 +102,9 @@ bool Trust::well(const FilterState& belief) const {
   // time.
   const bool old =
       without_gps_.alive() && belief.belief.x.stamp - without_gps_.branch > 4 * params_.branch;
-  if (std::max({gps_test_ratio_, ladar_test_ratio_, map_test_ratio_}) > (old ? 1.0 : kCalm)) {
+  const double worst = std::max({gps_test_ratio_, ladar_test_ratio_, map_test_ratio_,
+                                 ins_by_ladar_.ratio, ins_by_gps_.ratio});
+  if (worst > (old ? 1.0 : kCalm)) {
     return false;
   }
   const Stamp placed =
@@ -112,10 +122,23 @@ bool Trust::knows_attitude(const FilterState& belief) const {
   return (belief.belief.x.inertial ? variance.maxCoeff() : variance.z()) <= limit;
 }
 
+void Trust::branch_inertial(const FilterState& belief, Inertial* inertial) const {
+  *inertial = {};
+  if (belief.memory.withheld.ins) return;
+  inertial->subfilter = {belief, belief.belief.x.stamp};
+  inertial->subfilter.state.memory.withheld = {false, true, true, true};
+  inertial->began_m = belief.memory.distance_m;
+}
+
 void Trust::branch_all(const FilterState& belief) {
   const Stamp now = belief.belief.x.stamp;
-  inertial_young_ = {belief, now};
-  inertial_young_.state.memory.withheld = {true, true, true};
+  branch_inertial(belief, &inertial_young_);
+  branch_inertial(belief, &inertial_new_);
+  without_ins_young_ = {};
+  if (!belief.memory.withheld.ins) {
+    without_ins_young_ = {belief, now};
+    without_ins_young_.state.memory.withheld.ins = true;
+  }
   without_ladar_ = {belief, now};
   without_ladar_.state.memory.withheld.ladar = true;
   without_gps_young_ = {belief, now};
@@ -127,18 +150,23 @@ void Trust::branch_all(const FilterState& belief) {
 
 void Trust::renew(const FilterState& belief) {
   const Stamp now = belief.belief.x.stamp;
-  if (inertial_young_.alive() && now - inertial_young_.branch < params_.branch) return;
-  if (!well(belief)) return;
+  const bool due = !without_gps_young_.alive() || now - without_gps_young_.branch >= params_.branch;
+  const Subfilter& newest = inertial_new_.subfilter;
+  const bool new_due = newest.alive() && now - newest.branch >= kNewInertial;
+  if ((!due && !new_due) || !well(belief)) return;
+  if (!due) return branch_inertial(belief, &inertial_new_);
   // Until the gap of the INS is forgotten, a branch would inherit its effect on the filter.
   const Stamp gap_end = belief.memory.ins_gap_end;
   if (gap_end != Stamp::min() && now - gap_end < kSettling) return;
   if (!knows_attitude(belief)) {
     // Nor are the old sub-filters of use: the tests start again.
-    inertial_young_ = inertial_ = without_ladar_ = without_gps_young_ = without_gps_ = Subfilter{};
+    inertial_new_ = inertial_young_ = inertial_ = {};
+    without_ins_young_ = without_ins_ = without_ladar_ = without_gps_young_ = without_gps_ =
+        Subfilter{};
     detectable_m_ = kAnything_m;
     return;
   }
-  const bool first = !inertial_young_.alive();
+  const bool first = !without_gps_young_.alive();
   if (!first) grow_up();
   branch_all(belief);
   if (first) grow_up();
@@ -146,21 +174,32 @@ void Trust::renew(const FilterState& belief) {
 
 void Trust::grow_up() {
   inertial_ = inertial_young_;
+  without_ins_ = without_ins_young_;
   without_gps_ = without_gps_young_;
   without_gps_began_m_ = young_began_m_;
 }
 
 std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
                                       const ImuSample* next_imu, const FilterState& belief) {
-  without_ladar_.state.memory.withheld.gps = belief.memory.withheld.gps;
+  for (Subfilter* subfilter : {&without_ladar_, &without_ins_, &without_ins_young_}) {
+    subfilter->state.memory.withheld.gps = belief.memory.withheld.gps;
+  }
   move(model, m, next_imu);
   drop_what_passed_a_gap();
+  test_ins(model, m, belief);
+  if (std::optional<FilterState> change = belief.memory.withheld.ins
+                                              ? judge_excluded_ins(m, belief, model.params.modes)
+                                              : judge_ins(belief, model.params.modes)) {
+    return change;
+  }
   const bool accused = belief.memory.gps_accused && !accused_;
   accused_ = belief.memory.gps_accused;
   // An error of GPS may have begun before the rejections: the sub-filter has none of these fixes.
   const auto* const fix = std::get_if<GpsFix>(&m.value);
   if (accused && fix != nullptr && without_gps_.alive() &&
       belief.belief.x.stamp - without_gps_.branch > kYoung) {
+    const Nis n = nis(belief, *fix, model.params.gps, 0.0);  // reported as the cause
+    gps_test_ratio_ = std::max(n.horizontal / model.gates[2], n.vertical / model.gates[1]);
     return exclude(model, *fix, belief);
   }
   std::optional<FilterState> change;
@@ -182,6 +221,10 @@ FilterState Trust::found(Finding finding, const FilterState& next, const FilterS
                          const ModeParams& modes) {
   finding_ = finding;
   ++findings_;
+  finding_ratio_ = std::max({gps_test_ratio_, ladar_test_ratio_, map_test_ratio_,
+                             ins_by_ladar_.ratio, ins_by_gps_.ratio});
+  finding_moved_m_ =
+      (next.belief.x.T_world_vehicle.p - belief.belief.x.T_world_vehicle.p).head<2>().norm();
   const Stamp now = belief.belief.x.stamp;
   FilterState state = next;
   state.memory.world_resets = belief.memory.world_resets;
@@ -195,7 +238,10 @@ FilterState Trust::found(Finding finding, const FilterState& next, const FilterS
     gps_probation_ = now + params_.probation;
   }
   if (finding == Finding::kLadarBack) ladar_probation_ = now + params_.probation;
-  gps_right_ = ladar_right_ = {};
+  gps_right_ = ladar_right_ = ins_right_ = {};
+  ins_by_ladar_ = ins_by_gps_ = {};
+  scan_ = {};
+  votes_.setZero();
   agreeing_.fill(false);
   agreeing_since_ = ladar_doubted_since_ = map_doubted_since_ = Stamp::min();
   doubted_ = map_contradicted_ = 0;
@@ -203,15 +249,15 @@ FilterState Trust::found(Finding finding, const FilterState& next, const FilterS
   detectable_m_ = kAnything_m;
   before_ = finding == Finding::kGpsRight ? Subfilter{belief, now} : Subfilter{};
   // Sub-filters that have fused a faulty source are discarded.
-  const Subfilter inertial = inertial_;
+  const Inertial inertial = inertial_;
   branch_all(state);
   grow_up();
-  if (of_ladar) inertial_ = inertial;
+  if (of_ladar && !state.memory.withheld.ins) inertial_ = inertial;
   return state;
 }
 
 const Subfilter& Trust::subfilter(Without what) const {
-  if (what == Without::kAll) return inertial_;
+  if (what == Without::kAll) return inertial_.subfilter;
   return what == Without::kLadar ? without_ladar_ : without_gps_;
 }
 
@@ -231,6 +277,12 @@ Trusted Trust::ladar(const FilterState& belief, const ModeParams& modes) const {
   const Stamp match = m.of(Source::kRolling).accepted;
   if (match == Stamp::min() || now - match > modes.rolling_timeout) return Trusted::kNone;
   const bool watched = ladar_probation_ != Stamp::min() && now < ladar_probation_;
+  return watched ? Trusted::kProbation : Trusted::kFully;
+}
+
+Trusted Trust::ins(const FilterState& belief) const {
+  if (belief.memory.withheld.ins) return Trusted::kQuarantine;
+  const bool watched = ins_probation_ != Stamp::min() && belief.belief.x.stamp < ins_probation_;
   return watched ? Trusted::kProbation : Trusted::kFully;
 }
 

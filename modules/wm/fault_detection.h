@@ -24,7 +24,8 @@ struct Subfilter {
   [[nodiscard]] bool alive() const { return branch != Stamp::min(); }
   /// It spans a gap of the INS: its difference from the main filter then measures the gap.
   [[nodiscard]] bool passed_gap() const {
-    return alive() && std::max(state.memory.ins_lost, state.memory.ins_gap_end) >= branch;
+    return alive() && !state.memory.withheld.ins &&
+           std::max(state.memory.ins_lost, state.memory.ins_gap_end) >= branch;
   }
 };
 
@@ -39,7 +40,9 @@ enum class Finding : int {
   kGpsBackRevoked,  ///< GPS is faulty within its probation: the readmission is revoked
   kLadarGuilty,
   kLadarBack,
-  kMapGuilty  ///< the a priori map is faulty: excluded
+  kMapGuilty,  ///< the a priori map is faulty: excluded
+  kInsGuilty,  ///< the INS is faulty: excluded, the second process model replaces it
+  kInsBack     ///< with new biases the INS agrees with the other sources: readmitted
 };
 
 class Trust {
@@ -60,9 +63,12 @@ class Trust {
   [[nodiscard]] const Subfilter& subfilter(Without what) const;
   [[nodiscard]] Trusted gps(const FilterState& belief, const ModeParams& modes) const;
   [[nodiscard]] Trusted ladar(const FilterState& belief, const ModeParams& modes) const;
+  /// Of its content: whether messages are received is not considered.
+  [[nodiscard]] Trusted ins(const FilterState& belief) const;
   /// Test statistics over their limits; a source that stays above 1 is faulty.
   [[nodiscard]] double gps_test_ratio() const { return gps_test_ratio_; }
   [[nodiscard]] double ladar_test_ratio() const { return ladar_test_ratio_; }
+  [[nodiscard]] double ins_test_ratio() const { return ins_by_ladar_.ratio; }
   /// Minimum detectable error: largest horizontal error by GPS that the tests may not detect.
   [[nodiscard]] double detectable_m() const { return detectable_m_; }
   /// Distance from the filter to the alternative hypothesis that the rejected fixes are right, if
@@ -71,8 +77,14 @@ class Trust {
   /// Distance from the filter to the sub-filter without the a priori map while that test is not
   /// calm; otherwise 0.
   [[nodiscard]] double map_rival_m() const { return map_rival_m_; }
+  /// Distance from the filter to the sub-filter without INS while the INS test is above its limit;
+  /// otherwise 0.
+  [[nodiscard]] double ins_rival_m(const FilterState& belief) const;
   [[nodiscard]] Finding newest_finding() const { return finding_; }
   [[nodiscard]] int findings() const { return findings_; }
+  /// Of the newest finding: the test ratio that led to it, and the horizontal step of the belief.
+  [[nodiscard]] double finding_ratio() const { return finding_ratio_; }
+  [[nodiscard]] double finding_moved_m() const { return finding_moved_m_; }
 
  private:
   /// The filter under the hypothesis that an excluded source is right.
@@ -90,7 +102,42 @@ class Trust {
     void count(bool accepted);
   };
 
+  /// The inertial motion since its branch against one other source.
+  struct InertialTest {
+    double ratio = 0.0;       ///< NIS over its limit at the newest measurement
+    double evidence_s = 0.0;  ///< time above the limit, weighted by the ratio; 0: it is not above
+    Stamp tested = Stamp::min();
+
+    void add(double ratio_now, Stamp now);
+    /// Above the limit for this time, or for less with a larger ratio.
+    [[nodiscard]] bool lasts(Stamp now, Duration time) const;
+  };
+  /// A copy of the filter that continues by the INS alone, and what the LADAR measures against it.
+  struct Inertial {
+    Subfilter subfilter;
+    double began_m = 0.0;          ///< distance driven at the branch
+    Vec6 residual = Vec6::Zero();  ///< of the matches, low-passed
+    int matches = 0;
+  };
+  /// Rotations of the newest scans: LADAR against INS.
+  struct ScanRotation {
+    Quat by_ladar = Quat::Identity();
+    Quat by_ins = Quat::Identity();
+    int map_epoch = -1;
+    double total_rad = 0.0;    ///< of the differences from scan to scan since the test is above 1
+    double largest_rad = 0.0;  ///< the largest of them
+  };
   void move(const Model& model, const Measurement& m, const ImuSample* next_imu);
+  void test_ins(const Model& model, const Measurement& m, const FilterState& belief);
+  void test_ins_by_ladar(const Model& model, const RollingMatch& z);
+  [[nodiscard]] double test_by_match(const Model& model, const RollingMatch& z,
+                                     Inertial* inertial) const;
+  void branch_inertial(const FilterState& belief, Inertial* inertial) const;
+  [[nodiscard]] bool ins_is_to_blame() const;
+  std::optional<FilterState> judge_ins(const FilterState& belief, const ModeParams& modes);
+  FilterState exclude_ins(const FilterState& belief, const ModeParams& modes);
+  std::optional<FilterState> judge_excluded_ins(const Measurement& m, const FilterState& belief,
+                                                const ModeParams& modes);
   void drop_what_passed_a_gap();
   void renew(const FilterState& belief);
   void grow_up();
@@ -122,19 +169,27 @@ class Trust {
   static constexpr Duration kFresh = from_seconds(2.0);
   static constexpr Duration kSettling = from_seconds(5.0);  // after a gap of the INS
   static constexpr Duration kYoung =
-      from_seconds(1.0);                // age before which a sub-filter is not tested
+      from_seconds(1.0);  // age before which a sub-filter is not tested
+  static constexpr Duration kInsAgrees = from_seconds(5.0);
+  static constexpr Duration kNewInertial = from_milliseconds(2500.0);
   static constexpr double kCalm = 0.3;  // test ratio below which sub-filters are branched
 
   TrustParams params_;
-  double limit_1_, limit_2_;  // chi-square limits, by degrees of freedom
+  double limit_1_, limit_2_, limit_3_;  // chi-square limits, by degrees of freedom
   // Two generations: the older one is tested, because an error that has already entered the filter
   // also enters a sub-filter that is branched later.
-  Subfilter inertial_young_, inertial_;
+  Inertial inertial_new_, inertial_young_, inertial_;  // new: sensitive to sudden faults
   Subfilter without_gps_young_, without_gps_;
+  Subfilter without_ins_young_, without_ins_;
   Subfilter without_ladar_;
   double young_began_m_ = 0.0, without_gps_began_m_ = 0.0;  // distance driven at their branches
   Subfilter before_;  ///< the state from before kGpsRight, until the probation of GPS ends
-  Hypothesis gps_right_, ladar_right_;
+  Hypothesis gps_right_, ladar_right_, ins_right_;
+  InertialTest ins_by_ladar_, ins_by_gps_;
+  ScanRotation scan_;
+  Vec2 votes_ = Vec2::Zero();  ///< low-passed votes of GPS and of the wheels: 1 against the INS
+  Stamp ins_excluded_ = Stamp::min(), ins_probation_ = Stamp::min();
+  Duration ins_wait_ = kInsAgrees;  ///< agreement that readmits the INS; doubles with each relapse
   std::array<bool, 6> agreeing_{};  // whether each of the newest fixes agreed
   std::size_t fixes_ = 0;
   Stamp agreeing_since_ = Stamp::min();
@@ -151,6 +206,7 @@ class Trust {
   double detectable_m_ = kAnything_m;
   Finding finding_ = Finding::kNothing;
   int findings_ = 0;
+  double finding_ratio_ = 0.0, finding_moved_m_ = 0.0;
 };
 
 }  // namespace rcs::wm

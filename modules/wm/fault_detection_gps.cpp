@@ -68,8 +68,15 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
   return exclude(model, z, belief);
 }
 
-/// Fixes and the sub-filter without them contradict each other: excludes GPS or the LADAR.
+/// Fixes and the sub-filter without them contradict each other: excludes the INS, the LADAR or GPS.
 FilterState Trust::exclude(const Model& model, const GpsFix& z, const FilterState& belief) {
+  const bool by_wheels = ins_by_gps_.lasts(belief.belief.x.stamp, Duration::zero()) &&
+                         !ins_by_ladar_.lasts(belief.belief.x.stamp, Duration::zero()) &&
+                         votes_[1] > 0.5;
+  const bool by_ladar = ins_by_ladar_.lasts(belief.belief.x.stamp, Duration::zero());
+  if (without_ins_.alive() && (by_wheels || (by_ladar && ins_is_to_blame()))) {
+    return exclude_ins(belief, model.params.modes);
+  }
   if (ladar_is_to_blame(model, z)) {
     FilterState next = without_ladar_.state;
     next.memory.withheld = belief.memory.withheld;
@@ -91,12 +98,13 @@ FilterState Trust::exclude(const Model& model, const GpsFix& z, const FilterStat
 /// Whether the LADAR, not GPS, contradicts the inertial motion, in position or in velocity. If the
 /// error of that motion decides neither, GPS is excluded.
 bool Trust::ladar_is_to_blame(const Model& model, const GpsFix& z) const {
+  if (!inertial_.subfilter.alive()) return false;
   const FilterState& s = without_gps_.state;
   const NavState& x = s.belief.x;
-  const NavState& inertial = inertial_.state.belief.x;
+  const NavState& inertial = inertial_.subfilter.state.belief.x;
   // From the filter with the LADAR, the inertial motion goes at least half the distance to the fix.
   const auto sides_with = [this](const Vec3& fix, const Vec3& motion, int block) {
-    const Cov& P = inertial_.state.belief.P;
+    const Cov& P = inertial_.subfilter.state.belief.P;
     const double sigma = std::sqrt(std::max(P(block, block), P(block + 1, block + 1)));
     const Vec2 d = fix.head<2>();
     return sigma < 0.5 * d.norm() && motion.head<2>().dot(d) > 0.5 * d.squaredNorm();

@@ -96,7 +96,7 @@ Model::Model(const WmParams& p) : params(p) {
 void advance(const Model& model, Stamp to, const ImuSample* next_imu, FilterState* s,
              Innovations* records) {
   if (to < s->belief.x.stamp) return;
-  if (next_imu == nullptr) {
+  if (next_imu == nullptr || s->memory.withheld.ins) {
     coast(model, to, s);
     return;
   }

@@ -64,6 +64,7 @@ struct SourceRecord {
 
 /// Sources that a filter excludes: a sub-filter permanently, the main filter while they are faulty.
 struct Withheld {
+  bool ins = false;  ///< the second process model replaces it
   bool gps = false;
   bool ladar = false;
   bool odometry = false;
@@ -77,6 +78,9 @@ struct TileTrust {
   double excess = 1.0;      ///< NIS per degree of freedom, low-passed by distance; 1: as stated
   double distance_m = 0.0;  ///< distance driven at its newest match
   bool doubted = false;     ///< excluded: its matches are not fused
+
+  static constexpr double kExcludedAbove = 3.0;    // of excess
+  static constexpr double kReadmittedBelow = 1.5;  // lower, so that a tile does not flap
 };
 
 /// Unit of gps_offset, and changes of the sigma that the receiver reports.
@@ -114,11 +118,11 @@ struct Memory {
   GpsScale gps_scale;
   MapBias map_bias;  ///< modelled bias of the a priori map here, see believed_bias()
   std::array<TileTrust, 16> tiles;
-  bool tile_doubted = false;  ///< of the newest match
-  int heights_refused = 0;    ///< in a row, of fixes whose horizontal position was accepted
-  bool anchored = false;      ///< georeferenced: frame world is that of the datum
-  Pose T_path_vehicle;        ///< composition of the predicted body increments only
-  Pose T_local_vehicle;       ///< the same with LADAR corrections; steps at each of them
+  TileTrust newest_tile;    ///< of the newest match
+  int heights_refused = 0;  ///< in a row, of fixes whose horizontal position was accepted
+  bool anchored = false;    ///< georeferenced: frame world is that of the datum
+  Pose T_path_vehicle;      ///< composition of the predicted body increments only
+  Pose T_local_vehicle;     ///< the same with LADAR corrections; steps at each of them
   /// Uncorrected increment: change of the vehicle's pose in the rolling map by other sources since
   /// the last match, vehicle axes. The next match reverts it; the local pose, which never contained
   /// it, must not contain the reversal either.

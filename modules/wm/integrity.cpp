@@ -79,8 +79,8 @@ Integrity integrity(const FilterState& state, const Trust& trust, Duration silen
   // from the start: the share of the minimum detectable error is capped below the alert limit.
   const double unseen_m =
       by_gps ? std::min(trust.detectable_m(), 0.8 * limits.limit_horizontal_m) : 0.0;
-  const double rival_m =
-      std::max(gps == Trusted::kQuarantine ? trust.rival_m() : 0.0, trust.map_rival_m());
+  const double rival_m = std::max({gps == Trusted::kQuarantine ? trust.rival_m() : 0.0,
+                                   trust.map_rival_m(), trust.ins_rival_m(state)});
   if (out.validity == Validity::kWorld) {
     out.protection_horizontal_m =
         std::max(kHorizontal * sigma_h, std::max(unseen_m, rival_m) + 2.0 * sigma_h);
@@ -105,6 +105,9 @@ Integrity integrity(const FilterState& state, const Trust& trust, Duration silen
   const bool refused = m.of(Source::kRolling).refused >= kSeveral;
   if (ladar == Trusted::kQuarantine || refused || trust.ladar_test_ratio() > 1.0) {
     out.alerts |= kAlertLadar;
+  }
+  if (trust.ins(state) == Trusted::kQuarantine || trust.ins_test_ratio() > 1.0) {
+    out.alerts |= kAlertIns;
   }
 
   if (out.validity != Validity::kWorld) {

@@ -13,7 +13,8 @@ enum Alert : int {
   kAlertVertical = 2,
   kAlertGps = 4,
   kAlertLadar = 8,
-  kAlertInput = 16
+  kAlertInput = 16,
+  kAlertIns = 32
 };
 
 /// The values are those of integrity_t.

@@ -166,8 +166,6 @@ void Fuser::follow_map(const MapBias& said) {
 /// it. A match contributes in proportion to what the filter knows without it.
 const TileTrust& Fuser::watch_tile(const PriorMatch& z, const Residual<6>& alone, double* nis) {
   constexpr double kMax = 25.0;  // limits the effect of one outlier on a tile
-  constexpr double kDoubted = 3.0;
-  constexpr double kBelievedAgain = 1.5;
   Memory& m = s_.memory;
   const auto newer = [](const TileTrust& a, const TileTrust& b) {
     return a.known != b.known ? b.known : a.distance_m < b.distance_m;
@@ -194,8 +192,9 @@ const TileTrust& Fuser::watch_tile(const PriorMatch& z, const Residual<6>& alone
   const double share = std::clamp(tells * way_m / model_.params.prior.nis_window_m, 0.0, 1.0);
   if (std::isfinite(*nis)) tile->excess += share * (std::min(*nis / dof, kMax) - tile->excess);
   tile->distance_m = m.distance_m;
-  tile->doubted = tile->excess > (tile->doubted ? kBelievedAgain : kDoubted);
-  m.tile_doubted = tile->doubted;
+  tile->doubted =
+      tile->excess > (tile->doubted ? TileTrust::kReadmittedBelow : TileTrust::kExcludedAbove);
+  m.newest_tile = *tile;
   return *tile;
 }
 

@@ -7,6 +7,7 @@
 
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
+#include "lcmtypes/events.h"
 #include "lcmtypes/plausible.h"
 
 namespace rcs::wm {
@@ -42,9 +43,8 @@ void PathUncertaintyServer::step(const FilterState* state, const LocalFrame* dat
 void PathUncertaintyServer::take(const path_query_t& query, const FilterState* state,
                                  const LocalFrame* datum, Stamp now, Report* report) {
   if (query.issuer.size() > kMaxIssuer) {
-    report->warn(now, "path_uncertainty.issuer",
-                 "path query rejected: issuer of {} characters > {}", query.issuer.size(),
-                 kMaxIssuer);
+    report->publish(now, event::kWmPathIssuer, "path query rejected: issuer of {} characters > {}",
+                    query.issuer.size(), kMaxIssuer);
     return;
   }
   const bool same_issuer = asked_ && query.issuer == answer_.issuer;

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "lcmtypes/convert.h"
+#include "lcmtypes/events.h"
 #include "lcmtypes/message_names.h"
 #include "lcmtypes/plausible.h"
 #include "lcmtypes/rcs/innovation_t.hpp"
@@ -53,7 +54,8 @@ static_assert(same_value(kAlertHorizontal, integrity_t::ALERT_HORIZONTAL) &&
               same_value(kAlertVertical, integrity_t::ALERT_VERTICAL) &&
               same_value(kAlertGps, integrity_t::ALERT_GPS) &&
               same_value(kAlertLadar, integrity_t::ALERT_LADAR) &&
-              same_value(kAlertInput, integrity_t::ALERT_INPUT));
+              same_value(kAlertInput, integrity_t::ALERT_INPUT) &&
+              same_value(kAlertIns, integrity_t::ALERT_INS));
 static_assert(same_value(Without::kAll, subfilter_t::KIND_INERTIAL) &&
               same_value(Without::kLadar, subfilter_t::KIND_WITHOUT_LADAR) &&
               same_value(Without::kGps, subfilter_t::KIND_WITHOUT_GPS));
@@ -127,8 +129,9 @@ std::optional<Registration> admit(const registration_t& m) {
 
 void tell_refused(const InboxBase& inbox, Reason reason, Stamp now, Report* report) {
   if (reason == Reason::kAccepted || reason == Reason::kNoDatum) return;
-  report->warn(now, "input.refused", "{}: {}, not fused; newest utime {}", inbox.channel(),
-               innovation_reason_name(static_cast<int>(reason)), to_utime(inbox.account().newest));
+  report->publish(now, event::kWmInputRefused, "{} rejected: {}; not fused, newest utime {}",
+                  inbox.channel(), innovation_reason_name(static_cast<int>(reason)),
+                  to_utime(inbox.account().newest));
 }
 
 }  // namespace rcs::wm

@@ -9,6 +9,7 @@
 
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
+#include "lcmtypes/events.h"
 #include "lcmtypes/message_names.h"
 #include "lcmtypes/plausible.h"
 #include "modules/wm/wm_messages_node.h"
@@ -21,8 +22,8 @@ constexpr Duration kReportInterval = from_seconds(5.0);
 constexpr Duration kIntegrityPeriod = from_milliseconds(100.0);
 constexpr Duration kSubfilterPeriod = from_milliseconds(500.0);
 
-constexpr std::string_view kSilentCodes[] = {"input.ins", "input.gps", "input.odometry",
-                                             "input.ladar"};
+constexpr const event::Info* kSilent[] = {&event::kWmInputIns, &event::kWmInputGps,
+                                          &event::kWmInputOdometry, &event::kWmInputLadar};
 
 constexpr std::string_view kFindings[] = {
     "nothing",
@@ -32,7 +33,9 @@ constexpr std::string_view kFindings[] = {
     "GPS excluded on probation: readmission revoked, a filter without it replaces the belief",
     "LADAR excluded: it contradicts the filter without LADAR, which replaces the belief",
     "LADAR readmitted: its matches agree with the motion",
-    "a priori map excluded: it contradicts the filter without it, which replaces the belief"};
+    "a priori map excluded: it contradicts the filter without it, which replaces the belief",
+    "INS excluded: it contradicts the other sources; the filter without INS replaces the belief",
+    "INS readmitted: with new biases it agrees with the other sources"};
 
 }  // namespace
 
@@ -68,8 +71,8 @@ void WmNode::run(const Cycle& cycle) {
   if (local_began_ == Stamp::min()) {
     local_began_ = cycle.now;
     if (!no_map_.empty()) {
-      report_.warn(cycle.now, "map.none",
-                   "{}: path uncertainty is predicted without the a priori map", no_map_);
+      report_.publish(cycle.now, event::kWmMapNone,
+                      "{}: path uncertainty is predicted without the a priori map", no_map_);
     }
   }
   take_all(&ins_, cycle.now);
@@ -302,7 +305,7 @@ void WmNode::publish_integrity(Stamp now) {
   const auto ladar = static_cast<std::int8_t>(trust.ladar(s, params.modes));
   const std::int8_t ins = inputs_.silent(Input::kIns, now) || s.memory.ins_stamp == Stamp::min()
                               ? integrity_t::STATUS_NONE
-                              : integrity_t::STATUS_ACCEPTED;
+                              : static_cast<std::int8_t>(trust.ins(s));
   if (m.utime == 0 || ins != m.ins) m.ins_since_utime = utime;
   if (m.utime == 0 || gps != m.gps) m.gps_since_utime = utime;
   if (m.utime == 0 || ladar != m.ladar) m.ladar_since_utime = utime;
@@ -345,27 +348,28 @@ void WmNode::report_events(Stamp now) {
   if (!estimator_.started()) return;
   const FilterState& s = estimator_.state();
   if (const Mode newest = mode(now); newest != reported_mode_) {
-    report_.transition(now, event_t::SEVERITY_INFO, "mode", "{} -> {}",
-                       nav_mode_name(static_cast<int>(reported_mode_)),
-                       nav_mode_name(static_cast<int>(newest)));
+    report_.publish(now, event::kWmMode, "{} -> {}",
+                    nav_mode_name(static_cast<int>(reported_mode_)),
+                    nav_mode_name(static_cast<int>(newest)));
     reported_mode_ = newest;
   }
   if (s.memory.world_resets != reported_resets_) {
-    report_.warn(
-        now, "world.reset",
+    report_.publish(
+        now, event::kWmWorldReset,
         "world pose stepped by {:.2f} m, {:.2f} deg (limits {:.2f} m, {:.2f} deg): reset counted",
         s.memory.last_reset_m, degrees(s.memory.last_reset_rad), config_.params.modes.reset_m,
         degrees(config_.params.modes.reset_rad));
     reported_resets_ = s.memory.world_resets;
   }
   if (estimator_.clock_steps() != reported_clock_steps_) {
-    report_.warn(now, "clock.step",
-                 "clocks of all sensors stepped: the belief continues at stamp {}",
-                 to_utime(s.belief.x.stamp));
+    report_.publish(now, event::kWmClockStep,
+                    "clocks of all sensors stepped: the belief continues at stamp {}",
+                    to_utime(s.belief.x.stamp));
     reported_clock_steps_ = estimator_.clock_steps();
   }
   if (s.belief.x.map_epoch != reported_epoch_) {
-    report_.info(now, "map.epoch", "map epoch {}", s.belief.x.map_epoch);
+    report_.publish(now, event::kWmMapEpoch, "rolling map replaced: map epoch {}",
+                    s.belief.x.map_epoch);
     reported_epoch_ = s.belief.x.map_epoch;
   }
 }
@@ -378,65 +382,71 @@ void WmNode::report_inputs(Stamp now) {
     if (silent == reported_silent_[i]) continue;
     reported_silent_[i] = silent;
     if (silent) {
-      report_.transition(now, event_t::SEVERITY_WARNING, kSilentCodes[i],
-                         "{} silent for {:.2f} s > {:.2f} s: not fused", kNames[i],
-                         seconds(inputs_.silence(input, now)), seconds(inputs_.limit(input)));
+      report_.publish(now, *kSilent[i], "{} silent for {:.2f} s > {:.2f} s: not fused", kNames[i],
+                      seconds(inputs_.silence(input, now)), seconds(inputs_.limit(input)));
     } else {
-      report_.transition(now, event_t::SEVERITY_INFO, kSilentCodes[i], "{} received again",
-                         kNames[i]);
+      report_.publish_end(now, *kSilent[i], "{} received again", kNames[i]);
     }
   }
   const bool no_input = inputs_.all_silent_for(now) > Duration::zero();
   if (no_input != reported_no_input_) {
     reported_no_input_ = no_input;
     if (no_input) {
-      report_.transition(now, event_t::SEVERITY_ERROR, "input.none",
-                         "all inputs silent: mode LOST, pose invalid after {:.2f} s",
-                         seconds(config_.params.modes.input_timeout));
+      report_.publish(now, event::kWmInputNone,
+                      "all inputs silent: mode LOST, pose invalid after {:.2f} s",
+                      seconds(config_.params.modes.input_timeout));
     } else {
-      report_.transition(now, event_t::SEVERITY_INFO, "input.none", "inputs received again");
+      report_.publish_end(now, event::kWmInputNone, "inputs received again");
     }
   }
   const Duration shift = estimator_.ins_clock_shift();
   if (shift == reported_ins_shift_) return;
-  report_.warn(now, "clock.ins",
-               "clock of the INS stepped by {:.3f} s: its stamps are shifted by "
-               "{:.3f} s",
-               seconds(reported_ins_shift_ - shift), seconds(shift));
+  report_.publish(now, event::kWmClockIns,
+                  "clock of the INS stepped by {:.3f} s: its stamps are shifted by "
+                  "{:.3f} s",
+                  seconds(reported_ins_shift_ - shift), seconds(shift));
   reported_ins_shift_ = shift;
 }
 
 void WmNode::report_trust(Stamp now) {
   const Trust& trust = estimator_.trust();
   if (trust.findings() != reported_findings_) {
-    report_.warn(now, "fde", "{}", kFindings[static_cast<std::size_t>(trust.newest_finding())]);
+    report_.publish(now, event::kWmFde, "{}; test ratio {:.2f} (limit 1), belief moved by {:.2f} m",
+                    kFindings[static_cast<std::size_t>(trust.newest_finding())],
+                    trust.finding_ratio(), trust.finding_moved_m());
     reported_findings_ = trust.findings();
   }
-  const bool map_doubted = estimator_.state().memory.tile_doubted;
-  if (map_doubted != reported_map_doubted_) {
-    if (map_doubted) {
-      report_.warn(
-          now, "prior_map.excluded",
-          "tile of the a priori map excluded: low-passed NIS of its matches above the limit; "
-          "its matches are not fused");
+  const TileTrust& tile = estimator_.state().memory.newest_tile;
+  if (tile.doubted != reported_map_doubted_) {
+    if (tile.doubted) {
+      report_.publish(
+          now, event::kWmPriorMapExcluded,
+          "tile {} of the a priori map excluded: low-passed NIS per dof {:.2f} > {:.2f}; its "
+          "matches are not fused",
+          tile.tile_id, tile.excess, TileTrust::kExcludedAbove);
     } else {
-      report_.info(now, "prior_map.readmitted",
-                   "tile of the a priori map readmitted: its matches agree with the belief");
+      report_.publish(
+          now, event::kWmPriorMapReadmitted,
+          "tile {} of the a priori map readmitted: low-passed NIS per dof {:.2f} (limit {:.2f}); "
+          "its matches are fused",
+          tile.tile_id, tile.excess, TileTrust::kReadmittedBelow);
     }
-    reported_map_doubted_ = map_doubted;
+    reported_map_doubted_ = tile.doubted;
   }
   if (integrity_.alerts != reported_alerts_) {
-    report_.warn(now, "alert",
-                 "alerts{}{}{}{}{}{}: protection level {:.1f} m (limit {:.1f} m), vertical {:.1f} "
-                 "m (limit {:.1f} m)",
-                 integrity_.alerts == 0 ? " none" : "",
-                 (integrity_.alerts & kAlertHorizontal) != 0 ? " horizontal" : "",
-                 (integrity_.alerts & kAlertVertical) != 0 ? " vertical" : "",
-                 (integrity_.alerts & kAlertGps) != 0 ? " gps" : "",
-                 (integrity_.alerts & kAlertLadar) != 0 ? " ladar" : "",
-                 (integrity_.alerts & kAlertInput) != 0 ? " input" : "",
-                 integrity_.protection_horizontal_m, integrity_.limit_horizontal_m,
-                 integrity_.protection_vertical_m, integrity_.limit_vertical_m);
+    report_.publish(
+        now, event::kWmAlert,
+        "alerts{}{}{}{}{}{}{}: protection level {:.1f} m (limit {:.1f} m), vertical {:.1f} "
+        "m (limit {:.1f} m)",
+        integrity_.alerts == 0 ? " none" : "",
+        (integrity_.alerts & kAlertHorizontal) != 0 ? " horizontal" : "",
+        (integrity_.alerts & kAlertVertical) != 0 ? " vertical" : "",
+        (integrity_.alerts & kAlertGps) != 0 ? " gps" : "",
+        (integrity_.alerts & kAlertLadar) != 0 ? " ladar" : "",
+        (integrity_.alerts & kAlertInput) != 0 ? " input" : "",
+        (integrity_.alerts & kAlertIns) != 0 ? " ins" : "", integrity_.protection_horizontal_m,
+        integrity_.limit_horizontal_m, integrity_.protection_vertical_m,
+        integrity_.limit_vertical_m);
     reported_alerts_ = integrity_.alerts;
   }
 }

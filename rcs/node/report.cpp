@@ -6,6 +6,9 @@
 #include <exception>
 #include <iterator>
 
+#include "rcs/node/time_text.h"
+#include "rcs/node/timeline/live_timeline.h"
+
 namespace rcs {
 
 std::string channel_of(std::string_view node, std::string_view suffix) {
@@ -13,6 +16,15 @@ std::string channel_of(std::string_view node, std::string_view suffix) {
   for (char& c : channel) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
   return channel.append("_").append(suffix);
 }
+
+namespace {
+
+std::int8_t to_message(event::Severity severity) {
+  if (severity == event::Severity::kError) return event_t::SEVERITY_ERROR;
+  return severity == event::Severity::kWarning ? event_t::SEVERITY_WARNING : event_t::SEVERITY_INFO;
+}
+
+}  // namespace
 
 Report::Report(Bus* bus, std::string_view node, Duration interval)
     : outbox_(bus, channel_of(node, "EVENT")), interval_(interval) {
@@ -22,8 +34,10 @@ Report::Report(Bus* bus, std::string_view node, Duration interval)
   message_.node = node;
 }
 
-void Report::send(Stamp now, std::int8_t severity, std::string_view code, int max_sent,
+void Report::send(Stamp now, const event::Info& event, event::Severity severity,
                   fmt::string_view text, fmt::format_args args) {
+  const std::string_view code = event.code;
+  const int max_sent = event.limit == event::Limit::kTen ? 10 : 1;  // a state may flap
   const auto known =
       std::find_if(codes_.begin(), codes_.end(), [&](const Code& c) { return c.name == code; });
   Code& entry = known != codes_.end() ? *known : codes_.emplace_back(Code{code, now});
@@ -36,7 +50,7 @@ void Report::send(Stamp now, std::int8_t severity, std::string_view code, int ma
     return;
   }
   message_.utime = to_utime(now);
-  message_.severity = severity;
+  message_.severity = to_message(severity);
   message_.code = code;
   message_.text.clear();
   fmt::vformat_to(std::back_inserter(message_.text), text, args);
@@ -46,7 +60,7 @@ void Report::send(Stamp now, std::int8_t severity, std::string_view code, int ma
   outbox_.publish(&message_);
 }
 
-EventPrinter::EventPrinter(Bus* bus, std::string_view node) {
+EventPrinter::EventPrinter(Bus* bus, std::string_view node) : start_utime_(wall_utime()) {
   bus->subscribe(channel_of(node, "EVENT"), this);
 }
 
@@ -56,8 +70,9 @@ void EventPrinter::receive(const std::uint8_t* data, std::size_t size, Stamp) no
     const char* severity = event_.severity == event_t::SEVERITY_ERROR     ? "error"
                            : event_.severity == event_t::SEVERITY_WARNING ? "warning"
                                                                           : "info";
-    fmt::print(stderr, "{} {:.3f} {}: {}: {}", event_.node,
-               static_cast<double>(event_.utime) * 1e-6, severity, event_.code, event_.text);
+    const std::int64_t now = wall_utime();
+    fmt::print(stderr, "{} {} UTC, {:.1f} s {}: {}: {}", event_.node, time_of_day(now),
+               seconds(Duration(now - start_utime_)), severity, event_.code, event_.text);
     if (event_.repeated > 0) fmt::print(stderr, " (and {} times before)", event_.repeated);
     fmt::print(stderr, "\n");
   } catch (const std::exception&) {

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "lcmtypes/events.h"
 #include "rcs/prior/async_tile_loader.h"
 
 namespace rcs {
@@ -46,14 +47,14 @@ void PriorTerrain::follow_in_map(const Vec2& p_map, Stamp now, Report* report) {
   map_->follow(p_map, loader_.get());
   const MapLoading& l = map_->loading();
   if (l.failed > told_.failed) {
-    report->warn(now, "map.tile_failed", "{}; the ground there is unknown ({} tiles so far)",
-                 l.failure, l.failed);
+    report->publish(now, event::kMapTileFailed, "{}; the ground there is unknown ({} tiles so far)",
+                    l.failure, l.failed);
   }
   if (l.replaced > told_.replaced) {
-    report->warn(now, "map.tile_replaced",
-                 "{} tiles differ from the index of the map and are used: was the map replaced "
-                 "while running?",
-                 l.replaced);
+    report->publish(now, event::kMapTileReplaced,
+                    "{} tiles differ from the index of the map and are used: the map was replaced "
+                    "while the node runs",
+                    l.replaced);
   }
   if (l.failed > told_.failed || l.replaced > told_.replaced) told_ = l;
 }

@@ -20,6 +20,9 @@ using test::at_ms;
 using test::HeapGuard;
 using test::ms;
 
+constexpr event::Info kCycleEvent{
+    "test", "test.cycle", event::Severity::kWarning, event::Limit::kOne, "", "", ""};
+
 /// Receives a cloud, publishes another of varying size and sometimes an event; counts allocations
 /// after `warm` cycles.
 class Busy final : public Node {
@@ -47,8 +50,8 @@ class Busy final : public Node {
     message_.y_m.resize(n);
     message_.z_m.resize(n);
     out_.publish(&message_);
-    report_.warn(cycle.now, "test.cycle", "cycle {} at {:.3f} s, {} points, a text longer than SSO",
-                 cycle.index, 0.1, n);
+    report_.publish(cycle.now, kCycleEvent,
+                    "cycle {} at {:.3f} s, {} points, a text longer than SSO", cycle.index, 0.1, n);
     cycle.stages->mark("write");
     cycle.stages->close_account();
     ++cycles;

@@ -187,7 +187,7 @@ TEST(NodeMain, AWrongCommandLineExitsWithTwoAndHelpWithZero) {
 TEST(NodeMain, ABusThatCannotBeOpenedEndsItWithTheReason) {
   const Ended ended = Child({config(""), "--lcm-url", "nonsense"}).wait();
   EXPECT_EQ(ended.code, 3);
-  EXPECT_NE(ended.output.find("cannot open the LCM bus nonsense"), std::string::npos);
+  EXPECT_NE(ended.output.find("invalid LCM address nonsense"), std::string::npos);
 }
 
 }  // namespace

@@ -1,5 +1,7 @@
 #include "rcs/node/report.h"
+#include "lcmtypes/events.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <string>
@@ -13,6 +15,14 @@ namespace {
 
 using test::at_ms;
 using test::ms;
+
+using event::Limit;
+using event::Severity;
+constexpr event::Info kRejected{"sp", "icp.rejected", Severity::kWarning, Limit::kOne, "", "", ""};
+constexpr event::Info kA{"sp", "a", Severity::kInfo, Limit::kOne, "", "", ""};
+constexpr event::Info kB{"sp", "b", Severity::kError, Limit::kOne, "", "", ""};
+constexpr event::Info kState{"sp", "state", Severity::kWarning, Limit::kTen, "", "", ""};
+constexpr event::Info kOther{"sp", "other", Severity::kWarning, Limit::kTen, "", "", ""};
 
 class ReportTest : public testing::Test {
  protected:
@@ -31,7 +41,7 @@ class ReportTest : public testing::Test {
 };
 
 TEST_F(ReportTest, AnEventHasSourceCodeAndTime) {
-  report_.warn(at_ms(5), "icp.rejected", "nis {:.1f} > {:.1f}, pairs {}", 12.34, 5.0, 77);
+  report_.publish(at_ms(5), kRejected, "nis {:.1f} > {:.1f}, pairs {}", 12.34, 5.0, 77);
   deliver();
   const event_t* e = next();
   ASSERT_NE(e, nullptr);
@@ -44,8 +54,8 @@ TEST_F(ReportTest, AnEventHasSourceCodeAndTime) {
 }
 
 TEST_F(ReportTest, ACodeIsSentOncePerIntervalAndTheRestIsCounted) {
-  for (std::int64_t i = 0; i < 250; ++i) report_.info(at_ms(10 * i), "a", "number {}", i);
-  report_.error(at_ms(10), "b", "another code is not held back");
+  for (std::int64_t i = 0; i < 250; ++i) report_.publish(at_ms(10 * i), kA, "number {}", i);
+  report_.publish(at_ms(10), kB, "another code is not held back");
   deliver();
   EXPECT_EQ(next()->text, "number 0");
   const event_t* second = next();
@@ -59,17 +69,18 @@ TEST_F(ReportTest, ACodeIsSentOncePerIntervalAndTheRestIsCounted) {
 }
 
 TEST_F(ReportTest, TheEndOfAStateIsPublishedAndAFlappingStateIsLimited) {
-  constexpr std::int8_t kWarning = event_t::SEVERITY_WARNING;
-  report_.transition(at_ms(0), kWarning, "input.ins", "INS silent");
-  report_.transition(at_ms(300), kWarning, "input.ins", "INS received again");
+  report_.publish(at_ms(0), kState, "INS silent");
+  report_.publish_end(at_ms(300), kState, "INS received again");
   deliver();
   EXPECT_EQ(next()->text, "INS silent");
+  EXPECT_EQ(events_.front()->severity, int{event_t::SEVERITY_WARNING});
   EXPECT_EQ(next()->text, "INS received again");
+  EXPECT_EQ(events_.front()->severity, int{event_t::SEVERITY_INFO});
   EXPECT_EQ(next(), nullptr);
 
   started_ = false;
-  for (int i = 0; i < 500; ++i) report_.transition(at_ms(2000 + i), kWarning, "b", "{}", i);
-  report_.transition(at_ms(3100), kWarning, "b", "last");
+  for (int i = 0; i < 500; ++i) report_.publish(at_ms(2000 + i), kOther, "{}", i);
+  report_.publish(at_ms(3100), kOther, "last");
   deliver();
   for (int i = 0; i < 10; ++i) EXPECT_EQ(next()->text, std::to_string(i));
   const event_t* last = next();
@@ -80,11 +91,12 @@ TEST_F(ReportTest, TheEndOfAStateIsPublishedAndAFlappingStateIsLimited) {
 
 TEST_F(ReportTest, ThePrinterShowsAnEventInOneLine) {
   EventPrinter printer(&bus_, "sp");
-  report_.error(at_ms(1500), "map.reseeded", "after {} failures", 5);
+  report_.publish(at_ms(1500), event::kSpMapReseeded, "after {} failures", 5);
   testing::internal::CaptureStderr();
   deliver();
-  EXPECT_EQ(testing::internal::GetCapturedStderr(),
-            "sp 1.500 error: map.reseeded: after 5 failures\n");
+  EXPECT_THAT(testing::internal::GetCapturedStderr(),
+              testing::MatchesRegex("sp [0-9][0-9]:[0-9][0-9]:[0-9][0-9].[0-9][0-9][0-9] UTC, "
+                                    "[0-9]+.[0-9] s error: map.reseeded: after 5 failures\n"));
 }
 
 }  // namespace

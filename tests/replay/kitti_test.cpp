@@ -72,8 +72,8 @@ class Kitti : public testing::Test {
          folder_ + "/drive.log -o " + folder_ + "/" + name + ".log");
   }
   static std::vector<Pose> exported(const std::string& frame) {
-    const std::string path = folder_ + "/" + frame + ".txt";
-    must(rcs_command() + "eval " + folder_ + "/a.log --export kitti " + path + " --frame " + frame);
+    const std::string path = folder_ + "/" + frame + ".kitti";
+    must(rcs_command() + "eval " + folder_ + "/a.log --export " + path + " --frame " + frame);
     return kitti_rows(path);
   }
   static void the_same_log_gives_the_same_bytes();

@@ -74,7 +74,15 @@ Seen drive(double length_s, const Disturbance& d, unsigned seed = 1) {
     if (estimator.trust().findings() != findings) {
       findings = estimator.trust().findings();
       seen.findings.emplace_back(t, estimator.trust().newest_finding());
-      std::printf("%.1f s: finding %d\n", t, static_cast<int>(seen.findings.back().second));
+      const Finding newest = seen.findings.back().second;
+      const double ratio = estimator.trust().finding_ratio();
+      std::printf("%.1f s: finding %d, test ratio %.2f, moved by %.2f m\n", t,
+                  static_cast<int>(newest), ratio, estimator.trust().finding_moved_m());
+      if (newest == Finding::kGpsGuilty || newest == Finding::kLadarGuilty ||
+          newest == Finding::kMapGuilty) {
+        EXPECT_GT(ratio, 1.0);  // what an event reports as the cause
+        EXPECT_GT(estimator.trust().finding_moved_m(), 0.0);
+      }
     }
     if (i % 10 != 0 || !estimator.started() || !estimator.state().memory.anchored) continue;
     const FilterState& s = estimator.state();

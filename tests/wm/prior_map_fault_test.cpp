@@ -51,12 +51,14 @@ TEST(PriorMapFault, AWrongTileIsDetectedNeverFollowedAndRegainsWeightByAgreement
   EXPECT_EQ(drive.match(30, Vec3::Zero(), 1, kSurvey), Reason::kAccepted);
   EXPECT_NE(drive.match(1, kWrong, 1, kSurvey), Reason::kAccepted);
   EXPECT_EQ(drive.match(30, kWrong, 1, kSurvey), Reason::kQuarantine);
-  EXPECT_TRUE(drive.state().memory.tile_doubted);
+  EXPECT_TRUE(drive.state().memory.newest_tile.doubted);
+  EXPECT_EQ(drive.state().memory.newest_tile.tile_id, 1);
+  EXPECT_GT(drive.state().memory.newest_tile.excess, TileTrust::kReadmittedBelow);
   EXPECT_LT(drive.state().belief.x.T_world_vehicle.p.norm(), 0.05);
   // The next tile of a wrong survey does not start with full weight.
   EXPECT_EQ(drive.match(1, kWrong, 2, kSurvey), Reason::kQuarantine);
   EXPECT_EQ(drive.match(400, Vec3::Zero(), 2, kSurvey), Reason::kAccepted);
-  EXPECT_FALSE(drive.state().memory.tile_doubted);
+  EXPECT_FALSE(drive.state().memory.newest_tile.doubted);
   // The first tile has not yet agreed again.
   EXPECT_EQ(drive.match(1, Vec3::Zero(), 1, kSurvey), Reason::kQuarantine);
 }

@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "tools/base/files.h"
+#include "tools/base/kitti_bin.h"
 #include "tools/clouds/cloud_layout.h"
 
 namespace rcs::clouds {
@@ -23,7 +24,8 @@ class Collector {
     const std::int64_t record = records_++;
     const Vec3f p(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z));
     const bool is_far = p.allFinite() && p.cwiseAbs().maxCoeff() > kFarthest_m;
-    far_ += is_far ? 1 : 0;
+    cloud_.far += is_far ? 1 : 0;
+    cloud_.not_finite += p.allFinite() ? 0 : 1;
     if (!p.allFinite() || p.isZero() || is_far) {
       ++cloud_.no_return;
       return;
@@ -33,7 +35,7 @@ class Collector {
   }
 
   Result<Cloud> finish(const CloudShape& shape, const std::string& name) {
-    if (far_ > 0 && cloud_.points.empty()) {
+    if (cloud_.far > 0 && cloud_.points.empty()) {
       return Error{
           fmt::format("{}: all points are more than {:.0f} km from the origin; subtract a nearby "
                       "origin from map coordinates first",
@@ -56,7 +58,6 @@ class Collector {
   static constexpr float kFarthest_m = 10'000.0F;  // a float is 1 mm there
   Cloud cloud_;
   std::int64_t records_ = 0;
-  std::int64_t far_ = 0;
 };
 
 /// Lines of numbers, the coordinates in columns `at`.
@@ -113,8 +114,8 @@ Result<Cloud> parse_kitti_bin(const std::vector<std::uint8_t>& bytes, const std:
   CloudLayout layout;
   layout.fields = {
       {"x", Number::kF32}, {"y", Number::kF32}, {"z", Number::kF32}, {"intensity", Number::kF32}};
-  if (bytes.size() % 16 != 0) return Error{name + ": the size is not a multiple of 16 bytes"};
-  layout.records = static_cast<std::int64_t>(bytes.size() / 16);
+  if (Outcome sound = tools::check_kitti_bin(bytes, name); !sound) return sound.error();
+  layout.records = static_cast<std::int64_t>(bytes.size() / tools::kKittiRecordBytes);
   return parse_records(bytes, name, layout, shape);
 }
 
@@ -137,6 +138,22 @@ Result<Cloud> parse_cloud(const std::vector<std::uint8_t>& bytes, const std::str
       kind == ".pcd" ? parse_pcd_header(view(bytes), name) : parse_ply_header(view(bytes), name);
   if (!layout) return layout.error();
   return parse_records(bytes, name, *layout, shape);
+}
+
+std::string skipped_text(const Cloud& cloud) {
+  if (cloud.no_return == 0) return "";
+  std::string text = fmt::format("{} of {} points skipped", cloud.no_return,
+                                 static_cast<std::int64_t>(cloud.points.size()) + cloud.no_return);
+  const char* separator = ": ";
+  const auto add = [&](std::int64_t n, const char* what) {
+    if (n == 0) return;
+    text += fmt::format("{}{} {}", separator, n, what);
+    separator = ", ";
+  };
+  add(cloud.not_finite, "not finite");
+  add(cloud.no_return - cloud.not_finite - cloud.far, "at the origin");
+  add(cloud.far, "more than 10 km from the origin");
+  return text;
 }
 
 std::size_t drop_coincident(Cloud* cloud) {

@@ -13,8 +13,10 @@
 namespace rcs::clouds {
 
 struct Cloud {
-  Points points;               ///< [m]; finite, none at the origin, none beyond 10 km
-  std::int64_t no_return = 0;  ///< skipped: not finite, at the origin, or beyond 10 km
+  Points points;                ///< [m]; finite, none at the origin, none beyond 10 km
+  std::int64_t no_return = 0;   ///< skipped: not finite, at the origin, or beyond 10 km
+  std::int64_t not_finite = 0;  ///< of no_return
+  std::int64_t far = 0;         ///< of no_return: beyond 10 km
   /// Size of an organized PCD, row 0 first; 0 x 0: not organized.
   int rows = 0;
   int cols = 0;
@@ -30,6 +32,9 @@ struct CloudShape {
 /// @param name  ends in .pcd, .ply, .bin or .xyz; errors begin with it
 [[nodiscard]] Result<Cloud> parse_cloud(const std::vector<std::uint8_t>& bytes,
                                         const std::string& name, const CloudShape& shape);
+
+/// "7 of 100 points skipped: 5 not finite, 2 at the origin"; empty: no point was skipped.
+[[nodiscard]] std::string skipped_text(const Cloud& cloud);
 
 /// Keeps the first of coincident points. @return number of dropped points
 std::size_t drop_coincident(Cloud* cloud);

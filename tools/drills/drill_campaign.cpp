@@ -25,8 +25,8 @@ class Campaign {
   }
 
   Result<std::vector<DrillResult>> run() {
-    if (Outcome known = find_reference(); !known) return known.error();
     plan();
+    if (Outcome known = find_reference(); !known) return known.error();
     errors_.assign(jobs_.size(), {});
     tools::in_threads(std::max<std::size_t>(1, std::min(campaign_.jobs, jobs_.size())),
                       [this](std::size_t worker) { work(worker); });
@@ -43,6 +43,8 @@ class Campaign {
   }
 
  private:
+  static constexpr double kShares = 1000.0;
+
   /// The reference of a log without SIM_TRUTH is the output of WM in an undisturbed run.
   Outcome find_reference() {
     if (campaign_.log.empty()) return Done{};
@@ -56,6 +58,8 @@ class Campaign {
     DrillRunOptions options;
     options.undisturbed = true;
     options.stop = campaign_.stop;
+    ++runs_;
+    options.progress = shares_of_a_run(true);
     Result<DrillRunResult> run = run_drill(Drill{}, campaign_.vehicle, &scene, options);
     if (!run) return run.error();
     if (!run->datum) return Error{campaign_.log + ": no SIM_TRUTH, and WM published no world pose"};
@@ -92,6 +96,7 @@ class Campaign {
       // For a log the seed determines only the random facets and cells of stimuli.
       const int seeds = campaign_.seeds > 0 ? campaign_.seeds : campaign_.log.empty() ? own : 1;
       r.runs.resize(static_cast<std::size_t>(seeds));
+      runs_ += r.runs.size();
       for (std::size_t k = 0; k < r.runs.size(); ++k) {
         Scene* scene = scene_of(r.drill, campaign_.first_seed + static_cast<std::int64_t>(k));
         scene->add_user(r.drill.run.length_s);
@@ -110,21 +115,34 @@ class Campaign {
 
   void work(std::size_t worker) {
     for (std::size_t j = next_++; j < jobs_.size() && !campaign_.stop(); j = next_++) {
-      const Outcome done = work_on(jobs_[j]);
+      const std::function<void(double)> progress = shares_of_a_run(worker == 0);
+      const Outcome done = work_on(jobs_[j], progress);
       if (!done) errors_[j] = done.error().message;
       jobs_[j].scene->done();
-      ++done_;
-      if (worker == 0) {
-        campaign_.progress(static_cast<double>(done_) / static_cast<double>(jobs_.size()));
-      }
+      progress(1.0);
     }
   }
 
-  Outcome work_on(const Job& job) {
+  /// Adds the completed share of one run to that of the campaign.
+  /// @param shown  in the calling thread of the campaign, which reports the sum
+  std::function<void(double)> shares_of_a_run(bool shown) {
+    return [this, shown, before = std::int64_t{0}](double share) mutable {
+      const auto now = static_cast<std::int64_t>(kShares * std::min(share, 1.0));
+      if (now <= before) return;
+      shares_ += now - before;
+      before = now;
+      if (!shown) return;
+      campaign_.progress(static_cast<double>(shares_) /
+                         (kShares * static_cast<double>(std::max<std::size_t>(runs_, 1))));
+    };
+  }
+
+  Outcome work_on(const Job& job, const std::function<void(double)>& progress) {
     DrillResult& result = results_[job.drill];
     const Drill& drill = result.drill;
     DrillRunOptions options;
     options.stop = campaign_.stop;
+    options.progress = progress;
     options.reference = reference_ ? &*reference_ : nullptr;
     if (job.run == 0 && !campaign_.logs_folder.empty()) {
       options.log = campaign_.logs_folder + "/" + drill.id + ".log";
@@ -149,6 +167,7 @@ class Campaign {
     const Drill& drill = results_[job.drill].drill;
     const DrillErrors errors(fused);
     options.log.clear();
+    options.progress = {};
     for (std::size_t k = 0; k < kSubfilterKinds; ++k) {
       options.withheld = kKinds[k];
       const Result<DrillRunResult> run = run_drill(drill, campaign_.vehicle, job.scene, options);
@@ -165,7 +184,8 @@ class Campaign {
   std::vector<Job> jobs_;
   std::vector<std::string> errors_;  // by job
   std::atomic<std::size_t> next_{0};
-  std::atomic<std::size_t> done_{0};
+  std::size_t runs_ = 0;                 // with the undisturbed run, if any
+  std::atomic<std::int64_t> shares_{0};  // completed, kShares of each run
 };
 
 }  // namespace

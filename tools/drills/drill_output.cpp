@@ -248,6 +248,10 @@ report::Table drill_table(const std::vector<DrillResult>& results) {
     }
     t.rows.push_back(std::move(row));
   }
+  t.note =
+      "over all seeds, as the limit is defined; !: beyond the limit; ?: inconclusive with so few "
+      "seeds; "
+      "an empty cell: the drill has no such limit";
   return t;
 }
 

@@ -24,7 +24,7 @@ bool is_event(std::string_view channel) {
 }
 
 bool is_bulky(std::string_view channel) {
-  return speaks_on(DrillSource::kLadar, channel) || channel == channel::kSpPoints ||
+  return publishes_on(DrillSource::kLadar, channel) || channel == channel::kSpPoints ||
          channel == channel::kWmMapPatch;
 }
 
@@ -50,7 +50,7 @@ void DrillRecorder::with(const std::uint8_t* data, std::size_t size, T* message,
 
 void DrillRecorder::on_deliver(Stamp due, std::string_view channel, const std::uint8_t* data,
                                std::size_t size) {
-  const bool sensor = speaks_on(DrillSource::kAll, channel);
+  const bool sensor = publishes_on(DrillSource::kAll, channel);
   if (sensor && !record_.begin) {
     // Sensor time: the event stamps of a live log are of another clock (ADR 1).
     const std::optional<recording::MessageHead> head =

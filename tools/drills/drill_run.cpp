@@ -57,7 +57,8 @@ Result<DrillVehicle> load_drill_vehicle(const std::string& path) {
 
 Result<DrillRunResult> run_drill(const Drill& drill, const DrillVehicle& vehicle, Scene* scene,
                                  const DrillRunOptions& options) {
-  Result<std::unique_ptr<EventSource>> opened = scene->open(drill.run.length_s, options.stop);
+  Result<std::unique_ptr<EventSource>> opened =
+      scene->open(drill.run.length_s, options.stop, options.progress);
   if (!opened) return opened.error();
   Result<PriorTerrain> prior = prior_terrain_of(drill, vehicle, scene);
   if (!prior) return prior.error();

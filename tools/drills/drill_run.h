@@ -33,6 +33,7 @@ struct DrillRunOptions {
   const DrillReference* reference = nullptr;  ///< nullptr: SIM_TRUTH
   std::string log;                            ///< path of a log of the run; empty: none
   std::function<bool()> stop;                 ///< polled; true ends the run
+  std::function<void(double)> progress;       ///< called with the completed share; may be empty
 };
 
 struct DrillRunResult {

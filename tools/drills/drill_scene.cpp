@@ -11,7 +11,16 @@
 namespace rcs::drills {
 namespace {
 
-class RecordedSource final : public EventSource {
+/// Rendering takes about this share of the time of the first run of a scene.
+constexpr double kRenderingShare = 0.3;
+
+/// A source that knows how much of it was taken.
+class SceneSource : public EventSource {
+ public:
+  [[nodiscard]] virtual double share() const = 0;
+};
+
+class RecordedSource final : public SceneSource {
  public:
   explicit RecordedSource(const Recording* recording) : recording_(recording) {}
 
@@ -19,6 +28,9 @@ class RecordedSource final : public EventSource {
     return next_ < recording_->size() ? recording_->due(next_) : Stamp::max();
   }
   void take(SourceEvent* event) override { recording_->copy(next_++, event); }
+  [[nodiscard]] double share() const override {
+    return static_cast<double>(next_) / static_cast<double>(recording_->size());
+  }
 
  private:
   const Recording* recording_;
@@ -26,13 +38,17 @@ class RecordedSource final : public EventSource {
 };
 
 /// A log with its reader.
-class LoggedSource final : public EventSource {
+class LoggedSource final : public SceneSource {
  public:
   explicit LoggedSource(LogReader reader)
       : reader_(std::move(reader)), source_(&reader_, drive_channels()) {}
 
   [[nodiscard]] Stamp peek() override { return source_.peek(); }
   void take(SourceEvent* event) override { source_.take(event); }
+  [[nodiscard]] double share() const override {
+    return static_cast<double>(reader_.position_bytes()) /
+           static_cast<double>(reader_.size_bytes());
+  }
 
  private:
   LogReader reader_;
@@ -42,21 +58,38 @@ class LoggedSource final : public EventSource {
 /// Another source, limited to a length, or until a stop is requested.
 class CutSource final : public EventSource {
  public:
-  CutSource(std::unique_ptr<EventSource> source, double length_s, std::function<bool()> stop)
-      : source_(std::move(source)), stop_(std::move(stop)) {
-    const Stamp first = source_->peek();
-    if (length_s > 0.0 && first != Stamp::max()) end_ = first + from_seconds(length_s);
+  /// @param rendered  the share of the progress before the source is read
+  CutSource(std::unique_ptr<SceneSource> source, double length_s, std::function<bool()> stop,
+            std::function<void(double)> progress, double rendered)
+      : source_(std::move(source)),
+        stop_(std::move(stop)),
+        progress_(std::move(progress)),
+        rendered_(rendered),
+        first_(source_->peek()) {
+    if (length_s > 0.0 && first_ != Stamp::max()) end_ = first_ + from_seconds(length_s);
   }
 
   [[nodiscard]] Stamp peek() override {
     const Stamp due = source_->peek();
     return due < end_ && !stop_() ? due : Stamp::max();
   }
-  void take(SourceEvent* event) override { source_->take(event); }
+  void take(SourceEvent* event) override {
+    if (progress_) progress_(rendered_ + (1.0 - rendered_) * share());
+    source_->take(event);
+  }
 
  private:
-  std::unique_ptr<EventSource> source_;
+  [[nodiscard]] double share() {
+    const double of_all = source_->share();
+    if (end_ == Stamp::max()) return of_all;
+    return std::max(of_all, seconds(source_->peek() - first_) / seconds(end_ - first_));
+  }
+
+  std::unique_ptr<SceneSource> source_;
   std::function<bool()> stop_;
+  std::function<void(double)> progress_;
+  double rendered_;
+  Stamp first_;
   Stamp end_ = Stamp::max();
 };
 
@@ -100,9 +133,10 @@ const sim::PriorMap& Scene::prior_map(double cell_m) {
   return found->second;
 }
 
-Result<std::unique_ptr<EventSource>> Scene::open(double length_s,
-                                                 const std::function<bool()>& stop) {
-  std::unique_ptr<EventSource> source;
+Result<std::unique_ptr<EventSource>> Scene::open(double length_s, const std::function<bool()>& stop,
+                                                 const std::function<void(double)>& progress) {
+  std::unique_ptr<SceneSource> source;
+  double rendered = 0.0;
   if (!key_.log.empty()) {
     Result<LogReader> reader = LogReader::open(key_.log);
     if (!reader) return reader.error();
@@ -110,15 +144,17 @@ Result<std::unique_ptr<EventSource>> Scene::open(double length_s,
   } else {
     const std::lock_guard<std::mutex> lock(rendering_);
     if (recording_ == nullptr) {
-      if (Outcome rendered = render(stop); !rendered) return rendered.error();
+      rendered = kRenderingShare;
+      if (Outcome done = render(stop, progress); !done) return done.error();
     }
     source = std::make_unique<RecordedSource>(recording_.get());
   }
   return std::unique_ptr<EventSource>(
-      std::make_unique<CutSource>(std::move(source), length_s, stop));
+      std::make_unique<CutSource>(std::move(source), length_s, stop, progress, rendered));
 }
 
-Outcome Scene::render(const std::function<bool()>& stop) {
+Outcome Scene::render(const std::function<bool()>& stop,
+                      const std::function<void(double)>& progress) {
   sim::ScenarioOverrides overrides;
   overrides.seed = key_.seed;
   overrides.ins_grade = key_.ins;
@@ -134,6 +170,10 @@ Outcome Scene::render(const std::function<bool()>& stop) {
   for (Stamp due = simulator->peek(); due != Stamp::max(); due = simulator->peek()) {
     simulator->take(&event);
     recording->add(due, event);
+    if (progress) {
+      progress(kRenderingShare * seconds(due - sim::Simulator::kStart) /
+               seconds(simulator->end() - sim::Simulator::kStart));
+    }
     if (stop()) return Error{"interrupted"};
   }
   recording_ = std::move(recording);

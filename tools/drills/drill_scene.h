@@ -66,14 +66,17 @@ class Scene {
   /// The sensor messages and SIM_TRUTH; valid until done(). From any thread.
   /// @param length_s  0: all
   /// @param stop  polled; true ends the rendering
-  [[nodiscard]] Result<std::unique_ptr<EventSource>> open(double length_s,
-                                                          const std::function<bool()>& stop);
+  /// @param progress  called with the share of the scene that is rendered, then read; may be empty
+  [[nodiscard]] Result<std::unique_ptr<EventSource>> open(
+      double length_s, const std::function<bool()>& stop,
+      const std::function<void(double)>& progress);
   /// The a priori map of the course of a rendered scene; valid until done(). From any thread.
   /// @param cell_m  0: that of the scenario
   [[nodiscard]] const sim::PriorMap& prior_map(double cell_m);
 
  private:
-  [[nodiscard]] Outcome render(const std::function<bool()>& stop);
+  [[nodiscard]] Outcome render(const std::function<bool()>& stop,
+                               const std::function<void(double)>& progress);
 
   SceneKey key_;
   std::mutex rendering_;

@@ -12,27 +12,41 @@
 namespace rcs::drills {
 namespace {
 
+constexpr unsigned bit(DrillSource s) { return 1U << static_cast<unsigned>(s); }
+constexpr unsigned kGps = bit(DrillSource::kGps);
+constexpr unsigned kLadar = bit(DrillSource::kLadar);
+constexpr unsigned kIns = bit(DrillSource::kIns);
+constexpr unsigned kOdometry = bit(DrillSource::kOdometry);
+constexpr unsigned kAny = kGps | kLadar | kIns | kOdometry | bit(DrillSource::kAll);
+
 struct KindName {
   StimulusKind kind;
   const char* name;
-  bool gps_only;
+  unsigned sources;  ///< that it applies to
 };
-constexpr KindName kKinds[] = {{StimulusKind::kDropout, "dropout", false},
-                               {StimulusKind::kFlapping, "flapping", false},
-                               {StimulusKind::kOffset, "offset", true},
-                               {StimulusKind::kRamp, "ramp", true},
-                               {StimulusKind::kHeight, "height", true},
-                               {StimulusKind::kSigma, "sigma", true},
-                               {StimulusKind::kFrozen, "frozen", true},
-                               {StimulusKind::kStale, "stale", true},
-                               {StimulusKind::kNullIsland, "null_island", true},
-                               {StimulusKind::kNan, "nan", true},
-                               {StimulusKind::kEmptyFacets, "empty_facets", false},
-                               {StimulusKind::kDust, "dust", false},
-                               {StimulusKind::kClock, "clock", false},
-                               {StimulusKind::kDelay, "delay", false},
-                               {StimulusKind::kReorder, "reorder", false},
-                               {StimulusKind::kRepeat, "repeat", false}};
+constexpr KindName kKinds[] = {{StimulusKind::kDropout, "dropout", kAny},
+                               {StimulusKind::kFlapping, "flapping", kAny},
+                               {StimulusKind::kOffset, "offset", kGps},
+                               {StimulusKind::kRamp, "ramp", kGps},
+                               {StimulusKind::kHeight, "height", kGps},
+                               {StimulusKind::kSigma, "sigma", kGps},
+                               {StimulusKind::kFrozen, "frozen", kAny},
+                               {StimulusKind::kStale, "stale", kGps},
+                               {StimulusKind::kNullIsland, "null_island", kGps},
+                               {StimulusKind::kNan, "nan", kGps},
+                               {StimulusKind::kEmptyFacets, "empty_facets", kLadar},
+                               {StimulusKind::kDust, "dust", kLadar},
+                               {StimulusKind::kClock, "clock", kAny},
+                               {StimulusKind::kDelay, "delay", kAny},
+                               {StimulusKind::kReorder, "reorder", kAny},
+                               {StimulusKind::kRepeat, "repeat", kAny},
+                               {StimulusKind::kZero, "zero", kIns | kOdometry},
+                               {StimulusKind::kBias, "bias", kIns | kOdometry | kLadar},
+                               {StimulusKind::kScale, "scale", kIns | kOdometry | kLadar},
+                               {StimulusKind::kNoise, "noise", kGps | kLadar | kIns | kOdometry},
+                               {StimulusKind::kSaturate, "saturate", kIns},
+                               {StimulusKind::kAxes, "axes", kIns},
+                               {StimulusKind::kMount, "mount", kLadar}};
 constexpr const char* kSources[] = {"gps", "ladar", "ins", "odometry", "all"};
 
 const KindName& kind_of(std::string_view name) {
@@ -48,6 +62,54 @@ DrillSource source_of(std::string_view name) {
 void read_bearing(ParamTable* table, Stimulus* s) {
   table->get_deg("bearing_deg", &s->bearing_rad, {0, 360},
                  "Direction of the offset or ramp, clockwise from north.");
+}
+
+/// A key in degrees per second of a triple in radians per second.
+void read_rates(ParamTable* table, std::string_view key, Vec3* radps, std::string_view meaning) {
+  Vec3 dps = Vec3::Zero();
+  table->get(key, &dps, {-1e4, 1e4}, meaning);
+  *radps = radians(1.0) * dps;
+}
+
+void read_rise(ParamTable* table, Stimulus* s) {
+  table->get(
+      "rise_s", &s->rise_s, {0, 1e5},
+      "Bias, scale, mount: time in which the error grows linearly to its full size; 0: a step.");
+}
+
+/// Keys of bias, noise and saturate.
+void read_values(ParamTable* table, Stimulus* s) {
+  if (s->source == DrillSource::kIns) {
+    read_rates(table, "gyro_dps", &s->gyro_radps,
+               "INS, by axis: bias, standard deviation of the noise or limit of the angular rate.");
+    table->get("accel_mps2", &s->accel_mps2, {-1e4, 1e4},
+               "INS, by axis: the same of the specific force.");
+  }
+  if (s->source == DrillSource::kOdometry) {
+    table->get("speed_mps", &s->speed_mps, {-100, 100},
+               "Odometry: bias or standard deviation of the speed.");
+    table->get_deg("yaw_rate_deg", &s->yaw_rate_radps, {-360, 360},
+                   "Odometry: bias or standard deviation of the yaw rate, per second.");
+  }
+  if (s->source == DrillSource::kLadar) {
+    table->get("range_m", &s->range_m, {-100, 100},
+               "LADAR: bias or standard deviation of the ranges.");
+  }
+  if (s->source == DrillSource::kGps) {
+    table->get("position_m", &s->position_m, {0, 1e5},
+               "GPS: standard deviation of the noise of each axis.");
+  }
+}
+
+void read_axes(ParamTable* table, Stimulus* s) {
+  const std::vector<std::string> names = {"x", "y", "z", "-x", "-y", "-z"};
+  const char* const keys[] = {"axis_x", "axis_y", "axis_z"};
+  for (std::size_t i = 0; i < 3; ++i) {
+    std::string name = names[i];
+    table->get(keys[i], &name, names, "INS: the axis, with its sign, that is published here.");
+    const auto at = std::find(names.begin(), names.end(), name) - names.begin();
+    s->axes[i] = at < 3 ? static_cast<int>(at) + 1 : 2 - static_cast<int>(at);
+  }
 }
 
 /// Reads the keys of this kind; keys of other kinds are reported as unknown.
@@ -105,6 +167,34 @@ void read_strength(ParamTable* table, Stimulus* s) {
       table->get("delay_ms", &s->delay_ms, {1, 1e5},
                  "Delay of the messages, or of their repetition.");
       return;
+    case StimulusKind::kBias:
+      read_rise(table, s);
+      read_values(table, s);
+      return;
+    case StimulusKind::kNoise:
+    case StimulusKind::kSaturate:
+      read_values(table, s);
+      return;
+    case StimulusKind::kScale:
+      read_rise(table, s);
+      if (s->source == DrillSource::kIns) {
+        table->get("gyro_factor", &s->gyro_factor, {-100, 100},
+                   "INS: factor of the angular rates.");
+        table->get("accel_factor", &s->accel_factor, {-100, 100},
+                   "INS: factor of the specific forces.");
+        return;
+      }
+      table->get("factor", &s->factor, {-100, 100},
+                 "Factor of the ranges, or of the speed and the yaw rate.");
+      return;
+    case StimulusKind::kAxes:
+      return read_axes(table, s);
+    case StimulusKind::kMount:
+      read_rise(table, s);
+      table->get_deg("tilt_deg", &s->tilt_rad, {-90, 90}, "Turn of the LADAR mount; positive: up.");
+      table->get_deg("pan_deg", &s->pan_rad, {-180, 180},
+                     "Turn of the LADAR mount; positive: to the left.");
+      return;
     default:
       return;
   }
@@ -120,11 +210,10 @@ Stimulus read_stimulus(ParamTable table) {
   const bool known = std::find(kinds.begin(), kinds.end(), name) != kinds.end();
   const KindName& kind = known ? kind_of(name) : kKinds[0];
   s.kind = kind.kind;
-  const bool ladar = s.kind == StimulusKind::kEmptyFacets || s.kind == StimulusKind::kDust;
-  const std::vector<std::string> sources =
-      kind.gps_only ? std::vector<std::string>{"gps"}
-      : ladar       ? std::vector<std::string>{"ladar"}
-                    : std::vector<std::string>(std::begin(kSources), std::end(kSources));
+  std::vector<std::string> sources;
+  for (unsigned i = 0; i < std::size(kSources); ++i) {
+    if ((kind.sources & (1U << i)) != 0) sources.emplace_back(kSources[i]);
+  }
   std::string source = sources.front();
   table.get("source", &source, sources,
             "Sensor whose messages are changed; which are allowed depends on the kind.");
@@ -198,6 +287,16 @@ Result<Drill> read(const ParamFile& file) {
   return d;
 }
 
+std::string describe_values(const Stimulus& s) {
+  if (s.source == DrillSource::kGps) return fmt::format(" {:g} m", s.position_m);
+  if (s.source == DrillSource::kLadar) return fmt::format(" {:g} m", s.range_m);
+  if (s.source == DrillSource::kOdometry) {
+    return fmt::format(" {:g} m/s, {:g} deg/s", s.speed_mps, degrees(s.yaw_rate_radps));
+  }
+  return fmt::format(" {:.4g} deg/s, {:.4g} m/s^2", degrees(s.gyro_radps.norm()),
+                     s.accel_mps2.norm());
+}
+
 }  // namespace
 
 Stimulus dropout(DrillSource source, double begin_s, double length_s) {
@@ -268,6 +367,19 @@ std::string describe(const Stimulus& s) {
       break;
     case StimulusKind::kClock:
       how = fmt::format(" {:+g} s", s.jump_s);
+      break;
+    case StimulusKind::kBias:
+    case StimulusKind::kNoise:
+    case StimulusKind::kSaturate:
+      how = describe_values(s);
+      break;
+    case StimulusKind::kScale:
+      how = s.source == DrillSource::kIns
+                ? fmt::format(" x {:g} (rates), {:g} (forces)", s.gyro_factor, s.accel_factor)
+                : fmt::format(" x {:g}", s.factor);
+      break;
+    case StimulusKind::kMount:
+      how = fmt::format(" {:g} deg tilt, {:g} deg pan", degrees(s.tilt_rad), degrees(s.pan_rad));
       break;
     case StimulusKind::kDelay:
     case StimulusKind::kRepeat:

@@ -2,6 +2,7 @@
 // Specification of a drill: stimuli that disturb the sensor messages of a drive, and limits for the
 // result. One TOML file per drill (config/drills/*/*.toml).
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -27,7 +28,7 @@ enum class StimulusKind {
   kRamp,         ///< gps: fixes with an increasing offset
   kHeight,       ///< gps: fixes higher by height_m
   kSigma,        ///< gps: the reported sigma is overwritten
-  kFrozen,       ///< gps: the first fix of the window repeatedly, with new stamps
+  kFrozen,       ///< the first content of the window repeatedly, with new stamps
   kStale,        ///< gps: stamps older than the measurements
   kNullIsland,   ///< gps: 0 N, 0 E
   kNan,          ///< gps: not finite
@@ -36,7 +37,14 @@ enum class StimulusKind {
   kClock,        ///< stamps jump by jump_s
   kDelay,        ///< arrives later by delay_ms
   kReorder,      ///< every second message arrives after its successor
-  kRepeat        ///< every message arrives again after delay_ms
+  kRepeat,       ///< every message arrives again after delay_ms
+  kZero,         ///< ins, odometry: all values are zero
+  kBias,         ///< ins, odometry, ladar ranges: a constant error, reached linearly in rise_s
+  kScale,        ///< ins, odometry, ladar ranges: multiplied by a factor
+  kNoise,        ///< additional white noise of each message
+  kSaturate,     ///< ins: limited to a range
+  kAxes,         ///< ins: axes exchanged or inverted
+  kMount         ///< ladar: the mount is turned against its encoder, in rise_s
 };
 
 /// An interval of a drive. Times are relative to the first sensor message.
@@ -69,6 +77,21 @@ struct Stimulus {
   double share = 0.0;         ///< empty facets and dust
   double jump_s = 0.0;        ///< clock
   double delay_ms = 0.0;      ///< delay and repeat
+  // Errors of the content: of bias the value, of noise the standard deviation, of saturate the
+  // limit.
+  Vec3 gyro_radps = Vec3::Zero();    ///< ins, vehicle axes
+  Vec3 accel_mps2 = Vec3::Zero();    ///< ins, vehicle axes
+  double speed_mps = 0.0;            ///< odometry
+  double yaw_rate_radps = 0.0;       ///< odometry
+  double range_m = 0.0;              ///< ladar
+  double position_m = 0.0;           ///< gps, noise of each axis
+  double factor = 1.0;               ///< scale: odometry and ladar
+  double gyro_factor = 1.0;          ///< scale: ins
+  double accel_factor = 1.0;         ///< scale: ins
+  double tilt_rad = 0.0;             ///< mount, positive up
+  double pan_rad = 0.0;              ///< mount, positive left
+  double rise_s = 0.0;               ///< bias, scale and mount: time to reach the full error
+  std::array<int, 3> axes{1, 2, 3};  ///< axes: +-(1 + index of the axis that is published)
 
   [[nodiscard]] double end_s() const { return begin_s + length_s; }
   [[nodiscard]] bool holds(double time_s) const { return time_s >= begin_s && time_s < end_s(); }

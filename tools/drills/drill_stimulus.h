@@ -5,14 +5,12 @@
 #include <cstdint>
 #include <map>
 #include <optional>
-#include <random>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "lcmtypes/rcs/gps_fix_t.hpp"
 #include "rcs/node/timeline/lockstep_timeline.h"
-#include "tools/drills/drill_spec.h"
+#include "tools/drills/drill_content.h"
 
 namespace rcs::drills {
 
@@ -30,9 +28,7 @@ class StimulatedSource final : public EventSource {
  private:
   struct Active {
     Stimulus stimulus;
-    std::mt19937_64 random;
-    int changed = 0;                  // messages
-    std::optional<gps_fix_t> frozen;  // the first of the window
+    ContentState content;
     std::optional<SourceEvent> held;  // waits for its successor
   };
 
@@ -48,11 +44,5 @@ class StimulatedSource final : public EventSource {
 
 /// The channels of a drive: the sensor channels and SIM_TRUTH.
 [[nodiscard]] std::vector<std::string> drive_channels();
-
-/// @return whether `source` publishes on `channel`
-[[nodiscard]] bool speaks_on(DrillSource source, std::string_view channel);
-
-/// Source and kind of the fault of a fix, `since_s` after the begin of the stimulus.
-void change_fix(const Stimulus& s, double since_s, gps_fix_t* fix);
 
 }  // namespace rcs::drills

@@ -220,9 +220,10 @@ report::Table account_table(const BudgetRecord& record) {
 report::Table verdict_table(const std::vector<BudgetVerdict>& verdicts) {
   report::Table t{{"budget", "value", "limit", ""}, {}};
   for (const BudgetVerdict& v : verdicts) {
-    t.rows.push_back({v.name, v.measured ? fmt::format("{:.6g}", v.value) : "not measured",
+    t.rows.push_back({v.name, v.measured ? fmt::format("{:.4g}", v.value) : "not measured",
                       fmt::format("{:g}", v.limit), v.kept() ? "met" : "EXCEEDED"});
   }
+  t.note = "ms: latency in milliseconds; share: of the scans, or of the cycles of a node";
   return t;
 }
 

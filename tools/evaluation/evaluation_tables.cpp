@@ -106,6 +106,7 @@ report::Table scan_table(const RunMetrics& f) {
   for (const auto& [stop, count] : f.stops) t.rows.push_back({stop, std::to_string(count)});
   t.rows.push_back({"scans missing by number", std::to_string(f.scans_missing)});
   t.rows.push_back({"matches to the a priori map", std::to_string(f.prior_matches)});
+  if (f.stops.count("seeded") > 0) t.note = "seeded: the scan began a new rolling map";
   return t;
 }
 
@@ -121,6 +122,7 @@ report::Table latency_table(const RunMetrics& f) {
     for (const auto& [stage, ms] : node.stages_ms) add(fmt::format("{}: {}", name, stage), ms, "");
   }
   if (f.chain_ms) add("last facet to nav_state", *f.chain_ms, "");
+  t.note = "per unit of work; p50, p99: percentiles; NODE: STAGE is a part of the time of NODE";
   return t;
 }
 
@@ -131,6 +133,7 @@ report::Table absolute_table(const TrajectoryMetrics& f) {
   t.rows.push_back(
       row("rotation, aligned over position and yaw [deg]", f.yaw.rotation_rad, degrees(1.0), 3));
   t.rows.push_back(row("position, not aligned [m]", f.unaligned.translation_m, 1.0, 3));
+  t.note = "rms: root mean square; p50, p95: percentiles; the aligned errors are the ATE";
   return t;
 }
 
@@ -143,6 +146,7 @@ report::Table relative_table(const TrajectoryMetrics& f) {
   };
   add("10 scans", f.per_10_frames);
   for (const RelativeError& e : f.per_length) add(fmt::format("{:g} m", e.length_m), e);
+  t.note = "RPE: error of the motion over a segment, mean over all segments";
   return t;
 }
 
@@ -155,6 +159,7 @@ report::Table world_table(const WorldMetrics& f) {
   add(row("horizontal [m]", f.horizontal_m, 1.0, 3), f.horizontal_within_3_sigma);
   add(row("vertical [m]", f.vertical_m, 1.0, 3), f.vertical_within_3_sigma);
   add(row("heading [deg]", f.heading_rad, degrees(1.0), 3), f.heading_within_3_sigma);
+  t.note = "within 3 sigma: share of the errors within three of the sigmas that WM published";
   return t;
 }
 
@@ -170,6 +175,9 @@ report::Table outage_table(const std::vector<OutageMetrics>& outages, Stamp zero
                       fixed(o.horizontal_m.max, 2), fixed(o.end_horizontal_m, 2),
                       fixed(o.drift_percent, 2) + " %", fixed(o.nees_per_dof, 2)});
   }
+  t.note =
+      "errors are horizontal; drift: error at the end per distance; NEES/dof: squared error over "
+      "its predicted variance, per degree of freedom, 1 if consistent";
   return t;
 }
 

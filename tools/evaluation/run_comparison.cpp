@@ -99,6 +99,7 @@ report::Table comparison_table(const std::vector<ComparedRun>& runs) {
                         fixed(o.end_horizontal_m, 2), share});
     }
   }
+  t.note = "horizontal errors; rms: root mean square; 95 %: percentile; -: GPS was not denied";
   return t;
 }
 

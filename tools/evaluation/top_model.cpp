@@ -3,12 +3,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lcmtypes/convert.h"
 #include "lcmtypes/message_names.h"
+#include "rcs/base/geodesy.h"
 
 namespace rcs::evaluation {
 namespace {
 
 constexpr std::size_t kMaxText = 400;
+/// A position farther from the datum is not converted.
+constexpr double kFar_m = 1e6;
 /// Limit of the samples in a window; no node has more cycles in it.
 constexpr std::size_t kMaxLooks = 20'000;
 
@@ -27,7 +31,20 @@ TopView::Nav view_nav(const nav_state_t& m) {
   nav.mode = nav_mode_name(m.mode);
   nav.pose_valid = m.pose_valid != 0;
   nav.world_valid = m.world_valid != 0;
-  for (std::size_t i = 0; i < 3; ++i) nav.sigma_m[i] = std::sqrt(m.cov_world_pose[i][i]);
+  for (std::size_t i = 0; i < 3; ++i) {
+    nav.sigma_m[i] = std::sqrt(m.cov_world_pose[i][i]);
+    nav.p_world_m[i] = m.p_world_vehicle_m[i];
+  }
+  if (Pose T; from_message(m.q_world_vehicle, m.p_world_vehicle_m, &T)) {
+    nav.heading_deg = std::fmod(90.0 - degrees(yaw_of(T.q)) + 720.0, 360.0);
+    const Geodetic datum{radians(m.datum_lat_deg), radians(m.datum_lon_deg),
+                         EllipsoidalHeight{m.datum_height_m}};
+    if (nav.world_valid && plausible(datum) && T.p.norm() < kFar_m) {
+      const Geodetic here = LocalFrame(datum).to_geodetic(T.p);
+      nav.lat_deg = degrees(here.lat_rad);
+      nav.lon_deg = degrees(here.lon_rad);
+    }
+  }
   nav.sigma_yaw_rad = std::sqrt(m.cov_world_pose[5][5]);
   nav.speed_mps = std::hypot(m.v_world_mps[0], m.v_world_mps[1], m.v_world_mps[2]);
   nav.distance_since_gps_m = m.distance_since_gps_m;
@@ -132,6 +149,10 @@ void TopModel::on_event(const event_t& m, Stamp arrival) {
 
 void TopModel::on_nav(const nav_state_t& m, Stamp arrival) { nav_ = {arrival, m}; }
 
+void TopModel::on_integrity(const integrity_t& m, Stamp arrival) { integrity_ = {arrival, m}; }
+
+void TopModel::on_fix(const gps_fix_t& m, Stamp arrival) { fix_ = {arrival, m}; }
+
 void TopModel::on_status(const status_t& m, Stamp arrival) { status_ = {arrival, m}; }
 
 void TopModel::view_work(NodeState* n) const {
@@ -151,8 +172,10 @@ void TopModel::view_work(NodeState* n) const {
   f.min_slack = least;
 }
 
-TopView TopModel::view(Stamp now) {
+TopView TopModel::view(Stamp now, std::int64_t now_utime) {
   TopView view;
+  view.now_utime = now_utime;
+  std::optional<Stamp> run_start;
   const Stamp oldest = now - kWindow;
   for (auto& [name, n] : nodes_) {
     while (!n.work.empty() && n.work.front().arrival < oldest) n.work.pop_front();
@@ -163,6 +186,7 @@ TopView TopModel::view(Stamp now) {
     f.heard = n.process_arrival ? std::optional<Duration>(now - *n.process_arrival) : std::nullopt;
     f.alive = f.heard && *f.heard < kSilent;
     f.up = now - n.start;
+    if (f.alive) run_start = std::min(run_start.value_or(n.start), n.start);
     f.account_hz = n.accounts.rate();
     const std::optional<double> cpu = n.cpu_us.rate();
     f.cpu_percent = cpu ? std::optional<double>(*cpu * 1e-4) : std::nullopt;
@@ -179,14 +203,37 @@ TopView TopModel::view(Stamp now) {
     view.nav = view_nav(nav_->message);
     view.nav->heard = now - nav_->arrival;
   }
+  if (integrity_) {
+    const integrity_t& m = integrity_->message;
+    view.integrity = TopView::Integrity{
+        now - integrity_->arrival,
+        std::isfinite(m.protection_horizontal_m) && std::isfinite(m.protection_vertical_m),
+        m.protection_horizontal_m,
+        m.protection_vertical_m,
+        m.limit_horizontal_m,
+        m.limit_vertical_m,
+        m.alerts,
+        std::string(source_status_name(m.gps)),
+        std::string(source_status_name(m.ladar))};
+  }
+  if (fix_) {
+    view.fix = TopView::Fix{now - fix_->arrival, std::string(gps_fix_name(fix_->message.fix_type)),
+                            fix_->message.satellites};
+  }
   if (status_) {
     const status_t& m = status_->message;
-    view.status = TopView::Status{now - status_->arrival, std::string(status_name(m.status)),
-                                  printable(m.state),     printable(m.reason),
-                                  m.echo_serial,          printable(m.issuer)};
+    view.status = TopView::Status{now - status_->arrival,
+                                  std::string(status_name(m.status)),
+                                  printable(m.state),
+                                  printable(m.reason),
+                                  m.echo_serial,
+                                  printable(m.issuer),
+                                  std::string(emergency_stop_name(m.emergency_stop))};
   }
   for (const Heard<event_t>& e : events_) {
-    view.events.push_back({now - e.arrival, printable(e.message.node), e.message.severity,
+    const std::optional<Duration> of_run =
+        run_start ? std::optional<Duration>(e.arrival - *run_start) : std::nullopt;
+    view.events.push_back({now - e.arrival, of_run, printable(e.message.node), e.message.severity,
                            printable(e.message.code), printable(e.message.text),
                            e.message.repeated});
   }

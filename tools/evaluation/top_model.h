@@ -11,6 +11,8 @@
 
 #include "lcmtypes/rcs/cycle_t.hpp"
 #include "lcmtypes/rcs/event_t.hpp"
+#include "lcmtypes/rcs/gps_fix_t.hpp"
+#include "lcmtypes/rcs/integrity_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/process_t.hpp"
 #include "lcmtypes/rcs/status_t.hpp"
@@ -76,6 +78,10 @@ struct TopView {
     std::string mode;
     bool pose_valid = false;
     bool world_valid = false;
+    double p_world_m[3] = {0.0, 0.0, 0.0};  ///< east, north, up
+    double lat_deg = 0.0;                   ///< with lon_deg: of a valid world pose
+    double lon_deg = 0.0;
+    double heading_deg = 0.0;             ///< clockwise from north
     double sigma_m[3] = {0.0, 0.0, 0.0};  ///< of the world pose, along vehicle x, y, z
     double sigma_yaw_rad = 0.0;
     double speed_mps = 0.0;
@@ -88,6 +94,22 @@ struct TopView {
     };
     std::vector<Age> ages;
   };
+  struct Integrity {
+    Duration heard{};
+    bool bounded = false;  ///< the protection levels are finite
+    double protection_horizontal_m = 0.0;
+    double protection_vertical_m = 0.0;
+    double limit_horizontal_m = 0.0;
+    double limit_vertical_m = 0.0;
+    int alerts = 0;  ///< integrity_t::ALERT_*
+    std::string gps;
+    std::string ladar;
+  };
+  struct Fix {
+    Duration heard{};
+    std::string type;
+    int satellites = 0;
+  };
   struct Status {
     Duration heard{};
     std::string status;
@@ -95,17 +117,22 @@ struct TopView {
     std::string reason;
     std::int64_t echo_serial = 0;
     std::string issuer;
+    std::string emergency_stop;  ///< "none", "LATCHED", ...
   };
   struct Event {
     Duration age{};
+    std::optional<Duration> of_run;  ///< since the start of the first node that is alive
     std::string node;
     int severity = 0;
     std::string code;
     std::string text;
     std::int64_t repeated = 0;
   };
-  std::vector<Node> nodes;  ///< by name
+  std::vector<Node> nodes;     ///< by name
+  std::int64_t now_utime = 0;  ///< wall clock; 0: unknown
   std::optional<Nav> nav;
+  std::optional<Integrity> integrity;
+  std::optional<Fix> fix;
   std::optional<Status> status;
   std::vector<Event> events;                      ///< newest first
   std::map<std::string, std::int64_t> malformed;  ///< messages by channel, as subscribed
@@ -125,10 +152,13 @@ class TopModel {
   void on_cycle(const cycle_t& m, Stamp arrival);
   void on_event(const event_t& m, Stamp arrival);
   void on_nav(const nav_state_t& m, Stamp arrival);
+  void on_integrity(const integrity_t& m, Stamp arrival);
+  void on_fix(const gps_fix_t& m, Stamp arrival);
   void on_status(const status_t& m, Stamp arrival);
   void on_malformed(std::string_view channel) { ++malformed_[std::string(channel)]; }
 
-  [[nodiscard]] TopView view(Stamp now);
+  /// @param now_utime  wall clock at `now`; 0: unknown
+  [[nodiscard]] TopView view(Stamp now, std::int64_t now_utime = 0);
 
  private:
   struct Work {
@@ -164,6 +194,8 @@ class TopModel {
   std::map<std::string, NodeState> nodes_;
   std::deque<Heard<event_t>> events_;  // newest first
   std::optional<Heard<nav_state_t>> nav_;
+  std::optional<Heard<integrity_t>> integrity_;
+  std::optional<Heard<gps_fix_t>> fix_;
   std::optional<Heard<status_t>> status_;
   std::map<std::string, std::int64_t> malformed_;
 };

@@ -8,12 +8,11 @@
 #include <limits>
 #include <string>
 
+#include "tools/base/kitti_bin.h"
 #include "tools/base/trajectory.h"
 
 namespace rcs::importers {
 namespace {
-
-constexpr std::size_t kBytesPerPoint = 4 * sizeof(float);
 
 int cell_of(double phase, int cells) {
   return std::min(static_cast<int>(phase * cells), cells - 1);
@@ -26,14 +25,11 @@ Stamp facet_start(const SweepTiming& timing, int facet) {
 }  // namespace
 
 Result<Sweep> parse_sweep(const std::vector<std::uint8_t>& bytes, std::string_view name) {
-  if (bytes.size() % kBytesPerPoint != 0) {
-    return Error{fmt::format("{}: {} bytes is not a multiple of {} (x, y, z, intensity as float32)",
-                             name, bytes.size(), kBytesPerPoint)};
-  }
+  if (Outcome sound = tools::check_kitti_bin(bytes, name); !sound) return sound.error();
   Sweep sweep;
   int wraps = 0;
   double last_azimuth_rad = 0.0;
-  for (std::size_t at = 0; at < bytes.size(); at += kBytesPerPoint) {
+  for (std::size_t at = 0; at < bytes.size(); at += tools::kKittiRecordBytes) {
     float xyz[3];
     std::memcpy(xyz, bytes.data() + at, sizeof xyz);
     const Vec3f p(xyz[0], xyz[1], xyz[2]);

@@ -39,7 +39,7 @@ struct Sweep {
 /// Parses a .bin file. The file contains one row after another, top row first, each by
 /// ascending azimuth from straight ahead: a new row begins where the azimuth wraps. A file with
 /// another number of rows than 64 is kept as points without row and column.
-/// @return an error if the size is not a multiple of 16
+/// @return an error if the size is not whole records of a .bin
 [[nodiscard]] Result<Sweep> parse_sweep(const std::vector<std::uint8_t>& bytes,
                                         std::string_view name);
 

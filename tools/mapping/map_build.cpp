@@ -129,7 +129,8 @@ Outcome write(const MapLevel& level, const GroundBuilder& ground, const Standing
 
 Result<MapBuilt> build_map(const MapBuild& wanted, const std::optional<MapFrame>& frame,
                            const std::string& out, const std::function<bool(double)>& progress) {
-  const Result<recording::RunLog> run = recording::read_run(wanted.log);
+  const Result<recording::RunLog> run =
+      recording::read_run(wanted.log, [&](double /*share*/) { return progress(0.0); });
   if (!run) return run.error();
   const Result<recording::RunPoses> poses =
       recording::poses_of(*run, wanted.source, wanted.pose_file);

@@ -67,6 +67,7 @@ void add_predict_command(CLI::App* rcs, Commands* commands);
 void add_table1_command(CLI::App* rcs, Commands* commands);
 void add_config_commands(CLI::App* rcs, Commands* commands);
 void add_keys_command(CLI::App* rcs, Commands* commands);
+void add_reference_commands(CLI::App* rcs, Commands* commands);
 void add_smooth_command(CLI::App* rcs, Commands* commands);
 void add_why_command(CLI::App* rcs, Commands* commands);
 void add_up_command(CLI::App* rcs, Commands* commands);

@@ -173,6 +173,7 @@ int rcs_main(int argc, char** argv) {
   add_report_command(&app, &commands);
   add_config_commands(&app, &commands);
   add_keys_command(&app, &commands);
+  add_reference_commands(&app, &commands);
   add_version(&app);
   try {
     app.parse(argc, argv);

@@ -7,6 +7,8 @@
 #include <csignal>
 #include <cstdio>
 
+#include "rcs/node/timeline/live_timeline.h"
+
 namespace rcs::cli {
 namespace {
 
@@ -20,25 +22,35 @@ void (*before_interrupt)(int) = SIG_DFL;
 void (*before_terminate)(int) = SIG_DFL;
 
 constexpr int kBarCells = 40;
+constexpr std::int64_t kLinePeriod_us = 10'000'000;
 
 }  // namespace
 
 Progress::Progress(std::string_view label, std::int64_t total)
-    : label_(label), total_(total), visible_(total > 0 && ::isatty(STDERR_FILENO) == 1) {}
+    : label_(label),
+      total_(std::max<std::int64_t>(total, 1)),
+      on_terminal_(::isatty(STDERR_FILENO) == 1),
+      line_utime_(wall_utime()) {
+  at(0);
+}
 
 Progress::~Progress() {
-  if (visible_) fmt::print(stderr, "\r\033[K");
+  if (on_terminal_) fmt::print(stderr, "\r\033[K");
 }
 
 void Progress::at(std::int64_t done) {
-  if (!visible_) return;
   const int percent = static_cast<int>(100 * std::clamp<std::int64_t>(done, 0, total_) / total_);
   if (percent == shown_percent_) return;
   shown_percent_ = percent;
-  const int full = kBarCells * percent / 100;
-  fmt::print(stderr, "\r{} [{:=<{}}{:<{}}] {:3d} %", label_, "", full, "", kBarCells - full,
-             percent);
-  std::fflush(stderr);
+  if (on_terminal_) {
+    const int full = kBarCells * percent / 100;
+    fmt::print(stderr, "\r{} [{:=<{}}{:<{}}] {:3d} %", label_, "", full, "", kBarCells - full,
+               percent);
+    std::fflush(stderr);
+  } else if (const std::int64_t now = wall_utime(); now - line_utime_ >= kLinePeriod_us) {
+    line_utime_ = now;
+    fmt::print(stderr, "rcs {}: {} %\n", label_, percent);
+  }
 }
 
 InterruptGuard::InterruptGuard() {

@@ -229,14 +229,20 @@ Result<ScanPoses> poses_at_beliefs(const RunLog& run, Frame frame) {
 
 }  // namespace
 
-Result<RunLog> read_run(const std::string& path) {
+Result<RunLog> read_run(const std::string& path, const std::function<bool(double)>& progress) {
   Result<LogReader> reader = LogReader::open(path);
   if (!reader) return reader.error();
   RunLog run;
   run.path = path;
   Reader records(&run);
   LogEvent event;
-  while (reader->next(&event)) records.take(event);
+  while (reader->next(&event)) {
+    records.take(event);
+    if (!progress(static_cast<double>(reader->position_bytes()) /
+                  static_cast<double>(reader->size_bytes()))) {
+      return Error{"interrupted"};
+    }
+  }
   records.finish();
   if (!reader->health().good()) run.damage = reader->health().summary();
   if (run.nodes.empty() && std::filesystem::exists(path + ".timing")) {

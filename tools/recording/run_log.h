@@ -3,6 +3,7 @@
 // cycles.
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -76,7 +77,10 @@ struct RunLog {
 };
 
 /// Reads the log of a run, and LOG.timing if that exists and the log has no cycle messages.
-[[nodiscard]] Result<RunLog> read_run(const std::string& path);
+/// @param progress  called with the share of the log that is read; returns false to stop
+[[nodiscard]] Result<RunLog> read_run(
+    const std::string& path,
+    const std::function<bool(double)>& progress = [](double) { return true; });
 
 /// Keeps scans, beliefs and truth within [from, to) after the earliest.
 void cut(Duration from, Duration to, RunLog* run);

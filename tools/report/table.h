@@ -1,7 +1,9 @@
 #pragma once
 // A table of values for a terminal or a page.
 
+#include <cstddef>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace rcs::report {
@@ -9,9 +11,15 @@ namespace rcs::report {
 struct Table {
   std::vector<std::string> header;
   std::vector<std::vector<std::string>> rows;  ///< as wide as the header
+  std::string note{};  ///< explains marks and abbreviations; below the table
 };
 
-/// Columns padded to their widest cell; the first left-aligned, the others to the right.
+/// Columns padded to their widest cell; the first left-aligned, the others to the right. A table of
+/// more than 100 columns is made narrower by breaking headers and cells between words.
 [[nodiscard]] std::string to_text(const Table& table);
+
+/// A line broken between words, so that none has more than 100 columns; a single longer word stays.
+/// @param indent  blanks before the second and all further lines
+[[nodiscard]] std::string wrapped(std::string_view line, std::size_t indent);
 
 }  // namespace rcs::report

@@ -148,6 +148,9 @@ report::Table nees_table(const ConsistencyReport& report) {
       t.rows.push_back(std::move(row));
     }
   }
+  t.note =
+      "NEES/dof: squared error over its predicted variance, per degree of freedom; N s without: N "
+      "s into the GPS outage; !: limit violated; ?: inconclusive with so few drives";
   return t;
 }
 

@@ -170,12 +170,12 @@ Result<RecordedMotion> read_motion(const std::string& log) {
   for (Stamp due = source.peek(); due != Stamp::max(); due = source.peek()) {
     source.take(&event);
     motion.has_truth = motion.has_truth || event.channel == channel::kSimTruth;
-    if (!drills::speaks_on(drills::DrillSource::kAll, event.channel)) continue;
+    if (!drills::publishes_on(drills::DrillSource::kAll, event.channel)) continue;
     if (!motion.begin) motion.begin = due;
     motion.end = due;
     if (!motion.place && event.channel == channel::kGpsFix) motion.place = place_of(event);
     motion.has_ladar =
-        motion.has_ladar || drills::speaks_on(drills::DrillSource::kLadar, event.channel);
+        motion.has_ladar || drills::publishes_on(drills::DrillSource::kLadar, event.channel);
     if (event.channel == channel::kIns && decode(event, &ins) && ins.valid != 0) {
       motion.inertial.push_back({from_utime(ins.utime), Duration(ins.interval_us),
                                  from_message(ins.delta_angle_rad), from_message(ins.delta_v_mps)});

@@ -21,6 +21,7 @@
 #include "lcmtypes/rcs/plan_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
 #include "lcmtypes/rcs/status_t.hpp"
+#include "rcs/node/time_text.h"
 #include "tools/drills/drill_metrics.h"
 #include "tools/evaluation/top_model.h"
 #include "tools/recording/run_log.h"
@@ -48,19 +49,6 @@ std::string ago(Duration d) {
   return s < 1.0 ? fmt::format("{:.0f} ms ago", 1e3 * s) : fmt::format("{:.1f} s ago", s);
 }
 
-std::string alert_text(int alerts) {
-  std::string text;
-  const auto add = [&](int bit, const char* name) {
-    if ((alerts & bit) != 0) text += (text.empty() ? "" : ", ") + std::string(name);
-  };
-  add(integrity_t::ALERT_HORIZONTAL, "horizontal");
-  add(integrity_t::ALERT_VERTICAL, "vertical");
-  add(integrity_t::ALERT_GPS, "GPS");
-  add(integrity_t::ALERT_LADAR, "LADAR");
-  add(integrity_t::ALERT_INPUT, "input");
-  return text.empty() ? "none" : text;
-}
-
 /// Messages received up to the moment.
 class History {
  public:
@@ -82,9 +70,9 @@ class History {
     if (is_event) with<event_t>(event, &events_, kEventsShown);
   }
 
-  [[nodiscard]] std::string text(Stamp moment) const {
+  [[nodiscard]] std::string text(Stamp begin, Stamp moment) const {
     return inputs_text(moment) + considered_text(moment) + registrations_text(moment) +
-           belief_text(moment) + driving_text(moment) + events_text(moment);
+           belief_text(moment) + driving_text(moment) + events_text(begin, moment);
   }
   [[nodiscard]] Json json(Stamp moment) const {
     Json json = {{"inputs", inputs_json(moment)},
@@ -206,7 +194,7 @@ class History {
             {"protection_vertical_m", m.protection_vertical_m},
             {"limit_horizontal_m", m.limit_horizontal_m},
             {"limit_vertical_m", m.limit_vertical_m},
-            {"alerts", alert_text(m.alerts)},
+            {"alerts", alert_names(m.alerts)},
             {"gps", source(m.gps, m.gps_since_utime, m.gps_test_ratio)},
             {"ladar", source(m.ladar, m.ladar_since_utime, m.ladar_test_ratio)}};
   }
@@ -311,7 +299,8 @@ class History {
     };
     std::string text = fmt::format(
         "belief of WM ({}): {}{}; sigma {:.2f} {:.2f} {:.2f} m (vehicle x y z), yaw {:.2f} deg\n"
-        "  last accepted: INS {}, GPS {}, odometry {}, rolling map {}, a priori map {}; {:.0f} m "
+        "  last accepted: INS {}, GPS {}, odometry {},\n    rolling map {}, a priori map {}; "
+        "{:.0f} m "
         "since GPS; {} resets\n",
         ago(moment - nav_.back().arrival), nav_mode_name(m.mode),
         m.world_valid != 0 ? "" : ", frame world unknown", std::sqrt(std::max(0.0, cov(0, 0))),
@@ -337,9 +326,9 @@ class History {
                "  protection level {:.2f} m horizontal, {:.2f} m vertical (limits {:.1f} and "
                "{:.1f} m); alerts: {}\n"
                "  GPS {} for {:.1f} s (test ratio {:.2f}), LADAR {} for {:.1f} s (test ratio "
-               "{:.2f}); limit of the test ratio: 1\n\n",
+               "{:.2f});\n    limit of the test ratio: 1\n\n",
                i.protection_horizontal_m, i.protection_vertical_m, i.limit_horizontal_m,
-               i.limit_vertical_m, alert_text(i.alerts), source_status_name(i.gps),
+               i.limit_vertical_m, alert_names(i.alerts), source_status_name(i.gps),
                seconds(Duration(i.utime - i.gps_since_utime)), i.gps_test_ratio,
                source_status_name(i.ladar), seconds(Duration(i.utime - i.ladar_since_utime)),
                i.ladar_test_ratio);
@@ -366,15 +355,19 @@ class History {
     return text.empty() ? text : text + "\n";
   }
 
-  [[nodiscard]] std::string events_text(Stamp moment) const {
-    report::Table t{{"events of the last 30 s", "", "node", "code"}, {}};
+  [[nodiscard]] std::string events_text(Stamp begin, Stamp moment) const {
+    std::string text;
     for (const Received<event_t>& e : events_) {
       if (moment - e.arrival > kEvents) continue;
-      t.rows.push_back({evaluation::printable(e.message.text), ago(moment - e.arrival),
-                        evaluation::printable(e.message.node),
-                        evaluation::printable(e.message.code)});
+      const std::string line =
+          fmt::format("{} UTC {:.1f} s ({}) {}: {}: {}", time_of_day(to_utime(e.arrival)),
+                      seconds(e.arrival - begin), ago(moment - e.arrival),
+                      evaluation::printable(e.message.node), evaluation::printable(e.message.code),
+                      evaluation::printable(e.message.text));
+      text += report::wrapped(line, 4) + "\n";
     }
-    return t.rows.empty() ? "No events in the last 30 s.\n" : to_text(t);
+    if (text.empty()) return "No events in the last 30 s.\n";
+    return "events of the last 30 s: time of day, seconds of the log\n" + text;
   }
 
   Stamp now_ = Stamp::min();
@@ -391,21 +384,27 @@ class History {
 
 }  // namespace
 
-Result<Explanation> explain(LogReader* log, Duration after) {
+Result<Explanation> explain(LogReader* log, Duration after,
+                            const std::function<bool(double)>& progress) {
   History history;
   LogEvent event;
   std::optional<Stamp> begin;
   while (log->next(&event)) {
     if (!begin) begin = event.stamp;
+    if (!progress(static_cast<double>(log->position_bytes()) /
+                  static_cast<double>(log->size_bytes()))) {
+      return Error{"interrupted"};
+    }
     const Stamp moment = *begin + after;
     if (event.stamp > moment) {
       Json json = {
           {"log", log->path()}, {"time_s", seconds(after)}, {"log_utime", to_utime(moment)}};
       json.update(history.json(moment));
-      return Explanation{fmt::format("{}, {:.3f} s after its begin (utime {})\n\n", log->path(),
-                                     seconds(after), to_utime(moment)) +
-                             history.text(moment),
-                         std::move(json)};
+      return Explanation{
+          fmt::format("{}, {:.3f} s after its begin: {} {} UTC\n\n", log->path(), seconds(after),
+                      utc_date(to_utime(moment)), time_of_day(to_utime(moment))) +
+              history.text(*begin, moment),
+          std::move(json)};
     }
     history.add(event);
   }

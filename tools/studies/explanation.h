@@ -1,6 +1,7 @@
 #pragma once
 // Explanation of the state of a run at one moment: inputs, decisions of WM, results of SP and BG.
 
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -19,6 +20,8 @@ struct Explanation {
 /// @param log  read from its begin
 /// @param after  time after the first message of the log
 /// @return an error if the log ends before
-[[nodiscard]] Result<Explanation> explain(LogReader* log, Duration after);
+/// @param progress  called with the share of the log that is read; returns false to stop
+[[nodiscard]] Result<Explanation> explain(LogReader* log, Duration after,
+                                          const std::function<bool(double)>& progress);
 
 }  // namespace rcs::studies

@@ -106,7 +106,7 @@ Result<SeenDrive> read_drive(const std::string& path, double column_m) {
 
 LocateResult locate(const SeenDrive& drive, std::size_t first, Duration length,
                     const ElevationMap& map, const sp::StartRegion& region, WorkUnits per_scan,
-                    sp::InitialLocalizer* localizer) {
+                    sp::InitialLocalizer* localizer, const std::function<bool(double)>& progress) {
   LocateResult result;
   if (!localizer->begin(region)) {
     result.status = localizer->status();
@@ -115,6 +115,8 @@ LocateResult locate(const SeenDrive& drive, std::size_t first, Duration length,
   const Stamp from = drive.scans[first].stamp;
   std::size_t k = first;
   for (; k < drive.scans.size() && drive.scans[k].stamp - from <= length; ++k) {
+    const double share = seconds(drive.scans[k].stamp - from) / seconds(length);
+    if (!progress(std::min(share, 1.0))) break;
     localizer->add(drive.scans[k].lowest_vehicle, drive.scans[k].T_level_vehicle);
     result.used += localizer->work(map, per_scan);
     if (localizer->status().state == sp::InitialLocalizationState::kFound) break;

@@ -2,6 +2,7 @@
 // Initial localization without GPS on the log of a drive: the points of SP and the poses of WM in
 // frame local.
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -41,8 +42,10 @@ struct LocateResult {
 
 /// Searches from the scan `first` on, until the start is found or the time is over.
 /// @param per_scan  work units granted
+/// @param progress  called with the share of the time that is searched; returns false to stop
 [[nodiscard]] LocateResult locate(const SeenDrive& drive, std::size_t first, Duration length,
                                   const ElevationMap& map, const sp::StartRegion& region,
-                                  WorkUnits per_scan, sp::InitialLocalizer* localizer);
+                                  WorkUnits per_scan, sp::InitialLocalizer* localizer,
+                                  const std::function<bool(double)>& progress);
 
 }  // namespace rcs::studies

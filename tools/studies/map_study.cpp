@@ -144,6 +144,10 @@ report::Table map_study_table(const std::vector<MapStudyBlock>& blocks) {
          fmt::format("{:.2f}", f.max_m), fmt::format("{:.2f}", f.horizontal_p95_m),
          ratio ? fmt::format("{:.3f}", *ratio) : "-", fmt::format("{:.1f}", 100.0 * f.inside)});
   }
+  table.note =
+      "errors on three axes without GPS [m]; map: cell size; in plane: horizontal; RMS to no map: "
+      "RMS error over that without a map, above 1 the map is harmful; inside 95 %: of the true "
+      "positions in the ellipsoid of WM; -: failed, or not defined";
   return table;
 }
 

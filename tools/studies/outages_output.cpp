@@ -20,7 +20,7 @@ std::string name_of(std::size_t estimator) {
 std::string median_and_worst(const std::vector<double>& values) {
   if (values.empty()) return "-";
   const tools::Summary s = tools::summarize(values);
-  return fmt::format("{:.2f} / {:.2f}", s.p50, s.max);
+  return fmt::format("{:.2f}/{:.2f}", s.p50, s.max);
 }
 
 std::optional<double> horizontal(const OutageFinding& f, std::size_t estimator) {
@@ -148,6 +148,9 @@ report::Table outage_table(const OutageReport& report) {
     row.push_back(back_text(g));
     t.rows.push_back(std::move(row));
   }
+  t.note =
+      "a/b: median/maximum over the outages of a length; driven: median; to next fix: distance "
+      "of WM from the first fix after the outage; GPS back: from that fix until WM accepts GPS";
   return t;
 }
 
@@ -177,6 +180,7 @@ report::Table cut_table(const OutageReport& report) {
           {"the fixes", "-", "-", "-", "-", fmt::format("{:.2f}", *report.closures[i].fixes_m)});
     }
   }
+  t.note = "up: vertical error; start to end: distance of the last from the first pose; -: none";
   return t;
 }
 

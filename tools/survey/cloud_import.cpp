@@ -103,8 +103,9 @@ class Importer {
     Outcome done = survey_.open();
     if (done) done = look();
     if (done) done = find_frame();
+    if (done) done = find_density();
     if (!done) return done.error();
-    const MapLevel level{wanted_.cell_m, Vec2::Zero(), wanted_.quality.bias_sigma_m,
+    const MapLevel level{out_.cell_m, Vec2::Zero(), wanted_.quality.bias_sigma_m,
                          wanted_.quality.bias_correlation_m};
     // Check before the long work that the output may be written.
     Result<mapping::MapWriter> writer = mapping::MapWriter::create(map, frame_->map(), {level});
@@ -124,7 +125,7 @@ class Importer {
 
   /// Counts all points, and finds their extent.
   Outcome look() {
-    survey_.expect(0.0, 0.2);
+    survey_.expect(0.0, 0.15);
     Vec2 low = Vec2::Constant(std::numeric_limits<double>::infinity());
     Vec2 high = -low;
     Outcome read = survey_.read([&](const clouds::SurveyPoints* block) -> Outcome {
@@ -212,6 +213,22 @@ class Importer {
     return Done{};
   }
 
+  /// The density of the candidates, and by it the cell unless one is given.
+  Outcome find_density() {
+    survey_.expect(0.15, 0.3);
+    PointDensity density(frame_->low(), frame_->high(), out_.points);
+    Outcome read = read_candidates([&](const Vec3& p) -> Outcome {
+      if (p.allFinite()) density.add(p);
+      return Done{};
+    });
+    if (!read) return read;
+    out_.density = density.metrics();
+    if (out_.density.points == 0) return Error{name() + ": no ground points"};
+    out_.cell_m =
+        wanted_.cell_m > 0.0 ? wanted_.cell_m : cell_of_density(out_.density.points_per_m2);
+    return Done{};
+  }
+
   [[nodiscard]] Error too_much(const char* what) const {
     return Error{
         fmt::format("{}: {} requires more than {:.0f} MB: choose a larger --cell, allow more "
@@ -222,7 +239,7 @@ class Importer {
   /// The coarse surface of the ground, as the reference of finer heights.
   Outcome find_surface() {
     constexpr double kFinest_m = 1.0;  // for the constants of the filter
-    surface_.level.cell_m = std::max(kFinest_m, wanted_.cell_m);
+    surface_.level.cell_m = std::max(kFinest_m, out_.cell_m);
     const Cell low = surface_.level.cell_at(frame_->low().x(), frame_->low().y());
     const Cell high = surface_.level.cell_at(frame_->high().x(), frame_->high().y());
     constexpr int kMargin = 2;  // curved borders extend beyond their corners
@@ -248,7 +265,7 @@ class Importer {
     surface_.width = static_cast<int>(width);
     surface_.height = static_cast<int>(height);
     surface_.z_m.assign(surface_.cells(), std::numeric_limits<float>::quiet_NaN());
-    survey_.expect(0.2, 0.55);
+    survey_.expect(0.3, 0.6);
     bool one = false;
     Outcome read = read_candidates([&](const Vec3& p) -> Outcome {
       if (p.allFinite()) mapping::lower(&surface_, p);
@@ -267,7 +284,7 @@ class Importer {
                                                       out_.by_classes
                                                           ? mapping::SurveyGround::Above::kNoise
                                                           : mapping::SurveyGround::Above::kPlants);
-    survey_.expect(0.55, 0.9);
+    survey_.expect(0.6, 0.9);
     Outcome read = read_candidates([&](const Vec3& p) -> Outcome {
       if (!p.allFinite()) {
         ++out_.unplaced;

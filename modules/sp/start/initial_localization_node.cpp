@@ -5,6 +5,7 @@
 #include <array>
 #include <string_view>
 
+#include "lcmtypes/events.h"
 #include "rcs/base/check.h"
 
 namespace rcs::sp {
@@ -97,19 +98,20 @@ void StartSearch::tell(Stamp now, Report* report) {
   told_doubt_ = s.reason;
   if (!news) return;
   if (s.state == InitialLocalizationState::kFound) {
-    report->info(now, "start.found",
-                 "start confirmed on the a priori map after {:.0f} m: log-likelihood {:.1f} above "
-                 "the next pose, {:.1f} above featureless ground",
-                 s.travelled_m, s.margin, s.evidence);
+    report->publish(
+        now, event::kSpStartFound,
+        "start confirmed on the a priori map after {:.0f} m: log-likelihood {:.1f} above "
+        "the next pose, {:.1f} above featureless ground",
+        s.travelled_m, s.margin, s.evidence);
   } else if (s.state == InitialLocalizationState::kConfirming) {
-    report->info(now, "start.confirming",
-                 "one candidate pose left after {:.0f} m: newly observed ground must confirm it",
-                 s.travelled_m);
+    report->publish(now, event::kSpStartConfirming,
+                    "one candidate pose left after {:.0f} m: newly observed ground must confirm it",
+                    s.travelled_m);
   } else {
-    report->info(now, "start.unknown",
-                 "start unresolved: {}; {} hypotheses left, {:.0f} m rms apart, after {:.0f} m",
-                 kReasons[static_cast<std::size_t>(s.reason)], s.hypotheses, s.scatter_m,
-                 s.travelled_m);
+    report->publish(now, event::kSpStartUnknown,
+                    "start unresolved: {}; {} hypotheses left, {:.0f} m rms apart, after {:.0f} m",
+                    kReasons[static_cast<std::size_t>(s.reason)], s.hypotheses, s.scatter_m,
+                    s.travelled_m);
   }
 }
 

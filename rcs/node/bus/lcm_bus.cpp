@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "rcs/base/check.h"
+#include "rcs/node/bus/bus_url.h"
 
 namespace rcs {
 namespace {
@@ -16,10 +17,6 @@ namespace {
 constexpr int kQueueMessages = 10'000;
 
 constexpr Duration kLongestWait = from_seconds(1.0);  // limit for the first message
-
-constexpr char kRouteHint[] =
-    "UDP multicast needs a route. On this computer only, as root:\n"
-    "  ip link set lo up && ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo";
 
 /// A random positive number; 0 if the system has no random numbers.
 std::int64_t random_id() {
@@ -40,19 +37,28 @@ std::int64_t live_run_id() {
 Result<std::unique_ptr<LcmBus>> LcmBus::create(const std::string& url) {
   const char* env = std::getenv("LCM_DEFAULT_URL");  // NOLINT(concurrency-mt-unsafe)
   std::string chosen = !url.empty() ? url : env != nullptr && *env != '\0' ? env : kDefaultLcmUrl;
-  lcm_t* lcm = lcm_create(chosen.c_str());
-  if (lcm == nullptr) return Error{"cannot open the LCM bus " + chosen + "\n" + kRouteHint};
+  if (Outcome valid = check_bus_url(chosen); !valid) return valid.error();
+  lcm_t* lcm = nullptr;
+  {
+    const SilencedStderr silenced;
+    lcm = lcm_create(chosen.c_str());
+  }
+  if (lcm == nullptr) return Error{bus_advice(chosen)};
   std::unique_ptr<LcmBus> bus(new LcmBus(lcm, std::move(chosen)));
   bus->set_publisher({live_run_id(), random_id()});
   return bus;
 }
 
 void LcmBus::subscribe(std::string_view channel, Receiver* receiver) {
+  if (!failure_.empty()) return;  // each further attempt would take a second
   Subscription& s = subscriptions_.emplace_back(Subscription{this, receiver});
-  lcm_subscription_t* handle =
-      lcm_subscribe(lcm_.get(), std::string(channel).c_str(), &LcmBus::on_message, &s);
+  lcm_subscription_t* handle = nullptr;
+  {
+    const SilencedStderr silenced;  // the first subscription tests the bus
+    handle = lcm_subscribe(lcm_.get(), std::string(channel).c_str(), &LcmBus::on_message, &s);
+  }
   if (handle == nullptr) {
-    failure_ = "cannot subscribe to " + std::string(channel) + " on " + url_ + "\n" + kRouteHint;
+    failure_ = bus_advice(url_);
     return;
   }
   lcm_subscription_set_queue_capacity(handle, kQueueMessages);

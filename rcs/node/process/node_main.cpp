@@ -15,6 +15,7 @@
 #include "rcs/node/bus/local_bus.h"
 #include "rcs/node/executor.h"
 #include "rcs/node/process/cycle_sinks.h"
+#include "rcs/node/process/node_options.h"
 #include "rcs/node/process/process.h"
 #include "rcs/node/process/realtime.h"
 #include "rcs/node/report.h"
@@ -23,12 +24,6 @@
 namespace rcs {
 namespace {
 
-struct Options {
-  std::string config;
-  std::string url;
-  bool check = false;  // check the configuration only
-};
-
 int fail(std::string_view name, const Error& error) {
   fmt::print(stderr, "{}: {}\n", name, error.message);
   return kExitInput;
@@ -36,7 +31,7 @@ int fail(std::string_view name, const Error& error) {
 
 /// Builds the node on a bus without other nodes.
 /// @return kExitNegative for a configuration that the node rejects
-int check(std::string_view name, const Options& options, const NodeFactory& factory) {
+int check(std::string_view name, const NodeOptions& options, const NodeFactory& factory) {
   const Result<ParamFile> params = ParamFile::load(options.config);
   if (!params) return fail(name, params.error());
   const auto reject = [&](const Error& error) {
@@ -52,7 +47,7 @@ int check(std::string_view name, const Options& options, const NodeFactory& fact
   return kExitOk;
 }
 
-int run_live(std::string_view name, const Options& options, const NodeFactory& factory) {
+int run_live(std::string_view name, const NodeOptions& options, const NodeFactory& factory) {
   const Result<ParamFile> params = ParamFile::load(options.config);
   if (!params) return fail(name, params.error());
   const Result<ProcessTables> tables = read_process_tables(*params);
@@ -94,18 +89,9 @@ int run_live(std::string_view name, const Options& options, const NodeFactory& f
 }
 
 int parse_and_run(int argc, char** argv, std::string_view name, const NodeFactory& factory) {
-  CLI::App app(fmt::format("RCS node {}: runs on the LCM bus until Ctrl-C or SIGTERM", name),
-               std::string(name));
-  Options options;
-  app.add_option("CONFIG", options.config, "the vehicle's configuration (TOML)")->required();
-  app.add_option("--lcm-url", options.url,
-                 fmt::format("the bus; default: $LCM_DEFAULT_URL, else {}", kDefaultLcmUrl));
-  app.add_flag("--check", options.check, "check the configuration and exit");
-  app.footer(fmt::format(
-      "Exit status: 0 stopped by Ctrl-C or SIGTERM, or CONFIG is valid (--check); 1 CONFIG is "
-      "invalid\n(--check); 2 invalid command line; 3 CONFIG is invalid, or the bus failed.\n"
-      "Example:\n  {} config/demo3.toml",
-      name));
+  CLI::App app;
+  NodeOptions options;
+  add_node_options(name, &app, &options);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

@@ -128,8 +128,31 @@ TEST(CloudFile, ReadsKittiAndXyz) {
   std::string bin;
   for (const float v : {1.0F, 2.0F, 3.0F, 0.5F, -4.5F, 0.25F, 100.0F, 0.1F}) append(v, &bin);
   expect_points(parse(bin, "0000000000.bin"), 2);
-  EXPECT_THAT(complaint(bin + "x", "0.bin"), HasSubstr("multiple of 16"));
+  EXPECT_THAT(complaint(bin + "x", "0.bin"),
+              HasSubstr("0.bin: 33 bytes are 2 records and 1 bytes"));
   expect_points(parse("# x y z\n1 2 3 0.5\n\n-4.5,0.25,100\n", "a.xyz"), 2);
+}
+
+TEST(CloudFile, ATextOrEmptyFileIsNoKittiBin) {
+  EXPECT_THAT(complaint("", "0.bin"), HasSubstr("0.bin: the file is empty; expected the binary"));
+  // As long as two records.
+  EXPECT_THAT(complaint("1.000 2.000 3.5\n4.000 5.000 6.5\n", "0.bin"),
+              HasSubstr("0.bin: the file is text; expected the binary records of KITTI, 16 bytes"));
+}
+
+TEST(CloudFile, SkippedPointsAreCountedByTheirCause) {
+  const float nan = std::nanf("");
+  std::string bin;
+  for (const float v : {1.0F, 2.0F, 3.0F,  0.5F, nan,  1.0F, 1.0F, 0.0F, 0.0F, 0.0F,
+                        0.0F, 0.0F, 20e3F, 0.0F, 0.0F, 0.0F, 1.0F, nan,  1.0F, 0.0F}) {
+    append(v, &bin);
+  }
+  const Result<Cloud> cloud = parse(bin, "0.bin");
+  ASSERT_TRUE(cloud) << cloud.error().message;
+  EXPECT_EQ(skipped_text(*cloud),
+            "4 of 5 points skipped: 2 not finite, 1 at the origin, 1 more than 10 km from the "
+            "origin");
+  EXPECT_EQ(skipped_text(parse("1 2 3\n", "a.xyz").value()), "");
 }
 
 TEST(CloudFile, AGivenShapeArrangesTheRecordsInCells) {

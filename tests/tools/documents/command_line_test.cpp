@@ -2,6 +2,9 @@
 
 #include <gmock/gmock.h>
 
+#include <sstream>
+#include <vector>
+
 #include "tests/support/rcs_command.h"
 
 namespace rcs::test {
@@ -31,6 +34,69 @@ TEST_F(CommandLine, AnUnknownOptionIsNamedWithASuggestion) {
   EXPECT_THAT(messages(), HasSubstr("unknown option --jsn; did you mean --json?"));
   EXPECT_EQ(rcs("--hepl"), 2);
   EXPECT_THAT(messages(), HasSubstr("did you mean --help?"));
+}
+
+/// Full names of all commands without sub-commands: "log cut".
+class Leaves : public RcsCommand {
+ protected:
+  std::vector<std::string> below(const std::string& command) {
+    EXPECT_EQ(rcs(command + " --help"), 0) << command;
+    std::istringstream help(out());
+    std::vector<std::string> leaves;
+    bool listed = false;
+    for (std::string line; std::getline(help, line);) {
+      if (line.empty()) listed = false;
+      if (listed && line.size() > 2 && line[2] != ' ') {
+        const std::string name = line.substr(2, line.find(' ', 2) - 2);
+        for (const std::string& leaf : below(command + " " + name)) leaves.push_back(leaf);
+      }
+      if (line == "Subcommands:") listed = true;
+    }
+    if (leaves.empty()) leaves.push_back(command);
+    return leaves;
+  }
+};
+
+TEST_F(Leaves, EachHasAnExample) {
+  const std::vector<std::string> leaves = below("");
+  EXPECT_GE(leaves.size(), 35U);
+  for (const std::string& leaf : leaves) {
+    EXPECT_EQ(rcs(leaf + " --help"), 0) << leaf;
+    EXPECT_THAT(out(), testing::ContainsRegex("Examples?:")) << leaf;
+    EXPECT_THAT(out(), HasSubstr("rcs" + leaf)) << leaf;
+  }
+}
+
+TEST_F(CommandLine, SeveralValuesAreOneWordSeparatedByCommas) {
+  const std::string config = variable("RCS_SOURCE_DIR") + "/config/";
+  const std::string sim = "sim " + config + "sim/drill.toml --duration 1 -o " + folder_ + "/a.log ";
+  EXPECT_EQ(rcs(sim + "--gps-outage 0,1"), 0) << messages();
+  for (const char* wrong : {"0 1", "0", "0,1,2", "0,x", "-1,1"}) {
+    EXPECT_EQ(rcs(sim + "--gps-outage " + wrong), 2) << wrong;
+  }
+  EXPECT_THAT(messages(), HasSubstr("expected BEGIN,LENGTH, each in [0, 1e+06]"));
+  // A list does not consume the positional that follows.
+  EXPECT_EQ(rcs("log cut --channel INS,GPS_FIX " + folder_ + "/a.log -o " + folder_ + "/b.log"), 0)
+      << messages();
+  EXPECT_EQ(rcs("log cut --channel INS GPS_FIX -o " + folder_ + "/b.log " + folder_ + "/a.log"), 3);
+  EXPECT_EQ(rcs("config show --set sp.icp.gate_m=1 " + config + "demo3.toml"), 0) << messages();
+}
+
+TEST_F(CommandLine, AShortCommandPrintsNoProgressWithoutATerminal) {
+  const std::string scenario = variable("RCS_SOURCE_DIR") + "/config/sim/drill.toml";
+  EXPECT_EQ(rcs("sim " + scenario + " --duration 1 -o " + folder_ + "/a.log"), 0);
+  EXPECT_EQ(messages(), "");
+}
+
+TEST_F(CommandLine, ProgressIsABarOnATerminalFromTheStart) {
+  if (std::system("script --version >/dev/null 2>&1") != 0) GTEST_SKIP() << "no script(1)";
+  const std::string sim = variable("RCS_BIN_DIR") + "/rcs sim " + variable("RCS_SOURCE_DIR") +
+                          "/config/sim/drill.toml --duration 3600 -o " + folder_ + "/a.log";
+  const std::string command = "script -qec 'timeout --preserve-status -s INT 1 " + sim + "' " +
+                              folder_ + "/screen >/dev/null 2>&1 </dev/null";
+  (void)std::system(command.c_str());  // NOLINT(cert-env33-c)
+  EXPECT_THAT(text_of(folder_ + "/screen"), HasSubstr("sim ["));
+  EXPECT_THAT(text_of(folder_ + "/screen"), HasSubstr("]   0 %"));
 }
 
 TEST_F(CommandLine, CtrlCEndsWithStatus130AndNoOutput) {

@@ -54,7 +54,7 @@ TEST_F(Demo, EachBaselineFusesTheSensorsOfItsName) {
                           << "/config/sim/drill.toml\"\n"
                              "[course]\nspeed_kmph = 20.0\nwaypoint = [{ x_m = 0, y_m = 0 },"
                              " { x_m = 40, y_m = 0 }, { x_m = 75, y_m = 20 }]\n";
-  ASSERT_EQ(rcs("sim " + scenario + " --duration 32 --gps-outage 12 14 -o " + log), 0)
+  ASSERT_EQ(rcs("sim " + scenario + " --duration 32 --gps-outage 12,14 -o " + log), 0)
       << messages();
 
   const auto replay = [&](const std::string& name, const std::string& options) {

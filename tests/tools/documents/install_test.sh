@@ -25,6 +25,17 @@ for vehicle in "$data"/rcs/config/*.toml; do
   (cd / && PATH=/usr/bin:/bin "$bin/rcs" up --check "$vehicle") >"$dir/said.txt" 2>&1 ||
     fail "--check $vehicle"
 done
+# The installed configurations are found from any folder, by default and by their names.
+here() { (cd / && PATH=/usr/bin:/bin "$bin/rcs" "$@") >"$dir/said.txt" 2>&1; }
+here drill --list || fail "rcs drill --list"
+here config check config/demo3.toml || fail "rcs config check"
+here up --check config/demo3.toml || fail "rcs up --check"
+for scenario in drill drill_corridor; do # the second reads an elevation raster
+  here sim "config/sim/$scenario.toml" --duration 1 -o "$dir/a.log" || fail "rcs sim $scenario"
+done
+here drill config/drills/gps/d01_dropout_60s.toml --list || fail "a drill by its name"
+here table1 --pairs 1 --seeds 1 || fail "rcs table1"
+here sim config/sim/no_such.toml && fail "a missing scenario was accepted"
 [ -s "$data/rcs/config/sim/demo.toml" ] || fail "no scenarios"
 [ -s "$data/rcs/rcs-bus.nft" ] || fail "no firewall rules"
 [ -s "$dir/root$5/sysctl.d/60-rcs.conf" ] || fail "no sysctl file"
@@ -34,4 +45,9 @@ for unit in rcs.service rcs-bus.service; do
 done
 grep -q '^StateDirectory=rcs$' "$units/rcs.service" || fail "no folder for emergency stops"
 grep -q "^ExecStart=$3/rcs up " "$units/rcs.service" || fail "rcs.service runs another rcs"
+for page in rcs rcs-replay rcs-map sp sim; do
+  [ -s "$data/man/man1/$page.1" ] || fail "no man page $page"
+done
+bash -c ". '$data/bash-completion/completions/rcs' && complete -p rcs" >"$dir/said.txt" 2>&1 ||
+  fail "no completion"
 echo "install_test: passed"

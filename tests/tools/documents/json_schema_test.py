@@ -31,7 +31,9 @@ SCENARIO = SOURCE + "/config/sim/drill.toml"
 # Commands whose documents are tested with "live".
 LIVE_COMMANDS = {"budget", "go", "play", "predict", "top"}
 # Commands without --json, and why.
-NO_JSON = {"log csv": "CSV", "map export": "writes files only", "load": "has no result"}
+NO_JSON = {"log csv": "CSV", "load": "no result", "map export": "writes files only",
+           "reference pages": "the same", "reference man": "the same",
+           "reference completion": "the same"}
 
 failures = []
 tested = set()
@@ -165,7 +167,7 @@ def offline():
     run("log list", ["drive.log"])
     run("log cut", ["drive.log", "--to", "3", "-o", "cut.log"])
     run("eval", ["run.log"])
-    run("report", ["run.log", "ins.log", "-o", "report.html", "--gps-cut", "8:11"])
+    run("report", ["run.log", "ins.log", "-o", "report.html", "--gps-cut", "8,11"])
     run("smooth", ["drive.log", "--config", CONFIG, "--rounds", "1", "-o", "truth.tum"])
     with open("truth.tum.json", encoding="utf-8") as file:
         check("smooth", file.read())
@@ -200,7 +202,7 @@ def offline():
                               f"{300 + 0.02 * (k % 60)} 2\n" for k in range(3600)))
     run("map import cloud", ["hill.xyz", "--crs", "EPSG:32632", "--heights", "ellipsoid", "--sigma",
                              "0.1", "--class-column", "4", "-o", "cloud"])
-    run("map locate", ["map", "run.log", "--near", "0", "0", "--within", "20", "--heading", "90",
+    run("map locate", ["map", "run.log", "--near", "0,0", "--within", "20", "--heading", "90",
                        "--for", "2"], (0, 1))
     write("hills.asc", "ncols 160\nnrows 160\nxllcorner 500000\nyllcorner 5200000\ncellsize 1\n" +
           "\n".join(" ".join(f"{hills(c - 79.5, 79.5 - r):.3f}" for c in range(160))

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <random>
 #include <regex>
+#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -52,6 +53,16 @@ inline const ReadmeCommand* classified(const std::string& command) {
   return nullptr;
 }
 
+/// The commands of rcs in code spans of the text, without those that name a placeholder.
+inline std::set<std::string> inline_commands_of(const std::string& text) {
+  static const std::regex kSpan("`(?:build/release/bin/)?(rcs [a-z][^`|]*)`");
+  std::set<std::string> commands;
+  for (std::sregex_iterator it(text.begin(), text.end(), kSpan), end; it != end; ++it) {
+    commands.insert(std::regex_replace((*it)[1].str(), std::regex("\\s+"), " "));
+  }
+  return commands;
+}
+
 class Readme : public RcsCommand {
  protected:
   Readme() {
@@ -64,6 +75,7 @@ class Readme : public RcsCommand {
       EXPECT_FALSE(text.empty()) << page;
       const std::vector<std::string> commands = commands_of(text);
       commands_.insert(commands_.end(), commands.begin(), commands.end());
+      inline_commands_.merge(inline_commands_of(text));
     }
   }
 
@@ -78,12 +90,15 @@ class Readme : public RcsCommand {
   }
   [[nodiscard]] std::string said() const { return text_of(folder_ + "/said"); }
 
-  /// The files of a reader of README.md: the project, and files of their own.
-  void make_folder(double drive_s) {
-    const std::string source = variable("RCS_SOURCE_DIR");
+  void link_programs() const {
     std::filesystem::create_directories(folder_ + "/build/release");
     std::filesystem::create_directory_symlink(std::filesystem::absolute(variable("RCS_BIN_DIR")),
                                               folder_ + "/build/release/bin");
+  }
+  /// The files of a reader of README.md: the project, and files of their own.
+  void make_folder(double drive_s) {
+    const std::string source = variable("RCS_SOURCE_DIR");
+    link_programs();
     for (const char* folder : {"tools", "docs", "lcmtypes"}) {
       std::filesystem::create_directory_symlink(std::filesystem::absolute(source) / folder,
                                                 folder_ + "/" + folder);
@@ -211,6 +226,7 @@ class Readme : public RcsCommand {
   }
 
   std::vector<std::string> commands_;
+  std::set<std::string> inline_commands_;
   bool has_data_ = false;
 };
 

@@ -16,6 +16,14 @@ TEST_F(Readme, TheTableListsOnlyCommandsOfTheReadme) {
   }
 }
 
+TEST_F(Readme, CommandsInSentencesExistWithTheirOptions) {
+  EXPECT_GT(inline_commands_.size(), 40U);
+  link_programs();
+  for (const std::string& command : inline_commands_) {
+    expect_options("build/release/bin/" + command);
+  }
+}
+
 TEST_F(Readme, EveryCommandRuns) {
   ASSERT_NO_FATAL_FAILURE(make_folder(12.0));
   run_all(false);

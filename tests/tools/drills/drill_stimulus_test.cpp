@@ -67,7 +67,7 @@ TEST(DrillStimulus, ADropoutRemovesItsSourceOnly) {
         stimulated({from_5_to_10(drills::StimulusKind::kDropout, source)});
     std::vector<Arrived> expected;
     for (const Arrived& a : quiet) {
-      if (!inside(a) || !drills::speaks_on(source, a.channel)) expected.push_back(a);
+      if (!inside(a) || !drills::publishes_on(source, a.channel)) expected.push_back(a);
     }
     EXPECT_LT(left.size(), quiet.size());
     EXPECT_EQ(left, expected);
@@ -204,7 +204,7 @@ TEST(DrillStimulus, AShareOfTheFacetsIsEmpty) {
     int empty = 0;
     int all = 0;
     for (const Arrived& a : stimulated({s})) {
-      if (!drills::speaks_on(drills::DrillSource::kLadar, a.channel)) continue;
+      if (!drills::publishes_on(drills::DrillSource::kLadar, a.channel)) continue;
       const bool ranges = a.channel == channel::kLadarRanges;
       const int n = ranges ? a.as<ladar_ranges_t>().n : a.as<ladar_points_t>().n;
       if (time_s(a.due) < 5.0) {
@@ -225,7 +225,7 @@ TEST(DrillStimulus, DustIsNearAndOnlyInFrontOfFartherReturns) {
   int dusty = 0;
   int all = 0;
   for (const Arrived& a : stimulated({s})) {
-    if (!inside(a) || !drills::speaks_on(drills::DrillSource::kLadar, a.channel)) continue;
+    if (!inside(a) || !drills::publishes_on(drills::DrillSource::kLadar, a.channel)) continue;
     std::vector<float> range_m;
     if (a.channel == channel::kLadarRanges) {
       range_m = a.as<ladar_ranges_t>().range_m;

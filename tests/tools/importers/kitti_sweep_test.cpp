@@ -116,7 +116,8 @@ TEST(KittiSweep, WithoutPointTimesAllPointsHaveTheReferenceTime) {
 
 TEST(KittiSweep, InvalidBytesAreCountedOrRejected) {
   EXPECT_EQ(parse_sweep(std::vector<std::uint8_t>(17), "a.bin").error().message,
-            "a.bin: 17 bytes is not a multiple of 16 (x, y, z, intensity as float32)");
+            "a.bin: 17 bytes are 1 records and 1 bytes; expected the binary records of KITTI, 16 "
+            "bytes each (x, y, z, intensity as float32)");
   std::vector<std::uint8_t> bytes;
   append(&bytes, std::numeric_limits<float>::quiet_NaN(), 1.0F, 1.0F);
   append(&bytes, 0.0F, 0.0F, 0.0F);

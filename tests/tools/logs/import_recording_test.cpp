@@ -100,8 +100,7 @@ TEST_F(ImportRecording, ThreeFilesBecomeOneLogThatWmFollows) {
   EXPECT_EQ(t.last.world_valid, 1);
   EXPECT_NEAR(std::hypot(t.last.v_world_mps[0] - 1.0, t.last.v_world_mps[1]), 0.0, 0.1);
   // Without a LADAR its poses are WM's.
-  ASSERT_EQ(rcs("eval " + folder_ + "/out.log --export tum " + folder_ + "/out.tum"), 0)
-      << messages();
+  ASSERT_EQ(rcs("eval " + folder_ + "/out.log --export " + folder_ + "/out.tum"), 0) << messages();
   EXPECT_GT(text_of(folder_ + "/out.tum").size(), 1000U);
 }
 

@@ -58,7 +58,7 @@ TEST_F(Outputs, NoCommandWritesOverItsInput) {
       "replay a.toml run.log -o run.log",
       "replay a.toml run.log -o a.toml",
       "log cut run.log -o run.log",
-      "eval run.log --truth b.csv --export tum run.log",
+      "eval run.log --truth b.csv --export run.log",
       "eval run.log --truth b.csv --report b.csv",
       "eval run.log --truth b.csv --svg run.log",
       "report run.log -o run.log",

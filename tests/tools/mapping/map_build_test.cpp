@@ -210,8 +210,8 @@ TEST_F(MapBuild, MissingInputsAreReported) {
   std::ofstream(folder_ + "/empty.log").flush();
   EXPECT_EQ(rcs("map build " + folder_ + "/empty.log" + to), 3);
   EXPECT_THAT(messages(), HasSubstr("empty.log"));
-  EXPECT_EQ(rcs("map build " + run() + " --config " + config() + " --sensors " + sensors() + " " +
-                sensors() + to),
+  EXPECT_EQ(rcs("map build " + run() + " --config " + config() + " --sensors " + sensors() +
+                " --sensors " + sensors() + to),
             2);
   EXPECT_THAT(messages(), HasSubstr("one for each"));
   EXPECT_EQ(rcs("map build " + run() + " --date tomorrow" + to), 2);

@@ -19,6 +19,7 @@ namespace {
 
 using nlohmann::json;
 using testing::HasSubstr;
+using testing::Not;
 
 double ground(double x, double y) {
   return 4.0 * std::sin(0.05 * x + 0.3) * std::cos(0.04 * y) + 1.5 * std::sin(0.11 * y + 0.06 * x);
@@ -137,6 +138,13 @@ TEST_F(MapCommand, CloudsAreImportedOnTheCommandLine) {
                            folder_ + "/hill";
   EXPECT_EQ(rcs(call), 3);
   EXPECT_THAT(messages(), HasSubstr("--crs"));
+  // 40000 points on 99.5 x 99.5 m.
+  ASSERT_EQ(rcs(call + " --crs EPSG:32632"), 0) << messages();
+  EXPECT_THAT(messages(), HasSubstr("cell 1 m (the smallest with at least 3.5 points on average)"));
+  EXPECT_THAT(messages(), Not(HasSubstr("warning")));
+  ASSERT_EQ(rcs(call + " --crs EPSG:32632 --cell 0.25"), 0) << messages();
+  EXPECT_THAT(messages(), HasSubstr("cell 0.25 m (--cell)"));
+  EXPECT_THAT(messages(), HasSubstr("warning: 0.25 points per cell of 0.25 m"));
   ASSERT_EQ(rcs(call + " --crs EPSG:32632 --class-column 4 --cell 2"), 0) << messages();
   EXPECT_THAT(messages(), HasSubstr("40000 ground (detected by class)"));
   ASSERT_EQ(rcs("map info " + folder_ + "/hill --check --json"), 0);

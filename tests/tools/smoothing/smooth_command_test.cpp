@@ -57,7 +57,7 @@ TEST_F(SmoothCommand, WritesPosesSigmasAndAReportRepeatably) {
 }
 
 TEST_F(SmoothCommand, WithoutGpsTheFrameIsLocalAndReported) {
-  ASSERT_EQ(rcs(simulate_ + " --gps-outage 0 100"), 0) << messages();
+  ASSERT_EQ(rcs(simulate_ + " --gps-outage 0,100"), 0) << messages();
   ASSERT_EQ(rcs("smooth " + log_ + " " + config_ + "--rounds 1 -o " + truth_), 0) << messages();
   EXPECT_THAT(out(), HasSubstr("no GPS: the poses are in frame local"));
   EXPECT_LT(json::parse(text_of(truth_ + ".json"))["errors"]["position_rms_m"], 0.6);
@@ -71,7 +71,7 @@ TEST_F(SmoothCommand, ErrorsAreReportedAndLeaveNoFile) {
   EXPECT_EQ(rcs("smooth " + log_ + " " + config_ + "--rounds 0 -o " + truth_), 2);
   EXPECT_EQ(rcs("smooth " + log_ + " " + config_ + "-o " + truth_), 3);
   EXPECT_THAT(messages(), HasSubstr("no sensor data"));
-  ASSERT_EQ(rcs(simulate_ + " --ladar-outage 0 100"), 0) << messages();
+  ASSERT_EQ(rcs(simulate_ + " --ladar-outage 0,100"), 0) << messages();
   EXPECT_EQ(rcs("smooth " + log_ + " " + config_ + "-o " + truth_), 3);
   EXPECT_THAT(messages(), HasSubstr("no usable scans"));
   EXPECT_FALSE(std::filesystem::exists(truth_));

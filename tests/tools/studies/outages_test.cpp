@@ -232,7 +232,7 @@ TEST_F(OneOutage, IsComparedWithGroundTruthAndWithDeadReckoning) {
 
   const std::string table = to_text(outage_table(report));
   EXPECT_THAT(table, HasSubstr("10 s"));
-  EXPECT_THAT(table, HasSubstr("3.00 / 3.00"));
+  EXPECT_THAT(table, HasSubstr("3.00/3.00"));
   EXPECT_THAT(to_text(studies::cut_table(report)), HasSubstr("wheels alone"));
   const auto json = to_json(report);
   EXPECT_EQ(json["groups"][0]["horizontal_m"]["WM"]["worst"], 3.0);

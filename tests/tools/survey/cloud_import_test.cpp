@@ -52,6 +52,7 @@ class CloudImportTest : public testing::Test {
     wanted_.crs = "+proj=tmerc +lat_0=0 +lon_0=9 +k=1 +x_0=500080 +y_0=0 +datum=WGS84";
     wanted_.heights = "ellipsoid";
     wanted_.quality.sigma_m = 0.05;
+    wanted_.cell_m = 1.0;
     las_.format = 1;
   }
   ~CloudImportTest() override { std::filesystem::remove_all(folder_); }

@@ -27,7 +27,7 @@ class OutagesCommand : public RcsCommand {
 
 TEST_F(OutagesCommand, ReportsTheErrorsRepeatably) {
   ASSERT_EQ(rcs(simulate_), 0) << messages();
-  const std::string question = "--length 2 3 --places 2 --from 9 --without odometry+ladar ";
+  const std::string question = "--length 2,3 --places 2 --from 9 --without odometry+ladar ";
   ASSERT_EQ(rcs(options_ + question + "--json"), 0) << messages();
   const json j = json::parse(out());
   EXPECT_EQ(j["reference"], "SIM_TRUTH of the log");
@@ -43,7 +43,7 @@ TEST_F(OutagesCommand, ReportsTheErrorsRepeatably) {
   ASSERT_EQ(rcs(options_ + question + "--json --jobs 1"), 0) << messages();
   EXPECT_EQ(json::parse(out()), j);
 
-  ASSERT_EQ(rcs(options_ + "--from 8 --cut 9 12 --logs " + folder_ + "/runs"), 0) << messages();
+  ASSERT_EQ(rcs(options_ + "--from 8 --cut 9,12 --logs " + folder_ + "/runs"), 0) << messages();
   EXPECT_THAT(out(), HasSubstr("reference of the errors: SIM_TRUTH of the log"));
   EXPECT_THAT(out(), HasSubstr("start to end"));
   EXPECT_EQ(rcs("why " + folder_ + "/runs/gps_cut_3s_at_9.0s.log 11"), 0) << messages();
@@ -55,8 +55,8 @@ TEST_F(OutagesCommand, ErrorsAreReported) {
   EXPECT_EQ(rcs("outages"), 2);
   EXPECT_EQ(rcs("outages nothing.log --config x.toml"), 3);
   std::ofstream(log_) << "";
-  EXPECT_EQ(rcs(options_ + "--cut 20 10"), 2);
-  EXPECT_EQ(rcs(options_ + "--cut 10 20 --length 5"), 2);
+  EXPECT_EQ(rcs(options_ + "--cut 20,10"), 2);
+  EXPECT_EQ(rcs(options_ + "--cut 10,20 --length 5"), 2);
   EXPECT_EQ(rcs(options_ + "--without gps"), 2);
   EXPECT_THAT(messages(), HasSubstr("odometry, ladar, ins"));
   EXPECT_EQ(rcs(options_), 3);

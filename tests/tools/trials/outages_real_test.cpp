@@ -56,7 +56,7 @@ TEST_F(OutagesOnRealData, TheCommaMinute) {
   const std::string data = data_path("gps_imu_comma2k19");
   if (data.empty()) GTEST_SKIP() << kNoData;
   import("comma2k19 " + data);
-  const json report = outages("comma2k19.toml", "--length 10 20 30 --places 10 --without odometry");
+  const json report = outages("comma2k19.toml", "--length 10,20,30 --places 10 --without odometry");
   EXPECT_EQ(report["reference"], "SIM_TRUTH of the log");
   EXPECT_EQ(report["gps_accepted_share"], 1.0);
   for (const double length_s : {10.0, 20.0, 30.0}) {
@@ -76,13 +76,13 @@ TEST_F(OutagesOnRealData, TheHuskyLoopWithoutGpsInItsMiddle) {
   const std::string test1 = " " + data + "/test1_";
   import("imu-gps" + test1 + "imu.csv" + test1 + "fix.csv" + test1 + "odom.csv --columns " +
          config("import/husky.toml"));
-  const json report = outages("husky.toml", "--cut 137.5 257.5");
+  const json report = outages("husky.toml", "--cut 137.5,257.5");
   const json& closure = report["closures"][0];
   // With GPS throughout, the final error against the fixes is within their accuracy of 2 to 5 m.
   EXPECT_NEAR(closure["start_to_end_m"]["WM with GPS"].get<double>(),
               closure["fixes_m"].get<double>(), 5.0);
   EXPECT_LT(report["outages"][0]["at_end"]["WM"]["horizontal_m"].get<double>(), 0.15 * 108.0);
-  (void)outages("husky.toml", "--length 10 30 --places 10 --from 45");
+  (void)outages("husky.toml", "--length 10,30 --places 10 --from 45");
 }
 
 TEST_F(OutagesOnRealData, TheLongDresdenDrive) {
@@ -90,7 +90,7 @@ TEST_F(OutagesOnRealData, TheLongDresdenDrive) {
   if (data.empty()) GTEST_SKIP() << kNoData;
   import("imu-gps " + data + "/2014-03-26-000-Data.csv --columns " +
          config("import/balzer82.toml"));
-  const json report = outages("balzer82.toml", "--length 10 30 --places 10");
+  const json report = outages("balzer82.toml", "--length 10,30 --places 10");
   EXPECT_EQ(group(report, "all sources", 30.0)["evaluated"], 10);
   EXPECT_GT(report["gps_accepted_share"].get<double>(), 0.99);
 }
@@ -107,10 +107,9 @@ class KittiWithoutGps : public OutagesOnRealData {
  protected:
   /// T_20_70: the motion from frame 20 to frame 70.
   Pose motion(const std::string& run, const std::string& frame) {
-    const std::string path = folder_ + "/poses.txt";
-    EXPECT_EQ(rcs("eval " + folder_ + "/runs/" + run + ".log --export kitti " + path + " --frame " +
-                  frame),
-              0)
+    const std::string path = folder_ + "/poses.kitti";
+    EXPECT_EQ(
+        rcs("eval " + folder_ + "/runs/" + run + ".log --export " + path + " --frame " + frame), 0)
         << messages();
     const std::vector<Pose> poses = poses_of(path);
     return poses[20].inverse() * poses[70];
@@ -125,7 +124,7 @@ TEST_F(KittiWithoutGps, FromFrame20To70ThePoseIsThatOfTheLadar) {
   import("kitti --scans " + scans + " --poses " + oxts + " --calib " + data + "/calib");
   std::filesystem::remove_all(scans);
   // The fixes of frames 20 to 69.
-  (void)outages("kitti.toml", "--from 2 --cut 2.06 7.3 --logs " + folder_ + "/runs");
+  (void)outages("kitti.toml", "--from 2 --cut 2.06,7.3 --logs " + folder_ + "/runs");
   const Pose cut = motion("gps_cut_5.24s_at_2.1s", "local");
   const Pose with_gps = motion("with_gps", "local");
   const Pose ladar = motion("no_gps", "rolling");
@@ -144,7 +143,7 @@ TEST_F(KittiWithoutGps, FromFrame20To70ThePoseIsThatOfTheLadar) {
   EXPECT_LT(tell("OXTS", moved), 0.5 + 0.05 * moved.p.norm());
 
   // Later WM has a heading accurate to two degrees.
-  (void)outages("kitti.toml", "--from 4 --cut 4 7.3");
+  (void)outages("kitti.toml", "--from 4 --cut 4,7.3");
 
   const std::string drill =
       fmt::format("drill {{}} --log {} --config {}", log(), config("kitti.toml"));

@@ -4,6 +4,7 @@
 
 #include <cstdlib>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
 #include "tests/support/rcs_command.h"
 
@@ -15,7 +16,14 @@ using testing::HasSubstr;
 
 class Table1Command : public RcsCommand {
  protected:
-  Table1Command() { ::unsetenv("RCS_DATA_DIR"); }
+  Table1Command() {
+    if (const char* data = std::getenv("RCS_DATA_DIR"); data != nullptr) data_ = data;
+    ::unsetenv("RCS_DATA_DIR");
+  }
+  ~Table1Command() override {
+    if (!data_.empty()) ::setenv("RCS_DATA_DIR", data_.c_str(), 1);
+  }
+  std::string data_;
 };
 
 TEST_F(Table1Command, ComparesEveryMethodOnEverySetWithThePaper) {
@@ -42,11 +50,31 @@ TEST_F(Table1Command, ComparesEveryMethodOnEverySetWithThePaper) {
               set["methods"][2]["mean_distance_before_cm"]);
   }
   EXPECT_EQ(rcs("table1 --pairs 1 --seeds 1"), 0) << messages();
-  EXPECT_THAT(out(), HasSubstr("4852 / 4848"));
-  EXPECT_THAT(out(), HasSubstr("simulation: paper, corrected"));
+  EXPECT_THAT(out(), HasSubstr("4852/4848"));
+  EXPECT_THAT(out(), HasSubstr("\n simulation: 1\n  paper, literal"));
+  EXPECT_THAT(out(), HasSubstr("whose motion is known exactly"));
+  EXPECT_THAT(out(), testing::Not(HasSubstr("KITTI")));
+  std::istringstream lines(out());
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 100U) << line;
+}
+
+TEST_F(Table1Command, ShowsTheCutsOfKittiWhereTheDataAre) {
+  if (data_.empty()) GTEST_SKIP() << "RCS_DATA_DIR is not set";
+  EXPECT_EQ(rcs("table1 --pairs 1 --seeds 1 --data " + data_), 0) << messages();
+  EXPECT_THAT(out(), HasSubstr("\n KITTI: "));
+  EXPECT_THAT(out(), HasSubstr("KITTI: N trials on sweeps of drive 0005"));
+  EXPECT_THAT(messages(), testing::Not(HasSubstr("without real scans")));
 }
 
 TEST_F(Table1Command, ReportsMissingData) {
+  // The variable may be set for other data: the simulation is shown, and the reason.
+  ::setenv("RCS_DATA_DIR", folder_.c_str(), 1);
+  EXPECT_EQ(rcs("table1 --pairs 1 --seeds 1"), 0) << messages();
+  EXPECT_THAT(messages(), HasSubstr("without real scans: RCS_DATA_DIR=" + folder_));
+  EXPECT_THAT(messages(), HasSubstr("set RCS_DATA_DIR (or --data) to the folder that contains "
+                                    "kitti_2011_09_26_drive_0005"));
+  EXPECT_THAT(out(), HasSubstr("simulation"));
+  ::unsetenv("RCS_DATA_DIR");
   EXPECT_EQ(rcs("table1 --data " + folder_), 3);
   EXPECT_THAT(messages(), HasSubstr("reference_pairs.csv"));
   EXPECT_EQ(rcs("table1 --data " + folder_ + "/nothing"), 3);

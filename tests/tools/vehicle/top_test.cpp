@@ -1,6 +1,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -129,7 +130,7 @@ TEST(TopScreen, ShowsSilentNodesAndRefusedRequests) {
   EXPECT_THAT(text, HasSubstr("SILENT 7.00 s"));
   EXPECT_THAT(text, HasSubstr("SILENT 5.00 s"));
   EXPECT_THAT(text, HasSubstr("wm: SCHED_FIFO 50 not granted"));
-  EXPECT_THAT(text, HasSubstr("FIFO 60+lock"));
+  EXPECT_THAT(text, HasSubstr(" 60+l"));
   evaluation::TopModel nobody;
   EXPECT_THAT(text_of(&nobody, at_s(1.0)), HasSubstr("no node on this bus"));
 }
@@ -148,7 +149,20 @@ TEST(TopScreen, ShowsTheNavStateTheCommandAndTheEvents) {
   status.state = "FOLLOW";
   status.echo_serial = 5;
   status.issuer = "operator";
+  status.emergency_stop = status_t::STOP_PERSISTED;
   model.on_status(status, at_s(1.0));
+  integrity_t integrity{};
+  integrity.protection_horizontal_m = 1.25;
+  integrity.protection_vertical_m = 2.5;
+  integrity.limit_horizontal_m = 1.0;
+  integrity.limit_vertical_m = 5.0;
+  integrity.alerts = integrity_t::ALERT_HORIZONTAL;
+  integrity.gps = integrity_t::STATUS_QUARANTINE;
+  model.on_integrity(integrity, at_s(1.0));
+  gps_fix_t fix{};
+  fix.fix_type = gps_fix_t::FIX_FLOAT;
+  fix.satellites = 9;
+  model.on_fix(fix, at_s(0.9));
   event_t event{};
   event.node = "sp";
   event.severity = event_t::SEVERITY_WARNING;
@@ -157,15 +171,104 @@ TEST(TopScreen, ShowsTheNavStateTheCommandAndTheEvents) {
   event.repeated = 3;
   model.on_event(event, at_s(0.5));
   const std::string text = text_of(&model, at_s(1.0));
-  for (const char* part : {"wm INS_LADAR", "0.20 m forward", "612 m since GPS", "gps 65 s",
-                           "prior map never", "bg EXEC FOLLOW: command 5 of operator",
-                           "sp warning: map.reseeded: epoch 2 (and 3 times before)"}) {
+  for (const char* part :
+       {"wm INS_LADAR", "0.20 m forward", "612 m since GPS", "gps 65 s", "prior map never",
+        "bg EXEC FOLLOW: command 5 of operator", "GPS fix RTK_FLOAT, 9 satellites, 0.10 s ago",
+        "protection level horizontal 1.25 of 1.0 m, vertical 2.50 of 5.0 m",
+        "sources: GPS quarantine, LADAR none", "alerts: horizontal", "emergency stop: LATCHED",
+        "sp warning: map.reseeded: epoch 2 (and 3 times before)"}) {
     EXPECT_THAT(text, HasSubstr(part));
   }
   const nlohmann::ordered_json json = to_json(model.view(at_s(1.0)));
   EXPECT_EQ(json["nav"]["mode"], "INS_LADAR");
   EXPECT_TRUE(json["nav"]["accepted_age_ms"]["prior map"].is_null());
   EXPECT_EQ(json["nodes"][0]["node"], "sp");
+}
+
+TEST(TopScreen, ShowsPositionAndHeadingOfTheVehicle) {
+  evaluation::TopModel model = run_for(1.0);
+  nav_state_t nav{};
+  nav.world_valid = 1;
+  nav.datum_lat_deg = 49.0;
+  nav.datum_lon_deg = 8.4;
+  nav.p_world_vehicle_m[0] = 10.0;
+  nav.p_world_vehicle_m[1] = 111'200.0;  // a degree of latitude is 111.2 km there
+  // To the north: a yaw of 90 deg.
+  nav.q_world_vehicle[0] = nav.q_world_vehicle[3] = std::sqrt(0.5);
+  model.on_nav(nav, at_s(1.0));
+  EXPECT_THAT(
+      text_of(&model, at_s(1.0)),
+      testing::ContainsRegex("lat (49.99|50.00)[0-9]+ lon 8.400[0-9]+ deg, heading 0.0 deg, "
+                             "0.0 m/s\n  E 10.0 N 111200.0 U 0.0 m\n"));
+}
+
+TEST(TopScreen, AnEventHasTheTimeOfDayAndTheSecondsOfTheRun) {
+  evaluation::TopModel model = run_for(10.0);  // since 0
+  event_t event{};
+  event.node = "sp";
+  event.code = "map.reseeded";
+  model.on_event(event, at_s(7.5));
+  // 12:34:56.789 UTC, 2.5 s after the event.
+  constexpr std::int64_t kUtime = 1'395'837'296'789'000;
+  EXPECT_THAT(plain_text(top_lines(model.view(at_s(10.0), kUtime))),
+              HasSubstr("  12:34:54.289 UTC 7.5 s sp info: map.reseeded"));
+}
+
+TEST(TopScreen, ASensorWithoutDataIsAWarning) {
+  evaluation::TopModel model;
+  model.on_process(process("wm", 1.0), at_s(1.0));
+  cycle_t account = cycle("wm", 1.0, 100);
+  account.input[0].channel = "GPS_FIX";
+  account.input[0].age_us = -1;
+  model.on_cycle(account, at_s(1.0));
+  bool warned = false;
+  for (const TopLine& line : top_lines(model.view(at_s(1.0)))) {
+    warned = warned || (line.style == TopLine::Style::kWarning &&
+                        line.text.find("GPS_FIX             - Hz  never") != std::string::npos);
+  }
+  EXPECT_TRUE(warned) << text_of(&model, at_s(1.0));
+}
+
+TEST(TopScreen, AVehicleFits80ColumnsAnd24Rows) {
+  evaluation::TopModel model;
+  constexpr double kNow_s = 40'000.0;
+  for (const char* name : {"bg", "sp", "up", "wm"}) {
+    process_t p = process(name, kNow_s);
+    p.rss_kb = 80'000;
+    model.on_process(p, at_s(kNow_s));
+    for (const char* input : {"LADAR_RANGES", "INS", "WM_NAV_STATE"}) {
+      cycle_t c = cycle(name, kNow_s, 12'345);
+      c.input[0].channel = input;
+      model.on_cycle(c, at_s(kNow_s));
+    }
+  }
+  nav_state_t nav{};
+  nav.mode = nav_state_t::MODE_GPS_INS_LADAR;
+  nav.pose_valid = nav.world_valid = 1;
+  nav.datum_lat_deg = -33.0;
+  nav.datum_lon_deg = -148.4;
+  nav.p_world_vehicle_m[0] = nav.p_world_vehicle_m[1] = -1234.5;
+  nav.q_world_vehicle[0] = 1.0;
+  nav.distance_since_gps_m = 12'345.0;
+  nav.age_gps_us = 65'000'000;
+  model.on_nav(nav, at_s(kNow_s));
+  integrity_t integrity{};
+  integrity.alerts = 31;
+  integrity.protection_horizontal_m = integrity.protection_vertical_m = 123.45;
+  integrity.limit_horizontal_m = integrity.limit_vertical_m = 100.0;
+  integrity.gps = integrity.ladar = integrity_t::STATUS_QUARANTINE;
+  model.on_integrity(integrity, at_s(kNow_s));
+  gps_fix_t fix{};
+  fix.fix_type = gps_fix_t::FIX_DIFFERENTIAL;
+  model.on_fix(fix, at_s(kNow_s));
+  status_t status{};
+  status.status = status_t::STATUS_EXEC;
+  status.state = "EMERGENCY_STOP";
+  status.issuer = "operator";
+  model.on_status(status, at_s(kNow_s));
+  const std::vector<TopLine> lines = top_lines(model.view(at_s(kNow_s)));
+  EXPECT_LT(lines.size(), 24U) << plain_text(lines);
+  for (const TopLine& line : lines) EXPECT_LE(line.text.size(), 80U) << line.text;
 }
 
 TEST(TopScreen, FitsAnyWindow) {

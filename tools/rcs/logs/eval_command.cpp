@@ -6,6 +6,7 @@
 #include "tools/evaluation/evaluation_tables.h"
 #include "tools/evaluation/metrics.h"
 #include "tools/rcs/command.h"
+#include "tools/rcs/logs/run_reading.h"
 #include "tools/report/html_page.h"
 #include "tools/report/json_document.h"
 
@@ -102,12 +103,10 @@ class Eval final : public Command {
             "with a delay), rolling (the registrations of SP)")
         ->capture_default_str()
         ->check(CLI::IsMember({"world", "local", "rolling"}));
-    CLI::Option* exported =
-        app()
-            ->add_option("--export", export_,
-                         "tum|kitti FILE: pose of the vehicle at the instant of each scan")
-            ->expected(2)
-            ->type_name("FORMAT FILE");
+    CLI::Option* exported = app()->add_option(
+        "--export", export_,
+        "file for the pose of the vehicle at the instant of each scan; its name ends\n"
+        "in .tum or .kitti, which is the format");
     app()
         ->add_option("--from", from_s_,
                      "begin of the evaluation, seconds after the earliest truth, belief or scan")
@@ -127,21 +126,22 @@ class Eval final : public Command {
         "its predicted sigmas.\n"
         "Examples:\n"
         "  rcs eval run.log --truth poses.txt --format kitti --json\n"
-        "  rcs eval run.log --export tum run.tum --frame world\n"
+        "  rcs eval run.log --export run.tum --frame world\n"
         "  rcs eval simulated.log --report out/report.html\n"
         "  rcs eval comma_result.log --from 20 --json");
   }
 
   int run() override {
-    if (!export_.empty() && export_[0] != "tum" && export_[0] != "kitti") {
-      fmt::print(stderr, "rcs eval: --export {}: the formats are tum and kitti\n", export_[0]);
+    const std::string format = export_.substr(std::min(export_.rfind('.'), export_.size()));
+    if (!export_.empty() && format != ".tum" && format != ".kitti") {
+      fmt::print(stderr, "rcs eval: --export {}: the name must end in .tum or .kitti\n", export_);
       return kExitUsage;
     }
     if (!truth_file_.empty() && format_.empty()) {
       fmt::print(stderr, "rcs eval: --truth needs --format kitti or tum\n");
       return kExitUsage;
     }
-    Result<recording::RunLog> log = recording::read_run(run_);
+    Result<recording::RunLog> log = read_run(kName, run_);
     if (!log) return fail(kName, log.error());
     if (!log->damage.empty()) fmt::print(stderr, "rcs eval: {}: {}\n", run_, log->damage);
     if (const Outcome truth = take_truth_log(&log.value()); !truth) {
@@ -164,7 +164,7 @@ class Eval final : public Command {
                  "map of SP\n",
                  scans->carried);
     }
-    if (!export_.empty()) return export_poses(scans->poses);
+    if (!export_.empty()) return export_poses(scans->poses, format == ".tum");
 
     std::optional<evaluation::PosePairs> pairs;
     if (!truth_file_.empty() || !log->truth.empty()) {
@@ -178,7 +178,7 @@ class Eval final : public Command {
  private:
   Outcome take_truth_log(recording::RunLog* log) const {
     if (truth_log_.empty()) return Done{};
-    Result<recording::RunLog> other = recording::read_run(truth_log_);
+    Result<recording::RunLog> other = read_run(kName, truth_log_);
     if (!other) return other.error();
     if (other->truth.empty()) return Error{truth_log_ + ": no SIM_TRUTH"};
     log->truth = std::move(other->truth);
@@ -186,12 +186,11 @@ class Eval final : public Command {
     return Done{};
   }
 
-  int export_poses(const tools::Trajectory& poses) const {
-    const std::string text =
-        export_[0] == "tum" ? tools::format_tum(poses) : tools::format_kitti(poses);
-    const Outcome written = tools::write_text(export_[1], text);
+  [[nodiscard]] int export_poses(const tools::Trajectory& poses, bool as_tum) const {
+    const std::string text = as_tum ? tools::format_tum(poses) : tools::format_kitti(poses);
+    const Outcome written = tools::write_text(export_, text);
     if (!written) return fail(kName, written.error());
-    fmt::print(stderr, "{}: {} poses\n", export_[1], poses.size());
+    fmt::print(stderr, "{}: {} poses\n", export_, poses.size());
     return kExitOk;
   }
 
@@ -320,7 +319,7 @@ class Eval final : public Command {
   std::optional<std::size_t> first_;
   std::string truth_log_;
   std::string frame_ = "local";
-  std::vector<std::string> export_;
+  std::string export_;
   double from_s_ = 0.0;
   double to_s_ = 1e9;
   std::string report_;

@@ -6,6 +6,8 @@
 #include "tools/importers/comma2k19.h"
 #include "tools/importers/imu_gps_import.h"
 #include "tools/rcs/command.h"
+#include "tools/rcs/config_files.h"
+#include "tools/rcs/list_option.h"
 #include "tools/report/json_document.h"
 
 namespace rcs::cli {
@@ -103,13 +105,9 @@ class ImportComma final : public Command {
                      "none; the data sheet of an M8 receiver specifies 2.0 m CEP with SBAS")
         ->capture_default_str()
         ->check(CLI::Range(0.01, 100.0));
-    app()
-        ->add_option("--mount-rpy-deg", mount_rpy_deg_,
-                     "mount of the device: R = Rz(yaw) Ry(pitch) Rx(roll) [deg]. Default:\n"
-                     "measured on the first 20 s of Example_1 (3.68 down, 0.85 left)")
-        ->expected(3)
-        ->delimiter(',')
-        ->check(CLI::Range(-180.0, 180.0));
+    add_numbers(app(), "--mount-rpy-deg", &mount_rpy_deg_, "ROLL,PITCH,YAW", -180.0, 180.0,
+                "mount of the device: R = Rz(yaw) Ry(pitch) Rx(roll) [deg]. Default:\n"
+                "measured on the first 20 s of Example_1 (3.68 down, 0.85 left)");
     app()->add_flag("--json", json_, "print the results as JSON");
     app()->footer(
         "Writes INS (increments in vehicle axes), GPS_FIX (no measured vertical velocity: 0 with "
@@ -197,7 +195,7 @@ class ImportImuGps final : public Command {
     app()
         ->add_option("--columns", map_, "TOML: meaning and unit of each column")
         ->required()
-        ->check(CLI::ExistingFile);
+        ->transform(config_file());
     app()->add_option("-o,--out", out_, "output log")->required();
     app()->add_flag("--json", json_, "print the results as JSON");
     app()->footer(

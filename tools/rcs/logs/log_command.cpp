@@ -7,8 +7,10 @@
 
 #include "lcmtypes/channels.h"
 #include "rcs/node/log/log_file.h"
+#include "rcs/node/time_text.h"
 #include "tools/base/files.h"
 #include "tools/rcs/command.h"
+#include "tools/rcs/list_option.h"
 #include "tools/rcs/terminal.h"
 #include "tools/recording/message_fields.h"
 #include "tools/report/json_document.h"
@@ -125,9 +127,9 @@ int log_info(const std::string& path, bool json) {
     }
     fmt::print("{}", report::json_document("log info", out));
   } else {
-    fmt::print("{}: {:.1f} MB, {:.3f} s, {}\n", path,
+    fmt::print("{}: {:.1f} MB, {:.3f} s, {}\nfirst event: {} {} UTC\n", path,
                static_cast<double>(reader->size_bytes()) * 1e-6, seconds(last - first),
-               health.summary());
+               health.summary(), utc_date(to_utime(first)), time_of_day(to_utime(first)));
     if (steps_back > 0) fmt::print("the stamps step back {} times\n", steps_back);
     fmt::print("{:<18} {:>9} {:>9} {:>10} {:>9} {:>8} {:>8} {:>9}\n", "channel", "events", "Hz",
                "kB", "max B", "missing", "repeated", "malformed");
@@ -141,6 +143,9 @@ int log_info(const std::string& path, bool json) {
         fmt::print("  (not a channel of this system)\n");
       }
     }
+    fmt::print(
+        "missing, repeated: sequence numbers left out or used again by the writer of a "
+        "channel;\nmalformed: messages that are not of the type of the channel\n");
   }
   return health.good() && health.events > 0 ? kExitOk : kExitNegative;
 }
@@ -171,14 +176,16 @@ int log_list_json(const std::string& path) {
 }
 
 int log_list(const std::string& path) {
-  fmt::print("{:>16} {:>9} {:<18} {:>7} {:>9} {:>16}\n", "stamp [s]", "event", "channel", "bytes",
-             "seq", "utime");
-  return for_each_event("log list", path, [](const LogEvent& event) {
+  fmt::print("{:<12} {:>11} {:>9} {:<18} {:>7} {:>9} {:>16}\n", "UTC", "run [s]", "event",
+             "channel", "bytes", "seq", "utime [us]");
+  std::optional<Stamp> first;
+  return for_each_event("log list", path, [&first](const LogEvent& event) {
+    if (!first) first = event.stamp;
     const std::optional<recording::MessageHead> head =
         recording::read_head(event.channel, event.data);
-    fmt::print("{:16.6f} {:>9} {:<18} {:>7} {:>9} {:>16}\n",
-               seconds(event.stamp.time_since_epoch()), event.number, event.channel,
-               event.data.size(), head ? std::to_string(head->seq) : "-",
+    fmt::print("{:<12} {:11.6f} {:>9} {:<18} {:>7} {:>9} {:>16}\n",
+               time_of_day(to_utime(event.stamp)), seconds(event.stamp - *first), event.number,
+               event.channel, event.data.size(), head ? std::to_string(head->seq) : "-",
                head ? std::to_string(head->utime) : "-");
     return true;
   });
@@ -290,7 +297,10 @@ class LogList final : public Command {
       : Command(log->add_subcommand("list", "Print one line per event")) {
     add_log_option(app(), &log_);
     app()->add_flag("--json", json_, "print the results as JSON");
-    app()->footer("Example:  rcs log list run.log | head");
+    app()->footer(
+        "UTC is the time of day of the stamp of the log, run [s] the time since its first event;\n"
+        "utime [us] is the time of the measurement in the message, since 1970.\n"
+        "Example:  rcs log list run.log | head");
   }
   int run() override { return json_ ? log_list_json(log_) : log_list(log_); }
 
@@ -307,9 +317,7 @@ class LogCut final : public Command {
     app()->add_option("-o,--out", options_.out, "output log")->required();
     app()->add_option("--from", options_.from_s, "seconds after the log's first event");
     app()->add_option("--to", options_.to_s, "end, in the same time; exclusive");
-    app()
-        ->add_option("--channel", options_.channels, "only these channels; separated by commas")
-        ->delimiter(',')
+    add_list(app(), "--channel", &options_.channels, "only these channels")
         ->excludes(app()->add_flag("--sensors", sensors_, "only the sensor channels"));
     app()->add_flag("--json", options_.json, "print the results as JSON");
     app()->footer(

@@ -17,8 +17,11 @@
 #include "tools/base/files.h"
 #include "tools/evaluation/evaluation_tables.h"
 #include "tools/rcs/command.h"
+#include "tools/rcs/config_files.h"
+#include "tools/rcs/list_option.h"
 #include "tools/rcs/logs/part_of_log.h"
 #include "tools/rcs/logs/replay_verdict.h"
+#include "tools/rcs/logs/run_reading.h"
 #include "tools/report/json_document.h"
 
 namespace rcs::cli {
@@ -34,7 +37,7 @@ class Replay final : public Command {
     app()
         ->add_option("CONFIG", config_, "the vehicle's configuration (TOML)")
         ->required()
-        ->check(CLI::ExistingFile);
+        ->transform(config_file());
     app()
         ->add_option("LOG", log_,
                      "log with sensor channels; its SP_* and WM_* messages are ignored")
@@ -43,13 +46,11 @@ class Replay final : public Command {
     app()
         ->add_option("-o,--out", out_, "output log: messages of SP and WM, and SIM_TRUTH")
         ->required();
-    app()
-        ->add_option("--without", without_, "sensor channels to exclude; separated by commas")
-        ->delimiter(',')
+    add_list(app(), "--without", &without_, "sensor channels to exclude")
         ->check(CLI::IsMember(
             std::vector<std::string>(channel::kSensors.begin(), channel::kSensors.end())));
-    app()->add_option("--set", overrides_,
-                      "TABLE.KEY=VALUE (TOML), overrides the configuration; may be repeated");
+    add_repeated(app(), "--set", &overrides_,
+                 "TABLE.KEY=VALUE (TOML), overrides the configuration");
     app()
         ->add_option("--from", from_s_, "seconds after the log's first sensor event")
         ->check(CLI::Range(0.0, 1e9));
@@ -177,7 +178,7 @@ class Replay final : public Command {
   }
 
   [[nodiscard]] int summarize_run() const {
-    const Result<recording::RunLog> run = recording::read_run(out_);
+    const Result<recording::RunLog> run = read_run(kName, out_);
     if (!run) return fail(kName, run.error());
     const evaluation::RunMetrics metrics = evaluation::run_metrics(*run);
     if (json_) {

@@ -12,6 +12,7 @@
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
 #include "modules/registration/registration.h"
+#include "rcs/node/time_text.h"
 #include "rcs/terrain/map_tile.h"
 
 namespace rcs::cli {
@@ -49,11 +50,13 @@ double distance_to_tile(const Vec2& p, const MapLevel& level, Cell tile) {
 
 void ReplayVerdict::on_deliver(Stamp due, std::string_view channel, const std::uint8_t* data,
                                std::size_t size) {
-  count(channel, data, size);
+  if (!begin_) begin_ = due;
+  count(due, channel, data, size);
   next_->on_deliver(due, channel, data, size);
 }
 
-void ReplayVerdict::count(std::string_view channel, const std::uint8_t* data, std::size_t size) {
+void ReplayVerdict::count(Stamp due, std::string_view channel, const std::uint8_t* data,
+                          std::size_t size) {
   const auto& sensors = channel::kSensors;
   if (std::find(sensors.begin(), sensors.end(), channel) != sensors.end()) ++sensor_messages_;
   if (channel == channel::kLadarRanges || channel == channel::kLadarPoints) {
@@ -71,7 +74,10 @@ void ReplayVerdict::count(std::string_view channel, const std::uint8_t* data, st
     }
   } else if (channel == channel::kSpEvent) {
     const auto e = decoded<event_t>(data, size);
-    if (e && e->severity != event_t::SEVERITY_INFO) ladar_event_ = e->code + ": " + e->text;
+    if (e && e->severity != event_t::SEVERITY_INFO) {
+      ladar_event_ = fmt::format("{} UTC ({:.1f} s): {}: {}", time_of_day(to_utime(due)),
+                                 seconds(due - *begin_), e->code, e->text);
+    }
   } else if (channel == channel::kWmNavState) {
     ++poses_;
     const auto m = decoded<nav_state_t>(data, size);
@@ -95,7 +101,7 @@ std::string ReplayVerdict::pose_fault() const {
 std::string ReplayVerdict::ladar_fault() const {
   if (ladar_messages_ == 0 || registered_ > 0) return "";
   const std::string why =
-      ladar_event_.empty() ? "" : fmt::format("; the last warning of SP: {}", ladar_event_);
+      ladar_event_.empty() ? "" : fmt::format("; the last warning of SP, at {}", ladar_event_);
   return fmt::format("0 registrations: {} LADAR messages gave {} scans, none was registered{}",
                      ladar_messages_, scans_, why);
 }

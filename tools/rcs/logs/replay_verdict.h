@@ -30,13 +30,14 @@ class ReplayVerdict final : public BusTap {
                                                 const MapIndex* map) const;
 
  private:
-  void count(std::string_view channel, const std::uint8_t* data, std::size_t size);
+  void count(Stamp due, std::string_view channel, const std::uint8_t* data, std::size_t size);
   [[nodiscard]] std::string pose_fault() const;
   [[nodiscard]] std::string ladar_fault() const;
   [[nodiscard]] std::string datum_fault(const Geodetic& datum) const;
   [[nodiscard]] std::string map_fault(const MapIndex& map) const;
 
   BusTap* next_;
+  std::optional<Stamp> begin_;  ///< of the replay
   std::int64_t sensor_messages_ = 0;
   std::int64_t poses_ = 0;
   std::int64_t ladar_messages_ = 0;

@@ -9,6 +9,8 @@
 #include "tools/evaluation/metrics.h"
 #include "tools/evaluation/run_comparison.h"
 #include "tools/rcs/command.h"
+#include "tools/rcs/list_option.h"
+#include "tools/rcs/logs/run_reading.h"
 #include "tools/report/html_page.h"
 #include "tools/report/json_document.h"
 
@@ -34,10 +36,9 @@ class ReportCommand final : public Command {
         ->add_option("--truth-log", truth_log_,
                      "log with SIM_TRUTH; default: the first run if it has SIM_TRUTH")
         ->check(CLI::ExistingFile);
-    app()->add_option(
-        "--gps-cut", gps_cut_,
-        "A:B, seconds after the first truth; default: intervals longer than 2.5 s in\n"
-        "which no run accepted a fix");
+    add_numbers(app(), "--gps-cut", &gps_cut_s_, "FROM,TO", 0.0, 1e7,
+                "seconds after the first truth; default: intervals longer than 2.5 s in\n"
+                "which no run accepted a fix");
     app()->add_option("-o,--out", out_, "self-contained HTML page")->required();
     app()->add_option("--svg", svg_, "plot of course and errors as an SVG file");
     app()
@@ -56,7 +57,9 @@ class ReportCommand final : public Command {
   }
 
   int run() override {
-    if (const Outcome parsed = parse_gps_cut(); !parsed) return wrong_usage(kName, parsed.error());
+    if (!gps_cut_s_.empty() && gps_cut_s_[1] <= gps_cut_s_[0]) {
+      return wrong_usage(kName, Error{"--gps-cut FROM,TO: TO must be after FROM"});
+    }
     const Outcome read = read_runs();
     if (!read) return fail(kName, read.error());
     print_metrics();
@@ -67,7 +70,7 @@ class ReportCommand final : public Command {
  private:
   Outcome read_runs() {
     if (!truth_log_.empty()) {
-      Result<recording::RunLog> truth = recording::read_run(truth_log_);
+      Result<recording::RunLog> truth = read_run(kName, truth_log_);
       if (!truth) return truth.error();
       truth_ = std::move(truth->truth);
       truth_datum_ = truth->truth_datum;
@@ -75,7 +78,7 @@ class ReportCommand final : public Command {
     for (const std::string& run : runs_) {
       const std::size_t equals = run.find('=');
       const std::string path = equals == std::string::npos ? run : run.substr(equals + 1);
-      Result<recording::RunLog> log = recording::read_run(path);
+      Result<recording::RunLog> log = read_run(kName, path);
       if (!log) return log.error();
       if (!log->damage.empty()) fmt::print(stderr, "rcs report: {}: {}\n", path, log->damage);
       if (truth_.empty()) {
@@ -98,29 +101,17 @@ class ReportCommand final : public Command {
     return Done{};
   }
 
-  Outcome parse_gps_cut() {
-    if (gps_cut_.empty()) return Done{};
-    std::string text = gps_cut_;
-    if (const std::size_t colon = text.find(':'); colon != std::string::npos) text[colon] = ' ';
-    const std::optional<std::vector<double>> v = tools::parse_numbers(text);
-    if (!v || v->size() != 2 || (*v)[1] <= (*v)[0]) {
-      return Error{"--gps-cut " + gps_cut_ + ": expected A:B, two times in seconds"};
-    }
-    cut_s_ = *v;
-    return Done{};
-  }
-
   /// Without --gps-cut: intervals in which all runs were without GPS. Runs with large errors accept
   /// GPS again later than others; the interval ends with the first run that accepts it.
   void find_outages() {
-    if (gps_cut_.empty()) {
+    if (gps_cut_s_.empty()) {
       outages_ = evaluation::gps_outages(reported_.front().log);
       for (const ReportedRun& run : reported_) {
         outages_ = evaluation::common_intervals(outages_, evaluation::gps_outages(run.log));
       }
       return;
     }
-    outages_ = {{zero() + from_seconds(cut_s_[0]), zero() + from_seconds(cut_s_[1])}};
+    outages_ = {{zero() + from_seconds(gps_cut_s_[0]), zero() + from_seconds(gps_cut_s_[1])}};
   }
 
   /// Checks --min-factor.
@@ -247,8 +238,7 @@ class ReportCommand final : public Command {
 
   std::vector<std::string> runs_;
   std::string truth_log_;
-  std::string gps_cut_;
-  std::vector<double> cut_s_;
+  std::vector<double> gps_cut_s_;
   std::string out_;
   std::string svg_;
   double min_factor_ = 0.0;

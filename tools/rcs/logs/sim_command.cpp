@@ -11,6 +11,8 @@
 #include "tools/base/files.h"
 #include "tools/mapping/map_writer.h"
 #include "tools/rcs/command.h"
+#include "tools/rcs/config_files.h"
+#include "tools/rcs/list_option.h"
 #include "tools/rcs/terminal.h"
 #include "tools/report/json_document.h"
 
@@ -27,23 +29,20 @@ class Sim final : public Command {
     app()
         ->add_option("SCENARIO", scenario_, "config/sim/*.toml")
         ->required()
-        ->check(CLI::ExistingFile);
+        ->transform(config_file());
     CLI::Option* out = app()->add_option(
         "-o,--out", out_,
         "output log, written as fast as possible; default: publish on the bus in real time");
     app()->add_option("--seed", overrides_.seed, "seed of the noise, overrides the scenario");
     app()->add_option("--ins", overrides_.ins_grade, "INS grade, overrides the scenario");
     app()->add_option("--duration", overrides_.duration_s, "[s], overrides the scenario");
-    app()
-        ->add_option("--gps-outage", gps_outage_s_,
-                     "begin and length [s], overrides the outages of the scenario")
-        ->expected(2);
+    constexpr double kLongest_s = 1e6;
+    add_numbers(app(), "--gps-outage", &gps_outage_s_, "BEGIN,LENGTH", 0.0, kLongest_s,
+                "[s], overrides the outages of the scenario");
     app()->add_option("--gps-lost-after", overrides_.gps_lost_after_m,
                       "distance [m] after which GPS is lost permanently, overrides the scenario");
-    app()
-        ->add_option("--ladar-outage", ladar_outage_s_,
-                     "begin and length [s], overrides the outages of the scenario")
-        ->expected(2);
+    add_numbers(app(), "--ladar-outage", &ladar_outage_s_, "BEGIN,LENGTH", 0.0, kLongest_s,
+                "[s], overrides the outages of the scenario");
     app()->add_option("--prior-map", prior_map_,
                       "write the a priori map of the course to this folder");
     app()
@@ -57,7 +56,7 @@ class Sim final : public Command {
         "BG_DRIVE from the bus; with --out its vehicle stands still.\n"
         "Examples:\n"
         "  rcs sim config/sim/reference.toml -o out/sim.log --seed 7\n"
-        "  rcs sim config/sim/demo.toml --gps-outage 60 60");
+        "  rcs sim config/sim/demo.toml --gps-outage 60,60");
   }
 
   int run() override {
@@ -108,18 +107,19 @@ class Sim final : public Command {
     tools::OutputFile out(out_);
     Result<LogWriter> writer = LogWriter::create(out.write_path());
     if (!writer) return writer.error();
+    Progress progress(kName, Progress::kSteps);  // from the creation of the world on
     sim::Simulator simulator(scenario);
     if (Outcome map = write_prior_map(simulator); !map) return map;
 
     const InterruptGuard interrupt;
-    Progress progress(kName, (simulator.end() - sim::Simulator::kStart).count());
+    const double length_s = seconds(simulator.end() - sim::Simulator::kStart);
     SourceEvent event;
     for (Stamp due = simulator.peek(); due != Stamp::max(); due = simulator.peek()) {
       if (interrupt.requested()) return Error{"interrupted"};
       simulator.take(&event);
       // close() returns the first failure.
       (void)writer->write(due, event.channel, event.data.data(), event.data.size());
-      progress.at((due - sim::Simulator::kStart).count());
+      progress.at_share(seconds(due - sim::Simulator::kStart) / length_s);
     }
     if (Outcome closed = writer->close(); !closed) return closed;
     if (Outcome done = out.commit(); !done) return done;

@@ -8,6 +8,7 @@
 
 #include "tools/base/files.h"
 #include "tools/rcs/command.h"
+#include "tools/rcs/config_files.h"
 #include "tools/rcs/terminal.h"
 #include "tools/report/json_document.h"
 #include "tools/smoothing/reference_output.h"
@@ -40,7 +41,7 @@ class Smooth final : public Command {
     app()
         ->add_option("--config", config_, "the vehicle's configuration")
         ->required()
-        ->check(CLI::ExistingFile);
+        ->transform(config_file());
     app()
         ->add_option("-o,--out", out_, "TUM file of the poses; the other files are named after it")
         ->required();

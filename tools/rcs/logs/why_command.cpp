@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "tools/rcs/command.h"
+#include "tools/rcs/terminal.h"
 #include "tools/report/json_document.h"
 #include "tools/studies/explanation.h"
 
@@ -39,8 +40,14 @@ class Why final : public Command {
   int run() override {
     Result<LogReader> reader = LogReader::open(log_);
     if (!reader) return fail(kName, reader.error());
-    const Result<studies::Explanation> explained =
-        studies::explain(&reader.value(), from_seconds(time_s_));
+    const Result<studies::Explanation> explained = [&] {
+      const InterruptGuard interrupt;
+      Progress progress(kName, Progress::kSteps);
+      return studies::explain(&reader.value(), from_seconds(time_s_), [&](double share) {
+        progress.at_share(share);
+        return !interrupt.requested();
+      });
+    }();
     if (!explained) return fail(kName, explained.error());
     fmt::print("{}", json_ ? report::json_document(kName, explained->json) : explained->text);
     return kExitOk;

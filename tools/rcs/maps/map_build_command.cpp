@@ -11,6 +11,8 @@
 #include "tools/mapping/merge.h"
 #include "tools/mapping/survey_date.h"
 #include "tools/rcs/command.h"
+#include "tools/rcs/config_files.h"
+#include "tools/rcs/list_option.h"
 #include "tools/rcs/terminal.h"
 #include "tools/report/json_document.h"
 #include "tools/report/table.h"
@@ -88,18 +90,16 @@ class MapBuildCommand final : public Command {
     app()
         ->add_option("--config", config_,
                      "the vehicle's configuration (TOML): use LADAR_RANGES and LADAR_POINTS")
-        ->check(CLI::ExistingFile);
+        ->transform(config_file());
     CLI::Option* sensors =
-        app()
-            ->add_option("--sensors", sensors_,
-                         "logs with the data of the LADAR, one for each RUN; default: the runs")
+        add_repeated(app(), "--sensors", &sensors_,
+                     "log with the data of the LADAR, one for each RUN; default: the runs")
             ->check(CLI::ExistingFile);
     sensors->needs("--config");
     CLI::Option* poses =
-        app()
-            ->add_option("--poses", pose_files_,
-                         "poses in frame world instead of those of WM, one file for each RUN "
-                         "(TUM: t tx ty tz qx qy qz qw)")
+        add_repeated(app(), "--poses", &pose_files_,
+                     "poses in frame world instead of those of WM, one file for each RUN (TUM: t "
+                     "tx ty tz qx qy qz qw)")
             ->check(CLI::ExistingFile);
     app()
         ->add_option(
@@ -292,6 +292,9 @@ class MapBuildCommand final : public Command {
         fmt::print(stderr, "rcs {}: {}: {}\n", kName, run["log"].get<std::string>(), damage);
       }
     }
+    table.note =
+        "seen >= 5: cells with five or more returns of the ground; roughness, sigma: medians over "
+        "the cells; ground, above ground, transient: shares of the returns";
     fmt::print("{}{}: {} cells of {:g} m{}{}\n", to_text(table), out_, cells, wanted_.ground.cell_m,
                filled_ ? fmt::format(", {} of them from {}", filled_->filled, prior_) : "",
                wanted_.points ? fmt::format(", {} surface points", built_.front().points) : "");

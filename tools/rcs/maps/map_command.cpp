@@ -74,6 +74,9 @@ class MapInfo final : public Command {
                      ? ""
                      : fmt::format(" (the geoid is {:.2f} m above it)", f.undulation_m),
                  f.source_crs);
+      table.note =
+          "known: with a height; east, north, z: extent in the frame of the map; points: surface "
+          "points of above-ground structure";
       fmt::print("{}", to_text(table));
       if (check_) fmt::print("broken tiles: {}\n", broken);
     }
@@ -150,8 +153,9 @@ class MapInfo final : public Command {
 
   [[nodiscard]] std::vector<std::string> row_of(const Json& level, int number) const {
     const auto span = [&level](const char* key) {
-      return fmt::format("{:.0f} to {:.0f}", level[key][0].get<double>(),
-                         level[key][1].get<double>());
+      // + 0.0: no "-0".
+      return fmt::format("{:.0f} to {:.0f}", std::round(level[key][0].get<double>()) + 0.0,
+                         std::round(level[key][1].get<double>()) + 0.0);
     };
     std::vector<std::string> row = {std::to_string(number),
                                     fmt::format("{:.4g}", level["cell_m"].get<double>()),

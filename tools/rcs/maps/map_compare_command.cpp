@@ -167,16 +167,18 @@ class MapDiff final : public Command {
     }
     const auto metres = [](double v) { return fmt::format("{:.3f}", v); };
     const auto percent = [](double v) { return fmt::format("{:.1f}", 100.0 * v); };
-    const report::Table differences{
+    report::Table differences{
         {"B - A", "cells", "mean [m]", "median [m]", "RMS [m]", "NMAD [m]", "95 % of |d| [m]"},
         {{fmt::format("cells of {:g} m", cell_m), std::to_string(d.cells), metres(d.mean_m),
           metres(d.median_m), metres(d.rms_m), metres(d.nmad_m), metres(d.p95_m)}}};
-    const report::Table consistency{
+    differences.note =
+        "NMAD: 1.4826 times the median of |d - median|, a robust standard deviation; d: B - A";
+    const report::Table expected{
         {"within", "1 sigma [%]", "2 sigma [%]"},
         {{"sigma of both maps", percent(d.by_sigma.one), percent(d.by_sigma.two)},
          {"with systematic errors", percent(d.with_bias.one), percent(d.with_bias.two)},
          {"expected (normal errors)", "68.3", "95.4"}}};
-    fmt::print("{}\n{}", to_text(differences), to_text(consistency));
+    fmt::print("{}\n{}", to_text(differences), to_text(expected));
     if (picture_.empty()) return;
     fmt::print("{}: white 0, blue -{:.3f} m and below, red {:.3f} m and above\n", picture_, range_m,
                range_m);

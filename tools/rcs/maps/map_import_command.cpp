@@ -11,6 +11,7 @@
 #include "tools/mapping/map_writer.h"
 #include "tools/mapping/survey_date.h"
 #include "tools/rcs/command.h"
+#include "tools/rcs/list_option.h"
 #include "tools/rcs/terminal.h"
 #include "tools/report/json_document.h"
 #include "tools/survey/cloud_import.h"
@@ -191,20 +192,17 @@ class MapImportCloud final : public Command {
         ->expected(1, kMaxFiles)
         ->check(CLI::ExistingFile);
     app()
-        ->add_option("--cell", wanted_.cell_m, "cell size of the map [m]")
-        ->check(CLI::Range(0.05, 100.0))
-        ->capture_default_str();
+        ->add_option("--cell", wanted_.cell_m,
+                     "cell size of the map [m]; default: the smallest of 0.25, 0.5, 1, 2, 5, ... "
+                     "100 that contains at least 3.5 points on average")
+        ->check(CLI::Range(0.05, 100.0));
     app()
         ->add_option("--class-column", wanted_.class_column,
                      "column of the class in .xyz and .txt, counted from 1")
         ->check(CLI::Range(4, 100));
-    CLI::Option* classes =
-        app()
-            ->add_option("--ground", wanted_.ground_classes, "classes of ground, e.g. 2,8,9")
-            ->delimiter(',')
-            ->allow_extra_args(false)
-            ->check(CLI::Range(0, 255))
-            ->capture_default_str();
+    CLI::Option* classes = add_list(app(), "--ground", &wanted_.ground_classes, "classes of ground")
+                               ->check(CLI::Range(0, 255))
+                               ->capture_default_str();
     app()
         ->add_flag("--ignore-classes", wanted_.ignore_classes,
                    "detect the ground by its shape even if points have classes")
@@ -230,7 +228,10 @@ class MapImportCloud final : public Command {
         "detected by its shape (Pingel and others, 2013), which removes sharp ridges and cliffs "
         "and\n"
         "keeps objects lower than --slope and 0.5 m. A cell without a ground point is a hole; a\n"
-        "larger --cell gives fewer holes. Heights are converted to heights above the ellipsoid, "
+        "larger --cell gives fewer holes. Holes, few points per cell, repeated points, equal "
+        "heights\n"
+        "and an implausible extent are reported as warnings. Heights are converted to heights "
+        "above the ellipsoid, "
         "in\n"
         "the geodetic reference frame of the survey (WGS84, NAD83, ...). The configuration of the\n"
         "vehicle must name the same frame ([world] reference_frame).\n"
@@ -258,12 +259,16 @@ class MapImportCloud final : public Command {
         });
     if (!done) return fail(kName, done.error());
     if (survey_.json()) {
-      report::Json json = json_of(survey_.out(), done->frame, wanted_.cell_m, done->ground.cells);
+      report::Json json = json_of(survey_.out(), done->frame, done->cell_m, done->ground.cells);
       json.update(points_json(*done));
       fmt::print("{}", report::json_document(kName, json));
     } else {
       print_points(*done);
-      print_written(survey_.out(), done->frame, wanted_.cell_m, done->ground.cells);
+      print_written(survey_.out(), done->frame, done->cell_m, done->ground.cells);
+    }
+    for (const std::string& warning :
+         survey::density_warnings(done->density, done->cell_m, done->ground.cells)) {
+      fmt::print(stderr, "rcs map: warning: {}\n", warning);
     }
     return kExitOk;
   }
@@ -278,10 +283,19 @@ class MapImportCloud final : public Command {
             {"noise", c.noise},
             {"outside_of_projection", c.unplaced},
             {"within_cell_median_m", c.ground.within_cell_median_m},
-            {"sigma_median_m", c.ground.sigma_median_m}};
+            {"sigma_median_m", c.ground.sigma_median_m},
+            {"points_per_m2", c.density.points_per_m2},
+            {"surveyed_m2", c.density.surveyed_m2}};
   }
 
-  static void print_points(const survey::CloudImported& c) {
+  void print_points(const survey::CloudImported& c) const {
+    fmt::print(stderr,
+               "rcs map: cell {:g} m ({}): {:.2g} points per m2 in the surveyed area of {:.3g} m2, "
+               "{:.2g} per cell\n",
+               c.cell_m,
+               wanted_.cell_m > 0.0 ? "--cell" : "the smallest with at least 3.5 points on average",
+               c.density.points_per_m2, c.density.surveyed_m2,
+               c.density.points_per_m2 * c.cell_m * c.cell_m);
     fmt::print(stderr,
                "rcs map: {} points: {} ground (detected by {}), {} not ground; {} flagged as "
                "withheld or not finite, {} noise{}\n",

@@ -205,11 +205,11 @@ class MapLocalizability final : public Command {
   [[nodiscard]] std::string text() const {
     report::Table shares{{"sigma of a scan, worst direction"}, {{"share of known ground [%]"}}};
     for (const double limit_m : kLimits_m) {
-      shares.header.push_back(fmt::format("<= {} m", limit_m));
+      shares.header.push_back(fmt::format("<= {:g} m", limit_m));
       shares.rows[0].push_back(fmt::format("{:.1f}", 100.0 * share_within(limit_m)));
     }
     std::string out =
-        fmt::format("{} places, {} m apart\n{}", places_.size(), step_m_, to_text(shares));
+        fmt::format("{} places, {:g} m apart\n{}", places_.size(), step_m_, to_text(shares));
     if (along_.empty()) return out;
     constexpr std::size_t kRows = 20;
     report::Table path{

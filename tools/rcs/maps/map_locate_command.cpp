@@ -8,6 +8,7 @@
 #include <random>
 
 #include "tools/rcs/command.h"
+#include "tools/rcs/list_option.h"
 #include "tools/rcs/terminal.h"
 #include "tools/report/json_document.h"
 #include "tools/studies/locate_run.h"
@@ -51,11 +52,8 @@ class MapLocate final : public Command {
                      "log with SP_POINTS and WM_NAV_STATE: of a live run or of rcs replay")
         ->required()
         ->check(CLI::ExistingFile);
-    CLI::Option* near = app()
-                            ->add_option("--near", near_m_,
-                                         "centre of the search region: east and north [m] in the "
-                                         "frame of the map")
-                            ->expected(2);
+    CLI::Option* near = add_numbers(app(), "--near", &near_m_, "EAST,NORTH", -1e7, 1e7,
+                                    "centre of the search region [m] in the frame of the map");
     app()
         ->add_option("--within", within_m_, "radius of the search region [m]")
         ->check(CLI::Range(1.0, 1000.0))
@@ -85,11 +83,9 @@ class MapLocate final : public Command {
         ->excludes(near)
         ->excludes(heading);
     app()->add_option("--seed", seed_, "seed of the regions of --starts")->capture_default_str();
-    app()
-        ->add_option("--off", off_m_,
-                     "minimum and maximum distance of the truth from the centres of the regions "
-                     "[m]; default: 0 and --within")
-        ->expected(2);
+    add_numbers(app(), "--off", &off_m_, "MIN,MAX", 0.0, 1000.0,
+                "distance of the truth from the centres of the regions [m]; default: 0 and "
+                "--within");
     app()
         ->add_option("--units", units_, "work units granted per scan")
         ->check(CLI::Range(std::int64_t{10000}, std::int64_t{1} << 40))
@@ -100,7 +96,7 @@ class MapLocate final : public Command {
         "of more than 5 m or 3 deg against SIM_TRUTH.\n"
         "Example:\n"
         "  rcs replay config/demo3.toml drive.log -o run.log --without GPS_FIX\n"
-        "  rcs map locate maps/valley run.log --near 120 -40 --within 100 --heading 70 "
+        "  rcs map locate maps/valley run.log --near 120,-40 --within 100 --heading 70 "
         "--heading-within 20");
   }
 
@@ -184,9 +180,16 @@ class MapLocate final : public Command {
                                  within_m_,
                                  yaw_of_heading(heading_deg_),
                                  radians(heading_within_deg_)};
-    const studies::LocateResult r =
-        studies::locate(drive, scan_after(drive, from_s_), from_seconds(length_s_), map, region,
-                        units_, &localizer);
+    const InterruptGuard interrupt;
+    const studies::LocateResult r = [&] {
+      Progress progress(kName, Progress::kSteps);
+      return studies::locate(drive, scan_after(drive, from_s_), from_seconds(length_s_), map,
+                             region, units_, &localizer, [&](double share) {
+                               progress.at_share(share);
+                               return !interrupt.requested();
+                             });
+    }();
+    if (interrupt.requested()) return fail(kName, Error{"interrupted"});
     if (r.status.state == sp::InitialLocalizationState::kOff) return refuse();
     const Json json = result_of(r, drive, T_map_truth);
     if (json_) {
@@ -254,7 +257,7 @@ class MapLocate final : public Command {
     const double last_s = std::max(0.0, drive_s - length_s_);
     sp::InitialLocalizer localizer(params_);
     const InterruptGuard interrupt;
-    Progress progress(kName, starts_);
+    Progress progress(kName, Progress::kSteps);
     Json all = Json::array();
     int found = 0;
     int wrong = 0;
@@ -275,7 +278,11 @@ class MapLocate final : public Command {
           T.p.head<2>() + off_m * Vec2(std::cos(bearing), std::sin(bearing)), within_m_,
           wrap_angle(yaw_of(T.q) + turned), radians(heading_within_deg_)};
       const studies::LocateResult r =
-          studies::locate(drive, first, from_seconds(length_s_), map, region, units_, &localizer);
+          studies::locate(drive, first, from_seconds(length_s_), map, region, units_, &localizer,
+                          [&](double share) {
+                            progress.at_share((k + share) / starts_);
+                            return !interrupt.requested();
+                          });
       if (r.status.state == sp::InitialLocalizationState::kOff) return refuse();
       Json json = result_of(r, drive, T_map_truth);
       json["from_s"] = from_s;
@@ -284,7 +291,6 @@ class MapLocate final : public Command {
       found += json["found"].get<bool>() ? 1 : 0;
       wrong += json.value("false", false) ? 1 : 0;
       all.push_back(json);
-      progress.at(k + 1);
     }
     if (json_) {
       print_json(all);
@@ -297,7 +303,7 @@ class MapLocate final : public Command {
 
   static void print_all(const Json& all) {
     for (const Json& t : all) {
-      fmt::print("at {:5.1f} s, offset {:5.1f} m and {:6.1f} deg: ", t["from_s"].get<double>(),
+      fmt::print("{:5.1f} s, offset {:5.1f} m {:5.1f} deg: ", t["from_s"].get<double>(),
                  t["offset_m"].get<double>(), t["heading_offset_deg"].get<double>());
       if (t["found"].get<bool>()) {
         fmt::print("found after {:.1f} s, error {:.2f} m and {:.2f} deg\n",

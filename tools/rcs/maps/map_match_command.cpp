@@ -12,6 +12,7 @@
 #include "tools/base/trajectory.h"
 #include "tools/clouds/cloud_file.h"
 #include "tools/rcs/command.h"
+#include "tools/rcs/terminal.h"
 #include "tools/report/json_document.h"
 
 namespace rcs::cli {
@@ -58,7 +59,7 @@ class MapMatch final : public Command {
         ->check(CLI::ExistingFile);
     app()
         ->add_option("--pose", pose_,
-                     "\"tx ty tz qx qy qz qw\": approximate pose of the vehicle in the frame of "
+                     "TX,TY,TZ,QX,QY,QZ,QW: approximate pose of the vehicle in the frame of "
                      "the map")
         ->required();
     app()
@@ -87,8 +88,8 @@ class MapMatch final : public Command {
     app()->footer(
         "Exit status 1 if fewer than 95 % of the starts converge within 0.1 m of their median.\n"
         "Example:\n"
-        "  rcs map match maps/street sweep.bin --pose \"5172.7 2419.1 66.9 0.003 -0.014 -0.241 "
-        "0.970\"");
+        "  rcs map match maps/street sweep.bin --pose "
+        "5172.7,2419.1,66.9,0.003,-0.014,-0.241,0.970");
   }
 
   int run() override {
@@ -96,6 +97,9 @@ class MapMatch final : public Command {
     if (!map) return fail(kName, map.error());
     const Result<clouds::Cloud> cloud = clouds::read_cloud(cloud_, {});
     if (!cloud) return fail(kName, cloud.error());
+    if (const std::string skipped = clouds::skipped_text(*cloud); !skipped.empty()) {
+      fmt::print(stderr, "rcs map match: {}: {}\n", cloud_, skipped);
+    }
     const std::optional<std::vector<double>> v = tools::parse_numbers(pose_);
     if (!v || v->size() != 7) return wrong_usage(kName, Error{"--pose: expected 7 numbers"});
     const Quat q((*v)[6], (*v)[3], (*v)[4], (*v)[5]);
@@ -141,7 +145,9 @@ class MapMatch final : public Command {
     std::mt19937_64 rng(seed_);
     std::uniform_real_distribution<double> uniform(-1.0, 1.0);
     Ends ends;
+    Progress progress(kName, starts_);
     for (int k = 0; k < starts_; ++k) {
+      progress.at(k);
       const double bearing = kPi * uniform(rng);
       const double off_m = off_m_ * std::sqrt(std::abs(uniform(rng)));
       Vec6 turn = Vec6::Zero();

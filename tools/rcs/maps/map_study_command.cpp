@@ -7,6 +7,8 @@
 #include "tools/base/files.h"
 #include "tools/rcs/campaign_terminal.h"
 #include "tools/rcs/command.h"
+#include "tools/rcs/config_files.h"
+#include "tools/rcs/list_option.h"
 #include "tools/report/json_document.h"
 #include "tools/studies/map_study.h"
 
@@ -22,13 +24,11 @@ class MapStudy final : public Command {
             "study", "Measure the position error without GPS as a function of map resolution")) {
     app()
         ->add_option("SCENARIO", scenarios_, "simulated drives (config/sim/*.toml)")
-        ->check(CLI::ExistingFile)
+        ->transform(config_file())
         ->required();
-    app()
-        ->add_option("--cell", cells_m_,
-                     "cell sizes of the maps [m]; each drive is also run without a map")
+    add_list(app(), "--cell", &cells_m_,
+             "cell sizes of the maps [m]; each drive is also run without a map")
         ->check(CLI::Range(0.2, 100.0))
-        ->delimiter(',')
         ->capture_default_str();
     app()
         ->add_option("--ins", plan_.ins, "INS grade, of both the simulator and WM")
@@ -68,6 +68,7 @@ class MapStudy final : public Command {
   }
 
   int run() override {
+    config_ = find_config(config_);
     const Outcome done = run_all();
     return done ? kExitOk : fail(kName, done.error());
   }

@@ -7,6 +7,8 @@
 #include "tools/base/files.h"
 #include "tools/rcs/campaign_terminal.h"
 #include "tools/rcs/command.h"
+#include "tools/rcs/config_files.h"
+#include "tools/rcs/list_option.h"
 #include "tools/report/json_document.h"
 #include "tools/studies/consistency_output.h"
 #include "tools/studies/consistency_page.h"
@@ -22,14 +24,11 @@ class ConsistencyCommand final : public Command {
       : Command(rcs->add_subcommand("consistency",
                                     "Compare the errors of WM with its covariances over many "
                                     "simulated drives")) {
-    app()
-        ->add_option("--scenario", scenarios_, "scenario of the drives; may be repeated")
-        ->check(CLI::ExistingFile)
+    add_repeated(app(), "--scenario", &scenarios_, "scenario of the drives")
+        ->transform(config_file())
         ->capture_default_str();
-    app()
-        ->add_option("--ins", grades_, "INS grades, of both the simulator and WM")
+    add_list(app(), "--ins", &grades_, "INS grades, of both the simulator and WM")
         ->check(CLI::IsMember({"tactical", "industrial", "consumer"}))
-        ->delimiter(',')
         ->capture_default_str();
     app()->add_option("--config", config_, "the vehicle's configuration")->capture_default_str();
     app()
@@ -65,6 +64,8 @@ class ConsistencyCommand final : public Command {
   }
 
   int run() override {
+    for (std::string& scenario : scenarios_) scenario = find_config(scenario);
+    config_ = find_config(config_);
     const Outcome done = run_all();
     if (!done) return fail(kName, done.error());
     const auto failed = [](const studies::ConsistencyBlock& block) { return !block.error.empty(); };

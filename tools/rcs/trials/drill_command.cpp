@@ -11,6 +11,7 @@
 #include "tools/drills/drill_page.h"
 #include "tools/rcs/campaign_terminal.h"
 #include "tools/rcs/command.h"
+#include "tools/rcs/config_files.h"
 #include "tools/report/json_document.h"
 
 namespace rcs::cli {
@@ -42,7 +43,7 @@ class DrillCommand final : public Command {
             "drill", "Run fault-injection tests of the navigation and check their limits")) {
     app()
         ->add_option("DRILL", paths_, "stimuli and limits of a drill (TOML)")
-        ->check(CLI::ExistingFile);
+        ->transform(config_file());
     app()->add_flag("--all", all_, "all drills of the folder except the long ones");
     app()->add_flag("--full", full_, "all drills, each with its full number of seeds (20)");
     app()->add_flag("--list", list_, "list the drills of the folder");
@@ -86,6 +87,9 @@ class DrillCommand final : public Command {
   }
 
   int run() override {
+    folder_ = find_config(folder_);
+    scenario_ = find_config(scenario_);
+    config_ = find_config(config_);
     if (all_ || full_ || list_) {
       const Result<std::vector<std::string>> found = drills_in(folder_);
       if (!found) return fail(kName, found.error());

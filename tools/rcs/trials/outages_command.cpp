@@ -4,6 +4,8 @@
 
 #include "tools/rcs/campaign_terminal.h"
 #include "tools/rcs/command.h"
+#include "tools/rcs/config_files.h"
+#include "tools/rcs/list_option.h"
 #include "tools/report/json_document.h"
 #include "tools/studies/outages.h"
 #include "tools/studies/outages_output.h"
@@ -22,12 +24,10 @@ class OutagesCommand final : public Command {
     app()
         ->add_option("--config", config_, "the vehicle's configuration")
         ->required()
-        ->check(CLI::ExistingFile);
+        ->transform(config_file());
     CLI::Option* length =
-        app()
-            ->add_option("--length", question_.lengths_s, "lengths of the outages [s]")
+        add_list(app(), "--length", &question_.lengths_s, "lengths of the outages [s]")
             ->capture_default_str()
-            ->expected(1, 20)
             ->check(CLI::Range(0.5, 1e4));
     CLI::Option* places =
         app()
@@ -42,19 +42,13 @@ class OutagesCommand final : public Command {
             "by then; errors before this time are not counted")
         ->capture_default_str()
         ->check(CLI::Range(0.0, 1e5));
-    app()
-        ->add_option("--cut", cut_s_,
-                     "a single outage from FROM to TO [s]; the run continues to the end of the log")
-        ->expected(2)
-        ->type_name("FROM TO")
-        ->check(CLI::Range(0.0, 1e5))
+    add_numbers(app(), "--cut", &cut_s_, "FROM,TO", 0.0, 1e5,
+                "a single outage from FROM to TO [s]; the run continues to the end of the log")
         ->excludes(length)
         ->excludes(places);
-    app()
-        ->add_option("--without", without_,
-                     "repeat all outages without odometry, ladar or ins in the whole run; names\n"
-                     "joined by + are excluded together")
-        ->expected(1, 10);
+    add_list(app(), "--without", &without_,
+             "repeat all outages without odometry, ladar or ins in the whole run; names\n"
+             "joined by + are excluded together");
     app()
         ->add_option("--jobs", jobs_, "parallel runs; default: one per core")
         ->check(CLI::Range(1, 256));
@@ -63,7 +57,7 @@ class OutagesCommand final : public Command {
     app()->footer(
         "SP and WM process the log in lockstep, once with GPS and once for each outage. Errors "
         "are\n"
-        "horizontal, at the end of the outage, median / maximum over the outages of a length (for\n"
+        "horizontal, at the end of the outage, median/maximum over the outages of a length (for\n"
         "an even number the lower median). The reference is SIM_TRUTH; in a log without it, the\n"
         "output of WM with GPS in the whole run, and the first fix after the outage. For "
         "comparison\n"
@@ -72,15 +66,15 @@ class OutagesCommand final : public Command {
         "SP in a run without GPS.\n"
         "Examples:\n"
         "  rcs outages run.log --config config/my_vehicle.toml\n"
-        "  rcs outages comma.log --config config/comma2k19.toml --length 10 20 30 --places 10 \\\n"
+        "  rcs outages comma.log --config config/comma2k19.toml --length 10,20,30 --places 10 \\\n"
         "      --without odometry\n"
-        "  rcs outages husky.log --config config/husky.toml --cut 137 257 --json");
+        "  rcs outages husky.log --config config/husky.toml --cut 137,257 --json");
   }
 
   int run() override {
     if (!cut_s_.empty()) {
       if (cut_s_[1] <= cut_s_[0]) {
-        fmt::print(stderr, "rcs outages: --cut {} {}: TO must be after FROM\n", cut_s_[0],
+        fmt::print(stderr, "rcs outages: --cut {},{}: TO must be after FROM\n", cut_s_[0],
                    cut_s_[1]);
         return kExitUsage;
       }

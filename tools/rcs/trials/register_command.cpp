@@ -113,12 +113,12 @@ std::string sigma_text(double sigma, const char* unit) {
 
 report::Json numbers_of(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
-/// Parses "32x180". @return nullopt if malformed
+/// Parses "32,180". @return nullopt if malformed
 std::optional<clouds::CloudShape> parse_shape(const std::string& text) {
   clouds::CloudShape shape;
   const char* const end = text.data() + text.size();
   const std::from_chars_result rows = std::from_chars(text.data(), end, shape.rows);
-  if (rows.ec != std::errc() || rows.ptr == end || *rows.ptr != 'x') return std::nullopt;
+  if (rows.ec != std::errc() || rows.ptr == end || *rows.ptr != ',') return std::nullopt;
   const std::from_chars_result cols = std::from_chars(rows.ptr + 1, end, shape.cols);
   if (cols.ec != std::errc() || cols.ptr != end || shape.rows < 1 || shape.cols < 1) {
     return std::nullopt;
@@ -144,8 +144,10 @@ class Register final : public Command {
                      "by Madhavan and Messina; gicp: generalized ICP")
         ->check(CLI::IsMember({"plane", "paper", "gicp"}))
         ->capture_default_str();
-    app()->add_option("--guess", guess_,
-                      "\"16 numbers\", row-major: approximate T_model_data; default: identity");
+    app()->add_option(
+        "--guess", guess_,
+        "approximate T_model_data: 16 numbers, row-major, separated by commas; default: "
+        "identity");
     app()->add_flag(
         "--global", global_,
         fmt::format("plane, gicp: search within {:.0f} m of the guess and over all headings; "
@@ -156,7 +158,7 @@ class Register final : public Command {
         ->check(CLI::Range(1, 64))
         ->capture_default_str();
     app()->add_option("--organized", organized_,
-                      "ROWSxCOLS: both files are range images, row by row");
+                      "ROWS,COLS: both files are range images, row by row");
     app()->add_option("--plot", plot_, "folder for before.svg, after.svg and histogram.svg");
     app()
         ->add_option("--spacing", params_.spacing_m,
@@ -196,7 +198,7 @@ class Register final : public Command {
         "  rcs register 0000000000.bin 0000000001.bin --method paper --json\n"
         "  rcs register first.pcd second.pcd --method gicp\n"
         "  rcs register first.pcd second.pcd --global --plot pictures\n"
-        "  rcs register a.ply b.ply --guess \"1 0 0 2.5  0 1 0 0  0 0 1 0  0 0 0 1\"");
+        "  rcs register a.ply b.ply --guess 1,0,0,2.5,0,1,0,0,0,0,1,0,0,0,0,1");
   }
 
   int run() override {
@@ -209,7 +211,7 @@ class Register final : public Command {
     clouds::CloudShape shape;
     if (!organized_.empty()) {
       const std::optional<clouds::CloudShape> parsed = parse_shape(organized_);
-      if (!parsed) return wrong_usage("--organized: expected ROWSxCOLS, e.g. 32x180");
+      if (!parsed) return wrong_usage("--organized: expected ROWS,COLS, e.g. 32,180");
       shape = *parsed;
     }
     if (threads_ > 1 && !global_) return wrong_usage("--threads requires --global");
@@ -253,6 +255,9 @@ class Register final : public Command {
   static Result<clouds::Cloud> read(const std::string& path, const clouds::CloudShape& shape) {
     Result<clouds::Cloud> cloud = clouds::read_cloud(path, shape);
     if (!cloud) return cloud;
+    if (const std::string skipped = clouds::skipped_text(*cloud); !skipped.empty()) {
+      fmt::print(stderr, "rcs register: {}: {}\n", path, skipped);
+    }
     if (const std::size_t dropped = clouds::drop_coincident(&cloud.value()); dropped > 0) {
       fmt::print(stderr, "rcs register: {}: {} coincident points dropped\n", path, dropped);
     }

@@ -7,12 +7,12 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
-#include <filesystem>
 #include <optional>
 
 #include "sim/scenario_file.h"
 #include "tools/base/statistics.h"
 #include "tools/rcs/command.h"
+#include "tools/rcs/config_files.h"
 #include "tools/rcs/terminal.h"
 #include "tools/report/json_document.h"
 #include "tools/report/table.h"
@@ -151,7 +151,8 @@ bool claims_success(const studies::CloudMatch& match) {
 }
 
 Row run_row(const std::string& name, const studies::ScanSet& scans,
-            const std::vector<studies::Trial>& trials, Method method) {
+            const std::vector<studies::Trial>& trials, Method method,
+            const std::function<void()>& tried) {
   Row row{name, method, trials.size(), 0, 0, {}};
   std::vector<Metrics> all;
   all.reserve(trials.size());
@@ -164,6 +165,7 @@ Row run_row(const std::string& name, const studies::ScanSet& scans,
     row.successes += success ? 1 : 0;
     row.unnoticed += !success && claims_success(match) ? 1 : 0;
     all.push_back(metrics_of(match, model, data, t));
+    tried();
   }
   for (const NamedMetric& metric : kMetrics) {
     std::vector<double> values;
@@ -174,21 +176,8 @@ Row run_row(const std::string& name, const studies::ScanSet& scans,
   return row;
 }
 
-/// The reference scenario: in the working directory, the installation, or the source tree in which
-/// the program was built.
-std::string find_scenario() {
-  namespace fs = std::filesystem;
-  std::error_code failed;
-  if (fs::exists(kReference, failed)) return std::string(kReference);
-  fs::path folder = fs::read_symlink("/proc/self/exe", failed).parent_path();
-  for (; folder.has_relative_path(); folder = folder.parent_path()) {
-    for (const char* place : {"", "share/rcs"}) {
-      const fs::path path = folder / place / kReference;
-      if (fs::exists(path, failed)) return path.string();
-    }
-  }
-  return std::string(kReference);
-}
+/// Three or four digits.
+std::string short_number(double v) { return fmt::format("{:.{}f}", v, v < 100.0 ? 2 : 0); }
 
 class Table1 final : public Command {
  public:
@@ -202,7 +191,7 @@ class Table1 final : public Command {
         ->check(CLI::ExistingDirectory);
     app()
         ->add_option("--scenario", scenario_, fmt::format("simulation (default: {})", kReference))
-        ->check(CLI::ExistingFile);
+        ->transform(config_file());
     app()
         ->add_option("--pairs", pairs_, "number of pairs of simulated scans")
         ->check(CLI::Range(1, 50))
@@ -219,57 +208,89 @@ class Table1 final : public Command {
         "simulation. Values are medians. #2 and #3 start 0.3 m and 1 deg from the truth, #3 with\n"
         "another 1 m along each axis; #1 and #4 start as in the paper.\n"
         "  ok          error below 0.1 m and 0.5 deg\n"
-        "  unnoticed   not ok, although the method has converged (production: and its two sigmas\n"
+        "  false ok    not ok, although the method has converged (production: and its two sigmas\n"
         "              are within the limits)\n"
-        "  distance    mean from a data point to the closest model point, before and after, of "
+        "  cm          mean from a data point to the closest model point, before and after, of "
         "all\n"
         "              points, and of the pairs of the method (production: along the normals)\n"
-        "  overlap     share of the data points that the method pairs\n"
+        "  pairs [%]   share of the data points that the method pairs\n"
         "The references of #2 and #3 of KITTI assume rigid sweeps: one of the six has an error of\n"
         "0.18 m.\n"
         "Example:\n  rcs table1 --seeds 16 --json > table1.json");
   }
 
   int run() override {
+    const InterruptGuard interrupt;  // the unpacked sweeps are removed
+    const bool named = !data_.empty();
     const char* const environment = std::getenv("RCS_DATA_DIR");
     if (data_.empty() && environment != nullptr) data_ = environment;
     std::optional<studies::ScanSet> cuts;
     if (data_.empty()) {
-      fmt::print(stderr, "rcs table1: without real scans (see --data or RCS_DATA_DIR)\n");
+      fmt::print(stderr, "rcs table1: without real scans: RCS_DATA_DIR is not set; {}\n", remedy());
     } else {
+      Progress progress(kName, Progress::kSteps);  // the archive is unpacked
       Result<studies::ScanSet> read = read_cuts(data_ + "/" + std::string(studies::kKittiDrive));
-      if (!read) return fail(kName, read.error());
-      cuts = std::move(read).value();
+      if (read) {
+        cuts = std::move(read).value();
+      } else if (named || interrupt.requested()) {
+        return fail(kName, read.error());
+      } else {
+        fmt::print(stderr, "rcs table1: without real scans: RCS_DATA_DIR={}: {}; {}\n", data_,
+                   read.error().message, remedy());
+      }
     }
-    const std::string path = scenario_.empty() ? find_scenario() : scenario_;
+    const std::string path = scenario_.empty() ? find_config(std::string(kReference)) : scenario_;
     const Result<sim::Scenario> scenario = sim::load_scenario(path, {});
     if (!scenario) return fail(kName, scenario.error());
     if (scenario->ladar != sim::LadarKind::kImager || scenario->commanded) {
       return fail(kName, Error{path + ": not a scripted drive with a range imager"});
     }
-    const studies::ScanSet simulated = studies::simulate_scans(*scenario, pairs_);
+    const std::vector<std::vector<Row>> rows = rows_of(cuts, *scenario, interrupt);
+    if (interrupt.requested()) return fail(kName, Error{"interrupted"});
+    json_ ? print_json(rows) : print_table(rows);
+    return kExitOk;
+  }
 
-    Progress progress(kName, static_cast<std::int64_t>(kPrinted.size() * kMethods.size()) * 2);
+ private:
+  static std::string remedy() {
+    return fmt::format(
+        "set RCS_DATA_DIR (or --data) to the folder that contains {} with reference_pairs.csv and "
+        "the sweeps (docs/user/drills_and_evaluation.md)",
+        studies::kKittiDrive);
+  }
+
+  /// Incomplete after Ctrl-C.
+  [[nodiscard]] std::vector<std::vector<Row>> rows_of(const std::optional<studies::ScanSet>& cuts,
+                                                      const sim::Scenario& scenario,
+                                                      const InterruptGuard& interrupt) const {
+    Progress progress(kName, Progress::kSteps);
+    const studies::ScanSet simulated = studies::simulate_scans(scenario, pairs_);
+    std::size_t all = 0;
+    std::size_t done = 0;
+    for (const Printed& printed : kPrinted) {
+      if (cuts) all += studies::trials_of(printed.set, cuts->pairs, seeds_).size();
+      all += studies::trials_of(printed.set, simulated.pairs, seeds_).size();
+    }
     std::vector<std::vector<Row>> rows;
-    std::int64_t done = 0;
     for (const Printed& printed : kPrinted) {
       std::vector<Row>& of_set = rows.emplace_back();
       const auto add = [&](const char* name, const studies::ScanSet& scans) {
         const std::vector<studies::Trial> trials =
             studies::trials_of(printed.set, scans.pairs, seeds_);
         for (const Method method : kMethods) {
-          of_set.push_back(run_row(name, scans, trials, method));
-          progress.at(++done);
+          if (interrupt.requested()) return;
+          of_set.push_back(run_row(name, scans, trials, method, [&] {
+            progress.at_share(static_cast<double>(++done) /
+                              static_cast<double>(all * kMethods.size()));
+          }));
         }
       };
       if (cuts) add("KITTI", *cuts);
       add("simulation", simulated);
     }
-    json_ ? print_json(rows) : print_table(rows);
-    return kExitOk;
+    return rows;
   }
 
- private:
   static Result<studies::ScanSet> read_cuts(const std::string& folder) {
     const Result<studies::KittiDrive> drive = studies::KittiDrive::open(folder);
     if (!drive) return drive.error();
@@ -277,28 +298,45 @@ class Table1 final : public Command {
   }
 
   static void print_table(const std::vector<std::vector<Row>>& rows) {
-    report::Table table{{"", "points M / D", "ok", "unnoticed", "distance [cm] before", "after",
-                         "pairs", "iterations", "error [m]", "[deg]", "overlap", "CPU [ms]"},
-                        {}};
+    report::Table table{
+        {"", "points M/D", "ok", "false ok", "before [cm]", "after [cm]", "pairs [cm]", "iter.",
+         "error [m]", "error [deg]", "pairs [%]", "CPU [ms]"},
+        {}};
     for (std::size_t set = 0; set < kPrinted.size(); ++set) {
       const Printed& p = kPrinted[set];
-      table.rows.push_back({p.description, fmt::format("{} / {}", p.model_points, p.data_points),
-                            "", "", "", fmt::format("{:.2f}", p.mean_distance_cm), "",
+      table.rows.push_back({p.description, fmt::format("{}/{}", p.model_points, p.data_points), "",
+                            "", "", fmt::format("{:.2f}", p.mean_distance_cm), "",
                             fmt::format("{}", p.iterations), "", "", "", ""});
+      std::string scans;
       for (const Row& row : rows[set]) {
+        if (row.scans != scans) {
+          scans = row.scans;
+          std::vector<std::string> title(table.header.size());
+          title[0] = fmt::format(" {}: {}", scans, row.trials);
+          table.rows.push_back(std::move(title));
+        }
         const Metrics& m = row.median;
         table.rows.push_back(
-            {fmt::format("  {}: {}", row.scans, name_of(row.method)),
-             fmt::format("{:.0f} / {:.0f}", m.model_points, m.data_points),
-             fmt::format("{} of {}", row.successes, row.trials), fmt::format("{}", row.unnoticed),
-             fmt::format("{:.2f}", m.mean_distance_before_cm),
-             fmt::format("{:.2f}", m.mean_distance_after_cm),
-             fmt::format("{:.2f}", m.mean_distance_of_pairs_cm),
-             fmt::format("{:.0f}", m.iterations), fmt::format("{:.3f}", m.error_m),
-             fmt::format("{:.2f}", m.error_deg), fmt::format("{:.0f} %", 100.0 * m.overlap),
-             fmt::format("{:.2f}", m.cpu_ms)});
+            {fmt::format("  {}", name_of(row.method)),
+             fmt::format("{:.0f}/{:.0f}", m.model_points, m.data_points),
+             fmt::format("{}", row.successes), fmt::format("{}", row.unnoticed),
+             short_number(m.mean_distance_before_cm), short_number(m.mean_distance_after_cm),
+             short_number(m.mean_distance_of_pairs_cm), fmt::format("{:.0f}", m.iterations),
+             fmt::format("{:.3f}", m.error_m), fmt::format("{:.2f}", m.error_deg),
+             fmt::format("{:.0f}", 100.0 * m.overlap),
+             fmt::format("{:.{}f}", m.cpu_ms, m.cpu_ms < 100.0 ? 1 : 0)});
       }
     }
+    const bool real = !rows.front().empty() && rows.front().front().scans == "KITTI";
+    table.note = fmt::format(
+        "rows #1 to #4: as printed in the paper, of its own scans. {}simulation: N trials on scans "
+        "of the reference simulation, whose motion is known exactly. Values are medians. M, D: "
+        "points of model and data; ok: trials with an error below 0.1 m and 0.5 deg; false ok: "
+        "other trials that the method reports as successes; before, after, pairs: mean distance of "
+        "the data points, and of the paired ones, to the model; pairs [%]: share of the data "
+        "points. "
+        "More: rcs table1 --help",
+        real ? "KITTI: N trials on sweeps of drive 0005, cut to the size of the paper. " : "");
     fmt::print("{}", to_text(table));
   }
 

@@ -13,6 +13,8 @@
 #include "tools/base/files.h"
 #include "tools/evaluation/budget_metrics.h"
 #include "tools/rcs/command.h"
+#include "tools/rcs/config_files.h"
+#include "tools/rcs/list_option.h"
 #include "tools/rcs/terminal.h"
 #include "tools/rcs/vehicle/budget_run.h"
 #include "tools/rcs/vehicle/child_process.h"
@@ -48,14 +50,12 @@ class Budget final : public Command {
     app()
         ->add_option("CONFIG", plan_.config, "the vehicle's configuration (TOML)")
         ->required()
-        ->check(CLI::ExistingFile);
+        ->transform(config_file());
     app()
         ->add_option("LOG", plan_.log, "log with sensor channels; other channels are ignored")
         ->required()
         ->check(CLI::ExistingFile);
-    app()
-        ->add_option("--load", plan_.load, "additional load on the computer; separated by commas")
-        ->delimiter(',')
+    add_list(app(), "--load", &plan_.load, "additional load on the computer")
         ->check(CLI::IsMember({"cpu", "io", "memory"}));
     app()
         ->add_option("--seconds", seconds_,

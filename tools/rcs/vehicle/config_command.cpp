@@ -8,8 +8,11 @@
 #include "rcs/node/params/param_text.h"
 #include "tools/base/files.h"
 #include "tools/rcs/command.h"
+#include "tools/rcs/config_files.h"
+#include "tools/rcs/list_option.h"
 #include "tools/rcs/vehicle/configuration.h"
 #include "tools/report/json_document.h"
+#include "tools/report/table.h"
 
 namespace rcs::cli {
 namespace {
@@ -46,6 +49,7 @@ class List final : public Command {
                                        " one per line")) {
     app()->add_option("TABLE", table_, "only this table or key, e.g. sp.icp or gate_m");
     app()->add_flag("--json", json_, "print JSON, including the descriptions");
+    app()->footer("Example:\n  rcs config list sp.icp");
   }
 
   int run() override {
@@ -80,6 +84,7 @@ class Explain final : public Command {
         ->add_option("KEY", keys_, "full key (sp.icp.gate_m), short key (gate_m) or table")
         ->required();
     app()->add_flag("--json", json_, "print the results as JSON");
+    app()->footer("Example:\n  rcs config explain wm.history.bridge_ms");
   }
 
   int run() override {
@@ -108,8 +113,8 @@ class Explain final : public Command {
 
  private:
   static void print(const ParamDescription& p) {
-    fmt::print("{}\n  {}\n  type     {}{}\n", full_key(p.table, p.key), p.meaning, p.type,
-               unit_of(p.key));
+    fmt::print("{}\n{}\n  type     {}{}\n", full_key(p.table, p.key),
+               report::wrapped(fmt::format("  {}", p.meaning), 2), p.type, unit_of(p.key));
     if (const std::string range = range_of(p); !range.empty()) {
       fmt::print("  {:<8} {}\n", p.range ? "range" : "one of", range);
     }
@@ -126,14 +131,16 @@ class Check final : public Command {
       : Command(config->add_subcommand(
             "check", "Check vehicle configurations and print all errors with file and line")) {
     app()->add_option("FILE", files_, "configurations of vehicles")->required();
-    app()->add_option("--set", overrides_, "KEY=VALUE as for the nodes; may be repeated");
+    app()->footer("Example:\n  rcs config check config/demo3.toml config/kitti.toml");
+    add_repeated(app(), "--set", &overrides_, "TABLE.KEY=VALUE (TOML), overrides the file");
     app()->add_flag("--json", json_, "print the results as JSON");
   }
 
   int run() override {
     bool valid = true;
     report::Json out = {{"files", report::Json::array()}};
-    for (const std::string& path : files_) {
+    for (const std::string& file : files_) {
+      const std::string path = find_config(file);
       const Result<Configuration> read = read_configuration(path, overrides_);
       if (!read && !tools::read_text(path)) return fail(kName, read.error());
       const std::vector<std::string> problems =
@@ -160,13 +167,14 @@ class Show final : public Command {
       : Command(config->add_subcommand(
             "show", "Show the effective values of a configuration and the source of each")) {
     app()->add_option("FILE", file_, "configuration of a vehicle")->required();
-    app()->add_option("--set", overrides_, "KEY=VALUE as for the nodes; may be repeated");
+    add_repeated(app(), "--set", &overrides_, "TABLE.KEY=VALUE (TOML), overrides the file");
     app()->add_flag("--changed", changed_, "only values that differ from the default");
     app()->add_flag("--json", json_, "print the results as JSON");
+    app()->footer("Example:\n  rcs config show config/demo3.toml --changed");
   }
 
   int run() override {
-    const Result<Configuration> read = read_configuration(file_, overrides_);
+    const Result<Configuration> read = read_configuration(find_config(file_), overrides_);
     if (!read) return fail(kName, read.error());
     for (const std::string& problem : read->problems) {
       fmt::print(stderr, "rcs config: {}\n", problem);

@@ -20,6 +20,8 @@
 #include "sim/scenario_file.h"
 #include "tools/base/random_places.h"
 #include "tools/rcs/command.h"
+#include "tools/rcs/config_files.h"
+#include "tools/rcs/list_option.h"
 #include "tools/rcs/terminal.h"
 #include "tools/report/json_document.h"
 
@@ -196,10 +198,10 @@ class Go final : public Command {
  public:
   explicit Go(CLI::App* rcs)
       : Command(rcs->add_subcommand("go", "Send drive or stop commands to BG")) {
-    app()->add_option("--waypoint", waypoints_, "X,Y [m]; may be repeated");
+    add_repeated(app(), "--waypoint", &waypoints_, "X,Y [m]");
     app()
         ->add_option("--scenario", scenario_, "use the waypoints and the speed of this scenario")
-        ->check(CLI::ExistingFile);
+        ->transform(config_file());
     app()->add_option("--seed", seed_, "seed, overrides that of the scenario");
     app()
         ->add_option("--speed", speed_mps_, "speed limit [m/s]; default 5, or that of the scenario")

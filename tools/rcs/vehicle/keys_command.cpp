@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tools/rcs/command.h"
+#include "tools/rcs/list_option.h"
 #include "tools/rcs/vehicle/key_folder.h"
 #include "tools/report/json_document.h"
 
@@ -20,13 +21,13 @@ class Keys final : public Command {
       : Command(rcs->add_subcommand(
             "keys", "Create keys and signed permissions for DDS between vehicles and operators")) {
     app()->add_option("DIR", directory_, "folder of keys; created if missing")->required();
-    app()->add_option("--vehicle", vehicles_, "an identity for the gateway of this vehicle");
-    app()->add_option("--operator", operators_, "an identity that may command vehicles");
-    app()->add_option("--observer", observers_, "an identity that may only receive");
+    add_repeated(app(), "--vehicle", &vehicles_, "an identity for the gateway of this vehicle");
+    add_repeated(app(), "--operator", &operators_, "an identity that may command vehicles");
+    add_repeated(app(), "--observer", &observers_, "an identity that may only receive");
     app()->add_flag("--json", json_, "print the results as JSON");
     app()->footer(
         "The name of a vehicle is [vehicle] name in its configuration, the name of an operator is\n"
-        "its operator_id. Options may be repeated; existing identities are kept, new ones added.\n"
+        "its operator_id. Existing identities are kept, new ones added.\n"
         "Give the complete folder DIR/NAME to its owner. DIR/ca creates new identities: keep it\n"
         "private.\n"
         "Example:\n"

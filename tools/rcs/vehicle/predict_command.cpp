@@ -18,6 +18,7 @@
 #include "rcs/node/timeline/live_timeline.h"
 #include "tools/base/random_places.h"
 #include "tools/rcs/command.h"
+#include "tools/rcs/list_option.h"
 #include "tools/rcs/terminal.h"
 #include "tools/report/json_document.h"
 #include "tools/report/table.h"
@@ -34,7 +35,7 @@ class PredictCommand final : public Command {
       : Command(rcs->add_subcommand(
             "predict", "Predict the position uncertainty of WM along a path without GPS")) {
     CLI::Option* const to =
-        app()->add_option("--to", to_, "X,Y [m] east and north in frame world; may be repeated");
+        add_repeated(app(), "--to", &to_, "X,Y [m] east and north in frame world");
     app()
         ->add_option("--path", path_, "CSV with columns x_m and y_m, in frame world")
         ->check(CLI::ExistingFile)

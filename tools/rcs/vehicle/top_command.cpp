@@ -11,6 +11,7 @@
 
 #include "lcmtypes/channels.h"
 #include "rcs/node/bus/lcm_bus.h"
+#include "rcs/node/time_text.h"
 #include "rcs/node/timeline/live_timeline.h"
 #include "tools/evaluation/top_model.h"
 #include "tools/rcs/command.h"
@@ -59,12 +60,16 @@ struct Taps {
         cycle(bus, ".*_CYCLE", model, &evaluation::TopModel::on_cycle),
         event(bus, ".*_EVENT", model, &evaluation::TopModel::on_event),
         nav(bus, channel::kWmNavState, model, &evaluation::TopModel::on_nav),
+        integrity(bus, channel::kWmIntegrity, model, &evaluation::TopModel::on_integrity),
+        fix(bus, channel::kGpsFix, model, &evaluation::TopModel::on_fix),
         status(bus, channel::kBgStatus, model, &evaluation::TopModel::on_status) {}
 
   Tap<process_t> process;
   Tap<cycle_t> cycle;
   Tap<event_t> event;
   Tap<nav_state_t> nav;
+  Tap<integrity_t> integrity;
+  Tap<gps_fix_t> fix;
   Tap<status_t> status;
 };
 
@@ -135,9 +140,17 @@ class Top final : public Command {
         ->check(CLI::Range(0.1, 3600.0))
         ->capture_default_str();
     app()->footer(
-        "q or Ctrl-C quits. Times are of the last 5 s; overruns, missed, dropped, gaps and\n"
-        "malformed are counts since the start of the node. With --once the exit status is 1 if no\n"
-        "node is alive.\n"
+        "q or Ctrl-C quits. Computing times and rates are of the last 5 s. Columns of a node:\n"
+        "  up     time since its start; Hz: units of work per second\n"
+        "  p50, max, slack   median and maximum of the computing time, and the smallest time left\n"
+        "         to the deadline [ms]; negative: an overrun\n"
+        "  over, miss, lvl   overruns and missed periods since the start; degrade level\n"
+        "  cpu, MB, rt   load [%], resident memory, priority of SCHED_FIFO (+l: memory locked)\n"
+        "An input has the rate and the age of its newest message, and the numbers of dropped,\n"
+        "missing (gap) and malformed messages if there are any. The time of an event is UTC,\n"
+        "followed by the seconds since the start of the first node. With --once the exit status "
+        "is\n"
+        "1 if no node is alive.\n"
         "Examples:\n"
         "  rcs top\n"
         "  rcs top --json | jq '.nodes[] | {node, used_max_ms, overruns}'");
@@ -162,7 +175,7 @@ class Top final : public Command {
     Timeline::Step step = Timeline::Step::kDelivered;
     while (step == Timeline::Step::kDelivered) step = timeline->advance(until);
     if (const Outcome status = bus->status(); !status) return fail(kName, status.error());
-    const evaluation::TopView view = model->view(timeline->now());
+    const evaluation::TopView view = model->view(timeline->now(), wall_utime());
     fmt::print("{}",
                json_ ? report::json_document(kName, to_json(view)) : plain_text(top_lines(view)));
     const bool any = std::any_of(view.nodes.begin(), view.nodes.end(),
@@ -179,8 +192,9 @@ class Top final : public Command {
       }
       const Stamp now = timeline.now();
       if (now >= redraw) {
-        std::vector<TopLine> lines = top_lines(model->view(now));
-        lines.insert(lines.begin(), {fmt::format("rcs top  {}  q quits", bus->url())});
+        std::vector<TopLine> lines = top_lines(model->view(now, wall_utime()));
+        lines.insert(lines.begin(), {fmt::format("rcs top  {} UTC  q quits  {}",
+                                                 time_of_day(wall_utime()), bus->url())});
         screen.show(lines);
         redraw = now + kRedraw;
       }

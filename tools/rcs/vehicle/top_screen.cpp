@@ -5,18 +5,16 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "lcmtypes/channels.h"
+#include "lcmtypes/message_names.h"
 #include "lcmtypes/rcs/event_t.hpp"
 #include "rcs/base/linear.h"
-#include "tools/report/table.h"
+#include "rcs/node/time_text.h"
 
 namespace rcs::cli {
 namespace {
 
 using Style = TopLine::Style;
-
-std::string ms(const std::optional<Duration>& d) {
-  return d ? fmt::format("{:.2f}", milliseconds(*d)) : "-";
-}
 
 std::string number(const std::optional<double>& v) { return v ? fmt::format("{:.1f}", *v) : "-"; }
 
@@ -48,9 +46,10 @@ std::string state_of(const evaluation::TopView::Node& n) {
   return n.heard ? fmt::format("SILENT {}", span(*n.heard)) : "no process_t";
 }
 
+/// Of SCHED_FIFO; "-": ordinary scheduling.
 std::string scheduling_of(const evaluation::TopView::Node& n) {
-  std::string text = n.realtime_priority > 0 ? fmt::format("FIFO {}", n.realtime_priority) : "no";
-  return n.memory_locked ? text + "+lock" : text;
+  const std::string text = n.realtime_priority > 0 ? fmt::format("{}", n.realtime_priority) : "-";
+  return n.memory_locked ? text + "+l" : text;
 }
 
 Style style_of(const evaluation::TopView::Node& n) {
@@ -59,83 +58,143 @@ Style style_of(const evaluation::TopView::Node& n) {
   return late || n.degrade_level > 0 ? Style::kWarning : Style::kPlain;
 }
 
-/// The lines of the table; its rows with their styles.
-void append(const report::Table& table, const std::vector<Style>& styles,
-            std::vector<TopLine>* lines) {
-  const std::string text = to_text(table);
-  std::size_t row = 0;
-  for (std::size_t at = 0; at < text.size(); ++row) {
-    const std::size_t end = text.find('\n', at);
-    lines->push_back({text.substr(at, end - at), row == 0 ? Style::kHead : styles[row - 1]});
-    at = end + 1;
-  }
-}
-
 void append_nodes(const evaluation::TopView& view, std::vector<TopLine>* lines) {
-  report::Table table;
-  table.header = {"node",  "state", "up",     "Hz",    "p50 ms", "max ms", "budget",
-                  "slack", "over",  "missed", "level", "cpu %",  "rss MB", "real time"};
-  std::vector<Style> styles;
+  // 79 columns; a long cell moves those at its right.
+  constexpr const char* kRow =
+      "{:<7} {:<6} {:>8} {:>5} {:>6} {:>6} {:>6} {:>4} {:>4} {:>3} {:>4} "
+      "{:>5} {:>4}";
+  lines->push_back({fmt::format(fmt::runtime(kRow), "node", "state", "up", "Hz", "p50", "max",
+                                "slack", "over", "miss", "lvl", "cpu", "MB", "rt"),
+                    Style::kHead});
+  const auto ms = [](const std::optional<Duration>& d) {
+    return d ? fmt::format("{:.1f}", milliseconds(*d)) : "-";
+  };
   for (const evaluation::TopView::Node& n : view.nodes) {
-    table.rows.push_back(
-        {n.name, state_of(n), n.heard ? span(n.up) : "-", number(n.account_hz), ms(n.used_p50),
-         ms(n.used_max), ms(n.budget), ms(n.min_slack), std::to_string(n.overruns),
-         std::to_string(n.missed), std::to_string(n.degrade_level), number(n.cpu_percent),
-         fmt::format("{:.1f}", static_cast<double>(n.rss_kb) / 1024.0), scheduling_of(n)});
-    styles.push_back(style_of(n));
+    lines->push_back(
+        {fmt::format(fmt::runtime(kRow), n.name, state_of(n), n.heard ? span(n.up) : "-",
+                     number(n.account_hz), ms(n.used_p50), ms(n.used_max), ms(n.min_slack),
+                     n.overruns, n.missed, static_cast<int>(n.degrade_level),
+                     n.cpu_percent ? fmt::format("{:.0f}", *n.cpu_percent) : "-",
+                     fmt::format("{:.0f}", static_cast<double>(n.rss_kb) / 1024.0),
+                     scheduling_of(n)),
+         style_of(n)});
   }
-  append(table, styles, lines);
   for (const evaluation::TopView::Node& n : view.nodes) {
     if (!n.note.empty()) {
       lines->push_back({fmt::format("{}: {}", n.name, n.note), Style::kWarning});
     }
   }
-  lines->push_back({});
 }
 
+/// One input in half of a line.
+TopLine input_line(const std::string& node, const evaluation::TopView::Input& in) {
+  std::string text = fmt::format("{:<3} {:<15} {:>5} Hz {:>6}", node, in.channel,
+                                 number(in.rate_hz), in.age ? span(*in.age) : std::string("never"));
+  const auto add = [&text](const char* what, std::int64_t n) {
+    if (n > 0) text += fmt::format(" {} {}", what, n);
+  };
+  add("drop", in.dropped);
+  add("gap", in.gaps);
+  add("malf", in.malformed);
+  const bool no_data = !in.age && channel::is_sensor(in.channel);
+  return {text, in.malformed > 0 || no_data ? Style::kWarning : Style::kPlain};
+}
+
+/// Two inputs a line where both are ordinary and fit.
 void append_inputs(const evaluation::TopView& view, std::vector<TopLine>* lines) {
-  report::Table table;
-  table.header = {"input", "Hz", "age", "dropped", "gaps", "malformed"};
-  std::vector<Style> styles;
+  constexpr std::size_t kHalf = 40;
+  std::vector<TopLine> inputs;
   for (const evaluation::TopView::Node& n : view.nodes) {
-    for (const evaluation::TopView::Input& in : n.inputs) {
-      table.rows.push_back({fmt::format("{} {}", n.name, in.channel), number(in.rate_hz),
-                            span(in.age), std::to_string(in.dropped), std::to_string(in.gaps),
-                            std::to_string(in.malformed)});
-      styles.push_back(in.malformed > 0 ? Style::kWarning : Style::kPlain);
-    }
+    for (const evaluation::TopView::Input& in : n.inputs) inputs.push_back(input_line(n.name, in));
   }
-  if (table.rows.empty()) return;
-  append(table, styles, lines);
-  lines->push_back({});
+  if (inputs.empty()) return;
+  lines->push_back({"inputs: rate, age of the newest message", Style::kHead});
+  for (std::size_t k = 0; k < inputs.size(); ++k) {
+    const bool two = k + 1 < inputs.size() && inputs[k].style == inputs[k + 1].style &&
+                     inputs[k].text.size() < kHalf && inputs[k + 1].text.size() < kHalf;
+    if (!two) {
+      lines->push_back(inputs[k]);
+      continue;
+    }
+    lines->push_back(
+        {fmt::format("{:<{}}{}", inputs[k].text, kHalf, inputs[k + 1].text), inputs[k].style});
+    ++k;
+  }
 }
 
-void append_nav(const evaluation::TopView::Nav& nav, std::vector<TopLine>* lines) {
+void append_nav(const evaluation::TopView& view, std::vector<TopLine>* lines) {
+  const evaluation::TopView::Nav& nav = *view.nav;
   const bool silent = nav.heard > evaluation::TopModel::kSilent;
   lines->push_back(
-      {fmt::format("wm {}{}{}{}", nav.mode, nav.pose_valid ? "" : ", POSE INVALID",
-                   nav.world_valid ? "" : ", no datum yet",
-                   silent ? fmt::format(", SILENT {}", span(nav.heard)) : ""),
+      {fmt::format("wm {}{}{}{}, {} resets, map epoch {}", nav.mode,
+                   nav.pose_valid ? "" : ", POSE INVALID", nav.world_valid ? "" : ", no datum yet",
+                   silent ? fmt::format(", SILENT {}", span(nav.heard)) : "", nav.world_resets,
+                   nav.map_epoch),
        silent || !nav.pose_valid || nav.mode == "LOST" ? Style::kAlarm : Style::kHead});
   lines->push_back({fmt::format(
-      "  sigma {:.2f} m forward, {:.2f} m left, {:.2f} m up, {:.2f} deg yaw; {:.1f} m/s",
-      nav.sigma_m[0], nav.sigma_m[1], nav.sigma_m[2], degrees(nav.sigma_yaw_rad), nav.speed_mps)});
-  lines->push_back({fmt::format("  {:.0f} m since GPS, {} resets of world, map epoch {}",
-                                nav.distance_since_gps_m, nav.world_resets, nav.map_epoch)});
+      "  {}heading {:.1f} deg, {:.1f} m/s",
+      nav.world_valid ? fmt::format("lat {:.6f} lon {:.6f} deg, ", nav.lat_deg, nav.lon_deg) : "",
+      nav.heading_deg, nav.speed_mps)});
+  lines->push_back({fmt::format("  E {:.1f} N {:.1f} U {:.1f} m", nav.p_world_m[0],
+                                nav.p_world_m[1], nav.p_world_m[2])});
+  lines->push_back(
+      {fmt::format("  sigma {:.2f} m forward, {:.2f} m left, {:.2f} m up, {:.2f} deg yaw",
+                   nav.sigma_m[0], nav.sigma_m[1], nav.sigma_m[2], degrees(nav.sigma_yaw_rad))});
+  const std::string fix = view.fix ? fmt::format("{}, {} satellites, {} ago", view.fix->type,
+                                                 view.fix->satellites, span(view.fix->heard))
+                                   : std::string("never received");
+  lines->push_back({fmt::format("  GPS fix {}; {:.0f} m since GPS", fix, nav.distance_since_gps_m),
+                    view.fix ? Style::kPlain : Style::kWarning});
   std::string ages;
   for (const evaluation::TopView::Nav::Age& a : nav.ages) {
     ages += fmt::format("{}{} {}", ages.empty() ? "" : ", ", a.source, span(a.age));
   }
-  lines->push_back({"  since accepted: " + ages});
-  lines->push_back({});
+  lines->push_back({"  age: " + ages});
+}
+
+void append_integrity(const evaluation::TopView::Integrity& i, std::vector<TopLine>* lines) {
+  const auto level = [&i](double level_m, double limit_m) {
+    return i.bounded ? fmt::format("{:.2f} of {:.1f} m", level_m, limit_m)
+                     : fmt::format("unbounded (limit {:.1f} m)", limit_m);
+  };
+  const bool silent = i.heard > evaluation::TopModel::kSilent;
+  lines->push_back({fmt::format("  protection level horizontal {}, vertical {}{}",
+                                level(i.protection_horizontal_m, i.limit_horizontal_m),
+                                level(i.protection_vertical_m, i.limit_vertical_m),
+                                silent ? fmt::format(", SILENT {}", span(i.heard)) : ""),
+                    silent || !i.bounded ? Style::kAlarm : Style::kPlain});
+  const std::string alerts = alert_names(i.alerts);
+  const bool alert = alerts != "none";
+  lines->push_back(
+      {fmt::format("  sources: GPS {}, LADAR {}{}", i.gps, i.ladar, alert ? "" : "; no alerts")});
+  if (alert) lines->push_back({"  alerts: " + alerts, Style::kAlarm});
 }
 
 void append_status(const evaluation::TopView::Status& s, std::vector<TopLine>* lines) {
-  lines->push_back({fmt::format("bg {} {}: command {} of {}{}{}, {} ago", s.status, s.state,
-                                s.echo_serial, s.issuer.empty() ? "nobody" : s.issuer,
-                                s.reason.empty() ? "" : ": ", s.reason, span(s.heard)),
-                    s.status == "ERROR" ? Style::kAlarm : Style::kHead});
-  lines->push_back({});
+  const bool stopped = s.emergency_stop != "none";
+  lines->push_back(
+      {fmt::format("bg {} {}: command {} of {}{}{}, {} ago{}", s.status, s.state, s.echo_serial,
+                   s.issuer.empty() ? "nobody" : s.issuer, s.reason.empty() ? "" : ": ", s.reason,
+                   span(s.heard), stopped ? "" : "; no emergency stop"),
+       s.status == "ERROR" ? Style::kAlarm : Style::kHead});
+  if (stopped) lines->push_back({"  emergency stop: " + s.emergency_stop, Style::kAlarm});
+}
+
+/// @param first, last  events to append
+void append_events(const evaluation::TopView& view, std::size_t first, std::size_t last,
+                   std::vector<TopLine>* lines) {
+  for (std::size_t k = first; k < std::min(last, view.events.size()); ++k) {
+    const evaluation::TopView::Event& e = view.events[k];
+    const std::string time =
+        view.now_utime == 0 ? fmt::format("{} ago", span(e.age))
+                            : fmt::format("{} UTC", time_of_day(view.now_utime - e.age.count()));
+    lines->push_back({fmt::format("  {}{} {} {}: {}: {}{}", time,
+                                  e.of_run ? fmt::format(" {:.1f} s", seconds(*e.of_run)) : "",
+                                  e.node, severity_name(e.severity), e.code, e.text,
+                                  e.repeated > 0 ? fmt::format(" (and {} times before)", e.repeated)
+                                                 : std::string()),
+                      style_of(e.severity)});
+  }
 }
 
 const char* code_of(Style style) {
@@ -212,12 +271,13 @@ nlohmann::ordered_json json_nav(const evaluation::TopView::Nav& nav) {
 }  // namespace
 
 std::vector<TopLine> top_lines(const evaluation::TopView& view) {
+  constexpr std::size_t kNewest = 3;  // above the inputs: 24 rows show a whole vehicle
   std::vector<TopLine> lines;
   if (view.nodes.empty()) lines.push_back({"no node on this bus", Style::kAlarm});
-  if (!view.nodes.empty()) append_nodes(view, &lines);
-  if (view.nav) append_nav(*view.nav, &lines);
+  if (view.nav) append_nav(view, &lines);
+  if (view.integrity) append_integrity(*view.integrity, &lines);
   if (view.status) append_status(*view.status, &lines);
-  append_inputs(view, &lines);
+  if (!view.nodes.empty()) append_nodes(view, &lines);
   for (const auto& [channel, count] : view.malformed) {
     lines.push_back(
         {fmt::format("{}: {} messages cannot be decoded, possibly another version of the type",
@@ -225,13 +285,10 @@ std::vector<TopLine> top_lines(const evaluation::TopView& view) {
          Style::kWarning});
   }
   if (!view.events.empty()) lines.push_back({"events, newest first", Style::kHead});
-  for (const evaluation::TopView::Event& e : view.events) {
-    lines.push_back({fmt::format("  {:>8} ago  {} {}: {}: {}{}", span(e.age), e.node,
-                                 severity_name(e.severity), e.code, e.text,
-                                 e.repeated > 0 ? fmt::format(" (and {} times before)", e.repeated)
-                                                : std::string()),
-                     style_of(e.severity)});
-  }
+  append_events(view, 0, kNewest, &lines);
+  append_inputs(view, &lines);
+  if (view.events.size() > kNewest) lines.push_back({"older events", Style::kHead});
+  append_events(view, kNewest, view.events.size(), &lines);
   return lines;
 }
 

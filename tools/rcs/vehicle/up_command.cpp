@@ -9,6 +9,7 @@
 #include <deque>
 #include <set>
 
+#include "lcmtypes/rcs/cycle_t.hpp"
 #include "lcmtypes/rcs/process_t.hpp"
 #include "rcs/node/bus/inbox.h"
 #include "rcs/node/bus/lcm_bus.h"
@@ -18,9 +19,11 @@
 #include "rcs/node/stop_latch.h"
 #include "rcs/node/timeline/live_timeline.h"
 #include "tools/rcs/command.h"
+#include "tools/rcs/config_files.h"
 #include "tools/rcs/terminal.h"
 #include "tools/rcs/vehicle/child_process.h"
 #include "tools/rcs/vehicle/console.h"
+#include "tools/rcs/vehicle/sensor_watch.h"
 #include "tools/rcs/vehicle/supervisor.h"
 #include "tools/rcs/vehicle/up_report.h"
 #include "tools/report/json_document.h"
@@ -39,11 +42,15 @@ constexpr int kMaxBurst = 1000;
 /// One node: its process, if running, and its heartbeat.
 struct Watched {
   Watched(Bus* bus, const std::string& n)
-      : name(n), prefix("[" + n + "] "), alive(bus, channel_of(n, "PROCESS"), 4) {}
+      : name(n),
+        prefix("[" + n + "] "),
+        alive(bus, channel_of(n, "PROCESS"), 4),
+        accounts(bus, channel_of(n, "CYCLE"), 64) {}
 
   std::string name;
   std::string prefix;
   Inbox<process_t> alive;
+  Inbox<cycle_t> accounts;
   std::optional<ChildProcess> process;
   std::deque<std::string> last_lines;
   std::string last_end;     ///< "ended with status 1"
@@ -86,6 +93,7 @@ class Up final : public Command {
         "CONFIG\n"
         "(default gateway) names the nodes that are not critical.\n"
         "Ctrl-C or SIGTERM stops all nodes (status 0). The nodes always end with this program.\n"
+        "A sensor from which the nodes have received nothing is reported with its channel.\n"
         "An emergency stop is latched in [process] state_directory (default $STATE_DIRECTORY,\n"
         "$XDG_STATE_HOME/rcs, ~/.local/state/rcs), survives restarts, and is reported at the\n"
         "start; `rcs go --release` ends it when the vehicle is at rest.\n"
@@ -127,9 +135,11 @@ class Up final : public Command {
   std::deque<Watched> nodes_;  // deque: the bus holds their addresses
   std::optional<Supervisor> supervisor_;
   std::optional<UpReport> report_;
+  std::optional<SensorWatch> sensors_;
 };
 
 int Up::run() {
+  config_ = find_config(config_);
   const Result<ParamFile> params = ParamFile::load(config_);
   if (!params) return fail(kName, params.error());
   const Result<ProcessTables> tables = read_process_tables(*params);
@@ -176,6 +186,7 @@ int Up::run() {
     }
   }
   report_.emplace(bus_.get(), config_, timeline.now());
+  sensors_.emplace(timeline.now(), std::find(nodes.begin(), nodes.end(), "sp") != nodes.end());
   const Outcome done = watch(stop, timeline);
   if (!done) return fail(kName, done.error());
   print("all stopped");
@@ -267,6 +278,9 @@ Outcome Up::watch(const StopSignals& stop, const LiveTimeline& timeline) {
     const Stamp now = timeline.now();
     for (const SupervisorAction& action : supervisor_->due(now)) carry_out(action, now);
     publish(now);
+    if (!supervisor_->stopping()) {
+      for (const std::string& line : sensors_->due(now)) print(line);
+    }
 
     polled = {{bus_->fd(), POLLIN, 0}};
     if (!supervisor_->stopping()) polled.push_back({stop.fd(), POLLIN, 0});
@@ -301,6 +315,9 @@ void Up::deliver(Stamp now) {
 
 void Up::read_heartbeats(std::size_t i, Stamp now) {
   Watched& node = nodes_[i];
+  for (; const cycle_t* account = node.accounts.front(); node.accounts.pop()) {
+    sensors_->on_cycle(*account);
+  }
   for (; const process_t* seen = node.alive.front(); node.alive.pop()) {
     if (node.process && seen->pid == node.process->pid()) {
       const bool was_failing = supervisor_->failing(i);

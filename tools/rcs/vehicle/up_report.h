@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "lcmtypes/events.h"
 #include "lcmtypes/rcs/process_t.hpp"
 #include "rcs/base/stamp.h"
 #include "rcs/node/bus/bus.h"
@@ -22,9 +23,11 @@ class UpReport {
   [[nodiscard]] Stamp next() const { return next_; }
   /// @param note  about the failing nodes; empty: none
   void process(Stamp now, const std::string& note);
-  void failing(Stamp now, std::string_view what) { events_.error(now, "node.failing", "{}", what); }
+  void failing(Stamp now, std::string_view what) {
+    events_.publish(now, event::kUpNodeFailing, "{}", what);
+  }
   void recovered(Stamp now, std::string_view node) {
-    events_.info(now, "node.recovered", "{} runs again", node);
+    events_.publish(now, event::kUpNodeRecovered, "{} runs again", node);
   }
 
  private:

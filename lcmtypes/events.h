@@ -1,0 +1,293 @@
+#pragma once
+// The list of all events that nodes publish on <NAME>_EVENT. rcs/node/report.h publishes only
+// entries of this list; docs/reference/events.md is generated from it.
+
+namespace rcs::event {
+
+enum class Severity { kInfo, kWarning, kError };
+
+/// How many messages of one code are published within the report interval of the node. The
+/// following message has the number of those that were not published.
+enum class Limit {
+  kOne,
+  kTen  ///< of changes of state: subscribers need the end as well as the beginning
+};
+
+struct Info {
+  const char* publisher;  ///< node, or several: "sp, wm"
+  const char* code;       ///< event_t::code, for programs
+  Severity severity;      ///< of the beginning, if the event also reports an end
+  Limit limit;
+  const char* meaning;
+  const char* cause;
+  const char* remedy;  ///< what the operator does
+};
+
+// clang-format off
+// constant, publisher, code, severity, limit, meaning, cause, remedy
+#define RCS_EVENTS(X)                                                                              \
+  X(kSpInputRefused, "sp", "input.refused", kWarning, kOne,                                        \
+    "A message on WM_NAV_STATE was rejected. SP predicts the motion from the INS alone until the " \
+    "next valid message.",                                                                         \
+    "A pose, velocity or covariance is not finite, is implausible, or is not positive definite.",  \
+    "Check WM_EVENT for the state of the filter. Check that only one WM runs on the bus "          \
+    "(`rcs top`).")                                                                                \
+  X(kSpFacetRefused, "sp", "facet.refused", kWarning, kOne,                                        \
+    "A part of a scan was rejected.",                                                              \
+    "Rows, columns, facet number, sensor_id or the counts of the message do not match [ladar] of " \
+    "the configuration.",                                                                          \
+    "Compare [ladar] with the driver of the LADAR (`rcs log list`, `rcs config show`).")           \
+  X(kSpFacetStale, "sp", "facet.stale", kWarning, kOne,                                            \
+    "A part of a scan was dropped.",                                                               \
+    "The facet was received after the end of its scan, or twice.",                                 \
+    "Check the order of the messages and the driver of the LADAR. A second publisher of the "      \
+    "channel has the same effect.")                                                                \
+  X(kSpScanIncomplete, "sp", "scan.incomplete", kWarning, kOne,                                    \
+    "Parts of a scan are missing. The scan is registered if enough parts were received.",          \
+    "Messages were lost between the driver and SP, or the LADAR or its driver was interrupted.",   \
+    "Check the receive buffers of the computer (config/sysctl) and the gaps in `rcs top`. At the " \
+    "end of a log the event is normal.")                                                           \
+  X(kSpPointsNotFinite, "sp", "points.not_finite", kWarning, kOne,                                 \
+    "Ranges or points of a scan were rejected. The other points of the scan are used.",            \
+    "The driver of the LADAR publishes NaN or infinity.",                                          \
+    "Correct the driver: a ray without a return has the range 0, or no point.")                    \
+  X(kSpMapReseeded, "sp", "map.reseeded", kError, kOne,                                            \
+    "The rolling map was discarded. The scan starts a new one, and a new map epoch. The motion "   \
+    "between the two maps is known from the other sensors only.",                                  \
+    "Several registrations in a row failed ([sp] reseed_after), or WM published no pose in the "   \
+    "current map epoch.",                                                                          \
+    "Check the scans (`registration.failed`) and the INS. After a restart of WM the event is "     \
+    "normal.")                                                                                     \
+  X(kSpDegrade, "sp", "degrade", kInfo, kOne,                                                      \
+    "The degrade level changed: 1 registers fewer points, 2 also omits the match to the a priori " \
+    "map, 3 holds the scan without a registration.",                                               \
+    "The cycle started late, or the scan needs more time than is left before its deadline.",       \
+    "If the level stays above 0, give SP more computing time: real-time priority "                 \
+    "([process.sp]), fewer points, or a faster computer. `rcs budget` measures the latency.")      \
+  X(kSpRegistrationFailed, "sp", "registration.failed", kWarning, kOne,                            \
+    "A scan was not used: its registration to the rolling map has no usable result.",              \
+    "Too few points match, the surroundings have too few features, or the predicted pose is too "  \
+    "far off, e.g. because the INS is silent.",                                                    \
+    "A single event needs no action. If events follow each other, check the field of view of the " \
+    "LADAR and its mounting, [ladar] mount_m and mount_rpy_deg.")                                  \
+  X(kSpStartFound, "sp", "start.found", kInfo, kOne,                                               \
+    "Initial localization on the a priori map has succeeded.",                                     \
+    "Newly observed ground confirmed one candidate pose.",                                         \
+    "None.")                                                                                       \
+  X(kSpStartConfirming, "sp", "start.confirming", kInfo, kOne,                                     \
+    "Initial localization has one candidate pose left, which is not used yet.",                    \
+    "All other hypotheses have become unlikely.",                                                  \
+    "Drive on: ground that has not been observed must confirm the candidate pose.")                \
+  X(kSpStartUnknown, "sp", "start.unknown", kInfo, kOne,                                           \
+    "Initial localization is unresolved. The text has the reason.",                                \
+    "Too little ground was observed, the ground has too few features, several poses fit, no pose " \
+    "fits, or the map has no data in the start region.",                                           \
+    "Drive on over ground with relief. If no pose fits, check [start] and the map.")               \
+  X(kMapTileFailed, "sp, wm", "map.tile_failed", kWarning, kOne,                                   \
+    "A tile of the a priori map cannot be read. The ground there is unknown to the node.",         \
+    "The file of the tile is missing, damaged or not readable.",                                   \
+    "Check the map with `rcs map info` and copy it to the vehicle again.")                         \
+  X(kMapTileReplaced, "sp, wm", "map.tile_replaced", kWarning, kOne,                               \
+    "Tiles of the a priori map differ from the index of the map. They are used.",                  \
+    "The map was replaced while the node runs.",                                                   \
+    "Restart the node after a map has been replaced.")                                             \
+  X(kWmPathIssuer, "wm", "path_uncertainty.issuer", kWarning, kOne,                                \
+    "A message on WM_PATH_QUERY was rejected.",                                                    \
+    "The name of its issuer has more than 64 characters.",                                         \
+    "Shorten the name in the program that publishes the query.")                                   \
+  X(kWmInputRefused, "wm", "input.refused", kWarning, kOne,                                        \
+    "A measurement was not fused. The text has the channel and the reason.",                       \
+    "The measurement is invalid (not finite, implausible), late (older than the history of the "   \
+    "filter) or repeated, or it belongs to another map epoch.",                                    \
+    "Invalid: correct the driver. Late: check the clock of the sensor, the latency of its driver " \
+    "and [wm.history]. At the start of a run the event is normal.")                                \
+  X(kWmMapNone, "wm", "map.none", kWarning, kOne,                                                  \
+    "WM has no a priori map. The uncertainty along a path is predicted by dead reckoning only.",   \
+    "The map of the configuration cannot be opened. The text has the reason.",                     \
+    "Check [world] prior_map of the configuration and the folder of the map (`rcs map info`).")    \
+  X(kWmMode, "wm", "mode", kInfo, kTen,                                                            \
+    "The mode changed: the set of sources that support the belief.",                               \
+    "A source became available, fell silent, was excluded, or was readmitted.",                    \
+    "None for a single change. LOST: the pose is invalid, see `input.none` and the events of the " \
+    "sources.")                                                                                    \
+  X(kWmWorldReset, "wm", "world.reset", kWarning, kOne,                                            \
+    "The pose in frame world stepped by more than [wm.modes] reset_m or reset_rad. Frame local "   \
+    "does not step.",                                                                              \
+    "GPS or the a priori map corrected an error that had accumulated, or fault detection "         \
+    "replaced the belief. The first fix after the start causes it, too.",                          \
+    "None if the step follows an outage. Otherwise compare GPS with the a priori map "             \
+    "(`rcs why LOG TIME`).")                                                                       \
+  X(kWmClockStep, "wm", "clock.step", kWarning, kOne,                                              \
+    "The stamps of all sensors stepped. The belief continues at the new stamp.",                   \
+    "The clock that stamps the sensors was set, or a log was started again.",                      \
+    "Synchronize the clock of the sensors before the drive, and let it slew, not step.")           \
+  X(kWmMapEpoch, "wm", "map.epoch", kInfo, kOne,                                                   \
+    "WM uses a new map epoch of the rolling map.",                                                 \
+    "SP has started a new rolling map: at its start, or after `map.reseeded`.",                    \
+    "None; see `map.reseeded` if SP was not restarted.")                                           \
+  X(kWmInputIns, "wm", "input.ins", kWarning, kTen,                                                \
+    "The INS has been silent for longer than its limit, or (severity info) is received again. "    \
+    "Without the INS the belief follows GPS and the registrations.",                               \
+    "Cable, power, driver or clock of the INS; or the bus lost messages.",                         \
+    "Check the driver and `rcs top`. The vehicle stops when the pose becomes invalid.")            \
+  X(kWmInputGps, "wm", "input.gps", kWarning, kTen,                                                \
+    "No valid fix has been received for longer than the limit, or (severity info) fixes are "      \
+    "received again.",                                                                             \
+    "The receiver has no fix (sky view, jamming); or cable, power or driver of the receiver.",     \
+    "Check the sky view, then the driver. The position drifts: see sigma_in_60s_m of "             \
+    "WM_INTEGRITY.")                                                                               \
+  X(kWmInputOdometry, "wm", "input.odometry", kWarning, kTen,                                      \
+    "The odometry has been silent for longer than its limit, or (severity info) is received "      \
+    "again.",                                                                                      \
+    "Cable or driver of the odometry.",                                                            \
+    "Check the driver.")                                                                           \
+  X(kWmInputLadar, "wm", "input.ladar", kWarning, kTen,                                            \
+    "The registrations of SP have been silent for longer than their limit, or (severity info) "    \
+    "are received again.",                                                                         \
+    "SP does not run, the LADAR is silent, or no registration has a usable result.",               \
+    "Check SP_EVENT and the driver of the LADAR.")                                                 \
+  X(kWmInputNone, "wm", "input.none", kError, kTen,                                                \
+    "No sensor is received; or (severity info) inputs are received again. The mode becomes LOST "  \
+    "and the pose invalid, and BG stops the vehicle.",                                             \
+    "The bus is interrupted, or all drivers have stopped.",                                        \
+    "Check the drivers, the network interface and the firewall of the bus (`rcs top`).")           \
+  X(kWmClockIns, "wm", "clock.ins", kWarning, kOne,                                                \
+    "The clock of the INS stepped against those of the other sensors. WM shifts its stamps.",      \
+    "The INS was restarted or has synchronized its clock.",                                        \
+    "Synchronize the sensors before the drive.")                                                   \
+  X(kWmFde, "wm", "fde", kWarning, kOne,                                                           \
+    "Fault detection excluded or readmitted a source. The text has the source, the reason, the "   \
+    "test ratio (statistic over its limit) and the step of the belief.",                           \
+    "Exclusion: the source contradicts the filter that does not use it: GPS multipath, spoofing "  \
+    "or a wrong datum; a LADAR that is obstructed or moved; a survey that is wrong here.",         \
+    "Continue with the other sources while the protection levels allow it. Check the excluded "    \
+    "source: receiver and antenna, mounting of the LADAR, datum of the map.")                      \
+  X(kWmPriorMapExcluded, "wm", "prior_map.excluded", kWarning, kOne,                               \
+    "The matches to a tile of the a priori map are not fused.",                                    \
+    "The low-passed NIS of the matches is above its limit: the terrain has changed since the "     \
+    "survey, or the sigma of the survey is too small.",                                            \
+    "Import the survey with a larger sigma, or build a newer map of the area (`rcs map build`).")  \
+  X(kWmPriorMapReadmitted, "wm", "prior_map.readmitted", kInfo, kOne,                              \
+    "The matches to the tile of the a priori map under the vehicle are fused again.",              \
+    "The low-passed NIS has fallen below its lower limit, or the vehicle is on another tile.",     \
+    "None.")                                                                                       \
+  X(kWmAlert, "wm", "alert", kWarning, kOne,                                                       \
+    "The set of alerts of WM_INTEGRITY changed. \"none\": the last alert has ended.",              \
+    "A protection level exceeds its alert limit, a source is excluded or silent, or no input is "  \
+    "received.",                                                                                   \
+    "Horizontal or vertical: restore GPS or drive on mapped terrain with relief. The limits are "  \
+    "[wm.integrity] limit_horizontal_m and limit_vertical_m.")                                     \
+  X(kBgInputRefused, "bg", "input.refused", kWarning, kOne,                                        \
+    "A message of WM was rejected. BG uses the last valid message until it is too old.",           \
+    "A pose, a velocity, a protection level or the size of a terrain patch is invalid.",           \
+    "Check WM_EVENT. Check that all nodes are of one version of the software.")                    \
+  X(kBgPathNone, "bg", "path.none", kWarning, kOne,                                                \
+    "No path to the next waypoint was found. The vehicle follows the last path while it is free.", \
+    "Obstacles, slopes or unknown ground enclose the vehicle or the waypoint.",                    \
+    "Move the waypoint or add others around the obstacle. The limits of the ground are "           \
+    "[bg.weights].")                                                                               \
+  X(kBgPathBlocked, "bg", "path.blocked", kWarning, kOne,                                          \
+    "The path was dropped and is excluded from the next search.",                                  \
+    "The vehicle was at rest for too long because of an obstacle near its predicted arc.",         \
+    "None if another path is found. Otherwise move the obstacle, or command another waypoint.")    \
+  X(kBgState, "bg", "state", kInfo, kTen,                                                          \
+    "The state of BG changed. The text has both states and the reason.",                           \
+    "A command, the belief of WM, the terrain or an emergency stop.",                              \
+    "See docs/user/commanding.md for the states and what ends them.")                              \
+  X(kBgStopEngaged, "bg", "stop.engaged", kWarning, kTen,                                          \
+    "An emergency stop was engaged. The vehicle brakes and stays at rest until it is released.",   \
+    "A command of an operator (`rcs go --emergency-stop`, DDS topic EmergencyStop).",              \
+    "Make the vehicle safe, then release the stop at rest (`rcs go --release`).")                  \
+  X(kBgStopRelease, "bg", "stop.release_failed", kError, kOne,                                     \
+    "The emergency stop was not released and stays latched.",                                      \
+    "The file of the latch cannot be removed. The text has the reason.",                           \
+    "Check the permissions of [process] state_directory, then release again.")                     \
+  X(kBgStopReleased, "bg", "stop.released", kInfo, kTen,                                           \
+    "The emergency stop was released.",                                                            \
+    "A release by an operator while the vehicle was at rest.",                                     \
+    "None. A new command is required for the vehicle to move.")                                    \
+  X(kBgStopLatched, "bg", "stop.latched", kWarning, kOne,                                          \
+    "An emergency stop is latched since before the start of BG.",                                  \
+    "BG was restarted while an emergency stop was in force.",                                      \
+    "Release the stop at rest (`rcs go --release`).")                                              \
+  X(kBgStopNotPersisted, "bg", "stop.not_persisted", kError, kOne,                                 \
+    "The emergency stop is in force, but would be lost if BG restarts.",                           \
+    "The file of the latch cannot be written: folder missing, disk full, or no permission.",       \
+    "Do not restart BG. Check [process] state_directory; BG tries again every second.")            \
+  X(kGatewayUnsecured, "gateway", "dds.unsecured", kWarning, kOne,                                 \
+    "DDS runs without keys: everyone on the network can command the vehicle.",                     \
+    "[gateway] unsecured permits it.",                                                             \
+    "Make keys (`rcs keys`) and name their folder in [gateway.security] directory.")               \
+  X(kGatewaySecured, "gateway", "dds.secured", kInfo, kOne,                                        \
+    "DDS runs with authentication and encryption.",                                                \
+    "The gateway has started.",                                                                    \
+    "None.")                                                                                       \
+  X(kGatewayCommandRefused, "gateway", "command.refused", kWarning, kOne,                          \
+    "A command of an operator was rejected. The text has the operator and the reason.",            \
+    "The operator is not authorized, another operator is in command, an emergency stop is "        \
+    "engaged, the id of the command is not greater than the last one, or a value is invalid.",     \
+    "Correct the command and send it with a greater command_id (docs/user/dds.md).")               \
+  X(kGatewayCommandIdle, "gateway", "command.idle", kInfo, kOne,                                   \
+    "No command is in force.",                                                                     \
+    "BG has accepted the release of the emergency stop.",                                          \
+    "Send a new command.")                                                                         \
+  X(kGatewayCommandGoto, "gateway", "command.goto", kInfo, kOne,                                   \
+    "A waypoint command is in force.",                                                             \
+    "The gateway accepted a command of an operator.",                                              \
+    "None.")                                                                                       \
+  X(kGatewayCommandDone, "gateway", "command.done", kInfo, kOne,                                   \
+    "The command was completed.",                                                                  \
+    "The vehicle has reached the last waypoint.",                                                  \
+    "None.")                                                                                       \
+  X(kGatewayCommandFailed, "gateway", "command.failed", kWarning, kOne,                            \
+    "The command failed. The text has the reason that BG reports.",                                \
+    "BG cannot execute the command, e.g. because there is no path or the pose is invalid.",        \
+    "See the reason and BG_EVENT, then send a new command.")                                       \
+  X(kGatewayOperatorSilent, "gateway", "operator.silent", kWarning, kOne,                          \
+    "The command ended and the vehicle stops, because its operator is silent.",                    \
+    "The operator's program has ended, or the network is interrupted.",                            \
+    "Restore the connection and send a new command.")                                              \
+  X(kGatewayCommandHalt, "gateway", "command.halt", kInfo, kOne,                                   \
+    "A halt command is in force.",                                                                 \
+    "The gateway accepted a halt command of an operator.",                                         \
+    "None.")                                                                                       \
+  X(kGatewayStopEngaged, "gateway", "stop.engaged", kWarning, kOne,                                \
+    "The gateway received an emergency stop and passes it to BG.",                                 \
+    "An operator published EmergencyStop with engage.",                                            \
+    "Make the vehicle safe, then release the stop at rest.")                                       \
+  X(kGatewayStopReleased, "gateway", "stop.released", kInfo, kOne,                                 \
+    "The gateway received the release of the emergency stop and passes it to BG.",                 \
+    "An operator published EmergencyStop without engage.",                                         \
+    "Wait for `command.idle`: BG releases the stop at rest only.")                                 \
+  X(kGatewayStateRefused, "gateway", "state.refused", kWarning, kOne,                              \
+    "A message on WM_NAV_STATE was rejected. VehicleState is not published.",                      \
+    "The mode is unknown or a number is not finite.",                                              \
+    "Check WM_EVENT. Check that all nodes are of one version of the software.")                    \
+  X(kGatewayDdsWrite, "gateway", "dds.write", kWarning, kOne,                                      \
+    "DDS rejected samples of the gateway. They are lost.",                                         \
+    "A receiver is too slow or the network is interrupted.",                                       \
+    "Check the network, and [gateway] interface.")                                                 \
+  X(kUpNodeFailing, "up", "node.failing", kError, kOne,                                            \
+    "A node ends again and again. The other nodes keep running, and the restarts continue.",       \
+    "The text has how the node ended. Configuration, driver, memory, or a bug.",                   \
+    "See the output of the node (`journalctl -u rcs`) and run it alone: `NODE CONFIG --check`.")   \
+  X(kUpNodeRecovered, "up", "node.recovered", kInfo, kOne,                                         \
+    "A node that failed before runs again.",                                                       \
+    "The restart by `rcs up` succeeded.",                                                          \
+    "None; find the cause of the failure.")
+// clang-format on
+
+#define RCS_EVENT_CONSTANT(constant, publisher, code, severity, limit, meaning, cause, remedy) \
+  inline constexpr Info constant{publisher, code,  Severity::severity, Limit::limit, meaning,  \
+                                 cause,     remedy};
+RCS_EVENTS(RCS_EVENT_CONSTANT)
+#undef RCS_EVENT_CONSTANT
+
+inline constexpr const Info* kAll[] = {
+#define RCS_EVENT_ROW(constant, publisher, code, severity, limit, meaning, cause, remedy) \
+  &(constant),
+    RCS_EVENTS(RCS_EVENT_ROW)
+#undef RCS_EVENT_ROW
+};
+
+}  // namespace rcs::event
