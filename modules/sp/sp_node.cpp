@@ -106,7 +106,7 @@ void SpNode::run(const Cycle& cycle) {
 
 void SpNode::take_inertial() {
   for (const ins_t* m = ins_.front(); m != nullptr; ins_.pop(), m = ins_.front()) {
-    if (ins_excluded_ || !plausible(*m))
+    if (!ins_content_.add(*m) || ins_excluded_ || !plausible(*m))
       continue;  // WM reports it, as it does repeated and late samples
     static_cast<void>(
         inertial_.add({from_utime(m->utime) + ins_shift_, Duration(m->interval_us),

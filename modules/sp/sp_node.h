@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "lcmtypes/ins_content.h"
 #include "lcmtypes/rcs/ins_t.hpp"
 #include "lcmtypes/rcs/integrity_t.hpp"
 #include "lcmtypes/rcs/ladar_points_t.hpp"
@@ -87,6 +88,7 @@ class SpNode final : public Node {
   WorkUnits full_need_ = 0;  // nominal, of the newest scan that was not degraded; 0: none yet
   scan_account_t account_{};
   InertialBuffer inertial_;
+  InsContent ins_content_;
   bool ins_excluded_ = false;  // by WM
   Duration ins_shift_{};       // correction of the stamps of INS, from WM
   MotionTable motion_;

@@ -60,7 +60,6 @@ Reason Estimator::add(const ImuSample& imu, Stamp arrival) {
 }
 
 Reason Estimator::add_inertial(ImuSample imu) {
-  if (!ins_content_.add(imu)) return Reason::kInvalid;
   if (started_) {
     imu.stamp += clocks_.ins_shift();
     const Stamp begin = imu.stamp - imu.interval;

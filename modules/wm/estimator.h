@@ -8,7 +8,6 @@
 #include "modules/wm/clock_watch.h"
 #include "modules/wm/fault_detection.h"
 #include "modules/wm/history.h"
-#include "modules/wm/ins_content.h"
 #include "modules/wm/measurement_fusion.h"
 
 namespace rcs::wm {
@@ -90,7 +89,6 @@ class Estimator {
   Leveler leveler_;
   HeadingFinder heading_;
   ClockWatch clocks_;
-  InsContent ins_content_;
   std::vector<WaitingFix>
       waiting_;  ///< fixes for the heading search, until the state of their instant is fused
   struct WaitingMatch {

@@ -41,6 +41,7 @@ enum class Finding : int {
   kLadarGuilty,
   kLadarBack,
   kMapGuilty,  ///< the a priori map is faulty: excluded
+  kInsBiases,  ///< the INS contradicts the other sources: its biases are estimated again
   kInsGuilty,  ///< the INS is faulty: excluded, the second process model replaces it
   kInsBack     ///< with new biases the INS agrees with the other sources: readmitted
 };
@@ -136,6 +137,7 @@ class Trust {
   [[nodiscard]] bool ins_is_to_blame() const;
   std::optional<FilterState> judge_ins(const FilterState& belief, const ModeParams& modes);
   FilterState exclude_ins(const FilterState& belief, const ModeParams& modes);
+  static void open_biases(Stamp now, FilterState* s);
   std::optional<FilterState> judge_excluded_ins(const Measurement& m, const FilterState& belief,
                                                 const ModeParams& modes);
   void drop_what_passed_a_gap();
@@ -188,7 +190,8 @@ class Trust {
   InertialTest ins_by_ladar_, ins_by_gps_;
   ScanRotation scan_;
   Vec2 votes_ = Vec2::Zero();  ///< low-passed votes of GPS and of the wheels: 1 against the INS
-  Stamp ins_excluded_ = Stamp::min(), ins_probation_ = Stamp::min();
+  Stamp ins_opened_ = Stamp::min(), ins_excluded_ = Stamp::min();
+  Stamp ins_probation_ = Stamp::min();
   Duration ins_wait_ = kInsAgrees;  ///< agreement that readmits the INS; doubles with each relapse
   std::array<bool, 6> agreeing_{};  // whether each of the newest fixes agreed
   std::size_t fixes_ = 0;

@@ -73,7 +73,8 @@ FilterState Trust::exclude(const Model& model, const GpsFix& z, const FilterStat
   const bool by_wheels = ins_by_gps_.lasts(belief.belief.x.stamp, Duration::zero()) &&
                          !ins_by_ladar_.lasts(belief.belief.x.stamp, Duration::zero()) &&
                          votes_[1] > 0.5;
-  const bool by_ladar = ins_by_ladar_.lasts(belief.belief.x.stamp, Duration::zero());
+  constexpr double kSuspect = 0.5;  // LADAR and GPS both contradict the INS
+  const bool by_ladar = ins_by_ladar_.ratio > kSuspect;
   if (without_ins_.alive() && (by_wheels || (by_ladar && ins_is_to_blame()))) {
     return exclude_ins(belief, model.params.modes);
   }

@@ -9,7 +9,7 @@
 namespace rcs::wm {
 namespace {
 
-constexpr double kFloor_rad = 1e-3;     // errors of a scan's rotation that are not modelled
+constexpr double kFloor_rad = 2e-3;     // errors of a scan's rotation that are not modelled
 constexpr double kFloor_m = 0.1;        // the same of its translation
 constexpr double kMaxWeight = 4.0;      // of a ratio, in the time that a test must last
 constexpr double kLongestStep_s = 0.3;  // a single measurement is not enough
@@ -23,8 +23,9 @@ constexpr double kOneScan = 0.5;
 constexpr Duration kGpsAgrees = from_seconds(5.0);
 constexpr Duration kExcludedFor = from_seconds(1.0);
 constexpr Duration kLongestWait = from_seconds(300.0);
-constexpr Duration kRelapse = from_seconds(60.0);
-constexpr int kAgreeing = 10;  // measurements
+constexpr Duration kRelapse = from_seconds(8.0);
+constexpr double kNoBias = 8.0;  // test ratio that no plausible bias causes
+constexpr int kAgreeing = 10;    // measurements
 // Biases that a readmitted INS may have.
 constexpr double kOpenGyro_radps = 0.02;
 constexpr double kOpenAccel_mps2 = 0.3;
@@ -74,7 +75,13 @@ double Trust::test_by_match(const Model& model, const RollingMatch& z, Inertial*
     inertial->matches = 0;
     return 0.0;
   }
-  Residual<6> r = rolling_match(s.belief.x, z, model.params.rolling.match);
+  // In the axes of the vehicle, not along the directions that this scan observes: those differ from
+  // scan to scan. An unobserved direction has a large sigma.
+  Residual<6> r;
+  r.r = log_se3(T_rolling_vehicle(s.belief.x).inverse() * z.T_rolling_vehicle);
+  r.H = rolling_pose_jacobian(s.belief.x);  // of a small residual
+  int unobserved = 0;
+  r.R = registration_covariance(s.belief.x, z.information, model.params.rolling.match, &unobserved);
   const double share = std::max(1.0 / ++inertial->matches, 1.0 / kMatches);
   inertial->residual += share * (r.r - inertial->residual);
   if (inertial->matches < kMatches / 2) return 0.0;
@@ -179,7 +186,7 @@ void Trust::test_ins(const Model& model, const Measurement& m, const FilterState
 bool Trust::ins_is_to_blame() const {
   const double vote = std::abs(votes_[0]) > std::abs(votes_[1]) ? votes_[0] : votes_[1];
   if (std::abs(vote) > kMajority) return vote > 0.0;
-  return ins_by_ladar_.ratio > 1.0 && scan_.largest_rad < kOneScan * scan_.total_rad;
+  return scan_.largest_rad < kOneScan * scan_.total_rad;
 }
 
 std::optional<FilterState> Trust::judge_ins(const FilterState& belief, const ModeParams& modes) {
@@ -192,22 +199,38 @@ std::optional<FilterState> Trust::judge_ins(const FilterState& belief, const Mod
   return exclude_ins(belief, modes);
 }
 
+/// The filter continues from the one that has not used the INS since its branch. The first time it
+/// gives the INS other biases, the most frequent fault; if the contradiction returns, the INS is
+/// excluded.
 FilterState Trust::exclude_ins(const FilterState& belief, const ModeParams& modes) {
   const Stamp now = belief.belief.x.stamp;
-  const bool relapse = ins_excluded_ != Stamp::min() && ins_probation_ != Stamp::min() &&
-                       now - ins_probation_ < kRelapse;
-  ins_wait_ = relapse ? std::min<Duration>(2 * ins_wait_, kLongestWait) : kInsAgrees;
-  ins_excluded_ = now;
+  const bool again = ins_opened_ != Stamp::min() && now - ins_opened_ < kRelapse;
+  const bool more_than_a_bias = std::max(ins_by_ladar_.ratio, ins_by_gps_.ratio) > kNoBias;
   FilterState next = without_ins_.state;
   next.memory.withheld = belief.memory.withheld;
-  next.memory.withheld.ins = true;
   // GPS was excluded for contradicting a filter that the INS had caused to diverge.
   const Stamp fix = next.memory.of(Source::kGpsPosition).accepted;
   if (belief.memory.gps_accused && fix > now - kGpsAgrees) {
     next.memory.withheld.gps = next.memory.gps_accused = false;
     next.memory.of(Source::kGpsPosition).refused = 0;
   }
+  ins_opened_ = now;
+  if (!again && !more_than_a_bias) {
+    ins_probation_ = now + params_.probation;
+    open_biases(now, &next);
+    return found(Finding::kInsBiases, next, belief, modes);
+  }
+  ins_wait_ = std::min<Duration>(2 * ins_wait_, kLongestWait);
+  ins_excluded_ = now;
+  next.memory.withheld.ins = true;
   return found(Finding::kInsGuilty, next, belief, modes);
+}
+
+void Trust::open_biases(Stamp now, FilterState* s) {
+  s->memory.withheld.ins = false;
+  s->memory.ins_stamp = now;
+  s->belief.P.diagonal().segment<3>(kGyroBias).array() += kOpenGyro_radps * kOpenGyro_radps;
+  s->belief.P.diagonal().segment<3>(kAccelBias).array() += kOpenAccel_mps2 * kOpenAccel_mps2;
 }
 
 /// The hypothesis that the INS is right again, with biases that are not known.
@@ -218,11 +241,7 @@ std::optional<FilterState> Trust::judge_excluded_ins(const Measurement& m,
   if (!ins_right_.alive()) {
     if (m.imu() == nullptr || now - ins_excluded_ < kExcludedFor) return std::nullopt;
     ins_right_ = {belief, now, belief.memory.distance_m};
-    FilterState& s = ins_right_.state;
-    s.memory.withheld.ins = false;
-    s.memory.ins_stamp = now;
-    s.belief.P.diagonal().segment<3>(kGyroBias).array() += kOpenGyro_radps * kOpenGyro_radps;
-    s.belief.P.diagonal().segment<3>(kAccelBias).array() += kOpenAccel_mps2 * kOpenAccel_mps2;
+    open_biases(now, &ins_right_.state);
     return std::nullopt;
   }
   const bool long_enough = now - ins_right_.began >= ins_wait_ && ins_right_.agreed >= kAgreeing &&
@@ -234,6 +253,7 @@ std::optional<FilterState> Trust::judge_excluded_ins(const Measurement& m,
     return std::nullopt;
   }
   ins_probation_ = now + params_.probation;
+  ins_opened_ = now;
   return found(Finding::kInsBack, ins_right_.state, belief, modes);
 }
 

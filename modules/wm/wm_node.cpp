@@ -34,6 +34,7 @@ constexpr std::string_view kFindings[] = {
     "LADAR excluded: it contradicts the filter without LADAR, which replaces the belief",
     "LADAR readmitted: its matches agree with the motion",
     "a priori map excluded: it contradicts the filter without it, which replaces the belief",
+    "INS suspect: it contradicts the other sources; its biases are estimated again",
     "INS excluded: it contradicts the other sources; the filter without INS replaces the belief",
     "INS readmitted: with new biases it agrees with the other sources"};
 
@@ -122,7 +123,7 @@ bool is_alive(Reason reason) { return reason == Reason::kAccepted || reason == R
 }  // namespace
 
 void WmNode::take(const ins_t& m, Stamp now) {
-  const std::optional<ImuSample> sample = admit(m);
+  const std::optional<ImuSample> sample = ins_content_.add(m) ? admit(m) : std::nullopt;
   const Stamp arrival = ins_.front_arrival();
   const Reason reason = sample ? estimator_.add(*sample, arrival) : Reason::kInvalid;
   if (is_alive(reason)) inputs_.add(Input::kIns, sample->stamp, arrival);

@@ -6,6 +6,7 @@
 #include <memory>
 #include <string>
 
+#include "lcmtypes/ins_content.h"
 #include "lcmtypes/rcs/gps_fix_t.hpp"
 #include "lcmtypes/rcs/innovation_t.hpp"
 #include "lcmtypes/rcs/ins_t.hpp"
@@ -73,6 +74,7 @@ class WmNode final : public Node {
 
   Estimator estimator_;
   InputWatch inputs_;
+  InsContent ins_content_;
   TerrainDesk terrain_;
   PathUncertaintyServer path_uncertainty_;
   std::string no_map_;

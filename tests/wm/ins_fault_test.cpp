@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "modules/wm/estimator.h"
-#include "modules/wm/ins_content.h"
 #include "modules/wm/integrity.h"
 #include "tests/wm/synthetic.h"
 
@@ -145,10 +144,6 @@ std::vector<InsFault> faults() {
     all.push_back(accel_bias({0, a, 0}));
     all.push_back(accel_bias({0, 0, a}));
   }
-  all.push_back({"zero", [](double, ImuSample* imu) {
-                   imu->delta_angle.setZero();
-                   imu->delta_v.setZero();
-                 }});
   all.push_back({"gyro zero", [](double, ImuSample* imu) { imu->delta_angle.setZero(); }});
   all.push_back({"gyro x 1.1", [](double, ImuSample* imu) { imu->delta_angle *= 1.1; }});
   all.push_back({"gyro sign", [](double, ImuSample* imu) { imu->delta_angle *= -1.0; }});
