@@ -41,7 +41,6 @@ enum class Finding : int {
   kLadarGuilty,
   kLadarBack,
   kMapGuilty,  ///< the a priori map is faulty: excluded
-  kInsBiases,  ///< the INS contradicts the other sources: its biases are estimated again
   kInsGuilty,  ///< the INS is faulty: excluded, the second process model replaces it
   kInsBack     ///< with new biases the INS agrees with the other sources: readmitted
 };
@@ -190,8 +189,7 @@ class Trust {
   InertialTest ins_by_ladar_, ins_by_gps_;
   ScanRotation scan_;
   Vec2 votes_ = Vec2::Zero();  ///< low-passed votes of GPS and of the wheels: 1 against the INS
-  Stamp ins_opened_ = Stamp::min(), ins_excluded_ = Stamp::min();
-  Stamp ins_probation_ = Stamp::min();
+  Stamp ins_excluded_ = Stamp::min(), ins_probation_ = Stamp::min();
   Duration ins_wait_ = kInsAgrees;  ///< agreement that readmits the INS; doubles with each relapse
   std::array<bool, 6> agreeing_{};  // whether each of the newest fixes agreed
   std::size_t fixes_ = 0;

@@ -23,9 +23,8 @@ constexpr double kOneScan = 0.5;
 constexpr Duration kGpsAgrees = from_seconds(5.0);
 constexpr Duration kExcludedFor = from_seconds(1.0);
 constexpr Duration kLongestWait = from_seconds(300.0);
-constexpr Duration kRelapse = from_seconds(8.0);
-constexpr double kNoBias = 8.0;  // test ratio that no plausible bias causes
-constexpr int kAgreeing = 10;    // measurements
+constexpr Duration kRelapse = from_seconds(60.0);
+constexpr int kAgreeing = 10;  // measurements
 // Biases that a readmitted INS may have.
 constexpr double kOpenGyro_radps = 0.02;
 constexpr double kOpenAccel_mps2 = 0.3;
@@ -199,13 +198,9 @@ std::optional<FilterState> Trust::judge_ins(const FilterState& belief, const Mod
   return exclude_ins(belief, modes);
 }
 
-/// The filter continues from the one that has not used the INS since its branch. The first time it
-/// gives the INS other biases, the most frequent fault; if the contradiction returns, the INS is
-/// excluded.
+/// The filter continues from the one that has not used the INS since its branch.
 FilterState Trust::exclude_ins(const FilterState& belief, const ModeParams& modes) {
   const Stamp now = belief.belief.x.stamp;
-  const bool again = ins_opened_ != Stamp::min() && now - ins_opened_ < kRelapse;
-  const bool more_than_a_bias = std::max(ins_by_ladar_.ratio, ins_by_gps_.ratio) > kNoBias;
   FilterState next = without_ins_.state;
   next.memory.withheld = belief.memory.withheld;
   // GPS was excluded for contradicting a filter that the INS had caused to diverge.
@@ -214,13 +209,8 @@ FilterState Trust::exclude_ins(const FilterState& belief, const ModeParams& mode
     next.memory.withheld.gps = next.memory.gps_accused = false;
     next.memory.of(Source::kGpsPosition).refused = 0;
   }
-  ins_opened_ = now;
-  if (!again && !more_than_a_bias) {
-    ins_probation_ = now + params_.probation;
-    open_biases(now, &next);
-    return found(Finding::kInsBiases, next, belief, modes);
-  }
-  ins_wait_ = std::min<Duration>(2 * ins_wait_, kLongestWait);
+  const bool relapse = ins_probation_ != Stamp::min() && now - ins_probation_ < kRelapse;
+  ins_wait_ = relapse ? std::min<Duration>(2 * ins_wait_, kLongestWait) : kInsAgrees;
   ins_excluded_ = now;
   next.memory.withheld.ins = true;
   return found(Finding::kInsGuilty, next, belief, modes);
@@ -253,7 +243,6 @@ std::optional<FilterState> Trust::judge_excluded_ins(const Measurement& m,
     return std::nullopt;
   }
   ins_probation_ = now + params_.probation;
-  ins_opened_ = now;
   return found(Finding::kInsBack, ins_right_.state, belief, modes);
 }
 

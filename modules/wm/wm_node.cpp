@@ -34,7 +34,6 @@ constexpr std::string_view kFindings[] = {
     "LADAR excluded: it contradicts the filter without LADAR, which replaces the belief",
     "LADAR readmitted: its matches agree with the motion",
     "a priori map excluded: it contradicts the filter without it, which replaces the belief",
-    "INS suspect: it contradicts the other sources; its biases are estimated again",
     "INS excluded: it contradicts the other sources; the filter without INS replaces the belief",
     "INS readmitted: with new biases it agrees with the other sources"};
 

@@ -309,5 +309,72 @@ TEST(DrillStimulus, DisorderSwapsAndRepetitionDoubles) {
   EXPECT_EQ(std::count(doubled.begin(), doubled.end(), 12), 2);
 }
 
+/// The increments of the INS within the window.
+std::vector<ins_t> ins_inside(const drills::Stimulus& s) {
+  // Every increment is (1, 2, 3) x 0.01.
+  std::vector<Arrived> events = quiet_drive();
+  for (Arrived& a : events) {
+    if (a.channel != channel::kIns) continue;
+    auto m = a.as<ins_t>();
+    m.interval_us = 100'000;
+    for (int i = 0; i < 3; ++i) m.delta_angle_rad[i] = m.delta_v_mps[i] = 0.01 * (i + 1);
+    std::vector<Arrived> one;
+    append(a.due, channel::kIns, m, &one);
+    a = one.front();
+  }
+  Script script(events);
+  drills::StimulatedSource source(&script, {s}, 1);
+  std::vector<ins_t> inside_window;
+  for (const Arrived& a : drain(&source)) {
+    if (a.channel == channel::kIns && inside(a)) inside_window.push_back(a.as<ins_t>());
+  }
+  return inside_window;
+}
+
+TEST(DrillStimulus, AnInsMayHaveABiasThatRises) {
+  drills::Stimulus s = from_5_to_10(drills::StimulusKind::kBias, drills::DrillSource::kIns);
+  s.gyro_radps = Vec3(0.0, 0.0, 0.1);
+  s.accel_mps2 = Vec3(1.0, 0.0, 0.0);
+  s.rise_s = 2.0;
+  const std::vector<ins_t> found = ins_inside(s);
+  ASSERT_THAT(found, SizeIs(50));
+  EXPECT_NEAR(found[0].delta_angle_rad[2], 0.03, 1e-12);
+  EXPECT_NEAR(found[10].delta_angle_rad[2], 0.03 + 0.5 * 0.1 * 0.1, 1e-12);
+  EXPECT_NEAR(found[40].delta_angle_rad[2], 0.03 + 0.1 * 0.1, 1e-12);
+  EXPECT_NEAR(found[40].delta_v_mps[0], 0.01 + 0.1, 1e-12);
+}
+
+TEST(DrillStimulus, AnInsMayBeScaledZeroSaturatedOrHaveWrongAxes) {
+  drills::Stimulus s = from_5_to_10(drills::StimulusKind::kScale, drills::DrillSource::kIns);
+  s.gyro_factor = 2.0;
+  EXPECT_NEAR(ins_inside(s)[3].delta_angle_rad[1], 0.04, 1e-12);
+  EXPECT_NEAR(ins_inside(s)[3].delta_v_mps[1], 0.02, 1e-12);
+  s.kind = drills::StimulusKind::kZero;
+  EXPECT_EQ(ins_inside(s)[3].delta_v_mps[1], 0.0);
+  s.kind = drills::StimulusKind::kSaturate;
+  s.gyro_radps = s.accel_mps2 = Vec3(0.05, 0.05, 0.05);
+  EXPECT_NEAR(ins_inside(s)[3].delta_angle_rad[2], 0.005, 1e-12);
+  s.kind = drills::StimulusKind::kAxes;
+  s.axes = {-2, 1, 3};
+  EXPECT_NEAR(ins_inside(s)[3].delta_angle_rad[0], -0.02, 1e-12);
+  EXPECT_NEAR(ins_inside(s)[3].delta_angle_rad[1], 0.01, 1e-12);
+}
+
+TEST(DrillStimulus, ALadarMayBeScaledAndItsMountTurned) {
+  drills::Stimulus s = from_5_to_10(drills::StimulusKind::kScale, drills::DrillSource::kLadar);
+  s.factor = 1.1;
+  for (const Arrived& a : of_channel(stimulated({s}), channel::kLadarRanges)) {
+    EXPECT_NEAR(a.as<ladar_ranges_t>().range_m.front(), inside(a) ? 11.0 : 10.0, 1e-5);
+  }
+  s.kind = drills::StimulusKind::kMount;
+  s.pan_rad = radians(90.0);
+  for (const Arrived& a : of_channel(stimulated({s}), channel::kLadarPoints)) {
+    // A mount that is turned to the left shows an object ahead on the right.
+    const auto m = a.as<ladar_points_t>();
+    EXPECT_NEAR(m.x_m.front(), inside(a) ? 8.0 : 6.0, 1e-5);
+    EXPECT_NEAR(m.y_m.front(), inside(a) ? -6.0 : 8.0, 1e-5);
+  }
+}
+
 }  // namespace
 }  // namespace rcs::test

@@ -1,0 +1,73 @@
+// Increments that no working INS measures.
+
+#include "lcmtypes/ins_content.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace rcs {
+namespace {
+
+ins_t noisy(std::mt19937* random, int k) {
+  std::normal_distribution<double> noise(0.0, 1e-4);
+  ins_t m{};
+  m.utime = 10'000 * k;
+  m.interval_us = 10'000;
+  for (int i = 0; i < 3; ++i) {
+    m.delta_angle_rad[i] = noise(*random);
+    m.delta_v_mps[i] = noise(*random) + (i == 2 ? 0.0981 : 0.0);
+  }
+  return m;
+}
+
+TEST(InsContent, NoiseIsAMeasurement) {
+  std::mt19937 random(1);
+  InsContent content;
+  for (int k = 0; k < 1000; ++k) EXPECT_TRUE(content.add(noisy(&random, k)));
+}
+
+TEST(InsContent, AStuckSensorIsRejectedAndReturns) {
+  std::mt19937 random(1);
+  InsContent content;
+  int k = 0;
+  for (; k < 200; ++k) EXPECT_TRUE(content.add(noisy(&random, k)));
+  ins_t stuck = noisy(&random, k);
+  int accepted = 0;
+  for (int i = 0; i < 100; ++i) {
+    stuck.utime = 10'000 * ++k;
+    accepted += content.add(stuck) ? 1 : 0;
+  }
+  EXPECT_LE(accepted, 8);
+  EXPECT_TRUE(content.add(noisy(&random, ++k)));
+}
+
+TEST(InsContent, ASensorWithoutNoiseMayRepeatItsValues) {
+  std::mt19937 random(1);
+  InsContent content;
+  ins_t m = noisy(&random, 0);
+  for (int k = 0; k < 500; ++k) {
+    m.utime = 10'000 * k;
+    EXPECT_TRUE(content.add(m)) << k;
+  }
+}
+
+TEST(InsContent, NoSpecificForceIsNoMeasurement) {
+  std::mt19937 random(1);
+  InsContent content;
+  ins_t zero = noisy(&random, 1);
+  for (double& v : zero.delta_v_mps) v = 0.0;
+  EXPECT_FALSE(content.add(zero));
+  // In the air for a moment.
+  int accepted = 0;
+  for (int k = 2; k < 20; ++k) {
+    ins_t falling = noisy(&random, k);
+    falling.delta_v_mps[2] -= 0.0981;
+    accepted += content.add(falling) ? 1 : 0;
+  }
+  EXPECT_GT(accepted, 5);
+  EXPECT_LT(accepted, 9);
+}
+
+}  // namespace
+}  // namespace rcs
