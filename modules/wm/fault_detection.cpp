@@ -188,8 +188,8 @@ std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
   drop_what_passed_a_gap();
   test_ins(model, m, belief);
   if (std::optional<FilterState> change = belief.memory.withheld.ins
-                                              ? judge_excluded_ins(m, belief, model.params.modes)
-                                              : judge_ins(belief, model.params.modes)) {
+                                              ? decide_excluded_ins(m, belief, model.params.modes)
+                                              : decide_ins(belief, model.params.modes)) {
     return change;
   }
   const bool accused = belief.memory.gps_accused && !accused_;

@@ -40,9 +40,9 @@ enum class Finding : int {
   kGpsBackRevoked,  ///< GPS is faulty within its probation: the readmission is revoked
   kLadarGuilty,
   kLadarBack,
-  kMapGuilty,  ///< the a priori map is faulty: excluded
-  kInsGuilty,  ///< the INS is faulty: excluded, the second process model replaces it
-  kInsBack     ///< with new biases the INS agrees with the other sources: readmitted
+  kMapGuilty,     ///< the a priori map is faulty: excluded
+  kInsFaulty,     ///< the INS is faulty: excluded, the second process model replaces it
+  kInsReadmitted  ///< with new biases the INS agrees with the other sources: readmitted
 };
 
 class Trust {
@@ -79,7 +79,7 @@ class Trust {
   [[nodiscard]] double map_rival_m() const { return map_rival_m_; }
   /// Distance from the filter to the sub-filter without INS while the INS test is above its limit;
   /// otherwise 0.
-  [[nodiscard]] double ins_rival_m(const FilterState& belief) const;
+  [[nodiscard]] double ins_alternative_m(const FilterState& belief) const;
   [[nodiscard]] Finding newest_finding() const { return finding_; }
   [[nodiscard]] int findings() const { return findings_; }
   /// Of the newest finding: the test ratio that led to it, and the horizontal step of the belief.
@@ -133,12 +133,12 @@ class Trust {
   [[nodiscard]] double test_by_match(const Model& model, const RollingMatch& z,
                                      Inertial* inertial) const;
   void branch_inertial(const FilterState& belief, Inertial* inertial) const;
-  [[nodiscard]] bool ins_is_to_blame() const;
-  std::optional<FilterState> judge_ins(const FilterState& belief, const ModeParams& modes);
+  [[nodiscard]] bool ins_is_faulty() const;
+  std::optional<FilterState> decide_ins(const FilterState& belief, const ModeParams& modes);
   FilterState exclude_ins(const FilterState& belief, const ModeParams& modes);
   static void open_biases(Stamp now, FilterState* s);
-  std::optional<FilterState> judge_excluded_ins(const Measurement& m, const FilterState& belief,
-                                                const ModeParams& modes);
+  std::optional<FilterState> decide_excluded_ins(const Measurement& m, const FilterState& belief,
+                                                 const ModeParams& modes);
   void drop_what_passed_a_gap();
   void renew(const FilterState& belief);
   void grow_up();

@@ -75,7 +75,7 @@ FilterState Trust::exclude(const Model& model, const GpsFix& z, const FilterStat
                          votes_[1] > 0.5;
   constexpr double kSuspect = 0.5;  // LADAR and GPS both contradict the INS
   const bool by_ladar = ins_by_ladar_.ratio > kSuspect;
-  if (without_ins_.alive() && (by_wheels || (by_ladar && ins_is_to_blame()))) {
+  if (without_ins_.alive() && (by_wheels || (by_ladar && ins_is_faulty()))) {
     return exclude_ins(belief, model.params.modes);
   }
   if (ladar_is_to_blame(model, z)) {

@@ -15,17 +15,18 @@ constexpr double kMaxWeight = 4.0;      // of a ratio, in the time that a test m
 constexpr double kLongestStep_s = 0.3;  // a single measurement is not enough
 constexpr int kMatches = 10;            // that are averaged
 constexpr double kVoteTime_s = 1.0;     // time constant of the votes
-constexpr double kMajority = 0.5;
+constexpr double kMajority = 0.5;       // of the low-passed votes, from -1 to 1
 // A measurement votes if the two hypotheses differ by more, in its standard deviations.
 constexpr double kDistinct = 3.0;
 // The INS turns smoothly: if one scan causes more of the contradiction, the LADAR is faulty.
 constexpr double kOneScan = 0.5;
-constexpr Duration kGpsAgrees = from_seconds(5.0);
-constexpr Duration kExcludedFor = from_seconds(1.0);
+constexpr Duration kGpsAgrees = from_seconds(5.0);    // age of a fix that confirms GPS
+constexpr Duration kExcludedFor = from_seconds(1.0);  // before a readmission is considered
 constexpr Duration kLongestWait = from_seconds(300.0);
-constexpr Duration kRelapse = from_seconds(60.0);
-constexpr int kAgreeing = 10;  // measurements
-// Biases that a readmitted INS may have.
+constexpr Duration kRelapse = from_seconds(60.0);  // after a readmission
+constexpr int kAgreeing = 10;                      // measurements that readmit the INS, at least
+constexpr int kShareAgreeing = 9;                  // accepted ones for each rejected one
+// Sigma of the biases of a readmitted INS.
 constexpr double kOpenGyro_radps = 0.02;
 constexpr double kOpenAccel_mps2 = 0.3;
 
@@ -39,9 +40,9 @@ double nis_of(const Residual<M>& z, const Cov& P, int first, double floor) {
   return r.dot(S.llt().solve(r));
 }
 
-/// @return 1 if `measured` confirms the motion without INS, -1 if it confirms the INS, 0 if it
-/// cannot
-///   distinguish the two
+/// Residuals of one measurement in two filters.
+/// @return 1 if it supports the motion without INS, -1 if it supports the INS, 0 if its noise hides
+///   the difference
 template <int M>
 double compare(const Residual<M>& by_ins, const Residual<M>& without_ins) {
   const Eigen::LLT<Mat<M, M>> noise(by_ins.R);
@@ -86,9 +87,9 @@ double Trust::test_by_match(const Model& model, const RollingMatch& z, Inertial*
   if (inertial->matches < kMatches / 2) return 0.0;
   r.r = inertial->residual;
   r.R *= share;
-  const double way_m = s.memory.distance_m - inertial->began_m;
+  const double driven_m = s.memory.distance_m - inertial->began_m;
   const double translation =
-      nis_of<3>(r, s.belief.P, 0, std::hypot(kFloor_m, params_.floor_share * way_m));
+      nis_of<3>(r, s.belief.P, 0, std::hypot(kFloor_m, params_.floor_share * driven_m));
   const double rotation = nis_of<3>(r, s.belief.P, 3, kFloor_rad);
   return std::max(translation, rotation) / limit_3_;
 }
@@ -125,9 +126,12 @@ void Trust::test_ins_by_ladar(const Model& model, const RollingMatch& z) {
 /// GPS and the wheels compare the inertial motion with the motion without INS. Both sources are
 /// part of the latter, so a vote counts only while another test contradicts the INS.
 void Trust::test_ins(const Model& model, const Measurement& m, const FilterState& belief) {
-  if (!inertial_.subfilter.alive() || !without_ins_.alive() ||
-      m.stamp - inertial_.subfilter.branch < kYoung)
-    return;
+  for (InertialTest* test : {&ins_by_ladar_, &ins_by_gps_}) {
+    // The source has fallen silent: its last result must not last for ever.
+    if (test->tested != Stamp::min() && m.stamp - test->tested > kFresh) *test = {};
+  }
+  if (!inertial_.subfilter.alive() || !without_ins_.alive()) return;
+  if (m.stamp - inertial_.subfilter.branch < kYoung) return;
   const NavState& ins = inertial_.subfilter.state.belief.x;
   const NavState& others = without_ins_.state.belief.x;
   if (const auto* z = std::get_if<RollingMatch>(&m.value)) {
@@ -141,8 +145,9 @@ void Trust::test_ins(const Model& model, const Measurement& m, const FilterState
     votes_[source] += std::min(1.0, dt_s / kVoteTime_s) * (vote - votes_[source]);
   };
   if (const auto* z = std::get_if<GpsFix>(&m.value)) {
-    const double way_m = inertial_.subfilter.state.memory.distance_m - without_gps_began_m_;
-    const Nis n = nis(inertial_.subfilter.state, *z, model.params.gps, params_.floor_share * way_m);
+    const double driven_m = inertial_.subfilter.state.memory.distance_m - without_gps_began_m_;
+    const Nis n =
+        nis(inertial_.subfilter.state, *z, model.params.gps, params_.floor_share * driven_m);
     const bool accepted = without_ins_.state.memory.of(Source::kGpsPosition).accepted == m.stamp;
     ins_by_gps_.add(accepted ? n.horizontal / limit_2_ : 0.0, m.stamp);
     double vote = compare(gps_position(ins, *z, model.params.gps),
@@ -182,16 +187,16 @@ void Trust::test_ins(const Model& model, const Measurement& m, const FilterState
 /// Between INS and LADAR, which contradict each other: the source that distinguishes them decides.
 /// If none does, a contradiction that grows from scan to scan is one of the INS, and one that
 /// begins with a scan is one of the LADAR.
-bool Trust::ins_is_to_blame() const {
+bool Trust::ins_is_faulty() const {
   const double vote = std::abs(votes_[0]) > std::abs(votes_[1]) ? votes_[0] : votes_[1];
   if (std::abs(vote) > kMajority) return vote > 0.0;
   return scan_.largest_rad < kOneScan * scan_.total_rad;
 }
 
-std::optional<FilterState> Trust::judge_ins(const FilterState& belief, const ModeParams& modes) {
+std::optional<FilterState> Trust::decide_ins(const FilterState& belief, const ModeParams& modes) {
   const Stamp now = belief.belief.x.stamp;
   if (!without_ins_.alive() || now - without_ins_.branch < kYoung) return std::nullopt;
-  const bool by_ladar = ins_by_ladar_.lasts(now, params_.ladar_refuted) && ins_is_to_blame();
+  const bool by_ladar = ins_by_ladar_.lasts(now, params_.ladar_refuted) && ins_is_faulty();
   // Without LADAR only the wheels can decide between INS and GPS.
   const bool by_gps = ins_by_gps_.lasts(now, params_.ladar_refuted) && votes_[1] > kMajority;
   if (!by_ladar && !by_gps) return std::nullopt;
@@ -213,7 +218,7 @@ FilterState Trust::exclude_ins(const FilterState& belief, const ModeParams& mode
   ins_wait_ = relapse ? std::min<Duration>(2 * ins_wait_, kLongestWait) : kInsAgrees;
   ins_excluded_ = now;
   next.memory.withheld.ins = true;
-  return found(Finding::kInsGuilty, next, belief, modes);
+  return found(Finding::kInsFaulty, next, belief, modes);
 }
 
 void Trust::open_biases(Stamp now, FilterState* s) {
@@ -224,10 +229,11 @@ void Trust::open_biases(Stamp now, FilterState* s) {
 }
 
 /// The hypothesis that the INS is right again, with biases that are not known.
-std::optional<FilterState> Trust::judge_excluded_ins(const Measurement& m,
-                                                     const FilterState& belief,
-                                                     const ModeParams& modes) {
+std::optional<FilterState> Trust::decide_excluded_ins(const Measurement& m,
+                                                      const FilterState& belief,
+                                                      const ModeParams& modes) {
   const Stamp now = belief.belief.x.stamp;
+  if (ins_excluded_ == Stamp::min()) ins_excluded_ = now;  // the filter has been restarted since
   if (!ins_right_.alive()) {
     if (m.imu() == nullptr || now - ins_excluded_ < kExcludedFor) return std::nullopt;
     ins_right_ = {belief, now, belief.memory.distance_m};
@@ -235,7 +241,7 @@ std::optional<FilterState> Trust::judge_excluded_ins(const Measurement& m,
     return std::nullopt;
   }
   const bool long_enough = now - ins_right_.began >= ins_wait_ && ins_right_.agreed >= kAgreeing &&
-                           ins_right_.agreed >= 9 * ins_right_.refused &&
+                           ins_right_.agreed >= kShareAgreeing * ins_right_.refused &&
                            ins_right_.refused_in_row == 0;
   if (!long_enough || !ins_right_.state.belief.x.inertial) return std::nullopt;
   if (difference(belief, ins_right_.state, params_.floor_m) > limit_2_) {
@@ -243,10 +249,10 @@ std::optional<FilterState> Trust::judge_excluded_ins(const Measurement& m,
     return std::nullopt;
   }
   ins_probation_ = now + params_.probation;
-  return found(Finding::kInsBack, ins_right_.state, belief, modes);
+  return found(Finding::kInsReadmitted, ins_right_.state, belief, modes);
 }
 
-double Trust::ins_rival_m(const FilterState& belief) const {
+double Trust::ins_alternative_m(const FilterState& belief) const {
   if (!without_ins_.alive() || !(ins_by_ladar_.ratio > 1.0)) return 0.0;
   const NavState& others = without_ins_.state.belief.x;
   return (others.T_world_vehicle.p - belief.belief.x.T_world_vehicle.p).head<2>().norm();

@@ -73,7 +73,7 @@ std::optional<FilterState> Trust::judge_match(const FilterState& belief, const M
   const bool astray =
       ladar_test_ratio_ > 1.0 && (!by_fixes || (gps_test_ratio_ < kCalm && refused == 0));
   if (!lasts(astray, now, &ladar_doubted_since_)) return std::nullopt;
-  if (without_ins_.alive() && ins_by_ladar_.ratio > 1.0 && ins_is_to_blame())
+  if (without_ins_.alive() && ins_by_ladar_.ratio > 1.0 && ins_is_faulty())
     return exclude_ins(belief, modes);
   FilterState next = without_ladar_.state;
   next.memory.withheld = belief.memory.withheld;

@@ -80,7 +80,7 @@ Integrity integrity(const FilterState& state, const Trust& trust, Duration silen
   const double unseen_m =
       by_gps ? std::min(trust.detectable_m(), 0.8 * limits.limit_horizontal_m) : 0.0;
   const double rival_m = std::max({gps == Trusted::kQuarantine ? trust.rival_m() : 0.0,
-                                   trust.map_rival_m(), trust.ins_rival_m(state)});
+                                   trust.map_rival_m(), trust.ins_alternative_m(state)});
   if (out.validity == Validity::kWorld) {
     out.protection_horizontal_m =
         std::max(kHorizontal * sigma_h, std::max(unseen_m, rival_m) + 2.0 * sigma_h);

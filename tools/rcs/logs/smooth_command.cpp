@@ -68,7 +68,7 @@ class Smooth final : public Command {
         "OUT.json       the consistency report\n"
         "SIM_TRUTH is used only to report the error of the poses.\n"
         "Example:\n"
-        "  rcs smooth run.log --config config/demo3.toml -o out/truth.tum");
+        "  rcs smooth run.log --config config/demo3.toml -o out/reference.tum");
   }
 
   int run() override {

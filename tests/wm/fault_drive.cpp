@@ -1,0 +1,85 @@
+#include "tests/wm/fault_drive.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+
+#include "modules/wm/integrity.h"
+
+namespace rcs::wm {
+
+Seen drive(double length_s, const Disturbance& d, unsigned seed, double from_s) {
+  WmParams params;
+  DriveScript script;
+  script.length_s = length_s;
+  const std::vector<Truth> truth = make_drive(script);
+  SensorScript sensed;
+  sensed.seed = seed;
+  Sensors sensors(truth, params, sensed);
+  Estimator estimator(params, test_datum());
+  const LocalFrame frame(test_datum());
+  Seen seen;
+  int findings = 0;
+  Pose local_before;
+  Pose true_before;
+  for (std::size_t i = 1; i < truth.size(); ++i) {
+    const Stamp now = truth[i].stamp;
+    const double t = seconds(now - truth[0].stamp);
+    ImuSample imu = sensors.imu(i);
+    d.ins(t, &imu);
+    estimator.add(imu);
+    if (i % 20 == 0) {
+      GeodeticFix fix = sensors.gps(i);
+      fix.antenna = frame.to_geodetic(frame.to_world(fix.antenna) + d.fix_off(t));
+      fix.fix.v_world += d.velocity_off(t);
+      if (d.has_fix(t)) estimator.add(now, fix);
+    }
+    if (i % 10 == 0) {
+      RollingMatch match = sensors.scan(i);
+      match.T_rolling_vehicle.p += d.match_off(t);
+      estimator.add(now, match);
+    }
+    if (d.map_off && i % 10 == 0) estimator.add(now, sensors.prior(i, d.map_off(t)));
+    if (i % 5 == 0) estimator.add(now, sensors.odometry(i));
+    estimator.fuse();
+    estimator.clear_innovations();
+    if (estimator.trust().findings() != findings) {
+      findings = estimator.trust().findings();
+      seen.findings.emplace_back(t, estimator.trust().newest_finding());
+      const Finding newest = seen.findings.back().second;
+      const double ratio = estimator.trust().finding_ratio();
+      std::printf("%.1f s: finding %d, test ratio %.2f, moved by %.2f m\n", t,
+                  static_cast<int>(newest), ratio, estimator.trust().finding_moved_m());
+      if (newest == Finding::kGpsGuilty || newest == Finding::kLadarGuilty ||
+          newest == Finding::kMapGuilty) {
+        EXPECT_GT(ratio, 1.0);  // what an event reports as the cause
+        EXPECT_GT(estimator.trust().finding_moved_m(), 0.0);
+      }
+    }
+    if (i % 10 != 0 || !estimator.started() || !estimator.state().memory.anchored) continue;
+    const FilterState& s = estimator.state();
+    const Integrity told = integrity(s, estimator.trust(), Duration::zero(), params);
+    const double error =
+        (s.belief.x.T_world_vehicle.p - truth[i].T_world_vehicle.p).head<2>().norm();
+    const Pose local_moved = local_before.inverse() * estimator.T_local_vehicle();
+    const Pose moved = true_before.inverse() * truth[i].T_world_vehicle;
+    local_before = estimator.T_local_vehicle();
+    true_before = truth[i].T_world_vehicle;
+    seen.end_m = error;
+    if (t < from_s) continue;
+    if ((told.alerts & kAlertGps) != 0 && seen.first_alert_s < 0.0) seen.first_alert_s = t;
+    if ((told.alerts & kAlertLadar) != 0 && seen.first_ladar_alert_s < 0.0) {
+      seen.first_ladar_alert_s = t;
+    }
+    seen.worst_m = std::max(seen.worst_m, error);
+    seen.worst_local_step_m = std::max(seen.worst_local_step_m, (local_moved.p - moved.p).norm());
+    seen.beyond_protection += error > told.protection_horizontal_m ? 1 : 0;
+    ++seen.samples;
+  }
+  seen.gps = estimator.trust().gps(estimator.state(), params.modes);
+  seen.ladar = estimator.trust().ladar(estimator.state(), params.modes);
+  seen.ins = estimator.trust().ins(estimator.state());
+  return seen;
+}
+
+}  // namespace rcs::wm

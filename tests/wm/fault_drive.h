@@ -1,0 +1,45 @@
+#pragma once
+// A synthetic drive with faulty sensors: what the fault detection found, and the errors.
+
+#include <algorithm>
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include "modules/wm/estimator.h"
+#include "tests/wm/synthetic.h"
+
+namespace rcs::wm {
+
+struct Disturbance {
+  std::function<Vec3(double t_s)> fix_off = [](double) { return Vec3(Vec3::Zero()); };
+  std::function<Vec3(double t_s)> velocity_off = [](double) { return Vec3(Vec3::Zero()); };
+  std::function<bool(double t_s)> has_fix = [](double) { return true; };
+  std::function<Vec3(double t_s)> match_off = [](double) { return Vec3(Vec3::Zero()); };
+  std::function<Vec3(double t_s)> map_off;  ///< empty: there is no a priori map
+  std::function<void(double t_s, ImuSample* imu)> ins = [](double, ImuSample*) {};
+};
+
+struct Seen {
+  std::vector<std::pair<double, Finding>> findings;
+  double first_alert_s = -1.0;  ///< ALERT_GPS
+  double first_ladar_alert_s = -1.0;
+  double worst_m = 0.0;             ///< horizontal error
+  double worst_local_step_m = 0.0;  ///< in addition to the motion
+  double end_m = 0.0;               ///< error at the end
+  int beyond_protection = 0;        ///< samples
+  int samples = 0;
+  Trusted gps = Trusted::kNone;  ///< at the end
+  Trusted ladar = Trusted::kNone;
+  Trusted ins = Trusted::kNone;
+
+  [[nodiscard]] bool found(Finding what) const {
+    return std::any_of(findings.begin(), findings.end(),
+                       [what](const auto& f) { return f.second == what; });
+  }
+};
+
+/// @param from_s  begin of the evaluation
+Seen drive(double length_s, const Disturbance& d, unsigned seed = 1, double from_s = 20.0);
+
+}  // namespace rcs::wm
