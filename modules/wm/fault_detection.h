@@ -118,14 +118,15 @@ class Trust {
     double began_m = 0.0;          ///< distance driven at the branch
     Vec6 residual = Vec6::Zero();  ///< of the matches, low-passed
     int matches = 0;
+    bool in_rotation = false;  ///< the newest match contradicts its rotation more than its position
   };
-  /// Rotations of the newest scans: LADAR against INS.
+  /// Rotations from scan to scan: LADAR against INS, of the newest scans.
   struct ScanRotation {
     Quat by_ladar = Quat::Identity();
     Quat by_ins = Quat::Identity();
     int map_epoch = -1;
-    double total_rad = 0.0;    ///< of the differences from scan to scan since the test is above 1
-    double largest_rad = 0.0;  ///< the largest of them
+    std::array<double, 32> apart_rad{};
+    std::size_t scans = 0;
   };
   void move(const Model& model, const Measurement& m, const ImuSample* next_imu);
   void test_ins(const Model& model, const Measurement& m, const FilterState& belief);

@@ -65,6 +65,8 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
   const bool harmful = record.accepted == now;
   doubted_ = harmful && astray > 1.0 ? doubted_ + 1 : 0;
   if (doubted_ < params_.refuted_fixes && !(harmful && drifting > 1.0)) return std::nullopt;
+  // A vehicle that has lost its INS predicts its motion by extrapolation: GPS is the better source.
+  if (!belief.belief.x.inertial && belief.memory.ins_stamp != Stamp::min()) return std::nullopt;
   return exclude(model, z, belief);
 }
 

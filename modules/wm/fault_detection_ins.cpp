@@ -91,6 +91,7 @@ double Trust::test_by_match(const Model& model, const RollingMatch& z, Inertial*
   const double translation =
       nis_of<3>(r, s.belief.P, 0, std::hypot(kFloor_m, params_.floor_share * driven_m));
   const double rotation = nis_of<3>(r, s.belief.P, 3, kFloor_rad);
+  inertial->in_rotation = rotation > translation;
   return std::max(translation, rotation) / limit_3_;
 }
 
@@ -109,14 +110,11 @@ void Trust::test_ins_by_ladar(const Model& model, const RollingMatch& z) {
   ins_by_ladar_.add(ratio, x.stamp);
 
   const Quat by_ins = T_rolling_vehicle(x).q;
-  if (scan_.map_epoch == z.map_epoch && ratio > kCalm) {
+  if (scan_.map_epoch == z.map_epoch) {
     const Quat ladar = scan_.by_ladar.conjugate() * z.T_rolling_vehicle.q;
     const Quat ins = scan_.by_ins.conjugate() * by_ins;
-    const double apart = log_so3(ins.conjugate() * ladar).norm();
-    scan_.total_rad += apart;
-    scan_.largest_rad = std::max(scan_.largest_rad, apart);
-  } else {
-    scan_.total_rad = scan_.largest_rad = 0.0;
+    scan_.apart_rad[scan_.scans++ % scan_.apart_rad.size()] =
+        log_so3(ins.conjugate() * ladar).norm();
   }
   scan_.by_ladar = z.T_rolling_vehicle.q;
   scan_.by_ins = by_ins;
@@ -185,12 +183,16 @@ void Trust::test_ins(const Model& model, const Measurement& m, const FilterState
 }
 
 /// Between INS and LADAR, which contradict each other: the source that distinguishes them decides.
-/// If none does, a contradiction that grows from scan to scan is one of the INS, and one that
-/// begins with a scan is one of the LADAR.
+/// If none does, a rotation that begins with a single scan is one of the LADAR or its mount, and
+/// everything else is a fault of the INS.
 bool Trust::ins_is_faulty() const {
   const double vote = std::abs(votes_[0]) > std::abs(votes_[1]) ? votes_[0] : votes_[1];
   if (std::abs(vote) > kMajority) return vote > 0.0;
-  return scan_.largest_rad < kOneScan * scan_.total_rad;
+  const double largest_rad = *std::max_element(scan_.apart_rad.begin(), scan_.apart_rad.end());
+  const auto by_one_scan = [largest_rad](const Inertial& i) {
+    return i.in_rotation && largest_rad > kOneScan * i.residual.tail<3>().norm();
+  };
+  return !by_one_scan(inertial_) && !by_one_scan(inertial_young_) && !by_one_scan(inertial_new_);
 }
 
 std::optional<FilterState> Trust::decide_ins(const FilterState& belief, const ModeParams& modes) {
