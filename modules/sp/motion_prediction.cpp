@@ -58,7 +58,7 @@ void MotionGuess::remember(Stamp stamp, const Pose& T_rolling_vehicle) {
 
 void MotionGuess::forget_poses() { last_ = before_last_ = {}; }
 
-Expectation MotionGuess::expect(Stamp reference, const InertialBuffer& inertial, bool ins_excluded,
+Expectation MotionGuess::expect(Stamp reference, const InertialBuffer& inertial,
                                 const ExpectationParams& params) const {
   Expectation e;
   if (inertial.size() > 0) {
@@ -79,7 +79,7 @@ Expectation MotionGuess::expect(Stamp reference, const InertialBuffer& inertial,
     return e;
   }
   const bool recent = last_.stamp == Stamp::min() || reference - last_.stamp <= kPoseLasts;
-  if ((!recent || e.ins_lost || ins_excluded) && belief_ && lasts(belief_->stamp)) {
+  if ((!recent || e.ins_lost) && belief_ && lasts(belief_->stamp)) {
     e.at_reference = propagate(*belief_, inertial, reference);
     e.covariance = belief_covariance_ + isotropic(params.coast_sigma_m, params.coast_sigma_rad);
     return e;

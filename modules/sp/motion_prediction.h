@@ -41,9 +41,8 @@ class MotionGuess {
   /// For a new map: the poses in the former one are invalid.
   void forget_poses();
 
-  /// @param ins_excluded  WM rejects the INS: `inertial` is empty
   [[nodiscard]] Expectation expect(Stamp reference, const InertialBuffer& inertial,
-                                   bool ins_excluded, const ExpectationParams& params) const;
+                                   const ExpectationParams& params) const;
 
  private:
   // The last two registered poses: the constant-velocity guess.

@@ -41,7 +41,6 @@ SpNode::SpNode(const SpConfig& config, PriorTerrain prior, Bus* bus)
       facets_(bus, channel::kLadarPoints, 144),
       ins_(bus, channel::kIns, 256),
       nav_states_(bus, channel::kWmNavState, 8),
-      integrity_(bus, channel::kWmIntegrity, 8),
       registration_out_(bus, channel::kSpRegistration),
       points_out_(bus),
       report_(bus, config.info.name, from_seconds(1.0)),
@@ -73,7 +72,7 @@ void SpNode::reserve() {
 }
 
 std::vector<const InboxBase*> SpNode::inboxes() const {
-  return {&ranges_, &facets_, &ins_, &nav_states_, &integrity_};
+  return {&ranges_, &facets_, &ins_, &nav_states_};
 }
 
 Stamp SpNode::next_wakeup() const {
@@ -106,7 +105,7 @@ void SpNode::run(const Cycle& cycle) {
 
 void SpNode::take_inertial() {
   for (const ins_t* m = ins_.front(); m != nullptr; ins_.pop(), m = ins_.front()) {
-    if (!ins_content_.add(*m) || ins_excluded_ || !plausible(*m))
+    if (!ins_content_.add(*m) || !plausible(*m))
       continue;  // WM reports it, as it does repeated and late samples
     static_cast<void>(
         inertial_.add({from_utime(m->utime) + ins_shift_, Duration(m->interval_us),
@@ -115,11 +114,6 @@ void SpNode::take_inertial() {
 }
 
 void SpNode::take_belief(Stamp now) {
-  if (const integrity_t* integrity = integrity_.latest()) {
-    ins_excluded_ = integrity->ins == integrity_t::STATUS_QUARANTINE;
-    if (ins_excluded_) inertial_.clear();
-    integrity_.pop();
-  }
   const nav_state_t* m = nav_states_.latest();
   if (m == nullptr) return;
   constexpr std::int64_t kLongest_us = 1'000'000'000'000;
@@ -220,8 +214,8 @@ void SpNode::finish_scan(const Cycle& cycle) {
   cycle.stages->mark("convert");
   choose_level(cycle);
   begin_answer(cycle);
-  const Expectation expected = motion_guess_.expect(assembler_.scan()->reference, inertial_,
-                                                    ins_excluded_, config_.expectation);
+  const Expectation expected =
+      motion_guess_.expect(assembler_.scan()->reference, inertial_, config_.expectation);
   const int facets_lost = assembler_.facets_missing();
   if (facets_lost > 0) {
     report_.publish(cycle.now, event::kSpScanIncomplete,

@@ -8,7 +8,6 @@
 
 #include "lcmtypes/ins_content.h"
 #include "lcmtypes/rcs/ins_t.hpp"
-#include "lcmtypes/rcs/integrity_t.hpp"
 #include "lcmtypes/rcs/ladar_points_t.hpp"
 #include "lcmtypes/rcs/ladar_ranges_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
@@ -72,7 +71,6 @@ class SpNode final : public Node {
   Inbox<ladar_points_t> facets_;
   Inbox<ins_t> ins_;
   Inbox<nav_state_t> nav_states_;
-  Inbox<integrity_t> integrity_;
   Outbox<registration_t> registration_out_;
   PointsWriter points_out_;
   Report report_;
@@ -89,8 +87,7 @@ class SpNode final : public Node {
   scan_account_t account_{};
   InertialBuffer inertial_;
   InsContent ins_content_;
-  bool ins_excluded_ = false;  // by WM
-  Duration ins_shift_{};       // correction of the stamps of INS, from WM
+  Duration ins_shift_{};  // correction of the stamps of INS, from WM
   MotionTable motion_;
   registration::VoxelSampler map_sampler_;
   registration::VoxelSampler source_sampler_;

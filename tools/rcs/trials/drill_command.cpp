@@ -52,7 +52,8 @@ class DrillCommand final : public Command {
         ->capture_default_str();
     CLI::Option* scenario =
         app()
-            ->add_option("--scenario", scenario_, "simulated drive of the drills without a scenario of their own")
+            ->add_option("--scenario", scenario_,
+                         "simulated drive of the drills without a scenario of their own")
             ->capture_default_str();
     app()
         ->add_option("--log", log_,
