@@ -79,8 +79,9 @@ void InitialLocalizer::stop() {
 
 void InitialLocalizer::add(const Points& lowest_vehicle, const Pose& T_level_vehicle) {
   if (status_.state == InitialLocalizationState::kOff ||
-      status_.state == InitialLocalizationState::kFound)
+      status_.state == InitialLocalizationState::kFound) {
     return;
+  }
   if (!started_) {
     started_ = true;
     T_level_start_ = T_level_vehicle;
