@@ -243,7 +243,11 @@ void Estimator::fuse() {
 void Estimator::finish() {
   const auto judge = [this](const Measurement& m, const ImuSample* next_imu,
                             const FilterState& belief) {
-    return trust_.add(history_.model(), m, next_imu, belief);
+    std::optional<FilterState> change = trust_.add(history_.model(), m, next_imu, belief);
+    if (std::holds_alternative<RollingMatch>(m.value)) {
+      history_.add_ladar_scale(m.stamp, trust_.ladar_scale());
+    }
+    return change;
   };
   while (history_.finish(judge)) history_.fuse(&innovations_);
 }

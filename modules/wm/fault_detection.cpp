@@ -102,8 +102,8 @@ bool Trust::well(const FilterState& belief) const {
   // time.
   const bool old =
       without_gps_.alive() && belief.belief.x.stamp - without_gps_.branch > 4 * params_.branch;
-  const double worst = std::max({gps_test_ratio_, ladar_test_ratio_, map_test_ratio_,
-                                 ins_by_ladar_.ratio, ins_by_gps_.ratio});
+  const double worst =
+      std::max({gps_test_ratio_, ladar_test_ratio_, map_test_ratio_, ins_test_ratio()});
   if (worst > (old ? 1.0 : kCalm)) {
     return false;
   }
@@ -233,21 +233,22 @@ FilterState Trust::found(Finding finding, const FilterState& next, const FilterS
   state.memory.last_reset = belief.memory.last_reset;
   state.memory.fix_heard = belief.memory.fix_heard;
   count_reset(modes, belief.belief.x.T_world_vehicle, &state);
-  const bool of_ladar = finding == Finding::kLadarGuilty || finding == Finding::kLadarBack;
-  if (finding == Finding::kGpsBack || finding == Finding::kGpsRight) {
+  const bool of_ladar = finding == Finding::kLadarFaulty || finding == Finding::kLadarReadmitted;
+  if (finding == Finding::kGpsReadmitted || finding == Finding::kFilterFaulty) {
     gps_probation_ = now + params_.probation;
   }
-  if (finding == Finding::kLadarBack) ladar_probation_ = now + params_.probation;
+  if (finding == Finding::kLadarReadmitted) ladar_probation_ = now + params_.probation;
   gps_right_ = ladar_right_ = ins_right_ = {};
   ins_by_ladar_ = ins_by_gps_ = {};
   scan_ = {};
-  votes_.setZero();
+  votes_.forget();
+  wheels_vote_ = 0.0;
   agreeing_.fill(false);
   agreeing_since_ = ladar_doubted_since_ = map_doubted_since_ = Stamp::min();
   doubted_ = map_contradicted_ = 0;
   gps_test_ratio_ = ladar_test_ratio_ = map_test_ratio_ = rival_m_ = map_rival_m_ = 0.0;
   detectable_m_ = kAnything_m;
-  before_ = finding == Finding::kGpsRight ? Subfilter{belief, now} : Subfilter{};
+  before_ = finding == Finding::kFilterFaulty ? Subfilter{belief, now} : Subfilter{};
   // Sub-filters that have fused a faulty source are discarded.
   const Inertial inertial = inertial_;
   branch_all(state);

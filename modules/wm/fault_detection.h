@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "modules/wm/filter.h"
+#include "modules/wm/motion_votes.h"
 
 namespace rcs::wm {
 
@@ -34,13 +35,13 @@ enum class Trusted : int { kNone = 0, kFully = 1, kQuarantine = 2, kProbation = 
 
 enum class Finding : int {
   kNothing = 0,
-  kGpsGuilty,  ///< GPS is faulty: excluded, the filter continues from the sub-filter
-  kGpsBack,    ///< fixes agree with the filter and with the motion: readmitted
-  kGpsRight,   ///< fixes contradict the filter for long but not each other: the filter is faulty
-  kGpsBackRevoked,  ///< GPS is faulty within its probation: the readmission is revoked
-  kLadarGuilty,
-  kLadarBack,
-  kMapGuilty,     ///< the a priori map is faulty: excluded
+  kGpsFaulty,      ///< GPS is faulty: excluded, the filter continues from the sub-filter
+  kGpsReadmitted,  ///< fixes agree with the filter and with the motion: readmitted
+  kFilterFaulty,  ///< fixes contradict the filter for long but not each other: the filter is faulty
+  kGpsReadmissionRevoked,  ///< GPS is faulty within its probation: the readmission is revoked
+  kLadarFaulty,
+  kLadarReadmitted,
+  kMapFaulty,     ///< the a priori map is faulty: excluded
   kInsFaulty,     ///< the INS is faulty: excluded, the second process model replaces it
   kInsReadmitted  ///< with new biases the INS agrees with the other sources: readmitted
 };
@@ -68,7 +69,10 @@ class Trust {
   /// Test statistics over their limits; a source that stays above 1 is faulty.
   [[nodiscard]] double gps_test_ratio() const { return gps_test_ratio_; }
   [[nodiscard]] double ladar_test_ratio() const { return ladar_test_ratio_; }
-  [[nodiscard]] double ins_test_ratio() const { return ins_by_ladar_.ratio; }
+  [[nodiscard]] LadarScale ladar_scale() const { return votes_.ladar_scale(); }
+  /// Relative to the limit that applies while nobody else contradicts the INS, or else to the lower
+  /// one.
+  [[nodiscard]] double ins_test_ratio() const;
   /// Minimum detectable error: largest horizontal error by GPS that the tests may not detect.
   [[nodiscard]] double detectable_m() const { return detectable_m_; }
   /// Distance from the filter to the alternative hypothesis that the rejected fixes are right, if
@@ -134,9 +138,13 @@ class Trust {
   [[nodiscard]] double test_by_match(const Model& model, const RollingMatch& z,
                                      Inertial* inertial) const;
   void branch_inertial(const FilterState& belief, Inertial* inertial) const;
-  [[nodiscard]] bool ins_is_faulty() const;
+  /// Between INS and LADAR.
+  enum class Faulty { kUnknown, kIns, kLadar };
+  [[nodiscard]] Faulty ins_or_ladar() const;
+  [[nodiscard]] bool readmitted_lately(Stamp now) const;
   std::optional<FilterState> decide_ins(const FilterState& belief, const ModeParams& modes);
   FilterState exclude_ins(const FilterState& belief, const ModeParams& modes);
+  FilterState exclude_ladar(const FilterState& belief, const ModeParams& modes);
   static void open_biases(Stamp now, FilterState* s);
   std::optional<FilterState> decide_excluded_ins(const Measurement& m, const FilterState& belief,
                                                  const ModeParams& modes);
@@ -153,8 +161,8 @@ class Trust {
   bool keeps_its_shape(const Model& model, const GpsFix& z, const FilterState& belief);
   std::optional<FilterState> judge_quarantined_fix(const Model& model, const GpsFix& z,
                                                    const FilterState& belief);
-  std::optional<FilterState> map_is_to_blame(const Model& model, const GpsFix& z,
-                                             const FilterState& belief);
+  std::optional<FilterState> map_is_faulty(const Model& model, const GpsFix& z,
+                                           const FilterState& belief);
   FilterState without_map(const FilterState& belief, const ModeParams& modes);
   std::optional<FilterState> judge_prior_match(const FilterState& belief, const ModeParams& modes);
   std::optional<FilterState> judge_match(const FilterState& belief, const ModeParams& modes);
@@ -164,7 +172,7 @@ class Trust {
   [[nodiscard]] bool moves_along(const Model& model, const GpsFix& z,
                                  const FilterState& belief) const;
   void sum_velocity(const Model& model, const GpsFix& z);
-  [[nodiscard]] bool ladar_is_to_blame(const Model& model, const GpsFix& z) const;
+  [[nodiscard]] bool ladar_is_faulty(const Model& model, const GpsFix& z) const;
   FilterState found(Finding finding, const FilterState& next, const FilterState& belief,
                     const ModeParams& modes);
 
@@ -185,11 +193,12 @@ class Trust {
   Subfilter without_ins_young_, without_ins_;
   Subfilter without_ladar_;
   double young_began_m_ = 0.0, without_gps_began_m_ = 0.0;  // distance driven at their branches
-  Subfilter before_;  ///< the state from before kGpsRight, until the probation of GPS ends
+  Subfilter before_;  ///< the state from before kFilterFaulty, until the probation of GPS ends
   Hypothesis gps_right_, ladar_right_, ins_right_;
   InertialTest ins_by_ladar_, ins_by_gps_;
   ScanRotation scan_;
-  Vec2 votes_ = Vec2::Zero();  ///< low-passed votes of GPS and of the wheels: 1 against the INS
+  MotionVotes votes_;         ///< of GPS and of the wheels, between INS and LADAR
+  double wheels_vote_ = 0.0;  ///< low-passed, between INS and GPS: 1 against the INS
   Stamp ins_excluded_ = Stamp::min(), ins_probation_ = Stamp::min();
   Duration ins_wait_ = kInsAgrees;  ///< agreement that readmits the INS; doubles with each relapse
   std::array<bool, 6> agreeing_{};  // whether each of the newest fixes agreed

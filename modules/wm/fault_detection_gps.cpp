@@ -74,33 +74,37 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
 FilterState Trust::exclude(const Model& model, const GpsFix& z, const FilterState& belief) {
   const bool by_wheels = ins_by_gps_.lasts(belief.belief.x.stamp, Duration::zero()) &&
                          !ins_by_ladar_.lasts(belief.belief.x.stamp, Duration::zero()) &&
-                         votes_[1] > 0.5;
-  constexpr double kSuspect = 0.5;  // LADAR and GPS both contradict the INS
+                         wheels_vote_ > 0.5;
+  constexpr double kSuspect = 0.5;
   const bool by_ladar = ins_by_ladar_.ratio > kSuspect;
-  if (without_ins_.alive() && (by_wheels || (by_ladar && ins_is_faulty()))) {
+  // GPS contradicts a motion of which the INS is a part.
+  const bool by_both = ins_by_ladar_.ratio > 1.0 || (by_ladar && ins_by_gps_.ratio > kSuspect);
+  const Faulty faulty = ins_or_ladar();
+  if (without_ins_.alive() && (by_wheels || (by_ladar && faulty == Faulty::kIns) ||
+                               (by_both && faulty == Faulty::kUnknown))) {
     return exclude_ins(belief, model.params.modes);
   }
-  if (ladar_is_to_blame(model, z)) {
+  if (ladar_is_faulty(model, z)) {
     FilterState next = without_ladar_.state;
     next.memory.withheld = belief.memory.withheld;
     next.memory.withheld.gps = next.memory.gps_accused = false;
     next.memory.of(Source::kGpsPosition).refused = 0;
     next.memory.withheld.ladar = true;
     next.belief.x.map_epoch = -1;  // not known without the excluded source
-    return found(Finding::kLadarGuilty, next, belief, model.params.modes);
+    return found(Finding::kLadarFaulty, next, belief, model.params.modes);
   }
   const Stamp now = belief.belief.x.stamp;
   const bool on_probation = gps_probation_ != Stamp::min() && now < gps_probation_;
   FilterState next = without_gps_.state;
   next.memory.withheld.prior_map = belief.memory.withheld.prior_map;
   next.memory.withheld.gps = next.memory.gps_accused = true;
-  return found(on_probation ? Finding::kGpsBackRevoked : Finding::kGpsGuilty, next, belief,
+  return found(on_probation ? Finding::kGpsReadmissionRevoked : Finding::kGpsFaulty, next, belief,
                model.params.modes);
 }
 
 /// Whether the LADAR, not GPS, contradicts the inertial motion, in position or in velocity. If the
 /// error of that motion decides neither, GPS is excluded.
-bool Trust::ladar_is_to_blame(const Model& model, const GpsFix& z) const {
+bool Trust::ladar_is_faulty(const Model& model, const GpsFix& z) const {
   if (!inertial_.subfilter.alive()) return false;
   const FilterState& s = without_gps_.state;
   const NavState& x = s.belief.x;
@@ -163,11 +167,11 @@ std::optional<FilterState> Trust::judge_quarantined_fix(const Model& model, cons
   const NavState& x = belief.belief.x;
   const Memory& m = belief.memory;
   if (before_.alive()) {  // accepted against the filter, and now contradicts itself
-    return found(Finding::kGpsBackRevoked, before_.state, belief, model.params.modes);
+    return found(Finding::kGpsReadmissionRevoked, before_.state, belief, model.params.modes);
   }
   const Nis n = nis(belief, z, model.params.gps, 0.0);
   gps_test_ratio_ = n.horizontal / model.gates[2];
-  if (std::optional<FilterState> change = map_is_to_blame(model, z, belief)) return change;
+  if (std::optional<FilterState> change = map_is_faulty(model, z, belief)) return change;
   if (gps_right_.alive() && !keeps_its_shape(model, z, belief)) gps_right_ = {};
   if (!gps_right_.alive()) suppose_gps_right(model, z, belief);
   const bool consistent = gps_right_.alive() && gps_right_.refused_in_row == 0;
@@ -183,13 +187,13 @@ std::optional<FilterState> Trust::judge_quarantined_fix(const Model& model, cons
     FilterState next = belief;
     next.memory.withheld.gps = next.memory.gps_accused = false;
     next.memory.of(Source::kGpsPosition).refused = 0;
-    return found(Finding::kGpsBack, next, belief, model.params.modes);
+    return found(Finding::kGpsReadmitted, next, belief, model.params.modes);
   }
   const bool persistent = consistent && x.stamp - gps_right_.began >= params_.persistent &&
                           m.distance_m - gps_right_.began_m >= params_.persistent_m &&
                           gps_right_.agreed >= 9 * gps_right_.refused;
   if (!persistent) return std::nullopt;
-  return found(Finding::kGpsRight, gps_right_.state, belief, model.params.modes);
+  return found(Finding::kFilterFaulty, gps_right_.state, belief, model.params.modes);
 }
 
 }  // namespace rcs::wm

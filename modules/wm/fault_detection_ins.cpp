@@ -2,6 +2,7 @@
 // from the INS alone; the sub-filter without INS predicts it from all other sources.
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "modules/wm/fault_detection.h"
 #include "modules/wm/filter_difference.h"
@@ -14,10 +15,13 @@ constexpr double kFloor_m = 0.1;        // the same of its translation
 constexpr double kMaxWeight = 4.0;      // of a ratio, in the time that a test must last
 constexpr double kLongestStep_s = 0.3;  // a single measurement is not enough
 constexpr int kMatches = 10;            // that are averaged
-constexpr double kVoteTime_s = 1.0;     // time constant of the votes
+constexpr double kVoteShare = 0.1;      // of the newest vote of the wheels in the low-passed one
 constexpr double kMajority = 0.5;       // of the low-passed votes, from -1 to 1
 // A measurement votes if the two hypotheses differ by more, in its standard deviations.
 constexpr double kDistinct = 3.0;
+// Ratio beyond which INS and LADAR contradict each other by a fault if nothing else shows whose.
+constexpr double kUndecided = 6.0;
+constexpr double kPoor = 2.0;  // factor of the errors of a LADAR that decides nothing
 // The INS turns smoothly: if one scan causes more of the contradiction, the LADAR is faulty.
 constexpr double kOneScan = 0.5;
 constexpr Duration kGpsAgrees = from_seconds(5.0);    // age of a fix that confirms GPS
@@ -69,7 +73,10 @@ bool Trust::InertialTest::lasts(Stamp now, Duration time) const {
 
 /// The pose of a scan in the rolling map, of which rotation and translation are tested on their
 /// own: the sum of the two tests would hide a small rotation behind an uncertain position.
-double Trust::test_by_match(const Model& model, const RollingMatch& z, Inertial* inertial) const {
+double Trust::test_by_match(const Model& model, const RollingMatch& as_registered,
+                            Inertial* inertial) const {
+  const RollingMatch z =
+      scaled(as_registered, model.ladar_scales.at(inertial->subfilter.state.belief.x.stamp));
   const FilterState& s = inertial->subfilter.state;
   if (!inertial->subfilter.alive() || z.map_epoch != s.belief.x.map_epoch) {
     inertial->matches = 0;
@@ -121,8 +128,7 @@ void Trust::test_ins_by_ladar(const Model& model, const RollingMatch& z) {
   scan_.map_epoch = z.map_epoch;
 }
 
-/// GPS and the wheels compare the inertial motion with the motion without INS. Both sources are
-/// part of the latter, so a vote counts only while another test contradicts the INS.
+/// Tests the inertial motion by scans and fixes, and collects the votes of the other sources.
 void Trust::test_ins(const Model& model, const Measurement& m, const FilterState& belief) {
   for (InertialTest* test : {&ins_by_ladar_, &ins_by_gps_}) {
     // The source has fallen silent: its last result must not last for ever.
@@ -133,29 +139,25 @@ void Trust::test_ins(const Model& model, const Measurement& m, const FilterState
   const NavState& ins = inertial_.subfilter.state.belief.x;
   const NavState& others = without_ins_.state.belief.x;
   if (const auto* z = std::get_if<RollingMatch>(&m.value)) {
+    int unobserved = 0;
+    votes_.add(
+        ins.stamp, *z,
+        registration_covariance(ins, z->information, model.params.rolling.match, &unobserved),
+        model.params.drive, ins.T_world_vehicle, inertial_.subfilter.branch);
     if (belief.memory.withheld.ladar) {
       ins_by_ladar_ = {};
     } else {
       test_ins_by_ladar(model, *z);
     }
   }
-  const auto low_pass = [this](int source, double vote, double dt_s) {
-    votes_[source] += std::min(1.0, dt_s / kVoteTime_s) * (vote - votes_[source]);
-  };
   if (const auto* z = std::get_if<GpsFix>(&m.value)) {
     const double driven_m = inertial_.subfilter.state.memory.distance_m - without_gps_began_m_;
     const Nis n =
         nis(inertial_.subfilter.state, *z, model.params.gps, params_.floor_share * driven_m);
     const bool accepted = without_ins_.state.memory.of(Source::kGpsPosition).accepted == m.stamp;
     ins_by_gps_.add(accepted ? n.horizontal / limit_2_ : 0.0, m.stamp);
-    double vote = compare(gps_position(ins, *z, model.params.gps),
-                          gps_position(others, *z, model.params.gps));
-    if (vote == 0.0 && z->has_velocity) {
-      vote =
-          compare(gps_velocity(ins, *z, model.params.gps, accel_world(inertial_.subfilter.state)),
-                  gps_velocity(others, *z, model.params.gps, accel_world(without_ins_.state)));
-    }
-    low_pass(0, vote, 0.3);
+    if (accepted)
+      votes_.add(m.stamp, *z, (ins.T_world_vehicle.q.conjugate() * ins.v_world).x() < 0.0);
   }
   if (const auto* z = std::get_if<OdometrySample>(&m.value)) {
     const OdometryParams& params = model.params.odometry;
@@ -178,30 +180,52 @@ void Trust::test_ins(const Model& model, const Measurement& m, const FilterState
       vote = compare(lateral(non_holonomic(ins, params, shaking_mps2)),
                      lateral(non_holonomic(others, params, shaking_mps2)));
     }
-    low_pass(1, vote, 0.1);
+    wheels_vote_ += kVoteShare * (vote - wheels_vote_);
+    votes_.add(m.stamp, *z, ins.wheel_scale);
   }
 }
 
-/// Between INS and LADAR, which contradict each other: the source that distinguishes them decides.
-/// If none does, a rotation that begins with a single scan is one of the LADAR or its mount, and
-/// everything else is a fault of the INS.
-bool Trust::ins_is_faulty() const {
-  const double vote = std::abs(votes_[0]) > std::abs(votes_[1]) ? votes_[0] : votes_[1];
-  if (std::abs(vote) > kMajority) return vote > 0.0;
-  const double largest_rad = *std::max_element(scan_.apart_rad.begin(), scan_.apart_rad.end());
-  const auto by_one_scan = [largest_rad](const Inertial& i) {
-    return i.in_rotation && largest_rad > kOneScan * i.residual.tail<3>().norm();
+/// The end of a fault is a second fault for an INS that was readmitted with its biases.
+bool Trust::readmitted_lately(Stamp now) const {
+  return ins_probation_ != Stamp::min() && now - ins_probation_ < kRelapse;
+}
+
+/// Between INS and LADAR, which contradict each other: the reference that distinguishes them
+/// decides. If none does, only a large contradiction is a fault: registrations in high grass or on
+/// steep slopes have errors that their covariances do not contain. One that begins with a single
+/// scan is a fault of the LADAR or its mount, another one of the INS.
+Trust::Faulty Trust::ins_or_ladar() const {
+  const double verdict = votes_.verdict();
+  if (std::abs(verdict) > kMajority) return verdict > 0.0 ? Faulty::kIns : Faulty::kLadar;
+  if (readmitted_lately(ins_by_ladar_.tested)) return Faulty::kIns;
+  const LadarScale scale = ladar_scale();
+  const bool poor = std::max(scale.position, scale.rotation) > kPoor;
+  if (poor || ins_by_ladar_.ratio < kUndecided) return Faulty::kUnknown;
+  std::array<double, 32> apart_rad = scan_.apart_rad;
+  std::partial_sort(apart_rad.begin(), apart_rad.begin() + 2, apart_rad.end(), std::greater<>());
+  const bool sudden = apart_rad[1] < kOneScan * apart_rad[0];
+  const auto by_one_scan = [&](const Inertial& i) {
+    return sudden && i.in_rotation && apart_rad[0] > kOneScan * i.residual.tail<3>().norm();
   };
-  return !by_one_scan(inertial_) && !by_one_scan(inertial_young_) && !by_one_scan(inertial_new_);
+  const bool ladar =
+      by_one_scan(inertial_) || by_one_scan(inertial_young_) || by_one_scan(inertial_new_);
+  return ladar ? Faulty::kLadar : Faulty::kIns;
 }
 
 std::optional<FilterState> Trust::decide_ins(const FilterState& belief, const ModeParams& modes) {
   const Stamp now = belief.belief.x.stamp;
   if (!without_ins_.alive() || now - without_ins_.branch < kYoung) return std::nullopt;
-  const bool by_ladar = ins_by_ladar_.lasts(now, params_.ladar_refuted) && ins_is_faulty();
+  if (ins_by_ladar_.lasts(now, params_.ladar_refuted)) {
+    const Faulty faulty = ins_or_ladar();
+    if (faulty == Faulty::kIns) return exclude_ins(belief, modes);
+    const bool known = without_ladar_.alive() && now - without_ladar_.branch >= kYoung;
+    if (faulty == Faulty::kLadar && known && !belief.memory.withheld.ladar) {
+      return exclude_ladar(belief, modes);
+    }
+  }
   // Without LADAR only the wheels can decide between INS and GPS.
-  const bool by_gps = ins_by_gps_.lasts(now, params_.ladar_refuted) && votes_[1] > kMajority;
-  if (!by_ladar && !by_gps) return std::nullopt;
+  const bool by_gps = ins_by_gps_.lasts(now, params_.ladar_refuted) && wheels_vote_ > kMajority;
+  if (!by_gps) return std::nullopt;
   return exclude_ins(belief, modes);
 }
 
@@ -216,7 +240,7 @@ FilterState Trust::exclude_ins(const FilterState& belief, const ModeParams& mode
     next.memory.withheld.gps = next.memory.gps_accused = false;
     next.memory.of(Source::kGpsPosition).refused = 0;
   }
-  const bool relapse = ins_probation_ != Stamp::min() && now - ins_probation_ < kRelapse;
+  const bool relapse = readmitted_lately(now);
   ins_wait_ = relapse ? std::min<Duration>(2 * ins_wait_, kLongestWait) : kInsAgrees;
   ins_excluded_ = now;
   next.memory.withheld.ins = true;
@@ -254,8 +278,13 @@ std::optional<FilterState> Trust::decide_excluded_ins(const Measurement& m,
   return found(Finding::kInsReadmitted, ins_right_.state, belief, modes);
 }
 
+double Trust::ins_test_ratio() const {
+  const bool decided = votes_.verdict() > kMajority;
+  return std::max(ins_by_ladar_.ratio / (decided ? 1.0 : kUndecided), ins_by_gps_.ratio);
+}
+
 double Trust::ins_alternative_m(const FilterState& belief) const {
-  if (!without_ins_.alive() || !(ins_by_ladar_.ratio > 1.0)) return 0.0;
+  if (!without_ins_.alive() || !(ins_test_ratio() > 1.0)) return 0.0;
   const NavState& others = without_ins_.state.belief.x;
   return (others.T_world_vehicle.p - belief.belief.x.T_world_vehicle.p).head<2>().norm();
 }

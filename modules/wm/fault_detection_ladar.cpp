@@ -11,6 +11,10 @@ namespace {
 // map does little harm.
 constexpr double kMapLimit2 = 13.82;
 constexpr double kMapLimit1 = 10.83;
+// Of a LADAR that is readmitted. The time covers the comparison of motions.
+constexpr Duration kLadarAgrees = from_seconds(4.0);
+constexpr double kReadmitted = 5.0;  // factor of its errors
+constexpr double kDoubt = 0.3;       // votes against it
 
 }  // namespace
 
@@ -22,8 +26,8 @@ bool Trust::lasts(bool astray, Stamp now, Stamp* since) const {
 }
 
 /// The fixes agree with the motion and contradict the filter with the a priori map.
-std::optional<FilterState> Trust::map_is_to_blame(const Model& model, const GpsFix& z,
-                                                  const FilterState& belief) {
+std::optional<FilterState> Trust::map_is_faulty(const Model& model, const GpsFix& z,
+                                                const FilterState& belief) {
   const Subfilter& motion = without_gps_;
   const Memory& m = belief.memory;
   const bool used =
@@ -39,7 +43,7 @@ FilterState Trust::without_map(const FilterState& belief, const ModeParams& mode
   FilterState next = without_gps_.state;
   next.memory.withheld = belief.memory.withheld;
   next.memory.withheld.prior_map = true;
-  return found(Finding::kMapGuilty, next, belief, modes);
+  return found(Finding::kMapFaulty, next, belief, modes);
 }
 
 /// The filter with the a priori map against the motion without it. A rotated or distorted survey
@@ -73,12 +77,20 @@ std::optional<FilterState> Trust::judge_match(const FilterState& belief, const M
   const bool astray =
       ladar_test_ratio_ > 1.0 && (!by_fixes || (gps_test_ratio_ < kCalm && refused == 0));
   if (!lasts(astray, now, &ladar_doubted_since_)) return std::nullopt;
-  if (without_ins_.alive() && ins_by_ladar_.ratio > 1.0 && ins_is_faulty())
-    return exclude_ins(belief, modes);
+  if (without_ins_.alive() && (ins_by_ladar_.ratio > 1.0 || readmitted_lately(now))) {
+    const Faulty faulty = ins_or_ladar();
+    if (faulty == Faulty::kIns) return exclude_ins(belief, modes);
+    // The filter without LADAR consists mainly of the INS, which may be the faulty one.
+    if (faulty == Faulty::kUnknown) return std::nullopt;
+  }
+  return exclude_ladar(belief, modes);
+}
+
+FilterState Trust::exclude_ladar(const FilterState& belief, const ModeParams& modes) {
   FilterState next = without_ladar_.state;
   next.memory.withheld = belief.memory.withheld;
   next.memory.withheld.ladar = true;
-  return found(Finding::kLadarGuilty, next, belief, modes);
+  return found(Finding::kLadarFaulty, next, belief, modes);
 }
 
 std::optional<FilterState> Trust::judge_quarantined_match(const FilterState& belief,
@@ -92,9 +104,15 @@ std::optional<FilterState> Trust::judge_quarantined_match(const FilterState& bel
     return std::nullopt;
   }
   if (ladar_right_.agreed < params_.matches) return std::nullopt;
+  if (belief.belief.x.stamp - ladar_right_.began < kLadarAgrees) return std::nullopt;
+  // It agrees because its errors are expected: INS and wheels or GPS still contradict it.
+  const LadarScale scale = votes_.ladar_scale();
+  if (scale.position > kReadmitted || scale.rotation > kReadmitted || votes_.verdict() < -kDoubt) {
+    return std::nullopt;
+  }
   ladar_test_ratio_ = difference(belief, ladar_right_.state, params_.floor_m) / limit_2_;
   if (ladar_test_ratio_ > kCalm) return std::nullopt;
-  return found(Finding::kLadarBack, ladar_right_.state, belief, modes);
+  return found(Finding::kLadarReadmitted, ladar_right_.state, belief, modes);
 }
 
 }  // namespace rcs::wm

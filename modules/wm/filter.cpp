@@ -6,9 +6,13 @@
 namespace rcs::wm {
 namespace {
 
-/// With the modelled bias of the a priori map here.
-DriveNoise drive_noise(const Model& model, const Memory& m) {
+/// With the modelled bias of the a priori map here, and the drift of the rolling map as measured.
+DriveNoise drive_noise(const Model& model, const FilterState& s) {
+  const Memory& m = s.memory;
   DriveNoise noise = model.params.drive;
+  const LadarScale scale = model.ladar_scales.at(s.belief.x.stamp);
+  noise.rolling_position *= scale.position;
+  noise.rolling_angle *= scale.rotation;
   if (m.map_bias.sigma_m > 0.0) {
     noise.map_sigma_m = m.map_bias.sigma_m;
     noise.map_length_m = m.map_bias.length_m;
@@ -49,7 +53,7 @@ void coast(const Model& model, Stamp to, FilterState* s) {
   while (s->belief.x.stamp < to) {
     const NavState before = s->belief.x;
     s->belief = predict(s->belief, std::min(to, before.stamp + kStep), model.params.motion,
-                        model.params.ins, drive_noise(model, s->memory));
+                        model.params.ins, drive_noise(model, *s));
     after_prediction(model, before, s);
   }
 }
@@ -124,7 +128,7 @@ void advance(const Model& model, Stamp to, const ImuSample* next_imu, FilterStat
         share_of_interval * seconds(to - before.stamp) / seconds(imu.stamp - begin);
     const ImuSample part{to, to - before.stamp, share * imu.delta_angle, share * imu.delta_v};
     s->belief =
-        predict(s->belief, part, model.earth, model.params.ins, drive_noise(model, m), m.lasting);
+        predict(s->belief, part, model.earth, model.params.ins, drive_noise(model, *s), m.lasting);
     after_prediction(model, before, s);
   }
   if (to != imu.stamp) return;

@@ -7,6 +7,7 @@
 
 #include "modules/wm/eskf.h"
 #include "modules/wm/kalman_update.h"
+#include "modules/wm/ladar_scale.h"
 #include "modules/wm/measurement_models.h"
 
 namespace rcs::wm {
@@ -154,6 +155,7 @@ struct Model {
   WmParams params;
   Earth earth;
   std::array<double, 7> gates{};  ///< by degrees of freedom
+  LadarScales ladar_scales;
 };
 
 /// Up to three per measurement: a fix has position and velocity, odometry its constraint.

@@ -59,6 +59,9 @@ class History {
   }
 
   [[nodiscard]] const Model& model() const { return model_; }
+  void add_ladar_scale(Stamp stamp, const LadarScale& scale) {
+    model_.ladar_scales.add(stamp, scale);
+  }
 
  private:
   struct Entry {

@@ -115,7 +115,8 @@ bool Fuser::clone(const RollingMatch& z) {
   return true;
 }
 
-void Fuser::operator()(const RollingMatch& z) {
+void Fuser::operator()(const RollingMatch& as_registered) {
+  const RollingMatch z = scaled(as_registered, model_.ladar_scales.at(stamp()));
   if (s_.memory.withheld.ladar) {
     refuse(Source::kRolling, Reason::kQuarantine);
     return;

@@ -65,7 +65,7 @@ TEST(FaultDetection, AJumpIsRejectedAndReadmissionIsQuick) {
   d.fix_off = [](double t) { return Vec3(0.0, t > 40.0 && t < 50.0 ? 25.0 : 0.0, 0.0); };
   const Seen seen = drive(70.0, d);
   EXPECT_LT(seen.worst_m, 1.5);
-  ASSERT_TRUE(seen.found(Finding::kGpsBack));
+  ASSERT_TRUE(seen.found(Finding::kGpsReadmitted));
   EXPECT_NEAR(seen.findings.back().first, 52.5, 2.5);
   EXPECT_EQ(seen.gps, Trusted::kFully);
 }
@@ -77,8 +77,8 @@ TEST(FaultDetection, AConsistentClusterAtAWrongPositionIsRejectedAfterAnOutage) 
   const Seen seen = drive(95.0, d);
   EXPECT_LT(seen.worst_m, 3.0);
   EXPECT_EQ(seen.beyond_protection, 0);
-  EXPECT_FALSE(seen.found(Finding::kGpsRight));
-  EXPECT_TRUE(seen.found(Finding::kGpsBack));
+  EXPECT_FALSE(seen.found(Finding::kFilterFaulty));
+  EXPECT_TRUE(seen.found(Finding::kGpsReadmitted));
   EXPECT_EQ(seen.gps, Trusted::kFully);
 }
 
@@ -86,7 +86,7 @@ TEST(FaultDetection, FixesAfterAnOutageAreQuarantinedAndThenReadmitted) {
   Disturbance d;
   d.has_fix = [](double t) { return t < 30.0 || t > 60.0; };
   const Seen seen = drive(75.0, d);
-  ASSERT_TRUE(seen.found(Finding::kGpsBack));
+  ASSERT_TRUE(seen.found(Finding::kGpsReadmitted));
   EXPECT_LT(seen.findings.back().first, 65.0);
   EXPECT_EQ(seen.gps, Trusted::kFully);
 }
@@ -115,9 +115,9 @@ TEST(FaultDetection, AFaultyMapIsExcludedAfterAnOutageAndGpsIsNot) {
   d.has_fix = [](double t) { return t < 35.0 || t > 75.0; };
   d.map_off = [](double t) { return Vec3(0.8 * std::max(0.0, t - 35.0), 0.0, 0.0); };
   const Seen seen = drive(85.0, d);
-  EXPECT_TRUE(seen.found(Finding::kMapGuilty));
-  EXPECT_FALSE(seen.found(Finding::kGpsGuilty));
-  EXPECT_FALSE(seen.found(Finding::kLadarGuilty));
+  EXPECT_TRUE(seen.found(Finding::kMapFaulty));
+  EXPECT_FALSE(seen.found(Finding::kGpsFaulty));
+  EXPECT_FALSE(seen.found(Finding::kLadarFaulty));
   EXPECT_EQ(seen.gps, Trusted::kFully);
   EXPECT_LT(seen.end_m, 1.0);
 }
@@ -128,7 +128,7 @@ TEST(FaultDetection, ACorrectMapIsKept) {
     d.has_fix = [](double t) { return t < 35.0 || t > 75.0; };
     d.map_off = [](double) { return Vec3(0.5, -0.5, 0.3); };
     const Seen seen = drive(85.0, d, seed);
-    EXPECT_FALSE(seen.found(Finding::kMapGuilty)) << "seed " << seed;
+    EXPECT_FALSE(seen.found(Finding::kMapFaulty)) << "seed " << seed;
     EXPECT_LT(seen.worst_m, 1.5) << "seed " << seed;
   }
 }

@@ -50,8 +50,8 @@ Seen drive(double length_s, const Disturbance& d, unsigned seed, double from_s) 
       const double ratio = estimator.trust().finding_ratio();
       std::printf("%.1f s: finding %d, test ratio %.2f, moved by %.2f m\n", t,
                   static_cast<int>(newest), ratio, estimator.trust().finding_moved_m());
-      if (newest == Finding::kGpsGuilty || newest == Finding::kLadarGuilty ||
-          newest == Finding::kMapGuilty) {
+      if (newest == Finding::kGpsFaulty || newest == Finding::kLadarFaulty ||
+          newest == Finding::kMapFaulty) {
         EXPECT_GT(ratio, 1.0);  // what an event reports as the cause
         EXPECT_GT(estimator.trust().finding_moved_m(), 0.0);
       }

@@ -37,8 +37,8 @@ Seen drive_with(const InsFault& fault, bool gps_lost, unsigned seed) {
 }
 
 bool excluded_another(const Seen& seen) {
-  return seen.found(Finding::kGpsGuilty) || seen.found(Finding::kLadarGuilty) ||
-         seen.found(Finding::kGpsBackRevoked);
+  return seen.found(Finding::kGpsFaulty) || seen.found(Finding::kLadarFaulty) ||
+         seen.found(Finding::kGpsReadmissionRevoked);
 }
 
 std::string text(const Vec3& v) {

@@ -98,7 +98,8 @@ class Campaign {
       r.runs.resize(static_cast<std::size_t>(seeds));
       runs_ += r.runs.size();
       for (std::size_t k = 0; k < r.runs.size(); ++k) {
-        Scene* scene = scene_of(r.drill, campaign_.first_seed + static_cast<std::int64_t>(k));
+        Scene* scene = scene_of(
+            r.drill, r.drill.seed.value_or(campaign_.first_seed) + static_cast<std::int64_t>(k));
         scene->add_user(r.drill.run.length_s);
         jobs_.push_back({d, k, scene});
       }
@@ -155,7 +156,7 @@ class Campaign {
       if (Outcome done = run_baselines(job, options, run->record, &metrics); !done) return done;
     }
     if (campaign_.look) campaign_.look(job.drill, job.run, run->record);
-    if (job.run == 0) result.shown = std::move(run->record);
+    if (job.run == 0 && campaign_.keep_records) result.shown = std::move(run->record);
     return Done{};
   }
 

@@ -19,8 +19,9 @@ struct DrillCampaign {
   int seeds = 0;         ///< for every drill; 0: the number in the drill
   bool full = false;     ///< use seeds_full of the drills
   std::int64_t first_seed = 1;
-  std::size_t jobs = 1;     ///< threads
-  std::string logs_folder;  ///< for a log of the first seed of each drill; empty: none
+  std::size_t jobs = 1;      ///< threads
+  std::string logs_folder;   ///< for a log of the first seed of each drill; empty: none
+  bool keep_records = true;  ///< of the first seed of each drill, for the pictures
   std::function<bool()> stop;
   /// Called with the record of every run and the indices of its drill and seed; from any thread.
   /// May be empty.

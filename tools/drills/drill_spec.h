@@ -128,7 +128,8 @@ struct Drill {
   bool needs_simulator = false;
   bool full = false;  ///< only with --full
   int seeds = 1;
-  int seeds_full = 20;  ///< with --full
+  int seeds_full = 20;               ///< with --full
+  std::optional<std::int64_t> seed;  ///< of the first run; nullopt: that of the campaign
   DrillRun run;
   std::vector<Stimulus> stimuli;
   DrillLimits limits;

@@ -227,6 +227,9 @@ def offline():
     write("short.toml", f'based_on = "{SCENARIO}"\nduration_s = 46\n')
     run("consistency", ["--scenario", "short.toml", "--ins", "tactical", "--seeds", "1", "--config",
                         CONFIG], (0, 1, 3))
+    run("faults", ["--scenario", "short.toml", "--runs", "1", "--only", "wheels silence", "--config",
+                   CONFIG], (0, 1))
+    check("faults list", rcs(["faults", "--list", "--json"]))
     cloud = "".join(f"{0.3 * (k % 60) - 9:.3f} {0.3 * (k // 60) - 9:.3f} "
                     f"{0.4 * ((k * 7919) % 11) * (k % 13 == 0):.3f}\n" for k in range(3600))
     write("a.xyz", cloud)

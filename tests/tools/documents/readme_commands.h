@@ -21,7 +21,7 @@ struct ReadmeCommand {
   std::string_view why;
 };
 
-constexpr std::array<ReadmeCommand, 43> kReadmeCommands = {{
+constexpr std::array<ReadmeCommand, 44> kReadmeCommands = {{
     {"./synthetic_vehicle", How::kForeign, "real time, on a bus; own_vehicle_test.sh"},
     {"PYTHONPATH=", How::kForeign, "real time, on a bus; own_vehicle_test.sh"},
     {"export", How::kForeign, "of the operator's shell; live_pages_test.sh"},
@@ -47,6 +47,7 @@ constexpr std::array<ReadmeCommand, 43> kReadmeCommands = {{
      "minutes; drill_all_test.cpp"},
     {"build/release/bin/rcs drill my_drill.toml", How::kSlow, "a drive of 125 s"},
     {"build/release/bin/rcs why", How::kSlow, "a log of 125 s"},
+    {"build/release/bin/rcs faults --runs", How::kOptions, "hours; faults_command_test.cpp"},
     {"build/release/bin/rcs consistency -o", How::kOptions, "half an hour"},
     {"build/release/bin/rcs consistency --seeds 5", How::kOptions,
      "minutes; consistency_command_test.cpp"},

@@ -1,0 +1,55 @@
+#pragma once
+// How much larger the errors of the LADAR are than its registrations and the model of the rolling
+// map state, as measured against INS, wheels and GPS: in high grass, say, by a factor of ten.
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+
+#include "modules/wm/measurement_models.h"
+#include "rcs/base/stamp.h"
+
+namespace rcs::wm {
+
+/// Factors of standard deviations, >= 1.
+struct LadarScale {
+  double position = 1.0;
+  double rotation = 1.0;
+};
+
+/// The registration with the information of its scaled covariance.
+[[nodiscard]] inline RollingMatch scaled(RollingMatch z, const LadarScale& scale) {
+  Vec6 weight;
+  weight << Vec3::Constant(1.0 / scale.position), Vec3::Constant(1.0 / scale.rotation);
+  z.information = weight.asDiagonal() * z.information * weight.asDiagonal();
+  return z;
+}
+
+/// The scales by time. A scale applies to inputs that are later than its own by kDelay, longer than
+/// the lag of the history: the order of arrival does not matter.
+class LadarScales {
+ public:
+  static constexpr Duration kDelay = from_milliseconds(1200.0);
+
+  /// @param stamp  of the scan after which the scale was measured, increasing
+  void add(Stamp stamp, const LadarScale& scale) {
+    entries_[count_++ % entries_.size()] = {stamp + kDelay, scale};
+  }
+  [[nodiscard]] LadarScale at(Stamp stamp) const {
+    for (std::size_t k = 1; k <= std::min(count_, entries_.size()); ++k) {
+      const Entry& e = entries_[(count_ - k) % entries_.size()];
+      if (e.begin <= stamp) return e.scale;
+    }
+    return {};
+  }
+
+ private:
+  struct Entry {
+    Stamp begin = Stamp::min();
+    LadarScale scale;
+  };
+  std::array<Entry, 64> entries_{};
+  std::size_t count_ = 0;
+};
+
+}  // namespace rcs::wm

@@ -1,0 +1,182 @@
+#include "modules/wm/motion_votes.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "rcs/base/linear.h"
+
+namespace rcs::wm {
+namespace {
+
+constexpr Duration kLongestStep = from_seconds(1.5);
+// Over which motions are compared.
+constexpr Duration kWindow = from_seconds(2.0);
+constexpr Duration kLongestWindow = from_seconds(3.0);
+// Tolerances of a distance and of a turn, in addition to the standard deviations of the
+// registrations. Wheels slip, and climbs lengthen their path; a course is that of the antenna,
+// which rocks.
+constexpr double kTolerance_m = 0.25;
+constexpr double kToleranceShare = 0.05;
+constexpr std::array<double, 2> kTolerance_rad = {0.12, 0.045};  // GPS, wheels
+constexpr double kSigmas = 3.0;
+constexpr double kSlowest_mps = 2.0;          // at which a velocity has a course
+constexpr double kLargestSigma_radps = 0.05;  // of a yaw rate that is used
+// One sigma of the comparison of the LADAR with the others, over the window.
+constexpr double kError_m = 0.25;
+constexpr double kErrorShare = 0.01;
+constexpr double kError_rad = 0.02;
+constexpr double kErrorLowPass = 0.03;  // share of the newest
+// Beyond these the LADAR is excluded rather than weighted less.
+constexpr double kLargestPosition = 10.0;
+constexpr double kLargestRotation = 20.0;
+// Sigma of a registration that observes the direction.
+constexpr double kObserved_m = 1.0;
+constexpr double kObserved_rad = 0.1;
+constexpr double kUnknown = 1e9;
+constexpr double kShare = 0.2;  // of the newest vote in the low-passed one
+
+/// The motion from one pose to another: the arc, from the chord.
+Motion motion_between(const Pose& from, const Pose& to) {
+  const Pose T = from.inverse() * to;
+  const double turn_rad = yaw_of(T.q);
+  const double half = std::min(std::abs(0.5 * turn_rad), 1.0);
+  return {T.p.norm() * (half > 1e-3 ? half / std::sin(half) : 1.0), turn_rad};
+}
+
+}  // namespace
+
+void MotionSum::add(Stamp stamp, double rate) {
+  if (newest_ != Stamp::min() && stamp <= newest_) return;
+  const bool gap = newest_ == Stamp::min() || stamp - newest_ > kLongestStep;
+  if (gap) {
+    since_ = stamp;
+  } else {
+    sum_ += 0.5 * (rate_ + rate) * seconds(stamp - newest_);
+  }
+  newest_ = stamp;
+  rate_ = rate;
+}
+
+double MotionSum::at(Stamp stamp) const { return sum_ + rate_ * seconds(stamp - newest_); }
+
+Stamp MotionSum::complete_since(Stamp now) const {
+  return newest_ != Stamp::min() && now - newest_ <= kLongestStep ? since_ : Stamp::max();
+}
+
+double vote(double by_ins, double by_ladar, double by_reference, double tolerance) {
+  const bool ins = std::abs(by_ins - by_reference) <= tolerance;
+  const bool ladar = std::abs(by_ladar - by_reference) <= tolerance;
+  if (ins == ladar || std::abs(by_ins - by_ladar) <= tolerance) return 0.0;
+  return ladar ? 1.0 : -1.0;
+}
+
+void MotionVotes::add(Stamp stamp, const OdometrySample& z, double wheel_scale) {
+  distance_[kWheels].add(stamp, z.speed_mps / wheel_scale);
+  if (z.sigma_yaw_rate_radps < kLargestSigma_radps) turn_[kWheels].add(stamp, z.yaw_rate_radps);
+}
+
+void MotionVotes::add(Stamp stamp, const GpsFix& z, bool reverse) {
+  if (!z.has_velocity) return;
+  const double speed_mps = z.v_world.norm();
+  distance_[kGps].add(stamp, reverse ? -speed_mps : speed_mps);
+  if (z.v_world.head<2>().norm() < kSlowest_mps) return;
+  const double course_rad = std::atan2(z.v_world.y(), z.v_world.x());
+  const double dt_s = seconds(stamp - course_stamp_);
+  // The mean rate since the last fix, which the trapezoidal rule would smooth: a single step lags
+  // by half of the interval, which the tolerance covers.
+  if (course_stamp_ != Stamp::min() && dt_s > 0.0) {
+    turn_[kGps].add(stamp, wrap_angle(course_rad - course_rad_) / dt_s);
+  }
+  course_rad_ = course_rad;
+  course_stamp_ = stamp;
+}
+
+void MotionVotes::add(Stamp stamp, const RollingMatch& z, const Mat6& covariance,
+                      const DriveNoise& drive, const Pose& T_world_vehicle, Stamp branch) {
+  if (z.map_epoch != map_epoch_ || branch != branch_) {
+    count_ = 0;
+    map_epoch_ = z.map_epoch;
+    branch_ = branch;
+  }
+  Scan now{stamp, z.T_rolling_vehicle, T_world_vehicle, covariance(0, 0), covariance(5, 5), {}};
+  for (std::size_t k : {kGps, kWheels}) {
+    now.by_reference[k] = {distance_[k].at(stamp), turn_[k].at(stamp)};
+  }
+  for (std::size_t k = 1; k <= std::min(count_, scans_.size()); ++k) {
+    const Scan& scan = scans_[(count_ - k) % scans_.size()];
+    if (stamp - scan.stamp < kWindow) continue;
+    if (stamp - scan.stamp <= kLongestWindow) compare(scan, now, drive);
+    break;
+  }
+  scans_[count_++ % scans_.size()] = now;
+}
+
+void MotionVotes::compare(const Scan& begin, const Scan& end, const DriveNoise& drive) {
+  const Motion by_ladar = motion_between(begin.T_rolling_vehicle, end.T_rolling_vehicle);
+  const Motion by_ins = motion_between(begin.T_world_vehicle, end.T_world_vehicle);
+  const double variance_m2 = begin.variance_m2 + end.variance_m2;
+  const double variance_rad2 = begin.variance_rad2 + end.variance_rad2;
+  const LadarScale scale = ladar_scale();
+  double apart_m = kUnknown;  // from the nearer of the references
+  double apart_rad = kUnknown;
+  for (std::size_t k : {kGps, kWheels}) {
+    const auto complete = [&](const MotionSum& sum) {
+      return sum.complete_since(end.stamp) <= begin.stamp;
+    };
+    double newest = 0.0;
+    if (complete(distance_[k])) {
+      const double driven_m = end.by_reference[k].distance_m - begin.by_reference[k].distance_m;
+      const double sign = driven_m < 0.0 ? -1.0 : 1.0;
+      const double ins_m = sign * by_ins.distance_m;
+      const double ladar_m = sign * by_ladar.distance_m;
+      newest = vote(ins_m, ladar_m, driven_m,
+                    kTolerance_m + kToleranceShare * std::abs(driven_m) +
+                        kSigmas * scale.position * std::sqrt(variance_m2));
+      apart_m = std::min(apart_m, odd_one_out(ladar_m, ins_m, driven_m));
+    }
+    if (complete(turn_[k])) {
+      const double turn_rad = end.by_reference[k].turn_rad - begin.by_reference[k].turn_rad;
+      if (newest == 0.0) {
+        newest = vote(by_ins.turn_rad, by_ladar.turn_rad, turn_rad,
+                      kTolerance_rad[k] + kSigmas * scale.rotation * std::sqrt(variance_rad2));
+      }
+      apart_rad = std::min(apart_rad, odd_one_out(by_ladar.turn_rad, by_ins.turn_rad, turn_rad));
+    }
+    votes_[k] += kShare * (newest - votes_[k]);
+  }
+  const double share = kErrorShare * by_ladar.distance_m;
+  if (apart_m < kUnknown && variance_m2 < kObserved_m * kObserved_m) {
+    errors_m_.add(
+        apart_m, kError_m + share,
+        variance_m2 + drive.rolling_position * drive.rolling_position * by_ins.distance_m);
+  }
+  if (apart_rad < kUnknown && variance_rad2 < kObserved_rad * kObserved_rad) {
+    errors_rad_.add(apart_rad, kError_rad,
+                    variance_rad2 + drive.rolling_angle * drive.rolling_angle * by_ins.distance_m);
+  }
+}
+
+void LadarErrors::add(double apart, double uncertainty, double claimed_variance) {
+  const double beyond = std::max(0.0, apart * apart - uncertainty * uncertainty);
+  excess += kErrorLowPass * (beyond - excess);
+  claimed += kErrorLowPass * (claimed_variance - claimed);
+}
+
+double LadarErrors::scale(double largest) const {
+  return claimed > 0.0 ? std::clamp(std::sqrt(excess / claimed), 1.0, largest) : 1.0;
+}
+
+double odd_one_out(double by_ladar, double by_ins, double by_reference) {
+  const double nearer = std::min(std::abs(by_ladar - by_ins), std::abs(by_ladar - by_reference));
+  return std::abs(by_ins - by_reference) < nearer ? nearer : 0.0;
+}
+
+LadarScale MotionVotes::ladar_scale() const {
+  return {errors_m_.scale(kLargestPosition), errors_rad_.scale(kLargestRotation)};
+}
+
+double MotionVotes::verdict() const {
+  return std::abs(votes_[kGps]) > std::abs(votes_[kWheels]) ? votes_[kGps] : votes_[kWheels];
+}
+
+}  // namespace rcs::wm

@@ -1,0 +1,101 @@
+#pragma once
+// Between INS and LADAR, which contradict each other, the wheels or GPS decide: the distance and
+// the turn of the last seconds by INS, LADAR, wheels and GPS are compared, each computed from its
+// own measurements alone.
+
+#include <array>
+#include <cstddef>
+
+#include "modules/wm/ladar_scale.h"
+#include "modules/wm/measurement_models.h"
+#include "modules/wm/params.h"
+#include "rcs/base/pose.h"
+#include "rcs/base/stamp.h"
+
+namespace rcs::wm {
+
+/// What a source that measures distance or turn has summed up.
+class MotionSum {
+ public:
+  /// @param rate  of the distance [m/s] or turn [rad/s]
+  void add(Stamp stamp, double rate);
+  /// The sum at a stamp not much later than the newest measurement, [m] or [rad].
+  [[nodiscard]] double at(Stamp stamp) const;
+  /// Since when it has been received without a gap; max(): it is not.
+  [[nodiscard]] Stamp complete_since(Stamp now) const;
+
+ private:
+  Stamp newest_ = Stamp::min(), since_ = Stamp::max();
+  double sum_ = 0.0, rate_ = 0.0;
+};
+
+/// Distance ahead and turn to the left.
+struct Motion {
+  double distance_m = 0.0;
+  double turn_rad = 0.0;
+};
+
+/// @return 1: `other` and the reference agree, INS and reference do not; -1: LADAR and reference do
+///   not; 0: neither
+/// @param tolerance  of a difference
+[[nodiscard]] double vote(double by_ins, double by_ladar, double by_reference, double tolerance);
+
+/// Low-passed errors of the LADAR that INS and another source agree on, and what it states.
+struct LadarErrors {
+  double excess = 0.0;   ///< mean square beyond the uncertainty of the comparison
+  double claimed = 0.0;  ///< variance by the registrations and the model of the rolling map
+
+  /// @param apart  difference of the LADAR from the nearer of two others; 0: they do not agree
+  /// @param uncertainty  of the comparison, one sigma
+  void add(double apart, double uncertainty, double claimed_variance);
+  [[nodiscard]] double scale(double largest) const;
+};
+
+/// @return difference of `by_ladar` from the nearer of two others that agree better with each other
+///   than with it; otherwise 0
+[[nodiscard]] double odd_one_out(double by_ladar, double by_ins, double by_reference);
+
+class MotionVotes {
+ public:
+  enum Reference : std::size_t { kGps, kWheels };
+
+  void add(Stamp stamp, const OdometrySample& z, double wheel_scale);
+  /// @param reverse  the vehicle drives backwards
+  void add(Stamp stamp, const GpsFix& z, bool reverse);
+  /// Call it for each scan that is registered to the rolling map.
+  /// @param covariance  of the registration, vehicle axes, (rho, phi)
+  /// @param T_world_vehicle  by the INS alone
+  /// @param branch  when that prediction began: poses of different predictions are not compared
+  /// @param drive  drift of the rolling map
+  void add(Stamp stamp, const RollingMatch& z, const Mat6& covariance, const DriveNoise& drive,
+           const Pose& T_world_vehicle, Stamp branch);
+  /// Forgets the votes; what is known of the errors of the LADAR stays.
+  void forget() { votes_ = {}; }
+
+  /// Above 0 the INS is contradicted, below 0 the LADAR, in [-1, 1]; 0: nobody can tell.
+  [[nodiscard]] double verdict() const;
+  /// Of the LADAR against two other sources that agree with each other.
+  [[nodiscard]] LadarScale ladar_scale() const;
+
+ private:
+  struct Scan {
+    Stamp stamp = Stamp::min();
+    Pose T_rolling_vehicle, T_world_vehicle;
+    double variance_m2 = 0.0, variance_rad2 = 0.0;  ///< ahead, and about the vertical
+    std::array<Motion, 2> by_reference{};
+  };
+
+  void compare(const Scan& begin, const Scan& end, const DriveNoise& drive);
+
+  std::array<MotionSum, 2> distance_{}, turn_{};
+  double course_rad_ = 0.0;  // of the newest fix
+  Stamp course_stamp_ = Stamp::min();
+  std::array<Scan, 32> scans_{};
+  std::size_t count_ = 0;
+  int map_epoch_ = -1;
+  Stamp branch_ = Stamp::min();
+  std::array<double, 2> votes_{};
+  LadarErrors errors_m_, errors_rad_;
+};
+
+}  // namespace rcs::wm

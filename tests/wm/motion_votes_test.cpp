@@ -1,0 +1,71 @@
+// Between INS and LADAR the wheels decide, and the errors of a poor LADAR are measured.
+#include "modules/wm/motion_votes.h"
+
+#include <gtest/gtest.h>
+
+namespace rcs::wm {
+namespace {
+
+/// A straight drive of 10 s at 10 m/s, registered ten times a second.
+MotionVotes drive(double ins_factor, double ladar_factor, double wheels_factor) {
+  MotionVotes votes;
+  const Mat6 covariance = 1e-4 * Mat6::Identity();
+  for (int k = 0; k <= 200; ++k) {
+    const Stamp t = Stamp() + from_milliseconds(50.0 * k);
+    const double x_m = 0.5 * k;
+    votes.add(t, OdometrySample{10.0 * wheels_factor, 0.05, 0.0, 0.02}, 1.0);
+    if (k % 2 != 0) continue;
+    RollingMatch z;
+    z.T_rolling_vehicle.p.x() = ladar_factor * x_m;
+    Pose by_ins;
+    by_ins.p.x() = ins_factor * x_m;
+    votes.add(t, z, covariance, DriveNoise{}, by_ins, Stamp());
+  }
+  return votes;
+}
+
+TEST(MotionVotes, TheSourceThatContradictsTheWheelsIsFaulty) {
+  EXPECT_GT(drive(1.3, 1.0, 1.0).verdict(), 0.9);
+  EXPECT_LT(drive(1.0, 0.3, 1.0).verdict(), -0.9);
+  EXPECT_EQ(drive(1.0, 1.0, 1.0).verdict(), 0.0);
+  EXPECT_EQ(drive(1.0, 1.0, 1.3).verdict(), 0.0) << "of INS and LADAR none";
+}
+
+TEST(MotionVotes, OnlyALadarThatTwoOthersContradictIsPoor) {
+  EXPECT_EQ(drive(1.0, 1.0, 1.0).ladar_scale().position, 1.0);
+  EXPECT_GT(drive(1.0, 1.05, 1.0).ladar_scale().position, 5.0);
+  EXPECT_EQ(drive(1.3, 1.0, 1.0).ladar_scale().position, 1.0);
+  EXPECT_EQ(drive(1.0, 1.0, 1.3).ladar_scale().position, 1.0);
+}
+
+TEST(MotionVotes, AVoteNeedsOneSourceWithinTheToleranceAndOneBeyondIt) {
+  EXPECT_EQ(vote(2.0, 1.0, 1.0, 0.5), 1.0);
+  EXPECT_EQ(vote(1.0, 2.0, 1.0, 0.5), -1.0);
+  EXPECT_EQ(vote(2.0, 3.0, 1.0, 0.5), 0.0);
+  EXPECT_EQ(vote(1.0, 1.1, 1.0, 0.5), 0.0);
+}
+
+TEST(MotionVotes, ASumIsIncompleteAfterAGap) {
+  MotionSum sum;
+  for (int k = 0; k <= 10; ++k) sum.add(Stamp() + from_seconds(0.1 * k), 2.0);
+  EXPECT_NEAR(sum.at(Stamp() + from_seconds(1.05)), 2.1, 1e-9);
+  EXPECT_EQ(sum.complete_since(Stamp() + from_seconds(1.1)), Stamp());
+  EXPECT_EQ(sum.complete_since(Stamp() + from_seconds(5.0)), Stamp::max());
+  sum.add(Stamp() + from_seconds(5.0), 2.0);
+  EXPECT_EQ(sum.complete_since(Stamp() + from_seconds(5.1)), Stamp() + from_seconds(5.0));
+}
+
+TEST(LadarScales, AScaleAppliesAfterTheLagOfTheHistory) {
+  LadarScales scales;
+  scales.add(Stamp() + from_seconds(10.0), {3.0, 4.0});
+  EXPECT_EQ(scales.at(Stamp() + from_seconds(11.1)).position, 1.0);
+  EXPECT_EQ(scales.at(Stamp() + from_seconds(11.2)).position, 3.0);
+  RollingMatch z;
+  z.information.setIdentity();
+  const RollingMatch wide = scaled(z, {2.0, 10.0});
+  EXPECT_DOUBLE_EQ(wide.information(0, 0), 0.25);
+  EXPECT_DOUBLE_EQ(wide.information(5, 5), 0.01);
+}
+
+}  // namespace
+}  // namespace rcs::wm
