@@ -156,8 +156,9 @@ void Trust::test_ins(const Model& model, const Measurement& m, const FilterState
         nis(inertial_.subfilter.state, *z, model.params.gps, params_.floor_share * driven_m);
     const bool accepted = without_ins_.state.memory.of(Source::kGpsPosition).accepted == m.stamp;
     ins_by_gps_.add(accepted ? n.horizontal / limit_2_ : 0.0, m.stamp);
-    if (accepted)
+    if (accepted) {
       votes_.add(m.stamp, *z, (ins.T_world_vehicle.q.conjugate() * ins.v_world).x() < 0.0);
+    }
   }
   if (const auto* z = std::get_if<OdometrySample>(&m.value)) {
     const OdometryParams& params = model.params.odometry;

@@ -44,7 +44,9 @@ class Draw {
     return std::uniform_int_distribution<std::size_t>(0, count - 1)(random_);
   }
   /// A vector of this length, along one axis.
-  Vec3 along_an_axis(double length) { return length * sign() * Vec3::Unit(one_of(3)); }
+  Vec3 along_an_axis(double length) {
+    return length * sign() * Vec3::Unit(static_cast<Eigen::Index>(one_of(3)));
+  }
   /// A factor that differs from 1 by between `low` and `high`.
   double factor(double low, double high) {
     return std::max(0.0, 1.0 + sign() * log_uniform(low, high));

@@ -132,6 +132,7 @@ TEST(FaultMetrics, ALineOfTheFileIsReadAsItWasWritten) {
 
 TEST(FaultMetrics, TheTableHasARowForEachClassAndTheSum) {
   std::vector<FaultRun> runs;
+  runs.reserve(4);
   for (int k = 0; k < 4; ++k) {
     runs.push_back(fault_run(random_fault(plan_of(1), k), k, record_of(k * 5.0)));
   }

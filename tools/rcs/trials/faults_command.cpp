@@ -227,8 +227,9 @@ class FaultsCommand final : public Command {
     } else {
       const report::Table violations = drills::violation_table(results_, kShown);
       fmt::print("{}", to_text(drills::fault_table(results_)));
-      if (!violations.rows.empty())
+      if (!violations.rows.empty()) {
         fmt::print("\nRuns outside of a limit:\n{}", to_text(violations));
+      }
     }
     return out_.empty() ? Outcome(Done{}) : tools::write_text(out_ + "/faults.json", text);
   }
