@@ -36,7 +36,9 @@ class ExitStatus : public RcsCommand {
         << "[run]\nlength_s = 12\nscenario = \"absent.toml\"\n[[stimulus]]\nkind = \"dropout\"\n"
            "begin_s = 9\nlength_s = 2\n[limits]\nhorizontal_m = 50\n";
     std::ofstream plane(inputs_ + "/plane.xyz");
-    for (int k = 0; k < 2500; ++k) plane << 0.4 * (k % 50) << ' ' << 0.4 * (k / 50) << " 0\n";
+    for (int i = 0; i < 50; ++i) {
+      for (int j = 0; j < 50; ++j) plane << 0.4 * j << ' ' << 0.4 * i << " 0\n";
+    }
     const std::string rcs = variable("RCS_BIN_DIR") + "/rcs ";
     const std::string source = variable("RCS_SOURCE_DIR");
     const std::string commands =
