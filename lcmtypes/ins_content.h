@@ -1,6 +1,6 @@
 #pragma once
-// Detects increments that no working INS measures: the same values again and again, or no specific
-// force. WM and SP treat such a sample as if it had not been received.
+// Detects increments that no working INS measures: the same values again and again, or a specific
+// force that does not point upwards. WM and SP treat such a sample as if it had not been received.
 
 #include <algorithm>
 #include <cmath>
@@ -17,21 +17,23 @@ class InsContent {
   [[nodiscard]] bool add(const ins_t& m) {
     bool same = m.utime != last_.utime;
     bool zero = true;
-    double force = 0.0;
     for (int i = 0; i < 3; ++i) {
       same = same && m.delta_angle_rad[i] == last_.delta_angle_rad[i] &&
              m.delta_v_mps[i] == last_.delta_v_mps[i];
       zero = zero && m.delta_v_mps[i] == 0.0;
-      force = std::hypot(force, m.delta_v_mps[i]);
     }
-    last_ = m;
     repeated_ = same ? repeated_ + 1 : 0;
     if (!same) varied_ = std::min(varied_ + 1, kVaried);
     if (same && varied_ < kVaried) varied_ = 0;
-    const bool weightless = force < kLeastForce_mps2 * 1e-6 * m.interval_us;
-    weightless_ = weightless ? weightless_ + 1 : 0;
     const bool stuck = repeated_ >= kStuck && varied_ >= kVaried;
-    return !stuck && !zero && weightless_ < kWeightless;
+
+    const double interval_s = 1e-6 * std::max(m.interval_us, 1);
+    const double share = last_.utime == 0 ? 1.0 : std::min(1.0, interval_s / kMean_s);
+    up_mps2_ += share * (m.delta_v_mps[2] / interval_s - up_mps2_);
+    last_ = m;
+    // Not finite: plausible() rejects it.
+    if (!std::isfinite(up_mps2_)) up_mps2_ = 0.0;
+    return !stuck && !zero && up_mps2_ >= kLeastUp_mps2;
   }
 
  private:
@@ -39,13 +41,16 @@ class InsContent {
   // on a straight line, so repetition counts only after values that have varied for some time.
   static constexpr int kVaried = 100;
   static constexpr int kStuck = 8;
-  static constexpr int kWeightless = 8;
-  static constexpr double kLeastForce_mps2 = 1.0;  ///< a vehicle in the air falls only for a moment
+  // Less than on a slope of 60 degrees. Exchanged axes or an inverted one move the filter by five
+  // metres in the first second, before any other test can know; a fall of a tenth of a second is
+  // bridged like a lost sample.
+  static constexpr double kLeastUp_mps2 = 3.5;
+  static constexpr double kMean_s = 0.1;
 
   ins_t last_{};
-  int varied_ = 0;      ///< samples in a row that differed from the one before, until kVaried
-  int repeated_ = 0;    ///< in a row
-  int weightless_ = 0;  ///< in a row
+  int varied_ = 0;        ///< samples in a row that differed from the one before, until kVaried
+  int repeated_ = 0;      ///< in a row
+  double up_mps2_ = 0.0;  ///< low-passed specific force along the vehicle's z axis
 };
 
 }  // namespace rcs

@@ -2,7 +2,9 @@
 // fault_detection_ladar.cpp.
 #include "modules/wm/fault_detection.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 
 #include "modules/wm/filter_difference.h"
 #include "modules/wm/measurement_fusion.h"
@@ -10,7 +12,8 @@
 namespace rcs::wm {
 namespace {
 
-constexpr int kRefusedInRow = 3;  // rejected measurements that end a hypothesis
+constexpr Duration kFed = from_seconds(1.0);  // newest scan or fix of a filter without INS
+constexpr int kRefusedInRow = 3;              // rejected measurements that end a hypothesis
 
 void step(const Model& model, const Measurement& m, const ImuSample* next_imu, FilterState* s,
           Innovations* records) {
@@ -44,9 +47,10 @@ void Trust::Hypothesis::count(bool accepted) {
 }
 
 void Trust::move(const Model& model, const Measurement& m, const ImuSample* next_imu) {
-  for (Subfilter* subfilter : {&inertial_new_.subfilter, &inertial_young_.subfilter,
-                               &inertial_.subfilter, &without_ins_young_, &without_ins_,
-                               &without_ladar_, &without_gps_young_, &without_gps_, &before_}) {
+  for (Subfilter* subfilter :
+       {&inertial_new_.subfilter, &inertial_young_.subfilter, &inertial_.subfilter,
+        &without_ins_young_, &without_ins_, &without_ladar_young_, &without_ladar_,
+        &without_gps_young_, &without_gps_, &neither_young_, &neither_, &before_}) {
     if (!subfilter->alive()) continue;
     Innovations unread;
     step(model, m, next_imu, &subfilter->state, &unread);
@@ -73,8 +77,9 @@ void Trust::move(const Model& model, const Measurement& m, const ImuSample* next
 void Trust::drop_what_passed_a_gap() {
   bool dropped = false;
   for (Subfilter* subfilter :
-       {&inertial_new_.subfilter, &inertial_young_.subfilter, &inertial_.subfilter, &without_ladar_,
-        &without_gps_young_, &without_gps_, &before_}) {
+       {&inertial_new_.subfilter, &inertial_young_.subfilter, &inertial_.subfilter,
+        &without_ladar_young_, &without_ladar_, &without_gps_young_, &without_gps_, &neither_young_,
+        &neither_, &before_}) {
     if (!subfilter->passed_gap()) continue;
     *subfilter = Subfilter{};
     dropped = true;
@@ -95,18 +100,17 @@ void Trust::drop_what_passed_a_gap() {
   detectable_m_ = kAnything_m;
 }
 
-bool Trust::well(const FilterState& belief) const {
-  const Memory& m = belief.memory;
-  if (m.withheld.gps || m.withheld.ladar) return false;
-  // A test ratio between kCalm and the limit keeps the sub-filter that raised it, for a limited
-  // time.
-  const bool old =
-      without_gps_.alive() && belief.belief.x.stamp - without_gps_.branch > 4 * params_.branch;
+/// A ratio between kCalm and the limit keeps the sub-filters that raised it, for a limited time.
+bool Trust::tests_are_calm(Stamp branch, Stamp now) const {
+  const bool old = branch != Stamp::min() && now - branch > 4 * params_.branch;
   const double worst =
-      std::max({gps_test_ratio_, ladar_test_ratio_, map_test_ratio_, ins_test_ratio()});
-  if (worst > (old ? 1.0 : kCalm)) {
-    return false;
-  }
+      std::max({gps_test_ratio_, ladar_test_ratio_, map_test_ratio_, ins_by_gps_.ratio});
+  return worst <= (old ? 1.0 : kCalm) && ins_test_ratio() <= (old ? 1.0 : kInsCalm);
+}
+
+/// From GPS or the a priori map. Without it a sub-filter keeps its own, which is older.
+bool Trust::has_position(const FilterState& belief) {
+  const Memory& m = belief.memory;
   const Stamp placed =
       std::max(m.of(Source::kGpsPosition).accepted, m.of(Source::kPriorMap).accepted);
   const bool without = !m.anchored;  // no GPS to exclude
@@ -130,8 +134,11 @@ void Trust::branch_inertial(const FilterState& belief, Inertial* inertial) const
   inertial->began_m = belief.memory.distance_m;
 }
 
-void Trust::branch_all(const FilterState& belief) {
+void Trust::branch_motion(const FilterState& belief) {
   const Stamp now = belief.belief.x.stamp;
+  inertial_ = inertial_young_;
+  without_ins_ = without_ins_young_;
+  without_ladar_ = without_ladar_young_;
   branch_inertial(belief, &inertial_young_);
   branch_inertial(belief, &inertial_new_);
   without_ins_young_ = {};
@@ -139,53 +146,103 @@ void Trust::branch_all(const FilterState& belief) {
     without_ins_young_ = {belief, now};
     without_ins_young_.state.memory.withheld.ins = true;
   }
-  without_ladar_ = {belief, now};
-  without_ladar_.state.memory.withheld.ladar = true;
-  without_gps_young_ = {belief, now};
+  without_ladar_young_ = {belief, now};
+  without_ladar_young_.state.memory.withheld.ladar = true;
+}
+
+void Trust::branch_without_gps(const FilterState& belief) {
+  without_gps_ = without_gps_young_;
+  neither_ = neither_young_;
+  without_gps_began_m_ = young_began_m_;
+  without_gps_young_ = {belief, belief.belief.x.stamp};
   without_gps_young_.state.memory.withheld.gps = true;
   without_gps_young_.state.memory.withheld.prior_map = true;
+  neither_young_ = {};
+  if (!belief.memory.withheld.ins) {
+    neither_young_ = without_gps_young_;
+    neither_young_.state.memory.withheld.ins = true;
+  }
   young_began_m_ = belief.memory.distance_m;
   cusum_.setZero();
 }
 
-void Trust::renew(const FilterState& belief) {
-  const Stamp now = belief.belief.x.stamp;
-  const bool due = !without_gps_young_.alive() || now - without_gps_young_.branch >= params_.branch;
-  const Subfilter& newest = inertial_new_.subfilter;
-  const bool new_due = newest.alive() && now - newest.branch >= kNewInertial;
-  if ((!due && !new_due) || !well(belief)) return;
-  if (!due) return branch_inertial(belief, &inertial_new_);
-  // Until the gap of the INS is forgotten, a branch would inherit its effect on the filter.
-  const Stamp gap_end = belief.memory.ins_gap_end;
-  if (gap_end != Stamp::min() && now - gap_end < kSettling) return;
-  if (!knows_attitude(belief)) {
-    // Nor are the old sub-filters of use: the tests start again.
-    inertial_new_ = inertial_young_ = inertial_ = {};
-    without_ins_young_ = without_ins_ = without_ladar_ = without_gps_young_ = without_gps_ =
-        Subfilter{};
-    detectable_m_ = kAnything_m;
-    return;
+/// Twice: the older generation equals the younger one.
+void Trust::branch_all(const FilterState& belief) {
+  for (int generation = 0; generation < 2; ++generation) {
+    branch_motion(belief);
+    branch_without_gps(belief);
   }
-  const bool first = !without_gps_young_.alive();
-  if (!first) grow_up();
-  branch_all(belief);
-  if (first) grow_up();
 }
 
-void Trust::grow_up() {
-  inertial_ = inertial_young_;
-  without_ins_ = without_ins_young_;
-  without_gps_ = without_gps_young_;
-  without_gps_began_m_ = young_began_m_;
+/// Branches sub-filters whose time has come, while the tests are calm. The motion by INS and by
+/// LADAR is compared without a position, too.
+void Trust::renew(const FilterState& belief) {
+  const Stamp now = belief.belief.x.stamp;
+  const auto due = [&](const Subfilter& youngest, Duration age) {
+    return !youngest.alive() || now - youngest.branch >= age;
+  };
+  const Memory& m = belief.memory;
+  const bool inertial_due =
+      inertial_new_.subfilter.alive() && due(inertial_new_.subfilter, kNewInertial);
+  const bool motion_due = due(without_ladar_young_, params_.branch) && !m.withheld.ladar;
+  const bool gps_due = due(without_gps_young_, params_.branch) && !m.withheld.ladar &&
+                       !m.withheld.gps && has_position(belief);
+  if (!inertial_due && !motion_due && !gps_due) return;
+  const bool calm = tests_are_calm(without_ladar_.branch, now);
+  if (inertial_due && calm) branch_inertial(belief, &inertial_new_);
+  // Until the gap of the INS is forgotten, a branch would inherit its effect on the filter.
+  if (m.ins_gap_end != Stamp::min() && now - m.ins_gap_end < kSettling) return;
+  if (!knows_attitude(belief)) {
+    // Nor is an old sub-filter without GPS of use: its test starts again.
+    if (gps_due) {
+      without_gps_young_ = without_gps_ = neither_young_ = neither_ = Subfilter{};
+      detectable_m_ = kAnything_m;
+    }
+    return;
+  }
+  if (motion_due && calm) {
+    const bool first = !without_ladar_young_.alive();
+    branch_motion(belief);
+    if (first) branch_motion(belief);
+  }
+  if (gps_due && tests_are_calm(without_gps_.branch, now)) {
+    const bool first = !without_gps_young_.alive();
+    branch_without_gps(belief);
+    if (first) branch_without_gps(belief);
+  }
+}
+
+/// A sub-filter without INS that receives neither scans nor fixes extrapolates: it bounds nothing.
+void Trust::bound_undetected(const FilterState& belief) {
+  undetected_ = {};
+  for (const Subfilter* without : {&without_ins_, &without_ladar_}) {
+    const Belief& b = without->state.belief;
+    const Stamp now = b.x.stamp;
+    if (!without->alive() || now - without->branch < kYoung) continue;
+    const Memory& m = without->state.memory;
+    const Stamp placed =
+        std::max(m.of(Source::kGpsPosition).accepted, m.of(Source::kRolling).accepted);
+    if (!b.x.inertial && placed < now - kFed) continue;
+    const Vec3 apart = b.x.T_world_vehicle.p - belief.belief.x.T_world_vehicle.p;
+    const double sigma_h_m = std::sqrt(
+        Eigen::SelfAdjointEigenSolver<Mat<2, 2>>(horizontal(without->state)).eigenvalues()[1]);
+    const double sigma_v_m = std::sqrt(b.P(kPosition + 2, kPosition + 2));
+    undetected_.horizontal_m = std::max(undetected_.horizontal_m,
+                                        apart.head<2>().norm() + kHorizontalQuantile * sigma_h_m);
+    undetected_.vertical_m =
+        std::max(undetected_.vertical_m, std::abs(apart.z()) + kVerticalQuantile * sigma_v_m);
+  }
 }
 
 std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
                                       const ImuSample* next_imu, const FilterState& belief) {
-  for (Subfilter* subfilter : {&without_ladar_, &without_ins_, &without_ins_young_}) {
+  for (Subfilter* subfilter :
+       {&without_ladar_, &without_ladar_young_, &without_ins_, &without_ins_young_}) {
     subfilter->state.memory.withheld.gps = belief.memory.withheld.gps;
   }
   move(model, m, next_imu);
   drop_what_passed_a_gap();
+  if (m.imu() == nullptr) bound_undetected(belief);
   test_ins(model, m, belief);
   if (std::optional<FilterState> change = belief.memory.withheld.ins
                                               ? decide_excluded_ins(m, belief, model.params.modes)
@@ -241,7 +298,7 @@ FilterState Trust::found(Finding finding, const FilterState& next, const FilterS
   gps_right_ = ladar_right_ = ins_right_ = {};
   ins_by_ladar_ = ins_by_gps_ = {};
   scan_ = {};
-  votes_.forget();
+  votes_.reset_votes();
   wheels_vote_ = 0.0;
   agreeing_.fill(false);
   agreeing_since_ = ladar_doubted_since_ = map_doubted_since_ = Stamp::min();
@@ -252,7 +309,6 @@ FilterState Trust::found(Finding finding, const FilterState& next, const FilterS
   // Sub-filters that have fused a faulty source are discarded.
   const Inertial inertial = inertial_;
   branch_all(state);
-  grow_up();
   if (of_ladar && !state.memory.withheld.ins) inertial_ = inertial;
   return state;
 }

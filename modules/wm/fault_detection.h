@@ -43,7 +43,18 @@ enum class Finding : int {
   kLadarReadmitted,
   kMapFaulty,     ///< the a priori map is faulty: excluded
   kInsFaulty,     ///< the INS is faulty: excluded, the second process model replaces it
-  kInsReadmitted  ///< with new biases the INS agrees with the other sources: readmitted
+  kInsReadmitted  ///< the INS agrees with the other sources: readmitted
+};
+
+// 99.9 % quantiles: of the norm of a two-dimensional Gaussian vector, and of one coordinate.
+constexpr double kHorizontalQuantile = 3.717;
+constexpr double kVerticalQuantile = 3.291;
+
+/// How far the filter is off at most if a source is faulty: its distance to the sub-filter that
+/// excludes the source, plus that one's own error (99.9 %).
+struct UndetectedError {
+  double horizontal_m = 0.0;
+  double vertical_m = 0.0;
 };
 
 class Trust {
@@ -70,8 +81,7 @@ class Trust {
   [[nodiscard]] double gps_test_ratio() const { return gps_test_ratio_; }
   [[nodiscard]] double ladar_test_ratio() const { return ladar_test_ratio_; }
   [[nodiscard]] LadarScale ladar_scale() const { return votes_.ladar_scale(); }
-  /// Relative to the limit that applies while nobody else contradicts the INS, or else to the lower
-  /// one.
+  /// Against the LADAR. The limit is lower while wheels or GPS contradict the INS, too.
   [[nodiscard]] double ins_test_ratio() const;
   /// Minimum detectable error: largest horizontal error by GPS that the tests may not detect.
   [[nodiscard]] double detectable_m() const { return detectable_m_; }
@@ -81,9 +91,8 @@ class Trust {
   /// Distance from the filter to the sub-filter without the a priori map while that test is not
   /// calm; otherwise 0.
   [[nodiscard]] double map_rival_m() const { return map_rival_m_; }
-  /// Distance from the filter to the sub-filter without INS while the INS test is above its limit;
-  /// otherwise 0.
-  [[nodiscard]] double ins_alternative_m(const FilterState& belief) const;
+  /// Of the faults of the INS and of the LADAR that have not been detected.
+  [[nodiscard]] const UndetectedError& undetected() const { return undetected_; }
   [[nodiscard]] Finding newest_finding() const { return finding_; }
   [[nodiscard]] int findings() const { return findings_; }
   /// Of the newest finding: the test ratio that led to it, and the horizontal step of the belief.
@@ -135,24 +144,30 @@ class Trust {
   void move(const Model& model, const Measurement& m, const ImuSample* next_imu);
   void test_ins(const Model& model, const Measurement& m, const FilterState& belief);
   void test_ins_by_ladar(const Model& model, const RollingMatch& z);
-  [[nodiscard]] double test_by_match(const Model& model, const RollingMatch& z,
-                                     Inertial* inertial) const;
+  [[nodiscard]] std::optional<double> test_by_match(const Model& model, const RollingMatch& z,
+                                                    Inertial* inertial) const;
   void branch_inertial(const FilterState& belief, Inertial* inertial) const;
   /// Between INS and LADAR.
   enum class Faulty { kUnknown, kIns, kLadar };
-  [[nodiscard]] Faulty ins_or_ladar() const;
-  [[nodiscard]] bool readmitted_lately(Stamp now) const;
+  [[nodiscard]] Faulty ins_or_ladar(Stamp now) const;
+  [[nodiscard]] bool ladar_is_poor() const;
+  [[nodiscard]] bool by_one_scan() const;
+  [[nodiscard]] bool recently_readmitted(Stamp now) const;
   std::optional<FilterState> decide_ins(const FilterState& belief, const ModeParams& modes);
   FilterState exclude_ins(const FilterState& belief, const ModeParams& modes);
   FilterState exclude_ladar(const FilterState& belief, const ModeParams& modes);
-  static void open_biases(Stamp now, FilterState* s);
+  void suppose_ins_right(const FilterState& belief);
   std::optional<FilterState> decide_excluded_ins(const Measurement& m, const FilterState& belief,
                                                  const ModeParams& modes);
   void drop_what_passed_a_gap();
+  void bound_undetected(const FilterState& belief);
   void renew(const FilterState& belief);
-  void grow_up();
+  void branch_motion(const FilterState& belief);
+  void branch_without_gps(const FilterState& belief);
   void branch_all(const FilterState& belief);
-  [[nodiscard]] bool well(const FilterState& belief) const;
+  /// @param branch  of the sub-filters to be replaced
+  [[nodiscard]] bool tests_are_calm(Stamp branch, Stamp now) const;
+  [[nodiscard]] static bool has_position(const FilterState& belief);
   [[nodiscard]] bool lasts(bool astray, Stamp now, Stamp* since) const;
   [[nodiscard]] bool knows_attitude(const FilterState& belief) const;
   std::optional<FilterState> judge_fix(const Model& model, const GpsFix& z,
@@ -172,7 +187,8 @@ class Trust {
   [[nodiscard]] bool moves_along(const Model& model, const GpsFix& z,
                                  const FilterState& belief) const;
   void sum_velocity(const Model& model, const GpsFix& z);
-  [[nodiscard]] bool ladar_is_faulty(const Model& model, const GpsFix& z) const;
+  [[nodiscard]] bool sides_with_fix(const Model& model, const GpsFix& z,
+                                    const Subfilter& motion) const;
   FilterState found(Finding finding, const FilterState& next, const FilterState& belief,
                     const ModeParams& modes);
 
@@ -182,6 +198,8 @@ class Trust {
       from_seconds(1.0);  // age before which a sub-filter is not tested
   static constexpr Duration kInsAgrees = from_seconds(5.0);
   static constexpr Duration kNewInertial = from_milliseconds(2500.0);
+  static constexpr double kContradicts = 2.5;  // ratio of INS and LADAR; smaller ones are frequent
+  static constexpr double kInsCalm = 0.7;
   static constexpr double kCalm = 0.3;  // test ratio below which sub-filters are branched
 
   TrustParams params_;
@@ -190,15 +208,18 @@ class Trust {
   // also enters a sub-filter that is branched later.
   Inertial inertial_new_, inertial_young_, inertial_;  // new: sensitive to sudden faults
   Subfilter without_gps_young_, without_gps_;
+  Subfilter neither_young_, neither_;  ///< without GPS and INS: decides between the two
   Subfilter without_ins_young_, without_ins_;
-  Subfilter without_ladar_;
+  Subfilter without_ladar_young_, without_ladar_;
   double young_began_m_ = 0.0, without_gps_began_m_ = 0.0;  // distance driven at their branches
   Subfilter before_;  ///< the state from before kFilterFaulty, until the probation of GPS ends
   Hypothesis gps_right_, ladar_right_, ins_right_;
   InertialTest ins_by_ladar_, ins_by_gps_;
   ScanRotation scan_;
-  MotionVotes votes_;         ///< of GPS and of the wheels, between INS and LADAR
-  double wheels_vote_ = 0.0;  ///< low-passed, between INS and GPS: 1 against the INS
+  static constexpr double kNever_m = -1e9;
+  double ladar_poor_m_ = kNever_m;  ///< distance driven when fixes last contradicted the LADAR
+  MotionVotes votes_;               ///< of GPS and of the wheels, between INS and LADAR
+  double wheels_vote_ = 0.0;        ///< low-passed, between INS and GPS: 1 against the INS
   Stamp ins_excluded_ = Stamp::min(), ins_probation_ = Stamp::min();
   Duration ins_wait_ = kInsAgrees;  ///< agreement that readmits the INS; doubles with each relapse
   std::array<bool, 6> agreeing_{};  // whether each of the newest fixes agreed
@@ -215,6 +236,7 @@ class Trust {
   double rival_m_ = 0.0, map_rival_m_ = 0.0;
   static constexpr double kAnything_m = 1e3;  ///< before the first branch
   double detectable_m_ = kAnything_m;
+  UndetectedError undetected_;
   Finding finding_ = Finding::kNothing;
   int findings_ = 0;
   double finding_ratio_ = 0.0, finding_moved_m_ = 0.0;

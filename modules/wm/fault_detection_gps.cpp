@@ -72,19 +72,20 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
 
 /// Fixes and the sub-filter without them contradict each other: excludes the INS, the LADAR or GPS.
 FilterState Trust::exclude(const Model& model, const GpsFix& z, const FilterState& belief) {
-  const bool by_wheels = ins_by_gps_.lasts(belief.belief.x.stamp, Duration::zero()) &&
-                         !ins_by_ladar_.lasts(belief.belief.x.stamp, Duration::zero()) &&
-                         wheels_vote_ > 0.5;
+  const Stamp now = belief.belief.x.stamp;
+  const bool by_wheels = ins_by_gps_.lasts(now, Duration::zero()) &&
+                         !ins_by_ladar_.lasts(now, Duration::zero()) && wheels_vote_ > 0.5;
   constexpr double kSuspect = 0.5;
-  const bool by_ladar = ins_by_ladar_.ratio > kSuspect;
-  // GPS contradicts a motion of which the INS is a part.
-  const bool by_both = ins_by_ladar_.ratio > 1.0 || (by_ladar && ins_by_gps_.ratio > kSuspect);
-  const Faulty faulty = ins_or_ladar();
-  if (without_ins_.alive() && (by_wheels || (by_ladar && faulty == Faulty::kIns) ||
-                               (by_both && faulty == Faulty::kUnknown))) {
+  const Faulty faulty = ins_or_ladar(now);
+  const bool by_ladar =
+      (ins_by_ladar_.ratio > kSuspect && faulty == Faulty::kIns) ||
+      (ins_by_ladar_.ratio > kContradicts && faulty == Faulty::kUnknown && !ladar_is_poor());
+  const bool inertial_agrees = sides_with_fix(model, z, inertial_.subfilter);
+  const bool others_agree = sides_with_fix(model, z, neither_);
+  if (without_ins_.alive() && (by_wheels || by_ladar || (others_agree && !inertial_agrees))) {
     return exclude_ins(belief, model.params.modes);
   }
-  if (ladar_is_faulty(model, z)) {
+  if (inertial_agrees) {
     FilterState next = without_ladar_.state;
     next.memory.withheld = belief.memory.withheld;
     next.memory.withheld.gps = next.memory.gps_accused = false;
@@ -93,7 +94,6 @@ FilterState Trust::exclude(const Model& model, const GpsFix& z, const FilterStat
     next.belief.x.map_epoch = -1;  // not known without the excluded source
     return found(Finding::kLadarFaulty, next, belief, model.params.modes);
   }
-  const Stamp now = belief.belief.x.stamp;
   const bool on_probation = gps_probation_ != Stamp::min() && now < gps_probation_;
   FilterState next = without_gps_.state;
   next.memory.withheld.prior_map = belief.memory.withheld.prior_map;
@@ -102,25 +102,25 @@ FilterState Trust::exclude(const Model& model, const GpsFix& z, const FilterStat
                model.params.modes);
 }
 
-/// Whether the LADAR, not GPS, contradicts the inertial motion, in position or in velocity. If the
-/// error of that motion decides neither, GPS is excluded.
-bool Trust::ladar_is_faulty(const Model& model, const GpsFix& z) const {
-  if (!inertial_.subfilter.alive()) return false;
+/// Whether a motion that contains neither GPS nor one other source agrees with the fix, in position
+/// or in velocity, against the motion with that source: which is then faulty, not GPS. If the error
+/// of the motion decides neither, GPS is excluded.
+bool Trust::sides_with_fix(const Model& model, const GpsFix& z, const Subfilter& motion) const {
+  if (!motion.alive()) return false;
   const FilterState& s = without_gps_.state;
   const NavState& x = s.belief.x;
-  const NavState& inertial = inertial_.subfilter.state.belief.x;
-  // From the filter with the LADAR, the inertial motion goes at least half the distance to the fix.
-  const auto sides_with = [this](const Vec3& fix, const Vec3& motion, int block) {
-    const Cov& P = inertial_.subfilter.state.belief.P;
-    const double sigma = std::sqrt(std::max(P(block, block), P(block + 1, block + 1)));
+  const Belief& other = motion.state.belief;
+  // From the filter with the source, the motion goes at least half the distance to the fix.
+  const auto sides_with = [&other](const Vec3& fix, const Vec3& moved, int block) {
+    const double sigma = std::sqrt(std::max(other.P(block, block), other.P(block + 1, block + 1)));
     const Vec2 d = fix.head<2>();
-    return sigma < 0.5 * d.norm() && motion.head<2>().dot(d) > 0.5 * d.squaredNorm();
+    return sigma < 0.5 * d.norm() && moved.head<2>().dot(d) > 0.5 * d.squaredNorm();
   };
   const bool by_place = sides_with(gps_position(x, z, model.params.gps).r,
-                                   inertial.T_world_vehicle.p - x.T_world_vehicle.p, kPosition);
+                                   other.x.T_world_vehicle.p - x.T_world_vehicle.p, kPosition);
   return by_place ||
          (z.has_velocity && sides_with(gps_velocity(x, z, model.params.gps, accel_world(s)).r,
-                                       inertial.v_world - x.v_world, kVelocity));
+                                       other.x.v_world - x.v_world, kVelocity));
 }
 
 /// Begins the alternative hypothesis that the fix is right and the position of the filter is wrong.

@@ -12,6 +12,7 @@ namespace {
 
 constexpr double kFloor_rad = 2e-3;     // errors of a scan's rotation that are not modelled
 constexpr double kFloor_m = 0.1;        // the same of its translation
+constexpr double kFloor_mps = 0.1;      // and of the velocity of a fix
 constexpr double kMaxWeight = 4.0;      // of a ratio, in the time that a test must last
 constexpr double kLongestStep_s = 0.3;  // a single measurement is not enough
 constexpr int kMatches = 10;            // that are averaged
@@ -20,7 +21,11 @@ constexpr double kMajority = 0.5;       // of the low-passed votes, from -1 to 1
 // A measurement votes if the two hypotheses differ by more, in its standard deviations.
 constexpr double kDistinct = 3.0;
 // Ratio beyond which INS and LADAR contradict each other by a fault if nothing else shows whose.
-constexpr double kUndecided = 6.0;
+constexpr double kUndecided = 3.5;
+constexpr double kUndecidedPoor = 20.0;  // where the LADAR has been poor: no fault but an alert
+constexpr double kPoorFor_m = 500.0;     // distance over which a LADAR that was poor is suspected
+constexpr int kLongRefuted = 3;          // times the time after which a fault is excluded
+constexpr Duration kPredicted = from_seconds(5.0);  // age of an inertial motion that fixes confirm
 constexpr double kPoor = 2.0;  // factor of the errors of a LADAR that decides nothing
 // The INS turns smoothly: if one scan causes more of the contradiction, the LADAR is faulty.
 constexpr double kOneScan = 0.5;
@@ -30,9 +35,13 @@ constexpr Duration kLongestWait = from_seconds(300.0);
 constexpr Duration kRelapse = from_seconds(60.0);  // after a readmission
 constexpr int kAgreeing = 10;                      // measurements that readmit the INS, at least
 constexpr int kShareAgreeing = 9;                  // accepted ones for each rejected one
-// Sigma of the biases of a readmitted INS.
-constexpr double kOpenGyro_radps = 0.02;
-constexpr double kOpenAccel_mps2 = 0.3;
+// Added to the sigma of the biases of a readmitted INS: at first those from before the fault are
+// right again. A fault that lasts may be another bias.
+constexpr Duration kOtherBiases = from_seconds(30.0);
+constexpr double kSameGyro_radps = 0.0005;
+constexpr double kSameAccel_mps2 = 0.02;
+constexpr double kOtherGyro_radps = 0.02;
+constexpr double kOtherAccel_mps2 = 0.3;
 
 /// Normalized innovation squared of a part of a residual.
 template <int N, int M>
@@ -73,14 +82,14 @@ bool Trust::InertialTest::lasts(Stamp now, Duration time) const {
 
 /// The pose of a scan in the rolling map, of which rotation and translation are tested on their
 /// own: the sum of the two tests would hide a small rotation behind an uncertain position.
-double Trust::test_by_match(const Model& model, const RollingMatch& as_registered,
-                            Inertial* inertial) const {
+std::optional<double> Trust::test_by_match(const Model& model, const RollingMatch& as_registered,
+                                           Inertial* inertial) const {
   const RollingMatch z =
       scaled(as_registered, model.ladar_scales.at(inertial->subfilter.state.belief.x.stamp));
   const FilterState& s = inertial->subfilter.state;
   if (!inertial->subfilter.alive() || z.map_epoch != s.belief.x.map_epoch) {
     inertial->matches = 0;
-    return 0.0;
+    return std::nullopt;
   }
   // In the axes of the vehicle, not along the directions that this scan observes: those differ from
   // scan to scan. An unobserved direction has a large sigma.
@@ -91,7 +100,7 @@ double Trust::test_by_match(const Model& model, const RollingMatch& as_registere
   r.R = registration_covariance(s.belief.x, z.information, model.params.rolling.match, &unobserved);
   const double share = std::max(1.0 / ++inertial->matches, 1.0 / kMatches);
   inertial->residual += share * (r.r - inertial->residual);
-  if (inertial->matches < kMatches / 2) return 0.0;
+  if (inertial->matches < kMatches / 2) return std::nullopt;
   r.r = inertial->residual;
   r.R *= share;
   const double driven_m = s.memory.distance_m - inertial->began_m;
@@ -103,18 +112,19 @@ double Trust::test_by_match(const Model& model, const RollingMatch& as_registere
 }
 
 void Trust::test_ins_by_ladar(const Model& model, const RollingMatch& z) {
-  if (z.seeded) {
+  if (z.seeded) {  // what was known before, a wrong prediction by the INS perhaps, stays for a
+                   // moment
     scan_ = {};
-    ins_by_ladar_ = {};
     for (Inertial* inertial : {&inertial_new_, &inertial_young_, &inertial_}) inertial->matches = 0;
     return;
   }
-  double ratio = 0.0;
+  std::optional<double> ratio;
   for (Inertial* inertial : {&inertial_new_, &inertial_young_, &inertial_}) {
-    ratio = std::max(ratio, test_by_match(model, z, inertial));
+    const std::optional<double> one = test_by_match(model, z, inertial);
+    if (one) ratio = std::max(ratio.value_or(0.0), *one);
   }
   const NavState& x = inertial_.subfilter.state.belief.x;
-  ins_by_ladar_.add(ratio, x.stamp);
+  if (ratio) ins_by_ladar_.add(*ratio, x.stamp);
 
   const Quat by_ins = T_rolling_vehicle(x).q;
   if (scan_.map_epoch == z.map_epoch) {
@@ -143,7 +153,8 @@ void Trust::test_ins(const Model& model, const Measurement& m, const FilterState
     votes_.add(
         ins.stamp, *z,
         registration_covariance(ins, z->information, model.params.rolling.match, &unobserved),
-        model.params.drive, ins.T_world_vehicle, inertial_.subfilter.branch);
+        model.params.drive, ins.T_world_vehicle, inertial_.subfilter.branch,
+        model.params.odometry.constrained);
     if (belief.memory.withheld.ladar) {
       ins_by_ladar_ = {};
     } else {
@@ -155,7 +166,21 @@ void Trust::test_ins(const Model& model, const Measurement& m, const FilterState
     const Nis n =
         nis(inertial_.subfilter.state, *z, model.params.gps, params_.floor_share * driven_m);
     const bool accepted = without_ins_.state.memory.of(Source::kGpsPosition).accepted == m.stamp;
-    ins_by_gps_.add(accepted ? n.horizontal / limit_2_ : 0.0, m.stamp);
+    double ratio = n.horizontal / limit_2_;
+    if (without_ins_.state.memory.heights_refused == 0)
+      ratio = std::max(ratio, n.vertical / limit_1_);
+    if (z->has_velocity) {
+      const FilterState& s = inertial_.subfilter.state;
+      const Residual<3> velocity = gps_velocity(ins, *z, model.params.gps, accel_world(s));
+      ratio = std::max(ratio, nis_of<3>(velocity, s.belief.P, 0, kFloor_mps) / limit_3_);
+    }
+    ins_by_gps_.add(accepted ? ratio : 0.0, m.stamp);
+    const bool predicts =
+        accepted && ratio < kCalm && m.stamp - inertial_.subfilter.branch > kPredicted;
+    if (predicts && ins_by_ladar_.ratio > kContradicts &&
+        ins_by_ladar_.lasts(m.stamp, kLongRefuted * params_.ladar_refuted)) {
+      ladar_poor_m_ = inertial_.subfilter.state.memory.distance_m;
+    }
     if (accepted) {
       votes_.add(m.stamp, *z, (ins.T_world_vehicle.q.conjugate() * ins.v_world).x() < 0.0);
     }
@@ -182,42 +207,60 @@ void Trust::test_ins(const Model& model, const Measurement& m, const FilterState
                      lateral(non_holonomic(others, params, shaking_mps2)));
     }
     wheels_vote_ += kVoteShare * (vote - wheels_vote_);
-    votes_.add(m.stamp, *z, ins.wheel_scale);
+    const auto accepted = [&](const FilterState& s) {
+      return s.memory.of(Source::kOdometry).accepted == m.stamp;
+    };
+    votes_.add(m.stamp, *z, ins.wheel_scale, accepted(belief) || accepted(without_ins_.state));
   }
 }
 
-/// The end of a fault is a second fault for an INS that was readmitted with its biases.
-bool Trust::readmitted_lately(Stamp now) const {
+/// The end of a fault is another fault of an INS that was readmitted with the biases of the first.
+bool Trust::recently_readmitted(Stamp now) const {
   return ins_probation_ != Stamp::min() && now - ins_probation_ < kRelapse;
 }
 
-/// Between INS and LADAR, which contradict each other: the reference that distinguishes them
-/// decides. If none does, only a large contradiction is a fault: registrations in high grass or on
-/// steep slopes have errors that their covariances do not contain. One that begins with a single
-/// scan is a fault of the LADAR or its mount, another one of the INS.
-Trust::Faulty Trust::ins_or_ladar() const {
-  const double verdict = votes_.verdict();
-  if (std::abs(verdict) > kMajority) return verdict > 0.0 ? Faulty::kIns : Faulty::kLadar;
-  if (readmitted_lately(ins_by_ladar_.tested)) return Faulty::kIns;
+/// In high grass and on steep slopes registrations have errors that their covariances do not
+/// contain: known where GPS has shown that the INS was right.
+bool Trust::ladar_is_poor() const {
   const LadarScale scale = ladar_scale();
-  const bool poor = std::max(scale.position, scale.rotation) > kPoor;
-  if (poor || ins_by_ladar_.ratio < kUndecided) return Faulty::kUnknown;
+  const double since_m = inertial_.subfilter.state.memory.distance_m - ladar_poor_m_;
+  return since_m < kPoorFor_m || std::max(scale.position, scale.rotation) > kPoor;
+}
+
+/// Whether a single scan causes the contradiction: the INS turns smoothly.
+bool Trust::by_one_scan() const {
   std::array<double, 32> apart_rad = scan_.apart_rad;
   std::partial_sort(apart_rad.begin(), apart_rad.begin() + 2, apart_rad.end(), std::greater<>());
-  const bool sudden = apart_rad[1] < kOneScan * apart_rad[0];
-  const auto by_one_scan = [&](const Inertial& i) {
-    return sudden && i.in_rotation && apart_rad[0] > kOneScan * i.residual.tail<3>().norm();
+  if (apart_rad[1] >= kOneScan * apart_rad[0]) return false;
+  const auto explains = [&](const Inertial& i) {
+    return i.in_rotation && apart_rad[0] > kOneScan * i.residual.tail<3>().norm();
   };
-  const bool ladar =
-      by_one_scan(inertial_) || by_one_scan(inertial_young_) || by_one_scan(inertial_new_);
-  return ladar ? Faulty::kLadar : Faulty::kIns;
+  return explains(inertial_) || explains(inertial_young_) || explains(inertial_new_);
+}
+
+/// Between INS and LADAR, which contradict each other: the references that distinguish them decide,
+/// then the fixes that the INS predicts or not. If nothing does, only a large contradiction is a
+/// fault, and none where the LADAR is poor.
+Trust::Faulty Trust::ins_or_ladar(Stamp now) const {
+  const double verdict = votes_.verdict();
+  if (std::abs(verdict) > kMajority) return verdict > 0.0 ? Faulty::kIns : Faulty::kLadar;
+  if (recently_readmitted(now)) return Faulty::kIns;
+  const bool by_gps = ins_by_gps_.tested != Stamp::min() && now - ins_by_gps_.tested < kFresh;
+  if (ladar_is_poor()) return Faulty::kUnknown;
+  if (by_gps && std::min(ins_by_gps_.ratio, ins_by_ladar_.ratio / kContradicts) > 1.0) {
+    return Faulty::kIns;
+  }
+  if (ins_by_ladar_.ratio < kUndecided) return Faulty::kUnknown;
+  if (by_one_scan()) return Faulty::kLadar;
+  const bool predicts = by_gps && ins_by_gps_.ratio < kCalm;
+  return predicts ? Faulty::kUnknown : Faulty::kIns;
 }
 
 std::optional<FilterState> Trust::decide_ins(const FilterState& belief, const ModeParams& modes) {
   const Stamp now = belief.belief.x.stamp;
   if (!without_ins_.alive() || now - without_ins_.branch < kYoung) return std::nullopt;
   if (ins_by_ladar_.lasts(now, params_.ladar_refuted)) {
-    const Faulty faulty = ins_or_ladar();
+    const Faulty faulty = ins_or_ladar(now);
     if (faulty == Faulty::kIns) return exclude_ins(belief, modes);
     const bool known = without_ladar_.alive() && now - without_ladar_.branch >= kYoung;
     if (faulty == Faulty::kLadar && known && !belief.memory.withheld.ladar) {
@@ -241,21 +284,27 @@ FilterState Trust::exclude_ins(const FilterState& belief, const ModeParams& mode
     next.memory.withheld.gps = next.memory.gps_accused = false;
     next.memory.of(Source::kGpsPosition).refused = 0;
   }
-  const bool relapse = readmitted_lately(now);
+  const bool relapse = recently_readmitted(now);
   ins_wait_ = relapse ? std::min<Duration>(2 * ins_wait_, kLongestWait) : kInsAgrees;
   ins_excluded_ = now;
   next.memory.withheld.ins = true;
   return found(Finding::kInsFaulty, next, belief, modes);
 }
 
-void Trust::open_biases(Stamp now, FilterState* s) {
-  s->memory.withheld.ins = false;
-  s->memory.ins_stamp = now;
-  s->belief.P.diagonal().segment<3>(kGyroBias).array() += kOpenGyro_radps * kOpenGyro_radps;
-  s->belief.P.diagonal().segment<3>(kAccelBias).array() += kOpenAccel_mps2 * kOpenAccel_mps2;
+void Trust::suppose_ins_right(const FilterState& belief) {
+  const Stamp now = belief.belief.x.stamp;
+  ins_right_ = {belief, now, belief.memory.distance_m};
+  FilterState& s = ins_right_.state;
+  s.memory.withheld.ins = false;
+  s.memory.ins_stamp = now;
+  const bool other = now - ins_excluded_ > kOtherBiases;
+  const double gyro_radps = other ? kOtherGyro_radps : kSameGyro_radps;
+  const double accel_mps2 = other ? kOtherAccel_mps2 : kSameAccel_mps2;
+  s.belief.P.diagonal().segment<3>(kGyroBias).array() += gyro_radps * gyro_radps;
+  s.belief.P.diagonal().segment<3>(kAccelBias).array() += accel_mps2 * accel_mps2;
 }
 
-/// The hypothesis that the INS is right again, with biases that are not known.
+/// The hypothesis that the INS is right again.
 std::optional<FilterState> Trust::decide_excluded_ins(const Measurement& m,
                                                       const FilterState& belief,
                                                       const ModeParams& modes) {
@@ -263,15 +312,18 @@ std::optional<FilterState> Trust::decide_excluded_ins(const Measurement& m,
   if (ins_excluded_ == Stamp::min()) ins_excluded_ = now;  // the filter has been restarted since
   if (!ins_right_.alive()) {
     if (m.imu() == nullptr || now - ins_excluded_ < kExcludedFor) return std::nullopt;
-    ins_right_ = {belief, now, belief.memory.distance_m};
-    open_biases(now, &ins_right_.state);
+    suppose_ins_right(belief);
     return std::nullopt;
   }
   const bool long_enough = now - ins_right_.began >= ins_wait_ && ins_right_.agreed >= kAgreeing &&
                            ins_right_.agreed >= kShareAgreeing * ins_right_.refused &&
                            ins_right_.refused_in_row == 0;
-  if (!long_enough || !ins_right_.state.belief.x.inertial) return std::nullopt;
-  if (difference(belief, ins_right_.state, params_.floor_m) > limit_2_) {
+  if (!long_enough || !ins_right_.state.belief.x.inertial) {
+    if (now - ins_right_.began > 2 * ins_wait_) ins_right_ = {};  // it began during the fault
+    return std::nullopt;
+  }
+  if (difference(belief, ins_right_.state, params_.floor_m) > limit_2_ ||
+      heading_difference(belief, ins_right_.state) > limit_1_) {
     ins_right_ = {};
     return std::nullopt;
   }
@@ -280,14 +332,8 @@ std::optional<FilterState> Trust::decide_excluded_ins(const Measurement& m,
 }
 
 double Trust::ins_test_ratio() const {
-  const bool decided = votes_.verdict() > kMajority;
-  return std::max(ins_by_ladar_.ratio / (decided ? 1.0 : kUndecided), ins_by_gps_.ratio);
-}
-
-double Trust::ins_alternative_m(const FilterState& belief) const {
-  if (!without_ins_.alive() || !(ins_test_ratio() > 1.0)) return 0.0;
-  const NavState& others = without_ins_.state.belief.x;
-  return (others.T_world_vehicle.p - belief.belief.x.T_world_vehicle.p).head<2>().norm();
+  if (votes_.verdict() > kMajority) return ins_by_ladar_.ratio;
+  return ins_by_ladar_.ratio / (ladar_is_poor() ? kUndecidedPoor : kUndecided);
 }
 
 }  // namespace rcs::wm

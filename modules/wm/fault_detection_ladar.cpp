@@ -13,8 +13,8 @@ constexpr double kMapLimit2 = 13.82;
 constexpr double kMapLimit1 = 10.83;
 // Of a LADAR that is readmitted. The time covers the comparison of motions.
 constexpr Duration kLadarAgrees = from_seconds(4.0);
-constexpr double kReadmitted = 5.0;  // factor of its errors
-constexpr double kDoubt = 0.3;       // votes against it
+constexpr double kMaxScale = 5.0;    // of its errors
+constexpr double kMaxAgainst = 0.3;  // of the votes
 
 }  // namespace
 
@@ -77,8 +77,8 @@ std::optional<FilterState> Trust::judge_match(const FilterState& belief, const M
   const bool astray =
       ladar_test_ratio_ > 1.0 && (!by_fixes || (gps_test_ratio_ < kCalm && refused == 0));
   if (!lasts(astray, now, &ladar_doubted_since_)) return std::nullopt;
-  if (without_ins_.alive() && (ins_by_ladar_.ratio > 1.0 || readmitted_lately(now))) {
-    const Faulty faulty = ins_or_ladar();
+  if (without_ins_.alive() && (ins_by_ladar_.ratio > 1.0 || recently_readmitted(now))) {
+    const Faulty faulty = ins_or_ladar(now);
     if (faulty == Faulty::kIns) return exclude_ins(belief, modes);
     // The filter without LADAR consists mainly of the INS, which may be the faulty one.
     if (faulty == Faulty::kUnknown) return std::nullopt;
@@ -90,6 +90,7 @@ FilterState Trust::exclude_ladar(const FilterState& belief, const ModeParams& mo
   FilterState next = without_ladar_.state;
   next.memory.withheld = belief.memory.withheld;
   next.memory.withheld.ladar = true;
+  ladar_poor_m_ = kNever_m;
   return found(Finding::kLadarFaulty, next, belief, modes);
 }
 
@@ -105,9 +106,9 @@ std::optional<FilterState> Trust::judge_quarantined_match(const FilterState& bel
   }
   if (ladar_right_.agreed < params_.matches) return std::nullopt;
   if (belief.belief.x.stamp - ladar_right_.began < kLadarAgrees) return std::nullopt;
-  // It agrees because its errors are expected: INS and wheels or GPS still contradict it.
+  // With a large scale it agrees with everything.
   const LadarScale scale = votes_.ladar_scale();
-  if (scale.position > kReadmitted || scale.rotation > kReadmitted || votes_.verdict() < -kDoubt) {
+  if (std::max(scale.position, scale.rotation) > kMaxScale || votes_.verdict() < -kMaxAgainst) {
     return std::nullopt;
   }
   ladar_test_ratio_ = difference(belief, ladar_right_.state, params_.floor_m) / limit_2_;

@@ -59,8 +59,12 @@ class History {
   }
 
   [[nodiscard]] const Model& model() const { return model_; }
+  /// @param stamp  of a final scan. Its scale applies to inputs that have not been fused yet even
+  /// if
+  ///   they arrive in bursts of kBurst, so the order of arrival does not matter.
   void add_ladar_scale(Stamp stamp, const LadarScale& scale) {
-    model_.ladar_scales.add(stamp, scale);
+    constexpr Duration kBurst = from_milliseconds(500.0);
+    model_.ladar_scales.add(stamp + model_.params.history.lag + kBurst, scale);
   }
 
  private:

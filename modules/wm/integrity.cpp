@@ -9,9 +9,6 @@
 namespace rcs::wm {
 namespace {
 
-// 99.9 % quantiles: of the norm of a two-dimensional Gaussian vector, and of one coordinate.
-constexpr double kHorizontal = 3.717;
-constexpr double kVertical = 3.291;
 constexpr double kFarthest_s = 600.0;
 
 double square(double v) { return v * v; }
@@ -79,12 +76,14 @@ Integrity integrity(const FilterState& state, const Trust& trust, Duration silen
   // from the start: the share of the minimum detectable error is capped below the alert limit.
   const double unseen_m =
       by_gps ? std::min(trust.detectable_m(), 0.8 * limits.limit_horizontal_m) : 0.0;
-  const double rival_m = std::max({gps == Trusted::kQuarantine ? trust.rival_m() : 0.0,
-                                   trust.map_rival_m(), trust.ins_alternative_m(state)});
+  const double rival_m =
+      std::max(gps == Trusted::kQuarantine ? trust.rival_m() : 0.0, trust.map_rival_m());
+  const UndetectedError& undetected = trust.undetected();
   if (out.validity == Validity::kWorld) {
     out.protection_horizontal_m =
-        std::max(kHorizontal * sigma_h, std::max(unseen_m, rival_m) + 2.0 * sigma_h);
-    out.protection_vertical_m = kVertical * sigma_v;
+        std::max({kHorizontalQuantile * sigma_h, std::max(unseen_m, rival_m) + 2.0 * sigma_h,
+                  undetected.horizontal_m});
+    out.protection_vertical_m = std::max(kVerticalQuantile * sigma_v, undetected.vertical_m);
   }
 
   // Before the first datum there is no claim in frame world, and no alert about it.
@@ -117,7 +116,7 @@ Integrity integrity(const FilterState& state, const Trust& trust, Duration silen
   }
   out.sigma_in_60s_m = growth.sigma_m(60.0);
   for (double t_s = 0.0; t_s <= kFarthest_s; t_s += 1.0) {
-    if (kHorizontal * growth.sigma_m(t_s) <= limits.limit_horizontal_m) continue;
+    if (kHorizontalQuantile * growth.sigma_m(t_s) <= limits.limit_horizontal_m) continue;
     out.alert_in_s = t_s;
     break;
   }

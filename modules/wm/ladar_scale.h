@@ -1,6 +1,6 @@
 #pragma once
 // How much larger the errors of the LADAR are than its registrations and the model of the rolling
-// map state, as measured against INS, wheels and GPS: in high grass, say, by a factor of ten.
+// map state, measured against INS, wheels and GPS. In high grass the factor is up to ten.
 
 #include <algorithm>
 #include <array>
@@ -25,15 +25,12 @@ struct LadarScale {
   return z;
 }
 
-/// The scales by time. A scale applies to inputs that are later than its own by kDelay, longer than
-/// the lag of the history: the order of arrival does not matter.
+/// The scales by time.
 class LadarScales {
  public:
-  static constexpr Duration kDelay = from_milliseconds(1200.0);
-
-  /// @param stamp  of the scan after which the scale was measured, increasing
-  void add(Stamp stamp, const LadarScale& scale) {
-    entries_[count_++ % entries_.size()] = {stamp + kDelay, scale};
+  /// @param begin  of the inputs that the scale applies to, increasing
+  void add(Stamp begin, const LadarScale& scale) {
+    entries_[count_++ % entries_.size()] = {begin, scale};
   }
   [[nodiscard]] LadarScale at(Stamp stamp) const {
     for (std::size_t k = 1; k <= std::min(count_, entries_.size()); ++k) {

@@ -117,13 +117,16 @@ bool Fuser::clone(const RollingMatch& z) {
 
 void Fuser::operator()(const RollingMatch& as_registered) {
   const RollingMatch z = scaled(as_registered, model_.ladar_scales.at(stamp()));
+  if (z.seeded) {
+    // Also without LADAR: the new map is where the vehicle is, which measures nothing.
+    s_.belief = start_epoch(s_.belief, z.T_rolling_vehicle, z.map_epoch);
+    s_.memory.unmatched = Pose{};
+  }
   if (s_.memory.withheld.ladar) {
     refuse(Source::kRolling, Reason::kQuarantine);
     return;
   }
   if (z.seeded) {
-    s_.belief = start_epoch(s_.belief, z.T_rolling_vehicle, z.map_epoch);
-    s_.memory.unmatched = Pose{};
     note({stamp(), Source::kRolling, Reason::kAccepted});
     return;
   }

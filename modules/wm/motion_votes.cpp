@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "rcs/base/linear.h"
 
@@ -19,6 +20,9 @@ constexpr double kTolerance_m = 0.25;
 constexpr double kToleranceShare = 0.05;
 constexpr std::array<double, 2> kTolerance_rad = {0.12, 0.045};  // GPS, wheels
 constexpr double kSigmas = 3.0;
+// Of the motion across the vehicle's axis: bumps, and sideways slip as a share of the distance.
+constexpr double kToleranceAcross_m = 0.15;
+constexpr double kToleranceAcrossShare = 0.03;
 constexpr double kSlowest_mps = 2.0;          // at which a velocity has a course
 constexpr double kLargestSigma_radps = 0.05;  // of a yaw rate that is used
 // One sigma of the comparison of the LADAR with the others, over the window.
@@ -45,6 +49,12 @@ Motion motion_between(const Pose& from, const Pose& to) {
 
 }  // namespace
 
+Vec2 motion_across(const Pose& from, const Pose& to) {
+  const Pose T = from.inverse() * to;
+  const Vec3 turn = log_so3(T.q);
+  return {T.p.y() - 0.5 * turn.z() * T.p.x(), T.p.z() + 0.5 * turn.y() * T.p.x()};
+}
+
 void MotionSum::add(Stamp stamp, double rate) {
   if (newest_ != Stamp::min() && stamp <= newest_) return;
   const bool gap = newest_ == Stamp::min() || stamp - newest_ > kLongestStep;
@@ -57,7 +67,9 @@ void MotionSum::add(Stamp stamp, double rate) {
   rate_ = rate;
 }
 
-double MotionSum::at(Stamp stamp) const { return sum_ + rate_ * seconds(stamp - newest_); }
+double MotionSum::at(Stamp stamp) const {
+  return newest_ == Stamp::min() ? 0.0 : sum_ + rate_ * seconds(stamp - newest_);
+}
 
 Stamp MotionSum::complete_since(Stamp now) const {
   return newest_ != Stamp::min() && now - newest_ <= kLongestStep ? since_ : Stamp::max();
@@ -70,9 +82,12 @@ double vote(double by_ins, double by_ladar, double by_reference, double toleranc
   return ladar ? 1.0 : -1.0;
 }
 
-void MotionVotes::add(Stamp stamp, const OdometrySample& z, double wheel_scale) {
+void MotionVotes::add(Stamp stamp, const OdometrySample& z, double wheel_scale, bool accepted) {
   distance_[kWheels].add(stamp, z.speed_mps / wheel_scale);
   if (z.sigma_yaw_rate_radps < kLargestSigma_radps) turn_[kWheels].add(stamp, z.yaw_rate_radps);
+  if (accepted) return;
+  distance_[kWheels].interrupt(stamp);
+  turn_[kWheels].interrupt(stamp);
 }
 
 void MotionVotes::add(Stamp stamp, const GpsFix& z, bool reverse) {
@@ -81,31 +96,45 @@ void MotionVotes::add(Stamp stamp, const GpsFix& z, bool reverse) {
   distance_[kGps].add(stamp, reverse ? -speed_mps : speed_mps);
   if (z.v_world.head<2>().norm() < kSlowest_mps) return;
   const double course_rad = std::atan2(z.v_world.y(), z.v_world.x());
-  const double dt_s = seconds(stamp - course_stamp_);
-  // The mean rate since the last fix, which the trapezoidal rule would smooth: a single step lags
-  // by half of the interval, which the tolerance covers.
-  if (course_stamp_ != Stamp::min() && dt_s > 0.0) {
-    turn_[kGps].add(stamp, wrap_angle(course_rad - course_rad_) / dt_s);
+  // The mean rate since the last fix. The sum lags by half of an interval; the tolerance covers it.
+  if (course_stamp_ != Stamp::min() && stamp > course_stamp_) {
+    turn_[kGps].add(stamp, wrap_angle(course_rad - course_rad_) / seconds(stamp - course_stamp_));
   }
   course_rad_ = course_rad;
   course_stamp_ = stamp;
 }
 
 void MotionVotes::add(Stamp stamp, const RollingMatch& z, const Mat6& covariance,
-                      const DriveNoise& drive, const Pose& T_world_vehicle, Stamp branch) {
+                      const DriveNoise& drive, const Pose& T_world_vehicle, Stamp branch,
+                      bool constrained) {
   if (z.map_epoch != map_epoch_ || branch != branch_) {
     count_ = 0;
     map_epoch_ = z.map_epoch;
     branch_ = branch;
   }
-  Scan now{stamp, z.T_rolling_vehicle, T_world_vehicle, covariance(0, 0), covariance(5, 5), {}};
+  Scan now;
+  now.stamp = stamp;
+  now.T_rolling_vehicle = z.T_rolling_vehicle;
+  now.T_world_vehicle = T_world_vehicle;
+  now.variance_m2 = covariance(0, 0);
+  now.variance_rad2 = covariance(5, 5);
+  now.variance_across_m2 = covariance.diagonal().segment<2>(1);
+  if (count_ > 0) {
+    const Scan& last = scans_[(count_ - 1) % scans_.size()];
+    now.across_by_ladar =
+        last.across_by_ladar + motion_across(last.T_rolling_vehicle, now.T_rolling_vehicle);
+    now.across_by_ins =
+        last.across_by_ins + motion_across(last.T_world_vehicle, now.T_world_vehicle);
+  }
   for (std::size_t k : {kGps, kWheels}) {
     now.by_reference[k] = {distance_[k].at(stamp), turn_[k].at(stamp)};
   }
   for (std::size_t k = 1; k <= std::min(count_, scans_.size()); ++k) {
     const Scan& scan = scans_[(count_ - k) % scans_.size()];
     if (stamp - scan.stamp < kWindow) continue;
-    if (stamp - scan.stamp <= kLongestWindow) compare(scan, now, drive);
+    if (stamp - scan.stamp > kLongestWindow) break;
+    compare(scan, now, drive);
+    if (constrained) compare_across(scan, now);
     break;
   }
   scans_[count_++ % scans_.size()] = now;
@@ -156,6 +185,21 @@ void MotionVotes::compare(const Scan& begin, const Scan& end, const DriveNoise& 
   }
 }
 
+void MotionVotes::compare_across(const Scan& begin, const Scan& end) {
+  const double tolerance_m =
+      kToleranceAcross_m +
+      kToleranceAcrossShare * (begin.T_world_vehicle.p - end.T_world_vehicle.p).norm();
+  const Vec2 by_ins = end.across_by_ins - begin.across_by_ins;
+  const Vec2 by_ladar = end.across_by_ladar - begin.across_by_ladar;
+  const Vec2 sigma_m =
+      ladar_scale().position * (begin.variance_across_m2 + end.variance_across_m2).cwiseSqrt();
+  double newest = 0.0;
+  for (Eigen::Index axis = 0; axis < 2 && newest == 0.0; ++axis) {
+    newest = vote(by_ins[axis], by_ladar[axis], 0.0, tolerance_m + kSigmas * sigma_m[axis]);
+  }
+  votes_[kConstraint] += kShare * (newest - votes_[kConstraint]);
+}
+
 void LadarErrors::add(double apart, double uncertainty, double claimed_variance) {
   const double beyond = std::max(0.0, apart * apart - uncertainty * uncertainty);
   excess += kErrorLowPass * (beyond - excess);
@@ -176,7 +220,7 @@ LadarScale MotionVotes::ladar_scale() const {
 }
 
 double MotionVotes::verdict() const {
-  return std::abs(votes_[kGps]) > std::abs(votes_[kWheels]) ? votes_[kGps] : votes_[kWheels];
+  return std::clamp(std::accumulate(votes_.begin(), votes_.end(), 0.0), -1.0, 1.0);
 }
 
 }  // namespace rcs::wm

@@ -1,7 +1,8 @@
 #pragma once
-// Between INS and LADAR, which contradict each other, the wheels or GPS decide: the distance and
-// the turn of the last seconds by INS, LADAR, wheels and GPS are compared, each computed from its
-// own measurements alone.
+// Between INS and LADAR, which contradict each other, the wheels, GPS or the non-holonomic
+// constraint decide: the distance and the turn of the last seconds by INS, LADAR, wheels and GPS
+// are compared, each computed from its own measurements alone, and the motion by INS and by LADAR
+// across the vehicle's own axis, which is small.
 
 #include <array>
 #include <cstddef>
@@ -19,6 +20,8 @@ class MotionSum {
  public:
   /// @param rate  of the distance [m/s] or turn [rad/s]
   void add(Stamp stamp, double rate);
+  /// What is measured from here on is another sum.
+  void interrupt(Stamp stamp) { since_ = stamp; }
   /// The sum at a stamp not much later than the newest measurement, [m] or [rad].
   [[nodiscard]] double at(Stamp stamp) const;
   /// Since when it has been received without a gap; max(): it is not.
@@ -35,12 +38,16 @@ struct Motion {
   double turn_rad = 0.0;
 };
 
-/// @return 1: `other` and the reference agree, INS and reference do not; -1: LADAR and reference do
-///   not; 0: neither
+/// Sideways and upward motion in the axes of the vehicle, between two poses of one scan period: the
+/// displacement less that of an arc along the vehicle's own axis [m].
+[[nodiscard]] Vec2 motion_across(const Pose& from, const Pose& to);
+
+/// @return 1: the reference agrees with the LADAR and contradicts the INS; -1: the reverse; 0: the
+///   reference does not distinguish them
 /// @param tolerance  of a difference
 [[nodiscard]] double vote(double by_ins, double by_ladar, double by_reference, double tolerance);
 
-/// Low-passed errors of the LADAR that INS and another source agree on, and what it states.
+/// Low-passed errors of the LADAR against INS and another source, and the variance that it states.
 struct LadarErrors {
   double excess = 0.0;   ///< mean square beyond the uncertainty of the comparison
   double claimed = 0.0;  ///< variance by the registrations and the model of the rolling map
@@ -52,14 +59,16 @@ struct LadarErrors {
 };
 
 /// @return difference of `by_ladar` from the nearer of two others that agree better with each other
-///   than with it; otherwise 0
+///   than with the LADAR; otherwise 0
 [[nodiscard]] double odd_one_out(double by_ladar, double by_ins, double by_reference);
 
 class MotionVotes {
  public:
   enum Reference : std::size_t { kGps, kWheels };
+  static constexpr std::size_t kConstraint = 2;
 
-  void add(Stamp stamp, const OdometrySample& z, double wheel_scale);
+  /// @param accepted  by a filter; wheels that spin do not vote
+  void add(Stamp stamp, const OdometrySample& z, double wheel_scale, bool accepted);
   /// @param reverse  the vehicle drives backwards
   void add(Stamp stamp, const GpsFix& z, bool reverse);
   /// Call it for each scan that is registered to the rolling map.
@@ -67,12 +76,14 @@ class MotionVotes {
   /// @param T_world_vehicle  by the INS alone
   /// @param branch  when that prediction began: poses of different predictions are not compared
   /// @param drive  drift of the rolling map
+  /// @param constrained  the vehicle moves along its own axis
   void add(Stamp stamp, const RollingMatch& z, const Mat6& covariance, const DriveNoise& drive,
-           const Pose& T_world_vehicle, Stamp branch);
-  /// Forgets the votes; what is known of the errors of the LADAR stays.
-  void forget() { votes_ = {}; }
+           const Pose& T_world_vehicle, Stamp branch, bool constrained);
+  /// The measured errors of the LADAR stay.
+  void reset_votes() { votes_ = {}; }
 
-  /// Above 0 the INS is contradicted, below 0 the LADAR, in [-1, 1]; 0: nobody can tell.
+  /// Above 0 the INS is contradicted, below 0 the LADAR, in [-1, 1]; 0: nobody can tell, or the
+  /// references contradict each other.
   [[nodiscard]] double verdict() const;
   /// Of the LADAR against two other sources that agree with each other.
   [[nodiscard]] LadarScale ladar_scale() const;
@@ -82,10 +93,14 @@ class MotionVotes {
     Stamp stamp = Stamp::min();
     Pose T_rolling_vehicle, T_world_vehicle;
     double variance_m2 = 0.0, variance_rad2 = 0.0;  ///< ahead, and about the vertical
+    Vec2 variance_across_m2 = Vec2::Zero();
     std::array<Motion, 2> by_reference{};
+    /// Sums of motion_across().
+    Vec2 across_by_ladar = Vec2::Zero(), across_by_ins = Vec2::Zero();
   };
 
   void compare(const Scan& begin, const Scan& end, const DriveNoise& drive);
+  void compare_across(const Scan& begin, const Scan& end);
 
   std::array<MotionSum, 2> distance_{}, turn_{};
   double course_rad_ = 0.0;  // of the newest fix
@@ -94,7 +109,7 @@ class MotionVotes {
   std::size_t count_ = 0;
   int map_epoch_ = -1;
   Stamp branch_ = Stamp::min();
-  std::array<double, 2> votes_{};
+  std::array<double, 3> votes_{};
   LadarErrors errors_m_, errors_rad_;
 };
 

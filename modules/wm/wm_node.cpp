@@ -35,7 +35,7 @@ constexpr std::string_view kFindings[] = {
     "LADAR readmitted: its matches agree with the motion",
     "a priori map excluded: it contradicts the filter without it, which replaces the belief",
     "INS excluded: it contradicts the other sources; the filter without INS replaces the belief",
-    "INS readmitted: with new biases it agrees with the other sources"};
+    "INS readmitted: it agrees with the other sources"};
 
 }  // namespace
 

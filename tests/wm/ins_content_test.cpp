@@ -65,8 +65,53 @@ TEST(InsContent, NoSpecificForceIsNoMeasurement) {
     falling.delta_v_mps[2] -= 0.0981;
     accepted += content.add(falling) ? 1 : 0;
   }
-  EXPECT_GT(accepted, 5);
-  EXPECT_LT(accepted, 9);
+  EXPECT_EQ(accepted, 0) << "the mean begins with no force";
+}
+
+TEST(InsContent, AFallIsAMeasurementForATenthOfASecond) {
+  std::mt19937 random(1);
+  InsContent content;
+  for (int k = 0; k < 100; ++k) EXPECT_TRUE(content.add(noisy(&random, k)));
+  int accepted = 0;
+  for (int k = 100; k < 150; ++k) {
+    ins_t falling = noisy(&random, k);
+    falling.delta_v_mps[2] -= 0.0981;
+    accepted += content.add(falling) ? 1 : 0;
+  }
+  EXPECT_GE(accepted, 8);
+  EXPECT_LE(accepted, 12);
+}
+
+TEST(InsContent, AForceThatDoesNotPointUpwardsIsNoMeasurement) {
+  for (const bool inverted : {false, true}) {
+    std::mt19937 random(1);
+    InsContent content;
+    int k = 0;
+    for (; k < 100; ++k) EXPECT_TRUE(content.add(noisy(&random, k)));
+    int accepted = 0;
+    for (; k < 200; ++k) {
+      ins_t wrong = noisy(&random, k);
+      if (inverted) wrong.delta_v_mps[2] *= -1.0;
+      if (!inverted) std::swap(wrong.delta_v_mps[0], wrong.delta_v_mps[2]);
+      accepted += content.add(wrong) ? 1 : 0;
+    }
+    EXPECT_LE(accepted, 12);
+    int until_back = 0;
+    while (!content.add(noisy(&random, ++k))) ++until_back;
+    EXPECT_LE(until_back, 12);
+  }
+}
+
+TEST(InsContent, ASteepRoughSlopeIsAMeasurement) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> bumps(0.0, 3.0);  // [m/s^2]
+  InsContent content;
+  for (int k = 0; k < 2000; ++k) {
+    ins_t m = noisy(&random, k);
+    m.delta_v_mps[0] = 0.01 * (-9.81 * 0.64 + bumps(random));  // 40 degrees
+    m.delta_v_mps[2] = 0.01 * (9.81 * 0.77 + bumps(random));
+    EXPECT_TRUE(content.add(m)) << k;
+  }
 }
 
 }  // namespace

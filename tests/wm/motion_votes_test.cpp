@@ -13,13 +13,13 @@ MotionVotes drive(double ins_factor, double ladar_factor, double wheels_factor) 
   for (int k = 0; k <= 200; ++k) {
     const Stamp t = Stamp() + from_milliseconds(50.0 * k);
     const double x_m = 0.5 * k;
-    votes.add(t, OdometrySample{10.0 * wheels_factor, 0.05, 0.0, 0.02}, 1.0);
+    votes.add(t, OdometrySample{10.0 * wheels_factor, 0.05, 0.0, 0.02}, 1.0, true);
     if (k % 2 != 0) continue;
     RollingMatch z;
     z.T_rolling_vehicle.p.x() = ladar_factor * x_m;
     Pose by_ins;
     by_ins.p.x() = ins_factor * x_m;
-    votes.add(t, z, covariance, DriveNoise{}, by_ins, Stamp());
+    votes.add(t, z, covariance, DriveNoise{}, by_ins, Stamp(), true);
   }
   return votes;
 }
@@ -55,11 +55,55 @@ TEST(MotionVotes, ASumIsIncompleteAfterAGap) {
   EXPECT_EQ(sum.complete_since(Stamp() + from_seconds(5.1)), Stamp() + from_seconds(5.0));
 }
 
-TEST(LadarScales, AScaleAppliesAfterTheLagOfTheHistory) {
+TEST(MotionVotes, WithoutWheelsAndGpsThereIsNoVote) {
+  MotionVotes votes;
+  for (int k = 0; k <= 100; ++k) {
+    RollingMatch z;
+    z.T_rolling_vehicle.p.x() = 0.5 * k;
+    votes.add(Stamp() + from_seconds(0.1 * k), z, 1e-4 * Mat6::Identity(), DriveNoise{}, Pose{},
+              Stamp(), true);
+  }
+  EXPECT_EQ(votes.verdict(), 0.0);
+  EXPECT_EQ(votes.ladar_scale().position, 1.0);
+}
+
+/// A straight drive by motion that rises or sinks, by INS and by LADAR, without wheels and GPS.
+double vote_of_climbs(double by_ins, double by_ladar, bool constrained) {
+  MotionVotes votes;
+  for (int k = 0; k <= 100; ++k) {
+    RollingMatch z;
+    z.T_rolling_vehicle.p = {0.5 * k, 0.0, by_ladar * 0.5 * k};
+    Pose T_world_vehicle;
+    T_world_vehicle.p = {0.5 * k, 0.0, by_ins * 0.5 * k};
+    votes.add(Stamp() + from_seconds(0.1 * k), z, 1e-4 * Mat6::Identity(), DriveNoise{},
+              T_world_vehicle, Stamp(), constrained);
+  }
+  return votes.verdict();
+}
+
+TEST(MotionVotes, TheSourceThatLeavesTheAxisOfTheVehicleIsFaulty) {
+  EXPECT_GT(vote_of_climbs(0.1, 0.0, true), 0.9);
+  EXPECT_LT(vote_of_climbs(0.0, 0.1, true), -0.9);
+  EXPECT_EQ(vote_of_climbs(0.1, 0.1, true), 0.0);
+  EXPECT_EQ(vote_of_climbs(0.1, 0.0, false), 0.0);
+}
+
+TEST(MotionVotes, AnArcHasNoMotionAcross) {
+  // 10 m/s, turning and pitching at 0.2 rad/s each: one scan period.
+  const Vec3 turn(0.0, 0.02, 0.02);
+  Pose to;
+  to.q = exp_so3(turn);
+  to.p = Vec3(1.0, 0.0, 0.0) + 0.5 * turn.cross(Vec3(1.0, 0.0, 0.0));
+  EXPECT_LT(motion_across(Pose{}, to).norm(), 1e-3);
+}
+
+TEST(LadarScales, AScaleAppliesFromItsBegin) {
   LadarScales scales;
   scales.add(Stamp() + from_seconds(10.0), {3.0, 4.0});
-  EXPECT_EQ(scales.at(Stamp() + from_seconds(11.1)).position, 1.0);
-  EXPECT_EQ(scales.at(Stamp() + from_seconds(11.2)).position, 3.0);
+  scales.add(Stamp() + from_seconds(11.0), {5.0, 4.0});
+  EXPECT_EQ(scales.at(Stamp() + from_seconds(9.9)).position, 1.0);
+  EXPECT_EQ(scales.at(Stamp() + from_seconds(10.9)).position, 3.0);
+  EXPECT_EQ(scales.at(Stamp() + from_seconds(11.0)).position, 5.0);
   RollingMatch z;
   z.information.setIdentity();
   const RollingMatch wide = scaled(z, {2.0, 10.0});

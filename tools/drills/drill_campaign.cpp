@@ -1,8 +1,11 @@
 #include "tools/drills/drill_campaign.h"
 
+#include <malloc.h>
+
 #include <algorithm>
 #include <atomic>
 #include <deque>
+#include <memory>
 #include <utility>
 
 #include "lcmtypes/channels.h"
@@ -120,6 +123,8 @@ class Campaign {
       const Outcome done = work_on(jobs_[j], progress);
       if (!done) errors_[j] = done.error().message;
       jobs_[j].scene->done();
+      // The heap fragments by about 10 MB a run: 1.5 GB after 110 runs, 0.1 GB with this.
+      malloc_trim(0);
       progress(1.0);
     }
   }
@@ -127,11 +132,12 @@ class Campaign {
   /// Adds the completed share of one run to that of the campaign.
   /// @param shown  in the calling thread of the campaign, which reports the sum
   std::function<void(double)> shares_of_a_run(bool shown) {
-    return [this, shown, before = std::int64_t{0}](double share) mutable {
+    // Shared by the copies of the function.
+    return [this, shown, before = std::make_shared<std::int64_t>(0)](double share) {
       const auto now = static_cast<std::int64_t>(kShares * std::min(share, 1.0));
-      if (now <= before) return;
-      shares_ += now - before;
-      before = now;
+      if (now <= *before) return;
+      shares_ += now - *before;
+      *before = now;
       if (!shown) return;
       campaign_.progress(static_cast<double>(shares_) /
                          (kShares * static_cast<double>(std::max<std::size_t>(runs_, 1))));

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <string_view>
 
-#include "lcmtypes/rcs/integrity_t.hpp"
+#include "tools/base/statistics.h"
 #include "tools/drills/drill_fault_detection.h"
 
 namespace rcs::drills {
@@ -44,7 +44,7 @@ void find_exclusions(const RandomFault& f, const DrillRecord& record, const Dril
     const double t_s = errors.time_s(e.time);
     const std::string_view text = e.text;
     const bool excluded = text.find(" excluded") != std::string_view::npos;
-    if (excluded && text.rfind("a priori map", 0) == 0) run->innocent.emplace_back("map");
+    if (excluded && text.rfind("a priori map", 0) == 0) run->wrongly_excluded.emplace_back("map");
     for (const auto& [name, source] : kNames) {
       if (text.substr(0, name.size()) != name) continue;
       double begin_s = kForGood_s;
@@ -55,7 +55,7 @@ void find_exclusions(const RandomFault& f, const DrillRecord& record, const Dril
         end_s = std::max(end_s, s.end_s());
       }
       if (excluded && t_s < begin_s) {
-        run->innocent.emplace_back(source_name(source));
+        run->wrongly_excluded.emplace_back(source_name(source));
       } else if (excluded) {
         if (!run->excluded_after_s) run->excluded_after_s = t_s - begin_s;
         run->readmitted_after_s.reset();
@@ -73,26 +73,29 @@ std::optional<double> number(const Json& json, const char* key) {
 
 Json optional(const std::optional<double>& value) { return value ? Json(*value) : Json(); }
 
+std::optional<double> finite_median(std::vector<double>* values) {
+  const auto middle = values->begin() + static_cast<std::ptrdiff_t>(values->size() / 2);
+  std::nth_element(values->begin(), middle, values->end());
+  return std::isfinite(*middle) ? std::optional<double>(*middle) : std::nullopt;
+}
+
 std::string percent(double share) { return fmt::format("{:.1f}", 100.0 * share); }
 
-std::string median(std::vector<double> values) {
-  if (values.empty()) return "-";
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return fmt::format("{:.1f}", *middle);
+std::string median(const std::vector<double>& values) {
+  return values.empty() ? "-" : fmt::format("{:.1f}", tools::summarize(values).p50);
 }
 
 bool outside(const FaultRun& r) {
   return !r.error.empty() || r.horizontal_max_m > r.limit_m() || r.within_horizontal < kWithin ||
-         r.within_vertical < kWithin || r.missed_alerts > 0 || !r.innocent.empty();
+         r.within_vertical < kWithin || r.missed_alerts > 0 || !r.wrongly_excluded.empty();
 }
 
 /// What the runs of one class have in common.
 struct Group {
-  int runs = 0, failed = 0, above_limit = 0, outside_level = 0, missed = 0, innocent = 0;
+  int runs = 0, failed = 0, above_limit = 0, outside_level = 0, missed = 0, wrongly_excluded = 0;
   double with_gps_m = 0.0, without_gps_m = 0.0, vertical_m = 0.0;
   double within_horizontal = 0.0, within_vertical = 0.0;  // sums
-  std::vector<double> excluded_s, readmitted_s;
+  std::vector<double> levels_m, excluded_s, readmitted_s;
 
   void add(const FaultRun& r) {
     ++runs;
@@ -106,9 +109,10 @@ struct Group {
     above_limit += r.horizontal_max_m > r.limit_m() ? 1 : 0;
     outside_level += std::min(r.within_horizontal, r.within_vertical) < kWithin ? 1 : 0;
     missed += r.missed_alerts;
-    innocent += r.innocent.empty() ? 0 : 1;
+    wrongly_excluded += r.wrongly_excluded.empty() ? 0 : 1;
     within_horizontal += r.within_horizontal;
     within_vertical += r.within_vertical;
+    if (r.level_horizontal_m) levels_m.push_back(*r.level_horizontal_m);
     if (r.excluded_after_s) excluded_s.push_back(*r.excluded_after_s);
     if (r.readmitted_after_s) readmitted_s.push_back(*r.readmitted_after_s);
   }
@@ -151,10 +155,13 @@ FaultRun fault_run(const RandomFault& fault, int index, const DrillRecord& recor
   }
   run.driven_m = errors.driven_m(errors.stamp_at(run.begin_s), errors.stamp_at(worst_s));
   std::size_t samples = 0, horizontal = 0, vertical = 0, bounded = 0;
+  std::vector<double> levels_horizontal_m, levels_vertical_m;
   for (const DrillIntegrity& i : record.integrity) {
     const std::optional<DrillError> e = errors.at(i.stamp);
     if (errors.time_s(i.stamp) < run.begin_s || !e) continue;
     ++samples;
+    levels_horizontal_m.push_back(i.horizontal_m);
+    levels_vertical_m.push_back(i.vertical_m);
     horizontal += e->horizontal_m() <= i.horizontal_m ? 1 : 0;
     vertical += e->vertical_m() <= i.vertical_m ? 1 : 0;
     bounded += std::isfinite(i.horizontal_m) ? 1 : 0;
@@ -164,6 +171,8 @@ FaultRun fault_run(const RandomFault& fault, int index, const DrillRecord& recor
     run.within_horizontal = static_cast<double>(horizontal) / n;
     run.within_vertical = static_cast<double>(vertical) / n;
     run.bounded = static_cast<double>(bounded) / n;
+    run.level_horizontal_m = finite_median(&levels_horizontal_m);
+    run.level_vertical_m = finite_median(&levels_vertical_m);
   }
   if (const auto integrity = integrity_metrics(fault.drill, record, errors)) {
     run.missed_alerts = integrity->missed_alerts;
@@ -191,10 +200,12 @@ std::string to_json_line(const FaultRun& r) {
                      {"driven_m", r.driven_m},
                      {"within_horizontal", r.within_horizontal},
                      {"within_vertical", r.within_vertical},
+                     {"level_horizontal_m", optional(r.level_horizontal_m)},
+                     {"level_vertical_m", optional(r.level_vertical_m)},
                      {"bounded", r.bounded},
                      {"missed_alerts", r.missed_alerts},
                      {"smooth_step_m", r.smooth_step_m},
-                     {"innocent", r.innocent},
+                     {"wrongly_excluded", r.wrongly_excluded},
                      {"excluded_after_s", optional(r.excluded_after_s)},
                      {"readmitted_after_s", optional(r.readmitted_after_s)},
                      {"gps_after_s", optional(r.gps_after_s)},
@@ -222,10 +233,12 @@ Result<FaultRun> parse_json_line(const std::string& line) {
     r.driven_m = json.at("driven_m");
     r.within_horizontal = json.at("within_horizontal");
     r.within_vertical = json.at("within_vertical");
+    r.level_horizontal_m = number(json, "level_horizontal_m");
+    r.level_vertical_m = number(json, "level_vertical_m");
     r.bounded = json.at("bounded");
     r.missed_alerts = json.at("missed_alerts");
     r.smooth_step_m = json.at("smooth_step_m");
-    r.innocent = json.at("innocent").get<std::vector<std::string>>();
+    r.wrongly_excluded = json.at("wrongly_excluded").get<std::vector<std::string>>();
     r.excluded_after_s = number(json, "excluded_after_s");
     r.readmitted_after_s = number(json, "readmitted_after_s");
     r.gps_after_s = number(json, "gps_after_s");
@@ -240,20 +253,22 @@ Result<FaultRun> parse_json_line(const std::string& line) {
 report::Table fault_table(const std::vector<FaultRun>& runs) {
   report::Table t{
       {"fault", "runs", "GPS [m]", "no GPS [m]", "height [m]", "> limit", "within %", "height %",
-       "outside", "missed", "innocent", "excluded [s]", "back [s]"},
+       "level [m]", "outside", "missed", "wrong", "excluded [s]", "back [s]"},
       {},
       "Largest horizontal error with and without GPS, largest vertical error; runs above "
       "the limit (2 m, without GPS 1 % of the distance since the fault began if that is "
-      "more); mean share of the time within the protection levels; runs below 99.9 % of "
-      "it; missed alerts; runs in which a source without a fault was excluded; medians "
+      "more); mean share of the time within the protection levels, median of the horizontal "
+      "level, runs below 99.9 % of the time; missed alerts; runs in which a source without a "
+      "fault was excluded (wrong); medians "
       "of the time to exclusion and from the end of the fault to readmission."};
   const auto row = [&t](std::string_view name, const Group& g) {
     t.rows.push_back({std::string(name), std::to_string(g.runs),
                       fmt::format("{:.1f}", g.with_gps_m), fmt::format("{:.1f}", g.without_gps_m),
                       fmt::format("{:.1f}", g.vertical_m), std::to_string(g.above_limit + g.failed),
                       percent(g.share(g.within_horizontal)), percent(g.share(g.within_vertical)),
-                      std::to_string(g.outside_level), std::to_string(g.missed),
-                      std::to_string(g.innocent), median(g.excluded_s), median(g.readmitted_s)});
+                      median(g.levels_m), std::to_string(g.outside_level), std::to_string(g.missed),
+                      std::to_string(g.wrongly_excluded), median(g.excluded_s),
+                      median(g.readmitted_s)});
   };
   for (const FaultClass& c : fault_classes()) {
     Group g;
@@ -270,7 +285,7 @@ report::Table fault_table(const std::vector<FaultRun>& runs) {
 
 report::Table violation_table(const std::vector<FaultRun>& runs, std::size_t most) {
   report::Table t{{"run", "scenario", "fault", "GPS", "error [m]", "height [m]", "within %",
-                   "missed", "innocent"},
+                   "missed", "wrongly excluded"},
                   {},
                   ""};
   std::vector<FaultRun> worst;
@@ -283,13 +298,14 @@ report::Table violation_table(const std::vector<FaultRun>& runs, std::size_t mos
       t.note = fmt::format("{} further runs are not shown.", worst.size() - most);
       break;
     }
-    std::string innocent = r.error;
-    for (const std::string& s : r.innocent) innocent += (innocent.empty() ? "" : ", ") + s;
+    std::string wrongly_excluded = r.error;
+    for (const std::string& s : r.wrongly_excluded)
+      wrongly_excluded += (wrongly_excluded.empty() ? "" : ", ") + s;
     t.rows.push_back({std::to_string(r.index), r.scenario, r.description,
                       r.gps_lost ? "lost" : "yes", fmt::format("{:.1f}", r.horizontal_max_m),
                       fmt::format("{:.1f}", r.vertical_max_m),
                       percent(std::min(r.within_horizontal, r.within_vertical)),
-                      std::to_string(r.missed_alerts), innocent});
+                      std::to_string(r.missed_alerts), wrongly_excluded});
   }
   return t;
 }
@@ -306,7 +322,7 @@ Json fault_summary(const std::vector<FaultRun>& runs) {
           {"above_limit", all.above_limit},
           {"outside_level", all.outside_level},
           {"missed_alerts", all.missed},
-          {"innocent", all.innocent},
+          {"wrongly_excluded", all.wrongly_excluded},
           {"within_horizontal", all.share(all.within_horizontal)},
           {"within_vertical", all.share(all.within_vertical)},
           {"horizontal_max_m", std::max(all.with_gps_m, all.without_gps_m)},

@@ -31,13 +31,15 @@ struct FaultRun {
   double driven_m = 0.0;           ///< from the begin of the first fault to its largest error
   double within_horizontal = 1.0;  ///< share of the time with the error below the level
   double within_vertical = 1.0;
+  std::optional<double> level_horizontal_m;  ///< median of the protection levels; none: infinite
+  std::optional<double> level_vertical_m;
   double bounded = 1.0;   ///< share of the time with a finite level
   int missed_alerts = 0;  ///< above the level for 2 s without an alert
   double smooth_step_m = 0.0;
-  std::vector<std::string> innocent;         ///< sources without a fault that were excluded
-  std::optional<double> excluded_after_s;    ///< first exclusion of a faulty source
-  std::optional<double> readmitted_after_s;  ///< after the end of its fault
-  std::optional<double> gps_after_s;         ///< first fix accepted after GPS was right again
+  std::vector<std::string> wrongly_excluded;  ///< sources without a fault that were excluded
+  std::optional<double> excluded_after_s;     ///< first exclusion of a faulty source
+  std::optional<double> readmitted_after_s;   ///< after the end of its fault
+  std::optional<double> gps_after_s;          ///< first fix accepted after GPS was right again
   std::uint64_t hash = 0;
   std::string error;  ///< of a run that failed; empty: none
 

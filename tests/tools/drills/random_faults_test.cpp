@@ -99,7 +99,7 @@ int index_of(std::string_view name) {
   return -1;
 }
 
-TEST(FaultMetrics, ErrorsBeyondTheLevelAndInnocentSourcesAreCounted) {
+TEST(FaultMetrics, ErrorsBeyondTheLevelAndWrongExclusionsAreCounted) {
   const int index = index_of("gyro bias");
   const RandomFault f = random_fault(plan_of(1), index);
   const double begin_s = f.drill.stimuli[0].begin_s;
@@ -114,7 +114,7 @@ TEST(FaultMetrics, ErrorsBeyondTheLevelAndInnocentSourcesAreCounted) {
   EXPECT_NEAR(run.within_horizontal, (50.0 - begin_s) / (100.0 - begin_s), 0.01);
   EXPECT_EQ(run.within_vertical, 1.0);
   EXPECT_EQ(run.missed_alerts, 1);
-  EXPECT_EQ(run.innocent, std::vector<std::string>{"gps"});
+  EXPECT_EQ(run.wrongly_excluded, std::vector<std::string>{"gps"});
   EXPECT_NEAR(run.excluded_after_s.value_or(-1.0), 4.0, 1e-5);
   EXPECT_NEAR(run.readmitted_after_s.value_or(-1.0), 99.0 - f.drill.stimuli[0].end_s(), 1e-5);
 }

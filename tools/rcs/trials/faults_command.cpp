@@ -209,7 +209,7 @@ class FaultsCommand final : public Command {
   [[nodiscard]] bool passed() const {
     const report::Json sums = drills::fault_summary(results_);
     for (const char* key :
-         {"failed", "above_limit", "outside_level", "missed_alerts", "innocent"}) {
+         {"failed", "above_limit", "outside_level", "missed_alerts", "wrongly_excluded"}) {
       if (sums.at(key).get<int>() > 0) return false;
     }
     return true;
