@@ -15,6 +15,10 @@ namespace {
 constexpr Duration kFed = from_seconds(1.0);  // newest scan or fix of a filter without INS
 constexpr int kRefusedInRow = 3;              // rejected measurements that end a hypothesis
 
+double largest_sigma(const Mat<2, 2>& P) {
+  return std::sqrt(Eigen::SelfAdjointEigenSolver<Mat<2, 2>>(P).eigenvalues()[1]);
+}
+
 void step(const Model& model, const Measurement& m, const ImuSample* next_imu, FilterState* s,
           Innovations* records) {
   advance(model, m.stamp, next_imu, s, records);
@@ -212,6 +216,17 @@ void Trust::renew(const FilterState& belief) {
   }
 }
 
+UndetectedError UndetectedError::at(Stamp later) const {
+  constexpr double kAccelerating = 1.5;
+  if (stamp == Stamp::min()) return *this;
+  const double t_s = kAccelerating * seconds(later - stamp);
+  UndetectedError out = *this;
+  out.stamp = later;
+  out.horizontal_m += t_s * horizontal_mps;
+  out.vertical_m += t_s * vertical_mps;
+  return out;
+}
+
 /// A sub-filter without INS that receives neither scans nor fixes extrapolates: it bounds nothing.
 void Trust::bound_undetected(const FilterState& belief) {
   undetected_ = {};
@@ -223,14 +238,19 @@ void Trust::bound_undetected(const FilterState& belief) {
     const Stamp placed =
         std::max(m.of(Source::kGpsPosition).accepted, m.of(Source::kRolling).accepted);
     if (!b.x.inertial && placed < now - kFed) continue;
-    const Vec3 apart = b.x.T_world_vehicle.p - belief.belief.x.T_world_vehicle.p;
-    const double sigma_h_m = std::sqrt(
-        Eigen::SelfAdjointEigenSolver<Mat<2, 2>>(horizontal(without->state)).eigenvalues()[1]);
-    const double sigma_v_m = std::sqrt(b.P(kPosition + 2, kPosition + 2));
-    undetected_.horizontal_m = std::max(undetected_.horizontal_m,
-                                        apart.head<2>().norm() + kHorizontalQuantile * sigma_h_m);
-    undetected_.vertical_m =
-        std::max(undetected_.vertical_m, std::abs(apart.z()) + kVerticalQuantile * sigma_v_m);
+    const Vec3 apart_m = b.x.T_world_vehicle.p - belief.belief.x.T_world_vehicle.p;
+    const Vec3 apart_mps = b.x.v_world - belief.belief.x.v_world;
+    const double sigma_m = largest_sigma(b.P.block<2, 2>(kPosition, kPosition));
+    const double sigma_mps = largest_sigma(b.P.block<2, 2>(kVelocity, kVelocity));
+    const double sigma_up_m = std::sqrt(b.P(kPosition + 2, kPosition + 2));
+    const double sigma_up_mps = std::sqrt(b.P(kVelocity + 2, kVelocity + 2));
+    UndetectedError& u = undetected_;
+    u.stamp = now;
+    u.horizontal_m =
+        std::max(u.horizontal_m, apart_m.head<2>().norm() + kHorizontalQuantile * sigma_m);
+    u.vertical_m = std::max(u.vertical_m, std::abs(apart_m.z()) + kVerticalQuantile * sigma_up_m);
+    u.horizontal_mps = std::max(u.horizontal_mps, apart_mps.head<2>().norm() - sigma_mps);
+    u.vertical_mps = std::max(u.vertical_mps, std::abs(apart_mps.z()) - sigma_up_mps);
   }
 }
 
@@ -242,7 +262,9 @@ std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
   }
   move(model, m, next_imu);
   drop_what_passed_a_gap();
-  if (m.imu() == nullptr) bound_undetected(belief);
+  if (std::holds_alternative<RollingMatch>(m.value) || std::holds_alternative<GpsFix>(m.value)) {
+    bound_undetected(belief);
+  }
   test_ins(model, m, belief);
   if (std::optional<FilterState> change = belief.memory.withheld.ins
                                               ? decide_excluded_ins(m, belief, model.params.modes)

@@ -53,8 +53,14 @@ constexpr double kVerticalQuantile = 3.291;
 /// How far the filter is off at most if a source is faulty: its distance to the sub-filter that
 /// excludes the source, plus that one's own error (99.9 %).
 struct UndetectedError {
+  Stamp stamp = Stamp::min();
   double horizontal_m = 0.0;
   double vertical_m = 0.0;
+  double horizontal_mps = 0.0;  ///< rate at which the filter and the sub-filter diverge
+  double vertical_mps = 0.0;
+
+  /// At a later stamp. The divergence of a filter whose acceleration is wrong doubles meanwhile.
+  [[nodiscard]] UndetectedError at(Stamp later) const;
 };
 
 class Trust {

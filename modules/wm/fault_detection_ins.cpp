@@ -37,7 +37,7 @@ constexpr int kAgreeing = 10;                      // measurements that readmit 
 constexpr int kShareAgreeing = 9;                  // accepted ones for each rejected one
 // Added to the sigma of the biases of a readmitted INS: at first those from before the fault are
 // right again. A fault that lasts may be another bias.
-constexpr Duration kOtherBiases = from_seconds(30.0);
+constexpr Duration kOtherBiases = from_seconds(15.0);
 constexpr double kSameGyro_radps = 0.0005;
 constexpr double kSameAccel_mps2 = 0.02;
 constexpr double kOtherGyro_radps = 0.02;

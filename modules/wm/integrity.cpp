@@ -78,7 +78,7 @@ Integrity integrity(const FilterState& state, const Trust& trust, Duration silen
       by_gps ? std::min(trust.detectable_m(), 0.8 * limits.limit_horizontal_m) : 0.0;
   const double rival_m =
       std::max(gps == Trusted::kQuarantine ? trust.rival_m() : 0.0, trust.map_rival_m());
-  const UndetectedError& undetected = trust.undetected();
+  const UndetectedError undetected = trust.undetected().at(state.belief.x.stamp);
   if (out.validity == Validity::kWorld) {
     out.protection_horizontal_m =
         std::max({kHorizontalQuantile * sigma_h, std::max(unseen_m, rival_m) + 2.0 * sigma_h,

@@ -37,6 +37,7 @@ Seen drive(double length_s, const Disturbance& d, unsigned seed, double from_s) 
     if (i % 10 == 0) {
       RollingMatch match = sensors.scan(i);
       match.T_rolling_vehicle.p += d.match_off(t);
+      d.match(t, &match);
       estimator.add(now, match);
     }
     if (d.map_off && i % 10 == 0) estimator.add(now, sensors.prior(i, d.map_off(t)));

@@ -16,6 +16,7 @@ struct Disturbance {
   std::function<Vec3(double t_s)> velocity_off = [](double) { return Vec3(Vec3::Zero()); };
   std::function<bool(double t_s)> has_fix = [](double) { return true; };
   std::function<Vec3(double t_s)> match_off = [](double) { return Vec3(Vec3::Zero()); };
+  std::function<void(double t_s, RollingMatch* match)> match = [](double, RollingMatch*) {};
   std::function<Vec3(double t_s)> map_off;  ///< empty: there is no a priori map
   std::function<void(double t_s, ImuSample* imu)> ins = [](double, ImuSample*) {};
 };

@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <vector>
 
 #include "lcmtypes/rcs/innovation_t.hpp"
 #include "tests/tools/drills/drill_fixture.h"
+#include "tools/drills/drill_campaign.h"
 #include "tools/drills/drill_run.h"
 
 namespace rcs::test {
@@ -67,6 +69,33 @@ TEST_F(DrillRunTest, ABaselineLacksItsSourceFromTheBeginningOfTheDrill) {
       0);
   EXPECT_EQ(after(inertial, 4.0, kGps), after(no_gps, 4.0, kGps))
       << "until then the source was available";
+}
+
+TEST_F(DrillRunTest, TheProgressOfACampaignIsTheShareOfItsRuns) {
+  ASSERT_TRUE(vehicle_.ok());
+  drills::DrillCampaign campaign;
+  campaign.vehicle = vehicle_.value();
+  campaign.scenario = config("sim/drill.toml");
+  campaign.seeds = 1;
+  campaign.keep_records = false;
+  campaign.drills.resize(2);
+  for (drills::Drill& drill : campaign.drills) drill.run.length_s = 3.0;
+  campaign.stop = [] { return false; };
+  double newest = 0.0;
+  campaign.progress = [&newest](double share) {
+    EXPECT_GE(share, newest);
+    newest = share;
+  };
+  std::vector<double> after_run;
+  campaign.look = [&](std::size_t, std::size_t, const drills::DrillRecord&) {
+    after_run.push_back(newest);
+  };
+  const Result<std::vector<drills::DrillResult>> done = drills::run_campaign(campaign);
+  ASSERT_TRUE(done.ok());
+  ASSERT_EQ(after_run.size(), 2U);
+  EXPECT_LE(after_run[0], 0.5);
+  EXPECT_GT(after_run[0], 0.4);
+  EXPECT_DOUBLE_EQ(newest, 1.0);
 }
 
 TEST(DrillWrongMap, IsTurnedAboutTheOriginAndShifted) {
