@@ -2,7 +2,6 @@
 // fault_detection_ladar.cpp.
 #include "modules/wm/fault_detection.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -14,10 +13,6 @@ namespace {
 
 constexpr Duration kFed = from_seconds(1.0);  // newest scan or fix of a filter without INS
 constexpr int kRefusedInRow = 3;              // rejected measurements that end a hypothesis
-
-double largest_sigma(const Mat<2, 2>& P) {
-  return std::sqrt(Eigen::SelfAdjointEigenSolver<Mat<2, 2>>(P).eigenvalues()[1]);
-}
 
 void step(const Model& model, const Measurement& m, const ImuSample* next_imu, FilterState* s,
           Innovations* records) {
@@ -240,8 +235,8 @@ void Trust::bound_undetected(const FilterState& belief) {
     if (!b.x.inertial && placed < now - kFed) continue;
     const Vec3 apart_m = b.x.T_world_vehicle.p - belief.belief.x.T_world_vehicle.p;
     const Vec3 apart_mps = b.x.v_world - belief.belief.x.v_world;
-    const double sigma_m = largest_sigma(b.P.block<2, 2>(kPosition, kPosition));
-    const double sigma_mps = largest_sigma(b.P.block<2, 2>(kVelocity, kVelocity));
+    const double sigma_m = std::sqrt(largest_variance(horizontal(without->state)));
+    const double sigma_mps = std::sqrt(largest_variance(b.P.block<2, 2>(kVelocity, kVelocity)));
     const double sigma_up_m = std::sqrt(b.P(kPosition + 2, kPosition + 2));
     const double sigma_up_mps = std::sqrt(b.P(kVelocity + 2, kVelocity + 2));
     UndetectedError& u = undetected_;

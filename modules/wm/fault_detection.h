@@ -150,6 +150,8 @@ class Trust {
   void move(const Model& model, const Measurement& m, const ImuSample* next_imu);
   void test_ins(const Model& model, const Measurement& m, const FilterState& belief);
   void test_ins_by_ladar(const Model& model, const RollingMatch& z);
+  void test_ins_by_fix(const Model& model, const GpsFix& z, Stamp stamp);
+  void vote_by_wheels(const OdometryParams& params, const OdometrySample& z);
   [[nodiscard]] std::optional<double> test_by_match(const Model& model, const RollingMatch& z,
                                                     Inertial* inertial) const;
   void branch_inertial(const FilterState& belief, Inertial* inertial) const;

@@ -1,5 +1,4 @@
 // GPS against the motion: tests while it is fused, and readmission while it is excluded.
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
@@ -141,8 +140,7 @@ void Trust::suppose_gps_right(const Model& model, const GpsFix& z, const FilterS
 /// motion: their distance from the filter changes by more than the filter can have drifted.
 bool Trust::keeps_its_shape(const Model& model, const GpsFix& z, const FilterState& belief) {
   const Vec2 off = gps_position(belief.belief.x, z, model.params.gps).r.head<2>();
-  const double variance =
-      Eigen::SelfAdjointEigenSolver<Mat<2, 2>>(horizontal(belief)).eigenvalues()[1];
+  const double variance = largest_variance(horizontal(belief));
   if (gps_right_.variance_m2 == 0.0) {
     gps_right_.off = off;
     gps_right_.variance_m2 = variance;

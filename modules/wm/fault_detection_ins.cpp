@@ -21,10 +21,10 @@ constexpr double kMajority = 0.5;       // of the low-passed votes, from -1 to 1
 // A measurement votes if the two hypotheses differ by more, in its standard deviations.
 constexpr double kDistinct = 3.0;
 // Ratio beyond which INS and LADAR contradict each other by a fault if nothing else shows whose.
-constexpr double kUndecided = 3.5;
+constexpr double kUndecided = 6.0;
 constexpr double kUndecidedPoor = 20.0;  // where the LADAR has been poor: no fault but an alert
 constexpr double kPoorFor_m = 500.0;     // distance over which a LADAR that was poor is suspected
-constexpr int kLongRefuted = 3;          // times the time after which a fault is excluded
+constexpr double kAgrees = 0.6;          // ratio of fixes that the INS predicts
 constexpr Duration kPredicted = from_seconds(5.0);  // age of an inertial motion that fixes confirm
 constexpr double kPoor = 2.0;  // factor of the errors of a LADAR that decides nothing
 // The INS turns smoothly: if one scan causes more of the contradiction, the LADAR is faulty.
@@ -138,6 +138,57 @@ void Trust::test_ins_by_ladar(const Model& model, const RollingMatch& z) {
   scan_.map_epoch = z.map_epoch;
 }
 
+void Trust::test_ins_by_fix(const Model& model, const GpsFix& z, Stamp stamp) {
+  const FilterState& s = inertial_.subfilter.state;
+  const SourceRecord& record = without_ins_.state.memory.of(Source::kGpsPosition);
+  if (record.accepted != stamp) {
+    ins_by_gps_.add(0.0, stamp);
+    return;
+  }
+  const double driven_m = s.memory.distance_m - without_gps_began_m_;
+  const Nis n = nis(s, z, model.params.gps, params_.floor_share * driven_m);
+  double ratio = n.horizontal / limit_2_;
+  if (without_ins_.state.memory.heights_refused == 0) {
+    ratio = std::max(ratio, n.vertical / limit_1_);
+  }
+  if (z.has_velocity) {
+    const Residual<3> velocity = gps_velocity(s.belief.x, z, model.params.gps, accel_world(s));
+    ratio = std::max(ratio, nis_of<3>(velocity, s.belief.P, 0, kFloor_mps) / limit_3_);
+  }
+  ins_by_gps_.add(ratio, stamp);
+  const bool predicts = ratio < kAgrees && stamp - inertial_.subfilter.branch > kPredicted;
+  if (predicts && ins_by_ladar_.ratio > kContradicts &&
+      ins_by_ladar_.lasts(stamp, params_.ladar_refuted)) {
+    ladar_poor_m_ = s.memory.distance_m;
+  }
+  const NavState& x = s.belief.x;
+  votes_.add(stamp, z, (x.T_world_vehicle.q.conjugate() * x.v_world).x() < 0.0);
+}
+
+/// Between INS and GPS, if there is no LADAR.
+void Trust::vote_by_wheels(const OdometryParams& params, const OdometrySample& z) {
+  const NavState& ins = inertial_.subfilter.state.belief.x;
+  const NavState& others = without_ins_.state.belief.x;
+  const auto slip = [&](Residual<2> r) {
+    const double sigma_mps = params.slip * std::abs(z.speed_mps);
+    r.R(0, 0) += sigma_mps * sigma_mps;
+    r.r[1] = 0.0;  // the yaw rate is compared by the LADAR
+    return r;
+  };
+  const auto lateral = [&](Residual<2> r) {
+    const double sigma_mps = params.side_slip * z.speed_mps;
+    r.R.diagonal().array() += sigma_mps * sigma_mps;
+    return r;
+  };
+  const double shaking_mps2 = std::sqrt(inertial_.subfilter.state.memory.stillness.variance_force);
+  double vote = compare(slip(wheel_speed(ins, z, params)), slip(wheel_speed(others, z, params)));
+  if (vote == 0.0 && params.constrained) {
+    vote = compare(lateral(non_holonomic(ins, params, shaking_mps2)),
+                   lateral(non_holonomic(others, params, shaking_mps2)));
+  }
+  wheels_vote_ += kVoteShare * (vote - wheels_vote_);
+}
+
 /// Tests the inertial motion by scans and fixes, and collects the votes of the other sources.
 void Trust::test_ins(const Model& model, const Measurement& m, const FilterState& belief) {
   for (InertialTest* test : {&ins_by_ladar_, &ins_by_gps_}) {
@@ -147,70 +198,26 @@ void Trust::test_ins(const Model& model, const Measurement& m, const FilterState
   if (!inertial_.subfilter.alive() || !without_ins_.alive()) return;
   if (m.stamp - inertial_.subfilter.branch < kYoung) return;
   const NavState& ins = inertial_.subfilter.state.belief.x;
-  const NavState& others = without_ins_.state.belief.x;
+  const OdometryParams& odometry = model.params.odometry;
   if (const auto* z = std::get_if<RollingMatch>(&m.value)) {
     int unobserved = 0;
-    votes_.add(
-        ins.stamp, *z,
-        registration_covariance(ins, z->information, model.params.rolling.match, &unobserved),
-        model.params.drive, ins.T_world_vehicle, inertial_.subfilter.branch,
-        model.params.odometry.constrained);
+    const Mat6 covariance =
+        registration_covariance(ins, z->information, model.params.rolling.match, &unobserved);
+    votes_.add(ins.stamp, *z, covariance, model.params.drive, ins.T_world_vehicle,
+               inertial_.subfilter.branch, odometry.constrained);
     if (belief.memory.withheld.ladar) {
       ins_by_ladar_ = {};
     } else {
       test_ins_by_ladar(model, *z);
     }
-  }
-  if (const auto* z = std::get_if<GpsFix>(&m.value)) {
-    const double driven_m = inertial_.subfilter.state.memory.distance_m - without_gps_began_m_;
-    const Nis n =
-        nis(inertial_.subfilter.state, *z, model.params.gps, params_.floor_share * driven_m);
-    const bool accepted = without_ins_.state.memory.of(Source::kGpsPosition).accepted == m.stamp;
-    double ratio = n.horizontal / limit_2_;
-    if (without_ins_.state.memory.heights_refused == 0)
-      ratio = std::max(ratio, n.vertical / limit_1_);
-    if (z->has_velocity) {
-      const FilterState& s = inertial_.subfilter.state;
-      const Residual<3> velocity = gps_velocity(ins, *z, model.params.gps, accel_world(s));
-      ratio = std::max(ratio, nis_of<3>(velocity, s.belief.P, 0, kFloor_mps) / limit_3_);
-    }
-    ins_by_gps_.add(accepted ? ratio : 0.0, m.stamp);
-    const bool predicts =
-        accepted && ratio < kCalm && m.stamp - inertial_.subfilter.branch > kPredicted;
-    if (predicts && ins_by_ladar_.ratio > kContradicts &&
-        ins_by_ladar_.lasts(m.stamp, kLongRefuted * params_.ladar_refuted)) {
-      ladar_poor_m_ = inertial_.subfilter.state.memory.distance_m;
-    }
-    if (accepted) {
-      votes_.add(m.stamp, *z, (ins.T_world_vehicle.q.conjugate() * ins.v_world).x() < 0.0);
-    }
-  }
-  if (const auto* z = std::get_if<OdometrySample>(&m.value)) {
-    const OdometryParams& params = model.params.odometry;
-    const auto slip = [&](Residual<2> r) {
-      const double sigma_mps = params.slip * std::abs(z->speed_mps);
-      r.R(0, 0) += sigma_mps * sigma_mps;
-      r.r[1] = 0.0;  // the yaw rate is compared by the LADAR
-      return r;
-    };
-    const auto lateral = [&](Residual<2> r) {
-      const double sigma_mps = params.side_slip * z->speed_mps;
-      r.R.diagonal().array() += sigma_mps * sigma_mps;
-      return r;
-    };
-    const double shaking_mps2 =
-        std::sqrt(inertial_.subfilter.state.memory.stillness.variance_force);
-    double vote =
-        compare(slip(wheel_speed(ins, *z, params)), slip(wheel_speed(others, *z, params)));
-    if (vote == 0.0 && params.constrained) {
-      vote = compare(lateral(non_holonomic(ins, params, shaking_mps2)),
-                     lateral(non_holonomic(others, params, shaking_mps2)));
-    }
-    wheels_vote_ += kVoteShare * (vote - wheels_vote_);
+  } else if (const auto* fix = std::get_if<GpsFix>(&m.value)) {
+    test_ins_by_fix(model, *fix, m.stamp);
+  } else if (const auto* wheels = std::get_if<OdometrySample>(&m.value)) {
+    vote_by_wheels(odometry, *wheels);
     const auto accepted = [&](const FilterState& s) {
       return s.memory.of(Source::kOdometry).accepted == m.stamp;
     };
-    votes_.add(m.stamp, *z, ins.wheel_scale, accepted(belief) || accepted(without_ins_.state));
+    votes_.add(m.stamp, *wheels, ins.wheel_scale, accepted(belief) || accepted(without_ins_.state));
   }
 }
 
@@ -239,21 +246,22 @@ bool Trust::by_one_scan() const {
 }
 
 /// Between INS and LADAR, which contradict each other: the references that distinguish them decide,
-/// then the fixes that the INS predicts or not. If nothing does, only a large contradiction is a
+/// then the fixes that the INS predicts or not. Without fixes only a large contradiction is a
 /// fault, and none where the LADAR is poor.
 Trust::Faulty Trust::ins_or_ladar(Stamp now) const {
   const double verdict = votes_.verdict();
   if (std::abs(verdict) > kMajority) return verdict > 0.0 ? Faulty::kIns : Faulty::kLadar;
-  if (recently_readmitted(now)) return Faulty::kIns;
-  const bool by_gps = ins_by_gps_.tested != Stamp::min() && now - ins_by_gps_.tested < kFresh;
-  if (ladar_is_poor()) return Faulty::kUnknown;
-  if (by_gps && std::min(ins_by_gps_.ratio, ins_by_ladar_.ratio / kContradicts) > 1.0) {
-    return Faulty::kIns;
+  const bool relapse = recently_readmitted(now);
+  const bool poor = ladar_is_poor();
+  const bool jump = !poor && ins_by_ladar_.ratio > kUndecided && by_one_scan();
+  if (ins_by_gps_.tested != Stamp::min() && now - ins_by_gps_.tested < kFresh) {
+    if (jump) return Faulty::kLadar;
+    const bool both = relapse || (!poor && ins_by_ladar_.ratio > kContradicts);
+    return both && ins_by_gps_.ratio > 1.0 ? Faulty::kIns : Faulty::kUnknown;
   }
-  if (ins_by_ladar_.ratio < kUndecided) return Faulty::kUnknown;
-  if (by_one_scan()) return Faulty::kLadar;
-  const bool predicts = by_gps && ins_by_gps_.ratio < kCalm;
-  return predicts ? Faulty::kUnknown : Faulty::kIns;
+  if (relapse) return Faulty::kIns;
+  if (poor || ins_by_ladar_.ratio < kUndecided) return Faulty::kUnknown;
+  return jump ? Faulty::kLadar : Faulty::kIns;
 }
 
 std::optional<FilterState> Trust::decide_ins(const FilterState& belief, const ModeParams& modes) {

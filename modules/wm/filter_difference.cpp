@@ -6,6 +6,10 @@
 
 namespace rcs::wm {
 
+double largest_variance(const Mat<2, 2>& P) {
+  return Eigen::SelfAdjointEigenSolver<Mat<2, 2>>(P).eigenvalues()[1];
+}
+
 double difference(const FilterState& less, const FilterState& more, double floor_m) {
   const Vec2 d = (less.belief.x.T_world_vehicle.p - more.belief.x.T_world_vehicle.p).head<2>();
   const Eigen::SelfAdjointEigenSolver<Mat<2, 2>> eigen(horizontal(less) - horizontal(more));
@@ -32,7 +36,7 @@ Nis nis(const FilterState& s, const GpsFix& z, const GpsParams& params, double f
   Nis out;
   out.horizontal = r_h.dot(S_h.llt().solve(r_h));
   out.vertical = r.r[2] * r.r[2] / S(2, 2);
-  out.sigma_m = std::sqrt(Eigen::SelfAdjointEigenSolver<Mat<2, 2>>(S_h).eigenvalues()[1]);
+  out.sigma_m = std::sqrt(largest_variance(S_h));
   return out;
 }
 

@@ -10,6 +10,9 @@ inline Mat<2, 2> horizontal(const FilterState& s) {
   return s.belief.P.block<2, 2>(kPosition, kPosition);
 }
 
+/// Variance along the larger axis of an ellipse.
+[[nodiscard]] double largest_variance(const Mat<2, 2>& P);
+
 /// Squared position difference of two filters, normalized by its covariance, which is the
 /// difference of their covariances (Hausman 1978).
 /// @param less  the filter with less information; @param more  the one with more

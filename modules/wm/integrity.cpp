@@ -1,9 +1,9 @@
 #include "modules/wm/integrity.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
+#include "modules/wm/filter_difference.h"
 #include "modules/wm/measurement_fusion.h"
 
 namespace rcs::wm {
@@ -22,8 +22,7 @@ class Growth {
     map_m2_ = square(drive_.rolling_position) + s.memory.inherited_m2;
     map_rad2_ = square(drive_.rolling_angle) + s.memory.inherited_rad2;
     speed_mps_ = s.belief.x.v_world.norm();
-    variance_ = Eigen::SelfAdjointEigenSolver<Mat<2, 2>>(P.block<2, 2>(kPosition, kPosition))
-                    .eigenvalues()[1];
+    variance_ = largest_variance(P.block<2, 2>(kPosition, kPosition));
     velocity_ = std::max(P(kVelocity, kVelocity), P(kVelocity + 1, kVelocity + 1));
     heading_ = P(kAttitude + 2, kAttitude + 2);
     gyro_ = P(kGyroBias + 2, kGyroBias + 2);

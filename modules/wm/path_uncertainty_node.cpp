@@ -1,6 +1,5 @@
 #include "modules/wm/path_uncertainty_node.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -9,6 +8,7 @@
 #include "lcmtypes/convert.h"
 #include "lcmtypes/events.h"
 #include "lcmtypes/plausible.h"
+#include "modules/wm/filter_difference.h"
 
 namespace rcs::wm {
 namespace {
@@ -82,9 +82,7 @@ void PathUncertaintyServer::begin(const path_query_t& query, const FilterState* 
     length_m += (path_m_[k] - path_m_[k - 1]).norm();
   }
   DeadReckoning motion;
-  motion.start_sigma_m =
-      std::sqrt(Eigen::SelfAdjointEigenSolver<Mat<2, 2>>(P.block<2, 2>(kPosition, kPosition))
-                    .eigenvalues()[1]);
+  motion.start_sigma_m = std::sqrt(largest_variance(P.block<2, 2>(kPosition, kPosition)));
   // A heading error causes a position error that is a constant share of the distance.
   motion.drift = std::hypot(params_.drift, std::sqrt(P(kAttitude + 2, kAttitude + 2)));
   walk_.begin(path_m_, std::max(params_.radius_m, length_m / static_cast<double>(kMaxPlaces)),
