@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <random>
 
 namespace rcs {
@@ -12,7 +13,7 @@ namespace {
 ins_t noisy(std::mt19937* random, int k) {
   std::normal_distribution<double> noise(0.0, 1e-4);
   ins_t m{};
-  m.utime = 10'000 * k;
+  m.utime = std::int64_t{10'000} * k;
   m.interval_us = 10'000;
   for (int i = 0; i < 3; ++i) {
     m.delta_angle_rad[i] = noise(*random);
@@ -35,7 +36,7 @@ TEST(InsContent, AStuckSensorIsRejectedAndReturns) {
   ins_t stuck = noisy(&random, k);
   int accepted = 0;
   for (int i = 0; i < 100; ++i) {
-    stuck.utime = 10'000 * ++k;
+    stuck.utime = std::int64_t{10'000} * ++k;
     accepted += content.add(stuck) ? 1 : 0;
   }
   EXPECT_LE(accepted, 8);
@@ -47,7 +48,7 @@ TEST(InsContent, ASensorWithoutNoiseMayRepeatItsValues) {
   InsContent content;
   ins_t m = noisy(&random, 0);
   for (int k = 0; k < 500; ++k) {
-    m.utime = 10'000 * k;
+    m.utime = std::int64_t{10'000} * k;
     EXPECT_TRUE(content.add(m)) << k;
   }
 }

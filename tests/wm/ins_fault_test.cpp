@@ -29,7 +29,7 @@ Seen drive_with(const InsFault& fault, bool gps_lost, unsigned seed) {
   d.ins = [&fault](double t, ImuSample* imu) {
     if (t >= kBegin_s && t < kBegin_s + kFault_s) fault.apply(t - kBegin_s, imu);
   };
-  const Seen seen = drive(kLength_s, d, seed, kBegin_s);
+  Seen seen = drive(kLength_s, d, seed, kBegin_s);
   std::printf("%s, GPS %s: worst %.2f m, end %.2f m, outside of the protection level %.1f %%\n",
               fault.name.c_str(), gps_lost ? "lost" : "received", seen.worst_m, seen.end_m,
               100.0 * seen.beyond_protection / seen.samples);

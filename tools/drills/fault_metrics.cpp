@@ -299,8 +299,9 @@ report::Table violation_table(const std::vector<FaultRun>& runs, std::size_t mos
       break;
     }
     std::string wrongly_excluded = r.error;
-    for (const std::string& s : r.wrongly_excluded)
+    for (const std::string& s : r.wrongly_excluded) {
       wrongly_excluded += (wrongly_excluded.empty() ? "" : ", ") + s;
+    }
     t.rows.push_back({std::to_string(r.index), r.scenario, r.description,
                       r.gps_lost ? "lost" : "yes", fmt::format("{:.1f}", r.horizontal_max_m),
                       fmt::format("{:.1f}", r.vertical_max_m),
