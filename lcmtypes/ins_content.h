@@ -3,8 +3,9 @@
 // force that does not point upwards. WM and SP treat such a sample as if it had not been received.
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <cstdint>
+#include <cstddef>
 
 #include "lcmtypes/rcs/ins_t.hpp"
 
@@ -27,13 +28,23 @@ class InsContent {
     if (same && varied_ < kVaried) varied_ = 0;
     const bool stuck = repeated_ >= kStuck && varied_ >= kVaried;
 
+    // What is not finite is rejected by plausible().
     const double interval_s = 1e-6 * std::max(m.interval_us, 1);
     const double share = last_.utime == 0 ? 1.0 : std::min(1.0, interval_s / kMean_s);
-    up_mps2_ += share * (m.delta_v_mps[2] / interval_s - up_mps2_);
+    double force_mps2 = 0.0;
+    double mean_mps2 = 0.0;
+    for (int i = 0; i < 3; ++i) {
+      const double of_axis_mps2 = m.delta_v_mps[i] / interval_s;
+      double& mean = mean_force_mps2_[static_cast<std::size_t>(i)];
+      if (std::isfinite(of_axis_mps2)) mean += share * (of_axis_mps2 - mean);
+      force_mps2 = std::hypot(force_mps2, of_axis_mps2);
+      mean_mps2 = std::hypot(mean_mps2, mean);
+    }
+    weightless_ = force_mps2 < kLeastForce_mps2 ? weightless_ + 1 : 0;
+    const bool on_its_side =
+        mean_mps2 > kDirected_mps2 && mean_force_mps2_[2] < kLeastUpward * mean_mps2;
     last_ = m;
-    // Not finite: plausible() rejects it.
-    if (!std::isfinite(up_mps2_)) up_mps2_ = 0.0;
-    return !stuck && !zero && up_mps2_ >= kLeastUp_mps2;
+    return !stuck && !zero && weightless_ < kWeightless && !on_its_side;
   }
 
  private:
@@ -41,16 +52,20 @@ class InsContent {
   // on a straight line, so repetition counts only after values that have varied for some time.
   static constexpr int kVaried = 100;
   static constexpr int kStuck = 8;
-  // Less than on a slope of 60 degrees. Exchanged axes or an inverted one move the filter by five
-  // metres in the first second, before any other test can know; a fall of a tenth of a second is
-  // bridged like a lost sample.
-  static constexpr double kLeastUp_mps2 = 3.5;
+  static constexpr int kWeightless = 8;
+  static constexpr double kLeastForce_mps2 = 1.0;  ///< a vehicle in the air falls only for a moment
+  // More than 60 degrees from the vehicle's z axis. Exchanged axes or an inverted one move the
+  // filter by five metres in the first second, before any other test can know. A small force has no
+  // such direction: on rough ground a vehicle is nearly weightless for a tenth of a second.
+  static constexpr double kLeastUpward = 0.5;
+  static constexpr double kDirected_mps2 = 5.0;
   static constexpr double kMean_s = 0.1;
 
   ins_t last_{};
-  int varied_ = 0;        ///< samples in a row that differed from the one before, until kVaried
-  int repeated_ = 0;      ///< in a row
-  double up_mps2_ = 0.0;  ///< low-passed specific force along the vehicle's z axis
+  int varied_ = 0;      ///< samples in a row that differed from the one before, until kVaried
+  int repeated_ = 0;    ///< in a row
+  int weightless_ = 0;  ///< in a row
+  std::array<double, 3> mean_force_mps2_{};  ///< low-passed specific force, vehicle axes
 };
 
 }  // namespace rcs

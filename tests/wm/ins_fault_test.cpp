@@ -123,7 +123,7 @@ TEST(InsFault, IsFoundLateInAnOutage) {
   EXPECT_EQ(seen.beyond_protection, 0);
 }
 
-TEST(InsFault, ANewRollingMapDoesNotEndTheTest) {
+TEST(InsFault, IsFoundAfterAChangeOfTheMapEpoch) {
   // SP loses its map a second after the fault begins, because the INS predicts wrongly.
   Disturbance d = late_in_an_outage();
   Pose T_old_new;
