@@ -41,10 +41,13 @@ class InsContent {
       mean_mps2 = std::hypot(mean_mps2, mean);
     }
     weightless_ = force_mps2 < kLeastForce_mps2 ? weightless_ + 1 : 0;
-    const bool on_its_side =
-        mean_mps2 > kDirected_mps2 && mean_force_mps2_[2] < kLeastUpward * mean_mps2;
+    if (mean_mps2 > kDirected_mps2) {
+      const double upward = mean_force_mps2_[2] / mean_mps2;
+      if (upward < kLeastUpward) upright_s_ = 0.0;
+      upright_s_ = upward < kUpright && upright_s_ < kUprightFor_s ? 0.0 : upright_s_ + interval_s;
+    }
     last_ = m;
-    return !stuck && !zero && weightless_ < kWeightless && !on_its_side;
+    return !stuck && !zero && weightless_ < kWeightless && upright_s_ >= kUprightFor_s;
   }
 
  private:
@@ -57,7 +60,9 @@ class InsContent {
   // More than 60 degrees from the vehicle's z axis. Exchanged axes or an inverted one move the
   // filter by five metres in the first second, before any other test can know. A small force has no
   // such direction: on rough ground a vehicle is nearly weightless for a tenth of a second.
-  static constexpr double kLeastUpward = 0.5;
+  static constexpr double kLeastUpward = 0.5;  ///< component along z over the whole
+  static constexpr double kUpright = 0.8;      ///< for a second, until it is believed again
+  static constexpr double kUprightFor_s = 1.0;
   static constexpr double kDirected_mps2 = 5.0;
   static constexpr double kMean_s = 0.1;
 
@@ -65,6 +70,7 @@ class InsContent {
   int varied_ = 0;      ///< samples in a row that differed from the one before, until kVaried
   int repeated_ = 0;    ///< in a row
   int weightless_ = 0;  ///< in a row
+  double upright_s_ = kUprightFor_s;
   std::array<double, 3> mean_force_mps2_{};  ///< low-passed specific force, vehicle axes
 };
 

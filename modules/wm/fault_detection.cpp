@@ -77,8 +77,7 @@ void Trust::drop_what_passed_a_gap() {
   bool dropped = false;
   for (Subfilter* subfilter :
        {&inertial_new_.subfilter, &inertial_young_.subfilter, &inertial_.subfilter,
-        &without_ladar_young_, &without_ladar_, &without_gps_young_, &without_gps_, &neither_young_,
-        &neither_, &before_}) {
+        &without_ladar_young_, &without_ladar_, &without_gps_young_, &without_gps_, &before_}) {
     if (!subfilter->passed_gap()) continue;
     *subfilter = Subfilter{};
     dropped = true;
@@ -173,42 +172,42 @@ void Trust::branch_all(const FilterState& belief) {
   }
 }
 
-/// Branches sub-filters whose time has come, while the tests are calm. The motion by INS and by
-/// LADAR is compared without a position, too.
+/// Branches sub-filters whose time has come, while the tests are calm. While the position is known
+/// all branch together, because the decision between GPS and another source compares motions that
+/// contain no fix since the same time. Without a position INS and LADAR are still compared.
 void Trust::renew(const FilterState& belief) {
   const Stamp now = belief.belief.x.stamp;
-  const auto due = [&](const Subfilter& youngest, Duration age) {
+  const Memory& m = belief.memory;
+  const auto due = [now](const Subfilter& youngest, Duration age) {
     return !youngest.alive() || now - youngest.branch >= age;
   };
-  const Memory& m = belief.memory;
+  if (m.withheld.ladar) return;
+  const bool positioned = !m.withheld.gps && has_position(belief);
   const bool inertial_due =
       inertial_new_.subfilter.alive() && due(inertial_new_.subfilter, kNewInertial);
-  const bool motion_due = due(without_ladar_young_, params_.branch) && !m.withheld.ladar;
-  const bool gps_due = due(without_gps_young_, params_.branch) && !m.withheld.ladar &&
-                       !m.withheld.gps && has_position(belief);
-  if (!inertial_due && !motion_due && !gps_due) return;
-  const bool calm = tests_are_calm(without_ladar_.branch, now);
-  if (inertial_due && calm) branch_inertial(belief, &inertial_new_);
+  const bool all_due = due(without_ladar_young_, params_.branch) ||
+                       (positioned && due(without_gps_young_, params_.branch));
+  if (!inertial_due && !all_due) return;
+  if (!tests_are_calm(positioned ? without_gps_.branch : without_ladar_.branch, now)) return;
+  if (inertial_due) branch_inertial(belief, &inertial_new_);
   // Until the gap of the INS is forgotten, a branch would inherit its effect on the filter.
-  if (m.ins_gap_end != Stamp::min() && now - m.ins_gap_end < kSettling) return;
+  const bool settling = m.ins_gap_end != Stamp::min() && now - m.ins_gap_end < kSettling;
+  if (!all_due || settling) return;
   if (!knows_attitude(belief)) {
     // Nor is an old sub-filter without GPS of use: its test starts again.
-    if (gps_due) {
+    if (positioned) {
       without_gps_young_ = without_gps_ = neither_young_ = neither_ = Subfilter{};
       detectable_m_ = kAnything_m;
     }
     return;
   }
-  if (motion_due && calm) {
-    const bool first = !without_ladar_young_.alive();
-    branch_motion(belief);
-    if (first) branch_motion(belief);
-  }
-  if (gps_due && tests_are_calm(without_gps_.branch, now)) {
-    const bool first = !without_gps_young_.alive();
-    branch_without_gps(belief);
-    if (first) branch_without_gps(belief);
-  }
+  const bool first_motion = !without_ladar_young_.alive();
+  branch_motion(belief);
+  if (first_motion) branch_motion(belief);
+  if (!positioned) return;
+  const bool first = !without_gps_young_.alive();
+  branch_without_gps(belief);
+  if (first) branch_without_gps(belief);
 }
 
 UndetectedError UndetectedError::at(Stamp later) const {

@@ -79,12 +79,13 @@ FilterState Trust::exclude(const Model& model, const GpsFix& z, const FilterStat
   const bool by_ladar =
       (ins_by_ladar_.ratio > kSuspect && faulty == Faulty::kIns) ||
       (ins_by_ladar_.ratio > kContradicts && faulty == Faulty::kUnknown && !ladar_is_poor());
-  const bool inertial_agrees = sides_with_fix(model, z, inertial_.subfilter);
-  const bool others_agree = sides_with_fix(model, z, neither_);
-  if (without_ins_.alive() && (by_wheels || by_ladar || (others_agree && !inertial_agrees))) {
+  // LADAR and wheels with the fixes are three against the INS, the INS with the fixes two against
+  // the LADAR.
+  if (without_ins_.alive() && (by_wheels || by_ladar || sides_with_fix(model, z, neither_))) {
     return exclude_ins(belief, model.params.modes);
   }
-  if (inertial_agrees) {
+  // A faulty LADAR also contradicts the INS.
+  if (ins_by_ladar_.ratio > kCalm && sides_with_fix(model, z, inertial_.subfilter)) {
     FilterState next = without_ladar_.state;
     next.memory.withheld = belief.memory.withheld;
     next.memory.withheld.gps = next.memory.gps_accused = false;
@@ -109,11 +110,11 @@ bool Trust::sides_with_fix(const Model& model, const GpsFix& z, const Subfilter&
   const FilterState& s = without_gps_.state;
   const NavState& x = s.belief.x;
   const Belief& other = motion.state.belief;
-  // From the filter with the source, the motion goes at least half the distance to the fix.
+  // The motion is less than half as far from the fix as the filter with the source is.
   const auto sides_with = [&other](const Vec3& fix, const Vec3& moved, int block) {
     const double sigma = std::sqrt(std::max(other.P(block, block), other.P(block + 1, block + 1)));
     const Vec2 d = fix.head<2>();
-    return sigma < 0.5 * d.norm() && moved.head<2>().dot(d) > 0.5 * d.squaredNorm();
+    return std::max(sigma, (d - moved.head<2>()).norm()) < 0.5 * d.norm();
   };
   const bool by_place = sides_with(gps_position(x, z, model.params.gps).r,
                                    other.x.T_world_vehicle.p - x.T_world_vehicle.p, kPosition);

@@ -112,8 +112,7 @@ std::optional<double> Trust::test_by_match(const Model& model, const RollingMatc
 }
 
 void Trust::test_ins_by_ladar(const Model& model, const RollingMatch& z) {
-  if (z.seeded) {  // what was known before, a wrong prediction by the INS perhaps, stays for a
-                   // moment
+  if (z.seeded) {  // the result of the old map stays for a moment: its loss may be due to the INS
     scan_ = {};
     for (Inertial* inertial : {&inertial_new_, &inertial_young_, &inertial_}) inertial->matches = 0;
     return;
@@ -140,11 +139,8 @@ void Trust::test_ins_by_ladar(const Model& model, const RollingMatch& z) {
 
 void Trust::test_ins_by_fix(const Model& model, const GpsFix& z, Stamp stamp) {
   const FilterState& s = inertial_.subfilter.state;
-  const SourceRecord& record = without_ins_.state.memory.of(Source::kGpsPosition);
-  if (record.accepted != stamp) {
-    ins_by_gps_.add(0.0, stamp);
-    return;
-  }
+  // A fix that the others reject tests nothing.
+  if (without_ins_.state.memory.of(Source::kGpsPosition).accepted != stamp) return;
   const double driven_m = s.memory.distance_m - without_gps_began_m_;
   const Nis n = nis(s, z, model.params.gps, params_.floor_share * driven_m);
   double ratio = n.horizontal / limit_2_;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "rcs/base/linear.h"
 
@@ -220,7 +219,9 @@ LadarScale MotionVotes::ladar_scale() const {
 }
 
 double MotionVotes::verdict() const {
-  return std::clamp(std::accumulate(votes_.begin(), votes_.end(), 0.0), -1.0, 1.0);
+  // Weak votes for one side do not add up: they may have one cause.
+  const auto [against_ladar, against_ins] = std::minmax_element(votes_.begin(), votes_.end());
+  return std::max(*against_ins, 0.0) + std::min(*against_ladar, 0.0);
 }
 
 }  // namespace rcs::wm

@@ -21,10 +21,9 @@ struct Ears final : Receiver {
   void receive(const std::uint8_t* data, std::size_t size, Stamp arrival) noexcept override {
     payloads.emplace_back(data, data + size);
     last = arrival;
-    if (payloads.size() == 1) first = arrival;
   }
   std::vector<std::vector<std::uint8_t>> payloads;
-  Stamp first, last;
+  Stamp last;
 };
 
 class PlayCommand : public RcsCommand {
@@ -85,6 +84,7 @@ class PlayCommand : public RcsCommand {
 };
 
 TEST_F(PlayCommand, PublishesOnlyTheSensorMessagesAsRecorded) {
+  const Stamp begin = timeline_->now();
   EXPECT_EQ(play({"--speed", "4"}), 0) << said_;
   ASSERT_EQ(ins_.payloads.size(), 21U);
   ASSERT_EQ(fixes_.payloads.size(), 21U);
@@ -92,8 +92,8 @@ TEST_F(PlayCommand, PublishesOnlyTheSensorMessagesAsRecorded) {
     EXPECT_EQ(ins_.payloads[k], (std::vector<std::uint8_t>{k, 0xAB}));
   }
   EXPECT_TRUE(others_.payloads.empty()) << "a recorded command reached the bus";
-  // 2 s at four times the speed, never earlier.
-  EXPECT_GE(seconds(ins_.last - ins_.first), 0.49);
+  // 2 s at four times the speed, never earlier. On a busy computer the first one may be late.
+  EXPECT_GE(seconds(ins_.last - begin), 0.5);
 }
 
 TEST_F(PlayCommand, PlaysAPart) {
