@@ -121,6 +121,12 @@ struct Info {
     "The stamps of all sensors stepped. The belief continues at the new stamp.",                   \
     "The clock that stamps the sensors was set, or a log was started again.",                      \
     "Synchronize the clock of the sensors before the drive, and let it slew, not step.")           \
+  X(kWmSolutionLost, "wm", "solution.lost", kError, kOne,                                          \
+    "For two seconds the estimated velocity was one that no ground vehicle has: sideways, up or "  \
+    "down by more than 5 m/s, or above 80 m/s. The solution is discarded: the pose in frame world "\
+    "is invalid until GPS or the a priori map georeferences it again.",                            \
+    "Several sources failed at once or one after the other, usually the INS during a GPS outage.", \
+    "Look for the first `fde`, `input.*` or `registration.failed` event before it.")               \
   X(kWmMapEpoch, "wm", "map.epoch", kInfo, kOne,                                                   \
     "WM uses a new map epoch of the rolling map.",                                                 \
     "SP has started a new rolling map: at its start, or after `map.reseeded`.",                    \

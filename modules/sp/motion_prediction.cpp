@@ -8,9 +8,6 @@ namespace {
 
 // With a newest inertial sample older than this, the prediction does not use the INS.
 constexpr Duration kInertialGap = from_milliseconds(60.0);
-// After a longer silence the vehicle leaves the map, which is then no longer kept free of distorted
-// scans.
-constexpr Duration kInsReturns = from_seconds(5.0);
 // Time after a gap of the INS within which the motion is less certain.
 constexpr Duration kGapLasts = from_milliseconds(500.0);
 // A motion is not extrapolated further: one of the stamps is wrong.
@@ -21,11 +18,10 @@ constexpr Duration kPoseLasts = from_milliseconds(500.0);
 constexpr double kFastest_mps = 200.0;
 constexpr double kFastest_radps = 35.0;
 
-/// @return false also after a long silence: the map is not kept for the return of the INS
 bool fell_silent(const InertialBuffer& inertial, Stamp reference) {
   const InertialSample& newest = inertial[inertial.size() - 1];
   const Duration silence = reference - newest.stamp;
-  return silence > std::max(kInertialGap, 3 * newest.interval) && silence < kInsReturns;
+  return silence > std::max(kInertialGap, 3 * newest.interval);
 }
 
 bool has_gap(const InertialBuffer& inertial, Stamp reference) {
@@ -36,6 +32,11 @@ bool has_gap(const InertialBuffer& inertial, Stamp reference) {
     if (gap > std::max(kInertialGap, 3 * later.interval)) return true;
   }
   return false;
+}
+
+bool possible(const Vec6& twist) {
+  return twist.allFinite() && twist.head<3>().cwiseAbs().maxCoeff() <= kFastest_mps &&
+         twist.tail<3>().cwiseAbs().maxCoeff() <= kFastest_radps;
 }
 
 }  // namespace
@@ -57,6 +58,22 @@ void MotionGuess::remember(Stamp stamp, const Pose& T_rolling_vehicle) {
 }
 
 void MotionGuess::forget_poses() { last_ = before_last_ = {}; }
+
+std::optional<MotionState> MotionGuess::motion_to(Stamp stamp,
+                                                  const Pose& T_rolling_vehicle) const {
+  if (last_.stamp == Stamp::min() || stamp <= last_.stamp || stamp - last_.stamp > kPoseLasts) {
+    return std::nullopt;
+  }
+  const Vec6 twist =
+      log_se3(last_.T_rolling_vehicle.inverse() * T_rolling_vehicle) / seconds(stamp - last_.stamp);
+  if (!possible(twist)) return std::nullopt;
+  MotionState s;
+  s.stamp = stamp;
+  s.T_rolling_vehicle = T_rolling_vehicle;
+  s.v_rolling = T_rolling_vehicle.q * twist.head<3>();
+  s.rate_vehicle_radps = twist.tail<3>();
+  return s;
+}
 
 Expectation MotionGuess::expect(Stamp reference, const InertialBuffer& inertial,
                                 const ExpectationParams& params) const {
@@ -93,10 +110,7 @@ Expectation MotionGuess::expect(Stamp reference, const InertialBuffer& inertial,
   const double dt = seconds(last_.stamp - before_last_.stamp);
   const Pose moved = before_last_.T_rolling_vehicle.inverse() * last_.T_rolling_vehicle;
   const Vec6 twist = log_se3(moved) / dt;
-  const bool possible = twist.allFinite() &&
-                        twist.head<3>().cwiseAbs().maxCoeff() <= kFastest_mps &&
-                        twist.tail<3>().cwiseAbs().maxCoeff() <= kFastest_radps;
-  if (!possible) return e;
+  if (!possible(twist)) return e;
   e.at_reference.stamp = last_.stamp;
   e.at_reference.v_rolling = last_.T_rolling_vehicle.q * twist.head<3>();
   e.at_reference.rate_vehicle_radps = twist.tail<3>();

@@ -19,6 +19,7 @@ struct Expectation {
   /// deskewed scan of a rocking vehicle is distorted.
   bool ins_lost = false;
   bool ins_returned = false;  ///< ins_lost, and samples are received again
+  [[nodiscard]] bool ins_silent() const { return ins_lost && !ins_returned; }
   MotionState at_reference;
   Mat6 covariance = Mat6::Identity();  ///< right perturbation (rho [m], phi [rad])
 };
@@ -41,6 +42,10 @@ class MotionGuess {
   /// For a new map: the poses in the former one are invalid.
   void forget_poses();
 
+  /// The motion at `stamp` if the vehicle is then at this pose: constant body velocity and rate
+  /// since the last registered scan; none if that is too old.
+  [[nodiscard]] std::optional<MotionState> motion_to(Stamp stamp,
+                                                     const Pose& T_rolling_vehicle) const;
   [[nodiscard]] Expectation expect(Stamp reference, const InertialBuffer& inertial,
                                    const ExpectationParams& params) const;
 

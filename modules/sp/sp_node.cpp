@@ -8,6 +8,7 @@
 #include "lcmtypes/convert.h"
 #include "lcmtypes/events.h"
 #include "lcmtypes/plausible.h"
+#include "modules/registration/coarse_search.h"
 #include "modules/sp/scan/deskew.h"
 #include "modules/sp/sp_messages_node.h"
 
@@ -57,6 +58,7 @@ void SpNode::reserve() {
   const auto n =
       static_cast<std::size_t>(config_.ladar.rows) * static_cast<std::size_t>(config_.ladar.cols);
   assembler_.scan()->reserve(n);
+  as_measured_.reserve(n);
   for (Points* points : {&dense_, &source_}) points->reserve(n);
   map_sampler_.reserve(n);
   source_sampler_.reserve(n);
@@ -315,24 +317,62 @@ void SpNode::answer_without_registering(registration::Stop stop, const Expectati
 }
 
 void SpNode::prepare_points(const Cycle& cycle, const Expectation& expected) {
+  if (expected.ins_silent()) as_measured_ = *assembler_.scan();
+  deskew_and_sample(expected.at_reference);
+  if (ladder_.level == Degrade::kFull) {
+    full_need_ = static_cast<WorkUnits>(source_.size()) * config_.icp.max_iterations;
+  }
+  cycle.stages->mark("deskew");
+}
+
+void SpNode::deskew_and_sample(const MotionState& motion) {
   Scan* scan = assembler_.scan();
   if (!scan->dt_us.empty()) {
     const auto [first, last] = std::minmax_element(scan->dt_us.begin(), scan->dt_us.end());
     if (*first != 0 || *last != 0) {
-      tabulate_motion(expected.at_reference, inertial_, scan->reference, Duration(*first),
-                      Duration(*last), &motion_);
+      tabulate_motion(motion, inertial_, scan->reference, Duration(*first), Duration(*last),
+                      &motion_);
       deskew(motion_, scan);
     }
   }
-  cycle.stages->mark("deskew");
   const bool full = ladder_.level == Degrade::kFull;
   const double source_voxel_m = config_.source_voxel_m * (full ? 1.0 : config_.degrade.coarser);
   map_sampler_.sample(scan->points, config_.map_voxel_m, &dense_);
   source_sampler_.sample(dense_, source_voxel_m, &source_);
-  if (full) {
-    full_need_ = static_cast<WorkUnits>(source_.size()) * config_.icp.max_iterations;
+}
+
+/// Without INS a rocking vehicle is not where it is predicted: the rolling map is searched from
+/// farther away.
+void SpNode::search_wide(const Expectation& expected, registration::Registration* rolling) {
+  if (granted_ <= 0) return;
+  const registration::WideMap map(map_, registration::WideMapParams{});
+  const registration::WideAnswer found = registration::search_wide(
+      source_, map, expected.at_reference.T_rolling_vehicle, registration::WideParams{});
+  granted_ -= found.used;
+  const registration::Prediction start{found.T_target_vehicle, expected.covariance};
+  const registration::Registration again =
+      registration::register_points(source_, &map_, start, config_.icp, granted_, &icp_);
+  granted_ -= again.used;
+  if (registration::usable(again.stop)) *rolling = again;
+}
+
+/// Without INS the motion during the scan is known only once the scan is registered: it is deskewed
+/// again with the motion from the last scan to it, and registered again.
+void SpNode::follow_motion(const Expectation& expected, registration::Registration* rolling) {
+  constexpr int kPasses = 2;
+  for (int pass = 0; pass < kPasses && registration::usable(rolling->stop); ++pass) {
+    Scan* scan = assembler_.scan();
+    const std::optional<MotionState> motion =
+        motion_guess_.motion_to(scan->reference, rolling->T_target_vehicle);
+    if (!motion) return;
+    *scan = as_measured_;
+    deskew_and_sample(*motion);
+    const registration::Prediction start{rolling->T_target_vehicle, expected.covariance};
+    const registration::Registration again =
+        registration::register_points(source_, &map_, start, config_.icp, granted_, &icp_);
+    granted_ -= again.used;
+    *rolling = again;
   }
-  cycle.stages->mark("sample");
 }
 
 void SpNode::seed(const Pose& T_rolling_vehicle) {
@@ -360,6 +400,10 @@ void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
   registration::Registration rolling =
       registration::register_points(source_, &map_, prediction, config_.icp, granted_, &icp_);
   granted_ -= rolling.used;
+  if (expected.ins_silent()) {
+    if (!registration::usable(rolling.stop)) search_wide(expected, &rolling);
+    follow_motion(expected, &rolling);
+  }
   if (expected.ins_lost) {
     // A search that ends at the iteration limit may have an error of many sigmas. While the INS is
     // silent it is still better than no registration.
@@ -379,11 +423,13 @@ void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
         "from the prediction",
         assembler_.scan_id(), registration::name_of(rolling.stop), rolling.pairs, rolling.points,
         rolling.correction_m);
-    if (expected.ins_lost) return;  // the scan is faulty, not the map
-    if (++failures_ >= config_.reseed_after && !source_.empty()) {
+    // Without INS the scans are faulty rather than the map, which is kept for longer.
+    constexpr int kLongerWithoutIns = 3;
+    const int limit = config_.reseed_after * (expected.ins_lost ? kLongerWithoutIns : 1);
+    if (++failures_ >= limit && !source_.empty()) {
       report_.publish(cycle.now, event::kSpMapReseeded,
                       "{} registrations in a row failed, limit {}; a new rolling map starts",
-                      failures_, config_.reseed_after);
+                      failures_, limit);
       seed(prediction.T_target_vehicle);
     }
     return;
@@ -396,9 +442,10 @@ void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
     match_prior(cycle, T_rolling_vehicle, expected.ins_lost);
     search_start(cycle, T_rolling_vehicle);
   }
-  // A distorted scan degrades the map: it is inserted only if the vehicle is about to leave the
-  // map.
-  if (!expected.ins_lost || rolling.overlap < kMinOverlap) map_.insert(dense_, T_rolling_vehicle);
+  // Just after a gap of the INS a scan is distorted and degrades the map: it is inserted only if
+  // the vehicle is about to leave the map. During the gap it is deskewed with its own motion.
+  const bool distorted = expected.ins_returned;
+  if (!distorted || rolling.overlap < kMinOverlap) map_.insert(dense_, T_rolling_vehicle);
   if (T_world_rolling_) {
     prior_.follow((*T_world_rolling_ * T_rolling_vehicle).p, cycle.now, &report_);
   }

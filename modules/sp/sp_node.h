@@ -56,6 +56,9 @@ class SpNode final : public Node {
   void answer(const registration::Registration& registration, int target);
   void answer_without_registering(registration::Stop stop, const Expectation& expected);
   void prepare_points(const Cycle& cycle, const Expectation& expected);
+  void deskew_and_sample(const MotionState& motion);
+  void search_wide(const Expectation& expected, registration::Registration* rolling);
+  void follow_motion(const Expectation& expected, registration::Registration* rolling);
   void register_scan(const Cycle& cycle, const Expectation& expected);
   void search_start(const Cycle& cycle, const Pose& T_rolling_vehicle);
   void match_prior(const Cycle& cycle, const Pose& T_rolling_vehicle, bool distorted);
@@ -92,8 +95,9 @@ class SpNode final : public Node {
   registration::VoxelSampler map_sampler_;
   registration::VoxelSampler source_sampler_;
   PriorScan prior_scan_;
-  Points dense_;   // inserted into the map
-  Points source_;  // registered
+  Scan as_measured_;  // not deskewed; filled while the INS is silent
+  Points dense_;      // inserted into the map
+  Points source_;     // registered
   registration::RollingMap map_;
   registration::IcpWorkspace icp_;
   PriorMatchWorkspace prior_match_;

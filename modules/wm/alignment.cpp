@@ -65,6 +65,33 @@ Belief initial_belief(const WmParams& params, Stamp stamp) {
   return b;
 }
 
+void begin_again(const WmParams& params, FilterState* s) {
+  constexpr double kNoGate = std::numeric_limits<double>::infinity();
+  const NavState& old = s->belief.x;
+  Memory& m = s->memory;
+  Belief b = initial_belief(params, old.stamp);
+  if (old.inertial) {
+    const Vec3& force = m.stillness.mean_force;
+    b.x.inertial = true;
+    b.x.T_world_vehicle.q = level_attitude(force);
+    const double sigma = params.align.moving_level_sigma_mps2;
+    b = update(b, level(b.x, force, Earth{}.gravity, sigma), kNoGate).belief;
+    b.x.rate_vehicle = old.rate_vehicle;
+    set_variance(kRate, 3, 0.0, &b.P);
+  }
+  s->belief = b;
+  m.sources = {};
+  m.astray = {};
+  m.gps_scale = {};
+  m.heights_refused = 0;
+  m.anchored = m.gps_accused = false;
+  const bool ins = m.withheld.ins;
+  m.withheld = {};
+  m.withheld.ins = ins;
+  m.fix_heard = Stamp::min();
+  m.unmatched = Pose{};
+}
+
 std::optional<Belief> Leveler::add(const ImuSample& imu, const WmParams& params) {
   if (first_ == Stamp::max()) first_ = imu.stamp - imu.interval;
   stillness_.add(imu, params.stillness.window_s);

@@ -11,6 +11,11 @@ namespace rcs::wm {
 /// A belief before any measurement: level, at the origin of a frame of its own.
 [[nodiscard]] Belief initial_belief(const WmParams& params, Stamp stamp);
 
+/// A solution that is lost begins again from the sources: level by the mean specific force if the
+/// INS is integrated, of unknown velocity, not georeferenced. The local pose and the excluded
+/// sources stay.
+void begin_again(const WmParams& params, FilterState* state);
+
 /// Levels by the mean of the INS while the vehicle stands or, after `patience`, while it moves.
 class Leveler {
  public:

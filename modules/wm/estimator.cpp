@@ -228,6 +228,7 @@ void Estimator::restart(const FilterState& state) {
   waiting_.clear();
   waiting_match_.reset();
   heading_.clear();
+  loss_.clear();
   out_of_range_ = 0;
 }
 
@@ -238,6 +239,17 @@ void Estimator::fuse() {
   if (!history_.head().memory.anchored) find_heading();
   finish();
   move_local();
+  watch_loss();
+}
+
+void Estimator::watch_loss() {
+  const NavState& x = history_.head().belief.x;
+  const Vec3 v_vehicle = x.T_world_vehicle.q.conjugate() * x.v_world;
+  if (!loss_.add(x.stamp, v_vehicle, params_.odometry.constrained)) return;
+  FilterState state = history_.head();
+  begin_again(params_, &state);
+  restart(state);
+  ++losses_;
 }
 
 void Estimator::finish() {

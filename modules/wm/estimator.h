@@ -8,6 +8,7 @@
 #include "modules/wm/clock_watch.h"
 #include "modules/wm/fault_detection.h"
 #include "modules/wm/history.h"
+#include "modules/wm/loss_watch.h"
 #include "modules/wm/measurement_fusion.h"
 
 namespace rcs::wm {
@@ -56,6 +57,8 @@ class Estimator {
   [[nodiscard]] const Trust& trust() const { return trust_; }
   /// Number of steps of all clocks that were detected.
   [[nodiscard]] int clock_steps() const { return clock_steps_; }
+  /// Number of times that the solution was lost and began again.
+  [[nodiscard]] int losses() const { return losses_; }
   /// Newest step of the clock of the INS alone against the other clocks.
   [[nodiscard]] Duration ins_clock_shift() const { return clocks_.ins_shift(); }
 
@@ -80,6 +83,7 @@ class Estimator {
   void begin_anew(Stamp to);
   void restart(const FilterState& state);
   void forget_place(FilterState* state) const;
+  void watch_loss();
   void move_local();
 
   WmParams params_;
@@ -105,6 +109,8 @@ class Estimator {
   int out_of_range_ = 0;  ///< inputs in a row rejected for their stamps
   Stamp first_out_of_range_ = Stamp::min();
   int clock_steps_ = 0;
+  LossWatch loss_;
+  int losses_ = 0;
 };
 
 }  // namespace rcs::wm

@@ -191,7 +191,8 @@ class Trust {
   std::optional<FilterState> judge_match(const FilterState& belief, const ModeParams& modes);
   std::optional<FilterState> judge_quarantined_match(const FilterState& belief,
                                                      const ModeParams& modes);
-  FilterState exclude(const Model& model, const GpsFix& z, const FilterState& belief);
+  std::optional<FilterState> exclude(const Model& model, const GpsFix& z,
+                                     const FilterState& belief);
   [[nodiscard]] bool moves_along(const Model& model, const GpsFix& z,
                                  const FilterState& belief) const;
   void sum_velocity(const Model& model, const GpsFix& z);
@@ -233,9 +234,10 @@ class Trust {
   std::array<bool, 6> agreeing_{};  // whether each of the newest fixes agreed
   std::size_t fixes_ = 0;
   Stamp agreeing_since_ = Stamp::min();
-  int doubted_ = 0;           ///< fixes in a row above the limit
-  int map_contradicted_ = 0;  ///< fixes in a row
-  bool accused_ = false;      ///< gps_accused of the filter before the newest input
+  int doubted_ = 0;                       ///< fixes in a row above the limit
+  Stamp gps_contradicts_ = Stamp::max();  ///< since when they have been
+  int map_contradicted_ = 0;              ///< fixes in a row
+  bool accused_ = false;                  ///< gps_accused of the filter before the newest input
   Vec<4> cusum_ =
       Vec<4>::Zero();  ///< cumulative sums of the GPS velocity: east, west, north, south
   Stamp ladar_doubted_since_ = Stamp::min(), map_doubted_since_ = Stamp::min();

@@ -63,14 +63,19 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
   // A fix that the gate rejected has not changed the filter.
   const bool harmful = record.accepted == now;
   doubted_ = harmful && astray > 1.0 ? doubted_ + 1 : 0;
-  if (doubted_ < params_.refuted_fixes && !(harmful && drifting > 1.0)) return std::nullopt;
+  if (doubted_ < params_.refuted_fixes && !(harmful && drifting > 1.0)) {
+    gps_contradicts_ = Stamp::max();
+    return std::nullopt;
+  }
+  gps_contradicts_ = std::min(gps_contradicts_, now);
   // A vehicle that has lost its INS predicts its motion by extrapolation: GPS is the better source.
   if (!belief.belief.x.inertial && belief.memory.ins_stamp != Stamp::min()) return std::nullopt;
   return exclude(model, z, belief);
 }
 
 /// Fixes and the sub-filter without them contradict each other: excludes the INS, the LADAR or GPS.
-FilterState Trust::exclude(const Model& model, const GpsFix& z, const FilterState& belief) {
+std::optional<FilterState> Trust::exclude(const Model& model, const GpsFix& z,
+                                          const FilterState& belief) {
   const Stamp now = belief.belief.x.stamp;
   const bool by_wheels = ins_by_gps_.lasts(now, Duration::zero()) &&
                          !ins_by_ladar_.lasts(now, Duration::zero()) && wheels_vote_ > 0.5;
@@ -94,6 +99,10 @@ FilterState Trust::exclude(const Model& model, const GpsFix& z, const FilterStat
     next.belief.x.map_epoch = -1;  // not known without the excluded source
     return found(Finding::kLadarFaulty, next, belief, model.params.modes);
   }
+  // If GPS alone were faulty, INS and LADAR would agree: which of the two it is shows soon.
+  constexpr Duration kShows = from_seconds(3.0);
+  const bool others_disagree = ins_by_ladar_.ratio > kCalm && !ladar_is_poor();
+  if (others_disagree && now - gps_contradicts_ < kShows) return std::nullopt;
   const bool on_probation = gps_probation_ != Stamp::min() && now < gps_probation_;
   FilterState next = without_gps_.state;
   next.memory.withheld.prior_map = belief.memory.withheld.prior_map;

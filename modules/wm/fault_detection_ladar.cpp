@@ -69,10 +69,15 @@ std::optional<FilterState> Trust::judge_match(const FilterState& belief, const M
   const Stamp now = belief.belief.x.stamp;
   ladar_right_ = {};
   if (!without_ladar_.alive() || now - without_ladar_.branch < kYoung) return std::nullopt;
-  ladar_test_ratio_ = difference(without_ladar_.state, belief, params_.floor_m) / limit_2_;
-  // With GPS the difference may also be an error of GPS: judge_fix() decides.
   const Stamp fix = without_ladar_.state.memory.of(Source::kGpsPosition).accepted;
   const bool by_fixes = fix > now - kFresh;
+  // Without LADAR, INS and fixes the motion is extrapolated: no judge of a registration.
+  if (!without_ladar_.state.belief.x.inertial && !by_fixes) {
+    ladar_test_ratio_ = 0.0;
+    return std::nullopt;
+  }
+  ladar_test_ratio_ = difference(without_ladar_.state, belief, params_.floor_m) / limit_2_;
+  // With GPS the difference may also be an error of GPS: judge_fix() decides.
   const int refused = belief.memory.of(Source::kGpsPosition).refused;
   const bool astray =
       ladar_test_ratio_ > 1.0 && (!by_fixes || (gps_test_ratio_ < kCalm && refused == 0));

@@ -367,6 +367,12 @@ void WmNode::report_events(Stamp now) {
                     to_utime(s.belief.x.stamp));
     reported_clock_steps_ = estimator_.clock_steps();
   }
+  if (estimator_.losses() != reported_losses_) {
+    report_.publish(now, event::kWmSolutionLost,
+                    "solution lost: no ground vehicle moves as estimated; the filter begins again "
+                    "from the sources");
+    reported_losses_ = estimator_.losses();
+  }
   if (s.belief.x.map_epoch != reported_epoch_) {
     report_.publish(now, event::kWmMapEpoch, "rolling map replaced: map epoch {}",
                     s.belief.x.map_epoch);

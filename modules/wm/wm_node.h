@@ -91,6 +91,7 @@ class WmNode final : public Node {
   Mode reported_mode_ = Mode::kAlign;
   int reported_resets_ = 0;
   int reported_clock_steps_ = 0;
+  int reported_losses_ = 0;
   int reported_epoch_ = -1;
   int reported_findings_ = 0;
   bool reported_map_doubted_ = false;

@@ -11,13 +11,13 @@
 namespace rcs {
 namespace {
 
-constexpr char kMagic[] = "RCSMAPS\n";
-constexpr std::size_t kMagicSize = 8;
-constexpr std::uint32_t kVersion = 1;
-constexpr std::uint32_t kVersionWithPoints = 2;  // with the number of points of each tile
-constexpr std::size_t kHeaderSize = 16;          // magic, version, checksum of the rest
-constexpr std::size_t kEntrySize = 24;           // of version 1
-constexpr std::size_t kCountSize = 4;
+constexpr char kIndexMagic[] = "RCSMAPS\n";
+constexpr std::size_t kIndexMagicSize = 8;
+constexpr std::uint32_t kIndexVersion = 1;
+constexpr std::uint32_t kIndexVersionWithPoints = 2;  // with the number of points of each tile
+constexpr std::size_t kIndexHeaderSize = 16;          // magic, version, checksum of the rest
+constexpr std::size_t kEntrySize = 24;                // of version 1
+constexpr std::size_t kIndexCountSize = 4;
 constexpr std::size_t kMaxLevels = 16;
 constexpr std::size_t kMaxText = 1024;
 
@@ -129,10 +129,10 @@ Outcome check_index(const MapIndex& index) {
 std::vector<std::uint8_t> encode_index(const MapIndex& index) {
   RCS_CHECK(check_index(index).ok());
   wire::Writer w;
-  w.bytes.assign(kHeaderSize, 0);
-  std::memcpy(w.bytes.data(), kMagic, kMagicSize);
+  w.bytes.assign(kIndexHeaderSize, 0);
+  std::memcpy(w.bytes.data(), kIndexMagic, kIndexMagicSize);
   const bool points = with_points(index);
-  wire::put(points ? kVersionWithPoints : kVersion, w.bytes.data() + kMagicSize);
+  wire::put(points ? kIndexVersionWithPoints : kIndexVersion, w.bytes.data() + kIndexMagicSize);
   const MapFrame& f = index.frame;
   put_datum(f.datum, &w);
   w.put(f.undulation_m);
@@ -155,23 +155,25 @@ std::vector<std::uint8_t> encode_index(const MapIndex& index) {
       if (points) w.put(e.points);
     }
   }
-  wire::put(crc32(w.bytes.data() + kHeaderSize, w.bytes.size() - kHeaderSize), w.bytes.data() + 12);
+  wire::put(crc32(w.bytes.data() + kIndexHeaderSize, w.bytes.size() - kIndexHeaderSize),
+            w.bytes.data() + 12);
   return std::move(w.bytes);
 }
 
 Result<MapIndex> decode_index(const std::vector<std::uint8_t>& bytes) {
   const std::uint8_t* in = bytes.data();
-  if (bytes.size() < kHeaderSize) return Error{"truncated"};
-  if (std::memcmp(in, kMagic, kMagicSize) != 0) return Error{"not a map's index (magic)"};
-  const auto version = wire::take<std::uint32_t>(in + kMagicSize);
-  if (version != kVersion && version != kVersionWithPoints) {
+  if (bytes.size() < kIndexHeaderSize) return Error{"truncated"};
+  if (std::memcmp(in, kIndexMagic, kIndexMagicSize) != 0) return Error{"not a map's index (magic)"};
+  const auto version = wire::take<std::uint32_t>(in + kIndexMagicSize);
+  if (version != kIndexVersion && version != kIndexVersionWithPoints) {
     return Error{"unsupported version " + std::to_string(version) + ", supported are 1 and 2"};
   }
-  const bool points = version == kVersionWithPoints;
-  if (crc32(in + kHeaderSize, bytes.size() - kHeaderSize) != wire::take<std::uint32_t>(in + 12)) {
+  const bool points = version == kIndexVersionWithPoints;
+  if (crc32(in + kIndexHeaderSize, bytes.size() - kIndexHeaderSize) !=
+      wire::take<std::uint32_t>(in + 12)) {
     return Error{"truncated or corrupt: the checksum differs"};
   }
-  wire::Reader r(in + kHeaderSize, bytes.size() - kHeaderSize);
+  wire::Reader r(in + kIndexHeaderSize, bytes.size() - kIndexHeaderSize);
   MapIndex index;
   MapFrame& f = index.frame;
   f.datum.lat_rad = r.take<double>();
@@ -190,7 +192,7 @@ Result<MapIndex> decode_index(const std::vector<std::uint8_t>& bytes) {
     level.level.bias_sigma_m = r.take<double>();
     level.level.bias_correlation_m = r.take<double>();
     const std::size_t tiles = r.take<std::uint32_t>();
-    if (tiles > r.left() / (kEntrySize + (points ? kCountSize : 0))) {
+    if (tiles > r.left() / (kEntrySize + (points ? kIndexCountSize : 0))) {
       return Error{"truncated: more tiles than bytes"};
     }
     level.tiles.resize(tiles);

@@ -60,24 +60,40 @@ TEST(MotionPrediction, WithoutInsOrBeliefTheLastMotionIsExtrapolated) {
   EXPECT_LT(guess.expect(at(1.2), at_rest(1.3), {}).at_reference.T_rolling_vehicle.p.x(), 20);
 }
 
-// Scans during a silence are distorted and must not become part of the map.
-TEST(MotionPrediction, ARecentlySilentInsIsReportedLost) {
+TEST(MotionPrediction, ASilentInsIsReportedLost) {
   const MotionGuess guess;
   const InertialBuffer inertial = at_rest(1.0);  // newest at 0.99 s
   EXPECT_FALSE(guess.expect(at(1.04), inertial, {}).ins_lost);
   EXPECT_TRUE(guess.expect(at(1.06), inertial, {}).ins_lost);
-  EXPECT_TRUE(guess.expect(at(5.9), inertial, {}).ins_lost);
-  EXPECT_FALSE(guess.expect(at(6.1), inertial, {}).ins_lost);
+  EXPECT_TRUE(guess.expect(at(60.0), inertial, {}).ins_lost);
+  EXPECT_TRUE(guess.expect(at(60.0), inertial, {}).ins_silent());
   EXPECT_FALSE(guess.expect(at(1.0), InertialBuffer(8), {}).ins_lost);
   InertialBuffer gap = at_rest(1.0);
   for (double t_s = 1.31; t_s < 2.5; t_s += 0.01) {
     EXPECT_TRUE(gap.add({at(t_s), from_milliseconds(10.0), Vec3::Zero(), Vec3::Zero()}));
     EXPECT_EQ(guess.expect(at(t_s), gap, {}).ins_lost, t_s < 1.815) << t_s;
+    EXPECT_FALSE(guess.expect(at(t_s), gap, {}).ins_silent());
   }
   InertialBuffer slow(8);
   EXPECT_TRUE(slow.add({at(1.0), from_milliseconds(100.0), Vec3::Zero(), Vec3::Zero()}));
   EXPECT_FALSE(guess.expect(at(1.25), slow, {}).ins_lost);
   EXPECT_TRUE(guess.expect(at(1.35), slow, {}).ins_lost);
+}
+
+TEST(MotionPrediction, TheMotionOfAScanLeadsFromTheLastPoseToItsOwn) {
+  MotionGuess guess;
+  EXPECT_FALSE(guess.motion_to(at(1.1), along(1.0)));
+  guess.remember(at(1.0), along(10.0));
+  const Pose turned{exp_so3(Vec3(0.0, 0.1, 0.0)), Vec3(10.5, 0.0, -0.1)};
+  const std::optional<MotionState> motion = guess.motion_to(at(1.1), turned);
+  ASSERT_TRUE(motion);
+  EXPECT_NEAR(motion->rate_vehicle_radps.y(), 1.0, 1e-9);
+  const MotionState back = coast(*motion, at(1.0));
+  EXPECT_LT((back.T_rolling_vehicle.p - Vec3(10.0, 0.0, 0.0)).norm(), 1e-9);
+  EXPECT_LT(log_so3(back.T_rolling_vehicle.q).norm(), 1e-9);
+  EXPECT_FALSE(guess.motion_to(at(1.6), turned)) << "the last pose is too old";
+  EXPECT_FALSE(guess.motion_to(at(1.0), turned));
+  EXPECT_FALSE(guess.motion_to(at(1.001), along(11.0))) << "1000 m/s";
 }
 
 TEST(MotionPrediction, APoseThatImpliesImplausibleMotionIsIgnored) {

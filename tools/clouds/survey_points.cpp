@@ -185,15 +185,15 @@ class TextPoints final : public SurveyPointFile {
   /// @return false at the end
   Result<bool> next_line() {
     // A file without line ends must not be read into memory as one line.
-    constexpr std::streamsize kLongest = 4096;
-    std::array<char, kLongest> buffer{};
-    in_.getline(buffer.data(), kLongest);
+    constexpr std::streamsize kLongestLine = 4096;
+    std::array<char, kLongestLine> buffer{};
+    in_.getline(buffer.data(), kLongestLine);
     if (in_.bad()) return Error{name_ + ": can't be read"};
     if (in_.fail() && in_.eof()) return false;
     ++line_number_;
     if (in_.fail()) {
-      return Error{
-          fmt::format("{}:{}: more than {} characters in a line", name_, line_number_, kLongest)};
+      return Error{fmt::format("{}:{}: more than {} characters in a line", name_, line_number_,
+                               kLongestLine)};
     }
     line_ = buffer.data();
     if (!line_.empty() && line_.back() == '\r') line_.pop_back();

@@ -109,101 +109,98 @@ void draw_offset(Draw* draw, Stimulus* s) {
 
 const std::vector<Row>& rows() {
   using K = StimulusKind;
-  constexpr DrillSource kIns = DrillSource::kIns;
-  constexpr DrillSource kGps = DrillSource::kGps;
-  constexpr DrillSource kLadar = DrillSource::kLadar;
-  constexpr DrillSource kWheels = DrillSource::kOdometry;
+  using S = DrillSource;
   static const std::vector<Row> all = {
-      {{kIns, "ins silence", "0.1 to 5 s"}, K::kDropout, draw_silence},
-      {{kIns, "ins frozen", "the same increments"}, K::kFrozen, nothing},
-      {{kIns, "ins zero", "all increments 0"}, K::kZero, nothing},
-      {{kIns, "gyro bias", "step of 0.02 to 3 deg/s on one axis"}, K::kBias, draw_gyro<0>},
-      {{kIns, "gyro ramp", "the same, reached in 20 s"}, K::kBias, draw_gyro<20>},
-      {{kIns, "accel bias", "step of 0.05 to 2 m/s^2 on one axis"}, K::kBias, draw_accel<0>},
-      {{kIns, "accel ramp", "the same, reached in 20 s"}, K::kBias, draw_accel<20>},
-      {{kIns, "ins scale", "rates and forces, each with 50 %, off by 2 to 50 %"},
+      {{S::kIns, "ins silence", "0.1 to 5 s"}, K::kDropout, draw_silence},
+      {{S::kIns, "ins frozen", "the same increments"}, K::kFrozen, nothing},
+      {{S::kIns, "ins zero", "all increments 0"}, K::kZero, nothing},
+      {{S::kIns, "gyro bias", "step of 0.02 to 3 deg/s on one axis"}, K::kBias, draw_gyro<0>},
+      {{S::kIns, "gyro ramp", "the same, reached in 20 s"}, K::kBias, draw_gyro<20>},
+      {{S::kIns, "accel bias", "step of 0.05 to 2 m/s^2 on one axis"}, K::kBias, draw_accel<0>},
+      {{S::kIns, "accel ramp", "the same, reached in 20 s"}, K::kBias, draw_accel<20>},
+      {{S::kIns, "ins scale", "rates and forces, each with 50 %, off by 2 to 50 %"},
        K::kScale,
        [](Draw* draw, Stimulus* s) {
          const bool gyro = draw->coin();
          (gyro ? s->gyro_factor : s->accel_factor) = draw->factor(0.02, 0.5);
        }},
-      {{kIns, "ins noise", "0.1 to 3 deg/s and 0.1 to 3 m/s^2 a sample"},
+      {{S::kIns, "ins noise", "0.1 to 3 deg/s and 0.1 to 3 m/s^2 a sample"},
        K::kNoise,
        [](Draw* draw, Stimulus* s) {
          s->gyro_radps.setConstant(radians(draw->log_uniform(0.1, 3.0)));
          s->accel_mps2.setConstant(draw->log_uniform(0.1, 3.0));
        }},
-      {{kIns, "ins saturation", "rates of 3 to 20 deg/s, forces of 10 to 12 m/s^2"},
+      {{S::kIns, "ins saturation", "rates of 3 to 20 deg/s, forces of 10 to 12 m/s^2"},
        K::kSaturate,
        [](Draw* draw, Stimulus* s) {
          s->gyro_radps.setConstant(radians(draw->log_uniform(3.0, 20.0)));
          s->accel_mps2.setConstant(draw->uniform(10.0, 12.0));
        }},
-      {{kIns, "ins axes", "two exchanged or one inverted"}, K::kAxes, draw_axes},
-      {{kIns, "ins delay", "20 to 400 ms"}, K::kDelay, draw_delay},
-      {{kIns, "ins clock", "stamps off by 0.02 to 3 s"}, K::kClock, draw_clock},
-      {{kIns, "ins repeated", "every message again after 20 to 400 ms"}, K::kRepeat, draw_delay},
-      {{kIns, "ins disorder", "every second message after its successor"}, K::kReorder, nothing},
+      {{S::kIns, "ins axes", "two exchanged or one inverted"}, K::kAxes, draw_axes},
+      {{S::kIns, "ins delay", "20 to 400 ms"}, K::kDelay, draw_delay},
+      {{S::kIns, "ins clock", "stamps off by 0.02 to 3 s"}, K::kClock, draw_clock},
+      {{S::kIns, "ins repeated", "every message again after 20 to 400 ms"}, K::kRepeat, draw_delay},
+      {{S::kIns, "ins disorder", "every second message after its successor"}, K::kReorder, nothing},
 
-      {{kGps, "gps offset", "2 to 100 m"}, K::kOffset, draw_offset},
-      {{kGps, "gps ramp", "0.2 to 5 m/s, with or without velocity"}, K::kRamp, draw_ramp},
-      {{kGps, "gps height", "2 to 50 m"},
+      {{S::kGps, "gps offset", "2 to 100 m"}, K::kOffset, draw_offset},
+      {{S::kGps, "gps ramp", "0.2 to 5 m/s, with or without velocity"}, K::kRamp, draw_ramp},
+      {{S::kGps, "gps height", "2 to 50 m"},
        K::kHeight,
        [](Draw* draw, Stimulus* s) { s->height_m = draw->sign() * draw->log_uniform(2.0, 50.0); }},
-      {{kGps, "gps frozen", "the same fix with new stamps"}, K::kFrozen, nothing},
-      {{kGps, "gps noise", "1 to 10 m on each axis"},
+      {{S::kGps, "gps frozen", "the same fix with new stamps"}, K::kFrozen, nothing},
+      {{S::kGps, "gps noise", "1 to 10 m on each axis"},
        K::kNoise,
        [](Draw* draw, Stimulus* s) { s->position_m = draw->log_uniform(1.0, 10.0); }},
-      {{kGps, "gps stale", "0.2 to 3 s old"},
+      {{S::kGps, "gps stale", "0.2 to 3 s old"},
        K::kStale,
        [](Draw* draw, Stimulus* s) { s->age_s = draw->log_uniform(0.2, 3.0); }},
-      {{kGps, "gps clock", "stamps off by 0.02 to 3 s"}, K::kClock, draw_clock},
-      {{kGps, "gps delay", "20 to 400 ms"}, K::kDelay, draw_delay},
+      {{S::kGps, "gps clock", "stamps off by 0.02 to 3 s"}, K::kClock, draw_clock},
+      {{S::kGps, "gps delay", "20 to 400 ms"}, K::kDelay, draw_delay},
 
-      {{kLadar, "ladar silence", "0.1 to 5 s"}, K::kDropout, draw_silence},
-      {{kLadar, "ladar frozen", "the same scan with new stamps"}, K::kFrozen, nothing},
-      {{kLadar, "range scale", "off by 1 to 10 %"},
+      {{S::kLadar, "ladar silence", "0.1 to 5 s"}, K::kDropout, draw_silence},
+      {{S::kLadar, "ladar frozen", "the same scan with new stamps"}, K::kFrozen, nothing},
+      {{S::kLadar, "range scale", "off by 1 to 10 %"},
        K::kScale,
        [](Draw* draw, Stimulus* s) { s->factor = draw->factor(0.01, 0.1); }},
-      {{kLadar, "range bias", "0.05 to 1 m"},
+      {{S::kLadar, "range bias", "0.05 to 1 m"},
        K::kBias,
        [](Draw* draw, Stimulus* s) { s->range_m = draw->sign() * draw->log_uniform(0.05, 1.0); }},
-      {{kLadar, "range noise", "0.1 to 1 m"},
+      {{S::kLadar, "range noise", "0.1 to 1 m"},
        K::kNoise,
        [](Draw* draw, Stimulus* s) { s->range_m = draw->log_uniform(0.1, 1.0); }},
-      {{kLadar, "mount tilt", "0.3 to 5 deg"},
+      {{S::kLadar, "mount tilt", "0.3 to 5 deg"},
        K::kMount,
        [](Draw* draw, Stimulus* s) {
          s->tilt_rad = draw->sign() * radians(draw->log_uniform(0.3, 5.0));
        }},
-      {{kLadar, "mount pan", "0.3 to 5 deg"},
+      {{S::kLadar, "mount pan", "0.3 to 5 deg"},
        K::kMount,
        [](Draw* draw, Stimulus* s) {
          s->pan_rad = draw->sign() * radians(draw->log_uniform(0.3, 5.0));
        }},
-      {{kLadar, "ladar dust", "in 10 to 90 % of the cells"},
+      {{S::kLadar, "ladar dust", "in 10 to 90 % of the cells"},
        K::kDust,
        [](Draw* draw, Stimulus* s) { s->share = draw->uniform(0.1, 0.9); }},
-      {{kLadar, "ladar clock", "stamps off by 0.02 to 3 s"}, K::kClock, draw_clock},
-      {{kLadar, "ladar delay", "20 to 400 ms"}, K::kDelay, draw_delay},
+      {{S::kLadar, "ladar clock", "stamps off by 0.02 to 3 s"}, K::kClock, draw_clock},
+      {{S::kLadar, "ladar delay", "20 to 400 ms"}, K::kDelay, draw_delay},
 
-      {{kWheels, "wheels silence", "0.1 to 5 s"}, K::kDropout, draw_silence},
-      {{kWheels, "wheels frozen", "the same speed"}, K::kFrozen, nothing},
-      {{kWheels, "wheels zero", "speed and yaw rate 0"}, K::kZero, nothing},
-      {{kWheels, "wheels scale", "off by 5 to 80 %"},
+      {{S::kOdometry, "wheels silence", "0.1 to 5 s"}, K::kDropout, draw_silence},
+      {{S::kOdometry, "wheels frozen", "the same speed"}, K::kFrozen, nothing},
+      {{S::kOdometry, "wheels zero", "speed and yaw rate 0"}, K::kZero, nothing},
+      {{S::kOdometry, "wheels scale", "off by 5 to 80 %"},
        K::kScale,
        [](Draw* draw, Stimulus* s) { s->factor = draw->factor(0.05, 0.8); }},
-      {{kWheels, "wheels bias", "0.2 to 5 m/s, 1 to 10 deg/s"},
+      {{S::kOdometry, "wheels bias", "0.2 to 5 m/s, 1 to 10 deg/s"},
        K::kBias,
        [](Draw* draw, Stimulus* s) {
          s->speed_mps = draw->sign() * draw->log_uniform(0.2, 5.0);
          s->yaw_rate_radps = draw->sign() * radians(draw->log_uniform(1.0, 10.0));
        }},
-      {{kWheels, "wheels noise", "0.3 to 5 m/s"},
+      {{S::kOdometry, "wheels noise", "0.3 to 5 m/s"},
        K::kNoise,
        [](Draw* draw, Stimulus* s) { s->speed_mps = draw->log_uniform(0.3, 5.0); }},
-      {{kWheels, "wheels clock", "stamps off by 0.02 to 3 s"}, K::kClock, draw_clock},
-      {{kWheels, "wheels delay", "20 to 400 ms"}, K::kDelay, draw_delay},
+      {{S::kOdometry, "wheels clock", "stamps off by 0.02 to 3 s"}, K::kClock, draw_clock},
+      {{S::kOdometry, "wheels delay", "20 to 400 ms"}, K::kDelay, draw_delay},
 
       {{DrillSource::kAll, "all silent", "0.1 to 5 s"}, K::kDropout, draw_silence},
       {{DrillSource::kAll, "all clocks", "stamps off by 0.02 to 3 s"}, K::kClock, draw_clock},

@@ -5,6 +5,8 @@
 namespace rcs::evaluation {
 namespace {
 
+using report::fixed;
+
 Json to_json(const tools::Summary& s, double scale) {
   return {{"mean", s.mean * scale}, {"rms", s.rms * scale}, {"p50", s.p50 * scale},
           {"p95", s.p95 * scale},   {"p99", s.p99 * scale}, {"max", s.max * scale}};
@@ -29,8 +31,6 @@ Json to_json(const RelativeError& e) {
   out["rotation_deg_per_m"] = degrees(e.rotation_rad_per_m);
   return out;
 }
-
-std::string fixed(double v, int digits) { return fmt::format("{:.{}f}", v, digits); }
 
 std::vector<std::string> row(const std::string& name, const tools::Summary& s, double scale,
                              int digits) {

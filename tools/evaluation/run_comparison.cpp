@@ -8,7 +8,7 @@
 namespace rcs::evaluation {
 namespace {
 
-std::string fixed(double v, int digits) { return fmt::format("{:.{}f}", v, digits); }
+using report::fixed;
 
 bool in_any(const std::vector<TimeInterval>& intervals, Stamp stamp) {
   return std::any_of(intervals.begin(), intervals.end(),

@@ -7,8 +7,8 @@
 namespace rcs::mapping {
 namespace {
 
-constexpr double kAbove_m = 0.05;      // higher above a plane: above-ground structure
-constexpr double kAboveWeight = 0.02;  // its weight in the plane
+constexpr double kAbovePlane_m = 0.05;  // higher above a plane: above-ground structure
+constexpr double kAboveWeight = 0.02;   // its weight in the plane
 constexpr int kRounds = 6;
 constexpr int kWide = 3;  // cells to each side: 3.5 m in total
 constexpr int kNear = 1;
@@ -86,7 +86,7 @@ std::optional<GroundSurface::Plane> GroundSurface::plane_around(Cell c, int reac
     for (std::size_t k = 0; k < around.size(); ++k) {
       const double off_m =
           around[k].z() - base_m - plane.dot(Vec3(1.0, around[k].x(), around[k].y()));
-      weight[k] = off_m > kAbove_m ? kAboveWeight : 1.0;
+      weight[k] = off_m > kAbovePlane_m ? kAboveWeight : 1.0;
     }
   }
   return Plane{base_m + plane[0], plane.tail<2>() / params_.cell_m};

@@ -11,7 +11,6 @@ namespace rcs::cli {
 namespace {
 
 /// Steps of the progress bar.
-constexpr std::int64_t kSteps = 1000;
 
 Outcome make_folder(const std::string& path) {
   if (path.empty()) return Done{};
@@ -31,10 +30,10 @@ Result<std::vector<drills::DrillResult>> run_campaign_at_terminal(std::string_vi
   campaign.jobs = jobs > 0 ? static_cast<std::size_t>(jobs)
                            : std::max<std::size_t>(1, std::thread::hardware_concurrency());
   const InterruptGuard interrupt;
-  Progress bar(command, kSteps);
+  Progress bar(command, Progress::kSteps);
   campaign.stop = [&interrupt] { return interrupt.requested(); };
   campaign.progress = [&bar](double share) {
-    bar.at(static_cast<std::int64_t>(static_cast<double>(kSteps) * share));
+    bar.at(static_cast<std::int64_t>(static_cast<double>(Progress::kSteps) * share));
   };
   return drills::run_campaign(campaign);
 }

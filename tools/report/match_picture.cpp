@@ -18,13 +18,13 @@ constexpr double kDetail_m = 16.0;       // width
 
 std::size_t stride(std::size_t size, std::size_t most) { return 1 + (size - 1) / most; }
 
-struct Range {
+struct Extent {
   double low = std::numeric_limits<double>::infinity();
   double high = -std::numeric_limits<double>::infinity();
 };
 
 /// Extends the range to a cloud at T along an axis, without its strays.
-void widen(const Points& points, const Pose& T, int axis, Range* range) {
+void widen(const Points& points, const Pose& T, int axis, Extent* range) {
   std::vector<double> values;
   const std::size_t step = stride(points.size(), kMaxDots);
   values.reserve(points.size() / step + 1);
@@ -94,13 +94,13 @@ Series staircase(const std::string& label, Colour colour, const std::vector<floa
 }  // namespace
 
 MatchView view_of(const Points& model, const Points& data, const Pose& guess, const Pose& answer) {
-  Range range[3];
+  Extent range[3];
   for (int axis = 0; axis < 3; ++axis) {
     widen(model, Pose{}, axis, &range[axis]);
     widen(data, guess, axis, &range[axis]);
     widen(data, answer, axis, &range[axis]);
   }
-  for (Range& r : range) {
+  for (Extent& r : range) {
     const double margin = 0.03 * (r.high - r.low) + 0.1;
     r = {r.low - margin, r.high + margin};
   }

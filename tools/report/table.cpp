@@ -122,4 +122,6 @@ std::string wrapped(std::string_view line, std::size_t indent) {
   return text;
 }
 
+std::string fixed(double v, int digits) { return fmt::format("{:.{}f}", v, digits); }
+
 }  // namespace rcs::report

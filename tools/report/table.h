@@ -22,4 +22,7 @@ struct Table {
 /// @param indent  blanks before the second and all further lines
 [[nodiscard]] std::string wrapped(std::string_view line, std::size_t indent);
 
+/// @return v with so many decimals
+[[nodiscard]] std::string fixed(double v, int digits);
+
 }  // namespace rcs::report

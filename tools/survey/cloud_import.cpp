@@ -21,9 +21,9 @@ constexpr int kLowNoise = 7;
 constexpr int kHighNoise = 18;
 
 /// The files of one survey as one.
-class Survey {
+class CloudSurvey {
  public:
-  Survey(const CloudImport& wanted, const std::function<bool(double)>& progress)
+  CloudSurvey(const CloudImport& wanted, const std::function<bool(double)>& progress)
       : wanted_(wanted), progress_(progress) {}
 
   Outcome open() {
@@ -319,7 +319,7 @@ class Importer {
   }
 
   const CloudImport& wanted_;
-  Survey survey_;
+  CloudSurvey survey_;
   std::array<bool, 256> ground_class_{};
   Vec2 low_, high_;  // of the points, in the coordinates of the files
   std::optional<SurveyFrame> frame_;

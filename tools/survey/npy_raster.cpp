@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::int64_t kMaxCells = std::int64_t{1} << 28;
+constexpr std::int64_t kMaxValues = std::int64_t{1} << 28;
 
 /// IEEE 754 binary16.
 float from_half(std::uint16_t h) {
@@ -156,7 +156,7 @@ Result<NpyArray> parse_npy(const std::vector<std::uint8_t>& bytes, const std::st
   array.rows = (*shape)[0];
   array.cols = (*shape)[1];
   const std::int64_t n = std::int64_t{array.rows} * array.cols;
-  if (n < 1 || n > kMaxCells) return bad(fmt::format("{} values, allowed 1 to 2^28", n));
+  if (n < 1 || n > kMaxValues) return bad(fmt::format("{} values, allowed 1 to 2^28", n));
   if (static_cast<std::size_t>(n) * size != bytes.size() - at - length) {
     return bad(fmt::format("expected {} x {} values of {} bytes, found {} bytes", array.rows,
                            array.cols, size, bytes.size() - at - length));

@@ -25,9 +25,9 @@ constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
 constexpr std::int64_t kMaxPixels = std::int64_t{1} << 27;  // read for one tile
 
 /// Resamples the file to the cells of the map.
-class Survey {
+class RasterSurvey {
  public:
-  [[nodiscard]] static Result<Survey> open(const RasterImport& wanted);
+  [[nodiscard]] static Result<RasterSurvey> open(const RasterImport& wanted);
 
   [[nodiscard]] const SurveyFrame& frame() const { return frame_; }
   [[nodiscard]] Result<Raster> tile(const MapLevel& level, Cell number) const;
@@ -40,7 +40,7 @@ class Survey {
     [[nodiscard]] bool sample(const Vec2& pixel, double* z_out, double* miss_out) const;
   };
 
-  Survey(const RasterImport& wanted, Dataset file, SurveyFrame frame)
+  RasterSurvey(const RasterImport& wanted, Dataset file, SurveyFrame frame)
       : wanted_(wanted),
         file_(std::move(file)),
         band_(file_->GetRasterBand(wanted.band)),
@@ -53,7 +53,7 @@ class Survey {
   SurveyFrame frame_;
 };
 
-Result<Survey> Survey::open(const RasterImport& wanted) {
+Result<RasterSurvey> RasterSurvey::open(const RasterImport& wanted) {
   // GDAL interprets some names as commands and opens URLs.
   if (Outcome checked = check_regular_file(wanted.path); !checked) return checked.error();
   register_formats();
@@ -77,10 +77,10 @@ Result<Survey> Survey::open(const RasterImport& wanted) {
   }
   Result<SurveyFrame> frame = SurveyFrame::find(wanted, band);
   if (!frame) return Error{wanted.path + ": " + frame.error().message};
-  return Survey(wanted, std::move(file), std::move(frame).value());
+  return RasterSurvey(wanted, std::move(file), std::move(frame).value());
 }
 
-Result<Survey::Pixels> Survey::read(const Vec2& low, const Vec2& high) const {
+Result<RasterSurvey::Pixels> RasterSurvey::read(const Vec2& low, const Vec2& high) const {
   constexpr int kMargin = 4;  // for interpolation, and what it misses
   const auto bound = [](double v, int most) {
     return static_cast<int>(std::clamp(v, 0.0, static_cast<double>(most)));
@@ -156,7 +156,7 @@ Result<Survey::Pixels> Survey::read(const Vec2& low, const Vec2& high) const {
   return p;
 }
 
-bool Survey::Pixels::sample(const Vec2& pixel, double* z_out, double* miss_out) const {
+bool RasterSurvey::Pixels::sample(const Vec2& pixel, double* z_out, double* miss_out) const {
   if (cols < 2 || rows < 2) return false;
   const double u = pixel.x() - 0.5 - col;
   const double v = pixel.y() - 0.5 - row;
@@ -180,7 +180,7 @@ bool Survey::Pixels::sample(const Vec2& pixel, double* z_out, double* miss_out) 
   return true;
 }
 
-Result<Raster> Survey::tile(const MapLevel& level, Cell number) const {
+Result<Raster> RasterSurvey::tile(const MapLevel& level, Cell number) const {
   Raster r;
   r.level = level;
   r.first = first_cell(number);
@@ -257,7 +257,7 @@ double round_to_digits(double v, int digits) {
 Result<RasterImported> import_raster(const RasterImport& wanted, const std::string& map,
                                      const std::function<bool(double)>& progress) {
   const QuietGdal quiet;
-  const Result<Survey> survey = Survey::open(wanted);
+  const Result<RasterSurvey> survey = RasterSurvey::open(wanted);
   if (!survey) return survey.error();
   const SurveyFrame& frame = survey->frame();
   const double own_m = frame.pixel_m();

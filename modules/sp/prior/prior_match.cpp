@@ -38,7 +38,7 @@ using Vec7 = Eigen::Matrix<double, kUnknowns, 1>;
 /// entry. This is no constant height above the ground: it depends on the slope towards the vehicle,
 /// and pulls a match backwards. It adds l (d . n) to a residual, with d the ray's direction. Rays
 /// are assumed level, from the vehicle's middle: steep rays soon reach the ground.
-Vec7 jacobian(const Vec3& p_vehicle, const Vec3& along_vehicle) {
+Vec7 distance_jacobian(const Vec3& p_vehicle, const Vec3& along_vehicle) {
   const double away = std::max(1e-9, p_vehicle.head<2>().norm());
   Vec7 J;
   J << along_vehicle, p_vehicle.cross(along_vehicle),
@@ -114,7 +114,7 @@ Sums sum(const Points& source, const ElevationMap& map, int level, const Pose& T
     if (std::abs(u) > params.gate_sigma) continue;
     const double k = 1.0 + (u / params.robust_sigma) * (u / params.robust_sigma);
     const double weight = 1.0 / (k * k * sigma * sigma * *m.points);
-    const Vec7 J = jacobian(p, R_transposed * n_world);
+    const Vec7 J = distance_jacobian(p, R_transposed * n_world);
     sums.H.selfadjointView<Eigen::Lower>().rankUpdate(J, weight);
     sums.b += (weight * residual) * J;
     sums.weight += weight;
@@ -138,7 +138,7 @@ Mat7 normals_noise(const Points& source, const Mat3& R_vehicle_map, const PriorM
     if (weight == 0.0) continue;
     for (int axis = 0; axis < 2; ++axis) {
       noise.selfadjointView<Eigen::Lower>().rankUpdate(
-          jacobian(source[i].cast<double>(), R_vehicle_map.col(axis)), weight);
+          distance_jacobian(source[i].cast<double>(), R_vehicle_map.col(axis)), weight);
     }
   }
   return noise;

@@ -13,10 +13,11 @@
 #include <memory>
 #include <sstream>
 
+#include "rcs/node/bus/bus_url.h"
+
 namespace rcs {
 namespace {
 
-constexpr std::string_view kUdp = "udpm://";
 constexpr unsigned kRouteUp = 0x0001;      // RTF_UP
 constexpr unsigned kRouteReject = 0x0200;  // RTF_REJECT
 

@@ -18,7 +18,6 @@
 namespace rcs {
 namespace {
 
-constexpr std::string_view kUdp = "udpm://";
 constexpr std::string_view kForm =
     "expected udpm://ADDRESS:PORT?ttl=0, e.g. "
     "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304";

@@ -9,6 +9,8 @@
 
 namespace rcs {
 
+inline constexpr std::string_view kUdp = "udpm://";
+
 /// @return an error that names the invalid part of "udpm://ADDRESS:PORT?ttl=N&recv_buf_size=N"
 [[nodiscard]] Outcome check_bus_url(std::string_view url);
 

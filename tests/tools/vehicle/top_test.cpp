@@ -14,7 +14,7 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-constexpr Stamp at_s(double s) { return Stamp(from_seconds(s)); }
+constexpr Stamp stamp_at(double s) { return Stamp(from_seconds(s)); }
 
 process_t process(const std::string& node, double t_s) {
   process_t m{};
@@ -31,7 +31,7 @@ process_t process(const std::string& node, double t_s) {
 cycle_t cycle(const std::string& node, double t_s, std::int64_t used_us) {
   cycle_t m{};
   m.node = node;
-  m.wakeup_utime = to_utime(at_s(t_s));
+  m.wakeup_utime = to_utime(stamp_at(t_s));
   m.deadline_utime = m.wakeup_utime + 20'000;
   m.used_wall_us = used_us;
   m.slack_us = 20'000 - used_us;
@@ -48,8 +48,8 @@ evaluation::TopModel run_for(double s) {
   evaluation::TopModel model;
   for (int i = 0; i <= static_cast<int>(10.0 * s); ++i) {
     const double t = 0.1 * i;
-    if (i % 10 == 0) model.on_process(process("sp", t), at_s(t));
-    model.on_cycle(cycle("sp", t, i % 100 == 99 ? 30'000 : 2'000 + i % 3), at_s(t));
+    if (i % 10 == 0) model.on_process(process("sp", t), stamp_at(t));
+    model.on_cycle(cycle("sp", t, i % 100 == 99 ? 30'000 : 2'000 + i % 3), stamp_at(t));
   }
   return model;
 }
@@ -60,7 +60,7 @@ std::string text_of(evaluation::TopModel* model, Stamp now) {
 
 TEST(TopModel, RatesAndTimesCoverTheLastSeconds) {
   evaluation::TopModel model = run_for(10.0);
-  const evaluation::TopView view = model.view(at_s(10.0));
+  const evaluation::TopView view = model.view(stamp_at(10.0));
   ASSERT_EQ(view.nodes.size(), 1U);
   const evaluation::TopView::Node& n = view.nodes[0];
   EXPECT_TRUE(n.alive);
@@ -75,7 +75,7 @@ TEST(TopModel, RatesAndTimesCoverTheLastSeconds) {
   EXPECT_NEAR(*n.inputs[0].rate_hz, 200.0, 1.0);
   EXPECT_EQ(*n.inputs[0].age, Duration(5'000));
   // After six more seconds the window is empty, and the age of the input has increased.
-  const evaluation::TopView later = model.view(at_s(16.0));
+  const evaluation::TopView later = model.view(stamp_at(16.0));
   EXPECT_FALSE(later.nodes[0].alive);
   EXPECT_FALSE(later.nodes[0].account_hz);
   EXPECT_FALSE(later.nodes[0].used_max);
@@ -86,8 +86,8 @@ TEST(TopModel, ARestartGivesNoNegativeLoad) {
   evaluation::TopModel model = run_for(4.0);
   process_t again = process("sp", 0.0);
   again.pid = 78;
-  model.on_process(again, at_s(4.5));
-  EXPECT_FALSE(model.view(at_s(4.6)).nodes[0].cpu_percent);
+  model.on_process(again, stamp_at(4.5));
+  EXPECT_FALSE(model.view(stamp_at(4.6)).nodes[0].cpu_percent);
 }
 
 TEST(TopModel, HostileMessagesStayBoundedAndPrintable) {
@@ -99,7 +99,7 @@ TEST(TopModel, HostileMessagesStayBoundedAndPrintable) {
     p.start_utime = i % 2 == 0 ? kMin : kMax;
     p.cpu_us = i % 2 == 0 ? kMin : kMax;
     p.note = std::string(10'000, '\x07');
-    model.on_process(p, at_s(1.0));
+    model.on_process(p, stamp_at(1.0));
     cycle_t c = cycle("sp", 1.0, 1);
     c.wakeup_utime = kMin;
     c.deadline_utime = kMax;
@@ -107,12 +107,12 @@ TEST(TopModel, HostileMessagesStayBoundedAndPrintable) {
     c.input[0].channel = "C" + std::to_string(i);
     c.input[0].received = i % 2 == 0 ? kMin : kMax;
     c.input[0].age_us = kMax;
-    model.on_cycle(c, at_s(1.0 + 0.001 * i));
+    model.on_cycle(c, stamp_at(1.0 + 0.001 * i));
     event_t e{};
     e.text = "line\nbreak \x9b";
-    model.on_event(e, at_s(1.0));
+    model.on_event(e, stamp_at(1.0));
   }
-  const evaluation::TopView view = model.view(at_s(1.2));
+  const evaluation::TopView view = model.view(stamp_at(1.2));
   EXPECT_LE(view.nodes.size(), evaluation::TopModel::kMaxNodes);
   EXPECT_LE(view.events.size(), evaluation::TopModel::kMaxEvents);
   for (const TopLine& line : top_lines(view)) {
@@ -125,14 +125,14 @@ TEST(TopScreen, ShowsSilentNodesAndRefusedRequests) {
   evaluation::TopModel model = run_for(3.0);
   process_t wm = process("wm", 1.0);
   wm.note = "SCHED_FIFO 50 not granted";
-  model.on_process(wm, at_s(1.0));
-  const std::string text = text_of(&model, at_s(8.0));
+  model.on_process(wm, stamp_at(1.0));
+  const std::string text = text_of(&model, stamp_at(8.0));
   EXPECT_THAT(text, HasSubstr("SILENT 7.00 s"));
   EXPECT_THAT(text, HasSubstr("SILENT 5.00 s"));
   EXPECT_THAT(text, HasSubstr("wm: SCHED_FIFO 50 not granted"));
   EXPECT_THAT(text, HasSubstr(" 60+l"));
   evaluation::TopModel nobody;
-  EXPECT_THAT(text_of(&nobody, at_s(1.0)), HasSubstr("no node on this bus"));
+  EXPECT_THAT(text_of(&nobody, stamp_at(1.0)), HasSubstr("no node on this bus"));
 }
 
 TEST(TopScreen, ShowsTheNavStateTheCommandAndTheEvents) {
@@ -143,14 +143,14 @@ TEST(TopScreen, ShowsTheNavStateTheCommandAndTheEvents) {
   nav.age_gps_us = 65'000'000;
   nav.age_prior_map_us = -1;
   nav.distance_since_gps_m = 612.4;
-  model.on_nav(nav, at_s(1.0));
+  model.on_nav(nav, stamp_at(1.0));
   status_t status{};
   status.status = status_t::STATUS_EXEC;
   status.state = "FOLLOW";
   status.echo_serial = 5;
   status.issuer = "operator";
   status.emergency_stop = status_t::STOP_PERSISTED;
-  model.on_status(status, at_s(1.0));
+  model.on_status(status, stamp_at(1.0));
   integrity_t integrity{};
   integrity.protection_horizontal_m = 1.25;
   integrity.protection_vertical_m = 2.5;
@@ -158,19 +158,19 @@ TEST(TopScreen, ShowsTheNavStateTheCommandAndTheEvents) {
   integrity.limit_vertical_m = 5.0;
   integrity.alerts = integrity_t::ALERT_HORIZONTAL;
   integrity.gps = integrity_t::STATUS_QUARANTINE;
-  model.on_integrity(integrity, at_s(1.0));
+  model.on_integrity(integrity, stamp_at(1.0));
   gps_fix_t fix{};
   fix.fix_type = gps_fix_t::FIX_FLOAT;
   fix.satellites = 9;
-  model.on_fix(fix, at_s(0.9));
+  model.on_fix(fix, stamp_at(0.9));
   event_t event{};
   event.node = "sp";
   event.severity = event_t::SEVERITY_WARNING;
   event.code = "map.reseeded";
   event.text = "epoch 2";
   event.repeated = 3;
-  model.on_event(event, at_s(0.5));
-  const std::string text = text_of(&model, at_s(1.0));
+  model.on_event(event, stamp_at(0.5));
+  const std::string text = text_of(&model, stamp_at(1.0));
   for (const char* part :
        {"wm INS_LADAR", "0.20 m forward", "612 m since GPS", "gps 65 s", "prior map never",
         "bg EXEC FOLLOW: command 5 of operator", "GPS fix RTK_FLOAT, 9 satellites, 0.10 s ago",
@@ -179,7 +179,7 @@ TEST(TopScreen, ShowsTheNavStateTheCommandAndTheEvents) {
         "sp warning: map.reseeded: epoch 2 (and 3 times before)"}) {
     EXPECT_THAT(text, HasSubstr(part));
   }
-  const nlohmann::ordered_json json = to_json(model.view(at_s(1.0)));
+  const nlohmann::ordered_json json = to_json(model.view(stamp_at(1.0)));
   EXPECT_EQ(json["nav"]["mode"], "INS_LADAR");
   EXPECT_TRUE(json["nav"]["accepted_age_ms"]["prior map"].is_null());
   EXPECT_EQ(json["nodes"][0]["node"], "sp");
@@ -195,9 +195,9 @@ TEST(TopScreen, ShowsPositionAndHeadingOfTheVehicle) {
   nav.p_world_vehicle_m[1] = 111'200.0;  // a degree of latitude is 111.2 km there
   // To the north: a yaw of 90 deg.
   nav.q_world_vehicle[0] = nav.q_world_vehicle[3] = std::sqrt(0.5);
-  model.on_nav(nav, at_s(1.0));
+  model.on_nav(nav, stamp_at(1.0));
   EXPECT_THAT(
-      text_of(&model, at_s(1.0)),
+      text_of(&model, stamp_at(1.0)),
       testing::ContainsRegex("lat (49.99|50.00)[0-9]+ lon 8.400[0-9]+ deg, heading 0.0 deg, "
                              "0.0 m/s\n  E 10.0 N 111200.0 U 0.0 m\n"));
 }
@@ -207,26 +207,26 @@ TEST(TopScreen, AnEventHasTheTimeOfDayAndTheSecondsOfTheRun) {
   event_t event{};
   event.node = "sp";
   event.code = "map.reseeded";
-  model.on_event(event, at_s(7.5));
+  model.on_event(event, stamp_at(7.5));
   // 12:34:56.789 UTC, 2.5 s after the event.
   constexpr std::int64_t kUtime = 1'395'837'296'789'000;
-  EXPECT_THAT(plain_text(top_lines(model.view(at_s(10.0), kUtime))),
+  EXPECT_THAT(plain_text(top_lines(model.view(stamp_at(10.0), kUtime))),
               HasSubstr("  12:34:54.289 UTC 7.5 s sp info: map.reseeded"));
 }
 
 TEST(TopScreen, ASensorWithoutDataIsAWarning) {
   evaluation::TopModel model;
-  model.on_process(process("wm", 1.0), at_s(1.0));
+  model.on_process(process("wm", 1.0), stamp_at(1.0));
   cycle_t account = cycle("wm", 1.0, 100);
   account.input[0].channel = "GPS_FIX";
   account.input[0].age_us = -1;
-  model.on_cycle(account, at_s(1.0));
+  model.on_cycle(account, stamp_at(1.0));
   bool warned = false;
-  for (const TopLine& line : top_lines(model.view(at_s(1.0)))) {
+  for (const TopLine& line : top_lines(model.view(stamp_at(1.0)))) {
     warned = warned || (line.style == TopLine::Style::kWarning &&
                         line.text.find("GPS_FIX             - Hz  never") != std::string::npos);
   }
-  EXPECT_TRUE(warned) << text_of(&model, at_s(1.0));
+  EXPECT_TRUE(warned) << text_of(&model, stamp_at(1.0));
 }
 
 TEST(TopScreen, AVehicleFits80ColumnsAnd24Rows) {
@@ -235,11 +235,11 @@ TEST(TopScreen, AVehicleFits80ColumnsAnd24Rows) {
   for (const char* name : {"bg", "sp", "up", "wm"}) {
     process_t p = process(name, kNow_s);
     p.rss_kb = 80'000;
-    model.on_process(p, at_s(kNow_s));
+    model.on_process(p, stamp_at(kNow_s));
     for (const char* input : {"LADAR_RANGES", "INS", "WM_NAV_STATE"}) {
       cycle_t c = cycle(name, kNow_s, 12'345);
       c.input[0].channel = input;
-      model.on_cycle(c, at_s(kNow_s));
+      model.on_cycle(c, stamp_at(kNow_s));
     }
   }
   nav_state_t nav{};
@@ -251,29 +251,29 @@ TEST(TopScreen, AVehicleFits80ColumnsAnd24Rows) {
   nav.q_world_vehicle[0] = 1.0;
   nav.distance_since_gps_m = 12'345.0;
   nav.age_gps_us = 65'000'000;
-  model.on_nav(nav, at_s(kNow_s));
+  model.on_nav(nav, stamp_at(kNow_s));
   integrity_t integrity{};
   integrity.alerts = 31;
   integrity.protection_horizontal_m = integrity.protection_vertical_m = 123.45;
   integrity.limit_horizontal_m = integrity.limit_vertical_m = 100.0;
   integrity.gps = integrity.ladar = integrity_t::STATUS_QUARANTINE;
-  model.on_integrity(integrity, at_s(kNow_s));
+  model.on_integrity(integrity, stamp_at(kNow_s));
   gps_fix_t fix{};
   fix.fix_type = gps_fix_t::FIX_DIFFERENTIAL;
-  model.on_fix(fix, at_s(kNow_s));
+  model.on_fix(fix, stamp_at(kNow_s));
   status_t status{};
   status.status = status_t::STATUS_EXEC;
   status.state = "EMERGENCY_STOP";
   status.issuer = "operator";
-  model.on_status(status, at_s(kNow_s));
-  const std::vector<TopLine> lines = top_lines(model.view(at_s(kNow_s)));
+  model.on_status(status, stamp_at(kNow_s));
+  const std::vector<TopLine> lines = top_lines(model.view(stamp_at(kNow_s)));
   EXPECT_LT(lines.size(), 24U) << plain_text(lines);
   for (const TopLine& line : lines) EXPECT_LE(line.text.size(), 80U) << line.text;
 }
 
 TEST(TopScreen, FitsAnyWindow) {
   evaluation::TopModel model = run_for(2.0);
-  const std::vector<TopLine> lines = top_lines(model.view(at_s(2.0)));
+  const std::vector<TopLine> lines = top_lines(model.view(stamp_at(2.0)));
   for (const int columns : {0, 1, 20, 300}) {
     for (const int rows : {0, 1, 2, static_cast<int>(lines.size()), 100}) {
       const std::string screen = screen_text(lines, {columns, rows});

@@ -13,7 +13,7 @@
 namespace rcs::cli {
 namespace {
 
-constexpr std::string_view kName = "eval";
+constexpr std::string_view kEvalName = "eval";
 /// Truth at 10 Hz is still interpolated across one missing sample.
 constexpr Duration kMaxTruthGap = std::chrono::milliseconds(250);
 
@@ -141,11 +141,11 @@ class Eval final : public Command {
       fmt::print(stderr, "rcs eval: --truth needs --format kitti or tum\n");
       return kExitUsage;
     }
-    Result<recording::RunLog> log = read_run(kName, run_);
-    if (!log) return fail(kName, log.error());
+    Result<recording::RunLog> log = read_run(kEvalName, run_);
+    if (!log) return fail(kEvalName, log.error());
     if (!log->damage.empty()) fmt::print(stderr, "rcs eval: {}: {}\n", run_, log->damage);
     if (const Outcome truth = take_truth_log(&log.value()); !truth) {
-      return fail(kName, truth.error());
+      return fail(kEvalName, truth.error());
     }
     recording::cut(from_seconds(from_s_), from_seconds(to_s_), &log.value());
 
@@ -157,7 +157,7 @@ class Eval final : public Command {
       frame = recording::Frame::kRolling;
     }
     const Result<recording::ScanPoses> scans = recording::poses_at_scans(*log, frame);
-    if (!scans) return fail(kName, scans.error());
+    if (!scans) return fail(kEvalName, scans.error());
     if (scans->carried > 0) {
       fmt::print(stderr,
                  "rcs eval: {} scans without a belief of WM: poses extrapolated by the rolling "
@@ -169,7 +169,7 @@ class Eval final : public Command {
     std::optional<evaluation::PosePairs> pairs;
     if (!truth_file_.empty() || !log->truth.empty()) {
       Result<evaluation::PosePairs> paired = pair(*log, *scans);
-      if (!paired) return fail(kName, paired.error());
+      if (!paired) return fail(kEvalName, paired.error());
       pairs = std::move(paired).value();
     }
     return evaluate(*log, *scans, frame, pairs);
@@ -178,7 +178,7 @@ class Eval final : public Command {
  private:
   Outcome take_truth_log(recording::RunLog* log) const {
     if (truth_log_.empty()) return Done{};
-    Result<recording::RunLog> other = read_run(kName, truth_log_);
+    Result<recording::RunLog> other = read_run(kEvalName, truth_log_);
     if (!other) return other.error();
     if (other->truth.empty()) return Error{truth_log_ + ": no SIM_TRUTH"};
     log->truth = std::move(other->truth);
@@ -189,7 +189,7 @@ class Eval final : public Command {
   [[nodiscard]] int export_poses(const tools::Trajectory& poses, bool as_tum) const {
     const std::string text = as_tum ? tools::format_tum(poses) : tools::format_kitti(poses);
     const Outcome written = tools::write_text(export_, text);
-    if (!written) return fail(kName, written.error());
+    if (!written) return fail(kEvalName, written.error());
     fmt::print(stderr, "{}: {} poses\n", export_, poses.size());
     return kExitOk;
   }
@@ -241,7 +241,7 @@ class Eval final : public Command {
     if (!run.nodes.empty()) tables.push_back(evaluation::latency_table(run));
 
     if (json_) {
-      fmt::print("{}", report::json_document(kName, json));
+      fmt::print("{}", report::json_document(kEvalName, json));
     } else {
       for (const report::Table& t : tables) fmt::print("{}\n", to_text(t));
       if (world) {
@@ -280,7 +280,7 @@ class Eval final : public Command {
                                 world ? recording::Frame::kWorld : recording::Frame::kLocal);
     if (!svg_.empty()) {
       const Outcome written = tools::write_text(svg_, report::render(course, true));
-      if (!written) return fail(kName, written.error());
+      if (!written) return fail(kEvalName, written.error());
     }
     if (report_.empty()) return kExitOk;
 
@@ -310,7 +310,7 @@ class Eval final : public Command {
     }
     for (const report::Plot& p : evaluation::node_plots(log)) page.plot(p);
     const Outcome written = tools::write_text(report_, page.finish());
-    return written ? kExitOk : fail(kName, written.error());
+    return written ? kExitOk : fail(kEvalName, written.error());
   }
 
   std::string run_;

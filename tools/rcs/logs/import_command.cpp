@@ -114,34 +114,34 @@ class ImportKitti final : public Command {
 
   int run() override {
     const Result<std::vector<int>> sweeps = find_sweeps(scans_);
-    if (!sweeps) return fail(kName, sweeps.error());
+    if (!sweeps) return fail(kImportName, sweeps.error());
     const Result<importers::OdomOrigin> origin = parse_origin(origin_);
-    if (!origin) return wrong_usage(kName, origin.error());
+    if (!origin) return wrong_usage(kImportName, origin.error());
     const Result<std::string> poses_text = tools::read_text(poses_);
-    if (!poses_text) return fail(kName, poses_text.error());
+    if (!poses_text) return fail(kImportName, poses_text.error());
     const Result<std::vector<Pose>> poses = tools::parse_kitti(*poses_text, poses_);
-    if (!poses) return fail(kName, poses.error());
+    if (!poses) return fail(kImportName, poses.error());
     if (poses->size() <= static_cast<std::size_t>(sweeps->back())) {
-      return fail(kName, {fmt::format("{}: {} rows, but the last sweep is number {}", poses_,
-                                      poses->size(), sweeps->back())});
+      return fail(kImportName, {fmt::format("{}: {} rows, but the last sweep is number {}", poses_,
+                                            poses->size(), sweeps->back())});
     }
     const std::string calib_file = calib_ + "/calib_imu_to_velo.txt";
     const Result<std::string> calib_text = tools::read_text(calib_file);
-    if (!calib_text) return fail(kName, calib_text.error());
+    if (!calib_text) return fail(kImportName, calib_text.error());
     const Result<Pose> T_vehicle_ladar = importers::parse_imu_to_velo(*calib_text, calib_file);
-    if (!T_vehicle_ladar) return fail(kName, T_vehicle_ladar.error());
+    if (!T_vehicle_ladar) return fail(kImportName, T_vehicle_ladar.error());
 
     tools::OutputFile out(out_);
     Counts counts;
     Outcome done = write_log(*sweeps, *poses, *origin, out.write_path(), &counts);
     if (done) done = out.commit();
-    if (!done) return fail(kName, done.error());
+    if (!done) return fail(kImportName, done.error());
     report(*sweeps, *T_vehicle_ladar, counts);
     return kExitOk;
   }
 
  private:
-  static constexpr std::string_view kName = "import kitti";
+  static constexpr std::string_view kImportName = "import kitti";
 
   struct Counts {
     std::int64_t points = 0;
@@ -162,7 +162,7 @@ class ImportKitti final : public Command {
     Outbox<gps_fix_t> fix_out(&bus, channel::kGpsFix);
 
     const InterruptGuard interrupt;
-    Progress progress(kName, static_cast<std::int64_t>(sweeps.size()));
+    Progress progress(kImportName, static_cast<std::int64_t>(sweeps.size()));
     for (const int number : sweeps) {
       if (interrupt.requested()) return Error{"interrupted"};
       progress.at(number - sweeps.front());
@@ -220,7 +220,7 @@ class ImportKitti final : public Command {
           {"events", counts.events},
           {"mount_m", {T_vehicle_ladar.p.x(), T_vehicle_ladar.p.y(), T_vehicle_ladar.p.z()}},
           {"mount_rpy_deg", {rpy_deg.x(), rpy_deg.y(), rpy_deg.z()}}};
-      fmt::print("{}", report::json_document(kName, json));
+      fmt::print("{}", report::json_document(kImportName, json));
       return;
     }
     fmt::print(stderr,

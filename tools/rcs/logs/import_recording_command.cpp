@@ -129,13 +129,13 @@ class ImportComma final : public Command {
     }
     setup_.receiver_stamps = stamps_ == "receiver";
     const Result<importers::CommaTables> tables = importers::load_comma2k19(folder_);
-    if (!tables) return fail(kName, tables.error());
+    if (!tables) return fail(kImportRecordingName, tables.error());
     recording::SensorLog log;
     const Result<importers::CommaCounts> counts =
         importers::import_comma2k19(*tables, setup_, &log);
-    if (!counts) return fail(kName, counts.error());
+    if (!counts) return fail(kImportRecordingName, counts.error());
     const Outcome written = write_whole(log, out_);
-    if (!written) return fail(kName, written.error());
+    if (!written) return fail(kImportRecordingName, written.error());
 
     Json json = {{"log", out_}};
     std::string text;
@@ -144,12 +144,12 @@ class ImportComma final : public Command {
     text += to_text("SIM_TRUTH", counts->truth);
     add_check(importers::check_setup(log, Duration::zero(), std::chrono::seconds(20)), &json,
               &text);
-    print_result(kName, json_, json, text);
+    print_result(kImportRecordingName, json_, json, text);
     return kExitOk;
   }
 
  private:
-  static constexpr std::string_view kName = "import comma2k19";
+  static constexpr std::string_view kImportRecordingName = "import comma2k19";
 
   static void add_check(const Result<importers::SetupCheck>& check, Json* json, std::string* text) {
     if (!check) {
@@ -212,29 +212,29 @@ class ImportImuGps final : public Command {
 
   int run() override {
     const Result<ParamFile> file = ParamFile::load(map_);
-    if (!file) return fail(kName, file.error());
+    if (!file) return fail(kImportRecordingName, file.error());
     const Result<importers::ImuGpsMap> map = importers::load_imu_gps_map(*file);
-    if (!map) return fail(kName, map.error());
+    if (!map) return fail(kImportRecordingName, map.error());
     std::vector<tools::CsvTable> tables;
     for (const std::string& path : files_) {
       Result<tools::CsvTable> table = tools::CsvTable::load(path);
-      if (!table) return fail(kName, table.error());
+      if (!table) return fail(kImportRecordingName, table.error());
       tables.push_back(std::move(table).value());
     }
     recording::SensorLog log;
     const Result<importers::ImportCounts> counts = importers::import_imu_gps(*map, tables, &log);
-    if (!counts) return fail(kName, counts.error());
+    if (!counts) return fail(kImportRecordingName, counts.error());
     const Outcome written = write_whole(log, out_);
-    if (!written) return fail(kName, written.error());
+    if (!written) return fail(kImportRecordingName, written.error());
     Json json = {{"log", out_}};
     std::string text;
     add_counts(*counts, &json, &text);
-    print_result(kName, json_, json, text);
+    print_result(kImportRecordingName, json_, json, text);
     return kExitOk;
   }
 
  private:
-  static constexpr std::string_view kName = "import imu-gps";
+  static constexpr std::string_view kImportRecordingName = "import imu-gps";
 
   std::vector<std::string> files_;
   std::string map_;

@@ -17,7 +17,7 @@
 namespace rcs::cli {
 namespace {
 
-constexpr std::string_view kName = "play";
+constexpr std::string_view kPlayName = "play";
 constexpr Duration kListen = std::chrono::milliseconds(1200);  // every sensor publishes at >= 1 Hz
 
 /// Detects other publishers of the channels that the player publishes.
@@ -95,7 +95,7 @@ class Play final : public Command {
 
   int run() override {
     const Outcome done = play();
-    return done ? kExitOk : fail(kName, done.error());
+    return done ? kExitOk : fail(kPlayName, done.error());
   }
 
  private:
@@ -117,7 +117,7 @@ class Play final : public Command {
     std::int64_t published = 0;
     Duration worst_late{};
     {
-      PartOfLog source(kName, &whole, from_seconds(from_s_), to(), &reader.value());
+      PartOfLog source(kPlayName, &whole, from_seconds(from_s_), to(), &reader.value());
       const Stamp first = source.peek();
       const Stamp begin = timeline.now();
       SourceEvent event;
@@ -140,7 +140,7 @@ class Play final : public Command {
                                  {"published", published},
                                  {"skipped", whole.passed_over()},
                                  {"max_delay_ms", milliseconds(worst_late)}};
-      fmt::print("{}", report::json_document(kName, json));
+      fmt::print("{}", report::json_document(kPlayName, json));
     } else {
       fmt::print(stderr,
                  "rcs play: {} messages published, maximum delay {:.1f} ms; {} messages of other "

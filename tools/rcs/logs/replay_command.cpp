@@ -27,7 +27,7 @@
 namespace rcs::cli {
 namespace {
 
-constexpr std::string_view kName = "replay";
+constexpr std::string_view kReplayName = "replay";
 
 class Replay final : public Command {
  public:
@@ -81,7 +81,7 @@ class Replay final : public Command {
     if (done) done = replay(out.write_path(), timing.write_path());
     if (done) done = timing.commit();
     if (done) done = out.commit();
-    if (!done) return fail(kName, done.error());
+    if (!done) return fail(kReplayName, done.error());
     const int status = out.in_place() ? kExitOk : summarize_run();
     for (const std::string& fault : faults_) fmt::print(stderr, "rcs replay: {}\n", fault);
     return faults_.empty() ? status : kExitNegative;
@@ -113,7 +113,7 @@ class Replay final : public Command {
     LogSource whole(&reader.value(), fed_channels());
     RunReport report;
     {
-      PartOfLog source(kName, &whole, from_seconds(from_s_), to(), &reader.value());
+      PartOfLog source(kReplayName, &whole, from_seconds(from_s_), to(), &reader.value());
       LockstepTimeline timeline(&bus, &source, kReplayTail);
       report = rcs::run({sp->get(), wm->get()}, timeline, timing->get());
       if (source.interrupted()) return Error{"interrupted"};
@@ -178,12 +178,12 @@ class Replay final : public Command {
   }
 
   [[nodiscard]] int summarize_run() const {
-    const Result<recording::RunLog> run = read_run(kName, out_);
-    if (!run) return fail(kName, run.error());
+    const Result<recording::RunLog> run = read_run(kReplayName, out_);
+    if (!run) return fail(kReplayName, run.error());
     const evaluation::RunMetrics metrics = evaluation::run_metrics(*run);
     if (json_) {
       const report::Json json = {{"log", out_}, {"faults", faults_}, {"metrics", to_json(metrics)}};
-      fmt::print("{}", report::json_document(kName, json));
+      fmt::print("{}", report::json_document(kReplayName, json));
     } else {
       fmt::print(stderr, "\n{}\n{}", to_text(evaluation::scan_table(metrics)),
                  to_text(evaluation::latency_table(metrics)));

@@ -17,7 +17,7 @@
 namespace rcs::cli {
 namespace {
 
-constexpr std::string_view kName = "report";
+constexpr std::string_view kReportName = "report";
 constexpr std::size_t kMaxDrawn = 4;
 
 /// A run and its metrics.
@@ -58,19 +58,19 @@ class ReportCommand final : public Command {
 
   int run() override {
     if (!gps_cut_s_.empty() && gps_cut_s_[1] <= gps_cut_s_[0]) {
-      return wrong_usage(kName, Error{"--gps-cut FROM,TO: TO must be after FROM"});
+      return wrong_usage(kReportName, Error{"--gps-cut FROM,TO: TO must be after FROM"});
     }
     const Outcome read = read_runs();
-    if (!read) return fail(kName, read.error());
+    if (!read) return fail(kReportName, read.error());
     print_metrics();
-    if (const Outcome written = write_page(); !written) return fail(kName, written.error());
+    if (const Outcome written = write_page(); !written) return fail(kReportName, written.error());
     return judge();
   }
 
  private:
   Outcome read_runs() {
     if (!truth_log_.empty()) {
-      Result<recording::RunLog> truth = read_run(kName, truth_log_);
+      Result<recording::RunLog> truth = read_run(kReportName, truth_log_);
       if (!truth) return truth.error();
       truth_ = std::move(truth->truth);
       truth_datum_ = truth->truth_datum;
@@ -78,7 +78,7 @@ class ReportCommand final : public Command {
     for (const std::string& run : runs_) {
       const std::size_t equals = run.find('=');
       const std::string path = equals == std::string::npos ? run : run.substr(equals + 1);
-      Result<recording::RunLog> log = read_run(kName, path);
+      Result<recording::RunLog> log = read_run(kReportName, path);
       if (!log) return log.error();
       if (!log->damage.empty()) fmt::print(stderr, "rcs report: {}: {}\n", path, log->damage);
       if (truth_.empty()) {
@@ -120,10 +120,11 @@ class ReportCommand final : public Command {
     const std::optional<double> factor = evaluation::ladar_factor(compared_);
     if (factor && *factor >= min_factor_) return kExitOk;
     if (!factor) {
-      return fail(kName, Error{"--min-factor: no two runs differ by the LADAR alone during a GPS "
-                               "outage"});
+      return fail(kReportName,
+                  Error{"--min-factor: no two runs differ by the LADAR alone during a GPS "
+                        "outage"});
     }
-    return negative(kName,
+    return negative(kReportName,
                     Error{fmt::format("without the LADAR the rms error is at most {:.2f} times "
                                       "that with it; at least {:g} times was required "
                                       "(--min-factor)",
@@ -154,7 +155,7 @@ class ReportCommand final : public Command {
       }
       if (const std::optional<double> factor = evaluation::ladar_factor(compared_))
         json["ladar_factor"] = *factor;
-      fmt::print("{}", report::json_document(kName, json));
+      fmt::print("{}", report::json_document(kReportName, json));
       return;
     }
     fmt::print("{}\n{}\n{}\n\n{}\n{}", outage_text(),

@@ -19,7 +19,7 @@
 namespace rcs::cli {
 namespace {
 
-constexpr std::string_view kName = "sim";
+constexpr std::string_view kSimName = "sim";
 
 class Sim final : public Command {
  public:
@@ -67,9 +67,9 @@ class Sim final : public Command {
       overrides_.ladar_outage = sim::Outage{ladar_outage_s_[0], ladar_outage_s_[1]};
     }
     const Result<sim::Scenario> scenario = sim::load_scenario(scenario_, overrides_);
-    if (!scenario) return fail(kName, scenario.error());
+    if (!scenario) return fail(kSimName, scenario.error());
     const Outcome done = out_.empty() ? onto_bus(*scenario) : into_log(*scenario);
-    return done ? kExitOk : fail(kName, done.error());
+    return done ? kExitOk : fail(kSimName, done.error());
   }
 
  private:
@@ -89,7 +89,7 @@ class Sim final : public Command {
     LiveTimeline timeline(bus->get(), &stop);
     sim::RealTimeReport report;
     {
-      Progress progress(kName, 1000);
+      Progress progress(kSimName, 1000);
       report = sim::publish_at_real_time(&simulator, bus->get(), &timeline, {}, [&](double share) {
         progress.at(static_cast<std::int64_t>(1000.0 * share));
       });
@@ -107,7 +107,7 @@ class Sim final : public Command {
     tools::OutputFile out(out_);
     Result<LogWriter> writer = LogWriter::create(out.write_path());
     if (!writer) return writer.error();
-    Progress progress(kName, Progress::kSteps);  // from the creation of the world on
+    Progress progress(kSimName, Progress::kSteps);  // from the creation of the world on
     sim::Simulator simulator(scenario);
     if (Outcome map = write_prior_map(simulator); !map) return map;
 
@@ -131,7 +131,7 @@ class Sim final : public Command {
     if (!json_) return;
     report::Json json = {{"scenario", scenario_}};
     json.update(result);
-    fmt::print("{}", report::json_document(kName, json));
+    fmt::print("{}", report::json_document(kSimName, json));
   }
 
   std::string scenario_;

@@ -16,7 +16,7 @@
 namespace rcs::cli {
 namespace {
 
-constexpr std::string_view kName = "smooth";
+constexpr std::string_view kSmoothName = "smooth";
 constexpr double kRecordingShare = 0.25;  // of the total computing time
 
 Result<smoothing::ReferenceVehicle> load_vehicle(const std::string& path) {
@@ -73,7 +73,7 @@ class Smooth final : public Command {
 
   int run() override {
     const Outcome done = compute();
-    return done ? kExitOk : fail(kName, done.error());
+    return done ? kExitOk : fail(kSmoothName, done.error());
   }
 
  private:
@@ -104,7 +104,7 @@ class Smooth final : public Command {
     const InterruptGuard interrupt;
     const auto stop = [&interrupt] { return interrupt.requested(); };
     constexpr std::int64_t kWhole = 1000;
-    Progress progress(kName, kWhole);
+    Progress progress(kSmoothName, kWhole);
     const Result<smoothing::ReferenceRecording> recording = smoothing::record_run(
         log_, vehicle,
         [&](std::int64_t done, std::int64_t all) {
@@ -155,7 +155,7 @@ class Smooth final : public Command {
     }
     *texts = {tools::format_tum(vehicle_poses), tools::format_kitti(vehicle_poses),
               tools::format_tum(seen), smoothing::format_sigmas(poses),
-              report::json_document(kName, to_json(report, *result))};
+              report::json_document(kSmoothName, to_json(report, *result))};
     summary_ = to_text(report, *result);
     return Done{};
   }

@@ -10,7 +10,7 @@
 namespace rcs::cli {
 namespace {
 
-constexpr std::string_view kName = "why";
+constexpr std::string_view kWhyName = "why";
 
 class Why final : public Command {
  public:
@@ -39,17 +39,17 @@ class Why final : public Command {
 
   int run() override {
     Result<LogReader> reader = LogReader::open(log_);
-    if (!reader) return fail(kName, reader.error());
+    if (!reader) return fail(kWhyName, reader.error());
     const Result<studies::Explanation> explained = [&] {
       const InterruptGuard interrupt;
-      Progress progress(kName, Progress::kSteps);
+      Progress progress(kWhyName, Progress::kSteps);
       return studies::explain(&reader.value(), from_seconds(time_s_), [&](double share) {
         progress.at_share(share);
         return !interrupt.requested();
       });
     }();
-    if (!explained) return fail(kName, explained.error());
-    fmt::print("{}", json_ ? report::json_document(kName, explained->json) : explained->text);
+    if (!explained) return fail(kWhyName, explained.error());
+    fmt::print("{}", json_ ? report::json_document(kWhyName, explained->json) : explained->text);
     return kExitOk;
   }
 

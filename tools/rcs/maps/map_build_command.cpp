@@ -22,7 +22,7 @@ namespace {
 
 using report::Json;
 
-constexpr std::string_view kName = "map build";
+constexpr std::string_view kMapBuildName = "map build";
 
 /// Intermediate maps: next to the output, with the process id in their names, removed at the end.
 class PartMaps {
@@ -72,10 +72,10 @@ class MapBuildCommand final : public Command {
   }
 
   int run() override {
-    if (const Outcome sound = check(); !sound) return wrong_usage(kName, sound.error());
+    if (const Outcome sound = check(); !sound) return wrong_usage(kMapBuildName, sound.error());
     Outcome done = read_config();
     if (done) done = build();
-    return done ? print_results() : fail(kName, done.error());
+    return done ? print_results() : fail(kMapBuildName, done.error());
   }
 
  private:
@@ -188,14 +188,13 @@ class MapBuildCommand final : public Command {
 
   [[nodiscard]] Outcome build() {
     const InterruptGuard interrupt;
-    constexpr std::int64_t kSteps = 1000;
-    Progress progress(kName, kSteps);
+    Progress progress(kMapBuildName, Progress::kSteps);
     const bool several = runs_.size() > 1;
     const double steps =
         static_cast<double>(runs_.size()) + (several ? 1.0 : 0.0) + (prior_.empty() ? 0.0 : 1.0);
     double done = 0.0;
     const auto going = [&](double share) {
-      progress.at(static_cast<std::int64_t>(kSteps * (done + share) / steps));
+      progress.at(static_cast<std::int64_t>(Progress::kSteps * (done + share) / steps));
       return !interrupt.requested();
     };
     PartMaps parts(out_);
@@ -268,7 +267,7 @@ class MapBuildCommand final : public Command {
       if (merged_) json["cells_of_several_runs"] = merged_->several;
       if (merged_) json["cells_that_contradict"] = merged_->changed;
       json["runs"] = std::move(runs);
-      fmt::print("{}", report::json_document(kName, json));
+      fmt::print("{}", report::json_document(kMapBuildName, json));
       return kExitOk;
     }
     report::Table table{{"run", "scans", "cells", "seen >= 5", "roughness [m]", "sigma [m]",
@@ -289,7 +288,8 @@ class MapBuildCommand final : public Command {
                             percent("ground"), percent("above_ground"), percent("transient")});
       const std::string damage = run["damage"].get<std::string>();
       if (!damage.empty()) {
-        fmt::print(stderr, "rcs {}: {}: {}\n", kName, run["log"].get<std::string>(), damage);
+        fmt::print(stderr, "rcs {}: {}: {}\n", kMapBuildName, run["log"].get<std::string>(),
+                   damage);
       }
     }
     table.note =

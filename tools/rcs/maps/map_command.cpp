@@ -201,32 +201,32 @@ class MapExport final : public Command {
   }
 
   int run() override {
-    constexpr std::string_view kName = "map export";
+    constexpr std::string_view kMapName = "map export";
     constexpr std::int64_t kPicture = 4'000'000;
     if (geotiff_.empty() && hillshade_.empty()) {
-      fmt::print(stderr, "rcs {}: --geotiff or --hillshade is required\n", kName);
+      fmt::print(stderr, "rcs {}: --geotiff or --hillshade is required\n", kMapName);
       return kExitUsage;
     }
     const Result<MapFolder> map = MapFolder::open(path_);
-    if (!map) return fail(kName, map.error());
+    if (!map) return fail(kMapName, map.error());
     const auto levels = static_cast<int>(map->index().levels.size());
     if (level_ >= levels) {
-      return fail(kName,
+      return fail(kMapName,
                   Error{fmt::format("--level {}: the map has levels 0 to {}", level_, levels - 1)});
     }
     const auto level_or = [this](int standard) { return level_ < 0 ? standard : level_; };
     if (!geotiff_.empty()) {
       const Result<Raster> raster = survey::whole_level(*map, level_or(0));
-      if (!raster) return fail(kName, raster.error());
+      if (!raster) return fail(kMapName, raster.error());
       const Outcome done = survey::write_geotiff(map->index().frame, *raster, geotiff_);
-      if (!done) return fail(kName, done.error());
+      if (!done) return fail(kMapName, done.error());
     }
     if (!hillshade_.empty()) {
       const Result<Raster> raster =
           survey::whole_level(*map, level_or(survey::level_of_at_most(*map, kPicture)));
-      if (!raster) return fail(kName, raster.error());
+      if (!raster) return fail(kMapName, raster.error());
       const Outcome done = survey::write_hillshade(*raster, hillshade_);
-      if (!done) return fail(kName, done.error());
+      if (!done) return fail(kMapName, done.error());
     }
     return kExitOk;
   }

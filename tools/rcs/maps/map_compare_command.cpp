@@ -22,8 +22,6 @@ namespace {
 
 using report::Json;
 
-constexpr std::int64_t kSteps = 1000;
-
 class MapMerge final : public Command {
  public:
   explicit MapMerge(CLI::App* map)
@@ -49,17 +47,17 @@ class MapMerge final : public Command {
   }
 
   int run() override {
-    constexpr std::string_view kName = "map merge";
+    constexpr std::string_view kMapCompareName = "map merge";
     const InterruptGuard interrupt;
     Result<mapping::Merged> done = Error{""};
     {
-      Progress progress(kName, kSteps);
+      Progress progress(kMapCompareName, Progress::kSteps);
       done = mapping::merge_maps(maps_, out_, [&](double share) {
-        progress.at(static_cast<std::int64_t>(share * kSteps));
+        progress.at(static_cast<std::int64_t>(share * Progress::kSteps));
         return !interrupt.requested();
       });
     }
-    if (!done) return fail(kName, done.error());
+    if (!done) return fail(kMapCompareName, done.error());
     if (json_) {
       const Json json = {{"map", out_},
                          {"reference", done->frame.reference},
@@ -69,16 +67,16 @@ class MapMerge final : public Command {
                          {"cells_in_several_maps", done->several},
                          {"cells_that_contradict", done->changed},
                          {"surface_points_not_merged", done->points_lost}};
-      fmt::print("{}", report::json_document(kName, json));
+      fmt::print("{}", report::json_document(kMapCompareName, json));
       return kExitOk;
     }
     fmt::print(stderr,
                "rcs {}: {}: {} cells of {:g} m, in {}, heights above {}; {} cells in several maps, "
                "of which {} contradict each other\n",
-               kName, out_, done->cells, done->cell_m, done->frame.reference, done->frame.heights,
-               done->several, done->changed);
+               kMapCompareName, out_, done->cells, done->cell_m, done->frame.reference,
+               done->frame.heights, done->several, done->changed);
     if (done->points_lost > 0) {
-      fmt::print(stderr, "rcs {}: {} surface points are not merged into {}\n", kName,
+      fmt::print(stderr, "rcs {}: {} surface points are not merged into {}\n", kMapCompareName,
                  done->points_lost, out_);
     }
     return kExitOk;
@@ -108,35 +106,35 @@ class MapDiff final : public Command {
   }
 
   int run() override {
-    constexpr std::string_view kName = "map diff";
+    constexpr std::string_view kMapCompareName = "map diff";
     constexpr std::int64_t kPicture = 4'000'000;
     const Result<MapFolder> a = MapFolder::open(a_);
-    if (!a) return fail(kName, a.error());
+    if (!a) return fail(kMapCompareName, a.error());
     const InterruptGuard interrupt;
     const double cell_m = a->index().levels.front().level.cell_m;
     Result<mapping::MapResampler> b = mapping::MapResampler::open(b_, *a, cell_m);
-    if (!b) return fail(kName, b.error());
+    if (!b) return fail(kMapCompareName, b.error());
     Result<survey::MapDifference> d = survey::MapDifference();
     {
-      Progress progress(kName, kSteps);
+      Progress progress(kMapCompareName, Progress::kSteps);
       d = survey::difference_of(*a, 0, &*b, going(&progress, interrupt));
     }
-    if (!d) return fail(kName, d.error());
+    if (!d) return fail(kMapCompareName, d.error());
     constexpr double kMin_m = 0.001;  // of equal maps the picture is white
     const double range_m = std::max(kMin_m, std::abs(d->median_m) + 3.0 * d->nmad_m);
     if (!picture_.empty()) {
       const int level = survey::level_of_at_most(*a, kPicture);
       const double coarser_m = a->index().levels[static_cast<std::size_t>(level)].level.cell_m;
       b = mapping::MapResampler::open(b_, *a, coarser_m);
-      if (!b) return fail(kName, b.error());
+      if (!b) return fail(kMapCompareName, b.error());
       Result<Raster> raster = Error{""};
       {
-        Progress progress("picture", kSteps);
+        Progress progress("picture", Progress::kSteps);
         raster = survey::difference_raster(*a, level, &*b, going(&progress, interrupt));
       }
-      if (!raster) return fail(kName, raster.error());
+      if (!raster) return fail(kMapCompareName, raster.error());
       const Outcome done = survey::write_difference(*raster, range_m, picture_);
-      if (!done) return fail(kName, done.error());
+      if (!done) return fail(kMapCompareName, done.error());
     }
     print_results(*d, cell_m, range_m);
     return kExitOk;
@@ -145,7 +143,7 @@ class MapDiff final : public Command {
  private:
   [[nodiscard]] static survey::Going going(Progress* progress, const InterruptGuard& interrupt) {
     return [progress, &interrupt](double share) {
-      progress->at(static_cast<std::int64_t>(share * kSteps));
+      progress->at(static_cast<std::int64_t>(share * Progress::kSteps));
       return !interrupt.requested();
     };
   }

@@ -144,26 +144,25 @@ class MapImportRaster final : public Command {
   }
 
   int run() override {
-    constexpr std::string_view kName = "map import raster";
+    constexpr std::string_view kMapImportName = "map import raster";
     const Result<survey::SurveyQuality> quality = survey_.quality();
-    if (!quality) return wrong_usage(kName, quality.error());
+    if (!quality) return wrong_usage(kMapImportName, quality.error());
     wanted_.quality = *quality;
     wanted_.source = survey_.source();
     coordinates_.finish();
     if (!std::isnan(nodata_)) wanted_.nodata = nodata_;
     const InterruptGuard interrupt;
-    constexpr std::int64_t kSteps = 1000;
-    Progress progress(kName, kSteps);
+    Progress progress(kMapImportName, Progress::kSteps);
     const Result<survey::RasterImported> done =
         survey::import_raster(wanted_, survey_.out(), [&](double share) {
-          progress.at(static_cast<std::int64_t>(share * kSteps));
+          progress.at(static_cast<std::int64_t>(share * Progress::kSteps));
           return !interrupt.requested();
         });
-    if (!done) return fail(kName, done.error());
+    if (!done) return fail(kMapImportName, done.error());
     if (survey_.json()) {
       report::Json json = json_of(survey_.out(), done->frame, done->cell_m, done->known);
       json["unknown_cells"] = done->unknown;
-      fmt::print("{}", report::json_document(kName, json));
+      fmt::print("{}", report::json_document(kMapImportName, json));
     } else {
       print_written(survey_.out(), done->frame, done->cell_m, done->known);
     }
@@ -242,26 +241,25 @@ class MapImportCloud final : public Command {
   }
 
   int run() override {
-    constexpr std::string_view kName = "map import cloud";
+    constexpr std::string_view kMapImportName = "map import cloud";
     const Result<survey::SurveyQuality> quality = survey_.quality();
-    if (!quality) return wrong_usage(kName, quality.error());
+    if (!quality) return wrong_usage(kMapImportName, quality.error());
     wanted_.quality = *quality;
     wanted_.source = survey_.source();
     wanted_.memory_bytes = 1e6 * memory_mb_;
     coordinates_.finish();
     const InterruptGuard interrupt;
-    constexpr std::int64_t kSteps = 1000;
-    Progress progress(kName, kSteps);
+    Progress progress(kMapImportName, Progress::kSteps);
     const Result<survey::CloudImported> done =
         survey::import_cloud(wanted_, survey_.out(), [&](double share) {
-          progress.at(static_cast<std::int64_t>(share * kSteps));
+          progress.at(static_cast<std::int64_t>(share * Progress::kSteps));
           return !interrupt.requested();
         });
-    if (!done) return fail(kName, done.error());
+    if (!done) return fail(kMapImportName, done.error());
     if (survey_.json()) {
       report::Json json = json_of(survey_.out(), done->frame, done->cell_m, done->ground.cells);
       json.update(points_json(*done));
-      fmt::print("{}", report::json_document(kName, json));
+      fmt::print("{}", report::json_document(kMapImportName, json));
     } else {
       print_points(*done);
       print_written(survey_.out(), done->frame, done->cell_m, done->ground.cells);
@@ -332,21 +330,21 @@ class MapImportAv2 final : public Command {
   }
 
   int run() override {
-    constexpr std::string_view kName = "map import av2";
+    constexpr std::string_view kMapImportName = "map import av2";
     const Result<survey::SurveyQuality> quality = survey_.quality();
-    if (!quality) return wrong_usage(kName, quality.error());
+    if (!quality) return wrong_usage(kMapImportName, quality.error());
     Result<survey::ImportedRaster> read = survey::import_av2(folder_, *quality);
-    if (!read) return fail(kName, read.error());
+    if (!read) return fail(kMapImportName, read.error());
     read->raster.source = {survey_.source()};
     if (Outcome written = mapping::write_map(survey_.out(), read->frame, read->raster); !written) {
-      return fail(kName, written.error());
+      return fail(kMapImportName, written.error());
     }
     const auto known = std::count_if(read->raster.z_m.begin(), read->raster.z_m.end(),
                                      [](float z) { return !std::isnan(z); });
     const double cell_m = read->raster.level.cell_m;
     if (survey_.json()) {
       const report::Json json = json_of(survey_.out(), read->frame, cell_m, known);
-      fmt::print("{}", report::json_document(kName, json));
+      fmt::print("{}", report::json_document(kMapImportName, json));
     } else {
       print_written(survey_.out(), read->frame, cell_m, known);
     }

@@ -13,6 +13,7 @@
 #include "tools/base/files.h"
 #include "tools/base/random_places.h"
 #include "tools/rcs/command.h"
+#include "tools/rcs/maps/map_memory.h"
 #include "tools/rcs/terminal.h"
 #include "tools/report/json_document.h"
 #include "tools/report/svg_plot.h"
@@ -23,8 +24,7 @@ namespace {
 
 using report::Json;
 
-constexpr std::string_view kName = "map localizability";
-constexpr double kMemory_bytes = 4e9;
+constexpr std::string_view kMapLocalizabilityName = "map localizability";
 constexpr double kPlaces = 120.0;     // along the longer side, without --step
 constexpr double kMaxPlaces = 4e6;    // limit of the number of places with --step
 constexpr double kCoarsest_m = 10.0;  // end of the colour scale
@@ -121,7 +121,7 @@ class MapLocalizability final : public Command {
 
   int run() override {
     const Outcome done = compute();
-    return done ? kExitOk : fail(kName, done.error());
+    return done ? kExitOk : fail(kMapLocalizabilityName, done.error());
   }
 
  private:
@@ -130,7 +130,7 @@ class MapLocalizability final : public Command {
     if (!folder) return folder.error();
     Result<std::vector<Vec2>> path = read_path();
     if (!path) return path.error();
-    const Result<ElevationMap> map = ElevationMap::load(map_, kMemory_bytes);
+    const Result<ElevationMap> map = ElevationMap::load(map_, kMapMemory_bytes);
     if (!map) return map.error();
     const Extent extent = known_part(*map, extent_of(folder->index()));
     if (extent.low_m.x() > extent.high_m.x()) return Error{map_ + ": no known cells"};
@@ -157,7 +157,7 @@ class MapLocalizability final : public Command {
                                step_m_, count.x(), count.y(), kMaxPlaces)};
     }
     const InterruptGuard interrupt;
-    Progress progress(kName, static_cast<std::int64_t>(count.y()));
+    Progress progress(kMapLocalizabilityName, static_cast<std::int64_t>(count.y()));
     for (int j = static_cast<int>(low.y()); j <= static_cast<int>(high.y()); ++j) {
       if (interrupt.requested()) return Error{"interrupted"};
       progress.at(j - static_cast<std::int64_t>(low.y()));
@@ -268,7 +268,7 @@ class MapLocalizability final : public Command {
   }
 
   [[nodiscard]] Outcome print(const std::vector<Vec2>& course) const {
-    const std::string as_json = report::json_document(kName, json());
+    const std::string as_json = report::json_document(kMapLocalizabilityName, json());
     fmt::print("{}", json_ ? as_json : text());
     if (out_.empty()) return Done{};
     Outcome written = tools::write_text(out_ + "/localizability.json", as_json);

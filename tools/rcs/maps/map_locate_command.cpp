@@ -9,6 +9,7 @@
 
 #include "tools/rcs/command.h"
 #include "tools/rcs/list_option.h"
+#include "tools/rcs/maps/map_memory.h"
 #include "tools/rcs/terminal.h"
 #include "tools/report/json_document.h"
 #include "tools/studies/locate_run.h"
@@ -18,8 +19,7 @@ namespace {
 
 using report::Json;
 
-constexpr std::string_view kName = "map locate";
-constexpr double kMemory_bytes = 4e9;
+constexpr std::string_view kMapLocateName = "map locate";
 constexpr Duration kMaxTruthGap = std::chrono::milliseconds(250);
 // A result with a larger error than this is false.
 constexpr double kFalse_m = 5.0;
@@ -102,20 +102,21 @@ class MapLocate final : public Command {
 
   int run() override {
     if (starts_ == 0 && (near_m_.empty() || std::isnan(heading_deg_))) {
-      fmt::print(stderr, "rcs {}: --near and --heading, or --starts, are required\n", kName);
+      fmt::print(stderr, "rcs {}: --near and --heading, or --starts, are required\n",
+                 kMapLocateName);
       return kExitUsage;
     }
-    const Result<ElevationMap> map = ElevationMap::load(map_, kMemory_bytes);
-    if (!map) return fail(kName, map.error());
+    const Result<ElevationMap> map = ElevationMap::load(map_, kMapMemory_bytes);
+    if (!map) return fail(kMapLocateName, map.error());
     const Result<studies::SeenDrive> drive = studies::read_drive(log_, kColumn_m);
-    if (!drive) return fail(kName, drive.error());
+    if (!drive) return fail(kMapLocateName, drive.error());
     Pose T_map_truth;
     if (drive->truth_datum) {
       T_map_truth = LocalFrame(map->datum()).from(LocalFrame(*drive->truth_datum));
     }
     if (starts_ == 0) return one(*map, *drive, T_map_truth);
     if (!drive->truth_datum) {
-      return fail(kName, Error{log_ + ": no SIM_TRUTH, which --starts requires"});
+      return fail(kMapLocateName, Error{log_ + ": no SIM_TRUTH, which --starts requires"});
     }
     return many(*map, *drive, T_map_truth);
   }
@@ -182,14 +183,14 @@ class MapLocate final : public Command {
                                  radians(heading_within_deg_)};
     const InterruptGuard interrupt;
     const studies::LocateResult r = [&] {
-      Progress progress(kName, Progress::kSteps);
+      Progress progress(kMapLocateName, Progress::kSteps);
       return studies::locate(drive, scan_after(drive, from_s_), from_seconds(length_s_), map,
                              region, units_, &localizer, [&](double share) {
                                progress.at_share(share);
                                return !interrupt.requested();
                              });
     }();
-    if (interrupt.requested()) return fail(kName, Error{"interrupted"});
+    if (interrupt.requested()) return fail(kMapLocateName, Error{"interrupted"});
     if (r.status.state == sp::InitialLocalizationState::kOff) return refuse();
     const Json json = result_of(r, drive, T_map_truth);
     if (json_) {
@@ -201,7 +202,7 @@ class MapLocate final : public Command {
   }
 
   [[nodiscard]] int refuse() const {
-    return wrong_usage(kName,
+    return wrong_usage(kMapLocateName,
                        Error{fmt::format("--within {} m and --heading-within {} deg require more "
                                          "than {} hypotheses",
                                          within_m_, heading_within_deg_, params_.hypotheses)});
@@ -216,7 +217,7 @@ class MapLocate final : public Command {
     }
     const Json json = {
         {"searches", results.size()}, {"found", found}, {"false", wrong}, {"results", results}};
-    fmt::print("{}", report::json_document(kName, json));
+    fmt::print("{}", report::json_document(kMapLocateName, json));
   }
 
   static void print(const Json& json) {
@@ -257,17 +258,17 @@ class MapLocate final : public Command {
     const double last_s = std::max(0.0, drive_s - length_s_);
     sp::InitialLocalizer localizer(params_);
     const InterruptGuard interrupt;
-    Progress progress(kName, Progress::kSteps);
+    Progress progress(kMapLocateName, Progress::kSteps);
     Json all = Json::array();
     int found = 0;
     int wrong = 0;
     for (int k = 0; k < starts_; ++k) {
-      if (interrupt.requested()) return fail(kName, Error{"interrupted"});
+      if (interrupt.requested()) return fail(kMapLocateName, Error{"interrupted"});
       const double from_s = starts_ > 1 ? last_s * k / (starts_ - 1) : from_s_;
       const std::size_t first = scan_after(drive, from_s);
       const std::optional<Pose> truth =
           tools::pose_at(drive.truth, drive.scans[first].stamp, kMaxTruthGap);
-      if (!truth) return fail(kName, Error{"SIM_TRUTH does not cover the drive"});
+      if (!truth) return fail(kMapLocateName, Error{"SIM_TRUTH does not cover the drive"});
       const Pose T = T_map_truth * *truth;
       const double bearing = 2.0 * kPi * uniform(rng);
       // Uniform over the ring.

@@ -12,6 +12,7 @@
 #include "tools/base/trajectory.h"
 #include "tools/clouds/cloud_file.h"
 #include "tools/rcs/command.h"
+#include "tools/rcs/maps/map_memory.h"
 #include "tools/rcs/terminal.h"
 #include "tools/report/json_document.h"
 
@@ -20,8 +21,7 @@ namespace {
 
 using report::Json;
 
-constexpr std::string_view kName = "map match";
-constexpr double kMemory_bytes = 4e9;
+constexpr std::string_view kMapMatchName = "map match";
 constexpr double kConverged_m = 0.1;
 
 /// The results of the matches from all starts.
@@ -93,18 +93,19 @@ class MapMatch final : public Command {
   }
 
   int run() override {
-    const Result<ElevationMap> map = ElevationMap::load(map_, kMemory_bytes);
-    if (!map) return fail(kName, map.error());
+    const Result<ElevationMap> map = ElevationMap::load(map_, kMapMemory_bytes);
+    if (!map) return fail(kMapMatchName, map.error());
     const Result<clouds::Cloud> cloud = clouds::read_cloud(cloud_, {});
-    if (!cloud) return fail(kName, cloud.error());
+    if (!cloud) return fail(kMapMatchName, cloud.error());
     if (const std::string skipped = clouds::skipped_text(*cloud); !skipped.empty()) {
       fmt::print(stderr, "rcs map match: {}: {}\n", cloud_, skipped);
     }
     const std::optional<std::vector<double>> v = tools::parse_numbers(pose_);
-    if (!v || v->size() != 7) return wrong_usage(kName, Error{"--pose: expected 7 numbers"});
+    if (!v || v->size() != 7)
+      return wrong_usage(kMapMatchName, Error{"--pose: expected 7 numbers"});
     const Quat q((*v)[6], (*v)[3], (*v)[4], (*v)[5]);
     if (std::abs(q.norm() - 1.0) > 1e-3) {
-      return wrong_usage(kName, Error{"--pose: the norm of the quaternion is not 1"});
+      return wrong_usage(kMapMatchName, Error{"--pose: the norm of the quaternion is not 1"});
     }
     const Pose given{q.normalized(), Vec3((*v)[0], (*v)[1], (*v)[2])};
     Points near;
@@ -123,8 +124,9 @@ class MapMatch final : public Command {
                          {"without_valid_match", ends.failed},
                          {"converged", 0},
                          {"iterations_mean", ends.iterations}};
-      if (json_) fmt::print("{}", report::json_document(kName, json));
-      return negative(kName, Error{fmt::format("none of {} starts gave a valid match", starts_)});
+      if (json_) fmt::print("{}", report::json_document(kMapMatchName, json));
+      return negative(kMapMatchName,
+                      Error{fmt::format("none of {} starts gave a valid match", starts_)});
     }
     return print_results(ends, given, static_cast<int>(scan.ground().size()));
   }
@@ -145,7 +147,7 @@ class MapMatch final : public Command {
     std::mt19937_64 rng(seed_);
     std::uniform_real_distribution<double> uniform(-1.0, 1.0);
     Ends ends;
-    Progress progress(kName, starts_);
+    Progress progress(kMapMatchName, starts_);
     for (int k = 0; k < starts_; ++k) {
       progress.at(k);
       const double bearing = kPi * uniform(rng);
@@ -209,7 +211,7 @@ class MapMatch final : public Command {
           {"major_axis_deg_from_east", degrees(std::atan2(along.y(), along.x()))},
           {"given_pose_inside", mahalanobis_square <= 5.991}}}};
     if (json_) {
-      fmt::print("{}", report::json_document(kName, json));
+      fmt::print("{}", report::json_document(kMapMatchName, json));
     } else {
       const Json& o = json["offset_from_given"];
       const Json& e = json["ellipse95"];

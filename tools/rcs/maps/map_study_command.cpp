@@ -15,7 +15,7 @@
 namespace rcs::cli {
 namespace {
 
-constexpr std::string_view kName = "map study";
+constexpr std::string_view kMapStudyName = "map study";
 
 class MapStudy final : public Command {
  public:
@@ -70,7 +70,7 @@ class MapStudy final : public Command {
   int run() override {
     config_ = find_config(config_);
     const Outcome done = run_all();
-    return done ? kExitOk : fail(kName, done.error());
+    return done ? kExitOk : fail(kMapStudyName, done.error());
   }
 
  private:
@@ -95,14 +95,14 @@ class MapStudy final : public Command {
       blocks_[drill].runs[run] = studies::map_study_run(plan_, record);
     };
     const Result<std::vector<drills::DrillResult>> results =
-        run_campaign_at_terminal(kName, out_, jobs_, std::move(campaign));
+        run_campaign_at_terminal(kMapStudyName, out_, jobs_, std::move(campaign));
     if (!results) return results.error();
     for (std::size_t k = 0; k < results->size(); ++k) blocks_[k].error = (*results)[k].error;
     return print_results();
   }
 
   [[nodiscard]] Outcome print_results() const {
-    const std::string json = report::json_document(kName, studies::map_study_json(blocks_));
+    const std::string json = report::json_document(kMapStudyName, studies::map_study_json(blocks_));
     fmt::print("{}", json_ ? json : to_text(studies::map_study_table(blocks_)));
     if (!out_.empty()) {
       Outcome written = tools::write_text(out_ + "/study.json", json);

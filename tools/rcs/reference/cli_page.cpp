@@ -22,7 +22,7 @@ std::string table_of(const std::vector<OptionText>& options, const char* heading
   return out;
 }
 
-std::string text_of(const std::vector<TextBlock>& blocks) {
+std::string markdown_of(const std::vector<TextBlock>& blocks) {
   std::string out;
   for (const TextBlock& b : blocks) {
     out += b.verbatim
@@ -37,8 +37,8 @@ std::string section_of(const ProgramText& p, int depth) {
   std::string out = fmt::format("\n{:#<{}} {}\n\n{}.\n\n```text\n{}\n```\n", "", depth, p.name,
                                 markdown(p.about), p.synopsis);
   out += table_of(p.positionals, "argument") + table_of(p.options, "option");
-  out += text_of(p.description);
-  if (!p.examples.empty()) out += "\nExamples:\n" + text_of(p.examples);
+  out += markdown_of(p.description);
+  if (!p.examples.empty()) out += "\nExamples:\n" + markdown_of(p.examples);
   for (const ProgramText& command : p.commands) out += section_of(command, depth + 1);
   return out;
 }

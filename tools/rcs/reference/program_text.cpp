@@ -62,7 +62,7 @@ std::string names_of(const char* what, const std::set<CLI::Option*>& options) {
   return names.empty() ? "" : fmt::format("{}{}", what, fmt::join(names, ", "));
 }
 
-OptionText text_of(const CLI::Option& option) {
+OptionText option_text(const CLI::Option& option) {
   OptionText out;
   const bool positional = option.get_positional();
   out.names = positional ? option.get_name(true)
@@ -121,7 +121,8 @@ void add_footer(const std::string& footer, ProgramText* out) {
 }
 
 /// @param inherited  the text below the options of the parent, which CLI11 copies
-ProgramText text_of(const CLI::App& app, const std::string& name, const std::string& inherited) {
+ProgramText command_text(const CLI::App& app, const std::string& name,
+                         const std::string& inherited) {
   ProgramText out;
   out.name = name;
   out.about = one_line(app.get_description());
@@ -130,18 +131,21 @@ ProgramText text_of(const CLI::App& app, const std::string& name, const std::str
   out.synopsis = synopsis_of(app, name, !commands.empty());
   for (const CLI::Option* option : app.get_options()) {
     if (option->check_lname("help") || option->check_lname("version")) continue;
-    (option->get_positional() ? out.positionals : out.options).push_back(text_of(*option));
+    (option->get_positional() ? out.positionals : out.options).push_back(option_text(*option));
   }
   if (app.get_footer() != inherited) add_footer(app.get_footer(), &out);
   for (const CLI::App* command : commands) {
-    out.commands.push_back(text_of(*command, name + " " + command->get_name(), app.get_footer()));
+    out.commands.push_back(
+        command_text(*command, name + " " + command->get_name(), app.get_footer()));
   }
   return out;
 }
 
 }  // namespace
 
-ProgramText text_of(const CLI::App& program) { return text_of(program, program.get_name(), ""); }
+ProgramText text_of(const CLI::App& program) {
+  return command_text(program, program.get_name(), "");
+}
 
 std::vector<std::string> exit_status(const ProgramText& program) {
   constexpr std::string_view kBegin = "Exit status: ";

@@ -13,7 +13,7 @@
 namespace rcs::cli {
 namespace {
 
-constexpr std::string_view kName = "reference";
+constexpr std::string_view kReferenceName = "reference";
 
 using Files = std::vector<std::pair<std::string, std::string>>;  // path, text
 
@@ -21,7 +21,7 @@ using Files = std::vector<std::pair<std::string, std::string>>;  // path, text
 int write(const Files& files) {
   for (const auto& [path, text] : files) {
     if (const Outcome written = tools::write_text(path, text); !written) {
-      return fail(kName, written.error());
+      return fail(kReferenceName, written.error());
     }
   }
   return kExitOk;
@@ -41,7 +41,7 @@ class Pages final : public Command {
 
   int run() override {
     const Result<std::vector<LcmType>> types = read_lcm_files(lcmtypes_);
-    if (!types) return fail(kName, types.error());
+    if (!types) return fail(kReferenceName, types.error());
     return write({{out_ + "/cli.md", cli_page(text_of(*rcs_))},
                   {out_ + "/configuration.md", configuration_page()},
                   {out_ + "/messages.md", messages_page(*types)},

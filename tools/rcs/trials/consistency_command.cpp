@@ -16,7 +16,7 @@
 namespace rcs::cli {
 namespace {
 
-constexpr std::string_view kName = "consistency";
+constexpr std::string_view kConsistencyName = "consistency";
 
 class ConsistencyCommand final : public Command {
  public:
@@ -67,7 +67,7 @@ class ConsistencyCommand final : public Command {
     for (std::string& scenario : scenarios_) scenario = find_config(scenario);
     config_ = find_config(config_);
     const Outcome done = run_all();
-    if (!done) return fail(kName, done.error());
+    if (!done) return fail(kConsistencyName, done.error());
     const auto failed = [](const studies::ConsistencyBlock& block) { return !block.error.empty(); };
     if (std::any_of(report_.blocks.begin(), report_.blocks.end(), failed)) return kExitInput;
     return report_.passed() ? kExitOk : kExitNegative;
@@ -93,14 +93,14 @@ class ConsistencyCommand final : public Command {
       report_.blocks[drill].runs[run] = studies::consistency_run(report_.plan, seed, record);
     };
     const Result<std::vector<drills::DrillResult>> results =
-        run_campaign_at_terminal(kName, out_, jobs_, std::move(campaign));
+        run_campaign_at_terminal(kConsistencyName, out_, jobs_, std::move(campaign));
     if (!results) return results.error();
     for (std::size_t k = 0; k < results->size(); ++k) report_.blocks[k].error = (*results)[k].error;
     return print_results();
   }
 
   [[nodiscard]] Outcome print_results() const {
-    const std::string json = report::json_document(kName, to_json(report_));
+    const std::string json = report::json_document(kConsistencyName, to_json(report_));
     if (json_) {
       fmt::print("{}", json);
     } else {

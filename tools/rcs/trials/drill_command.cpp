@@ -17,7 +17,7 @@
 namespace rcs::cli {
 namespace {
 
-constexpr std::string_view kName = "drill";
+constexpr std::string_view kDrillName = "drill";
 
 /// The drills of a folder and its sub-folders, sorted by file name.
 Result<std::vector<std::string>> drills_in(const std::string& folder) {
@@ -93,25 +93,25 @@ class DrillCommand final : public Command {
     config_ = find_config(config_);
     if (all_ || full_ || list_) {
       const Result<std::vector<std::string>> found = drills_in(folder_);
-      if (!found) return fail(kName, found.error());
+      if (!found) return fail(kDrillName, found.error());
       paths_.insert(paths_.begin(), found->begin(), found->end());
     }
     if (paths_.empty()) {
-      return wrong_usage(kName, Error{"name drills, or use --all, --full or --list"});
+      return wrong_usage(kDrillName, Error{"name drills, or use --all, --full or --list"});
     }
     if (logs_ && out_.empty()) {
-      return wrong_usage(kName, Error{"--logs requires an output folder (-o)"});
+      return wrong_usage(kDrillName, Error{"--logs requires an output folder (-o)"});
     }
     std::vector<drills::Drill> drills;
     for (const std::string& path : paths_) {
       Result<drills::Drill> drill = drills::load_drill(path);
-      if (!drill) return fail(kName, drill.error());
+      if (!drill) return fail(kDrillName, drill.error());
       const bool wanted = list_ || full_ || !all_ || !drill->full;
       if (wanted) drills.push_back(std::move(drill).value());
     }
     if (list_) return json_ ? list_json(drills) : list(drills);
     const Outcome done = run_all(std::move(drills));
-    if (!done) return fail(kName, done.error());
+    if (!done) return fail(kDrillName, done.error());
     return status();
   }
 
@@ -146,7 +146,7 @@ class DrillCommand final : public Command {
       return std::any_of(results_.begin(), results_.end(), holds);
     };
     if (!any([](const drills::DrillResult& r) { return r.skipped.empty(); })) {
-      return fail(kName, Error{"no drill could run on " + log_});
+      return fail(kDrillName, Error{"no drill could run on " + log_});
     }
     if (any([](const drills::DrillResult& r) { return !r.error.empty(); })) return kExitInput;
     return any([](const drills::DrillResult& r) { return r.verdict() == drills::Verdict::kFail; })
@@ -167,14 +167,14 @@ class DrillCommand final : public Command {
     campaign.first_seed = first_seed_;
     if (logs_) campaign.logs_folder = out_;
     Result<std::vector<drills::DrillResult>> results =
-        run_campaign_at_terminal(kName, out_, jobs_, std::move(campaign));
+        run_campaign_at_terminal(kDrillName, out_, jobs_, std::move(campaign));
     if (!results) return results.error();
     results_ = std::move(results).value();
     return print_results();
   }
 
   [[nodiscard]] Outcome print_results() const {
-    const std::string json = report::json_document(kName, to_json(results_));
+    const std::string json = report::json_document(kDrillName, to_json(results_));
     if (json_) {
       fmt::print("{}", json);
     } else {

@@ -20,7 +20,7 @@
 namespace rcs::cli {
 namespace {
 
-constexpr std::string_view kName = "faults";
+constexpr std::string_view kFaultsName = "faults";
 constexpr std::size_t kShown = 30;  // runs outside of a limit
 
 /// The file of results: a line with the plan, then one for each run. It is rewritten after every
@@ -111,18 +111,18 @@ class FaultsCommand final : public Command {
     const std::vector<std::size_t> selected = drills::selected_classes(plan_.only);
     for (const std::string& name : plan_.only) {
       if (drills::selected_classes({name}).empty()) {
-        return wrong_usage(kName, Error{"--only " + name + ": no such class; see --list"});
+        return wrong_usage(kFaultsName, Error{"--only " + name + ": no such class; see --list"});
       }
     }
     std::set<drills::DrillSource> sources;
     for (std::size_t k : selected) sources.insert(drills::fault_classes()[k].source);
     if (static_cast<int>(sources.size()) < plan_.faults) {
-      return wrong_usage(kName, Error{"--faults: --only leaves too few sensors"});
+      return wrong_usage(kFaultsName, Error{"--faults: --only leaves too few sensors"});
     }
     for (std::string& scenario : plan_.scenarios) scenario = find_config(scenario);
     config_ = find_config(config_);
     const Outcome done = run_all();
-    if (!done) return fail(kName, done.error());
+    if (!done) return fail(kFaultsName, done.error());
     return passed() ? kExitOk : kExitNegative;
   }
 
@@ -189,7 +189,7 @@ class FaultsCommand final : public Command {
       if (file && written) written = file->write(results_);
     };
     const Result<std::vector<drills::DrillResult>> done =
-        run_campaign_at_terminal(kName, out_, jobs_, std::move(campaign));
+        run_campaign_at_terminal(kFaultsName, out_, jobs_, std::move(campaign));
     if (!done) return done.error();
     if (!written) return written;
     for (std::size_t k = 0; k < done->size(); ++k) {
@@ -221,7 +221,7 @@ class FaultsCommand final : public Command {
     for (const drills::FaultRun& r : results_) {
       json["runs"].push_back(report::Json::parse(drills::to_json_line(r)));
     }
-    const std::string text = report::json_document(kName, json);
+    const std::string text = report::json_document(kFaultsName, json);
     if (json_) {
       fmt::print("{}", text);
     } else {

@@ -13,7 +13,7 @@
 namespace rcs::cli {
 namespace {
 
-constexpr std::string_view kName = "outages";
+constexpr std::string_view kOutagesName = "outages";
 
 class OutagesCommand final : public Command {
  public:
@@ -89,7 +89,7 @@ class OutagesCommand final : public Command {
       question_.without.push_back(std::move(sources).value());
     }
     const Result<studies::OutageReport> report = answer();
-    if (!report) return fail(kName, report.error());
+    if (!report) return fail(kOutagesName, report.error());
     print_results(*report);
     return kExitOk;
   }
@@ -111,7 +111,7 @@ class OutagesCommand final : public Command {
     campaign.log = log_;
     campaign.logs_folder = logs_;
     const Result<std::vector<drills::DrillResult>> results =
-        run_campaign_at_terminal(kName, logs_, jobs_, std::move(campaign));
+        run_campaign_at_terminal(kOutagesName, logs_, jobs_, std::move(campaign));
     if (!results) return results.error();
     return studies::judge_outages(question_, *plans, *results, *motion);
   }
@@ -121,7 +121,7 @@ class OutagesCommand final : public Command {
       report::Json j = to_json(report);
       j["log"] = log_;
       j["config"] = config_;
-      fmt::print("{}", report::json_document(kName, j));
+      fmt::print("{}", report::json_document(kOutagesName, j));
     } else {
       fmt::print("reference of the errors: {}\n{}", report.reference,
                  to_text(outage_table(report)));

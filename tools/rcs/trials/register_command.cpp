@@ -21,7 +21,7 @@
 namespace rcs::cli {
 namespace {
 
-constexpr std::string_view kName = "register";
+constexpr std::string_view kRegisterName = "register";
 
 /// Parses a rigid motion: sixteen numbers, row-major.
 Result<Pose> parse_pose(const std::string& text) {
@@ -218,11 +218,11 @@ class Register final : public Command {
     if (global_ && method_ == "paper") return wrong_usage("--method paper excludes --global");
 
     const Result<clouds::Cloud> model = read(model_, shape);
-    if (!model) return fail(kName, model.error());
+    if (!model) return fail(kRegisterName, model.error());
     const Result<clouds::Cloud> data = read(data_, shape);
-    if (!data) return fail(kName, data.error());
+    if (!data) return fail(kRegisterName, data.error());
     if (model->points.empty() || data->points.empty()) {
-      return fail(kName,
+      return fail(kRegisterName,
                   Error{fmt::format("{}: no points", model->points.empty() ? model_ : data_)});
     }
 
@@ -232,17 +232,18 @@ class Register final : public Command {
     const studies::ClosestPoints after =
         studies::closest_points(tree, data->points, answer.T_model_data);
     if (json_) {
-      fmt::print("{}", report::json_document(
-                           kName, to_json(*model, *data, answer, before.mean_m(), after.mean_m())));
+      fmt::print(
+          "{}", report::json_document(kRegisterName, to_json(*model, *data, answer, before.mean_m(),
+                                                             after.mean_m())));
     } else {
       print_results(*model, *data, answer, before.mean_m(), after.mean_m());
     }
     if (!plot_.empty()) {
       const Outcome drawn = draw(model->points, data->points, guess, answer, before, after);
-      if (!drawn) return fail(kName, drawn.error());
+      if (!drawn) return fail(kRegisterName, drawn.error());
     }
     if (answer.good) return kExitOk;
-    return negative(kName, Error{why_not(answer)});
+    return negative(kRegisterName, Error{why_not(answer)});
   }
 
  private:

@@ -24,7 +24,7 @@
 namespace rcs::cli {
 namespace {
 
-constexpr std::string_view kName = "table1";
+constexpr std::string_view kTable1Name = "table1";
 constexpr std::string_view kReference = "config/sim/reference.toml";
 
 /// A row of Table 1 of the paper.
@@ -228,12 +228,12 @@ class Table1 final : public Command {
     if (data_.empty()) {
       fmt::print(stderr, "rcs table1: without real scans: RCS_DATA_DIR is not set; {}\n", remedy());
     } else {
-      Progress progress(kName, Progress::kSteps);  // the archive is unpacked
+      Progress progress(kTable1Name, Progress::kSteps);  // the archive is unpacked
       Result<studies::ScanSet> read = read_cuts(data_ + "/" + std::string(studies::kKittiDrive));
       if (read) {
         cuts = std::move(read).value();
       } else if (named || interrupt.requested()) {
-        return fail(kName, read.error());
+        return fail(kTable1Name, read.error());
       } else {
         fmt::print(stderr, "rcs table1: without real scans: RCS_DATA_DIR={}: {}; {}\n", data_,
                    read.error().message, remedy());
@@ -241,12 +241,12 @@ class Table1 final : public Command {
     }
     const std::string path = scenario_.empty() ? find_config(std::string(kReference)) : scenario_;
     const Result<sim::Scenario> scenario = sim::load_scenario(path, {});
-    if (!scenario) return fail(kName, scenario.error());
+    if (!scenario) return fail(kTable1Name, scenario.error());
     if (scenario->ladar != sim::LadarKind::kImager || scenario->commanded) {
-      return fail(kName, Error{path + ": not a scripted drive with a range imager"});
+      return fail(kTable1Name, Error{path + ": not a scripted drive with a range imager"});
     }
     const std::vector<std::vector<Row>> rows = rows_of(cuts, *scenario, interrupt);
-    if (interrupt.requested()) return fail(kName, Error{"interrupted"});
+    if (interrupt.requested()) return fail(kTable1Name, Error{"interrupted"});
     json_ ? print_json(rows) : print_table(rows);
     return kExitOk;
   }
@@ -263,7 +263,7 @@ class Table1 final : public Command {
   [[nodiscard]] std::vector<std::vector<Row>> rows_of(const std::optional<studies::ScanSet>& cuts,
                                                       const sim::Scenario& scenario,
                                                       const InterruptGuard& interrupt) const {
-    Progress progress(kName, Progress::kSteps);
+    Progress progress(kTable1Name, Progress::kSteps);
     const studies::ScanSet simulated = studies::simulate_scans(scenario, pairs_);
     std::size_t all = 0;
     std::size_t done = 0;
@@ -362,7 +362,7 @@ class Table1 final : public Command {
                         {"iterations", p.iterations}}},
                       {"methods", ours}});
     }
-    fmt::print("{}", report::json_document(kName, {{"sets", sets}}));
+    fmt::print("{}", report::json_document(kTable1Name, {{"sets", sets}}));
   }
 
   std::string data_;

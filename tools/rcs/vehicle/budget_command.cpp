@@ -24,7 +24,7 @@
 namespace rcs::cli {
 namespace {
 
-constexpr std::string_view kName = "budget";
+constexpr std::string_view kBudgetName = "budget";
 
 std::string joined(const std::vector<std::string>& words, const char* separator) {
   std::string text;
@@ -84,33 +84,34 @@ class Budget final : public Command {
 
   int run() override {
     const Result<ParamFile> params = ParamFile::load(plan_.config);
-    if (!params) return fail(kName, params.error());
+    if (!params) return fail(kBudgetName, params.error());
     const Result<evaluation::BudgetLimits> limits = evaluation::read_budget_limits(*params);
-    if (!limits) return fail(kName, limits.error());
+    if (!limits) return fail(kBudgetName, limits.error());
     const Result<ProcessTables> tables = read_process_tables(*params);
-    if (!tables) return fail(kName, tables.error());
+    if (!tables) return fail(kBudgetName, tables.error());
     plan_.nodes = tables->nodes;
     for (const std::string& node : plan_.nodes) {
       if (const Result<std::string> program = find_program(node); !program) {
-        return fail(kName, program.error());
+        return fail(kBudgetName, program.error());
       }
     }
     if (plan_.lcm_url.empty()) {
-      if (const Outcome inside = enter_private_bus(); !inside) return fail(kName, inside.error());
+      if (const Outcome inside = enter_private_bus(); !inside)
+        return fail(kBudgetName, inside.error());
       plan_.lcm_url = kDefaultLcmUrl;
     }
     const Result<Duration> length = length_of_log();
-    if (!length) return fail(kName, length.error());
+    if (!length) return fail(kBudgetName, length.error());
     plan_.length = seconds_ > 0.0 ? from_seconds(seconds_) : *length;
     print_plan(*length);
 
     const std::string load_before = load_average();
     Result<BudgetRun> run = [&] {
-      Progress progress(kName, 1000);
+      Progress progress(kBudgetName, 1000);
       return run_budget(
           plan_, [&](double share) { progress.at(static_cast<std::int64_t>(1000.0 * share)); });
     }();
-    if (!run) return fail(kName, run.error());
+    if (!run) return fail(kBudgetName, run.error());
     return print_results(*run, *limits, load_before);
   }
 
@@ -149,7 +150,7 @@ class Budget final : public Command {
           fmt::format("{} scans in real time, load: {}", run.record.scans.sent, loads());
       const Outcome written = tools::write_text(
           svg_, report::render(evaluation::budget_plot(run.record, limits, title), true));
-      if (!written) return fail(kName, written.error());
+      if (!written) return fail(kBudgetName, written.error());
     }
     if (json_) {
       evaluation::Json json = to_json(run.record, verdicts);
@@ -161,7 +162,7 @@ class Budget final : public Command {
       json["load_average_before"] = load_before;
       json["player_max_delay_ms"] = milliseconds(run.worst_send);
       json["messages_not_received"] = run.missed_here;
-      fmt::print("{}", report::json_document(kName, json));
+      fmt::print("{}", report::json_document(kBudgetName, json));
     } else {
       fmt::print("{}\n{}\n{}\n{}", to_text(evaluation::hop_table(run.record)),
                  to_text(evaluation::stage_table(run.record)),

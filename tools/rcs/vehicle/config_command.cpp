@@ -17,7 +17,7 @@
 namespace rcs::cli {
 namespace {
 
-constexpr std::string_view kName = "config";
+constexpr std::string_view kConfigName = "config";
 
 std::string range_of(const ParamDescription& p) {
   if (p.range) return fmt::format("[{}, {}]", p.range->min, p.range->max);
@@ -57,7 +57,7 @@ class List final : public Command {
     if (!table_.empty()) {
       parameters = find_parameters(parameters, table_);
       if (parameters.empty()) {
-        return wrong_usage(kName, Error{"no key or table " + table_});
+        return wrong_usage(kConfigName, Error{"no key or table " + table_});
       }
     }
     if (json_) {
@@ -99,7 +99,7 @@ class Explain final : public Command {
     for (const std::string& key : keys_) {
       const std::vector<ParamDescription> found = find_parameters(parameters, key);
       if (found.empty()) {
-        status = wrong_usage(kName, Error{"no key or table " + key + suggestion(key, names)});
+        status = wrong_usage(kConfigName, Error{"no key or table " + key + suggestion(key, names)});
       }
       all.insert(all.end(), found.begin(), found.end());
     }
@@ -142,7 +142,7 @@ class Check final : public Command {
     for (const std::string& file : files_) {
       const std::string path = find_config(file);
       const Result<Configuration> read = read_configuration(path, overrides_);
-      if (!read && !tools::read_text(path)) return fail(kName, read.error());
+      if (!read && !tools::read_text(path)) return fail(kConfigName, read.error());
       const std::vector<std::string> problems =
           read ? read->problems : std::vector<std::string>{read.error().message};
       valid = valid && problems.empty();
@@ -175,7 +175,7 @@ class Show final : public Command {
 
   int run() override {
     const Result<Configuration> read = read_configuration(find_config(file_), overrides_);
-    if (!read) return fail(kName, read.error());
+    if (!read) return fail(kConfigName, read.error());
     for (const std::string& problem : read->problems) {
       fmt::print(stderr, "rcs config: {}\n", problem);
     }

@@ -28,10 +28,10 @@
 namespace rcs::cli {
 namespace {
 
-constexpr std::string_view kName = "go";
+constexpr std::string_view kGoName = "go";
 constexpr Duration kTick = from_milliseconds(100.0);
 /// Period at which a GOTO is repeated: BG stops when its superior is silent.
-constexpr Duration kRefresh = from_seconds(1.0);
+constexpr Duration kRepeatEvery = from_seconds(1.0);
 constexpr Duration kEchoPatience = from_seconds(2.5);
 
 std::string_view name_of(CommandProgress::State state) {
@@ -105,7 +105,7 @@ class OperatorSession {
     for (;;) {
       if (now() >= next_send) {
         port_.send(command, now());
-        next_send = now() + kRefresh;
+        next_send = now() + kRepeatEvery;
       }
       if (!wait()) return {false, "interrupted", "interrupted"};
       const CommandProgress current = port_.progress(now());
@@ -254,9 +254,9 @@ class Go final : public Command {
       return kExitUsage;
     }
     const Result<rcs::Command> command = requested_command();
-    if (!command) return fail(kName, command.error());
+    if (!command) return fail(kGoName, command.error());
     const Result<std::unique_ptr<LcmBus>> bus = LcmBus::create(lcm_url_);
-    if (!bus) return fail(kName, bus.error());
+    if (!bus) return fail(kGoName, bus.error());
     OperatorSession session(bus->get());
     const Stamp begin = session.now();
     const Ending ending = pursue(&session, *command);
@@ -268,12 +268,12 @@ class Go final : public Command {
                               {"state", session.state()},
                               {"waypoints", command->waypoints.size()},
                               {"time_s", seconds(session.now() - begin)}};
-      fmt::print("{}", report::json_document(kName, j));
+      fmt::print("{}", report::json_document(kGoName, j));
     }
-    if (const Outcome status = (*bus)->status(); !status) return fail(kName, status.error());
+    if (const Outcome status = (*bus)->status(); !status) return fail(kGoName, status.error());
     if (ending.good) return kExitOk;
     const bool no_bg = session.state().empty();
-    return no_bg ? fail(kName, Error{ending.reason}) : negative(kName, Error{ending.reason});
+    return no_bg ? fail(kGoName, Error{ending.reason}) : negative(kGoName, Error{ending.reason});
   }
 
  private:

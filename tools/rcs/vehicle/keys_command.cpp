@@ -13,7 +13,7 @@
 namespace rcs::cli {
 namespace {
 
-constexpr std::string_view kName = "keys";
+constexpr std::string_view kKeysName = "keys";
 
 class Keys final : public Command {
  public:
@@ -36,7 +36,7 @@ class Keys final : public Command {
 
   int run() override {
     const Result<KeyFolder> keys = KeyFolder::open(directory_);
-    if (!keys) return fail(kName, keys.error());
+    if (!keys) return fail(kKeysName, keys.error());
     if (keys->authorities_made() && !json_) fmt::print("made  {}/ca\n", directory_);
     const bool all = add(*keys, vehicles_, KeyRole::kVehicle) &&
                      add(*keys, operators_, KeyRole::kOperator) &&
@@ -46,7 +46,7 @@ class Keys final : public Command {
       const report::Json json = {{"folder", directory_},
                                  {"authorities_created", keys->authorities_made()},
                                  {"identities", identities_}};
-      fmt::print("{}", report::json_document(kName, json));
+      fmt::print("{}", report::json_document(kKeysName, json));
     }
     return kExitOk;
   }
@@ -56,7 +56,7 @@ class Keys final : public Command {
     for (const std::string& name : names) {
       const Result<bool> made = keys.add(name, role);
       if (!made) {
-        (void)fail(kName, made.error());
+        (void)fail(kKeysName, made.error());
         return false;
       }
       identities_.push_back({{"name", name}, {"role", text(role)}, {"created", *made}});

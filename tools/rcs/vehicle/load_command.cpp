@@ -18,7 +18,7 @@
 namespace rcs::cli {
 namespace {
 
-constexpr std::string_view kName = "load";
+constexpr std::string_view kLoadName = "load";
 
 /// One slice of arithmetic that the optimizer cannot remove.
 std::uint64_t spin(std::uint64_t x) {
@@ -79,7 +79,7 @@ class Load final : public Command {
     if (kind_ == "cpu") load_cpu(interrupt);
     if (kind_ == "memory") load_memory(interrupt);
     if (kind_ == "io") done = load_io(interrupt);
-    return done ? kExitOk : fail(kName, done.error());
+    return done ? kExitOk : fail(kLoadName, done.error());
   }
 
  private:

@@ -26,7 +26,7 @@
 namespace rcs::cli {
 namespace {
 
-constexpr std::string_view kName = "predict";
+constexpr std::string_view kPredictName = "predict";
 constexpr Duration kResend = from_seconds(1.0);
 
 class PredictCommand final : public Command {
@@ -68,28 +68,30 @@ class PredictCommand final : public Command {
   int run() override {
     const Result<std::vector<Vec2>> places = checked_places();
     if (!places) {
-      return path_.empty() ? wrong_usage(kName, places.error()) : fail(kName, places.error());
+      return path_.empty() ? wrong_usage(kPredictName, places.error())
+                           : fail(kPredictName, places.error());
     }
     const Result<std::unique_ptr<LcmBus>> bus = LcmBus::create(lcm_url_);
-    if (!bus) return fail(kName, bus.error());
+    if (!bus) return fail(kPredictName, bus.error());
     const Result<path_uncertainty_t> answer = ask(bus->get(), *places);
-    if (!answer) return fail(kName, answer.error());
+    if (!answer) return fail(kPredictName, answer.error());
     if (answer->state == path_uncertainty_t::STATE_NO_WORLD) {
-      return fail(kName, Error{"WM has no world pose yet"});
+      return fail(kPredictName, Error{"WM has no world pose yet"});
     }
     if (answer->state != path_uncertainty_t::STATE_ANSWERED) {
-      return fail(kName, Error{"WM rejected the path: at most 1000 points, within 10000 km"});
+      return fail(kPredictName,
+                  Error{"WM rejected the path: at most 1000 points, within 10000 km"});
     }
     if (json_) {
       print_json(*answer);
     } else {
       print_table(*answer);
     }
-    if (answer->n < 1) return fail(kName, Error{"the response has no points"});
+    if (answer->n < 1) return fail(kPredictName, Error{"the response has no points"});
     const float most =
         *std::max_element(answer->sigma_with_map_m.begin(), answer->sigma_with_map_m.end());
     if (!limit_m_ || most <= *limit_m_) return kExitOk;
-    return negative(kName,
+    return negative(kPredictName,
                     Error{fmt::format("sigma {:.2f} m > {:.2f} m (--limit)", most, *limit_m_)});
   }
 
@@ -164,7 +166,7 @@ class PredictCommand final : public Command {
                             {"has_map", m.has_map != 0},
                             {"map_bias_sigma_m", m.map_bias_sigma_m},
                             {"points", points}};
-    fmt::print("{}", report::json_document(kName, j));
+    fmt::print("{}", report::json_document(kPredictName, j));
   }
 
   // At most `rows_` rows, evenly distributed, including the first and the last.

@@ -21,7 +21,7 @@
 namespace rcs::cli {
 namespace {
 
-constexpr std::string_view kName = "top";
+constexpr std::string_view kTopName = "top";
 constexpr Duration kRedraw = from_milliseconds(500.0);
 constexpr int kMaxBurst = 1000;
 
@@ -159,11 +159,11 @@ class Top final : public Command {
   int run() override {
     const StopSignals stop;  // before the bus, because the thread of LCM inherits the mask
     const Result<std::unique_ptr<LcmBus>> opened = LcmBus::create(lcm_url_);
-    if (!opened) return fail(kName, opened.error());
+    if (!opened) return fail(kTopName, opened.error());
     LcmBus* const bus = opened->get();
     evaluation::TopModel model;
     const Taps taps(bus, &model);
-    if (const Outcome status = bus->status(); !status) return fail(kName, status.error());
+    if (const Outcome status = bus->status(); !status) return fail(kTopName, status.error());
     LiveTimeline timeline(bus, &stop);
     const bool live = !once_ && !json_ && isatty(STDOUT_FILENO) == 1 && isatty(STDIN_FILENO) == 1;
     return live ? show_live(bus, stop, timeline, &model) : show_once(bus, &timeline, &model);
@@ -174,10 +174,10 @@ class Top final : public Command {
     const Stamp until = timeline->now() + from_seconds(listen_s_);
     Timeline::Step step = Timeline::Step::kDelivered;
     while (step == Timeline::Step::kDelivered) step = timeline->advance(until);
-    if (const Outcome status = bus->status(); !status) return fail(kName, status.error());
+    if (const Outcome status = bus->status(); !status) return fail(kTopName, status.error());
     const evaluation::TopView view = model->view(timeline->now(), wall_utime());
-    fmt::print("{}",
-               json_ ? report::json_document(kName, to_json(view)) : plain_text(top_lines(view)));
+    fmt::print(
+        "{}", json_ ? report::json_document(kTopName, to_json(view)) : plain_text(top_lines(view)));
     const bool any = std::any_of(view.nodes.begin(), view.nodes.end(),
                                  [](const evaluation::TopView::Node& n) { return n.alive; });
     return any ? kExitOk : kExitNegative;
@@ -204,7 +204,7 @@ class Top final : public Command {
       if (polled[1].revents != 0) return kExitOk;
       if (polled[2].revents != 0 && screen.asked_to_leave()) return kExitOk;
     }
-    return fail(kName, bus->status().error());
+    return fail(kTopName, bus->status().error());
   }
 
   std::string lcm_url_;

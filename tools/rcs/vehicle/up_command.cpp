@@ -31,13 +31,13 @@
 namespace rcs::cli {
 namespace {
 
-constexpr std::string_view kName = "up";
+constexpr std::string_view kUpName = "up";
 constexpr std::string_view kPrefix = "rcs up: ";
 constexpr std::size_t kLastLines = 8;
 /// Nodes send a heartbeat once per second: a running node is detected in this time.
 constexpr Duration kListen = from_seconds(1.6);
 /// Maximum number of messages delivered in a row.
-constexpr int kMaxBurst = 1000;
+constexpr int kMaxMessages = 1000;
 
 /// One node: its process, if running, and its heartbeat.
 struct Watched {
@@ -141,9 +141,9 @@ class Up final : public Command {
 int Up::run() {
   config_ = find_config(config_);
   const Result<ParamFile> params = ParamFile::load(config_);
-  if (!params) return fail(kName, params.error());
+  if (!params) return fail(kUpName, params.error());
   const Result<ProcessTables> tables = read_process_tables(*params);
-  if (!tables) return fail(kName, tables.error());
+  if (!tables) return fail(kUpName, tables.error());
   const std::vector<std::string>& nodes = tables->nodes;
   for (const auto& [name, realtime] : tables->realtime) {
     if (std::find(nodes.begin(), nodes.end(), name) == nodes.end()) {
@@ -156,20 +156,21 @@ int Up::run() {
   Outcome good = check_all(*tables, stop);
   if (good) good = report_latched_stop(*params, nodes);
   if (check_ && json_) {
-    fmt::print("{}", report::json_document(kName, {{"config", config_},
-                                                   {"nodes", nodes},
-                                                   {"valid", good.ok()},
-                                                   {"reason", good ? "" : good.error().message}}));
+    fmt::print("{}",
+               report::json_document(kUpName, {{"config", config_},
+                                               {"nodes", nodes},
+                                               {"valid", good.ok()},
+                                               {"reason", good ? "" : good.error().message}}));
     return good ? kExitOk : kExitNegative;
   }
-  if (!good) return check_ ? negative(kName, good.error()) : fail(kName, good.error());
+  if (!good) return check_ ? negative(kUpName, good.error()) : fail(kUpName, good.error());
   if (check_) {
     fmt::print("rcs up: {} is valid for its {} nodes\n", config_, nodes.size());
     return kExitOk;
   }
 
   Result<std::unique_ptr<LcmBus>> opened = LcmBus::create(lcm_url_);
-  if (!opened) return fail(kName, opened.error());
+  if (!opened) return fail(kUpName, opened.error());
   const std::string run = std::to_string((*opened)->publisher().run_id);
   (void)setenv(kRunIdVariable, run.c_str(), 1);  // NOLINT(concurrency-mt-unsafe): one thread yet
   bus_ = std::move(opened).value();
@@ -182,13 +183,13 @@ int Up::run() {
   LiveTimeline timeline(bus_.get(), &stop);
   if (!force_) {
     if (const Outcome alone = refuse_if_alive(&timeline); !alone) {
-      return fail(kName, alone.error());
+      return fail(kUpName, alone.error());
     }
   }
   report_.emplace(bus_.get(), config_, timeline.now());
   sensors_.emplace(timeline.now(), std::find(nodes.begin(), nodes.end(), "sp") != nodes.end());
   const Outcome done = watch(stop, timeline);
-  if (!done) return fail(kName, done.error());
+  if (!done) return fail(kUpName, done.error());
   print("all stopped");
   return kExitOk;
 }
@@ -308,7 +309,7 @@ Outcome Up::watch(const StopSignals& stop, const LiveTimeline& timeline) {
 }
 
 void Up::deliver(Stamp now) {
-  for (int i = 0; i < kMaxBurst && bus_->deliver_one(now); ++i) {
+  for (int i = 0; i < kMaxMessages && bus_->deliver_one(now); ++i) {
   }
   for (std::size_t i = 0; i < nodes_.size(); ++i) read_heartbeats(i, now);
 }
