@@ -1,21 +1,33 @@
 #pragma once
 // Detects increments that no working INS measures: the same values again and again, or a specific
-// force that does not point upwards. WM and SP treat such a sample as if it had not been received.
+// force that is missing or does not point upwards. WM and SP treat such a sample as if it had not
+// been received.
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <string_view>
 
 #include "lcmtypes/rcs/ins_t.hpp"
 
 namespace rcs {
 
+/// Why a sample of the INS is not a measurement.
+enum class InsFault { kNone, kFrozen, kNoForce, kNotUpward };
+
+[[nodiscard]] constexpr std::string_view name_of(InsFault fault) {
+  constexpr std::string_view kNames[] = {"no fault",
+                                         "eight equal increments in a row (frozen sensor)",
+                                         "no specific force", "specific force not upward"};
+  return kNames[static_cast<std::size_t>(fault)];
+}
+
 class InsContent {
  public:
   /// @param m  in the order of reception
-  /// @return false: the sample is not a measurement
-  [[nodiscard]] bool add(const ins_t& m) {
+  /// @return other than kNone: the sample is not a measurement
+  [[nodiscard]] InsFault add(const ins_t& m) {
     bool same = m.utime != last_.utime;
     bool zero = true;
     for (int i = 0; i < 3; ++i) {
@@ -47,7 +59,9 @@ class InsContent {
       upright_s_ = upward < kUpright && upright_s_ < kUprightFor_s ? 0.0 : upright_s_ + interval_s;
     }
     last_ = m;
-    return !stuck && !zero && weightless_ < kWeightless && upright_s_ >= kUprightFor_s;
+    if (stuck) return InsFault::kFrozen;
+    if (zero || weightless_ >= kWeightless) return InsFault::kNoForce;
+    return upright_s_ < kUprightFor_s ? InsFault::kNotUpward : InsFault::kNone;
   }
 
  private:
@@ -61,7 +75,7 @@ class InsContent {
   // filter by five metres in the first second, before any other test can know. A small force has no
   // such direction: on rough ground a vehicle is nearly weightless for a tenth of a second.
   static constexpr double kLeastUpward = 0.5;  ///< component along z over the whole
-  static constexpr double kUpright = 0.8;      ///< for a second, until it is believed again
+  static constexpr double kUpright = 0.8;      ///< for a second, until it is accepted again
   static constexpr double kUprightFor_s = 1.0;
   static constexpr double kDirected_mps2 = 5.0;
   static constexpr double kMean_s = 0.1;

@@ -77,7 +77,7 @@ constexpr std::string_view constant_name(const std::string_view (&names)[kNames]
 /// @param reason  innovation_t::REASON_*
 [[nodiscard]] constexpr std::string_view innovation_reason_name(int reason) {
   return constant_name<innovation_t::REASON_QUARANTINE>(
-      {"accepted", "gate", "invalid", "late", "repeated", "no datum", "epoch", "unobserved",
+      {"accepted", "gate", "invalid", "late", "repeated", "no world pose", "epoch", "unobserved",
        "quarantine"},
       reason);
 }

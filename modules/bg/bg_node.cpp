@@ -70,7 +70,7 @@ void BgNode::run(const Cycle& cycle) {
   take_integrity(cycle);
   take_map(cycle);
   pass_waypoints();
-  cycle.stages->mark("take");
+  cycle.stages->mark("receive");
 
   Facts now = facts(cycle.now);
   if (plan_clock_.due(cycle.now)) {
@@ -423,8 +423,9 @@ void BgNode::publish_status(const Decision& decision, Stamp now) {
                             : emergency_stop_.persisted() ? status_t::STOP_PERSISTED
                                                           : status_t::STOP_LATCHED});
   if (decision.state == reported_state_) return;
-  report_.publish(now, event::kBgState, "{} -> {}{}{}", reported_state_, decision.state,
-                  decision.reason.empty() ? "" : ": ", decision.reason);
+  report_.publish(now, event::kBgState, "{} -> {}{}{}",
+                  reported_state_.empty() ? std::string_view("start") : reported_state_,
+                  decision.state, decision.reason.empty() ? "" : ": ", decision.reason);
   reported_state_ = decision.state;
 }
 

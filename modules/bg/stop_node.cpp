@@ -20,10 +20,14 @@ bool EmergencyStop::update(const command_t* command, bool is_new, Stamp now, Rep
   if (!started_) report_start(now, report);
   if (decision->emergency) {
     if (new_stop || (!latch_.engaged() && command != nullptr)) {
+      // The gateway repeats its stop with new serials as long as it is latched there.
+      const bool latched = latch_.engaged();
       latch_.engage(*command);
-      report->publish(now, event::kBgStopEngaged,
-                      "emergency stop of {}: no motion until it is released at rest",
-                      latch_.cause());
+      if (!latched) {
+        report->publish(now, event::kBgStopEngaged,
+                        "emergency stop of {}: no motion until it is released at rest",
+                        latch_.cause());
+      }
       if (!latch_.persisted()) next_try_ = now;
     }
     keep(now, report, decision);

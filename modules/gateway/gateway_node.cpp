@@ -73,7 +73,7 @@ void GatewayNode::run(const Cycle& cycle) {
   const Stamp now = cycle.now;
   if (!started_) report_start(now);
   take_nodes(now);
-  cycle.stages->mark("take");
+  cycle.stages->mark("receive");
 
   take_stops(now);  // first: a stop rejects the commands of the same cycle
   take_commands(now);

@@ -36,6 +36,29 @@ Degrade next_level(Degrade level, int by) {
 
 }  // namespace
 
+std::string_view name_of(DegradeCause cause) {
+  switch (cause) {
+    case DegradeCause::kLeft:
+      return "too little time to the deadline";
+    case DegradeCause::kBehind:
+      return "the next scan is waiting";
+    case DegradeCause::kGrant:
+      return "less work granted than a full scan needs";
+    case DegradeCause::kLate:
+      return "cycle start too late";
+    case DegradeCause::kNone:
+      break;
+  }
+  return "calm";
+}
+
+DegradeCause cause_of(const ScanFacts& f, const DegradeParams& p) {
+  if (share(f.left, f.budget) < p.hold_left) return DegradeCause::kLeft;
+  if (f.behind >= p.behind || f.behind >= p.hold_behind) return DegradeCause::kBehind;
+  if (share(f.late, f.budget) >= p.late_share) return DegradeCause::kLate;
+  return f.grant_share < p.grant_full ? DegradeCause::kGrant : DegradeCause::kNone;
+}
+
 DegradeLadder step(const DegradeLadder& ladder, const ScanFacts& facts,
                    const DegradeParams& params) {
   RCS_CHECK(facts.budget > Duration::zero() && params.recover_margin >= 1.0);

@@ -2,6 +2,8 @@
 // Degrade levels: the work on a scan that is left out to meet its deadline. The level is decided
 // before the work begins, from facts of the timeline only, so that a replay decides the same.
 
+#include <string_view>
+
 #include "rcs/base/stamp.h"
 
 namespace rcs::sp {
@@ -44,6 +46,13 @@ struct DegradeLadder {
   Degrade level = Degrade::kFull;  ///< of the current scan
   int calm = 0;                    ///< scans in a row for which the level below would suffice
 };
+
+/// The limit that a scan exceeds.
+enum class DegradeCause { kNone, kLeft, kBehind, kGrant, kLate };
+
+[[nodiscard]] std::string_view name_of(DegradeCause cause);
+/// The limit for which the level rises; kNone: the facts require the full work.
+[[nodiscard]] DegradeCause cause_of(const ScanFacts& facts, const DegradeParams& params);
 
 /// The ladder for the next scan. It rises at once, and falls by one level after recover_after calm
 /// scans. A hold is for one scan: the next is processed without the match to the a priori map,

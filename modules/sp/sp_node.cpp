@@ -1,5 +1,7 @@
 #include "modules/sp/sp_node.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
@@ -107,7 +109,7 @@ void SpNode::run(const Cycle& cycle) {
 
 void SpNode::take_inertial() {
   for (const ins_t* m = ins_.front(); m != nullptr; ins_.pop(), m = ins_.front()) {
-    if (!ins_content_.add(*m) || !plausible(*m))
+    if (ins_content_.add(*m) != InsFault::kNone || !plausible(*m))
       continue;  // WM reports it, as it does repeated and late samples
     static_cast<void>(
         inertial_.add({from_utime(m->utime) + ins_shift_, Duration(m->interval_us),
@@ -274,12 +276,15 @@ void SpNode::choose_level(const Cycle& cycle) {
   const Degrade before = ladder_.level;
   ladder_ = step(ladder_, facts, config_.degrade);
   if (ladder_.level == before) return;
-  report_.publish(
-      cycle.now, event::kSpDegrade,
-      "level {} -> {}: cycle start up to {:.1f} ms late, {:.1f} ms to the deadline, {:.2f} "
-      "scans waiting, {:.2f} of the nominal work granted",
-      static_cast<int>(before), static_cast<int>(ladder_.level), milliseconds(facts.late),
-      milliseconds(facts.left), facts.behind, facts.grant_share);
+  report_.publish(cycle.now, event::kSpDegrade,
+                  "level {} -> {}: {}; cycle start up to {:.1f} ms late, {:.1f} ms to the "
+                  "deadline, {:.2f} scans waiting{}",
+                  static_cast<int>(before), static_cast<int>(ladder_.level),
+                  name_of(cause_of(facts, config_.degrade)), milliseconds(facts.late),
+                  milliseconds(facts.left), facts.behind,
+                  full_need_ > 0 ? fmt::format(", {:.0f} % of the nominal work granted",
+                                               100.0 * facts.grant_share)
+                                 : std::string());
 }
 
 void SpNode::begin_answer(const Cycle& cycle) {

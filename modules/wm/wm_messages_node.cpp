@@ -129,9 +129,16 @@ std::optional<Registration> admit(const registration_t& m) {
 
 void tell_refused(const InboxBase& inbox, Reason reason, Stamp now, Report* report) {
   if (reason == Reason::kAccepted || reason == Reason::kNoDatum) return;
+  // A reader of an event has not read innovation_t.
+  const std::string_view text = reason == Reason::kInvalid
+                                    ? "invalid (not finite, implausible, or far in the future)"
+                                    : innovation_reason_name(static_cast<int>(reason));
+  tell_refused(inbox, text, now, report);
+}
+
+void tell_refused(const InboxBase& inbox, std::string_view reason, Stamp now, Report* report) {
   report->publish(now, event::kWmInputRefused, "{} rejected: {}; not fused, newest utime {}",
-                  inbox.channel(), innovation_reason_name(static_cast<int>(reason)),
-                  to_utime(inbox.account().newest));
+                  inbox.channel(), reason, to_utime(inbox.account().newest));
 }
 
 }  // namespace rcs::wm

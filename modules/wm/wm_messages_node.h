@@ -2,6 +2,7 @@
 // Input validation: rejects messages that are not finite, not plausible or not meant to be used.
 
 #include <optional>
+#include <string_view>
 
 #include "lcmtypes/rcs/gps_fix_t.hpp"
 #include "lcmtypes/rcs/ins_t.hpp"
@@ -28,5 +29,7 @@ struct Registration {
 
 /// Reports an event if the message was rejected.
 void tell_refused(const InboxBase& inbox, Reason reason, Stamp now, Report* report);
+/// Reports that the message was rejected.
+void tell_refused(const InboxBase& inbox, std::string_view reason, Stamp now, Report* report);
 
 }  // namespace rcs::wm

@@ -80,7 +80,7 @@ void WmNode::run(const Cycle& cycle) {
   take_all(&fixes_, cycle.now);
   take_all(&registrations_, cycle.now);
   estimator_.watch_clocks(cycle.now);
-  cycle.stages->mark("take");
+  cycle.stages->mark("receive");
 
   estimator_.fuse();
   cycle.stages->mark("fuse");
@@ -122,11 +122,16 @@ bool is_alive(Reason reason) { return reason == Reason::kAccepted || reason == R
 }  // namespace
 
 void WmNode::take(const ins_t& m, Stamp now) {
-  const std::optional<ImuSample> sample = ins_content_.add(m) ? admit(m) : std::nullopt;
+  const InsFault fault = ins_content_.add(m);
+  const std::optional<ImuSample> sample = fault == InsFault::kNone ? admit(m) : std::nullopt;
   const Stamp arrival = ins_.front_arrival();
   const Reason reason = sample ? estimator_.add(*sample, arrival) : Reason::kInvalid;
   if (is_alive(reason)) inputs_.add(Input::kIns, sample->stamp, arrival);
-  tell_refused(ins_, reason, now, &report_);
+  if (fault == InsFault::kNone || !plausible(m)) {
+    tell_refused(ins_, reason, now, &report_);
+  } else {
+    tell_refused(ins_, name_of(fault), now, &report_);
+  }
 }
 
 void WmNode::take(const gps_fix_t& m, Stamp now) {
@@ -354,11 +359,19 @@ void WmNode::report_events(Stamp now) {
     reported_mode_ = newest;
   }
   if (s.memory.world_resets != reported_resets_) {
-    report_.publish(
-        now, event::kWmWorldReset,
-        "world pose stepped by {:.2f} m, {:.2f} deg (limits {:.2f} m, {:.2f} deg): reset counted",
-        s.memory.last_reset_m, degrees(s.memory.last_reset_rad), config_.params.modes.reset_m,
-        degrees(config_.params.modes.reset_rad));
+    const double step_m = s.memory.last_reset_m;
+    const double step_deg = degrees(s.memory.last_reset_rad);
+    if (reported_resets_ == 0) {
+      report_.publish(now, event::kWmWorldReset,
+                      "first world pose, {:.2f} m and {:.2f} deg from frame local: reset counted",
+                      step_m, step_deg);
+    } else {
+      report_.publish(now, event::kWmWorldReset,
+                      "world pose stepped by {:.2f} m, {:.2f} deg (limits {:.2f} m, {:.1f} deg): "
+                      "reset counted",
+                      step_m, step_deg, config_.params.modes.reset_m,
+                      degrees(config_.params.modes.reset_rad));
+    }
     reported_resets_ = s.memory.world_resets;
   }
   if (estimator_.clock_steps() != reported_clock_steps_) {

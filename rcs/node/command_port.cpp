@@ -87,16 +87,16 @@ CommandProgress CommandPort::progress(Stamp now) const {
   if (sends_ == 0) return {State::kIdle, ""};
   if (done_) return {State::kDone, ""};
   const bool silent = now - std::max(received_at_, first_sent_) > params_.silence;
-  if (silent) return {State::kError, "the subordinate is silent"};
+  if (silent) return {State::kError, "no status for too long"};
   if (!echoed_) {
     if (echoes_mine()) return {State::kError, status_.reason};
     const bool given_up = now - last_sent_ > params_.resend && sends_ >= params_.max_sends;
     const bool over = now >= from_utime(command_.valid_until_utime);
-    if (given_up || over) return {State::kError, "the subordinate does not accept the command"};
+    if (given_up || over) return {State::kError, "the command is not accepted"};
     return {State::kSent, ""};
   }
   if (!echoes_mine()) {
-    return {State::kError, status_.echo_serial == 0 ? "the subordinate has restarted"
+    return {State::kError, status_.echo_serial == 0 ? "restarted since the command"
                                                     : "another command has replaced it"};
   }
   if (status_.status == status_t::STATUS_EXEC) return {State::kExecuting, ""};

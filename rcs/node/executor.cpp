@@ -88,6 +88,7 @@ std::string RunReport::text() const {
                    "cycle at most {:.3f} ms\n",
                    n.name, n.cycles, n.missed, n.overruns, milliseconds(n.worst_late),
                    milliseconds(n.worst_wall));
+    if (n.cycles == 0) continue;  // messages that overwrite each other in its inboxes are no loss
     for (const NodeReport::Input& i : n.inputs) {
       fmt::format_to(line,
                      "  {:<16} received {:>8}  dropped {:>6}  gaps {:>6}  repeated {:>6}  "

@@ -43,6 +43,19 @@ TEST(DegradeLadder, ASmallerGrantGivesAHigherLevel) {
   EXPECT_EQ(before, Degrade::kHold);
 }
 
+TEST(DegradeLadder, TheCauseIsTheLimitThatAScanExceeds) {
+  EXPECT_EQ(cause_of(calm_facts(), {}), DegradeCause::kNone);
+  ScanFacts f = calm_facts();
+  f.grant_share = 0.9;
+  EXPECT_EQ(cause_of(f, {}), DegradeCause::kGrant);
+  f.late = kBudget;
+  EXPECT_EQ(cause_of(f, {}), DegradeCause::kLate);
+  f.behind = 1.0;
+  EXPECT_EQ(cause_of(f, {}), DegradeCause::kBehind);
+  f.left = Duration::zero();
+  EXPECT_EQ(cause_of(f, {}), DegradeCause::kLeft);
+}
+
 TEST(DegradeLadder, LateCyclesDegradeStepByStepAndNeverHold) {
   ScanFacts f = calm_facts();
   f.late = from_milliseconds(70.0);

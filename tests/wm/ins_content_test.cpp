@@ -25,22 +25,26 @@ ins_t noisy(std::mt19937* random, int k) {
 TEST(InsContent, NoiseIsAMeasurement) {
   std::mt19937 random(1);
   InsContent content;
-  for (int k = 0; k < 1000; ++k) EXPECT_TRUE(content.add(noisy(&random, k)));
+  for (int k = 0; k < 1000; ++k) EXPECT_EQ(content.add(noisy(&random, k)), InsFault::kNone);
 }
 
 TEST(InsContent, AStuckSensorIsRejectedAndReturns) {
   std::mt19937 random(1);
   InsContent content;
   int k = 0;
-  for (; k < 200; ++k) EXPECT_TRUE(content.add(noisy(&random, k)));
+  for (; k < 200; ++k) EXPECT_EQ(content.add(noisy(&random, k)), InsFault::kNone);
   ins_t stuck = noisy(&random, k);
   int accepted = 0;
   for (int i = 0; i < 100; ++i) {
     stuck.utime = std::int64_t{10'000} * ++k;
-    accepted += content.add(stuck) ? 1 : 0;
+    const InsFault fault = content.add(stuck);
+    accepted += fault == InsFault::kNone ? 1 : 0;
+    if (fault != InsFault::kNone) {
+      EXPECT_EQ(fault, InsFault::kFrozen);
+    }
   }
   EXPECT_LE(accepted, 8);
-  EXPECT_TRUE(content.add(noisy(&random, ++k)));
+  EXPECT_EQ(content.add(noisy(&random, ++k)), InsFault::kNone);
 }
 
 TEST(InsContent, ASensorWithoutNoiseMayRepeatItsValues) {
@@ -49,7 +53,7 @@ TEST(InsContent, ASensorWithoutNoiseMayRepeatItsValues) {
   ins_t m = noisy(&random, 0);
   for (int k = 0; k < 500; ++k) {
     m.utime = std::int64_t{10'000} * k;
-    EXPECT_TRUE(content.add(m)) << k;
+    EXPECT_EQ(content.add(m), InsFault::kNone) << k;
   }
 }
 
@@ -58,13 +62,13 @@ TEST(InsContent, NoSpecificForceIsNoMeasurement) {
   InsContent content;
   ins_t zero = noisy(&random, 1);
   for (double& v : zero.delta_v_mps) v = 0.0;
-  EXPECT_FALSE(content.add(zero));
+  EXPECT_EQ(content.add(zero), InsFault::kNoForce);
   // In the air for a moment.
   int accepted = 0;
   for (int k = 2; k < 20; ++k) {
     ins_t falling = noisy(&random, k);
     falling.delta_v_mps[2] -= 0.0981;
-    accepted += content.add(falling) ? 1 : 0;
+    accepted += content.add(falling) == InsFault::kNone ? 1 : 0;
   }
   EXPECT_GT(accepted, 5);
   EXPECT_LT(accepted, 9);
@@ -79,7 +83,7 @@ TEST(InsContent, RoughGroundIsAMeasurement) {
     const bool light = k % 60 < 30;
     m.delta_v_mps[0] -= 0.02;
     m.delta_v_mps[2] = light ? 0.015 : 0.2;
-    EXPECT_TRUE(content.add(m)) << k;
+    EXPECT_EQ(content.add(m), InsFault::kNone) << k;
   }
 }
 
@@ -88,17 +92,21 @@ TEST(InsContent, AForceThatDoesNotPointUpwardsIsNoMeasurement) {
     std::mt19937 random(1);
     InsContent content;
     int k = 0;
-    for (; k < 100; ++k) EXPECT_TRUE(content.add(noisy(&random, k)));
+    for (; k < 100; ++k) EXPECT_EQ(content.add(noisy(&random, k)), InsFault::kNone);
     int accepted = 0;
     for (; k < 200; ++k) {
       ins_t wrong = noisy(&random, k);
       if (inverted) wrong.delta_v_mps[2] *= -1.0;
       if (!inverted) std::swap(wrong.delta_v_mps[0], wrong.delta_v_mps[2]);
-      accepted += content.add(wrong) ? 1 : 0;
+      const InsFault fault = content.add(wrong);
+      accepted += fault == InsFault::kNone ? 1 : 0;
+      if (fault != InsFault::kNone) {
+        EXPECT_EQ(fault, InsFault::kNotUpward);
+      }
     }
     EXPECT_LE(accepted, 15);
     int until_back = 0;
-    while (!content.add(noisy(&random, ++k))) ++until_back;
+    while (content.add(noisy(&random, ++k)) != InsFault::kNone) ++until_back;
     EXPECT_GE(until_back, 95) << "a second";
     EXPECT_LE(until_back, 120);
   }
@@ -112,7 +120,7 @@ TEST(InsContent, ASteepRoughSlopeIsAMeasurement) {
     ins_t m = noisy(&random, k);
     m.delta_v_mps[0] = 0.01 * (-9.81 * 0.64 + bumps(random));  // 40 degrees
     m.delta_v_mps[2] = 0.01 * (9.81 * 0.77 + bumps(random));
-    EXPECT_TRUE(content.add(m)) << k;
+    EXPECT_EQ(content.add(m), InsFault::kNone) << k;
   }
 }
 

@@ -151,8 +151,8 @@ Result<BudgetLimits> read_budget_limits(const ParamFile& file) {
   get(&table, "dropped_share", &limits.dropped_share, {0, 1},
       "Limit of the share of the scans sent of which SP received no facet.");
   get(&table, "overrun_share", &limits.overrun_share, {0, 1},
-      "Limit, for each node, of the cycles that end after their deadline per unit of work (SP: a "
-      "scan; others: a cycle).");
+      "Limit, for each node, of the share of its cycles (SP: scans) that end after their "
+      "deadline.");
   if (const Outcome read = file.finish(tables_but({"budget"})); !read) return read.error();
   return limits;
 }
@@ -182,11 +182,15 @@ std::vector<BudgetVerdict> judge(const BudgetRecord& record, const BudgetLimits&
 }
 
 report::Table hop_table(const BudgetRecord& record) {
-  return tail_table("latency of a scan [ms]", record.hops);
+  report::Table t = tail_table("latency of a scan [ms]", record.hops);
+  t.note =
+      "count: scans that reached this hop; a node may begin a cycle before the message of the "
+      "other is received, so that a hop can be negative";
+  return t;
 }
 
 report::Table stage_table(const BudgetRecord& record) {
-  return tail_table("wall time of a unit of work [ms]", record.stages);
+  return tail_table("wall time of a cycle (sp: a scan) [ms]", record.stages);
 }
 
 report::Table account_table(const BudgetRecord& record) {

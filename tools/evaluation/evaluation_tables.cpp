@@ -102,6 +102,9 @@ Json to_json(const OutageMetrics& f, Stamp zero) {
 }
 
 report::Table scan_table(const RunMetrics& f) {
+  if (f.stops.empty() && f.scans_missing == 0 && f.prior_matches == 0) {
+    return {{"no registrations: the log has no scans that SP processed"}, {}};
+  }
   report::Table t{{"registrations to the rolling map", "scans"}, {}};
   for (const auto& [stop, count] : f.stops) t.rows.push_back({stop, std::to_string(count)});
   t.rows.push_back({"scans missing by number", std::to_string(f.scans_missing)});
@@ -122,7 +125,7 @@ report::Table latency_table(const RunMetrics& f) {
     for (const auto& [stage, ms] : node.stages_ms) add(fmt::format("{}: {}", name, stage), ms, "");
   }
   if (f.chain_ms) add("last facet to nav_state", *f.chain_ms, "");
-  t.note = "per unit of work; p50, p99: percentiles; NODE: STAGE is a part of the time of NODE";
+  t.note = "per cycle (sp: scan); p50, p99: percentiles; NODE: STAGE is a part of the time of NODE";
   return t;
 }
 

@@ -304,7 +304,7 @@ std::vector<report::Plot> node_plots(const recording::RunLog& run) {
   for (const auto& [name, node] : run.nodes) {
     std::vector<double> wall_ms;
     for (const recording::CycleRecord& c : node.cycles) wall_ms.push_back(c.wall_ms);
-    plots.push_back(latency_plot(name + ": wall time of a unit of work", wall_ms));
+    plots.push_back(latency_plot(name + ": wall time of a cycle (sp: a scan)", wall_ms));
   }
   return plots;
 }

@@ -83,10 +83,23 @@ ComparedRun compare_run(const std::string& name, const recording::RunLog& log,
   return run;
 }
 
+/// No run fused GPS in the intervals.
+bool gps_denied(const std::vector<ComparedRun>& runs) {
+  for (const ComparedRun& run : runs) {
+    for (const std::vector<std::string>& fused : run.fused) {
+      if (std::find(fused.begin(), fused.end(), "GPS") != fused.end()) return false;
+    }
+  }
+  return true;
+}
+
 report::Table comparison_table(const std::vector<ComparedRun>& runs) {
-  report::Table t{{"run: sources fused while GPS is denied", "with GPS, rms [m]", "denied: rms [m]",
-                   "95 % [m]", "max [m]", "at the end [m]", "rms / distance"},
-                  {}};
+  const bool denied = gps_denied(runs);
+  report::Table t{
+      {denied ? "run: sources fused while GPS is denied" : "run: sources fused in the interval",
+       denied ? "with GPS, rms [m]" : "outside, rms [m]", denied ? "denied: rms [m]" : "rms [m]",
+       "95 % [m]", "max [m]", "at the end [m]", "rms / distance"},
+      {}};
   for (const ComparedRun& run : runs) {
     const std::string with_gps = fixed(run.with_gps_m.rms, 2);
     if (run.outages.empty()) t.rows.push_back({run.name, with_gps, "-", "-", "-", "-", "-"});
@@ -99,7 +112,10 @@ report::Table comparison_table(const std::vector<ComparedRun>& runs) {
                         fixed(o.end_horizontal_m, 2), share});
     }
   }
-  t.note = "horizontal errors; rms: root mean square; 95 %: percentile; -: GPS was not denied";
+  t.note =
+      denied
+          ? "horizontal errors; rms: root mean square; 95 %: percentile; -: GPS was not denied"
+          : "horizontal errors; rms: root mean square; 95 %: percentile; outside: of the interval";
   return t;
 }
 

@@ -27,6 +27,9 @@ struct ComparedRun {
                                       const std::vector<TimeInterval>& outages);
 
 /// One row for each run and outage; one for each run if there is no outage.
+/// False if a run fused GPS in one of the intervals (--gps-cut of a run with GPS).
+[[nodiscard]] bool gps_denied(const std::vector<ComparedRun>& runs);
+
 [[nodiscard]] report::Table comparison_table(const std::vector<ComparedRun>& runs);
 
 /// For pairs of runs that differ only by the LADAR (and the a priori map, which requires it): the

@@ -20,6 +20,7 @@
 #include "tools/base/files.h"
 #include "tools/rcs/command.h"
 #include "tools/rcs/terminal.h"
+#include "tools/report/table.h"
 
 namespace rcs::cli {
 
@@ -53,6 +54,50 @@ bool names_missing_input(const CLI::ParseError& error) {
   return text.find(" does not exist: ") != std::string_view::npos ||
          text.find(" is actually a ") != std::string_view::npos;
 }
+
+/// "map info" of `rcs map info ...`.
+std::string words_of(const CLI::App& app) {
+  std::string words;
+  for (const CLI::App* parsed = &app; !parsed->get_subcommands().empty();) {
+    parsed = parsed->get_subcommands().front();
+    words += (words.empty() ? "" : " ") + parsed->get_name();
+  }
+  return words;
+}
+
+/// "RUN: File does not exist: a.log" as the commands report it: "a.log: file does not exist".
+std::string missing_text(const CLI::ParseError& error) {
+  const std::string text = error.what();
+  const std::size_t path = text.rfind(": ");
+  const std::size_t problem = text.rfind(": ", path - 1);
+  if (path == std::string::npos || problem == std::string::npos) return text;
+  std::string reason = text.substr(problem + 2, path - problem - 2);
+  reason[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(reason[0])));
+  return text.substr(path + 2) + ": " + reason;
+}
+
+/// Help of at most 100 columns.
+class HelpFormat final : public CLI::Formatter {
+ public:
+  std::string make_option(const CLI::Option* option, bool is_positional) const override {
+    return entry(make_option_name(option, is_positional) + make_option_opts(option),
+                 make_option_desc(option));
+  }
+  std::string make_subcommand(const CLI::App* command) const override {
+    return entry(command->get_name(), command->get_description());
+  }
+
+ private:
+  static std::string entry(const std::string& name, std::string text) {
+    constexpr std::size_t kIndent = 30;
+    std::replace(text.begin(), text.end(), '\n', ' ');
+    std::string head = fmt::format("  {:<{}}", name, kIndent - 2);
+    if (head.size() > kIndent) head += "\n" + std::string(kIndent, ' ');
+    // The head has the place of the dots.
+    const std::string dots(kIndent, '.');
+    return head + report::wrapped(dots + text, kIndent).substr(kIndent) + "\n";
+  }
+};
 
 /// CLI11 accepts "nan" as a number in any range. @throws CLI::ValidationError
 void check_numbers(const CLI::App& command) {
@@ -122,7 +167,9 @@ std::string unknown_word(const CLI::App& app, int argc, char** argv) {
       }
       const bool number = std::isdigit(static_cast<unsigned char>(word[1])) != 0 || word[1] == '.';
       if (!number && std::find(known.begin(), known.end(), name) == known.end()) {
-        return fmt::format("unknown option {}{}", name, suggestion(name, known));
+        const bool version = name == "-v" || name == "-V";
+        return fmt::format("unknown option {}{}", name,
+                           version ? "; did you mean --version?" : suggestion(name, known));
       }
       continue;
     }
@@ -144,6 +191,7 @@ int rcs_main(int argc, char** argv) {
       "Tools of the registration and navigation system: logs, imports, replays,\n"
       "simulations and their evaluation.",
       "rcs");
+  app.formatter(std::make_shared<HelpFormat>());  // commands inherit it
   app.require_subcommand(1);
   app.footer(std::string(kExitStatusHelp) +
              "\n"
@@ -181,12 +229,13 @@ int rcs_main(int argc, char** argv) {
     check_numbers(app);
   } catch (const CLI::ParseError& e) {
     const std::string unknown = unknown_word(app, argc, argv);
-    if (e.get_exit_code() != 0 && !unknown.empty()) {
+    const bool help = e.get_exit_code() == 0;
+    if (!unknown.empty() && (!help || unknown.rfind("unknown command", 0) == 0)) {
       fmt::print(stderr, "rcs: {}\nRun with --help for more information.\n", unknown);
       return kExitUsage;
     }
-    if (app.exit(e) == 0) return kExitOk;
-    return names_missing_input(e) ? kExitInput : kExitUsage;
+    if (names_missing_input(e)) return fail(words_of(app), Error{missing_text(e)});
+    return app.exit(e) == 0 ? kExitOk : kExitUsage;
   }
   if (const Outcome safe = protect_inputs(app); !safe) {
     return fail(app.get_subcommands().front()->get_name(), safe.error());

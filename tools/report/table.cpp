@@ -70,7 +70,9 @@ std::vector<std::size_t> widths_of(const Table& table) {
 }
 
 /// @param at_bottom  cells with fewer lines are moved down
-std::string row_text(const Cells& cells, const std::vector<std::size_t>& width, bool at_bottom) {
+/// @param left       all cells are left-aligned, not only the first
+std::string row_text(const Cells& cells, const std::vector<std::size_t>& width, bool at_bottom,
+                     bool left) {
   std::vector<std::vector<std::string>> columns;
   std::size_t height = 1;
   for (std::size_t c = 0; c < cells.size(); ++c) {
@@ -84,8 +86,9 @@ std::string row_text(const Cells& cells, const std::vector<std::size_t>& width, 
       const std::size_t above = at_bottom ? height - columns[c].size() : 0;
       const bool has = k >= above && k - above < columns[c].size();
       const std::string cell = has ? columns[c][k - above] : std::string();
-      line += c == 0 ? fmt::format("{:<{}}", cell, width[c])
-                     : fmt::format("{:{}}{:>{}}", "", kGap, cell, width[c]);
+      line += std::string(c == 0 ? 0 : kGap, ' ');
+      line += c == 0 || left ? fmt::format("{:<{}}", cell, width[c])
+                             : fmt::format("{:>{}}", cell, width[c]);
     }
     line.erase(line.find_last_not_of(' ') + 1);
     text += line + "\n";
@@ -97,8 +100,8 @@ std::string row_text(const Cells& cells, const std::vector<std::size_t>& width, 
 
 std::string to_text(const Table& table) {
   const std::vector<std::size_t> width = widths_of(table);
-  std::string text = row_text(table.header, width, true);
-  for (const Cells& row : table.rows) text += row_text(row, width, false);
+  std::string text = row_text(table.header, width, true, table.left);
+  for (const Cells& row : table.rows) text += row_text(row, width, false, table.left);
   if (!table.note.empty()) text += "(" + wrapped(table.note, 1) + ")\n";
   return text;
 }

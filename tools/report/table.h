@@ -12,6 +12,7 @@ struct Table {
   std::vector<std::string> header;
   std::vector<std::vector<std::string>> rows;  ///< as wide as the header
   std::string note{};  ///< explains marks and abbreviations; below the table
+  bool left = false;   ///< all columns left-aligned: a table of words
 };
 
 /// Columns padded to their widest cell; the first left-aligned, the others to the right. A table of

@@ -187,8 +187,9 @@ nlohmann::ordered_json to_json(const ReferenceReport& report, const ReferenceRes
 }
 
 std::string to_text(const ReferenceReport& report, const ReferenceResult& result) {
-  std::string text = fmt::format("{} poses in frame {}, {} nodes, {:.0f} m\n", report.poses,
-                                 report.frame, result.graph.nodes.size(), report.travelled_m);
+  std::string text =
+      fmt::format("{} poses in frame {}, {} poses in the graph, {:.0f} m\n", report.poses,
+                  report.frame, result.graph.nodes.size(), report.travelled_m);
   report::Table edges{{"measurements", "count", "chi2/dof", "median", "suspect", "variance x"}, {}};
   for (std::size_t k = 0; k < kEdgeKinds; ++k) {
     const KindFit& fit = result.solved.fit[k];
@@ -198,6 +199,10 @@ std::string to_text(const ReferenceReport& report, const ReferenceResult& result
                           std::to_string(fit.suspect),
                           number(result.graph.graph.variance_factor[k], 2)});
   }
+  edges.note =
+      "chi2/dof: squared residual over its predicted variance, per degree of freedom, 1 if "
+      "consistent; suspect: residuals with a reduced weight; variance x: factor on the predicted "
+      "variance; prior: of the first pose and of the sensor errors";
   text += '\n' + to_text(edges);
   if (!result.rounds.empty()) {
     const ReferenceRound& last = result.rounds.back();
@@ -218,18 +223,18 @@ std::string to_text(const ReferenceReport& report, const ReferenceResult& result
     text += "no GPS: the poses are in frame local of WM\n";
   }
   if (result.delay.sigma_s > 0.0) {
-    text += fmt::format("LADAR clock: scans are {:.1f} ms +- {:.1f} ms after their stamps\n",
-                        1e3 * result.delay.delay_s, 1e3 * result.delay.sigma_s);
+    text += fmt::format("LADAR clock: scans are {:.1f} ms (sigma {:.1f} ms) {} their stamps\n",
+                        1e3 * std::abs(result.delay.delay_s), 1e3 * result.delay.sigma_s,
+                        result.delay.delay_s < 0.0 ? "before" : "after");
   }
   if (!report.errors) return text;
-  report::Table errors{{"against SIM_TRUTH, aligned over SE(3)", "RMS", "h", "v", "max", "rotation",
-                        "without mounting"},
+  report::Table errors{{"against SIM_TRUTH, aligned over SE(3)", "RMS [cm]", "horizontal",
+                        "vertical", "max", "rotation [deg]", "less its mean"},
                        {}};
   const auto add = [&errors](const char* what, const ReferenceErrors& e) {
-    errors.rows.push_back({what, number(100 * e.position_m, 1) + " cm",
-                           number(100 * e.horizontal_m, 1), number(100 * e.vertical_m, 1),
-                           number(100 * e.position_max_m, 1), number(e.rotation_deg, 3) + " deg",
-                           number(e.rotation_less_mounting_deg, 3) + " deg"});
+    errors.rows.push_back({what, number(100 * e.position_m, 1), number(100 * e.horizontal_m, 1),
+                           number(100 * e.vertical_m, 1), number(100 * e.position_max_m, 1),
+                           number(e.rotation_deg, 3), number(e.rotation_less_mounting_deg, 3)});
   };
   if (report.errors_before) add("WM online", *report.errors_before);
   add("smoothed", *report.errors);

@@ -175,7 +175,7 @@ report::Table error_table(const ConsistencyReport& report) {
 }
 
 report::Table protection_table(const ConsistencyReport& report) {
-  report::Table t{{"without GPS", "INS", "within horizontal level [%]", "vertical [%]",
+  report::Table t{{"without GPS", "INS", "within protection level, horizontal [%]", "vertical [%]",
                    "missed alerts", "false alerts with GPS [1/h]"},
                   {}};
   for (const ConsistencyBlock& block : report.blocks) {
@@ -191,7 +191,7 @@ report::Table protection_table(const ConsistencyReport& report) {
 }
 
 report::Table nis_table(const ConsistencyReport& report) {
-  report::Table t{{"NIS/dof, lag 1", "INS"}, {}};
+  report::Table t{{"mean NIS; correlation", "INS"}, {}};
   const std::set<std::string> sources = sources_of(report);
   for (const std::string& source : sources) t.header.push_back(source);
   for (const ConsistencyBlock& block : report.blocks) {
@@ -205,12 +205,15 @@ report::Table nis_table(const ConsistencyReport& report) {
         continue;
       }
       const std::optional<double> lag1 = found->second.lag1();
-      row.push_back(drills::marked(fmt::format("{:.2f}, {}", found->second.mean_nis_per_dof(),
+      row.push_back(drills::marked(fmt::format("{:.2f}; {}", found->second.mean_nis_per_dof(),
                                                lag1 ? fmt::format("{:.2f}", *lag1) : "-"),
                                    nis_verdict(found->second)));
     }
     t.rows.push_back(std::move(row));
   }
+  t.note =
+      "mean NIS per degree of freedom; autocorrelation of successive innovations, 0 if white; !: "
+      "limit violated";
   return t;
 }
 

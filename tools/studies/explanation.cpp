@@ -254,7 +254,8 @@ class History {
       refused.rows.push_back({std::string(innovation_source_name(m.source)),
                               ago(moment - i.arrival),
                               std::string(innovation_reason_name(m.reason)),
-                              fmt::format("{:.1f}", m.nis), fmt::format("{:.1f}", m.gate)});
+                              m.gate > 0.0 ? fmt::format("{:.1f}", m.nis) : "-",
+                              m.gate > 0.0 ? fmt::format("{:.1f}", m.gate) : "-"});
     }
     report::Table t{{"measurements in WM, last second", "accepted", "of", "max NIS/gate accepted"},
                     {}};
@@ -273,20 +274,23 @@ class History {
   }
 
   [[nodiscard]] std::string registrations_text(Stamp moment) const {
-    report::Table t{{"last registrations of SP", "", "stop", "points", "pairs", "overlap",
-                     "correction", "used / granted", "degrade"},
+    report::Table t{{"registrations", "", "stop", "points", "pairs", "overlap", "moved [m]",
+                     "turned [deg]", "used / granted", "level"},
                     {}};
     for (const Received<registration_t>& r : registrations_) {
       const registration_t& m = r.message;
       t.rows.push_back(
-          {fmt::format("scan {}, {}", m.scan_id,
-                       m.target == registration_t::TARGET_ROLLING ? "rolling map" : "a priori map"),
+          {fmt::format("{}, {}", m.scan_id,
+                       m.target == registration_t::TARGET_ROLLING ? "rolling" : "a priori"),
            ago(moment - r.arrival), std::string(recording::stop_name(m.stop)),
            std::to_string(m.points), std::to_string(m.pairs),
-           fmt::format("{:.0f} %", 100.0 * m.overlap),
-           fmt::format("{:.2f} m {:.2f} deg", m.correction_m, degrees(m.correction_rad)),
+           fmt::format("{:.0f} %", 100.0 * m.overlap), fmt::format("{:.2f}", m.correction_m),
+           fmt::format("{:.2f}", degrees(m.correction_rad)),
            fmt::format("{} / {}", m.used_units, m.granted_units), std::to_string(m.degrade_level)});
     }
+    t.note =
+        "scan and map; moved, turned: correction of the prediction; used / granted: work units; "
+        "level: degrade level";
     return t.rows.empty() ? "SP has published no registration.\n\n" : to_text(t) + "\n";
   }
 
@@ -298,7 +302,8 @@ class History {
       return us < 0 ? std::string("never") : ago(Duration(us));
     };
     std::string text = fmt::format(
-        "belief of WM ({}): {}{}; sigma {:.2f} {:.2f} {:.2f} m (vehicle x y z), yaw {:.2f} deg\n"
+        "belief of WM ({}): {}{}\n"
+        "  sigma {:.2f} {:.2f} {:.2f} m (vehicle x y z), yaw {:.2f} deg\n"
         "  last accepted: INS {}, GPS {}, odometry {},\n    rolling map {}, a priori map {}; "
         "{:.0f} m "
         "since GPS; {} resets\n",
@@ -321,17 +326,20 @@ class History {
     }
     if (integrity_.empty()) return text + "  no protection level published\n\n";
     const integrity_t& i = integrity_.back().message;
+    const auto level = [](double level_m) {
+      return std::isfinite(level_m) ? fmt::format("{:.2f} m", level_m) : std::string("unbounded");
+    };
     return text +
            fmt::format(
-               "  protection level {:.2f} m horizontal, {:.2f} m vertical (limits {:.1f} and "
-               "{:.1f} m); alerts: {}\n"
+               "  protection level {} horizontal, {} vertical (limits {:.1f} and {:.1f} m); "
+               "alerts: {}\n"
                "  GPS {} for {:.1f} s (test ratio {:.2f}), LADAR {} for {:.1f} s (test ratio "
                "{:.2f});\n    limit of the test ratio: 1\n\n",
-               i.protection_horizontal_m, i.protection_vertical_m, i.limit_horizontal_m,
-               i.limit_vertical_m, alert_names(i.alerts), source_status_name(i.gps),
-               seconds(Duration(i.utime - i.gps_since_utime)), i.gps_test_ratio,
-               source_status_name(i.ladar), seconds(Duration(i.utime - i.ladar_since_utime)),
-               i.ladar_test_ratio);
+               level(i.protection_horizontal_m), level(i.protection_vertical_m),
+               i.limit_horizontal_m, i.limit_vertical_m, alert_names(i.alerts),
+               source_status_name(i.gps), seconds(Duration(i.utime - i.gps_since_utime)),
+               i.gps_test_ratio, source_status_name(i.ladar),
+               seconds(Duration(i.utime - i.ladar_since_utime)), i.ladar_test_ratio);
   }
 
   [[nodiscard]] std::string driving_text(Stamp moment) const {

@@ -13,6 +13,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr auto kWm = static_cast<std::size_t>(PoseEstimator::kWm);
+
 std::string name_of(std::size_t estimator) {
   return std::string(estimator_name(static_cast<PoseEstimator>(estimator)));
 }
@@ -82,6 +84,17 @@ std::string back_text(const Group& group) {
   return never == 0 ? text : fmt::format("{}, {} not", text, never);
 }
 
+/// "30 s, without odometry"
+std::string name_of(const OutageReport& report, const Group& g) {
+  const std::string length = fmt::format("{:g} s", g.front()->window.length_s());
+  return g.front()->variant == 0 ? length : length + ", " + report.variants[g.front()->variant];
+}
+
+std::string errors_of(const Group& g, std::size_t estimator) {
+  return median_and_worst(
+      values_of(g, [=](const OutageFinding& f) { return horizontal(f, estimator); }));
+}
+
 Json error_json(const std::optional<OutageError>& e) {
   if (!e) return nullptr;
   return {{"horizontal_m", e->horizontal_m},
@@ -119,27 +132,19 @@ Json finding_json(const OutageReport& report, const OutageFinding& f) {
 }  // namespace
 
 report::Table outage_table(const OutageReport& report) {
-  const std::vector<std::size_t> estimators = estimators_of(report);
-  report::Table t{{"outage", "outages", "driven [m]"}, {}};
-  for (const std::size_t k : estimators) t.header.push_back(name_of(k) + " [m]");
-  for (const char* title : {"sigma of WM [m]", "to next fix [m]", "GPS back [s]"}) {
-    t.header.emplace_back(title);
-  }
+  report::Table t{{"outage", "outages", "driven [m]", "WM [m]", "sigma of WM [m]",
+                   "to next fix [m]", "GPS back [s]"},
+                  {}};
   for (const Group& g : grouped(report)) {
-    std::string name = fmt::format("{:g} s", g.front()->window.length_s());
-    if (g.front()->variant > 0) name += ", " + report.variants[g.front()->variant];
     const std::vector<double> driven_m = values_of(g, [](const OutageFinding& f) {
       return f.failed.empty() ? std::optional<double>(f.driven_m) : std::nullopt;
     });
     std::vector<std::string> row = {
-        name,
+        name_of(report, g),
         judged(g) == g.size() ? fmt::format("{}", g.size())
                               : fmt::format("{} of {}", judged(g), g.size()),
         driven_m.empty() ? "-" : fmt::format("{:.0f}", tools::summarize(driven_m).p50)};
-    for (const std::size_t k : estimators) {
-      row.push_back(
-          median_and_worst(values_of(g, [k](const OutageFinding& f) { return horizontal(f, k); })));
-    }
+    row.push_back(errors_of(g, kWm));
     row.push_back(median_and_worst(values_of(g, [](const OutageFinding& f) {
       return f.failed.empty() ? std::optional<double>(f.sigma_m) : std::nullopt;
     })));
@@ -151,6 +156,19 @@ report::Table outage_table(const OutageReport& report) {
   t.note =
       "a/b: median/maximum over the outages of a length; driven: median; to next fix: distance "
       "of WM from the first fix after the outage; GPS back: from that fix until WM accepts GPS";
+  return t;
+}
+
+report::Table dead_reckoning_table(const OutageReport& report) {
+  report::Table t{{"other estimates [m]"}, {}};
+  std::vector<std::size_t> estimators = estimators_of(report);
+  estimators.erase(std::remove(estimators.begin(), estimators.end(), kWm), estimators.end());
+  for (const std::size_t k : estimators) t.header.push_back(name_of(k));
+  for (const Group& g : grouped(report)) {
+    std::vector<std::string> row = {name_of(report, g)};
+    for (const std::size_t k : estimators) row.push_back(errors_of(g, k));
+    t.rows.push_back(std::move(row));
+  }
   return t;
 }
 

@@ -1,6 +1,6 @@
 // A vehicle that does not exist: it publishes INS, GPS_FIX, ODOMETRY and LADAR_POINTS as four
-// drivers of real sensors would. It stands for 3 s and then drives in a circle of 12 m in a
-// courtyard with four walls.
+// drivers of real sensors would, and prints the pose that WM publishes next to the truth. It
+// stands for 3 s and then drives in a circle of 12 m in a courtyard with four walls.
 //   synthetic_vehicle [SECONDS]       (default: 60). docs/user/own_vehicle.md explains every choice
 //   here.
 #include <unistd.h>
@@ -8,14 +8,17 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <lcm/lcm-cpp.hpp>
 #include <random>
+#include <string>
 #include <thread>
 
 #include "lcmtypes/rcs/gps_fix_t.hpp"
 #include "lcmtypes/rcs/ins_t.hpp"
 #include "lcmtypes/rcs/ladar_points_t.hpp"
+#include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/odometry_t.hpp"
 
 namespace {
@@ -26,6 +29,8 @@ constexpr double kRadius_m = 12.0, kSpeed_mps = 4.0, kStand_s = 3.0, kAccel_mps2
 constexpr double kLever_m[2] = {-0.5, 1.1};  // antenna: x and z in the vehicle, [gps] lever_m
 constexpr double kMount_m[2] = {0.3, 1.2};   // LADAR: x and z in the vehicle, [ladar] mount_m
 constexpr double kGround_m = -0.6;           // z of the ground in the vehicle frame
+constexpr const char* kModes[] = {"ALIGN",  "GPS_INS",   "GPS_INS_LADAR", "INS_LADAR",
+                                  "INS_DR", "GPS_LADAR", "LADAR",         "LOST"};
 constexpr int kTick_us = 5000, kFacets = 20, kBeams = 32, kColumns = 18;  // INS 200 Hz, scans 10 Hz
 
 struct Motion {
@@ -49,12 +54,22 @@ double range_of(double x, double y, double dx, double dy, double dz) {
   return kMount_m[1] + range_m * dz > kGround_m + 6.0 ? 0.0 : range_m;  // walls of 6 m
 }
 
+/// The newest message on WM_NAV_STATE.
+struct Receiver {
+  rcs::nav_state_t nav{};
+  void receive(const lcm::ReceiveBuffer*, const std::string&, const rcs::nav_state_t* m) {
+    nav = *m;
+  }
+};
+
 }  // namespace
 
 int main(int argc, char** argv) {
   const double length_s = argc > 1 ? std::atof(argv[1]) : 60.0;
   lcm::LCM bus("udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304");
   if (!bus.good()) return 1;
+  Receiver wm;
+  bus.subscribe("WM_NAV_STATE", &Receiver::receive, &wm);
   std::mt19937 rng(1);
   std::normal_distribution<double> noise;
   rcs::ins_t ins{};
@@ -74,10 +89,10 @@ int main(int argc, char** argv) {
     const Motion m = motion_at(t), before = motion_at(t - dt);
 
     // INS: integrals over the interval that ends at utime, in vehicle axes (x ahead, y left, z up).
-    // At rest delta_v is +g up. (A real gyro also feels the earth turn; grade "industrial" covers
-    // that.)
+    // At rest delta_v is +g up. (A real gyro also measures the rotation of the earth; grade
+    // "industrial" covers that.) The gyro has noise: WM rejects increments that repeat.
     ins.utime = now_us, ++ins.seq, ins.interval_us = kTick_us, ins.valid = 1;
-    ins.delta_angle_rad[2] = m.yaw - before.yaw;
+    ins.delta_angle_rad[2] = m.yaw - before.yaw + 1e-6 * noise(rng);
     ins.delta_v_mps[0] = m.speed - before.speed;
     ins.delta_v_mps[1] = m.speed * m.speed / kRadius_m * dt;
     ins.delta_v_mps[2] = kGravity_mps2 * dt;
@@ -135,6 +150,16 @@ int main(int argc, char** argv) {
     }
     facet.n = facet.n_time = static_cast<std::int32_t>(facet.x_m.size()), facet.n_index = 0;
     bus.publish("LADAR_POINTS", &facet);
+
+    while (bus.handleTimeout(0) > 0) {
+    }
+    if (k % 200 != 0 || wm.nav.utime == 0) continue;  // once a second
+    const Motion truth = motion_at(1e-6 * static_cast<double>(wm.nav.utime - begin_us));
+    std::printf("%5.1f s, %s, mode %s: %7.2f %7.2f %6.2f m; truth %7.2f %7.2f\n", t,
+                wm.nav.world_valid != 0 ? "world" : "local", kModes[wm.nav.mode & 7],
+                wm.nav.p_world_vehicle_m[0], wm.nav.p_world_vehicle_m[1],
+                wm.nav.p_world_vehicle_m[2], truth.x, truth.y);
+    std::fflush(stdout);
   }
   return 0;
 }

@@ -17,6 +17,7 @@ import rcs
 
 GROUP, PORT = "239.255.76.67", 7667
 RADIUS_M, SPEED_MPS, STAND_S, ACCEL_MPS2, GRAVITY_MPS2 = 12.0, 4.0, 3.0, 1.0, 9.81
+MODES = ("ALIGN", "GPS_INS", "GPS_INS_LADAR", "INS_LADAR", "INS_DR", "GPS_LADAR", "LADAR", "LOST")
 LEVER_M = (-0.5, 1.1)  # antenna: x and z in the vehicle, [gps] lever_m
 TICK_US = 5000         # INS 200 Hz
 
@@ -77,7 +78,8 @@ def main():
         before = motion_at(t - dt)
 
         ins.utime, ins.interval_us, ins.valid, ins.seq = utime, TICK_US, 1, ins.seq + 1
-        ins.delta_angle_rad = [0.0, 0.0, yaw - before[2]]
+        # WM rejects increments that repeat: a sensor without noise is faulty.
+        ins.delta_angle_rad = [0.0, 0.0, yaw - before[2] + noise.gauss(0.0, 1e-6)]
         ins.delta_v_mps = [speed - before[3], speed * speed / RADIUS_M * dt, GRAVITY_MPS2 * dt]
         bus.publish("INS", ins)
 
@@ -104,8 +106,8 @@ def main():
             nav = rcs.nav_state_t.decode(newest)
             x, y = motion_at(1e-6 * (nav.utime - begin_us))[:2]
             where = "world" if nav.world_valid else "local"  # local: no heading yet
-            print("%5.1f s, %s, mode %d: %7.2f %7.2f %6.2f m; truth %7.2f %7.2f" %
-                  (t, where, nav.mode, *nav.p_world_vehicle_m, x, y), flush=True)
+            print("%5.1f s, %s, mode %s: %7.2f %7.2f %6.2f m; truth %7.2f %7.2f" %
+                  (t, where, MODES[nav.mode], *nav.p_world_vehicle_m, x, y), flush=True)
 
 
 if __name__ == "__main__":

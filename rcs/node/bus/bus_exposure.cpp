@@ -108,15 +108,15 @@ std::string reach_note(const BusAddress& address, std::string_view multicast_int
     for (const std::string& name : interfaces) names += (names.empty() ? "" : ", ") + name;
     note = fmt::format(
         "bus reachable from {}: unless a firewall drops UDP port {} there, any host on these "
-        "networks "
-        "can stop the nodes; see README",
+        "networks can stop the nodes; see docs/user/vehicle_install.md, Bus firewall",
         names, address.port);
   }
   if (!multicast_interface.empty() && multicast_interface != "lo") {
-    note += fmt::format("{}multicast is routed to {}{}, not to lo; see README",
-                        note.empty() ? "" : "; ", multicast_interface,
-                        address.ttl > 0 ? fmt::format(" with ttl {}, onto its network", address.ttl)
-                                        : std::string());
+    note += fmt::format(
+        "{}multicast is routed to {}{}, not to lo; see docs/user/vehicle_install.md, Bus firewall",
+        note.empty() ? "" : "; ", multicast_interface,
+        address.ttl > 0 ? fmt::format(" with ttl {}, onto its network", address.ttl)
+                        : std::string());
   }
   return note;
 }

@@ -35,6 +35,13 @@ std::string number(double v) {
   return std::isnan(v) ? "none" : fmt::format("{:.10g}", v == 0.0 ? 0.0 : v);
 }
 
+/// The default of a key whose unit is not that of the code: four digits, because the conversion of
+/// a round value is not round. A value of the file is printed as it is written.
+/// @param node  the value in the file; null: the default applies
+std::string converted(double v, const toml::node* node) {
+  return node != nullptr || std::isnan(v) ? number(v) : number(std::stod(fmt::format("{:.4g}", v)));
+}
+
 std::string numbers(const Vec3& v) {
   return fmt::format("[{}, {}, {}]", number(v.x()), number(v.y()), number(v.z()));
 }
@@ -248,8 +255,9 @@ void ParamTable::get_scaled(std::string_view key, double unit, double* value, Ra
   if (node != nullptr && entry_->read_number(*node, key, &in_unit, range)) {
     *value = in_unit * unit;
   }
-  entry_->describe(node,
-                   {"", std::string(key), "number", range, {}, number(*value / unit), "", meaning});
+  entry_->describe(
+      node,
+      {"", std::string(key), "number", range, {}, converted(*value / unit, node), "", meaning});
 }
 
 void ParamTable::get_ms(std::string_view key, Duration* value, Range range_ms,
@@ -273,9 +281,14 @@ void ParamTable::get_deg(std::string_view key, double* value_rad, Range range_de
   if (node != nullptr && entry_->read_number(*node, key, &deg, range_deg)) {
     *value_rad = radians(deg);
   }
-  entry_->describe(
-      node,
-      {"", std::string(key), "number", range_deg, {}, number(degrees(*value_rad)), "", meaning});
+  entry_->describe(node, {"",
+                          std::string(key),
+                          "number",
+                          range_deg,
+                          {},
+                          converted(degrees(*value_rad), node),
+                          "",
+                          meaning});
 }
 
 void ParamTable::get_pose(std::string_view prefix, Pose* value, Range range_m,

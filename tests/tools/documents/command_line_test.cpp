@@ -16,7 +16,7 @@ using testing::StartsWith;
 class CommandLine : public RcsCommand {};
 
 TEST_F(CommandLine, EveryCommandHasAVersion) {
-  for (const char* command : {"", "log ", "log cat ", "register ", "map build "}) {
+  for (const char* command : {"", "log ", "log cut ", "register ", "map build "}) {
     EXPECT_EQ(rcs(std::string(command) + "--version"), 0) << command << messages();
     EXPECT_THAT(out(), StartsWith("rcs 0.")) << command;
   }
@@ -27,6 +27,8 @@ TEST_F(CommandLine, AnUnknownCommandIsNamedWithASuggestion) {
   EXPECT_THAT(messages(), HasSubstr("unknown command regster; did you mean register?"));
   EXPECT_EQ(rcs("log ct run.log"), 2);
   EXPECT_THAT(messages(), HasSubstr("unknown command ct; did you mean"));
+  EXPECT_EQ(rcs("log ct --help"), 2);
+  EXPECT_THAT(messages(), HasSubstr("unknown command ct"));
 }
 
 TEST_F(CommandLine, AnUnknownOptionIsNamedWithASuggestion) {
@@ -34,6 +36,13 @@ TEST_F(CommandLine, AnUnknownOptionIsNamedWithASuggestion) {
   EXPECT_THAT(messages(), HasSubstr("unknown option --jsn; did you mean --json?"));
   EXPECT_EQ(rcs("--hepl"), 2);
   EXPECT_THAT(messages(), HasSubstr("did you mean --help?"));
+  EXPECT_EQ(rcs("-v"), 2);
+  EXPECT_THAT(messages(), HasSubstr("did you mean --version?"));
+}
+
+TEST_F(CommandLine, AMissingInputIsReportedByItsCommand) {
+  EXPECT_EQ(rcs("log info " + folder_ + "/none.log"), 3);
+  EXPECT_EQ(messages(), "rcs log info: " + folder_ + "/none.log: file does not exist\n");
 }
 
 /// Full names of all commands without sub-commands: "log cut".
@@ -64,6 +73,13 @@ TEST_F(Leaves, EachHasAnExample) {
     EXPECT_EQ(rcs(leaf + " --help"), 0) << leaf;
     EXPECT_THAT(out(), testing::ContainsRegex("Examples?:")) << leaf;
     EXPECT_THAT(out(), HasSubstr("rcs" + leaf)) << leaf;
+    std::istringstream help(out());
+    for (std::string line; std::getline(help, line);) {
+      const bool name = line.rfind("  -", 0) == 0;  // may have a long default value
+      if (!name) {
+        EXPECT_LE(line.size(), 100U) << line;
+      }
+    }
   }
 }
 

@@ -21,7 +21,7 @@ struct ReadmeCommand {
   std::string_view why;
 };
 
-constexpr std::array<ReadmeCommand, 44> kReadmeCommands = {{
+constexpr std::array<ReadmeCommand, 45> kReadmeCommands = {{
     {"./synthetic_vehicle", How::kForeign, "real time, on a bus; own_vehicle_test.sh"},
     {"PYTHONPATH=", How::kForeign, "real time, on a bus; own_vehicle_test.sh"},
     {"export", How::kForeign, "of the operator's shell; live_pages_test.sh"},
@@ -30,6 +30,7 @@ constexpr std::array<ReadmeCommand, 44> kReadmeCommands = {{
     {"tools/test", How::kOptions, "runs this test"},
     {"build/release/bin/rcs up", How::kOptions, "runs until Ctrl-C; up_test.sh"},
     {"build/release/bin/rcs top", How::kOptions, "runs until q; live_pages_test.sh"},
+    {"build/release/bin/rcs sim config/sim/demo.toml", How::kOptions, "206 s; sim tests"},
     {"lcm-logger", How::kForeign, "runs until Ctrl-C; live_pages_test.sh"},
     {"build/release/bin/rcs play", How::kOptions, "needs a bus; live_pages_test.sh"},
     {"lcm-logplayer", How::kForeign, "needs a bus; live_pages_test.sh"},

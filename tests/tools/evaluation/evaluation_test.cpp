@@ -129,8 +129,10 @@ TEST(RunComparison, TheSummaryPairsTheRunsThatDifferByTheLadarAlone) {
   EXPECT_EQ(comparison_table(runs).rows[3][0], "INS alone: INS");
   EXPECT_EQ(comparison_table(runs).rows[3].back(), "10.00 %");
 
+  EXPECT_EQ(comparison_table(runs).header.front(), "run: sources fused while GPS is denied");
   // A run with GPS shows no effect of the LADAR, independently of its name.
   runs[3].fused = {{"GPS", "INS"}};
+  EXPECT_EQ(comparison_table(runs).header.front(), "run: sources fused in the interval");
   EXPECT_NEAR(ladar_factor(runs).value_or(0.0), 1.25, 1e-9);
   runs.erase(runs.begin() + 1);
   EXPECT_FALSE(ladar_factor(runs).has_value());

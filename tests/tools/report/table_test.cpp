@@ -21,6 +21,15 @@ TEST(Table, ANarrowTableHasOneLineForEachRow) {
             "b             -10.25\n");
 }
 
+TEST(Table, ATableOfWordsIsLeftAligned) {
+  Table table{{"drill", "description"}, {{"d01", "GPS lost"}, {"d02_long", "GPS returns"}}};
+  table.left = true;
+  EXPECT_EQ(to_text(table),
+            "drill     description\n"
+            "d01       GPS lost\n"
+            "d02_long  GPS returns\n");
+}
+
 TEST(Table, AWideTableFits100ColumnsByBreakingWideHeadersFirst) {
   Table table{{"a run with a long name"}, {{"the run, with all its sensors"}}};
   for (int k = 0; k < 9; ++k) {

@@ -35,8 +35,8 @@ TEST_F(Table1Command, ComparesEveryMethodOnEverySetWithThePaper) {
   EXPECT_DOUBLE_EQ(table[3]["paper"]["mean_distance_after_cm"].get<double>(), 11.66);
   for (const json& set : table) {
     ASSERT_EQ(set["methods"].size(), 4U);
-    EXPECT_EQ(set["methods"][0]["method"], "paper, literal");
-    EXPECT_EQ(set["methods"][2]["method"], "production");
+    EXPECT_EQ(set["methods"][0]["method"], "paper, as printed");
+    EXPECT_EQ(set["methods"][2]["method"], "plane");
     for (const json& row : set["methods"]) {
       EXPECT_EQ(row["scans"], "simulation");
       EXPECT_EQ(row["trials"], 1);
@@ -51,7 +51,7 @@ TEST_F(Table1Command, ComparesEveryMethodOnEverySetWithThePaper) {
   }
   EXPECT_EQ(rcs("table1 --pairs 1 --seeds 1"), 0) << messages();
   EXPECT_THAT(out(), HasSubstr("4852/4848"));
-  EXPECT_THAT(out(), HasSubstr("\n simulation: 1\n  paper, literal"));
+  EXPECT_THAT(out(), HasSubstr("\n simulation: 1\n  paper, as printed"));
   EXPECT_THAT(out(), HasSubstr("whose motion is known exactly"));
   EXPECT_THAT(out(), testing::Not(HasSubstr("KITTI")));
   std::istringstream lines(out());

@@ -229,6 +229,7 @@ class Eval final : public Command {
       const evaluation::TrajectoryMetrics f = evaluation::trajectory_metrics(*pairs);
       json["trajectory"] = to_json(f);
       tables.push_back(evaluation::absolute_table(f));
+      tables.back().header.front() += fmt::format(", frame {}", frame_name(frame));
       tables.push_back(evaluation::relative_table(f));
     }
     if (world) {

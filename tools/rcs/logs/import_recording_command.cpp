@@ -151,6 +151,9 @@ class ImportComma final : public Command {
  private:
   static constexpr std::string_view kImportRecordingName = "import comma2k19";
 
+  /// To 0.01 deg; never -0.
+  static double rounded_deg(double rad) { return std::round(100.0 * degrees(rad)) / 100.0 + 0.0; }
+
   static void add_check(const Result<importers::SetupCheck>& check, Json* json, std::string* text) {
     if (!check) {
       *text += fmt::format("mount and latency not checked: {}\n", check.error().message);
@@ -170,8 +173,8 @@ class ImportComma final : public Command {
         "first 20 s against the truth, {} fixes: horizontal RMS {:.2f} m; error of the options: "
         "latency {:.3f} s ({:.2f} m along-track residual), mount pitch {:.2f} deg, yaw {:.2f} "
         "deg; remaining bias of the fixes: {:.2f} m forward, {:.2f} m left, {:.2f} m up\n",
-        c.fixes, c.raw_rms_m, c.gps_latency_s, c.residual_along_m, degrees(c.mount_pitch_rad),
-        degrees(c.mount_yaw_rad), c.fix_minus_truth_m.x(), c.fix_minus_truth_m.y(),
+        c.fixes, c.raw_rms_m, c.gps_latency_s, c.residual_along_m, rounded_deg(c.mount_pitch_rad),
+        rounded_deg(c.mount_yaw_rad), c.fix_minus_truth_m.x(), c.fix_minus_truth_m.y(),
         c.fix_minus_truth_m.z());
   }
 

@@ -31,7 +31,7 @@ class ReportCommand final : public Command {
  public:
   explicit ReportCommand(CLI::App* rcs)
       : Command(rcs->add_subcommand("report", "Compare runs of one drive with known truth")) {
-    app()->add_option("RUN,--run", runs_, "[NAME=]LOG; the first run is shown in full")->required();
+    app()->add_option("RUN", runs_, "[NAME=]LOG; the first run is shown in full")->required();
     app()
         ->add_option("--truth-log", truth_log_,
                      "log with SIM_TRUTH; default: the first run if it has SIM_TRUTH")
@@ -136,9 +136,10 @@ class ReportCommand final : public Command {
   [[nodiscard]] std::string outage_text() const {
     std::string text;
     for (const evaluation::OutageMetrics& o : compared_.front().outages) {
-      text += fmt::format("{}GPS denied from {:.0f} s to {:.0f} s, over {:.0f} m.",
-                          text.empty() ? "" : " ", seconds(o.interval.from - zero()),
-                          seconds(o.interval.to - zero()), o.driven_m);
+      text += fmt::format("{}{} from {:.0f} s to {:.0f} s, over {:.0f} m.", text.empty() ? "" : " ",
+                          evaluation::gps_denied(compared_) ? "GPS denied" : "Interval",
+                          seconds(o.interval.from - zero()), seconds(o.interval.to - zero()),
+                          o.driven_m);
     }
     return text.empty() ? "GPS was not denied for longer than 2.5 s." : text;
   }
@@ -160,7 +161,7 @@ class ReportCommand final : public Command {
     }
     fmt::print("{}\n{}\n{}\n\n{}\n{}", outage_text(),
                to_text(evaluation::comparison_table(compared_)),
-               evaluation::comparison_text(compared_),
+               report::wrapped(evaluation::comparison_text(compared_), 0),
                to_text(evaluation::latency_table(reported_.front().metrics)),
                to_text(evaluation::scan_table(reported_.front().metrics)));
   }

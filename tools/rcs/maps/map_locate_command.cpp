@@ -227,9 +227,13 @@ class MapLocate final : public Command {
     } else {
       fmt::print("not found in {:.1f} s and {:.0f} m: {}\n", json["after_s"].get<double>(),
                  json["travelled_m"].get<double>(), json["reason"].get<std::string>());
-      fmt::print("{} hypotheses left, {:.1f} m apart (RMS); {} searches, {} candidates refuted\n",
-                 json["hypotheses"].get<int>(), json["scatter_m"].get<double>(),
+      const int left = json["hypotheses"].get<int>();
+      fmt::print("{}{} searches, {} candidates rejected\n",
+                 left == 0 ? std::string()
+                           : fmt::format("{} hypotheses left, {:.1f} m apart (RMS); ", left,
+                                         json["scatter_m"].get<double>()),
                  json["searches"].get<int>(), json["refuted"].get<int>());
+      if (left == 0) return;
     }
     if (!json.contains("best")) return;
     const Json& b = json["best"];

@@ -81,7 +81,7 @@ class MapMatch final : public Command {
         ->check(CLI::Range(0.05, 50.0))
         ->capture_default_str();
     app()
-        ->add_option("--reach", reach_m_, "maximum range of the points [m]")
+        ->add_option("--max-range", max_range_m_, "maximum range of the points [m]")
         ->check(CLI::Range(1.0, 1000.0))
         ->capture_default_str();
     app()->add_flag("--json", json_, "print the results as JSON on stdout");
@@ -110,7 +110,7 @@ class MapMatch final : public Command {
     const Pose given{q.normalized(), Vec3((*v)[0], (*v)[1], (*v)[2])};
     Points near;
     for (std::size_t i = 0; i < cloud->points.size(); ++i) {
-      if (cloud->points[i].norm() <= reach_m_) near.push_back(cloud->points[i]);
+      if (cloud->points[i].norm() <= max_range_m_) near.push_back(cloud->points[i]);
     }
     sp::PriorScanParams as_sp;
     as_sp.column_m = column_m_;
@@ -245,7 +245,7 @@ class MapMatch final : public Command {
   double turned_deg_ = 5.0;
   std::uint64_t seed_ = 1;
   double column_m_ = 0.5;
-  double reach_m_ = 80.0;
+  double max_range_m_ = 80.0;
   bool json_ = false;
 };
 

@@ -69,11 +69,17 @@ std::string list_of(const ProgramText& rcs) {
   return out;
 }
 
-std::string status_of(const ProgramText& rcs) {
+/// The statuses of a program that states its own are in its description. The page of a command has
+/// those of rcs without their examples, which are of other commands.
+std::string status_of(const ProgramText& program, const ProgramText& rcs) {
+  const bool is_rcs = program.name == rcs.name;
+  if (!is_rcs && !exit_status(program).empty()) return "";
   std::string out;
   for (const std::string& status : exit_status(rcs)) {
     const std::size_t blank = status.find(' ');
-    out += fmt::format(".TP\n{}\n{}.\n", status.substr(0, blank), roff(status.substr(blank + 1)));
+    const std::size_t end = is_rcs ? std::string::npos : status.find(": ");
+    const std::string meaning = status.substr(0, end).substr(blank + 1);
+    out += fmt::format(".TP\n{}\n{}.\n", status.substr(0, blank), roff(meaning));
   }
   return out;
 }
@@ -94,7 +100,7 @@ std::string man_page(const ProgramText& program, const ProgramText& rcs) {
   out += section("OPTIONS", is_rcs ? kCommonOptions : options_of(program));
   out += section("COMMANDS", is_rcs ? list_of(program) : commands_of(program));
   out += section("EXAMPLES", roff_of(program.examples));
-  out += section("\"EXIT STATUS\"", status_of(rcs));
+  out += section("\"EXIT STATUS\"", status_of(program, rcs));
   return out + ".SH \"SEE ALSO\"\n" +
          (is_rcs ? "The documents in docs/user.\n" : "\\fBrcs\\fR(1)\n");
 }

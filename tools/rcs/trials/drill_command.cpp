@@ -129,14 +129,15 @@ class DrillCommand final : public Command {
   }
 
   static int list(const std::vector<drills::Drill>& drills) {
-    report::Table t{{"drill", "description", "stimuli"}, {}};
+    report::Table t{{"drill", "only with", "description", "stimuli"}, {}};
     for (const drills::Drill& d : drills) {
-      std::string stimuli = d.full ? "(--full) " : "";
+      std::string stimuli;
       for (const drills::Stimulus& s : d.stimuli) {
         stimuli += (&s == &d.stimuli.front() ? "" : ", ") + drills::describe(s);
       }
-      t.rows.push_back({d.id, d.name, stimuli});
+      t.rows.push_back({d.id, d.full ? "--full" : "", d.name, stimuli});
     }
+    t.left = true;
     fmt::print("{}", to_text(t));
     return kExitOk;
   }

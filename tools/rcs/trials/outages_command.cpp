@@ -123,8 +123,8 @@ class OutagesCommand final : public Command {
       j["config"] = config_;
       fmt::print("{}", report::json_document(kOutagesName, j));
     } else {
-      fmt::print("reference of the errors: {}\n{}", report.reference,
-                 to_text(outage_table(report)));
+      fmt::print("reference of the errors: {}\n{}\n{}", report.reference,
+                 to_text(outage_table(report)), to_text(dead_reckoning_table(report)));
       if (question_.cut) fmt::print("\n{}", to_text(studies::cut_table(report)));
       fmt::print("run with GPS: WM accepted GPS for {:.1f} % of the time after {:g} s\n",
                  100.0 * report.with_gps.accepted_share, question_.from_s);

@@ -168,7 +168,7 @@ class Register final : public Command {
         ->add_option("--max-iterations", params_.max_iterations, "paper: limit of iterations")
         ->check(CLI::Range(1, 100000))
         ->capture_default_str();
-    app()->add_flag("--as-printed", as_printed_, "paper: literally, with its errors (see below)");
+    app()->add_flag("--as-printed", as_printed_, "paper: as printed, with its errors (see below)");
     app()->add_flag("--quaternion", quaternion_, "paper: motion by quaternions instead of by SVD");
     app()->add_flag("--json", json_, "print the result as JSON; paper: with every iteration");
     app()->footer(

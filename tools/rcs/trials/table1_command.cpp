@@ -50,15 +50,15 @@ constexpr std::array<Method, 4> kMethods = {Method::kLiteral, Method::kCorrected
 const char* name_of(Method method) {
   switch (method) {
     case Method::kLiteral:
-      return "paper, literal";
+      return "paper, as printed";
     case Method::kCorrected:
       return "paper, corrected";
     case Method::kProduction:
-      return "production";
+      return "plane";
     case Method::kGlobal:
       break;
   }
-  return "production, global";
+  return "plane, global";
 }
 
 studies::CloudMatch run_method(Method method, const Points& model, const Points& data,
@@ -134,7 +134,7 @@ Metrics metrics_of(const studies::CloudMatch& match, const Points& model, const 
   return f;
 }
 
-/// The method has converged; for production, two sigmas of the worst direction by its information
+/// The method has converged; for planes, two sigmas of the worst direction by its information
 /// are also within the limit.
 bool claims_success(const studies::CloudMatch& match) {
   if (!match.good || !match.planes) return match.good;
@@ -203,16 +203,17 @@ class Table1 final : public Command {
     app()->add_flag("--json", json_, "print the results as JSON");
     app()->footer(
         "Each row: a method (Madhavan and Messina as printed, the same with its errors corrected,\n"
-        "production from the guess, production without a guess) on pairs of scans with known\n"
+        "plane from the guess, plane without a guess: the method of the vehicle) on pairs of scans "
+        "with known\n"
         "motion: sweeps of KITTI cut to the 32 x 180 cells of the paper, and the reference\n"
         "simulation. Values are medians. #2 and #3 start 0.3 m and 1 deg from the truth, #3 with\n"
         "another 1 m along each axis; #1 and #4 start as in the paper.\n"
         "  ok          error below 0.1 m and 0.5 deg\n"
-        "  false ok    not ok, although the method has converged (production: and its two sigmas\n"
+        "  false ok    not ok, although the method has converged (plane: and its two sigmas\n"
         "              are within the limits)\n"
         "  cm          mean from a data point to the closest model point, before and after, of "
         "all\n"
-        "              points, and of the pairs of the method (production: along the normals)\n"
+        "              points, and of the pairs of the method (plane: along the normals)\n"
         "  pairs [%]   share of the data points that the method pairs\n"
         "The references of #2 and #3 of KITTI assume rigid sweeps: one of the six has an error of\n"
         "0.18 m.\n"

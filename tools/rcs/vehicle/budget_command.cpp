@@ -170,10 +170,10 @@ class Budget final : public Command {
                  to_text(evaluation::verdict_table(verdicts)));
     }
     fmt::print(stderr,
-               "rcs budget: {:.0f} s played in {} laps; load average before {}; maximum delay of "
+               "rcs budget: {:.0f} s played in {} lap{}; load average before {}; maximum delay of "
                "the player {:.1f} ms; {} messages of the nodes not received\n",
-               seconds(run.played), run.record.laps, load_before, milliseconds(run.worst_send),
-               run.missed_here);
+               seconds(run.played), run.record.laps, run.record.laps == 1 ? "" : "s", load_before,
+               milliseconds(run.worst_send), run.missed_here);
     return verdict(run, verdicts);
   }
 

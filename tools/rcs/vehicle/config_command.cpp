@@ -168,7 +168,7 @@ class Show final : public Command {
             "show", "Show the effective values of a configuration and the source of each")) {
     app()->add_option("FILE", file_, "configuration of a vehicle")->required();
     add_repeated(app(), "--set", &overrides_, "TABLE.KEY=VALUE (TOML), overrides the file");
-    app()->add_flag("--changed", changed_, "only values that differ from the default");
+    app()->add_flag("--changed", changed_, "only values that the file or --set sets");
     app()->add_flag("--json", json_, "print the results as JSON");
     app()->footer("Example:\n  rcs config show config/demo3.toml --changed");
   }

@@ -57,6 +57,10 @@ struct Ending {
   std::string reason;
 };
 
+std::string of_bg(std::string_view reason) {
+  return reason.empty() ? "BG reports an error" : fmt::format("BG: {}", reason);
+}
+
 /// The operator side of the bus: time, the port to BG, and a status line.
 class OperatorSession {
  public:
@@ -115,7 +119,7 @@ class OperatorSession {
       if (current.state == CommandProgress::State::kError) {
         if (!error_since) error_since = now();
         if (now() - *error_since >= patience) {
-          return {false, "error", std::string(current.reason)};
+          return {false, "error", of_bg(current.reason)};
         }
       }
       if (now() - begin >= most) return {false, "timeout", "the time limit is exceeded"};
@@ -140,9 +144,9 @@ class OperatorSession {
       if (current.state != CommandProgress::State::kError) {
         return {true, std::string(name_of(current.state)), ""};
       }
-      return {false, "error", std::string(current.reason)};
+      return {false, "error", of_bg(current.reason)};
     }
-    return {false, "error", std::string(port_.progress(now()).reason)};
+    return {false, "error", of_bg(port_.progress(now()).reason)};
   }
 
   /// Sends the emergency stop until BG has latched it: a BG that is down or cannot write may
@@ -154,12 +158,13 @@ class OperatorSession {
     port_.send(command, begin);
     for (;;) {
       const bool goes_on = wait();
+      // Another command may have replaced it since: its progress is of no interest then.
+      if (port_.confirmed()) return {true, "confirmed", ""};
       const CommandProgress current = port_.progress(now());
       show(current, now() - begin);
-      if (port_.confirmed()) return {true, "confirmed", ""};
       if (goes_on && now() - begin < most) continue;
       return {false, goes_on ? "timeout" : "interrupted",
-              "emergency stop not confirmed: " + std::string(current.reason)};
+              "emergency stop not confirmed: " + of_bg(current.reason)};
     }
   }
 
@@ -271,6 +276,7 @@ class Go final : public Command {
       fmt::print("{}", report::json_document(kGoName, j));
     }
     if (const Outcome status = (*bus)->status(); !status) return fail(kGoName, status.error());
+    if (ending.good && !json_) fmt::print("{}\n", effect_of(command->kind));
     if (ending.good) return kExitOk;
     const bool no_bg = session.state().empty();
     return no_bg ? fail(kGoName, Error{ending.reason}) : negative(kGoName, Error{ending.reason});
@@ -287,6 +293,19 @@ class Go final : public Command {
         return "release";
       default:
         return "halt";
+    }
+  }
+
+  static std::string_view effect_of(std::int8_t kind) {
+    switch (kind) {
+      case command_t::KIND_GOTO:
+        return "arrived";
+      case command_t::KIND_EMERGENCY_STOP:
+        return "emergency stop latched";
+      case command_t::KIND_RELEASE:
+        return "release accepted";
+      default:
+        return "halt accepted";
     }
   }
 

@@ -141,7 +141,7 @@ class Top final : public Command {
         ->capture_default_str();
     app()->footer(
         "q or Ctrl-C quits. Computing times and rates are of the last 5 s. Columns of a node:\n"
-        "  up     time since its start; Hz: units of work per second\n"
+        "  up     time since its start; Hz: cycles (sp: scans) per second\n"
         "  p50, max, slack   median and maximum of the computing time, and the smallest time left\n"
         "         to the deadline [ms]; negative: an overrun\n"
         "  over, miss, lvl   overruns and missed periods since the start; degrade level\n"

@@ -127,7 +127,8 @@ void append_nav(const evaluation::TopView& view, std::vector<TopLine>* lines) {
   const bool silent = nav.heard > evaluation::TopModel::kSilent;
   lines->push_back(
       {fmt::format("wm {}{}{}{}, {} resets, map epoch {}", nav.mode,
-                   nav.pose_valid ? "" : ", POSE INVALID", nav.world_valid ? "" : ", no datum yet",
+                   nav.pose_valid ? "" : ", POSE INVALID",
+                   nav.world_valid ? "" : ", no world pose yet",
                    silent ? fmt::format(", SILENT {}", span(nav.heard)) : "", nav.world_resets,
                    nav.map_epoch),
        silent || !nav.pose_valid || nav.mode == "LOST" ? Style::kAlarm : Style::kHead});
@@ -142,7 +143,7 @@ void append_nav(const evaluation::TopView& view, std::vector<TopLine>* lines) {
                    nav.sigma_m[0], nav.sigma_m[1], nav.sigma_m[2], degrees(nav.sigma_yaw_rad))});
   const std::string fix = view.fix ? fmt::format("{}, {} satellites, {} ago", view.fix->type,
                                                  view.fix->satellites, span(view.fix->heard))
-                                   : std::string("never received");
+                                   : std::string("none received while listening");
   lines->push_back({fmt::format("  GPS fix {}; {:.0f} m since GPS", fix, nav.distance_since_gps_m),
                     view.fix ? Style::kPlain : Style::kWarning});
   std::string ages;
