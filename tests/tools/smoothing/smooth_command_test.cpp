@@ -39,7 +39,7 @@ TEST_F(SmoothCommand, WritesPosesSigmasAndAReportRepeatably) {
   ASSERT_EQ(rcs(simulate_), 0) << messages();
   ASSERT_EQ(rcs("smooth " + log_ + " " + config_ + "--rounds 1 -o " + truth_), 0) << messages();
   EXPECT_THAT(out(), HasSubstr("frame world"));
-  EXPECT_THAT(out(), HasSubstr("without mounting"));
+  EXPECT_THAT(out(), HasSubstr("less its mean"));
   const json j = json::parse(text_of(truth_ + ".json"));
   EXPECT_EQ(j["frame"], "world");
   EXPECT_GT(j["edges"]["consecutive"]["edges"], 5);
