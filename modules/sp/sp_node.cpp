@@ -109,8 +109,8 @@ void SpNode::run(const Cycle& cycle) {
 
 void SpNode::take_inertial() {
   for (const ins_t* m = ins_.front(); m != nullptr; ins_.pop(), m = ins_.front()) {
-    if (ins_content_.add(*m) != InsFault::kNone || !plausible(*m))
-      continue;  // WM reports it, as it does repeated and late samples
+    // WM reports a rejected sample, as it does repeated and late ones.
+    if (ins_content_.add(*m) != InsFault::kNone || !plausible(*m)) continue;
     static_cast<void>(
         inertial_.add({from_utime(m->utime) + ins_shift_, Duration(m->interval_us),
                        from_message(m->delta_angle_rad), from_message(m->delta_v_mps)}));

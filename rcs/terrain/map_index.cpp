@@ -103,8 +103,9 @@ Outcome check_index(const MapIndex& index) {
   for (const std::string* text : {&f.reference, &f.heights, &f.source_crs}) {
     if (text->size() > kMaxText) return Error{"a name is longer than 1024 characters"};
   }
-  if (f.reference.empty() || f.heights.empty())
+  if (f.reference.empty() || f.heights.empty()) {
     return Error{"reference frame or heights without a name"};
+  }
   if (index.levels.empty() || index.levels.size() > kMaxLevels) {
     return Error{"a map has 1 to 16 levels"};
   }

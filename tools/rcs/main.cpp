@@ -67,7 +67,7 @@ std::string words_of(const CLI::App& app) {
 
 /// "RUN: File does not exist: a.log" as the commands report it: "a.log: file does not exist".
 std::string missing_text(const CLI::ParseError& error) {
-  const std::string text = error.what();
+  std::string text = error.what();
   const std::size_t path = text.rfind(": ");
   const std::size_t problem = text.rfind(": ", path - 1);
   if (path == std::string::npos || problem == std::string::npos) return text;

@@ -56,8 +56,9 @@ class Leaves : public RcsCommand {
     for (std::string line; std::getline(help, line);) {
       if (line.empty()) listed = false;
       if (listed && line.size() > 2 && line[2] != ' ') {
-        const std::string name = line.substr(2, line.find(' ', 2) - 2);
-        for (const std::string& leaf : below(command + " " + name)) leaves.push_back(leaf);
+        std::string child = command;
+        child.append(" ").append(line, 2, line.find(' ', 2) - 2);
+        for (const std::string& leaf : below(child)) leaves.push_back(leaf);
       }
       if (line == "Subcommands:") listed = true;
     }

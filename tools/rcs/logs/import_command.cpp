@@ -32,8 +32,9 @@ Result<std::vector<int>> find_sweeps(const std::string& folder) {
       return Error{fmt::format("{}: not named as a sweep, %010d.bin", entry.path().string())};
     }
     const std::int64_t number = std::stoll(stem);
-    if (number > 1'000'000)
+    if (number > 1'000'000) {
       return Error{fmt::format("{}: sweep number above 1000000", entry.path().string())};
+    }
     numbers.push_back(static_cast<int>(number));
   }
   if (failed) return Error{fmt::format("{}: {}", folder, failed.message())};

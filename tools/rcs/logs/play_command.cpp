@@ -24,15 +24,17 @@ constexpr Duration kListen = std::chrono::milliseconds(1200);  // every sensor p
 class OtherPublishers {
  public:
   explicit OtherPublishers(Bus* bus) {
-    for (std::size_t i = 0; i < received_.size(); ++i)
+    for (std::size_t i = 0; i < received_.size(); ++i) {
       bus->subscribe(channel::kSensors[i], &received_[i]);
+    }
   }
   /// The channels on which messages were received so far, separated by commas.
   [[nodiscard]] std::string channels() const {
     std::string names;
     for (std::size_t i = 0; i < received_.size(); ++i) {
-      if (received_[i].any)
+      if (received_[i].any) {
         names += (names.empty() ? "" : ", ") + std::string(channel::kSensors[i]);
+      }
     }
     return names;
   }

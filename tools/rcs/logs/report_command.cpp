@@ -154,8 +154,9 @@ class ReportCommand final : public Command {
         run["metrics"] = to_json(reported_[k].metrics);
         json["runs"].push_back(std::move(run));
       }
-      if (const std::optional<double> factor = evaluation::ladar_factor(compared_))
+      if (const std::optional<double> factor = evaluation::ladar_factor(compared_)) {
         json["ladar_factor"] = *factor;
+      }
       fmt::print("{}", report::json_document(kReportName, json));
       return;
     }
@@ -204,8 +205,9 @@ class ReportCommand final : public Command {
     report::HtmlPage page("Drive without GPS");
     page.paragraph(outage_text());
     page.table(evaluation::comparison_table(compared_));
-    if (const std::string text = evaluation::comparison_text(compared_); !text.empty())
+    if (const std::string text = evaluation::comparison_text(compared_); !text.empty()) {
       page.paragraph(text);
+    }
     page.heading("Course");
     page.plot(course());
     page.heading("Error");
@@ -215,8 +217,9 @@ class ReportCommand final : public Command {
                     "1 for a consistent covariance.",
                     names_.front(), main.world.nees_per_dof));
     page.table(evaluation::world_table(main.world));
-    for (const report::Plot& p : evaluation::error_plots(main.world, outages_, zero()))
+    for (const report::Plot& p : evaluation::error_plots(main.world, outages_, zero())) {
       page.plot(p);
+    }
 
     if (const Result<recording::ScanPoses> scans =
             recording::poses_at_scans(main.log, recording::Frame::kWorld)) {

@@ -86,8 +86,9 @@ class Smooth final : public Command {
     for (std::size_t k = 0; k < files.size(); ++k) {
       files[k] = std::make_unique<tools::OutputFile>(out_ + kEndings[k]);
     }
-    if (files[0]->in_place())
+    if (files[0]->in_place()) {
       return Error{out_ + ": is a device; OUT must be a file name, five files are named after it"};
+    }
     std::array<std::string, 5> texts;
     if (Outcome done = make(*vehicle, &texts); !done) return done;
     for (std::size_t k = 0; k < files.size(); ++k) {

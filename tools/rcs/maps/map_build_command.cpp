@@ -154,8 +154,9 @@ class MapBuildCommand final : public Command {
       if (!wrong.empty()) return Error{wrong};
     }
     for (const std::string& file : pose_files_) {
-      if (!std::isnan(pose_sigma_m_) || std::filesystem::exists(recording::sigma_file_of(file)))
+      if (!std::isnan(pose_sigma_m_) || std::filesystem::exists(recording::sigma_file_of(file))) {
         continue;
+      }
       return Error{fmt::format("--poses: {}: {} not found: --pose-sigma is required", file,
                                recording::sigma_file_of(file))};
     }

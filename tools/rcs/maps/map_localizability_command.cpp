@@ -272,9 +272,10 @@ class MapLocalizability final : public Command {
     fmt::print("{}", json_ ? as_json : text());
     if (out_.empty()) return Done{};
     Outcome written = tools::write_text(out_ + "/localizability.json", as_json);
-    if (written)
+    if (written) {
       written =
           tools::write_text(out_ + "/localizability.svg", report::render(picture(course), true));
+    }
     if (written && !along_.empty()) {
       written = tools::write_text(out_ + "/path.svg", report::render(path_plot(), true));
     }

@@ -318,8 +318,9 @@ class Go final : public Command {
              "required";
     }
     if (seed_ && scenario_.empty()) return "--seed requires --scenario";
-    if (!scenario_.empty() && frame_ != "world")
+    if (!scenario_.empty() && frame_ != "world") {
       return "the waypoints of a scenario are in frame world";
+    }
     for (const std::string& text : waypoints_) {
       if (!tools::parse_place(text)) return "--waypoint " + text + ": expected X,Y in metres";
     }
