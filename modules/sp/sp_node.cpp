@@ -376,6 +376,7 @@ void SpNode::follow_motion(const Expectation& expected, registration::Registrati
     const registration::Registration again =
         registration::register_points(source_, &map_, start, config_.icp, granted_, &icp_);
     granted_ -= again.used;
+    if (!registration::usable(again.stop) || again.stop == registration::Stop::kBudget) return;
     *rolling = again;
   }
 }

@@ -81,7 +81,7 @@ void begin_again(const WmParams& params, FilterState* s) {
   }
   s->belief = b;
   m.sources = {};
-  m.astray = {};
+  m.divergences = {};
   m.gps_scale = {};
   m.heights_refused = 0;
   m.anchored = m.gps_accused = false;

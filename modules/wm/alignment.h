@@ -12,8 +12,8 @@ namespace rcs::wm {
 [[nodiscard]] Belief initial_belief(const WmParams& params, Stamp stamp);
 
 /// A solution that is lost begins again from the sources: level by the mean specific force if the
-/// INS is integrated, of unknown velocity, not georeferenced. The local pose and the excluded
-/// sources stay.
+/// INS is integrated, of unknown velocity, not georeferenced. The local pose continues, and an
+/// excluded INS stays excluded; GPS and LADAR, from which it begins, are used again.
 void begin_again(const WmParams& params, FilterState* state);
 
 /// Levels by the mean of the INS while the vehicle stands or, after `patience`, while it moves.

@@ -274,7 +274,8 @@ std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
       belief.belief.x.stamp - without_gps_.branch > kYoung) {
     const Nis n = nis(belief, *fix, model.params.gps, 0.0);  // reported as the cause
     gps_test_ratio_ = std::max(n.horizontal / model.gates[2], n.vertical / model.gates[1]);
-    return exclude(model, *fix, belief);
+    std::optional<FilterState> change = exclude_ins_or_ladar(model, *fix, belief);
+    return change ? change : exclude_gps(belief, model.params.modes);
   }
   std::optional<FilterState> change;
   if (fix != nullptr && belief.memory.anchored) {

@@ -176,7 +176,7 @@ class Trust {
   /// @param branch  of the sub-filters to be replaced
   [[nodiscard]] bool tests_are_calm(Stamp branch, Stamp now) const;
   [[nodiscard]] static bool has_position(const FilterState& belief);
-  [[nodiscard]] bool lasts(bool astray, Stamp now, Stamp* since) const;
+  [[nodiscard]] bool lasts(bool contradicts, Stamp now, Stamp* since) const;
   [[nodiscard]] bool knows_attitude(const FilterState& belief) const;
   std::optional<FilterState> judge_fix(const Model& model, const GpsFix& z,
                                        const FilterState& belief);
@@ -191,8 +191,9 @@ class Trust {
   std::optional<FilterState> judge_match(const FilterState& belief, const ModeParams& modes);
   std::optional<FilterState> judge_quarantined_match(const FilterState& belief,
                                                      const ModeParams& modes);
-  std::optional<FilterState> exclude(const Model& model, const GpsFix& z,
-                                     const FilterState& belief);
+  std::optional<FilterState> exclude_ins_or_ladar(const Model& model, const GpsFix& z,
+                                                  const FilterState& belief);
+  FilterState exclude_gps(const FilterState& belief, const ModeParams& modes);
   [[nodiscard]] bool moves_along(const Model& model, const GpsFix& z,
                                  const FilterState& belief) const;
   void sum_velocity(const Model& model, const GpsFix& z);

@@ -55,14 +55,14 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
   const double way_m = belief.memory.distance_m - without_gps_began_m_;
   const Nis n = nis(without_gps_.state, z, model.params.gps, params_.floor_share * way_m);
   detectable_m_ = std::sqrt(limit_2_) * n.sigma_m;
-  double astray = n.horizontal / limit_2_;
-  if (belief.memory.heights_refused == 0) astray = std::max(astray, n.vertical / limit_1_);
+  double deviating = n.horizontal / limit_2_;
+  if (belief.memory.heights_refused == 0) deviating = std::max(deviating, n.vertical / limit_1_);
   sum_velocity(model, z);
   const double drifting = cusum_.maxCoeff() / params_.cusum;
-  gps_test_ratio_ = std::max(astray, drifting);
+  gps_test_ratio_ = std::max(deviating, drifting);
   // A fix that the gate rejected has not changed the filter.
   const bool harmful = record.accepted == now;
-  doubted_ = harmful && astray > 1.0 ? doubted_ + 1 : 0;
+  doubted_ = harmful && deviating > 1.0 ? doubted_ + 1 : 0;
   if (doubted_ < params_.refuted_fixes && !(harmful && drifting > 1.0)) {
     gps_contradicts_ = Stamp::max();
     return std::nullopt;
@@ -70,12 +70,18 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
   gps_contradicts_ = std::min(gps_contradicts_, now);
   // A vehicle that has lost its INS predicts its motion by extrapolation: GPS is the better source.
   if (!belief.belief.x.inertial && belief.memory.ins_stamp != Stamp::min()) return std::nullopt;
-  return exclude(model, z, belief);
+  if (std::optional<FilterState> change = exclude_ins_or_ladar(model, z, belief)) return change;
+  // If GPS alone were faulty, INS and LADAR would agree: which of the two it is shows soon.
+  constexpr Duration kShows = from_seconds(3.0);
+  const bool others_disagree = ins_by_ladar_.ratio > kCalm && !ladar_is_poor();
+  if (others_disagree && now - gps_contradicts_ < kShows) return std::nullopt;
+  return exclude_gps(belief, model.params.modes);
 }
 
-/// Fixes and the sub-filter without them contradict each other: excludes the INS, the LADAR or GPS.
-std::optional<FilterState> Trust::exclude(const Model& model, const GpsFix& z,
-                                          const FilterState& belief) {
+/// Fixes and the sub-filter without them contradict each other: excludes the INS or the LADAR if
+/// one of them is known to be the faulty one.
+std::optional<FilterState> Trust::exclude_ins_or_ladar(const Model& model, const GpsFix& z,
+                                                       const FilterState& belief) {
   const Stamp now = belief.belief.x.stamp;
   const bool by_wheels = ins_by_gps_.lasts(now, Duration::zero()) &&
                          !ins_by_ladar_.lasts(now, Duration::zero()) && wheels_vote_ > 0.5;
@@ -99,16 +105,17 @@ std::optional<FilterState> Trust::exclude(const Model& model, const GpsFix& z,
     next.belief.x.map_epoch = -1;  // not known without the excluded source
     return found(Finding::kLadarFaulty, next, belief, model.params.modes);
   }
-  // If GPS alone were faulty, INS and LADAR would agree: which of the two it is shows soon.
-  constexpr Duration kShows = from_seconds(3.0);
-  const bool others_disagree = ins_by_ladar_.ratio > kCalm && !ladar_is_poor();
-  if (others_disagree && now - gps_contradicts_ < kShows) return std::nullopt;
+  return std::nullopt;
+}
+
+FilterState Trust::exclude_gps(const FilterState& belief, const ModeParams& modes) {
+  const Stamp now = belief.belief.x.stamp;
   const bool on_probation = gps_probation_ != Stamp::min() && now < gps_probation_;
   FilterState next = without_gps_.state;
   next.memory.withheld.prior_map = belief.memory.withheld.prior_map;
   next.memory.withheld.gps = next.memory.gps_accused = true;
   return found(on_probation ? Finding::kGpsReadmissionRevoked : Finding::kGpsFaulty, next, belief,
-               model.params.modes);
+               modes);
 }
 
 /// Whether a motion that contains neither GPS nor one other source agrees with the fix, in position

@@ -19,10 +19,10 @@ constexpr double kMaxAgainst = 0.3;  // of the votes
 }  // namespace
 
 /// For the LADAR and its map: the test exceeds its limit for too long to be chance.
-bool Trust::lasts(bool astray, Stamp now, Stamp* since) const {
-  if (!astray) *since = Stamp::min();
-  if (astray && *since == Stamp::min()) *since = now;
-  return astray && now - *since >= params_.ladar_refuted;
+bool Trust::lasts(bool contradicts, Stamp now, Stamp* since) const {
+  if (!contradicts) *since = Stamp::min();
+  if (contradicts && *since == Stamp::min()) *since = now;
+  return contradicts && now - *since >= params_.ladar_refuted;
 }
 
 /// The fixes agree with the motion and contradict the filter with the a priori map.
@@ -60,8 +60,8 @@ std::optional<FilterState> Trust::judge_prior_match(const FilterState& belief,
   map_rival_m_ = map_test_ratio_ > kCalm ? apart.head<2>().norm() : 0.0;
   // With GPS the difference may also be an error of GPS: judge_fix() decides.
   const bool by_fixes = belief.memory.of(Source::kGpsPosition).accepted > now - kFresh;
-  const bool astray = map_test_ratio_ > 1.0 && (!by_fixes || gps_test_ratio_ <= kCalm);
-  if (!lasts(astray, now, &map_doubted_since_)) return std::nullopt;
+  const bool contradicts = map_test_ratio_ > 1.0 && (!by_fixes || gps_test_ratio_ <= kCalm);
+  if (!lasts(contradicts, now, &map_doubted_since_)) return std::nullopt;
   return without_map(belief, modes);
 }
 
@@ -79,9 +79,9 @@ std::optional<FilterState> Trust::judge_match(const FilterState& belief, const M
   ladar_test_ratio_ = difference(without_ladar_.state, belief, params_.floor_m) / limit_2_;
   // With GPS the difference may also be an error of GPS: judge_fix() decides.
   const int refused = belief.memory.of(Source::kGpsPosition).refused;
-  const bool astray =
+  const bool contradicts =
       ladar_test_ratio_ > 1.0 && (!by_fixes || (gps_test_ratio_ < kCalm && refused == 0));
-  if (!lasts(astray, now, &ladar_doubted_since_)) return std::nullopt;
+  if (!lasts(contradicts, now, &ladar_doubted_since_)) return std::nullopt;
   if (without_ins_.alive() && (ins_by_ladar_.ratio > 1.0 || recently_readmitted(now))) {
     const Faulty faulty = ins_or_ladar(now);
     if (faulty == Faulty::kIns) return exclude_ins(belief, modes);

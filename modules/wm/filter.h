@@ -92,7 +92,7 @@ struct GpsScale {
 };
 
 /// Divergence detector: residual with which the constraint was rejected on one axis.
-struct Astray {
+struct Divergence {
   double mps = 0.0;  ///< at the newest test; 0: not rejected
   int times = 0;     ///< similar rejections in a row
 };
@@ -108,9 +108,9 @@ struct Memory {
   Vec3 accel_vehicle = Vec3::Zero();  ///< without gravity [m/s^2]
   double odometry_mps = 0.0;          ///< newest odometry
   Stamp odometry_heard = Stamp::min();
-  Stamp constrained = Stamp::min();  ///< newest test of the non-holonomic constraint
-  std::array<Astray, 2> astray;      ///< lateral, vertical
-  double distance_m = 0.0;           ///< distance driven
+  Stamp constrained = Stamp::min();       ///< newest test of the non-holonomic constraint
+  std::array<Divergence, 2> divergences;  ///< lateral, vertical
+  double distance_m = 0.0;                ///< distance driven
   /// Variance per metre that the rolling map of SP inherits from its scans now, [m^2, rad^2].
   double inherited_m2 = 0.0, inherited_rad2 = 0.0;
   Withheld withheld;

@@ -346,7 +346,7 @@ void Fuser::constrain() {
   const OdometryParams& params = model_.params.odometry;
   if (!params.constrained || m.withheld.odometry) return;
   if (m.constrained > stamp() - kEvery) return;
-  if (m.constrained < stamp() - 2 * kEvery) m.astray = {};  // not tested in between
+  if (m.constrained < stamp() - 2 * kEvery) m.divergences = {};  // not tested in between
   m.constrained = stamp();
   const double shaking_mps2 = std::sqrt(m.stillness.variance_force);
   const auto constraint = [&](const NavState& x) { return non_holonomic(x, params, shaking_mps2); };
@@ -356,17 +356,17 @@ void Fuser::constrain() {
   // that diverges sideways is rejected vertically with varying residuals.
   constexpr int kNoSlide = 4;
   constexpr double kAlike = 0.5;
-  const auto alike = [](double mps, const Astray& before) {
+  const auto alike = [](double mps, const Divergence& before) {
     return std::abs(mps - before.mps) < kAlike * std::abs(before.mps);
   };
   int axis = 0;
-  for (Astray& astray : m.astray) {
+  for (Divergence& divergence : m.divergences) {
     const double off_mps = z.r[axis];
-    if (astray.times >= kNoSlide && alike(off_mps, astray)) {
+    if (divergence.times >= kNoSlide && alike(off_mps, divergence)) {
       const Vec3 wrong_mps = off_mps * z.H.block<1, 3>(axis, kVelocity).normalized();
-      const Vec3 led_away_m = kNoSlide * seconds(kEvery) * wrong_mps;
+      const Vec3 displaced_m = kNoSlide * seconds(kEvery) * wrong_mps;
       s_.belief.P.block<3, 3>(kVelocity, kVelocity) += wrong_mps * wrong_mps.transpose();
-      s_.belief.P.block<3, 3>(kPosition, kPosition) += led_away_m * led_away_m.transpose();
+      s_.belief.P.block<3, 3>(kPosition, kPosition) += displaced_m * displaced_m.transpose();
       fuse(Source::kNonHolonomic, [&](const NavState& x) {
         const Residual<2> both = constraint(x);
         Residual<2> one;
@@ -376,23 +376,23 @@ void Fuser::constrain() {
         one.R(0, 0) = both.R(axis, axis);
         return one;
       });
-      astray = {};
+      divergence = {};
       return;
     }
     ++axis;
   }
   if (fuse(Source::kNonHolonomic, constraint) == Reason::kAccepted) {
-    m.astray = {};
+    m.divergences = {};
     return;
   }
   const Mat<2, 2> S = z.R + z.H * s_.belief.P * z.H.transpose();
   axis = 0;
-  for (Astray& astray : m.astray) {
+  for (Divergence& divergence : m.divergences) {
     constexpr double kOff = 4.0;  // the axes are rejected together: which one is it?
     const double off_mps = z.r[axis];
     const bool off = off_mps * off_mps > kOff * S(axis, axis);
-    const int before = alike(off_mps, astray) ? astray.times : 0;
-    astray = off ? Astray{off_mps, before + 1} : Astray{};
+    const int before = alike(off_mps, divergence) ? divergence.times : 0;
+    divergence = off ? Divergence{off_mps, before + 1} : Divergence{};
     ++axis;
   }
 }
