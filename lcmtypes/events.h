@@ -42,6 +42,11 @@ struct Info {
     "The facet was received after the end of its scan, or twice.",                                 \
     "Check the order of the messages and the driver of the LADAR. A second publisher of the "      \
     "channel has the same effect.")                                                                \
+  X(kSpScanClock, "sp", "scan.clock", kWarning, kOne,                                              \
+    "The stamps of the LADAR stepped. SP corrects them.",                                          \
+    "The clock of the LADAR or of its driver stepped, or lost its synchronization.",               \
+    "Check the synchronization of the clock of the LADAR. The event is repeated when the stamps "  \
+    "are usual again.")                                                                            \
   X(kSpScanIncomplete, "sp", "scan.incomplete", kWarning, kOne,                                    \
     "Parts of a scan are missing. The scan is registered if enough parts were received.",          \
     "Messages were lost between the driver and SP, or the LADAR or its driver was interrupted.",   \

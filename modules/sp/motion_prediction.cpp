@@ -75,6 +75,27 @@ std::optional<MotionState> MotionGuess::motion_to(Stamp stamp,
   return s;
 }
 
+/// At the last registered scan, from the one before.
+std::optional<MotionState> MotionGuess::own_motion() const {
+  if (before_last_.stamp == Stamp::min()) return std::nullopt;
+  const double dt = seconds(last_.stamp - before_last_.stamp);
+  const Pose moved = before_last_.T_rolling_vehicle.inverse() * last_.T_rolling_vehicle;
+  const Vec6 twist = log_se3(moved) / dt;
+  if (!possible(twist)) return std::nullopt;
+  MotionState s;
+  s.stamp = last_.stamp;
+  s.T_rolling_vehicle = last_.T_rolling_vehicle;
+  s.v_rolling = last_.T_rolling_vehicle.q * twist.head<3>();
+  s.rate_vehicle_radps = twist.tail<3>();
+  return s;
+}
+
+std::optional<Pose> MotionGuess::continued(Stamp reference) const {
+  const std::optional<MotionState> last = own_motion();
+  if (!last || reference < last_.stamp || reference - last_.stamp > kPoseLasts) return std::nullopt;
+  return coast(*last, reference).T_rolling_vehicle;
+}
+
 Expectation MotionGuess::expect(Stamp reference, const InertialBuffer& inertial,
                                 const ExpectationParams& params) const {
   Expectation e;
@@ -106,15 +127,8 @@ Expectation MotionGuess::expect(Stamp reference, const InertialBuffer& inertial,
   e.covariance = isotropic(params.coast_sigma_m, params.coast_sigma_rad);
   e.at_reference.stamp = reference;
   e.at_reference.T_rolling_vehicle = last_.T_rolling_vehicle;
-  if (before_last_.stamp == Stamp::min() || !lasts(last_.stamp)) return e;
-  const double dt = seconds(last_.stamp - before_last_.stamp);
-  const Pose moved = before_last_.T_rolling_vehicle.inverse() * last_.T_rolling_vehicle;
-  const Vec6 twist = log_se3(moved) / dt;
-  if (!possible(twist)) return e;
-  e.at_reference.stamp = last_.stamp;
-  e.at_reference.v_rolling = last_.T_rolling_vehicle.q * twist.head<3>();
-  e.at_reference.rate_vehicle_radps = twist.tail<3>();
-  e.at_reference = coast(e.at_reference, reference);
+  const std::optional<MotionState> last = own_motion();
+  if (last && lasts(last_.stamp)) e.at_reference = coast(*last, reference);
   return e;
 }
 

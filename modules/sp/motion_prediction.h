@@ -46,10 +46,14 @@ class MotionGuess {
   /// since the last registered scan; none if that is too old.
   [[nodiscard]] std::optional<MotionState> motion_to(Stamp stamp,
                                                      const Pose& T_rolling_vehicle) const;
+  /// Constant body velocity since the last two registered scans, without belief and INS; none if
+  /// they are too old.
+  [[nodiscard]] std::optional<Pose> continued(Stamp reference) const;
   [[nodiscard]] Expectation expect(Stamp reference, const InertialBuffer& inertial,
                                    const ExpectationParams& params) const;
 
  private:
+  [[nodiscard]] std::optional<MotionState> own_motion() const;
   // The last two registered poses: the constant-velocity guess.
   struct Fix {
     Stamp stamp = Stamp::min();

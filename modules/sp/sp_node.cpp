@@ -4,6 +4,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "lcmtypes/channels.h"
@@ -217,8 +218,9 @@ void SpNode::begin_scan(const FacetId& id) {
 void SpNode::finish_scan(const Cycle& cycle) {
   cycle.stages->mark("convert");
   choose_level(cycle);
+  correct_stamp(cycle);
   begin_answer(cycle);
-  const Expectation expected =
+  Expectation expected =
       motion_guess_.expect(assembler_.scan()->reference, inertial_, config_.expectation);
   const int facets_lost = assembler_.facets_missing();
   if (facets_lost > 0) {
@@ -238,6 +240,7 @@ void SpNode::finish_scan(const Cycle& cycle) {
     answer_without_registering(registration::Stop::kTooFew, expected);
   } else {
     prepare_points(cycle, expected);
+    decide_stamp(&expected);
     const bool lost = epoch_ != 0 && !expected.known;
     if (lost) {
       report_.publish(cycle.now, event::kSpMapReseeded,
@@ -321,6 +324,60 @@ void SpNode::answer_without_registering(registration::Stop stop, const Expectati
   registration_out_.publish(&registration_message_);
 }
 
+/// A scan whose stamp is old may be late; until it is known, the stamp is taken as it is.
+void SpNode::correct_stamp(const Cycle& cycle) {
+  if (inertial_.size() == 0) return;
+  Stamp* reference = &assembler_.scan()->reference;
+  stamps_.add(*reference, last_facet_arrival_, inertial_[inertial_.size() - 1].stamp);
+  const Duration shift = stamps_.shift().value_or(Duration::zero());
+  *reference += shift;
+  constexpr Duration kSame = from_milliseconds(50.0);  // latencies vary
+  if (shift - reported_shift_ < kSame && reported_shift_ - shift < kSame) return;
+  report_.publish(cycle.now, event::kSpScanClock,
+                  "scan {}: the stamps of the LADAR are corrected by {:.3f} s",
+                  assembler_.scan_id(), seconds(shift));
+  reported_shift_ = shift;
+}
+
+/// Whether a scan is late or the clock of its stamp has stepped back: by where it is, if the
+/// vehicle moves enough.
+void SpNode::decide_stamp(Expectation* expected) {
+  if (stamps_.shift() || epoch_ == 0 || !expected->known) return;
+  constexpr double kApart_m = 0.3;
+  constexpr double kApart_rad = 0.03;
+  constexpr double kArm_m = 10.0;  // at which a rotation counts
+  Scan* scan = assembler_.scan();
+  const Stamp stepped = scan->reference - stamps_.changed();
+  const Expectation other = motion_guess_.expect(stepped, inertial_, config_.expectation);
+  const Pose& T_late = expected->at_reference.T_rolling_vehicle;
+  const Pose& T_stepped = other.at_reference.T_rolling_vehicle;
+  const auto apart = [](const Pose& a, const Pose& b) { return log_se3(a.inverse() * b); };
+  const Vec6 between = apart(T_late, T_stepped);
+  if (!other.known ||
+      (between.head<3>().norm() < kApart_m && between.tail<3>().norm() < kApart_rad)) {
+    return;
+  }
+  for (const Expectation* start : std::array<const Expectation*, 2>{expected, &other}) {
+    const registration::Prediction prediction{start->at_reference.T_rolling_vehicle,
+                                              start->covariance};
+    const registration::Registration found =
+        registration::register_points(source_, &map_, prediction, config_.icp, granted_, &icp_);
+    granted_ -= found.used;
+    if (!registration::usable(found.stop)) continue;
+    const auto distance = [&](const Pose& T) {
+      const Vec6 d = apart(T, found.T_target_vehicle);
+      return d.head<3>().norm() + kArm_m * d.tail<3>().norm();
+    };
+    stamps_.decide(distance(T_stepped) < distance(T_late));
+    break;
+  }
+  if (stamps_.shift().value_or(Duration::zero()) == Duration::zero()) return;
+  scan->reference = stepped;
+  registration_message_.utime = to_utime(stepped);
+  registration_message_.latency_trace.measured_utime = registration_message_.utime;
+  *expected = other;
+}
+
 void SpNode::prepare_points(const Cycle& cycle, const Expectation& expected) {
   if (expected.ins_silent()) as_measured_ = *assembler_.scan();
   deskew_and_sample(expected.at_reference);
@@ -400,12 +457,28 @@ void SpNode::seed(const Pose& T_rolling_vehicle) {
   publish_points(T_rolling_vehicle);
 }
 
+/// A faulty INS, or a belief that it has spoilt, predicts where nothing matches: the motion since
+/// the last scans predicts again, without them.
+void SpNode::register_by_own_motion(registration::Prediction* prediction,
+                                    registration::Registration* rolling) {
+  const std::optional<Pose> start = motion_guess_.continued(assembler_.scan()->reference);
+  if (!start || granted_ <= 0) return;
+  const ExpectationParams& sigma = config_.expectation;
+  const registration::Prediction own{*start, isotropic(sigma.coast_sigma_m, sigma.coast_sigma_rad)};
+  const registration::Registration again =
+      registration::register_points(source_, &map_, own, config_.icp, granted_, &icp_);
+  granted_ -= again.used;
+  if (!registration::usable(again.stop)) return;
+  *prediction = own;
+  *rolling = again;
+}
+
 void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
-  const registration::Prediction prediction{expected.at_reference.T_rolling_vehicle,
-                                            expected.covariance};
+  registration::Prediction prediction{expected.at_reference.T_rolling_vehicle, expected.covariance};
   registration::Registration rolling =
       registration::register_points(source_, &map_, prediction, config_.icp, granted_, &icp_);
   granted_ -= rolling.used;
+  if (!registration::usable(rolling.stop)) register_by_own_motion(&prediction, &rolling);
   if (expected.ins_silent()) {
     if (!registration::usable(rolling.stop)) search_wide(expected, &rolling);
     follow_motion(expected, &rolling);

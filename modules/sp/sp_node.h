@@ -21,6 +21,7 @@
 #include "modules/sp/prior/prior_scan.h"
 #include "modules/sp/scan/scan_assembler.h"
 #include "modules/sp/scan/scan_motion.h"
+#include "modules/sp/scan/stamp_watch.h"
 #include "modules/sp/sp_config.h"
 #include "modules/sp/start/initial_localization_node.h"
 #include "rcs/node/bus/inbox.h"
@@ -55,10 +56,14 @@ class SpNode final : public Node {
   void begin_answer(const Cycle& cycle);
   void answer(const registration::Registration& registration, int target);
   void answer_without_registering(registration::Stop stop, const Expectation& expected);
+  void correct_stamp(const Cycle& cycle);
+  void decide_stamp(Expectation* expected);
   void prepare_points(const Cycle& cycle, const Expectation& expected);
   void deskew_and_sample(const MotionState& motion);
   void search_wide(const Expectation& expected, registration::Registration* rolling);
   void follow_motion(const Expectation& expected, registration::Registration* rolling);
+  void register_by_own_motion(registration::Prediction* prediction,
+                              registration::Registration* rolling);
   void register_scan(const Cycle& cycle, const Expectation& expected);
   void search_start(const Cycle& cycle, const Pose& T_rolling_vehicle);
   void match_prior(const Cycle& cycle, const Pose& T_rolling_vehicle, bool distorted);
@@ -88,6 +93,8 @@ class SpNode final : public Node {
   WorkUnits granted_ = 0;    // for the current scan, and not used yet
   WorkUnits full_need_ = 0;  // nominal, of the newest scan that was not degraded; 0: none yet
   scan_account_t account_{};
+  StampWatch stamps_;
+  Duration reported_shift_{};  // of the stamps of the scans
   InertialBuffer inertial_;
   InsContent ins_content_;
   Duration ins_shift_{};  // correction of the stamps of INS, from WM

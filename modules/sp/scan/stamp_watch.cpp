@@ -1,0 +1,60 @@
+#include "modules/sp/scan/stamp_watch.h"
+
+#include <algorithm>
+
+namespace rcs::sp {
+namespace {
+
+constexpr int kKnown = 20;  // scans after which the usual difference is known
+constexpr Duration kAhead = from_milliseconds(40.0);
+constexpr Duration kBehind = from_milliseconds(100.0);  // a busy computer delays scans by less
+// Of the changes against the arrivals and against the INS, if the scans are their cause.
+constexpr Duration kAlike = from_milliseconds(50.0);
+constexpr Duration kFollow = from_milliseconds(5.0);  // a scan
+
+Duration abs(Duration d) { return d < Duration::zero() ? -d : d; }
+
+}  // namespace
+
+void StampWatch::Lead::add(Stamp s, Stamp o, bool first) {
+  if (!first) lead += (s - stamp) - (o - other);
+  stamp = s;
+  other = o;
+}
+
+/// A clock that has stepped must not become the usual one.
+void StampWatch::Lead::follow(bool known) {
+  if (known && lead - best > kAhead) return;
+  best = std::max(best, known ? std::min(lead, best + kFollow) : lead);
+}
+
+void StampWatch::add(Stamp reference, Stamp arrival, Stamp newest_ins) {
+  const bool first = count_ == 0;
+  const bool known = count_ >= kKnown;
+  arrival_.add(reference, arrival, first);
+  ins_.add(reference, newest_ins, first);
+  const Duration by_arrival = arrival_.lead - arrival_.best;
+  const Duration by_ins = ins_.lead - ins_.best;
+  const bool unusual = by_arrival > kAhead || by_arrival < -kBehind;
+  const bool by_scans = known && unusual && abs(by_arrival - by_ins) < kAlike;
+  changed_ = by_scans ? by_arrival : Duration::zero();
+  if (known && unusual && abs(by_ins) < kAhead) arrival_.best = arrival_.lead;  // all clocks
+  if (!decided_ || abs(changed_ - *decided_) > kAlike) decided_.reset();
+  arrival_.follow(known);
+  ins_.follow(known);
+  ++count_;
+}
+
+std::optional<Duration> StampWatch::shift() const {
+  if (changed_ == Duration::zero()) return Duration::zero();
+  if (changed_ > Duration::zero()) return -changed_;
+  if (!decided_) return std::nullopt;
+  return clock_ ? -*decided_ : Duration::zero();
+}
+
+void StampWatch::decide(bool clock) {
+  decided_ = changed_;
+  clock_ = clock;
+}
+
+}  // namespace rcs::sp
