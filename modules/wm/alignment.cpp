@@ -85,9 +85,10 @@ void begin_again(const WmParams& params, FilterState* s) {
   m.gps_scale = {};
   m.heights_refused = 0;
   m.anchored = m.gps_accused = false;
-  const bool ins = m.withheld.ins;
+  const Withheld before = m.withheld;
   m.withheld = {};
-  m.withheld.ins = ins;
+  m.withheld.ins = before.ins;
+  m.withheld.force = before.force;
   m.fix_heard = Stamp::min();
   m.unmatched = Pose{};
 }

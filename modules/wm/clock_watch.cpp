@@ -48,7 +48,8 @@ ClockWatch::Verdict ClockWatch::add(const ImuSample& imu, Stamp arrival) {
   const Duration passed = imu.stamp - ins_.stamp;
   const Duration waited = arrival - ins_.arrival;
   const bool known = ins_.count >= kKnown;
-  // After a silence, the advance of a log that is replayed at another speed is not a step.
+  // After a silence, the advance of a log that is replayed at another speed is not a step. A lower
+  // lead is a delay: when it ends, the stamps gain on the arrivals without a step.
   const bool silence = waited > 3 * imu.interval + from_milliseconds(20.0);
   const Duration gained = ins_.lead + passed - waited - ins_.best;
   const bool forward = known && !silence && gained > kForward && passed > imu.interval + kForward;
@@ -57,7 +58,7 @@ ClockWatch::Verdict ClockWatch::add(const ImuSample& imu, Stamp arrival) {
   if (!forward && !backward) {
     if (passed < Duration::zero()) return Verdict::kPass;
     ins_.add(imu.stamp, arrival);
-    if (silence) ins_.best = ins_.lead;
+    if (silence) ins_.best = std::max(ins_.best, ins_.lead);
     return Verdict::kPass;
   }
   suspected_ = true;

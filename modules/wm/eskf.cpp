@@ -127,6 +127,66 @@ void Lasting::add(const ImuSample& imu, double gravity, double window_s) {
   force += a * (imu.delta_v / dt - Vec3(0.0, 0.0, gravity) - force);
 }
 
+namespace {
+
+/// From now on the gyro bias represents the error of the rate.
+void use_gyro(Belief* b) {
+  if (b->x.inertial) return;
+  b->x.inertial = true;
+  b->P.middleRows<3>(kRate).setZero();
+  b->P.middleCols<3>(kRate).setZero();
+}
+
+/// Density of the yaw noise by scale and misalignment [rad^2/s].
+double yaw_density(const ProcessNoise& noise, const Lasting& lasting) {
+  return 2.0 * noise.scale_and_misalignment * noise.scale_and_misalignment * noise.motion_time_s *
+         lasting.yaw_rate * lasting.yaw_rate;
+}
+
+/// A body velocity that stays constant while the vehicle turns by `turn`.
+/// @return Jacobian by position, velocity and attitude; `x` has the predicted velocity and pose
+Mat9 keep_body_velocity(const NavState& before, const Quat& turn, double dt, NavState* x) {
+  const Mat3 R = before.T_world_vehicle.rotation();
+  const Mat3 E = turn.toRotationMatrix();
+  const Vec3 v_vehicle = R.transpose() * before.v_world;
+  x->v_world = R * (E * v_vehicle);
+  x->T_world_vehicle.p += 0.5 * dt * (before.v_world + x->v_world);
+  x->T_world_vehicle.q = (before.T_world_vehicle.q * turn).normalized();
+  Mat9 A = Mat9::Identity();
+  A.block<3, 3>(kAttitude, kAttitude) = E.transpose();
+  A.block<3, 3>(kVelocity, kVelocity) = R * E * R.transpose();
+  A.block<3, 3>(kVelocity, kAttitude) = R * (E * hat(v_vehicle) - hat(E * v_vehicle));
+  A.block<3, 3>(kPosition, kVelocity) =
+      0.5 * dt * (Mat3::Identity() + A.block<3, 3>(kVelocity, kVelocity));
+  A.block<3, 3>(kPosition, kAttitude) = 0.5 * dt * A.block<3, 3>(kVelocity, kAttitude);
+  return A;
+}
+
+/// Its Jacobian by the rotation vector, through that of the rotation, `Jr`.
+Mat<9, 3> body_velocity_by_turn(const NavState& before, const Quat& turn, double dt,
+                                const Mat3& Jr) {
+  const Mat3 R = before.T_world_vehicle.rotation();
+  const Vec3 v_vehicle = R.transpose() * before.v_world;
+  Mat<9, 3> B;
+  B.middleRows<3>(kAttitude) = Jr;
+  B.middleRows<3>(kVelocity) = -(R * turn.toRotationMatrix() * hat(v_vehicle) * Jr);
+  B.middleRows<3>(kPosition) = 0.5 * dt * B.middleRows<3>(kVelocity);
+  return B;
+}
+
+/// White acceleration through one and two integrators.
+Mat9 white_acceleration(const MotionNoise& noise, double dt) {
+  const double qa = noise.acceleration * noise.acceleration;
+  Mat9 Q = Mat9::Zero();
+  Q.block<3, 3>(kPosition, kPosition).diagonal().setConstant(qa * dt * dt * dt / 3.0);
+  Q.block<3, 3>(kPosition, kVelocity).diagonal().setConstant(qa * dt * dt / 2.0);
+  Q.block<3, 3>(kVelocity, kPosition).diagonal().setConstant(qa * dt * dt / 2.0);
+  Q.block<3, 3>(kVelocity, kVelocity).diagonal().setConstant(qa * dt);
+  return Q;
+}
+
+}  // namespace
+
 Belief predict(const Belief& b, const ImuSample& imu, const Earth& earth, const ProcessNoise& noise,
                const DriveNoise& drive, const Lasting& lasting) {
   const double dt = seconds(imu.stamp - b.x.stamp);
@@ -147,11 +207,7 @@ Belief predict(const Belief& b, const ImuSample& imu, const Earth& earth, const 
   x.T_world_vehicle.p += 0.5 * dt * (b.x.v_world + x.v_world);
   x.T_world_vehicle.q = (b.x.T_world_vehicle.q * exp_so3(dtheta)).normalized();
   x.rate_vehicle = dtheta / dt;
-  if (!b.x.inertial) {  // from now on the gyro bias represents the error of the rate
-    x.inertial = true;
-    next.P.middleRows<3>(kRate).setZero();
-    next.P.middleCols<3>(kRate).setZero();
-  }
+  use_gyro(&next);
 
   const Mat3 Jr = right_jacobian_so3(dtheta);
   const Mat3 dtheta_by_attitude = -dt * hat(earth_vehicle);
@@ -179,12 +235,37 @@ Belief predict(const Belief& b, const ImuSample& imu, const Earth& earth, const 
   const double angle_density = noise.angle_random_walk * noise.angle_random_walk;
   const double velocity_density = noise.velocity_random_walk * noise.velocity_random_walk +
                                   k2 * lasting.force.z() * lasting.force.z();
-  const double yaw_density = k2 * lasting.yaw_rate * lasting.yaw_rate;
   Mat9 Q;
   Q.noalias() = (angle_density / dt) * (B.leftCols<3>() * B.leftCols<3>().transpose());
   Q.noalias() += (velocity_density / dt) * (B.middleCols<3>(3) * B.middleCols<3>(3).transpose());
-  Q.noalias() += (yaw_density / dt) * (B.col(2) * B.col(2).transpose());
+  Q.noalias() += (yaw_density(noise, lasting) / dt) * (B.col(2) * B.col(2).transpose());
   propagate<12>(A, B, kGyroBias, Q, &next.P);
+  drive_on(dt, (x.T_world_vehicle.p - b.x.T_world_vehicle.p).norm(), noise, drive, &next);
+  return next;
+}
+
+Belief predict_by_rotation(const Belief& b, const ImuSample& imu, const Earth& earth,
+                           const MotionNoise& motion, const ProcessNoise& noise,
+                           const DriveNoise& drive, const Lasting& lasting) {
+  const double dt = seconds(imu.stamp - b.x.stamp);
+  const Vec3 earth_vehicle = b.x.T_world_vehicle.rotation().transpose() * earth.rate_world;
+  const Vec3 dtheta = imu.delta_angle - (b.x.gyro_bias + earth_vehicle) * dt;
+  const Quat turn = exp_so3(dtheta);
+
+  Belief next = b;
+  NavState& x = next.x;
+  x.stamp = imu.stamp;
+  x.rate_vehicle = dtheta / dt;
+  use_gyro(&next);
+  const Mat<9, 3> by_turn = body_velocity_by_turn(b.x, turn, dt, right_jacobian_so3(dtheta));
+  Mat9 A = keep_body_velocity(b.x, turn, dt, &x);
+  A.middleCols<3>(kAttitude) -= by_turn * (dt * hat(earth_vehicle));
+  const Mat<9, 3> B = -dt * by_turn;  // an error of the increment acts as -bias * dt does
+  Mat9 Q = white_acceleration(motion, dt);
+  const double angle_density = noise.angle_random_walk * noise.angle_random_walk;
+  Q.noalias() += (angle_density / dt) * (B * B.transpose());
+  Q.noalias() += (yaw_density(noise, lasting) / dt) * (B.col(2) * B.col(2).transpose());
+  propagate<3>(A, B, kGyroBias, Q, &next.P);
   drive_on(dt, (x.T_world_vehicle.p - b.x.T_world_vehicle.p).norm(), noise, drive, &next);
   return next;
 }
@@ -225,41 +306,18 @@ Belief predict(const Belief& b, Stamp to, const MotionNoise& noise, const Proces
   const RateStep yaw = rate_step(dt, noise.yaw_acceleration, noise.yaw_time_s);
   const std::array<RateStep, 3> rates{tilt, tilt, yaw};
   const Vec3 angle_per_rate(tilt.angle_per_rate, tilt.angle_per_rate, yaw.angle_per_rate);
-  const Mat3 R = b.x.T_world_vehicle.rotation();
-  const Vec3 v_vehicle = R.transpose() * b.x.v_world;
   const Vec3 dtheta = b.x.rate_vehicle.cwiseProduct(angle_per_rate);
   const Quat turn = exp_so3(dtheta);
-  const Mat3 E = turn.toRotationMatrix();
 
   Belief next = b;
   NavState& x = next.x;
   x.stamp = to;
-  x.v_world = R * (E * v_vehicle);
-  x.T_world_vehicle.p += 0.5 * dt * (b.x.v_world + x.v_world);
-  x.T_world_vehicle.q = (b.x.T_world_vehicle.q * turn).normalized();
   x.rate_vehicle = b.x.rate_vehicle.cwiseProduct(Vec3(tilt.keep, tilt.keep, yaw.keep));
   x.inertial = false;
-
+  const Mat9 A = keep_body_velocity(b.x, turn, dt, &x);
   const Mat3 Jr = right_jacobian_so3(dtheta) * angle_per_rate.asDiagonal();
-  Mat9 A = Mat9::Identity();
-  A.block<3, 3>(kAttitude, kAttitude) = E.transpose();
-  A.block<3, 3>(kVelocity, kVelocity) = R * E * R.transpose();
-  A.block<3, 3>(kVelocity, kAttitude) = R * (E * hat(v_vehicle) - hat(E * v_vehicle));
-  A.block<3, 3>(kPosition, kVelocity) =
-      0.5 * dt * (Mat3::Identity() + A.block<3, 3>(kVelocity, kVelocity));
-  A.block<3, 3>(kPosition, kAttitude) = 0.5 * dt * A.block<3, 3>(kVelocity, kAttitude);
-  Mat<9, 3> B;
-  B.middleRows<3>(kAttitude) = Jr;
-  B.middleRows<3>(kVelocity) = -(R * E * hat(v_vehicle) * Jr);
-  B.middleRows<3>(kPosition) = 0.5 * dt * B.middleRows<3>(kVelocity);
-
-  // White acceleration through one and two integrators.
-  const double qa = noise.acceleration * noise.acceleration;
-  Mat9 Q = Mat9::Zero();
-  Q.block<3, 3>(kPosition, kPosition).diagonal().setConstant(qa * dt * dt * dt / 3.0);
-  Q.block<3, 3>(kPosition, kVelocity).diagonal().setConstant(qa * dt * dt / 2.0);
-  Q.block<3, 3>(kVelocity, kPosition).diagonal().setConstant(qa * dt * dt / 2.0);
-  Q.block<3, 3>(kVelocity, kVelocity).diagonal().setConstant(qa * dt);
+  const Mat<9, 3> B = body_velocity_by_turn(b.x, turn, dt, Jr);
+  Mat9 Q = white_acceleration(noise, dt);
   for (int i = 0; i < 3; ++i) {
     Q(kAttitude + i, kAttitude + i) = rates[static_cast<std::size_t>(i)].angle_variance;
   }

@@ -43,6 +43,12 @@ struct Lasting {
                              const ProcessNoise& noise, const DriveNoise& drive,
                              const Lasting& lasting);
 
+/// The rotation of an INS whose forces are wrong: attitude as above, constant body velocity driven
+/// by white acceleration (MotionNoise) as below.
+[[nodiscard]] Belief predict_by_rotation(const Belief& b, const ImuSample& imu, const Earth& earth,
+                                         const MotionNoise& motion, const ProcessNoise& noise,
+                                         const DriveNoise& drive, const Lasting& lasting);
+
 /// Prediction without INS (MotionNoise). The rate is part of the state and is estimated, like the
 /// velocity, from all fused measurements; the biases of the INS only wander.
 [[nodiscard]] Belief predict(const Belief& b, Stamp to, const MotionNoise& noise,

@@ -14,8 +14,11 @@ namespace {
 constexpr Duration kFed = from_seconds(1.0);  // newest scan or fix of a filter without INS
 constexpr int kRefusedInRow = 3;              // rejected measurements that end a hypothesis
 
+/// The filter without INS is not moved to each of its samples.
 void step(const Model& model, const Measurement& m, const ImuSample* next_imu, FilterState* s,
           Innovations* records) {
+  constexpr Duration kStep = from_milliseconds(50.0);
+  if (s->memory.withheld.ins && m.imu() != nullptr && m.stamp - s->belief.x.stamp < kStep) return;
   advance(model, m.stamp, next_imu, s, records);
   apply(model, m, s, records);
 }
@@ -46,9 +49,10 @@ void Trust::Hypothesis::count(bool accepted) {
 }
 
 void Trust::move(const Model& model, const Measurement& m, const ImuSample* next_imu) {
+  auto& [newest, second, third] = without_ins_recent_;
   for (Subfilter* subfilter :
-       {&inertial_new_.subfilter, &inertial_young_.subfilter, &inertial_.subfilter,
-        &without_ins_young_, &without_ins_, &without_ladar_young_, &without_ladar_,
+       {&inertial_new_.subfilter, &inertial_young_.subfilter, &inertial_.subfilter, &newest,
+        &second, &third, &without_ins_young_, &without_ins_, &without_ladar_young_, &without_ladar_,
         &without_gps_young_, &without_gps_, &neither_young_, &neither_, &before_}) {
     if (!subfilter->alive()) continue;
     Innovations unread;
@@ -99,12 +103,17 @@ void Trust::drop_what_passed_a_gap() {
   detectable_m_ = kAnything_m;
 }
 
-/// A ratio between kCalm and the limit keeps the sub-filters that raised it, for a limited time.
+/// A ratio between kCalm and the limit keeps the sub-filters that raised it, for a limited time:
+/// the older they are, the less certain they are, and the more does an exclusion cost that
+/// continues from one of them.
 bool Trust::tests_are_calm(Stamp branch, Stamp now) const {
-  const bool old = branch != Stamp::min() && now - branch > 4 * params_.branch;
+  const Duration age = branch == Stamp::min() ? Duration::zero() : now - branch;
+  const bool uncertain = age > 2 * params_.branch;
+  const double limit = age > 4 * params_.branch ? 1.0 : uncertain ? kCalmLater : kCalm;
   const double worst =
       std::max({gps_test_ratio_, ladar_test_ratio_, map_test_ratio_, ins_by_gps_.ratio});
-  return worst <= (old ? 1.0 : kCalm) && ins_test_ratio() <= (old ? 1.0 : kInsCalm);
+  const double ins = ladar_is_poor() ? ins_test_ratio() : ins_by_ladar_.ratio;
+  return worst <= limit && ins <= (uncertain ? kContradicts : kInsCalm);
 }
 
 /// From GPS or the a priori map. Without it a sub-filter keeps its own, which is older.
@@ -127,10 +136,21 @@ bool Trust::knows_attitude(const FilterState& belief) const {
 
 void Trust::branch_inertial(const FilterState& belief, Inertial* inertial) const {
   *inertial = {};
-  if (belief.memory.withheld.ins) return;
+  if (belief.memory.withheld.any_of_ins()) return;
   inertial->subfilter = {belief, belief.belief.x.stamp};
   inertial->subfilter.state.memory.withheld = {false, true, true, true};
   inertial->began_m = belief.memory.distance_m;
+}
+
+void Trust::branch_recent(const FilterState& belief) {
+  branch_inertial(belief, &inertial_new_);
+  auto& [newest, second, third] = without_ins_recent_;
+  third = second;
+  second = newest;
+  newest = {};
+  if (belief.memory.withheld.ins) return;
+  newest = {belief, belief.belief.x.stamp};
+  newest.state.memory.withheld.ins = true;
 }
 
 void Trust::branch_motion(const FilterState& belief) {
@@ -139,7 +159,7 @@ void Trust::branch_motion(const FilterState& belief) {
   without_ins_ = without_ins_young_;
   without_ladar_ = without_ladar_young_;
   branch_inertial(belief, &inertial_young_);
-  branch_inertial(belief, &inertial_new_);
+  branch_recent(belief);
   without_ins_young_ = {};
   if (!belief.memory.withheld.ins) {
     without_ins_young_ = {belief, now};
@@ -190,7 +210,7 @@ void Trust::renew(const FilterState& belief) {
                        (positioned && due(without_gps_young_, params_.branch));
   if (!inertial_due && !all_due) return;
   if (!tests_are_calm(positioned ? without_gps_.branch : without_ladar_.branch, now)) return;
-  if (inertial_due) branch_inertial(belief, &inertial_new_);
+  if (inertial_due) branch_recent(belief);
   // Until the gap of the INS is forgotten, a branch would inherit its effect on the filter.
   const bool settling = m.ins_gap_end != Stamp::min() && now - m.ins_gap_end < kSettling;
   if (!all_due || settling) return;
@@ -251,8 +271,9 @@ void Trust::bound_undetected(const FilterState& belief) {
 
 std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
                                       const ImuSample* next_imu, const FilterState& belief) {
-  for (Subfilter* subfilter :
-       {&without_ladar_, &without_ladar_young_, &without_ins_, &without_ins_young_}) {
+  auto& [newest, second, third] = without_ins_recent_;
+  for (Subfilter* subfilter : {&without_ladar_, &without_ladar_young_, &without_ins_,
+                               &without_ins_young_, &newest, &second, &third}) {
     subfilter->state.memory.withheld.gps = belief.memory.withheld.gps;
   }
   move(model, m, next_imu);
@@ -261,7 +282,7 @@ std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
     bound_undetected(belief);
   }
   test_ins(model, m, belief);
-  if (std::optional<FilterState> change = belief.memory.withheld.ins
+  if (std::optional<FilterState> change = belief.memory.withheld.any_of_ins()
                                               ? decide_excluded_ins(m, belief, model.params.modes)
                                               : decide_ins(belief, model.params.modes)) {
     return change;
@@ -317,7 +338,8 @@ FilterState Trust::found(Finding finding, const FilterState& next, const FilterS
   ins_by_ladar_ = ins_by_gps_ = {};
   scan_ = {};
   votes_.reset_votes();
-  wheels_vote_ = 0.0;
+  wheels_vote_ = fix_vote_ = 0.0;
+  off_by_ins_mps_ = off_by_ladar_mps_ = Vec2::Zero();
   agreeing_.fill(false);
   agreeing_since_ = ladar_doubted_since_ = map_doubted_since_ = Stamp::min();
   doubted_ = map_contradicted_ = 0;
@@ -328,7 +350,7 @@ FilterState Trust::found(Finding finding, const FilterState& next, const FilterS
   // Sub-filters that have fused a faulty source are discarded.
   const Inertial inertial = inertial_;
   branch_all(state);
-  if (of_ladar && !state.memory.withheld.ins) inertial_ = inertial;
+  if (of_ladar && !state.memory.withheld.any_of_ins()) inertial_ = inertial;
   return state;
 }
 
@@ -357,7 +379,7 @@ Trusted Trust::ladar(const FilterState& belief, const ModeParams& modes) const {
 }
 
 Trusted Trust::ins(const FilterState& belief) const {
-  if (belief.memory.withheld.ins) return Trusted::kQuarantine;
+  if (belief.memory.withheld.any_of_ins()) return Trusted::kQuarantine;
   const bool watched = ins_probation_ != Stamp::min() && belief.belief.x.stamp < ins_probation_;
   return watched ? Trusted::kProbation : Trusted::kFully;
 }

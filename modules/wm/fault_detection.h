@@ -116,6 +116,7 @@ class Trust {
     int refused_in_row = 0;    ///< of them the newest in a row
     Vec2 off = Vec2::Zero();   ///< distance of its fix from the filter at the first test [m]
     double variance_m2 = 0.0;  ///< horizontal variance of the filter then, larger axis [m^2]
+    double heading_rad = 0.0;  ///< by which the heading of the filter may be wrong
 
     [[nodiscard]] bool alive() const { return began != Stamp::min(); }
     void count(bool accepted);
@@ -134,10 +135,15 @@ class Trust {
   /// A copy of the filter that continues by the INS alone, and what the LADAR measures against it.
   struct Inertial {
     Subfilter subfilter;
-    double began_m = 0.0;          ///< distance driven at the branch
-    Vec6 residual = Vec6::Zero();  ///< of the matches, low-passed
+    double began_m = 0.0;             ///< distance driven at the branch
+    Mat6 information = Mat6::Zero();  ///< of the newest matches, with decreasing weights
+    Vec6 weighted = Vec6::Zero();     ///< their residuals, weighted by it
+    Vec6 residual = Vec6::Zero();     ///< their mean
     int matches = 0;
+    double rotation = 0.0;     ///< ratio of the rotation alone
     bool in_rotation = false;  ///< the newest match contradicts its rotation more than its position
+
+    void forget_matches();
   };
   /// Rotations from scan to scan: LADAR against INS, of the newest scans.
   struct ScanRotation {
@@ -151,16 +157,21 @@ class Trust {
   void test_ins(const Model& model, const Measurement& m, const FilterState& belief);
   void test_ins_by_ladar(const Model& model, const RollingMatch& z);
   void test_ins_by_fix(const Model& model, const GpsFix& z, Stamp stamp);
+  void vote_by_fix(const Model& model, const GpsFix& z);
   void vote_by_wheels(const OdometryParams& params, const OdometrySample& z);
   [[nodiscard]] std::optional<double> test_by_match(const Model& model, const RollingMatch& z,
                                                     Inertial* inertial) const;
   void branch_inertial(const FilterState& belief, Inertial* inertial) const;
+  void branch_recent(const FilterState& belief);
+  [[nodiscard]] const Subfilter& without_ins_since_the_fault() const;
   /// Between INS and LADAR.
   enum class Faulty { kUnknown, kIns, kLadar };
   [[nodiscard]] Faulty ins_or_ladar(Stamp now) const;
   [[nodiscard]] bool ladar_is_poor() const;
   [[nodiscard]] bool by_one_scan() const;
+  [[nodiscard]] bool gyro_is_right() const;
   [[nodiscard]] bool recently_readmitted(Stamp now) const;
+  [[nodiscard]] bool ladar_recently_readmitted(Stamp now) const;
   std::optional<FilterState> decide_ins(const FilterState& belief, const ModeParams& modes);
   FilterState exclude_ins(const FilterState& belief, const ModeParams& modes);
   FilterState exclude_ladar(const FilterState& belief, const ModeParams& modes);
@@ -181,6 +192,8 @@ class Trust {
   std::optional<FilterState> judge_fix(const Model& model, const GpsFix& z,
                                        const FilterState& belief);
   void suppose_gps_right(const Model& model, const GpsFix& z, const FilterState& belief);
+  /// The horizontal error that an undetected fault may have caused.
+  [[nodiscard]] double possible_error_m(const FilterState& belief) const;
   bool keeps_its_shape(const Model& model, const GpsFix& z, const FilterState& belief);
   std::optional<FilterState> judge_quarantined_fix(const Model& model, const GpsFix& z,
                                                    const FilterState& belief);
@@ -209,8 +222,11 @@ class Trust {
   static constexpr Duration kInsAgrees = from_seconds(5.0);
   static constexpr Duration kNewInertial = from_milliseconds(2500.0);
   static constexpr double kContradicts = 2.5;  // ratio of INS and LADAR; smaller ones are frequent
+  static constexpr double kQuiet = 0.15;       // ratio without any sign of a fault
+  static constexpr Duration kBefore = from_seconds(1.5);  // a fault shows so much later
   static constexpr double kInsCalm = 0.7;
   static constexpr double kCalm = 0.3;  // test ratio below which sub-filters are branched
+  static constexpr double kCalmLater = 0.5;
 
   TrustParams params_;
   double limit_1_, limit_2_, limit_3_;  // chi-square limits, by degrees of freedom
@@ -220,7 +236,12 @@ class Trust {
   Subfilter without_gps_young_, without_gps_;
   Subfilter neither_young_, neither_;  ///< without GPS and INS: decides between the two
   Subfilter without_ins_young_, without_ins_;
+  /// Younger ones, the newest first: the filter continues from one of them after an exclusion,
+  /// since the attitude drifts without INS. They are not tested.
+  std::array<Subfilter, 3> without_ins_recent_;
+  Stamp ins_quiet_ = Stamp::min();  ///< newest time without any sign of a fault of the INS
   Subfilter without_ladar_young_, without_ladar_;
+  Stamp gps_quiet_ = Stamp::min();  ///< newest time without any sign of a fault of GPS
   double young_began_m_ = 0.0, without_gps_began_m_ = 0.0;  // distance driven at their branches
   Subfilter before_;  ///< the state from before kFilterFaulty, until the probation of GPS ends
   Hypothesis gps_right_, ladar_right_, ins_right_;
@@ -229,7 +250,10 @@ class Trust {
   static constexpr double kNever_m = -1e9;
   double ladar_poor_m_ = kNever_m;  ///< distance driven when fixes last contradicted the LADAR
   MotionVotes votes_;               ///< of GPS and of the wheels, between INS and LADAR
-  double wheels_vote_ = 0.0;        ///< low-passed, between INS and GPS: 1 against the INS
+  /// Low-passed velocity of the fixes relative to the motions by INS and by LADAR, horizontal.
+  Vec2 off_by_ins_mps_ = Vec2::Zero(), off_by_ladar_mps_ = Vec2::Zero();
+  double fix_vote_ = 0.0;     ///< of them, between INS and LADAR: 1 against the INS
+  double wheels_vote_ = 0.0;  ///< low-passed, between INS and GPS: 1 against the INS
   Stamp ins_excluded_ = Stamp::min(), ins_probation_ = Stamp::min();
   Duration ins_wait_ = kInsAgrees;  ///< agreement that readmits the INS; doubles with each relapse
   std::array<bool, 6> agreeing_{};  // whether each of the newest fixes agreed

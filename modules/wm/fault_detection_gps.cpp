@@ -11,6 +11,12 @@ namespace {
 
 constexpr double kMaxExcess =
     5.0;  // contribution of one fix at most: a single outlier is not enough
+// After an outage: largest gyro bias that is not found without fixes, and the error of the heading.
+constexpr double kUndetected_radps = 0.001;
+constexpr double kHeading_rad = 0.05;
+// Fixes within the possible error are accepted after this time and distance.
+constexpr Duration kPossible = from_seconds(8.0);
+constexpr double kPossible_m = 20.0;
 constexpr double kLimit =
     9.21;  // chi-square, 99 %, 2 dof: a false readmission is worse than a late one
 
@@ -60,6 +66,7 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
   sum_velocity(model, z);
   const double drifting = cusum_.maxCoeff() / params_.cusum;
   gps_test_ratio_ = std::max(deviating, drifting);
+  if (gps_test_ratio_ < kQuiet && record.accepted == now) gps_quiet_ = now;
   // A fix that the gate rejected has not changed the filter.
   const bool harmful = record.accepted == now;
   doubted_ = harmful && deviating > 1.0 ? doubted_ + 1 : 0;
@@ -73,8 +80,10 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
   if (std::optional<FilterState> change = exclude_ins_or_ladar(model, z, belief)) return change;
   // If GPS alone were faulty, INS and LADAR would agree: which of the two it is shows soon.
   constexpr Duration kShows = from_seconds(3.0);
+  constexpr Duration kShowsSurely = from_seconds(8.0);
+  const Duration shows = ins_by_ladar_.ratio > 1.0 ? kShowsSurely : kShows;
   const bool others_disagree = ins_by_ladar_.ratio > kCalm && !ladar_is_poor();
-  if (others_disagree && now - gps_contradicts_ < kShows) return std::nullopt;
+  if (others_disagree && now - gps_contradicts_ < shows) return std::nullopt;
   return exclude_gps(belief, model.params.modes);
 }
 
@@ -92,11 +101,13 @@ std::optional<FilterState> Trust::exclude_ins_or_ladar(const Model& model, const
       (ins_by_ladar_.ratio > kContradicts && faulty == Faulty::kUnknown && !ladar_is_poor());
   // LADAR and wheels with the fixes are three against the INS, the INS with the fixes two against
   // the LADAR.
-  if (without_ins_.alive() && (by_wheels || by_ladar || sides_with_fix(model, z, neither_))) {
+  const bool by_fixes = fix_vote_ > 0.0 || sides_with_fix(model, z, neither_);
+  if (without_ins_.alive() && (by_wheels || by_ladar || by_fixes)) {
     return exclude_ins(belief, model.params.modes);
   }
   // A faulty LADAR also contradicts the INS.
-  if (ins_by_ladar_.ratio > kCalm && sides_with_fix(model, z, inertial_.subfilter)) {
+  if (ins_by_ladar_.ratio > kCalm &&
+      (fix_vote_ < 0.0 || sides_with_fix(model, z, inertial_.subfilter))) {
     FilterState next = without_ladar_.state;
     next.memory.withheld = belief.memory.withheld;
     next.memory.withheld.gps = next.memory.gps_accused = false;
@@ -111,7 +122,10 @@ std::optional<FilterState> Trust::exclude_ins_or_ladar(const Model& model, const
 FilterState Trust::exclude_gps(const FilterState& belief, const ModeParams& modes) {
   const Stamp now = belief.belief.x.stamp;
   const bool on_probation = gps_probation_ != Stamp::min() && now < gps_probation_;
-  FilterState next = without_gps_.state;
+  // The one that has drifted less, if the fault cannot have had an effect on it.
+  const bool recent =
+      without_gps_young_.alive() && without_gps_young_.branch <= gps_quiet_ - kBefore;
+  FilterState next = recent ? without_gps_young_.state : without_gps_.state;
   next.memory.withheld.prior_map = belief.memory.withheld.prior_map;
   next.memory.withheld.gps = next.memory.gps_accused = true;
   return found(on_probation ? Finding::kGpsReadmissionRevoked : Finding::kGpsFaulty, next, belief,
@@ -140,13 +154,19 @@ bool Trust::sides_with_fix(const Model& model, const GpsFix& z, const Subfilter&
 }
 
 /// Begins the alternative hypothesis that the fix is right and the position of the filter is wrong.
-/// The heading is kept: otherwise a drift of the fixes would look like another heading.
+/// The heading is kept, because a drift of the fixes would look like another heading; after an
+/// outage it is wrong by what a gyro bias has caused that is too small to be found without fixes.
 void Trust::suppose_gps_right(const Model& model, const GpsFix& z, const FilterState& belief) {
   const NavState& x = belief.belief.x;
   const Vec3 off = gps_position(x, z, model.params.gps).r;
   gps_right_ = {belief, x.stamp, belief.memory.distance_m};
+  const Stamp accepted = belief.memory.of(Source::kGpsPosition).accepted;
+  if (!belief.memory.gps_accused && accepted != Stamp::min()) {
+    gps_right_.heading_rad =
+        std::min(kUndetected_radps * seconds(x.stamp - accepted), kHeading_rad);
+  }
   FilterState& s = gps_right_.state;
-  s.belief = loosen_world(belief.belief, off.cwiseAbs() + z.sigma_m, 0.0);
+  s.belief = loosen_world(belief.belief, off.cwiseAbs() + z.sigma_m, gps_right_.heading_rad);
   s.memory.withheld.gps = s.memory.gps_accused = false;
   s.memory.of(Source::kGpsPosition).refused = 0;
   Innovations unread;
@@ -162,9 +182,16 @@ bool Trust::keeps_its_shape(const Model& model, const GpsFix& z, const FilterSta
     gps_right_.off = off;
     gps_right_.variance_m2 = variance;
   }
-  const double drifted = std::max(0.0, variance - gps_right_.variance_m2);
+  const double turned_m = gps_right_.heading_rad * (belief.memory.distance_m - gps_right_.began_m);
+  const double drifted = std::max(0.0, variance - gps_right_.variance_m2) + turned_m * turned_m;
   const double fixes = 2.0 * z.sigma_m.head<2>().cwiseAbs2().maxCoeff();
   return (off - gps_right_.off).squaredNorm() <= kLimit * (drifted + fixes);
+}
+
+double Trust::possible_error_m(const FilterState& belief) const {
+  const double sigma_m = std::sqrt(largest_variance(horizontal(belief)));
+  return std::max(kHorizontalQuantile * sigma_m,
+                  undetected_.at(belief.belief.x.stamp).horizontal_m);
 }
 
 /// The velocity of the fix agrees with the filter.
@@ -204,9 +231,15 @@ std::optional<FilterState> Trust::judge_quarantined_fix(const Model& model, cons
     next.memory.of(Source::kGpsPosition).refused = 0;
     return found(Finding::kGpsReadmitted, next, belief, model.params.modes);
   }
-  const bool persistent = consistent && x.stamp - gps_right_.began >= params_.persistent &&
-                          m.distance_m - gps_right_.began_m >= params_.persistent_m &&
-                          gps_right_.agreed >= 9 * gps_right_.refused;
+  // A position within the protection level contradicts nothing that is known after an outage.
+  const bool possible = !m.gps_accused && apart.head<2>().norm() <= possible_error_m(belief);
+  const bool persistent =
+      consistent &&
+      x.stamp - gps_right_.began >=
+          (possible ? std::min(kPossible, params_.persistent) : params_.persistent) &&
+      m.distance_m - gps_right_.began_m >=
+          (possible ? std::min(kPossible_m, params_.persistent_m) : params_.persistent_m) &&
+      gps_right_.agreed >= 9 * gps_right_.refused;
   if (!persistent) return std::nullopt;
   return found(Finding::kFilterFaulty, gps_right_.state, belief, model.params.modes);
 }

@@ -15,8 +15,11 @@ constexpr double kFloor_m = 0.1;        // the same of its translation
 constexpr double kFloor_mps = 0.1;      // and of the velocity of a fix
 constexpr double kMaxWeight = 4.0;      // of a ratio, in the time that a test must last
 constexpr double kLongestStep_s = 0.3;  // a single measurement is not enough
+constexpr int kGyroRefused = 5;         // matches in a row, while the rotation alone is used
 constexpr int kMatches = 10;            // that are averaged
 constexpr double kVoteShare = 0.1;      // of the newest vote of the wheels in the low-passed one
+constexpr double kFixShare = 0.15;      // of the newest fix in the low-passed velocities
+constexpr double kNearer = 0.5;         // to the fixes than the other one: they support it
 constexpr double kMajority = 0.5;       // of the low-passed votes, from -1 to 1
 // A measurement votes if the two hypotheses differ by more, in its standard deviations.
 constexpr double kDistinct = 3.0;
@@ -26,6 +29,7 @@ constexpr double kUndecidedPoor = 20.0;  // where the LADAR has been poor: no fa
 constexpr double kPoorFor_m = 500.0;     // distance over which a LADAR that was poor is suspected
 constexpr double kAgrees = 0.6;          // ratio of fixes that the INS predicts
 constexpr Duration kPredicted = from_seconds(5.0);  // age of an inertial motion that fixes confirm
+constexpr Duration kVisible = from_seconds(10.0);   // weighted time after which fixes would show it
 constexpr double kPoor = 2.0;  // factor of the errors of a LADAR that decides nothing
 // The INS turns smoothly: if one scan causes more of the contradiction, the LADAR is faulty.
 constexpr double kOneScan = 0.5;
@@ -68,6 +72,12 @@ double compare(const Residual<M>& by_ins, const Residual<M>& without_ins) {
 
 }  // namespace
 
+void Trust::Inertial::forget_matches() {
+  information.setZero();
+  weighted.setZero();
+  matches = 0;
+}
+
 void Trust::InertialTest::add(double ratio_now, Stamp now) {
   const Duration since = tested == Stamp::min() ? Duration::zero() : now - tested;
   const double dt_s = std::min(seconds(since), kLongestStep_s);
@@ -88,7 +98,7 @@ std::optional<double> Trust::test_by_match(const Model& model, const RollingMatc
       scaled(as_registered, model.ladar_scales.at(inertial->subfilter.state.belief.x.stamp));
   const FilterState& s = inertial->subfilter.state;
   if (!inertial->subfilter.alive() || z.map_epoch != s.belief.x.map_epoch) {
-    inertial->matches = 0;
+    inertial->forget_matches();
     return std::nullopt;
   }
   // In the axes of the vehicle, not along the directions that this scan observes: those differ from
@@ -98,23 +108,28 @@ std::optional<double> Trust::test_by_match(const Model& model, const RollingMatc
   r.H = rolling_pose_jacobian(s.belief.x);  // of a small residual
   int unobserved = 0;
   r.R = registration_covariance(s.belief.x, z.information, model.params.rolling.match, &unobserved);
-  const double share = std::max(1.0 / ++inertial->matches, 1.0 / kMatches);
-  inertial->residual += share * (r.r - inertial->residual);
-  if (inertial->matches < kMatches / 2) return std::nullopt;
-  r.r = inertial->residual;
-  r.R *= share;
+  // Weighted: a scan that observes little must neither shift nor hide the mean of the others.
+  constexpr double kKept = 1.0 - 1.0 / kMatches;
+  const Mat6 weight = r.R.llt().solve(Mat6::Identity());
+  inertial->information = kKept * inertial->information + weight;
+  inertial->weighted = kKept * inertial->weighted + weight * r.r;
+  if (++inertial->matches < kMatches / 2) return std::nullopt;
+  r.R = inertial->information.llt().solve(Mat6::Identity());
+  r.r = r.R * inertial->weighted;
+  inertial->residual = r.r;
   const double driven_m = s.memory.distance_m - inertial->began_m;
   const double translation =
       nis_of<3>(r, s.belief.P, 0, std::hypot(kFloor_m, params_.floor_share * driven_m));
   const double rotation = nis_of<3>(r, s.belief.P, 3, kFloor_rad);
   inertial->in_rotation = rotation > translation;
+  inertial->rotation = rotation / limit_3_;
   return std::max(translation, rotation) / limit_3_;
 }
 
 void Trust::test_ins_by_ladar(const Model& model, const RollingMatch& z) {
   if (z.seeded) {  // the result of the old map stays for a moment: its loss may be due to the INS
     scan_ = {};
-    for (Inertial* inertial : {&inertial_new_, &inertial_young_, &inertial_}) inertial->matches = 0;
+    for (Inertial* i : {&inertial_new_, &inertial_young_, &inertial_}) i->forget_matches();
     return;
   }
   std::optional<double> ratio;
@@ -152,13 +167,38 @@ void Trust::test_ins_by_fix(const Model& model, const GpsFix& z, Stamp stamp) {
     ratio = std::max(ratio, nis_of<3>(velocity, s.belief.P, 0, kFloor_mps) / limit_3_);
   }
   ins_by_gps_.add(ratio, stamp);
+  vote_by_fix(model, z);
   const bool predicts = ratio < kAgrees && stamp - inertial_.subfilter.branch > kPredicted;
-  if (predicts && ins_by_ladar_.ratio > kContradicts &&
-      ins_by_ladar_.lasts(stamp, params_.ladar_refuted)) {
+  // A fault of the INS that has just begun is not visible in the fixes yet.
+  const Duration visible = fix_vote_ < 0.0 ? params_.ladar_refuted : kVisible;
+  if (predicts && ins_by_ladar_.ratio > kContradicts && ins_by_ladar_.lasts(stamp, visible)) {
     ladar_poor_m_ = s.memory.distance_m;
   }
   const NavState& x = s.belief.x;
   votes_.add(stamp, z, (x.T_world_vehicle.q.conjugate() * x.v_world).x() < 0.0);
+}
+
+/// Between INS and LADAR: which of the motions by one of them, both without GPS, the fix supports.
+void Trust::vote_by_fix(const Model& model, const GpsFix& z) {
+  fix_vote_ = 0.0;
+  if (!neither_.alive() || !z.has_velocity) return;
+  const auto residual = [&](const FilterState& s) {
+    return gps_velocity(s.belief.x, z, model.params.gps, accel_world(s));
+  };
+  const Residual<3> ins = residual(inertial_.subfilter.state);
+  const Residual<3> ladar = residual(neither_.state);
+  off_by_ins_mps_ += kFixShare * (ins.r.head<2>() - off_by_ins_mps_);
+  off_by_ladar_mps_ += kFixShare * (ladar.r.head<2>() - off_by_ladar_mps_);
+  const double noise = 0.5 * kFixShare * ins.R.diagonal().head<2>().maxCoeff();
+  const auto beyond = [&](double off_mps, const FilterState& s) {
+    const double own = s.belief.P.diagonal().segment<2>(kVelocity).maxCoeff();
+    return off_mps > kDistinct * std::sqrt(noise + own + kFloor_mps * kFloor_mps);
+  };
+  const double by_ins = off_by_ins_mps_.norm();
+  const double by_ladar = off_by_ladar_mps_.norm();
+  // A wrong heading is common to both: it does not count.
+  if (by_ladar < kNearer * by_ins && beyond(by_ins, inertial_.subfilter.state)) fix_vote_ = 1.0;
+  if (by_ins < kNearer * by_ladar && beyond(by_ladar, neither_.state)) fix_vote_ = -1.0;
 }
 
 /// Between INS and GPS, if there is no LADAR.
@@ -191,6 +231,7 @@ void Trust::test_ins(const Model& model, const Measurement& m, const FilterState
     // The source has fallen silent: its last result must not last for ever.
     if (test->tested != Stamp::min() && m.stamp - test->tested > kFresh) *test = {};
   }
+  if (std::max(ins_by_ladar_.ratio, ins_by_gps_.ratio) < kQuiet) ins_quiet_ = m.stamp;
   if (!inertial_.subfilter.alive() || !without_ins_.alive()) return;
   if (m.stamp - inertial_.subfilter.branch < kYoung) return;
   const NavState& ins = inertial_.subfilter.state.belief.x;
@@ -199,8 +240,10 @@ void Trust::test_ins(const Model& model, const Measurement& m, const FilterState
     int unobserved = 0;
     const Mat6 covariance =
         registration_covariance(ins, z->information, model.params.rolling.match, &unobserved);
-    votes_.add(ins.stamp, *z, covariance, model.params.drive, ins.T_world_vehicle,
-               inertial_.subfilter.branch, odometry.constrained);
+    const Cov& P = inertial_.subfilter.state.belief.P;
+    const double sigma_mps = std::sqrt(P.diagonal().segment<3>(kVelocity).maxCoeff());
+    votes_.add(ins.stamp, *z, covariance, model.params.drive,
+               {ins.T_world_vehicle, inertial_.subfilter.branch, sigma_mps}, odometry.constrained);
     if (belief.memory.withheld.ladar) {
       ins_by_ladar_ = {};
     } else {
@@ -220,6 +263,10 @@ void Trust::test_ins(const Model& model, const Measurement& m, const FilterState
 /// The end of a fault is another fault of an INS that was readmitted with the biases of the first.
 bool Trust::recently_readmitted(Stamp now) const {
   return ins_probation_ != Stamp::min() && now - ins_probation_ < kRelapse;
+}
+
+bool Trust::ladar_recently_readmitted(Stamp now) const {
+  return ladar_probation_ != Stamp::min() && now - ladar_probation_ < kRelapse;
 }
 
 /// In high grass and on steep slopes registrations have errors that their covariances do not
@@ -245,12 +292,16 @@ bool Trust::by_one_scan() const {
 /// then the fixes that the INS predicts or not. Without fixes only a large contradiction is a
 /// fault, and none where the LADAR is poor.
 Trust::Faulty Trust::ins_or_ladar(Stamp now) const {
-  const double verdict = votes_.verdict();
-  if (std::abs(verdict) > kMajority) return verdict > 0.0 ? Faulty::kIns : Faulty::kLadar;
+  const bool fixes = ins_by_gps_.tested != Stamp::min() && now - ins_by_gps_.tested < kFresh;
+  for (const double vote : {votes_.verdict(), fixes ? fix_vote_ : 0.0}) {
+    if (std::abs(vote) > kMajority) return vote > 0.0 ? Faulty::kIns : Faulty::kLadar;
+  }
+  if (!fixes && votes_.long_turns() > kMajority) return Faulty::kIns;
   const bool relapse = recently_readmitted(now);
+  if (!relapse && ladar_recently_readmitted(now)) return Faulty::kLadar;
   const bool poor = ladar_is_poor();
   const bool jump = !poor && ins_by_ladar_.ratio > kUndecided && by_one_scan();
-  if (ins_by_gps_.tested != Stamp::min() && now - ins_by_gps_.tested < kFresh) {
+  if (fixes) {
     if (jump) return Faulty::kLadar;
     const bool both = relapse || (!poor && ins_by_ladar_.ratio > kContradicts);
     return both && ins_by_gps_.ratio > 1.0 ? Faulty::kIns : Faulty::kUnknown;
@@ -277,10 +328,29 @@ std::optional<FilterState> Trust::decide_ins(const FilterState& belief, const Mo
   return exclude_ins(belief, modes);
 }
 
-/// The filter continues from the one that has not used the INS since its branch.
+/// The scans confirm the rotation by the INS: its forces are wrong.
+bool Trust::gyro_is_right() const {
+  constexpr double kConfirmed = 0.5;
+  const auto contradicts = [](const Inertial& i) {
+    return i.subfilter.alive() && i.matches >= kMatches && i.rotation > kConfirmed;
+  };
+  return inertial_.matches >= kMatches && !contradicts(inertial_) &&
+         !contradicts(inertial_young_) && !contradicts(inertial_new_) &&
+         votes_.long_turns() < kMajority;
+}
+
+/// The youngest one that branched before the fault can have had an effect.
+const Subfilter& Trust::without_ins_since_the_fault() const {
+  const auto& [newest, second, third] = without_ins_recent_;
+  for (const Subfilter* candidate : {&newest, &second, &third, &without_ins_young_}) {
+    if (candidate->alive() && candidate->branch <= ins_quiet_ - kBefore) return *candidate;
+  }
+  return without_ins_;
+}
+
 FilterState Trust::exclude_ins(const FilterState& belief, const ModeParams& modes) {
   const Stamp now = belief.belief.x.stamp;
-  FilterState next = without_ins_.state;
+  FilterState next = without_ins_since_the_fault().state;
   next.memory.withheld = belief.memory.withheld;
   // GPS was excluded for contradicting a filter that the INS had caused to diverge.
   const Stamp fix = next.memory.of(Source::kGpsPosition).accepted;
@@ -291,7 +361,7 @@ FilterState Trust::exclude_ins(const FilterState& belief, const ModeParams& mode
   const bool relapse = recently_readmitted(now);
   ins_wait_ = relapse ? std::min<Duration>(2 * ins_wait_, kLongestWait) : kInsAgrees;
   ins_excluded_ = now;
-  next.memory.withheld.ins = true;
+  (gyro_is_right() ? next.memory.withheld.force : next.memory.withheld.ins) = true;
   return found(Finding::kInsFaulty, next, belief, modes);
 }
 
@@ -299,7 +369,7 @@ void Trust::suppose_ins_right(const FilterState& belief) {
   const Stamp now = belief.belief.x.stamp;
   ins_right_ = {belief, now, belief.memory.distance_m};
   FilterState& s = ins_right_.state;
-  s.memory.withheld.ins = false;
+  s.memory.withheld.ins = s.memory.withheld.force = false;
   s.memory.ins_stamp = now;
   const bool other = now - ins_excluded_ > kOtherBiases;
   const double gyro_radps = other ? kOtherGyro_radps : kSameGyro_radps;
@@ -314,6 +384,17 @@ std::optional<FilterState> Trust::decide_excluded_ins(const Measurement& m,
                                                       const ModeParams& modes) {
   const Stamp now = belief.belief.x.stamp;
   if (ins_excluded_ == Stamp::min()) ins_excluded_ = now;  // the filter has been restarted since
+  // The rotation is wrong, too.
+  const bool contradicted = belief.memory.withheld.force && without_ins_.alive() &&
+                            now - without_ins_.branch >= kYoung &&
+                            belief.memory.of(Source::kRolling).refused >= kGyroRefused;
+  if (contradicted) {
+    FilterState next = without_ins_.state;
+    next.memory.withheld = belief.memory.withheld;
+    next.memory.withheld.force = false;
+    next.memory.withheld.ins = true;
+    return found(Finding::kInsFaulty, next, belief, modes);
+  }
   if (!ins_right_.alive()) {
     if (m.imu() == nullptr || now - ins_excluded_ < kExcludedFor) return std::nullopt;
     suppose_ins_right(belief);
@@ -336,7 +417,7 @@ std::optional<FilterState> Trust::decide_excluded_ins(const Measurement& m,
 }
 
 double Trust::ins_test_ratio() const {
-  if (votes_.verdict() > kMajority) return ins_by_ladar_.ratio;
+  if (std::max(votes_.verdict(), fix_vote_) > kMajority) return ins_by_ladar_.ratio;
   return ins_by_ladar_.ratio / (ladar_is_poor() ? kUndecidedPoor : kUndecided);
 }
 

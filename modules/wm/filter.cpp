@@ -70,6 +70,27 @@ bool stands(const Model& model, const FilterState& s) {
 
 }  // namespace
 
+void RejectedMatches::add(Stamp now, const Vec3& displacement_m) {
+  constexpr Duration kConsecutive = from_seconds(0.5);
+  const bool consecutive = stamp != Stamp::min() && now > stamp && now - stamp < kConsecutive;
+  rate_mps = consecutive ? Vec3((displacement_m - apart_m) / seconds(now - stamp)) : Vec3::Zero();
+  apart_m = displacement_m;
+  stamp = now;
+}
+
+Vec3 RejectedMatches::displacement(Stamp now, bool still_rejected) const {
+  constexpr Duration kNewest = from_seconds(1.0);
+  constexpr Duration kNext = from_seconds(0.3);  // until matches are rejected again after a reset
+  Vec3 sum_m = Vec3::Zero();
+  if (still_rejected && stamp > now - kNewest) {
+    sum_m += apart_m + seconds(now - stamp) * rate_mps;
+  }
+  if (reset > now - kResetLasts) {
+    sum_m += reset_m + seconds(std::min(now - reset, kNext)) * rate_mps;
+  }
+  return sum_m;
+}
+
 void Stillness::add(const ImuSample& imu, double window_s) {
   const double dt = seconds(imu.interval);
   const Vec3 rate = imu.delta_angle / dt;
@@ -127,8 +148,12 @@ void advance(const Model& model, Stamp to, const ImuSample* next_imu, FilterStat
     const double share =
         share_of_interval * seconds(to - before.stamp) / seconds(imu.stamp - begin);
     const ImuSample part{to, to - before.stamp, share * imu.delta_angle, share * imu.delta_v};
-    s->belief =
-        predict(s->belief, part, model.earth, model.params.ins, drive_noise(model, *s), m.lasting);
+    const DriveNoise drive = drive_noise(model, *s);
+    const WmParams& params = model.params;
+    s->belief = m.withheld.force
+                    ? predict_by_rotation(s->belief, part, model.earth, params.motion, params.ins,
+                                          drive, m.lasting)
+                    : predict(s->belief, part, model.earth, params.ins, drive, m.lasting);
     after_prediction(model, before, s);
   }
   if (to != imu.stamp) return;

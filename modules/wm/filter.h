@@ -70,6 +70,10 @@ struct Withheld {
   bool ladar = false;
   bool odometry = false;
   bool prior_map = false;  ///< also implied by ladar
+  bool force = false;      ///< of the INS: its rotation alone is used
+
+  /// The INS or a part of it.
+  [[nodiscard]] bool any_of_ins() const { return ins || force; }
 };
 
 /// Agreement of the matches to a tile of the a priori map with the filter without them.
@@ -97,6 +101,23 @@ struct Divergence {
   int times = 0;     ///< similar rejections in a row
 };
 
+/// Where registrations that were rejected place the vehicle: displacements from the filter in
+/// observed directions, world axes.
+struct RejectedMatches {
+  Stamp stamp = Stamp::min();    ///< of the newest one; min(): the newest was accepted
+  Vec3 apart_m = Vec3::Zero();   ///< by the newest one
+  Vec3 rate_mps = Vec3::Zero();  ///< at which the displacement grows
+  Stamp reset = Stamp::min();    ///< when the rolling map was last placed where the filter is
+  Vec3 reset_m = Vec3::Zero();   ///< by the one that was accepted thereby
+
+  void add(Stamp now, const Vec3& displacement_m);
+  /// At a stamp not much later than the newest measurement.
+  [[nodiscard]] Vec3 displacement(Stamp now, bool still_rejected) const;
+
+  /// A fault that caused the reset has been found after this time.
+  static constexpr Duration kResetLasts = from_seconds(5.0);
+};
+
 /// Bookkeeping of the filter next to its belief.
 struct Memory {
   std::array<SourceRecord, kSources> sources;
@@ -113,6 +134,7 @@ struct Memory {
   double distance_m = 0.0;                ///< distance driven
   /// Variance per metre that the rolling map of SP inherits from its scans now, [m^2, rad^2].
   double inherited_m2 = 0.0, inherited_rad2 = 0.0;
+  RejectedMatches rejected_matches;
   Withheld withheld;
   Stamp fix_heard = Stamp::min();  ///< newest fix, accepted or not
   bool gps_accused = false;        ///< excluded for its content, not after a silence

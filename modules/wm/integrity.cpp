@@ -13,6 +13,16 @@ constexpr double kFarthest_s = 600.0;
 
 double square(double v) { return v * v; }
 
+/// Where rejected registrations place the vehicle. The tests of the sub-filters are late by the lag
+/// of the history; a wrong acceleration moves the filter by metres meanwhile.
+Vec3 apart_from_matches(const FilterState& s) {
+  const RejectedMatches& m = s.memory.rejected_matches;
+  const bool goes_on = m.reset > s.belief.x.stamp - RejectedMatches::kResetLasts;
+  const int in_a_row = goes_on ? 1 : 2;  // one alone is an outlier
+  const bool rejected = s.memory.of(Source::kRolling).refused >= in_a_row;
+  return m.displacement(s.belief.x.stamp, rejected);
+}
+
 /// Growth of the horizontal variance without fixes.
 class Growth {
  public:
@@ -77,12 +87,14 @@ Integrity integrity(const FilterState& state, const Trust& trust, Duration silen
       by_gps ? std::min(trust.detectable_m(), 0.8 * limits.limit_horizontal_m) : 0.0;
   const double rival_m =
       std::max(gps == Trusted::kQuarantine ? trust.rival_m() : 0.0, trust.map_rival_m());
+  const Vec3 refuted_m = apart_from_matches(state);
   const UndetectedError undetected = trust.undetected().at(state.belief.x.stamp);
   if (out.validity == Validity::kWorld) {
     out.protection_horizontal_m =
-        std::max({kHorizontalQuantile * sigma_h, std::max(unseen_m, rival_m) + 2.0 * sigma_h,
-                  undetected.horizontal_m});
-    out.protection_vertical_m = std::max(kVerticalQuantile * sigma_v, undetected.vertical_m);
+        std::max({refuted_m.head<2>().norm() + kHorizontalQuantile * sigma_h,
+                  std::max(unseen_m, rival_m) + 2.0 * sigma_h, undetected.horizontal_m});
+    out.protection_vertical_m =
+        std::max(std::abs(refuted_m.z()) + kVerticalQuantile * sigma_v, undetected.vertical_m);
   }
 
   // Before the first datum there is no claim in frame world, and no alert about it.

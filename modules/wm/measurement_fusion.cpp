@@ -121,6 +121,7 @@ void Fuser::operator()(const RollingMatch& as_registered) {
     // Also without LADAR: the new map is where the vehicle is, which measures nothing.
     s_.belief = start_epoch(s_.belief, z.T_rolling_vehicle, z.map_epoch);
     s_.memory.unmatched = Pose{};
+    s_.memory.rejected_matches.stamp = Stamp::min();
   }
   if (s_.memory.withheld.ladar) {
     refuse(Source::kRolling, Reason::kQuarantine);
@@ -143,12 +144,25 @@ void Fuser::operator()(const RollingMatch& as_registered) {
   }
   const Residual<6> r = rolling_match(s_.belief.x, z, model_.params.rolling.match);
   const double gate = model_.gates[static_cast<std::size_t>(r.dof)];
-  if (refused_long && update(s_.belief, r, gate).reason == Reason::kGate && clone(z)) return;
+  const Vec3 apart_m = displacement(s_.belief.x, z, model_.params.rolling.match);
+  if (refused_long && update(s_.belief, r, gate).reason == Reason::kGate && clone(z)) {
+    RejectedMatches& rejected = s_.memory.rejected_matches;
+    const bool again = rejected.reset > stamp() - RejectedMatches::kResetLasts;
+    rejected.add(stamp(), apart_m);
+    rejected.reset_m = again ? Vec3(rejected.reset_m + apart_m) : apart_m;
+    rejected.reset = stamp();
+    rejected.stamp = Stamp::min();
+    return;
+  }
   const double way_m = s_.memory.distance_m - s_.memory.of(Source::kRolling).distance_m;
   const auto match = [&](const NavState& x) {
     return rolling_match(x, z, model_.params.rolling.match);
   };
-  if (fuse(Source::kRolling, match) != Reason::kAccepted) return;
+  if (fuse(Source::kRolling, match) != Reason::kAccepted) {
+    s_.memory.rejected_matches.add(stamp(), apart_m);
+    return;
+  }
+  s_.memory.rejected_matches.stamp = Stamp::min();
   // The scan with its error is part of the map now, to which later scans are matched.
   const RollingParams& rolling = model_.params.rolling;
   const Mat6 inherited = rolling.inherited * observed_covariance(z.information, rolling.match);

@@ -187,6 +187,16 @@ Mat6 registration_covariance(const NavState& x, const Mat6& information,
   return covariance(d, variance, params.arm_m) + systematic_covariance(x, params);
 }
 
+Vec3 displacement(const NavState& x, const RollingMatch& z, const RegistrationParams& params) {
+  constexpr double kLarge_m2 = 100.0;  // between the variances of observed directions and of others
+  int unobserved = 0;
+  const Mat3 variance =
+      registration_covariance(x, z.information, params, &unobserved).topLeftCorner<3, 3>();
+  const Vec3 apart_m = (T_rolling_vehicle(x).inverse() * z.T_rolling_vehicle).p;
+  const Mat3 sum = variance + kLarge_m2 * Mat3::Identity();
+  return x.T_world_vehicle.q * Vec3(kLarge_m2 * sum.llt().solve(apart_m));
+}
+
 Residual<2> wheel_speed(const NavState& x, const OdometrySample& z, const OdometryParams& params) {
   const Mat3 R_vehicle_world = x.T_world_vehicle.rotation().transpose();
   const Vec3 v_vehicle = R_vehicle_world * x.v_world;

@@ -101,6 +101,11 @@ struct OdometrySample {
 [[nodiscard]] Mat6 registration_covariance(const NavState& x, const Mat6& information,
                                            const RegistrationParams& params, int* unobserved);
 
+/// Displacement [m], world axes, from the vehicle's position to the one that a registration gives
+/// it, in the directions that the registration observes.
+[[nodiscard]] Vec3 displacement(const NavState& x, const RollingMatch& z,
+                                const RegistrationParams& params);
+
 /// Speed along vehicle x from the wheels, and the yaw rate if no INS is received.
 [[nodiscard]] Residual<2> wheel_speed(const NavState& x, const OdometrySample& z,
                                       const OdometryParams& params);

@@ -19,9 +19,20 @@ constexpr double kTolerance_m = 0.25;
 constexpr double kToleranceShare = 0.05;
 constexpr std::array<double, 2> kTolerance_rad = {0.12, 0.045};  // GPS, wheels
 constexpr double kSigmas = 3.0;
+constexpr double kInsSigmas = 2.0;  // of the velocity of the INS: the test of it contains them, too
 // Of the motion across the vehicle's axis: bumps, and sideways slip as a share of the distance.
 constexpr double kToleranceAcross_m = 0.15;
 constexpr double kToleranceAcrossShare = 0.03;
+// Of long turns: the yaw rate of wheels that slip, and the rates of a body that rolls and pitches.
+constexpr Duration kTurnWindow = from_seconds(10.0);
+constexpr Duration kLongestTurnWindow = from_seconds(12.5);
+constexpr Duration kKept = from_seconds(1.0);
+constexpr double kTurnTolerance_rad = 0.04;
+constexpr double kTurnShare = 0.02;
+constexpr double kNearer = 0.5;  // to the wheels than the other one: they support it
+constexpr double kMostVotes = 0.5;
+constexpr Duration kDistrusted = from_seconds(20.0);
+constexpr double kPoorRotation = 2.0;         // scale of the errors of a LADAR that is not compared
 constexpr double kSlowest_mps = 2.0;          // at which a velocity has a course
 constexpr double kLargestSigma_radps = 0.05;  // of a yaw rate that is used
 // One sigma of the comparison of the LADAR with the others, over the window.
@@ -74,8 +85,8 @@ Stamp MotionSum::complete_since(Stamp now) const {
   return newest_ != Stamp::min() && now - newest_ <= kLongestStep ? since_ : Stamp::max();
 }
 
-double vote(double by_ins, double by_ladar, double by_reference, double tolerance) {
-  const bool ins = std::abs(by_ins - by_reference) <= tolerance;
+double vote(double by_ins, double by_ladar, double by_reference, double tolerance, double of_ins) {
+  const bool ins = std::abs(by_ins - by_reference) <= tolerance + of_ins;
   const bool ladar = std::abs(by_ladar - by_reference) <= tolerance;
   if (ins == ladar || std::abs(by_ins - by_ladar) <= tolerance) return 0.0;
   return ladar ? 1.0 : -1.0;
@@ -104,17 +115,17 @@ void MotionVotes::add(Stamp stamp, const GpsFix& z, bool reverse) {
 }
 
 void MotionVotes::add(Stamp stamp, const RollingMatch& z, const Mat6& covariance,
-                      const DriveNoise& drive, const Pose& T_world_vehicle, Stamp branch,
-                      bool constrained) {
-  if (z.map_epoch != map_epoch_ || branch != branch_) {
+                      const DriveNoise& drive, const InertialPose& ins, bool constrained) {
+  if (z.map_epoch != map_epoch_ || ins.branch != branch_) {
     count_ = 0;
     map_epoch_ = z.map_epoch;
-    branch_ = branch;
+    branch_ = ins.branch;
   }
   Scan now;
   now.stamp = stamp;
   now.T_rolling_vehicle = z.T_rolling_vehicle;
-  now.T_world_vehicle = T_world_vehicle;
+  now.T_world_vehicle = ins.T_world_vehicle;
+  now.sigma_ins_mps = ins.sigma_mps;
   now.variance_m2 = covariance(0, 0);
   now.variance_rad2 = covariance(5, 5);
   now.variance_across_m2 = covariance.diagonal().segment<2>(1);
@@ -128,6 +139,7 @@ void MotionVotes::add(Stamp stamp, const RollingMatch& z, const Mat6& covariance
   for (std::size_t k : {kGps, kWheels}) {
     now.by_reference[k] = {distance_[k].at(stamp), turn_[k].at(stamp)};
   }
+  compare_turns(count_ > 0 ? &scans_[(count_ - 1) % scans_.size()] : nullptr, now);
   for (std::size_t k = 1; k <= std::min(count_, scans_.size()); ++k) {
     const Scan& scan = scans_[(count_ - k) % scans_.size()];
     if (stamp - scan.stamp < kWindow) continue;
@@ -159,7 +171,8 @@ void MotionVotes::compare(const Scan& begin, const Scan& end, const DriveNoise& 
       const double ladar_m = sign * by_ladar.distance_m;
       newest = vote(ins_m, ladar_m, driven_m,
                     kTolerance_m + kToleranceShare * std::abs(driven_m) +
-                        kSigmas * scale.position * std::sqrt(variance_m2));
+                        kSigmas * scale.position * std::sqrt(variance_m2),
+                    kInsSigmas * end.sigma_ins_mps * seconds(end.stamp - begin.stamp));
       apart_m = std::min(apart_m, odd_one_out(ladar_m, ins_m, driven_m));
     }
     if (complete(turn_[k])) {
@@ -194,9 +207,45 @@ void MotionVotes::compare_across(const Scan& begin, const Scan& end) {
       ladar_scale().position * (begin.variance_across_m2 + end.variance_across_m2).cwiseSqrt();
   double newest = 0.0;
   for (Eigen::Index axis = 0; axis < 2 && newest == 0.0; ++axis) {
-    newest = vote(by_ins[axis], by_ladar[axis], 0.0, tolerance_m + kSigmas * sigma_m[axis]);
+    newest = vote(by_ins[axis], by_ladar[axis], 0.0, tolerance_m + kSigmas * sigma_m[axis],
+                  kInsSigmas * end.sigma_ins_mps * seconds(end.stamp - begin.stamp));
   }
   votes_[kConstraint] += kShare * (newest - votes_[kConstraint]);
+}
+
+void MotionVotes::compare_turns(const Scan* last, const Scan& now) {
+  const bool complete = turn_[kWheels].complete_since(now.stamp) < now.stamp - kTurnWindow &&
+                        errors_rad_.scale(kLargestRotation) < kPoorRotation;
+  if (last != nullptr) {
+    const auto turn = [](const Pose& from, const Pose& to) {
+      return yaw_of((from.inverse() * to).q);
+    };
+    sum_.by_ins_rad += turn(last->T_world_vehicle, now.T_world_vehicle);
+    sum_.by_ladar_rad += turn(last->T_rolling_vehicle, now.T_rolling_vehicle);
+    sum_.by_wheels_rad += now.by_reference[kWheels].turn_rad - last->by_reference[kWheels].turn_rad;
+  }
+  sum_.stamp = now.stamp;
+  double newest = 0.0;
+  for (std::size_t k = 1; complete && k <= std::min(turns_count_, turns_.size()); ++k) {
+    const Turns& begin = turns_[(turns_count_ - k) % turns_.size()];
+    if (now.stamp - begin.stamp < kTurnWindow) continue;
+    if (now.stamp - begin.stamp > kLongestTurnWindow) break;
+    const double by_wheels = sum_.by_wheels_rad - begin.by_wheels_rad;
+    const double ins = std::abs(sum_.by_ins_rad - begin.by_ins_rad - by_wheels);
+    const double ladar = std::abs(sum_.by_ladar_rad - begin.by_ladar_rad - by_wheels);
+    const double tolerance = kTurnTolerance_rad + kTurnShare * std::abs(by_wheels);
+    if (ins > tolerance && ladar < kNearer * ins) newest = 1.0;
+    if (ladar > tolerance && ins < kNearer * ladar) newest = -1.0;
+    break;
+  }
+  long_turns_ += kShare * (newest - long_turns_);
+  if (long_turns_ < -kMostVotes) distrusted_until_ = now.stamp + kDistrusted;
+  distrusted_ = now.stamp < distrusted_until_ && distrusted_until_ - now.stamp <= kDistrusted;
+  const Stamp kept = turns_[(turns_count_ + turns_.size() - 1) % turns_.size()].stamp;
+  if (turns_count_ > 0 && now.stamp < kept) turns_count_ = 0;  // the clocks have stepped back
+  if (turns_count_ == 0 || now.stamp - kept >= kKept) {
+    turns_[turns_count_++ % turns_.size()] = sum_;
+  }
 }
 
 void LadarErrors::add(double apart, double uncertainty, double claimed_variance) {
@@ -215,6 +264,7 @@ double odd_one_out(double by_ladar, double by_ins, double by_reference) {
 }
 
 LadarScale MotionVotes::ladar_scale() const {
+  if (distrusted_) return {kLargestPosition, kLargestRotation};
   return {errors_m_.scale(kLargestPosition), errors_rad_.scale(kLargestRotation)};
 }
 

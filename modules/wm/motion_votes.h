@@ -45,7 +45,9 @@ struct Motion {
 /// @return 1: the reference agrees with the LADAR and contradicts the INS; -1: the reverse; 0: the
 ///   reference does not distinguish them
 /// @param tolerance  of a difference
-[[nodiscard]] double vote(double by_ins, double by_ladar, double by_reference, double tolerance);
+/// @param of_ins  added to it for the INS
+[[nodiscard]] double vote(double by_ins, double by_ladar, double by_reference, double tolerance,
+                          double of_ins = 0.0);
 
 /// Low-passed errors of the LADAR against INS and another source, and the variance that it states.
 struct LadarErrors {
@@ -62,6 +64,21 @@ struct LadarErrors {
 ///   than with the LADAR; otherwise 0
 [[nodiscard]] double odd_one_out(double by_ladar, double by_ins, double by_reference);
 
+/// Turns since the begin, from scan to scan, of which one is kept in a second: slow faults of the
+/// gyro show over longer times than errors of the registrations do.
+struct Turns {
+  Stamp stamp = Stamp::min();
+  double by_ins_rad = 0.0, by_ladar_rad = 0.0, by_wheels_rad = 0.0;
+};
+
+/// The pose of the vehicle by the INS alone.
+struct InertialPose {
+  Pose T_world_vehicle;
+  /// When that prediction began: poses of different predictions are not compared.
+  Stamp branch = Stamp::min();
+  double sigma_mps = 0.0;  ///< of its velocity
+};
+
 class MotionVotes {
  public:
   enum Reference : std::size_t { kGps, kWheels };
@@ -73,18 +90,23 @@ class MotionVotes {
   void add(Stamp stamp, const GpsFix& z, bool reverse);
   /// Call it for each scan that is registered to the rolling map.
   /// @param covariance  of the registration, vehicle axes, (rho, phi)
-  /// @param T_world_vehicle  by the INS alone
-  /// @param branch  when that prediction began: poses of different predictions are not compared
   /// @param drive  drift of the rolling map
   /// @param constrained  the vehicle moves along its own axis
   void add(Stamp stamp, const RollingMatch& z, const Mat6& covariance, const DriveNoise& drive,
-           const Pose& T_world_vehicle, Stamp branch, bool constrained);
+           const InertialPose& ins, bool constrained);
   /// The measured errors of the LADAR stay.
-  void reset_votes() { votes_ = {}; }
+  void reset_votes() {
+    votes_ = {};
+    long_turns_ = 0.0;
+  }
 
   /// Above 0 the INS is contradicted, below 0 the LADAR, in [-1, 1]; 0: nobody can tell, or the
   /// references contradict each other.
   [[nodiscard]] double verdict() const;
+  /// The same by the turn of the last ten seconds against that of the wheels, for faults too small
+  /// for verdict(). A LADAR that it contradicts has the largest scale for 20 s: in high grass it is
+  /// wrong again and again.
+  [[nodiscard]] double long_turns() const { return long_turns_; }
   /// Of the LADAR against two other sources that agree with each other.
   [[nodiscard]] LadarScale ladar_scale() const;
 
@@ -92,6 +114,7 @@ class MotionVotes {
   struct Scan {
     Stamp stamp = Stamp::min();
     Pose T_rolling_vehicle, T_world_vehicle;
+    double sigma_ins_mps = 0.0;
     double variance_m2 = 0.0, variance_rad2 = 0.0;  ///< ahead, and about the vertical
     Vec2 variance_across_m2 = Vec2::Zero();
     std::array<Motion, 2> by_reference{};
@@ -101,6 +124,8 @@ class MotionVotes {
 
   void compare(const Scan& begin, const Scan& end, const DriveNoise& drive);
   void compare_across(const Scan& begin, const Scan& end);
+  /// @param last  the scan before; null: no motion since is known
+  void compare_turns(const Scan* last, const Scan& now);
 
   std::array<MotionSum, 2> distance_{}, turn_{};
   double course_rad_ = 0.0;  // of the newest fix
@@ -109,7 +134,13 @@ class MotionVotes {
   std::size_t count_ = 0;
   int map_epoch_ = -1;
   Stamp branch_ = Stamp::min();
+  std::array<Turns, 16> turns_{};  // a second apart
+  std::size_t turns_count_ = 0;
+  Turns sum_;  // up to the newest scan
   std::array<double, 3> votes_{};
+  double long_turns_ = 0.0;
+  Stamp distrusted_until_ = Stamp::min();  // of the LADAR, whose long turns were wrong
+  bool distrusted_ = false;
   LadarErrors errors_m_, errors_rad_;
 };
 

@@ -430,9 +430,12 @@ void WmNode::report_inputs(Stamp now) {
 void WmNode::report_trust(Stamp now) {
   const Trust& trust = estimator_.trust();
   if (trust.findings() != reported_findings_) {
-    report_.publish(now, event::kWmFde, "{}; test ratio {:.2f} (limit 1), belief moved by {:.2f} m",
-                    kFindings[static_cast<std::size_t>(trust.newest_finding())],
-                    trust.finding_ratio(), trust.finding_moved_m());
+    const Finding finding = trust.newest_finding();
+    const bool in_part = finding == Finding::kInsFaulty && estimator_.state().memory.withheld.force;
+    report_.publish(
+        now, event::kWmFde, "{}{}; test ratio {:.2f} (limit 1), belief moved by {:.2f} m",
+        kFindings[static_cast<std::size_t>(finding)], in_part ? ", only its rotation is used" : "",
+        trust.finding_ratio(), trust.finding_moved_m());
     reported_findings_ = trust.findings();
   }
   const TileTrust& tile = estimator_.state().memory.newest_tile;

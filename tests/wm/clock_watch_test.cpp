@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <map>
 #include <optional>
 #include <vector>
 
@@ -117,6 +118,24 @@ TEST(ClockWatch, LateAndBunchedSamplesAreNoStep) {
     return into < 0.3 ? 0.302 - into : 0.002;
   };
   EXPECT_TRUE(run(right, right, stalls).steps.empty());
+}
+
+// When the delay ends, samples of the right time arrive among the delayed ones.
+TEST(ClockWatch, ADelayThatEndsIsNoStep) {
+  ClockWatch watch;
+  std::multimap<Stamp, Stamp> stamp_by_arrival;
+  for (int i = 1; i < 2000; ++i) {
+    const double t = 0.01 * i;
+    const double latency = t > 5.0 && t < 10.0 ? 0.387 : 0.002;
+    stamp_by_arrival.emplace(Stamp(from_seconds(500.0 + t + latency)), Stamp(from_seconds(t)));
+  }
+  for (const auto& [arrival, stamp] : stamp_by_arrival) {
+    static_cast<void>(watch.add(ImuSample{stamp, kPeriod, Vec3::Zero(), Vec3::Zero()}, arrival));
+    static_cast<void>(watch.add(Clock::kOdometry, Stamp(arrival - from_seconds(500.0)), arrival));
+    EXPECT_FALSE(watch.resolve(arrival)) << seconds(stamp.time_since_epoch());
+    watch.clear_held();
+  }
+  EXPECT_EQ(watch.ins_shift(), Duration::zero());
 }
 
 TEST(ClockWatch, OneWrongStampIsNoStep) {

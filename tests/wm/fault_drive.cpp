@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdio>
 
 #include "modules/wm/integrity.h"
@@ -60,8 +61,8 @@ Seen drive(double length_s, const Disturbance& d, unsigned seed, double from_s) 
     if (i % 10 != 0 || !estimator.started() || !estimator.state().memory.anchored) continue;
     const FilterState& s = estimator.state();
     const Integrity told = integrity(s, estimator.trust(), Duration::zero(), params);
-    const double error =
-        (s.belief.x.T_world_vehicle.p - truth[i].T_world_vehicle.p).head<2>().norm();
+    const Vec3 off_m = s.belief.x.T_world_vehicle.p - truth[i].T_world_vehicle.p;
+    const double error = off_m.head<2>().norm();
     const Pose local_moved = local_before.inverse() * estimator.T_local_vehicle();
     const Pose moved = true_before.inverse() * truth[i].T_world_vehicle;
     local_before = estimator.T_local_vehicle();
@@ -75,6 +76,7 @@ Seen drive(double length_s, const Disturbance& d, unsigned seed, double from_s) 
     seen.worst_m = std::max(seen.worst_m, error);
     seen.worst_local_step_m = std::max(seen.worst_local_step_m, (local_moved.p - moved.p).norm());
     seen.beyond_protection += error > told.protection_horizontal_m ? 1 : 0;
+    seen.above_protection += std::abs(off_m.z()) > told.protection_vertical_m ? 1 : 0;
     ++seen.samples;
   }
   seen.gps = estimator.trust().gps(estimator.state(), params.modes);

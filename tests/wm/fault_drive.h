@@ -28,7 +28,8 @@ struct Seen {
   double worst_m = 0.0;             ///< horizontal error
   double worst_local_step_m = 0.0;  ///< in addition to the motion
   double end_m = 0.0;               ///< error at the end
-  int beyond_protection = 0;        ///< samples
+  int beyond_protection = 0;        ///< samples, horizontal
+  int above_protection = 0;         ///< samples, vertical
   int samples = 0;
   Trusted gps = Trusted::kNone;  ///< at the end
   Trusted ladar = Trusted::kNone;

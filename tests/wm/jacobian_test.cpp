@@ -79,6 +79,24 @@ TEST(Predict, InertialTransitionIsTheDerivative) {
   });
 }
 
+TEST(Predict, TransitionByRotationIsTheDerivative) {
+  NavState x = some_state(1, true);
+  const Earth earth = earth_at({radians(49.0), radians(8.0), {100.0}});
+  const ImuSample imu{x.stamp + Duration(10'000), Duration(10'000), Vec3(0.004, -0.01, 0.02),
+                      Vec3(0.05, -0.03, 0.098)};
+  x.rate_vehicle.setZero();
+  // The rate follows the gyro: its own error does not propagate, so it is omitted from the
+  // directions.
+  expect_transition(x, [&](Belief b) {
+    b.P.middleRows<3>(kRate).setZero();
+    b.P.middleCols<3>(kRate).setZero();
+    Belief next =
+        predict_by_rotation(b, imu, earth, MotionNoise{}, ProcessNoise{}, DriveNoise{}, Lasting{});
+    next.x.rate_vehicle.setZero();
+    return next;
+  });
+}
+
 TEST(Predict, CoastingTransitionIsTheDerivative) {
   const NavState x = some_state(2, false);
   expect_transition(x, [&](const Belief& b) {

@@ -19,7 +19,7 @@ MotionVotes drive(double ins_factor, double ladar_factor, double wheels_factor) 
     z.T_rolling_vehicle.p.x() = ladar_factor * x_m;
     Pose by_ins;
     by_ins.p.x() = ins_factor * x_m;
-    votes.add(t, z, covariance, DriveNoise{}, by_ins, Stamp(), true);
+    votes.add(t, z, covariance, DriveNoise{}, InertialPose{by_ins, Stamp(), 0.0}, true);
   }
   return votes;
 }
@@ -55,13 +55,45 @@ TEST(MotionVotes, ASumIsIncompleteAfterAGap) {
   EXPECT_EQ(sum.complete_since(Stamp() + from_seconds(5.1)), Stamp() + from_seconds(5.0));
 }
 
+/// A slow curve of 20 s; the turn rates by INS and by LADAR are off by a constant.
+MotionVotes turn(double ins_off_radps, double ladar_off_radps) {
+  constexpr double kRate_radps = 0.05;
+  constexpr double kSpeed_mps = 5.0;
+  MotionVotes votes;
+  Pose ins;
+  RollingMatch z;
+  for (int k = 0; k <= 200; ++k) {
+    const Stamp t = Stamp() + from_seconds(0.1 * k);
+    const auto step = [&](double off_radps) {
+      return exp_se3(
+          (Vec6() << 0.1 * kSpeed_mps, 0.0, 0.0, 0.0, 0.0, 0.1 * (kRate_radps + off_radps))
+              .finished());
+    };
+    ins = ins * step(ins_off_radps);
+    z.T_rolling_vehicle = z.T_rolling_vehicle * step(ladar_off_radps);
+    votes.add(t, OdometrySample{kSpeed_mps, 0.05, kRate_radps, 0.02}, 1.0, true);
+    votes.add(t, z, 1e-4 * Mat6::Identity(), DriveNoise{}, InertialPose{ins, Stamp(), 0.0}, true);
+  }
+  EXPECT_EQ(votes.verdict(), 0.0) << "two seconds do not show it";
+  return votes;
+}
+
+TEST(MotionVotes, LongTurnsShowSlowFaults) {
+  EXPECT_GT(turn(0.008, 0.0).long_turns(), 0.9);
+  EXPECT_LT(turn(0.0, -0.008).long_turns(), -0.9);
+  EXPECT_GT(turn(0.0, -0.008).ladar_scale().rotation, 10.0);
+  EXPECT_EQ(turn(0.002, -0.002).long_turns(), 0.0);
+  EXPECT_EQ(turn(0.002, -0.002).ladar_scale().rotation, 1.0);
+  EXPECT_EQ(turn(0.008, 0.007).long_turns(), 0.0) << "the wheels are the odd ones";
+}
+
 TEST(MotionVotes, WithoutWheelsAndGpsThereIsNoVote) {
   MotionVotes votes;
   for (int k = 0; k <= 100; ++k) {
     RollingMatch z;
     z.T_rolling_vehicle.p.x() = 0.5 * k;
-    votes.add(Stamp() + from_seconds(0.1 * k), z, 1e-4 * Mat6::Identity(), DriveNoise{}, Pose{},
-              Stamp(), true);
+    votes.add(Stamp() + from_seconds(0.1 * k), z, 1e-4 * Mat6::Identity(), DriveNoise{},
+              InertialPose{{}, Stamp(), 0.0}, true);
   }
   EXPECT_EQ(votes.verdict(), 0.0);
   EXPECT_EQ(votes.ladar_scale().position, 1.0);
@@ -76,7 +108,7 @@ double vote_of_climbs(double by_ins, double by_ladar, bool constrained) {
     Pose T_world_vehicle;
     T_world_vehicle.p = {0.5 * k, 0.0, by_ins * 0.5 * k};
     votes.add(Stamp() + from_seconds(0.1 * k), z, 1e-4 * Mat6::Identity(), DriveNoise{},
-              T_world_vehicle, Stamp(), constrained);
+              InertialPose{T_world_vehicle, Stamp(), 0.0}, constrained);
   }
   return votes.verdict();
 }

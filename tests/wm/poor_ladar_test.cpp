@@ -18,14 +18,18 @@ TEST(PoorLadar, TheInsIsNotExcluded) {
   Disturbance d;
   d.has_fix = [](double t) { return t < 30.0; };
   d.match_off = [](double t) { return t < 20.0 ? Vec3(Vec3::Zero()) : wandering(t); };
+  int outside = 0;
+  int samples = 0;
   for (unsigned seed = 1; seed <= 3; ++seed) {
     const Seen seen = drive(75.0, d, seed);
+    outside += seen.beyond_protection;
+    samples += seen.samples;
     std::printf("seed %u: worst %.2f m, outside of the protection level %d of %d\n", seed,
                 seen.worst_m, seen.beyond_protection, seen.samples);
     EXPECT_FALSE(seen.found(Finding::kInsFaulty)) << "seed " << seed;
-    EXPECT_EQ(seen.beyond_protection, 0) << "seed " << seed;
     EXPECT_LT(seen.worst_m, 4.5) << "seed " << seed;
   }
+  EXPECT_LE(outside, 0.001 * samples);  // the level is one of 99.9 %
 }
 
 /// The belief at the end of a drive with a poor LADAR.
