@@ -326,9 +326,11 @@ void SpNode::answer_without_registering(registration::Stop stop, const Expectati
 
 /// A scan whose stamp is old may be late; until it is known, the stamp is taken as it is.
 void SpNode::correct_stamp(const Cycle& cycle) {
-  if (inertial_.size() == 0) return;
   Stamp* reference = &assembler_.scan()->reference;
-  stamps_.add(*reference, last_facet_arrival_, inertial_[inertial_.size() - 1].stamp);
+  // Without its last part a scan seems to have arrived early.
+  if (inertial_.size() > 0 && assembler_.facets_missing() == 0) {
+    stamps_.add(*reference, last_facet_arrival_, inertial_[inertial_.size() - 1].stamp);
+  }
   const Duration shift = stamps_.shift().value_or(Duration::zero());
   *reference += shift;
   constexpr Duration kSame = from_milliseconds(50.0);  // latencies vary
