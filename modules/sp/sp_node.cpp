@@ -365,7 +365,7 @@ void SpNode::decide_stamp(Expectation* expected) {
     const registration::Registration found =
         registration::register_points(source_, &map_, prediction, config_.icp, granted_, &icp_);
     granted_ -= found.used;
-    if (!registration::usable(found.stop)) continue;
+    if (!registration::usable(found.stop) || found.stop == registration::Stop::kBudget) continue;
     const auto distance = [&](const Pose& T) {
       const Vec6 d = apart(T, found.T_target_vehicle);
       return d.head<3>().norm() + kArm_m * d.tail<3>().norm();
@@ -470,7 +470,8 @@ void SpNode::register_by_own_motion(registration::Prediction* prediction,
   const registration::Registration again =
       registration::register_points(source_, &map_, own, config_.icp, granted_, &icp_);
   granted_ -= again.used;
-  if (!registration::usable(again.stop)) return;
+  // A search that the budget has ended may have measured nothing.
+  if (!registration::usable(again.stop) || again.stop == registration::Stop::kBudget) return;
   *prediction = own;
   *rolling = again;
 }

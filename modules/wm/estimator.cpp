@@ -173,6 +173,7 @@ void Estimator::move_clock(Duration step) {
         &m.odometry_heard, &m.constrained, &m.fix_heard, &m.last_reset, &newest_imu_}) {
     move(stamp);
   }
+  m.rejected_matches = {};
   restart(state);
   ++clock_steps_;
 }
@@ -198,6 +199,7 @@ void Estimator::step_clock(Stamp to) {
   if (m.last_reset != Stamp::min()) m.last_reset += step;
   if (m.fix_heard != Stamp::min()) m.fix_heard += step;
   m.ins_stamp = m.ins_lost = m.ins_gap_end = m.odometry_heard = m.constrained = Stamp::min();
+  m.rejected_matches = {};
   Innovations none;
   if (passed > kBlind) {
     forget_place(&state);

@@ -349,6 +349,7 @@ FilterState Trust::found(Finding finding, const FilterState& next, const FilterS
   before_ = finding == Finding::kFilterFaulty ? Subfilter{belief, now} : Subfilter{};
   // Sub-filters that have fused a faulty source are discarded.
   const Inertial inertial = inertial_;
+  without_ins_recent_ = {};
   branch_all(state);
   if (of_ladar && !state.memory.withheld.any_of_ins()) inertial_ = inertial;
   return state;

@@ -17,6 +17,7 @@ constexpr double kHeading_rad = 0.05;
 // Fixes within the possible error are accepted after this time and distance.
 constexpr Duration kPossible = from_seconds(8.0);
 constexpr double kPossible_m = 20.0;
+constexpr double kMostPossible_m = 10.0;  // farther off they are more likely wrong
 constexpr double kLimit =
     9.21;  // chi-square, 99 %, 2 dof: a false readmission is worse than a late one
 
@@ -123,8 +124,8 @@ FilterState Trust::exclude_gps(const FilterState& belief, const ModeParams& mode
   const Stamp now = belief.belief.x.stamp;
   const bool on_probation = gps_probation_ != Stamp::min() && now < gps_probation_;
   // The one that has drifted less, if the fault cannot have had an effect on it.
-  const bool recent =
-      without_gps_young_.alive() && without_gps_young_.branch <= gps_quiet_ - kBefore;
+  const bool recent = without_gps_young_.alive() && gps_quiet_ != Stamp::min() &&
+                      without_gps_young_.branch <= gps_quiet_ - kBefore;
   FilterState next = recent ? without_gps_young_.state : without_gps_.state;
   next.memory.withheld.prior_map = belief.memory.withheld.prior_map;
   next.memory.withheld.gps = next.memory.gps_accused = true;
@@ -232,7 +233,8 @@ std::optional<FilterState> Trust::judge_quarantined_fix(const Model& model, cons
     return found(Finding::kGpsReadmitted, next, belief, model.params.modes);
   }
   // A position within the protection level contradicts nothing that is known after an outage.
-  const bool possible = !m.gps_accused && apart.head<2>().norm() <= possible_error_m(belief);
+  const double possible_m = std::min(possible_error_m(belief), kMostPossible_m);
+  const bool possible = !m.gps_accused && apart.head<2>().norm() <= possible_m;
   const bool persistent =
       consistent &&
       x.stamp - gps_right_.began >=

@@ -231,6 +231,9 @@ void Trust::test_ins(const Model& model, const Measurement& m, const FilterState
     // The source has fallen silent: its last result must not last for ever.
     if (test->tested != Stamp::min() && m.stamp - test->tested > kFresh) *test = {};
   }
+  if (std::holds_alternative<GpsFix>(m.value) || ins_by_gps_.tested == Stamp::min()) {
+    fix_vote_ = 0.0;  // it is of the newest fix
+  }
   if (std::max(ins_by_ladar_.ratio, ins_by_gps_.ratio) < kQuiet) ins_quiet_ = m.stamp;
   if (!inertial_.subfilter.alive() || !without_ins_.alive()) return;
   if (m.stamp - inertial_.subfilter.branch < kYoung) return;
@@ -343,14 +346,18 @@ bool Trust::gyro_is_right() const {
 const Subfilter& Trust::without_ins_since_the_fault() const {
   const auto& [newest, second, third] = without_ins_recent_;
   for (const Subfilter* candidate : {&newest, &second, &third, &without_ins_young_}) {
-    if (candidate->alive() && candidate->branch <= ins_quiet_ - kBefore) return *candidate;
+    const bool before = candidate->alive() && ins_quiet_ != Stamp::min() &&
+                        candidate->branch <= ins_quiet_ - kBefore;
+    if (before) return *candidate;
   }
   return without_ins_;
 }
 
 FilterState Trust::exclude_ins(const FilterState& belief, const ModeParams& modes) {
   const Stamp now = belief.belief.x.stamp;
-  FilterState next = without_ins_since_the_fault().state;
+  // A rotation that is wrong, too, has spoilt the younger ones.
+  const bool in_part_before = belief.memory.withheld.force;
+  FilterState next = in_part_before ? without_ins_.state : without_ins_since_the_fault().state;
   next.memory.withheld = belief.memory.withheld;
   // GPS was excluded for contradicting a filter that the INS had caused to diverge.
   const Stamp fix = next.memory.of(Source::kGpsPosition).accepted;
@@ -361,7 +368,10 @@ FilterState Trust::exclude_ins(const FilterState& belief, const ModeParams& mode
   const bool relapse = recently_readmitted(now);
   ins_wait_ = relapse ? std::min<Duration>(2 * ins_wait_, kLongestWait) : kInsAgrees;
   ins_excluded_ = now;
-  (gyro_is_right() ? next.memory.withheld.force : next.memory.withheld.ins) = true;
+  next.memory.withheld.force = !in_part_before && gyro_is_right();
+  next.memory.withheld.ins = !next.memory.withheld.force;
+  // The sub-filter has not used it: no gap begins.
+  if (next.memory.withheld.force) next.memory.ins_stamp = next.belief.x.stamp;
   return found(Finding::kInsFaulty, next, belief, modes);
 }
 

@@ -68,6 +68,14 @@ TEST(StampWatch, AStepThatReturnsIsForgotten) {
   EXPECT_EQ(watch.shift(), Duration::zero());
 }
 
+TEST(StampWatch, ACorrectionLastsWhileTheInsIsSilent) {
+  // From 15 s on the newest INS sample is that of 15 s.
+  const StampWatch watch = run([](double t) {
+    return At{t < 10.0 ? 0.0 : 0.4, 0.05, t < 15.0 ? 0.0 : 15.0 - t};
+  });
+  EXPECT_EQ(watch.shift(), from_seconds(-0.4));
+}
+
 TEST(StampWatch, StepsOfAllClocksAndOfTheInsAloneShiftNothing) {
   for (const double step_s : {-0.4, 0.4}) {
     EXPECT_EQ(run([&](double t) {

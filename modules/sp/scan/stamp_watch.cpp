@@ -36,9 +36,12 @@ void StampWatch::add(Stamp reference, Stamp arrival, Stamp newest_ins) {
   const Duration by_arrival = arrival_.lead - arrival_.best;
   const Duration by_ins = ins_.lead - ins_.best;
   const bool unusual = by_arrival > kAhead || by_arrival < -kBehind;
-  const bool by_scans = known && unusual && abs(by_arrival - by_ins) < kAlike;
+  // The INS may fall silent meanwhile.
+  const bool goes_on = changed_ != Duration::zero() && abs(by_arrival - changed_) < kAlike;
+  const bool by_scans = known && unusual && (goes_on || abs(by_arrival - by_ins) < kAlike);
   changed_ = by_scans ? by_arrival : Duration::zero();
-  if (known && unusual && abs(by_ins) < kAhead) arrival_.best = arrival_.lead;  // all clocks
+  const bool of_all_clocks = known && unusual && !by_scans && abs(by_ins) < kAhead;
+  if (of_all_clocks) arrival_.best = arrival_.lead;
   if (!decided_ || abs(changed_ - *decided_) > kAlike) decided_.reset();
   arrival_.follow(known);
   ins_.follow(known);
