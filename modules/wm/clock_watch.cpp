@@ -4,20 +4,14 @@
 
 namespace rcs::wm {
 
-void ClockWatch::Track::add(Stamp s, Stamp a) {
-  if (count > 0) {
-    lead += (s - stamp) - (a - arrival);
-    // A clock that has stepped must not become the reference before the step is detected.
-    const Duration most = count < kKnown ? Duration::max() : best + from_milliseconds(5.0);
-    best = std::max(best, std::min(lead, most));
-  }
-  stamp = s;
-  arrival = a;
-  ++count;
+void ClockWatch::Track::add(Stamp s, Stamp arrival) {
+  StampLead::add(s, arrival);
+  constexpr Duration kMost = from_milliseconds(5.0);
+  follow(count <= kKnown ? std::nullopt : std::optional<Duration>(kMost));
 }
 
 bool ClockWatch::Track::alive(Stamp now) const {
-  return count >= kKnown && now - arrival < from_seconds(1.0);
+  return count >= kKnown && now - other < from_seconds(1.0);
 }
 
 ClockWatch::Verdict ClockWatch::add(const ImuSample& imu, Stamp arrival) {
@@ -46,7 +40,7 @@ ClockWatch::Verdict ClockWatch::add(const ImuSample& imu, Stamp arrival) {
     return Verdict::kPass;
   }
   const Duration passed = imu.stamp - ins_.stamp;
-  const Duration waited = arrival - ins_.arrival;
+  const Duration waited = arrival - ins_.other;
   const bool known = ins_.count >= kKnown;
   // After a silence, the advance of a log that is replayed at another speed is not a step. A lower
   // lead is a delay: when it ends, the stamps gain on the arrivals without a step.
@@ -72,7 +66,7 @@ ClockWatch::Verdict ClockWatch::add(const ImuSample& imu, Stamp arrival) {
 bool ClockWatch::add(Clock clock, Stamp stamp, Stamp arrival) {
   if (arrival == Stamp::min()) return true;
   Track& track = others_[static_cast<std::size_t>(clock)];
-  const bool silence = track.count > 0 && arrival - track.arrival > from_seconds(2.0);
+  const bool silence = track.count > 0 && arrival - track.other > from_seconds(2.0);
   track.add(stamp, arrival);
   if (silence) track.best = track.lead;
   return !suspected_ && arrival >= unsettled_until_;
@@ -85,7 +79,7 @@ std::optional<bool> ClockWatch::has_stepped(Clock clock, Stamp now) const {
   const Duration latency = clock == Clock::kOdometry ? from_milliseconds(20.0)
                            : clock == Clock::kGps    ? from_milliseconds(100.0)
                                                      : from_milliseconds(200.0);
-  if (!track.alive(now) || track.arrival - suspected_at_ < latency) return std::nullopt;
+  if (!track.alive(now) || track.other - suspected_at_ < latency) return std::nullopt;
   const Duration gained = track.lead - track.best;
   return step_ > Duration::zero() ? gained * 2 > step_ : gained * 2 < step_;
 }
@@ -113,7 +107,7 @@ std::optional<ClockStep> ClockWatch::resolve(Stamp now) {
 void ClockWatch::settle(const ClockStep& step, Stamp now) {
   suspected_ = false;
   ins_.stamp = held_.back().stamp;
-  ins_.arrival = last_held_arrival_;
+  ins_.other = last_held_arrival_;
   ins_.best += step.step;
   ins_.lead = ins_.best;
   disorder_ = Stamp::min();

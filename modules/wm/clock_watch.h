@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "modules/wm/eskf.h"
+#include "rcs/base/stamp_lead.h"
 
 namespace rcs::wm {
 
@@ -56,15 +57,9 @@ class ClockWatch {
   static constexpr Duration kSettling = from_milliseconds(300.0);
   static constexpr int kKnown = 20;  ///< messages after which the latency of a source is known
 
-  /// Advance of the stamps of one source against its arrivals since its first message.
-  struct Track {
-    Stamp stamp = Stamp::min();
-    Stamp arrival = Stamp::min();
-    Duration lead{};  ///< of the newest message
-    Duration best{};  ///< largest lead: that of the smallest latency
-    int count = 0;
-
-    void add(Stamp s, Stamp a);
+  /// Of the stamps of one source over their arrivals.
+  struct Track : StampLead {
+    void add(Stamp s, Stamp arrival);
     [[nodiscard]] bool alive(Stamp now) const;
   };
   [[nodiscard]] std::optional<bool> has_stepped(Clock clock, Stamp now) const;

@@ -41,20 +41,26 @@ TEST(StampWatch, UsualStampsAreNotShifted) {
   EXPECT_EQ(watch.shift(), Duration::zero());
 }
 
-TEST(StampWatch, AStampAheadIsAStepOfItsClockForAsLongAsItLasts) {
-  const StampWatch watch = run([](double t) { return fault(t, {0.4, 0.05, 0.0}); });
-  EXPECT_EQ(watch.shift(), from_seconds(-0.4));
+void decide_clock(StampWatch* watch) { watch->decide(true); }
+void decide_latency(StampWatch* watch) { watch->decide(false); }
+
+TEST(StampWatch, AChangeIsUndecidedUntilARegistrationDecides) {
+  for (const double step_s : {-0.4, 0.4}) {
+    const auto stepped = [step_s](double t) { return fault(t, {step_s, 0.05, 0.0}); };
+    EXPECT_FALSE(run(stepped).shift()) << step_s;
+    EXPECT_EQ(run(stepped, decide_clock).shift(), from_seconds(-step_s));
+    EXPECT_EQ(run(stepped, decide_latency).shift(), Duration::zero()) << step_s;
+  }
 }
 
-TEST(StampWatch, AnOldStampIsUndecidedUntilARegistrationDecides) {
-  const At behind{-0.4, 0.05, 0.0};
-  EXPECT_FALSE(run([&](double t) { return fault(t, behind); }).shift());
-  const auto decide = [&](bool clock) {
-    return run([&](double t) { return fault(t, behind); },
-               [clock](StampWatch* watch) { watch->decide(clock); });
-  };
-  EXPECT_EQ(decide(true).shift(), from_seconds(0.4));
-  EXPECT_EQ(decide(false).shift(), Duration::zero());
+TEST(StampWatch, ASmallerLatencyIsTheUsualOneFromThenOn) {
+  // The computer was busy when SP began. Later the stamps step by as much as the latency before.
+  const StampWatch watch = run(
+      [](double t) {
+        return At{t < 15.0 ? 0.0 : -0.2, t < 5.0 ? 0.25 : 0.05, 0.0};
+      },
+      decide_latency);
+  EXPECT_EQ(watch.changed(), from_seconds(-0.2));
 }
 
 TEST(StampWatch, ADelayLooksLikeAnOldStamp) {
@@ -63,16 +69,18 @@ TEST(StampWatch, ADelayLooksLikeAnOldStamp) {
 }
 
 TEST(StampWatch, AStepThatReturnsIsForgotten) {
-  const StampWatch watch = run([](double t) { return t < 10.0 || t > 15.0 ? At{} : At{-0.4}; },
-                               [](StampWatch* w) { w->decide(true); });
+  const StampWatch watch =
+      run([](double t) { return t < 10.0 || t > 15.0 ? At{} : At{-0.4}; }, decide_clock);
   EXPECT_EQ(watch.shift(), Duration::zero());
 }
 
 TEST(StampWatch, ACorrectionLastsWhileTheInsIsSilent) {
   // From 15 s on the newest INS sample is that of 15 s.
-  const StampWatch watch = run([](double t) {
-    return At{t < 10.0 ? 0.0 : 0.4, 0.05, t < 15.0 ? 0.0 : 15.0 - t};
-  });
+  const StampWatch watch = run(
+      [](double t) {
+        return At{t < 10.0 ? 0.0 : 0.4, 0.05, t < 15.0 ? 0.0 : 15.0 - t};
+      },
+      decide_clock);
   EXPECT_EQ(watch.shift(), from_seconds(-0.4));
 }
 

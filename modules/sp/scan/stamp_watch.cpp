@@ -14,25 +14,18 @@ constexpr Duration kFollow = from_milliseconds(5.0);  // a scan
 
 Duration abs(Duration d) { return d < Duration::zero() ? -d : d; }
 
+/// A clock that has stepped must not become the usual one.
+void follow(bool known, StampLead* lead) {
+  if (known && lead->lead - lead->best > kAhead) return;
+  lead->follow(known ? std::optional<Duration>(kFollow) : std::nullopt);
+}
+
 }  // namespace
 
-void StampWatch::Lead::add(Stamp s, Stamp o, bool first) {
-  if (!first) lead += (s - stamp) - (o - other);
-  stamp = s;
-  other = o;
-}
-
-/// A clock that has stepped must not become the usual one.
-void StampWatch::Lead::follow(bool known) {
-  if (known && lead - best > kAhead) return;
-  best = std::max(best, known ? std::min(lead, best + kFollow) : lead);
-}
-
 void StampWatch::add(Stamp reference, Stamp arrival, Stamp newest_ins) {
-  const bool first = count_ == 0;
-  const bool known = count_ >= kKnown;
-  arrival_.add(reference, arrival, first);
-  ins_.add(reference, newest_ins, first);
+  const bool known = arrival_.count >= kKnown;
+  arrival_.add(reference, arrival);
+  ins_.add(reference, newest_ins);
   const Duration by_arrival = arrival_.lead - arrival_.best;
   const Duration by_ins = ins_.lead - ins_.best;
   const bool unusual = by_arrival > kAhead || by_arrival < -kBehind;
@@ -43,14 +36,12 @@ void StampWatch::add(Stamp reference, Stamp arrival, Stamp newest_ins) {
   const bool of_all_clocks = known && unusual && !by_scans && abs(by_ins) < kAhead;
   if (of_all_clocks) arrival_.best = arrival_.lead;
   if (!decided_ || abs(changed_ - *decided_) > kAlike) decided_.reset();
-  arrival_.follow(known);
-  ins_.follow(known);
-  ++count_;
+  follow(known, &arrival_);
+  follow(known, &ins_);
 }
 
 std::optional<Duration> StampWatch::shift() const {
   if (changed_ == Duration::zero()) return Duration::zero();
-  if (changed_ > Duration::zero()) return -changed_;
   if (!decided_) return std::nullopt;
   return clock_ ? -*decided_ : Duration::zero();
 }
@@ -58,6 +49,10 @@ std::optional<Duration> StampWatch::shift() const {
 void StampWatch::decide(bool clock) {
   decided_ = changed_;
   clock_ = clock;
+  if (clock || changed_ < Duration::zero()) return;
+  // A smaller latency is the usual one from now on.
+  for (StampLead* lead : {&arrival_, &ins_}) lead->best = lead->lead;
+  changed_ = Duration::zero();
 }
 
 }  // namespace rcs::sp

@@ -1,11 +1,10 @@
 #pragma once
-// Detects that the stamps of the scans have changed against their arrivals and against the INS. A
-// stamp cannot gain on its arrival unless its clock has stepped; a scan with an old stamp is late,
-// or its clock has stepped back: its registration shows which of the two.
+// Detects that the stamps of the scans have changed against their arrivals and against the INS:
+// their clock has stepped, or their latency has changed. The registration of a scan shows which.
 
 #include <optional>
 
-#include "rcs/base/stamp.h"
+#include "rcs/base/stamp_lead.h"
 
 namespace rcs::sp {
 
@@ -19,21 +18,11 @@ class StampWatch {
   [[nodiscard]] Duration changed() const { return changed_; }
   /// To be added to the stamp; none: not decided yet, see decide().
   [[nodiscard]] std::optional<Duration> shift() const;
-  /// Of the stamps that changed() is about: whether their clock has stepped, or they are late.
+  /// Of the stamps that changed() is about: whether their clock or their latency has changed.
   void decide(bool clock);
 
  private:
-  /// Lead of the stamps over another time, and the largest usual one: that of the smallest latency.
-  struct Lead {
-    Stamp stamp{}, other{};
-    Duration lead{}, best{};
-
-    void add(Stamp s, Stamp o, bool first);
-    void follow(bool known);
-  };
-
-  Lead arrival_, ins_;
-  int count_ = 0;
+  StampLead arrival_, ins_;
   Duration changed_{};
   std::optional<Duration> decided_;  // the change that was decided about
   bool clock_ = false;

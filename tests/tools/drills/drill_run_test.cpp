@@ -123,6 +123,69 @@ TEST(DrillWrongMap, IsTurnedAboutTheOriginAndShifted) {
   EXPECT_NEAR(there.z_m, 4.0, 0.05);
 }
 
+drills::Stimulus without_gps(double begin_s, double length_s) {
+  return drills::dropout(drills::DrillSource::kGps, begin_s, length_s);
+}
+
+bool reports(const drills::DrillRecord& record, const std::string& code, const std::string& text) {
+  return std::any_of(record.events.begin(), record.events.end(), [&](const drills::DrillEvent& e) {
+    return e.code == code && e.text.find(text) != std::string::npos;
+  });
+}
+
+/// Largest horizontal error from 25 s on.
+double worst_m(const drills::DrillRecord& record) {
+  const drills::DrillErrors errors(record);
+  double worst = 0.0;
+  for (const drills::DrillIntegrity& i : record.integrity) {
+    const std::optional<drills::DrillError> e = errors.at(i.stamp);
+    if (e && errors.time_s(i.stamp) > 25.0) worst = std::max(worst, e->horizontal_m());
+  }
+  return worst;
+}
+
+// A stamp that is wrong by 0.44 s is 3 m along the path: INS and LADAR contradict each other in
+// every curve, and one of them is excluded.
+TEST_F(DrillRunTest, AStepOfTheClockOfTheLadarIsCorrected) {
+  ASSERT_TRUE(vehicle_.ok());
+  for (const double step_s : {-0.44, 0.44}) {
+    drills::Drill drill;
+    drills::Stimulus clock;
+    clock.kind = drills::StimulusKind::kClock;
+    clock.source = drills::DrillSource::kLadar;
+    clock.begin_s = 35.0;
+    clock.length_s = 12.0;
+    clock.jump_s = step_s;
+    drill.stimuli = {without_gps(30.0, 22.0), clock};
+    drill.run.length_s = 55.0;
+    scene_.add_user(drill.run.length_s);
+    const drills::DrillRecord record = run(drill, drills::Withheld::kNothing);
+    EXPECT_TRUE(reports(record, "scan.clock", step_s < 0.0 ? "by 0.44" : "by -0.44")) << step_s;
+    EXPECT_FALSE(reports(record, "fde", "INS excluded")) << step_s;
+    EXPECT_LT(worst_m(record), 2.0) << step_s;
+  }
+}
+
+// Forces times 0.62 move the prediction of a scan by more than a metre within half a second;
+// nothing matches there.
+TEST_F(DrillRunTest, WrongForcesOfTheInsDoNotCostTheMap) {
+  ASSERT_TRUE(vehicle_.ok());
+  drills::Drill drill;
+  drills::Stimulus forces;
+  forces.kind = drills::StimulusKind::kScale;
+  forces.source = drills::DrillSource::kIns;
+  forces.begin_s = 35.0;
+  forces.length_s = 5.0;
+  forces.accel_factor = 0.62;
+  drill.stimuli = {without_gps(30.0, 15.0), forces};
+  drill.run.length_s = 50.0;
+  scene_.add_user(drill.run.length_s);
+  const drills::DrillRecord record = run(drill, drills::Withheld::kNothing);
+  EXPECT_TRUE(reports(record, "fde", "INS excluded"));
+  EXPECT_FALSE(reports(record, "map.reseeded", ""));
+  EXPECT_LT(worst_m(record), 3.0);
+}
+
 // Without the registration of a scan deskewed by its own motion, the coarse search and the restart
 // of a lost solution, runs like this one ended hundreds of metres away (ADR 71).
 TEST_F(DrillRunTest, ALongLossOfInsAndGpsOnRoughGroundIsSurvived) {

@@ -1,0 +1,287 @@
+// SpNode: a finished scan is deskewed, registered to the rolling map and to the a priori map, and
+// inserted in the rolling map.
+#include <algorithm>
+#include <array>
+#include <optional>
+
+#include "lcmtypes/convert.h"
+#include "lcmtypes/events.h"
+#include "modules/registration/coarse_search.h"
+#include "modules/sp/scan/deskew.h"
+#include "modules/sp/sp_node.h"
+
+namespace rcs::sp {
+namespace {
+
+// Sigma of the distortion of a scan that is deskewed with an extrapolated motion; chosen with drill
+// d15_silence_ins_3_outage, seeds 1 to 8 (from 0.1 to 0.5 m, 0.005 to 0.05 rad).
+constexpr double kDistortion_m = 0.2;
+constexpr double kDistortion_rad = 0.01;
+constexpr double kMinOverlap = 0.5;  // of such a scan with the map: with less it is inserted
+
+Mat6 distortion() { return isotropic(kDistortion_m, kDistortion_rad); }
+
+}  // namespace
+
+/// Until it is known whether the clock or the latency has changed, a stamp is taken as it is.
+void SpNode::correct_stamp(const Cycle& cycle) {
+  Stamp* reference = &assembler_.scan()->reference;
+  // Without its last part a scan seems to have arrived early.
+  if (inertial_.size() > 0 && assembler_.facets_missing() == 0) {
+    stamps_.add(*reference, last_facet_arrival_, inertial_[inertial_.size() - 1].stamp);
+  }
+  const Duration shift = stamps_.shift().value_or(Duration::zero());
+  *reference += shift;
+  constexpr Duration kSame = from_milliseconds(50.0);  // latencies vary
+  if (shift - reported_shift_ < kSame && reported_shift_ - shift < kSame) return;
+  report_.publish(cycle.now, event::kSpScanClock,
+                  "scan {}: the stamps of the LADAR are corrected by {:.3f} s",
+                  assembler_.scan_id(), seconds(shift));
+  reported_shift_ = shift;
+}
+
+/// Whether the latency of a scan has changed or the clock of its stamp: by where it is, if the
+/// vehicle moves enough.
+void SpNode::decide_stamp(Expectation* expected) {
+  if (stamps_.shift() || epoch_ == 0 || !expected->known) return;
+  constexpr double kApart_m = 0.3;
+  constexpr double kApart_rad = 0.03;
+  constexpr double kArm_m = 10.0;  // at which a rotation counts
+  Scan* scan = assembler_.scan();
+  const Stamp stepped = scan->reference - stamps_.changed();
+  const Expectation other = motion_guess_.expect(stepped, inertial_, config_.expectation);
+  const Pose& T_late = expected->at_reference.T_rolling_vehicle;
+  const Pose& T_stepped = other.at_reference.T_rolling_vehicle;
+  const auto apart = [](const Pose& a, const Pose& b) { return log_se3(a.inverse() * b); };
+  const Vec6 between = apart(T_late, T_stepped);
+  if (!other.known ||
+      (between.head<3>().norm() < kApart_m && between.tail<3>().norm() < kApart_rad)) {
+    return;
+  }
+  std::optional<bool> clock;
+  for (const Expectation* start : std::array<const Expectation*, 2>{expected, &other}) {
+    const registration::Prediction prediction{start->at_reference.T_rolling_vehicle,
+                                              start->covariance};
+    const registration::Registration found =
+        registration::register_points(source_, &map_, prediction, config_.icp, granted_, &icp_);
+    granted_ -= found.used;
+    if (!registration::usable(found.stop) || found.stop == registration::Stop::kBudget) continue;
+    const auto distance = [&](const Pose& T) {
+      const Vec6 d = apart(T, found.T_target_vehicle);
+      return d.head<3>().norm() + kArm_m * d.tail<3>().norm();
+    };
+    const bool by_this = distance(T_stepped) < distance(T_late);
+    // Where each search ends near its own start, nothing is measured.
+    if (clock && *clock != by_this) return;
+    clock = by_this;
+  }
+  if (clock) stamps_.decide(*clock);
+  if (stamps_.shift().value_or(Duration::zero()) == Duration::zero()) return;
+  scan->reference = stepped;
+  registration_message_.utime = to_utime(stepped);
+  registration_message_.latency_trace.measured_utime = registration_message_.utime;
+  *expected = other;
+}
+
+void SpNode::prepare_points(const Cycle& cycle, const Expectation& expected) {
+  if (expected.ins_silent()) as_measured_ = *assembler_.scan();
+  deskew_and_sample(expected.at_reference);
+  if (ladder_.level == Degrade::kFull) {
+    full_need_ = static_cast<WorkUnits>(source_.size()) * config_.icp.max_iterations;
+  }
+  cycle.stages->mark("deskew");
+}
+
+void SpNode::deskew_and_sample(const MotionState& motion) {
+  Scan* scan = assembler_.scan();
+  if (!scan->dt_us.empty()) {
+    const auto [first, last] = std::minmax_element(scan->dt_us.begin(), scan->dt_us.end());
+    if (*first != 0 || *last != 0) {
+      tabulate_motion(motion, inertial_, scan->reference, Duration(*first), Duration(*last),
+                      &motion_);
+      deskew(motion_, scan);
+    }
+  }
+  const bool full = ladder_.level == Degrade::kFull;
+  const double source_voxel_m = config_.source_voxel_m * (full ? 1.0 : config_.degrade.coarser);
+  map_sampler_.sample(scan->points, config_.map_voxel_m, &dense_);
+  source_sampler_.sample(dense_, source_voxel_m, &source_);
+}
+
+/// Without INS a rocking vehicle is not where it is predicted: the rolling map is searched from
+/// farther away.
+void SpNode::search_wide(const Expectation& expected, registration::Registration* rolling) {
+  if (granted_ <= 0) return;
+  const registration::WideMap map(map_, registration::WideMapParams{});
+  const registration::WideAnswer found = registration::search_wide(
+      source_, map, expected.at_reference.T_rolling_vehicle, registration::WideParams{});
+  granted_ -= found.used;
+  const registration::Prediction start{found.T_target_vehicle, expected.covariance};
+  const registration::Registration again =
+      registration::register_points(source_, &map_, start, config_.icp, granted_, &icp_);
+  granted_ -= again.used;
+  if (registration::usable(again.stop)) *rolling = again;
+}
+
+/// Without INS the motion during the scan is known only once the scan is registered: it is deskewed
+/// again with the motion from the last scan to it, and registered again.
+void SpNode::follow_motion(const Expectation& expected, registration::Registration* rolling) {
+  constexpr int kPasses = 2;
+  for (int pass = 0; pass < kPasses && registration::usable(rolling->stop); ++pass) {
+    Scan* scan = assembler_.scan();
+    const std::optional<MotionState> motion =
+        motion_guess_.motion_to(scan->reference, rolling->T_target_vehicle);
+    if (!motion) return;
+    *scan = as_measured_;
+    deskew_and_sample(*motion);
+    const registration::Prediction start{rolling->T_target_vehicle, expected.covariance};
+    const registration::Registration again =
+        registration::register_points(source_, &map_, start, config_.icp, granted_, &icp_);
+    granted_ -= again.used;
+    if (!registration::usable(again.stop) || again.stop == registration::Stop::kBudget) return;
+    *rolling = again;
+  }
+}
+
+void SpNode::seed(const Pose& T_rolling_vehicle) {
+  // Distinct from the epochs of an earlier run of this process, so that WM cannot confuse them.
+  const auto from_time =
+      static_cast<std::int32_t>((registration_message_.utime / 1000) % 1'000'000'000);
+  epoch_ = std::max(epoch_ + 1, from_time + 1);
+  failures_ = 0;
+  map_.clear();
+  map_.insert(dense_, T_rolling_vehicle);
+  motion_guess_.forget_poses();
+  motion_guess_.remember(from_utime(registration_message_.utime), T_rolling_vehicle);
+  registration::Registration seeded;
+  seeded.stop = registration::Stop::kSeeded;
+  seeded.T_target_vehicle = T_rolling_vehicle;
+  seeded.points = static_cast<int>(source_.size());
+  answer(seeded, registration_t::TARGET_ROLLING);
+  registration_out_.publish(&registration_message_);
+  publish_points(T_rolling_vehicle);
+}
+
+/// A faulty INS, or a belief that it has spoilt, predicts where nothing matches: the motion since
+/// the last scans predicts again, without them.
+void SpNode::register_by_own_motion(registration::Prediction* prediction,
+                                    registration::Registration* rolling) {
+  const std::optional<Pose> start = motion_guess_.continued(assembler_.scan()->reference);
+  if (!start || granted_ <= 0) return;
+  const ExpectationParams& sigma = config_.expectation;
+  const registration::Prediction own{*start, isotropic(sigma.coast_sigma_m, sigma.coast_sigma_rad)};
+  const registration::Registration again =
+      registration::register_points(source_, &map_, own, config_.icp, granted_, &icp_);
+  granted_ -= again.used;
+  // A search that the budget has ended may have measured nothing.
+  if (!registration::usable(again.stop) || again.stop == registration::Stop::kBudget) return;
+  *prediction = own;
+  *rolling = again;
+}
+
+void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
+  registration::Prediction prediction{expected.at_reference.T_rolling_vehicle, expected.covariance};
+  registration::Registration rolling =
+      registration::register_points(source_, &map_, prediction, config_.icp, granted_, &icp_);
+  granted_ -= rolling.used;
+  if (!registration::usable(rolling.stop)) register_by_own_motion(&prediction, &rolling);
+  if (expected.ins_silent()) {
+    if (!registration::usable(rolling.stop)) search_wide(expected, &rolling);
+    follow_motion(expected, &rolling);
+  }
+  if (expected.ins_lost) {
+    // A search that ends at the iteration limit may have an error of many sigmas. While the INS is
+    // silent it is still better than no registration.
+    const bool settled = rolling.stop != registration::Stop::kMaxIterations;
+    if (!settled && expected.ins_returned) rolling.stop = registration::Stop::kDiverged;
+    rolling.information = registration::with_distortion(rolling.information, distortion());
+  }
+  cycle.stages->mark("register");
+  if (!registration::usable(rolling.stop)) ++account_.failed;
+  answer(rolling, registration_t::TARGET_ROLLING);
+  registration_out_.publish(&registration_message_);
+
+  if (!registration::usable(rolling.stop)) {
+    report_.publish(
+        cycle.now, event::kSpRegistrationFailed,
+        "scan {} not used: registration ended with {}, {} of {} points matched, {:.2f} m "
+        "from the prediction",
+        assembler_.scan_id(), registration::name_of(rolling.stop), rolling.pairs, rolling.points,
+        rolling.correction_m);
+    // Without INS the scans are faulty rather than the map, which is kept for longer.
+    constexpr int kLongerWithoutIns = 3;
+    const int limit = config_.reseed_after * (expected.ins_lost ? kLongerWithoutIns : 1);
+    if (++failures_ >= limit && !source_.empty()) {
+      report_.publish(cycle.now, event::kSpMapReseeded,
+                      "{} registrations in a row failed, limit {}; a new rolling map starts",
+                      failures_, limit);
+      seed(prediction.T_target_vehicle);
+    }
+    return;
+  }
+  failures_ = 0;
+  const Pose T_rolling_vehicle = registration::fused_pose(prediction, rolling);
+  motion_guess_.remember(from_utime(registration_message_.utime), T_rolling_vehicle);
+  publish_points(T_rolling_vehicle);
+  if (ladder_.level < Degrade::kNoPrior) {
+    match_prior(cycle, T_rolling_vehicle, expected.ins_lost);
+    search_start(cycle, T_rolling_vehicle);
+  }
+  // Just after a gap of the INS a scan is distorted and degrades the map: it is inserted only if
+  // the vehicle is about to leave the map. During the gap it is deskewed with its own motion.
+  const bool distorted = expected.ins_returned;
+  if (!distorted || rolling.overlap < kMinOverlap) map_.insert(dense_, T_rolling_vehicle);
+  if (T_world_rolling_) {
+    prior_.follow((*T_world_rolling_ * T_rolling_vehicle).p, cycle.now, &report_);
+  }
+  cycle.stages->mark("map");
+}
+
+void SpNode::match_prior(const Cycle& cycle, const Pose& T_rolling_vehicle, bool distorted) {
+  if (!T_world_rolling_ || !prior_.T_map_world()) return;
+  const Pose& T_map_world = *prior_.T_map_world();
+  const Pose T_world_vehicle = *T_world_rolling_ * T_rolling_vehicle;
+  prior_scan_.take(dense_, T_world_vehicle.q.conjugate() * Vec3::UnitZ(),
+                   prior_.map().has_points() ? config_.prior.points.max_points : 0,
+                   config_.prior_scan);
+  const registration::Prediction prediction{T_map_world * T_world_vehicle,
+                                            world_covariance_ + isotropic(0.01, 0.001)};
+  PriorMatch match = match_prior_map(prior_scan_.ground(), prior_scan_.standing(), prior_.map(),
+                                     prediction, config_.prior, granted_, &prior_match_);
+  if (distorted) {
+    match.registration.information =
+        registration::with_distortion(match.registration.information, distortion());
+  }
+  match.registration.T_target_vehicle = T_map_world.inverse() * match.registration.T_target_vehicle;
+  answer(match.registration, registration_t::TARGET_PRIOR_MAP);
+  registration_message_.n_tiles = 1;
+  registration_message_.tile_id.assign(1, match.tile_id);
+  registration_message_.map_bias_sigma_m = match.bias_sigma_m;
+  registration_message_.map_bias_length_m = match.bias_length_m;
+  registration_out_.publish(&registration_message_);
+  cycle.stages->mark("prior");
+}
+
+/// WM has no position in frame world yet: the result of the search becomes its first. It is
+/// published with each scan until WM has accepted it.
+void SpNode::search_start(const Cycle& cycle, const Pose& T_rolling_vehicle) {
+  if (!start_.on() || !T_level_rolling_) return;
+  const std::optional<registration::Registration> found = start_.step(
+      dense_, *T_level_rolling_ * T_rolling_vehicle, granted_, cycle.now, &prior_, &report_);
+  cycle.stages->mark("start");
+  if (!found) return;
+  const MapLevel& level = prior_.map().level(0);
+  answer(*found, registration_t::TARGET_PRIOR_MAP);
+  registration_message_.n_tiles = 0;
+  registration_message_.tile_id.clear();
+  registration_message_.map_bias_sigma_m = level.bias_sigma_m;
+  registration_message_.map_bias_length_m = level.bias_correlation_m;
+  registration_out_.publish(&registration_message_);
+}
+
+void SpNode::publish_points(const Pose& T_rolling_vehicle) {
+  points_out_.publish(dense_, config_.publish_voxel_m, T_rolling_vehicle,
+                      registration_message_.utime, registration_message_.scan_id, epoch_);
+}
+
+}  // namespace rcs::sp
