@@ -70,7 +70,7 @@ void begin_again(const WmParams& params, FilterState* s) {
   const NavState& old = s->belief.x;
   Memory& m = s->memory;
   Belief b = initial_belief(params, old.stamp);
-  if (old.inertial) {
+  if (uses_forces(*s)) {
     const Vec3& force = m.stillness.mean_force;
     b.x.inertial = true;
     b.x.T_world_vehicle.q = level_attitude(force);

@@ -131,7 +131,7 @@ bool Trust::knows_attitude(const FilterState& belief) const {
   if (!belief.memory.anchored) return true;
   const Vec3 variance = belief.belief.P.diagonal().segment<3>(kAttitude);
   const double limit = params_.attitude_sigma_rad * params_.attitude_sigma_rad;
-  return (belief.belief.x.inertial ? variance.maxCoeff() : variance.z()) <= limit;
+  return (uses_forces(belief) ? variance.maxCoeff() : variance.z()) <= limit;
 }
 
 void Trust::branch_inertial(const FilterState& belief, Inertial* inertial) const {
@@ -252,7 +252,7 @@ void Trust::bound_undetected(const FilterState& belief) {
     const Memory& m = without->state.memory;
     const Stamp placed =
         std::max(m.of(Source::kGpsPosition).accepted, m.of(Source::kRolling).accepted);
-    if (!b.x.inertial && placed < now - kFed) continue;
+    if (!uses_forces(without->state) && placed < now - kFed) continue;
     const Vec3 apart_m = b.x.T_world_vehicle.p - belief.belief.x.T_world_vehicle.p;
     const Vec3 apart_mps = b.x.v_world - belief.belief.x.v_world;
     const double sigma_m = std::sqrt(largest_variance(horizontal(without->state)));

@@ -77,7 +77,7 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
   }
   gps_contradicts_ = std::min(gps_contradicts_, now);
   // A vehicle that has lost its INS predicts its motion by extrapolation: GPS is the better source.
-  if (!belief.belief.x.inertial && belief.memory.ins_stamp != Stamp::min()) return std::nullopt;
+  if (!uses_forces(belief) && belief.memory.ins_stamp != Stamp::min()) return std::nullopt;
   if (std::optional<FilterState> change = exclude_ins_or_ladar(model, z, belief)) return change;
   // If GPS alone were faulty, INS and LADAR would agree: which of the two it is shows soon.
   constexpr Duration kShows = from_seconds(3.0);

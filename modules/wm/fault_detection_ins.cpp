@@ -227,6 +227,7 @@ void Trust::vote_by_wheels(const OdometryParams& params, const OdometrySample& z
 
 /// Tests the inertial motion by scans and fixes, and collects the votes of the other sources.
 void Trust::test_ins(const Model& model, const Measurement& m, const FilterState& belief) {
+  votes_.expire(m.stamp);
   for (InertialTest* test : {&ins_by_ladar_, &ins_by_gps_}) {
     // The source has fallen silent: its last result must not last for ever.
     if (test->tested != Stamp::min() && m.stamp - test->tested > kFresh) *test = {};

@@ -72,7 +72,7 @@ std::optional<FilterState> Trust::judge_match(const FilterState& belief, const M
   const Stamp fix = without_ladar_.state.memory.of(Source::kGpsPosition).accepted;
   const bool by_fixes = fix > now - kFresh;
   // Without LADAR, INS and fixes the motion is extrapolated: no judge of a registration.
-  if (!without_ladar_.state.belief.x.inertial && !by_fixes) {
+  if (!uses_forces(without_ladar_.state) && !by_fixes) {
     ladar_test_ratio_ = 0.0;
     return std::nullopt;
   }

@@ -166,6 +166,11 @@ struct FilterState {
   Memory memory;
 };
 
+/// The velocity is integrated from the forces of the INS; otherwise it is extrapolated.
+inline bool uses_forces(const FilterState& s) {
+  return s.belief.x.inertial && !s.memory.withheld.force;
+}
+
 /// Without gravity [m/s^2].
 inline Vec3 accel_world(const FilterState& s) {
   return s.belief.x.T_world_vehicle.q * s.memory.accel_vehicle;

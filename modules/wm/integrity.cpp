@@ -27,7 +27,11 @@ Vec3 apart_from_matches(const FilterState& s) {
 class Growth {
  public:
   Growth(const FilterState& s, const WmParams& params, bool ladar)
-      : ins_(params.ins), drive_(params.drive), ladar_(ladar), inertial_(s.belief.x.inertial) {
+      : ins_(params.ins),
+        drive_(params.drive),
+        ladar_(ladar),
+        gyro_(s.belief.x.inertial),
+        forces_(uses_forces(s)) {
     const Cov& P = s.belief.P;
     map_m2_ = square(drive_.rolling_position) + s.memory.inherited_m2;
     map_rad2_ = square(drive_.rolling_angle) + s.memory.inherited_rad2;
@@ -35,7 +39,7 @@ class Growth {
     variance_ = largest_variance(P.block<2, 2>(kPosition, kPosition));
     velocity_ = std::max(P(kVelocity, kVelocity), P(kVelocity + 1, kVelocity + 1));
     heading_ = P(kAttitude + 2, kAttitude + 2);
-    gyro_ = P(kGyroBias + 2, kGyroBias + 2);
+    gyro_bias_ = P(kGyroBias + 2, kGyroBias + 2);
     accel_ = P.diagonal().segment<2>(kAccelBias).maxCoeff() +
              square(9.81) * P.diagonal().segment<2>(kAttitude).maxCoeff();
   }
@@ -43,12 +47,12 @@ class Growth {
   [[nodiscard]] double sigma_m(double t_s) const {
     const double way_m = speed_mps_ * t_s;
     double grown = variance_ + heading_ * square(way_m);
-    const double by_gyro =
-        0.25 * gyro_ * square(way_m * t_s) + square(ins_.angle_random_walk * way_m) * t_s / 3.0;
+    const double by_gyro = 0.25 * gyro_bias_ * square(way_m * t_s) +
+                           square(ins_.angle_random_walk * way_m) * t_s / 3.0;
     if (ladar_) {
       const double by_map = map_rad2_ * square(way_m) * way_m / 3.0;
-      grown += map_m2_ * way_m + (inertial_ ? std::min(by_map, by_gyro) : by_map);
-    } else if (inertial_) {
+      grown += map_m2_ * way_m + (gyro_ ? std::min(by_map, by_gyro) : by_map);
+    } else if (forces_) {
       grown += velocity_ * square(t_s) + 0.25 * accel_ * square(square(t_s)) + by_gyro +
                square(ins_.velocity_random_walk) * t_s * square(t_s) / 3.0;
     } else {
@@ -60,9 +64,9 @@ class Growth {
  private:
   ProcessNoise ins_;
   DriveNoise drive_;
-  bool ladar_, inertial_;
+  bool ladar_, gyro_, forces_;
   double map_m2_, map_rad2_;  // per metre driven
-  double speed_mps_, variance_, velocity_, heading_, gyro_, accel_;
+  double speed_mps_, variance_, velocity_, heading_, gyro_bias_, accel_;
 };
 
 }  // namespace

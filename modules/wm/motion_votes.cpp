@@ -240,12 +240,16 @@ void MotionVotes::compare_turns(const Scan* last, const Scan& now) {
   }
   long_turns_ += kShare * (newest - long_turns_);
   if (long_turns_ < -kMostVotes) distrusted_until_ = now.stamp + kDistrusted;
-  distrusted_ = now.stamp < distrusted_until_ && distrusted_until_ - now.stamp <= kDistrusted;
+  expire(now.stamp);
   const Stamp kept = turns_[(turns_count_ + turns_.size() - 1) % turns_.size()].stamp;
   if (turns_count_ > 0 && now.stamp < kept) turns_count_ = 0;  // the clocks have stepped back
   if (turns_count_ == 0 || now.stamp - kept >= kKept) {
     turns_[turns_count_++ % turns_.size()] = sum_;
   }
+}
+
+void MotionVotes::expire(Stamp now) {
+  distrusted_ = now < distrusted_until_ && now >= distrusted_until_ - kDistrusted;
 }
 
 void LadarErrors::add(double apart, double uncertainty, double claimed_variance) {

@@ -94,6 +94,8 @@ class MotionVotes {
   /// @param constrained  the vehicle moves along its own axis
   void add(Stamp stamp, const RollingMatch& z, const Mat6& covariance, const DriveNoise& drive,
            const InertialPose& ins, bool constrained);
+  /// The distrust of a LADAR ends also while there is no INS to compare it with.
+  void expire(Stamp now);
   /// The measured errors of the LADAR stay.
   void reset_votes() {
     votes_ = {};

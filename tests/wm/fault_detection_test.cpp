@@ -91,6 +91,25 @@ TEST(FaultDetection, FixesAfterAnOutageAreQuarantinedAndThenReadmitted) {
   EXPECT_EQ(seen.gps, Trusted::kFully);
 }
 
+/// When fixes are accepted again that are off by `off_m` after an outage of 40 s; -1: never.
+double accepted_after_s(double off_m) {
+  Disturbance d;
+  d.has_fix = [](double t) { return t < 35.0 || t > 75.0; };
+  d.fix_off = [off_m](double t) { return t > 75.0 ? Vec3(off_m, 0.0, 0.0) : Vec3(Vec3::Zero()); };
+  for (const auto& [t_s, finding] : drive(105.0, d).findings) {
+    if (t_s < 75.0) continue;
+    if (finding == Finding::kFilterFaulty || finding == Finding::kGpsReadmitted) return t_s - 75.0;
+  }
+  return -1.0;
+}
+
+TEST(FaultDetection, FixesWithinThePossibleErrorAreAcceptedSoonAfterAnOutage) {
+  const double near_s = accepted_after_s(3.5);
+  EXPECT_GT(near_s, 0.0);
+  EXPECT_LT(near_s, 12.0);
+  EXPECT_LT(accepted_after_s(60.0), 0.0) << "within 30 s";
+}
+
 TEST(FaultDetection, AHeightFromAnotherGeoidExcludesTheHeightOnly) {
   Disturbance d;
   d.fix_off = [](double t) { return Vec3(0.0, 0.0, t > 40.0 ? 33.0 : 0.0); };

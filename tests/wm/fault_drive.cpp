@@ -68,6 +68,7 @@ Seen drive(double length_s, const Disturbance& d, unsigned seed, double from_s) 
     local_before = estimator.T_local_vehicle();
     true_before = truth[i].T_world_vehicle;
     seen.end_m = error;
+    seen.forces_excluded = seen.forces_excluded || s.memory.withheld.force;
     if (t < from_s) continue;
     if ((told.alerts & kAlertGps) != 0 && seen.first_alert_s < 0.0) seen.first_alert_s = t;
     if ((told.alerts & kAlertLadar) != 0 && seen.first_ladar_alert_s < 0.0) {

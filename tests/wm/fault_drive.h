@@ -34,6 +34,7 @@ struct Seen {
   Trusted gps = Trusted::kNone;  ///< at the end
   Trusted ladar = Trusted::kNone;
   Trusted ins = Trusted::kNone;
+  bool forces_excluded = false;  ///< at any time, without the rotation of the INS
 
   [[nodiscard]] bool found(Finding what) const {
     return std::any_of(findings.begin(), findings.end(),

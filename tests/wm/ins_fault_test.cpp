@@ -162,6 +162,15 @@ TEST(InsFault, UntilItIsFoundTheVerticalLevelContainsWhatTheMatchesContradict) {
   }
 }
 
+TEST(InsFault, ForcesAloneAreExcludedIfTheScansConfirmTheRotation) {
+  const Seen forces = drive_with(accel_bias({0.0, 0.0, 1.0}), true, 1);
+  EXPECT_TRUE(forces.found(Finding::kInsFaulty));
+  EXPECT_TRUE(forces.forces_excluded);
+  const Seen rates = drive_with(gyro_bias({0.0, 0.0, 2.0}), true, 1);
+  EXPECT_TRUE(rates.found(Finding::kInsFaulty));
+  EXPECT_FALSE(rates.forces_excluded);
+}
+
 TEST(InsFault, NoFaultIsFoundInACleanDrive) {
   const InsFault none{"no fault", [](double, ImuSample*) {}};
   for (unsigned seed = 1; seed <= 6; ++seed) {

@@ -62,7 +62,9 @@ void expect_transition(const NavState& x, const Predict& predict_belief) {
   }
 }
 
-TEST(Predict, InertialTransitionIsTheDerivative) {
+/// @param predict_by  Belief, ImuSample, Earth -> Belief
+template <class Predict>
+void expect_inertial_transition(const Predict& predict_by) {
   NavState x = some_state(1, true);
   const Earth earth = earth_at({radians(49.0), radians(8.0), {100.0}});
   const ImuSample imu{x.stamp + Duration(10'000), Duration(10'000), Vec3(0.004, -0.01, 0.02),
@@ -73,27 +75,22 @@ TEST(Predict, InertialTransitionIsTheDerivative) {
   expect_transition(x, [&](Belief b) {
     b.P.middleRows<3>(kRate).setZero();
     b.P.middleCols<3>(kRate).setZero();
-    Belief next = predict(b, imu, earth, ProcessNoise{}, DriveNoise{}, Lasting{});
+    Belief next = predict_by(b, imu, earth);
     next.x.rate_vehicle.setZero();
     return next;
   });
 }
 
+TEST(Predict, InertialTransitionIsTheDerivative) {
+  expect_inertial_transition([](const Belief& b, const ImuSample& imu, const Earth& earth) {
+    return predict(b, imu, earth, ProcessNoise{}, DriveNoise{}, Lasting{});
+  });
+}
+
 TEST(Predict, TransitionByRotationIsTheDerivative) {
-  NavState x = some_state(1, true);
-  const Earth earth = earth_at({radians(49.0), radians(8.0), {100.0}});
-  const ImuSample imu{x.stamp + Duration(10'000), Duration(10'000), Vec3(0.004, -0.01, 0.02),
-                      Vec3(0.05, -0.03, 0.098)};
-  x.rate_vehicle.setZero();
-  // The rate follows the gyro: its own error does not propagate, so it is omitted from the
-  // directions.
-  expect_transition(x, [&](Belief b) {
-    b.P.middleRows<3>(kRate).setZero();
-    b.P.middleCols<3>(kRate).setZero();
-    Belief next =
-        predict_by_rotation(b, imu, earth, MotionNoise{}, ProcessNoise{}, DriveNoise{}, Lasting{});
-    next.x.rate_vehicle.setZero();
-    return next;
+  expect_inertial_transition([](const Belief& b, const ImuSample& imu, const Earth& earth) {
+    return predict_by_rotation(b, imu, earth, MotionNoise{}, ProcessNoise{}, DriveNoise{},
+                               Lasting{});
   });
 }
 
