@@ -117,6 +117,13 @@ struct Info {
     "A source became available, fell silent, was excluded, or was readmitted.",                    \
     "None for a single change. LOST: the pose is invalid, see `input.none` and the events of the " \
     "sources.")                                                                                    \
+  X(kWmAlignment, "wm", "alignment.waiting", kWarning, kOne,                                       \
+    "The alignment takes longer than usual. The text has what is missing: level, position or "     \
+    "heading. Until then only the local pose is valid.",                                           \
+    "Level: the vehicle moves since the start. Position: no GPS fix, and no match to the a "       \
+    "priori map. Heading: the vehicle has not moved far enough, the sigma of the fixes is large "  \
+    "for the distance, or nothing measures its velocity.",                                         \
+    "As the text says: stand still, give the receiver a view of the sky, or drive with a turn.")   \
   X(kWmWorldReset, "wm", "world.reset", kWarning, kOne,                                            \
     "The pose in frame world stepped by more than [wm.modes] reset_m or reset_rad. Frame local "   \
     "does not step.",                                                                              \

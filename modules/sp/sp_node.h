@@ -60,6 +60,7 @@ class SpNode final : public Node {
   void decide_stamp(Expectation* expected);
   void prepare_points(const Cycle& cycle, const Expectation& expected);
   void deskew_and_sample(const MotionState& motion);
+  [[nodiscard]] bool matches_less_than(double share, const registration::Registration& r) const;
   void search_wide(const Expectation& expected, registration::Registration* rolling);
   void follow_motion(const Expectation& expected, registration::Registration* rolling);
   void register_by_own_motion(registration::Prediction* prediction,
@@ -109,8 +110,9 @@ class SpNode final : public Node {
   registration::IcpWorkspace icp_;
   PriorMatchWorkspace prior_match_;
 
-  std::int32_t epoch_ = 0;  // of the map; 0: none yet
-  int failures_ = 0;        // in a row
+  std::int32_t epoch_ = 0;      // of the map; 0: none yet
+  double usual_overlap_ = 0.0;  ///< low-passed over the scans
+  int failures_ = 0;            // in a row
   MotionGuess motion_guess_;
   std::optional<Pose> T_level_rolling_;  // while frame world is unknown
   std::optional<Pose> T_world_rolling_;

@@ -17,6 +17,11 @@ namespace {
 // d15_silence_ins_3_outage, seeds 1 to 8 (from 0.1 to 0.5 m, 0.005 to 0.05 rad).
 constexpr double kDistortion_m = 0.2;
 constexpr double kDistortion_rad = 0.01;
+// After a gap of the INS the prediction is off by metres and degrees. A registration that matches
+// less than these shares of the usual overlap is searched again from farther away, or rejected.
+constexpr double kDoubtful = 0.8;
+constexpr double kWrong = 0.6;
+constexpr double kOverlapLowPass = 0.1;
 constexpr double kMinOverlap = 0.5;  // of such a scan with the map: with less it is inserted
 
 Mat6 distortion() { return isotropic(kDistortion_m, kDistortion_rad); }
@@ -120,7 +125,8 @@ void SpNode::search_wide(const Expectation& expected, registration::Registration
   const registration::Registration again =
       registration::register_points(source_, &map_, start, config_.icp, granted_, &icp_);
   granted_ -= again.used;
-  if (registration::usable(again.stop)) *rolling = again;
+  if (!registration::usable(again.stop)) return;
+  if (!registration::usable(rolling->stop) || again.overlap > rolling->overlap) *rolling = again;
 }
 
 /// Without INS the motion during the scan is known only once the scan is registered: it is deskewed
@@ -179,23 +185,36 @@ void SpNode::register_by_own_motion(registration::Prediction* prediction,
   *rolling = again;
 }
 
+/// Whether the registration fails, or matches less of the scan than a share of what is usual here.
+bool SpNode::matches_less_than(double share, const registration::Registration& r) const {
+  return !registration::usable(r.stop) || r.overlap < share * usual_overlap_;
+}
+
 void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
   registration::Prediction prediction{expected.at_reference.T_rolling_vehicle, expected.covariance};
   registration::Registration rolling =
       registration::register_points(source_, &map_, prediction, config_.icp, granted_, &icp_);
   granted_ -= rolling.used;
   if (!registration::usable(rolling.stop)) register_by_own_motion(&prediction, &rolling);
-  if (expected.ins_silent()) {
-    if (!registration::usable(rolling.stop)) search_wide(expected, &rolling);
-    follow_motion(expected, &rolling);
-  }
+  if (expected.ins_lost && matches_less_than(kDoubtful, rolling)) search_wide(expected, &rolling);
+  if (expected.ins_silent()) follow_motion(expected, &rolling);
   if (expected.ins_lost) {
     // A search that ends at the iteration limit may have an error of many sigmas. While the INS is
     // silent it is still better than no registration.
-    const bool settled = rolling.stop != registration::Stop::kMaxIterations;
+    const bool settled =
+        rolling.stop != registration::Stop::kMaxIterations && !matches_less_than(kWrong, rolling);
     if (!settled && expected.ins_returned) rolling.stop = registration::Stop::kDiverged;
     rolling.information = registration::with_distortion(rolling.information, distortion());
   }
+  fprintf(stderr,
+          "S %d t %.2f stop %s overlap %.3f rms %.3f corr %.2f m %.3f rad lost %d ret %d it %d p "
+          "%.2f %.2f yaw %.3f sig %.3f\n",
+          (int)assembler_.scan_id(),
+          seconds(from_utime(registration_message_.utime).time_since_epoch()),
+          std::string(registration::name_of(rolling.stop)).c_str(), rolling.overlap, rolling.rms_m,
+          rolling.correction_m, rolling.correction_rad, expected.ins_lost, expected.ins_returned,
+          rolling.iterations, rolling.T_target_vehicle.p.x(), rolling.T_target_vehicle.p.y(),
+          yaw_of(rolling.T_target_vehicle.q), std::sqrt(expected.covariance(5, 5)));
   cycle.stages->mark("register");
   if (!registration::usable(rolling.stop)) ++account_.failed;
   answer(rolling, registration_t::TARGET_ROLLING);
@@ -220,6 +239,7 @@ void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
     return;
   }
   failures_ = 0;
+  if (!expected.ins_lost) usual_overlap_ += kOverlapLowPass * (rolling.overlap - usual_overlap_);
   const Pose T_rolling_vehicle = registration::fused_pose(prediction, rolling);
   motion_guess_.remember(from_utime(registration_message_.utime), T_rolling_vehicle);
   publish_points(T_rolling_vehicle);

@@ -30,6 +30,16 @@ double gravity_in(double specific_force, const ProcessNoise& ins) {
   return standard + share * (specific_force - standard);
 }
 
+constexpr double kSideSlip = 0.1;  // of a car, over its speed
+
+/// From LADAR, wheels, or a start at rest: the path of the filter then has the shape of the drive.
+bool knows_velocity(const FilterState& s) {
+  constexpr double kKnown_mps = 1.0;
+  return s.belief.P.diagonal().segment<2>(kVelocity).maxCoeff() < kKnown_mps * kKnown_mps;
+}
+
+double square(double v) { return v * v; }
+
 /// A rotation about the vertical and a shift that map p_old to p_new.
 Pose turn_and_shift(double yaw_rad, const Vec3& p_old, const Vec3& p_new) {
   const Quat q(Eigen::AngleAxisd(yaw_rad, Vec3::UnitZ()));
@@ -141,15 +151,18 @@ std::optional<Anchor> HeadingFinder::add(Stamp stamp, const GpsFix& fix, const F
   // Fixes without a baseline to the previous one would only fill the table.
   const double spacing = params.align.baseline_m / 8.0;
   if (count_ > 0 && (fix.p_world - pairs_[count_ - 1].p_new).norm() < spacing) {
-    return by_course(fix, state, params);
+    return by_course(stamp, fix, state, params);
   }
   if (count_ == pairs_.size()) {
     std::move(pairs_.begin() + 1, pairs_.end(), pairs_.begin());
     --count_;
   }
-  pairs_[count_++] = {stamp, p_old, fix.p_world, fix.sigma_m.head<2>().maxCoeff()};
-  if (std::optional<Anchor> course = by_course(fix, state, params)) return course;
-  return by_path(params.align);
+  pairs_[count_++] = {stamp, p_old, fix.p_world, yaw_of(x.T_world_vehicle.q),
+                      fix.sigma_m.head<2>().maxCoeff()};
+  if (std::optional<Anchor> course = by_course(stamp, fix, state, params)) return course;
+  if (std::optional<Anchor> path = by_path(params.align)) return path;
+  if (knows_velocity(state)) return std::nullopt;
+  return params.odometry.constrained ? by_positions(state, params) : by_motion(state, params);
 }
 
 std::optional<Anchor> HeadingFinder::by_path(const AlignParams& params) const {
@@ -180,11 +193,15 @@ std::optional<Anchor> HeadingFinder::by_path(const AlignParams& params) const {
   // Time-correlated errors of GPS cancel in differences; this is not relied on.
   const double error = std::sqrt(2.0 * sigma * sigma + misfit2);
   const double sigma_yaw = error / std::sqrt(spread2);
-  if (sigma_yaw > params.heading_sigma_rad) return std::nullopt;
-  return Anchor{T_new_old, sigma_yaw, 3.0 * error, std::nullopt};
+  // Many fixes would make the angle of any two paths seem certain.
+  constexpr double kAlike = 0.1;
+  const bool alike = misfit2 * static_cast<double>(count_) < kAlike * spread2;
+  if (!alike || sigma_yaw > params.heading_sigma_rad) return std::nullopt;
+  return Anchor{T_new_old, sigma_yaw, 3.0 * error, pairs_[count_ - 1].stamp, {}};
 }
 
-std::optional<Anchor> HeadingFinder::by_course(const GpsFix& fix, const FilterState& state,
+std::optional<Anchor> HeadingFinder::by_course(Stamp stamp, const GpsFix& fix,
+                                               const FilterState& state,
                                                const WmParams& params) const {
   const NavState& x = state.belief.x;
   const double speed = fix.v_world.head<2>().norm();
@@ -203,21 +220,155 @@ std::optional<Anchor> HeadingFinder::by_course(const GpsFix& fix, const FilterSt
     const Vec3 own = x.v_world + swing;
     const double own_course = std::atan2(own.y(), own.x());
     const double yaw = wrap_angle(course - own_course);
-    return Anchor{turn_and_shift(yaw, p_old, fix.p_world), std::hypot(sigma_gps, sigma_own),
-                  sigma_m, std::nullopt};
+    return Anchor{turn_and_shift(yaw, p_old, fix.p_world),
+                  std::hypot(sigma_gps, sigma_own),
+                  sigma_m,
+                  stamp,
+                  {}};
   }
   // No own measurement of the velocity: a car drives forward, up to its side slip.
-  constexpr double kSideSlip = 0.1;
   const double yaw = wrap_angle(course - yaw_of(x.T_world_vehicle.q));
   const double slip = std::hypot(kSideSlip, swing.head<2>().norm() / speed);
-  return Anchor{turn_and_shift(yaw, p_old, fix.p_world), std::hypot(sigma_gps, slip), sigma_m,
-                fix.v_world};
+  const Pose T_new_old = turn_and_shift(yaw, p_old, fix.p_world);
+  Anchor a{T_new_old, std::hypot(sigma_gps, slip), sigma_m, stamp, Anchor::Motion{}};
+  a.motion->v = fix.v_world;
+  a.motion->p = T_new_old * x.T_world_vehicle.p;
+  a.motion->sigma_mps = std::max(fix.sigma_v_mps.maxCoeff(), slip * speed);
+  return a;
 }
+
+/// The same from the chord between two fixes. While a car turns evenly, the chord has the direction
+/// of its heading in the middle of it.
+std::optional<Anchor> HeadingFinder::by_positions(const FilterState& state,
+                                                  const WmParams& params) const {
+  constexpr Duration kLongest = from_seconds(3.0);
+  constexpr double kBraking_mps2 = 2.0;
+  const NavState& x = state.belief.x;
+  const Pair& now = pairs_[count_ - 1];
+  for (std::size_t k = count_ - 1; k-- > 0;) {
+    const Pair& then = pairs_[k];
+    if (now.stamp - then.stamp > kLongest) break;
+    const double dt = seconds(now.stamp - then.stamp);
+    const Vec3 chord = now.p_new - then.p_new;
+    const double length = chord.head<2>().norm();
+    const double sigma = std::sqrt(2.0) * std::max(now.sigma_m, then.sigma_m);
+    const double sigma_yaw = std::hypot(sigma / length, kSideSlip);
+    if (length < params.align.baseline_m || length < params.align.course_speed_mps * dt ||
+        sigma / length > params.align.heading_sigma_rad) {
+      continue;
+    }
+    const double turned = wrap_angle(now.yaw_old - then.yaw_old);
+    const double course = std::atan2(chord.y(), chord.x());
+    const double yaw = wrap_angle(course - (now.yaw_old - 0.5 * turned));
+    const Pose T_new_old = turn_and_shift(yaw, now.p_old, now.p_new);
+    const Vec3 v_world = Quat(Eigen::AngleAxisd(0.5 * turned, Vec3::UnitZ())) * chord / dt;
+    Anchor a{T_new_old, sigma_yaw, 3.0 * now.sigma_m, now.stamp, Anchor::Motion{}};
+    a.motion->v = v_world;
+    a.motion->p = T_new_old * (x.T_world_vehicle.p + x.v_world * seconds(now.stamp - x.stamp));
+    a.motion->sigma_mps = std::hypot(sigma / dt, kSideSlip * length / dt, kBraking_mps2 * 0.5 * dt);
+    return a;
+  }
+  return std::nullopt;
+}
+
+/// Fit of a path that the INS has integrated from an unknown velocity with an unknown tilt:
+/// p_new = R(yaw) p_old + shift + v t + a t^2 / 2, horizontally; observable when the vehicle turns
+/// or changes its speed. Linear in cos(yaw) and sin(yaw), which a good fit finds on the unit
+/// circle.
+std::optional<Anchor> HeadingFinder::by_motion(const FilterState& state,
+                                               const WmParams& params) const {
+  constexpr Duration kLongest = from_seconds(12.0);  // tilt and biases are not constant for longer
+  constexpr int kUnknowns = 8;
+  constexpr double kOffCircle = 0.15;
+  if (!uses_forces(state)) return std::nullopt;
+  const Pair& now = pairs_[count_ - 1];
+  std::size_t first = count_ - 1;
+  while (first > 0 && now.stamp - pairs_[first - 1].stamp <= kLongest) --first;
+  const std::size_t n = count_ - first;
+  if (n <= kUnknowns) return std::nullopt;
+
+  using Vec8 = Eigen::Matrix<double, kUnknowns, 1>;
+  using Mat8 = Eigen::Matrix<double, kUnknowns, kUnknowns>;
+  const auto variance = state.belief.P.diagonal();
+  const double leak = Earth{}.gravity * std::sqrt(variance.segment<2>(kAttitude).maxCoeff()) +
+                      std::sqrt(variance.segment<2>(kAccelBias).maxCoeff());
+  Mat8 H = Mat8::Zero();
+  Vec8 b = Vec8::Zero();
+  double squares = 0.0, sigma = 0.0;
+  for (std::size_t i = first; i < count_; ++i) {
+    const Vec3 from = pairs_[i].p_old - now.p_old;
+    const Vec3 to = pairs_[i].p_new - now.p_new;
+    const double t = seconds(pairs_[i].stamp - now.stamp);
+    Eigen::Matrix<double, 2, kUnknowns> J;
+    J << from.x(), -from.y(), 1.0, 0.0, t, 0.0, 0.5 * t * t, 0.0,  //
+        from.y(), from.x(), 0.0, 1.0, 0.0, t, 0.0, 0.5 * t * t;
+    H += J.transpose() * J;
+    b += J.transpose() * to.head<2>();
+    squares += to.head<2>().squaredNorm();
+    sigma = std::max(sigma, pairs_[i].sigma_m);
+  }
+  H.diagonal().tail<2>().array() += square(sigma / leak);
+  const Eigen::LDLT<Mat8> factors(H);
+  if (factors.info() != Eigen::Success || !factors.isPositive()) return std::nullopt;
+  const Vec8 u = factors.solve(b);
+  const double misfit2 = std::max(0.0, squares - u.dot(b)) / static_cast<double>(2 * n - kUnknowns);
+  const double error2 = 2.0 * sigma * sigma + misfit2;
+  const Mat8 cofactors = factors.solve(Mat8::Identity());
+  const double radius = std::hypot(u[0], u[1]);
+  const Vec2 across = Vec2(-u[1], u[0]) / radius;
+  const double sigma_yaw =
+      std::sqrt(error2 * across.dot(cofactors.topLeftCorner<2, 2>() * across)) / radius;
+  if (!(sigma_yaw < params.align.heading_sigma_rad && std::abs(radius - 1.0) < kOffCircle)) {
+    return std::nullopt;
+  }
+  const auto sigma_of = [&](int k) { return std::sqrt(error2 * cofactors(k, k)); };
+  const double yaw = std::atan2(u[1], u[0]);
+  Anchor a;
+  a.T_new_old = turn_and_shift(yaw, now.p_old, now.p_new + Vec3(u[2], u[3], 0.0));
+  a.sigma_yaw_rad = sigma_yaw;
+  a.sigma_m = 3.0 * std::sqrt(error2);
+  a.stamp = now.stamp;
+  a.motion = Anchor::Motion{Vec3(u[4], u[5], 0.0),
+                            std::max(sigma_of(4), sigma_of(5)),
+                            {},
+                            Vec3(u[6], u[7], 0.0),
+                            std::max(sigma_of(6), sigma_of(7))};
+  return a;
+}
+
+namespace {
+
+/// The errors of the path were not independent of one another: what is corrected begins again.
+/// @param dt_s  from the instant of the corrections to that of the belief
+void correct_motion(const Anchor::Motion& m, double dt_s, Belief* b) {
+  const auto renew = [b](int index, double sigma) {
+    b->P.middleRows<3>(index).setZero();
+    b->P.middleCols<3>(index).setZero();
+    set_variance(index, 3, sigma, &b->P);
+  };
+  NavState& x = b->x;
+  renew(kPosition, 1e-3);
+  renew(kVelocity, m.sigma_mps);
+  if (m.p) {
+    x.T_world_vehicle.p = *m.p + m.v * dt_s;
+    x.v_world = m.v;
+    return;
+  }
+  x.T_world_vehicle.p += m.v * dt_s + 0.5 * square(dt_s) * m.a;
+  x.v_world += m.v + m.a * dt_s;
+  const double g = Earth{}.gravity;
+  const Vec3 tilt = Vec3::UnitZ().cross(m.a) / g;
+  x.T_world_vehicle.q = (exp_so3(tilt) * x.T_world_vehicle.q).normalized();
+  const double bias2 = b->P.diagonal().segment<2>(kAccelBias).maxCoeff();
+  renew(kAttitude, std::sqrt(square(m.sigma_mps2) + bias2) / g);
+}
+
+}  // namespace
 
 void anchor(const Anchor& a, FilterState* s) {
   const Pose before = s->belief.x.T_world_vehicle;
   s->belief = change_world(s->belief, a.T_new_old);
-  if (a.v_world) s->belief.x.v_world = *a.v_world;
+  if (a.motion) correct_motion(*a.motion, seconds(s->belief.x.stamp - a.stamp), &s->belief);
   s->belief = loosen_world(s->belief, Vec3::Constant(a.sigma_m), a.sigma_yaw_rad);
   Memory& m = s->memory;
   m.anchored = true;

@@ -42,13 +42,24 @@ struct Anchor {
   Pose T_new_old;  ///< a rotation about the vertical and a shift
   double sigma_yaw_rad = 0.0;
   double sigma_m = 0.0;
-  /// Velocity from GPS, where the belief has no estimate of its own.
-  std::optional<Vec3> v_world;
+  Stamp stamp{};  ///< at which the shift and the velocity hold
+  /// Of a filter that did not know its velocity, in the new frame.
+  struct Motion {
+    Vec3 v = Vec3::Zero();  ///< velocity; with `a`, what must be added to it [m/s]
+    double sigma_mps = 0.0;
+    /// Position of the vehicle; none: the filter is a free integration, corrected by `v` and `a`.
+    std::optional<Vec3> p;
+    Vec3 a = Vec3::Zero();    ///< horizontal acceleration that a tilt has hidden [m/s^2]
+    double sigma_mps2 = 0.0;  ///< of `a`, if it is estimated
+  };
+  std::optional<Motion> motion;
 };
 
 /// Finds the heading: fits the path of the filter (integrated from INS, LADAR or wheels) to the
 /// fixes by a rotation about the vertical and a shift. An EKF started with an unknown heading would
-/// linearize over a full circle; a fit over a baseline does not.
+/// linearize over a full circle; a fit over a baseline does not. A path that the INS alone has
+/// integrated from an unknown velocity is fitted with that velocity and an unknown tilt; or, if the
+/// vehicle moves along its own axis, its heading is the course of the fixes.
 class HeadingFinder {
  public:
   /// @param state  the filter's state at the fix, in its own frame
@@ -60,10 +71,16 @@ class HeadingFinder {
   struct Pair {
     Stamp stamp{};
     Vec3 p_old, p_new;  ///< of the antenna, in the frame of the filter and in that of the datum
+    double yaw_old = 0.0;
     double sigma_m = 0.0;
   };
   [[nodiscard]] std::optional<Anchor> by_path(const AlignParams& params) const;
-  [[nodiscard]] std::optional<Anchor> by_course(const GpsFix& fix, const FilterState& state,
+  [[nodiscard]] std::optional<Anchor> by_course(Stamp stamp, const GpsFix& fix,
+                                                const FilterState& state,
+                                                const WmParams& params) const;
+  [[nodiscard]] std::optional<Anchor> by_positions(const FilterState& state,
+                                                   const WmParams& params) const;
+  [[nodiscard]] std::optional<Anchor> by_motion(const FilterState& state,
                                                 const WmParams& params) const;
 
   std::array<Pair, 64> pairs_{};

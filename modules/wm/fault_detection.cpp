@@ -203,7 +203,8 @@ void Trust::renew(const FilterState& belief) {
     return !youngest.alive() || now - youngest.branch >= age;
   };
   if (m.withheld.ladar) return;
-  const bool positioned = !m.withheld.gps && has_position(belief);
+  const bool settled = gps_fused_from_ == Stamp::min() || now - gps_fused_from_ >= kFixesSettle;
+  const bool positioned = !m.withheld.gps && has_position(belief) && settled;
   const bool inertial_due =
       inertial_new_.subfilter.alive() && due(inertial_new_.subfilter, kNewInertial);
   const bool all_due = due(without_ladar_young_, params_.branch) ||
@@ -335,6 +336,7 @@ FilterState Trust::found(Finding finding, const FilterState& next, const FilterS
   }
   if (finding == Finding::kLadarReadmitted) ladar_probation_ = now + params_.probation;
   gps_right_ = ladar_right_ = ins_right_ = {};
+  turned_ = {};
   ins_by_ladar_ = ins_by_gps_ = {};
   scan_ = {};
   votes_.reset_votes();
@@ -352,6 +354,10 @@ FilterState Trust::found(Finding finding, const FilterState& next, const FilterS
   without_ins_recent_ = {};
   branch_all(state);
   if (of_ladar && !state.memory.withheld.any_of_ins()) inertial_ = inertial;
+  if (finding == Finding::kGpsReadmitted) {
+    gps_fused_from_ = now;
+    without_gps_ = without_gps_young_ = neither_ = neither_young_ = Subfilter{};
+  }
   return state;
 }
 

@@ -9,6 +9,7 @@
 
 #include "modules/wm/filter.h"
 #include "modules/wm/motion_votes.h"
+#include "modules/wm/turned_path.h"
 
 namespace rcs::wm {
 
@@ -195,6 +196,8 @@ class Trust {
   /// The horizontal error that an undetected fault may have caused.
   [[nodiscard]] double possible_error_m(const FilterState& belief) const;
   bool keeps_its_shape(const Model& model, const GpsFix& z, const FilterState& belief);
+  std::optional<FilterState> heading_is_wrong(const Model& model, const GpsFix& z,
+                                              const FilterState& belief);
   std::optional<FilterState> judge_quarantined_fix(const Model& model, const GpsFix& z,
                                                    const FilterState& belief);
   std::optional<FilterState> map_is_faulty(const Model& model, const GpsFix& z,
@@ -217,6 +220,9 @@ class Trust {
 
   static constexpr Duration kFresh = from_seconds(2.0);
   static constexpr Duration kSettling = from_seconds(5.0);  // after a gap of the INS
+  // After the readmission of GPS. A sub-filter that branched before its fixes were fused keeps what
+  // they correct, above all the heading, and would contradict them within seconds.
+  static constexpr Duration kFixesSettle = from_seconds(3.0);
   static constexpr Duration kYoung =
       from_seconds(1.0);  // age before which a sub-filter is not tested
   static constexpr Duration kInsAgrees = from_seconds(5.0);
@@ -245,6 +251,7 @@ class Trust {
   double young_began_m_ = 0.0, without_gps_began_m_ = 0.0;  // distance driven at their branches
   Subfilter before_;  ///< the state from before kFilterFaulty, until the probation of GPS ends
   Hypothesis gps_right_, ladar_right_, ins_right_;
+  TurnedPath turned_;  ///< while GPS is not fused
   InertialTest ins_by_ladar_, ins_by_gps_;
   ScanRotation scan_;
   static constexpr double kNever_m = -1e9;
@@ -267,6 +274,7 @@ class Trust {
       Vec<4>::Zero();  ///< cumulative sums of the GPS velocity: east, west, north, south
   Stamp ladar_doubted_since_ = Stamp::min(), map_doubted_since_ = Stamp::min();
   Stamp gps_probation_ = Stamp::min(), ladar_probation_ = Stamp::min();
+  Stamp gps_fused_from_ = Stamp::min();  ///< readmitted; the filter moves to it for a while
   double gps_test_ratio_ = 0.0, ladar_test_ratio_ = 0.0, map_test_ratio_ = 0.0;
   double rival_m_ = 0.0, map_rival_m_ = 0.0;
   static constexpr double kAnything_m = 1e3;  ///< before the first branch

@@ -52,6 +52,7 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
   const SourceRecord& record = belief.memory.of(Source::kGpsPosition);
   rival_m_ = 0.0;
   gps_right_ = {};
+  turned_ = {};
   // No more matches can clear the test of the a priori map, and an accepted fix gives the position.
   const Stamp mapped = belief.memory.of(Source::kPriorMap).accepted;
   if (record.accepted == now && mapped < now - kFresh) map_test_ratio_ = map_rival_m_ = 0.0;
@@ -205,6 +206,26 @@ bool Trust::moves_along(const Model& model, const GpsFix& z, const FilterState& 
   return off.dot(S.llt().solve(off)) <= kLimit;
 }
 
+/// A gap of all inputs, or an undetected gyro bias in an outage, leaves a heading that is wrong by
+/// degrees with a claim of less. No fix is within the possible error any more, and the filter would
+/// reject GPS for ever.
+std::optional<FilterState> Trust::heading_is_wrong(const Model& model, const GpsFix& z,
+                                                   const FilterState& belief) {
+  const NavState& x = belief.belief.x;
+  const double sigma_m = z.sigma_m.head<2>().maxCoeff();
+  turned_.add(x.stamp, x.T_world_vehicle * model.params.gps.lever_m, z.p_world, sigma_m);
+  const std::optional<TurnedPath::Turn> turn = turned_.found();
+  if (!turn) return std::nullopt;
+  FilterState next = belief;
+  const double off_m = std::abs(gps_position(x, z, model.params.gps).r.z());
+  const Vec3 sigma(turn->sigma_m, turn->sigma_m, std::hypot(off_m, z.sigma_m.z()));
+  next.belief =
+      loosen_world(change_world(belief.belief, turn->T_new_old), sigma, turn->sigma_yaw_rad);
+  next.memory.withheld.gps = next.memory.gps_accused = false;
+  next.memory.of(Source::kGpsPosition).refused = 0;
+  return found(Finding::kFilterFaulty, next, belief, model.params.modes);
+}
+
 std::optional<FilterState> Trust::judge_quarantined_fix(const Model& model, const GpsFix& z,
                                                         const FilterState& belief) {
   const NavState& x = belief.belief.x;
@@ -215,6 +236,7 @@ std::optional<FilterState> Trust::judge_quarantined_fix(const Model& model, cons
   const Nis n = nis(belief, z, model.params.gps, 0.0);
   gps_test_ratio_ = n.horizontal / model.gates[2];
   if (std::optional<FilterState> change = map_is_faulty(model, z, belief)) return change;
+  if (std::optional<FilterState> change = heading_is_wrong(model, z, belief)) return change;
   if (gps_right_.alive() && !keeps_its_shape(model, z, belief)) gps_right_ = {};
   if (!gps_right_.alive()) suppose_gps_right(model, z, belief);
   const bool consistent = gps_right_.alive() && gps_right_.refused_in_row == 0;

@@ -97,6 +97,7 @@ void WmNode::run(const Cycle& cycle) {
   }
   report_events(cycle.now);
   report_inputs(cycle.now);
+  report_alignment(cycle.now);
   cycle.stages->mark("publish");
 
   terrain_.step(estimator_, local_began_, cycle.now, &report_);
@@ -139,6 +140,7 @@ void WmNode::take(const gps_fix_t& m, Stamp now) {
   const Stamp stamp = from_utime(m.utime);
   const Stamp arrival = fixes_.front_arrival();
   const Reason reason = fix ? estimator_.add(stamp, *fix, arrival) : Reason::kInvalid;
+  if (fix) fixes_have_velocity_ = fix->fix.has_velocity;
   if (is_alive(reason)) inputs_.add(Input::kGps, stamp, arrival);
   tell_refused(fixes_, reason, now, &report_);
 }
@@ -390,6 +392,49 @@ void WmNode::report_events(Stamp now) {
     report_.publish(now, event::kWmMapEpoch, "rolling map replaced: map epoch {}",
                     s.belief.x.map_epoch);
     reported_epoch_ = s.belief.x.map_epoch;
+  }
+}
+
+void WmNode::report_alignment(Stamp now) {
+  const auto received = [&](Input input) {
+    const Duration silence = inputs_.silence(input, now);
+    return silence >= Duration::zero() && silence <= config_.params.modes.gps_timeout;
+  };
+  std::optional<Missing> missing;
+  if (!estimator_.started()) {
+    if (received(Input::kIns)) missing = Missing::kLevel;
+  } else if (!estimator_.state().memory.anchored) {
+    missing = received(Input::kGps) ? Missing::kHeading : Missing::kPosition;
+  }
+  const std::optional<Missing> report = alignment_.add(now, missing);
+  if (!report) return;
+  const AlignParams& align = config_.params.align;
+  const double waited_s = seconds(AlignmentWatch::kPatience);
+  switch (*report) {
+    case Missing::kLevel:
+      report_.publish(now, event::kWmAlignment,
+                      "not level after {:.0f} s of INS samples: stand still for {:.1f} s, or it "
+                      "levels in motion after {:.0f} s",
+                      waited_s, seconds(align.level_time), seconds(align.patience));
+      break;
+    case Missing::kPosition:
+      report_.publish(
+          now, event::kWmAlignment,
+          "frame world not georeferenced after {:.0f} s: no GPS fix and no match to the "
+          "a priori map; only the local pose is valid",
+          waited_s);
+      break;
+    case Missing::kHeading: {
+      const bool path =
+          fixes_have_velocity_ || received(Input::kOdometry) || received(Input::kLadar);
+      report_.publish(now, event::kWmAlignment,
+                      "frame world not georeferenced after {:.0f} s of GPS fixes: heading unknown; "
+                      "drive {:.0f} m{}",
+                      waited_s, align.baseline_m,
+                      path ? ""
+                           : " with turns or changes of speed: without velocity of GPS, wheels or "
+                             "LADAR the heading follows from accelerations");
+    }
   }
 }
 

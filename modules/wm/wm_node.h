@@ -15,6 +15,7 @@
 #include "lcmtypes/rcs/odometry_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
 #include "lcmtypes/rcs/subfilter_t.hpp"
+#include "modules/wm/alignment_watch.h"
 #include "modules/wm/estimator.h"
 #include "modules/wm/input_watch.h"
 #include "modules/wm/integrity.h"
@@ -58,6 +59,7 @@ class WmNode final : public Node {
   void report_events(Stamp now);
   void report_trust(Stamp now);
   void report_inputs(Stamp now);
+  void report_alignment(Stamp now);
 
   WmConfig config_;
   PeriodicClock clock_;
@@ -74,6 +76,8 @@ class WmNode final : public Node {
 
   Estimator estimator_;
   InputWatch inputs_;
+  AlignmentWatch alignment_;
+  bool fixes_have_velocity_ = false;
   InsContent ins_content_;
   TerrainDesk terrain_;
   PathUncertaintyServer path_uncertainty_;

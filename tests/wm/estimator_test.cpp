@@ -22,6 +22,7 @@ struct Score {
   int refused = 0, accepted = 0;
   int resets = 0;
   bool anchored = false;
+  double anchored_s = -1.0;  ///< after the start
   Mode mode = Mode::kAlign;
   int samples = 0;
 };
@@ -49,6 +50,7 @@ Score run(const Experiment& experiment) {
     estimator.clear_innovations();
     if (!estimator.started()) continue;
     const FilterState& s = estimator.state();
+    if (s.memory.anchored && score.anchored_s < 0.0) score.anchored_s = t;
     const Truth& at = truth[i];
     if (s.belief.x.stamp != at.stamp) continue;
     const Pose& T = s.belief.x.T_world_vehicle;
@@ -138,6 +140,52 @@ TEST(Estimator, LadarAndGpsDetermineTheWorldPoseOnceTheVehicleMoves) {
   EXPECT_EQ(score.mode, Mode::kGpsLadar);
   EXPECT_LT(score.error_m, 0.5);
   EXPECT_LT(score.heading_error_rad, radians(2.0));
+}
+
+// ---- starts while the vehicle moves, without a velocity from GPS or the wheels
+// ---------------------
+
+/// @param speed_mps  from the first sample on
+Experiment moving(double speed_mps, double gps_sigma_m) {
+  Experiment e;
+  e.ladar = false;
+  e.drive.still_s = -20.0;
+  e.drive.length_s = 40.0;
+  e.drive.speed_mps = speed_mps;
+  e.sensors.gps_sigma_m = gps_sigma_m;
+  return e;
+}
+
+/// @param within_s  after the levelling, which takes 10 s in motion
+void expect_aligned(Experiment e, double within_s) {
+  constexpr unsigned kSeeds = 20;
+  double nees = 0.0;
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    e.sensors.seed = seed;
+    e.drive.heading_rad = 0.3 * seed;
+    const Score score = run(e);
+    EXPECT_TRUE(score.anchored) << seed;
+    EXPECT_LT(score.anchored_s, 10.0 + within_s) << seed;
+    EXPECT_LT(score.worst_error_m, 2.0) << seed;
+    EXPECT_LT(score.heading_error_rad, radians(1.0)) << seed;
+    nees += score.nees_pose / kSeeds;
+  }
+  EXPECT_LT(nees, 2.5);
+  std::printf("mean NEES per degree of freedom %.2f\n", nees);
+}
+
+TEST(MovingStart, ACarFindsItsHeadingByPositions) { expect_aligned(moving(8.0, 0.3), 2.0); }
+
+TEST(MovingStart, AHandCarriedInsFindsItsHeadingByItsTurns) {
+  Experiment e = moving(1.4, 0.05);
+  e.params.odometry.constrained = false;
+  expect_aligned(e, 20.0);
+}
+
+TEST(MovingStart, LadarAndPositions) {
+  Experiment e = moving(5.0, 0.3);
+  e.ladar = true;
+  expect_aligned(e, 3.0);
 }
 
 TEST(Estimator, RegistrationsBoundTheErrorInAnOutage) {

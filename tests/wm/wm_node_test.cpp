@@ -183,6 +183,36 @@ TEST_F(WmNodeTest, NoWorldPoseBeforeTheHeadingIsKnown) {
   EXPECT_EQ(m.mode, int{nav_state_t::MODE_INS_DR});
 }
 
+TEST_F(WmNodeTest, WhatTheAlignmentLacksIsReportedWithinTenSeconds) {
+  Inbox<event_t> events(&bus_, channel::kWmEvent, 64);
+  const auto reported = [&](const std::string& text) {
+    bool found = false;
+    for (; !events.empty(); events.pop()) {
+      const event_t& e = *events.front();
+      found = found || (e.code == "alignment.waiting" && e.text.find(text) != std::string::npos);
+    }
+    return found;
+  };
+  // The same fix again and again: a vehicle at rest.
+  const GeodeticFix fix = sensors_.gps(1);
+  const auto stand = [&](double from_s, double to_s, bool gps) {
+    for (double t = from_s; t < to_s; t += 0.01) {
+      const Stamp now = from_utime(1'000'000'000) + from_seconds(t);
+      ImuSample imu = sensors_.imu(1);
+      imu.stamp = now;
+      send(&ins_out_, message(imu));
+      if (gps && std::fmod(t, 0.2) < 0.01) send(&gps_out_, message(now, fix));
+      cycle(now);
+    }
+  };
+  stand(0.01, 10.0, false);
+  EXPECT_TRUE(reported("no GPS fix and no match"));
+  stand(10.0, 20.0, true);
+  EXPECT_TRUE(reported("heading unknown; drive 5 m with turns"));
+  stand(20.0, 40.0, true);
+  EXPECT_FALSE(reported("")) << "reported once";
+}
+
 TEST_F(WmNodeTest, RunsPeriodicallyAndAtOnceForARegistration) {
   cycle(from_utime(1000));
   EXPECT_EQ(node_.next_wakeup(), from_utime(1000) + config_.period);
