@@ -26,13 +26,13 @@ struct Info {
 // clang-format off
 // constant, publisher, code, severity, limit, meaning, cause, remedy
 #define RCS_EVENTS(X)                                                                              \
-  X(kSpInputRefused, "sp", "input.refused", kWarning, kOne,                                        \
+  X(kSpInputRejected, "sp", "input.rejected", kWarning, kOne,                                      \
     "A message on WM_NAV_STATE was rejected. SP predicts the motion from the INS alone until the " \
     "next valid message.",                                                                         \
     "A pose, velocity or covariance is not finite, is implausible, or is not positive definite.",  \
     "Check WM_EVENT for the state of the filter. Check that only one WM runs on the bus "          \
     "(`rcs top`).")                                                                                \
-  X(kSpFacetRefused, "sp", "facet.refused", kWarning, kOne,                                        \
+  X(kSpFacetRejected, "sp", "facet.rejected", kWarning, kOne,                                      \
     "A part of a scan was rejected.",                                                              \
     "Rows, columns, facet number, sensor_id or the counts of the message do not match [ladar] of " \
     "the configuration.",                                                                          \
@@ -100,7 +100,7 @@ struct Info {
     "A message on WM_PATH_QUERY was rejected.",                                                    \
     "The name of its issuer has more than 64 characters.",                                         \
     "Shorten the name in the program that publishes the query.")                                   \
-  X(kWmInputRefused, "wm", "input.refused", kWarning, kOne,                                        \
+  X(kWmInputRejected, "wm", "input.rejected", kWarning, kOne,                                      \
     "A measurement was not fused. The text has the channel and the reason.",                       \
     "The measurement is invalid (not finite, implausible, or far in the future), late (older than "\
     "the history of the filter) or repeated, or it belongs to another map epoch. Of the INS also: "\
@@ -197,7 +197,7 @@ struct Info {
     "received.",                                                                                   \
     "Horizontal or vertical: restore GPS or drive on mapped terrain with relief. The limits are "  \
     "[wm.integrity] limit_horizontal_m and limit_vertical_m.")                                     \
-  X(kBgInputRefused, "bg", "input.refused", kWarning, kOne,                                        \
+  X(kBgInputRejected, "bg", "input.rejected", kWarning, kOne,                                      \
     "A message of WM was rejected. BG uses the last valid message until it is too old.",           \
     "A pose, a velocity, a protection level or the size of a terrain patch is invalid.",           \
     "Check WM_EVENT. Check that all nodes are of one version of the software.")                    \
@@ -242,7 +242,7 @@ struct Info {
     "DDS runs with authentication and encryption.",                                                \
     "The gateway has started.",                                                                    \
     "None.")                                                                                       \
-  X(kGatewayCommandRefused, "gateway", "command.refused", kWarning, kOne,                          \
+  X(kGatewayCommandRejected, "gateway", "command.rejected", kWarning, kOne,                        \
     "A command of an operator was rejected. The text has the operator and the reason.",            \
     "The operator is not authorized, another operator is in command, an emergency stop is "        \
     "engaged, the id of the command is not greater than the last one, or a value is invalid.",     \
@@ -279,7 +279,7 @@ struct Info {
     "The gateway received the release of the emergency stop and passes it to BG.",                 \
     "An operator published EmergencyStop without engage.",                                         \
     "Wait for `command.idle`: BG releases the stop at rest only.")                                 \
-  X(kGatewayStateRefused, "gateway", "state.refused", kWarning, kOne,                              \
+  X(kGatewayStateRejected, "gateway", "state.rejected", kWarning, kOne,                            \
     "A message on WM_NAV_STATE was rejected. VehicleState is not published.",                      \
     "The mode is unknown or a number is not finite.",                                              \
     "Check WM_EVENT. Check that all nodes are of one version of the software.")                    \

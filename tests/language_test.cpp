@@ -19,11 +19,12 @@ namespace fs = std::filesystem;
 
 /// Former public names: commands, keys, channels, message types, fields, states, events.
 constexpr const char* kFormerNames[] = {
-    "sureness",       "WM_SHADOW",     "shadow_t",  "ledger_t",    "WM_LEDGER", "gps_doubt",
-    "ladar_doubt",    "sigma_dead_m",  "lone_m",    "POSE_UNSURE", "SEEKING",   "FINDING_NORTH",
-    "OVERDUE",        "NO_WAY",        "rcs truth", "map worth",   "[marks]",   "[wm.trust]",
-    "[sp.relocate]",  "[wm.sureness]", "map.doubt", "way.none",    "way.held",  "dds.plain",
-    "evidence_again", "again_blocks"};
+    "sureness",     "WM_SHADOW",     "shadow_t",      "ledger_t",        "WM_LEDGER",
+    "gps_doubt",    "ladar_doubt",   "sigma_dead_m",  "lone_m",          "POSE_UNSURE",
+    "SEEKING",      "FINDING_NORTH", "OVERDUE",       "NO_WAY",          "rcs truth",
+    "map worth",    "[marks]",       "[wm.trust]",    "[sp.relocate]",   "[wm.sureness]",
+    "map.doubt",    "way.none",      "way.held",      "dds.plain",       "evidence_again",
+    "again_blocks", "input.refused", "facet.refused", "command.refused", "state.refused"};
 
 /// Phrases that are wrong wherever they stand. Words with a common meaning are left to reviewers.
 constexpr const char* kPhrases[] = {

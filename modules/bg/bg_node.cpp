@@ -116,7 +116,7 @@ void BgNode::take_nav(const Cycle& cycle) {
     const Stamp before = nav_.stamp;
     const bool first = nav_.arrival == Stamp::min();
     if (!read_nav(m, nav_states_.front_arrival(), &nav_)) {
-      report_.publish(cycle.now, event::kBgInputRefused, "{} rejected: pose or velocity invalid",
+      report_.publish(cycle.now, event::kBgInputRejected, "{} rejected: pose or velocity invalid",
                       channel::kWmNavState);
       continue;
     }
@@ -135,7 +135,7 @@ void BgNode::take_integrity(const Cycle& cycle) {
   for (; !integrities_.empty(); integrities_.pop()) {
     const integrity_t& m = *integrities_.front();
     if (read_integrity(m, integrities_.front_arrival(), &integrity_)) continue;
-    report_.publish(cycle.now, event::kBgInputRefused,
+    report_.publish(cycle.now, event::kBgInputRejected,
                     "{} rejected: protection levels {} m, {} m invalid", channel::kWmIntegrity,
                     m.protection_horizontal_m, m.protection_vertical_m);
   }
@@ -149,7 +149,7 @@ void BgNode::take_map(const Cycle& cycle) {
     terrain_stamp_ = from_utime(m->utime);
     terrain_local_utime_ = m->local_utime;
   } else {
-    report_.publish(cycle.now, event::kBgInputRefused,
+    report_.publish(cycle.now, event::kBgInputRejected,
                     "{} rejected: terrain of {} x {} cells of {} m invalid", channel::kWmMapPatch,
                     m->width, m->height, m->cell_m);
   }

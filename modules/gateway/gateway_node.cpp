@@ -175,7 +175,7 @@ void GatewayNode::refuse(Refusal refusal, std::string_view topic, std::string_vi
   last_refusal_ =
       fmt::format("{} {} of {}: {}", topic, command_id,
                   operator_id.empty() ? "an unauthorized operator" : operator_id, text(refusal));
-  report_.publish(now, event::kGatewayCommandRefused, "{}: command rejected, {} rejected so far",
+  report_.publish(now, event::kGatewayCommandRejected, "{}: command rejected, {} rejected so far",
                   last_refusal_, refused_);
 }
 
@@ -243,7 +243,7 @@ void GatewayNode::send_state(Stamp now) {
   // An old or invalid pose could be mistaken for a valid one: no sample is published instead.
   if (!known || nav_state_.pose_valid == 0) return;
   if (!to_sample(nav_state_, now - nav_arrival_, &state_)) {
-    report_.publish(now, event::kGatewayStateRefused,
+    report_.publish(now, event::kGatewayStateRejected,
                     "{}: mode {} unknown or a number not finite, VehicleState not published",
                     channel::kWmNavState, nav_state_.mode);
     return;

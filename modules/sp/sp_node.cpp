@@ -131,7 +131,7 @@ void SpNode::take_belief(Stamp now) {
       usable_covariance(rolling_covariance) && usable_covariance(world_covariance);
   if (!sound) {
     report_.publish(
-        now, event::kSpInputRefused,
+        now, event::kSpInputRejected,
         "{} rejected: invalid pose, motion or covariance; prediction without WM until the "
         "next valid one",
         channel::kWmNavState);
@@ -166,7 +166,7 @@ bool SpNode::take_facets(Inbox<Message>* inbox, const Cycle& cycle) {
     const std::optional<FacetId> id = identify(*m, config_.ladar);
     if (!id) {
       ++account_.facets_refused;
-      report_.publish(cycle.now, event::kSpFacetRefused,
+      report_.publish(cycle.now, event::kSpFacetRejected,
                       "{} rejected: scan {}, facet {} of {} does not match [ladar] of the "
                       "configuration or its own counts",
                       inbox->channel(), m->scan_id, m->facet, m->facet_count);

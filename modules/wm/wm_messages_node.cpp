@@ -137,7 +137,7 @@ void tell_refused(const InboxBase& inbox, Reason reason, Stamp now, Report* repo
 }
 
 void tell_refused(const InboxBase& inbox, std::string_view reason, Stamp now, Report* report) {
-  report->publish(now, event::kWmInputRefused, "{} rejected: {}; not fused, newest utime {}",
+  report->publish(now, event::kWmInputRejected, "{} rejected: {}; not fused, newest utime {}",
                   inbox.channel(), reason, to_utime(inbox.account().newest));
 }
 

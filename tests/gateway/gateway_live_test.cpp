@@ -205,7 +205,7 @@ TEST_F(GatewayLive, HostileCommandsAreRejectedAndCounted) {
     EXPECT_EQ(hostile->status(), 0) << hostile->output();
   }
   EXPECT_TRUE(vehicle_.commands().empty());
-  EXPECT_TRUE(gateway_->has_said("command.refused")) << gateway_->output();
+  EXPECT_TRUE(gateway_->has_said("command.rejected")) << gateway_->output();
   EXPECT_LT(gateway_->status(), 0) << "it still runs";
 }
 
@@ -214,7 +214,7 @@ TEST_F(GatewayLive, AFloodOfCommandsBlocksNoStop) {
   // behind them.
   start_gateway(kUnsecured);
   const auto flood = client({"-o", "mallory", "flood", "60"});
-  ASSERT_TRUE(says(gateway_.get(), "command.refused")) << "the flood has arrived";
+  ASSERT_TRUE(says(gateway_.get(), "command.rejected")) << "the flood has arrived";
   vehicle_.run_for(from_seconds(1.0));
   const auto stop = client({"stop", "1", "60"});
   EXPECT_TRUE(takes(command_t::KIND_EMERGENCY_STOP)) << gateway_->output();
@@ -223,7 +223,7 @@ TEST_F(GatewayLive, AFloodOfCommandsBlocksNoStop) {
   EXPECT_EQ(gateway_->status(), 0) << gateway_->output();
   const std::string& account = gateway_->output();
   std::printf("[  FLOOD   ] %s\n",
-              account.substr(account.find("gateway: ", account.find("command.refused"))).c_str());
+              account.substr(account.find("gateway: ", account.find("command.rejected"))).c_str());
 }
 
 TEST_F(GatewayLive, WithKeysEachIdentityHasItsRightsAndNoMore) {

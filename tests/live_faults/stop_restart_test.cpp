@@ -82,7 +82,7 @@ class Trial {
   [[nodiscard]] std::string summary() const {
     return fmt::format(
         "moved {:.3f} m, {} of {} drives unbraked, {} of {} statuses not EMERGENCY_STOP, {} GOTO "
-        "refused, then {}",
+        "rejected, then {}",
         watch_.moved_m, watch_.unbraked, watch_.drives, watch_.unstopped, watch_.statuses,
         watch_.gotos, after_release_);
   }

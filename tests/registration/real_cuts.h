@@ -53,7 +53,7 @@ struct Metrics {
   double median_deg = 0.0;
   std::map<int, int> failures;  ///< number of failures by model scan
   int refused = 0;              ///< results that the method itself reports as not good
-  int falsely_accepted = 0;     ///< wrong results that were not refused
+  int falsely_accepted = 0;     ///< wrong results that were not rejected
 
   [[nodiscard]] double share() const { return static_cast<double>(successes) / trials; }
 };

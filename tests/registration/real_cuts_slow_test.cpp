@@ -125,7 +125,7 @@ class CutsOfDrive {
   Registrations deskewed_;
   report::Table table_{
       {"", "reference given", "median error", "failed from scan", "reference deskewed",
-       "median error", "failed from scan", "refused, false", "median CPU"},
+       "median error", "failed from scan", "rejected, false", "median CPU"},
       {}};
 };
 

@@ -278,7 +278,7 @@ TEST(HostileInput, EmptyPointsTerrainAndRoutesAreHarmless) {
   map_patch_t patch{};
   patch.cell_m = 0.4;
   const Ears terrain = drive_with(channel::kWmMapPatch, {encode(patch)});
-  EXPECT_TRUE(names(terrain.events("BG", "input.refused"), channel::kWmMapPatch));
+  EXPECT_TRUE(names(terrain.events("BG", "input.rejected"), channel::kWmMapPatch));
 
   auto command = good<command_t>(channel::kBgCommand);
   command.utime = 1'000'600'000;
@@ -311,7 +311,7 @@ void expect_refused(const char* node, const char* channel, double* (&places)[N],
     }
   }
   const Ears ears = drive_with(channel, packets);
-  EXPECT_TRUE(names(ears.events(node, "input.refused"), channel));
+  EXPECT_TRUE(names(ears.events(node, "input.rejected"), channel));
   EXPECT_EQ(ears.account(node, channel).received, clean_drive().account(node, channel).received +
                                                       static_cast<std::int64_t>(packets.size()));
 }
@@ -352,7 +352,7 @@ TEST(HostileInput, RepeatedAndBackwardStampsAreRejectedAndReported) {
     const Bytes future = encode(message);
     for (const Bytes& packet : {repeated, backward, future, encode(wild)}) {
       const Ears ears = drive_with(channel, {packet, packet});
-      EXPECT_TRUE(names(ears.events("WM", "input.refused"), channel));
+      EXPECT_TRUE(names(ears.events("WM", "input.rejected"), channel));
       EXPECT_EQ(ears.last<nav_state_t>(channel::kWmNavState).mode,
                 int{nav_state_t::MODE_GPS_INS_LADAR});
     }
@@ -371,7 +371,7 @@ TEST(HostileInput, RepeatedAndOldFacetsAreRejectedAndCounted) {
   const Ears ears = drive_with(channel::kLadarRanges, {old, old, unsound});
   EXPECT_EQ(ears.last<registration_t>(channel::kSpRegistration).account.facets_refused, 3);
   EXPECT_FALSE(ears.events("SP", "facet.stale").empty());
-  EXPECT_FALSE(ears.events("SP", "facet.refused").empty());
+  EXPECT_FALSE(ears.events("SP", "facet.rejected").empty());
 }
 
 TEST(HostileInput, AFacetFromTheFutureLosesOneScanOnly) {

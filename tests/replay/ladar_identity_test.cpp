@@ -1,4 +1,4 @@
-// Facets of a LADAR that is not the configured one are refused.
+// Facets of a LADAR that is not the configured one are rejected.
 
 #include <gtest/gtest.h>
 

@@ -63,7 +63,7 @@ TEST_F(ReplayCommand, NoRegistrationIsAFailureWithAReason) {
   };
   EXPECT_EQ(replay("", "", other_ladar), 1);
   EXPECT_THAT(messages(), HasSubstr("0 registrations"));
-  EXPECT_THAT(messages(), HasSubstr("facet.refused"));
+  EXPECT_THAT(messages(), HasSubstr("facet.rejected"));
   EXPECT_TRUE(std::filesystem::exists(folder_ + "/out.log")) << "kept for analysis";
 }
 
