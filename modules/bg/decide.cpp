@@ -48,7 +48,7 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
     return row(__LINE__, Action::kStop, Status::kDone, "RELEASED", "");
   }
   if (f.command == CommandKind::kUnknown || !f.cannot.empty()) {
-    return row(__LINE__, Action::kStop, Status::kError, "REFUSED",
+    return row(__LINE__, Action::kStop, Status::kError, "REJECTED",
                f.cannot.empty() ? "cannot do because this kind of command is unknown" : f.cannot);
   }
   if (f.arrived) {
