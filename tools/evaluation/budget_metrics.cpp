@@ -175,7 +175,7 @@ std::vector<BudgetVerdict> judge(const BudgetRecord& record, const BudgetLimits&
   if (limits.overrun_share) {
     for (const auto& [name, node] : record.nodes) {
       verdicts.push_back({fmt::format("overrun_share of {}", name), node.overrun_share(),
-                          *limits.overrun_share, node.accounts > 0});
+                          *limits.overrun_share, node.cycles > 0});
     }
   }
   return verdicts;
@@ -211,7 +211,7 @@ report::Table account_table(const BudgetRecord& record) {
                     fmt::format("{} / {} / {}", s.facets_lost, s.facets_refused, s.facets_sent),
                     ""});
   for (const auto& [name, node] : record.nodes) {
-    t.rows.push_back({fmt::format("{}: overruns of {}", name, node.accounts),
+    t.rows.push_back({fmt::format("{}: overruns of {}", name, node.cycles),
                       std::to_string(node.overruns),
                       fmt::format("{:.2f} %", 100.0 * node.overrun_share())});
     if (node.missed > 0) {
@@ -251,7 +251,7 @@ Json to_json(const BudgetRecord& record, const std::vector<BudgetVerdict>& verdi
               {"stages", to_json(record.stages)},
               {"limits", Json::array()}};
   for (const auto& [name, node] : record.nodes) {
-    out["nodes"][name] = {{"units_of_work", node.accounts},
+    out["nodes"][name] = {{"cycles", node.cycles},
                           {"overruns", node.overruns},
                           {"overrun_share", node.overrun_share()},
                           {"missed", node.missed}};

@@ -30,7 +30,7 @@ struct BudgetLimits {
   std::optional<double> held_share;
   std::optional<double> failed_share;
   std::optional<double> dropped_share;
-  std::optional<double> overrun_share;  ///< of the units of work of each node
+  std::optional<double> overrun_share;  ///< of the cycles of each node
 };
 [[nodiscard]] Result<BudgetLimits> read_budget_limits(const ParamFile& file);
 

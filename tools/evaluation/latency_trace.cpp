@@ -68,7 +68,7 @@ void BudgetRecord::add(const BudgetRecord& other) {
   scans.add(other.scans);
   for (const auto& [name, node] : other.nodes) {
     NodeCounts& sum = nodes[name];
-    sum.accounts += node.accounts;
+    sum.cycles += node.cycles;
     sum.overruns += node.overruns;
     sum.missed += node.missed;
   }
@@ -117,7 +117,7 @@ BudgetRecord ScanLatencyTrace::close() const {
   for (const auto& [reference, scan] : scans_) trace(scan, &record.hops);
   for (const auto& [name, cycles] : cycles_) {
     NodeCounts& node = record.nodes[name];
-    node.accounts = static_cast<std::int64_t>(cycles.by_start.size());
+    node.cycles = static_cast<std::int64_t>(cycles.by_start.size());
     node.overruns = cycles.newest.overruns;
     node.missed = cycles.newest.missed;
     for (const auto& [start, cycle] : cycles.by_start) {

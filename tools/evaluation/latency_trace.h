@@ -35,13 +35,13 @@ struct ScanCounts {
 };
 
 struct NodeCounts {
-  std::int64_t accounts = 0;  ///< units of work: for sp scans, for the others cycles
+  std::int64_t cycles = 0;    ///< reported cycles; of sp one for each scan
   std::int64_t overruns = 0;  ///< cycles that ended after their deadline
   std::int64_t missed = 0;    ///< periods skipped
 
-  /// Per unit of work.
+  /// Of the cycles.
   [[nodiscard]] double overrun_share() const {
-    return accounts == 0 ? 0.0 : static_cast<double>(overruns) / static_cast<double>(accounts);
+    return cycles == 0 ? 0.0 : static_cast<double>(overruns) / static_cast<double>(cycles);
   }
 };
 

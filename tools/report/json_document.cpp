@@ -17,6 +17,9 @@ constexpr Precision kUsual = {6, 4};
 constexpr Precision kPosition = {9, 8};
 constexpr Precision kInformation = {9, -20};  // no digits after the significant ones
 
+/// Commands whose documents have version 2; the others have version 1.
+constexpr std::string_view kVersion2[] = {"budget", "map locate"};
+
 /// Of the value of a key; `usual` for most keys.
 const Precision& precision_of(std::string_view key, const Precision& usual) {
   if (key == "information") return kInformation;
@@ -66,7 +69,9 @@ void append(const Json& value, const Precision& precision, const std::string& li
 }  // namespace
 
 std::string schema_name(std::string_view command) {
-  std::string name = fmt::format("rcs.{}/1", command);
+  const bool second =
+      std::find(std::begin(kVersion2), std::end(kVersion2), command) != std::end(kVersion2);
+  std::string name = fmt::format("rcs.{}/{}", command, second ? 2 : 1);
   std::replace(name.begin(), name.end(), ' ', '.');
   return name;
 }

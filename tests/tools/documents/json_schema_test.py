@@ -93,12 +93,15 @@ def check(command, text):
     except ValueError as error:
         fail(f"rcs {command}: not JSON: {error}: {text[:200]}")
         return {}
-    name = "rcs." + command.replace(" ", ".") + "/1"
-    if list(document)[:1] != ["schema"] or document["schema"] != name:
-        fail(f"rcs {command}: the first key is not \"schema\": \"{name}\"")
-        return document
-    with open(SCHEMAS + command.replace(" ", ".") + ".schema.json", encoding="utf-8") as file:
+    name = "rcs." + command.replace(" ", ".")
+    with open(SCHEMAS + name[len("rcs."):] + ".schema.json", encoding="utf-8") as file:
         schema = json.load(file)
+    version = schema["properties"]["schema"]["const"]
+    if not re.fullmatch(re.escape(name) + "/[1-9]", version):
+        fail(f"rcs {command}: the schema is not \"{name}/VERSION\"")
+    if list(document)[:1] != ["schema"] or document["schema"] != version:
+        fail(f"rcs {command}: the first key is not \"schema\": \"{version}\"")
+        return document
     jsonschema.Draft202012Validator.check_schema(schema)
     validator = jsonschema.Draft202012Validator(schema)
     for error in validator.iter_errors(document):

@@ -13,6 +13,11 @@ TEST(JsonDocument, BeginsWithItsSchemaAndKeepsTheOrderOfItsKeys) {
             "  \"c\": {}\n}\n");
 }
 
+TEST(JsonDocument, TheVersionOfADocumentIsInItsSchema) {
+  EXPECT_EQ(schema_name("map info"), "rcs.map.info/1");
+  EXPECT_EQ(schema_name("map locate"), "rcs.map.locate/2");
+}
+
 TEST(JsonDocument, NumbersHaveNoNoise) {
   const auto text = [](const std::string& key, double v) {
     const std::string document = json_document("x", {{key, v}});

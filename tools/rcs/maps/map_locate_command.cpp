@@ -142,7 +142,7 @@ class MapLocate final : public Command {
                  {"after_s", r.after_s},
                  {"travelled_m", s.travelled_m},
                  {"searches", s.searches},
-                 {"refuted", s.refuted},
+                 {"rejected", s.refuted},
                  {"hypotheses", s.hypotheses},
                  {"scatter_m", s.scatter_m},
                  {"cost", s.cost},
@@ -232,7 +232,7 @@ class MapLocate final : public Command {
                  left == 0 ? std::string()
                            : fmt::format("{} hypotheses left, {:.1f} m apart (RMS); ", left,
                                          json["scatter_m"].get<double>()),
-                 json["searches"].get<int>(), json["refuted"].get<int>());
+                 json["searches"].get<int>(), json["rejected"].get<int>());
       if (left == 0) return;
     }
     if (!json.contains("best")) return;
