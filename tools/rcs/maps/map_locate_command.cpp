@@ -83,9 +83,9 @@ class MapLocate final : public Command {
         ->excludes(near)
         ->excludes(heading);
     app()->add_option("--seed", seed_, "seed of the regions of --starts")->capture_default_str();
-    add_numbers(app(), "--off", &off_m_, "MIN,MAX", 0.0, 1000.0,
-                "distance of the truth from the centres of the regions [m]; default: 0 and "
-                "--within");
+    add_numbers(app(), "--start-distance", &start_distance_m_, "MIN,MAX", 0.0, 1000.0,
+                "--starts: distance of the centres of the regions from SIM_TRUTH [m]; default: 0 "
+                "and --within");
     app()
         ->add_option("--units", units_, "work units granted per scan")
         ->check(CLI::Range(std::int64_t{10000}, std::int64_t{1} << 40))
@@ -256,8 +256,8 @@ class MapLocate final : public Command {
                          const Pose& T_map_truth) {
     std::mt19937_64 rng(seed_);
     std::uniform_real_distribution<double> uniform(0.0, 1.0);
-    const double min_m = off_m_.empty() ? 0.0 : off_m_[0];
-    const double max_m = off_m_.empty() ? within_m_ : off_m_[1];
+    const double min_m = start_distance_m_.empty() ? 0.0 : start_distance_m_[0];
+    const double max_m = start_distance_m_.empty() ? within_m_ : start_distance_m_[1];
     const double drive_s = seconds(drive.scans.back().stamp - drive.scans.front().stamp);
     const double last_s = std::max(0.0, drive_s - length_s_);
     sp::InitialLocalizer localizer(params_);
@@ -331,7 +331,7 @@ class MapLocate final : public Command {
   double length_s_ = 60.0;
   int starts_ = 0;
   std::uint64_t seed_ = 1;
-  std::vector<double> off_m_;
+  std::vector<double> start_distance_m_;
   WorkUnits units_ = sp::InitialLocalizationParams{}.units;
   bool json_ = false;
   sp::InitialLocalizationParams params_;

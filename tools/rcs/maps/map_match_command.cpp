@@ -67,11 +67,13 @@ class MapMatch final : public Command {
         ->check(CLI::Range(1, 100000))
         ->capture_default_str();
     app()
-        ->add_option("--off", off_m_, "maximum distance of the starts from the pose [m]")
+        ->add_option("--max-start-distance", max_start_distance_m_,
+                     "maximum distance of the starts from the pose [m]")
         ->check(CLI::Range(0.0, 100.0))
         ->capture_default_str();
     app()
-        ->add_option("--turned", turned_deg_, "maximum heading error of the starts [deg]")
+        ->add_option("--max-start-heading-error", max_start_heading_error_deg_,
+                     "maximum heading error of the starts [deg]")
         ->check(CLI::Range(0.0, 45.0))
         ->capture_default_str();
     app()->add_option("--seed", seed_, "seed of the starts")->capture_default_str();
@@ -141,7 +143,8 @@ class MapMatch final : public Command {
     // Uniform in a disc of that radius and in heading; up, roll and pitch as for a vehicle with a
     // known vertical.
     Vec6 sigma;
-    sigma << off_m_, off_m_, 1.0, 0.02, 0.02, radians(turned_deg_);
+    sigma << max_start_distance_m_, max_start_distance_m_, 1.0, 0.02, 0.02,
+        radians(max_start_heading_error_deg_);
     sigma = sigma.cwiseMax(1e-3);
     prediction.covariance = sigma.cwiseAbs2().asDiagonal();
     std::mt19937_64 rng(seed_);
@@ -151,9 +154,9 @@ class MapMatch final : public Command {
     for (int k = 0; k < starts_; ++k) {
       progress.at(k);
       const double bearing = kPi * uniform(rng);
-      const double off_m = off_m_ * std::sqrt(std::abs(uniform(rng)));
+      const double off_m = max_start_distance_m_ * std::sqrt(std::abs(uniform(rng)));
       Vec6 turn = Vec6::Zero();
-      turn[5] = radians(turned_deg_) * uniform(rng);
+      turn[5] = radians(max_start_heading_error_deg_) * uniform(rng);
       prediction.T_target_vehicle = given * exp_se3(turn);
       prediction.T_target_vehicle.p += off_m * Vec3(std::cos(bearing), std::sin(bearing), 0.0);
       const sp::PriorMatch match = match_prior_map(scan.ground(), scan.standing(), map, prediction,
@@ -241,8 +244,8 @@ class MapMatch final : public Command {
   std::string cloud_;
   std::string pose_;
   int starts_ = 100;
-  double off_m_ = 3.0;
-  double turned_deg_ = 5.0;
+  double max_start_distance_m_ = 3.0;
+  double max_start_heading_error_deg_ = 5.0;
   std::uint64_t seed_ = 1;
   double column_m_ = 0.5;
   double max_range_m_ = 80.0;
