@@ -26,7 +26,7 @@ using report::Json;
 
 constexpr std::string_view kMapLocalizabilityName = "map localizability";
 constexpr double kPlaces = 120.0;     // along the longer side, without --step
-constexpr double kMaxPlaces = 4e6;    // limit of the number of places with --step
+constexpr double kMaxPlaces = 4e6;    // limit of the number of positions with --step
 constexpr double kCoarsest_m = 10.0;  // end of the colour scale
 constexpr std::array kLimits_m = {0.1, 0.3, 1.0, 3.0, 10.0};
 
@@ -81,8 +81,9 @@ class MapLocalizability final : public Command {
             "Predict the position uncertainty by matching scans to the relief of a map")) {
     app()->add_option("MAP", map_, "folder of the map")->required();
     app()
-        ->add_option("--step", step_m_,
-                     "distance of the places [m]; default: 120 places along the longer side")
+        ->add_option(
+            "--step", step_m_,
+            "spacing of the evaluated positions [m]; default: 120 positions along the longer side")
         ->check(CLI::Range(0.5, 1e5));
     app()
         ->add_option("--radius", params_.radius_m, "radius of the ground that a scan covers [m]")
@@ -110,11 +111,10 @@ class MapLocalizability final : public Command {
                       "folder for localizability.svg and .json, and path.svg with --path");
     app()->add_flag("--json", json_, "print the results as JSON on stdout");
     app()->footer(
-        "The sigma of a place is that of one scan matched to the map, in its worst direction: a\n"
-        "plane contains no information, a valley none along its axis. Along a path the matches "
-        "are\n"
-        "fused with dead reckoning, one match per radius of distance. The systematic error of the\n"
-        "survey is not included.\n"
+        "The sigma at a position is that of one scan matched to the map, in its worst direction:\n"
+        "a plane contains no information, a valley none along its axis. Along a path the matches\n"
+        "are fused with dead reckoning, one match per radius of distance. The systematic error of\n"
+        "the survey is not included.\n"
         "Example:\n"
         "  rcs map localizability maps/valley --path route.csv -o out/where");
   }
@@ -153,7 +153,7 @@ class MapLocalizability final : public Command {
     const Vec2 high = (extent.high_m / step_m_).array().floor();
     const Vec2 count = high - low + Vec2::Ones();
     if (count.prod() > kMaxPlaces) {
-      return Error{fmt::format("--step {} m: {:.0f} x {:.0f} places, at most {:.0f} in all",
+      return Error{fmt::format("--step {} m: {:.0f} x {:.0f} positions, at most {:.0f} in all",
                                step_m_, count.x(), count.y(), kMaxPlaces)};
     }
     const InterruptGuard interrupt;
@@ -168,11 +168,11 @@ class MapLocalizability final : public Command {
         places_.push_back({i, j, worst_sigma_m(terrain_information(map, place, params_))});
       }
     }
-    if (places_.empty()) return Error{map_ + ": no known cell at any of the places"};
+    if (places_.empty()) return Error{map_ + ": no known cell at any of the positions"};
     return Done{};
   }
 
-  /// Share of the known places with a sigma of at most `limit_m`.
+  /// Share of the known positions with a sigma of at most `limit_m`.
   [[nodiscard]] double share_within(double limit_m) const {
     const auto within = std::count_if(places_.begin(), places_.end(),
                                       [&](const Place& p) { return p.sigma_m <= limit_m; });
@@ -209,7 +209,7 @@ class MapLocalizability final : public Command {
       shares.rows[0].push_back(fmt::format("{:.1f}", 100.0 * share_within(limit_m)));
     }
     std::string out =
-        fmt::format("{} places, {:g} m apart\n{}", places_.size(), step_m_, to_text(shares));
+        fmt::format("{} positions, {:g} m apart\n{}", places_.size(), step_m_, to_text(shares));
     if (along_.empty()) return out;
     constexpr std::size_t kRows = 20;
     report::Table path{
