@@ -24,7 +24,8 @@ constexpr const char* kFormerNames[] = {
     "SEEKING",      "FINDING_NORTH", "OVERDUE",       "NO_WAY",          "rcs truth",
     "map worth",    "[marks]",       "[wm.trust]",    "[sp.relocate]",   "[wm.sureness]",
     "map.doubt",    "way.none",      "way.held",      "dds.plain",       "evidence_again",
-    "again_blocks", "input.refused", "facet.refused", "command.refused", "state.refused"};
+    "again_blocks", "input.refused", "facet.refused", "command.refused", "state.refused",
+    "astray_m",     "units_of_work"};
 
 /// Phrases that are wrong wherever they stand. Words with a common meaning are left to reviewers.
 constexpr const char* kPhrases[] = {

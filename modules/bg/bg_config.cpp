@@ -65,7 +65,7 @@ void read(ParamTable table, FollowParams* p) {
             "less. Larger: fewer changes of path.");
   table.get("keep_m", &p->keep_m, {1, 100},
             "Smallest rest of the path under way with which it is kept against a new one.");
-  table.get("astray_m", &p->astray_m, {0.1, 10},
+  table.get("max_lateral_deviation_m", &p->max_lateral_deviation_m, {0.1, 10},
             "Largest lateral deviation from the path; beyond it the path is dropped and a new one "
             "is needed.");
 }

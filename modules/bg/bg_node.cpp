@@ -236,7 +236,8 @@ Facts BgNode::facts(Stamp now) const {
   f.speed_share = speed_share();
   f.arrived = f.command == CommandKind::kGoto && cannot_.empty() && route_.arrived();
   f.has_way = !path_.empty() && path_local_utime_ == nav_.local_utime &&
-              now - way_since_ <= kWayKept && std::abs(steering_.off_m) <= config_.follow.astray_m;
+              now - way_since_ <= kWayKept &&
+              std::abs(steering_.off_m) <= config_.follow.max_lateral_deviation_m;
   f.without_way = way_since_ == Stamp::min() ? Duration(0) : now - way_since_;
   return f;
 }

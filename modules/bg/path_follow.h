@@ -14,9 +14,9 @@ struct FollowParams {
   double lookahead_min_m = 2.0;
   double latency_s = 0.25;  ///< of the steering
   double keep_cost =
-      1.15;               ///< factor by which a new path must be cheaper to replace the current one
-  double keep_m = 10.0;   ///< remaining length of path above which that applies
-  double astray_m = 1.0;  ///< from the path: farther off it a new path is needed
+      1.15;              ///< factor by which a new path must be cheaper to replace the current one
+  double keep_m = 10.0;  ///< remaining length of path above which that applies
+  double max_lateral_deviation_m = 1.0;  ///< from the path; beyond it a new path is needed
 };
 
 /// Sets limit_mps and speed_mps: limits by ground, turns and obstacles (vj), and by braking to a
