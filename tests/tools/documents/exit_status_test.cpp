@@ -303,11 +303,12 @@ TEST_F(ExitStatus, IsTheSameForTheOtherPrograms) {
   EXPECT_EQ(shell(bin + "sim"), 2);
   EXPECT_EQ(shell(bin + "sim $F/none.toml"), 3);
   EXPECT_EQ(shell(bin + "sim $S/config/sim/drill.toml --lcm-url nonsense"), 3);
-  for (const char* script : {"build --nonsense", "setup --nonsense", "demo x", "bench x", "fuzz x",
-                             "results no_such_group"}) {
+  for (const char* script : {"build --nonsense", "setup --nonsense", "bare_machine --nonsense",
+                             "demo x", "bench x", "fuzz x", "results no_such_group"}) {
     EXPECT_EQ(shell(std::string("$S/tools/") + script), 2) << script;
   }
-  for (const char* script : {"build", "setup", "demo", "bench", "fuzz", "results", "test"}) {
+  for (const char* script :
+       {"build", "setup", "bare_machine", "demo", "bench", "fuzz", "results", "test"}) {
     EXPECT_EQ(shell(std::string("$S/tools/") + script + " --help | grep -q 'Exit status: 0'"), 0)
         << script;
   }
