@@ -1,0 +1,15 @@
+#pragma once
+// Explanation of a run at one moment as text for a terminal.
+
+#include <string>
+
+#include "rcs/base/stamp.h"
+#include "tools/studies/message_history.h"
+
+namespace rcs::studies {
+
+/// @param begin  of the log, for the times of events
+[[nodiscard]] std::string explanation_text(const MessageHistory& history, Stamp begin,
+                                           Stamp moment);
+
+}  // namespace rcs::studies
