@@ -1,0 +1,178 @@
+#include "tests/wm/exclusion_laws.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdio>
+#include <random>
+#include <string>
+
+#include "tests/wm/estimator_rig.h"
+
+namespace rcs::wm {
+namespace {
+
+enum class Kind {
+  kInsSilence,
+  kGyro,
+  kForce,
+  kGpsOffset,
+  kGpsRamp,
+  kGpsSilence,
+  kLadarOffset,
+  kLadarTurn,
+  kLadarSilence,
+  kCount
+};
+
+struct Fault {
+  Kind kind = Kind::kCount;
+  double begin_s = 0.0, end_s = 0.0, size = 0.0;
+  Vec3 axis = Vec3::UnitX();
+
+  [[nodiscard]] bool at(double t_s) const { return t_s >= begin_s && t_s < end_s; }
+};
+
+Fault draw(std::mt19937* random) {
+  const auto uniform = [random](double from, double to) {
+    return std::uniform_real_distribution<double>(from, to)(*random);
+  };
+  Fault f;
+  f.kind = static_cast<Kind>(
+      std::uniform_int_distribution<int>(0, static_cast<int>(Kind::kCount) - 1)(*random));
+  f.begin_s = uniform(25.0, 40.0);
+  f.end_s = f.begin_s + uniform(0.2, 15.0);
+  f.size = uniform(0.1, 1.0);
+  f.axis = Vec3(uniform(-1.0, 1.0), uniform(-1.0, 1.0), uniform(-1.0, 1.0)).normalized();
+  return f;
+}
+
+class LawfulDrive {
+ public:
+  explicit LawfulDrive(unsigned seed) : random_(seed), rig_(experiment(seed)) {
+    faults_ = {draw(&random_), draw(&random_)};
+  }
+
+  void run() {
+    const auto& truth = rig_.truth;
+    for (std::size_t i = 1; i < truth.size(); ++i) {
+      feed(i, seconds(truth[i].stamp - truth[0].stamp));
+      const bool started = rig_.estimator.started();
+      const Withheld before = started ? rig_.estimator.state().memory.withheld : Withheld{};
+      rig_.estimator.fuse();
+      if (started) check(before);
+      rig_.estimator.clear_innovations();
+    }
+    const FilterState& end = rig_.estimator.state();
+    const Trust& trust = rig_.estimator.trust();
+    const ModeParams& modes = WmParams{}.modes;
+    const auto used = [](Trusted t) { return t == Trusted::kFully || t == Trusted::kProbation; };
+    EXPECT_TRUE(used(trust.gps(end, modes))) << "GPS" << text();
+    EXPECT_TRUE(used(trust.ladar(end, modes))) << "LADAR" << text();
+    EXPECT_TRUE(used(trust.ins(end))) << "INS" << text();
+  }
+  [[nodiscard]] long facts() const { return facts_; }
+  [[nodiscard]] int findings() const { return rig_.estimator.trust().findings(); }
+
+ private:
+  static Experiment experiment(unsigned seed) {
+    Experiment e;
+    e.drive.length_s = 120.0;
+    e.sensors.seed = seed;
+    return e;
+  }
+
+  [[nodiscard]] const Fault* at(Kind kind, double t_s) const {
+    for (const Fault& f : faults_) {
+      if (f.kind == kind && f.at(t_s)) return &f;
+    }
+    return nullptr;
+  }
+
+  void feed(std::size_t i, double t) {
+    const Stamp now = rig_.truth[i].stamp;
+    Estimator& estimator = rig_.estimator;
+    ImuSample imu = rig_.sensors.imu(i);
+    const double dt = seconds(imu.interval);
+    if (const Fault* f = at(Kind::kGyro, t)) imu.delta_angle += 0.05 * f->size * dt * f->axis;
+    if (const Fault* f = at(Kind::kForce, t)) imu.delta_v += 2.0 * f->size * dt * f->axis;
+    if (at(Kind::kInsSilence, t) == nullptr) take(estimator.add(imu));
+    if (i % 20 == 0) {
+      GeodeticFix fix = rig_.sensors.gps(i);
+      Vec3 off = Vec3::Zero();
+      if (const Fault* f = at(Kind::kGpsOffset, t)) off = 50.0 * f->size * f->axis;
+      if (const Fault* f = at(Kind::kGpsRamp, t)) off = 4.0 * f->size * (t - f->begin_s) * f->axis;
+      fix.antenna = frame_.to_geodetic(frame_.to_world(fix.antenna) + off);
+      if (at(Kind::kGpsSilence, t) == nullptr) take(estimator.add(now, fix));
+    }
+    if (i % 10 == 0) {
+      RollingMatch match = rig_.sensors.scan(i);
+      Pose& T = match.T_rolling_vehicle;
+      if (const Fault* f = at(Kind::kLadarOffset, t)) T.p += 3.0 * f->size * f->axis;
+      if (const Fault* f = at(Kind::kLadarTurn, t)) T.q = T.q * exp_so3(0.1 * f->size * f->axis);
+      if (at(Kind::kLadarSilence, t) == nullptr) take(estimator.add(now, match));
+    }
+    if (i % 5 == 0) take(estimator.add(now, rig_.sensors.odometry(i)));
+  }
+  void take(Reason /*reason*/) { ++facts_; }
+
+  void check(const Withheld& before) {
+    const FilterState& s = rig_.estimator.state();
+    const Withheld& after = s.memory.withheld;
+    // A step that ends an exclusion fuses the inputs of its history again.
+    for (const Innovation& k : rig_.estimator.innovations()) {
+      if (k.reason != Reason::kAccepted) continue;
+      const bool gps = k.source == Source::kGpsPosition || k.source == Source::kGpsVelocity;
+      const bool ladar = k.source == Source::kRolling || k.source == Source::kPriorMap;
+      EXPECT_FALSE(gps && before.gps && after.gps) << "a fix was fused" << text();
+      EXPECT_FALSE(ladar && before.ladar && after.ladar) << "a match was fused" << text();
+    }
+    EXPECT_FALSE(after.ins && after.force) << text();
+    EXPECT_FALSE(after.ins && s.belief.x.inertial) << "the INS was integrated" << text();
+    EXPECT_FALSE(after.force && uses_forces(s)) << text();
+    const Trust& trust = rig_.estimator.trust();
+    const ModeParams& modes = WmParams{}.modes;
+    EXPECT_EQ(trust.ins(s) == Trusted::kQuarantine, after.any_of_ins()) << text();
+    EXPECT_EQ(trust.ladar(s, modes) == Trusted::kQuarantine, after.ladar) << text();
+    if (trust.gps(s, modes) != Trusted::kNone) {
+      EXPECT_EQ(trust.gps(s, modes) == Trusted::kQuarantine, after.gps) << text();
+    }
+    const Cov& P = s.belief.P;
+    EXPECT_TRUE(P.diagonal().minCoeff() >= 0.0 && P.allFinite()) << text();
+  }
+
+  [[nodiscard]] std::string text() const {
+    std::string out;
+    for (const Fault& f : faults_) {
+      out += ", fault " + std::to_string(static_cast<int>(f.kind)) + " of " +
+             std::to_string(f.size) + " from " + std::to_string(f.begin_s) + " to " +
+             std::to_string(f.end_s) + " s";
+    }
+    return out;
+  }
+
+  std::mt19937 random_;
+  Rig rig_;
+  LocalFrame frame_{test_datum()};
+  std::array<Fault, 2> faults_;
+  long facts_ = 0;
+};
+
+}  // namespace
+
+void expect_laws(unsigned first_seed, int drives) {
+  long facts = 0;
+  int findings = 0;
+  for (int k = 0; k < drives; ++k) {
+    SCOPED_TRACE("seed " + std::to_string(first_seed + static_cast<unsigned>(k)));
+    LawfulDrive drive(first_seed + static_cast<unsigned>(k));
+    drive.run();
+    facts += drive.facts();
+    findings += drive.findings();
+  }
+  EXPECT_GT(findings, 0);
+  std::printf("%d drives, %ld measurements, %d exclusions and readmissions\n", drives, facts,
+              findings);
+}
+
+}  // namespace rcs::wm
