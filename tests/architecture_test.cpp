@@ -140,6 +140,10 @@ const Rule kCodeRules[] = {
     {R"(\bofstream\b|\bfopen\s*\(|\bstd::rename\s*\()",
      "(?!tools/).*|tools/base/files\\.cpp|tools/mapping/map_writer\\.cpp",
      "outputs of rcs are written by OutputFile (tools/base/files.h)"},
+    {R"(\bf?printf\s*\(|\bstd::(cout|cerr|clog)\b|\bfmt::print\b)",
+     "(?!modules/|rcs/|lcmtypes/).*|rcs/base/check\\.h|"
+     "rcs/node/(report|process/(node_main|cycle_sinks))\\.cpp",
+     "a node reports by events (rcs/node/report.h)"},
 };
 
 const char* const kTopLevel[] = {".ci", "config", "docs",  "lcmtypes", "modules",
@@ -307,6 +311,16 @@ TEST(ArchitectureRules, SimulatorIncludesNoModule) {
   EXPECT_THAT(violations("sim/sensors.cpp",
                          "#include \"rcs/node/bus/outbox.h\"\n"
                          "#include \"lcmtypes/channels.h\"\n"),
+              testing::IsEmpty());
+}
+
+TEST(ArchitectureRules, NodesReportByEventsOnly) {
+  for (const char* code : {"fprintf(stderr, \"x\");\n", "std::printf(\"x\");\n",
+                           "std::cout << 1;\n", "fmt::print(\"x\");\n"}) {
+    EXPECT_EQ(violations("modules/sp/sp_node.cpp", code).size(), 1U) << code;
+    EXPECT_THAT(violations("tools/rcs/logs/log_command.cpp", code), testing::IsEmpty()) << code;
+  }
+  EXPECT_THAT(violations("modules/sp/sp_node.cpp", "std::snprintf(text, 9, \"x\");\n"),
               testing::IsEmpty());
 }
 

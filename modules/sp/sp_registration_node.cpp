@@ -206,15 +206,6 @@ void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
     if (!settled && expected.ins_returned) rolling.stop = registration::Stop::kDiverged;
     rolling.information = registration::with_distortion(rolling.information, distortion());
   }
-  fprintf(stderr,
-          "S %d t %.2f stop %s overlap %.3f rms %.3f corr %.2f m %.3f rad lost %d ret %d it %d p "
-          "%.2f %.2f yaw %.3f sig %.3f\n",
-          (int)assembler_.scan_id(),
-          seconds(from_utime(registration_message_.utime).time_since_epoch()),
-          std::string(registration::name_of(rolling.stop)).c_str(), rolling.overlap, rolling.rms_m,
-          rolling.correction_m, rolling.correction_rad, expected.ins_lost, expected.ins_returned,
-          rolling.iterations, rolling.T_target_vehicle.p.x(), rolling.T_target_vehicle.p.y(),
-          yaw_of(rolling.T_target_vehicle.q), std::sqrt(expected.covariance(5, 5)));
   cycle.stages->mark("register");
   if (!registration::usable(rolling.stop)) ++account_.failed;
   answer(rolling, registration_t::TARGET_ROLLING);

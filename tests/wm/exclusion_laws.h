@@ -5,7 +5,8 @@
 namespace rcs::wm {
 
 /// Expects of `drives` drives: what is excluded is not fused; the published status of each source
-/// is that of the filter; and every exclusion has ended 60 s after the last fault.
+/// is that of the filter; and in the last 40 s, which begin 25 s after the last fault, each source
+/// is used again.
 /// @param first_seed  of the sensors and the faults
 void expect_laws(unsigned first_seed, int drives);
 

@@ -1,4 +1,4 @@
-// A wrong heading and drifting fixes are told apart by the shape of the path.
+// A wrong heading and drifting fixes are distinguished by the shape of the path.
 #include "modules/wm/turned_path.h"
 
 #include <gtest/gtest.h>
