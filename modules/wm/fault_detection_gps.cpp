@@ -213,7 +213,8 @@ std::optional<FilterState> Trust::heading_is_wrong(const Model& model, const Gps
                                                    const FilterState& belief) {
   const NavState& x = belief.belief.x;
   const double sigma_m = z.sigma_m.head<2>().maxCoeff();
-  turned_.add(x.stamp, x.T_world_vehicle * model.params.gps.lever_m, z.p_world, sigma_m);
+  turned_.add(x.stamp, x.T_world_vehicle * model.params.gps.lever_m, x.v_world,
+              (x.T_world_vehicle.q * x.rate_vehicle).z(), z.p_world, sigma_m);
   const std::optional<TurnedPath::Turn> turn = turned_.found();
   if (!turn) return std::nullopt;
   FilterState next = belief;

@@ -1,11 +1,13 @@
 #include "modules/wm/turned_path.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 namespace rcs::wm {
 
-void TurnedPath::add(Stamp stamp, const Vec3& own_m, const Vec3& fix_m, double sigma_m) {
+void TurnedPath::add(Stamp stamp, const Vec3& own_m, const Vec3& own_mps, double own_radps,
+                     const Vec3& fix_m, double sigma_m) {
   if (n_ > 0 && (stamp < last_ || stamp - last_ > kSilence)) *this = {};
   last_ = stamp;
   const Vec2 own = own_m.head<2>();
@@ -31,9 +33,13 @@ void TurnedPath::add(Stamp stamp, const Vec3& own_m, const Vec3& fix_m, double s
   fix2_ += b.squaredNorm();
   dot_ += a.dot(b);
   cross_ += a.x() * b.y() - a.y() * b.x();
-  t_ += t;
-  t2_ += t * t;
-  off_t_ += (b - a) * t;
+  const Vec2 v = own_mps.head<2>();
+  const Vec2 accel = own_radps * Vec2(-v.y(), v.x());
+  Mat<2, 6> J;
+  J << 1.0, 0.0, t, 0.0, v.x(), accel.x(), 0.0, 1.0, 0.0, t, v.y(), accel.y();
+  H_ += J.transpose() * J;
+  g_ += J.transpose() * (b - a);
+  off2_ += (b - a).squaredNorm();
 }
 
 std::optional<TurnedPath::Turn> TurnedPath::found() const {
@@ -47,16 +53,14 @@ std::optional<TurnedPath::Turn> TurnedPath::found() const {
   const double cross = cross_ - n * (mean_own.x() * mean_fix.y() - mean_own.y() * mean_fix.x());
   const double of_fixes2 = fix2_ - n * mean_fix.squaredNorm();
   const double turned2 = std::max(0.0, spread2 + of_fixes2 - 2.0 * std::hypot(dot, cross));
-  // Fixes that drift: fix - own = d + v t.
-  const double off2 = own2_ + fix2_ - 2.0 * dot_ - n * (mean_fix - mean_own).squaredNorm();
-  const double tt = t2_ - t_ * t_ / n;
-  const Vec2 slope_t = off_t_ - (mean_fix - mean_own) * t_;
-  const double drifting2 = std::max(0.0, off2 - slope_t.squaredNorm() / std::max(tt, 1e-9));
+  Mat6 H = H_;
+  H.diagonal().array() += 1e-6;
+  const double faulty2 = std::max(0.0, off2_ - g_.dot(H.ldlt().solve(g_)));
 
   const double turned_m = std::sqrt(turned2 / n);
-  const double drifting_m = std::sqrt(drifting2 / n);
+  const double faulty_m = std::sqrt(faulty2 / n);
   const double allowed_m = std::hypot(sigma_m_, kDrift * way_m_);
-  if (turned_m > allowed_m || drifting_m < kClearly * std::max(turned_m, sigma_m_)) {
+  if (turned_m > allowed_m || faulty_m < kClearly * std::max(turned_m, sigma_m_)) {
     return std::nullopt;
   }
   Turn out;

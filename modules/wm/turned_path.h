@@ -19,12 +19,16 @@ class TurnedPath {
   };
 
   /// @param own_m    position of the antenna by the filter, which does not use the fixes
+  /// @param own_mps  velocity by the filter
+  /// @param own_radps  its yaw rate
   /// @param fix_m    by the fix, same frame
   /// @param sigma_m  horizontal, of one axis of the fix
-  void add(Stamp stamp, const Vec3& own_m, const Vec3& fix_m, double sigma_m);
+  void add(Stamp stamp, const Vec3& own_m, const Vec3& own_mps, double own_radps, const Vec3& fix_m,
+           double sigma_m);
 
-  /// The turn that explains the fixes, if it explains them much better than a drift of the fixes at
-  /// constant velocity. That needs a bend: on a straight both are the same.
+  /// The turn that explains the fixes, if it explains them much better than fixes that are shifted,
+  /// drift at constant velocity, and have stamps that are off. That needs bends: on a straight a
+  /// drift is the same, on a circle a stamp.
   [[nodiscard]] std::optional<Turn> found() const;
 
  private:
@@ -41,8 +45,10 @@ class TurnedPath {
   double way_m_ = 0.0, sigma_m_ = 0.0;
   Vec2 own_ = Vec2::Zero(), fix_ = Vec2::Zero();  // sums
   double own2_ = 0.0, fix2_ = 0.0, dot_ = 0.0, cross_ = 0.0;
-  double t_ = 0.0, t2_ = 0.0;
-  Vec2 off_t_ = Vec2::Zero();  // sum of (fix - own) t
+  // Normal equations of fix - own = shift + drift t + own velocity * delay + own acceleration * k.
+  Mat6 H_ = Mat6::Zero();
+  Vec6 g_ = Vec6::Zero();
+  double off2_ = 0.0;
 };
 
 }  // namespace rcs::wm

@@ -10,25 +10,43 @@
 namespace rcs::wm {
 namespace {
 
-/// At 8 m/s; a bend to the left of 30 m radius after 5 s.
+/// At 8 m/s: straight, 8 s on a circle of 30 m to the left, then to the right.
 Vec3 bend(double t_s) {
-  constexpr double kSpeed = 8.0, kRadius = 30.0;
-  if (t_s < 5.0) return {kSpeed * t_s, 0.0, 0.0};
-  const double angle = kSpeed * (t_s - 5.0) / kRadius;
-  return {kSpeed * 5.0 + kRadius * std::sin(angle), kRadius * (1.0 - std::cos(angle)), 0.0};
+  constexpr double kSpeed = 8.0, kRadius = 30.0, kStraight_s = 5.0, kLeft_s = 8.0;
+  if (t_s < kStraight_s) return {kSpeed * t_s, 0.0, 0.0};
+  const auto left = [](double t) -> Vec3 {
+    const double angle = kSpeed * t / kRadius;
+    return {kSpeed * kStraight_s + kRadius * std::sin(angle), kRadius * (1.0 - std::cos(angle)),
+            0.0};
+  };
+  const double in_bend_s = t_s - kStraight_s;
+  if (in_bend_s < kLeft_s) return left(in_bend_s);
+  const double turned = kSpeed * kLeft_s / kRadius;
+  const double back = kSpeed * (in_bend_s - kLeft_s) / kRadius;
+  const Vec3 centre = left(kLeft_s) + kRadius * Vec3(std::sin(turned), -std::cos(turned), 0.0);
+  return centre + kRadius * Vec3(-std::sin(turned - back), std::cos(turned - back), 0.0);
+}
+Vec3 circle(double t_s) {
+  return 30.0 * Vec3(std::sin(8.0 / 30.0 * t_s), std::cos(8.0 / 30.0 * t_s), 0.0);
 }
 Vec3 straight(double t_s) { return {8.0 * t_s, 0.0, 0.0}; }
 
 using Path = std::function<Vec3(double)>;
 
-TurnedPath drive(const Path& own, const Path& fix, double length_s = 15.0) {
+TurnedPath drive(const Path& own, const Path& fix, double length_s = 20.0) {
   std::mt19937 random(1);
   std::normal_distribution<double> noise(0.0, 0.3);
   TurnedPath path;
   for (int k = 0; k * 0.2 < length_s; ++k) {
     const double t = 0.2 * k;
     const Vec3 error(noise(random), noise(random), 0.0);
-    path.add(from_utime(1'000'000) + from_seconds(t), own(t), fix(t) + error, 0.3);
+    const auto velocity = [&own](double s) -> Vec3 {
+      return (own(s + 0.01) - own(s - 0.01)) / 0.02;
+    };
+    const Vec3 v = velocity(t);
+    const double radps =
+        v.cross(velocity(t + 0.01) - velocity(t - 0.01)).z() / 0.02 / v.squaredNorm();
+    path.add(from_utime(1'000'000) + from_seconds(t), own(t), v, radps, fix(t) + error, 0.3);
   }
   return path;
 }
@@ -44,8 +62,8 @@ TEST(TurnedPath, AWrongHeadingIsFoundInABend) {
     const auto found = drive(turned(bend, radians(-yaw_deg)), bend).found();
     ASSERT_TRUE(found) << yaw_deg;
     EXPECT_NEAR(yaw_of(found->T_new_old.q), radians(yaw_deg), 3.0 * found->sigma_yaw_rad);
-    const Vec3 end = found->T_new_old * turned(bend, radians(-yaw_deg))(15.0);
-    EXPECT_LT((end - bend(15.0)).norm(), 1.5) << yaw_deg;
+    const Vec3 end = found->T_new_old * turned(bend, radians(-yaw_deg))(20.0);
+    EXPECT_LT((end - bend(20.0)).norm(), 1.5) << yaw_deg;
   }
 }
 
@@ -55,6 +73,15 @@ TEST(TurnedPath, FixesThatDriftDoNotTurnThePath) {
       return bend(t) + Vec3(0.6, 0.8, 0.0) * mps * t;
     };
     EXPECT_FALSE(drive(bend, drifting).found()) << mps;
+  }
+}
+
+TEST(TurnedPath, FixesWithWrongStampsDoNotTurnThePath) {
+  for (const double delay_s : {-2.0, -0.5, 0.5, 2.0}) {
+    const auto late = [delay_s](double t) { return circle(t - delay_s); };
+    EXPECT_FALSE(drive(circle, late).found()) << delay_s;
+    const auto late_in_bend = [delay_s](double t) { return bend(t - delay_s); };
+    EXPECT_FALSE(drive(bend, late_in_bend).found()) << delay_s;
   }
 }
 
@@ -70,7 +97,8 @@ TEST(TurnedPath, ACorrectHeadingAndAShortWayFindNothing) {
 TEST(TurnedPath, AfterASilenceOfTheFixesThePathBeginsAgain) {
   TurnedPath path = drive(turned(bend, radians(10.0)), bend);
   ASSERT_TRUE(path.found());
-  path.add(from_utime(1'000'000) + from_seconds(20.0), Vec3::Zero(), Vec3::Zero(), 0.3);
+  path.add(from_utime(1'000'000) + from_seconds(30.0), Vec3::Zero(), Vec3::Zero(), 0.0,
+           Vec3::Zero(), 0.3);
   EXPECT_FALSE(path.found());
 }
 
