@@ -6,7 +6,7 @@
 
 #include "modules/wm/alignment.h"
 #include "modules/wm/clock_watch.h"
-#include "modules/wm/fault_detection.h"
+#include "modules/wm/fault_detection/fault_detection.h"
 #include "modules/wm/history.h"
 #include "modules/wm/loss_watch.h"
 #include "modules/wm/measurement_fusion.h"

@@ -6,8 +6,8 @@
 #include <variant>
 
 #include "modules/wm/eskf.h"
+#include "modules/wm/fault_detection/ladar_scale.h"
 #include "modules/wm/kalman_update.h"
-#include "modules/wm/ladar_scale.h"
 #include "modules/wm/measurement_models.h"
 
 namespace rcs::wm {

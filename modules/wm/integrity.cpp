@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "modules/wm/filter_difference.h"
+#include "modules/wm/fault_detection/filter_difference.h"
 #include "modules/wm/measurement_fusion.h"
 
 namespace rcs::wm {

@@ -3,7 +3,7 @@
 
 #include <limits>
 
-#include "modules/wm/fault_detection.h"
+#include "modules/wm/fault_detection/fault_detection.h"
 
 namespace rcs::wm {
 

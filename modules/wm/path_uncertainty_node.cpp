@@ -8,7 +8,7 @@
 #include "lcmtypes/convert.h"
 #include "lcmtypes/events.h"
 #include "lcmtypes/plausible.h"
-#include "modules/wm/filter_difference.h"
+#include "modules/wm/fault_detection/filter_difference.h"
 
 namespace rcs::wm {
 namespace {

@@ -12,7 +12,7 @@
 #include "lcmtypes/rcs/integrity_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/subfilter_t.hpp"
-#include "modules/wm/fault_detection.h"
+#include "modules/wm/fault_detection/fault_detection.h"
 #include "modules/wm/integrity.h"
 
 namespace rcs::wm {

@@ -1,5 +1,5 @@
 // Between INS and LADAR the wheels decide, and the errors of a poor LADAR are measured.
-#include "modules/wm/motion_votes.h"
+#include "modules/wm/fault_detection/motion_votes.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // A wrong heading and drifting fixes are distinguished by the shape of the path.
-#include "modules/wm/turned_path.h"
+#include "modules/wm/fault_detection/turned_path.h"
 
 #include <gtest/gtest.h>
 

@@ -7,9 +7,9 @@
 #include <array>
 #include <optional>
 
+#include "modules/wm/fault_detection/motion_votes.h"
+#include "modules/wm/fault_detection/turned_path.h"
 #include "modules/wm/filter.h"
-#include "modules/wm/motion_votes.h"
-#include "modules/wm/turned_path.h"
 
 namespace rcs::wm {
 

@@ -1,8 +1,8 @@
 // The LADAR against the motion without it, and the a priori map against the motion without the map.
 #include <algorithm>
 
-#include "modules/wm/fault_detection.h"
-#include "modules/wm/filter_difference.h"
+#include "modules/wm/fault_detection/fault_detection.h"
+#include "modules/wm/fault_detection/filter_difference.h"
 
 namespace rcs::wm {
 namespace {

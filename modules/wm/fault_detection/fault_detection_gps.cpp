@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "modules/wm/fault_detection.h"
-#include "modules/wm/filter_difference.h"
+#include "modules/wm/fault_detection/fault_detection.h"
+#include "modules/wm/fault_detection/filter_difference.h"
 #include "modules/wm/measurement_fusion.h"
 
 namespace rcs::wm {

@@ -1,4 +1,4 @@
-#include "modules/wm/turned_path.h"
+#include "modules/wm/fault_detection/turned_path.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -8,7 +8,8 @@ namespace rcs::wm {
 
 void TurnedPath::add(Stamp stamp, const Vec3& own_m, const Vec3& own_mps, double own_radps,
                      const Vec3& fix_m, double sigma_m) {
-  if (n_ > 0 && (stamp < last_ || stamp - last_ > kSilence)) *this = {};
+  const bool interrupted = n_ > 0 && (stamp < last_ || stamp - last_ > kSilence);
+  if (interrupted || way_m_ > kLongest_m) *this = {};
   last_ = stamp;
   const Vec2 own = own_m.head<2>();
   const Vec2 fix = fix_m.head<2>();

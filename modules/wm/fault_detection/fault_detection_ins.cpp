@@ -4,8 +4,8 @@
 #include <cmath>
 #include <functional>
 
-#include "modules/wm/fault_detection.h"
-#include "modules/wm/filter_difference.h"
+#include "modules/wm/fault_detection/fault_detection.h"
+#include "modules/wm/fault_detection/filter_difference.h"
 
 namespace rcs::wm {
 namespace {

@@ -1,4 +1,4 @@
-#include "modules/wm/filter_difference.h"
+#include "modules/wm/fault_detection/filter_difference.h"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>

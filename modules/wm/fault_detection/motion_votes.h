@@ -7,7 +7,7 @@
 #include <array>
 #include <cstddef>
 
-#include "modules/wm/ladar_scale.h"
+#include "modules/wm/fault_detection/ladar_scale.h"
 #include "modules/wm/measurement_models.h"
 #include "modules/wm/params.h"
 #include "rcs/base/pose.h"

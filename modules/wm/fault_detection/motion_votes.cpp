@@ -1,4 +1,4 @@
-#include "modules/wm/motion_votes.h"
+#include "modules/wm/fault_detection/motion_votes.h"
 
 #include <algorithm>
 #include <cmath>

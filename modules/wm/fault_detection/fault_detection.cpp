@@ -1,11 +1,11 @@
 // Moves the sub-filters. The decisions are in fault_detection_gps.cpp and
 // fault_detection_ladar.cpp.
-#include "modules/wm/fault_detection.h"
+#include "modules/wm/fault_detection/fault_detection.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "modules/wm/filter_difference.h"
+#include "modules/wm/fault_detection/filter_difference.h"
 #include "modules/wm/measurement_fusion.h"
 
 namespace rcs::wm {

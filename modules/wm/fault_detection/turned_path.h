@@ -34,6 +34,7 @@ class TurnedPath {
  private:
   static constexpr double kSpacing_m = 2.0;
   static constexpr double kShortest_m = 60.0;  ///< way of the filter
+  static constexpr double kLongest_m = 300.0;  ///< then it begins again: a fault may have ended
   static constexpr double kDrift = 0.01;       ///< of the filter, over the way
   static constexpr double kClearly = 3.0;      ///< ratio of the RMS residuals
   static constexpr Duration kSilence = from_seconds(3.0);
