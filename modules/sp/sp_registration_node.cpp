@@ -155,6 +155,7 @@ void SpNode::seed(const Pose& T_rolling_vehicle) {
       static_cast<std::int32_t>((registration_message_.utime / 1000) % 1'000'000'000);
   epoch_ = std::max(epoch_ + 1, from_time + 1);
   failures_ = 0;
+  usual_overlap_ = 0.0;  // of a map of one scan less overlaps
   map_.clear();
   map_.insert(dense_, T_rolling_vehicle);
   motion_guess_.forget_poses();
