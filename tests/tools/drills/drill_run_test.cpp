@@ -31,6 +31,14 @@ class DrillRunTest : public testing::Test {
     RCS_CHECK(result.ok());
     return std::move(result->record);
   }
+  /// All sensors, with these faults.
+  drills::DrillRecord run(const std::vector<drills::Stimulus>& faults, double length_s) {
+    drills::Drill drill;
+    drill.stimuli = faults;
+    drill.run.length_s = length_s;
+    scene_.add_user(length_s);
+    return run(drill, drills::Withheld::kNothing);
+  }
   static int after(const drills::DrillRecord& r, double t_s, int source) {
     int count = 0;
     for (const drills::DrillInnovation& i : r.innovations) {
@@ -123,6 +131,16 @@ TEST(DrillWrongMap, IsTurnedAboutTheOriginAndShifted) {
   EXPECT_NEAR(there.z_m, 4.0, 0.05);
 }
 
+drills::Stimulus fault(drills::StimulusKind kind, drills::DrillSource source, double begin_s,
+                       double length_s) {
+  drills::Stimulus out;
+  out.kind = kind;
+  out.source = source;
+  out.begin_s = begin_s;
+  out.length_s = length_s;
+  return out;
+}
+
 drills::Stimulus without_gps(double begin_s, double length_s) {
   return drills::dropout(drills::DrillSource::kGps, begin_s, length_s);
 }
@@ -133,13 +151,13 @@ bool reports(const drills::DrillRecord& record, const std::string& code, const s
   });
 }
 
-/// Largest horizontal error from 25 s on.
-double worst_m(const drills::DrillRecord& record) {
+/// Largest horizontal error from then on.
+double worst_m(const drills::DrillRecord& record, double from_s = 25.0) {
   const drills::DrillErrors errors(record);
   double worst = 0.0;
   for (const drills::DrillIntegrity& i : record.integrity) {
     const std::optional<drills::DrillError> e = errors.at(i.stamp);
-    if (e && errors.time_s(i.stamp) > 25.0) worst = std::max(worst, e->horizontal_m());
+    if (e && errors.time_s(i.stamp) > from_s) worst = std::max(worst, e->horizontal_m());
   }
   return worst;
 }
@@ -149,17 +167,10 @@ double worst_m(const drills::DrillRecord& record) {
 TEST_F(DrillRunTest, AStepOfTheClockOfTheLadarIsCorrected) {
   ASSERT_TRUE(vehicle_.ok());
   for (const double step_s : {-0.44, 0.44}) {
-    drills::Drill drill;
-    drills::Stimulus clock;
-    clock.kind = drills::StimulusKind::kClock;
-    clock.source = drills::DrillSource::kLadar;
-    clock.begin_s = 35.0;
-    clock.length_s = 12.0;
+    drills::Stimulus clock =
+        fault(drills::StimulusKind::kClock, drills::DrillSource::kLadar, 35.0, 12.0);
     clock.jump_s = step_s;
-    drill.stimuli = {without_gps(30.0, 22.0), clock};
-    drill.run.length_s = 55.0;
-    scene_.add_user(drill.run.length_s);
-    const drills::DrillRecord record = run(drill, drills::Withheld::kNothing);
+    const drills::DrillRecord record = run({without_gps(30.0, 22.0), clock}, 55.0);
     EXPECT_TRUE(reports(record, "scan.clock", step_s < 0.0 ? "by 0.44" : "by -0.44")) << step_s;
     EXPECT_FALSE(reports(record, "fde", "INS excluded")) << step_s;
     EXPECT_LT(worst_m(record), 2.0) << step_s;
@@ -170,17 +181,10 @@ TEST_F(DrillRunTest, AStepOfTheClockOfTheLadarIsCorrected) {
 // nothing matches there.
 TEST_F(DrillRunTest, WrongForcesOfTheInsDoNotCostTheMap) {
   ASSERT_TRUE(vehicle_.ok());
-  drills::Drill drill;
-  drills::Stimulus forces;
-  forces.kind = drills::StimulusKind::kScale;
-  forces.source = drills::DrillSource::kIns;
-  forces.begin_s = 35.0;
-  forces.length_s = 5.0;
+  drills::Stimulus forces =
+      fault(drills::StimulusKind::kScale, drills::DrillSource::kIns, 35.0, 5.0);
   forces.accel_factor = 0.62;
-  drill.stimuli = {without_gps(30.0, 15.0), forces};
-  drill.run.length_s = 50.0;
-  scene_.add_user(drill.run.length_s);
-  const drills::DrillRecord record = run(drill, drills::Withheld::kNothing);
+  const drills::DrillRecord record = run({without_gps(30.0, 15.0), forces}, 50.0);
   EXPECT_TRUE(reports(record, "fde", "INS excluded"));
   EXPECT_FALSE(reports(record, "map.reseeded", ""));
   EXPECT_LT(worst_m(record), 3.0);
@@ -190,33 +194,12 @@ TEST_F(DrillRunTest, WrongForcesOfTheInsDoNotCostTheMap) {
 // of a lost solution, runs like this one ended hundreds of metres away (ADR 71).
 TEST_F(DrillRunTest, ALongLossOfInsAndGpsOnRoughGroundIsSurvived) {
   ASSERT_TRUE(vehicle_.ok());
-  drills::Drill drill;
-  drills::Stimulus zero;
-  zero.kind = drills::StimulusKind::kZero;
-  zero.source = drills::DrillSource::kIns;
-  zero.begin_s = 45.0;
-  zero.length_s = 25.0;
-  drills::Stimulus outage;
-  outage.kind = drills::StimulusKind::kDropout;
-  outage.source = drills::DrillSource::kGps;
-  outage.begin_s = 40.0;
-  outage.length_s = 35.0;
-  drill.stimuli = {outage, zero};
-  drill.run.length_s = 87.0;
-  scene_.add_user(drill.run.length_s);
-  const drills::DrillRecord record = run(drill, drills::Withheld::kNothing);
-  const drills::DrillErrors errors(record);
-  double worst_m = 0.0;
-  double end_m = 0.0;
-  for (const drills::DrillIntegrity& i : record.integrity) {
-    const std::optional<drills::DrillError> e = errors.at(i.stamp);
-    if (!e) continue;
-    worst_m = std::max(worst_m, e->horizontal_m());
-    if (errors.time_s(i.stamp) > 82.0) end_m = std::max(end_m, e->horizontal_m());
-  }
-  EXPECT_GT(worst_m, 0.1) << "something was measured";
-  EXPECT_LT(worst_m, 15.0);
-  EXPECT_LT(end_m, 2.0) << "7 s after GPS is received again";
+  const drills::Stimulus zero =
+      fault(drills::StimulusKind::kZero, drills::DrillSource::kIns, 45.0, 25.0);
+  const drills::DrillRecord record = run({without_gps(40.0, 35.0), zero}, 87.0);
+  EXPECT_GT(worst_m(record), 0.1) << "something was measured";
+  EXPECT_LT(worst_m(record), 15.0);
+  EXPECT_LT(worst_m(record, 82.0), 2.0) << "7 s after GPS is received again";
 }
 
 }  // namespace
