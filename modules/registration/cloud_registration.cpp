@@ -2,106 +2,135 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 namespace rcs::registration {
 namespace {
 
-RollingMap map_of(const Points& model, RollingMapParams params) {
-  const auto most = std::max(1000, static_cast<int>(model.size()));
-  // Dense scans have many points in a voxel, and tables that are too large cost time.
-  constexpr int kDense = 20'000;
-  params.capacity = most > kDense ? most / 4 : most;
-  RollingMap map(params);
-  map.insert(model, Pose{});
-  if (!map.full() || params.capacity == most) return map;
-  params.capacity = most;
-  RollingMap larger(params);
-  larger.insert(model, Pose{});
-  return larger;
-}
+constexpr WorkUnits kNoLimit = std::numeric_limits<WorkUnits>::max();
 
-}  // namespace
-
-CloudParams::CloudParams() {
-  // One scan is the whole model: few points must suffice.
-  map.min_points = 4;
-  map.max_thickness = 0.3;
-  map.min_extent = 0.05;
-  map.radius_m = 500.0;
-  icp.step_sigma = 0.3;
-}
-
-CloudMatcher::CloudMatcher(const Points& model, const CloudParams& params)
-    : params_(params), map_(map_of(model, params.map)), wide_(map_, params.wide_map) {}
-
-WideAnswer CloudMatcher::search(const Points& data, const Pose& guess) const {
-  return search_wide(data, wide_, guess, params_.wide);
-}
-
-GlobalRegistration CloudMatcher::search_globally(const Points& data, const Pose& guess) {
-  GlobalSearch search(data, &wide_, guess, params_.global, params_.wide);
-  while (!search.go_on(std::numeric_limits<WorkUnits>::max())) {
-  }
-  GlobalRegistration out;
-  Descent judge(thinned(data, params_.wide.points), &wide_, params_.wide.robust);
-  double best_score = -1.0;
-  for (const Hypothesis& h : search.ranked()) {
-    const Registration r = refine(data, h.T_target_vehicle);
-    if (!usable(r.stop)) continue;
-    const double score = judge.score(WideMap::kVoxel_m.size() - 1, r.T_target_vehicle);
-    out.ranked.push_back({r.T_target_vehicle, score});
-    if (score <= best_score) continue;
-    best_score = score;
-    out.best = r;
-  }
-  keep_distinct(params_.global, out.ranked.size(), &out.ranked);
-  if (out.ranked.empty()) return out;
-  if (out.ranked.size() > 1) out.ambiguity = out.ranked[1].score / out.ranked[0].score;
-  out.accepted =
-      out.ranked[0].score >= params_.accept_score && out.ambiguity < params_.accept_ratio;
-  return out;
-}
-
-Registration CloudMatcher::refine(const Points& data, const Pose& guess) {
+Prediction prediction_at(const Pose& guess) {
   Prediction prediction;
   prediction.T_target_vehicle = guess;
   constexpr double kSigma_m = 0.3;
   constexpr double kSigma_rad = 0.03;
   prediction.covariance.diagonal() << Vec3::Constant(kSigma_m * kSigma_m),
       Vec3::Constant(kSigma_rad * kSigma_rad);
-  return register_points(thinned(data, params_.points), &map_, prediction, params_.icp,
-                         std::numeric_limits<WorkUnits>::max(), &workspace_);
+  return prediction;
 }
 
-Registration CloudMatcher::refine_better(const Points& data, const Pose& one, const Pose& other) {
-  // Chosen on simulated scans with outliers, moving objects and half of the data outside the model:
-  // there wrong results pair 50 to 70 % of the data, correct ones more.
-  constexpr double kEnough = 0.7;
-  constexpr double kClearly = 1.03;  // two results for about the same pose differ by less
-  Registration a = refine(data, one);
-  if (a.stop == Stop::kConverged && a.overlap > kEnough) return a;
-  Registration b = refine(data, other);
-  const auto worth = [](const Registration& r) { return usable(r.stop) ? r.overlap : 0.0; };
-  return worth(b) > kClearly * worth(a) ? b : a;
+}  // namespace
+
+CloudParams::CloudParams() { icp.step_sigma = 0.3; }
+
+CloudMatcher::CloudMatcher(const Points& model, const Points& data, const CloudParams& params)
+    : params_(params),
+      model_(model, params.cloud),
+      data_(data, params.cloud),
+      model_points_(thinned(model, params.points)),
+      data_points_(thinned(data, params.points)),
+      few_(thinned(data, params.few_points)) {}
+
+Registration CloudMatcher::refine_few(const Pose& guess) {
+  return register_points(few_, model_.map(), prediction_at(guess), params_.icp, kNoLimit,
+                         &workspace_);
 }
 
-Registration register_clouds(const Points& model, const Points& data, const Pose& guess,
-                             const CloudParams& params) {
+Registration CloudMatcher::refine(const Pose& guess) {
+  const Counterpart counterpart{&model_points_, data_.map()};
+  return register_both_ways(data_points_, model_.map(), counterpart, prediction_at(guess),
+                            params_.icp, kNoLimit, &workspace_);
+}
+
+void CloudMatcher::add(const std::vector<Hypothesis>& proposed, std::vector<Hypothesis>* refined) {
+  for (const Hypothesis& h : proposed) {
+    if (h.score < params_.min_count_share * proposed[0].score) break;
+    const Registration r = refine_few(h.T_target_vehicle);
+    if (!usable(r.stop)) continue;
+    const Plausibility p = plausibility(&model_, &data_, r.T_target_vehicle, params_.tolerance_m);
+    refined->push_back({r.T_target_vehicle, p.score()});
+  }
+  keep_distinct(refined);
+}
+
+void CloudMatcher::keep_distinct(std::vector<Hypothesis>* refined) const {
+  std::stable_sort(refined->begin(), refined->end(),
+                   [](const Hypothesis& a, const Hypothesis& b) { return a.score > b.score; });
+  std::vector<Hypothesis> kept;
+  for (const Hypothesis& h : *refined) {
+    const bool is_new = std::none_of(kept.begin(), kept.end(), [&](const Hypothesis& better) {
+      const Pose off = better.T_target_vehicle.inverse() * h.T_target_vehicle;
+      return off.p.norm() < params_.apart_m && log_so3(off.q).norm() < params_.apart_rad;
+    });
+    if (is_new) kept.push_back(h);
+  }
+  *refined = std::move(kept);
+}
+
+bool CloudMatcher::convinces(const std::vector<Hypothesis>& ranked) const {
+  return !ranked.empty() && ranked[0].score >= params_.convincing &&
+         (ranked.size() == 1 || ranked[1].score < params_.clearly * ranked[0].score);
+}
+
+std::vector<Hypothesis> CloudMatcher::search(const Pose& guess) {
+  std::vector<Hypothesis> refined;
+  const Pose base = on_common_ground(model_, data_, guess);
+  add(correlate(model_, data_, base, params_.near, params_.correlation), &refined);
+  if (convinces(refined)) return refined;
+  add(correlate(model_, data_, base, {params_.near.radius_m, kPi}, params_.correlation), &refined);
+  if (convinces(refined)) return refined;
+  // Without a common ground, or with next to no structure: the guess, and the coarse search.
+  const WideMap wide(*model_.map(), params_.wide_map);
+  const Pose coarse = search_wide(data_points_, wide, guess, params_.wide).T_target_vehicle;
+  add({{guess, 0.0}, {coarse, 0.0}}, &refined);
+  add(correlate(model_, data_, coarse, params_.near, params_.correlation), &refined);
+  return refined;
+}
+
+std::vector<Hypothesis> CloudMatcher::search_globally(const Pose& guess) {
+  std::vector<Hypothesis> refined;
+  add(correlate(model_, data_, on_common_ground(model_, data_, guess),
+                {params_.global_radius_m, kPi}, params_.correlation),
+      &refined);
+  return refined;
+}
+
+Verdict CloudMatcher::judge(const Pose& T) {
+  return {plausibility(&model_, &data_, T, params_.tolerance_m),
+          agreement(model_.map(), data_.map(), few_, T, params_.agreement)};
+}
+
+CloudRegistration CloudMatcher::conclude(std::vector<Hypothesis> ranked) {
+  CloudRegistration out;
+  out.ranked = std::move(ranked);
+  if (out.ranked.empty()) return out;
+  out.best = refine(out.ranked[0].T_target_vehicle);
+  if (!usable(out.best.stop)) return out;
+  out.verdict = judge(out.best.T_target_vehicle);
+  const double score = out.verdict.plausibility.score();
+  if (out.ranked.size() > 1 && score > 0.0) {
+    out.ambiguity = std::clamp(out.ranked[1].score / score, 0.0, 1.0);
+  }
+  out.accepted = out.best.stop == Stop::kConverged &&
+                 registration::accepted(out.verdict, params_) &&
+                 out.ambiguity < params_.max_ambiguity;
+  return out;
+}
+
+bool plausible(const Verdict& verdict, const CloudParams& params) {
+  return verdict.plausibility.score() >= params.min_score &&
+         verdict.agreement.least >= params.min_least;
+}
+
+bool accepted(const Verdict& verdict, const CloudParams& params) {
+  return plausible(verdict, params) && verdict.agreement.undetermined.isZero();
+}
+
+CloudRegistration register_clouds(const Points& model, const Points& data, const Pose& guess,
+                                  const CloudParams& params) {
   if (model.empty() || data.empty()) return {};
-  CloudMatcher matcher(model, params);
-  return matcher.refine_better(data, matcher.search(data, guess).T_target_vehicle, guess);
-}
-
-Agreement clouds_at(const Points& model, const Points& data, const Pose& T_model_data,
-                    const CloudParams& params) {
-  RollingMap of_model = map_of(model, params.map);
-  RollingMap of_data = map_of(data, params.map);
-  return agreement(&of_model, &of_data, thinned(data, params.points), T_model_data,
-                   params.agreement);
-}
-
-bool agree(const Agreement& agreement, const CloudParams& params) {
-  return agreement.overlap >= params.min_overlap && agreement.least >= params.min_least;
+  CloudMatcher matcher(model, data, params);
+  return matcher.conclude(matcher.search(guess));
 }
 
 }  // namespace rcs::registration

@@ -1,86 +1,109 @@
 #pragma once
-// Registration of two point clouds with the production method, without a vehicle. For tools, and
-// for other programs.
+// Registration of two point clouds without a vehicle. For tools, and for other programs.
 //
-//   const Registration r = register_clouds(model, data, Pose{}, CloudParams{});
-//   const bool good = usable(r.stop) &&
-//                     agree(clouds_at(model, data, r.T_target_vehicle, CloudParams{}),
-//                     CloudParams{});
-//   if (good) use(r.T_target_vehicle);  // maps data into the model's frame
+//   const CloudRegistration r = register_clouds(model, data, Pose{}, CloudParams{});
+//   if (r.accepted) use(r.best.T_target_vehicle);  // maps data into the model's frame
+//
+// Several hypotheses are carried through to the fine stage: an exhaustive search by occupancy
+// proposes them, each is refined, and the one is chosen in which the clouds explain each other best
+// and contradict each other least.
 
 #include <vector>
 
 #include "modules/registration/agreement.h"
 #include "modules/registration/coarse_search.h"
-#include "modules/registration/global_search.h"
+#include "modules/registration/correlation_search.h"
 #include "modules/registration/point_to_plane_icp.h"
+#include "modules/registration/prepared_cloud.h"
 #include "modules/registration/registration.h"
-#include "modules/registration/rolling_map.h"
 
 namespace rcs::registration {
 
 struct CloudParams {
   CloudParams();
+  PreparedCloudParams cloud;
+  CorrelationParams correlation;
+  IcpParams icp;
   WideMapParams wide_map;
   WideParams wide;
-  GlobalParams global;
-  RollingMapParams map;
-  IcpParams icp;
-  /// A global result is accepted if it explains this share of the data, and the score of the second
-  /// best pose is below this share of its score. Chosen on frames 5, 15, 25, ... of the KITTI
-  /// drive.
-  double accept_score = 0.7;
-  double accept_ratio = 0.97;
-  /// A pose is rejected if the clouds agree less there: Agreement::overlap and ::least. Chosen on
-  /// related and unrelated scans of six sensors (ADR 60).
   AgreementParams agreement;
-  double min_overlap = 0.2;
-  double min_least = 0.2;
-  int points = 2500;  ///< of the data in the fine stage, approximately, [100, 1000000]
+  /// Errors of a guess that are searched at first. If no hypothesis is convincing, all headings
+  /// are.
+  SearchRegion near = {6.0, radians(15.0)};
+  double global_radius_m = 10.0;  ///< of a global search, [0, 100]
+  double tolerance_m = 0.1;       ///< distance of a point to a surface that explains it
+  /// Plausibility::score() above which no further hypotheses are searched, and below which the
+  /// result is rejected. Chosen on KITTI drive 0005; see docs/experiments.
+  double convincing = 0.3;
+  double clearly = 0.7;  ///< largest share of the second best of a convincing one
+  double min_score = 0.1;
+  double min_least = 0.05;  ///< least Agreement::least of an accepted result
+  /// The result is ambiguous if another pose reaches this share of its score.
+  double max_ambiguity = 0.8;
+  /// Proposed hypotheses below this share of the best one's count are not refined.
+  double min_count_share = 0.7;
+  int points = 2500;        ///< of each cloud in the fine stage, approximately, [100, 1000000]
+  int few_points = 300;     ///< of the data when a hypothesis is refined
+  double apart_m = 0.5;     ///< hypotheses nearer than this,
+  double apart_rad = 0.05;  ///< and turned by less, count as one
 };
 
-struct GlobalRegistration {
-  Registration best;  ///< T_model_data
+/// Of a pose, whatever found it.
+struct Verdict {
+  Plausibility plausibility;
+  Agreement agreement;
+};
+
+struct CloudRegistration {
+  Registration best;  ///< T_target_vehicle is T_model_data
+  Verdict verdict;
   bool accepted = false;
-  double ambiguity = 0.0;          ///< score of the second best pose over the best's, [0, 1]
-  std::vector<Hypothesis> ranked;  ///< refined, the best first
+  double ambiguity = 0.0;          ///< score of the second best hypothesis over the best's, [0, 1]
+  std::vector<Hypothesis> ranked;  ///< refined with few points, the best first
 };
 
-/// A model to which data are registered. Allocates; not for a cycle.
+/// Two clouds. Allocates; not for a cycle.
 class CloudMatcher {
  public:
-  /// @param model  [m], finite
-  CloudMatcher(const Points& model, const CloudParams& params);
+  /// @param model, data  [m], finite; each from one position, which is its origin
+  CloudMatcher(const Points& model, const Points& data, const CloudParams& params);
 
-  /// From a guess with an error of metres and tens of degrees.
-  [[nodiscard]] WideAnswer search(const Points& data, const Pose& guess) const;
-  /// Almost without a guess: within GlobalParams::radius_m, of any heading.
-  [[nodiscard]] GlobalRegistration search_globally(const Points& data, const Pose& guess);
+  /// Hypotheses from a guess with an error of metres and tens of degrees, refined and ranked.
+  [[nodiscard]] std::vector<Hypothesis> search(const Pose& guess);
+  /// Within global_radius_m of the guess, of any heading, tilted by up to 30 deg.
+  [[nodiscard]] std::vector<Hypothesis> search_globally(const Pose& guess);
+  /// The precise result from the best hypothesis, and whether it is accepted.
+  [[nodiscard]] CloudRegistration conclude(std::vector<Hypothesis> ranked);
+  /// Every method also returns a pose for unrelated clouds, hence the check.
+  [[nodiscard]] Verdict judge(const Pose& T_model_data);
   /// From a guess with an error of decimetres.
   /// @return with T_target_vehicle = T_model_data
-  [[nodiscard]] Registration refine(const Points& data, const Pose& guess);
-  /// From two guesses: the first result, unless the other pairs clearly more of the data.
-  [[nodiscard]] Registration refine_better(const Points& data, const Pose& one, const Pose& other);
+  [[nodiscard]] Registration refine(const Pose& guess);
 
  private:
+  Registration refine_few(const Pose& guess);
+  void add(const std::vector<Hypothesis>& proposed, std::vector<Hypothesis>* refined);
+  void keep_distinct(std::vector<Hypothesis>* refined) const;
+  [[nodiscard]] bool convinces(const std::vector<Hypothesis>& ranked) const;
+
   CloudParams params_;
-  RollingMap map_;
-  WideMap wide_;
+  PreparedCloud model_;
+  PreparedCloud data_;
+  Points model_points_;
+  Points data_points_;
+  Points few_;
   IcpWorkspace workspace_;
 };
 
-/// From the result of search(), and from the guess itself, if that is better: structure in only one
-/// of the clouds can mislead a search with a large initial error.
-/// @param data  [m], finite, from one position: its origin is the position of the LADAR
-/// @param guess  approximate T_model_data
-/// @return with T_target_vehicle = T_model_data
-[[nodiscard]] Registration register_clouds(const Points& model, const Points& data,
-                                           const Pose& guess, const CloudParams& params);
+/// True if the pose explains enough, in every direction of translation that has surfaces.
+[[nodiscard]] bool plausible(const Verdict& verdict, const CloudParams& params);
+/// True if the pose is plausible and the clouds determine every direction of translation.
+[[nodiscard]] bool accepted(const Verdict& verdict, const CloudParams& params);
 
-/// Agreement of the clouds at a pose: registration of unrelated clouds returns a pose, too.
-/// @param model, data  [m], finite, at least one point each
-[[nodiscard]] Agreement clouds_at(const Points& model, const Points& data, const Pose& T_model_data,
-                                  const CloudParams& params);
-[[nodiscard]] bool agree(const Agreement& agreement, const CloudParams& params);
+/// search() and conclude().
+/// @param model, data  [m], finite
+/// @param guess  approximate T_model_data
+[[nodiscard]] CloudRegistration register_clouds(const Points& model, const Points& data,
+                                                const Pose& guess, const CloudParams& params);
 
 }  // namespace rcs::registration

@@ -108,15 +108,6 @@ class GaussianSums {
 
 }  // namespace
 
-Points thinned(const Points& in, int wanted) {
-  // Odd, so that it does not alias with the rows of a sensor.
-  const std::size_t stride = (in.size() / static_cast<std::size_t>(wanted)) | 1U;
-  Points out;
-  out.reserve(in.size() / stride + 1);
-  for (std::size_t i = 0; i < in.size(); i += stride) out.push_back(in[i]);
-  return out;
-}
-
 Descent::Descent(Points source_vehicle, const WideMap* map, double robust)
     : source_(std::move(source_vehicle)), map_(map), robust_(robust) {
   forget_matches();

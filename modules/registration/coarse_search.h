@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "modules/registration/coarse_ndt_map.h"
+#include "modules/registration/prepared_cloud.h"
 #include "modules/registration/registration.h"
 #include "rcs/base/points.h"
 
@@ -16,9 +17,6 @@ struct WideParams {
   double robust = 27.0;
   int max_iterations = 40;  ///< at each of the two largest sizes, [1, 1000]
 };
-
-/// Every n-th point, so that approximately `wanted` remain.
-[[nodiscard]] Points thinned(const Points& points, int wanted);
 
 /// Gauss-Newton descents of one scan on one map, with Geman-McClure weights.
 class Descent {

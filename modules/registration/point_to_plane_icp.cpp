@@ -1,6 +1,7 @@
 #include "modules/registration/point_to_plane_icp.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "modules/registration/normal_equations.h"
@@ -50,9 +51,21 @@ float residual_variance(const Vec3f& p_vehicle, const Vec3f& n_vehicle, const Su
 
 class Problem {
  public:
-  Problem(const Points& source, RollingMap* map, const IcpParams& params, IcpWorkspace* workspace)
-      : source_(source), map_(map), params_(params), workspace_(workspace) {
-    workspace_->matches.assign(source.size(), {});
+  Problem(const Points& source, RollingMap* map, const Counterpart* counterpart,
+          const IcpParams& params, IcpWorkspace* workspace)
+      : params_(params), workspace_(workspace) {
+    sides_[0] = {&source, map, 0, false};
+    if (counterpart != nullptr) {
+      sides_[1] = {counterpart->target_points, counterpart->source_map, source.size(), true};
+      used_sides_ = 2;
+    }
+    workspace_->matches.assign(points(), {});
+  }
+
+  [[nodiscard]] std::size_t points() const {
+    std::size_t n = 0;
+    for (std::size_t k = 0; k < used_sides_; ++k) n += sides_[k].points->size();
+    return n;
   }
 
   // The next pass searches every match again; afterwards they are kept.
@@ -69,18 +82,74 @@ class Problem {
   Sums sum(const Pose& T, double gate_m, double kernel, std::size_t stride) {
     Sums sums;
     PairSums pairs;
+    for (std::size_t k = 0; k < used_sides_; ++k) {
+      add_side(sides_[k], T, gate_m, kernel, stride, &sums, &pairs);
+    }
+    sums.equations = pairs.finish();
+    keep_ = keep_after_;
+    return sums;
+  }
+
+  // The information of the residuals: points share their surface's error, so that many points on
+  // one voxel do not make it certain. The residuals determine that error: their excess over each
+  // point's own noise. It is large in grass and small on rock.
+  Mat6 information(const Pose& T, double kernel) {
+    const double shared_variance = shared_error(T);
+    std::vector<std::uint16_t>& count = workspace_->pairs_of_voxel;
+    PairSums info;
+    for (std::size_t k = 0; k < used_sides_; ++k) {
+      const Side& side = sides_[k];
+      count.resize(std::max(count.size(), side.map->voxel_ids()));
+      const IcpWorkspace::Match* const matches = &workspace_->matches[side.first];
+      for (std::size_t i = 0; i < side.points->size(); ++i) {
+        if (matches[i].found) ++count[matches[i].surface.voxel];
+      }
+      for_each_inlier(side, T, [&](const Pair& pair, const Surface& s, double own) {
+        const double u2 = double{pair.r} * double{pair.r} / (own + square(params_.map_sigma_m));
+        const double robust = 1.0 / square(1.0 + u2 / square(kernel));
+        const double surface = params_.weighted ? s.variance_m2 : 0.0;
+        const double shared = count[s.voxel] * (shared_variance + surface);
+        info.add(pair.p, pair.n, 0.0F, static_cast<float>(robust / (own + shared)), 0.0F);
+      });
+      for (std::size_t i = 0; i < side.points->size(); ++i) {
+        if (matches[i].found) count[matches[i].surface.voxel] = 0;
+      }
+    }
+    return info.finish().H;
+  }
+
+ private:
+  // Points of one cloud and the surfaces of the other.
+  struct Side {
+    const Points* points = nullptr;
+    RollingMap* map = nullptr;
+    std::size_t first = 0;  // of its matches
+    bool reversed = false;  // points of the target, surfaces of the source
+  };
+  // Of a residual r with J = [n, p x n]: point and normal in the frame of the source.
+  struct Pair {
+    Vec3f p;
+    Vec3f n;
+    float r;
+  };
+
+  static double square(double v) { return v * v; }
+
+  void add_side(const Side& side, const Pose& T, double gate_m, double kernel, std::size_t stride,
+                Sums* sums, PairSums* pairs) {
     const auto kernel2 = static_cast<float>(square(kernel));
     const auto max_u2 = static_cast<float>(square(params_.gate_sigma) * square(kernel) / 9.0);
     const auto map_variance = static_cast<float>(square(params_.map_sigma_m));
-    const Mat3f R = T.rotation().cast<float>();
-    const Vec3f t = T.p.cast<float>();
-    for (std::size_t i = 0; i < source_.size(); i += stride) {
-      ++sums.points;
-      const Vec3f p = source_[i];
+    const Pose T_map_points = side.reversed ? T.inverse() : T;
+    const Mat3f R = T_map_points.rotation().cast<float>();
+    const Vec3f t = T_map_points.p.cast<float>();
+    for (std::size_t i = 0; i < side.points->size(); i += stride) {
+      ++sums->points;
+      const Vec3f p = (*side.points)[i];
       const Vec3f q = R * p + t;
-      IcpWorkspace::Match& match = workspace_->matches[i];
+      IcpWorkspace::Match& match = workspace_->matches[side.first + i];
       if (!keep_ && (q - match.asked).squaredNorm() > kSearchAgain_m * kSearchAgain_m) {
-        match.found = map_->nearest_surface(q, &match.surface);
+        match.found = side.map->nearest_surface(q, &match.surface);
         match.asked = q;
       }
       if (!match.found) continue;
@@ -97,58 +166,37 @@ class Problem {
       // Near the solution: Newton's curvature of the Geman-McClure cost, kept positive. With the
       // weights alone (IRLS) each step would be too short.
       const float curvature = keep_after_ ? w * std::max(kMinCurvature, k * (1.0F - 3.0F * s2)) : w;
-      pairs.add(p, n, w * r, curvature, params_.weighted ? curvature * s.angle_variance : 0.0F);
-      ++sums.pairs;
-      sums.abs_sum += std::abs(r);
-      sums.square_sum += double{r} * double{r};
+      const float angle_variance = params_.weighted ? curvature * s.angle_variance : 0.0F;
+      // Moving the source by xi moves the points of the target by -xi in its frame.
+      if (side.reversed) {
+        pairs->add(q, s.normal, -w * r, curvature, angle_variance);
+      } else {
+        pairs->add(p, n, w * r, curvature, angle_variance);
+      }
+      ++sums->pairs;
+      sums->abs_sum += std::abs(r);
+      sums->square_sum += double{r} * double{r};
     }
-    sums.equations = pairs.finish();
-    keep_ = keep_after_;
-    return sums;
   }
 
-  // The information of the residuals: points share their surface's error, so that many points on
-  // one voxel do not make it certain. The residuals determine that error: their excess over each
-  // point's own noise. It is large in grass and small on rock.
-  Mat6 information(const Pose& T, double kernel) {
-    std::vector<std::uint16_t>& count = workspace_->pairs_of_voxel;
-    count.resize(map_->voxel_ids());
-    for (const IcpWorkspace::Match& m : workspace_->matches) {
-      if (m.found) ++count[m.surface.voxel];
-    }
-    const double shared_variance = shared_error(T);
-    PairSums info;
-    for_each_inlier(T, [&](const Vec3f& p, const Vec3f& n, const Surface& s, float r, double own) {
-      const double u2 = double{r} * double{r} / (own + square(params_.map_sigma_m));
-      const double robust = 1.0 / square(1.0 + u2 / square(kernel));
-      const double surface = params_.weighted ? s.variance_m2 : 0.0;
-      const double shared = count[s.voxel] * (shared_variance + surface);
-      info.add(p, n, 0.0F, static_cast<float>(robust / (own + shared)), 0.0F);
-    });
-    for (const IcpWorkspace::Match& m : workspace_->matches) {
-      if (m.found) count[m.surface.voxel] = 0;
-    }
-    return info.finish().H;
-  }
-
- private:
-  static double square(double v) { return v * v; }
-
-  /// visit(p_vehicle, n_vehicle, surface, residual, own variance)
+  /// visit(pair, surface, own variance)
   template <class Visit>
-  void for_each_inlier(const Pose& T, Visit visit) const {
-    const Mat3f R = T.rotation().cast<float>();
-    const Vec3f t = T.p.cast<float>();
-    for (std::size_t i = 0; i < source_.size(); ++i) {
-      const IcpWorkspace::Match& match = workspace_->matches[i];
+  void for_each_inlier(const Side& side, const Pose& T, Visit visit) const {
+    const Pose T_map_points = side.reversed ? T.inverse() : T;
+    const Mat3f R = T_map_points.rotation().cast<float>();
+    const Vec3f t = T_map_points.p.cast<float>();
+    for (std::size_t i = 0; i < side.points->size(); ++i) {
+      const IcpWorkspace::Match& match = workspace_->matches[side.first + i];
       if (!match.found) continue;
-      const Vec3f p = source_[i];
+      const Vec3f p = (*side.points)[i];
       const Surface& s = match.surface;
-      const float r = s.normal.dot(R * p + t - s.mean);
+      const Vec3f q = R * p + t;
+      const float r = s.normal.dot(q - s.mean);
       const Vec3f n = R.transpose() * s.normal;
       const double own = residual_variance(p, n, s, params_);
       const double variance = own + square(params_.map_sigma_m);
-      if (double{r} * double{r} <= square(params_.gate_sigma) * variance) visit(p, n, s, r, own);
+      if (double{r} * double{r} > square(params_.gate_sigma) * variance) continue;
+      visit(side.reversed ? Pair{q, s.normal, -r} : Pair{p, n, r}, s, own);
     }
   }
 
@@ -156,15 +204,17 @@ class Problem {
   [[nodiscard]] double shared_error(const Pose& T) const {
     double excess = 0.0;
     int n = 0;
-    for_each_inlier(T, [&](const Vec3f&, const Vec3f&, const Surface&, float r, double own) {
-      excess += double{r} * double{r} - own;
-      ++n;
-    });
+    for (std::size_t k = 0; k < used_sides_; ++k) {
+      for_each_inlier(sides_[k], T, [&](const Pair& pair, const Surface&, double own) {
+        excess += double{pair.r} * double{pair.r} - own;
+        ++n;
+      });
+    }
     return std::max(square(params_.min_map_sigma_m), excess / std::max(1, n));
   }
 
-  const Points& source_;
-  RollingMap* map_;
+  std::array<Side, 2> sides_;
+  std::size_t used_sides_ = 1;
   const IcpParams& params_;
   IcpWorkspace* workspace_;
   int searches_ = 0;
@@ -172,11 +222,9 @@ class Problem {
   bool keep_ = false;
 };
 
-}  // namespace
-
-Registration register_points(const Points& source_vehicle, RollingMap* map,
-                             const Prediction& prediction, const IcpParams& params,
-                             WorkUnits granted, IcpWorkspace* workspace) {
+Registration solve(const Points& source_vehicle, RollingMap* map, const Counterpart* counterpart,
+                   const Prediction& prediction, const IcpParams& params, WorkUnits granted,
+                   IcpWorkspace* workspace) {
   Registration out;
   out.T_target_vehicle = prediction.T_target_vehicle;
   out.points = static_cast<int>(source_vehicle.size());
@@ -184,8 +232,8 @@ Registration register_points(const Points& source_vehicle, RollingMap* map,
   if (source_vehicle.empty() || map->empty()) return out;
 
   const Mat6 prior = prediction.covariance.ldlt().solve(Mat6::Identity());
+  Problem problem(source_vehicle, map, counterpart, params, workspace);
   std::size_t stride = source_vehicle.size() >= kThinned * kThinnedFrom ? kThinned : 1;
-  Problem problem(source_vehicle, map, params, workspace);
   Pose T = prediction.T_target_vehicle;
   Sums sums;
   Observability obs;
@@ -198,7 +246,7 @@ Registration register_points(const Points& source_vehicle, RollingMap* map,
   constexpr double kKernelEnd = 2.0;
   out.stop = Stop::kMaxIterations;
   while (out.iterations < params.max_iterations) {
-    const auto cost = static_cast<WorkUnits>((source_vehicle.size() + stride - 1) / stride);
+    const auto cost = static_cast<WorkUnits>((problem.points() + stride - 1) / stride);
     if (out.used + cost > granted) {
       out.stop = Stop::kBudget;
       break;
@@ -257,6 +305,21 @@ Registration register_points(const Points& source_vehicle, RollingMap* map,
   if (out.stop == Stop::kBudget) out.information *= kUnfinished;
   if (out.stop == Stop::kConverged && obs.unobserved > 0) out.stop = Stop::kDegenerate;
   return out;
+}
+
+}  // namespace
+
+Registration register_points(const Points& source_vehicle, RollingMap* map,
+                             const Prediction& prediction, const IcpParams& params,
+                             WorkUnits granted, IcpWorkspace* workspace) {
+  return solve(source_vehicle, map, nullptr, prediction, params, granted, workspace);
+}
+
+Registration register_both_ways(const Points& source_vehicle, RollingMap* map,
+                                const Counterpart& counterpart, const Prediction& prediction,
+                                const IcpParams& params, WorkUnits granted,
+                                IcpWorkspace* workspace) {
+  return solve(source_vehicle, map, &counterpart, prediction, params, granted, workspace);
 }
 
 }  // namespace rcs::registration

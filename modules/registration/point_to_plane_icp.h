@@ -54,4 +54,17 @@ class IcpWorkspace {
                                            const Prediction& prediction, const IcpParams& params,
                                            WorkUnits granted, IcpWorkspace* workspace);
 
+/// The other direction of a registration of two scans.
+struct Counterpart {
+  const Points* target_points;  ///< frame of the target [m], thinned
+  RollingMap* source_map;       ///< surfaces of the source, in its frame
+};
+
+/// register_points() with pairs in both directions: points of the source on surfaces of the target,
+/// and the reverse. The errors of sparse surfaces of single scans average out.
+[[nodiscard]] Registration register_both_ways(const Points& source_vehicle, RollingMap* map,
+                                              const Counterpart& counterpart,
+                                              const Prediction& prediction, const IcpParams& params,
+                                              WorkUnits granted, IcpWorkspace* workspace);
+
 }  // namespace rcs::registration

@@ -24,10 +24,10 @@ int main() {
     data.push_back((T_model_data.inverse() * model[i].cast<double>()).cast<float>());
   }
 
-  const rcs::registration::Registration r = rcs::registration::register_clouds(
+  const rcs::registration::CloudRegistration r = rcs::registration::register_clouds(
       model, data, rcs::Pose{}, rcs::registration::CloudParams{});
-  const double error_m = (r.T_target_vehicle.p - T_model_data.p).norm();
-  std::printf("%s, error %.4f m\n", std::string(rcs::registration::name_of(r.stop)).c_str(),
+  const double error_m = (r.best.T_target_vehicle.p - T_model_data.p).norm();
+  std::printf("%s, error %.4f m\n", std::string(rcs::registration::name_of(r.best.stop)).c_str(),
               error_m);
-  return rcs::registration::usable(r.stop) && error_m < 0.02 ? 0 : 1;
+  return rcs::registration::usable(r.best.stop) && error_m < 0.02 ? 0 : 1;
 }

@@ -73,11 +73,13 @@ constexpr std::array<Method, 5> kMethods = {{
      [](const KnownPair& p, const Pose& guess) { return as_in_paper(p, guess, {}); }},
     {"production", report::Colour::kBlue, report::SeriesStyle::kLine,
      [](const KnownPair& p, const Pose& guess) {
-       return answer_of(registration::register_clouds(p.model, p.data, guess, {}));
+       const registration::CloudRegistration r =
+           registration::register_clouds(p.model, p.data, guess, {});
+       return Answer{r.best.T_target_vehicle, r.accepted};
      }},
     {"production, refine only", report::Colour::kBlue, report::SeriesStyle::kDashed,
      [](const KnownPair& p, const Pose& guess) {
-       return answer_of(registration::CloudMatcher(p.model, {}).refine(p.data, guess));
+       return answer_of(registration::CloudMatcher(p.model, p.data, {}).refine(guess));
      }},
     {"gicp", report::Colour::kGreen, report::SeriesStyle::kLine,
      [](const KnownPair& p, const Pose& guess) {

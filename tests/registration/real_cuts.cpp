@@ -70,7 +70,7 @@ Registrations register_whole_sweeps(const studies::KittiDrive& drive,
   Registrations registrations;
   for (const auto& [pair, guess] : given) {
     registrations[pair] =
-        registration::register_clouds(cloud(pair.first), cloud(pair.second), guess, params);
+        registration::register_clouds(cloud(pair.first), cloud(pair.second), guess, params).best;
     RCS_CHECK(registration::usable(registrations[pair].stop));
   }
   return registrations;

@@ -31,7 +31,8 @@ TEST(RealCuts, RegistersConsecutiveScansFromADistantGuess) {
     const studies::Trial& t = trials.front();
     const registration::Registration library =
         registration::register_clouds(set->scans.at(t.pair.model), set->scans.at(t.pair.data),
-                                      t.guess, registration::CloudParams{});
+                                      t.guess, registration::CloudParams{})
+            .best;
     EXPECT_EQ(library.T_target_vehicle.p, runs.front().match.T_model_data.p);
     return metrics_of(runs, references);
   };

@@ -65,7 +65,7 @@ TEST(Forest, HalfOfAScanIsRegisteredToTheOtherHalf) {
       const Pose T_model_data = exp_se3(motion);
       const Points data = test::moved(T_model_data.inverse(), halves[1]);
       const registration::Registration r =
-          registration::register_clouds(halves[0], data, Pose{}, registration::CloudParams{});
+          registration::register_clouds(halves[0], data, Pose{}, registration::CloudParams{}).best;
       EXPECT_TRUE(registration::usable(r.stop)) << name_of(r.stop);
       const Pose off = T_model_data.inverse() * r.T_target_vehicle;
       worst_m = std::max(worst_m, off.p.norm());

@@ -21,16 +21,43 @@ void take(const registration::Registration& r, CloudMatch* m) {
   m->mean_distance_of_pairs_m = r.mean_distance_m;
 }
 
-/// A method also converges for unrelated clouds, hence the check.
-void verify(const Points& model, const Points& data, CloudMatch* m) {
+void verify(registration::CloudMatcher* matcher, CloudMatch* m) {
   if (!m->good) return;
   CpuWatch watch;
-  const registration::CloudParams params;
-  m->agreement = registration::clouds_at(model, data, m->T_model_data, params);
+  m->verdict = matcher->judge(m->T_model_data);
   m->cpu_ms.emplace_back("verify", watch.stop_ms());
-  m->good = registration::agree(*m->agreement, params);
-  if (!m->good) m->stop = kDisagreement;
-  if (!m->agreement->undetermined.isZero()) m->good = false;
+  const registration::CloudParams params;
+  m->good = registration::accepted(*m->verdict, params);
+  if (!registration::plausible(*m->verdict, params)) m->stop = kDisagreement;
+}
+
+void verify(const Points& model, const Points& data, CloudMatch* m) {
+  if (!m->good) return;
+  registration::CloudMatcher matcher(model, data, registration::CloudParams{});
+  verify(&matcher, m);
+}
+
+enum class From { kGuess, kAnywhere };
+
+CloudMatch match_from(From from, const Points& model, const Points& data, const Pose& guess,
+                      const registration::CloudParams& params) {
+  CloudMatch m;
+  CpuWatch prepare;
+  registration::CloudMatcher matcher(model, data, params);
+  m.cpu_ms.emplace_back("prepare", prepare.stop_ms());
+  CpuWatch search;
+  std::vector<registration::Hypothesis> ranked =
+      from == From::kGuess ? matcher.search(guess) : matcher.search_globally(guess);
+  m.cpu_ms.emplace_back("search", search.stop_ms());
+  CpuWatch refine;
+  m.searched = matcher.conclude(std::move(ranked));
+  m.cpu_ms.emplace_back("refine", refine.stop_ms());
+  take(m.searched->best, &m);
+  if (m.searched->ranked.empty()) m.T_model_data = guess;
+  if (m.good) m.verdict = m.searched->verdict;
+  if (m.good && !registration::plausible(*m.verdict, params)) m.stop = kDisagreement;
+  m.good = m.good && m.searched->accepted;
+  return m;
 }
 
 }  // namespace
@@ -63,36 +90,12 @@ CloudMatch match_as_in_paper(const Points& model, const Points& data, const Pose
 
 CloudMatch match_planes(const Points& model, const Points& data, const Pose& guess,
                         const registration::CloudParams& params) {
-  CloudMatch m;
-  CpuWatch prepare;
-  registration::CloudMatcher matcher(model, params);
-  m.cpu_ms.emplace_back("prepare", prepare.stop_ms());
-  CpuWatch search;
-  m.wide = matcher.search(data, guess);
-  m.cpu_ms.emplace_back("search", search.stop_ms());
-  CpuWatch refine;
-  const registration::Registration r = matcher.refine_better(data, m.wide->T_target_vehicle, guess);
-  m.cpu_ms.emplace_back("refine", refine.stop_ms());
-  m.iterations = m.wide->iterations;
-  take(r, &m);
-  verify(model, data, &m);
-  return m;
+  return match_from(From::kGuess, model, data, guess, params);
 }
 
 CloudMatch match_globally(const Points& model, const Points& data, const Pose& guess,
                           const registration::CloudParams& params) {
-  CloudMatch m;
-  CpuWatch prepare;
-  registration::CloudMatcher matcher(model, params);
-  m.cpu_ms.emplace_back("prepare", prepare.stop_ms());
-  CpuWatch search;
-  m.global = matcher.search_globally(data, guess);
-  m.cpu_ms.emplace_back("search", search.stop_ms());
-  take(m.global->best, &m);
-  if (m.global->ranked.empty()) m.T_model_data = guess;
-  m.good = m.good && m.global->accepted;
-  verify(model, data, &m);
-  return m;
+  return match_from(From::kAnywhere, model, data, guess, params);
 }
 
 CloudMatch match_gicp(const Points& model, const Points& data, const Pose& guess,
@@ -119,7 +122,7 @@ CloudMatch match_gicp_globally(const Points& model, const Points& data, const Po
   CloudMatch m = match_gicp(model, data, found.T_model_data, params);
   m.cpu_ms.insert(m.cpu_ms.begin(), found.cpu_ms.begin(), found.cpu_ms.end());
   m.iterations += found.iterations;
-  m.global = std::move(found.global);
+  m.searched = std::move(found.searched);
   return m;
 }
 

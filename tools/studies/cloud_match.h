@@ -16,25 +16,25 @@
 
 namespace rcs::studies {
 
-/// CloudMatch::stop if the clouds do not agree at the result.
+/// CloudMatch::stop if the clouds contradict each other at the result.
 inline constexpr const char* kDisagreement = "disagreement";
 
 /// Result of every method.
 struct CloudMatch {
   std::string stop;
-  /// Converged, and the clouds agree at the pose and determine every direction of translation.
+  /// Converged, and the clouds are plausible at the pose and determine every direction of
+  /// translation.
   bool good = false;
   Pose T_model_data;
   int iterations = 0;
   int pairs = 0;
   double overlap = 0.0;  ///< number of pairs over number of points
   double mean_distance_of_pairs_m = 0.0;
-  std::vector<std::pair<std::string, double>> cpu_ms;      ///< by stage
-  std::optional<registration::Agreement> agreement;        ///< at the pose; only if converged
-  std::optional<registration::PaperResult> paper;          ///< only of this method
-  std::optional<registration::Registration> planes;        ///< of production, or of gicp
-  std::optional<registration::WideAnswer> wide;            ///< of production, from a guess
-  std::optional<registration::GlobalRegistration> global;  ///< of the preceding search
+  std::vector<std::pair<std::string, double>> cpu_ms;       ///< by stage
+  std::optional<registration::Verdict> verdict;             ///< at the pose; only if converged
+  std::optional<registration::PaperResult> paper;           ///< only of this method
+  std::optional<registration::Registration> planes;         ///< of production, or of gicp
+  std::optional<registration::CloudRegistration> searched;  ///< of production
 
   [[nodiscard]] double total_ms() const;
 };
@@ -49,7 +49,7 @@ struct CloudMatch {
 [[nodiscard]] CloudMatch match_planes(const Points& model, const Points& data, const Pose& guess,
                                       const registration::CloudParams& params);
 
-/// Production with a global search; good: the search was accepted.
+/// Production with a global search.
 [[nodiscard]] CloudMatch match_globally(const Points& model, const Points& data, const Pose& guess,
                                         const registration::CloudParams& params);
 

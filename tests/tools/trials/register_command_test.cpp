@@ -174,7 +174,7 @@ TEST_F(RegisterCommand, CloudsOfDifferentSitesAreRejected) {
     EXPECT_FALSE(json::parse(out())["accepted"].get<bool>()) << method;
   }
   EXPECT_EQ(run(""), 1);
-  EXPECT_THAT(messages(), HasSubstr("rejected: at the result"));
+  EXPECT_THAT(messages(), HasSubstr("rejected: "));
 }
 
 TEST_F(RegisterCommand, APlainIsRejected) {
@@ -281,7 +281,8 @@ TEST_F(RegisterCommand, AWrongCommandLineExitsWithTwo) {
     EXPECT_THAT(messages(), HasSubstr("ROWS,COLS")) << shape;
   }
   EXPECT_EQ(run(" --method paper --global"), 2);
-  EXPECT_EQ(run(" --threads 2"), 2);
+  EXPECT_EQ(run(" --radius 20"), 2);
+  EXPECT_EQ(run(" --global --radius 200"), 2);
 }
 
 TEST_F(RegisterCommand, UnreadableInputExitsWithThreeAndIsNamed) {
@@ -297,7 +298,7 @@ TEST_F(RegisterCommand, UnreadableInputExitsWithThreeAndIsNamed) {
   EXPECT_THAT(complaint(model_ + " " + data_ + " --organized 32,180"),
               HasSubstr("4000 records are not 32 x 180 cells"));
   EXPECT_EQ(rcs("register " + model_ + " " + write("few.xyz", "1 2 3\n3 4 5\n")), 1);
-  EXPECT_THAT(messages(), HasSubstr("not converged: too"));
+  EXPECT_THAT(messages(), HasSubstr("no pose was found"));
   EXPECT_THAT(complaint(model_ + " " + data_ + " --plot " + model_), HasSubstr("model.xyz"));
 }
 

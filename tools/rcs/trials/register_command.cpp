@@ -10,7 +10,6 @@
 #include <optional>
 
 #include "tools/base/files.h"
-#include "tools/base/threads.h"
 #include "tools/base/trajectory.h"
 #include "tools/clouds/cloud_file.h"
 #include "tools/rcs/command.h"
@@ -72,13 +71,13 @@ report::Json more_of(const registration::Registration& r) {
       {"mean_distance_to_planes_m", r.mean_distance_m}};
 }
 
-report::Json more_of(const registration::GlobalRegistration& g) {
+report::Json more_of(const registration::CloudRegistration& r) {
   report::Json ranked = report::Json::array();
-  for (const registration::Hypothesis& h : g.ranked) {
+  for (const registration::Hypothesis& h : r.ranked) {
     ranked.push_back(
         {{"T_model_data", row_major(h.T_target_vehicle.matrix())}, {"score", h.score}});
   }
-  return {{"accepted", g.accepted}, {"ambiguity", g.ambiguity}, {"hypotheses", ranked}};
+  return {{"ambiguity", r.ambiguity}, {"hypotheses", ranked}};
 }
 
 /// R = Rz(yaw) Ry(pitch) Rx(roll).
@@ -126,6 +125,18 @@ std::optional<clouds::CloudShape> parse_shape(const std::string& text) {
   return shape;
 }
 
+report::Json more_of(const registration::Verdict& v) {
+  report::Json agreement = {{"surfaces", v.agreement.surfaces},
+                            {"overlap", v.agreement.overlap},
+                            {"min_direction", v.agreement.least}};
+  const Vec3& blind = v.agreement.undetermined;
+  if (!blind.isZero()) agreement["undetermined_direction"] = numbers_of(blind);
+  return {
+      {"agreement", agreement},
+      {"plausibility",
+       {{"explained", v.plausibility.explained}, {"contradicted", v.plausibility.contradicted}}}};
+}
+
 class Register final : public Command {
  public:
   explicit Register(CLI::App* rcs)
@@ -139,23 +150,21 @@ class Register final : public Command {
         ->required()
         ->check(CLI::ExistingFile);
     app()
-        ->add_option("--method", method_,
-                     "plane: coarse NDT search, then point to plane; paper: iterative registration "
-                     "by Madhavan and Messina; gicp: generalized ICP")
+        ->add_option(
+            "--method", method_,
+            "plane: search by occupancy, then point to plane; paper: iterative registration "
+            "by Madhavan and Messina; gicp: generalized ICP")
         ->check(CLI::IsMember({"plane", "paper", "gicp"}))
         ->capture_default_str();
     app()->add_option(
         "--guess", guess_,
         "approximate T_model_data: 16 numbers, row-major, separated by commas; default: "
         "identity");
-    app()->add_flag(
-        "--global", global_,
-        fmt::format("plane, gicp: search within {:.0f} m of the guess and over all headings; "
-                    "rejected if no pose is good enough or the best pose is ambiguous",
-                    registration::GlobalParams{}.radius_m));
+    app()->add_flag("--global", global_,
+                    "plane, gicp: search within --radius of the guess and over all headings");
     app()
-        ->add_option("--threads", threads_, "--global: parallel searches; the result is the same")
-        ->check(CLI::Range(1, 64))
+        ->add_option("--radius", radius_m_, "--global: largest error of the guess [m]")
+        ->check(CLI::Range(0.0, 100.0))
         ->capture_default_str();
     app()->add_option("--organized", organized_,
                       "ROWS,COLS: both files are range images, row by row");
@@ -172,8 +181,10 @@ class Register final : public Command {
     app()->add_flag("--quaternion", quaternion_, "paper: motion by quaternions instead of by SVD");
     app()->add_flag("--json", json_, "print the result as JSON; paper: with every iteration");
     app()->footer(
-        "plane converges from initial errors of some metres and tens of degrees and estimates its\n"
-        "uncertainty (information: 6 x 6, of x, y, z, roll, pitch, yaw of DATA).\n"
+        "plane converges from initial errors of some metres and of any heading and estimates its\n"
+        "uncertainty (information: 6 x 6, of x, y, z, roll, pitch, yaw of DATA). Each cloud is "
+        "one\n"
+        "scan, with its sensor at the origin.\n"
         "paper is Madhavan & Messina, \"Iterative Registration of 3D LADAR Data for Autonomous\n"
         "Navigation\". As printed, the motion found from MODEL to DATA is applied to DATA, R may "
         "be\n"
@@ -186,13 +197,12 @@ class Register final : public Command {
         "requires\n"
         "initial errors below about 2 m and 10 deg, and its information assumes independent\n"
         "errors, which overestimates the information of real scans.\n"
-        "The result of every method is checked: enough surfaces of DATA must lie on surfaces of\n"
-        "MODEL with similar normals, in every direction of translation. Unrelated clouds share "
-        "the\n"
-        "ground but fail in the horizontal directions; along a tunnel and on a plain the\n"
+        "The result of every method is checked: what is not ground in one cloud must lie on\n"
+        "surfaces of the other, and not where the other scan saw through. The pose is ambiguous "
+        "if\n"
+        "another one explains the clouds nearly as well; along a tunnel and on a plain the\n"
         "translation is undetermined.\n"
-        "Status 0: converged and checked (--global: also unambiguous); 1: rejected, with the\n"
-        "reason.\n"
+        "Status 0: accepted; 1: rejected, with the reason.\n"
         "Examples:\n"
         "  rcs register first.pcd second.pcd\n"
         "  rcs register 0000000000.bin 0000000001.bin --method paper --json\n"
@@ -214,7 +224,7 @@ class Register final : public Command {
       if (!parsed) return wrong_usage("--organized: expected ROWS,COLS, e.g. 32,180");
       shape = *parsed;
     }
-    if (threads_ > 1 && !global_) return wrong_usage("--threads requires --global");
+    if (app()->count("--radius") > 0 && !global_) return wrong_usage("--radius requires --global");
     if (global_ && method_ == "paper") return wrong_usage("--method paper excludes --global");
 
     const Result<clouds::Cloud> model = read(model_, shape);
@@ -278,30 +288,33 @@ class Register final : public Command {
   }
 
   static std::string why_not(const studies::CloudMatch& answer) {
-    if (answer.global && !answer.global->accepted) return refusal(*answer.global);
-    const bool disagree = answer.stop == studies::kDisagreement;
-    if (!disagree && answer.agreement) return undetermined(answer.agreement->undetermined);
-    if (!disagree) return fmt::format("not converged: {}", answer.stop);
-    const registration::CloudParams limits;
+    if (answer.searched && answer.searched->ranked.empty()) return "rejected: no pose was found";
+    if (!answer.verdict) return fmt::format("not converged: {}", answer.stop);
+    const registration::Plausibility& p = answer.verdict->plausibility;
+    if (answer.stop == studies::kDisagreement) {
+      const registration::CloudParams limits;
+      return fmt::format(
+          "rejected: at the result {:.0f} % of what is not ground lies on surfaces of the other "
+          "cloud, and {:.0f} % where the other scan saw through (limit of the difference: {:.0f} "
+          "%), and in the direction of least agreement {:.0f} % agree (limit {:.0f} %); the clouds "
+          "do not overlap, or the error of the guess is too large",
+          100.0 * p.explained, 100.0 * p.contradicted, 100.0 * limits.min_score,
+          100.0 * answer.verdict->agreement.least, 100.0 * limits.min_least);
+    }
+    if (!answer.verdict->agreement.undetermined.isZero()) {
+      return undetermined(answer.verdict->agreement.undetermined);
+    }
+    if (answer.stop != name_of(registration::Stop::kConverged)) {
+      return fmt::format("not converged: {}", answer.stop);
+    }
     return fmt::format(
-        "rejected: at the result {:.0f} % of the surfaces of DATA agree with MODEL (limit {:.0f} "
-        "%), and {:.0f} % in the direction of minimum agreement (limit {:.0f} %); the clouds do "
-        "not overlap, or the error of the guess is too large",
-        100.0 * answer.agreement->overlap, 100.0 * limits.min_overlap,
-        100.0 * answer.agreement->least, 100.0 * limits.min_least);
-  }
-
-  static std::string refusal(const registration::GlobalRegistration& g) {
-    if (g.ranked.empty()) return "rejected: no pose was found";
-    return fmt::format(
-        "rejected: the best pose explains {:.0f} % of the data, the second best {:.2f} times that",
-        100.0 * g.ranked[0].score, g.ambiguity);
+        "rejected: ambiguous: another pose explains the clouds {:.2f} times as well (limit {:.2f})",
+        answer.searched->ambiguity, registration::CloudParams{}.max_ambiguity);
   }
 
   [[nodiscard]] registration::CloudParams search_params() const {
     registration::CloudParams params;
-    params.global.threads = threads_;
-    params.global.for_all = tools::in_threads;
+    params.global_radius_m = radius_m_;
     return params;
   }
 
@@ -363,17 +376,10 @@ class Register final : public Command {
                         {"mean_distance_before_m", before_m},
                         {"mean_distance_after_m", after_m},
                         {"cpu_ms", cpu}};
-    if (a.agreement) {
-      out["agreement"] = {{"surfaces", a.agreement->surfaces},
-                          {"overlap", a.agreement->overlap},
-                          {"min_direction", a.agreement->least}};
-      const Vec3& blind = a.agreement->undetermined;
-      if (!blind.isZero()) out["agreement"]["undetermined_direction"] = numbers_of(blind);
-    }
+    if (a.verdict) out.update(more_of(*a.verdict));
     if (a.paper) out.update(more_of(*a.paper));
     if (a.planes) out.update(more_of(*a.planes));
-    if (a.wide) out["search_score"] = a.wide->score;
-    if (a.global) out.update(more_of(*a.global));
+    if (a.searched) out.update(more_of(*a.searched));
     out["accepted"] = a.good;
     return out;
   }
@@ -400,11 +406,16 @@ class Register final : public Command {
     } else {
       fmt::print("one sigma: not estimated by this method\n");
     }
-    if (a.agreement) {
+    if (a.verdict) {
+      const registration::Plausibility& found = a.verdict->plausibility;
       fmt::print(
-          "agreement: {:.0f} % of the surfaces of DATA agree with MODEL, {:.0f} % in the "
-          "direction of minimum agreement\n",
-          100.0 * a.agreement->overlap, 100.0 * a.agreement->least);
+          "check: {:.0f} % of what is not ground lies on surfaces of the other cloud, {:.0f} % "
+          "where it saw through\n",
+          100.0 * found.explained, 100.0 * found.contradicted);
+    }
+    if (a.searched && a.searched->ambiguity > 0.0) {
+      fmt::print("the second best pose explains the clouds {:.2f} times as well\n",
+                 a.searched->ambiguity);
     }
     const Eigen::Matrix4d m = a.T_model_data.matrix();
     fmt::print("T_model_data:\n");
@@ -423,7 +434,7 @@ class Register final : public Command {
   bool as_printed_ = false;
   bool quaternion_ = false;
   bool global_ = false;
-  int threads_ = 1;
+  double radius_m_ = registration::CloudParams{}.global_radius_m;
   bool json_ = false;
 };
 

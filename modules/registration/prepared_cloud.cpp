@@ -1,0 +1,210 @@
+#include "modules/registration/prepared_cloud.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "modules/registration/voxel_sampler.h"
+
+namespace rcs::registration {
+namespace {
+
+// Smallest cosine between up() and a normal of the ground, at first and finally: the mean of a wide
+// cone leans towards slopes and kerbs.
+constexpr float kWideCone = 0.9F;
+constexpr std::array<float, 2> kNarrowCones = {0.97F, 0.99F};
+constexpr float kRarest = 0.1F;  // mean squared cosine of a normal to the others
+constexpr float kNotStructure = 0.9F;
+constexpr int kGroundPoints = 300;    // of a cloud that are kept, approximately
+constexpr std::size_t kNearest = 75;  // of these, whose median is the height of the ground
+constexpr float kOnSurface_m = 0.3F;  // distance of a point to its own surface
+constexpr std::size_t kFewest = 50;   // structure points
+
+RollingMap map_of(const Points& model, RollingMapParams params) {
+  const auto most = std::max(1000, static_cast<int>(model.size()));
+  // Dense scans have many points in a voxel, and tables that are too large cost time.
+  constexpr int kDense = 20'000;
+  params.capacity = most > kDense ? most / 4 : most;
+  RollingMap map(params);
+  map.insert(model, Pose{});
+  if (!map.full() || params.capacity == most) return map;
+  params.capacity = most;
+  RollingMap larger(params);
+  larger.insert(model, Pose{});
+  return larger;
+}
+
+/// Normals of the surfaces on which the points lie; zero: none.
+std::vector<Vec3f> normals_of(const Points& points, RollingMap* map) {
+  std::vector<Vec3f> normals(points.size(), Vec3f::Zero());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    Surface s{};
+    if (!map->nearest_surface(points[i], &s)) continue;
+    if (std::abs(s.normal.dot(points[i] - s.mean)) < kOnSurface_m) normals[i] = s.normal;
+  }
+  return normals;
+}
+
+/// Normals within the cone about `up`, and their mean as the new `up`.
+int follow(const std::vector<Vec3f>& normals, float least, Vec3f* up) {
+  Vec3f sum = Vec3f::Zero();
+  int count = 0;
+  for (const Vec3f& n : normals) {
+    const float cosine = n.dot(*up);
+    if (std::abs(cosine) <= least) continue;
+    sum += cosine > 0.0F ? n : Vec3f(-n);
+    ++count;
+  }
+  if (count > 0) *up = sum.normalized();
+  return count;
+}
+
+/// Of the frequent normals the one that is nearest to the z axis.
+Vec3f normal_of_ground(const std::vector<Vec3f>& normals) {
+  Mat3f scatter = Mat3f::Zero();
+  for (const Vec3f& n : normals) scatter += n * n.transpose();
+  const Eigen::SelfAdjointEigenSolver<Mat3f> axes(scatter);
+  std::array<Vec3f, 3> modes;
+  std::array<int, 3> counts{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    modes[k] = axes.eigenvectors().col(static_cast<Eigen::Index>(k));
+    for (int pass = 0; pass < 3; ++pass) counts[k] = follow(normals, kWideCone, &modes[k]);
+  }
+  const int most = *std::max_element(counts.begin(), counts.end());
+  Vec3f up = Vec3f::Zero();
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (2 * counts[k] >= most && std::abs(modes[k].z()) >= std::abs(up.z())) up = modes[k];
+  }
+  for (const float least : kNarrowCones) follow(normals, least, &up);
+  return up.z() < 0.0F ? Vec3f(-up) : up;
+}
+
+/// Weights of points with these normals (zero: none). In a street most normals point across it;
+/// along it a few surfaces decide, which the others must not outvote.
+std::vector<float> weights_of(const std::vector<Vec3f>& normals) {
+  Mat3f scatter = Mat3f::Zero();
+  int count = 0;
+  for (const Vec3f& n : normals) {
+    scatter += n * n.transpose();
+    count += n.isZero() ? 0 : 1;
+  }
+  if (count > 0) scatter /= static_cast<float>(count);
+  std::vector<float> weights;
+  weights.reserve(normals.size());
+  for (const Vec3f& n : normals) {
+    const float alike = n.isZero() ? 1.0F / 3.0F : n.dot(scatter * n);
+    weights.push_back(1.0F / std::max(alike, kRarest));
+  }
+  return weights;
+}
+
+/// Weighted shares of `points` that are on a surface of the other cloud, and where its scan saw
+/// through.
+Plausibility shares(const Points& points, const std::vector<float>& weights, const Pose& T,
+                    RollingMap* map, const RangeView& view, float tolerance_m) {
+  Plausibility out;
+  const Mat3f R = T.rotation().cast<float>();
+  const Vec3f t = T.p.cast<float>();
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vec3f q = R * points[i] + t;
+    Surface s{};
+    if (map->nearest_surface(q, &s) && std::abs(s.normal.dot(q - s.mean)) < tolerance_m) {
+      out.explained += double{weights[i]};
+    } else if (view.passed_through(q)) {
+      out.contradicted += double{weights[i]};
+    }
+  }
+  double n = 1e-9;
+  for (const float w : weights) n += double{w};
+  return {out.explained / n, out.contradicted / n};
+}
+
+}  // namespace
+
+Points thinned(const Points& in, int wanted) {
+  // Odd, so that it does not alias with the rows of a sensor.
+  const std::size_t stride = (in.size() / static_cast<std::size_t>(wanted)) | 1U;
+  Points out;
+  out.reserve(in.size() / stride + 1);
+  for (std::size_t i = 0; i < in.size(); i += stride) out.push_back(in[i]);
+  return out;
+}
+
+PreparedCloudParams::PreparedCloudParams() {
+  // One scan is the whole model: few points must suffice.
+  map.min_points = 4;
+  map.max_thickness = 0.3;
+  map.min_extent = 0.15;
+  map.radius_m = 500.0;
+}
+
+PreparedCloud::PreparedCloud(const Points& points, const PreparedCloudParams& params)
+    : PreparedCloud(points, thinned(points, params.points), params) {}
+
+PreparedCloud::PreparedCloud(const Points& points, Points examined,
+                             const PreparedCloudParams& params)
+    : map_(map_of(points, params.map)), view_(examined) {
+  const std::vector<Vec3f> normals = normals_of(examined, &map_);
+  up_ = normal_of_ground(normals);
+  Points ground;
+  structure_.reserve(examined.size());
+  for (std::size_t i = 0; i < examined.size(); ++i) {
+    const Vec3f p = examined[i];
+    if (std::abs(normals[i].dot(up_)) <= kNotStructure) {
+      structure_.push_back(p);
+    } else {
+      ground.push_back(p);
+    }
+  }
+  ground_ = thinned(ground, kGroundPoints);
+  if (structure_.size() < kFewest) structure_ = std::move(examined);
+  // Spread in space: a near vehicle that moves along has most of the points in some streets.
+  VoxelSampler().sample(structure_, params.judge_voxel_m, &judges_);
+  keep_evenly(static_cast<std::size_t>(params.judged), &judges_);
+  weights_ = weights_of(normals_of(judges_, &map_));
+}
+
+float PreparedCloud::ground_m(const Vec3f& p) const {
+  if (ground_.empty()) return 0.0F;
+  std::vector<std::pair<float, float>> by_distance;  // squared horizontal distance, height
+  by_distance.reserve(ground_.size());
+  for (std::size_t i = 0; i < ground_.size(); ++i) {
+    const Vec3f d = ground_[i] - p;
+    const float along = d.dot(up_);
+    by_distance.emplace_back(d.squaredNorm() - along * along, up_.dot(ground_[i]));
+  }
+  const auto nearest = static_cast<std::ptrdiff_t>(std::min(kNearest, by_distance.size()));
+  std::nth_element(by_distance.begin(), by_distance.begin() + (nearest - 1), by_distance.end());
+  const auto middle = by_distance.begin() + nearest / 2;
+  std::nth_element(by_distance.begin(), middle, by_distance.begin() + nearest,
+                   [](const auto& a, const auto& b) { return a.second < b.second; });
+  return middle->second;
+}
+
+Plausibility plausibility(PreparedCloud* model, PreparedCloud* data, const Pose& T_model_data,
+                          double tolerance_m) {
+  const auto tolerance = static_cast<float>(tolerance_m);
+  const Plausibility there =
+      shares(data->judges(), data->weights(), T_model_data, model->map(), model->view(), tolerance);
+  const Plausibility back = shares(model->judges(), model->weights(), T_model_data.inverse(),
+                                   data->map(), data->view(), tolerance);
+  return {0.5 * (there.explained + back.explained), 0.5 * (there.contradicted + back.contradicted)};
+}
+
+Pose on_common_ground(const PreparedCloud& model, const PreparedCloud& data, const Pose& guess) {
+  const Vec3 up_model = model.up().cast<double>();
+  Vec3 up_data = guess.q * data.up().cast<double>();
+  double ground_m = data.ground_m(Vec3f::Zero());
+  if (up_data.dot(up_model) < 0.0) {
+    up_data = -up_data;
+    ground_m = -ground_m;
+  }
+  const Quat q = (Quat::FromTwoVectors(up_data, up_model) * guess.q).normalized();
+  const double height_m = double{model.ground_m(guess.p.cast<float>())} - ground_m;
+  return {q, guess.p + (height_m - up_model.dot(guess.p)) * up_model};
+}
+
+}  // namespace rcs::registration
