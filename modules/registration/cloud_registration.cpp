@@ -19,6 +19,11 @@ Prediction prediction_at(const Pose& guess) {
   return prediction;
 }
 
+Points fine_points(const Points& cloud, const CloudParams& params) {
+  const auto share = static_cast<int>(params.point_share * static_cast<double>(cloud.size()));
+  return thinned(cloud, std::max(params.points, share));
+}
+
 }  // namespace
 
 CloudParams::CloudParams() { icp.step_sigma = 0.3; }
@@ -27,8 +32,8 @@ CloudMatcher::CloudMatcher(const Points& model, const Points& data, const CloudP
     : params_(params),
       model_(model, params.cloud),
       data_(data, params.cloud),
-      model_points_(thinned(model, params.points)),
-      data_points_(thinned(data, params.points)),
+      model_points_(fine_points(model, params)),
+      data_points_(fine_points(data, params)),
       few_(thinned(data, params.few_points)) {}
 
 Registration CloudMatcher::refine_few(const Pose& guess) {
@@ -118,7 +123,8 @@ CloudRegistration CloudMatcher::conclude(std::vector<Hypothesis> ranked) {
 }
 
 bool plausible(const Verdict& verdict, const CloudParams& params) {
-  return verdict.plausibility.score() >= params.min_score &&
+  const Plausibility& p = verdict.plausibility;
+  return p.score() >= params.min_score && p.contradicted <= params.max_contradicted * p.explained &&
          verdict.agreement.least >= params.min_least;
 }
 

@@ -37,15 +37,17 @@ struct CloudParams {
   double convincing = 0.3;
   double clearly = 0.7;  ///< largest share of the second best of a convincing one
   double min_score = 0.1;
-  double min_least = 0.05;  ///< least Agreement::least of an accepted result
+  double max_contradicted = 0.45;  ///< largest share of contradicted over explained judges
+  double min_least = 0.05;         ///< least Agreement::least of an accepted result
   /// The result is ambiguous if another pose reaches this share of its score.
   double max_ambiguity = 0.8;
   /// Proposed hypotheses below this share of the best one's count are not refined.
   double min_count_share = 0.7;
-  int points = 2500;        ///< of each cloud in the fine stage, approximately, [100, 1000000]
-  int few_points = 300;     ///< of the data when a hypothesis is refined
-  double apart_m = 0.5;     ///< hypotheses nearer than this,
-  double apart_rad = 0.05;  ///< and turned by less, count as one
+  int points = 2500;          ///< of each cloud in the fine stage, approximately, [100, 1000000]
+  double point_share = 0.02;  ///< and at least this share of them
+  int few_points = 300;       ///< of the data when a hypothesis is refined
+  double apart_m = 0.5;       ///< hypotheses nearer than this,
+  double apart_rad = 0.05;    ///< and turned by less, count as one
 };
 
 /// Of a pose, whatever found it.

@@ -137,7 +137,7 @@ PreparedCloudParams::PreparedCloudParams() {
   // One scan is the whole model: few points must suffice.
   map.min_points = 4;
   map.max_thickness = 0.3;
-  map.min_extent = 0.15;
+  map.min_extent = 0.05;
   map.radius_m = 500.0;
 }
 
@@ -146,7 +146,9 @@ PreparedCloud::PreparedCloud(const Points& points, const PreparedCloudParams& pa
 
 PreparedCloud::PreparedCloud(const Points& points, Points examined,
                              const PreparedCloudParams& params)
-    : map_(map_of(points, params.map)), view_(examined) {
+    : map_(map_of(thinned(points, std::max(params.map_points, static_cast<int>(points.size() / 2))),
+                  params.map)),
+      view_(examined) {
   const std::vector<Vec3f> normals = normals_of(examined, &map_);
   up_ = normal_of_ground(normals);
   Points ground;
