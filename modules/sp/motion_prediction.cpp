@@ -14,6 +14,11 @@ constexpr Duration kGapLasts = from_milliseconds(500.0);
 constexpr Duration kMotionLasts = from_seconds(2.0);
 // After a longer time without a registered pose, the last motion does not predict the position.
 constexpr Duration kPoseLasts = from_milliseconds(500.0);
+// A vehicle without INS: the motion between two scans is searched.
+constexpr Duration kPoseLastsByScans = from_milliseconds(1100.0);
+// Of a vehicle, or of a hand: after 0.26 s a registration may begin in the wrong place.
+constexpr double kAcceleration_mps2 = 3.0;
+constexpr double kCorrected_m = 0.1;
 // No vehicle moves faster: two of the stamps are too close to one another.
 constexpr double kFastest_mps = 200.0;
 constexpr double kFastest_radps = 35.0;
@@ -116,7 +121,8 @@ Expectation MotionGuess::expect(Stamp reference, const InertialBuffer& inertial,
                    (belief_covariance_ + isotropic(0.01 + 0.1 * dt, 0.001 + 0.01 * dt));
     return e;
   }
-  const bool recent = last_.stamp == Stamp::min() || reference - last_.stamp <= kPoseLasts;
+  const Duration pose_lasts = inertial.size() > 0 ? kPoseLasts : kPoseLastsByScans;
+  const bool recent = last_.stamp == Stamp::min() || reference - last_.stamp <= pose_lasts;
   if ((!recent || e.ins_lost) && belief_ && lasts(belief_->stamp)) {
     e.at_reference = propagate(*belief_, inertial, reference);
     e.covariance = belief_covariance_ + isotropic(params.coast_sigma_m, params.coast_sigma_rad);
@@ -129,6 +135,9 @@ Expectation MotionGuess::expect(Stamp reference, const InertialBuffer& inertial,
   e.at_reference.T_rolling_vehicle = last_.T_rolling_vehicle;
   const std::optional<MotionState> last = own_motion();
   if (last && lasts(last_.stamp)) e.at_reference = coast(*last, reference);
+  const double dt = seconds(reference - last_.stamp);
+  e.by_scans = recent && inertial.size() == 0 && last_.stamp != Stamp::min();
+  e.motion_unknown = e.by_scans && (!last || 0.5 * kAcceleration_mps2 * dt * dt > kCorrected_m);
   return e;
 }
 

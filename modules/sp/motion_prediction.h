@@ -19,6 +19,10 @@ struct Expectation {
   /// deskewed scan of a rocking vehicle is distorted.
   bool ins_lost = false;
   bool ins_returned = false;  ///< ins_lost, and samples are received again
+  bool by_scans = false;      ///< without belief and INS: the motion of the last scans continues
+  /// by_scans, and that may be wrong by more than a registration corrects: there is no motion yet,
+  /// or the scans are too far apart in time.
+  bool motion_unknown = false;
   [[nodiscard]] bool ins_silent() const { return ins_lost && !ins_returned; }
   MotionState at_reference;
   Mat6 covariance = Mat6::Identity();  ///< right perturbation (rho [m], phi [rad])

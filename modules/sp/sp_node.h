@@ -13,6 +13,7 @@
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
 #include "lcmtypes/rcs/scan_account_t.hpp"
+#include "modules/registration/cloud_registration.h"
 #include "modules/registration/voxel_sampler.h"
 #include "modules/sp/degrade.h"
 #include "modules/sp/motion_prediction.h"
@@ -62,12 +63,18 @@ class SpNode final : public Node {
   void deskew_and_sample(const MotionState& motion);
   [[nodiscard]] bool matches_less_than(double share, const registration::Registration& r) const;
   void search_wide(const Expectation& expected, registration::Registration* rolling);
+  [[nodiscard]] bool can_compare_scans() const;
+  [[nodiscard]] std::optional<Pose> pose_by_last_scan(const Pose& predicted,
+                                                      registration::CloudMatcher* matcher);
+  void register_by_last_scan(registration::Prediction* prediction,
+                             registration::Registration* rolling);
   void follow_motion(const Expectation& expected, registration::Registration* rolling);
   void register_by_own_motion(registration::Prediction* prediction,
                               registration::Registration* rolling);
   void register_scan(const Cycle& cycle, const Expectation& expected);
   void search_start(const Cycle& cycle, const Pose& T_rolling_vehicle);
   void match_prior(const Cycle& cycle, const Pose& T_rolling_vehicle, bool distorted);
+  void remember_scan(const Pose& T_rolling_vehicle);
   void seed(const Pose& T_rolling_vehicle);
   void publish_points(const Pose& T_rolling_vehicle);
 
@@ -103,9 +110,11 @@ class SpNode final : public Node {
   registration::VoxelSampler map_sampler_;
   registration::VoxelSampler source_sampler_;
   PriorScan prior_scan_;
-  Scan as_measured_;  // not deskewed; filled while the INS is silent
-  Points dense_;      // inserted into the map
-  Points source_;     // registered
+  Scan as_measured_;   // not deskewed; filled while the INS is silent
+  Points dense_;       // inserted into the map
+  Points source_;      // registered
+  Points last_dense_;  // of the last registered scan; filled while there is no INS
+  Pose T_rolling_last_;
   registration::RollingMap map_;
   registration::IcpWorkspace icp_;
   PriorMatchWorkspace prior_match_;

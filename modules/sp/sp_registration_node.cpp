@@ -129,6 +129,48 @@ void SpNode::search_wide(const Expectation& expected, registration::Registration
   if (!registration::usable(rolling->stop) || again.overlap > rolling->overlap) *rolling = again;
 }
 
+/// The pose at which this scan and the last one explain each other, whatever the motion between
+/// them is; none if they do not determine it.
+std::optional<Pose> SpNode::pose_by_last_scan(const Pose& predicted,
+                                              registration::CloudMatcher* matcher) {
+  const registration::CloudRegistration found =
+      matcher->conclude(matcher->search(T_rolling_last_.inverse() * predicted));
+  // The preparation passes over all points; the search is small next to it.
+  granted_ -= static_cast<WorkUnits>(last_dense_.size() + dense_.size()) + found.best.used;
+  if (!found.accepted) return std::nullopt;
+  return T_rolling_last_ * found.best.T_target_vehicle;
+}
+
+bool SpNode::can_compare_scans() const {
+  return granted_ > 0 && !last_dense_.empty() && !dense_.empty();
+}
+
+/// Without INS and belief: a scan that matches little is registered from the motion that it and the
+/// last scan determine. If they determine none, and contradict the registration, the scan is
+/// rejected: ground alone matches anywhere.
+void SpNode::register_by_last_scan(registration::Prediction* prediction,
+                                   registration::Registration* rolling) {
+  if (!can_compare_scans()) return;
+  const registration::CloudParams params;
+  registration::CloudMatcher matcher(last_dense_, dense_, params);
+  const std::optional<Pose> start = pose_by_last_scan(prediction->T_target_vehicle, &matcher);
+  if (!start) {
+    const registration::Verdict verdict =
+        matcher.judge(T_rolling_last_.inverse() * rolling->T_target_vehicle);
+    if (!registration::plausible(verdict, params)) rolling->stop = registration::Stop::kDiverged;
+    return;
+  }
+  registration::Prediction own = *prediction;
+  own.T_target_vehicle = *start;
+  const registration::Registration again =
+      registration::register_points(source_, &map_, own, config_.icp, granted_, &icp_);
+  granted_ -= again.used;
+  if (!registration::usable(again.stop)) return;
+  if (registration::usable(rolling->stop) && rolling->overlap >= again.overlap) return;
+  *prediction = own;
+  *rolling = again;
+}
+
 /// Without INS the motion during the scan is known only once the scan is registered: it is deskewed
 /// again with the motion from the last scan to it, and registered again.
 void SpNode::follow_motion(const Expectation& expected, registration::Registration* rolling) {
@@ -149,6 +191,16 @@ void SpNode::follow_motion(const Expectation& expected, registration::Registrati
   }
 }
 
+void SpNode::remember_scan(const Pose& T_rolling_vehicle) {
+  const bool has_ins = inertial_.size() > 0;
+  if (has_ins) {
+    last_dense_.clear();
+  } else {
+    last_dense_ = dense_;
+    T_rolling_last_ = T_rolling_vehicle;
+  }
+}
+
 void SpNode::seed(const Pose& T_rolling_vehicle) {
   // Distinct from the epochs of an earlier run of this process, so that WM cannot confuse them.
   const auto from_time =
@@ -160,6 +212,7 @@ void SpNode::seed(const Pose& T_rolling_vehicle) {
   map_.insert(dense_, T_rolling_vehicle);
   motion_guess_.forget_poses();
   motion_guess_.remember(from_utime(registration_message_.utime), T_rolling_vehicle);
+  remember_scan(T_rolling_vehicle);
   registration::Registration seeded;
   seeded.stop = registration::Stop::kSeeded;
   seeded.T_target_vehicle = T_rolling_vehicle;
@@ -193,10 +246,18 @@ bool SpNode::matches_less_than(double share, const registration::Registration& r
 
 void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
   registration::Prediction prediction{expected.at_reference.T_rolling_vehicle, expected.covariance};
+  if (expected.motion_unknown && can_compare_scans()) {
+    registration::CloudMatcher matcher(last_dense_, dense_, registration::CloudParams{});
+    const std::optional<Pose> start = pose_by_last_scan(prediction.T_target_vehicle, &matcher);
+    prediction.T_target_vehicle = start.value_or(prediction.T_target_vehicle);
+  }
   registration::Registration rolling =
       registration::register_points(source_, &map_, prediction, config_.icp, granted_, &icp_);
   granted_ -= rolling.used;
   if (!registration::usable(rolling.stop)) register_by_own_motion(&prediction, &rolling);
+  if (expected.by_scans && matches_less_than(kDoubtful, rolling)) {
+    register_by_last_scan(&prediction, &rolling);
+  }
   if (expected.ins_lost && matches_less_than(kDoubtful, rolling)) search_wide(expected, &rolling);
   if (expected.ins_silent()) follow_motion(expected, &rolling);
   if (expected.ins_lost) {
@@ -231,9 +292,14 @@ void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
     return;
   }
   failures_ = 0;
-  if (!expected.ins_lost) usual_overlap_ += kOverlapLowPass * (rolling.overlap - usual_overlap_);
+  if (!expected.ins_lost) {
+    // Without INS the usual share is needed at once.
+    const bool first = expected.by_scans && usual_overlap_ == 0.0;
+    usual_overlap_ += (first ? 1.0 : kOverlapLowPass) * (rolling.overlap - usual_overlap_);
+  }
   const Pose T_rolling_vehicle = registration::fused_pose(prediction, rolling);
   motion_guess_.remember(from_utime(registration_message_.utime), T_rolling_vehicle);
+  remember_scan(T_rolling_vehicle);
   publish_points(T_rolling_vehicle);
   if (ladder_.level < Degrade::kNoPrior) {
     match_prior(cycle, T_rolling_vehicle, expected.ins_lost);

@@ -1,0 +1,176 @@
+// SP without INS: scans that are far apart in time, turned and moved between them, and another
+// place all of a sudden.
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "lcmtypes/channels.h"
+#include "lcmtypes/convert.h"
+#include "lcmtypes/rcs/ladar_points_t.hpp"
+#include "lcmtypes/rcs/registration_t.hpp"
+#include "modules/sp/sp_node.h"
+#include "rcs/node/bus/local_bus.h"
+#include "rcs/node/executor.h"
+#include "rcs/node/timeline/lockstep_timeline.h"
+#include "tests/registration/ray_scenes.h"
+
+namespace rcs::test {
+namespace {
+
+constexpr double kHeight_m = 1.8;
+
+/// Scans of given scenes from given poses, one facet each.
+class RayScans final : public EventSource {
+ public:
+  RayScans(Duration interval, std::vector<Points> scans)
+      : interval_(interval), scans_(std::move(scans)) {}
+
+  Stamp peek() override {
+    if (next_ == scans_.size()) return Stamp::max();
+    return reference(next_) + from_milliseconds(20.0);
+  }
+
+  void take(SourceEvent* event) override {
+    const Points& points = scans_[next_];
+    ladar_points_t m{};
+    m.utime = to_utime(reference(next_));
+    m.reference_utime = m.utime;
+    m.seq = static_cast<std::int64_t>(next_) + 1;
+    m.scan_id = static_cast<std::int64_t>(next_);
+    m.facet_count = 1;
+    m.x_m = points.x;
+    m.y_m = points.y;
+    m.z_m = points.z;
+    m.n = static_cast<std::int32_t>(points.size());
+    event->channel = channel::kLadarPoints;
+    event->data.resize(static_cast<std::size_t>(m.getEncodedSize()));
+    m.encode(event->data.data(), 0, m.getEncodedSize());
+    ++next_;
+  }
+
+ private:
+  [[nodiscard]] Stamp reference(std::size_t k) const {
+    return Stamp() + static_cast<int>(k) * interval_;
+  }
+  Duration interval_;
+  std::vector<Points> scans_;
+  std::size_t next_ = 0;
+};
+
+class Registrations final : public Receiver {
+ public:
+  explicit Registrations(Bus* bus) { bus->subscribe(channel::kSpRegistration, this); }
+  void receive(const std::uint8_t* data, std::size_t size, Stamp /*arrival*/) noexcept override {
+    registration_t r{};
+    RCS_CHECK(r.decode(data, 0, static_cast<int>(size)) > 0);
+    all.push_back(r);
+  }
+  std::vector<registration_t> all;
+};
+
+bool is_usable(const registration_t& r) {
+  return registration::usable(static_cast<registration::Stop>(r.stop));
+}
+
+std::vector<registration_t> registered(Duration interval, std::vector<Points> scans) {
+  const Result<ParamFile> file = ParamFile::parse(R"([ladar]
+max_range_m = 80.0
+[sp]
+source_voxel_m = 0.5
+map_voxel_m = 0.1
+)",
+                                                  "ladar_alone");
+  RCS_CHECK(file.ok());
+  const Result<sp::SpConfig> config = sp::load_sp_config(*file);
+  RCS_CHECK(config.ok());
+  LocalBus bus;
+  sp::SpNode node(*config, PriorTerrain(), &bus);
+  const Registrations registrations(&bus);
+  RayScans source(interval, std::move(scans));
+  LockstepTimeline timeline(&bus, &source, from_milliseconds(100.0));
+  run({&node}, timeline, nullptr);
+  return registrations.all;
+}
+
+const ScanPattern& rings() { return scan_patterns()[1]; }
+
+Pose at(double x_m, double y_m, double yaw_rad) {
+  return {exp_so3(Vec3(0.0, 0.0, yaw_rad)), Vec3(x_m, y_m, kHeight_m)};
+}
+
+void expect_followed(const std::vector<Pose>& poses, Duration interval) {
+  std::mt19937 rng(17);
+  const RayScene scene = street(true);
+  std::vector<Points> scans;
+  for (const Pose& pose : poses) scans.push_back(scan(scene, rings(), pose, &rng));
+  const std::vector<registration_t> found = registered(interval, std::move(scans));
+  ASSERT_EQ(found.size(), poses.size());
+  for (std::size_t k = 1; k < found.size(); ++k) {
+    Pose T;
+    RCS_CHECK(from_message(found[k].q_target_vehicle, found[k].p_target_vehicle_m, &T));
+    const Pose off = (poses[0].inverse() * poses[k]).inverse() * T;
+    EXPECT_TRUE(is_usable(found[k])) << k;
+    EXPECT_LT(off.p.norm(), 0.1) << k;
+    EXPECT_LT(log_so3(off.q).norm(), radians(1.0)) << k;
+    EXPECT_EQ(found[k].map_epoch, found[0].map_epoch) << k;
+  }
+}
+
+TEST(LadarAlone, AHandThatTurnsBy45DegBetweenScansIsFollowed) {
+  std::vector<Pose> poses;
+  std::mt19937 rng(5);
+  std::uniform_real_distribution<double> u(-1.0, 1.0);
+  double x = -10.0;
+  double yaw = 0.0;
+  for (int k = 0; k < 20; ++k) {
+    poses.push_back(at(x, 1.5 * u(rng), yaw));
+    x += 0.6 + 0.4 * u(rng);
+    yaw += radians(45.0) * (k % 3 == 0 ? -1.0 : 1.0) * std::abs(u(rng));
+  }
+  expect_followed(poses, from_milliseconds(500.0));
+}
+
+TEST(LadarAlone, AVehicleThatMovesByThreeMetresBetweenScansIsFollowed) {
+  std::vector<Pose> poses;
+  for (int k = 0; k < 12; ++k) poses.push_back(at(-18.0 + 2.7 * k, 0.1 * k, 0.02 * k));
+  expect_followed(poses, from_milliseconds(417.0));
+}
+
+TEST(LadarAlone, AnotherPlaceIsNoticedAndBeginsAnotherMap) {
+  std::mt19937 rng(23);
+  const RayScene one = street(true);
+  RayScene other;
+  other.boxes = {{{-60.0, 12.0, 0.0}, {60.0, 13.0, 6.0}}, {{-8.0, -25.0, 0.0}, {-6.5, 11.0, 6.0}}};
+  for (const double x : {2.0, 9.5, 15.0, 28.0}) {
+    other.boxes.push_back({{x, -6.0 + 0.4 * x, 0.0}, {x + 2.2, -3.5 + 0.4 * x, 3.0}});
+  }
+  constexpr int kBefore = 10;
+  constexpr int kAfter = 40;
+  std::vector<Points> scans;
+  for (int k = 0; k < kBefore; ++k) scans.push_back(scan(one, rings(), at(0.4 * k, 0, 0), &rng));
+  for (int k = 0; k < kAfter; ++k) scans.push_back(scan(other, rings(), at(0.4 * k, 0, 0), &rng));
+  const std::vector<registration_t> found = registered(from_milliseconds(100.0), std::move(scans));
+  // The scan that begins another map has two results.
+  ASSERT_GE(found.size(), static_cast<std::size_t>(kBefore + kAfter));
+  int unnoticed = 0;
+  std::size_t k = kBefore;
+  for (; k < found.size() && found[k].map_epoch == found[0].map_epoch; ++k) {
+    unnoticed += is_usable(found[k]) ? 1 : 0;
+  }
+  EXPECT_LE(unnoticed, 2);
+  ASSERT_LT(k + 3, found.size()) << "a new map begins";
+  Pose first;
+  Pose last;
+  RCS_CHECK(from_message(found[k].q_target_vehicle, found[k].p_target_vehicle_m, &first));
+  RCS_CHECK(from_message(found.back().q_target_vehicle, found.back().p_target_vehicle_m, &last));
+  EXPECT_TRUE(is_usable(found.back()));
+  const auto moved = static_cast<double>(found.back().scan_id - found[k].scan_id);
+  EXPECT_NEAR((first.inverse() * last).p.norm(), 0.4 * moved, 0.1);
+}
+
+}  // namespace
+}  // namespace rcs::test
