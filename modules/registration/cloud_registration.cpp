@@ -72,9 +72,10 @@ void CloudMatcher::keep_distinct(std::vector<Hypothesis>* refined) const {
   *refined = std::move(kept);
 }
 
-bool CloudMatcher::convinces(const std::vector<Hypothesis>& ranked) const {
-  return !ranked.empty() && ranked[0].score >= params_.convincing &&
-         (ranked.size() == 1 || ranked[1].score < params_.clearly * ranked[0].score);
+bool CloudMatcher::convinces(const std::vector<Hypothesis>& ranked) {
+  if (ranked.empty() || ranked[0].score < params_.convincing) return false;
+  const bool clear = ranked.size() == 1 || ranked[1].score < params_.clearly * ranked[0].score;
+  return clear && accepted(judge(ranked[0].T_target_vehicle), params_);
 }
 
 std::vector<Hypothesis> CloudMatcher::search(const Pose& guess) {
@@ -94,8 +95,10 @@ std::vector<Hypothesis> CloudMatcher::search(const Pose& guess) {
 
 std::vector<Hypothesis> CloudMatcher::search_globally(const Pose& guess) {
   std::vector<Hypothesis> refined;
+  CorrelationParams correlation = params_.correlation;
+  correlation.candidates = params_.global_candidates;
   add(correlate(model_, data_, on_common_ground(model_, data_, guess),
-                {params_.global_radius_m, kPi}, params_.correlation),
+                {params_.global_radius_m, kPi}, correlation),
       &refined);
   return refined;
 }
@@ -126,6 +129,12 @@ bool plausible(const Verdict& verdict, const CloudParams& params) {
   const Plausibility& p = verdict.plausibility;
   return p.score() >= params.min_score && p.contradicted <= params.max_contradicted * p.explained &&
          verdict.agreement.least >= params.min_least;
+}
+
+bool contradictory(const Verdict& verdict, const CloudParams& params) {
+  constexpr double kLeast = 0.05;  // moving objects
+  const Plausibility& p = verdict.plausibility;
+  return p.contradicted > kLeast && p.contradicted > params.max_contradicted * p.explained;
 }
 
 bool accepted(const Verdict& verdict, const CloudParams& params) {

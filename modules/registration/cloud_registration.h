@@ -31,13 +31,14 @@ struct CloudParams {
   /// are.
   SearchRegion near = {6.0, radians(15.0)};
   double global_radius_m = 10.0;  ///< of a global search, [0, 100]
+  int global_candidates = 15;     ///< of its proposals that are refined, [1, 100]
   double tolerance_m = 0.1;       ///< distance of a point to a surface that explains it
-  /// Plausibility::score() above which no further hypotheses are searched, and below which the
-  /// result is rejected. Chosen on KITTI drive 0005; see docs/experiments.
+  /// Plausibility::score() above which no further hypotheses are searched (convincing), and below
+  /// which the result is rejected (min_score). Chosen on KITTI drive 0005; see docs/experiments.
   double convincing = 0.3;
   double clearly = 0.7;  ///< largest share of the second best of a convincing one
   double min_score = 0.1;
-  double max_contradicted = 0.45;  ///< largest share of contradicted over explained judges
+  double max_contradicted = 0.45;  ///< largest share of contradicted over explained test points
   double min_least = 0.05;         ///< least Agreement::least of an accepted result
   /// The result is ambiguous if another pose reaches this share of its score.
   double max_ambiguity = 0.8;
@@ -64,7 +65,7 @@ struct CloudRegistration {
   std::vector<Hypothesis> ranked;  ///< refined with few points, the best first
 };
 
-/// Two clouds. Allocates; not for a cycle.
+/// Two clouds. Allocates: on the vehicle only without INS.
 class CloudMatcher {
  public:
   /// @param model, data  [m], finite; each from one position, which is its origin
@@ -86,7 +87,7 @@ class CloudMatcher {
   Registration refine_few(const Pose& guess);
   void add(const std::vector<Hypothesis>& proposed, std::vector<Hypothesis>* refined);
   void keep_distinct(std::vector<Hypothesis>* refined) const;
-  [[nodiscard]] bool convinces(const std::vector<Hypothesis>& ranked) const;
+  [[nodiscard]] bool convinces(const std::vector<Hypothesis>& ranked);
 
   CloudParams params_;
   PreparedCloud model_;
@@ -97,8 +98,12 @@ class CloudMatcher {
   IcpWorkspace workspace_;
 };
 
-/// True if the pose explains enough, in every direction of translation that has surfaces.
+/// True if the pose explains enough, in every direction of translation that has surfaces, and
+/// contradicts little.
 [[nodiscard]] bool plausible(const Verdict& verdict, const CloudParams& params);
+/// True if the clouds contradict each other at the pose: other than !plausible(), not if they
+/// merely have little in common.
+[[nodiscard]] bool contradictory(const Verdict& verdict, const CloudParams& params);
 /// True if the pose is plausible and the clouds determine every direction of translation.
 [[nodiscard]] bool accepted(const Verdict& verdict, const CloudParams& params);
 

@@ -52,6 +52,8 @@ class Cells {
   /// not all within the margins.
   void add_around(const Vec3f& p, int side, int row, std::vector<std::uint8_t>* sums) const {
     const Vec3f c = (p - lowest_) * per_m_;
+    constexpr float kFar = 1e6F;
+    if (!(c.cwiseAbs().maxCoeff() < kFar)) return;
     const int half = side / 2;
     const int x = fast_floor(c.x()) + margin_ - half;
     const int y = fast_floor(c.y()) + margin_ - half;
@@ -98,14 +100,15 @@ bool is_better(const Peak& a, const Peak& b) {
 class Best {
  public:
   void add(const Peak& peak) {
-    if (peak.count <= worst_) return;
+    if (is_full_ && !is_better(peak, worst_)) return;
     peaks_.push_back(peak);
     if (peaks_.size() < 4 * kKept) return;
     std::nth_element(peaks_.begin(), peaks_.begin() + kKept - 1, peaks_.end(), is_better);
     peaks_.resize(kKept);
-    worst_ = peaks_.back().count;
+    worst_ = peaks_.back();
+    is_full_ = true;
   }
-  [[nodiscard]] int worst() const { return worst_; }  ///< a peak must have more
+  [[nodiscard]] int worst() const { return worst_.count; }  ///< a peak must not have less
   [[nodiscard]] std::vector<Peak> sorted() {
     std::sort(peaks_.begin(), peaks_.end(), is_better);
     return peaks_;
@@ -113,17 +116,17 @@ class Best {
 
  private:
   std::vector<Peak> peaks_;
-  int worst_ = 0;
+  Peak worst_{};
+  bool is_full_ = false;
 };
 
 std::vector<Peak> distinct(const std::vector<Peak>& peaks, const CorrelationParams& params) {
-  const int apart_turns = static_cast<int>(kApart_rad / params.turn_step_rad);
   std::vector<Peak> out;
   for (const Peak& p : peaks) {
     if (out.size() == static_cast<std::size_t>(params.candidates)) break;
     const bool is_new = std::none_of(out.begin(), out.end(), [&](const Peak& other) {
       return std::abs(p.x - other.x) <= kApartCells && std::abs(p.y - other.y) <= kApartCells &&
-             std::abs(p.turn - other.turn) <= apart_turns;
+             std::abs(wrap_angle((p.turn - other.turn) * params.turn_step_rad)) < kApart_rad;
     });
     if (is_new) out.push_back(p);
   }
@@ -135,7 +138,7 @@ std::vector<Peak> distinct(const std::vector<Peak>& peaks, const CorrelationPara
 std::vector<Hypothesis> correlate(const PreparedCloud& model, const PreparedCloud& data,
                                   const Pose& base, const SearchRegion& region,
                                   const CorrelationParams& params) {
-  RCS_CHECK(data.judges().size() < 256);  // counted in bytes
+  RCS_CHECK(data.test_points().size() < 256);  // counted in bytes
   // Levelled frame: the model's, turned so that up() is z.
   const Quat level = Quat::FromTwoVectors(model.up().cast<double>(), Vec3::UnitZ());
   const Mat3f L = level.toRotationMatrix().cast<float>();
@@ -148,7 +151,7 @@ std::vector<Hypothesis> correlate(const PreparedCloud& model, const PreparedClou
     const Vec3f from = p - centre;
     if (from.head<2>().norm() < reach_m && std::abs(from.z()) < height_m) near.push_back(p);
   }
-  if (near.size() < kFewest || data.judges().empty()) return {};
+  if (near.size() < kFewest || data.test_points().empty()) return {};
 
   const int half = static_cast<int>(std::ceil(region.radius_m / params.cell_m));
   const int side = 2 * half + 1;
@@ -161,13 +164,16 @@ std::vector<Hypothesis> correlate(const PreparedCloud& model, const PreparedClou
     const Quat q = exp_so3(Vec3(0.0, 0.0, turn * params.turn_step_rad)) * level * base.q;
     const Mat3f R = q.toRotationMatrix().cast<float>();
     std::fill(sums.begin(), sums.end(), std::uint8_t{0});
-    for (std::size_t i = 0; i < data.judges().size(); ++i) {
-      cells.add_around(R * data.judges()[i] + centre, side, row, &sums);
+    for (std::size_t i = 0; i < data.test_points().size(); ++i) {
+      cells.add_around(R * data.test_points()[i] + centre, side, row, &sums);
     }
     const std::uint8_t* sum = sums.data();
     for (int j = 0; j < side; ++j, sum += row) {
-      if (*std::max_element(sum, sum + side) <= best.worst()) continue;
-      for (int i = 0; i < side; ++i) best.add({sum[i], turn, i - half, j - half});
+      const int most = *std::max_element(sum, sum + side);
+      if (most == 0 || most < best.worst()) continue;
+      for (int i = 0; i < side; ++i) {
+        if (sum[i] > 0) best.add({sum[i], turn, i - half, j - half});
+      }
     }
   }
 
@@ -176,8 +182,8 @@ std::vector<Hypothesis> correlate(const PreparedCloud& model, const PreparedClou
     const Quat turned = exp_so3(Vec3(0.0, 0.0, p.turn * params.turn_step_rad)) * level * base.q;
     const Vec3 shift = level.conjugate() * (params.cell_m * Vec3(p.x, p.y, 0.0));
     const Pose at = {(level.conjugate() * turned).normalized(), base.p + shift};
-    out.push_back(
-        {on_common_ground(model, data, at), p.count / static_cast<double>(data.judges().size())});
+    out.push_back({on_common_ground(model, data, at),
+                   p.count / static_cast<double>(data.test_points().size())});
   }
   return out;
 }

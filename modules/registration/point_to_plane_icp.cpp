@@ -95,7 +95,7 @@ class Problem {
   // point's own noise. It is large in grass and small on rock.
   Mat6 information(const Pose& T, double kernel) {
     const double shared_variance = shared_error(T);
-    std::vector<std::uint16_t>& count = workspace_->pairs_of_voxel;
+    std::vector<std::uint32_t>& count = workspace_->pairs_of_voxel;
     PairSums info;
     for (std::size_t k = 0; k < used_sides_; ++k) {
       const Side& side = sides_[k];
@@ -115,7 +115,8 @@ class Problem {
         if (matches[i].found) count[matches[i].surface.voxel] = 0;
       }
     }
-    return info.finish().H;
+    // Both directions use the same measurements.
+    return info.finish().H / static_cast<double>(used_sides_);
   }
 
  private:
@@ -233,6 +234,7 @@ Registration solve(const Points& source_vehicle, RollingMap* map, const Counterp
 
   const Mat6 prior = prediction.covariance.ldlt().solve(Mat6::Identity());
   Problem problem(source_vehicle, map, counterpart, params, workspace);
+  out.points = static_cast<int>(problem.points());
   std::size_t stride = source_vehicle.size() >= kThinned * kThinnedFrom ? kThinned : 1;
   Pose T = prediction.T_target_vehicle;
   Sums sums;

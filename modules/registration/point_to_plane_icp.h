@@ -38,7 +38,7 @@ class IcpWorkspace {
     bool found = false;
   };
   std::vector<Match> matches;
-  std::vector<std::uint16_t> pairs_of_voxel;
+  std::vector<std::uint32_t> pairs_of_voxel;
 };
 
 /// Aligns `source_vehicle` to the map (point-to-plane, Chen & Medioni 1992, with Geman-McClure

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "modules/registration/voxel_sampler.h"
+#include "rcs/base/check.h"
 
 namespace rcs::registration {
 namespace {
@@ -83,7 +84,7 @@ Vec3f normal_of_ground(const std::vector<Vec3f>& normals) {
 }
 
 /// Weights of points with these normals (zero: none). In a street most normals point across it;
-/// along it a few surfaces decide, which the others must not outvote.
+/// along it a few surfaces decide, which must not be outweighed by the others.
 std::vector<float> weights_of(const std::vector<Vec3f>& normals) {
   Mat3f scatter = Mat3f::Zero();
   int count = 0;
@@ -125,6 +126,7 @@ Plausibility shares(const Points& points, const std::vector<float>& weights, con
 }  // namespace
 
 Points thinned(const Points& in, int wanted) {
+  RCS_CHECK(wanted > 0);
   // Odd, so that it does not alias with the rows of a sensor.
   const std::size_t stride = (in.size() / static_cast<std::size_t>(wanted)) | 1U;
   Points out;
@@ -142,13 +144,13 @@ PreparedCloudParams::PreparedCloudParams() {
 }
 
 PreparedCloud::PreparedCloud(const Points& points, const PreparedCloudParams& params)
-    : PreparedCloud(points, thinned(points, params.points), params) {}
+    : PreparedCloud(params, points.size() > static_cast<std::size_t>(params.dense_points)
+                                ? thinned(points, static_cast<int>(points.size() / 3))
+                                : points) {}
 
-PreparedCloud::PreparedCloud(const Points& points, Points examined,
-                             const PreparedCloudParams& params)
-    : map_(map_of(thinned(points, std::max(params.map_points, static_cast<int>(points.size() / 2))),
-                  params.map)),
-      view_(examined) {
+PreparedCloud::PreparedCloud(const PreparedCloudParams& params, const Points& used)
+    : map_(map_of(used, params.map)), view_(used) {
+  Points examined = thinned(used, params.points);
   const std::vector<Vec3f> normals = normals_of(examined, &map_);
   up_ = normal_of_ground(normals);
   Points ground;
@@ -164,9 +166,9 @@ PreparedCloud::PreparedCloud(const Points& points, Points examined,
   ground_ = thinned(ground, kGroundPoints);
   if (structure_.size() < kFewest) structure_ = std::move(examined);
   // Spread in space: a near vehicle that moves along has most of the points in some streets.
-  VoxelSampler().sample(structure_, params.judge_voxel_m, &judges_);
-  keep_evenly(static_cast<std::size_t>(params.judged), &judges_);
-  weights_ = weights_of(normals_of(judges_, &map_));
+  VoxelSampler().sample(structure_, params.test_voxel_m, &test_points_);
+  keep_evenly(static_cast<std::size_t>(params.test_points), &test_points_);
+  weights_ = weights_of(normals_of(test_points_, &map_));
 }
 
 float PreparedCloud::ground_m(const Vec3f& p) const {
@@ -189,9 +191,9 @@ float PreparedCloud::ground_m(const Vec3f& p) const {
 Plausibility plausibility(PreparedCloud* model, PreparedCloud* data, const Pose& T_model_data,
                           double tolerance_m) {
   const auto tolerance = static_cast<float>(tolerance_m);
-  const Plausibility there =
-      shares(data->judges(), data->weights(), T_model_data, model->map(), model->view(), tolerance);
-  const Plausibility back = shares(model->judges(), model->weights(), T_model_data.inverse(),
+  const Plausibility there = shares(data->test_points(), data->weights(), T_model_data,
+                                    model->map(), model->view(), tolerance);
+  const Plausibility back = shares(model->test_points(), model->weights(), T_model_data.inverse(),
                                    data->map(), data->view(), tolerance);
   return {0.5 * (there.explained + back.explained), 0.5 * (there.contradicted + back.contradicted)};
 }
@@ -205,6 +207,7 @@ Pose on_common_ground(const PreparedCloud& model, const PreparedCloud& data, con
     ground_m = -ground_m;
   }
   const Quat q = (Quat::FromTwoVectors(up_data, up_model) * guess.q).normalized();
+  if (!model.has_ground() || !data.has_ground()) return {q, guess.p};
   const double height_m = double{model.ground_m(guess.p.cast<float>())} - ground_m;
   return {q, guess.p + (height_m - up_model.dot(guess.p)) * up_model};
 }

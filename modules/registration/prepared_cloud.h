@@ -10,18 +10,17 @@
 
 namespace rcs::registration {
 
-/// Every n-th point, so that approximately `wanted` remain.
+/// Every n-th point, n odd, so that approximately `wanted` (at least 1) remain.
 [[nodiscard]] Points thinned(const Points& points, int wanted);
 
 struct PreparedCloudParams {
   PreparedCloudParams();
   RollingMapParams map;
-  /// Points from which the surfaces are made, approximately; half of them in a cloud with more than
-  /// twice as many. More cost time and hardly change the result.
-  int map_points = 60'000;
-  int points = 6000;           ///< that are examined, approximately
-  int judged = 250;            ///< structure points that judge a pose, at most 255
-  double judge_voxel_m = 0.5;  ///< one of each voxel
+  /// Of a cloud with more points every third is used: more cost time and hardly change the result.
+  int dense_points = 60'000;
+  int points = 6000;          ///< that are examined, approximately
+  int test_points = 250;      ///< structure points by which a pose is judged, at most 255
+  double test_voxel_m = 0.5;  ///< one of each voxel
 };
 
 /// Most surfaces of an outdoor scan belong to the ground, which determines height, roll and pitch
@@ -38,32 +37,33 @@ class PreparedCloud {
   [[nodiscard]] RollingMap* map() { return &map_; }
   /// Unit vector: normal of the ground, with z >= 0.
   [[nodiscard]] const Vec3f& up() const { return up_; }
+  [[nodiscard]] bool has_ground() const { return !ground_.empty(); }
   /// up' p of the ground that is nearest to the line along up() through `p` [m].
   [[nodiscard]] float ground_m(const Vec3f& p) const;
   /// Points that are not on a surface across up(); all points, if these are too few.
   [[nodiscard]] const Points& structure() const { return structure_; }
   /// Of the structure, thinned, and other points if it has too few.
-  [[nodiscard]] const Points& judges() const { return judges_; }
-  /// Of the judges: the rarer the direction of their normal, the greater.
+  [[nodiscard]] const Points& test_points() const { return test_points_; }
+  /// Of the test points: the rarer the direction of their normal, the greater.
   [[nodiscard]] const std::vector<float>& weights() const { return weights_; }
   [[nodiscard]] const RangeView& view() const { return view_; }
 
  private:
-  PreparedCloud(const Points& points, Points examined, const PreparedCloudParams& params);
+  PreparedCloud(const PreparedCloudParams& params, const Points& used);
 
   RollingMap map_;
   RangeView view_;
   Vec3f up_ = Vec3f::UnitZ();
   Points ground_;
   Points structure_;
-  Points judges_;
+  Points test_points_;
   std::vector<float> weights_;
 };
 
 /// How well two clouds explain each other at a pose. Points of unknown regions do not count: with
 /// little overlap the right pose explains little, but it contradicts next to nothing.
 struct Plausibility {
-  double explained = 0.0;     ///< share of the judges on a surface of the other cloud, both ways
+  double explained = 0.0;  ///< share of the test points on a surface of the other cloud, both ways
   double contradicted = 0.0;  ///< share of them where the other scan saw through
   /// In [-1, 1]; different places reach 0.05 at most.
   [[nodiscard]] double score() const { return explained - contradicted; }

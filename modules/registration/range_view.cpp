@@ -12,6 +12,11 @@ constexpr int kCells = 60;  // along an edge: 1.9 deg in the middle of a face, 1
 constexpr float kMargin_m = 0.3F;
 constexpr float kMarginShare = 0.02F;
 
+// Farther points would not fit the integer arithmetic; no LADAR has them.
+constexpr float kFarthest_m = 1e6F;
+
+bool is_near(const Vec3f& p) { return p.cwiseAbs().maxCoeff() < kFarthest_m; }
+
 std::size_t cell_of(const Vec3f& p) {
   Vec3f::Index axis = 0;
   const float most = p.cwiseAbs().maxCoeff(&axis);
@@ -30,6 +35,7 @@ std::size_t cell_of(const Vec3f& p) {
 RangeView::RangeView(const Points& points_sensor) : nearest_m_(6UL * kCells * kCells, 0.0F) {
   for (std::size_t i = 0; i < points_sensor.size(); ++i) {
     const Vec3f p = points_sensor[i];
+    if (!is_near(p)) continue;
     const float range = p.norm();
     float& nearest = nearest_m_[cell_of(p)];
     if (nearest == 0.0F || range < nearest) nearest = range;
@@ -37,6 +43,7 @@ RangeView::RangeView(const Points& points_sensor) : nearest_m_(6UL * kCells * kC
 }
 
 bool RangeView::passed_through(const Vec3f& p) const {
+  if (!is_near(p)) return false;
   const float nearest = nearest_m_[cell_of(p)];
   const float range = p.norm();
   return nearest > 0.0F && range > kMargin_m && range + kMargin_m + kMarginShare * range < nearest;

@@ -135,9 +135,11 @@ Expectation MotionGuess::expect(Stamp reference, const InertialBuffer& inertial,
   e.at_reference.T_rolling_vehicle = last_.T_rolling_vehicle;
   const std::optional<MotionState> last = own_motion();
   if (last && lasts(last_.stamp)) e.at_reference = coast(*last, reference);
-  const double dt = seconds(reference - last_.stamp);
   e.by_scans = recent && inertial.size() == 0 && last_.stamp != Stamp::min();
-  e.motion_unknown = e.by_scans && (!last || 0.5 * kAcceleration_mps2 * dt * dt > kCorrected_m);
+  if (e.by_scans) {
+    const double dt = seconds(reference - last_.stamp);
+    e.motion_unknown = !last || 0.5 * kAcceleration_mps2 * dt * dt > kCorrected_m;
+  }
   return e;
 }
 

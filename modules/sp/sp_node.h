@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "lcmtypes/ins_content.h"
 #include "lcmtypes/rcs/ins_t.hpp"
@@ -63,10 +64,13 @@ class SpNode final : public Node {
   void deskew_and_sample(const MotionState& motion);
   [[nodiscard]] bool matches_less_than(double share, const registration::Registration& r) const;
   void search_wide(const Expectation& expected, registration::Registration* rolling);
-  [[nodiscard]] bool can_compare_scans() const;
-  [[nodiscard]] std::optional<Pose> pose_by_last_scan(const Pose& predicted,
-                                                      registration::CloudMatcher* matcher);
-  void register_by_last_scan(registration::Prediction* prediction,
+  /// This scan and the last one as two clouds; compared at most once.
+  struct ScanPair {
+    std::optional<registration::CloudMatcher> matcher;
+    std::vector<Pose> T_rolling_vehicle;  ///< the best first; none: they determine no motion
+  };
+  void compare_scans(const Pose& predicted, ScanPair* pair);
+  void register_by_last_scan(ScanPair* pair, registration::Prediction* prediction,
                              registration::Registration* rolling);
   void follow_motion(const Expectation& expected, registration::Registration* rolling);
   void register_by_own_motion(registration::Prediction* prediction,
@@ -110,10 +114,10 @@ class SpNode final : public Node {
   registration::VoxelSampler map_sampler_;
   registration::VoxelSampler source_sampler_;
   PriorScan prior_scan_;
-  Scan as_measured_;   // not deskewed; filled while the INS is silent
-  Points dense_;       // inserted into the map
-  Points source_;      // registered
-  Points last_dense_;  // of the last registered scan; filled while there is no INS
+  Scan as_measured_;  // not deskewed; filled while the INS is silent
+  Points dense_;      // inserted into the map
+  Points source_;     // registered
+  Points last_seen_;  // of the last registered scan, from the LADAR; filled while there is no INS
   Pose T_rolling_last_;
   registration::RollingMap map_;
   registration::IcpWorkspace icp_;

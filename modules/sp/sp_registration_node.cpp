@@ -24,6 +24,14 @@ constexpr double kWrong = 0.6;
 constexpr double kOverlapLowPass = 0.1;
 constexpr double kMinOverlap = 0.5;  // of such a scan with the map: with less it is inserted
 
+Points moved_by(const Vec3& shift, const Points& points) {
+  const Vec3f by = shift.cast<float>();
+  Points out;
+  out.reserve(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) out.push_back(points[i] + by);
+  return out;
+}
+
 Mat6 distortion() { return isotropic(kDistortion_m, kDistortion_rad); }
 
 }  // namespace
@@ -130,45 +138,68 @@ void SpNode::search_wide(const Expectation& expected, registration::Registration
 }
 
 /// The pose at which this scan and the last one explain each other, whatever the motion between
-/// them is; none if they do not determine it.
-std::optional<Pose> SpNode::pose_by_last_scan(const Pose& predicted,
-                                              registration::CloudMatcher* matcher) {
-  const registration::CloudRegistration found =
-      matcher->conclude(matcher->search(T_rolling_last_.inverse() * predicted));
-  // The preparation passes over all points; the search is small next to it.
-  granted_ -= static_cast<WorkUnits>(last_dense_.size() + dense_.size()) + found.best.used;
-  if (!found.accepted) return std::nullopt;
-  return T_rolling_last_ * found.best.T_target_vehicle;
-}
-
-bool SpNode::can_compare_scans() const {
-  return granted_ > 0 && !last_dense_.empty() && !dense_.empty();
-}
-
-/// Without INS and belief: a scan that matches little is registered from the motion that it and the
-/// last scan determine. If they determine none, and contradict the registration, the scan is
-/// rejected: ground alone matches anywhere.
-void SpNode::register_by_last_scan(registration::Prediction* prediction,
-                                   registration::Registration* rolling) {
-  if (!can_compare_scans()) return;
+/// them is.
+void SpNode::compare_scans(const Pose& predicted, ScanPair* pair) {
+  // The preparation and the search pass over all points about this often.
+  constexpr WorkUnits kPasses = 3;
+  const WorkUnits needed = kPasses * static_cast<WorkUnits>(last_seen_.size() + dense_.size());
+  const WorkUnits left = static_cast<WorkUnits>(source_.size()) * config_.icp.max_iterations;
+  if (pair->matcher || last_seen_.empty() || dense_.empty() || granted_ < needed + left) return;
+  granted_ -= needed;
+  const Pose T_vehicle_seen{Quat::Identity(), config_.ladar.T_vehicle_mount.p};
+  pair->matcher.emplace(last_seen_, moved_by(-T_vehicle_seen.p, dense_),
+                        registration::CloudParams{});
+  const Pose guess = T_rolling_last_.inverse() * predicted;
+  const registration::CloudRegistration found = pair->matcher->conclude(
+      pair->matcher->search(T_vehicle_seen.inverse() * guess * T_vehicle_seen));
   const registration::CloudParams params;
-  registration::CloudMatcher matcher(last_dense_, dense_, params);
-  const std::optional<Pose> start = pose_by_last_scan(prediction->T_target_vehicle, &matcher);
-  if (!start) {
-    const registration::Verdict verdict =
-        matcher.judge(T_rolling_last_.inverse() * rolling->T_target_vehicle);
-    if (!registration::plausible(verdict, params)) rolling->stop = registration::Stop::kDiverged;
+  if (!registration::usable(found.best.stop) || !registration::accepted(found.verdict, params)) {
     return;
   }
-  registration::Prediction own = *prediction;
-  own.T_target_vehicle = *start;
-  const registration::Registration again =
-      registration::register_points(source_, &map_, own, config_.icp, granted_, &icp_);
-  granted_ -= again.used;
-  if (!registration::usable(again.stop)) return;
-  if (registration::usable(rolling->stop) && rolling->overlap >= again.overlap) return;
-  *prediction = own;
-  *rolling = again;
+  const auto add = [&](const Pose& T_last_scan) {
+    pair->T_rolling_vehicle.push_back(T_rolling_last_ * T_vehicle_seen * T_last_scan *
+                                      T_vehicle_seen.inverse());
+  };
+  add(found.best.T_target_vehicle);
+  // The map decides what is ambiguous between two scans.
+  for (std::size_t k = 1; k < std::min<std::size_t>(3, found.ranked.size()); ++k) {
+    if (found.ranked[k].score < params.max_ambiguity * found.ranked[0].score) break;
+    add(found.ranked[k].T_target_vehicle);
+  }
+}
+
+/// Without INS: a scan that matches little is registered from the motion that it and the last scan
+/// determine. If they determine none, and contradict the registration, the scan is rejected: ground
+/// alone matches anywhere.
+void SpNode::register_by_last_scan(ScanPair* pair, registration::Prediction* prediction,
+                                   registration::Registration* rolling) {
+  const bool compared = pair->matcher.has_value();
+  compare_scans(prediction->T_target_vehicle, pair);
+  if (!pair->matcher) return;
+  if (pair->T_rolling_vehicle.empty()) {
+    if (!registration::usable(rolling->stop)) return;
+    const Pose T_vehicle_seen{Quat::Identity(), config_.ladar.T_vehicle_mount.p};
+    const Pose moved = T_rolling_last_.inverse() * rolling->T_target_vehicle;
+    const registration::Verdict verdict =
+        pair->matcher->judge(T_vehicle_seen.inverse() * moved * T_vehicle_seen);
+    if (!registration::contradictory(verdict, registration::CloudParams{})) return;
+    rolling->stop = registration::Stop::kDiverged;
+    rolling->T_target_vehicle = prediction->T_target_vehicle;
+    rolling->information.setZero();
+    return;
+  }
+  const std::size_t first = compared ? 1 : 0;  // the best was the start already
+  for (std::size_t k = first; k < pair->T_rolling_vehicle.size(); ++k) {
+    registration::Prediction own = *prediction;
+    own.T_target_vehicle = pair->T_rolling_vehicle[k];
+    const registration::Registration again =
+        registration::register_points(source_, &map_, own, config_.icp, granted_, &icp_);
+    granted_ -= again.used;
+    if (!registration::usable(again.stop) || again.stop == registration::Stop::kBudget) continue;
+    if (registration::usable(rolling->stop) && rolling->overlap >= again.overlap) continue;
+    *prediction = own;
+    *rolling = again;
+  }
 }
 
 /// Without INS the motion during the scan is known only once the scan is registered: it is deskewed
@@ -192,13 +223,10 @@ void SpNode::follow_motion(const Expectation& expected, registration::Registrati
 }
 
 void SpNode::remember_scan(const Pose& T_rolling_vehicle) {
-  const bool has_ins = inertial_.size() > 0;
-  if (has_ins) {
-    last_dense_.clear();
-  } else {
-    last_dense_ = dense_;
-    T_rolling_last_ = T_rolling_vehicle;
-  }
+  last_seen_.clear();
+  if (inertial_.size() > 0) return;
+  last_seen_ = moved_by(-config_.ladar.T_vehicle_mount.p, dense_);
+  T_rolling_last_ = T_rolling_vehicle;
 }
 
 void SpNode::seed(const Pose& T_rolling_vehicle) {
@@ -246,17 +274,19 @@ bool SpNode::matches_less_than(double share, const registration::Registration& r
 
 void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
   registration::Prediction prediction{expected.at_reference.T_rolling_vehicle, expected.covariance};
-  if (expected.motion_unknown && can_compare_scans()) {
-    registration::CloudMatcher matcher(last_dense_, dense_, registration::CloudParams{});
-    const std::optional<Pose> start = pose_by_last_scan(prediction.T_target_vehicle, &matcher);
-    prediction.T_target_vehicle = start.value_or(prediction.T_target_vehicle);
+  ScanPair pair;
+  if (expected.motion_unknown) {
+    compare_scans(prediction.T_target_vehicle, &pair);
+    if (!pair.T_rolling_vehicle.empty()) {
+      prediction.T_target_vehicle = pair.T_rolling_vehicle.front();
+    }
   }
   registration::Registration rolling =
       registration::register_points(source_, &map_, prediction, config_.icp, granted_, &icp_);
   granted_ -= rolling.used;
   if (!registration::usable(rolling.stop)) register_by_own_motion(&prediction, &rolling);
   if (expected.by_scans && matches_less_than(kDoubtful, rolling)) {
-    register_by_last_scan(&prediction, &rolling);
+    register_by_last_scan(&pair, &prediction, &rolling);
   }
   if (expected.ins_lost && matches_less_than(kDoubtful, rolling)) search_wide(expected, &rolling);
   if (expected.ins_silent()) follow_motion(expected, &rolling);

@@ -35,8 +35,8 @@ TEST(PreparedCloud, FindsTheGroundOfATiltedSensor) {
       EXPECT_GT((T * cloud.structure()[i].cast<double>()).z(), -0.1);
     }
     EXPECT_GT(cloud.structure().size(), 1000U);
-    EXPECT_GT(cloud.judges().size(), 100U);
-    EXPECT_LE(cloud.judges().size(), 255U);
+    EXPECT_GT(cloud.test_points().size(), 100U);
+    EXPECT_LE(cloud.test_points().size(), 255U);
   }
 }
 
@@ -101,15 +101,16 @@ TEST(CorrelationSearch, TheResultIsRepeatableAndOutsideOfTheRegionNothingIsFound
   const Pose base{Quat::Identity(), Vec3(5.0, 0.0, 0.0)};
   const std::vector<Hypothesis> one = correlate(model, data, base, {6.0, 0.1}, {});
   const std::vector<Hypothesis> two = correlate(model, data, base, {6.0, 0.1}, {});
+  ASSERT_FALSE(one.empty());
   ASSERT_EQ(one.size(), two.size());
   for (std::size_t i = 0; i < one.size(); ++i) {
     EXPECT_EQ(one[i].score, two[i].score);
     EXPECT_EQ(one[i].T_target_vehicle.p, two[i].T_target_vehicle.p);
   }
   EXPECT_LT(one[0].T_target_vehicle.p.norm(), 0.4);
-  for (const Hypothesis& h : correlate(model, data, base, {2.0, 0.1}, {})) {
-    EXPECT_LT(std::abs(h.T_target_vehicle.p.x() - 5.0), 2.3);
-  }
+  const std::vector<Hypothesis> outside = correlate(model, data, base, {2.0, 0.1}, {});
+  ASSERT_FALSE(outside.empty());
+  for (const Hypothesis& h : outside) EXPECT_LT(std::abs(h.T_target_vehicle.p.x() - 5.0), 2.3);
   EXPECT_TRUE(correlate(model, data, Pose{Quat::Identity(), Vec3(500.0, 0.0, 0.0)}, {6.0, 0.1}, {})
                   .empty());
 }

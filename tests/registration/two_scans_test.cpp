@@ -73,6 +73,7 @@ TEST(TwoScans, AlongAStreetOfWallsThePositionIsUndetermined) {
         test::scan(street, pattern, sensor_at(0.0, 0.0), &rng),
         test::scan(street, pattern, sensor_at(1.0, 0.0), &rng), Pose{}, CloudParams{});
     EXPECT_FALSE(r.accepted) << pattern.name;
+    EXPECT_GT(std::abs(r.verdict.agreement.undetermined.x()), 0.99) << pattern.name;
   }
 }
 

@@ -22,6 +22,7 @@ namespace rcs::test {
 namespace {
 
 constexpr double kHeight_m = 1.8;
+const Pose kMount{Quat::Identity(), Vec3(0.8, -0.3, 1.0)};  // of the LADAR in the vehicle
 
 /// Scans of given scenes from given poses, one facet each.
 class RayScans final : public EventSource {
@@ -79,7 +80,9 @@ bool is_usable(const registration_t& r) {
 std::vector<registration_t> registered(Duration interval, std::vector<Points> scans) {
   const Result<ParamFile> file = ParamFile::parse(R"([ladar]
 max_range_m = 80.0
+mount_m = [0.8, -0.3, 1.0]
 [sp]
+budget_ms = 80.0
 source_voxel_m = 0.5
 map_voxel_m = 0.1
 )",
@@ -112,7 +115,8 @@ void expect_followed(const std::vector<Pose>& poses, Duration interval) {
   for (std::size_t k = 1; k < found.size(); ++k) {
     Pose T;
     RCS_CHECK(from_message(found[k].q_target_vehicle, found[k].p_target_vehicle_m, &T));
-    const Pose off = (poses[0].inverse() * poses[k]).inverse() * T;
+    const Pose truth = kMount * poses[0].inverse() * poses[k] * kMount.inverse();
+    const Pose off = truth.inverse() * T;
     EXPECT_TRUE(is_usable(found[k])) << k;
     EXPECT_LT(off.p.norm(), 0.1) << k;
     EXPECT_LT(log_so3(off.q).norm(), radians(1.0)) << k;
