@@ -4,6 +4,8 @@
 #include <limits>
 #include <utility>
 
+#include "modules/registration/voxel_sampler.h"
+
 namespace rcs::registration {
 namespace {
 

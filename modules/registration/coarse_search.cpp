@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "modules/registration/voxel_sampler.h"
+
 namespace rcs::registration {
 namespace {
 
@@ -129,8 +131,9 @@ Descent::Sums Descent::sum(std::size_t level, const Pose& T) {
     const Vec3f d = R * source_[i];
     const Vec3f q = d + t;
     Match& match = matches_[i];
-    if ((q - match.asked).squaredNorm() > confirm_m * confirm_m)
+    if ((q - match.asked).squaredNorm() > confirm_m * confirm_m) {
       match = {q, map_->nearest(level, q)};
+    }
     if (match.gaussian == nullptr) continue;
     sums.add(d, q - match.gaussian->mean, match.gaussian->information);
   }

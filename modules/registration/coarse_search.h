@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "modules/registration/coarse_ndt_map.h"
-#include "modules/registration/prepared_cloud.h"
 #include "modules/registration/registration.h"
 #include "rcs/base/points.h"
 

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "modules/registration/voxel_sampler.h"
-#include "rcs/base/check.h"
 
 namespace rcs::registration {
 namespace {
@@ -83,8 +82,8 @@ Vec3f normal_of_ground(const std::vector<Vec3f>& normals) {
   return up.z() < 0.0F ? Vec3f(-up) : up;
 }
 
-/// Weights of points with these normals (zero: none). In a street most normals point across it;
-/// along it a few surfaces decide, which must not be outweighed by the others.
+/// Weights of points with these normals (zero: none); their sum is 1. In a street most normals
+/// point across it; along it a few surfaces decide, which must not be outweighed by the others.
 std::vector<float> weights_of(const std::vector<Vec3f>& normals) {
   Mat3f scatter = Mat3f::Zero();
   int count = 0;
@@ -95,10 +94,13 @@ std::vector<float> weights_of(const std::vector<Vec3f>& normals) {
   if (count > 0) scatter /= static_cast<float>(count);
   std::vector<float> weights;
   weights.reserve(normals.size());
+  float sum = 0.0F;
   for (const Vec3f& n : normals) {
     const float alike = n.isZero() ? 1.0F / 3.0F : n.dot(scatter * n);
     weights.push_back(1.0F / std::max(alike, kRarest));
+    sum += weights.back();
   }
+  for (float& w : weights) w /= sum;
   return weights;
 }
 
@@ -118,22 +120,10 @@ Plausibility shares(const Points& points, const std::vector<float>& weights, con
       out.contradicted += double{weights[i]};
     }
   }
-  double n = 1e-9;
-  for (const float w : weights) n += double{w};
-  return {out.explained / n, out.contradicted / n};
+  return out;
 }
 
 }  // namespace
-
-Points thinned(const Points& in, int wanted) {
-  RCS_CHECK(wanted > 0);
-  // Odd, so that it does not alias with the rows of a sensor.
-  const std::size_t stride = (in.size() / static_cast<std::size_t>(wanted)) | 1U;
-  Points out;
-  out.reserve(in.size() / stride + 1);
-  for (std::size_t i = 0; i < in.size(); i += stride) out.push_back(in[i]);
-  return out;
-}
 
 PreparedCloudParams::PreparedCloudParams() {
   // One scan is the whole model: few points must suffice.

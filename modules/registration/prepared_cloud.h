@@ -10,9 +10,6 @@
 
 namespace rcs::registration {
 
-/// Every n-th point, n odd, so that approximately `wanted` (at least 1) remain.
-[[nodiscard]] Points thinned(const Points& points, int wanted);
-
 struct PreparedCloudParams {
   PreparedCloudParams();
   RollingMapParams map;
@@ -44,7 +41,7 @@ class PreparedCloud {
   [[nodiscard]] const Points& structure() const { return structure_; }
   /// Of the structure, thinned, and other points if it has too few.
   [[nodiscard]] const Points& test_points() const { return test_points_; }
-  /// Of the test points: the rarer the direction of their normal, the greater.
+  /// Of the test points, with sum 1: the rarer the direction of their normal, the greater.
   [[nodiscard]] const std::vector<float>& weights() const { return weights_; }
   [[nodiscard]] const RangeView& view() const { return view_; }
 
@@ -65,8 +62,7 @@ class PreparedCloud {
 struct Plausibility {
   double explained = 0.0;  ///< share of the test points on a surface of the other cloud, both ways
   double contradicted = 0.0;  ///< share of them where the other scan saw through
-  /// In [-1, 1]; different places reach 0.05 at most.
-  [[nodiscard]] double score() const { return explained - contradicted; }
+  [[nodiscard]] double score() const { return explained - contradicted; }  ///< [-1, 1]
 };
 [[nodiscard]] Plausibility plausibility(PreparedCloud* model, PreparedCloud* data,
                                         const Pose& T_model_data, double tolerance_m);

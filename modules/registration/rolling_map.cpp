@@ -126,8 +126,7 @@ void VoxelTable::fit(std::uint32_t number) {
   eigen.computeDirect(v.moments.covariance());
   const Vec3f lambda = eigen.eigenvalues().cwiseMax(0.0F);
   const auto thickness = static_cast<float>(params_.max_thickness);
-  const float extent = std::max(static_cast<float>(params_.min_extent) * voxel_m_,
-                                static_cast<float>(params_.min_extent_m));
+  const float extent = static_cast<float>(params_.min_extent) * voxel_m_;
   if (lambda[1] < extent * extent || lambda[0] > thickness * thickness * lambda[1]) return;
   f.is_surface = true;
   f.surface.mean = corner(v) + v.moments.mean;

@@ -22,7 +22,6 @@ struct RollingMapParams {
   double max_thickness = 0.2;  ///< of a surface: smallest over middle standard deviation
   double min_extent = 0.2;     ///< middle standard deviation over the voxel's edge (a scan line is
                                ///< not a surface)
-  double min_extent_m = 0.0;   ///< and at least this
 };
 
 /// A patch of surface to which a point can be matched.

@@ -17,6 +17,16 @@ void keep_evenly(std::size_t most, Points* points) {
   points->resize(most);
 }
 
+Points thinned(const Points& in, int wanted) {
+  RCS_CHECK(wanted > 0);
+  // Odd, so that it does not alias with the rows of a sensor.
+  const std::size_t stride = (in.size() / static_cast<std::size_t>(wanted)) | 1U;
+  Points out;
+  out.reserve(in.size() / stride + 1);
+  for (std::size_t i = 0; i < in.size(); i += stride) out.push_back(in[i]);
+  return out;
+}
+
 void VoxelSampler::sample(const Points& in, double voxel_m, Points* out) {
   RCS_CHECK(voxel_m > 0.0);
   out->clear();

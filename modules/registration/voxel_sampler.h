@@ -11,6 +11,9 @@ namespace rcs::registration {
 /// Reduces the points to at most `most`, spread over all of them in their order.
 void keep_evenly(std::size_t most, Points* points);
 
+/// Every n-th point, n odd, so that approximately `wanted` (at least 1) remain.
+[[nodiscard]] Points thinned(const Points& points, int wanted);
+
 /// Keeps one point of each voxel: the first in scan order. Deterministic; the table is reused: no
 /// allocation once it has held a scan as large.
 class VoxelSampler {

@@ -68,7 +68,10 @@ class SpNode final : public Node {
   struct ScanPair {
     std::optional<registration::CloudMatcher> matcher;
     std::vector<Pose> T_rolling_vehicle;  ///< the best first; none: they determine no motion
+    std::optional<registration::Plausibility> contradiction;  ///< of a registration
   };
+  /// T_rolling_last^-1 T, of the LADAR instead of the vehicle.
+  [[nodiscard]] Pose ladar_motion_to(const Pose& T_rolling_vehicle) const;
   void compare_scans(const Pose& predicted, ScanPair* pair);
   void register_by_last_scan(ScanPair* pair, registration::Prediction* prediction,
                              registration::Registration* rolling);

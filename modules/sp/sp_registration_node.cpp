@@ -137,6 +137,12 @@ void SpNode::search_wide(const Expectation& expected, registration::Registration
   if (!registration::usable(rolling->stop) || again.overlap > rolling->overlap) *rolling = again;
 }
 
+Pose SpNode::ladar_motion_to(const Pose& T_rolling_vehicle) const {
+  const Pose T_vehicle_ladar{Quat::Identity(), config_.ladar.T_vehicle_mount.p};
+  return T_vehicle_ladar.inverse() * T_rolling_last_.inverse() * T_rolling_vehicle *
+         T_vehicle_ladar;
+}
+
 /// The pose at which this scan and the last one explain each other, whatever the motion between
 /// them is.
 void SpNode::compare_scans(const Pose& predicted, ScanPair* pair) {
@@ -146,19 +152,17 @@ void SpNode::compare_scans(const Pose& predicted, ScanPair* pair) {
   const WorkUnits left = static_cast<WorkUnits>(source_.size()) * config_.icp.max_iterations;
   if (pair->matcher || last_seen_.empty() || dense_.empty() || granted_ < needed + left) return;
   granted_ -= needed;
-  const Pose T_vehicle_seen{Quat::Identity(), config_.ladar.T_vehicle_mount.p};
-  pair->matcher.emplace(last_seen_, moved_by(-T_vehicle_seen.p, dense_),
-                        registration::CloudParams{});
-  const Pose guess = T_rolling_last_.inverse() * predicted;
-  const registration::CloudRegistration found = pair->matcher->conclude(
-      pair->matcher->search(T_vehicle_seen.inverse() * guess * T_vehicle_seen));
   const registration::CloudParams params;
+  const Pose T_vehicle_ladar{Quat::Identity(), config_.ladar.T_vehicle_mount.p};
+  pair->matcher.emplace(last_seen_, moved_by(-T_vehicle_ladar.p, dense_), params);
+  const registration::CloudRegistration found =
+      pair->matcher->conclude(pair->matcher->search(ladar_motion_to(predicted)));
   if (!registration::usable(found.best.stop) || !registration::accepted(found.verdict, params)) {
     return;
   }
   const auto add = [&](const Pose& T_last_scan) {
-    pair->T_rolling_vehicle.push_back(T_rolling_last_ * T_vehicle_seen * T_last_scan *
-                                      T_vehicle_seen.inverse());
+    pair->T_rolling_vehicle.push_back(T_rolling_last_ * T_vehicle_ladar * T_last_scan *
+                                      T_vehicle_ladar.inverse());
   };
   add(found.best.T_target_vehicle);
   // The map decides what is ambiguous between two scans.
@@ -178,11 +182,10 @@ void SpNode::register_by_last_scan(ScanPair* pair, registration::Prediction* pre
   if (!pair->matcher) return;
   if (pair->T_rolling_vehicle.empty()) {
     if (!registration::usable(rolling->stop)) return;
-    const Pose T_vehicle_seen{Quat::Identity(), config_.ladar.T_vehicle_mount.p};
-    const Pose moved = T_rolling_last_.inverse() * rolling->T_target_vehicle;
     const registration::Verdict verdict =
-        pair->matcher->judge(T_vehicle_seen.inverse() * moved * T_vehicle_seen);
+        pair->matcher->judge(ladar_motion_to(rolling->T_target_vehicle));
     if (!registration::contradictory(verdict, registration::CloudParams{})) return;
+    pair->contradiction = verdict.plausibility;
     rolling->stop = registration::Stop::kDiverged;
     rolling->T_target_vehicle = prediction->T_target_vehicle;
     rolling->information.setZero();
@@ -304,12 +307,20 @@ void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
   registration_out_.publish(&registration_message_);
 
   if (!registration::usable(rolling.stop)) {
-    report_.publish(
-        cycle.now, event::kSpRegistrationFailed,
-        "scan {} not used: registration ended with {}, {} of {} points matched, {:.2f} m "
-        "from the prediction",
-        assembler_.scan_id(), registration::name_of(rolling.stop), rolling.pairs, rolling.points,
-        rolling.correction_m);
+    if (pair.contradiction) {
+      report_.publish(cycle.now, event::kSpRegistrationFailed,
+                      "scan {} not used: it contradicts the last scan: {:.0f} % of what is not "
+                      "ground lies on surfaces of it, {:.0f} % where it saw through",
+                      assembler_.scan_id(), 100.0 * pair.contradiction->explained,
+                      100.0 * pair.contradiction->contradicted);
+    } else {
+      report_.publish(
+          cycle.now, event::kSpRegistrationFailed,
+          "scan {} not used: registration ended with {}, {} of {} points matched, {:.2f} m "
+          "from the prediction",
+          assembler_.scan_id(), registration::name_of(rolling.stop), rolling.pairs, rolling.points,
+          rolling.correction_m);
+    }
     // Without INS the scans are faulty rather than the map, which is kept for longer.
     constexpr int kLongerWithoutIns = 3;
     const int limit = config_.reseed_after * (expected.ins_lost ? kLongerWithoutIns : 1);

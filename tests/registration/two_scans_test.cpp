@@ -96,7 +96,7 @@ TEST(TwoScans, DifferentStreetsAreRejected) {
 }
 
 TEST(TwoScans, AMovingCarIsNotFollowed) {
-  // 1.5 m behind it all, at the same speed: the car is where it was in both scans.
+  // The car drives as fast as the sensor: it has the same place in both scans.
   test::RayScene street = test::street(true);
   const auto with_car = [&street](double x_m) {
     test::RayScene s = street;

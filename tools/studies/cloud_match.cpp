@@ -21,20 +21,15 @@ void take(const registration::Registration& r, CloudMatch* m) {
   m->mean_distance_of_pairs_m = r.mean_distance_m;
 }
 
-void verify(registration::CloudMatcher* matcher, CloudMatch* m) {
-  if (!m->good) return;
-  CpuWatch watch;
-  m->verdict = matcher->judge(m->T_model_data);
-  m->cpu_ms.emplace_back("verify", watch.stop_ms());
-  const registration::CloudParams params;
-  m->good = registration::accepted(*m->verdict, params);
-  if (!registration::plausible(*m->verdict, params)) m->stop = kDisagreement;
-}
-
+/// Every method also returns a pose for unrelated clouds, hence the check.
 void verify(const Points& model, const Points& data, CloudMatch* m) {
   if (!m->good) return;
-  registration::CloudMatcher matcher(model, data, registration::CloudParams{});
-  verify(&matcher, m);
+  CpuWatch watch;
+  const registration::CloudParams params;
+  m->verdict = registration::CloudMatcher(model, data, params).judge(m->T_model_data);
+  m->cpu_ms.emplace_back("verify", watch.stop_ms());
+  m->good = registration::accepted(*m->verdict, params);
+  if (!registration::plausible(*m->verdict, params)) m->stop = kDisagreement;
 }
 
 enum class From { kGuess, kAnywhere };

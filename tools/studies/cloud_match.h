@@ -16,7 +16,7 @@
 
 namespace rcs::studies {
 
-/// CloudMatch::stop if the clouds contradict each other at the result.
+/// CloudMatch::stop if the method has converged and its result is not plausible.
 inline constexpr const char* kDisagreement = "disagreement";
 
 /// Result of every method.

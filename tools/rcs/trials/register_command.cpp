@@ -295,12 +295,12 @@ class Register final : public Command {
       const registration::CloudParams limits;
       return fmt::format(
           "rejected: at the result {:.0f} % of what is not ground lies on surfaces of the other "
-          "cloud, and {:.0f} % where the other scan saw through (limits: {:.0f} % more, and {:.2f} "
-          "times as many), and in the direction of least agreement {:.0f} % agree (limit {:.0f} "
-          "%); the clouds do not overlap, or the error of the guess is too large",
-          100.0 * p.explained, 100.0 * p.contradicted, 100.0 * limits.min_score,
-          limits.max_contradicted, 100.0 * answer.verdict->agreement.least,
-          100.0 * limits.min_least);
+          "cloud (explained), {:.0f} % where the other scan saw through (contradicted), and {:.0f} "
+          "% of the surfaces agree in the direction of least agreement; required: explained at "
+          "least {:.0f} % above contradicted, contradicted at most {:.2f} of explained, agreement "
+          "at least {:.0f} %. The clouds do not overlap, or the error of the guess is too large",
+          100.0 * p.explained, 100.0 * p.contradicted, 100.0 * answer.verdict->agreement.least,
+          100.0 * limits.min_score, limits.max_contradicted, 100.0 * limits.min_least);
     }
     if (!answer.verdict->agreement.undetermined.isZero()) {
       return undetermined(answer.verdict->agreement.undetermined);
