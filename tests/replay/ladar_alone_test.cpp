@@ -3,64 +3,25 @@
 
 #include <gtest/gtest.h>
 
-#include <functional>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
-#include "lcmtypes/rcs/ladar_points_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
 #include "modules/sp/sp_node.h"
 #include "rcs/node/bus/local_bus.h"
 #include "rcs/node/executor.h"
-#include "rcs/node/timeline/lockstep_timeline.h"
 #include "tests/registration/ray_scenes.h"
+#include "tests/replay/point_scans.h"
 
 namespace rcs::test {
 namespace {
 
 constexpr double kHeight_m = 1.8;
 const Pose kMount{Quat::Identity(), Vec3(0.8, -0.3, 1.0)};  // of the LADAR in the vehicle
-
-/// Scans of given scenes from given poses, one facet each.
-class RayScans final : public EventSource {
- public:
-  RayScans(Duration interval, std::vector<Points> scans)
-      : interval_(interval), scans_(std::move(scans)) {}
-
-  Stamp peek() override {
-    if (next_ == scans_.size()) return Stamp::max();
-    return reference(next_) + from_milliseconds(20.0);
-  }
-
-  void take(SourceEvent* event) override {
-    const Points& points = scans_[next_];
-    ladar_points_t m{};
-    m.utime = to_utime(reference(next_));
-    m.reference_utime = m.utime;
-    m.seq = static_cast<std::int64_t>(next_) + 1;
-    m.scan_id = static_cast<std::int64_t>(next_);
-    m.facet_count = 1;
-    m.x_m = points.x;
-    m.y_m = points.y;
-    m.z_m = points.z;
-    m.n = static_cast<std::int32_t>(points.size());
-    event->channel = channel::kLadarPoints;
-    event->data.resize(static_cast<std::size_t>(m.getEncodedSize()));
-    m.encode(event->data.data(), 0, m.getEncodedSize());
-    ++next_;
-  }
-
- private:
-  [[nodiscard]] Stamp reference(std::size_t k) const {
-    return Stamp() + static_cast<int>(k) * interval_;
-  }
-  Duration interval_;
-  std::vector<Points> scans_;
-  std::size_t next_ = 0;
-};
 
 class Registrations final : public Receiver {
  public:
@@ -78,22 +39,19 @@ bool is_usable(const registration_t& r) {
 }
 
 std::vector<registration_t> registered(Duration interval, std::vector<Points> scans) {
-  const Result<ParamFile> file = ParamFile::parse(R"([ladar]
+  const Result<sp::SpConfig> config = sp::load_sp_config(parsed(R"([ladar]
 max_range_m = 80.0
 mount_m = [0.8, -0.3, 1.0]
 [sp]
 budget_ms = 80.0
 source_voxel_m = 0.5
 map_voxel_m = 0.1
-)",
-                                                  "ladar_alone");
-  RCS_CHECK(file.ok());
-  const Result<sp::SpConfig> config = sp::load_sp_config(*file);
+)"));
   RCS_CHECK(config.ok());
   LocalBus bus;
   sp::SpNode node(*config, PriorTerrain(), &bus);
   const Registrations registrations(&bus);
-  RayScans source(interval, std::move(scans));
+  PointScans source(std::move(scans), interval, 1);
   LockstepTimeline timeline(&bus, &source, from_milliseconds(100.0));
   run({&node}, timeline, nullptr);
   return registrations.all;
@@ -109,6 +67,7 @@ void expect_followed(const std::vector<Pose>& poses, Duration interval) {
   std::mt19937 rng(17);
   const RayScene scene = street(true);
   std::vector<Points> scans;
+  scans.reserve(poses.size());
   for (const Pose& pose : poses) scans.push_back(scan(scene, rings(), pose, &rng));
   const std::vector<registration_t> found = registered(interval, std::move(scans));
   ASSERT_EQ(found.size(), poses.size());
@@ -140,6 +99,7 @@ TEST(LadarAlone, AHandThatTurnsBy45DegBetweenScansIsFollowed) {
 
 TEST(LadarAlone, AVehicleThatMovesByThreeMetresBetweenScansIsFollowed) {
   std::vector<Pose> poses;
+  poses.reserve(12);
   for (int k = 0; k < 12; ++k) poses.push_back(at(-18.0 + 2.7 * k, 0.1 * k, 0.02 * k));
   expect_followed(poses, from_milliseconds(417.0));
 }
@@ -155,6 +115,7 @@ TEST(LadarAlone, AnotherPlaceIsNoticedAndBeginsAnotherMap) {
   constexpr int kBefore = 10;
   constexpr int kAfter = 40;
   std::vector<Points> scans;
+  scans.reserve(kBefore + kAfter);
   for (int k = 0; k < kBefore; ++k) scans.push_back(scan(one, rings(), at(0.4 * k, 0, 0), &rng));
   for (int k = 0; k < kAfter; ++k) scans.push_back(scan(other, rings(), at(0.4 * k, 0, 0), &rng));
   const std::vector<registration_t> found = registered(from_milliseconds(100.0), std::move(scans));

@@ -3,23 +3,24 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
-#include "lcmtypes/rcs/ladar_points_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
 #include "modules/sp/sp_node.h"
 #include "modules/wm/wm_node.h"
 #include "rcs/node/bus/local_bus.h"
 #include "rcs/node/executor.h"
-#include "rcs/node/timeline/lockstep_timeline.h"
+#include "tests/replay/point_scans.h"
 #include "tests/replay/real_data.h"
 
 namespace rcs::test {
@@ -27,66 +28,24 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// One facet of 1/16 of a scan's points after the other, scan after scan.
-class Scans final : public EventSource {
- public:
-  explicit Scans(const fs::path& folder) {
-    for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
-      if (entry.path().extension() == ".bin") files_.push_back(entry.path());
+std::vector<Points> scans_in(const fs::path& folder) {
+  std::vector<fs::path> files;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    if (entry.path().extension() == ".bin") files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  std::vector<Points> scans;
+  for (const fs::path& file : files) {
+    std::ifstream in(file, std::ios::binary);
+    Points points;
+    std::array<float, 3> p{};
+    while (in.read(reinterpret_cast<char*>(p.data()), sizeof p)) {
+      points.push_back(Vec3f(p[0], p[1], p[2]));
     }
-    std::sort(files_.begin(), files_.end());
+    scans.push_back(std::move(points));
   }
-  [[nodiscard]] std::size_t size() const { return files_.size(); }
-
-  Stamp peek() override {
-    if (scan_ == files_.size()) return Stamp::max();
-    return Stamp() + static_cast<int>(scan_) * from_milliseconds(100.0) +
-           (facet_ + 1) * from_milliseconds(6.0);
-  }
-
-  void take(SourceEvent* event) override {
-    if (facet_ == 0) load();
-    const std::size_t begin = points_.size() / 3 * static_cast<std::size_t>(facet_) / kFacets;
-    const std::size_t end = points_.size() / 3 * static_cast<std::size_t>(facet_ + 1) / kFacets;
-    ladar_points_t m{};
-    m.utime = to_utime(Stamp() + static_cast<int>(scan_) * from_milliseconds(100.0));
-    m.reference_utime = m.utime;
-    m.seq = ++seq_;
-    m.scan_id = static_cast<std::int64_t>(scan_);
-    m.facet = static_cast<std::int16_t>(facet_);
-    m.facet_count = kFacets;
-    for (std::size_t i = begin; i < end; ++i) {
-      m.x_m.push_back(points_[3 * i]);
-      m.y_m.push_back(points_[3 * i + 1]);
-      m.z_m.push_back(points_[3 * i + 2]);
-    }
-    m.n = static_cast<std::int32_t>(m.x_m.size());
-    event->channel = channel::kLadarPoints;
-    event->data.resize(static_cast<std::size_t>(m.getEncodedSize()));
-    m.encode(event->data.data(), 0, m.getEncodedSize());
-    if (++facet_ == kFacets) {
-      facet_ = 0;
-      ++scan_;
-    }
-  }
-
- private:
-  static constexpr int kFacets = 16;
-
-  void load() {
-    std::ifstream in(files_[scan_], std::ios::binary | std::ios::ate);
-    points_.resize(static_cast<std::size_t>(in.tellg()) / sizeof(float));
-    in.seekg(0);
-    in.read(reinterpret_cast<char*>(points_.data()),
-            static_cast<std::streamsize>(points_.size() * sizeof(float)));
-  }
-
-  std::vector<fs::path> files_;
-  std::vector<float> points_;
-  std::size_t scan_ = 0;
-  int facet_ = 0;
-  std::int64_t seq_ = 0;
-};
+  return scans;
+}
 
 /// Largest extent along an axis.
 class Extent {
@@ -126,18 +85,16 @@ class Poses final : public Receiver {
 TEST(Static, AVehicleAtRestStaysWithin1cm) {
   const std::string folder = unpacked("norlab_static_lidar/scans_xyz_bin.tar.xz");
   if (folder.empty()) GTEST_SKIP() << kNoData;
-  Scans scans(folder);
+  std::vector<Points> scans = scans_in(folder);
   ASSERT_EQ(scans.size(), 14U);
-  const Result<ParamFile> file = ParamFile::parse(R"([ladar]
+  const ParamFile file = parsed(R"([ladar]
 max_range_m = 80.0
 [sp]
 source_voxel_m = 0.3
 map_voxel_m = 0.1
-)",
-                                                  "static");
-  ASSERT_TRUE(file.ok());
-  const Result<sp::SpConfig> sp_config = sp::load_sp_config(*file);
-  const Result<wm::WmConfig> wm_config = wm::load_wm_config(*file);
+)");
+  const Result<sp::SpConfig> sp_config = sp::load_sp_config(file);
+  const Result<wm::WmConfig> wm_config = wm::load_wm_config(file);
   ASSERT_TRUE(sp_config.ok()) << sp_config.error().message;
   ASSERT_TRUE(wm_config.ok()) << wm_config.error().message;
   LocalBus bus;
@@ -145,7 +102,8 @@ map_voxel_m = 0.1
   wm::WmNode wm_node(*wm_config, &bus);
   const Poses registrations(&bus, channel::kSpRegistration);
   const Poses beliefs(&bus, channel::kWmNavState);
-  LockstepTimeline timeline(&bus, &scans, from_milliseconds(100.0));
+  PointScans source(std::move(scans), from_milliseconds(100.0), 16);
+  LockstepTimeline timeline(&bus, &source, from_milliseconds(100.0));
   run({&sp_node, &wm_node}, timeline, nullptr);
 
   const Vec3 sp_cm = 100.0 * registrations.extent.peak_to_peak();
