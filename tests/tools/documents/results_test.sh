@@ -82,7 +82,7 @@ while IFS= read -r line; do
     case ${words[k]} in --test-dir) ((++k)) ;; -V) ;; *) rest+=("${words[k]}") ;; esac
   done
   check_ctest "${rest[@]}"
-done < <(grep -hoE '(`ctest|`tools/test|^ctest|^tools/test) [^`#]*' README.md docs/user/*.md docs/experiments/*.md | tr -d "\`'\"" | sort -u)
+done < <(grep -hoE '(`ctest|`tools/test|^ctest|^tools/test) [^`#]*' README.md docs/user/*.md docs/experiments/*/*.md | tr -d "\`'\"" | sort -u)
 
 [ $failures -eq 0 ] || exit 1
 echo "results_test: passed: $(rows_of docs/requirements.md) requirements, $(wc -w <<<"$groups") groups"

@@ -1,5 +1,5 @@
 // `rcs outages` and drills on real recordings, on the command line; the tables of
-// docs/experiments/outages_on_recordings.md. The assertions guard against regressions; the tables
+// docs/experiments/faults/outages_on_recordings.md. The assertions guard against regressions; the tables
 // show the accuracy.
 
 #include <fmt/format.h>
