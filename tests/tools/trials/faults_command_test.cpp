@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "tests/support/rcs_command.h"
 
@@ -26,6 +28,15 @@ TEST_F(FaultsCommand, AnInterruptedSeriesIsContinued) {
   EXPECT_LE(rcs(command), 1) << messages();
   EXPECT_EQ(rcs::test::text_of(runs), two);
   EXPECT_EQ(rcs(command + " --first-seed 9"), 3) << "another series";
+  EXPECT_EQ(rcs::test::text_of(runs), two);
+
+  // One of them again, with its log; the series stays as it is.
+  EXPECT_LE(rcs(command + " --run 1 --json"), 1) << messages();
+  const auto again = nlohmann::json::parse(out()).at("runs");
+  ASSERT_EQ(again.size(), 1U);
+  const std::string line = two.substr(two.rfind('\n', two.size() - 2) + 1);
+  EXPECT_EQ(again[0].at("hash"), nlohmann::json::parse(line).at("hash"));
+  EXPECT_TRUE(std::filesystem::exists(folder_ + "/series/f0001.log"));
   EXPECT_EQ(rcs::test::text_of(runs), two);
 }
 

@@ -1,6 +1,6 @@
 // `rcs outages` and drills on real recordings, on the command line; the tables of
-// docs/experiments/faults/outages_on_recordings.md. The assertions guard against regressions; the tables
-// show the accuracy.
+// docs/experiments/faults/outages_on_recordings.md. The assertions guard against regressions; the
+// tables show the accuracy.
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 #include <mutex>
+#include <numeric>
 #include <set>
 #include <utility>
 
@@ -65,6 +66,10 @@ class FaultsCommand final : public Command {
         ->add_option("--runs", runs_, "number of drives")
         ->check(CLI::Range(1, 100000))
         ->capture_default_str();
+    add_list(app(), "--run", &only_runs_,
+             "drives of the series, by number, instead of the first --runs; with -o only their\n"
+             "logs are written (rcs why)")
+        ->check(CLI::NonNegativeNumber);
     app()
         ->add_option("--faults", plan_.faults, "faults at the same time, of different sensors")
         ->check(CLI::Range(1, 2))
@@ -103,7 +108,9 @@ class FaultsCommand final : public Command {
         "  rcs faults -o out/faults                         # 600 drives: some hours; Ctrl-C and\n"
         "                                                   # the same command continue it\n"
         "  rcs faults --runs 60 --only ins --first-seed 501 -o out/ins\n"
-        "  rcs faults --runs 200 --faults 2 -o out/two");
+        "  rcs faults --runs 200 --faults 2 -o out/two\n"
+        "  rcs faults --run 137 -o out/run137               # one of the 600, with its log\n"
+        "  rcs why out/run137/f0137.log");
   }
 
   int run() override {
@@ -160,7 +167,7 @@ class FaultsCommand final : public Command {
     Result<drills::DrillVehicle> vehicle = drills::load_drill_vehicle(config_);
     if (!vehicle) return vehicle.error();
     std::optional<RunsFile> file;
-    if (!out_.empty()) {
+    if (!out_.empty() && only_runs_.empty()) {
       file.emplace(out_ + "/runs.jsonl", plan_line());
       if (Outcome read = file->read(&results_); !read) return read;
     }
@@ -173,7 +180,14 @@ class FaultsCommand final : public Command {
     campaign.keep_records = false;
     std::vector<drills::RandomFault> faults;
     std::vector<int> indices;
-    for (int index = 0; index < runs_; ++index) {
+    std::vector<int> wanted = only_runs_;
+    if (wanted.empty()) {
+      wanted.resize(static_cast<std::size_t>(runs_));
+      std::iota(wanted.begin(), wanted.end(), 0);
+    } else {
+      campaign.logs_folder = out_;
+    }
+    for (const int index : wanted) {
       if (completed.count(index) > 0) continue;
       faults.push_back(drills::random_fault(plan_, index));
       faults.back().drill.seed = faults.back().seed;
@@ -231,7 +245,8 @@ class FaultsCommand final : public Command {
         fmt::print("\nRuns outside of a limit:\n{}", to_text(violations));
       }
     }
-    return out_.empty() ? Outcome(Done{}) : tools::write_text(out_ + "/faults.json", text);
+    if (out_.empty() || !only_runs_.empty()) return Done{};
+    return tools::write_text(out_ + "/faults.json", text);
   }
 
   drills::RandomFaultPlan plan_{
@@ -242,6 +257,7 @@ class FaultsCommand final : public Command {
       10,
       {}};
   int runs_ = 600;
+  std::vector<int> only_runs_;
   std::string config_ = "config/demo3.toml";
   int jobs_ = 0;
   std::string out_;
