@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace rcs::wm {
 namespace {
@@ -118,6 +119,10 @@ Model::Model(const WmParams& p) : params(p) {
   }
 }
 
+// After a gap of the INS in which roll and pitch have become so uncertain.
+constexpr Duration kLevelAfter = from_milliseconds(500.0);
+constexpr double kLevelBeyond_rad = 0.05;
+
 void advance(const Model& model, Stamp to, const ImuSample* next_imu, FilterState* s,
              Innovations* records) {
   if (to < s->belief.x.stamp) return;
@@ -159,7 +164,11 @@ void advance(const Model& model, Stamp to, const ImuSample* next_imu, FilterStat
   if (to != imu.stamp) return;
 
   m.ins_stamp = imu.stamp;
-  if (was_silent) m.ins_gap_end = imu.stamp;
+  if (was_silent) {
+    m.ins_gap_end = imu.stamp;
+    m.level_due = true;
+    m.stillness = {};
+  }
   if (held > Duration::zero()) {  // variance that the second process model would have added
     const double t = seconds(held);
     const double qa = model.params.motion.acceleration;
@@ -170,6 +179,13 @@ void advance(const Model& model, Stamp to, const ImuSample* next_imu, FilterStat
   }
   m.stillness.add(imu, model.params.stillness.window_s);
   m.lasting.add(imu, model.earth.gravity, model.params.ins.motion_time_s);
+  if (m.level_due && imu.stamp - m.ins_gap_end >= kLevelAfter) {
+    m.level_due = false;
+    const double tilt_rad2 = s->belief.P.diagonal().segment<2>(kAttitude).maxCoeff();
+    if (tilt_rad2 > kLevelBeyond_rad * kLevelBeyond_rad && !m.withheld.force) {
+      s->belief = level_by_force(model, s->belief, m.stillness.mean_force);
+    }
+  }
   SourceRecord& record = m.of(Source::kZeroVelocity);
   const bool due = record.accepted == Stamp::min() ||
                    imu.stamp - record.accepted >= model.params.stillness.period;
@@ -183,6 +199,12 @@ void advance(const Model& model, Stamp to, const ImuSample* next_imu, FilterStat
   if (f.reason != Reason::kAccepted) return;
   s->belief = f.belief;
   record = {imu.stamp, m.distance_m};
+}
+
+Belief level_by_force(const Model& model, const Belief& belief, const Vec3& force) {
+  constexpr double kNoGate = std::numeric_limits<double>::infinity();
+  const double sigma = model.params.align.moving_level_sigma_mps2;
+  return update(belief, level(belief.x, force, model.earth.gravity, sigma), kNoGate).belief;
 }
 
 void count_reset(const ModeParams& params, const Pose& before, FilterState* s) {

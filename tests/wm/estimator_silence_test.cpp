@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 
+#include "modules/wm/alignment.h"
 #include "modules/wm/integrity.h"
 #include "tests/wm/estimator_rig.h"
 
@@ -134,6 +136,34 @@ TEST(EstimatorSilence, AClockStepOfTheInsMovesNothing) {
       EXPECT_EQ(seen.clock_steps, 0) << step_s;
     }
   }
+}
+
+/// Tilt after 0.8 s of a level INS that follows a gap, with a pitch that is wrong by 0.3 rad.
+double tilt_after_a_gap(double sigma_rad, double gap_s) {
+  const WmParams params;
+  const Model model(params);
+  const Stamp begin{from_seconds(100.0)};
+  FilterState s;
+  s.belief = initial_belief(params, begin);
+  s.belief.x.T_world_vehicle.q = exp_so3(Vec3(0.0, 0.3, 0.0));
+  s.belief.P.diagonal().segment<3>(kAttitude).setConstant(sigma_rad * sigma_rad);
+  s.memory.ins_stamp = begin;
+  s.memory.odometry_mps = 6.0;  // it moves: no zero-velocity update
+  const Duration period = from_milliseconds(10.0);
+  const Stamp from = begin + from_seconds(gap_s);
+  for (Stamp t = from; t < from + from_seconds(0.8); t += period) {
+    const ImuSample imu{t, period, Vec3::Zero(),
+                        Vec3(0.0, 0.0, model.earth.gravity * seconds(period))};
+    Innovations unread;
+    advance(model, t, &imu, &s, &unread);
+  }
+  return std::acos((s.belief.x.T_world_vehicle.q * Vec3::UnitZ()).z());
+}
+
+TEST(EstimatorSilence, AfterAGapTheSpecificForceLevelsAnUncertainVehicle) {
+  EXPECT_LT(tilt_after_a_gap(0.3, 3.0), 0.05);
+  // A short gap changes nothing: an acceleration is no tilt.
+  EXPECT_GT(tilt_after_a_gap(0.01, 0.3), 0.25);
 }
 
 }  // namespace

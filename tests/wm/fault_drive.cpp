@@ -39,7 +39,7 @@ Seen drive(double length_s, const Disturbance& d, unsigned seed, double from_s) 
       RollingMatch match = sensors.scan(i);
       match.T_rolling_vehicle.p += d.match_off(t);
       d.match(t, &match);
-      estimator.add(now, match);
+      if (d.has_match(t)) estimator.add(now, match);
     }
     if (d.map_off && i % 10 == 0) estimator.add(now, sensors.prior(i, d.map_off(t)));
     if (i % 5 == 0) estimator.add(now, sensors.odometry(i));
@@ -68,6 +68,7 @@ Seen drive(double length_s, const Disturbance& d, unsigned seed, double from_s) 
     local_before = estimator.T_local_vehicle();
     true_before = truth[i].T_world_vehicle;
     seen.end_m = error;
+    seen.end_up_m = off_m.z();
     seen.forces_excluded = seen.forces_excluded || s.memory.withheld.force;
     if (t < from_s) continue;
     if ((told.alerts & kAlertGps) != 0 && seen.first_alert_s < 0.0) seen.first_alert_s = t;

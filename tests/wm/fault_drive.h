@@ -15,6 +15,7 @@ struct Disturbance {
   std::function<Vec3(double t_s)> fix_off = [](double) { return Vec3(Vec3::Zero()); };
   std::function<Vec3(double t_s)> velocity_off = [](double) { return Vec3(Vec3::Zero()); };
   std::function<bool(double t_s)> has_fix = [](double) { return true; };
+  std::function<bool(double t_s)> has_match = [](double) { return true; };
   std::function<Vec3(double t_s)> match_off = [](double) { return Vec3(Vec3::Zero()); };
   std::function<void(double t_s, RollingMatch* match)> match = [](double, RollingMatch*) {};
   std::function<Vec3(double t_s)> map_off;  ///< empty: there is no a priori map
@@ -28,6 +29,7 @@ struct Seen {
   double worst_m = 0.0;             ///< horizontal error
   double worst_local_step_m = 0.0;  ///< in addition to the motion
   double end_m = 0.0;               ///< error at the end
+  double end_up_m = 0.0;            ///< of the height
   int beyond_protection = 0;        ///< samples, horizontal
   int above_protection = 0;         ///< samples, vertical
   int samples = 0;

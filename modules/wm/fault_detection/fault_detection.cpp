@@ -99,7 +99,7 @@ void Trust::drop_what_passed_a_gap() {
   gps_contradicts_ = Stamp::max();
   cusum_.setZero();
   ladar_doubted_since_ = map_doubted_since_ = Stamp::min();
-  ins_by_ladar_ = ins_by_gps_ = {};
+  ins_by_ladar_ = ins_by_gps_ = ins_by_constraint_ = {};
   detectable_m_ = kAnything_m;
 }
 
@@ -110,8 +110,8 @@ bool Trust::tests_are_calm(Stamp branch, Stamp now) const {
   const Duration age = branch == Stamp::min() ? Duration::zero() : now - branch;
   const bool uncertain = age > 2 * params_.branch;
   const double limit = age > 4 * params_.branch ? 1.0 : uncertain ? kCalmLater : kCalm;
-  const double worst =
-      std::max({gps_test_ratio_, ladar_test_ratio_, map_test_ratio_, ins_by_gps_.ratio});
+  const double worst = std::max({gps_test_ratio_, ladar_test_ratio_, map_test_ratio_,
+                                 ins_by_gps_.ratio, ins_by_constraint_.ratio});
   const double ins = ladar_is_poor() ? ins_test_ratio() : ins_by_ladar_.ratio;
   return worst <= limit && ins <= (uncertain ? kContradicts : kInsCalm);
 }
@@ -292,12 +292,12 @@ std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
   accused_ = belief.memory.gps_accused;
   // An error of GPS may have begun before the rejections: the sub-filter has none of these fixes.
   const auto* const fix = std::get_if<GpsFix>(&m.value);
-  if (accused && fix != nullptr && without_gps_.alive() &&
-      belief.belief.x.stamp - without_gps_.branch > kYoung) {
-    const Nis n = nis(belief, *fix, model.params.gps, 0.0);  // reported as the cause
-    gps_test_ratio_ = std::max(n.horizontal / model.gates[2], n.vertical / model.gates[1]);
-    std::optional<FilterState> change = exclude_ins_or_ladar(model, *fix, belief);
-    return change ? change : exclude_gps(belief, model.params.modes);
+  if (accused && without_gps_.alive() && belief.belief.x.stamp - without_gps_.branch > kYoung) {
+    gps_suspect_ = belief.belief.x.stamp;
+  }
+  if (!belief.memory.gps_accused) gps_suspect_ = Stamp::min();
+  if (gps_suspect_ != Stamp::min() && fix != nullptr) {
+    return judge_suspect_fix(model, *fix, belief);
   }
   std::optional<FilterState> change;
   if (fix != nullptr && belief.memory.anchored) {
@@ -319,7 +319,7 @@ FilterState Trust::found(Finding finding, const FilterState& next, const FilterS
   finding_ = finding;
   ++findings_;
   finding_ratio_ = std::max({gps_test_ratio_, ladar_test_ratio_, map_test_ratio_,
-                             ins_by_ladar_.ratio, ins_by_gps_.ratio});
+                             ins_by_ladar_.ratio, ins_by_gps_.ratio, ins_by_constraint_.ratio});
   finding_moved_m_ =
       (next.belief.x.T_world_vehicle.p - belief.belief.x.T_world_vehicle.p).head<2>().norm();
   const Stamp now = belief.belief.x.stamp;
@@ -330,6 +330,8 @@ FilterState Trust::found(Finding finding, const FilterState& next, const FilterS
   state.memory.last_reset = belief.memory.last_reset;
   state.memory.fix_heard = belief.memory.fix_heard;
   count_reset(modes, belief.belief.x.T_world_vehicle, &state);
+  if (finding == Finding::kLadarFaulty) ladar_excluded_ = now;
+  gps_suspect_ = Stamp::min();
   const bool of_ladar = finding == Finding::kLadarFaulty || finding == Finding::kLadarReadmitted;
   if (finding == Finding::kGpsReadmitted || finding == Finding::kFilterFaulty) {
     gps_probation_ = now + params_.probation;
@@ -337,7 +339,7 @@ FilterState Trust::found(Finding finding, const FilterState& next, const FilterS
   if (finding == Finding::kLadarReadmitted) ladar_probation_ = now + params_.probation;
   gps_right_ = ladar_right_ = ins_right_ = {};
   turned_ = {};
-  ins_by_ladar_ = ins_by_gps_ = {};
+  ins_by_ladar_ = ins_by_gps_ = ins_by_constraint_ = {};
   scan_ = {};
   votes_.reset_votes();
   wheels_vote_ = fix_vote_ = 0.0;

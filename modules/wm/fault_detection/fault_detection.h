@@ -133,6 +133,16 @@ class Trust {
     /// Above the limit for this time, or for less with a larger ratio.
     [[nodiscard]] bool lasts(Stamp now, Duration time) const;
   };
+  /// What a residual of the inertial motion has become since its first second: a velocity or a
+  /// heading that was wrong when it branched is no fault of the INS.
+  struct Drift {
+    Stamp since = Stamp::min(), newest = Stamp::min();
+    double first = 0.0;  ///< mean of the first second
+    double mean = 0.0;   ///< of the last one
+
+    /// @return the change, once it has been measured for two seconds
+    std::optional<double> add(Stamp stamp, double value);
+  };
   /// A copy of the filter that continues by the INS alone, and what the LADAR measures against it.
   struct Inertial {
     Subfilter subfilter;
@@ -141,7 +151,8 @@ class Trust {
     Vec6 weighted = Vec6::Zero();     ///< their residuals, weighted by it
     Vec6 residual = Vec6::Zero();     ///< their mean
     int matches = 0;
-    double rotation = 0.0;     ///< ratio of the rotation alone
+    std::array<Drift, 2> across;  ///< against the constraint: to the left, upwards
+    double rotation = 0.0;        ///< ratio of the rotation alone
     bool in_rotation = false;  ///< the newest match contradicts its rotation more than its position
 
     void forget_matches();
@@ -158,6 +169,7 @@ class Trust {
   void test_ins(const Model& model, const Measurement& m, const FilterState& belief);
   void test_ins_by_ladar(const Model& model, const RollingMatch& z);
   void test_ins_by_fix(const Model& model, const GpsFix& z, Stamp stamp);
+  void test_ins_by_constraint(const OdometryParams& params, Stamp stamp);
   void vote_by_fix(const Model& model, const GpsFix& z);
   void vote_by_wheels(const OdometryParams& params, const OdometrySample& z);
   [[nodiscard]] std::optional<double> test_by_match(const Model& model, const RollingMatch& z,
@@ -168,6 +180,7 @@ class Trust {
   /// Between INS and LADAR.
   enum class Faulty { kUnknown, kIns, kLadar };
   [[nodiscard]] Faulty ins_or_ladar(Stamp now) const;
+  [[nodiscard]] bool no_vehicle_moves_so(double ratio) const;
   [[nodiscard]] bool ladar_is_poor() const;
   [[nodiscard]] bool by_one_scan() const;
   [[nodiscard]] bool gyro_is_right() const;
@@ -192,6 +205,8 @@ class Trust {
   [[nodiscard]] bool knows_attitude(const FilterState& belief) const;
   std::optional<FilterState> judge_fix(const Model& model, const GpsFix& z,
                                        const FilterState& belief);
+  std::optional<FilterState> judge_suspect_fix(const Model& model, const GpsFix& z,
+                                               const FilterState& belief);
   void suppose_gps_right(const Model& model, const GpsFix& z, const FilterState& belief);
   /// The horizontal error that an undetected fault may have caused.
   [[nodiscard]] double possible_error_m(const FilterState& belief) const;
@@ -228,7 +243,9 @@ class Trust {
   static constexpr Duration kInsAgrees = from_seconds(5.0);
   static constexpr Duration kNewInertial = from_milliseconds(2500.0);
   static constexpr double kContradicts = 2.5;  // ratio of INS and LADAR; smaller ones are frequent
-  static constexpr double kQuiet = 0.15;       // ratio without any sign of a fault
+  static constexpr double kSuspectAcross = 0.2;  // 2.2 standard deviations: another source decides
+  static constexpr double kBlameless = 0.1;      // 1.5 standard deviations
+  static constexpr double kQuiet = 0.15;         // ratio without any sign of a fault
   static constexpr Duration kBefore = from_seconds(1.5);  // a fault shows so much later
   static constexpr double kInsCalm = 0.7;
   static constexpr double kCalm = 0.3;  // test ratio below which sub-filters are branched
@@ -252,7 +269,7 @@ class Trust {
   Subfilter before_;  ///< the state from before kFilterFaulty, until the probation of GPS ends
   Hypothesis gps_right_, ladar_right_, ins_right_;
   TurnedPath turned_;  ///< while GPS is not fused
-  InertialTest ins_by_ladar_, ins_by_gps_;
+  InertialTest ins_by_ladar_, ins_by_gps_, ins_by_constraint_;
   ScanRotation scan_;
   static constexpr double kNever_m = -1e9;
   double ladar_poor_m_ = kNever_m;  ///< distance driven when fixes last contradicted the LADAR
@@ -273,6 +290,8 @@ class Trust {
   Vec<4> cusum_ =
       Vec<4>::Zero();  ///< cumulative sums of the GPS velocity: east, west, north, south
   Stamp ladar_doubted_since_ = Stamp::min(), map_doubted_since_ = Stamp::min();
+  Stamp ladar_excluded_ = Stamp::min();
+  Stamp gps_suspect_ = Stamp::min();  ///< since its rejected fixes withhold it; the cause is open
   Stamp gps_probation_ = Stamp::min(), ladar_probation_ = Stamp::min();
   Stamp gps_fused_from_ = Stamp::min();  ///< readmitted; the filter moves to it for a while
   double gps_test_ratio_ = 0.0, ladar_test_ratio_ = 0.0, map_test_ratio_ = 0.0;

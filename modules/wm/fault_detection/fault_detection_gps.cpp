@@ -18,6 +18,8 @@ constexpr double kHeading_rad = 0.05;
 constexpr Duration kPossible = from_seconds(8.0);
 constexpr double kPossible_m = 20.0;
 constexpr double kMostPossible_m = 10.0;  // farther off they are more likely wrong
+// A fault of another source shows after the first contradiction of the fixes.
+constexpr Duration kShows = from_seconds(1.5);
 constexpr double kLimit =
     9.21;  // chi-square, 99 %, 2 dof: a false readmission is worse than a late one
 
@@ -81,11 +83,22 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
   if (!uses_forces(belief) && belief.memory.ins_stamp != Stamp::min()) return std::nullopt;
   if (std::optional<FilterState> change = exclude_ins_or_ladar(model, z, belief)) return change;
   // If GPS alone were faulty, INS and LADAR would agree: which of the two it is shows soon.
-  constexpr Duration kShows = from_seconds(3.0);
+  constexpr Duration kShowsLater = from_seconds(3.0);
   constexpr Duration kShowsSurely = from_seconds(8.0);
-  const Duration shows = ins_by_ladar_.ratio > 1.0 ? kShowsSurely : kShows;
   const bool others_disagree = ins_by_ladar_.ratio > kCalm && !ladar_is_poor();
-  if (others_disagree && now - gps_contradicts_ < shows) return std::nullopt;
+  const Duration later = ins_by_ladar_.ratio > 1.0 ? kShowsSurely : kShowsLater;
+  if (now - gps_contradicts_ < (others_disagree ? later : kShows)) return std::nullopt;
+  return exclude_gps(belief, model.params.modes);
+}
+
+/// The filter has rejected several fixes in a row, which withholds GPS at once. A fault of another
+/// source shows soon after; until then no sub-filter replaces the filter.
+std::optional<FilterState> Trust::judge_suspect_fix(const Model& model, const GpsFix& z,
+                                                    const FilterState& belief) {
+  const Nis n = nis(belief, z, model.params.gps, 0.0);  // reported as the cause
+  gps_test_ratio_ = std::max(n.horizontal / model.gates[2], n.vertical / model.gates[1]);
+  if (std::optional<FilterState> change = exclude_ins_or_ladar(model, z, belief)) return change;
+  if (belief.belief.x.stamp - gps_suspect_ < kShows) return std::nullopt;
   return exclude_gps(belief, model.params.modes);
 }
 
@@ -101,14 +114,15 @@ std::optional<FilterState> Trust::exclude_ins_or_ladar(const Model& model, const
   const bool by_ladar =
       (ins_by_ladar_.ratio > kSuspect && faulty == Faulty::kIns) ||
       (ins_by_ladar_.ratio > kContradicts && faulty == Faulty::kUnknown && !ladar_is_poor());
+  const bool by_constraint = no_vehicle_moves_so(kSuspectAcross);
   // LADAR and wheels with the fixes are three against the INS, the INS with the fixes two against
   // the LADAR.
   const bool by_fixes = fix_vote_ > 0.0 || sides_with_fix(model, z, neither_);
-  if (without_ins_.alive() && (by_wheels || by_ladar || by_fixes)) {
+  if (without_ins_.alive() && (by_wheels || by_ladar || by_constraint || by_fixes)) {
     return exclude_ins(belief, model.params.modes);
   }
   // A faulty LADAR also contradicts the INS.
-  if (ins_by_ladar_.ratio > kCalm &&
+  if (ins_by_ladar_.ratio > kCalm && !no_vehicle_moves_so(kBlameless) &&
       (fix_vote_ < 0.0 || sides_with_fix(model, z, inertial_.subfilter))) {
     FilterState next = without_ladar_.state;
     next.memory.withheld = belief.memory.withheld;
@@ -251,6 +265,11 @@ std::optional<FilterState> Trust::judge_quarantined_fix(const Model& model, cons
   const auto agreeing = std::count(agreeing_.begin(), agreeing_.end(), true);
   if (agreeing >= params_.agreeing && agrees && x.stamp - agreeing_since_ >= params_.agreeing_for) {
     FilterState next = belief;
+    if (!m.gps_accused && n.vertical > model.gates[1]) {
+      // The height has drifted in the outage: it would reject the heights of the fixes for ever.
+      const double off_m = std::abs(gps_position(x, z, model.params.gps).r.z());
+      next.belief = loosen_world(belief.belief, Vec3(0.0, 0.0, off_m), 0.0);
+    }
     next.memory.withheld.gps = next.memory.gps_accused = false;
     next.memory.of(Source::kGpsPosition).refused = 0;
     return found(Finding::kGpsReadmitted, next, belief, model.params.modes);

@@ -33,7 +33,7 @@ constexpr Duration kVisible = from_seconds(10.0);   // weighted time after which
 constexpr double kPoor = 2.0;  // factor of the errors of a LADAR that decides nothing
 // The INS turns smoothly: if one scan causes more of the contradiction, the LADAR is faulty.
 constexpr double kOneScan = 0.5;
-constexpr Duration kGpsAgrees = from_seconds(5.0);    // age of a fix that confirms GPS
+constexpr Duration kBlamedFor = from_seconds(10.0);   // GPS or LADAR, for a fault of the INS
 constexpr Duration kExcludedFor = from_seconds(1.0);  // before a readmission is considered
 constexpr Duration kLongestWait = from_seconds(300.0);
 constexpr Duration kRelapse = from_seconds(60.0);  // after a readmission
@@ -227,19 +227,22 @@ void Trust::vote_by_wheels(const OdometryParams& params, const OdometrySample& z
 
 /// Tests the inertial motion by scans and fixes, and collects the votes of the other sources.
 void Trust::test_ins(const Model& model, const Measurement& m, const FilterState& belief) {
-  votes_.expire(m.stamp);
-  for (InertialTest* test : {&ins_by_ladar_, &ins_by_gps_}) {
+  votes_.expire(m.stamp, !belief.memory.withheld.ins);
+  for (InertialTest* test : {&ins_by_ladar_, &ins_by_gps_, &ins_by_constraint_}) {
     // The source has fallen silent: its last result must not last for ever.
     if (test->tested != Stamp::min() && m.stamp - test->tested > kFresh) *test = {};
   }
   if (std::holds_alternative<GpsFix>(m.value) || ins_by_gps_.tested == Stamp::min()) {
     fix_vote_ = 0.0;  // it is of the newest fix
   }
-  if (std::max(ins_by_ladar_.ratio, ins_by_gps_.ratio) < kQuiet) ins_quiet_ = m.stamp;
+  if (std::max({ins_by_ladar_.ratio, ins_by_gps_.ratio, ins_by_constraint_.ratio}) < kQuiet) {
+    ins_quiet_ = m.stamp;
+  }
   if (!inertial_.subfilter.alive() || !without_ins_.alive()) return;
   if (m.stamp - inertial_.subfilter.branch < kYoung) return;
   const NavState& ins = inertial_.subfilter.state.belief.x;
   const OdometryParams& odometry = model.params.odometry;
+  if (m.imu() == nullptr) test_ins_by_constraint(odometry, m.stamp);
   if (const auto* z = std::get_if<RollingMatch>(&m.value)) {
     int unobserved = 0;
     const Mat6 covariance =
@@ -297,6 +300,7 @@ bool Trust::by_one_scan() const {
 /// fault, and none where the LADAR is poor.
 Trust::Faulty Trust::ins_or_ladar(Stamp now) const {
   const bool fixes = ins_by_gps_.tested != Stamp::min() && now - ins_by_gps_.tested < kFresh;
+  if (no_vehicle_moves_so(kSuspectAcross)) return Faulty::kIns;
   for (const double vote : {votes_.verdict(), fixes ? fix_vote_ : 0.0}) {
     if (std::abs(vote) > kMajority) return vote > 0.0 ? Faulty::kIns : Faulty::kLadar;
   }
@@ -325,6 +329,9 @@ std::optional<FilterState> Trust::decide_ins(const FilterState& belief, const Mo
     if (faulty == Faulty::kLadar && known && !belief.memory.withheld.ladar) {
       return exclude_ladar(belief, modes);
     }
+  }
+  if (ins_by_constraint_.lasts(now, params_.ladar_refuted) && no_vehicle_moves_so(1.0)) {
+    return exclude_ins(belief, modes);
   }
   // Without LADAR only the wheels can decide between INS and GPS.
   const bool by_gps = ins_by_gps_.lasts(now, params_.ladar_refuted) && wheels_vote_ > kMajority;
@@ -362,9 +369,14 @@ FilterState Trust::exclude_ins(const FilterState& belief, const ModeParams& mode
   next.memory.withheld = belief.memory.withheld;
   // GPS was excluded for contradicting a filter that the INS had caused to diverge.
   const Stamp fix = next.memory.of(Source::kGpsPosition).accepted;
-  if (belief.memory.gps_accused && fix > now - kGpsAgrees) {
+  if (belief.memory.gps_accused && fix > now - kBlamedFor) {
     next.memory.withheld.gps = next.memory.gps_accused = false;
     next.memory.of(Source::kGpsPosition).refused = 0;
+  }
+  // So was the LADAR.
+  if (belief.memory.withheld.ladar && ladar_excluded_ > now - kBlamedFor) {
+    next.memory.withheld.ladar = false;
+    next.memory.of(Source::kRolling).refused = 0;
   }
   const bool relapse = recently_readmitted(now);
   ins_wait_ = relapse ? std::min<Duration>(2 * ins_wait_, kLongestWait) : kInsAgrees;

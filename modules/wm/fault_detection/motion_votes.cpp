@@ -240,7 +240,7 @@ void MotionVotes::compare_turns(const Scan* last, const Scan& now) {
   }
   long_turns_ += kShare * (newest - long_turns_);
   if (long_turns_ < -kMostVotes) distrusted_until_ = now.stamp + kDistrusted;
-  expire(now.stamp);
+  expire(now.stamp, true);
   const Stamp kept = turns_[(turns_count_ + turns_.size() - 1) % turns_.size()].stamp;
   if (turns_count_ > 0 && now.stamp < kept) turns_count_ = 0;  // the clocks have stepped back
   if (turns_count_ == 0 || now.stamp - kept >= kKept) {
@@ -248,7 +248,8 @@ void MotionVotes::compare_turns(const Scan* last, const Scan& now) {
   }
 }
 
-void MotionVotes::expire(Stamp now) {
+void MotionVotes::expire(Stamp now, bool compared) {
+  if (distrusted_ && !compared) distrusted_until_ = now + kDistrusted;
   distrusted_ = now < distrusted_until_ && now >= distrusted_until_ - kDistrusted;
 }
 

@@ -94,8 +94,9 @@ class MotionVotes {
   /// @param constrained  the vehicle moves along its own axis
   void add(Stamp stamp, const RollingMatch& z, const Mat6& covariance, const DriveNoise& drive,
            const InertialPose& ins, bool constrained);
-  /// The distrust of a LADAR ends also while there is no INS to compare it with.
-  void expire(Stamp now);
+  /// The distrust of a LADAR ends after a while.
+  /// @param compared  with an INS; otherwise it does not end
+  void expire(Stamp now, bool compared);
   /// The measured errors of the LADAR stay.
   void reset_votes() {
     votes_ = {};

@@ -1,0 +1,61 @@
+// The INS against the non-holonomic constraint: needs no other source, so that it decides where the
+// LADAR is poor and GPS is lost or suspect.
+#include <algorithm>
+#include <cmath>
+
+#include "modules/wm/fault_detection/fault_detection.h"
+
+namespace rcs::wm {
+namespace {
+
+// What the slip of the constraint's model does not contain.
+constexpr double kFloor_mps = 0.05;
+constexpr double kFloorShare = 0.005;  // of the speed
+constexpr double kMean_s = 1.0;        // time constant: bumps average out
+
+double floor_variance(const NavState& x) {
+  const double share = kFloorShare * x.v_world.norm();
+  return kFloor_mps * kFloor_mps + share * share;
+}
+
+}  // namespace
+
+std::optional<double> Trust::Drift::add(Stamp stamp, double value) {
+  if (since == Stamp::min() || stamp < newest) *this = {stamp, stamp, value, value};
+  mean += std::min(1.0, seconds(stamp - newest) / kMean_s) * (value - mean);
+  newest = stamp;
+  const double age_s = seconds(stamp - since);
+  if (age_s < kMean_s) first = mean;
+  if (age_s < 2.0 * kMean_s) return std::nullopt;
+  return mean - first;
+}
+
+/// The inertial velocity across the vehicle's axis, which no ground vehicle has for long: that
+/// needs no other source.
+void Trust::test_ins_by_constraint(const OdometryParams& params, Stamp stamp) {
+  if (!params.constrained) return;
+  double ratio = -1.0;
+  for (Inertial* inertial : {&inertial_new_, &inertial_young_, &inertial_}) {
+    if (!inertial->subfilter.alive()) continue;
+    const FilterState& s = inertial->subfilter.state;
+    const Residual<2> r =
+        non_holonomic(s.belief.x, params, std::sqrt(s.memory.stillness.variance_force));
+    const Mat<2, 2> S = r.H * s.belief.P * r.H.transpose() + r.R;
+    const double floor = floor_variance(s.belief.x);
+    for (std::size_t k : {0, 1}) {
+      const auto axis = static_cast<Eigen::Index>(k);
+      const std::optional<double> drift = inertial->across[k].add(stamp, r.r[axis]);
+      if (drift) ratio = std::max(ratio, *drift * *drift / (S(axis, axis) + floor));
+    }
+  }
+  if (ratio >= 0.0) ins_by_constraint_.add(ratio / limit_1_, stamp);
+}
+
+/// Across the vehicle's axis, and the LADAR does not confirm it: a slide would be seen by both.
+bool Trust::no_vehicle_moves_so(double ratio) const {
+  const bool slides =
+      ins_by_ladar_.tested != Stamp::min() && ins_by_ladar_.ratio < kCalm && !ladar_is_poor();
+  return ins_by_constraint_.ratio > ratio && !slides;
+}
+
+}  // namespace rcs::wm

@@ -1,0 +1,103 @@
+// Where the LADAR decides nothing, the non-holonomic constraint distinguishes a fault of the INS
+// from one of GPS, and finds it without both.
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/wm/fault_drive.h"
+
+namespace rcs::wm {
+namespace {
+
+constexpr double kLadarLost_s = 25.0;
+constexpr double kFault_s = 45.0;
+constexpr double kEnd_s = 60.0;
+
+struct Fault {
+  std::string name;
+  std::function<void(ImuSample* imu)> apply;
+};
+
+std::vector<Fault> faults() {
+  return {{"axes x and y exchanged",
+           [](ImuSample* imu) {
+             std::swap(imu->delta_angle.x(), imu->delta_angle.y());
+             std::swap(imu->delta_v.x(), imu->delta_v.y());
+           }},
+          {"gyro bias of 3 deg/s about the vertical",
+           [](ImuSample* imu) { imu->delta_angle.z() += radians(3.0) * seconds(imu->interval); }},
+          {"accelerometer bias of 0.5 m/s^2 to the side",
+           [](ImuSample* imu) { imu->delta_v.y() += 0.5 * seconds(imu->interval); }}};
+}
+
+/// No scans, and later a fault of the INS to the end.
+Disturbance without_ladar(const Fault& fault) {
+  Disturbance d;
+  d.has_match = [](double t) { return t < kLadarLost_s; };
+  d.ins = [&fault](double t, ImuSample* imu) {
+    if (t >= kFault_s) fault.apply(imu);
+  };
+  return d;
+}
+
+TEST(InsConstraint, WithoutLadarTheInsIsExcludedAndNotGps) {
+  for (const Fault& fault : faults()) {
+    const Seen seen = drive(kEnd_s, without_ladar(fault), 1, kFault_s);
+    std::printf("%s: worst %.2f m, end %.2f m\n", fault.name.c_str(), seen.worst_m, seen.end_m);
+    EXPECT_TRUE(seen.found(Finding::kInsFaulty)) << fault.name;
+    EXPECT_FALSE(seen.found(Finding::kGpsFaulty)) << fault.name;
+    EXPECT_LT(seen.worst_m, 15.0) << fault.name;
+    EXPECT_LT(seen.end_m, 1.5) << fault.name;
+  }
+}
+
+TEST(InsConstraint, WithoutLadarAndGpsTheInsIsExcluded) {
+  for (const Fault& fault : faults()) {
+    Disturbance d = without_ladar(fault);
+    d.has_fix = [](double t) { return t < kFault_s - 5.0; };
+    const Seen seen = drive(kEnd_s, d, 1, kFault_s);
+    std::printf("%s: worst %.2f m, end %.2f m\n", fault.name.c_str(), seen.worst_m, seen.end_m);
+    EXPECT_TRUE(seen.found(Finding::kInsFaulty)) << fault.name;
+    EXPECT_LT(seen.end_m, 8.0) << fault.name;
+  }
+}
+
+TEST(InsConstraint, WithoutLadarADriftOfTheFixesExcludesGpsAndNotTheIns) {
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    Disturbance d;
+    d.has_match = [](double t) { return t < kLadarLost_s; };
+    d.fix_off = [](double t) { return Vec3(0.0, t < kFault_s ? 0.0 : 1.5 * (t - kFault_s), 0.0); };
+    d.velocity_off = [](double t) { return Vec3(0.0, t < kFault_s ? 0.0 : 1.5, 0.0); };
+    const Seen seen = drive(kEnd_s, d, seed, kFault_s);
+    EXPECT_TRUE(seen.found(Finding::kGpsFaulty)) << "seed " << seed;
+    EXPECT_FALSE(seen.found(Finding::kInsFaulty)) << "seed " << seed;
+  }
+}
+
+TEST(InsConstraint, ACleanDriveWithoutLadarFindsNothing) {
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    Disturbance d;
+    d.has_match = [](double t) { return t < kLadarLost_s; };
+    EXPECT_TRUE(drive(90.0, d, seed).findings.empty()) << "seed " << seed;
+  }
+}
+
+/// The height by dead reckoning may be off by more than it states: the fixes would be accepted in
+/// the plane and rejected in height for ever.
+TEST(InsConstraint, AfterAnOutageTheHeightOfTheFixesIsAccepted) {
+  constexpr double kOff_m = -20.0;
+  Disturbance d;
+  d.has_fix = [](double t) { return t < 40.0 || t > 60.0; };
+  d.fix_off = [](double t) { return Vec3(0.0, 0.0, t < 50.0 ? 0.0 : kOff_m); };
+  const Seen seen = drive(90.0, d);
+  EXPECT_TRUE(seen.found(Finding::kGpsReadmitted));
+  EXPECT_NEAR(seen.end_up_m, kOff_m, 1.0);
+  EXPECT_LT(seen.end_m, 1.0);
+}
+
+}  // namespace
+}  // namespace rcs::wm
