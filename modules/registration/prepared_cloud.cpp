@@ -18,8 +18,11 @@ constexpr float kWideCone = 0.9F;
 constexpr std::array<float, 2> kNarrowCones = {0.97F, 0.99F};
 constexpr float kRarest = 0.1F;  // mean squared cosine of a normal to the others
 constexpr float kNotStructure = 0.9F;
-constexpr int kGroundPoints = 300;    // of a cloud that are kept, approximately
-constexpr std::size_t kNearest = 75;  // of these, whose median is the height of the ground
+constexpr std::size_t kGroundPoints = 300;  // of a cloud that are kept
+constexpr double kGroundVoxel_m = 0.5;      // spread: a roof nearby has most of the returns
+constexpr std::size_t kNearest = 75;        // of these, which give the height of the ground
+constexpr std::ptrdiff_t kLowShare =
+    3;                                // one of so many of them lies below it: roofs are level, too
 constexpr float kOnSurface_m = 0.3F;  // distance of a point to its own surface
 constexpr std::size_t kFewest = 50;   // structure points
 
@@ -153,7 +156,8 @@ PreparedCloud::PreparedCloud(const PreparedCloudParams& params, const Points& us
       ground.push_back(p);
     }
   }
-  ground_ = thinned(ground, kGroundPoints);
+  VoxelSampler().sample(ground, kGroundVoxel_m, &ground_);
+  keep_evenly(kGroundPoints, &ground_);
   if (structure_.size() < kFewest) structure_ = std::move(examined);
   // Spread in space: a near vehicle that moves along has most of the points in some streets.
   VoxelSampler().sample(structure_, params.test_voxel_m, &test_points_);
@@ -172,10 +176,10 @@ float PreparedCloud::ground_m(const Vec3f& p) const {
   }
   const auto nearest = static_cast<std::ptrdiff_t>(std::min(kNearest, by_distance.size()));
   std::nth_element(by_distance.begin(), by_distance.begin() + (nearest - 1), by_distance.end());
-  const auto middle = by_distance.begin() + nearest / 2;
-  std::nth_element(by_distance.begin(), middle, by_distance.begin() + nearest,
+  const auto low = by_distance.begin() + nearest / kLowShare;
+  std::nth_element(by_distance.begin(), low, by_distance.begin() + nearest,
                    [](const auto& a, const auto& b) { return a.second < b.second; });
-  return middle->second;
+  return low->second;
 }
 
 Plausibility plausibility(PreparedCloud* model, PreparedCloud* data, const Pose& T_model_data,

@@ -42,7 +42,7 @@ void Trust::test_ins_by_constraint(const OdometryParams& params, Stamp stamp) {
         non_holonomic(s.belief.x, params, std::sqrt(s.memory.stillness.variance_force));
     const Mat<2, 2> S = r.H * s.belief.P * r.H.transpose() + r.R;
     const double floor = floor_variance(s.belief.x);
-    for (std::size_t k : {0, 1}) {
+    for (std::size_t k = 0; k < 2; ++k) {
       const auto axis = static_cast<Eigen::Index>(k);
       const std::optional<double> drift = inertial->across[k].add(stamp, r.r[axis]);
       if (drift) ratio = std::max(ratio, *drift * *drift / (S(axis, axis) + floor));
