@@ -21,8 +21,8 @@ constexpr float kNotStructure = 0.9F;
 constexpr std::size_t kGroundPoints = 300;  // of a cloud that are kept
 constexpr double kGroundVoxel_m = 0.5;      // spread: a roof nearby has most of the returns
 constexpr std::size_t kNearest = 75;        // of these, which give the height of the ground
-constexpr std::ptrdiff_t kLowShare =
-    3;                                // one of so many of them lies below it: roofs are level, too
+// Of these the share below the ground is 1 / kLowShare, not half: roofs are level, too.
+constexpr std::ptrdiff_t kLowShare = 3;
 constexpr float kOnSurface_m = 0.3F;  // distance of a point to its own surface
 constexpr std::size_t kFewest = 50;   // structure points
 

@@ -9,9 +9,9 @@
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
 #include "lcmtypes/rcs/ladar_points_t.hpp"
-#include "modules/sp/sp_config.h"
 #include "rcs/base/check.h"
 #include "rcs/base/points.h"
+#include "rcs/node/params/params.h"
 #include "rcs/node/timeline/lockstep_timeline.h"
 
 namespace rcs::test {
