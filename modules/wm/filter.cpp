@@ -69,6 +69,20 @@ bool stands(const Model& model, const FilterState& s) {
   return speed < p.speed_mps;
 }
 
+constexpr double kLevelAfter_s = 0.5;  // of INS samples after a gap
+
+/// After a gap of the INS roll and pitch may have become uncertain: then by the mean specific
+/// force.
+void level_if_uncertain(const Model& model, FilterState* s) {
+  constexpr double kUncertain_rad = 0.05;
+  constexpr double kNoGate = std::numeric_limits<double>::infinity();
+  const double variance = s->belief.P.diagonal().segment<2>(kAttitude).maxCoeff();
+  if (variance < kUncertain_rad * kUncertain_rad || s->memory.withheld.force) return;
+  const Residual<3> z = level(s->belief.x, s->memory.stillness.mean_force, model.earth.gravity,
+                              model.params.align.moving_level_sigma_mps2);
+  s->belief = update(s->belief, z, kNoGate).belief;
+}
+
 }  // namespace
 
 void RejectedMatches::add(Stamp now, const Vec3& displacement_m) {
@@ -119,10 +133,6 @@ Model::Model(const WmParams& p) : params(p) {
   }
 }
 
-// After a gap of the INS in which roll and pitch have become so uncertain.
-constexpr Duration kLevelAfter = from_milliseconds(500.0);
-constexpr double kLevelBeyond_rad = 0.05;
-
 void advance(const Model& model, Stamp to, const ImuSample* next_imu, FilterState* s,
              Innovations* records) {
   if (to < s->belief.x.stamp) return;
@@ -167,7 +177,7 @@ void advance(const Model& model, Stamp to, const ImuSample* next_imu, FilterStat
   if (was_silent) {
     m.ins_gap_end = imu.stamp;
     m.level_due = true;
-    m.stillness = {};
+    m.stillness.seen_s = 0.0;  // its means begin again
   }
   if (held > Duration::zero()) {  // variance that the second process model would have added
     const double t = seconds(held);
@@ -179,12 +189,9 @@ void advance(const Model& model, Stamp to, const ImuSample* next_imu, FilterStat
   }
   m.stillness.add(imu, model.params.stillness.window_s);
   m.lasting.add(imu, model.earth.gravity, model.params.ins.motion_time_s);
-  if (m.level_due && imu.stamp - m.ins_gap_end >= kLevelAfter) {
+  if (m.level_due && m.stillness.seen_s >= kLevelAfter_s) {
     m.level_due = false;
-    const double tilt_rad2 = s->belief.P.diagonal().segment<2>(kAttitude).maxCoeff();
-    if (tilt_rad2 > kLevelBeyond_rad * kLevelBeyond_rad && !m.withheld.force) {
-      s->belief = level_by_force(model, s->belief, m.stillness.mean_force);
-    }
+    level_if_uncertain(model, s);
   }
   SourceRecord& record = m.of(Source::kZeroVelocity);
   const bool due = record.accepted == Stamp::min() ||
@@ -199,12 +206,6 @@ void advance(const Model& model, Stamp to, const ImuSample* next_imu, FilterStat
   if (f.reason != Reason::kAccepted) return;
   s->belief = f.belief;
   record = {imu.stamp, m.distance_m};
-}
-
-Belief level_by_force(const Model& model, const Belief& belief, const Vec3& force) {
-  constexpr double kNoGate = std::numeric_limits<double>::infinity();
-  const double sigma = model.params.align.moving_level_sigma_mps2;
-  return update(belief, level(belief.x, force, model.earth.gravity, sigma), kNoGate).belief;
 }
 
 void count_reset(const ModeParams& params, const Pose& before, FilterState* s) {

@@ -124,7 +124,7 @@ struct Memory {
   Stamp ins_stamp = Stamp::min();    ///< end of the newest INS interval that was integrated
   Stamp ins_lost = Stamp::min();     ///< when the INS last fell silent
   Stamp ins_gap_end = Stamp::min();  ///< end of its last gap that was not bridged
-  bool level_due = false;            ///< after it the mean specific force levels the vehicle
+  bool level_due = false;            ///< roll and pitch are to be measured since that gap
   Stillness stillness;
   Lasting lasting;
   Vec3 accel_vehicle = Vec3::Zero();  ///< without gravity [m/s^2]
@@ -202,9 +202,6 @@ void advance(const Model& model, Stamp to, const ImuSample* next_imu, FilterStat
 /// Fuses a measurement at state->belief.x.stamp; `records` receives the results.
 void apply(const Model& model, const Measurement& measurement, FilterState* state,
            Innovations* records);
-
-/// Roll and pitch by the mean specific force of a moving vehicle.
-[[nodiscard]] Belief level_by_force(const Model& model, const Belief& belief, const Vec3& force);
 
 /// Counts a reset if the world pose has moved from `before` by more than the limits of a step.
 void count_reset(const ModeParams& params, const Pose& before, FilterState* state);

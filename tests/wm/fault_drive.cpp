@@ -8,6 +8,35 @@
 #include "modules/wm/integrity.h"
 
 namespace rcs::wm {
+namespace {
+
+std::string text(const Vec3& v) {
+  char out[96];
+  std::snprintf(out, sizeof out, "(%g %g %g)", v.x(), v.y(), v.z());
+  return out;
+}
+
+}  // namespace
+
+InsFault gyro_bias(const Vec3& dps) {
+  return {
+      "gyro bias " + text(dps) + " deg/s",
+      [dps](ImuSample* imu) { imu->delta_angle += radians(1.0) * dps * seconds(imu->interval); },
+      dps.norm() >= 0.2};
+}
+
+InsFault accel_bias(const Vec3& mps2) {
+  return {"accelerometer bias " + text(mps2) + " m/s^2",
+          [mps2](ImuSample* imu) { imu->delta_v += mps2 * seconds(imu->interval); },
+          mps2.norm() >= 0.2};
+}
+
+InsFault exchanged_axes() {
+  return {"axes x and y exchanged", [](ImuSample* imu) {
+            std::swap(imu->delta_angle.x(), imu->delta_angle.y());
+            std::swap(imu->delta_v.x(), imu->delta_v.y());
+          }};
+}
 
 Seen drive(double length_s, const Disturbance& d, unsigned seed, double from_s) {
   WmParams params;
@@ -28,7 +57,7 @@ Seen drive(double length_s, const Disturbance& d, unsigned seed, double from_s) 
     const double t = seconds(now - truth[0].stamp);
     ImuSample imu = sensors.imu(i);
     d.ins(t, &imu);
-    estimator.add(imu);
+    if (d.has_ins(t)) estimator.add(imu);
     if (i % 20 == 0) {
       GeodeticFix fix = sensors.gps(i);
       fix.antenna = frame.to_geodetic(frame.to_world(fix.antenna) + d.fix_off(t));

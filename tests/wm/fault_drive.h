@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -19,8 +20,18 @@ struct Disturbance {
   std::function<Vec3(double t_s)> match_off = [](double) { return Vec3(Vec3::Zero()); };
   std::function<void(double t_s, RollingMatch* match)> match = [](double, RollingMatch*) {};
   std::function<Vec3(double t_s)> map_off;  ///< empty: there is no a priori map
+  std::function<bool(double t_s)> has_ins = [](double) { return true; };
   std::function<void(double t_s, ImuSample* imu)> ins = [](double, ImuSample*) {};
 };
+
+struct InsFault {
+  std::string name;
+  std::function<void(ImuSample* imu)> apply;
+  bool large = true;  ///< must be found
+};
+InsFault gyro_bias(const Vec3& dps);
+InsFault accel_bias(const Vec3& mps2);
+InsFault exchanged_axes();  ///< x and y
 
 struct Seen {
   std::vector<std::pair<double, Finding>> findings;

@@ -3,9 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
-#include <functional>
-#include <string>
-#include <utility>
 #include <vector>
 
 #include "tests/wm/fault_drive.h"
@@ -17,25 +14,12 @@ constexpr double kLadarLost_s = 25.0;
 constexpr double kFault_s = 45.0;
 constexpr double kEnd_s = 60.0;
 
-struct Fault {
-  std::string name;
-  std::function<void(ImuSample* imu)> apply;
-};
-
-std::vector<Fault> faults() {
-  return {{"axes x and y exchanged",
-           [](ImuSample* imu) {
-             std::swap(imu->delta_angle.x(), imu->delta_angle.y());
-             std::swap(imu->delta_v.x(), imu->delta_v.y());
-           }},
-          {"gyro bias of 3 deg/s about the vertical",
-           [](ImuSample* imu) { imu->delta_angle.z() += radians(3.0) * seconds(imu->interval); }},
-          {"accelerometer bias of 0.5 m/s^2 to the side",
-           [](ImuSample* imu) { imu->delta_v.y() += 0.5 * seconds(imu->interval); }}};
+std::vector<InsFault> faults() {
+  return {exchanged_axes(), gyro_bias({0.0, 0.0, 3.0}), accel_bias({0.0, 0.5, 0.0})};
 }
 
 /// No scans, and later a fault of the INS to the end.
-Disturbance without_ladar(const Fault& fault) {
+Disturbance without_ladar(const InsFault& fault) {
   Disturbance d;
   d.has_match = [](double t) { return t < kLadarLost_s; };
   d.ins = [&fault](double t, ImuSample* imu) {
@@ -45,7 +29,7 @@ Disturbance without_ladar(const Fault& fault) {
 }
 
 TEST(InsConstraint, WithoutLadarTheInsIsExcludedAndNotGps) {
-  for (const Fault& fault : faults()) {
+  for (const InsFault& fault : faults()) {
     const Seen seen = drive(kEnd_s, without_ladar(fault), 1, kFault_s);
     std::printf("%s: worst %.2f m, end %.2f m\n", fault.name.c_str(), seen.worst_m, seen.end_m);
     EXPECT_TRUE(seen.found(Finding::kInsFaulty)) << fault.name;
@@ -56,7 +40,7 @@ TEST(InsConstraint, WithoutLadarTheInsIsExcludedAndNotGps) {
 }
 
 TEST(InsConstraint, WithoutLadarAndGpsTheInsIsExcluded) {
-  for (const Fault& fault : faults()) {
+  for (const InsFault& fault : faults()) {
     Disturbance d = without_ladar(fault);
     d.has_fix = [](double t) { return t < kFault_s - 5.0; };
     const Seen seen = drive(kEnd_s, d, 1, kFault_s);
@@ -75,6 +59,20 @@ TEST(InsConstraint, WithoutLadarADriftOfTheFixesExcludesGpsAndNotTheIns) {
     const Seen seen = drive(kEnd_s, d, seed, kFault_s);
     EXPECT_TRUE(seen.found(Finding::kGpsFaulty)) << "seed " << seed;
     EXPECT_FALSE(seen.found(Finding::kInsFaulty)) << "seed " << seed;
+  }
+}
+
+/// While the cause of the rejected fixes is open, a gap of the INS ends the sub-filters.
+TEST(InsConstraint, AGapOfTheInsWhileGpsIsSuspectLosesNothing) {
+  for (const double gap_begin_s : {45.5, 46.2, 47.0}) {
+    Disturbance d;
+    d.fix_off = [](double t) { return Vec3(t < kFault_s ? 0.0 : 30.0, 0.0, 0.0); };
+    d.has_ins = [=](double t) { return t < gap_begin_s || t > gap_begin_s + 0.8; };
+    const Seen seen = drive(kEnd_s, d, 1, kFault_s);
+    std::printf("gap at %.1f s: worst %.2f m, end %.2f m\n", gap_begin_s, seen.worst_m, seen.end_m);
+    EXPECT_LT(seen.worst_m, 3.0) << gap_begin_s;
+    EXPECT_FALSE(seen.found(Finding::kInsFaulty)) << gap_begin_s;
+    EXPECT_EQ(seen.gps, Trusted::kQuarantine) << gap_begin_s;
   }
 }
 

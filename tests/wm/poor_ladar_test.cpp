@@ -1,5 +1,5 @@
-// A LADAR with larger errors than its registrations state, as in high grass: the INS is not blamed,
-// and the measured scale of the errors does not depend on the order of arrival.
+// A LADAR with larger errors than its registrations state, as in high grass: the INS is not
+// excluded, and the measured scale of the errors does not depend on the order of arrival.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -295,7 +295,8 @@ std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
   if (accused && without_gps_.alive() && belief.belief.x.stamp - without_gps_.branch > kYoung) {
     gps_suspect_ = belief.belief.x.stamp;
   }
-  if (!belief.memory.gps_accused) gps_suspect_ = Stamp::min();
+  // Without its sub-filter nothing replaces the filter.
+  if (!belief.memory.gps_accused || !without_gps_.alive()) gps_suspect_ = Stamp::min();
   if (gps_suspect_ != Stamp::min() && fix != nullptr) {
     return judge_suspect_fix(model, *fix, belief);
   }

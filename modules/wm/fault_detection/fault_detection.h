@@ -133,8 +133,8 @@ class Trust {
     /// Above the limit for this time, or for less with a larger ratio.
     [[nodiscard]] bool lasts(Stamp now, Duration time) const;
   };
-  /// What a residual of the inertial motion has become since its first second: a velocity or a
-  /// heading that was wrong when it branched is no fault of the INS.
+  /// Change of a residual of the inertial motion since its first second: a velocity or a heading
+  /// that was wrong at the branch is no fault of the INS.
   struct Drift {
     Stamp since = Stamp::min(), newest = Stamp::min();
     double first = 0.0;  ///< mean of the first second
@@ -180,7 +180,8 @@ class Trust {
   /// Between INS and LADAR.
   enum class Faulty { kUnknown, kIns, kLadar };
   [[nodiscard]] Faulty ins_or_ladar(Stamp now) const;
-  [[nodiscard]] bool no_vehicle_moves_so(double ratio) const;
+  /// The inertial motion violates the non-holonomic constraint by more than this test ratio.
+  [[nodiscard]] bool violates_constraint(double ratio) const;
   [[nodiscard]] bool ladar_is_poor() const;
   [[nodiscard]] bool by_one_scan() const;
   [[nodiscard]] bool gyro_is_right() const;
@@ -244,8 +245,8 @@ class Trust {
   static constexpr Duration kNewInertial = from_milliseconds(2500.0);
   static constexpr double kContradicts = 2.5;  // ratio of INS and LADAR; smaller ones are frequent
   static constexpr double kSuspectAcross = 0.2;  // 2.2 standard deviations: another source decides
-  static constexpr double kBlameless = 0.1;      // 1.5 standard deviations
-  static constexpr double kQuiet = 0.15;         // ratio without any sign of a fault
+  static constexpr double kFollowsConstraint = 0.1;       // 1.5 of them: the INS is not suspect
+  static constexpr double kQuiet = 0.15;                  // ratio without any sign of a fault
   static constexpr Duration kBefore = from_seconds(1.5);  // a fault shows so much later
   static constexpr double kInsCalm = 0.7;
   static constexpr double kCalm = 0.3;  // test ratio below which sub-filters are branched
@@ -291,7 +292,9 @@ class Trust {
       Vec<4>::Zero();  ///< cumulative sums of the GPS velocity: east, west, north, south
   Stamp ladar_doubted_since_ = Stamp::min(), map_doubted_since_ = Stamp::min();
   Stamp ladar_excluded_ = Stamp::min();
-  Stamp gps_suspect_ = Stamp::min();  ///< since its rejected fixes withhold it; the cause is open
+  /// Since when GPS is withheld because its fixes were rejected, while the faulty source is not
+  /// known; min(): it is not.
+  Stamp gps_suspect_ = Stamp::min();
   Stamp gps_probation_ = Stamp::min(), ladar_probation_ = Stamp::min();
   Stamp gps_fused_from_ = Stamp::min();  ///< readmitted; the filter moves to it for a while
   double gps_test_ratio_ = 0.0, ladar_test_ratio_ = 0.0, map_test_ratio_ = 0.0;

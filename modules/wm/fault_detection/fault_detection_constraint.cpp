@@ -30,8 +30,8 @@ std::optional<double> Trust::Drift::add(Stamp stamp, double value) {
   return mean - first;
 }
 
-/// The inertial velocity across the vehicle's axis, which no ground vehicle has for long: that
-/// needs no other source.
+/// The velocity of the inertial motion across the vehicle's axis. A ground vehicle has none for
+/// long.
 void Trust::test_ins_by_constraint(const OdometryParams& params, Stamp stamp) {
   if (!params.constrained) return;
   double ratio = -1.0;
@@ -51,8 +51,8 @@ void Trust::test_ins_by_constraint(const OdometryParams& params, Stamp stamp) {
   if (ratio >= 0.0) ins_by_constraint_.add(ratio / limit_1_, stamp);
 }
 
-/// Across the vehicle's axis, and the LADAR does not confirm it: a slide would be seen by both.
-bool Trust::no_vehicle_moves_so(double ratio) const {
+/// A slide violates it, too, but the LADAR then confirms the INS.
+bool Trust::violates_constraint(double ratio) const {
   const bool slides =
       ins_by_ladar_.tested != Stamp::min() && ins_by_ladar_.ratio < kCalm && !ladar_is_poor();
   return ins_by_constraint_.ratio > ratio && !slides;

@@ -18,7 +18,7 @@ constexpr double kHeading_rad = 0.05;
 constexpr Duration kPossible = from_seconds(8.0);
 constexpr double kPossible_m = 20.0;
 constexpr double kMostPossible_m = 10.0;  // farther off they are more likely wrong
-// A fault of another source shows after the first contradiction of the fixes.
+// After the first contradiction of the fixes; a fault of another source shows by then.
 constexpr Duration kShows = from_seconds(1.5);
 constexpr double kLimit =
     9.21;  // chi-square, 99 %, 2 dof: a false readmission is worse than a late one
@@ -114,7 +114,7 @@ std::optional<FilterState> Trust::exclude_ins_or_ladar(const Model& model, const
   const bool by_ladar =
       (ins_by_ladar_.ratio > kSuspect && faulty == Faulty::kIns) ||
       (ins_by_ladar_.ratio > kContradicts && faulty == Faulty::kUnknown && !ladar_is_poor());
-  const bool by_constraint = no_vehicle_moves_so(kSuspectAcross);
+  const bool by_constraint = violates_constraint(kSuspectAcross);
   // LADAR and wheels with the fixes are three against the INS, the INS with the fixes two against
   // the LADAR.
   const bool by_fixes = fix_vote_ > 0.0 || sides_with_fix(model, z, neither_);
@@ -122,7 +122,7 @@ std::optional<FilterState> Trust::exclude_ins_or_ladar(const Model& model, const
     return exclude_ins(belief, model.params.modes);
   }
   // A faulty LADAR also contradicts the INS.
-  if (ins_by_ladar_.ratio > kCalm && !no_vehicle_moves_so(kBlameless) &&
+  if (ins_by_ladar_.ratio > kCalm && !violates_constraint(kFollowsConstraint) &&
       (fix_vote_ < 0.0 || sides_with_fix(model, z, inertial_.subfilter))) {
     FilterState next = without_ladar_.state;
     next.memory.withheld = belief.memory.withheld;

@@ -33,7 +33,8 @@ constexpr Duration kVisible = from_seconds(10.0);   // weighted time after which
 constexpr double kPoor = 2.0;  // factor of the errors of a LADAR that decides nothing
 // The INS turns smoothly: if one scan causes more of the contradiction, the LADAR is faulty.
 constexpr double kOneScan = 0.5;
-constexpr Duration kBlamedFor = from_seconds(10.0);   // GPS or LADAR, for a fault of the INS
+// An exclusion of GPS or the LADAR that is as recent is a consequence of the fault of the INS.
+constexpr Duration kConsequence = from_seconds(10.0);
 constexpr Duration kExcludedFor = from_seconds(1.0);  // before a readmission is considered
 constexpr Duration kLongestWait = from_seconds(300.0);
 constexpr Duration kRelapse = from_seconds(60.0);  // after a readmission
@@ -300,7 +301,7 @@ bool Trust::by_one_scan() const {
 /// fault, and none where the LADAR is poor.
 Trust::Faulty Trust::ins_or_ladar(Stamp now) const {
   const bool fixes = ins_by_gps_.tested != Stamp::min() && now - ins_by_gps_.tested < kFresh;
-  if (no_vehicle_moves_so(kSuspectAcross)) return Faulty::kIns;
+  if (violates_constraint(kSuspectAcross)) return Faulty::kIns;
   for (const double vote : {votes_.verdict(), fixes ? fix_vote_ : 0.0}) {
     if (std::abs(vote) > kMajority) return vote > 0.0 ? Faulty::kIns : Faulty::kLadar;
   }
@@ -330,7 +331,7 @@ std::optional<FilterState> Trust::decide_ins(const FilterState& belief, const Mo
       return exclude_ladar(belief, modes);
     }
   }
-  if (ins_by_constraint_.lasts(now, params_.ladar_refuted) && no_vehicle_moves_so(1.0)) {
+  if (ins_by_constraint_.lasts(now, params_.ladar_refuted) && violates_constraint(1.0)) {
     return exclude_ins(belief, modes);
   }
   // Without LADAR only the wheels can decide between INS and GPS.
@@ -369,12 +370,12 @@ FilterState Trust::exclude_ins(const FilterState& belief, const ModeParams& mode
   next.memory.withheld = belief.memory.withheld;
   // GPS was excluded for contradicting a filter that the INS had caused to diverge.
   const Stamp fix = next.memory.of(Source::kGpsPosition).accepted;
-  if (belief.memory.gps_accused && fix > now - kBlamedFor) {
+  if (belief.memory.gps_accused && fix > now - kConsequence) {
     next.memory.withheld.gps = next.memory.gps_accused = false;
     next.memory.of(Source::kGpsPosition).refused = 0;
   }
-  // So was the LADAR.
-  if (belief.memory.withheld.ladar && ladar_excluded_ > now - kBlamedFor) {
+  // Likewise the LADAR.
+  if (belief.memory.withheld.ladar && ladar_excluded_ > now - kConsequence) {
     next.memory.withheld.ladar = false;
     next.memory.of(Source::kRolling).refused = 0;
   }

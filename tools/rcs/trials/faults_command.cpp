@@ -181,6 +181,8 @@ class FaultsCommand final : public Command {
     std::vector<drills::RandomFault> faults;
     std::vector<int> indices;
     std::vector<int> wanted = only_runs_;
+    std::sort(wanted.begin(), wanted.end());
+    wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
     if (wanted.empty()) {
       wanted.resize(static_cast<std::size_t>(runs_));
       std::iota(wanted.begin(), wanted.end(), 0);
