@@ -104,10 +104,12 @@ struct Info {
     "A measurement was not fused. The text has the channel and the reason.",                       \
     "The measurement is invalid (not finite, implausible, or far in the future), late (older than "\
     "the history of the filter) or repeated, or it belongs to another map epoch. Of the INS also: "\
-    "eight equal increments in a row (frozen sensor), no specific force, or a specific force that "\
-    "does not point upward (exchanged or inverted axes).",                                         \
-    "Invalid, frozen or not upward: correct the driver. Late: check the clock of the sensor, the " \
-    "latency of its driver and [wm.history]. At the start of a run the event is normal.")          \
+    "eight equal increments in a row (frozen sensor), no specific force, a specific force that "   \
+    "does not point upward (exchanged or inverted axes), or six equal values of one axis in a "    \
+    "row (beyond its range).",                                                                     \
+    "Invalid, frozen or not upward: correct the driver. Saturated: choose a larger range of the "  \
+    "sensor. Late: check the clock of the sensor, the latency of its driver and [wm.history]. At " \
+    "the start of a run the event is normal.")                                                     \
   X(kWmMapNone, "wm", "map.none", kWarning, kOne,                                                  \
     "WM has no a priori map. The uncertainty along a path is predicted by dead reckoning only.",   \
     "The map of the configuration cannot be opened. The text has the reason.",                     \

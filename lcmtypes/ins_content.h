@@ -1,7 +1,7 @@
 #pragma once
-// Detects increments that no working INS measures: the same values again and again, or a specific
-// force that is missing or does not point upwards. WM and SP treat such a sample as if it had not
-// been received.
+// Detects increments that no working INS measures: the same values again and again, an axis at the
+// end of its range, or a specific force that is missing or does not point upwards. WM and SP treat
+// such a sample as if it had not been received.
 
 #include <algorithm>
 #include <array>
@@ -14,12 +14,12 @@
 namespace rcs {
 
 /// Why a sample of the INS is not a measurement.
-enum class InsFault { kNone, kFrozen, kNoForce, kNotUpward };
+enum class InsFault { kNone, kFrozen, kNoForce, kNotUpward, kSaturated };
 
 [[nodiscard]] constexpr std::string_view name_of(InsFault fault) {
-  constexpr std::string_view kNames[] = {"no fault",
-                                         "eight equal increments in a row (frozen sensor)",
-                                         "no specific force", "specific force not upward"};
+  constexpr std::string_view kNames[] = {
+      "no fault", "eight equal increments in a row (frozen sensor)", "no specific force",
+      "specific force not upward", "six equal values of an axis in a row (saturated)"};
   return kNames[static_cast<std::size_t>(fault)];
 }
 
@@ -58,17 +58,45 @@ class InsContent {
       if (upward < kLeastUpward) upright_s_ = 0.0;
       upright_s_ = upward < kUpright && upright_s_ < kUprightFor_s ? 0.0 : upright_s_ + interval_s;
     }
+    bool saturated = false;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double last_s = 1e-6 * std::max(last_.interval_us, 1);
+      const bool rate = gyro_[i].add(m.delta_angle_rad[i] / interval_s,
+                                     last_.delta_angle_rad[i] / last_s, kTurning_radps);
+      const bool force =
+          accel_[i].add(m.delta_v_mps[i] / interval_s, last_.delta_v_mps[i] / last_s, kForce_mps2);
+      saturated = saturated || (!same && (rate || force));
+    }
     last_ = m;
     if (stuck) return InsFault::kFrozen;
     if (zero || weightless_ >= kWeightless) return InsFault::kNoForce;
-    return upright_s_ < kUprightFor_s ? InsFault::kNotUpward : InsFault::kNone;
+    if (upright_s_ < kUprightFor_s) return InsFault::kNotUpward;
+    return saturated ? InsFault::kSaturated : InsFault::kNone;
   }
 
  private:
+  /// An axis repeats a large value exactly: its noise is cut off at the end of its range.
+  struct Axis {
+    int varied = 0;    ///< values in a row that differed from the one before, until kVaried
+    int repeated = 0;  ///< in a row
+
+    bool add(double value, double before, double least) {
+      const bool same = std::abs(value - before) <= 1e-9 * std::abs(value);
+      repeated = same ? repeated + 1 : 0;
+      if (!same) varied = std::min(varied + 1, kVaried);
+      if (same && varied < kVaried) varied = 0;
+      return repeated >= kSaturated && varied >= kVaried && std::abs(value) > least;
+    }
+  };
+
   // A real sensor has noise. A sensor without noise (a simulation) repeats its values at rest and
   // on a straight line, so repetition counts only after values that have varied for some time.
   static constexpr int kVaried = 100;
   static constexpr int kStuck = 8;
+  // A coarse converter repeats one value in twenty, and six in a row once in a day.
+  static constexpr int kSaturated = 5;
+  static constexpr double kTurning_radps = 0.05;  ///< no range is smaller
+  static constexpr double kForce_mps2 = 9.9;      ///< nor below gravity
   static constexpr int kWeightless = 8;
   static constexpr double kLeastForce_mps2 = 1.0;  ///< a vehicle in the air falls only for a moment
   // More than 60 degrees from the vehicle's z axis. Exchanged axes or an inverted one move the
@@ -85,6 +113,7 @@ class InsContent {
   int repeated_ = 0;    ///< in a row
   int weightless_ = 0;  ///< in a row
   double upright_s_ = kUprightFor_s;
+  std::array<Axis, 3> gyro_{}, accel_{};
   std::array<double, 3> mean_force_mps2_{};  ///< low-passed specific force, vehicle axes
 };
 

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <random>
 
@@ -122,6 +124,41 @@ TEST(InsContent, ASteepRoughSlopeIsAMeasurement) {
     m.delta_v_mps[2] = 0.01 * (9.81 * 0.77 + bumps(random));
     EXPECT_EQ(content.add(m), InsFault::kNone) << k;
   }
+}
+
+/// A turn that exceeds the range of the gyro for half a second, with some noise.
+int rejected_in_a_turn(double range_radps, double resolution_radps) {
+  constexpr double kPeriod_s = 0.01;
+  std::mt19937 random(1);
+  InsContent content;
+  int rejected = 0;
+  for (int k = 0; k < 400; ++k) {
+    ins_t m = noisy(&random, k);
+    const double turn_radps = k < 200 ? 0.0 : 0.6 * std::sin(0.5 * (k - 200) * kPeriod_s * 3.14);
+    double rate_radps = turn_radps + m.delta_angle_rad[2] / kPeriod_s;
+    rate_radps = std::clamp(rate_radps, -range_radps, range_radps);
+    if (resolution_radps > 0.0) {
+      rate_radps = resolution_radps * std::round(rate_radps / resolution_radps);
+    }
+    m.delta_angle_rad[2] = rate_radps * kPeriod_s;
+    const InsFault fault = content.add(m);
+    if (fault == InsFault::kNone) continue;
+    EXPECT_EQ(fault, InsFault::kSaturated) << k;
+    ++rejected;
+  }
+  return rejected;
+}
+
+TEST(InsContent, ASaturatedAxisIsRejected) {
+  EXPECT_EQ(rejected_in_a_turn(1.0, 0.0), 0);
+  // Of the 0.93 s above 0.45 rad/s; the first samples of the series are accepted.
+  EXPECT_GT(rejected_in_a_turn(0.45, 0.0), 75);
+}
+
+TEST(InsContent, ACoarseConverterIsNotSaturated) {
+  constexpr double kSixteenBit_radps = 1.5e-4;  // of +-280 deg/s
+  EXPECT_EQ(rejected_in_a_turn(1.0, kSixteenBit_radps), 0);
+  EXPECT_EQ(rejected_in_a_turn(1.0, 10.0 * kSixteenBit_radps), 0);
 }
 
 }  // namespace
