@@ -333,6 +333,22 @@ Belief predict(const Belief& b, Stamp to, const MotionNoise& noise, const Proces
   return next;
 }
 
+Belief widen(const Belief& b, double time_s, const MotionNoise& noise) {
+  Belief wider = b;
+  wider.P.topLeftCorner<9, 9>() += white_acceleration(noise, time_s);
+  const RateStep tilt = rate_step(time_s, noise.angular_acceleration, noise.tilt_time_s);
+  const RateStep yaw = rate_step(time_s, noise.yaw_acceleration, noise.yaw_time_s);
+  const std::array<RateStep, 3> rates{tilt, tilt, yaw};
+  for (int i = 0; i < 3; ++i) {
+    const RateStep& rate = rates[static_cast<std::size_t>(i)];
+    wider.P(kAttitude + i, kAttitude + i) += rate.angle_variance;
+    wider.P(kAttitude + i, kRate + i) += rate.covariance;
+    wider.P(kRate + i, kAttitude + i) += rate.covariance;
+    wider.P(kRate + i, kRate + i) += rate.rate_variance;
+  }
+  return wider;
+}
+
 Belief without_gyro(const Belief& b, double yaw_rate_radps, const Vec3& sigma_radps) {
   Belief next = b;
   next.x.inertial = false;

@@ -54,6 +54,10 @@ struct Lasting {
 [[nodiscard]] Belief predict(const Belief& b, Stamp to, const MotionNoise& noise,
                              const ProcessNoise& biases, const DriveNoise& drive);
 
+/// The covariance with the noise of the constant-rate model over `time_s` in addition: the vehicle
+/// has moved more roughly than the model assumes.
+[[nodiscard]] Belief widen(const Belief& b, double time_s, const MotionNoise& noise);
+
 /// The INS has fallen silent: of the body rate only the low-passed yaw rate is kept. The momentary
 /// rate of a vehicle that rocks is useless as a prediction.
 /// @param sigma_radps  of the rates about the vehicle axes

@@ -92,7 +92,7 @@ Integrity integrity(const FilterState& state, const Trust& trust, Duration silen
   const double rival_m =
       std::max(gps == Trusted::kQuarantine ? trust.rival_m() : 0.0, trust.map_rival_m());
   const Vec3 refuted_m = apart_from_matches(state);
-  const UndetectedError undetected = trust.undetected().at(state.belief.x.stamp);
+  const UndetectedError undetected = trust.undetected(state.belief.x.stamp);
   if (out.validity == Validity::kWorld) {
     out.protection_horizontal_m =
         std::max({refuted_m.head<2>().norm() + kHorizontalQuantile * sigma_h,

@@ -38,9 +38,10 @@ InsFault exchanged_axes() {
           }};
 }
 
-Seen drive(double length_s, const Disturbance& d, unsigned seed, double from_s) {
+Seen drive(double length_s, const Disturbance& d, unsigned seed, double from_s, double edge_rad) {
   WmParams params;
   DriveScript script;
+  script.edge_rad = edge_rad;
   script.length_s = length_s;
   const std::vector<Truth> truth = make_drive(script);
   SensorScript sensed;
@@ -108,6 +109,7 @@ Seen drive(double length_s, const Disturbance& d, unsigned seed, double from_s) 
     seen.worst_local_step_m = std::max(seen.worst_local_step_m, (local_moved.p - moved.p).norm());
     seen.beyond_protection += error > told.protection_horizontal_m ? 1 : 0;
     seen.above_protection += std::abs(off_m.z()) > told.protection_vertical_m ? 1 : 0;
+    seen.highest_level_up_m = std::max(seen.highest_level_up_m, told.protection_vertical_m);
     ++seen.samples;
   }
   seen.gps = estimator.trust().gps(estimator.state(), params.modes);

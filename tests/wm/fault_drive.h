@@ -43,6 +43,7 @@ struct Seen {
   double end_up_m = 0.0;            ///< of the height
   int beyond_protection = 0;        ///< samples, horizontal
   int above_protection = 0;         ///< samples, vertical
+  double highest_level_up_m = 0.0;  ///< vertical protection level
   int samples = 0;
   Trusted gps = Trusted::kNone;  ///< at the end
   Trusted ladar = Trusted::kNone;
@@ -56,6 +57,8 @@ struct Seen {
 };
 
 /// @param from_s  begin of the evaluation
-Seen drive(double length_s, const Disturbance& d, unsigned seed = 1, double from_s = 20.0);
+/// @param edge_rad  pitch at edges of the ground, DriveScript
+Seen drive(double length_s, const Disturbance& d, unsigned seed = 1, double from_s = 20.0,
+           double edge_rad = 0.0);
 
 }  // namespace rcs::wm

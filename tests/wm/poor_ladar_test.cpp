@@ -2,6 +2,7 @@
 // excluded, and the measured scale of the errors does not depend on the order of arrival.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <vector>
@@ -30,6 +31,20 @@ TEST(PoorLadar, TheInsIsNotExcluded) {
     EXPECT_LT(seen.worst_m, 4.5) << "seed " << seed;
   }
   EXPECT_LE(outside, 0.001 * samples);  // the level is one of 99.9 %
+}
+
+TEST(PoorLadar, NoOtherSourceIsExcludedForScansThatMove) {
+  for (const double rate_mps : {1.0, 2.0, 4.0}) {
+    Disturbance d;
+    d.match_off = [rate_mps](double t) -> Vec3 {
+      return Vec3(0.6, -0.8, 0.0) * rate_mps * std::max(0.0, t - 30.0);
+    };
+    const Seen seen = drive(60.0, d);
+    std::printf("%.1f m/s: worst %.2f m\n", rate_mps, seen.worst_m);
+    EXPECT_FALSE(seen.found(Finding::kInsFaulty)) << rate_mps;
+    EXPECT_FALSE(seen.found(Finding::kGpsFaulty)) << rate_mps;
+    EXPECT_LT(seen.worst_m, 2.0) << rate_mps;
+  }
 }
 
 /// The belief at the end of a drive with a poor LADAR.

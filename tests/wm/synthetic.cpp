@@ -1,5 +1,6 @@
 #include "tests/wm/synthetic.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace rcs::wm {
@@ -12,7 +13,9 @@ std::vector<Truth> make_drive(const DriveScript& s) {
     const double u = std::max(0.0, t - s.still_s);
     const double ramp = 1.0 - std::exp(-u * u / 8.0);
     const double yaw = s.heading_rad + ramp * (0.9 * std::sin(0.21 * u) + 0.3 * std::sin(0.67 * u));
-    const double pitch = ramp * 0.08 * std::sin(0.9 * u);
+    const double edge =
+        std::clamp(std::min(std::fmod(u, 5.0) - 1.0, 3.0 - std::fmod(u, 5.0)) / 0.2, 0.0, 1.0);
+    const double pitch = ramp * (0.08 * std::sin(0.9 * u) + s.edge_rad * edge);
     const double roll = ramp * 0.06 * std::sin(1.3 * u + 0.5);
     return Quat(Eigen::AngleAxisd(yaw, Vec3::UnitZ()) * Eigen::AngleAxisd(pitch, Vec3::UnitY()) *
                 Eigen::AngleAxisd(roll, Vec3::UnitX()));

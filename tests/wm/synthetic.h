@@ -24,6 +24,8 @@ struct DriveScript {
   double speed_mps = 8.0;
   double imu_hz = 100.0;
   double heading_rad = 0.7;  ///< at the start
+  /// Every five seconds the vehicle pitches over an edge by so much within 0.2 s, and back.
+  double edge_rad = 0.0;
 };
 
 /// Ground truth at the INS instants: gentle bends, hills, roll.

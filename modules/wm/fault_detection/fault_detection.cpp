@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "modules/wm/fault_detection/filter_difference.h"
 #include "modules/wm/measurement_fusion.h"
@@ -12,7 +13,8 @@ namespace rcs::wm {
 namespace {
 
 constexpr Duration kFed = from_seconds(1.0);  // newest scan or fix of a filter without INS
-constexpr int kRefusedInRow = 3;              // rejected measurements that end a hypothesis
+constexpr Duration kBetweenScans = from_milliseconds(300.0);
+constexpr int kRefusedInRow = 3;  // rejected measurements that end a hypothesis
 
 /// The filter without INS is not moved to each of its samples.
 void step(const Model& model, const Measurement& m, const ImuSample* next_imu, FilterState* s,
@@ -21,6 +23,18 @@ void step(const Model& model, const Measurement& m, const ImuSample* next_imu, F
   if (s->memory.withheld.ins && m.imu() != nullptr && m.stamp - s->belief.x.stamp < kStep) return;
   advance(model, m.stamp, next_imu, s, records);
   apply(model, m, s, records);
+}
+
+/// Where the vehicle pitches over an edge the constant rate is wrong. The match is then rejected,
+/// and so would be the following ones, while the sub-filter diverges. The filter with the INS
+/// accepts the match: it is not the registration that is wrong.
+void expect_rough_motion(const MotionNoise& motion, Duration since_match, Belief* belief) {
+  constexpr double kRougher = 8.0;  // a pitch of 20 deg within 0.2 s
+  MotionNoise rough = motion;
+  rough.acceleration *= kRougher;
+  rough.angular_acceleration *= kRougher;
+  rough.yaw_acceleration *= kRougher;
+  *belief = widen(*belief, std::min(seconds(since_match), 1.0), rough);
 }
 
 }  // namespace
@@ -48,7 +62,14 @@ void Trust::Hypothesis::count(bool accepted) {
   }
 }
 
-void Trust::move(const Model& model, const Measurement& m, const ImuSample* next_imu) {
+void Trust::move(const Model& model, const Measurement& m, const ImuSample* next_imu,
+                 const FilterState& belief) {
+  const bool match = std::holds_alternative<RollingMatch>(m.value);
+  // Not where it has moved the map instead, because the matches contradict it.
+  const Memory& of_filter = belief.memory;
+  const bool confirmed = match && !of_filter.withheld.ins &&
+                         of_filter.of(Source::kRolling).accepted == m.stamp &&
+                         of_filter.rejected_matches.reset < m.stamp - RejectedMatches::kResetLasts;
   auto& [newest, second, third] = without_ins_recent_;
   for (Subfilter* subfilter :
        {&inertial_new_.subfilter, &inertial_young_.subfilter, &inertial_.subfilter, &newest,
@@ -56,10 +77,15 @@ void Trust::move(const Model& model, const Measurement& m, const ImuSample* next
         &without_gps_young_, &without_gps_, &neither_young_, &neither_, &before_}) {
     if (!subfilter->alive()) continue;
     Innovations unread;
+    const Stamp last = subfilter->state.memory.of(Source::kRolling).accepted;
     step(model, m, next_imu, &subfilter->state, &unread);
+    const Memory& memory = subfilter->state.memory;
+    if (confirmed && memory.withheld.ins && last != Stamp::min() &&
+        memory.of(Source::kRolling).refused > 0) {
+      expect_rough_motion(model.params.motion, m.stamp - last, &subfilter->state.belief);
+    }
   }
   const bool fix = std::holds_alternative<GpsFix>(m.value);
-  const bool match = std::holds_alternative<RollingMatch>(m.value);
   for (Hypothesis* hypothesis : {&gps_right_, &ladar_right_, &ins_right_}) {
     if (!hypothesis->alive()) continue;
     Innovations records;
@@ -243,31 +269,51 @@ UndetectedError UndetectedError::at(Stamp later) const {
   return out;
 }
 
+UndetectedError UndetectedError::larger(const UndetectedError& other) const {
+  return {std::max(stamp, other.stamp), std::max(horizontal_m, other.horizontal_m),
+          std::max(vertical_m, other.vertical_m), std::max(horizontal_mps, other.horizontal_mps),
+          std::max(vertical_mps, other.vertical_mps)};
+}
+
 /// A sub-filter without INS that receives neither scans nor fixes extrapolates: it bounds nothing.
+/// Between scans that it accepts it does so, too, and its velocity is then wrong by metres per
+/// second where the ground is broken: the bound of the newest one that it accepted counts. A
+/// single wrong registration that it accepts gives such a velocity for one scan.
 void Trust::bound_undetected(const FilterState& belief) {
-  undetected_ = {};
-  for (const Subfilter* without : {&without_ins_, &without_ladar_}) {
+  for (const auto& [without, bound] : {std::pair{&without_ins_, &bound_without_ins_},
+                                       std::pair{&without_ladar_, &bound_without_ladar_}}) {
     const Belief& b = without->state.belief;
     const Stamp now = b.x.stamp;
-    if (!without->alive() || now - without->branch < kYoung) continue;
-    const Memory& m = without->state.memory;
-    const Stamp placed =
-        std::max(m.of(Source::kGpsPosition).accepted, m.of(Source::kRolling).accepted);
-    if (!uses_forces(without->state) && placed < now - kFed) continue;
+    if (!without->alive() || now - without->branch < kYoung) {
+      *bound = {};
+      continue;
+    }
+    if (!uses_forces(without->state)) {
+      const Memory& m = without->state.memory;
+      const Stamp scan = m.of(Source::kRolling).accepted;
+      const Stamp fix = m.of(Source::kGpsPosition).accepted;
+      if (std::max(scan, fix) < now - kFed) *bound = {};
+      const bool by_fix = fix == now && m.heights_refused == 0 && scan < now - kBetweenScans;
+      if (scan != now && !by_fix) continue;
+    }
     const Vec3 apart_m = b.x.T_world_vehicle.p - belief.belief.x.T_world_vehicle.p;
     const Vec3 apart_mps = b.x.v_world - belief.belief.x.v_world;
     const double sigma_m = std::sqrt(largest_variance(horizontal(without->state)));
     const double sigma_mps = std::sqrt(largest_variance(b.P.block<2, 2>(kVelocity, kVelocity)));
     const double sigma_up_m = std::sqrt(b.P(kPosition + 2, kPosition + 2));
     const double sigma_up_mps = std::sqrt(b.P(kVelocity + 2, kVelocity + 2));
-    UndetectedError& u = undetected_;
-    u.stamp = now;
-    u.horizontal_m =
-        std::max(u.horizontal_m, apart_m.head<2>().norm() + kHorizontalQuantile * sigma_m);
-    u.vertical_m = std::max(u.vertical_m, std::abs(apart_m.z()) + kVerticalQuantile * sigma_up_m);
-    u.horizontal_mps = std::max(u.horizontal_mps, apart_mps.head<2>().norm() - sigma_mps);
-    u.vertical_mps = std::max(u.vertical_mps, std::abs(apart_mps.z()) - sigma_up_mps);
+    const Vec2 rate_mps(std::max(0.0, apart_mps.head<2>().norm() - sigma_mps),
+                        std::max(0.0, std::abs(apart_mps.z()) - sigma_up_mps));
+    const Vec2 lasting_mps = rate_mps.cwiseMin(bound->rate_mps);
+    bound->rate_mps = rate_mps;
+    bound->error = {now, apart_m.head<2>().norm() + kHorizontalQuantile * sigma_m,
+                    std::abs(apart_m.z()) + kVerticalQuantile * sigma_up_m, lasting_mps.x(),
+                    lasting_mps.y()};
   }
+}
+
+UndetectedError Trust::undetected(Stamp stamp) const {
+  return bound_without_ins_.error.at(stamp).larger(bound_without_ladar_.error.at(stamp));
 }
 
 std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
@@ -277,7 +323,7 @@ std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
                                &without_ins_young_, &newest, &second, &third}) {
     subfilter->state.memory.withheld.gps = belief.memory.withheld.gps;
   }
-  move(model, m, next_imu);
+  move(model, m, next_imu, belief);
   drop_what_passed_a_gap();
   if (std::holds_alternative<RollingMatch>(m.value) || std::holds_alternative<GpsFix>(m.value)) {
     bound_undetected(belief);

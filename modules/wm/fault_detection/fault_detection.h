@@ -62,6 +62,8 @@ struct UndetectedError {
 
   /// At a later stamp. The divergence of a filter whose acceleration is wrong doubles meanwhile.
   [[nodiscard]] UndetectedError at(Stamp later) const;
+  /// The larger one of each value.
+  [[nodiscard]] UndetectedError larger(const UndetectedError& other) const;
 };
 
 class Trust {
@@ -99,7 +101,7 @@ class Trust {
   /// calm; otherwise 0.
   [[nodiscard]] double map_rival_m() const { return map_rival_m_; }
   /// Of the faults of the INS and of the LADAR that have not been detected.
-  [[nodiscard]] const UndetectedError& undetected() const { return undetected_; }
+  [[nodiscard]] UndetectedError undetected(Stamp stamp) const;
   [[nodiscard]] Finding newest_finding() const { return finding_; }
   [[nodiscard]] int findings() const { return findings_; }
   /// Of the newest finding: the test ratio that led to it, and the horizontal step of the belief.
@@ -165,10 +167,11 @@ class Trust {
     std::array<double, 32> apart_rad{};
     std::size_t scans = 0;
   };
-  void move(const Model& model, const Measurement& m, const ImuSample* next_imu);
+  void move(const Model& model, const Measurement& m, const ImuSample* next_imu,
+            const FilterState& belief);
   void test_ins(const Model& model, const Measurement& m, const FilterState& belief);
   void test_ins_by_ladar(const Model& model, const RollingMatch& z);
-  void test_ins_by_fix(const Model& model, const GpsFix& z, Stamp stamp);
+  void test_ins_by_fix(const Model& model, const GpsFix& z, const FilterState& belief, Stamp stamp);
   void test_ins_by_constraint(const OdometryParams& params, Stamp stamp);
   void vote_by_fix(const Model& model, const GpsFix& z);
   void vote_by_wheels(const OdometryParams& params, const OdometrySample& z);
@@ -301,7 +304,11 @@ class Trust {
   double rival_m_ = 0.0, map_rival_m_ = 0.0;
   static constexpr double kAnything_m = 1e3;  ///< before the first branch
   double detectable_m_ = kAnything_m;
-  UndetectedError undetected_;
+  struct Bound {
+    UndetectedError error;
+    Vec2 rate_mps = Vec2::Zero();  ///< horizontal, vertical; of the newest comparison alone
+  };
+  Bound bound_without_ins_, bound_without_ladar_;
   Finding finding_ = Finding::kNothing;
   int findings_ = 0;
   double finding_ratio_ = 0.0, finding_moved_m_ = 0.0;

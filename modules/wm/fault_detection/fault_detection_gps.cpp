@@ -206,8 +206,7 @@ bool Trust::keeps_its_shape(const Model& model, const GpsFix& z, const FilterSta
 
 double Trust::possible_error_m(const FilterState& belief) const {
   const double sigma_m = std::sqrt(largest_variance(horizontal(belief)));
-  return std::max(kHorizontalQuantile * sigma_m,
-                  undetected_.at(belief.belief.x.stamp).horizontal_m);
+  return std::max(kHorizontalQuantile * sigma_m, undetected(belief.belief.x.stamp).horizontal_m);
 }
 
 /// The velocity of the fix agrees with the filter.

@@ -153,10 +153,15 @@ void Trust::test_ins_by_ladar(const Model& model, const RollingMatch& z) {
   scan_.map_epoch = z.map_epoch;
 }
 
-void Trust::test_ins_by_fix(const Model& model, const GpsFix& z, Stamp stamp) {
+void Trust::test_ins_by_fix(const Model& model, const GpsFix& z, const FilterState& belief,
+                            Stamp stamp) {
   const FilterState& s = inertial_.subfilter.state;
-  // A fix that the others reject tests nothing.
-  if (without_ins_.state.memory.of(Source::kGpsPosition).accepted != stamp) return;
+  // A fix that all reject tests nothing. If only the filter with the INS accepts it, the LADAR has
+  // led the other one astray.
+  const auto accepts = [stamp](const FilterState& f) {
+    return f.memory.of(Source::kGpsPosition).accepted == stamp;
+  };
+  if (!accepts(without_ins_.state) && !accepts(belief)) return;
   const double driven_m = s.memory.distance_m - without_gps_began_m_;
   const Nis n = nis(s, z, model.params.gps, params_.floor_share * driven_m);
   double ratio = n.horizontal / limit_2_;
@@ -258,7 +263,7 @@ void Trust::test_ins(const Model& model, const Measurement& m, const FilterState
       test_ins_by_ladar(model, *z);
     }
   } else if (const auto* fix = std::get_if<GpsFix>(&m.value)) {
-    test_ins_by_fix(model, *fix, m.stamp);
+    test_ins_by_fix(model, *fix, belief, m.stamp);
   } else if (const auto* wheels = std::get_if<OdometrySample>(&m.value)) {
     vote_by_wheels(odometry, *wheels);
     const auto accepted = [&](const FilterState& s) {
