@@ -7,7 +7,9 @@ folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
 cmake --install "$1" --component registration --prefix "$folder/installed" >/dev/null
-cmake -S "$here" -B "$folder/build" -DCMAKE_PREFIX_PATH="$folder/installed" -DCMAKE_BUILD_TYPE=Release >/dev/null
+# The default generator needs make, which a machine with ninja may not have.
+generator=$(sed -n "s/^CMAKE_GENERATOR:INTERNAL=//p" "$1/CMakeCache.txt")
+cmake -G "$generator" -S "$here" -B "$folder/build" -DCMAKE_PREFIX_PATH="$folder/installed" -DCMAKE_BUILD_TYPE=Release >/dev/null
 cmake --build "$folder/build" >/dev/null
 "$folder/build/registers_two_clouds"
 
