@@ -63,6 +63,7 @@ constexpr std::string_view constant_name(const std::string_view (&names)[kNames]
   add(integrity_t::ALERT_LADAR, "LADAR");
   add(integrity_t::ALERT_INPUT, "input");
   add(integrity_t::ALERT_INS, "INS");
+  add(integrity_t::ALERT_ODOMETRY, "odometry");
   return text.empty() ? "none" : text;
 }
 

@@ -333,8 +333,12 @@ Belief predict(const Belief& b, Stamp to, const MotionNoise& noise, const Proces
   return next;
 }
 
-Belief widen(const Belief& b, double time_s, const MotionNoise& noise) {
+Belief widen(const Belief& b, double time_s, const MotionNoise& usual, double rougher) {
   Belief wider = b;
+  MotionNoise noise = usual;
+  noise.acceleration *= rougher;
+  noise.angular_acceleration *= rougher;
+  noise.yaw_acceleration *= rougher;
   wider.P.topLeftCorner<9, 9>() += white_acceleration(noise, time_s);
   const RateStep tilt = rate_step(time_s, noise.angular_acceleration, noise.tilt_time_s);
   const RateStep yaw = rate_step(time_s, noise.yaw_acceleration, noise.yaw_time_s);

@@ -55,8 +55,9 @@ struct Lasting {
                              const ProcessNoise& biases, const DriveNoise& drive);
 
 /// The covariance with the noise of the constant-rate model over `time_s` in addition: the vehicle
-/// has moved more roughly than the model assumes.
-[[nodiscard]] Belief widen(const Belief& b, double time_s, const MotionNoise& noise);
+/// has moved more roughly than the model assumes, by the factor `rougher`.
+[[nodiscard]] Belief widen(const Belief& b, double time_s, const MotionNoise& noise,
+                           double rougher);
 
 /// The INS has fallen silent: of the body rate only the low-passed yaw rate is kept. The momentary
 /// rate of a vehicle that rocks is useless as a prediction.

@@ -68,7 +68,8 @@ struct Withheld {
   bool ins = false;  ///< the second process model replaces it
   bool gps = false;
   bool ladar = false;
-  bool odometry = false;
+  bool odometry = false;   ///< and the non-holonomic constraint
+  bool wheels = false;     ///< odometry alone
   bool prior_map = false;  ///< also implied by ladar
   bool force = false;      ///< of the INS: its rotation alone is used
 
@@ -170,6 +171,13 @@ struct FilterState {
 /// The velocity is integrated from the forces of the INS; otherwise it is extrapolated.
 inline bool uses_forces(const FilterState& s) {
   return s.belief.x.inertial && !s.memory.withheld.force;
+}
+
+inline bool uses_wheels(const FilterState& s) {
+  constexpr Duration kRecent = from_seconds(2.0);
+  const Stamp newest = s.memory.of(Source::kOdometry).accepted;
+  const bool withheld = s.memory.withheld.odometry || s.memory.withheld.wheels;
+  return !withheld && newest > s.belief.x.stamp - kRecent;
 }
 
 /// Without gravity [m/s^2].

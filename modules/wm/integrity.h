@@ -14,7 +14,8 @@ enum Alert : int {
   kAlertGps = 4,
   kAlertLadar = 8,
   kAlertInput = 16,
-  kAlertIns = 32
+  kAlertIns = 32,
+  kAlertOdometry = 64
 };
 
 /// The values are those of integrity_t.

@@ -343,6 +343,11 @@ Reason Fuser::fuse_place(const GpsFix& fix) {
 void Fuser::operator()(const OdometrySample& z) {
   Memory& m = s_.memory;
   if (m.withheld.odometry) return;
+  if (m.withheld.wheels) {
+    refuse(Source::kOdometry, Reason::kQuarantine);
+    constrain();
+    return;
+  }
   m.odometry_mps = z.speed_mps;
   m.odometry_heard = stamp();
   fuse(Source::kOdometry,

@@ -55,7 +55,8 @@ static_assert(same_value(kAlertHorizontal, integrity_t::ALERT_HORIZONTAL) &&
               same_value(kAlertGps, integrity_t::ALERT_GPS) &&
               same_value(kAlertLadar, integrity_t::ALERT_LADAR) &&
               same_value(kAlertInput, integrity_t::ALERT_INPUT) &&
-              same_value(kAlertIns, integrity_t::ALERT_INS));
+              same_value(kAlertIns, integrity_t::ALERT_INS) &&
+              same_value(kAlertOdometry, integrity_t::ALERT_ODOMETRY));
 static_assert(same_value(Without::kAll, subfilter_t::KIND_INERTIAL) &&
               same_value(Without::kLadar, subfilter_t::KIND_WITHOUT_LADAR) &&
               same_value(Without::kGps, subfilter_t::KIND_WITHOUT_GPS));

@@ -35,7 +35,9 @@ constexpr std::string_view kFindings[] = {
     "LADAR readmitted: its matches agree with the motion",
     "a priori map excluded: it contradicts the filter without it, which replaces the belief",
     "INS excluded: it contradicts the other sources; the filter without INS replaces the belief",
-    "INS readmitted: it agrees with the other sources"};
+    "INS readmitted: it agrees with the other sources",
+    "odometry excluded: two sources that agree contradict it; the belief goes on without it",
+    "odometry readmitted: its speed agrees with the belief"};
 
 }  // namespace
 
@@ -503,7 +505,7 @@ void WmNode::report_trust(Stamp now) {
   if (integrity_.alerts != reported_alerts_) {
     report_.publish(
         now, event::kWmAlert,
-        "alerts{}{}{}{}{}{}{}: protection level {:.1f} m (limit {:.1f} m), vertical {:.1f} "
+        "alerts{}{}{}{}{}{}{}{}: protection level {:.1f} m (limit {:.1f} m), vertical {:.1f} "
         "m (limit {:.1f} m)",
         integrity_.alerts == 0 ? " none" : "",
         (integrity_.alerts & kAlertHorizontal) != 0 ? " horizontal" : "",
@@ -511,9 +513,10 @@ void WmNode::report_trust(Stamp now) {
         (integrity_.alerts & kAlertGps) != 0 ? " gps" : "",
         (integrity_.alerts & kAlertLadar) != 0 ? " ladar" : "",
         (integrity_.alerts & kAlertInput) != 0 ? " input" : "",
-        (integrity_.alerts & kAlertIns) != 0 ? " ins" : "", integrity_.protection_horizontal_m,
-        integrity_.limit_horizontal_m, integrity_.protection_vertical_m,
-        integrity_.limit_vertical_m);
+        (integrity_.alerts & kAlertIns) != 0 ? " ins" : "",
+        (integrity_.alerts & kAlertOdometry) != 0 ? " odometry" : "",
+        integrity_.protection_horizontal_m, integrity_.limit_horizontal_m,
+        integrity_.protection_vertical_m, integrity_.limit_vertical_m);
     reported_alerts_ = integrity_.alerts;
   }
 }

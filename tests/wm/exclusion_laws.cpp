@@ -125,6 +125,8 @@ class LawfulDrive {
       const bool ladar = k.source == Source::kRolling || k.source == Source::kPriorMap;
       EXPECT_FALSE(gps && before.gps && after.gps) << "a fix was fused" << text();
       EXPECT_FALSE(ladar && before.ladar && after.ladar) << "a match was fused" << text();
+      const bool wheels = k.source == Source::kOdometry;
+      EXPECT_FALSE(wheels && before.wheels && after.wheels) << "a speed was fused" << text();
     }
     EXPECT_FALSE(after.ins && after.force) << text();
     EXPECT_FALSE(after.ins && s.belief.x.inertial) << "the INS was integrated" << text();

@@ -72,7 +72,11 @@ Seen drive(double length_s, const Disturbance& d, unsigned seed, double from_s, 
       if (d.has_match(t)) estimator.add(now, match);
     }
     if (d.map_off && i % 10 == 0) estimator.add(now, sensors.prior(i, d.map_off(t)));
-    if (i % 5 == 0) estimator.add(now, sensors.odometry(i));
+    if (i % 5 == 0) {
+      OdometrySample wheels = sensors.odometry(i);
+      d.wheels(t, &wheels);
+      estimator.add(now, wheels);
+    }
     estimator.fuse();
     estimator.clear_innovations();
     if (estimator.trust().findings() != findings) {

@@ -22,6 +22,7 @@ struct Disturbance {
   std::function<Vec3(double t_s)> map_off;  ///< empty: there is no a priori map
   std::function<bool(double t_s)> has_ins = [](double) { return true; };
   std::function<void(double t_s, ImuSample* imu)> ins = [](double, ImuSample*) {};
+  std::function<void(double t_s, OdometrySample* wheels)> wheels = [](double, OdometrySample*) {};
 };
 
 struct InsFault {

@@ -25,18 +25,6 @@ void step(const Model& model, const Measurement& m, const ImuSample* next_imu, F
   apply(model, m, s, records);
 }
 
-/// Where the vehicle pitches over an edge the constant rate is wrong. The match is then rejected,
-/// and so would be the following ones, while the sub-filter diverges. The filter with the INS
-/// accepts the match: it is not the registration that is wrong.
-void expect_rough_motion(const MotionNoise& motion, Duration since_match, Belief* belief) {
-  constexpr double kRougher = 8.0;  // a pitch of 20 deg within 0.2 s
-  MotionNoise rough = motion;
-  rough.acceleration *= kRougher;
-  rough.angular_acceleration *= kRougher;
-  rough.yaw_acceleration *= kRougher;
-  *belief = widen(*belief, std::min(seconds(since_match), 1.0), rough);
-}
-
 }  // namespace
 
 Trust::Trust(const TrustParams& params)
@@ -77,12 +65,17 @@ void Trust::move(const Model& model, const Measurement& m, const ImuSample* next
         &without_gps_young_, &without_gps_, &neither_young_, &neither_, &before_}) {
     if (!subfilter->alive()) continue;
     Innovations unread;
+    // Where the vehicle pitches over an edge the constant rate is wrong. The match is then
+    // rejected, and so would be the following ones, while the sub-filter diverges. The filter with
+    // the INS accepts the match: it is not the registration that is wrong.
+    constexpr double kRougher = 8.0;  // a pitch of 20 deg within 0.2 s
     const Stamp last = subfilter->state.memory.of(Source::kRolling).accepted;
     step(model, m, next_imu, &subfilter->state, &unread);
     const Memory& memory = subfilter->state.memory;
     if (confirmed && memory.withheld.ins && last != Stamp::min() &&
         memory.of(Source::kRolling).refused > 0) {
-      expect_rough_motion(model.params.motion, m.stamp - last, &subfilter->state.belief);
+      Belief& b = subfilter->state.belief;
+      b = widen(b, std::min(seconds(m.stamp - last), 1.0), model.params.motion, kRougher);
     }
   }
   const bool fix = std::holds_alternative<GpsFix>(m.value);
@@ -355,6 +348,8 @@ std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
   } else if (std::holds_alternative<RollingMatch>(m.value)) {
     change = belief.memory.withheld.ladar ? judge_quarantined_match(belief, model.params.modes)
                                           : judge_match(belief, model.params.modes);
+  } else if (const auto* const wheels = std::get_if<OdometrySample>(&m.value)) {
+    if (belief.memory.withheld.wheels) change = judge_excluded_odometry(model, *wheels, belief);
   }
   if (!change) renew(belief);
   return change;

@@ -42,9 +42,11 @@ enum class Finding : int {
   kGpsReadmissionRevoked,  ///< GPS is faulty within its probation: the readmission is revoked
   kLadarFaulty,
   kLadarReadmitted,
-  kMapFaulty,     ///< the a priori map is faulty: excluded
-  kInsFaulty,     ///< the INS is faulty: excluded, the second process model replaces it
-  kInsReadmitted  ///< the INS agrees with the other sources: readmitted
+  kMapFaulty,          ///< the a priori map is faulty: excluded
+  kInsFaulty,          ///< the INS is faulty: excluded, the second process model replaces it
+  kInsReadmitted,      ///< the INS agrees with the other sources: readmitted
+  kOdometryFaulty,     ///< the speed of the wheels is wrong: excluded
+  kOdometryReadmitted  ///< it agrees with the filter: readmitted
 };
 
 // 99.9 % quantiles: of the norm of a two-dimensional Gaussian vector, and of one coordinate.
@@ -193,6 +195,11 @@ class Trust {
   std::optional<FilterState> decide_ins(const FilterState& belief, const ModeParams& modes);
   FilterState exclude_ins(const FilterState& belief, const ModeParams& modes);
   FilterState exclude_ladar(const FilterState& belief, const ModeParams& modes);
+  [[nodiscard]] bool ins_sides_with_ladar(const FilterState& belief) const;
+  FilterState exclude_odometry(const FilterState& from, const FilterState& belief,
+                               const ModeParams& modes);
+  std::optional<FilterState> judge_excluded_odometry(const Model& model, const OdometrySample& z,
+                                                     const FilterState& belief);
   void suppose_ins_right(const FilterState& belief);
   std::optional<FilterState> decide_excluded_ins(const Measurement& m, const FilterState& belief,
                                                  const ModeParams& modes);
@@ -226,8 +233,8 @@ class Trust {
   std::optional<FilterState> judge_match(const FilterState& belief, const ModeParams& modes);
   std::optional<FilterState> judge_quarantined_match(const FilterState& belief,
                                                      const ModeParams& modes);
-  std::optional<FilterState> exclude_ins_or_ladar(const Model& model, const GpsFix& z,
-                                                  const FilterState& belief);
+  std::optional<FilterState> exclude_other_than_gps(const Model& model, const GpsFix& z,
+                                                    const FilterState& belief);
   FilterState exclude_gps(const FilterState& belief, const ModeParams& modes);
   [[nodiscard]] bool moves_along(const Model& model, const GpsFix& z,
                                  const FilterState& belief) const;
@@ -298,6 +305,9 @@ class Trust {
   /// Since when GPS is withheld because its fixes were rejected, while the faulty source is not
   /// known; min(): it is not.
   Stamp gps_suspect_ = Stamp::min();
+  Stamp odometry_agrees_ = Stamp::min();  ///< since when, while it is excluded
+  Stamp odometry_readmitted_ = Stamp::min();
+  Duration odometry_wait_{};  ///< time of agreement before a readmission
   Stamp gps_probation_ = Stamp::min(), ladar_probation_ = Stamp::min();
   Stamp gps_fused_from_ = Stamp::min();  ///< readmitted; the filter moves to it for a while
   double gps_test_ratio_ = 0.0, ladar_test_ratio_ = 0.0, map_test_ratio_ = 0.0;

@@ -81,7 +81,7 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
   gps_contradicts_ = std::min(gps_contradicts_, now);
   // A vehicle that has lost its INS predicts its motion by extrapolation: GPS is the better source.
   if (!uses_forces(belief) && belief.memory.ins_stamp != Stamp::min()) return std::nullopt;
-  if (std::optional<FilterState> change = exclude_ins_or_ladar(model, z, belief)) return change;
+  if (std::optional<FilterState> change = exclude_other_than_gps(model, z, belief)) return change;
   // If GPS alone were faulty, INS and LADAR would agree: which of the two it is shows soon.
   constexpr Duration kShowsLater = from_seconds(3.0);
   constexpr Duration kShowsSurely = from_seconds(8.0);
@@ -97,15 +97,15 @@ std::optional<FilterState> Trust::judge_suspect_fix(const Model& model, const Gp
                                                     const FilterState& belief) {
   const Nis n = nis(belief, z, model.params.gps, 0.0);  // reported as the cause
   gps_test_ratio_ = std::max(n.horizontal / model.gates[2], n.vertical / model.gates[1]);
-  if (std::optional<FilterState> change = exclude_ins_or_ladar(model, z, belief)) return change;
+  if (std::optional<FilterState> change = exclude_other_than_gps(model, z, belief)) return change;
   if (belief.belief.x.stamp - gps_suspect_ < kShows) return std::nullopt;
   return exclude_gps(belief, model.params.modes);
 }
 
-/// Fixes and the sub-filter without them contradict each other: excludes the INS or the LADAR if
-/// one of them is known to be the faulty one.
-std::optional<FilterState> Trust::exclude_ins_or_ladar(const Model& model, const GpsFix& z,
-                                                       const FilterState& belief) {
+/// Fixes and the sub-filter without them contradict each other: excludes the INS, the LADAR
+/// or odometry if one of them is known to be the faulty one.
+std::optional<FilterState> Trust::exclude_other_than_gps(const Model& model, const GpsFix& z,
+                                                         const FilterState& belief) {
   const Stamp now = belief.belief.x.stamp;
   const bool by_wheels = ins_by_gps_.lasts(now, Duration::zero()) &&
                          !ins_by_ladar_.lasts(now, Duration::zero()) && wheels_vote_ > 0.5;
@@ -131,6 +131,15 @@ std::optional<FilterState> Trust::exclude_ins_or_ladar(const Model& model, const
     next.memory.withheld.ladar = true;
     next.belief.x.map_epoch = -1;  // not known without the excluded source
     return found(Finding::kLadarFaulty, next, belief, model.params.modes);
+  }
+  // Of what contradicts the fixes, wheels are left: the INS supports the fixes, and the LADAR does
+  // not contradict the INS.
+  if (uses_wheels(without_gps_.state) && ins_by_ladar_.ratio <= kCalm &&
+      !violates_constraint(kFollowsConstraint) &&
+      (fix_vote_ < 0.0 || sides_with_fix(model, z, inertial_.subfilter))) {
+    const bool rejected = belief.memory.gps_accused;
+    return exclude_odometry(rejected ? inertial_.subfilter.state : belief, belief,
+                            model.params.modes);
   }
   return std::nullopt;
 }

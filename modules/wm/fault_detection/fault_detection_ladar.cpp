@@ -88,6 +88,9 @@ std::optional<FilterState> Trust::judge_match(const FilterState& belief, const M
     // The filter without LADAR consists mainly of the INS, which may be the faulty one.
     if (faulty == Faulty::kUnknown) return std::nullopt;
   }
+  if (!by_fixes && uses_wheels(without_ladar_.state) && ins_sides_with_ladar(belief)) {
+    return exclude_odometry(belief, belief, modes);
+  }
   return exclude_ladar(belief, modes);
 }
 
