@@ -93,7 +93,8 @@ class InsContent {
   // on a straight line, so repetition counts only after values that have varied for some time.
   static constexpr int kVaried = 100;
   static constexpr int kStuck = 8;
-  // A coarse converter repeats one value in twenty, and six in a row once in a day.
+  // A coarse converter repeats one value in twenty, and six in a row a few times a day. A single
+  // sample is then missing, which the filter bridges.
   static constexpr int kSaturated = 5;
   static constexpr double kTurning_radps = 0.05;  ///< no range is smaller
   static constexpr double kForce_mps2 = 9.9;      ///< nor below gravity

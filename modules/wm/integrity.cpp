@@ -123,7 +123,7 @@ Integrity integrity(const FilterState& state, const Trust& trust, Duration silen
   if (trust.ins(state) == Trusted::kQuarantine || trust.ins_test_ratio() > 1.0) {
     out.alerts |= kAlertIns;
   }
-  if (m.withheld.wheels) out.alerts |= kAlertOdometry;
+  if (trust.odometry_excluded(state)) out.alerts |= kAlertOdometry;
 
   if (out.validity != Validity::kWorld) {
     out.sigma_in_60s_m = std::numeric_limits<double>::infinity();

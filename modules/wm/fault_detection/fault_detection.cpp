@@ -285,7 +285,8 @@ void Trust::bound_undetected(const FilterState& belief) {
       const Memory& m = without->state.memory;
       const Stamp scan = m.of(Source::kRolling).accepted;
       const Stamp fix = m.of(Source::kGpsPosition).accepted;
-      if (std::max(scan, fix) < now - kFed) *bound = {};
+      const bool stale = bound->error.stamp < now - kFed;  // a fix without height, say
+      if (stale || std::max(scan, fix) < now - kFed) *bound = {};
       const bool by_fix = fix == now && m.heights_refused == 0 && scan < now - kBetweenScans;
       if (scan != now && !by_fix) continue;
     }

@@ -88,6 +88,8 @@ class Trust {
   [[nodiscard]] Trusted ladar(const FilterState& belief, const ModeParams& modes) const;
   /// Of its content: whether messages are received is not considered.
   [[nodiscard]] Trusted ins(const FilterState& belief) const;
+  /// Excluded, and received.
+  [[nodiscard]] bool odometry_excluded(const FilterState& belief) const;
   /// Test statistics over their limits; a source that stays above 1 is faulty.
   [[nodiscard]] double gps_test_ratio() const { return gps_test_ratio_; }
   [[nodiscard]] double ladar_test_ratio() const { return ladar_test_ratio_; }
@@ -176,7 +178,7 @@ class Trust {
   void test_ins_by_fix(const Model& model, const GpsFix& z, const FilterState& belief, Stamp stamp);
   void test_ins_by_constraint(const OdometryParams& params, Stamp stamp);
   void vote_by_fix(const Model& model, const GpsFix& z);
-  void vote_by_wheels(const OdometryParams& params, const OdometrySample& z);
+  void vote_by_wheels(const OdometryParams& params, const OdometrySample& z, bool excluded);
   [[nodiscard]] std::optional<double> test_by_match(const Model& model, const RollingMatch& z,
                                                     Inertial* inertial) const;
   void branch_inertial(const FilterState& belief, Inertial* inertial) const;
@@ -196,6 +198,7 @@ class Trust {
   FilterState exclude_ins(const FilterState& belief, const ModeParams& modes);
   FilterState exclude_ladar(const FilterState& belief, const ModeParams& modes);
   [[nodiscard]] bool ins_sides_with_ladar(const FilterState& belief) const;
+  [[nodiscard]] bool wheels_are_left(const Model& model, const GpsFix& z) const;
   FilterState exclude_odometry(const FilterState& from, const FilterState& belief,
                                const ModeParams& modes);
   std::optional<FilterState> judge_excluded_odometry(const Model& model, const OdometrySample& z,
@@ -259,6 +262,7 @@ class Trust {
   static constexpr double kQuiet = 0.15;                  // ratio without any sign of a fault
   static constexpr Duration kBefore = from_seconds(1.5);  // a fault shows so much later
   static constexpr double kInsCalm = 0.7;
+  static constexpr Duration kOdometryAgrees = from_seconds(5.0);
   static constexpr double kCalm = 0.3;  // test ratio below which sub-filters are branched
   static constexpr double kCalmLater = 0.5;
 
@@ -305,9 +309,11 @@ class Trust {
   /// Since when GPS is withheld because its fixes were rejected, while the faulty source is not
   /// known; min(): it is not.
   Stamp gps_suspect_ = Stamp::min();
-  Stamp odometry_agrees_ = Stamp::min();  ///< since when, while it is excluded
+  int wheels_left_ = 0;             ///< contradicting fixes at which wheels were left as the cause
+  double odometry_agrees_s_ = 0.0;  ///< for how long, while it is excluded
+  Stamp odometry_judged_ = Stamp::min();  ///< newest sample while it is excluded
   Stamp odometry_readmitted_ = Stamp::min();
-  Duration odometry_wait_{};  ///< time of agreement before a readmission
+  Duration odometry_wait_ = kOdometryAgrees;  ///< time of agreement before a readmission
   Stamp gps_probation_ = Stamp::min(), ladar_probation_ = Stamp::min();
   Stamp gps_fused_from_ = Stamp::min();  ///< readmitted; the filter moves to it for a while
   double gps_test_ratio_ = 0.0, ladar_test_ratio_ = 0.0, map_test_ratio_ = 0.0;

@@ -132,16 +132,10 @@ std::optional<FilterState> Trust::exclude_other_than_gps(const Model& model, con
     next.belief.x.map_epoch = -1;  // not known without the excluded source
     return found(Finding::kLadarFaulty, next, belief, model.params.modes);
   }
-  // Of what contradicts the fixes, wheels are left: the INS supports the fixes, and the LADAR does
-  // not contradict the INS.
-  if (uses_wheels(without_gps_.state) && ins_by_ladar_.ratio <= kCalm &&
-      !violates_constraint(kFollowsConstraint) &&
-      (fix_vote_ < 0.0 || sides_with_fix(model, z, inertial_.subfilter))) {
-    const bool rejected = belief.memory.gps_accused;
-    return exclude_odometry(rejected ? inertial_.subfilter.state : belief, belief,
-                            model.params.modes);
-  }
-  return std::nullopt;
+  if (!wheels_are_left(model, z)) return std::nullopt;
+  const bool rejected = gps_suspect_ != Stamp::min();  // the filter is off, too
+  return exclude_odometry(rejected ? inertial_.subfilter.state : belief, belief,
+                          model.params.modes);
 }
 
 FilterState Trust::exclude_gps(const FilterState& belief, const ModeParams& modes) {

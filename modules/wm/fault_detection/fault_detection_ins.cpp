@@ -165,7 +165,8 @@ void Trust::test_ins_by_fix(const Model& model, const GpsFix& z, const FilterSta
   const double driven_m = s.memory.distance_m - without_gps_began_m_;
   const Nis n = nis(s, z, model.params.gps, params_.floor_share * driven_m);
   double ratio = n.horizontal / limit_2_;
-  if (without_ins_.state.memory.heights_refused == 0) {
+  const Memory& by = accepts(without_ins_.state) ? without_ins_.state.memory : belief.memory;
+  if (by.heights_refused == 0) {
     ratio = std::max(ratio, n.vertical / limit_1_);
   }
   if (z.has_velocity) {
@@ -208,7 +209,7 @@ void Trust::vote_by_fix(const Model& model, const GpsFix& z) {
 }
 
 /// Between INS and GPS, if there is no LADAR.
-void Trust::vote_by_wheels(const OdometryParams& params, const OdometrySample& z) {
+void Trust::vote_by_wheels(const OdometryParams& params, const OdometrySample& z, bool excluded) {
   const NavState& ins = inertial_.subfilter.state.belief.x;
   const NavState& others = without_ins_.state.belief.x;
   const auto slip = [&](Residual<2> r) {
@@ -223,7 +224,10 @@ void Trust::vote_by_wheels(const OdometryParams& params, const OdometrySample& z
     return r;
   };
   const double shaking_mps2 = std::sqrt(inertial_.subfilter.state.memory.stillness.variance_force);
-  double vote = compare(slip(wheel_speed(ins, z, params)), slip(wheel_speed(others, z, params)));
+  double vote = 0.0;
+  if (!excluded) {
+    vote = compare(slip(wheel_speed(ins, z, params)), slip(wheel_speed(others, z, params)));
+  }
   if (vote == 0.0 && params.constrained) {
     vote = compare(lateral(non_holonomic(ins, params, shaking_mps2)),
                    lateral(non_holonomic(others, params, shaking_mps2)));
@@ -265,7 +269,7 @@ void Trust::test_ins(const Model& model, const Measurement& m, const FilterState
   } else if (const auto* fix = std::get_if<GpsFix>(&m.value)) {
     test_ins_by_fix(model, *fix, belief, m.stamp);
   } else if (const auto* wheels = std::get_if<OdometrySample>(&m.value)) {
-    vote_by_wheels(odometry, *wheels);
+    vote_by_wheels(odometry, *wheels, belief.memory.withheld.wheels);
     const auto accepted = [&](const FilterState& s) {
       return s.memory.of(Source::kOdometry).accepted == m.stamp;
     };

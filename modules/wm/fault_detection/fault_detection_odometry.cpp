@@ -8,14 +8,27 @@
 namespace rcs::wm {
 namespace {
 
-// Difference from the speed of the filter at which wheels that were excluded agree with it.
+// Difference from another speed at which wheels agree with it.
 constexpr double kSame_mps = 0.1;
-constexpr double kSameShare = 0.03;
-constexpr Duration kAgrees = from_seconds(5.0);
+constexpr double kSameShare = 0.02;
+constexpr double kMoves_mps = 1.5;  // a vehicle at rest tells nothing
+constexpr double kLongest_s = 0.3;  // that a sample counts
 constexpr Duration kLongestWait = from_seconds(300.0);
 constexpr Duration kRelapse = from_seconds(60.0);  // after a readmission
 
+bool same(double a_mps, double b_mps) {
+  return std::abs(a_mps - b_mps) < kSame_mps + kSameShare * std::abs(b_mps);
+}
+
 }  // namespace
+
+/// Of what contradicts the fixes, wheels are left: the INS supports the fixes, and the LADAR does
+/// not contradict the INS.
+bool Trust::wheels_are_left(const Model& model, const GpsFix& z) const {
+  return uses_wheels(without_gps_.state) && ins_by_ladar_.ratio <= kCalm &&
+         !violates_constraint(kFollowsConstraint) &&
+         (fix_vote_ < 0.0 || sides_with_fix(model, z, inertial_.subfilter));
+}
 
 /// The position by the INS alone is nearer to that of the filter, which is by the LADAR, than to
 /// that of the sub-filter by INS and wheels.
@@ -38,14 +51,15 @@ FilterState Trust::exclude_odometry(const FilterState& from, const FilterState& 
   FilterState next = from;
   next.memory.withheld = belief.memory.withheld;
   next.memory.withheld.wheels = true;
-  if (belief.memory.gps_accused) {
+  if (gps_suspect_ != Stamp::min()) {  // accused for what the wheels have caused
     next.memory.withheld.gps = next.memory.gps_accused = false;
     next.memory.of(Source::kGpsPosition).refused = 0;
   }
   const bool relapse =
       odometry_readmitted_ != Stamp::min() && now - odometry_readmitted_ < kRelapse;
-  odometry_wait_ = relapse ? std::min<Duration>(2 * odometry_wait_, kLongestWait) : kAgrees;
-  odometry_agrees_ = Stamp::min();
+  odometry_wait_ = relapse ? std::min<Duration>(2 * odometry_wait_, kLongestWait) : kOdometryAgrees;
+  odometry_agrees_s_ = 0.0;
+  odometry_judged_ = now;
   return found(Finding::kOdometryFaulty, next, belief, modes);
 }
 
@@ -58,13 +72,18 @@ std::optional<FilterState> Trust::judge_excluded_odometry(const Model& model,
   NavState x = belief.belief.x;
   x.wheel_scale = 1.0;
   x.slip_per_climb = 0.0;
-  const double off_mps = std::abs(wheel_speed(x, z, params).r[0]);
-  if (off_mps > kSame_mps + kSameShare * std::abs(z.speed_mps)) {
-    odometry_agrees_ = Stamp::min();
-    return std::nullopt;
-  }
-  if (odometry_agrees_ == Stamp::min()) odometry_agrees_ = now;
-  if (now - odometry_agrees_ < odometry_wait_) return std::nullopt;
+  const double ahead_mps = (x.T_world_vehicle.q.conjugate() * x.v_world).x();
+  const double dt_s = std::clamp(seconds(now - odometry_judged_), 0.0, kLongest_s);
+  odometry_judged_ = now;
+  if (std::max(std::abs(ahead_mps), std::abs(z.speed_mps)) < kMoves_mps) return std::nullopt;
+  // Healthy wheels slip now and then.
+  const bool agrees = same(ahead_mps + wheel_speed(x, z, params).r[0], ahead_mps);
+  odometry_agrees_s_ = std::max(0.0, odometry_agrees_s_ + (agrees ? dt_s : -2.0 * dt_s));
+  if (odometry_agrees_s_ < seconds(odometry_wait_)) return std::nullopt;
+  // A readmission starts all tests again: not while one of them may be about to decide.
+  const bool calm = gps_suspect_ == Stamp::min() && gps_test_ratio_ <= kCalm &&
+                    ladar_test_ratio_ <= kCalm && ins_test_ratio() <= kInsCalm;
+  if (!calm) return std::nullopt;
   odometry_readmitted_ = now;
   FilterState next = belief;
   next.belief.x = x;
@@ -76,6 +95,11 @@ std::optional<FilterState> Trust::judge_excluded_odometry(const Model& model,
   next.belief.P(kClimbSlip, kClimbSlip) = params.climb_slip * params.climb_slip;
   next.memory.withheld.wheels = false;
   return found(Finding::kOdometryReadmitted, next, belief, model.params.modes);
+}
+
+bool Trust::odometry_excluded(const FilterState& belief) const {
+  return belief.memory.withheld.wheels && odometry_judged_ != Stamp::min() &&
+         belief.belief.x.stamp - odometry_judged_ < kFresh;
 }
 
 }  // namespace rcs::wm
