@@ -297,22 +297,36 @@ RateStep rate_step(double dt, double density, double time_s) {
           0.5 * q * time_s * time_s * gone * gone, 0.5 * q * time_s * both};
 }
 
+/// About the axes of the vehicle.
+std::array<RateStep, 3> rate_steps(double dt, const MotionNoise& noise) {
+  const RateStep tilt = rate_step(dt, noise.angular_acceleration, noise.tilt_time_s);
+  return {tilt, tilt, rate_step(dt, noise.yaw_acceleration, noise.yaw_time_s)};
+}
+
+void add_rate_noise(const std::array<RateStep, 3>& rates, Cov* P) {
+  for (int i = 0; i < 3; ++i) {
+    const RateStep& rate = rates[static_cast<std::size_t>(i)];
+    (*P)(kAttitude + i, kRate + i) += rate.covariance;
+    (*P)(kRate + i, kAttitude + i) += rate.covariance;
+    (*P)(kRate + i, kRate + i) += rate.rate_variance;
+  }
+}
+
 }  // namespace
 
 Belief predict(const Belief& b, Stamp to, const MotionNoise& noise, const ProcessNoise& biases,
                const DriveNoise& drive) {
   const double dt = seconds(to - b.x.stamp);
-  const RateStep tilt = rate_step(dt, noise.angular_acceleration, noise.tilt_time_s);
-  const RateStep yaw = rate_step(dt, noise.yaw_acceleration, noise.yaw_time_s);
-  const std::array<RateStep, 3> rates{tilt, tilt, yaw};
-  const Vec3 angle_per_rate(tilt.angle_per_rate, tilt.angle_per_rate, yaw.angle_per_rate);
+  const std::array<RateStep, 3> rates = rate_steps(dt, noise);
+  const Vec3 angle_per_rate(rates[0].angle_per_rate, rates[1].angle_per_rate,
+                            rates[2].angle_per_rate);
   const Vec3 dtheta = b.x.rate_vehicle.cwiseProduct(angle_per_rate);
   const Quat turn = exp_so3(dtheta);
 
   Belief next = b;
   NavState& x = next.x;
   x.stamp = to;
-  x.rate_vehicle = b.x.rate_vehicle.cwiseProduct(Vec3(tilt.keep, tilt.keep, yaw.keep));
+  x.rate_vehicle = b.x.rate_vehicle.cwiseProduct(Vec3(rates[0].keep, rates[1].keep, rates[2].keep));
   x.inertial = false;
   const Mat9 A = keep_body_velocity(b.x, turn, dt, &x);
   const Mat3 Jr = right_jacobian_so3(dtheta) * angle_per_rate.asDiagonal();
@@ -323,12 +337,9 @@ Belief predict(const Belief& b, Stamp to, const MotionNoise& noise, const Proces
   }
   propagate<3>(A, B, kRate, Q, &next.P);
   for (int i = 0; i < 3; ++i) {
-    const RateStep& rate = rates[static_cast<std::size_t>(i)];
-    scale_block(kRate + i, 1, rate.keep, &next.P);
-    next.P(kAttitude + i, kRate + i) += rate.covariance;
-    next.P(kRate + i, kAttitude + i) += rate.covariance;
-    next.P(kRate + i, kRate + i) += rate.rate_variance;
+    scale_block(kRate + i, 1, rates[static_cast<std::size_t>(i)].keep, &next.P);
   }
+  add_rate_noise(rates, &next.P);
   drive_on(dt, (x.T_world_vehicle.p - b.x.T_world_vehicle.p).norm(), biases, drive, &next);
   return next;
 }
@@ -340,16 +351,11 @@ Belief widen(const Belief& b, double time_s, const MotionNoise& usual, double ro
   noise.angular_acceleration *= rougher;
   noise.yaw_acceleration *= rougher;
   wider.P.topLeftCorner<9, 9>() += white_acceleration(noise, time_s);
-  const RateStep tilt = rate_step(time_s, noise.angular_acceleration, noise.tilt_time_s);
-  const RateStep yaw = rate_step(time_s, noise.yaw_acceleration, noise.yaw_time_s);
-  const std::array<RateStep, 3> rates{tilt, tilt, yaw};
+  const std::array<RateStep, 3> rates = rate_steps(time_s, noise);
   for (int i = 0; i < 3; ++i) {
-    const RateStep& rate = rates[static_cast<std::size_t>(i)];
-    wider.P(kAttitude + i, kAttitude + i) += rate.angle_variance;
-    wider.P(kAttitude + i, kRate + i) += rate.covariance;
-    wider.P(kRate + i, kAttitude + i) += rate.covariance;
-    wider.P(kRate + i, kRate + i) += rate.rate_variance;
+    wider.P(kAttitude + i, kAttitude + i) += rates[static_cast<std::size_t>(i)].angle_variance;
   }
+  add_rate_noise(rates, &wider.P);
   return wider;
 }
 
