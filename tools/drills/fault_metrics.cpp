@@ -23,7 +23,10 @@ constexpr double kEnd_s = 5.0;
 
 /// The sources that the texts of the events of fault detection begin with.
 constexpr std::pair<std::string_view, DrillSource> kNames[] = {
-    {"GPS", DrillSource::kGps}, {"LADAR", DrillSource::kLadar}, {"INS", DrillSource::kIns}};
+    {"GPS", DrillSource::kGps},
+    {"LADAR", DrillSource::kLadar},
+    {"INS", DrillSource::kIns},
+    {"odometry", DrillSource::kOdometry}};
 
 bool disturbs(const Stimulus& s, DrillSource source) {
   return s.source == source || s.source == DrillSource::kAll;
