@@ -36,7 +36,7 @@ constexpr std::string_view kFindings[] = {
     "a priori map excluded: it contradicts the filter without it, which replaces the belief",
     "INS excluded: it contradicts the other sources; the filter without INS replaces the belief",
     "INS readmitted: it agrees with the other sources",
-    "odometry excluded: two sources that agree contradict it; the belief goes on without it",
+    "odometry excluded: two sources that agree contradict it; the belief continues without it",
     "odometry readmitted: its speed agrees with the belief"};
 
 }  // namespace

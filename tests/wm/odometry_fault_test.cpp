@@ -1,5 +1,5 @@
-// Wheels with a wrong speed, where the LADAR observes the distance poorly: they are excluded, and
-// no other source is; when the fault is over they are readmitted.
+// Wheels with a wrong speed: they are excluded where they contradict two other sources, no other
+// source is, and when the fault is over they are readmitted.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,11 +10,18 @@
 namespace rcs::wm {
 namespace {
 
-Disturbance slow_or_fast_wheels(double bias_mps, double end_s) {
+constexpr double kFault_s = 30.0;
+constexpr double kOver_s = 60.0;
+constexpr double kEnd_s = 100.0;
+
+/// @param information  share that the scans have of the usual one, of their position
+Disturbance wrong_wheels(double bias_mps, double information) {
   Disturbance d;
-  d.match = [](double, RollingMatch* match) { match->information.topLeftCorner<3, 3>() *= 1e-4; };
+  d.match = [=](double, RollingMatch* match) {
+    match->information.topLeftCorner<3, 3>() *= information;
+  };
   d.wheels = [=](double t, OdometrySample* wheels) {
-    if (t > 30.0 && t < end_s) wheels->speed_mps += bias_mps;
+    if (t > kFault_s && t < kOver_s) wheels->speed_mps += bias_mps;
   };
   return d;
 }
@@ -26,23 +33,43 @@ bool excluded_another(const Seen& seen) {
 
 TEST(OdometryFault, WithFixesNoOtherSourceIsExcluded) {
   for (const double bias_mps : {-0.6, 0.3, 0.45, 0.6}) {
-    const Seen seen = drive(100.0, slow_or_fast_wheels(bias_mps, 60.0));
+    const Seen seen = drive(kEnd_s, wrong_wheels(bias_mps, 1e-4));
     std::printf("%.2f m/s: worst %.2f m\n", bias_mps, seen.worst_m);
     EXPECT_FALSE(excluded_another(seen)) << bias_mps;
     EXPECT_LT(seen.worst_m, 2.0) << bias_mps;
     EXPECT_EQ(seen.beyond_protection, 0) << bias_mps;
-    const bool excluded = seen.found(Finding::kOdometryFaulty);
-    EXPECT_EQ(excluded, seen.found(Finding::kOdometryReadmitted)) << bias_mps;
+    if (bias_mps > -0.5) continue;  // the others are too small to contradict the fixes
+    EXPECT_TRUE(seen.found(Finding::kOdometryFaulty)) << bias_mps;
+    EXPECT_TRUE(seen.found(Finding::kOdometryReadmitted)) << bias_mps;
   }
 }
 
 TEST(OdometryFault, WithoutFixesNoOtherSourceIsExcluded) {
   for (const double bias_mps : {-0.6, 0.45, 0.6}) {
-    Disturbance d = slow_or_fast_wheels(bias_mps, 60.0);
+    Disturbance d = wrong_wheels(bias_mps, 1e-2);
     d.has_fix = [](double t) { return t < 25.0; };
-    const Seen seen = drive(100.0, d);
+    const Seen seen = drive(kEnd_s, d);
     std::printf("%.2f m/s: worst %.2f m\n", bias_mps, seen.worst_m);
     EXPECT_FALSE(excluded_another(seen)) << bias_mps;
+    EXPECT_LT(seen.worst_m, 2.5) << bias_mps;
+    if (bias_mps > -0.5) continue;
+    EXPECT_TRUE(seen.found(Finding::kOdometryFaulty)) << bias_mps;
+    EXPECT_TRUE(seen.found(Finding::kOdometryReadmitted)) << bias_mps;
+  }
+}
+
+TEST(OdometryFault, HealthyWheelsAreNotExcludedForADriftOfTheFixes) {
+  for (const bool ladar : {true, false}) {
+    for (const double rate_mps : {0.3, 0.5, 1.0}) {
+      Disturbance d;
+      d.fix_off = [=](double t) -> Vec3 {
+        return Vec3(0.8, 0.6, 0.0) * rate_mps * std::max(0.0, t - kFault_s);
+      };
+      d.has_match = [=](double t) { return ladar || t < 25.0; };
+      const Seen seen = drive(kOver_s, d);
+      std::printf("%.1f m/s%s: worst %.2f m\n", rate_mps, ladar ? "" : ", no LADAR", seen.worst_m);
+      EXPECT_FALSE(seen.found(Finding::kOdometryFaulty)) << rate_mps << ", LADAR " << ladar;
+    }
   }
 }
 

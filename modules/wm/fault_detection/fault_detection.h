@@ -199,8 +199,7 @@ class Trust {
   FilterState exclude_ladar(const FilterState& belief, const ModeParams& modes);
   [[nodiscard]] bool ins_sides_with_ladar(const FilterState& belief) const;
   [[nodiscard]] bool wheels_are_left(const Model& model, const GpsFix& z) const;
-  FilterState exclude_odometry(const FilterState& from, const FilterState& belief,
-                               const ModeParams& modes);
+  FilterState exclude_odometry(const FilterState& belief, const ModeParams& modes);
   std::optional<FilterState> judge_excluded_odometry(const Model& model, const OdometrySample& z,
                                                      const FilterState& belief);
   void suppose_ins_right(const FilterState& belief);
@@ -309,8 +308,7 @@ class Trust {
   /// Since when GPS is withheld because its fixes were rejected, while the faulty source is not
   /// known; min(): it is not.
   Stamp gps_suspect_ = Stamp::min();
-  int wheels_left_ = 0;             ///< contradicting fixes at which wheels were left as the cause
-  double odometry_agrees_s_ = 0.0;  ///< for how long, while it is excluded
+  double odometry_agrees_s_ = 0.0;        ///< for how long, while it is excluded
   Stamp odometry_judged_ = Stamp::min();  ///< newest sample while it is excluded
   Stamp odometry_readmitted_ = Stamp::min();
   Duration odometry_wait_ = kOdometryAgrees;  ///< time of agreement before a readmission

@@ -132,10 +132,9 @@ std::optional<FilterState> Trust::exclude_other_than_gps(const Model& model, con
     next.belief.x.map_epoch = -1;  // not known without the excluded source
     return found(Finding::kLadarFaulty, next, belief, model.params.modes);
   }
-  if (!wheels_are_left(model, z)) return std::nullopt;
-  const bool rejected = gps_suspect_ != Stamp::min();  // the filter is off, too
-  return exclude_odometry(rejected ? inertial_.subfilter.state : belief, belief,
-                          model.params.modes);
+  // Not if the filter has rejected the fixes: the wheels have moved it, too.
+  if (gps_suspect_ != Stamp::min() || !wheels_are_left(model, z)) return std::nullopt;
+  return exclude_odometry(belief, model.params.modes);
 }
 
 FilterState Trust::exclude_gps(const FilterState& belief, const ModeParams& modes) {

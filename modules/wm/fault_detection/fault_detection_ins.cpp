@@ -156,8 +156,8 @@ void Trust::test_ins_by_ladar(const Model& model, const RollingMatch& z) {
 void Trust::test_ins_by_fix(const Model& model, const GpsFix& z, const FilterState& belief,
                             Stamp stamp) {
   const FilterState& s = inertial_.subfilter.state;
-  // A fix that all reject tests nothing. If only the filter with the INS accepts it, the LADAR has
-  // led the other one astray.
+  // A fix that both reject tests nothing. If only the filter with the INS accepts it, the other one
+  // has diverged by the LADAR.
   const auto accepts = [stamp](const FilterState& f) {
     return f.memory.of(Source::kGpsPosition).accepted == stamp;
   };

@@ -89,7 +89,7 @@ std::optional<FilterState> Trust::judge_match(const FilterState& belief, const M
     if (faulty == Faulty::kUnknown) return std::nullopt;
   }
   if (!by_fixes && uses_wheels(without_ladar_.state) && ins_sides_with_ladar(belief)) {
-    return exclude_odometry(belief, belief, modes);
+    return exclude_odometry(belief, modes);
   }
   return exclude_ladar(belief, modes);
 }

@@ -22,10 +22,14 @@ bool same(double a_mps, double b_mps) {
 
 }  // namespace
 
-/// Of what contradicts the fixes, wheels are left: the INS supports the fixes, and the LADAR does
-/// not contradict the INS.
+/// Of what contradicts the fixes, wheels are left: the INS supports the fixes, the LADAR does not
+/// contradict the INS, and the wheels do.
 bool Trust::wheels_are_left(const Model& model, const GpsFix& z) const {
-  return uses_wheels(without_gps_.state) && ins_by_ladar_.ratio <= kCalm &&
+  const FilterState& others = without_gps_.state;
+  if (!uses_wheels(others) || !inertial_.subfilter.alive()) return false;
+  const NavState& ins = inertial_.subfilter.state.belief.x;
+  const double ahead_mps = (ins.T_world_vehicle.q.conjugate() * ins.v_world).x();
+  return !same(others.memory.odometry_mps, ahead_mps) && ins_by_ladar_.ratio <= kCalm &&
          !violates_constraint(kFollowsConstraint) &&
          (fix_vote_ < 0.0 || sides_with_fix(model, z, inertial_.subfilter));
 }
@@ -38,6 +42,7 @@ bool Trust::ins_sides_with_ladar(const FilterState& belief) const {
   const auto place = [](const FilterState& s) {
     return Vec2(s.belief.x.T_world_vehicle.p.head<2>());
   };
+  // The uncertainty of the position at the branch is common to both.
   const Cov& P = inertial.state.belief.P;
   const double sigma_m = std::sqrt(P.diagonal().segment<2>(kPosition).maxCoeff()) -
                          std::sqrt(belief.belief.P.diagonal().segment<2>(kPosition).minCoeff());
@@ -45,16 +50,10 @@ bool Trust::ins_sides_with_ladar(const FilterState& belief) const {
   return std::max(sigma_m, (place(inertial.state) - place(belief)).norm()) < 0.5 * apart_m;
 }
 
-FilterState Trust::exclude_odometry(const FilterState& from, const FilterState& belief,
-                                    const ModeParams& modes) {
+FilterState Trust::exclude_odometry(const FilterState& belief, const ModeParams& modes) {
   const Stamp now = belief.belief.x.stamp;
-  FilterState next = from;
-  next.memory.withheld = belief.memory.withheld;
+  FilterState next = belief;
   next.memory.withheld.wheels = true;
-  if (gps_suspect_ != Stamp::min()) {  // accused for what the wheels have caused
-    next.memory.withheld.gps = next.memory.gps_accused = false;
-    next.memory.of(Source::kGpsPosition).refused = 0;
-  }
   const bool relapse =
       odometry_readmitted_ != Stamp::min() && now - odometry_readmitted_ < kRelapse;
   odometry_wait_ = relapse ? std::min<Duration>(2 * odometry_wait_, kLongestWait) : kOdometryAgrees;
