@@ -75,6 +75,10 @@ struct Info {
     "far off, e.g. because the INS is silent. Without INS: the scan contradicts the last one.",    \
     "A single event needs no action. If events follow each other, check the field of view of the " \
     "LADAR and its mounting, [ladar] mount_m and mount_rpy_deg.")                                  \
+  X(kSpRegistrationRecovered, "sp", "registration.recovered", kWarning, kOne,                      \
+    "A scan that matched little where it was predicted was found elsewhere in the rolling map.",   \
+    "The predicted pose was wrong, e.g. after a gap of the INS or by a fault of it.",              \
+    "A single event needs no action. If events follow each other, check the INS.")                 \
   X(kSpStartFound, "sp", "start.found", kInfo, kOne,                                               \
     "Initial localization on the a priori map has succeeded.",                                     \
     "Newly observed ground confirmed one candidate pose.",                                         \

@@ -115,6 +115,7 @@ Expectation MotionGuess::expect(Stamp reference, const InertialBuffer& inertial,
     return reference - stamp <= kMotionLasts && stamp - reference <= kMotionLasts;
   };
   if (belief_ && inertial_covers && lasts(belief_->stamp)) {
+    e.by_belief = true;
     e.at_reference = propagate(*belief_, inertial, reference);
     const double dt = std::abs(seconds(reference - belief_->stamp));
     e.covariance = params.sigma_scale * params.sigma_scale *
@@ -124,6 +125,7 @@ Expectation MotionGuess::expect(Stamp reference, const InertialBuffer& inertial,
   const Duration pose_lasts = inertial.size() > 0 ? kPoseLasts : kPoseLastsByScans;
   const bool recent = last_.stamp == Stamp::min() || reference - last_.stamp <= pose_lasts;
   if ((!recent || e.ins_lost) && belief_ && lasts(belief_->stamp)) {
+    e.by_belief = true;
     e.at_reference = propagate(*belief_, inertial, reference);
     e.covariance = belief_covariance_ + isotropic(params.coast_sigma_m, params.coast_sigma_rad);
     return e;

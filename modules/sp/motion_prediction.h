@@ -19,6 +19,7 @@ struct Expectation {
   /// deskewed scan of a rocking vehicle is distorted.
   bool ins_lost = false;
   bool ins_returned = false;  ///< ins_lost, and samples are received again
+  bool by_belief = false;     ///< of WM
   bool by_scans = false;      ///< without INS: the motion of the last scans continues
   /// by_scans, and that may be wrong by more than a registration corrects: there is no motion yet,
   /// or the scans are too far apart in time.

@@ -52,7 +52,7 @@ void SpNode::reserve() {
       static_cast<std::size_t>(config_.ladar.rows) * static_cast<std::size_t>(config_.ladar.cols);
   assembler_.scan()->reserve(n);
   as_measured_.reserve(n);
-  for (Points* points : {&dense_, &source_}) points->reserve(n);
+  for (Points* points : {&dense_, &source_, &last_seen_}) points->reserve(n);
   map_sampler_.reserve(n);
   source_sampler_.reserve(n);
   prior_scan_.reserve(n);

@@ -73,11 +73,13 @@ class SpNode final : public Node {
   /// T_rolling_last^-1 T, of the LADAR instead of the vehicle.
   [[nodiscard]] Pose ladar_motion_to(const Pose& T_rolling_vehicle) const;
   void compare_scans(const Pose& predicted, ScanPair* pair);
-  void register_by_last_scan(ScanPair* pair, registration::Prediction* prediction,
+  void register_by_last_scan(double least, ScanPair* pair, registration::Prediction* prediction,
                              registration::Registration* rolling);
   void follow_motion(const Expectation& expected, registration::Registration* rolling);
   void register_by_own_motion(registration::Prediction* prediction,
                               registration::Registration* rolling);
+  void recover(const Cycle& cycle, const Expectation& expected, ScanPair* pair,
+               registration::Prediction* prediction, registration::Registration* rolling);
   void register_scan(const Cycle& cycle, const Expectation& expected);
   void search_start(const Cycle& cycle, const Pose& T_rolling_vehicle);
   void match_prior(const Cycle& cycle, const Pose& T_rolling_vehicle, bool distorted);
@@ -120,7 +122,7 @@ class SpNode final : public Node {
   Scan as_measured_;  // not deskewed; filled while the INS is silent
   Points dense_;      // inserted into the map
   Points source_;     // registered
-  Points last_seen_;  // of the last registered scan, from the LADAR; filled while there is no INS
+  Points last_seen_;  // of the last registered scan, from the LADAR;
   Pose T_rolling_last_;
   registration::RollingMap map_;
   registration::IcpWorkspace icp_;

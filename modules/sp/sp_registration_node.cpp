@@ -22,14 +22,13 @@ constexpr double kDistortion_rad = 0.01;
 constexpr double kDoubtful = 0.8;
 constexpr double kWrong = 0.6;
 constexpr double kOverlapLowPass = 0.1;
+constexpr int kLostAfter = 3;        // rejected scans in a row, while WM predicts the pose
 constexpr double kMinOverlap = 0.5;  // of such a scan with the map: with less it is inserted
 
-Points moved_by(const Vec3& shift, const Points& points) {
+void move_by(const Vec3& shift, const Points& points, Points* out) {
   const Vec3f by = shift.cast<float>();
-  Points out;
-  out.reserve(points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) out.push_back(points[i] + by);
-  return out;
+  out->clear();
+  for (std::size_t i = 0; i < points.size(); ++i) out->push_back(points[i] + by);
 }
 
 Mat6 distortion() { return isotropic(kDistortion_m, kDistortion_rad); }
@@ -154,7 +153,9 @@ void SpNode::compare_scans(const Pose& predicted, ScanPair* pair) {
   granted_ -= needed;
   const registration::CloudParams params;
   const Pose T_vehicle_ladar{Quat::Identity(), config_.ladar.T_vehicle_mount.p};
-  pair->matcher.emplace(last_seen_, moved_by(-T_vehicle_ladar.p, dense_), params);
+  Points seen;
+  move_by(-T_vehicle_ladar.p, dense_, &seen);
+  pair->matcher.emplace(last_seen_, seen, params);
   const registration::CloudRegistration found =
       pair->matcher->conclude(pair->matcher->search(ladar_motion_to(predicted)));
   if (!registration::usable(found.best.stop) || !registration::accepted(found.verdict, params)) {
@@ -172,10 +173,12 @@ void SpNode::compare_scans(const Pose& predicted, ScanPair* pair) {
   }
 }
 
-/// Without INS: a scan that matches little is registered from the motion that it and the last scan
-/// determine. If they determine none, and contradict the registration, the scan is rejected: ground
-/// alone matches anywhere.
-void SpNode::register_by_last_scan(ScanPair* pair, registration::Prediction* prediction,
+/// A scan that matches little is registered from the motion that it and the last scan determine. If
+/// they determine none, and contradict the registration, the scan is rejected: ground alone matches
+/// anywhere.
+/// @param least  overlap of a registration from that motion
+void SpNode::register_by_last_scan(double least, ScanPair* pair,
+                                   registration::Prediction* prediction,
                                    registration::Registration* rolling) {
   const bool compared = pair->matcher.has_value();
   compare_scans(prediction->T_target_vehicle, pair);
@@ -200,6 +203,7 @@ void SpNode::register_by_last_scan(ScanPair* pair, registration::Prediction* pre
     granted_ -= again.used;
     if (!registration::usable(again.stop) || again.stop == registration::Stop::kBudget) continue;
     if (registration::usable(rolling->stop) && rolling->overlap >= again.overlap) continue;
+    if (again.overlap < least) continue;
     *prediction = own;
     *rolling = again;
   }
@@ -226,9 +230,7 @@ void SpNode::follow_motion(const Expectation& expected, registration::Registrati
 }
 
 void SpNode::remember_scan(const Pose& T_rolling_vehicle) {
-  last_seen_.clear();
-  if (inertial_.size() > 0) return;
-  last_seen_ = moved_by(-config_.ladar.T_vehicle_mount.p, dense_);
+  move_by(-config_.ladar.T_vehicle_mount.p, dense_, &last_seen_);
   T_rolling_last_ = T_rolling_vehicle;
 }
 
@@ -270,6 +272,35 @@ void SpNode::register_by_own_motion(registration::Prediction* prediction,
   *rolling = again;
 }
 
+/// The scan matches little of the map where it is predicted: it is registered from the motion since
+/// the last scan, then from a search of the map from farther away. What is found counts only if it
+/// matches as much of the scan as usual, and the last scan does not contradict it. Otherwise a view
+/// that is new is used, and one that contradicts the last scan is rejected.
+void SpNode::recover(const Cycle& cycle, const Expectation& expected, ScanPair* pair,
+                     registration::Prediction* prediction, registration::Registration* rolling) {
+  register_by_last_scan(kDoubtful * usual_overlap_, pair, prediction, rolling);
+  if (matches_less_than(kDoubtful, *rolling)) {
+    registration::Registration found = *rolling;
+    search_wide(expected, &found);
+    if (matches_less_than(kDoubtful, found)) return;
+    if (pair->matcher &&
+        registration::contradictory(pair->matcher->judge(ladar_motion_to(found.T_target_vehicle)),
+                                    registration::CloudParams{})) {
+      return;
+    }
+    pair->contradiction.reset();
+    prediction->T_target_vehicle = found.T_target_vehicle;
+    *rolling = found;
+  }
+  const Vec6 off =
+      log_se3(expected.at_reference.T_rolling_vehicle.inverse() * rolling->T_target_vehicle);
+  report_.publish(cycle.now, event::kSpRegistrationRecovered,
+                  "scan {} found {:.2f} m and {:.1f} deg from where it was predicted; it matches "
+                  "{:.0f} %",
+                  assembler_.scan_id(), off.head<3>().norm(), degrees(off.tail<3>().norm()),
+                  100.0 * rolling->overlap);
+}
+
 /// Whether the registration fails, or matches less of the scan than a share of what is usual here.
 bool SpNode::matches_less_than(double share, const registration::Registration& r) const {
   return !registration::usable(r.stop) || r.overlap < share * usual_overlap_;
@@ -289,7 +320,14 @@ void SpNode::register_scan(const Cycle& cycle, const Expectation& expected) {
   granted_ -= rolling.used;
   if (!registration::usable(rolling.stop)) register_by_own_motion(&prediction, &rolling);
   if (expected.by_scans && matches_less_than(kDoubtful, rolling)) {
-    register_by_last_scan(&pair, &prediction, &rolling);
+    register_by_last_scan(0.0, &pair, &prediction, &rolling);
+  }
+  // A belief of WM is wrong if nothing has matched it for several scans; other views are not.
+  const bool lost = expected.by_belief
+                        ? failures_ >= kLostAfter && !registration::usable(rolling.stop)
+                        : matches_less_than(kDoubtful, rolling);
+  if (!expected.ins_lost && !expected.by_scans && lost) {
+    recover(cycle, expected, &pair, &prediction, &rolling);
   }
   if (expected.ins_lost && matches_less_than(kDoubtful, rolling)) search_wide(expected, &rolling);
   if (expected.ins_silent()) follow_motion(expected, &rolling);
