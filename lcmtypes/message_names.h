@@ -35,8 +35,8 @@ constexpr std::string_view constant_name(const std::string_view (&names)[kNames]
 
 /// @param status  integrity_t::STATUS_*, of a source
 [[nodiscard]] constexpr std::string_view source_status_name(int status) {
-  return constant_name<integrity_t::STATUS_PROBATION>(
-      {"none", "accepted", "quarantine", "probation"}, status);
+  return constant_name<integrity_t::STATUS_READMITTING>(
+      {"none", "accepted", "quarantine", "probation", "suspect", "readmitting"}, status);
 }
 
 /// @param type  gps_fix_t::FIX_*

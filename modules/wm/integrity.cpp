@@ -80,17 +80,14 @@ Integrity integrity(const FilterState& state, const Trust& trust, Duration silen
   const IntegrityParams& limits = params.integrity;
   const Trusted gps = trust.gps(state, params.modes);
   const Trusted ladar = trust.ladar(state, params.modes);
-  const bool by_ladar = ladar == Trusted::kFully || ladar == Trusted::kProbation;
-  const Growth growth(state, params, by_ladar);
+  const Growth growth(state, params, fused(ladar));
   const double sigma_h = growth.sigma_m(0.0);
   const double sigma_v = std::sqrt(state.belief.P(kPosition + 2, kPosition + 2));
-  const bool by_gps = gps == Trusted::kFully || gps == Trusted::kProbation;
   // Before the sub-filter tests are effective (no heading yet, say) a faulty receiver is accepted
   // from the start: the share of the minimum detectable error is capped below the alert limit.
   const double unseen_m =
-      by_gps ? std::min(trust.detectable_m(), 0.8 * limits.limit_horizontal_m) : 0.0;
-  const double rival_m =
-      std::max(gps == Trusted::kQuarantine ? trust.rival_m() : 0.0, trust.map_rival_m());
+      fused(gps) ? std::min(trust.detectable_m(), 0.8 * limits.limit_horizontal_m) : 0.0;
+  const double rival_m = std::max(excluded(gps) ? trust.rival_m() : 0.0, trust.map_rival_m());
   const Vec3 refuted_m = apart_from_matches(state);
   const UndetectedError undetected = trust.undetected(state.belief.x.stamp);
   if (out.validity == Validity::kWorld) {
@@ -117,10 +114,10 @@ Integrity integrity(const FilterState& state, const Trust& trust, Duration silen
                        trust.gps_test_ratio() > 1.0;
   if (gps != Trusted::kNone && refuted) out.alerts |= kAlertGps;
   const bool refused = m.of(Source::kRolling).refused >= kSeveral;
-  if (ladar == Trusted::kQuarantine || refused || trust.ladar_test_ratio() > 1.0) {
+  if (excluded(ladar) || refused || trust.ladar_test_ratio() > 1.0) {
     out.alerts |= kAlertLadar;
   }
-  if (trust.ins(state) == Trusted::kQuarantine || trust.ins_test_ratio() > 1.0) {
+  if (excluded(trust.ins(state)) || trust.ins_test_ratio() > 1.0) {
     out.alerts |= kAlertIns;
   }
   if (trust.odometry_excluded(state)) out.alerts |= kAlertOdometry;

@@ -46,7 +46,9 @@ static_assert(same_value(Reason::kAccepted, innovation_t::REASON_ACCEPTED) &&
 static_assert(same_value(Trusted::kNone, integrity_t::STATUS_NONE) &&
               same_value(Trusted::kFully, integrity_t::STATUS_ACCEPTED) &&
               same_value(Trusted::kQuarantine, integrity_t::STATUS_QUARANTINE) &&
-              same_value(Trusted::kProbation, integrity_t::STATUS_PROBATION));
+              same_value(Trusted::kProbation, integrity_t::STATUS_PROBATION) &&
+              same_value(Trusted::kSuspect, integrity_t::STATUS_SUSPECT) &&
+              same_value(Trusted::kReadmitting, integrity_t::STATUS_READMITTING));
 static_assert(same_value(Validity::kNone, integrity_t::VALID_NONE) &&
               same_value(Validity::kLocal, integrity_t::VALID_LOCAL) &&
               same_value(Validity::kWorld, integrity_t::VALID_WORLD));

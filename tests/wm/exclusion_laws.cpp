@@ -22,6 +22,7 @@ enum class Kind {
   kLadarOffset,
   kLadarTurn,
   kLadarSilence,
+  kWheels,
   kCount
 };
 
@@ -69,6 +70,7 @@ class LawfulDrive {
     EXPECT_GT(used_s_[0], end_s - kWayBack_s) << "GPS" << text();
     EXPECT_GT(used_s_[1], end_s - kWayBack_s) << "LADAR" << text();
     EXPECT_GT(used_s_[2], end_s - kWayBack_s) << "INS" << text();
+    EXPECT_GT(used_s_[3], end_s - kWayBack_s) << "wheels" << text();
   }
   [[nodiscard]] long facts() const { return facts_; }
   [[nodiscard]] int findings() const { return rig_.estimator.trust().findings(); }
@@ -111,7 +113,11 @@ class LawfulDrive {
       if (const Fault* f = at(Kind::kLadarTurn, t)) T.q = T.q * exp_so3(0.1 * f->size * f->axis);
       if (at(Kind::kLadarSilence, t) == nullptr) take(estimator.add(now, match));
     }
-    if (i % 5 == 0) take(estimator.add(now, rig_.sensors.odometry(i)));
+    if (i % 5 == 0) {
+      OdometrySample wheels = rig_.sensors.odometry(i);
+      if (const Fault* f = at(Kind::kWheels, t)) wheels.speed_mps += 3.0 * f->size;
+      take(estimator.add(now, wheels));
+    }
   }
   void take(Reason /*reason*/) { ++facts_; }
 
@@ -133,14 +139,24 @@ class LawfulDrive {
     EXPECT_FALSE(after.force && uses_forces(s)) << text();
     const Trust& trust = rig_.estimator.trust();
     const ModeParams& modes = WmParams{}.modes;
-    EXPECT_EQ(trust.ins(s) == Trusted::kQuarantine, after.any_of_ins()) << text();
-    EXPECT_EQ(trust.ladar(s, modes) == Trusted::kQuarantine, after.ladar) << text();
+    EXPECT_EQ(excluded(trust.ins(s)), after.any_of_ins()) << text();
+    EXPECT_EQ(excluded(trust.ladar(s, modes)), after.ladar) << text();
     if (trust.gps(s, modes) != Trusted::kNone) {
-      EXPECT_EQ(trust.gps(s, modes) == Trusted::kQuarantine, after.gps) << text();
+      EXPECT_EQ(excluded(trust.gps(s, modes)), after.gps) << text();
     }
     if (!after.gps) used_s_[0] = t_s;
     if (!after.ladar) used_s_[1] = t_s;
     if (!after.any_of_ins()) used_s_[2] = t_s;
+    if (!after.wheels) used_s_[3] = t_s;
+    for (const SourceMonitor SourceMonitors::*monitor :
+         {&SourceMonitors::gps, &SourceMonitors::ladar, &SourceMonitors::ins,
+          &SourceMonitors::odometry, &SourceMonitors::prior_map}) {
+      const SourceState was = (monitors_.*monitor).state();
+      const SourceState is = (trust.monitors().*monitor).state();
+      const bool fused = was == SourceState::kUsed || was == SourceState::kSuspect;
+      EXPECT_FALSE(fused && is == SourceState::kProbation) << text();
+    }
+    monitors_ = trust.monitors();
     const Cov& P = s.belief.P;
     EXPECT_TRUE(P.diagonal().minCoeff() >= 0.0 && P.allFinite()) << text();
   }
@@ -159,7 +175,8 @@ class LawfulDrive {
   Rig rig_;
   LocalFrame frame_{test_datum()};
   std::array<Fault, 2> faults_;
-  std::array<double, 3> used_s_{};  // newest time without an exclusion of GPS, LADAR, INS
+  std::array<double, 4> used_s_{};  // newest time without an exclusion of GPS, LADAR, INS, wheels
+  SourceMonitors monitors_{Duration::zero()};  // before the newest step
   long facts_ = 0;
 };
 

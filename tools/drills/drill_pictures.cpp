@@ -140,8 +140,10 @@ report::Colour colour_of_mode(int mode) {
 std::optional<report::Colour> colour_of_trust(int trust) {
   switch (trust) {
     case integrity_t::STATUS_ACCEPTED:
+    case integrity_t::STATUS_SUSPECT:
       return report::Colour::kBlue;
     case integrity_t::STATUS_QUARANTINE:
+    case integrity_t::STATUS_READMITTING:
       return report::Colour::kOrange;
     case integrity_t::STATUS_PROBATION:
       return report::Colour::kPurple;

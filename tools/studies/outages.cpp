@@ -220,7 +220,9 @@ WithGpsFinding judge_with_gps(const Evidence& e) {
   for (const drills::DrillIntegrity& i : record->integrity) {
     if (errors.time_s(i.stamp) < e.question.from_s) continue;
     ++seen;
-    trusted += i.gps == integrity_t::STATUS_ACCEPTED ? 1 : 0;
+    const bool accepted =
+        i.gps == integrity_t::STATUS_ACCEPTED || i.gps == integrity_t::STATUS_SUSPECT;
+    trusted += accepted ? 1 : 0;
   }
   if (seen > 0) u.accepted_share = static_cast<double>(trusted) / static_cast<double>(seen);
   for (const drills::DrillEvent& event : record->events) {

@@ -29,6 +29,7 @@ void step(const Model& model, const Measurement& m, const ImuSample* next_imu, F
 
 Trust::Trust(const TrustParams& params)
     : params_(params),
+      monitors_(params.probation),
       limit_1_(chi_square_gate(1, params.false_alarm)),
       limit_2_(chi_square_gate(2, params.false_alarm)),
       limit_3_(chi_square_gate(3, params.false_alarm)) {}
@@ -322,6 +323,13 @@ std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
   if (std::holds_alternative<RollingMatch>(m.value) || std::holds_alternative<GpsFix>(m.value)) {
     bound_undetected(belief);
   }
+  std::optional<FilterState> change = judge(model, m, belief);
+  step_monitors((change ? *change : belief).memory.withheld, belief.belief.x.stamp);
+  return change;
+}
+
+std::optional<FilterState> Trust::judge(const Model& model, const Measurement& m,
+                                        const FilterState& belief) {
   test_ins(model, m, belief);
   if (std::optional<FilterState> change = belief.memory.withheld.any_of_ins()
                                               ? decide_excluded_ins(m, belief, model.params.modes)
@@ -356,6 +364,46 @@ std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
   return change;
 }
 
+void Trust::step_monitors(const Withheld& withheld, Stamp now) {
+  const auto agrees = [](const Hypothesis& right) {
+    return right.alive() && right.agreed > 0 && right.refused_in_row == 0;
+  };
+  const bool gps_agrees = agreeing_since_ != Stamp::min();
+  monitors_.gps.step(withheld.gps, gps_test_ratio_ > 1.0, gps_agrees, now);
+  monitors_.ladar.step(withheld.ladar, ladar_test_ratio_ > 1.0, agrees(ladar_right_), now);
+  monitors_.ins.step(withheld.any_of_ins(), ins_test_ratio() > 1.0, agrees(ins_right_), now);
+  // No test concerns the wheels alone, and nothing readmits the a priori map.
+  monitors_.odometry.step(withheld.wheels, false, odometry_agrees_s_ > 0.0, now);
+  monitors_.prior_map.step(withheld.prior_map, map_test_ratio_ > 1.0, false, now);
+}
+
+namespace {
+
+Trusted trusted(SourceState state) {
+  switch (state) {
+    case SourceState::kUsed:
+      return Trusted::kFully;
+    case SourceState::kSuspect:
+      return Trusted::kSuspect;
+    case SourceState::kExcluded:
+      return Trusted::kQuarantine;
+    case SourceState::kReadmitting:
+      return Trusted::kReadmitting;
+    case SourceState::kProbation:
+      return Trusted::kProbation;
+  }
+  return Trusted::kNone;
+}
+
+/// @param withheld  by the newest filter: the monitor is late by the lag of the history
+Trusted status(const SourceMonitor& monitor, bool withheld) {
+  const Trusted late = trusted(monitor.state());
+  if (withheld == excluded(late)) return late;
+  return withheld ? Trusted::kQuarantine : Trusted::kFully;
+}
+
+}  // namespace
+
 /// Continues with `next` in place of `belief`.
 FilterState Trust::found(Finding finding, const FilterState& next, const FilterState& belief,
                          const ModeParams& modes) {
@@ -373,13 +421,13 @@ FilterState Trust::found(Finding finding, const FilterState& next, const FilterS
   state.memory.last_reset = belief.memory.last_reset;
   state.memory.fix_heard = belief.memory.fix_heard;
   count_reset(modes, belief.belief.x.T_world_vehicle, &state);
-  if (finding == Finding::kLadarFaulty) ladar_excluded_ = now;
+  if (finding == Finding::kLadarFaulty) monitors_.ladar.exclude(now);
   gps_suspect_ = Stamp::min();
   const bool of_ladar = finding == Finding::kLadarFaulty || finding == Finding::kLadarReadmitted;
   if (finding == Finding::kGpsReadmitted || finding == Finding::kFilterFaulty) {
-    gps_probation_ = now + params_.probation;
+    monitors_.gps.readmit(now);
   }
-  if (finding == Finding::kLadarReadmitted) ladar_probation_ = now + params_.probation;
+  if (finding == Finding::kLadarReadmitted) monitors_.ladar.readmit(now);
   gps_right_ = ladar_right_ = ins_right_ = {};
   turned_ = {};
   ins_by_ladar_ = ins_by_gps_ = ins_by_constraint_ = {};
@@ -415,25 +463,20 @@ Trusted Trust::gps(const FilterState& belief, const ModeParams& modes) const {
   const Memory& m = belief.memory;
   const Stamp now = belief.belief.x.stamp;
   if (m.fix_heard == Stamp::min() || now - m.fix_heard > modes.gps_timeout) return Trusted::kNone;
-  if (m.withheld.gps) return Trusted::kQuarantine;
-  const bool watched = gps_probation_ != Stamp::min() && now < gps_probation_;
-  return watched ? Trusted::kProbation : Trusted::kFully;
+  return status(monitors_.gps, m.withheld.gps);
 }
 
 Trusted Trust::ladar(const FilterState& belief, const ModeParams& modes) const {
   const Memory& m = belief.memory;
   const Stamp now = belief.belief.x.stamp;
-  if (m.withheld.ladar) return Trusted::kQuarantine;
+  if (m.withheld.ladar) return status(monitors_.ladar, true);
   const Stamp match = m.of(Source::kRolling).accepted;
   if (match == Stamp::min() || now - match > modes.rolling_timeout) return Trusted::kNone;
-  const bool watched = ladar_probation_ != Stamp::min() && now < ladar_probation_;
-  return watched ? Trusted::kProbation : Trusted::kFully;
+  return status(monitors_.ladar, false);
 }
 
 Trusted Trust::ins(const FilterState& belief) const {
-  if (belief.memory.withheld.any_of_ins()) return Trusted::kQuarantine;
-  const bool watched = ins_probation_ != Stamp::min() && belief.belief.x.stamp < ins_probation_;
-  return watched ? Trusted::kProbation : Trusted::kFully;
+  return status(monitors_.ins, belief.memory.withheld.any_of_ins());
 }
 
 }  // namespace rcs::wm

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "modules/wm/fault_detection/motion_votes.h"
+#include "modules/wm/fault_detection/source_monitor.h"
 #include "modules/wm/fault_detection/turned_path.h"
 #include "modules/wm/filter.h"
 
@@ -31,8 +32,23 @@ struct Subfilter {
   }
 };
 
-/// The values are those of integrity_t.
-enum class Trusted : int { kNone = 0, kFully = 1, kQuarantine = 2, kProbation = 3 };
+/// State of a source and whether it is received. The values are those of integrity_t.
+enum class Trusted : int {
+  kNone = 0,
+  kFully = 1,
+  kQuarantine = 2,
+  kProbation = 3,
+  kSuspect = 4,
+  kReadmitting = 5
+};
+
+[[nodiscard]] constexpr bool fused(Trusted source) {
+  return source == Trusted::kFully || source == Trusted::kProbation || source == Trusted::kSuspect;
+}
+
+[[nodiscard]] constexpr bool excluded(Trusted source) {
+  return source == Trusted::kQuarantine || source == Trusted::kReadmitting;
+}
 
 enum class Finding : int {
   kNothing = 0,
@@ -84,6 +100,8 @@ class Trust {
                                                const FilterState& belief);
 
   [[nodiscard]] const Subfilter& subfilter(Without what) const;
+  /// As of the newest input whose place in time is final.
+  [[nodiscard]] const SourceMonitors& monitors() const { return monitors_; }
   [[nodiscard]] Trusted gps(const FilterState& belief, const ModeParams& modes) const;
   [[nodiscard]] Trusted ladar(const FilterState& belief, const ModeParams& modes) const;
   /// Of its content: whether messages are received is not considered.
@@ -191,9 +209,7 @@ class Trust {
   [[nodiscard]] bool violates_constraint(double ratio) const;
   [[nodiscard]] bool ladar_is_poor() const;
   [[nodiscard]] bool by_one_scan() const;
-  [[nodiscard]] bool gyro_is_right() const;
-  [[nodiscard]] bool recently_readmitted(Stamp now) const;
-  [[nodiscard]] bool ladar_recently_readmitted(Stamp now) const;
+  [[nodiscard]] bool gyro_is_right(Stamp now) const;
   std::optional<FilterState> decide_ins(const FilterState& belief, const ModeParams& modes);
   FilterState exclude_ins(const FilterState& belief, const ModeParams& modes);
   FilterState exclude_ladar(const FilterState& belief, const ModeParams& modes);
@@ -243,6 +259,9 @@ class Trust {
   void sum_velocity(const Model& model, const GpsFix& z);
   [[nodiscard]] bool sides_with_fix(const Model& model, const GpsFix& z,
                                     const Subfilter& motion) const;
+  std::optional<FilterState> judge(const Model& model, const Measurement& m,
+                                   const FilterState& belief);
+  void step_monitors(const Withheld& withheld, Stamp now);
   FilterState found(Finding finding, const FilterState& next, const FilterState& belief,
                     const ModeParams& modes);
 
@@ -253,7 +272,6 @@ class Trust {
   static constexpr Duration kFixesSettle = from_seconds(3.0);
   static constexpr Duration kYoung =
       from_seconds(1.0);  // age before which a sub-filter is not tested
-  static constexpr Duration kInsAgrees = from_seconds(5.0);
   static constexpr Duration kNewInertial = from_milliseconds(2500.0);
   static constexpr double kContradicts = 2.5;  // ratio of INS and LADAR; smaller ones are frequent
   static constexpr double kSuspectAcross = 0.2;  // 2.2 standard deviations: another source decides
@@ -261,11 +279,11 @@ class Trust {
   static constexpr double kQuiet = 0.15;                  // ratio without any sign of a fault
   static constexpr Duration kBefore = from_seconds(1.5);  // a fault shows so much later
   static constexpr double kInsCalm = 0.7;
-  static constexpr Duration kOdometryAgrees = from_seconds(5.0);
   static constexpr double kCalm = 0.3;  // test ratio below which sub-filters are branched
   static constexpr double kCalmLater = 0.5;
 
   TrustParams params_;
+  SourceMonitors monitors_;
   double limit_1_, limit_2_, limit_3_;  // chi-square limits, by degrees of freedom
   // Two generations: the older one is tested, because an error that has already entered the filter
   // also enters a sub-filter that is branched later.
@@ -290,10 +308,8 @@ class Trust {
   MotionVotes votes_;               ///< of GPS and of the wheels, between INS and LADAR
   /// Low-passed velocity of the fixes relative to the motions by INS and by LADAR, horizontal.
   Vec2 off_by_ins_mps_ = Vec2::Zero(), off_by_ladar_mps_ = Vec2::Zero();
-  double fix_vote_ = 0.0;     ///< of them, between INS and LADAR: 1 against the INS
-  double wheels_vote_ = 0.0;  ///< low-passed, between INS and GPS: 1 against the INS
-  Stamp ins_excluded_ = Stamp::min(), ins_probation_ = Stamp::min();
-  Duration ins_wait_ = kInsAgrees;  ///< agreement that readmits the INS; doubles with each relapse
+  double fix_vote_ = 0.0;           ///< of them, between INS and LADAR: 1 against the INS
+  double wheels_vote_ = 0.0;        ///< low-passed, between INS and GPS: 1 against the INS
   std::array<bool, 6> agreeing_{};  // whether each of the newest fixes agreed
   std::size_t fixes_ = 0;
   Stamp agreeing_since_ = Stamp::min();
@@ -304,16 +320,12 @@ class Trust {
   Vec<4> cusum_ =
       Vec<4>::Zero();  ///< cumulative sums of the GPS velocity: east, west, north, south
   Stamp ladar_doubted_since_ = Stamp::min(), map_doubted_since_ = Stamp::min();
-  Stamp ladar_excluded_ = Stamp::min();
   /// Since when GPS is withheld because its fixes were rejected, while the faulty source is not
   /// known; min(): it is not.
   Stamp gps_suspect_ = Stamp::min();
   double odometry_agrees_s_ = 0.0;        ///< for how long, while it is excluded
   Stamp odometry_judged_ = Stamp::min();  ///< newest sample while it is excluded
-  Stamp odometry_readmitted_ = Stamp::min();
-  Duration odometry_wait_ = kOdometryAgrees;  ///< time of agreement before a readmission
-  Stamp gps_probation_ = Stamp::min(), ladar_probation_ = Stamp::min();
-  Stamp gps_fused_from_ = Stamp::min();  ///< readmitted; the filter moves to it for a while
+  Stamp gps_fused_from_ = Stamp::min();   ///< readmitted; the filter moves to it for a while
   double gps_test_ratio_ = 0.0, ladar_test_ratio_ = 0.0, map_test_ratio_ = 0.0;
   double rival_m_ = 0.0, map_rival_m_ = 0.0;
   static constexpr double kAnything_m = 1e3;  ///< before the first branch

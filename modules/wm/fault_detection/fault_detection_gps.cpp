@@ -58,7 +58,7 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
   // No more matches can clear the test of the a priori map, and an accepted fix gives the position.
   const Stamp mapped = belief.memory.of(Source::kPriorMap).accepted;
   if (record.accepted == now && mapped < now - kFresh) map_test_ratio_ = map_rival_m_ = 0.0;
-  if (before_.alive() && now >= gps_probation_) before_ = {};
+  if (before_.alive() && !monitors_.gps.on_probation(now)) before_ = {};
   agreeing_.fill(false);
   agreeing_since_ = Stamp::min();
   if (!without_gps_.alive() || now - without_gps_.branch < kYoung) return std::nullopt;
@@ -118,7 +118,9 @@ std::optional<FilterState> Trust::exclude_other_than_gps(const Model& model, con
   // LADAR and wheels with the fixes are three against the INS, the INS with the fixes two against
   // the LADAR.
   const bool by_fixes = fix_vote_ > 0.0 || sides_with_fix(model, z, neither_);
-  if (without_ins_.alive() && (by_wheels || by_ladar || by_constraint || by_fixes)) {
+  // An INS that is readmitted during its fault contradicts the fixes within seconds.
+  const bool relapse = monitors_.ins.on_probation(now);
+  if (without_ins_.alive() && (by_wheels || by_ladar || by_constraint || by_fixes || relapse)) {
     return exclude_ins(belief, model.params.modes);
   }
   // A faulty LADAR also contradicts the INS.
@@ -139,7 +141,7 @@ std::optional<FilterState> Trust::exclude_other_than_gps(const Model& model, con
 
 FilterState Trust::exclude_gps(const FilterState& belief, const ModeParams& modes) {
   const Stamp now = belief.belief.x.stamp;
-  const bool on_probation = gps_probation_ != Stamp::min() && now < gps_probation_;
+  const bool on_probation = monitors_.gps.on_probation(now);
   // The one that has drifted less, if the fault cannot have had an effect on it.
   const bool recent = without_gps_young_.alive() && gps_quiet_ != Stamp::min() &&
                       without_gps_young_.branch <= gps_quiet_ - kBefore;

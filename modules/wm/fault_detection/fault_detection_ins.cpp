@@ -36,10 +36,8 @@ constexpr double kOneScan = 0.5;
 // An exclusion of GPS or the LADAR that is as recent is a consequence of the fault of the INS.
 constexpr Duration kConsequence = from_seconds(10.0);
 constexpr Duration kExcludedFor = from_seconds(1.0);  // before a readmission is considered
-constexpr Duration kLongestWait = from_seconds(300.0);
-constexpr Duration kRelapse = from_seconds(60.0);  // after a readmission
-constexpr int kAgreeing = 10;                      // measurements that readmit the INS, at least
-constexpr int kShareAgreeing = 9;                  // accepted ones for each rejected one
+constexpr int kAgreeing = 10;                         // measurements that readmit the INS, at least
+constexpr int kShareAgreeing = 9;                     // accepted ones for each rejected one
 // Added to the sigma of the biases of a readmitted INS: at first those from before the fault are
 // right again. A fault that lasts may be another bias.
 constexpr Duration kOtherBiases = from_seconds(15.0);
@@ -277,15 +275,6 @@ void Trust::test_ins(const Model& model, const Measurement& m, const FilterState
   }
 }
 
-/// The end of a fault is another fault of an INS that was readmitted with the biases of the first.
-bool Trust::recently_readmitted(Stamp now) const {
-  return ins_probation_ != Stamp::min() && now - ins_probation_ < kRelapse;
-}
-
-bool Trust::ladar_recently_readmitted(Stamp now) const {
-  return ladar_probation_ != Stamp::min() && now - ladar_probation_ < kRelapse;
-}
-
 /// In high grass and on steep slopes registrations have errors that their covariances do not
 /// contain: known where GPS has shown that the INS was right.
 bool Trust::ladar_is_poor() const {
@@ -315,8 +304,9 @@ Trust::Faulty Trust::ins_or_ladar(Stamp now) const {
     if (std::abs(vote) > kMajority) return vote > 0.0 ? Faulty::kIns : Faulty::kLadar;
   }
   if (!fixes && votes_.long_turns() > kMajority) return Faulty::kIns;
-  const bool relapse = recently_readmitted(now);
-  if (!relapse && ladar_recently_readmitted(now)) return Faulty::kLadar;
+  // The end of a fault is another fault of an INS that was readmitted with the biases of the first.
+  const bool relapse = monitors_.ins.recently_readmitted(now);
+  if (!relapse && monitors_.ladar.recently_readmitted(now)) return Faulty::kLadar;
   const bool poor = ladar_is_poor();
   const bool jump = !poor && ins_by_ladar_.ratio > kUndecided && by_one_scan();
   if (fixes) {
@@ -349,11 +339,17 @@ std::optional<FilterState> Trust::decide_ins(const FilterState& belief, const Mo
   return exclude_ins(belief, modes);
 }
 
-/// The scans confirm the rotation by the INS: its forces are wrong.
-bool Trust::gyro_is_right() const {
+/// The scans confirm the rotation by the INS: its forces are wrong. While fixes are received they
+/// bound the error without a gyro: only a rotation that is clearly right is used, and none soon
+/// after a readmission, when a fault has had no time to show.
+bool Trust::gyro_is_right(Stamp now) const {
   constexpr double kConfirmed = 0.5;
-  const auto contradicts = [](const Inertial& i) {
-    return i.subfilter.alive() && i.matches >= kMatches && i.rotation > kConfirmed;
+  constexpr double kClearlyConfirmed = 0.15;
+  const bool fixes = ins_by_gps_.tested != Stamp::min() && now - ins_by_gps_.tested < kFresh;
+  if (fixes && monitors_.ins.recently_readmitted(now)) return false;
+  const double limit = fixes ? kClearlyConfirmed : kConfirmed;
+  const auto contradicts = [limit](const Inertial& i) {
+    return i.subfilter.alive() && i.matches >= kMatches && i.rotation > limit;
   };
   return inertial_.matches >= kMatches && !contradicts(inertial_) &&
          !contradicts(inertial_young_) && !contradicts(inertial_new_) &&
@@ -384,14 +380,12 @@ FilterState Trust::exclude_ins(const FilterState& belief, const ModeParams& mode
     next.memory.of(Source::kGpsPosition).refused = 0;
   }
   // Likewise the LADAR.
-  if (belief.memory.withheld.ladar && ladar_excluded_ > now - kConsequence) {
+  if (belief.memory.withheld.ladar && monitors_.ladar.excluded() > now - kConsequence) {
     next.memory.withheld.ladar = false;
     next.memory.of(Source::kRolling).refused = 0;
   }
-  const bool relapse = recently_readmitted(now);
-  ins_wait_ = relapse ? std::min<Duration>(2 * ins_wait_, kLongestWait) : kInsAgrees;
-  ins_excluded_ = now;
-  next.memory.withheld.force = !in_part_before && gyro_is_right();
+  monitors_.ins.exclude(now);
+  next.memory.withheld.force = !in_part_before && gyro_is_right(now);
   next.memory.withheld.ins = !next.memory.withheld.force;
   // The sub-filter has not used it: no gap begins.
   if (next.memory.withheld.force) next.memory.ins_stamp = next.belief.x.stamp;
@@ -404,7 +398,7 @@ void Trust::suppose_ins_right(const FilterState& belief) {
   FilterState& s = ins_right_.state;
   s.memory.withheld.ins = s.memory.withheld.force = false;
   s.memory.ins_stamp = now;
-  const bool other = now - ins_excluded_ > kOtherBiases;
+  const bool other = now - monitors_.ins.excluded() > kOtherBiases;
   const double gyro_radps = other ? kOtherGyro_radps : kSameGyro_radps;
   const double accel_mps2 = other ? kOtherAccel_mps2 : kSameAccel_mps2;
   s.belief.P.diagonal().segment<3>(kGyroBias).array() += gyro_radps * gyro_radps;
@@ -416,7 +410,9 @@ std::optional<FilterState> Trust::decide_excluded_ins(const Measurement& m,
                                                       const FilterState& belief,
                                                       const ModeParams& modes) {
   const Stamp now = belief.belief.x.stamp;
-  if (ins_excluded_ == Stamp::min()) ins_excluded_ = now;  // the filter has been restarted since
+  if (monitors_.ins.excluded() == Stamp::min()) {  // the filter has been restarted since
+    monitors_.ins.exclude(now);
+  }
   // The rotation is wrong, too.
   const bool contradicted = belief.memory.withheld.force && without_ins_.alive() &&
                             now - without_ins_.branch >= kYoung &&
@@ -429,15 +425,16 @@ std::optional<FilterState> Trust::decide_excluded_ins(const Measurement& m,
     return found(Finding::kInsFaulty, next, belief, modes);
   }
   if (!ins_right_.alive()) {
-    if (m.imu() == nullptr || now - ins_excluded_ < kExcludedFor) return std::nullopt;
+    if (m.imu() == nullptr || now - monitors_.ins.excluded() < kExcludedFor) return std::nullopt;
     suppose_ins_right(belief);
     return std::nullopt;
   }
-  const bool long_enough = now - ins_right_.began >= ins_wait_ && ins_right_.agreed >= kAgreeing &&
-                           ins_right_.agreed >= kShareAgreeing * ins_right_.refused &&
-                           ins_right_.refused_in_row == 0;
+  const bool long_enough =
+      now - ins_right_.began >= monitors_.ins.wait() && ins_right_.agreed >= kAgreeing &&
+      ins_right_.agreed >= kShareAgreeing * ins_right_.refused && ins_right_.refused_in_row == 0;
   if (!long_enough || !ins_right_.state.belief.x.inertial) {
-    if (now - ins_right_.began > 2 * ins_wait_) ins_right_ = {};  // it began during the fault
+    const bool began_during_the_fault = now - ins_right_.began > 2 * monitors_.ins.wait();
+    if (began_during_the_fault) ins_right_ = {};
     return std::nullopt;
   }
   if (difference(belief, ins_right_.state, params_.floor_m) > limit_2_ ||
@@ -445,7 +442,7 @@ std::optional<FilterState> Trust::decide_excluded_ins(const Measurement& m,
     ins_right_ = {};
     return std::nullopt;
   }
-  ins_probation_ = now + params_.probation;
+  monitors_.ins.readmit(now);
   return found(Finding::kInsReadmitted, ins_right_.state, belief, modes);
 }
 

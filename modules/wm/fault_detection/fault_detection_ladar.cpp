@@ -82,7 +82,8 @@ std::optional<FilterState> Trust::judge_match(const FilterState& belief, const M
   const bool contradicts =
       ladar_test_ratio_ > 1.0 && (!by_fixes || (gps_test_ratio_ < kCalm && refused == 0));
   if (!lasts(contradicts, now, &ladar_doubted_since_)) return std::nullopt;
-  if (without_ins_.alive() && (ins_by_ladar_.ratio > 1.0 || recently_readmitted(now))) {
+  if (without_ins_.alive() &&
+      (ins_by_ladar_.ratio > 1.0 || monitors_.ins.recently_readmitted(now))) {
     const Faulty faulty = ins_or_ladar(now);
     if (faulty == Faulty::kIns) return exclude_ins(belief, modes);
     // The filter without LADAR consists mainly of the INS, which may be the faulty one.

@@ -13,8 +13,6 @@ constexpr double kSame_mps = 0.1;
 constexpr double kSameShare = 0.02;
 constexpr double kMoves_mps = 1.5;  // a vehicle at rest tells nothing
 constexpr double kLongest_s = 0.3;  // that a sample counts
-constexpr Duration kLongestWait = from_seconds(300.0);
-constexpr Duration kRelapse = from_seconds(60.0);  // after a readmission
 
 bool same(double a_mps, double b_mps) {
   return std::abs(a_mps - b_mps) < kSame_mps + kSameShare * std::abs(b_mps);
@@ -54,9 +52,7 @@ FilterState Trust::exclude_odometry(const FilterState& belief, const ModeParams&
   const Stamp now = belief.belief.x.stamp;
   FilterState next = belief;
   next.memory.withheld.wheels = true;
-  const bool relapse =
-      odometry_readmitted_ != Stamp::min() && now - odometry_readmitted_ < kRelapse;
-  odometry_wait_ = relapse ? std::min<Duration>(2 * odometry_wait_, kLongestWait) : kOdometryAgrees;
+  monitors_.odometry.exclude(now);
   odometry_agrees_s_ = 0.0;
   odometry_judged_ = now;
   return found(Finding::kOdometryFaulty, next, belief, modes);
@@ -78,12 +74,12 @@ std::optional<FilterState> Trust::judge_excluded_odometry(const Model& model,
   // Healthy wheels slip now and then.
   const bool agrees = same(ahead_mps + wheel_speed(x, z, params).r[0], ahead_mps);
   odometry_agrees_s_ = std::max(0.0, odometry_agrees_s_ + (agrees ? dt_s : -2.0 * dt_s));
-  if (odometry_agrees_s_ < seconds(odometry_wait_)) return std::nullopt;
+  if (odometry_agrees_s_ < seconds(monitors_.odometry.wait())) return std::nullopt;
   // A readmission starts all tests again: not while one of them may be about to decide.
   const bool calm = gps_suspect_ == Stamp::min() && gps_test_ratio_ <= kCalm &&
                     ladar_test_ratio_ <= kCalm && ins_test_ratio() <= kInsCalm;
   if (!calm) return std::nullopt;
-  odometry_readmitted_ = now;
+  monitors_.odometry.readmit(now);
   FilterState next = belief;
   next.belief.x = x;
   for (const int state : {kWheelScale, kClimbSlip}) {
