@@ -6,6 +6,7 @@ Each document must be valid. It must become invalid when a required key is remov
 one is added: a renamed key fails. Every command with --json must have a schema and run here."""
 
 import copy
+import glob
 import json
 import math
 import os
@@ -37,6 +38,12 @@ NO_JSON = {"log csv": "CSV", "load": "no result", "map export": "writes files on
 
 failures = []
 tested = set()
+
+
+def schema_file(command):
+    """The schemas of `rcs map ...` are in a folder."""
+    name = command.replace(" ", ".")
+    return SCHEMAS + re.sub(r"^map\.", "map/", name) + ".schema.json"
 
 
 def fail(text):
@@ -94,7 +101,7 @@ def check(command, text):
         fail(f"rcs {command}: not JSON: {error}: {text[:200]}")
         return {}
     name = "rcs." + command.replace(" ", ".")
-    with open(SCHEMAS + name[len("rcs."):] + ".schema.json", encoding="utf-8") as file:
+    with open(schema_file(command), encoding="utf-8") as file:
         schema = json.load(file)
     version = schema["properties"]["schema"]["const"]
     if not re.fullmatch(re.escape(name) + "/[1-9]", version):
@@ -148,7 +155,8 @@ def check_completeness():
             fail(f"rcs {command}: --json expected: {command not in NO_JSON}")
         if has_json and command not in LIVE_COMMANDS and command not in tested:
             fail(f"rcs {command}: --json is not tested")
-    schemas = {f[:-len(".schema.json")].replace(".", " ") for f in os.listdir(SCHEMAS)}
+    files = glob.glob(SCHEMAS + "**/*.schema.json", recursive=True)
+    schemas = {re.sub(r"[./]", " ", f[len(SCHEMAS):-len(".schema.json")]) for f in files}
     expected = tested | LIVE_COMMANDS
     if schemas != expected:
         fail(f"schemas without a test or tests without a schema: {sorted(schemas ^ expected)}")
