@@ -94,8 +94,9 @@ std::optional<Pose> carried_on(const Evidence& e, PoseEstimator estimator, std::
       return reckon(ReckonedBy::kInertial, start_at(start), e.motion, to);
     case PoseEstimator::kLadar: {
       const drills::DrillRecord* record = e.record(OutagePlan::Kind::kNoGps, 0);
-      if (record == nullptr || !e.question.uses(variant, drills::DrillSource::kLadar))
+      if (record == nullptr || !e.question.uses(variant, drills::DrillSource::kLadar)) {
         return std::nullopt;
+      }
       const std::optional<Pose> way = along_map(record->matches, start.stamp, to);
       return way ? std::optional<Pose>(start.T_world_vehicle * *way) : std::nullopt;
     }
