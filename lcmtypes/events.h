@@ -72,7 +72,7 @@ struct Info {
   X(kSpRegistrationFailed, "sp", "registration.failed", kWarning, kOne,                            \
     "A scan was not used: its registration to the rolling map has no usable result.",              \
     "Too few points match, the surroundings have too few features, or the predicted pose is too "  \
-    "far off, e.g. because the INS is silent. Without INS: the scan contradicts the last one.",    \
+    "far off, e.g. because the INS is silent; or the scan contradicts the last one.",              \
     "A single event needs no action. If events follow each other, check the field of view of the " \
     "LADAR and its mounting, [ladar] mount_m and mount_rpy_deg.")                                  \
   X(kSpRegistrationRecovered, "sp", "registration.recovered", kWarning, kOne,                      \

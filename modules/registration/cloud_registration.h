@@ -65,7 +65,8 @@ struct CloudRegistration {
   std::vector<Hypothesis> ranked;  ///< refined with few points, the best first
 };
 
-/// Two clouds. Allocates: on the vehicle only without INS.
+/// Two clouds. Allocates: on the vehicle only without INS, and where nothing matches the
+/// prediction.
 class CloudMatcher {
  public:
   /// @param model, data  [m], finite; each from one position, which is its origin

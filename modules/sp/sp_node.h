@@ -122,7 +122,7 @@ class SpNode final : public Node {
   Scan as_measured_;  // not deskewed; filled while the INS is silent
   Points dense_;      // inserted into the map
   Points source_;     // registered
-  Points last_seen_;  // of the last registered scan, from the LADAR;
+  Points last_seen_;  // of the last registered scan, from the LADAR
   Pose T_rolling_last_;
   registration::RollingMap map_;
   registration::IcpWorkspace icp_;

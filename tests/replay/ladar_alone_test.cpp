@@ -8,14 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include "lcmtypes/channels.h"
-#include "lcmtypes/convert.h"
 #include "lcmtypes/rcs/registration_t.hpp"
-#include "modules/sp/sp_node.h"
-#include "rcs/node/bus/local_bus.h"
-#include "rcs/node/executor.h"
 #include "tests/registration/ray_scenes.h"
 #include "tests/replay/point_scans.h"
+#include "tests/replay/sp_run.h"
 
 namespace rcs::test {
 namespace {
@@ -23,38 +19,9 @@ namespace {
 constexpr double kHeight_m = 1.8;
 const Pose kMount{Quat::Identity(), Vec3(0.8, -0.3, 1.0)};  // of the LADAR in the vehicle
 
-class Registrations final : public Receiver {
- public:
-  explicit Registrations(Bus* bus) { bus->subscribe(channel::kSpRegistration, this); }
-  void receive(const std::uint8_t* data, std::size_t size, Stamp /*arrival*/) noexcept override {
-    registration_t r{};
-    RCS_CHECK(r.decode(data, 0, static_cast<int>(size)) > 0);
-    all.push_back(r);
-  }
-  std::vector<registration_t> all;
-};
-
-bool is_usable(const registration_t& r) {
-  return registration::usable(static_cast<registration::Stop>(r.stop));
-}
-
 std::vector<registration_t> registered(Duration interval, std::vector<Points> scans) {
-  const Result<sp::SpConfig> config = sp::load_sp_config(parsed(R"([ladar]
-max_range_m = 80.0
-mount_m = [0.8, -0.3, 1.0]
-[sp]
-budget_ms = 80.0
-source_voxel_m = 0.5
-map_voxel_m = 0.1
-)"));
-  RCS_CHECK(config.ok());
-  LocalBus bus;
-  sp::SpNode node(*config, PriorTerrain(), &bus);
-  const Registrations registrations(&bus);
   PointScans source(std::move(scans), interval, 1);
-  LockstepTimeline timeline(&bus, &source, from_milliseconds(100.0));
-  run({&node}, timeline, nullptr);
-  return registrations.all;
+  return registrations_of(&source, "mount_m = [0.8, -0.3, 1.0]\n");
 }
 
 const ScanPattern& rings() { return scan_patterns()[1]; }
@@ -72,10 +39,8 @@ void expect_followed(const std::vector<Pose>& poses, Duration interval) {
   const std::vector<registration_t> found = registered(interval, std::move(scans));
   ASSERT_EQ(found.size(), poses.size());
   for (std::size_t k = 1; k < found.size(); ++k) {
-    Pose T;
-    RCS_CHECK(from_message(found[k].q_target_vehicle, found[k].p_target_vehicle_m, &T));
     const Pose truth = kMount * poses[0].inverse() * poses[k] * kMount.inverse();
-    const Pose off = truth.inverse() * T;
+    const Pose off = truth.inverse() * pose_of(found[k]);
     EXPECT_TRUE(is_usable(found[k])) << k;
     EXPECT_LT(off.p.norm(), 0.1) << k;
     EXPECT_LT(log_so3(off.q).norm(), radians(1.0)) << k;
@@ -128,10 +93,8 @@ TEST(LadarAlone, AnotherPlaceIsNoticedAndBeginsAnotherMap) {
   }
   EXPECT_LE(unnoticed, 2);
   ASSERT_LT(k + 3, found.size()) << "a new map begins";
-  Pose first;
-  Pose last;
-  RCS_CHECK(from_message(found[k].q_target_vehicle, found[k].p_target_vehicle_m, &first));
-  RCS_CHECK(from_message(found.back().q_target_vehicle, found.back().p_target_vehicle_m, &last));
+  const Pose first = pose_of(found[k]);
+  const Pose last = pose_of(found.back());
   EXPECT_TRUE(is_usable(found.back()));
   const auto moved = static_cast<double>(found.back().scan_id - found[k].scan_id);
   EXPECT_NEAR((first.inverse() * last).p.norm(), 0.4 * moved, 0.1);

@@ -13,11 +13,9 @@
 #include "lcmtypes/convert.h"
 #include "lcmtypes/rcs/ins_t.hpp"
 #include "lcmtypes/rcs/registration_t.hpp"
-#include "modules/sp/sp_node.h"
-#include "rcs/node/bus/local_bus.h"
-#include "rcs/node/executor.h"
 #include "tests/registration/ray_scenes.h"
 #include "tests/replay/point_scans.h"
+#include "tests/replay/sp_run.h"
 
 namespace rcs::test {
 namespace {
@@ -57,41 +55,13 @@ class WithInsAtRest final : public EventSource {
   std::int64_t seq_ = 0;
 };
 
-class Registrations final : public Receiver {
- public:
-  explicit Registrations(Bus* bus) { bus->subscribe(channel::kSpRegistration, this); }
-  void receive(const std::uint8_t* data, std::size_t size, Stamp /*arrival*/) noexcept override {
-    registration_t r{};
-    RCS_CHECK(r.decode(data, 0, static_cast<int>(size)) > 0);
-    all.push_back(r);
-  }
-  std::vector<registration_t> all;
-};
-
 std::vector<registration_t> registered(std::vector<Points> scans) {
-  const Result<sp::SpConfig> config = sp::load_sp_config(parsed(R"([ladar]
-max_range_m = 80.0
-[sp]
-budget_ms = 80.0
-source_voxel_m = 0.5
-map_voxel_m = 0.1
-)"));
-  RCS_CHECK(config.ok());
-  LocalBus bus;
-  sp::SpNode node(*config, PriorTerrain(), &bus);
-  const Registrations registrations(&bus);
   WithInsAtRest source(std::move(scans));
-  LockstepTimeline timeline(&bus, &source, kInterval);
-  run({&node}, timeline, nullptr);
-  return registrations.all;
+  return registrations_of(&source, "");
 }
 
 Pose turned(double x_m, double yaw_rad) {
   return {exp_so3(Vec3(0.0, 0.0, yaw_rad)), Vec3(x_m, 0.0, 1.8)};
-}
-
-bool is_usable(const registration_t& r) {
-  return registration::usable(static_cast<registration::Stop>(r.stop));
 }
 
 constexpr int kBefore = 25;
@@ -116,9 +86,7 @@ Outcome outcome(const std::vector<registration_t>& found, const Pose& moved) {
     } else if (!is_usable(found[k])) {
       ++out.rejected;
     } else {
-      Pose T;
-      RCS_CHECK(from_message(found[k].q_target_vehicle, found[k].p_target_vehicle_m, &T));
-      const Pose off = moved.inverse() * T;
+      const Pose off = moved.inverse() * pose_of(found[k]);
       const bool right = off.p.norm() < 0.15 && log_so3(off.q).norm() < radians(1.0);
       ++(right ? out.right : out.wrong);
       if (right) out.first_right = std::min(out.first_right, k - kBefore);
