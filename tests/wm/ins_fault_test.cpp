@@ -74,6 +74,75 @@ TEST(InsFault, IsFoundWithoutGps) {
   }
 }
 
+/// On dunes the registrations observe no heading: they follow that of the INS.
+Disturbance on_dunes() {
+  Disturbance d;
+  d.match = [](double, RollingMatch* match) {
+    constexpr double kSigma_rad = 0.03;
+    match->information.row(5).setZero();
+    match->information.col(5).setZero();
+    match->information(5, 5) = 1.0 / (kSigma_rad * kSigma_rad);
+  };
+  return d;
+}
+
+TEST(InsFault, OfTheGyroIsFoundByTheCourseOfTheFixesWhereTheLadarObservesNoHeading) {
+  for (const double dps : {0.6, -1.0, 2.0}) {
+    Disturbance d = on_dunes();
+    const InsFault fault = gyro_bias({0.0, 0.0, dps});
+    d.ins = [&fault](double t, ImuSample* imu) {
+      if (t >= kBegin_s && t < kBegin_s + kFault_s) fault.apply(imu);
+    };
+    const Seen seen = drive(kLength_s, d, 1, kBegin_s);
+    std::printf("%s: worst %.2f m, outside %d of %d\n", fault.name.c_str(), seen.worst_m,
+                seen.beyond_protection, seen.samples);
+    EXPECT_TRUE(seen.found(Finding::kInsFaulty)) << fault.name;
+    EXPECT_EQ(seen.gps, Trusted::kFully) << fault.name;
+    EXPECT_LT(seen.worst_m, 2.0) << fault.name;
+    EXPECT_EQ(seen.beyond_protection, 0) << fault.name;
+  }
+}
+
+TEST(InsFault, ADriftOfTheFixesIsNoFaultOfTheInsWhereTheLadarObservesNoHeading) {
+  for (const Vec3& mps : {Vec3(0.6, 0.0, 0.0), Vec3(0.0, 0.6, 0.0), Vec3(-1.5, 1.5, 0.0)}) {
+    Disturbance d = on_dunes();
+    const auto faulty = [](double t) { return t >= kBegin_s && t < kBegin_s + kFault_s; };
+    d.fix_off = [&](double t) -> Vec3 {
+      return faulty(t) ? Vec3((t - kBegin_s) * mps) : Vec3(Vec3::Zero());
+    };
+    d.velocity_off = [&](double t) -> Vec3 { return faulty(t) ? mps : Vec3(Vec3::Zero()); };
+    const Seen seen = drive(kLength_s, d, 1, kBegin_s);
+    std::printf("%.1f %.1f m/s: worst %.2f m, outside %d of %d\n", mps.x(), mps.y(), seen.worst_m,
+                seen.beyond_protection, seen.samples);
+    EXPECT_FALSE(seen.found(Finding::kInsFaulty)) << mps.transpose();
+    EXPECT_TRUE(seen.found(Finding::kGpsFaulty)) << mps.transpose();
+    EXPECT_LT(seen.worst_m, 3.0) << mps.transpose();
+    EXPECT_EQ(seen.beyond_protection, 0) << mps.transpose();
+  }
+}
+
+TEST(InsFault, TheInsIsNotReadmittedDuringAFaultThatTheWheelsShow) {
+  for (const double dps : {0.6, -1.0, 2.0}) {
+    Disturbance d = on_dunes();
+    const InsFault fault = gyro_bias({0.0, 0.0, dps});
+    d.has_fix = [](double t) { return t < kBegin_s - 5.0; };
+    d.ins = [&fault](double t, ImuSample* imu) {
+      if (t >= kBegin_s && t < kBegin_s + kFault_s) fault.apply(imu);
+    };
+    const Seen seen = drive(kLength_s, d, 1, kBegin_s);
+    EXPECT_TRUE(seen.found(Finding::kInsFaulty)) << fault.name;
+    EXPECT_FALSE(seen.forces_excluded) << fault.name << ": a wrong rotation was used";
+    for (const auto& [t_s, finding] : seen.findings) {
+      if (finding != Finding::kInsReadmitted) continue;
+      EXPECT_GT(t_s, kBegin_s + kFault_s) << fault.name;
+    }
+    std::printf("%s: worst %.2f m, outside %d of %d\n", fault.name.c_str(), seen.worst_m,
+                seen.beyond_protection, seen.samples);
+    EXPECT_LT(seen.worst_m, 10.0) << fault.name;
+    EXPECT_EQ(seen.beyond_protection, 0) << fault.name;
+  }
+}
+
 /// A fault 35 s after the loss of GPS. The sub-filters from before the loss are too uncertain by
 /// then.
 Disturbance late_in_an_outage() {

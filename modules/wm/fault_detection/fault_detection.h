@@ -7,6 +7,7 @@
 #include <array>
 #include <optional>
 
+#include "modules/wm/fault_detection/course_shape.h"
 #include "modules/wm/fault_detection/motion_votes.h"
 #include "modules/wm/fault_detection/source_monitor.h"
 #include "modules/wm/fault_detection/turned_path.h"
@@ -253,12 +254,21 @@ class Trust {
                                                      const ModeParams& modes);
   std::optional<FilterState> exclude_other_than_gps(const Model& model, const GpsFix& z,
                                                     const FilterState& belief);
-  FilterState exclude_gps(const FilterState& belief, const ModeParams& modes);
+  FilterState exclude_gps(const Model& model, const GpsFix& z, const FilterState& belief);
+  void suppose_ins_faulty(const FilterState& belief);
+  std::optional<FilterState> exclude_suspect_gps(const Model& model, const GpsFix& z,
+                                                 const FilterState& belief);
   [[nodiscard]] bool moves_along(const Model& model, const GpsFix& z,
                                  const FilterState& belief) const;
   void sum_velocity(const Model& model, const GpsFix& z);
   [[nodiscard]] bool sides_with_fix(const Model& model, const GpsFix& z,
                                     const Subfilter& motion) const;
+  [[nodiscard]] bool ins_is_confirmed(const Model& model, const GpsFix& z) const;
+  void follow_rotation(const Measurement& m, const FilterState& belief);
+  void follow_courses(const Model& model, const Measurement& m);
+  [[nodiscard]] static bool accepts_fixes(const Hypothesis& with_gps);
+  [[nodiscard]] bool gps_is_right_instead(Stamp now) const;
+  void bound_instead(const FilterState& belief);
   std::optional<FilterState> judge(const Model& model, const Measurement& m,
                                    const FilterState& belief);
   void step_monitors(const Withheld& withheld, Stamp now);
@@ -300,7 +310,13 @@ class Trust {
   double young_began_m_ = 0.0, without_gps_began_m_ = 0.0;  // distance driven at their branches
   Subfilter before_;  ///< the state from before kFilterFaulty, until the probation of GPS ends
   Hypothesis gps_right_, ladar_right_, ins_right_;
-  TurnedPath turned_;  ///< while GPS is not fused
+  /// GPS was excluded although the INS may be the faulty one: the motion with GPS and without INS.
+  Hypothesis gps_instead_;
+  CourseShape course_shape_;
+  double wheels_mps_ = 0.0;           ///< newest speed
+  Quat rotation_ = Quat::Identity();  ///< by the INS while it is excluded
+  Turns turns_of_ins_right_;          ///< when that hypothesis began
+  TurnedPath turned_;                 ///< while GPS is not fused
   InertialTest ins_by_ladar_, ins_by_gps_, ins_by_constraint_;
   ScanRotation scan_;
   static constexpr double kNever_m = -1e9;
@@ -335,6 +351,7 @@ class Trust {
     Vec2 rate_mps = Vec2::Zero();  ///< horizontal, vertical; of the newest comparison alone
   };
   Bound bound_without_ins_, bound_without_ladar_;
+  UndetectedError bound_instead_;
   Finding finding_ = Finding::kNothing;
   int findings_ = 0;
   double finding_ratio_ = 0.0, finding_moved_m_ = 0.0;

@@ -76,9 +76,13 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
   doubted_ = harmful && deviating > 1.0 ? doubted_ + 1 : 0;
   if (doubted_ < params_.refuted_fixes && !(harmful && drifting > 1.0)) {
     gps_contradicts_ = Stamp::max();
+    gps_instead_ = {};
     return std::nullopt;
   }
-  gps_contradicts_ = std::min(gps_contradicts_, now);
+  if (gps_contradicts_ == Stamp::max()) {
+    gps_contradicts_ = now;
+    suppose_ins_faulty(belief);
+  }
   // A vehicle that has lost its INS predicts its motion by extrapolation: GPS is the better source.
   if (!uses_forces(belief) && belief.memory.ins_stamp != Stamp::min()) return std::nullopt;
   if (std::optional<FilterState> change = exclude_other_than_gps(model, z, belief)) return change;
@@ -88,7 +92,7 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
   const bool others_disagree = ins_by_ladar_.ratio > kCalm && !ladar_is_poor();
   const Duration later = ins_by_ladar_.ratio > 1.0 ? kShowsSurely : kShowsLater;
   if (now - gps_contradicts_ < (others_disagree ? later : kShows)) return std::nullopt;
-  return exclude_gps(belief, model.params.modes);
+  return exclude_gps(model, z, belief);
 }
 
 /// The filter has rejected several fixes in a row, which withholds GPS at once. A fault of another
@@ -98,8 +102,7 @@ std::optional<FilterState> Trust::judge_suspect_fix(const Model& model, const Gp
   const Nis n = nis(belief, z, model.params.gps, 0.0);  // reported as the cause
   gps_test_ratio_ = std::max(n.horizontal / model.gates[2], n.vertical / model.gates[1]);
   if (std::optional<FilterState> change = exclude_other_than_gps(model, z, belief)) return change;
-  if (belief.belief.x.stamp - gps_suspect_ < kShows) return std::nullopt;
-  return exclude_gps(belief, model.params.modes);
+  return exclude_suspect_gps(model, z, belief);
 }
 
 /// Fixes and the sub-filter without them contradict each other: excludes the INS, the LADAR
@@ -120,7 +123,9 @@ std::optional<FilterState> Trust::exclude_other_than_gps(const Model& model, con
   const bool by_fixes = fix_vote_ > 0.0 || sides_with_fix(model, z, neither_);
   // An INS that is readmitted during its fault contradicts the fixes within seconds.
   const bool relapse = monitors_.ins.on_probation(now);
-  if (without_ins_.alive() && (by_wheels || by_ladar || by_constraint || by_fixes || relapse)) {
+  const bool by_turn = !ins_is_confirmed(model, z) && gps_is_right_instead(now);
+  if (without_ins_.alive() &&
+      (by_wheels || by_ladar || by_constraint || by_fixes || by_turn || relapse)) {
     return exclude_ins(belief, model.params.modes);
   }
   // A faulty LADAR also contradicts the INS.
@@ -139,7 +144,20 @@ std::optional<FilterState> Trust::exclude_other_than_gps(const Model& model, con
   return exclude_odometry(belief, model.params.modes);
 }
 
-FilterState Trust::exclude_gps(const FilterState& belief, const ModeParams& modes) {
+/// Whether the motion without GPS and INS agrees with the INS against the fix, and is known well
+/// enough for that. On dunes the LADAR observes no heading, and follows that of the INS.
+bool Trust::ins_is_confirmed(const Model& model, const GpsFix& z) const {
+  if (!neither_.alive()) return false;
+  const FilterState& s = without_gps_.state;
+  const Belief& other = neither_.state.belief;
+  const Vec2 off = gps_position(s.belief.x, z, model.params.gps).r.head<2>();
+  const Vec2 apart = (other.x.T_world_vehicle.p - s.belief.x.T_world_vehicle.p).head<2>();
+  const double sigma_m = std::sqrt(largest_variance(horizontal(neither_.state)));
+  return std::max(sigma_m, apart.norm()) < 0.5 * off.norm();
+}
+
+/// Unless the LADAR confirms the INS, the alternative that the INS is faulty stays.
+FilterState Trust::exclude_gps(const Model& model, const GpsFix& z, const FilterState& belief) {
   const Stamp now = belief.belief.x.stamp;
   const bool on_probation = monitors_.gps.on_probation(now);
   // The one that has drifted less, if the fault cannot have had an effect on it.
@@ -148,8 +166,72 @@ FilterState Trust::exclude_gps(const FilterState& belief, const ModeParams& mode
   FilterState next = recent ? without_gps_young_.state : without_gps_.state;
   next.memory.withheld.prior_map = belief.memory.withheld.prior_map;
   next.memory.withheld.gps = next.memory.gps_accused = true;
-  return found(on_probation ? Finding::kGpsReadmissionRevoked : Finding::kGpsFaulty, next, belief,
-               modes);
+  const Hypothesis instead = ins_is_confirmed(model, z) ? Hypothesis{} : gps_instead_;
+  const FilterState state =
+      found(on_probation ? Finding::kGpsReadmissionRevoked : Finding::kGpsFaulty, next, belief,
+            model.params.modes);
+  gps_instead_ = instead;
+  return state;
+}
+
+/// Begins the alternative that the INS is faulty, not GPS.
+void Trust::suppose_ins_faulty(const FilterState& belief) {
+  gps_instead_ = {};
+  if (!without_ins_.alive() || belief.memory.withheld.any_of_ins()) return;
+  gps_instead_ = {without_ins_.state, belief.belief.x.stamp, belief.memory.distance_m};
+  Memory& m = gps_instead_.state.memory;
+  m.withheld.gps = m.gps_accused = false;
+  m.of(Source::kGpsPosition).refused = 0;
+}
+
+bool Trust::accepts_fixes(const Hypothesis& with_gps) {
+  constexpr int kShare = 9;  // accepted for each rejected one
+  return with_gps.alive() && with_gps.agreed >= kShare * with_gps.refused;
+}
+
+/// The motion by GPS, LADAR and wheels accepts the fixes, and the wheels turn as they do, against
+/// the INS, or they differ from the INS as by a wrong gyro.
+bool Trust::gps_is_right_instead(Stamp now) const {
+  constexpr double kVotes = 0.5;
+  constexpr double kLikelihood = 25.0;  // logarithm of the ratio; without a fault up to 20
+  constexpr int kHeld = 10;             // positions and velocities
+  const Hypothesis& instead = gps_instead_;
+  if (!accepts_fixes(instead) || instead.agreed < kHeld) return false;
+  // An INS that was readmitted during its fault has estimated other biases.
+  if (monitors_.ins.recently_readmitted(now) && !monitors_.gps.recently_readmitted(now)) {
+    return true;
+  }
+  if (votes_.course_turns() > kVotes) return true;
+  const std::optional<double> shape = course_shape_.gyro_against_fixes();
+  return shape && *shape > kLikelihood;
+}
+
+/// No other source decides. Where the LADAR does not confirm the INS, it may be the faulty one: GPS
+/// is withheld, but the decision waits.
+std::optional<FilterState> Trust::exclude_suspect_gps(const Model& model, const GpsFix& z,
+                                                      const FilterState& belief) {
+  constexpr Duration kShowsTurning = from_seconds(4.0);
+  const bool undecided = accepts_fixes(gps_instead_) && !ins_is_confirmed(model, z);
+  const Duration shows = undecided ? kShowsTurning : kShows;
+  if (belief.belief.x.stamp - gps_suspect_ < shows) return std::nullopt;
+  return exclude_gps(model, z, belief);
+}
+
+/// The courses of the fixes and of the INS, and the speed of the wheels.
+void Trust::follow_courses(const Model& model, const Measurement& m) {
+  const FilterState& s = inertial_.subfilter.state;
+  const NavState& x = s.belief.x;
+  if (!inertial_.subfilter.alive()) return;
+  if (m.imu() != nullptr) {
+    course_shape_.turn(m.stamp, (x.T_world_vehicle.q * x.rate_vehicle).z());
+  } else if (const auto* wheels = std::get_if<OdometrySample>(&m.value)) {
+    wheels_mps_ = wheels->speed_mps / x.wheel_scale;
+  } else if (const auto* fix = std::get_if<GpsFix>(&m.value)) {
+    if (!fix->has_velocity) return;
+    // Without the velocity of the antenna against the vehicle.
+    const Residual<3> r = gps_velocity(x, *fix, model.params.gps, accel_world(s));
+    course_shape_.add(m.stamp, (x.v_world + r.r).head<2>(), wheels_mps_);
+  }
 }
 
 /// Whether a motion that contains neither GPS nor one other source agrees with the fix, in position
@@ -253,6 +335,7 @@ std::optional<FilterState> Trust::judge_quarantined_fix(const Model& model, cons
   }
   const Nis n = nis(belief, z, model.params.gps, 0.0);
   gps_test_ratio_ = n.horizontal / model.gates[2];
+  if (gps_is_right_instead(x.stamp)) return exclude_ins(belief, model.params.modes);
   if (std::optional<FilterState> change = map_is_faulty(model, z, belief)) return change;
   if (std::optional<FilterState> change = heading_is_wrong(model, z, belief)) return change;
   if (gps_right_.alive() && !keeps_its_shape(model, z, belief)) gps_right_ = {};

@@ -36,8 +36,10 @@ constexpr double kOneScan = 0.5;
 // An exclusion of GPS or the LADAR that is as recent is a consequence of the fault of the INS.
 constexpr Duration kConsequence = from_seconds(10.0);
 constexpr Duration kExcludedFor = from_seconds(1.0);  // before a readmission is considered
-constexpr int kAgreeing = 10;                         // measurements that readmit the INS, at least
-constexpr int kShareAgreeing = 9;                     // accepted ones for each rejected one
+constexpr double kSame2 = 9.21;                       // chi-square, 99 %, 2 dof and 1 dof
+constexpr double kSame1 = 6.63;
+constexpr int kAgreeing = 10;      // measurements that readmit the INS, at least
+constexpr int kShareAgreeing = 9;  // accepted ones for each rejected one
 // Added to the sigma of the biases of a readmitted INS: at first those from before the fault are
 // right again. A fault that lasts may be another bias.
 constexpr Duration kOtherBiases = from_seconds(15.0);
@@ -233,6 +235,20 @@ void Trust::vote_by_wheels(const OdometryParams& params, const OdometrySample& z
   wheels_vote_ += kVoteShare * (vote - wheels_vote_);
 }
 
+/// The rotation by an excluded INS against wheels and LADAR.
+void Trust::follow_rotation(const Measurement& m, const FilterState& belief) {
+  const NavState& x = belief.belief.x;
+  if (const ImuSample* imu = m.imu()) {
+    const Vec3 turned = imu->delta_angle - seconds(imu->interval) * x.gyro_bias;
+    rotation_ = (rotation_ * exp_so3(turned)).normalized();
+  } else if (const auto* wheels = std::get_if<OdometrySample>(&m.value)) {
+    const bool accepted = belief.memory.of(Source::kOdometry).accepted == m.stamp;
+    votes_.add(m.stamp, *wheels, x.wheel_scale, accepted);
+  } else if (const auto* z = std::get_if<RollingMatch>(&m.value)) {
+    votes_.add_turn(m.stamp, *z, {Pose{rotation_, Vec3::Zero()}, monitors_.ins.excluded(), 0.0});
+  }
+}
+
 /// Tests the inertial motion by scans and fixes, and collects the votes of the other sources.
 void Trust::test_ins(const Model& model, const Measurement& m, const FilterState& belief) {
   votes_.expire(m.stamp, !belief.memory.withheld.ins);
@@ -246,6 +262,8 @@ void Trust::test_ins(const Model& model, const Measurement& m, const FilterState
   if (std::max({ins_by_ladar_.ratio, ins_by_gps_.ratio, ins_by_constraint_.ratio}) < kQuiet) {
     ins_quiet_ = m.stamp;
   }
+  follow_courses(model, m);
+  if (belief.memory.withheld.any_of_ins()) follow_rotation(m, belief);
   if (!inertial_.subfilter.alive() || !without_ins_.alive()) return;
   if (m.stamp - inertial_.subfilter.branch < kYoung) return;
   const NavState& ins = inertial_.subfilter.state.belief.x;
@@ -265,6 +283,7 @@ void Trust::test_ins(const Model& model, const Measurement& m, const FilterState
       test_ins_by_ladar(model, *z);
     }
   } else if (const auto* fix = std::get_if<GpsFix>(&m.value)) {
+    votes_.add_course(m.stamp, *fix);
     test_ins_by_fix(model, *fix, belief, m.stamp);
   } else if (const auto* wheels = std::get_if<OdometrySample>(&m.value)) {
     vote_by_wheels(odometry, *wheels, belief.memory.withheld.wheels);
@@ -353,7 +372,8 @@ bool Trust::gyro_is_right(Stamp now) const {
   };
   return inertial_.matches >= kMatches && !contradicts(inertial_) &&
          !contradicts(inertial_young_) && !contradicts(inertial_new_) &&
-         votes_.long_turns() < kMajority;
+         std::max({votes_.long_turns(), votes_.course_turns(), votes_.unconfirmed_turns()}) <
+             kMajority;
 }
 
 /// The youngest one that branched before the fault can have had an effect.
@@ -371,8 +391,12 @@ FilterState Trust::exclude_ins(const FilterState& belief, const ModeParams& mode
   const Stamp now = belief.belief.x.stamp;
   // A rotation that is wrong, too, has spoilt the younger ones.
   const bool in_part_before = belief.memory.withheld.force;
-  FilterState next = in_part_before ? without_ins_.state : without_ins_since_the_fault().state;
+  const bool instead = gps_is_right_instead(now);
+  FilterState next = instead          ? gps_instead_.state
+                     : in_part_before ? without_ins_.state
+                                      : without_ins_since_the_fault().state;
   next.memory.withheld = belief.memory.withheld;
+  if (instead) next.memory.withheld.gps = false;
   // GPS was excluded for contradicting a filter that the INS had caused to diverge.
   const Stamp fix = next.memory.of(Source::kGpsPosition).accepted;
   if (belief.memory.gps_accused && fix > now - kConsequence) {
@@ -385,7 +409,7 @@ FilterState Trust::exclude_ins(const FilterState& belief, const ModeParams& mode
     next.memory.of(Source::kRolling).refused = 0;
   }
   monitors_.ins.exclude(now);
-  next.memory.withheld.force = !in_part_before && gyro_is_right(now);
+  next.memory.withheld.force = !in_part_before && !instead && gyro_is_right(now);
   next.memory.withheld.ins = !next.memory.withheld.force;
   // The sub-filter has not used it: no gap begins.
   if (next.memory.withheld.force) next.memory.ins_stamp = next.belief.x.stamp;
@@ -395,6 +419,7 @@ FilterState Trust::exclude_ins(const FilterState& belief, const ModeParams& mode
 void Trust::suppose_ins_right(const FilterState& belief) {
   const Stamp now = belief.belief.x.stamp;
   ins_right_ = {belief, now, belief.memory.distance_m};
+  turns_of_ins_right_ = votes_.turns();
   FilterState& s = ins_right_.state;
   s.memory.withheld.ins = s.memory.withheld.force = false;
   s.memory.ins_stamp = now;
@@ -416,7 +441,8 @@ std::optional<FilterState> Trust::decide_excluded_ins(const Measurement& m,
   // The rotation is wrong, too.
   const bool contradicted = belief.memory.withheld.force && without_ins_.alive() &&
                             now - without_ins_.branch >= kYoung &&
-                            belief.memory.of(Source::kRolling).refused >= kGyroRefused;
+                            (belief.memory.of(Source::kRolling).refused >= kGyroRefused ||
+                             votes_.unconfirmed_turns() > kMajority);
   if (contradicted) {
     FilterState next = without_ins_.state;
     next.memory.withheld = belief.memory.withheld;
@@ -437,8 +463,10 @@ std::optional<FilterState> Trust::decide_excluded_ins(const Measurement& m,
     if (began_during_the_fault) ins_right_ = {};
     return std::nullopt;
   }
-  if (difference(belief, ins_right_.state, params_.floor_m) > limit_2_ ||
-      heading_difference(belief, ins_right_.state) > limit_1_) {
+  // A false readmission is worse than a late one.
+  if (difference(belief, ins_right_.state, params_.floor_m) > kSame2 ||
+      heading_difference(belief, ins_right_.state) > kSame1 ||
+      votes_.contradict_ins_since(turns_of_ins_right_)) {
     ins_right_ = {};
     return std::nullopt;
   }

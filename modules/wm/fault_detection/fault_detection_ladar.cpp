@@ -82,6 +82,11 @@ std::optional<FilterState> Trust::judge_match(const FilterState& belief, const M
   const bool contradicts =
       ladar_test_ratio_ > 1.0 && (!by_fixes || (gps_test_ratio_ < kCalm && refused == 0));
   if (!lasts(contradicts, now, &ladar_doubted_since_)) return std::nullopt;
+  // The filter without LADAR turns as the INS, which the wheels contradict, too.
+  const bool turned = votes_.unconfirmed_turns() > 0.5;
+  if (turned && without_ins_.alive() && !belief.memory.withheld.any_of_ins()) {
+    return exclude_ins(belief, modes);
+  }
   if (without_ins_.alive() &&
       (ins_by_ladar_.ratio > 1.0 || monitors_.ins.recently_readmitted(now))) {
     const Faulty faulty = ins_or_ladar(now);

@@ -29,7 +29,14 @@ constexpr Duration kLongestTurnWindow = from_seconds(12.5);
 constexpr Duration kKept = from_seconds(1.0);
 constexpr double kTurnTolerance_rad = 0.04;
 constexpr double kTurnShare = 0.02;
-constexpr double kNearer = 0.5;  // to the wheels than the other one: they support it
+constexpr double kShortTolerance_rad = 0.025;  // of a turn of five seconds
+// GPS and INS contradict each other already: less of the wheels decides.
+constexpr double kCourseTolerance_rad = 0.025;
+constexpr double kCourseShare = 0.01;
+constexpr double kRocking_s = 1.0;  // of the antenna
+constexpr Duration kCourseSettles = from_seconds(5.0);
+constexpr double kNearer = 0.5;     // to the wheels than the other one: they support it
+constexpr double kConfirms = 0.25;  // to the INS, of its distance from the wheels
 constexpr double kMostVotes = 0.5;
 constexpr Duration kDistrusted = from_seconds(20.0);
 constexpr double kPoorRotation = 2.0;         // scale of the errors of a LADAR that is not compared
@@ -85,6 +92,17 @@ Stamp MotionSum::complete_since(Stamp now) const {
   return newest_ != Stamp::min() && now - newest_ <= kLongestStep ? since_ : Stamp::max();
 }
 
+void CourseSum::add(Stamp stamp, const Vec3& v_world) {
+  if (v_world.head<2>().norm() < kSlowest_mps) return;
+  const double course_rad = std::atan2(v_world.y(), v_world.x());
+  // The mean rate since the last fix. The sum lags by half of an interval; the tolerance covers it.
+  if (stamp_ != Stamp::min() && stamp > stamp_) {
+    turn_.add(stamp, wrap_angle(course_rad - course_rad_) / seconds(stamp - stamp_));
+  }
+  course_rad_ = course_rad;
+  stamp_ = stamp;
+}
+
 double vote(double by_ins, double by_ladar, double by_reference, double tolerance, double of_ins) {
   const bool ins = std::abs(by_ins - by_reference) <= tolerance + of_ins;
   const bool ladar = std::abs(by_ladar - by_reference) <= tolerance;
@@ -94,28 +112,26 @@ double vote(double by_ins, double by_ladar, double by_reference, double toleranc
 
 void MotionVotes::add(Stamp stamp, const OdometrySample& z, double wheel_scale, bool accepted) {
   distance_[kWheels].add(stamp, z.speed_mps / wheel_scale);
-  if (z.sigma_yaw_rate_radps < kLargestSigma_radps) turn_[kWheels].add(stamp, z.yaw_rate_radps);
+  if (z.sigma_yaw_rate_radps < kLargestSigma_radps) wheels_turn_.add(stamp, z.yaw_rate_radps);
   if (accepted) return;
   distance_[kWheels].interrupt(stamp);
-  turn_[kWheels].interrupt(stamp);
+  wheels_turn_.interrupt(stamp);
 }
 
 void MotionVotes::add(Stamp stamp, const GpsFix& z, bool reverse) {
   if (!z.has_velocity) return;
   const double speed_mps = z.v_world.norm();
   distance_[kGps].add(stamp, reverse ? -speed_mps : speed_mps);
-  if (z.v_world.head<2>().norm() < kSlowest_mps) return;
-  const double course_rad = std::atan2(z.v_world.y(), z.v_world.x());
-  // The mean rate since the last fix. The sum lags by half of an interval; the tolerance covers it.
-  if (course_stamp_ != Stamp::min() && stamp > course_stamp_) {
-    turn_[kGps].add(stamp, wrap_angle(course_rad - course_rad_) / seconds(stamp - course_stamp_));
-  }
-  course_rad_ = course_rad;
-  course_stamp_ = stamp;
+  course_.add(stamp, z.v_world);
 }
 
-void MotionVotes::add(Stamp stamp, const RollingMatch& z, const Mat6& covariance,
-                      const DriveNoise& drive, const InertialPose& ins, bool constrained) {
+void MotionVotes::add_course(Stamp stamp, const GpsFix& z) {
+  if (z.has_velocity) any_course_.add(stamp, z.v_world);
+}
+
+/// The sums up to a scan.
+MotionVotes::Scan MotionVotes::begin_scan(Stamp stamp, const RollingMatch& z,
+                                          const InertialPose& ins) {
   if (z.map_epoch != map_epoch_ || ins.branch != branch_) {
     count_ = 0;
     map_epoch_ = z.map_epoch;
@@ -126,6 +142,21 @@ void MotionVotes::add(Stamp stamp, const RollingMatch& z, const Mat6& covariance
   now.T_rolling_vehicle = z.T_rolling_vehicle;
   now.T_world_vehicle = ins.T_world_vehicle;
   now.sigma_ins_mps = ins.sigma_mps;
+  for (std::size_t k : {kGps, kWheels}) {
+    now.by_reference[k] = {distance_[k].at(stamp), turn(k).at(stamp)};
+  }
+  compare_turns(count_ > 0 ? &scans_[(count_ - 1) % scans_.size()] : nullptr, now);
+  return now;
+}
+
+void MotionVotes::add_turn(Stamp stamp, const RollingMatch& z, const InertialPose& ins) {
+  const Scan now = begin_scan(stamp, z, ins);
+  scans_[count_++ % scans_.size()] = now;
+}
+
+void MotionVotes::add(Stamp stamp, const RollingMatch& z, const Mat6& covariance,
+                      const DriveNoise& drive, const InertialPose& ins, bool constrained) {
+  Scan now = begin_scan(stamp, z, ins);
   now.variance_m2 = covariance(0, 0);
   now.variance_rad2 = covariance(5, 5);
   now.variance_across_m2 = covariance.diagonal().segment<2>(1);
@@ -136,10 +167,6 @@ void MotionVotes::add(Stamp stamp, const RollingMatch& z, const Mat6& covariance
     now.across_by_ins =
         last.across_by_ins + motion_across(last.T_world_vehicle, now.T_world_vehicle);
   }
-  for (std::size_t k : {kGps, kWheels}) {
-    now.by_reference[k] = {distance_[k].at(stamp), turn_[k].at(stamp)};
-  }
-  compare_turns(count_ > 0 ? &scans_[(count_ - 1) % scans_.size()] : nullptr, now);
   for (std::size_t k = 1; k <= std::min(count_, scans_.size()); ++k) {
     const Scan& scan = scans_[(count_ - k) % scans_.size()];
     if (stamp - scan.stamp < kWindow) continue;
@@ -175,7 +202,7 @@ void MotionVotes::compare(const Scan& begin, const Scan& end, const DriveNoise& 
                     kInsSigmas * end.sigma_ins_mps * seconds(end.stamp - begin.stamp));
       apart_m = std::min(apart_m, odd_one_out(ladar_m, ins_m, driven_m));
     }
-    if (complete(turn_[k])) {
+    if (complete(turn(k))) {
       const double turn_rad = end.by_reference[k].turn_rad - begin.by_reference[k].turn_rad;
       if (newest == 0.0) {
         newest = vote(by_ins.turn_rad, by_ladar.turn_rad, turn_rad,
@@ -214,19 +241,28 @@ void MotionVotes::compare_across(const Scan& begin, const Scan& end) {
 }
 
 void MotionVotes::compare_turns(const Scan* last, const Scan& now) {
-  const bool complete = turn_[kWheels].complete_since(now.stamp) < now.stamp - kTurnWindow &&
-                        errors_rad_.scale(kLargestRotation) < kPoorRotation;
+  const auto complete = [&now](const MotionSum& sum, Duration time) {
+    return sum.complete_since(now.stamp) < now.stamp - time;
+  };
+  const bool by_wheels_known = complete(wheels_turn_, kTurnWindow);
+  const bool of_ladar = errors_rad_.scale(kLargestRotation) < kPoorRotation;
+  const bool of_course = complete(any_course_.turn(), kTurnWindow + kCourseSettles);
   if (last != nullptr) {
-    const auto turn = [](const Pose& from, const Pose& to) {
+    const auto turned = [](const Pose& from, const Pose& to) {
       return yaw_of((from.inverse() * to).q);
     };
-    sum_.by_ins_rad += turn(last->T_world_vehicle, now.T_world_vehicle);
-    sum_.by_ladar_rad += turn(last->T_rolling_vehicle, now.T_rolling_vehicle);
+    sum_.by_ins_rad += turned(last->T_world_vehicle, now.T_world_vehicle);
+    sum_.by_ladar_rad += turned(last->T_rolling_vehicle, now.T_rolling_vehicle);
     sum_.by_wheels_rad += now.by_reference[kWheels].turn_rad - last->by_reference[kWheels].turn_rad;
+    const double apart_rad = any_course_.turn().at(now.stamp) - sum_.by_wheels_rad;
+    sum_.course_less_wheels_rad += std::min(seconds(now.stamp - last->stamp) / kRocking_s, 1.0) *
+                                   (apart_rad - sum_.course_less_wheels_rad);
   }
   sum_.stamp = now.stamp;
   double newest = 0.0;
-  for (std::size_t k = 1; complete && k <= std::min(turns_count_, turns_.size()); ++k) {
+  double by_course = 0.0;
+  double against_ins = 0.0;
+  for (std::size_t k = 1; by_wheels_known && k <= std::min(turns_count_, turns_.size()); ++k) {
     const Turns& begin = turns_[(turns_count_ - k) % turns_.size()];
     if (now.stamp - begin.stamp < kTurnWindow) continue;
     if (now.stamp - begin.stamp > kLongestTurnWindow) break;
@@ -234,10 +270,18 @@ void MotionVotes::compare_turns(const Scan* last, const Scan& now) {
     const double ins = std::abs(sum_.by_ins_rad - begin.by_ins_rad - by_wheels);
     const double ladar = std::abs(sum_.by_ladar_rad - begin.by_ladar_rad - by_wheels);
     const double tolerance = kTurnTolerance_rad + kTurnShare * std::abs(by_wheels);
-    if (ins > tolerance && ladar < kNearer * ins) newest = 1.0;
-    if (ladar > tolerance && ins < kNearer * ladar) newest = -1.0;
+    const double course = std::abs(sum_.course_less_wheels_rad - begin.course_less_wheels_rad);
+    const double course_tolerance = kCourseTolerance_rad + kCourseShare * std::abs(by_wheels);
+    if (of_ladar && ins > tolerance && ladar < kNearer * ins) newest = 1.0;
+    if (of_ladar && ladar > tolerance && ins < kNearer * ladar) newest = -1.0;
+    const double ladar_ins =
+        std::abs(sum_.by_ladar_rad - begin.by_ladar_rad - (sum_.by_ins_rad - begin.by_ins_rad));
+    if (ins > tolerance && ladar_ins > kConfirms * ins) against_ins = 1.0;
+    if (of_course && ins > course_tolerance && course < kNearer * ins) by_course = 1.0;
     break;
   }
+  course_turns_ += kShare * (by_course - course_turns_);
+  unconfirmed_turns_ += kShare * (against_ins - unconfirmed_turns_);
   long_turns_ += kShare * (newest - long_turns_);
   if (long_turns_ < -kMostVotes) distrusted_until_ = now.stamp + kDistrusted;
   expire(now.stamp, true);
@@ -246,6 +290,16 @@ void MotionVotes::compare_turns(const Scan* last, const Scan& now) {
   if (turns_count_ == 0 || now.stamp - kept >= kKept) {
     turns_[turns_count_++ % turns_.size()] = sum_;
   }
+}
+
+bool MotionVotes::contradict_ins_since(const Turns& begin) const {
+  if (wheels_turn_.complete_since(sum_.stamp) > begin.stamp) return false;
+  const double by_wheels = sum_.by_wheels_rad - begin.by_wheels_rad;
+  const double by_ins = sum_.by_ins_rad - begin.by_ins_rad;
+  const double by_ladar = sum_.by_ladar_rad - begin.by_ladar_rad;
+  const double off = std::abs(by_ins - by_wheels);
+  const double tolerance = kShortTolerance_rad + kTurnShare * std::abs(by_wheels);
+  return off > tolerance && std::abs(by_ladar - by_ins) > kConfirms * off;
 }
 
 void MotionVotes::expire(Stamp now, bool compared) {

@@ -32,6 +32,19 @@ class MotionSum {
   double sum_ = 0.0, rate_ = 0.0;
 };
 
+/// The turn by the course of the fixes.
+class CourseSum {
+ public:
+  /// Fixes slower than a walk have no course.
+  void add(Stamp stamp, const Vec3& v_world);
+  [[nodiscard]] const MotionSum& turn() const { return turn_; }
+
+ private:
+  MotionSum turn_;
+  double course_rad_ = 0.0;  // of the newest fix
+  Stamp stamp_ = Stamp::min();
+};
+
 /// Distance ahead and turn to the left.
 struct Motion {
   double distance_m = 0.0;
@@ -69,6 +82,7 @@ struct LadarErrors {
 struct Turns {
   Stamp stamp = Stamp::min();
   double by_ins_rad = 0.0, by_ladar_rad = 0.0, by_wheels_rad = 0.0;
+  double course_less_wheels_rad = 0.0;  ///< low-passed: the antenna rocks
 };
 
 /// The pose of the vehicle by the INS alone.
@@ -88,19 +102,24 @@ class MotionVotes {
   void add(Stamp stamp, const OdometrySample& z, double wheel_scale, bool accepted);
   /// @param reverse  the vehicle drives backwards
   void add(Stamp stamp, const GpsFix& z, bool reverse);
+  /// Also of a fix that no filter accepts: GPS is then one of three that are compared.
+  void add_course(Stamp stamp, const GpsFix& z);
   /// Call it for each scan that is registered to the rolling map.
   /// @param covariance  of the registration, vehicle axes, (rho, phi)
   /// @param drive  drift of the rolling map
   /// @param constrained  the vehicle moves along its own axis
   void add(Stamp stamp, const RollingMatch& z, const Mat6& covariance, const DriveNoise& drive,
            const InertialPose& ins, bool constrained);
+  /// The turns alone, while the forces of the INS are excluded.
+  /// @param ins  its rotation from an unknown origin
+  void add_turn(Stamp stamp, const RollingMatch& z, const InertialPose& ins);
   /// The distrust of a LADAR ends after a while.
   /// @param compared  with an INS; otherwise it does not end
   void expire(Stamp now, bool compared);
   /// The measured errors of the LADAR stay.
   void reset_votes() {
     votes_ = {};
-    long_turns_ = 0.0;
+    long_turns_ = course_turns_ = unconfirmed_turns_ = 0.0;
   }
 
   /// Above 0 the INS is contradicted, below 0 the LADAR, in [-1, 1]; 0: nobody can tell, or the
@@ -110,6 +129,16 @@ class MotionVotes {
   /// for verdict(). A LADAR that it contradicts has the largest scale for 20 s: in high grass it is
   /// wrong again and again.
   [[nodiscard]] double long_turns() const { return long_turns_; }
+  /// 1: the wheels contradict the turn by the INS, and the LADAR does not confirm it.
+  [[nodiscard]] double unconfirmed_turns() const { return unconfirmed_turns_; }
+  /// Up to the newest scan.
+  [[nodiscard]] const Turns& turns() const { return sum_; }
+  /// The wheels contradict the turn by the INS since then, and the LADAR does not confirm it. For
+  /// some seconds.
+  [[nodiscard]] bool contradict_ins_since(const Turns& begin) const;
+  /// The same between INS and GPS: 1: the turns by the wheels and by the course of the fixes agree
+  /// against that of the INS. For ground on which the LADAR observes no heading.
+  [[nodiscard]] double course_turns() const { return course_turns_; }
   /// Of the LADAR against two other sources that agree with each other.
   [[nodiscard]] LadarScale ladar_scale() const;
 
@@ -125,14 +154,19 @@ class MotionVotes {
     Vec2 across_by_ladar = Vec2::Zero(), across_by_ins = Vec2::Zero();
   };
 
+  Scan begin_scan(Stamp stamp, const RollingMatch& z, const InertialPose& ins);
   void compare(const Scan& begin, const Scan& end, const DriveNoise& drive);
   void compare_across(const Scan& begin, const Scan& end);
   /// @param last  the scan before; null: no motion since is known
   void compare_turns(const Scan* last, const Scan& now);
 
-  std::array<MotionSum, 2> distance_{}, turn_{};
-  double course_rad_ = 0.0;  // of the newest fix
-  Stamp course_stamp_ = Stamp::min();
+  [[nodiscard]] const MotionSum& turn(std::size_t reference) const {
+    return reference == kGps ? course_.turn() : wheels_turn_;
+  }
+
+  std::array<MotionSum, 2> distance_{};
+  MotionSum wheels_turn_;
+  CourseSum course_, any_course_;  // of accepted fixes, and of all
   std::array<Scan, 32> scans_{};
   std::size_t count_ = 0;
   int map_epoch_ = -1;
@@ -141,7 +175,7 @@ class MotionVotes {
   std::size_t turns_count_ = 0;
   Turns sum_;  // up to the newest scan
   std::array<double, 3> votes_{};
-  double long_turns_ = 0.0;
+  double long_turns_ = 0.0, course_turns_ = 0.0, unconfirmed_turns_ = 0.0;
   Stamp distrusted_until_ = Stamp::min();  // of the LADAR, whose long turns were wrong
   bool distrusted_ = false;
   LadarErrors errors_m_, errors_rad_;
