@@ -18,7 +18,6 @@ namespace rcs::wm {
 /// The values are those of subfilter_t. kGps also excludes the a priori map: it runs on motion
 /// only.
 enum class Without : int { kAll = 0, kLadar = 1, kGps = 2 };
-constexpr std::size_t kSubfilters = 3;
 
 /// A copy of the filter that excludes some source from a moment at which all tests were calm.
 struct Subfilter {

@@ -167,9 +167,8 @@ FilterState Trust::exclude_gps(const Model& model, const GpsFix& z, const Filter
   next.memory.withheld.prior_map = belief.memory.withheld.prior_map;
   next.memory.withheld.gps = next.memory.gps_accused = true;
   const Hypothesis instead = ins_is_confirmed(model, z) ? Hypothesis{} : gps_instead_;
-  const FilterState state =
-      found(on_probation ? Finding::kGpsReadmissionRevoked : Finding::kGpsFaulty, next, belief,
-            model.params.modes);
+  FilterState state = found(on_probation ? Finding::kGpsReadmissionRevoked : Finding::kGpsFaulty,
+                            next, belief, model.params.modes);
   gps_instead_ = instead;
   return state;
 }
