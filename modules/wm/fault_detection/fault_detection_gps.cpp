@@ -193,6 +193,7 @@ bool Trust::accepts_fixes(const Hypothesis& with_gps) {
 bool Trust::gps_is_right_instead(Stamp now) const {
   constexpr double kVotes = 0.5;
   constexpr double kLikelihood = 25.0;  // logarithm of the ratio; without a fault up to 20
+  constexpr double kLikely = 5.0;       // with the wheels
   constexpr int kHeld = 10;             // positions and velocities
   const Hypothesis& instead = gps_instead_;
   if (!accepts_fixes(instead) || instead.agreed < kHeld) return false;
@@ -200,9 +201,9 @@ bool Trust::gps_is_right_instead(Stamp now) const {
   if (monitors_.ins.recently_readmitted(now) && !monitors_.gps.recently_readmitted(now)) {
     return true;
   }
-  if (votes_.course_turns() > kVotes) return true;
   const std::optional<double> shape = course_shape_.gyro_against_fixes();
-  return shape && *shape > kLikelihood;
+  if (!shape) return false;
+  return *shape > (votes_.course_turns() > kVotes ? kLikely : kLikelihood);
 }
 
 /// No other source decides. Where the LADAR does not confirm the INS, it may be the faulty one: GPS
