@@ -96,6 +96,19 @@ TEST(CourseShape, TellsNothingAfterAGapNorAtAWalk) {
   EXPECT_TRUE(shape.gyro_against_fixes().has_value());
   shape.add(Stamp() + from_seconds(55.0), Vec2(5.0, 0.0), 5.0);
   EXPECT_FALSE(shape.gyro_against_fixes().has_value()) << "after a gap";
+  fill(30.0, 5.0);
+  ASSERT_TRUE(shape.gyro_against_fixes().has_value()) << "after a step back of the clocks";
+  EXPECT_LT(std::abs(*shape.gyro_against_fixes()), 1.0);
+}
+
+TEST(CourseShape, OneFixASecondIsTooFew) {
+  CourseShape shape;
+  for (int k = 0; k < 1000; ++k) {
+    const Stamp t = Stamp() + from_seconds(0.1 * k);
+    shape.turn(t, 0.0);
+    if (k % 10 == 0) shape.add(t, Vec2(5.0, 0.0), 5.0);
+  }
+  EXPECT_FALSE(shape.gyro_against_fixes().has_value());
 }
 
 }  // namespace

@@ -14,7 +14,8 @@ constexpr Duration kSpacing = from_milliseconds(180.0);
 constexpr Duration kGap = from_seconds(1.5);  // begins again after it
 constexpr Duration kRateGap = from_seconds(0.1);
 constexpr double kSlowest_mps = 2.0;  // at which a velocity has a course
-constexpr std::size_t kFewest = 40;
+constexpr Duration kWindow = from_seconds(20.0);
+constexpr std::size_t kFewest = 40;                // in the window: two fixes a second
 constexpr int kBegins = 12;                        // of a fault, tried over the time
 constexpr Duration kShortest = from_seconds(3.0);  // growth of a heading error
 constexpr double kNoise_mps = 0.02;                // no residual is smaller
@@ -44,9 +45,12 @@ class LeastSquares {
 
 void CourseShape::turn(Stamp stamp, double heading_radps) {
   const bool first = turned_ == Stamp::min();
-  if (!first && stamp <= turned_) return;
-  if (!first && stamp - turned_ > kRateGap) count_ = 0;
-  if (!first) heading_rad_ += heading_radps * seconds(std::min(stamp - turned_, kRateGap));
+  const bool stepped_back = !first && turned_ - stamp > kRateGap;
+  if (!first && stamp <= turned_ && !stepped_back) return;
+  if (stepped_back || (!first && stamp - turned_ > kRateGap)) count_ = 0;
+  if (!first && !stepped_back) {
+    heading_rad_ += heading_radps * seconds(std::min(stamp - turned_, kRateGap));
+  }
   turned_ = stamp;
 }
 
@@ -72,8 +76,15 @@ void CourseShape::add(Stamp stamp, const Vec2& v_fix_mps, double wheels_mps) {
   samples_[count_++ % kSamples] = now;
 }
 
+std::size_t CourseShape::in_window() const {
+  std::size_t n = 0;
+  const Stamp oldest = count_ > 0 ? sample(count_ - 1).stamp - kWindow : Stamp::min();
+  while (n < std::min(count_, kSamples) && sample(count_ - 1 - n).stamp >= oldest) ++n;
+  return n;
+}
+
 double CourseShape::residual_of_turn(Stamp begin, Stamp end) const {
-  const std::size_t n = std::min(count_, kSamples);
+  const std::size_t n = in_window();
   const double origin_rad = sample(count_ - n).turned_rad;
   LeastSquares<2> across;
   LeastSquares<1> ahead;
@@ -87,7 +98,7 @@ double CourseShape::residual_of_turn(Stamp begin, Stamp end) const {
 }
 
 double CourseShape::residual_of_drift(Stamp begin) const {
-  const std::size_t n = std::min(count_, kSamples);
+  const std::size_t n = in_window();
   const double origin_rad = sample(count_ - n).turned_rad;
   LeastSquares<4> drift;  // error of the heading and of the scale of the wheels before, velocity
   for (std::size_t k = count_ - n; k < count_; ++k) {
@@ -102,7 +113,7 @@ double CourseShape::residual_of_drift(Stamp begin) const {
 }
 
 std::optional<double> CourseShape::gyro_against_fixes() const {
-  const std::size_t n = std::min(count_, kSamples);
+  const std::size_t n = in_window();
   if (n < kFewest) return std::nullopt;
   const Stamp first = sample(count_ - n).stamp;
   const Stamp last = sample(count_ - 1).stamp;

@@ -14,14 +14,15 @@ namespace rcs::wm {
 
 class CourseShape {
  public:
+  /// Call it at least ten times a second.
   /// @param heading_radps  rate of the heading by the INS
   void turn(Stamp stamp, double heading_radps);
   /// @param v_fix_mps  horizontal velocity of the vehicle by the fix, world
-  /// @param wheels_mps  speed by the wheels
+  /// @param wheels_mps  speed by the wheels; 0: not known, and the comparison begins again
   void add(Stamp stamp, const Vec2& v_fix_mps, double wheels_mps);
 
-  /// Logarithm of the likelihood ratio of a wrong gyro and of drifting fixes, over the last 20 s;
-  /// if they have been received without a gap.
+  /// Logarithm of the likelihood ratio of a wrong gyro and of drifting fixes, over the last 20 s,
+  /// if they have been received at least twice a second and without a gap.
   [[nodiscard]] std::optional<double> gyro_against_fixes() const;
 
  private:
@@ -32,6 +33,7 @@ class CourseShape {
     double turned_rad = 0.0;  ///< course less heading by the INS, from the first sample on
     double beyond_mps = 0.0;  ///< speed by the fix less that of the wheels
   };
+  [[nodiscard]] std::size_t in_window() const;
   /// Sum of the squared residuals of a difference of the courses that grows from `begin` to `end`.
   [[nodiscard]] double residual_of_turn(Stamp begin, Stamp end) const;
   /// The same of a constant velocity error from `begin` on.

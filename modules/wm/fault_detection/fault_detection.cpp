@@ -80,7 +80,7 @@ void Trust::move(const Model& model, const Measurement& m, const ImuSample* next
     }
   }
   const bool fix = std::holds_alternative<GpsFix>(m.value);
-  for (Hypothesis* hypothesis : {&gps_right_, &gps_instead_, &ladar_right_, &ins_right_}) {
+  for (Hypothesis* hypothesis : {&gps_right_, &keeps_gps_, &ladar_right_, &ins_right_}) {
     if (!hypothesis->alive()) continue;
     Innovations records;
     step(model, m, next_imu, &hypothesis->state, &records);
@@ -88,7 +88,7 @@ void Trust::move(const Model& model, const Measurement& m, const ImuSample* next
                           : hypothesis == &ladar_right_ ? match
                                                         : fix;
     const Source source = fix ? Source::kGpsPosition : Source::kRolling;
-    const bool velocities = hypothesis == &gps_instead_;
+    const bool velocities = hypothesis == &keeps_gps_;
     for (int k = 0; concerns && k < records.count; ++k) {
       const Innovation& record = records.records[static_cast<std::size_t>(k)];
       if (record.source == source || (velocities && record.source == Source::kGpsVelocity)) {
@@ -309,25 +309,25 @@ void Trust::bound_undetected(const FilterState& belief) {
 }
 
 /// The distance to where GPS was excluded instead of the INS.
-void Trust::bound_instead(const FilterState& belief) {
+void Trust::bound_keeping_gps(const FilterState& belief) {
   constexpr Duration kDecided = from_seconds(60.0);
-  const FilterState& s = gps_instead_.state;
+  const FilterState& s = keeps_gps_.state;
   const Stamp now = belief.belief.x.stamp;
-  if (gps_instead_.alive() && now - gps_instead_.began > kDecided) gps_instead_ = {};
-  bound_instead_ = {};
-  if (!gps_instead_.alive()) return;
+  if (keeps_gps_.alive() && now - keeps_gps_.began > kDecided) keeps_gps_ = {};
+  bound_keeping_gps_ = {};
+  if (!keeps_gps_.alive()) return;
   const Vec3 apart_m = s.belief.x.T_world_vehicle.p - belief.belief.x.T_world_vehicle.p;
   const double sigma_m = std::sqrt(largest_variance(horizontal(s)));
   const double sigma_up_m = std::sqrt(s.belief.P(kPosition + 2, kPosition + 2));
-  bound_instead_.stamp = now;
-  bound_instead_.horizontal_m = apart_m.head<2>().norm() + kHorizontalQuantile * sigma_m;
-  bound_instead_.vertical_m = std::abs(apart_m.z()) + kVerticalQuantile * sigma_up_m;
+  bound_keeping_gps_.stamp = now;
+  bound_keeping_gps_.horizontal_m = apart_m.head<2>().norm() + kHorizontalQuantile * sigma_m;
+  bound_keeping_gps_.vertical_m = std::abs(apart_m.z()) + kVerticalQuantile * sigma_up_m;
 }
 
 UndetectedError Trust::undetected(Stamp stamp) const {
   return bound_without_ins_.error.at(stamp)
       .larger(bound_without_ladar_.error.at(stamp))
-      .larger(bound_instead_);
+      .larger(bound_keeping_gps_);
 }
 
 std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
@@ -341,7 +341,7 @@ std::optional<FilterState> Trust::add(const Model& model, const Measurement& m,
   drop_what_passed_a_gap();
   if (std::holds_alternative<RollingMatch>(m.value) || std::holds_alternative<GpsFix>(m.value)) {
     bound_undetected(belief);
-    bound_instead(belief);
+    bound_keeping_gps(belief);
   }
   std::optional<FilterState> change = judge(model, m, belief);
   step_monitors((change ? *change : belief).memory.withheld, belief.belief.x.stamp);
@@ -362,7 +362,7 @@ std::optional<FilterState> Trust::judge(const Model& model, const Measurement& m
   const auto* const fix = std::get_if<GpsFix>(&m.value);
   if (accused && without_gps_.alive() && belief.belief.x.stamp - without_gps_.branch > kYoung) {
     gps_suspect_ = belief.belief.x.stamp;
-    if (!gps_instead_.alive()) suppose_ins_faulty(belief);
+    if (!keeps_gps_.alive()) suppose_ins_faulty(belief);
   }
   // Without its sub-filter nothing replaces the filter.
   if (!belief.memory.gps_accused || !without_gps_.alive()) gps_suspect_ = Stamp::min();
@@ -449,8 +449,8 @@ FilterState Trust::found(Finding finding, const FilterState& next, const FilterS
     monitors_.gps.readmit(now);
   }
   if (finding == Finding::kLadarReadmitted) monitors_.ladar.readmit(now);
-  gps_right_ = gps_instead_ = ladar_right_ = ins_right_ = {};
-  bound_instead_ = {};
+  gps_right_ = keeps_gps_ = ladar_right_ = ins_right_ = {};
+  bound_keeping_gps_ = {};
   turned_ = {};
   ins_by_ladar_ = ins_by_gps_ = ins_by_constraint_ = {};
   scan_ = {};

@@ -266,8 +266,8 @@ class Trust {
   void follow_rotation(const Measurement& m, const FilterState& belief);
   void follow_courses(const Model& model, const Measurement& m);
   [[nodiscard]] static bool accepts_fixes(const Hypothesis& with_gps);
-  [[nodiscard]] bool gps_is_right_instead(Stamp now) const;
-  void bound_instead(const FilterState& belief);
+  [[nodiscard]] bool gps_is_right(Stamp now) const;
+  void bound_keeping_gps(const FilterState& belief);
   std::optional<FilterState> judge(const Model& model, const Measurement& m,
                                    const FilterState& belief);
   void step_monitors(const Withheld& withheld, Stamp now);
@@ -309,10 +309,12 @@ class Trust {
   double young_began_m_ = 0.0, without_gps_began_m_ = 0.0;  // distance driven at their branches
   Subfilter before_;  ///< the state from before kFilterFaulty, until the probation of GPS ends
   Hypothesis gps_right_, ladar_right_, ins_right_;
-  /// GPS was excluded although the INS may be the faulty one: the motion with GPS and without INS.
-  Hypothesis gps_instead_;
+  /// While GPS is contradicted, or excluded although the INS may be the faulty one: the filter that
+  /// keeps GPS and excludes the INS.
+  Hypothesis keeps_gps_;
   CourseShape course_shape_;
-  double wheels_mps_ = 0.0;           ///< newest speed
+  double wheels_mps_ = 0.0;  ///< newest speed
+  Stamp wheels_heard_ = Stamp::min();
   Quat rotation_ = Quat::Identity();  ///< by the INS while it is excluded
   Turns turns_of_ins_right_;          ///< when that hypothesis began
   TurnedPath turned_;                 ///< while GPS is not fused
@@ -350,7 +352,7 @@ class Trust {
     Vec2 rate_mps = Vec2::Zero();  ///< horizontal, vertical; of the newest comparison alone
   };
   Bound bound_without_ins_, bound_without_ladar_;
-  UndetectedError bound_instead_;
+  UndetectedError bound_keeping_gps_;
   Finding finding_ = Finding::kNothing;
   int findings_ = 0;
   double finding_ratio_ = 0.0, finding_moved_m_ = 0.0;

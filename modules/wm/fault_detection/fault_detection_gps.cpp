@@ -18,6 +18,7 @@ constexpr double kHeading_rad = 0.05;
 constexpr Duration kPossible = from_seconds(8.0);
 constexpr double kPossible_m = 20.0;
 constexpr double kMostPossible_m = 10.0;  // farther off they are more likely wrong
+constexpr Duration kWheelsFresh = from_seconds(0.3);
 // After the first contradiction of the fixes; a fault of another source shows by then.
 constexpr Duration kShows = from_seconds(1.5);
 constexpr double kLimit =
@@ -76,7 +77,7 @@ std::optional<FilterState> Trust::judge_fix(const Model& model, const GpsFix& z,
   doubted_ = harmful && deviating > 1.0 ? doubted_ + 1 : 0;
   if (doubted_ < params_.refuted_fixes && !(harmful && drifting > 1.0)) {
     gps_contradicts_ = Stamp::max();
-    gps_instead_ = {};
+    keeps_gps_ = {};
     return std::nullopt;
   }
   if (gps_contradicts_ == Stamp::max()) {
@@ -123,7 +124,7 @@ std::optional<FilterState> Trust::exclude_other_than_gps(const Model& model, con
   const bool by_fixes = fix_vote_ > 0.0 || sides_with_fix(model, z, neither_);
   // An INS that is readmitted during its fault contradicts the fixes within seconds.
   const bool relapse = monitors_.ins.on_probation(now);
-  const bool by_turn = !ins_is_confirmed(model, z) && gps_is_right_instead(now);
+  const bool by_turn = !ins_is_confirmed(model, z) && gps_is_right(now);
   if (without_ins_.alive() &&
       (by_wheels || by_ladar || by_constraint || by_fixes || by_turn || relapse)) {
     return exclude_ins(belief, model.params.modes);
@@ -166,19 +167,19 @@ FilterState Trust::exclude_gps(const Model& model, const GpsFix& z, const Filter
   FilterState next = recent ? without_gps_young_.state : without_gps_.state;
   next.memory.withheld.prior_map = belief.memory.withheld.prior_map;
   next.memory.withheld.gps = next.memory.gps_accused = true;
-  const Hypothesis instead = ins_is_confirmed(model, z) ? Hypothesis{} : gps_instead_;
+  const Hypothesis kept = ins_is_confirmed(model, z) ? Hypothesis{} : keeps_gps_;
   FilterState state = found(on_probation ? Finding::kGpsReadmissionRevoked : Finding::kGpsFaulty,
                             next, belief, model.params.modes);
-  gps_instead_ = instead;
+  keeps_gps_ = kept;
   return state;
 }
 
 /// Begins the alternative that the INS is faulty, not GPS.
 void Trust::suppose_ins_faulty(const FilterState& belief) {
-  gps_instead_ = {};
+  keeps_gps_ = {};
   if (!without_ins_.alive() || belief.memory.withheld.any_of_ins()) return;
-  gps_instead_ = {without_ins_.state, belief.belief.x.stamp, belief.memory.distance_m};
-  Memory& m = gps_instead_.state.memory;
+  keeps_gps_ = {without_ins_.state, belief.belief.x.stamp, belief.memory.distance_m};
+  Memory& m = keeps_gps_.state.memory;
   m.withheld.gps = m.gps_accused = false;
   m.of(Source::kGpsPosition).refused = 0;
 }
@@ -190,20 +191,18 @@ bool Trust::accepts_fixes(const Hypothesis& with_gps) {
 
 /// The motion by GPS, LADAR and wheels accepts the fixes, and the wheels turn as they do, against
 /// the INS, or they differ from the INS as by a wrong gyro.
-bool Trust::gps_is_right_instead(Stamp now) const {
+bool Trust::gps_is_right(Stamp now) const {
   constexpr double kVotes = 0.5;
   constexpr double kLikelihood = 25.0;  // logarithm of the ratio; without a fault up to 20
-  constexpr double kLikely = 5.0;       // with the wheels
+  constexpr double kLikely = 5.0;       // if the INS is suspect for another reason
   constexpr int kHeld = 10;             // positions and velocities
-  const Hypothesis& instead = gps_instead_;
-  if (!accepts_fixes(instead) || instead.agreed < kHeld) return false;
-  // An INS that was readmitted during its fault has estimated other biases.
-  if (monitors_.ins.recently_readmitted(now) && !monitors_.gps.recently_readmitted(now)) {
-    return true;
-  }
+  if (!accepts_fixes(keeps_gps_) || keeps_gps_.agreed < kHeld) return false;
   const std::optional<double> shape = course_shape_.gyro_against_fixes();
   if (!shape) return false;
-  return *shape > (votes_.course_turns() > kVotes ? kLikely : kLikelihood);
+  // An INS that was readmitted during its fault has estimated other biases.
+  const bool suspect =
+      monitors_.ins.recently_readmitted(now) && !monitors_.gps.recently_readmitted(now);
+  return *shape > (suspect || votes_.course_turns() > kVotes ? kLikely : kLikelihood);
 }
 
 /// No other source decides. Where the LADAR does not confirm the INS, it may be the faulty one: GPS
@@ -211,7 +210,7 @@ bool Trust::gps_is_right_instead(Stamp now) const {
 std::optional<FilterState> Trust::exclude_suspect_gps(const Model& model, const GpsFix& z,
                                                       const FilterState& belief) {
   constexpr Duration kShowsTurning = from_seconds(4.0);
-  const bool undecided = accepts_fixes(gps_instead_) && !ins_is_confirmed(model, z);
+  const bool undecided = accepts_fixes(keeps_gps_) && !ins_is_confirmed(model, z);
   const Duration shows = undecided ? kShowsTurning : kShows;
   if (belief.belief.x.stamp - gps_suspect_ < shows) return std::nullopt;
   return exclude_gps(model, z, belief);
@@ -226,11 +225,13 @@ void Trust::follow_courses(const Model& model, const Measurement& m) {
     course_shape_.turn(m.stamp, (x.T_world_vehicle.q * x.rate_vehicle).z());
   } else if (const auto* wheels = std::get_if<OdometrySample>(&m.value)) {
     wheels_mps_ = wheels->speed_mps / x.wheel_scale;
+    wheels_heard_ = m.stamp;
   } else if (const auto* fix = std::get_if<GpsFix>(&m.value)) {
     if (!fix->has_velocity) return;
     // Without the velocity of the antenna against the vehicle.
     const Residual<3> r = gps_velocity(x, *fix, model.params.gps, accel_world(s));
-    course_shape_.add(m.stamp, (x.v_world + r.r).head<2>(), wheels_mps_);
+    const bool fresh = wheels_heard_ > m.stamp - kWheelsFresh;
+    course_shape_.add(m.stamp, (x.v_world + r.r).head<2>(), fresh ? wheels_mps_ : 0.0);
   }
 }
 
@@ -335,7 +336,7 @@ std::optional<FilterState> Trust::judge_quarantined_fix(const Model& model, cons
   }
   const Nis n = nis(belief, z, model.params.gps, 0.0);
   gps_test_ratio_ = n.horizontal / model.gates[2];
-  if (gps_is_right_instead(x.stamp)) return exclude_ins(belief, model.params.modes);
+  if (gps_is_right(x.stamp)) return exclude_ins(belief, model.params.modes);
   if (std::optional<FilterState> change = map_is_faulty(model, z, belief)) return change;
   if (std::optional<FilterState> change = heading_is_wrong(model, z, belief)) return change;
   if (gps_right_.alive() && !keeps_its_shape(model, z, belief)) gps_right_ = {};

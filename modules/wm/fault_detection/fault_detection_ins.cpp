@@ -391,12 +391,12 @@ FilterState Trust::exclude_ins(const FilterState& belief, const ModeParams& mode
   const Stamp now = belief.belief.x.stamp;
   // A rotation that is wrong, too, has spoilt the younger ones.
   const bool in_part_before = belief.memory.withheld.force;
-  const bool instead = gps_is_right_instead(now);
-  FilterState next = instead          ? gps_instead_.state
+  const bool fixes_are_right = gps_is_right(now);
+  FilterState next = fixes_are_right  ? keeps_gps_.state
                      : in_part_before ? without_ins_.state
                                       : without_ins_since_the_fault().state;
   next.memory.withheld = belief.memory.withheld;
-  if (instead) next.memory.withheld.gps = false;
+  if (fixes_are_right) next.memory.withheld.gps = false;
   // GPS was excluded for contradicting a filter that the INS had caused to diverge.
   const Stamp fix = next.memory.of(Source::kGpsPosition).accepted;
   if (belief.memory.gps_accused && fix > now - kConsequence) {
@@ -409,7 +409,7 @@ FilterState Trust::exclude_ins(const FilterState& belief, const ModeParams& mode
     next.memory.of(Source::kRolling).refused = 0;
   }
   monitors_.ins.exclude(now);
-  next.memory.withheld.force = !in_part_before && !instead && gyro_is_right(now);
+  next.memory.withheld.force = !in_part_before && !fixes_are_right && gyro_is_right(now);
   next.memory.withheld.ins = !next.memory.withheld.force;
   // The sub-filter has not used it: no gap begins.
   if (next.memory.withheld.force) next.memory.ins_stamp = next.belief.x.stamp;
