@@ -294,6 +294,13 @@ struct Info {
     "DDS rejected samples of the gateway. They are lost.",                                         \
     "A receiver is too slow or the network is interrupted.",                                       \
     "Check the network, and [gateway] interface.")                                                 \
+  X(kPublisherRejected, "sp, wm, bg, gateway", "publisher.rejected", kError, kOne,                 \
+    "Messages of a second publisher of a channel were rejected. BG brakes while this concerns a "  \
+    "channel by which it drives.",                                                                 \
+    "Two programs publish on one channel: a second driver or simulator, a node of another run, or " \
+    "a recording that is played with the outputs of its nodes.",                                   \
+    "Stop the other program. `rcs top` shows the processes on the bus; every message has the ids " \
+    "of its run and publisher (`rcs log list`).")                                                  \
   X(kUpNodeFailing, "up", "node.failing", kError, kOne,                                            \
     "A node ends again and again. The other nodes keep running, and the restarts continue.",       \
     "The text has how the node ended. Configuration, driver, memory, or a bug.",                   \

@@ -1,10 +1,8 @@
 #include "rcs/node/bus/lcm_bus.h"
 
-#include <sys/random.h>
 #include <algorithm>
 
 #include <cstdlib>
-#include <limits>
 
 #include "rcs/base/check.h"
 #include "rcs/node/bus/bus_url.h"
@@ -18,18 +16,12 @@ constexpr int kQueueMessages = 10'000;
 
 constexpr Duration kLongestWait = from_seconds(1.0);  // limit for the first message
 
-/// A random positive number; 0 if the system has no random numbers.
-std::int64_t random_id() {
-  std::int64_t id = 0;
-  if (getrandom(&id, sizeof(id), 0) != sizeof(id)) return 0;
-  return id & std::numeric_limits<std::int64_t>::max();
-}
-
-/// Run id of the `rcs up` that started this process; a process started alone is a run of its own.
+/// Run id of the `rcs up` that started this process. Processes that are started one by one are one
+/// run as long as the computer is.
 std::int64_t live_run_id() {
   const char* given = std::getenv(kRunIdVariable);  // NOLINT(concurrency-mt-unsafe)
   const std::int64_t id = given == nullptr ? 0 : std::strtoll(given, nullptr, 10);
-  return id > 0 ? id : random_id();
+  return id > 0 ? id : boot_id();
 }
 
 }  // namespace

@@ -8,8 +8,9 @@
 namespace rcs {
 
 struct Publisher {
-  /// Id of the run. Live: equal in all processes that one `rcs up` has started. In lockstep: a hash
-  /// of the inputs and the configuration, so that the same log gives the same bytes. 0: not set.
+  /// Id of the run. Live: equal in all processes that one `rcs up` has started, and in those that
+  /// were started without it since the computer was. In lockstep: a hash of the inputs and the
+  /// configuration, so that the same log gives the same bytes. 0: not set.
   std::int64_t run_id = 0;
   /// Id of the process; in lockstep of the node.
   std::int64_t publisher_id = 0;
@@ -21,5 +22,10 @@ struct Publisher {
   for (const char c : text) h = (h ^ static_cast<unsigned char>(c)) * 1099511628211ULL;
   return static_cast<std::int64_t>(h >> 1);
 }
+
+/// A random positive number; 0 if the system has no random numbers.
+[[nodiscard]] std::int64_t random_id();
+/// Of the running operating system: another one after a restart of the computer.
+[[nodiscard]] std::int64_t boot_id();
 
 }  // namespace rcs

@@ -17,6 +17,7 @@
 #include "rcs/node/process/cycle_sinks.h"
 #include "rcs/node/process/node_options.h"
 #include "rcs/node/process/process.h"
+#include "rcs/node/process/publisher_watch.h"
 #include "rcs/node/process/realtime.h"
 #include "rcs/node/report.h"
 #include "rcs/node/timeline/live_timeline.h"
@@ -57,6 +58,7 @@ int run_live(std::string_view name, const NodeOptions& options, const NodeFactor
   const Result<std::unique_ptr<LcmBus>> opened = LcmBus::create(options.url);
   if (!opened) return fail(name, opened.error());
   LcmBus* const bus = opened->get();
+  bus->require_owners();
   EventPrinter printer(bus, name);  // before the node, which may report while it starts
   const Result<std::unique_ptr<Node>> node = factory(*params, bus);
   if (!node) return fail(name, node.error());
@@ -74,11 +76,12 @@ int run_live(std::string_view name, const NodeOptions& options, const NodeFactor
   }
   if (!facts.reach_note.empty()) fmt::print(stderr, "{}: {}\n", name, facts.reach_note);
   ProcessNode process(bus, facts, &counter);
+  PublisherWatch publishers(bus, name, (*node)->inboxes());
 
   const NodeInfo& info = (*node)->info();
   fmt::print(stderr, "{}: running on {}, configuration {}, budget {} ms; stop with Ctrl-C\n", name,
              bus->url(), options.config, milliseconds(info.budget));
-  RunReport report = run({node->get(), &process}, timeline, &counter);
+  RunReport report = run({node->get(), &process, &publishers}, timeline, &counter);
   report.nodes.resize(1);  // the node's own
   fmt::print(stderr, "{}", report.text());
   if (bus->publish_failures() > 0) {
