@@ -93,6 +93,13 @@ constexpr std::array<const char*, count_of(kKind)> names_of() {
 
 inline constexpr auto kSensors = names_of<Kind::kSensor>();
 
+constexpr bool is_command(std::string_view channel) {
+  for (const char* command : names_of<Kind::kCommand>()) {
+    if (channel == command) return true;
+  }
+  return false;
+}
+
 constexpr bool is_sensor(std::string_view channel) {
   for (const char* sensor : kSensors) {
     if (channel == sensor) return true;

@@ -11,8 +11,8 @@ namespace rcs::bg {
 namespace {
 
 constexpr Duration kReportInterval = from_seconds(5.0);
-constexpr Duration kHeld = from_seconds(1.0);  // longer than the wheels need to turn
-constexpr double kFreed_m = 0.5;               // distance driven after a blocked path
+constexpr Duration kHeld = from_seconds(1.0);       // longer than the wheels need to turn
+constexpr double kFreed_m = 0.5;                    // distance driven after a blocked path
 constexpr Duration kContested = from_seconds(1.0);  // after a message of a second publisher
 constexpr Duration kWayKept =
     from_seconds(1.5);  // validity of a path that the search did not confirm
@@ -227,9 +227,9 @@ Facts BgNode::facts(Stamp now) const {
   f.nav_still = now - nav_moved_;
   f.speed_mps = nav_.speed_mps;
   f.pose_valid = nav_.pose_valid && integrity_.pose_valid;
-  for (const InboxBase* inbox : {static_cast<const InboxBase*>(&nav_states_),
-                                 static_cast<const InboxBase*>(&integrities_),
-                                 static_cast<const InboxBase*>(&map_patches_)}) {
+  for (const InboxBase* inbox :
+       {static_cast<const InboxBase*>(&nav_states_), static_cast<const InboxBase*>(&integrities_),
+        static_cast<const InboxBase*>(&map_patches_)}) {
     f.second_publisher = f.second_publisher || inbox->contested(now, kContested);
   }
   if (integrity_.arrival != Stamp::min()) f.integrity_age = now - integrity_.arrival;

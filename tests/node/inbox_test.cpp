@@ -157,6 +157,16 @@ TEST_F(OwnedInboxTest, CommandsOfAnyoneAreStored) {
   EXPECT_EQ(inbox.size(), 2U);
 }
 
+TEST_F(OwnedInboxTest, CommandsOfSuperiorsWithoutIdsAreNoCopiesOfOneAnother) {
+  Inbox<command_t> inbox(&bus_, "BG_COMMAND", 4);
+  send(&inbox, {0, 0}, 1, at_ms(0));
+  send(&inbox, {0, 0}, 1, at_ms(0));
+  EXPECT_EQ(inbox.size(), 2U);
+  send(&inbox, {8, 3}, 1, at_ms(0));
+  send(&inbox, {8, 3}, 1, at_ms(0));
+  EXPECT_EQ(inbox.size(), 3U) << "with an id the second one is a copy";
+}
+
 TEST_F(InboxTest, ARestartedWriterLeavesNoGap) {
   for (const int seq : {5, 6, 1, 2}) send(seq, 0, at_ms(0));
   EXPECT_EQ(inbox_.account().gaps, 0);

@@ -49,6 +49,7 @@ struct TopView {
     std::int64_t dropped = 0;
     std::int64_t gaps = 0;
     std::int64_t malformed = 0;
+    std::int64_t rejected = 0;  ///< of a second publisher of the channel
   };
   struct Node {
     std::string name;

@@ -10,13 +10,11 @@ ChannelOwner::Verdict ChannelOwner::judge(const Publisher& from, Stamp arrival) 
   if (rule_ == Rule::kAnyone) return Verdict::kAccepted;
   if (rule_ != Rule::kOne && from.run_id != run_id_) return Verdict::kOtherRun;
   if (rule_ == Rule::kRun || heard_ == Stamp::min()) return Verdict::kAccepted;
-  const bool same = from.run_id == owner_.run_id && from.publisher_id == owner_.publisher_id;
-  return same || arrival - heard_ > silence() ? Verdict::kAccepted : Verdict::kSecond;
+  return is(from) || arrival - heard_ > silence() ? Verdict::kAccepted : Verdict::kSecond;
 }
 
 bool ChannelOwner::accept(const Publisher& from, Stamp arrival) {
-  const bool same = heard_ != Stamp::min() && from.run_id == owner_.run_id &&
-                    from.publisher_id == owner_.publisher_id;
+  const bool same = is(from);
   const Duration since = heard_ == Stamp::min() ? Duration::zero() : arrival - heard_;
   if (same) {
     constexpr int kLowPass = 8;

@@ -35,6 +35,10 @@ class ChannelOwner {
   bool accept(const Publisher& from, Stamp arrival);
 
   [[nodiscard]] const Publisher& owner() const { return owner_; }
+  [[nodiscard]] bool is(const Publisher& from) const {
+    return heard_ != Stamp::min() && from.run_id == owner_.run_id &&
+           from.publisher_id == owner_.publisher_id;
+  }
 
  private:
   [[nodiscard]] Duration silence() const;

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "lcmtypes/channels.h"
 #include "rcs/base/check.h"
 #include "rcs/base/stamp.h"
 #include "rcs/node/bus/bus.h"
@@ -30,7 +31,7 @@ class InboxBase : public Receiver {
     Stamp last_arrival = Stamp::min();  ///< node time
     std::int64_t rejected = 0;          ///< of another publisher than the owner of the channel
     Publisher rejected_of;              ///< of the newest of them
-    Stamp rejected_at = Stamp::min();    ///< its arrival
+    Stamp rejected_at = Stamp::min();   ///< its arrival
 
     /// Time since the last arrival, in node time; -1 us: none yet.
     [[nodiscard]] Duration age(Stamp now) const {
@@ -55,7 +56,9 @@ class InboxBase : public Receiver {
 
  protected:
   InboxBase(const Bus& bus, std::string_view channel, std::size_t depth)
-      : channel_(channel), arrivals_(depth, Stamp::min()) {
+      : channel_(channel),
+        is_command_(channel::is_command(channel)),
+        arrivals_(depth, Stamp::min()) {
     RCS_CHECK(depth > 0);
     if (bus.owners_required()) {
       owner_ = ChannelOwner(ownership_of(channel), bus.publisher().run_id);
@@ -82,10 +85,17 @@ class InboxBase : public Receiver {
       account_.rejected_at = arrival;
       return false;
     }
+    // Before the owner's silence is measured: copies of its messages do not keep it alive.
+    if (numbered(from) && owner_.is(from) && is_copy(m.seq, from_utime(m.utime))) {
+      ++account_.repeated;
+      return false;
+    }
     if (owner_.accept(from, arrival)) seen_ = 0;
-    if (!is_copy(m.seq, from_utime(m.utime))) return true;
-    ++account_.repeated;
-    return false;
+    return true;
+  }
+  /// Several superiors without an id cannot be distinguished, and each has numbers of its own.
+  [[nodiscard]] bool numbered(const Publisher& from) const {
+    return !is_command_ || from.publisher_id != 0;
   }
   [[nodiscard]] bool is_copy(std::int64_t seq, Stamp utime) const;
   void commit(std::size_t slot, Stamp arrival, std::int64_t seq, Stamp utime);
@@ -98,6 +108,7 @@ class InboxBase : public Receiver {
   static constexpr std::uint64_t kMaxGap = 1'000'000;
 
   std::string channel_;
+  bool is_command_;
   std::vector<Stamp> arrivals_;
   std::size_t head_ = 0;
   std::size_t count_ = 0;

@@ -135,6 +135,16 @@ TEST(TopScreen, ShowsSilentNodesAndRefusedRequests) {
   EXPECT_THAT(text_of(&nobody, stamp_at(1.0)), HasSubstr("no node on this bus"));
 }
 
+TEST(TopScreen, ShowsTheMessagesOfASecondPublisher) {
+  evaluation::TopModel model = run_for(1.0);
+  EXPECT_THAT(text_of(&model, stamp_at(1.0)), testing::Not(HasSubstr("rej")));
+  cycle_t c = cycle("sp", 1.0, 2'000);
+  c.input[0].rejected = 4;
+  model.on_cycle(c, stamp_at(1.0));
+  EXPECT_THAT(text_of(&model, stamp_at(1.0)), HasSubstr("rej 4"));
+  EXPECT_EQ(to_json(model.view(stamp_at(1.0)))["nodes"][0]["inputs"][0]["rejected"], 4);
+}
+
 TEST(TopScreen, ShowsTheNavStateTheCommandAndTheEvents) {
   evaluation::TopModel model = run_for(1.0);
   nav_state_t nav{};
