@@ -11,8 +11,9 @@ namespace rcs::bg {
 namespace {
 
 constexpr Duration kReportInterval = from_seconds(5.0);
-constexpr Duration kHeld = from_seconds(1.0);       // longer than the wheels need to turn
-constexpr double kFreed_m = 0.5;                    // distance driven after a blocked path
+constexpr Duration kHeld = from_seconds(1.0);               // longer than the wheels need to turn
+constexpr double kFreed_m = 0.5;                            // distance driven after a blocked path
+constexpr Duration kSupervisorSilence = from_seconds(3.0);  // it publishes once a second
 constexpr Duration kContested = from_seconds(1.0);  // after a message of a second publisher
 constexpr Duration kWayKept =
     from_seconds(1.5);  // validity of a path that the search did not confirm
@@ -38,14 +39,16 @@ std::int8_t message_status(Status status) {
 
 }  // namespace
 
-BgNode::BgNode(const BgConfig& config, Bus* bus, StopLatch latch)
+BgNode::BgNode(const BgConfig& config, Bus* bus, StopLatch latch, bool supervised)
     : config_(config),
+      supervised_(supervised),
       clock_(config.period),
       plan_clock_(config.plan_period),
       subordinate_(bus, config.info.name, channel::kBgCommand, channel::kBgStatus, {}),
       nav_states_(bus, channel::kWmNavState, 8),
       integrities_(bus, channel::kWmIntegrity, 4),
       map_patches_(bus, channel::kWmMapPatch, 1),
+      supervisor_(bus, channel::kUpProcess, 1),
       drive_out_(bus, channel::kBgDrive),
       plan_out_(bus, channel::kBgPlan),
       report_(bus, config.info.name, kReportInterval),
@@ -56,7 +59,7 @@ BgNode::BgNode(const BgConfig& config, Bus* bus, StopLatch latch)
 }
 
 std::vector<const InboxBase*> BgNode::inboxes() const {
-  return {&subordinate_.inbox(), &nav_states_, &integrities_, &map_patches_};
+  return {&subordinate_.inbox(), &nav_states_, &integrities_, &map_patches_, &supervisor_};
 }
 
 Duration BgNode::nominal_compute() const {
@@ -65,6 +68,8 @@ Duration BgNode::nominal_compute() const {
 }
 
 void BgNode::run(const Cycle& cycle) {
+  if (supervisor_heard_ == Stamp::min() || !supervisor_.empty()) supervisor_heard_ = cycle.now;
+  if (!supervisor_.empty()) supervisor_.pop();
   subordinate_.take(cycle.now);
   take_command();
   take_nav(cycle);
@@ -222,6 +227,7 @@ Facts BgNode::facts(Stamp now) const {
                    ? "cannot do because WM has begun another frame world with another datum"
                    : cannot_;
   }
+  f.supervisor_silent = supervised_ && now - supervisor_heard_ > kSupervisorSilence;
   if (nav_.arrival == Stamp::min()) return f;
   f.nav_age = now - nav_.arrival;
   f.nav_still = now - nav_moved_;
@@ -447,7 +453,8 @@ Result<std::unique_ptr<Node>> make_live_bg_node(const ParamFile& file, Bus* bus)
   if (!config) return config.error();
   Result<StopLatch> latch = open_stop_latch(file);
   if (!latch) return latch.error();
-  return std::unique_ptr<Node>(std::make_unique<BgNode>(*config, bus, std::move(latch).value()));
+  return std::unique_ptr<Node>(
+      std::make_unique<BgNode>(*config, bus, std::move(latch).value(), is_supervised()));
 }
 
 }  // namespace rcs::bg

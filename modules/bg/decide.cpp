@@ -62,6 +62,10 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
   // -- contingencies: loss of an input, and the least risk that remains ---------------------------
   const bool no_ladar = f.ladar_age > p.ladar_loss;
   const bool no_gps = f.gps_age > p.gps_loss;
+  if (f.supervisor_silent) {
+    return row(__LINE__, Action::kBrake, Status::kExecuting, "SUPERVISOR_SILENT",
+               "waiting because rcs up, which restarts the nodes, is silent");
+  }
   if (f.second_publisher) {
     return row(__LINE__, Action::kBrake, Status::kExecuting, "SECOND_PUBLISHER",
                "waiting because a second program publishes messages of the world model");

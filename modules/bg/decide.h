@@ -22,6 +22,7 @@ struct Facts {
   Duration nav_still = Duration::max();      ///< since its sensor time last changed
   Duration integrity_age = Duration::max();  ///< since the newest integrity message
   bool pose_valid = false;                   ///< both messages have a valid pose
+  bool supervisor_silent = false;            ///< `rcs up`, which restarts what fails
   bool second_publisher = false;             ///< of what BG drives by, within the last second
   bool aligned = false;                      ///< WM has an attitude and is not lost
   Duration ins_age{};                        ///< since an INS sample was last integrated; 0: no INS

@@ -55,6 +55,10 @@ TEST(Decide, EveryLossHasARowInTheContingencyTable) {
   EXPECT_EQ(decide(f, false, {}).state, "INTEGRITY_SILENT");
   EXPECT_EQ(decide(f, false, {}).action, Action::kBrake);
   f = all_is_well();
+  f.supervisor_silent = true;
+  EXPECT_EQ(decide(f, false, {}).state, "SUPERVISOR_SILENT");
+  EXPECT_EQ(decide(f, false, {}).action, Action::kBrake);
+  f = all_is_well();
   f.second_publisher = true;
   EXPECT_EQ(decide(f, false, {}).state, "SECOND_PUBLISHER");
   EXPECT_EQ(decide(f, false, {}).action, Action::kBrake);

@@ -1,8 +1,8 @@
 #include "rcs/node/bus/lcm_bus.h"
 
 #include <algorithm>
-
 #include <cstdlib>
+#include <string>
 
 #include "rcs/base/check.h"
 #include "rcs/node/bus/bus_url.h"
@@ -15,14 +15,6 @@ namespace {
 constexpr int kQueueMessages = 10'000;
 
 constexpr Duration kLongestWait = from_seconds(1.0);  // limit for the first message
-
-/// Run id of the `rcs up` that started this process. Processes that are started one by one are one
-/// run as long as the computer is.
-std::int64_t live_run_id() {
-  const char* given = std::getenv(kRunIdVariable);  // NOLINT(concurrency-mt-unsafe)
-  const std::int64_t id = given == nullptr ? 0 : std::strtoll(given, nullptr, 10);
-  return id > 0 ? id : boot_id();
-}
 
 }  // namespace
 
@@ -37,7 +29,7 @@ Result<std::unique_ptr<LcmBus>> LcmBus::create(const std::string& url) {
   }
   if (lcm == nullptr) return Error{bus_advice(chosen)};
   std::unique_ptr<LcmBus> bus(new LcmBus(lcm, std::move(chosen)));
-  bus->set_publisher({live_run_id(), random_id()});
+  bus->set_publisher({live_run_id(0), random_id()});
   return bus;
 }
 

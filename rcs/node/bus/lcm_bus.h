@@ -14,8 +14,6 @@
 
 namespace rcs {
 
-/// `rcs up` passes the run's id to its nodes in this variable.
-inline constexpr char kRunIdVariable[] = "RCS_RUN_ID";
 /// Buffers of 4 MB: with LCM's default size, messages of 300 kB are lost. ttl 0: packets stay on
 /// this computer.
 inline constexpr char kDefaultLcmUrl[] = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304";

@@ -28,4 +28,14 @@ struct Publisher {
 /// Of the running operating system: another one after a restart of the computer.
 [[nodiscard]] std::int64_t boot_id();
 
+/// `rcs up` passes the run's id to its nodes in this variable.
+inline constexpr char kRunIdVariable[] = "RCS_RUN_ID";
+/// Run id of the `rcs up` that started this process. Processes that are started one by one with one
+/// configuration are one run as long as the computer is; with another one they are another run,
+/// whose messages nodes reject.
+/// @param config_hash  of the configuration's text; 0: a program without configuration
+[[nodiscard]] std::int64_t live_run_id(std::int64_t config_hash);
+/// Whether `rcs up` started this process.
+[[nodiscard]] bool is_supervised();
+
 }  // namespace rcs

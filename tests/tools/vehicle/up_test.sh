@@ -60,11 +60,27 @@ grep -q 'no program no_such_node' "$dir/none.txt" || fail "the missing program i
 start
 "$bin/rcs" up "$config" 2>"$dir/second.txt"
 [ $? -eq 3 ] || fail "a second one was started"
-grep -q 'is already alive on' "$dir/second.txt" || fail "no reason against a second one"
+grep -q 'another `rcs up` runs on' "$dir/second.txt" || fail "no reason against a second one"
+"$bin/rcs" up --force "$config" 2>"$dir/second.txt"
+[ $? -eq 3 ] || fail "a second one was started by --force"
 
 kill -9 "$(pid_of sp)"
 until_line "$dir/up.txt" 'sp was killed by signal 9.*; restart in 0.2 s'
 until_line "$dir/up.txt" '^\[sp\] sp: running' 2
+# A node that is restarted reads the configuration of the run, whatever happens to the file.
+cp "$config" "$dir/edited.toml"
+kill -TERM $up
+wait $up
+running=$dir/edited.toml
+start
+echo 'nonsense = [' >>"$dir/edited.toml"
+kill -9 "$(pid_of sp)"
+until_line "$dir/up.txt" '^\[sp\] sp: running on .*edited.toml' 2
+# A node of another configuration is of another run.
+running=$2
+kill -TERM $up
+wait $up
+start
 kill -STOP "$(pid_of wm)"
 until_line "$dir/up.txt" 'wm hangs: nothing on WM_PROCESS for 5 s; killed'
 until_line "$dir/up.txt" '^\[wm\] wm: running' 2

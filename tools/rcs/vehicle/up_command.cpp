@@ -3,9 +3,13 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <signal.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdlib>
+#include <cstring>
 #include <deque>
 #include <set>
 
@@ -15,6 +19,7 @@
 #include "rcs/node/bus/lcm_bus.h"
 #include "rcs/node/params/params.h"
 #include "rcs/node/process/process.h"
+#include "rcs/node/process/terminal_line.h"
 #include "rcs/node/report.h"
 #include "rcs/node/stop_latch.h"
 #include "rcs/node/timeline/live_timeline.h"
@@ -22,8 +27,9 @@
 #include "tools/rcs/config_files.h"
 #include "tools/rcs/terminal.h"
 #include "tools/rcs/vehicle/child_process.h"
-#include "tools/rcs/vehicle/console.h"
+#include "tools/rcs/vehicle/run_lock.h"
 #include "tools/rcs/vehicle/sensor_watch.h"
+#include "tools/rcs/vehicle/service_manager.h"
 #include "tools/rcs/vehicle/supervisor.h"
 #include "tools/rcs/vehicle/up_report.h"
 #include "tools/report/json_document.h"
@@ -109,6 +115,7 @@ class Up final : public Command {
   [[nodiscard]] Outcome check_all(const ProcessTables& tables, const StopSignals& stop);
   [[nodiscard]] Outcome report_latched_stop(const ParamFile& file,
                                             const std::vector<std::string>& nodes);
+  [[nodiscard]] Outcome keep_copy(const ParamFile& params);
   [[nodiscard]] Outcome refuse_if_alive(LiveTimeline* timeline);
   [[nodiscard]] Outcome watch(const StopSignals& stop, const LiveTimeline& timeline);
 
@@ -121,7 +128,7 @@ class Up final : public Command {
   void take_output(Watched* node);
   [[nodiscard]] std::string failure_of(std::size_t i) const;
   void publish(Stamp now);
-  void print(const std::string& text) { console_.line(kPrefix, text); }
+  void print(const std::string& text) { console_.print(kPrefix, text); }
 
   std::string config_;
   std::string lcm_url_;
@@ -130,7 +137,9 @@ class Up final : public Command {
   bool json_ = false;
 
   SupervisorParams limits_;
-  Console console_;
+  FileHandle copy_;        ///< of the configuration, in memory
+  std::string copy_path_;  ///< for the nodes, which end with this process
+  TerminalLines console_;
   std::unique_ptr<LcmBus> bus_;
   std::deque<Watched> nodes_;  // deque: the bus holds their addresses
   std::optional<Supervisor> supervisor_;
@@ -169,8 +178,11 @@ int Up::run() {
     return kExitOk;
   }
 
+  if (Outcome kept = keep_copy(*params); !kept) return fail(kUpName, kept.error());
   Result<std::unique_ptr<LcmBus>> opened = LcmBus::create(lcm_url_);
   if (!opened) return fail(kUpName, opened.error());
+  const Result<RunLock> lock = RunLock::take((*opened)->url());
+  if (!lock) return fail(kUpName, lock.error());
   (*opened)->set_publisher({random_id(), (*opened)->publisher().publisher_id});
   const std::string run = std::to_string((*opened)->publisher().run_id);
   (void)setenv(kRunIdVariable, run.c_str(), 1);  // NOLINT(concurrency-mt-unsafe): one thread yet
@@ -187,8 +199,9 @@ int Up::run() {
       return fail(kUpName, alone.error());
     }
   }
-  report_.emplace(bus_.get(), config_, timeline.now());
+  report_.emplace(bus_.get(), config_, params->text_id(), timeline.now());
   sensors_.emplace(timeline.now(), std::find(nodes.begin(), nodes.end(), "sp") != nodes.end());
+  notify_service_manager("READY=1");
   const Outcome done = watch(stop, timeline);
   if (!done) return fail(kUpName, done.error());
   print("all stopped");
@@ -251,6 +264,17 @@ Outcome Up::report_latched_stop(const ParamFile& file, const std::vector<std::st
   return Done{};
 }
 
+/// A node that is restarted reads what the others have read, whatever happens to the file.
+Outcome Up::keep_copy(const ParamFile& params) {
+  copy_ = FileHandle(memfd_create("rcs configuration", MFD_CLOEXEC));
+  const std::string& text = params.text();
+  const bool kept = copy_.valid() && write(copy_.get(), text.data(), text.size()) ==
+                                         static_cast<ssize_t>(text.size());
+  if (!kept) return Error{fmt::format("cannot copy {}: {}", config_, std::strerror(errno))};
+  copy_path_ = fmt::format("/proc/{}/fd/{}", getpid(), copy_.get());
+  return Done{};
+}
+
 Outcome Up::refuse_if_alive(LiveTimeline* timeline) {
   const Stamp until = timeline->now() + kListen;
   for (;;) {
@@ -295,6 +319,7 @@ Outcome Up::watch(const StopSignals& stop, const LiveTimeline& timeline) {
 
     if (!supervisor_->stopping() && polled[1].revents != 0) {
       print("stopping");
+      notify_service_manager("STOPPING=1");
       supervisor_->stop();
     }
     if (!bus_->status()) supervisor_->stop();
@@ -358,8 +383,9 @@ void Up::start(std::size_t i, Stamp now) {
   Watched& node = nodes_[i];
   const Result<std::string> program = find_program(node.name);
   Result<ChildProcess> started =
-      program ? ChildProcess::start(*program, {config_, "--lcm-url", bus_->url()})
-              : Result<ChildProcess>(program.error());
+      program
+          ? ChildProcess::start(*program, {config_, "--copy", copy_path_, "--lcm-url", bus_->url()})
+          : Result<ChildProcess>(program.error());
   if (!started) {
     print(started.error().message);
     // As in a shell for a program that cannot be executed.
@@ -404,12 +430,12 @@ void Up::publish(Stamp now) {
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     if (supervisor_->failing(i)) note += (note.empty() ? "" : "; ") + failure_of(i);
   }
-  report_->process(now, note);
+  if (report_->process(now, note)) notify_service_manager("WATCHDOG=1");
 }
 
 void Up::take_output(Watched* node) {
   node->process->read_output([&](std::string_view line) {
-    console_.line(node->prefix, line);
+    console_.print(node->prefix, line);
     node->last_lines.emplace_back(line);
     if (node->last_lines.size() > kLastLines) node->last_lines.pop_front();
   });
