@@ -14,7 +14,7 @@ constexpr Duration kReportInterval = from_seconds(5.0);
 constexpr Duration kHeld = from_seconds(1.0);               // longer than the wheels need to turn
 constexpr double kFreed_m = 0.5;                            // distance driven after a blocked path
 constexpr Duration kSupervisorSilence = from_seconds(3.0);  // it publishes once a second
-constexpr Duration kContested = from_seconds(1.0);  // after a message of a second publisher
+constexpr Duration kContested = from_seconds(1.0);          // after a message of a second publisher
 constexpr Duration kWayKept =
     from_seconds(1.5);  // validity of a path that the search did not confirm
 
