@@ -214,6 +214,7 @@ TopView TopModel::view(Stamp now, std::int64_t now_utime) {
         m.limit_horizontal_m,
         m.limit_vertical_m,
         m.alerts,
+        std::string(source_status_name(m.ins)),
         std::string(source_status_name(m.gps)),
         std::string(source_status_name(m.ladar))};
   }

@@ -103,6 +103,7 @@ struct TopView {
     double limit_horizontal_m = 0.0;
     double limit_vertical_m = 0.0;
     int alerts = 0;  ///< integrity_t::ALERT_*
+    std::string ins;
     std::string gps;
     std::string ladar;
   };

@@ -167,8 +167,8 @@ void append_integrity(const evaluation::TopView::Integrity& i, std::vector<TopLi
                     silent || !i.bounded ? Style::kAlarm : Style::kPlain});
   const std::string alerts = alert_names(i.alerts);
   const bool alert = alerts != "none";
-  lines->push_back(
-      {fmt::format("  sources: GPS {}, LADAR {}{}", i.gps, i.ladar, alert ? "" : "; no alerts")});
+  lines->push_back({fmt::format("  sources: INS {}, GPS {}, LADAR {}{}", i.ins, i.gps, i.ladar,
+                                alert ? "" : "; no alerts")});
   if (alert) lines->push_back({"  alerts: " + alerts, Style::kAlarm});
 }
 
