@@ -34,9 +34,13 @@ constexpr Duration kPatience = from_seconds(60.0);  // a loaded computer is slow
 constexpr Duration kCycle = from_milliseconds(50.0);
 constexpr Duration kCommandAgain = from_milliseconds(250.0);
 
+constexpr char kConfig[] = "[process]\nstate_directory = \"state\"\n";
+
+/// Of one run with BG: of the same configuration.
 std::unique_ptr<LcmBus> open_bus() {
   Result<std::unique_ptr<LcmBus>> bus = LcmBus::create(kDefaultLcmUrl);
   RCS_CHECK(bus.ok());
+  (*bus)->set_publisher({live_run_id(id_of(kConfig)), (*bus)->publisher().publisher_id});
   return std::move(bus).value();
 }
 
@@ -45,7 +49,7 @@ class BgStopLive : public testing::Test {
   BgStopLive() {
     const std::filesystem::path folder = test::fresh_folder();
     config_ = (folder / "vehicle.toml").string();
-    std::ofstream(config_) << "[process]\nstate_directory = \"state\"\n";
+    std::ofstream(config_) << kConfig;
     start_bg();
   }
 

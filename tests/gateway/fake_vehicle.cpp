@@ -1,6 +1,7 @@
 #include "tests/gateway/fake_vehicle.h"
 
 #include <algorithm>
+#include <cstdlib>
 
 #include "lcmtypes/channels.h"
 #include "rcs/base/check.h"
@@ -8,7 +9,9 @@
 namespace rcs::gateway::test {
 namespace {
 
+/// Of one run with the gateway, which inherits the variable.
 std::unique_ptr<LcmBus> open_bus() {
+  (void)setenv(kRunIdVariable, "1", 1);  // NOLINT(concurrency-mt-unsafe): one thread yet
   Result<std::unique_ptr<LcmBus>> bus = LcmBus::create(kDefaultLcmUrl);
   RCS_CHECK(bus.ok());
   return std::move(bus).value();
