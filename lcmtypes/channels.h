@@ -42,6 +42,8 @@
   X(kGatewayProcess, "GATEWAY_PROCESS", kAccount, process_t, "gateway", "1 Hz, live")           \
   X(kUpEvent, "UP_EVENT", kOutput, event_t, "up", "on events")                                  \
   X(kUpProcess, "UP_PROCESS", kAccount, process_t, "up", "1 Hz, live")                          \
+  X(kRecordEvent, "RECORD_EVENT", kOutput, event_t, "record", "on events")                      \
+  X(kRecordProcess, "RECORD_PROCESS", kAccount, process_t, "record", "1 Hz, live")              \
   X(kSimTruth, "SIM_TRUTH", kTruth, truth_t, "sim", "100 Hz")
 // clang-format on
 

@@ -308,7 +308,41 @@ struct Info {
   X(kUpNodeRecovered, "up", "node.recovered", kInfo, kOne,                                         \
     "A node that failed before runs again.",                                                       \
     "The restart by `rcs up` succeeded.",                                                          \
-    "None; find the cause of the failure.")
+    "None; find the cause of the failure.")                                                        \
+  X(kUpRecorderEnded, "up", "recorder.ended", kWarning, kTen,                                      \
+    "The recorder (`rcs up --record`) ended and is started again. Messages until then are not "    \
+    "recorded.",                                                                                   \
+    "The text has how it ended. The folder cannot be written, or a bug.",                          \
+    "See the output of the recorder (`journalctl -u rcs`). Check the folder of the recording.")    \
+  X(kRecordShed, "record", "record.shed", kWarning, kOne,                                          \
+    "The oldest segments of the recording were deleted before the recording had reached its "      \
+    "size.",                                                                                       \
+    "The disk is full, or its free space is below the reserve of the recorder.",                   \
+    "Copy recordings away and delete other files, or record with a smaller --size-mb.")            \
+  X(kRecordStopped, "record", "record.stopped", kError, kTen,                                      \
+    "Messages are not recorded. The vehicle is not affected. The event is repeated when the "      \
+    "recording continues.",                                                                        \
+    "The disk is full and nothing is left to delete, or it has errors. The text has the "          \
+    "reason.",                                                                                     \
+    "Free space on the disk, or replace it. The recorder tries again by itself.")                  \
+  X(kRecordDropped, "record", "record.dropped", kWarning, kOne,                                    \
+    "Messages were received and are missing in the recording.",                                    \
+    "The disk is slower than the bus, so that too many messages waited for it.",                   \
+    "Use a faster disk, or end other programs that write to it.")                                  \
+  X(kRecordSlow, "record", "record.slow", kWarning, kOne,                                          \
+    "A power failure could have cost more than a second of the recording.",                        \
+    "The disk stores too slowly. The text has the time.",                                          \
+    "Use a faster disk, or end other programs that write to it.")                                  \
+  X(kRecordRejected, "record", "record.rejected", kWarning, kOne,                                  \
+    "Messages were not recorded, because a log cannot hold them.",                                 \
+    "The name of a channel is empty, too long or not printable, or a message has more than 16 "    \
+    "MB.",                                                                                         \
+    "Correct the program that publishes them.")                                                    \
+  X(kRecordAudit, "record", "record.audit_lost", kError, kOne,                                     \
+    "Lines of the audit log are lost: commands or refusals are missing in it.",                    \
+    "The disk is full or has errors for long, or there are more commands than the disk can "       \
+    "store.",                                                                                      \
+    "Free space on the disk. Check who publishes on BG_COMMAND.")
 // clang-format on
 
 #define RCS_EVENT_CONSTANT(constant, publisher, code, severity, limit, meaning, cause, remedy) \

@@ -64,6 +64,8 @@ const Folder kFolders[] = {
     {"tools/base/.*", "(rcs/base|tools/base)/.*", "rcs::tools"},
     {"tools/report/.*", "(rcs/base|tools/(base|report))/.*", "rcs::report"},
     {"tools/clouds/.*", "(rcs/base|tools/(base|clouds))/.*", "rcs::clouds"},
+    {"tools/recorder/.*", "(rcs/(base|node)|lcmtypes|tools/(base|report|recorder))/.*",
+     "rcs::recorder"},
     {"tools/recording/.*",
      "(rcs/(base|node)|lcmtypes|modules/(registration|sp)|tools/(base|recording))/.*",
      "rcs::recording"},

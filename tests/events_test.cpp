@@ -18,7 +18,8 @@ namespace {
 std::string publisher_of(const std::string& path) {
   static const std::pair<const char*, const char*> kFolders[] = {
       {"modules/sp/", "sp"},           {"modules/wm/", "wm"},    {"modules/bg/", "bg"},
-      {"modules/gateway/", "gateway"}, {"rcs/prior/", "sp, wm"}, {"tools/rcs/vehicle/", "up"}};
+      {"modules/gateway/", "gateway"}, {"rcs/prior/", "sp, wm"}, {"tools/rcs/vehicle/", "up"},
+      {"tools/recorder/", "record"}};
   for (const auto& [folder, node] : kFolders) {
     if (path.compare(0, std::string(folder).size(), folder) == 0) return node;
   }

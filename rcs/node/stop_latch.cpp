@@ -175,11 +175,17 @@ Outcome StopLatch::release() {
   return Done{};
 }
 
-Result<StopLatch> open_stop_latch(const ParamFile& file) {
+Result<std::string> state_folder(const ParamFile& file) {
   const Result<ProcessTables> tables = read_process_tables(file);
   if (!tables) return tables.error();
   const std::string& key = tables->state_directory;
-  const std::string folder = key.empty() ? default_folder() : file.resolve(key);
+  return key.empty() ? default_folder() : file.resolve(key);
+}
+
+Result<StopLatch> open_stop_latch(const ParamFile& file) {
+  const Result<std::string> state = state_folder(file);
+  if (!state) return state.error();
+  const std::string& folder = *state;
   if (folder.empty()) {
     return Error{fmt::format(
         "{}: no folder to latch emergency stops in: set [process] state_directory, or one of "

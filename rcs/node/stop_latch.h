@@ -44,8 +44,11 @@ class StopLatch {
   bool persisted_ = false;
 };
 
-/// Opens the latch of a vehicle's configuration, in [process] state_directory (relative to the
-/// configuration), else $STATE_DIRECTORY (systemd), $XDG_STATE_HOME/rcs or $HOME/.local/state/rcs.
+/// The folder of a vehicle's state: [process] state_directory (relative to the configuration), else
+/// $STATE_DIRECTORY (systemd), $XDG_STATE_HOME/rcs or $HOME/.local/state/rcs. Empty: none is known.
+[[nodiscard]] Result<std::string> state_folder(const ParamFile& file);
+
+/// Opens the latch of a vehicle's configuration, in its state_folder().
 /// The file's name has the configuration's stem and a hash of its absolute path, so that no two
 /// configurations share a file. Errors name the folder and the key.
 [[nodiscard]] Result<StopLatch> open_stop_latch(const ParamFile& file);

@@ -200,6 +200,7 @@ int rcs_main(int argc, char** argv) {
   Commands commands;
   add_up_command(&app, &commands);
   add_top_command(&app, &commands);
+  add_record_command(&app, &commands);
   add_log_commands(&app, &commands);
   add_go_command(&app, &commands);
   add_predict_command(&app, &commands);

@@ -34,12 +34,21 @@ Result<std::unique_ptr<LcmBus>> LcmBus::create(const std::string& url) {
 }
 
 void LcmBus::subscribe(std::string_view channel, Receiver* receiver) {
+  subscribe(std::string(channel), Subscription{this, receiver, nullptr});
+}
+
+// LCM interprets the name of a channel as a regular expression.
+void LcmBus::subscribe_all(BusMonitor* monitor) {
+  subscribe(".*", Subscription{this, nullptr, monitor});
+}
+
+void LcmBus::subscribe(const std::string& pattern, const Subscription& subscription) {
   if (!failure_.empty()) return;  // each further attempt would take a second
-  Subscription& s = subscriptions_.emplace_back(Subscription{this, receiver});
+  Subscription& s = subscriptions_.emplace_back(subscription);
   lcm_subscription_t* handle = nullptr;
   {
     const SilencedStderr silenced;  // the first subscription tests the bus
-    handle = lcm_subscribe(lcm_.get(), std::string(channel).c_str(), &LcmBus::on_message, &s);
+    handle = lcm_subscribe(lcm_.get(), pattern.c_str(), &LcmBus::on_message, &s);
   }
   if (handle == nullptr) {
     failure_ = bus_advice(url_);
@@ -78,11 +87,15 @@ Stamp LcmBus::arrival(std::int64_t received_utime) {
 }
 
 // noexcept: an exception through LCM's C frames would leave its object unusable.
-void LcmBus::on_message(const lcm_recv_buf_t* packet, const char* /*channel*/,
+void LcmBus::on_message(const lcm_recv_buf_t* packet, const char* channel,
                         void* subscription) noexcept {
   const Subscription& s = *static_cast<const Subscription*>(subscription);
-  s.receiver->receive(static_cast<const std::uint8_t*>(packet->data), packet->data_size,
-                      s.bus->arrival(packet->recv_utime));
+  const auto* const data = static_cast<const std::uint8_t*>(packet->data);
+  if (s.monitor != nullptr) {
+    s.monitor->receive(channel, data, packet->data_size, packet->recv_utime);
+    return;
+  }
+  s.receiver->receive(data, packet->data_size, s.bus->arrival(packet->recv_utime));
 }
 
 }  // namespace rcs

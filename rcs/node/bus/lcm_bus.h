@@ -18,6 +18,17 @@ namespace rcs {
 /// this computer.
 inline constexpr char kDefaultLcmUrl[] = "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=4194304";
 
+/// Receives the messages of all channels. Called within LcmBus::deliver_one, on the same thread.
+class BusMonitor {
+ public:
+  /// @param received_utime  wall clock of the receipt by LCM
+  virtual void receive(std::string_view channel, const std::uint8_t* data, std::size_t size,
+                       std::int64_t received_utime) noexcept = 0;
+
+ protected:
+  ~BusMonitor() = default;
+};
+
 class LcmBus final : public Bus {
  public:
   /// @param url  empty: the environment's LCM_DEFAULT_URL, else kDefaultLcmUrl
@@ -26,6 +37,8 @@ class LcmBus final : public Bus {
 
   void subscribe(std::string_view channel, Receiver* receiver) override;
   void publish(std::string_view channel, const std::uint8_t* data, std::size_t size) override;
+  /// `monitor` must outlive the last deliver_one().
+  void subscribe_all(BusMonitor* monitor);
 
   /// Delivers one waiting message to its receivers. Its arrival is the moment at which this
   /// computer received it, not the moment at which the node read it: otherwise a lag of the node
@@ -45,13 +58,15 @@ class LcmBus final : public Bus {
  private:
   struct Subscription {
     LcmBus* bus;
-    Receiver* receiver;
+    Receiver* receiver;   // null: `monitor` receives
+    BusMonitor* monitor;  // null: `receiver` receives
   };
   struct Destroy {
     void operator()(lcm_t* lcm) const { lcm_destroy(lcm); }
   };
 
   LcmBus(lcm_t* lcm, std::string url) : url_(std::move(url)), lcm_(lcm) {}
+  void subscribe(const std::string& pattern, const Subscription& subscription);
   Stamp arrival(std::int64_t received_utime);
   static void on_message(const lcm_recv_buf_t* packet, const char* channel,
                          void* subscription) noexcept;

@@ -8,7 +8,8 @@ config=$2
 running=$2 # configuration that start() uses
 dir=$(mktemp -d)
 up=
-trap 'kill -9 $up 2>/dev/null; rm -rf "$dir"' EXIT
+other= # a second recorder
+trap 'kill -9 $up $other 2>/dev/null; rm -rf "$dir"' EXIT
 unset STATE_DIRECTORY
 export XDG_STATE_HOME="$dir/state" # emergency stops are latched there
 
@@ -152,7 +153,41 @@ until_line "$dir/up.txt" '^\[wm\] wm: running' 2
 kill -TERM $up
 wait $up || fail "status after SIGTERM"
 
+# The recorder is not critical: it dies, and the nodes keep running.
+"$bin/rcs" record "$dir/other" --reserve-mb 0 2>"$dir/other.txt" &
+other=$!
 running=$config
+start --force --record "$dir/recording"
+until_line "$dir/up.txt" '^\[record\] rcs record: recording all channels'
+sp=$(pid_of sp)
+kill -9 "$(pid_of record)"
+until_line "$dir/up.txt" 'record was killed by signal 9.*; restart in 0.2 s'
+until_line "$dir/up.txt" 'ALARM: messages are not recorded until the recorder runs again'
+until_line "$dir/up.txt" '^\[record\] rcs record: recording all channels' 2
+[ "$(pid_of sp)" = "$sp" ] && kill -0 "$sp" || fail "sp was restarted or has ended"
+sleep 2
+kill -TERM $up
+wait $up || fail "status after SIGTERM"
+kill -INT $other
+wait $other || fail "status of rcs record after SIGINT"
+"$bin/rcs" log info "$dir/recording" >"$dir/info.txt" || fail "rcs log info of a recording"
+grep -q '^WM_PROCESS ' "$dir/info.txt" || fail "no messages of wm in the recording"
+grep -q recorder_ended "$dir"/recording/audit-*.jsonl || fail "the recorder was not ended cleanly"
+"$bin/rcs" log cut "$dir/other" --around recorder.ended --before 1 --after 1 -o "$dir/part.log" 2>"$dir/part.txt" ||
+  fail "no event for the end of the recorder"
+# A recorder that cannot start does not stop the nodes.
+start --force --record /proc/nowhere
+until_line "$dir/up.txt" '/proc/nowhere: cannot record to this folder'
+until_line "$dir/up.txt" 'ALARM: record fails repeatedly.*; the other nodes keep running'
+kill -0 "$(pid_of sp)" || fail "sp has ended"
+kill -TERM $up
+wait $up || fail "status after SIGTERM"
+# Without a folder: in the state directory.
+start --force --record
+until_line "$dir/up.txt" "recording all channels of .* to $dir/state/rcs/recordings"
+kill -TERM $up
+wait $up || fail "status after SIGTERM"
+
 start --force
 sp=$(pid_of sp)
 wm=$(pid_of wm)

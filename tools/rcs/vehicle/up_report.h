@@ -1,6 +1,6 @@
 #pragma once
 // Messages of `rcs up`: UP_PROCESS once per second, whose note names the failing nodes, and
-// UP_EVENT when a node begins to fail or has recovered.
+// UP_EVENT when a node begins to fail or has recovered, and when the recorder ends.
 
 #include <cstdint>
 #include <string>
@@ -30,6 +30,10 @@ class UpReport {
   }
   void recovered(Stamp now, std::string_view node) {
     events_.publish(now, event::kUpNodeRecovered, "{} runs again", node);
+  }
+  void recorder_ended(Stamp now, std::string_view how) {
+    events_.publish(now, event::kUpRecorderEnded,
+                    "the recorder {}: messages are not recorded until it runs again", how);
   }
 
  private:
