@@ -93,13 +93,11 @@ struct Info {
     "fits, or the map has no data in the start region.",                                           \
     "Drive on over ground with relief. If no pose fits, check [start] and the map.")               \
   X(kMapTileFailed, "sp, wm", "map.tile_failed", kWarning, kOne,                                   \
-    "A tile of the a priori map cannot be read. The ground there is unknown to the node.",         \
-    "The file of the tile is missing, damaged or not readable.",                                   \
-    "Check the map with `rcs map info` and copy it to the vehicle again.")                         \
-  X(kMapTileReplaced, "sp, wm", "map.tile_replaced", kWarning, kOne,                               \
-    "Tiles of the a priori map differ from the index of the map. They are used.",                  \
-    "The map was replaced while the node runs.",                                                   \
-    "Restart the node after a map has been replaced.")                                             \
+    "A tile of the a priori map is not used. The ground there is unknown to the node.",            \
+    "The file of the tile is missing, damaged or not readable, or it is not the file of the map's " \
+    "index: it was changed, or the map was replaced while the node runs.",                         \
+    "Check the map with `rcs map info` and copy it to the vehicle again. Restart the node after a " \
+    "map has been replaced.")                         \
   X(kWmPathIssuer, "wm", "path_uncertainty.issuer", kWarning, kOne,                                \
     "A message on WM_PATH_QUERY was rejected.",                                                    \
     "The name of its issuer has more than 64 characters.",                                         \

@@ -62,6 +62,20 @@ constexpr KeyFile kKeyFiles[] = {
     {"dds.sec.access.permissions", "permissions.p7s"},
 };
 
+/// Whoever reads the private key is the vehicle for all operators. Credentials of systemd are
+/// readable by the group of the service.
+Outcome check_private(const std::filesystem::path& key) {
+  using std::filesystem::perms;
+  std::error_code failed;
+  const perms mode = std::filesystem::status(key, failed).permissions();
+  const perms too_much = mode & (perms::others_all | perms::group_write | perms::group_exec);
+  if (!failed && too_much == perms::none) return Done{};
+  return Error{
+      fmt::format("{}: mode {:04o} allows others to read or to change the private key: "
+                  "chmod 600 {}",
+                  key.string(), static_cast<unsigned>(mode & perms::mask), key.string())};
+}
+
 Outcome set_security(dds_qos_t* qos, const std::string& keys) {
   for (const Plugin& p : kPlugins) {
     const std::string library = fmt::format("dds.sec.{}.library.", p.service);
@@ -82,7 +96,7 @@ Outcome set_security(dds_qos_t* qos, const std::string& keys) {
     }
     dds_qset_prop(qos, k.property, ("file:" + path.string()).c_str());
   }
-  return Done{};
+  return check_private(std::filesystem::path(keys) / "key.pem");
 }
 
 Error failure(std::string_view what, dds_return_t code) {

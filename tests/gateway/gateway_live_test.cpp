@@ -302,5 +302,20 @@ TEST_F(GatewayLive, WithoutKeysAndNotUnsecuredItDoesNotStart) {
   EXPECT_TRUE(keyless.has_said("identity_ca.pem: missing or not readable")) << keyless.output();
 }
 
+TEST_F(GatewayLive, APrivateKeyThatOthersCanReadIsRefused) {
+  const Result<cli::KeyFolder> made = cli::KeyFolder::open((folder_ / "keys").string());
+  ASSERT_TRUE(made.ok()) << made.error().message;
+  ASSERT_TRUE(made->add("demo3", cli::KeyRole::kVehicle).ok());
+  const fs::path key = folder_ / "keys/demo3/key.pem";
+  fs::permissions(key, fs::perms(0644));
+  const std::string config = (folder_ / "vehicle.toml").string();
+  std::ofstream(config) << "[vehicle]\nname = \"demo3\"\n"
+                           "[gateway.security]\ndirectory = \"keys/demo3\"\n";
+  Program gateway({program_path("gateway"), config}, {});
+  ASSERT_TRUE(ends(&gateway));
+  EXPECT_EQ(gateway.status(), 3);
+  EXPECT_TRUE(gateway.has_said("key.pem: mode 0644 allows others to read")) << gateway.output();
+}
+
 }  // namespace
 }  // namespace rcs::gateway
