@@ -96,6 +96,12 @@ Outcome set_security(dds_qos_t* qos, const std::string& keys) {
     }
     dds_qset_prop(qos, k.property, ("file:" + path.string()).c_str());
   }
+  // `rcs keys --revoke` makes the list; without one nothing is revoked.
+  const std::filesystem::path revoked = std::filesystem::path(keys) / "crl.pem";
+  std::error_code failed;
+  if (std::filesystem::exists(revoked, failed)) {
+    dds_qset_prop(qos, "org.eclipse.cyclonedds.sec.auth.crl", ("file:" + revoked.string()).c_str());
+  }
   return check_private(std::filesystem::path(keys) / "key.pem");
 }
 

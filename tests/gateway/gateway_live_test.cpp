@@ -236,6 +236,8 @@ TEST_F(GatewayLive, WithKeysEachIdentityHasItsRightsAndNoMore) {
     ASSERT_TRUE(made->add("alice", cli::KeyRole::kOperator).ok());
     ASSERT_TRUE(made->add("bob", cli::KeyRole::kOperator).ok());
     ASSERT_TRUE(made->add("museum", cli::KeyRole::kObserver).ok());
+    ASSERT_TRUE(made->add("mallory", cli::KeyRole::kOperator).ok());
+    ASSERT_TRUE(made->revoke("mallory").ok());
   }
   fs::copy(keys / "museum", folder_ / "tampered", fs::copy_options::recursive);
   fs::remove(folder_ / "tampered/permissions.p7s");
@@ -257,13 +259,15 @@ TEST_F(GatewayLive, WithKeysEachIdentityHasItsRightsAndNoMore) {
   const auto observer_watch = client({"watch", "60"}, keys / "museum");
   const auto observer_goto = client({"goto", "1", "6", "113", "0"}, keys / "museum");
   const auto bob_as_alice = client({"-o", "alice", "goto", "9", "6", "114", "0"}, keys / "bob");
+  const auto revoked_goto =
+      client({"-o", "mallory", "goto", "1", "6", "115", "0"}, keys / "mallory");
   const auto tampered = client({"watch", "1"}, folder_ / "tampered");
   const auto alice_watch = client({"watch", "60"}, keys / "alice");
   EXPECT_TRUE(says(alice_watch.get(), "state demo3")) << alice_watch->output();
   EXPECT_TRUE(says(observer_watch.get(), "state demo3")) << observer_watch->output();
-  for (Program* const p :
-       {plain_watch.get(), plain_goto.get(), plain_stop.get(), foreign_watch.get(),
-        foreign_goto.get(), observer_goto.get(), bob_as_alice.get(), tampered.get()}) {
+  for (Program* const p : {plain_watch.get(), plain_goto.get(), plain_stop.get(),
+                           foreign_watch.get(), foreign_goto.get(), observer_goto.get(),
+                           bob_as_alice.get(), revoked_goto.get(), tampered.get()}) {
     ASSERT_TRUE(ends(p)) << p->output();
   }
   EXPECT_TRUE(vehicle_.commands().empty());
@@ -275,6 +279,7 @@ TEST_F(GatewayLive, WithKeysEachIdentityHasItsRightsAndNoMore) {
   EXPECT_TRUE(foreign_watch->has_said("states 0 ")) << foreign_watch->output();
   EXPECT_FALSE(foreign_watch->has_said("node "));
   EXPECT_FALSE(foreign_goto->has_said("readers 1")) << foreign_goto->output();
+  EXPECT_FALSE(revoked_goto->has_said("readers 1")) << revoked_goto->output();
   EXPECT_TRUE(observer_goto->has_said("Not Allowed By Security")) << observer_goto->output();
   EXPECT_TRUE(bob_as_alice->has_said("Not Allowed By Security")) << bob_as_alice->output();
   EXPECT_TRUE(tampered->has_said("refused: no participant")) << tampered->output();
