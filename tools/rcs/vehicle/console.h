@@ -11,12 +11,9 @@ namespace rcs::cli {
 class Console {
  public:
   void line(std::string_view prefix, std::string_view text);
-  /// On a terminal a line that the next one replaces; elsewhere nothing.
-  void status(std::string_view text);
 
  private:
   std::int64_t left_out_ = 0;
-  bool shows_status_ = false;
 };
 
 }  // namespace rcs::cli

@@ -1,6 +1,8 @@
 // rcs record
 
 #include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstring>
@@ -23,13 +25,31 @@ using recorder::RecorderThread;
 
 constexpr std::string_view kRecordName = "record";
 constexpr std::string_view kPrefix = "rcs record: ";
-/// Messages that wait for the disk: half a minute of a vehicle with a LADAR.
+/// Messages that wait for the disk: more than half a minute of a vehicle with a LADAR.
 constexpr std::size_t kMaxWaitingBytes = std::size_t{64} << 20;
 /// Messages that are received after the end was requested: those that wait in LCM.
 constexpr int kMaxLastMessages = 20'000;
 
 double megabytes(std::int64_t bytes) { return static_cast<double>(bytes) * 1e-6; }
 std::int64_t from_megabytes(double mb) { return static_cast<std::int64_t>(mb * 1e6); }
+
+/// On a terminal one line that is replaced; elsewhere nothing. A blocked terminal is left out.
+class StatusLine {
+ public:
+  void show(std::string_view text) { shown_ = write(fmt::format("\r\033[K{}", text)); }
+  void erase() {
+    if (shown_) (void)write("\r\033[K");
+    shown_ = false;
+  }
+
+ private:
+  static bool write(const std::string& text) {
+    pollfd stream{STDERR_FILENO, POLLOUT, 0};
+    if (isatty(STDERR_FILENO) == 0 || poll(&stream, 1, 0) != 1) return false;
+    return (stream.revents & POLLOUT) != 0 && ::write(STDERR_FILENO, text.data(), text.size()) > 0;
+  }
+  bool shown_ = false;
+};
 
 /// Passes every message of the bus to the queue, and its audit lines.
 class Tap final : public BusMonitor {
@@ -119,6 +139,7 @@ class Record final : public Command {
   bool json_ = false;
 
   Console console_;
+  StatusLine status_;
   RecorderThread::State result_;
 };
 
@@ -163,6 +184,7 @@ Outcome Record::record(recorder::Recorder* recorder) {
                 fmt::format("recording all channels of {} to {}, at most {:.0f} MB; Ctrl-C ends it",
                             bus.url(), folder_, size_mb_));
   receive(&timeline, &bus, &thread);
+  status_.erase();
   for (int i = 0; i < kMaxLastMessages && bus.deliver_one(timeline.now()); ++i) {
   }
   const Stamp end = from_utime(wall_utime());
@@ -181,7 +203,9 @@ void Record::receive(LiveTimeline* timeline, Bus* bus, RecorderThread* thread) {
     const Stamp now = timeline->now();
     if (now >= report.next()) {
       const RecorderThread::State state = thread->state();
-      for (const std::string& text : report.update(now, state)) console_.line(kPrefix, text);
+      const std::vector<std::string> texts = report.update(now, state);
+      if (!texts.empty()) status_.erase();
+      for (const std::string& text : texts) console_.line(kPrefix, text);
       show(state);
     }
     if (now >= end) return;
@@ -189,10 +213,10 @@ void Record::receive(LiveTimeline* timeline, Bus* bus, RecorderThread* thread) {
 }
 
 void Record::show(const RecorderThread::State& state) {
-  console_.status(fmt::format("{} messages, {:.1f} MB recorded; {} segments, {:.1f} MB{}",
-                              state.recorder.messages, megabytes(state.recorder.bytes),
-                              state.recorder.segments, megabytes(state.recorder.segment_bytes),
-                              state.recorder.stopped_by != 0 ? "; STOPPED" : ""));
+  status_.show(fmt::format("{} messages, {:.1f} MB recorded; {} segments, {:.1f} MB{}",
+                           state.recorder.messages, megabytes(state.recorder.bytes),
+                           state.recorder.segments, megabytes(state.recorder.segment_bytes),
+                           state.recorder.stopped_by != 0 ? "; STOPPED" : ""));
 }
 
 int Record::print_result(const RecorderThread::State& state) const {
