@@ -114,6 +114,9 @@ TEST_F(LogCutCommand, ARecordingBecomesOneLog) {
   EXPECT_EQ(cut("--from 49.5 --to 50.5"), 0) << messages();
   EXPECT_NEAR(section().first_s, 49.5, 1e-6);
   EXPECT_NEAR(section().last_s, 50.4, 1e-6);
+  EXPECT_EQ(rcs("eval " + recording_), 3);
+  EXPECT_THAT(messages(),
+              HasSubstr("the folder of a recording; make one log of it by `rcs log cut"));
   // A segment is an input: it is not replaced.
   EXPECT_EQ(
       rcs("log cut " + recording_ + " -o " + recording_ + "/rcs-00000001-20140326T123456Z.log"), 3);

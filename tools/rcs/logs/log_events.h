@@ -3,8 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <string>
 #include <string_view>
+#include <system_error>
 
 #include "tools/rcs/command.h"
 #include "tools/rcs/terminal.h"
@@ -36,9 +38,16 @@ int for_each_event(std::string_view command, const std::string& path, OnEvent on
 }
 
 inline void add_log_option(CLI::App* app, std::string* path) {
+  const CLI::Validator exists(
+      [](std::string& name) {
+        std::error_code error;
+        return std::filesystem::exists(name, error) ? std::string()
+                                                    : "File does not exist: " + name;
+      },
+      "FILE or FOLDER");
   app->add_option("LOG", *path, "LCM event log, or the folder of a recording")
       ->required()
-      ->check(CLI::ExistingPath);
+      ->check(exists);
 }
 
 }  // namespace rcs::cli

@@ -1,15 +1,18 @@
 // rcs record
 
 #include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstring>
 #include <exception>
 
+#include "rcs/node/process/terminal_line.h"
 #include "rcs/node/bus/lcm_bus.h"
 #include "rcs/node/timeline/live_timeline.h"
 #include "tools/rcs/command.h"
-#include "tools/rcs/vehicle/console.h"
+
 #include "tools/recorder/audit_trail.h"
 #include "tools/recorder/disk_folder.h"
 #include "tools/recorder/recorder_report.h"
@@ -23,13 +26,31 @@ using recorder::RecorderThread;
 
 constexpr std::string_view kRecordName = "record";
 constexpr std::string_view kPrefix = "rcs record: ";
-/// Messages that wait for the disk: half a minute of a vehicle with a LADAR.
+/// Messages that wait for the disk: more than half a minute of a vehicle with a LADAR.
 constexpr std::size_t kMaxWaitingBytes = std::size_t{64} << 20;
 /// Messages that are received after the end was requested: those that wait in LCM.
 constexpr int kMaxLastMessages = 20'000;
 
 double megabytes(std::int64_t bytes) { return static_cast<double>(bytes) * 1e-6; }
 std::int64_t from_megabytes(double mb) { return static_cast<std::int64_t>(mb * 1e6); }
+
+/// On a terminal one line that is replaced; elsewhere nothing. A blocked terminal is left out.
+class StatusLine {
+ public:
+  void show(std::string_view text) { shown_ = write(fmt::format("\r\033[K{}", text)); }
+  void erase() {
+    if (shown_) (void)write("\r\033[K");
+    shown_ = false;
+  }
+
+ private:
+  static bool write(const std::string& text) {
+    pollfd stream{STDERR_FILENO, POLLOUT, 0};
+    if (isatty(STDERR_FILENO) == 0 || poll(&stream, 1, 0) != 1) return false;
+    return (stream.revents & POLLOUT) != 0 && ::write(STDERR_FILENO, text.data(), text.size()) > 0;
+  }
+  bool shown_ = false;
+};
 
 /// Passes every message of the bus to the queue, and its audit lines.
 class Tap final : public BusMonitor {
@@ -118,7 +139,8 @@ class Record final : public Command {
   double duration_s_ = -1.0;
   bool json_ = false;
 
-  Console console_;
+  TerminalLines console_;
+  StatusLine status_;
   RecorderThread::State result_;
 };
 
@@ -159,10 +181,11 @@ Outcome Record::record(recorder::Recorder* recorder) {
   Tap tap(&thread.queue());
   bus.subscribe_all(&tap);
   if (Outcome status = bus.status(); !status) return status;
-  console_.line(kPrefix,
+  console_.print(kPrefix,
                 fmt::format("recording all channels of {} to {}, at most {:.0f} MB; Ctrl-C ends it",
                             bus.url(), folder_, size_mb_));
   receive(&timeline, &bus, &thread);
+  status_.erase();
   for (int i = 0; i < kMaxLastMessages && bus.deliver_one(timeline.now()); ++i) {
   }
   const Stamp end = from_utime(wall_utime());
@@ -181,7 +204,9 @@ void Record::receive(LiveTimeline* timeline, Bus* bus, RecorderThread* thread) {
     const Stamp now = timeline->now();
     if (now >= report.next()) {
       const RecorderThread::State state = thread->state();
-      for (const std::string& text : report.update(now, state)) console_.line(kPrefix, text);
+      const std::vector<std::string> texts = report.update(now, state);
+      if (!texts.empty()) status_.erase();
+      for (const std::string& text : texts) console_.print(kPrefix, text);
       show(state);
     }
     if (now >= end) return;
@@ -189,10 +214,10 @@ void Record::receive(LiveTimeline* timeline, Bus* bus, RecorderThread* thread) {
 }
 
 void Record::show(const RecorderThread::State& state) {
-  console_.status(fmt::format("{} messages, {:.1f} MB recorded; {} segments, {:.1f} MB{}",
-                              state.recorder.messages, megabytes(state.recorder.bytes),
-                              state.recorder.segments, megabytes(state.recorder.segment_bytes),
-                              state.recorder.stopped_by != 0 ? "; STOPPED" : ""));
+  status_.show(fmt::format("{} messages, {:.1f} MB recorded; {} segments, {:.1f} MB{}",
+                           state.recorder.messages, megabytes(state.recorder.bytes),
+                           state.recorder.segments, megabytes(state.recorder.segment_bytes),
+                           state.recorder.stopped_by != 0 ? "; STOPPED" : ""));
 }
 
 int Record::print_result(const RecorderThread::State& state) const {
@@ -213,7 +238,7 @@ int Record::print_result(const RecorderThread::State& state) const {
                                        {"segment_bytes", r.segment_bytes},
                                        {"segments_deleted", r.shed_by_limit + r.shed_for_space}}));
   } else {
-    Console().line(kPrefix,
+    TerminalLines().print(kPrefix,
                    fmt::format("{}: {} messages, {:.1f} MB recorded, {} missing; {} segments, "
                                "{:.1f} MB in the folder; {} audit lines",
                                folder_, r.messages, megabytes(r.bytes), missing, r.segments,

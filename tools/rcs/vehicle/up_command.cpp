@@ -15,6 +15,7 @@
 
 #include "lcmtypes/rcs/cycle_t.hpp"
 #include "lcmtypes/rcs/process_t.hpp"
+#include "rcs/node/process/terminal_line.h"
 #include "rcs/node/bus/inbox.h"
 #include "rcs/node/bus/lcm_bus.h"
 #include "rcs/node/params/params.h"
@@ -26,7 +27,7 @@
 #include "tools/rcs/config_files.h"
 #include "tools/rcs/terminal.h"
 #include "tools/rcs/vehicle/child_process.h"
-#include "tools/rcs/vehicle/console.h"
+
 #include "tools/rcs/vehicle/run_lock.h"
 #include "tools/rcs/vehicle/sensor_watch.h"
 #include "tools/rcs/vehicle/service_manager.h"
@@ -146,7 +147,7 @@ class Up final : public Command {
   void take_output(Watched* node);
   [[nodiscard]] std::string failure_of(std::size_t i) const;
   void publish(Stamp now);
-  void print(const std::string& text) { console_.line(kPrefix, text); }
+  void print(const std::string& text) { console_.print(kPrefix, text); }
 
   std::string config_;
   std::string lcm_url_;
@@ -159,7 +160,7 @@ class Up final : public Command {
   SupervisorParams limits_;
   FileHandle copy_;        ///< of the configuration, in memory
   std::string copy_path_;  ///< for the nodes, which end with this process
-  Console console_;
+  TerminalLines console_;
   std::unique_ptr<LcmBus> bus_;
   std::deque<Watched> nodes_;  // and, last, the recorder; deque: the bus holds their addresses
   std::optional<Supervisor> supervisor_;
@@ -474,7 +475,7 @@ void Up::publish(Stamp now) {
 
 void Up::take_output(Watched* node) {
   node->process->read_output([&](std::string_view line) {
-    console_.line(node->prefix, line);
+    console_.print(node->prefix, line);
     node->last_lines.emplace_back(line);
     if (node->last_lines.size() > kLastLines) node->last_lines.pop_front();
   });
