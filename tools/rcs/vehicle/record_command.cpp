@@ -8,8 +8,8 @@
 #include <cstring>
 #include <exception>
 
-#include "rcs/node/process/terminal_line.h"
 #include "rcs/node/bus/lcm_bus.h"
+#include "rcs/node/process/terminal_line.h"
 #include "rcs/node/timeline/live_timeline.h"
 #include "tools/rcs/command.h"
 
@@ -181,9 +181,9 @@ Outcome Record::record(recorder::Recorder* recorder) {
   Tap tap(&thread.queue());
   bus.subscribe_all(&tap);
   if (Outcome status = bus.status(); !status) return status;
-  console_.print(kPrefix,
-                fmt::format("recording all channels of {} to {}, at most {:.0f} MB; Ctrl-C ends it",
-                            bus.url(), folder_, size_mb_));
+  console_.print(
+      kPrefix, fmt::format("recording all channels of {} to {}, at most {:.0f} MB; Ctrl-C ends it",
+                           bus.url(), folder_, size_mb_));
   receive(&timeline, &bus, &thread);
   status_.erase();
   for (int i = 0; i < kMaxLastMessages && bus.deliver_one(timeline.now()); ++i) {
@@ -238,11 +238,11 @@ int Record::print_result(const RecorderThread::State& state) const {
                                        {"segment_bytes", r.segment_bytes},
                                        {"segments_deleted", r.shed_by_limit + r.shed_for_space}}));
   } else {
-    TerminalLines().print(kPrefix,
-                   fmt::format("{}: {} messages, {:.1f} MB recorded, {} missing; {} segments, "
-                               "{:.1f} MB in the folder; {} audit lines",
-                               folder_, r.messages, megabytes(r.bytes), missing, r.segments,
-                               megabytes(r.segment_bytes), r.audit_lines));
+    TerminalLines().print(
+        kPrefix, fmt::format("{}: {} messages, {:.1f} MB recorded, {} missing; {} segments, "
+                             "{:.1f} MB in the folder; {} audit lines",
+                             folder_, r.messages, megabytes(r.bytes), missing, r.segments,
+                             megabytes(r.segment_bytes), r.audit_lines));
   }
   return missing == 0 ? kExitOk : kExitNegative;
 }

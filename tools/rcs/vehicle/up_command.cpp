@@ -15,11 +15,11 @@
 
 #include "lcmtypes/rcs/cycle_t.hpp"
 #include "lcmtypes/rcs/process_t.hpp"
-#include "rcs/node/process/terminal_line.h"
 #include "rcs/node/bus/inbox.h"
 #include "rcs/node/bus/lcm_bus.h"
 #include "rcs/node/params/params.h"
 #include "rcs/node/process/process.h"
+#include "rcs/node/process/terminal_line.h"
 #include "rcs/node/report.h"
 #include "rcs/node/stop_latch.h"
 #include "rcs/node/timeline/live_timeline.h"
