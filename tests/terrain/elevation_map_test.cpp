@@ -323,7 +323,7 @@ TEST_F(MapOnDisk, PointsAreLoadedAndTheirMemoryIsKnownBeforehand) {
   EXPECT_EQ(map.memory_bytes(), before);
   EXPECT_EQ(map.loading().failed, 0);
 
-  // A file with more points than the index states.
+  // A file of another map, with more points than the index states.
   const Result<MapFolder> folder = MapFolder::open(path_);
   Raster other = cut(raster_, first_cell({0, 0}), kTileSide, kTileSide);
   other.points = test::random_points(9, other, kMaxSurfacePoints);
@@ -336,7 +336,7 @@ TEST_F(MapOnDisk, PointsAreLoadedAndTheirMemoryIsKnownBeforehand) {
   ElevationMap again = opened(60.0);
   again.follow({0.0, 0.0}, &loader);
   EXPECT_EQ(again.loading().failed, 1);
-  EXPECT_NE(again.loading().failure.find("the map's index allows"), std::string::npos)
+  EXPECT_NE(again.loading().failure.find("is not the file of the map's index"), std::string::npos)
       << again.loading().failure;
 }
 

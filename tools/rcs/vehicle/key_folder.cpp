@@ -207,7 +207,13 @@ Outcome certify(const fs::path& authorities, const fs::path& folder, const std::
   if (!until) return until.error();
   until.value().replace(10, 1, "T");
   const fs::path rights = folder / "permissions.xml";
-  if (Outcome w = tools::write_text(rights.string(), permissions(name, role, *until)); !w) return w;
+  // A renewal has read the former permissions, and no command overwrites what it has read.
+  const fs::path renewed = folder / "permissions.new";
+  if (Outcome w = tools::write_text(renewed.string(), permissions(name, role, *until)); !w)
+    return w;
+  std::error_code failed;
+  fs::rename(renewed, rights, failed);
+  if (failed) return Error{fmt::format("{}: {}", rights.string(), failed.message())};
   return sign(authorities, rights, folder / "permissions.p7s");
 }
 
