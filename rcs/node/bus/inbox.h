@@ -134,7 +134,7 @@ inline void InboxBase::commit(std::size_t slot, Stamp arrival, std::int64_t seq,
   // Unsigned, because seq is untrusted input and the difference of two int64 may overflow.
   const std::uint64_t ahead =
       static_cast<std::uint64_t>(seq) - static_cast<std::uint64_t>(last_seq_);
-  if (seen_ == 0 || seq <= 0 || seq == 1) {
+  if (seen_ == 0 || seq <= 0 || seq == 1) {  // NOLINT(bugprone-branch-clone): two causes
     // The first message, one without a number, or a restarted writer: no gap.
     seen_ = 1;
     last_seq_ = seq;

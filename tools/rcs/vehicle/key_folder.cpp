@@ -209,8 +209,9 @@ Outcome certify(const fs::path& authorities, const fs::path& folder, const std::
   const fs::path rights = folder / "permissions.xml";
   // A renewal has read the former permissions, and no command overwrites what it has read.
   const fs::path renewed = folder / "permissions.new";
-  if (Outcome w = tools::write_text(renewed.string(), permissions(name, role, *until)); !w)
+  if (Outcome w = tools::write_text(renewed.string(), permissions(name, role, *until)); !w) {
     return w;
+  }
   std::error_code failed;
   fs::rename(renewed, rights, failed);
   if (failed) return Error{fmt::format("{}: {}", rights.string(), failed.message())};
@@ -269,12 +270,14 @@ Result<bool> KeyFolder::add(const std::string& name, KeyRole role, int days) con
 
 Outcome KeyFolder::make_authorities() const {
   return make_whole(fs::path(path_) / kAuthorities, [](const fs::path& folder) -> Outcome {
-    if (Outcome w = tools::write_text((folder / "openssl.cnf").string(), kOpensslConfig); !w)
+    if (Outcome w = tools::write_text((folder / "openssl.cnf").string(), kOpensslConfig); !w) {
       return w;
+    }
     if (Outcome made = make_authority(folder, "identity"); !made) return made;
     if (Outcome made = make_authority(folder, "permissions"); !made) return made;
-    if (Outcome w = tools::write_text((folder / "governance.xml").string(), kGovernance); !w)
+    if (Outcome w = tools::write_text((folder / "governance.xml").string(), kGovernance); !w) {
       return w;
+    }
     return sign(folder, folder / "governance.xml", folder / "governance.p7s");
   });
 }
