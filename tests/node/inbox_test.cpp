@@ -121,7 +121,7 @@ TEST_F(OwnedInboxTest, AnOutputOfAnotherRunIsRejectedAlsoAsTheFirst) {
 
 TEST_F(OwnedInboxTest, OfTwoDriversTheFirstIsUsedUntilItIsSilent) {
   Inbox<odometry_t> inbox(&bus_, "ODOMETRY", 64);
-  for (int i = 0; i < 20; ++i) {
+  for (std::int64_t i = 0; i < 20; ++i) {
     send(&inbox, {8, 3}, 1 + i, at_ms(20 * i));
     send(&inbox, {9, 4}, 1 + i, at_ms(20 * i + 10));
   }
