@@ -37,7 +37,7 @@ Result<std::unique_ptr<LcmBus>> LcmBus::create(const std::string& url) {
   }
   if (lcm == nullptr) return Error{bus_advice(chosen)};
   std::unique_ptr<LcmBus> bus(new LcmBus(lcm, std::move(chosen)));
-  bus->set_publisher({live_run_id(), random_id()});
+  bus->set_publisher({live_run_id(), random_id(), boot_id()});
   return bus;
 }
 
