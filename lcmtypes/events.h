@@ -225,7 +225,7 @@ struct Info {
     "Make the vehicle safe, then release the stop at rest (`rcs go --release`).")                  \
   X(kBgStopRelease, "bg", "stop.release_failed", kError, kOne,                                     \
     "The emergency stop was not released and stays latched.",                                      \
-    "The file of the latch cannot be removed. The text has the reason.",                           \
+    "The file of the latch was not removed, or not in time. The text has the reason.",             \
     "Check the permissions of [process] state_directory, then release again.")                     \
   X(kBgStopReleased, "bg", "stop.released", kInfo, kTen,                                           \
     "The emergency stop was released.",                                                            \

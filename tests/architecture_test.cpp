@@ -118,7 +118,8 @@ const Rule kIncludeRules[] = {
     {"nlohmann/.*", "(tools|tests)/.*", "JSON is a format of tools"},
     {"(gtest|gmock|benchmark)/.*", "tests/.*", "test libraries belong to tests"},
     {"(thread|mutex|shared_mutex|condition_variable|future|pthread\\.h)",
-     "(rcs/prior/async_tile_loader\\..*|tools/.*|tests/.*)", "one thread a process"},
+     "(rcs/prior/async_tile_loader\\..*|rcs/node/stop_writer\\..*|tools/.*|tests/.*)",
+     "one thread a process"},
 };
 /// Includes from outside the project that a module's core may use: std (without files, streams and
 /// threads), Eigen, and the libraries that a rule above permits.
@@ -135,7 +136,8 @@ const Rule kCodeRules[] = {
     {"\\b(u|nano)?sleep\\s*\\(|\\bclock_nanosleep\\b|\\bsleep_(for|until)\\b", "tests/.*",
      "a node never sleeps; a Timeline waits"},
     {"\\bstd::(thread|jthread|async|mutex|condition_variable)\\b|\\bpthread_create\\b|#pragma omp",
-     "(rcs/prior/async_tile_loader\\..*|tools/.*|tests/.*)", "one thread a process"},
+     "(rcs/prior/async_tile_loader\\..*|rcs/node/stop_writer\\..*|tools/.*|tests/.*)",
+     "one thread a process"},
     {"\\brand\\s*\\(\\s*\\)|\\brandom_device\\b|\\bsetRandom\\b|::Random\\s*\\(", "nowhere",
      "random numbers come from a seeded std::mt19937"},
     {"\\busing\\s+namespace\\b", "nowhere", "names are written out"},

@@ -44,7 +44,8 @@ BgNode::BgNode(const BgConfig& config, Bus* bus, StopLatch latch, bool supervise
       supervised_(supervised),
       clock_(config.period),
       plan_clock_(config.plan_period),
-      subordinate_(bus, config.info.name, channel::kBgCommand, channel::kBgStatus, {}),
+      subordinate_(bus, config.info.name, channel::kBgCommand, channel::kBgStop, channel::kBgStatus,
+                   {}),
       nav_states_(bus, channel::kWmNavState, 8),
       integrities_(bus, channel::kWmIntegrity, 4),
       map_patches_(bus, channel::kWmMapPatch, 1),
@@ -53,7 +54,7 @@ BgNode::BgNode(const BgConfig& config, Bus* bus, StopLatch latch, bool supervise
       plan_out_(bus, channel::kBgPlan),
       report_(bus, config.info.name, kReportInterval),
       search_(config.search, config.shape, config.weights),
-      emergency_stop_(std::move(latch)) {
+      emergency_stop_(std::move(latch), config.release_authorities) {
   path_.reserve(4096);
   candidate_.reserve(4096);
 }
@@ -70,7 +71,9 @@ Duration BgNode::nominal_compute() const {
 void BgNode::run(const Cycle& cycle) {
   if (supervisor_heard_ == Stamp::min() || !supervisor_.empty()) supervisor_heard_ = cycle.now;
   if (!supervisor_.empty()) supervisor_.pop();
-  subordinate_.take(cycle.now);
+  // The superior of a release learns its result before another command is in force.
+  subordinate_.take(cycle.now, emergency_stop_.releasing());
+  emergency_stop_.engage(subordinate_.stops(), cycle.now, &report_);
   take_command();
   take_nav(cycle);
   take_integrity(cycle);
@@ -88,10 +91,8 @@ void BgNode::run(const Cycle& cycle) {
 
   Decision decision = decide(now, emergency_stop_.engaged(), config_.decide);
   drive(cycle, decision);
-  if (emergency_stop_.update(subordinate_.command(), subordinate_.is_new(), cycle.now, &report_,
-                             &decision)) {
-    subordinate_.release_stops();
-  }
+  emergency_stop_.update(subordinate_.command(), cycle.now, &report_, &decision);
+  subordinate_.release_stops(emergency_stop_.take_released());
   publish_status(decision, cycle.now);
   cycle.stages->mark("drive");
   if (clock_.due(cycle.now)) clock_.advance(cycle.now);
@@ -430,11 +431,14 @@ void BgNode::publish_plan(Stamp now) {
 }
 
 void BgNode::publish_status(const Decision& decision, Stamp now) {
-  subordinate_.report(now, {message_status(decision.status), decision.state, decision.line,
-                            decision.reason, 0, route_.done(),
-                            !emergency_stop_.engaged()    ? status_t::STOP_NONE
-                            : emergency_stop_.persisted() ? status_t::STOP_PERSISTED
-                                                          : status_t::STOP_LATCHED});
+  StatusReport status{message_status(decision.status),
+                      decision.state,
+                      decision.line,
+                      decision.reason,
+                      0,
+                      route_.done()};
+  emergency_stop_.describe(&status);
+  subordinate_.report(now, status);
   if (decision.state == reported_state_) return;
   report_.publish(now, event::kBgState, "{} -> {}{}{}",
                   reported_state_.empty() ? std::string_view("start") : reported_state_,
@@ -453,6 +457,7 @@ Result<std::unique_ptr<Node>> make_live_bg_node(const ParamFile& file, Bus* bus)
   if (!config) return config.error();
   Result<StopLatch> latch = open_stop_latch(file);
   if (!latch) return latch.error();
+  latch->use(std::make_unique<StopWriterThread>());
   return std::unique_ptr<Node>(
       std::make_unique<BgNode>(*config, bus, std::move(latch).value(), is_supervised()));
 }

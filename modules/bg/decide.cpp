@@ -14,11 +14,11 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
   const bool known_at_rest = at_rest && speed_known;
   if (f.command == CommandKind::kEmergencyStop) emergency = true;
   // Only in its cycle: a rejected release must not take effect once the vehicle is at rest.
-  if (releases && f.command_is_new && known_at_rest) emergency = false;
+  const bool release = emergency && releases && f.command_is_new && known_at_rest;
 
   const auto row = [&](int line, Action action, Status status, std::string_view state,
                        std::string_view reason) {
-    return Decision{action, status, state, reason, line, emergency};
+    return Decision{action, status, state, reason, line, emergency, release};
   };
   const Status when_at_rest = at_rest ? Status::kDone : Status::kExecuting;
 

@@ -64,10 +64,11 @@ struct Decision {
   std::string_view state;   ///< for the superior; stable
   std::string_view reason;  ///< why the vehicle does not drive; literals, or Facts::cannot
   int line = 0;             ///< of the row in decide.cpp
-  bool emergency = false;   ///< latched until it is released: input of the next cycle
+  bool emergency = false;   ///< an emergency stop is in force
+  bool release = false;     ///< the command may end the stops that it names, in this cycle only
 };
 
-/// @param emergency  Decision::emergency of the last cycle
+/// @param emergency  an emergency stop is latched
 [[nodiscard]] Decision decide(const Facts& facts, bool emergency, const DecideParams& params);
 
 }  // namespace rcs::bg

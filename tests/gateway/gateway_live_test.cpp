@@ -161,6 +161,7 @@ TEST_F(GatewayLive, AnEmergencyStopIsLatchedUntilItsReleaseAndOutlivesItsSender)
   ASSERT_TRUE(ends(other.get()) && ends(more.get()));
   EXPECT_FALSE(vehicle_.has_taken(command_t::KIND_RELEASE)) << "carol has not engaged a stop";
   EXPECT_EQ(vehicle_.commands().back().kind, +command_t::KIND_EMERGENCY_STOP);
+  EXPECT_TRUE(vehicle_.stopped());
 
   const auto release = client({"release", "2", "1"});
   ASSERT_TRUE(takes(command_t::KIND_RELEASE)) << gateway_->output();
@@ -168,6 +169,7 @@ TEST_F(GatewayLive, AnEmergencyStopIsLatchedUntilItsReleaseAndOutlivesItsSender)
   vehicle_.run_for(from_seconds(1.0));
   EXPECT_EQ(vehicle_.commands().back().kind, +command_t::KIND_RELEASE)
       << "bob's old command, still repeated, must not resume by itself";
+  EXPECT_FALSE(vehicle_.stopped()) << "the release names the stop of the gateway";
   const auto again = client({"-o", "bob", "goto", "3", "60", "10", "0"});
   EXPECT_TRUE(vehicle_.run_until(
       [&] { return vehicle_.commands().back().kind == command_t::KIND_GOTO; }, kPatience));

@@ -80,8 +80,8 @@ std::vector<std::string> AuditTrail::on_message(Stamp wall, std::string_view cha
   lines_.clear();
   if (!unconfirmed_.empty()) report_unconfirmed(wall);
   if (size > kMaxMessageBytes) return lines_;
-  if (channel == channel::kBgCommand) {
-    if (decode(data, size, &command_)) on_command(wall);
+  if (channel == channel::kBgCommand || channel == channel::kBgStop) {
+    if (decode(data, size, &command_)) on_command(wall, channel);
   } else if (channel == channel::kWmPathQuery) {
     if (decode(data, size, &query_)) on_query(wall);
   } else if (channel == channel::kBgStatus) {
@@ -125,9 +125,9 @@ bool AuditTrail::is_new(const std::string& key, const Identity& identity) {
   return true;
 }
 
-void AuditTrail::on_command(Stamp wall) {
+void AuditTrail::on_command(Stamp wall, std::string_view channel) {
   const command_t& m = command_;
-  const std::string key = fmt::format("{}:{}:{}", channel::kBgCommand, m.kind, m.issuer);
+  const std::string key = fmt::format("{}:{}:{}", channel, m.kind, m.issuer);
   if (!is_new(key, {m.serial, m.utime, m.publisher_id})) return;
   if (unconfirmed_.size() < kMaxIssuers) {
     Unconfirmed& pending =
@@ -135,12 +135,13 @@ void AuditTrail::on_command(Stamp wall) {
     ++pending.commands;
     pending.serial = m.serial;
   }
-  Json json = line(wall, "command", channel::kBgCommand);
+  Json json = line(wall, "command", channel);
   json["issuer"] = m.issuer;
   json["kind"] = kind_name(m.kind);
   json["serial"] = m.serial;
   json["task"] = m.task;
   json["waypoints"] = m.n;
+  if (m.n_stops > 0) json["stop_ids"] = m.stop_id;
   json["issued_utime"] = m.utime;
   json["valid_until_utime"] = m.valid_until_utime;
   lines_.push_back(text(with_publisher(std::move(json), m)));

@@ -50,7 +50,7 @@ class AuditTrail {
     std::int64_t serial = 0;  ///< of the newest
   };
 
-  void on_command(Stamp wall);
+  void on_command(Stamp wall, std::string_view channel);
   void on_query(Stamp wall);
   void on_event(Stamp wall, std::string_view channel);
   void on_status(Stamp wall);

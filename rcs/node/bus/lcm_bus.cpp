@@ -29,7 +29,7 @@ Result<std::unique_ptr<LcmBus>> LcmBus::create(const std::string& url) {
   }
   if (lcm == nullptr) return Error{bus_advice(chosen)};
   std::unique_ptr<LcmBus> bus(new LcmBus(lcm, std::move(chosen)));
-  bus->set_publisher({live_run_id(0), random_id()});
+  bus->set_publisher({live_run_id(0), random_id(), boot_id()});
   return bus;
 }
 

@@ -14,6 +14,8 @@ struct Publisher {
   std::int64_t run_id = 0;
   /// Id of the process; in lockstep of the node.
   std::int64_t publisher_id = 0;
+  /// boot_id() of the computer. 0 in lockstep, so that the same log gives the same bytes.
+  std::int64_t boot_id = 0;
 };
 
 /// FNV-1a of `text`, continued from `hash`; never negative, as required of an id.

@@ -66,7 +66,9 @@ int run_live(std::string_view name, const NodeOptions& options, const NodeFactor
   const Result<std::unique_ptr<LcmBus>> opened = LcmBus::create(options.url);
   if (!opened) return fail(name, opened.error());
   LcmBus* const bus = opened->get();
-  bus->set_publisher({live_run_id(params->text_id()), bus->publisher().publisher_id});
+  Publisher publisher = bus->publisher();
+  publisher.run_id = live_run_id(params->text_id());
+  bus->set_publisher(publisher);
   bus->require_owners();
   EventPrinter printer(bus, name);  // before the node, which may report while it starts
   const Result<std::unique_ptr<Node>> node = factory(*params, bus);

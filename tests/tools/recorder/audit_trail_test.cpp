@@ -75,6 +75,14 @@ TEST(AuditTrail, ACommandIsOneLineHoweverOftenItIsSent) {
       lines(&trail, channel::kBgCommand, command("bob", 6, command_t::KIND_EMERGENCY_STOP));
   ASSERT_EQ(stop.size(), 1U);
   EXPECT_EQ(stop[0]["kind"], "EMERGENCY_STOP");
+  command_t named = command("bob", 7, command_t::KIND_EMERGENCY_STOP);
+  named.n_stops = 1;
+  named.stop_id = {42};
+  const auto on_its_channel = lines(&trail, channel::kBgStop, named);
+  ASSERT_EQ(on_its_channel.size(), 1U);
+  EXPECT_EQ(on_its_channel[0]["channel"], "BG_STOP");
+  EXPECT_EQ(on_its_channel[0]["stop_ids"], json::array({42}));
+  EXPECT_TRUE(lines(&trail, channel::kBgStop, named).empty());
   // Stops and other commands that alternate are still repetitions.
   EXPECT_TRUE(lines(&trail, channel::kBgCommand, command("bob", 6)).empty());
 }

@@ -204,7 +204,9 @@ int Up::run() {
   if (!opened) return fail(kUpName, opened.error());
   const Result<RunLock> lock = RunLock::take((*opened)->url());
   if (!lock) return fail(kUpName, lock.error());
-  (*opened)->set_publisher({random_id(), (*opened)->publisher().publisher_id});
+  Publisher publisher = (*opened)->publisher();
+  publisher.run_id = random_id();
+  (*opened)->set_publisher(publisher);
   const std::string run = std::to_string((*opened)->publisher().run_id);
   (void)setenv(kRunIdVariable, run.c_str(), 1);  // NOLINT(concurrency-mt-unsafe): one thread yet
   bus_ = std::move(opened).value();
