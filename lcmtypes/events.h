@@ -292,6 +292,13 @@ struct Info {
     "DDS rejected samples of the gateway. They are lost.",                                         \
     "A receiver is too slow or the network is interrupted.",                                       \
     "Check the network, and [gateway] interface.")                                                 \
+  X(kBusRejected, "sp, wm, bg, gateway", "bus.rejected", kWarning, kOne,                            \
+    "Datagrams on the port of the bus, or messages, were not delivered to this node.",             \
+    "Malformed: a program that does not speak LCM, or an attack. Incomplete or lost: the kernel's " \
+    "buffer is too small, or the computer is overloaded. Of other computers: the bus has ttl=0. "  \
+    "Too many waited: the node was stopped, or the bus is flooded.",                               \
+    "Set net.core.rmem_max (docs/user/vehicle_install.md) and the firewall of the bus. `rcs top` "  \
+    "shows the load and the rates of the channels.")                                               \
   X(kPublisherRejected, "sp, wm, bg, gateway", "publisher.rejected", kError, kOne,                 \
     "Messages of a second publisher of a channel were rejected. BG brakes while this concerns a "  \
     "channel by which it drives.",                                                                 \

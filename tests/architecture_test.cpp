@@ -102,8 +102,9 @@ struct Rule {
   const char* why;
 };
 const Rule kIncludeRules[] = {
-    {"lcm/lcm.*", "rcs/node/bus/lcm_bus\\..*", "LCM itself belongs to rcs/node/bus/lcm_bus"},
-    {"lcm/.*", "rcs/node/.*", "LCM itself belongs to rcs/node"},
+    {"lcm/lcm.*", "(rcs/node/bus/lcm_bus|tests/node/lcm_interoperability_test)\\..*",
+     "LCM itself belongs to rcs/node/bus/lcm_bus"},
+    {"lcm/.*", "(rcs/node|tests/node)/.*", "LCM itself belongs to rcs/node"},
     {"toml.*", "rcs/node/params/params_state\\.h",
      "toml++ belongs to rcs/node/params/params_state.h"},
     {"GeographicLib/.*", "rcs/base/geodesy\\.cpp", "GeographicLib belongs to geodesy.cpp"},
@@ -118,7 +119,8 @@ const Rule kIncludeRules[] = {
     {"nlohmann/.*", "(tools|tests)/.*", "JSON is a format of tools"},
     {"(gtest|gmock|benchmark)/.*", "tests/.*", "test libraries belong to tests"},
     {"(thread|mutex|shared_mutex|condition_variable|future|pthread\\.h)",
-     "(rcs/prior/async_tile_loader\\..*|rcs/node/stop_writer\\..*|tools/.*|tests/.*)",
+     "(rcs/prior/async_tile_loader\\..*|rcs/node/(stop_writer|bus/udpm_receiver)\\..*|tools/"
+     ".*|tests/.*)",
      "one thread a process"},
 };
 /// Includes from outside the project that a module's core may use: std (without files, streams and
@@ -136,7 +138,8 @@ const Rule kCodeRules[] = {
     {"\\b(u|nano)?sleep\\s*\\(|\\bclock_nanosleep\\b|\\bsleep_(for|until)\\b", "tests/.*",
      "a node never sleeps; a Timeline waits"},
     {"\\bstd::(thread|jthread|async|mutex|condition_variable)\\b|\\bpthread_create\\b|#pragma omp",
-     "(rcs/prior/async_tile_loader\\..*|rcs/node/stop_writer\\..*|tools/.*|tests/.*)",
+     "(rcs/prior/async_tile_loader\\..*|rcs/node/(stop_writer|bus/udpm_receiver)\\..*|tools/"
+     ".*|tests/.*)",
      "one thread a process"},
     {"\\brand\\s*\\(\\s*\\)|\\brandom_device\\b|\\bsetRandom\\b|::Random\\s*\\(", "nowhere",
      "random numbers come from a seeded std::mt19937"},

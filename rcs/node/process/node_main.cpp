@@ -14,6 +14,7 @@
 #include "rcs/node/bus/lcm_bus.h"
 #include "rcs/node/bus/local_bus.h"
 #include "rcs/node/executor.h"
+#include "rcs/node/process/bus_watch.h"
 #include "rcs/node/process/cycle_sinks.h"
 #include "rcs/node/process/node_options.h"
 #include "rcs/node/process/process.h"
@@ -92,11 +93,12 @@ int run_live(std::string_view name, const NodeOptions& options, const NodeFactor
   if (!facts.reach_note.empty()) lines.print(fmt::format("{}: {}", name, facts.reach_note));
   ProcessNode process(bus, facts, &counter);
   PublisherWatch publishers(bus, name, (*node)->inboxes());
+  BusWatch receipts(bus, name);
 
   const NodeInfo& info = (*node)->info();
   lines.print(fmt::format("{}: running on {}, configuration {}, budget {} ms; stop with Ctrl-C",
                           name, bus->url(), options.config, milliseconds(info.budget)));
-  RunReport report = run({node->get(), &process, &publishers}, timeline, &counter);
+  RunReport report = run({node->get(), &process, &publishers, &receipts}, timeline, &counter);
   report.nodes.resize(1);  // the node's own
   std::string text = report.text();
   if (!text.empty()) text.pop_back();  // the last line end
