@@ -145,6 +145,11 @@ struct Info {
     "is invalid until GPS or the a priori map georeferences it again.",                            \
     "Several sources failed at once or one after the other, usually the INS during a GPS outage.", \
     "Look for the first `fde`, `input.*` or `registration.failed` event before it.")               \
+  X(kWmResumed, "wm", "state.resumed", kWarning, kOne,                                             \
+    "WM was started again and continues with the belief, frame local and the terrain of its "      \
+    "predecessor, or says why it does not.",                                                       \
+    "The process ended or was restarted; the output of `rcs up` says how.",                                      \
+    "None if it continues. Otherwise WM levels itself and finds its heading as at every start.")   \
   X(kWmMapEpoch, "wm", "map.epoch", kInfo, kOne,                                                   \
     "WM uses a new map epoch of the rolling map.",                                                 \
     "SP has started a new rolling map: at its start, or after `map.reseeded`.",                    \

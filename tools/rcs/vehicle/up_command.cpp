@@ -18,6 +18,7 @@
 #include "rcs/node/bus/inbox.h"
 #include "rcs/node/bus/lcm_bus.h"
 #include "rcs/node/params/params.h"
+#include "rcs/node/process/checkpoint_memory.h"
 #include "rcs/node/process/process.h"
 #include "rcs/node/process/terminal_line.h"
 #include "rcs/node/report.h"
@@ -160,6 +161,7 @@ class Up final : public Command {
   SupervisorParams limits_;
   FileHandle copy_;        ///< of the configuration, in memory
   std::string copy_path_;  ///< for the nodes, which end with this process
+  std::optional<CheckpointOwner> checkpoint_;
   TerminalLines console_;
   std::unique_ptr<LcmBus> bus_;
   std::deque<Watched> nodes_;  // and, last, the recorder; deque: the bus holds their addresses
@@ -209,6 +211,11 @@ int Up::run() {
   (*opened)->set_publisher(publisher);
   const std::string run = std::to_string((*opened)->publisher().run_id);
   (void)setenv(kRunIdVariable, run.c_str(), 1);  // NOLINT(concurrency-mt-unsafe): one thread yet
+  Result<CheckpointOwner> checkpoint = CheckpointOwner::create();
+  if (!checkpoint) return fail(kUpName, checkpoint.error());
+  checkpoint_ = std::move(checkpoint).value();
+  (void)setenv(kCheckpointVariable, checkpoint_->path().c_str(),
+               1);  // NOLINT(concurrency-mt-unsafe)
   bus_ = std::move(opened).value();
   if (const Outcome added = add_processes(*params, *tables); !added) {
     return fail(kUpName, added.error());
