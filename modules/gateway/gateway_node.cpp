@@ -158,6 +158,8 @@ void GatewayNode::take_stops(Stamp now) {
     refuse(arbiter_.take(order, now), "EmergencyStop", order.operator_id, order.command_id, now);
     engaged_again_ = engaged_again_ || (stopped && order.engage);
   }
+  if (!dds_->take_unnamed_stop()) return;
+  refuse(arbiter_.take(StopOrder{}, now), "EmergencyStop", "", 0, now);
 }
 
 void GatewayNode::take_commands(Stamp now) {

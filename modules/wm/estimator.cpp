@@ -235,7 +235,7 @@ void Estimator::step_clock(Stamp to) {
 /// All inputs were silent until `to`, for too long to predict any motion.
 void Estimator::begin_anew(Stamp to) {
   FilterState state = history_.head();
-  if (state.belief.x.map_epoch >= 0) before_silence_ = BeforeSilence{state, T_local_vehicle_};
+  if (state.belief.x.map_epoch >= 0) before_silence_ = BeforeSilence{state, T_local_vehicle_, to};
   forget_place(&state);
   state.belief.x.stamp = to;
   Memory& m = state.memory;
@@ -250,13 +250,15 @@ void Estimator::begin_anew(Stamp to) {
 void Estimator::place_in_rolling_map(Stamp stamp, const RollingMatch& match) {
   constexpr double kTracked_hz = 4.0;  // registrations that SP published meanwhile
   constexpr double kSigma_m = 30.0, kSigma_rad = 1.0, kSigma_mps = 5.0, kSigma_radps = 1.0;
+  before_silence_->registrations += match.missed + 1;
+  if (stamp < before_silence_->end) return;  // received late, from before or within the silence
   const BeforeSilence before = *before_silence_;
   before_silence_.reset();
   FilterState state = before.state;
   NavState& x = state.belief.x;
   const double silence_s = seconds(stamp - x.stamp);
   if (match.map_epoch != x.map_epoch || match.seeded ||
-      static_cast<double>(match.missed) < kTracked_hz * silence_s ||
+      static_cast<double>(before.registrations) < kTracked_hz * silence_s ||
       stamp < history_.head().belief.x.stamp - params_.history.lag) {
     return;
   }

@@ -131,6 +131,8 @@ class Estimator {
   struct BeforeSilence {
     FilterState state;
     Pose T_local_vehicle;
+    Stamp end;                       ///< of the silence
+    std::int64_t registrations = 0;  ///< that SP has published since it began
   };
   std::optional<BeforeSilence> before_silence_;
 };

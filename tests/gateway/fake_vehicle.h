@@ -32,6 +32,7 @@ class FakeVehicle {
     (void)run_until([] { return false; }, span);
   }
 
+  [[nodiscard]] Stamp now() const { return timeline_.now(); }
   /// Every command that BG has accepted, once.
   [[nodiscard]] const std::vector<command_t>& commands() const { return commands_; }
   [[nodiscard]] bool has_taken(std::int8_t kind) const;

@@ -218,8 +218,17 @@ TEST_F(GatewayLive, AFloodOfCommandsBlocksNoStop) {
   const auto flood = client({"-o", "mallory", "flood", "60"});
   ASSERT_TRUE(says(gateway_.get(), "command.rejected")) << "the flood has arrived";
   vehicle_.run_for(from_seconds(1.0));
+  const double before_mb = gateway_->memory_mb();
+  vehicle_.run_for(from_seconds(5.0));
+  const Stamp begin = vehicle_.now();
   const auto stop = client({"stop", "1", "60"});
   EXPECT_TRUE(takes(command_t::KIND_EMERGENCY_STOP)) << gateway_->output();
+  const double after_mb = gateway_->memory_mb();
+  std::printf(
+      "[  FLOOD   ] stop after %.2f s, start of its program included; memory %.1f -> %.1f MB\n",
+      seconds(vehicle_.now() - begin), before_mb, after_mb);
+  // A release of an ever new operator is no instance of the gateway's reader.
+  EXPECT_LT(after_mb, before_mb + 10.0);
   gateway_->signal(SIGTERM);
   ASSERT_TRUE(ends(gateway_.get()));
   EXPECT_EQ(gateway_->status(), 0) << gateway_->output();
@@ -282,6 +291,8 @@ TEST_F(GatewayLive, WithKeysEachIdentityHasItsRightsAndNoMore) {
   EXPECT_FALSE(foreign_watch->has_said("node "));
   EXPECT_FALSE(foreign_goto->has_said("readers 1")) << foreign_goto->output();
   EXPECT_FALSE(revoked_goto->has_said("readers 1")) << revoked_goto->output();
+  EXPECT_TRUE(revoked_goto->has_said("was revoked")) << revoked_goto->output();
+  EXPECT_EQ(revoked_goto->status(), 1) << "no vehicle has received it";
   EXPECT_TRUE(observer_goto->has_said("Not Allowed By Security")) << observer_goto->output();
   EXPECT_TRUE(bob_as_alice->has_said("Not Allowed By Security")) << bob_as_alice->output();
   EXPECT_TRUE(tampered->has_said("refused: no participant")) << tampered->output();

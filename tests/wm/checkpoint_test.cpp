@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "lcmtypes/channels.h"
@@ -35,8 +36,10 @@ struct Seen {
 };
 
 /// The estimator is replaced by another one `gap_s` after it was destroyed.
-/// @param sp_lives  registers scans meanwhile
-Seen drive(double gap_s, bool gps_after = true, bool sp_lives = true) {
+/// Of the registrations that SP makes while WM is dead or stopped.
+enum class Meanwhile { kMissed, kReceivedLate, kNone };
+
+Seen drive(double gap_s, bool gps_after = true, Meanwhile meanwhile = Meanwhile::kMissed) {
   Experiment experiment;
   experiment.drive.length_s = 60.0;
   const std::vector<Truth> truth = make_drive(experiment.drive);
@@ -46,7 +49,8 @@ Seen drive(double gap_s, bool gps_after = true, bool sp_lives = true) {
   std::size_t killed = 0;
   Seen seen;
   int instants = 0;
-  std::int64_t missed = 0;       // registrations
+  std::int64_t missed = 0;  // registrations
+  std::vector<std::pair<std::size_t, RollingMatch>> late;
   std::size_t missed_until = 0;  // the first one that the successor received
   for (std::size_t i = 1; i < truth.size(); ++i) {
     const double t = seconds(truth[i].stamp - truth[0].stamp);
@@ -61,7 +65,8 @@ Seen drive(double gap_s, bool gps_after = true, bool sp_lives = true) {
       estimator.reset();
     }
     if (dead) {
-      if (i % 10 == 0 && sp_lives) ++missed;
+      if (i % 10 == 0 && meanwhile == Meanwhile::kMissed) ++missed;
+      if (i % 10 == 0 && meanwhile == Meanwhile::kReceivedLate) late.push_back({i, match});
       continue;
     }
     const bool starts = !estimator;
@@ -70,6 +75,8 @@ Seen drive(double gap_s, bool gps_after = true, bool sp_lives = true) {
       estimator->resume(*kept);
     }
     estimator->add(imu);
+    for (const auto& [k, old] : late) estimator->add(truth[k].stamp, old);
+    late.clear();
     if (i % 10 == 0) {
       estimator->add(truth[i].stamp, match);
       if (kept) missed_until = i;
@@ -127,9 +134,11 @@ TEST(WmCheckpoint, AfterALongGapTheRollingMapPlacesTheVehicle) {
     EXPECT_LT(seen.end_m, 2.0) << gap_s;
     EXPECT_LT(seen.outside, 0.05) << gap_s;
     std::printf("[  RESUMED ] after %.1f s: error at the end %.2f m\n", gap_s, seen.end_m);
+    // WM was stopped, and receives the registrations of the gap after the INS.
+    EXPECT_TRUE(drive(gap_s, false, Meanwhile::kReceivedLate).placed) << gap_s;
   }
   // SP was silent, too: where the vehicle is now is unknown, and not claimed.
-  EXPECT_FALSE(drive(3.0, false, false).placed);
+  EXPECT_FALSE(drive(3.0, false, Meanwhile::kNone).placed);
 }
 
 class WmCheckpointNode : public testing::Test {
