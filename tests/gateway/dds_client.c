@@ -146,7 +146,9 @@ static int repeat(dds_entity_t w, const void* sample, double seconds) {
     fflush(stdout);
     dds_sleepfor(DDS_MSECS(200));
   } while (dds_time() < end);
-  return readers > 0 ? 0 : 1;
+  dds_publication_matched_status_t matched;
+  dds_get_publication_matched_status(w, &matched);
+  return readers > 0 || matched.total_count > 0 ? 0 : 1;
 }
 
 static int command(dds_entity_t participant, const struct options* o, bool go, char** args,
