@@ -94,6 +94,11 @@ const Folder kFolders[] = {
 constexpr char kProject[] = "(rcs|lcmtypes|modules|sim|tools|tests)/.*";
 constexpr char kShell[] = "modules/.*_(node|main|config)\\..*";
 
+/// Files that may have threads.
+constexpr char kThreadsIn[] =
+    "(rcs/prior/async_tile_loader\\..*|rcs/node/(stop_writer|bus/udpm_receiver)\\..*|"
+    "modules/gateway/dds_link\\..*|tools/.*|tests/.*)";
+
 /// Text that only some files may contain. The pattern `what` is searched in the included name or in
 /// the code.
 struct Rule {
@@ -118,9 +123,7 @@ const Rule kIncludeRules[] = {
      "text belongs to shells and tools; a core returns facts"},
     {"nlohmann/.*", "(tools|tests)/.*", "JSON is a format of tools"},
     {"(gtest|gmock|benchmark)/.*", "tests/.*", "test libraries belong to tests"},
-    {"(thread|mutex|shared_mutex|condition_variable|future|pthread\\.h)",
-     "(rcs/prior/async_tile_loader\\..*|rcs/node/(stop_writer|bus/udpm_receiver)\\..*|tools/"
-     ".*|tests/.*)",
+    {"(thread|mutex|shared_mutex|condition_variable|future|pthread\\.h)", kThreadsIn,
      "one thread a process"},
 };
 /// Includes from outside the project that a module's core may use: std (without files, streams and
@@ -138,9 +141,7 @@ const Rule kCodeRules[] = {
     {"\\b(u|nano)?sleep\\s*\\(|\\bclock_nanosleep\\b|\\bsleep_(for|until)\\b", "tests/.*",
      "a node never sleeps; a Timeline waits"},
     {"\\bstd::(thread|jthread|async|mutex|condition_variable)\\b|\\bpthread_create\\b|#pragma omp",
-     "(rcs/prior/async_tile_loader\\..*|rcs/node/(stop_writer|bus/udpm_receiver)\\..*|tools/"
-     ".*|tests/.*)",
-     "one thread a process"},
+     kThreadsIn, "one thread a process"},
     {"\\brand\\s*\\(\\s*\\)|\\brandom_device\\b|\\bsetRandom\\b|::Random\\s*\\(", "nowhere",
      "random numbers come from a seeded std::mt19937"},
     {"\\busing\\s+namespace\\b", "nowhere", "names are written out"},

@@ -14,6 +14,7 @@
 #include <memory>
 #include <random>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "rcs/base/file_handle.h"
@@ -228,6 +229,7 @@ TEST(LcmInteroperability, AFloodWhileTheNodeIsStoppedTakesBoundedMemoryAndIsCoun
   const Bytes message = numbers(10);
   const int flood = static_cast<int>(UdpmReceiver::kMaxMessages) + 2000;
   for (int k = 0; k < flood; ++k) bus->publish(kChannel, message.data(), message.size());
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));  // the receiver empties the socket
   pollfd ready{bus->fd(), POLLIN, 0};
   int delivered = 0;
   while (poll(&ready, 1, 200) > 0 && bus->deliver_one(test::at_ms(1))) ++delivered;
