@@ -94,6 +94,28 @@ TEST(LcmInteroperability, LiblcmReceivesMessagesOfTheBus) {
   }
 }
 
+TEST(LcmInteroperability, APatternSelectsChannelsByTheirEnd) {
+  EXPECT_TRUE(matches("*", "SP_EVENT"));
+  EXPECT_TRUE(matches("*_EVENT", "SP_EVENT"));
+  EXPECT_TRUE(matches("SP_EVENT", "SP_EVENT"));
+  EXPECT_FALSE(matches("*_EVENT", "SP_EVENTS"));
+  EXPECT_FALSE(matches("*_EVENT", "EVENT"));
+  EXPECT_FALSE(matches("", "SP_EVENT"));
+  const auto bus = open_bus();
+  Ear events;
+  Ear all_of_sp;
+  bus->subscribe("*_EVENT", &events);
+  bus->subscribe("SP_EVENT", &all_of_sp);
+  const auto other = open_bus();
+  for (const char* channel : {"SP_EVENT", "SP_POINTS", "WM_EVENT"}) {
+    other->publish(channel, nullptr, 0);
+  }
+  ASSERT_TRUE(deliver(bus.get()));
+  ASSERT_TRUE(deliver(bus.get()));
+  EXPECT_EQ(events.received.size(), 2U);
+  EXPECT_EQ(all_of_sp.received.size(), 1U);
+}
+
 /// Sends datagrams to the port of the bus.
 class Hostile {
  public:

@@ -65,7 +65,7 @@ void LcmBus::subscribe(std::string_view channel, Receiver* receiver) {
 
 void LcmBus::subscribe_all(BusMonitor* monitor) {
   monitor_ = monitor;
-  receiver_->want("");
+  receiver_->want("*");
 }
 
 void LcmBus::publish(std::string_view channel, const std::uint8_t* data, std::size_t size) {
@@ -89,7 +89,7 @@ bool LcmBus::deliver_one(Stamp now, std::int64_t wall_utime) {
     monitor_->receive(message_.channel, data, size, message_.received_utime);
   }
   for (const Subscription& s : subscriptions_) {
-    if (s.channel != message_.channel) continue;
+    if (!matches(s.channel, message_.channel)) continue;
     s.receiver->receive(data, size, arrival(message_.received_utime));
   }
   return true;

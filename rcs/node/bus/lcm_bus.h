@@ -38,6 +38,7 @@ class LcmBus final : public Bus {
   /// mask.
   static Result<std::unique_ptr<LcmBus>> create(const std::string& url);
 
+  /// @param channel  a name, or a pattern as in matches()
   void subscribe(std::string_view channel, Receiver* receiver) override;
   void publish(std::string_view channel, const std::uint8_t* data, std::size_t size) override;
   /// `monitor` must outlive the last deliver_one().

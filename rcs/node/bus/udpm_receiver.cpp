@@ -37,6 +37,12 @@ void signal(int event_fd) {
 
 }  // namespace
 
+bool matches(std::string_view pattern, std::string_view channel) {
+  if (pattern.empty() || pattern[0] != '*') return pattern == channel;
+  const std::string_view end = pattern.substr(1);
+  return channel.size() >= end.size() && channel.substr(channel.size() - end.size()) == end;
+}
+
 Result<std::unique_ptr<UdpmReceiver>> UdpmReceiver::open(const BusAddress& address) {
   FileHandle socket(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   FileHandle ready(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
@@ -84,22 +90,22 @@ UdpmReceiver::~UdpmReceiver() {
   thread_.join();
 }
 
-void UdpmReceiver::want(std::string_view channel) {
+void UdpmReceiver::want(std::string_view pattern) {
   const std::lock_guard lock(mutex_);
-  if (std::find(wanted_.begin(), wanted_.end(), channel) == wanted_.end()) {
-    wanted_.emplace_back(channel);
+  if (std::find(wanted_.begin(), wanted_.end(), pattern) == wanted_.end()) {
+    wanted_.emplace_back(pattern);
   }
 }
 
-void UdpmReceiver::unwant(std::string_view channel) {
+void UdpmReceiver::unwant(std::string_view pattern) {
   const std::lock_guard lock(mutex_);
-  wanted_.erase(std::remove(wanted_.begin(), wanted_.end(), channel), wanted_.end());
+  wanted_.erase(std::remove(wanted_.begin(), wanted_.end(), pattern), wanted_.end());
 }
 
 bool UdpmReceiver::wanted(std::string_view channel) const {
   const std::lock_guard lock(mutex_);
   return std::any_of(wanted_.begin(), wanted_.end(),
-                     [channel](const std::string& w) { return w.empty() || w == channel; });
+                     [channel](const std::string& w) { return matches(w, channel); });
 }
 
 bool UdpmReceiver::take(Message* message) {

@@ -21,6 +21,9 @@
 
 namespace rcs {
 
+/// @param pattern  a name; "*_EVENT": the names with this end; "*": all
+[[nodiscard]] bool matches(std::string_view pattern, std::string_view channel);
+
 class UdpmReceiver {
  public:
   static constexpr std::size_t kMaxMessages = 10'000;              ///< waiting
@@ -50,9 +53,9 @@ class UdpmReceiver {
   UdpmReceiver& operator=(const UdpmReceiver&) = delete;
   ~UdpmReceiver();
 
-  /// From now on, messages of `channel` wait to be taken; empty: of all channels.
-  void want(std::string_view channel);
-  void unwant(std::string_view channel);
+  /// From now on, messages of the channels that match wait to be taken.
+  void want(std::string_view pattern);
+  void unwant(std::string_view pattern);
 
   /// @param message  replaced, and its memory used again
   /// @return false: none waits

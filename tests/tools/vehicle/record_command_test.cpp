@@ -294,6 +294,7 @@ class RecordedCommands : public RecordCommand {
     m.issuer = "alice";
     m.utime = to_utime(timeline_->now());
     m.serial = m.utime;
+    m.boot_id = bus_->publisher().boot_id;
     m.kind = command_t::KIND_GOTO;
     m.frame = command_t::FRAME_LOCAL;
     m.valid_until_utime = m.utime + 500'000;

@@ -56,9 +56,9 @@ class Tap final : public Receiver {
 /// Subscribes to the channels of the nodes. LCM accepts regular expressions: any node.
 struct Taps {
   Taps(Bus* bus, evaluation::TopModel* model)
-      : process(bus, ".*_PROCESS", model, &evaluation::TopModel::on_process),
-        cycle(bus, ".*_CYCLE", model, &evaluation::TopModel::on_cycle),
-        event(bus, ".*_EVENT", model, &evaluation::TopModel::on_event),
+      : process(bus, "*_PROCESS", model, &evaluation::TopModel::on_process),
+        cycle(bus, "*_CYCLE", model, &evaluation::TopModel::on_cycle),
+        event(bus, "*_EVENT", model, &evaluation::TopModel::on_event),
         nav(bus, channel::kWmNavState, model, &evaluation::TopModel::on_nav),
         integrity(bus, channel::kWmIntegrity, model, &evaluation::TopModel::on_integrity),
         fix(bus, channel::kGpsFix, model, &evaluation::TopModel::on_fix),
