@@ -34,21 +34,21 @@ inline constexpr Duration kCommandAgain = from_milliseconds(250.0);
 inline constexpr char kConfig[] = "[process]\nstate_directory = \"state\"\n";
 
 /// Of one run with BG: of the same configuration.
-inline std::unique_ptr<LcmBus> open_bus() {
+inline std::unique_ptr<LcmBus> open_bus(const std::string& config = kConfig) {
   Result<std::unique_ptr<LcmBus>> bus = LcmBus::create(kDefaultLcmUrl);
   RCS_CHECK(bus.ok());
   Publisher publisher = (*bus)->publisher();
-  publisher.run_id = live_run_id(id_of(kConfig));
+  publisher.run_id = live_run_id(id_of(config));
   (*bus)->set_publisher(publisher);
   return std::move(bus).value();
 }
 
 class LiveBg : public testing::Test {
  protected:
-  LiveBg() {
+  explicit LiveBg(const std::string& config = kConfig) : bus_(open_bus(config)) {
     const std::filesystem::path folder = rcs::test::fresh_folder();
     config_ = (folder / "vehicle.toml").string();
-    std::ofstream(config_) << kConfig;
+    std::ofstream(config_) << config;
     start_bg();
   }
 
@@ -119,7 +119,7 @@ class LiveBg : public testing::Test {
 
   std::string config_;
   StopSignals stop_;
-  std::unique_ptr<LcmBus> bus_ = open_bus();
+  std::unique_ptr<LcmBus> bus_;
   LiveTimeline timeline_{bus_.get(), &stop_};
   PeriodicClock clock_{kCycle};
   Outbox<nav_state_t> nav_states_{bus_.get(), channel::kWmNavState};

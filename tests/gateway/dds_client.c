@@ -4,6 +4,8 @@
 //   dds_client [OPTION...] watch SECONDS         prints VehicleState and NodeStatus
 //   dds_client [OPTION...] goto ID SECONDS X Y [X Y...]   repeats the command for so long
 //   dds_client [OPTION...] halt|stop|release ID SECONDS
+//   dds_client [OPTION...] stops COUNT           stop, 1 s later release, and so on; prints the time
+//                                               of each stop by CLOCK_MONOTONIC [us]
 //   dds_client [OPTION...] flood SECONDS         commands of 300 operators and releases of ever new
 //                                               ones, no pause
 // -d DOMAIN  -v VEHICLE  -o OPERATOR  -p PARTITION (default: the operator)
@@ -12,6 +14,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "dds/dds.h"
@@ -191,6 +194,36 @@ static int stop(dds_entity_t participant, const struct options* o, bool engage, 
       &s, strtod(args[1], NULL));
 }
 
+static int stops(dds_entity_t participant, const struct options* o, int count) {
+  rcs_EmergencyStop s;
+  memset(&s, 0, sizeof s);
+  snprintf(s.vehicle, sizeof s.vehicle, "%s", o->vehicle);
+  snprintf(s.operator_id, sizeof s.operator_id, "%s", o->operator_id);
+  const dds_entity_t w =
+      writer(participant, &rcs_EmergencyStop_desc, "EmergencyStop", reliable(o->partition, true));
+  dds_publication_matched_status_t matched = {0, 0, 0, 0, 0};
+  while (matched.current_count == 0) {
+    dds_sleepfor(DDS_MSECS(50));
+    dds_get_publication_matched_status(w, &matched);
+  }
+  for (int k = 0; k < count; ++k) {
+    struct timespec t;
+    s.command_id = 2 * k + 1;
+    s.engage = true;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    (void)dds_write(w, &s);
+    printf("stop at %lld\n", (long long)t.tv_sec * 1000000 + t.tv_nsec / 1000);
+    fflush(stdout);
+    // At any phase of the cycles of gateway and BG.
+    dds_sleepfor(DDS_MSECS(1000) + DDS_USECS(rand() % 100000));
+    s.command_id = 2 * k + 2;
+    s.engage = false;
+    (void)dds_write(w, &s);
+    dds_sleepfor(DDS_MSECS(1000));
+  }
+  return 0;
+}
+
 static int flood(dds_entity_t participant, const struct options* o, double seconds) {
   rcs_WaypointCommand c;
   rcs_EmergencyStop s;
@@ -262,6 +295,7 @@ int main(int argc, char** argv) {
   if (strcmp(what, "halt") == 0 && n >= 2) status = command(participant, &o, false, args, n);
   if (strcmp(what, "stop") == 0 && n >= 2) status = stop(participant, &o, true, args);
   if (strcmp(what, "release") == 0 && n >= 2) status = stop(participant, &o, false, args);
+  if (strcmp(what, "stops") == 0) status = stops(participant, &o, atoi(args[0]));
   if (strcmp(what, "flood") == 0) status = flood(participant, &o, strtod(args[0], NULL));
   dds_delete(participant);
   return status;
