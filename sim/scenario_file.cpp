@@ -10,6 +10,51 @@
 namespace rcs::sim {
 namespace {
 
+void read_features(ParamTable* world, std::vector<Feature>* features) {
+  if (world->has("feature")) features->clear();
+  for (ParamTable table : world->tables("feature")) {
+    Feature f;
+    std::string kind = "step";
+    table.get(
+        "kind", &kind, {"step", "ditch", "wall"},
+        "Feature of the ground along a line. Step: the ground on its left is higher, or lower, "
+        "by height_m.");
+    f.kind = kind == "step"    ? Feature::Kind::kStep
+             : kind == "ditch" ? Feature::Kind::kDitch
+                               : Feature::Kind::kWall;
+    table.get("x1_m", &f.a_world.x(), {-5000, 5000}, "East coordinate of the beginning.");
+    table.get("y1_m", &f.a_world.y(), {-5000, 5000}, "North coordinate of the beginning.");
+    table.get("x2_m", &f.b_world.x(), {-5000, 5000}, "East coordinate of the end.");
+    table.get("y2_m", &f.b_world.y(), {-5000, 5000}, "North coordinate of the end.");
+    table.get("height_m", &f.height_m, {-20, 20},
+              "Height of a step (negative: a drop) or a wall, depth of a ditch.");
+    table.get("width_m", &f.width_m, {0, 50},
+              "Horizontal length of a step's slope, width of a ditch, thickness of a wall.");
+    table.get("extent_m", &f.extent_m, {0, 500},
+              "Level ground beyond a step, before it returns gently to the height of the relief.");
+    if ((f.b_world - f.a_world).norm() < 0.1) table.fail("x2_m", "the line has no length");
+    if (f.kind != Feature::Kind::kStep && f.height_m < 0.0) {
+      table.fail("height_m", "of a ditch or a wall must not be negative");
+    }
+    features->push_back(f);
+  }
+}
+
+void read_hazards(ParamTable table, HazardParams* hazards) {
+  table.get(
+      "kinds", &hazards->kinds,
+      "Hazards that are drawn by seed, one across each leg of the course: drop, ledge, ditch, "
+      "wall, bank. Empty: none.");
+  if (const std::string unknown = unknown_hazard(hazards->kinds); !unknown.empty()) {
+    table.fail("kinds", "\"" + unknown + "\" is not one of drop, ledge, ditch, wall, bank");
+  }
+  table.get("length_min_m", &hazards->length_min_m, {2, 200}, "Shortest hazard.");
+  table.get("length_max_m", &hazards->length_max_m, {hazards->length_min_m, 200},
+            "Longest hazard, not less than length_min_m.");
+  table.get_deg("turn_deg", &hazards->turn_rad, {0, 80},
+                "Largest angle from straight across the leg.");
+}
+
 void read_world(ParamTable table, WorldParams* world, bool* seed_follows, std::string* dem,
                 Geodetic* datum) {
   std::int64_t seed = static_cast<std::int64_t>(world->seed);
@@ -41,6 +86,7 @@ void read_world(ParamTable table, WorldParams* world, bool* seed_follows, std::s
                "Root mean square of the height of an octave of the relief.");
     world->octaves.push_back(o);
   }
+  read_features(&table, &world->features);
   ParamTable rocks = table.table("rocks");
   rocks.get("per_m2", &world->rocks.per_m2, {0, 1}, "Mean number of rocks per square metre.");
   rocks.get("radius_min_m", &world->rocks.radius_min_m, {0.05, 2},
@@ -364,6 +410,7 @@ struct Reading {
   std::int64_t seed = 1;
   bool world_seed_follows = false;
   std::optional<RandomCourseParams> random_course;
+  HazardParams hazards;
   std::string dem;  // paths
   std::string grades;
 };
@@ -412,6 +459,7 @@ Outcome read_file(const std::string& path, int depth, Reading* out) {
   read_world(root.table("world"), &s.world, &out->world_seed_follows, &dem, &s.datum);
   if (!dem.empty()) out->dem = file->resolve(dem);
   read_course(root.table("course"), &s.course, &out->random_course);
+  read_hazards(root.table("hazards"), &out->hazards);
   read_vehicle(root.table("vehicle"), &s.vehicle);
   read_drive(root.table("drive"), &s);
   read_ladar(root.table("ladar"), &s);
@@ -435,6 +483,9 @@ Result<Scenario> load_scenario(const std::string& path, const ScenarioOverrides&
   if (reading.world_seed_follows) s.world.seed = s.seed;
   if (reading.random_course) {
     s.course.waypoints_world = random_waypoints(*reading.random_course, s.seed);
+  }
+  for (const Feature& f : draw_hazards(reading.hazards, s.course.waypoints_world, s.seed)) {
+    s.world.features.push_back(f);
   }
   if (overrides.duration_s) s.duration_s = *overrides.duration_s;
   if (s.commanded && s.duration_s <= 0.0) {

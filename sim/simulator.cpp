@@ -15,6 +15,7 @@
 #include "lcmtypes/rcs/odometry_t.hpp"
 #include "lcmtypes/rcs/truth_t.hpp"
 #include "sim/terrain/clearance.h"
+#include "sim/terrain/contact.h"
 #include "sim/vehicle/scripted_drive.h"
 
 namespace rcs::sim {
@@ -368,6 +369,7 @@ void Simulator::emit_truth(SourceEvent* event) {
   m.clearance_m = safety.hard_m;
   m.foliage_contact = safety.foliage ? 1 : 0;
   encode(channel::kSimTruth, m, event);
+  if (scenario_.commanded) count_contacts(motion.T_world_vehicle);
 
   const Vec2 place_world = motion.T_world_vehicle.p.head<2>();
   driven_m_ += (place_world - last_place_world_).norm();
@@ -377,6 +379,16 @@ void Simulator::emit_truth(SourceEvent* event) {
     world_.forget_beyond(place_world.x(), place_world.y(), scenario_.beam.max_range_m + 50.0);
   }
   schedule_periodic(kTruth, kTruthInterval_s, Duration(0));
+}
+
+void Simulator::count_contacts(const Pose& T_world_vehicle) {
+  const Vec3 ahead = T_world_vehicle.q * Vec3::UnitX();
+  const CoursePoint at{T_world_vehicle.p.head<2>(), std::atan2(ahead.y(), ahead.x())};
+  const Contact now = contact(world_, at, T_world_vehicle, scenario_.vehicle, Footprint(), {});
+  contacts_.edge += now.edge && !touching_.edge ? 1 : 0;
+  contacts_.body += now.body && !touching_.body ? 1 : 0;
+  contacts_.tipped += now.tipped && !touching_.tipped ? 1 : 0;
+  touching_ = now;
 }
 
 Outcome simulate_to_log(const Scenario& scenario, LogWriter* log,

@@ -12,6 +12,7 @@
 #include "rcs/node/log/log_file.h"
 #include "rcs/node/timeline/lockstep_timeline.h"
 #include "sim/scenario.h"
+#include "sim/terrain/contact.h"
 #include "sim/vehicle/commanded_vehicle.h"
 
 namespace rcs::sim {
@@ -55,6 +56,14 @@ class Simulator final : public EventSource {
   }
   /// Horizontal distance driven so far.
   [[nodiscard]] double driven_m() const { return driven_m_; }
+  /// Of a commanded vehicle so far, each counted when it begins; see sim/terrain/contact.h.
+  struct Contacts {
+    int edge = 0;
+    int body = 0;
+    int tipped = 0;
+    [[nodiscard]] int total() const { return edge + body + tipped; }
+  };
+  [[nodiscard]] const Contacts& contacts() const { return contacts_; }
   [[nodiscard]] const Course& course() const { return course_; }
   /// The a priori map of the scenario's course.
   /// @param cell_m  [0.2, 100] instead of that of the scenario; 0: that of the scenario
@@ -77,6 +86,7 @@ class Simulator final : public EventSource {
   void emit_ranges(SourceEvent* event);
   void emit_points(SourceEvent* event);
   void emit_truth(SourceEvent* event);
+  void count_contacts(const Pose& T_world_vehicle);
   void schedule_periodic(Sensor sensor, double interval_s, Duration delay);
   void schedule_gps();
   void schedule_ladar();
@@ -101,6 +111,8 @@ class Simulator final : public EventSource {
   std::int64_t fixes_ = 0;  // fixes whose noise has been drawn
   double driven_m_ = 0.0;
   Vec2 last_place_world_;
+  Contacts contacts_;
+  Contact touching_;
   RangeFacet facet_;
   PointSector sector_;
 };

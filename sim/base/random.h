@@ -18,7 +18,8 @@ enum class Stream : std::uint64_t {
   kGps = 3,
   kOdometry = 4,
   kMap = 5,
-  kCourse = 6
+  kCourse = 6,
+  kHazards = 7
 };
 
 class Random {

@@ -125,8 +125,12 @@ void add_octave(std::uint64_t seed, float amplitude, const AxisWeights& x, const
 
 }  // namespace
 
-Relief::Relief(std::uint64_t seed, std::vector<Octave> octaves, Dem dem)
-    : seed_(seed), octaves_(std::move(octaves)), dem_(std::move(dem)) {
+Relief::Relief(std::uint64_t seed, std::vector<Octave> octaves, Dem dem,
+               std::vector<Feature> features)
+    : seed_(seed),
+      octaves_(std::move(octaves)),
+      dem_(std::move(dem)),
+      features_(std::move(features)) {
   if (dem_.width == 0) return;
   double sum = 0.0;
   for (const float z : dem_.z_m) sum += z;
@@ -140,7 +144,7 @@ double Relief::height(double x_m, double y_m) const {
     const Octave& o = octaves_[k];
     z += o.rms_m * spline_noise(octave_seed(seed_, k), x_m / o.spacing_m, y_m / o.spacing_m);
   }
-  return z;
+  return features_.empty() ? z : z + feature_height(features_, x_m, y_m);
 }
 
 void Relief::fill(std::int64_t i0, std::int64_t j0, double step_m, int width, int height,
@@ -160,6 +164,14 @@ void Relief::fill(std::int64_t i0, std::int64_t j0, double step_m, int width, in
     add_octave(octave_seed(seed_, k), static_cast<float>(octaves_[k].rms_m / kSplineVariance),
                AxisWeights(i0, step_m, width, spacing_m),
                AxisWeights(j0, step_m, height, spacing_m), z_m->data());
+  }
+  if (features_.empty()) return;
+  std::size_t at = 0;
+  for (int j = 0; j < height; ++j) {
+    for (int i = 0; i < width; ++i, ++at) {
+      (*z_m)[at] += static_cast<float>(feature_height(
+          features_, static_cast<double>(i0 + i) * step_m, static_cast<double>(j0 + j) * step_m));
+    }
   }
 }
 

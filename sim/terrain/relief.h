@@ -1,10 +1,12 @@
 #pragma once
-// The bare ground: the surface of a DEM, if there is one, plus fractal relief by seed.
+// The bare ground: the surface of a DEM, if there is one, plus fractal relief by seed, plus
+// features of the scenario.
 
 #include <cstdint>
 #include <vector>
 
 #include "sim/terrain/dem.h"
+#include "sim/terrain/feature.h"
 
 namespace rcs::sim {
 
@@ -15,11 +17,12 @@ struct Octave {
 };
 
 /// Height of the bare ground in frame world [m]; twice continuously differentiable (once where a
-/// DEM is used).
+/// DEM is used), except at features.
 class Relief {
  public:
   /// @param dem  its centre is put at x = y = 0, its mean height at z = 0; width 0: none
-  Relief(std::uint64_t seed, std::vector<Octave> octaves, Dem dem);
+  Relief(std::uint64_t seed, std::vector<Octave> octaves, Dem dem,
+         std::vector<Feature> features = {});
 
   [[nodiscard]] double height(double x_m, double y_m) const;
 
@@ -40,6 +43,7 @@ class Relief {
   std::uint64_t seed_;
   std::vector<Octave> octaves_;
   Dem dem_;
+  std::vector<Feature> features_;
 };
 
 }  // namespace rcs::sim

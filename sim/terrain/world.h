@@ -19,6 +19,7 @@ struct WorldParams {
   std::vector<Octave> octaves;  ///< empty and no DEM: the plane z = 0
   RockParams rocks;
   VegetationParams vegetation;
+  std::vector<Feature> features;
   double clear_m = 2.5;  ///< no object is placed closer to the course
 };
 

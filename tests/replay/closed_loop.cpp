@@ -277,6 +277,7 @@ ClosedLoopRun run_closed_loop(const sim::Scenario& scenario, const ClosedLoopOpt
   conclude(op, notes.last(), options.radius_m, &run);
   run.drive = simulator.commanded_vehicle()->model().account();
   run.fenced = simulator.commanded_vehicle()->fenced();
+  run.contacts = simulator.contacts();
   return run;
 }
 

@@ -63,6 +63,7 @@ struct ClosedLoopRun {
   int collisions = 0;        ///< number of collisions with hard objects
   int foliage_contacts = 0;  ///< number of contacts with a bush or a low crown
   double min_clearance_m = 1e3;
+  sim::Simulator::Contacts contacts;  ///< with the ground
 
   double time_s = 0.0;  ///< from the first command to DONE, or to the end
   double distance_m = 0.0;

@@ -1,0 +1,72 @@
+// Drives with a hazard across each leg of the course (config/sim/hazards.toml): `ctest -L slow -R
+// HazardDrives -V` prints the table. RCS_FIRST_SEED, RCS_DRIVES: other seeds, and their number for
+// each kind of hazard.
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <string>
+
+#include "modules/bg/bg_node.h"
+#include "sim/scenario_file.h"
+#include "tests/replay/chain.h"
+#include "tests/replay/closed_loop.h"
+#include "tests/support/fresh_folder.h"
+
+namespace rcs::test {
+namespace {
+
+int number_from(const char* variable, int otherwise) {
+  const char* const text = std::getenv(variable);        // NOLINT(concurrency-mt-unsafe)
+  return text == nullptr ? otherwise : std::atoi(text);  // NOLINT(cert-err34-c)
+}
+
+ClosedLoopRun drive(const std::string& kind, int seed) {
+  const std::string path = (fresh_folder() / "scenario.toml").string();
+  std::ofstream(path) << "based_on = \"" << source_path("config/sim/hazards.toml")
+                      << "\"\n[hazards]\nkinds = [\"" << kind << "\"]\n";
+  sim::ScenarioOverrides overrides;
+  overrides.seed = seed;
+  const Result<sim::Scenario> scenario = sim::load_scenario(path, overrides);
+  RCS_CHECK(scenario.ok());
+  ClosedLoopOptions options;
+  options.vehicle_config = source_path("config/demo3.toml");
+  return run_closed_loop(*scenario, options,
+                         [](const ParamFile& file, Bus* bus, const sim::Simulator&) {
+                           Result<std::unique_ptr<Node>> node = bg::make_bg_node(file, bus);
+                           RCS_CHECK(node.ok());
+                           return std::move(node).value();
+                         });
+}
+
+TEST(HazardDrives, NoContactAndArrival) {
+  const int drives = number_from("RCS_DRIVES", 4);
+  const int first_seed = number_from("RCS_FIRST_SEED", 501);
+  int all = 0;
+  int arrived = 0;
+  int contacts = 0;
+  std::printf(
+      "hazard  seed  done  waypoints  edge  body  tipped  collisions  time [s]  mean [m/s]  "
+      "state\n");
+  for (const char* kind : {"drop", "ledge", "ditch", "wall", "bank"}) {
+    for (int seed = first_seed; seed < first_seed + drives; ++seed) {
+      const ClosedLoopRun run = drive(kind, seed);
+      std::printf("%-6s  %4d  %4s  %5d / %zu  %4d  %4d  %6d  %10d  %8.1f  %10.2f  %s\n", kind, seed,
+                  run.done ? "yes" : "no", run.reached, run.waypoints_world.size(),
+                  run.contacts.edge, run.contacts.body, run.contacts.tipped, run.collisions,
+                  run.time_s, run.mean_mps, run.state.c_str());
+      std::fflush(stdout);
+      ++all;
+      arrived += run.done ? 1 : 0;
+      contacts += run.contacts.total() + run.collisions;
+    }
+  }
+  std::printf("arrived %d of %d, contacts %d\n", arrived, all, contacts);
+  EXPECT_EQ(contacts, 0);
+  EXPECT_GE(arrived, all * 95 / 100);
+}
+
+}  // namespace
+}  // namespace rcs::test
