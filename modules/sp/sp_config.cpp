@@ -121,6 +121,10 @@ void read(ParamTable table, PriorMatchParams* p) {
   table.get("max_spread_m", &p->max_spread_m, {0, 10},
             "Largest initial inflation of the residuals' standard deviation for an uncertain "
             "prediction; it decays to zero. Larger: wider convergence region.");
+  table.get("search_sigma_m", &p->search_sigma_m, {0.1, 1000},
+            "Horizontal standard deviation of the prediction above which all positions and "
+            "headings around it are searched, on maps with cells of 4 m or less and without "
+            "surface points. Smaller: more searches, more compute time.");
   table.get("step_sigma", &p->step_sigma, {1e-6, 1},
             "Step, in standard deviations of the pose, below which the match has converged. "
             "Smaller: more iterations.");
@@ -276,7 +280,7 @@ void read_start(ParamTable root, SpConfig* c) {
 void read(ParamTable table, GrantParams* p) {
   table.get("cap", &p->cap, {1, 1e12},
             "Largest work grant of a scan, in work units (one point in one iteration).");
-  table.get("nominal_unit_ns", &p->nominal_unit_ns, {0.1, 1e6},
+  table.get("nominal_unit_ns", &p->nominal_unit_ns, {0.1, 1000},
             "Compute time of a work unit on the vehicle's computer. Larger: less work is granted "
             "in the same time.");
   table.get("reserve", &p->reserve, {0, 0.99},
