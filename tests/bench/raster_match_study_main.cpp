@@ -25,6 +25,7 @@ struct Options {
   std::vector<double> cells_m = {0.3, 1.0};
   std::string data = "../shared/data";
   std::string only;
+  double search_sigma_m = 1.0;
   bool all = false;  ///< a line for each place
 };
 
@@ -69,6 +70,7 @@ Counts evaluate(const RasterPlace& place, const ElevationMap& map, const Options
   scan.take(place.scan, place.T_map_vehicle.q.conjugate() * Vec3::UnitZ(), 0, columns);
   sp::PriorMatchParams params;
   params.max_iterations = 60;
+  params.search_sigma_m = options.search_sigma_m;
   studies::MatchStarts starts;
   starts.starts = options.starts;
   starts.max_heading_rad = radians(5.0);
@@ -190,6 +192,7 @@ int main(int argc, char** argv) {
   app.add_option("--starts", options.starts);
   app.add_option("--column", options.column_m);
   app.add_option("--cells", options.cells_m);
+  app.add_option("--search-sigma", options.search_sigma_m, "[m]; 1000: local matches alone");
   app.add_option("--data", options.data);
   app.add_option("--only", options.only, "rasters with this text in their names");
   app.add_flag("--all", options.all, "a line for each place");

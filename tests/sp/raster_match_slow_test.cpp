@@ -10,6 +10,8 @@ namespace rcs::test {
 namespace {
 
 TEST(RasterMatch, StreetsOfAnySlopeAreFoundAtOnePlaceOrRefused) {
+  sp::PriorMatchParams params;
+  params.search_sigma_m = 1.0;
   int places = 0, met = 0, found = 0, inside = 0;
   for (const double slope_deg : {0.0, 1.0, 1.7, 3.0, 4.5, 6.0}) {
     for (const bool kerbs : {true, false}) {
@@ -24,7 +26,7 @@ TEST(RasterMatch, StreetsOfAnySlopeAreFoundAtOnePlaceOrRefused) {
           studies::MatchStarts starts;
           starts.seed = seed;
           const studies::MatchEnds ends = match_from_starts(
-              scan, raster_map(place, errors), place.T_map_vehicle, starts, {}, [](int) {});
+              scan, raster_map(place, errors), place.T_map_vehicle, starts, params, [](int) {});
           ++places;
           met += ends.converged + ends.refused >= 95 ? 1 : 0;
           if (ends.refused > 50) continue;

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <random>
 
 #include "modules/sp/prior/prior_match.h"
@@ -18,6 +17,12 @@ namespace {
 constexpr WorkUnits kPlenty = 1'000'000'000;
 constexpr double kHalfMetre_m = 0.5;
 
+PriorMatchParams searching() {
+  PriorMatchParams params;
+  params.search_sigma_m = 1.0;
+  return params;
+}
+
 PriorScan scan_of(const test::RasterPlace& place) {
   PriorScanParams columns;
   columns.column_m = kHalfMetre_m;
@@ -30,7 +35,7 @@ studies::MatchEnds match(const test::RasterPlace& place, const test::RasterError
   studies::MatchStarts starts;
   starts.starts = 12;
   return match_from_starts(scan_of(place), raster_map(place, errors), place.T_map_vehicle, starts,
-                           {}, [](int) {});
+                           searching(), [](int) {});
 }
 
 test::RasterPlace street(double slope_deg, bool kerbs, std::uint32_t seed) {
@@ -72,7 +77,8 @@ TEST(RasterSearch, ARefusedMatchHasInformationAboutTheHeightAlone) {
   const registration::Prediction prediction = off(place.T_map_vehicle, 1.0, 2.0);
   PriorMatchWorkspace workspace;
   const registration::Registration r =
-      match_prior_map(scan.ground(), {}, map, prediction, {}, kPlenty, &workspace).registration;
+      match_prior_map(scan.ground(), {}, map, prediction, searching(), kPlenty, &workspace)
+          .registration;
   ASSERT_EQ(r.stop, registration::Stop::kDegenerate);
   EXPECT_EQ(r.T_target_vehicle.p.head<2>(), prediction.T_target_vehicle.p.head<2>());
   EXPECT_NEAR(r.T_target_vehicle.p.z(), place.T_map_vehicle.p.z(), 0.1);
@@ -87,14 +93,12 @@ TEST(RasterSearch, ACertainPredictionIsTrackedWithoutASearch) {
   const ElevationMap map = raster_map(place, {0.3, 0.05, 0.0, 0.05, 3});
   const registration::Prediction prediction = off(place.T_map_vehicle, 0.3, 0.5);
   PriorMatchWorkspace workspace;
-  PriorMatchParams never;
-  never.search_sigma_m = std::numeric_limits<double>::infinity();
   const auto tracked = [&](const PriorMatchParams& params) {
     return match_prior_map(scan.ground(), {}, map, prediction, params, kPlenty, &workspace)
         .registration;
   };
-  const registration::Registration a = tracked({});
-  const registration::Registration b = tracked(never);
+  const registration::Registration a = tracked(searching());
+  const registration::Registration b = tracked(PriorMatchParams{});
   EXPECT_EQ(a.T_target_vehicle.p, b.T_target_vehicle.p);
   EXPECT_EQ(a.information, b.information);
   EXPECT_EQ(a.used, b.used);
@@ -108,7 +112,8 @@ TEST(RasterSearch, ASearchUsesNoMoreThanItsGrant) {
   PriorMatchWorkspace workspace;
   for (const WorkUnits granted : {1000, 20'000, 200'000, 1'000'000}) {
     const registration::Registration r =
-        match_prior_map(scan.ground(), {}, map, prediction, {}, granted, &workspace).registration;
+        match_prior_map(scan.ground(), {}, map, prediction, searching(), granted, &workspace)
+            .registration;
     EXPECT_LE(r.used, granted);
   }
 }
@@ -120,7 +125,7 @@ TEST(RasterSearch, TheSameScanGivesTheSameResult) {
   const registration::Prediction prediction = off(place.T_map_vehicle, 1.0, 2.0);
   PriorMatchWorkspace workspace;
   const auto once = [&] {
-    return match_prior_map(scan.ground(), {}, map, prediction, {}, kPlenty, &workspace)
+    return match_prior_map(scan.ground(), {}, map, prediction, searching(), kPlenty, &workspace)
         .registration;
   };
   const registration::Registration a = once();

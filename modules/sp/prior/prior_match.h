@@ -34,8 +34,9 @@ struct PriorMatchParams {
   /// starts from the prediction's covariance and decays to zero: this widens the convergence region
   /// and makes the result independent of the start
   double max_spread_m = 0.6;
-  /// Horizontal standard deviation of a prediction above which the map is searched around it
-  double search_sigma_m = 1.0;
+  /// Horizontal standard deviation of a prediction above which the map is searched around it, up to
+  /// 1000: never. Real scans with many objects are mostly refused
+  double search_sigma_m = 1000.0;
   double step_sigma = 0.05;  ///< converged when a step is smaller, in sigmas
   PriorPointParams points;   ///< of above-ground structure, if the map has surface points
 };
