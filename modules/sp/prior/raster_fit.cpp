@@ -21,6 +21,7 @@ constexpr double kSpreadEnds_m = 0.02;
 // steps are short.
 constexpr double kShrinks = 0.98;
 constexpr double kLeastDamping = 0.1;
+constexpr double kNewtonLonger = 5.0;  // longest Newton step, in other steps
 
 constexpr int kUnknowns = 7;
 using Mat7 = Mat<kUnknowns, kUnknowns>;
@@ -76,13 +77,16 @@ Mat7 priors(const RasterFit& s) {
   return d.asDiagonal();
 }
 
-/// One Gauss-Newton step with the slopes of the scan.
+/// One step to the root of the sums of residuals times slopes of the scan. Gauss-Newton steps with
+/// the slopes of the scan alone always approach it, but slowly where map and scan have few slopes
+/// in common; Newton steps need the slopes of the map, too, whose errors may turn them around.
+/// @param newton  take the Newton step if it agrees with the other one
 /// @return displacement [m] of a point 10 m away
 double refine(const RasterFit& s, const std::vector<ScanGroundCell>& cells, double spread_m,
-              double damping, RasterPose* pose) {
+              double damping, bool newton, RasterPose* pose) {
   constexpr double kArm_m = 10.0;
   const double c = std::cos(pose->yaw_rad), sn = std::sin(pose->yaw_rad);
-  Mat7 H = priors(s);
+  Mat7 H = priors(s), A = priors(s);
   Vec7 g = Vec7::Zero();
   g.segment<2>(4) = pose->tilt / (s.tilt_sigma_rad * s.tilt_sigma_rad);
   for (const ScanGroundCell& cell : cells) {
@@ -95,8 +99,17 @@ double refine(const RasterFit& s, const std::vector<ScanGroundCell>& cells, doub
     const Vec7 J = jacobian(r.scan_slope, r.arm);
     H.selfadjointView<Eigen::Lower>().rankUpdate(J, w);
     g += (w * r.r_m) * J;
+    if (newton) A += (w * J) * jacobian(r.map_slope, r.arm).transpose();
   }
-  const Vec7 step = -damping * H.selfadjointView<Eigen::Lower>().ldlt().solve(g);
+  Vec7 step = -damping * H.selfadjointView<Eigen::Lower>().ldlt().solve(g);
+  if (newton) {
+    const Vec7 other = -damping * A.partialPivLu().solve(g);
+    const auto size = [&H](const Vec7& v) {
+      return std::sqrt(v.dot(H.selfadjointView<Eigen::Lower>() * v));
+    };
+    const double along = step.dot(H.selfadjointView<Eigen::Lower>() * other);
+    if (along > 0.0 && size(other) < kNewtonLonger * size(step)) step = other;
+  }
   pose->p_map += step.head<3>();
   pose->yaw_rad = wrap_angle(pose->yaw_rad + step[3]);
   pose->tilt += step.segment<2>(4);
@@ -128,10 +141,11 @@ void evaluate(const RasterFit& s, const std::vector<ScanGroundCell>& cells, doub
     residuals->push_back(known ? r.r_m : std::numeric_limits<double>::quiet_NaN());
     if (known && variance == 0.0) variance = r.sigma_m * r.sigma_m + spread_m * spread_m;
   }
-  // The middle by halving would need a copy: the plane starts at the median of the first ones.
+  // The plane starts at the median of cells all over the scan; the median of all needs a copy.
   double middle[63];
   std::size_t n = 0;
-  for (std::size_t k = 0; k < residuals->size() && n < std::size(middle); ++k) {
+  const std::size_t stride = (residuals->size() + std::size(middle) - 1) / std::size(middle);
+  for (std::size_t k = 0; k < residuals->size(); k += stride) {
     if (!std::isnan((*residuals)[k])) middle[n++] = (*residuals)[k];
   }
   if (n < std::size(middle) / 3) return;
@@ -168,20 +182,21 @@ void evaluate(const RasterFit& s, const std::vector<ScanGroundCell>& cells, doub
   pose->cost = cost / static_cast<double>(known);
 }
 
-int converge(const RasterFit& s, const std::vector<ScanGroundCell>& cells, double spread_m,
-             int most, double smallest_m, RasterPose* pose) {
+RasterSteps converge(const RasterFit& s, const std::vector<ScanGroundCell>& cells, double spread_m,
+                     int max_steps, double smallest_m, RasterPose* pose) {
   double damping = 1.0, last_m = std::numeric_limits<double>::infinity();
-  int n = 0;
-  while (n < most) {
-    const double step_m = refine(s, cells, spread_m, damping, pose);
-    ++n;
+  RasterSteps steps;
+  while (steps.taken < max_steps) {
     const bool final = spread_m == 0.0;
-    if (final && step_m < smallest_m) break;
+    const double step_m = refine(s, cells, spread_m, damping, final, pose);
+    ++steps.taken;
+    steps.converged = final && step_m < smallest_m;
+    if (steps.converged) break;
     if (final && step_m > kShrinks * last_m) damping = std::max(kLeastDamping, 0.5 * damping);
     if (final) last_m = step_m;
     spread_m = spread_m < kSpreadEnds_m ? 0.0 : kSpreadSinks * spread_m;
   }
-  return n;
+  return steps;
 }
 
 void costs_by_block(const RasterFit& s, const std::vector<ScanGroundCell>& cells,
@@ -211,10 +226,9 @@ double advantage(const std::vector<double>& first, const std::vector<double>& se
 }
 
 RasterAccuracy accuracy_of(const RasterFit& s, const std::vector<ScanGroundCell>& cells,
-                           const RasterPose& pose, std::vector<Vec7>* scores,
-                           std::vector<double>* products) {
+                           const RasterPose& pose, std::vector<RasterBlock>* blocks) {
   const double c = std::cos(pose.yaw_rad), sn = std::sin(pose.yaw_rad);
-  scores->assign(static_cast<std::size_t>(kBlocks) * kBlocks, Vec7::Zero());
+  blocks->assign(static_cast<std::size_t>(kBlocks) * kBlocks, {});
   Mat7 stated = priors(s), sensitivity = priors(s);
   for (const ScanGroundCell& cell : cells) {
     Residual r;
@@ -223,20 +237,28 @@ RasterAccuracy accuracy_of(const RasterFit& s, const std::vector<ScanGroundCell>
         robust_weight(r.r_m / r.sigma_m, s.params.robust_sigma) / (r.sigma_m * r.sigma_m * s.share);
     const Vec7 J = jacobian(r.scan_slope, r.arm);
     stated += w * J * J.transpose();
-    sensitivity += w * J * jacobian(r.map_slope, r.arm).transpose();
-    (*scores)[block_of(s, cell.p)] += (w * r.r_m) * J;
+    RasterBlock& block = (*blocks)[block_of(s, cell.p)];
+    block.sensitivity += w * J * jacobian(r.map_slope, r.arm).transpose();
+    block.score += (w * r.r_m) * J;
   }
-  Mat7 scatter = Mat7::Zero();
-  int blocks = 0;
-  for (const Vec7& score : *scores) {
-    if (score.isZero(0.0)) continue;
-    scatter += score * score.transpose();
-    ++blocks;
+  int n = 0;
+  for (const RasterBlock& block : *blocks) {
+    sensitivity += block.sensitivity;
+    if (!block.score.isZero(0.0)) ++n;
   }
   RasterAccuracy out;
   constexpr int kFewestBlocks = 2 * kUnknowns;
-  if (blocks < kFewestBlocks) return out;
-  scatter *= static_cast<double>(blocks) / (blocks - kUnknowns);
+  if (n < kFewestBlocks) return out;
+  // A block that alone determines a direction has small residuals there: the change of the result
+  // without it shows its errors, the sum of its residuals does not (Tukey, 1958).
+  Mat7 scatter = Mat7::Zero();
+  for (const RasterBlock& block : *blocks) {
+    if (block.score.isZero(0.0)) continue;
+    const Mat7 without = sensitivity - block.sensitivity;
+    const Vec7 change = sensitivity * without.partialPivLu().solve(block.score);
+    scatter += change * change.transpose();
+  }
+  scatter *= (n - 1.0) / n;
   // In coordinates in which `stated` is the identity.
   const Eigen::LLT<Mat7> root(stated);
   const Mat7 L = root.matrixL();
@@ -246,7 +268,7 @@ RasterAccuracy accuracy_of(const RasterFit& s, const std::vector<ScanGroundCell>
                         axes.eigenvectors().transpose();
   const Mat7 inverse = (whiten * sensitivity * whiten.transpose()).inverse();
   out.covariance = whiten.transpose() * inverse * at_least * inverse.transpose() * whiten;
-  out.valid = out.covariance.allFinite();
+  out.valid = scatter.allFinite() && out.covariance.allFinite();
   if (!out.valid) return out;
   const Eigen::SelfAdjointEigenSolver<Mat<2, 2>> plane(
       Mat<2, 2>(out.covariance.topLeftCorner<2, 2>()));
@@ -268,12 +290,11 @@ RasterAccuracy accuracy_of(const RasterFit& s, const std::vector<ScanGroundCell>
     square += w * of_scan * of_scan;
   });
   const double share = product / std::max(1e-300, square);
-  products->assign(scores->size(), 0.0);
   along([&](const ScanGroundCell& cell, double w, double of_scan, double of_map) {
-    (*products)[block_of(s, cell.p)] += w * of_scan * (of_map - share * of_scan);
+    (*blocks)[block_of(s, cell.p)].product += w * of_scan * (of_map - share * of_scan);
   });
   double scatter_of_product = 0.0;
-  for (const double v : *products) scatter_of_product += v * v;
+  for (const RasterBlock& block : *blocks) scatter_of_product += block.product * block.product;
   out.slopes = product / std::sqrt(std::max(1e-300, scatter_of_product));
   return out;
 }

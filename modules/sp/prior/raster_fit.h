@@ -38,13 +38,17 @@ struct RasterFit {
 void evaluate(const RasterFit& fit, const std::vector<ScanGroundCell>& cells, double spread_m,
               std::vector<double>* residuals, RasterPose* pose);
 
-/// Robust Gauss-Newton steps with the slopes of the scan: those of the map contain its errors,
-/// which would be correlated with the residuals.
+struct RasterSteps {
+  int taken = 0;
+  bool converged = false;
+};
+
+/// Robust steps with the slopes of the scan: those of the map contain its errors, which would be
+/// correlated with the residuals.
 /// @param spread_m  of the first step; it decays to zero
-/// @param smallest_m  the last step is smaller
-/// @return number of steps, `most` at most
-int converge(const RasterFit& fit, const std::vector<ScanGroundCell>& cells, double spread_m,
-             int most, double smallest_m, RasterPose* pose);
+/// @param smallest_m  the last step of a convergence is smaller
+RasterSteps converge(const RasterFit& fit, const std::vector<ScanGroundCell>& cells,
+                     double spread_m, int max_steps, double smallest_m, RasterPose* pose);
 
 /// Robust costs by block; a cell without data of the map costs most.
 void costs_by_block(const RasterFit& fit, const std::vector<ScanGroundCell>& cells,
@@ -72,12 +76,18 @@ struct RasterAccuracy {
   bool valid = false;  ///< false: too few blocks, or no information
 };
 
-/// Sandwich covariance: the slopes common to scan and map determine the sensitivity, and the sums
-/// of the residuals of blocks the scatter; at least that of the sigmas of the cells.
-/// @param scores, products  workspaces
+/// The contribution of a block of ground to a match.
+struct RasterBlock {
+  Vec<7> score = Vec<7>::Zero();  ///< sum of weighted residuals times slopes of the scan
+  Mat<7, 7> sensitivity = Mat<7, 7>::Zero();
+  double product = 0.0;  ///< of the regression of slopes
+};
+
+/// Delete-block jackknife: the slopes common to scan and map determine how much the result changes
+/// without a block. The covariance is at least that of the sigmas of the cells.
+/// @param blocks  workspace
 [[nodiscard]] RasterAccuracy accuracy_of(const RasterFit& fit,
                                          const std::vector<ScanGroundCell>& cells,
-                                         const RasterPose& pose, std::vector<Vec<7>>* scores,
-                                         std::vector<double>* products);
+                                         const RasterPose& pose, std::vector<RasterBlock>* blocks);
 
 }  // namespace rcs::sp

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <tuple>
 
 #include "modules/registration/normal_equations.h"
@@ -22,7 +23,11 @@ constexpr std::size_t kRefinedCells = 600;
 constexpr std::size_t kCandidates = 5;
 constexpr double kDistinct = 1.1;  // distance of two candidates, in steps of the lattice
 constexpr int kCoarseSteps = 12;
-constexpr int kFineSteps = 60;
+constexpr int kFineSteps = 30;  // of each levelling
+constexpr int kLevellings = 2;
+constexpr WorkUnits kScanGroundCost = 20;  // of a point
+// Sigma of the tilt in the end, in those of the prediction, which only regularizes the search.
+constexpr double kFineTilt = 10.0;
 constexpr double kCoarseEnd_m = 0.02;  // the last step of a candidate is smaller
 constexpr double kFineEnd_m = 0.001;
 constexpr double kBlock_m = 5.0;
@@ -36,9 +41,8 @@ constexpr double kChiSquare95 = 5.991;  // 2 degrees of freedom
 // Limits of a refusal. Another candidate outside of the ellipse must fit worse by this many
 // standard deviations.
 constexpr double kAdvantage = 3.0;
-// The slopes of map and scan must have more in common than this many standard deviations: an F
-// statistic of 10 (weak instruments, Staiger and Stock, 1997).
-constexpr double kWeakSlopes = 3.2;
+// The slopes of map and scan must have more in common than this many standard deviations.
+constexpr double kWeakSlopes = 2.5;
 constexpr double kLeastGain = 3.0;  // sigma of the prediction over that of the match
 constexpr double kFarthest = 2.0;   // from the prediction, in its sigmas
 
@@ -135,22 +139,56 @@ void choose_candidates(std::vector<RasterPose>* hypotheses, std::vector<RasterPo
   }
 }
 
-/// Refines the candidates, the best one to the end.
+/// Refines the candidates; the best is the first one.
 /// @return lookups of the map
-WorkUnits refine_candidates(const RasterFit& fit, RasterSearchWorkspace* ws, int* iterations) {
+WorkUnits refine_candidates(const RasterFit& fit, RasterSearchWorkspace* ws) {
   WorkUnits used = 0;
   take_evenly(ws->cells, kRefinedCells, &ws->sample);
   for (RasterPose& candidate : ws->candidates) {
     used += static_cast<WorkUnits>(ws->sample.size()) *
-            converge(fit, ws->sample, kSpread_m, kCoarseSteps, kCoarseEnd_m, &candidate);
+            converge(fit, ws->sample, kSpread_m, kCoarseSteps, kCoarseEnd_m, &candidate).taken;
     costs_by_block(fit, ws->cells, candidate, &ws->other_costs);
     used += static_cast<WorkUnits>(ws->cells.size());
-    candidate.cost = 0.0;
-    for (const double cost : ws->other_costs) candidate.cost += cost;
+    candidate.cost = std::accumulate(ws->other_costs.begin(), ws->other_costs.end(), 0.0);
   }
   std::sort(ws->candidates.begin(), ws->candidates.end(), better);
-  *iterations = converge(fit, ws->cells, 0.0, kFineSteps, kFineEnd_m, &ws->candidates.front());
-  return used + static_cast<WorkUnits>(ws->cells.size()) * *iterations;
+  return used;
+}
+
+/// The same pose for a scan that is levelled differently.
+RasterPose levelled(const RasterPose& pose, const Mat3& R_level_vehicle,
+                    const Mat3& R_other_vehicle) {
+  const Mat3 R = pose_of(pose, R_level_vehicle).rotation() * R_other_vehicle.transpose();
+  RasterPose out = pose;
+  out.yaw_rad = yaw_of(Quat(R));
+  const Vec3 turn =
+      log_so3(Quat(Mat3(R * Eigen::AngleAxisd(-out.yaw_rad, Vec3::UnitZ()).toRotationMatrix())));
+  out.tilt = Vec2(-turn.y(), turn.x());
+  return out;
+}
+
+Mat3 level_of(const Pose& T_map_vehicle) {
+  return Eigen::AngleAxisd(-yaw_of(T_map_vehicle.q), Vec3::UnitZ()).toRotationMatrix() *
+         T_map_vehicle.rotation();
+}
+
+/// Refines the best candidate on all cells. The cells depend on the attitude: they are those of its
+/// own, not of the start.
+RasterSteps finish(const Points& source_vehicle, RasterFit fit, RasterSearchWorkspace* ws,
+                   Mat3* R_level, registration::Registration* out) {
+  fit.tilt_sigma_rad *= kFineTilt;
+  RasterSteps steps;
+  for (int k = 0; k < kLevellings; ++k) {
+    const Mat3 R_own = level_of(pose_of(ws->candidates.front(), *R_level));
+    for (RasterPose& c : ws->candidates) c = levelled(c, *R_level, R_own);
+    *R_level = R_own;
+    find_scan_ground(source_vehicle, *R_level, &ws->scan, &ws->cells);
+    steps = converge(fit, ws->cells, 0.0, kFineSteps, kFineEnd_m, &ws->candidates.front());
+    out->iterations += steps.taken;
+    out->used += static_cast<WorkUnits>(ws->cells.size()) * steps.taken +
+                 kScanGroundCost * static_cast<WorkUnits>(source_vehicle.size());
+  }
+  return steps;
 }
 
 /// Smallest advantage of the first candidate over another one outside of its 95 % ellipse;
@@ -232,7 +270,9 @@ bool raster_search_possible(const Points& source_vehicle, const ElevationMap& ma
   const double turns = 2.0 * lattice_half(yaw_sigma(prediction), kTurn_rad) + 1.0;
   const double coarse = std::min<double>(kCoarseCells, n) * side * side * turns;
   const double refined = std::min<double>(kRefinedCells, n) * kCandidates * kCoarseSteps;
-  return coarse + refined + n * (kFineSteps + 2.0 * kCandidates) <= static_cast<double>(granted);
+  const double fine = kLevellings * kFineSteps + 2.0 * kCandidates;
+  const double ground = (kLevellings + 1.0) * kScanGroundCost;
+  return coarse + refined + n * (fine + ground) <= static_cast<double>(granted);
 }
 
 registration::Registration search_raster(const Points& source_vehicle, const ElevationMap& map,
@@ -242,9 +282,7 @@ registration::Registration search_raster(const Points& source_vehicle, const Ele
   registration::Registration out;
   out.T_target_vehicle = prediction.T_target_vehicle;
   out.points = static_cast<int>(source_vehicle.size());
-  const double yaw = yaw_of(prediction.T_target_vehicle.q);
-  const Mat3 R_level = Eigen::AngleAxisd(-yaw, Vec3::UnitZ()).toRotationMatrix() *
-                       prediction.T_target_vehicle.rotation();
+  Mat3 R_level = level_of(prediction.T_target_vehicle);
   find_scan_ground(source_vehicle, R_level, &ws->scan, &ws->cells);
   const double cell_m = map.level(level).cell_m;
   const double share = std::max(1.0, cell_m / kScanGroundCell_m);
@@ -257,17 +295,18 @@ registration::Registration search_raster(const Points& source_vehicle, const Ele
       std::clamp(0.5 * kStep_m * rms_slope(ws->sample), kLeastSpread_m, kSpread_m);
   make_hypotheses(prediction, &ws->hypotheses);
   for (RasterPose& h : ws->hypotheses) evaluate(fit, ws->sample, spread_m, &ws->residuals, &h);
-  out.used += static_cast<WorkUnits>(ws->hypotheses.size() * ws->sample.size());
+  out.used += static_cast<WorkUnits>(ws->hypotheses.size() * ws->sample.size()) +
+              kScanGroundCost * static_cast<WorkUnits>(source_vehicle.size());
   choose_candidates(&ws->hypotheses, &ws->candidates);
   if (ws->candidates.empty()) {
     out.stop = registration::Stop::kTooFew;
     return out;
   }
-  out.used += refine_candidates(fit, ws, &out.iterations);
+  out.used += refine_candidates(fit, ws);
+  const RasterSteps steps = finish(source_vehicle, fit, ws, &R_level, &out);
   const RasterPose& best = ws->candidates.front();
-  const RasterAccuracy accuracy =
-      accuracy_of(fit, ws->cells, best, &ws->block_scores, &ws->other_costs);
-  if (refused(fit, accuracy, prediction, ws)) {
+  const RasterAccuracy accuracy = accuracy_of(fit, ws->cells, best, &ws->blocks);
+  if (!steps.converged || refused(fit, accuracy, prediction, ws)) {
     keep_height(fit, prediction, ws, &out);
     return out;
   }

@@ -20,9 +20,9 @@ struct RasterSearchWorkspace {
   std::vector<double> residuals;
   std::vector<RasterPose> hypotheses;
   std::vector<RasterPose> candidates;
-  std::vector<double> block_costs;   ///< of the best candidate
-  std::vector<double> other_costs;   ///< of another one
-  std::vector<Vec<7>> block_scores;  ///< sums of weighted residuals times Jacobians
+  std::vector<double> block_costs;  ///< of the best candidate
+  std::vector<double> other_costs;  ///< of another one
+  std::vector<RasterBlock> blocks;
 };
 
 /// Largest horizontal standard deviation of a prediction [m].
@@ -35,13 +35,15 @@ struct RasterSearchWorkspace {
 
 /// 1. All positions and headings of a lattice that is fixed in the map, within 1.5 sigma of the
 ///    prediction, are evaluated on some cells of the scan's ground; height and tilt are fitted.
-/// 2. The best distinct ones are refined by Gauss-Newton steps with the slopes of the scan: the
-///    slopes of the map contain its errors, and these would be correlated with the residuals.
-/// 3. The covariance is the sandwich estimate over blocks of ground, in which the errors of the map
-///    may be correlated, but at least that of the sigma that the map states.
-/// 4. The match is refused (kDegenerate, with information about the height alone) if another
-///    candidate fits as well, if the slopes of the map are not those of the scan, or if it is less
-///    accurate than the prediction.
+/// 2. The best distinct ones are refined by steps with the slopes of the scan: the slopes of the
+/// map
+///    contain its errors, and these would be correlated with the residuals. The scan is levelled
+///    again with the attitude of the best one, so that the result does not depend on the start.
+/// 3. The covariance is the jackknife over blocks of ground, in which the errors of the map may be
+///    correlated, but at least that of the sigma that the map states.
+/// 4. The match is refused (kDegenerate, with information about the height alone) if it has not
+///    converged, if another candidate fits as well, if the slopes of the map are not those of the
+///    scan, or if it is less accurate than the prediction.
 /// @param level  the finest level of the map to be used
 [[nodiscard]] registration::Registration search_raster(const Points& source_vehicle,
                                                        const ElevationMap& map, int level,

@@ -21,6 +21,12 @@ constexpr double kNoise_m = 0.02;     // of the height of a cell
 // Prior of a slope: across a single line of points the scan determines none.
 constexpr double kSlopeSigma = 0.05;
 
+// A cell that is higher than others by more than a step and the steepest ground is an object.
+constexpr double kStep_m = 0.15;
+constexpr double kSteepest = 0.5;
+constexpr int kObjectSteps = 8;  // half of the window, in cells
+constexpr int kLower = 2;        // so many lower cells
+
 struct Window {
   int i = 0, j = 0, half = 0;
 };
@@ -67,6 +73,18 @@ Vec2 plane_slope(const Window& w, const ScanGroundCell& middle,
   return plane.tail<2>();
 }
 
+/// Whether a cell is above the ground around it: some other cells are lower than a slope of the
+/// ground allows (slope-based filter, Vosselman, 2000). One lower cell may be a wrong range.
+bool above_ground(const Window& w, const Vec3& p, const std::vector<ScanGroundWorkspace::Bin>& bins,
+                  const std::vector<ScanGroundCell>& cells) {
+  int lower = 0;
+  for_each_cell(w, bins, cells, [&](const Vec3& other) {
+    const Vec3 d = p - other;
+    if (d.z() > kStep_m + kSteepest * d.head<2>().norm()) ++lower;
+  });
+  return lower >= kLower;
+}
+
 }  // namespace
 
 void find_scan_ground(const Points& lowest_vehicle, const Mat3& R_level_vehicle,
@@ -91,6 +109,23 @@ void find_scan_ground(const Points& lowest_vehicle, const Mat3& R_level_vehicle,
     bin.cell = static_cast<std::int32_t>(cells->size());
     cells->push_back({bin.sum.cast<double>() / bin.points, Vec2::Zero()});
   }
+  std::vector<char>& object = workspace->object;
+  object.clear();
+  for (const ScanGroundCell& cell : *cells) {
+    const Window w{index(static_cast<float>(cell.p.x())), index(static_cast<float>(cell.p.y())),
+                   kObjectSteps};
+    object.push_back(above_ground(w, cell.p, bins, *cells) ? 1 : 0);
+  }
+  std::size_t kept = 0;
+  for (ScanGroundWorkspace::Bin& bin : bins) {
+    if (bin.cell < 0) continue;
+    const auto k = static_cast<std::size_t>(bin.cell);
+    bin.cell = -1;
+    if (object[k] != 0) continue;
+    bin.cell = static_cast<std::int32_t>(kept);
+    (*cells)[kept++] = (*cells)[k];
+  }
+  cells->resize(kept);
   for (ScanGroundCell& cell : *cells) {
     Window w{index(static_cast<float>(cell.p.x())), index(static_cast<float>(cell.p.y())),
              kFirstSteps};

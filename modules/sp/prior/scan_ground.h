@@ -22,6 +22,7 @@ struct ScanGroundWorkspace {
     std::int32_t cell = -1;  ///< index of the result; negative: empty
   };
   std::vector<Bin> bins;
+  std::vector<char> object;  ///< by cell: not 0 for what is above the ground
 };
 
 constexpr double kScanGroundCell_m = 0.5;
