@@ -280,7 +280,7 @@ void read_start(ParamTable root, SpConfig* c) {
 void read(ParamTable table, GrantParams* p) {
   table.get("cap", &p->cap, {1, 1e12},
             "Largest work grant of a scan, in work units (one point in one iteration).");
-  table.get("nominal_unit_ns", &p->nominal_unit_ns, {0.1, 1000},
+  table.get("nominal_unit_ns", &p->nominal_unit_ns, {0.1, 1e6},
             "Compute time of a work unit on the vehicle's computer. Larger: less work is granted "
             "in the same time.");
   table.get("reserve", &p->reserve, {0, 0.99},
