@@ -1,5 +1,5 @@
 // Match of a scan to rasters of streets and of surveyed ground from 100 starts up to 3 m and 5 deg
-// off (docs/experiments/maps/raster_match.md).
+// off (docs/experiments/registration/raster_match.md).
 // raster_match_study [--seeds FIRST LAST] [--starts N] [--cells C...] [--column M] [--data FOLDER]
 //   [--all]
 #include <fmt/format.h>
@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/real_sweeps.h"
 #include "tests/support/street_raster.h"
 #include "tools/studies/match_starts.h"
 #include "tools/survey/npy_raster.h"
@@ -168,9 +169,36 @@ void surveys(const Options& options, Counts* total) {
   }
 }
 
+/// The two real sweeps on the real raster, and on the raster with errors added.
+void real_sweeps(const Options& options, Counts* total) {
+  constexpr Errors kAdded[] = {{0.0, 0.0, 0.05},  {0.0, 0.0, 0.1},   {0.05, 0.0, 0.05},
+                               {0.15, 0.0, 0.15}, {0.02, 1.5, 0.02}, {0.05, 1.5, 0.05},
+                               {0.15, 1.5, 0.15}};
+  for (const Errors& e : kAdded) {
+    const Result<RealSweeps> sweeps = pittsburgh_sweeps(options.data, e.stated_m);
+    if (!sweeps) {
+      fmt::print("{}\n", sweeps.error().message);
+      return;
+    }
+    for (const RasterPlace& place : sweeps->places) {
+      const std::string title = fmt::format("{}, {} m{}, stated {} m", place.name, e.sigma_m,
+                                            e.correlation_m > 0.0 ? " over 1.5 m" : "", e.stated_m);
+      if (!options.only.empty() && title.find(options.only) == std::string::npos) continue;
+      Counts counts;
+      for (std::uint32_t seed = options.seeds[0]; seed <= options.seeds[1]; ++seed) {
+        Raster raster = sweeps->raster;
+        add_errors(e.sigma_m, e.correlation_m, seed, &raster);
+        counts += evaluate(place, map_of(sweeps->frame, raster), options, seed);
+      }
+      print(title, counts);
+      *total += counts;
+    }
+  }
+}
+
 void pittsburgh(const Options& options, Counts* total) {
   const Result<survey::ImportedRaster> raster =
-      survey::import_av2(options.data + "/av2_pittsburgh/7fab2350-7eaf-3b7e-a39d-6937a4c1bede", {});
+      survey::import_av2(options.data + kPittsburghLog, {});
   if (!raster) {
     fmt::print("{}\n", raster.error().message);
     return;
@@ -203,6 +231,7 @@ int main(int argc, char** argv) {
   rcs::test::streets(options, &total);
   rcs::test::surveys(options, &total);
   rcs::test::pittsburgh(options, &total);
+  rcs::test::real_sweeps(options, &total);
   if (total.places > 0) rcs::test::print("all", total);
   return 0;
 }

@@ -3,11 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <random>
 
 #include "modules/sp/prior/prior_match.h"
 #include "modules/sp/prior/prior_scan.h"
 #include "tests/support/point_scenes.h"
+#include "tests/support/real_sweeps.h"
 #include "tests/support/street_raster.h"
 #include "tools/studies/match_starts.h"
 
@@ -118,6 +120,27 @@ TEST(RasterSearch, ASearchUsesNoMoreThanItsGrant) {
   }
 }
 
+// On a slope, a wrong heading is a wrong tilt, too.
+TEST(RasterSearch, TheResultDoesNotDependOnTheTiltOfTheStart) {
+  const test::RasterPlace place = street(6.0, true, 5);
+  const PriorScan scan = scan_of(place);
+  const ElevationMap map = raster_map(place, {0.3, 0.02, 0.0, 0.02, 5});
+  PriorMatchWorkspace workspace;
+  std::vector<Vec3> ends;
+  for (const double tilt_rad : {-0.02, 0.0, 0.02}) {
+    registration::Prediction prediction = off(place.T_map_vehicle, 1.0, 2.0);
+    prediction.T_target_vehicle = prediction.T_target_vehicle *
+                                  test::pose(0.0, 0.0, 0.0, tilt_rad, -tilt_rad, 3.0 * tilt_rad);
+    const registration::Registration r =
+        match_prior_map(scan.ground(), {}, map, prediction, searching(), kPlenty, &workspace)
+            .registration;
+    ASSERT_EQ(r.stop, registration::Stop::kConverged);
+    ends.push_back(r.T_target_vehicle.p);
+  }
+  EXPECT_LT((ends[0] - ends[1]).norm(), 0.02);
+  EXPECT_LT((ends[2] - ends[1]).norm(), 0.02);
+}
+
 TEST(RasterSearch, TheSameScanGivesTheSameResult) {
   const test::RasterPlace place = street(2.0, true, 4);
   const PriorScan scan = scan_of(place);
@@ -183,6 +206,48 @@ TEST(ScanGround, ACarDoesNotTiltTheGroundBesideIt) {
     ++n;
   }
   EXPECT_LT(std::sqrt(square / n), 0.015);
+}
+
+TEST(ScanGround, ACarAndAWallAreNotGround) {
+  Points points = plane(8.0, Vec2(0.1, 0.0));
+  std::size_t ground = 0;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const bool car = std::abs(points.x[k]) < 2.2F && std::abs(points.y[k]) < 0.9F;
+    const bool wall = points.y[k] > 7.0F;
+    if (!car && !wall) ++ground;
+    points.z[k] += car ? 1.4F : wall ? 1.0F : 0.0F;
+  }
+  const std::vector<ScanGroundCell> cells = ground_of(points);
+  // Cells at the border of an object contain ground, too.
+  for (const ScanGroundCell& cell : cells) EXPECT_LE(cell.p.z() - 0.1 * cell.p.x(), 0.5001);
+  // A cell has four points.
+  EXPECT_GT(cells.size(), ground / 4 * 9 / 10);
+}
+
+TEST(ScanGround, AKerbAndASteepSlopeAreGround) {
+  const std::size_t all = ground_of(plane(8.0, Vec2(0.0, 0.0))).size();
+  EXPECT_EQ(ground_of(plane(8.0, Vec2(0.4, 0.0))).size(), all);
+  Points kerb = plane(8.0, Vec2(0.02, 0.0));
+  for (std::size_t k = 0; k < kerb.size(); ++k) kerb.z[k] += kerb.y[k] > 2.0F ? 0.12F : 0.0F;
+  EXPECT_EQ(ground_of(kerb).size(), all);
+}
+
+// Real sweeps between parked cars and bushes, and the real raster of the street.
+TEST(RasterSearch, RealSweepsOfAStreetAreFoundAtOnePlaceOrRefused) {
+  const char* data = std::getenv("RCS_DATA_DIR");
+  if (data == nullptr) GTEST_SKIP() << "RCS_DATA_DIR is not set";
+  const Result<test::RealSweeps> sweeps = test::pittsburgh_sweeps(data, 0.05);
+  ASSERT_TRUE(sweeps) << sweeps.error().message;
+  const ElevationMap map = test::map_of(sweeps->frame, sweeps->raster);
+  for (const test::RasterPlace& place : sweeps->places) {
+    studies::MatchStarts starts;
+    starts.starts = 12;
+    const studies::MatchEnds ends = match_from_starts(scan_of(place), map, place.T_map_vehicle,
+                                                      starts, searching(), [](int) {});
+    EXPECT_EQ(ends.converged + ends.refused, 12) << place.name;
+    if (ends.poses.empty()) continue;
+    EXPECT_TRUE(ends.inside(place.T_map_vehicle.p.head<2>())) << place.name;
+  }
 }
 
 TEST(RasterFit, AdvantageIsInStandardDeviations) {

@@ -408,8 +408,17 @@ RasterPlace surveyed_place(const Survey& survey, std::uint32_t seed) {
   }
 }
 
+void add_errors(double sigma_m, double correlation_m, std::uint32_t seed, Raster* raster) {
+  if (!(sigma_m > 0.0)) return;
+  std::mt19937 rng(seed + 77U);
+  const std::vector<float> e =
+      unit_errors(raster->width, raster->height, correlation_m / raster->level.cell_m, &rng);
+  for (std::size_t k = 0; k < e.size(); ++k) {
+    raster->z_m[k] += static_cast<float>(sigma_m) * e[k];
+  }
+}
+
 ElevationMap raster_map(const RasterPlace& place, const RasterErrors& errors) {
-  std::mt19937 rng(errors.seed + 77U);
   Raster raster;
   raster.level.cell_m = errors.cell_m;
   const double half_m = errors.cell_m < 0.5 ? 80.0 : 140.0;
@@ -419,17 +428,13 @@ ElevationMap raster_map(const RasterPlace& place, const RasterErrors& errors) {
   raster.first = {middle.i - half, middle.j - half};
   raster.width = raster.height = 2 * half;
   raster.sigma_m = {static_cast<float>(errors.stated_m)};
-  std::vector<float> e(raster.cells(), 0.0F);
-  if (errors.sigma_m > 0.0) {
-    e = unit_errors(raster.width, raster.height, errors.correlation_m / errors.cell_m, &rng);
-  }
   for (int j = 0; j < raster.height; ++j) {
     for (int i = 0; i < raster.width; ++i) {
       const Vec2 at = raster.level.centre({raster.first.i + i, raster.first.j + j});
-      raster.z_m.push_back(static_cast<float>(place.ground(at.x(), at.y())) +
-                           static_cast<float>(errors.sigma_m) * e[raster.z_m.size()]);
+      raster.z_m.push_back(static_cast<float>(place.ground(at.x(), at.y())));
     }
   }
+  add_errors(errors.sigma_m, errors.correlation_m, errors.seed, &raster);
   MapFrame frame;
   frame.datum = {0.7, -1.3, {100.0}};
   return std::move(ElevationMap::from_rasters(frame, mapping::with_coarser_levels(raster))).value();

@@ -58,6 +58,9 @@ struct RasterErrors {
   double stated_m = 0.05;      ///< sigma in the map
   std::uint32_t seed = 0;
 };
+/// Adds errors to the heights of a raster; the correlation is that of a Gaussian filter, 0: white.
+void add_errors(double sigma_m, double correlation_m, std::uint32_t seed, Raster* raster);
+
 /// The map has coarser levels as an imported one.
 [[nodiscard]] ElevationMap raster_map(const RasterPlace& place, const RasterErrors& errors);
 
