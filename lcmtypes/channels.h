@@ -31,6 +31,7 @@
   X(kWmCycle, "WM_CYCLE", kAccount, cycle_t, "wm", "per cycle, live")                           \
   X(kWmProcess, "WM_PROCESS", kAccount, process_t, "wm", "1 Hz, live")                          \
   X(kBgCommand, "BG_COMMAND", kCommand, command_t, "operator, gateway", "1 Hz")                 \
+  X(kBgStop, "BG_STOP", kCommand, command_t, "operator, gateway", "on a stop")                  \
   X(kBgStatus, "BG_STATUS", kOutput, status_t, "bg", "20 Hz")                                   \
   X(kBgPlan, "BG_PLAN", kOutput, plan_t, "bg", "up to 4 Hz")                                   \
   X(kBgDrive, "BG_DRIVE", kOutput, drive_t, "bg", "20 Hz")                                      \
@@ -42,6 +43,8 @@
   X(kGatewayProcess, "GATEWAY_PROCESS", kAccount, process_t, "gateway", "1 Hz, live")           \
   X(kUpEvent, "UP_EVENT", kOutput, event_t, "up", "on events")                                  \
   X(kUpProcess, "UP_PROCESS", kAccount, process_t, "up", "1 Hz, live")                          \
+  X(kRecordEvent, "RECORD_EVENT", kOutput, event_t, "record", "on events")                      \
+  X(kRecordProcess, "RECORD_PROCESS", kAccount, process_t, "record", "1 Hz, live")              \
   X(kSimTruth, "SIM_TRUTH", kTruth, truth_t, "sim", "100 Hz")
 // clang-format on
 
@@ -92,6 +95,13 @@ constexpr std::array<const char*, count_of(kKind)> names_of() {
 }
 
 inline constexpr auto kSensors = names_of<Kind::kSensor>();
+
+constexpr bool is_command(std::string_view channel) {
+  for (const char* command : names_of<Kind::kCommand>()) {
+    if (channel == command) return true;
+  }
+  return false;
+}
 
 constexpr bool is_sensor(std::string_view channel) {
   for (const char* sensor : kSensors) {

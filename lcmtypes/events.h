@@ -93,13 +93,11 @@ struct Info {
     "fits, or the map has no data in the start region.",                                           \
     "Drive on over ground with relief. If no pose fits, check [start] and the map.")               \
   X(kMapTileFailed, "sp, wm", "map.tile_failed", kWarning, kOne,                                   \
-    "A tile of the a priori map cannot be read. The ground there is unknown to the node.",         \
-    "The file of the tile is missing, damaged or not readable.",                                   \
-    "Check the map with `rcs map info` and copy it to the vehicle again.")                         \
-  X(kMapTileReplaced, "sp, wm", "map.tile_replaced", kWarning, kOne,                               \
-    "Tiles of the a priori map differ from the index of the map. They are used.",                  \
-    "The map was replaced while the node runs.",                                                   \
-    "Restart the node after a map has been replaced.")                                             \
+    "A tile of the a priori map is not used. The ground there is unknown to the node.",            \
+    "The file of the tile is missing, damaged or not readable, or it is not the file of the map's " \
+    "index: it was changed, or the map was replaced while the node runs.",                         \
+    "Check the map with `rcs map info` and copy it to the vehicle again. Restart the node after a " \
+    "map has been replaced.")                         \
   X(kWmPathIssuer, "wm", "path_uncertainty.issuer", kWarning, kOne,                                \
     "A message on WM_PATH_QUERY was rejected.",                                                    \
     "The name of its issuer has more than 64 characters.",                                         \
@@ -147,6 +145,11 @@ struct Info {
     "is invalid until GPS or the a priori map georeferences it again.",                            \
     "Several sources failed at once or one after the other, usually the INS during a GPS outage.", \
     "Look for the first `fde`, `input.*` or `registration.failed` event before it.")               \
+  X(kWmResumed, "wm", "state.resumed", kWarning, kOne,                                             \
+    "WM was started again and continues with the belief, frame local and the terrain of its "      \
+    "predecessor, or says why it does not.",                                                       \
+    "The process ended or was restarted; the output of `rcs up` says how.",                                      \
+    "None if it continues. Otherwise WM levels itself and finds its heading as at every start.")   \
   X(kWmMapEpoch, "wm", "map.epoch", kInfo, kOne,                                                   \
     "WM uses a new map epoch of the rolling map.",                                                 \
     "SP has started a new rolling map: at its start, or after `map.reseeded`.",                    \
@@ -227,7 +230,7 @@ struct Info {
     "Make the vehicle safe, then release the stop at rest (`rcs go --release`).")                  \
   X(kBgStopRelease, "bg", "stop.release_failed", kError, kOne,                                     \
     "The emergency stop was not released and stays latched.",                                      \
-    "The file of the latch cannot be removed. The text has the reason.",                           \
+    "The file of the latch was not removed, or not in time. The text has the reason.",             \
     "Check the permissions of [process] state_directory, then release again.")                     \
   X(kBgStopReleased, "bg", "stop.released", kInfo, kTen,                                           \
     "The emergency stop was released.",                                                            \
@@ -294,6 +297,20 @@ struct Info {
     "DDS rejected samples of the gateway. They are lost.",                                         \
     "A receiver is too slow or the network is interrupted.",                                       \
     "Check the network, and [gateway] interface.")                                                 \
+  X(kBusRejected, "sp, wm, bg, gateway", "bus.rejected", kWarning, kOne,                            \
+    "Datagrams on the port of the bus, or messages, were not delivered to this node.",             \
+    "Malformed: a program that does not speak LCM, or an attack. Incomplete or lost: the kernel's " \
+    "buffer is too small, or the computer is overloaded. Of other computers: the bus has ttl=0. "  \
+    "Too many waited: the node was stopped, or the bus is flooded.",                               \
+    "Set net.core.rmem_max (docs/user/vehicle_install.md) and the firewall of the bus. `rcs top` "  \
+    "shows the load and the rates of the channels.")                                               \
+  X(kPublisherRejected, "sp, wm, bg, gateway", "publisher.rejected", kError, kOne,                 \
+    "Messages of a second publisher of a channel were rejected. BG brakes while this concerns a "  \
+    "channel by which it drives.",                                                                 \
+    "Two programs publish on one channel: a second driver or simulator, a node of another run, or " \
+    "a recording that is played with the outputs of its nodes.",                                   \
+    "Stop the other program. `rcs top` shows the processes on the bus; every message has the ids " \
+    "of its run and publisher (`rcs log list`).")                                                  \
   X(kUpNodeFailing, "up", "node.failing", kError, kOne,                                            \
     "A node ends again and again. The other nodes keep running, and the restarts continue.",       \
     "The text has how the node ended. Configuration, driver, memory, or a bug.",                   \
@@ -301,7 +318,41 @@ struct Info {
   X(kUpNodeRecovered, "up", "node.recovered", kInfo, kOne,                                         \
     "A node that failed before runs again.",                                                       \
     "The restart by `rcs up` succeeded.",                                                          \
-    "None; find the cause of the failure.")
+    "None; find the cause of the failure.")                                                        \
+  X(kUpRecorderEnded, "up", "recorder.ended", kWarning, kTen,                                      \
+    "The recorder (`rcs up --record`) ended and is started again. Messages until then are not "    \
+    "recorded.",                                                                                   \
+    "The text has how it ended. The folder cannot be written, or a bug.",                          \
+    "See the output of the recorder (`journalctl -u rcs`). Check the folder of the recording.")    \
+  X(kRecordShed, "record", "record.shed", kWarning, kOne,                                          \
+    "The oldest segments of the recording were deleted before the recording had reached its "      \
+    "size.",                                                                                       \
+    "The disk is full, or its free space is below the reserve of the recorder.",                   \
+    "Copy recordings away and delete other files, or record with a smaller --size-mb.")            \
+  X(kRecordStopped, "record", "record.stopped", kError, kTen,                                      \
+    "Messages are not recorded. The vehicle is not affected. The event is repeated when the "      \
+    "recording continues.",                                                                        \
+    "The disk is full and nothing is left to delete, or it has errors. The text has the "          \
+    "reason.",                                                                                     \
+    "Free space on the disk, or replace it. The recorder tries again by itself.")                  \
+  X(kRecordDropped, "record", "record.dropped", kWarning, kOne,                                    \
+    "Messages were received and are missing in the recording.",                                    \
+    "The disk is slower than the bus, so that too many messages waited for it.",                   \
+    "Use a faster disk, or end other programs that write to it.")                                  \
+  X(kRecordSlow, "record", "record.slow", kWarning, kOne,                                          \
+    "A power failure could have cost more than a second of the recording.",                        \
+    "The disk stores too slowly. The text has the time.",                                          \
+    "Use a faster disk, or end other programs that write to it.")                                  \
+  X(kRecordRejected, "record", "record.rejected", kWarning, kOne,                                  \
+    "Messages were not recorded, because a log cannot hold them.",                                 \
+    "The name of a channel is empty, too long or not printable, or a message has more than 16 "    \
+    "MB.",                                                                                         \
+    "Correct the program that publishes them.")                                                    \
+  X(kRecordAudit, "record", "record.audit_lost", kError, kOne,                                     \
+    "Lines of the audit log are lost: commands or refusals are missing in it.",                    \
+    "The disk is full or has errors for long, or there are more commands than the disk can "       \
+    "store.",                                                                                      \
+    "Free space on the disk. Check who publishes on BG_COMMAND.")
 // clang-format on
 
 #define RCS_EVENT_CONSTANT(constant, publisher, code, severity, limit, meaning, cause, remedy) \

@@ -149,6 +149,7 @@ void Simulator::command(const drive_t& m, Stamp arrival, Duration shift) {
   c.curvature_1pm = m.curvature_1pm;
   c.accel_limit_mps2 = m.accel_limit_mps2;
   c.brake = m.brake != 0;
+  c.emergency_stop = m.emergency_stop != 0;
   commanded_->command(c, time_s(to_utime(arrival), start));
 }
 

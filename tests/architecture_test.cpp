@@ -64,6 +64,8 @@ const Folder kFolders[] = {
     {"tools/base/.*", "(rcs/base|tools/base)/.*", "rcs::tools"},
     {"tools/report/.*", "(rcs/base|tools/(base|report))/.*", "rcs::report"},
     {"tools/clouds/.*", "(rcs/base|tools/(base|clouds))/.*", "rcs::clouds"},
+    {"tools/recorder/.*", "(rcs/(base|node)|lcmtypes|tools/(base|report|recorder))/.*",
+     "rcs::recorder"},
     {"tools/recording/.*",
      "(rcs/(base|node)|lcmtypes|modules/(registration|sp)|tools/(base|recording))/.*",
      "rcs::recording"},
@@ -92,6 +94,11 @@ const Folder kFolders[] = {
 constexpr char kProject[] = "(rcs|lcmtypes|modules|sim|tools|tests)/.*";
 constexpr char kShell[] = "modules/.*_(node|main|config)\\..*";
 
+/// Files that may have threads.
+constexpr char kThreadsIn[] =
+    "(rcs/prior/async_tile_loader\\..*|rcs/node/(stop_writer|bus/udpm_receiver)\\..*|"
+    "modules/gateway/dds_link\\..*|tools/.*|tests/.*)";
+
 /// Text that only some files may contain. The pattern `what` is searched in the included name or in
 /// the code.
 struct Rule {
@@ -100,8 +107,9 @@ struct Rule {
   const char* why;
 };
 const Rule kIncludeRules[] = {
-    {"lcm/lcm.*", "rcs/node/bus/lcm_bus\\..*", "LCM itself belongs to rcs/node/bus/lcm_bus"},
-    {"lcm/.*", "rcs/node/.*", "LCM itself belongs to rcs/node"},
+    {"lcm/lcm.*", "(rcs/node/bus/lcm_bus|tests/node/lcm_interoperability_test)\\..*",
+     "LCM itself belongs to rcs/node/bus/lcm_bus"},
+    {"lcm/.*", "(rcs/node|tests/node)/.*", "LCM itself belongs to rcs/node"},
     {"toml.*", "rcs/node/params/params_state\\.h",
      "toml++ belongs to rcs/node/params/params_state.h"},
     {"GeographicLib/.*", "rcs/base/geodesy\\.cpp", "GeographicLib belongs to geodesy.cpp"},
@@ -115,8 +123,8 @@ const Rule kIncludeRules[] = {
      "text belongs to shells and tools; a core returns facts"},
     {"nlohmann/.*", "(tools|tests)/.*", "JSON is a format of tools"},
     {"(gtest|gmock|benchmark)/.*", "tests/.*", "test libraries belong to tests"},
-    {"(thread|mutex|shared_mutex|condition_variable|future|pthread\\.h)",
-     "(rcs/prior/async_tile_loader\\..*|tools/.*|tests/.*)", "one thread a process"},
+    {"(thread|mutex|shared_mutex|condition_variable|future|pthread\\.h)", kThreadsIn,
+     "one thread a process"},
 };
 /// Includes from outside the project that a module's core may use: std (without files, streams and
 /// threads), Eigen, and the libraries that a rule above permits.
@@ -133,7 +141,7 @@ const Rule kCodeRules[] = {
     {"\\b(u|nano)?sleep\\s*\\(|\\bclock_nanosleep\\b|\\bsleep_(for|until)\\b", "tests/.*",
      "a node never sleeps; a Timeline waits"},
     {"\\bstd::(thread|jthread|async|mutex|condition_variable)\\b|\\bpthread_create\\b|#pragma omp",
-     "(rcs/prior/async_tile_loader\\..*|tools/.*|tests/.*)", "one thread a process"},
+     kThreadsIn, "one thread a process"},
     {"\\brand\\s*\\(\\s*\\)|\\brandom_device\\b|\\bsetRandom\\b|::Random\\s*\\(", "nowhere",
      "random numbers come from a seeded std::mt19937"},
     {"\\busing\\s+namespace\\b", "nowhere", "names are written out"},

@@ -14,11 +14,13 @@
 namespace rcs {
 namespace {
 
-/// The publisher by the folder of the source; "sp, wm" for what both nodes use.
+/// The publisher by the folder of the source; several for what these nodes use.
 std::string publisher_of(const std::string& path) {
   static const std::pair<const char*, const char*> kFolders[] = {
-      {"modules/sp/", "sp"},           {"modules/wm/", "wm"},    {"modules/bg/", "bg"},
-      {"modules/gateway/", "gateway"}, {"rcs/prior/", "sp, wm"}, {"tools/rcs/vehicle/", "up"}};
+      {"modules/sp/", "sp"},         {"modules/wm/", "wm"},
+      {"modules/bg/", "bg"},         {"modules/gateway/", "gateway"},
+      {"rcs/prior/", "sp, wm"},      {"tools/rcs/vehicle/", "up"},
+      {"tools/recorder/", "record"}, {"rcs/node/process/", "sp, wm, bg, gateway"}};
   for (const auto& [folder, node] : kFolders) {
     if (path.compare(0, std::string(folder).size(), folder) == 0) return node;
   }

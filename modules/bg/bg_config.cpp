@@ -188,6 +188,10 @@ Result<BgConfig> load_bg_config(const ParamFile& file) {
          "near it and sees more.");
   bg.get("accel_mps2", &c.accel_mps2, {0.1, 10},
          "Acceleration limit in every drive command, for speeding up.");
+  bg.get(
+      "release_authorities", &c.release_authorities,
+      "Issuers of commands (operator: `rcs go`; gateway: DDS) that may release the emergency "
+      "stops of other issuers. A stop of an unknown issuer can only be released by one of them.");
   read(bg.table("shape"), &c.shape);
   read(bg.table("search"), &c.search, &c.grant);
   read(bg.table("follow"), &c.follow);

@@ -1,6 +1,9 @@
 #pragma once
 // Configuration of BG.
 
+#include <string>
+#include <vector>
+
 #include "modules/bg/decide.h"
 #include "modules/bg/path.h"
 #include "modules/bg/path_follow.h"
@@ -20,8 +23,10 @@ struct BgConfig {
   Duration plan_compute = from_milliseconds(12.0);  ///< nominal, of a cycle that plans
   Duration drive_valid = from_milliseconds(250.0);  ///< of a drive command
   double max_speed_mps = 10.0;                      ///< of any command
-  double north_mps = 2.5;                           ///< while the vehicle initializes its heading
-  double north_m = 40.0;                            ///< largest distance straight ahead for that
+  /// Issuers of commands that may release the emergency stops of other issuers.
+  std::vector<std::string> release_authorities = {"operator"};
+  double north_mps = 2.5;                ///< while the vehicle initializes its heading
+  double north_m = 40.0;                 ///< largest distance straight ahead for that
   double near_goal_m = 8.0;              ///< increase of the goal radius if no path leads into it
   double accel_mps2 = 2.0;               ///< limit in every drive command, for speeding up only
   GrantParams grant{6000, 2500.0, 0.3};  ///< units: expansions of the search

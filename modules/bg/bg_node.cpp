@@ -11,8 +11,10 @@ namespace rcs::bg {
 namespace {
 
 constexpr Duration kReportInterval = from_seconds(5.0);
-constexpr Duration kHeld = from_seconds(1.0);  // longer than the wheels need to turn
-constexpr double kFreed_m = 0.5;               // distance driven after a blocked path
+constexpr Duration kHeld = from_seconds(1.0);               // longer than the wheels need to turn
+constexpr double kFreed_m = 0.5;                            // distance driven after a blocked path
+constexpr Duration kSupervisorSilence = from_seconds(3.0);  // it publishes once a second
+constexpr Duration kContested = from_seconds(1.0);          // after a message of a second publisher
 constexpr Duration kWayKept =
     from_seconds(1.5);  // validity of a path that the search did not confirm
 
@@ -37,25 +39,28 @@ std::int8_t message_status(Status status) {
 
 }  // namespace
 
-BgNode::BgNode(const BgConfig& config, Bus* bus, StopLatch latch)
+BgNode::BgNode(const BgConfig& config, Bus* bus, StopLatch latch, bool supervised)
     : config_(config),
+      supervised_(supervised),
       clock_(config.period),
       plan_clock_(config.plan_period),
-      subordinate_(bus, config.info.name, channel::kBgCommand, channel::kBgStatus, {}),
+      subordinate_(bus, config.info.name, channel::kBgCommand, channel::kBgStop, channel::kBgStatus,
+                   {}),
       nav_states_(bus, channel::kWmNavState, 8),
       integrities_(bus, channel::kWmIntegrity, 4),
       map_patches_(bus, channel::kWmMapPatch, 1),
+      supervisor_(bus, channel::kUpProcess, 1),
       drive_out_(bus, channel::kBgDrive),
       plan_out_(bus, channel::kBgPlan),
       report_(bus, config.info.name, kReportInterval),
       search_(config.search, config.shape, config.weights),
-      emergency_stop_(std::move(latch)) {
+      emergency_stop_(std::move(latch), config.release_authorities) {
   path_.reserve(4096);
   candidate_.reserve(4096);
 }
 
 std::vector<const InboxBase*> BgNode::inboxes() const {
-  return {&subordinate_.inbox(), &nav_states_, &integrities_, &map_patches_};
+  return {&subordinate_.inbox(), &nav_states_, &integrities_, &map_patches_, &supervisor_};
 }
 
 Duration BgNode::nominal_compute() const {
@@ -64,7 +69,11 @@ Duration BgNode::nominal_compute() const {
 }
 
 void BgNode::run(const Cycle& cycle) {
-  subordinate_.take(cycle.now);
+  if (supervisor_heard_ == Stamp::min() || !supervisor_.empty()) supervisor_heard_ = cycle.now;
+  if (!supervisor_.empty()) supervisor_.pop();
+  // The superior of a release learns its result before another command is in force.
+  subordinate_.take(cycle.now, emergency_stop_.releasing());
+  emergency_stop_.engage(subordinate_.stops(), cycle.now, &report_);
   take_command();
   take_nav(cycle);
   take_integrity(cycle);
@@ -82,10 +91,8 @@ void BgNode::run(const Cycle& cycle) {
 
   Decision decision = decide(now, emergency_stop_.engaged(), config_.decide);
   drive(cycle, decision);
-  if (emergency_stop_.update(subordinate_.command(), subordinate_.is_new(), cycle.now, &report_,
-                             &decision)) {
-    subordinate_.release_stops();
-  }
+  emergency_stop_.update(subordinate_.command(), cycle.now, &report_, &decision);
+  subordinate_.release_stops(emergency_stop_.take_released());
   publish_status(decision, cycle.now);
   cycle.stages->mark("drive");
   if (clock_.due(cycle.now)) clock_.advance(cycle.now);
@@ -221,11 +228,17 @@ Facts BgNode::facts(Stamp now) const {
                    ? "cannot do because WM has begun another frame world with another datum"
                    : cannot_;
   }
+  f.supervisor_silent = supervised_ && now - supervisor_heard_ > kSupervisorSilence;
   if (nav_.arrival == Stamp::min()) return f;
   f.nav_age = now - nav_.arrival;
   f.nav_still = now - nav_moved_;
   f.speed_mps = nav_.speed_mps;
   f.pose_valid = nav_.pose_valid && integrity_.pose_valid;
+  for (const InboxBase* inbox :
+       {static_cast<const InboxBase*>(&nav_states_), static_cast<const InboxBase*>(&integrities_),
+        static_cast<const InboxBase*>(&map_patches_)}) {
+    f.second_publisher = f.second_publisher || inbox->contested(now, kContested);
+  }
   if (integrity_.arrival != Stamp::min()) f.integrity_age = now - integrity_.arrival;
   f.ins_age = nav_.ins_age;
   f.aligned = nav_.aligned;
@@ -418,11 +431,14 @@ void BgNode::publish_plan(Stamp now) {
 }
 
 void BgNode::publish_status(const Decision& decision, Stamp now) {
-  subordinate_.report(now, {message_status(decision.status), decision.state, decision.line,
-                            decision.reason, 0, route_.done(),
-                            !emergency_stop_.engaged()    ? status_t::STOP_NONE
-                            : emergency_stop_.persisted() ? status_t::STOP_PERSISTED
-                                                          : status_t::STOP_LATCHED});
+  StatusReport status{message_status(decision.status),
+                      decision.state,
+                      decision.line,
+                      decision.reason,
+                      0,
+                      route_.done()};
+  emergency_stop_.describe(&status);
+  subordinate_.report(now, status);
   if (decision.state == reported_state_) return;
   report_.publish(now, event::kBgState, "{} -> {}{}{}",
                   reported_state_.empty() ? std::string_view("start") : reported_state_,
@@ -441,7 +457,9 @@ Result<std::unique_ptr<Node>> make_live_bg_node(const ParamFile& file, Bus* bus)
   if (!config) return config.error();
   Result<StopLatch> latch = open_stop_latch(file);
   if (!latch) return latch.error();
-  return std::unique_ptr<Node>(std::make_unique<BgNode>(*config, bus, std::move(latch).value()));
+  latch->use(std::make_unique<StopWriterThread>());
+  return std::unique_ptr<Node>(
+      std::make_unique<BgNode>(*config, bus, std::move(latch).value(), is_supervised()));
 }
 
 }  // namespace rcs::bg

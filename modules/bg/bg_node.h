@@ -9,6 +9,7 @@
 #include "lcmtypes/rcs/map_patch_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/plan_t.hpp"
+#include "lcmtypes/rcs/process_t.hpp"
 #include "modules/bg/bg_config.h"
 #include "modules/bg/bg_messages_node.h"
 #include "modules/bg/stop_node.h"
@@ -22,7 +23,8 @@ namespace rcs::bg {
 
 class BgNode final : public Node {
  public:
-  BgNode(const BgConfig& config, Bus* bus, StopLatch latch);
+  /// @param supervised  `rcs up` has started this process: its silence stops the vehicle
+  BgNode(const BgConfig& config, Bus* bus, StopLatch latch, bool supervised = false);
 
   [[nodiscard]] const NodeInfo& info() const override { return config_.info; }
   [[nodiscard]] Stamp next_wakeup() const override { return clock_.next(); }
@@ -64,12 +66,15 @@ class BgNode final : public Node {
   void publish_status(const Decision& decision, Stamp now);
 
   BgConfig config_;
+  bool supervised_;
   PeriodicClock clock_;
   PeriodicClock plan_clock_;
   Subordinate subordinate_;
   Inbox<nav_state_t> nav_states_;
   Inbox<integrity_t> integrities_;
   Inbox<map_patch_t> map_patches_;
+  Inbox<process_t> supervisor_;
+  Stamp supervisor_heard_ = Stamp::min();
   Outbox<drive_t> drive_out_;
   Outbox<plan_t> plan_out_;
   Report report_;

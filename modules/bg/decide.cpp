@@ -14,11 +14,11 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
   const bool known_at_rest = at_rest && speed_known;
   if (f.command == CommandKind::kEmergencyStop) emergency = true;
   // Only in its cycle: a rejected release must not take effect once the vehicle is at rest.
-  if (releases && f.command_is_new && known_at_rest) emergency = false;
+  const bool release = emergency && releases && f.command_is_new && known_at_rest;
 
   const auto row = [&](int line, Action action, Status status, std::string_view state,
                        std::string_view reason) {
-    return Decision{action, status, state, reason, line, emergency};
+    return Decision{action, status, state, reason, line, emergency, release};
   };
   const Status when_at_rest = at_rest ? Status::kDone : Status::kExecuting;
 
@@ -62,6 +62,14 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
   // -- contingencies: loss of an input, and the least risk that remains ---------------------------
   const bool no_ladar = f.ladar_age > p.ladar_loss;
   const bool no_gps = f.gps_age > p.gps_loss;
+  if (f.supervisor_silent) {
+    return row(__LINE__, Action::kBrake, Status::kExecuting, "SUPERVISOR_SILENT",
+               "waiting because rcs up, which restarts the nodes, is silent");
+  }
+  if (f.second_publisher) {
+    return row(__LINE__, Action::kBrake, Status::kExecuting, "SECOND_PUBLISHER",
+               "waiting because a second program publishes messages of the world model");
+  }
   if (f.nav_age > p.nav_silence) {
     return row(__LINE__, Action::kBrake, Status::kExecuting, "WM_SILENT",
                "waiting because the world model is silent");

@@ -22,6 +22,8 @@ struct Facts {
   Duration nav_still = Duration::max();      ///< since its sensor time last changed
   Duration integrity_age = Duration::max();  ///< since the newest integrity message
   bool pose_valid = false;                   ///< both messages have a valid pose
+  bool supervisor_silent = false;            ///< `rcs up`, which restarts what fails
+  bool second_publisher = false;             ///< of what BG drives by, within the last second
   bool aligned = false;                      ///< WM has an attitude and is not lost
   Duration ins_age{};                        ///< since an INS sample was last integrated; 0: no INS
   Duration ladar_age = Duration::max();      ///< since a registration was last fused
@@ -62,10 +64,11 @@ struct Decision {
   std::string_view state;   ///< for the superior; stable
   std::string_view reason;  ///< why the vehicle does not drive; literals, or Facts::cannot
   int line = 0;             ///< of the row in decide.cpp
-  bool emergency = false;   ///< latched until it is released: input of the next cycle
+  bool emergency = false;   ///< an emergency stop is in force
+  bool release = false;     ///< the command may end the stops that it names, in this cycle only
 };
 
-/// @param emergency  Decision::emergency of the last cycle
+/// @param emergency  an emergency stop is latched
 [[nodiscard]] Decision decide(const Facts& facts, bool emergency, const DecideParams& params);
 
 }  // namespace rcs::bg

@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <filesystem>
+#include <utility>
 
 #include "modules/gateway/operator_commands.h"
 
@@ -62,6 +65,20 @@ constexpr KeyFile kKeyFiles[] = {
     {"dds.sec.access.permissions", "permissions.p7s"},
 };
 
+/// Whoever reads the private key is the vehicle for all operators. Credentials of systemd are
+/// readable by the group of the service.
+Outcome check_private(const std::filesystem::path& key) {
+  using std::filesystem::perms;
+  std::error_code failed;
+  const perms mode = std::filesystem::status(key, failed).permissions();
+  const perms too_much = mode & (perms::others_all | perms::group_write | perms::group_exec);
+  if (!failed && too_much == perms::none) return Done{};
+  return Error{
+      fmt::format("{}: mode {:04o} allows others to read or to change the private key: "
+                  "chmod 600 {}",
+                  key.string(), static_cast<unsigned>(mode & perms::mask), key.string())};
+}
+
 Outcome set_security(dds_qos_t* qos, const std::string& keys) {
   for (const Plugin& p : kPlugins) {
     const std::string library = fmt::format("dds.sec.{}.library.", p.service);
@@ -82,7 +99,13 @@ Outcome set_security(dds_qos_t* qos, const std::string& keys) {
     }
     dds_qset_prop(qos, k.property, ("file:" + path.string()).c_str());
   }
-  return Done{};
+  // `rcs keys --revoke` makes the list; without one nothing is revoked.
+  const std::filesystem::path revoked = std::filesystem::path(keys) / "crl.pem";
+  std::error_code failed;
+  if (std::filesystem::exists(revoked, failed)) {
+    dds_qset_prop(qos, "org.eclipse.cyclonedds.sec.auth.crl", ("file:" + revoked.string()).c_str());
+  }
+  return check_private(std::filesystem::path(keys) / "key.pem");
 }
 
 Error failure(std::string_view what, dds_return_t code) {
@@ -127,8 +150,8 @@ Qos command_qos() {
 
 // No stop may be lost, and one that was engaged before this process started counts, too. Depth 8,
 // so that a stop and its release within one cycle are both received. The number of instances is
-// unlimited: at a limit, a flood by one operator would block the stops of others for ever; without
-// a limit, it ends this process at worst, and then the vehicle stops.
+// limited by StopAdmission: at a limit of DDS, a flood by one operator would block the stops of
+// others for ever.
 Qos stop_qos() {
   Qos q = make_qos();
   dds_qset_reliability(q.get(), DDS_RELIABILITY_RELIABLE, 0);
@@ -179,6 +202,14 @@ Result<std::unique_ptr<DdsLink>> DdsLink::open(const DdsParams& params,
   const dds_entity_t status = topic(rcs_NodeStatus_desc, "NodeStatus");
   const dds_entity_t command = topic(rcs_WaypointCommand_desc, "WaypointCommand");
   const dds_entity_t stop = topic(rcs_EmergencyStop_desc, "EmergencyStop");
+  dds_topic_filter filter{};
+  filter.mode = DDS_TOPIC_FILTER_SAMPLE_ARG;
+  filter.f.sample_arg = &DdsLink::admits;
+  filter.arg = link.get();
+  if (stop >= 0) {
+    const dds_return_t set = dds_set_topic_filter_extended(stop, &filter);
+    if (set != DDS_RETCODE_OK) return failure("filter of stops", set);
+  }
   for (const dds_entity_t t : {state, status, command, stop}) {
     if (t < 0) return failure("topics", t);
   }
@@ -206,6 +237,45 @@ bool DdsLink::write(const rcs_NodeStatus& sample) {
   const bool good = dds_write(status_writer_.get(), &sample) == DDS_RETCODE_OK;
   if (!good) ++write_failures_;
   return good;
+}
+
+/// Called by the receiving thread of DDS for each sample, before it is stored.
+bool DdsLink::admits(const void* sample, void* link) {
+  auto* const self = static_cast<DdsLink*>(link);
+  const auto& stop = *static_cast<const rcs_EmergencyStop*>(sample);
+  const std::lock_guard lock(self->mutex_);
+  return self->admission_.judge(stop.operator_id, stop.engage) == StopAdmission::Verdict::kStored;
+}
+
+void DdsLink::update_writers() {
+  dds_subscription_matched_status_t status{};
+  if (dds_get_subscription_matched_status(stop_reader_.get(), &status) != DDS_RETCODE_OK) return;
+  // A writer that goes changes the current count alone.
+  const std::uint32_t changed = status.total_count + (status.total_count - status.current_count);
+  if (changed == writers_changed_) return;
+  writers_changed_ = changed;
+  constexpr std::size_t kMost = 256;
+  std::array<dds_instance_handle_t, kMost> writers{};
+  const dds_return_t n =
+      dds_get_matched_publications(stop_reader_.get(), writers.data(), writers.size());
+  std::vector<std::string> operators;
+  for (std::size_t k = 0; n > 0 && k < std::min<std::size_t>(static_cast<std::size_t>(n), kMost);
+       ++k) {
+    std::string name = partition_of_writer(stop_reader_.get(), writers[k]);
+    if (!name.empty()) operators.push_back(std::move(name));
+  }
+  const std::lock_guard lock(mutex_);
+  admission_.set_writers(std::move(operators));
+}
+
+DdsLink::Stops DdsLink::take_stops() {
+  update_writers();
+  return Stops(stop_reader_.get());
+}
+
+bool DdsLink::take_unnamed_stop() {
+  const std::lock_guard lock(mutex_);
+  return admission_.take_unnamed_stop();
 }
 
 std::string DdsLink::partition_of(const Commands& samples, std::size_t i) const {

@@ -4,12 +4,14 @@
 
 #include <cstdint>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "modules/gateway/dds_entity.h"
 #include "modules/gateway/dds_params.h"
+#include "modules/gateway/stop_admission.h"
 #include "rcs/base/result.h"
 #include "vehicle.h"
 
@@ -31,7 +33,9 @@ class DdsLink {
   using Commands = TakenSamples<rcs_WaypointCommand, kMaxCommands>;
   using Stops = TakenSamples<rcs_EmergencyStop, kMaxStops>;
   [[nodiscard]] Commands take_commands() { return Commands(command_reader_.get()); }
-  [[nodiscard]] Stops take_stops() { return Stops(stop_reader_.get()); }
+  [[nodiscard]] Stops take_stops();
+  /// Of an operator that was not stored (StopAdmission), since the last call.
+  [[nodiscard]] bool take_unnamed_stop();
 
   /// The only partition of the writer of a sample, i.e. the operator that its permissions name;
   /// empty: none, several, a pattern, or the writer is gone.
@@ -42,6 +46,12 @@ class DdsLink {
 
  private:
   DdsLink() = default;
+  static bool admits(const void* sample, void* link);
+  void update_writers();
+
+  std::mutex mutex_;  // of admission_, which a thread of DDS calls; outlives the entities below
+  StopAdmission admission_;
+  std::uint32_t writers_changed_ = 0;
 
   // In order of creation; released in reverse order.
   DdsEntity domain_;

@@ -49,7 +49,7 @@ GatewayNode::GatewayNode(const GatewayConfig& config, std::unique_ptr<DdsLink> d
       state_clock_(config.state_period),
       dds_(std::move(dds)),
       nav_states_(bus, channel::kWmNavState, 16),
-      port_(bus, channel::kBgCommand, channel::kBgStatus, kSelf, config.port),
+      port_(bus, channel::kBgCommand, channel::kBgStop, channel::kBgStatus, kSelf, config.port),
       report_(bus, config.info.name, kReportInterval),
       board_(board_names(config), config.board),
       arbiter_(config.arbiter) {
@@ -154,8 +154,12 @@ void GatewayNode::take_stops(Stamp now) {
     const rcs_EmergencyStop* const sample = samples.data(i);
     if (sample == nullptr || sample->vehicle != config_.vehicle) continue;
     const StopOrder order = from_sample(*sample, dds_->partition_of(samples, i));
+    const bool stopped = arbiter_.phase() == CommandArbiter::Phase::kStopped;
     refuse(arbiter_.take(order, now), "EmergencyStop", order.operator_id, order.command_id, now);
+    engaged_again_ = engaged_again_ || (stopped && order.engage);
   }
+  if (!dds_->take_unnamed_stop()) return;
+  refuse(arbiter_.take(StopOrder{}, now), "EmergencyStop", "", 0, now);
 }
 
 void GatewayNode::take_commands(Stamp now) {
@@ -180,7 +184,9 @@ void GatewayNode::refuse(Refusal refusal, std::string_view topic, std::string_vi
 }
 
 void GatewayNode::tell_vehicle(Stamp now) {
+  using Phase = CommandArbiter::Phase;
   port_.step(now);
+  stop_listed_ = stop_listed_ || port_.lists_mine();
   const CommandProgress current = port_.progress(now);
   Progress progress = Progress::kUnderway;
   if (current.state == CommandProgress::State::kDone) progress = Progress::kDone;
@@ -188,8 +194,29 @@ void GatewayNode::tell_vehicle(Stamp now) {
     progress = Progress::kError;
     failure_ = current.reason;
   }
+  // The stops of other superiors are theirs to release.
+  if (arbiter_.phase() == Phase::kReleasing && port_.confirmed() &&
+      port_.listed_stops(kSelf).empty()) {
+    progress = Progress::kDone;
+  }
   const std::optional<Action> action = arbiter_.decide(now, progress);
-  if (action) (void)port_.send(to_command(*action), now);
+  const bool stopped = arbiter_.phase() == Phase::kStopped;
+  // Repetitions of a stop that an authority has released are ignored by BG: an operator who stops
+  // again needs another stop.
+  const bool again = engaged_again_ && stop_listed_ && !port_.lists_mine();
+  const bool new_stop = stopped && (!was_stopped_ || again);
+  was_stopped_ = stopped;
+  engaged_again_ = false;
+  if (new_stop) {
+    ++stop_;
+    stop_listed_ = false;
+  }
+  if (!action && !new_stop) return;
+  const Action stop{Action::Kind::kEmergencyStop, config_.arbiter.valid_for, nullptr};
+  Command command = to_command(action ? *action : stop);
+  command.stop = stop_;
+  if (command.kind == command_t::KIND_RELEASE) command.released = port_.listed_stops(kSelf);
+  (void)port_.send(command, now);
 }
 
 void GatewayNode::report_phase(Stamp now) {

@@ -63,9 +63,13 @@ class GatewayNode final : public Node {
   CommandArbiter arbiter_;
   std::int64_t refused_ = 0;  // so far
   std::string last_refusal_;
-  std::string failure_;        // reason reported by BG
-  std::int64_t bg_heard_ = 0;  // messages of BG so far
-  bool started_ = false;       // the start has been reported
+  std::string failure_;         // reason reported by BG
+  std::int64_t bg_heard_ = 0;   // messages of BG so far
+  bool started_ = false;        // the start has been reported
+  std::int64_t stop_ = 0;       // number of the stop that was sent last
+  bool was_stopped_ = false;    // in the last cycle
+  bool engaged_again_ = false;  // an operator has stopped a vehicle that is stopped
+  bool stop_listed_ = false;    // BG has listed the stop that was sent last
   CommandArbiter::Phase reported_phase_ = CommandArbiter::Phase::kIdle;
   std::int64_t reported_id_ = 0;
   std::int64_t reported_failures_ = 0;

@@ -208,8 +208,10 @@ void SpNode::begin_scan(const FacetId& id) {
 void SpNode::finish_scan(const Cycle& cycle) {
   cycle.stages->mark("convert");
   choose_level(cycle);
+  const Stamp measured = assembler_.scan()->reference;
   correct_stamp(cycle);
-  begin_answer(cycle);
+  refer_to_newest_ins(assembler_.scan());
+  begin_answer(cycle, measured);
   Expectation expected =
       motion_guess_.expect(assembler_.scan()->reference, inertial_, config_.expectation);
   const int facets_lost = assembler_.facets_missing();
@@ -280,7 +282,8 @@ void SpNode::choose_level(const Cycle& cycle) {
                                  : std::string());
 }
 
-void SpNode::begin_answer(const Cycle& cycle) {
+/// @param measured  reference instant of the scan as its facets state it
+void SpNode::begin_answer(const Cycle& cycle, Stamp measured) {
   ++account_.answered;
   account_.facets_lost += assembler_.facets_missing();
   if (ladder_.level == Degrade::kHold) {
@@ -294,7 +297,7 @@ void SpNode::begin_answer(const Cycle& cycle) {
   m.facets_lost = static_cast<std::int16_t>(assembler_.facets_missing());
   m.degrade_level = static_cast<std::int8_t>(ladder_.level);
   m.latency_trace = {};
-  m.latency_trace.measured_utime = m.utime;
+  m.latency_trace.measured_utime = to_utime(measured);
   m.latency_trace.first_facet_utime = to_utime(first_facet_arrival_);
   m.latency_trace.last_facet_utime = to_utime(last_facet_arrival_);
   m.latency_trace.sp_start_utime = to_utime(cycle.now);

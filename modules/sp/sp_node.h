@@ -55,10 +55,11 @@ class SpNode final : public Node {
   void begin_scan(const FacetId& id);
   void finish_scan(const Cycle& cycle);
   void choose_level(const Cycle& cycle);
-  void begin_answer(const Cycle& cycle);
+  void begin_answer(const Cycle& cycle, Stamp measured);
   void answer(const registration::Registration& registration, int target);
   void answer_without_registering(registration::Stop stop, const Expectation& expected);
   void correct_stamp(const Cycle& cycle);
+  void refer_to_newest_ins(Scan* scan) const;
   void decide_stamp(Expectation* expected);
   void prepare_points(const Cycle& cycle, const Expectation& expected);
   void deskew_and_sample(const MotionState& motion);

@@ -52,6 +52,17 @@ void SpNode::correct_stamp(const Cycle& cycle) {
   reported_shift_ = shift;
 }
 
+/// WM fuses a scan once the INS has reached its instant. For a scan that ends a little after the
+/// newest sample that is the instant of this sample, so that nothing waits for the next one.
+void SpNode::refer_to_newest_ins(Scan* scan) const {
+  constexpr Duration kReferred = from_milliseconds(30.0);  // usual latency and interval of an INS
+  if (inertial_.size() == 0 || scan->dt_us.empty()) return;
+  const Duration ahead = scan->reference - inertial_[inertial_.size() - 1].stamp;
+  if (ahead <= Duration::zero() || ahead > kReferred) return;
+  scan->reference -= ahead;
+  for (auto& dt : scan->dt_us) dt += static_cast<std::int32_t>(ahead.count());
+}
+
 /// Whether the latency of a scan has changed or the clock of its stamp: by where it is, if the
 /// vehicle moves enough.
 void SpNode::decide_stamp(Expectation* expected) {
@@ -91,7 +102,6 @@ void SpNode::decide_stamp(Expectation* expected) {
   if (stamps_.shift().value_or(Duration::zero()) == Duration::zero()) return;
   scan->reference = stepped;
   registration_message_.utime = to_utime(stepped);
-  registration_message_.latency_trace.measured_utime = registration_message_.utime;
   *expected = other;
 }
 

@@ -51,6 +51,25 @@ void Estimator::start(const Belief& belief, double gravity) {
   local_stamp_ = belief.x.stamp;
 }
 
+Continuation Estimator::continuation() const {
+  Continuation c;
+  c.state = history_.head();
+  c.T_local_vehicle = T_local_vehicle_;
+  c.earth = history_.model().earth;
+  c.has_datum = datum_.has_value();
+  if (datum_) c.datum = datum_->datum();
+  return c;
+}
+
+void Estimator::resume(const Continuation& from) {
+  if (from.has_datum) datum_.emplace(from.datum);
+  restart(from.state);
+  history_.amend(from.earth, [](FilterState*) {});
+  T_local_vehicle_ = from.T_local_vehicle;
+  newest_imu_ = from.state.belief.x.stamp;
+  started_ = true;
+}
+
 Reason Estimator::add(const ImuSample& imu, Stamp arrival) {
   if (!started_ || arrival == Stamp::min()) return add_inertial(imu);
   if (clocks_.add(imu, arrival) == ClockWatch::Verdict::kHeld) return Reason::kAccepted;
@@ -109,6 +128,7 @@ Reason Estimator::add(Stamp stamp, const OdometrySample& odometry, Stamp arrival
 
 Reason Estimator::add(Stamp stamp, const RollingMatch& match, Stamp arrival) {
   if (!clocks_.add(Clock::kLadar, stamp, arrival)) return Reason::kInvalid;
+  if (before_silence_) place_in_rolling_map(stamp, match);
   return add(Measurement{stamp, match});
 }
 
@@ -215,12 +235,60 @@ void Estimator::step_clock(Stamp to) {
 /// All inputs were silent until `to`, for too long to predict any motion.
 void Estimator::begin_anew(Stamp to) {
   FilterState state = history_.head();
+  if (state.belief.x.map_epoch >= 0) before_silence_ = BeforeSilence{state, T_local_vehicle_, to};
   forget_place(&state);
   state.belief.x.stamp = to;
   Memory& m = state.memory;
   m.ins_stamp = m.ins_gap_end = to;
   m.odometry_heard = m.constrained = Stamp::min();
   restart(state);
+}
+
+/// This process was silent, not the sensors: SP has tracked the vehicle in its rolling map
+/// meanwhile, and the map did not move. The pose follows from the match, with the covariance of the
+/// map.
+void Estimator::place_in_rolling_map(Stamp stamp, const RollingMatch& match) {
+  constexpr double kTracked_hz = 4.0;  // registrations that SP published meanwhile
+  constexpr double kSigma_m = 30.0, kSigma_rad = 1.0, kSigma_mps = 5.0, kSigma_radps = 1.0;
+  before_silence_->registrations += match.missed + 1;
+  if (stamp < before_silence_->end) return;  // received late, from before or within the silence
+  const BeforeSilence before = *before_silence_;
+  before_silence_.reset();
+  FilterState state = before.state;
+  NavState& x = state.belief.x;
+  const double silence_s = seconds(stamp - x.stamp);
+  if (match.map_epoch != x.map_epoch || match.seeded ||
+      static_cast<double>(before.registrations) < kTracked_hz * silence_s ||
+      stamp < history_.head().belief.x.stamp - params_.history.lag) {
+    return;
+  }
+  const Pose T_vehicle_seen{exp_so3(x.mount), Vec3::Zero()};
+  const Pose here = x.T_world_rolling * match.T_rolling_vehicle * T_vehicle_seen.inverse();
+  const Pose step = x.T_world_vehicle.inverse() * here;
+  x.T_world_vehicle = here;
+  x.v_world = x.rate_vehicle = Vec3::Zero();
+  x.stamp = stamp;
+  // Unknown but for the map: the match itself, which is fused next, ties the pose to the map.
+  Cov& P = state.belief.P;
+  const auto forget = [&P](int first, double sigma) {
+    P.middleRows<3>(first).setZero();
+    P.middleCols<3>(first).setZero();
+    P.diagonal().segment<3>(first).setConstant(sigma * sigma);
+  };
+  forget(kPosition, kSigma_m);
+  forget(kAttitude, kSigma_rad);
+  forget(kVelocity, kSigma_mps);
+  forget(kRate, kSigma_radps);
+  Memory& m = state.memory;
+  m.T_path_vehicle = m.T_path_vehicle * step;
+  m.T_local_vehicle = m.T_local_vehicle * step;
+  m.unmatched = Pose{};
+  m.rejected_matches = {};
+  m.distance_m += step.p.norm();
+  m.ins_stamp = m.ins_gap_end = stamp;
+  m.odometry_heard = m.constrained = Stamp::min();
+  restart(state);
+  T_local_vehicle_ = before.T_local_vehicle * step;
 }
 
 void Estimator::restart(const FilterState& state) {

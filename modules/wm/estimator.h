@@ -19,6 +19,15 @@ struct GeodeticFix {
   GpsFix fix;  ///< p_world is computed from `antenna`
 };
 
+/// What another estimator with the same parameters continues with. Copied as bytes.
+struct Continuation {
+  FilterState state;
+  Pose T_local_vehicle;
+  Earth earth;
+  bool has_datum = false;
+  Geodetic datum;
+};
+
 /// Runs on the inputs that exist. Without a datum, or before the heading is known, frame world is a
 /// level frame of the filter, with the origin and heading of the vehicle at the start.
 class Estimator {
@@ -35,6 +44,12 @@ class Estimator {
   /// pose in frame world: it comes from the initial localization of SP.
   Reason add(Stamp stamp, const PriorMatch& match, Stamp arrival = Stamp::min());
   Reason add(Stamp stamp, const OdometrySample& odometry, Stamp arrival = Stamp::min());
+
+  /// Of the newest state; valid when started().
+  [[nodiscard]] Continuation continuation() const;
+  /// Continues where another estimator ended. The time since then is a silence of all inputs.
+  /// Before any input.
+  void resume(const Continuation& from);
 
   /// To be called in each cycle before fuse(): resolves suspected clock steps.
   void watch_clocks(Stamp now);
@@ -81,6 +96,7 @@ class Estimator {
   void step_clock(Stamp to);
   void move_clock(Duration step);
   void begin_anew(Stamp to);
+  void place_in_rolling_map(Stamp stamp, const RollingMatch& match);
   void restart(const FilterState& state);
   void forget_place(FilterState* state) const;
   void watch_loss();
@@ -111,6 +127,14 @@ class Estimator {
   int clock_steps_ = 0;
   LossWatch loss_;
   int losses_ = 0;
+  /// When all inputs fell silent for so long that the place was forgotten.
+  struct BeforeSilence {
+    FilterState state;
+    Pose T_local_vehicle;
+    Stamp end;                       ///< of the silence
+    std::int64_t registrations = 0;  ///< that SP has published since it began
+  };
+  std::optional<BeforeSilence> before_silence_;
 };
 
 }  // namespace rcs::wm

@@ -39,7 +39,8 @@ struct RollingMatch {
   Pose T_rolling_vehicle;
   Mat6 information = Mat6::Zero();  ///< right perturbation (rho, phi); zero where unobserved
   int map_epoch = 0;
-  bool seeded = false;  ///< the pose defines the frame of a new epoch
+  bool seeded = false;      ///< the pose defines the frame of a new epoch
+  std::int64_t missed = 0;  ///< registrations that SP published since the last one received
 };
 
 /// Bias of the a priori map: first-order Gauss-Markov in distance, equal in all axes.

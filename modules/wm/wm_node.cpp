@@ -22,6 +22,11 @@ constexpr Duration kReportInterval = from_seconds(5.0);
 constexpr Duration kIntegrityPeriod = from_milliseconds(100.0);
 constexpr Duration kSubfilterPeriod = from_milliseconds(500.0);
 
+/// Of 5 s at 200 Hz: a process that was stopped continues without a gap.
+constexpr std::size_t kInsSamples = 1024;
+/// Fewer than the history keeps.
+constexpr int kInputsBetweenFusions = 256;
+
 constexpr const event::Info* kSilent[] = {&event::kWmInputIns, &event::kWmInputGps,
                                           &event::kWmInputOdometry, &event::kWmInputLadar};
 
@@ -44,7 +49,7 @@ constexpr std::string_view kFindings[] = {
 WmNode::WmNode(const WmConfig& config, Bus* bus, PriorTerrain prior, std::string no_map)
     : config_(config),
       clock_(config.period),
-      ins_(bus, channel::kIns, 64),
+      ins_(bus, channel::kIns, kInsSamples),
       fixes_(bus, channel::kGpsFix, 16),
       odometry_(bus, channel::kOdometry, 64),
       registrations_(bus, channel::kSpRegistration, 8),
@@ -69,14 +74,41 @@ Stamp WmNode::next_wakeup() const {
   return std::min(registrations_.oldest_arrival(), clock_.next());
 }
 
-void WmNode::run(const Cycle& cycle) {
-  if (local_began_ == Stamp::min()) {
-    local_began_ = cycle.now;
-    if (!no_map_.empty()) {
-      report_.publish(cycle.now, event::kWmMapNone,
-                      "{}: path uncertainty is predicted without the a priori map", no_map_);
-    }
+void WmNode::begin(Stamp now) {
+  kept_.local_began = now;
+  if (checkpoint_) resume(now);
+  if (no_map_.empty()) return;
+  report_.publish(now, event::kWmMapNone,
+                  "{}: path uncertainty is predicted without the a priori map", no_map_);
+}
+
+void WmNode::resume(Stamp now) {
+  using Result = CheckpointKeeper::Result;
+  const Result result = checkpoint_->resume(now, &estimator_, &terrain_, &kept_);
+  const double age_s = seconds(checkpoint_->age());
+  switch (result) {
+    case Result::kNone:
+      return;
+    case Result::kResumed:
+      reported_epoch_ = estimator_.state().belief.x.map_epoch;
+      reported_resets_ = estimator_.state().memory.world_resets;
+      report_.publish(now, event::kWmResumed,
+                      "belief, frame local and terrain continued from {:.2f} s before", age_s);
+      return;
+    case Result::kTooOld:
+      report_.publish(now, event::kWmResumed,
+                      "start without the last belief, which is {:.1f} s old", age_s);
+      return;
+    case Result::kNotProven:
+      report_.publish(
+          now, event::kWmResumed,
+          "start without the last belief: the process ended soon after it had continued "
+          "with it");
   }
+}
+
+void WmNode::run(const Cycle& cycle) {
+  if (kept_.local_began == Stamp::min()) begin(cycle.now);
   take_all(&ins_, cycle.now);
   take_all(&odometry_, cycle.now);
   take_all(&fixes_, cycle.now);
@@ -102,19 +134,26 @@ void WmNode::run(const Cycle& cycle) {
   report_alignment(cycle.now);
   cycle.stages->mark("publish");
 
-  terrain_.step(estimator_, local_began_, cycle.now, &report_);
+  terrain_.step(estimator_, kept_.local_began, cycle.now, &report_);
   cycle.stages->mark("terrain");
   const bool absolute = estimator_.started() && estimator_.state().memory.anchored;
   path_uncertainty_.step(absolute ? &estimator_.state() : nullptr,
                          estimator_.datum() ? &*estimator_.datum() : nullptr, cycle.now, &report_);
   cycle.stages->mark("path_uncertainty");
+  if (checkpoint_) {
+    checkpoint_->save(cycle.now, estimator_, terrain_, kept_);
+    cycle.stages->mark("checkpoint");
+  }
   if (clock_.due(cycle.now)) clock_.advance(cycle.now);
   cycle.stages->close_account();
 }
 
 template <class Message>
 void WmNode::take_all(Inbox<Message>* inbox, Stamp now) {
-  for (; !inbox->empty(); inbox->pop()) take(*inbox->front(), now);
+  for (int n = 1; !inbox->empty(); ++n, inbox->pop()) {
+    take(*inbox->front(), now);
+    if (n % kInputsBetweenFusions == 0) estimator_.fuse();
+  }
 }
 
 namespace {
@@ -163,6 +202,8 @@ void WmNode::take(const odometry_t& m, Stamp now) {
 
 void WmNode::take(const registration_t& m, Stamp now) {
   const Stamp arrival = registrations_.front_arrival();
+  const std::int64_t missed = kept_.registration_seq == 0 ? 0 : m.seq - kept_.registration_seq - 1;
+  kept_.registration_seq = m.seq;
   if (plausible_stamp(m.utime)) inputs_.add_newer(Input::kLadar, from_utime(m.utime), arrival);
   if (!is_answer(m.stop)) return;  // no result; SP has reported the reason
   const std::optional<Registration> z = admit(m);
@@ -174,8 +215,8 @@ void WmNode::take(const registration_t& m, Stamp now) {
   const bool seeded = m.stop == registration_t::STOP_SEEDED;
   Reason reason = Reason::kInvalid;
   if (m.target == registration_t::TARGET_ROLLING && m.map_epoch >= 0) {
-    reason = estimator_.add(
-        stamp, RollingMatch{z->T_target_vehicle, z->information, m.map_epoch, seeded}, arrival);
+    const RollingMatch match{z->T_target_vehicle, z->information, m.map_epoch, seeded, missed};
+    reason = estimator_.add(stamp, match, arrival);
   } else if (m.target == registration_t::TARGET_PRIOR_MAP && !seeded) {
     reason = estimator_.add(stamp,
                             PriorMatch{z->T_target_vehicle,
@@ -251,7 +292,7 @@ void WmNode::fill_belief(const FilterState& s, Stamp now) {
   const Mat3 R_out_world = (T_out_vehicle.q * x.T_world_vehicle.q.conjugate()).toRotationMatrix();
   m.world_valid = memory.anchored ? 1 : 0;
   to_message(T_out_vehicle, m.q_world_vehicle, m.p_world_vehicle_m);
-  m.local_utime = to_utime(local_began_);
+  m.local_utime = to_utime(kept_.local_began);
   to_message(estimator_.T_local_vehicle(), m.q_local_vehicle, m.p_local_vehicle_m);
   to_message(Vec3(R_out_world * x.v_world), m.v_world_mps);
   const Mat3 cov_v = s.belief.P.block<3, 3>(kVelocity, kVelocity);
@@ -533,8 +574,15 @@ Result<std::unique_ptr<Node>> make_node(const ParamFile& file, Bus* bus, bool li
   // The filter does not depend on the map.
   Result<PriorTerrain> prior = open_prior_terrain(around, live);
   std::string no_map = prior ? std::string() : prior.error().message;
-  return std::unique_ptr<Node>(std::make_unique<WmNode>(
-      *config, bus, prior ? std::move(prior).value() : PriorTerrain(), std::move(no_map)));
+  auto node = std::make_unique<WmNode>(
+      *config, bus, prior ? std::move(prior).value() : PriorTerrain(), std::move(no_map));
+  if (live) {
+    Result<std::unique_ptr<CheckpointMemory>> memory =
+        CheckpointMemory::of_this_process(node->checkpoint_layout());
+    if (!memory) return memory.error();
+    if (*memory) node->use(std::move(memory).value());
+  }
+  return std::unique_ptr<Node>(std::move(node));
 }
 
 }  // namespace

@@ -4,7 +4,9 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
 
 #include "lcmtypes/ins_content.h"
 #include "lcmtypes/rcs/gps_fix_t.hpp"
@@ -16,6 +18,7 @@
 #include "lcmtypes/rcs/registration_t.hpp"
 #include "lcmtypes/rcs/subfilter_t.hpp"
 #include "modules/wm/alignment_watch.h"
+#include "modules/wm/checkpoint_node.h"
 #include "modules/wm/estimator.h"
 #include "modules/wm/input_watch.h"
 #include "modules/wm/integrity.h"
@@ -35,6 +38,12 @@ class WmNode final : public Node {
   /// @param no_map  why a configured map is not used; reported as an event
   WmNode(const WmConfig& config, Bus* bus, PriorTerrain prior = {}, std::string no_map = {});
 
+  /// Before the first cycle: continues with the state of a predecessor, and keeps its own.
+  void use(std::unique_ptr<CheckpointMemory> memory) { checkpoint_.emplace(std::move(memory)); }
+  [[nodiscard]] CheckpointLayout checkpoint_layout() const {
+    return CheckpointKeeper::layout(terrain_.grid());
+  }
+
   [[nodiscard]] const NodeInfo& info() const override { return config_.info; }
   [[nodiscard]] Stamp next_wakeup() const override;
   void run(const Cycle& cycle) override;
@@ -42,6 +51,8 @@ class WmNode final : public Node {
   [[nodiscard]] std::int64_t missed_cycles() const override { return clock_.missed(); }
 
  private:
+  void begin(Stamp now);
+  void resume(Stamp now);
   void take(const ins_t& m, Stamp now);
   void take(const gps_fix_t& m, Stamp now);
   void take(const odometry_t& m, Stamp now);
@@ -80,11 +91,12 @@ class WmNode final : public Node {
   bool fixes_have_velocity_ = false;
   InsContent ins_content_;
   TerrainDesk terrain_;
+  std::optional<CheckpointKeeper> checkpoint_;
   PathUncertaintyServer path_uncertainty_;
   std::string no_map_;
   PeriodicClock integrity_clock_;
   PeriodicClock subfilter_clock_;
-  Stamp local_began_ = Stamp::min();  // of this node's first cycle: identifies frame local
+  CheckpointKeeper::NodeState kept_;
 
   // Newest registration, for the latency trace of the belief.
   Stamp cause_ = Stamp::min();

@@ -14,11 +14,22 @@ bool is_stop(const command_t& m) { return m.kind == command_t::KIND_EMERGENCY_ST
 
 }  // namespace
 
-CommandPort::CommandPort(Bus* bus, std::string_view command_channel,
+CommandPort::CommandPort(Bus* bus, std::string_view command_channel, std::string_view stop_channel,
                          std::string_view status_channel, std::string_view issuer,
                          const CommandPortParams& params)
-    : params_(params), commands_(bus, command_channel), statuses_(bus, status_channel, 8) {
+    : params_(params),
+      commands_(bus, command_channel),
+      stops_(bus, stop_channel),
+      statuses_(bus, status_channel, 8) {
   command_.issuer = issuer;
+  command_.boot_id = bus->publisher().boot_id;
+}
+
+// In lockstep (no boot id) the same run has the same ids.
+std::int64_t CommandPort::new_stop_id() const {
+  const std::int64_t random = command_.boot_id == 0 ? 0 : random_id();
+  if (random != 0) return random;
+  return std::max<std::int64_t>(id_of(command_.issuer, command_.serial), 1);
 }
 
 std::int64_t CommandPort::send(const Command& command, Stamp now) {
@@ -33,12 +44,18 @@ std::int64_t CommandPort::send(const Command& command, Stamp now) {
   command_.valid_until_utime = to_utime(now + command.valid_for);
   command_.waypoint = command.waypoints;
   command_.n = static_cast<std::int32_t>(command.waypoints.size());
-  commands_.publish(&command_);
+  command_.stop_id = command.released;
+  if (is_stop(command_)) {
+    if (stop_id_ == 0 || command.stop == 0 || command.stop != stop_) stop_id_ = new_stop_id();
+    stop_ = command.stop;
+    command_.stop_id = {stop_id_};
+  }
+  command_.n_stops = static_cast<std::int32_t>(command_.stop_id.size());
+  (is_stop(command_) ? stops_ : commands_).publish(&command_);
   first_sent_ = now;
   last_sent_ = now;
   sends_ = 1;
-  echoed_ = seen_ = replaced_ = false;
-  done_ = false;
+  echoed_ = done_ = false;
   return command_.serial;
 }
 
@@ -53,33 +70,39 @@ void CommandPort::step(Stamp now) {
     status_ = m;
     received_ = true;
     received_at_ = now;
-    if (!echoes_mine()) {
-      // Further copies of a stop that another superior has released would be ignored.
-      replaced_ = replaced_ || (is_stop(command_) && seen_ && !echoed_);
-      continue;
-    }
-    seen_ = true;
     // A stop in force that would not survive a restart is sent again, to reach the successor, too.
-    echoed_ = echoed_ || !is_stop(command_) || m.status != status_t::STATUS_ERROR;
-    done_ = done_ || m.status == status_t::STATUS_DONE;
+    if (sends_ > 0 && is_stop(command_)) {
+      echoed_ = echoed_ || (m.emergency_stop == status_t::STOP_PERSISTED && lists_mine());
+    }
+    if (!echoes_mine()) continue;
+    echoed_ = echoed_ || !is_stop(command_);
+    done_ = done_ || (echoed_ && m.status == status_t::STATUS_DONE);
     command_.waypoints_done = std::clamp(m.waypoints_done, command_.waypoints_done, command_.n);
   }
   const bool in_time = sends_ < params_.max_sends && now < from_utime(command_.valid_until_utime);
   const bool send_again = sends_ > 0 && !echoed_ && now - last_sent_ >= params_.resend &&
                           (in_time || is_stop(command_));
   if (!send_again) return;
-  if (replaced_) {
-    command_.utime = to_utime(now);
-    command_.serial = std::max(command_.serial + 1, command_.utime);
-    seen_ = replaced_ = false;
-  }
-  commands_.publish(&command_);
+  (is_stop(command_) ? stops_ : commands_).publish(&command_);
   last_sent_ = now;
   sends_ = std::min(sends_ + 1, params_.max_sends);
 }
 
 bool CommandPort::echoes_mine() const {
   return sends_ > 0 && status_.echo_serial == command_.serial && status_.issuer == command_.issuer;
+}
+
+bool CommandPort::lists_mine() const {
+  const std::vector<std::int64_t> mine = listed_stops(command_.issuer);
+  return stop_id_ != 0 && std::find(mine.begin(), mine.end(), stop_id_) != mine.end();
+}
+
+std::vector<std::int64_t> CommandPort::listed_stops(std::string_view issuer) const {
+  std::vector<std::int64_t> ids;
+  for (const stop_t& s : status_.stop) {
+    if (issuer.empty() || s.issuer == issuer) ids.push_back(s.id);
+  }
+  return ids;
 }
 
 CommandProgress CommandPort::progress(Stamp now) const {
@@ -89,7 +112,9 @@ CommandProgress CommandPort::progress(Stamp now) const {
   const bool silent = now - std::max(received_at_, first_sent_) > params_.silence;
   if (silent) return {State::kError, "no status for too long"};
   if (!echoed_) {
-    if (echoes_mine()) return {State::kError, status_.reason};
+    if (echoes_mine() && status_.status == status_t::STATUS_ERROR) {
+      return {State::kError, status_.reason};
+    }
     const bool given_up = now - last_sent_ > params_.resend && sends_ >= params_.max_sends;
     const bool over = now >= from_utime(command_.valid_until_utime);
     if (given_up || over) return {State::kError, "the command is not accepted"};
@@ -103,64 +128,23 @@ CommandProgress CommandPort::progress(Stamp now) const {
   return {State::kError, status_.reason};
 }
 
-void StopReceiver::receive(const std::uint8_t* data, std::size_t size, Stamp arrival) noexcept {
-  try {
-    if (size > InboxBase::kMaxMessageBytes) return;
-    if (scratch_.decode(data, 0, static_cast<int>(size)) != static_cast<int>(size)) return;
-  } catch (const std::bad_alloc&) {
-    return;  // the command inbox counts malformed messages
-  }
-  if (!is_stop(scratch_)) return;
-  if (scratch_.issuer.size() > kMaxIssuer) scratch_.issuer.resize(kMaxIssuer);
-  // A copy must not displace a new stop.
-  const Record* const known = find(scratch_);
-  if (known != nullptr && (known->released || pending_)) return;
-  std::swap(newest_, scratch_);
-  pending_ = true;
-  pending_arrival_ = arrival;
-}
-
-bool StopReceiver::take() {
-  pending_ = false;
-  if (find(newest_) != nullptr) return false;
-  last_arrival_ = std::max(last_arrival_, pending_arrival_);
-  Record& record = records_[next_record_];
-  next_record_ = (next_record_ + 1) % records_.size();
-  record.issuer = newest_.issuer;
-  record.serial = newest_.serial;
-  record.utime = newest_.utime;
-  record.released = false;
-  record.used = true;
-  return true;
-}
-
-void StopReceiver::release() {
-  for (Record& r : records_) r.released = r.used;
-}
-
-StopReceiver::Record* StopReceiver::find(const command_t& m) {
-  Record* const found = std::find_if(records_.begin(), records_.end(), [&](const Record& r) {
-    return r.used && r.serial == m.serial && r.utime == m.utime && r.issuer == m.issuer;
-  });
-  return found == records_.end() ? nullptr : found;
-}
-
 Subordinate::Subordinate(Bus* bus, std::string_view node, std::string_view command_channel,
-                         std::string_view status_channel, const SubordinateParams& params)
+                         std::string_view stop_channel, std::string_view status_channel,
+                         const SubordinateParams& params)
     : params_(params),
+      boot_id_(bus->publisher().boot_id),
       commands_(bus, command_channel, 16),
-      stops_(bus, command_channel),
+      stops_(bus, stop_channel, command_channel),
       statuses_(bus, status_channel) {
   status_.node = node;
+  status_.boot_id = boot_id_;
 }
 
-void Subordinate::take(Stamp now) {
+void Subordinate::take(Stamp now, bool only_stops) {
   if (!start_) start_ = now;
   is_new_ = false;
-  if (stops_.pending() != nullptr) {
-    take_stop();  // the other commands wait, whether they arrived before it or after
-    return;
-  }
+  // The other commands wait, whether they arrived before it or after.
+  if (take_stop(only_stops) || only_stops) return;
   for (; !commands_.empty(); commands_.pop()) {
     const command_t& m = *commands_.front();
     if (is_stop(m) || !admit(m, now)) continue;
@@ -176,18 +160,20 @@ void Subordinate::take(Stamp now) {
 
 // No rule applies, and the issuer's record is unchanged: the serial of a stop must not make other
 // commands of its issuer stale.
-void Subordinate::take_stop() {
-  const command_t& m = *stops_.pending();
-  const bool first = stops_.take();
-  if (!first && in_force_ && is_stop(command_) && m.issuer == command_.issuer &&
-      m.serial == command_.serial && m.utime == command_.utime) {
+// @return a stop is the command in force since this cycle
+bool Subordinate::take_stop(bool only_new) {
+  const command_t* const m = stops_.take();
+  if (m == nullptr || (only_new && !stops_.took_new())) return false;
+  if (in_force_ && is_stop(command_) && m->issuer == command_.issuer &&
+      m->serial == command_.serial && m->utime == command_.utime) {
     ++account_.repeated;
-    return;
+    return false;
   }
-  command_ = m;
+  command_ = *m;
   in_force_ = true;
   is_new_ = true;
   ++account_.taken;
+  return true;
 }
 
 // Every rule errs on the side of not acting: a superior that is not echoed issues a new command.
@@ -199,6 +185,10 @@ bool Subordinate::admit(const command_t& m, Stamp now) {
                     from_utime(m.valid_until_utime) - from_utime(m.utime) <= params_.longest;
   if (!sane) {
     ++account_.implausible;
+    return false;
+  }
+  if (m.boot_id != boot_id_) {
+    ++account_.other_boot;
     return false;
   }
   if (from_utime(m.utime) < *start_) {
@@ -254,6 +244,9 @@ void Subordinate::report(Stamp now, const StatusReport& report) {
   status_.waypoints_done = report.waypoints_done;
   status_.state = report.state;
   status_.emergency_stop = report.emergency_stop;
+  status_.stop.clear();
+  if (report.stops != nullptr) status_.stop = *report.stops;
+  status_.n_stops = static_cast<std::int32_t>(status_.stop.size());
   status_.source_line = report.line;
   status_.reason = report.reason;
   statuses_.publish(&status_);

@@ -3,8 +3,9 @@
 // and increase; the subordinate echoes the serial of the command in force. The superior derives the
 // state of its command from (sent, echoed, age), so that the DONE of an older command is never
 // attributed to the new one, and silence is an error. All stamps are of one computer's timeline.
-// An emergency stop is exempt from every rule that could prevent its execution: it is sent until it
-// is echoed, and accepted with any serial, age and issuer.
+// An emergency stop is exempt from every rule that could prevent its execution: it is sent until
+// the subordinate lists it as persisted, and accepted with any serial, age and issuer. Other
+// commands of another start of the computer are rejected.
 
 #include <array>
 #include <cstdint>
@@ -18,6 +19,7 @@
 #include "rcs/base/stamp.h"
 #include "rcs/node/bus/inbox.h"
 #include "rcs/node/bus/outbox.h"
+#include "rcs/node/stop_receiver.h"
 
 namespace rcs {
 
@@ -34,6 +36,11 @@ struct Command {
   /// subordinate's configured limits apply.
   double alert_limit_horizontal_m = 0.0;
   double alert_limit_vertical_m = 0.0;
+  /// Of an emergency stop: a command with the number of the one before repeats that stop, also
+  /// after it has been released. 0: another stop.
+  std::int64_t stop = 0;
+  /// Of a release: ids of the stops that it ends, see CommandPort::listed_stops().
+  std::vector<std::int64_t> released;
   Duration valid_for = from_seconds(2.5);  ///< the subordinate stops after this time
 };
 
@@ -54,8 +61,9 @@ struct CommandPortParams {
 class CommandPort {
  public:
   /// @param issuer  unique for each port in the whole system
-  CommandPort(Bus* bus, std::string_view command_channel, std::string_view status_channel,
-              std::string_view issuer, const CommandPortParams& params);
+  CommandPort(Bus* bus, std::string_view command_channel, std::string_view stop_channel,
+              std::string_view status_channel, std::string_view issuer,
+              const CommandPortParams& params);
 
   /// Replaces the command that was sent before.
   /// @return its serial: larger than any that this issuer has used, also before a restart, because
@@ -63,24 +71,30 @@ class CommandPort {
   std::int64_t send(const Command& command, Stamp now);
 
   /// Call it once a cycle: reads the statuses and sends the command again until it is echoed. An
-  /// emergency stop is sent until its echo reports no error: then it is in force and survives a
-  /// restart of the subordinate. If another command has replaced it before, it is sent with a new
-  /// serial.
+  /// emergency stop is sent until the subordinate lists it as persisted: then it is in force and
+  /// survives a restart of the subordinate.
   void step(Stamp now);
 
   [[nodiscard]] CommandProgress progress(Stamp now) const;
-  /// The newest command has been echoed, even if another one has replaced it since; for an
-  /// emergency stop: without an error.
+  /// The newest command has been echoed, even if another one has replaced it since; an emergency
+  /// stop has been persisted.
   [[nodiscard]] bool confirmed() const { return echoed_; }
   /// The newest status, for the command of any superior; null before the first.
   [[nodiscard]] const status_t* status() const { return received_ ? &status_ : nullptr; }
+  /// Ids of the emergency stops in force that `issuer` has set, by the newest status; empty name:
+  /// all of them.
+  [[nodiscard]] std::vector<std::int64_t> listed_stops(std::string_view issuer) const;
+  /// The newest status lists the emergency stop that this port has sent last.
+  [[nodiscard]] bool lists_mine() const;
   [[nodiscard]] const InboxBase& inbox() const { return statuses_; }
 
  private:
   [[nodiscard]] bool echoes_mine() const;
+  [[nodiscard]] std::int64_t new_stop_id() const;
 
   CommandPortParams params_;
   Outbox<command_t> commands_;
+  Outbox<command_t> stops_;
   Inbox<status_t> statuses_;
   command_t command_{};
   status_t status_{};
@@ -89,10 +103,10 @@ class CommandPort {
   Stamp first_sent_ = Stamp::min();
   Stamp last_sent_ = Stamp::min();
   int sends_ = 0;
-  bool echoed_ = false;    // the newest command has been echoed once
-  bool done_ = false;      // and its DONE was received
-  bool seen_ = false;      // it has been echoed once, possibly with an error
-  bool replaced_ = false;  // a stop that was echoed with errors only until another command was
+  bool echoed_ = false;       // the newest command has been echoed once; a stop: persisted
+  bool done_ = false;         // and its DONE was received
+  std::int64_t stop_ = 0;     // Command::stop of the last stop
+  std::int64_t stop_id_ = 0;  // its id; 0: none yet
 };
 
 struct SubordinateParams {
@@ -111,58 +125,15 @@ struct StatusReport {
   int degrade_level = 0;
   int waypoints_done = 0;
   std::int8_t emergency_stop = status_t::STOP_NONE;
-};
-
-/// The emergency stops of a command channel. They have a receiver of their own, so that no number
-/// of other commands can displace one before it is read.
-class StopReceiver final : public Receiver {
- public:
-  static constexpr std::size_t kMaxIssuer = 64;  ///< characters; a longer name is cut
-
-  StopReceiver(Bus* bus, std::string_view channel) { bus->subscribe(channel, this); }
-  StopReceiver(const StopReceiver&) = delete;
-  StopReceiver& operator=(const StopReceiver&) = delete;
-  ~StopReceiver() = default;
-
-  /// The newest stop that has not been accepted; null: none.
-  [[nodiscard]] const command_t* pending() const { return pending_ ? &newest_ : nullptr; }
-  /// Ends pending().
-  /// @return false: a copy of a stop that was accepted before
-  bool take();
-  /// Copies of the stops accepted so far are ignored afterwards.
-  void release();
-
-  /// Arrival of the newest stop that was not a copy (node time); a release issued before is
-  /// rejected.
-  [[nodiscard]] Stamp last_arrival() const { return last_arrival_; }
-
-  void receive(const std::uint8_t* data, std::size_t size, Stamp arrival) noexcept override;
-
- private:
-  struct Record {
-    std::string issuer;
-    std::int64_t serial = 0;
-    std::int64_t utime = 0;
-    bool released = false;
-    bool used = false;
-  };
-  [[nodiscard]] Record* find(const command_t& m);
-
-  command_t scratch_{};
-  command_t newest_{};
-  bool pending_ = false;
-  Stamp pending_arrival_ = Stamp::min();
-  Stamp last_arrival_ = Stamp::min();
-  // A copy of a stop whose record was displaced stops the vehicle again, which is the safe side.
-  std::array<Record, 16> records_;
-  std::size_t next_record_ = 0;
+  const std::vector<stop_t>* stops = nullptr;  ///< in force; null: none
 };
 
 /// The subordinate's end.
 class Subordinate {
  public:
   Subordinate(Bus* bus, std::string_view node, std::string_view command_channel,
-              std::string_view status_channel, const SubordinateParams& params);
+              std::string_view stop_channel, std::string_view status_channel,
+              const SubordinateParams& params);
 
   /// Counts of the commands by result.
   struct Account {
@@ -172,6 +143,7 @@ class Subordinate {
                                     ///< issued before the newest stop arrived
     std::int64_t expired = 0;       ///< valid_until had passed at arrival
     std::int64_t before_start = 0;  ///< issued before this subordinate ran: possibly executed
+    std::int64_t other_boot = 0;    ///< of another start of the computer: a recording, or delayed
     std::int64_t implausible = 0;   ///< issued in the future, valid for too long, or with an
                                     ///< implausible serial or issuer
   };
@@ -179,9 +151,12 @@ class Subordinate {
   /// Call it once a cycle, first: accepts what has arrived. The first call is the subordinate's
   /// start. An emergency stop is accepted in the cycle in which it arrives, before any other
   /// command; the others wait for the next cycle, as do commands that follow a release.
-  void take(Stamp now);
-  /// The emergency stops accepted so far have been released: late copies of them are ignored.
-  void release_stops() { stops_.release(); }
+  /// @param only_stops  the command in force stays so unless another stop arrives
+  void take(Stamp now, bool only_stops = false);
+  /// The emergency stops that arrived for this cycle, also if they repeat stops in force.
+  [[nodiscard]] const std::vector<stop_t>& stops() const { return stops_.taken(); }
+  /// These stops have been released: late copies of them are ignored.
+  void release_stops(const std::vector<std::int64_t>& ids) { stops_.release(ids); }
 
   /// A command was accepted in this cycle.
   [[nodiscard]] bool is_new() const { return is_new_; }
@@ -204,11 +179,12 @@ class Subordinate {
     std::int64_t serial = 0;  // newest accepted
     Stamp issued = Stamp::min();
   };
-  void take_stop();
+  [[nodiscard]] bool take_stop(bool only_new);
   [[nodiscard]] bool admit(const command_t& m, Stamp now);
   Issuer* issuer(const command_t& m);
 
   SubordinateParams params_;
+  std::int64_t boot_id_;
   Inbox<command_t> commands_;
   StopReceiver stops_;
   Outbox<status_t> statuses_;

@@ -92,9 +92,9 @@ std::string RunReport::text() const {
     for (const NodeReport::Input& i : n.inputs) {
       fmt::format_to(line,
                      "  {:<16} received {:>8}  dropped {:>6}  gaps {:>6}  repeated {:>6}  "
-                     "malformed {:>6}\n",
+                     "malformed {:>6}  rejected {:>6}\n",
                      i.channel, i.account.received, i.account.dropped, i.account.gaps,
-                     i.account.repeated, i.account.malformed);
+                     i.account.repeated, i.account.malformed, i.account.rejected);
     }
   }
   return out;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cstdio>
 #include <exception>
 #include <iterator>
 
@@ -22,6 +21,12 @@ namespace {
 std::int8_t to_message(event::Severity severity) {
   if (severity == event::Severity::kError) return event_t::SEVERITY_ERROR;
   return severity == event::Severity::kWarning ? event_t::SEVERITY_WARNING : event_t::SEVERITY_INFO;
+}
+
+std::string printable(std::string text) {
+  const auto is_control = [](char c) { return (c >= 0 && c < ' ') || c == 0x7f; };
+  std::replace_if(text.begin(), text.end(), is_control, '?');
+  return text;
 }
 
 }  // namespace
@@ -71,13 +76,13 @@ void EventPrinter::receive(const std::uint8_t* data, std::size_t size, Stamp) no
                            : event_.severity == event_t::SEVERITY_WARNING ? "warning"
                                                                           : "info";
     const std::int64_t now = wall_utime();
-    fmt::print(stderr, "{} {} UTC, {:.1f} s {}: {}: {}", event_.node, time_of_day(now),
-               seconds(Duration(now - start_utime_)), severity, event_.code, event_.text);
-    if (event_.repeated > 0) fmt::print(stderr, " (and {} times before)", event_.repeated);
-    fmt::print(stderr, "\n");
+    // Texts of the bus may contain control characters of terminals.
+    lines_.print(printable(fmt::format(
+        "{} {} UTC, {:.1f} s {}: {}: {}{}", event_.node, time_of_day(now),
+        seconds(Duration(now - start_utime_)), severity, event_.code, event_.text,
+        event_.repeated > 0 ? fmt::format(" (and {} times before)", event_.repeated) : "")));
   } catch (const std::exception&) {
-    // A full disk behind stderr must not stop the vehicle; the event is on the bus anyway.
-    std::clearerr(stderr);
+    return;  // no memory for the text; the event is on the bus anyway
   }
 }
 

@@ -16,6 +16,7 @@
 #include "rcs/base/stamp.h"
 #include "rcs/node/bus/bus.h"
 #include "rcs/node/bus/outbox.h"
+#include "rcs/node/process/terminal_line.h"
 
 namespace rcs {
 
@@ -68,6 +69,7 @@ class EventPrinter final : public Receiver {
 
  private:
   event_t event_{};
+  TerminalLines lines_;
   std::int64_t start_utime_;  // wall clock
 };
 

@@ -1,86 +1,19 @@
 #include "rcs/node/stop_latch.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <array>
-#include <cerrno>
-#include <cstdint>
-#include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <filesystem>
 #include <system_error>
 #include <utility>
 
-#include "rcs/base/file_handle.h"
 #include "rcs/node/process/process.h"
 
 namespace rcs {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::string_view kFirstLine = "RCS emergency stop: vehicle stopped by ";
-
-Error failure(std::string_view what, const std::string& path, int code) {
-  return {fmt::format("cannot {} {}: {}", what, path, std::strerror(code))};
-}
-
-std::string folder_of(const std::string& path) { return fs::path(path).parent_path().string(); }
-
-Outcome make_folder(const std::string& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) return failure("create the folder", folder, error.value());
-  return Done{};
-}
-
-/// The creation or removal of a file is permanent only when its folder is on the disk, too.
-Outcome sync_folder(const std::string& folder) {
-  const FileHandle handle(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (!handle.valid()) return failure("open the folder", folder, errno);
-  if (fsync(handle.get()) != 0) return failure("write the folder", folder, errno);
-  return Done{};
-}
-
-/// @return the file at `path` is on the disk; a file that cannot be opened was not made by a latch
-bool sync_existing(const std::string& path) {
-  const FileHandle file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
-  if (file.valid() && fsync(file.get()) != 0 && errno != EINVAL) return false;
-  return sync_folder(folder_of(path)).ok();
-}
-
-/// Names come from the bus and are printed on terminals.
-std::string printable(std::string text) {
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
-  return text;
-}
-
-/// Cause of the stop latched at `path`; empty: not latched.
-std::string cause_at(const std::string& path) {
-  struct stat status {};
-  if (lstat(path.c_str(), &status) != 0) {
-    if (errno == ENOENT) return "";
-    return fmt::format("{} cannot be examined: {}", path, std::strerror(errno));
-  }
-  if (!S_ISREG(status.st_mode)) return fmt::format("{} is not a regular file", path);
-  const FileHandle file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW));
-  if (!file.valid()) return fmt::format("{} cannot be read: {}", path, std::strerror(errno));
-  std::array<char, 512> bytes{};
-  const ssize_t n = read(file.get(), bytes.data(), bytes.size());
-  if (n < 0) return fmt::format("{} cannot be read: {}", path, std::strerror(errno));
-  const std::string_view text(bytes.data(), static_cast<std::size_t>(n));
-  const std::size_t end = text.find('\n');
-  if (text.substr(0, kFirstLine.size()) != kFirstLine || end == std::string_view::npos) {
-    return fmt::format("{} exists, but its content is invalid or incomplete", path);
-  }
-  return printable(std::string(text.substr(kFirstLine.size(), end - kFirstLine.size())));
-}
 
 std::uint64_t fnv1a(std::string_view text) {
   std::uint64_t hash = 0xcbf29ce484222325;
@@ -116,70 +49,145 @@ std::string default_folder() {
 }  // namespace
 
 Result<StopLatch> StopLatch::open(const std::string& path) {
-  const std::string folder = folder_of(path);
-  if (const Outcome made = make_folder(folder); !made) return made.error();
-  // fs::create_directories() accepts an existing folder without write permission.
-  if (access(folder.c_str(), W_OK | X_OK) != 0) {
-    return failure("write to the folder", folder, errno);
-  }
+  if (const Outcome checked = check_stop_folder(path); !checked) return checked.error();
   StopLatch latch;
   latch.path_ = path;
-  latch.cause_ = cause_at(path);
-  latch.engaged_ = !latch.cause_.empty();
+  latch.writer_ = std::make_unique<StopWriterInCall>();
+  LatchedStops latched = read_stop_file(path);
+  if (latched.stops.empty()) return latch;
+  latch.stops_ = std::move(latched.stops);
+  latch.damage_ = std::move(latched.damage);
+  // Of a damaged file, too: its existence is the latch, and no attempt to repair it may fail.
+  latch.on_disk_ = latch.text_ = stop_file_text(latch.stops_);
   // The previous process may have been killed before the file was on the disk.
-  if (latch.engaged_) latch.persisted_ = sync_existing(path);
+  latch.on_disk_known_ = sync_stop_file(path);
   return latch;
 }
 
-void StopLatch::engage(const command_t& stop) {
-  if (engaged_) {
-    struct stat status {};
-    if (!path_.empty() && lstat(path_.c_str(), &status) != 0) persisted_ = false;
+bool StopLatch::persisted() const {
+  return !engaged() || path_.empty() || (on_disk_known_ && on_disk_ == text_);
+}
+
+std::string StopLatch::cause() const {
+  if (!damage_.empty()) return damage_;
+  std::string issuers;
+  for (auto s = stops_.begin(); s != stops_.end(); ++s) {
+    const bool named = std::any_of(stops_.begin(), s,
+                                   [s](const stop_t& other) { return other.issuer == s->issuer; });
+    if (named) continue;
+    if (!issuers.empty()) issuers += ", ";
+    issuers += s->issuer.empty() ? "an unknown issuer" : s->issuer;
+  }
+  return issuers;
+}
+
+void StopLatch::engage(const stop_t& stop) {
+  const auto with_id = [this](std::int64_t id) {
+    return std::any_of(stops_.begin(), stops_.end(), [id](const stop_t& s) { return s.id == id; });
+  };
+  const bool full = stops_.size() >= kMaxStops;
+  if (with_id(stop.id) || (full && with_id(0))) {
+    check_ = true;
     return;
   }
-  engaged_ = true;
-  persisted_ = false;
-  cause_ = fmt::format("{}, serial {}", printable(stop.issuer), stop.serial);
+  // Whoever released the others did not know of this one.
+  releasing_ = false;
+  const bool has_name = stop.id != 0 && !full;
+  stops_.push_back(has_name ? stop_t{stop.id, printable(stop.issuer)} : stop_t{});
+  note_change();
 }
 
-Outcome StopLatch::persist() {
-  if (persisted()) return Done{};
-  const std::string folder = folder_of(path_);
-  if (Outcome made = make_folder(folder); !made) return made;
-  const FileHandle file(
-      ::open(path_.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0644));
-  if (!file.valid()) return failure("create", path_, errno);
-  const std::string content = fmt::format(
-      "{}{}\nWhile this file exists, BG does not drive. Release it at rest: rcs go --release\n",
-      kFirstLine, cause_);
-  const ssize_t n = write(file.get(), content.data(), content.size());
-  if (n < 0) return failure("write", path_, errno);
-  if (static_cast<std::size_t>(n) < content.size()) return failure("write", path_, ENOSPC);
-  if (fsync(file.get()) != 0) return failure("write", path_, errno);
-  if (Outcome synced = sync_folder(folder); !synced) return synced;
-  persisted_ = true;
-  return Done{};
-}
-
-Outcome StopLatch::release() {
-  if (!engaged_) return Done{};
-  if (!path_.empty()) {
-    const std::string folder = folder_of(path_);
-    if (std::remove(path_.c_str()) != 0 && errno != ENOENT) return failure("remove", path_, errno);
-    persisted_ = false;  // unknown until the folder is on the disk
-    if (Outcome made = make_folder(folder); !made) return made;
-    if (Outcome synced = sync_folder(folder); !synced) return synced;
+StopLatch::Release StopLatch::release(const std::vector<std::int64_t>& ids, std::string_view by,
+                                      bool authority, Stamp until) {
+  const std::string name = printable(std::string(by));
+  const auto ends = [&](const stop_t& s) {
+    const bool permitted = authority || (s.id != 0 && s.issuer == name);
+    return permitted && std::find(ids.begin(), ids.end(), s.id) != ids.end();
+  };
+  const auto ended = static_cast<std::size_t>(std::count_if(stops_.begin(), stops_.end(), ends));
+  if (ended == 0) return Release::kNone;
+  if (ended == stops_.size()) {
+    releasing_ = true;
+    release_until_ = until;
+    next_try_ = Stamp::min();
+    return Release::kAll;
   }
-  engaged_ = false;
-  cause_.clear();
-  return Done{};
+  for (const stop_t& s : stops_) {
+    if (!ends(s)) continue;
+    released_.push_back(s.id);
+    if (s.id == 0) damage_.clear();
+  }
+  stops_.erase(std::remove_if(stops_.begin(), stops_.end(), ends), stops_.end());
+  releasing_ = false;
+  note_change();
+  return Release::kSome;
 }
 
-Result<StopLatch> open_stop_latch(const ParamFile& file) {
+void StopLatch::note_change() {
+  text_ = stops_.empty() || path_.empty() ? "" : stop_file_text(stops_);
+  next_try_ = Stamp::min();
+}
+
+StopLatch::Step StopLatch::step(Stamp now) {
+  if (Step ended = collect(now); ended.event != Step::Event::kNone) return ended;
+  if (releasing_ && !path_.empty() && now >= release_until_) {
+    releasing_ = false;
+    return {Step::Event::kNotReleased, fmt::format("{} was not removed in time", path_)};
+  }
+  begin_job(now);
+  return collect(now);
+}
+
+StopLatch::Step StopLatch::collect(Stamp now) {
+  if (writing_) {
+    const std::optional<Outcome> result = writer_->finished();
+    if (!result) return {};
+    writing_ = false;
+    on_disk_known_ = result->ok();
+    if (result->ok()) {
+      on_disk_ = writing_text_;
+    } else if (releasing_ && writing_text_.empty()) {
+      releasing_ = false;
+      return {Step::Event::kNotReleased, result->error().message};
+    } else {
+      next_try_ = now + kTryAgain;
+      return {Step::Event::kNotWritten, result->error().message};
+    }
+  }
+  const bool gone = path_.empty() || (on_disk_known_ && on_disk_.empty());
+  if (!releasing_ || !gone) return {};
+  for (const stop_t& s : stops_) released_.push_back(s.id);
+  stops_.clear();
+  damage_.clear();
+  releasing_ = check_ = false;
+  note_change();
+  return {Step::Event::kReleased, ""};
+}
+
+void StopLatch::begin_job(Stamp now) {
+  if (writing_ || path_.empty() || now < next_try_) return;
+  const std::string& wanted = releasing_ ? std::string() : text_;
+  const bool up_to_date = on_disk_known_ && on_disk_ == wanted;
+  if (up_to_date && !check_) return;
+  writing_ = true;
+  writing_text_ = wanted;
+  check_ = false;
+  writer_->start({path_, wanted, up_to_date});
+}
+
+std::vector<std::int64_t> StopLatch::take_released() { return std::exchange(released_, {}); }
+
+Result<std::string> state_folder(const ParamFile& file) {
   const Result<ProcessTables> tables = read_process_tables(file);
   if (!tables) return tables.error();
   const std::string& key = tables->state_directory;
-  const std::string folder = key.empty() ? default_folder() : file.resolve(key);
+  return key.empty() ? default_folder() : file.resolve(key);
+}
+
+Result<StopLatch> open_stop_latch(const ParamFile& file) {
+  const Result<std::string> state = state_folder(file);
+  if (!state) return state.error();
+  const std::string& folder = *state;
   if (folder.empty()) {
     return Error{fmt::format(
         "{}: no folder to latch emergency stops in: set [process] state_directory, or one of "

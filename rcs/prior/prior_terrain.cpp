@@ -46,17 +46,10 @@ void PriorTerrain::follow_in_map(const Vec2& p_map, Stamp now, Report* report) {
   if (!map_ || !loader_) return;
   map_->follow(p_map, loader_.get());
   const MapLoading& l = map_->loading();
-  if (l.failed > told_.failed) {
-    report->publish(now, event::kMapTileFailed, "{}; the ground there is unknown ({} tiles so far)",
-                    l.failure, l.failed);
-  }
-  if (l.replaced > told_.replaced) {
-    report->publish(now, event::kMapTileReplaced,
-                    "{} tiles differ from the index of the map and are used: the map was replaced "
-                    "while the node runs",
-                    l.replaced);
-  }
-  if (l.failed > told_.failed || l.replaced > told_.replaced) told_ = l;
+  if (l.failed <= told_failed_) return;
+  told_failed_ = l.failed;
+  report->publish(now, event::kMapTileFailed, "{}; the ground there is unknown ({} tiles so far)",
+                  l.failure, l.failed);
 }
 
 Result<PriorTerrain> open_prior_terrain(const PriorTerrainParams& params, bool live) {

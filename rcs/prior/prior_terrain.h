@@ -44,7 +44,7 @@ class PriorTerrain {
   std::unique_ptr<TileLoader> loader_;  // destroyed before the slots that it writes to
   std::optional<Pose> T_map_world_;
   Geodetic datum_;
-  MapLoading told_;
+  std::int64_t told_failed_ = 0;
 };
 
 /// Opens the map; no map if none is configured.

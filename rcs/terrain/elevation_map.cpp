@@ -354,7 +354,6 @@ void ElevationMap::take(const TileJob& job) {
   }
   slot.state = Slot::State::kReady;
   ++loading_.loaded;
-  if (job.replaced) ++loading_.replaced;
 }
 
 }  // namespace rcs

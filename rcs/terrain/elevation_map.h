@@ -40,10 +40,10 @@ struct MapWindow {
 
 /// Statistics of the loading so far.
 struct MapLoading {
-  std::int64_t loaded = 0;    ///< tiles
-  std::int64_t replaced = 0;  ///< of these, tiles that differ from the index
-  std::int64_t failed = 0;    ///< tiles that could not be read: unknown ground
-  std::string failure;        ///< the newest failure: the file and the cause
+  std::int64_t loaded = 0;  ///< tiles
+  std::int64_t failed =
+      0;                ///< tiles that could not be read or differ from the index: unknown ground
+  std::string failure;  ///< the newest failure: the file and the cause
 };
 
 /// Bilinear interpolation on the lattice of cell centres, across the borders of tiles, from the

@@ -13,6 +13,11 @@ void load_tile(const std::string& map, std::vector<std::uint8_t>* buffer, TileJo
     job->failure = read.error().message;
     return;
   }
+  // A tile that somebody has changed may be sound and wrong.
+  if (crc32(buffer->data(), buffer->size()) != job->checksum) {
+    job->failure = file + ": is not the file of the map's index (its checksum differs)";
+    return;
+  }
   const Result<Raster> tile = decode_tile(buffer->data(), buffer->size(), job->lattice);
   if (!tile) {
     job->failure = file + ": " + tile.error().message;
@@ -27,7 +32,6 @@ void load_tile(const std::string& map, std::vector<std::uint8_t>* buffer, TileJo
                    " surface points, the map's index allows " + std::to_string(job->max_points);
     return;
   }
-  job->replaced = crc32(buffer->data(), buffer->size()) != job->checksum;
   for (std::size_t k = 0; k < kTileCells; ++k) {
     job->nodes[k] = {tile->z_m[k], layer_at(tile->sigma_m, k)};
   }

@@ -27,7 +27,6 @@ struct TileJob {
   TileNode* nodes = nullptr;       ///< kTileCells; owned by the loader until finished
   SurfaceIndex* points = nullptr;  ///< owned likewise
   std::size_t max_points = 0;      ///< capacity
-  bool replaced = false;           ///< when finished: valid, but not the file of the index
   std::string failure;             ///< when finished: empty, or the file and the cause
 };
 

@@ -41,7 +41,7 @@ void DriveModel::command(const DriveCommand& command, double arrival_s) {
     ++account_.implausible;
   } else if (command.issued_s <= newest_issued_s_) {
     ++account_.stale;
-  } else if (arrival_s >= command.valid_until_s) {
+  } else if (arrival_s >= command.valid_until_s && !command.emergency_stop) {
     ++account_.expired;
   } else {
     newest_issued_s_ = command.issued_s;
@@ -68,11 +68,14 @@ void DriveModel::step_to(double time_s) {
   time_s_ = time_s;
   const DriveCommand* const c = in_force(time_s);
 
-  const double target_mps = c == nullptr || c->brake ? 0.0 : c->speed_mps;
+  // The newest command that has taken effect, which may have expired since.
+  const bool stopped = !arrived_.empty() && arrived_.front().command.emergency_stop &&
+                       arrived_.front().arrival_s <= time_s - params_.delay_s;
+  const double target_mps = c == nullptr || c->brake || stopped ? 0.0 : c->speed_mps;
   const bool slower = target_mps * speed_mps_ < 0.0 || std::abs(target_mps) < std::abs(speed_mps_);
   double limit_mps2 = params_.acceleration_mps2;
   if (slower) {
-    const bool hard = stopped_for_good_ || (c != nullptr && c->brake);
+    const bool hard = stopped_for_good_ || stopped || (c != nullptr && c->brake);
     limit_mps2 = hard ? params_.hard_braking_mps2 : params_.braking_mps2;
   } else if (c != nullptr && c->accel_limit_mps2 > 0.0) {
     limit_mps2 = std::min(limit_mps2, c->accel_limit_mps2);

@@ -31,6 +31,8 @@ struct DriveCommand {
   double curvature_1pm = 0.0;   ///< of the path of the origin of the vehicle frame; positive left
   double accel_limit_mps2 = 0;  ///< for speeding up, if below that of the vehicle; 0: none
   bool brake = false;           ///< stop as fast as is safe
+  /// Brake and stay at rest, also after valid_until_s, until a later command does not have this.
+  bool emergency_stop = false;
 };
 
 /// Counters of the commands so far.

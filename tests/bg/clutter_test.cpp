@@ -62,7 +62,7 @@ class World final : public Node {
         nav_out_(bus, channel::kWmNavState),
         integrity_out_(bus, channel::kWmIntegrity),
         patch_out_(bus, channel::kWmMapPatch),
-        command_(bus, channel::kBgCommand, channel::kBgStatus, "clutter", {}) {
+        command_(bus, channel::kBgCommand, channel::kBgStop, channel::kBgStatus, "clutter", {}) {
     known_.assign(std::size_t{kSide} * kSide, false);
   }
 

@@ -55,6 +55,14 @@ TEST(Decide, EveryLossHasARowInTheContingencyTable) {
   EXPECT_EQ(decide(f, false, {}).state, "INTEGRITY_SILENT");
   EXPECT_EQ(decide(f, false, {}).action, Action::kBrake);
   f = all_is_well();
+  f.supervisor_silent = true;
+  EXPECT_EQ(decide(f, false, {}).state, "SUPERVISOR_SILENT");
+  EXPECT_EQ(decide(f, false, {}).action, Action::kBrake);
+  f = all_is_well();
+  f.second_publisher = true;
+  EXPECT_EQ(decide(f, false, {}).state, "SECOND_PUBLISHER");
+  EXPECT_EQ(decide(f, false, {}).action, Action::kBrake);
+  f = all_is_well();
   f.pose_valid = false;
   EXPECT_EQ(decide(f, false, {}).state, "POSE_INVALID");
   EXPECT_EQ(decide(f, false, {}).action, Action::kBrake);
@@ -85,38 +93,45 @@ TEST(Decide, AnEmergencyStopHoldsUntilItIsReleasedAtRest) {
   EXPECT_EQ(d.action, Action::kBrake);
   EXPECT_TRUE(d.emergency);
   f.command = CommandKind::kGoto;  // from any issuer
-  d = decide(f, d.emergency, {});
+  d = decide(f, true, {});
   EXPECT_EQ(d.action, Action::kBrake);
   EXPECT_EQ(d.status, Status::kError);
+  EXPECT_FALSE(d.release);
   f.command = CommandKind::kRelease;
   f.command_is_new = true;
+  const auto expect_no_release = [&] {
+    d = decide(f, true, {});
+    EXPECT_TRUE(d.emergency);
+    EXPECT_FALSE(d.release);
+    EXPECT_EQ(d.action, Action::kBrake);
+  };
   f.speed_mps = 3.0;  // not at rest
-  d = decide(f, d.emergency, {});
-  EXPECT_TRUE(d.emergency);
+  expect_no_release();
   f.speed_mps = 0.0;
   f.command_is_valid = false;  // too late
-  d = decide(f, d.emergency, {});
-  EXPECT_TRUE(d.emergency);
+  expect_no_release();
   f.command_is_valid = true;
   f.command_is_new = false;  // it was rejected in the cycle of its arrival
-  d = decide(f, d.emergency, {});
-  EXPECT_TRUE(d.emergency);
+  expect_no_release();
   f.command_is_new = true;
   f.pose_valid = false;
-  d = decide(f, d.emergency, {});
-  EXPECT_TRUE(d.emergency);
+  expect_no_release();
   EXPECT_NE(d.reason.find("no valid pose"), std::string_view::npos);
   f.speed_mps =
       3.0;  // from a pose that is no longer valid: it is not known whether the vehicle is at rest
-  d = decide(f, d.emergency, {});
+  expect_no_release();
   EXPECT_NE(d.reason.find("no valid pose"), std::string_view::npos);
   f.speed_mps = 0.0;
   f.pose_valid = true;
-  d = decide(f, d.emergency, {});
+  d = decide(f, true, {});
+  EXPECT_TRUE(d.release);
+  EXPECT_EQ(d.action, Action::kBrake) << "until the latch has been released";
+  d = decide(f, false, {});  // it has
+  EXPECT_FALSE(d.release);
   EXPECT_FALSE(d.emergency);
   EXPECT_EQ(d.status, Status::kDone);
   f.command = CommandKind::kGoto;
-  EXPECT_EQ(decide(f, d.emergency, {}).action, Action::kDrive);
+  EXPECT_EQ(decide(f, false, {}).action, Action::kDrive);
 }
 
 // For any combination of facts: BG drives only if all preconditions of driving hold.

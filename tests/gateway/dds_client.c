@@ -4,10 +4,11 @@
 //   dds_client [OPTION...] watch SECONDS         prints VehicleState and NodeStatus
 //   dds_client [OPTION...] goto ID SECONDS X Y [X Y...]   repeats the command for so long
 //   dds_client [OPTION...] halt|stop|release ID SECONDS
-//   dds_client [OPTION...] flood SECONDS         commands and releases of 300 operators, no pause
+//   dds_client [OPTION...] flood SECONDS         commands of 300 operators and releases of ever new
+//                                               ones, no pause
 // -d DOMAIN  -v VEHICLE  -o OPERATOR  -p PARTITION (default: the operator)
 // -s SPEED [m/s]  -f VALID_FOR [ms]  -n COUNT (of waypoints: the last one again and again)
-// Exit status: 0 done; 2 wrong usage; 3 DDS could not create an entity.
+// Exit status: 0 done; 1 no vehicle has received it; 2 wrong usage; 3 DDS could not create an entity.
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -125,16 +126,29 @@ static int watch(dds_entity_t participant, double seconds) {
 
 // ---- write ---------------------------------------------------------------------------------
 
-static void repeat(dds_entity_t w, const void* sample, double seconds) {
-  const dds_time_t end = dds_time() + (dds_duration_t)(seconds * 1e9);
+// A write succeeds without any reader, also for an identity that the vehicle no longer accepts.
+static int repeat(dds_entity_t w, const void* sample, double seconds) {
+  const dds_time_t begin = dds_time();
+  const dds_time_t end = begin + (dds_duration_t)(seconds * 1e9);
+  unsigned readers = 0;
+  int told = 0;
   do {
     const dds_return_t rc = dds_write(w, sample);
     dds_publication_matched_status_t matched;
     dds_get_publication_matched_status(w, &matched);
+    if (matched.current_count > readers) readers = matched.current_count;
     printf("written: %s, readers %u\n", dds_strretcode(-rc), matched.current_count);
+    if (readers == 0 && !told && dds_time() - begin > DDS_SECS(2)) {
+      told = 1;
+      printf("no vehicle receives this: none is reachable, or this identity has expired, was revoked "
+             "or is of another authority (`rcs keys` lists the ends)\n");
+    }
     fflush(stdout);
     dds_sleepfor(DDS_MSECS(200));
   } while (dds_time() < end);
+  dds_publication_matched_status_t matched;
+  dds_get_publication_matched_status(w, &matched);
+  return readers > 0 || matched.total_count > 0 ? 0 : 1;
 }
 
 static int command(dds_entity_t participant, const struct options* o, bool go, char** args,
@@ -160,10 +174,9 @@ static int command(dds_entity_t participant, const struct options* o, bool go, c
   if (o->count > n) n = o->count;
   c.waypoints._buffer = waypoints;
   c.waypoints._length = c.waypoints._maximum = (uint32_t)n;
-  repeat(writer(participant, &rcs_WaypointCommand_desc, "WaypointCommand",
-                reliable(o->partition, false)),
-         &c, strtod(args[1], NULL));
-  return 0;
+  return repeat(writer(participant, &rcs_WaypointCommand_desc, "WaypointCommand",
+                       reliable(o->partition, false)),
+                &c, strtod(args[1], NULL));
 }
 
 static int stop(dds_entity_t participant, const struct options* o, bool engage, char** args) {
@@ -173,10 +186,9 @@ static int stop(dds_entity_t participant, const struct options* o, bool engage, 
   snprintf(s.operator_id, sizeof s.operator_id, "%s", o->operator_id);
   s.command_id = strtoll(args[0], NULL, 10);
   s.engage = engage;
-  repeat(
+  return repeat(
       writer(participant, &rcs_EmergencyStop_desc, "EmergencyStop", reliable(o->partition, true)),
       &s, strtod(args[1], NULL));
-  return 0;
 }
 
 static int flood(dds_entity_t participant, const struct options* o, double seconds) {
@@ -195,7 +207,7 @@ static int flood(dds_entity_t participant, const struct options* o, double secon
   for (; dds_time() < end; ++n) {
     c.command_id = s.command_id = n;
     snprintf(c.operator_id, sizeof c.operator_id, "flood%d", (int)(n % 300));
-    snprintf(s.operator_id, sizeof s.operator_id, "flood%d", (int)(n % 300));
+    snprintf(s.operator_id, sizeof s.operator_id, "flood%lld", n);
     (void)dds_write(commands, &c);
     (void)dds_write(stops, &s);
     if (n % 1000 == 0) {

@@ -1,6 +1,7 @@
 #include "tests/gateway/fake_vehicle.h"
 
 #include <algorithm>
+#include <cstdlib>
 
 #include "lcmtypes/channels.h"
 #include "rcs/base/check.h"
@@ -8,7 +9,9 @@
 namespace rcs::gateway::test {
 namespace {
 
+/// Of one run with the gateway, which inherits the variable.
 std::unique_ptr<LcmBus> open_bus() {
+  (void)setenv(kRunIdVariable, "1", 1);  // NOLINT(concurrency-mt-unsafe): one thread yet
   Result<std::unique_ptr<LcmBus>> bus = LcmBus::create(kDefaultLcmUrl);
   RCS_CHECK(bus.ok());
   return std::move(bus).value();
@@ -21,7 +24,8 @@ FakeVehicle::FakeVehicle()
       timeline_(bus_.get(), &stop_),
       nav_states_(bus_.get(), channel::kWmNavState),
       wm_cycles_(bus_.get(), channel::kWmCycle),
-      bg_(bus_.get(), "bg", channel::kBgCommand, channel::kBgStatus, SubordinateParams{}) {
+      bg_(bus_.get(), "bg", channel::kBgCommand, channel::kBgStop, channel::kBgStatus,
+          SubordinateParams{}) {
   nav_state_.mode = nav_state_t::MODE_GPS_INS_LADAR;
   nav_state_.pose_valid = 1;
   nav_state_.world_valid = 1;
@@ -57,17 +61,26 @@ void FakeVehicle::cycle(Stamp now) {
   wm_cycles_.publish(&wm_cycle_);
 
   bg_.take(now);
+  for (const stop_t& stop : bg_.stops()) latch_.engage(stop);
   if (bg_.is_new()) commands_.push_back(*bg_.command());
   const command_t* const c = bg_.command();
   const bool lasting = c != nullptr && (c->kind == command_t::KIND_GOTO ||
                                         c->kind == command_t::KIND_EMERGENCY_STOP);
-  if (!lasting) {
-    bg_.report(now, {status_t::STATUS_DONE, "at rest", __LINE__, "", 0, 0});
-  } else if (bg_.valid(now)) {
-    bg_.report(now, {status_t::STATUS_EXEC, "obeying", __LINE__, "", 0, 0});
-  } else {
-    bg_.report(now, {status_t::STATUS_ERROR, "at rest", __LINE__, "the command is over", 0, 0});
+  StatusReport report{status_t::STATUS_DONE, "at rest", __LINE__, "", 0, 0};
+  if (bg_.is_new() && c->kind == command_t::KIND_RELEASE) {
+    (void)latch_.release(c->stop_id, c->issuer, false, Stamp::max());
+    (void)latch_.step(now);
+    bg_.release_stops(latch_.take_released());
+  } else if (lasting && bg_.valid(now)) {
+    report.status = status_t::STATUS_EXEC;
+    report.state = "obeying";
+  } else if (lasting) {
+    report.status = status_t::STATUS_ERROR;
+    report.reason = "the command is over";
   }
+  report.stops = &latch_.stops();
+  if (latch_.engaged()) report.emergency_stop = status_t::STOP_PERSISTED;
+  bg_.report(now, report);
 }
 
 bool FakeVehicle::has_taken(std::int8_t kind) const {

@@ -13,6 +13,7 @@
 #include "rcs/node/bus/outbox.h"
 #include "rcs/node/command_port.h"
 #include "rcs/node/node.h"
+#include "rcs/node/stop_latch.h"
 #include "rcs/node/timeline/live_timeline.h"
 
 namespace rcs::gateway::test {
@@ -31,11 +32,14 @@ class FakeVehicle {
     (void)run_until([] { return false; }, span);
   }
 
+  [[nodiscard]] Stamp now() const { return timeline_.now(); }
   /// Every command that BG has accepted, once.
   [[nodiscard]] const std::vector<command_t>& commands() const { return commands_; }
   [[nodiscard]] bool has_taken(std::int8_t kind) const;
   /// BG has a command that is still valid.
   [[nodiscard]] bool commanded() const;
+  /// An emergency stop is latched.
+  [[nodiscard]] bool stopped() const { return latch_.engaged(); }
 
  private:
   void cycle(Stamp now);
@@ -46,6 +50,7 @@ class FakeVehicle {
   Outbox<nav_state_t> nav_states_;
   Outbox<cycle_t> wm_cycles_;
   Subordinate bg_;
+  StopLatch latch_;  // in memory
   PeriodicClock clock_{kPeriod};
   nav_state_t nav_state_{};
   cycle_t wm_cycle_{};

@@ -62,6 +62,40 @@ TEST(KeyFolder, ExistingFilesAreKept) {
   EXPECT_TRUE(*again->add("alice", cli::KeyRole::kOperator)) << "further identities are added";
 }
 
+TEST(KeyFolder, IdentitiesAreRenewedAndRevoked) {
+  const fs::path folder = test::fresh_folder();
+  const Result<cli::KeyFolder> keys = cli::KeyFolder::open(folder.string());
+  ASSERT_TRUE(keys.ok());
+  ASSERT_TRUE(keys->add("demo3", cli::KeyRole::kVehicle, 20).ok());
+  ASSERT_TRUE(keys->add("alice", cli::KeyRole::kOperator).ok());
+  const std::string key = *tools::read_text((folder / "demo3/key.pem").string());
+  Result<std::vector<cli::KeyIdentity>> all = keys->identities();
+  ASSERT_TRUE(all.ok()) << all.error().message;
+  ASSERT_EQ(all->size(), 2U);
+  EXPECT_EQ(all->at(1).role, "vehicle");
+  EXPECT_NEAR(all->at(1).days_left, 20.0, 0.1);
+  EXPECT_NEAR(all->at(0).days_left, 365.0, 0.1);
+  EXPECT_NE(tools::read_text((folder / "demo3/permissions.xml").string())
+                ->find(all->at(1).valid_until.substr(0, 10)),
+            std::string::npos)
+      << "permissions last as long as the certificate";
+
+  ASSERT_TRUE(keys->renew("demo3", 100).ok());
+  EXPECT_EQ(*tools::read_text((folder / "demo3/key.pem").string()), key);
+  const Outcome revoked = keys->revoke("alice");
+  ASSERT_TRUE(revoked.ok()) << revoked.error().message;
+  all = keys->identities();
+  ASSERT_TRUE(all.ok());
+  EXPECT_TRUE(all->at(0).revoked);
+  EXPECT_FALSE(all->at(1).revoked);
+  EXPECT_NEAR(all->at(1).days_left, 100.0, 0.1);
+  EXPECT_TRUE(fs::exists(folder / "demo3/crl.pem"));
+  ASSERT_TRUE(keys->add("bob", cli::KeyRole::kOperator).ok());
+  EXPECT_TRUE(fs::exists(folder / "bob/crl.pem")) << "later identities know the list, too";
+  EXPECT_FALSE(keys->renew("nobody", 100).ok());
+  EXPECT_FALSE(keys->revoke("nobody").ok());
+}
+
 TEST(KeyFolder, AnInvalidNameOrAForeignFolderIsRejected) {
   const fs::path folder = test::fresh_folder();
   const Result<cli::KeyFolder> keys = cli::KeyFolder::open(folder.string());

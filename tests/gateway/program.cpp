@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdlib>
+#include <fstream>
 
 namespace rcs::test {
 namespace {
@@ -63,6 +64,14 @@ int Program::status() {
 
 void Program::signal(int number) const {
   if (pid_ > 0 && status_ < 0) (void)::kill(pid_, number);
+}
+
+double Program::memory_mb() const {
+  std::ifstream statm("/proc/" + std::to_string(pid_) + "/statm");
+  double all = 0.0;
+  double resident = 0.0;
+  statm >> all >> resident;
+  return resident * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
 }
 
 std::string program_path(const std::string& name) {

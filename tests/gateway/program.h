@@ -25,6 +25,8 @@ class Program {
   /// Its exit status, -1 while it runs.
   int status();
   void signal(int number) const;
+  /// Resident memory of the running process [MB]; 0: unknown.
+  [[nodiscard]] double memory_mb() const;
 
  private:
   pid_t pid_ = -1;

@@ -1,14 +1,20 @@
-// kill -9, SIGSTOP for 3 s and a restart of each node, repeatedly, while the vehicle drives: it is
-// always stopped or driving safely, the run recovers by itself, and nothing is counted twice.
+// kill -9, SIGSTOP for 3 s, a restart, no more memory and no more descriptors for each node,
+// repeatedly, while the vehicle drives: it is always stopped or driving safely, the run recovers by
+// itself, and nothing is counted twice.
 // RCS_DRILL_TIMES: repetitions for each node, default 30.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
+#include <fstream>
 #include <map>
 #include <random>
+#include <string>
+#include <vector>
 
 #include "tests/live_faults/live_fault.h"
 #include "tools/base/statistics.h"
@@ -23,12 +29,30 @@ constexpr Duration kPatience = from_seconds(60.0);
 /// The tests of the supervisor cover that; here each exit counts as the first one.
 constexpr Duration kHealthy = from_seconds(31.0);
 
-enum class Kind { kKill, kStop, kRestart };
+enum class Kind { kKill, kStop, kRestart, kMemory, kDescriptors };
+
+bool ends_process(Kind kind) { return kind == Kind::kKill || kind == Kind::kRestart; }
+
+/// Of a running process: it gets no more memory than it has, or no more descriptors.
+void limit(int pid, Kind kind) {
+  rlimit none{};
+  if (kind == Kind::kDescriptors) {
+    none.rlim_cur = none.rlim_max = 3;
+    EXPECT_EQ(prlimit(pid, RLIMIT_NOFILE, &none, nullptr), 0);
+    return;
+  }
+  std::ifstream statm("/proc/" + std::to_string(pid) + "/statm");
+  rlim_t pages = 0;
+  statm >> pages;
+  none.rlim_cur = none.rlim_max = pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE));
+  EXPECT_EQ(prlimit(pid, RLIMIT_AS, &none, nullptr), 0);
+}
 
 /// Results of one kind of disturbance of one node.
 struct Outcomes {
   int times = 0;
   std::vector<double> recovery_s;  ///< from the signal; of a stop: from SIGCONT
+  int ended = 0;                   ///< without memory
   SafetyMetrics worst;
 };
 
@@ -53,7 +77,7 @@ class KillDrill : public testing::Test {
   void wait_until_healthy(const std::string& node, Kind kind) {
     std::uniform_real_distribution<double> pause_s(0.5, 2.5);
     drill_.run_for(from_seconds(pause_s(random_)));
-    if (kind == Kind::kStop) return;
+    if (!ends_process(kind) && kind != Kind::kMemory) return;
     const Stamp healthy = drill_.run.heard_first(node) + kHealthy;
     if (healthy > drill_.run.now()) (void)drill_.run.run_until(healthy, {});
   }
@@ -71,11 +95,14 @@ class KillDrill : public testing::Test {
       drill_.run.send_signal(node, SIGSTOP);
       drill_.run_for(kStopped);
       drill_.run.send_signal(node, SIGCONT);
+    } else if (!ends_process(kind)) {
+      limit(pid, kind);
+      drill_.run_for(kStopped);
     } else {
       drill_.run.send_signal(node, kind == Kind::kKill ? SIGKILL : SIGTERM);
     }
     const Stamp begin = drill_.run.now();
-    if (kind != Kind::kStop) {
+    if (ends_process(kind)) {
       // Messages that the process still publishes while it ends are no sign of recovery.
       const auto another = [&] { return drill_.run.pid_of(node) != pid; };
       EXPECT_TRUE(drill_.run.run_until(begin + kPatience, another)) << node << " is not back";
@@ -86,7 +113,11 @@ class KillDrill : public testing::Test {
     } else {
       ADD_FAILURE() << node << ", time " << outcomes.times << ": not recovered: " << why();
     }
-    EXPECT_EQ(drill_.run.pid_of(node) == pid, kind == Kind::kStop) << node;
+    if (kind == Kind::kMemory) {  // it may end, and then is started again
+      if (drill_.run.pid_of(node) != pid) ++outcomes.ended;
+    } else {
+      EXPECT_EQ(drill_.run.pid_of(node) == pid, !ends_process(kind)) << node;
+    }
     add(drill_.safety.metrics(), &outcomes.worst);
     std::fprintf(stderr, "%-8s %2d: %.1f s, %.2f m\n", node.c_str(), outcomes.times,
                  outcomes.recovery_s.empty() ? -1.0 : outcomes.recovery_s.back(),
@@ -145,6 +176,8 @@ class KillDrill : public testing::Test {
 TEST_F(KillDrill, Kill9) { run(Kind::kKill); }
 TEST_F(KillDrill, StopForThreeSeconds) { run(Kind::kStop); }
 TEST_F(KillDrill, Restart) { run(Kind::kRestart); }
+TEST_F(KillDrill, NoMoreMemory) { run(Kind::kMemory); }
+TEST_F(KillDrill, NoMoreDescriptors) { run(Kind::kDescriptors); }
 
 }  // namespace
 }  // namespace rcs::live_faults

@@ -227,6 +227,10 @@ void VehicleRun::send_signal(const std::string& node, int signal) const {
   if (const int pid = pid_of(node); pid > 0) (void)kill(pid, signal);
 }
 
+void VehicleRun::send_signal_to_up(int signal) {
+  if (up_) up_->process.send_signal(signal);
+}
+
 void VehicleRun::send_signal_to_sim(int signal) {
   sim_may_end_ = true;
   if (sim_) sim_->process.send_signal(signal);

@@ -56,6 +56,7 @@ class VehicleRun {
   void send_signal(const std::string& node, int signal) const;
   /// To the simulator, which is the vehicle's sensors; its end is no trouble() from now on.
   void send_signal_to_sim(int signal);
+  void send_signal_to_up(int signal);
   /// Kills `rcs up`, and with it all nodes, and starts it again.
   void restart_up();
   /// Runs one of our programs while the vehicle continues.

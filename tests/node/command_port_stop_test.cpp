@@ -21,13 +21,15 @@ class CommandStop : public testing::Test {
     now += kStep;
     network.deliver(now, [&](const std::string& channel, const std::vector<std::uint8_t>& data) {
       operator_door.receive(channel, data);
+      if (gateway) gateway->door.receive(channel, data);
       worker->door.receive(channel, data);
     });
-    worker->subordinate.take(now);
+    worker->take(now);
     StatusReport report;
     report.status = status;
-    worker->subordinate.report(now, report);
+    worker->report(now, report);
     port.step(now);
+    if (gateway) gateway->port.step(now);
   }
   /// A well-formed command, issued now.
   [[nodiscard]] command_t command(std::int8_t kind, std::int64_t serial) const {
@@ -51,9 +53,10 @@ class CommandStop : public testing::Test {
   Stamp now{std::chrono::seconds(5000)};
   std::int8_t status = status_t::STATUS_EXEC;
   Door operator_door{&network, &now};
-  CommandPort port{&operator_door, kCommand, kStatus, "operator", {}};
+  CommandPort port{&operator_door, kCommand, kStopChannel, kStatus, "operator", {}};
   Outbox<command_t> commands{&operator_door, kCommand};
   std::unique_ptr<Worker> worker = std::make_unique<Worker>(&network, &now);
+  std::unique_ptr<Superior> gateway;
 };
 
 constexpr std::int8_t kStop = command_t::KIND_EMERGENCY_STOP;
@@ -90,7 +93,7 @@ TEST_F(CommandStop, IsExecutedWithAnySerialAgeAndIssuer) {
     send(m);
     cycle();
     EXPECT_TRUE(stopped_now()) << c.name;
-    worker->subordinate.release_stops();
+    worker->release_all();
   }
 }
 
@@ -117,7 +120,7 @@ TEST_F(CommandStop, AnExtremeSerialDisablesNothing) {
       if (expired) poison.valid_until_utime = poison.utime;
       send(poison);
       cycle();
-      worker->subordinate.release_stops();
+      worker->release_all();
       for (const std::int8_t next : {kGoto, kStop, kRelease}) {
         now += Duration(1);  // after the stop's arrival
         Command order;
@@ -209,7 +212,7 @@ TEST_F(CommandStop, ALateCopyOfAReleasedStopIsIgnoredAndAnyOtherStopIsNot) {
   cycle();
   EXPECT_FALSE(worker->subordinate.is_new()) << "sent again before the echo arrived";
   EXPECT_EQ(worker->subordinate.account().repeated, 1);
-  worker->subordinate.release_stops();
+  worker->release_all();
   send(stop);
   cycle();
   EXPECT_FALSE(worker->subordinate.is_new());
@@ -223,26 +226,68 @@ TEST_F(CommandStop, ALateCopyOfAReleasedStopIsIgnoredAndAnyOtherStopIsNot) {
     send(stop);  // a copy does not displace a new command
     cycle();
     EXPECT_TRUE(stopped_now()) << k;
-    worker->subordinate.release_stops();
+    worker->release_all();
   }
 }
 
-TEST_F(CommandStop, TwoStopsOfOneCycleAreBothEchoed) {
-  Superior gateway(&network, &now, "gateway");
+TEST_F(CommandStop, TwoStopsOfOneCycleAreBothInForceAndConfirmed) {
+  gateway = std::make_unique<Superior>(&network, &now, "gateway");
   Command order;
   order.kind = kStop;
   port.send(order, now);
-  gateway.port.send(order, now);
-  bool first = false;
-  bool second = false;
-  for (int k = 0; k < 20; ++k) {
+  gateway->port.send(order, now);
+  cycle();
+  EXPECT_EQ(worker->latch.stops().size(), 2U);
+  for (int k = 0; k < 3; ++k) cycle();
+  EXPECT_TRUE(port.confirmed() && gateway->port.confirmed());
+}
+
+TEST_F(CommandStop, IsRecognizedByItsIdAlsoWithOtherSerials) {
+  Command order;
+  order.kind = kStop;
+  order.stop = 1;
+  port.send(order, now);
+  for (int k = 0; k < 40; ++k) {
     cycle();
-    gateway.port.step(now);
-    const command_t* const c = worker->subordinate.command();
-    first = first || c->issuer == "operator";
-    second = second || c->issuer == "gateway";
+    port.send(order, now);
   }
-  EXPECT_TRUE(first && second);
+  cycle();
+  EXPECT_EQ(worker->latch.stops().size(), 1U) << "the same stop, repeated";
+  worker->release_all();
+  send(command(kGoto, to_utime(now)));
+  cycle();
+  for (int k = 0; k < 40; ++k) {
+    cycle();
+    port.send(order, now);
+  }
+  EXPECT_EQ(kind(), +kGoto) << "copies of a released stop";
+  order.stop = 2;
+  port.send(order, now);
+  cycle();
+  EXPECT_TRUE(stopped_now()) << "another stop";
+}
+
+TEST_F(CommandStop, IsReceivedOnTheChannelOfTheCommandsToo) {
+  command_t m = command(kStop, 5);
+  m.n_stops = 1;
+  m.stop_id = {4711};
+  send(m);
+  cycle();
+  EXPECT_TRUE(stopped_now());
+  EXPECT_EQ(worker->latch.stops().at(0).id, 4711);
+}
+
+TEST_F(CommandStop, AnyNumberOfStopsInACycleIsListedOrOneWithoutAName) {
+  for (int k = 1; k <= 100; ++k) {
+    command_t m = command(kStop, k);
+    m.n_stops = 1;
+    m.stop_id = {1000 + k};
+    send(m);
+  }
+  cycle();
+  EXPECT_TRUE(stopped_now());
+  ASSERT_EQ(worker->latch.stops().size(), StopLatch::kMaxStops + 1);
+  EXPECT_EQ(worker->latch.stops().back().id, 0);
 }
 
 TEST_F(CommandStop, IsSentUntilItIsEchoed) {
@@ -259,9 +304,10 @@ TEST_F(CommandStop, IsSentUntilItIsEchoed) {
   EXPECT_EQ(port.progress(now).state, CommandProgress::State::kExecuting);
 }
 
-// Status ERROR: in force, but it would not survive a restart of the subordinate.
-TEST_F(CommandStop, IsSentUntilItsEchoReportsNoError) {
+// In force, but it would not survive a restart of the subordinate.
+TEST_F(CommandStop, IsSentUntilItIsPersisted) {
   status = status_t::STATUS_ERROR;
+  worker->persisted = false;
   Command order;
   order.kind = kStop;
   port.send(order, now);
@@ -269,10 +315,15 @@ TEST_F(CommandStop, IsSentUntilItsEchoReportsNoError) {
   EXPECT_EQ(kind(), +kStop);
   EXPECT_EQ(port.progress(now).state, CommandProgress::State::kError);
   worker = std::make_unique<Worker>(&network, &now);  // a restart
+  worker->persisted = false;
   cycle();
   for (int k = 0; k < 6; ++k) cycle();
   EXPECT_EQ(kind(), +kStop) << "the stop has reached the new process";
   status = status_t::STATUS_DONE;
+  cycle();
+  cycle();
+  EXPECT_FALSE(port.confirmed());
+  worker->persisted = true;
   cycle();
   cycle();
   EXPECT_EQ(port.progress(now).state, CommandProgress::State::kDone);

@@ -163,27 +163,53 @@ TEST_F(CommandPair, AStopThatWasNeverConfirmedStopsAgainAfterTheReleaseOfAnother
       worker->door.receive(channel, data);
     };
     network.deliver(now, receive);
-    worker->subordinate.take(now);
+    worker->take(now);
     StatusReport report;
     report.status = status_t::STATUS_ERROR;  // the stop cannot be persisted
-    worker->subordinate.report(now, report);
+    worker->report(now, report);
     network.deliver(now, receive);
     superior.port.step(now);
   };
+  worker->persisted = false;
   exchange();
   Command stop;
   stop.kind = command_t::KIND_EMERGENCY_STOP;
-  const std::int64_t serial = superior.port.send(stop, now);
+  gateway.port.send(stop, now);
+  exchange();
+  const std::vector<std::int64_t> of_another = {worker->latch.stops().at(0).id};
+  superior.port.send(stop, now);
   for (int k = 0; k < 3; ++k) exchange();
   ASSERT_EQ(worker->subordinate.command()->kind, int{command_t::KIND_EMERGENCY_STOP});
   EXPECT_FALSE(superior.port.confirmed());
-  worker->subordinate.release_stops();
+  worker->release(of_another);
   Command go;
   go.kind = command_t::KIND_GOTO;
   gateway.port.send(go, now);
   for (int k = 0; k < 20; ++k) exchange();
   EXPECT_EQ(worker->subordinate.command()->kind, int{command_t::KIND_EMERGENCY_STOP});
-  EXPECT_GT(worker->subordinate.command()->serial, serial);
+  ASSERT_EQ(worker->latch.stops().size(), 1U);
+  EXPECT_EQ(worker->latch.stops()[0].issuer, "operator");
+}
+
+TEST_F(CommandPair, CommandsOfAnotherStartOfTheComputerAreRejectedAndStopsAreNot) {
+  step();
+  Outbox<command_t> replayed(&superior.door, kCommand);
+  command_t m{};
+  m.issuer = "operator";
+  m.boot_id = 77;
+  m.serial = to_utime(now);
+  m.utime = to_utime(now);
+  m.valid_until_utime = to_utime(now + from_seconds(1.0));
+  m.kind = command_t::KIND_GOTO;
+  replayed.publish(&m);
+  step();
+  EXPECT_EQ(worker->subordinate.account().other_boot, 1);
+  EXPECT_EQ(worker->subordinate.command(), nullptr);
+  m.kind = command_t::KIND_EMERGENCY_STOP;
+  replayed.publish(&m);
+  step();
+  ASSERT_NE(worker->subordinate.command(), nullptr);
+  EXPECT_EQ(worker->subordinate.command()->kind, int{command_t::KIND_EMERGENCY_STOP});
 }
 
 TEST_F(CommandPair, ImplausibleCommandsAreRejected) {

@@ -14,10 +14,12 @@
 #include <vector>
 
 #include "rcs/node/command_port.h"
+#include "rcs/node/stop_latch.h"
 
 namespace rcs::test {
 
 inline constexpr char kCommand[] = "BG_COMMAND";
+inline constexpr char kStopChannel[] = "BG_STOP";
 inline constexpr char kStatus[] = "BG_STATUS";
 inline constexpr Duration kStep = from_milliseconds(50.0);
 
@@ -96,7 +98,7 @@ struct Truth {
 
 struct Superior {
   Superior(Network* network, const Stamp* now, const char* name)
-      : door(network, now), issuer(name), port(&door, kCommand, kStatus, name, {}) {}
+      : door(network, now), issuer(name), port(&door, kCommand, kStopChannel, kStatus, name, {}) {}
   Door door;
   std::string issuer;
   CommandPort port;
@@ -106,10 +108,32 @@ struct Superior {
 /// A subordinate whose work lasts some cycles.
 struct Worker {
   Worker(Network* network, const Stamp* now)
-      : door(network, now), subordinate(&door, "bg", kCommand, kStatus, {}) {}
+      : door(network, now), subordinate(&door, "bg", kCommand, kStopChannel, kStatus, {}) {}
+
+  void take(Stamp now) {
+    subordinate.take(now);
+    for (const stop_t& s : subordinate.stops()) latch.engage(s);
+  }
+  void report(Stamp now, StatusReport report) {
+    report.stops = &latch.stops();
+    report.emergency_stop = !latch.engaged() ? status_t::STOP_NONE
+                            : persisted      ? status_t::STOP_PERSISTED
+                                             : status_t::STOP_LATCHED;
+    subordinate.report(now, report);
+  }
+  void release(const std::vector<std::int64_t>& ids) {
+    (void)latch.release(ids, "", true, Stamp::max());
+    (void)latch.step(Stamp());
+    subordinate.release_stops(latch.take_released());
+  }
+  void release_all() {
+    std::vector<std::int64_t> ids;
+    for (const stop_t& s : latch.stops()) ids.push_back(s.id);
+    release(ids);
+  }
 
   void cycle(Stamp now, Network* random, Truth* truth) {
-    subordinate.take(now);
+    take(now);
     const command_t* const command = subordinate.command();
     truth->moving = false;
     std::int8_t status = status_t::STATUS_UNINITIALIZED;
@@ -135,11 +159,13 @@ struct Worker {
         status = status_t::STATUS_ERROR;
       }
     }
-    subordinate.report(now, {status, "WORK", __LINE__, "", 0, 0});
+    report(now, {status, "WORK", __LINE__, "", 0, 0});
   }
 
   Door door;
   Subordinate subordinate;
+  StopLatch latch;
+  bool persisted = true;  // as the status reports it
   int left = 0;
   bool failed = false;
 };

@@ -78,6 +78,35 @@ TEST(LcmBus, GarbageOnAChannelIsCounted) {
   EXPECT_EQ(inbox.account().malformed, 2);
 }
 
+TEST(LcmBus, AMonitorReceivesEveryChannelWithItsNameAndTheWallClock) {
+  struct Monitor final : BusMonitor {
+    void receive(std::string_view channel, const std::uint8_t* data, std::size_t size,
+                 std::int64_t received_utime) noexcept override {
+      if (channel == "LCM_SELF_TEST") return;  // of another bus that opens
+      received.emplace_back(
+          std::string(channel) + ":" + std::string(reinterpret_cast<const char*>(data), size),
+          received_utime);
+    }
+    std::vector<std::pair<std::string, std::int64_t>> received;
+  } monitor;
+  const auto a = open_bus();
+  const auto b = open_bus();
+  b->subscribe_all(&monitor);
+  const std::int64_t before = wall_utime();
+  const std::uint8_t bytes[] = {'x', 'y'};
+  a->publish("INS", bytes, 2);
+  a->publish("NOT_OF_THIS_SYSTEM", bytes, 1);
+  a->publish("EMPTY", bytes, 0);
+  while (monitor.received.size() < 3 && deliver(b.get(), 1, at_ms(1)) == 1) {
+  }
+  ASSERT_EQ(monitor.received.size(), 3U);
+  EXPECT_EQ(monitor.received[0].first, "INS:xy");
+  EXPECT_EQ(monitor.received[1].first, "NOT_OF_THIS_SYSTEM:x");
+  EXPECT_EQ(monitor.received[2].first, "EMPTY:");
+  EXPECT_GE(monitor.received[0].second, before - 1000);
+  EXPECT_LE(monitor.received[2].second, wall_utime() + 1000);
+}
+
 TEST(LcmBus, NothingWaitsOnASilentBus) {
   const auto bus = open_bus();
   Inbox<odometry_t> inbox(bus.get(), "ODOMETRY", 4);

@@ -87,6 +87,28 @@ TEST(LogFile, WrittenEventsAreRead) {
   EXPECT_EQ(read.health.summary(), "1000 events");
 }
 
+TEST(LogFile, AnEventThatIsRecordableIsRead) {
+  const Bytes data(50, 3);
+  const std::string longest(LogReader::kMaxChannelBytes, 'A');
+  Bytes bytes;
+  int expected = 0;
+  for (const std::string& channel :
+       {std::string("INS"), longest, longest + "A", std::string(), std::string("A B"),
+        std::string("A\x01"), std::string("\xC3\xA4")}) {
+    const bool recordable = is_recordable(channel, data.size());
+    EXPECT_EQ(recordable, channel == "INS" || channel == longest) << channel;
+    if (!recordable) continue;
+    append_event(++expected, from_utime(7), channel, data.data(), data.size(), &bytes);
+    append_event(++expected, from_utime(8), channel, nullptr, 0, &bytes);
+  }
+  EXPECT_FALSE(is_recordable("INS", LogReader::kDefaultMaxDataBytes + 1));
+  const Read read = read_log(bytes);
+  EXPECT_TRUE(read.health.good());
+  ASSERT_EQ(read.events.size(), static_cast<std::size_t>(expected));
+  EXPECT_EQ(read.events[2].channel, longest);
+  EXPECT_EQ(read.events[3].number, 4);
+}
+
 TEST(LogFile, ALogOfAnEarlierMessageRevisionIsRejected) {
   const std::string path = temp_path("former.lcm");
   Result<LogWriter> writer = LogWriter::create(path);

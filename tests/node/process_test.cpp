@@ -147,7 +147,7 @@ TEST(ProcessUsage, MeasuresTheHeapInUse) {
 class ProcessNodeTest : public testing::Test {
  protected:
   ProcessNodeTest() {
-    ProcessFacts facts{"sp", "vehicle.toml", at_ms(500), {}, "bus reachable from eth0"};
+    ProcessFacts facts{"sp", "vehicle.toml", 42, at_ms(500), {}, "bus reachable from eth0"};
     facts.grant.memory_locked = true;
     facts.grant.refusals = {"SCHED_FIFO 60 not granted: Operation not permitted"};
     node_.emplace(&bus_, facts, &counter_);

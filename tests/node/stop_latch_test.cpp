@@ -8,6 +8,9 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
+#include <string>
+#include <vector>
 
 #include "tests/support/fresh_folder.h"
 
@@ -16,14 +19,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-command_t stop() {
-  command_t m{};
-  m.issuer = "operator";
-  m.serial = 7;
-  m.utime = 5;
-  m.kind = command_t::KIND_EMERGENCY_STOP;
-  return m;
-}
+using Event = StopLatch::Step::Event;
+using Release = StopLatch::Release;
+
+stop_t stop(std::int64_t id = 7, const std::string& issuer = "operator") { return {id, issuer}; }
 
 class StopLatchFile : public testing::Test {
  protected:
@@ -34,6 +33,16 @@ class StopLatchFile : public testing::Test {
     EXPECT_TRUE(latch.ok()) << (latch ? "" : latch.error().message);
     return latch ? std::move(latch).value() : StopLatch();
   }
+  /// What the latch has to do, later than any attempt before.
+  StopLatch::Step work(StopLatch* latch) {
+    now_ += 2 * StopLatch::kTryAgain;
+    return latch->step(now_);
+  }
+  void expect_persisted(StopLatch* latch) {
+    const StopLatch::Step step = work(latch);
+    EXPECT_EQ(step.event, Event::kNone) << step.trouble;
+    EXPECT_TRUE(latch->persisted());
+  }
   void write(const std::string& text) const {
     fs::create_directories(fs::path(path_).parent_path());
     std::ofstream(path_) << text;
@@ -41,6 +50,7 @@ class StopLatchFile : public testing::Test {
 
   fs::path folder_;
   std::string path_;
+  Stamp now_{std::chrono::seconds(100)};
 };
 
 TEST(StopLatch, InMemoryLatchesAndReleases) {
@@ -49,9 +59,50 @@ TEST(StopLatch, InMemoryLatchesAndReleases) {
   latch.engage(stop());
   EXPECT_TRUE(latch.engaged());
   EXPECT_TRUE(latch.persisted());
-  EXPECT_TRUE(latch.persist().ok());
-  EXPECT_TRUE(latch.release().ok());
+  EXPECT_EQ(latch.step(Stamp()).event, Event::kNone);
+  EXPECT_EQ(latch.release({7}, "operator", false, Stamp::max()), Release::kAll);
+  EXPECT_EQ(latch.step(Stamp()).event, Event::kReleased);
   EXPECT_FALSE(latch.engaged());
+  EXPECT_EQ(latch.take_released(), std::vector<std::int64_t>{7});
+}
+
+TEST(StopLatch, AStopIsReleasedByItsIssuerOrAnAuthority) {
+  StopLatch latch;
+  latch.engage(stop(1, "operator"));
+  latch.engage(stop(2, "gateway"));
+  latch.engage(stop(3, "gateway"));
+  latch.engage(stop(0));
+  EXPECT_EQ(latch.release({1, 0, 9}, "gateway", false, Stamp::max()), Release::kNone);
+  EXPECT_EQ(latch.release({}, "operator", true, Stamp::max()), Release::kNone);
+  EXPECT_EQ(latch.release({1, 2}, "gateway", false, Stamp::max()), Release::kSome);
+  EXPECT_EQ(latch.take_released(), std::vector<std::int64_t>{2});
+  EXPECT_EQ(latch.cause(), "operator, gateway, an unknown issuer");
+  EXPECT_EQ(latch.step(Stamp()).event, Event::kNone);
+  EXPECT_EQ(latch.release({1, 3, 0}, "operator", true, Stamp::max()), Release::kAll);
+  EXPECT_TRUE(latch.engaged()) << "until the step";
+  EXPECT_EQ(latch.step(Stamp()).event, Event::kReleased);
+}
+
+TEST(StopLatch, AStopThatArrivesBeforeTheReleaseHasTakenEffectEndsIt) {
+  StopLatch latch;
+  latch.engage(stop(1));
+  EXPECT_EQ(latch.release({1}, "operator", false, Stamp::max()), Release::kAll);
+  latch.engage(stop(1));
+  EXPECT_TRUE(latch.releasing()) << "a copy";
+  latch.engage(stop(2));
+  EXPECT_EQ(latch.step(Stamp()).event, Event::kNone);
+  EXPECT_EQ(latch.stops().size(), 2U);
+}
+
+TEST(StopLatch, TooManyStopsAreOneWithoutAName) {
+  StopLatch latch;
+  for (int k = 1; k <= 100; ++k) latch.engage(stop(k, "gateway"));
+  ASSERT_EQ(latch.stops().size(), StopLatch::kMaxStops + 1);
+  std::vector<std::int64_t> all;
+  for (const stop_t& s : latch.stops()) all.push_back(s.id);
+  EXPECT_EQ(latch.release(all, "gateway", false, Stamp::max()), Release::kSome);
+  EXPECT_EQ(latch.release(all, "gateway", false, Stamp::max()), Release::kNone);
+  EXPECT_EQ(latch.release(all, "operator", true, Stamp::max()), Release::kAll);
 }
 
 TEST_F(StopLatchFile, SurvivesTheProcessUntilItIsReleased) {
@@ -59,28 +110,36 @@ TEST_F(StopLatchFile, SurvivesTheProcessUntilItIsReleased) {
     StopLatch latch = open();
     EXPECT_FALSE(latch.engaged());
     latch.engage(stop());
+    latch.engage(stop(-9, "gateway"));
     EXPECT_FALSE(latch.persisted());
-    ASSERT_TRUE(latch.persist().ok());
-    EXPECT_TRUE(latch.persisted());
+    expect_persisted(&latch);
   }
   StopLatch next = open();
   EXPECT_TRUE(next.engaged());
   EXPECT_TRUE(next.persisted());
-  EXPECT_EQ(next.cause(), "operator, serial 7");
-  ASSERT_TRUE(next.release().ok());
-  EXPECT_FALSE(next.engaged());
+  EXPECT_EQ(next.cause(), "operator, gateway");
+  ASSERT_EQ(next.stops().size(), 2U);
+  EXPECT_EQ(next.stops()[1].id, -9);
+  EXPECT_EQ(next.release({7, -9}, "gateway", false, Stamp::max()), Release::kSome);
+  EXPECT_FALSE(next.persisted()) << "the file still lists the other one";
+  expect_persisted(&next);
+  StopLatch last = open();
+  ASSERT_EQ(last.stops().size(), 1U);
+  EXPECT_EQ(last.release({7}, "operator", false, Stamp::max()), Release::kAll);
+  EXPECT_EQ(work(&last).event, Event::kReleased);
+  EXPECT_FALSE(last.engaged());
   EXPECT_FALSE(open().engaged());
 }
 
 TEST_F(StopLatchFile, ARepeatedStopRecreatesALostFile) {
   StopLatch latch = open();
   latch.engage(stop());
-  ASSERT_TRUE(latch.persist().ok());
+  expect_persisted(&latch);
   fs::remove(path_);  // by a cleanup job or a person
-  EXPECT_TRUE(latch.persisted());
+  expect_persisted(&latch);
+  EXPECT_FALSE(open().engaged());
   latch.engage(stop());
-  EXPECT_FALSE(latch.persisted());
-  ASSERT_TRUE(latch.persist().ok());
+  expect_persisted(&latch);
   EXPECT_TRUE(open().engaged());
 }
 
@@ -88,12 +147,22 @@ TEST_F(StopLatchFile, ARepeatedStopRecreatesALostFile) {
 TEST_F(StopLatchFile, AnyContentIsALatchedStop) {
   StopLatch latch = open();
   latch.engage(stop());
-  ASSERT_TRUE(latch.persist().ok());
+  expect_persisted(&latch);
   std::ifstream file(path_);
   const std::string whole((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
   for (std::size_t n = 0; n <= whole.size(); ++n) {
     write(whole.substr(0, n));
-    EXPECT_TRUE(open().engaged()) << n << " bytes";
+    const StopLatch truncated = open();
+    ASSERT_EQ(truncated.stops().size(), 1U) << n << " bytes";
+    EXPECT_EQ(truncated.stops()[0].id, n < whole.size() ? 0 : 7) << n << " bytes";
+  }
+  for (std::size_t n = 0; n < whole.size(); ++n) {
+    std::string damaged = whole;
+    damaged[n] = static_cast<char>(damaged[n] ^ 1);
+    write(damaged);
+    const StopLatch latched = open();
+    ASSERT_EQ(latched.stops().size(), 1U);
+    EXPECT_EQ(latched.stops()[0].id, 0) << "byte " << n << ": nobody but an authority releases it";
   }
   write(std::string(100'000, '\0'));
   const StopLatch garbage = open();
@@ -107,7 +176,8 @@ TEST_F(StopLatchFile, AnyFileAtItsPathIsALatchedStop) {
   StopLatch folder = open();
   EXPECT_TRUE(folder.engaged());
   EXPECT_NE(folder.cause().find("is not a regular file"), std::string::npos) << folder.cause();
-  EXPECT_TRUE(folder.release().ok()) << "an empty folder can be removed";
+  EXPECT_EQ(folder.release({0}, "operator", true, Stamp::max()), Release::kAll);
+  EXPECT_EQ(work(&folder).event, Event::kReleased) << "an empty folder can be removed";
   ASSERT_EQ(mkfifo(path_.c_str(), 0600), 0);
   EXPECT_TRUE(open().engaged()) << "and a FIFO does not block";
   fs::remove(path_);
@@ -116,12 +186,11 @@ TEST_F(StopLatchFile, AnyFileAtItsPathIsALatchedStop) {
 }
 
 TEST_F(StopLatchFile, ControlCharactersOfAnIssuerDoNotReachTheFile) {
-  command_t m = stop();
-  m.issuer = "a\n\033[2Jb\xff";
   StopLatch latch = open();
-  latch.engage(m);
-  ASSERT_TRUE(latch.persist().ok());
-  EXPECT_EQ(open().cause(), "a??[2Jb?, serial 7");
+  latch.engage(stop(7, "a\n\033[2Jb\xff"));
+  expect_persisted(&latch);
+  EXPECT_EQ(open().cause(), "a??[2Jb?");
+  EXPECT_EQ(latch.release({7}, "a\n\033[2Jb\xff", false, Stamp::max()), Release::kAll);
 }
 
 TEST_F(StopLatchFile, AFileThatCannotBeCreatedLeavesTheStopInMemory) {
@@ -130,14 +199,15 @@ TEST_F(StopLatchFile, AFileThatCannotBeCreatedLeavesTheStopInMemory) {
   fs::remove(state);
   std::ofstream(state) << "a file instead of the folder";
   latch.engage(stop());
-  const Outcome failed = latch.persist();
-  ASSERT_FALSE(failed.ok());
-  EXPECT_NE(failed.error().message.find(state.string()), std::string::npos)
-      << failed.error().message;
+  const StopLatch::Step failed = work(&latch);
+  ASSERT_EQ(failed.event, Event::kNotWritten);
+  EXPECT_NE(failed.trouble.find(state.string()), std::string::npos) << failed.trouble;
   EXPECT_TRUE(latch.engaged());
   EXPECT_FALSE(latch.persisted());
   fs::remove(state);
-  EXPECT_TRUE(latch.persist().ok()) << "and the folder is created again";
+  EXPECT_EQ(latch.step(now_).event, Event::kNone) << "not tried again at once";
+  EXPECT_FALSE(latch.persisted());
+  expect_persisted(&latch);  // and the folder is created again
   EXPECT_TRUE(open().engaged());
 }
 
@@ -151,27 +221,30 @@ TEST_F(StopLatchFile, AFileThatCannotBeWrittenIsAnErrorAndStillALatchedStop) {
   rlimit none = before;
   none.rlim_cur = 0;
   ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &none), 0);
-  const Outcome failed = latch.persist();
+  const StopLatch::Step failed = work(&latch);
   ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
   (void)signal(SIGXFSZ, ignored);
-  ASSERT_FALSE(failed.ok());
-  EXPECT_NE(failed.error().message.find("cannot write " + path_), std::string::npos)
-      << failed.error().message;
+  ASSERT_EQ(failed.event, Event::kNotWritten);
+  EXPECT_NE(failed.trouble.find("cannot write " + path_), std::string::npos) << failed.trouble;
   EXPECT_TRUE(latch.engaged() && !latch.persisted());
   EXPECT_TRUE(open().engaged());
-  EXPECT_TRUE(latch.persist().ok());
+  expect_persisted(&latch);
 }
 
 TEST_F(StopLatchFile, AFailedReleaseHasNoEffect) {
   StopLatch latch = open();
   latch.engage(stop());
-  ASSERT_TRUE(latch.persist().ok());
+  expect_persisted(&latch);
   fs::remove(path_);
   fs::create_directories(fs::path(path_) / "not_empty");
-  const Outcome failed = latch.release();
-  ASSERT_FALSE(failed.ok());
-  EXPECT_NE(failed.error().message.find("cannot remove " + path_), std::string::npos);
+  EXPECT_EQ(latch.release({7}, "operator", false, Stamp::max()), Release::kAll);
+  const StopLatch::Step failed = work(&latch);
+  ASSERT_EQ(failed.event, Event::kNotReleased);
+  EXPECT_NE(failed.trouble.find("cannot remove " + path_), std::string::npos) << failed.trouble;
   EXPECT_TRUE(latch.engaged());
+  EXPECT_FALSE(latch.releasing());
+  fs::remove_all(path_);
+  expect_persisted(&latch);
 }
 
 TEST_F(StopLatchFile, AFolderThatCannotBeCreatedIsAnErrorAtTheStart) {

@@ -31,7 +31,8 @@ namespace {
 class Operator final : public Node {
  public:
   Operator(Bus* bus, Stamp begin)
-      : port_(bus, channel::kBgCommand, channel::kBgStatus, "operator", {}), begin_(begin) {}
+      : port_(bus, channel::kBgCommand, channel::kBgStop, channel::kBgStatus, "operator", {}),
+        begin_(begin) {}
 
   /// Not before there are waypoints.
   void ask(const Command& order) { order_ = order; }

@@ -24,7 +24,7 @@ class Cheat final : public Node {
  public:
   Cheat(Bus* bus, const sim::Simulator& simulator)
       : simulator_(simulator),
-        subordinate_(bus, "bg", channel::kBgCommand, channel::kBgStatus, {}),
+        subordinate_(bus, "bg", channel::kBgCommand, channel::kBgStop, channel::kBgStatus, {}),
         drive_(bus, channel::kBgDrive) {}
 
   [[nodiscard]] const NodeInfo& info() const override { return info_; }

@@ -98,12 +98,15 @@ const Ears& clean_drive() {
   return ears;
 }
 
-/// The middle message of a channel.
+/// The middle message of a channel, without a number: with one a second datagram would be a copy,
+/// which the inbox drops.
 template <class T>
 T good(const char* channel) {
   const std::vector<T> all = clean_drive().all<T>(channel);
   EXPECT_FALSE(all.empty()) << channel;
-  return all[all.size() / 2];
+  T message = all[all.size() / 2];
+  message.seq = 0;
+  return message;
 }
 
 /// The middle facet of a channel as a scan of its own, newer than all of the drive.
@@ -365,6 +368,7 @@ TEST(HostileInput, RepeatedAndBackwardStampsAreRejectedAndReported) {
 
 TEST(HostileInput, RepeatedAndOldFacetsAreRejectedAndCounted) {
   auto facet = clean_drive().all<ladar_ranges_t>(channel::kLadarRanges).front();
+  facet.seq = 0;  // no copy of a datagram
   const Bytes old = encode(facet);
   facet.facet_count = 0;
   const Bytes unsound = encode(facet);

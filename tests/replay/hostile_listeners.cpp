@@ -168,7 +168,7 @@ void Statements::judge(const plan_t& m, int /*count*/) {
 
 struct OtherReaders::Readers {
   explicit Readers(LocalBus* bus)
-      : superior(bus, "NOBODY_COMMAND", channel::kBgStatus, "operator", {}),
+      : superior(bus, "NOBODY_COMMAND", "NOBODY_STOP", channel::kBgStatus, "operator", {}),
         processes(bus, channel::kSpProcess,
                   [this](const process_t& m, Stamp t) { top.on_process(m, t); }),
         cycles(bus, channel::kSpCycle, [this](const cycle_t& m, Stamp t) { top.on_cycle(m, t); }),

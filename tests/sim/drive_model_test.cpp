@@ -151,6 +151,40 @@ TEST(DriveModel, TheBrakeStopsTheVehicleSooner) {
   EXPECT_NEAR(way_m(brake), 8.0 * p.delay_s + 32.0 / p.hard_braking_mps2, 0.02);
 }
 
+// The contract of a vehicle interface (docs/user/own_vehicle.md).
+TEST(DriveModel, StaysAtRestWhileTheNewestCommandHasAnEmergencyStop) {
+  Driven d({});
+  d.run(6.0, go(5.0, 0.0));
+  ASSERT_NEAR(d.model.speed_mps(), 5.0, 0.01);
+  DriveCommand stop = go(5.0, 0.0);  // a wrong speed and no brake
+  stop.emergency_stop = true;
+  d.run(0.05, stop);
+  d.run(3.0, {}, {});  // and then the driver is silent
+  EXPECT_EQ(d.model.speed_mps(), 0.0);
+  const Vec2 rest = d.model.place().p_world;
+  DriveCommand late = go(5.0, 0.0);  // issued before the stop
+  late.issued_s = 5.99;
+  late.valid_until_s = 7.9;
+  d.model.command(late, d.time_s());
+  d.run(1.0, {}, {});
+  d.run(1.0, stop);
+  EXPECT_EQ(d.model.place().p_world, rest);
+  d.run(1.0, go(5.0, 0.0));
+  EXPECT_GT(d.model.speed_mps(), 1.0) << "a later command without it";
+}
+
+TEST(DriveModel, AnEmergencyStopBrakesHardAlsoIfItHasExpired) {
+  Driven d({});
+  d.run(6.0, go(5.0, 0.0));
+  DriveCommand stop;
+  stop.emergency_stop = true;
+  stop.issued_s = d.time_s() - 0.001;
+  stop.valid_until_s = stop.issued_s + 0.0005;
+  d.model.command(stop, d.time_s());
+  d.run(1.2, {}, {});
+  EXPECT_EQ(d.model.speed_mps(), 0.0) << "5 m/s at 5 m/s^2, after the delay";
+}
+
 TEST(DriveModel, GoesBackwardThroughRest) {
   const DriveParams p;
   Driven d(p);

@@ -287,17 +287,17 @@ TEST_F(MapOnDisk, ATruncatedOrReplacedFileIsReportedWithoutACrash) {
   DirectTileLoader loader(path_);
   map.follow({0.0, 0.0}, &loader);
   EXPECT_TRUE(map.complete());
-  EXPECT_EQ(map.loading().failed, 1);
-  EXPECT_EQ(map.loading().replaced, 1);
-  EXPECT_NE(map.loading().failure.find("0_0.tile: truncated"), std::string::npos)
+  EXPECT_EQ(map.loading().failed, 2);
+  EXPECT_NE(map.loading().failure.find("is not the file of the map's index"), std::string::npos)
       << map.loading().failure;
   Elevation e;
   ASSERT_TRUE(map.sample(30.0, 30.0, &e));  // the coarser level replaces it
   EXPECT_EQ(e.level, 1);
   ASSERT_TRUE(map.sample(-30.0, 30.0, &e));
-  EXPECT_GT(e.z_m, 90.0);
+  EXPECT_EQ(e.level, 1) << "a sound tile of another map is not used";
+  EXPECT_LT(e.z_m, 90.0);
   map.follow({5.0, 0.0}, &loader);
-  EXPECT_EQ(map.loading().failed, 1) << "not counted again for each attempt";
+  EXPECT_EQ(map.loading().failed, 2) << "not counted again for each attempt";
 }
 
 TEST_F(MapOnDisk, PointsAreLoadedAndTheirMemoryIsKnownBeforehand) {
@@ -323,7 +323,7 @@ TEST_F(MapOnDisk, PointsAreLoadedAndTheirMemoryIsKnownBeforehand) {
   EXPECT_EQ(map.memory_bytes(), before);
   EXPECT_EQ(map.loading().failed, 0);
 
-  // A file with more points than the index states.
+  // A file of another map, with more points than the index states.
   const Result<MapFolder> folder = MapFolder::open(path_);
   Raster other = cut(raster_, first_cell({0, 0}), kTileSide, kTileSide);
   other.points = test::random_points(9, other, kMaxSurfacePoints);
@@ -336,7 +336,7 @@ TEST_F(MapOnDisk, PointsAreLoadedAndTheirMemoryIsKnownBeforehand) {
   ElevationMap again = opened(60.0);
   again.follow({0.0, 0.0}, &loader);
   EXPECT_EQ(again.loading().failed, 1);
-  EXPECT_NE(again.loading().failure.find("the map's index allows"), std::string::npos)
+  EXPECT_NE(again.loading().failure.find("is not the file of the map's index"), std::string::npos)
       << again.loading().failure;
 }
 

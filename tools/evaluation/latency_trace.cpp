@@ -85,7 +85,7 @@ void ScanLatencyTrace::sent(std::int64_t reference_utime, Stamp at) {
 void ScanLatencyTrace::take(const registration_t& m) {
   account_ = m.account;
   if (m.target != registration_t::TARGET_ROLLING) return;
-  const auto scan = scans_.find(m.utime);
+  const auto scan = scans_.find(m.latency_trace.measured_utime);
   // A new map after a failure gives a second result for the same scan.
   if (scan == scans_.end() || scan->second.answer) return;
   scan->second.answer = SpResult{m.stop, m.degrade_level, m.facets_lost, m.latency_trace};

@@ -136,6 +136,7 @@ void TopModel::on_cycle(const cycle_t& m, Stamp arrival) {
     state.metrics.dropped = in.dropped;
     state.metrics.gaps = in.gaps;
     state.metrics.malformed = in.malformed;
+    state.metrics.rejected = in.rejected;
     state.received.add(arrival, in.received);
     state.any = in.age_us >= 0;
     state.last = arrival - Duration(bounded(in.age_us));
@@ -213,6 +214,7 @@ TopView TopModel::view(Stamp now, std::int64_t now_utime) {
         m.limit_horizontal_m,
         m.limit_vertical_m,
         m.alerts,
+        std::string(source_status_name(m.ins)),
         std::string(source_status_name(m.gps)),
         std::string(source_status_name(m.ladar))};
   }

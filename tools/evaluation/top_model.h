@@ -49,6 +49,7 @@ struct TopView {
     std::int64_t dropped = 0;
     std::int64_t gaps = 0;
     std::int64_t malformed = 0;
+    std::int64_t rejected = 0;  ///< of a second publisher of the channel
   };
   struct Node {
     std::string name;
@@ -102,6 +103,7 @@ struct TopView {
     double limit_horizontal_m = 0.0;
     double limit_vertical_m = 0.0;
     int alerts = 0;  ///< integrity_t::ALERT_*
+    std::string ins;
     std::string gps;
     std::string ladar;
   };

@@ -37,6 +37,9 @@ void add_drill_command(CLI::App* rcs, Commands* commands);
 void add_faults_command(CLI::App* rcs, Commands* commands);
 void add_outages_command(CLI::App* rcs, Commands* commands);
 void add_log_commands(CLI::App* rcs, Commands* commands);
+/// @param log  the command `rcs log`
+void add_log_cut_command(CLI::App* log, Commands* commands);
+void add_record_command(CLI::App* rcs, Commands* commands);
 void add_go_command(CLI::App* rcs, Commands* commands);
 void add_import_commands(CLI::App* rcs, Commands* commands);
 /// @param import  the command `rcs import`

@@ -20,6 +20,7 @@
 #include "tools/base/files.h"
 #include "tools/rcs/command.h"
 #include "tools/rcs/terminal.h"
+#include "tools/recording/log_series.h"
 #include "tools/report/table.h"
 
 namespace rcs::cli {
@@ -73,7 +74,13 @@ std::string missing_text(const CLI::ParseError& error) {
   if (path == std::string::npos || problem == std::string::npos) return text;
   std::string reason = text.substr(problem + 2, path - problem - 2);
   reason[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(reason[0])));
-  return text.substr(path + 2) + ": " + reason;
+  const std::string file = text.substr(path + 2);
+  if (reason == "file is actually a directory" && recording::LogSeries::open(file)) {
+    return fmt::format(
+        "{}: the folder of a recording; make one log of it by `rcs log cut {} -o run.log`", file,
+        file);
+  }
+  return file + ": " + reason;
 }
 
 /// Help of at most 100 columns.
@@ -200,6 +207,7 @@ int rcs_main(int argc, char** argv) {
   Commands commands;
   add_up_command(&app, &commands);
   add_top_command(&app, &commands);
+  add_record_command(&app, &commands);
   add_log_commands(&app, &commands);
   add_go_command(&app, &commands);
   add_predict_command(&app, &commands);

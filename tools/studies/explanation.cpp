@@ -107,6 +107,9 @@ Json integrity_json(const MessageHistory& history, Stamp moment) {
           {"limit_horizontal_m", m.limit_horizontal_m},
           {"limit_vertical_m", m.limit_vertical_m},
           {"alerts", alert_names(m.alerts)},
+          {"ins",
+           {{"status", source_status_name(m.ins)},
+            {"for_s", seconds(Duration(m.utime - m.ins_since_utime))}}},
           {"gps", source(m.gps, m.gps_since_utime, m.gps_test_ratio)},
           {"ladar", source(m.ladar, m.ladar_since_utime, m.ladar_test_ratio)}};
 }

@@ -128,16 +128,18 @@ std::string belief_text(const MessageHistory& history, Stamp moment) {
   const auto level = [](double level_m) {
     return std::isfinite(level_m) ? fmt::format("{:.2f} m", level_m) : std::string("unbounded");
   };
-  return text + fmt::format(
-                    "  protection level {} horizontal, {} vertical (limits {:.1f} and {:.1f} m); "
-                    "alerts: {}\n"
-                    "  GPS {} for {:.1f} s (test ratio {:.2f}), LADAR {} for {:.1f} s (test ratio "
-                    "{:.2f});\n    limit of the test ratio: 1\n\n",
-                    level(i.protection_horizontal_m), level(i.protection_vertical_m),
-                    i.limit_horizontal_m, i.limit_vertical_m, alert_names(i.alerts),
-                    source_status_name(i.gps), seconds(Duration(i.utime - i.gps_since_utime)),
-                    i.gps_test_ratio, source_status_name(i.ladar),
-                    seconds(Duration(i.utime - i.ladar_since_utime)), i.ladar_test_ratio);
+  return text +
+         fmt::format(
+             "  protection level {} horizontal, {} vertical (limits {:.1f} and {:.1f} m); "
+             "alerts: {}\n"
+             "  INS {} for {:.1f} s, GPS {} for {:.1f} s (test ratio {:.2f}),\n  LADAR {} for "
+             "{:.1f} s (test ratio {:.2f}); limit of the test ratio: 1\n\n",
+             level(i.protection_horizontal_m), level(i.protection_vertical_m), i.limit_horizontal_m,
+             i.limit_vertical_m, alert_names(i.alerts), source_status_name(i.ins),
+             seconds(Duration(i.utime - i.ins_since_utime)), source_status_name(i.gps),
+             seconds(Duration(i.utime - i.gps_since_utime)), i.gps_test_ratio,
+             source_status_name(i.ladar), seconds(Duration(i.utime - i.ladar_since_utime)),
+             i.ladar_test_ratio);
 }
 
 std::string driving_text(const MessageHistory& history, Stamp moment) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 namespace rcs::wm {
@@ -111,6 +112,37 @@ TerrainGrid::TerrainGrid(const TerrainParams& params)
 void TerrainGrid::clear() {
   cells_.clear();
   scans_ = 0;
+}
+
+void TerrainGrid::save_row(std::size_t k, std::byte* out) const {
+  const Cell origin = cells_.origin();
+  const int mask = cells_.size() - 1;
+  const RowHead head{origin.i, origin.j + ((static_cast<int>(k) - origin.j) & mask)};
+  std::memcpy(out, &head, sizeof head);
+  std::byte* to = out + sizeof head;
+  for (int i = head.i; i <= head.i + mask; ++i, to += sizeof(TerrainCell)) {
+    std::memcpy(to, &cells_.at({i, head.j}), sizeof(TerrainCell));
+  }
+}
+
+void TerrainGrid::begin_restore(const Vec2& centre_local, const Vec2& start_local) {
+  clear();
+  const Cell centre = cells_.cell_at(centre_local.x(), centre_local.y());
+  cells_.centre_on({centre.i & ~1, centre.j & ~1});
+  start_ = start_local;
+}
+
+void TerrainGrid::restore_row(const std::byte* row) {
+  RowHead head;
+  std::memcpy(&head, row, sizeof head);
+  const std::byte* from = row + sizeof head;
+  for (int i = head.i; i < head.i + cells_.size(); ++i, from += sizeof(TerrainCell)) {
+    TerrainCell cell;
+    std::memcpy(&cell, from, sizeof cell);
+    if (cell.scans == 0) continue;
+    if (TerrainCell* const to = cells_.find({i, head.j})) *to = cell;
+    scans_ = 1;  // not empty
+  }
 }
 
 void TerrainGrid::insert(const Points& p_vehicle, const Pose& T_local_vehicle) {

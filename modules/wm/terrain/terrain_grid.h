@@ -97,6 +97,21 @@ class TerrainGrid {
   [[nodiscard]] const TerrainParams& params() const { return params_; }
   [[nodiscard]] bool empty() const { return scans_ == 0; }
 
+  // The terrain as rows of bytes, with which another grid of the same parameters continues.
+  [[nodiscard]] std::size_t rows() const { return static_cast<std::size_t>(cells_.size()); }
+  [[nodiscard]] std::size_t row_bytes() const {
+    return sizeof(RowHead) + rows() * sizeof(TerrainCell);
+  }
+  /// @param k  [0, rows())
+  /// @param out  row_bytes()
+  void save_row(std::size_t k, std::byte* out) const;
+  /// Where the first scan was made, frame local.
+  [[nodiscard]] const Vec2& start() const { return start_; }
+  /// Discards all terrain and centres the window; restore_row() follows for each row that was
+  /// saved.
+  void begin_restore(const Vec2& centre_local, const Vec2& start_local);
+  void restore_row(const std::byte* row);
+
  private:
   static constexpr int kReach = 2;  ///< the neighbourhood of a cell is 5 x 5
   /// Returns of one scan in a quarter.
@@ -113,6 +128,11 @@ class TerrainGrid {
     bool ground = false;  // it may be the ground
     bool sure = false;    // seen often enough
     float m = kUnknown_m;
+  };
+  /// Lowest cell of a row that was saved.
+  struct RowHead {
+    int i = 0;
+    int j = 0;
   };
   void update(const Seen& seen);
   [[nodiscard]] bool overhangs(const Seen& seen) const;

@@ -25,6 +25,12 @@ class TerrainDesk {
 
   [[nodiscard]] const InboxBase& inbox() const { return points_; }
 
+  [[nodiscard]] const TerrainGrid& grid() const { return grid_; }
+  [[nodiscard]] TerrainGrid& grid() { return grid_; }
+  /// Reference instant of the newest scan in the grid.
+  [[nodiscard]] Stamp newest_points() const { return newest_points_; }
+  void restore_newest_points(Stamp stamp) { newest_points_ = stamp; }
+
  private:
   void take(const points_t& m, const Estimator& estimator, Stamp now, Report* report);
   void begin_patch(const Pose& T_local_vehicle, Stamp local_began);

@@ -4,6 +4,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
+#include <string>
 #include <string_view>
 
 #include "rcs/base/stamp.h"
@@ -35,8 +37,20 @@ class Bus {
   void set_publisher(const Publisher& publisher) { publisher_ = publisher; }
   [[nodiscard]] const Publisher& publisher() const { return publisher_; }
 
+  /// Every Inbox that is created afterwards listens to one publisher of its channel. For nodes:
+  /// tools listen to everyone, and in lockstep there is nobody else.
+  void require_owners() { owners_required_ = true; }
+  [[nodiscard]] bool owners_required() const { return owners_required_; }
+
+  /// Number of the newest message of a channel, shared by its outboxes.
+  [[nodiscard]] std::int64_t* sequence_of(std::string_view channel) {
+    return &sequences_[std::string(channel)];
+  }
+
  private:
   Publisher publisher_;
+  bool owners_required_ = false;
+  std::map<std::string, std::int64_t> sequences_;
 };
 
 }  // namespace rcs

@@ -54,12 +54,15 @@ BusAddress parse_bus_address(std::string_view url) {
   if (!host.substr(0, colon).empty()) address.group = host.substr(0, colon);
   if (colon != std::string_view::npos) read_number(host.substr(colon + 1), &address.port);
   constexpr std::string_view kTtl = "ttl=";
+  constexpr std::string_view kBuffer = "recv_buf_size=";
   std::string_view options = question == std::string_view::npos ? "" : url.substr(question + 1);
   while (!options.empty()) {
     const std::size_t end = std::min(options.find('&'), options.size());
     const std::string_view option = options.substr(0, end);
     if (option.substr(0, kTtl.size()) == kTtl) {
       read_number(option.substr(kTtl.size()), &address.ttl);
+    } else if (option.substr(0, kBuffer.size()) == kBuffer) {
+      read_number(option.substr(kBuffer.size()), &address.recv_buf_size);
     }
     options.remove_prefix(std::min(end + 1, options.size()));
   }
@@ -101,15 +104,17 @@ std::string reach_note(const BusAddress& address, std::string_view multicast_int
                        const std::vector<std::string>& interfaces, bool firewalled) {
   if (!address.udp) return "";
   std::string note;
-  // LCM binds to 0.0.0.0: a packet sent to any address of this computer reaches it, independently
-  // of the multicast route. Firewall rules cannot be read without privileges.
+  // liblcm binds to 0.0.0.0: a packet sent to any address of this computer reaches it,
+  // independently of the multicast route. Firewall rules cannot be read without privileges.
   if (!interfaces.empty() && !firewalled) {
     std::string names;
     for (const std::string& name : interfaces) names += (names.empty() ? "" : ", ") + name;
     note = fmt::format(
         "bus reachable from {}: unless a firewall drops UDP port {} there, any host on these "
-        "networks can stop the nodes; see docs/user/vehicle_install.md, Bus firewall",
-        names, address.port);
+        "networks can {}; see docs/user/vehicle_install.md, Bus firewall",
+        names, address.port,
+        address.ttl > 0 ? "command the vehicle"
+                        : "crash programs that receive with liblcm, such as a driver");
   }
   if (!multicast_interface.empty() && multicast_interface != "lo") {
     note += fmt::format(

@@ -1,6 +1,7 @@
 #pragma once
-// Exposure of the LCM bus to other computers. LCM's receiver accepts packets on every interface of
-// the computer, so each node reports the exposure at its start.
+// Exposure of the LCM bus to other computers; each node reports it at its start. Nodes accept only
+// datagrams of their own computer if ttl=0 (rcs/node/bus/udpm_receiver.h), but programs that
+// receive with liblcm accept those of every interface.
 
 #include <string>
 #include <string_view>
@@ -14,6 +15,7 @@ struct BusAddress {
   std::string group = "239.255.76.67";
   int port = 7667;
   int ttl = 0;
+  int recv_buf_size = 0;  ///< bytes of the kernel's buffer; 0: its default
 };
 [[nodiscard]] BusAddress parse_bus_address(std::string_view url);
 

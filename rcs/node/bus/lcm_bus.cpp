@@ -1,36 +1,24 @@
 #include "rcs/node/bus/lcm_bus.h"
 
-#include <sys/random.h>
+#include <fmt/format.h>
+#include <poll.h>
+
 #include <algorithm>
-
 #include <cstdlib>
-#include <limits>
+#include <string>
 
-#include "rcs/base/check.h"
+#include "rcs/node/bus/bus_exposure.h"
 #include "rcs/node/bus/bus_url.h"
 
 namespace rcs {
 namespace {
 
-/// Queue length of LCM for one subscription. A full LCM queue drops the newest message silently, so
-/// the length is chosen never to be reached: the inboxes drop messages, and count them.
-constexpr int kQueueMessages = 10'000;
+/// The channel on which liblcm tests a bus; its programs ignore it.
+constexpr char kTestChannel[] = "LCM_SELF_TEST";
+constexpr int kTests = 20;
+constexpr int kTestWait_ms = 50;
 
 constexpr Duration kLongestWait = from_seconds(1.0);  // limit for the first message
-
-/// A random positive number; 0 if the system has no random numbers.
-std::int64_t random_id() {
-  std::int64_t id = 0;
-  if (getrandom(&id, sizeof(id), 0) != sizeof(id)) return 0;
-  return id & std::numeric_limits<std::int64_t>::max();
-}
-
-/// Run id of the `rcs up` that started this process; a process started alone is a run of its own.
-std::int64_t live_run_id() {
-  const char* given = std::getenv(kRunIdVariable);  // NOLINT(concurrency-mt-unsafe)
-  const std::int64_t id = given == nullptr ? 0 : std::strtoll(given, nullptr, 10);
-  return id > 0 ? id : random_id();
-}
 
 }  // namespace
 
@@ -44,24 +32,40 @@ Result<std::unique_ptr<LcmBus>> LcmBus::create(const std::string& url) {
     lcm = lcm_create(chosen.c_str());
   }
   if (lcm == nullptr) return Error{bus_advice(chosen)};
-  std::unique_ptr<LcmBus> bus(new LcmBus(lcm, std::move(chosen)));
-  bus->set_publisher({live_run_id(), random_id()});
+  Result<std::unique_ptr<UdpmReceiver>> receiver = UdpmReceiver::open(parse_bus_address(chosen));
+  if (!receiver) {
+    lcm_destroy(lcm);
+    return Error{fmt::format("{} ({})", bus_advice(chosen), receiver.error().message)};
+  }
+  std::unique_ptr<LcmBus> bus(new LcmBus(lcm, std::move(receiver).value(), std::move(chosen)));
+  if (!bus->test_reception()) return Error{bus_advice(bus->url())};
+  bus->set_publisher({live_run_id(0), random_id(), boot_id()});
   return bus;
 }
 
+/// Whether messages that this process sends come back: a firewall may drop them.
+bool LcmBus::test_reception() {
+  receiver_->want(kTestChannel);
+  bool received = false;
+  for (int k = 0; k < kTests && !received; ++k) {
+    publish(kTestChannel, nullptr, 0);
+    pollfd ready{fd(), POLLIN, 0};
+    received = poll(&ready, 1, kTestWait_ms) > 0;
+  }
+  receiver_->unwant(kTestChannel);
+  while (receiver_->take(&message_)) {
+  }
+  return received;
+}
+
 void LcmBus::subscribe(std::string_view channel, Receiver* receiver) {
-  if (!failure_.empty()) return;  // each further attempt would take a second
-  Subscription& s = subscriptions_.emplace_back(Subscription{this, receiver});
-  lcm_subscription_t* handle = nullptr;
-  {
-    const SilencedStderr silenced;  // the first subscription tests the bus
-    handle = lcm_subscribe(lcm_.get(), std::string(channel).c_str(), &LcmBus::on_message, &s);
-  }
-  if (handle == nullptr) {
-    failure_ = bus_advice(url_);
-    return;
-  }
-  lcm_subscription_set_queue_capacity(handle, kQueueMessages);
+  subscriptions_.push_back({std::string(channel), receiver});
+  receiver_->want(channel);
+}
+
+void LcmBus::subscribe_all(BusMonitor* monitor) {
+  monitor_ = monitor;
+  receiver_->want("*");
 }
 
 void LcmBus::publish(std::string_view channel, const std::uint8_t* data, std::size_t size) {
@@ -73,12 +77,23 @@ void LcmBus::publish(std::string_view channel, const std::uint8_t* data, std::si
 bool LcmBus::deliver_one(Stamp now, std::int64_t wall_utime) {
   now_ = now;
   wall_utime_ = wall_utime;
-  const int handled = lcm_handle_timeout(lcm_.get(), 0);
-  if (handled < 0) failure_ = "LCM stopped receiving on " + url_;
-  return handled > 0;
+  if (!receiver_->take(&message_)) {
+    if (const std::string why = receiver_->failure(); !why.empty()) {
+      failure_ = fmt::format("{}: nothing is received any more: {}", url_, why);
+    }
+    return false;
+  }
+  const std::uint8_t* const data = message_.data.data();
+  const std::size_t size = message_.data.size();
+  if (monitor_ != nullptr) {
+    monitor_->receive(message_.channel, data, size, message_.received_utime);
+  }
+  for (const Subscription& s : subscriptions_) {
+    if (!matches(s.channel, message_.channel)) continue;
+    s.receiver->receive(data, size, arrival(message_.received_utime));
+  }
+  return true;
 }
-
-int LcmBus::fd() const { return lcm_get_fileno(lcm_.get()); }
 
 Outcome LcmBus::status() const {
   return failure_.empty() ? Outcome(Done{}) : Outcome(Error{failure_});
@@ -91,14 +106,6 @@ Stamp LcmBus::arrival(std::int64_t received_utime) {
   last_arrival_ =
       now_ - Duration(std::clamp<std::int64_t>(waited, 0, std::max<std::int64_t>(0, most)));
   return last_arrival_;
-}
-
-// noexcept: an exception through LCM's C frames would leave its object unusable.
-void LcmBus::on_message(const lcm_recv_buf_t* packet, const char* /*channel*/,
-                        void* subscription) noexcept {
-  const Subscription& s = *static_cast<const Subscription*>(subscription);
-  s.receiver->receive(static_cast<const std::uint8_t*>(packet->data), packet->data_size,
-                      s.bus->arrival(packet->recv_utime));
 }
 
 }  // namespace rcs

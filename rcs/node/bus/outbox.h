@@ -16,7 +16,10 @@ template <class T>
 class Outbox {
  public:
   Outbox(Bus* bus, std::string_view channel)
-      : bus_(bus), channel_(channel), publisher_(bus->publisher()) {}
+      : bus_(bus),
+        channel_(channel),
+        publisher_(bus->publisher()),
+        seq_(bus->sequence_of(channel)) {}
 
   /// Allocates room for messages of `bytes` bytes in advance.
   void reserve(std::size_t bytes) { buffer_.resize(std::max(buffer_.size(), bytes)); }
@@ -24,7 +27,7 @@ class Outbox {
   /// Sets message->seq (1, 2, ...), run_id and publisher_id, and publishes. No allocation if the
   /// buffer is large enough.
   void publish(T* message) {
-    message->seq = ++seq_;
+    message->seq = ++*seq_;
     message->run_id = publisher_.run_id;
     message->publisher_id = publisher_.publisher_id;
     const int size = message->getEncodedSize();
@@ -40,7 +43,7 @@ class Outbox {
   std::string channel_;
   Publisher publisher_;
   std::vector<std::uint8_t> buffer_;
-  std::int64_t seq_ = 0;
+  std::int64_t* seq_;
 };
 
 }  // namespace rcs

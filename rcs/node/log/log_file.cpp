@@ -36,8 +36,10 @@ void append_big_endian(T value, std::vector<std::uint8_t>* out) {
   }
 }
 
-bool printable(const std::uint8_t* text, std::size_t size) {
-  return std::all_of(text, text + size, [](std::uint8_t c) { return c > 0x20 && c < 0x7f; });
+/// @param text  bytes, of a file or of a string
+template <class Byte>
+bool printable(const Byte* text, std::size_t size) {
+  return std::all_of(text, text + size, [](Byte c) { return c > 0x20 && c < 0x7f; });
 }
 
 Error file_error(const std::string& path, const char* what, int error_number) {
@@ -245,6 +247,24 @@ bool LogReader::next(LogEvent* event) {
   return false;
 }
 
+bool is_recordable(std::string_view channel, std::size_t data_bytes) {
+  return !channel.empty() && channel.size() <= LogReader::kMaxChannelBytes &&
+         printable(channel.data(), channel.size()) && data_bytes <= LogReader::kDefaultMaxDataBytes;
+}
+
+void append_event(std::int64_t number, Stamp stamp, std::string_view channel,
+                  const std::uint8_t* data, std::size_t size, std::vector<std::uint8_t>* out) {
+  RCS_CHECK(!channel.empty() && channel.size() <= LogReader::kMaxChannelBytes &&
+            size <= static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()));
+  out->insert(out->end(), kSync.begin(), kSync.end());
+  append_big_endian(number, out);
+  append_big_endian(to_utime(stamp), out);
+  append_big_endian(static_cast<std::int32_t>(channel.size()), out);
+  append_big_endian(static_cast<std::int32_t>(size), out);
+  out->insert(out->end(), channel.begin(), channel.end());
+  out->insert(out->end(), data, data + size);
+}
+
 LogWriter::LogWriter(FileHandle file, std::string path)
     : file_(std::move(file)), path_(std::move(path)) {
   buffer_.reserve(kWindowBytes);
@@ -267,16 +287,8 @@ Outcome LogWriter::fail(const char* what) {
 
 Outcome LogWriter::write(Stamp stamp, std::string_view channel, const std::uint8_t* data,
                          std::size_t size) {
-  RCS_CHECK(!channel.empty() && channel.size() <= LogReader::kMaxChannelBytes &&
-            size <= static_cast<std::size_t>(std::numeric_limits<std::int32_t>::max()));
   if (!failure_.empty()) return Error{failure_};
-  buffer_.insert(buffer_.end(), kSync.begin(), kSync.end());
-  append_big_endian(events_++, &buffer_);
-  append_big_endian(to_utime(stamp), &buffer_);
-  append_big_endian(static_cast<std::int32_t>(channel.size()), &buffer_);
-  append_big_endian(static_cast<std::int32_t>(size), &buffer_);
-  buffer_.insert(buffer_.end(), channel.begin(), channel.end());
-  buffer_.insert(buffer_.end(), data, data + size);
+  append_event(events_++, stamp, channel, data, size, &buffer_);
   return buffer_.size() < kWindowBytes / 2 ? Outcome(Done{}) : flush();
 }
 

@@ -76,6 +76,14 @@ class LogReader {
   LogHealth health_;
 };
 
+/// True if LogReader (with its default limit) returns the event from a log: the channel has 1 to 63
+/// printable characters.
+[[nodiscard]] bool is_recordable(std::string_view channel, std::size_t data_bytes);
+
+/// Appends the bytes of one event, which must be recordable or have a longer payload, to `out`.
+void append_event(std::int64_t number, Stamp stamp, std::string_view channel,
+                  const std::uint8_t* data, std::size_t size, std::vector<std::uint8_t>* out);
+
 /// Writes events in the order given. The same calls give the same bytes.
 class LogWriter {
  public:

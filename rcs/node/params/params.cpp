@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "rcs/base/regular_file.h"
+#include "rcs/node/bus/publisher.h"
 #include "rcs/node/params/param_text.h"
 #include "rcs/node/params/params_state.h"
 #include "rcs/node/params/toml_limits.h"
@@ -82,17 +83,20 @@ Result<ParamFile> ParamFile::parse(std::string_view text, std::string_view name)
   }
   auto state = std::make_unique<State>();
   state->name = std::string(name);
+  state->text = std::string(text);
   state->root = std::move(parsed).table();
   return ParamFile(std::move(state));
 }
 
-Result<ParamFile> ParamFile::load(const std::string& path) {
-  if (Outcome checked = check_regular_file(path); !checked) return checked.error();
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return Error{fmt::format("{}: cannot open: {}", path, std::strerror(errno))};
+Result<ParamFile> ParamFile::load(const std::string& path) { return load_copy(path, path); }
+
+Result<ParamFile> ParamFile::load_copy(const std::string& copy, const std::string& path) {
+  if (Outcome checked = check_regular_file(copy); !checked) return checked.error();
+  std::ifstream file(copy, std::ios::binary);
+  if (!file) return Error{fmt::format("{}: cannot open: {}", copy, std::strerror(errno))};
   std::string text(kMaxTomlBytes + 1, '\0');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
-  if (file.bad()) return Error{path + ": cannot read"};
+  if (file.bad()) return Error{copy + ": cannot read"};
   text.resize(static_cast<std::size_t>(file.gcount()));
   return parse(text, path);
 }
@@ -112,6 +116,10 @@ Result<ParamFile> ParamFile::load(const std::string& path,
 ParamTable ParamFile::root() const { return ParamTable(state_->entry(&state_->root, "")); }
 
 const std::string& ParamFile::name() const { return state_->name; }
+
+const std::string& ParamFile::text() const { return state_->text; }
+
+std::int64_t ParamFile::text_id() const { return id_of(state_->text); }
 
 std::string ParamFile::resolve(std::string_view path) const {
   return (std::filesystem::path(state_->name).parent_path() / path).string();

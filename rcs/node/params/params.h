@@ -91,6 +91,8 @@ class ParamFile {
   /// @param overrides  TOML of one or more keys each ("odometry.constrained = false"), which
   ///   replace or extend those of the file; the last one that sets a key applies
   static Result<ParamFile> load(const std::string& path, const std::vector<std::string>& overrides);
+  /// The content of `copy` under the name `path`: errors and relative paths are those of `path`.
+  static Result<ParamFile> load_copy(const std::string& copy, const std::string& path);
   static Result<ParamFile> parse(std::string_view text, std::string_view name);
 
   ParamFile(ParamFile&&) noexcept;
@@ -99,6 +101,10 @@ class ParamFile {
 
   [[nodiscard]] ParamTable root() const;
   [[nodiscard]] const std::string& name() const;
+  /// Of the file, without overrides.
+  [[nodiscard]] const std::string& text() const;
+  /// A hash of text().
+  [[nodiscard]] std::int64_t text_id() const;
   /// Paths inside a file are relative to the file.
   [[nodiscard]] std::string resolve(std::string_view path) const;
 

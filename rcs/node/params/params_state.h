@@ -28,6 +28,7 @@ struct ParamProblem {
 
 struct ParamFile::State {
   std::string name;
+  std::string text;
   toml::table root;
   std::deque<ParamTable::Entry> entries;  // addresses stay
   std::vector<ParamProblem> errors;       // of the reads

@@ -53,6 +53,7 @@ void CyclePublisher::on_account(const NodeInfo& node, const CycleAccount& accoun
     out.dropped = a.dropped;
     out.gaps = a.gaps;
     out.malformed = a.malformed;
+    out.rejected = a.rejected;
     out.age_us = a.age(cycle.now).count();
   }
   p.outbox.publish(&m);

@@ -14,10 +14,13 @@
 #include "rcs/node/bus/lcm_bus.h"
 #include "rcs/node/bus/local_bus.h"
 #include "rcs/node/executor.h"
+#include "rcs/node/process/bus_watch.h"
 #include "rcs/node/process/cycle_sinks.h"
 #include "rcs/node/process/node_options.h"
 #include "rcs/node/process/process.h"
+#include "rcs/node/process/publisher_watch.h"
 #include "rcs/node/process/realtime.h"
+#include "rcs/node/process/terminal_line.h"
 #include "rcs/node/report.h"
 #include "rcs/node/timeline/live_timeline.h"
 
@@ -47,8 +50,15 @@ int check(std::string_view name, const NodeOptions& options, const NodeFactory& 
   return kExitOk;
 }
 
+/// `rcs up` gives its nodes a copy of the configuration, so that one that is restarted reads what
+/// the others have read.
+Result<ParamFile> load_config(const NodeOptions& options) {
+  return options.copy.empty() ? ParamFile::load(options.config)
+                              : ParamFile::load_copy(options.copy, options.config);
+}
+
 int run_live(std::string_view name, const NodeOptions& options, const NodeFactory& factory) {
-  const Result<ParamFile> params = ParamFile::load(options.config);
+  const Result<ParamFile> params = load_config(options);
   if (!params) return fail(name, params.error());
   const Result<ProcessTables> tables = read_process_tables(*params);
   if (!tables) return fail(name, tables.error());
@@ -57,6 +67,10 @@ int run_live(std::string_view name, const NodeOptions& options, const NodeFactor
   const Result<std::unique_ptr<LcmBus>> opened = LcmBus::create(options.url);
   if (!opened) return fail(name, opened.error());
   LcmBus* const bus = opened->get();
+  Publisher publisher = bus->publisher();
+  publisher.run_id = live_run_id(params->text_id());
+  bus->set_publisher(publisher);
+  bus->require_owners();
   EventPrinter printer(bus, name);  // before the node, which may report while it starts
   const Result<std::unique_ptr<Node>> node = factory(*params, bus);
   if (!node) return fail(name, node.error());
@@ -66,23 +80,31 @@ int run_live(std::string_view name, const NodeOptions& options, const NodeFactor
   CyclePublisher cycles(bus);
   CycleCounter counter(&cycles);
   // Last, when every thread and most of the memory exist.
-  ProcessFacts facts{std::string(name), options.config, timeline.now(),
+  ProcessFacts facts{std::string(name),
+                     options.config,
+                     params->text_id(),
+                     timeline.now(),
                      request_realtime(tables->realtime_of(std::string(name))),
                      reach_note(bus->url(), tables->bus_firewalled)};
+  TerminalLines lines;
   for (const std::string& refusal : facts.grant.refusals) {
-    fmt::print(stderr, "{}: {}\n", name, refusal);
+    lines.print(fmt::format("{}: {}", name, refusal));
   }
-  if (!facts.reach_note.empty()) fmt::print(stderr, "{}: {}\n", name, facts.reach_note);
+  if (!facts.reach_note.empty()) lines.print(fmt::format("{}: {}", name, facts.reach_note));
   ProcessNode process(bus, facts, &counter);
+  PublisherWatch publishers(bus, name, (*node)->inboxes());
+  BusWatch receipts(bus, name);
 
   const NodeInfo& info = (*node)->info();
-  fmt::print(stderr, "{}: running on {}, configuration {}, budget {} ms; stop with Ctrl-C\n", name,
-             bus->url(), options.config, milliseconds(info.budget));
-  RunReport report = run({node->get(), &process}, timeline, &counter);
+  lines.print(fmt::format("{}: running on {}, configuration {}, budget {} ms; stop with Ctrl-C",
+                          name, bus->url(), options.config, milliseconds(info.budget)));
+  RunReport report = run({node->get(), &process, &publishers, &receipts}, timeline, &counter);
   report.nodes.resize(1);  // the node's own
-  fmt::print(stderr, "{}", report.text());
+  std::string text = report.text();
+  if (!text.empty()) text.pop_back();  // the last line end
+  lines.print(text);
   if (bus->publish_failures() > 0) {
-    fmt::print(stderr, "{}: {} messages could not be sent\n", name, bus->publish_failures());
+    lines.print(fmt::format("{}: {} messages could not be sent", name, bus->publish_failures()));
   }
   const Outcome status = bus->status();
   return status ? kExitOk : fail(name, status.error());

@@ -12,6 +12,7 @@ namespace rcs {
 
 struct NodeOptions {
   std::string config;
+  std::string copy;  ///< of config, read instead of it; empty: none
   std::string url;
   bool check = false;  ///< check the configuration only
 };

@@ -159,6 +159,7 @@ ProcessNode::ProcessNode(Bus* bus, const ProcessFacts& facts, const CycleCounter
   message_.pid = getpid();
   message_.start_utime = to_utime(facts.start);
   message_.config = facts.config;
+  message_.config_hash = facts.config_hash;
   message_.realtime_priority = static_cast<std::int8_t>(facts.grant.realtime_priority);
   message_.memory_locked = facts.grant.memory_locked ? 1 : 0;
   for (const std::string& refusal : facts.grant.refusals) message_.note += refusal + "; ";

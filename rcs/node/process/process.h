@@ -67,6 +67,7 @@ class ProcessUsage {
 struct ProcessFacts {
   std::string node;  ///< whose process it is
   std::string config;
+  std::int64_t config_hash = 0;  ///< ParamFile::text_id()
   Stamp start;
   RealtimeGrant grant;
   std::string reach_note;  ///< of the bus; see bus_exposure.h

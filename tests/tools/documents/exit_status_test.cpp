@@ -85,6 +85,7 @@ TEST_F(ExitStatus, IsZeroWhenTheWorkIsDone) {
       {0, "log info $F/drive.log"},
       {0, "log list $F/drive.log"},
       {0, "log cut $F/drive.log --to 2 -o $N/cut.log"},
+      {0, "log cut $F/run.log --around mode -o $N/mode.log"},
       {0, "log csv $F/drive.log --channel GPS_FIX"},
       {0, "eval $F/run.log"},
       {0, "report $F/run.log -o $N/report.html"},
@@ -110,6 +111,7 @@ TEST_F(ExitStatus, IsZeroWhenTheWorkIsDone) {
 TEST_F(ExitStatus, IsOneWhenTheWorkIsDoneAndTheResultIsNegative) {
   constexpr Row kRows[] = {
       {1, "log info $F/garbage"},
+      {1, "log cut $F/run.log --around solution.lost -o $N/lost.log"},
       {1, "replay $F/far.toml $F/drive.log -o $N/run.log"},
       {1, "register $F/plane.xyz $F/plane.xyz"},
       {1, "map info $F/broken --check"},
@@ -129,6 +131,9 @@ TEST_F(ExitStatus, IsTwoForAnInvalidCommandLine) {
       {2, "log"},
       {2, "log info"},
       {2, "log cut $F/drive.log"},
+      {2, "log cut $F/drive.log --around no.such_event -o $N/x.log"},
+      {2, "record"},
+      {2, "record $N/x --size-mb 0"},
       {2, "log csv $F/drive.log --channel NO_SUCH_CHANNEL"},
       {2, "eval $F/run.log --truth $F/empty.csv"},
       {2, "eval $F/run.log --export $N/x.csv"},
@@ -182,6 +187,8 @@ TEST_F(ExitStatus, IsThreeWhenAFileOrTheNetworkPreventsTheWork) {
   constexpr Row kRows[] = {
       // A missing file.
       {3, "log info $F/none.log"},
+      {3, "log info $F/map"},
+      {3, "record /proc/nowhere"},
       {3, "log list $F/none.log"},
       {3, "log cut $F/none.log -o $N/x"},
       {3, "log csv $F/none.log --channel GPS_FIX"},

@@ -41,7 +41,7 @@ here sim config/sim/no_such.toml && fail "a missing scenario was accepted"
 [ -s "$dir/root$5/sysctl.d/60-rcs.conf" ] || fail "no sysctl file"
 for unit in rcs.service rcs-bus.service; do
   [ -s "$units/$unit" ] || fail "no $unit"
-  grep -n '@' "$units/$unit" >"$dir/said.txt" && fail "$unit is not filled in"
+  grep -n '@[A-Z_]*@' "$units/$unit" >"$dir/said.txt" && fail "$unit is not filled in"
 done
 grep -q '^StateDirectory=rcs$' "$units/rcs.service" || fail "no folder for emergency stops"
 grep -q "^ExecStart=$3/rcs up " "$units/rcs.service" || fail "rcs.service runs another rcs"

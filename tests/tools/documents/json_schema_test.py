@@ -30,7 +30,7 @@ SCHEMAS = SOURCE + "/docs/reference/json/"
 CONFIG = SOURCE + "/config/demo3.toml"
 SCENARIO = SOURCE + "/config/sim/drill.toml"
 # Commands whose documents are tested with "live".
-LIVE_COMMANDS = {"budget", "go", "play", "predict", "top"}
+LIVE_COMMANDS = {"budget", "go", "play", "predict", "record", "top"}
 # Commands without --json, and why.
 NO_JSON = {"log csv": "CSV", "load": "no result", "map export": "writes files only",
            "reference pages": "the same", "reference man": "the same",
@@ -177,6 +177,7 @@ def offline():
     run("log info", ["drive.log"])
     run("log list", ["drive.log"])
     run("log cut", ["drive.log", "--to", "3", "-o", "cut.log"])
+    run("log cut", ["run.log", "--around", "mode", "-o", "cut.log"])
     run("eval", ["run.log"])
     run("report", ["run.log", "ins.log", "-o", "report.html", "--gps-cut", "8,11"])
     run("smooth", ["drive.log", "--config", CONFIG, "--rounds", "1", "-o", "truth.tum"])
@@ -292,6 +293,8 @@ def live():
         if "nav" not in top or "bg" not in top or len(top["nodes"]) < 3:
             fail(f"rcs top: not all nodes are shown: {json.dumps(top)[:500]}")
         run("predict", ["--to", "20,5", "--timeout", "20"])
+        if run("record", ["recording", "--duration", "2", "--reserve-mb", "0"])["messages"] < 100:
+            fail("rcs record: too few messages")
         run("go", ["--waypoint", "9,0", "--frame", "local", "--timeout", "1"], (0, 1))
         check("play", player.communicate(timeout=60)[0])
     finally:

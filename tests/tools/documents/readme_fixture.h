@@ -67,10 +67,10 @@ class Readme : public RcsCommand {
  protected:
   Readme() {
     // Pages of the maps before those that write another result.log.
-    for (const char* page :
-         {"README", "docs/user/getting_started", "docs/user/own_vehicle", "docs/user/maps",
-          "docs/user/replay", "docs/user/commanding", "docs/user/vehicle_install", "docs/user/dds",
-          "docs/user/drills_and_evaluation", "docs/user/coming_from"}) {
+    for (const char* page : {"README", "docs/user/getting_started", "docs/user/own_vehicle",
+                             "docs/user/maps", "docs/user/replay", "docs/user/recording",
+                             "docs/user/commanding", "docs/user/vehicle_install", "docs/user/dds",
+                             "docs/user/drills_and_evaluation", "docs/user/coming_from"}) {
       const std::string text = text_of(variable("RCS_SOURCE_DIR") + "/" + page + ".md");
       EXPECT_FALSE(text.empty()) << page;
       const std::vector<std::string> commands = commands_of(text);
@@ -113,6 +113,7 @@ class Readme : public RcsCommand {
                     " -o my_run.log --prior-map maps/course\n"
                     "ln my_run.log run.log\n"
                     "$rcs replay config/demo3.toml run.log -o result.log\n"
+                    "mkdir recording && ln result.log recording/rcs-00000001-20261126T183404Z.log\n"
                     "mkdir -p out/d01 && cp result.log out/d01/d01_dropout_60s.log\n"
                     "$rcs map export maps/course --geotiff dem.tif\n"
                     "$rcs map import raster dem.tif --heights EGM96 --sigma 1 --date 2020-06-30 "

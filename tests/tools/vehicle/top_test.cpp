@@ -135,6 +135,16 @@ TEST(TopScreen, ShowsSilentNodesAndRefusedRequests) {
   EXPECT_THAT(text_of(&nobody, stamp_at(1.0)), HasSubstr("no node on this bus"));
 }
 
+TEST(TopScreen, ShowsTheMessagesOfASecondPublisher) {
+  evaluation::TopModel model = run_for(1.0);
+  EXPECT_THAT(text_of(&model, stamp_at(1.0)), testing::Not(HasSubstr("rej")));
+  cycle_t c = cycle("sp", 1.0, 2'000);
+  c.input[0].rejected = 4;
+  model.on_cycle(c, stamp_at(1.0));
+  EXPECT_THAT(text_of(&model, stamp_at(1.0)), HasSubstr("rej 4"));
+  EXPECT_EQ(to_json(model.view(stamp_at(1.0)))["nodes"][0]["inputs"][0]["rejected"], 4);
+}
+
 TEST(TopScreen, ShowsTheNavStateTheCommandAndTheEvents) {
   evaluation::TopModel model = run_for(1.0);
   nav_state_t nav{};
@@ -157,6 +167,7 @@ TEST(TopScreen, ShowsTheNavStateTheCommandAndTheEvents) {
   integrity.limit_horizontal_m = 1.0;
   integrity.limit_vertical_m = 5.0;
   integrity.alerts = integrity_t::ALERT_HORIZONTAL;
+  integrity.ins = integrity_t::STATUS_SUSPECT;
   integrity.gps = integrity_t::STATUS_QUARANTINE;
   model.on_integrity(integrity, stamp_at(1.0));
   gps_fix_t fix{};
@@ -175,8 +186,8 @@ TEST(TopScreen, ShowsTheNavStateTheCommandAndTheEvents) {
        {"wm INS_LADAR", "0.20 m forward", "612 m since GPS", "gps 65 s", "prior map never",
         "bg EXEC FOLLOW: command 5 of operator", "GPS fix RTK_FLOAT, 9 satellites, 0.10 s ago",
         "protection level horizontal 1.25 of 1.0 m, vertical 2.50 of 5.0 m",
-        "sources: GPS quarantine, LADAR none", "alerts: horizontal", "emergency stop: LATCHED",
-        "sp warning: map.reseeded: epoch 2 (and 3 times before)"}) {
+        "sources: INS suspect, GPS quarantine, LADAR none", "alerts: horizontal",
+        "emergency stop: LATCHED", "sp warning: map.reseeded: epoch 2 (and 3 times before)"}) {
     EXPECT_THAT(text, HasSubstr(part));
   }
   const nlohmann::ordered_json json = to_json(model.view(stamp_at(1.0)));

@@ -8,7 +8,8 @@ config=$2
 running=$2 # configuration that start() uses
 dir=$(mktemp -d)
 up=
-trap 'kill -9 $up 2>/dev/null; rm -rf "$dir"' EXIT
+other= # a second recorder
+trap 'kill -9 $up $other 2>/dev/null; rm -rf "$dir"' EXIT
 unset STATE_DIRECTORY
 export XDG_STATE_HOME="$dir/state" # emergency stops are latched there
 
@@ -60,11 +61,27 @@ grep -q 'no program no_such_node' "$dir/none.txt" || fail "the missing program i
 start
 "$bin/rcs" up "$config" 2>"$dir/second.txt"
 [ $? -eq 3 ] || fail "a second one was started"
-grep -q 'is already alive on' "$dir/second.txt" || fail "no reason against a second one"
+grep -q 'another `rcs up` runs on' "$dir/second.txt" || fail "no reason against a second one"
+"$bin/rcs" up --force "$config" 2>"$dir/second.txt"
+[ $? -eq 3 ] || fail "a second one was started by --force"
 
 kill -9 "$(pid_of sp)"
 until_line "$dir/up.txt" 'sp was killed by signal 9.*; restart in 0.2 s'
 until_line "$dir/up.txt" '^\[sp\] sp: running' 2
+# A node that is restarted reads the configuration of the run, whatever happens to the file.
+cp "$config" "$dir/edited.toml"
+kill -TERM $up
+wait $up
+running=$dir/edited.toml
+start
+echo 'nonsense = [' >>"$dir/edited.toml"
+kill -9 "$(pid_of sp)"
+until_line "$dir/up.txt" '^\[sp\] sp: running on .*edited.toml' 2
+# A node of another configuration is of another run.
+running=$2
+kill -TERM $up
+wait $up
+start
 kill -STOP "$(pid_of wm)"
 until_line "$dir/up.txt" 'wm hangs: nothing on WM_PROCESS for 5 s; killed'
 until_line "$dir/up.txt" '^\[wm\] wm: running' 2
@@ -91,7 +108,7 @@ until_line "$dir/up.txt" '^\[bg\] bg: running'
 timeout 20 "$bin/rcs" go --emergency-stop 2>"$dir/stop.txt" || fail "status of rcs go --emergency-stop"
 kill -9 $up
 start --force
-until_line "$dir/up.txt" "an emergency stop is latched (operator, serial [0-9]*; $dir/state/rcs/.*stop)"
+until_line "$dir/up.txt" "an emergency stop is latched (operator; $dir/state/rcs/.*stop)"
 until_line "$dir/up.txt" '^\[bg\] bg: running'
 "$bin/rcs" go --waypoint 9,0 --patience 1 2>"$dir/go.txt"
 [ $? -eq 1 ] || fail "status of rcs go while a stop is latched"
@@ -122,21 +139,55 @@ start --force
 grep -q 'gateway is not critical: the other nodes start without it' "$dir/up.txt" || fail "the other nodes were not started"
 until_line "$dir/up.txt" 'ALARM: gateway fails repeatedly'
 until_line "$dir/up.txt" 'gateway ended with status 3; restart in 10.0 s'
-# Nor does a critical node that was alive; it restarts when its configuration is restored.
+# Nor does a critical node that was alive and ends again and again.
 sp=$(pid_of sp)
-cp "$dir/lame.toml" "$dir/good.toml"
-printf '\n[wm.modes]\nreset_m = -1\n' >>"$dir/lame.toml"
-kill -9 "$(pid_of wm)"
+for k in 1 2 3; do
+  kill -9 "$(pid_of wm)"
+  until_line "$dir/up.txt" '^rcs up: wm started: process' $((k + 1))
+done
 until_line "$dir/up.txt" 'ALARM: wm fails repeatedly'
 "$bin/rcs" top --once >"$dir/top.txt" || fail "rcs top"
 grep -q '^up: wm fails repeatedly.*; gateway fails repeatedly' "$dir/top.txt" || fail "no note in rcs top"
-cp "$dir/good.toml" "$dir/lame.toml"
 until_line "$dir/up.txt" '^\[wm\] wm: running' 2
 [ "$(pid_of sp)" = "$sp" ] && kill -0 "$sp" || fail "sp was restarted or has ended"
 kill -TERM $up
 wait $up || fail "status after SIGTERM"
 
+# The recorder is not critical: it dies, and the nodes keep running.
+"$bin/rcs" record "$dir/other" --reserve-mb 0 2>"$dir/other.txt" &
+other=$!
 running=$config
+start --force --record "$dir/recording"
+until_line "$dir/up.txt" '^\[record\] rcs record: recording all channels'
+sp=$(pid_of sp)
+kill -9 "$(pid_of record)"
+until_line "$dir/up.txt" 'record was killed by signal 9.*; restart in 0.2 s'
+until_line "$dir/up.txt" 'ALARM: messages are not recorded until the recorder runs again'
+until_line "$dir/up.txt" '^\[record\] rcs record: recording all channels' 2
+[ "$(pid_of sp)" = "$sp" ] && kill -0 "$sp" || fail "sp was restarted or has ended"
+sleep 2
+kill -TERM $up
+wait $up || fail "status after SIGTERM"
+kill -INT $other
+wait $other || fail "status of rcs record after SIGINT"
+"$bin/rcs" log info "$dir/recording" >"$dir/info.txt" || fail "rcs log info of a recording"
+grep -q '^WM_PROCESS ' "$dir/info.txt" || fail "no messages of wm in the recording"
+grep -q recorder_ended "$dir"/recording/audit-*.jsonl || fail "the recorder was not ended cleanly"
+"$bin/rcs" log cut "$dir/other" --around recorder.ended --before 1 --after 1 -o "$dir/part.log" 2>"$dir/part.txt" ||
+  fail "no event for the end of the recorder"
+# A recorder that cannot start does not stop the nodes.
+start --force --record /proc/nowhere
+until_line "$dir/up.txt" '/proc/nowhere: cannot record to this folder'
+until_line "$dir/up.txt" 'ALARM: record fails repeatedly.*; the other nodes keep running'
+kill -0 "$(pid_of sp)" || fail "sp has ended"
+kill -TERM $up
+wait $up || fail "status after SIGTERM"
+# Without a folder: in the state directory.
+start --force --record
+until_line "$dir/up.txt" "recording all channels of .* to $dir/state/rcs/recordings"
+kill -TERM $up
+wait $up || fail "status after SIGTERM"
+
 start --force
 sp=$(pid_of sp)
 wm=$(pid_of wm)

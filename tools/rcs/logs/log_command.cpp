@@ -1,43 +1,20 @@
-// rcs log info | list | cut | csv
+// rcs log info | list | csv
 
 #include <fmt/format.h>
 
-#include <limits>
 #include <map>
 
 #include "lcmtypes/channels.h"
 #include "rcs/node/log/log_file.h"
 #include "rcs/node/time_text.h"
-#include "tools/base/files.h"
 #include "tools/rcs/command.h"
-#include "tools/rcs/list_option.h"
+#include "tools/rcs/logs/log_events.h"
 #include "tools/rcs/terminal.h"
 #include "tools/recording/message_fields.h"
 #include "tools/report/json_document.h"
 
 namespace rcs::cli {
 namespace {
-
-/// Calls `on_event` for every event until it returns false. @return exit status
-template <class OnEvent>
-int for_each_event(std::string_view command, const std::string& path, OnEvent on_event) {
-  Result<LogReader> reader = LogReader::open(path);
-  if (!reader) return fail(command, reader.error());
-  {
-    const InterruptGuard interrupt;
-    Progress progress(command, reader->size_bytes());
-    LogEvent event;
-    while (reader->next(&event)) {
-      progress.at(reader->position_bytes());
-      if (interrupt.requested()) return fail(command, {"interrupted"});
-      if (!on_event(event)) break;
-    }
-  }
-  if (!reader->health().good()) {
-    fmt::print(stderr, "rcs {}: {}: {}\n", command, path, reader->health().summary());
-  }
-  return kExitOk;
-}
 
 struct ChannelMetrics {
   std::int64_t events = 0;
@@ -79,29 +56,31 @@ struct ChannelMetrics {
 };
 
 int log_info(const std::string& path, bool json) {
-  Result<LogReader> reader = LogReader::open(path);
-  if (!reader) return fail("log info", reader.error());
+  Result<recording::LogSeries> log = recording::LogSeries::open(path);
+  if (!log) return fail("log info", log.error());
   std::map<std::string, ChannelMetrics> channels;
   Stamp first;
   Stamp last;
   std::int64_t steps_back = 0;
   {
     const InterruptGuard interrupt;
-    Progress progress("log info", reader->size_bytes());
+    Progress progress("log info", log->size_bytes());
     LogEvent event;
-    while (reader->next(&event)) {
-      progress.at(reader->position_bytes());
+    bool any = false;
+    while (log->next(&event)) {
+      progress.at(log->position_bytes());
       if (interrupt.requested()) return fail("log info", {"interrupted"});
-      if (reader->health().events == 1) first = last = event.stamp;
+      if (!any) first = last = event.stamp;
+      any = true;
       if (event.stamp < last) ++steps_back;
       last = event.stamp;
       channels[event.channel].add(event);
     }
   }
-  const LogHealth& health = reader->health();
+  const LogHealth health = log->health();
   if (json) {
     report::Json out = {{"log", path},
-                        {"bytes", reader->size_bytes()},
+                        {"bytes", log->size_bytes()},
                         {"events", health.events},
                         {"duration_s", seconds(last - first)},
                         {"first_utime", to_utime(first)},
@@ -128,7 +107,7 @@ int log_info(const std::string& path, bool json) {
     fmt::print("{}", report::json_document("log info", out));
   } else {
     fmt::print("{}: {:.1f} MB, {:.3f} s, {}\nfirst event: {} {} UTC\n", path,
-               static_cast<double>(reader->size_bytes()) * 1e-6, seconds(last - first),
+               static_cast<double>(log->size_bytes()) * 1e-6, seconds(last - first),
                health.summary(), utc_date(to_utime(first)), time_of_day(to_utime(first)));
     if (steps_back > 0) fmt::print("the stamps step back {} times\n", steps_back);
     fmt::print("{:<18} {:>9} {:>9} {:>10} {:>9} {:>8} {:>8} {:>9}\n", "channel", "events", "Hz",
@@ -191,47 +170,6 @@ int log_list(const std::string& path) {
   });
 }
 
-struct CutOptions {
-  std::string log;
-  std::string out;
-  double from_s = 0.0;
-  double to_s = std::numeric_limits<double>::infinity();
-  std::vector<std::string> channels;  ///< empty: all
-  bool json = false;
-};
-
-int log_cut(const CutOptions& options) {
-  tools::OutputFile out(options.out);
-  Result<LogWriter> writer = LogWriter::create(out.write_path());
-  if (!writer) return fail("log cut", writer.error());
-  std::optional<Stamp> first;
-  Outcome written = Done{};
-  const int status = for_each_event("log cut", options.log, [&](const LogEvent& event) {
-    if (!first) first = event.stamp;
-    const double t_s = seconds(event.stamp - *first);
-    const bool wanted =
-        options.channels.empty() || std::find(options.channels.begin(), options.channels.end(),
-                                              event.channel) != options.channels.end();
-    if (wanted && t_s >= options.from_s && t_s < options.to_s) {
-      written = writer->write(event.stamp, event.channel, event.data.data(), event.data.size());
-    }
-    return written.ok();
-  });
-  if (status != kExitOk) return status;
-  if (written) written = writer->close();
-  if (written && writer->events() == 0)
-    written = Error{"no event in the requested interval and channels"};
-  if (written) written = out.commit();
-  if (!written) return fail("log cut", written.error());
-  if (options.json) {
-    const report::Json done = {{"log", options.out}, {"events", writer->events()}};
-    fmt::print("{}", report::json_document("log cut", done));
-  } else {
-    fmt::print(stderr, "{}: {} events\n", options.out, writer->events());
-  }
-  return kExitOk;
-}
-
 std::string csv_cell(const std::string& text) {
   if (text.find_first_of(",\"\n") == std::string::npos) return text;
   std::string quoted = "\"";
@@ -269,10 +207,6 @@ int log_csv(const std::string& path, const std::string& channel) {
   return rows > 0 ? kExitOk : fail("log csv", {path + ": no message on " + channel});
 }
 
-void add_log_option(CLI::App* app, std::string* path) {
-  app->add_option("LOG", *path, "LCM event log")->required()->check(CLI::ExistingFile);
-}
-
 class LogInfo final : public Command {
  public:
   explicit LogInfo(CLI::App* log)
@@ -281,8 +215,12 @@ class LogInfo final : public Command {
     add_log_option(app(), &log_);
     app()->add_flag("--json", json_, "print the results as JSON");
     app()->footer(
-        "Exit status 1 if the log is damaged or empty; its readable part is evaluated.\n"
-        "Example:  rcs log info run.log");
+        "Exit status 1 if the log is damaged or empty; its readable part is evaluated. A log that\n"
+        "ends inside an event (truncated) was not closed, e.g. because the power failed: all\n"
+        "events before are read.\n"
+        "Examples:\n"
+        "  rcs log info run.log\n"
+        "  rcs log info recording/      all segments of a recording as one log");
   }
   int run() override { return log_info(log_, json_); }
 
@@ -307,36 +245,6 @@ class LogList final : public Command {
  private:
   std::string log_;
   bool json_ = false;
-};
-
-class LogCut final : public Command {
- public:
-  explicit LogCut(CLI::App* log)
-      : Command(log->add_subcommand("cut", "Copy a section of a log to another log")) {
-    add_log_option(app(), &options_.log);
-    app()->add_option("-o,--out", options_.out, "output log")->required();
-    app()->add_option("--from", options_.from_s, "seconds after the log's first event");
-    app()->add_option("--to", options_.to_s, "end, in the same time; exclusive");
-    add_list(app(), "--channel", &options_.channels, "only these channels")
-        ->excludes(app()->add_flag("--sensors", sensors_, "only the sensor channels"));
-    app()->add_flag("--json", options_.json, "print the results as JSON");
-    app()->footer(
-        "A log with sensor channels alone contains no commands (BG_COMMAND, BG_DRIVE) and may be\n"
-        "played to live nodes by any player, e.g. lcm-logplayer. Ctrl-C leaves no partial copy\n"
-        "behind.\n"
-        "Examples:\n"
-        "  rcs log cut run.log --from 60 --to 90 -o part.log\n"
-        "  rcs log cut run.log --sensors -o sensors.log\n"
-        "  rcs log cut run.log --channel SP_REGISTRATION,WM_NAV_STATE -o results.log");
-  }
-  int run() override {
-    if (sensors_) options_.channels = {channel::kSensors.begin(), channel::kSensors.end()};
-    return log_cut(options_);
-  }
-
- private:
-  CutOptions options_;
-  bool sensors_ = false;
 };
 
 class LogCsv final : public Command {
@@ -364,7 +272,7 @@ void add_log_commands(CLI::App* rcs, Commands* commands) {
   log->require_subcommand(1);
   commands->push_back(std::make_unique<LogInfo>(log));
   commands->push_back(std::make_unique<LogList>(log));
-  commands->push_back(std::make_unique<LogCut>(log));
+  add_log_cut_command(log, commands);
   commands->push_back(std::make_unique<LogCsv>(log));
 }
 

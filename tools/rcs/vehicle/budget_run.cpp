@@ -70,7 +70,8 @@ struct Running {
 /// the next one. The recorded motion does not depend on BG.
 class Operator {
  public:
-  explicit Operator(Bus* bus) : port_(bus, channel::kBgCommand, channel::kBgStatus, "budget", {}) {}
+  explicit Operator(Bus* bus)
+      : port_(bus, channel::kBgCommand, channel::kBgStop, channel::kBgStatus, "budget", {}) {}
 
   void take(const nav_state_t& m) {
     (void)from_message(m.q_local_vehicle, m.p_local_vehicle_m, &T_);

@@ -66,7 +66,7 @@ class OperatorSession {
  public:
   explicit OperatorSession(LcmBus* bus)
       : timeline_(bus, &stop_),
-        port_(bus, channel::kBgCommand, channel::kBgStatus, "operator", {}),
+        port_(bus, channel::kBgCommand, channel::kBgStop, channel::kBgStatus, "operator", {}),
         nav_states_(bus, channel::kWmNavState, 1),
         terminal_(::isatty(STDERR_FILENO) == 1) {}
 
@@ -126,11 +126,19 @@ class OperatorSession {
     }
   }
 
-  /// Sends the command and waits until it is echoed, not until it is done.
+  /// Sends the command and waits until it is echoed; a release until it is done.
   /// @param patience  no echo for this long is a failure
   Ending send_once(std::int8_t kind, Duration patience) {
     rcs::Command command;
     command.kind = kind;
+    const bool release = kind == command_t::KIND_RELEASE;
+    if (release) {
+      const Stamp end = now() + patience;
+      while (port_.status() == nullptr && now() < end) {
+        if (!wait()) return {false, "interrupted", "interrupted"};
+      }
+      command.released = port_.listed_stops("");
+    }
     const std::int64_t serial = port_.send(command, now());
     const Stamp begin = now();
     while (now() - begin < patience) {
@@ -140,7 +148,7 @@ class OperatorSession {
       if (current.state == CommandProgress::State::kDone) return {true, "done", ""};
       const status_t* const status = port_.status();
       const bool echoed = status != nullptr && status->echo_serial == serial;
-      if (!echoed) continue;
+      if (!echoed || (release && current.state == CommandProgress::State::kExecuting)) continue;
       if (current.state != CommandProgress::State::kError) {
         return {true, std::string(name_of(current.state)), ""};
       }

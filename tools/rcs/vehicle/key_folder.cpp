@@ -1,20 +1,19 @@
 #include "tools/rcs/vehicle/key_folder.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <spawn.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <array>
+#include <algorithm>
+#include <cerrno>
 #include <cstring>
+#include <ctime>
 #include <filesystem>
-#include <vector>
+#include <optional>
 
 #include "modules/gateway/operator_commands.h"
-#include "rcs/base/file_handle.h"
+#include "rcs/node/timeline/live_timeline.h"
 #include "tools/base/files.h"
+#include "tools/rcs/vehicle/openssl.h"
 
 namespace rcs::cli {
 namespace {
@@ -22,7 +21,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr char kAuthorities[] = "ca";
-constexpr char kDays[] = "3650";
+constexpr int kAuthorityDays = 3650;
+constexpr char kRevocations[] = "crl.pem";
 
 // Complete, so that the openssl.cnf of the machine is not used. An identity cannot sign
 // certificates for others.
@@ -38,6 +38,16 @@ subjectKeyIdentifier = hash
 [identity]
 basicConstraints = critical, CA:false
 keyUsage = critical, digitalSignature
+)";
+// The certificates that were revoked are in index.txt.
+constexpr char kRevocationConfig[] = R"([ca]
+default_ca = identities
+[identities]
+database = {0}/index.txt
+certificate = {0}/identity_ca.pem
+private_key = {0}/identity_ca.key.pem
+default_md = sha256
+default_crl_days = 3650
 )";
 
 // Unauthenticated participants are excluded. Whole messages are encrypted, and the part of each
@@ -84,8 +94,8 @@ std::string grant_name(const std::string& name, KeyRole role) {
   return fmt::format("<grant name=\"{} {}\">", text(role), name);
 }
 
-// Valid as long as the certificate, whose dates are decisive.
-std::string permissions(const std::string& name, KeyRole role) {
+/// @param until  ISO 8601, of the certificate
+std::string permissions(const std::string& name, KeyRole role, std::string_view until) {
   std::string rules;
   if (role == KeyRole::kVehicle) rules += rule("publish", kStateTopics, name);
   if (role == KeyRole::kOperator) rules += rule("publish", kCommandTopics, name);
@@ -98,7 +108,7 @@ std::string permissions(const std::string& name, KeyRole role) {
       "      <subject_name>CN={},O=RCS</subject_name>\n"
       "      <validity>\n"
       "        <not_before>2000-01-01T00:00:00</not_before>\n"
-      "        <not_after>2100-01-01T00:00:00</not_after>\n"
+      "        <not_after>{}</not_after>\n"
       "      </validity>\n"
       "      <allow_rule>\n"
       "        <domains><id_range><min>0</min><max>230</max></id_range></domains>\n"
@@ -108,7 +118,7 @@ std::string permissions(const std::string& name, KeyRole role) {
       "    </grant>\n"
       "  </permissions>\n"
       "</dds>\n",
-      grant_name(name, role), name, rules);
+      grant_name(name, role), name, until, rules);
 }
 
 /// During its lifetime files are created with access for the owner only, also those of openssl.
@@ -123,62 +133,42 @@ class PrivateFiles {
   mode_t before_;
 };
 
-/// Runs openssl without a shell. @return its output as an error if it fails
-Outcome openssl(std::vector<std::string> args) {
-  args.insert(args.begin(), "openssl");
-  std::vector<char*> argv;
-  argv.reserve(args.size() + 1);
-  for (std::string& a : args) argv.push_back(a.data());
-  argv.push_back(nullptr);
-
-  std::array<int, 2> ends{};
-  if (::pipe2(ends.data(), O_CLOEXEC) != 0) return Error{"cannot create a pipe to openssl"};
-  const FileHandle from(ends[0]);
-  FileHandle to(ends[1]);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-  posix_spawn_file_actions_adddup2(&actions, to.get(), STDERR_FILENO);
-  pid_t pid = -1;
-  const int failed = ::posix_spawnp(&pid, "openssl", &actions, nullptr, argv.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  (void)to.close();
-  if (failed != 0) {
-    return Error{
-        fmt::format("cannot run openssl ({}); install the package openssl", std::strerror(failed))};
-  }
-
-  std::string said;
-  std::array<char, 512> buffer{};
-  for (ssize_t n = 0; (n = ::read(from.get(), buffer.data(), buffer.size())) > 0;) {
-    said.append(buffer.data(), static_cast<std::size_t>(n));
-  }
-  int status = 0;
-  if (::waitpid(pid, &status, 0) == pid && WIFEXITED(status) && WEXITSTATUS(status) == 0) {
-    return Done{};
-  }
-  return Error{fmt::format("openssl {} failed: {}", args[1], said)};
-}
-
 Outcome make_key(const fs::path& key) {
-  return openssl(
+  return run_openssl(
       {"genpkey", "-algorithm", "EC", "-pkeyopt", "ec_paramgen_curve:P-256", "-out", key.string()});
 }
 
 Outcome sign(const fs::path& authorities, const fs::path& text, const fs::path& signed_text) {
-  return openssl({"smime", "-sign", "-text", "-in", text.string(), "-out", signed_text.string(),
-                  "-signer", (authorities / "permissions_ca.pem").string(), "-inkey",
-                  (authorities / "permissions_ca.key.pem").string()});
+  return run_openssl({"smime", "-sign", "-text", "-in", text.string(), "-out", signed_text.string(),
+                      "-signer", (authorities / "permissions_ca.pem").string(), "-inkey",
+                      (authorities / "permissions_ca.key.pem").string()});
 }
 
 Outcome make_authority(const fs::path& folder, const std::string& name) {
   const fs::path key = folder / (name + "_ca.key.pem");
   if (Outcome made = make_key(key); !made) return made;
-  return openssl({"req", "-x509", "-new", "-sha256", "-days", kDays, "-config",
-                  (folder / "openssl.cnf").string(), "-extensions", "authority", "-subj",
-                  fmt::format("/O=RCS/CN={} authority", name), "-key", key.string(), "-out",
-                  (folder / (name + "_ca.pem")).string()});
+  return run_openssl({"req", "-x509", "-new", "-sha256", "-days", std::to_string(kAuthorityDays),
+                      "-config", (folder / "openssl.cnf").string(), "-extensions", "authority",
+                      "-subj", fmt::format("/O=RCS/CN={} authority", name), "-key", key.string(),
+                      "-out", (folder / (name + "_ca.pem")).string()});
+}
+
+/// The end of a certificate's validity: "2027-11-26 19:30:00", UTC.
+Result<std::string> end_of(const fs::path& certificate) {
+  const Result<std::string> text = openssl_output(
+      {"x509", "-enddate", "-noout", "-dateopt", "iso_8601", "-in", certificate.string()});
+  if (!text) return text.error();
+  const std::size_t equals = text->find('=');
+  if (equals == std::string::npos || text->size() < equals + 20) {
+    return Error{certificate.string() + ": openssl states no end of its validity"};
+  }
+  return text->substr(equals + 1, 19);
+}
+
+double days_until(const std::string& utc) {
+  std::tm t{};
+  if (strptime(utc.c_str(), "%Y-%m-%d %H:%M:%S", &t) == nullptr) return 0.0;
+  return (static_cast<double>(timegm(&t)) - 1e-6 * static_cast<double>(wall_utime())) / 86400.0;
 }
 
 /// A folder that is created completely or not at all.
@@ -197,6 +187,43 @@ Outcome make_whole(const fs::path& folder, const Fill& fill) {
   fs::rename(partial, folder, failed);
   if (failed) return Error{fmt::format("{}: {}", folder.string(), failed.message())};
   return Done{};
+}
+
+/// Signs a certificate for the identity's key, and permissions that last as long.
+Outcome certify(const fs::path& authorities, const fs::path& folder, const std::string& name,
+                KeyRole role, int days) {
+  Outcome certified = run_openssl({"req",         "-x509",
+                                   "-new",        "-sha256",
+                                   "-days",       std::to_string(days),
+                                   "-config",     (authorities / "openssl.cnf").string(),
+                                   "-extensions", "identity",
+                                   "-subj",       "/O=RCS/CN=" + name,
+                                   "-key",        (folder / "key.pem").string(),
+                                   "-CA",         (authorities / "identity_ca.pem").string(),
+                                   "-CAkey",      (authorities / "identity_ca.key.pem").string(),
+                                   "-out",        (folder / "identity.pem").string()});
+  if (!certified) return certified;
+  Result<std::string> until = end_of(folder / "identity.pem");
+  if (!until) return until.error();
+  until.value().replace(10, 1, "T");
+  const fs::path rights = folder / "permissions.xml";
+  // A renewal has read the former permissions, and no command overwrites what it has read.
+  const fs::path renewed = folder / "permissions.new";
+  if (Outcome w = tools::write_text(renewed.string(), permissions(name, role, *until)); !w) {
+    return w;
+  }
+  std::error_code failed;
+  fs::rename(renewed, rights, failed);
+  if (failed) return Error{fmt::format("{}: {}", rights.string(), failed.message())};
+  return sign(authorities, rights, folder / "permissions.p7s");
+}
+
+/// The role that the permissions of an identity state.
+std::optional<KeyRole> role_in(const std::string& permissions, const std::string& name) {
+  for (const KeyRole role : {KeyRole::kVehicle, KeyRole::kOperator, KeyRole::kObserver}) {
+    if (permissions.find(grant_name(name, role)) != std::string::npos) return role;
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -221,7 +248,7 @@ Result<KeyFolder> KeyFolder::open(const std::string& path) {
   return keys;
 }
 
-Result<bool> KeyFolder::add(const std::string& name, KeyRole role) const {
+Result<bool> KeyFolder::add(const std::string& name, KeyRole role, int days) const {
   if (!gateway::is_name(name) || name == kAuthorities) {
     return Error{fmt::format("{}: a name is 1 to 32 letters, digits, '_' or '-', and not \"{}\"",
                              name, kAuthorities)};
@@ -237,49 +264,109 @@ Result<bool> KeyFolder::add(const std::string& name, KeyRole role) const {
                     folder.string(), text(role))};
   }
   const PrivateFiles private_files;
-  if (Outcome made = make_identity(folder.string(), name, role); !made) return made.error();
+  if (Outcome made = make_identity(folder.string(), name, role, days); !made) return made.error();
   return true;
 }
 
 Outcome KeyFolder::make_authorities() const {
   return make_whole(fs::path(path_) / kAuthorities, [](const fs::path& folder) -> Outcome {
-    if (Outcome w = tools::write_text((folder / "openssl.cnf").string(), kOpensslConfig); !w)
+    if (Outcome w = tools::write_text((folder / "openssl.cnf").string(), kOpensslConfig); !w) {
       return w;
+    }
     if (Outcome made = make_authority(folder, "identity"); !made) return made;
     if (Outcome made = make_authority(folder, "permissions"); !made) return made;
-    if (Outcome w = tools::write_text((folder / "governance.xml").string(), kGovernance); !w)
+    if (Outcome w = tools::write_text((folder / "governance.xml").string(), kGovernance); !w) {
       return w;
+    }
     return sign(folder, folder / "governance.xml", folder / "governance.p7s");
   });
 }
 
-Outcome KeyFolder::make_identity(const std::string& folder, const std::string& name,
-                                 KeyRole role) const {
+Outcome KeyFolder::make_identity(const std::string& folder, const std::string& name, KeyRole role,
+                                 int days) const {
   const fs::path authorities = fs::path(path_) / kAuthorities;
   return make_whole(folder, [&](const fs::path& made_in) -> Outcome {
-    const fs::path key = made_in / "key.pem";
-    const fs::path rights = made_in / "permissions.xml";
-    if (Outcome made = make_key(key); !made) return made;
-    Outcome certified = openssl({"req",         "-x509",
-                                 "-new",        "-sha256",
-                                 "-days",       kDays,
-                                 "-config",     (authorities / "openssl.cnf").string(),
-                                 "-extensions", "identity",
-                                 "-subj",       "/O=RCS/CN=" + name,
-                                 "-key",        key.string(),
-                                 "-CA",         (authorities / "identity_ca.pem").string(),
-                                 "-CAkey",      (authorities / "identity_ca.key.pem").string(),
-                                 "-out",        (made_in / "identity.pem").string()});
-    if (!certified) return certified;
-    if (Outcome w = tools::write_text(rights.string(), permissions(name, role)); !w) return w;
-    if (Outcome s = sign(authorities, rights, made_in / "permissions.p7s"); !s) return s;
-    for (const char* const file : {"identity_ca.pem", "permissions_ca.pem", "governance.p7s"}) {
+    if (Outcome made = make_key(made_in / "key.pem"); !made) return made;
+    if (Outcome made = certify(authorities, made_in, name, role, days); !made) return made;
+    for (const char* const file :
+         {"identity_ca.pem", "permissions_ca.pem", "governance.p7s", kRevocations}) {
       std::error_code failed;
+      if (file == std::string_view(kRevocations) && !fs::exists(authorities / file)) continue;
       fs::copy_file(authorities / file, made_in / file, failed);
       if (failed) return Error{fmt::format("{}: {}", (made_in / file).string(), failed.message())};
     }
     return Done{};
   });
+}
+
+Outcome KeyFolder::renew(const std::string& name, int days) const {
+  const PrivateFiles private_files;
+  const fs::path folder = fs::path(path_) / name;
+  const Result<std::string> rights = tools::read_text((folder / "permissions.xml").string());
+  if (!rights) return rights.error();
+  const std::optional<KeyRole> role = role_in(*rights, name);
+  if (!role) return Error{folder.string() + ": permissions.xml states no role of this name"};
+  return certify(fs::path(path_) / kAuthorities, folder, name, *role, days);
+}
+
+Outcome KeyFolder::revoke(const std::string& name) const {
+  const PrivateFiles private_files;
+  const fs::path authorities = fs::path(path_) / kAuthorities;
+  const fs::path config = authorities / "revocation.cnf";
+  const fs::path index = authorities / "index.txt";
+  if (!fs::exists(index)) {
+    if (Outcome w = tools::write_text(index.string(), ""); !w) return w;
+  }
+  const std::string text = fmt::format(kRevocationConfig, fs::absolute(authorities).string());
+  if (Outcome w = tools::write_text(config.string(), text); !w) return w;
+  Outcome revoked = run_openssl({"ca", "-config", config.string(), "-revoke",
+                                 (fs::path(path_) / name / "identity.pem").string()});
+  if (!revoked) return revoked;
+  const fs::path list = authorities / kRevocations;
+  Outcome made = run_openssl({"ca", "-config", config.string(), "-gencrl", "-out", list.string()});
+  if (!made) return made;
+  for (const fs::directory_entry& entry : fs::directory_iterator(path_)) {
+    if (!fs::exists(entry.path() / "identity.pem")) continue;
+    std::error_code failed;
+    fs::copy_file(list, entry.path() / kRevocations, fs::copy_options::overwrite_existing, failed);
+    if (failed) return Error{fmt::format("{}: {}", entry.path().string(), failed.message())};
+  }
+  return Done{};
+}
+
+Result<std::vector<KeyIdentity>> KeyFolder::identities() const {
+  std::vector<KeyIdentity> all;
+  const fs::path authorities = fs::path(path_) / kAuthorities;
+  std::string revoked;
+  if (fs::exists(authorities / "index.txt")) {
+    const Result<std::string> index = tools::read_text((authorities / "index.txt").string());
+    if (!index) return index.error();
+    revoked = *index;
+  }
+  for (const fs::directory_entry& entry : fs::directory_iterator(path_)) {
+    if (!fs::exists(entry.path() / "identity.pem")) continue;
+    KeyIdentity one;
+    one.name = entry.path().filename().string();
+    const Result<std::string> rights =
+        tools::read_text((entry.path() / "permissions.xml").string());
+    if (!rights) return rights.error();
+    const std::optional<KeyRole> role = role_in(*rights, one.name);
+    one.role = role ? std::string(text(*role)) : "unknown";
+    const Result<std::string> until = end_of(entry.path() / "identity.pem");
+    if (!until) return until.error();
+    one.valid_until = *until;
+    one.days_left = days_until(*until);
+    const Result<std::string> serial = openssl_output(
+        {"x509", "-serial", "-noout", "-in", (entry.path() / "identity.pem").string()});
+    if (!serial) return serial.error();
+    const std::size_t equals = serial->find('=');
+    const std::string number = serial->substr(equals + 1, serial->find('\n') - equals - 1);
+    one.revoked = revoked.find("\t" + number + "\t") != std::string::npos;
+    all.push_back(one);
+  }
+  std::sort(all.begin(), all.end(),
+            [](const KeyIdentity& a, const KeyIdentity& b) { return a.name < b.name; });
+  return all;
 }
 
 }  // namespace rcs::cli

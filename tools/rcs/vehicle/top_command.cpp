@@ -56,9 +56,9 @@ class Tap final : public Receiver {
 /// Subscribes to the channels of the nodes. LCM accepts regular expressions: any node.
 struct Taps {
   Taps(Bus* bus, evaluation::TopModel* model)
-      : process(bus, ".*_PROCESS", model, &evaluation::TopModel::on_process),
-        cycle(bus, ".*_CYCLE", model, &evaluation::TopModel::on_cycle),
-        event(bus, ".*_EVENT", model, &evaluation::TopModel::on_event),
+      : process(bus, "*_PROCESS", model, &evaluation::TopModel::on_process),
+        cycle(bus, "*_CYCLE", model, &evaluation::TopModel::on_cycle),
+        event(bus, "*_EVENT", model, &evaluation::TopModel::on_event),
         nav(bus, channel::kWmNavState, model, &evaluation::TopModel::on_nav),
         integrity(bus, channel::kWmIntegrity, model, &evaluation::TopModel::on_integrity),
         fix(bus, channel::kGpsFix, model, &evaluation::TopModel::on_fix),
@@ -147,10 +147,10 @@ class Top final : public Command {
         "  over, miss, lvl   overruns and missed periods since the start; degrade level\n"
         "  cpu, MB, rt   load [%], resident memory, priority of SCHED_FIFO (+l: memory locked)\n"
         "An input has the rate and the age of its newest message, and the numbers of dropped,\n"
-        "missing (gap) and malformed messages if there are any. The time of an event is UTC,\n"
-        "followed by the seconds since the start of the first node. With --once the exit status "
-        "is\n"
-        "1 if no node is alive.\n"
+        "missing (gap) and malformed (malf) messages and of those of a second publisher (rej) if\n"
+        "there are any. The time of an event is UTC, followed by the seconds since the start of "
+        "the\n"
+        "first node. With --once the exit status is 1 if no node is alive.\n"
         "Examples:\n"
         "  rcs top\n"
         "  rcs top --json | jq '.nodes[] | {node, used_max_ms, overruns}'");

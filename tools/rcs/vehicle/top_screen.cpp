@@ -96,8 +96,9 @@ TopLine input_line(const std::string& node, const evaluation::TopView::Input& in
   add("drop", in.dropped);
   add("gap", in.gaps);
   add("malf", in.malformed);
+  add("rej", in.rejected);
   const bool no_data = !in.age && channel::is_sensor(in.channel);
-  return {text, in.malformed > 0 || no_data ? Style::kWarning : Style::kPlain};
+  return {text, in.malformed > 0 || in.rejected > 0 || no_data ? Style::kWarning : Style::kPlain};
 }
 
 /// Two inputs a line where both are ordinary and fit.
@@ -166,8 +167,8 @@ void append_integrity(const evaluation::TopView::Integrity& i, std::vector<TopLi
                     silent || !i.bounded ? Style::kAlarm : Style::kPlain});
   const std::string alerts = alert_names(i.alerts);
   const bool alert = alerts != "none";
-  lines->push_back(
-      {fmt::format("  sources: GPS {}, LADAR {}{}", i.gps, i.ladar, alert ? "" : "; no alerts")});
+  lines->push_back({fmt::format("  sources: INS {}, GPS {}, LADAR {}{}", i.ins, i.gps, i.ladar,
+                                alert ? "" : "; no alerts")});
   if (alert) lines->push_back({"  alerts: " + alerts, Style::kAlarm});
 }
 
@@ -228,7 +229,8 @@ nlohmann::ordered_json json_node(const evaluation::TopView::Node& n) {
                       {"age_ms", json_ms(in.age)},
                       {"dropped", in.dropped},
                       {"gaps", in.gaps},
-                      {"malformed", in.malformed}});
+                      {"malformed", in.malformed},
+                      {"rejected", in.rejected}});
   }
   return {{"node", n.name},
           {"alive", n.alive},

@@ -3,9 +3,13 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <signal.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdlib>
+#include <cstring>
 #include <deque>
 #include <set>
 
@@ -14,7 +18,9 @@
 #include "rcs/node/bus/inbox.h"
 #include "rcs/node/bus/lcm_bus.h"
 #include "rcs/node/params/params.h"
+#include "rcs/node/process/checkpoint_memory.h"
 #include "rcs/node/process/process.h"
+#include "rcs/node/process/terminal_line.h"
 #include "rcs/node/report.h"
 #include "rcs/node/stop_latch.h"
 #include "rcs/node/timeline/live_timeline.h"
@@ -22,10 +28,14 @@
 #include "tools/rcs/config_files.h"
 #include "tools/rcs/terminal.h"
 #include "tools/rcs/vehicle/child_process.h"
-#include "tools/rcs/vehicle/console.h"
+
+#include "tools/rcs/vehicle/run_lock.h"
 #include "tools/rcs/vehicle/sensor_watch.h"
+#include "tools/rcs/vehicle/service_manager.h"
 #include "tools/rcs/vehicle/supervisor.h"
+#include "tools/rcs/vehicle/up_recorder.h"
 #include "tools/rcs/vehicle/up_report.h"
+#include "tools/recorder/recorder_report.h"
 #include "tools/report/json_document.h"
 
 namespace rcs::cli {
@@ -41,13 +51,15 @@ constexpr int kMaxMessages = 1000;
 
 /// One node: its process, if running, and its heartbeat.
 struct Watched {
-  Watched(Bus* bus, const std::string& n)
+  Watched(Bus* bus, const std::string& n, ProcessCommand c)
       : name(n),
+        command(std::move(c)),
         prefix("[" + n + "] "),
         alive(bus, channel_of(n, "PROCESS"), 4),
         accounts(bus, channel_of(n, "CYCLE"), 64) {}
 
   std::string name;
+  ProcessCommand command;
   std::string prefix;
   Inbox<process_t> alive;
   Inbox<cycle_t> accounts;
@@ -82,6 +94,13 @@ class Up final : public Command {
         "only check CONFIG with each node; start nothing. Status 1 if it is invalid");
     app()->add_flag("--json", json_, "print the result of --check as JSON")->needs(check);
     app()->add_flag("--force", force_, "start even if nodes of these names run on the bus");
+    app()
+        ->add_option("--record", record_to_,
+                     "also record all channels (`rcs record`); default FOLDER: recordings in the "
+                     "state directory. CONFIG comes first")
+        ->expected(0, 1)
+        ->type_name("[FOLDER]")
+        ->excludes(check);
     app()->footer(
         "Nodes: [up] nodes in CONFIG (default sp, wm); their programs are next to rcs or in PATH.\n"
         "A node that ends is restarted after 0.2 s, 0.4 s, ... 10 s; a node that is silent for 5 "
@@ -94,11 +113,14 @@ class Up final : public Command {
         "(default gateway) names the nodes that are not critical.\n"
         "Ctrl-C or SIGTERM stops all nodes (status 0). The nodes always end with this program.\n"
         "A sensor from which the nodes have received nothing is reported with its channel.\n"
+        "The recorder of --record is not critical: its end is an alarm (event recorder.ended) and\n"
+        "it is restarted; the nodes keep running.\n"
         "An emergency stop is latched in [process] state_directory (default $STATE_DIRECTORY,\n"
         "$XDG_STATE_HOME/rcs, ~/.local/state/rcs), survives restarts, and is reported at the\n"
         "start; `rcs go --release` ends it when the vehicle is at rest.\n"
         "Examples:\n"
         "  rcs up config/demo3.toml\n"
+        "  rcs up config/demo3.toml --record recording/\n"
         "  rcs up --check config/my_vehicle.toml && systemctl restart rcs");
   }
 
@@ -109,6 +131,11 @@ class Up final : public Command {
   [[nodiscard]] Outcome check_all(const ProcessTables& tables, const StopSignals& stop);
   [[nodiscard]] Outcome report_latched_stop(const ParamFile& file,
                                             const std::vector<std::string>& nodes);
+  [[nodiscard]] Outcome keep_copy(const ParamFile& params);
+  [[nodiscard]] Outcome add_processes(const ParamFile& file, const ProcessTables& tables);
+  [[nodiscard]] bool is_recorder(const Watched& process) const {
+    return records_ && &process == &nodes_.back();
+  }
   [[nodiscard]] Outcome refuse_if_alive(LiveTimeline* timeline);
   [[nodiscard]] Outcome watch(const StopSignals& stop, const LiveTimeline& timeline);
 
@@ -121,18 +148,23 @@ class Up final : public Command {
   void take_output(Watched* node);
   [[nodiscard]] std::string failure_of(std::size_t i) const;
   void publish(Stamp now);
-  void print(const std::string& text) { console_.line(kPrefix, text); }
+  void print(const std::string& text) { console_.print(kPrefix, text); }
 
   std::string config_;
   std::string lcm_url_;
+  std::string record_to_;  ///< folder; empty: the default
+  bool records_ = false;
   bool check_ = false;
   bool force_ = false;
   bool json_ = false;
 
   SupervisorParams limits_;
-  Console console_;
+  FileHandle copy_;        ///< of the configuration, in memory
+  std::string copy_path_;  ///< for the nodes, which end with this process
+  std::optional<CheckpointOwner> checkpoint_;
+  TerminalLines console_;
   std::unique_ptr<LcmBus> bus_;
-  std::deque<Watched> nodes_;  // deque: the bus holds their addresses
+  std::deque<Watched> nodes_;  // and, last, the recorder; deque: the bus holds their addresses
   std::optional<Supervisor> supervisor_;
   std::optional<UpReport> report_;
   std::optional<SensorWatch> sensors_;
@@ -169,29 +201,57 @@ int Up::run() {
     return kExitOk;
   }
 
+  if (Outcome kept = keep_copy(*params); !kept) return fail(kUpName, kept.error());
   Result<std::unique_ptr<LcmBus>> opened = LcmBus::create(lcm_url_);
   if (!opened) return fail(kUpName, opened.error());
+  const Result<RunLock> lock = RunLock::take((*opened)->url());
+  if (!lock) return fail(kUpName, lock.error());
+  Publisher publisher = (*opened)->publisher();
+  publisher.run_id = random_id();
+  (*opened)->set_publisher(publisher);
   const std::string run = std::to_string((*opened)->publisher().run_id);
   (void)setenv(kRunIdVariable, run.c_str(), 1);  // NOLINT(concurrency-mt-unsafe): one thread yet
+  Result<CheckpointOwner> checkpoint = CheckpointOwner::create();
+  if (!checkpoint) return fail(kUpName, checkpoint.error());
+  checkpoint_ = std::move(checkpoint).value();
+  (void)setenv(kCheckpointVariable, checkpoint_->path().c_str(),
+               1);  // NOLINT(concurrency-mt-unsafe)
   bus_ = std::move(opened).value();
-  std::vector<bool> critical;
-  for (const std::string& name : nodes) {
-    nodes_.emplace_back(bus_.get(), name);
-    critical.push_back(tables->is_critical(name));
+  if (const Outcome added = add_processes(*params, *tables); !added) {
+    return fail(kUpName, added.error());
   }
-  supervisor_.emplace(critical, limits_);
   LiveTimeline timeline(bus_.get(), &stop);
   if (!force_) {
     if (const Outcome alone = refuse_if_alive(&timeline); !alone) {
       return fail(kUpName, alone.error());
     }
   }
-  report_.emplace(bus_.get(), config_, timeline.now());
+  report_.emplace(bus_.get(), config_, params->text_id(), timeline.now());
   sensors_.emplace(timeline.now(), std::find(nodes.begin(), nodes.end(), "sp") != nodes.end());
+  notify_service_manager("READY=1");
   const Outcome done = watch(stop, timeline);
   if (!done) return fail(kUpName, done.error());
   print("all stopped");
   return kExitOk;
+}
+
+Outcome Up::add_processes(const ParamFile& file, const ProcessTables& tables) {
+  std::vector<bool> critical;
+  for (const std::string& name : tables.nodes) {
+    nodes_.emplace_back(
+        bus_.get(), name,
+        ProcessCommand{name, {config_, "--copy", copy_path_, "--lcm-url", bus_->url()}});
+    critical.push_back(tables.is_critical(name));
+  }
+  records_ = app()->count("--record") > 0;
+  if (records_) {
+    Result<ProcessCommand> command = recorder_command(record_to_, file, bus_->url());
+    if (!command) return command.error();
+    nodes_.emplace_back(bus_.get(), std::string(recorder::kNodeName), std::move(command).value());
+    critical.push_back(false);
+  }
+  supervisor_.emplace(critical, limits_);
+  return Done{};
 }
 
 /// Checks all nodes, so that all problems are reported at once.
@@ -250,6 +310,17 @@ Outcome Up::report_latched_stop(const ParamFile& file, const std::vector<std::st
   return Done{};
 }
 
+/// A node that is restarted reads what the others have read, whatever happens to the file.
+Outcome Up::keep_copy(const ParamFile& params) {
+  copy_ = FileHandle(memfd_create("rcs configuration", MFD_CLOEXEC));
+  const std::string& text = params.text();
+  const bool kept = copy_.valid() && write(copy_.get(), text.data(), text.size()) ==
+                                         static_cast<ssize_t>(text.size());
+  if (!kept) return Error{fmt::format("cannot copy {}: {}", config_, std::strerror(errno))};
+  copy_path_ = fmt::format("/proc/{}/fd/{}", getpid(), copy_.get());
+  return Done{};
+}
+
 Outcome Up::refuse_if_alive(LiveTimeline* timeline) {
   const Stamp until = timeline->now() + kListen;
   for (;;) {
@@ -260,6 +331,7 @@ Outcome Up::refuse_if_alive(LiveTimeline* timeline) {
       return Error{"interrupted"};
     }
     for (Watched& node : nodes_) {
+      if (is_recorder(node)) continue;  // two recorders do not disturb each other
       if (const process_t* seen = node.alive.latest()) {
         return Error{fmt::format(
             "{} is already alive on {}: process {}, configuration {}. Two nodes of one name would "
@@ -294,6 +366,7 @@ Outcome Up::watch(const StopSignals& stop, const LiveTimeline& timeline) {
 
     if (!supervisor_->stopping() && polled[1].revents != 0) {
       print("stopping");
+      notify_service_manager("STOPPING=1");
       supervisor_->stop();
     }
     if (!bus_->status()) supervisor_->stop();
@@ -355,10 +428,9 @@ void Up::carry_out(const SupervisorAction& action, Stamp now) {
 
 void Up::start(std::size_t i, Stamp now) {
   Watched& node = nodes_[i];
-  const Result<std::string> program = find_program(node.name);
-  Result<ChildProcess> started =
-      program ? ChildProcess::start(*program, {config_, "--lcm-url", bus_->url()})
-              : Result<ChildProcess>(program.error());
+  const Result<std::string> program = find_program(node.command.program);
+  Result<ChildProcess> started = program ? ChildProcess::start(*program, node.command.arguments)
+                                         : Result<ChildProcess>(program.error());
   if (!started) {
     print(started.error().message);
     // As in a shell for a program that cannot be executed.
@@ -386,6 +458,10 @@ void Up::ended(std::size_t i, const Exit& exit, Stamp now) {
   const std::optional<Duration> restart = supervisor_->on_exit(i, exit, now);
   print(fmt::format("{} {}{}", nodes_[i].name, nodes_[i].last_end,
                     restart ? fmt::format("; restart in {:.1f} s", seconds(*restart)) : ""));
+  if (restart && is_recorder(nodes_[i])) {
+    print("ALARM: messages are not recorded until the recorder runs again");
+    report_->recorder_ended(now, nodes_[i].last_end);
+  }
   if (!restart || was_failing || !supervisor_->failing(i)) return;
   print("ALARM: " + failure_of(i) + "; the other nodes keep running");
   report_->failing(now, failure_of(i) + "; the other nodes keep running");
@@ -403,12 +479,12 @@ void Up::publish(Stamp now) {
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     if (supervisor_->failing(i)) note += (note.empty() ? "" : "; ") + failure_of(i);
   }
-  report_->process(now, note);
+  if (report_->process(now, note)) notify_service_manager("WATCHDOG=1");
 }
 
 void Up::take_output(Watched* node) {
   node->process->read_output([&](std::string_view line) {
-    console_.line(node->prefix, line);
+    console_.print(node->prefix, line);
     node->last_lines.emplace_back(line);
     if (node->last_lines.size() > kLastLines) node->last_lines.pop_front();
   });

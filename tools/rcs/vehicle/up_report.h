@@ -1,7 +1,8 @@
 #pragma once
 // Messages of `rcs up`: UP_PROCESS once per second, whose note names the failing nodes, and
-// UP_EVENT when a node begins to fail or has recovered.
+// UP_EVENT when a node begins to fail or has recovered, and when the recorder ends.
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 
@@ -17,17 +18,22 @@ namespace rcs::cli {
 
 class UpReport {
  public:
-  UpReport(Bus* bus, const std::string& config, Stamp now);
+  UpReport(Bus* bus, const std::string& config, std::int64_t config_hash, Stamp now);
 
   /// Time at which process() is due; it may be called earlier.
   [[nodiscard]] Stamp next() const { return next_; }
   /// @param note  about the failing nodes; empty: none
-  void process(Stamp now, const std::string& note);
+  /// @return it was published
+  bool process(Stamp now, const std::string& note);
   void failing(Stamp now, std::string_view what) {
     events_.publish(now, event::kUpNodeFailing, "{}", what);
   }
   void recovered(Stamp now, std::string_view node) {
     events_.publish(now, event::kUpNodeRecovered, "{} runs again", node);
+  }
+  void recorder_ended(Stamp now, std::string_view how) {
+    events_.publish(now, event::kUpRecorderEnded,
+                    "the recorder {}: messages are not recorded until it runs again", how);
   }
 
  private:

@@ -1,0 +1,56 @@
+#pragma once
+// The publisher of a channel that a node listens to. Each channel has one: of two, the values would
+// jump from one to the other. Pure: the same messages give the same owner.
+
+#include <cstdint>
+#include <string_view>
+
+#include "rcs/base/stamp.h"
+#include "rcs/node/bus/publisher.h"
+
+namespace rcs {
+
+class ChannelOwner {
+ public:
+  enum class Rule {
+    kAnyone,      ///< commands, and channels that are not of this system
+    kRun,         ///< statistics: any process of the run
+    kOne,         ///< sensors: one publisher, of any run; a driver, the simulator or a log player
+    kOneOfTheRun  ///< outputs of nodes
+  };
+  enum class Verdict {
+    kAccepted,
+    kOtherRun,  ///< of another run, as a recording that is played
+    kSecond     ///< the owner still publishes
+  };
+
+  ChannelOwner() = default;
+  /// @param run_id  of the listener
+  ChannelOwner(Rule rule, std::int64_t run_id) : rule_(rule), run_id_(run_id) {}
+
+  /// Another publisher becomes the owner only after the silence of the present one.
+  [[nodiscard]] Verdict judge(const Publisher& from, Stamp arrival) const;
+  /// A valid message of an accepted publisher.
+  /// @return the publisher has changed
+  bool accept(const Publisher& from, Stamp arrival);
+
+  [[nodiscard]] const Publisher& owner() const { return owner_; }
+  [[nodiscard]] bool is(const Publisher& from) const {
+    return heard_ != Stamp::min() && from.run_id == owner_.run_id &&
+           from.publisher_id == owner_.publisher_id;
+  }
+
+ private:
+  [[nodiscard]] Duration silence() const;
+
+  Rule rule_ = Rule::kAnyone;
+  std::int64_t run_id_ = 0;
+  Publisher owner_;
+  Stamp heard_ = Stamp::min();  ///< the owner's newest message; min: no owner yet
+  Duration interval_{};         ///< between its messages, low-passed; zero: unknown
+};
+
+/// The rule for a channel of lcmtypes/channels.h.
+[[nodiscard]] ChannelOwner::Rule ownership_of(std::string_view channel);
+
+}  // namespace rcs

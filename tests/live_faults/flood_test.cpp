@@ -1,0 +1,129 @@
+// 10,000 messages a second on each channel in turn, copies of its own messages and garbage, while
+// the vehicle drives: it drives on or stops as the state table says, its cycles are kept, memory is
+// bounded, and everything that is not used is counted. RCS_FLOOD_S: seconds a channel, default 30.
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "lcmtypes/channels.h"
+#include "lcmtypes/events.h"
+#include "lcmtypes/rcs/drive_t.hpp"
+#include "lcmtypes/rcs/event_t.hpp"
+#include "lcmtypes/rcs/status_t.hpp"
+#include "tests/live_faults/live_fault.h"
+#include "tools/report/table.h"
+
+namespace rcs::live_faults {
+namespace {
+
+constexpr Duration kPatience = from_seconds(60.0);
+constexpr double kMemory_mb = 80.0;  ///< growth of a process: its queue of messages has 64 MB
+constexpr double kCycles = 0.9;      ///< share of the drive commands that BG publishes
+
+constexpr const char* kFlooded[] = {
+    channel::kIns,         channel::kGpsFix,         channel::kOdometry,
+    channel::kLadarRanges, channel::kSpRegistration, channel::kSpPoints,
+    channel::kWmNavState,  channel::kWmIntegrity,    channel::kWmMapPatch,
+    channel::kBgCommand,   channel::kBgStop,         channel::kBgStatus,
+    channel::kBgDrive,     channel::kUpProcess};
+
+double memory_mb(int pid) {
+  std::ifstream statm("/proc/" + std::to_string(pid) + "/statm");
+  double all = 0.0;
+  double resident = 0.0;
+  statm >> all >> resident;
+  return resident * 4096.0 * 1e-6;
+}
+
+struct Row {
+  std::string channel;
+  int drives = 0;
+  double longest_gap_ms = 0.0;  ///< between drive commands
+  double memory_mb = 0.0;       ///< largest growth of a node
+  double driven_m = 0.0;
+  std::set<std::string> states;  ///< of BG
+  std::set<std::string> events;
+  bool well_after = false;
+};
+
+Row flood(LiveFault* live, const char* flooded, int seconds_each) {
+  Row row;
+  row.channel = flooded;
+  Bus* const bus = live->run.bus();
+  std::map<std::string, double> before_mb;
+  for (const std::string& node : kNodes) before_mb[node] = memory_mb(live->run.pid_of(node));
+  Stamp last = Stamp::min();
+  bool on = true;
+  test::Tap<drive_t> drives(bus, channel::kBgDrive, [&](const drive_t& m, Stamp at) {
+    if (!on || m.utime == 0) return;
+    if (row.channel == channel::kBgDrive) return;  // the copies cannot be told
+    ++row.drives;
+    if (last != Stamp::min()) {
+      row.longest_gap_ms = std::max(row.longest_gap_ms, milliseconds(at - last));
+    }
+    last = at;
+  });
+  test::Tap<status_t> statuses(bus, channel::kBgStatus, [&](const status_t& m, Stamp) {
+    if (on) row.states.insert(m.state);
+  });
+  const auto hear = [&](const event_t& m, Stamp) {
+    if (on) row.events.insert(m.code);
+  };
+  test::Tap<event_t> sp(bus, channel::kSpEvent, hear);
+  test::Tap<event_t> wm(bus, channel::kWmEvent, hear);
+  test::Tap<event_t> bg(bus, channel::kBgEvent, hear);
+  live->safety.reset();
+  const int status =
+      live->run.run_program("flood_bus", {flooded, "10000", std::to_string(seconds_each)},
+                            from_seconds(3.0 * seconds_each + 30.0));
+  EXPECT_EQ(status, 0) << flooded;
+  for (const std::string& node : kNodes) {
+    row.memory_mb = std::max(row.memory_mb, memory_mb(live->run.pid_of(node)) - before_mb[node]);
+  }
+  on = false;
+  row.driven_m = live->safety.metrics().driven_m;
+  live->recovery.reset();
+  row.well_after = live->run_until_well(kPatience);
+  return row;
+}
+
+template <class T>
+std::string joined(const T& texts) {
+  std::string all;
+  for (const std::string& t : texts) all += (all.empty() ? "" : " ") + t;
+  return all;
+}
+
+TEST(Flood, OfEachChannel) {
+  LiveFault live;
+  ASSERT_EQ(live.run.trouble(), "");
+  ASSERT_TRUE(live.run_until_well(kPatience));
+  const int seconds_each = number_from("RCS_FLOOD_S", 30);
+  report::Table table;
+  table.header = {"channel", "drives", "gap ms", "memory MB", "driven m", "states, events"};
+  for (const char* flooded : kFlooded) {
+    const Row row = flood(&live, flooded, seconds_each);
+    table.rows.push_back({row.channel, std::to_string(row.drives),
+                          fmt::format("{:.0f}", row.longest_gap_ms),
+                          fmt::format("{:.1f}", row.memory_mb), fmt::format("{:.0f}", row.driven_m),
+                          joined(row.states) + "; " + joined(row.events)});
+    EXPECT_TRUE(row.well_after) << flooded << ": " << live.recovery.missing();
+    EXPECT_LT(row.memory_mb, kMemory_mb) << flooded;
+    if (row.channel != channel::kBgDrive) {
+      EXPECT_GT(row.drives, kCycles * 20.0 * seconds_each) << flooded;
+    }
+    EXPECT_EQ(live.safety.metrics().collisions, 0) << flooded;
+  }
+  fmt::print("{}", report::to_text(table));
+  EXPECT_EQ(live.run.trouble(), "");
+}
+
+}  // namespace
+}  // namespace rcs::live_faults
