@@ -121,6 +121,10 @@ void read(ParamTable table, PriorMatchParams* p) {
   table.get("max_spread_m", &p->max_spread_m, {0, 10},
             "Largest initial inflation of the residuals' standard deviation for an uncertain "
             "prediction; it decays to zero. Larger: wider convergence region.");
+  table.get("search_sigma_m", &p->search_sigma_m, {0.1, 1000},
+            "Horizontal standard deviation of the prediction above which all positions and "
+            "headings around it are searched, on maps with cells of 4 m or less and without "
+            "surface points; 1000: never. Scans with many objects are mostly refused.");
   table.get("step_sigma", &p->step_sigma, {1e-6, 1},
             "Step, in standard deviations of the pose, below which the match has converged. "
             "Smaller: more iterations.");

@@ -232,13 +232,6 @@ Expected expected_residuals(const Points& source, const ElevationMap& map, int l
   return {std::sqrt(spread2 / n), std::sqrt(ground2 / n), std::sqrt(noise * slopes / n), noise};
 }
 
-/// Of the position: the larger sigma of both horizontal axes.
-double horizontal_sigma(const registration::Prediction& prediction) {
-  const Mat3 R = prediction.T_target_vehicle.rotation();
-  const Mat3 place = R * prediction.covariance.topLeftCorner<3, 3>() * R.transpose();
-  return std::sqrt(std::max(place(0, 0), place(1, 1)));
-}
-
 }  // namespace
 
 PriorMatch match_prior_map(const Points& source_vehicle, const Points& standing_vehicle,
@@ -270,6 +263,12 @@ PriorMatch match_prior_map(const Points& source_vehicle, const Points& standing_
     expected = expected_residuals(source_vehicle, map, level, prediction, params.min_sigma_m,
                                   &workspace->differences2);
     if (expected.slope <= params.max_slope_noise || level + 1 == map.levels()) break;
+  }
+  if (!with_points && horizontal_sigma(prediction) > params.search_sigma_m &&
+      raster_search_possible(source_vehicle, map, level, prediction, granted)) {
+    out = search_raster(source_vehicle, map, level, prediction, params, &workspace->search);
+    out.granted = granted;
+    return match;
   }
   double spread_m = std::min(expected.spread_m, params.max_spread_m);
   // The ground's inflation hardly covers x and y, in which a trunk is displaced.

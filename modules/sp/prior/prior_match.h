@@ -7,6 +7,7 @@
 #include "modules/registration/registration.h"
 #include "modules/registration/voxel_table.h"
 #include "modules/sp/prior/prior_points.h"
+#include "modules/sp/prior/raster_search.h"
 #include "rcs/base/points.h"
 #include "rcs/terrain/elevation_map.h"
 
@@ -33,6 +34,9 @@ struct PriorMatchParams {
   /// starts from the prediction's covariance and decays to zero: this widens the convergence region
   /// and makes the result independent of the start
   double max_spread_m = 0.6;
+  /// Horizontal standard deviation of a prediction above which the map is searched around it, up to
+  /// 1000: never. Real scans with many objects are mostly refused
+  double search_sigma_m = 1000.0;
   double step_sigma = 0.05;  ///< converged when a step is smaller, in sigmas
   PriorPointParams points;   ///< of above-ground structure, if the map has surface points
 };
@@ -47,6 +51,7 @@ struct PriorMatchWorkspace {
   std::vector<Match> matches;
   std::vector<double> differences2;  ///< of the map's gradients, between levels
   PriorPointsWorkspace standing;
+  RasterSearchWorkspace search;
 };
 
 struct PriorMatch {

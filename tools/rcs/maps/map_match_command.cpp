@@ -3,11 +3,8 @@
 #include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
-#include <algorithm>
 #include <cmath>
-#include <random>
 
-#include "modules/sp/prior/prior_match.h"
 #include "modules/sp/prior/prior_scan.h"
 #include "tools/base/trajectory.h"
 #include "tools/clouds/cloud_file.h"
@@ -15,6 +12,7 @@
 #include "tools/rcs/maps/map_memory.h"
 #include "tools/rcs/terminal.h"
 #include "tools/report/json_document.h"
+#include "tools/studies/match_starts.h"
 
 namespace rcs::cli {
 namespace {
@@ -22,29 +20,6 @@ namespace {
 using report::Json;
 
 constexpr std::string_view kMapMatchName = "map match";
-constexpr double kConverged_m = 0.1;
-
-/// The results of the matches from all starts.
-struct Ends {
-  std::vector<Pose> poses;       ///< T_map_vehicle of the valid matches
-  std::vector<Mat6> covariance;  ///< of each
-  int failed = 0;
-  double iterations = 0.0;  ///< mean
-  [[nodiscard]] Vec2 middle() const {
-    std::vector<double> x;
-    std::vector<double> y;
-    for (const Pose& T : poses) {
-      x.push_back(T.p.x());
-      y.push_back(T.p.y());
-    }
-    const auto median = [](std::vector<double>* v) {
-      const auto at = v->begin() + static_cast<std::ptrdiff_t>(v->size() / 2);
-      std::nth_element(v->begin(), at, v->end());
-      return *at;
-    };
-    return {median(&x), median(&y)};
-  }
-};
 
 class MapMatch final : public Command {
  public:
@@ -119,11 +94,11 @@ class MapMatch final : public Command {
     const int max_standing = map->has_points() ? sp::PriorMatchParams().points.max_points : 0;
     sp::PriorScan scan;
     scan.take(near, given.q.conjugate() * Vec3::UnitZ(), max_standing, as_sp);
-    const Ends ends = match_all(scan, *map, given);
+    const studies::MatchEnds ends = match_all(scan, *map, given);
     if (ends.poses.empty()) {
       const Json json = {{"points", scan.ground().size()},
                          {"starts", starts_},
-                         {"without_valid_match", ends.failed},
+                         {"without_valid_match", ends.refused},
                          {"converged", 0},
                          {"iterations_mean", ends.iterations}};
       if (json_) fmt::print("{}", report::json_document(kMapMatchName, json));
@@ -134,71 +109,31 @@ class MapMatch final : public Command {
   }
 
  private:
-  [[nodiscard]] Ends match_all(const sp::PriorScan& scan, const ElevationMap& map,
-                               const Pose& given) const {
+  [[nodiscard]] studies::MatchEnds match_all(const sp::PriorScan& scan, const ElevationMap& map,
+                                             const Pose& given) const {
     sp::PriorMatchParams params;
     params.max_iterations = 60;
-    sp::PriorMatchWorkspace workspace;
-    registration::Prediction prediction;
-    // Uniform in a disc of that radius and in heading; up, roll and pitch as for a vehicle with a
-    // known vertical.
-    Vec6 sigma;
-    sigma << max_start_distance_m_, max_start_distance_m_, 1.0, 0.02, 0.02,
-        radians(max_start_heading_error_deg_);
-    sigma = sigma.cwiseMax(1e-3);
-    prediction.covariance = sigma.cwiseAbs2().asDiagonal();
-    std::mt19937_64 rng(seed_);
-    std::uniform_real_distribution<double> uniform(-1.0, 1.0);
-    Ends ends;
     Progress progress(kMapMatchName, starts_);
-    for (int k = 0; k < starts_; ++k) {
-      progress.at(k);
-      const double bearing = kPi * uniform(rng);
-      const double off_m = max_start_distance_m_ * std::sqrt(std::abs(uniform(rng)));
-      Vec6 turn = Vec6::Zero();
-      turn[5] = radians(max_start_heading_error_deg_) * uniform(rng);
-      prediction.T_target_vehicle = given * exp_se3(turn);
-      prediction.T_target_vehicle.p += off_m * Vec3(std::cos(bearing), std::sin(bearing), 0.0);
-      const sp::PriorMatch match = match_prior_map(scan.ground(), scan.standing(), map, prediction,
-                                                   params, kUnlimited, &workspace);
-      const registration::Registration& r = match.registration;
-      ends.iterations += static_cast<double>(r.iterations) / starts_;
-      const Eigen::LDLT<Mat6> information(r.information);
-      if (!registration::usable(r.stop) || r.stop == registration::Stop::kDegenerate) {
-        ++ends.failed;
-        continue;
-      }
-      ends.poses.push_back(r.T_target_vehicle);
-      ends.covariance.push_back(information.solve(Mat6::Identity()));
-    }
-    return ends;
+    return studies::match_from_starts(
+        scan, map, given,
+        {starts_, max_start_distance_m_, radians(max_start_heading_error_deg_), seed_}, params,
+        [&progress](int k) { progress.at(k); });
   }
 
-  [[nodiscard]] int print_results(const Ends& ends, const Pose& given, int points) const {
-    const Vec2 middle = ends.middle();
-    int converged = 0;
-    std::size_t nearest = 0;
-    for (std::size_t k = 0; k < ends.poses.size(); ++k) {
-      const auto off = [&](std::size_t at) { return (ends.poses[at].p.head<2>() - middle).norm(); };
-      if (off(k) <= kConverged_m) ++converged;
-      if (off(k) < off(nearest)) nearest = k;
-    }
-    const Pose& end = ends.poses[nearest];
-    // Right perturbation: the translation is in the vehicle's axes.
-    const Mat3 R = end.rotation();
-    const Eigen::Matrix2d plane =
-        (R * ends.covariance[nearest].topLeftCorner<3, 3>() * R.transpose()).topLeftCorner<2, 2>();
+  [[nodiscard]] int print_results(const studies::MatchEnds& ends, const Pose& given,
+                                  int points) const {
+    const Pose& end = ends.poses[ends.nearest];
+    const Eigen::Matrix2d plane = ends.plane();
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(plane);
     const double k95 = std::sqrt(5.991);  // chi-square of 2 degrees of freedom
     const Vec2 offset = end.p.head<2>() - given.p.head<2>();
-    const double mahalanobis_square = offset.dot(plane.inverse() * offset);
     const Vec3 turn = log_so3(given.q.conjugate() * end.q);
     const Vec2 along = axes.eigenvectors().col(1);
     const Json json = {
         {"points", points},
         {"starts", starts_},
-        {"without_valid_match", ends.failed},
-        {"converged", converged},
+        {"without_valid_match", ends.refused},
+        {"converged", ends.converged},
         {"iterations_mean", ends.iterations},
         {"pose_tum", {end.p.x(), end.p.y(), end.p.z(), end.q.x(), end.q.y(), end.q.z(), end.q.w()}},
         {"offset_from_given",
@@ -212,14 +147,14 @@ class MapMatch final : public Command {
          {{"major_m", k95 * std::sqrt(axes.eigenvalues()[1])},
           {"minor_m", k95 * std::sqrt(axes.eigenvalues()[0])},
           {"major_axis_deg_from_east", degrees(std::atan2(along.y(), along.x()))},
-          {"given_pose_inside", mahalanobis_square <= 5.991}}}};
+          {"given_pose_inside", ends.inside(given.p.head<2>())}}}};
     if (json_) {
       fmt::print("{}", report::json_document(kMapMatchName, json));
     } else {
       const Json& o = json["offset_from_given"];
       const Json& e = json["ellipse95"];
       fmt::print("{} of {} starts converge within {} m of the median ({} without a valid match)\n",
-                 converged, starts_, kConverged_m, ends.failed);
+                 ends.converged, starts_, studies::MatchEnds::kSamePlace_m, ends.refused);
       fmt::print(
           "result: tx ty tz qx qy qz qw = {:.3f} {:.3f} {:.3f} {:.6f} {:.6f} {:.6f} {:.6f}\n",
           end.p.x(), end.p.y(), end.p.z(), end.q.x(), end.q.y(), end.q.z(), end.q.w());
@@ -235,10 +170,8 @@ class MapMatch final : public Command {
           e["major_axis_deg_from_east"].get<double>(),
           e["given_pose_inside"].get<bool>() ? "inside" : "outside");
     }
-    return converged * 100 >= starts_ * 95 ? kExitOk : kExitNegative;
+    return ends.converged * 100 >= starts_ * 95 ? kExitOk : kExitNegative;
   }
-
-  static constexpr WorkUnits kUnlimited = std::numeric_limits<WorkUnits>::max() / 2;
 
   std::string map_;
   std::string cloud_;
