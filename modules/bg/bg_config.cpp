@@ -97,6 +97,21 @@ void read(ParamTable table, DecideParams* p) {
             "Speed below which the vehicle counts as at rest.");
 }
 
+void read(ParamTable table, SightParams* p) {
+  table.get("height_m", &p->height_m, {0.2, 5}, "Height of the LADAR above level ground.");
+  table.get_deg("lowest_deg", &p->lowest_rad, {2, 60},
+                "Angle of the lowest ray of the LADAR below the horizon. Ground that this ray "
+                "should meet and that is not seen is hidden by an edge: an obstacle.");
+  table.get("ahead_m", &p->ahead_m, {-5, 5},
+            "Distance of the LADAR before the origin of the vehicle frame.");
+  table.get("far_m", &p->far_m, {1, 40},
+            "Distance up to which unseen ground counts as hidden: the rows of the LADAR meet the "
+            "ground closer than a cell. Larger: drops are noticed earlier, crests are refused "
+            "earlier; at most near the lowest ray: off.");
+  table.get_deg("half_angle_deg", &p->half_angle_rad, {1, 180},
+                "Angle to either side within which the LADAR sees the ground.");
+}
+
 void read(ParamTable table, vj::Weights* p) {
   table.get("slope", &p->slope, {0, 100},
             "Cost added per metre at max_slope_deg, falling with the square of the slope [1]. "
@@ -196,6 +211,7 @@ Result<BgConfig> load_bg_config(const ParamFile& file) {
   read(bg.table("search"), &c.search, &c.grant);
   read(bg.table("follow"), &c.follow);
   read(bg.table("decide"), &c.decide);
+  read(bg.table("sight"), &c.sight);
   read(bg.table("weights"), &c.weights);
   read(bg.table("speeds"), &c.speeds);
   if (c.drive_valid <= c.period) bg.fail("drive_valid_ms", "must be more than period_ms");

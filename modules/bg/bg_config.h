@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "modules/bg/decide.h"
+#include "modules/bg/hidden_ground.h"
 #include "modules/bg/path.h"
 #include "modules/bg/path_follow.h"
 #include "modules/bg/path_search.h"
@@ -34,6 +35,7 @@ struct BgConfig {
   SearchParams search;
   FollowParams follow;
   DecideParams decide;
+  SightParams sight;
   vj::Weights weights;
   vj::SpeedParams speeds;
 };

@@ -18,6 +18,9 @@ constexpr Duration kContested = from_seconds(1.0);          // after a message o
 constexpr Duration kWayKept =
     from_seconds(1.5);  // validity of a path that the search did not confirm
 
+/// Positive: nose up.
+double pitch(const Pose& T) { return std::asin(std::clamp((T.q * Vec3::UnitX()).z(), -1.0, 1.0)); }
+
 double heading(const Pose& T) {
   const Vec3 ahead = T.q * Vec3::UnitX();
   return std::atan2(ahead.y(), ahead.x());
@@ -53,6 +56,7 @@ BgNode::BgNode(const BgConfig& config, Bus* bus, StopLatch latch, bool supervise
       drive_out_(bus, channel::kBgDrive),
       plan_out_(bus, channel::kBgPlan),
       report_(bus, config.info.name, kReportInterval),
+      hidden_(config.sight),
       search_(config.search, config.shape, config.weights),
       emergency_stop_(std::move(latch), config.release_authorities) {
   path_.reserve(4096);
@@ -152,7 +156,11 @@ void BgNode::take_map(const Cycle& cycle) {
   const map_patch_t* const m = map_patches_.latest();
   if (m == nullptr) return;
   if (read_terrain(*m, &terrain_)) {
-    if (trail_local_utime_ == m->local_utime) trail_.mark(config_.shape, &terrain_);
+    if (terrain_local_utime_ != m->local_utime) hidden_.clear();
+    if (trail_local_utime_ == m->local_utime) {
+      trail_.mark(config_.shape, &terrain_);
+      hidden_.mark(place(), pitch(nav_.T_local_vehicle), &terrain_);
+    }
     terrain_stamp_ = from_utime(m->utime);
     terrain_local_utime_ = m->local_utime;
   } else {

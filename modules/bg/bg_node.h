@@ -85,7 +85,8 @@ class BgNode final : public Node {
   vj::Terrain terrain_;  // frame local
   Stamp terrain_stamp_ = Stamp::min();
   std::int64_t terrain_local_utime_ = 0;
-  Trail trail_;  // frame local
+  Trail trail_;          // frame local
+  HiddenGround hidden_;  // frame local
   std::int64_t trail_local_utime_ = 0;
   ObstacleDistance obstacles_;
   CostField field_;

@@ -1,6 +1,6 @@
 // Drives with a hazard across each leg of the course (config/sim/hazards.toml): `ctest -L slow -R
 // HazardDrives -V` prints the table. RCS_FIRST_SEED, RCS_DRIVES: other seeds, and their number for
-// each kind of hazard.
+// each kind of hazard. RCS_MORE_CONFIG: TOML text behind the vehicle's configuration.
 
 #include <gtest/gtest.h>
 
@@ -33,6 +33,8 @@ ClosedLoopRun drive(const std::string& kind, int seed) {
   RCS_CHECK(scenario.ok());
   ClosedLoopOptions options;
   options.vehicle_config = source_path("config/demo3.toml");
+  const char* const more = std::getenv("RCS_MORE_CONFIG");  // NOLINT(concurrency-mt-unsafe)
+  if (more != nullptr) options.more_config = more;
   return run_closed_loop(*scenario, options,
                          [](const ParamFile& file, Bus* bus, const sim::Simulator&) {
                            Result<std::unique_ptr<Node>> node = bg::make_bg_node(file, bus);

@@ -1,0 +1,71 @@
+#include "modules/bg/hidden_ground.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace rcs::bg {
+namespace {
+
+constexpr double kMargin_m = 0.6;       // beyond the lowest ray on level ground
+constexpr double kSteepest_rad = 0.02;  // of the lowest ray below level ground
+constexpr int kUnknownAround = 4;       // of eight: single cells are missed by chance
+
+}  // namespace
+
+bool HiddenGround::in_sight(double x_m, double y_m, const Place& vehicle, double nearest_m) const {
+  const double c = std::cos(vehicle.heading_rad);
+  const double s = std::sin(vehicle.heading_rad);
+  const double dx = x_m - vehicle.x_m;
+  const double dy = y_m - vehicle.y_m;
+  const double ahead_m = c * dx + s * dy - params_.ahead_m;
+  const double left_m = c * dy - s * dx;
+  const double away_m = std::hypot(ahead_m, left_m);
+  return away_m > nearest_m && away_m < params_.far_m &&
+         std::abs(std::atan2(left_m, ahead_m)) < params_.half_angle_rad;
+}
+
+void HiddenGround::mark(const Place& vehicle, double pitch_rad, vj::Terrain* terrain) {
+  if (terrain->width < 3 || terrain->height < 3) return;
+  if (hidden_.cell_m() != terrain->cell_m) hidden_ = Grid<std::uint8_t>(512, terrain->cell_m);
+  hidden_.centre_on(terrain->cell_at(vehicle.x_m, vehicle.y_m));
+  const double below_rad = std::max(kSteepest_rad, params_.lowest_rad - pitch_rad);
+  const double nearest_m = params_.height_m / std::tan(below_rad) + kMargin_m;
+  const auto unknown_around = [terrain](Cell c) {
+    int count = 0;
+    for (int j = -1; j <= 1; ++j) {
+      for (int i = -1; i <= 1; ++i) {
+        if (i == 0 && j == 0) continue;
+        count += terrain->at({c.i + i, c.j + j}).known ? 0 : 1;
+      }
+    }
+    return count;
+  };
+  const auto each = [terrain](auto&& what) {
+    for (int j = 0; j < terrain->height; ++j) {
+      for (int i = 0; i < terrain->width; ++i) {
+        what(Cell{terrain->first.i + i, terrain->first.j + j});
+      }
+    }
+  };
+  // First all marks, then the obstacles, which count as known.
+  each([&](Cell c) {
+    std::uint8_t* const mark = hidden_.find(c);
+    if (mark == nullptr) return;
+    if (terrain->at(c).known) {
+      *mark = 0;
+      return;
+    }
+    if (*mark != 0) return;
+    const double x_m = (c.i + 0.5) * terrain->cell_m;
+    const double y_m = (c.j + 0.5) * terrain->cell_m;
+    if (in_sight(x_m, y_m, vehicle, nearest_m) && unknown_around(c) >= kUnknownAround) *mark = 1;
+  });
+  each([&](Cell c) {
+    const std::uint8_t* const mark = hidden_.find(c);
+    if (mark == nullptr || *mark == 0) return;
+    vj::Ground& ground = terrain->ground[terrain->index(c)];
+    ground.known = ground.obstacle = true;
+  });
+}
+
+}  // namespace rcs::bg

@@ -1,0 +1,39 @@
+#pragma once
+// Ground that the LADAR should see from where the vehicle is, and does not: it is hidden by an
+// edge. Beyond a crest it comes into sight; below a drop and in a ditch it does not. It is an
+// obstacle until it is seen.
+
+#include <cstdint>
+
+#include "modules/bg/path.h"
+#include "modules/vj/traversal_cost.h"
+#include "rcs/base/grid.h"
+
+namespace rcs::bg {
+
+struct SightParams {
+  double height_m = 1.8;                  ///< of the LADAR above the ground
+  double lowest_rad = radians(20.0);      ///< of its rays, below the horizon of the vehicle
+  double ahead_m = 1.0;                   ///< of the LADAR before the origin of the vehicle frame
+  double far_m = 9.0;                     ///< rows of the LADAR meet the ground closer than a cell
+  double half_angle_rad = radians(36.0);  ///< to either side
+};
+
+class HiddenGround {
+ public:
+  explicit HiddenGround(const SightParams& params) : params_(params) {}
+
+  /// Marks hidden ground as obstacles, also where it was found earlier and is still unknown.
+  /// @param pitch_rad  of the vehicle, positive nose up: it lifts the lowest ray
+  void mark(const Place& vehicle, double pitch_rad, vj::Terrain* terrain);
+  /// Another frame local has begun.
+  void clear() { hidden_.clear(); }
+
+ private:
+  [[nodiscard]] bool in_sight(double x_m, double y_m, const Place& vehicle, double nearest_m) const;
+
+  SightParams params_;
+  Grid<std::uint8_t> hidden_{512, 0.4};
+};
+
+}  // namespace rcs::bg

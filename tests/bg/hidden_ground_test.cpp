@@ -1,0 +1,72 @@
+#include "modules/bg/hidden_ground.h"
+
+#include <gtest/gtest.h>
+
+namespace rcs::bg {
+namespace {
+
+/// Known ground but for a strip across the way ahead, from `from_m` to `to_m`.
+vj::Terrain terrain_with_strip(double from_m, double to_m) {
+  vj::Terrain t;
+  t.first = {-64, -64};
+  t.width = t.height = 128;
+  t.ground.resize(128 * 128);
+  for (int j = 0; j < 128; ++j) {
+    for (int i = 0; i < 128; ++i) {
+      const double x_m = (t.first.i + i + 0.5) * t.cell_m;
+      t.ground[static_cast<std::size_t>(j * 128 + i)].known = x_m < from_m || x_m > to_m;
+    }
+  }
+  return t;
+}
+
+bool blocked(const vj::Terrain& t, double x_m) { return t.at(t.cell_at(x_m, 0.0)).obstacle; }
+
+TEST(HiddenGround, GroundThatShouldBeSeenAndIsNotIsAnObstacle) {
+  HiddenGround hidden(SightParams{});
+  vj::Terrain t = terrain_with_strip(8.0, 20.0);
+  hidden.mark({}, 0.0, &t);
+  EXPECT_TRUE(blocked(t, 8.6));
+  EXPECT_FALSE(blocked(t, 12.0)) << "farther away it may still come into sight";
+  EXPECT_FALSE(blocked(t, 4.0));
+}
+
+TEST(HiddenGround, TheBlindZoneIsNone) {
+  HiddenGround hidden(SightParams{});
+  vj::Terrain t = terrain_with_strip(1.0, 6.0);
+  hidden.mark({}, 0.0, &t);
+  EXPECT_FALSE(blocked(t, 4.0));
+  // With the nose up, the lowest rays pass above the ground that is usually seen.
+  HiddenGround up(SightParams{});
+  vj::Terrain crest = terrain_with_strip(6.0, 20.0);
+  up.mark({}, radians(11.0), &crest);
+  EXPECT_FALSE(blocked(crest, 8.6));
+}
+
+TEST(HiddenGround, ItIsRememberedUntilItIsSeen) {
+  HiddenGround hidden(SightParams{});
+  vj::Terrain t = terrain_with_strip(8.0, 20.0);
+  hidden.mark({}, 0.0, &t);
+  Place aside;
+  aside.heading_rad = 2.0;
+  vj::Terrain again = terrain_with_strip(8.0, 20.0);
+  hidden.mark(aside, 0.0, &again);
+  EXPECT_TRUE(blocked(again, 8.6)) << "the vehicle looks elsewhere";
+  vj::Terrain seen = terrain_with_strip(50.0, 51.0);
+  hidden.mark(aside, 0.0, &seen);
+  EXPECT_FALSE(blocked(seen, 8.6));
+  vj::Terrain later = terrain_with_strip(8.0, 20.0);
+  hidden.mark(aside, 0.0, &later);
+  EXPECT_FALSE(blocked(later, 8.6));
+}
+
+TEST(HiddenGround, ASingleCellIsMissedByChance) {
+  HiddenGround hidden(SightParams{});
+  vj::Terrain t = terrain_with_strip(50.0, 51.0);
+  t.ground[t.index(t.cell_at(8.6, 0.0))].known = false;
+  hidden.mark({}, 0.0, &t);
+  EXPECT_FALSE(blocked(t, 8.6));
+}
+
+}  // namespace
+}  // namespace rcs::bg
