@@ -25,10 +25,10 @@ Tables make_tables() {
 
 }  // namespace
 
-std::uint32_t crc32(const std::uint8_t* data, std::size_t size) {
+std::uint32_t crc32(const std::uint8_t* data, std::size_t size, std::uint32_t before) {
   static const Tables kTables = make_tables();
   const Tables& t = kTables;
-  std::uint32_t c = 0xFFFFFFFFU;
+  std::uint32_t c = ~before;
   std::size_t i = 0;
   for (; i + 8 <= size; i += 8) {
     const std::uint32_t low = c ^ wire::take<std::uint32_t>(data + i);

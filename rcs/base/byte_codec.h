@@ -10,7 +10,9 @@
 namespace rcs {
 
 /// CRC-32 (IEEE 802.3).
-[[nodiscard]] std::uint32_t crc32(const std::uint8_t* data, std::size_t size);
+/// @param before  CRC-32 of the bytes in front of `data`, to continue it; 0: there are none
+[[nodiscard]] std::uint32_t crc32(const std::uint8_t* data, std::size_t size,
+                                  std::uint32_t before = 0);
 
 namespace wire {
 

@@ -178,6 +178,8 @@ def offline():
     run("log list", ["drive.log"])
     run("log cut", ["drive.log", "--to", "3", "-o", "cut.log"])
     run("log cut", ["run.log", "--around", "mode", "-o", "cut.log"])
+    run("log mcap", ["run.log", "-o", "run.mcap", "--config", CONFIG])
+    run("import mcap", ["run.mcap", "-o", "again.log"])
     run("eval", ["run.log"])
     run("report", ["run.log", "ins.log", "-o", "report.html", "--gps-cut", "8,11"])
     run("smooth", ["drive.log", "--config", CONFIG, "--rounds", "1", "-o", "truth.tum"])

@@ -13,6 +13,7 @@
 #include "tools/base/trajectory.h"
 #include "tools/importers/kitti_sweep.h"
 #include "tools/rcs/command.h"
+#include "tools/rcs/logs/mcap_commands.h"
 #include "tools/rcs/terminal.h"
 #include "tools/recording/log_bus.h"
 #include "tools/report/json_document.h"
@@ -254,6 +255,7 @@ void add_import_commands(CLI::App* rcs, Commands* commands) {
   import->require_subcommand(1);
   commands->push_back(std::make_unique<ImportKitti>(import));
   add_recording_imports(import, commands);
+  add_import_mcap_command(import, commands);
 }
 
 }  // namespace rcs::cli

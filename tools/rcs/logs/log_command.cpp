@@ -1,4 +1,4 @@
-// rcs log info | list | csv
+// rcs log, and rcs log info | list | csv
 
 #include <fmt/format.h>
 
@@ -9,6 +9,7 @@
 #include "rcs/node/time_text.h"
 #include "tools/rcs/command.h"
 #include "tools/rcs/logs/log_events.h"
+#include "tools/rcs/logs/mcap_commands.h"
 #include "tools/rcs/terminal.h"
 #include "tools/recording/message_fields.h"
 #include "tools/report/json_document.h"
@@ -274,6 +275,7 @@ void add_log_commands(CLI::App* rcs, Commands* commands) {
   commands->push_back(std::make_unique<LogList>(log));
   add_log_cut_command(log, commands);
   commands->push_back(std::make_unique<LogCsv>(log));
+  add_log_mcap_command(log, commands);
 }
 
 }  // namespace rcs::cli
