@@ -24,11 +24,16 @@ bool HiddenGround::in_sight(double x_m, double y_m, const Place& vehicle, double
          std::abs(std::atan2(left_m, ahead_m)) < params_.half_angle_rad;
 }
 
-void HiddenGround::mark(const Place& vehicle, double pitch_rad, vj::Terrain* terrain) {
+void HiddenGround::mark(const Place& vehicle, double pitch_rad, double roll_rad,
+                        vj::Terrain* terrain) {
   if (terrain->width < 3 || terrain->height < 3) return;
   if (hidden_.cell_m() != terrain->cell_m) hidden_ = Grid<std::uint8_t>(512, terrain->cell_m);
   hidden_.centre_on(terrain->cell_at(vehicle.x_m, vehicle.y_m));
-  const double below_rad = std::max(kSteepest_rad, params_.lowest_rad - pitch_rad);
+  // With the nose down, the ground ahead may fall as the vehicle does: nothing is gained.
+  const double lifted_rad =
+      std::max(0.0, pitch_rad) +
+      std::abs(roll_rad) * std::sin(std::min(0.5 * kPi, params_.half_angle_rad));
+  const double below_rad = std::max(kSteepest_rad, params_.lowest_rad - lifted_rad);
   const double nearest_m = params_.height_m / std::tan(below_rad) + kMargin_m;
   const auto unknown_around = [terrain](Cell c) {
     int count = 0;

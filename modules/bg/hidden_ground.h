@@ -25,7 +25,8 @@ class HiddenGround {
 
   /// Marks hidden ground as obstacles, also where it was found earlier and is still unknown.
   /// @param pitch_rad  of the vehicle, positive nose up: it lifts the lowest ray
-  void mark(const Place& vehicle, double pitch_rad, vj::Terrain* terrain);
+  /// @param roll_rad  lifts it on one side
+  void mark(const Place& vehicle, double pitch_rad, double roll_rad, vj::Terrain* terrain);
   /// Another frame local has begun.
   void clear() { hidden_.clear(); }
 
