@@ -18,8 +18,10 @@ constexpr Duration kContested = from_seconds(1.0);          // after a message o
 constexpr Duration kWayKept =
     from_seconds(1.5);  // validity of a path that the search did not confirm
 
-/// Positive: nose up.
-double pitch(const Pose& T) { return std::asin(std::clamp((T.q * Vec3::UnitX()).z(), -1.0, 1.0)); }
+/// Rise of an axis of the vehicle above level.
+double rise(const Pose& T, const Vec3& axis_vehicle) {
+  return std::asin(std::clamp((T.q * axis_vehicle).z(), -1.0, 1.0));
+}
 
 double heading(const Pose& T) {
   const Vec3 ahead = T.q * Vec3::UnitX();
@@ -159,7 +161,8 @@ void BgNode::take_map(const Cycle& cycle) {
     if (terrain_local_utime_ != m->local_utime) hidden_.clear();
     if (trail_local_utime_ == m->local_utime) {
       trail_.mark(config_.shape, &terrain_);
-      hidden_.mark(place(), pitch(nav_.T_local_vehicle), &terrain_);
+      const Pose& T = nav_.T_local_vehicle;
+      hidden_.mark(place(), rise(T, Vec3::UnitX()), rise(T, Vec3::UnitY()), &terrain_);
     }
     terrain_stamp_ = from_utime(m->utime);
     terrain_local_utime_ = m->local_utime;

@@ -25,7 +25,7 @@ bool blocked(const vj::Terrain& t, double x_m) { return t.at(t.cell_at(x_m, 0.0)
 TEST(HiddenGround, GroundThatShouldBeSeenAndIsNotIsAnObstacle) {
   HiddenGround hidden(SightParams{});
   vj::Terrain t = terrain_with_strip(8.0, 20.0);
-  hidden.mark({}, 0.0, &t);
+  hidden.mark({}, 0.0, 0.0, &t);
   EXPECT_TRUE(blocked(t, 8.6));
   EXPECT_FALSE(blocked(t, 12.0)) << "farther away it may still come into sight";
   EXPECT_FALSE(blocked(t, 4.0));
@@ -34,29 +34,34 @@ TEST(HiddenGround, GroundThatShouldBeSeenAndIsNotIsAnObstacle) {
 TEST(HiddenGround, TheBlindZoneIsNone) {
   HiddenGround hidden(SightParams{});
   vj::Terrain t = terrain_with_strip(1.0, 6.0);
-  hidden.mark({}, 0.0, &t);
+  hidden.mark({}, 0.0, 0.0, &t);
   EXPECT_FALSE(blocked(t, 4.0));
   // With the nose up, the lowest rays pass above the ground that is usually seen.
   HiddenGround up(SightParams{});
   vj::Terrain crest = terrain_with_strip(6.0, 20.0);
-  up.mark({}, radians(11.0), &crest);
+  up.mark({}, radians(11.0), 0.0, &crest);
   EXPECT_FALSE(blocked(crest, 8.6));
+  // On a slope downhill, the blind zone is not smaller.
+  HiddenGround down(SightParams{});
+  vj::Terrain slope = terrain_with_strip(1.0, 6.0);
+  down.mark({}, radians(-12.0), 0.0, &slope);
+  EXPECT_FALSE(blocked(slope, 5.0));
 }
 
 TEST(HiddenGround, ItIsRememberedUntilItIsSeen) {
   HiddenGround hidden(SightParams{});
   vj::Terrain t = terrain_with_strip(8.0, 20.0);
-  hidden.mark({}, 0.0, &t);
+  hidden.mark({}, 0.0, 0.0, &t);
   Place aside;
   aside.heading_rad = 2.0;
   vj::Terrain again = terrain_with_strip(8.0, 20.0);
-  hidden.mark(aside, 0.0, &again);
+  hidden.mark(aside, 0.0, 0.0, &again);
   EXPECT_TRUE(blocked(again, 8.6)) << "the vehicle looks elsewhere";
   vj::Terrain seen = terrain_with_strip(50.0, 51.0);
-  hidden.mark(aside, 0.0, &seen);
+  hidden.mark(aside, 0.0, 0.0, &seen);
   EXPECT_FALSE(blocked(seen, 8.6));
   vj::Terrain later = terrain_with_strip(8.0, 20.0);
-  hidden.mark(aside, 0.0, &later);
+  hidden.mark(aside, 0.0, 0.0, &later);
   EXPECT_FALSE(blocked(later, 8.6));
 }
 
@@ -64,7 +69,7 @@ TEST(HiddenGround, ASingleCellIsMissedByChance) {
   HiddenGround hidden(SightParams{});
   vj::Terrain t = terrain_with_strip(50.0, 51.0);
   t.ground[t.index(t.cell_at(8.6, 0.0))].known = false;
-  hidden.mark({}, 0.0, &t);
+  hidden.mark({}, 0.0, 0.0, &t);
   EXPECT_FALSE(blocked(t, 8.6));
 }
 
