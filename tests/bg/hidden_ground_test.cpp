@@ -10,7 +10,7 @@ vj::Terrain terrain_with_strip(double from_m, double to_m) {
   vj::Terrain t;
   t.first = {-64, -64};
   t.width = t.height = 128;
-  t.ground.resize(128 * 128);
+  t.ground.resize(std::size_t{128} * 128);
   for (int j = 0; j < 128; ++j) {
     for (int i = 0; i < 128; ++i) {
       const double x_m = (t.first.i + i + 0.5) * t.cell_m;

@@ -136,8 +136,9 @@ class LiveBg : public testing::Test {
                                     ++seen_.drives;
                                     const bool braked = m.brake == 1 && m.speed_mps == 0.0;
                                     if (!braked) ++seen_.unbraked;
-                                    if (braked && m.emergency_stop == 1 && !seen_.stopped)
+                                    if (braked && m.emergency_stop == 1 && !seen_.stopped) {
                                       seen_.stopped = at;
+                                    }
                                   }};
   rcs::test::Tap<status_t> statuses_{bus_.get(), channel::kBgStatus,
                                      [this](const status_t& m, Stamp) {

@@ -84,7 +84,7 @@ class Assembler : public testing::Test {
   /// @return "CHANNEL:size" of a message; empty: none
   std::string add(const UdpmSender& from, const Bytes& datagram) {
     // In a buffer of its own: asan finds a read beyond its end.
-    const Bytes copy(datagram);
+    const Bytes copy(datagram.begin(), datagram.end());
     const auto m = assembler_.add(from, copy.data(), copy.size(),
                                   [this](std::string_view c) { return c != unwanted_; });
     if (!m) return "";

@@ -62,7 +62,7 @@ TEST(ToLcm, AShorterArrayThanItsLengthIsRejected) {
 TEST(ClockEstimate, OffsetsAreThoseOfTheLeastDelay) {
   constexpr std::int64_t kUtc = 1'395'837'296'000'000;
   ClockEstimate clocks;
-  for (int i = 0; i < 200; ++i) {
+  for (std::int64_t i = 0; i < 200; ++i) {
     const Stamp stamp = from_utime(kUtc + 100'000 * i);
     clocks.add("INS", kUtc + 100'000 * i - 2'000, stamp);  // the sensor has UTC
     clocks.add("WM_EVENT", 7'000'000 + 100'000 * i - 100 * (i % 7 == 3 ? 1 : 30), stamp);
