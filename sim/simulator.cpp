@@ -15,7 +15,7 @@
 #include "lcmtypes/rcs/odometry_t.hpp"
 #include "lcmtypes/rcs/truth_t.hpp"
 #include "sim/terrain/clearance.h"
-#include "sim/terrain/contact.h"
+#include "sim/vehicle/contact.h"
 #include "sim/vehicle/scripted_drive.h"
 
 namespace rcs::sim {

@@ -12,8 +12,8 @@
 #include "rcs/node/log/log_file.h"
 #include "rcs/node/timeline/lockstep_timeline.h"
 #include "sim/scenario.h"
-#include "sim/terrain/contact.h"
 #include "sim/vehicle/commanded_vehicle.h"
+#include "sim/vehicle/contact.h"
 
 namespace rcs::sim {
 
@@ -56,7 +56,7 @@ class Simulator final : public EventSource {
   }
   /// Horizontal distance driven so far.
   [[nodiscard]] double driven_m() const { return driven_m_; }
-  /// Of a commanded vehicle so far, each counted when it begins; see sim/terrain/contact.h.
+  /// Of a commanded vehicle so far, each counted when it begins; see sim/vehicle/contact.h.
   struct Contacts {
     int edge = 0;
     int body = 0;

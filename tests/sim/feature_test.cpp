@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "sim/terrain/contact.h"
+#include "sim/vehicle/contact.h"
 
 namespace rcs::sim {
 namespace {

@@ -1,4 +1,4 @@
-#include "sim/terrain/contact.h"
+#include "sim/vehicle/contact.h"
 
 #include <algorithm>
 #include <array>
