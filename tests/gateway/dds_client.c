@@ -206,9 +206,10 @@ static int stops(dds_entity_t participant, const struct options* o, int count) {
     dds_sleepfor(DDS_MSECS(50));
     dds_get_publication_matched_status(w, &matched);
   }
+  const long long first_id = dds_time() / 1000;  // larger than any of an earlier process
   for (int k = 0; k < count; ++k) {
     struct timespec t;
-    s.command_id = 2 * k + 1;
+    s.command_id = first_id + 2 * k;
     s.engage = true;
     clock_gettime(CLOCK_MONOTONIC, &t);
     (void)dds_write(w, &s);
@@ -216,7 +217,7 @@ static int stops(dds_entity_t participant, const struct options* o, int count) {
     fflush(stdout);
     // At any phase of the cycles of gateway and BG.
     dds_sleepfor(DDS_MSECS(1000) + DDS_USECS(rand() % 100000));
-    s.command_id = 2 * k + 2;
+    s.command_id = first_id + 2 * k + 1;
     s.engage = false;
     (void)dds_write(w, &s);
     dds_sleepfor(DDS_MSECS(1000));

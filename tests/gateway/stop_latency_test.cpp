@@ -43,14 +43,7 @@ class DdsStopLatency : public bg::test::LiveBg {
   /// Latencies of `trials` stops [ms].
   std::vector<double> stops(int trials) {
     const auto operator_program = client({"stops", std::to_string(trials)});
-    std::vector<Stamp> braked;
-    bool before = false;
-    const rcs::test::Tap<drive_t> drives(
-        bus_.get(), channel::kBgDrive, [&](const drive_t& m, Stamp at) {
-          const bool now = m.emergency_stop == 1 && m.brake == 1 && m.speed_mps == 0.0;
-          if (now && !before) braked.push_back(at);
-          before = now;
-        });
+    braked_.clear();
     for (int minute = 0; operator_program->status() < 0 && minute < 60; ++minute) {
       (void)run_until([&] { return operator_program->status() >= 0; });
     }
@@ -61,8 +54,8 @@ class DdsStopLatency : public bg::test::LiveBg {
          at = text.find("stop at ", at + 1), ++k) {
       const Stamp written = from_utime(std::stoll(text.substr(at + 8)));
       const auto first =
-          std::find_if(braked.begin(), braked.end(), [written](Stamp b) { return b >= written; });
-      if (first != braked.end()) latencies_ms.push_back(milliseconds(*first - written));
+          std::find_if(braked_.begin(), braked_.end(), [written](Stamp b) { return b >= written; });
+      if (first != braked_.end()) latencies_ms.push_back(milliseconds(*first - written));
     }
     EXPECT_EQ(latencies_ms.size(), static_cast<std::size_t>(trials)) << gateway_->output();
     return latencies_ms;
@@ -80,6 +73,14 @@ class DdsStopLatency : public bg::test::LiveBg {
   }
 
   std::unique_ptr<Program> gateway_;
+  std::vector<Stamp> braked_;  // first full brake of each emergency stop
+  bool before_ = false;
+  rcs::test::Tap<drive_t> brakes_{
+      bus_.get(), channel::kBgDrive, [this](const drive_t& m, Stamp at) {
+        const bool now = m.emergency_stop == 1 && m.brake == 1 && m.speed_mps == 0.0;
+        if (now && !before_) braked_.push_back(at);
+        before_ = now;
+      }};
 };
 
 TEST_F(DdsStopLatency, FromTheOperatorToFullBrake) {
