@@ -53,41 +53,61 @@ struct Row {
   bool well_after = false;
 };
 
-Row flood(LiveFault* live, const char* flooded, int seconds_each) {
+/// Notes what a vehicle does; the bus holds the addresses of its members until the end.
+class Notes {
+ public:
+  explicit Notes(Bus* bus)
+      : drives_(bus, channel::kBgDrive, [this](const drive_t&, Stamp at) { take(at); }),
+        statuses_(bus, channel::kBgStatus,
+                  [this](const status_t& m, Stamp) {
+                    if (row_ != nullptr) row_->states.insert(m.state);
+                  }),
+        sp_(bus, channel::kSpEvent, [this](const event_t& m, Stamp) { take(m); }),
+        wm_(bus, channel::kWmEvent, [this](const event_t& m, Stamp) { take(m); }),
+        bg_(bus, channel::kBgEvent, [this](const event_t& m, Stamp) { take(m); }) {}
+
+  /// @param row  null: nothing is noted
+  void write_to(Row* row) {
+    row_ = row;
+    last_ = Stamp::min();
+  }
+
+ private:
+  void take(Stamp at) {
+    // Copies of drive commands cannot be told from those of BG.
+    if (row_ == nullptr || row_->channel == channel::kBgDrive) return;
+    ++row_->drives;
+    if (last_ != Stamp::min()) {
+      row_->longest_gap_ms = std::max(row_->longest_gap_ms, milliseconds(at - last_));
+    }
+    last_ = at;
+  }
+  void take(const event_t& m) {
+    if (row_ != nullptr) row_->events.insert(m.code);
+  }
+
+  Row* row_ = nullptr;
+  Stamp last_ = Stamp::min();
+  test::Tap<drive_t> drives_;
+  test::Tap<status_t> statuses_;
+  test::Tap<event_t> sp_, wm_, bg_;
+};
+
+Row flood(LiveFault* live, Notes* notes, const char* flooded, int seconds_each) {
   Row row;
   row.channel = flooded;
-  Bus* const bus = live->run.bus();
   std::map<std::string, double> before_mb;
   for (const std::string& node : kNodes) before_mb[node] = memory_mb(live->run.pid_of(node));
-  Stamp last = Stamp::min();
-  bool on = true;
-  test::Tap<drive_t> drives(bus, channel::kBgDrive, [&](const drive_t& m, Stamp at) {
-    if (!on || m.utime == 0) return;
-    if (row.channel == channel::kBgDrive) return;  // the copies cannot be told
-    ++row.drives;
-    if (last != Stamp::min()) {
-      row.longest_gap_ms = std::max(row.longest_gap_ms, milliseconds(at - last));
-    }
-    last = at;
-  });
-  test::Tap<status_t> statuses(bus, channel::kBgStatus, [&](const status_t& m, Stamp) {
-    if (on) row.states.insert(m.state);
-  });
-  const auto hear = [&](const event_t& m, Stamp) {
-    if (on) row.events.insert(m.code);
-  };
-  test::Tap<event_t> sp(bus, channel::kSpEvent, hear);
-  test::Tap<event_t> wm(bus, channel::kWmEvent, hear);
-  test::Tap<event_t> bg(bus, channel::kBgEvent, hear);
   live->safety.reset();
+  notes->write_to(&row);
   const int status =
       live->run.run_program("flood_bus", {flooded, "10000", std::to_string(seconds_each)},
                             from_seconds(3.0 * seconds_each + 30.0));
+  notes->write_to(nullptr);
   EXPECT_EQ(status, 0) << flooded;
   for (const std::string& node : kNodes) {
     row.memory_mb = std::max(row.memory_mb, memory_mb(live->run.pid_of(node)) - before_mb[node]);
   }
-  on = false;
   row.driven_m = live->safety.metrics().driven_m;
   live->recovery.reset();
   row.well_after = live->run_until_well(kPatience);
@@ -104,12 +124,13 @@ std::string joined(const T& texts) {
 TEST(Flood, OfEachChannel) {
   LiveFault live;
   ASSERT_EQ(live.run.trouble(), "");
+  Notes notes(live.run.bus());
   ASSERT_TRUE(live.run_until_well(kPatience));
   const int seconds_each = number_from("RCS_FLOOD_S", 30);
   report::Table table;
   table.header = {"channel", "drives", "gap ms", "memory MB", "driven m", "states, events"};
   for (const char* flooded : kFlooded) {
-    const Row row = flood(&live, flooded, seconds_each);
+    const Row row = flood(&live, &notes, flooded, seconds_each);
     table.rows.push_back({row.channel, std::to_string(row.drives),
                           fmt::format("{:.0f}", row.longest_gap_ms),
                           fmt::format("{:.1f}", row.memory_mb), fmt::format("{:.0f}", row.driven_m),
