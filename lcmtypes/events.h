@@ -147,8 +147,8 @@ struct Info {
     "Look for the first `fde`, `input.*` or `registration.failed` event before it.")               \
   X(kWmResumed, "wm", "state.resumed", kWarning, kOne,                                             \
     "WM was started again and continues with the belief, frame local and the terrain of its "      \
-    "predecessor, or says why it does not.",                                                       \
-    "The process ended or was restarted; the output of `rcs up` says how.",                                      \
+    "predecessor, or reports why it does not.",                                                    \
+    "The process ended or was restarted; the output of `rcs up` shows how.",                       \
     "None if it continues. Otherwise WM levels itself and finds its heading as at every start.")   \
   X(kWmMapEpoch, "wm", "map.epoch", kInfo, kOne,                                                   \
     "WM uses a new map epoch of the rolling map.",                                                 \
@@ -297,7 +297,7 @@ struct Info {
     "DDS rejected samples of the gateway. They are lost.",                                         \
     "A receiver is too slow or the network is interrupted.",                                       \
     "Check the network, and [gateway] interface.")                                                 \
-  X(kBusRejected, "sp, wm, bg, gateway", "bus.rejected", kWarning, kOne,                            \
+  X(kBusRejected, "sp, wm, bg, gateway", "bus.rejected", kWarning, kOne,                           \
     "Datagrams on the port of the bus, or messages, were not delivered to this node.",             \
     "Malformed: a program that does not speak LCM, or an attack. Incomplete or lost: the kernel's " \
     "buffer is too small, or the computer is overloaded. Of other computers: the bus has ttl=0. "  \

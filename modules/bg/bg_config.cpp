@@ -104,10 +104,11 @@ void read(ParamTable table, SightParams* p) {
                 "should meet and that is not seen is hidden by an edge: an obstacle.");
   table.get("ahead_m", &p->ahead_m, {-5, 5},
             "Distance of the LADAR before the origin of the vehicle frame.");
-  table.get("far_m", &p->far_m, {1, 40},
-            "Distance up to which unseen ground counts as hidden: the rows of the LADAR meet the "
-            "ground closer than a cell. Larger: drops are noticed earlier, crests are refused "
-            "earlier; at most near the lowest ray: off.");
+  table.get(
+      "far_m", &p->far_m, {0, 40},
+      "Distance up to which unseen ground counts as hidden: the rows of the LADAR must meet the "
+      "ground closer than a cell of the terrain up to here. Larger: drops are noticed earlier, "
+      "crests are refused earlier. 0: no ground counts as hidden, and drops are not noticed.");
   table.get_deg("half_angle_deg", &p->half_angle_rad, {1, 180},
                 "Angle to either side within which the LADAR sees the ground.");
 }

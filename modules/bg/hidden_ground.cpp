@@ -26,7 +26,7 @@ bool HiddenGround::in_sight(double x_m, double y_m, const Place& vehicle, double
 
 void HiddenGround::mark(const Place& vehicle, double pitch_rad, double roll_rad,
                         vj::Terrain* terrain) {
-  if (terrain->width < 3 || terrain->height < 3) return;
+  if (params_.far_m <= 0.0 || terrain->width < 3 || terrain->height < 3) return;
   if (hidden_.cell_m() != terrain->cell_m) hidden_ = Grid<std::uint8_t>(512, terrain->cell_m);
   hidden_.centre_on(terrain->cell_at(vehicle.x_m, vehicle.y_m));
   // With the nose down, the ground ahead may fall as the vehicle does: nothing is gained.

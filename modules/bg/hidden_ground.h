@@ -12,10 +12,12 @@
 namespace rcs::bg {
 
 struct SightParams {
-  double height_m = 1.8;                  ///< of the LADAR above the ground
-  double lowest_rad = radians(20.0);      ///< of its rays, below the horizon of the vehicle
-  double ahead_m = 1.0;                   ///< of the LADAR before the origin of the vehicle frame
-  double far_m = 9.0;                     ///< rows of the LADAR meet the ground closer than a cell
+  double height_m = 1.8;              ///< of the LADAR above the ground
+  double lowest_rad = radians(20.0);  ///< of its rays, below the horizon of the vehicle
+  double ahead_m = 1.0;               ///< of the LADAR before the origin of the vehicle frame
+  /// Up to here the rows of the LADAR meet the ground closer than a cell; 0: unknown, nothing
+  /// counts as hidden.
+  double far_m = 0.0;
   double half_angle_rad = radians(36.0);  ///< to either side
 };
 

@@ -77,6 +77,11 @@ Stamp WmNode::next_wakeup() const {
 void WmNode::begin(Stamp now) {
   kept_.local_began = now;
   if (checkpoint_) resume(now);
+  if (!no_checkpoint_.empty()) {
+    report_.publish(now, event::kWmResumed,
+                    "{}: a WM that is started again cannot continue with the belief",
+                    no_checkpoint_);
+  }
   if (no_map_.empty()) return;
   report_.publish(now, event::kWmMapNone,
                   "{}: path uncertainty is predicted without the a priori map", no_map_);
@@ -158,6 +163,14 @@ void WmNode::take_all(Inbox<Message>* inbox, Stamp now) {
 
 namespace {
 
+/// Messages between two sequence numbers; 0: they are not of one publisher, or implausible.
+std::int64_t missed_between(std::int64_t before, std::int64_t now) {
+  constexpr std::int64_t kMost = 1'000'000;
+  if (before <= 0 || now <= before) return 0;
+  const std::int64_t missed = now - before - 1;
+  return missed <= kMost ? missed : 0;
+}
+
 /// A repeated or older stamp is no sign of life: a driver may be stuck.
 bool is_alive(Reason reason) { return reason == Reason::kAccepted || reason == Reason::kNoDatum; }
 
@@ -202,7 +215,7 @@ void WmNode::take(const odometry_t& m, Stamp now) {
 
 void WmNode::take(const registration_t& m, Stamp now) {
   const Stamp arrival = registrations_.front_arrival();
-  const std::int64_t missed = kept_.registration_seq == 0 ? 0 : m.seq - kept_.registration_seq - 1;
+  const std::int64_t missed = missed_between(kept_.registration_seq, m.seq);
   kept_.registration_seq = m.seq;
   if (plausible_stamp(m.utime)) inputs_.add_newer(Input::kLadar, from_utime(m.utime), arrival);
   if (!is_answer(m.stop)) return;  // no result; SP has reported the reason
@@ -579,8 +592,11 @@ Result<std::unique_ptr<Node>> make_node(const ParamFile& file, Bus* bus, bool li
   if (live) {
     Result<std::unique_ptr<CheckpointMemory>> memory =
         CheckpointMemory::of_this_process(node->checkpoint_layout());
-    if (!memory) return memory.error();
-    if (*memory) node->use(std::move(memory).value());
+    if (!memory) {
+      node->state_no_checkpoint(memory.error().message);
+    } else if (*memory) {
+      node->use(std::move(memory).value());
+    }
   }
   return std::unique_ptr<Node>(std::move(node));
 }

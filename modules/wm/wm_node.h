@@ -38,6 +38,8 @@ class WmNode final : public Node {
   /// @param no_map  why a configured map is not used; reported as an event
   WmNode(const WmConfig& config, Bus* bus, PriorTerrain prior = {}, std::string no_map = {});
 
+  /// Before the first cycle: why no state outlives this process; reported as an event.
+  void state_no_checkpoint(std::string why) { no_checkpoint_ = std::move(why); }
   /// Before the first cycle: continues with the state of a predecessor, and keeps its own.
   void use(std::unique_ptr<CheckpointMemory> memory) { checkpoint_.emplace(std::move(memory)); }
   [[nodiscard]] CheckpointLayout checkpoint_layout() const {
@@ -94,6 +96,7 @@ class WmNode final : public Node {
   std::optional<CheckpointKeeper> checkpoint_;
   PathUncertaintyServer path_uncertainty_;
   std::string no_map_;
+  std::string no_checkpoint_;
   PeriodicClock integrity_clock_;
   PeriodicClock subfilter_clock_;
   CheckpointKeeper::NodeState kept_;

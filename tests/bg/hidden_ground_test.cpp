@@ -5,6 +5,12 @@
 namespace rcs::bg {
 namespace {
 
+SightParams sight() {
+  SightParams params;
+  params.far_m = 9.0;
+  return params;
+}
+
 /// Known ground but for a strip across the way ahead, from `from_m` to `to_m`.
 vj::Terrain terrain_with_strip(double from_m, double to_m) {
   vj::Terrain t;
@@ -23,7 +29,7 @@ vj::Terrain terrain_with_strip(double from_m, double to_m) {
 bool blocked(const vj::Terrain& t, double x_m) { return t.at(t.cell_at(x_m, 0.0)).obstacle; }
 
 TEST(HiddenGround, GroundThatShouldBeSeenAndIsNotIsAnObstacle) {
-  HiddenGround hidden(SightParams{});
+  HiddenGround hidden(sight());
   vj::Terrain t = terrain_with_strip(8.0, 20.0);
   hidden.mark({}, 0.0, 0.0, &t);
   EXPECT_TRUE(blocked(t, 8.6));
@@ -31,25 +37,32 @@ TEST(HiddenGround, GroundThatShouldBeSeenAndIsNotIsAnObstacle) {
   EXPECT_FALSE(blocked(t, 4.0));
 }
 
-TEST(HiddenGround, TheBlindZoneIsNone) {
+TEST(HiddenGround, WithoutTheRangeOfTheLadarNothingIsHidden) {
   HiddenGround hidden(SightParams{});
+  vj::Terrain t = terrain_with_strip(8.0, 20.0);
+  hidden.mark({}, 0.0, 0.0, &t);
+  EXPECT_FALSE(blocked(t, 8.6));
+}
+
+TEST(HiddenGround, TheBlindZoneIsNotHidden) {
+  HiddenGround hidden(sight());
   vj::Terrain t = terrain_with_strip(1.0, 6.0);
   hidden.mark({}, 0.0, 0.0, &t);
   EXPECT_FALSE(blocked(t, 4.0));
   // With the nose up, the lowest rays pass above the ground that is usually seen.
-  HiddenGround up(SightParams{});
+  HiddenGround up(sight());
   vj::Terrain crest = terrain_with_strip(6.0, 20.0);
   up.mark({}, radians(11.0), 0.0, &crest);
   EXPECT_FALSE(blocked(crest, 8.6));
   // On a slope downhill, the blind zone is not smaller.
-  HiddenGround down(SightParams{});
+  HiddenGround down(sight());
   vj::Terrain slope = terrain_with_strip(1.0, 6.0);
   down.mark({}, radians(-12.0), 0.0, &slope);
   EXPECT_FALSE(blocked(slope, 5.0));
 }
 
 TEST(HiddenGround, ItIsRememberedUntilItIsSeen) {
-  HiddenGround hidden(SightParams{});
+  HiddenGround hidden(sight());
   vj::Terrain t = terrain_with_strip(8.0, 20.0);
   hidden.mark({}, 0.0, 0.0, &t);
   Place aside;
@@ -66,7 +79,7 @@ TEST(HiddenGround, ItIsRememberedUntilItIsSeen) {
 }
 
 TEST(HiddenGround, ASingleCellIsMissedByChance) {
-  HiddenGround hidden(SightParams{});
+  HiddenGround hidden(sight());
   vj::Terrain t = terrain_with_strip(50.0, 51.0);
   t.ground[t.index(t.cell_at(8.6, 0.0))].known = false;
   hidden.mark({}, 0.0, 0.0, &t);

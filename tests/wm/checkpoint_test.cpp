@@ -19,6 +19,7 @@
 #include "rcs/node/bus/inbox.h"
 #include "rcs/node/bus/local_bus.h"
 #include "tests/wm/estimator_rig.h"
+#include "tests/wm/sensor_messages.h"
 
 namespace rcs::wm {
 namespace {
@@ -160,38 +161,16 @@ class WmCheckpointNode : public testing::Test {
   void run(std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Stamp now = truth_[i].stamp;
-      const ImuSample imu = sensors_.imu(i);
-      const GeodeticFix fix = sensors_.gps(i);
-      ins_t m{};
-      m.utime = to_utime(imu.stamp);
-      m.interval_us = static_cast<std::int32_t>(imu.interval.count());
-      to_message(imu.delta_angle, m.delta_angle_rad);
-      to_message(imu.delta_v, m.delta_v_mps);
-      m.valid = 1;
+      ins_t m = message(sensors_.imu(i));
+      gps_fix_t fix = message(now, sensors_.gps(i));
       ins_out_.publish(&m);
       if (i % 10 == 0) publish_scan(i);
-      if (i % 20 == 0) {
-        gps_fix_t g{};
-        g.utime = to_utime(now);
-        g.lat_deg = degrees(fix.antenna.lat_rad);
-        g.lon_deg = degrees(fix.antenna.lon_rad);
-        g.height_m = fix.antenna.height.m;
-        to_message(fix.fix.sigma_m, g.sigma_enu_m);
-        g.fix_type = gps_fix_t::FIX_FLOAT;
-        gps_out_.publish(&g);
-      }
+      if (i % 20 == 0) gps_out_.publish(&fix);
       cycle(now);
     }
   }
   void publish_scan(std::size_t i) {
-    const RollingMatch z = sensors_.scan(i);
-    registration_t m{};
-    m.utime = to_utime(truth_[i].stamp);
-    m.target = registration_t::TARGET_ROLLING;
-    m.map_epoch = z.map_epoch;
-    to_message(z.T_rolling_vehicle, m.q_target_vehicle, m.p_target_vehicle_m);
-    to_message(z.information, m.information);
-    m.stop = z.seeded ? registration_t::STOP_SEEDED : registration_t::STOP_CONVERGED;
+    registration_t m = message(truth_[i].stamp, sensors_.scan(i));
     registration_out_.publish(&m);
     if (!points_) return;
     points_t p{};

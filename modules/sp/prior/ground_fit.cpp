@@ -6,23 +6,14 @@
 #include <cmath>
 #include <limits>
 
+#include "modules/sp/prior/geman_mcclure.h"
+
 namespace rcs::sp {
 namespace {
 
 constexpr int kPlaneSamples = 8;
 constexpr int kPlaneRounds = 3;
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-
-/// Geman-McClure cost: half the squared residual, bounded by half of `robust` squared.
-double cost_of(double u, double robust) {
-  const double v = u / robust;
-  return 0.5 * u * u / (1.0 + v * v);
-}
-double weight_of(double u, double robust) {
-  const double v = u / robust;
-  const double k = 1.0 + v * v;
-  return 1.0 / (k * k);
-}
 
 /// Half the baseline of slopes: over a single cell they would be the survey's noise.
 double slope_reach(double cell_m) { return std::max(2.0 * cell_m, 3.0); }
@@ -118,7 +109,8 @@ void find_planes(const GroundFitParams& params, GroundSubmapWorkspace* ws, Groun
     for (std::size_t k = 0; k < submap->samples.size(); ++k) {
       const GroundSubmap::Sample& s = submap->samples[k];
       const Vec3 t = terms(s.p);
-      const double w = weight_of(s.rough_m / (2.0 * params.ground_sigma_m), params.robust_sigma);
+      const double w =
+          robust_weight(s.rough_m / (2.0 * params.ground_sigma_m), params.robust_sigma);
       ws->planes[ws->member[k]].A += w * t * t.transpose();
       ws->planes[ws->member[k]].b += w * s.p.z() * t;
     }
@@ -225,7 +217,7 @@ double rough_cost(const GroundSubmap& submap, const ElevationMap& map,
   place->centre_map.z() = height;
   const double sigma = std::sqrt(variance);
   double cost = 0.0;
-  for (const double r : *residuals) cost += cost_of((r - height) / sigma, params.robust_sigma);
+  for (const double r : *residuals) cost += robust_cost((r - height) / sigma, params.robust_sigma);
   return cost / static_cast<double>(residuals->size());
 }
 
@@ -242,7 +234,7 @@ double refine(const GroundSubmap& submap, const ElevationMap& map, const GroundF
     const double variance = ground.variance + spread_m * spread_m;
     const double r = height(sample, arm, *place) - ground.z_m;
     const double w =
-        sample.weight * weight_of(r / std::sqrt(variance), params.robust_sigma) / variance;
+        sample.weight * robust_weight(r / std::sqrt(variance), params.robust_sigma) / variance;
     const Vec6 J = jacobian(ground.slope, arm);
     H += w * J * J.transpose();
     g += w * r * J;
@@ -271,14 +263,14 @@ GroundVerdict judge(const GroundSubmap& submap, const ElevationMap& map,
     known += 1.0;
     const double sigma = std::sqrt(ground.variance);
     const double u = (height(sample, arm, place) - ground.z_m) / sigma;
-    const double w = sample.weight * weight_of(u, params.robust_sigma) / ground.variance;
+    const double w = sample.weight * robust_weight(u, params.robust_sigma) / ground.variance;
     const Vec6 J = jacobian(ground.slope, arm);
     H += w * J * J.transpose();
     H.diagonal().head<4>() -= w * ground.slope_variance * Vec<4>(1.0, 1.0, 0.0, arm.squaredNorm());
     if (std::isnan(sample.rough_m)) continue;
     v.blocks += sample.weight;
-    v.cost += sample.weight * cost_of(u, params.robust_sigma);
-    v.plane_cost += sample.weight * cost_of(sample.rough_m / sigma, params.robust_sigma);
+    v.cost += sample.weight * robust_cost(u, params.robust_sigma);
+    v.plane_cost += sample.weight * robust_cost(sample.rough_m / sigma, params.robust_sigma);
   }
   v.known = submap.samples.empty() ? 0.0 : known / static_cast<double>(submap.samples.size());
   v.cost += 0.5 * place.tilt.squaredNorm() / (params.tilt_sigma_rad * params.tilt_sigma_rad);

@@ -8,6 +8,7 @@
 #include <iterator>
 #include <limits>
 
+#include "modules/sp/prior/geman_mcclure.h"
 #include "modules/sp/prior/prior_match.h"
 
 namespace rcs::sp {
@@ -29,16 +30,6 @@ using Vec7 = Vec<kUnknowns>;
 
 Vec2 turned(double c, double s, const Vec2& v) {
   return {c * v.x() - s * v.y(), s * v.x() + c * v.y()};
-}
-
-double robust_cost(double u, double robust) {
-  const double v = u / robust;
-  return 0.5 * u * u / (1.0 + v * v);
-}
-double robust_weight(double u, double robust) {
-  const double v = u / robust;
-  const double k = 1.0 + v * v;
-  return 1.0 / (k * k);
 }
 
 /// Of the height of a point above the map's ground (see distance_jacobian() for the vegetation).
