@@ -65,7 +65,7 @@ TEST(ClockEstimate, OffsetsAreThoseOfTheLeastDelay) {
   for (std::int64_t i = 0; i < 200; ++i) {
     const Stamp stamp = from_utime(kUtc + 100'000 * i);
     clocks.add("INS", kUtc + 100'000 * i - 2'000, stamp);  // the sensor has UTC
-    clocks.add("WM_EVENT", 7'000'000 + 100'000 * i - 100 * (i % 7 == 3 ? 1 : 30), stamp);
+    clocks.add("WM_EVENT", 7'000'000 + 100'000 * i - (i % 7 == 3 ? 100 : 3000), stamp);
     clocks.add("WM_NAV_STATE", 5, stamp);  // of neither clock
   }
   EXPECT_TRUE(clocks.complete());
