@@ -49,10 +49,15 @@ check_rcs() { # SUB-COMMAND [ARGUMENTS]
 }
 while IFS= read -r line; do
   command=$(sed -E 's/^[a-z0-9_]+ +about +[0-9]+ min +//; s/>&2//g' <<<"$line")
-  for pattern in $(sed -n 's/.*, FILE: each of //p' <<<"$command"); do
-    [ -e "$pattern" ] || fail "no file $pattern" # a pattern that matches is expanded
-  done
+  items=$(sed -n 's/.*, FILE: each of //p' <<<"$command")
   command=${command%%, FILE: *}
+  for item in $items; do
+    if [[ $command == ctest* || $command == *=*ctest* ]]; then
+      check_ctest -L drill -R "^$item"
+    else
+      [ -e "$item" ] || fail "no file $item" # a pattern that matches is expanded
+    fi
+  done
   while IFS= read -r one; do
     eval "words=($(sed 's/\$/\\$/g' <<<"$one"))"
     while [[ ${words[0]} == *=* ]]; do words=("${words[@]:1}"); done
@@ -62,7 +67,7 @@ while IFS= read -r line; do
         for ((k = 1; k < ${#words[@]}; ++k)); do
           case ${words[k]} in --test-dir) ((++k)) ;; -V) ;; *) rest+=("${words[k]}") ;; esac
         done
-        check_ctest "${rest[@]}"
+        [ -n "$items" ] || check_ctest "${rest[@]}"
         ;;
       */rcs) check_rcs "${words[@]:1}" ;;
       tools/*)
