@@ -16,7 +16,7 @@
 #include "lcmtypes/rcs/event_t.hpp"
 #include "modules/bg/bg_node.h"
 #include "rcs/node/bus/local_bus.h"
-#include "tests/support/tap.h"
+#include "rcs/node/bus/tap.h"
 
 namespace rcs::bg::test {
 
@@ -185,13 +185,13 @@ class Life {
   Outbox<nav_state_t> nav_states_{&watched.bus, channel::kWmNavState};
   Outbox<integrity_t> integrities_{&watched.bus, channel::kWmIntegrity};
   Outbox<map_patch_t> patches_{&watched.bus, channel::kWmMapPatch};
-  rcs::test::Tap<drive_t> drives_{&watched.bus, channel::kBgDrive,
-                                  [this](const drive_t& m, Stamp) { drive = m; }};
-  rcs::test::Tap<status_t> statuses_{&watched.bus, channel::kBgStatus,
-                                     [this](const status_t& m, Stamp) { status = m; }};
-  rcs::test::Tap<event_t> events_{&watched.bus, channel::kBgEvent, [this](const event_t& m, Stamp) {
-                                    events.push_back(m.code + ": " + m.text);
-                                  }};
+  Tap<drive_t> drives_{&watched.bus, channel::kBgDrive,
+                       [this](const drive_t& m, Stamp) { drive = m; }};
+  Tap<status_t> statuses_{&watched.bus, channel::kBgStatus,
+                          [this](const status_t& m, Stamp) { status = m; }};
+  Tap<event_t> events_{&watched.bus, channel::kBgEvent, [this](const event_t& m, Stamp) {
+                         events.push_back(m.code + ": " + m.text);
+                       }};
   BgNode node_;
 };
 

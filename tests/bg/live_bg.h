@@ -18,12 +18,12 @@
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "rcs/base/check.h"
 #include "rcs/node/bus/lcm_bus.h"
+#include "rcs/node/bus/tap.h"
 #include "rcs/node/command_port.h"
 #include "rcs/node/node.h"
 #include "rcs/node/timeline/live_timeline.h"
 #include "tests/gateway/program.h"
 #include "tests/support/fresh_folder.h"
-#include "tests/support/tap.h"
 
 namespace rcs::bg::test {
 
@@ -131,22 +131,20 @@ class LiveBg : public testing::Test {
                         channel::kBgStatus, "operator",          {}};
   Stamp next_goto_ = Stamp::min();
   Seen seen_;
-  rcs::test::Tap<drive_t> drives_{bus_.get(), channel::kBgDrive,
-                                  [this](const drive_t& m, Stamp at) {
-                                    ++seen_.drives;
-                                    const bool braked = m.brake == 1 && m.speed_mps == 0.0;
-                                    if (!braked) ++seen_.unbraked;
-                                    if (braked && m.emergency_stop == 1 && !seen_.stopped) {
-                                      seen_.stopped = at;
-                                    }
-                                  }};
-  rcs::test::Tap<status_t> statuses_{bus_.get(), channel::kBgStatus,
-                                     [this](const status_t& m, Stamp) {
-                                       if (m.state == "EMERGENCY_STOP" && m.issuer == "superior" &&
-                                           m.status == status_t::STATUS_ERROR) {
-                                         ++seen_.refused;
-                                       }
-                                     }};
+  Tap<drive_t> drives_{bus_.get(), channel::kBgDrive, [this](const drive_t& m, Stamp at) {
+                         ++seen_.drives;
+                         const bool braked = m.brake == 1 && m.speed_mps == 0.0;
+                         if (!braked) ++seen_.unbraked;
+                         if (braked && m.emergency_stop == 1 && !seen_.stopped) {
+                           seen_.stopped = at;
+                         }
+                       }};
+  Tap<status_t> statuses_{bus_.get(), channel::kBgStatus, [this](const status_t& m, Stamp) {
+                            if (m.state == "EMERGENCY_STOP" && m.issuer == "superior" &&
+                                m.status == status_t::STATUS_ERROR) {
+                              ++seen_.refused;
+                            }
+                          }};
   std::unique_ptr<rcs::test::Program> bg_;
 };
 

@@ -32,14 +32,13 @@ class BgSecondPublisherLive : public test::LiveBg {
   std::optional<Stamp> first_lie_;
   std::optional<Stamp> named_;
   std::string state_;
-  rcs::test::Tap<event_t> events_{
-      bus_.get(), channel::kBgEvent, [this](const event_t& m, Stamp at) {
-        const bool names = m.code == event::kPublisherRejected.code &&
-                           m.text.find(channel::kWmNavState) != std::string::npos;
-        if (names && !named_) named_ = at;
-      }};
-  rcs::test::Tap<status_t> states_{bus_.get(), channel::kBgStatus,
-                                   [this](const status_t& m, Stamp) { state_ = m.state; }};
+  Tap<event_t> events_{bus_.get(), channel::kBgEvent, [this](const event_t& m, Stamp at) {
+                         const bool names = m.code == event::kPublisherRejected.code &&
+                                            m.text.find(channel::kWmNavState) != std::string::npos;
+                         if (names && !named_) named_ = at;
+                       }};
+  Tap<status_t> states_{bus_.get(), channel::kBgStatus,
+                        [this](const status_t& m, Stamp) { state_ = m.state; }};
 };
 
 TEST_F(BgSecondPublisherLive, IsNamedAndTheVehicleBrakesUntilItIsGone) {

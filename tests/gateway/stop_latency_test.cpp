@@ -75,12 +75,12 @@ class DdsStopLatency : public bg::test::LiveBg {
   std::unique_ptr<Program> gateway_;
   std::vector<Stamp> braked_;  // first full brake of each emergency stop
   bool before_ = false;
-  rcs::test::Tap<drive_t> brakes_{
-      bus_.get(), channel::kBgDrive, [this](const drive_t& m, Stamp at) {
-        const bool now = m.emergency_stop == 1 && m.brake == 1 && m.speed_mps == 0.0;
-        if (now && !before_) braked_.push_back(at);
-        before_ = now;
-      }};
+  Tap<drive_t> brakes_{bus_.get(), channel::kBgDrive, [this](const drive_t& m, Stamp at) {
+                         const bool now =
+                             m.emergency_stop == 1 && m.brake == 1 && m.speed_mps == 0.0;
+                         if (now && !before_) braked_.push_back(at);
+                         before_ = now;
+                       }};
 };
 
 TEST_F(DdsStopLatency, FromTheOperatorToFullBrake) {

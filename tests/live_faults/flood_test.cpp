@@ -88,9 +88,9 @@ class Notes {
 
   Row* row_ = nullptr;
   Stamp last_ = Stamp::min();
-  test::Tap<drive_t> drives_;
-  test::Tap<status_t> statuses_;
-  test::Tap<event_t> sp_, wm_, bg_;
+  Tap<drive_t> drives_;
+  Tap<status_t> statuses_;
+  Tap<event_t> sp_, wm_, bg_;
 };
 
 Row flood(LiveFault* live, Notes* notes, const char* flooded, int seconds_each) {

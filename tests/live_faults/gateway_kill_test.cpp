@@ -62,11 +62,11 @@ class Books {
   evaluation::ScanLatencyTrace latency_trace_;
   std::int64_t scan_ = -1;  // in progress
   bool open_ = false;
-  test::Tap<ladar_ranges_t> ranges_;
-  test::Tap<registration_t> registrations_;
-  test::Tap<nav_state_t> nav_states_;
-  test::Tap<drive_t> drives_;
-  std::deque<test::Tap<cycle_t>> cycles_;
+  Tap<ladar_ranges_t> ranges_;
+  Tap<registration_t> registrations_;
+  Tap<nav_state_t> nav_states_;
+  Tap<drive_t> drives_;
+  std::deque<Tap<cycle_t>> cycles_;
 };
 
 std::vector<std::string> row(const std::string& name, const std::vector<double>& before,

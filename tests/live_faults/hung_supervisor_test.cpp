@@ -28,12 +28,11 @@ TEST(HungSupervisor, StopsTheVehicleAndBlocksNoNode) {
   std::string state;
   Duration longest{};  // between two drive commands
   std::optional<Stamp> last_drive;
-  test::Tap<truth_t> truth(bus, channel::kSimTruth, [&](const truth_t& m, Stamp) {
+  Tap<truth_t> truth(bus, channel::kSimTruth, [&](const truth_t& m, Stamp) {
     speed_mps = std::hypot(m.v_world_mps[0], m.v_world_mps[1]);
   });
-  test::Tap<status_t> status(bus, channel::kBgStatus,
-                             [&](const status_t& m, Stamp) { state = m.state; });
-  test::Tap<drive_t> drives(bus, channel::kBgDrive, [&](const drive_t&, Stamp at) {
+  Tap<status_t> status(bus, channel::kBgStatus, [&](const status_t& m, Stamp) { state = m.state; });
+  Tap<drive_t> drives(bus, channel::kBgDrive, [&](const drive_t&, Stamp at) {
     if (last_drive) longest = std::max(longest, at - *last_drive);
     last_drive = at;
   });

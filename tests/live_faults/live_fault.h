@@ -7,11 +7,11 @@
 
 #include "lcmtypes/channels.h"
 #include "lcmtypes/rcs/event_t.hpp"
+#include "rcs/node/bus/tap.h"
 #include "tests/live_faults/count_judge.h"
 #include "tests/live_faults/recovery.h"
 #include "tests/live_faults/safety_judge.h"
 #include "tests/live_faults/vehicle_run.h"
-#include "tests/support/tap.h"
 
 namespace rcs::live_faults {
 
@@ -42,16 +42,16 @@ struct LiveFault {
  private:
   void look();
 
-  std::deque<test::Tap<cycle_t>> cycles_;
-  std::deque<test::Tap<process_t>> processes_;
-  std::deque<test::Tap<event_t>> events_;
-  std::deque<test::Tap<truth_t>> truths_;
-  std::deque<test::Tap<drive_t>> drives_;
-  std::deque<test::Tap<nav_state_t>> nav_states_;
-  std::deque<test::Tap<command_t>> commands_;
-  std::deque<test::Tap<status_t>> statuses_;
-  std::deque<test::Tap<registration_t>> registrations_;
-  std::deque<test::Tap<innovation_t>> innovations_;
+  std::deque<Tap<cycle_t>> cycles_;
+  std::deque<Tap<process_t>> processes_;
+  std::deque<Tap<event_t>> events_;
+  std::deque<Tap<truth_t>> truths_;
+  std::deque<Tap<drive_t>> drives_;
+  std::deque<Tap<nav_state_t>> nav_states_;
+  std::deque<Tap<command_t>> commands_;
+  std::deque<Tap<status_t>> statuses_;
+  std::deque<Tap<registration_t>> registrations_;
+  std::deque<Tap<innovation_t>> innovations_;
 };
 
 }  // namespace rcs::live_faults

@@ -63,7 +63,7 @@ class Liar {
   T copy_{};
   Outbox<T> outbox_;
   Lie lie_;
-  test::Tap<T> tap_;
+  Tap<T> tap_;
 };
 
 struct Outcome {
@@ -84,7 +84,7 @@ Outcome drive_with_liar(const char* channel, const typename Liar<T>::Lie& lie) {
   Liar<T> liar(bus, channel, lie);
   double speed_mps = 0.0;
   Stamp last_second = Stamp::max();
-  test::Tap<truth_t> truth(bus, channel::kSimTruth, [&](const truth_t& m, Stamp at) {
+  Tap<truth_t> truth(bus, channel::kSimTruth, [&](const truth_t& m, Stamp at) {
     const auto& v = m.v_world_mps;
     speed_mps = std::hypot(v[0], v[1]);
     if (at > last_second) out.speed_mps = std::max(out.speed_mps, speed_mps);
@@ -94,9 +94,9 @@ Outcome drive_with_liar(const char* channel, const typename Liar<T>::Lie& lie) {
                        m.text.find(channel) != std::string::npos && liar.first();
     if (names && !out.named) out.named = at - *liar.first();
   };
-  test::Tap<event_t> sp(bus, channel::kSpEvent, hear);
-  test::Tap<event_t> wm(bus, channel::kWmEvent, hear);
-  test::Tap<event_t> bg(bus, channel::kBgEvent, hear);
+  Tap<event_t> sp(bus, channel::kSpEvent, hear);
+  Tap<event_t> wm(bus, channel::kWmEvent, hear);
+  Tap<event_t> bg(bus, channel::kBgEvent, hear);
   EXPECT_TRUE(live.run_until_well(kPatience)) << live.run.trouble();
   EXPECT_TRUE(live.run.run_until(live.run.now() + kPatience, [&] { return speed_mps > 2.0; }));
   liar.begin();

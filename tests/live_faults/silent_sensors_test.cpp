@@ -24,9 +24,9 @@
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/odometry_t.hpp"
 #include "lcmtypes/rcs/status_t.hpp"
+#include "rcs/node/bus/tap.h"
 #include "tests/live_faults/live_fault.h"
 #include "tests/live_faults/vehicle_run.h"
-#include "tests/support/tap.h"
 #include "tools/rcs/vehicle/child_process.h"
 
 namespace rcs::live_faults {
@@ -72,33 +72,31 @@ class SilentSensors : public testing::Test {
       ADD_FAILURE() << vehicle.trouble();
       return seen;
     }
-    test::Tap<ins_t> ins(bus, channel::kIns, [&](const ins_t&, Stamp at) {
+    Tap<ins_t> ins(bus, channel::kIns, [&](const ins_t&, Stamp at) {
       if (source == "ins" || source == "all") hear(at);
     });
-    test::Tap<gps_fix_t> gps(bus, channel::kGpsFix, [&](const gps_fix_t&, Stamp at) {
+    Tap<gps_fix_t> gps(bus, channel::kGpsFix, [&](const gps_fix_t&, Stamp at) {
       if (source == "gps") hear(at);
     });
-    test::Tap<odometry_t> wheels(bus, channel::kOdometry, [&](const odometry_t&, Stamp at) {
+    Tap<odometry_t> wheels(bus, channel::kOdometry, [&](const odometry_t&, Stamp at) {
       if (source == "odometry") hear(at);
     });
-    test::Tap<ladar_ranges_t> ladar(bus, channel::kLadarRanges,
-                                    [&](const ladar_ranges_t&, Stamp at) {
-                                      if (source == "ladar") hear(at);
-                                    });
-    test::Tap<status_t> status(bus, channel::kBgStatus,
-                               [&](const status_t& m, Stamp) { state = m.state; });
+    Tap<ladar_ranges_t> ladar(bus, channel::kLadarRanges, [&](const ladar_ranges_t&, Stamp at) {
+      if (source == "ladar") hear(at);
+    });
+    Tap<status_t> status(bus, channel::kBgStatus,
+                         [&](const status_t& m, Stamp) { state = m.state; });
     // WM reports a silence before this test detects it.
     std::vector<std::pair<Stamp, std::string>> reported;
-    test::Tap<event_t> events(bus, channel::kWmEvent, [&](const event_t& m, Stamp at) {
-      reported.emplace_back(at, m.code);
-    });
-    test::Tap<nav_state_t> nav(bus, channel::kWmNavState, [&](const nav_state_t& m, Stamp) {
+    Tap<event_t> events(bus, channel::kWmEvent,
+                        [&](const event_t& m, Stamp at) { reported.emplace_back(at, m.code); });
+    Tap<nav_state_t> nav(bus, channel::kWmNavState, [&](const nav_state_t& m, Stamp) {
       if (silent && m.pose_valid == 0) seen.pose_invalid = true;
     });
-    test::Tap<integrity_t> integrity(bus, channel::kWmIntegrity, [&](const integrity_t& m, Stamp) {
+    Tap<integrity_t> integrity(bus, channel::kWmIntegrity, [&](const integrity_t& m, Stamp) {
       if (silent && m.validity == integrity_t::VALID_NONE) seen.integrity_none = true;
     });
-    test::Tap<drive_t> drives(bus, channel::kBgDrive, [&](const drive_t& m, Stamp at) {
+    Tap<drive_t> drives(bus, channel::kBgDrive, [&](const drive_t& m, Stamp at) {
       if (!silent) {
         seen.drove = m.speed_mps > 1.0;
         return;

@@ -86,8 +86,8 @@ TEST(Soak, MemoryDescriptorsAndAllocationsStayConstant) {
   bool warm = false;
   scan_account_t scans{};
   scan_account_t scans_before{};
-  std::deque<test::Tap<process_t>> processes;
-  std::deque<test::Tap<cycle_t>> cycles;
+  std::deque<Tap<process_t>> processes;
+  std::deque<Tap<cycle_t>> cycles;
   for (const std::string& node : kNodes) {
     processes.emplace_back(drill.run.bus(), channel_of(node, "PROCESS"),
                            [&](const process_t& m, Stamp arrival) {
@@ -105,7 +105,7 @@ TEST(Soak, MemoryDescriptorsAndAllocationsStayConstant) {
       for (const input_account_t& i : m.input) series[m.node].dropped[i.channel] = i.dropped;
     });
   }
-  const test::Tap<registration_t> registrations(
+  const Tap<registration_t> registrations(
       drill.run.bus(), channel::kSpRegistration,
       [&](const registration_t& m, Stamp) { scans = m.account; });
   ASSERT_TRUE(drill.run_until_well(kPatience)) << drill.recovery.missing();

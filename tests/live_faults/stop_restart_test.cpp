@@ -175,11 +175,11 @@ class Trial {
   Watch watch_;
   std::string after_release_ = "not released";
   std::int64_t command_id_ = 0;
-  std::optional<test::Tap<truth_t>> truths_;
-  std::optional<test::Tap<drive_t>> drives_;
-  std::optional<test::Tap<status_t>> statuses_;
-  std::optional<test::Tap<command_t>> commands_;
-  std::optional<test::Tap<nav_state_t>> nav_states_;
+  std::optional<Tap<truth_t>> truths_;
+  std::optional<Tap<drive_t>> drives_;
+  std::optional<Tap<status_t>> statuses_;
+  std::optional<Tap<command_t>> commands_;
+  std::optional<Tap<nav_state_t>> nav_states_;
 };
 
 void expect_no_motion(Kind kind, const char* name) {

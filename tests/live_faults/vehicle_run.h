@@ -16,8 +16,8 @@
 #include "lcmtypes/rcs/process_t.hpp"
 #include "rcs/base/linear.h"
 #include "rcs/node/bus/lcm_bus.h"
+#include "rcs/node/bus/tap.h"
 #include "rcs/node/timeline/live_timeline.h"
-#include "tests/support/tap.h"
 #include "tools/rcs/vehicle/child_process.h"
 
 namespace rcs::live_faults {
@@ -109,7 +109,7 @@ class VehicleRun {
   StopSignals stop_;
   std::unique_ptr<LcmBus> bus_;
   std::unique_ptr<LiveTimeline> timeline_;
-  std::deque<test::Tap<process_t>> processes_;
+  std::deque<Tap<process_t>> processes_;
   std::map<std::string, Life> lives_;
   std::unique_ptr<Running> up_, sim_, operator_, client_, program_;
   Stamp next_look_ = Stamp::min();

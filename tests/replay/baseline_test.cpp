@@ -18,12 +18,11 @@
 #include <vector>
 
 #include "lcmtypes/channels.h"
-#include "modules/bg/bg_node.h"
 #include "rcs/node/log/log_file.h"
 #include "sim/scenario_file.h"
 #include "tests/replay/chain.h"
-#include "tests/replay/closed_loop.h"
 #include "tests/replay/real_data.h"
+#include "tools/driving/closed_loop.h"
 #include "tools/recording/message_fields.h"
 
 namespace rcs::test {
@@ -274,15 +273,10 @@ TEST_F(Baseline, ClosedLoopWithBg) {
       sim::load_scenario(source_path("config/sim/closed_loop.toml"), {});
   ASSERT_TRUE(scenario.ok());
   RunTables tables;
-  ClosedLoopOptions options;
+  driving::ClosedLoopOptions options;
   options.vehicle_config = source_path("config/demo3.toml");
   options.tap = &tables;
-  const ClosedLoopRun run = run_closed_loop(
-      *scenario, options, [](const ParamFile& file, Bus* bus, const sim::Simulator&) {
-        Result<std::unique_ptr<Node>> node = bg::make_bg_node(file, bus);
-        RCS_CHECK(node.ok());
-        return std::move(node).value();
-      });
+  const driving::ClosedLoopRun run = driving::run_closed_loop(*scenario, options, driving::make_bg);
   EXPECT_TRUE(run.done) << run.reason;
   compare_with_baseline("closed_loop", tables.tables());
 }

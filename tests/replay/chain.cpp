@@ -8,10 +8,10 @@
 #include "modules/sp/sp_node.h"
 #include "modules/wm/wm_node.h"
 #include "rcs/node/bus/local_bus.h"
+#include "rcs/node/bus/tap.h"
 #include "rcs/node/executor.h"
 #include "rcs/node/timeline/lockstep_timeline.h"
 #include "sim/simulator.h"
-#include "tests/support/tap.h"
 
 namespace rcs::test {
 namespace {

@@ -10,26 +10,20 @@
 #include <cstdlib>
 #include <vector>
 
-#include "modules/bg/bg_node.h"
 #include "sim/scenario_file.h"
 #include "tests/replay/chain.h"
-#include "tests/replay/closed_loop.h"
+#include "tools/driving/closed_loop.h"
 
 namespace rcs::test {
 namespace {
 
-ClosedLoopRun drive(const sim::ScenarioOverrides& overrides) {
+driving::ClosedLoopRun drive(const sim::ScenarioOverrides& overrides) {
   const Result<sim::Scenario> scenario =
       sim::load_scenario(source_path("config/sim/closed_loop.toml"), overrides);
   RCS_CHECK(scenario.ok());
-  ClosedLoopOptions options;
+  driving::ClosedLoopOptions options;
   options.vehicle_config = source_path("config/demo3.toml");
-  return run_closed_loop(*scenario, options,
-                         [](const ParamFile& file, Bus* bus, const sim::Simulator&) {
-                           Result<std::unique_ptr<Node>> node = bg::make_bg_node(file, bus);
-                           RCS_CHECK(node.ok());
-                           return std::move(node).value();
-                         });
+  return driving::run_closed_loop(*scenario, options, driving::make_bg);
 }
 
 int number_from(const char* variable, int otherwise) {
@@ -55,7 +49,7 @@ Tally drive_seeds(double gps_lost_after_m) {
     sim::ScenarioOverrides overrides;
     overrides.seed = seed;
     if (gps_lost_after_m > 0.0) overrides.gps_lost_after_m = gps_lost_after_m;
-    const ClosedLoopRun run = drive(overrides);
+    const driving::ClosedLoopRun run = drive(overrides);
     const int waypoints = static_cast<int>(run.waypoints_world.size());
     std::printf("%4d  %4s  %5d / %d  %10d  %13.2f  %7d  %8.1f  %7.0f  %9.2f  %s\n", seed,
                 run.done ? "yes" : "no", run.reached, waypoints, run.collisions,
@@ -91,7 +85,7 @@ TEST(Drive, LadarLostInATurnIsAControlledStop) {
   sim::ScenarioOverrides overrides;
   overrides.seed = 1;
   overrides.ladar_outage = sim::Outage{25.0, 10.0};
-  const ClosedLoopRun run = drive(overrides);
+  const driving::ClosedLoopRun run = drive(overrides);
   std::printf("%s", describe(run).c_str());
   EXPECT_TRUE(run.done) << run.reason;
   EXPECT_EQ(run.collisions, 0);
@@ -99,7 +93,7 @@ TEST(Drive, LadarLostInATurnIsAControlledStop) {
   double turn_radps = 0.0;
   double hardest_mps2 = 0.0;
   for (std::size_t k = 1; k < run.trace.size(); ++k) {
-    const ClosedLoopSample& s = run.trace[k];
+    const driving::ClosedLoopSample& s = run.trace[k];
     const double t = seconds(s.stamp - sim::Simulator::kStart);
     if (t > 24.0 && t < 25.0) before_mps = std::max(before_mps, s.speed_mps);
     if (t > 24.0 && t < 27.0) {

@@ -1,7 +1,7 @@
 // The closed loop with a driver that uses ground truth. This tests the harness, and that SP and WM
 // keep up with a driven vehicle.
 
-#include "tests/replay/closed_loop.h"
+#include "tools/driving/closed_loop.h"
 
 #include <gtest/gtest.h>
 
@@ -87,17 +87,19 @@ sim::Scenario scenario(std::int64_t seed) {
   return *s;
 }
 
-ClosedLoopRun cheat(const sim::Scenario& s) {
-  ClosedLoopOptions options;
+driving::ClosedLoopRun cheat(const sim::Scenario& s) {
+  driving::ClosedLoopOptions options;
   options.vehicle_config = source_path("config/demo3.toml");
-  return run_closed_loop(s, options, [](const ParamFile&, Bus* bus, const sim::Simulator& sim) {
-    return std::make_unique<Cheat>(bus, sim);
-  });
+  return driving::run_closed_loop(
+      s, options,
+      [](const ParamFile&, Bus* bus, const sim::Simulator& sim) -> std::unique_ptr<Node> {
+        return std::make_unique<Cheat>(bus, sim);
+      });
 }
 
 TEST(ClosedLoop, ADriverThatUsesGroundTruthReachesEveryWaypointRepeatably) {
   const sim::Scenario s = scenario(1);
-  const ClosedLoopRun a = cheat(s);
+  const driving::ClosedLoopRun a = cheat(s);
   std::printf("%s", describe(a).c_str());
   ASSERT_EQ(a.config_error, "");
   EXPECT_TRUE(a.done) << a.reason;
@@ -116,7 +118,7 @@ TEST(ClosedLoop, ADriverThatUsesGroundTruthReachesEveryWaypointRepeatably) {
   EXPECT_EQ(picture.find("nan"), std::string::npos);
   EXPECT_LT(picture.size(), 500'000U);
 
-  const ClosedLoopRun b = cheat(s);
+  const driving::ClosedLoopRun b = cheat(s);
   ASSERT_EQ(a.trace.size(), b.trace.size());
   EXPECT_EQ(a.trace.back().T_world_vehicle.p, b.trace.back().T_world_vehicle.p);
   EXPECT_EQ(a.trace.back().T_world_believed.p, b.trace.back().T_world_believed.p);
@@ -127,7 +129,7 @@ TEST(ClosedLoop, GroundTruthReportsGpsOutagesAndCollisions) {
   s.gps.lost_after_m = 50.0;
   s.world.rocks.per_m2 = 0.2;  // a driver without obstacle avoidance hits something
   s.ladar = sim::LadarKind::kNone;
-  const ClosedLoopRun run = cheat(s);
+  const driving::ClosedLoopRun run = cheat(s);
   std::printf("%s", describe(run).c_str());
   EXPECT_TRUE(run.done) << run.reason;
   EXPECT_GT(run.collisions, 0);

@@ -9,8 +9,8 @@
 #include "modules/bg/bg_node.h"
 #include "sim/scenario_file.h"
 #include "tests/replay/chain.h"
-#include "tests/replay/closed_loop.h"
 #include "tests/support/heap_guard.h"
+#include "tools/driving/closed_loop.h"
 
 namespace rcs::test {
 namespace {
@@ -62,22 +62,23 @@ class WatchedBg final : public Node {
   std::deque<std::unique_ptr<Node>> dead_;
 };
 
-ClosedLoopRun drive(const std::deque<Stamp>& deaths, WatchedBg::Account* account) {
+driving::ClosedLoopRun drive(const std::deque<Stamp>& deaths, WatchedBg::Account* account) {
   const Result<sim::Scenario> scenario =
       sim::load_scenario(source_path("config/sim/closed_loop.toml"), {});
   RCS_CHECK(scenario.ok());
-  ClosedLoopOptions options;
+  driving::ClosedLoopOptions options;
   options.vehicle_config = source_path("config/demo3.toml");
-  return run_closed_loop(*scenario, options,
-                         [&](const ParamFile& file, Bus* bus, const sim::Simulator&) {
-                           return std::make_unique<WatchedBg>(file, bus, deaths, account);
-                         });
+  return driving::run_closed_loop(
+      *scenario, options,
+      [&](const ParamFile& file, Bus* bus, const sim::Simulator&) -> std::unique_ptr<Node> {
+        return std::make_unique<WatchedBg>(file, bus, deaths, account);
+      });
 }
 
 TEST(Drive, CyclesOfBgAllocateNothingAfterWarmUp) {
   if (!HeapGuard::available()) GTEST_SKIP() << "SKIPPED: a sanitizer owns malloc";
   WatchedBg::Account account;
-  const ClosedLoopRun run = drive({}, &account);
+  const driving::ClosedLoopRun run = drive({}, &account);
   std::printf("%s", describe(run).c_str());
   EXPECT_TRUE(run.done) << run.reason;
   EXPECT_EQ(run.collisions, 0);
@@ -89,7 +90,7 @@ TEST(Drive, CyclesOfBgAllocateNothingAfterWarmUp) {
 TEST(Drive, ARestartedBgContinuesTheTask) {
   WatchedBg::Account account;
   const auto at = [](double s) { return sim::Simulator::kStart + from_seconds(s); };
-  const ClosedLoopRun run = drive({at(25.0), at(40.0), at(41.0), at(55.0)}, &account);
+  const driving::ClosedLoopRun run = drive({at(25.0), at(40.0), at(41.0), at(55.0)}, &account);
   std::printf("%s", describe(run).c_str());
   EXPECT_TRUE(run.done) << run.reason;
   EXPECT_EQ(run.reached, 5);

@@ -9,11 +9,10 @@
 #include <fstream>
 #include <string>
 
-#include "modules/bg/bg_node.h"
 #include "sim/scenario_file.h"
 #include "tests/replay/chain.h"
-#include "tests/replay/closed_loop.h"
 #include "tests/support/fresh_folder.h"
+#include "tools/driving/closed_loop.h"
 
 namespace rcs::test {
 namespace {
@@ -23,7 +22,7 @@ int number_from(const char* variable, int otherwise) {
   return text == nullptr ? otherwise : std::atoi(text);  // NOLINT(cert-err34-c)
 }
 
-ClosedLoopRun drive(const std::string& kind, int seed) {
+driving::ClosedLoopRun drive(const std::string& kind, int seed) {
   const std::string path = (fresh_folder() / "scenario.toml").string();
   std::ofstream(path) << "based_on = \"" << source_path("config/sim/hazards.toml")
                       << "\"\n[hazards]\nkinds = [\"" << kind << "\"]\n";
@@ -31,16 +30,11 @@ ClosedLoopRun drive(const std::string& kind, int seed) {
   overrides.seed = seed;
   const Result<sim::Scenario> scenario = sim::load_scenario(path, overrides);
   RCS_CHECK(scenario.ok());
-  ClosedLoopOptions options;
+  driving::ClosedLoopOptions options;
   options.vehicle_config = source_path("config/demo3.toml");
   const char* const more = std::getenv("RCS_MORE_CONFIG");  // NOLINT(concurrency-mt-unsafe)
   if (more != nullptr) options.more_config = more;
-  return run_closed_loop(*scenario, options,
-                         [](const ParamFile& file, Bus* bus, const sim::Simulator&) {
-                           Result<std::unique_ptr<Node>> node = bg::make_bg_node(file, bus);
-                           RCS_CHECK(node.ok());
-                           return std::move(node).value();
-                         });
+  return driving::run_closed_loop(*scenario, options, driving::make_bg);
 }
 
 struct Hazard {
@@ -61,7 +55,7 @@ TEST(HazardDrives, NoContact) {
       "state\n");
   for (const auto& [kind, holds] : kHazards) {
     for (int seed = first_seed; seed < first_seed + drives; ++seed) {
-      const ClosedLoopRun run = drive(kind, seed);
+      const driving::ClosedLoopRun run = drive(kind, seed);
       std::printf("%-6s  %4d  %4s  %5d / %zu  %4d  %4d  %6d  %10d  %8.1f  %10.2f  %s\n", kind, seed,
                   run.done ? "yes" : "no", run.reached, run.waypoints_world.size(),
                   run.contacts.edge, run.contacts.body, run.contacts.tipped, run.collisions,

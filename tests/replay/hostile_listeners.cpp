@@ -14,9 +14,9 @@
 #include "lcmtypes/rcs/truth_t.hpp"
 #include "modules/bg/bg_config.h"
 #include "modules/gateway/sample_conversion.h"
+#include "rcs/node/bus/tap.h"
 #include "rcs/node/command_port.h"
 #include "sim/simulator.h"
-#include "tests/support/tap.h"
 #include "tools/rcs/vehicle/top_screen.h"
 
 namespace rcs::test {

@@ -12,12 +12,12 @@
 #include "modules/sp/sp_node.h"
 #include "modules/wm/wm_node.h"
 #include "rcs/node/bus/local_bus.h"
+#include "rcs/node/bus/tap.h"
 #include "rcs/node/executor.h"
 #include "rcs/node/timeline/lockstep_timeline.h"
 #include "sim/scenario_file.h"
 #include "sim/simulator.h"
 #include "tests/replay/chain.h"
-#include "tests/support/tap.h"
 
 namespace rcs {
 namespace {
@@ -61,12 +61,12 @@ StartRun start(double off_m) {
   wm::WmNode wm_node(*wm_config, &bus);
   std::map<std::int64_t, Pose> truth;
   nav_state_t newest{};
-  const test::Tap<truth_t> truths(&bus, channel::kSimTruth, [&](const truth_t& m, Stamp) {
+  const Tap<truth_t> truths(&bus, channel::kSimTruth, [&](const truth_t& m, Stamp) {
     Pose T;
     if (from_message(m.q_world_vehicle, m.p_world_vehicle_m, &T)) truth[m.utime] = T;
   });
-  const test::Tap<nav_state_t> beliefs(&bus, channel::kWmNavState,
-                                       [&](const nav_state_t& m, Stamp) { newest = m; });
+  const Tap<nav_state_t> beliefs(&bus, channel::kWmNavState,
+                                 [&](const nav_state_t& m, Stamp) { newest = m; });
   LockstepTimeline timeline(&bus, &simulator, kReplayTail);
   run({&sp_node, &wm_node}, timeline, nullptr);
 

@@ -34,6 +34,7 @@ using Commands = std::vector<std::unique_ptr<Command>>;
 
 void add_consistency_command(CLI::App* rcs, Commands* commands);
 void add_drill_command(CLI::App* rcs, Commands* commands);
+void add_drive_command(CLI::App* rcs, Commands* commands);
 void add_faults_command(CLI::App* rcs, Commands* commands);
 void add_outages_command(CLI::App* rcs, Commands* commands);
 void add_log_commands(CLI::App* rcs, Commands* commands);

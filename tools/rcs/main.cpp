@@ -220,6 +220,7 @@ int rcs_main(int argc, char** argv) {
   add_budget_command(&app, &commands);
   add_load_command(&app, &commands);
   add_drill_command(&app, &commands);
+  add_drive_command(&app, &commands);
   add_faults_command(&app, &commands);
   add_consistency_command(&app, &commands);
   add_outages_command(&app, &commands);

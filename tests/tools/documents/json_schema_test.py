@@ -241,6 +241,7 @@ def offline():
     write("short.toml", f'based_on = "{SCENARIO}"\nduration_s = 46\n')
     run("consistency", ["--scenario", "short.toml", "--ins", "tactical", "--seeds", "1", "--config",
                         CONFIG], (0, 1, 3))
+    run("drive", [SOURCE + "/config/sim/hazards.toml", "--duration", "12", "--config", CONFIG], (0, 1))
     run("faults", ["--scenario", "short.toml", "--runs", "1", "--only", "wheels silence", "--config",
                    CONFIG], (0, 1))
     check("faults list", rcs(["faults", "--list", "--json"]))

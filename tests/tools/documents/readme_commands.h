@@ -51,6 +51,7 @@ constexpr std::array<ReadmeCommand, 47> kReadmeCommands = {{
      "minutes; drill_all_test.cpp"},
     {"build/release/bin/rcs drill my_drill.toml", How::kSlow, "a drive of 125 s"},
     {"build/release/bin/rcs why", How::kSlow, "a log of 125 s"},
+    {"build/release/bin/rcs drive", How::kOptions, "minutes; drive_command_test.cpp"},
     {"build/release/bin/rcs faults --runs", How::kOptions, "hours; faults_command_test.cpp"},
     {"build/release/bin/rcs consistency -o", How::kOptions, "half an hour"},
     {"build/release/bin/rcs consistency --seeds 5", How::kOptions,

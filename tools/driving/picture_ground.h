@@ -6,7 +6,7 @@
 
 #include "sim/terrain/world.h"
 
-namespace rcs::test {
+namespace rcs::driving {
 
 using SvgOut = std::back_insert_iterator<std::string>;
 
@@ -46,4 +46,4 @@ void add_ground(const sim::World& world, const View& view, SvgOut out);
 /// Rocks, bushes and trees, true to scale where they can be seen.
 void add_objects(const sim::World& world, const View& view, SvgOut out);
 
-}  // namespace rcs::test
+}  // namespace rcs::driving

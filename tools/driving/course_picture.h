@@ -8,7 +8,7 @@
 
 #include "sim/terrain/world.h"
 
-namespace rcs::test {
+namespace rcs::driving {
 
 struct CourseSample {
   Vec2 place_world;  ///< ground truth
@@ -32,4 +32,4 @@ struct CoursePicture {
 /// A self-contained SVG file.
 [[nodiscard]] std::string render(const CoursePicture& picture);
 
-}  // namespace rcs::test
+}  // namespace rcs::driving

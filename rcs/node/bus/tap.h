@@ -9,7 +9,7 @@
 #include "rcs/base/stamp.h"
 #include "rcs/node/bus/bus.h"
 
-namespace rcs::test {
+namespace rcs {
 
 /// Passes on every decodable message of a channel with its arrival.
 template <class T>
@@ -33,4 +33,4 @@ class Tap final : public Receiver {
   T message_{};
 };
 
-}  // namespace rcs::test
+}  // namespace rcs

@@ -1,4 +1,4 @@
-#include "tests/support/picture_ground.h"
+#include "tools/driving/picture_ground.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <vector>
 
-namespace rcs::test {
+namespace rcs::driving {
 namespace {
 
 constexpr int kCellsAcross = 180;  // of the ground's shading
@@ -142,4 +142,4 @@ void add_objects(const sim::World& world, const View& view, SvgOut out) {
   }
 }
 
-}  // namespace rcs::test
+}  // namespace rcs::driving

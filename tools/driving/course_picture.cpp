@@ -1,4 +1,4 @@
-#include "tests/support/course_picture.h"
+#include "tools/driving/course_picture.h"
 
 #include <fmt/format.h>
 
@@ -8,11 +8,11 @@
 #include <iterator>
 
 #include "rcs/base/check.h"
-#include "tests/support/picture_ground.h"
+#include "tools/driving/picture_ground.h"
 #include "tools/report/svg_plot.h"
 #include "tools/report/viridis.h"
 
-namespace rcs::test {
+namespace rcs::driving {
 namespace {
 
 constexpr double kMapWidth_px = 900.0;
@@ -279,4 +279,4 @@ std::string render(const CoursePicture& picture) {
   return svg;
 }
 
-}  // namespace rcs::test
+}  // namespace rcs::driving

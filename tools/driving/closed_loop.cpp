@@ -1,4 +1,4 @@
-#include "tests/replay/closed_loop.h"
+#include "tools/driving/closed_loop.h"
 
 #include <fmt/format.h>
 
@@ -6,25 +6,28 @@
 #include <cmath>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <optional>
 
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
 #include "lcmtypes/rcs/gps_fix_t.hpp"
+#include "lcmtypes/rcs/integrity_t.hpp"
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/plan_t.hpp"
 #include "lcmtypes/rcs/truth_t.hpp"
+#include "modules/bg/bg_node.h"
 #include "modules/sp/sp_node.h"
 #include "modules/wm/wm_node.h"
 #include "rcs/base/geodesy.h"
+#include "rcs/node/bus/tap.h"
 #include "rcs/node/command_port.h"
 #include "rcs/node/executor.h"
 #include "rcs/node/timeline/lockstep_timeline.h"
-#include "tests/support/course_picture.h"
-#include "tests/support/tap.h"
+#include "tools/driving/course_picture.h"
 #include "tools/mapping/map_writer.h"
 
-namespace rcs::test {
+namespace rcs::driving {
 namespace {
 
 /// Commands the waypoints of the course, and repeats the command every second until they are done.
@@ -74,19 +77,27 @@ class Operator final : public Node {
 /// The simulator, until the operator's command is done.
 class UntilDone final : public EventSource {
  public:
-  UntilDone(EventSource* source, const Operator* op, Duration after)
-      : source_(source), operator_(op), after_(after) {}
+  UntilDone(EventSource* source, const Operator* op, const ClosedLoopOptions& options,
+            double duration_s)
+      : source_(source), operator_(op), options_(options), duration_s_(duration_s) {}
   Stamp peek() override {
     const Stamp due = source_->peek();
-    const bool over = operator_->done_at != Stamp::max() && due > operator_->done_at + after_;
-    return over ? Stamp::max() : due;
+    const Stamp done = operator_->done_at;
+    const bool over = done != Stamp::max() && due > done + from_seconds(options_.after_done_s);
+    return over || (options_.stop && options_.stop()) ? Stamp::max() : due;
   }
-  void take(SourceEvent* event) override { source_->take(event); }
+  void take(SourceEvent* event) override {
+    if (options_.progress) {
+      options_.progress(seconds(source_->peek() - sim::Simulator::kStart) / duration_s_);
+    }
+    source_->take(event);
+  }
 
  private:
   EventSource* source_;
   const Operator* operator_;
-  Duration after_;
+  const ClosedLoopOptions& options_;
+  double duration_s_;
 };
 
 std::string read_text(const std::string& path) {
@@ -137,6 +148,12 @@ class Notes {
         fixes_(bus, channel::kGpsFix,
                [this](const gps_fix_t& m, Stamp) { fix_ = from_utime(m.utime); }),
         nav_(bus, channel::kWmNavState, [this](const nav_state_t& m, Stamp) { take(m); }),
+        levels_(bus, channel::kWmIntegrity,
+                [this](const integrity_t& m, Stamp) {
+                  level_m_ =
+                      m.validity == integrity_t::VALID_WORLD ? m.protection_horizontal_m : kNoLevel;
+                }),
+        states_(bus, channel::kBgStatus, [this](const status_t& m, Stamp) { take(m); }),
         plans_(bus, channel::kBgPlan, [this](const plan_t& m, Stamp) { take(m); }) {
     if (options.frame == command_t::FRAME_WORLD) op->ask(goto_order(scenario, options, Pose()));
   }
@@ -148,8 +165,11 @@ class Notes {
     Pose T;
     RCS_CHECK(from_message(m.q_world_vehicle, m.p_world_vehicle_m, &T));
     const Vec2 v = from_message(m.v_world_mps).head<2>();
+    const double since_s = heard_ ? seconds(from_utime(m.utime) - sample_.stamp) : 0.0;
     if (heard_) run_.distance_m += (T.p - sample_.T_world_vehicle.p).head<2>().norm();
     heard_ = true;
+    run_.worst_tilt_rad =
+        std::max(run_.worst_tilt_rad, std::acos(std::clamp((T.q * Vec3::UnitZ()).z(), -1.0, 1.0)));
     sample_.stamp = from_utime(m.utime);
     sample_.T_world_vehicle = T;
     sample_.speed_mps = v.norm();
@@ -168,9 +188,13 @@ class Notes {
       run_.nearest_m[k] =
           std::min(run_.nearest_m[k], (T.p.head<2>() - run_.waypoints_world[k]).norm());
     }
+    const double error_m = (sample_.T_world_believed.p - T.p).head<2>().norm();
     if (sample_.speed_mps > 0.5 && sample_.believed) {
-      const double error_m = (sample_.T_world_believed.p - T.p).head<2>().norm();
       run_.worst_error_m = std::max(run_.worst_error_m, error_m);
+    }
+    if (sample_.believed && level_m_ < kNoLevel) {
+      run_.bounded_s += since_s;
+      if (error_m > level_m_) run_.outside_level_s += since_s;
     }
     if (m.seq % 10 == 0) run_.trace.push_back(sample_);
   }
@@ -196,6 +220,13 @@ class Notes {
         T_world_vehicle;
   }
 
+  void take(const status_t& m) {
+    const Stamp now = from_utime(m.utime);
+    if (!state_.empty()) run_.states_s[state_] += seconds(now - state_at_);
+    state_ = m.state;
+    state_at_ = now;
+  }
+
   void take(const plan_t& m) {
     const bool often =
         !run_.plans.empty() && from_utime(m.utime) - run_.plans.back().stamp < from_seconds(1.0);
@@ -208,11 +239,16 @@ class Notes {
     run_.plans.push_back(std::move(plan));
   }
 
+  static constexpr double kNoLevel = std::numeric_limits<double>::infinity();
+
   const sim::Scenario& scenario_;
   const ClosedLoopOptions& options_;
   Operator* operator_;
   ClosedLoopRun& run_;
   LocalFrame world_;
+  double level_m_ = kNoLevel;
+  std::string state_;
+  Stamp state_at_{};
   ClosedLoopSample sample_;
   Stamp fix_ = Stamp(std::chrono::seconds(-10));
   Pose T_local_vehicle_;
@@ -223,6 +259,8 @@ class Notes {
   Tap<truth_t> truth_;
   Tap<gps_fix_t> fixes_;
   Tap<nav_state_t> nav_;
+  Tap<integrity_t> levels_;
+  Tap<status_t> states_;
   Tap<plan_t> plans_;
 };
 
@@ -237,6 +275,11 @@ void conclude(const Operator& op, Stamp last, double radius_m, ClosedLoopRun* ru
 }
 
 }  // namespace
+
+Result<std::unique_ptr<Node>> make_bg(const ParamFile& file, Bus* bus,
+                                      const sim::Simulator& /*simulator*/) {
+  return bg::make_bg_node(file, bus);
+}
 
 ClosedLoopRun run_closed_loop(const sim::Scenario& scenario, const ClosedLoopOptions& options,
                               const DriverFactory& make_driver) {
@@ -266,13 +309,17 @@ ClosedLoopRun run_closed_loop(const sim::Scenario& scenario, const ClosedLoopOpt
     run.config_error = sp ? wm.error().message : sp.error().message;
     return run;
   }
-  const std::unique_ptr<Node> driver = make_driver(*file, &bus, simulator);
+  const Result<std::unique_ptr<Node>> driver = make_driver(*file, &bus, simulator);
+  if (!driver) {
+    run.config_error = driver.error().message;
+    return run;
+  }
   Operator op(&bus, sim::Simulator::kStart + from_seconds(scenario.course.rest_s));
   const Notes notes(&bus, scenario, options, &op, &run);
 
-  UntilDone source(&simulator, &op, from_seconds(options.after_done_s));
+  UntilDone source(&simulator, &op, options, scenario.duration_s);
   LockstepTimeline timeline(&bus, &source, kReplayTail);
-  rcs::run({sp->get(), wm->get(), driver.get(), &op}, timeline, nullptr);
+  rcs::run({sp->get(), wm->get(), driver->get(), &op}, timeline, nullptr);
 
   conclude(op, notes.last(), options.radius_m, &run);
   run.drive = simulator.commanded_vehicle()->model().account();
@@ -324,4 +371,4 @@ std::string describe(const ClosedLoopRun& run) {
   return text + " m\n";
 }
 
-}  // namespace rcs::test
+}  // namespace rcs::driving

@@ -1,36 +1,43 @@
 #pragma once
 // The whole system in one thread: the simulated vehicle's sensors drive SP and WM, a driver (BG, or
 // a stand-in) drives the vehicle, and an operator commands the driver. The run is judged by the
-// simulator's ground truth. Lockstep: the same scenario gives the same run.
+// ground truth of the simulator. Lockstep: the same scenario gives the same run.
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "lcmtypes/rcs/command_t.hpp"
 #include "rcs/base/pose.h"
+#include "rcs/base/result.h"
 #include "rcs/base/stamp.h"
 #include "rcs/node/bus/local_bus.h"
 #include "rcs/node/node.h"
 #include "rcs/node/params/params.h"
 #include "sim/simulator.h"
 
-namespace rcs::test {
+namespace rcs::driving {
 
 /// Creates the node that receives BG_COMMAND and publishes BG_STATUS and BG_DRIVE. The simulator is
 /// passed for stand-ins that use ground truth.
 using DriverFactory =
-    std::function<std::unique_ptr<Node>(const ParamFile&, Bus*, const sim::Simulator&)>;
+    std::function<Result<std::unique_ptr<Node>>(const ParamFile&, Bus*, const sim::Simulator&)>;
+/// BG.
+[[nodiscard]] Result<std::unique_ptr<Node>> make_bg(const ParamFile& file, Bus* bus,
+                                                    const sim::Simulator& simulator);
 
 struct ClosedLoopOptions {
   std::string vehicle_config;  ///< path
   std::string more_config;     ///< TOML text behind it
   std::string prior_map;       ///< the a priori map is written here; empty: none
   std::int8_t frame = command_t::FRAME_WORLD;
-  double radius_m = 3.0;      ///< of the waypoints
-  double after_done_s = 1.0;  ///< the run continues for this time
-  BusTap* tap = nullptr;      ///< receives every message; null: none
+  double radius_m = 3.0;                 ///< of the waypoints
+  double after_done_s = 1.0;             ///< the run continues for this time
+  BusTap* tap = nullptr;                 ///< receives every message; null: none
+  std::function<bool()> stop;            ///< ends the run early; empty: never
+  std::function<void(double)> progress;  ///< share of the scenario's duration; empty: none
 };
 
 struct ClosedLoopSample {
@@ -71,6 +78,11 @@ struct ClosedLoopRun {
   double fastest_mps = 0.0;
   double worst_lateral_mps2 = 0.0;  ///< speed times yaw rate
   double worst_error_m = 0.0;       ///< of the estimated position, horizontal, while driving
+  double worst_tilt_rad = 0.0;      ///< of the vehicle's vertical axis
+  /// While WM states a horizontal protection level in frame world.
+  double bounded_s = 0.0;
+  double outside_level_s = 0.0;            ///< of these, with the error above the level
+  std::map<std::string, double> states_s;  ///< of the driver, and how long it was in each
   sim::DriveAccount drive;
   bool fenced = false;
 
@@ -91,4 +103,4 @@ struct ClosedLoopRun {
 /// Statistics as text, several lines.
 [[nodiscard]] std::string describe(const ClosedLoopRun& run);
 
-}  // namespace rcs::test
+}  // namespace rcs::driving

@@ -1,0 +1,42 @@
+#pragma once
+// Closed-loop drives of one scenario over many seeds, in parallel.
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rcs/base/result.h"
+#include "tools/driving/closed_loop.h"
+
+namespace rcs::driving {
+
+struct DriveCampaign {
+  std::string scenario;        ///< path
+  std::string vehicle_config;  ///< path
+  std::string more_config;     ///< TOML text behind it
+  std::int8_t frame = 0;       ///< of the commands, command_t::FRAME_*
+  std::vector<std::int64_t> seeds;
+  std::optional<double> gps_lost_after_m;
+  std::optional<double> duration_s;
+  std::string out_folder;  ///< for a picture of each drive; empty: none
+  bool logs = false;       ///< also a log of each drive
+  std::size_t jobs = 1;    ///< threads
+  std::function<bool()> stop;
+  std::function<void(double)> progress;  ///< completed share; from any thread
+};
+
+struct DriveRow {
+  std::int64_t seed = 0;
+  ClosedLoopRun run;
+};
+
+/// What a drive must fulfil.
+[[nodiscard]] int contacts(const ClosedLoopRun& run);  ///< with the ground and with objects
+[[nodiscard]] bool passed(const ClosedLoopRun& run);   ///< arrived without contact
+
+/// @return rows in the order of the seeds, or an error: of the files, or after `stop`
+[[nodiscard]] Result<std::vector<DriveRow>> run_drives(const DriveCampaign& campaign);
+
+}  // namespace rcs::driving

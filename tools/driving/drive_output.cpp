@@ -1,0 +1,128 @@
+#include "tools/driving/drive_output.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace rcs::driving {
+namespace {
+
+using report::Json;
+
+struct Sums {
+  int arrived = 0;
+  int contacts = 0;
+  int waypoints = 0;
+  int reached = 0;
+  double distance_m = 0.0;
+  double time_s = 0.0;
+
+  [[nodiscard]] double mean_mps() const { return time_s > 0.0 ? distance_m / time_s : 0.0; }
+};
+
+Sums sums_of(const std::vector<DriveRow>& rows) {
+  Sums out;
+  for (const auto& [seed, run] : rows) {
+    out.arrived += run.done ? 1 : 0;
+    out.contacts += contacts(run);
+    out.waypoints += static_cast<int>(run.waypoints_world.size());
+    out.reached += run.reached;
+    out.distance_m += run.distance_m;
+    out.time_s += run.time_s;
+  }
+  return out;
+}
+
+/// Share of the time within the protection level; 1 where there is none.
+double share_within(const ClosedLoopRun& run) {
+  return run.bounded_s > 0.0 ? 1.0 - run.outside_level_s / run.bounded_s : 1.0;
+}
+
+/// States in which the vehicle was longest, but for those in which it moves.
+std::string held_up(const ClosedLoopRun& run) {
+  std::vector<std::pair<double, std::string>> by_time;
+  for (const auto& [state, time_s] : run.states_s) {
+    const bool moves = state == "DRIVING" || state == "DRIVING_NO_GPS" || state == "ARRIVED" ||
+                       state == "INITIALIZING_HEADING";
+    if (!moves && state != "IDLE" && time_s >= 0.5) by_time.emplace_back(time_s, state);
+  }
+  std::sort(by_time.rbegin(), by_time.rend());
+  std::string text;
+  for (std::size_t k = 0; k < std::min<std::size_t>(2, by_time.size()); ++k) {
+    text += fmt::format("{}{} {:.0f} s", k == 0 ? "" : ", ", by_time[k].second, by_time[k].first);
+  }
+  return text;
+}
+
+}  // namespace
+
+report::Table drive_table(const std::vector<DriveRow>& rows) {
+  report::Table t{{"seed", "arrived", "way-points", "contacts", "clear [m]", "tilt [deg]",
+                   "time [s]", "mean [m/s]", "error [m]", "within", "held up"},
+                  {}};
+  for (const auto& [seed, run] : rows) {
+    t.rows.push_back({std::to_string(seed), run.done ? "yes" : "NO",
+                      fmt::format("{}/{}", run.reached, run.waypoints_world.size()),
+                      std::to_string(contacts(run)), report::fixed(run.min_clearance_m, 2),
+                      report::fixed(degrees(run.worst_tilt_rad), 0), report::fixed(run.time_s, 0),
+                      report::fixed(run.mean_mps, 1), report::fixed(run.worst_error_m, 2),
+                      report::fixed(share_within(run), 4), held_up(run)});
+  }
+  t.note =
+      "contacts: wheel at an edge, ground against the body, tilted beyond the limit, rock or "
+      "trunk. "
+      "clear: smallest distance to a rock or trunk. tilt, error: largest. within: share of the "
+      "time with the error within the horizontal protection level. held up: states other than "
+      "driving.";
+  return t;
+}
+
+std::string drive_summary(const std::vector<DriveRow>& rows) {
+  const Sums s = sums_of(rows);
+  return fmt::format(
+      "arrived {} of {}, waypoints {} of {}, contacts {}, {:.1f} km, mean {:.1f} m/s\n", s.arrived,
+      rows.size(), s.reached, s.waypoints, s.contacts, 1e-3 * s.distance_m, s.mean_mps());
+}
+
+Json to_json(const std::vector<DriveRow>& rows) {
+  const Sums s = sums_of(rows);
+  Json out = {{"summary",
+               {{"drives", rows.size()},
+                {"arrived", s.arrived},
+                {"waypoints", s.waypoints},
+                {"reached", s.reached},
+                {"contacts", s.contacts},
+                {"distance_m", s.distance_m},
+                {"mean_mps", s.mean_mps()}}},
+              {"drives", Json::array()}};
+  for (const auto& [seed, run] : rows) {
+    Json states = Json::object();
+    for (const auto& [state, time_s] : run.states_s) states[state] = time_s;
+    out["drives"].push_back({{"seed", seed},
+                             {"arrived", run.done},
+                             {"reason", run.reason},
+                             {"state", run.state},
+                             {"waypoints", run.waypoints_world.size()},
+                             {"reached", run.reached},
+                             {"contacts",
+                              {{"edge", run.contacts.edge},
+                               {"body", run.contacts.body},
+                               {"tipped", run.contacts.tipped},
+                               {"object", run.collisions}}},
+                             {"foliage_contacts", run.foliage_contacts},
+                             {"clearance_m", run.min_clearance_m},
+                             {"tilt_deg", degrees(run.worst_tilt_rad)},
+                             {"time_s", run.time_s},
+                             {"distance_m", run.distance_m},
+                             {"mean_mps", run.mean_mps},
+                             {"fastest_mps", run.fastest_mps},
+                             {"lateral_mps2", run.worst_lateral_mps2},
+                             {"error_m", run.worst_error_m},
+                             {"within_level", share_within(run)},
+                             {"states_s", states}});
+  }
+  return out;
+}
+
+}  // namespace rcs::driving
