@@ -432,6 +432,29 @@ TEST(Estimator, InANewMapNoVarianceIsNegative) {
   }
 }
 
+// On flat, open ground. The message with which SP began the map came before WM was aligned.
+TEST(Estimator, AMapWhoseScansNeverObserveTheWholePoseIsUsed) {
+  Experiment experiment;
+  experiment.gps = false;
+  Rig rig(experiment);
+  auto& [truth, sensors, estimator] = rig;
+  for (std::size_t i = 1; i < 1000; ++i) {
+    estimator.add(sensors.imu(i));
+    if (i % 10 == 0) {
+      RollingMatch scan = sensors.scan(i);
+      Vec6 observed;
+      observed << 0.0, 0.0, 1.0, 1.0, 1.0, 0.0;  // height, roll, pitch
+      scan.information = observed.asDiagonal() * scan.information * observed.asDiagonal();
+      estimator.add(truth[i].stamp, scan);
+    }
+    estimator.fuse();
+    estimator.clear_innovations();
+  }
+  ASSERT_TRUE(estimator.started());
+  EXPECT_EQ(estimator.state().belief.x.map_epoch, sensors.scan(1000).map_epoch);
+  EXPECT_GT(estimator.state().memory.of(Source::kRolling).accepted, truth[900].stamp);
+}
+
 TEST(Estimator, DoesNotAllocateAfterWarmUp) {
   if (!test::HeapGuard::available()) GTEST_SKIP() << "a sanitizer owns malloc";
   Rig rig;
