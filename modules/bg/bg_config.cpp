@@ -60,6 +60,9 @@ void read(ParamTable table, FollowParams* p) {
   table.get("latency_s", &p->latency_s, {0, 2},
             "Latency from a command to the response of the wheels, in speed planning and stopping "
             "distance.");
+  table.get("firm_mps2", &p->firm_mps2, {0.1, 20},
+            "Deceleration up to which the vehicle slows down for an obstacle in its way. One that "
+            "needs more, because it was detected late, is braked for.");
   table.get("keep_cost", &p->keep_cost, {1, 10},
             "Factor on the cost of a new path [1]: the path under way is kept while its rest costs "
             "less. Larger: fewer changes of path.");
@@ -125,6 +128,9 @@ void read(ParamTable table, vj::Weights* p) {
             "steps are avoided more.");
   table.get("unknown", &p->unknown, {0, 100},
             "Cost added per metre of unknown ground [1]. Larger: unseen ground is avoided more.");
+  table.get("vegetation", &p->vegetation, {0, 100},
+            "Cost added per metre through tall vegetation that gives way [1]. Larger: it is "
+            "avoided more.");
   table.get("nearness", &p->nearness, {0, 100},
             "Cost added per metre in contact with an obstacle, falling to zero at near_m [1]. "
             "Larger: obstacles are passed at a larger distance.");
@@ -151,6 +157,8 @@ void read(ParamTable table, vj::SpeedParams* p) {
   table.get("rough_mps", &p->rough_mps, {0.1, 30},
             "Speed on the steepest or roughest ground (max_slope_deg, max_roughness_m).");
   table.get("unknown_mps", &p->unknown_mps, {0.1, 30}, "Speed on ground that has not been seen.");
+  table.get("vegetation_mps", &p->vegetation_mps, {0.1, 30},
+            "Speed through tall vegetation that gives way; it may hide a rock.");
   table.get("near_mps", &p->near_mps, {0.1, 30},
             "Speed in contact with an obstacle, and the largest speed backwards.");
   table.get("lateral_mps2", &p->lateral_mps2, {0.1, 10},

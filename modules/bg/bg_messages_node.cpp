@@ -150,6 +150,7 @@ bool read_terrain(const map_patch_t& m, vj::Terrain* terrain) {
     const std::uint8_t flags = m.flags[k];
     g.known = (flags & map_patch_t::FLAG_UNKNOWN) == 0;
     g.obstacle = (flags & map_patch_t::FLAG_OBSTACLE) != 0;
+    g.vegetation = (flags & map_patch_t::FLAG_VEGETATION) != 0;
     g.height_m = static_cast<float>(m.base_m) + 0.01F * m.height_cm[k];
     g.step_m = 0.01F * m.step_cm[k];
     g.slope_rad = static_cast<float>(radians(m.slope_deg[k]));

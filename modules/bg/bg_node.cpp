@@ -15,6 +15,8 @@ constexpr Duration kHeld = from_seconds(1.0);               // longer than the w
 constexpr double kFreed_m = 0.5;                            // distance driven after a blocked path
 constexpr Duration kSupervisorSilence = from_seconds(3.0);  // it publishes once a second
 constexpr Duration kContested = from_seconds(1.0);          // after a message of a second publisher
+// Older scans were made elsewhere: they do not tell what is hidden from here.
+constexpr Duration kLookLasts = from_seconds(0.3);
 constexpr Duration kWayKept =
     from_seconds(1.5);  // validity of a path that the search did not confirm
 
@@ -159,12 +161,14 @@ void BgNode::take_map(const Cycle& cycle) {
   if (m == nullptr) return;
   if (read_terrain(*m, &terrain_)) {
     if (terrain_local_utime_ != m->local_utime) hidden_.clear();
+    const Stamp scan = from_utime(m->utime);
+    const bool looked = scan > terrain_stamp_ && nav_.stamp - scan < kLookLasts;
     if (trail_local_utime_ == m->local_utime) {
       trail_.mark(config_.shape, &terrain_);
       const Pose& T = nav_.T_local_vehicle;
-      hidden_.mark(place(), rise(T, Vec3::UnitX()), rise(T, Vec3::UnitY()), &terrain_);
+      hidden_.mark(place(), rise(T, Vec3::UnitX()), rise(T, Vec3::UnitY()), looked, &terrain_);
     }
-    terrain_stamp_ = from_utime(m->utime);
+    terrain_stamp_ = scan;
     terrain_local_utime_ = m->local_utime;
   } else {
     report_.publish(cycle.now, event::kBgInputRejected,
@@ -372,7 +376,14 @@ void BgNode::drive(const Cycle& cycle, const Decision& decision) {
   if (decision.action != Action::kBrake && knows_path) {
     steering_ = follow(path_, place(), nav_.speed_mps, config_.follow, config_.shape, &at_);
     drive_.curvature_1pm = steering_.curvature_1pm;
-    if (decision.action == Action::kDrive) drive_.speed_mps = within_free_way(steering_);
+    if (decision.action == Action::kDrive) keep_within_free_way(steering_);
+  }
+  // It ends at rest: close to an obstacle the free way is no measure, as a vehicle that is too
+  // close may move away.
+  brakes_late_ = brakes_late_ && std::abs(nav_.speed_mps) > config_.decide.rest_mps;
+  if (brakes_late_) {
+    drive_.speed_mps = 0.0;
+    drive_.brake = 1;
   }
   leave_way_if_held(cycle.now, decision.action == Action::kDrive && drive_.speed_mps == 0.0 &&
                                    std::abs(nav_.speed_mps) < config_.decide.rest_mps);
@@ -406,15 +417,17 @@ double BgNode::stopping_m(double speed_mps) const {
   return v * (config_.follow.latency_s + 0.5 * v / config_.follow.braking_mps2);
 }
 
-double BgNode::within_free_way(const Steering& steering) const {
-  if (steering.speed_mps == 0.0) return 0.0;
+void BgNode::keep_within_free_way(const Steering& steering) {
+  if (steering.speed_mps == 0.0) return;
   const double max_mps = std::max(std::abs(steering.speed_mps), std::abs(nav_.speed_mps));
   const int direction = steering.speed_mps > 0.0 ? 1 : -1;
   const double free_m =
       free_way(search_, obstacles_, place(), nav_.speed_mps, steering.curvature_1pm, direction,
                config_.shape, stopping_m(max_mps) + 0.5);
   const double speed_mps = speed_within(free_m, nav_.speed_mps, config_.follow);
-  return direction * std::min(std::abs(steering.speed_mps), speed_mps);
+  drive_.speed_mps = direction * std::min(std::abs(steering.speed_mps), speed_mps);
+  const bool towards = direction * nav_.speed_mps > 0.0;
+  brakes_late_ = brakes_late_ || (towards && must_brake(free_m, nav_.speed_mps, config_.follow));
 }
 
 void BgNode::publish_plan(Stamp now) {

@@ -58,7 +58,7 @@ class BgNode final : public Node {
   [[nodiscard]] double stopping_m(double speed_mps) const;
   /// Reduces the commanded speed so that the vehicle stops before any obstacle on its predicted
   /// arc.
-  [[nodiscard]] double within_free_way(const Steering& steering) const;
+  void keep_within_free_way(const Steering& steering);
   void drive(const Cycle& cycle, const Decision& decision);
   /// Replaces the path of a vehicle that an obstacle keeps at rest.
   void leave_way_if_held(Stamp now, bool held);
@@ -106,6 +106,7 @@ class BgNode final : public Node {
   SearchResult found_;
   Stamp way_since_ = Stamp::min();  // when a path last existed, or the route began
   Steering steering_;
+  bool brakes_late_ = false;  // for an obstacle that was detected late
   Stamp held_since_ = Stamp::max();  // at rest although the path continues
   Place held_at_;                    // where a path was dropped for that reason
   double curvature_1pm_ = 0.0;  // of the wheels, estimated from the commands and the steering rate

@@ -9,6 +9,7 @@ namespace {
 constexpr double kMargin_m = 0.6;       // beyond the lowest ray on level ground
 constexpr double kSteepest_rad = 0.02;  // of the lowest ray below level ground
 constexpr int kUnknownAround = 4;       // of eight: single cells are missed by chance
+constexpr std::uint8_t kLooks = 2;      // a scan may be incomplete
 
 }  // namespace
 
@@ -24,7 +25,7 @@ bool HiddenGround::in_sight(double x_m, double y_m, const Place& vehicle, double
          std::abs(std::atan2(left_m, ahead_m)) < params_.half_angle_rad;
 }
 
-void HiddenGround::mark(const Place& vehicle, double pitch_rad, double roll_rad,
+void HiddenGround::mark(const Place& vehicle, double pitch_rad, double roll_rad, bool looked,
                         vj::Terrain* terrain) {
   if (params_.far_m <= 0.0 || terrain->width < 3 || terrain->height < 3) return;
   if (hidden_.cell_m() != terrain->cell_m) hidden_ = Grid<std::uint8_t>(512, terrain->cell_m);
@@ -60,14 +61,14 @@ void HiddenGround::mark(const Place& vehicle, double pitch_rad, double roll_rad,
       *mark = 0;
       return;
     }
-    if (*mark != 0) return;
+    if (!looked || *mark >= kLooks) return;
     const double x_m = (c.i + 0.5) * terrain->cell_m;
     const double y_m = (c.j + 0.5) * terrain->cell_m;
-    if (in_sight(x_m, y_m, vehicle, nearest_m) && unknown_around(c) >= kUnknownAround) *mark = 1;
+    if (in_sight(x_m, y_m, vehicle, nearest_m) && unknown_around(c) >= kUnknownAround) ++*mark;
   });
   each([&](Cell c) {
     const std::uint8_t* const mark = hidden_.find(c);
-    if (mark == nullptr || *mark == 0) return;
+    if (mark == nullptr || *mark < kLooks) return;
     vj::Ground& ground = terrain->ground[terrain->index(c)];
     ground.known = ground.obstacle = true;
   });

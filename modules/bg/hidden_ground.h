@@ -28,7 +28,9 @@ class HiddenGround {
   /// Marks hidden ground as obstacles, also where it was found earlier and is still unknown.
   /// @param pitch_rad  of the vehicle, positive nose up: it lifts the lowest ray
   /// @param roll_rad  lifts it on one side
-  void mark(const Place& vehicle, double pitch_rad, double roll_rad, vj::Terrain* terrain);
+  /// @param looked  the terrain has a new scan from about here: what it did not see is counted
+  void mark(const Place& vehicle, double pitch_rad, double roll_rad, bool looked,
+            vj::Terrain* terrain);
   /// Another frame local has begun.
   void clear() { hidden_.clear(); }
 
@@ -36,7 +38,7 @@ class HiddenGround {
   [[nodiscard]] bool in_sight(double x_m, double y_m, const Place& vehicle, double nearest_m) const;
 
   SightParams params_;
-  Grid<std::uint8_t> hidden_{512, 0.4};
+  Grid<std::uint8_t> hidden_{512, 0.4};  // scans that should have seen the cell
 };
 
 }  // namespace rcs::bg

@@ -20,6 +20,8 @@ std::size_t end_of_leg(const Path& path, std::size_t at) {
 // Length of path over which a change of curvature is limited: a single step between arcs of the
 // search is soon compensated, a sequence of steps is not.
 constexpr double kWindow_m = 2.4;
+// Square of the speed [m2/s2] at which the vehicle stops within a few centimetres anyway.
+constexpr double kCreep2 = 0.25;
 
 // Limits the speed to what the steering rate can follow.
 void limit_turning(const Shape& shape, Path* path) {
@@ -59,6 +61,11 @@ double free_way(const PathSearch& body, const ObstacleDistance& obstacles, const
 double speed_within(double free_m, double speed_mps, const FollowParams& params) {
   const double way_m = free_m - params.latency_s * std::abs(speed_mps);
   return std::sqrt(2.0 * params.braking_mps2 * std::max(0.0, way_m));
+}
+
+bool must_brake(double free_m, double speed_mps, const FollowParams& params) {
+  const double way_m = free_m - params.latency_s * std::abs(speed_mps);
+  return speed_mps * speed_mps > 2.0 * params.firm_mps2 * std::max(0.0, way_m) + kCreep2;
 }
 
 void plan_speeds(const vj::Terrain& terrain, const vj::Weights& weights,

@@ -13,6 +13,7 @@ struct FollowParams {
   double lookahead_s = 0.8;   ///< driving time to the point that pure pursuit steers to
   double lookahead_min_m = 2.0;
   double latency_s = 0.25;  ///< of the steering
+  double firm_mps2 = 2.5;   ///< an obstacle that demands more is braked for
   double keep_cost =
       1.15;              ///< factor by which a new path must be cheaper to replace the current one
   double keep_m = 10.0;  ///< remaining length of path above which that applies
@@ -40,6 +41,9 @@ void plan_speeds(const vj::Terrain& terrain, const vj::Weights& weights,
 
 /// Largest speed from which the vehicle stops within `free_m`.
 [[nodiscard]] double speed_within(double free_m, double speed_mps, const FollowParams& params);
+
+/// Whether stopping within `free_m` needs the brake: more than firm_mps2.
+[[nodiscard]] bool must_brake(double free_m, double speed_mps, const FollowParams& params);
 
 struct Steering {
   double speed_mps = 0.0;  ///< negative: backwards

@@ -29,12 +29,14 @@ double cost_per_m(const Ground& g, double clearance_m, const Weights& w) {
   const double slope = std::min(1.0, g.slope_rad / w.max_slope_rad);
   const double rough = std::min(1.0, g.roughness_m / w.max_roughness_m);
   const double step = std::min(1.0, g.step_m / w.max_step_m);
-  return cost + w.slope * slope * slope + w.roughness * rough * rough + w.step * step * step;
+  return cost + (g.vegetation ? w.vegetation : 0.0) + w.slope * slope * slope +
+         w.roughness * rough * rough + w.step * step * step;
 }
 
 double speed_on(const Ground& g, double clearance_m, const Weights& w, const SpeedParams& p) {
-  const double ground =
+  double ground =
       g.known ? p.smooth_mps + hardness(g, w) * (p.rough_mps - p.smooth_mps) : p.unknown_mps;
+  if (g.vegetation) ground = std::min(ground, p.vegetation_mps);
   const double beside = p.smooth_mps + nearness(clearance_m, w) * (p.near_mps - p.smooth_mps);
   return std::min(ground, beside);
 }

@@ -13,6 +13,7 @@ namespace rcs::vj {
 struct Ground {
   bool known = false;
   bool obstacle = false;
+  bool vegetation = false;  ///< stands on it and gives way
   float height_m = 0.0F;
   float step_m = 0.0F;  ///< of an object or a ledge above the plane of the neighbourhood
   float slope_rad = 0.0F;
@@ -46,6 +47,7 @@ struct Weights {
   double roughness = 2.0;       ///< the same at the roughest ground
   double step = 3.0;            ///< the same at the largest step that is not an obstacle
   double unknown = 1.5;         ///< added to the cost of a metre of unknown ground
+  double vegetation = 1.0;      ///< the same of ground below tall vegetation
   double nearness = 3.0;        ///< the same in contact with an obstacle
   double near_m = 1.5;          ///< clearance from which obstacles add no cost
   double max_slope_rad = 0.52;  ///< steeper ground is impassable
@@ -63,11 +65,12 @@ struct Weights {
 [[nodiscard]] double cost_per_m(const Ground& ground, double clearance_m, const Weights& weights);
 
 struct SpeedParams {
-  double smooth_mps = 10.0;   ///< on level, smooth ground
-  double rough_mps = 2.0;     ///< on the roughest or steepest passable ground
-  double unknown_mps = 1.5;   ///< where the ground was not seen
-  double near_mps = 1.5;      ///< in contact with an obstacle
-  double lateral_mps2 = 2.0;  ///< in turns
+  double smooth_mps = 10.0;     ///< on level, smooth ground
+  double rough_mps = 2.0;       ///< on the roughest or steepest passable ground
+  double unknown_mps = 1.5;     ///< where the ground was not seen
+  double vegetation_mps = 2.0;  ///< through tall vegetation, which may hide a rock
+  double near_mps = 1.5;        ///< in contact with an obstacle
+  double lateral_mps2 = 2.0;    ///< in turns
   double full_speed_sigma_m =
       0.5;                    ///< horizontal sigma of the pose up to which the speed is not reduced
   double stop_sigma_m = 5.0;  ///< horizontal sigma from which the vehicle does not drive

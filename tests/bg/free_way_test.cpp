@@ -58,6 +58,16 @@ TEST(FreeDistance, TheSpeedAllowsStoppingWithinIt) {
   EXPECT_NEAR(params.latency_s * 2.0 + 0.5 * v * v / params.braking_mps2, 4.0, 1e-9);
 }
 
+TEST(MustBrake, WhereAnObstacleIsDetectedLate) {
+  const FollowParams params;  // 0.25 s, 2.5 m/s2
+  EXPECT_FALSE(must_brake(12.0, 6.0, params));
+  EXPECT_FALSE(must_brake(8.8, 6.0, params));
+  EXPECT_TRUE(must_brake(8.4, 6.0, params));
+  EXPECT_TRUE(must_brake(0.0, 1.0, params));
+  EXPECT_FALSE(must_brake(0.0, 0.4, params));
+  EXPECT_TRUE(must_brake(0.0, -1.0, params));
+}
+
 TEST(PlanSpeeds, SpeedIsLimitedByTheSteeringRate) {
   const vj::Terrain terrain = level_field(128, [](double, double) { return false; });
   Shape shape;

@@ -26,12 +26,20 @@ vj::Terrain terrain_with_strip(double from_m, double to_m) {
   return t;
 }
 
+/// As many scans as it takes.
+void look(HiddenGround* hidden, const Place& vehicle, double pitch_rad, double roll_rad,
+          vj::Terrain* terrain) {
+  vj::Terrain first = *terrain;
+  hidden->mark(vehicle, pitch_rad, roll_rad, true, &first);
+  hidden->mark(vehicle, pitch_rad, roll_rad, true, terrain);
+}
+
 bool blocked(const vj::Terrain& t, double x_m) { return t.at(t.cell_at(x_m, 0.0)).obstacle; }
 
 TEST(HiddenGround, GroundThatShouldBeSeenAndIsNotIsAnObstacle) {
   HiddenGround hidden(sight());
   vj::Terrain t = terrain_with_strip(8.0, 20.0);
-  hidden.mark({}, 0.0, 0.0, &t);
+  look(&hidden, {}, 0.0, 0.0, &t);
   EXPECT_TRUE(blocked(t, 8.6));
   EXPECT_FALSE(blocked(t, 12.0)) << "farther away it may still come into sight";
   EXPECT_FALSE(blocked(t, 4.0));
@@ -40,49 +48,61 @@ TEST(HiddenGround, GroundThatShouldBeSeenAndIsNotIsAnObstacle) {
 TEST(HiddenGround, WithoutTheRangeOfTheLadarNothingIsHidden) {
   HiddenGround hidden(SightParams{});
   vj::Terrain t = terrain_with_strip(8.0, 20.0);
-  hidden.mark({}, 0.0, 0.0, &t);
+  look(&hidden, {}, 0.0, 0.0, &t);
   EXPECT_FALSE(blocked(t, 8.6));
 }
 
 TEST(HiddenGround, TheBlindZoneIsNotHidden) {
   HiddenGround hidden(sight());
   vj::Terrain t = terrain_with_strip(1.0, 6.0);
-  hidden.mark({}, 0.0, 0.0, &t);
+  look(&hidden, {}, 0.0, 0.0, &t);
   EXPECT_FALSE(blocked(t, 4.0));
   // With the nose up, the lowest rays pass above the ground that is usually seen.
   HiddenGround up(sight());
   vj::Terrain crest = terrain_with_strip(6.0, 20.0);
-  up.mark({}, radians(11.0), 0.0, &crest);
+  look(&up, {}, radians(11.0), 0.0, &crest);
   EXPECT_FALSE(blocked(crest, 8.6));
   // On a slope downhill, the blind zone is not smaller.
   HiddenGround down(sight());
   vj::Terrain slope = terrain_with_strip(1.0, 6.0);
-  down.mark({}, radians(-12.0), 0.0, &slope);
+  look(&down, {}, radians(-12.0), 0.0, &slope);
   EXPECT_FALSE(blocked(slope, 5.0));
 }
 
 TEST(HiddenGround, ItIsRememberedUntilItIsSeen) {
   HiddenGround hidden(sight());
   vj::Terrain t = terrain_with_strip(8.0, 20.0);
-  hidden.mark({}, 0.0, 0.0, &t);
+  look(&hidden, {}, 0.0, 0.0, &t);
   Place aside;
   aside.heading_rad = 2.0;
   vj::Terrain again = terrain_with_strip(8.0, 20.0);
-  hidden.mark(aside, 0.0, 0.0, &again);
+  look(&hidden, aside, 0.0, 0.0, &again);
   EXPECT_TRUE(blocked(again, 8.6)) << "the vehicle looks elsewhere";
   vj::Terrain seen = terrain_with_strip(50.0, 51.0);
-  hidden.mark(aside, 0.0, 0.0, &seen);
+  look(&hidden, aside, 0.0, 0.0, &seen);
   EXPECT_FALSE(blocked(seen, 8.6));
   vj::Terrain later = terrain_with_strip(8.0, 20.0);
-  hidden.mark(aside, 0.0, 0.0, &later);
+  look(&hidden, aside, 0.0, 0.0, &later);
   EXPECT_FALSE(blocked(later, 8.6));
+}
+
+TEST(HiddenGround, WhatWasNotLookedAtIsNotHidden) {
+  HiddenGround hidden(sight());
+  vj::Terrain t = terrain_with_strip(8.0, 20.0);
+  hidden.mark({}, 0.0, 0.0, true, &t);
+  EXPECT_FALSE(blocked(t, 8.6)) << "one scan may be incomplete";
+  for (int k = 0; k < 5; ++k) {  // the vehicle drives on without scans
+    vj::Terrain old = terrain_with_strip(8.0, 20.0);
+    hidden.mark({}, 0.0, 0.0, false, &old);
+    EXPECT_FALSE(blocked(old, 8.6));
+  }
 }
 
 TEST(HiddenGround, ASingleCellIsMissedByChance) {
   HiddenGround hidden(sight());
   vj::Terrain t = terrain_with_strip(50.0, 51.0);
   t.ground[t.index(t.cell_at(8.6, 0.0))].known = false;
-  hidden.mark({}, 0.0, 0.0, &t);
+  look(&hidden, {}, 0.0, 0.0, &t);
   EXPECT_FALSE(blocked(t, 8.6));
 }
 
