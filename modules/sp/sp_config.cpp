@@ -1,5 +1,6 @@
 #include "modules/sp/sp_config.h"
 
+#include "rcs/node/params/ladar_mount.h"
 #include "rcs/node/params/vehicle_tables.h"
 
 namespace rcs::sp {
@@ -21,9 +22,7 @@ void read(ParamTable table, LadarParams* p) {
   table.get("isolated_m", &p->isolated_m, {0, 10},
             "A return that differs from all its neighbours by more than this plus 5 % of its range "
             "is removed as a mixed pixel; 0: none is removed.");
-  table.get_pose("mount", &p->T_vehicle_mount, {-20, 20},
-                 "Pose of the LADAR's pan/tilt head at pan = tilt = 0 in the vehicle frame (x "
-                 "ahead, y left, z up).");
+  read_ladar_mount(table, &p->T_vehicle_mount);
 }
 
 void read(ParamTable table, registration::IcpParams* p) {

@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "rcs/node/params/ladar_mount.h"
 #include "rcs/node/params/vehicle_tables.h"
 
 namespace rcs::wm {
@@ -326,6 +327,18 @@ void read_terrain(ParamTable table, WmConfig* c) {
   table.get("max_range_m", &p.max_range_m, {5, 300},
             "Largest range of the points used for the terrain. Larger: earlier view, but pitch "
             "errors lift distant points.");
+  table.get("edge_range_m", &p.edge_range_m, {0, 40},
+            "Range up to which ground that an edge hides from the LADAR, in a ditch or below a "
+            "drop, is found and is an obstacle until it is seen. Its rows must meet level ground "
+            "there closer than about twice a cell. 0: off.");
+  table.get("edge_deficit_m", &p.edge.deficit_m, {0.02, 2},
+            "Ground behind unseen ground is behind an edge if it is lower than the ground before "
+            "it continues by more than this. Smaller: ditches are found earlier, and rough ground "
+            "is refused.");
+  table.get("vegetation_m", &p.vegetation_m, {0, 2},
+            "What stands on the ground up to this height and lets more than half of the rays "
+            "through is vegetation that gives way to the vehicle. 0: everything above obstacle_m "
+            "is an obstacle.");
   table.get_ms("period_ms", &c->map_period, {50, 10000}, "Period of the published map patch.");
   if ((p.size & (p.size - 1)) != 0) table.fail("size", "must be a power of two");
   if (2 * p.patch > p.size) table.fail("patch", "must not be more than half of size");
@@ -476,6 +489,9 @@ Result<WmConfig> load_wm_config(const ParamFile& file) {
   read_fde(wm.table("fde"), &p.trust);
   read_integrity(wm.table("integrity"), &p.integrity);
   read_terrain(wm.table("terrain"), &c);
+  Pose T_vehicle_ladar;
+  read_ladar_mount(root.table("ladar"), &T_vehicle_ladar);
+  c.terrain.p_vehicle_ladar = T_vehicle_ladar.p;
   read_path_uncertainty(wm.table("path_uncertainty"), &c.path_uncertainty);
 
   if (Outcome read_all = file.finish(tables_but({"world", "gps", "ins", "odometry", "wm"}));

@@ -5,93 +5,19 @@
 #include <cstring>
 #include <limits>
 
+#include "modules/wm/terrain/plane_fits.h"
+
 namespace rcs::wm {
 namespace {
 
 constexpr float kNone = -std::numeric_limits<float>::infinity();
-constexpr std::size_t kMaxSeen = 50'000;  // quarters that one message touches, at most
-constexpr double kStart_m = 8.0;          // from its start: the vehicle counts as near it
-constexpr int kSeenEnough = 3;            // scans
-constexpr int kFewest = 6;                // known cells that define a plane
-constexpr int kSupported = 9;  // known neighbours from which an unseen cell gets a height
-
-constexpr int kLanes = 4;  // neighbours in a row whose planes are fitted at once
-using Lanes = Eigen::Array<double, kLanes, 1>;
-
-// Moments of five values `stride` apart about the middle one, for kLanes of them.
-struct Moments {
-  Lanes zeroth, first, second;
-};
-
-inline Moments moments(const double* middle, std::ptrdiff_t stride) {
-  const auto at = [&](int k) -> Lanes { return Eigen::Map<const Lanes>(middle + k * stride); };
-  const Lanes inner = at(1) + at(-1);
-  const Lanes outer = at(2) + at(-2);
-  return {at(0) + inner + outer, at(1) - at(-1) + 2.0 * (at(2) - at(-2)), inner + 4.0 * outer};
-}
-
-// Moments along y of each column of five cells, next to each other, to be added along x.
-enum Column { kN, kY, kYy, kZ, kYz, kZz, kColumns };
-
-// Least squares over the known cells of kLanes neighbourhoods.
-struct PlaneFits {
-  Lanes n;  // known cells
-  /// 0: the cells lie on a line or are too few, and the other members are meaningless.
-  Lanes found = Lanes::Zero();
-  Lanes a, b, c, slope_rad, rms, leverage;
-
-  [[nodiscard]] GroundPlane plane(int k) const {
-    return {a[k], b[k], c[k], slope_rad[k], rms[k], leverage[k]};
-  }
-};
-
-// For tangents from 0 on, within 1e-5 rad (Abramowitz and Stegun, 4.4.47). The function of libm
-// took a fifth of the time of a patch.
-Lanes arc_tangent(const Lanes& tangent) {
-  const Lanes x = tangent.min(1.0 / tangent);
-  const Lanes x2 = x * x;
-  const Lanes angle =
-      x * (0.9998660 + x2 * (-0.3302995 + x2 * (0.1801410 + x2 * (-0.0851330 + x2 * 0.0208351))));
-  return (tangent > 1.0).select(0.5 * kPi - angle, angle);
-}
-
-// @param middle  centre of the neighbourhoods in the moments of the columns
-// @param stride  from one moment of a column to the next
-PlaneFits fit_planes(const double* middle, std::ptrdiff_t stride, double cell_m) {
-  const Moments of_n = moments(middle + kN * stride, 1);
-  PlaneFits fits;
-  fits.n = of_n.zeroth;
-  if ((fits.n < kFewest).all()) return fits;
-  const Moments of_y = moments(middle + kY * stride, 1);
-  const Moments of_z = moments(middle + kZ * stride, 1);
-  const Lanes syy = moments(middle + kYy * stride, 1).zeroth;
-  const Lanes syz = moments(middle + kYz * stride, 1).zeroth;
-  const Lanes szz = moments(middle + kZz * stride, 1).zeroth;
-  const Lanes& sx = of_n.first;
-  const Lanes& sy = of_y.zeroth;
-  const Lanes& sz = of_z.zeroth;
-  const Lanes n = of_n.zeroth.max(1.0);
-  const Lanes per_n = 1.0 / n;  // divisions dominate the time of a plane
-  const Lanes mx = sx * per_n;
-  const Lanes my = sy * per_n;
-  const Lanes mz = sz * per_n;
-  const Lanes cxx = of_n.second - sx * mx;
-  const Lanes cxy = of_y.first - sx * my;
-  const Lanes cyy = syy - sy * my;
-  const Lanes cxz = of_z.first - sx * mz;
-  const Lanes cyz = syz - sy * mz;
-  const Lanes czz = szz - sz * mz;
-  const Lanes det = cxx * cyy - cxy * cxy;
-  const Lanes per_det = 1.0 / det;
-  fits.found = (n >= kFewest && det >= 0.5 * n).cast<double>();
-  fits.b = (cyy * cxz - cxy * cyz) * per_det;
-  fits.c = (cxx * cyz - cxy * cxz) * per_det;
-  fits.slope_rad = arc_tangent((fits.b * fits.b + fits.c * fits.c).sqrt() / cell_m);
-  fits.a = mz - fits.b * mx - fits.c * my;
-  fits.rms = ((czz - fits.b * cxz - fits.c * cyz).max(0.0) * per_n).sqrt();
-  fits.leverage = per_n + (cyy * mx * mx - 2.0 * cxy * mx * my + cxx * my * my) * per_det;
-  return fits;
-}
+constexpr std::size_t kMaxSeen = 50'000;   // quarters that one message touches, at most
+constexpr double kStart_m = 8.0;           // from its start: the vehicle counts as near it
+constexpr int kSeenEnough = 3;             // scans
+constexpr std::uint8_t kHiddenEnough = 4;  // observations
+constexpr std::uint8_t kRaysToGround = 60;
+constexpr double kPassable_m = 0.25;  // above the ground: a rock that the vehicle can drive over
+constexpr int kSupported = 9;         // known neighbours from which an unseen cell gets a height
 
 }  // namespace
 
@@ -139,7 +65,7 @@ void TerrainGrid::restore_row(const std::byte* row) {
   for (int i = head.i; i < head.i + cells_.size(); ++i, from += sizeof(TerrainCell)) {
     TerrainCell cell;
     std::memcpy(&cell, from, sizeof cell);
-    if (cell.scans == 0) continue;
+    if (cell.scans == 0 && cell.hidden == 0) continue;
     if (TerrainCell* const to = cells_.find({i, head.j})) *to = cell;
     scans_ = 1;  // not empty
   }
@@ -156,6 +82,7 @@ void TerrainGrid::insert(const Points& p_vehicle, const Pose& T_local_vehicle) {
   const Vec2 here = T_local_vehicle.p.head<2>();
   if (scans_ == 0) start_ = here;
   const bool at_start = (here - start_).norm() < kStart_m;
+  const Vec3 ladar = T_local_vehicle * params_.p_vehicle_ladar;
   const auto near_m = static_cast<float>(at_start ? params_.near_start_m : params_.near_m);
   for (std::size_t k = 0; k < p_vehicle.size(); ++k) {
     const Vec3f p = p_vehicle[k];
@@ -165,6 +92,9 @@ void TerrainGrid::insert(const Points& p_vehicle, const Pose& T_local_vehicle) {
         cells_.cell_at(turned.x() + T_local_vehicle.p.x(), turned.y() + T_local_vehicle.p.y());
     if (!cells_.contains(cell)) continue;
     const float z = static_cast<float>(turned.z() + T_local_vehicle.p.z());
+    if (params_.vegetation_m > 0.0) {
+      look_through(turned.cast<double>() + T_local_vehicle.p, ladar);
+    }
     // Points that overhang known ground are neither ground nor obstacles.
     const TerrainCell& known = cells_.at(cell);
     if (known.scans > 0 && z > known.low_m + static_cast<float>(params_.overhang_m)) continue;
@@ -184,6 +114,9 @@ void TerrainGrid::insert(const Points& p_vehicle, const Pose& T_local_vehicle) {
   for (const Seen& seen : seen_) {
     index_.at(seen.cell) = 0;
     update(seen);
+  }
+  if (params_.edge_range_m > 0.0) {
+    for (const Seen& seen : seen_) look_before(seen, ladar.head<2>());
   }
   ++scans_;
 }
@@ -265,8 +198,9 @@ void TerrainGrid::answer_rows(int begin, int end, std::vector<TerrainAnswer>* ou
         const int i = first + k;
         const Low* const low = lows_.data() + row + kReach + i;
         const bool found = fits.found[k] > 0.0;
-        if (!low->known && (!found || fits.n[k] < kSupported)) continue;
-        const GroundPlane ground = found ? fits.plane(k) : GroundPlane{low->m};
+        if (!low->known && !low->hidden && (!found || fits.n[k] < kSupported)) continue;
+        const double height_m = low->known ? low->m : std::numeric_limits<double>::quiet_NaN();
+        const GroundPlane ground = found ? fits.plane(k) : GroundPlane{height_m};
         answers[i] = answer(low, {first_.i + i, first_.j + j}, ground);
       }
     }
@@ -300,6 +234,7 @@ void TerrainGrid::collect_lows(Cell first) {
         low.m = std::min(low.m, q->low_m);
         low.ground |= q->ground_seen & (q->scans > 0);
         low.sure |= q->scans >= kSeenEnough;
+        low.hidden |= (q->scans == 0) & (q->hidden >= kHiddenEnough);
       }
       low.known = low.m < kUnknown_m;
       row[i] = low;
@@ -343,6 +278,7 @@ TerrainAnswer TerrainGrid::answer(const Low* low, Cell cell, const GroundPlane& 
   out.height_m = static_cast<float>(plane.a);
   out.slope_rad = static_cast<float>(plane.slope_rad);
   out.roughness_m = static_cast<float>(plane.rms);
+  out.hidden = out.obstacle = self.hidden;
   if (!self.known) return out;
 
   // A ledge: higher or lower than a neighbour by more than the plane explains. Grass whose ground
@@ -352,7 +288,10 @@ TerrainAnswer TerrainGrid::answer(const Low* low, Cell cell, const GroundPlane& 
     const Low& other = low[side.j * stride_ + side.i];
     if (!self.ground || !other.ground || !other.sure) continue;
     const double planned = plane.b * side.i + plane.c * side.j;
-    ledge = std::max(ledge, std::abs(other.m - self.m - planned));
+    const double edge_m = std::abs(other.m - self.m - planned);
+    // The ground below plants is seen here and there.
+    if (edge_m <= ledge || soft(cell) || soft({cell.i + side.i, cell.j + side.j})) continue;
+    ledge = edge_m;
   }
   // A rock with unknown terrain behind it tilts the plane towards itself: it is compared with the
   // plane through the other cells.
@@ -372,9 +311,17 @@ TerrainAnswer TerrainGrid::answer(const Low* low, Cell cell, const GroundPlane& 
     const double below_m = others.at(0.5 * x - 0.25, 0.5 * y - 0.25);
     const double low_m = q.low_m - below_m;
     const double high_m = q.high_m - below_m;
+    const bool tall = q.evidence > params_.evidence && high_m > tall_m;
+    // A ray that passed just above the ground tells that no rock hides between the plants. From
+    // near there are enough rays for one.
+    const bool hides = q.near >= kRaysToGround && q.pass_low_m > below_m + kPassable_m;
+    if (!hides && gives_way({2 * cell.i + x, 2 * cell.j + y})) {
+      out.vegetation |= tall;
+      continue;
+    }
     if (q.ground_seen) stands_m = std::max({stands_m, low_m, 0.5 * high_m});
     out.obstacle |= q.ground_seen && low_m > params_.solid_m;
-    out.obstacle |= q.evidence > params_.evidence && high_m > tall_m;
+    out.obstacle |= tall;
   }
   out.obstacle |= seen_enough && ledge > params_.obstacle_m;
   out.step_m = static_cast<float>(std::max(ledge, stands_m));

@@ -7,6 +7,7 @@
 #include <limits>
 #include <vector>
 
+#include "modules/wm/terrain/hidden_gap.h"
 #include "rcs/base/grid.h"
 #include "rcs/base/points.h"
 #include "rcs/base/pose.h"
@@ -32,6 +33,14 @@ struct TerrainParams {
   /// III LADAR (-20 deg) reaches it 5.9 m from the centre of the vehicle.
   double near_start_m = 6.5;
   double max_range_m = 35.0;  ///< farther points are not used: pitch errors lift them
+  /// Ground that an edge hides is looked for up to here; 0: not at all. The rows of the LADAR must
+  /// meet level ground closer than about twice a cell.
+  double edge_range_m = 0.0;
+  HiddenGapParams edge;
+  /// What stands up to this height and lets most rays through gives way to the vehicle; 0: nothing
+  /// does.
+  double vegetation_m = 0.0;
+  Vec3 p_vehicle_ladar = Vec3::Zero();  ///< where the rays begin, vehicle frame
 };
 
 constexpr float kUnknown_m = std::numeric_limits<float>::infinity();
@@ -45,13 +54,22 @@ struct TerrainCell {
   float evidence = 0.0F;
   std::uint16_t scans = 0;   ///< scans that saw it, saturating; 0: unknown
   bool ground_seen = false;  ///< seen from farther than near_m: low_m may be the ground
+  /// Net number of observations that an edge hides it, while it is unknown.
+  std::uint8_t hidden = 0;
+  // Rays that ended in what stands on the ground here, and that passed below its top.
+  std::uint8_t stopped = 0;
+  std::uint8_t passed = 0;
+  std::uint8_t near = 0;  ///< of both, those from near enough to reach the ground between plants
+  float pass_low_m = kUnknown_m;  ///< lowest of the rays that passed
 };
 
 /// One cell of the patch.
 struct TerrainAnswer {
   bool known = false;
   bool obstacle = false;
-  float height_m = 0.0F;     ///< of the plane through the neighbourhood
+  bool hidden = false;       ///< by an edge: an obstacle
+  bool vegetation = false;   ///< that gives way stands here
+  float height_m = 0.0F;     ///< of the plane through the neighbourhood; NAN: unknown
   float step_m = 0.0F;       ///< height of an object or a ledge above that plane
   float slope_rad = 0.0F;    ///< of the plane
   float roughness_m = 0.0F;  ///< rms of the ground about the plane
@@ -127,6 +145,7 @@ class TerrainGrid {
     bool known = false;
     bool ground = false;  // it may be the ground
     bool sure = false;    // seen often enough
+    bool hidden = false;  // a quarter is, by an edge
     float m = kUnknown_m;
   };
   /// Lowest cell of a row that was saved.
@@ -136,6 +155,10 @@ class TerrainGrid {
   };
   void update(const Seen& seen);
   [[nodiscard]] bool overhangs(const Seen& seen) const;
+  void look_before(const Seen& seen, const Vec2& ladar);
+  void look_through(const Vec3& hit, const Vec3& ladar);
+  [[nodiscard]] bool gives_way(Cell quarter) const;
+  [[nodiscard]] bool soft(Cell cell) const;
   void collect_lows(Cell first);
   void add_columns(std::ptrdiff_t row);
   [[nodiscard]] TerrainAnswer answer(const Low* low, Cell cell, const GroundPlane& ground) const;

@@ -110,11 +110,15 @@ void TerrainDesk::publish_patch() {
     m.slope_deg[k] = m.roughness_cm[k] = 0;
     m.flags[k] = map_patch_t::FLAG_UNKNOWN;
     if (!a.known) continue;
-    m.height_cm[k] = static_cast<std::int16_t>(whole(100.0 * (a.height_m - m.base_m), 32000.0));
+    if (std::isfinite(a.height_m)) {
+      m.height_cm[k] = static_cast<std::int16_t>(whole(100.0 * (a.height_m - m.base_m), 32000.0));
+    }
     m.step_cm[k] = static_cast<std::int16_t>(whole(100.0 * a.step_m, 32000.0));
     m.slope_deg[k] = static_cast<std::uint8_t>(whole(degrees(a.slope_rad), 90.0));
     m.roughness_cm[k] = static_cast<std::uint8_t>(whole(100.0 * a.roughness_m, 255.0));
     m.flags[k] = a.obstacle ? map_patch_t::FLAG_OBSTACLE : 0;
+    if (a.hidden) m.flags[k] |= map_patch_t::FLAG_HIDDEN;
+    if (a.vegetation) m.flags[k] |= map_patch_t::FLAG_VEGETATION;
   }
   patches_.publish(&m);
 }

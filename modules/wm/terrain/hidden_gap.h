@@ -1,0 +1,68 @@
+#pragma once
+// Ground between two places that a LADAR sees in one direction: merely between its rows, or hidden
+// by an edge at the near one. Behind an edge the ground is lower than the near side continues,
+// which is all that is ever seen of a ditch or a drop from before it: a ditch of width w shows h w
+// / R of its depth from the range R and the height h.
+
+#include <cmath>
+
+namespace rcs::wm {
+
+struct HiddenGapParams {
+  /// The far place is lower than the near side continues by more than this, plus what
+  /// max_curvature explains.
+  double deficit_m = 0.12;
+  double max_curvature = 0.05;  ///< of ground that can be driven over, convex [1/m]
+  double shortest_m = 0.4;      ///< a shorter gap stops no wheel
+  double longest_m = 6.0;
+};
+
+struct HiddenGap {
+  int cells = 0;        ///< unseen cells between the two places; 0: they are neighbours, or no near
+                        ///< place or not enough of its side is known
+  bool hidden = false;  ///< by an edge
+  bool clearly = false;  ///< the deficit is twice what it must be
+};
+
+/// @param height_at  number of steps from the far place (0) towards the LADAR -> float height [m],
+/// NAN where nothing was seen
+/// @param step_m  between two of them, about a cell
+template <typename HeightAt>
+[[nodiscard]] HiddenGap hidden_gap(HeightAt&& height_at, double step_m,
+                                   const HiddenGapParams& params) {
+  constexpr double kNearSide_m = 1.6;  // whose slope continues
+  constexpr double kBasis_m = 0.5;     // at least, that defines a slope
+  constexpr double kSteepest = 0.7;
+  const float far_m = height_at(0);
+  const int most = static_cast<int>(params.longest_m / step_m);
+  int near = 1;
+  while (near <= most && std::isnan(height_at(near))) ++near;
+  HiddenGap out;
+  if (near > most || near == 1) return out;
+  // The line through the near side, with d the distance from the near place to the LADAR.
+  double n = 0.0, d1 = 0.0, d2 = 0.0, z1 = 0.0, dz = 0.0;
+  double basis_m = 0.0;
+  for (int k = near; (k - near) * step_m <= kNearSide_m; ++k) {
+    const double z = height_at(k);
+    if (std::isnan(z)) continue;
+    const double d = (k - near) * step_m;
+    n += 1.0;
+    d1 += d;
+    d2 += d * d;
+    z1 += z;
+    dz += d * z;
+    basis_m = d;
+  }
+  if (basis_m < kBasis_m) return out;
+  const double slope = (n * dz - d1 * z1) / (n * d2 - d1 * d1);  // rise towards the LADAR
+  if (std::abs(slope) > kSteepest) return out;
+  out.cells = near - 1;
+  const double gap_m = near * step_m;
+  const double continued_m = (z1 - slope * d1) / n - slope * gap_m;
+  const double limit_m = params.deficit_m + 0.5 * params.max_curvature * gap_m * gap_m;
+  out.hidden = out.cells * step_m >= params.shortest_m && continued_m - far_m > limit_m;
+  out.clearly = out.hidden && continued_m - far_m > 2.0 * limit_m;
+  return out;
+}
+
+}  // namespace rcs::wm
