@@ -21,7 +21,7 @@ struct ReadmeCommand {
   std::string_view why;
 };
 
-constexpr std::array<ReadmeCommand, 47> kReadmeCommands = {{
+constexpr std::array<ReadmeCommand, 48> kReadmeCommands = {{
     {"./synthetic_vehicle", How::kForeign, "real time, on a bus; own_vehicle_test.sh"},
     {"PYTHONPATH=", How::kForeign, "real time, on a bus; own_vehicle_test.sh"},
     {"export", How::kForeign, "of the operator's shell; live_pages_test.sh"},
