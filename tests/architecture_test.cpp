@@ -89,6 +89,9 @@ const Folder kFolders[] = {
      "(rcs|lcmtypes|modules/(registration|sp|wm)|sim|"
      "tools/(base|report|recording|evaluation|mapping|drills))/.*",
      "rcs::drills"},
+    {"tools/driving/.*",
+     "(rcs|lcmtypes|modules/(sp|wm|bg)|sim|tools/(base|report|mapping|driving))/.*",
+     "rcs::driving"},
     {"tools/studies/.*",
      "(rcs|lcmtypes|modules/(registration|sp|wm)|sim|"
      "tools/(base|report|clouds|recording|importers|evaluation|mapping|drills|studies))/.*",

@@ -87,7 +87,7 @@ class Approach {
  private:
   static TerrainParams params() {
     TerrainParams p;
-    p.edge_range_m = 12.0;
+    p.edge_range_m = 10.0;
     p.p_vehicle_ladar = kImager;
     return p;
   }

@@ -1,4 +1,4 @@
-// Plants that give way are told from solids by the rays that pass through them.
+// Plants that give way are distinguished from solids by the rays that pass through them.
 
 #include <gtest/gtest.h>
 
@@ -62,7 +62,7 @@ class VegetationTest : public testing::Test {
  private:
   static TerrainParams params() {
     TerrainParams p;
-    p.edge_range_m = 12.0;
+    p.edge_range_m = 10.0;
     p.vegetation_m = 1.1;
     p.p_vehicle_ladar = kImager;
     return p;

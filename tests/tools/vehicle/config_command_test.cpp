@@ -62,9 +62,10 @@ TEST_F(ConfigCommand, ListHasEveryKeyThatAParserReads) {
     listed.insert(key.substr(key.rfind('.') + 1));
   }
   std::set<std::string> read;
-  for (const char* source : {"modules/sp/sp_config.cpp", "modules/wm/wm_config.cpp",
-                             "modules/bg/bg_config.cpp", "modules/gateway/gateway_config.cpp",
-                             "rcs/node/process/process.cpp", "rcs/prior/prior_terrain.cpp"}) {
+  for (const char* source :
+       {"modules/sp/sp_config.cpp", "modules/wm/wm_config.cpp", "modules/bg/bg_config.cpp",
+        "modules/gateway/gateway_config.cpp", "rcs/node/params/ladar_mount.h",
+        "rcs/node/process/process.cpp", "rcs/prior/prior_terrain.cpp"}) {
     const std::set<std::string> keys = keys_read_by(source);
     EXPECT_FALSE(keys.empty()) << source;
     read.insert(keys.begin(), keys.end());
