@@ -105,7 +105,8 @@ class Approach {
     const Cell first = grid_.patch(T, &answers_);
     const int side = grid_.params().patch;
     for (std::size_t k = 0; k < answers_.size(); ++k) {
-      const double y = (first.j + static_cast<int>(k) / side + 0.5) * 0.4;
+      const int row = first.j + static_cast<int>(k) / side;
+      const double y = 0.4 * (row + 0.5);
       if (std::abs(y) < 1.0 && answers_[k].hidden) {
         EXPECT_TRUE(answers_[k].obstacle);
         return true;
