@@ -106,7 +106,7 @@ class BgNode final : public Node {
   SearchResult found_;
   Stamp way_since_ = Stamp::min();  // when a path last existed, or the route began
   Steering steering_;
-  bool brakes_late_ = false;  // for an obstacle that was detected late
+  bool brakes_late_ = false;         // for an obstacle that was detected late
   Stamp held_since_ = Stamp::max();  // at rest although the path continues
   Place held_at_;                    // where a path was dropped for that reason
   double curvature_1pm_ = 0.0;  // of the wheels, estimated from the commands and the steering rate
