@@ -220,6 +220,11 @@ struct Info {
     "The path was dropped and is excluded from the next search.",                                  \
     "The vehicle was at rest for too long because of an obstacle near its predicted arc.",         \
     "None if another path is found. Otherwise move the obstacle, or command another waypoint.")    \
+  X(kBgObstacleLate, "bg", "obstacle.late", kWarning, kOne,                                        \
+    "BG used the brake of the vehicle for an obstacle in its way.",                                \
+    "The obstacle was detected so late that stopping before it needs more than "                   \
+    "[bg.follow] firm_mps2: an edge, or something that moved into the way.",                       \
+    "If it happens often: command a lower speed.")                                                 \
   X(kBgState, "bg", "state", kInfo, kTen,                                                          \
     "The state of BG changed. The text has both states and the reason.",                           \
     "A command, the belief of WM, the terrain or an emergency stop.",                              \

@@ -60,9 +60,10 @@ void read(ParamTable table, FollowParams* p) {
   table.get("latency_s", &p->latency_s, {0, 2},
             "Latency from a command to the response of the wheels, in speed planning and stopping "
             "distance.");
-  table.get("firm_mps2", &p->firm_mps2, {0.1, 20},
-            "Deceleration up to which the vehicle slows down for an obstacle in its way. One that "
-            "needs more, because it was detected late, is braked for.");
+  table.get(
+      "firm_mps2", &p->firm_mps2, {0.1, 20},
+      "Deceleration up to which the vehicle slows down for an obstacle in its way. For one that "
+      "needs more, because it was detected late, BG commands the brake.");
   table.get("keep_cost", &p->keep_cost, {1, 10},
             "Factor on the cost of a new path [1]: the path under way is kept while its rest costs "
             "less. Larger: fewer changes of path.");

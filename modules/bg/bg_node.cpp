@@ -170,6 +170,8 @@ void BgNode::take_map(const Cycle& cycle) {
     }
     terrain_stamp_ = scan;
     terrain_local_utime_ = m->local_utime;
+    // Now, and not with the next plan: the free way is limited in every cycle.
+    obstacles_.compute(terrain_, config_.weights);
   } else {
     report_.publish(cycle.now, event::kBgInputRejected,
                     "{} rejected: terrain of {} x {} cells of {} m invalid", channel::kWmMapPatch,
@@ -294,7 +296,6 @@ void BgNode::plan(const Cycle& cycle, const Facts& now) {
   if (!on_the_way) return;
   if (way_since_ == Stamp::min()) way_since_ = cycle.now;  // the search begins now
   const Goal to = goal();
-  obstacles_.compute(terrain_, config_.weights);
   look_for_way(to, now.speed_mps, static_cast<int>(grant(cycle, config_.grant)));
   const double max_mps = std::min({config_.max_speed_mps, route_.next().speed_mps,
                                    knows_north() ? config_.max_speed_mps : config_.north_mps});
@@ -376,10 +377,10 @@ void BgNode::drive(const Cycle& cycle, const Decision& decision) {
   if (decision.action != Action::kBrake && knows_path) {
     steering_ = follow(path_, place(), nav_.speed_mps, config_.follow, config_.shape, &at_);
     drive_.curvature_1pm = steering_.curvature_1pm;
-    if (decision.action == Action::kDrive) keep_within_free_way(steering_);
+    if (decision.action == Action::kDrive) keep_within_free_way(steering_, cycle.now);
   }
-  // It ends at rest: close to an obstacle the free way is no measure, as a vehicle that is too
-  // close may move away.
+  // The brake is released at rest: close to an obstacle the free way does not limit the speed, as a
+  // vehicle that is too close may move away.
   brakes_late_ = brakes_late_ && std::abs(nav_.speed_mps) > config_.decide.rest_mps;
   if (brakes_late_) {
     drive_.speed_mps = 0.0;
@@ -417,7 +418,7 @@ double BgNode::stopping_m(double speed_mps) const {
   return v * (config_.follow.latency_s + 0.5 * v / config_.follow.braking_mps2);
 }
 
-void BgNode::keep_within_free_way(const Steering& steering) {
+void BgNode::keep_within_free_way(const Steering& steering, Stamp now) {
   if (steering.speed_mps == 0.0) return;
   const double max_mps = std::max(std::abs(steering.speed_mps), std::abs(nav_.speed_mps));
   const int direction = steering.speed_mps > 0.0 ? 1 : -1;
@@ -427,7 +428,10 @@ void BgNode::keep_within_free_way(const Steering& steering) {
   const double speed_mps = speed_within(free_m, nav_.speed_mps, config_.follow);
   drive_.speed_mps = direction * std::min(std::abs(steering.speed_mps), speed_mps);
   const bool towards = direction * nav_.speed_mps > 0.0;
-  brakes_late_ = brakes_late_ || (towards && must_brake(free_m, nav_.speed_mps, config_.follow));
+  if (brakes_late_ || !towards || !must_brake(free_m, nav_.speed_mps, config_.follow)) return;
+  brakes_late_ = true;
+  report_.publish(now, event::kBgObstacleLate, "braking from {:.1f} m/s: obstacle after {:.1f} m",
+                  std::abs(nav_.speed_mps), free_m);
 }
 
 void BgNode::publish_plan(Stamp now) {

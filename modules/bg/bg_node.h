@@ -56,9 +56,9 @@ class BgNode final : public Node {
   void cut_at_obstacles();
   /// Distance to stop.
   [[nodiscard]] double stopping_m(double speed_mps) const;
-  /// Reduces the commanded speed so that the vehicle stops before any obstacle on its predicted
-  /// arc.
-  void keep_within_free_way(const Steering& steering);
+  /// Commands a speed from which the vehicle stops before any obstacle on its predicted arc, or the
+  /// brake.
+  void keep_within_free_way(const Steering& steering, Stamp now);
   void drive(const Cycle& cycle, const Decision& decision);
   /// Replaces the path of a vehicle that an obstacle keeps at rest.
   void leave_way_if_held(Stamp now, bool held);

@@ -13,7 +13,7 @@ struct FollowParams {
   double lookahead_s = 0.8;   ///< driving time to the point that pure pursuit steers to
   double lookahead_min_m = 2.0;
   double latency_s = 0.25;  ///< of the steering
-  double firm_mps2 = 2.5;   ///< an obstacle that demands more is braked for
+  double firm_mps2 = 2.5;   ///< BG commands the brake for an obstacle that needs more
   double keep_cost =
       1.15;              ///< factor by which a new path must be cheaper to replace the current one
   double keep_m = 10.0;  ///< remaining length of path above which that applies

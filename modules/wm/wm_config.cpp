@@ -332,9 +332,9 @@ void read_terrain(ParamTable table, WmConfig* c) {
             "drop, is found and is an obstacle until it is seen. Its rows must meet level ground "
             "there closer than about twice a cell. 0: off.");
   table.get("edge_deficit_m", &p.edge.deficit_m, {0.02, 2},
-            "Ground behind unseen ground is behind an edge if it is lower than the ground before "
-            "it continues by more than this. Smaller: ditches are found earlier, and rough ground "
-            "is refused.");
+            "Ground behind unseen ground is behind an edge if it is lower by more than this than "
+            "the extrapolated ground before it. Smaller: ditches are found earlier, and more "
+            "rough ground is an obstacle.");
   table.get("vegetation_m", &p.vegetation_m, {0, 2},
             "What stands on the ground up to this height and lets more than half of the rays "
             "through is vegetation that gives way to the vehicle. 0: everything above obstacle_m "

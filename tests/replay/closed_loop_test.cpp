@@ -121,7 +121,7 @@ TEST(ClosedLoop, ADriverThatUsesGroundTruthReachesEveryWaypointRepeatably) {
   const driving::ClosedLoopRun b = cheat(s);
   ASSERT_EQ(a.trace.size(), b.trace.size());
   EXPECT_EQ(a.trace.back().T_world_vehicle.p, b.trace.back().T_world_vehicle.p);
-  EXPECT_EQ(a.trace.back().T_world_believed.p, b.trace.back().T_world_believed.p);
+  EXPECT_EQ(a.trace.back().T_world_estimated.p, b.trace.back().T_world_estimated.p);
 }
 
 TEST(ClosedLoop, GroundTruthReportsGpsOutagesAndCollisions) {

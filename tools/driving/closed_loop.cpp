@@ -137,9 +137,10 @@ Command goto_order(const sim::Scenario& scenario, const ClosedLoopOptions& optio
 /// Everything that is recorded of a run.
 class Notes {
  public:
-  Notes(Bus* bus, const sim::Scenario& scenario, const ClosedLoopOptions& options, Operator* op,
-        ClosedLoopRun* run)
-      : scenario_(scenario),
+  Notes(Bus* bus, const sim::Simulator& simulator, const sim::Scenario& scenario,
+        const ClosedLoopOptions& options, Operator* op, ClosedLoopRun* run)
+      : simulator_(simulator),
+        scenario_(scenario),
         options_(options),
         operator_(op),
         run_(*run),
@@ -177,6 +178,9 @@ class Notes {
     sample_.gps = sample_.stamp - fix_ <= from_seconds(1.0);
 
     run_.collisions += m.clearance_m <= 0.0 && !collides_ ? 1 : 0;
+    const int contacts = simulator_.contacts().total() + run_.collisions;
+    sample_.contact = sample_.contact || contacts > contacts_;
+    contacts_ = contacts;
     collides_ = m.clearance_m <= 0.0;
     run_.foliage_contacts += m.foliage_contact != 0 && !touches_ ? 1 : 0;
     touches_ = m.foliage_contact != 0;
@@ -188,15 +192,17 @@ class Notes {
       run_.nearest_m[k] =
           std::min(run_.nearest_m[k], (T.p.head<2>() - run_.waypoints_world[k]).norm());
     }
-    const double error_m = (sample_.T_world_believed.p - T.p).head<2>().norm();
-    if (sample_.speed_mps > 0.5 && sample_.believed) {
+    const double error_m = (sample_.T_world_estimated.p - T.p).head<2>().norm();
+    if (sample_.speed_mps > 0.5 && sample_.estimated) {
       run_.worst_error_m = std::max(run_.worst_error_m, error_m);
     }
-    if (sample_.believed && level_m_ < kNoLevel) {
+    if (sample_.estimated && level_m_ < kNoLevel) {
       run_.bounded_s += since_s;
       if (error_m > level_m_) run_.outside_level_s += since_s;
     }
-    if (m.seq % 10 == 0) run_.trace.push_back(sample_);
+    if (m.seq % 10 != 0) return;
+    run_.trace.push_back(sample_);
+    sample_.contact = false;
   }
 
   void take(const nav_state_t& m) {
@@ -205,16 +211,16 @@ class Notes {
     RCS_CHECK(from_message(m.q_world_vehicle, m.p_world_vehicle_m, &T_world_vehicle));
     T_local_vehicle_ = T_local_vehicle;
     if (!heard_) return;
-    if (!sample_.believed) {
+    if (!sample_.estimated) {
       T_world_local_ = sample_.T_world_vehicle * T_local_vehicle.inverse();
       if (options_.frame == command_t::FRAME_LOCAL) {
         operator_->ask(goto_order(scenario_, options_, T_world_local_.inverse()));
       }
     }
-    sample_.believed = true;
-    sample_.T_world_believed = T_world_local_ * T_local_vehicle;
+    sample_.estimated = true;
+    sample_.T_world_estimated = T_world_local_ * T_local_vehicle;
     if (m.world_valid == 0) return;
-    sample_.T_world_believed =
+    sample_.T_world_estimated =
         world_.from(
             LocalFrame({radians(m.datum_lat_deg), radians(m.datum_lon_deg), {m.datum_height_m}})) *
         T_world_vehicle;
@@ -241,6 +247,7 @@ class Notes {
 
   static constexpr double kNoLevel = std::numeric_limits<double>::infinity();
 
+  const sim::Simulator& simulator_;
   const sim::Scenario& scenario_;
   const ClosedLoopOptions& options_;
   Operator* operator_;
@@ -255,6 +262,7 @@ class Notes {
   Pose T_world_local_;
   bool heard_ = false;
   bool collides_ = false;
+  int contacts_ = 0;
   bool touches_ = false;
   Tap<truth_t> truth_;
   Tap<gps_fix_t> fixes_;
@@ -315,7 +323,7 @@ ClosedLoopRun run_closed_loop(const sim::Scenario& scenario, const ClosedLoopOpt
     return run;
   }
   Operator op(&bus, sim::Simulator::kStart + from_seconds(scenario.course.rest_s));
-  const Notes notes(&bus, scenario, options, &op, &run);
+  const Notes notes(&bus, simulator, scenario, options, &op, &run);
 
   UntilDone source(&simulator, &op, options, scenario.duration_s);
   LockstepTimeline timeline(&bus, &source, kReplayTail);
@@ -335,8 +343,10 @@ std::string draw(const ClosedLoopRun& run, const sim::Scenario& scenario,
   picture.world = &simulator.world();
   picture.title = title;
   picture.facts = {fmt::format(
-      "{} of {} waypoints, {:.0f} m in {:.0f} s; nearest to a rock or trunk {:.1f} m", run.reached,
-      run.waypoints_world.size(), run.distance_m, run.time_s, run.min_clearance_m)};
+      "{} of {} waypoints, {:.0f} m in {:.0f} s; contacts: ground {}, rocks and trunks {} (nearest "
+      "{:.1f} m)",
+      run.reached, run.waypoints_world.size(), run.distance_m, run.time_s, run.contacts.total(),
+      run.collisions, run.min_clearance_m)};
   picture.waypoints_world = run.waypoints_world;
   for (const ClosedLoopSample& s : run.trace) {
     const Vec3 ahead = s.T_world_vehicle.q * Vec3::UnitX();
@@ -345,8 +355,8 @@ std::string draw(const ClosedLoopRun& run, const sim::Scenario& scenario,
     sample.heading_rad = std::atan2(ahead.y(), ahead.x());
     sample.speed_mps = s.speed_mps;
     sample.gps = s.gps;
-    sample.hit = s.clearance_m <= 0.0;
-    if (s.believed) sample.believed_world = Vec2(s.T_world_believed.p.head<2>());
+    sample.hit = s.contact;
+    if (s.estimated) sample.estimated_world = Vec2(s.T_world_estimated.p.head<2>());
     picture.samples.push_back(sample);
   }
   for (const ClosedLoopPlan& plan : run.plans) picture.plans_world.push_back(plan.points_world);

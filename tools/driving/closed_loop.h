@@ -45,11 +45,12 @@ struct ClosedLoopSample {
   Pose T_world_vehicle;  ///< truth
   double speed_mps = 0.0;
   double clearance_m = 0.0;
-  bool gps = false;  ///< a fix has arrived within the last second
+  bool contact = false;  ///< began since the last sample: with the ground, a rock or a trunk
+  bool gps = false;      ///< a fix has arrived within the last second
   /// In the world of the ground truth. While WM has no frame world: its frame local, aligned with
   /// the ground truth at WM's first message.
-  Pose T_world_believed;
-  bool believed = false;
+  Pose T_world_estimated;
+  bool estimated = false;
 };
 
 struct ClosedLoopPlan {

@@ -22,7 +22,7 @@ constexpr double kBorder_px = 16.0;
 constexpr double kLegendHeight_px = 92.0;
 
 constexpr char kLost[] = "#d62728";
-constexpr char kBelief[] = "#d0118a";
+constexpr char kEstimate[] = "#d0118a";
 constexpr char kPlan[] = "#1f5fbf";
 
 View view_of(const CoursePicture& picture) {
@@ -115,12 +115,12 @@ void add_paths(const CoursePicture& picture, const View& view, SvgOut out) {
                              report::kViridis[static_cast<std::size_t>(colour)]),
                  out);
       });
-  std::vector<Vec2> believed;
+  std::vector<Vec2> estimated;
   for (const CourseSample& s : picture.samples) {
-    if (s.believed_world) believed.push_back(*s.believed_world);
+    if (s.estimated_world) estimated.push_back(*s.estimated_world);
   }
-  add_line(believed, view,
-           fmt::format("stroke=\"{}\" stroke-width=\"1.6\" stroke-dasharray=\"5 4\"", kBelief),
+  add_line(estimated, view,
+           fmt::format("stroke=\"{}\" stroke-width=\"1.6\" stroke-dasharray=\"5 4\"", kEstimate),
            out);
 }
 
@@ -143,11 +143,11 @@ void add_cross(double x_px, double y_px, SvgOut out) {
                  x_px - 6.0, y_px - 6.0, kLost);
 }
 
-/// Position of each collision.
+/// Position of each contact.
 int add_hits(const CoursePicture& picture, const View& view, SvgOut out) {
   int hits = 0;
   for (std::size_t k = 1; k < picture.samples.size(); ++k) {
-    if (!picture.samples[k].hit || picture.samples[k - 1].hit) continue;
+    if (!picture.samples[k].hit) continue;
     const Vec2& p = picture.samples[k].place_world;
     add_cross(view.x(p.x()), view.y(p.y()), out);
     ++hits;
@@ -209,15 +209,15 @@ void add_legend(const CoursePicture& picture, const View& view, bool hits, SvgOu
                    x + kStep_px * static_cast<double>(k), top - 3.5, kStep_px, report::kViridis[k]);
   }
   label(115.0, top, fmt::format("true path, 0 to {:.0f} m/s", top_mps), 175.0);
-  line(fmt::format("stroke=\"{}\" stroke-width=\"1.6\" stroke-dasharray=\"5 4\"", kBelief));
-  label(42.0, top, "where it believed to be", 160.0);
+  line(fmt::format("stroke=\"{}\" stroke-width=\"1.6\" stroke-dasharray=\"5 4\"", kEstimate));
+  label(42.0, top, "estimated path", 160.0);
   line(fmt::format("stroke=\"{}\" stroke-width=\"1\"", kPlan));
   label(42.0, top, "plans", 60.0);
   line(fmt::format("stroke=\"{}\" stroke-width=\"15\" stroke-opacity=\"0.3\"", kLost));
   label(50.0, top, "without GPS", 95.0);
   if (hits) {
     add_cross(x + 8.0, top, out);
-    label(22.0, top, "collision", 80.0);
+    label(22.0, top, "contact", 80.0);
   }
 
   const double second = top + 32.0;

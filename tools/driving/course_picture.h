@@ -15,8 +15,8 @@ struct CourseSample {
   double heading_rad = 0.0;
   double speed_mps = 0.0;
   bool gps = true;
-  bool hit = false;  ///< it touches an obstacle
-  std::optional<Vec2> believed_world;
+  bool hit = false;  ///< a contact began
+  std::optional<Vec2> estimated_world;
 };
 
 struct CoursePicture {

@@ -32,9 +32,10 @@ struct DriveRow {
   ClosedLoopRun run;
 };
 
-/// What a drive must fulfil.
-[[nodiscard]] int contacts(const ClosedLoopRun& run);  ///< with the ground and with objects
-[[nodiscard]] bool passed(const ClosedLoopRun& run);   ///< arrived without contact
+/// With the ground and with objects.
+[[nodiscard]] int contacts(const ClosedLoopRun& run);
+/// Arrived without contact.
+[[nodiscard]] bool passed(const ClosedLoopRun& run);
 
 /// @return rows in the order of the seeds, or an error: of the files, or after `stop`
 [[nodiscard]] Result<std::vector<DriveRow>> run_drives(const DriveCampaign& campaign);

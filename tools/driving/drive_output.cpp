@@ -58,7 +58,7 @@ std::string held_up(const ClosedLoopRun& run) {
 }  // namespace
 
 report::Table drive_table(const std::vector<DriveRow>& rows) {
-  report::Table t{{"seed", "arrived", "way-points", "contacts", "clear [m]", "tilt [deg]",
+  report::Table t{{"seed", "arrived", "waypoints", "contacts", "clear [m]", "tilt [deg]",
                    "time [s]", "mean [m/s]", "error [m]", "within", "held up"},
                   {}};
   for (const auto& [seed, run] : rows) {

@@ -1,16 +1,15 @@
 #pragma once
 // Ground between two places that a LADAR sees in one direction: merely between its rows, or hidden
-// by an edge at the near one. Behind an edge the ground is lower than the near side continues,
-// which is all that is ever seen of a ditch or a drop from before it: a ditch of width w shows h w
-// / R of its depth from the range R and the height h.
+// by an edge at the near one. Behind an edge the ground is lower than the extrapolated near side.
+// From the range R and the height h, only h w / R of the depth of a ditch of width w is visible.
 
 #include <cmath>
 
 namespace rcs::wm {
 
 struct HiddenGapParams {
-  /// The far place is lower than the near side continues by more than this, plus what
-  /// max_curvature explains.
+  /// Behind an edge the far place is lower than the extrapolated near side by more than this, plus
+  /// what max_curvature explains.
   double deficit_m = 0.12;
   double max_curvature = 0.05;  ///< of ground that can be driven over, convex [1/m]
   double shortest_m = 0.4;      ///< a shorter gap stops no wheel

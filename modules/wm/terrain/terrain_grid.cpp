@@ -289,7 +289,7 @@ TerrainAnswer TerrainGrid::answer(const Low* low, Cell cell, const GroundPlane& 
     if (!self.ground || !other.ground || !other.sure) continue;
     const double planned = plane.b * side.i + plane.c * side.j;
     const double edge_m = std::abs(other.m - self.m - planned);
-    // The ground below plants is seen here and there.
+    // The ground below vegetation is seen in few places.
     if (edge_m <= ledge || soft(cell) || soft({cell.i + side.i, cell.j + side.j})) continue;
     ledge = edge_m;
   }
@@ -312,8 +312,8 @@ TerrainAnswer TerrainGrid::answer(const Low* low, Cell cell, const GroundPlane& 
     const double low_m = q.low_m - below_m;
     const double high_m = q.high_m - below_m;
     const bool tall = q.evidence > params_.evidence && high_m > tall_m;
-    // A ray that passed just above the ground tells that no rock hides between the plants. From
-    // near there are enough rays for one.
+    // A ray that passed just above the ground shows that no rock is hidden there. From near there
+    // are enough rays for one.
     const bool hides = q.near >= kRaysToGround && q.pass_low_m > below_m + kPassable_m;
     if (!hides && gives_way({2 * cell.i + x, 2 * cell.j + y})) {
       out.vegetation |= tall;

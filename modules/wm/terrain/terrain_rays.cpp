@@ -1,5 +1,5 @@
-// What the rays of a scan tell besides the points that they end at: ground that an edge hides, and
-// plants that they pass through.
+// What the rays of a scan show besides the points at which they end: ground that an edge hides, and
+// vegetation that they pass through.
 
 #include <algorithm>
 #include <cmath>
@@ -11,10 +11,11 @@ namespace rcs::wm {
 namespace {
 
 constexpr std::uint8_t kHiddenMost = 12;
-constexpr double kStanding_m = 0.2;      // above the ground: not the ground itself
-constexpr double kThroughReach_m = 2.4;  // before a point: farther away a ray is above the plants
+constexpr double kStanding_m = 0.2;  // above the ground: not the ground itself
+constexpr double kThroughReach_m =
+    2.4;  // before a point: farther away a ray is above the vegetation
 constexpr float kBelowTop_m = 0.05F;
-constexpr double kNear_m = 9.0;
+constexpr double kNear_m = 9.0;  // rays from nearer reach the ground between plants
 
 // Counts a ray; old ones lose weight.
 void count(std::uint8_t* which, bool near, TerrainCell* cell) {
@@ -31,7 +32,8 @@ void TerrainGrid::look_before(const Seen& seen, const Vec2& ladar) {
   const double step_m = cells_.cell_m();
   const Vec2 from((seen.cell.i + 0.5) * step_m, (seen.cell.j + 0.5) * step_m);
   const double away_m = (ladar - from).norm();
-  if (!seen.ground || away_m > params_.edge_range_m + params_.edge.longest_m) return;
+  const bool far = away_m > params_.edge_range_m + params_.edge.longest_m;
+  if (!seen.ground || far || away_m < step_m) return;
   const Vec2 step = step_m / away_m * (ladar - from);
   const auto cell_before = [&](int k) -> TerrainCell* {
     const Vec2 p = from + k * step;
@@ -39,7 +41,7 @@ void TerrainGrid::look_before(const Seen& seen, const Vec2& ladar) {
   };
   const HiddenGap gap = hidden_gap(
       [&](int k) {
-        const TerrainCell* const cell = cell_before(k);
+        const TerrainCell* const cell = k * step_m < away_m ? cell_before(k) : nullptr;
         const bool known = cell != nullptr && cell->scans > 0 && cell->ground_seen;
         return known ? cell->low_m : std::numeric_limits<float>::quiet_NaN();
       },

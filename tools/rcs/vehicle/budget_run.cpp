@@ -16,6 +16,7 @@
 #include "lcmtypes/rcs/process_t.hpp"
 #include "rcs/node/bus/inbox.h"
 #include "rcs/node/bus/lcm_bus.h"
+#include "rcs/node/bus/tap.h"
 #include "rcs/node/command_port.h"
 #include "rcs/node/log/log_source.h"
 #include "rcs/node/report.h"
@@ -37,25 +38,20 @@ constexpr double kAhead_m = 30.0;
 
 /// Records every message of a channel for the lap, and counts missed messages.
 template <class T>
-class Tap final : public Receiver {
+class LapTap {
  public:
-  using Take = std::function<void(const T&)>;
-  Tap(Bus* bus, const std::string& channel, Take take) : take_(std::move(take)) {
-    bus->subscribe(channel, this);
-  }
-  void receive(const std::uint8_t* data, std::size_t size, Stamp /*arrival*/) noexcept override {
-    if (message_.decode(data, 0, static_cast<int>(size)) != static_cast<int>(size)) return;
-    if (last_seq_ > 0 && message_.seq > last_seq_ + 1) missed_ += message_.seq - last_seq_ - 1;
-    last_seq_ = message_.seq;
-    take_(message_);
-  }
+  LapTap(Bus* bus, const std::string& channel, std::function<void(const T&)> take)
+      : tap_(bus, channel, [this, take = std::move(take)](const T& m, Stamp /*arrival*/) {
+          if (last_seq_ > 0 && m.seq > last_seq_ + 1) missed_ += m.seq - last_seq_ - 1;
+          last_seq_ = m.seq;
+          take(m);
+        }) {}
   [[nodiscard]] std::int64_t missed() const { return missed_; }
 
  private:
-  Take take_;
-  T message_{};
   std::int64_t last_seq_ = 0;  // a restarted node counts from 1
   std::int64_t missed_ = 0;
+  Tap<T> tap_;
 };
 
 /// The process of a node and the source of its latest messages.
@@ -142,11 +138,11 @@ class Laps {
   std::int64_t facet_scan_ = -1;  // reference instant of the scan of the current event
 
   std::optional<Operator> operator_;  // if BG is one of the nodes
-  Tap<registration_t> registrations_;
-  Tap<nav_state_t> nav_states_;
-  Tap<drive_t> drives_;
-  std::deque<Tap<cycle_t>> cycles_;
-  std::deque<Tap<process_t>> lives_;
+  LapTap<registration_t> registrations_;
+  LapTap<nav_state_t> nav_states_;
+  LapTap<drive_t> drives_;
+  std::deque<LapTap<cycle_t>> cycles_;
+  std::deque<LapTap<process_t>> lives_;
 };
 
 Laps::Laps(const BudgetPlan& plan, LcmBus* bus, LiveTimeline* timeline,
@@ -185,7 +181,7 @@ Outcome Laps::run() {
     result_.record.add(trace_.close());
   }
   result_.missed_here = registrations_.missed() + nav_states_.missed() + drives_.missed();
-  for (const Tap<cycle_t>& tap : cycles_) result_.missed_here += tap.missed();
+  for (const LapTap<cycle_t>& tap : cycles_) result_.missed_here += tap.missed();
   return Done{};
 }
 

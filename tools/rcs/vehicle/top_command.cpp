@@ -11,6 +11,7 @@
 
 #include "lcmtypes/channels.h"
 #include "rcs/node/bus/lcm_bus.h"
+#include "rcs/node/bus/tap.h"
 #include "rcs/node/time_text.h"
 #include "rcs/node/timeline/live_timeline.h"
 #include "tools/evaluation/top_model.h"
@@ -25,44 +26,25 @@ constexpr std::string_view kTopName = "top";
 constexpr Duration kRedraw = from_milliseconds(500.0);
 constexpr int kMaxBurst = 1000;
 
-/// Decodes the messages of a channel and passes them to the model; malformed ones are counted.
+/// A channel of the model; malformed messages are counted.
 template <class T>
-class Tap final : public Receiver {
- public:
-  using Take = void (evaluation::TopModel::*)(const T&, Stamp);
-  Tap(Bus* bus, std::string_view channel, evaluation::TopModel* model, Take take)
-      : channel_(channel), model_(model), take_(take) {
-    bus->subscribe(channel, this);
-  }
-  void receive(const std::uint8_t* data, std::size_t size, Stamp arrival) noexcept override {
-    try {
-      if (message_.decode(data, 0, static_cast<int>(size)) == static_cast<int>(size)) {
-        (model_->*take_)(message_, arrival);
-        return;
-      }
-    } catch (const std::bad_alloc&) {
-      // Counted below.
-    }
-    model_->on_malformed(channel_);
-  }
-
- private:
-  std::string channel_;
-  evaluation::TopModel* model_;
-  Take take_;
-  T message_{};
-};
+Tap<T> tap(Bus* bus, std::string_view channel, evaluation::TopModel* model,
+           void (evaluation::TopModel::*take)(const T&, Stamp)) {
+  return Tap<T>(
+      bus, channel, [model, take](const T& m, Stamp arrival) { (model->*take)(m, arrival); },
+      [model, name = std::string(channel)] { model->on_malformed(name); });
+}
 
 /// Subscribes to the channels of the nodes. LCM accepts regular expressions: any node.
 struct Taps {
   Taps(Bus* bus, evaluation::TopModel* model)
-      : process(bus, "*_PROCESS", model, &evaluation::TopModel::on_process),
-        cycle(bus, "*_CYCLE", model, &evaluation::TopModel::on_cycle),
-        event(bus, "*_EVENT", model, &evaluation::TopModel::on_event),
-        nav(bus, channel::kWmNavState, model, &evaluation::TopModel::on_nav),
-        integrity(bus, channel::kWmIntegrity, model, &evaluation::TopModel::on_integrity),
-        fix(bus, channel::kGpsFix, model, &evaluation::TopModel::on_fix),
-        status(bus, channel::kBgStatus, model, &evaluation::TopModel::on_status) {}
+      : process(tap(bus, "*_PROCESS", model, &evaluation::TopModel::on_process)),
+        cycle(tap(bus, "*_CYCLE", model, &evaluation::TopModel::on_cycle)),
+        event(tap(bus, "*_EVENT", model, &evaluation::TopModel::on_event)),
+        nav(tap(bus, channel::kWmNavState, model, &evaluation::TopModel::on_nav)),
+        integrity(tap(bus, channel::kWmIntegrity, model, &evaluation::TopModel::on_integrity)),
+        fix(tap(bus, channel::kGpsFix, model, &evaluation::TopModel::on_fix)),
+        status(tap(bus, channel::kBgStatus, model, &evaluation::TopModel::on_status)) {}
 
   Tap<process_t> process;
   Tap<cycle_t> cycle;

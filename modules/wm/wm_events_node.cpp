@@ -1,0 +1,202 @@
+// The events of WM: what changed since the last cycle.
+
+#include <optional>
+#include <string_view>
+
+#include "lcmtypes/convert.h"
+#include "lcmtypes/events.h"
+#include "lcmtypes/message_names.h"
+#include "modules/wm/wm_messages_node.h"
+#include "modules/wm/wm_node.h"
+
+namespace rcs::wm {
+namespace {
+
+constexpr const event::Info* kSilent[] = {&event::kWmInputIns, &event::kWmInputGps,
+                                          &event::kWmInputOdometry, &event::kWmInputLadar};
+
+constexpr std::string_view kFindings[] = {
+    "nothing",
+    "GPS excluded: it contradicts the filter without GPS, which replaces the belief",
+    "GPS readmitted: its fixes agree with the belief and the motion",
+    "GPS readmitted: its fixes contradict the belief, not each other; they replace its position",
+    "GPS excluded on probation: readmission revoked, a filter without it replaces the belief",
+    "LADAR excluded: it contradicts the filter without LADAR, which replaces the belief",
+    "LADAR readmitted: its matches agree with the motion",
+    "a priori map excluded: it contradicts the filter without it, which replaces the belief",
+    "INS excluded: it contradicts the other sources; the filter without INS replaces the belief",
+    "INS readmitted: it agrees with the other sources",
+    "odometry excluded: two sources that agree contradict it; the belief continues without it",
+    "odometry readmitted: its speed agrees with the belief"};
+
+}  // namespace
+
+void WmNode::report_events(Stamp now) {
+  if (!estimator_.started()) return;
+  const FilterState& s = estimator_.state();
+  if (const Mode newest = mode(now); newest != reported_mode_) {
+    report_.publish(now, event::kWmMode, "{} -> {}",
+                    nav_mode_name(static_cast<int>(reported_mode_)),
+                    nav_mode_name(static_cast<int>(newest)));
+    reported_mode_ = newest;
+  }
+  if (s.memory.world_resets != reported_resets_) {
+    const double step_m = s.memory.last_reset_m;
+    const double step_deg = degrees(s.memory.last_reset_rad);
+    if (reported_resets_ == 0) {
+      report_.publish(now, event::kWmWorldReset,
+                      "first world pose, {:.2f} m and {:.2f} deg from frame local: reset counted",
+                      step_m, step_deg);
+    } else {
+      report_.publish(now, event::kWmWorldReset,
+                      "world pose stepped by {:.2f} m, {:.2f} deg (limits {:.2f} m, {:.1f} deg): "
+                      "reset counted",
+                      step_m, step_deg, config_.params.modes.reset_m,
+                      degrees(config_.params.modes.reset_rad));
+    }
+    reported_resets_ = s.memory.world_resets;
+  }
+  if (estimator_.clock_steps() != reported_clock_steps_) {
+    report_.publish(now, event::kWmClockStep,
+                    "clocks of all sensors stepped: the belief continues at stamp {}",
+                    to_utime(s.belief.x.stamp));
+    reported_clock_steps_ = estimator_.clock_steps();
+  }
+  if (estimator_.losses() != reported_losses_) {
+    report_.publish(now, event::kWmSolutionLost,
+                    "solution lost: no ground vehicle moves as estimated; the filter begins again "
+                    "from the sources");
+    reported_losses_ = estimator_.losses();
+  }
+  if (s.belief.x.map_epoch != reported_epoch_) {
+    report_.publish(now, event::kWmMapEpoch, "rolling map replaced: map epoch {}",
+                    s.belief.x.map_epoch);
+    reported_epoch_ = s.belief.x.map_epoch;
+  }
+}
+
+void WmNode::report_alignment(Stamp now) {
+  const auto received = [&](Input input) {
+    const Duration silence = inputs_.silence(input, now);
+    return silence >= Duration::zero() && silence <= config_.params.modes.gps_timeout;
+  };
+  std::optional<Missing> missing;
+  if (!estimator_.started()) {
+    if (received(Input::kIns)) missing = Missing::kLevel;
+  } else if (!estimator_.state().memory.anchored) {
+    missing = received(Input::kGps) ? Missing::kHeading : Missing::kPosition;
+  }
+  const std::optional<Missing> report = alignment_.add(now, missing);
+  if (!report) return;
+  const AlignParams& align = config_.params.align;
+  const double waited_s = seconds(AlignmentWatch::kPatience);
+  switch (*report) {
+    case Missing::kLevel:
+      report_.publish(now, event::kWmAlignment,
+                      "not level after {:.0f} s of INS samples: stand still for {:.1f} s, or it "
+                      "levels in motion after {:.0f} s",
+                      waited_s, seconds(align.level_time), seconds(align.patience));
+      break;
+    case Missing::kPosition:
+      report_.publish(
+          now, event::kWmAlignment,
+          "frame world not georeferenced after {:.0f} s: no GPS fix and no match to the "
+          "a priori map; only the local pose is valid",
+          waited_s);
+      break;
+    case Missing::kHeading: {
+      const bool path =
+          fixes_have_velocity_ || received(Input::kOdometry) || received(Input::kLadar);
+      report_.publish(now, event::kWmAlignment,
+                      "frame world not georeferenced after {:.0f} s of GPS fixes: heading unknown; "
+                      "drive {:.0f} m{}",
+                      waited_s, align.baseline_m,
+                      path ? ""
+                           : " with turns or changes of speed: without velocity of GPS, wheels or "
+                             "LADAR the heading follows from accelerations");
+    }
+  }
+}
+
+void WmNode::report_inputs(Stamp now) {
+  constexpr std::string_view kNames[] = {"INS", "GPS", "odometry", "LADAR registration"};
+  for (std::size_t i = 0; i < kInputs; ++i) {
+    const auto input = static_cast<Input>(i);
+    const bool silent = inputs_.silent(input, now);
+    if (silent == reported_silent_[i]) continue;
+    reported_silent_[i] = silent;
+    if (silent) {
+      report_.publish(now, *kSilent[i], "{} silent for {:.2f} s > {:.2f} s: not fused", kNames[i],
+                      seconds(inputs_.silence(input, now)), seconds(inputs_.limit(input)));
+    } else {
+      report_.publish_end(now, *kSilent[i], "{} received again", kNames[i]);
+    }
+  }
+  const bool no_input = inputs_.all_silent_for(now) > Duration::zero();
+  if (no_input != reported_no_input_) {
+    reported_no_input_ = no_input;
+    if (no_input) {
+      report_.publish(now, event::kWmInputNone,
+                      "all inputs silent: mode LOST, pose invalid after {:.2f} s",
+                      seconds(config_.params.modes.input_timeout));
+    } else {
+      report_.publish_end(now, event::kWmInputNone, "inputs received again");
+    }
+  }
+  const Duration shift = estimator_.ins_clock_shift();
+  if (shift == reported_ins_shift_) return;
+  report_.publish(now, event::kWmClockIns,
+                  "clock of the INS stepped by {:.3f} s: its stamps are shifted by "
+                  "{:.3f} s",
+                  seconds(reported_ins_shift_ - shift), seconds(shift));
+  reported_ins_shift_ = shift;
+}
+
+void WmNode::report_trust(Stamp now) {
+  const Trust& trust = estimator_.trust();
+  if (trust.findings() != reported_findings_) {
+    const Finding finding = trust.newest_finding();
+    const bool in_part = finding == Finding::kInsFaulty && estimator_.state().memory.withheld.force;
+    report_.publish(
+        now, event::kWmFde, "{}{}; test ratio {:.2f} (limit 1), belief moved by {:.2f} m",
+        kFindings[static_cast<std::size_t>(finding)], in_part ? ", only its rotation is used" : "",
+        trust.finding_ratio(), trust.finding_moved_m());
+    reported_findings_ = trust.findings();
+  }
+  const TileTrust& tile = estimator_.state().memory.newest_tile;
+  if (tile.doubted != reported_map_doubted_) {
+    if (tile.doubted) {
+      report_.publish(
+          now, event::kWmPriorMapExcluded,
+          "tile {} of the a priori map excluded: low-passed NIS per dof {:.2f} > {:.2f}; its "
+          "matches are not fused",
+          tile.tile_id, tile.excess, TileTrust::kExcludedAbove);
+    } else {
+      report_.publish(
+          now, event::kWmPriorMapReadmitted,
+          "tile {} of the a priori map readmitted: low-passed NIS per dof {:.2f} (limit {:.2f}); "
+          "its matches are fused",
+          tile.tile_id, tile.excess, TileTrust::kReadmittedBelow);
+    }
+    reported_map_doubted_ = tile.doubted;
+  }
+  if (integrity_.alerts != reported_alerts_) {
+    report_.publish(
+        now, event::kWmAlert,
+        "alerts{}{}{}{}{}{}{}{}: protection level {:.1f} m (limit {:.1f} m), vertical {:.1f} "
+        "m (limit {:.1f} m)",
+        integrity_.alerts == 0 ? " none" : "",
+        (integrity_.alerts & kAlertHorizontal) != 0 ? " horizontal" : "",
+        (integrity_.alerts & kAlertVertical) != 0 ? " vertical" : "",
+        (integrity_.alerts & kAlertGps) != 0 ? " gps" : "",
+        (integrity_.alerts & kAlertLadar) != 0 ? " ladar" : "",
+        (integrity_.alerts & kAlertInput) != 0 ? " input" : "",
+        (integrity_.alerts & kAlertIns) != 0 ? " ins" : "",
+        (integrity_.alerts & kAlertOdometry) != 0 ? " odometry" : "",
+        integrity_.protection_horizontal_m, integrity_.limit_horizontal_m,
+        integrity_.protection_vertical_m, integrity_.limit_vertical_m);
+    reported_alerts_ = integrity_.alerts;
+  }
+}
+
+}  // namespace rcs::wm
