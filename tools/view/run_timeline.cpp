@@ -206,7 +206,9 @@ void RunTimeline::add(const registration_t& m, Duration time) {
 void RunTimeline::add(const innovation_t& m, Duration time) {
   if (m.source != innovation_t::SOURCE_GPS_POSITION) return;
   const auto judge = [&m](Fix* fix) {
-    fix->verdict = m.accepted != 0 ? 1 : 0;
+    const bool rejected =
+        m.reason == innovation_t::REASON_GATE || m.reason == innovation_t::REASON_QUARANTINE;
+    fix->verdict = m.accepted != 0 ? 1 : rejected ? 0 : -1;
     fix->reason = m.reason;
     fix->nis = std::isfinite(m.nis) ? m.nis : 0.0;
   };

@@ -63,7 +63,7 @@ class RunTimeline {
     Vec3 p_world = Vec3::Zero();       ///< without `position`: prediction and innovation
     int type = 0;
     double sigma_m = 0.0;
-    int verdict = -1;  ///< -1: not tested, 0: rejected, 1: accepted
+    int verdict = -1;  ///< -1: not used or not tested, 0: rejected, 1: accepted
     int reason = 0;    ///< innovation_t::REASON_*
     double nis = 0.0;
   };

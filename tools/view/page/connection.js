@@ -30,7 +30,7 @@ export class DataConnection {
     socket.onopen = () => this.onStatus("");
   }
   onText(socket, message) {
-    if (message.op === "status") this.onStatus(message.message);
+    if (message.op === "status") this.onStatus(message.message, false);
     if (message.op !== "advertise") return;
     const subscriptions = [];
     for (const channel of message.channels) {

@@ -72,8 +72,11 @@ const pairs = new PairsPanel($("panel-pairs"), () => app.dark);
 if (app.world) app.layers = layerControls($("layers"), app.world, () => { app.dirty3d = true; });
 
 // ---- server -------------------------------------------------------------------------------------
-function connectionStatus(text) {
+/** A message of the server is shown for some seconds, a lost connection until it is back. */
+function connectionStatus(text, lasting = true) {
   $("connection").textContent = text;
+  clearTimeout(app.statusTimer);
+  if (!lasting) app.statusTimer = setTimeout(() => { $("connection").textContent = ""; }, 6000);
 }
 const control = new ControlConnection(onControl, connectionStatus);
 const handlers = app.world ? {
@@ -86,7 +89,7 @@ const handlers = app.world ? {
   "/view/scan_pose": (m) => app.world.onScanPose(m),
   "/tf": (m) => app.world.onTf(m),
 } : {};
-const data = new DataConnection(handlers, (text) => { if (text) connectionStatus(text); });
+const data = new DataConnection(handlers, connectionStatus);
 
 function onControl(m) {
   if (m.op === "source") {
@@ -108,7 +111,7 @@ function onControl(m) {
     $("play").textContent = m.playing ? "⏸" : "▶";
     $("speed").value = String(m.speed);
   } else if (m.op === "error") {
-    connectionStatus(m.message);
+    connectionStatus(m.message, false);
   }
 }
 

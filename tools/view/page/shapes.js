@@ -95,8 +95,8 @@ export const FLAG_OBSTACLE = 2;
 const UNKNOWN_HEIGHT = -32768;
 // Classes of the ground differ in lightness as well as in color.
 export const CLASSES = [
-  { name: "passable, level", color: [0.62, 0.78, 0.88, 1] },
-  { name: "passable, steep or rough", color: [0.95, 0.8, 0.42, 1] },
+  { name: "level", color: [0.62, 0.78, 0.88, 1] },
+  { name: "steep or rough", color: [0.95, 0.8, 0.42, 1] },
   { name: "obstacle", color: [0.62, 0.1, 0.12, 1] },
 ];
 const STEEP_DEG = 12;

@@ -51,7 +51,7 @@ function modeBlock(s) {
       row("speed", `${number(n.speed_mps)} m/s`),
       row("heading", `${number(n.heading_deg, 1)}° from north`),
       row("east, north, up", n.p_world_m.map((v) => number(v)).join(", ") + " m"),
-      n.world_valid ? row("latitude, longitude", `${number(n.lat_deg, 7)}°, ${number(n.lon_deg, 7)}°`) : null,
+      n.world_valid ? row("lat, lon", `${number(n.lat_deg, 7)}°, ${number(n.lon_deg, 7)}°`) : null,
       row("driven since a fix", `${number(n.distance_since_gps_m, 1)} m`)));
 }
 

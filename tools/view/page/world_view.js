@@ -366,10 +366,27 @@ export class WorldView {
       const m = [];
       vectors.forEach((e, k) => m.push(e[0] * s[k], e[1] * s[k], e[2] * s[k], 0));
       m.push(...T.p, 1);
-      r.drawMesh(this.sphere, { model: m, color: rgba(colors.sigma), alpha: this.opaqueSigma ? 1 : 0.45, over: true });
+      r.drawMesh(this.sphere, { model: m, color: rgba(colors.sigma), alpha: this.opaqueSigma ? 1 : 0.32, over: true });
+      if (!this.opaqueSigma) this.drawOutline(cov, ratio, colors);
     }
   }
 
+  /** The horizontal ellipse of 3 sigma: the silhouette of the ellipsoid from above. */
+  drawOutline(cov, ratio, colors) {
+    const key = colors.sigma;
+    if (this.outlineKey !== key) {
+      this.outlineKey = key;
+      this.renderer.free(this.outline);
+      this.outline = this.renderer.makeLines(circle(1, 0, rgba(colors.sigma)));
+    }
+    // A square root of the covariance maps the unit circle to the ellipse.
+    const a = Math.sqrt(Math.max(1e-12, cov[0][0]));
+    const b = cov[0][1] / a;
+    const c = Math.sqrt(Math.max(0, cov[1][1] - b * b));
+    const k = 3 * this.magnify;
+    const model = [k * a, k * b, 0, 0, 0, k * c, 0, 0, 0, 0, 1, 0, ...this.T_world_vehicle.p, 1];
+    this.renderer.drawLines(this.outline, { width: 2 * ratio, model, over: true });
+  }
   fixesNow() {
     if (!this.timeline || !this.show.fixes) return [];
     const whole = !this.camera.view.follow;
