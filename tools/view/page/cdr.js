@@ -139,3 +139,11 @@ export function cloudPoints(cloud) {
   }
   return { n, xyz, ring };
 }
+
+/** At most `most` of n points x, y, z. */
+export function thinned(xyz, n, most) {
+  const stride = Math.max(1, Math.ceil(n / most));
+  const out = new Float32Array(3 * Math.ceil(n / stride));
+  for (let i = 0, k = 0; i < n; i += stride, k += 3) out.set(xyz.subarray(3 * i, 3 * i + 3), k);
+  return out;
+}

@@ -19,7 +19,7 @@ uniform sampler2D ramp; uniform vec4 fixed_color; uniform float alpha;
 in float shade; out vec4 color;
 void main() {
   vec2 d = gl_PointCoord - 0.5;
-  if (dot(d, d) > 0.25) discard;
+  if (dot(d, d) > 0.3) discard;
   vec4 c = texture(ramp, vec2(shade * 255.0 / 256.0 + 0.5 / 256.0, 0.5));
   color = vec4(mix(c.rgb, fixed_color.rgb, fixed_color.a), alpha);
 }`;

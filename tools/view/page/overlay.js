@@ -9,9 +9,17 @@ export function niceStep(rough) {
   return (m < 1.5 ? 1 : m < 3.5 ? 2 : m < 7.5 ? 5 : 10) * power;
 }
 
+const FIXES_S = 40; // before the moment; in the view of the whole run all
+
+function fixesNow(view) {
+  if (!view.timeline || !view.show.fixes) return [];
+  const whole = !view.camera.view.follow;
+  return view.timeline.fixes.filter((f) => f.t <= view.time + 1e-6 && (whole || f.t > view.time - FIXES_S));
+}
+
 function drawFixes(c, view, colors) {
   const m = view.lastView.matrix;
-  for (const fix of view.fixesNow()) {
+  for (const fix of fixesNow(view)) {
     const at = view.camera.toScreen(m, fix.p);
     if (!at) continue;
     const [x, y] = at;

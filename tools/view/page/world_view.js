@@ -4,18 +4,18 @@
 import { palette, rgba, RAMPS, rampColor } from "./colors.js";
 import { Renderer } from "./gl.js";
 import { Camera } from "./camera.js";
-import { stampKey, stampSeconds, cloudPoints } from "./cdr.js";
+import { cloudPoints, stampKey, stampSeconds, thinned } from "./cdr.js";
 import {
   apply, compose, eigenSymmetric3, identityPose, inverse, poseMatrix, rotation, yawOf,
 } from "./math.js";
 import { updateGrid, updateTrack } from "./ground_lines.js";
 import { circle, cylinderMesh, sphereMesh, terrainMesh, vehicleMesh } from "./shapes.js";
 
-const MAX_RECENT = 30;
-const RECENT_STEP_S = 0.19; // between two scans that are kept
-const MAX_RECENT_POINTS = 1500; // of a scan, when it is no longer the newest
+// Points take most of the time of a software renderer: 16 scans before the newest are kept.
+const MAX_RECENT = 16;
+const RECENT_STEP_S = 0.36; // between two scans that are kept
+const MAX_RECENT_POINTS = 900; // of a scan, when it is no longer the newest
 const RECENT_S = 6;
-const FIXES_S = 40;
 const JUMP_MS = 600;
 const HEIGHT_RANGE = [-2, 3]; // of points against the vehicle [m]
 
@@ -47,6 +47,7 @@ export class WorldView {
     this.sphere = r.makeMesh(...sphereMesh());
     this.cylinder = r.makeMesh(...cylinderMesh());
     this.scanSet = r.makePoints(new Float32Array(0));
+    this.recentSet = r.makePoints(new Float32Array(0));
     this.timeline = null;
     this.firstPicture_ms = null;
   }
@@ -64,8 +65,8 @@ export class WorldView {
     }, JUMP_MS);
   }
   clear() {
-    for (const s of this.recent ?? []) this.renderer.free(s.set);
-    this.recent = [];
+    this.recent = []; // {stamp, data}: x, y, z of each point, drawn by one call
+    this.recentDirty = true;
     this.scan = null;
     this.poses = new Map();
     this.clouds = new Map();
@@ -135,31 +136,19 @@ export class WorldView {
   keepRecent() {
     const { n, stamp } = this.scan;
     if (this.recent.length && stamp - this.recent[this.recent.length - 1].stamp < RECENT_STEP_S) return;
-    const stride = Math.max(1, Math.ceil(n / MAX_RECENT_POINTS));
-    const kept = new Float32Array(4 * Math.ceil(n / stride));
-    const world = this.scan.world ?? this.worldPoints(this.scan);
-    for (let i = 0, k = 0; i < n; i += stride, ++k) {
-      kept.set([world[3 * i], world[3 * i + 1], world[3 * i + 2], world[3 * i + 2]], 4 * k);
-    }
-    this.recent.push({ set: this.renderer.makePoints(kept), stamp });
-    while (this.recent.length > MAX_RECENT) this.renderer.free(this.recent.shift().set);
+    this.recent.push({ stamp, data: thinned(this.scan.world ?? this.worldPoints(this.scan), n, MAX_RECENT_POINTS) });
+    while (this.recent.length > MAX_RECENT) this.recent.shift();
+    this.recentDirty = true;
   }
   /** Scans before the newest one, from the server after a jump. @param parts [{stamp, xyz}] */
   setRecent(parts) {
-    for (const s of this.recent) this.renderer.free(s.set);
     let last = -Infinity;
     this.recent = parts.filter((part) => {
       const wanted = (!this.scan || part.stamp < this.scan.stamp - 1e-4) && part.stamp - last >= RECENT_STEP_S;
       if (wanted) last = part.stamp;
       return wanted;
-    }).map((part) => {
-      const n = part.xyz.length / 3;
-      const data = new Float32Array(4 * n);
-      for (let i = 0; i < n; ++i) {
-        data.set([part.xyz[3 * i], part.xyz[3 * i + 1], part.xyz[3 * i + 2], part.xyz[3 * i + 2]], 4 * i);
-      }
-      return { set: this.renderer.makePoints(data), stamp: part.stamp };
-    });
+    }).map((part) => ({ stamp: part.stamp, data: thinned(part.xyz, part.xyz.length / 3, MAX_RECENT_POINTS) }));
+    this.recentDirty = true;
     this.onChange();
   }
   worldPoints(scan) {
@@ -266,6 +255,26 @@ export class WorldView {
     }
     this.renderer.updatePoints(this.scanSet, data);
   }
+  updateRecent() {
+    const now = this.scan?.stamp ?? 0;
+    const key = [now, this.colorBy].join();
+    if (!this.recentDirty && key === this.recentKey) return;
+    this.recentDirty = false;
+    this.recentKey = key;
+    const shown = this.recent.filter((s) => now - s.stamp <= RECENT_S && now - s.stamp > -0.01);
+    const data = new Float32Array(shown.reduce((n, s) => n + (4 * s.data.length) / 3, 0));
+    let k = 0;
+    for (const s of shown) {
+      const age = s.stamp - now;
+      for (let i = 0; i < s.data.length; i += 3, k += 4) {
+        data[k] = s.data[i];
+        data[k + 1] = s.data[i + 1];
+        data[k + 2] = s.data[i + 2];
+        data[k + 3] = this.colorBy === "age" ? age : s.data[i + 2];
+      }
+    }
+    this.renderer.updatePoints(this.recentSet, data);
+  }
   updateTerrain() {
     if (!this.patchDirty) return;
     this.patchDirty = false;
@@ -294,6 +303,7 @@ export class WorldView {
     const colors = palette(this.dark);
     r.resize(ratio);
     this.updateScan();
+    this.updateRecent();
     this.updateTerrain();
     this.updatePath();
     updateTrack(this);
@@ -327,15 +337,11 @@ export class WorldView {
     const size = flat ? Math.min(6, Math.max(1.6, 90 / this.camera.distance)) : 2.6;
     if (this.show.recent) {
       const now = this.scan?.stamp ?? 0;
-      for (const s of this.recent) {
-        const age = now - s.stamp;
-        if (age > RECENT_S || age < -0.01) continue;
-        const fade = 1 - age / RECENT_S;
-        const byAge = this.colorBy === "age";
-        const fixed = byAge ? [...rampColor(ramp, fade).map((c) => c / 255), 1]
-          : this.colorBy === "height" ? [0, 0, 0, 0] : [0.5, 0.5, 0.5, 1];
-        r.drawPoints(s.set, { ramp, range, size: 0.75 * size * ratio, alpha: 0.25 + 0.4 * fade, color: fixed });
-      }
+      const byAge = this.colorBy === "age";
+      const fixed = byAge || this.colorBy === "height" ? [0, 0, 0, 0] : [0.5, 0.5, 0.5, 1];
+      r.drawPoints(this.recentSet, {
+        ramp, range: byAge ? [-RECENT_S, 0] : range, size: 0.75 * size * ratio, alpha: 0.5, color: fixed,
+      });
     }
     if (this.show.scan && this.scan) {
       const fixed = this.colorBy === "age" ? [...rampColor(ramp, 1).map((c) => c / 255), 1] : [0, 0, 0, 0];
@@ -350,7 +356,9 @@ export class WorldView {
     if (this.show.level && levels) {
       const [h, v] = levels;
       const at = { q: [1, 0, 0, 0], p: T.p };
-      r.drawMesh(this.cylinder, { model: poseMatrix(at, [h, h, v]), color: rgba(colors.level), alpha: 0.16 });
+      // From inside, the cylinder would tint the whole view.
+      const inside = !this.camera.view.flat && h > 0.6 * this.camera.distance;
+      if (!inside) r.drawMesh(this.cylinder, { model: poseMatrix(at, [h, h, v]), color: rgba(colors.level), alpha: 0.16 });
       const key = [h.toFixed(3), this.dark].join();
       if (key !== this.levelKey) {
         this.levelKey = key;
@@ -386,11 +394,5 @@ export class WorldView {
     const k = 3 * this.magnify;
     const model = [k * a, k * b, 0, 0, 0, k * c, 0, 0, 0, 0, 1, 0, ...this.T_world_vehicle.p, 1];
     this.renderer.drawLines(this.outline, { width: 2 * ratio, model, over: true });
-  }
-  fixesNow() {
-    if (!this.timeline || !this.show.fixes) return [];
-    const whole = !this.camera.view.follow;
-    return this.timeline.fixes.filter((f) =>
-      f.t <= this.time + 1e-6 && (whole || f.t > this.time - FIXES_S));
   }
 }
