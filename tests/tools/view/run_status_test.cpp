@@ -97,7 +97,9 @@ TEST_F(Status, TheTextIsOfTheFormatOfPrometheus) {
       std::istringstream words(line);
       std::string hash, kind, name;
       words >> hash >> kind >> name;
-      if (kind == "TYPE") EXPECT_TRUE(described.insert(name).second) << name << " twice";
+      if (kind == "TYPE") {
+        EXPECT_TRUE(described.insert(name).second) << name << " twice";
+      }
       continue;
     }
     ASSERT_TRUE(std::regex_match(line, match, sample)) << line;
