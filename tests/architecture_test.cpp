@@ -96,6 +96,10 @@ const Folder kFolders[] = {
      "(rcs|lcmtypes|modules/(registration|sp|wm)|sim|"
      "tools/(base|report|clouds|recording|importers|evaluation|mapping|drills|studies))/.*",
      "rcs::studies"},
+    {"tools/view/.*",
+     "(rcs|lcmtypes|modules/(registration|sp)|"
+     "tools/(base|clouds|recording|mcap|evaluation|studies|view))/.*",
+     "rcs::view"},
     {"tools/rcs/.*", "(rcs|lcmtypes|modules|sim|tools)/.*", "rcs::cli"},
     {"tests/.*", "(rcs|lcmtypes|modules|sim|tools|tests)/.*", "rcs.*"},
 };
@@ -124,6 +128,7 @@ const Rule kIncludeRules[] = {
     {"nanoflann.*", "rcs/base/kd_tree\\.h", "nanoflann belongs to rcs/base/kd_tree.h"},
     {"libqhull.*", "tests/bench/.*", "qhull belongs to a benchmark, and to no product"},
     {"dds/.*", "(modules/gateway|tests/ros2)/.*", "Cyclone DDS belongs to the gateway"},
+    {"boost/.*", "(tools/view|tests/tools/view)/.*", "Boost belongs to the viewer"},
     {"zstd\\.h", "tools/mcap/compression\\.cpp", "zstd belongs to tools/mcap/compression.cpp"},
     {"(gdal|ogr|cpl)[a-z_0-9]*\\.h", "tools/survey/.*", "GDAL belongs to tools/survey"},
     {"CLI/.*", "(tools/.*|.*_(main|options)\\.cpp)", "command lines belong to tools and mains"},
@@ -367,6 +372,9 @@ TEST(ArchitectureRules, EveryLibraryIsUsedByOneFolderOnly) {
               testing::IsEmpty());
   EXPECT_EQ(violations("modules/bg/bg_node.cpp", "#include <dds/dds.h>\n").size(), 1U);
   EXPECT_EQ(violations("tools/rcs/cloud.cpp", "#include <libqhull_r/libqhull_r.h>\n").size(), 1U);
+  EXPECT_EQ(violations("tools/mcap/a.cpp", "#include <boost/asio/io_context.hpp>\n").size(), 1U);
+  EXPECT_THAT(violations("tools/view/a.cpp", "#include <boost/asio/io_context.hpp>\n"),
+              testing::IsEmpty());
 }
 
 TEST(ArchitectureRules, ClocksAreReadInTheTimelineOnly) {

@@ -158,7 +158,7 @@ void TopModel::on_status(const status_t& m, Stamp arrival) { status_ = {arrival,
 
 void TopModel::view_work(NodeState* n) const {
   TopView::Node& f = n->metrics;
-  f.used_p50 = f.used_max = f.min_slack = std::nullopt;
+  f.used_p50 = f.used_p99 = f.used_max = f.min_slack = std::nullopt;
   if (n->work.empty()) return;
   std::vector<Duration> used;
   Duration least = Duration::max();
@@ -169,6 +169,10 @@ void TopModel::view_work(NodeState* n) const {
   const auto middle = used.begin() + static_cast<std::ptrdiff_t>(used.size() / 2);
   std::nth_element(used.begin(), middle, used.end());
   f.used_p50 = *middle;
+  // Nearest rank: the smallest value with at least 99 % of the values at or below it.
+  const auto rank = used.begin() + static_cast<std::ptrdiff_t>((99 * used.size() + 99) / 100 - 1);
+  std::nth_element(used.begin(), rank, used.end());
+  f.used_p99 = *rank;
   f.used_max = *std::max_element(used.begin(), used.end());
   f.min_slack = least;
 }

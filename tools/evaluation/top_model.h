@@ -66,6 +66,7 @@ struct TopView {
     std::string note;
     std::optional<double> account_hz;  ///< units of work
     std::optional<Duration> used_p50;  ///< wall time, over the window
+    std::optional<Duration> used_p99;
     std::optional<Duration> used_max;
     std::optional<Duration> budget;
     std::optional<Duration> min_slack;

@@ -75,6 +75,7 @@ void add_keys_command(CLI::App* rcs, Commands* commands);
 void add_reference_commands(CLI::App* rcs, Commands* commands);
 void add_smooth_command(CLI::App* rcs, Commands* commands);
 void add_why_command(CLI::App* rcs, Commands* commands);
+void add_view_command(CLI::App* rcs, Commands* commands);
 void add_up_command(CLI::App* rcs, Commands* commands);
 void add_top_command(CLI::App* rcs, Commands* commands);
 

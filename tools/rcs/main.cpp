@@ -226,6 +226,7 @@ int rcs_main(int argc, char** argv) {
   add_outages_command(&app, &commands);
   add_smooth_command(&app, &commands);
   add_why_command(&app, &commands);
+  add_view_command(&app, &commands);
   add_eval_command(&app, &commands);
   add_sim_command(&app, &commands);
   add_report_command(&app, &commands);

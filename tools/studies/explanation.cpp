@@ -160,6 +160,17 @@ Json to_json(const MessageHistory& history, Stamp moment) {
 
 }  // namespace
 
+Explanation explanation_of(const MessageHistory& history, const std::string& log, Stamp begin,
+                           Stamp moment) {
+  const double time_s = seconds(moment - begin);
+  Json json = {{"log", log}, {"time_s", time_s}, {"log_utime", to_utime(moment)}};
+  json.update(to_json(history, moment));
+  return {fmt::format("{}, {:.3f} s after its begin: {} {} UTC\n\n", log, time_s,
+                      utc_date(to_utime(moment)), time_of_day(to_utime(moment))) +
+              explanation_text(history, begin, moment),
+          std::move(json)};
+}
+
 Result<Explanation> explain(LogReader* log, Duration after,
                             const std::function<bool(double)>& progress) {
   MessageHistory history;
@@ -172,16 +183,7 @@ Result<Explanation> explain(LogReader* log, Duration after,
       return Error{"interrupted"};
     }
     const Stamp moment = *begin + after;
-    if (event.stamp > moment) {
-      Json json = {
-          {"log", log->path()}, {"time_s", seconds(after)}, {"log_utime", to_utime(moment)}};
-      json.update(to_json(history, moment));
-      return Explanation{
-          fmt::format("{}, {:.3f} s after its begin: {} {} UTC\n\n", log->path(), seconds(after),
-                      utc_date(to_utime(moment)), time_of_day(to_utime(moment))) +
-              explanation_text(history, *begin, moment),
-          std::move(json)};
-    }
+    if (event.stamp > moment) return explanation_of(history, log->path(), *begin, moment);
     history.add(event);
   }
   if (!begin) return Error{log->path() + ": the log is empty"};

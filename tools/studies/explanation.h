@@ -8,6 +8,7 @@
 #include "rcs/base/result.h"
 #include "rcs/base/stamp.h"
 #include "rcs/node/log/log_file.h"
+#include "tools/studies/message_history.h"
 
 namespace rcs::studies {
 
@@ -23,5 +24,12 @@ struct Explanation {
 /// @param progress  called with the share of the log that is read; returns false to stop
 [[nodiscard]] Result<Explanation> explain(LogReader* log, Duration after,
                                           const std::function<bool(double)>& progress);
+
+/// The same from messages that were collected elsewhere: events of MessageHistory::kEvents, all
+/// other channels of MessageHistory::kRecent and at least the newest message of each.
+/// @param log  path, for the text
+/// @param begin  of the log
+[[nodiscard]] Explanation explanation_of(const MessageHistory& history, const std::string& log,
+                                         Stamp begin, Stamp moment);
 
 }  // namespace rcs::studies

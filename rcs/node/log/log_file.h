@@ -49,6 +49,8 @@ class LogReader {
   /// The next event, in reused buffers; false at the end: then check health().
   [[nodiscard]] bool next(LogEvent* event);
   void rewind();
+  /// Continues at the event that begins there, by position_bytes() before it was read.
+  void seek(std::int64_t position_bytes) { position_ = position_bytes; }
 
   [[nodiscard]] const LogHealth& health() const { return health_; }
   [[nodiscard]] const std::string& path() const { return path_; }

@@ -129,6 +129,7 @@ TEST_F(ExitStatus, IsTwoForAnInvalidCommandLine) {
       {2, ""},
       {2, "nonsense"},
       {2, "log"},
+      {2, "view $F/run.log --shot noon -o $N/x.png"},
       {2, "log info"},
       {2, "log cut $F/drive.log"},
       {2, "log cut $F/drive.log --around no.such_event -o $N/x.log"},
@@ -186,6 +187,7 @@ TEST_F(ExitStatus, IsTwoForAnInvalidCommandLine) {
 TEST_F(ExitStatus, IsThreeWhenAFileOrTheNetworkPreventsTheWork) {
   constexpr Row kRows[] = {
       // A missing file.
+      {3, "view $F/none.log"},
       {3, "log info $F/none.log"},
       {3, "log info $F/map"},
       {3, "record /proc/nowhere"},

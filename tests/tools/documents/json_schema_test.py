@@ -32,7 +32,7 @@ SCENARIO = SOURCE + "/config/sim/drill.toml"
 # Commands whose documents are tested with "live".
 LIVE_COMMANDS = {"budget", "go", "play", "predict", "record", "top"}
 # Commands without --json, and why.
-NO_JSON = {"log csv": "CSV", "load": "no result", "map export": "writes files only",
+NO_JSON = {"view": "a server; its JSON is at /api", "log csv": "CSV", "load": "no result", "map export": "writes files only",
            "reference pages": "the same", "reference man": "the same",
            "reference completion": "the same"}
 

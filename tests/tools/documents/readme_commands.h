@@ -21,7 +21,7 @@ struct ReadmeCommand {
   std::string_view why;
 };
 
-constexpr std::array<ReadmeCommand, 48> kReadmeCommands = {{
+constexpr std::array<ReadmeCommand, 50> kReadmeCommands = {{
     {"./synthetic_vehicle", How::kForeign, "real time, on a bus; own_vehicle_test.sh"},
     {"PYTHONPATH=", How::kForeign, "real time, on a bus; own_vehicle_test.sh"},
     {"export", How::kForeign, "of the operator's shell; live_pages_test.sh"},
@@ -32,6 +32,8 @@ constexpr std::array<ReadmeCommand, 48> kReadmeCommands = {{
     {"build/release/bin/rcs top", How::kOptions, "runs until q; live_pages_test.sh"},
     {"build/release/bin/rcs sim config/sim/demo.toml", How::kOptions, "206 s; sim tests"},
     {"lcm-logger", How::kForeign, "runs until Ctrl-C; live_pages_test.sh"},
+    {"tools/setup --view", How::kForeign, "installs packages and builds"},
+    {"build/release/bin/rcs view", How::kOptions, "runs until Ctrl-C; view_command_test.cpp"},
     {"build/release/bin/rcs record", How::kOptions, "runs until Ctrl-C; record_command_test.cpp"},
     {"build/release/bin/rcs log cut recording/ --around", How::kOptions,
      "the event does not occur; log_cut_command_test.cpp"},

@@ -69,7 +69,7 @@ class Readme : public RcsCommand {
     // Pages of the maps before those that write another result.log.
     for (const char* page :
          {"README", "docs/user/getting_started", "docs/user/own_vehicle", "docs/user/maps",
-          "docs/user/replay", "docs/user/other_tools", "docs/user/recording",
+          "docs/user/replay", "docs/user/other_tools", "docs/user/recording", "docs/user/viewer",
           "docs/user/commanding", "docs/user/vehicle_install", "docs/user/dds",
           "docs/user/drills_and_evaluation", "docs/user/coming_from"}) {
       const std::string text = text_of(variable("RCS_SOURCE_DIR") + "/" + page + ".md");
