@@ -31,7 +31,7 @@ TEST_P(HazardDrives, NoContact) {
 
 INSTANTIATE_TEST_SUITE_P(Kinds, HazardDrives,
                          testing::Values("drop", "ledge", "ditch", "wall", "bank"),
-                         testing::PrintToStringParamName());
+                         [](const auto& kind) { return std::string(kind.param); });
 
 }  // namespace
 }  // namespace rcs::test
