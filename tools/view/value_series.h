@@ -26,7 +26,7 @@ class ValueSeries {
   void add(Duration time, double value) {
     if (!std::isfinite(value)) return;
     const double t = seconds(time);
-    const auto interval = static_cast<long long>(t / interval_s_);
+    const long long interval = interval_of(t);
     if (!entries_.empty() && interval == last_interval_) {
       if (value > entries_.back().value) entries_.back() = {t, value};
       return;
@@ -40,6 +40,10 @@ class ValueSeries {
   [[nodiscard]] int halvings() const { return halvings_; }
 
  private:
+  /// Values of 10 Hz lie on the limits of the intervals, and rounding must not join two of them.
+  [[nodiscard]] long long interval_of(double time_s) const {
+    return static_cast<long long>(time_s / interval_s_ + 1e-6);
+  }
   void halve() {
     interval_s_ *= 2.0;
     ++halvings_;
@@ -47,7 +51,7 @@ class ValueSeries {
     kept.reserve(entries_.size() / 2 + 1);
     long long last = -1;
     for (const Entry& e : entries_) {
-      const auto interval = static_cast<long long>(e.time_s / interval_s_);
+      const long long interval = interval_of(e.time_s);
       if (!kept.empty() && interval == last) {
         if (e.value > kept.back().value) kept.back() = e;
       } else {
