@@ -33,7 +33,7 @@ std::string find_browser() {
     while (!path.empty()) {
       const std::string_view folder = path.substr(0, path.find(':'));
       path.remove_prefix(std::min(folder.size() + 1, path.size()));
-      const std::string candidate = fmt::format("{}/{}", folder, program);
+      std::string candidate = fmt::format("{}/{}", folder, program);
       if (access(candidate.c_str(), X_OK) == 0) return candidate;
     }
   }
@@ -100,6 +100,7 @@ Result<std::unique_ptr<Browser>> Browser::start(boost::asio::io_context* io) {
   }
   std::vector<std::string> arguments = arguments_of(program, profile);
   std::vector<char*> argv;
+  argv.reserve(arguments.size() + 1);
   for (std::string& argument : arguments) argv.push_back(argument.data());
   argv.push_back(nullptr);
   const pid_t pid = fork();

@@ -61,10 +61,10 @@ class RunTimeline {
     std::int64_t utime = 0;
     std::optional<Geodetic> position;  ///< of the receiver; nullopt: the log has no GPS_FIX
     Vec3 p_world = Vec3::Zero();       ///< without `position`: prediction and innovation
-    int type = 0;
+    std::int8_t type = 0;              ///< gps_fix_t::FIX_*
     double sigma_m = 0.0;
-    int verdict = -1;  ///< -1: not used or not tested, 0: rejected, 1: accepted
-    int reason = 0;    ///< innovation_t::REASON_*
+    int verdict = -1;        ///< -1: not used or not tested, 0: rejected, 1: accepted
+    std::int8_t reason = 0;  ///< innovation_t::REASON_*
     double nis = 0.0;
   };
   struct Truth {

@@ -87,7 +87,7 @@ TEST_F(ViewCommand, CommandLineErrorsNameTheOption) {
 }
 
 TEST_F(ViewCommand, InputsThatCannotBeShownAreErrors) {
-  std::ofstream(folder_ + "/empty.log");
+  std::ofstream(folder_ + "/empty.log").close();
   EXPECT_EQ(rcs("view --port 0 " + folder_ + "/empty.log"), 3);
   EXPECT_THAT(messages(), HasSubstr("empty.log: no message of this system"));
   EXPECT_EQ(rcs("view " + log_ + " --shot t=99 -o " + folder_ + "/a.png"), 3);

@@ -39,6 +39,7 @@ class ViewProcess {
       (void)close(out[0]);
       (void)close(out[1]);
       std::vector<char*> argv;
+      argv.reserve(arguments.size() + 1);
       for (std::string& a : arguments) argv.push_back(a.data());
       argv.push_back(nullptr);
       execv(argv[0], argv.data());

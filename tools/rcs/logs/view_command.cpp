@@ -38,6 +38,7 @@ class View final : public Command {
     std::vector<std::string> arguments = view::to_arguments(options_);
     arguments.insert(arguments.begin(), kProgram);
     std::vector<char*> argv;
+    argv.reserve(arguments.size() + 1);
     for (std::string& argument : arguments) argv.push_back(argument.data());
     argv.push_back(nullptr);
     (void)std::fflush(nullptr);

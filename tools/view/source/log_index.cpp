@@ -35,15 +35,10 @@ Duration state_span(std::size_t channel) {
 class SteadyTime {
  public:
   Duration at(Stamp stamp) {
-    if (!last_stamp_) {
-      last_stamp_ = stamp;
-    } else if (stamp > *last_stamp_) {
-      const Duration step = stamp - *last_stamp_;
-      if (step <= LogIndex::kMaxAhead) time_ += step;
-      last_stamp_ = stamp;
-    } else if (*last_stamp_ - stamp > kMaxBack) {
-      last_stamp_ = stamp;  // the clock was set back
-    }
+    const Duration step = last_stamp_ ? stamp - *last_stamp_ : Duration{};
+    if (step > Duration{} && step <= LogIndex::kMaxAhead) time_ += step;
+    // A message that is a little late changes nothing; else the clock was set back.
+    if (!last_stamp_ || step > Duration{} || -step > kMaxBack) last_stamp_ = stamp;
     return time_;
   }
 
