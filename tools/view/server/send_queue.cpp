@@ -60,7 +60,7 @@ void SendQueue::forget(std::uint32_t subscription) {
   if (at != data_.end()) erase(at);
 }
 
-void SendQueue::erase(std::deque<Outgoing>::const_iterator at) {
+void SendQueue::erase(const std::deque<Outgoing>::const_iterator& at) {
   bytes_ -= at->payload->size();
   data_.erase(at);
 }

@@ -42,7 +42,7 @@ class SendQueue {
   [[nodiscard]] std::int64_t dropped() const { return dropped_; }
 
  private:
-  void erase(std::deque<Outgoing>::const_iterator at);
+  void erase(const std::deque<Outgoing>::const_iterator& at);
 
   std::size_t max_bytes_;
   std::size_t bytes_ = 0;
