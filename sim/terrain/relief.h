@@ -37,6 +37,8 @@ class Relief {
   static void fill_field(std::uint64_t seed, double spacing_m, std::int64_t i0, std::int64_t j0,
                          double step_m, int side, std::vector<float>* values);
 
+  [[nodiscard]] const std::vector<Feature>& features() const { return features_; }
+
  private:
   [[nodiscard]] double dem_height(double x_m, double y_m) const;
 

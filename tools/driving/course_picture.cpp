@@ -20,6 +20,7 @@ constexpr double kMapHeight_px = 640.0;
 constexpr double kMargin_m = 12.0;
 constexpr double kBorder_px = 16.0;
 constexpr double kLegendHeight_px = 92.0;
+constexpr double kRow_px = 32.0;  // of the legend
 
 constexpr char kLost[] = "#d62728";
 constexpr char kEstimate[] = "#d0118a";
@@ -190,7 +191,14 @@ void add_scale(const View& view, SvgOut out) {
       bar_m * view.px_per_m, x + 4.0, y - 5.0, bar_m);
 }
 
-/// Two rows under the map.
+/// Of this kind; null: of any.
+bool has_feature(const CoursePicture& picture, const sim::Feature::Kind* kind) {
+  const auto& features = picture.world->relief().features();
+  return std::any_of(features.begin(), features.end(),
+                     [kind](const sim::Feature& f) { return kind == nullptr || f.kind == *kind; });
+}
+
+/// Two rows under the map, and a third one if there are features.
 void add_legend(const CoursePicture& picture, const View& view, bool hits, SvgOut out) {
   const double top = view.top_px + view.height_px() + 26.0;
   double x = kBorder_px + 8.0;
@@ -220,7 +228,7 @@ void add_legend(const CoursePicture& picture, const View& view, bool hits, SvgOu
     label(22.0, top, "contact", 80.0);
   }
 
-  const double second = top + 32.0;
+  const double second = top + kRow_px;
   x = kBorder_px + 8.0;
   const auto symbol = [&](Kind kind, double radius_px, std::string_view text, double width_px) {
     add_circle(x + 9.0, second, radius_px, style_of(kind), out);
@@ -238,6 +246,20 @@ void add_legend(const CoursePicture& picture, const View& view, bool hits, SvgOu
                  "stroke=\"#111\" stroke-width=\"2\"/>",
                  x, second - 6.5);
   label(28.0, second, "vehicle at start and end", 100.0);
+
+  using Feature = sim::Feature::Kind;
+  const double third = second + kRow_px;
+  x = kBorder_px + 8.0;
+  for (const auto& [kind, name] :
+       {std::pair{Feature::kWall, "wall"}, std::pair{Feature::kDitch, "ditch"},
+        std::pair{Feature::kStep, "edge of a drop, ledge or bank"}}) {
+    sim::Feature feature;
+    feature.kind = kind;
+    if (!has_feature(picture, &kind)) continue;
+    fmt::format_to(out, "<path d=\"M{:.1f} {:.1f}h34\" fill=\"none\" {}/>", x, third,
+                   line_of(feature, view.px_per_m));
+    label(42.0, third, name, 60.0);
+  }
 }
 
 }  // namespace
@@ -246,7 +268,8 @@ std::string render(const CoursePicture& picture) {
   RCS_CHECK(picture.world != nullptr && picture.samples.size() >= 2);
   const View view = view_of(picture);
   const double width = view.width_px() + 2.0 * kBorder_px;
-  const double height = view.top_px + view.height_px() + kLegendHeight_px;
+  const double height = view.top_px + view.height_px() + kLegendHeight_px +
+                        (has_feature(picture, nullptr) ? kRow_px : 0.0);
   std::string svg;
   const SvgOut out(svg);
   fmt::format_to(out,
@@ -266,6 +289,7 @@ std::string render(const CoursePicture& picture) {
                  "height=\"{:.1f}\"/></clipPath>\n<g clip-path=\"url(#map)\">\n",
                  kBorder_px, view.top_px, view.width_px(), view.height_px());
   add_ground(*picture.world, view, out);
+  add_features(*picture.world, view, out);
   add_objects(*picture.world, view, out);
   add_paths(picture, view, out);
   add_vehicle(picture.samples.front(), view, out);

@@ -61,7 +61,7 @@ class Campaign {
     Result<sim::Scenario> scenario = sim::load_scenario(campaign_.scenario, overrides);
     if (!scenario) return scenario.error();
     if (!scenario->commanded) {
-      return Error{campaign_.scenario + ": [course] commanded = true is required: BG drives"};
+      return Error{campaign_.scenario + ": [drive] mode = \"commanded\" is required: BG drives"};
     }
     ClosedLoopOptions options;
     options.vehicle_config = campaign_.vehicle_config;

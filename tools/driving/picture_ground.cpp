@@ -127,6 +127,22 @@ void add_ground(const sim::World& world, const View& view, SvgOut out) {
   fmt::format_to(out, "</g>\n");
 }
 
+std::string line_of(const sim::Feature& feature, double px_per_m) {
+  using Shape = sim::Feature::Kind;
+  const double width_px = feature.kind == Shape::kStep ? 2.5 : feature.width_m * px_per_m;
+  return fmt::format("stroke=\"{}\" stroke-width=\"{:.1f}\"{}",
+                     feature.kind == Shape::kWall ? "#222" : "#7a3b10", std::max(2.5, width_px),
+                     feature.kind == Shape::kStep ? " stroke-dasharray=\"3 2\"" : "");
+}
+
+void add_features(const sim::World& world, const View& view, SvgOut out) {
+  for (const sim::Feature& f : world.relief().features()) {
+    fmt::format_to(out, "<path d=\"M{:.1f} {:.1f}L{:.1f} {:.1f}\" fill=\"none\" {}/>\n",
+                   view.x(f.a_world.x()), view.y(f.a_world.y()), view.x(f.b_world.x()),
+                   view.y(f.b_world.y()), line_of(f, view.px_per_m));
+  }
+}
+
 void add_objects(const sim::World& world, const View& view, SvgOut out) {
   std::vector<sim::Spheroid> objects;
   const Vec2 middle = 0.5 * (view.low_world + view.high_world);

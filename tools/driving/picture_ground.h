@@ -43,6 +43,10 @@ void add_circle(double x_px, double y_px, double radius_px, const KindStyle& sty
 
 /// Hill shading of the bare ground.
 void add_ground(const sim::World& world, const View& view, SvgOut out);
+/// Walls, ditches and edges that the scenario places.
+void add_features(const sim::World& world, const View& view, SvgOut out);
+/// Attributes of the line of a feature in pictures.
+[[nodiscard]] std::string line_of(const sim::Feature& feature, double px_per_m);
 /// Rocks, bushes and trees, true to scale where they can be seen.
 void add_objects(const sim::World& world, const View& view, SvgOut out);
 

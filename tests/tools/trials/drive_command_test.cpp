@@ -52,7 +52,7 @@ TEST_F(DriveCommand, NamesWhatIsWrong) {
   EXPECT_EQ(rcs(drive("--logs")), 2);
   EXPECT_THAT(messages(), HasSubstr("--out"));
   EXPECT_EQ(rcs("drive " + config_ + "sim/drill.toml --config " + config_ + "demo3.toml"), 3);
-  EXPECT_THAT(messages(), HasSubstr("commanded"));
+  EXPECT_THAT(messages(), HasSubstr("drill.toml: [drive] mode = \"commanded\" is required"));
   EXPECT_EQ(rcs("drive " + folder_ + "/none.toml"), 3);
   EXPECT_THAT(messages(), HasSubstr("none.toml"));
 }
