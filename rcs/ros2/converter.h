@@ -21,6 +21,7 @@ namespace rcs::ros2 {
 /// A topic whose messages have the type T.
 template <class T>
 struct Topic {
+  using Message = T;
   const char* name;
   const char* from;  ///< channels of which it is made
 };
@@ -102,6 +103,8 @@ class Converter {
   Conversion convert(std::string_view channel, const std::uint8_t* data, std::size_t size);
   /// At the end of the data: publishes scans of which parts are missing.
   void finish();
+  /// Live: for the messages that follow.
+  void set_clocks(const ClockOffsets& clocks) { options_.clocks = clocks; }
 
  private:
   template <class T>

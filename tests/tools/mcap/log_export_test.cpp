@@ -10,7 +10,6 @@
 #include "lcmtypes/channel_types.h"
 #include "rcs/cdr/cdr_message.h"
 #include "tests/support/random_message.h"
-#include "tools/mcap/clock_estimate.h"
 #include "tools/mcap/ladar_facets.h"
 #include "tools/mcap/log_import.h"
 
@@ -57,28 +56,6 @@ TEST(ToLcm, AShorterArrayThanItsLengthIsRejected) {
   cdr::write_message(m, &cdr);
   EXPECT_TRUE(to_lcm("BG_PLAN", cdr.data(), cdr.size(), &lcm));
   EXPECT_FALSE(to_lcm("CAMERA", cdr.data(), cdr.size(), &lcm));
-}
-
-TEST(ClockEstimate, OffsetsAreThoseOfTheLeastDelay) {
-  constexpr std::int64_t kUtc = 1'395'837'296'000'000;
-  ClockEstimate clocks;
-  for (std::int64_t i = 0; i < 200; ++i) {
-    const Stamp stamp = from_utime(kUtc + 100'000 * i);
-    clocks.add("INS", kUtc + 100'000 * i - 2'000, stamp);  // the sensor has UTC
-    clocks.add("WM_EVENT", 7'000'000 + 100'000 * i - (i % 7 == 3 ? 100 : 3000), stamp);
-    clocks.add("WM_NAV_STATE", 5, stamp);  // of neither clock
-  }
-  EXPECT_TRUE(clocks.complete());
-  EXPECT_EQ(clocks.offsets().sensor_us, 0);
-  EXPECT_EQ(clocks.offsets().node_us, kUtc - 7'000'000 + 100);
-  EXPECT_EQ(ClockEstimate{}.offsets().node_us, 0);
-}
-
-TEST(ClockEstimate, EachChannelHasAClock) {
-  EXPECT_EQ(clock_of("GPS_FIX"), ChannelClock::kSensor);
-  EXPECT_EQ(clock_of("UP_PROCESS"), ChannelClock::kNode);
-  EXPECT_EQ(clock_of("BG_STATUS"), ChannelClock::kNode);
-  EXPECT_EQ(clock_of("BG_COMMAND"), ChannelClock::kOther);
 }
 
 TEST(FacetPoints, AFacetOfRangesHasRowsAndTimes) {

@@ -6,8 +6,8 @@
 
 #include "modules/sp/sp_config.h"
 #include "rcs/node/params/params.h"
+#include "rcs/ros2/clock_estimate.h"
 #include "tools/base/files.h"
-#include "tools/mcap/clock_estimate.h"
 #include "tools/mcap/log_export.h"
 #include "tools/mcap/mcap_file.h"
 #include "tools/rcs/config_files.h"
@@ -89,7 +89,7 @@ class LogMcap final : public Command {
   [[nodiscard]] Result<ros2::ClockOffsets> clock_offsets() const {
     Result<recording::LogSeries> log = recording::LogSeries::open(log_);
     if (!log) return log.error();
-    mcap::ClockEstimate clocks;
+    ros2::ClockEstimate clocks;
     const InterruptGuard interrupt;
     LogEvent event;
     while (!clocks.complete() && log->next(&event)) {

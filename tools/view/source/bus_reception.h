@@ -9,7 +9,7 @@
 #include "rcs/base/result.h"
 #include "rcs/node/bus/lcm_bus.h"
 #include "rcs/node/timeline/live_timeline.h"
-#include "tools/mcap/clock_estimate.h"
+#include "rcs/ros2/clock_estimate.h"
 #include "tools/view/run_timeline.h"
 #include "tools/view/source/source.h"
 
@@ -50,7 +50,7 @@ class BusReception final : public Source, private BusMonitor {
   LiveTimeline live_;
   boost::asio::posix::stream_descriptor ready_;
   RunTimeline* timeline_;
-  mcap::ClockEstimate clocks_;
+  ros2::ClockEstimate clocks_;
   std::optional<Stamp> first_message_;
   bool clocks_known_ = false;
   Stamp begin_;

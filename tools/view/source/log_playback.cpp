@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "tools/mcap/clock_estimate.h"
+#include "rcs/ros2/clock_estimate.h"
 #include "tools/recording/message_fields.h"
 #include "tools/studies/explanation.h"
 #include "tools/view/source/placed_scans.h"
@@ -24,7 +24,7 @@ constexpr Duration kRecent = std::chrono::seconds(6);
 Result<std::unique_ptr<LogPlayback>> LogPlayback::open(
     const std::string& path, boost::asio::io_context* io, RunTimeline* timeline,
     const std::function<bool(double)>& progress) {
-  mcap::ClockEstimate clocks;
+  ros2::ClockEstimate clocks;
   Result<LogIndex> index = LogIndex::build(
       path,
       [&](const LogEvent& event, Duration time) {

@@ -8,7 +8,7 @@
 #include "rcs/base/stamp.h"
 #include "rcs/ros2/frames.h"
 
-namespace rcs::mcap {
+namespace rcs::ros2 {
 
 /// The smallest difference between the stamp of an event and the time in its message, over the
 /// first kWindow of each clock: the message with the least delay. A clock that agrees with the
@@ -22,6 +22,8 @@ class ClockEstimate {
   void add(std::string_view channel, std::int64_t utime, Stamp stamp);
   /// True when both clocks are known: further events change nothing.
   [[nodiscard]] bool complete() const { return sensor_.closed && node_.closed; }
+  /// A message of a sensor has been added.
+  [[nodiscard]] bool knows_sensors() const { return sensor_.first.has_value(); }
   /// 0 for a clock without messages.
   [[nodiscard]] ros2::ClockOffsets offsets() const;
 
@@ -43,4 +45,4 @@ class ClockEstimate {
 enum class ChannelClock { kSensor, kNode, kOther };
 [[nodiscard]] ChannelClock clock_of(std::string_view channel);
 
-}  // namespace rcs::mcap
+}  // namespace rcs::ros2

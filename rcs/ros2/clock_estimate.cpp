@@ -1,4 +1,4 @@
-#include "tools/mcap/clock_estimate.h"
+#include "rcs/ros2/clock_estimate.h"
 
 #include <algorithm>
 #include <cstdlib>
@@ -6,7 +6,7 @@
 #include "lcmtypes/channels.h"
 #include "lcmtypes/plausible.h"
 
-namespace rcs::mcap {
+namespace rcs::ros2 {
 namespace {
 
 bool ends_in(std::string_view text, std::string_view end) {
@@ -57,4 +57,4 @@ ros2::ClockOffsets ClockEstimate::offsets() const {
   return {sensor_.offset_us(), node_.offset_us()};
 }
 
-}  // namespace rcs::mcap
+}  // namespace rcs::ros2
