@@ -1,7 +1,7 @@
 #pragma once
-// The list of all channels of the system. Names are [A-Z_]+ only, because LCM interprets a channel
-// name as a regular expression; the prefix is the writer. The constants, the table and the dispatch
-// by type (channel_types.h) derive from this list.
+// The list of all channels of the system. Names are [A-Z0-9_]+ only, because LCM interprets a
+// channel name as a regular expression; the prefix is the writer. The constants, the table and the
+// dispatch by type (channel_types.h) derive from this list.
 
 #include <array>
 #include <cstddef>
@@ -41,6 +41,9 @@
   X(kGatewayEvent, "GATEWAY_EVENT", kOutput, event_t, "gateway", "on events")                   \
   X(kGatewayCycle, "GATEWAY_CYCLE", kAccount, cycle_t, "gateway", "per cycle, live")            \
   X(kGatewayProcess, "GATEWAY_PROCESS", kAccount, process_t, "gateway", "1 Hz, live")           \
+  X(kRos2BridgeEvent, "ROS2_BRIDGE_EVENT", kOutput, event_t, "ros2_bridge", "on events")        \
+  X(kRos2BridgeCycle, "ROS2_BRIDGE_CYCLE", kAccount, cycle_t, "ros2_bridge", "per cycle, live") \
+  X(kRos2BridgeProcess, "ROS2_BRIDGE_PROCESS", kAccount, process_t, "ros2_bridge", "1 Hz, live")\
   X(kUpEvent, "UP_EVENT", kOutput, event_t, "up", "on events")                                  \
   X(kUpProcess, "UP_PROCESS", kAccount, process_t, "up", "1 Hz, live")                          \
   X(kRecordEvent, "RECORD_EVENT", kOutput, event_t, "record", "on events")                      \

@@ -302,14 +302,52 @@ struct Info {
     "DDS rejected samples of the gateway. They are lost.",                                         \
     "A receiver is too slow or the network is interrupted.",                                       \
     "Check the network, and [gateway] interface.")                                                 \
-  X(kBusRejected, "sp, wm, bg, gateway", "bus.rejected", kWarning, kOne,                           \
+  X(kRos2BridgeStarted, "ros2_bridge", "bridge.started", kInfo, kOne,                              \
+    "The bridge to ROS 2 runs. The text has the DDS domain and the topics of both directions.",    \
+    "The bridge has started.",                                                                     \
+    "None.")                                                                                       \
+  X(kRos2BridgeUnsecured, "ros2_bridge", "bridge.unsecured", kWarning, kOne,                       \
+    "Every program in the ROS 2 domain can publish sensor data to the vehicle.",                   \
+    "[ros2_bridge] has an input. DDS of ROS 2 runs without authentication here.",                  \
+    "Use an interface that only trusted computers can reach, or remove the input.")                \
+  X(kRos2BridgeOutputDropped, "ros2_bridge", "output.dropped", kWarning, kOne,                     \
+    "Messages to ROS 2 were dropped. The text has their number and the reason.",                   \
+    "The byte budget [ros2_bridge.output] max_kbytes_per_s is too small for the topics and "       \
+    "their rates, a message is larger than the budget, or the bridge does not keep up with the "   \
+    "bus.",                                                                                        \
+    "Publish fewer topics, lower their rates, or raise the budget.")                               \
+  X(kRos2BridgeDdsWrite, "ros2_bridge", "dds.write", kWarning, kOne,                               \
+    "DDS rejected samples of the bridge. They are lost.",                                          \
+    "A reliable reader is too slow, or the network is interrupted.",                               \
+    "Check the network, [ros2_bridge] interface, and the subscribers.")                            \
+  X(kRos2BridgeInputRejected, "ros2_bridge", "input.rejected", kWarning, kOne,                     \
+    "A message from ROS 2 was rejected. The text has the topic, the reason and the number of "     \
+    "rejected messages.",                                                                          \
+    "The message is too large or malformed, its frame_id is another one, its stamp is in the "     \
+    "future, too old or not later than the one before, a value is not finite, or a second "        \
+    "publisher uses the topic.",                                                                   \
+    "Compare [ros2_bridge] with the driver (`ros2 topic info -v`, `ros2 topic echo`). For "        \
+    "stamps, check the clocks of the computers.")                                                  \
+  X(kRos2BridgeInputFlood, "ros2_bridge", "input.flood", kWarning, kOne,                           \
+    "Messages from ROS 2 were rejected because their rate is above max_rate_hz of the input.",     \
+    "The driver publishes faster than the input permits, or the domain is flooded.",               \
+    "Raise max_rate_hz if the rate is that of the sensor; otherwise stop the publisher.")          \
+  X(kRos2BridgeInputRestarted, "ros2_bridge", "input.restarted", kWarning, kTen,                   \
+    "An input from ROS 2 is accepted again with stamps before the previous ones.",                 \
+    "The driver was restarted, its clock was set back, or a recording is played again.",           \
+    "Check the clock of the driver. For a recording that is played again, the event is normal.")   \
+  X(kRos2BridgeClockStep, "ros2_bridge", "clock.step", kWarning, kTen,                             \
+    "The UTC clock of this computer stepped. The stamps of the messages to ROS 2 follow it.",      \
+    "The clock was set, e.g. by NTP after the start.",                                             \
+    "Start the vehicle after the clock is synchronized.")                                          \
+  X(kBusRejected, "sp, wm, bg, gateway, ros2_bridge", "bus.rejected", kWarning, kOne,              \
     "Datagrams on the port of the bus, or messages, were not delivered to this node.",             \
     "Malformed: a program that does not speak LCM, or an attack. Incomplete or lost: the kernel's " \
     "buffer is too small, or the computer is overloaded. Of other computers: the bus has ttl=0. "  \
     "Too many waited: the node was stopped, or the bus is flooded.",                               \
     "Set net.core.rmem_max (docs/user/vehicle_install.md) and the firewall of the bus. `rcs top` "  \
     "shows the load and the rates of the channels.")                                               \
-  X(kPublisherRejected, "sp, wm, bg, gateway", "publisher.rejected", kError, kOne,                 \
+  X(kPublisherRejected, "sp, wm, bg, gateway, ros2_bridge", "publisher.rejected", kError, kOne,    \
     "Messages of a second publisher of a channel were rejected. BG brakes while this concerns a "  \
     "channel by which it drives.",                                                                 \
     "Two programs publish on one channel: a second driver or simulator, a node of another run, or " \

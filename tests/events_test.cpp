@@ -17,10 +17,15 @@ namespace {
 /// The publisher by the folder of the source; several for what these nodes use.
 std::string publisher_of(const std::string& path) {
   static const std::pair<const char*, const char*> kFolders[] = {
-      {"modules/sp/", "sp"},         {"modules/wm/", "wm"},
-      {"modules/bg/", "bg"},         {"modules/gateway/", "gateway"},
-      {"rcs/prior/", "sp, wm"},      {"tools/rcs/vehicle/", "up"},
-      {"tools/recorder/", "record"}, {"rcs/node/process/", "sp, wm, bg, gateway"}};
+      {"modules/sp/", "sp"},
+      {"modules/wm/", "wm"},
+      {"modules/bg/", "bg"},
+      {"modules/gateway/", "gateway"},
+      {"rcs/prior/", "sp, wm"},
+      {"tools/rcs/vehicle/", "up"},
+      {"tools/recorder/", "record"},
+      {"modules/ros2_bridge/", "ros2_bridge"},
+      {"rcs/node/process/", "sp, wm, bg, gateway, ros2_bridge"}};
   for (const auto& [folder, node] : kFolders) {
     if (path.compare(0, std::string(folder).size(), folder) == 0) return node;
   }

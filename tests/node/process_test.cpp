@@ -63,6 +63,7 @@ TEST(ProcessTables, AnEmptyFileRequestsNothing) {
   EXPECT_EQ(tables->nodes, (std::vector<std::string>{"sp", "wm"}));
   EXPECT_TRUE(tables->is_critical("wm"));
   EXPECT_FALSE(tables->is_critical("gateway"));
+  EXPECT_FALSE(tables->is_critical("ros2_bridge"));
 }
 
 TEST(ProcessTables, EveryErrorNamesItsLine) {
@@ -80,6 +81,9 @@ TEST(ProcessTables, EveryErrorNamesItsLine) {
   EXPECT_NE(error_of("[up]\nnodes = [\"sp\", \"sp\"]\n").find("sp is listed twice"),
             std::string::npos);
   EXPECT_NE(error_of("[up]\nnodes = [\"../sp\"]\n").find("../sp is not a valid node name"),
+            std::string::npos);
+  EXPECT_EQ(error_of("[up]\nnodes = [\"sp\", \"ros2_bridge\"]\n"), "");
+  EXPECT_NE(error_of("[up]\nnodes = [\"2sp\"]\n").find("2sp is not a valid node name"),
             std::string::npos);
   EXPECT_EQ(error_of("[up]\nnodes = [\"sp\"]\nnon_critical = [\"gatway\"]\n"),
             "file.toml:3: [up] non_critical = [ 'gatway' ]: gatway is not in nodes");

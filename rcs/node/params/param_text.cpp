@@ -36,7 +36,9 @@ bool ends_with(std::string_view text, std::string_view end) {
 }
 
 std::string unit_of(std::string_view key) {
-  constexpr std::array<std::array<std::string_view, 2>, 17> kUnits{{
+  constexpr std::array<std::array<std::string_view, 2>, 19> kUnits{{
+      {"_kbytes_per_s", "kB/s"},
+      {"_kbytes", "kB"},
       {"_radps", "rad/s"},
       {"_degps", "deg/s"},
       {"_mps2", "m/s^2"},

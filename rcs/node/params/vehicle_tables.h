@@ -11,8 +11,9 @@ namespace rcs {
 /// All tables except `own`, which the caller reads: those that ParamFile::finish() must ignore.
 [[nodiscard]] inline std::vector<std::string> tables_but(const std::vector<std::string>& own) {
   std::vector<std::string> others;
-  for (const char* const table : {"vehicle", "world", "start", "ladar", "ins", "gps", "odometry",
-                                  "sp", "wm", "bg", "gateway", "up", "process", "budget"}) {
+  for (const char* const table :
+       {"vehicle", "world", "start", "ladar", "ins", "gps", "odometry", "sp", "wm", "bg", "gateway",
+        "ros2_bridge", "up", "process", "budget"}) {
     if (std::find(own.begin(), own.end(), table) == own.end()) others.emplace_back(table);
   }
   return others;

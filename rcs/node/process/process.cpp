@@ -48,8 +48,10 @@ std::int32_t count_descriptors(int directory) {
 }
 
 bool is_node_name(std::string_view name) {
-  return !name.empty() && std::all_of(name.begin(), name.end(),
-                                      [](char c) { return (c >= 'a' && c <= 'z') || c == '_'; });
+  const auto is_letter = [](char c) { return c >= 'a' && c <= 'z'; };
+  return !name.empty() && is_letter(name.front()) &&
+         std::all_of(name.begin(), name.end(),
+                     [&](char c) { return is_letter(c) || (c >= '0' && c <= '9') || c == '_'; });
 }
 
 void read_realtime(ParamTable table, RealtimeParams* p) {
@@ -65,12 +67,12 @@ void read_up(ParamTable up, std::vector<std::string>* nodes,
              std::vector<std::string>* non_critical) {
   const std::vector<std::string> by_default = *non_critical;
   up.get("nodes", nodes,
-         "Nodes that `rcs up` starts, in this order. Names consist of a-z and '_'.");
+         "Nodes that `rcs up` starts, in this order. Names consist of a-z, 0-9 and '_'.");
   if (nodes->empty()) up.fail("nodes", "empty: nothing to run");
   for (auto name = nodes->begin(); name != nodes->end(); ++name) {
     // The name becomes part of channel names and of a program's path.
     if (!is_node_name(*name)) {
-      up.fail("nodes", fmt::format("{} is not a valid node name: a-z and _ only", *name));
+      up.fail("nodes", fmt::format("{} is not a valid node name: a-z, then a-z, 0-9 and _", *name));
     }
     if (std::find(nodes->begin(), name, *name) != name) {
       up.fail("nodes", fmt::format("{} is listed twice", *name));

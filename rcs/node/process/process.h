@@ -25,7 +25,7 @@ struct ProcessTables {
   std::map<std::string, RealtimeParams> realtime;  ///< [process.NAME]; missing: no request
   std::vector<std::string> nodes = {"sp", "wm"};   ///< that `rcs up` starts, in this order
   /// Of these, the nodes without which the vehicle starts, too.
-  std::vector<std::string> non_critical = {"gateway"};
+  std::vector<std::string> non_critical = {"gateway", "ros2_bridge"};
 
   [[nodiscard]] bool is_critical(const std::string& node) const;
 

@@ -11,7 +11,8 @@
 namespace rcs {
 
 /// The computer's wall clock, which may be set. Used only for the waiting time of messages, because
-/// LCM stamps them with it (LcmBus::deliver_one).
+/// LCM stamps them with it (LcmBus::deliver_one), and for stamps that other systems read or write
+/// (modules/ros2_bridge).
 [[nodiscard]] std::int64_t wall_utime();
 
 /// Ctrl-C and SIGTERM as a descriptor. Create it first: threads started later inherit the mask.

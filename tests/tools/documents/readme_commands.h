@@ -21,7 +21,7 @@ struct ReadmeCommand {
   std::string_view why;
 };
 
-constexpr std::array<ReadmeCommand, 50> kReadmeCommands = {{
+constexpr std::array<ReadmeCommand, 52> kReadmeCommands = {{
     {"./synthetic_vehicle", How::kForeign, "real time, on a bus; own_vehicle_test.sh"},
     {"PYTHONPATH=", How::kForeign, "real time, on a bus; own_vehicle_test.sh"},
     {"export", How::kForeign, "of the operator's shell; live_pages_test.sh"},
@@ -70,6 +70,8 @@ constexpr std::array<ReadmeCommand, 50> kReadmeCommands = {{
     {"systemctl", How::kForeign, "changes the system"},
     {"build/release/bin/rcs budget", How::kOptions, "five minutes; budget_command_test.cpp"},
     {"build/release/bin/dds_client", How::kForeign, "needs a gateway; live_pages_test.sh"},
+    {"build/release/bin/ros2_bridge", How::kForeign, "needs a bus; ros2_bridge_live_test.cpp"},
+    {"ros2", How::kForeign, "needs ROS 2"},
     {"$rcs import kitti", How::kSlowData, ""},
     {"$rcs replay config/kitti.toml", How::kSlowData, ""},
     {"$rcs eval result.log --truth poses.txt", How::kSlowData, ""},

@@ -8,6 +8,7 @@
 
 #include "modules/bg/bg_config.h"
 #include "modules/gateway/gateway_config.h"
+#include "modules/ros2_bridge/ros2_bridge_config.h"
 #include "modules/sp/sp_config.h"
 #include "modules/wm/wm_config.h"
 #include "rcs/node/params/param_text.h"
@@ -21,7 +22,7 @@ namespace {
 /// ParamFile.
 using Parser = std::function<void(const ParamFile&)>;
 
-std::vector<Parser> parsers(bool with_gateway) {
+std::vector<Parser> parsers(bool with_gateway, bool with_ros2_bridge) {
   std::vector<Parser> all{
       [](const ParamFile& file) { (void)sp::load_sp_config(file); },
       [](const ParamFile& file) { (void)wm::load_wm_config(file); },
@@ -31,6 +32,10 @@ std::vector<Parser> parsers(bool with_gateway) {
   };
   if (with_gateway) {
     all.emplace_back([](const ParamFile& file) { (void)gateway::load_gateway_config(file); });
+  }
+  if (with_ros2_bridge) {
+    all.emplace_back(
+        [](const ParamFile& file) { (void)ros2_bridge::load_ros2_bridge_config(file); });
   }
   return all;
 }
@@ -70,11 +75,12 @@ int line_of(const std::string& problem, const std::string& path) {
 Result<Configuration> read_configuration(const std::string& path,
                                          const std::vector<std::string>& overrides) {
   Configuration out;
-  // Without [gateway] the gateway is not used, and its mandatory keys would be reported as missing.
+  // A process without a table is not used, and its mandatory keys would be reported as missing.
   Result<ParamFile> first = ParamFile::load(path, overrides);
   if (!first) return first.error();
   const bool with_gateway = first->root().has("gateway");
-  for (const Parser& parse : parsers(with_gateway)) {
+  const bool with_ros2_bridge = first->root().has("ros2_bridge");
+  for (const Parser& parse : parsers(with_gateway, with_ros2_bridge)) {
     const Result<ParamFile> file = ParamFile::load(path, overrides);
     if (!file) return file.error();
     parse(*file);
@@ -89,7 +95,7 @@ Result<Configuration> read_configuration(const std::string& path,
 
 std::vector<ParamDescription> default_parameters() {
   Configuration out;
-  for (const Parser& parse : parsers(true)) {
+  for (const Parser& parse : parsers(true, true)) {
     const Result<ParamFile> file = ParamFile::parse("[process.NODE]\n[start]\n", "");
     RCS_CHECK(file);
     parse(*file);

@@ -110,7 +110,7 @@ class Up final : public Command {
         "alarm (event node.failing, note in `rcs top`); the others keep running. No node starts\n"
         "(status 3) if a critical node rejects CONFIG or cannot start; [up] non_critical in "
         "CONFIG\n"
-        "(default gateway) names the nodes that are not critical.\n"
+        "(default gateway, ros2_bridge) names the nodes that are not critical.\n"
         "Ctrl-C or SIGTERM stops all nodes (status 0). The nodes always end with this program.\n"
         "A sensor from which the nodes have received nothing is reported with its channel.\n"
         "The recorder of --record is not critical: its end is an alarm (event recorder.ended) and\n"
