@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "sim/actors/actor.h"
 #include "sim/sensors/gps.h"
 #include "sim/sensors/inertial.h"
 #include "sim/sensors/ladar.h"
@@ -28,6 +29,7 @@ struct Scenario {
   VehicleParams vehicle;
   bool commanded = false;  ///< true: drive commands move the vehicle; false: it follows the course
   DriveParams drive;       ///< when commanded
+  std::vector<ActorScript> actors;
 
   LadarKind ladar = LadarKind::kImager;
   BeamParams beam;

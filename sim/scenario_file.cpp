@@ -6,6 +6,7 @@
 
 #include "rcs/base/regular_file.h"
 #include "rcs/node/params/params.h"
+#include "sim/actors_file.h"
 
 namespace rcs::sim {
 namespace {
@@ -411,6 +412,7 @@ struct Reading {
   bool world_seed_follows = false;
   std::optional<RandomCourseParams> random_course;
   HazardParams hazards;
+  ActorParams actors;
   std::string dem;  // paths
   std::string grades;
 };
@@ -460,6 +462,8 @@ Outcome read_file(const std::string& path, int depth, Reading* out) {
   if (!dem.empty()) out->dem = file->resolve(dem);
   read_course(root.table("course"), &s.course, &out->random_course);
   read_hazards(root.table("hazards"), &out->hazards);
+  read_actors(&root, &s.actors);
+  read_actor_params(root.table("actors"), &out->actors);
   read_vehicle(root.table("vehicle"), &s.vehicle);
   read_drive(root.table("drive"), &s);
   read_ladar(root.table("ladar"), &s);
@@ -486,6 +490,10 @@ Result<Scenario> load_scenario(const std::string& path, const ScenarioOverrides&
   }
   for (const Feature& f : draw_hazards(reading.hazards, s.course.waypoints_world, s.seed)) {
     s.world.features.push_back(f);
+  }
+  for (const ActorScript& actor : draw_actors(reading.actors, s.course.waypoints_world,
+                                              s.course.speed_mps, s.course.rest_s, s.seed)) {
+    s.actors.push_back(actor);
   }
   if (overrides.duration_s) s.duration_s = *overrides.duration_s;
   if (s.commanded && s.duration_s <= 0.0) {

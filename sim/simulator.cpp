@@ -59,6 +59,9 @@ std::int64_t run_id_of(const Scenario& s) {
                                  s.ins.grade_name, s.commanded);
   for (const Vec2& p : s.course.waypoints_world) text += fmt::format(" {} {}", p.x(), p.y());
   for (const Outage& o : s.gps.outages) text += fmt::format(" {} {}", o.begin_s, o.length_s);
+  for (const ActorScript& a : s.actors) {
+    for (const Vec2& p : a.waypoints_world) text += fmt::format(" {} {}", p.x(), p.y());
+  }
   return id_of(text);
 }
 
@@ -69,6 +72,7 @@ Simulator::Simulator(const Scenario& scenario)
       publisher_{run_id_of(scenario), id_of("sim")},
       course_(scenario.course),
       world_(make_world(scenario, course_)),
+      actors_(scenario.actors),
       duration_s_(drive_duration(scenario, course_)),
       ins_(scenario.ins, Planet::at(scenario.datum), scenario.seed),
       odometer_(scenario.odometry, scenario.seed),
@@ -80,6 +84,11 @@ Simulator::Simulator(const Scenario& scenario)
     commanded_.emplace(scenario_.drive, scenario_.vehicle, &world_, start_of(scenario_));
   } else {
     scripted_ = drive(course_, world_, scenario_.vehicle, duration_s_);
+  }
+  if (actors_.size() > 0) {
+    imager_.set_actors(&actors_);
+    spinning_.set_actors(&actors_);
+    actors_.observe(last_place_world_, 0.0);
   }
   schedule_periodic(kIns, scenario_.ins.interval_s, kTransport);
   schedule_periodic(kOdometry, scenario_.odometry.interval_s, kTransport);
@@ -369,9 +378,10 @@ void Simulator::emit_truth(SourceEvent* event) {
   m.clearance_m = safety.hard_m;
   m.foliage_contact = safety.foliage ? 1 : 0;
   encode(channel::kSimTruth, m, event);
-  if (scenario_.commanded) count_contacts(motion.T_world_vehicle);
-
   const Vec2 place_world = motion.T_world_vehicle.p.head<2>();
+  actors_.observe(place_world, time_s);
+  if (scenario_.commanded) count_contacts(motion, time_s);
+
   driven_m_ += (place_world - last_place_world_).norm();
   last_place_world_ = place_world;
   constexpr int kForgetEvery = 10;  // a tenth of a second
@@ -381,7 +391,8 @@ void Simulator::emit_truth(SourceEvent* event) {
   schedule_periodic(kTruth, kTruthInterval_s, Duration(0));
 }
 
-void Simulator::count_contacts(const Pose& T_world_vehicle) {
+void Simulator::count_contacts(const Motion& motion, double time_s) {
+  const Pose& T_world_vehicle = motion.T_world_vehicle;
   const Vec3 ahead = T_world_vehicle.q * Vec3::UnitX();
   const CoursePoint at{T_world_vehicle.p.head<2>(), std::atan2(ahead.y(), ahead.x())};
   const Contact now = contact(world_, at, T_world_vehicle, scenario_.vehicle, Footprint(), {});
@@ -389,6 +400,7 @@ void Simulator::count_contacts(const Pose& T_world_vehicle) {
   contacts_.body += now.body && !touching_.body ? 1 : 0;
   contacts_.tipped += now.tipped && !touching_.tipped ? 1 : 0;
   touching_ = now;
+  actor_contacts_.observe(actors_, at, motion.v_world.head<2>().norm(), Footprint(), time_s);
 }
 
 Outcome simulate_to_log(const Scenario& scenario, LogWriter* log,

@@ -11,6 +11,8 @@
 #include "rcs/node/bus/publisher.h"
 #include "rcs/node/log/log_file.h"
 #include "rcs/node/timeline/lockstep_timeline.h"
+#include "sim/actors/actor.h"
+#include "sim/actors/actor_contact.h"
 #include "sim/scenario.h"
 #include "sim/vehicle/commanded_vehicle.h"
 #include "sim/vehicle/contact.h"
@@ -56,7 +58,8 @@ class Simulator final : public EventSource {
   }
   /// Horizontal distance driven so far.
   [[nodiscard]] double driven_m() const { return driven_m_; }
-  /// Of a commanded vehicle so far, each counted when it begins; see sim/vehicle/contact.h.
+  /// With the ground, of a commanded vehicle so far, each counted when it begins; see
+  /// sim/vehicle/contact.h.
   struct Contacts {
     int edge = 0;
     int body = 0;
@@ -64,6 +67,9 @@ class Simulator final : public EventSource {
     [[nodiscard]] int total() const { return edge + body + tipped; }
   };
   [[nodiscard]] const Contacts& contacts() const { return contacts_; }
+  [[nodiscard]] const Actors& actors() const { return actors_; }
+  /// Of a commanded vehicle with them.
+  [[nodiscard]] const ActorContacts& actor_contacts() const { return actor_contacts_; }
   [[nodiscard]] const Course& course() const { return course_; }
   /// The a priori map of the scenario's course.
   /// @param cell_m  [0.2, 100] instead of that of the scenario; 0: that of the scenario
@@ -86,7 +92,7 @@ class Simulator final : public EventSource {
   void emit_ranges(SourceEvent* event);
   void emit_points(SourceEvent* event);
   void emit_truth(SourceEvent* event);
-  void count_contacts(const Pose& T_world_vehicle);
+  void count_contacts(const Motion& motion, double time_s);
   void schedule_periodic(Sensor sensor, double interval_s, Duration delay);
   void schedule_gps();
   void schedule_ladar();
@@ -97,6 +103,7 @@ class Simulator final : public EventSource {
   Publisher publisher_;
   Course course_;
   World world_;
+  Actors actors_;
   double duration_s_;
   std::optional<Trajectory> scripted_;  // one of scripted_ and commanded_ is set
   std::optional<CommandedVehicle> commanded_;
@@ -113,6 +120,7 @@ class Simulator final : public EventSource {
   Vec2 last_place_world_;
   Contacts contacts_;
   Contact touching_;
+  ActorContacts actor_contacts_;
   RangeFacet facet_;
   PointSector sector_;
 };

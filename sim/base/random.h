@@ -19,7 +19,8 @@ enum class Stream : std::uint64_t {
   kOdometry = 4,
   kMap = 5,
   kCourse = 6,
-  kHazards = 7
+  kHazards = 7,
+  kActors = 8
 };
 
 class Random {

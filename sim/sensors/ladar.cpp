@@ -36,7 +36,12 @@ double Beam::cast(const World& world, const Ray& ray, double time_s, double* cos
   Hit hit;
   // Slightly beyond the range, so that noise does not truncate it on one side.
   const double reach_m = params_.max_range_m + 5.0 * params_.sigma_m;
-  if (!world.cast(ray, reach_m, time_s, random_.bits(), &hit, clear_m)) return 0.0;
+  bool met = world.cast(ray, reach_m, time_s, random_.bits(), &hit, clear_m);
+  if (actors_ != nullptr) {
+    if (!met) hit.range_m = reach_m;
+    met = actors_->meet(world, ray, time_s, &hit) || met;
+  }
+  if (!met) return 0.0;
   *cos_incidence = hit.cos_incidence;
   return hit.range_m;
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "rcs/base/pose.h"
+#include "sim/actors/actor.h"
 #include "sim/base/random.h"
 #include "sim/terrain/world.h"
 #include "sim/vehicle/trajectory.h"
@@ -79,8 +80,10 @@ class Beam {
       : params_(params), random_(seed, Stream::kLadar) {}
 
   [[nodiscard]] const BeamParams& params() const { return params_; }
+  /// @param actors  that rays hit from now on; outlives the beam. Null: none
+  void set_actors(const Actors* actors) { actors_ = actors; }
   /// The range without noise; 0: no return.
-  /// @param clear_m  free range: nothing is hit before it
+  /// @param clear_m  free range: nothing but an actor is hit before it
   [[nodiscard]] double cast(const World& world, const Ray& ray, double time_s,
                             double* cos_incidence, double clear_m = 0.0);
   /// Adds noise to a range; 0: no return, or out of range.
@@ -93,6 +96,7 @@ class Beam {
  private:
   BeamParams params_;
   Random random_;
+  const Actors* actors_ = nullptr;
 };
 
 class RangeImager {
@@ -101,6 +105,7 @@ class RangeImager {
               std::uint64_t seed);
 
   [[nodiscard]] const ImagerParams& params() const { return params_; }
+  void set_actors(const Actors* actors) { beam_.set_actors(actors); }
   [[nodiscard]] double facet_duration_s() const { return params_.period_s / params_.facets; }
   [[nodiscard]] HeadAngle head_at(double time_s) const;
   /// The true mount at a time, including its error.
@@ -145,6 +150,7 @@ class SpinningLadar {
                 std::uint64_t seed);
 
   [[nodiscard]] const SpinningParams& params() const { return params_; }
+  void set_actors(const Actors* actors) { beam_.set_actors(actors); }
   [[nodiscard]] const Pose& T_vehicle_ladar() const { return T_vehicle_ladar_; }
 
   /// @param start_s  first shot of the sector

@@ -138,6 +138,36 @@ TEST(ScenarioFile, AFileBasedOnAnotherListsOnlyDifferences) {
   EXPECT_NE(orphan.error().message.find("gone.toml"), std::string::npos);
 }
 
+TEST(ScenarioFile, MovingActorsAreReadAndDrawn) {
+  const auto with = [](const std::string& text) {
+    const ChangedReference file("[vehicle]", text + "\n[vehicle]");
+    return load_scenario(file.path(), {});
+  };
+  const std::string walker =
+      "[[actor]]\nkind = \"vehicle\"\nspeed_mps = 3\nstart_s = 7\nwithin_m = 25\n"
+      "waypoint = [{ x_m = 1, y_m = 2 }, { x_m = 9, y_m = 2 }]";
+  const Result<Scenario> s = with(walker);
+  ASSERT_TRUE(s) << s.error().message;
+  ASSERT_EQ(s->actors.size(), 1U);
+  EXPECT_EQ(s->actors[0].kind, ActorKind::kVehicle);
+  EXPECT_EQ(s->actors[0].waypoints_world, (std::vector<Vec2>{{1.0, 2.0}, {9.0, 2.0}}));
+  EXPECT_EQ(s->actors[0].speed_mps, 3.0);
+  EXPECT_EQ(s->actors[0].start_s, 7.0);
+  EXPECT_EQ(s->actors[0].within_m, 25.0);
+  const Result<Scenario> drawn = with(walker + "\n[actors]\nkinds = [\"crossing\"]");
+  ASSERT_TRUE(drawn) << drawn.error().message;
+  EXPECT_GT(drawn->actors.size(), 1U);
+  EXPECT_TRUE(load_scenario(shipped("closed_loop.toml"), {})->actors.empty());
+  EXPECT_FALSE(load_scenario(shipped("actors.toml"), {})->actors.empty());
+
+  const Result<Scenario> unknown = with("[actors]\nkinds = [\"dancing\"]");
+  ASSERT_FALSE(unknown);
+  EXPECT_NE(unknown.error().message.find("dancing"), std::string::npos);
+  const Result<Scenario> still = with("[[actor]]\nwaypoint = [{ x_m = 1, y_m = 2 }]");
+  ASSERT_FALSE(still);
+  EXPECT_NE(still.error().message.find("waypoint"), std::string::npos);
+}
+
 TEST(ScenarioFile, ErrorsAreNamed) {
   const auto complaint = [](const std::string& from, const std::string& to) {
     const ChangedReference file(from, to);
