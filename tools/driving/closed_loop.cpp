@@ -178,7 +178,8 @@ class Notes {
     sample_.gps = sample_.stamp - fix_ <= from_seconds(1.0);
 
     run_.collisions += m.clearance_m <= 0.0 && !collides_ ? 1 : 0;
-    const int contacts = simulator_.contacts().total() + run_.collisions;
+    const auto with_actors = static_cast<int>(simulator_.actor_contacts().contacts().size());
+    const int contacts = simulator_.contacts().total() + run_.collisions + with_actors;
     sample_.contact = sample_.contact || contacts > contacts_;
     contacts_ = contacts;
     collides_ = m.clearance_m <= 0.0;
@@ -324,6 +325,8 @@ ClosedLoopRun run_closed_loop(const sim::Scenario& scenario, const ClosedLoopOpt
   }
   Operator op(&bus, sim::Simulator::kStart + from_seconds(scenario.course.rest_s));
   const Notes notes(&bus, simulator, scenario, options, &op, &run);
+  std::optional<ActorNotes> actors;
+  if (!scenario.actors.empty()) actors.emplace(&bus, simulator);
 
   UntilDone source(&simulator, &op, options, scenario.duration_s);
   LockstepTimeline timeline(&bus, &source, kReplayTail);
@@ -333,6 +336,7 @@ ClosedLoopRun run_closed_loop(const sim::Scenario& scenario, const ClosedLoopOpt
   run.drive = simulator.commanded_vehicle()->model().account();
   run.fenced = simulator.commanded_vehicle()->fenced();
   run.contacts = simulator.contacts();
+  if (actors) run.actors = actors->outcome();
   return run;
 }
 
@@ -347,6 +351,14 @@ std::string draw(const ClosedLoopRun& run, const sim::Scenario& scenario,
       "{:.1f} m)",
       run.reached, run.waypoints_world.size(), run.distance_m, run.time_s, run.contacts.total(),
       run.collisions, run.min_clearance_m)};
+  if (!run.actors.actors.empty()) {
+    picture.facts.push_back(fmt::format(
+        "moving actors: {} met; contacts {}, ran into the vehicle at rest {}", run.actors.met(),
+        run.actors.contacts_of_vehicle(), run.actors.ran_into_vehicle()));
+  }
+  for (const ActorRecord& actor : run.actors.actors) {
+    picture.actors_world.push_back(actor.path_world);
+  }
   picture.waypoints_world = run.waypoints_world;
   for (const ClosedLoopSample& s : run.trace) {
     const Vec3 ahead = s.T_world_vehicle.q * Vec3::UnitX();

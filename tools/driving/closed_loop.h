@@ -17,6 +17,7 @@
 #include "rcs/node/node.h"
 #include "rcs/node/params/params.h"
 #include "sim/simulator.h"
+#include "tools/driving/actor_notes.h"
 
 namespace rcs::driving {
 
@@ -45,7 +46,7 @@ struct ClosedLoopSample {
   Pose T_world_vehicle;  ///< truth
   double speed_mps = 0.0;
   double clearance_m = 0.0;
-  bool contact = false;  ///< began since the last sample: with the ground, a rock or a trunk
+  bool contact = false;  ///< began since the last sample: with ground, rock, trunk or actor
   bool gps = false;      ///< a fix has arrived within the last second
   /// In the world of the ground truth. While WM has no frame world: its frame local, aligned with
   /// the ground truth at WM's first message.
@@ -72,6 +73,7 @@ struct ClosedLoopRun {
   int foliage_contacts = 0;  ///< number of contacts with a bush or a low crown
   double min_clearance_m = 1e3;
   sim::Simulator::Contacts contacts;  ///< with the ground
+  ActorOutcome actors;                ///< moving ones of the scenario
 
   double time_s = 0.0;  ///< from the first command to DONE, or to the end
   double distance_m = 0.0;

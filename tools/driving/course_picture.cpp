@@ -25,6 +25,7 @@ constexpr double kRow_px = 32.0;  // of the legend
 constexpr char kLost[] = "#d62728";
 constexpr char kEstimate[] = "#d0118a";
 constexpr char kPlan[] = "#1f5fbf";
+constexpr char kActor[] = "#b35c00";
 
 View view_of(const CoursePicture& picture) {
   Vec2 low = picture.samples.front().place_world;
@@ -125,6 +126,18 @@ void add_paths(const CoursePicture& picture, const View& view, SvgOut out) {
            out);
 }
 
+/// A line with a dot where each actor was at last.
+void add_actors(const CoursePicture& picture, const View& view, SvgOut out) {
+  for (const std::vector<Vec2>& path : picture.actors_world) {
+    if (path.empty()) continue;
+    add_line(path, view,
+             fmt::format("stroke=\"{}\" stroke-width=\"2.4\" stroke-dasharray=\"1 5\"", kActor),
+             out);
+    fmt::format_to(out, "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"4\" fill=\"{}\"/>\n",
+                   view.x(path.back().x()), view.y(path.back().y()), kActor);
+  }
+}
+
 void add_vehicle(const CourseSample& at, const View& view, SvgOut out) {
   constexpr double kLength_m = 3.2;
   constexpr double kWidth_m = 2.0;
@@ -223,6 +236,10 @@ void add_legend(const CoursePicture& picture, const View& view, bool hits, SvgOu
   label(42.0, top, "plans", 60.0);
   line(fmt::format("stroke=\"{}\" stroke-width=\"15\" stroke-opacity=\"0.3\"", kLost));
   label(50.0, top, "without GPS", 95.0);
+  if (!picture.actors_world.empty()) {
+    line(fmt::format("stroke=\"{}\" stroke-width=\"2.4\" stroke-dasharray=\"1 5\"", kActor));
+    label(42.0, top, "actors", 55.0);
+  }
   if (hits) {
     add_cross(x + 8.0, top, out);
     label(22.0, top, "contact", 80.0);
@@ -292,6 +309,7 @@ std::string render(const CoursePicture& picture) {
   add_features(*picture.world, view, out);
   add_objects(*picture.world, view, out);
   add_paths(picture, view, out);
+  add_actors(picture, view, out);
   add_vehicle(picture.samples.front(), view, out);
   add_vehicle(picture.samples.back(), view, out);
   add_waypoints(picture, view, out);

@@ -27,6 +27,7 @@ struct CoursePicture {
   double radius_m = 3.0;              ///< of the waypoints
   std::vector<CourseSample> samples;  ///< in order of time; at least two
   std::vector<std::vector<Vec2>> plans_world;
+  std::vector<std::vector<Vec2>> actors_world;  ///< paths of moving actors; at least a place each
 };
 
 /// A self-contained SVG file.

@@ -107,7 +107,9 @@ class Campaign {
 
 }  // namespace
 
-int contacts(const ClosedLoopRun& run) { return run.contacts.total() + run.collisions; }
+int contacts(const ClosedLoopRun& run) {
+  return run.contacts.total() + run.collisions + run.actors.contacts_of_vehicle();
+}
 
 bool passed(const ClosedLoopRun& run) { return run.done && contacts(run) == 0; }
 

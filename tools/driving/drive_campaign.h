@@ -32,7 +32,8 @@ struct DriveRow {
   ClosedLoopRun run;
 };
 
-/// With the ground and with objects.
+/// With the ground, with objects and with moving actors, but for actors that ran into the vehicle
+/// at rest.
 [[nodiscard]] int contacts(const ClosedLoopRun& run);
 /// Arrived without contact.
 [[nodiscard]] bool passed(const ClosedLoopRun& run);

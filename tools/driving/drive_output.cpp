@@ -17,6 +17,10 @@ struct Sums {
   int reached = 0;
   double distance_m = 0.0;
   double time_s = 0.0;
+  int actors_met = 0;
+  int actor_contacts = 0;
+  int ran_into_vehicle = 0;
+  ActorGround ground;
 
   [[nodiscard]] double mean_mps() const { return time_s > 0.0 ? distance_m / time_s : 0.0; }
 };
@@ -30,7 +34,15 @@ Sums sums_of(const std::vector<DriveRow>& rows) {
     out.reached += run.reached;
     out.distance_m += run.distance_m;
     out.time_s += run.time_s;
+    out.actors_met += run.actors.met();
+    out.actor_contacts += run.actors.contacts_of_vehicle();
+    out.ran_into_vehicle += run.actors.ran_into_vehicle();
+    const ActorGround& ground = run.actors.ground;
+    out.ground.remaining += ground.remaining;
+    out.ground.free_after_s.insert(out.ground.free_after_s.end(), ground.free_after_s.begin(),
+                                   ground.free_after_s.end());
   }
+  std::sort(out.ground.free_after_s.begin(), out.ground.free_after_s.end());
   return out;
 }
 
@@ -55,12 +67,55 @@ std::string held_up(const ClosedLoopRun& run) {
   return text;
 }
 
+bool has_actors(const std::vector<DriveRow>& rows) {
+  return std::any_of(rows.begin(), rows.end(),
+                     [](const DriveRow& row) { return !row.run.actors.actors.empty(); });
+}
+
+double percentile_95(const std::vector<double>& sorted) {
+  return sorted.empty() ? 0.0 : sorted[(sorted.size() - 1) * 95 / 100];
+}
+
+Json to_json(const ActorGround& ground) {
+  return {{"cells", ground.free_after_s.size()},
+          {"late", ground.late()},
+          {"remaining", ground.remaining},
+          {"free_after_p95_s", percentile_95(ground.free_after_s)},
+          {"free_after_max_s", ground.worst_s()}};
+}
+
+Json to_json(const ActorOutcome& outcome) {
+  Json contacts = Json::array();
+  for (const sim::ActorContact& c : outcome.contacts) {
+    contacts.push_back({{"time_s", c.time_s},
+                        {"actor", c.actor},
+                        {"speed_mps", c.speed_mps},
+                        {"bearing_deg", degrees(c.bearing_rad)},
+                        {"ran_into_vehicle", c.ran_into_vehicle}});
+  }
+  Json actors = Json::array();
+  for (const ActorRecord& a : outcome.actors) {
+    actors.push_back({{"kind", a.kind == sim::ActorKind::kPerson ? "person" : "vehicle"},
+                      {"start_s", a.start_s},
+                      {"nearest_m", a.nearest_m}});
+  }
+  return {{"met", outcome.met()},
+          {"list", actors},
+          {"contacts", contacts},
+          {"ground", to_json(outcome.ground)}};
+}
+
 }  // namespace
 
 report::Table drive_table(const std::vector<DriveRow>& rows) {
   report::Table t{{"seed", "arrived", "waypoints", "contacts", "clear [m]", "tilt [deg]",
                    "time [s]", "mean [m/s]", "error [m]", "within", "held up"},
                   {}};
+  const bool actors = has_actors(rows);
+  if (actors) {
+    const std::vector<std::string> more = {"actors", "hit", "ran into", "free [s]"};
+    t.header.insert(t.header.end() - 1, more.begin(), more.end());
+  }
   for (const auto& [seed, run] : rows) {
     t.rows.push_back({std::to_string(seed), run.done ? "yes" : "NO",
                       fmt::format("{}/{}", run.reached, run.waypoints_world.size()),
@@ -68,21 +123,44 @@ report::Table drive_table(const std::vector<DriveRow>& rows) {
                       report::fixed(degrees(run.worst_tilt_rad), 0), report::fixed(run.time_s, 0),
                       report::fixed(run.mean_mps, 1), report::fixed(run.worst_error_m, 2),
                       report::fixed(share_within(run), 4), held_up(run)});
+    if (!actors) continue;
+    const ActorOutcome& a = run.actors;
+    const std::vector<std::string> more = {
+        std::to_string(a.met()), std::to_string(a.contacts_of_vehicle()),
+        std::to_string(a.ran_into_vehicle()), report::fixed(a.ground.worst_s(), 1)};
+    t.rows.back().insert(t.rows.back().end() - 1, more.begin(), more.end());
   }
   t.note =
-      "contacts: wheel at an edge, ground against the body, tilted beyond the limit, rock or "
-      "trunk. "
+      "contacts: wheel at an edge, ground against the body, tilted beyond the limit, rock, trunk "
+      "or moving actor. "
       "clear: smallest distance to a rock or trunk. tilt, error: largest. within: share of the "
       "time with the error within the horizontal protection level. held up: states other than "
       "driving.";
+  if (actors) {
+    t.note +=
+        " actors: that moved within 30 m of the vehicle. hit: contacts with them, part of "
+        "contacts. "
+        "ran into: actors that ran into the vehicle, which had been at rest for a second; no part "
+        "of contacts. free: longest time that ground where an actor was stayed an obstacle in WM's "
+        "map, in view of the LADAR.";
+  }
   return t;
 }
 
 std::string drive_summary(const std::vector<DriveRow>& rows) {
   const Sums s = sums_of(rows);
-  return fmt::format(
+  std::string text = fmt::format(
       "arrived {} of {}, waypoints {} of {}, contacts {}, {:.1f} km, mean {:.1f} m/s\n", s.arrived,
       rows.size(), s.reached, s.waypoints, s.contacts, 1e-3 * s.distance_m, s.mean_mps());
+  if (has_actors(rows)) {
+    text += fmt::format(
+        "moving actors: {} met, contacts with them {}, ran into the vehicle at rest {}; ground "
+        "free "
+        "again after {:.1f} s (95 %), at most {:.1f} s, {} of {} cells later than {:.0f} s\n",
+        s.actors_met, s.actor_contacts, s.ran_into_vehicle, percentile_95(s.ground.free_after_s),
+        s.ground.worst_s(), s.ground.late(), s.ground.free_after_s.size(), ActorGround::kLimit_s);
+  }
+  return text;
 }
 
 Json to_json(const std::vector<DriveRow>& rows) {
@@ -93,6 +171,11 @@ Json to_json(const std::vector<DriveRow>& rows) {
                 {"waypoints", s.waypoints},
                 {"reached", s.reached},
                 {"contacts", s.contacts},
+                {"actors",
+                 {{"met", s.actors_met},
+                  {"contacts", s.actor_contacts},
+                  {"ran_into_vehicle", s.ran_into_vehicle},
+                  {"ground", to_json(s.ground)}}},
                 {"distance_m", s.distance_m},
                 {"mean_mps", s.mean_mps()}}},
               {"drives", Json::array()}};
@@ -109,7 +192,10 @@ Json to_json(const std::vector<DriveRow>& rows) {
                               {{"edge", run.contacts.edge},
                                {"body", run.contacts.body},
                                {"tipped", run.contacts.tipped},
-                               {"object", run.collisions}}},
+                               {"object", run.collisions},
+                               {"actor", run.actors.contacts_of_vehicle()},
+                               {"actor_ran_into_vehicle", run.actors.ran_into_vehicle()}}},
+                             {"actors", to_json(run.actors)},
                              {"foliage_contacts", run.foliage_contacts},
                              {"clearance_m", run.min_clearance_m},
                              {"tilt_deg", degrees(run.worst_tilt_rad)},

@@ -77,11 +77,13 @@ class DriveCommand final : public Command {
         "The simulator, SP, WM and BG run in lockstep, as fast as they can: the same scenario and\n"
         "seed give the same drive. An operator commands the waypoints of the course. The ground\n"
         "truth counts every contact: a wheel at an edge, ground against the body, a tilt beyond\n"
-        "the limit, a rock or a trunk.\n"
+        "the limit, a rock, a trunk or a moving actor. An actor that runs into the vehicle, which\n"
+        "had been at rest for a second, is counted separately.\n"
         "Exit status 1 if a drive has a contact or does not arrive.\n"
         "Examples:\n"
         "  rcs drive config/sim/closed_loop.toml --seeds 401..410 -o out/drives\n"
         "  rcs drive config/sim/hazards.toml --seeds 501..503 --gps-lost-after 100\n"
+        "  rcs drive config/sim/actors.toml --seeds 901..910\n"
         "  rcs drive config/sim/hazards.toml --seeds 7 --logs -o out/drive7\n"
         "  rcs why out/drive7/drive_7.log");
   }
