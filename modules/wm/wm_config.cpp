@@ -339,6 +339,13 @@ void read_terrain(ParamTable table, WmConfig* c) {
             "What stands on the ground up to this height and lets more than half of the rays "
             "through is vegetation that gives way to the vehicle. 0: everything above obstacle_m "
             "is an obstacle.");
+  table.get("upright_m", &p.upright_m, {0, 3},
+            "What stands higher than this, seen by at least four rays of one scan, is an obstacle "
+            "at once, and is removed when rays pass where it was: people and vehicles. It should "
+            "exceed vegetation in which rocks are hidden. 0: off.");
+  table.get("motion_s", &p.motion_s, {0, 10},
+            "Ground that a person or a vehicle which moves reaches within this time, at its "
+            "velocity, counts as an obstacle; needs upright_m. 0: off.");
   table.get_ms("period_ms", &c->map_period, {50, 10000}, "Period of the published map patch.");
   if ((p.size & (p.size - 1)) != 0) table.fail("size", "must be a power of two");
   if (2 * p.patch > p.size) table.fail("patch", "must not be more than half of size");

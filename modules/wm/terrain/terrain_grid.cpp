@@ -11,7 +11,8 @@ namespace rcs::wm {
 namespace {
 
 constexpr float kNone = -std::numeric_limits<float>::infinity();
-constexpr std::size_t kMaxSeen = 50'000;   // quarters that one message touches, at most
+constexpr std::size_t kMaxSeen = 50'000;  // quarters that one message touches, at most
+constexpr std::size_t kMaxUpright = 20'000;
 constexpr double kStart_m = 8.0;           // from its start: the vehicle counts as near it
 constexpr int kSeenEnough = 3;             // scans
 constexpr std::uint8_t kHiddenEnough = 4;  // observations
@@ -27,6 +28,11 @@ TerrainGrid::TerrainGrid(const TerrainParams& params)
       index_(2 * params.size, 0.5 * params.cell_m) {
   RCS_CHECK(params.patch > 0 && 2 * params.patch <= params.size);
   seen_.reserve(kMaxSeen);
+  if (params.upright_m > 0.0) {
+    upright_.reserve(kMaxUpright);
+    upright_now_.reserve(kMaxUpright);
+    rays_.reserve(kMaxSeen);
+  }
   // Whole lanes: the cells beyond the last of the patch are unknown and not published.
   stride_ = (params.patch + kLanes - 1) / kLanes * kLanes + 2 * kReach;
   const auto stride = static_cast<std::size_t>(stride_);
@@ -37,6 +43,7 @@ TerrainGrid::TerrainGrid(const TerrainParams& params)
 
 void TerrainGrid::clear() {
   cells_.clear();
+  upright_.clear();
   scans_ = 0;
 }
 
@@ -66,7 +73,10 @@ void TerrainGrid::restore_row(const std::byte* row) {
     TerrainCell cell;
     std::memcpy(&cell, from, sizeof cell);
     if (cell.scans == 0 && cell.hidden == 0) continue;
-    if (TerrainCell* const to = cells_.find({i, head.j})) *to = cell;
+    if (TerrainCell* const to = cells_.find({i, head.j})) {
+      *to = cell;
+      if (cell.upright > 0 && upright_.size() < kMaxUpright) upright_.push_back({i, head.j});
+    }
     scans_ = 1;  // not empty
   }
 }
@@ -79,15 +89,21 @@ void TerrainGrid::insert(const Points& p_vehicle, const Pose& T_local_vehicle) {
   const Mat3f R = T_local_vehicle.rotation().cast<float>();
   const float max_range2 = static_cast<float>(params_.max_range_m * params_.max_range_m);
   seen_.clear();
+  rays_.clear();
+  upright_now_.clear();
   const Vec2 here = T_local_vehicle.p.head<2>();
   if (scans_ == 0) start_ = here;
   const bool at_start = (here - start_).norm() < kStart_m;
   const Vec3 ladar = T_local_vehicle * params_.p_vehicle_ladar;
+  ladar_ = ladar;
   const auto near_m = static_cast<float>(at_start ? params_.near_start_m : params_.near_m);
   for (std::size_t k = 0; k < p_vehicle.size(); ++k) {
     const Vec3f p = p_vehicle[k];
-    if (p.squaredNorm() > max_range2) continue;
+    const bool far = p.squaredNorm() > max_range2;
+    if (far && params_.upright_m <= 0.0) continue;
     const Vec3f turned = R * p;
+    if (params_.upright_m > 0.0) rays_.add(ladar, turned.cast<double>() + T_local_vehicle.p);
+    if (far) continue;
     const Cell cell =
         cells_.cell_at(turned.x() + T_local_vehicle.p.x(), turned.y() + T_local_vehicle.p.y());
     if (!cells_.contains(cell)) continue;
@@ -102,7 +118,7 @@ void TerrainGrid::insert(const Points& p_vehicle, const Pose& T_local_vehicle) {
     if (index == 0) {
       if (seen_.size() == kMaxSeen) continue;
       const float away = turned.head<2>().norm();
-      seen_.push_back({cell, z, z, kNone, away > near_m});
+      seen_.push_back({cell, z, z, kNone, away > near_m, 1});
       index = static_cast<int>(seen_.size());
       continue;
     }
@@ -110,6 +126,7 @@ void TerrainGrid::insert(const Points& p_vehicle, const Pose& T_local_vehicle) {
     seen.low_m = std::min(seen.low_m, z);
     seen.second_m = std::max(seen.second_m, std::min(seen.high_m, z));
     seen.high_m = std::max(seen.high_m, z);
+    ++seen.points;
   }
   for (const Seen& seen : seen_) {
     index_.at(seen.cell) = 0;
@@ -117,6 +134,10 @@ void TerrainGrid::insert(const Points& p_vehicle, const Pose& T_local_vehicle) {
   }
   if (params_.edge_range_m > 0.0) {
     for (const Seen& seen : seen_) look_before(seen, ladar.head<2>());
+  }
+  if (params_.upright_m > 0.0) {
+    for (const Seen& seen : seen_) note_upright(seen);
+    clear_passed(ladar);
   }
   ++scans_;
 }
@@ -306,12 +327,12 @@ TerrainAnswer TerrainGrid::answer(const Low* low, Cell cell, const GroundPlane& 
     const int x = quarter & 1;
     const int y = quarter >> 1;
     const TerrainCell& q = cells_.at({2 * cell.i + x, 2 * cell.j + y});
-    if (q.scans < kSeenEnough) continue;
+    if (q.scans < kSeenEnough && q.upright == 0) continue;
     seen_enough = true;
     const double below_m = others.at(0.5 * x - 0.25, 0.5 * y - 0.25);
     const double low_m = q.low_m - below_m;
     const double high_m = q.high_m - below_m;
-    const bool tall = q.evidence > params_.evidence && high_m > tall_m;
+    const bool tall = (q.evidence > params_.evidence || q.upright > 0) && high_m > tall_m;
     // A ray that passed just above the ground shows that no rock is hidden there. From near there
     // are enough rays for one.
     const bool hides = q.near >= kRaysToGround && q.pass_low_m > below_m + kPassable_m;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "modules/wm/terrain/hidden_gap.h"
+#include "modules/wm/terrain/passing_rays.h"
 #include "rcs/base/grid.h"
 #include "rcs/base/points.h"
 #include "rcs/base/pose.h"
@@ -40,6 +41,12 @@ struct TerrainParams {
   /// What stands up to this height and lets most rays through gives way to the vehicle; 0: nothing
   /// does.
   double vegetation_m = 0.0;
+  /// What stands higher than this, seen by several rays of one scan, is an obstacle at once, until
+  /// rays pass where it was: people and vehicles, which move. More than vegetation that hides
+  /// rocks. 0: off.
+  double upright_m = 0.0;
+  /// Ground that a moving person or vehicle reaches within this time counts as an obstacle.
+  double motion_s = 0.0;
   Vec3 p_vehicle_ladar = Vec3::Zero();  ///< where the rays begin, vehicle frame
 };
 
@@ -60,6 +67,12 @@ struct TerrainCell {
   std::uint8_t stopped = 0;
   std::uint8_t passed = 0;
   std::uint8_t near = 0;  ///< of both, those from near enough to reach the ground between plants
+  /// Scans in which rays must pass here until what stands upright here has gone; 0: nothing does.
+  std::uint8_t upright : 6;
+  std::uint8_t hit : 1;     ///< by a ray of the current scan, in what stands here
+  std::uint8_t unsure : 1;  ///< the ground was not known when something stood here
+
+  TerrainCell() : upright(0), hit(0), unsure(0) {}
   float pass_low_m = kUnknown_m;  ///< lowest of the rays that passed
 };
 
@@ -112,6 +125,17 @@ class TerrainGrid {
   /// @return its lowest cell
   Cell patch(const Pose& T_local_vehicle, std::vector<TerrainAnswer>* out);
 
+  /// The quarters of cells in which something stood upright in the points of the last insert().
+  [[nodiscard]] const std::vector<Cell>& upright_now() const { return upright_now_; }
+  /// Whether rays of the last insert() pass a place, frame local, between the ground and the height
+  /// of a person.
+  [[nodiscard]] bool passed(const Vec2& p_local) const;
+  /// Whether something stands upright in a quarter of a cell, as far as is known.
+  [[nodiscard]] bool stands(Cell quarter) const {
+    const TerrainCell* const cell = cells_.find(quarter);
+    return cell == nullptr || cell->upright > 0;
+  }
+
   [[nodiscard]] const TerrainParams& params() const { return params_; }
   [[nodiscard]] bool empty() const { return scans_ == 0; }
 
@@ -139,6 +163,7 @@ class TerrainGrid {
     float high_m;
     float second_m;  // second highest
     bool ground;     // from a range at which rays reach level ground
+    int points;
   };
   /// Lowest of the quarters of a cell, while a patch is computed.
   struct Low {
@@ -157,6 +182,8 @@ class TerrainGrid {
   [[nodiscard]] bool overhangs(const Seen& seen) const;
   void look_before(const Seen& seen, const Vec2& ladar);
   void look_through(const Vec3& hit, const Vec3& ladar);
+  void note_upright(const Seen& seen);
+  void clear_passed(const Vec3& ladar);
   [[nodiscard]] bool gives_way(Cell quarter) const;
   [[nodiscard]] bool soft(Cell cell) const;
   void collect_lows(Cell first);
@@ -167,6 +194,10 @@ class TerrainGrid {
   Grid<TerrainCell> cells_;  // quarters
   Grid<int> index_;          // index of the cell in seen_, + 1; 0 outside insert()
   std::vector<Seen> seen_;
+  std::vector<Cell> upright_;  // quarters in which something stands upright, each once
+  std::vector<Cell> upright_now_;
+  PassingRays rays_;           // of the last insert()
+  Vec3 ladar_ = Vec3::Zero();  // frame local, where they began
   // Of the patch and kReach cells around it, row by row. Sums are double, so that heights far from
   // zero do not hide the roughness.
   std::ptrdiff_t stride_ = 0;  // from row to row

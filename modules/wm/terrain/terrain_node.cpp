@@ -14,7 +14,9 @@ namespace {
 
 constexpr std::size_t kMaxPoints = 20'000;  // in one message of SP, which publishes far fewer
 constexpr std::int16_t kUnknownHeight = -32768;
-constexpr int kParts = 3;  // of a patch's rows, one a cycle
+constexpr int kParts = 3;                   // of a patch's rows, one a cycle
+constexpr std::size_t kMaxUpright = 2'000;  // quarters of cells in a scan
+constexpr double kObjectMargin_m = 0.2;     // what is seen of an object is not all of it
 
 }  // namespace
 
@@ -22,12 +24,14 @@ TerrainDesk::TerrainDesk(const WmConfig& config, Bus* bus)
     : points_(bus, channel::kSpPoints, 32),
       patches_(bus, channel::kWmMapPatch),
       grid_(config.terrain),
+      moving_(0.5 * config.terrain.cell_m, kMaxUpright),
       clock_(config.map_period),
       rows_(config.terrain.patch) {
   const auto side = static_cast<std::size_t>(config.terrain.patch);
   const std::size_t cells = side * side;
   answers_.reserve(cells);
   p_vehicle_.reserve(kMaxPoints);
+  upright_.reserve(kMaxUpright);
   patches_.reserve(8 * cells + 200);
 }
 
@@ -67,6 +71,49 @@ void TerrainDesk::take(const points_t& m, const Estimator& estimator, Stamp now,
       estimator.T_local_vehicle() * T_vehicle_seen * T_rolling_vehicle(x).inverse();
   grid_.insert(p_vehicle_, T_local_rolling * T_rolling_points);
   newest_points_ = std::max(newest_points_, from_utime(m.utime));
+  if (grid_.params().motion_s > 0.0) follow_objects(m);
+}
+
+// A scan may come in parts.
+void TerrainDesk::follow_objects(const points_t& m) {
+  if (m.scan_id != moving_scan_) upright_.clear();
+  moving_scan_ = m.scan_id;
+  for (const Cell c : grid_.upright_now()) {
+    if (upright_.size() < kMaxUpright) upright_.push_back(c);
+  }
+  if (m.part + 1 != m.part_count) return;
+  moving_.observe(
+      upright_, 1e-6 * static_cast<double>(m.utime),
+      [this](Cell quarter) { return grid_.stands(quarter); },
+      [this](const Vec2& p_local) { return grid_.passed(p_local); });
+}
+
+// The ground that moving objects reach, from the newest scan on.
+void TerrainDesk::mark_motion() {
+  map_patch_t& m = patch_;
+  const double from_s = 1e-6 * static_cast<double>(m.utime);
+  const double for_s = grid_.params().motion_s;
+  for (const MovingObject& o : moving_.objects()) {
+    if (!o.moves) continue;
+    const double reach_m =
+        o.along_m + o.across_m + kObjectMargin_m + (for_s + from_s - o.seen_s) * o.v.norm();
+    const auto first = [&](double p_m, int origin) {
+      return std::max(0, static_cast<int>(std::floor((p_m - reach_m) / m.cell_m)) - origin);
+    };
+    const auto last = [&](double p_m, int origin, int count) {
+      return std::min(count - 1, static_cast<int>(std::floor((p_m + reach_m) / m.cell_m)) - origin);
+    };
+    for (int j = first(o.p.y(), m.first_j); j <= last(o.p.y(), m.first_j, m.height); ++j) {
+      for (int i = first(o.p.x(), m.first_i); i <= last(o.p.x(), m.first_i, m.width); ++i) {
+        const Vec2 centre = m.cell_m * Vec2(m.first_i + i + 0.5, m.first_j + j + 0.5);
+        if (o.distance(centre, from_s, for_s) > kObjectMargin_m) continue;
+        auto& flags = m.flags[static_cast<std::size_t>(j) * static_cast<std::size_t>(m.width) +
+                              static_cast<std::size_t>(i)];
+        flags = static_cast<std::uint8_t>((flags | map_patch_t::FLAG_OBSTACLE) &
+                                          ~map_patch_t::FLAG_UNKNOWN);
+      }
+    }
+  }
 }
 
 void TerrainDesk::begin_patch(const Pose& T_local_vehicle, Stamp local_began) {
@@ -120,6 +167,7 @@ void TerrainDesk::publish_patch() {
     if (a.hidden) m.flags[k] |= map_patch_t::FLAG_HIDDEN;
     if (a.vegetation) m.flags[k] |= map_patch_t::FLAG_VEGETATION;
   }
+  if (grid_.params().motion_s > 0.0) mark_motion();
   patches_.publish(&m);
 }
 

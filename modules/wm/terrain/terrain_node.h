@@ -6,6 +6,7 @@
 #include "lcmtypes/rcs/map_patch_t.hpp"
 #include "lcmtypes/rcs/points_t.hpp"
 #include "modules/wm/estimator.h"
+#include "modules/wm/terrain/moving_objects.h"
 #include "modules/wm/terrain/terrain_grid.h"
 #include "modules/wm/wm_config.h"
 #include "rcs/node/bus/inbox.h"
@@ -36,10 +37,15 @@ class TerrainDesk {
   void begin_patch(const Pose& T_local_vehicle, Stamp local_began);
   void continue_patch();
   void publish_patch();
+  void follow_objects(const points_t& m);
+  void mark_motion();
 
   Inbox<points_t> points_;
   Outbox<map_patch_t> patches_;
   TerrainGrid grid_;
+  MovingObjects moving_;
+  std::vector<Cell> upright_;  // of the parts of a scan
+  std::int64_t moving_scan_ = -1;
   PeriodicClock clock_;
   Stamp newest_points_ = Stamp::min();  // reference instant of the newest scan in grid_
   int rows_;  // computed so far of the patch that was begun; all: none is begun

@@ -42,7 +42,9 @@ void TerrainGrid::look_before(const Seen& seen, const Vec2& ladar) {
   const HiddenGap gap = hidden_gap(
       [&](int k) {
         const TerrainCell* const cell = k * step_m < away_m ? cell_before(k) : nullptr;
-        const bool known = cell != nullptr && cell->scans > 0 && cell->ground_seen;
+        // Where something stands upright, its foot may be taken for the ground.
+        const bool known =
+            cell != nullptr && cell->scans > 0 && cell->ground_seen && cell->upright == 0;
         return known ? cell->low_m : std::numeric_limits<float>::quiet_NaN();
       },
       step_m, params_.edge);
