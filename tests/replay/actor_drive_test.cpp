@@ -6,6 +6,7 @@
 
 #include "sim/scenario_file.h"
 #include "tests/replay/chain.h"
+#include "tests/replay/moving_objects_config.h"
 #include "tools/driving/closed_loop.h"
 
 namespace rcs::test {
@@ -25,7 +26,7 @@ driving::ClosedLoopRun drive(double person_mps) {
   person.within_m = 20.0;
   scenario->actors = {person};
   driving::ClosedLoopOptions options;
-  options.vehicle_config = source_path("config/demo3.toml");
+  options.vehicle_config = with_moving_objects();
   return driving::run_closed_loop(*scenario, options, driving::make_bg);
 }
 

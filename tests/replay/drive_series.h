@@ -20,7 +20,9 @@ inline int number_from(const char* variable, int otherwise) {
 /// Drives the scenario with consecutive seeds and prints the table.
 inline std::vector<driving::DriveRow> drive_series(driving::DriveCampaign campaign, int first_seed,
                                                    int drives) {
-  campaign.vehicle_config = source_path("config/demo3.toml");
+  if (campaign.vehicle_config.empty()) {
+    campaign.vehicle_config = source_path("config/demo3.toml");
+  }
   for (int k = 0; k < drives; ++k) campaign.seeds.push_back(first_seed + k);
   campaign.jobs = std::max(1U, std::thread::hardware_concurrency());
   campaign.stop = [] { return false; };

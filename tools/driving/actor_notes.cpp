@@ -15,7 +15,8 @@ constexpr double kBeside_m = 0.8;    // of an actor or an object: it may be the 
 constexpr double kViewNear_m = 3.0;  // distance from the LADAR within which ...
 constexpr double kViewFar_m = 25.0;  // ... its rays pass the cells of the map densely enough
 constexpr double kHalfView_rad = radians(42.0);
-constexpr double kAbove_m = 0.5;  // height above the ground that must be in view
+constexpr double kRange_m = 60.0;  // of the LADAR
+constexpr double kAbove_m = 0.5;   // height above the ground that must be in view
 
 Vec2 centre_of(const std::pair<int, int>& cell) {
   return kCell_m * Vec2(cell.first + 0.5, cell.second + 0.5);
@@ -124,13 +125,15 @@ bool ActorNotes::in_view(const Vec2& place_world, double now_s) const {
   if (to.norm() < kViewNear_m || to.norm() > kViewFar_m) return false;
   if (!simulator_.world().contains(place_world.x(), place_world.y())) return false;
   const double ground_m = simulator_.world().height(place_world.x(), place_world.y());
+  // A ray that passes above the place must end within the range of the LADAR behind it, else it
+  // shows nothing.
   const Vec3 target(place_world.x(), place_world.y(), ground_m + kAbove_m);
   const Vec3 way = target - ladar;
   const sim::Ray ray{ladar, way.normalized()};
   sim::Hit hit;
-  if (simulator_.world().cast(ray, way.norm(), now_s, 0, &hit)) return false;
-  hit.range_m = way.norm();
-  return !simulator_.actors().meet(simulator_.world(), ray, now_s, &hit);
+  if (!simulator_.world().cast(ray, kRange_m, now_s, 0, &hit)) return false;
+  (void)simulator_.actors().meet(simulator_.world(), ray, now_s, &hit);
+  return hit.range_m > way.norm() + kBeside_m;
 }
 
 void ActorNotes::take(const map_patch_t& m, double now_s) {

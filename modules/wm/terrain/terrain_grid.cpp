@@ -12,7 +12,7 @@ namespace {
 
 constexpr float kNone = -std::numeric_limits<float>::infinity();
 constexpr std::size_t kMaxSeen = 50'000;  // quarters that one message touches, at most
-constexpr std::size_t kMaxUpright = 20'000;
+constexpr std::size_t kMaxTall = 20'000;
 constexpr double kStart_m = 8.0;           // from its start: the vehicle counts as near it
 constexpr int kSeenEnough = 3;             // scans
 constexpr std::uint8_t kHiddenEnough = 4;  // observations
@@ -29,8 +29,8 @@ TerrainGrid::TerrainGrid(const TerrainParams& params)
   RCS_CHECK(params.patch > 0 && 2 * params.patch <= params.size);
   seen_.reserve(kMaxSeen);
   if (params.upright_m > 0.0) {
-    upright_.reserve(kMaxUpright);
-    upright_now_.reserve(kMaxUpright);
+    tall_.reserve(kMaxTall);
+    upright_now_.reserve(kMaxTall);
     rays_.reserve(kMaxSeen);
   }
   // Whole lanes: the cells beyond the last of the patch are unknown and not published.
@@ -43,7 +43,7 @@ TerrainGrid::TerrainGrid(const TerrainParams& params)
 
 void TerrainGrid::clear() {
   cells_.clear();
-  upright_.clear();
+  tall_.clear();
   scans_ = 0;
 }
 
@@ -75,7 +75,7 @@ void TerrainGrid::restore_row(const std::byte* row) {
     if (cell.scans == 0 && cell.hidden == 0) continue;
     if (TerrainCell* const to = cells_.find({i, head.j})) {
       *to = cell;
-      if (cell.upright > 0 && upright_.size() < kMaxUpright) upright_.push_back({i, head.j});
+      if (cell.listed != 0 && tall_.size() < kMaxTall) tall_.push_back({i, head.j});
     }
     scans_ = 1;  // not empty
   }

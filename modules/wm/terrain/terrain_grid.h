@@ -68,11 +68,12 @@ struct TerrainCell {
   std::uint8_t passed = 0;
   std::uint8_t near = 0;  ///< of both, those from near enough to reach the ground between plants
   /// Scans in which rays must pass here until what stands upright here has gone; 0: nothing does.
-  std::uint8_t upright : 6;
+  std::uint8_t upright : 5;
+  std::uint8_t listed : 1;  ///< among those that passing rays clear
   std::uint8_t hit : 1;     ///< by a ray of the current scan, in what stands here
   std::uint8_t unsure : 1;  ///< the ground was not known when something stood here
 
-  TerrainCell() : upright(0), hit(0), unsure(0) {}
+  TerrainCell() : upright(0), listed(0), hit(0), unsure(0) {}
   float pass_low_m = kUnknown_m;  ///< lowest of the rays that passed
 };
 
@@ -182,6 +183,7 @@ class TerrainGrid {
   [[nodiscard]] bool overhangs(const Seen& seen) const;
   void look_before(const Seen& seen, const Vec2& ladar);
   void look_through(const Vec3& hit, const Vec3& ladar);
+  [[nodiscard]] float lowest_around(Cell quarter) const;
   void note_upright(const Seen& seen);
   void clear_passed(const Vec3& ladar);
   [[nodiscard]] bool gives_way(Cell quarter) const;
@@ -194,7 +196,7 @@ class TerrainGrid {
   Grid<TerrainCell> cells_;  // quarters
   Grid<int> index_;          // index of the cell in seen_, + 1; 0 outside insert()
   std::vector<Seen> seen_;
-  std::vector<Cell> upright_;  // quarters in which something stands upright, each once
+  std::vector<Cell> tall_;  // quarters that passing rays clear, each once
   std::vector<Cell> upright_now_;
   PassingRays rays_;           // of the last insert()
   Vec3 ladar_ = Vec3::Zero();  // frame local, where they began

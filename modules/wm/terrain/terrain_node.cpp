@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t kMaxPoints = 20'000;  // in one message of SP, which publishes far fewer
 constexpr std::int16_t kUnknownHeight = -32768;
 constexpr int kParts = 3;                   // of a patch's rows, one a cycle
-constexpr std::size_t kMaxUpright = 2'000;  // quarters of cells in a scan
+constexpr std::size_t kMaxUpright = 1'000;  // quarters of cells in a scan
 constexpr double kObjectMargin_m = 0.2;     // what is seen of an object is not all of it
 
 }  // namespace
