@@ -7,7 +7,7 @@
 namespace rcs::bg {
 namespace {
 
-void read(ParamTable table, Shape* p) {
+void read(ParamTable table, Shape* p, double* margin_m) {
   table.get("length_m", &p->length_m, {0.5, 20},
             "Length of the vehicle's outline, at most three times width_m.");
   table.get("width_m", &p->width_m, {0.3, 5}, "Width of the vehicle's outline.");
@@ -16,11 +16,13 @@ void read(ParamTable table, Shape* p) {
   table.get("curvature_rate", &p->curvature_rate, {0.01, 10},
             "Largest rate at which the steering changes the curvature [1/(m s)]. Smaller: slower "
             "driving where the curvature changes.");
-  table.get("margin_m", &p->margin_m, {0, 2},
-            "Distance kept from obstacles. Larger: narrower gaps are not planned through.");
-  p->min_margin_m = std::min(p->min_margin_m, p->margin_m);
-  table.get("min_margin_m", &p->min_margin_m, {0, p->margin_m},
-            "Distance kept from obstacles where no path with margin_m is found, at most margin_m.");
+  table.get("margin_m", margin_m, {0, 2},
+            "Distance kept from obstacles where the way around is not much longer, see "
+            "[bg.weights] within_margin.");
+  p->min_margin_m = std::min(p->min_margin_m, *margin_m);
+  table.get("min_margin_m", &p->min_margin_m, {0, *margin_m},
+            "Distance always kept from obstacles, at most margin_m. Larger: narrower gaps are not "
+            "planned through.");
   if (p->length_m > 3.0 * p->width_m) {
     table.fail("length_m", "must not be more than three times width_m");
   }
@@ -135,6 +137,9 @@ void read(ParamTable table, vj::Weights* p) {
   table.get("nearness", &p->nearness, {0, 100},
             "Cost added per metre in contact with an obstacle, falling to zero at near_m [1]. "
             "Larger: obstacles are passed at a larger distance.");
+  table.get("within_margin", &p->within_margin, {0, 100},
+            "Cost added per metre nearer to an obstacle than [bg.shape] margin_m [1]. Larger: "
+            "longer ways around narrow gaps.");
   table.get("near_m", &p->near_m, {0.1, 20},
             "Distance from obstacles beyond which they affect neither cost nor speed.");
   table.get_deg(
@@ -217,7 +222,7 @@ Result<BgConfig> load_bg_config(const ParamFile& file) {
       "release_authorities", &c.release_authorities,
       "Issuers of commands (operator: `rcs go`; gateway: DDS) that may release the emergency "
       "stops of other issuers. A stop of an unknown issuer can only be released by one of them.");
-  read(bg.table("shape"), &c.shape);
+  read(bg.table("shape"), &c.shape, &c.weights.margin_m);
   read(bg.table("search"), &c.search, &c.grant);
   read(bg.table("follow"), &c.follow);
   read(bg.table("decide"), &c.decide);

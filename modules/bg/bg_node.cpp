@@ -17,6 +17,8 @@ constexpr Duration kSupervisorSilence = from_seconds(3.0);  // it publishes once
 constexpr Duration kContested = from_seconds(1.0);          // after a message of a second publisher
 // Older scans were made elsewhere: they do not tell what is hidden from here.
 constexpr Duration kLookLasts = from_seconds(0.3);
+constexpr Duration kLookBeyond = from_seconds(1.0);  // interval, for the same goal
+constexpr double kSameGoal_m = 0.5;
 constexpr Duration kWayKept =
     from_seconds(1.5);  // validity of a path that the search did not confirm
 
@@ -160,7 +162,10 @@ void BgNode::take_map(const Cycle& cycle) {
   const map_patch_t* const m = map_patches_.latest();
   if (m == nullptr) return;
   if (read_terrain(*m, &terrain_)) {
-    if (terrain_local_utime_ != m->local_utime) hidden_.clear();
+    if (terrain_local_utime_ != m->local_utime) {
+      hidden_.clear();
+      remembered_.clear();
+    }
     const Stamp scan = from_utime(m->utime);
     const bool looked = scan > terrain_stamp_ && nav_.stamp - scan < kLookLasts;
     if (trail_local_utime_ == m->local_utime) {
@@ -172,6 +177,10 @@ void BgNode::take_map(const Cycle& cycle) {
     terrain_local_utime_ = m->local_utime;
     // Now, and not with the next plan: the free way is limited in every cycle.
     obstacles_.compute(terrain_, config_.weights);
+    if (trail_local_utime_ == m->local_utime) {
+      remembered_.note(place(), terrain_, obstacles_, config_.weights,
+                       search_.body_m() + config_.shape.min_margin_m);
+    }
   } else {
     report_.publish(cycle.now, event::kBgInputRejected,
                     "{} rejected: terrain of {} x {} cells of {} m invalid", channel::kWmMapPatch,
@@ -269,6 +278,10 @@ Facts BgNode::facts(Stamp now) const {
               now - way_since_ <= kWayKept &&
               std::abs(steering_.off_m) <= config_.follow.max_lateral_deviation_m;
   f.without_way = way_since_ == Stamp::min() ? Duration(0) : now - way_since_;
+  if (enclosed_since_ != Stamp::max() && now - enclosed_since_ > config_.decide.patience) {
+    f.has_way = false;
+    f.without_way = now - enclosed_since_;
+  }
   return f;
 }
 
@@ -296,7 +309,7 @@ void BgNode::plan(const Cycle& cycle, const Facts& now) {
   if (!on_the_way) return;
   if (way_since_ == Stamp::min()) way_since_ = cycle.now;  // the search begins now
   const Goal to = goal();
-  look_for_way(to, now.speed_mps, static_cast<int>(grant(cycle, config_.grant)));
+  look_for_way(to, cycle.now, now.speed_mps, static_cast<int>(grant(cycle, config_.grant)));
   const double max_mps = std::min({config_.max_speed_mps, route_.next().speed_mps,
                                    knows_north() ? config_.max_speed_mps : config_.north_mps});
   // Two paths around an obstacle cost about the same, and the cheaper one changes from scan to
@@ -330,16 +343,33 @@ void BgNode::plan(const Cycle& cycle, const Facts& now) {
   publish_plan(cycle.now);
 }
 
-void BgNode::look_for_way(const Goal& to, double speed_mps, int granted) {
-  for (const double margin_m : {config_.shape.margin_m, config_.shape.min_margin_m}) {
-    search_.keep_off(margin_m);
-    // The goal may be occupied, or seem so: closer to it the terrain is seen better.
-    for (const double more_m : {0.0, config_.near_goal_m}) {
-      find_way({to.x_m, to.y_m, to.radius_m + more_m}, speed_mps, granted);
-      if (candidate_.size() > 1) return;
-      granted -= found_.expansions;
-    }
+void BgNode::look_for_way(const Goal& to, Stamp now, double speed_mps, int granted) {
+  look_beyond(to, now);
+  for (const double more_m : {more_m_, config_.near_goal_m}) {
+    find_way({to.x_m, to.y_m, to.radius_m + more_m}, speed_mps, granted);
+    if (candidate_.size() > 1) return;
+    granted -= found_.expansions;
   }
+}
+
+void BgNode::look_beyond(const Goal& to, Stamp now) {
+  const bool same = std::hypot(to.x_m - beyond_.x_m, to.y_m - beyond_.y_m) < kSameGoal_m &&
+                    std::abs(to.radius_m - beyond_.radius_m) < kSameGoal_m;
+  if (same && looked_beyond_ != Stamp::min() && now - looked_beyond_ < kLookBeyond) return;
+  if (!same) enclosed_since_ = Stamp::max();
+  beyond_ = to;
+  looked_beyond_ = now;
+  // The goal may be occupied, or seem so: closer to it the terrain is seen better.
+  for (const double more_m : {0.0, config_.near_goal_m}) {
+    more_m_ = more_m;
+    remembered_.compute({to.x_m, to.y_m, to.radius_m + more_m});
+    if (!remembered_.reachable_from(place())) continue;
+    enclosed_since_ = Stamp::max();
+    return;
+  }
+  // Until the command fails, the thinnest barrier is looked at again: what was remembered may have
+  // been wrong, or gone meanwhile.
+  enclosed_since_ = std::min(enclosed_since_, now);
 }
 
 void BgNode::find_way(const Goal& to, double speed_mps, int granted) {
@@ -349,7 +379,7 @@ void BgNode::find_way(const Goal& to, double speed_mps, int granted) {
   // Backwards the vehicle is slow and on known ground. If every path that begins backwards had to
   // continue so for the stopping distance, new paths would lead it back for ever.
   const double stop_m = direction > 0 ? stopping_m(speed_mps) : 0.0;
-  field_.compute(terrain_, obstacles_, to, config_.weights, search_.body_m(),
+  field_.compute(terrain_, obstacles_, remembered_, to, config_.weights, search_.body_m(),
                  search_.required_m(obstacles_, place()));
   found_ = search_.search(terrain_, obstacles_, field_, {place(), direction, stop_m}, to, granted,
                           &candidate_);

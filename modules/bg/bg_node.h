@@ -49,9 +49,11 @@ class BgNode final : public Node {
   void pass_waypoints();
   [[nodiscard]] Facts facts(Stamp now) const;
   void plan(const Cycle& cycle, const Facts& facts);
-  /// Searches for a path with decreasing margin and increasing goal; candidate_ is the path, or
+  /// Searches for a path, with a larger goal if this one is occupied; candidate_ is the path, or
   /// empty.
-  void look_for_way(const Goal& to, double speed_mps, int granted);
+  void look_for_way(const Goal& to, Stamp now, double speed_mps, int granted);
+  /// Computes the cost over the remembered ground, to a larger goal if this one is occupied.
+  void look_beyond(const Goal& to, Stamp now);
   void find_way(const Goal& to, double speed_mps, int granted);
   void cut_at_obstacles();
   /// Distance to stop.
@@ -89,6 +91,11 @@ class BgNode final : public Node {
   HiddenGround hidden_;  // frame local
   std::int64_t trail_local_utime_ = 0;
   ObstacleDistance obstacles_;
+  RememberedGround remembered_;          // frame local
+  Goal beyond_;                          // of its cost
+  double more_m_ = 0.0;                  // increase of its radius
+  Stamp looked_beyond_ = Stamp::min();   // when the cost was computed
+  Stamp enclosed_since_ = Stamp::max();  // no way to the goal is known or can exist
   CostField field_;
   PathSearch search_;
 

@@ -6,9 +6,6 @@
 namespace rcs::bg {
 namespace {
 
-// Cost factor beyond the border: terrain there is unknown, and a path is seldom straight or easy.
-constexpr double kBeyond = 1.5;
-
 bool later(double a, double b) { return a > b; }
 
 }  // namespace
@@ -23,8 +20,8 @@ void CostField::push(int cell, double cost) {
 }
 
 void CostField::compute(const vj::Terrain& terrain, const ObstacleDistance& obstacles,
-                        const Goal& goal, const vj::Weights& weights, double body_m,
-                        double required_m) {
+                        const RememberedGround& beyond, const Goal& goal,
+                        const vj::Weights& weights, double body_m, double required_m) {
   cell_m_ = terrain.cell_m;
   first_ = terrain.first;
   width_ = terrain.width;
@@ -40,16 +37,18 @@ void CostField::compute(const vj::Terrain& terrain, const ObstacleDistance& obst
 
   heap_.clear();
   heap_.reserve(8 * count);  // each edge enters at most once
-  const bool goal_is_inside = terrain.contains(terrain.cell_at(goal.x_m, goal.y_m));
   for (int j = 0; j < height_; ++j) {
     for (int i = 0; i < width_; ++i) {
       const int cell = j * width_ + i;
       if (std::isinf(per_m_[static_cast<std::size_t>(cell)])) continue;
-      const double away_m = std::hypot((first_.i + i + 0.5) * cell_m_ - goal.x_m,
-                                       (first_.j + j + 0.5) * cell_m_ - goal.y_m);
+      const double x_m = (first_.i + i + 0.5) * cell_m_;
+      const double y_m = (first_.j + j + 0.5) * cell_m_;
       const bool border = i == 0 || j == 0 || i == width_ - 1 || j == height_ - 1;
-      if (goal_is_inside && away_m < goal.radius_m) push(cell, 0.0);
-      if (!goal_is_inside && border) push(cell, kBeyond * away_m);
+      if (std::hypot(x_m - goal.x_m, y_m - goal.y_m) < goal.radius_m) {
+        push(cell, 0.0);
+      } else if (border) {
+        push(cell, beyond.cost(x_m, y_m));
+      }
     }
   }
 

@@ -8,25 +8,20 @@
 
 #include "modules/bg/obstacle_distance.h"
 #include "modules/bg/path.h"
+#include "modules/bg/remembered_ground.h"
 
 namespace rcs::bg {
 
-/// A circle to be reached.
-struct Goal {
-  double x_m = 0.0;
-  double y_m = 0.0;
-  double radius_m = 2.0;
-};
-
-/// Dijkstra over the cells of a terrain. If the goal lies outside, the cost of a border cell is the
-/// straight distance from it to the goal. Allocates nothing after it was called with a terrain as
-/// large.
+/// Dijkstra over the cells of a terrain, from the goal and from the border, whose cost is that of
+/// the remembered ground. Allocates nothing after it was called with a terrain as large.
 class CostField {
  public:
+  /// @param beyond      its goal is this goal
   /// @param body_m      radius around the centre of the vehicle that must be free
   /// @param required_m  additional distance from obstacles
-  void compute(const vj::Terrain& terrain, const ObstacleDistance& obstacles, const Goal& goal,
-               const vj::Weights& weights, double body_m, double required_m);
+  void compute(const vj::Terrain& terrain, const ObstacleDistance& obstacles,
+               const RememberedGround& beyond, const Goal& goal, const vj::Weights& weights,
+               double body_m, double required_m);
 
   /// [m of easy ground]; infinite: no path, or outside the terrain.
   [[nodiscard]] double at(double x_m, double y_m) const;

@@ -31,7 +31,6 @@ PathSearch::PathSearch(const SearchParams& params, const Shape& shape, const vj:
     : params_(params),
       shape_(shape),
       weights_(weights),
-      margin_m_(shape.margin_m),
       disc_m_(std::hypot(0.5 * shape.width_m, shape.length_m / 6.0)),
       spacing_m_(shape.length_m / 3.0) {
   // A search stays within its horizon, plus a little for reversing.
@@ -213,7 +212,7 @@ double PathSearch::cost_of_rest(const Path& path, std::size_t from, const vj::Te
   for (std::size_t k = from + 1; k < path.size(); ++k) {
     const PathPoint& p = path[k];
     const double clearance_m = clearance(obstacles, p.place);
-    if (clearance_m < margin_m_) return CostField::kNoWay;
+    if (clearance_m < shape_.min_margin_m) return CostField::kNoWay;
     const Cell cell = terrain.cell_at(p.place.x_m, p.place.y_m);
     const double per_m = vj::cost_per_m(terrain.at(cell), clearance_m, weights_);
     cost += (p.s_m - path[k - 1].s_m) * per_m * (p.direction < 0 ? weights_.reverse : 1.0);

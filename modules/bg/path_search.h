@@ -61,9 +61,6 @@ class PathSearch {
 
   PathSearch(const SearchParams& params, const Shape& shape, const vj::Weights& weights);
 
-  /// Distance that paths keep from obstacles from now on; Shape::margin_m until then.
-  void keep_off(double margin_m) { margin_m_ = margin_m; }
-
   /// @param start  where the vehicle is. If its clearance is below the margin, the path may begin
   ///   there but must not come clearly closer to obstacles.
   /// @param granted  expansions; at most params.max_expansions
@@ -87,7 +84,7 @@ class PathSearch {
 
   /// Required distance for a path that begins here; for the CostField, with body_m().
   [[nodiscard]] double required_m(const ObstacleDistance& obstacles, const Place& start) const {
-    return required_m(margin_m_, clearance(obstacles, start));
+    return required_m(shape_.min_margin_m, clearance(obstacles, start));
   }
   [[nodiscard]] double body_m() const { return disc_m_; }
 
@@ -115,7 +112,6 @@ class PathSearch {
   SearchParams params_;
   Shape shape_;
   vj::Weights weights_;
-  double margin_m_;
   double disc_m_;     // radius of the three discs that cover the outline
   double spacing_m_;  // between their centres
   Place origin_;      // of the bins

@@ -50,6 +50,8 @@ struct Weights {
   double vegetation = 1.0;      ///< the same of ground below tall vegetation
   double nearness = 3.0;        ///< the same in contact with an obstacle
   double near_m = 1.5;          ///< clearance from which obstacles add no cost
+  double within_margin = 10.0;  ///< added to the cost of a metre with less clearance than margin_m
+  double margin_m = 0.4;
   double max_slope_rad = 0.52;  ///< steeper ground is impassable
   double max_roughness_m = 0.2;
   double max_step_m = 0.3;

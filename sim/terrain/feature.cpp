@@ -48,15 +48,24 @@ struct HazardKind {
   Feature::Kind kind;
   double height_min_m, height_max_m;
   double width_min_m, width_max_m;
+  double gap_min_m = 0.0;    // on the leg; 0: none
+  double depth_min_m = 0.0;  // of walls back from both ends; 0: none
+  double pen_m = 0.0;        // half of the side of a square around the end of the leg; 0: none
 };
-constexpr std::array<HazardKind, 5> kHazards = {
+constexpr std::array<HazardKind, 8> kHazards = {
     HazardKind{"drop", Feature::Kind::kStep, -4.0, -0.8, 0.1, 0.4},
     HazardKind{"ledge", Feature::Kind::kStep, 0.5, 1.5, 0.1, 0.3},
     HazardKind{"ditch", Feature::Kind::kDitch, 0.8, 1.5, 1.0, 2.5},
     HazardKind{"wall", Feature::Kind::kWall, 0.8, 2.5, 0.3, 0.6},
     // Beyond the limit of the vehicle: 2 m in 2 to 2.6 m, 38 to 45 deg.
     HazardKind{"bank", Feature::Kind::kStep, 2.0, 2.0, 2.0, 2.6},
+    HazardKind{"gate", Feature::Kind::kWall, 0.8, 2.5, 0.3, 0.6, 4.0},
+    HazardKind{"dead_end", Feature::Kind::kWall, 0.8, 2.5, 0.3, 0.6, 0.0, 15.0},
+    HazardKind{"pen", Feature::Kind::kWall, 0.8, 2.5, 0.3, 0.6, 0.0, 0.0, 10.0},
 };
+constexpr double kGapMore_m = 1.5;     // of the widest gap
+constexpr double kDeadEndMin_m = 8.0;  // width
+constexpr double kDeadEndMax_m = 14.0;
 
 const HazardKind* find(std::string_view name) {
   const auto* const at = std::find_if(kHazards.begin(), kHazards.end(),
@@ -104,15 +113,46 @@ std::vector<Feature> draw_hazards(const HazardParams& params,
     const Vec2 u = leg / length_m;
     const Vec2 left(-u.y(), u.x());
     const Vec2 across = std::cos(turn) * left + std::sin(turn) * u;
+    const Vec2 back(-across.y(), across.x());
     const Vec2 middle = waypoints_world[k - 1] + at_m * u;
     Feature f;
     f.kind = kind->kind;
-    f.a_world = middle + (1.0 - shift) * line_m * across;
-    f.b_world = middle - shift * line_m * across;
     f.height_m = height_m;
     f.width_m = width_m;
     f.extent_m = 4.0;
-    out.push_back(f);
+    const auto add = [&out, &f](const Vec2& a_world, const Vec2& b_world) {
+      f.a_world = a_world;
+      f.b_world = b_world;
+      out.push_back(f);
+    };
+    if (kind->pen_m > 0.0) {
+      const Vec2 out_to = kind->pen_m * back;
+      const Vec2 side = kind->pen_m * across;
+      const Vec2& end = waypoints_world[k];
+      add(end + out_to + side, end + out_to - side);
+      add(end - out_to + side, end - out_to - side);
+      add(end + out_to + side, end - out_to + side);
+      add(end + out_to - side, end - out_to - side);
+      continue;
+    }
+    if (kind->depth_min_m > 0.0) {
+      const double most_m = std::min(params.depth_max_m, at_m - kLegEnd_m);
+      const double depth_m = within(kind->depth_min_m, std::max(kind->depth_min_m, most_m));
+      const Vec2 half = 0.5 * within(kDeadEndMin_m, kDeadEndMax_m) * across;
+      add(middle + half, middle - half);
+      add(middle + half, middle + half + depth_m * back);
+      add(middle - half, middle - half + depth_m * back);
+      continue;
+    }
+    const Vec2 a = middle + (1.0 - shift) * line_m * across;
+    const Vec2 b = middle - shift * line_m * across;
+    if (kind->gap_min_m > 0.0) {
+      const double gap_m = within(kind->gap_min_m, kind->gap_min_m + kGapMore_m);
+      add(a, middle + 0.5 * gap_m * across);
+      add(middle - 0.5 * gap_m * across, b);
+      continue;
+    }
+    add(a, b);
   }
   return out;
 }

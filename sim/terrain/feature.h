@@ -29,8 +29,12 @@ struct Feature {
 
 /// Hazards across the legs of a course, one a leg, drawn by seed.
 struct HazardParams {
-  std::vector<std::string> kinds;  ///< drop, ledge, ditch, wall, bank
-  double length_min_m = 10.0;      ///< of the line across the leg
+  /// drop, ledge, ditch, wall, bank; gate: a wall with a gap of 4 to 5.5 m on the leg; dead_end:
+  /// three walls around 8 to 14 m by depth_max_m or less, open towards the start of the leg; pen:
+  /// four walls around the end of the leg, to which no way leads
+  std::vector<std::string> kinds;
+  double depth_max_m = 50.0;
+  double length_min_m = 10.0;  ///< of the line across the leg
   double length_max_m = 30.0;
   double turn_rad = radians(30.0);  ///< largest, from straight across
 };
@@ -39,7 +43,7 @@ struct HazardParams {
 [[nodiscard]] std::string unknown_hazard(const std::vector<std::string>& kinds);
 
 /// The middle of each leg, and a place beside it, lie within the line: there is a way around one of
-/// its ends.
+/// its ends, but for a pen.
 [[nodiscard]] std::vector<Feature> draw_hazards(const HazardParams& params,
                                                 const std::vector<Vec2>& waypoints_world,
                                                 std::uint64_t seed);

@@ -129,10 +129,13 @@ TEST(PathSearch, BacksUpOverKnownGroundOnly) {
       }
     }
     ObstacleDistance obstacles;
+    RememberedGround remembered;
     CostField field;
     const Goal goal{15.0, 0.0, 2.0};
     obstacles.compute(terrain, weights);
-    field.compute(terrain, obstacles, goal, weights, search.body_m(),
+    remembered.note({}, terrain, obstacles, weights, search.body_m() + shape.min_margin_m);
+    remembered.compute(goal);
+    field.compute(terrain, obstacles, remembered, goal, weights, search.body_m(),
                   search.required_m(obstacles, {0.0, 0.0, 0.0, 0.0}));
     Path path;
     (void)search.search(terrain, obstacles, field, {}, goal, 6000, &path);

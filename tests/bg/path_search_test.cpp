@@ -17,13 +17,16 @@ struct Planner {
   Shape shape;
   vj::Weights weights;
   ObstacleDistance obstacles;
+  RememberedGround remembered;
   CostField field;
   PathSearch search{params, shape, weights};
 
   SearchResult plan(const vj::Terrain& terrain, const Start& start, const Goal& goal, Path* path,
                     int granted = 6000) {
     obstacles.compute(terrain, weights);
-    field.compute(terrain, obstacles, goal, weights, search.body_m(),
+    remembered.note(start.place, terrain, obstacles, weights, search.body_m() + shape.min_margin_m);
+    remembered.compute(goal);
+    field.compute(terrain, obstacles, remembered, goal, weights, search.body_m(),
                   search.required_m(obstacles, start.place));
     return search.search(terrain, obstacles, field, start, goal, granted, path);
   }
@@ -84,7 +87,7 @@ TEST(PathSearch, GoesAroundAnObstacleAndKeepsTheMargin) {
         ASSERT_FALSE(terrain.at(cell).obstacle) << "at " << p.s_m << " m";
       }
     }
-    EXPECT_GE(p.clearance_m, planner.shape.margin_m - 1e-6);
+    EXPECT_GE(p.clearance_m, planner.weights.margin_m - 1e-6);
   }
   for (std::size_t k = 1; k < path.size(); ++k) {
     EXPECT_LE(std::abs(path[k].place.curvature_1pm), planner.shape.max_curvature_1pm + 1e-9);
@@ -126,18 +129,28 @@ TEST(PathSearch, AMovingVehicleReversesNoSoonerThanItCanStop) {
   EXPECT_EQ(planner.plan(wall, {{}, 1, 6.0}, behind, &path).stop, SearchStop::kNoWay);
 }
 
-TEST(PathSearch, KeepsTheCommandedMargin) {
+// A lane wide enough for the covering discs and 0.2 m on each side, not for 0.4 m: it is driven
+// through, but a way around that is not much longer is preferred.
+TEST(PathSearch, AWayAroundIsPreferredToANarrowLane) {
   Planner planner;
   Path path;
-  // Wide enough for the covering discs and 0.2 m on each side, not for 0.4 m.
   const double half_m = planner.search.body_m() + 0.35;
-  const vj::Terrain lane = level_field(
-      128, [&](double x, double y) { return x > 4.0 && std::abs(y - 0.2) > half_m + 0.1; });
-  EXPECT_EQ(planner.plan(lane, {{0.0, 0.2, 0.0, 0.0}}, {20.0, 0.2, 1.5}, &path).stop,
-            SearchStop::kNoWay);
-  planner.search.keep_off(planner.shape.min_margin_m);
-  EXPECT_EQ(planner.plan(lane, {{0.0, 0.2, 0.0, 0.0}}, {20.0, 0.2, 1.5}, &path).stop,
-            SearchStop::kGoal);
+  const Place start{0.0, 0.2, 0.0, 0.0};
+  const auto lane = [&](double wall_m) {
+    return level_field(128, [&, wall_m](double x, double y) {
+      const double aside_m = std::abs(y - 0.2);
+      return x > 4.0 && x < 10.0 && aside_m > half_m + 0.1 && aside_m < wall_m;
+    });
+  };
+  const auto widest_m = [&path] {
+    double out = 0.0;
+    for (const PathPoint& p : path) out = std::max(out, std::abs(p.place.y_m));
+    return out;
+  };
+  ASSERT_EQ(planner.plan(lane(100.0), {start}, {20.0, 0.2, 1.5}, &path).stop, SearchStop::kGoal);
+  EXPECT_LT(widest_m(), 1.0);
+  ASSERT_EQ(planner.plan(lane(6.0), {start}, {20.0, 0.2, 1.5}, &path).stop, SearchStop::kGoal);
+  EXPECT_GT(widest_m(), 6.0);
 }
 
 // The search can drive through every gap that its heuristic considers passable. Otherwise it would

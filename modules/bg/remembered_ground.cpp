@@ -1,0 +1,155 @@
+#include "modules/bg/remembered_ground.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace rcs::bg {
+namespace {
+
+constexpr int kCells = 256;
+// Two cells of the terrain: the vehicle keeps away from an obstacle by more than a metre, so that
+// even a thin wall is blocked over two cells or more and none of its gaps is invented.
+constexpr double kCell_m = 0.8;
+constexpr float kBlocked = 1000.0F;  // more than any way around within the window
+// A way out of the terrain and back into it must not look cheaper than the way through it.
+constexpr double kPessimism = 1.1;
+constexpr double kLeave_m = 1.6;  // from a place too near to an obstacle to free ground
+constexpr float kFar = std::numeric_limits<float>::infinity();
+
+bool later(float a, float b) { return a > b; }
+
+}  // namespace
+
+RememberedGround::RememberedGround()
+    : per_m_(kCells, kCell_m, 0.0F),
+      cost_(static_cast<std::size_t>(kCells) * kCells, kFar),
+      accepted_(cost_.size(), 0) {
+  heap_.reserve(4 * cost_.size());  // each cell is offered by at most four neighbours
+}
+
+void RememberedGround::clear() {
+  per_m_.clear();
+  computed_ = false;
+}
+
+void RememberedGround::note(const Place& vehicle, const vj::Terrain& terrain,
+                            const ObstacleDistance& obstacles, const vj::Weights& weights,
+                            double body_m) {
+  per_m_.centre_on(per_m_.cell_at(vehicle.x_m, vehicle.y_m));
+  // Only cells that lie wholly in the terrain: of the others a part was not seen now.
+  const int side = std::max(1, static_cast<int>(std::lround(kCell_m / terrain.cell_m)));
+  const auto up = [](int a, int b) { return a >= 0 ? (a + b - 1) / b : -(-a / b); };
+  const Cell first{up(terrain.first.i, side), up(terrain.first.j, side)};
+  for (int j = first.j; (j + 1) * side <= terrain.first.j + terrain.height; ++j) {
+    for (int i = first.i; (i + 1) * side <= terrain.first.i + terrain.width; ++i) {
+      float* const remembered = per_m_.find({i, j});
+      if (remembered == nullptr) continue;
+      double sum = 0.0;
+      int free = 0;
+      int known = 0;
+      for (int b = 0; b < side; ++b) {
+        for (int a = 0; a < side; ++a) {
+          const std::size_t k = terrain.index({i * side + a, j * side + b});
+          const double clearance_m = obstacles.in_cell(k) - body_m;
+          known += terrain.ground[k].known ? 1 : 0;
+          if (clearance_m < 0.0) continue;
+          ++free;
+          sum += vj::cost_per_m(terrain.ground[k], clearance_m, weights);
+        }
+      }
+      if (free == 0) {
+        *remembered = kBlocked;
+      } else if (known > 0) {
+        *remembered = static_cast<float>(kPessimism * sum / free);
+      }
+    }
+  }
+}
+
+Cell RememberedGround::cell_of(int index) const {
+  return {origin_.i + index % kCells, origin_.j + index / kCells};
+}
+
+std::size_t RememberedGround::index_of(Cell c) const {
+  return static_cast<std::size_t>(c.j - origin_.j) * kCells +
+         static_cast<std::size_t>(c.i - origin_.i);
+}
+
+void RememberedGround::offer(Cell c, float cost) {
+  float& known = cost_[index_of(c)];
+  if (cost >= known) return;
+  known = cost;
+  heap_.push_back({cost, static_cast<int>(index_of(c))});
+  std::push_heap(heap_.begin(), heap_.end(),
+                 [](const Entry& a, const Entry& b) { return later(a.cost, b.cost); });
+}
+
+float RememberedGround::solve(Cell c) const {
+  const auto accepted = [this](Cell n) {
+    return per_m_.contains(n) && accepted_[index_of(n)] != 0 ? cost_[index_of(n)] : kFar;
+  };
+  float a = std::min(accepted({c.i - 1, c.j}), accepted({c.i + 1, c.j}));
+  float b = std::min(accepted({c.i, c.j - 1}), accepted({c.i, c.j + 1}));
+  if (b < a) std::swap(a, b);
+  const float seen = per_m_.at(c);
+  const float step = static_cast<float>(kCell_m) * (seen > 0.0F ? seen : float{kUnseen});
+  const float apart = b - a;
+  if (apart >= step) return a + step;
+  return 0.5F * (a + b + std::sqrt(2.0F * step * step - apart * apart));
+}
+
+void RememberedGround::compute(const Goal& goal) {
+  goal_ = goal;
+  computed_ = true;
+  origin_ = per_m_.origin();
+  std::fill(cost_.begin(), cost_.end(), kFar);
+  std::fill(accepted_.begin(), accepted_.end(), std::uint8_t{0});
+  heap_.clear();
+  const auto away_m = [&goal](Cell c) {
+    return std::hypot((c.i + 0.5) * kCell_m - goal.x_m, (c.j + 0.5) * kCell_m - goal.y_m);
+  };
+  const bool inside = per_m_.contains(per_m_.cell_at(goal.x_m, goal.y_m));
+  for (int k = 0; k < kCells * kCells; ++k) {
+    const Cell c = cell_of(k);
+    const int i = c.i - origin_.i;
+    const int j = c.j - origin_.j;
+    const bool border = i == 0 || j == 0 || i == kCells - 1 || j == kCells - 1;
+    if (inside ? away_m(c) < std::max(goal.radius_m, kCell_m) : border) {
+      offer(c, inside ? 0.0F : static_cast<float>(kUnseen * away_m(c)));
+    }
+  }
+  while (!heap_.empty()) {
+    std::pop_heap(heap_.begin(), heap_.end(),
+                  [](const Entry& a, const Entry& b) { return later(a.cost, b.cost); });
+    const Entry entry = heap_.back();
+    heap_.pop_back();
+    std::uint8_t& accepted = accepted_[static_cast<std::size_t>(entry.cell)];
+    if (accepted != 0) continue;
+    accepted = 1;
+    const Cell c = cell_of(entry.cell);
+    for (const Cell n :
+         {Cell{c.i - 1, c.j}, Cell{c.i + 1, c.j}, Cell{c.i, c.j - 1}, Cell{c.i, c.j + 1}}) {
+      if (per_m_.contains(n) && accepted_[index_of(n)] == 0) offer(n, solve(n));
+    }
+  }
+}
+
+double RememberedGround::cost(double x_m, double y_m) const {
+  const Cell c = per_m_.cell_at(x_m, y_m);
+  const bool within =
+      c.i >= origin_.i && c.i < origin_.i + kCells && c.j >= origin_.j && c.j < origin_.j + kCells;
+  if (computed_ && within) return cost_[index_of(c)];
+  return kUnseen * std::hypot(x_m - goal_.x_m, y_m - goal_.y_m);
+}
+
+bool RememberedGround::reachable_from(const Place& vehicle) const {
+  for (double dy = -kLeave_m; dy <= kLeave_m; dy += kCell_m) {
+    for (double dx = -kLeave_m; dx <= kLeave_m; dx += kCell_m) {
+      if (cost(vehicle.x_m + dx, vehicle.y_m + dy) < kBlocked * kCell_m) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace rcs::bg

@@ -1,0 +1,70 @@
+#pragma once
+// What the vehicle has seen beyond the terrain that WM publishes now, coarsely, and the cost from
+// there to the goal. Without it a vehicle before a long wall or in a dead end returns to where it
+// has already found no way.
+
+#include <cstdint>
+#include <vector>
+
+#include "modules/bg/obstacle_distance.h"
+#include "modules/bg/path.h"
+#include "modules/vj/traversal_cost.h"
+#include "rcs/base/grid.h"
+
+namespace rcs::bg {
+
+/// A circle to be reached.
+struct Goal {
+  double x_m = 0.0;
+  double y_m = 0.0;
+  double radius_m = 2.0;
+};
+
+/// Frame local. Allocates nothing after construction.
+class RememberedGround {
+ public:
+  RememberedGround();
+
+  /// Takes over the known ground of a terrain; what leaves the window of 205 m is forgotten.
+  /// @param body_m  radius around the centre of the vehicle that must be free
+  void note(const Place& vehicle, const vj::Terrain& terrain, const ObstacleDistance& obstacles,
+            const vj::Weights& weights, double body_m);
+  /// Another frame local has begun.
+  void clear();
+
+  /// Computes the cost to the goal from everywhere, by fast marching (Sethian 1996): ground that
+  /// was never seen costs kUnseen a metre, ground where the vehicle cannot stand so much that every
+  /// way around it is preferred.
+  void compute(const Goal& goal);
+
+  /// Cost to the goal of the last compute(), in metres of easy ground; outside the window, and
+  /// before the first compute(), kUnseen times the straight distance.
+  [[nodiscard]] double cost(double x_m, double y_m) const;
+  /// A way to the goal of the last compute() is known, or may exist over ground that was never
+  /// seen.
+  [[nodiscard]] bool reachable_from(const Place& vehicle) const;
+
+  /// Cost of a metre that was never seen: a path is seldom straight or easy.
+  static constexpr double kUnseen = 1.5;
+
+ private:
+  struct Entry {
+    float cost;
+    int cell;
+  };
+  [[nodiscard]] Cell cell_of(int index) const;
+  [[nodiscard]] std::size_t index_of(Cell c) const;
+  void offer(Cell c, float cost);
+  /// Upwind solution of |grad cost| = cost per metre at this cell.
+  [[nodiscard]] float solve(Cell c) const;
+
+  Grid<float> per_m_;  // cost of a metre; 0: never seen; kBlocked: the vehicle cannot stand there
+  Goal goal_;
+  bool computed_ = false;
+  Cell origin_;              // of the window when cost_ was computed
+  std::vector<float> cost_;  // of the window, row by row
+  std::vector<std::uint8_t> accepted_;
+  std::vector<Entry> heap_;
+};
+
+}  // namespace rcs::bg

@@ -1,0 +1,119 @@
+#include "modules/bg/remembered_ground.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/bg/fields.h"
+
+namespace rcs::bg {
+namespace {
+
+using test::level_field;
+
+constexpr double kBody_m = 1.35;
+
+// Terrain of `side` cells around a place, as WM publishes it while the vehicle drives.
+void look(RememberedGround* remembered, const Place& vehicle,
+          const std::function<bool(double x_m, double y_m)>& blocked) {
+  vj::Terrain terrain = level_field(128, [](double, double) { return false; });
+  terrain.first.i += static_cast<int>(std::floor(vehicle.x_m / terrain.cell_m));
+  terrain.first.j += static_cast<int>(std::floor(vehicle.y_m / terrain.cell_m));
+  for (int j = 0; j < terrain.height; ++j) {
+    for (int i = 0; i < terrain.width; ++i) {
+      const Cell c{terrain.first.i + i, terrain.first.j + j};
+      terrain.ground[terrain.index(c)].obstacle =
+          blocked((c.i + 0.5) * terrain.cell_m, (c.j + 0.5) * terrain.cell_m);
+    }
+  }
+  ObstacleDistance obstacles;
+  obstacles.compute(terrain, {});
+  remembered->note(vehicle, terrain, obstacles, {}, kBody_m);
+}
+
+TEST(RememberedGround, UnseenGroundCostsTheStraightDistance) {
+  RememberedGround remembered;
+  EXPECT_NEAR(remembered.cost(30.0, 40.0), 75.0, 1e-9) << "before the first computation";
+  remembered.compute({10.0, -5.0, 2.0});
+  for (const double heading : {0.0, 0.4, 0.8, 1.2, 2.0, 3.0, 4.0, 5.5}) {
+    const double x_m = 10.0 + 70.0 * std::cos(heading);
+    const double y_m = -5.0 + 70.0 * std::sin(heading);
+    EXPECT_NEAR(remembered.cost(x_m, y_m), 1.5 * 68.0, 0.03 * 1.5 * 68.0) << heading;
+  }
+}
+
+TEST(RememberedGround, AGoalOutsideOfTheWindowIsApproached) {
+  RememberedGround remembered;
+  const Goal goal{500.0, 100.0, 2.0};
+  remembered.compute(goal);
+  EXPECT_NEAR(remembered.cost(0.0, 0.0), 1.5 * std::hypot(500.0, 100.0), 8.0);
+  EXPECT_LT(remembered.cost(50.0, 10.0), remembered.cost(0.0, 0.0));
+  EXPECT_NEAR(remembered.cost(-300.0, 0.0), 1.5 * std::hypot(800.0, 100.0), 1e-6);
+}
+
+// A wall of 60 m that the vehicle has driven along: at one end of it the other end is not in the
+// terrain any more, and its way around is known nevertheless.
+TEST(RememberedGround, AWallIsRememberedWhenItHasLeftTheTerrain) {
+  const auto wall = [](double x, double y) { return std::abs(x) < 0.3 && std::abs(y) < 30.0; };
+  RememberedGround remembered;
+  for (double y_m = -30.0; y_m <= 30.0; y_m += 5.0) look(&remembered, {-6.0, y_m, 1.57, 0.0}, wall);
+  look(&remembered, {-6.0, 60.0, 1.57, 0.0}, wall);
+  remembered.compute({20.0, 0.0, 2.0});
+  const Place before{-6.0, 0.0, 0.0, 0.0};
+  EXPECT_TRUE(remembered.reachable_from(before));
+  const double around_m = std::hypot(6.0, 31.3) + std::hypot(20.0, 31.3);
+  EXPECT_GT(remembered.cost(before.x_m, before.y_m), around_m);
+  EXPECT_LT(remembered.cost(before.x_m, before.y_m), 1.6 * around_m);
+}
+
+// In a dead end the cost grows towards its closed end: the way leads out of it.
+TEST(RememberedGround, TheWayOutOfADeadEndLeadsBack) {
+  const auto walls = [](double x, double y) {
+    return (std::abs(x) < 0.3 && std::abs(y) < 5.0) ||
+           (x > -50.0 && x < 0.3 && std::abs(std::abs(y) - 5.0) < 0.3);
+  };
+  RememberedGround remembered;
+  for (double x_m = -60.0; x_m <= -3.0; x_m += 5.0) look(&remembered, {x_m, 0.0, 0.0, 0.0}, walls);
+  remembered.compute({40.0, 0.0, 2.0});
+  EXPECT_TRUE(remembered.reachable_from({-4.0, 0.0, 0.0, 0.0}));
+  for (double x_m = -48.0; x_m < -4.0; x_m += 4.0) {
+    EXPECT_GT(remembered.cost(x_m + 4.0, 0.0), remembered.cost(x_m, 0.0)) << x_m;
+  }
+}
+
+TEST(RememberedGround, AnEnclosedGoalIsNotReachableUntilAGapIsSeen) {
+  const auto pen = [](double x, double y) {
+    return std::abs(std::max(std::abs(x), std::abs(y)) - 10.0) < 0.3;
+  };
+  RememberedGround remembered;
+  const Goal goal{0.0, 0.0, 2.0};
+  const Place outside{-18.0, 0.0, 0.0, 0.0};
+  remembered.compute(goal);
+  EXPECT_TRUE(remembered.reachable_from(outside)) << "nothing was seen yet";
+  look(&remembered, outside, pen);
+  look(&remembered, {18.0, 0.0, 0.0, 0.0}, pen);
+  remembered.compute(goal);
+  EXPECT_FALSE(remembered.reachable_from(outside));
+  EXPECT_TRUE(remembered.reachable_from({-5.0, 0.0, 0.0, 0.0}));
+  const auto gate = [&pen](double x, double y) {
+    return pen(x, y) && (x > 0.0 || std::abs(y) > 2.0);
+  };
+  look(&remembered, outside, gate);
+  remembered.compute(goal);
+  EXPECT_TRUE(remembered.reachable_from(outside));
+}
+
+TEST(RememberedGround, AnotherFrameLocalForgetsAll) {
+  RememberedGround remembered;
+  look(&remembered, {}, [](double x, double y) {
+    return std::abs(std::max(std::abs(x), std::abs(y)) - 10.0) < 0.3;
+  });
+  remembered.compute({30.0, 0.0, 2.0});
+  EXPECT_FALSE(remembered.reachable_from({}));
+  remembered.clear();
+  remembered.compute({30.0, 0.0, 2.0});
+  EXPECT_TRUE(remembered.reachable_from({}));
+}
+
+}  // namespace
+}  // namespace rcs::bg
