@@ -6,16 +6,18 @@
 namespace rcs::bg {
 namespace {
 
-constexpr int kCurvatures = 5;  // share of the largest: -1, -1/2, 0, 1/2, 1
-constexpr int kStraight = 2;
+constexpr int kStraight = 4;
+constexpr int kCurvatures = 2 * kStraight + 1;  // shares of the largest: -1, -3/4, ... 1
+constexpr int kSteps = 2;                       // of the curvature, at most, from arc to arc
 constexpr double kSample_m = 0.4;
+constexpr double kSteering = 4.0;    // cost of a metre in which the curvature changes fully
 constexpr double kEscape_m = 5.0;    // distance driven out of a blocked cell
 constexpr double kTrapped_m = 30.0;  // lower bound of the remaining cost from there
 
-double share(int curvature) { return 0.5 * (curvature - kStraight); }
+double share(int curvature) { return static_cast<double>(curvature - kStraight) / kStraight; }
 
 int nearest_curvature(double curvature_1pm, const Shape& shape) {
-  const double steps = std::round(2.0 * curvature_1pm / shape.max_curvature_1pm);
+  const double steps = std::round(kStraight * curvature_1pm / shape.max_curvature_1pm);
   return std::clamp(static_cast<int>(steps) + kStraight, 0, kCurvatures - 1);
 }
 
@@ -39,7 +41,7 @@ PathSearch::PathSearch(const SearchParams& params, const Shape& shape, const vj:
                              static_cast<std::size_t>(params.headings) * 2;
   seen_.assign(states, 0);
   best_g_.assign(states, 0.0F);
-  const std::size_t most = static_cast<std::size_t>(params.max_expansions) * 8 + 1;
+  const std::size_t most = static_cast<std::size_t>(params.max_expansions) * (kCurvatures + 3) + 1;
   nodes_.reserve(most);
   open_.reserve(most);
   chain_.reserve(1000);
@@ -168,10 +170,10 @@ void PathSearch::expand(int index, const vj::Terrain& terrain, const ObstacleDis
     const bool turns_back = from.direction != 0 && from.direction != direction;
     if (turns_back && from.s_m < stop_m_) continue;
     for (int curvature = 0; curvature < kCurvatures; ++curvature) {
-      // The curvature changes by one step an arc; at rest by any number.
+      // The curvature changes by a few steps an arc; at rest by any number.
       const bool at_rest = turns_back || from.direction == 0;
-      if (!at_rest && std::abs(curvature - from.curvature) > 1) continue;
-      if (direction < 0 && curvature % 2 != 0) continue;  // three are enough for reversing
+      if (!at_rest && std::abs(curvature - from.curvature) > kSteps) continue;
+      if (direction < 0 && curvature % kStraight != 0) continue;  // three are enough for reversing
       if (from.parent < 0 && barred_[first_arc(curvature, direction)]) continue;
       Node to = from;
       to.parent = index;
@@ -182,8 +184,8 @@ void PathSearch::expand(int index, const vj::Terrain& terrain, const ObstacleDis
       const int samples = static_cast<int>(std::ceil(params_.arc_m / kSample_m));
       const double step_m = params_.arc_m / samples;
       // Small: a straight path is preferred to a winding one of the same cost.
-      const double bend = 0.1 * std::abs(share(curvature)) +
-                          0.1 * std::abs(share(curvature) - share(from.curvature));
+      const double change = at_rest ? 0.0 : share(curvature) - share(from.curvature);
+      const double bend = 0.1 * std::abs(share(curvature)) + kSteering * change * change;
       bool free = true;
       for (int k = 0; k < samples && free; ++k) {
         to.place = along_arc(to.place, direction * step_m);

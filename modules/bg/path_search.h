@@ -18,7 +18,7 @@ struct SearchParams {
   double arc_m = 1.2;         ///< length of one expansion
   double bin_m = 0.6;         ///< positions closer than this are equivalent
   int headings = 32;          ///< bins of the heading in a full turn
-  int max_expansions = 6000;  ///< largest grant; an expansion has at most 8 arcs
+  int max_expansions = 6000;  ///< largest grant; an expansion has at most 12 arcs
 };
 
 enum class SearchStop {
@@ -118,7 +118,7 @@ class PathSearch {
   int bins_ = 0;      // along each side
   double stop_m_ = 0.0;
   double required_m_ = 0.0;
-  std::array<bool, 10> barred_{};  // first arcs, by curvature and direction
+  std::array<bool, 18> barred_{};  // first arcs, by curvature and direction
   bool trapped_ = false;           // the start lies in a blocked cell
   std::uint32_t generation_ = 0;
   std::vector<std::uint32_t> seen_;  // generation in which the state was reached

@@ -9,12 +9,13 @@ namespace {
 
 constexpr int kCells = 256;
 // Two cells of the terrain: the vehicle keeps away from an obstacle by more than a metre, so that
-// even a thin wall is blocked over two cells or more and none of its gaps is invented.
+// even a thin wall is blocked over two cells or more, and no path leads through it diagonally.
 constexpr double kCell_m = 0.8;
 constexpr float kBlocked = 1000.0F;  // more than any way around within the window
 // A way out of the terrain and back into it must not look cheaper than the way through it.
 constexpr double kPessimism = 1.1;
 constexpr double kLeave_m = 1.6;  // from a place too near to an obstacle to free ground
+constexpr float kDiagonal = 1.41421356F;
 constexpr float kFar = std::numeric_limits<float>::infinity();
 
 bool later(float a, float b) { return a > b; }
@@ -25,7 +26,7 @@ RememberedGround::RememberedGround()
     : per_m_(kCells, kCell_m, 0.0F),
       cost_(static_cast<std::size_t>(kCells) * kCells, kFar),
       accepted_(cost_.size(), 0) {
-  heap_.reserve(4 * cost_.size());  // each cell is offered by at most four neighbours
+  heap_.reserve(8 * cost_.size());  // each cell is offered by at most eight neighbours
 }
 
 void RememberedGround::clear() {
@@ -94,9 +95,14 @@ float RememberedGround::solve(Cell c) const {
   if (b < a) std::swap(a, b);
   const float seen = per_m_.at(c);
   const float step = static_cast<float>(kCell_m) * (seen > 0.0F ? seen : float{kUnseen});
+  // From a corner, too: a narrow passage may lead from cell to cell diagonally.
+  const float corner =
+      std::min({accepted({c.i - 1, c.j - 1}), accepted({c.i - 1, c.j + 1}),
+                accepted({c.i + 1, c.j - 1}), accepted({c.i + 1, c.j + 1})}) +
+      kDiagonal * step;
   const float apart = b - a;
-  if (apart >= step) return a + step;
-  return 0.5F * (a + b + std::sqrt(2.0F * step * step - apart * apart));
+  if (!(apart < step)) return std::min(corner, a + step);
+  return std::min(corner, 0.5F * (a + b + std::sqrt(2.0F * step * step - apart * apart)));
 }
 
 void RememberedGround::compute(const Goal& goal) {
@@ -128,9 +134,11 @@ void RememberedGround::compute(const Goal& goal) {
     if (accepted != 0) continue;
     accepted = 1;
     const Cell c = cell_of(entry.cell);
-    for (const Cell n :
-         {Cell{c.i - 1, c.j}, Cell{c.i + 1, c.j}, Cell{c.i, c.j - 1}, Cell{c.i, c.j + 1}}) {
-      if (per_m_.contains(n) && accepted_[index_of(n)] == 0) offer(n, solve(n));
+    for (int j = c.j - 1; j <= c.j + 1; ++j) {
+      for (int i = c.i - 1; i <= c.i + 1; ++i) {
+        const Cell n{i, j};
+        if (per_m_.contains(n) && accepted_[index_of(n)] == 0) offer(n, solve(n));
+      }
     }
   }
 }

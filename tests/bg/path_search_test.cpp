@@ -139,7 +139,7 @@ TEST(PathSearch, AWayAroundIsPreferredToANarrowLane) {
   const auto lane = [&](double wall_m) {
     return level_field(128, [&, wall_m](double x, double y) {
       const double aside_m = std::abs(y - 0.2);
-      return x > 4.0 && x < 10.0 && aside_m > half_m + 0.1 && aside_m < wall_m;
+      return x > 4.0 && x < 8.0 && aside_m > half_m + 0.1 && aside_m < wall_m;
     });
   };
   const auto widest_m = [&path] {
@@ -159,7 +159,7 @@ TEST(CostField, ATooNarrowGapIsImpassable) {
   Planner planner;
   Path path;
   const auto wall = [](double x, double y) {
-    return x > 9.0 && x < 10.0 && y < 8.0 && (y < -1.6 || y > 1.6);
+    return x > 9.0 && x < 10.0 && y < 8.0 && (y < -1.2 || y > 1.2);
   };
   const vj::Terrain terrain = level_field(128, wall);
   ASSERT_NE(planner.plan(terrain, {}, {20.0, 0.0, 1.5}, &path).stop, SearchStop::kNoWay);
