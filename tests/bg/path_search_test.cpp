@@ -136,9 +136,11 @@ TEST(PathSearch, AWayAroundIsPreferredToANarrowLane) {
   Path path;
   const double half_m = planner.search.body_m() + 0.35;
   const Place start{0.0, 0.2, 0.0, 0.0};
-  const auto lane = [&](double wall_m) {
-    return level_field(128, [&, wall_m](double x, double y) {
+  // With a yard around the start there is no other way.
+  const auto lane = [&](double wall_m, bool yard) {
+    return level_field(128, [&, wall_m, yard](double x, double y) {
       const double aside_m = std::abs(y - 0.2);
+      if (yard && x < 8.0 && (x < -8.0 || aside_m > 12.0)) return true;
       return x > 4.0 && x < 8.0 && aside_m > half_m + 0.1 && aside_m < wall_m;
     });
   };
@@ -147,9 +149,11 @@ TEST(PathSearch, AWayAroundIsPreferredToANarrowLane) {
     for (const PathPoint& p : path) out = std::max(out, std::abs(p.place.y_m));
     return out;
   };
-  ASSERT_EQ(planner.plan(lane(100.0), {start}, {20.0, 0.2, 1.5}, &path).stop, SearchStop::kGoal);
+  ASSERT_EQ(planner.plan(lane(100.0, true), {start}, {20.0, 0.2, 1.5}, &path).stop,
+            SearchStop::kGoal);
   EXPECT_LT(widest_m(), 1.0);
-  ASSERT_EQ(planner.plan(lane(6.0), {start}, {20.0, 0.2, 1.5}, &path).stop, SearchStop::kGoal);
+  ASSERT_EQ(planner.plan(lane(6.0, false), {start}, {20.0, 0.2, 1.5}, &path).stop,
+            SearchStop::kGoal);
   EXPECT_GT(widest_m(), 6.0);
 }
 
