@@ -387,9 +387,10 @@ void BgNode::find_way(const Goal& to, double speed_mps, int granted) {
 
 void BgNode::cut_at_obstacles() {
   if (path_local_utime_ != nav_.local_utime) path_.clear();
+  const double required_m = search_.required_m(obstacles_, place());
   for (std::size_t k = at_; k < path_.size(); ++k) {
     path_[k].clearance_m = search_.clearance(obstacles_, path_[k].place);
-    if (path_[k].clearance_m < 0.0 && k > at_ + 1) {
+    if (path_[k].clearance_m < required_m && k > at_ + 1) {
       path_.resize(k);
       return;
     }

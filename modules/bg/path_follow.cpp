@@ -44,11 +44,12 @@ double free_way(const PathSearch& body, const ObstacleDistance& obstacles, const
                 double speed_mps, double curvature_1pm, int direction, const Shape& shape,
                 double max_m) {
   constexpr double kStep_m = 0.2;
-  constexpr double kTouch_m = 0.1;      // in addition to the size of a cell
   constexpr double kSlowest_mps = 0.3;  // a vehicle that starts turns its wheels first
   const double turn = shape.curvature_rate * kStep_m / std::max(kSlowest_mps, std::abs(speed_mps));
   // If its clearance is already too small, the vehicle may drive, but not closer to obstacles.
-  const double required_m = PathSearch::required_m(kTouch_m, body.clearance(obstacles, vehicle));
+  // Of a rock, only the cells are obstacles in which it is high enough: its edge is lower.
+  const double required_m =
+      PathSearch::required_m(shape.min_margin_m, body.clearance(obstacles, vehicle));
   Place p = vehicle;
   for (double way_m = 0.0; way_m < max_m; way_m += kStep_m) {
     p.curvature_1pm += std::clamp(curvature_1pm - p.curvature_1pm, -turn, turn);
