@@ -52,7 +52,7 @@ class PathSearch {
   [[nodiscard]] static double required_m(double margin_m, double clearance_m) {
     constexpr double kSlack_m = 0.15;
     constexpr double kHardly_m = 0.03;
-    constexpr double kVeryNear_m = -0.1;
+    constexpr double kVeryNear_m = 0.05;
     constexpr double kOnIt_m = -0.35;
     const double slack_m = clearance_m - kSlack_m;
     if (clearance_m < kOnIt_m) return slack_m;
