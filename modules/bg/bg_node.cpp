@@ -6,6 +6,7 @@
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
 #include "lcmtypes/events.h"
+#include "modules/bg/path_smoothing.h"
 
 namespace rcs::bg {
 namespace {
@@ -383,6 +384,7 @@ void BgNode::find_way(const Goal& to, double speed_mps, int granted) {
                  search_.required_m(obstacles_, place()));
   found_ = search_.search(terrain_, obstacles_, field_, {place(), direction, stop_m}, to, granted,
                           &candidate_);
+  smooth(search_, obstacles_, config_.shape, config_.weights.margin_m, &candidate_);
 }
 
 void BgNode::cut_at_obstacles() {
