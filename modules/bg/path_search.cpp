@@ -6,11 +6,11 @@
 namespace rcs::bg {
 namespace {
 
-constexpr int kStraight = 4;
+constexpr int kStraight = 2;
 constexpr int kCurvatures = 2 * kStraight + 1;  // shares of the largest: -1, -3/4, ... 1
-constexpr int kSteps = 2;                       // of the curvature, at most, from arc to arc
+constexpr int kSteps = 1;                       // of the curvature, at most, from arc to arc
 constexpr double kSample_m = 0.4;
-constexpr double kSteering = 4.0;    // cost of a metre in which the curvature changes fully
+constexpr double kSteering = 0.2;    // cost of a metre in which the curvature changes fully
 constexpr double kEscape_m = 5.0;    // distance driven out of a blocked cell
 constexpr double kTrapped_m = 30.0;  // lower bound of the remaining cost from there
 
