@@ -37,6 +37,10 @@ class Route {
   [[nodiscard]] int done() const { return static_cast<int>(next_); }
   [[nodiscard]] int size() const { return static_cast<int>(waypoints_.size()); }
   [[nodiscard]] const waypoint_t& next() const { return waypoints_[next_]; }  ///< !arrived()
+  /// Null: next() is the last one.
+  [[nodiscard]] const waypoint_t* after_next() const {
+    return next_ + 1 < waypoints_.size() ? &waypoints_[next_ + 1] : nullptr;
+  }
   [[nodiscard]] bool in_world() const { return frame_ == command_t::FRAME_WORLD; }
   /// Changes with each new task and with clear().
   [[nodiscard]] int number() const { return number_; }

@@ -20,6 +20,8 @@ constexpr Duration kContested = from_seconds(1.0);          // after a message o
 constexpr Duration kLookLasts = from_seconds(0.3);
 constexpr Duration kLookBeyond = from_seconds(1.0);  // interval, for the same goal
 constexpr double kSameGoal_m = 0.5;
+constexpr double kBeforeEnd_m = 5.0;  // of a path that is kept, in addition to the way to stop
+constexpr double kThrough = 0.6;      // of the radius of a waypoint that is driven through
 constexpr Duration kWayKept =
     from_seconds(1.5);  // validity of a path that the search did not confirm
 
@@ -224,7 +226,16 @@ Goal BgNode::goal() {
     }
     return *ahead_;
   }
-  const waypoint_t& w = route_.next();
+  return goal_of(route_.next());
+}
+
+std::optional<Goal> BgNode::onward_goal() const {
+  const waypoint_t* const after = route_.after_next();
+  if (!knows_north() || after == nullptr) return std::nullopt;
+  return goal_of(*after);
+}
+
+Goal BgNode::goal_of(const waypoint_t& w) const {
   Vec3 p = from_message(w.p_m);
   if (route_.in_world()) {
     p = nav_.T_local_vehicle * (nav_.T_world_vehicle.inverse() * p);
@@ -310,17 +321,21 @@ void BgNode::plan(const Cycle& cycle, const Facts& now) {
   if (!on_the_way) return;
   if (way_since_ == Stamp::min()) way_since_ = cycle.now;  // the search begins now
   const Goal to = goal();
-  look_for_way(to, cycle.now, now.speed_mps, static_cast<int>(grant(cycle, config_.grant)));
+  const std::optional<Goal> onward = onward_goal();
+  look_for_way(to, onward, cycle.now, now.speed_mps, static_cast<int>(grant(cycle, config_.grant)));
   const double max_mps = std::min({config_.max_speed_mps, route_.next().speed_mps,
                                    knows_north() ? config_.max_speed_mps : config_.north_mps});
   // Two paths around an obstacle cost about the same, and the cheaper one changes from scan to
   // scan: the current path is kept while it is free, long enough and not clearly more expensive.
   const double rest_m = path_.empty() ? 0.0 : path_.back().s_m - path_[at_].s_m;
-  const bool under_way =
-      now.has_way && rest_m > config_.follow.keep_m && path_local_utime_ == nav_.local_utime;
-  const bool keep = under_way && candidate_.size() > 1 &&
-                    search_.cost_of_rest(path_, at_, terrain_, obstacles_, field_) <
-                        config_.follow.keep_cost * found_.cost;
+  // Near its end a path is slow: the vehicle must be able to stop there.
+  const bool long_enough =
+      rest_m > std::max(config_.follow.keep_m, stopping_m(now.speed_mps) + kBeforeEnd_m);
+  const bool under_way = now.has_way && long_enough && path_local_utime_ == nav_.local_utime;
+  const bool keep =
+      under_way && candidate_.size() > 1 &&
+      search_.cost_of_rest(path_, at_, terrain_, obstacles_, {to, &field_}, onward_target(onward)) <
+          config_.follow.keep_cost * found_.cost;
   if (keep) {
     way_since_ = cycle.now;
   } else if (candidate_.size() > 1) {
@@ -344,10 +359,19 @@ void BgNode::plan(const Cycle& cycle, const Facts& now) {
   publish_plan(cycle.now);
 }
 
-void BgNode::look_for_way(const Goal& to, Stamp now, double speed_mps, int granted) {
+std::optional<Target> BgNode::onward_target(const std::optional<Goal>& onward) const {
+  if (!onward) return std::nullopt;
+  return Target{*onward, &onward_field_};
+}
+
+void BgNode::look_for_way(const Goal& to, const std::optional<Goal>& onward, Stamp now,
+                          double speed_mps, int granted) {
   look_beyond(to, now);
+  look_onward(onward, now);
   for (const double more_m : {more_m_, config_.near_goal_m}) {
-    find_way({to.x_m, to.y_m, to.radius_m + more_m}, speed_mps, granted);
+    // A path through the goal must not only touch its circle: the vehicle deviates from it.
+    const double radius_m = (onward ? kThrough : 1.0) * (to.radius_m + more_m);
+    find_way({to.x_m, to.y_m, radius_m}, onward, speed_mps, granted);
     if (candidate_.size() > 1) return;
     granted -= found_.expansions;
   }
@@ -363,8 +387,8 @@ void BgNode::look_beyond(const Goal& to, Stamp now) {
   // The goal may be occupied, or seem so: closer to it the terrain is seen better.
   for (const double more_m : {0.0, config_.near_goal_m}) {
     more_m_ = more_m;
-    remembered_.compute({to.x_m, to.y_m, to.radius_m + more_m});
-    if (!remembered_.reachable_from(place())) continue;
+    far_.compute(remembered_, {to.x_m, to.y_m, to.radius_m + more_m});
+    if (!far_.reachable_from(place())) continue;
     enclosed_since_ = Stamp::max();
     return;
   }
@@ -373,17 +397,32 @@ void BgNode::look_beyond(const Goal& to, Stamp now) {
   enclosed_since_ = std::min(enclosed_since_, now);
 }
 
-void BgNode::find_way(const Goal& to, double speed_mps, int granted) {
+void BgNode::look_onward(const std::optional<Goal>& onward, Stamp now) {
+  const bool same = onward && beyond_onward_ &&
+                    std::hypot(onward->x_m - beyond_onward_->x_m,
+                               onward->y_m - beyond_onward_->y_m) < kSameGoal_m;
+  if (!onward || (same && now - looked_onward_ < kLookBeyond)) return;
+  beyond_onward_ = onward;
+  looked_onward_ = now;
+  far_onward_.compute(remembered_, *onward);
+}
+
+void BgNode::find_way(const Goal& to, const std::optional<Goal>& onward, double speed_mps,
+                      int granted) {
   const int direction = speed_mps > config_.decide.rest_mps    ? 1
                         : speed_mps < -config_.decide.rest_mps ? -1
                                                                : 0;
   // Backwards the vehicle is slow and on known ground. If every path that begins backwards had to
   // continue so for the stopping distance, new paths would lead it back for ever.
   const double stop_m = direction > 0 ? stopping_m(speed_mps) : 0.0;
-  field_.compute(terrain_, obstacles_, remembered_, to, config_.weights, search_.body_m(),
-                 search_.required_m(obstacles_, place()));
-  found_ = search_.search(terrain_, obstacles_, field_, {place(), direction, stop_m}, to, granted,
-                          &candidate_);
+  const double required_m = search_.required_m(obstacles_, place());
+  field_.compute(terrain_, obstacles_, far_, to, config_.weights, search_.body_m(), required_m);
+  if (onward) {
+    onward_field_.compute(terrain_, obstacles_, far_onward_, *onward, config_.weights,
+                          search_.body_m(), required_m);
+  }
+  found_ = search_.search(terrain_, obstacles_, {place(), direction, stop_m}, {to, &field_},
+                          onward_target(onward), granted, &candidate_);
   smooth(search_, obstacles_, config_.shape, config_.weights.margin_m, &candidate_);
 }
 

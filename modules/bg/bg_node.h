@@ -44,6 +44,9 @@ class BgNode final : public Node {
   [[nodiscard]] bool map_is_of_now() const;
   [[nodiscard]] Place place() const;
   [[nodiscard]] Goal goal();
+  /// The waypoint after it, if it exists and the vehicle may drive through.
+  [[nodiscard]] std::optional<Goal> onward_goal() const;
+  [[nodiscard]] Goal goal_of(const waypoint_t& w) const;
   /// WM knows the frame of the route.
   [[nodiscard]] bool knows_north() const { return !route_.in_world() || nav_.world_valid; }
   void pass_waypoints();
@@ -51,10 +54,13 @@ class BgNode final : public Node {
   void plan(const Cycle& cycle, const Facts& facts);
   /// Searches for a path, with a larger goal if this one is occupied; candidate_ is the path, or
   /// empty.
-  void look_for_way(const Goal& to, Stamp now, double speed_mps, int granted);
+  void look_for_way(const Goal& to, const std::optional<Goal>& onward, Stamp now, double speed_mps,
+                    int granted);
   /// Computes the cost over the remembered ground, to a larger goal if this one is occupied.
   void look_beyond(const Goal& to, Stamp now);
-  void find_way(const Goal& to, double speed_mps, int granted);
+  void look_onward(const std::optional<Goal>& onward, Stamp now);
+  [[nodiscard]] std::optional<Target> onward_target(const std::optional<Goal>& onward) const;
+  void find_way(const Goal& to, const std::optional<Goal>& onward, double speed_mps, int granted);
   void cut_at_obstacles();
   /// Distance to stop.
   [[nodiscard]] double stopping_m(double speed_mps) const;
@@ -91,12 +97,17 @@ class BgNode final : public Node {
   HiddenGround hidden_;  // frame local
   std::int64_t trail_local_utime_ = 0;
   ObstacleDistance obstacles_;
-  RememberedGround remembered_;          // frame local
+  RememberedGround remembered_;        // frame local
+  FarCost far_;                        // to the goal
+  FarCost far_onward_;                 // to the waypoint after it
+  std::optional<Goal> beyond_onward_;  // of far_onward_
+  Stamp looked_onward_ = Stamp::min();
   Goal beyond_;                          // of its cost
   double more_m_ = 0.0;                  // increase of its radius
   Stamp looked_beyond_ = Stamp::min();   // when the cost was computed
   Stamp enclosed_since_ = Stamp::max();  // no way to the goal is known or can exist
   CostField field_;
+  CostField onward_field_;
   PathSearch search_;
 
   Route route_;

@@ -20,8 +20,8 @@ void CostField::push(int cell, double cost) {
 }
 
 void CostField::compute(const vj::Terrain& terrain, const ObstacleDistance& obstacles,
-                        const RememberedGround& beyond, const Goal& goal,
-                        const vj::Weights& weights, double body_m, double required_m) {
+                        const FarCost& beyond, const Goal& goal, const vj::Weights& weights,
+                        double body_m, double required_m) {
   cell_m_ = terrain.cell_m;
   first_ = terrain.first;
   width_ = terrain.width;
@@ -47,7 +47,7 @@ void CostField::compute(const vj::Terrain& terrain, const ObstacleDistance& obst
       if (std::hypot(x_m - goal.x_m, y_m - goal.y_m) < goal.radius_m) {
         push(cell, 0.0);
       } else if (border) {
-        push(cell, beyond.cost(x_m, y_m));
+        push(cell, beyond.at(x_m, y_m));
       }
     }
   }

@@ -19,9 +19,8 @@ class CostField {
   /// @param beyond      its goal is this goal
   /// @param body_m      radius around the centre of the vehicle that must be free
   /// @param required_m  additional distance from obstacles
-  void compute(const vj::Terrain& terrain, const ObstacleDistance& obstacles,
-               const RememberedGround& beyond, const Goal& goal, const vj::Weights& weights,
-               double body_m, double required_m);
+  void compute(const vj::Terrain& terrain, const ObstacleDistance& obstacles, const FarCost& beyond,
+               const Goal& goal, const vj::Weights& weights, double body_m, double required_m);
 
   /// [m of easy ground]; infinite: no path, or outside the terrain.
   [[nodiscard]] double at(double x_m, double y_m) const;

@@ -38,7 +38,7 @@ PathSearch::PathSearch(const SearchParams& params, const Shape& shape, const vj:
   // A search stays within its horizon, plus a little for reversing.
   bins_ = 2 * static_cast<int>(std::ceil(1.2 * params.horizon_m / params.bin_m)) + 1;
   const std::size_t states = static_cast<std::size_t>(bins_) * static_cast<std::size_t>(bins_) *
-                             static_cast<std::size_t>(params.headings) * 2;
+                             static_cast<std::size_t>(params.headings) * 4;
   seen_.assign(states, 0);
   best_g_.assign(states, 0.0F);
   const std::size_t most = static_cast<std::size_t>(params.max_expansions) * (kCurvatures + 3) + 1;
@@ -66,13 +66,32 @@ std::size_t PathSearch::state(const Node& node) const {
   const std::size_t h = static_cast<std::size_t>(std::min(heading, params_.headings - 1));
   const std::size_t at = bin(node.place.y_m, origin_.y_m) * static_cast<std::size_t>(bins_) +
                          bin(node.place.x_m, origin_.x_m);
-  return (at * static_cast<std::size_t>(params_.headings) + h) * 2 + (node.direction > 0 ? 1 : 0);
+  return (at * static_cast<std::size_t>(params_.headings) + h) * 4 + (node.direction > 0 ? 2 : 0) +
+         (node.leg > 0 ? 1 : 0);
+}
+
+namespace {
+
+bool within(const Place& place, const Goal& goal) {
+  return std::hypot(place.x_m - goal.x_m, place.y_m - goal.y_m) < goal.radius_m;
+}
+
+}  // namespace
+
+double PathSearch::remaining(const Place& place, int leg) const {
+  const double to_target = targets_[static_cast<std::size_t>(leg)].field->at(place.x_m, place.y_m);
+  return leg > 0 ? to_target : to_target + onward_cost_;
 }
 
 SearchResult PathSearch::search(const vj::Terrain& terrain, const ObstacleDistance& obstacles,
-                                const CostField& field, const Start& from, const Goal& goal,
-                                int granted, Path* path) {
+                                const Start& from, const Target& to,
+                                const std::optional<Target>& onward, int granted, Path* path) {
   const Place& start = from.place;
+  targets_ = {to, onward.value_or(to)};
+  onward_cost_ = onward ? onward->field->at(to.goal.x_m, to.goal.y_m) : 0.0;
+  // If no way onward is known, the path ends here.
+  const bool through = onward && std::isfinite(onward_cost_);
+  if (!through) onward_cost_ = 0.0;
   path->clear();
   nodes_.clear();
   open_.clear();
@@ -81,13 +100,12 @@ SearchResult PathSearch::search(const vj::Terrain& terrain, const ObstacleDistan
   stop_m_ = from.stop_m;
   required_m_ = required_m(obstacles, start);
 
-  trapped_ = field.blocked(start.x_m, start.y_m);
+  trapped_ = to.field->blocked(start.x_m, start.y_m);
 
   SearchResult result;
   const std::int8_t curvature =
       static_cast<std::int8_t>(nearest_curvature(start.curvature_1pm, shape_));
-  offer({start, 0.0, 0.0, -1, curvature, static_cast<std::int8_t>(from.direction)},
-        field.at(start.x_m, start.y_m));
+  offer({start, 0.0, 0.0, -1, curvature, static_cast<std::int8_t>(from.direction), 0});
   int best = -1;  // the node with the least remaining cost
   double least = CostField::kNoWay;
   while (!open_.empty()) {
@@ -104,10 +122,9 @@ SearchResult PathSearch::search(const vj::Terrain& terrain, const ObstacleDistan
       least = rest;
       best = next.node;
     }
-    const bool in_goal =
-        std::hypot(node.place.x_m - goal.x_m, node.place.y_m - goal.y_m) < goal.radius_m;
+    const bool in_goal = within(node.place, targets_[static_cast<std::size_t>(node.leg)].goal);
     const bool at_end = node.s_m >= params_.horizon_m;
-    if (in_goal || at_end) {
+    if ((in_goal && (node.leg > 0 || !through)) || at_end) {
       result.stop = in_goal ? SearchStop::kGoal : SearchStop::kHorizon;
       result.cost = next.f;
       trace(next.node, obstacles, path);
@@ -118,7 +135,7 @@ SearchResult PathSearch::search(const vj::Terrain& terrain, const ObstacleDistan
       break;
     }
     ++result.expansions;
-    expand(next.node, terrain, obstacles, field);
+    expand(next.node, terrain, obstacles, in_goal && through);
   }
   // No path to the goal: the path to the node that is nearest to it, if there is any.
   if (best >= 0 && nodes_[static_cast<std::size_t>(best)].parent >= 0) {
@@ -131,7 +148,8 @@ SearchResult PathSearch::search(const vj::Terrain& terrain, const ObstacleDistan
   return result;
 }
 
-void PathSearch::offer(const Node& node, double rest) {
+void PathSearch::offer(const Node& node) {
+  double rest = remaining(node.place, node.leg);
   if (std::isinf(rest)) {
     // From a blocked cell the vehicle first has to drive out. The remaining cost there is a lower
     // bound.
@@ -164,8 +182,9 @@ bool PathSearch::known_behind(const vj::Terrain& terrain, const Place& place) co
 }
 
 void PathSearch::expand(int index, const vj::Terrain& terrain, const ObstacleDistance& obstacles,
-                        const CostField& field) {
-  const Node from = nodes_[static_cast<std::size_t>(index)];
+                        bool reached) {
+  Node from = nodes_[static_cast<std::size_t>(index)];
+  if (reached) from.leg = 1;
   for (const int direction : {1, -1}) {
     const bool turns_back = from.direction != 0 && from.direction != direction;
     if (turns_back && from.s_m < stop_m_) continue;
@@ -197,7 +216,7 @@ void PathSearch::expand(int index, const vj::Terrain& terrain, const ObstacleDis
       }
       if (!free) continue;
       to.s_m += params_.arc_m;
-      offer(to, field.at(to.place.x_m, to.place.y_m));
+      offer(to);
     }
   }
 }
@@ -209,10 +228,13 @@ void PathSearch::bar(const Path& path) {
 }
 
 double PathSearch::cost_of_rest(const Path& path, std::size_t from, const vj::Terrain& terrain,
-                                const ObstacleDistance& obstacles, const CostField& field) const {
+                                const ObstacleDistance& obstacles, const Target& to,
+                                const std::optional<Target>& onward) const {
   double cost = 0.0;
+  bool reached = false;
   for (std::size_t k = from + 1; k < path.size(); ++k) {
     const PathPoint& p = path[k];
+    reached = reached || within(p.place, to.goal);
     const double clearance_m = clearance(obstacles, p.place);
     if (clearance_m < shape_.min_margin_m) return CostField::kNoWay;
     const Cell cell = terrain.cell_at(p.place.x_m, p.place.y_m);
@@ -220,8 +242,13 @@ double PathSearch::cost_of_rest(const Path& path, std::size_t from, const vj::Te
     cost += (p.s_m - path[k - 1].s_m) * per_m * (p.direction < 0 ? weights_.reverse : 1.0);
     if (p.direction != path[k - 1].direction && k > 1) cost += weights_.turn_back;
   }
-  return path.empty() ? CostField::kNoWay
-                      : cost + field.at(path.back().place.x_m, path.back().place.y_m);
+  if (path.empty()) return CostField::kNoWay;
+  const Place& end = path.back().place;
+  const double to_target = to.field->at(end.x_m, end.y_m);
+  if (!onward) return cost + to_target;
+  const double between = onward->field->at(to.goal.x_m, to.goal.y_m);
+  if (!std::isfinite(between)) return cost + to_target;
+  return cost + (reached ? onward->field->at(end.x_m, end.y_m) : to_target + between);
 }
 
 void PathSearch::trace(int index, const ObstacleDistance& obstacles, Path* path) {

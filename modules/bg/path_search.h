@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "modules/bg/cost_field.h"
@@ -42,6 +43,12 @@ struct Start {
   double stop_m = 0.0;  ///< stopping distance: no path reverses before that
 };
 
+/// A goal and the cost of the way to it.
+struct Target {
+  Goal goal;
+  const CostField* field;
+};
+
 /// Allocates nothing after a search as large.
 class PathSearch {
  public:
@@ -63,11 +70,14 @@ class PathSearch {
 
   /// @param start  where the vehicle is. If its clearance is below the margin, the path may begin
   ///   there but must not come clearly closer to obstacles.
+  /// @param to  the path leads through it
+  /// @param onward  and from there on towards this one, so that the vehicle need not stop between
+  ///   them; none: it ends in `to`
   /// @param granted  expansions; at most params.max_expansions
   /// @param path  points every 0.4 m or less, from `start`; empty if there is no path
   SearchResult search(const vj::Terrain& terrain, const ObstacleDistance& obstacles,
-                      const CostField& field, const Start& start, const Goal& goal, int granted,
-                      Path* path);
+                      const Start& start, const Target& to, const std::optional<Target>& onward,
+                      int granted, Path* path);
 
   /// Excludes paths that begin like this one until release(): the vehicle could not follow it.
   void bar(const Path& path);
@@ -76,8 +86,8 @@ class PathSearch {
   /// Cost of the rest of a path on the current terrain, like SearchResult::cost; infinite if it
   /// comes closer to an obstacle than the margin allows.
   [[nodiscard]] double cost_of_rest(const Path& path, std::size_t from, const vj::Terrain& terrain,
-                                    const ObstacleDistance& obstacles,
-                                    const CostField& field) const;
+                                    const ObstacleDistance& obstacles, const Target& to,
+                                    const std::optional<Target>& onward) const;
 
   /// From the body of the vehicle at this pose to the nearest obstacle; <= 0: contact.
   [[nodiscard]] double clearance(const ObstacleDistance& obstacles, const Place& place) const;
@@ -96,6 +106,7 @@ class PathSearch {
     int parent;
     std::int8_t curvature;  // index
     std::int8_t direction;
+    std::int8_t leg;  // 0: to the first target, 1: onward from it
   };
   struct Open {
     double f;
@@ -104,18 +115,23 @@ class PathSearch {
   [[nodiscard]] std::size_t state(const Node& node) const;
   /// Whether the ground under the rear edge of the vehicle at this pose is known.
   [[nodiscard]] bool known_behind(const vj::Terrain& terrain, const Place& place) const;
+  /// @param reached  the first target, by this node
   void expand(int index, const vj::Terrain& terrain, const ObstacleDistance& obstacles,
-              const CostField& field);
-  void offer(const Node& node, double rest);
+              bool reached);
+  /// Cost of the way from there to the last target.
+  [[nodiscard]] double remaining(const Place& place, int leg) const;
+  void offer(const Node& node);
   void trace(int index, const ObstacleDistance& obstacles, Path* path);
 
   SearchParams params_;
   Shape shape_;
   vj::Weights weights_;
-  double disc_m_;     // radius of the three discs that cover the outline
-  double spacing_m_;  // between their centres
-  Place origin_;      // of the bins
-  int bins_ = 0;      // along each side
+  double disc_m_;                    // radius of the three discs that cover the outline
+  double spacing_m_;                 // between their centres
+  Place origin_;                     // of the bins
+  int bins_ = 0;                     // along each side
+  std::array<Target, 2> targets_{};  // the last one twice if there is no onward
+  double onward_cost_ = 0.0;         // from the first target to the last
   double stop_m_ = 0.0;
   double required_m_ = 0.0;
   std::array<bool, 18> barred_{};  // first arcs, by curvature and direction

@@ -11,7 +11,6 @@ constexpr int kCells = 256;
 // Two cells of the terrain: the vehicle keeps away from an obstacle by more than a metre, so that
 // even a thin wall is blocked over two cells or more, and no path leads through it diagonally.
 constexpr double kCell_m = 0.8;
-constexpr float kBlocked = 1000.0F;  // more than any way around within the window
 // A way out of the terrain and back into it must not look cheaper than the way through it.
 constexpr double kPessimism = 1.1;
 constexpr double kLeave_m = 1.6;  // from a place too near to an obstacle to free ground
@@ -22,16 +21,11 @@ bool later(float a, float b) { return a > b; }
 
 }  // namespace
 
-RememberedGround::RememberedGround()
-    : per_m_(kCells, kCell_m, 0.0F),
-      cost_(static_cast<std::size_t>(kCells) * kCells, kFar),
-      accepted_(cost_.size(), 0) {
-  heap_.reserve(8 * cost_.size());  // each cell is offered by at most eight neighbours
-}
+RememberedGround::RememberedGround() : per_m_(kCells, kCell_m, 0.0F) {}
 
-void RememberedGround::clear() {
-  per_m_.clear();
-  computed_ = false;
+FarCost::FarCost()
+    : cost_(static_cast<std::size_t>(kCells) * kCells, kFar), accepted_(cost_.size(), 0) {
+  heap_.reserve(8 * cost_.size());  // each cell is offered by at most eight neighbours
 }
 
 void RememberedGround::note(const Place& vehicle, const vj::Terrain& terrain,
@@ -68,16 +62,12 @@ void RememberedGround::note(const Place& vehicle, const vj::Terrain& terrain,
   }
 }
 
-Cell RememberedGround::cell_of(int index) const {
-  return {origin_.i + index % kCells, origin_.j + index / kCells};
-}
-
-std::size_t RememberedGround::index_of(Cell c) const {
+std::size_t FarCost::index_of(Cell c) const {
   return static_cast<std::size_t>(c.j - origin_.j) * kCells +
          static_cast<std::size_t>(c.i - origin_.i);
 }
 
-void RememberedGround::offer(Cell c, float cost) {
+void FarCost::offer(Cell c, float cost) {
   float& known = cost_[index_of(c)];
   if (cost >= known) return;
   known = cost;
@@ -86,36 +76,39 @@ void RememberedGround::offer(Cell c, float cost) {
                  [](const Entry& a, const Entry& b) { return later(a.cost, b.cost); });
 }
 
-float RememberedGround::solve(Cell c) const {
-  const auto accepted = [this](Cell n) {
-    return per_m_.contains(n) && accepted_[index_of(n)] != 0 ? cost_[index_of(n)] : kFar;
+float FarCost::solve(const Grid<float>& per_m, Cell c) const {
+  const auto accepted = [this, &per_m](Cell n) {
+    return per_m.contains(n) && accepted_[index_of(n)] != 0 ? cost_[index_of(n)] : kFar;
   };
   float a = std::min(accepted({c.i - 1, c.j}), accepted({c.i + 1, c.j}));
   float b = std::min(accepted({c.i, c.j - 1}), accepted({c.i, c.j + 1}));
   if (b < a) std::swap(a, b);
-  const float seen = per_m_.at(c);
+  const float seen = per_m.at(c);
   const float step = static_cast<float>(kCell_m) * (seen > 0.0F ? seen : float{kUnseen});
   // From a corner, too: a narrow passage may lead from cell to cell diagonally.
-  const float corner =
-      std::min({accepted({c.i - 1, c.j - 1}), accepted({c.i - 1, c.j + 1}),
-                accepted({c.i + 1, c.j - 1}), accepted({c.i + 1, c.j + 1})}) +
-      kDiagonal * step;
+  const float corner = std::min({accepted({c.i - 1, c.j - 1}), accepted({c.i - 1, c.j + 1}),
+                                 accepted({c.i + 1, c.j - 1}), accepted({c.i + 1, c.j + 1})}) +
+                       kDiagonal * step;
   const float apart = b - a;
   if (!(apart < step)) return std::min(corner, a + step);
   return std::min(corner, 0.5F * (a + b + std::sqrt(2.0F * step * step - apart * apart)));
 }
 
-void RememberedGround::compute(const Goal& goal) {
+void FarCost::compute(const RememberedGround& ground, const Goal& goal) {
+  const Grid<float>& per_m = ground.per_m();
   goal_ = goal;
   computed_ = true;
-  origin_ = per_m_.origin();
+  origin_ = per_m.origin();
   std::fill(cost_.begin(), cost_.end(), kFar);
   std::fill(accepted_.begin(), accepted_.end(), std::uint8_t{0});
   heap_.clear();
   const auto away_m = [&goal](Cell c) {
     return std::hypot((c.i + 0.5) * kCell_m - goal.x_m, (c.j + 0.5) * kCell_m - goal.y_m);
   };
-  const bool inside = per_m_.contains(per_m_.cell_at(goal.x_m, goal.y_m));
+  const bool inside = per_m.contains(per_m.cell_at(goal.x_m, goal.y_m));
+  const auto cell_of = [this](int index) {
+    return Cell{origin_.i + index % kCells, origin_.j + index / kCells};
+  };
   for (int k = 0; k < kCells * kCells; ++k) {
     const Cell c = cell_of(k);
     const int i = c.i - origin_.i;
@@ -137,24 +130,25 @@ void RememberedGround::compute(const Goal& goal) {
     for (int j = c.j - 1; j <= c.j + 1; ++j) {
       for (int i = c.i - 1; i <= c.i + 1; ++i) {
         const Cell n{i, j};
-        if (per_m_.contains(n) && accepted_[index_of(n)] == 0) offer(n, solve(n));
+        if (per_m.contains(n) && accepted_[index_of(n)] == 0) offer(n, solve(per_m, n));
       }
     }
   }
 }
 
-double RememberedGround::cost(double x_m, double y_m) const {
-  const Cell c = per_m_.cell_at(x_m, y_m);
+double FarCost::at(double x_m, double y_m) const {
+  const Cell c = Cell{cell_index(x_m / kCell_m), cell_index(y_m / kCell_m)};
   const bool within =
       c.i >= origin_.i && c.i < origin_.i + kCells && c.j >= origin_.j && c.j < origin_.j + kCells;
   if (computed_ && within) return cost_[index_of(c)];
   return kUnseen * std::hypot(x_m - goal_.x_m, y_m - goal_.y_m);
 }
 
-bool RememberedGround::reachable_from(const Place& vehicle) const {
+bool FarCost::reachable_from(const Place& vehicle) const {
   for (double dy = -kLeave_m; dy <= kLeave_m; dy += kCell_m) {
     for (double dx = -kLeave_m; dx <= kLeave_m; dx += kCell_m) {
-      if (cost(vehicle.x_m + dx, vehicle.y_m + dy) < kBlocked * kCell_m) return true;
+      if (at(vehicle.x_m + dx, vehicle.y_m + dy) < RememberedGround::kBlocked * kCell_m)
+        return true;
     }
   }
   return false;

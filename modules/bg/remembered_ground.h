@@ -20,7 +20,7 @@ struct Goal {
   double radius_m = 2.0;
 };
 
-/// Frame local. Allocates nothing after construction.
+/// Coarse ground in frame local. Allocates nothing after construction.
 class RememberedGround {
  public:
   RememberedGround();
@@ -30,16 +30,29 @@ class RememberedGround {
   void note(const Place& vehicle, const vj::Terrain& terrain, const ObstacleDistance& obstacles,
             const vj::Weights& weights, double body_m);
   /// Another frame local has begun.
-  void clear();
+  void clear() { per_m_.clear(); }
 
-  /// Computes the cost to the goal from everywhere, by fast marching (Sethian 1996): ground that
-  /// was never seen costs kUnseen a metre, ground where the vehicle cannot stand so much that every
-  /// way around it is preferred.
-  void compute(const Goal& goal);
+  /// Cost of a metre; 0: never seen; kBlocked: the vehicle cannot stand there.
+  [[nodiscard]] const Grid<float>& per_m() const { return per_m_; }
 
-  /// Cost to the goal of the last compute(), in metres of easy ground; outside the window, and
-  /// before the first compute(), kUnseen times the straight distance.
-  [[nodiscard]] double cost(double x_m, double y_m) const;
+  static constexpr float kBlocked = 1000.0F;  ///< more than any way around within the window
+
+ private:
+  Grid<float> per_m_;
+};
+
+/// Cost to a goal over the remembered ground. Allocates nothing after construction.
+class FarCost {
+ public:
+  FarCost();
+
+  /// Fast marching (Sethian 1996): ground that was never seen costs kUnseen a metre, ground where
+  /// the vehicle cannot stand so much that every way around it is preferred.
+  void compute(const RememberedGround& ground, const Goal& goal);
+
+  /// Of the last compute(), in metres of easy ground; outside the window, and before the first
+  /// compute(), kUnseen times the straight distance.
+  [[nodiscard]] double at(double x_m, double y_m) const;
   /// A way to the goal of the last compute() is known, or may exist over ground that was never
   /// seen.
   [[nodiscard]] bool reachable_from(const Place& vehicle) const;
@@ -52,13 +65,11 @@ class RememberedGround {
     float cost;
     int cell;
   };
-  [[nodiscard]] Cell cell_of(int index) const;
   [[nodiscard]] std::size_t index_of(Cell c) const;
   void offer(Cell c, float cost);
   /// Upwind solution of |grad cost| = cost per metre at this cell.
-  [[nodiscard]] float solve(Cell c) const;
+  [[nodiscard]] float solve(const Grid<float>& per_m, Cell c) const;
 
-  Grid<float> per_m_;  // cost of a metre; 0: never seen; kBlocked: the vehicle cannot stand there
   Goal goal_;
   bool computed_ = false;
   Cell origin_;              // of the window when cost_ was computed
