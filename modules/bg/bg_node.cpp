@@ -6,7 +6,6 @@
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
 #include "lcmtypes/events.h"
-#include "modules/bg/path_smoothing.h"
 
 namespace rcs::bg {
 namespace {
@@ -18,10 +17,7 @@ constexpr Duration kSupervisorSilence = from_seconds(3.0);  // it publishes once
 constexpr Duration kContested = from_seconds(1.0);          // after a message of a second publisher
 // Older scans were made elsewhere: they do not tell what is hidden from here.
 constexpr Duration kLookLasts = from_seconds(0.3);
-constexpr Duration kLookBeyond = from_seconds(1.0);  // interval, for the same goal
-constexpr double kSameGoal_m = 0.5;
 constexpr double kBeforeEnd_m = 5.0;  // of a path that is kept, in addition to the way to stop
-constexpr double kThrough = 0.6;      // of the radius of a waypoint that is driven through
 constexpr Duration kWayKept =
     from_seconds(1.5);  // validity of a path that the search did not confirm
 
@@ -66,7 +62,8 @@ BgNode::BgNode(const BgConfig& config, Bus* bus, StopLatch latch, bool supervise
       plan_out_(bus, channel::kBgPlan),
       report_(bus, config.info.name, kReportInterval),
       hidden_(config.sight),
-      search_(config.search, config.shape, config.weights),
+      required_(config.shape.min_margin_m),
+      planner_(config.search, config.shape, config.weights, config.near_goal_m),
       emergency_stop_(std::move(latch), config.release_authorities) {
   path_.reserve(4096);
   candidate_.reserve(4096);
@@ -91,6 +88,7 @@ void BgNode::run(const Cycle& cycle) {
   take_nav(cycle);
   take_integrity(cycle);
   take_map(cycle);
+  if (map_is_of_now()) required_.moved(clearance());
   pass_waypoints();
   cycle.stages->mark("receive");
 
@@ -165,9 +163,10 @@ void BgNode::take_map(const Cycle& cycle) {
   const map_patch_t* const m = map_patches_.latest();
   if (m == nullptr) return;
   if (read_terrain(*m, &terrain_)) {
-    if (terrain_local_utime_ != m->local_utime) {
+    const bool other_frame = terrain_local_utime_ != m->local_utime;
+    if (other_frame) {
       hidden_.clear();
-      remembered_.clear();
+      planner_.forget();
     }
     const Stamp scan = from_utime(m->utime);
     const bool looked = scan > terrain_stamp_ && nav_.stamp - scan < kLookLasts;
@@ -179,10 +178,15 @@ void BgNode::take_map(const Cycle& cycle) {
     terrain_stamp_ = scan;
     terrain_local_utime_ = m->local_utime;
     // Now, and not with the next plan: the free way is limited in every cycle.
+    const double before_m = clearance();
     obstacles_.compute(terrain_, config_.weights);
+    if (other_frame) {
+      required_.begin(clearance());
+    } else {
+      required_.map_changed(before_m, clearance());
+    }
     if (trail_local_utime_ == m->local_utime) {
-      remembered_.note(place(), terrain_, obstacles_, config_.weights,
-                       search_.body_m() + config_.shape.min_margin_m);
+      planner_.note(place(), terrain_, obstacles_);
     }
   } else {
     report_.publish(cycle.now, event::kBgInputRejected,
@@ -209,6 +213,8 @@ void BgNode::note_datum() {
 bool BgNode::map_is_of_now() const {
   return terrain_.width > 0 && terrain_local_utime_ == nav_.local_utime;
 }
+
+double BgNode::clearance() const { return planner_.body().clearance(obstacles_, place()); }
 
 Place BgNode::place() const {
   return {nav_.T_local_vehicle.p.x(), nav_.T_local_vehicle.p.y(), heading(nav_.T_local_vehicle),
@@ -290,9 +296,10 @@ Facts BgNode::facts(Stamp now) const {
               now - way_since_ <= kWayKept &&
               std::abs(steering_.off_m) <= config_.follow.max_lateral_deviation_m;
   f.without_way = way_since_ == Stamp::min() ? Duration(0) : now - way_since_;
-  if (enclosed_since_ != Stamp::max() && now - enclosed_since_ > config_.decide.patience) {
+  const Stamp enclosed = planner_.enclosed_since();
+  if (enclosed != Stamp::max() && now - enclosed > config_.decide.patience) {
     f.has_way = false;
-    f.without_way = now - enclosed_since_;
+    f.without_way = now - enclosed;
   }
   return f;
 }
@@ -320,9 +327,9 @@ void BgNode::plan(const Cycle& cycle, const Facts& now) {
                           now.speed_share > 0.0 && map_is_of_now() && !emergency_stop_.engaged();
   if (!on_the_way) return;
   if (way_since_ == Stamp::min()) way_since_ = cycle.now;  // the search begins now
-  const Goal to = goal();
-  const std::optional<Goal> onward = onward_goal();
-  look_for_way(to, onward, cycle.now, now.speed_mps, static_cast<int>(grant(cycle, config_.grant)));
+  const Planner::Query query{terrain_, obstacles_, start(now.speed_mps), goal(), onward_goal()};
+  found_ =
+      planner_.plan(query, cycle.now, static_cast<int>(grant(cycle, config_.grant)), &candidate_);
   const double max_mps = std::min({config_.max_speed_mps, route_.next().speed_mps,
                                    knows_north() ? config_.max_speed_mps : config_.north_mps});
   // Two paths around an obstacle cost about the same, and the cheaper one changes from scan to
@@ -334,8 +341,7 @@ void BgNode::plan(const Cycle& cycle, const Facts& now) {
   const bool under_way = now.has_way && long_enough && path_local_utime_ == nav_.local_utime;
   const bool keep =
       under_way && candidate_.size() > 1 &&
-      search_.cost_of_rest(path_, at_, terrain_, obstacles_, {to, &field_}, onward_target(onward)) <
-          config_.follow.keep_cost * found_.cost;
+      planner_.cost_of_rest(query, path_, at_) < config_.follow.keep_cost * found_.cost;
   if (keep) {
     way_since_ = cycle.now;
   } else if (candidate_.size() > 1) {
@@ -350,7 +356,8 @@ void BgNode::plan(const Cycle& cycle, const Facts& now) {
     report_.publish(
         cycle.now, event::kBgPathNone,
         "no path to waypoint {} of {}, distance {:.1f} m: following the last path while free",
-        route_.done() + 1, route_.size(), std::hypot(to.x_m - place().x_m, to.y_m - place().y_m));
+        route_.done() + 1, route_.size(),
+        std::hypot(query.to.x_m - place().x_m, query.to.y_m - place().y_m));
     cut_at_obstacles();
     if (path_.size() < 2) return;
   }
@@ -359,78 +366,21 @@ void BgNode::plan(const Cycle& cycle, const Facts& now) {
   publish_plan(cycle.now);
 }
 
-std::optional<Target> BgNode::onward_target(const std::optional<Goal>& onward) const {
-  if (!onward) return std::nullopt;
-  return Target{*onward, &onward_field_};
-}
-
-void BgNode::look_for_way(const Goal& to, const std::optional<Goal>& onward, Stamp now,
-                          double speed_mps, int granted) {
-  look_beyond(to, now);
-  look_onward(onward, now);
-  for (const double more_m : {more_m_, config_.near_goal_m}) {
-    // A path through the goal must not only touch its circle: the vehicle deviates from it.
-    const double radius_m = (onward ? kThrough : 1.0) * (to.radius_m + more_m);
-    find_way({to.x_m, to.y_m, radius_m}, onward, speed_mps, granted);
-    if (candidate_.size() > 1) return;
-    granted -= found_.expansions;
-  }
-}
-
-void BgNode::look_beyond(const Goal& to, Stamp now) {
-  const bool same = std::hypot(to.x_m - beyond_.x_m, to.y_m - beyond_.y_m) < kSameGoal_m &&
-                    std::abs(to.radius_m - beyond_.radius_m) < kSameGoal_m;
-  if (same && looked_beyond_ != Stamp::min() && now - looked_beyond_ < kLookBeyond) return;
-  if (!same) enclosed_since_ = Stamp::max();
-  beyond_ = to;
-  looked_beyond_ = now;
-  // The goal may be occupied, or seem so: closer to it the terrain is seen better.
-  for (const double more_m : {0.0, config_.near_goal_m}) {
-    more_m_ = more_m;
-    far_.compute(remembered_, {to.x_m, to.y_m, to.radius_m + more_m});
-    if (!far_.reachable_from(place())) continue;
-    enclosed_since_ = Stamp::max();
-    return;
-  }
-  // Until the command fails, the thinnest barrier is looked at again: what was remembered may have
-  // been wrong, or gone meanwhile.
-  enclosed_since_ = std::min(enclosed_since_, now);
-}
-
-void BgNode::look_onward(const std::optional<Goal>& onward, Stamp now) {
-  const bool same = onward && beyond_onward_ &&
-                    std::hypot(onward->x_m - beyond_onward_->x_m,
-                               onward->y_m - beyond_onward_->y_m) < kSameGoal_m;
-  if (!onward || (same && now - looked_onward_ < kLookBeyond)) return;
-  beyond_onward_ = onward;
-  looked_onward_ = now;
-  far_onward_.compute(remembered_, *onward);
-}
-
-void BgNode::find_way(const Goal& to, const std::optional<Goal>& onward, double speed_mps,
-                      int granted) {
+Start BgNode::start(double speed_mps) const {
   const int direction = speed_mps > config_.decide.rest_mps    ? 1
                         : speed_mps < -config_.decide.rest_mps ? -1
                                                                : 0;
   // Backwards the vehicle is slow and on known ground. If every path that begins backwards had to
   // continue so for the stopping distance, new paths would lead it back for ever.
   const double stop_m = direction > 0 ? stopping_m(speed_mps) : 0.0;
-  const double required_m = search_.required_m(obstacles_, place());
-  field_.compute(terrain_, obstacles_, far_, to, config_.weights, search_.body_m(), required_m);
-  if (onward) {
-    onward_field_.compute(terrain_, obstacles_, far_onward_, *onward, config_.weights,
-                          search_.body_m(), required_m);
-  }
-  found_ = search_.search(terrain_, obstacles_, {place(), direction, stop_m}, {to, &field_},
-                          onward_target(onward), granted, &candidate_);
-  smooth(search_, obstacles_, config_.shape, config_.weights.margin_m, &candidate_);
+  return {place(), direction, stop_m, required_.of(clearance())};
 }
 
 void BgNode::cut_at_obstacles() {
   if (path_local_utime_ != nav_.local_utime) path_.clear();
-  const double required_m = search_.required_m(obstacles_, place());
+  const double required_m = required_.of(clearance());
   for (std::size_t k = at_; k < path_.size(); ++k) {
-    path_[k].clearance_m = search_.clearance(obstacles_, path_[k].place);
+    path_[k].clearance_m = planner_.body().clearance(obstacles_, path_[k].place);
     if (path_[k].clearance_m < required_m && k > at_ + 1) {
       path_.resize(k);
       return;
@@ -467,7 +417,7 @@ void BgNode::drive(const Cycle& cycle, const Decision& decision) {
 
 void BgNode::leave_way_if_held(Stamp now, bool held) {
   if (std::hypot(place().x_m - held_at_.x_m, place().y_m - held_at_.y_m) > kFreed_m) {
-    search_.release();
+    planner_.release();
   }
   if (!held) {
     held_since_ = Stamp::max();
@@ -478,7 +428,7 @@ void BgNode::leave_way_if_held(Stamp now, bool held) {
         now, event::kBgPathBlocked,
         "path of {:.1f} m dropped: vehicle at rest for {:.1f} s, blocked by a nearby obstacle",
         path_.back().s_m, seconds(now - held_since_));
-    search_.bar(path_);
+    planner_.bar(path_);
     path_.clear();
     held_at_ = place();
     held_since_ = Stamp::max();
@@ -495,11 +445,13 @@ void BgNode::keep_within_free_way(const Steering& steering, Stamp now) {
   const double max_mps = std::max(std::abs(steering.speed_mps), std::abs(nav_.speed_mps));
   const int direction = steering.speed_mps > 0.0 ? 1 : -1;
   const double free_m =
-      free_way(search_, obstacles_, place(), nav_.speed_mps, steering.curvature_1pm, direction,
-               config_.shape, stopping_m(max_mps) + 0.5);
+      free_way(planner_.body(), obstacles_, path_, at_, place(), nav_.speed_mps, direction,
+               config_.follow, config_.shape, required_.of(clearance()), stopping_m(max_mps) + 0.5);
   const double speed_mps = speed_within(free_m, nav_.speed_mps, config_.follow);
   drive_.speed_mps = direction * std::min(std::abs(steering.speed_mps), speed_mps);
   const bool towards = direction * nav_.speed_mps > 0.0;
+  // Until braking as planned is enough again: the way around may be free, or the obstacle gone.
+  brakes_late_ = brakes_late_ && towards && speed_mps < std::abs(nav_.speed_mps);
   if (brakes_late_ || !towards || !must_brake(free_m, nav_.speed_mps, config_.follow)) return;
   brakes_late_ = true;
   report_.publish(now, event::kBgObstacleLate, "braking from {:.1f} m/s: obstacle after {:.1f} m",

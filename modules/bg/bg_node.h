@@ -12,6 +12,8 @@
 #include "lcmtypes/rcs/process_t.hpp"
 #include "modules/bg/bg_config.h"
 #include "modules/bg/bg_messages_node.h"
+#include "modules/bg/planner.h"
+#include "modules/bg/required_clearance.h"
 #include "modules/bg/stop_node.h"
 #include "modules/bg/trail.h"
 #include "rcs/node/bus/inbox.h"
@@ -43,6 +45,8 @@ class BgNode final : public Node {
   void note_datum();
   [[nodiscard]] bool map_is_of_now() const;
   [[nodiscard]] Place place() const;
+  /// Of the vehicle, on the last map.
+  [[nodiscard]] double clearance() const;
   [[nodiscard]] Goal goal();
   /// The waypoint after it, if it exists and the vehicle may drive through.
   [[nodiscard]] std::optional<Goal> onward_goal() const;
@@ -52,19 +56,11 @@ class BgNode final : public Node {
   void pass_waypoints();
   [[nodiscard]] Facts facts(Stamp now) const;
   void plan(const Cycle& cycle, const Facts& facts);
-  /// Searches for a path, with a larger goal if this one is occupied; candidate_ is the path, or
-  /// empty.
-  void look_for_way(const Goal& to, const std::optional<Goal>& onward, Stamp now, double speed_mps,
-                    int granted);
-  /// Computes the cost over the remembered ground, to a larger goal if this one is occupied.
-  void look_beyond(const Goal& to, Stamp now);
-  void look_onward(const std::optional<Goal>& onward, Stamp now);
-  [[nodiscard]] std::optional<Target> onward_target(const std::optional<Goal>& onward) const;
-  void find_way(const Goal& to, const std::optional<Goal>& onward, double speed_mps, int granted);
+  [[nodiscard]] Start start(double speed_mps) const;
   void cut_at_obstacles();
   /// Distance to stop.
   [[nodiscard]] double stopping_m(double speed_mps) const;
-  /// Commands a speed from which the vehicle stops before any obstacle on its predicted arc, or the
+  /// Commands a speed from which the vehicle stops before any obstacle on its predicted way, or the
   /// brake.
   void keep_within_free_way(const Steering& steering, Stamp now);
   void drive(const Cycle& cycle, const Decision& decision);
@@ -97,18 +93,8 @@ class BgNode final : public Node {
   HiddenGround hidden_;  // frame local
   std::int64_t trail_local_utime_ = 0;
   ObstacleDistance obstacles_;
-  RememberedGround remembered_;        // frame local
-  FarCost far_;                        // to the goal
-  FarCost far_onward_;                 // to the waypoint after it
-  std::optional<Goal> beyond_onward_;  // of far_onward_
-  Stamp looked_onward_ = Stamp::min();
-  Goal beyond_;                          // of its cost
-  double more_m_ = 0.0;                  // increase of its radius
-  Stamp looked_beyond_ = Stamp::min();   // when the cost was computed
-  Stamp enclosed_since_ = Stamp::max();  // no way to the goal is known or can exist
-  CostField field_;
-  CostField onward_field_;
-  PathSearch search_;
+  RequiredClearance required_;
+  Planner planner_;  // frame local
 
   Route route_;
   std::optional<Vec3> datum_;  // of frame world of the route

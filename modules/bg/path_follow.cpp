@@ -40,25 +40,6 @@ void limit_turning(const Shape& shape, Path* path) {
 
 }  // namespace
 
-double free_way(const PathSearch& body, const ObstacleDistance& obstacles, const Place& vehicle,
-                double speed_mps, double curvature_1pm, int direction, const Shape& shape,
-                double max_m) {
-  constexpr double kStep_m = 0.2;
-  constexpr double kSlowest_mps = 0.3;  // a vehicle that starts turns its wheels first
-  const double turn = shape.curvature_rate * kStep_m / std::max(kSlowest_mps, std::abs(speed_mps));
-  // If its clearance is already too small, the vehicle may drive, but not closer to obstacles.
-  // Of a rock, only the cells are obstacles in which it is high enough: its edge is lower.
-  const double required_m =
-      PathSearch::required_m(shape.min_margin_m, body.clearance(obstacles, vehicle));
-  Place p = vehicle;
-  for (double way_m = 0.0; way_m < max_m; way_m += kStep_m) {
-    p.curvature_1pm += std::clamp(curvature_1pm - p.curvature_1pm, -turn, turn);
-    p = along_arc(p, direction * kStep_m);
-    if (body.clearance(obstacles, p) < required_m) return way_m;
-  }
-  return max_m;
-}
-
 double speed_within(double free_m, double speed_mps, const FollowParams& params) {
   const double way_m = free_m - params.latency_s * std::abs(speed_mps);
   return std::sqrt(2.0 * params.braking_mps2 * std::max(0.0, way_m));
@@ -156,6 +137,27 @@ Steering follow(const Path& path, const Place& vehicle, double speed_mps,
   }
   out.speed_mps = out.at_end ? 0.0 : direction * planned;
   return out;
+}
+
+double free_way(const PathSearch& body, const ObstacleDistance& obstacles, const Path& path,
+                std::size_t at, const Place& vehicle, double speed_mps, int direction,
+                const FollowParams& params, const Shape& shape, double required_m, double max_m) {
+  constexpr double kStep_m = 0.2;
+  constexpr double kSlowest_mps = 0.3;  // a vehicle that starts turns its wheels first
+  Place p = vehicle;
+  double speed = std::abs(speed_mps);
+  for (double way_m = 0.0; way_m < max_m; way_m += kStep_m) {
+    const Steering steering = follow(path, p, direction * speed, params, shape, &at);
+    const double turn = shape.curvature_rate * kStep_m / std::max(kSlowest_mps, speed);
+    p.curvature_1pm += std::clamp(steering.curvature_1pm - p.curvature_1pm, -turn, turn);
+    p = along_arc(p, direction * kStep_m);
+    if (body.clearance(obstacles, p) < required_m) return way_m;
+    // Where the path is slower than now the vehicle can turn faster.
+    const double braked2 = speed * speed - 2.0 * params.braking_mps2 * kStep_m;
+    const double slower = std::max(std::abs(steering.speed_mps), std::sqrt(std::max(0.0, braked2)));
+    speed = std::max(kSlowest_mps, std::min(speed, slower));
+  }
+  return max_m;
 }
 
 }  // namespace rcs::bg

@@ -29,16 +29,6 @@ void plan_speeds(const vj::Terrain& terrain, const vj::Weights& weights,
                  const vj::SpeedParams& speeds, const FollowParams& params, const Shape& shape,
                  double max_mps, double share, Path* path);
 
-/// Distance that the vehicle can drive on its predicted arc before it would touch a known obstacle;
-/// at most `max_m`. Independent of the path, because the steering rate is limited and the vehicle
-/// may be off its path.
-/// @param vehicle    with the present curvature of its wheels
-/// @param curvature_1pm  commanded curvature
-/// @param direction  1 ahead, -1 backwards
-[[nodiscard]] double free_way(const PathSearch& body, const ObstacleDistance& obstacles,
-                              const Place& vehicle, double speed_mps, double curvature_1pm,
-                              int direction, const Shape& shape, double max_m);
-
 /// Largest speed from which the vehicle stops within `free_m`.
 [[nodiscard]] double speed_within(double free_m, double speed_mps, const FollowParams& params);
 
@@ -56,5 +46,16 @@ struct Steering {
 /// @param at  index of the last point that the vehicle has passed; never decreases
 [[nodiscard]] Steering follow(const Path& path, const Place& vehicle, double speed_mps,
                               const FollowParams& params, const Shape& shape, std::size_t* at);
+
+/// Distance that the vehicle can drive before it would come nearer to a known obstacle than
+/// `required_m`; at most `max_m`. The motion is predicted, as the steering rate is limited and the
+/// vehicle may be off its path.
+/// @param at         see follow()
+/// @param vehicle    with the present curvature of its wheels
+/// @param direction  1 ahead, -1 backwards
+[[nodiscard]] double free_way(const PathSearch& body, const ObstacleDistance& obstacles,
+                              const Path& path, std::size_t at, const Place& vehicle,
+                              double speed_mps, int direction, const FollowParams& params,
+                              const Shape& shape, double required_m, double max_m);
 
 }  // namespace rcs::bg

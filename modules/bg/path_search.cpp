@@ -98,7 +98,7 @@ SearchResult PathSearch::search(const vj::Terrain& terrain, const ObstacleDistan
   ++generation_;
   origin_ = start;
   stop_m_ = from.stop_m;
-  required_m_ = required_m(obstacles, start);
+  required_m_ = from.required_m;
 
   trapped_ = to.field->blocked(start.x_m, start.y_m);
 

@@ -40,7 +40,8 @@ struct Start {
   Place place;
   int direction =
       0;  ///< current direction of motion: 1, -1; 0: at rest, either direction is allowed
-  double stop_m = 0.0;  ///< stopping distance: no path reverses before that
+  double stop_m = 0.0;      ///< stopping distance: no path reverses before that
+  double required_m = 0.2;  ///< distance from obstacles, see RequiredClearance
 };
 
 /// A goal and the cost of the way to it.
@@ -52,24 +53,8 @@ struct Target {
 /// Allocates nothing after a search as large.
 class PathSearch {
  public:
-  /// Required distance from obstacles for a path that begins at this clearance. The rounding of
-  /// cells changes the clearance of an obstacle abeam, so that some slack is needed. Very near to
-  /// an obstacle there is hardly any slack: otherwise the vehicle would move closer with every new
-  /// path. Where the vehicle already overlaps an obstacle it is allowed to leave.
-  [[nodiscard]] static double required_m(double margin_m, double clearance_m) {
-    constexpr double kSlack_m = 0.15;
-    constexpr double kHardly_m = 0.03;
-    constexpr double kVeryNear_m = 0.05;
-    constexpr double kOnIt_m = -0.35;
-    const double slack_m = clearance_m - kSlack_m;
-    if (clearance_m < kOnIt_m) return slack_m;
-    return std::min(margin_m, std::max(slack_m, std::min(clearance_m - kHardly_m, kVeryNear_m)));
-  }
-
   PathSearch(const SearchParams& params, const Shape& shape, const vj::Weights& weights);
 
-  /// @param start  where the vehicle is. If its clearance is below the margin, the path may begin
-  ///   there but must not come clearly closer to obstacles.
   /// @param to  the path leads through it
   /// @param onward  and from there on towards this one, so that the vehicle need not stop between
   ///   them; none: it ends in `to`
@@ -92,10 +77,7 @@ class PathSearch {
   /// From the body of the vehicle at this pose to the nearest obstacle; <= 0: contact.
   [[nodiscard]] double clearance(const ObstacleDistance& obstacles, const Place& place) const;
 
-  /// Required distance for a path that begins here; for the CostField, with body_m().
-  [[nodiscard]] double required_m(const ObstacleDistance& obstacles, const Place& start) const {
-    return required_m(shape_.min_margin_m, clearance(obstacles, start));
-  }
+  /// Radius of the discs that cover the outline.
   [[nodiscard]] double body_m() const { return disc_m_; }
 
  private:

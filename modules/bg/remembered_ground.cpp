@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace rcs::bg {
 namespace {
@@ -24,7 +25,7 @@ bool later(float a, float b) { return a > b; }
 RememberedGround::RememberedGround() : per_m_(kCells, kCell_m, 0.0F) {}
 
 FarCost::FarCost()
-    : cost_(static_cast<std::size_t>(kCells) * kCells, kFar), accepted_(cost_.size(), 0) {
+    : cost_(static_cast<std::size_t>(kCells) * kCells, kFar), way_(cost_.size(), Way::kOpen) {
   heap_.reserve(8 * cost_.size());  // each cell is offered by at most eight neighbours
 }
 
@@ -57,6 +58,8 @@ void RememberedGround::note(const Place& vehicle, const vj::Terrain& terrain,
         *remembered = kBlocked;
       } else if (known > 0) {
         *remembered = static_cast<float>(kPessimism * sum / free);
+      } else if (*remembered >= kBlocked) {
+        *remembered = 0.0F;  // the obstacle has gone, and what was behind it was not seen
       }
     }
   }
@@ -78,7 +81,7 @@ void FarCost::offer(Cell c, float cost) {
 
 float FarCost::solve(const Grid<float>& per_m, Cell c) const {
   const auto accepted = [this, &per_m](Cell n) {
-    return per_m.contains(n) && accepted_[index_of(n)] != 0 ? cost_[index_of(n)] : kFar;
+    return per_m.contains(n) && way_[index_of(n)] != Way::kOpen ? cost_[index_of(n)] : kFar;
   };
   float a = std::min(accepted({c.i - 1, c.j}), accepted({c.i + 1, c.j}));
   float b = std::min(accepted({c.i, c.j - 1}), accepted({c.i, c.j + 1}));
@@ -94,13 +97,27 @@ float FarCost::solve(const Grid<float>& per_m, Cell c) const {
   return std::min(corner, 0.5F * (a + b + std::sqrt(2.0F * step * step - apart * apart)));
 }
 
+bool FarCost::is_free(const Grid<float>& per_m, Cell c) const {
+  std::size_t from = index_of(c);
+  for (int j = c.j - 1; j <= c.j + 1; ++j) {
+    for (int i = c.i - 1; i <= c.i + 1; ++i) {
+      const Cell n{i, j};
+      if (!per_m.contains(n) || way_[index_of(n)] == Way::kOpen) continue;
+      if (cost_[index_of(n)] < cost_[from]) from = index_of(n);
+    }
+  }
+  const bool begins_here = from == index_of(c);
+  if (begins_here) return true;
+  return per_m.at(c) < RememberedGround::kBlocked && way_[from] == Way::kFree;
+}
+
 void FarCost::compute(const RememberedGround& ground, const Goal& goal) {
   const Grid<float>& per_m = ground.per_m();
   goal_ = goal;
   computed_ = true;
   origin_ = per_m.origin();
   std::fill(cost_.begin(), cost_.end(), kFar);
-  std::fill(accepted_.begin(), accepted_.end(), std::uint8_t{0});
+  std::fill(way_.begin(), way_.end(), Way::kOpen);
   heap_.clear();
   const auto away_m = [&goal](Cell c) {
     return std::hypot((c.i + 0.5) * kCell_m - goal.x_m, (c.j + 0.5) * kCell_m - goal.y_m);
@@ -123,32 +140,37 @@ void FarCost::compute(const RememberedGround& ground, const Goal& goal) {
                   [](const Entry& a, const Entry& b) { return later(a.cost, b.cost); });
     const Entry entry = heap_.back();
     heap_.pop_back();
-    std::uint8_t& accepted = accepted_[static_cast<std::size_t>(entry.cell)];
-    if (accepted != 0) continue;
-    accepted = 1;
+    Way& way = way_[static_cast<std::size_t>(entry.cell)];
+    if (way != Way::kOpen) continue;
     const Cell c = cell_of(entry.cell);
+    way = is_free(per_m, c) ? Way::kFree : Way::kBlocked;
     for (int j = c.j - 1; j <= c.j + 1; ++j) {
       for (int i = c.i - 1; i <= c.i + 1; ++i) {
         const Cell n{i, j};
-        if (per_m.contains(n) && accepted_[index_of(n)] == 0) offer(n, solve(per_m, n));
+        if (per_m.contains(n) && way_[index_of(n)] == Way::kOpen) offer(n, solve(per_m, n));
       }
     }
   }
 }
 
-double FarCost::at(double x_m, double y_m) const {
-  const Cell c = Cell{cell_index(x_m / kCell_m), cell_index(y_m / kCell_m)};
+std::optional<std::size_t> FarCost::cell_at(double x_m, double y_m) const {
+  const Cell c{cell_index(x_m / kCell_m), cell_index(y_m / kCell_m)};
   const bool within =
       c.i >= origin_.i && c.i < origin_.i + kCells && c.j >= origin_.j && c.j < origin_.j + kCells;
-  if (computed_ && within) return cost_[index_of(c)];
-  return kUnseen * std::hypot(x_m - goal_.x_m, y_m - goal_.y_m);
+  if (!computed_ || !within) return std::nullopt;
+  return index_of(c);
 }
 
-bool FarCost::reachable_from(const Place& vehicle) const {
+double FarCost::at(double x_m, double y_m) const {
+  const std::optional<std::size_t> cell = cell_at(x_m, y_m);
+  return cell ? cost_[*cell] : kUnseen * std::hypot(x_m - goal_.x_m, y_m - goal_.y_m);
+}
+
+bool FarCost::reachable_from(double x_m, double y_m) const {
   for (double dy = -kLeave_m; dy <= kLeave_m; dy += kCell_m) {
     for (double dx = -kLeave_m; dx <= kLeave_m; dx += kCell_m) {
-      if (at(vehicle.x_m + dx, vehicle.y_m + dy) < RememberedGround::kBlocked * kCell_m)
-        return true;
+      const std::optional<std::size_t> cell = cell_at(x_m + dx, y_m + dy);
+      if (!cell || way_[*cell] == Way::kFree) return true;
     }
   }
   return false;

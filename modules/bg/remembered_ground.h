@@ -3,7 +3,9 @@
 // there to the goal. Without it a vehicle before a long wall or in a dead end returns to where it
 // has already found no way.
 
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "modules/bg/obstacle_distance.h"
@@ -35,7 +37,7 @@ class RememberedGround {
   /// Cost of a metre; 0: never seen; kBlocked: the vehicle cannot stand there.
   [[nodiscard]] const Grid<float>& per_m() const { return per_m_; }
 
-  static constexpr float kBlocked = 1000.0F;  ///< more than any way around within the window
+  static constexpr float kBlocked = 1000.0F;  ///< a way around is preferred
 
  private:
   Grid<float> per_m_;
@@ -55,7 +57,7 @@ class FarCost {
   [[nodiscard]] double at(double x_m, double y_m) const;
   /// A way to the goal of the last compute() is known, or may exist over ground that was never
   /// seen.
-  [[nodiscard]] bool reachable_from(const Place& vehicle) const;
+  [[nodiscard]] bool reachable_from(double x_m, double y_m) const;
 
   /// Cost of a metre that was never seen: a path is seldom straight or easy.
   static constexpr double kUnseen = 1.5;
@@ -65,8 +67,16 @@ class FarCost {
     float cost;
     int cell;
   };
+  enum class Way : std::uint8_t {
+    kOpen,     ///< not computed yet
+    kFree,     ///< the cheapest way to the goal
+    kBlocked,  ///< where it leads through a cell in which the vehicle cannot stand
+  };
   [[nodiscard]] std::size_t index_of(Cell c) const;
+  /// None outside the window, and before the first compute().
+  [[nodiscard]] std::optional<std::size_t> cell_at(double x_m, double y_m) const;
   void offer(Cell c, float cost);
+  [[nodiscard]] bool is_free(const Grid<float>& per_m, Cell c) const;
   /// Upwind solution of |grad cost| = cost per metre at this cell.
   [[nodiscard]] float solve(const Grid<float>& per_m, Cell c) const;
 
@@ -74,7 +84,7 @@ class FarCost {
   bool computed_ = false;
   Cell origin_;              // of the window when cost_ was computed
   std::vector<float> cost_;  // of the window, row by row
-  std::vector<std::uint8_t> accepted_;
+  std::vector<Way> way_;
   std::vector<Entry> heap_;
 };
 

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "modules/bg/path_follow.h"
+#include "modules/bg/required_clearance.h"
 #include "modules/bg/trail.h"
 #include "tests/bg/fields.h"
 
@@ -13,9 +16,18 @@ using test::level_field;
 
 struct Body {
   explicit Body(const vj::Terrain& terrain) { obstacles.compute(terrain, weights); }
+  /// On a path that turns with this curvature.
   [[nodiscard]] double free_m(const Place& here, double speed_mps, double curvature_1pm,
-                              int direction) const {
-    return free_way(search, obstacles, here, speed_mps, curvature_1pm, direction, shape, 20.0);
+                              int direction, double required_m = 0.2) const {
+    Path path;
+    Place place = here;
+    place.curvature_1pm = curvature_1pm;
+    for (int k = 0; k < 60; ++k) {
+      path.push_back({place, direction, 0.4 * k, 0.0, 0.0, std::abs(speed_mps)});
+      place = along_arc(place, direction * 0.4);
+    }
+    return free_way(search, obstacles, path, 0, here, speed_mps, direction, {}, shape, required_m,
+                    20.0);
   }
   Shape shape;
   vj::Weights weights;
@@ -29,10 +41,12 @@ vj::Terrain wall_at(double x_m) {
 
 TEST(FreeDistance, EndsBeforeAWall) {
   const Body body(wall_at(10.0));
-  // From the middle of the vehicle; the discs that cover its outline extend a little farther.
-  EXPECT_NEAR(body.free_m({0.0, 0.0, 0.0, 0.0}, 3.0, 0.0, 1), 10.0 - 1.6, 0.8);
+  // From the middle of the vehicle: half of its length, the margin, and the discs that cover the
+  // outline and extend a little farther.
+  const double ends_m = 10.0 - 1.6 - body.shape.min_margin_m;
+  EXPECT_NEAR(body.free_m({0.0, 0.0, 0.0, 0.0}, 3.0, 0.0, 1), ends_m, 1.0);
   EXPECT_EQ(body.free_m({0.0, 0.0, 0.0, 0.0}, 3.0, 0.0, -1), 20.0);
-  EXPECT_NEAR(body.free_m({0.0, 0.0, kPi, 0.0}, 3.0, 0.0, -1), 10.0 - 1.6, 0.8);
+  EXPECT_NEAR(body.free_m({0.0, 0.0, kPi, 0.0}, 3.0, 0.0, -1), ends_m, 1.0);
   EXPECT_EQ(body.free_m({0.0, 0.0, 0.5 * kPi, 0.0}, 3.0, 0.0, 1), 20.0);
 }
 
@@ -47,8 +61,55 @@ TEST(FreeDistance, AccountsForTheSteeringRate) {
 
 TEST(FreeDistance, FromTooCloseTheVehicleMayMoveAwayButNotCloser) {
   const Body body(wall_at(1.9));
-  EXPECT_LT(body.free_m({0.0, 0.0, 0.0, 0.0}, 0.0, 0.0, 1), 0.3);
-  EXPECT_EQ(body.free_m({0.0, 0.0, 0.0, 0.0}, 0.0, 0.0, -1), 20.0);
+  const double required_m = RequiredClearance(0.2).of(body.search.clearance(body.obstacles, {}));
+  EXPECT_LT(body.free_m({0.0, 0.0, 0.0, 0.0}, 0.0, 0.0, 1, required_m), 0.3);
+  EXPECT_EQ(body.free_m({0.0, 0.0, 0.0, 0.0}, 0.0, 0.0, -1, required_m), 20.0);
+}
+
+// A vehicle on a path with a bend before a wall drives on, where straight ahead it would not.
+TEST(FreeDistance, FollowsThePath) {
+  const Body body(wall_at(9.0));
+  const Place here{0.0, 0.0, 0.0, 0.0};
+  EXPECT_LT(body.free_m(here, 2.0, 0.0, 1), 8.0);
+  EXPECT_EQ(body.free_m(here, 2.0, 0.18, 1), 20.0);
+}
+
+TEST(RequiredClearance, IsTheMarginFarFromObstacles) {
+  RequiredClearance required(0.2);
+  required.begin(5.0);
+  EXPECT_DOUBLE_EQ(required.of(5.0), 0.2);
+  required.moved(0.36);
+  EXPECT_DOUBLE_EQ(required.of(0.36), 0.2);
+}
+
+TEST(RequiredClearance, ByItsOwnMotionTheVehicleGetsTheSlackOnce) {
+  RequiredClearance required(0.2);
+  required.begin(5.0);
+  double clearance_m = 0.2;
+  for (int path = 0; path < 5; ++path) {
+    clearance_m = required.of(clearance_m);
+    required.moved(clearance_m);
+  }
+  EXPECT_GT(clearance_m, 0.2 - 0.15 - 5 * 0.03 - 1e-9);
+  EXPECT_LE(required.of(-0.4), -0.4) << "it may leave";
+  EXPECT_GT(required.of(-0.4), -0.45) << "and come hardly nearer";
+}
+
+TEST(RequiredClearance, AnObstacleThatAppearsAllowsTheSameSlackAgain) {
+  RequiredClearance required(0.2);
+  required.begin(5.0);
+  required.map_changed(5.0, -0.5);
+  EXPECT_NEAR(required.of(-0.5), -0.65, 1e-9);
+  required.moved(-0.6);
+  EXPECT_NEAR(required.of(-0.6), -0.65, 1e-9) << "once";
+  required.moved(-0.1);
+  EXPECT_NEAR(required.of(-0.1), -0.25, 1e-9);
+  required.moved(-0.2);
+  EXPECT_NEAR(required.of(-0.2), -0.25, 1e-9) << "it came away and may not return";
+  required.map_changed(-0.2, 3.0);
+  EXPECT_DOUBLE_EQ(required.of(3.0), 0.2);
+  required.moved(0.1);
+  EXPECT_NEAR(required.of(0.1), 0.05, 1e-9);
 }
 
 TEST(FreeDistance, TheSpeedAllowsStoppingWithinIt) {
@@ -134,11 +195,11 @@ TEST(PathSearch, BacksUpOverKnownGroundOnly) {
     const Goal goal{15.0, 0.0, 2.0};
     obstacles.compute(terrain, weights);
     remembered.note({}, terrain, obstacles, weights, search.body_m() + shape.min_margin_m);
-    remembered.compute(goal);
-    field.compute(terrain, obstacles, remembered, goal, weights, search.body_m(),
-                  search.required_m(obstacles, {0.0, 0.0, 0.0, 0.0}));
+    FarCost beyond;
+    beyond.compute(remembered, goal);
+    field.compute(terrain, obstacles, beyond, goal, weights, search.body_m(), 0.2);
     Path path;
-    (void)search.search(terrain, obstacles, field, {}, goal, 6000, &path);
+    (void)search.search(terrain, obstacles, {}, {goal, &field}, std::nullopt, 6000, &path);
     double back_m = 0.0;
     for (const PathPoint& p : path) back_m = std::min(back_m, p.place.x_m);
     return back_m;

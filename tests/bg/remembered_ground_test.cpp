@@ -31,24 +31,41 @@ void look(RememberedGround* remembered, const Place& vehicle,
   remembered->note(vehicle, terrain, obstacles, {}, kBody_m);
 }
 
-TEST(RememberedGround, UnseenGroundCostsTheStraightDistance) {
+FarCost cost_to(const Goal& goal, const RememberedGround& remembered) {
+  FarCost out;
+  out.compute(remembered, goal);
+  return out;
+}
+
+TEST(FarCost, UnseenGroundCostsTheStraightDistance) {
   RememberedGround remembered;
-  EXPECT_NEAR(remembered.cost(30.0, 40.0), 75.0, 1e-9) << "before the first computation";
-  remembered.compute({10.0, -5.0, 2.0});
+  EXPECT_NEAR(FarCost().at(30.0, 40.0), 75.0, 1e-9) << "before the first computation";
+  const FarCost cost = cost_to({10.0, -5.0, 2.0}, remembered);
   for (const double heading : {0.0, 0.4, 0.8, 1.2, 2.0, 3.0, 4.0, 5.5}) {
     const double x_m = 10.0 + 70.0 * std::cos(heading);
     const double y_m = -5.0 + 70.0 * std::sin(heading);
-    EXPECT_NEAR(remembered.cost(x_m, y_m), 1.5 * 68.0, 0.05 * 1.5 * 68.0) << heading;
+    EXPECT_NEAR(cost.at(x_m, y_m), 1.5 * 68.0, 0.05 * 1.5 * 68.0) << heading;
   }
 }
 
-TEST(RememberedGround, AGoalOutsideOfTheWindowIsApproached) {
+TEST(FarCost, AGoalOutsideOfTheWindowIsApproached) {
   RememberedGround remembered;
-  const Goal goal{500.0, 100.0, 2.0};
-  remembered.compute(goal);
-  EXPECT_NEAR(remembered.cost(0.0, 0.0), 1.5 * std::hypot(500.0, 100.0), 8.0);
-  EXPECT_LT(remembered.cost(50.0, 10.0), remembered.cost(0.0, 0.0));
-  EXPECT_NEAR(remembered.cost(-300.0, 0.0), 1.5 * std::hypot(800.0, 100.0), 1e-6);
+  const FarCost cost = cost_to({500.0, 100.0, 2.0}, remembered);
+  EXPECT_NEAR(cost.at(0.0, 0.0), 1.5 * std::hypot(500.0, 100.0), 8.0);
+  EXPECT_LT(cost.at(50.0, 10.0), cost.at(0.0, 0.0));
+  EXPECT_NEAR(cost.at(-300.0, 0.0), 1.5 * std::hypot(800.0, 100.0), 1e-6);
+}
+
+// However far it is: the cost of a long way is no barrier.
+TEST(FarCost, AGoalOfManyKilometresIsReachable) {
+  RememberedGround remembered;
+  const auto cost = cost_to({8000.0, -3000.0, 2.0}, remembered);
+  EXPECT_TRUE(cost.reachable_from(0.0, 0.0));
+  look(&remembered, {}, [](double x, double y) {
+    return std::abs(std::max(std::abs(x), std::abs(y)) - 10.0) < 0.3;
+  });
+  EXPECT_FALSE(cost_to({8000.0, -3000.0, 2.0}, remembered).reachable_from(0.0, 0.0));
+  EXPECT_TRUE(cost_to({8000.0, -3000.0, 2.0}, remembered).reachable_from(20.0, 0.0));
 }
 
 // A wall of 60 m that the vehicle has driven along: at one end of it the other end is not in the
@@ -58,12 +75,12 @@ TEST(RememberedGround, AWallIsRememberedWhenItHasLeftTheTerrain) {
   RememberedGround remembered;
   for (double y_m = -30.0; y_m <= 30.0; y_m += 5.0) look(&remembered, {-6.0, y_m, 1.57, 0.0}, wall);
   look(&remembered, {-6.0, 60.0, 1.57, 0.0}, wall);
-  remembered.compute({20.0, 0.0, 2.0});
+  const FarCost cost = cost_to({20.0, 0.0, 2.0}, remembered);
   const Place before{-6.0, 0.0, 0.0, 0.0};
-  EXPECT_TRUE(remembered.reachable_from(before));
+  EXPECT_TRUE(cost.reachable_from(before.x_m, before.y_m));
   const double around_m = std::hypot(6.0, 31.3) + std::hypot(20.0, 31.3);
-  EXPECT_GT(remembered.cost(before.x_m, before.y_m), around_m);
-  EXPECT_LT(remembered.cost(before.x_m, before.y_m), 1.6 * around_m);
+  EXPECT_GT(cost.at(before.x_m, before.y_m), around_m);
+  EXPECT_LT(cost.at(before.x_m, before.y_m), 1.6 * around_m);
 }
 
 // In a dead end the cost grows towards its closed end: the way leads out of it.
@@ -74,10 +91,10 @@ TEST(RememberedGround, TheWayOutOfADeadEndLeadsBack) {
   };
   RememberedGround remembered;
   for (double x_m = -60.0; x_m <= -3.0; x_m += 5.0) look(&remembered, {x_m, 0.0, 0.0, 0.0}, walls);
-  remembered.compute({40.0, 0.0, 2.0});
-  EXPECT_TRUE(remembered.reachable_from({-4.0, 0.0, 0.0, 0.0}));
+  const FarCost cost = cost_to({40.0, 0.0, 2.0}, remembered);
+  EXPECT_TRUE(cost.reachable_from(-4.0, 0.0));
   for (double x_m = -48.0; x_m < -4.0; x_m += 4.0) {
-    EXPECT_GT(remembered.cost(x_m + 4.0, 0.0), remembered.cost(x_m, 0.0)) << x_m;
+    EXPECT_GT(cost.at(x_m + 4.0, 0.0), cost.at(x_m, 0.0)) << x_m;
   }
 }
 
@@ -88,19 +105,17 @@ TEST(RememberedGround, AnEnclosedGoalIsNotReachableUntilAGapIsSeen) {
   RememberedGround remembered;
   const Goal goal{0.0, 0.0, 2.0};
   const Place outside{-18.0, 0.0, 0.0, 0.0};
-  remembered.compute(goal);
-  EXPECT_TRUE(remembered.reachable_from(outside)) << "nothing was seen yet";
+  EXPECT_TRUE(cost_to(goal, remembered).reachable_from(outside.x_m, outside.y_m))
+      << "nothing was seen yet";
   look(&remembered, outside, pen);
   look(&remembered, {18.0, 0.0, 0.0, 0.0}, pen);
-  remembered.compute(goal);
-  EXPECT_FALSE(remembered.reachable_from(outside));
-  EXPECT_TRUE(remembered.reachable_from({-5.0, 0.0, 0.0, 0.0}));
+  EXPECT_FALSE(cost_to(goal, remembered).reachable_from(outside.x_m, outside.y_m));
+  EXPECT_TRUE(cost_to(goal, remembered).reachable_from(-5.0, 0.0));
   const auto gate = [&pen](double x, double y) {
     return pen(x, y) && (x > 0.0 || std::abs(y) > 2.0);
   };
   look(&remembered, outside, gate);
-  remembered.compute(goal);
-  EXPECT_TRUE(remembered.reachable_from(outside));
+  EXPECT_TRUE(cost_to(goal, remembered).reachable_from(outside.x_m, outside.y_m));
 }
 
 TEST(RememberedGround, AnotherFrameLocalForgetsAll) {
@@ -108,11 +123,10 @@ TEST(RememberedGround, AnotherFrameLocalForgetsAll) {
   look(&remembered, {}, [](double x, double y) {
     return std::abs(std::max(std::abs(x), std::abs(y)) - 10.0) < 0.3;
   });
-  remembered.compute({30.0, 0.0, 2.0});
-  EXPECT_FALSE(remembered.reachable_from({}));
+  const Goal far{30.0, 0.0, 2.0};
+  EXPECT_FALSE(cost_to(far, remembered).reachable_from(0.0, 0.0));
   remembered.clear();
-  remembered.compute({30.0, 0.0, 2.0});
-  EXPECT_TRUE(remembered.reachable_from({}));
+  EXPECT_TRUE(cost_to(far, remembered).reachable_from(0.0, 0.0));
 }
 
 }  // namespace

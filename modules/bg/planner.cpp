@@ -1,0 +1,98 @@
+#include "modules/bg/planner.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "modules/bg/path_smoothing.h"
+
+namespace rcs::bg {
+namespace {
+
+constexpr Duration kLookBeyond = from_seconds(1.0);  // interval, for the same goal
+constexpr double kSameGoal_m = 0.5;
+constexpr double kThrough = 0.6;  // of the radius of a goal that is driven through
+
+}  // namespace
+
+Planner::Planner(const SearchParams& params, const Shape& shape, const vj::Weights& weights,
+                 double near_goal_m)
+    : shape_(shape),
+      weights_(weights),
+      near_goal_m_(near_goal_m),
+      search_(params, shape, weights) {}
+
+bool Planner::Beyond::is_of(const Goal& other) const {
+  return goal && std::hypot(goal->x_m - other.x_m, goal->y_m - other.y_m) < kSameGoal_m &&
+         std::abs(goal->radius_m - other.radius_m) < kSameGoal_m;
+}
+
+bool Planner::Beyond::is_due(const Goal& other, Stamp now) const {
+  return !is_of(other) || now - looked >= kLookBeyond;
+}
+
+SearchResult Planner::plan(const Query& query, Stamp now, int granted, Path* path) {
+  look_to(query, now);
+  look_onward(query, now);
+  if (through_) {
+    onward_field_.compute(query.terrain, query.obstacles, onward_.cost, *query.onward, weights_,
+                          search_.body_m(), query.start.required_m);
+  }
+  SearchResult found;
+  int expansions = 0;
+  for (double more_m = more_m_;; more_m = near_goal_m_) {
+    through_ = through_ && more_m == 0.0;  // otherwise the vehicle has to look at the goal first
+    // A path through the goal must not only touch its circle: the vehicle deviates from it.
+    const double radius_m = (through_ ? kThrough : 1.0) * (query.to.radius_m + more_m);
+    const Goal to{query.to.x_m, query.to.y_m, radius_m};
+    field_.compute(query.terrain, query.obstacles, to_.cost, to, weights_, search_.body_m(),
+                   query.start.required_m);
+    found = search_.search(query.terrain, query.obstacles, query.start, {to, &field_},
+                           onward_target(), granted - expansions, path);
+    expansions += found.expansions;
+    if (path->size() > 1 || more_m == near_goal_m_) break;
+  }
+  found.expansions = expansions;
+  smooth(search_, query.obstacles, shape_, weights_.margin_m, path);
+  return found;
+}
+
+double Planner::cost_of_rest(const Query& query, const Path& path, std::size_t from) const {
+  return search_.cost_of_rest(path, from, query.terrain, query.obstacles, {query.to, &field_},
+                              onward_target());
+}
+
+std::optional<Target> Planner::onward_target() const {
+  if (!through_) return std::nullopt;
+  return Target{*onward_.goal, &onward_field_};
+}
+
+void Planner::look_to(const Query& query, Stamp now) {
+  if (!to_.is_of(query.to)) enclosed_since_ = Stamp::max();
+  if (!to_.is_due(query.to, now)) return;
+  to_.goal = query.to;
+  to_.looked = now;
+  // The goal may be occupied, or seem so: closer to it the terrain is seen better.
+  for (const double more_m : {0.0, near_goal_m_}) {
+    more_m_ = more_m;
+    to_.cost.compute(remembered_, {query.to.x_m, query.to.y_m, query.to.radius_m + more_m});
+    if (!to_.cost.reachable_from(query.start.place.x_m, query.start.place.y_m)) continue;
+    enclosed_since_ = Stamp::max();
+    return;
+  }
+  // Until the command fails, the thinnest barrier is looked at again: what was remembered may have
+  // been wrong, or gone meanwhile.
+  enclosed_since_ = std::min(enclosed_since_, now);
+}
+
+void Planner::look_onward(const Query& query, Stamp now) {
+  through_ = false;
+  if (!query.onward) return;
+  if (onward_.is_due(*query.onward, now)) {
+    onward_.goal = query.onward;
+    onward_.looked = now;
+    onward_.cost.compute(remembered_, *query.onward);
+  }
+  through_ = onward_.cost.reachable_from(query.to.x_m, query.to.y_m);
+}
+
+}  // namespace rcs::bg
