@@ -17,6 +17,8 @@ constexpr Duration kSupervisorSilence = from_seconds(3.0);  // it publishes once
 constexpr Duration kContested = from_seconds(1.0);          // after a message of a second publisher
 // Older scans were made elsewhere: they do not tell what is hidden from here.
 constexpr Duration kLookLasts = from_seconds(0.3);
+constexpr Duration kUnregistered = from_seconds(5.0);
+constexpr double kLeadBack_m = 10.0;
 constexpr double kBeforeEnd_m = 5.0;  // of a path that is kept, in addition to the way to stop
 constexpr Duration kWayKept =
     from_seconds(1.5);  // validity of a path that the search did not confirm
@@ -93,6 +95,7 @@ void BgNode::run(const Cycle& cycle) {
   cycle.stages->mark("receive");
 
   Facts now = facts(cycle.now);
+  back_out(cycle.now, now);
   if (plan_clock_.due(cycle.now)) {
     plan(cycle, now);
     plan_clock_.advance(cycle.now);
@@ -121,6 +124,7 @@ void BgNode::take_command() {
     route_.clear();
   }
   if (route_.number() == before) return;
+  leads_back_ = false;
   datum_.reset();
   other_world_ = false;
   ahead_.reset();
@@ -295,6 +299,7 @@ Facts BgNode::facts(Stamp now) const {
   f.has_way = !path_.empty() && path_local_utime_ == nav_.local_utime &&
               now - way_since_ <= kWayKept &&
               std::abs(steering_.off_m) <= config_.follow.max_lateral_deviation_m;
+  f.leads_back = leads_back_;
   f.without_way = way_since_ == Stamp::min() ? Duration(0) : now - way_since_;
   const Stamp enclosed = planner_.enclosed_since();
   if (enclosed != Stamp::max() && now - enclosed > config_.decide.patience) {
@@ -325,7 +330,7 @@ void BgNode::plan(const Cycle& cycle, const Facts& now) {
                           now.nav_age <= config_.decide.nav_silence && now.pose_valid &&
                           now.nav_still <= config_.decide.nav_still && now.aligned &&
                           now.speed_share > 0.0 && map_is_of_now() && !emergency_stop_.engaged();
-  if (!on_the_way) return;
+  if (!on_the_way || leads_back_) return;
   if (way_since_ == Stamp::min()) way_since_ = cycle.now;  // the search begins now
   const Planner::Query query{terrain_, obstacles_, start(now.speed_mps), goal(), onward_goal()};
   found_ =
@@ -364,6 +369,37 @@ void BgNode::plan(const Cycle& cycle, const Facts& now) {
   plan_speeds(terrain_, config_.weights, config_.speeds, config_.follow, config_.shape, max_mps,
               now.speed_share, &path_);
   publish_plan(cycle.now);
+}
+
+// The scans arrive, but a wall that fills the view does not determine the pose: at rest that does
+// not change. What the vehicle has just driven over is free without a look at it.
+void BgNode::back_out(Stamp now, const Facts& facts) {
+  const bool at_rest = std::abs(facts.speed_mps) < config_.decide.rest_mps;
+  if (leads_back_) {
+    way_since_ = now;
+    leads_back_ = !path_.empty() && path_local_utime_ == nav_.local_utime &&
+                  !(steering_.at_end && at_rest) && facts.map_age <= config_.decide.map_loss;
+    if (!leads_back_) path_.clear();
+    return;
+  }
+  const bool lost = facts.command == CommandKind::kGoto && at_rest &&
+                    facts.ladar_age > config_.decide.ladar_loss &&
+                    facts.map_age <= config_.decide.map_loss;
+  if (!lost) {
+    unregistered_since_ = Stamp::max();
+  } else if (unregistered_since_ == Stamp::max()) {
+    unregistered_since_ = now;
+  } else if (now - unregistered_since_ > kUnregistered) {
+    trail_.lead_back(kLeadBack_m, &path_);
+    for (PathPoint& p : path_) p.clearance_m = planner_.body().clearance(obstacles_, p.place);
+    plan_speeds(terrain_, config_.weights, config_.speeds, config_.follow, config_.shape,
+                config_.max_speed_mps, facts.speed_share, &path_);
+    leads_back_ = !path_.empty();
+    path_local_utime_ = nav_.local_utime;
+    at_ = 0;
+    steering_ = {};
+    unregistered_since_ = Stamp::max();
+  }
 }
 
 Start BgNode::start(double speed_mps) const {

@@ -57,6 +57,8 @@ class BgNode final : public Node {
   [[nodiscard]] Facts facts(Stamp now) const;
   void plan(const Cycle& cycle, const Facts& facts);
   [[nodiscard]] Start start(double speed_mps) const;
+  /// Leads back where no scan could be registered for a while.
+  void back_out(Stamp now, const Facts& facts);
   void cut_at_obstacles();
   /// Distance to stop.
   [[nodiscard]] double stopping_m(double speed_mps) const;
@@ -108,7 +110,9 @@ class BgNode final : public Node {
   std::size_t at_ = 0;
   std::int64_t path_local_utime_ = 0;
   SearchResult found_;
-  Stamp way_since_ = Stamp::min();  // when a path last existed, or the route began
+  Stamp unregistered_since_ = Stamp::max();  // at rest
+  bool leads_back_ = false;                  // path_
+  Stamp way_since_ = Stamp::min();           // when a path last existed, or the route began
   Steering steering_;
   bool brakes_late_ = false;         // for an obstacle that was detected late
   Stamp held_since_ = Stamp::max();  // at rest although the path continues

@@ -94,6 +94,11 @@ Decision decide(const Facts& f, bool emergency, const DecideParams& p) {
     return row(__LINE__, Action::kBrake, Status::kExecuting, "LADAR_AND_GPS_LOST",
                "waiting because neither LADAR nor GPS is received");
   }
+  const bool may_move = f.ins_age <= p.ins_loss && f.map_age <= p.map_loss && f.speed_share > 0.0;
+  if (no_ladar && f.leads_back && f.has_way && may_move) {
+    return row(__LINE__, Action::kDrive, Status::kExecuting, "BACKING_OUT",
+               "backing over the driven ground because no scan can be registered here");
+  }
   if (no_ladar) {
     return row(__LINE__, Action::kStop, Status::kExecuting, "LADAR_LOST",
                "waiting because no LADAR scan was registered recently");

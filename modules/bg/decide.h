@@ -33,9 +33,10 @@ struct Facts {
   double speed_share =
       0.0;  ///< share of the speed allowed by the pose and its protection levels in the frame of
             ///< the command (vj::speed_share(), vj::protected_share())
-  bool arrived = false;    ///< within the last waypoint
-  bool has_way = false;    ///< a path that is still valid
-  Duration without_way{};  ///< time since the last valid path
+  bool arrived = false;     ///< within the last waypoint
+  bool has_way = false;     ///< a path that is still valid
+  Duration without_way{};   ///< time since the last valid path
+  bool leads_back = false;  ///< the path leads back over the ground that was just driven over
 };
 
 struct DecideParams {

@@ -44,4 +44,23 @@ void Trail::mark(const Shape& shape, vj::Terrain* terrain) const {
   }
 }
 
+void Trail::lead_back(double most_m, Path* path) const {
+  path->clear();
+  path->push_back({here_, -1, 0.0, 0.0, 0.0, 0.0});
+  for (std::size_t k = 0; k < std::min(count_, places_.size()); ++k) {
+    const Place& older = places_[(count_ - 1 - k) % places_.size()];
+    PathPoint& newer = path->back();
+    const double dx = newer.place.x_m - older.x_m;
+    const double dy = newer.place.y_m - older.y_m;
+    const double way_m = std::hypot(dx, dy);
+    if (way_m < 0.5 * kStep_m) continue;  // the newest place is where the vehicle is
+    const bool ahead = dx * std::cos(older.heading_rad) + dy * std::sin(older.heading_rad) > 0.0;
+    if (!ahead || newer.s_m + way_m > most_m) break;
+    PathPoint point{older, -1, newer.s_m + way_m, 0.0, 0.0, 0.0};
+    point.place.curvature_1pm = (newer.place.heading_rad - older.heading_rad) / way_m;
+    path->push_back(point);
+  }
+  if (path->size() < 2) path->clear();
+}
+
 }  // namespace rcs::bg

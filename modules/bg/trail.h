@@ -20,6 +20,10 @@ class Trail {
   /// Sets unknown cells under the outline of the vehicle along the trail to known, level ground.
   void mark(const Shape& shape, vj::Terrain* terrain) const;
 
+  /// The way back, as far as the vehicle came ahead: points without clearance and speeds.
+  /// @param path  empty if it did not come ahead
+  void lead_back(double most_m, Path* path) const;
+
  private:
   static constexpr double kStep_m = 0.4;
   std::array<Place, 50> places_{};  // a ring

@@ -86,6 +86,23 @@ TEST(Decide, EveryLossHasARowInTheContingencyTable) {
   EXPECT_EQ(decide(f, false, {}).status, Status::kError);
 }
 
+// Without registrations the vehicle moves only back over the ground that it has just driven over,
+// and only with GPS and with scans.
+TEST(Decide, BacksOutOfAViewThatDeterminesNoPose) {
+  Facts f = all_is_well();
+  f.ladar_age = from_seconds(6.0);
+  EXPECT_EQ(decide(f, false, {}).state, "LADAR_LOST");
+  f.leads_back = true;
+  EXPECT_EQ(decide(f, false, {}).state, "BACKING_OUT");
+  EXPECT_EQ(decide(f, false, {}).action, Action::kDrive);
+  f.map_age = from_seconds(2.0);
+  EXPECT_EQ(decide(f, false, {}).state, "LADAR_LOST") << "no scans";
+  f = all_is_well();
+  f.leads_back = true;
+  f.ladar_age = f.gps_age = from_seconds(6.0);
+  EXPECT_EQ(decide(f, false, {}).state, "LADAR_AND_GPS_LOST");
+}
+
 TEST(Decide, AnEmergencyStopHoldsUntilItIsReleasedAtRest) {
   Facts f = all_is_well();
   f.command = CommandKind::kEmergencyStop;
@@ -157,6 +174,7 @@ TEST(Decide, DrivesOnlyWithAllPreconditions) {
     f.speed_share = chance() ? 1.0 : 0.0;
     f.arrived = chance();
     f.has_way = chance();
+    f.leads_back = chance();
     const bool emergency = rng() % 8 == 0;
     const Decision d = decide(f, emergency, p);
     if (d.action != Action::kDrive) continue;
@@ -164,7 +182,8 @@ TEST(Decide, DrivesOnlyWithAllPreconditions) {
     ASSERT_TRUE(f.command == CommandKind::kGoto && f.command_is_valid && f.cannot.empty() &&
                 !emergency && f.nav_age <= p.nav_silence && f.nav_still <= p.nav_still &&
                 f.integrity_age <= p.integrity_silence && f.pose_valid && f.aligned &&
-                f.ins_age <= p.ins_loss && f.ladar_age <= p.ladar_loss && f.map_age <= p.map_loss &&
+                f.ins_age <= p.ins_loss && f.map_age <= p.map_loss &&
+                (f.ladar_age <= p.ladar_loss || (f.leads_back && f.gps_age <= p.gps_loss)) &&
                 f.speed_share > 0.0 && !f.arrived && f.has_way);
     ASSERT_EQ(d.status, Status::kExecuting);
   }

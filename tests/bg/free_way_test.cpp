@@ -173,6 +173,30 @@ TEST(Trail, IsKnownGroundAlsoInANewFrame) {
   EXPECT_FALSE(next.at(next.cell_at(9.0, 0.0)).known);
 }
 
+TEST(Trail, LeadsBackAsFarAsTheVehicleCameAhead) {
+  Trail trail;
+  Path path;
+  trail.lead_back(10.0, &path);
+  EXPECT_TRUE(path.empty());
+  // Backwards out of a lane, then 6 m ahead on an arc.
+  for (int k = 0; k <= 50; ++k) trail.add({-0.1 * k, 0.0, 0.0, 0.0});
+  Place here{-5.0, 0.0, 0.0, 0.1};
+  for (int k = 0; k < 60; ++k) {
+    here = along_arc(here, 0.1);
+    trail.add(here);
+  }
+  trail.lead_back(10.0, &path);
+  ASSERT_GT(path.size(), 10U);
+  EXPECT_NEAR(path.back().s_m, 6.0, 0.5);
+  EXPECT_NEAR(path.back().place.x_m, -5.0, 0.5);
+  for (std::size_t k = 0; k < path.size(); ++k) {
+    EXPECT_EQ(path[k].direction, -1);
+    if (k > 0 && k + 1 < path.size()) EXPECT_NEAR(path[k].place.curvature_1pm, 0.1, 0.01);
+  }
+  trail.lead_back(2.0, &path);
+  EXPECT_NEAR(path.back().s_m, 2.0, 0.41);
+}
+
 TEST(PathSearch, BacksUpOverKnownGroundOnly) {
   const vj::Weights weights;
   const Shape shape;
