@@ -139,7 +139,7 @@ Steering follow(const Path& path, const Place& vehicle, double speed_mps,
   return out;
 }
 
-double free_way(const PathSearch& body, const ObstacleDistance& obstacles, const Path& path,
+double free_way(const Body& body, const ObstacleDistance& obstacles, const Path& path,
                 std::size_t at, const Place& vehicle, double speed_mps, int direction,
                 const FollowParams& params, const Shape& shape, double required_m, double max_m) {
   constexpr double kStep_m = 0.2;

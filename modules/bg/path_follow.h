@@ -1,9 +1,9 @@
 #pragma once
 // From a path to the current drive command: speed at each of its points, and steering along it.
 
+#include "modules/bg/body.h"
 #include "modules/bg/obstacle_distance.h"
 #include "modules/bg/path.h"
-#include "modules/bg/path_search.h"
 #include "modules/vj/traversal_cost.h"
 
 namespace rcs::bg {
@@ -53,9 +53,9 @@ struct Steering {
 /// @param at         see follow()
 /// @param vehicle    with the present curvature of its wheels
 /// @param direction  1 ahead, -1 backwards
-[[nodiscard]] double free_way(const PathSearch& body, const ObstacleDistance& obstacles,
-                              const Path& path, std::size_t at, const Place& vehicle,
-                              double speed_mps, int direction, const FollowParams& params,
-                              const Shape& shape, double required_m, double max_m);
+[[nodiscard]] double free_way(const Body& body, const ObstacleDistance& obstacles, const Path& path,
+                              std::size_t at, const Place& vehicle, double speed_mps, int direction,
+                              const FollowParams& params, const Shape& shape, double required_m,
+                              double max_m);
 
 }  // namespace rcs::bg

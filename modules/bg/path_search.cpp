@@ -33,8 +33,7 @@ PathSearch::PathSearch(const SearchParams& params, const Shape& shape, const vj:
     : params_(params),
       shape_(shape),
       weights_(weights),
-      disc_m_(std::hypot(0.5 * shape.width_m, shape.length_m / 6.0)),
-      spacing_m_(shape.length_m / 3.0) {
+      body_(shape, std::max(weights.near_m, weights.margin_m)) {
   // A search stays within its horizon, plus a little for reversing.
   bins_ = 2 * static_cast<int>(std::ceil(1.2 * params.horizon_m / params.bin_m)) + 1;
   const std::size_t states = static_cast<std::size_t>(bins_) * static_cast<std::size_t>(bins_) *
@@ -45,15 +44,6 @@ PathSearch::PathSearch(const SearchParams& params, const Shape& shape, const vj:
   nodes_.reserve(most);
   open_.reserve(most);
   chain_.reserve(1000);
-}
-
-// Three discs in a row cover a rectangle that is at most three times as long as wide.
-double PathSearch::clearance(const ObstacleDistance& obstacles, const Place& place) const {
-  const double dx = spacing_m_ * std::cos(place.heading_rad);
-  const double dy = spacing_m_ * std::sin(place.heading_rad);
-  return std::min({obstacles.at(place.x_m, place.y_m), obstacles.at(place.x_m + dx, place.y_m + dy),
-                   obstacles.at(place.x_m - dx, place.y_m - dy)}) -
-         disc_m_;
 }
 
 std::size_t PathSearch::state(const Node& node) const {
@@ -208,7 +198,7 @@ void PathSearch::expand(int index, const vj::Terrain& terrain, const ObstacleDis
       bool free = true;
       for (int k = 0; k < samples && free; ++k) {
         to.place = along_arc(to.place, direction * step_m);
-        const double clearance_m = clearance(obstacles, to.place);
+        const double clearance_m = body_.clearance(obstacles, to.place);
         free = clearance_m >= required_m_ && (direction > 0 || known_behind(terrain, to.place));
         const Cell cell = terrain.cell_at(to.place.x_m, to.place.y_m);
         const double per_m = vj::cost_per_m(terrain.at(cell), clearance_m, weights_) + bend;
@@ -235,7 +225,7 @@ double PathSearch::cost_of_rest(const Path& path, std::size_t from, const vj::Te
   for (std::size_t k = from + 1; k < path.size(); ++k) {
     const PathPoint& p = path[k];
     reached = reached || within(p.place, to.goal);
-    const double clearance_m = clearance(obstacles, p.place);
+    const double clearance_m = body_.clearance(obstacles, p.place);
     if (clearance_m < shape_.min_margin_m) return CostField::kNoWay;
     const Cell cell = terrain.cell_at(p.place.x_m, p.place.y_m);
     const double per_m = vj::cost_per_m(terrain.at(cell), clearance_m, weights_);
@@ -258,7 +248,8 @@ void PathSearch::trace(int index, const ObstacleDistance& obstacles, Path* path)
   const Node& start = nodes_[static_cast<std::size_t>(chain.back())];
   const int first_direction =
       chain.size() > 1 ? nodes_[static_cast<std::size_t>(chain[chain.size() - 2])].direction : 1;
-  path->push_back({start.place, first_direction, 0.0, clearance(obstacles, start.place), 0.0, 0.0});
+  path->push_back(
+      {start.place, first_direction, 0.0, body_.clearance(obstacles, start.place), 0.0, 0.0});
   for (std::size_t n = chain.size() - 1; n-- > 0;) {
     const Node& node = nodes_[static_cast<std::size_t>(chain[n])];
     Place place = nodes_[static_cast<std::size_t>(chain[n + 1])].place;
@@ -268,7 +259,7 @@ void PathSearch::trace(int index, const ObstacleDistance& obstacles, Path* path)
     for (int k = 0; k < samples; ++k) {
       place = along_arc(place, node.direction * step_m);
       path->push_back({place, node.direction, path->back().s_m + step_m,
-                       clearance(obstacles, place), 0.0, 0.0});
+                       body_.clearance(obstacles, place), 0.0, 0.0});
     }
   }
 }

@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "modules/bg/body.h"
 #include "modules/bg/cost_field.h"
 #include "modules/bg/obstacle_distance.h"
 #include "modules/bg/path.h"
@@ -74,11 +75,7 @@ class PathSearch {
                                     const ObstacleDistance& obstacles, const Target& to,
                                     const std::optional<Target>& onward) const;
 
-  /// From the body of the vehicle at this pose to the nearest obstacle; <= 0: contact.
-  [[nodiscard]] double clearance(const ObstacleDistance& obstacles, const Place& place) const;
-
-  /// Radius of the discs that cover the outline.
-  [[nodiscard]] double body_m() const { return disc_m_; }
+  [[nodiscard]] const Body& body() const { return body_; }
 
  private:
   struct Node {
@@ -108,8 +105,7 @@ class PathSearch {
   SearchParams params_;
   Shape shape_;
   vj::Weights weights_;
-  double disc_m_;                    // radius of the three discs that cover the outline
-  double spacing_m_;                 // between their centres
+  Body body_;
   Place origin_;                     // of the bins
   int bins_ = 0;                     // along each side
   std::array<Target, 2> targets_{};  // the last one twice if there is no onward

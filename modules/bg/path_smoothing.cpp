@@ -110,7 +110,7 @@ class Leg {
 
   /// Holds the points that must not be where they are now.
   /// @return there are none
-  bool check(const PathSearch& body, const ObstacleDistance& obstacles, const Shape& shape,
+  bool check(const Body& body, const ObstacleDistance& obstacles, const Shape& shape,
              double margin_m) {
     bool good = true;
     for (std::size_t k = kBegin; k + kEnd < n_; ++k) {
@@ -147,7 +147,7 @@ class Leg {
 
 }  // namespace
 
-void smooth(const PathSearch& body, const ObstacleDistance& obstacles, const Shape& shape,
+void smooth(const Body& body, const ObstacleDistance& obstacles, const Shape& shape,
             double margin_m, Path* path) {
   std::size_t begin = 0;
   while (begin + 1 < path->size()) {

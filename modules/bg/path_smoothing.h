@@ -2,9 +2,9 @@
 // Smoothing of the paths of the search, whose curvature changes by steps: the vehicle would have to
 // slow down at each of them.
 
+#include "modules/bg/body.h"
 #include "modules/bg/obstacle_distance.h"
 #include "modules/bg/path.h"
-#include "modules/bg/path_search.h"
 
 namespace rcs::bg {
 
@@ -13,7 +13,7 @@ namespace rcs::bg {
 /// result would come nearer to an obstacle than `margin_m`, and nearer than the path was, or turn
 /// sharper than the vehicle can, the points are held; a leg for which that does not suffice stays
 /// as it is. Sets place, s_m and clearance_m. Allocates nothing.
-void smooth(const PathSearch& body, const ObstacleDistance& obstacles, const Shape& shape,
+void smooth(const Body& body, const ObstacleDistance& obstacles, const Shape& shape,
             double margin_m, Path* path);
 
 }  // namespace rcs::bg

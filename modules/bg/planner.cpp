@@ -35,7 +35,7 @@ SearchResult Planner::plan(const Query& query, Stamp now, int granted, Path* pat
   look_onward(query, now);
   if (through_) {
     onward_field_.compute(query.terrain, query.obstacles, onward_.cost, *query.onward, weights_,
-                          search_.body_m(), query.start.required_m);
+                          search_.body().radius_m(), query.start.required_m);
   }
   SearchResult found;
   int expansions = 0;
@@ -44,15 +44,15 @@ SearchResult Planner::plan(const Query& query, Stamp now, int granted, Path* pat
     // A path through the goal must not only touch its circle: the vehicle deviates from it.
     const double radius_m = (through_ ? kThrough : 1.0) * (query.to.radius_m + more_m);
     const Goal to{query.to.x_m, query.to.y_m, radius_m};
-    field_.compute(query.terrain, query.obstacles, to_.cost, to, weights_, search_.body_m(),
-                   query.start.required_m);
+    field_.compute(query.terrain, query.obstacles, to_.cost, to, weights_,
+                   search_.body().radius_m(), query.start.required_m);
     found = search_.search(query.terrain, query.obstacles, query.start, {to, &field_},
                            onward_target(), granted - expansions, path);
     expansions += found.expansions;
     if (path->size() > 1 || more_m == near_goal_m_) break;
   }
   found.expansions = expansions;
-  smooth(search_, query.obstacles, shape_, weights_.margin_m, path);
+  smooth(search_.body(), query.obstacles, shape_, weights_.margin_m, path);
   return found;
 }
 

@@ -30,7 +30,8 @@ class Planner {
 
   /// Remembers the ground of a terrain.
   void note(const Place& vehicle, const vj::Terrain& terrain, const ObstacleDistance& obstacles) {
-    remembered_.note(vehicle, terrain, obstacles, weights_, search_.body_m() + shape_.min_margin_m);
+    remembered_.note(vehicle, terrain, obstacles, weights_,
+                     search_.body().radius_m() + shape_.min_margin_m);
   }
   /// Another frame local has begun.
   void forget() { remembered_.clear(); }
@@ -46,8 +47,7 @@ class Planner {
   /// Since when no way to the goal is known or can exist; Stamp::max(): it may exist.
   [[nodiscard]] Stamp enclosed_since() const { return enclosed_since_; }
 
-  /// Outline and clearance of the vehicle.
-  [[nodiscard]] const PathSearch& body() const { return search_; }
+  [[nodiscard]] const Body& body() const { return search_.body(); }
   /// See PathSearch.
   void bar(const Path& path) { search_.bar(path); }
   void release() { search_.release(); }

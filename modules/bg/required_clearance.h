@@ -30,7 +30,7 @@ class RequiredClearance {
     // The rounding of cells changes the clearance of an obstacle abeam: some slack is needed, and
     // from beyond the last of it hardly any.
     constexpr double kSlack_m = 0.15;
-    constexpr double kHardly_m = 0.03;
+    constexpr double kHardly_m = 0.06;
     const double floor_m = margin_m_ - kSlack_m - appeared_m_;
     const double nearer_m = std::min(clearance_m - kHardly_m, floor_m);
     return std::min(margin_m_, std::max(clearance_m - kSlack_m, nearer_m));

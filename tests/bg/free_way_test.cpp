@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <random>
 
 #include "modules/bg/path_follow.h"
+#include "modules/bg/path_search.h"
 #include "modules/bg/required_clearance.h"
 #include "modules/bg/trail.h"
 #include "tests/bg/fields.h"
@@ -14,8 +17,8 @@ namespace {
 
 using test::level_field;
 
-struct Body {
-  explicit Body(const vj::Terrain& terrain) { obstacles.compute(terrain, weights); }
+struct Vehicle {
+  explicit Vehicle(const vj::Terrain& terrain) { obstacles.compute(terrain, weights); }
   /// On a path that turns with this curvature.
   [[nodiscard]] double free_m(const Place& here, double speed_mps, double curvature_1pm,
                               int direction, double required_m = 0.2) const {
@@ -26,12 +29,12 @@ struct Body {
       path.push_back({place, direction, 0.4 * k, 0.0, 0.0, std::abs(speed_mps)});
       place = along_arc(place, direction * 0.4);
     }
-    return free_way(search, obstacles, path, 0, here, speed_mps, direction, {}, shape, required_m,
+    return free_way(outline, obstacles, path, 0, here, speed_mps, direction, {}, shape, required_m,
                     20.0);
   }
   Shape shape;
   vj::Weights weights;
-  PathSearch search{SearchParams{}, shape, weights};
+  Body outline{shape, weights.near_m};
   ObstacleDistance obstacles;
 };
 
@@ -40,7 +43,7 @@ vj::Terrain wall_at(double x_m) {
 }
 
 TEST(FreeDistance, EndsBeforeAWall) {
-  const Body body(wall_at(10.0));
+  const Vehicle body(wall_at(10.0));
   // From the middle of the vehicle: half of its length, the margin, and the discs that cover the
   // outline and extend a little farther.
   const double ends_m = 10.0 - 1.6 - body.shape.min_margin_m;
@@ -51,7 +54,7 @@ TEST(FreeDistance, EndsBeforeAWall) {
 }
 
 TEST(FreeDistance, AccountsForTheSteeringRate) {
-  const Body body(wall_at(8.0));
+  const Vehicle body(wall_at(8.0));
   const Place here{0.0, 0.0, 0.0, 0.0};
   const double slow_m = body.free_m(here, 0.5, 0.18, 1);
   const double fast_m = body.free_m(here, 6.0, 0.18, 1);
@@ -60,18 +63,76 @@ TEST(FreeDistance, AccountsForTheSteeringRate) {
 }
 
 TEST(FreeDistance, FromTooCloseTheVehicleMayMoveAwayButNotCloser) {
-  const Body body(wall_at(1.9));
-  const double required_m = RequiredClearance(0.2).of(body.search.clearance(body.obstacles, {}));
+  const Vehicle body(wall_at(1.9));
+  const double required_m = RequiredClearance(0.2).of(body.outline.clearance(body.obstacles, {}));
   EXPECT_LT(body.free_m({0.0, 0.0, 0.0, 0.0}, 0.0, 0.0, 1, required_m), 0.3);
   EXPECT_EQ(body.free_m({0.0, 0.0, 0.0, 0.0}, 0.0, 0.0, -1, required_m), 20.0);
 }
 
 // A vehicle on a path with a bend before a wall drives on, where straight ahead it would not.
 TEST(FreeDistance, FollowsThePath) {
-  const Body body(wall_at(9.0));
+  const Vehicle body(wall_at(9.0));
   const Place here{0.0, 0.0, 0.0, 0.0};
   EXPECT_LT(body.free_m(here, 2.0, 0.0, 1), 8.0);
   EXPECT_EQ(body.free_m(here, 2.0, 0.18, 1), 20.0);
+}
+
+// With true squares for the cells and the true rectangle: never more than the clearance by 0.05 m,
+// never less by more than the discs extend beyond the corners, and the rounding of the distances.
+TEST(Body, ClearanceIsThatOfTheRectangle) {
+  std::mt19937 rng(3);
+  std::uniform_real_distribution<> unit(0.0, 1.0);
+  const Shape shape;
+  const Body body(shape, 1.5);
+  int near = 0;
+  for (int k = 0; k < 300; ++k) {
+    const double angle_rad = 2.0 * kPi * unit(rng);
+    const double away_m = 1.5 + 2.5 * unit(rng);
+    const vj::Terrain probe = level_field(64, [](double, double) { return false; });
+    const Cell cell = probe.cell_at(away_m * std::cos(angle_rad), away_m * std::sin(angle_rad));
+    const double x_m = (cell.i + 0.5) * probe.cell_m;
+    const double y_m = (cell.j + 0.5) * probe.cell_m;
+    ObstacleDistance obstacles;
+    obstacles.compute(level_field(64,
+                                  [&](double x, double y) {
+                                    return std::abs(x - x_m) < 0.1 && std::abs(y - y_m) < 0.1;
+                                  }),
+                      {});
+    const Place place{0.0, 0.0, 2.0 * kPi * unit(rng), 0.0};
+    const double c = std::cos(place.heading_rad);
+    const double s = std::sin(place.heading_rad);
+    double truth_m = 100.0;  // from the nearest point of the square to the rectangle
+    for (double dx = -0.2; dx <= 0.2001; dx += 0.1) {
+      for (double dy = -0.2; dy <= 0.2001; dy += 0.1) {
+        const double ahead_m = std::abs(c * (x_m + dx) + s * (y_m + dy)) - 1.6;
+        const double left_m = std::abs(c * (y_m + dy) - s * (x_m + dx)) - 1.0;
+        truth_m = std::min(truth_m, std::hypot(std::max(0.0, ahead_m), std::max(0.0, left_m)));
+      }
+    }
+    if (truth_m < 0.1 || truth_m > 1.2) continue;
+    ++near;
+    const double got_m = body.clearance(obstacles, place);
+    EXPECT_LT(got_m, truth_m + 0.12);
+    EXPECT_GT(got_m, truth_m - 0.25);
+  }
+  EXPECT_GT(near, 100);
+}
+
+// An obstacle beside the vehicle seems hardly nearer or farther while it passes.
+TEST(Body, ClearanceIsSteadyWhileAnObstaclePasses) {
+  const Body body(Shape{}, 1.5);
+  ObstacleDistance obstacles;
+  obstacles.compute(
+      level_field(128, [](double x, double y) { return std::abs(x) < 0.3 && y > 0.8 && y < 1.2; }),
+      {});
+  double least_m = 10.0;
+  double most_m = -10.0;
+  for (double x_m = -1.0; x_m <= 1.0; x_m += 0.05) {
+    const double clearance_m = body.clearance(obstacles, {x_m, -0.2, 0.0, 0.0});
+    least_m = std::min(least_m, clearance_m);
+    most_m = std::max(most_m, clearance_m);
+  }
+  EXPECT_LT(most_m - least_m, 0.1);
 }
 
 TEST(RequiredClearance, IsTheMarginFarFromObstacles) {
@@ -90,9 +151,9 @@ TEST(RequiredClearance, ByItsOwnMotionTheVehicleGetsTheSlackOnce) {
     clearance_m = required.of(clearance_m);
     required.moved(clearance_m);
   }
-  EXPECT_GT(clearance_m, 0.2 - 0.15 - 5 * 0.03 - 1e-9);
+  EXPECT_GT(clearance_m, 0.2 - 0.15 - 5 * 0.06 - 1e-9);
   EXPECT_LE(required.of(-0.4), -0.4) << "it may leave";
-  EXPECT_GT(required.of(-0.4), -0.45) << "and come hardly nearer";
+  EXPECT_GT(required.of(-0.4), -0.5) << "and come hardly nearer";
 }
 
 TEST(RequiredClearance, AnObstacleThatAppearsAllowsTheSameSlackAgain) {
@@ -101,15 +162,15 @@ TEST(RequiredClearance, AnObstacleThatAppearsAllowsTheSameSlackAgain) {
   required.map_changed(5.0, -0.5);
   EXPECT_NEAR(required.of(-0.5), -0.65, 1e-9);
   required.moved(-0.6);
-  EXPECT_NEAR(required.of(-0.6), -0.65, 1e-9) << "once";
+  EXPECT_NEAR(required.of(-0.6), -0.65, 0.011) << "once";
   required.moved(-0.1);
   EXPECT_NEAR(required.of(-0.1), -0.25, 1e-9);
   required.moved(-0.2);
-  EXPECT_NEAR(required.of(-0.2), -0.25, 1e-9) << "it came away and may not return";
+  EXPECT_NEAR(required.of(-0.2), -0.25, 0.011) << "it came away and may not return";
   required.map_changed(-0.2, 3.0);
   EXPECT_DOUBLE_EQ(required.of(3.0), 0.2);
   required.moved(0.1);
-  EXPECT_NEAR(required.of(0.1), 0.05, 1e-9);
+  EXPECT_NEAR(required.of(0.1), 0.05, 0.011);
 }
 
 TEST(FreeDistance, TheSpeedAllowsStoppingWithinIt) {
@@ -218,10 +279,10 @@ TEST(PathSearch, BacksUpOverKnownGroundOnly) {
     CostField field;
     const Goal goal{15.0, 0.0, 2.0};
     obstacles.compute(terrain, weights);
-    remembered.note({}, terrain, obstacles, weights, search.body_m() + shape.min_margin_m);
+    remembered.note({}, terrain, obstacles, weights, search.body().radius_m() + shape.min_margin_m);
     FarCost beyond;
     beyond.compute(remembered, goal);
-    field.compute(terrain, obstacles, beyond, goal, weights, search.body_m(), 0.2);
+    field.compute(terrain, obstacles, beyond, goal, weights, search.body().radius_m(), 0.2);
     Path path;
     (void)search.search(terrain, obstacles, {}, {goal, &field}, std::nullopt, 6000, &path);
     double back_m = 0.0;

@@ -39,10 +39,12 @@ struct Planner {
  private:
   void compute(const vj::Terrain& terrain, const Start& start, const Goal& goal, CostField* out) {
     obstacles.compute(terrain, weights);
-    remembered.note(start.place, terrain, obstacles, weights, search.body_m() + shape.min_margin_m);
+    remembered.note(start.place, terrain, obstacles, weights,
+                    search.body().radius_m() + shape.min_margin_m);
     FarCost beyond;
     beyond.compute(remembered, goal);
-    out->compute(terrain, obstacles, beyond, goal, weights, search.body_m(), start.required_m);
+    out->compute(terrain, obstacles, beyond, goal, weights, search.body().radius_m(),
+                 start.required_m);
   }
 };
 
@@ -148,7 +150,7 @@ TEST(PathSearch, AMovingVehicleReversesNoSoonerThanItCanStop) {
 TEST(PathSearch, AWayAroundIsPreferredToANarrowLane) {
   Planner planner;
   Path path;
-  const double half_m = planner.search.body_m() + 0.35;
+  const double half_m = planner.search.body().radius_m() + 0.35;
   const Place start{0.0, 0.2, 0.0, 0.0};
   // With a yard around the start there is no other way.
   const auto lane = [&](double wall_m, bool yard) {
@@ -238,7 +240,7 @@ TEST(PathSearch, LeavesAnObstacleThatItTouches) {
   const vj::Terrain terrain = level_field(128, beside);
   planner.obstacles.compute(terrain, planner.weights);
   RequiredClearance required(planner.shape.min_margin_m);
-  const double clearance_m = planner.search.clearance(planner.obstacles, {});
+  const double clearance_m = planner.search.body().clearance(planner.obstacles, {});
   required.begin(clearance_m);
   const Start start{{}, 0, 0.0, required.of(clearance_m)};
   const SearchResult result = planner.plan(terrain, start, {15.0, 0.0, 1.5}, &path);

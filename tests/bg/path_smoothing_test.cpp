@@ -14,10 +14,9 @@ namespace {
 using test::level_field;
 
 struct Smoothing {
-  SearchParams params;
   Shape shape;
   vj::Weights weights;
-  PathSearch search{params, shape, weights};
+  Body body{shape, weights.near_m};
   ObstacleDistance obstacles;
 
   explicit Smoothing(const vj::Terrain& terrain) { obstacles.compute(terrain, weights); }
@@ -26,18 +25,18 @@ struct Smoothing {
   [[nodiscard]] Path arcs(const std::vector<double>& shares, int direction = 1) const {
     Path path;
     Place place;
-    path.push_back({place, direction, 0.0, search.clearance(obstacles, place), 0.0, 0.0});
+    path.push_back({place, direction, 0.0, body.clearance(obstacles, place), 0.0, 0.0});
     for (const double share : shares) {
       place.curvature_1pm = share * shape.max_curvature_1pm;
       for (int k = 0; k < 3; ++k) {
         place = along_arc(place, direction * 0.4);
-        path.push_back({place, direction, path.back().s_m + 0.4, search.clearance(obstacles, place),
-                        0.0, 0.0});
+        path.push_back(
+            {place, direction, path.back().s_m + 0.4, body.clearance(obstacles, place), 0.0, 0.0});
       }
     }
     return path;
   }
-  void smooth(Path* path) const { bg::smooth(search, obstacles, shape, weights.margin_m, path); }
+  void smooth(Path* path) const { bg::smooth(body, obstacles, shape, weights.margin_m, path); }
 };
 
 // Largest change of the curvature within 2.4 m, as the planned speeds are limited by it.
@@ -102,7 +101,7 @@ TEST(PathSmoothing, KeepsTheMarginAndTheCurvatureOfTheVehicle) {
     s.smooth(&path);
     for (std::size_t k = 0; k < path.size(); ++k) {
       const double least_m = std::min(s.weights.margin_m, before[k].clearance_m - 0.021);
-      EXPECT_GE(s.search.clearance(s.obstacles, path[k].place), least_m) << field << " " << k;
+      EXPECT_GE(s.body.clearance(s.obstacles, path[k].place), least_m) << field << " " << k;
       EXPECT_LE(std::abs(path[k].place.curvature_1pm), 1.021 * s.shape.max_curvature_1pm);
     }
     smoothed += steering(path) < 0.9 * steering(before) ? 1 : 0;
