@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "modules/bg/path_smoothing.h"
 
@@ -67,7 +68,11 @@ std::optional<Target> Planner::onward_target() const {
 }
 
 void Planner::look_to(const Query& query, Stamp now) {
-  if (!to_.is_of(query.to)) enclosed_since_ = Stamp::max();
+  if (!to_.is_of(query.to)) {
+    enclosed_since_ = Stamp::max();
+    more_m_ = 0.0;
+    if (onward_.is_of(query.to)) std::swap(to_, onward_);  // it was the one after it
+  }
   if (!to_.is_due(query.to, now)) return;
   to_.goal = query.to;
   to_.looked = now;
@@ -87,12 +92,14 @@ void Planner::look_to(const Query& query, Stamp now) {
 void Planner::look_onward(const Query& query, Stamp now) {
   through_ = false;
   if (!query.onward) return;
-  if (onward_.is_due(*query.onward, now)) {
+  const bool busy = to_.looked == now;  // one computation a cycle
+  if (!busy && onward_.is_due(*query.onward, now)) {
     onward_.goal = query.onward;
     onward_.looked = now;
     onward_.cost.compute(remembered_, *query.onward);
   }
-  through_ = onward_.cost.reachable_from(query.to.x_m, query.to.y_m);
+  through_ =
+      onward_.is_of(*query.onward) && onward_.cost.reachable_from(query.to.x_m, query.to.y_m);
 }
 
 }  // namespace rcs::bg

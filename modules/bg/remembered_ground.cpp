@@ -9,6 +9,12 @@ namespace rcs::bg {
 namespace {
 
 constexpr int kCells = 256;
+constexpr std::size_t kRow = kCells + 2;
+constexpr float kBucket = 0.2F;         // cost: a quarter of the cheapest cell
+constexpr std::size_t kBuckets = 8192;  // more than the most expensive cell costs diagonally
+constexpr std::int32_t kNone = -1;
+
+std::size_t bucket_of(float cost) { return static_cast<std::size_t>(cost / kBucket) % kBuckets; }
 // Two cells of the terrain: the vehicle keeps away from an obstacle by more than a metre, so that
 // even a thin wall is blocked over two cells or more, and no path leads through it diagonally.
 constexpr double kCell_m = 0.8;
@@ -18,15 +24,17 @@ constexpr double kLeave_m = 1.6;  // from a place too near to an obstacle to fre
 constexpr float kDiagonal = 1.41421356F;
 constexpr float kFar = std::numeric_limits<float>::infinity();
 
-bool later(float a, float b) { return a > b; }
-
 }  // namespace
 
 RememberedGround::RememberedGround() : per_m_(kCells, kCell_m, 0.0F) {}
 
 FarCost::FarCost()
-    : cost_(static_cast<std::size_t>(kCells) * kCells, kFar), way_(cost_.size(), Way::kOpen) {
-  heap_.reserve(8 * cost_.size());  // each cell is offered by at most eight neighbours
+    : step_(kRow * kRow, 0.0F),
+      offered_(kRow * kRow, kFar),
+      accepted_(kRow * kRow, kFar),
+      way_(kRow * kRow, Way::kOutside),
+      buckets_(kBuckets, kNone) {
+  entries_.reserve(8 * way_.size());  // each cell is offered by at most eight neighbours
 }
 
 void RememberedGround::note(const Place& vehicle, const vj::Terrain& terrain,
@@ -66,88 +74,104 @@ void RememberedGround::note(const Place& vehicle, const vj::Terrain& terrain,
 }
 
 std::size_t FarCost::index_of(Cell c) const {
-  return static_cast<std::size_t>(c.j - origin_.j) * kCells +
-         static_cast<std::size_t>(c.i - origin_.i);
+  return static_cast<std::size_t>(c.j - origin_.j + 1) * kRow +
+         static_cast<std::size_t>(c.i - origin_.i + 1);
 }
 
-void FarCost::offer(Cell c, float cost) {
-  float& known = cost_[index_of(c)];
-  if (cost >= known) return;
-  known = cost;
-  heap_.push_back({cost, static_cast<int>(index_of(c))});
-  std::push_heap(heap_.begin(), heap_.end(),
-                 [](const Entry& a, const Entry& b) { return later(a.cost, b.cost); });
+void FarCost::offer(std::size_t cell, float cost) {
+  if (cost >= offered_[cell]) return;
+  offered_[cell] = cost;
+  std::int32_t& first = buckets_[bucket_of(cost)];
+  entries_.push_back({static_cast<std::int32_t>(cell), first});
+  first = static_cast<std::int32_t>(entries_.size()) - 1;
+  ++waiting_;
 }
 
-float FarCost::solve(const Grid<float>& per_m, Cell c) const {
-  const auto accepted = [this, &per_m](Cell n) {
-    return per_m.contains(n) && way_[index_of(n)] != Way::kOpen ? cost_[index_of(n)] : kFar;
-  };
-  float a = std::min(accepted({c.i - 1, c.j}), accepted({c.i + 1, c.j}));
-  float b = std::min(accepted({c.i, c.j - 1}), accepted({c.i, c.j + 1}));
+float FarCost::solve(std::size_t cell) const {
+  const float* const at = &accepted_[cell];
+  float a = std::min(*(at - 1), *(at + 1));
+  float b = std::min(*(at - kRow), *(at + kRow));
   if (b < a) std::swap(a, b);
-  const float seen = per_m.at(c);
-  const float step = static_cast<float>(kCell_m) * (seen > 0.0F ? seen : float{kUnseen});
+  const float step = step_[cell];
   // From a corner, too: a narrow passage may lead from cell to cell diagonally.
-  const float corner = std::min({accepted({c.i - 1, c.j - 1}), accepted({c.i - 1, c.j + 1}),
-                                 accepted({c.i + 1, c.j - 1}), accepted({c.i + 1, c.j + 1})}) +
-                       kDiagonal * step;
+  const float corner =
+      std::min({*(at - kRow - 1), *(at - kRow + 1), *(at + kRow - 1), *(at + kRow + 1)}) +
+      kDiagonal * step;
   const float apart = b - a;
   if (!(apart < step)) return std::min(corner, a + step);
   return std::min(corner, 0.5F * (a + b + std::sqrt(2.0F * step * step - apart * apart)));
 }
 
-bool FarCost::is_free(const Grid<float>& per_m, Cell c) const {
-  std::size_t from = index_of(c);
-  for (int j = c.j - 1; j <= c.j + 1; ++j) {
-    for (int i = c.i - 1; i <= c.i + 1; ++i) {
-      const Cell n{i, j};
-      if (!per_m.contains(n) || way_[index_of(n)] == Way::kOpen) continue;
-      if (cost_[index_of(n)] < cost_[from]) from = index_of(n);
+void FarCost::begin(const Grid<float>& per_m) {
+  computed_ = true;
+  origin_ = per_m.origin();
+  std::fill(offered_.begin(), offered_.end(), kFar);
+  std::fill(accepted_.begin(), accepted_.end(), kFar);
+  entries_.clear();
+  for (int j = 0; j < kCells; ++j) {
+    for (int i = 0; i < kCells; ++i) {
+      const Cell c{origin_.i + i, origin_.j + j};
+      const float seen = per_m.at(c);
+      step_[index_of(c)] = static_cast<float>(kCell_m) * (seen > 0.0F ? seen : float{kUnseen});
+      way_[index_of(c)] = Way::kOpen;
     }
   }
-  const bool begins_here = from == index_of(c);
-  if (begins_here) return true;
-  return per_m.at(c) < RememberedGround::kBlocked && way_[from] == Way::kFree;
+}
+
+void FarCost::accept(std::size_t cell) {
+  // The cheapest way leads over the cheapest neighbour; the goal has none that is cheaper.
+  std::size_t from = cell;
+  float least = offered_[cell];
+  for (const std::size_t row : {cell - kRow, cell, cell + kRow}) {
+    for (const std::size_t n : {row - 1, row, row + 1}) {
+      if (accepted_[n] >= least) continue;
+      least = accepted_[n];
+      from = n;
+    }
+  }
+  const bool blocked = step_[cell] >= static_cast<float>(kCell_m) * RememberedGround::kBlocked;
+  const bool free = from == cell || (!blocked && way_[from] == Way::kFree);
+  way_[cell] = free ? Way::kFree : Way::kBlocked;
+  accepted_[cell] = offered_[cell];
 }
 
 void FarCost::compute(const RememberedGround& ground, const Goal& goal) {
   const Grid<float>& per_m = ground.per_m();
   goal_ = goal;
-  computed_ = true;
-  origin_ = per_m.origin();
-  std::fill(cost_.begin(), cost_.end(), kFar);
-  std::fill(way_.begin(), way_.end(), Way::kOpen);
-  heap_.clear();
-  const auto away_m = [&goal](Cell c) {
-    return std::hypot((c.i + 0.5) * kCell_m - goal.x_m, (c.j + 0.5) * kCell_m - goal.y_m);
-  };
+  begin(per_m);
   const bool inside = per_m.contains(per_m.cell_at(goal.x_m, goal.y_m));
-  const auto cell_of = [this](int index) {
-    return Cell{origin_.i + index % kCells, origin_.j + index / kCells};
-  };
-  for (int k = 0; k < kCells * kCells; ++k) {
-    const Cell c = cell_of(k);
-    const int i = c.i - origin_.i;
-    const int j = c.j - origin_.j;
-    const bool border = i == 0 || j == 0 || i == kCells - 1 || j == kCells - 1;
-    if (inside ? away_m(c) < std::max(goal.radius_m, kCell_m) : border) {
-      offer(c, inside ? 0.0F : static_cast<float>(kUnseen * away_m(c)));
+  for (int j = 0; j < kCells; ++j) {
+    for (int i = 0; i < kCells; ++i) {
+      const bool border = i == 0 || j == 0 || i == kCells - 1 || j == kCells - 1;
+      if (!inside && !border) continue;
+      const Cell c{origin_.i + i, origin_.j + j};
+      const double away_m =
+          std::hypot((c.i + 0.5) * kCell_m - goal.x_m, (c.j + 0.5) * kCell_m - goal.y_m);
+      if (!inside) {
+        offer(index_of(c), static_cast<float>(kUnseen * away_m));
+      } else if (away_m < std::max(goal.radius_m, kCell_m)) {
+        offer(index_of(c), 0.0F);
+      }
     }
   }
-  while (!heap_.empty()) {
-    std::pop_heap(heap_.begin(), heap_.end(),
-                  [](const Entry& a, const Entry& b) { return later(a.cost, b.cost); });
-    const Entry entry = heap_.back();
-    heap_.pop_back();
-    Way& way = way_[static_cast<std::size_t>(entry.cell)];
-    if (way != Way::kOpen) continue;
-    const Cell c = cell_of(entry.cell);
-    way = is_free(per_m, c) ? Way::kFree : Way::kBlocked;
-    for (int j = c.j - 1; j <= c.j + 1; ++j) {
-      for (int i = c.i - 1; i <= c.i + 1; ++i) {
-        const Cell n{i, j};
-        if (per_m.contains(n) && way_[index_of(n)] == Way::kOpen) offer(n, solve(per_m, n));
+  march();
+}
+
+void FarCost::march() {
+  const auto cheapest = std::min_element(offered_.begin(), offered_.end());
+  for (std::size_t at = bucket_of(*cheapest); waiting_ > 0; at = (at + 1) % kBuckets) {
+    // An accepted cell can offer a neighbour at a cost of the same bucket.
+    while (buckets_[at] != kNone) {
+      const Entry entry = entries_[static_cast<std::size_t>(buckets_[at])];
+      buckets_[at] = entry.next;
+      --waiting_;
+      const auto cell = static_cast<std::size_t>(entry.cell);
+      if (way_[cell] != Way::kOpen) continue;
+      accept(cell);
+      for (const std::size_t row : {cell - kRow, cell, cell + kRow}) {
+        for (const std::size_t n : {row - 1, row, row + 1}) {
+          if (way_[n] == Way::kOpen) offer(n, solve(n));
+        }
       }
     }
   }
@@ -163,7 +187,7 @@ std::optional<std::size_t> FarCost::cell_at(double x_m, double y_m) const {
 
 double FarCost::at(double x_m, double y_m) const {
   const std::optional<std::size_t> cell = cell_at(x_m, y_m);
-  return cell ? cost_[*cell] : kUnseen * std::hypot(x_m - goal_.x_m, y_m - goal_.y_m);
+  return cell ? accepted_[*cell] : kUnseen * std::hypot(x_m - goal_.x_m, y_m - goal_.y_m);
 }
 
 bool FarCost::reachable_from(double x_m, double y_m) const {

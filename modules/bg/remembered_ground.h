@@ -64,28 +64,37 @@ class FarCost {
 
  private:
   struct Entry {
-    float cost;
-    int cell;
+    std::int32_t cell;
+    std::int32_t next;  // in its bucket; kNone: the last one
   };
   enum class Way : std::uint8_t {
     kOpen,     ///< not computed yet
     kFree,     ///< the cheapest way to the goal
     kBlocked,  ///< where it leads through a cell in which the vehicle cannot stand
+    kOutside,  ///< the cells around the window, which save the test for its border
   };
   [[nodiscard]] std::size_t index_of(Cell c) const;
   /// None outside the window, and before the first compute().
   [[nodiscard]] std::optional<std::size_t> cell_at(double x_m, double y_m) const;
-  void offer(Cell c, float cost);
-  [[nodiscard]] bool is_free(const Grid<float>& per_m, Cell c) const;
+  void begin(const Grid<float>& per_m);
+  void offer(std::size_t cell, float cost);
+  void march();
+  void accept(std::size_t cell);
   /// Upwind solution of |grad cost| = cost per metre at this cell.
-  [[nodiscard]] float solve(const Grid<float>& per_m, Cell c) const;
+  [[nodiscard]] float solve(std::size_t cell) const;
 
   Goal goal_;
   bool computed_ = false;
-  Cell origin_;              // of the window when cost_ was computed
-  std::vector<float> cost_;  // of the window, row by row
+  Cell origin_;  // of the window when the cost was computed
+  // Of the window and the cells around it, row by row.
+  std::vector<float> step_;      // cost of a cell that is crossed
+  std::vector<float> offered_;   // lowest cost so far
+  std::vector<float> accepted_;  // final cost; kFar: none yet
   std::vector<Way> way_;
-  std::vector<Entry> heap_;
+  // A circular queue of buckets of cost (Yatziv 2006), each a list of entries.
+  std::vector<std::int32_t> buckets_;
+  std::vector<Entry> entries_;
+  std::size_t waiting_ = 0;  // entries in the queue
 };
 
 }  // namespace rcs::bg

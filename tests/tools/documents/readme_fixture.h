@@ -71,7 +71,7 @@ class Readme : public RcsCommand {
          {"README", "docs/user/getting_started", "docs/user/own_vehicle", "docs/user/maps",
           "docs/user/replay", "docs/user/other_tools", "docs/user/recording", "docs/user/viewer",
           "docs/user/commanding", "docs/user/vehicle_install", "docs/user/dds",
-          "docs/user/drills_and_evaluation", "docs/user/coming_from"}) {
+          "docs/user/ros2_bridge", "docs/user/drills_and_evaluation", "docs/user/coming_from"}) {
       const std::string text = text_of(variable("RCS_SOURCE_DIR") + "/" + page + ".md");
       EXPECT_FALSE(text.empty()) << page;
       const std::vector<std::string> commands = commands_of(text);

@@ -37,11 +37,11 @@ TEST(Channels, EachHasAWriterATypeAndADecoder) {
     }));
     // The prefix of an output is its writer; a sensor has no prefix.
     if (c.kind == channel::Kind::kSensor) continue;
-    std::string prefix = std::string(c.name).substr(0, std::string(c.name).find('_'));
-    std::transform(prefix.begin(), prefix.end(), prefix.begin(),
+    std::string name(c.name);
+    std::transform(name.begin(), name.end(), name.begin(),
                    [](unsigned char ch) { return static_cast<char>(std::tolower(ch)); });
     if (c.kind == channel::Kind::kCommand) continue;
-    EXPECT_EQ(prefix, c.writer) << c.name;
+    EXPECT_EQ(name.rfind(std::string(c.writer) + "_", 0), 0U) << c.name << " of " << c.writer;
   }
   EXPECT_FALSE(known_channel("WM_NAV"));
   EXPECT_EQ(channel::kSensors.size(), 5U);
