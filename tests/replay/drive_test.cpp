@@ -95,9 +95,10 @@ TEST(Drive, ARestartedBgContinuesTheTask) {
   EXPECT_TRUE(run.done) << run.reason;
   EXPECT_EQ(run.reached, 5);
   EXPECT_EQ(run.collisions, 0);
-  // One leg of the five again would be a fifth more.
+  // Another way may be found without the memory of the ground; a waypoint again would be a leg of
+  // 35 m or more.
   WatchedBg::Account alone;
-  EXPECT_LT(run.distance_m, 1.1 * drive({}, &alone).distance_m);
+  EXPECT_LT(run.distance_m, drive({}, &alone).distance_m + 30.0);
 }
 
 }  // namespace
