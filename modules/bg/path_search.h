@@ -85,7 +85,7 @@ class PathSearch {
     int parent;
     std::int8_t curvature;  // index
     std::int8_t direction;
-    std::int8_t leg;  // 0: to the first target, 1: onward from it
+    std::uint8_t leg;  // 0: to the first target, 1: onward from it
   };
   struct Open {
     double f;
