@@ -20,7 +20,8 @@ enum class Stream : std::uint64_t {
   kMap = 5,
   kCourse = 6,
   kHazards = 7,
-  kActors = 8
+  kActors = 8,
+  kLosses = 9
 };
 
 class Random {

@@ -16,6 +16,7 @@
 #include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/plan_t.hpp"
 #include "lcmtypes/rcs/truth_t.hpp"
+#include "modules/bg/bg_config.h"
 #include "modules/bg/bg_node.h"
 #include "modules/sp/sp_node.h"
 #include "modules/wm/wm_node.h"
@@ -123,6 +124,7 @@ Command goto_order(const sim::Scenario& scenario, const ClosedLoopOptions& optio
   Command order;
   order.kind = command_t::KIND_GOTO;
   order.frame = options.frame;
+  order.alert_limit_horizontal_m = options.alert_limit_m;
   const std::vector<Vec2>& places = scenario.course.waypoints_world;
   for (std::size_t k = 1; k < places.size(); ++k) {
     waypoint_t w{};
@@ -328,7 +330,19 @@ ClosedLoopRun run_closed_loop(const sim::Scenario& scenario, const ClosedLoopOpt
   std::optional<ActorNotes> actors;
   if (!scenario.actors.empty()) actors.emplace(&bus, simulator);
 
-  UntilDone source(&simulator, &op, options, scenario.duration_s);
+  std::optional<AlertNotes> alerts;
+  if (options.frame == command_t::FRAME_WORLD) {
+    Result<bg::BgConfig> bg = bg::load_bg_config(*file);
+    RCS_CHECK(bg.ok());  // BG has been made with it
+    if (options.alert_limit_m > 0.0) {
+      bg->speeds.alert_limit_horizontal_m =
+          std::min(bg->speeds.alert_limit_horizontal_m, options.alert_limit_m);
+    }
+    alerts.emplace(&bus, bg->speeds, scenario.course.speed_mps, bg->follow.braking_mps2);
+  }
+
+  WithLosses sensors(&simulator, options.losses);
+  UntilDone source(&sensors, &op, options, scenario.duration_s);
   LockstepTimeline timeline(&bus, &source, kReplayTail);
   rcs::run({sp->get(), wm->get(), driver->get(), &op}, timeline, nullptr);
 
@@ -337,6 +351,8 @@ ClosedLoopRun run_closed_loop(const sim::Scenario& scenario, const ClosedLoopOpt
   run.fenced = simulator.commanded_vehicle()->fenced();
   run.contacts = simulator.contacts();
   if (actors) run.actors = actors->outcome();
+  if (alerts) run.alerts = alerts->outcome();
+  run.losses = options.losses;
   return run;
 }
 

@@ -18,6 +18,8 @@
 #include "rcs/node/params/params.h"
 #include "sim/simulator.h"
 #include "tools/driving/actor_notes.h"
+#include "tools/driving/alert_notes.h"
+#include "tools/driving/source_losses.h"
 
 namespace rcs::driving {
 
@@ -34,7 +36,9 @@ struct ClosedLoopOptions {
   std::string more_config;     ///< TOML text behind it
   std::string prior_map;       ///< the a priori map is written here; empty: none
   std::int8_t frame = command_t::FRAME_WORLD;
-  double radius_m = 3.0;                 ///< of the waypoints
+  double radius_m = 3.0;       ///< of the waypoints
+  double alert_limit_m = 0.0;  ///< horizontal, of the task; 0: that of the vehicle
+  std::vector<SourceLoss> losses;
   double after_done_s = 1.0;             ///< the run continues for this time
   BusTap* tap = nullptr;                 ///< receives every message; null: none
   std::function<bool()> stop;            ///< ends the run early; empty: never
@@ -74,6 +78,8 @@ struct ClosedLoopRun {
   double min_clearance_m = 1e3;
   sim::Simulator::Contacts contacts;  ///< with the ground
   ActorOutcome actors;                ///< moving ones of the scenario
+  AlertOutcome alerts;
+  std::vector<SourceLoss> losses;
 
   double time_s = 0.0;  ///< from the first command to DONE, or to the end
   double distance_m = 0.0;

@@ -67,6 +67,8 @@ class Campaign {
     options.vehicle_config = campaign_.vehicle_config;
     options.more_config = campaign_.more_config;
     options.frame = campaign_.frame;
+    options.alert_limit_m = campaign_.alert_limit_m;
+    if (campaign_.losses) options.losses = draw_losses(static_cast<std::uint64_t>(row.seed));
     options.stop = campaign_.stop;
     options.progress = [this, k](double share) { report(k, share); };
     const std::string stem = campaign_.out_folder.empty()
@@ -111,7 +113,9 @@ int contacts(const ClosedLoopRun& run) {
   return run.contacts.total() + run.collisions + run.actors.contacts_of_vehicle();
 }
 
-bool passed(const ClosedLoopRun& run) { return run.done && contacts(run) == 0; }
+bool passed(const ClosedLoopRun& run) {
+  return run.done && contacts(run) == 0 && run.alerts.late == 0;
+}
 
 Result<std::vector<DriveRow>> run_drives(const DriveCampaign& campaign) {
   return Campaign(campaign).run();

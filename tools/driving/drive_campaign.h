@@ -19,6 +19,8 @@ struct DriveCampaign {
   std::int8_t frame = 0;       ///< of the commands, command_t::FRAME_*
   std::vector<std::int64_t> seeds;
   std::optional<double> gps_lost_after_m;
+  double alert_limit_m = 0.0;  ///< horizontal, of the commands; 0: that of the vehicle
+  bool losses = false;         ///< draw_losses() by the seed
   std::optional<double> duration_s;
   std::string out_folder;  ///< for a picture of each drive; empty: none
   bool logs = false;       ///< also a log of each drive
@@ -35,7 +37,7 @@ struct DriveRow {
 /// With the ground, with objects and with moving actors, but for actors that ran into the vehicle
 /// at rest.
 [[nodiscard]] int contacts(const ClosedLoopRun& run);
-/// Arrived without contact.
+/// Arrived without contact, and stopped at every alert limit.
 [[nodiscard]] bool passed(const ClosedLoopRun& run);
 
 /// @return rows in the order of the seeds, or an error: of the files, or after `stop`

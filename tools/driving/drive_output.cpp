@@ -72,8 +72,28 @@ bool has_actors(const std::vector<DriveRow>& rows) {
                      [](const DriveRow& row) { return !row.run.actors.actors.empty(); });
 }
 
+bool has_alerts(const std::vector<DriveRow>& rows) {
+  return std::any_of(rows.begin(), rows.end(), [](const DriveRow& row) {
+    return row.run.alerts.crossings > 0 || !row.run.losses.empty();
+  });
+}
+
 double percentile_95(const std::vector<double>& sorted) {
   return sorted.empty() ? 0.0 : sorted[(sorted.size() - 1) * 95 / 100];
+}
+
+Json to_json(const AlertOutcome& alerts) {
+  return {{"crossings", alerts.crossings}, {"late", alerts.late},
+          {"beyond_m", alerts.beyond_m},   {"beyond_s", alerts.beyond_s},
+          {"slowed_s", alerts.slowed_s},   {"too_fast_s", alerts.too_fast_s}};
+}
+
+Json to_json(const std::vector<SourceLoss>& losses) {
+  Json out = Json::array();
+  for (const SourceLoss& loss : losses) {
+    out.push_back({{"source", loss.source}, {"begin_s", loss.begin_s}, {"end_s", loss.end_s}});
+  }
+  return out;
 }
 
 Json to_json(const ActorGround& ground) {
@@ -116,6 +136,11 @@ report::Table drive_table(const std::vector<DriveRow>& rows) {
     const std::vector<std::string> more = {"actors", "hit", "ran into", "free [s]"};
     t.header.insert(t.header.end() - 1, more.begin(), more.end());
   }
+  const bool alerts = has_alerts(rows);
+  if (alerts) {
+    const std::vector<std::string> more = {"limits", "late", "beyond [m]", "slow [s]", "fast [s]"};
+    t.header.insert(t.header.end() - 1, more.begin(), more.end());
+  }
   for (const auto& [seed, run] : rows) {
     t.rows.push_back({std::to_string(seed), run.done ? "yes" : "NO",
                       fmt::format("{}/{}", run.reached, run.waypoints_world.size()),
@@ -123,12 +148,19 @@ report::Table drive_table(const std::vector<DriveRow>& rows) {
                       report::fixed(degrees(run.worst_tilt_rad), 0), report::fixed(run.time_s, 0),
                       report::fixed(run.mean_mps, 1), report::fixed(run.worst_error_m, 2),
                       report::fixed(share_within(run), 4), held_up(run)});
-    if (!actors) continue;
+    const auto add = [&row = t.rows.back()](const std::vector<std::string>& more) {
+      row.insert(row.end() - 1, more.begin(), more.end());
+    };
     const ActorOutcome& a = run.actors;
-    const std::vector<std::string> more = {
-        std::to_string(a.met()), std::to_string(a.contacts_of_vehicle()),
-        std::to_string(a.ran_into_vehicle()), report::fixed(a.ground.worst_s(), 1)};
-    t.rows.back().insert(t.rows.back().end() - 1, more.begin(), more.end());
+    if (actors) {
+      add({std::to_string(a.met()), std::to_string(a.contacts_of_vehicle()),
+           std::to_string(a.ran_into_vehicle()), report::fixed(a.ground.worst_s(), 1)});
+    }
+    if (alerts) {
+      const AlertOutcome& o = run.alerts;
+      add({std::to_string(o.crossings), std::to_string(o.late), report::fixed(o.beyond_m, 1),
+           report::fixed(o.slowed_s, 0), report::fixed(o.too_fast_s, 1)});
+    }
   }
   t.note =
       "contacts: wheel at an edge, ground against the body, tilted beyond the limit, rock, trunk "
@@ -143,6 +175,13 @@ report::Table drive_table(const std::vector<DriveRow>& rows) {
         "ran into: actors that ran into the vehicle, which had been at rest for a second; no part "
         "of contacts. free: longest time that ground where an actor was stayed an obstacle in WM's "
         "map, in view of the LADAR.";
+  }
+  if (alerts) {
+    t.note +=
+        " limits: alert limits that a protection level exceeded while the vehicle moved. late: of "
+        "these, with more way than it needs to stop. beyond: longest such way. slow: time between "
+        "half of a limit and the limit. fast: with a drive command above the share of the speed "
+        "that the levels allow.";
   }
   return t;
 }
@@ -159,6 +198,19 @@ std::string drive_summary(const std::vector<DriveRow>& rows) {
         "again after {:.1f} s (95 %), at most {:.1f} s, {} of {} cells later than {:.0f} s\n",
         s.actors_met, s.actor_contacts, s.ran_into_vehicle, percentile_95(s.ground.free_after_s),
         s.ground.worst_s(), s.ground.late(), s.ground.free_after_s.size(), ActorGround::kLimit_s);
+  }
+  if (has_alerts(rows)) {
+    AlertOutcome sum;
+    for (const DriveRow& row : rows) {
+      sum.crossings += row.run.alerts.crossings;
+      sum.late += row.run.alerts.late;
+      sum.slowed_s += row.run.alerts.slowed_s;
+      sum.too_fast_s += row.run.alerts.too_fast_s;
+    }
+    text += fmt::format(
+        "alert limits: exceeded {} times while moving, {} of them stopped late; slower for {:.0f} "
+        "s, too fast for {:.1f} s\n",
+        sum.crossings, sum.late, sum.slowed_s, sum.too_fast_s);
   }
   return text;
 }
@@ -196,6 +248,8 @@ Json to_json(const std::vector<DriveRow>& rows) {
                                {"actor", run.actors.contacts_of_vehicle()},
                                {"actor_ran_into_vehicle", run.actors.ran_into_vehicle()}}},
                              {"actors", to_json(run.actors)},
+                             {"alerts", to_json(run.alerts)},
+                             {"losses", to_json(run.losses)},
                              {"foliage_contacts", run.foliage_contacts},
                              {"clearance_m", run.min_clearance_m},
                              {"tilt_deg", degrees(run.worst_tilt_rad)},

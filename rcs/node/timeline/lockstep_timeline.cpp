@@ -43,6 +43,7 @@ void LockstepTimeline::deliver_from_source(Stamp due) {
   move_to(due);
   end_ = std::max(end_, now_ + tail_);
   source_->take(&event_);
+  if (event_.channel.empty()) return;
   bus_->deliver(event_.channel, event_.data.data(), event_.data.size(), now_);
 }
 

@@ -13,7 +13,7 @@ namespace rcs {
 
 /// A message from outside the nodes. Reused by take(): no allocation after warm-up.
 struct SourceEvent {
-  std::string channel;
+  std::string channel;  ///< empty: nothing arrives
   std::vector<std::uint8_t> data;
 };
 

@@ -60,6 +60,13 @@ class DriveCommand final : public Command {
     app()
         ->add_option("--gps-lost-after", gps_lost_after_m_, "GPS ends after this distance [m]")
         ->check(CLI::NonNegativeNumber);
+    app()->add_flag("--losses", losses_,
+                    "three losses of GPS, LADAR, INS or wheels in each drive, of 2 to 60 s, drawn\n"
+                    "by the seed");
+    app()
+        ->add_option("--alert-limit", alert_limit_m_,
+                     "horizontal alert limit of the task [m]; default: that of the vehicle")
+        ->check(CLI::Range(0.1, 1000.0));
     app()
         ->add_option("--duration", duration_s_, "end of each drive [s]; default: the scenario's")
         ->check(CLI::Range(1.0, 86400.0));
@@ -78,12 +85,15 @@ class DriveCommand final : public Command {
         "seed give the same drive. An operator commands the waypoints of the course. The ground\n"
         "truth counts every contact: a wheel at an edge, ground against the body, a tilt beyond\n"
         "the limit, a rock, a trunk or a moving actor. An actor that runs into the vehicle, which\n"
-        "had been at rest for a second, is counted separately.\n"
-        "Exit status 1 if a drive has a contact or does not arrive.\n"
+        "had been at rest for a second, is counted separately. With --losses the table also has\n"
+        "what the vehicle did at its alert limits.\n"
+        "Exit status 1 if a drive has a contact, does not arrive, or stops late at an alert "
+        "limit.\n"
         "Examples:\n"
         "  rcs drive config/sim/closed_loop.toml --seeds 401..410 -o out/drives\n"
         "  rcs drive config/sim/hazards.toml --seeds 501..503 --gps-lost-after 100\n"
         "  rcs drive config/sim/actors.toml --seeds 901..910\n"
+        "  rcs drive config/sim/hazards.toml --seeds 801..840 --losses --alert-limit 3\n"
         "  rcs drive config/sim/hazards.toml --seeds 7 --logs -o out/drive7\n"
         "  rcs why out/drive7/drive_7.log");
   }
@@ -112,6 +122,8 @@ class DriveCommand final : public Command {
     campaign.frame = local_ ? command_t::FRAME_LOCAL : command_t::FRAME_WORLD;
     campaign.seeds = seeds_from(seeds_);
     campaign.gps_lost_after_m = gps_lost_after_m_;
+    campaign.losses = losses_;
+    campaign.alert_limit_m = alert_limit_m_;
     campaign.duration_s = duration_s_;
     campaign.out_folder = out_;
     campaign.logs = logs_;
@@ -140,6 +152,8 @@ class DriveCommand final : public Command {
   std::string config_ = "config/demo3.toml";
   std::optional<double> gps_lost_after_m_;
   std::optional<double> duration_s_;
+  double alert_limit_m_ = 0.0;
+  bool losses_ = false;
   bool local_ = false;
   int jobs_ = 0;
   std::string out_;
