@@ -486,8 +486,6 @@ void BgNode::keep_within_free_way(const Steering& steering, Stamp now) {
   const double speed_mps = speed_within(free_m, nav_.speed_mps, config_.follow);
   drive_.speed_mps = direction * std::min(std::abs(steering.speed_mps), speed_mps);
   const bool towards = direction * nav_.speed_mps > 0.0;
-  // Until braking as planned is enough again: the way around may be free, or the obstacle gone.
-  brakes_late_ = brakes_late_ && towards && speed_mps < std::abs(nav_.speed_mps);
   if (brakes_late_ || !towards || !must_brake(free_m, nav_.speed_mps, config_.follow)) return;
   brakes_late_ = true;
   report_.publish(now, event::kBgObstacleLate, "braking from {:.1f} m/s: obstacle after {:.1f} m",

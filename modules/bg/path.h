@@ -47,7 +47,7 @@ struct Shape {
   double width_m = 2.0;
   double max_curvature_1pm = 0.18;
   double curvature_rate = 0.2;  ///< steering rate [1/(m s)]
-  double min_margin_m = 0.2;    ///< required distance from obstacles
+  double min_margin_m = 0.25;   ///< required distance from obstacles
 };
 
 }  // namespace rcs::bg

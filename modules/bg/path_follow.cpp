@@ -23,6 +23,10 @@ constexpr double kWindow_m = 2.4;
 // Square of the speed [m2/s2] at which the vehicle stops within a few centimetres anyway.
 constexpr double kCreep2 = 0.25;
 
+// Of a command, also where the path is narrower than the speed allows: the vehicle rather leaves
+// it.
+constexpr double kLateral_mps2 = 3.0;
+
 // Limits the speed to what the steering rate can follow.
 void limit_turning(const Shape& shape, Path* path) {
   std::size_t from = 0;
@@ -124,8 +128,9 @@ Steering follow(const Path& path, const Place& vehicle, double speed_mps,
   const double dy = aim.y_m - vehicle.y_m;
   const double left = hc * dy - hs * dx;
   const double d2 = std::max(0.01, dx * dx + dy * dy);
-  out.curvature_1pm =
-      std::clamp(2.0 * left / d2, -shape.max_curvature_1pm, shape.max_curvature_1pm);
+  const double most_1pm =
+      std::min(shape.max_curvature_1pm, kLateral_mps2 / std::max(0.01, speed_mps * speed_mps));
+  out.curvature_1pm = std::clamp(2.0 * left / d2, -most_1pm, most_1pm);
 
   // Speed limit from now until the steering takes effect.
   const double until_m = path[*at].s_m + params.latency_s * std::abs(speed_mps);
@@ -146,10 +151,14 @@ double free_way(const Body& body, const ObstacleDistance& obstacles, const Path&
   constexpr double kSlowest_mps = 0.3;  // a vehicle that starts turns its wheels first
   Place p = vehicle;
   double speed = std::abs(speed_mps);
+  const double late_m = params.latency_s * speed;
   for (double way_m = 0.0; way_m < max_m; way_m += kStep_m) {
     const Steering steering = follow(path, p, direction * speed, params, shape, &at);
     const double turn = shape.curvature_rate * kStep_m / std::max(kSlowest_mps, speed);
-    p.curvature_1pm += std::clamp(steering.curvature_1pm - p.curvature_1pm, -turn, turn);
+    // Until then the wheels stay as they are: commands take effect late.
+    if (way_m >= late_m) {
+      p.curvature_1pm += std::clamp(steering.curvature_1pm - p.curvature_1pm, -turn, turn);
+    }
     p = along_arc(p, direction * kStep_m);
     if (body.clearance(obstacles, p) < required_m) return way_m;
     // Where the path is slower than now the vehicle can turn faster.

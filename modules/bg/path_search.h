@@ -41,8 +41,8 @@ struct Start {
   Place place;
   int direction =
       0;  ///< current direction of motion: 1, -1; 0: at rest, either direction is allowed
-  double stop_m = 0.0;      ///< stopping distance: no path reverses before that
-  double required_m = 0.2;  ///< distance from obstacles, see RequiredClearance
+  double stop_m = 0.0;       ///< stopping distance: no path reverses before that
+  double required_m = 0.25;  ///< distance from obstacles, see RequiredClearance
 };
 
 /// A goal and the cost of the way to it.
