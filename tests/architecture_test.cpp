@@ -41,6 +41,7 @@ const Folder kFolders[] = {
     {"rcs/node/.*", "(rcs/(base|node)|lcmtypes)/.*", "rcs"},
     {"rcs/prior/.*", "(rcs/(base|terrain|node|prior)|lcmtypes)/.*", "rcs"},
     {"rcs/cdr/.*", "rcs/(base|cdr)/.*", "rcs::cdr"},
+    {"rcs/dds/.*", "rcs/(base|node|dds)/.*", "rcs::dds"},
     {"rcs/ros2/.*", "(rcs/(base|cdr|ros2)|lcmtypes)/.*", "rcs::ros2(::(msg|topic))?"},
     // Shells, then cores. Modules communicate by messages only; bg alone may call vj, and sp alone
     // the registration library.
@@ -57,7 +58,7 @@ const Folder kFolders[] = {
      "(rcs/base/.*|rcs/node/bus/channel_owner\\.h|modules/ros2_bridge/"
      "(input_gate|output_budget)\\.h)",
      "rcs::ros2_bridge"},
-    {"modules/ros2_bridge/.*", "(rcs/(base|node|cdr|ros2)|lcmtypes|modules/ros2_bridge)/.*",
+    {"modules/ros2_bridge/.*", "(rcs/(base|node|cdr|dds|ros2)|lcmtypes|modules/ros2_bridge)/.*",
      "rcs::ros2_bridge"},
     {"modules/registration/.*", "(rcs/base|modules/registration)/.*", "rcs::registration"},
     {"modules/sp/.*", "(rcs/base|rcs/terrain|modules/registration|modules/sp)/.*", "rcs::sp"},
@@ -134,14 +135,14 @@ const Rule kIncludeRules[] = {
     {"GeographicLib/.*", "rcs/base/geodesy\\.cpp", "GeographicLib belongs to geodesy.cpp"},
     {"nanoflann.*", "rcs/base/kd_tree\\.h", "nanoflann belongs to rcs/base/kd_tree.h"},
     {"libqhull.*", "tests/bench/.*", "qhull belongs to a benchmark, and to no product"},
-    {"dds/.*", "(modules/gateway|modules/ros2_bridge|tests/ros2)/.*",
-     "Cyclone DDS belongs to the gateway and to the bridge to ROS 2"},
+    {"dds/.*", "(rcs/dds|modules/gateway|modules/ros2_bridge|tests/ros2)/.*",
+     "Cyclone DDS belongs to rcs/dds, the gateway and the bridge to ROS 2"},
     {"boost/.*", "(tools/view|tests/tools/view)/.*", "Boost belongs to the viewer"},
     {"zstd\\.h", "tools/mcap/compression\\.cpp", "zstd belongs to tools/mcap/compression.cpp"},
     {"(gdal|ogr|cpl)[a-z_0-9]*\\.h", "tools/survey/.*", "GDAL belongs to tools/survey"},
     {"CLI/.*", "(tools/.*|.*_(main|options)\\.cpp)", "command lines belong to tools and mains"},
     {"fmt/.*",
-     "(rcs/node|modules/.*_(node|main|config)\\.|modules/(gateway|ros2_bridge)/"
+     "(rcs/(node|dds)|modules/.*_(node|main|config)\\.|modules/(gateway|ros2_bridge)/"
      "dds_link|sim|tools|tests).*",
      "text belongs to shells and tools; a core returns facts"},
     {"nlohmann/.*", "(tools|tests)/.*", "JSON is a format of tools"},

@@ -12,34 +12,11 @@
 namespace rcs::gateway {
 namespace {
 
-struct DeleteQos {
-  void operator()(dds_qos_t* qos) const { dds_delete_qos(qos); }
-};
-using Qos = std::unique_ptr<dds_qos_t, DeleteQos>;
+using dds::make_qos;
+using dds::Qos;
 
-Qos make_qos() { return Qos(dds_create_qos()); }
-
-/// The complete configuration of Cyclone DDS: the environment must not influence that of a vehicle.
-std::string domain_xml(const DdsParams& params) {
-  std::string peers;
-  for (const std::string& host : params.peers) {
-    peers += fmt::format("<Peer Address=\"{}\"/>", host);
-  }
-  return fmt::format(
-      "<CycloneDDS><Domain id=\"{}\">"
-      "<General>"
-      "<Interfaces><NetworkInterface name=\"{}\" multicast=\"{}\"/></Interfaces>"
-      "<AllowMulticast>{}</AllowMulticast>"
-      "</General>"
-      "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
-      "<MaxAutoParticipantIndex>20</MaxAutoParticipantIndex>"
-      "<Peers>{}</Peers></Discovery>"
-      // Samples of vehicle.idl are below 12 kB: larger ones are not reassembled.
-      "<Internal><MaxSampleSize>64 kB</MaxSampleSize></Internal>"
-      "</Domain></CycloneDDS>",
-      params.domain, params.interface, params.multicast, params.multicast ? "spdp" : "false",
-      peers);
-}
+constexpr int kMaxProcesses = 20;
+constexpr std::size_t kMaxSampleBytes = 64'000;  // samples of vehicle.idl are below 12 kB
 
 struct Plugin {
   const char* service;  // as in dds.sec.<service>.library.path
@@ -181,8 +158,9 @@ std::string partition_of_writer(dds_entity_t reader, dds_instance_handle_t write
 Result<std::unique_ptr<DdsLink>> DdsLink::open(const DdsParams& params,
                                                const std::string& vehicle) {
   std::unique_ptr<DdsLink> link(new DdsLink());
-  const auto domain = static_cast<dds_domainid_t>(params.domain);
-  link->domain_ = DdsEntity(dds_create_domain(domain, domain_xml(params).c_str()));
+  const auto domain = static_cast<dds_domainid_t>(params.network.domain);
+  link->domain_ = dds::Entity(dds_create_domain(
+      domain, dds::domain_xml(params.network, kMaxProcesses, kMaxSampleBytes).c_str()));
   if (!link->domain_.valid()) return failure("domain", link->domain_.get());
 
   const Qos participant_qos = make_qos();
@@ -190,7 +168,7 @@ Result<std::unique_ptr<DdsLink>> DdsLink::open(const DdsParams& params,
   if (!params.keys.empty()) {
     if (Outcome set = set_security(participant_qos.get(), params.keys); !set) return set.error();
   }
-  link->participant_ = DdsEntity(dds_create_participant(domain, participant_qos.get(), nullptr));
+  link->participant_ = dds::Entity(dds_create_participant(domain, participant_qos.get(), nullptr));
   const dds_entity_t participant = link->participant_.get();
   if (!link->participant_.valid()) return failure("participant", participant);
 
@@ -214,13 +192,13 @@ Result<std::unique_ptr<DdsLink>> DdsLink::open(const DdsParams& params,
     if (t < 0) return failure("topics", t);
   }
   link->state_writer_ =
-      DdsEntity(dds_create_writer(participant, state, state_qos(vehicle).get(), nullptr));
+      dds::Entity(dds_create_writer(participant, state, state_qos(vehicle).get(), nullptr));
   link->status_writer_ =
-      DdsEntity(dds_create_writer(participant, status, status_qos(vehicle).get(), nullptr));
+      dds::Entity(dds_create_writer(participant, status, status_qos(vehicle).get(), nullptr));
   link->command_reader_ =
-      DdsEntity(dds_create_reader(participant, command, command_qos().get(), nullptr));
-  link->stop_reader_ = DdsEntity(dds_create_reader(participant, stop, stop_qos().get(), nullptr));
-  for (const DdsEntity* e :
+      dds::Entity(dds_create_reader(participant, command, command_qos().get(), nullptr));
+  link->stop_reader_ = dds::Entity(dds_create_reader(participant, stop, stop_qos().get(), nullptr));
+  for (const dds::Entity* e :
        {&link->state_writer_, &link->status_writer_, &link->command_reader_, &link->stop_reader_}) {
     if (!e->valid()) return failure("readers and writers", e->get());
   }

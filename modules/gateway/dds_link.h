@@ -9,10 +9,11 @@
 #include <string_view>
 #include <vector>
 
-#include "modules/gateway/dds_entity.h"
 #include "modules/gateway/dds_params.h"
 #include "modules/gateway/stop_admission.h"
+#include "modules/gateway/taken_samples.h"
 #include "rcs/base/result.h"
+#include "rcs/dds/entity.h"
 #include "vehicle.h"
 
 namespace rcs::gateway {
@@ -54,12 +55,12 @@ class DdsLink {
   std::uint32_t writers_changed_ = 0;
 
   // In order of creation; released in reverse order.
-  DdsEntity domain_;
-  DdsEntity participant_;
-  DdsEntity state_writer_;
-  DdsEntity status_writer_;
-  DdsEntity command_reader_;
-  DdsEntity stop_reader_;
+  dds::Entity domain_;
+  dds::Entity participant_;
+  dds::Entity state_writer_;
+  dds::Entity status_writer_;
+  dds::Entity command_reader_;
+  dds::Entity stop_reader_;
   std::int64_t write_failures_ = 0;
 };
 

@@ -1,34 +1,11 @@
 #include "modules/gateway/gateway_config.h"
 
 #include <algorithm>
-#include <string_view>
 
 #include "rcs/node/params/vehicle_tables.h"
 
 namespace rcs::gateway {
 namespace {
-
-/// Characters of names of interfaces and hosts; they are copied into the configuration of DDS.
-bool is_host_text(std::string_view text) {
-  constexpr std::string_view kAllowed =
-      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_.:";
-  return !text.empty() && text.find_first_not_of(kAllowed) == std::string_view::npos;
-}
-
-void read_dds(ParamTable* table, DdsParams* p) {
-  table->get("domain", &p->domain, {0, 230}, "DDS domain of the gateway.");
-  table->get("interface", &p->interface, "Name of the one network interface that DDS uses.");
-  table->get(
-      "multicast", &p->multicast,
-      "DDS discovery by multicast on that interface; false: peers are contacted one by one.");
-  table->get("peers", &p->peers, "Hosts at which DDS looks for participants.");
-  if (!is_host_text(p->interface)) {
-    table->fail("interface", "must be the name of a network interface, e.g. \"lo\"");
-  }
-  if (!std::all_of(p->peers.begin(), p->peers.end(), is_host_text)) {
-    table->fail("peers", "must be hosts, e.g. [\"127.0.0.1\", \"10.0.0.2\"]");
-  }
-}
 
 void read_nodes(ParamTable* table, GatewayConfig* c) {
   table->get("nodes", &c->nodes,
@@ -134,7 +111,7 @@ Result<GatewayConfig> load_gateway_config(const ParamFile& file) {
   gateway.get_ms("node_silence_ms", &c.board.silence, {100, 60000},
                  "Silence after which a node is published as not alive.");
   read_nodes(&gateway, &c);
-  read_dds(&gateway, &c.dds);
+  dds::read_network(&gateway, &c.dds.network, "DDS domain of the gateway.");
   read_limits(gateway.table("limits"), &c.arbiter.limits);
   read_commands(gateway.table("commands"), &c.arbiter, &c.port);
   read_security(file, &gateway, &c);

@@ -14,11 +14,9 @@
 namespace rcs::ros2_bridge {
 namespace {
 
-struct DeleteQos {
-  void operator()(dds_qos_t* qos) const { dds_delete_qos(qos); }
-};
-using Qos = std::unique_ptr<dds_qos_t, DeleteQos>;
+using dds::Qos;
 
+constexpr int kMaxProcesses = 32;
 constexpr std::uint32_t kXcdr1 = 1;  // version, as the serializer of Cyclone counts
 
 struct TopicType {
@@ -29,33 +27,12 @@ constexpr TopicType kTypes[] = {
 #include "ros2_topics.inc"
 };
 
-/// The complete configuration of Cyclone DDS: the environment must not influence that of a vehicle.
-std::string domain_xml(const DdsParams& params, std::size_t max_sample_bytes) {
-  std::string peers;
-  for (const std::string& host : params.peers) {
-    peers += fmt::format("<Peer Address=\"{}\"/>", host);
-  }
-  return fmt::format(
-      "<CycloneDDS><Domain id=\"{}\">"
-      "<General>"
-      "<Interfaces><NetworkInterface name=\"{}\" multicast=\"{}\"/></Interfaces>"
-      "<AllowMulticast>{}</AllowMulticast>"
-      "</General>"
-      "<Discovery><ParticipantIndex>auto</ParticipantIndex>"
-      "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
-      "<Peers>{}</Peers></Discovery>"
-      "<Internal><MaxSampleSize>{} B</MaxSampleSize></Internal>"
-      "</Domain></CycloneDDS>",
-      params.domain, params.interface, params.multicast, params.multicast ? "spdp" : "false", peers,
-      max_sample_bytes);
-}
-
 Error failure(std::string_view what, dds_return_t code) {
   return {fmt::format("DDS: cannot create the {}: {}", what, dds_strretcode(-code))};
 }
 
 Qos make_qos(dds_durability_kind_t durability, int depth) {
-  Qos q(dds_create_qos());
+  Qos q = dds::make_qos();
   dds_qset_durability(q.get(), durability);
   dds_qset_history(q.get(), DDS_HISTORY_KEEP_LAST, depth);
   const dds_data_representation_id_t xcdr1 = DDS_DATA_REPRESENTATION_XCDR1;
@@ -108,16 +85,16 @@ Result<const dds_topic_descriptor_t*> type_of(const std::string& name) {
 
 std::string dds_topic_name(std::string_view topic) { return fmt::format("rt{}", topic); }
 
-Result<std::unique_ptr<DdsLink>> DdsLink::open(const DdsParams& params,
+Result<std::unique_ptr<DdsLink>> DdsLink::open(const dds::Network& network,
                                                const std::vector<DdsOutput>& outputs,
                                                const std::vector<DdsInput>& inputs,
                                                std::size_t max_sample_bytes) {
   std::unique_ptr<DdsLink> link(new DdsLink());
-  const auto domain = static_cast<dds_domainid_t>(params.domain);
-  link->domain_ =
-      DdsEntity(dds_create_domain(domain, domain_xml(params, max_sample_bytes).c_str()));
+  const auto domain = static_cast<dds_domainid_t>(network.domain);
+  link->domain_ = dds::Entity(
+      dds_create_domain(domain, dds::domain_xml(network, kMaxProcesses, max_sample_bytes).c_str()));
   if (!link->domain_.valid()) return failure("domain", link->domain_.get());
-  link->participant_ = DdsEntity(dds_create_participant(domain, nullptr, nullptr));
+  link->participant_ = dds::Entity(dds_create_participant(domain, nullptr, nullptr));
   if (!link->participant_.valid()) return failure("participant", link->participant_.get());
   for (const DdsOutput& output : outputs) {
     if (Outcome added = link->add(output); !added) return added.error();
@@ -141,7 +118,7 @@ Outcome DdsLink::add(const DdsOutput& output) {
   if (!type) return type.error();
   const Result<dds_entity_t> topic = make_topic(output.topic, *type);
   if (!topic) return topic.error();
-  DdsEntity writer(
+  dds::Entity writer(
       dds_create_writer(participant_.get(), *topic, writer_qos(output.kept).get(), nullptr));
   if (!writer.valid()) return failure("writer of " + output.topic, writer.get());
   writers_.push_back({std::move(writer), *type});
@@ -153,7 +130,7 @@ Outcome DdsLink::add(const DdsInput& input) {
   if (!type) return type.error();
   const Result<dds_entity_t> topic = make_topic(input.topic, *type);
   if (!topic) return topic.error();
-  DdsEntity reader(
+  dds::Entity reader(
       dds_create_reader(participant_.get(), *topic, reader_qos(input.depth).get(), nullptr));
   if (!reader.valid()) return failure("reader of " + input.topic, reader.get());
   readers_.push_back(std::move(reader));

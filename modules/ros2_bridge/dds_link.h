@@ -2,50 +2,27 @@
 // The DDS side of the bridge: one participant in the domain of ROS 2, without security. Samples are
 // XCDR1 (rcs/cdr) in both directions. No call on an open link blocks.
 
-#include <dds/dds.h>
-
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
-#include "modules/ros2_bridge/dds_params.h"
+#include "modules/ros2_bridge/dds_topics.h"
 #include "rcs/base/result.h"
+#include "rcs/dds/entity.h"
+#include "rcs/dds/network.h"
 
 namespace rcs::ros2_bridge {
-
-/// An entity; deleting it deletes all entities below it.
-class DdsEntity {
- public:
-  DdsEntity() = default;
-  explicit DdsEntity(dds_entity_t handle) : handle_(handle) {}
-  DdsEntity(DdsEntity&& other) noexcept : handle_(std::exchange(other.handle_, 0)) {}
-  DdsEntity& operator=(DdsEntity&& other) noexcept {
-    std::swap(handle_, other.handle_);
-    return *this;
-  }
-  ~DdsEntity() {
-    if (handle_ > 0) (void)dds_delete(handle_);
-  }
-
-  [[nodiscard]] bool valid() const { return handle_ > 0; }
-  /// Negative: the error code.
-  [[nodiscard]] dds_entity_t get() const { return handle_; }
-
- private:
-  dds_entity_t handle_ = 0;
-};
 
 class DdsLink {
  public:
   static constexpr std::size_t kMaxSamples = 64;  ///< taken from an input in one call
 
   /// @param max_sample_bytes  larger samples are not assembled and are lost unseen
-  static Result<std::unique_ptr<DdsLink>> open(const DdsParams& params,
+  static Result<std::unique_ptr<DdsLink>> open(const dds::Network& network,
                                                const std::vector<DdsOutput>& outputs,
                                                const std::vector<DdsInput>& inputs,
                                                std::size_t max_sample_bytes);
@@ -60,7 +37,7 @@ class DdsLink {
 
  private:
   struct Writer {
-    DdsEntity entity;
+    dds::Entity entity;
     const dds_topic_descriptor_t* type = nullptr;
   };
 
@@ -71,10 +48,10 @@ class DdsLink {
                                                 const dds_topic_descriptor_t* type);
 
   // In order of creation; released in reverse order.
-  DdsEntity domain_;
-  DdsEntity participant_;
+  dds::Entity domain_;
+  dds::Entity participant_;
   std::vector<Writer> writers_;
-  std::vector<DdsEntity> readers_;
+  std::vector<dds::Entity> readers_;
   std::vector<std::uint64_t> sample_;  // memory of the sample that is written
 };
 

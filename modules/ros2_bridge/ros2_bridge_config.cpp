@@ -13,13 +13,6 @@
 namespace rcs::ros2_bridge {
 namespace {
 
-/// Characters of names of interfaces and hosts; they are copied into the configuration of DDS.
-bool is_host_text(std::string_view text) {
-  constexpr std::string_view kAllowed =
-      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_.:";
-  return !text.empty() && text.find_first_not_of(kAllowed) == std::string_view::npos;
-}
-
 /// "/points", "/os/points": absolute names of ROS 2.
 bool is_topic(std::string_view text) {
   constexpr std::string_view kAllowed =
@@ -41,21 +34,6 @@ std::string output_names() {
   ros2::for_each_topic(
       [&](const auto& topic) { all += (all.empty() ? "" : ", ") + std::string(topic.name); });
   return all;
-}
-
-void read_dds(ParamTable* table, DdsParams* p) {
-  table->get("domain", &p->domain, {0, 232}, "DDS domain of the ROS 2 nodes: their ROS_DOMAIN_ID.");
-  table->get("interface", &p->interface, "Name of the one network interface that DDS uses.");
-  table->get("multicast", &p->multicast,
-             "DDS discovery by multicast on that interface, as ROS 2 does by default; false: peers "
-             "are contacted one by one.");
-  table->get("peers", &p->peers, "Hosts at which DDS looks for ROS 2 nodes.");
-  if (!is_host_text(p->interface)) {
-    table->fail("interface", "must be the name of a network interface, e.g. \"lo\"");
-  }
-  if (!std::all_of(p->peers.begin(), p->peers.end(), is_host_text)) {
-    table->fail("peers", "must be hosts, e.g. [\"127.0.0.1\", \"10.0.0.2\"]");
-  }
 }
 
 void read_output(ParamTable table, OutputConfig* p) {
@@ -215,7 +193,7 @@ Result<Ros2BridgeConfig> load_ros2_bridge_config(const ParamFile& file) {
       "or \"measured\" (any; its offset to UTC is measured by arrivals, for outputs only).");
   if (clock == "utc") c.sensor_clock = SensorClock::kUtc;
   if (clock == "node") c.sensor_clock = SensorClock::kNode;
-  read_dds(&table, &c.dds);
+  dds::read_network(&table, &c.dds, "DDS domain of the ROS 2 nodes: their ROS_DOMAIN_ID.");
   read_output(table.table("output"), &c.output);
   read_stamps(table.table("stamps"), &c.stamps);
   read_inputs(&table, &c);

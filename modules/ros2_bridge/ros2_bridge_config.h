@@ -6,10 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "modules/ros2_bridge/dds_params.h"
+#include "modules/ros2_bridge/dds_topics.h"
 #include "modules/ros2_bridge/input_gate.h"
 #include "rcs/base/pose.h"
 #include "rcs/base/result.h"
+#include "rcs/dds/network.h"
 #include "rcs/node/node.h"
 #include "rcs/node/params/params.h"
 #include "rcs/ros2/cloud_reader.h"
@@ -44,7 +45,7 @@ struct Ros2BridgeConfig {
   NodeInfo info{"ros2_bridge", from_milliseconds(20.0), from_milliseconds(1.0)};
   Duration period = from_milliseconds(10.0);
   SensorClock sensor_clock = SensorClock::kMeasured;
-  DdsParams dds;
+  dds::Network dds;
   OutputConfig output;
   StampLimits stamps;
   InputConfig cloud{"", "", 25.0, 8'000'000};

@@ -47,6 +47,16 @@ std::string camel_case(std::string_view lcm_type) {
   return name;
 }
 
+std::string descriptor_list(const std::vector<TypeDescription>& types) {
+  std::string text;
+  for (const TypeDescription& type : types) {
+    const std::size_t slash = type.name.find('/');
+    text += "{\"" + type.name + "\", &" + type.name.substr(0, slash) + "_msg_dds__" +
+            type.name.substr(slash + 1) + "__desc},\n";
+  }
+  return text;
+}
+
 std::string schema_name(const std::string& type_name) {
   const std::size_t slash = type_name.find('/');
   return type_name.substr(0, slash) + "/msg" + type_name.substr(slash);

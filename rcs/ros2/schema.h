@@ -121,6 +121,10 @@ void describe(std::vector<TypeDescription>* types) {
 /// In IDL 4.2, with the names of ROS 2 on DDS (pkg::msg::dds_::Name_) and without constants.
 [[nodiscard]] std::string idl_text(const std::vector<TypeDescription>& types);
 
+/// Names and the descriptors that idlc makes of idl_text(): {"tf2_msgs/TFMessage", &...__desc}, a
+/// line each.
+[[nodiscard]] std::string descriptor_list(const std::vector<TypeDescription>& types);
+
 /// "nav_msgs/msg/Odometry" of "nav_msgs/Odometry": the name of a schema.
 [[nodiscard]] std::string schema_name(const std::string& type_name);
 

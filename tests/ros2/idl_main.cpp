@@ -18,10 +18,6 @@ int main(int argc, char** argv) {
   std::ofstream idl(argv[1]);
   idl << rcs::ros2::idl_text(types);
   std::ofstream list(argv[2]);
-  for (const rcs::ros2::TypeDescription& type : types) {
-    const std::size_t slash = type.name.find('/');
-    list << "{\"" << type.name << "\", &" << type.name.substr(0, slash) << "_msg_dds__"
-         << type.name.substr(slash + 1) << "__desc},\n";
-  }
+  list << rcs::ros2::descriptor_list(types);
   return idl.flush() && list.flush() ? 0 : 3;
 }

@@ -1,5 +1,5 @@
 #pragma once
-// Parameters of DDS, the topics of both directions, and a received sample.
+// The topics of both directions, and a received sample.
 
 #include <cstddef>
 #include <cstdint>
@@ -7,13 +7,6 @@
 #include <vector>
 
 namespace rcs::ros2_bridge {
-
-struct DdsParams {
-  int domain = 0;                ///< ROS_DOMAIN_ID
-  std::string interface = "lo";  ///< the only network interface that DDS uses
-  bool multicast = false;        ///< discovery by multicast there; false: the peers below
-  std::vector<std::string> peers = {"127.0.0.1"};  ///< hosts at which DDS looks for participants
-};
 
 struct DdsOutput {
   std::string topic;  ///< of ROS 2: "/tf"

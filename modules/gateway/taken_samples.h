@@ -1,34 +1,13 @@
 #pragma once
-// DDS handles that are released automatically.
+// Samples on loan from DDS.
 
 #include <dds/dds.h>
 
 #include <array>
-#include <utility>
+#include <cstddef>
+#include <cstdint>
 
 namespace rcs::gateway {
-
-/// An entity; deleting it deletes all entities below it.
-class DdsEntity {
- public:
-  DdsEntity() = default;
-  explicit DdsEntity(dds_entity_t handle) : handle_(handle) {}
-  DdsEntity(DdsEntity&& other) noexcept : handle_(std::exchange(other.handle_, 0)) {}
-  DdsEntity& operator=(DdsEntity&& other) noexcept {
-    std::swap(handle_, other.handle_);
-    return *this;
-  }
-  ~DdsEntity() {
-    if (handle_ > 0) (void)dds_delete(handle_);
-  }
-
-  [[nodiscard]] bool valid() const { return handle_ > 0; }
-  /// Negative: the error code.
-  [[nodiscard]] dds_entity_t get() const { return handle_; }
-
- private:
-  dds_entity_t handle_ = 0;
-};
 
 /// Up to N samples of type T, taken from a reader on loan. Never blocks.
 template <class T, std::size_t N>
