@@ -372,7 +372,7 @@ void BgNode::plan(const Cycle& cycle, const Facts& now) {
 }
 
 // The scans arrive, but a wall that fills the view does not determine the pose: at rest that does
-// not change. What the vehicle has just driven over is free without a look at it.
+// not change. The ground that the vehicle has just driven over is free.
 void BgNode::back_out(Stamp now, const Facts& facts) {
   const bool at_rest = std::abs(facts.speed_mps) < config_.decide.rest_mps;
   if (leads_back_) {

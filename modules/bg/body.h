@@ -12,7 +12,7 @@ namespace rcs::bg {
 
 /// Nine discs that cover the outline: three along the middle, three at each end. They extend beyond
 /// it by 0.05 m at the sides and by 0.14 m at the ends (3.2 by 2 m). With three large discs along
-/// the middle an obstacle beside the vehicle seemed nearer and farther by 0.13 m while it passed:
+/// the middle the clearance of an obstacle next to the vehicle changed by 0.13 m while the vehicle passed it:
 /// a vehicle close to one could neither move on nor back.
 class Body {
  public:

@@ -8,8 +8,8 @@
 namespace rcs::bg {
 namespace {
 
-constexpr std::size_t kMost = 160;  // points of a leg; the search ends after some 80
-constexpr std::size_t kLeast = 8;
+constexpr std::size_t kMaxPoints = 160;  // points of a leg; the search ends after some 80
+constexpr std::size_t kMinPoints = 8;
 constexpr std::size_t kBegin = 3;  // fixed: position, heading and curvature of the vehicle
 constexpr std::size_t kEnd = 2;    // fixed: position and heading
 constexpr double kFixed = 1e6;     // weight of their displacement
@@ -24,8 +24,8 @@ constexpr double kSharper = 1.02;
 constexpr std::array<double, 4> kThird = {1.0, -3.0, 3.0, -1.0};
 
 /// A symmetric matrix of seven diagonals: entry (k, k - j) is lower[k][j]. Then its LDL factors.
-using Band = std::array<std::array<double, 4>, kMost>;
-using Values = std::array<double, kMost>;
+using Band = std::array<std::array<double, 4>, kMaxPoints>;
+using Values = std::array<double, kMaxPoints>;
 
 void factorize(std::size_t n, Band* band) {
   Band& a = *band;
@@ -142,7 +142,7 @@ class Leg {
   std::size_t n_;
   Values weight_{};
   Values clearance_m_{};
-  std::array<Place, kMost> smooth_{};
+  std::array<Place, kMaxPoints> smooth_{};
 };
 
 }  // namespace
@@ -155,7 +155,7 @@ void smooth(const Body& body, const ObstacleDistance& obstacles, const Shape& sh
     std::size_t end = begin + 1;
     while (end < path->size() && (*path)[end].direction == direction) ++end;
     const std::size_t n = end - begin;
-    if (direction > 0 && n >= kLeast && n <= kMost) {
+    if (direction > 0 && n >= kMinPoints && n <= kMaxPoints) {
       Leg leg(path->data() + begin, n);
       for (int round = 0; round < kRounds; ++round) {
         leg.compute();

@@ -9,7 +9,7 @@
 namespace rcs::bg {
 namespace {
 
-constexpr Duration kLookBeyond = from_seconds(1.0);  // interval, for the same goal
+constexpr Duration kRefresh = from_seconds(1.0);  // interval, for the same goal
 constexpr double kSameGoal_m = 0.5;
 constexpr double kThrough = 0.6;  // of the radius of a goal that is driven through
 
@@ -28,12 +28,12 @@ bool Planner::Beyond::is_of(const Goal& other) const {
 }
 
 bool Planner::Beyond::is_due(const Goal& other, Stamp now) const {
-  return !is_of(other) || now - looked >= kLookBeyond;
+  return !is_of(other) || now - computed >= kRefresh;
 }
 
 SearchResult Planner::plan(const Query& query, Stamp now, int granted, Path* path) {
-  look_to(query, now);
-  look_onward(query, now);
+  update_cost(query, now);
+  update_onward_cost(query, now);
   if (through_) {
     onward_field_.compute(query.terrain, query.obstacles, onward_.cost, *query.onward, weights_,
                           search_.body().radius_m(), query.start.required_m);
@@ -41,7 +41,7 @@ SearchResult Planner::plan(const Query& query, Stamp now, int granted, Path* pat
   SearchResult found;
   int expansions = 0;
   for (double more_m = more_m_;; more_m = near_goal_m_) {
-    through_ = through_ && more_m == 0.0;  // otherwise the vehicle has to look at the goal first
+    through_ = through_ && more_m == 0.0;  // otherwise the goal is occupied or hidden: it is observed first
     // A path through the goal must not only touch its circle: the vehicle deviates from it.
     const double radius_m = (through_ ? kThrough : 1.0) * (query.to.radius_m + more_m);
     const Goal to{query.to.x_m, query.to.y_m, radius_m};
@@ -67,7 +67,7 @@ std::optional<Target> Planner::onward_target() const {
   return Target{*onward_.goal, &onward_field_};
 }
 
-void Planner::look_to(const Query& query, Stamp now) {
+void Planner::update_cost(const Query& query, Stamp now) {
   if (!to_.is_of(query.to)) {
     enclosed_since_ = Stamp::max();
     more_m_ = 0.0;
@@ -75,7 +75,7 @@ void Planner::look_to(const Query& query, Stamp now) {
   }
   if (!to_.is_due(query.to, now)) return;
   to_.goal = query.to;
-  to_.looked = now;
+  to_.computed = now;
   // The goal may be occupied, or seem so: closer to it the terrain is seen better.
   for (const double more_m : {0.0, near_goal_m_}) {
     more_m_ = more_m;
@@ -84,18 +84,18 @@ void Planner::look_to(const Query& query, Stamp now) {
     enclosed_since_ = Stamp::max();
     return;
   }
-  // Until the command fails, the thinnest barrier is looked at again: what was remembered may have
-  // been wrong, or gone meanwhile.
+  // Until the command fails, the vehicle approaches the thinnest barrier and observes it again: the
+  // remembered obstacle may have been wrong, or has gone.
   enclosed_since_ = std::min(enclosed_since_, now);
 }
 
-void Planner::look_onward(const Query& query, Stamp now) {
+void Planner::update_onward_cost(const Query& query, Stamp now) {
   through_ = false;
   if (!query.onward) return;
-  const bool busy = to_.looked == now;  // one computation a cycle
+  const bool busy = to_.computed == now;  // one computation a cycle
   if (!busy && onward_.is_due(*query.onward, now)) {
     onward_.goal = query.onward;
-    onward_.looked = now;
+    onward_.computed = now;
     onward_.cost.compute(remembered_, *query.onward);
   }
   through_ =

@@ -57,12 +57,12 @@ class Planner {
   struct Beyond {
     FarCost cost;
     std::optional<Goal> goal;
-    Stamp looked = Stamp::min();
+    Stamp computed = Stamp::min();
     [[nodiscard]] bool is_of(const Goal& other) const;
     [[nodiscard]] bool is_due(const Goal& other, Stamp now) const;
   };
-  void look_to(const Query& query, Stamp now);
-  void look_onward(const Query& query, Stamp now);
+  void update_cost(const Query& query, Stamp now);
+  void update_onward_cost(const Query& query, Stamp now);
   [[nodiscard]] std::optional<Target> onward_target() const;
 
   Shape shape_;

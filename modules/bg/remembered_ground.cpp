@@ -18,7 +18,7 @@ std::size_t bucket_of(float cost) { return static_cast<std::size_t>(cost / kBuck
 // Two cells of the terrain: the vehicle keeps away from an obstacle by more than a metre, so that
 // even a thin wall is blocked over two cells or more, and no path leads through it diagonally.
 constexpr double kCell_m = 0.8;
-// A way out of the terrain and back into it must not look cheaper than the way through it.
+// A way out of the terrain and back into it must not be cheaper than the path through it.
 constexpr double kPessimism = 1.1;
 constexpr double kLeave_m = 1.6;  // from a place too near to an obstacle to free ground
 constexpr float kDiagonal = 1.41421356F;

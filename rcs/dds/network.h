@@ -22,7 +22,7 @@ struct Network {
 void read_network(ParamTable* table, Network* network, const char* domain_text);
 
 /// The complete configuration of Cyclone DDS: the environment must not influence that of a vehicle.
-/// @param max_processes     of one host, at which peers look for participants
+/// @param max_processes     of one host that are found by discovery
 /// @param max_sample_bytes  larger samples are not assembled and are lost unseen
 [[nodiscard]] std::string domain_xml(const Network& network, int max_processes,
                                      std::size_t max_sample_bytes);

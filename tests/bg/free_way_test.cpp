@@ -118,7 +118,7 @@ TEST(Body, ClearanceIsThatOfTheRectangle) {
   EXPECT_GT(near, 100);
 }
 
-// An obstacle beside the vehicle seems hardly nearer or farther while it passes.
+// The clearance of an obstacle next to the vehicle hardly changes while the vehicle passes it.
 TEST(Body, ClearanceIsSteadyWhileAnObstaclePasses) {
   const Body body(Shape{}, 1.5);
   ObstacleDistance obstacles;

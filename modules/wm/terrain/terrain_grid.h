@@ -71,9 +71,9 @@ struct TerrainCell {
   std::uint8_t upright : 5;
   std::uint8_t listed : 1;  ///< among those that passing rays clear
   std::uint8_t hit : 1;     ///< by a ray of the current scan, in what stands here
-  std::uint8_t unsure : 1;  ///< the ground was not known when something stood here
+  std::uint8_t ground_unknown : 1;  ///< when the object was first seen here
 
-  TerrainCell() : upright(0), listed(0), hit(0), unsure(0) {}
+  TerrainCell() : upright(0), listed(0), hit(0), ground_unknown(0) {}
   float pass_low_m = kUnknown_m;  ///< lowest of the rays that passed
 };
 

@@ -43,7 +43,7 @@ void TerrainGrid::note_upright(const Seen& seen) {
     if (tall_.size() == tall_.capacity()) return;
     tall_.push_back(seen.cell);
     cell.listed = 1;
-    cell.unsure = cell.scans < kGroundKnown ? 1 : 0;
+    cell.ground_unknown = cell.scans < kGroundKnown ? 1 : 0;
   }
   // The top of what was here before was another one.
   cell.high_m = std::max(cell.high_m, seen.high_m);
@@ -82,7 +82,7 @@ void TerrainGrid::clear_passed(const Vec3& ladar) {
     cell->listed = 0;
     cell->high_m = cell->low_m;
     // What was taken for the ground may have been the foot of what has gone.
-    if (below || cell->unsure != 0) *cell = TerrainCell();
+    if (below || cell->ground_unknown != 0) *cell = TerrainCell();
   }
   tall_.resize(kept);
 }
