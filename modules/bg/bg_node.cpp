@@ -90,7 +90,9 @@ void BgNode::run(const Cycle& cycle) {
   take_nav(cycle);
   take_integrity(cycle);
   take_map(cycle);
-  if (map_is_of_now()) required_.moved(clearance());
+  if (map_is_of_now()) {
+    required_.moved(clearance(), std::abs(nav_.speed_mps) < config_.decide.rest_mps);
+  }
   pass_waypoints();
   cycle.stages->mark("receive");
 

@@ -12,8 +12,8 @@ namespace rcs::bg {
 
 /// Nine discs that cover the outline: three along the middle, three at each end. They extend beyond
 /// it by 0.05 m at the sides and by 0.14 m at the ends (3.2 by 2 m). With three large discs along
-/// the middle the clearance of an obstacle next to the vehicle changed by 0.13 m while the vehicle passed it:
-/// a vehicle close to one could neither move on nor back.
+/// the middle the clearance of an obstacle next to the vehicle changed by 0.13 m while the vehicle
+/// passed it: a vehicle close to one could neither move on nor back.
 class Body {
  public:
   /// @param exact_m  larger clearances affect nothing: clearance() may return less
