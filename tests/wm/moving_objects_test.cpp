@@ -46,7 +46,7 @@ class MovingObjectsTest : public testing::Test {
 
 TEST_F(MovingObjectsTest, AWalkerMovesAndItsWayIsPredicted) {
   for (const double speed_mps : {0.5, 1.2, 3.0, -2.0}) {
-    objects_.clear();
+    objects_ = MovingObjects(kCell_m, 500);
     y_m_ = 0.0;
     walk(speed_mps, 15);
     ASSERT_EQ(objects_.objects().size(), 1U);

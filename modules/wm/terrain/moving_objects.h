@@ -37,8 +37,6 @@ class MovingObjects {
  public:
   MovingObjects(double cell_m, std::size_t most_cells);
 
-  void clear() { objects_.clear(); }
-
   /// @param cells  in which something stands upright in this scan
   /// @param stands  (Cell) -> bool, whether something stands there still, as far as is known
   /// @param free  (Vec2) -> bool, whether rays of this scan pass there
