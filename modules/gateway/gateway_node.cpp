@@ -97,12 +97,12 @@ void GatewayNode::report_start(Stamp now) {
   started_ = true;
   if (config_.unsecured) {
     report_.publish(now, event::kGatewayUnsecured,
-                    "DDS without keys: everyone on {} can command {}", config_.dds.interface,
-                    config_.vehicle);
+                    "DDS without keys: everyone on {} can command {}",
+                    config_.dds.network.interface, config_.vehicle);
   } else {
     report_.publish(now, event::kGatewaySecured,
                     "DDS secured: {} uses interface {} with the keys in {}", config_.vehicle,
-                    config_.dds.interface, config_.dds.keys);
+                    config_.dds.network.interface, config_.dds.keys);
   }
 }
 
