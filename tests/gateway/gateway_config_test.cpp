@@ -24,7 +24,7 @@ TEST(GatewayConfig, WithoutKeysItMustBeSetToUnsecured) {
   const Result<GatewayConfig> unsecured = load("[gateway]\nunsecured = true\n");
   ASSERT_TRUE(unsecured.ok()) << unsecured.error().message;
   EXPECT_TRUE(unsecured->dds.keys.empty());
-  EXPECT_EQ(unsecured->dds.interface, "lo");
+  EXPECT_EQ(unsecured->dds.network.interface, "lo");
   const Result<GatewayConfig> secured = load("[gateway.security]\ndirectory = \"/keys/demo3\"\n");
   ASSERT_TRUE(secured.ok()) << secured.error().message;
   EXPECT_EQ(secured->dds.keys, "/keys/demo3");
