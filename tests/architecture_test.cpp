@@ -98,7 +98,7 @@ const Folder kFolders[] = {
      "tools/(base|report|recording|evaluation|mapping|drills))/.*",
      "rcs::drills"},
     {"tools/driving/.*",
-     "(rcs|lcmtypes|modules/(sp|wm|bg)|sim|tools/(base|report|mapping|driving))/.*",
+     "(rcs|lcmtypes|modules/(sp|wm|vj|bg)|sim|tools/(base|report|mapping|driving))/.*",
      "rcs::driving"},
     {"tools/studies/.*",
      "(rcs|lcmtypes|modules/(registration|sp|wm)|sim|"

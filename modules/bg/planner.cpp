@@ -41,7 +41,8 @@ SearchResult Planner::plan(const Query& query, Stamp now, int granted, Path* pat
   SearchResult found;
   int expansions = 0;
   for (double more_m = more_m_;; more_m = near_goal_m_) {
-    through_ = through_ && more_m == 0.0;  // otherwise the goal is occupied or hidden: it is observed first
+    through_ = through_ &&
+               more_m == 0.0;  // otherwise the goal is occupied or hidden: it is observed first
     // A path through the goal must not only touch its circle: the vehicle deviates from it.
     const double radius_m = (through_ ? kThrough : 1.0) * (query.to.radius_m + more_m);
     const Goal to{query.to.x_m, query.to.y_m, radius_m};

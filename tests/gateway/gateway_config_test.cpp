@@ -38,7 +38,7 @@ TEST(GatewayConfig, ValuesPassedToDdsAreChecked) {
   for (const char* const bad :
        {"interface = \"lo\\\"/><x\"", "interface = \"\"", "interface = \"${HOME}\"",
         "peers = [\"a b\"]", "peers = [\"\"]", "nodes = [\"gateway\"]", "nodes = [\"w m\"]",
-        "domain = 231", "domain = -1"}) {
+        "domain = 233", "domain = -1"}) {
     EXPECT_NE(error(unsecured + bad + "\n"), "") << bad;
   }
   EXPECT_EQ(error(unsecured + "interface = \"wlan0.7\"\npeers = [\"10.0.0.2\", \"fe80::1\"]\n"),

@@ -69,8 +69,8 @@ struct TerrainCell {
   std::uint8_t near = 0;  ///< of both, those from near enough to reach the ground between plants
   /// Scans in which rays must pass here until what stands upright here has gone; 0: nothing does.
   std::uint8_t upright : 5;
-  std::uint8_t listed : 1;  ///< among those that passing rays clear
-  std::uint8_t hit : 1;     ///< by a ray of the current scan, in what stands here
+  std::uint8_t listed : 1;          ///< among those that passing rays clear
+  std::uint8_t hit : 1;             ///< by a ray of the current scan, in what stands here
   std::uint8_t ground_unknown : 1;  ///< when the object was first seen here
 
   TerrainCell() : upright(0), listed(0), hit(0), ground_unknown(0) {}
