@@ -61,6 +61,7 @@ class KillDrill : public testing::Test {
   void run(Kind kind) {
     const int times = number_from("RCS_DRILL_TIMES", 30);
     ASSERT_EQ(drill_.run.trouble(), "");
+    drill_.run.record();
     ASSERT_TRUE(drill_.run_until_well(kPatience)) << why();
     for (int i = 0; i < times; ++i) {
       for (const std::string& node : kNodes) {

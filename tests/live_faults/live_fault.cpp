@@ -63,7 +63,8 @@ LiveFault::LiveFault(const std::string& vehicle_toml) : run(vehicle_toml) {
 
 LiveFault::~LiveFault() {
   if (!testing::Test::HasFailure()) return;
-  std::printf("output of the processes: %s\n", run.keep_files().c_str());
+  std::printf("output of the processes, and their recording if there is one: %s\n",
+              run.keep_files().c_str());
 }
 
 void LiveFault::look() {

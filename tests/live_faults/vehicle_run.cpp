@@ -154,17 +154,15 @@ bool VehicleRun::run_until(Stamp until, const std::function<bool()>& enough) {
 }
 
 void VehicleRun::look_after() {
-  for (const auto& running : {up_.get(), sim_.get()}) {
-    if (running == nullptr) continue;
-    const std::optional<cli::Exit> exit = read(running);
+  for (auto* const slot : {&up_, &sim_, &recorder_}) {
+    if (*slot == nullptr) continue;
+    const std::optional<cli::Exit> exit = read(slot->get());
     if (!exit) continue;
-    if (running == sim_.get() && sim_may_end_) {
-      sim_.reset();
-      continue;
+    if (slot != &sim_ || !sim_may_end_) {
+      trouble_ = fmt::format("{} {}: {}", (*slot)->name, to_text(*exit), (*slot)->last_line);
     }
-    trouble_ = fmt::format("{} {}: {}", running->name, to_text(*exit), running->last_line);
-    (running == up_.get() ? up_ : sim_).reset();
-    return;
+    slot->reset();
+    if (!trouble_.empty()) return;
   }
   look_after_operator();
   look_after_client();
@@ -258,6 +256,11 @@ int VehicleRun::run_program(const std::string& program, const std::vector<std::s
   return exit && !exit->by_signal ? exit->code : -1;
 }
 
+void VehicleRun::record() {
+  recorder_ = start("recorder", variable("RCS_BIN_DIR") + "/rcs",
+                    {"record", (folder_ / "recording").string()});
+}
+
 void VehicleRun::use_loopback() {
   const std::string profile = "file://" + variable("RCS_SOURCE_DIR") + "/config/dds/loopback.xml";
   (void)setenv("CYCLONEDDS_URI", profile.c_str(), 1);  // NOLINT(concurrency-mt-unsafe): one thread
@@ -276,7 +279,7 @@ std::string VehicleRun::end() {
   with_client_ = false;
   std::string summary;
   const Stamp until = timeline_ ? now() + kStopWithin : Stamp::min();
-  for (const auto* slot : {&operator_, &client_, &sim_, &up_}) {
+  for (const auto* slot : {&operator_, &client_, &sim_, &up_, &recorder_}) {
     Running* const running = slot->get();
     if (running == nullptr) continue;
     running->process.send_signal(SIGTERM);
@@ -293,6 +296,7 @@ std::string VehicleRun::end() {
   client_.reset();
   sim_.reset();
   up_.reset();
+  recorder_.reset();
   return summary;
 }
 

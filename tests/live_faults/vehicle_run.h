@@ -64,6 +64,8 @@ class VehicleRun {
   int run_program(const std::string& program, const std::vector<std::string>& arguments,
                   Duration most);
 
+  /// Records all channels from now on into the folder of keep_files(), at most 4 GB.
+  void record();
   /// An off-board DDS program that receives from the vehicle; it is restarted when it has exited.
   void keep_client();
   /// The environment of DDS programs on this computer.
@@ -111,7 +113,7 @@ class VehicleRun {
   std::unique_ptr<LiveTimeline> timeline_;
   std::deque<Tap<process_t>> processes_;
   std::map<std::string, Life> lives_;
-  std::unique_ptr<Running> up_, sim_, operator_, client_, program_;
+  std::unique_ptr<Running> up_, sim_, operator_, client_, program_, recorder_;
   Stamp next_look_ = Stamp::min();
   Stamp next_ask_ = Stamp::min();
   bool sim_may_end_ = false;
