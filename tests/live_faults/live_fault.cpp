@@ -21,7 +21,8 @@ int number_from(const char* variable, int otherwise) {
   return number > 0 ? number : otherwise;
 }
 
-LiveFault::LiveFault(const std::string& vehicle_toml) : run(vehicle_toml) {
+LiveFault::LiveFault(const std::string& vehicle_toml, const std::vector<std::string>& sim_arguments)
+    : run(vehicle_toml, sim_arguments) {
   Bus* const bus = run.bus();
   if (bus == nullptr) return;  // run.trouble() has the reason
   for (const std::string& node : kNodes) {

@@ -19,7 +19,8 @@ namespace rcs::live_faults {
 [[nodiscard]] int number_from(const char* variable, int otherwise);
 
 struct LiveFault {
-  explicit LiveFault(const std::string& vehicle_toml = "");
+  explicit LiveFault(const std::string& vehicle_toml = "",
+                     const std::vector<std::string>& sim_arguments = {});
   LiveFault(const LiveFault&) = delete;
   LiveFault& operator=(const LiveFault&) = delete;
   /// After a failure the output of the processes is kept.
