@@ -35,7 +35,7 @@ struct Fault {
 
   [[nodiscard]] std::string name() const {
     constexpr const char* kNames[] = {
-        "kill -9", "stopped", "ended", "rcs up stopped", "10,000 a second on", "silence of"};
+        "kill -9", "stop of", "end of", "stop of", "10,000 a second on", "silence of"};
     return fmt::format("{} {}", kNames[static_cast<std::size_t>(kind)], what);
   }
 };
@@ -61,6 +61,7 @@ std::vector<Fault> random_faults(double duration_s, unsigned seed) {
         f.what = one_of(kNodes);
         break;
       case Kind::kStopUp:
+        f.what = "rcs up";
         break;
       case Kind::kFlood:
         f.what = one_of({channel::kIns, channel::kGpsFix, channel::kOdometry, channel::kLadarRanges,
