@@ -177,12 +177,13 @@ void read(ParamTable table, vj::SpeedParams* p) {
             "to waypoints in frame world.");
   table.get("min_speed_share", &p->min_speed_share, {0.01, 1},
             "Share of the speed that is left just below stop_sigma_m and the alert limits.");
-  table.get("alert_limit_horizontal_m", &p->alert_limit_horizontal_m, {0.5, 1000},
-            "Horizontal protection level from which the vehicle does not drive to waypoints in "
-            "frame world; it slows down from half of it.");
+  table.get(
+      "alert_limit_horizontal_m", &p->alert_limit_horizontal_m, {0.5, 1000},
+      "Horizontal protection level, in the frame of the task, from which the vehicle does not "
+      "drive to a waypoint; it slows down from half of it.");
   table.get("alert_limit_vertical_m", &p->alert_limit_vertical_m, {0.5, 1000},
-            "Vertical protection level from which the vehicle does not drive to waypoints in frame "
-            "world; it slows down from half of it.");
+            "Vertical protection level, in the frame of the task, from which the vehicle does not "
+            "drive to a waypoint; it slows down from half of it.");
   if (p->stop_sigma_m <= p->full_speed_sigma_m) {
     table.fail("stop_sigma_m", "must be more than full_speed_sigma_m");
   }

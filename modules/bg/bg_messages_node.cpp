@@ -11,6 +11,10 @@ namespace {
 
 constexpr double kFarthest_m = 1e6;
 constexpr int kMaxCells = 1024 * 1024;
+// Of a Gaussian error in the plane and along one axis that is exceeded with a probability of 0.001,
+// as in integrity_t.
+constexpr double kHorizontalQuantile = 3.717;
+constexpr double kVerticalQuantile = 3.291;
 
 /// Why the content of a GOTO cannot be executed; empty: it can.
 std::string_view objection(const command_t& m) {
@@ -47,6 +51,26 @@ Duration sum(std::int64_t age_us, Duration more) {
   constexpr std::int64_t kCentury_us = 3'000'000'000'000'000;
   if (age_us < 0 || age_us > kCentury_us || more == Duration::max()) return Duration::max();
   return Duration(age_us) + more;
+}
+
+/// While the LADAR is lost or excluded, the covariance relative to the map grows.
+void read_local_levels(const nav_state_t& m, Nav* nav) {
+  Pose T_rolling_vehicle;
+  if (m.rolling_valid == 0 ||
+      !from_message(m.q_rolling_vehicle, m.p_rolling_vehicle_m, &T_rolling_vehicle)) {
+    return;
+  }
+  Mat3 in_vehicle;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    for (Eigen::Index j = 0; j < 3; ++j) in_vehicle(i, j) = m.cov_rolling_pose[i][j];
+  }
+  const Mat3 R = T_rolling_vehicle.q.toRotationMatrix();
+  const Mat3 in_map = R * in_vehicle * R.transpose();
+  const double mean = 0.5 * (in_map(0, 0) + in_map(1, 1));
+  const double largest = mean + std::hypot(0.5 * (in_map(0, 0) - in_map(1, 1)), in_map(0, 1));
+  if (!(largest >= 0.0 && in_map(2, 2) >= 0.0)) return;
+  nav->local_horizontal_m = kHorizontalQuantile * std::sqrt(largest);
+  nav->local_vertical_m = kVerticalQuantile * std::sqrt(in_map(2, 2));
 }
 
 }  // namespace
@@ -117,6 +141,7 @@ bool read_nav(const nav_state_t& m, Stamp arrival, Nav* nav) {
   n.aligned = m.mode != nav_state_t::MODE_ALIGN && m.mode != nav_state_t::MODE_LOST;
   n.speed_mps = (n.T_world_vehicle.q.conjugate() * from_message(m.v_world_mps)).x();
   n.sigma_world_m = std::sqrt(std::max(variance_x, variance_y));
+  read_local_levels(m, &n);
   n.ins_age = m.age_ins_us == -1 ? Duration::zero() : sum(m.age_ins_us, Duration(0));
   n.ladar_age = sum(m.age_rolling_us, Duration(0));
   n.gps_age = sum(m.age_gps_us, Duration(0));

@@ -2,6 +2,7 @@
 // Validates and converts the messages that BG receives; the code behind it relies on valid data.
 
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -69,6 +70,10 @@ struct Nav {
   bool aligned = false;
   double speed_mps = 0.0;
   double sigma_world_m = 0.0;
+  /// Protection levels of the position relative to the rolling map, to which a task in frame local
+  /// refers; infinite: no map, or no valid covariance.
+  double local_horizontal_m = std::numeric_limits<double>::infinity();
+  double local_vertical_m = std::numeric_limits<double>::infinity();
   Duration ins_age{};  ///< 0: no INS yet
   Duration ladar_age = Duration::max();
   Duration gps_age = Duration::max();

@@ -311,9 +311,9 @@ Facts BgNode::facts(Stamp now) const {
   return f;
 }
 
-/// A command in frame local does not depend on the world pose.
+/// A task in frame local does not depend on the world pose but on that in the rolling map.
 double BgNode::speed_share() const {
-  if (!route_.in_world() || !nav_.world_valid) return 1.0;
+  if (route_.in_world() && !nav_.world_valid) return 1.0;
   vj::SpeedParams speeds = config_.speeds;
   if (const command_t* const c = subordinate_.command(); c != nullptr) {
     // A task can have a narrower limit than the vehicle, not a wider one.
@@ -322,6 +322,9 @@ double BgNode::speed_share() const {
     };
     narrow(c->alert_limit_horizontal_m, &speeds.alert_limit_horizontal_m);
     narrow(c->alert_limit_vertical_m, &speeds.alert_limit_vertical_m);
+  }
+  if (!route_.in_world()) {
+    return vj::protected_share(nav_.local_horizontal_m, nav_.local_vertical_m, speeds);
   }
   return std::min(vj::speed_share(nav_.sigma_world_m, speeds),
                   vj::protected_share(integrity_.horizontal_m, integrity_.vertical_m, speeds));

@@ -77,8 +77,8 @@ struct SpeedParams {
       0.5;                    ///< horizontal sigma of the pose up to which the speed is not reduced
   double stop_sigma_m = 5.0;  ///< horizontal sigma from which the vehicle does not drive
   double min_speed_share = 0.3;  ///< share of the speed that is left just below that
-  /// Protection levels from which the vehicle does not drive to a waypoint in frame world; it slows
-  /// down from half of them.
+  /// Protection levels, in the frame of the task, from which the vehicle does not drive to a
+  /// waypoint; it slows down from half of them.
   double alert_limit_horizontal_m = 20.0;
   double alert_limit_vertical_m = 20.0;
 };

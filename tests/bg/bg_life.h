@@ -139,13 +139,16 @@ class Life {
     m.v_world_mps[0] = speed_mps;
     m.p_world_vehicle_m[0] = m.p_local_vehicle_m[0] = x_m;
     m.world_valid = world ? 1 : 0;
+    m.rolling_valid = has_rolling_map ? 1 : 0;
+    m.q_rolling_vehicle[0] = 1.0;
+    for (int k = 0; k < 3; ++k) m.cov_rolling_pose[k][k] = local_sigma_m * local_sigma_m;
     nav_states_.publish(&m);
     integrity_t integrity{};
     integrity.utime = m.utime;
     integrity.validity = world ? integrity_t::VALID_WORLD : integrity_t::VALID_LOCAL;
     integrity.protection_horizontal_m = integrity.protection_vertical_m = 8.0;
     integrities_.publish(&integrity);
-    if (world) send_flat_ground(m.utime);
+    if (world || sees_ground) send_flat_ground(m.utime);
   }
   void send_flat_ground(std::int64_t utime) {
     constexpr int kSide = 50;
@@ -174,8 +177,11 @@ class Life {
   double x_m = 0.0;
   bool moves = false;  // speed and position follow the drive commands
   bool wm_alive = true;
-  bool world = false;            // commands and poses in frame world, protection level 8 m
-  double alert_limit_m = 0.0;    // of the commands
+  bool world = false;          // commands and poses in frame world, protection level 8 m
+  double alert_limit_m = 0.0;  // of the commands
+  bool sees_ground = false;    // also in frame local
+  bool has_rolling_map = true;
+  double local_sigma_m = 0.02;   // relative to the rolling map
   std::optional<drive_t> drive;  // of the last cycle
   status_t status{};
   std::vector<std::string> events;

@@ -132,7 +132,9 @@ class World final : public Node {
     to_message(T, nav_.q_rolling_vehicle, nav_.p_rolling_vehicle_m);
     to_message(T.q * Vec3(speed_mps_, 0.0, 0.0), nav_.v_world_mps);
     nav_.wheel_scale = 1.0;
-    for (int k = 0; k < 6; ++k) nav_.cov_world_pose[k][k] = 1e-4;
+    for (int k = 0; k < 6; ++k) nav_.cov_world_pose[k][k] = nav_.cov_rolling_pose[k][k] = 1e-4;
+    nav_.rolling_valid = 1;
+    nav_.q_rolling_vehicle[0] = 1.0;
     nav_out_.publish(&nav_);
     integrity_t integrity{};
     integrity.utime = nav_.utime;

@@ -77,7 +77,8 @@ class LiveBg : public testing::Test {
       m.utime = m.publish_utime = to_utime(now);
       m.mode = nav_state_t::MODE_GPS_INS_LADAR;
       m.pose_valid = 1;
-      m.q_world_vehicle[0] = m.q_local_vehicle[0] = 1.0;
+      m.q_world_vehicle[0] = m.q_local_vehicle[0] = m.q_rolling_vehicle[0] = 1.0;
+      m.rolling_valid = 1;
       nav_states_.publish(&m);
       integrity_t integrity{};
       integrity.utime = m.utime;

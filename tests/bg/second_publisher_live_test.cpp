@@ -21,7 +21,8 @@ class BgSecondPublisherLive : public test::LiveBg {
     m.utime = m.publish_utime = to_utime(timeline_.now());
     m.mode = nav_state_t::MODE_GPS_INS_LADAR;
     m.pose_valid = 1;
-    m.q_world_vehicle[0] = m.q_local_vehicle[0] = 1.0;
+    m.q_world_vehicle[0] = m.q_local_vehicle[0] = m.q_rolling_vehicle[0] = 1.0;
+    m.rolling_valid = 1;
     m.p_local_vehicle_m[1] = 3.0;
     lies_.publish(&m);
     if (!first_lie_) first_lie_ = timeline_.now();

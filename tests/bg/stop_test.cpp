@@ -122,6 +122,25 @@ TEST_F(BgStop, ATaskCanHaveANarrowerAlertLimitThanTheVehicle) {
   EXPECT_NE(state_with_limit(std::numeric_limits<double>::quiet_NaN()), "POSE_UNCERTAIN");
 }
 
+TEST_F(BgStop, TheAlertLimitOfATaskInFrameLocalIsRelativeToTheRollingMap) {
+  life_->sees_ground = true;
+  life_->cycle();
+  const auto state_with = [this](double limit_m, double sigma_m) {
+    life_->alert_limit_m = limit_m;
+    life_->local_sigma_m = sigma_m;
+    life_->send(kGoto);
+    life_->cycle();
+    return life_->status.state;
+  };
+  EXPECT_NE(state_with(5.0, 0.02), "POSE_UNCERTAIN") << "the level in frame world is 8 m";
+  EXPECT_EQ(state_with(5.0, 1.4), "POSE_UNCERTAIN") << "3.7 standard deviations are 5.2 m";
+  EXPECT_NE(state_with(5.0, 1.3), "POSE_UNCERTAIN");
+  EXPECT_NE(state_with(0.0, 1.4), "POSE_UNCERTAIN") << "20 m by default";
+  EXPECT_EQ(state_with(0.0, std::numeric_limits<double>::quiet_NaN()), "POSE_UNCERTAIN");
+  life_->has_rolling_map = false;
+  EXPECT_EQ(state_with(0.0, 0.02), "POSE_UNCERTAIN");
+}
+
 TEST_F(BgStop, AnOldReleaseOrOneWithoutAKnownSpeedHasNoEffect) {
   life_->cycle();
   life_->send(kStop);

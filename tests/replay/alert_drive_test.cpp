@@ -26,7 +26,7 @@ driving::AlertOutcome outcome(double braking_mps2) {
   LocalBus bus;
   vj::SpeedParams limits;
   limits.alert_limit_horizontal_m = 4.0;
-  driving::AlertNotes notes(&bus, limits, 2.0, 1.5);
+  driving::AlertNotes notes(&bus, command_t::FRAME_WORLD, limits, 2.0, 1.5);
   double speed_mps = 2.0;
   for (int k = 0; k < 500; ++k) {
     const std::int64_t utime = 1'000'000 + 10'000 * k;

@@ -5,6 +5,8 @@
 
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
+#include "lcmtypes/rcs/command_t.hpp"
+#include "modules/bg/bg_messages_node.h"
 
 namespace rcs::driving {
 namespace {
@@ -18,12 +20,14 @@ constexpr double kDrivePeriod_s = 0.05;
 
 }  // namespace
 
-AlertNotes::AlertNotes(Bus* bus, const vj::SpeedParams& limits, double task_mps,
+AlertNotes::AlertNotes(Bus* bus, std::int8_t frame, const vj::SpeedParams& limits, double task_mps,
                        double braking_mps2)
-    : limits_(limits),
+    : in_world_(frame == command_t::FRAME_WORLD),
+      limits_(limits),
       task_mps_(task_mps),
       braking_mps2_(braking_mps2),
       levels_(bus, channel::kWmIntegrity, [this](const integrity_t& m, Stamp) { take(m); }),
+      nav_states_(bus, channel::kWmNavState, [this](const nav_state_t& m, Stamp) { take(m); }),
       truth_(bus, channel::kSimTruth, [this](const truth_t& m, Stamp) { take(m); }),
       drive_(bus, channel::kBgDrive, [this](const drive_t& m, Stamp) { take(m); }) {}
 
@@ -35,9 +39,18 @@ double AlertNotes::allowed_share() const {
 }
 
 void AlertNotes::take(const integrity_t& m) {
-  if (m.validity != integrity_t::VALID_WORLD) return;  // BG is in a state of its own
-  const double share =
-      vj::protected_share(m.protection_horizontal_m, m.protection_vertical_m, limits_);
+  if (!in_world_ || m.validity != integrity_t::VALID_WORLD) return;  // BG is in a state of its own
+  take_levels(m.protection_horizontal_m, m.protection_vertical_m);
+}
+
+void AlertNotes::take(const nav_state_t& m) {
+  bg::Nav nav;
+  if (in_world_ || !bg::read_nav(m, Stamp::min(), &nav)) return;
+  take_levels(nav.local_horizontal_m, nav.local_vertical_m);
+}
+
+void AlertNotes::take_levels(double horizontal_m, double vertical_m) {
+  const double share = vj::protected_share(horizontal_m, vertical_m, limits_);
   shares_[count_++ % shares_.size()] = share;
   if (share > 0.0) {
     beyond_ = false;

@@ -6,6 +6,7 @@
 
 #include "lcmtypes/rcs/drive_t.hpp"
 #include "lcmtypes/rcs/integrity_t.hpp"
+#include "lcmtypes/rcs/nav_state_t.hpp"
 #include "lcmtypes/rcs/truth_t.hpp"
 #include "modules/vj/traversal_cost.h"
 #include "rcs/node/bus/tap.h"
@@ -21,22 +22,28 @@ struct AlertOutcome {
   double too_fast_s = 0.0;  ///< of both: with a drive command faster than the levels allow
 };
 
-/// Records a run from its bus. Levels are those in frame world.
+/// Records a run from its bus. Levels are those in the frame of the task: of WM_INTEGRITY, or in
+/// frame local those relative to the rolling map.
 class AlertNotes {
  public:
+  /// @param frame  of the task, command_t::FRAME_*
   /// @param limits  alert limits and least share of the speed
   /// @param task_mps  speed of the waypoints
   /// @param braking_mps2  planned deceleration
-  AlertNotes(Bus* bus, const vj::SpeedParams& limits, double task_mps, double braking_mps2);
+  AlertNotes(Bus* bus, std::int8_t frame, const vj::SpeedParams& limits, double task_mps,
+             double braking_mps2);
   [[nodiscard]] const AlertOutcome& outcome() const { return outcome_; }
 
  private:
   void take(const integrity_t& m);
+  void take(const nav_state_t& m);
+  void take_levels(double horizontal_m, double vertical_m);
   void take(const truth_t& m);
   void take(const drive_t& m);
   /// Largest of the last shares: BG plans four times a second.
   [[nodiscard]] double allowed_share() const;
 
+  bool in_world_;
   vj::SpeedParams limits_;
   double task_mps_;
   double braking_mps2_;
@@ -49,6 +56,7 @@ class AlertNotes {
   double way_m_ = 0.0;
   double began_mps_ = 0.0;
   Tap<integrity_t> levels_;
+  Tap<nav_state_t> nav_states_;
   Tap<truth_t> truth_;
   Tap<drive_t> drive_;
 };

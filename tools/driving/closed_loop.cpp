@@ -330,16 +330,14 @@ ClosedLoopRun run_closed_loop(const sim::Scenario& scenario, const ClosedLoopOpt
   std::optional<ActorNotes> actors;
   if (!scenario.actors.empty()) actors.emplace(&bus, simulator);
 
-  std::optional<AlertNotes> alerts;
-  if (options.frame == command_t::FRAME_WORLD) {
-    Result<bg::BgConfig> bg = bg::load_bg_config(*file);
-    RCS_CHECK(bg.ok());  // BG has been made with it
-    if (options.alert_limit_m > 0.0) {
-      bg->speeds.alert_limit_horizontal_m =
-          std::min(bg->speeds.alert_limit_horizontal_m, options.alert_limit_m);
-    }
-    alerts.emplace(&bus, bg->speeds, scenario.course.speed_mps, bg->follow.braking_mps2);
+  Result<bg::BgConfig> bg = bg::load_bg_config(*file);
+  RCS_CHECK(bg.ok());  // BG has been made with it
+  if (options.alert_limit_m > 0.0) {
+    bg->speeds.alert_limit_horizontal_m =
+        std::min(bg->speeds.alert_limit_horizontal_m, options.alert_limit_m);
   }
+  const AlertNotes alerts(&bus, options.frame, bg->speeds, scenario.course.speed_mps,
+                          bg->follow.braking_mps2);
 
   WithLosses sensors(&simulator, options.losses);
   UntilDone source(&sensors, &op, options, scenario.duration_s);
@@ -351,7 +349,7 @@ ClosedLoopRun run_closed_loop(const sim::Scenario& scenario, const ClosedLoopOpt
   run.fenced = simulator.commanded_vehicle()->fenced();
   run.contacts = simulator.contacts();
   if (actors) run.actors = actors->outcome();
-  if (alerts) run.alerts = alerts->outcome();
+  run.alerts = alerts.outcome();
   run.losses = options.losses;
   return run;
 }
