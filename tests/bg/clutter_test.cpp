@@ -134,7 +134,6 @@ class World final : public Node {
     nav_.wheel_scale = 1.0;
     for (int k = 0; k < 6; ++k) nav_.cov_world_pose[k][k] = nav_.cov_rolling_pose[k][k] = 1e-4;
     nav_.rolling_valid = 1;
-    nav_.q_rolling_vehicle[0] = 1.0;
     nav_out_.publish(&nav_);
     integrity_t integrity{};
     integrity.utime = nav_.utime;
