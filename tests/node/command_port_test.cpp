@@ -78,7 +78,7 @@ TEST_F(CommandPair, SilenceIsAnError) {
   worker.reset();
   for (int k = 0; k < 12; ++k) step();
   EXPECT_EQ(state(), CommandProgress::State::kError);
-  EXPECT_EQ(superior.port.progress(now).reason, "no status for too long");
+  EXPECT_NE(superior.port.progress(now).reason.find("no status"), std::string::npos);
 }
 
 TEST_F(CommandPair, ARestartedSubordinateHasNoCommand) {

@@ -193,17 +193,30 @@ std::string unknown_word(const CLI::App& app, int argc, char** argv) {
   return "";
 }
 
+/// What is wrong with a command line of known words.
+std::string usage_text(const CLI::App& app, const CLI::ParseError& error) {
+  const CLI::App* command = &app;
+  while (!command->get_subcommands().empty()) command = command->get_subcommands().front();
+  const std::vector<const CLI::App*> below =
+      command->get_subcommands([](const CLI::App*) { return true; });
+  const bool required = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::RequiredError);
+  if (below.empty() || !required) return error.what();
+  std::string names;
+  for (const CLI::App* sub : below) names += (names.empty() ? "" : ", ") + sub->get_name();
+  return "a command is required: " + names;
+}
+
 int rcs_main(int argc, char** argv) {
-  CLI::App app(
-      "Tools of the registration and navigation system: logs, imports, replays,\n"
-      "simulations and their evaluation.",
-      "rcs");
+  CLI::App app("Operation, logs, maps, simulation and evaluation of the navigation system.", "rcs");
   app.formatter(std::make_shared<HelpFormat>());  // commands inherit it
   app.require_subcommand(1);
-  app.footer(std::string(kExitStatusHelp) +
-             "\n"
-             "Results go to stdout (--json: as JSON, see docs/user/json.md), messages to stderr.\n"
-             "`rcs COMMAND --help` has examples.");
+  app.footer(
+      std::string(kExitStatusHelp) +
+      "\n"
+      "Results go to stdout (--json: as JSON, see docs/user/json.md), messages to stderr.\n"
+      "`rcs COMMAND --help` has examples.\n"
+      "Nodes and simulator are programs of their own: sp, wm, bg, gateway, ros2_bridge, sim\n"
+      "(`NAME --help`).");
   Commands commands;
   add_up_command(&app, &commands);
   add_top_command(&app, &commands);
@@ -241,11 +254,15 @@ int rcs_main(int argc, char** argv) {
     const std::string unknown = unknown_word(app, argc, argv);
     const bool help = e.get_exit_code() == 0;
     if (!unknown.empty() && (!help || unknown.rfind("unknown command", 0) == 0)) {
-      fmt::print(stderr, "rcs: {}\nRun with --help for more information.\n", unknown);
+      fmt::print(stderr, "rcs: {}; see `rcs --help`\n", unknown);
       return kExitUsage;
     }
     if (names_missing_input(e)) return fail(words_of(app), Error{missing_text(e)});
-    return app.exit(e) == 0 ? kExitOk : kExitUsage;
+    if (e.get_exit_code() == 0) return app.exit(e) == 0 ? kExitOk : kExitUsage;
+    const std::string words = words_of(app);
+    const std::string command = words.empty() ? "rcs" : "rcs " + words;
+    fmt::print(stderr, "{}: {}; see `{} --help`\n", command, usage_text(app, e), command);
+    return kExitUsage;
   }
   if (const Outcome safe = protect_inputs(app); !safe) {
     return fail(app.get_subcommands().front()->get_name(), safe.error());

@@ -222,9 +222,9 @@ Result<ScanPoses> poses_at_beliefs(const RunLog& run, Frame frame) {
         {nav.stamp, frame == Frame::kWorld ? nav.T_world_vehicle : nav.T_local_vehicle});
   }
   if (!out.poses.empty()) return out;
-  return Error{
-      run.path + ": no registration of any scan (SP_REGISTRATION)" +
-      (frame == Frame::kRolling ? "" : ", and no belief in the requested frame (WM_NAV_STATE)")};
+  return Error{run.path + ": no registration of any scan (SP_REGISTRATION)" +
+               (frame == Frame::kRolling ? "" : ", no belief in that frame (WM_NAV_STATE)") +
+               "; a log of sensors only: run `rcs replay` first"};
 }
 
 }  // namespace

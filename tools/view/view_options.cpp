@@ -90,7 +90,10 @@ void add_view_options(CLI::App* app, ViewOptions* options) {
 
 Outcome check(const ViewOptions& options) {
   if (options.shot.empty()) {
-    if (!options.out.empty()) return Error{"--out needs --shot t=SECONDS"};
+    const ViewOptions standard;
+    const bool picture = !options.out.empty() || options.dark || options.size != standard.size ||
+                         options.panel != standard.panel;
+    if (picture) return Error{"--out, --size, --panel and --dark need --shot t=SECONDS"};
     return Done{};
   }
   if (!seconds_of(options.shot)) {

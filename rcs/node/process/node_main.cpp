@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
+#include <fstream>
 #include <new>
 #include <string>
 #include <utility>
@@ -33,14 +34,17 @@ int fail(std::string_view name, const Error& error) {
 }
 
 /// Builds the node on a bus without other nodes.
-/// @return kExitNegative for a configuration that the node rejects
+/// @return kExitNegative for a configuration that is invalid or that the node rejects
 int check(std::string_view name, const NodeOptions& options, const NodeFactory& factory) {
-  const Result<ParamFile> params = ParamFile::load(options.config);
-  if (!params) return fail(name, params.error());
   const auto reject = [&](const Error& error) {
     (void)fail(name, error);
     return kExitNegative;
   };
+  const Result<ParamFile> params = ParamFile::load(options.config);
+  if (!params) {
+    const bool readable = std::ifstream(options.config).good();
+    return readable ? reject(params.error()) : fail(name, params.error());
+  }
   const Result<ProcessTables> tables = read_process_tables(*params);
   if (!tables) return reject(tables.error());
   LocalBus bus;

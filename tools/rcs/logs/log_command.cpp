@@ -56,6 +56,10 @@ struct ChannelMetrics {
   }
 };
 
+int no_events(std::string_view command, const std::string& path) {
+  return negative(command, Error{path + ": no events: not an LCM log, or empty"});
+}
+
 int log_info(const std::string& path, bool json) {
   Result<recording::LogSeries> log = recording::LogSeries::open(path);
   if (!log) return fail("log info", log.error());
@@ -107,9 +111,10 @@ int log_info(const std::string& path, bool json) {
     }
     fmt::print("{}", report::json_document("log info", out));
   } else {
-    fmt::print("{}: {:.1f} MB, {:.3f} s, {}\nfirst event: {} {} UTC\n", path,
-               static_cast<double>(log->size_bytes()) * 1e-6, seconds(last - first),
-               health.summary(), utc_date(to_utime(first)), time_of_day(to_utime(first)));
+    fmt::print("{}: {:.1f} MB, {:.3f} s, {}\n", path, static_cast<double>(log->size_bytes()) * 1e-6,
+               seconds(last - first), health.summary());
+    if (health.events == 0) return no_events("log info", path);
+    fmt::print("first event: {} {} UTC\n", utc_date(to_utime(first)), time_of_day(to_utime(first)));
     if (steps_back > 0) fmt::print("the stamps step back {} times\n", steps_back);
     fmt::print("{:<18} {:>9} {:>9} {:>10} {:>9} {:>8} {:>8} {:>9}\n", "channel", "events", "Hz",
                "kB", "max B", "missing", "repeated", "malformed");
@@ -152,14 +157,14 @@ int log_list_json(const std::string& path) {
     return true;
   });
   fmt::print("]}}\n");
-  return status;
+  return status == kExitOk && first ? no_events("log list", path) : status;
 }
 
 int log_list(const std::string& path) {
   fmt::print("{:<12} {:>11} {:>9} {:<18} {:>7} {:>9} {:>16}\n", "UTC", "run [s]", "event",
              "channel", "bytes", "seq", "utime [us]");
   std::optional<Stamp> first;
-  return for_each_event("log list", path, [&first](const LogEvent& event) {
+  const int status = for_each_event("log list", path, [&first](const LogEvent& event) {
     if (!first) first = event.stamp;
     const std::optional<recording::MessageHead> head =
         recording::read_head(event.channel, event.data);
@@ -169,6 +174,7 @@ int log_list(const std::string& path) {
                head ? std::to_string(head->utime) : "-");
     return true;
   });
+  return status == kExitOk && !first ? no_events("log list", path) : status;
 }
 
 std::string csv_cell(const std::string& text) {
@@ -238,7 +244,7 @@ class LogList final : public Command {
     app()->add_flag("--json", json_, "print the results as JSON");
     app()->footer(
         "UTC is the time of day of the stamp of the log, run [s] the time since its first event;\n"
-        "utime [us] is the time of the measurement in the message, since 1970.\n"
+        "utime [us] is the time in the message: sensor time (arbitrary epoch) or node time.\n"
         "Example:  rcs log list run.log | head");
   }
   int run() override { return json_ ? log_list_json(log_) : log_list(log_); }

@@ -35,7 +35,9 @@ class Sim final : public Command {
         "output log, written as fast as possible; default: publish on the bus in real time");
     app()->add_option("--seed", overrides_.seed, "seed of the noise, overrides the scenario");
     app()->add_option("--ins", overrides_.ins_grade, "INS grade, overrides the scenario");
-    app()->add_option("--duration", overrides_.duration_s, "[s], overrides the scenario");
+    app()
+        ->add_option("--duration", overrides_.duration_s, "[s], overrides the scenario")
+        ->check(CLI::Range(0.1, 1e6));
     constexpr double kLongest_s = 1e6;
     add_numbers(app(), "--gps-outage", &gps_outage_s_, "BEGIN,LENGTH", 0.0, kLongest_s,
                 "[s], overrides the outages of the scenario");

@@ -45,7 +45,8 @@ class DrillCommand final : public Command {
         ->add_option("DRILL", paths_, "stimuli and limits of a drill (TOML)")
         ->transform(config_file());
     app()->add_flag("--all", all_, "all drills of the folder except the long ones");
-    app()->add_flag("--full", full_, "all drills, each with its full number of seeds (20)");
+    app()->add_flag("--full", full_,
+                    "all drills, each with its full number of seeds (seeds_full, default 20)");
     app()->add_flag("--list", list_, "list the drills of the folder");
     app()
         ->add_option("--folder", folder_, "folder of the drills for --all, --full and --list")

@@ -44,7 +44,7 @@ class DriveCommand final : public Command {
       : Command(rcs->add_subcommand(
             "drive", "Drive simulated courses with SP, WM and BG, and count every contact")) {
     app()
-        ->add_option("scenario", scenario_, "scenario with [drive] mode = \"commanded\"")
+        ->add_option("SCENARIO", scenario_, "scenario with [drive] mode = \"commanded\"")
         ->transform(config_file())
         ->capture_default_str();
     app()

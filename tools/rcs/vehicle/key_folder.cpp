@@ -310,6 +310,13 @@ Outcome KeyFolder::renew(const std::string& name, int days) const {
 }
 
 Outcome KeyFolder::revoke(const std::string& name) const {
+  if (!fs::exists(fs::path(path_) / name / "identity.pem")) {
+    std::string all;
+    if (const Result<std::vector<KeyIdentity>> known = identities(); known) {
+      for (const KeyIdentity& k : *known) all += (all.empty() ? "" : ", ") + k.name;
+    }
+    return Error{fmt::format("no identity {} in {}; there are: {}", name, path_, all)};
+  }
   const PrivateFiles private_files;
   const fs::path authorities = fs::path(path_) / kAuthorities;
   const fs::path config = authorities / "revocation.cnf";
