@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 #include <utility>
 
@@ -66,7 +67,16 @@ report::Table baseline_table(const DrillResult& r) {
   return t;
 }
 
-void add_drill(const DrillResult& r, report::HtmlPage* page) {
+/// In the log of the shown run, which begins with it.
+std::vector<report::Moment> moments_of(const DrillResult& r) {
+  std::vector<report::Moment> moments;
+  for (const Stimulus& s : r.drill.stimuli) {
+    if (moments.size() < 4) moments.push_back({describe(s), s.begin_s});
+  }
+  return moments;
+}
+
+void add_drill(const DrillResult& r, const std::string& logs_folder, report::HtmlPage* page) {
   page->heading(fmt::format("{}: {}", r.drill.name, verdict_text(r)));
   if (!r.drill.about.empty()) page->paragraph(r.drill.about);
   if (!r.error.empty() || !r.skipped.empty()) {
@@ -74,6 +84,9 @@ void add_drill(const DrillResult& r, report::HtmlPage* page) {
     return;
   }
   page->paragraph(stimuli_text(r.drill));
+  if (!logs_folder.empty()) {
+    page->moments(logs_folder + "/" + r.drill.id + ".log", moments_of(r));
+  }
   page->table(limit_table(r));
   page->table(run_table(r));
   if (const report::Table baselines = baseline_table(r); !baselines.rows.empty()) {
@@ -90,9 +103,14 @@ void add_drill(const DrillResult& r, report::HtmlPage* page) {
 
 }  // namespace
 
-std::string drill_page(const std::vector<DrillResult>& results, const std::string& drive) {
-  report::HtmlPage page("Fault-injection tests (drills)");
-  page.paragraph(summary(results) + " Drive: " + drive + ".");
+std::string drill_page(const std::vector<DrillResult>& results, const std::string& drive,
+                       const std::string& logs_folder, const report::PageOrigin& origin) {
+  report::HtmlPage page("Fault-injection tests (drills)", origin);
+  const bool failed = std::any_of(results.begin(), results.end(), [](const DrillResult& r) {
+    return !r.error.empty() || r.verdict() == Verdict::kFail;
+  });
+  page.verdict(!failed, summary(results));
+  page.paragraph("Drive: " + drive + ".");
   page.paragraph(
       "Each drill disturbs the sensor messages of a drive and compares the results of SP and WM "
       "with the truth. A value with ! violates its limit; with ? there were too few seeds for a "
@@ -104,7 +122,7 @@ std::string drill_page(const std::vector<DrillResult>& results, const std::strin
       "fix: a fix with an error of more than 6 total sigma. Smooth step: step of the local pose "
       "that controllers use, beyond the motion predicted from the cycle before. Plots show the "
       "first seed; shaded: time of the stimuli.");
-  for (const DrillResult& r : results) add_drill(r, &page);
+  for (const DrillResult& r : results) add_drill(r, logs_folder, &page);
   return page.finish();
 }
 

@@ -19,6 +19,7 @@
 #include "rcs/node/params/param_text.h"
 #include "tools/base/files.h"
 #include "tools/rcs/command.h"
+#include "tools/rcs/page_origin.h"
 #include "tools/rcs/terminal.h"
 #include "tools/recording/log_series.h"
 #include "tools/report/table.h"
@@ -247,6 +248,7 @@ int rcs_main(int argc, char** argv) {
   add_keys_command(&app, &commands);
   add_reference_commands(&app, &commands);
   add_version(&app);
+  note_command_line(argc, argv);
   try {
     app.parse(argc, argv);
     check_numbers(app);

@@ -16,6 +16,7 @@
 #include "modules/registration/registration.h"
 #include "rcs/node/log/log_file.h"
 #include "tools/base/files.h"
+#include "tools/recording/message_fields.h"
 
 namespace rcs::recording {
 namespace {
@@ -317,6 +318,21 @@ Result<ScanPoses> poses_at_scans(const RunLog& run, Frame frame) {
                              run.scans.size())};
   }
   return out;
+}
+
+std::optional<Stamp> begin_in_sensor_time(const std::string& path) {
+  Result<LogReader> log = LogReader::open(path);
+  if (!log) return std::nullopt;
+  std::optional<Stamp> first;
+  LogEvent event;
+  while (log->next(&event)) {
+    if (!first) first = event.stamp;
+    if (event.channel != channel::kSimTruth && event.channel != channel::kWmNavState) continue;
+    if (const std::optional<MessageHead> head = read_head(event.channel, event.data)) {
+      return from_utime(head->utime) - (event.stamp - *first);
+    }
+  }
+  return std::nullopt;
 }
 
 }  // namespace rcs::recording

@@ -103,4 +103,9 @@ struct ScanPoses {
 /// @return an error if the frame never existed, or the rolling poses are of several maps
 [[nodiscard]] Result<ScanPoses> poses_at_scans(const RunLog& run, Frame frame);
 
+/// The sensor time of the first event of a log, from the first WM_NAV_STATE or SIM_TRUTH; the
+/// viewer counts from this event.
+/// @return nullopt: the log has neither
+[[nodiscard]] std::optional<Stamp> begin_in_sensor_time(const std::string& path);
+
 }  // namespace rcs::recording

@@ -15,9 +15,15 @@ main{max-width:960px;margin:0 auto;padding:36px 20px 64px}
 h1{font-size:27px;line-height:1.2;margin:0 0 6px}
 h2{font-size:19px;margin:38px 0 10px}
 p{margin:6px 0 12px;max-width:75ch;color:var(--soft)}
-metric{margin:14px 0;padding:14px 14px 8px;background:var(--sheet);border:1px solid var(--rule);
+figure{margin:14px 0;padding:14px 14px 8px;background:var(--sheet);border:1px solid var(--rule);
  border-radius:8px}
-metric svg{display:block;width:100%;height:auto}
+figure svg{display:block;width:100%;height:auto}
+.origin{font-size:13px}
+.verdict{font-weight:600;color:var(--ink);padding:8px 12px;border-left:6px solid #3b76c4;background:var(--sheet)}
+.verdict.fail{border-left-color:#d55e00}
+code{font-family:ui-monospace,"DejaVu Sans Mono",monospace;overflow-wrap:anywhere}
+a{color:#2f6fc0}
+@media (prefers-color-scheme:dark){a{color:#7db3f2}}
 .scroll{overflow-x:auto;background:var(--sheet);border:1px solid var(--rule);border-radius:8px;
  margin:12px 0}
 table{border-collapse:collapse;width:100%;font-size:14px;font-variant-numeric:tabular-nums}
@@ -28,7 +34,30 @@ th:first-child,td:first-child{text-align:left;white-space:normal;min-width:8em}
 
 }  // namespace
 
-HtmlPage::HtmlPage(std::string_view title) : title_(escape_xml(title)) {}
+HtmlPage::HtmlPage(std::string_view title, const PageOrigin& origin)
+    : title_(escape_xml(title)),
+      origin_(fmt::format("<p class=\"origin\"><code>{}</code><br>{}{}, {}</p>\n",
+                          escape_xml(origin.command),
+                          origin.configuration.empty()
+                              ? ""
+                              : fmt::format("configuration {}, ", escape_xml(origin.configuration)),
+                          escape_xml(origin.program), escape_xml(origin.date))) {}
+
+void HtmlPage::verdict(bool passed, std::string_view text) {
+  body_ += fmt::format("<p class=\"verdict {}\">{}: {}</p>\n", passed ? "pass" : "fail",
+                       passed ? "Passed" : "Failed", escape_xml(text));
+}
+
+void HtmlPage::moments(std::string_view log, const std::vector<Moment>& moments) {
+  body_ += fmt::format("<p>In the viewer (start <code>rcs view {}</code> first):", escape_xml(log));
+  std::string_view between = " ";
+  for (const Moment& m : moments) {
+    body_ += fmt::format("{}<a href=\"http://127.0.0.1:8765/#t={:.1f}\">{}, {:.1f} s</a>", between,
+                         m.t_s, escape_xml(m.what), m.t_s);
+    between = ", ";
+  }
+  body_ += ".</p>\n";
+}
 
 void HtmlPage::heading(std::string_view text) {
   body_ += fmt::format("<h2>{}</h2>\n", escape_xml(text));
@@ -60,9 +89,9 @@ std::string HtmlPage::finish() const {
   return fmt::format(
       "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-      "<title>{0}</title>\n<style>{1}{2}</style>\n</head>\n<body><main>\n<h1>{0}</h1>\n{3}"
+      "<title>{0}</title>\n<style>{1}{2}</style>\n</head>\n<body><main>\n<h1>{0}</h1>\n{4}{3}"
       "</main></body>\n</html>\n",
-      title_, kPageStyle, plot_style(), body_);
+      title_, kPageStyle, plot_style(), body_, origin_);
 }
 
 }  // namespace rcs::report

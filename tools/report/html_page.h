@@ -3,15 +3,34 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "tools/report/svg_plot.h"
 #include "tools/report/table.h"
 
 namespace rcs::report {
 
+/// What made a page; shown below its title.
+struct PageOrigin {
+  std::string command;        ///< line
+  std::string configuration;  ///< of the vehicle; empty: none
+  std::string program;        ///< name and version
+  std::string date;           ///< UTC
+};
+
+/// A moment of a log, opened in the viewer by a link.
+struct Moment {
+  std::string what;
+  double t_s = 0.0;  ///< after the first event of the log
+};
+
 class HtmlPage {
  public:
-  explicit HtmlPage(std::string_view title);
+  HtmlPage(std::string_view title, const PageOrigin& origin);
+
+  void verdict(bool passed, std::string_view text);
+  /// Links to the viewer, which must show the log: the page names the command.
+  void moments(std::string_view log, const std::vector<Moment>& moments);
 
   void heading(std::string_view text);
   void paragraph(std::string_view text);
@@ -24,6 +43,7 @@ class HtmlPage {
  private:
   std::string body_;
   std::string title_;
+  std::string origin_;
 };
 
 }  // namespace rcs::report

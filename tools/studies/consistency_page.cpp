@@ -144,9 +144,10 @@ std::string summary(const ConsistencyReport& report) {
 
 }  // namespace
 
-std::string consistency_page(const ConsistencyReport& report, const std::string& vehicle) {
-  report::HtmlPage page("Filter consistency");
-  page.paragraph(summary(report) + " Vehicle: " + vehicle + ". " + limits_text());
+std::string consistency_page(const ConsistencyReport& report, const report::PageOrigin& origin) {
+  report::HtmlPage page("Filter consistency", origin);
+  page.verdict(report.passed(), summary(report));
+  page.paragraph(limits_text());
   page.paragraph(fmt::format(
       "NEES: squared error normalized by the published covariance; per degree of freedom 1 for a "
       "consistent filter, above 1 for an overconfident one. GPS is cut at {:g} s. A value with ! "

@@ -3,12 +3,12 @@
 
 #include <string>
 
+#include "tools/report/html_page.h"
 #include "tools/studies/consistency_output.h"
 
 namespace rcs::studies {
 
-/// @param vehicle  path of the configuration
 [[nodiscard]] std::string consistency_page(const ConsistencyReport& report,
-                                           const std::string& vehicle);
+                                           const report::PageOrigin& origin);
 
 }  // namespace rcs::studies

@@ -222,7 +222,8 @@ TEST(Consistency, TheReportNamesTheFailedStatistics) {
   EXPECT_EQ(j["blocks"][2]["error"], "no such terrain");
   EXPECT_THAT(to_text(studies::nees_table(report)), testing::HasSubstr(" !"));
   EXPECT_THAT(to_text(studies::nis_table(report)), testing::HasSubstr("gps velocity"));
-  const std::string page = studies::consistency_page(report, "config/demo3.toml");
+  const std::string page =
+      studies::consistency_page(report, {"rcs consistency", "config/demo3.toml", "rcs 1", "today"});
   EXPECT_THAT(page, testing::HasSubstr("made_up: NEES of the attitude"));
   EXPECT_THAT(page, testing::HasSubstr("no such terrain"));
   EXPECT_THAT(page, testing::Not(testing::HasSubstr("nan")));

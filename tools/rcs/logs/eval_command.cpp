@@ -7,6 +7,7 @@
 #include "tools/evaluation/metrics.h"
 #include "tools/rcs/command.h"
 #include "tools/rcs/logs/run_reading.h"
+#include "tools/rcs/page_origin.h"
 #include "tools/report/html_page.h"
 #include "tools/report/json_document.h"
 
@@ -285,7 +286,7 @@ class Eval final : public Command {
     }
     if (report_.empty()) return kExitOk;
 
-    report::HtmlPage page("Run " + run_);
+    report::HtmlPage page("Run " + run_, page_origin());
     for (const report::Table& t : tables) page.table(t);
     page.heading("Course");
     page.plot(course);

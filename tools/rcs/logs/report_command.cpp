@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <numeric>
 
 #include "tools/base/files.h"
@@ -11,6 +12,7 @@
 #include "tools/rcs/command.h"
 #include "tools/rcs/list_option.h"
 #include "tools/rcs/logs/run_reading.h"
+#include "tools/rcs/page_origin.h"
 #include "tools/report/html_page.h"
 #include "tools/report/json_document.h"
 
@@ -196,18 +198,53 @@ class ReportCommand final : public Command {
     return evaluation::comparison_plot(runs, outages_, zero());
   }
 
+  void add_verdict(report::HtmlPage* page) const {
+    if (min_factor_ <= 0.0) return;
+    const std::optional<double> factor = evaluation::ladar_factor(compared_);
+    page->verdict(factor && *factor >= min_factor_,
+                  factor ? fmt::format("without the LADAR the rms error is {:.1f} times that with "
+                                       "it; at least {:g} times is required.",
+                                       *factor, min_factor_)
+                         : "no two runs differ by the LADAR alone.");
+  }
+
+  /// Begin and end of each outage, and the largest error, in the log of the first run.
+  [[nodiscard]] std::vector<report::Moment> moments() const {
+    const ReportedRun& main = reported_.front();
+    const std::optional<Stamp> begin = recording::begin_in_sensor_time(main.log.path);
+    if (!begin) return {};
+    const auto in_log_s = [&](Stamp stamp) { return std::max(0.0, seconds(stamp - *begin)); };
+    std::vector<report::Moment> all;
+    for (const evaluation::TimeInterval& o : outages_) {
+      if (all.size() >= 6) break;
+      all.push_back({"begin of the outage", in_log_s(o.from)});
+      all.push_back({"its end", in_log_s(o.to)});
+    }
+    const auto largest =
+        std::max_element(main.world.errors.begin(), main.world.errors.end(),
+                         [](const evaluation::WorldError& a, const evaluation::WorldError& b) {
+                           return a.horizontal_m() < b.horizontal_m();
+                         });
+    if (largest != main.world.errors.end()) {
+      all.push_back({"largest error", in_log_s(largest->stamp)});
+    }
+    return all;
+  }
+
   [[nodiscard]] Outcome write_page() const {
     const ReportedRun& main = reported_.front();
     if (!svg_.empty()) {
       const std::string svg = report::render_stacked({course(), errors()});
       if (Outcome written = tools::write_text(svg_, svg); !written) return written;
     }
-    report::HtmlPage page("Drive without GPS");
+    report::HtmlPage page("Drive without GPS", page_origin());
+    add_verdict(&page);
     page.paragraph(outage_text());
     page.table(evaluation::comparison_table(compared_));
     if (const std::string text = evaluation::comparison_text(compared_); !text.empty()) {
       page.paragraph(text);
     }
+    page.moments(shell_word(main.log.path), moments());
     page.heading("Course");
     page.plot(course());
     page.heading("Error");

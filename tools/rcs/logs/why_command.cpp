@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "tools/rcs/command.h"
+#include "tools/rcs/page_origin.h"
 #include "tools/rcs/terminal.h"
 #include "tools/report/json_document.h"
 #include "tools/studies/explanation.h"
@@ -49,7 +50,12 @@ class Why final : public Command {
       });
     }();
     if (!explained) return fail(kWhyName, explained.error());
-    fmt::print("{}", json_ ? report::json_document(kWhyName, explained->json) : explained->text);
+    if (json_) {
+      fmt::print("{}", report::json_document(kWhyName, explained->json));
+    } else {
+      fmt::print("{}\nIn the viewer: rcs view {}, then http://127.0.0.1:8765/#t={:.1f}\n",
+                 explained->text, shell_word(log_), time_s_);
+    }
     return kExitOk;
   }
 

@@ -9,6 +9,7 @@
 #include "tools/rcs/command.h"
 #include "tools/rcs/config_files.h"
 #include "tools/rcs/list_option.h"
+#include "tools/rcs/page_origin.h"
 #include "tools/report/json_document.h"
 #include "tools/studies/consistency_output.h"
 #include "tools/studies/consistency_page.h"
@@ -116,7 +117,7 @@ class ConsistencyCommand final : public Command {
     Outcome written = tools::write_text(out_ + "/consistency.json", json);
     if (written) {
       written = tools::write_text(out_ + "/consistency.html",
-                                  studies::consistency_page(report_, config_));
+                                  studies::consistency_page(report_, page_origin(config_)));
     }
     return written;
   }

@@ -12,6 +12,7 @@
 #include "tools/rcs/campaign_terminal.h"
 #include "tools/rcs/command.h"
 #include "tools/rcs/config_files.h"
+#include "tools/rcs/page_origin.h"
 #include "tools/report/json_document.h"
 
 namespace rcs::cli {
@@ -191,7 +192,9 @@ class DrillCommand final : public Command {
     if (written) written = tools::write_text(out_ + "/junit.xml", drills::to_junit(results_));
     const std::string& drive = log_.empty() ? scenario_ : log_;
     if (written)
-      written = tools::write_text(out_ + "/report.html", drills::drill_page(results_, drive));
+      written = tools::write_text(
+          out_ + "/report.html",
+          drills::drill_page(results_, drive, logs_ ? out_ : "", page_origin(config_)));
     return written;
   }
 

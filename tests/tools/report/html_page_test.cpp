@@ -1,0 +1,50 @@
+#include "tools/report/html_page.h"
+
+#include <gmock/gmock.h>
+
+namespace rcs::report {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+HtmlPage page() {
+  return HtmlPage("Title <1>",
+                  {"rcs report 'a b.log' -o p.html", "demo3.toml", "rcs 1.2", "today"});
+}
+
+TEST(HtmlPage, StatesWhatMadeIt) {
+  const std::string text = page().finish();
+  EXPECT_THAT(text, HasSubstr("<h1>Title &lt;1&gt;</h1>"));
+  EXPECT_THAT(text, HasSubstr("rcs report 'a b.log' -o p.html</code>"));
+  EXPECT_THAT(text, HasSubstr("configuration demo3.toml, rcs 1.2, today"));
+}
+
+TEST(HtmlPage, AVerdictIsVisible) {
+  HtmlPage passed = page();
+  passed.verdict(true, "3 of 3 drills");
+  EXPECT_THAT(passed.finish(), HasSubstr("class=\"verdict pass\">Passed: 3 of 3 drills"));
+  HtmlPage failed = page();
+  failed.verdict(false, "2 of 3 drills");
+  EXPECT_THAT(failed.finish(), HasSubstr("class=\"verdict fail\">Failed: 2 of 3 drills"));
+}
+
+TEST(HtmlPage, MomentsOpenTheViewerAtTheirTime) {
+  HtmlPage with = page();
+  with.moments("out/run.log", {{"begin of the outage", 60.04}, {"largest error", 97.5}});
+  const std::string text = with.finish();
+  EXPECT_THAT(text, HasSubstr("<code>rcs view out/run.log</code>"));
+  EXPECT_THAT(text, HasSubstr("<a href=\"http://127.0.0.1:8765/#t=60.0\">begin of the outage, "
+                              "60.0 s</a>, <a href=\"http://127.0.0.1:8765/#t=97.5\">"));
+}
+
+TEST(HtmlPage, EveryStyledElementExists) {
+  HtmlPage with = page();
+  with.plot(Plot{});
+  const std::string text = with.finish();
+  EXPECT_THAT(text, HasSubstr("<figure><svg"));
+  EXPECT_THAT(text, HasSubstr("figure svg{"));
+}
+
+}  // namespace
+}  // namespace rcs::report
