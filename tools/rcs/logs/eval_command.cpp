@@ -6,6 +6,7 @@
 #include "tools/evaluation/evaluation_tables.h"
 #include "tools/evaluation/metrics.h"
 #include "tools/rcs/command.h"
+#include "tools/rcs/logs/driving_section.h"
 #include "tools/rcs/logs/run_reading.h"
 #include "tools/rcs/page_origin.h"
 #include "tools/report/html_page.h"
@@ -290,6 +291,7 @@ class Eval final : public Command {
     for (const report::Table& t : tables) page.table(t);
     page.heading("Course");
     page.plot(course);
+    add_driving(run_, &page);
     if (world) {
       page.heading("Error and predicted sigma of WM");
       page.paragraph(

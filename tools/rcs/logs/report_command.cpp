@@ -11,6 +11,7 @@
 #include "tools/evaluation/run_comparison.h"
 #include "tools/rcs/command.h"
 #include "tools/rcs/list_option.h"
+#include "tools/rcs/logs/driving_section.h"
 #include "tools/rcs/logs/run_reading.h"
 #include "tools/rcs/page_origin.h"
 #include "tools/report/html_page.h"
@@ -247,6 +248,7 @@ class ReportCommand final : public Command {
     page.moments(shell_word(main.log.path), moments());
     page.heading("Course");
     page.plot(course());
+    add_driving(main.log.path, &page);
     page.heading("Error");
     if (reported_.size() > 1) page.plot(errors());
     page.paragraph(

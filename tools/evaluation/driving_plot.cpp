@@ -1,0 +1,186 @@
+#include "tools/evaluation/driving_plot.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "lcmtypes/channels.h"
+#include "lcmtypes/convert.h"
+#include "lcmtypes/rcs/command_t.hpp"
+#include "lcmtypes/rcs/integrity_t.hpp"
+#include "lcmtypes/rcs/map_patch_t.hpp"
+#include "lcmtypes/rcs/nav_state_t.hpp"
+#include "lcmtypes/rcs/plan_t.hpp"
+#include "rcs/base/pose.h"
+#include "rcs/node/log/log_file.h"
+
+namespace rcs::evaluation {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kHighest_m = 1.0;        // of the scale of colours
+constexpr double kLeastObstacle_m = 0.5;  // an obstacle is never as dark as ground
+constexpr double kBeside_m = 12.0;        // of the course: what is shown
+constexpr double kEveryPath_s = 1.0;
+constexpr double kEveryLevel_m = 15.0;  // of the course: a circle
+constexpr double kLargestLevel_m = 100.0;
+constexpr int kCorners = 24;
+
+struct Curve {
+  std::vector<double> x, y;
+
+  void add(double px, double py) {
+    x.push_back(px);
+    y.push_back(py);
+  }
+  void interrupt() {
+    if (!x.empty()) add(kNone, kNone);
+  }
+};
+
+/// Collects one frame local: another one begins anew.
+class Drive {
+ public:
+  void take(const nav_state_t& m) {
+    if (!from_message(m.q_local_vehicle, m.p_local_vehicle_m, &T_local_vehicle_)) return;
+    if (m.local_utime != local_utime_) *this = Drive(m.local_utime, T_local_vehicle_);
+    const Vec3& p = T_local_vehicle_.p;
+    Pose T_world_vehicle;
+    if (m.world_valid != 0 &&
+        from_message(m.q_world_vehicle, m.p_world_vehicle_m, &T_world_vehicle)) {
+      T_local_world_ = T_local_vehicle_ * T_world_vehicle.inverse();
+    }
+    const bool moved =
+        course_.x.empty() || std::hypot(p.x() - course_.x.back(), p.y() - course_.y.back()) > 0.2;
+    if (!moved) return;
+    if (!course_.x.empty()) {
+      driven_m_ += std::hypot(p.x() - course_.x.back(), p.y() - course_.y.back());
+    }
+    course_.add(p.x(), p.y());
+    if (driven_m_ < next_level_m_ || !(level_m_ < kLargestLevel_m)) return;
+    next_level_m_ = driven_m_ + kEveryLevel_m;
+    levels_.interrupt();
+    for (int k = 0; k <= kCorners; ++k) {
+      const double angle = 2.0 * M_PI * k / kCorners;
+      levels_.add(p.x() + level_m_ * std::cos(angle), p.y() + level_m_ * std::sin(angle));
+    }
+  }
+
+  void take(const integrity_t& m) { level_m_ = m.protection_horizontal_m; }
+
+  void take(const map_patch_t& m) {
+    constexpr int kFarthest = 1'000'000;  // cells
+    const bool good = m.local_utime == local_utime_ && m.width > 0 && m.cell_m > 0.0 &&
+                      std::abs(m.first_i) < kFarthest && std::abs(m.first_j) < kFarthest;
+    if (!good) return;
+    cell_m_ = m.cell_m;
+    for (int k = 0; k < m.n; ++k) {
+      const auto at = static_cast<std::size_t>(k);
+      const auto flags = static_cast<std::uint8_t>(m.flags[at]);
+      if ((flags & map_patch_t::FLAG_UNKNOWN) != 0 && (flags & map_patch_t::FLAG_OBSTACLE) == 0) {
+        continue;
+      }
+      const double step_m = 0.01 * m.step_cm[at];
+      const bool obstacle = (flags & map_patch_t::FLAG_OBSTACLE) != 0;
+      ground_[{m.first_j + k / m.width, m.first_i + k % m.width}] =
+          std::clamp(step_m, obstacle ? kLeastObstacle_m : 0.0, kHighest_m);
+    }
+  }
+
+  void take(const plan_t& m) {
+    const double t_s = 1e-6 * static_cast<double>(m.utime);
+    if (m.point.empty() || t_s < next_path_s_) return;
+    next_path_s_ = t_s + kEveryPath_s;
+    paths_.interrupt();
+    for (const plan_point_t& p : m.point) paths_.add(p.p_m[0], p.p_m[1]);
+  }
+
+  void take(const command_t& m) {
+    if (m.kind != command_t::KIND_GOTO) return;
+    std::vector<Vec3> places;
+    for (const waypoint_t& w : m.waypoint) {
+      const Vec3 p = from_message(w.p_m);
+      if (!p.allFinite()) return;
+      places.push_back(m.frame == command_t::FRAME_WORLD ? T_local_world_ * p : p);
+    }
+    if (places.size() >= waypoints_.size()) waypoints_ = std::move(places);
+  }
+
+  [[nodiscard]] std::optional<report::Plot> plot() && {
+    if (paths_.x.empty() || course_.x.size() < 2) return std::nullopt;
+    using report::Colour;
+    using report::SeriesStyle;
+    report::Plot out;
+    out.title = "The drive from above";
+    out.x_label = "x, frame local [m]";
+    out.y_label = "y, frame local [m]";
+    out.height_px = 620;
+    out.equal_scales = true;
+    const auto [x_low, x_high] = std::minmax_element(course_.x.begin(), course_.x.end());
+    const auto [y_low, y_high] = std::minmax_element(course_.y.begin(), course_.y.end());
+    out.window = report::Window{*x_low - kBeside_m, *x_high + kBeside_m, *y_low - kBeside_m,
+                                *y_high + kBeside_m};
+    out.map = report::CellMap{cell_m_, {}, "step [m]"};
+    for (const auto& [at, value] : ground_) out.map->cells.push_back({at.second, at.first, value});
+    for (std::size_t k = 0; k < waypoints_.size(); ++k) {
+      out.marks.push_back({waypoints_[k].x(), waypoints_[k].y(), std::to_string(k + 1)});
+    }
+    const auto add = [&out](const char* label, Colour colour, SeriesStyle style, Curve* curve) {
+      if (curve->x.empty()) return;
+      out.series.push_back({label, colour, style, std::move(curve->x), std::move(curve->y), {}});
+    };
+    add("paths of BG, one a second", Colour::kPurple, SeriesStyle::kHair, &paths_);
+    add("protection level", Colour::kOrange, SeriesStyle::kHair, &levels_);
+    add("course by WM", Colour::kBlue, SeriesStyle::kThickLine, &course_);
+    return out;
+  }
+
+  Drive() = default;
+
+ private:
+  Drive(std::int64_t local_utime, const Pose& T_local_vehicle)
+      : local_utime_(local_utime), T_local_vehicle_(T_local_vehicle) {}
+
+  std::int64_t local_utime_ = -1;
+  Pose T_local_vehicle_;
+  Pose T_local_world_;
+  double level_m_ = std::numeric_limits<double>::infinity();
+  double driven_m_ = 0.0;
+  double next_level_m_ = 0.0;
+  double next_path_s_ = -std::numeric_limits<double>::infinity();
+  double cell_m_ = 1.0;
+  std::map<std::pair<int, int>, double> ground_;  // by j, then i
+  std::vector<Vec3> waypoints_;
+  Curve course_, paths_, levels_;
+};
+
+template <class M>
+bool read(const LogEvent& event, const char* channel, Drive* drive) {
+  if (event.channel != channel) return false;
+  M m;
+  if (m.decode(event.data.data(), 0, static_cast<int>(event.data.size())) >= 0) drive->take(m);
+  return true;
+}
+
+}  // namespace
+
+Result<std::optional<report::Plot>> driving_plot(const std::string& log) {
+  Result<LogReader> reader = LogReader::open(log);
+  if (!reader) return reader.error();
+  Drive drive;
+  LogEvent event;
+  while (reader->next(&event)) {
+    (void)(read<nav_state_t>(event, channel::kWmNavState, &drive) ||
+           read<integrity_t>(event, channel::kWmIntegrity, &drive) ||
+           read<map_patch_t>(event, channel::kWmMapPatch, &drive) ||
+           read<plan_t>(event, channel::kBgPlan, &drive) ||
+           read<command_t>(event, channel::kBgCommand, &drive));
+  }
+  return std::move(drive).plot();
+}
+
+}  // namespace rcs::evaluation
