@@ -22,9 +22,8 @@ namespace rcs::evaluation {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr double kHighest_m = 1.0;        // of the scale of colours
-constexpr double kLeastObstacle_m = 0.5;  // an obstacle is never as dark as ground
-constexpr double kBeside_m = 12.0;        // of the course: what is shown
+constexpr double kHighest_m = 1.0;  // of the scale of colours
+constexpr double kBeside_m = 12.0;  // of the course: what is shown
 constexpr double kEveryPath_s = 1.0;
 constexpr double kEveryLevel_m = 15.0;  // of the course: a circle
 constexpr double kLargestLevel_m = 100.0;
@@ -80,14 +79,12 @@ class Drive {
     cell_m_ = m.cell_m;
     for (int k = 0; k < m.n; ++k) {
       const auto at = static_cast<std::size_t>(k);
-      const auto flags = static_cast<std::uint8_t>(m.flags[at]);
-      if ((flags & map_patch_t::FLAG_UNKNOWN) != 0 && (flags & map_patch_t::FLAG_OBSTACLE) == 0) {
-        continue;
+      const std::pair<int, int> cell{m.first_j + k / m.width, m.first_i + k % m.width};
+      if ((static_cast<std::uint8_t>(m.flags[at]) & map_patch_t::FLAG_OBSTACLE) != 0) {
+        obstacles_[cell] = std::clamp(0.01 * m.step_cm[at], 0.0, kHighest_m);
+      } else {
+        obstacles_.erase(cell);  // it was seen better
       }
-      const double step_m = 0.01 * m.step_cm[at];
-      const bool obstacle = (flags & map_patch_t::FLAG_OBSTACLE) != 0;
-      ground_[{m.first_j + k / m.width, m.first_i + k % m.width}] =
-          std::clamp(step_m, obstacle ? kLeastObstacle_m : 0.0, kHighest_m);
     }
   }
 
@@ -124,8 +121,9 @@ class Drive {
     const auto [y_low, y_high] = std::minmax_element(course_.y.begin(), course_.y.end());
     out.window = report::Window{*x_low - kBeside_m, *x_high + kBeside_m, *y_low - kBeside_m,
                                 *y_high + kBeside_m};
-    out.map = report::CellMap{cell_m_, {}, "step [m]"};
-    for (const auto& [at, value] : ground_) out.map->cells.push_back({at.second, at.first, value});
+    out.map = report::CellMap{cell_m_, {}, "obstacle [m]"};
+    for (const auto& [at, value] : obstacles_)
+      out.map->cells.push_back({at.second, at.first, value});
     for (std::size_t k = 0; k < waypoints_.size(); ++k) {
       out.marks.push_back({waypoints_[k].x(), waypoints_[k].y(), std::to_string(k + 1)});
     }
@@ -153,7 +151,7 @@ class Drive {
   double next_level_m_ = 0.0;
   double next_path_s_ = -std::numeric_limits<double>::infinity();
   double cell_m_ = 1.0;
-  std::map<std::pair<int, int>, double> ground_;  // by j, then i
+  std::map<std::pair<int, int>, double> obstacles_;  // by j, then i
   std::vector<Vec3> waypoints_;
   Curve course_, paths_, levels_;
 };

@@ -10,7 +10,7 @@
 
 namespace rcs::evaluation {
 
-/// The terrain of WM, the paths that BG planned, the course and the protection level around it,
+/// The obstacles of WM, the paths that BG planned, the course and the protection level around it,
 /// seen from above. Frame local.
 /// @param log  path
 /// @return nullopt: BG has planned no path in it; an error if the log cannot be read

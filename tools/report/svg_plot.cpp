@@ -136,6 +136,10 @@ class Canvas {
   }
 
   void fit_ranges() {
+    if (plot_.map) {
+      for (const CellMap::Cell& c : plot_.map->cells) value_.add(c.value);
+      widen(&value_);
+    }
     if (plot_.window) {
       x_ = {plot_.window->x_low, plot_.window->x_high};
       y_ = {plot_.window->y_low, plot_.window->y_high};
@@ -158,13 +162,11 @@ class Canvas {
         x_.add((c.i + 1) * plot_.map->cell);
         y_.add(c.j * plot_.map->cell);
         y_.add((c.j + 1) * plot_.map->cell);
-        value_.add(c.value);
       }
     }
     if (plot_.y_from_zero) y_.add(0.0);
     widen(&x_);
     widen(&y_);
-    widen(&value_);
     const double y_margin = plot_.log_y ? 0.0 : 0.05 * y_.span();
     if (!(plot_.y_from_zero && y_.low == 0.0)) y_.low -= y_margin;
     y_.high += y_margin;

@@ -16,10 +16,9 @@ inline void add_driving(const std::string& log, report::HtmlPage* page) {
   if (!plot || !*plot) return;
   page->heading("Driving");
   page->paragraph(
-      "Ground by its largest step; obstacles are at least 0.5 m in this scale. White: not "
-      "observed. "
-      "Numbers: waypoints of the command. Circles: horizontal protection level, every 15 m of the "
-      "course; levels above 100 m are not drawn.");
+      "Cells: obstacles in the last map of WM that contained them, by the height of their step; an "
+      "edge that hides ground has none. Numbers: waypoints of the command. Circles: horizontal "
+      "protection level, every 15 m of the course; levels above 100 m are not drawn.");
   page->plot(**plot);
 }
 
