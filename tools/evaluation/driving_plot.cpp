@@ -46,7 +46,7 @@ class Drive {
  public:
   void take(const nav_state_t& m) {
     if (!from_message(m.q_local_vehicle, m.p_local_vehicle_m, &T_local_vehicle_)) return;
-    if (m.local_utime != local_utime_) *this = Drive(m.local_utime, T_local_vehicle_);
+    if (m.local_utime != local_utime_) *this = Drive(m.local_utime, T_local_vehicle_, level_m_);
     const Vec3& p = T_local_vehicle_.p;
     Pose T_world_vehicle;
     if (m.world_valid != 0 &&
@@ -140,8 +140,8 @@ class Drive {
   Drive() = default;
 
  private:
-  Drive(std::int64_t local_utime, const Pose& T_local_vehicle)
-      : local_utime_(local_utime), T_local_vehicle_(T_local_vehicle) {}
+  Drive(std::int64_t local_utime, const Pose& T_local_vehicle, double level_m)
+      : local_utime_(local_utime), T_local_vehicle_(T_local_vehicle), level_m_(level_m) {}
 
   std::int64_t local_utime_ = -1;
   Pose T_local_vehicle_;
