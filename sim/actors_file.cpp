@@ -37,11 +37,14 @@ void read_actors(ParamTable* root, std::vector<ActorScript>* actors) {
 }
 
 void read_actor_params(ParamTable table, ActorParams* actors) {
-  table.get("kinds", &actors->kinds,
-            "Moving actors that are drawn by seed on each leg of the course: crossing, following "
-            "(ahead of the vehicle, in its direction), oncoming. Empty: none.");
+  table.get(
+      "kinds", &actors->kinds,
+      "Moving actors that are drawn by seed on each leg of the course: crossing, following "
+      "(ahead of the vehicle, in its direction), oncoming, appearing (at once, 5 m beyond the "
+      "distance in which the vehicle can stop). Empty: none.");
   if (const std::string unknown = unknown_actor(actors->kinds); !unknown.empty()) {
-    table.fail("kinds", "\"" + unknown + "\" is not one of crossing, following, oncoming");
+    table.fail("kinds",
+               "\"" + unknown + "\" is not one of crossing, following, oncoming, appearing");
   }
   table.get("most_per_leg", &actors->most_per_leg, {1, 5},
             "Largest number of actors that are drawn for a leg; the smallest is one.");

@@ -88,7 +88,7 @@ Simulator::Simulator(const Scenario& scenario)
   if (actors_.size() > 0) {
     imager_.set_actors(&actors_);
     spinning_.set_actors(&actors_);
-    actors_.observe(last_place_world_, 0.0);
+    actors_.observe({last_place_world_, 0.0}, 0.0, 0.0);
   }
   schedule_periodic(kIns, scenario_.ins.interval_s, kTransport);
   schedule_periodic(kOdometry, scenario_.odometry.interval_s, kTransport);
@@ -379,7 +379,9 @@ void Simulator::emit_truth(SourceEvent* event) {
   m.foliage_contact = safety.foliage ? 1 : 0;
   encode(channel::kSimTruth, m, event);
   const Vec2 place_world = motion.T_world_vehicle.p.head<2>();
-  actors_.observe(place_world, time_s);
+  const Vec3 ahead = motion.T_world_vehicle.q * Vec3::UnitX();
+  actors_.observe({place_world, std::atan2(ahead.y(), ahead.x())}, motion.v_world.head<2>().norm(),
+                  time_s);
   if (scenario_.commanded) count_contacts(motion, time_s);
 
   driven_m_ += (place_world - last_place_world_).norm();

@@ -13,6 +13,9 @@ constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr double kPersonRadius_m = 0.3;
 constexpr double kPersonHeight_m = 1.8;
 constexpr double kVehicleHeight_m = 1.6;
+constexpr double kVehicleLength_m = 4.5;
+constexpr double kVehicleWidth_m = 1.9;
+constexpr double kNowhere_m = 1e7;
 // A body reaches below the ground at its centre, so that nothing is seen under it on a slope.
 constexpr double kFoot_m = 0.5;
 
@@ -45,7 +48,7 @@ struct Rectangle {
   }
 };
 
-Rectangle box_of(const ActorPlace& actor) { return {actor.at, 4.5, 1.9}; }
+Rectangle box_of(const ActorPlace& actor) { return {actor.at, kVehicleLength_m, kVehicleWidth_m}; }
 
 // Of two rectangles whose projections on an axis of one of them are apart, a corner of one is the
 // nearest point.
@@ -172,11 +175,33 @@ Actors::Actors(std::vector<ActorScript> scripts) : scripts_(std::move(scripts)) 
   for (const ActorScript& s : scripts_) start_s_.push_back(s.within_m > 0.0 ? kNever : s.start_s);
 }
 
-void Actors::observe(const Vec2& vehicle_world, double time_s) {
+double stop_m(double speed_mps) {
+  constexpr double kUntilItActs_s = 0.45;
+  constexpr double kBrake_mps2 = 5.0;
+  return speed_mps * kUntilItActs_s + 0.5 * speed_mps * speed_mps / kBrake_mps2;
+}
+
+ActorPlace Actors::at(std::size_t k, double time_s) const {
+  if (!exists(k, time_s)) return {scripts_[k].kind, {Vec2::Constant(kNowhere_m), 0.0}};
+  return place_on(scripts_[k], time_s - start_s_[k]);
+}
+
+void Actors::observe(const CoursePoint& vehicle, double speed_mps, double time_s) {
   for (std::size_t k = 0; k < scripts_.size(); ++k) {
-    const ActorScript& s = scripts_[k];
+    ActorScript& s = scripts_[k];
     if (start_s_[k] < kNever || time_s < s.start_s) continue;
-    if ((vehicle_world - s.waypoints_world.front()).norm() <= s.within_m) start_s_[k] = time_s;
+    if ((vehicle.p_world - s.waypoints_world.front()).norm() > s.within_m) continue;
+    start_s_[k] = time_s;
+    if (s.appears_beyond_m <= 0.0) continue;
+    const Vec2 ahead(std::cos(vehicle.heading_rad), std::sin(vehicle.heading_rad));
+    const Vec2 across(-ahead.y(), ahead.x());
+    const double bodies_m =
+        0.5 * Footprint().length_m +
+        (s.kind == ActorKind::kPerson ? kPersonRadius_m : 0.5 * kVehicleWidth_m);
+    const Vec2 place =
+        vehicle.p_world + (bodies_m + stop_m(speed_mps) + s.appears_beyond_m) * ahead;
+    s.waypoints_world = {place, place + across};
+    s.speed_mps = 0.0;
   }
 }
 

@@ -25,7 +25,14 @@ struct ActorScript {
   /// The start also waits until the vehicle is within this distance of the first waypoint; 0: it
   /// does not.
   double within_m = 0.0;
+  /// Above 0: it does not exist before its start. Then it stands across the way of the vehicle,
+  /// this far beyond the distance in which the vehicle can stop (stop_m()), whatever its waypoints.
+  double appears_beyond_m = 0.0;
 };
+
+/// Distance that a vehicle needs from something that it can see to rest [m]: 0.45 s until it acts
+/// (a scan, a map, a cycle of BG, the actuators), and the full brake of 5 m/s^2.
+[[nodiscard]] double stop_m(double speed_mps);
 
 /// Where an actor is; its heading is that of the segment.
 struct ActorPlace {
@@ -55,16 +62,19 @@ class Actors {
   explicit Actors(std::vector<ActorScript> scripts);
 
   /// Starts the actors that wait for the vehicle. Call with times that do not decrease.
-  void observe(const Vec2& vehicle_world, double time_s);
+  void observe(const CoursePoint& vehicle, double speed_mps, double time_s);
 
   [[nodiscard]] std::size_t size() const { return scripts_.size(); }
   [[nodiscard]] const ActorScript& script(std::size_t k) const { return scripts_[k]; }
   /// Simulation time of the start; infinite: not yet known.
   [[nodiscard]] double start_s(std::size_t k) const { return start_s_[k]; }
   [[nodiscard]] bool started(std::size_t k, double time_s) const { return time_s >= start_s_[k]; }
-  [[nodiscard]] ActorPlace at(std::size_t k, double time_s) const {
-    return place_on(scripts_[k], time_s - start_s_[k]);
+  /// False: it has not appeared yet.
+  [[nodiscard]] bool exists(std::size_t k, double time_s) const {
+    return scripts_[k].appears_beyond_m <= 0.0 || started(k, time_s);
   }
+  /// Beyond every world if it does not exist.
+  [[nodiscard]] ActorPlace at(std::size_t k, double time_s) const;
   /// Whether a ray hits an actor before the range in `hit`, which is replaced then.
   bool meet(const World& world, const Ray& ray, double time_s, Hit* hit) const;
 

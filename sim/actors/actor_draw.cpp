@@ -10,7 +10,8 @@
 namespace rcs::sim {
 namespace {
 
-constexpr std::array<std::string_view, 3> kKinds = {"crossing", "following", "oncoming"};
+constexpr std::array<std::string_view, 4> kKinds = {"crossing", "following", "oncoming",
+                                                    "appearing"};
 constexpr double kShortest_m = 30.0;  // leg with actors
 constexpr double kBeyond_m = 12.0;    // of a crossing, behind the line of the leg
 constexpr double kTurnOff_m = 14.0;   // of a path along the leg, at its end, to the side
@@ -71,6 +72,13 @@ ActorScript oncoming(const Leg& leg, const Draw& d, ActorScript script) {
   return script;
 }
 
+ActorScript appearing(const Leg& leg, double at_m, ActorScript script) {
+  script.waypoints_world = {leg.at(at_m, 0.0), leg.at(at_m, 1.0)};
+  script.within_m = 8.0;  // the vehicle may pass beside the line of the leg
+  script.appears_beyond_m = 5.0;
+  return script;
+}
+
 }  // namespace
 
 std::string unknown_actor(const std::vector<std::string>& kinds) {
@@ -118,6 +126,8 @@ std::vector<ActorScript> draw_actors(const ActorParams& params,
       } else if (kind == "following") {
         out.push_back(following(leg, d, std::min(at_m, 0.6 * leg.length_m), script));
         last = true;
+      } else if (kind == "appearing") {
+        out.push_back(appearing(leg, at_m, script));
       } else {
         out.push_back(oncoming(leg, d, script));
       }

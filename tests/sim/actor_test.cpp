@@ -83,15 +83,38 @@ TEST(Actor, StartsAtItsTimeAndWhenTheVehicleIsNear) {
   ActorScript waiting = timed;
   waiting.within_m = 20.0;
   Actors actors({timed, waiting});
-  for (double t = 0.0; t <= 4.0; t += 1.0) actors.observe({0, 15}, t);
+  for (double t = 0.0; t <= 4.0; t += 1.0) actors.observe({{0, 15}, 0.0}, 1.0, t);
   EXPECT_FALSE(actors.started(1, 4.0)) << "near, but before its time";
-  actors.observe({0, 50}, 6.0);
+  actors.observe({{0, 50}, 0.0}, 1.0, 6.0);
   EXPECT_TRUE(actors.started(0, 6.0));
   EXPECT_FALSE(actors.started(1, 6.0)) << "the vehicle is far away";
-  actors.observe({0, 19}, 8.0);
-  actors.observe({0, 90}, 9.0);
+  actors.observe({{0, 19}, 0.0}, 1.0, 8.0);
+  actors.observe({{0, 90}, 0.0}, 1.0, 9.0);
   EXPECT_NEAR(actors.at(1, 10.0).at.p_world.x(), 2.0, 1e-9) << "it does not stop again";
   EXPECT_NEAR(actors.at(0, 10.0).at.p_world.x(), 5.0, 1e-9);
+}
+
+TEST(Actor, AppearsBeyondTheDistanceInWhichTheVehicleStops) {
+  ActorScript script;
+  script.kind = ActorKind::kVehicle;
+  script.waypoints_world = {{50, 0}, {50, 1}};
+  script.within_m = 8.0;
+  script.appears_beyond_m = 5.0;
+  Actors actors({script});
+  const CoursePoint far{{30, 2}, radians(90.0)};
+  actors.observe(far, 6.0, 1.0);
+  EXPECT_FALSE(actors.exists(0, 1.0));
+  EXPECT_GT(distance(actors.at(0, 1.0), far, Footprint()), 1e6);
+  const CoursePoint near{{45, 2}, radians(90.0)};
+  actors.observe(near, 6.0, 2.0);
+  ASSERT_TRUE(actors.exists(0, 2.0));
+  // 2.7 m until it acts, 3.6 m of braking.
+  EXPECT_NEAR(stop_m(6.0), 6.3, 1e-9);
+  EXPECT_NEAR(distance(actors.at(0, 2.0), near, Footprint()), 6.3 + 5.0, 1e-9);
+  const ActorPlace place = actors.at(0, 2.0);
+  EXPECT_NEAR(place.at.p_world.x(), 45.0, 1e-9) << "ahead of the vehicle, not on the leg";
+  actors.observe({{45, 6}, radians(90.0)}, 3.0, 3.0);
+  EXPECT_EQ(actors.at(0, 9.0).at.p_world, place.at.p_world) << "it stands";
 }
 
 TEST(Actor, DistanceToTheVehicle) {

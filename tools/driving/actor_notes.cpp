@@ -65,6 +65,7 @@ void ActorNotes::take(const truth_t& m) {
   if (m.seq % 10 != 0) return;
   const sim::Actors& actors = simulator_.actors();
   for (std::size_t k = 0; k < actors.size(); ++k) {
+    if (!actors.exists(k, now_s_)) continue;
     const Vec2 p = actors.at(k, now_s_).at.p_world;
     std::vector<Vec2>& path = actors_[k].path_world;
     if (path.empty() || path.back() != p) path.push_back(p);

@@ -371,7 +371,7 @@ std::string draw(const ClosedLoopRun& run, const sim::Scenario& scenario,
         run.actors.contacts_of_vehicle(), run.actors.ran_into_vehicle()));
   }
   for (const ActorRecord& actor : run.actors.actors) {
-    picture.actors_world.push_back(actor.path_world);
+    if (!actor.path_world.empty()) picture.actors_world.push_back(actor.path_world);
   }
   picture.waypoints_world = run.waypoints_world;
   for (const ClosedLoopSample& s : run.trace) {
