@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "modules/wm/fault_detection/course_shape.h"
+#include "modules/wm/fault_detection/match_mean.h"
 #include "modules/wm/fault_detection/motion_votes.h"
 #include "modules/wm/fault_detection/source_monitor.h"
 #include "modules/wm/fault_detection/turned_path.h"
@@ -170,16 +171,12 @@ class Trust {
   /// A copy of the filter that continues by the INS alone, and what the LADAR measures against it.
   struct Inertial {
     Subfilter subfilter;
-    double began_m = 0.0;             ///< distance driven at the branch
-    Mat6 information = Mat6::Zero();  ///< of the newest matches, with decreasing weights
-    Vec6 weighted = Vec6::Zero();     ///< their residuals, weighted by it
-    Vec6 residual = Vec6::Zero();     ///< their mean
-    int matches = 0;
-    std::array<Drift, 2> across;  ///< against the constraint: to the left, upwards
-    double rotation = 0.0;        ///< ratio of the rotation alone
+    double began_m = 0.0;          ///< distance driven at the branch
+    MatchMean matches;             ///< in the current map
+    Vec6 residual = Vec6::Zero();  ///< their mean
+    std::array<Drift, 2> across;   ///< against the constraint: to the left, upwards
+    double rotation = 0.0;         ///< ratio of the rotation alone
     bool in_rotation = false;  ///< the newest match contradicts its rotation more than its position
-
-    void forget_matches();
   };
   /// Rotations from scan to scan: LADAR against INS, of the newest scans.
   struct ScanRotation {

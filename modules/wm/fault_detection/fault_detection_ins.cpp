@@ -16,7 +16,6 @@ constexpr double kFloor_mps = 0.1;      // and of the velocity of a fix
 constexpr double kMaxWeight = 4.0;      // of a ratio, in the time that a test must last
 constexpr double kLongestStep_s = 0.3;  // a single measurement is not enough
 constexpr int kGyroRefused = 5;         // matches in a row, while the rotation alone is used
-constexpr int kMatches = 10;            // that are averaged
 constexpr double kVoteShare = 0.1;      // of the newest vote of the wheels in the low-passed one
 constexpr double kFixShare = 0.15;      // of the newest fix in the low-passed velocities
 constexpr double kNearer = 0.5;         // to the fixes than the other one: they support it
@@ -73,12 +72,6 @@ double compare(const Residual<M>& by_ins, const Residual<M>& without_ins) {
 
 }  // namespace
 
-void Trust::Inertial::forget_matches() {
-  information.setZero();
-  weighted.setZero();
-  matches = 0;
-}
-
 void Trust::InertialTest::add(double ratio_now, Stamp now) {
   const Duration since = tested == Stamp::min() ? Duration::zero() : now - tested;
   const double dt_s = std::min(seconds(since), kLongestStep_s);
@@ -99,24 +92,21 @@ std::optional<double> Trust::test_by_match(const Model& model, const RollingMatc
       scaled(as_registered, model.ladar_scales.at(inertial->subfilter.state.belief.x.stamp));
   const FilterState& s = inertial->subfilter.state;
   if (!inertial->subfilter.alive() || z.map_epoch != s.belief.x.map_epoch) {
-    inertial->forget_matches();
+    inertial->matches = {};
     return std::nullopt;
   }
   // In the axes of the vehicle, not along the directions that this scan observes: those differ from
   // scan to scan. An unobserved direction has a large sigma.
   Residual<6> r;
-  r.r = log_se3(T_rolling_vehicle(s.belief.x).inverse() * z.T_rolling_vehicle);
   r.H = rolling_pose_jacobian(s.belief.x);  // of a small residual
   int unobserved = 0;
-  r.R = registration_covariance(s.belief.x, z.information, model.params.rolling.match, &unobserved);
-  // Weighted: a scan that observes little must neither shift nor hide the mean of the others.
-  constexpr double kKept = 1.0 - 1.0 / kMatches;
-  const Mat6 weight = r.R.llt().solve(Mat6::Identity());
-  inertial->information = kKept * inertial->information + weight;
-  inertial->weighted = kKept * inertial->weighted + weight * r.r;
-  if (++inertial->matches < kMatches / 2) return std::nullopt;
-  r.R = inertial->information.llt().solve(Mat6::Identity());
-  r.r = r.R * inertial->weighted;
+  const Quat& q = z.T_rolling_vehicle.q;
+  inertial->matches.add(
+      q, log_se3(T_rolling_vehicle(s.belief.x).inverse() * z.T_rolling_vehicle),
+      registration_covariance(s.belief.x, z.information, model.params.rolling.match, &unobserved));
+  if (inertial->matches.count() < MatchMean::kMatches / 2) return std::nullopt;
+  r.R = inertial->matches.covariance(q);
+  r.r = inertial->matches.mean(q);
   inertial->residual = r.r;
   const double driven_m = s.memory.distance_m - inertial->began_m;
   const double translation =
@@ -130,7 +120,7 @@ std::optional<double> Trust::test_by_match(const Model& model, const RollingMatc
 void Trust::test_ins_by_ladar(const Model& model, const RollingMatch& z) {
   if (z.seeded) {  // the result of the old map stays for a moment: its loss may be due to the INS
     scan_ = {};
-    for (Inertial* i : {&inertial_new_, &inertial_young_, &inertial_}) i->forget_matches();
+    for (Inertial* i : {&inertial_new_, &inertial_young_, &inertial_}) i->matches = {};
     return;
   }
   std::optional<double> ratio;
@@ -368,9 +358,9 @@ bool Trust::gyro_is_right(Stamp now) const {
   if (fixes && monitors_.ins.recently_readmitted(now)) return false;
   const double limit = fixes ? kClearlyConfirmed : kConfirmed;
   const auto contradicts = [limit](const Inertial& i) {
-    return i.subfilter.alive() && i.matches >= kMatches && i.rotation > limit;
+    return i.subfilter.alive() && i.matches.count() >= MatchMean::kMatches && i.rotation > limit;
   };
-  return inertial_.matches >= kMatches && !contradicts(inertial_) &&
+  return inertial_.matches.count() >= MatchMean::kMatches && !contradicts(inertial_) &&
          !contradicts(inertial_young_) && !contradicts(inertial_new_) &&
          std::max({votes_.long_turns(), votes_.course_turns(), votes_.unconfirmed_turns()}) <
              kMajority;
