@@ -68,9 +68,13 @@ void read_local_levels(const nav_state_t& m, Nav* nav) {
   const Mat3 in_map = R * in_vehicle * R.transpose();
   const double mean = 0.5 * (in_map(0, 0) + in_map(1, 1));
   const double largest = mean + std::hypot(0.5 * (in_map(0, 0) - in_map(1, 1)), in_map(0, 1));
-  if (!(largest >= 0.0 && in_map(2, 2) >= 0.0)) return;
-  nav->local_horizontal_m = kHorizontalQuantile * std::sqrt(largest);
-  nav->local_vertical_m = kVerticalQuantile * std::sqrt(in_map(2, 2));
+  // For a new map the covariance is a difference of large and equal matrices (modules/wm/eskf.cpp).
+  constexpr double kRounding_m2 = 1e-6;
+  const bool good = std::isfinite(largest) && largest > -kRounding_m2 &&
+                    std::isfinite(in_map(2, 2)) && in_map(2, 2) > -kRounding_m2;
+  if (!good) return;
+  nav->local_horizontal_m = kHorizontalQuantile * std::sqrt(std::max(0.0, largest));
+  nav->local_vertical_m = kVerticalQuantile * std::sqrt(std::max(0.0, in_map(2, 2)));
 }
 
 }  // namespace

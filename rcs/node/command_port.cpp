@@ -110,10 +110,11 @@ CommandProgress CommandPort::progress(Stamp now) const {
   if (sends_ == 0) return {State::kIdle, ""};
   if (done_) return {State::kDone, ""};
   const bool silent = now - std::max(received_at_, first_sent_) > params_.silence;
-  if (silent)
+  if (silent) {
     return {
         State::kError,
         "no status received within the limit: the receiver does not run, or is not on this bus"};
+  }
   if (!echoed_) {
     if (echoes_mine() && status_.status == status_t::STATUS_ERROR) {
       return {State::kError, status_.reason};

@@ -155,6 +155,9 @@ TEST(FaultSoak, ARandomFaultEveryTwentySeconds) {
   }
   live.recovery.reset();
   EXPECT_TRUE(live.run_until_well(kPatience)) << live.recovery.missing();
+  for (; seen < live.safety.breaches().size(); ++seen) {
+    ADD_FAILURE() << "after the last fault: " << live.safety.breaches()[seen];
+  }
   const SafetyMetrics driven = live.safety.metrics();
   report::Table table;
   table.header = {"fault", "times", "recovered before the next", "median s", "max s"};

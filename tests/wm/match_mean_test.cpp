@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 namespace rcs::wm {
 namespace {
@@ -65,6 +66,31 @@ TEST(MatchMean, ADisplacementKeepsItsDirectionWhileTheVehicleTurns) {
   }
   EXPECT_LT((q * Vec3(mean.mean(q).head<3>()) - in_map).norm(), 1e-9);
   EXPECT_LT(mean.mean(q).tail<3>().norm(), 1e-9);
+}
+
+TEST(MatchMean, ItsCovarianceIsThatOfItsErrors) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  Vec6 squares = Vec6::Zero();
+  Vec6 claimed = Vec6::Zero();
+  constexpr int kTrials = 2000;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    MatchMean mean;
+    for (int k = 0; k < 40; ++k) {
+      const Mat6 covariance = coupled(k % 2 == 0 ? 20.0 : 14.0);
+      Vec6 unit;
+      for (int i = 0; i < 6; ++i) unit[i] = normal(random);
+      mean.add(heading(9.0 * k), Mat6(covariance.llt().matrixL()) * unit, covariance);
+    }
+    const Quat q = heading(9.0 * 39);
+    squares += mean.mean(q).cwiseAbs2();
+    claimed = mean.covariance(q).diagonal();
+  }
+  for (int i = 0; i < 6; ++i) {
+    const double ratio = squares[i] / kTrials / claimed[i];
+    EXPECT_GT(ratio, 0.4) << i;
+    EXPECT_LT(ratio, 0.8) << i << ": it counts ten scans, the weights are of nineteen";
+  }
 }
 
 TEST(MatchMean, AScanThatDoesNotObserveAnAxisHardlyCountsThere) {

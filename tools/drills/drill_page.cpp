@@ -26,8 +26,11 @@ std::string summary(const std::vector<DrillResult>& results) {
     runs += r.runs.size();
     for (const DrillRunMetrics& run : r.runs) simulated_s += run.simulated_s;
   }
-  return fmt::format("{} of {} drills passed, {} failed: {} runs, {:.0f} s in total.", passed,
-                     results.size(), failed, runs, simulated_s);
+  return fmt::format(
+      "{} of {} drills passed, {} failed, the others are inconclusive or skipped: {} runs, {:.0f} "
+      "s "
+      "in total.",
+      passed, results.size(), failed, runs, simulated_s);
 }
 
 std::string stimuli_text(const Drill& drill) {
@@ -109,7 +112,9 @@ std::string drill_page(const std::vector<DrillResult>& results, const std::strin
   const bool failed = std::any_of(results.begin(), results.end(), [](const DrillResult& r) {
     return !r.error.empty() || r.verdict() == Verdict::kFail;
   });
-  page.verdict(!failed, summary(results));
+  const bool ran = std::any_of(results.begin(), results.end(),
+                               [](const DrillResult& r) { return r.skipped.empty(); });
+  page.verdict(ran && !failed, summary(results));
   page.paragraph("Drive: " + drive + ".");
   page.paragraph(
       "Each drill disturbs the sensor messages of a drive and compares the results of SP and WM "

@@ -44,8 +44,10 @@ void AlertNotes::take(const integrity_t& m) {
 }
 
 void AlertNotes::take(const nav_state_t& m) {
+  constexpr std::int64_t kEvery_us = 100'000;  // as WM_INTEGRITY
   bg::Nav nav;
-  if (in_world_ || !bg::read_nav(m, Stamp::min(), &nav)) return;
+  if (in_world_ || m.utime - nav_utime_ < kEvery_us || !bg::read_nav(m, Stamp::min(), &nav)) return;
+  nav_utime_ = m.utime;
   take_levels(nav.local_horizontal_m, nav.local_vertical_m);
 }
 

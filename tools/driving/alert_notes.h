@@ -51,6 +51,7 @@ class AlertNotes {
   std::array<double, 8> shares_{};  // a ring; WM publishes ten a second
   std::size_t count_ = 0;
   std::int64_t truth_utime_ = 0;
+  std::int64_t nav_utime_ = 0;  // of the newest levels
   bool beyond_ = false;
   bool is_late_ = false;
   double way_m_ = 0.0;

@@ -41,7 +41,7 @@ struct Curve {
   }
 };
 
-/// Collects one frame local: another one begins anew.
+/// Collects one frame local: another one begins from the start.
 class Drive {
  public:
   void take(const nav_state_t& m) {
@@ -122,6 +122,12 @@ class Drive {
     out.window = report::Window{*x_low - kBeside_m, *x_high + kBeside_m, *y_low - kBeside_m,
                                 *y_high + kBeside_m};
     out.map = report::CellMap{cell_m_, {}, "obstacle [m]"};
+    for (const Vec3& w : waypoints_) {
+      out.window->x_low = std::min(out.window->x_low, w.x() - kBeside_m);
+      out.window->x_high = std::max(out.window->x_high, w.x() + kBeside_m);
+      out.window->y_low = std::min(out.window->y_low, w.y() - kBeside_m);
+      out.window->y_high = std::max(out.window->y_high, w.y() + kBeside_m);
+    }
     for (const auto& [at, value] : obstacles_)
       out.map->cells.push_back({at.second, at.first, value});
     for (std::size_t k = 0; k < waypoints_.size(); ++k) {

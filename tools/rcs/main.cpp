@@ -256,7 +256,9 @@ int rcs_main(int argc, char** argv) {
     const std::string unknown = unknown_word(app, argc, argv);
     const bool help = e.get_exit_code() == 0;
     if (!unknown.empty() && (!help || unknown.rfind("unknown command", 0) == 0)) {
-      fmt::print(stderr, "rcs: {}; see `rcs --help`\n", unknown);
+      const std::string words = words_of(app);
+      const std::string command = words.empty() ? "rcs" : "rcs " + words;
+      fmt::print(stderr, "{}: {} (see `{} --help`)\n", command, unknown, command);
       return kExitUsage;
     }
     if (names_missing_input(e)) return fail(words_of(app), Error{missing_text(e)});

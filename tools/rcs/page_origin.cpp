@@ -1,10 +1,9 @@
 #include "tools/rcs/page_origin.h"
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 
-#include <chrono>
-#include <ctime>
+#include "rcs/node/time_text.h"
+#include "rcs/node/timeline/live_timeline.h"
 
 namespace rcs::cli {
 namespace {
@@ -33,9 +32,9 @@ void note_command_line(int argc, char** argv) {
 }
 
 report::PageOrigin page_origin(const std::string& configuration) {
-  const std::time_t now = std::chrono::system_clock::to_time_t(std::chrono::system_clock::now());
+  const std::int64_t now = wall_utime();
   return {command_line(), configuration, "rcs " RCS_VERSION,
-          fmt::format("{:%Y-%m-%d %H:%M} UTC", fmt::gmtime(now))};
+          fmt::format("{} {} UTC", utc_date(now), time_of_day(now).substr(0, 5))};
 }
 
 }  // namespace rcs::cli

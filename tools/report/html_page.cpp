@@ -49,6 +49,7 @@ void HtmlPage::verdict(bool passed, std::string_view text) {
 }
 
 void HtmlPage::moments(std::string_view log, const std::vector<Moment>& moments) {
+  if (moments.empty()) return;
   body_ += fmt::format("<p>In the viewer (start <code>rcs view {}</code> first):", escape_xml(log));
   std::string_view between = " ";
   for (const Moment& m : moments) {

@@ -95,8 +95,8 @@ std::optional<double> Trust::test_by_match(const Model& model, const RollingMatc
     inertial->matches = {};
     return std::nullopt;
   }
-  // In the axes of the vehicle, not along the directions that this scan observes: those differ from
-  // scan to scan. An unobserved direction has a large sigma.
+  // Averaged in the axes of the map; tested in those of the vehicle, not along the directions that
+  // this scan observes: those differ from scan to scan. An unobserved direction has a large sigma.
   Residual<6> r;
   r.H = rolling_pose_jacobian(s.belief.x);  // of a small residual
   int unobserved = 0;

@@ -8,7 +8,7 @@ namespace rcs::wm {
 
 /// Residuals and covariances are those of a pose: (rho [m], phi [rad]) in the axes of the vehicle,
 /// which turns meanwhile. The mean is formed in the axes of the map, where a displacement keeps its
-/// direction, and for each axis on its own, weighted by the information about it: a scan that does
+/// direction, and for each axis on its own, weighted by the variance of that axis: a scan that does
 /// not observe an axis hardly counts there. The least-squares mean of vectors that differ would
 /// make a rotation of a displacement that grows, where the scans observe only a combination of
 /// both.
@@ -19,21 +19,25 @@ class MatchMean {
   void add(const Quat& q_map_vehicle, const Vec6& residual, const Mat6& covariance) {
     constexpr double kKept = 1.0 - 1.0 / kMatches;
     const Mat6 to_map = rotation(q_map_vehicle);
-    const Mat6 weight = to_map * covariance.llt().solve(Mat6(to_map.transpose()));
-    information_ = kKept * information_ + weight;
-    weighted_ = kKept * weighted_ + weight.diagonal().cwiseProduct(to_map * residual);
+    const Mat6 in_map = to_map * covariance * to_map.transpose();
+    const Vec6 weight = in_map.diagonal().cwiseInverse();
+    weight_ = kKept * weight_ + weight;
+    weighted_ = kKept * weighted_ + weight.cwiseProduct(to_map * residual);
+    spread_ = kKept * spread_ + weight.asDiagonal() * in_map * weight.asDiagonal();
     ++count_;
   }
 
   [[nodiscard]] int count() const { return count_; }
   /// @pre count() > 0
   [[nodiscard]] Vec6 mean(const Quat& q_map_vehicle) const {
-    return rotation(q_map_vehicle).transpose() * weighted_.cwiseQuotient(information_.diagonal());
+    return rotation(q_map_vehicle).transpose() * weighted_.cwiseQuotient(weight_);
   }
-  /// Of independent residuals of one value. @pre count() > 0
+  /// That of the mean of kMatches independent residuals; as their errors are not quite independent,
+  /// not that of all. @pre count() > 0
   [[nodiscard]] Mat6 covariance(const Quat& q_map_vehicle) const {
     const Mat6 to_map = rotation(q_map_vehicle);
-    return to_map.transpose() * information_.llt().solve(to_map);
+    const Vec6 share = weight_.cwiseInverse();
+    return to_map.transpose() * share.asDiagonal() * spread_ * share.asDiagonal() * to_map;
   }
 
  private:
@@ -43,8 +47,9 @@ class MatchMean {
     return both;
   }
 
-  Mat6 information_ = Mat6::Zero();  // axes of the map, with decreasing weights
+  Vec6 weight_ = Vec6::Zero();  // axes of the map, with decreasing weights, as the next two
   Vec6 weighted_ = Vec6::Zero();
+  Mat6 spread_ = Mat6::Zero();
   int count_ = 0;
 };
 

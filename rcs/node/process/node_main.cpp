@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "rcs/base/exit_status.h"
+#include "rcs/base/regular_file.h"
 #include "rcs/node/bus/bus_exposure.h"
 #include "rcs/node/bus/lcm_bus.h"
 #include "rcs/node/bus/local_bus.h"
@@ -42,7 +43,8 @@ int check(std::string_view name, const NodeOptions& options, const NodeFactory& 
   };
   const Result<ParamFile> params = ParamFile::load(options.config);
   if (!params) {
-    const bool readable = std::ifstream(options.config).good();
+    const bool readable =
+        check_regular_file(options.config).ok() && std::ifstream(options.config).good();
     return readable ? reject(params.error()) : fail(name, params.error());
   }
   const Result<ProcessTables> tables = read_process_tables(*params);

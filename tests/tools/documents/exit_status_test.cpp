@@ -111,6 +111,9 @@ TEST_F(ExitStatus, IsZeroWhenTheWorkIsDone) {
 TEST_F(ExitStatus, IsOneWhenTheWorkIsDoneAndTheResultIsNegative) {
   constexpr Row kRows[] = {
       {1, "log info $F/garbage"},
+      {1, "log info $F/garbage --json"},
+      {1, "log list $F/garbage"},
+      {1, "log list $F/garbage --json"},
       {1, "log cut $F/run.log --around solution.lost -o $N/lost.log"},
       {1, "replay $F/far.toml $F/drive.log -o $N/run.log"},
       {1, "register $F/plane.xyz $F/plane.xyz"},
@@ -305,6 +308,8 @@ TEST_F(ExitStatus, IsTheSameForTheOtherPrograms) {
     EXPECT_EQ(shell(program + " $F/none.toml"), 3) << node;
     EXPECT_EQ(shell(program + " $F/garbage"), 3) << node;
     EXPECT_EQ(shell(program + " --check $F/none.toml"), 3) << node;
+    EXPECT_EQ(shell(program + " --check $F"), 3) << node;
+    EXPECT_EQ(shell(program + " --check $F/garbage"), 1) << node;
     EXPECT_EQ(shell(program + " --check $S/config/demo3.toml"), 0) << node;
   }
   EXPECT_EQ(shell(bin + "sp $F/invalid.toml"), 3);

@@ -43,6 +43,7 @@ check_rcs() { # SUB-COMMAND [ARGUMENTS]
   for word in "${@:2}"; do
     case $word in
       -*) grep -qE -- "(^|[ ,])$word([ ,]|$)" <<<"$help" || fail "rcs ${sub[*]} has no option $word" ;;
+      *FILE*) ;; # each item of the group
       *.toml) [ -e "$word" ] || fail "no file $word" ;;
     esac
   done
@@ -55,7 +56,8 @@ while IFS= read -r line; do
     if [[ $command == ctest* || $command == *=*ctest* ]]; then
       check_ctest -L drill -R "^$item"
     else
-      [ -e "$item" ] || fail "no file $item" # a pattern that matches is expanded
+      # A pattern that matches is expanded; others are the beginning of paths.
+      [ -e "$item" ] || compgen -G "$item*.toml" >/dev/null || fail "no file $item"
     fi
   done
   while IFS= read -r one; do

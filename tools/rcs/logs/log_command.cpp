@@ -110,6 +110,7 @@ int log_info(const std::string& path, bool json) {
       out["channels"].push_back(channel);
     }
     fmt::print("{}", report::json_document("log info", out));
+    if (health.events == 0) return no_events("log info", path);
   } else {
     fmt::print("{}: {:.1f} MB, {:.3f} s, {}\n", path, static_cast<double>(log->size_bytes()) * 1e-6,
                seconds(last - first), health.summary());

@@ -203,7 +203,7 @@ class ReportCommand final : public Command {
     if (min_factor_ <= 0.0) return;
     const std::optional<double> factor = evaluation::ladar_factor(compared_);
     page->verdict(factor && *factor >= min_factor_,
-                  factor ? fmt::format("without the LADAR the rms error is {:.1f} times that with "
+                  factor ? fmt::format("without the LADAR the rms error is {:.2f} times that with "
                                        "it; at least {:g} times is required.",
                                        *factor, min_factor_)
                          : "no two runs differ by the LADAR alone.");

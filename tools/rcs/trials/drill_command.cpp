@@ -191,10 +191,11 @@ class DrillCommand final : public Command {
     Outcome written = tools::write_text(out_ + "/results.json", json);
     if (written) written = tools::write_text(out_ + "/junit.xml", drills::to_junit(results_));
     const std::string& drive = log_.empty() ? scenario_ : log_;
-    if (written)
+    if (written) {
       written = tools::write_text(
           out_ + "/report.html",
-          drills::drill_page(results_, drive, logs_ ? out_ : "", page_origin(config_)));
+          drills::drill_page(results_, drive, logs_ ? shell_word(out_) : "", page_origin(config_)));
+    }
     return written;
   }
 
