@@ -238,7 +238,7 @@ class ReportCommand final : public Command {
       const std::string svg = report::render_stacked({course(), errors()});
       if (Outcome written = tools::write_text(svg_, svg); !written) return written;
     }
-    report::HtmlPage page("Drive without GPS", page_origin());
+    report::HtmlPage page(outages_.empty() ? "Drive" : "Drive without GPS", page_origin());
     add_verdict(&page);
     page.paragraph(outage_text());
     page.table(evaluation::comparison_table(compared_));
