@@ -128,8 +128,9 @@ class Drive {
       out.window->y_low = std::min(out.window->y_low, w.y() - kBeside_m);
       out.window->y_high = std::max(out.window->y_high, w.y() + kBeside_m);
     }
-    for (const auto& [at, value] : obstacles_)
+    for (const auto& [at, value] : obstacles_) {
       out.map->cells.push_back({at.second, at.first, value});
+    }
     for (std::size_t k = 0; k < waypoints_.size(); ++k) {
       out.marks.push_back({waypoints_[k].x(), waypoints_[k].y(), std::to_string(k + 1)});
     }
