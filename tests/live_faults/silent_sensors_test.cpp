@@ -35,6 +35,8 @@ namespace {
 constexpr Duration kPatience = from_seconds(60.0);
 constexpr Duration kWatched = from_seconds(4.0);
 constexpr Duration kBrakeWithin = from_milliseconds(500.0);
+constexpr double kDrives_mps = 1.0;
+constexpr int kVoid = 5;  // trials in a row that may say nothing
 
 /// What the nodes published since the sensors fell silent.
 struct Seen {
@@ -66,7 +68,11 @@ class SilentSensors : public testing::Test {
     Stamp newest = Stamp::min();  // arrival of the source's newest message
     std::optional<Stamp> silent;
     std::string state;
-    const auto hear = [&](Stamp arrival) { newest = arrival; };
+    double commanded_mps = 0.0;  // before the silence
+    const auto hear = [&](Stamp arrival) {
+      newest = arrival;
+      seen.drove = commanded_mps > kDrives_mps;
+    };
     Bus* const bus = vehicle.bus();
     if (bus == nullptr) {
       ADD_FAILURE() << vehicle.trouble();
@@ -98,20 +104,20 @@ class SilentSensors : public testing::Test {
     });
     Tap<drive_t> drives(bus, channel::kBgDrive, [&](const drive_t& m, Stamp at) {
       if (!silent) {
-        seen.drove = m.speed_mps > 1.0;
+        commanded_mps = m.speed_mps;
         return;
       }
       if (m.brake != 0 && !seen.braked) seen.braked = at - *silent;
       if (m.speed_mps == 0.0 && !seen.stopping) seen.stopping = at - *silent;
       if (seen.braked && (m.brake == 0 || m.speed_mps != 0.0)) ++seen.drives_after_brake;
     });
-    const auto drives_now = [&] { return seen.drove && state == "DRIVING"; };
+    const auto drives_now = [&] { return commanded_mps > kDrives_mps && state == "DRIVING"; };
     EXPECT_TRUE(vehicle.run_until(vehicle.now() + kPatience, drives_now)) << vehicle.trouble();
     if (fault == Fault::kSilence) {
       const auto is_silent = [&] {
         // More than a period of the source.
         const Duration most = from_milliseconds(source == "gps" ? 700.0 : 220.0);
-        return vehicle.now() - newest > most && seen.drove;
+        return vehicle.now() - newest > most;
       };
       EXPECT_TRUE(vehicle.run_until(vehicle.now() + kPatience, is_silent)) << vehicle.trouble();
       silent = newest;
@@ -120,6 +126,7 @@ class SilentSensors : public testing::Test {
       (void)vehicle.run_until(vehicle.now() + kPatience, drives_now);
       vehicle.send_signal_to_sim(fault == Fault::kKill ? SIGKILL : SIGSTOP);
       silent = vehicle.now();
+      seen.drove = commanded_mps > kDrives_mps;
     }
     (void)vehicle.run_until(*silent + kWatched, {});
     EXPECT_EQ(vehicle.trouble(), "");
@@ -132,13 +139,22 @@ class SilentSensors : public testing::Test {
     return seen;
   }
 
+  /// A trial in which the vehicle happened to be slow, before an obstacle or at a change of
+  /// direction, shows nothing and is repeated.
+  Seen run_driving(Fault fault, const std::string& source) {
+    Seen seen = run(fault, source);
+    for (int k = 1; k < kVoid && !seen.drove; ++k) seen = run(fault, source);
+    EXPECT_TRUE(seen.drove) << source;
+    return seen;
+  }
+
   /// A full brake within its time limit, held, reported, and displayed.
   void expect_dead_stop(Fault fault, const std::string& source, int otherwise) {
     const int times = number_from("RCS_DRILL_TIMES", otherwise);
     int good = 0;
     Duration worst{};
     for (int i = 0; i < times; ++i) {
-      const Seen s = run(fault, source);
+      const Seen s = run_driving(fault, source);
       const bool in_time = s.braked && *s.braked <= kBrakeWithin;
       worst = std::max(worst, s.braked.value_or(Duration::max()));
       const bool shown = s.top.find("LOST") != std::string::npos &&
@@ -162,7 +178,7 @@ class SilentSensors : public testing::Test {
     int good = 0;
     Duration worst{};
     for (int i = 0; i < times; ++i) {
-      const Seen s = run(Fault::kSilence, source);
+      const Seen s = run_driving(Fault::kSilence, source);
       const bool stops = !state.empty();
       worst = std::max(worst, s.stopping.value_or(stops ? kWatched : Duration::zero()));
       const bool ok = s.events.count(code) == 1 &&
