@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <vector>
 
 #include "lcmtypes/channels.h"
@@ -26,7 +27,7 @@ class DrivingPlot : public testing::Test {
   void drive(int seconds) {
     for (int k = 0; k < seconds; ++k) {
       nav_state_t nav{};
-      nav.utime = 1'000'000 * (k + 1);
+      nav.utime = std::int64_t{1'000'000} * (k + 1);
       nav.local_utime = 1;
       nav.q_local_vehicle[0] = nav.q_world_vehicle[0] = 1.0;
       nav.p_local_vehicle_m[0] = k;
