@@ -5,16 +5,13 @@
 
 #include "lcmtypes/convert.h"
 #include "lcmtypes/plausible.h"
+#include "lcmtypes/protection_quantiles.h"
 
 namespace rcs::bg {
 namespace {
 
 constexpr double kFarthest_m = 1e6;
 constexpr int kMaxCells = 1024 * 1024;
-// Of a Gaussian error in the plane and along one axis that is exceeded with a probability of 0.001,
-// as in integrity_t.
-constexpr double kHorizontalQuantile = 3.717;
-constexpr double kVerticalQuantile = 3.291;
 
 /// Why the content of a GOTO cannot be executed; empty: it can.
 std::string_view objection(const command_t& m) {

@@ -25,7 +25,7 @@ struct ActorScript {
   /// The start also waits until the vehicle is within this distance of the first waypoint; 0: it
   /// does not.
   double within_m = 0.0;
-  /// Above 0: it does not exist before its start. Then it stands across the way of the vehicle,
+  /// Above 0: it does not exist before its start. Then it stands across the path of the vehicle,
   /// this far beyond the distance in which the vehicle can stop (stop_m()), whatever its waypoints.
   double appears_beyond_m = 0.0;
 };

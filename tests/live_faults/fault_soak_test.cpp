@@ -88,7 +88,7 @@ std::vector<std::string> silences_of(const std::vector<Fault>& faults) {
   return arguments;
 }
 
-void commit(const Fault& f, VehicleRun* run) {
+void inject(const Fault& f, VehicleRun* run) {
   const auto wait = [&] { (void)run->run_until(run->now() + from_seconds(f.length_s), {}); };
   switch (f.kind) {
     case Kind::kKill:
@@ -137,7 +137,7 @@ TEST(FaultSoak, ARandomFaultEveryTwentySeconds) {
   for (std::size_t k = 0; k < faults.size() && live.run.trouble().empty(); ++k) {
     const Fault& f = faults[k];
     (void)live.run.run_until(start + from_seconds(f.begin_s), {});
-    commit(f, &live.run);
+    inject(f, &live.run);
     const Stamp ended = live.run.now();
     live.recovery.reset();
     const Stamp next =

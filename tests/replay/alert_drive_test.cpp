@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "lcmtypes/channels.h"
+#include "lcmtypes/protection_quantiles.h"
 #include "rcs/node/bus/local_bus.h"
 #include "sim/scenario_file.h"
 #include "tests/replay/chain.h"
@@ -22,11 +23,12 @@ void deliver(LocalBus* bus, std::string_view channel, const M& m) {
 }
 
 /// A vehicle at 2 m/s whose protection level exceeds its limit of 4 m after a second.
-driving::AlertOutcome outcome(double braking_mps2) {
+/// @param frame  of the task; the level is that of this frame, the other one is 100 m
+driving::AlertOutcome outcome(double braking_mps2, std::int8_t frame = command_t::FRAME_WORLD) {
   LocalBus bus;
   vj::SpeedParams limits;
   limits.alert_limit_horizontal_m = 4.0;
-  driving::AlertNotes notes(&bus, command_t::FRAME_WORLD, limits, 2.0, 1.5);
+  driving::AlertNotes notes(&bus, frame, limits, 2.0, 1.5);
   double speed_mps = 2.0;
   for (int k = 0; k < 500; ++k) {
     const std::int64_t utime = 1'000'000 + 10'000 * k;
@@ -35,9 +37,18 @@ driving::AlertOutcome outcome(double braking_mps2) {
       integrity_t m{};
       m.utime = utime;
       m.validity = integrity_t::VALID_WORLD;
-      m.protection_horizontal_m = beyond ? 4.5 : 1.0;
+      const double level_m = beyond ? 4.5 : 1.0;
+      const bool world = frame == command_t::FRAME_WORLD;
+      m.protection_horizontal_m = world ? level_m : 100.0;
       m.protection_vertical_m = 1.0;
       deliver(&bus, channel::kWmIntegrity, m);
+      nav_state_t nav{};
+      nav.utime = utime;
+      nav.rolling_valid = 1;
+      nav.q_world_vehicle[0] = nav.q_local_vehicle[0] = nav.q_rolling_vehicle[0] = 1.0;
+      const double sigma_m = (world ? 100.0 : level_m) / kHorizontalQuantile;
+      nav.cov_rolling_pose[0][0] = nav.cov_rolling_pose[1][1] = sigma_m * sigma_m;
+      deliver(&bus, channel::kWmNavState, nav);
     }
     if (k % 5 == 0) {
       drive_t m{};
@@ -61,6 +72,14 @@ TEST(AlertNotes, AVehicleThatStopsIsNotLate) {
   EXPECT_NEAR(o.beyond_m, 2.0 * 2.0 / 3.0, 0.1);
   EXPECT_NEAR(o.beyond_s, 4.0, 0.2);
   EXPECT_EQ(o.too_fast_s, 0.0);
+}
+
+TEST(AlertNotes, InFrameLocalTheLevelRelativeToTheMapCounts) {
+  const driving::AlertOutcome stops = outcome(1.5, command_t::FRAME_LOCAL);
+  EXPECT_EQ(stops.crossings, 1);
+  EXPECT_EQ(stops.late, 0);
+  EXPECT_NEAR(stops.beyond_s, 4.0, 0.2);
+  EXPECT_EQ(outcome(0.0, command_t::FRAME_LOCAL).late, 1);
 }
 
 TEST(AlertNotes, AVehicleThatDrivesOnIsLate) {

@@ -27,10 +27,8 @@ std::string summary(const std::vector<DrillResult>& results) {
     for (const DrillRunMetrics& run : r.runs) simulated_s += run.simulated_s;
   }
   return fmt::format(
-      "{} of {} drills passed, {} failed, the others are inconclusive or skipped: {} runs, {:.0f} "
-      "s "
-      "in total.",
-      passed, results.size(), failed, runs, simulated_s);
+      "{} of {} drills passed, {} failed, {} inconclusive or skipped. {} runs, {:.0f} s.", passed,
+      results.size(), failed, results.size() - passed - failed, runs, simulated_s);
 }
 
 std::string stimuli_text(const Drill& drill) {

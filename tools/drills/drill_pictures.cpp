@@ -157,12 +157,7 @@ std::optional<report::Colour> colour_of_trust(int trust) {
 report::Plot drill_course(const Drill& drill, const DrillRecord& record) {
   const DrillErrors errors(record);
   const double from_s = first_s(drill);
-  report::Plot plot;
-  plot.title = drill.id + ": from above";
-  plot.x_label = "east [m]";
-  plot.y_label = "north [m]";
-  plot.height_px = 460;
-  plot.equal_scales = true;
+  report::Plot plot = report::view_from_above(drill.id + ": from above", true, 460);
   report::Series fused = series("WM", report::Colour::kBlue, report::SeriesStyle::kThickLine);
   report::Series disturbed =
       series("WM, disturbed", report::Colour::kOrange, report::SeriesStyle::kThickLine);

@@ -111,12 +111,7 @@ class Drive {
     if (paths_.x.empty() || course_.x.size() < 2) return std::nullopt;
     using report::Colour;
     using report::SeriesStyle;
-    report::Plot out;
-    out.title = "The drive from above";
-    out.x_label = "x, frame local [m]";
-    out.y_label = "y, frame local [m]";
-    out.height_px = 620;
-    out.equal_scales = true;
+    report::Plot out = report::view_from_above("The drive from above, frame local", false, 620);
     const auto [x_low, x_high] = std::minmax_element(course_.x.begin(), course_.x.end());
     const auto [y_low, y_high] = std::minmax_element(course_.y.begin(), course_.y.end());
     out.window = report::Window{*x_low - kBeside_m, *x_high + kBeside_m, *y_low - kBeside_m,

@@ -103,12 +103,8 @@ std::vector<HeightSum> coarsened(std::vector<HeightSum> cells) {
 report::Plot course_plot(const tools::Trajectory& truth,
                          const std::vector<NamedTrajectory>& estimates,
                          const std::vector<TimeInterval>& outages, recording::Frame frame) {
-  report::Plot plot;
-  plot.title = "Course from above";
-  plot.x_label = frame == recording::Frame::kWorld ? "east [m]" : "x [m]";
-  plot.y_label = frame == recording::Frame::kWorld ? "north [m]" : "y [m]";
-  plot.height_px = 560;
-  plot.equal_scales = true;
+  report::Plot plot =
+      report::view_from_above("Course from above", frame == recording::Frame::kWorld, 560);
   for (std::size_t k = 0; k < estimates.size(); ++k) {
     const NamedTrajectory& estimate = estimates[k];
     plot.series.push_back(
@@ -265,12 +261,9 @@ Result<report::CellMap> read_map(const std::string& log_path, const tools::Traje
 }
 
 report::Plot map_plot(report::CellMap map, const tools::Trajectory& poses, recording::Frame frame) {
-  report::Plot plot;
-  plot.title = fmt::format("Map: points of SP from above, mean height of {:g} m cells", map.cell);
-  plot.x_label = frame == recording::Frame::kWorld ? "east [m]" : "x [m]";
-  plot.y_label = frame == recording::Frame::kWorld ? "north [m]" : "y [m]";
-  plot.height_px = 560;
-  plot.equal_scales = true;
+  report::Plot plot = report::view_from_above(
+      fmt::format("Map: points of SP from above, mean height of {:g} m cells", map.cell),
+      frame == recording::Frame::kWorld, 560);
   plot.map = std::move(map);
   plot.series = {course_of(poses, "course", report::Colour::kOrange, report::SeriesStyle::kLine)};
   return plot;

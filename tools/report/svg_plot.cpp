@@ -440,6 +440,16 @@ class Canvas {
 
 }  // namespace
 
+Plot view_from_above(std::string title, bool world, int height_px) {
+  Plot plot;
+  plot.title = std::move(title);
+  plot.x_label = world ? "east [m]" : "x [m]";
+  plot.y_label = world ? "north [m]" : "y [m]";
+  plot.height_px = height_px;
+  plot.equal_scales = true;
+  return plot;
+}
+
 std::string render(const Plot& plot, bool standalone) { return Canvas(plot).draw(standalone); }
 
 std::string render_stacked(const std::vector<Plot>& plots) {

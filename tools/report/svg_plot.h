@@ -83,6 +83,10 @@ struct Plot {
   std::optional<CellMap> map;
 };
 
+/// An empty view from above: equal scales.
+/// @param world  the axes are those of frame world, east and north; otherwise x and y
+[[nodiscard]] Plot view_from_above(std::string title, bool world, int height_px);
+
 /// About `count` round values (1, 2, 2.5 or 5 times a power of ten) inside [low, high].
 [[nodiscard]] std::vector<double> round_ticks(double low, double high, int count);
 

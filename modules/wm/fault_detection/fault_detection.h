@@ -7,6 +7,7 @@
 #include <array>
 #include <optional>
 
+#include "lcmtypes/protection_quantiles.h"
 #include "modules/wm/fault_detection/course_shape.h"
 #include "modules/wm/fault_detection/match_mean.h"
 #include "modules/wm/fault_detection/motion_votes.h"
@@ -65,10 +66,6 @@ enum class Finding : int {
   kOdometryFaulty,     ///< the speed of the wheels is wrong: excluded
   kOdometryReadmitted  ///< it agrees with the filter: readmitted
 };
-
-// 99.9 % quantiles: of the norm of a two-dimensional Gaussian vector, and of one coordinate.
-constexpr double kHorizontalQuantile = 3.717;
-constexpr double kVerticalQuantile = 3.291;
 
 /// How far the filter is off at most if a source is faulty: its distance to the sub-filter that
 /// excludes the source, plus that one's own error (99.9 %).

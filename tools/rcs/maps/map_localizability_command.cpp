@@ -227,12 +227,8 @@ class MapLocalizability final : public Command {
   }
 
   [[nodiscard]] report::Plot picture(const std::vector<Vec2>& course) const {
-    report::Plot plot;
-    plot.title = "Sigma of one scan matched to the map, worst direction (10 m and above: 1)";
-    plot.x_label = "east [m]";
-    plot.y_label = "north [m]";
-    plot.height_px = 760;
-    plot.equal_scales = true;
+    report::Plot plot = report::view_from_above(
+        "Sigma of one scan matched to the map, worst direction (10 m and above: 1)", true, 760);
     plot.map = report::CellMap{step_m_, {}, "log10 m"};
     for (const Place& p : places_) {
       plot.map->cells.push_back({p.i, p.j, std::log10(std::min(p.sigma_m, kCoarsest_m))});
