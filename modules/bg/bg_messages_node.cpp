@@ -5,7 +5,7 @@
 
 #include "lcmtypes/convert.h"
 #include "lcmtypes/plausible.h"
-#include "lcmtypes/protection_quantiles.h"
+#include "rcs/base/protection_quantiles.h"
 
 namespace rcs::bg {
 namespace {

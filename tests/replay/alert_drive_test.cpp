@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "lcmtypes/channels.h"
-#include "lcmtypes/protection_quantiles.h"
+#include "rcs/base/protection_quantiles.h"
 #include "rcs/node/bus/local_bus.h"
 #include "sim/scenario_file.h"
 #include "tests/replay/chain.h"

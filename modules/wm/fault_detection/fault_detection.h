@@ -7,13 +7,13 @@
 #include <array>
 #include <optional>
 
-#include "lcmtypes/protection_quantiles.h"
 #include "modules/wm/fault_detection/course_shape.h"
 #include "modules/wm/fault_detection/match_mean.h"
 #include "modules/wm/fault_detection/motion_votes.h"
 #include "modules/wm/fault_detection/source_monitor.h"
 #include "modules/wm/fault_detection/turned_path.h"
 #include "modules/wm/filter.h"
+#include "rcs/base/protection_quantiles.h"
 
 namespace rcs::wm {
 
