@@ -315,6 +315,9 @@ void read_terrain(ParamTable table, WmConfig* c) {
   table.get("obstacle_m", &p.obstacle_m, {0.05, 2},
             "Height above the ground from which points are evidence of an obstacle, and height of "
             "a ledge that is one. It should exceed the grass.");
+  table.get("side_m", &p.side_m, {0, 1},
+            "Height above the plane of its neighbourhood from which ground beside an obstacle is a "
+            "part of it, such as the side of a rock. 0: no ground is.");
   table.get("evidence", &p.evidence, {0.5, 10},
             "Net number of scans with tall points from which a cell is an obstacle. Larger: fewer "
             "false obstacles, later detection.");

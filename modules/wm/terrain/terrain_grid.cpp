@@ -340,7 +340,10 @@ TerrainAnswer TerrainGrid::answer(const Low* low, Cell cell, const GroundPlane& 
       out.vegetation |= tall;
       continue;
     }
-    if (q.ground_seen) stands_m = std::max({stands_m, low_m, 0.5 * high_m});
+    if (q.ground_seen) {
+      stands_m = std::max({stands_m, low_m, 0.5 * high_m});
+      out.low_m = std::max(out.low_m, static_cast<float>(low_m));
+    }
     out.obstacle |= q.ground_seen && low_m > params_.solid_m;
     out.obstacle |= tall;
   }

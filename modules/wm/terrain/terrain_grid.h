@@ -26,6 +26,9 @@ struct TerrainParams {
   double obstacle_m =
       0.4;  ///< points higher above the ground are evidence of an obstacle; more than the grass
   double evidence = 3.5;  ///< net number of scans with such points
+  /// Ground that exceeds its plane by this beside an obstacle is a part of it: the side of a rock.
+  /// 0: none is.
+  double side_m = 0.15;
   /// At a shorter range the lowest LADAR rays are above level ground: their returns come from grass
   /// or objects.
   double near_m = 5.0;
@@ -83,8 +86,10 @@ struct TerrainAnswer {
   bool obstacle = false;
   bool hidden = false;       ///< by an edge: an obstacle
   bool vegetation = false;   ///< that gives way stands here
+  bool side = false;         ///< of an obstacle; only within join_sides()
   float height_m = 0.0F;     ///< of the plane through the neighbourhood; NAN: unknown
   float step_m = 0.0F;       ///< height of an object or a ledge above that plane
+  float low_m = 0.0F;        ///< of what no ray has penetrated, above that plane: not of grass
   float slope_rad = 0.0F;    ///< of the plane
   float roughness_m = 0.0F;  ///< rms of the ground about the plane
 };

@@ -7,6 +7,7 @@
 #include "lcmtypes/channels.h"
 #include "lcmtypes/convert.h"
 #include "lcmtypes/plausible.h"
+#include "modules/wm/terrain/obstacle_sides.h"
 #include "modules/wm/wm_messages_node.h"
 
 namespace rcs::wm {
@@ -136,6 +137,7 @@ void TerrainDesk::continue_patch() {
 
 void TerrainDesk::publish_patch() {
   map_patch_t& m = patch_;
+  join_sides(grid_.params().patch, grid_.params().side_m, &answers_);
   m.cell_m = grid_.params().cell_m;
   m.width = grid_.params().patch;
   m.height = grid_.params().patch;
