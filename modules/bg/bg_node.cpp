@@ -64,6 +64,7 @@ BgNode::BgNode(const BgConfig& config, Bus* bus, StopLatch latch, bool supervise
       plan_out_(bus, channel::kBgPlan),
       report_(bus, config.info.name, kReportInterval),
       hidden_(config.sight),
+      unchecked_(config.sight, config.shape),
       required_(config.shape.min_margin_m),
       planner_(config.search, config.shape, config.weights, config.near_goal_m),
       emergency_stop_(std::move(latch), config.release_authorities) {
@@ -126,6 +127,7 @@ void BgNode::take_command() {
     route_.clear();
   }
   if (route_.number() == before) return;
+  planner_.begin_task();
   leads_back_ = false;
   datum_.reset();
   other_world_ = false;
@@ -175,11 +177,17 @@ void BgNode::take_map(const Cycle& cycle) {
       planner_.forget();
     }
     const Stamp scan = from_utime(m->utime);
-    const bool looked = scan > terrain_stamp_ && nav_.stamp - scan < kLookLasts;
+    const bool lost = nav_.stamp - scan >= kLookLasts;
+    const bool looked = scan > terrain_stamp_ && !lost;
     if (trail_local_utime_ == m->local_utime) {
       trail_.mark(config_.shape, &terrain_);
       const Pose& T = nav_.T_local_vehicle;
       hidden_.mark(place(), rise(T, Vec3::UnitX()), rise(T, Vec3::UnitY()), looked, &terrain_);
+      unchecked_.mark(place(),
+                      lost     ? Scans::kLost
+                      : looked ? Scans::kNew
+                               : Scans::kNone,
+                      &terrain_);
     }
     terrain_stamp_ = scan;
     terrain_local_utime_ = m->local_utime;
@@ -203,7 +211,10 @@ void BgNode::take_map(const Cycle& cycle) {
 }
 
 void BgNode::leave_trail() {
-  if (trail_local_utime_ != nav_.local_utime) trail_.move_to_frame_of(place());
+  if (trail_local_utime_ != nav_.local_utime) {
+    trail_.move_to_frame_of(place());
+    unchecked_.move_to_frame_of(place());
+  }
   trail_local_utime_ = nav_.local_utime;
   trail_.add(place());
 }

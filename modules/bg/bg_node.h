@@ -16,6 +16,7 @@
 #include "modules/bg/required_clearance.h"
 #include "modules/bg/stop_node.h"
 #include "modules/bg/trail.h"
+#include "modules/bg/unchecked_ground.h"
 #include "rcs/node/bus/inbox.h"
 #include "rcs/node/bus/outbox.h"
 #include "rcs/node/command_port.h"
@@ -91,8 +92,9 @@ class BgNode final : public Node {
   vj::Terrain terrain_;  // frame local
   Stamp terrain_stamp_ = Stamp::min();
   std::int64_t terrain_local_utime_ = 0;
-  Trail trail_;          // frame local
-  HiddenGround hidden_;  // frame local
+  Trail trail_;                // frame local
+  HiddenGround hidden_;        // frame local
+  UncheckedGround unchecked_;  // frame local
   std::int64_t trail_local_utime_ = 0;
   ObstacleDistance obstacles_;
   RequiredClearance required_;

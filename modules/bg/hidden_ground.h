@@ -21,6 +21,19 @@ struct SightParams {
   double half_angle_rad = radians(36.0);  ///< to either side
 };
 
+/// A place on the ground as seen from the LADAR.
+struct Bearing {
+  double range_m = 0.0;
+  double angle_rad = 0.0;  ///< counter-clockwise from ahead, within [-pi, pi]
+};
+[[nodiscard]] Bearing bearing_from_ladar(double x_m, double y_m, const Place& vehicle,
+                                         const SightParams& params);
+/// Range within which the lowest rays pass above level ground.
+/// @param lifted_rad  the lowest rays, by the attitude of the vehicle
+[[nodiscard]] double blind_zone_m(const SightParams& params, double lifted_rad);
+/// Within the range and the angles in which the LADAR shows all ground, or in its blind zone there.
+[[nodiscard]] bool is_in_sight(const Bearing& to, const SightParams& params);
+
 class HiddenGround {
  public:
   explicit HiddenGround(const SightParams& params) : params_(params) {}
@@ -35,8 +48,6 @@ class HiddenGround {
   void clear() { hidden_.clear(); }
 
  private:
-  [[nodiscard]] bool in_sight(double x_m, double y_m, const Place& vehicle, double nearest_m) const;
-
   SightParams params_;
   Grid<std::uint8_t> hidden_{512, 0.4};  // scans that should have seen the cell
 };

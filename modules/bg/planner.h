@@ -35,6 +35,11 @@ class Planner {
   }
   /// Another frame local has begun.
   void forget() { remembered_.clear(); }
+  /// A new task: a goal to which no way was known is tried again.
+  void begin_task() {
+    to_.goal.reset();
+    onward_.goal.reset();
+  }
 
   /// @param granted  expansions for all searches
   /// @param path  empty if there is none

@@ -21,12 +21,15 @@ constexpr double kCell_m = 0.8;
 // A way out of the terrain and back into it must not be cheaper than the path through it.
 constexpr double kPessimism = 1.1;
 constexpr double kLeave_m = 1.6;  // from a place too near to an obstacle to free ground
+// Driven ground that seems blocked costs more than all other ground where the vehicle can stand.
+constexpr float kTight = 40.0F;
+constexpr double kContinuous_m = 5.0;  // a longer step between two terrains was not driven
 constexpr float kDiagonal = 1.41421356F;
 constexpr float kFar = std::numeric_limits<float>::infinity();
 
 }  // namespace
 
-RememberedGround::RememberedGround() : per_m_(kCells, kCell_m, 0.0F) {}
+RememberedGround::RememberedGround() : per_m_(kCells, kCell_m, 0.0F), driven_(kCells, kCell_m) {}
 
 FarCost::FarCost()
     : step_(kRow * kRow, 0.0F),
@@ -41,6 +44,7 @@ void RememberedGround::note(const Place& vehicle, const vj::Terrain& terrain,
                             const ObstacleDistance& obstacles, const vj::Weights& weights,
                             double body_m) {
   per_m_.centre_on(per_m_.cell_at(vehicle.x_m, vehicle.y_m));
+  mark_driven(vehicle);
   // Only cells that lie wholly in the terrain: of the others a part was not seen now.
   const int side = std::max(1, static_cast<int>(std::lround(kCell_m / terrain.cell_m)));
   const auto up = [](int a, int b) { return a >= 0 ? (a + b - 1) / b : -(-a / b); };
@@ -63,13 +67,28 @@ void RememberedGround::note(const Place& vehicle, const vj::Terrain& terrain,
         }
       }
       if (free == 0) {
-        *remembered = kBlocked;
+        *remembered = driven_.at({i, j}) != 0 ? kTight : kBlocked;
       } else if (known > 0) {
         *remembered = static_cast<float>(kPessimism * sum / free);
       } else if (*remembered >= kBlocked) {
         *remembered = 0.0F;  // the obstacle has gone, and what was behind it was not seen
       }
     }
+  }
+}
+
+void RememberedGround::mark_driven(const Place& vehicle) {
+  driven_.centre_on(driven_.cell_at(vehicle.x_m, vehicle.y_m));
+  const Place from = last_.value_or(vehicle);
+  last_ = vehicle;
+  const double way_m = std::hypot(vehicle.x_m - from.x_m, vehicle.y_m - from.y_m);
+  if (way_m > kContinuous_m) return;
+  const int steps = static_cast<int>(way_m / (0.5 * kCell_m)) + 1;
+  for (int k = 0; k <= steps; ++k) {
+    const double share = static_cast<double>(k) / steps;
+    const Cell cell = driven_.cell_at(from.x_m + share * (vehicle.x_m - from.x_m),
+                                      from.y_m + share * (vehicle.y_m - from.y_m));
+    if (std::uint8_t* const driven = driven_.find(cell)) *driven = 1;
   }
 }
 

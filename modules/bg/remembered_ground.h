@@ -27,12 +27,17 @@ class RememberedGround {
  public:
   RememberedGround();
 
-  /// Takes over the known ground of a terrain; what leaves the window of 205 m is forgotten.
+  /// Takes over the known ground of a terrain; what leaves the window of 205 m is forgotten. Where
+  /// the vehicle has driven it can stand, whatever the terrain shows now.
   /// @param body_m  radius around the centre of the vehicle that must be free
   void note(const Place& vehicle, const vj::Terrain& terrain, const ObstacleDistance& obstacles,
             const vj::Weights& weights, double body_m);
   /// Another frame local has begun.
-  void clear() { per_m_.clear(); }
+  void clear() {
+    per_m_.clear();
+    driven_.clear();
+    last_.reset();
+  }
 
   /// Cost of a metre; 0: never seen; kBlocked: the vehicle cannot stand there.
   [[nodiscard]] const Grid<float>& per_m() const { return per_m_; }
@@ -40,7 +45,11 @@ class RememberedGround {
   static constexpr float kBlocked = 1000.0F;  ///< a way around is preferred
 
  private:
+  void mark_driven(const Place& vehicle);
+
   Grid<float> per_m_;
+  Grid<std::uint8_t> driven_;
+  std::optional<Place> last_;  // of the vehicle
 };
 
 /// Cost to a goal over the remembered ground. Allocates nothing after construction.

@@ -118,6 +118,28 @@ TEST(RememberedGround, AnEnclosedGoalIsNotReachableUntilAGapIsSeen) {
   EXPECT_TRUE(cost_to(goal, remembered).reachable_from(outside.x_m, outside.y_m));
 }
 
+// What is found beside the way that the vehicle has come, or what seems to be there, does not
+// enclose it.
+TEST(RememberedGround, TheWayThatTheVehicleHasComeStaysOpen) {
+  const auto pen = [](double x, double y) {
+    return std::abs(std::max(std::abs(x), std::abs(y)) - 10.0) < 0.3;
+  };
+  const auto gate = [&pen](double x, double y) {
+    return pen(x, y) && (x > 0.0 || std::abs(y) > 2.0);
+  };
+  const Goal goal{-20.0, 0.0, 2.0};
+  RememberedGround drove;
+  for (double x_m = -16.0; x_m <= 0.0; x_m += 1.5) look(&drove, {x_m, 0.0, 0.0, 0.0}, gate);
+  const double open = cost_to(goal, drove).at(0.0, 0.0);
+  look(&drove, {}, pen);
+  EXPECT_TRUE(cost_to(goal, drove).reachable_from(0.0, 0.0));
+  EXPECT_GT(cost_to(goal, drove).at(0.0, 0.0), open + 50.0) << "another way would be preferred";
+  RememberedGround jumped;
+  look(&jumped, {-16.0, 0.0, 0.0, 0.0}, gate);
+  look(&jumped, {}, pen);
+  EXPECT_FALSE(cost_to(goal, jumped).reachable_from(0.0, 0.0));
+}
+
 TEST(RememberedGround, AnotherFrameLocalForgetsAll) {
   RememberedGround remembered;
   look(&remembered, {}, [](double x, double y) {
