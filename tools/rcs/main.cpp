@@ -16,13 +16,12 @@
 #include <string_view>
 #include <vector>
 
-#include "rcs/node/params/param_text.h"
+#include "rcs/base/text.h"
 #include "tools/base/files.h"
 #include "tools/rcs/command.h"
 #include "tools/rcs/page_origin.h"
 #include "tools/rcs/terminal.h"
 #include "tools/recording/log_series.h"
-#include "tools/report/table.h"
 
 namespace rcs::cli {
 
@@ -103,7 +102,7 @@ class HelpFormat final : public CLI::Formatter {
     if (head.size() > kIndent) head += "\n" + std::string(kIndent, ' ');
     // The head has the place of the dots.
     const std::string dots(kIndent, '.');
-    return head + report::wrapped(dots + text, kIndent).substr(kIndent) + "\n";
+    return head + wrapped(dots + text, kIndent).substr(kIndent) + "\n";
   }
 };
 

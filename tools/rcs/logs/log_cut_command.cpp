@@ -9,6 +9,7 @@
 #include "lcmtypes/channels.h"
 #include "lcmtypes/events.h"
 #include "lcmtypes/rcs/event_t.hpp"
+#include "rcs/base/text.h"
 #include "rcs/node/log/log_file.h"
 #include "rcs/node/params/param_text.h"
 #include "rcs/node/time_text.h"

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "rcs/base/text.h"
 #include "tools/base/files.h"
 #include "tools/evaluation/evaluation_tables.h"
 #include "tools/evaluation/metrics.h"
@@ -165,7 +166,7 @@ class ReportCommand final : public Command {
     }
     fmt::print("{}\n{}\n{}\n\n{}\n{}", outage_text(),
                to_text(evaluation::comparison_table(compared_)),
-               report::wrapped(evaluation::comparison_text(compared_), 0),
+               wrapped(evaluation::comparison_text(compared_), 0),
                to_text(evaluation::latency_table(reported_.front().metrics)),
                to_text(evaluation::scan_table(reported_.front().metrics)));
   }

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "rcs/base/text.h"
 #include "rcs/node/params/param_text.h"
 #include "tools/base/files.h"
 #include "tools/rcs/command.h"
@@ -12,7 +13,6 @@
 #include "tools/rcs/list_option.h"
 #include "tools/rcs/vehicle/configuration.h"
 #include "tools/report/json_document.h"
-#include "tools/report/table.h"
 
 namespace rcs::cli {
 namespace {
@@ -114,7 +114,7 @@ class Explain final : public Command {
  private:
   static void print(const ParamDescription& p) {
     fmt::print("{}\n{}\n  type     {}{}\n", full_key(p.table, p.key),
-               report::wrapped(fmt::format("  {}", p.meaning), 2), p.type, unit_of(p.key));
+               wrapped(fmt::format("  {}", p.meaning), 2), p.type, unit_of(p.key));
     if (const std::string range = range_of(p); !range.empty()) {
       fmt::print("  {:<8} {}\n", p.range ? "range" : "one of", range);
     }
